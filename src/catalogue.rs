@@ -1,0 +1,58 @@
+//! Open lists: one member, one file, one line.
+//!
+//! [`catalogue!`] declares the members of a folder and the list that everything else iterates: the command line, the
+//! documentation, the conformance tests. [`nearest`] finds the right word behind a misspelt one.
+
+/// Declares a list of stateless members of a trait, each in a module of its own.
+///
+/// ```text
+/// catalogue! { ELEMENTS: dyn Element;
+///     bar::Bar,
+///     beam::Beam,
+/// }
+/// ```
+///
+/// The modules themselves are declared beside the macro (`mod bar;`), so that `cargo fmt` sees them; the architecture
+/// test checks that every file of the folder is listed.
+macro_rules! catalogue {
+    ($(#[$doc:meta])* $list:ident: dyn $trait:ident; $($module:ident::$member:ident),+ $(,)?) => {
+        $(pub use $module::$member;)+
+        $(#[$doc])*
+        pub const $list: &[&dyn $trait] = &[$(&$member),+];
+    };
+}
+pub(crate) use catalogue;
+
+/// The candidate closest to `word`, if it is close enough to be what a typing error meant.
+///
+/// Closeness is the Damerau-Levenshtein distance, at most a third of the word's length (at least 1, at most 3),
+/// without regard to case. Ties go to the first candidate.
+pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let lower = word.to_lowercase();
+    let limit = (word.chars().count() / 3).clamp(1, 3);
+    candidates
+        .into_iter()
+        .map(|c| (strsim::damerau_levenshtein(&lower, &c.to_lowercase()), c))
+        .filter(|(distance, _)| *distance <= limit)
+        .min_by_key(|(distance, _)| *distance)
+        .map(|(_, c)| c)
+}
+
+/// The clause "; did you mean `x`?" for an error message, or nothing.
+pub fn did_you_mean<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> String {
+    nearest(word, candidates).map_or_else(String::new, |c| format!("; did you mean `{c}`?"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_nearest_word_is_found_and_far_ones_are_not() {
+        let words = ["mass", "inertia", "offset"];
+        assert_eq!(nearest("inertai", words), Some("inertia"));
+        assert_eq!(nearest("MASS", words), Some("mass"));
+        assert_eq!(nearest("stiffness", words), None);
+        assert_eq!(did_you_mean("ofset", words), "; did you mean `offset`?");
+    }
+}

@@ -1,0 +1,68 @@
+//! Frequency response functions as they are measured.
+
+use crate::linalg::Complex;
+
+/// What a frequency response function is: response over force.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FrfQuantity {
+    /// Displacement over force, m/N.
+    Receptance,
+    /// Velocity over force, m/(N s).
+    Mobility,
+    /// Acceleration over force, 1/kg.
+    Accelerance,
+}
+
+impl FrfQuantity {
+    /// Number of time derivatives from displacement: 0, 1, 2; the FRF is (iω)^order times the receptance.
+    pub fn order(self) -> i32 {
+        self as i32
+    }
+}
+
+/// One end of a frequency response function: a named point and a signed direction.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Channel {
+    /// Name of the point: the sensor's name, or the node's label in a universal file.
+    pub name: String,
+    /// Signed unit direction in global axes, when known.
+    pub direction: Option<[f64; 3]>,
+}
+
+/// A set of frequency response functions on common frequency lines.
+///
+/// `h[(line * n_references + reference) * n_responses + response]`; a function that was not measured is NaN in all lines.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FrfSet {
+    /// Which kind of function.
+    pub quantity: FrfQuantity,
+    /// Frequency lines, Hz, ascending.
+    pub frequencies_hz: Vec<f64>,
+    /// Points of excitation.
+    pub references: Vec<Channel>,
+    /// Points of response.
+    pub responses: Vec<Channel>,
+    /// The values, SI.
+    pub h: Vec<Complex<f64>>,
+    /// Ordinary coherence of each value, in the layout of `h`, when measured.
+    pub coherence: Option<Vec<f64>>,
+    /// Number of averages behind each line, when known: with the coherence it gives the variance of `h`.
+    pub n_averages: Option<usize>,
+}
+
+impl FrfSet {
+    /// Number of frequency lines.
+    pub fn n_lines(&self) -> usize {
+        self.frequencies_hz.len()
+    }
+
+    /// Index into `h` and `coherence`.
+    pub fn index(&self, line: usize, reference: usize, response: usize) -> usize {
+        (line * self.references.len() + reference) * self.responses.len() + response
+    }
+
+    /// The value at a line, reference and response.
+    pub fn at(&self, line: usize, reference: usize, response: usize) -> Complex<f64> {
+        self.h[self.index(line, reference, response)]
+    }
+}

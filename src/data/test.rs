@@ -1,0 +1,130 @@
+//! The content of a test file.
+
+use super::FrfSet;
+use crate::linalg::{Complex, DVector};
+
+/// Where a number comes from.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Origin {
+    /// Measured on the structure; the text says by whom, where, when.
+    Measured(String),
+    /// Computed by a model, with or without added noise; the text says how.
+    Synthetic(String),
+}
+
+impl Origin {
+    /// "measured" or "synthetic".
+    pub fn word(&self) -> &'static str {
+        match self {
+            Origin::Measured(_) => "measured",
+            Origin::Synthetic(_) => "synthetic",
+        }
+    }
+}
+
+/// A value with its standard deviation, both in SI.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Measured {
+    /// The value.
+    pub value: f64,
+    /// One standard deviation.
+    pub sd: f64,
+    /// Whether `sd` is a documented default because the file gives none.
+    pub sd_is_default: bool,
+}
+
+/// Where a sensor sits.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Place {
+    /// On a node, or rigidly connected to it at a position.
+    Node {
+        /// Name of the node.
+        node: String,
+        /// Position in global axes, m, when it is not the node's own.
+        position: Option<[f64; 3]>,
+    },
+    /// On an element, by its shape functions, or rigidly connected to that point of it.
+    Element {
+        /// Name of the element.
+        element: String,
+        /// 0 at its first node, 1 at its second.
+        fraction: f64,
+        /// Position in global axes, m, when it is not on the line between the nodes.
+        position: Option<[f64; 3]>,
+    },
+}
+
+/// A sensor: one place, one signed direction, one row of the observation matrix.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sensor {
+    /// Its name in the test.
+    pub name: String,
+    /// Where it sits.
+    pub place: Place,
+    /// Direction in global axes, of unit length; the sensor reads the component along it.
+    pub direction: [f64; 3],
+    /// Whether it reads a rotation about the direction instead of a displacement along it.
+    pub is_rotation: bool,
+    /// Mass of the transducer, kg, when it loads the structure.
+    pub mass: Option<f64>,
+}
+
+/// One measured mode.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TestMode {
+    /// The test's own name for it, if it has one.
+    pub label: Option<String>,
+    /// Natural frequency, Hz.
+    pub frequency_hz: Measured,
+    /// Damping ratio, 1.
+    pub damping_ratio: Option<Measured>,
+    /// Where frequency and damping come from.
+    pub origin: Origin,
+    /// Shape at the sensors, any scale; NaN where a sensor did not measure.
+    pub shape: Option<DVector<Complex<f64>>>,
+    /// Standard deviation of each shape entry, in the unit of the shape (real and imaginary part each).
+    pub shape_sd: Option<DVector<f64>>,
+    /// Where the shape comes from.
+    pub shape_origin: Option<Origin>,
+}
+
+/// A mass property that can be measured.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum MassQuantity {
+    /// Total mass, kg.
+    Mass,
+    /// Coordinate of the centre of gravity along axis 0, 1, 2, m.
+    Cg(usize),
+    /// Entry (i, j) of the inertia tensor about the centre of gravity, kg m².
+    Inertia(usize, usize),
+}
+
+/// A measured mass property.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MassProperty {
+    /// Which.
+    pub quantity: MassQuantity,
+    /// Its value, SI.
+    pub measured: Measured,
+    /// Where it comes from.
+    pub origin: Origin,
+}
+
+/// Everything a test file holds.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TestData {
+    /// Name of the test.
+    pub name: String,
+    /// A paragraph for people.
+    pub description: String,
+    /// Configuration of the model that was tested, when it has several.
+    pub configuration: Option<String>,
+    /// Sensors, in the order of every shape.
+    pub sensors: Vec<Sensor>,
+    /// Measured modes, by ascending frequency.
+    pub modes: Vec<TestMode>,
+    /// Measured mass properties.
+    pub mass_properties: Vec<MassProperty>,
+    /// Frequency response functions, when given.
+    pub frfs: Option<FrfSet>,
+}

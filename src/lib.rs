@@ -1,0 +1,18 @@
+//! retune updates finite-element models of structures to vibration tests and finds the physics that the models miss.
+//!
+//! One pipeline with four joints, each knowing only the one before it:
+//!
+//! ```text
+//! Element -> ParametricModel -> Objective -> Optimizer
+//! (beam)     (YAML, K(θ) M(θ))  (model - test)  (differential evolution, ...)
+//! ```
+//!
+//! Where to start reading: [`element`] for the textbook matrices, [`model`] for the YAML file and its assembly,
+//! [`objective`] for what is compared, [`optim`] for how it is minimised. `ARCHITECTURE.md` draws the whole house.
+
+pub mod catalogue;
+pub mod data;
+pub mod element;
+pub mod linalg;
+pub mod objective;
+pub mod optim;

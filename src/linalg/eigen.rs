@@ -1,0 +1,120 @@
+//! The generalized eigenproblem K φ = λ M φ, dense.
+//!
+//! Solved as the inverse problem `M φ = θ (K + a M) φ`, λ = 1/θ - a, with a > 0: the low modes are the largest θ, so
+//! they come out with full relative accuracy however stiff the top of the spectrum is; a singular K (a free structure)
+//! and a singular M (massless dofs, θ = 0) need no special case. faer's symmetric eigensolver is not invariant under
+//! scaling (its divide and conquer loses digits at norms far from one), so the matrix is scaled to unit norm first.
+//!
+//! Source: B. N. Parlett, The Symmetric Eigenvalue Problem, SIAM 1998, section 15.
+
+use super::{DMatrix, DVector, LinalgError};
+
+/// Eigenvalues in ascending order and M-orthonormal vectors as columns.
+#[derive(Debug, Clone)]
+pub struct Eigenpairs {
+    /// λ = ω², rad²/s².
+    pub values: DVector<f64>,
+    /// Φ with Φᵀ M Φ = I, (n x modes).
+    pub vectors: DMatrix<f64>,
+}
+
+/// The `n_modes` lowest eigenpairs of K φ = λ M φ.
+///
+/// * `k` - symmetric, positive semidefinite (n x n); only the lower triangle is read
+/// * `m` - symmetric, positive semidefinite (n x n); it may be singular, then at most rank(M) modes come out
+/// * `shift` - a > 0, rad²/s²: a value below the first elastic λ, and not below it by more than about 10⁸
+///
+/// Values of rigid-body modes come out as rounding noise around zero, of the order 1e-14 (a + λ_typical); the caller
+/// who knows the geometry sets them to zero.
+pub fn lowest_modes(k: &DMatrix<f64>, m: &DMatrix<f64>, n_modes: usize, shift: f64) -> Result<Eigenpairs, LinalgError> {
+    let n = k.nrows();
+    for (name, a) in [("stiffness", k), ("mass", m)] {
+        if let Some(row) = (0..n).find(|&i| (0..=i).any(|j| !a[(i, j)].is_finite())) {
+            return Err(LinalgError::NotFinite { matrix: name, row });
+        }
+    }
+    let shifted = k + m * shift;
+    // Jacobi scaling to unit diagonal: equal to a change of units per dof, and it makes the Cholesky pivots comparable.
+    let scale: Vec<f64> = (0..n).map(|i| 1.0 / shifted[(i, i)].sqrt()).collect();
+    if let Some(row) = scale.iter().position(|s| !s.is_finite()) {
+        return Err(LinalgError::NotPositiveDefinite { row, shift });
+    }
+    let a = faer::Mat::<f64>::from_fn(n, n, |i, j| shifted[(i.max(j), i.min(j))] * scale[i] * scale[j]);
+    let llt = a.llt(faer::Side::Lower).map_err(|e| match e {
+        faer::linalg::cholesky::llt::factor::LltError::NonPositivePivot { index } => {
+            LinalgError::NotPositiveDefinite { row: index, shift }
+        }
+    })?;
+    let l = llt.L();
+    // C = L⁻¹ M L⁻ᵀ, scaled to unit norm.
+    let mut c = faer::Mat::<f64>::from_fn(n, n, |i, j| m[(i.max(j), i.min(j))] * scale[i] * scale[j]);
+    let par = faer::Par::Seq;
+    faer::linalg::triangular_solve::solve_lower_triangular_in_place(l, c.as_mut(), par);
+    let mut c = c.transpose().to_owned();
+    faer::linalg::triangular_solve::solve_lower_triangular_in_place(l, c.as_mut(), par);
+    let norm = (0..n).map(|i| c[(i, i)].abs()).fold(0.0, f64::max).max(f64::MIN_POSITIVE);
+    for j in 0..n {
+        for i in 0..n {
+            c[(i, j)] /= norm;
+        }
+    }
+    let eigen = c.self_adjoint_eigen(faer::Side::Lower).map_err(|_| LinalgError::NoConvergence { size: n })?;
+    let theta = eigen.S().column_vector();
+    // Ascending θ: the wanted ones stand last. θ at rounding level belongs to massless dofs: an infinite frequency.
+    let rank = (0..n).filter(|&i| theta[i] > 1e-14 * n as f64).count();
+    let count = n_modes.min(rank);
+    let mut vectors = faer::Mat::<f64>::from_fn(n, count, |i, j| eigen.U()[(i, n - 1 - j)]);
+    faer::linalg::triangular_solve::solve_upper_triangular_in_place(l.transpose(), vectors.as_mut(), par);
+    let values = DVector::from_fn(count, |j, _| 1.0 / (theta[n - 1 - j] * norm) - shift);
+    // x = L⁻ᵀ y has xᵀ (K + aM) x = 1, so xᵀ M x = θ.
+    let vectors = DMatrix::from_fn(n, count, |i, j| vectors[(i, j)] * scale[i] / (theta[n - 1 - j] * norm).sqrt());
+    Ok(Eigenpairs { values, vectors })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn chain(n: usize, k: f64, m: f64) -> (DMatrix<f64>, DMatrix<f64>) {
+        let stiffness = DMatrix::from_fn(n, n, |i, j| match i.abs_diff(j) {
+            0 => k * if i == 0 || i == n - 1 { 1.0 } else { 2.0 },
+            1 => -k,
+            _ => 0.0,
+        });
+        (stiffness, DMatrix::identity(n, n) * m)
+    }
+
+    /// Free chain of n masses: ω_j² = 4 k/m sin²(j π / 2n). Blevins, Formulas for Natural Frequency, 1979, table 6-2.
+    #[test]
+    fn free_chain_has_its_closed_form_at_any_scale() {
+        for n in [5, 40, 256] {
+            for scale in [1e-10, 1.0, 1e12] {
+                let (k, m) = chain(n, scale, 1.0);
+                let pairs = lowest_modes(&k, &m, 5, 1e-3 * scale).unwrap();
+                for j in 0..5 {
+                    let exact = 4.0 * scale * (j as f64 * std::f64::consts::PI / (2.0 * n as f64)).sin().powi(2);
+                    assert!((pairs.values[j] - exact).abs() < 1e-13 * scale, "{n} {scale} {j}");
+                }
+                let gram = pairs.vectors.transpose() * &m * &pairs.vectors;
+                assert!((gram - DMatrix::identity(5, 5)).abs().max() < 1e-12);
+            }
+        }
+    }
+
+    #[test]
+    fn massless_dofs_have_no_mode() {
+        let (k, mut m) = chain(4, 1.0, 1.0);
+        m[(1, 1)] = 0.0;
+        let pairs = lowest_modes(&k, &m, 4, 0.01).unwrap();
+        assert_eq!(pairs.values.len(), 3);
+    }
+
+    #[test]
+    fn an_empty_dof_is_named() {
+        let (mut k, mut m) = chain(3, 1.0, 1.0);
+        for i in 0..3 {
+            (k[(1, i)], k[(i, 1)], m[(1, i)], m[(i, 1)]) = (0.0, 0.0, 0.0, 0.0);
+        }
+        assert!(matches!(lowest_modes(&k, &m, 2, 1.0), Err(LinalgError::NotPositiveDefinite { row: 1, .. })));
+    }
+}

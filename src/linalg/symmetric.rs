@@ -1,0 +1,74 @@
+//! Small symmetric matrices, symmetric by construction.
+
+use super::DMatrix;
+
+/// A symmetric matrix that stores its lower triangle only, row by row.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SymMatrix {
+    n: usize,
+    lower: Vec<f64>,
+}
+
+impl SymMatrix {
+    /// The zero matrix, `n` x `n`.
+    pub fn zeros(n: usize) -> Self {
+        Self { n, lower: vec![0.0; n * (n + 1) / 2] }
+    }
+
+    /// From the rows of the lower triangle: 1 + 2 + ... + n numbers.
+    ///
+    /// # Panics
+    /// If the count of numbers is not n(n+1)/2.
+    pub fn from_lower(n: usize, lower: &[f64]) -> Self {
+        assert_eq!(lower.len(), n * (n + 1) / 2, "a lower triangle of {n} rows");
+        Self { n, lower: lower.to_vec() }
+    }
+
+    /// Number of rows.
+    pub fn n(&self) -> usize {
+        self.n
+    }
+
+    /// Entry (i, j), either triangle.
+    pub fn get(&self, i: usize, j: usize) -> f64 {
+        self.lower[index(i, j)]
+    }
+
+    /// Adds to entry (i, j) and so to (j, i).
+    pub fn add(&mut self, i: usize, j: usize, value: f64) {
+        self.lower[index(i, j)] += value;
+    }
+
+    /// Adds `factor v vᵀ`.
+    pub fn add_outer(&mut self, factor: f64, v: &[f64]) {
+        for i in 0..self.n {
+            if v[i] != 0.0 {
+                for j in 0..=i {
+                    self.lower[i * (i + 1) / 2 + j] += factor * v[i] * v[j];
+                }
+            }
+        }
+    }
+
+    /// The full matrix.
+    pub fn to_dense(&self) -> DMatrix<f64> {
+        DMatrix::from_fn(self.n, self.n, |i, j| self.get(i, j))
+    }
+
+    /// The symmetric part of a full matrix, (a + aᵀ)/2.
+    pub fn from_dense(a: &DMatrix<f64>) -> Self {
+        let n = a.nrows();
+        let mut s = Self::zeros(n);
+        for i in 0..n {
+            for j in 0..=i {
+                s.lower[i * (i + 1) / 2 + j] = 0.5 * (a[(i, j)] + a[(j, i)]);
+            }
+        }
+        s
+    }
+}
+
+fn index(i: usize, j: usize) -> usize {
+    let (i, j) = if i >= j { (i, j) } else { (j, i) };
+    i * (i + 1) / 2 + j
+}
