@@ -14,5 +14,7 @@ pub mod catalogue;
 pub mod data;
 pub mod element;
 pub mod linalg;
+pub mod model;
 pub mod objective;
 pub mod optim;
+pub mod yaml;

@@ -50,6 +50,32 @@ impl SymMatrix {
         }
     }
 
+    /// Multiplies every entry.
+    pub fn scale(&mut self, factor: f64) {
+        self.lower.iter_mut().for_each(|v| *v *= factor);
+    }
+
+    /// Whether every entry is zero.
+    pub fn is_zero(&self) -> bool {
+        self.lower.iter().all(|v| *v == 0.0)
+    }
+
+    /// The entries of the lower triangle, row by row.
+    pub fn lower(&self) -> &[f64] {
+        &self.lower
+    }
+
+    /// Entry by entry, `f(self, other)`.
+    ///
+    /// # Panics
+    /// If the sizes differ.
+    #[must_use]
+    pub fn combine(&self, other: &SymMatrix, f: impl Fn(f64, f64) -> f64) -> SymMatrix {
+        assert_eq!(self.n, other.n, "matrices of one size");
+        let lower = self.lower.iter().zip(&other.lower).map(|(a, b)| f(*a, *b)).collect();
+        SymMatrix { n: self.n, lower }
+    }
+
     /// The full matrix.
     pub fn to_dense(&self) -> DMatrix<f64> {
         DMatrix::from_fn(self.n, self.n, |i, j| self.get(i, j))

@@ -1,0 +1,205 @@
+//! Lowest modes of a structure, free or supported.
+
+use crate::linalg::{DMatrix, DVector, LinalgError, lowest_modes};
+use std::f64::consts::TAU;
+
+/// Modes of a structure, rigid-body modes first, by ascending frequency.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Modes {
+    /// ω² of each mode, rad²/s²; exactly zero for rigid-body modes.
+    pub lambda: DVector<f64>,
+    /// Mass-normalised shapes on the independent dofs, (n_dof x modes).
+    pub shapes: DMatrix<f64>,
+    /// How many of them are rigid-body modes; they stand first.
+    pub n_rigid: usize,
+    /// How many modes after them have no stiffness either: mechanisms.
+    pub n_mechanism: usize,
+}
+
+impl Modes {
+    /// Number of modes.
+    pub fn len(&self) -> usize {
+        self.lambda.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.lambda.is_empty()
+    }
+
+    /// Natural frequency of a mode, Hz.
+    pub fn frequency_hz(&self, mode: usize) -> f64 {
+        self.lambda[mode].max(0.0).sqrt() / TAU
+    }
+
+    /// Natural frequencies, Hz.
+    pub fn frequencies_hz(&self) -> Vec<f64> {
+        (0..self.len()).map(|i| self.frequency_hz(i)).collect()
+    }
+
+    /// Indices of the elastic modes.
+    pub fn elastic(&self) -> std::ops::Range<usize> {
+        self.n_rigid..self.len()
+    }
+}
+
+/// How to solve.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SolveOptions {
+    /// Number of elastic modes wanted; fewer come out of a small model.
+    pub n_elastic: usize,
+    /// Shift a of the inverse problem, rad²/s²: about the first elastic λ; found when absent.
+    pub shift: Option<f64>,
+}
+
+/// Why there are no modes.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ModalError {
+    /// The numerical kernel refuses.
+    #[error(transparent)]
+    Linalg(#[from] LinalgError),
+    /// No dof can move.
+    #[error("no dof can move: everything is supported or nothing has stiffness or mass")]
+    NoDof,
+    /// No mass.
+    #[error("the structure has no mass on any dof that moves")]
+    NoMass,
+}
+
+/// The lowest modes of K φ = ω² M φ.
+///
+/// * `stiffness`, `mass` - K and M (n x n), symmetric; the lower triangles are read
+/// * `rigid_motions` - the values of the dofs for the six rigid motions (n x 6); which of their combinations are
+///   rigid-body modes of this structure is found from their strain energy
+///
+/// Rigid-body modes come out with λ = 0 exactly and the geometric shape; elastic shapes are M-orthogonal to them.
+pub fn solve(
+    stiffness: &DMatrix<f64>,
+    mass: &DMatrix<f64>,
+    rigid_motions: &DMatrix<f64>,
+    options: SolveOptions,
+) -> Result<Modes, ModalError> {
+    if stiffness.nrows() == 0 {
+        return Err(ModalError::NoDof);
+    }
+    let rigid = rigid_body_modes(stiffness, mass, rigid_motions);
+    let n_rigid = rigid.ncols();
+    let shift = match options.shift {
+        Some(shift) => shift,
+        None => typical_shift(stiffness, mass, rigid_motions)?,
+    };
+    let pairs = lowest_modes(stiffness, mass, n_rigid + options.n_elastic, shift)?;
+    // How much of each vector is a rigid motion, in the mass norm: the n_rigid largest are the rigid-body modes.
+    let along = rigid.transpose() * mass * &pairs.vectors;
+    let mut order: Vec<usize> = (0..pairs.values.len()).collect();
+    order.sort_by(|&a, &b| {
+        along.column(b).norm_squared().total_cmp(&along.column(a).norm_squared()).then(a.cmp(&b))
+    });
+    let mut elastic: Vec<usize> = order.split_off(n_rigid.min(order.len()));
+    elastic.sort_unstable();
+    let count = n_rigid + elastic.len();
+    let mut lambda = DVector::zeros(count);
+    let mut shapes = DMatrix::zeros(stiffness.nrows(), count);
+    shapes.columns_mut(0, n_rigid).copy_from(&rigid);
+    let mut n_mechanism = 0;
+    for (k, &j) in elastic.iter().enumerate() {
+        let vector = pairs.vectors.column(j);
+        let mut clean = vector.into_owned();
+        clean -= &rigid * along.column(j);
+        let norm = (clean.transpose() * mass * &clean)[(0, 0)].sqrt();
+        shapes.set_column(n_rigid + k, &(clean / norm));
+        // Far below the shift, which is about the first elastic λ, a value is rounding noise.
+        let value = pairs.values[j];
+        if value.abs() < 1e-9 * shift {
+            n_mechanism += 1;
+        } else {
+            lambda[n_rigid + k] = value;
+        }
+    }
+    Ok(Modes { lambda, shapes, n_rigid, n_mechanism })
+}
+
+/// M-orthonormal rigid-body modes: the combinations of rigid motions that cost no strain energy and move mass.
+///
+/// The energy of a motion r is judged against |r|ᵀ|K||r|, what its terms would sum to without cancelling.
+fn rigid_body_modes(k: &DMatrix<f64>, m: &DMatrix<f64>, motions: &DMatrix<f64>) -> DMatrix<f64> {
+    let n = k.nrows();
+    let absolute = k.abs();
+    // Motions in comparable units: each scaled to unit absolute energy; those that no dof takes part in are dropped.
+    let mut scaled: Vec<DVector<f64>> = Vec::new();
+    for j in 0..motions.ncols() {
+        let r: DVector<f64> = motions.column(j).into_owned();
+        if r.amax() == 0.0 {
+            continue;
+        }
+        let a = r.abs();
+        let size = (a.transpose() * &absolute * &a)[(0, 0)];
+        let size = if size > 0.0 { size } else { (r.transpose() * m * &r)[(0, 0)].max(f64::MIN_POSITIVE) };
+        scaled.push(r / size.sqrt());
+    }
+    if scaled.is_empty() {
+        return DMatrix::zeros(n, 0);
+    }
+    let motions = DMatrix::from_columns(&scaled);
+    let energy = motions.transpose() * k * &motions;
+    let eigen = nalgebra::SymmetricEigen::new(0.5 * (&energy + energy.transpose()));
+    // Rounding of the sums is some 1e-15 of the absolute energy; the softest suspension that can matter is far above.
+    let free: Vec<DVector<f64>> = (0..energy.nrows())
+        .filter(|&i| eigen.eigenvalues[i].abs() < 1e-12)
+        .map(|i| &motions * eigen.eigenvectors.column(i))
+        .collect();
+    if free.is_empty() {
+        return DMatrix::zeros(n, 0);
+    }
+    let free = DMatrix::from_columns(&free);
+    // Combinations that move mass and differ from each other.
+    let gram = free.transpose() * m * &free;
+    let diagonal: Vec<f64> = (0..gram.nrows()).map(|i| gram[(i, i)].max(f64::MIN_POSITIVE).sqrt()).collect();
+    let unit = DMatrix::from_fn(gram.nrows(), gram.ncols(), |i, j| gram[(i, j)] / (diagonal[i] * diagonal[j]));
+    let eigen = nalgebra::SymmetricEigen::new(0.5 * (&unit + unit.transpose()));
+    let columns: Vec<DVector<f64>> = (0..unit.nrows())
+        .filter(|&i| eigen.eigenvalues[i] > 1e-10)
+        .map(|i| {
+            let weights = DVector::from_fn(unit.nrows(), |j, _| eigen.eigenvectors[(j, i)] / diagonal[j]);
+            &free * weights / eigen.eigenvalues[i].sqrt()
+        })
+        .collect();
+    if columns.is_empty() { DMatrix::zeros(n, 0) } else { DMatrix::from_columns(&columns) }
+}
+
+/// A shift for the inverse problem: about the first elastic λ of the structure.
+///
+/// Rounding in λ is about ε (λ + a)²/a for a shift a, so a shift near the first elastic λ keeps the low modes exact and
+/// costs the high ones little.
+pub fn typical_shift(
+    stiffness: &DMatrix<f64>,
+    mass: &DMatrix<f64>,
+    rigid_motions: &DMatrix<f64>,
+) -> Result<f64, ModalError> {
+    let n = stiffness.nrows();
+    let n_rigid = rigid_body_modes(stiffness, mass, rigid_motions).ncols();
+    // A dof's own K/M is above the first λ (Rayleigh), usually by a few decades.
+    let ratios = (0..n).filter(|&i| mass[(i, i)] > 0.0 && stiffness[(i, i)] > 0.0);
+    let least = ratios.map(|i| stiffness[(i, i)] / mass[(i, i)]).fold(f64::INFINITY, f64::min);
+    if !least.is_finite() {
+        if (0..n).all(|i| mass[(i, i)] <= 0.0) {
+            return Err(ModalError::NoMass);
+        }
+        return Ok(1.0);
+    }
+    let mut shift = 1e-3 * least;
+    for _ in 0..3 {
+        let values = lowest_modes(stiffness, mass, n_rigid + 12, shift)?.values;
+        let mut magnitudes: Vec<f64> = values.iter().map(|v| v.abs()).collect();
+        magnitudes.sort_by(f64::total_cmp);
+        // The first λ beyond the rigid ones that is no rounding noise of the shift.
+        let Some(first) = magnitudes.into_iter().skip(n_rigid).find(|v| *v > 1e-9 * shift) else { return Ok(shift) };
+        let ratio = first / shift;
+        shift = first;
+        if (0.1..10.0).contains(&ratio) {
+            break;
+        }
+    }
+    Ok(shift)
+}

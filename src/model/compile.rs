@@ -1,0 +1,423 @@
+//! From a model file to a [`Model`].
+
+use super::assembly::{
+    AffinePart, Connection, Dependence, add_basis, add_element, affine_part, dependence, element_matrices,
+    interior_point, number, symmetrise, touched,
+};
+use super::constraint::{Elimination, RowOutcome};
+use super::dof_map::{DofMap, rigid_motion};
+use super::geometry::{Geometry, minus, unknown};
+use super::mass_properties::{MassProperties, add_rigid_mass};
+use super::parameter::ParameterSet;
+use super::place::{Placed, PlacedElement, place};
+use super::registry::Registry;
+use super::spec::{DofName, ModelSpec, TargetSpec};
+use super::system::System;
+use super::{ElementMatrices, ModelError, ParametricModel};
+use crate::element::{Dof, ElementInput};
+use crate::linalg::SymMatrix;
+use crate::yaml::{self, Problem, Severity, SourceMap, child};
+use std::collections::BTreeMap;
+
+/// A mass property that an update has to respect, in SI.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Target {
+    /// Value.
+    pub value: f64,
+    /// Half-width of the accepted range.
+    pub tolerance: f64,
+}
+
+/// The mass properties that an update has to respect.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Targets {
+    /// Total mass, kg.
+    pub mass: Option<Target>,
+    /// Centre of gravity along each axis, m.
+    pub cg: [Option<Target>; 3],
+    /// Moment of inertia about each axis through the centre of gravity, kg m².
+    pub inertia: [Option<Target>; 3],
+}
+
+/// A model built from a file.
+#[derive(Debug, Clone)]
+pub struct Model {
+    spec: ModelSpec,
+    geometry: Geometry,
+    parameters: ParameterSet,
+    elements: Vec<PlacedElement>,
+    sets: BTreeMap<String, Vec<usize>>,
+    dofs: DofMap,
+    connections: Vec<Connection>,
+    affine: AffinePart,
+    /// 6 x 6 masses of rigid motion: constant, then per parameter.
+    rigid_mass: Vec<SymMatrix>,
+    /// Elements that are not affine in θ.
+    general: Vec<usize>,
+    damped: bool,
+    targets: Targets,
+}
+
+/// Reads and builds a model from the text of a file, with the warnings found on the way.
+///
+/// Errors: every problem of the file, each with its place; warnings among them.
+pub fn load(text: &str, registry: &Registry) -> Result<(Model, Vec<Problem>, SourceMap), Vec<Problem>> {
+    let (spec, map) = yaml::read::<ModelSpec>(text)?;
+    match Model::new(spec, registry) {
+        Ok((model, warnings)) => Ok((model, map.place(warnings), map)),
+        Err(problems) => Err(map.place(problems)),
+    }
+}
+
+impl Model {
+    /// Builds the model of a specification, with warnings.
+    ///
+    /// Errors: all problems found, warnings among them.
+    pub fn new(spec: ModelSpec, registry: &Registry) -> Result<(Self, Vec<Problem>), Vec<Problem>> {
+        let mut problems = Vec::new();
+        if spec.retune != 1 {
+            problems.push(Problem::error("retune", format_args!("this program reads version 1 of the format, not {}", spec.retune)));
+        }
+        if spec.nodes.is_empty() {
+            problems.push(Problem::error("nodes", "a model needs nodes"));
+        }
+        let placed = place(&spec, registry, &mut problems);
+        let targets = targets(&spec, &mut problems);
+        let elimination = eliminate(&spec, &placed.geometry, &mut problems);
+        if problems.iter().all(|p| p.severity == Severity::Warning) && placed.elements.is_empty() {
+            problems.push(Problem::error("", "the model has nodes but no beams, bars, springs or masses"));
+        }
+        lacks(&spec, &placed, &elimination, &mut problems);
+        if problems.iter().any(|p| p.severity == Severity::Error) {
+            return Err(problems);
+        }
+        Self::build(spec, placed, targets, &elimination, &mut problems).map(|m| (m, problems.clone())).map_err(|e| {
+            let path = match &e {
+                ModelError::Element { path, .. } => path.clone(),
+                _ => String::new(),
+            };
+            problems.push(Problem::error(path, e));
+            problems
+        })
+    }
+
+    fn build(
+        spec: ModelSpec,
+        placed: Placed,
+        targets: Targets,
+        elimination: &Elimination,
+        problems: &mut Vec<Problem>,
+    ) -> Result<Self, ModelError> {
+        let Placed { geometry, parameters, elements, sets } = placed;
+        let dependences = elements.iter().map(|e| dependence(e, &parameters)).collect::<Result<Vec<_>, _>>()?;
+        let touched = touched(&elements, &dependences, &parameters, geometry.names.len());
+        let dofs = number(&geometry.names, &geometry.positions, &touched, elimination);
+        if dofs.n_dof() == 0 {
+            problems.push(Problem::warning("", "every dof is supported or inactive: nothing can move"));
+        }
+        let connections: Vec<Connection> = elements.iter().map(|e| Connection::new(e, &dofs)).collect();
+        let (affine, rigid_mass) =
+            affine_part(&elements, &dependences, &connections, &geometry.positions, parameters.len());
+        let general: Vec<usize> =
+            (0..elements.len()).filter(|&i| matches!(dependences[i], Dependence::General)).collect();
+        let base = interior_point(&parameters);
+        let mut damped = std::iter::once(&affine.constant).chain(&affine.parameters).any(|b| !b.damping.is_empty());
+        for &e in &general {
+            damped |= !element_matrices(&elements[e], &base)?.damping.is_zero();
+        }
+        Ok(Self { spec, geometry, parameters, elements, sets, dofs, connections, affine, rigid_mass, general, damped, targets })
+    }
+
+    /// The file it was built from.
+    pub fn spec(&self) -> &ModelSpec {
+        &self.spec
+    }
+
+    /// Places of nodes and frames.
+    pub fn geometry(&self) -> &Geometry {
+        &self.geometry
+    }
+
+    /// Its elements.
+    pub fn elements(&self) -> &[PlacedElement] {
+        &self.elements
+    }
+
+    /// Indices of the elements of a name: an element, a chain, a mass or a group.
+    pub fn element_set(&self, name: &str) -> Option<&[usize]> {
+        self.sets.get(name).map(Vec::as_slice)
+    }
+
+    /// The names of [`Self::element_set`].
+    pub fn element_set_names(&self) -> impl Iterator<Item = &str> {
+        self.sets.keys().map(String::as_str)
+    }
+
+    /// The mass properties that an update has to respect.
+    pub fn targets(&self) -> &Targets {
+        &self.targets
+    }
+
+    /// Matrices of one element at θ, in its axes.
+    pub fn element_matrices(&self, element: usize, theta: &[f64]) -> Result<ElementMatrices, ModelError> {
+        element_matrices(&self.elements[element], theta)
+    }
+
+    /// Displacements of one element, in its axes, for given rows q.
+    pub fn element_displacements(&self, element: usize, q: &[f64]) -> Vec<f64> {
+        let c = &self.connections[element];
+        (0..c.b.nrows()).map(|i| c.rows.iter().enumerate().map(|(j, &row)| c.b[(i, j)] * q[row]).sum()).collect()
+    }
+
+    /// Displacements and rotations, in global axes, of a point of an element at a fraction of its length, as
+    /// combinations of rows: six lists of (row, factor), and the point's position.
+    pub fn interpolate(&self, element: usize, fraction: f64, theta: &[f64]) -> Result<([Vec<(usize, f64)>; 6], [f64; 3]), ModelError> {
+        let e = &self.elements[element];
+        let values: Vec<Option<f64>> = e.values.iter().map(|v| v.as_ref().map(|v| v.at(theta))).collect();
+        let input = ElementInput { points: &e.points, values: &values };
+        let shape = e.kind.interpolate(&input, fraction).map_err(|source| ModelError::Element {
+            element: e.name.clone(),
+            path: e.path.clone(),
+            source,
+        })?;
+        let c = &self.connections[element];
+        let mut rows: [Vec<(usize, f64)>; 6] = Default::default();
+        for (global, list) in rows.iter_mut().enumerate() {
+            for (j, &row) in c.rows.iter().enumerate() {
+                // Global component = Σ local component times direction cosine.
+                let factor: f64 = (0..3)
+                    .map(|local| {
+                        let i = local + 3 * (global / 3);
+                        let along: f64 = (0..c.b.nrows()).map(|k| shape[i][k] * c.b[(k, j)]).sum();
+                        e.axes[local][global % 3] * along
+                    })
+                    .sum();
+                if factor != 0.0 {
+                    list.push((row, factor));
+                }
+            }
+        }
+        let first = self.geometry.positions[e.nodes[0]];
+        let last = self.geometry.positions[e.nodes[e.nodes.len() - 1]];
+        Ok((rows, super::geometry::plus(first, fraction, minus(last, first))))
+    }
+}
+
+impl ParametricModel for Model {
+    fn parameters(&self) -> &ParameterSet {
+        &self.parameters
+    }
+
+    fn dof_map(&self) -> &DofMap {
+        &self.dofs
+    }
+
+    fn assemble(&self, theta: &[f64]) -> Result<System, ModelError> {
+        let mut system = System::zeros(self.dofs.n_dof(), self.damped);
+        self.assemble_into(theta, &mut system)?;
+        Ok(system)
+    }
+
+    fn assemble_into(&self, theta: &[f64], system: &mut System) -> Result<(), ModelError> {
+        if theta.len() != self.parameters.len() {
+            return Err(ModelError::WrongLength { expected: self.parameters.len(), given: theta.len() });
+        }
+        system.clear();
+        add_basis(system, &self.affine.constant, 1.0);
+        for (basis, value) in self.affine.parameters.iter().zip(theta) {
+            add_basis(system, basis, *value);
+        }
+        for &e in &self.general {
+            add_element(system, &self.connections[e], &element_matrices(&self.elements[e], theta)?);
+        }
+        symmetrise(system);
+        Ok(())
+    }
+
+    fn assemble_derivative(&self, theta: &[f64], j: usize) -> Result<System, ModelError> {
+        let mut system = System::zeros(self.dofs.n_dof(), self.damped);
+        add_basis(&mut system, &self.affine.parameters[j], 1.0);
+        let scale = self.parameters.get(j).bounds.map_or(theta[j].abs(), |[l, u]| u - l);
+        // A step of about the cube root of rounding balances truncation and cancellation.
+        let step = 1e-5 * if scale > 0.0 { scale } else { 1.0 };
+        for &e in &self.general {
+            let element = &self.elements[e];
+            let depends = element.values.iter().flatten().chain(&element.stiffness_factor).chain(&element.mass_factor).any(|v| v.parameters().any(|p| p == j));
+            if depends {
+                let at = |s: f64| {
+                    let mut theta = theta.to_vec();
+                    theta[j] += s * step;
+                    element_matrices(element, &theta)
+                };
+                // At the edge of an element's domain the difference is one-sided.
+                let slope = match (at(1.0), at(-1.0)) {
+                    (Ok(a), Ok(b)) => a.combine(&b, |a, b| (a - b) / (2.0 * step)),
+                    (Ok(a), Err(_)) => a.combine(&at(0.0)?, |a, b| (a - b) / step),
+                    (Err(_), Ok(b)) => at(0.0)?.combine(&b, |a, b| (a - b) / step),
+                    (Err(e), Err(_)) => return Err(e),
+                };
+                add_element(&mut system, &self.connections[e], &slope);
+            }
+        }
+        symmetrise(&mut system);
+        Ok(system)
+    }
+
+    fn mass_properties(&self, theta: &[f64]) -> Result<Option<MassProperties>, ModelError> {
+        let mut rigid = self.rigid_mass[0].clone();
+        for (mass, value) in self.rigid_mass[1..].iter().zip(theta) {
+            rigid = rigid.combine(mass, |a, b| a + value * b);
+        }
+        for &e in &self.general {
+            let element = &self.elements[e];
+            let at: Vec<[f64; 3]> = element.nodes.iter().map(|&n| self.geometry.positions[n]).collect();
+            add_rigid_mass(&mut rigid, 1.0, &element_matrices(element, theta)?.mass, &element.axes, &at);
+        }
+        Ok(Some(MassProperties::from_rigid_mass(&rigid)))
+    }
+
+    fn affine(&self) -> Option<&AffinePart> {
+        self.general.is_empty().then_some(&self.affine)
+    }
+}
+
+/// The dofs that exist in the model.
+fn active(spec: &ModelSpec) -> [bool; 6] {
+    let mut active = [spec.active_dofs.is_none(); 6];
+    for d in spec.active_dofs.iter().flatten() {
+        active[*d as usize] = true;
+    }
+    active
+}
+
+fn eliminate(spec: &ModelSpec, geometry: &Geometry, problems: &mut Vec<Problem>) -> Elimination {
+    let mut elimination = Elimination::default();
+    let active = active(spec);
+    for dof in (0..6 * geometry.names.len()).filter(|d| !active[d % 6]) {
+        elimination.fix(dof);
+    }
+    let all = [DofName::Ux, DofName::Uy, DofName::Uz, DofName::Rx, DofName::Ry, DofName::Rz];
+    let find = |name: &str, path: &str, problems: &mut Vec<Problem>| {
+        let found = geometry.node(name);
+        if found.is_none() {
+            problems.push(unknown(path, "node", name, spec.nodes.keys()));
+        }
+        found
+    };
+    for (name, link) in &spec.rigid_links {
+        let path = child("rigid_links", name);
+        let master = find(&link.master, &child(&path, "master"), problems);
+        for (i, slave_name) in link.slaves.iter().enumerate() {
+            let slave_path = format!("{path}.slaves[{i}]");
+            let slave = find(slave_name, &slave_path, problems);
+            let (Some(master), Some(slave)) = (master, slave) else { continue };
+            if master == slave {
+                problems.push(Problem::error(&slave_path, format_args!("node `{slave_name}` cannot follow itself")));
+                continue;
+            }
+            let arm = minus(geometry.positions[slave], geometry.positions[master]);
+            let mut redundant = true;
+            for d in link.dofs.as_deref().unwrap_or(&all).iter().filter(|d| active[**d as usize]) {
+                let d = *d as usize;
+                let mut row = vec![(6 * slave + d, 1.0)];
+                for motion in 0..6 {
+                    let factor = rigid_motion(arm, motion)[d];
+                    if factor != 0.0 {
+                        row.push((6 * master + motion, -factor));
+                    }
+                }
+                redundant &= elimination.constrain(&row) == RowOutcome::Redundant;
+            }
+            if redundant {
+                problems.push(Problem::warning(&slave_path, format_args!("node `{slave_name}` follows already from other links; this one adds nothing")));
+            }
+        }
+    }
+    for (name, constraint) in &spec.constraints {
+        let path = child("constraints", name);
+        let mut row = Vec::new();
+        for (i, term) in constraint.terms.iter().enumerate() {
+            if !term.factor.is_finite() || term.factor == 0.0 {
+                problems.push(Problem::error(format!("{path}.terms[{i}].factor"), "a factor must be a finite number other than zero"));
+            } else if let Some(node) = find(&term.node, &format!("{path}.terms[{i}].node"), problems) {
+                row.push((6 * node + term.dof as usize, term.factor));
+            }
+        }
+        if row.is_empty() {
+            problems.push(Problem::error(child(&path, "terms"), "a constraint needs at least one term `{node: n1, dof: uz, factor: 1}`"));
+        } else if row.len() == constraint.terms.len() && elimination.constrain(&row) == RowOutcome::Redundant {
+            problems.push(Problem::warning(&path, "it follows already from other constraints; it adds nothing"));
+        }
+    }
+    for (name, support) in &spec.supports {
+        let path = child("supports", name);
+        let nodes: Vec<(&String, String)> = match (&support.node, &support.nodes) {
+            (Some(node), None) => vec![(node, child(&path, "node"))],
+            (None, Some(nodes)) => nodes.iter().enumerate().map(|(i, n)| (n, format!("{path}.nodes[{i}]"))).collect(),
+            _ => {
+                problems.push(Problem::error(&path, "give `node` or `nodes`"));
+                continue;
+            }
+        };
+        for (node_name, node_path) in nodes {
+            let Some(node) = find(node_name, &node_path, problems) else { continue };
+            for d in support.fixed.as_deref().unwrap_or(&all) {
+                elimination.fix(6 * node + Dof::from(*d) as usize);
+            }
+        }
+    }
+    elimination
+}
+
+/// Refuses elements that lack a property against a motion that is possible.
+fn lacks(spec: &ModelSpec, placed: &Placed, elimination: &Elimination, problems: &mut Vec<Problem>) {
+    let active = active(spec);
+    let theta = interior_point(&placed.parameters);
+    for e in &placed.elements {
+        let values: Vec<Option<f64>> = e.values.iter().map(|v| v.as_ref().map(|v| v.at(&theta))).collect();
+        for lack in e.kind.lacks(&ElementInput { points: &e.points, values: &values }) {
+            let local = lack.dof.axis();
+            let base = if lack.dof.is_rotation() { 3 } else { 0 };
+            let moves = e.nodes.iter().any(|&node| {
+                (0..3).any(|g| {
+                    let dof = base + g;
+                    e.axes[local][g].abs() > 1e-6 && active[dof] && !elimination.express(6 * node + dof).is_empty()
+                })
+            });
+            let path = e.section.as_ref().map_or(e.path.clone(), |s| child("sections", s));
+            let already = problems.iter().any(|p| p.path == path && p.message.contains(&format!("`{}`", lack.property)));
+            if moves && !already {
+                problems.push(Problem::error(path, format_args!("element `{}` needs `{}` against motion in {} (its own axes); give it, or leave that dof out of `active_dofs`", e.name, lack.property, lack.dof)));
+            }
+        }
+    }
+}
+
+fn targets(spec: &ModelSpec, problems: &mut Vec<Problem>) -> Targets {
+    let mut out = Targets::default();
+    let Some(t) = &spec.targets else { return out };
+    let read = |t: &TargetSpec, unit: &str, path: &str, problems: &mut Vec<Problem>| {
+        let value = super::geometry::constant(&t.value, unit, &child(path, "value"), problems);
+        let tolerance = super::geometry::constant(&t.tolerance, unit, &child(path, "tolerance"), problems);
+        if tolerance <= 0.0 {
+            problems.push(Problem::error(child(path, "tolerance"), "a tolerance must be above zero"));
+        }
+        Some(Target { value, tolerance })
+    };
+    if let Some(t) = &t.total_mass {
+        out.mass = read(t, "kg", "targets.total_mass", problems);
+    }
+    for (list, slots, words, unit, path) in [
+        (&t.cg, &mut out.cg, ["x", "y", "z"], "m", "targets.cg"),
+        (&t.inertia, &mut out.inertia, ["xx", "yy", "zz"], "kg m2", "targets.inertia"),
+    ] {
+        for (axis, t) in list {
+            let path = child(path, axis);
+            match words.iter().position(|w| w == axis) {
+                Some(i) => slots[i] = read(t, unit, &path, problems),
+                None => problems.push(Problem::error(path, format_args!("unknown axis `{axis}`, expected `{}`, `{}` or `{}`", words[0], words[1], words[2]))),
+            }
+        }
+    }
+    out
+}

@@ -1,0 +1,107 @@
+//! Rows of K and M, and how every dof of every node follows from them.
+
+use super::constraint::Combination;
+use crate::element::Dof;
+use crate::linalg::{DMatrix, DVector};
+
+/// The independent dofs q and the map u = T q to all dofs of all nodes; it does not depend on θ.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DofMap {
+    node_names: Vec<String>,
+    positions: Vec<[f64; 3]>,
+    /// Row -> (node, dof).
+    rows: Vec<(usize, Dof)>,
+    /// 6 node + dof -> combination of rows.
+    full: Vec<Combination>,
+}
+
+impl DofMap {
+    pub(super) fn new(
+        node_names: Vec<String>,
+        positions: Vec<[f64; 3]>,
+        rows: Vec<(usize, Dof)>,
+        full: Vec<Combination>,
+    ) -> Self {
+        Self { node_names, positions, rows, full }
+    }
+
+    /// A map for a model that is not made of nodes and elements: one row per (node, dof), no constraint.
+    ///
+    /// * `nodes` - name and position of each node
+    /// * `rows` - (node index, dof) of each row of K and M
+    pub fn from_rows(nodes: Vec<(String, [f64; 3])>, rows: Vec<(usize, Dof)>) -> Self {
+        let mut full = vec![Vec::new(); 6 * nodes.len()];
+        for (row, &(node, dof)) in rows.iter().enumerate() {
+            full[6 * node + dof as usize] = vec![(row, 1.0)];
+        }
+        let (node_names, positions) = nodes.into_iter().unzip();
+        Self { node_names, positions, rows, full }
+    }
+
+    /// Number of independent dofs: the size of K and M.
+    pub fn n_dof(&self) -> usize {
+        self.rows.len()
+    }
+
+    /// Number of nodes.
+    pub fn n_nodes(&self) -> usize {
+        self.node_names.len()
+    }
+
+    /// Names of nodes.
+    pub fn node_names(&self) -> &[String] {
+        &self.node_names
+    }
+
+    /// Positions of nodes, global, m.
+    pub fn positions(&self) -> &[[f64; 3]] {
+        &self.positions
+    }
+
+    /// Index of a node.
+    pub fn node(&self, name: &str) -> Option<usize> {
+        self.node_names.iter().position(|n| n == name)
+    }
+
+    /// The (node, dof) of each row.
+    pub fn rows(&self) -> &[(usize, Dof)] {
+        &self.rows
+    }
+
+    /// `node.dof` of a row, for messages.
+    pub fn row_name(&self, row: usize) -> String {
+        let (node, dof) = self.rows[row];
+        format!("{}.{dof}", self.node_names[node])
+    }
+
+    /// A dof of a node as a combination of rows; empty where it does not move.
+    pub fn express(&self, node: usize, dof: Dof) -> &[(usize, f64)] {
+        &self.full[6 * node + dof as usize]
+    }
+
+    /// The displacements and rotations of all nodes that belong to q: (nodes x 6).
+    pub fn expand(&self, q: &DVector<f64>) -> DMatrix<f64> {
+        DMatrix::from_fn(self.n_nodes(), 6, |node, d| self.full[6 * node + d].iter().map(|&(row, f)| f * q[row]).sum())
+    }
+
+    /// The values of q when the structure moves as a rigid body: translations along and rotations about the global axes
+    /// through the origin, (n_dof x 6).
+    pub fn rigid_motions(&self) -> DMatrix<f64> {
+        DMatrix::from_fn(self.n_dof(), 6, |row, motion| {
+            let (node, dof) = self.rows[row];
+            rigid_motion(self.positions[node], motion)[dof as usize]
+        })
+    }
+}
+
+/// Displacements and rotations at a point for a unit rigid motion: 0..3 translations, 3..6 rotations about the origin.
+pub fn rigid_motion(at: [f64; 3], motion: usize) -> [f64; 6] {
+    let mut u = [0.0; 6];
+    u[motion] = 1.0;
+    if motion >= 3 {
+        let mut axis = [0.0; 3];
+        axis[motion - 3] = 1.0;
+        u[..3].copy_from_slice(&super::geometry::cross(axis, at));
+    }
+    u
+}

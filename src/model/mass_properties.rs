@@ -1,0 +1,91 @@
+//! Total mass, centre of gravity and inertia.
+
+use super::dof_map::rigid_motion;
+use crate::linalg::SymMatrix;
+
+/// Mass properties of the whole structure, supports or not.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MassProperties {
+    /// Total mass, kg.
+    pub mass: f64,
+    /// Centre of gravity, global, m.
+    pub cg: [f64; 3],
+    /// Inertia tensor about the centre of gravity, global axes, kg m²: moments on the diagonal, -∫ x y dm beside it.
+    pub inertia: [[f64; 3]; 3],
+}
+
+impl MassProperties {
+    /// From the 6 x 6 mass matrix of rigid motions about the origin, Rᵀ M R.
+    ///
+    /// ```text
+    /// Rᵀ M R = [  m I    -m ĉ ]     ĉ: cross-product matrix of the centre of gravity c
+    ///          [  m ĉ     J_o ]     J_o: inertia about the origin
+    /// ```
+    pub fn from_rigid_mass(rigid: &SymMatrix) -> Self {
+        let mass = (rigid.get(0, 0) + rigid.get(1, 1) + rigid.get(2, 2)) / 3.0;
+        // Entry (rotation about x, displacement along z) = m c_y, and so on round.
+        let cg = if mass > 0.0 {
+            [
+                0.5 * (rigid.get(5, 1) - rigid.get(4, 2)) / mass,
+                0.5 * (rigid.get(3, 2) - rigid.get(5, 0)) / mass,
+                0.5 * (rigid.get(4, 0) - rigid.get(3, 1)) / mass,
+            ]
+        } else {
+            [0.0; 3]
+        };
+        let mut inertia = [[0.0; 3]; 3];
+        let square: f64 = cg.iter().map(|c| c * c).sum();
+        for i in 0..3 {
+            for j in 0..3 {
+                let steiner = mass * (if i == j { square } else { 0.0 } - cg[i] * cg[j]);
+                inertia[i][j] = rigid.get(3 + i, 3 + j) - steiner;
+            }
+        }
+        Self { mass, cg, inertia }
+    }
+
+    /// Moment of inertia about an axis through a point, parallel to global axis `axis`, kg m².
+    pub fn moment_about(&self, axis: usize, point: [f64; 3]) -> f64 {
+        let square: f64 = (0..3).filter(|i| *i != axis).map(|i| (self.cg[i] - point[i]).powi(2)).sum();
+        self.inertia[axis][axis] + self.mass * square
+    }
+}
+
+/// Adds Rᵀ m R of one element to the 6 x 6 mass matrix of rigid motions, times `factor`.
+///
+/// * `mass` - its mass matrix in its axes, (6 nodes) x (6 nodes)
+/// * `axes`, `positions` - its axes and the global positions of its nodes
+pub(super) fn add_rigid_mass(
+    rigid: &mut SymMatrix,
+    factor: f64,
+    mass: &SymMatrix,
+    axes: &[[f64; 3]; 3],
+    positions: &[[f64; 3]],
+) {
+    let n = mass.n();
+    let motions: Vec<Vec<f64>> = (0..6)
+        .map(|motion| {
+            let mut r = Vec::with_capacity(n);
+            for p in positions {
+                let u = rigid_motion(*p, motion);
+                for half in [&u[..3], &u[3..]] {
+                    for a in axes {
+                        r.push(a[0] * half[0] + a[1] * half[1] + a[2] * half[2]);
+                    }
+                }
+            }
+            r
+        })
+        .collect();
+    for i in 0..6 {
+        for j in 0..=i {
+            let mut sum = 0.0;
+            for a in 0..n {
+                for b in 0..n {
+                    sum += motions[i][a] * mass.get(a, b) * motions[j][b];
+                }
+            }
+            rigid.add(i, j, factor * sum);
+        }
+    }
+}

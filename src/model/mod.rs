@@ -1,0 +1,146 @@
+//! The model file and what it becomes: K(θ), M(θ), C(θ) of a structure.
+//!
+//! Reading order: [`spec`] is the file; `place` turns its entries into elements with axes and property values;
+//! `constraint` eliminates supports, rigid links and multipoint constraints exactly; `assembly` builds the matrices.
+//! [`ParametricModel`] is what the rest of the house sees; [`Model`] is its implementation from a file, and a user may
+//! write another around any other solver.
+
+mod assembly;
+mod compile;
+mod constraint;
+mod dof_map;
+mod geometry;
+mod lint;
+mod mass_properties;
+mod parameter;
+mod place;
+mod registry;
+mod scalar;
+pub mod spec;
+mod system;
+mod units;
+mod value;
+
+pub use assembly::{AffinePart, Basis, Entry};
+pub use compile::{Model, load};
+pub use dof_map::{DofMap, rigid_motion};
+pub use geometry::{Frame, Geometry};
+pub use lint::lint;
+pub use mass_properties::MassProperties;
+pub use parameter::{Parameter, ParameterSet};
+pub use place::PlacedElement;
+pub use registry::Registry;
+pub use scalar::{Scalar, ScalarError, Term};
+pub use spec::ModelSpec;
+pub use system::System;
+pub use units::{Dimension, Unit, UnitError};
+pub use value::{Affine, Value};
+
+use crate::element::ElementError;
+use crate::linalg::SymMatrix;
+
+/// A structure whose matrices depend on parameters.
+pub trait ParametricModel: Send + Sync {
+    /// The parameters, in the order of θ.
+    fn parameters(&self) -> &ParameterSet;
+
+    /// Rows of the matrices; it does not depend on θ.
+    fn dof_map(&self) -> &DofMap;
+
+    /// K, M and C at θ.
+    fn assemble(&self, theta: &[f64]) -> Result<System, ModelError>;
+
+    /// K, M and C at θ into a system of the right size, overwriting it. By default through [`Self::assemble`].
+    fn assemble_into(&self, theta: &[f64], system: &mut System) -> Result<(), ModelError> {
+        *system = self.assemble(theta)?;
+        Ok(())
+    }
+
+    /// ∂K/∂θ_j, ∂M/∂θ_j, ∂C/∂θ_j at θ. By default by central differences.
+    fn assemble_derivative(&self, theta: &[f64], j: usize) -> Result<System, ModelError> {
+        // A step of about the cube root of rounding balances truncation and cancellation.
+        let scale = self.parameters().get(j).bounds.map_or(theta[j].abs(), |[l, u]| u - l);
+        let step = 1e-5 * if scale > 0.0 { scale } else { 1.0 };
+        let shifted = |sign: f64| {
+            let mut theta = theta.to_vec();
+            theta[j] += sign * step;
+            self.assemble(&theta)
+        };
+        let (above, below) = (shifted(1.0)?, shifted(-1.0)?);
+        let slope = |a: nalgebra::DMatrix<f64>, b: nalgebra::DMatrix<f64>| (a - b) / (2.0 * step);
+        Ok(System {
+            stiffness: slope(above.stiffness, below.stiffness),
+            mass: slope(above.mass, below.mass),
+            damping: above.damping.zip(below.damping).map(|(a, b)| slope(a, b)),
+        })
+    }
+
+    /// Mass, centre of gravity and inertia at θ, if the model knows them.
+    fn mass_properties(&self, theta: &[f64]) -> Result<Option<MassProperties>, ModelError> {
+        let _ = theta;
+        Ok(None)
+    }
+
+    /// K, M, C as K0 + Σ θ_j K_j, if they are affine in all parameters: the fast path.
+    fn affine(&self) -> Option<&AffinePart> {
+        None
+    }
+}
+
+/// Stiffness, mass and damping of one element, in its axes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ElementMatrices {
+    /// Stiffness.
+    pub stiffness: SymMatrix,
+    /// Mass.
+    pub mass: SymMatrix,
+    /// Damping.
+    pub damping: SymMatrix,
+}
+
+impl ElementMatrices {
+    fn combine(&self, other: &Self, f: impl Fn(f64, f64) -> f64) -> Self {
+        Self {
+            stiffness: self.stiffness.combine(&other.stiffness, &f),
+            mass: self.mass.combine(&other.mass, &f),
+            damping: self.damping.combine(&other.damping, &f),
+        }
+    }
+
+    /// Whether every entry agrees within `tolerance` times the largest entry of its matrix.
+    fn is_close(&self, other: &Self, tolerance: f64) -> bool {
+        [(&self.stiffness, &other.stiffness), (&self.mass, &other.mass), (&self.damping, &other.damping)].iter().all(
+            |(a, b)| {
+                let size = a.lower().iter().map(|v| v.abs()).fold(0.0, f64::max);
+                a.lower().iter().zip(b.lower()).all(|(x, y)| (x - y).abs() <= tolerance * size)
+            },
+        )
+    }
+}
+
+/// Why a model has no matrices.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ModelError {
+    /// An element refuses its input.
+    #[error("element `{element}`: {source}")]
+    Element {
+        /// Its name.
+        element: String,
+        /// Path of its entry in the file.
+        path: String,
+        /// Why.
+        source: ElementError,
+    },
+    /// θ has the wrong length.
+    #[error("the model has {expected} parameters, not {given}")]
+    WrongLength {
+        /// Number of parameters.
+        expected: usize,
+        /// Length of the given θ.
+        given: usize,
+    },
+    /// A model around another solver failed.
+    #[error("{0}")]
+    External(String),
+}

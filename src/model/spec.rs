@@ -1,0 +1,713 @@
+//! The model file: its types, as they stand in YAML.
+//!
+//! Everything is named, and names are keys of maps, so that a file reads well, an editor can complete it, and a change
+//! touches one line. Numbers are [`Scalar`]s: with units, and with parameters where properties are meant.
+
+use super::scalar::Scalar;
+use crate::element::Dof;
+use indexmap::IndexMap;
+use schemars::JsonSchema;
+use serde::de::{self, Deserializer, MapAccess, SeqAccess, Visitor};
+use serde::ser::Serializer;
+use serde::{Deserialize, Serialize};
+use std::fmt;
+
+/// A named map in file order.
+pub type Named<T> = IndexMap<String, T>;
+
+/// A model file.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ModelSpec {
+    /// Version of the format: 1.
+    pub retune: u32,
+    /// Name of the model.
+    pub name: String,
+    /// A paragraph for people: what it is, where its numbers come from.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub description: String,
+    /// The dofs that exist in this model; all six when absent. A planform grid is `[uz, rx, ry]`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub active_dofs: Option<Vec<DofName>>,
+    /// The plane that maps the structure onto itself, for `mirror` nodes and for names of modes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub symmetry: Option<SymmetrySpec>,
+    /// Parameters: numbers with a name that properties refer to.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub parameters: Named<ParameterSpec>,
+    /// Coordinate frames.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub frames: Named<FrameSpec>,
+    /// Straight lines to put nodes on.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub lines: Named<LineSpec>,
+    /// Nodes.
+    pub nodes: Named<NodeSpec>,
+    /// Sets of element properties.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub sections: Named<SectionSpec>,
+    /// Beams, singly, in pairs or in chains.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub beams: Named<MemberSpec>,
+    /// Bars: axial stiffness only.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub bars: Named<MemberSpec>,
+    /// Springs, to ground or between nodes.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub springs: Named<SpringSpec>,
+    /// Bushings: springs between nodes that are apart, joined rigidly to them.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub bushings: Named<SpringSpec>,
+    /// Point masses with inertia and offset.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub masses: Named<MassSpec>,
+    /// Elements of any other type, a user's own among them.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub elements: Named<ElementSpec>,
+    /// Changes of single elements or groups against their sections.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub overrides: Named<OverrideSpec>,
+    /// Rigid links: slave nodes that follow a master as one rigid body, exactly.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub rigid_links: Named<RigidLinkSpec>,
+    /// Supports: dofs that do not move.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub supports: Named<SupportSpec>,
+    /// Linear multipoint constraints: a sum of dofs that is zero.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub constraints: Named<ConstraintSpec>,
+    /// Named sets of elements, chains and masses.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub groups: Named<Vec<String>>,
+    /// Mass properties that the structure is known to have.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub targets: Option<TargetsSpec>,
+    /// Other boundary conditions of the same structure, by name.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub configurations: Named<ConfigurationSpec>,
+    /// What `add` did to this file, oldest first.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub history: Vec<HistoryEntry>,
+}
+
+/// A dof by its name: `ux`, `uy`, `uz`, `rx`, `ry`, `rz`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+#[expect(missing_docs, reason = "the names say it")]
+pub enum DofName {
+    Ux,
+    Uy,
+    Uz,
+    Rx,
+    Ry,
+    Rz,
+}
+
+impl From<DofName> for Dof {
+    fn from(name: DofName) -> Dof {
+        Dof::ALL[name as usize]
+    }
+}
+
+/// An axis with a sign.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[expect(missing_docs, reason = "the names say it")]
+pub enum SignedAxis {
+    #[serde(rename = "+x", alias = "x")]
+    PlusX,
+    #[serde(rename = "+y", alias = "y")]
+    PlusY,
+    #[serde(rename = "+z", alias = "z")]
+    PlusZ,
+    #[serde(rename = "-x")]
+    MinusX,
+    #[serde(rename = "-y")]
+    MinusY,
+    #[serde(rename = "-z")]
+    MinusZ,
+}
+
+impl SignedAxis {
+    /// The unit vector.
+    pub fn vector(self) -> [f64; 3] {
+        let mut v = [0.0; 3];
+        v[self as usize % 3] = if (self as usize) < 3 { 1.0 } else { -1.0 };
+        v
+    }
+}
+
+/// A mirror plane through a point, normal to a global axis.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SymmetrySpec {
+    /// The axis normal to the plane: `y` for left and right of an aeroplane with x aft.
+    pub normal: AxisName,
+    /// Coordinate of the plane along that axis; 0 when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub at: Option<Scalar>,
+}
+
+/// An axis: `x`, `y`, `z`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+#[expect(missing_docs, reason = "the names say it")]
+pub enum AxisName {
+    X,
+    Y,
+    Z,
+}
+
+/// A parameter. With bounds an update may change it; without, it is a constant with a name.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ParameterSpec {
+    /// Estimate.
+    pub value: Scalar,
+    /// Lower and upper bound of an update.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bounds: Option<[Scalar; 2]>,
+    /// Unit that tables print it in; that of `value` when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unit: Option<String>,
+    /// Standard deviation of what is known of it before the test: a Gaussian prior around `value`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub prior_sd: Option<Scalar>,
+    /// What it is.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub description: String,
+}
+
+/// A coordinate frame: an origin and turned axes.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FrameSpec {
+    /// Origin in global axes; zero when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub origin: Option<[Scalar; 3]>,
+    /// Rotations about global axes, applied in the order x, y, z.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rotate: Option<RotateSpec>,
+    /// Direction of the frame's x axis, instead of `rotate`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub x: Option<[f64; 3]>,
+    /// A direction in the frame's x-y plane, on the side of +y, together with `x`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub xy: Option<[f64; 3]>,
+}
+
+/// Angles about the global axes.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RotateSpec {
+    /// About x.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub x: Option<Scalar>,
+    /// About y.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub y: Option<Scalar>,
+    /// About z.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub z: Option<Scalar>,
+}
+
+/// A straight line: a point and a direction.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LineSpec {
+    /// Where distances count from.
+    pub from: [Scalar; 3],
+    /// Direction: an axis such as `-y`.
+    pub direction: SignedAxis,
+    /// The axis towards which the direction is turned by `angle`: `+x` for a wing swept aft.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub toward: Option<SignedAxis>,
+    /// Angle of the turn.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub angle: Option<Scalar>,
+}
+
+/// Where a node is: `[x, y, z]` in global axes, or one of the rules of [`NodeRule`].
+#[derive(Debug, Clone, PartialEq)]
+pub enum NodeSpec {
+    /// Global coordinates.
+    At([Scalar; 3]),
+    /// By a rule.
+    Rule(NodeRule),
+}
+
+/// A rule for the place of a node; exactly one of `line`, `frame`, `mirror`, `from`, `between`.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct NodeRule {
+    /// On this line, at the distance `at`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub line: Option<String>,
+    /// In this frame, at the position `at`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub frame: Option<String>,
+    /// A distance on the line, or a position `[x, y, z]` in the frame.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub at: Option<OneOrThree>,
+    /// The mirror image of this node in the symmetry plane.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mirror: Option<String>,
+    /// Beside this node, by `offset`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub from: Option<String>,
+    /// Offset from the node of `from`, global axes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub offset: Option<[Scalar; 3]>,
+    /// Between two nodes, at `fraction`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub between: Option<[String; 2]>,
+    /// 0 at the first node of `between`, 1 at the second.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fraction: Option<Scalar>,
+}
+
+impl Serialize for NodeSpec {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            NodeSpec::At(position) => position.serialize(serializer),
+            NodeSpec::Rule(rule) => rule.serialize(serializer),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for NodeSpec {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct NodeVisitor;
+        impl<'de> Visitor<'de> for NodeVisitor {
+            type Value = NodeSpec;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a position `[x, y, z]` or a rule such as `{line: spar, at: 0.4 m}`, `{mirror: n4}`, `{from: n4, offset: [x, y, z]}`")
+            }
+            fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> Result<NodeSpec, A::Error> {
+                Deserialize::deserialize(de::value::SeqAccessDeserializer::new(seq)).map(NodeSpec::At)
+            }
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<NodeSpec, A::Error> {
+                Deserialize::deserialize(de::value::MapAccessDeserializer::new(map)).map(NodeSpec::Rule)
+            }
+        }
+        deserializer.deserialize_any(NodeVisitor)
+    }
+}
+
+impl JsonSchema for NodeSpec {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "NodeSpec".into()
+    }
+    fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        let at = generator.subschema_for::<[Scalar; 3]>();
+        let rule = generator.subschema_for::<NodeRule>();
+        schemars::json_schema!({"anyOf": [at, rule]})
+    }
+}
+
+/// A number, or three of them.
+#[derive(Debug, Clone, PartialEq)]
+pub enum OneOrThree {
+    /// A distance.
+    One(Scalar),
+    /// A position.
+    Three([Scalar; 3]),
+}
+
+impl Serialize for OneOrThree {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            OneOrThree::One(s) => s.serialize(serializer),
+            OneOrThree::Three(s) => s.serialize(serializer),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for OneOrThree {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct OneOrThreeVisitor;
+        impl<'de> Visitor<'de> for OneOrThreeVisitor {
+            type Value = OneOrThree;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a distance such as `0.4 m`, or a position `[x, y, z]`")
+            }
+            fn visit_f64<E: de::Error>(self, value: f64) -> Result<OneOrThree, E> {
+                Ok(OneOrThree::One(Scalar::constant(value)))
+            }
+            fn visit_i64<E: de::Error>(self, value: i64) -> Result<OneOrThree, E> {
+                self.visit_f64(value as f64)
+            }
+            fn visit_u64<E: de::Error>(self, value: u64) -> Result<OneOrThree, E> {
+                self.visit_f64(value as f64)
+            }
+            fn visit_str<E: de::Error>(self, value: &str) -> Result<OneOrThree, E> {
+                Scalar::parse(value).map(OneOrThree::One).map_err(E::custom)
+            }
+            fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> Result<OneOrThree, A::Error> {
+                Deserialize::deserialize(de::value::SeqAccessDeserializer::new(seq)).map(OneOrThree::Three)
+            }
+        }
+        deserializer.deserialize_any(OneOrThreeVisitor)
+    }
+}
+
+impl JsonSchema for OneOrThree {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "OneOrThree".into()
+    }
+    fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        let one = generator.subschema_for::<Scalar>();
+        let three = generator.subschema_for::<[Scalar; 3]>();
+        schemars::json_schema!({"anyOf": [one, three]})
+    }
+}
+
+/// A set of element properties: those of `retune explain beam` (or of any other element), or a `shape` that gives them.
+pub type SectionSpec = Named<SectionValue>;
+
+/// A property of a section: a scalar, or under the key `shape` a cross-section.
+#[derive(Debug, Clone, PartialEq)]
+pub enum SectionValue {
+    /// The value of a property.
+    Scalar(Scalar),
+    /// A cross-section that gives `A`, `Iy`, `Iz`, `J`.
+    Shape(ShapeSpec),
+}
+
+/// A solid or hollow cross-section, exactly one; y is its width direction, z its height direction.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ShapeSpec {
+    /// Solid rectangle: `width` along y, `height` along z.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rectangle: Option<RectangleSpec>,
+    /// Hollow rectangle of constant wall thickness: outer `width`, `height`, and `wall`.
+    #[serde(default, rename = "box", skip_serializing_if = "Option::is_none")]
+    pub hollow: Option<BoxSpec>,
+    /// Solid circle: `diameter`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub circle: Option<CircleSpec>,
+    /// Round tube: outer `diameter` and `wall`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tube: Option<TubeSpec>,
+}
+
+/// Sizes of a solid rectangle.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RectangleSpec {
+    /// Size along the element's y axis.
+    pub width: Scalar,
+    /// Size along the element's z axis.
+    pub height: Scalar,
+}
+
+/// Sizes of a hollow rectangle.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BoxSpec {
+    /// Outer size along the element's y axis.
+    pub width: Scalar,
+    /// Outer size along the element's z axis.
+    pub height: Scalar,
+    /// Wall thickness.
+    pub wall: Scalar,
+}
+
+/// Size of a solid circle.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CircleSpec {
+    /// Diameter.
+    pub diameter: Scalar,
+}
+
+/// Sizes of a round tube.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TubeSpec {
+    /// Outer diameter.
+    pub diameter: Scalar,
+    /// Wall thickness.
+    pub wall: Scalar,
+}
+
+impl Serialize for SectionValue {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            SectionValue::Scalar(s) => s.serialize(serializer),
+            SectionValue::Shape(s) => s.serialize(serializer),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for SectionValue {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct SectionVisitor;
+        impl<'de> Visitor<'de> for SectionVisitor {
+            type Value = SectionValue;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a number, a number with a unit such as `56 GPa`, parameters with factors, or a shape such as `{rectangle: {width: 20 mm, height: 5 mm}}`")
+            }
+            fn visit_f64<E: de::Error>(self, value: f64) -> Result<SectionValue, E> {
+                if value.is_finite() {
+                    Ok(SectionValue::Scalar(Scalar::constant(value)))
+                } else {
+                    Err(E::custom(format!("{value} is not a finite number")))
+                }
+            }
+            fn visit_i64<E: de::Error>(self, value: i64) -> Result<SectionValue, E> {
+                self.visit_f64(value as f64)
+            }
+            fn visit_u64<E: de::Error>(self, value: u64) -> Result<SectionValue, E> {
+                self.visit_f64(value as f64)
+            }
+            fn visit_str<E: de::Error>(self, value: &str) -> Result<SectionValue, E> {
+                Scalar::parse(value).map(SectionValue::Scalar).map_err(E::custom)
+            }
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<SectionValue, A::Error> {
+                ShapeSpec::deserialize(de::value::MapAccessDeserializer::new(map)).map(SectionValue::Shape)
+            }
+        }
+        deserializer.deserialize_any(SectionVisitor)
+    }
+}
+
+impl JsonSchema for SectionValue {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "SectionValue".into()
+    }
+    fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        let scalar = generator.subschema_for::<Scalar>();
+        let shape = generator.subschema_for::<ShapeSpec>();
+        schemars::json_schema!({"anyOf": [scalar, shape]})
+    }
+}
+
+/// Beams or bars: exactly one of `nodes`, `pairs`, `chain`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MemberSpec {
+    /// One element between two nodes; it bears the name of the entry.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub nodes: Option<[String; 2]>,
+    /// Several elements, each between two nodes; they are called `name.1`, `name.2`, ...
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pairs: Option<Vec<[String; 2]>>,
+    /// Elements from node to node along a chain; they are called `name.1`, `name.2`, ...
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub chain: Option<Vec<String>>,
+    /// Section with its properties.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub section: Option<String>,
+    /// Properties beside or instead of those of the section.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub properties: SectionSpec,
+    /// A direction near the element's z axis; global z (for an element along z: global y) when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub orientation: Option<[f64; 3]>,
+    /// Number of elements to make of each (a finer mesh with the same properties).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub subdivide: Option<u32>,
+}
+
+/// A spring or a bushing.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SpringSpec {
+    /// A spring to ground at this node.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub node: Option<String>,
+    /// A spring between these two nodes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub nodes: Option<[String; 2]>,
+    /// Stiffness in each direction: `{uz: 150 N/m, rx: 5 N m/rad}`; for a spring between nodes that are apart, `axial`.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub k: Named<Scalar>,
+    /// Viscous damping in each direction: `{uz: 3 N s/m}`.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub c: Named<Scalar>,
+    /// Frame whose axes the directions refer to; global when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub frame: Option<String>,
+    /// Of a bushing: where between the nodes its centre is, 0 to 1; 0.5 when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub location: Option<Scalar>,
+}
+
+/// A rigid body on a node or on each of several nodes.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MassSpec {
+    /// The node.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub node: Option<String>,
+    /// Several nodes, each with its own copy of the mass.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub nodes: Option<Vec<String>>,
+    /// Mass of each.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mass: Option<Scalar>,
+    /// Inertia about its own centre of gravity: `xx`, `yy`, `zz`, and the products `xy`, `xz`, `yz` (∫ x y dm, and so on).
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub inertia: Named<Scalar>,
+    /// Its centre of gravity relative to the node.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub offset: Option<[Scalar; 3]>,
+    /// Frame whose axes `inertia` and `offset` refer to; global when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub frame: Option<String>,
+}
+
+/// An element of any type of the catalogue, or of the user's own.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ElementSpec {
+    /// Its type: a word of `retune list elements`.
+    #[serde(rename = "type")]
+    pub kind: String,
+    /// Its nodes.
+    pub nodes: Vec<String>,
+    /// Section with its properties.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub section: Option<String>,
+    /// Properties beside or instead of those of the section.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub properties: SectionSpec,
+    /// A direction near the element's z axis, for elements along their nodes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub orientation: Option<[f64; 3]>,
+    /// Frame whose axes its matrices refer to, for elements that have no axis of their own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub frame: Option<String>,
+}
+
+/// Changes of the elements of one name: an element, a chain, a mass or a group.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct OverrideSpec {
+    /// Properties set to these values.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub set: Named<Scalar>,
+    /// Properties multiplied by these factors.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub scale: Named<Scalar>,
+    /// Factor on the whole stiffness matrix.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stiffness: Option<Scalar>,
+    /// Factor on the whole mass matrix.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mass: Option<Scalar>,
+}
+
+/// Slaves that follow a master.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RigidLinkSpec {
+    /// The node that leads.
+    pub master: String,
+    /// The nodes that follow.
+    pub slaves: Vec<String>,
+    /// The dofs of the slaves that follow; all when absent. A pin is `[ux, uy, uz]`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub dofs: Option<Vec<DofName>>,
+}
+
+/// Dofs held at zero.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SupportSpec {
+    /// The node.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub node: Option<String>,
+    /// Several nodes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub nodes: Option<Vec<String>>,
+    /// The dofs held; all when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fixed: Option<Vec<DofName>>,
+}
+
+/// Σ factor · dof = 0; the first term's dof is eliminated.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ConstraintSpec {
+    /// The terms of the sum.
+    pub terms: Vec<ConstraintTerm>,
+}
+
+/// One term of a constraint.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ConstraintTerm {
+    /// The node.
+    pub node: String,
+    /// The dof.
+    pub dof: DofName,
+    /// Its factor; 1 when absent.
+    #[serde(default = "one")]
+    pub factor: f64,
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+/// A number with the half-width of the range that is accepted.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TargetSpec {
+    /// The value.
+    pub value: Scalar,
+    /// The update keeps the model within value ± tolerance.
+    pub tolerance: Scalar,
+}
+
+/// Mass properties that an update has to respect.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TargetsSpec {
+    /// Total mass.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub total_mass: Option<TargetSpec>,
+    /// Coordinates of the centre of gravity: `x`, `y`, `z`.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub cg: Named<TargetSpec>,
+    /// Moments of inertia about the centre of gravity: `xx`, `yy`, `zz`.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub inertia: Named<TargetSpec>,
+}
+
+/// Another set of boundary conditions of the same structure: what is taken away and what is put there.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ConfigurationSpec {
+    /// What it is.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub description: String,
+    /// Names of supports, springs, masses, links, constraints, beams that are not there.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub without: Vec<String>,
+    /// Supports that are there in addition.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub supports: Named<SupportSpec>,
+    /// Springs that are there in addition.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub springs: Named<SpringSpec>,
+    /// Masses that are there in addition.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub masses: Named<MassSpec>,
+}
+
+/// One change made by `add`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct HistoryEntry {
+    /// The effect and its place, `mass-offset@outer_wing`.
+    pub add: String,
+    /// Why, in the words of the diagnosis.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub because: String,
+    /// What it inserted, as paths, so that it can be undone.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub inserted: Vec<String>,
+}

@@ -1,0 +1,263 @@
+//! Units of numbers in files: parsed, checked against what is expected, converted to SI.
+//!
+//! A unit is a product of powers: `N m2`, `kg/m`, `N*m^2`, `N m/rad`, `1/s`. What follows a `/` up to the next `/`
+//! divides only the next factor, as in `kg/m s` = (kg/m) s; write `kg/(m s)` or `kg/m/s` to divide by both. Angles have no
+//! dimension: `deg` is π/180, `rad` is 1. `g` is the gram; the acceleration of gravity is `g0`.
+
+use crate::catalogue::did_you_mean;
+use std::fmt;
+
+/// Powers of length, mass and time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Dimension {
+    /// Power of length.
+    pub length: i8,
+    /// Power of mass.
+    pub mass: i8,
+    /// Power of time.
+    pub time: i8,
+}
+
+impl Dimension {
+    /// A pure number, an angle, a ratio.
+    pub const NONE: Dimension = Dimension { length: 0, mass: 0, time: 0 };
+
+    fn times(self, other: Dimension, power: i8) -> Dimension {
+        Dimension {
+            length: self.length.saturating_add(other.length.saturating_mul(power)),
+            mass: self.mass.saturating_add(other.mass.saturating_mul(power)),
+            time: self.time.saturating_add(other.time.saturating_mul(power)),
+        }
+    }
+
+    /// The dimension of a product.
+    #[must_use]
+    pub fn product(self, other: Dimension) -> Dimension {
+        self.times(other, 1)
+    }
+}
+
+impl fmt::Display for Dimension {
+    /// In SI base units, `m2 kg/s2` style; `1` for a pure number.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let parts: Vec<String> = [("kg", self.mass), ("m", self.length), ("s", self.time)]
+            .into_iter()
+            .filter(|(_, p)| *p != 0)
+            .map(|(name, p)| if p == 1 { name.to_string() } else { format!("{name}^{p}") })
+            .collect();
+        f.write_str(if parts.is_empty() { "1" } else { "" })?;
+        f.write_str(&parts.join(" "))
+    }
+}
+
+/// A unit: its dimension and the factor to SI.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Unit {
+    /// Its dimension.
+    pub dimension: Dimension,
+    /// Value in SI = number times factor.
+    pub factor: f64,
+}
+
+const INCH: f64 = 0.0254;
+const POUND: f64 = 0.453_592_37;
+const GRAVITY: f64 = 9.806_65;
+
+/// name, factor to SI, powers of length, mass, time.
+#[rustfmt::skip]
+const UNITS: &[(&str, f64, i8, i8, i8)] = &[
+    ("1", 1.0, 0, 0, 0), ("%", 0.01, 0, 0, 0), ("ppm", 1e-6, 0, 0, 0),
+    ("rad", 1.0, 0, 0, 0), ("mrad", 1e-3, 0, 0, 0), ("deg", std::f64::consts::PI / 180.0, 0, 0, 0),
+    ("m", 1.0, 1, 0, 0), ("km", 1e3, 1, 0, 0), ("dm", 0.1, 1, 0, 0), ("cm", 1e-2, 1, 0, 0), ("mm", 1e-3, 1, 0, 0),
+    ("um", 1e-6, 1, 0, 0), ("in", INCH, 1, 0, 0), ("ft", 12.0 * INCH, 1, 0, 0), ("mil", 1e-3 * INCH, 1, 0, 0),
+    ("kg", 1.0, 0, 1, 0), ("g", 1e-3, 0, 1, 0), ("mg", 1e-6, 0, 1, 0), ("t", 1e3, 0, 1, 0), ("lb", POUND, 0, 1, 0),
+    ("lbm", POUND, 0, 1, 0), ("oz", POUND / 16.0, 0, 1, 0), ("slug", POUND * GRAVITY / (12.0 * INCH), 0, 1, 0),
+    ("slinch", POUND * GRAVITY / INCH, 0, 1, 0),
+    ("s", 1.0, 0, 0, 1), ("ms", 1e-3, 0, 0, 1), ("min", 60.0, 0, 0, 1), ("h", 3600.0, 0, 0, 1),
+    ("Hz", 1.0, 0, 0, -1), ("kHz", 1e3, 0, 0, -1), ("rpm", 1.0 / 60.0, 0, 0, -1),
+    ("g0", GRAVITY, 1, 0, -2),
+    ("N", 1.0, 1, 1, -2), ("mN", 1e-3, 1, 1, -2), ("kN", 1e3, 1, 1, -2), ("MN", 1e6, 1, 1, -2), ("lbf", POUND * GRAVITY, 1, 1, -2),
+    ("kip", 1e3 * POUND * GRAVITY, 1, 1, -2),
+    ("Pa", 1.0, -1, 1, -2), ("hPa", 1e2, -1, 1, -2), ("kPa", 1e3, -1, 1, -2), ("MPa", 1e6, -1, 1, -2), ("GPa", 1e9, -1, 1, -2),
+    ("bar", 1e5, -1, 1, -2), ("psi", POUND * GRAVITY / (INCH * INCH), -1, 1, -2), ("ksi", 1e3 * POUND * GRAVITY / (INCH * INCH), -1, 1, -2),
+    ("Msi", 1e6 * POUND * GRAVITY / (INCH * INCH), -1, 1, -2),
+    ("J", 1.0, 2, 1, -2), ("W", 1.0, 2, 1, -3),
+];
+
+/// Why a text is no unit, or not the one needed.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum UnitError {
+    /// A word that names no unit.
+    #[error("unknown unit `{name}`{suggestion}")]
+    Unknown {
+        /// The word.
+        name: String,
+        /// "; did you mean ...?" or nothing.
+        suggestion: String,
+    },
+    /// Grammar.
+    #[error("`{text}` is not a unit: {why}")]
+    Malformed {
+        /// The text.
+        text: String,
+        /// What was expected.
+        why: &'static str,
+    },
+    /// Another dimension than expected.
+    #[error("the unit `{given}` does not fit: expected {expected}")]
+    Mismatch {
+        /// The unit in the file.
+        given: String,
+        /// An SI unit of the right dimension.
+        expected: String,
+    },
+}
+
+impl Unit {
+    /// One, without dimension.
+    pub const ONE: Unit = Unit { dimension: Dimension::NONE, factor: 1.0 };
+
+    /// Parses a unit such as `N m2`, `kg/m`, `N*m^2/rad`.
+    pub fn parse(text: &str) -> Result<Unit, UnitError> {
+        let malformed = |why| UnitError::Malformed { text: text.trim().to_string(), why };
+        let mut unit = Unit::ONE;
+        let mut rest = text.trim();
+        let (mut sign, mut group) = (1i8, 0usize);
+        let mut group_sign = 1i8;
+        let mut pending = true; // a factor must follow
+        while !rest.is_empty() {
+            let c = rest.chars().next().unwrap_or(' ');
+            match c {
+                ' ' | '*' | '·' | '.' => {
+                    pending = pending || c != ' ';
+                    rest = &rest[c.len_utf8()..];
+                }
+                '/' => {
+                    sign = -sign;
+                    pending = true;
+                    rest = &rest[1..];
+                }
+                '(' => {
+                    if group > 0 {
+                        return Err(malformed("parentheses do not nest"));
+                    }
+                    (group, group_sign, sign) = (1, sign, 1);
+                    rest = &rest[1..];
+                }
+                ')' => {
+                    if group == 0 {
+                        return Err(malformed("a closing parenthesis without an opening one"));
+                    }
+                    (group, group_sign, sign) = (0, 1, 1);
+                    rest = &rest[1..];
+                }
+                _ => {
+                    let end = rest
+                        .find(|c: char| !(c.is_alphabetic() || c == '%' || c == 'µ'))
+                        .unwrap_or(rest.len());
+                    let (mut name, mut after) = rest.split_at(end);
+                    if name.is_empty() && rest.starts_with('1') {
+                        (name, after) = rest.split_at(1);
+                    }
+                    if name.is_empty() {
+                        return Err(malformed("expected a unit such as `kg`, `N m2` or `kg/m`"));
+                    }
+                    if name == "g" && after.starts_with('0') {
+                        (name, after) = rest.split_at(2);
+                    }
+                    let (power, after) = read_power(after).ok_or_else(|| malformed("a power must be between -9 and 9"))?;
+                    let name = name.replace('µ', "u");
+                    let &(_, factor, length, mass, time) =
+                        UNITS.iter().find(|u| u.0 == name).ok_or_else(|| UnitError::Unknown {
+                            suggestion: did_you_mean(&name, UNITS.iter().map(|u| u.0)),
+                            name: name.clone(),
+                        })?;
+                    let power = power * sign * group_sign;
+                    unit.factor *= factor.powi(i32::from(power));
+                    unit.dimension = unit.dimension.times(Dimension { length, mass, time }, power);
+                    sign = 1;
+                    pending = false;
+                    rest = after;
+                }
+            }
+        }
+        if group > 0 {
+            return Err(malformed("an opening parenthesis without a closing one"));
+        }
+        if pending && !text.trim().is_empty() {
+            return Err(malformed("a unit is missing at its end"));
+        }
+        Ok(unit)
+    }
+
+    /// The dimension of a unit that this program itself writes.
+    ///
+    /// # Panics
+    /// If the text is not a unit: a mistake in a catalogue.
+    pub fn known(text: &str) -> Unit {
+        Self::parse(text).unwrap_or_else(|e| panic!("a catalogue's unit: {e}"))
+    }
+}
+
+/// `2`, `^2`, `^-1`, `-1`, `²` after a unit's name; 1 if there is none.
+fn read_power(text: &str) -> Option<(i8, &str)> {
+    for (superscript, power) in [('²', 2), ('³', 3), ('⁴', 4)] {
+        if let Some(rest) = text.strip_prefix(superscript) {
+            return Some((power, rest));
+        }
+    }
+    let body = text.strip_prefix('^').unwrap_or(text);
+    let digits = body.strip_prefix('-').unwrap_or(body);
+    let end = digits.find(|c: char| !c.is_ascii_digit()).unwrap_or(digits.len());
+    if end == 0 {
+        return if body.len() == text.len() { Some((1, text)) } else { None };
+    }
+    let used = body.len() - digits.len() + end;
+    let power: i8 = body[..used].parse().ok()?;
+    (power.abs() <= 9).then(|| (power, &body[used..]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn units_convert_to_si() {
+        for (text, factor, dimension) in [
+            ("GPa", 1e9, (-1, 1, -2)),
+            ("N m2", 1.0, (3, 1, -2)),
+            ("N*m^2", 1.0, (3, 1, -2)),
+            ("N·m²", 1.0, (3, 1, -2)),
+            ("kg/m", 1.0, (-1, 1, 0)),
+            ("kg m2", 1.0, (2, 1, 0)),
+            ("lbf/in", POUND * GRAVITY / INCH, (0, 1, -2)),
+            ("N m/rad", 1.0, (2, 1, -2)),
+            ("kg/(m s)", 1.0, (-1, 1, -1)),
+            ("kg/m/s", 1.0, (-1, 1, -1)),
+            ("1/s", 1.0, (0, 0, -1)),
+            ("mm4", 1e-12, (4, 0, 0)),
+            ("g0", GRAVITY, (1, 0, -2)),
+            ("%", 0.01, (0, 0, 0)),
+            ("m s^-2", 1.0, (1, 0, -2)),
+        ] {
+            let unit = Unit::parse(text).unwrap();
+            let (length, mass, time) = dimension;
+            assert_eq!(unit.dimension, Dimension { length, mass, time }, "{text}");
+            assert!((unit.factor / factor - 1.0).abs() < 1e-14, "{text}");
+        }
+    }
+
+    #[test]
+    fn wrong_units_say_what_is_wrong() {
+        for (text, message) in [
+            ("Gpa", "unknown unit `Gpa`; did you mean `GPa`?"),
+            ("kg/", "`kg/` is not a unit: a unit is missing at its end"),
+            ("kg/(m", "`kg/(m` is not a unit: an opening parenthesis without a closing one"),
+            ("m^99", "`m^99` is not a unit: a power must be between -9 and 9"),
+            ("5", "`5` is not a unit: expected a unit such as `kg`, `N m2` or `kg/m`"),
+        ] {
+            assert_eq!(Unit::parse(text).unwrap_err().to_string(), message);
+        }
+    }
+}

@@ -1,0 +1,294 @@
+//! Reading YAML files: typed values by serde, and for every value the line and column where it stands.
+//!
+//! Shape errors (an unknown key, a wrong type) come from serde, one at a time, with their location. What only the
+//! meaning of the file can show is reported by the rooms that know it as [`Problem`]s with a path such as
+//! `beams.left_wing.chain[3]`; a [`SourceMap`] turns paths into lines and columns. This is the only place that names
+//! the YAML crates.
+
+use crate::catalogue::did_you_mean;
+use saphyr_parser::{Event, Parser, Span};
+use serde::de::DeserializeOwned;
+use std::collections::BTreeMap;
+use std::fmt;
+
+/// How bad a problem is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Severity {
+    /// The file can be used; an engineer wants to know.
+    Warning,
+    /// The file cannot be used.
+    Error,
+}
+
+/// A place in a file, counted from one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Location {
+    /// Line.
+    pub line: usize,
+    /// Column.
+    pub column: usize,
+}
+
+/// Something wrong or doubtful in a file, with its place.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Problem {
+    /// How bad.
+    pub severity: Severity,
+    /// The path in the file, `beams.left_wing.chain[3]`; empty for the whole file.
+    pub path: String,
+    /// Where the path stands, when known.
+    pub location: Option<Location>,
+    /// What is wrong, what was expected, the nearest right word.
+    pub message: String,
+}
+
+impl Problem {
+    /// An error at a path.
+    pub fn error(path: impl Into<String>, message: impl fmt::Display) -> Self {
+        Self { severity: Severity::Error, path: path.into(), location: None, message: message.to_string() }
+    }
+
+    /// A warning at a path.
+    pub fn warning(path: impl Into<String>, message: impl fmt::Display) -> Self {
+        Self { severity: Severity::Warning, ..Self::error(path, message) }
+    }
+
+    /// `line:column: path: message`, without what is unknown.
+    pub fn render(&self, file: &str) -> String {
+        let mut text = file.to_string();
+        if let Some(at) = self.location {
+            text += &format!(":{}:{}", at.line, at.column);
+        }
+        text += match self.severity {
+            Severity::Error => ": error: ",
+            Severity::Warning => ": warning: ",
+        };
+        if !self.path.is_empty() {
+            text += &self.path;
+            text += ": ";
+        }
+        text + &self.message
+    }
+}
+
+impl fmt::Display for Problem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.render("input"))
+    }
+}
+
+/// Where every value and key of a YAML text stands.
+#[derive(Debug, Clone, Default)]
+pub struct SourceMap {
+    places: BTreeMap<String, Entry>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Entry {
+    key: Location,
+    /// Byte range of the value in the text.
+    start: usize,
+    end: usize,
+}
+
+impl SourceMap {
+    /// The place of a path, or of its nearest ancestor that stands in the file.
+    pub fn locate(&self, path: &str) -> Option<Location> {
+        let mut path = path;
+        loop {
+            if let Some(entry) = self.places.get(path) {
+                return Some(entry.key);
+            }
+            path = &path[..path.rfind(['.', '['])?];
+        }
+    }
+
+    /// Byte range of the value at a path.
+    pub fn range(&self, path: &str) -> Option<std::ops::Range<usize>> {
+        self.places.get(path).map(|e| e.start..e.end)
+    }
+
+    /// Fills in the places of problems.
+    #[must_use]
+    pub fn place(&self, mut problems: Vec<Problem>) -> Vec<Problem> {
+        for p in &mut problems {
+            p.location = p.location.or_else(|| self.locate(&p.path));
+        }
+        problems
+    }
+}
+
+/// The path of a key below a path.
+pub fn child(path: &str, key: &str) -> String {
+    if path.is_empty() { key.to_string() } else { format!("{path}.{key}") }
+}
+
+/// Reads a YAML text as a value of type `T`, with the places of everything in it.
+///
+/// Errors: the YAML is not well formed, a key stands twice, the shape does not fit `T`.
+pub fn read<T: DeserializeOwned>(text: &str) -> Result<(T, SourceMap), Vec<Problem>> {
+    let map = source_map(text).map_err(|p| vec![p])?;
+    let value = serde_yaml::from_str::<T>(text).map_err(|e| vec![shape_error(&e, &map)])?;
+    Ok((value, map))
+}
+
+/// Writes a value as YAML.
+///
+/// # Panics
+/// If a key of a map is not a string or a number: the types of this crate have none.
+pub fn write<T: serde::Serialize>(value: &T) -> String {
+    serde_yaml::to_string(value).unwrap_or_else(|e| panic!("a type that YAML cannot hold: {e}"))
+}
+
+/// serde's message, with its path split off and the nearest word added.
+fn shape_error(error: &serde_yaml::Error, map: &SourceMap) -> Problem {
+    let text = error.to_string();
+    let text = text.rfind(" at line ").map_or(text.as_str(), |i| &text[..i]);
+    let (path, message) = match text.split_once(": ") {
+        Some((path, rest)) if !path.contains([' ', '`']) => (path.to_string(), rest.to_string()),
+        _ => (String::new(), text.to_string()),
+    };
+    let mut quoted = message.split('`').skip(1).step_by(2);
+    let mut path = path;
+    let mut suggestion = String::new();
+    if message.starts_with("unknown field") || message.starts_with("unknown variant") {
+        let word = quoted.next().unwrap_or_default().to_string();
+        suggestion = did_you_mean(&word, quoted);
+        if message.starts_with("unknown field") {
+            path = child(&path, &word);
+        }
+    }
+    let location = error.location().map(|l| Location { line: l.line(), column: l.column() });
+    let at_path = map.places.get(&path).map(|e| e.key);
+    Problem {
+        severity: Severity::Error,
+        location: at_path.or(location).or_else(|| map.locate(&path)),
+        path,
+        message: message + &suggestion,
+    }
+}
+
+/// What the builder of a [`SourceMap`] is inside of.
+enum Frame {
+    Sequence { path: String, index: usize },
+    Mapping { path: String, key: Option<(String, Location)> },
+}
+
+fn location(span: &Span) -> Location {
+    Location { line: span.start.line(), column: span.start.col() + 1 }
+}
+
+fn source_map(text: &str) -> Result<SourceMap, Problem> {
+    let mut map = SourceMap::default();
+    let mut stack: Vec<Frame> = Vec::new();
+    // Byte offset of each character: the parser counts characters.
+    let mut offsets: Vec<usize> = text.char_indices().map(|(i, _)| i).collect();
+    offsets.push(text.len());
+    let byte = |index: usize| offsets[index.min(offsets.len() - 1)];
+    let mut open: Vec<(String, Location, usize)> = Vec::new();
+    for event in Parser::new_from_str(text) {
+        let (event, span) = event.map_err(|e| {
+            let mark = e.marker();
+            let mut p = Problem::error("", format_args!("this is not YAML: {}", e.info()));
+            p.location = Some(Location { line: mark.line(), column: mark.col() + 1 });
+            p
+        })?;
+        match event {
+            Event::Scalar(..) | Event::Alias(_) | Event::SequenceStart(..) | Event::MappingStart(..) => {
+                let here = location(&span);
+                let scalar = matches!(event, Event::Scalar(..) | Event::Alias(_));
+                let (path, key_at) = match stack.last_mut() {
+                    None => (String::new(), here),
+                    Some(Frame::Sequence { path, index }) => {
+                        *index += 1;
+                        (format!("{path}[{}]", *index - 1), here)
+                    }
+                    Some(Frame::Mapping { path, key: key @ None }) => {
+                        let Event::Scalar(name, ..) = &event else {
+                            let mut p = Problem::error(path.clone(), "a key must be a plain word");
+                            p.location = Some(here);
+                            return Err(p);
+                        };
+                        let full = child(path, name);
+                        if map.places.contains_key(&full) {
+                            let mut p = Problem::error(full, format_args!("the key `{name}` stands twice here"));
+                            p.location = Some(here);
+                            return Err(p);
+                        }
+                        *key = Some((full, here));
+                        continue;
+                    }
+                    Some(Frame::Mapping { key, .. }) => key.take().unwrap_or((String::new(), here)),
+                };
+                let (start, end) = (byte(span.start.index()), byte(span.end.index()));
+                map.places.insert(path.clone(), Entry { key: key_at, start, end });
+                if !scalar {
+                    open.push((path.clone(), key_at, start));
+                    stack.push(match event {
+                        Event::SequenceStart(..) => Frame::Sequence { path, index: 0 },
+                        _ => Frame::Mapping { path, key: None },
+                    });
+                }
+            }
+            Event::SequenceEnd | Event::MappingEnd => {
+                stack.pop();
+                if let Some((path, key, start)) = open.pop() {
+                    map.places.insert(path, Entry { key, start, end: byte(span.end.index()) });
+                }
+            }
+            _ => {}
+        }
+    }
+    Ok(map)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde::Deserialize;
+
+    #[derive(Debug, Deserialize, PartialEq)]
+    #[serde(deny_unknown_fields)]
+    struct Beam {
+        chain: Vec<String>,
+        #[serde(default)]
+        length: f64,
+    }
+
+    #[derive(Debug, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    struct File {
+        #[expect(dead_code, reason = "only its shape matters here")]
+        beams: BTreeMap<String, Beam>,
+    }
+
+    #[test]
+    fn every_value_has_its_place() {
+        let text = "# comment é\nbeams:\n  left: {chain: [a, bé,\n    c]}\n";
+        let (_, map) = read::<File>(text).unwrap();
+        assert_eq!(map.locate("beams.left.chain[2]"), Some(Location { line: 4, column: 5 }));
+        assert_eq!(map.locate("beams.left.chain[9]"), Some(Location { line: 3, column: 10 }));
+        assert_eq!(map.locate("beams.left.nothing"), Some(Location { line: 3, column: 3 }));
+        let range = map.range("beams.left.chain[1]").unwrap();
+        assert_eq!(&text[range], "bé");
+        let range = map.range("beams.left.chain").unwrap();
+        assert_eq!(&text[range], "[a, bé,\n    c]");
+    }
+
+    #[test]
+    fn wrong_shapes_say_where_and_what() {
+        for (text, expected) in [
+            (
+                "beams:\n  a: {chian: [x]}\n",
+                "f:2:7: error: beams.a.chian: unknown field `chian`, expected `chain` or `length`; did you mean `chain`?",
+            ),
+            ("beams:\n  a: {chain: [x], length: two}\n", "f:2:19: error: beams.a.length: invalid type: string \"two\", expected f64"),
+            ("beams:\n  a: {length: 2}\n", "f:2:3: error: beams.a: missing field `chain`"),
+            ("beams: {a: {chain: []}}\nbeams: {}\n", "f:2:1: error: beams: the key `beams` stands twice here"),
+            ("beams: [a\n", "f:2:1: error: this is not YAML: while parsing a flow sequence, expected ',' or ']'"),
+        ] {
+            let e = read::<File>(text).unwrap_err();
+            assert_eq!(e[0].render("f"), expected);
+        }
+    }
+}
