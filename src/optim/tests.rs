@@ -21,11 +21,16 @@ impl<F: Fn(&DVector<f64>) -> f64 + Send + Sync> Objective for Cost<F> {
     }
 }
 
+/// A fixed number in (-1, 1) that looks random.
+fn noise(i: usize) -> f64 {
+    ((i as f64 * 12.9898).sin() * 43758.5453).fract()
+}
+
 /// A norm of correlated errors plus absolute values, many bounds active: the shape of the flagship's cost.
 fn kinked(n: usize) -> impl Objective {
-    let a = DMatrix::from_fn(6, n, |i, j| ((i * n + j) as f64 * 1.37).sin() / (1.0 + i as f64));
-    let b = DMatrix::from_fn(40, n, |i, j| 0.3 * ((i * n + j) as f64 * 0.73 + 1.0).cos() / (1.0 + 0.2 * i as f64));
-    let c = DVector::from_fn(n, |j, _| 0.5 + 0.65 * (j as f64 * 2.1).sin());
+    let a = DMatrix::from_fn(6, n, |i, j| noise(i * n + j) / (1.0 + i as f64));
+    let b = DMatrix::from_fn(40, n, |i, j| 0.3 * noise(1000 + i * n + j));
+    let c = DVector::from_fn(n, |j, _| 0.5 + noise(5000 + j));
     Cost(n, move |x: &DVector<f64>| {
         let d = x - &c;
         let e = &a * &d;
@@ -39,30 +44,38 @@ fn scratch() {
     for n in [4, 10, 20] {
         let f = kinked(n);
         let start = DVector::from_element(n, 0.5);
-        for seed in 0..3 {
-            let mut run = Run::new(&f).seed(seed);
-            let a = DifferentialEvolution::default().minimize(&start, &mut run).unwrap();
-            let b = NelderMead { size: 0.01, ..Default::default() }.minimize(&a.x, &mut run).unwrap();
-            let mut run = Run::new(&f).seed(seed);
-            let c = NelderMead::default().minimize(&start, &mut run).unwrap();
-            let de = DifferentialEvolution { strategy: Strategy::Classic, ..Default::default() }
-                .minimize(&start, &mut run)
-                .unwrap();
-            let active = b.x.iter().filter(|v| **v == 0.0 || **v == 1.0).count();
-            eprintln!(
-                "n {n} de {:.12} {} {:?} nm {:.12} {} {:?} | nm alone {:.12} {} {:?} active {active} classic {:.6} {}",
-                a.cost,
-                a.evaluations,
-                a.termination,
-                b.cost,
-                b.evaluations,
-                b.termination,
-                c.cost,
-                c.evaluations,
-                c.termination,
-                de.cost,
-                de.evaluations
-            );
+        for seed in 0..2 {
+            for generations in [60, 120, 400] {
+                let mut run = Run::new(&f).seed(seed);
+                let a = DifferentialEvolution { generations: Some(generations), ..Default::default() }
+                    .minimize(&start, &mut run)
+                    .unwrap();
+                let b = NelderMead { size: 0.01, ..Default::default() }.minimize(&a.x, &mut run).unwrap();
+                let active = b.x.iter().filter(|v| **v == 0.0 || **v == 1.0).count();
+                let h = |eps: f64| {
+                    b.history
+                        .iter()
+                        .find(|h| {
+                            h.cost
+                                < [0.0, 0.628585232168, 0.66591479056, 0.8786811683]
+                                    [[4, 10, 20].iter().position(|k| *k == n).unwrap() + 1]
+                                    * (1.0 + eps)
+                        })
+                        .map(|h| h.evaluations - a.evaluations)
+                };
+                eprintln!(
+                    "n {n} de {:.12} {} {:?} nm {:.12} {} {:?}| active {active} | {:?} {:?} {:?}",
+                    a.cost,
+                    a.evaluations,
+                    a.termination,
+                    b.cost,
+                    b.evaluations,
+                    b.termination,
+                    h(1e-4),
+                    h(1e-6),
+                    h(1e-8)
+                );
+            }
         }
     }
 }
