@@ -1,1 +1,56 @@
 //! Optimisers: one trait, one file each, all bounded to the unit box and all seeded.
+//!
+//! A method knows a cost over [0, 1]ⁿ and nothing of models. It asks a [`Run`] for batches of costs; the run counts,
+//! stops, keeps the best point, tells observers, and writes a [`Checkpoint`]. Who evaluates is an [`Evaluator`]: threads
+//! by default. Start reading at [`Run`], then [`NelderMead`] for the simplest method.
+
+mod checkpoint;
+mod differential_evolution;
+mod error;
+mod evaluator;
+mod nelder_mead;
+mod observer;
+mod optimum;
+mod random;
+mod run;
+#[cfg(test)]
+mod tests;
+
+use std::fmt;
+
+pub use checkpoint::Checkpoint;
+pub use differential_evolution::{DifferentialEvolution, Strategy, Tolerance};
+pub use error::{CheckpointError, OptimError};
+pub use evaluator::{Evaluator, Threads};
+pub use nelder_mead::NelderMead;
+pub use observer::{Observer, Pace, Progress};
+pub use optimum::{Improvement, LocalOptimum, Optimum, Stage, Termination};
+pub use random::Draw;
+pub use run::{Run, Stop};
+
+use crate::linalg::DVector;
+
+/// A method that minimises a cost over the unit box.
+pub trait Optimizer: fmt::Debug + Send + Sync {
+    /// The word for it in YAML.
+    fn name(&self) -> &'static str;
+
+    /// Searches from `start` (clipped to the unit box) for as long as `run` answers.
+    ///
+    /// The typical body is `run.conclude(self.name(), |run| ...)` around a loop that asks `run.costs(...)?`. The same
+    /// answers must lead to the same questions: all randomness from [`Run::rng`], no clock.
+    fn minimize(&self, start: &DVector<f64>, run: &mut Run<'_>) -> Result<Optimum, OptimError>;
+}
+
+/// What a method is, for lists, `explain` and the reference pages.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct About {
+    /// The word for it in YAML.
+    pub name: &'static str,
+    /// One line.
+    pub summary: &'static str,
+    /// How it works and when to use it.
+    pub theory: &'static str,
+    /// Authors, title, place, year.
+    pub sources: &'static [&'static str],
+}

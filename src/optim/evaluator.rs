@@ -1,0 +1,70 @@
+use std::error::Error;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use rayon::prelude::*;
+
+use crate::linalg::DVector;
+use crate::objective::{EvalError, Linearization, Objective};
+
+/// Who evaluates the batches of a [`Run`](super::Run): threads by default, another engine from outside.
+///
+/// Results are in the order of the points, and equal points have equal results, wherever they are evaluated: that is
+/// what makes a run repeatable. When `cancel` becomes true an evaluator may return early with any values; the run then
+/// discards the batch.
+pub trait Evaluator: Send + Sync {
+    /// The costs of the points, overwriting `out`; a point that cannot be evaluated costs +∞.
+    fn costs(
+        &self,
+        objective: &dyn Objective,
+        points: &[DVector<f64>],
+        out: &mut [f64],
+        cancel: &AtomicBool,
+    ) -> Result<(), Box<dyn Error + Send + Sync>>;
+
+    /// Residuals and Jacobians at the points, one for each, in order.
+    fn linearizations(
+        &self,
+        objective: &dyn Objective,
+        points: &[DVector<f64>],
+        cancel: &AtomicBool,
+    ) -> Result<Vec<Result<Linearization, EvalError>>, Box<dyn Error + Send + Sync>>;
+}
+
+/// Evaluates a batch on the threads of the current rayon pool, in chunks of eight points.
+///
+/// Eight is what a batched kernel solves at once in SIMD lanes; the chunks, and so the results, do not depend on the
+/// number of threads.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Threads;
+
+const CHUNK: usize = 8;
+
+impl Evaluator for Threads {
+    fn costs(
+        &self,
+        objective: &dyn Objective,
+        points: &[DVector<f64>],
+        out: &mut [f64],
+        cancel: &AtomicBool,
+    ) -> Result<(), Box<dyn Error + Send + Sync>> {
+        if points.len() <= CHUNK {
+            objective.costs(points, out);
+            return Ok(());
+        }
+        points.par_chunks(CHUNK).zip(out.par_chunks_mut(CHUNK)).for_each(|(points, out)| {
+            if !cancel.load(Ordering::Relaxed) {
+                objective.costs(points, out);
+            }
+        });
+        Ok(())
+    }
+
+    fn linearizations(
+        &self,
+        objective: &dyn Objective,
+        points: &[DVector<f64>],
+        _cancel: &AtomicBool,
+    ) -> Result<Vec<Result<Linearization, EvalError>>, Box<dyn Error + Send + Sync>> {
+        Ok(points.par_iter().map(|x| objective.linearize(x)).collect())
+    }
+}

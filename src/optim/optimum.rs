@@ -1,0 +1,149 @@
+use std::fmt;
+
+use serde::Serialize;
+
+use crate::linalg::DVector;
+
+/// How an optimisation ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum Termination {
+    /// The points of the population or simplex agree in cost, and a restart found nothing better.
+    PointsAgree,
+    /// The gradient vanishes in every direction that the bounds leave open.
+    GradientVanishes,
+    /// Steps no longer reduce the cost by more than the tolerance.
+    ReductionVanishes,
+    /// The best cost reached the target.
+    TargetReached,
+    /// The method's own number of generations or starts is done.
+    PlanDone,
+    /// No step reduces the cost although the method's model of it promises so.
+    Stalled,
+    /// The evaluations allowed to the run are spent.
+    BudgetSpent,
+    /// The user stopped the run; the best point so far is kept.
+    Cancelled,
+}
+
+impl Termination {
+    /// Whether the method claims a minimum (of whatever kind it looks for) or the user's target.
+    pub fn is_converged(self) -> bool {
+        matches!(self, Self::PointsAgree | Self::GradientVanishes | Self::ReductionVanishes | Self::TargetReached)
+    }
+
+    /// Whether nothing further may be evaluated in the whole run.
+    pub(crate) fn ends_the_run(self) -> bool {
+        matches!(self, Self::TargetReached | Self::Cancelled)
+    }
+
+    /// One sentence fragment, fit for "the update ended: ...".
+    pub fn text(self) -> &'static str {
+        match self {
+            Self::PointsAgree => "converged, all points agree",
+            Self::GradientVanishes => "converged, the gradient vanishes inside the bounds",
+            Self::ReductionVanishes => "converged, no step reduces the cost noticeably",
+            Self::TargetReached => "the target cost is reached",
+            Self::PlanDone => "the planned search is done",
+            Self::Stalled => "stalled, no step reduces the cost",
+            Self::BudgetSpent => "the evaluation budget is spent",
+            Self::Cancelled => "stopped by the user",
+        }
+    }
+}
+
+impl fmt::Display for Termination {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.text())
+    }
+}
+
+/// One improvement of the best cost.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Improvement {
+    /// Evaluations and linearizations spent when it was found.
+    pub evaluations: u64,
+    /// The best cost from then on.
+    pub cost: f64,
+}
+
+/// A minimum that several starts may have found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LocalOptimum {
+    /// The best of the points found there, in the unit box.
+    pub x: DVector<f64>,
+    /// Its cost.
+    pub cost: f64,
+    /// How many starts ended there.
+    pub n_starts: usize,
+}
+
+/// One step of a workflow.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Stage {
+    /// Name of the method.
+    pub method: String,
+    /// Best cost of this stage.
+    pub cost: f64,
+    /// Evaluations of this stage.
+    pub evaluations: u64,
+    /// Linearizations of this stage.
+    pub linearizations: u64,
+    /// How it ended.
+    pub termination: Termination,
+}
+
+/// The best point found, and how.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Optimum {
+    /// Name of the method.
+    pub method: String,
+    /// The best point, in the unit box, (n_parameters).
+    pub x: DVector<f64>,
+    /// Its cost, finite.
+    pub cost: f64,
+    /// How the search ended.
+    pub termination: Termination,
+    /// Costs evaluated.
+    pub evaluations: u64,
+    /// Linearizations evaluated.
+    pub linearizations: u64,
+    /// Evaluations among them that failed (no finite cost).
+    pub failures: u64,
+    /// Every improvement of the best cost, in order.
+    pub history: Vec<Improvement>,
+    /// The steps of a workflow; empty for a single method.
+    pub stages: Vec<Stage>,
+    /// The different optima that a multistart met, best first; empty for other methods.
+    pub optima: Vec<LocalOptimum>,
+}
+
+impl Optimum {
+    /// How many starts found the best optimum and which others exist, in words; nothing if there was one start.
+    ///
+    /// For example: "7 of 10 starts found the best optimum (cost 0.1550); others: 0.1586 (2 starts), 0.2010 (1 start)".
+    pub fn starts_in_words(&self) -> Option<String> {
+        let (best, others) = self.optima.split_first()?;
+        let n_starts: usize = self.optima.iter().map(|o| o.n_starts).sum();
+        let mut text =
+            format!("{} of {n_starts} starts found the best optimum (cost {:.4e})", best.n_starts, best.cost);
+        for (i, other) in others.iter().enumerate() {
+            let lead = if i == 0 { "; others: " } else { ", " };
+            let plural = if other.n_starts == 1 { "" } else { "s" };
+            text.push_str(&format!("{lead}{:.4e} ({} start{plural})", other.cost, other.n_starts));
+        }
+        Some(text)
+    }
+
+    /// This result as a step of a workflow.
+    pub(crate) fn stage(&self) -> Stage {
+        Stage {
+            method: self.method.clone(),
+            cost: self.cost,
+            evaluations: self.evaluations,
+            linearizations: self.linearizations,
+            termination: self.termination,
+        }
+    }
+}
