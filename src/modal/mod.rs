@@ -1,0 +1,2 @@
+//! Modal analysis.
+pub mod reduction;
