@@ -175,4 +175,4 @@ pub fn modal_scale_factor<T: ShapeScalar>(phi_a: &[T], phi_x: &[T]) -> T {
 }
 
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;
