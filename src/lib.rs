@@ -11,9 +11,11 @@
 //! [`objective`] for what is compared, [`optim`] for how it is minimised. `ARCHITECTURE.md` draws the whole house.
 
 pub mod catalogue;
+pub mod correlation;
 pub mod data;
 pub mod element;
 pub mod linalg;
+pub mod modal;
 pub mod model;
 pub mod objective;
 pub mod optim;

@@ -282,7 +282,10 @@ mod tests {
                 "beams:\n  a: {chian: [x]}\n",
                 "f:2:7: error: beams.a.chian: unknown field `chian`, expected `chain` or `length`; did you mean `chain`?",
             ),
-            ("beams:\n  a: {chain: [x], length: two}\n", "f:2:19: error: beams.a.length: invalid type: string \"two\", expected f64"),
+            (
+                "beams:\n  a: {chain: [x], length: two}\n",
+                "f:2:19: error: beams.a.length: invalid type: string \"two\", expected f64",
+            ),
             ("beams:\n  a: {length: 2}\n", "f:2:3: error: beams.a: missing field `chain`"),
             ("beams: {a: {chain: []}}\nbeams: {}\n", "f:2:1: error: beams: the key `beams` stands twice here"),
             ("beams: [a\n", "f:2:1: error: this is not YAML: while parsing a flow sequence, expected ',' or ']'"),

@@ -3,9 +3,11 @@
 //! Matrices at the interface are nalgebra's `DMatrix<f64>` and `DVector<f64>`; what a kernel uses inside is its own
 //! affair. Start reading at [`lowest_modes`], the generalized eigenproblem every modal analysis goes through.
 
+mod decompositions;
 mod eigen;
 mod symmetric;
 
+pub use decompositions::{Svd, symmetric_eigen, thin_svd};
 pub use eigen::{Eigenpairs, lowest_modes};
 pub use nalgebra::{Complex, DMatrix, DVector};
 pub use symmetric::SymMatrix;
@@ -27,7 +29,7 @@ pub enum LinalgError {
     /// An entry is NaN or infinite.
     #[error("the {matrix} matrix has a value that is not finite in row {row}")]
     NotFinite {
-        /// "stiffness" or "mass".
+        /// "stiffness", "mass" or "decomposed".
         matrix: &'static str,
         /// Row of the entry.
         row: usize,

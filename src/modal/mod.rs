@@ -3,6 +3,7 @@
 //! Matrices in, modes out: nothing here knows nodes or parameters. Start at [`solve`].
 
 mod frf;
+pub mod reduction;
 mod solve;
 
 pub use frf::{ModalDamping, accelerance, synthesize};

@@ -93,9 +93,7 @@ pub fn solve(
     // How much of each vector is a rigid motion, in the mass norm: the n_rigid largest are the rigid-body modes.
     let along = rigid.transpose() * mass * &pairs.vectors;
     let mut order: Vec<usize> = (0..pairs.values.len()).collect();
-    order.sort_by(|&a, &b| {
-        along.column(b).norm_squared().total_cmp(&along.column(a).norm_squared()).then(a.cmp(&b))
-    });
+    order.sort_by(|&a, &b| along.column(b).norm_squared().total_cmp(&along.column(a).norm_squared()).then(a.cmp(&b)));
     let mut elastic: Vec<usize> = order.split_off(n_rigid.min(order.len()));
     elastic.sort_unstable();
     let count = n_rigid + elastic.len();

@@ -182,12 +182,19 @@ fn step(parameters: &ParameterSet, index: usize, value: f64) -> f64 {
 }
 
 /// Which dofs of the nodes any element acts on, 6 per node.
-pub(super) fn touched(elements: &[PlacedElement], dependences: &[Dependence], parameters: &ParameterSet, n_nodes: usize) -> Vec<bool> {
+pub(super) fn touched(
+    elements: &[PlacedElement],
+    dependences: &[Dependence],
+    parameters: &ParameterSet,
+    n_nodes: usize,
+) -> Vec<bool> {
     let mut touched = vec![false; 6 * n_nodes];
     let base = interior_point(parameters);
     for (element, dependence) in elements.iter().zip(dependences) {
         let parts: Vec<ElementMatrices> = match dependence {
-            Dependence::Affine(constant, slopes) => std::iter::once(constant).chain(slopes.iter().map(|s| &s.1)).cloned().collect(),
+            Dependence::Affine(constant, slopes) => {
+                std::iter::once(constant).chain(slopes.iter().map(|s| &s.1)).cloned().collect()
+            }
             Dependence::General => {
                 let mut all: Vec<f64> = base.clone();
                 for (i, value) in all.iter_mut().enumerate() {
@@ -199,7 +206,9 @@ pub(super) fn touched(elements: &[PlacedElement], dependences: &[Dependence], pa
         for (k, &node) in element.nodes.iter().enumerate() {
             for i in 0..6 {
                 let acts = parts.iter().any(|m| {
-                    [&m.stiffness, &m.mass, &m.damping].into_iter().any(|a| (0..a.n()).any(|j| a.get(6 * k + i, j) != 0.0))
+                    [&m.stiffness, &m.mass, &m.damping]
+                        .into_iter()
+                        .any(|a| (0..a.n()).any(|j| a.get(6 * k + i, j) != 0.0))
                 });
                 if acts {
                     for global in 0..3 {
@@ -215,12 +224,7 @@ pub(super) fn touched(elements: &[PlacedElement], dependences: &[Dependence], pa
 }
 
 /// Numbers the independent dofs that any element acts on, in the order of nodes and dofs.
-pub(super) fn number(
-    names: &[String],
-    positions: &[[f64; 3]],
-    touched: &[bool],
-    elimination: &Elimination,
-) -> DofMap {
+pub(super) fn number(names: &[String], positions: &[[f64; 3]], touched: &[bool], elimination: &Elimination) -> DofMap {
     let n = touched.len();
     let mut needed = vec![false; n];
     let full: Vec<_> = (0..n).map(|dof| elimination.express(dof)).collect();

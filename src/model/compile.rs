@@ -76,7 +76,10 @@ impl Model {
     pub fn new(spec: ModelSpec, registry: &Registry) -> Result<(Self, Vec<Problem>), Vec<Problem>> {
         let mut problems = Vec::new();
         if spec.retune != 1 {
-            problems.push(Problem::error("retune", format_args!("this program reads version 1 of the format, not {}", spec.retune)));
+            problems.push(Problem::error(
+                "retune",
+                format_args!("this program reads version 1 of the format, not {}", spec.retune),
+            ));
         }
         if spec.nodes.is_empty() {
             problems.push(Problem::error("nodes", "a model needs nodes"));
@@ -125,7 +128,20 @@ impl Model {
         for &e in &general {
             damped |= !element_matrices(&elements[e], &base)?.damping.is_zero();
         }
-        Ok(Self { spec, geometry, parameters, elements, sets, dofs, connections, affine, rigid_mass, general, damped, targets })
+        Ok(Self {
+            spec,
+            geometry,
+            parameters,
+            elements,
+            sets,
+            dofs,
+            connections,
+            affine,
+            rigid_mass,
+            general,
+            damped,
+            targets,
+        })
     }
 
     /// The file it was built from.
@@ -171,7 +187,12 @@ impl Model {
 
     /// Displacements and rotations, in global axes, of a point of an element at a fraction of its length, as
     /// combinations of rows: six lists of (row, factor), and the point's position.
-    pub fn interpolate(&self, element: usize, fraction: f64, theta: &[f64]) -> Result<([Vec<(usize, f64)>; 6], [f64; 3]), ModelError> {
+    pub fn interpolate(
+        &self,
+        element: usize,
+        fraction: f64,
+        theta: &[f64],
+    ) -> Result<([Vec<(usize, f64)>; 6], [f64; 3]), ModelError> {
         let e = &self.elements[element];
         let values: Vec<Option<f64>> = e.values.iter().map(|v| v.as_ref().map(|v| v.at(theta))).collect();
         let input = ElementInput { points: &e.points, values: &values };
@@ -242,7 +263,13 @@ impl ParametricModel for Model {
         let step = 1e-5 * if scale > 0.0 { scale } else { 1.0 };
         for &e in &self.general {
             let element = &self.elements[e];
-            let depends = element.values.iter().flatten().chain(&element.stiffness_factor).chain(&element.mass_factor).any(|v| v.parameters().any(|p| p == j));
+            let depends = element
+                .values
+                .iter()
+                .flatten()
+                .chain(&element.stiffness_factor)
+                .chain(&element.mass_factor)
+                .any(|v| v.parameters().any(|p| p == j));
             if depends {
                 let at = |s: f64| {
                     let mut theta = theta.to_vec();
@@ -329,7 +356,10 @@ fn eliminate(spec: &ModelSpec, geometry: &Geometry, problems: &mut Vec<Problem>)
                 redundant &= elimination.constrain(&row) == RowOutcome::Redundant;
             }
             if redundant {
-                problems.push(Problem::warning(&slave_path, format_args!("node `{slave_name}` follows already from other links; this one adds nothing")));
+                problems.push(Problem::warning(
+                    &slave_path,
+                    format_args!("node `{slave_name}` follows already from other links; this one adds nothing"),
+                ));
             }
         }
     }
@@ -338,13 +368,19 @@ fn eliminate(spec: &ModelSpec, geometry: &Geometry, problems: &mut Vec<Problem>)
         let mut row = Vec::new();
         for (i, term) in constraint.terms.iter().enumerate() {
             if !term.factor.is_finite() || term.factor == 0.0 {
-                problems.push(Problem::error(format!("{path}.terms[{i}].factor"), "a factor must be a finite number other than zero"));
+                problems.push(Problem::error(
+                    format!("{path}.terms[{i}].factor"),
+                    "a factor must be a finite number other than zero",
+                ));
             } else if let Some(node) = find(&term.node, &format!("{path}.terms[{i}].node"), problems) {
                 row.push((6 * node + term.dof as usize, term.factor));
             }
         }
         if row.is_empty() {
-            problems.push(Problem::error(child(&path, "terms"), "a constraint needs at least one term `{node: n1, dof: uz, factor: 1}`"));
+            problems.push(Problem::error(
+                child(&path, "terms"),
+                "a constraint needs at least one term `{node: n1, dof: uz, factor: 1}`",
+            ));
         } else if row.len() == constraint.terms.len() && elimination.constrain(&row) == RowOutcome::Redundant {
             problems.push(Problem::warning(&path, "it follows already from other constraints; it adds nothing"));
         }
@@ -385,7 +421,8 @@ fn lacks(spec: &ModelSpec, placed: &Placed, elimination: &Elimination, problems:
                 })
             });
             let path = e.section.as_ref().map_or(e.path.clone(), |s| child("sections", s));
-            let already = problems.iter().any(|p| p.path == path && p.message.contains(&format!("`{}`", lack.property)));
+            let already =
+                problems.iter().any(|p| p.path == path && p.message.contains(&format!("`{}`", lack.property)));
             if moves && !already {
                 problems.push(Problem::error(path, format_args!("element `{}` needs `{}` against motion in {} (its own axes); give it, or leave that dof out of `active_dofs`", e.name, lack.property, lack.dof)));
             }
@@ -415,7 +452,10 @@ fn targets(spec: &ModelSpec, problems: &mut Vec<Problem>) -> Targets {
             let path = child(path, axis);
             match words.iter().position(|w| w == axis) {
                 Some(i) => slots[i] = read(t, unit, &path, problems),
-                None => problems.push(Problem::error(path, format_args!("unknown axis `{axis}`, expected `{}`, `{}` or `{}`", words[0], words[1], words[2]))),
+                None => problems.push(Problem::error(
+                    path,
+                    format_args!("unknown axis `{axis}`, expected `{}`, `{}` or `{}`", words[0], words[1], words[2]),
+                )),
             }
         }
     }

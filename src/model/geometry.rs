@@ -250,7 +250,10 @@ impl Resolver<'_> {
                 }
                 if visiting.iter().any(|n| n == name) {
                     let chain = visiting.join("` -> `");
-                    problems.push(Problem::error(&path, format_args!("its place depends on itself: `{chain}` -> `{name}`")));
+                    problems.push(Problem::error(
+                        &path,
+                        format_args!("its place depends on itself: `{chain}` -> `{name}`"),
+                    ));
                     return None;
                 }
                 visiting.push(name.to_string());
@@ -286,7 +289,8 @@ impl Resolver<'_> {
                             return None;
                         };
                         let Some(OneOrThree::Three(at)) = &r.at else {
-                            problems.push(Problem::error(&path, "a node in a frame needs its position, `at: [x, y, z]`"));
+                            problems
+                                .push(Problem::error(&path, "a node in a frame needs its position, `at: [x, y, z]`"));
                             return None;
                         };
                         frame.to_global(vector(at, "m", &child(&path, "at"), problems))
@@ -315,7 +319,8 @@ impl Resolver<'_> {
                         let a = other("between[0]", &first, problems);
                         let b = other("between[1]", &second, problems);
                         let (a, b) = (a?, b?);
-                        let f = r.fraction.as_ref().map_or(0.5, |f| constant(f, "1", &child(&path, "fraction"), problems));
+                        let f =
+                            r.fraction.as_ref().map_or(0.5, |f| constant(f, "1", &child(&path, "fraction"), problems));
                         plus(a, f, minus(b, a))
                     }
                 }
@@ -327,12 +332,7 @@ impl Resolver<'_> {
 }
 
 /// "node `n6a` is not defined; did you mean `n6`?"
-pub(super) fn unknown<'a>(
-    path: &str,
-    what: &str,
-    name: &str,
-    known: impl IntoIterator<Item = &'a String>,
-) -> Problem {
+pub(super) fn unknown<'a>(path: &str, what: &str, name: &str, known: impl IntoIterator<Item = &'a String>) -> Problem {
     let suggestion = did_you_mean(name, known.into_iter().map(String::as_str));
     Problem::error(path, format_args!("{what} `{name}` is not defined{suggestion}"))
 }

@@ -22,10 +22,10 @@ mod units;
 mod value;
 
 pub use assembly::{AffinePart, Basis, Entry};
-pub use compile::{Model, load};
+pub use compile::{Model, Target, Targets, load};
 pub use dof_map::{DofMap, rigid_motion};
 pub use geometry::{Frame, Geometry};
-pub use lint::lint;
+pub use lint::{Soundness, lint};
 pub use mass_properties::MassProperties;
 pub use parameter::{Parameter, ParameterSet};
 pub use place::PlacedElement;

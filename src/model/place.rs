@@ -4,7 +4,9 @@ use super::geometry::{Geometry, Rotation, axes_along, constant, minus, unit, unk
 use super::parameter::{Parameter, ParameterSet};
 use super::registry::Registry;
 use super::scalar::Scalar;
-use super::spec::{MassSpec, MemberSpec, ModelSpec, Named, OverrideSpec, SectionSpec, SectionValue, ShapeSpec, SpringSpec};
+use super::spec::{
+    MassSpec, MemberSpec, ModelSpec, Named, OverrideSpec, SectionSpec, SectionValue, ShapeSpec, SpringSpec,
+};
 use super::units::{Dimension, Unit};
 use super::value::{Affine, Value};
 use crate::catalogue::did_you_mean;
@@ -56,9 +58,16 @@ pub(super) fn parameters(spec: &ModelSpec, problems: &mut Vec<Problem>) -> (Para
         if !name.starts_with(|c: char| c.is_alphabetic() || c == '_')
             || !name.chars().all(|c| c.is_alphanumeric() || matches!(c, '_' | '.' | ':' | '@'))
         {
-            problems.push(Problem::error(&path, "a parameter's name starts with a letter and has only letters, digits, `_`, `.`, `:`, `@`"));
+            problems.push(Problem::error(
+                &path,
+                "a parameter's name starts with a letter and has only letters, digits, `_`, `.`, `:`, `@`",
+            ));
         }
-        let unit_text = p.unit.clone().or_else(|| written_unit(&p.value)).or_else(|| p.bounds.as_ref().and_then(|b| written_unit(&b[1])));
+        let unit_text = p
+            .unit
+            .clone()
+            .or_else(|| written_unit(&p.value))
+            .or_else(|| p.bounds.as_ref().and_then(|b| written_unit(&b[1])));
         let unit = match unit_text.as_deref().map(Unit::parse) {
             None => None,
             Some(Ok(unit)) => Some(unit),
@@ -73,25 +82,58 @@ pub(super) fn parameters(spec: &ModelSpec, problems: &mut Vec<Problem>) -> (Para
             if let (Some(d), Some(u)) = (dimension, unit) {
                 if d != u.dimension {
                     let unit = unit_text.as_deref().unwrap_or("1");
-                    problems.push(Problem::error(&path, format_args!("the unit of `{}` does not fit: expected {unit}", s.text())));
+                    problems.push(Problem::error(
+                        &path,
+                        format_args!("the unit of `{}` does not fit: expected {unit}", s.text()),
+                    ));
                 }
-            } else if dimension.is_none() && unit.is_some_and(|u| u.dimension != Dimension::NONE && u.factor != 1.0) && p.unit.is_none() && s.terms().iter().any(|t| t.factor != 0.0) {
+            } else if dimension.is_none()
+                && unit.is_some_and(|u| u.dimension != Dimension::NONE && u.factor != 1.0)
+                && p.unit.is_none()
+                && s.terms().iter().any(|t| t.factor != 0.0)
+            {
                 let unit = unit_text.as_deref().unwrap_or("1");
-                problems.push(Problem::error(&path, format_args!("`{}` has no unit while others of this parameter are in {unit}; write `{} {unit}`", s.text(), s.text())));
+                problems.push(Problem::error(
+                    &path,
+                    format_args!(
+                        "`{}` has no unit while others of this parameter are in {unit}; write `{} {unit}`",
+                        s.text(),
+                        s.text()
+                    ),
+                ));
             }
             if s.terms().iter().any(|t| t.parameter.is_some()) {
-                problems.push(Problem::error(path, format_args!("`{}` names another parameter; here a number is needed", s.text())));
+                problems.push(Problem::error(
+                    path,
+                    format_args!("`{}` names another parameter; here a number is needed", s.text()),
+                ));
                 return 0.0;
             }
             s.terms().iter().map(|t| t.factor).sum()
         };
         let value = number(&p.value, "value", problems);
-        let bounds = p.bounds.as_ref().map(|b| [number(&b[0], "bounds[0]", problems), number(&b[1], "bounds[1]", problems)]);
+        let bounds =
+            p.bounds.as_ref().map(|b| [number(&b[0], "bounds[0]", problems), number(&b[1], "bounds[1]", problems)]);
         if let Some([lower, upper]) = bounds {
             if lower >= upper {
-                problems.push(Problem::error(child(&path, "bounds"), format_args!("the lower bound `{}` must be below the upper `{}`", p.bounds.as_ref().map_or("", |b| b[0].text()), p.bounds.as_ref().map_or("", |b| b[1].text()))));
+                problems.push(Problem::error(
+                    child(&path, "bounds"),
+                    format_args!(
+                        "the lower bound `{}` must be below the upper `{}`",
+                        p.bounds.as_ref().map_or("", |b| b[0].text()),
+                        p.bounds.as_ref().map_or("", |b| b[1].text())
+                    ),
+                ));
             } else if value < lower || value > upper {
-                problems.push(Problem::warning(child(&path, "value"), format_args!("the estimate {} lies outside its bounds {} .. {}; an update starts from the nearest bound", p.value.text(), p.bounds.as_ref().map_or("", |b| b[0].text()), p.bounds.as_ref().map_or("", |b| b[1].text()))));
+                problems.push(Problem::warning(
+                    child(&path, "value"),
+                    format_args!(
+                        "the estimate {} lies outside its bounds {} .. {}; an update starts from the nearest bound",
+                        p.value.text(),
+                        p.bounds.as_ref().map_or("", |b| b[0].text()),
+                        p.bounds.as_ref().map_or("", |b| b[1].text())
+                    ),
+                ));
             }
         }
         let prior_sd = p.prior_sd.as_ref().map(|s| number(s, "prior_sd", problems));
@@ -231,12 +273,22 @@ impl Placer<'_> {
                     }
                     SectionValue::Shape(_) => self.error(path, "a cross-section stands under the key `shape`"),
                     SectionValue::Scalar(_) if name == "shape" => {
-                        self.error(path, "expected a cross-section such as `{rectangle: {width: 20 mm, height: 5 mm}}`");
+                        self.error(
+                            path,
+                            "expected a cross-section such as `{rectangle: {width: 20 mm, height: 5 mm}}`",
+                        );
                     }
                     SectionValue::Scalar(scalar) => {
                         let Some(i) = properties.iter().position(|p| p.name == name) else {
                             let suggestion = did_you_mean(name, properties.iter().map(|p| p.name));
-                            self.error(path, format_args!("a {} has no property `{name}`{suggestion} (see `retune explain {}`)", kind.name(), kind.name()));
+                            self.error(
+                                path,
+                                format_args!(
+                                    "a {} has no property `{name}`{suggestion} (see `retune explain {}`)",
+                                    kind.name(),
+                                    kind.name()
+                                ),
+                            );
                             continue;
                         };
                         if let Some(affine) = self.affine(scalar, properties[i].unit, &path) {
@@ -257,9 +309,14 @@ impl Placer<'_> {
         let fits = |v: f64| match domain {
             Domain::Positive => v > 0.0,
             Domain::NonNegative => v >= 0.0,
+            Domain::Fraction => (0.0..=1.0).contains(&v),
             Domain::Any => true,
         };
-        let must = if domain == Domain::Positive { "above zero" } else { "zero or above" };
+        let must = match domain {
+            Domain::Positive => "above zero",
+            Domain::Fraction => "between 0 and 1",
+            Domain::NonNegative | Domain::Any => "zero or above",
+        };
         let now = affine.at(&theta);
         if !fits(now) {
             self.error(path, format_args!("`{name}` is {now:e} {unit}; it must be {must}"));
@@ -269,7 +326,9 @@ impl Placer<'_> {
         if !fits(low) {
             self.problems.push(Problem::warning(
                 path,
-                format_args!("within the bounds of its parameters `{name}` can become {low:e} {unit}; it must be {must}"),
+                format_args!(
+                    "within the bounds of its parameters `{name}` can become {low:e} {unit}; it must be {must}"
+                ),
             ));
         }
     }
@@ -297,7 +356,8 @@ impl Placer<'_> {
             let j = long * short.powi(3) * (1.0 / 3.0 - 0.21 * r * (1.0 - r.powi(4) / 12.0));
             (b * h, b * h.powi(3) / 12.0, h * b.powi(3) / 12.0, j)
         } else if let Some(s) = &shape.hollow {
-            let (b, h, t) = (length(&s.width, "box.width"), length(&s.height, "box.height"), length(&s.wall, "box.wall"));
+            let (b, h, t) =
+                (length(&s.width, "box.width"), length(&s.height, "box.height"), length(&s.wall, "box.wall"));
             let (bi, hi) = (b - 2.0 * t, h - 2.0 * t);
             if bi < 0.0 || hi < 0.0 {
                 self.problems.push(Problem::error(child(path, "box.wall"), "the walls are thicker than the box"));
@@ -350,19 +410,32 @@ impl Placer<'_> {
                 let along = minus(positions[1], positions[0]);
                 let Some(x) = unit(along) else {
                     let (a, b) = (&self.geometry.names[nodes[0]], &self.geometry.names[nodes[1]]);
-                    self.problems.push(Problem::error(entry.path, format_args!("element `{name}` has no length: nodes `{a}` and `{b}` are at the same place")));
+                    self.problems.push(Problem::error(
+                        entry.path,
+                        format_args!("element `{name}` has no length: nodes `{a}` and `{b}` are at the same place"),
+                    ));
                     return None;
                 };
-                let near = entry.orientation.unwrap_or(if x[2].abs() > 0.9999 { [0.0, 1.0, 0.0] } else { [0.0, 0.0, 1.0] });
+                let near =
+                    entry.orientation.unwrap_or(if x[2].abs() > 0.9999 { [0.0, 1.0, 0.0] } else { [0.0, 0.0, 1.0] });
                 let Some(axes) = axes_along(along, near) else {
-                    self.problems.push(Problem::error(child(entry.path, "orientation"), format_args!("it must not be parallel to element `{name}`")));
+                    self.problems.push(Problem::error(
+                        child(entry.path, "orientation"),
+                        format_args!("it must not be parallel to element `{name}`"),
+                    ));
                     return None;
                 };
                 axes
             }
             Axes::Given => self.frame_axes(entry)?,
         };
-        let points = positions.iter().map(|p| { let d = minus(*p, positions[0]); axes.map(|a| super::geometry::dot(a, d)) }).collect();
+        let points = positions
+            .iter()
+            .map(|p| {
+                let d = minus(*p, positions[0]);
+                axes.map(|a| super::geometry::dot(a, d))
+            })
+            .collect();
         let index = self.elements.len();
         self.elements.push(PlacedElement {
             name: name.clone(),
@@ -399,9 +472,15 @@ impl Placer<'_> {
             let mut entry = self.entry(&path, kind, member.section.as_deref(), &member.properties);
             entry.orientation = member.orientation;
             let (pairs, single) = match (&member.nodes, &member.pairs, &member.chain) {
-                (Some(nodes), None, None) => (vec![(nodes.clone(), [child(&path, "nodes[0]"), child(&path, "nodes[1]")])], true),
+                (Some(nodes), None, None) => {
+                    (vec![(nodes.clone(), [child(&path, "nodes[0]"), child(&path, "nodes[1]")])], true)
+                }
                 (None, Some(pairs), None) => (
-                    pairs.iter().enumerate().map(|(i, p)| (p.clone(), [0, 1].map(|k| format!("{path}.pairs[{i}][{k}]")))).collect(),
+                    pairs
+                        .iter()
+                        .enumerate()
+                        .map(|(i, p)| (p.clone(), [0, 1].map(|k| format!("{path}.pairs[{i}][{k}]"))))
+                        .collect(),
                     false,
                 ),
                 (None, None, Some(chain)) => {
@@ -410,7 +489,13 @@ impl Placer<'_> {
                     }
                     let at = |i: usize| format!("{path}.chain[{i}]");
                     (
-                        chain.windows(2).enumerate().map(|(i, w)| ([w[0].clone(), w[1].clone()], [if i == 0 { at(0) } else { String::new() }, at(i + 1)])).collect(),
+                        chain
+                            .windows(2)
+                            .enumerate()
+                            .map(|(i, w)| {
+                                ([w[0].clone(), w[1].clone()], [if i == 0 { at(0) } else { String::new() }, at(i + 1)])
+                            })
+                            .collect(),
                         false,
                     )
                 }
@@ -426,7 +511,13 @@ impl Placer<'_> {
             }
             for (i, (nodes, paths)) in pairs.iter().enumerate() {
                 let found: Vec<Option<usize>> = (0..2)
-                    .map(|k| if paths[k].is_empty() { self.geometry.node(&nodes[k]) } else { self.node(&nodes[k], &paths[k]) })
+                    .map(|k| {
+                        if paths[k].is_empty() {
+                            self.geometry.node(&nodes[k])
+                        } else {
+                            self.node(&nodes[k], &paths[k])
+                        }
+                    })
                     .collect();
                 let (Some(a), Some(b)) = (found[0], found[1]) else { continue };
                 let element = if single { name.clone() } else { format!("{name}.{}", i + 1) };
@@ -444,7 +535,11 @@ impl Placer<'_> {
                 let made: Vec<usize> = (first..self.elements.len()).collect();
                 for set in [&element, name] {
                     let set = self.sets.entry(set.clone()).or_default();
-                    made.iter().for_each(|e| if !set.contains(e) { set.push(*e) });
+                    made.iter().for_each(|e| {
+                        if !set.contains(e) {
+                            set.push(*e)
+                        }
+                    });
                 }
             }
         }
@@ -473,7 +568,11 @@ impl Placer<'_> {
                     vec![(a, child(&path, "nodes[0]")), (b, child(&path, "nodes[1]"))],
                 ),
                 _ => {
-                    let expected = if room == "springs" { "give `node` for a spring to ground, or `nodes: [a, b]`" } else { "a bushing needs `nodes: [a, b]`" };
+                    let expected = if room == "springs" {
+                        "give `node` for a spring to ground, or `nodes: [a, b]`"
+                    } else {
+                        "a bushing needs `nodes: [a, b]`"
+                    };
                     self.error(&path, expected);
                     continue;
                 }
@@ -488,7 +587,8 @@ impl Placer<'_> {
                         self.error(format!("{path}.{prefix}.{direction}"), format_args!("unknown direction `{direction}`, expected `ux`, `uy`, `uz`, `rx`, `ry`, `rz` or `axial`{suggestion}"));
                         continue;
                     }
-                    let property = if direction == "axial" { prefix.to_string() } else { format!("{prefix}_{direction}") };
+                    let property =
+                        if direction == "axial" { prefix.to_string() } else { format!("{prefix}_{direction}") };
                     properties.insert(property, SectionValue::Scalar(scalar.clone()));
                 }
             }
@@ -499,7 +599,14 @@ impl Placer<'_> {
                 self.error(&path, "a spring needs a stiffness, `k: {uz: 150 N/m}`, or damping, `c: {uz: 3 N s/m}`");
             }
             let before = self.problems.len();
-            let mut entry = Entry { path: &path, kind, section: None, values: self.values(kind, &[(&properties, path.clone())]), orientation: None, frame: spring.frame.as_deref() };
+            let mut entry = Entry {
+                path: &path,
+                kind,
+                section: None,
+                values: self.values(kind, &[(&properties, path.clone())]),
+                orientation: None,
+                frame: spring.frame.as_deref(),
+            };
             // Properties are `k_uz` in the catalogue and `k: {uz: ...}` in the file.
             for p in &mut self.problems[before..] {
                 for prefix in ["k", "c"] {
@@ -523,7 +630,9 @@ impl Placer<'_> {
             }
             let nodes: Vec<(&String, String)> = match (&mass.node, &mass.nodes) {
                 (Some(node), None) => vec![(node, child(&path, "node"))],
-                (None, Some(nodes)) => nodes.iter().enumerate().map(|(i, n)| (n, format!("{path}.nodes[{i}]"))).collect(),
+                (None, Some(nodes)) => {
+                    nodes.iter().enumerate().map(|(i, n)| (n, format!("{path}.nodes[{i}]"))).collect()
+                }
                 _ => {
                     self.error(&path, "give `node` or `nodes`");
                     continue;
@@ -533,9 +642,14 @@ impl Placer<'_> {
             let before = self.problems.len();
             let values = self.values(kind, &[(&properties, path.clone())]);
             for p in &mut self.problems[before..] {
-                p.path = p.path.replacen(&format!("{path}.inertia_"), &format!("{path}.inertia."), 1).replacen(&format!("{path}.offset_"), &format!("{path}.offset."), 1);
+                p.path = p.path.replacen(&format!("{path}.inertia_"), &format!("{path}.inertia."), 1).replacen(
+                    &format!("{path}.offset_"),
+                    &format!("{path}.offset."),
+                    1,
+                );
             }
-            let entry = Entry { path: &path, kind, section: None, values, orientation: None, frame: mass.frame.as_deref() };
+            let entry =
+                Entry { path: &path, kind, section: None, values, orientation: None, frame: mass.frame.as_deref() };
             let single = mass.node.is_some();
             for (i, (node, node_path)) in nodes.iter().enumerate() {
                 let Some(index) = self.node(node, node_path) else { continue };
@@ -562,7 +676,10 @@ impl Placer<'_> {
         for (axis, scalar) in &mass.inertia {
             const AXES: [&str; 6] = ["xx", "yy", "zz", "xy", "xz", "yz"];
             if !AXES.contains(&axis.as_str()) {
-                self.error(format!("{path}.inertia.{axis}"), format_args!("unknown inertia `{axis}`, expected one of `xx`, `yy`, `zz`, `xy`, `xz`, `yz`"));
+                self.error(
+                    format!("{path}.inertia.{axis}"),
+                    format_args!("unknown inertia `{axis}`, expected one of `xx`, `yy`, `zz`, `xy`, `xz`, `yz`"),
+                );
                 return None;
             }
             properties.insert(format!("inertia_{axis}"), SectionValue::Scalar(scalar.clone()));
@@ -587,17 +704,24 @@ impl Placer<'_> {
             }
             let Some(kind) = self.registry.find(&spec.kind) else {
                 let suggestion = did_you_mean(&spec.kind, self.registry.elements().map(Element::name));
-                self.error(child(&path, "type"), format_args!("unknown element type `{}`{suggestion} (see `retune list elements`)", spec.kind));
+                self.error(
+                    child(&path, "type"),
+                    format_args!("unknown element type `{}`{suggestion} (see `retune list elements`)", spec.kind),
+                );
                 continue;
             };
             if spec.nodes.len() != kind.nodes().len() {
-                self.error(child(&path, "nodes"), format_args!("a {} has {} nodes, not {}", kind.name(), kind.nodes().len(), spec.nodes.len()));
+                self.error(
+                    child(&path, "nodes"),
+                    format_args!("a {} has {} nodes, not {}", kind.name(), kind.nodes().len(), spec.nodes.len()),
+                );
                 continue;
             }
             let mut entry = self.entry(&path, kind, spec.section.as_deref(), &spec.properties);
             entry.orientation = spec.orientation;
             entry.frame = spec.frame.as_deref();
-            let indices: Vec<Option<usize>> = spec.nodes.iter().enumerate().map(|(i, n)| self.node(n, &format!("{path}.nodes[{i}]"))).collect();
+            let indices: Vec<Option<usize>> =
+                spec.nodes.iter().enumerate().map(|(i, n)| self.node(n, &format!("{path}.nodes[{i}]"))).collect();
             if let Some(indices) = indices.into_iter().collect::<Option<Vec<_>>>() {
                 self.add(name.clone(), &entry, indices);
             }
@@ -616,7 +740,10 @@ impl Placer<'_> {
                     Some(set) if member != name => all.extend(set),
                     _ => {
                         let suggestion = did_you_mean(member, self.sets.keys().map(String::as_str));
-                        self.error(format!("{path}[{i}]"), format_args!("`{member}` is no element, chain, mass or earlier group{suggestion}"));
+                        self.error(
+                            format!("{path}[{i}]"),
+                            format_args!("`{member}` is no element, chain, mass or earlier group{suggestion}"),
+                        );
                     }
                 }
             }
@@ -642,7 +769,8 @@ impl Placer<'_> {
         for (what, given) in [("set", &change.set), ("scale", &change.scale)] {
             for (property, scalar) in given {
                 let path = format!("{path}.{what}.{property}");
-                let known: Vec<&str> = elements.iter().flat_map(|&e| self.elements[e].kind.properties()).map(|p| p.name).collect();
+                let known: Vec<&str> =
+                    elements.iter().flat_map(|&e| self.elements[e].kind.properties()).map(|p| p.name).collect();
                 if !known.contains(&property.as_str()) {
                     let suggestion = did_you_mean(property, known);
                     self.error(path, format_args!("these elements have no property `{property}`{suggestion}"));
@@ -662,7 +790,10 @@ impl Placer<'_> {
                     } else if let Some(value) = &mut self.elements[e].values[i] {
                         value.0.push(affine);
                     } else {
-                        self.error(&path, format_args!("element `{}` has no `{property}` to scale", self.elements[e].name.clone()));
+                        self.error(
+                            &path,
+                            format_args!("element `{}` has no `{property}` to scale", self.elements[e].name.clone()),
+                        );
                     }
                 }
             }
@@ -671,7 +802,11 @@ impl Placer<'_> {
             let Some(factor) = factor else { continue };
             let Some(affine) = self.affine(factor, "1", &child(path, word)) else { continue };
             for &e in elements {
-                let slot = if word == "stiffness" { &mut self.elements[e].stiffness_factor } else { &mut self.elements[e].mass_factor };
+                let slot = if word == "stiffness" {
+                    &mut self.elements[e].stiffness_factor
+                } else {
+                    &mut self.elements[e].mass_factor
+                };
                 slot.get_or_insert(Value(Vec::new())).0.push(affine.clone());
             }
         }

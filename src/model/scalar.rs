@@ -194,9 +194,8 @@ fn parse_term(text: &str) -> Result<Term, TermError> {
         rest = rest.trim_start();
         let length = number_length(rest);
         if length > 0 {
-            let number: f64 = rest[..length]
-                .parse()
-                .map_err(|_| TermError::Why(format!("`{}` is not a number", &rest[..length])))?;
+            let number: f64 =
+                rest[..length].parse().map_err(|_| TermError::Why(format!("`{}` is not a number", &rest[..length])))?;
             rest = &rest[length..];
             term.factor = if divide { term.factor / number } else { term.factor * number };
             // What follows the number up to a `*` before a parameter or a `/` before a number is its unit.
@@ -225,7 +224,9 @@ fn parse_term(text: &str) -> Result<Term, TermError> {
                 return Err(TermError::Why(format!("cannot divide by the parameter `{name}`; expressions are affine")));
             }
             if let Some(other) = &term.parameter {
-                return Err(TermError::Why(format!("`{other}` times `{name}` is not affine; use one parameter a term")));
+                return Err(TermError::Why(format!(
+                    "`{other}` times `{name}` is not affine; use one parameter a term"
+                )));
             }
             term.parameter = Some(name.to_string());
             rest = rest[end..].trim_start();
@@ -312,7 +313,9 @@ impl<'de> Deserialize<'de> for Scalar {
         impl Visitor<'_> for ScalarVisitor {
             type Value = Scalar;
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("a number, a number with a unit such as `56 GPa`, or parameters with factors such as `2*m_tip`")
+                f.write_str(
+                    "a number, a number with a unit such as `56 GPa`, or parameters with factors such as `2*m_tip`",
+                )
             }
             fn visit_f64<E: de::Error>(self, value: f64) -> Result<Scalar, E> {
                 if value.is_finite() {

@@ -153,9 +153,7 @@ impl Unit {
                     rest = &rest[1..];
                 }
                 _ => {
-                    let end = rest
-                        .find(|c: char| !(c.is_alphabetic() || c == '%' || c == 'µ'))
-                        .unwrap_or(rest.len());
+                    let end = rest.find(|c: char| !(c.is_alphabetic() || c == '%' || c == 'µ')).unwrap_or(rest.len());
                     let (mut name, mut after) = rest.split_at(end);
                     if name.is_empty() && rest.starts_with('1') {
                         (name, after) = rest.split_at(1);
@@ -166,7 +164,8 @@ impl Unit {
                     if name == "g" && after.starts_with('0') {
                         (name, after) = rest.split_at(2);
                     }
-                    let (power, after) = read_power(after).ok_or_else(|| malformed("a power must be between -9 and 9"))?;
+                    let (power, after) =
+                        read_power(after).ok_or_else(|| malformed("a power must be between -9 and 9"))?;
                     let name = name.replace('µ', "u");
                     let &(_, factor, length, mass, time) =
                         UNITS.iter().find(|u| u.0 == name).ok_or_else(|| UnitError::Unknown {

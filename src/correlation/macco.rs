@@ -1,0 +1,109 @@
+//! Greedy removal of sensors: which of them spoil a pair, or all pairs together.
+
+use super::ShapeScalar;
+use crate::linalg::DMatrix;
+
+/// One step of the removal.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SensorRemoval {
+    /// The sensor that was taken away, a row of the shapes.
+    pub sensor: usize,
+    /// Mean MAC of the pairs without it and all removed before it.
+    pub mean_mac: f64,
+    /// MAC of each pair then.
+    pub mac: Vec<f64>,
+}
+
+/// The sensors whose removal raises the mean MAC of the pairs most, one after the other.
+///
+/// ```text
+/// at each step:  sensor = argmax_i  mean_r MAC(φ_a[r], φ_x[r])  without the rows removed so far and without i
+/// ```
+///
+/// * `phi_a`, `phi_x` - paired shapes, (n_sensor x n_pairs); one column each to judge one pair; NaN where not measured
+/// * `n_removed` - how many sensors to take away at most
+///
+/// Stops earlier when no removal raises the mean, or when two sensors would be left.
+///
+/// Removal always flatters: noise alone lets the MAC rise a little with each sensor. What tells is a jump in the first
+/// steps. It cannot say whether the sensor or the model at that place is wrong.
+///
+/// # Panics
+/// If the shapes of the matrices differ.
+///
+/// # Source
+/// The MACCo of M. Brughmans, J. Leuridan, K. Blauwkamp, The application of FEM-EMA correlation and validation techniques
+/// on a body-in-white, Proc. 11th IMAC, 1993.
+pub fn spoiling_sensors<T: ShapeScalar>(
+    phi_a: &DMatrix<T>,
+    phi_x: &DMatrix<T>,
+    n_removed: usize,
+) -> Vec<SensorRemoval> {
+    assert_eq!(phi_a.shape(), phi_x.shape(), "paired shapes at the same sensors");
+    let mut kept: Vec<usize> = (0..phi_a.nrows()).collect();
+    let mut mean_mac = mean(&macs(phi_a, phi_x, &kept, None));
+    let mut removals = Vec::new();
+    while removals.len() < n_removed && kept.len() > 2 {
+        let mut best: Option<(usize, f64, Vec<f64>)> = None;
+        for position in 0..kept.len() {
+            let without = macs(phi_a, phi_x, &kept, Some(position));
+            let value = mean(&without);
+            if best.as_ref().is_none_or(|(_, b, _)| value > *b) {
+                best = Some((position, value, without));
+            }
+        }
+        let Some((position, value, mac)) = best.filter(|(_, value, _)| *value > mean_mac) else { break };
+        mean_mac = value;
+        removals.push(SensorRemoval { sensor: kept.remove(position), mean_mac, mac });
+    }
+    removals
+}
+
+/// MAC of each pair over the kept sensors without the one at `left_out`.
+fn macs<T: ShapeScalar>(phi_a: &DMatrix<T>, phi_x: &DMatrix<T>, kept: &[usize], left_out: Option<usize>) -> Vec<f64> {
+    (0..phi_a.ncols())
+        .map(|r| {
+            let (mut cross, mut norm_a, mut norm_x) = (T::zero(), 0.0, 0.0);
+            for (position, &i) in kept.iter().enumerate() {
+                let (a, x) = (phi_a[(i, r)], phi_x[(i, r)]);
+                if Some(position) != left_out && a.is_measured() && x.is_measured() {
+                    cross += a.conjugate() * x;
+                    norm_a += a.modulus_squared();
+                    norm_x += x.modulus_squared();
+                }
+            }
+            let is_moving = norm_a > 0.0 && norm_x > 0.0;
+            if is_moving { (cross.modulus() / norm_a.sqrt() / norm_x.sqrt()).powi(2).min(1.0) } else { 0.0 }
+        })
+        .collect()
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len().max(1) as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_reversed_and_the_dead_sensor_are_found_and_then_nothing() {
+        let a = DMatrix::from_fn(12, 3, |i, j| (0.25 * (i + 1) as f64 * (j + 1) as f64).sin());
+        let mut x = a.clone();
+        x.row_mut(7).neg_mut();
+        x.row_mut(2).fill(0.0);
+        let removals = spoiling_sensors(&a, &x, 5);
+        let sensors: Vec<usize> = removals.iter().take(2).map(|r| r.sensor).collect();
+        assert_eq!(sensors, [7, 2]);
+        assert!(removals[1].mac.iter().all(|m| (m - 1.0).abs() < 1e-14));
+        assert!(removals.iter().skip(2).all(|r| r.mean_mac - removals[1].mean_mac < 1e-14));
+    }
+
+    #[test]
+    fn one_pair_alone_and_no_sensors() {
+        let a = DMatrix::from_column_slice(4, 1, &[1.0, 1.0, 1.0, 1.0]);
+        let x = DMatrix::from_column_slice(4, 1, &[1.0, 1.0, -1.0, 1.0]);
+        assert_eq!(spoiling_sensors(&a, &x, 1)[0], SensorRemoval { sensor: 2, mean_mac: 1.0, mac: vec![1.0] });
+        assert!(spoiling_sensors(&DMatrix::<f64>::zeros(0, 0), &DMatrix::zeros(0, 0), 3).is_empty());
+    }
+}

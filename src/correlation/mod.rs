@@ -1,0 +1,64 @@
+//! Comparison of mode shapes and frequency responses: where a model agrees with a test, and where it does not.
+//!
+//! Functions of plain matrices: shapes are columns at the sensors (or at all dofs, where a function says so), analytical
+//! ones first, experimental ones second, and NaN marks what was not measured. Start reading at [`mac_matrix`].
+
+mod assignment;
+mod comac;
+mod mac;
+mod macco;
+mod orthogonality;
+mod pairing;
+mod subspace;
+
+pub use comac::{comac, enhanced_comac, scaled_comac};
+pub use mac::{ShapeScalar, auto_mac, mac_matrix, modal_scale_factor, to_complex, weighted_mac_matrix};
+pub use macco::{SensorRemoval, spoiling_sensors};
+pub use orthogonality::{auto_orthogonality, cross_orthogonality, generalized_mass};
+pub use pairing::{
+    ModeList, ModePair, PairBy, PairFlag, PairedModes, PairingOptions, Tracked, Unpaired, pair_modes, track,
+};
+pub use subspace::{CloseModes, assess_close_modes, principal_angles, subspace_mac};
+
+use crate::linalg::LinalgError;
+
+/// Why a comparison has no result.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum CorrelationError {
+    /// A matrix or vector does not fit the others.
+    #[error("{what}: {rows} x {columns}; expected {expected}")]
+    Shape {
+        /// Which one.
+        what: &'static str,
+        /// Its rows.
+        rows: usize,
+        /// Its columns.
+        columns: usize,
+        /// What fits.
+        expected: String,
+    },
+    /// A shape has entries that were not measured, where all are needed.
+    #[error(
+        "{set} mode {mode} (from 0) is not measured at every sensor; leave that sensor out of the mass, or the mode out of the set"
+    )]
+    IncompleteShape {
+        /// "analytical" or "experimental".
+        set: &'static str,
+        /// The mode.
+        mode: usize,
+    },
+    /// A number lies outside its range.
+    #[error("{what} is {value:e}; it must be {expected}")]
+    Range {
+        /// What the number means.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+        /// The allowed range, in words.
+        expected: &'static str,
+    },
+    /// A kernel failed.
+    #[error("the comparison has no result")]
+    Linalg(#[from] LinalgError),
+}

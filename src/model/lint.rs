@@ -1,0 +1,316 @@
+//! What an engineer would want to be told about a model that can be built.
+
+use super::assembly::interior_point;
+use super::compile::Model;
+use super::units::Unit;
+use super::{ModelError, ParametricModel};
+use crate::element::Dof;
+use crate::linalg::DMatrix;
+use crate::modal::{self, ModalError, SolveOptions};
+use crate::yaml::{Problem, child};
+
+/// The state of a model at its estimates, for `check`.
+#[derive(Debug, Clone)]
+pub struct Soundness {
+    /// Doubtful things, with their paths.
+    pub warnings: Vec<Problem>,
+    /// Things that make the model useless, with their paths.
+    pub errors: Vec<Problem>,
+    /// Number of rigid-body modes.
+    pub n_rigid_body_modes: usize,
+    /// Number of mechanisms: motions without stiffness that are not rigid-body motions.
+    pub n_mechanisms: usize,
+}
+
+/// Looks for mechanisms, empty and massless dofs, dangling and duplicate nodes, bad conditioning, parameters without
+/// effect, values that look wrong by powers of ten.
+pub fn lint(model: &Model) -> Result<Soundness, ModelError> {
+    let mut s = Soundness { warnings: Vec::new(), errors: Vec::new(), n_rigid_body_modes: 0, n_mechanisms: 0 };
+    nodes(model, &mut s);
+    magnitudes(model, &mut s);
+    parameters(model, &mut s)?;
+    motion(model, &mut s)?;
+    targets(model, &mut s)?;
+    Ok(s)
+}
+
+fn nodes(model: &Model, s: &mut Soundness) {
+    let geometry = model.geometry();
+    let spec = model.spec();
+    let mut used = vec![false; geometry.names.len()];
+    for e in model.elements() {
+        e.nodes.iter().for_each(|&n| used[n] = true);
+    }
+    let named = |name: &String| geometry.node(name);
+    for link in spec.rigid_links.values() {
+        std::iter::once(&link.master).chain(&link.slaves).filter_map(named).for_each(|n| used[n] = true);
+    }
+    for c in spec.constraints.values() {
+        c.terms.iter().filter_map(|t| named(&t.node)).for_each(|n| used[n] = true);
+    }
+    for (i, name) in geometry.names.iter().enumerate() {
+        if !used[i] {
+            s.warnings.push(Problem::warning(
+                child("nodes", name),
+                format_args!("node `{name}` is used by no element and no link"),
+            ));
+        }
+    }
+    let size = extent(&geometry.positions);
+    let mut order: Vec<usize> = (0..geometry.names.len()).collect();
+    order.sort_by(|&a, &b| geometry.positions[a][0].total_cmp(&geometry.positions[b][0]));
+    let joined = |a: usize, b: usize| {
+        model.elements().iter().any(|e| e.nodes.contains(&a) && e.nodes.contains(&b))
+            || spec.rigid_links.values().any(|l| {
+                let all: Vec<Option<usize>> = std::iter::once(&l.master).chain(&l.slaves).map(named).collect();
+                all.contains(&Some(a)) && all.contains(&Some(b))
+            })
+    };
+    for (k, &a) in order.iter().enumerate() {
+        for &b in
+            order[k + 1..].iter().take_while(|&&b| geometry.positions[b][0] - geometry.positions[a][0] <= 1e-6 * size)
+        {
+            let d = super::geometry::minus(geometry.positions[a], geometry.positions[b]);
+            if super::geometry::dot(d, d).sqrt() <= 1e-6 * size && !joined(a, b) {
+                let (first, second) = (a.min(b), a.max(b));
+                s.warnings.push(Problem::warning(
+                    child("nodes", &geometry.names[second]),
+                    format_args!(
+                        "nodes `{}` and `{}` are at the same place and nothing joins them",
+                        geometry.names[first], geometry.names[second]
+                    ),
+                ));
+            }
+        }
+    }
+}
+
+fn extent(positions: &[[f64; 3]]) -> f64 {
+    (0..3)
+        .map(|i| {
+            let (low, high) =
+                positions.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), p| (l.min(p[i]), h.max(p[i])));
+            high - low
+        })
+        .fold(0.0, f64::max)
+}
+
+/// Properties far outside what structures are made of. The ranges are wide: from soft foam to diamond, from balsa to osmium.
+fn magnitudes(model: &Model, s: &mut Soundness) {
+    const RANGES: &[(&str, &str, f64, f64)] =
+        &[("E", "Pa", 1e6, 1.3e12), ("G", "Pa", 1e5, 6e11), ("density", "kg/m3", 20.0, 23_000.0)];
+    let theta = interior_point(model.parameters());
+    let mut seen: Vec<(String, &str)> = Vec::new();
+    for e in model.elements() {
+        let path = e.section.as_ref().map_or(e.path.clone(), |n| child("sections", n));
+        let mut values = Vec::new();
+        for (property, value) in e.kind.properties().iter().zip(&e.values) {
+            let Some(value) = value.as_ref().map(|v| v.at(&theta)) else { continue };
+            values.push((property.name, value));
+            for &(name, unit, low, high) in RANGES {
+                let key = (path.clone(), name);
+                if property.name == name && value != 0.0 && !(low..=high).contains(&value) && !seen.contains(&key) {
+                    s.warnings.push(Problem::warning(
+                        child(&path, name),
+                        format_args!("`{name}` is {value:.3e} {unit}; no structural material is below {low:.0e} or above {high:.0e} {unit}: is the unit right?"),
+                    ));
+                    seen.push(key);
+                }
+            }
+        }
+        let get = |name: &str| values.iter().find(|v| v.0 == name).map(|v| v.1);
+        if let (Some(e), Some(g)) = (get("E"), get("G")) {
+            let key = (path.clone(), "E/G");
+            // Isotropic: E/G = 2(1+ν) is 2 to 3. Composites and effective values reach 100 and more: only a note.
+            if !seen.contains(&key) && (e / g > 100.0 || e / g < 0.5) {
+                s.warnings.push(Problem::warning(
+                    child(&path, "G"),
+                    format_args!("E/G is {:.3}; an isotropic material has 2 to 3 (an effective G on a polar moment J explains a large ratio)", e / g),
+                ));
+                seen.push(key);
+            }
+        }
+    }
+    let size = extent(&model.geometry().positions);
+    if size > 1000.0 || (size > 0.0 && size < 1e-3) {
+        s.warnings.push(Problem::warning(
+            "nodes",
+            format_args!("the structure is {size:.3e} m long: are the nodes in metres?"),
+        ));
+    }
+    for p in model.parameters().iter() {
+        if let Some([lower, upper]) = p.bounds {
+            if lower > 0.0 && upper / lower > 1e4 {
+                s.warnings.push(Problem::warning(
+                    format!("parameters.{}.bounds", p.name),
+                    format_args!(
+                        "the bounds span a factor of {:.0e}: is a unit missing on one of them?",
+                        upper / lower
+                    ),
+                ));
+            }
+        }
+        if !p.unit.is_empty() && Unit::parse(&p.unit).is_err() {
+            s.warnings.push(Problem::warning(format!("parameters.{}.unit", p.name), "it cannot be read"));
+        }
+    }
+}
+
+fn parameters(model: &Model, s: &mut Soundness) -> Result<(), ModelError> {
+    let theta = interior_point(model.parameters());
+    for j in model.parameters().free() {
+        let d = model.assemble_derivative(&theta, j)?;
+        let zero = d.stiffness.amax() == 0.0 && d.mass.amax() == 0.0 && d.damping.is_none_or(|c| c.amax() == 0.0);
+        if zero {
+            let p = model.parameters().get(j);
+            let named = model.elements().iter().any(|e| {
+                e.values
+                    .iter()
+                    .flatten()
+                    .chain(&e.stiffness_factor)
+                    .chain(&e.mass_factor)
+                    .any(|v| v.parameters().any(|i| i == j))
+            });
+            let why = if named { "what it acts on is supported, rigid or inactive" } else { "no property names it" };
+            s.warnings.push(Problem::warning(
+                format!("parameters.{}", p.name),
+                format_args!("no matrix depends on `{}`: {why}", p.name),
+            ));
+        }
+    }
+    Ok(())
+}
+
+fn motion(model: &Model, s: &mut Soundness) -> Result<(), ModelError> {
+    let theta = interior_point(model.parameters());
+    let dofs = model.dof_map();
+    let n = dofs.n_dof();
+    if n == 0 {
+        return Ok(());
+    }
+    let system = model.assemble(&theta)?;
+    let (k, m) = (&system.stiffness, &system.mass);
+    let stiffest = (0..n).map(|i| k[(i, i)]).fold(0.0, f64::max);
+    let empty: Vec<usize> = (0..n).filter(|&i| m[(i, i)] <= 0.0 && k[(i, i)] <= 1e-14 * stiffest).collect();
+    for &row in &empty {
+        s.errors.push(Problem::error(row_path(model, row), format_args!("`{}` has neither stiffness nor mass, so nothing determines its motion; support it, or leave that dof out of `active_dofs`", dofs.row_name(row))));
+    }
+    let massless: Vec<String> =
+        (0..n).filter(|&i| m[(i, i)] <= 0.0 && !empty.contains(&i)).map(|i| dofs.row_name(i)).collect();
+    if !massless.is_empty() {
+        s.warnings.push(Problem::warning(
+            "",
+            format_args!("{} has no mass; it is condensed exactly: {}", count(massless.len(), "dof"), list(&massless)),
+        ));
+    }
+    if !empty.is_empty() {
+        return Ok(());
+    }
+    for (name, symmetric) in [("stiffness", k), ("mass", m)] {
+        if let Some(row) = (0..n).find(|&i| symmetric[(i, i)] < 0.0) {
+            s.errors.push(Problem::error(
+                row_path(model, row),
+                format_args!("the {name} of `{}` is negative", dofs.row_name(row)),
+            ));
+            return Ok(());
+        }
+    }
+    conditioning(model, k, s);
+    let motions = dofs.rigid_motions();
+    match modal::solve(k, m, &motions, SolveOptions { n_elastic: 12, shift: None }) {
+        Ok(modes) => {
+            s.n_rigid_body_modes = modes.n_rigid;
+            s.n_mechanisms = modes.n_mechanism;
+            for i in 0..modes.n_mechanism {
+                let shape = modes.shapes.column(modes.n_rigid + i);
+                let mut order: Vec<usize> = (0..n).collect();
+                order.sort_by(|&a, &b| shape[b].abs().total_cmp(&shape[a].abs()).then(a.cmp(&b)));
+                let names: Vec<String> = order.iter().take(3).map(|&r| dofs.row_name(r)).collect();
+                s.warnings.push(Problem::warning(
+                    row_path(model, order[0]),
+                    format_args!("a mechanism: the structure can move without stiffness, mostly in {}; a member, a stiffness or a support is missing there", list(&names)),
+                ));
+            }
+            let possible = possible_rigid_modes(model);
+            if model.spec().supports.is_empty() && modes.n_rigid > possible {
+                s.warnings.push(Problem::warning(
+                    "",
+                    format_args!("{} rigid-body modes; a free structure with these dofs has {possible}", modes.n_rigid),
+                ));
+            }
+        }
+        Err(ModalError::Linalg(crate::linalg::LinalgError::NotPositiveDefinite { row, .. })) => {
+            s.errors.push(Problem::error(row_path(model, row), format_args!("the motion of `{}` is not determined: it, or a combination of dofs with it, has neither stiffness nor mass", dofs.row_name(row))));
+        }
+        Err(e) => s.errors.push(Problem::error("", e)),
+    }
+    Ok(())
+}
+
+fn possible_rigid_modes(model: &Model) -> usize {
+    let mut active = [false; 6];
+    for &(_, dof) in model.dof_map().rows() {
+        active[dof as usize] = true;
+    }
+    // Rotations follow from displacements across the axis where rotations are no dofs themselves.
+    let rotation = |d: usize| active[3 + d] || (active[(d + 1) % 3] && active[(d + 2) % 3]);
+    (0..3).filter(|d| active[*d]).count() + (0..3).filter(|d| rotation(*d)).count()
+}
+
+/// Stiffness ratios that cost digits: with 16 digits, a ratio of 1e12 leaves 4 in the low modes.
+fn conditioning(model: &Model, k: &DMatrix<f64>, s: &mut Soundness) {
+    let dofs = model.dof_map();
+    for rotation in [false, true] {
+        let mut rows: Vec<usize> =
+            (0..k.nrows()).filter(|&i| dofs.rows()[i].1.is_rotation() == rotation && k[(i, i)] > 0.0).collect();
+        rows.sort_by(|&a, &b| k[(a, a)].total_cmp(&k[(b, b)]));
+        let (Some(&soft), Some(&stiff)) = (rows.first(), rows.last()) else { continue };
+        let ratio = k[(stiff, stiff)] / k[(soft, soft)];
+        if ratio > 1e9 {
+            s.warnings.push(Problem::warning(
+                row_path(model, stiff),
+                format_args!("`{}` is {ratio:.0e} times stiffer than `{}`: the low modes lose digits; make very stiff parts `rigid_links`", dofs.row_name(stiff), dofs.row_name(soft)),
+            ));
+        }
+    }
+}
+
+fn targets(model: &Model, s: &mut Soundness) -> Result<(), ModelError> {
+    let theta = model.parameters().nominal();
+    let Some(p) = model.mass_properties(&theta)? else { return Ok(()) };
+    let t = model.targets();
+    let mut check = |path: String, unit: &str, value: f64, target: Option<super::compile::Target>| {
+        if let Some(t) = target {
+            if (value - t.value).abs() > t.tolerance {
+                s.warnings.push(Problem::warning(
+                    path,
+                    format_args!("the model has {value:.4} {unit}, outside {} ± {} {unit}", t.value, t.tolerance),
+                ));
+            }
+        }
+    };
+    check("targets.total_mass".to_string(), "kg", p.mass, t.mass);
+    for i in 0..3 {
+        check(format!("targets.cg.{}", ["x", "y", "z"][i]), "m", p.cg[i], t.cg[i]);
+        check(format!("targets.inertia.{}", ["xx", "yy", "zz"][i]), "kg m2", p.inertia[i][i], t.inertia[i]);
+    }
+    Ok(())
+}
+
+/// The path of the node whose dof a row is.
+fn row_path(model: &Model, row: usize) -> String {
+    let (node, _): (usize, Dof) = model.dof_map().rows()[row];
+    child("nodes", &model.geometry().names[node])
+}
+
+fn count(n: usize, word: &str) -> String {
+    if n == 1 { format!("1 {word}") } else { format!("{n} {word}s") }
+}
+
+/// "`a`, `b` and 3 more"
+fn list(names: &[String]) -> String {
+    const SHOWN: usize = 4;
+    let shown: Vec<String> = names.iter().take(SHOWN).map(|n| format!("`{n}`")).collect();
+    let more = names.len().saturating_sub(SHOWN);
+    shown.join(", ") + &if more > 0 { format!(" and {more} more") } else { String::new() }
+}
