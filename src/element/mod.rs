@@ -3,12 +3,46 @@
 //! An element knows nothing of nodes' names, parameters, files or global axes. It says which dofs it touches and which
 //! properties it has, and returns symmetric matrices in its own axes; rotation and scatter exist once, in `model`.
 //!
-//! To add one: a file here with a unit struct and `impl Element`, `mod` and a line in [`ELEMENTS`]. The conformance suite
-//! (`tests/conformance`) checks symmetry, definiteness, the rigid-body null space, frame invariance and scaling
-//! for every member of the list, so a new file needs only a closed-form test of its own.
+//! To add one: a file here with a unit struct and `impl Element`, a text beside it (`beam.md`: sketch, equations, limits,
+//! sources; both its documentation and its [`Element::theory`]), `mod` and a line in [`ELEMENTS`]. [`conformance`]
+//! checks definiteness, the rigid-body null space, mass, units and refusals of every member of the list, so a new file
+//! needs only a closed-form test of its own. An element of your own crate is checked by the same
+//! [`conformance::check`].
 
+mod bar;
+mod beam;
+mod bushing;
+pub mod conformance;
+mod ground_spring;
+mod input;
+mod joint;
+mod point_mass;
+mod spring;
+#[cfg(test)]
+mod tests;
+
+pub use input::{Domain, ElementInput, Property, Sample, property_index};
+pub(crate) use input::value;
+
+use crate::catalogue::catalogue;
 use crate::linalg::SymMatrix;
 use std::fmt;
+
+catalogue! {
+    /// Every element that a model file can name.
+    ELEMENTS: dyn Element;
+    bar::Bar,
+    beam::Beam,
+    bushing::Bushing,
+    ground_spring::GroundSpring,
+    point_mass::PointMass,
+    spring::Spring,
+}
+
+/// The element of [`ELEMENTS`] with this name.
+pub fn element(name: &str) -> Option<&'static dyn Element> {
+    ELEMENTS.iter().copied().find(|e| e.name() == name)
+}
 
 /// One degree of freedom of a node: a displacement or a rotation (right-handed) along an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -53,47 +87,6 @@ impl fmt::Display for Dof {
     }
 }
 
-/// The values a property may take.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Domain {
-    /// Above zero.
-    Positive,
-    /// Zero or above.
-    NonNegative,
-    /// Any finite number.
-    Any,
-}
-
-/// One property of an element: a word in YAML, its unit and what it may be.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Property {
-    /// The word in YAML.
-    pub name: &'static str,
-    /// Its SI unit as text, `"Pa"`, `"kg m2"`, `"1"`.
-    pub unit: &'static str,
-    /// Admissible values.
-    pub domain: Domain,
-    /// One line for people.
-    pub description: &'static str,
-}
-
-/// What an element is built from: geometry in element axes and its property values.
-#[derive(Debug, Clone, Copy)]
-pub struct ElementInput<'a> {
-    /// Position of each node in element axes, relative to the first node, m.
-    pub points: &'a [[f64; 3]],
-    /// Value of each property of [`Element::properties`], in that order and in SI; `None` where the file says nothing.
-    pub values: &'a [Option<f64>],
-}
-
-impl ElementInput<'_> {
-    /// Length between the first and the second node, m.
-    pub fn length(&self) -> f64 {
-        let p = self.points[1];
-        (p[0] * p[0] + p[1] * p[1] + p[2] * p[2]).sqrt()
-    }
-}
-
 /// Which axes the matrices of an element are written in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Axes {
@@ -135,19 +128,40 @@ pub trait Element: fmt::Debug + Send + Sync {
         Ok(SymMatrix::zeros(6 * input.points.len()))
     }
 
-    /// Displacements and rotations at the fraction `xi` (0 at the first node, 1 at the second) as combinations of the
-    /// element's dofs: 6 x (6 nodes), row-major, in element axes. By default linear between two nodes.
-    fn interpolate(&self, input: &ElementInput<'_>, xi: f64) -> Vec<[f64; 12]> {
-        let _ = input;
-        (0..6)
-            .map(|d| {
-                let mut row = [0.0; 12];
-                row[d] = 1.0 - xi;
-                row[6 + d] = xi;
-                row
-            })
-            .collect()
+    /// Displacements and rotations at the fraction `xi` (0 at the first node, 1 at the second) of the straight line
+    /// between the first two nodes: row i times the element's dofs is `Dof::ALL[i]` there, in element axes.
+    ///
+    /// (6) = (6 x 12) (12). By default linear between two nodes, and the node itself of an element with one.
+    fn interpolate(&self, input: &ElementInput<'_>, xi: f64) -> Result<[[f64; 12]; 6], ElementError> {
+        let far = if input.points.len() > 1 { xi } else { 0.0 };
+        let mut rows = [[0.0; 12]; 6];
+        for (d, row) in rows.iter_mut().enumerate() {
+            row[d] = 1.0 - far;
+            row[6 + d] = far;
+        }
+        Ok(rows)
     }
+
+    /// What this input leaves without resistance although the element is there to resist it: the caller, who knows which
+    /// dofs are active, refuses those. A beam without `Iz` reports `uy` and `rz`. Nothing by default.
+    fn lacks(&self, input: &ElementInput<'_>) -> Vec<Lack> {
+        let _ = input;
+        Vec::new()
+    }
+
+    /// Typical inputs, which together give every property: for [`conformance`] and for examples in the documentation.
+    fn samples(&self) -> Vec<Sample> {
+        Vec::new()
+    }
+}
+
+/// A dof, in element axes, that the element ought to resist and does not, because a property is absent.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Lack {
+    /// The dof, in element axes.
+    pub dof: Dof,
+    /// The property that would supply it.
+    pub property: &'static str,
 }
 
 /// Why an element has no matrices.
@@ -155,8 +169,30 @@ pub trait Element: fmt::Debug + Send + Sync {
 #[non_exhaustive]
 pub enum ElementError {
     /// Two nodes at one place.
-    #[error("its nodes are at the same place, so it has no length and no axis")]
+    #[error("its nodes are at the same place, so it has no length and no axis; a `bushing` joins such nodes")]
     ZeroLength,
+    /// Too few or too many nodes.
+    #[error("it joins {expected} node(s), not {given}")]
+    NodeCount {
+        /// Number of nodes that it has.
+        expected: usize,
+        /// Number of points in the input.
+        given: usize,
+    },
+    /// Too few or too many property values.
+    #[error("it has {expected} properties, but {given} values are given (`None` stands for an absent one)")]
+    ValueCount {
+        /// Number of its properties.
+        expected: usize,
+        /// Number of values in the input.
+        given: usize,
+    },
+    /// A name that is no property of the element.
+    #[error("`{name}` is not one of its properties")]
+    UnknownProperty {
+        /// The name.
+        name: &'static str,
+    },
     /// A property is needed and not given.
     #[error("property `{name}` is missing: {why}")]
     Missing {

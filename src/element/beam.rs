@@ -1,0 +1,276 @@
+#![doc = include_str!("beam.md")]
+
+mod section;
+#[cfg(test)]
+mod dynamics;
+#[cfg(test)]
+mod statics;
+
+use super::{Axes, Dof, Element, ElementError, ElementInput, Lack, Property, Sample};
+use crate::linalg::SymMatrix;
+use section::{PROPERTIES, Plane, Section};
+
+/// A two-node beam in space, Euler-Bernoulli or Timoshenko, with offsets, couplings, preload and flexible ends.
+#[derive(Debug, Clone, Copy)]
+pub struct Beam;
+
+/// A generalised displacement as a combination of the twelve dofs.
+type Row = [f64; 12];
+
+/// The two bending planes: the displacement along y turns with +rz, that along z with -ry.
+const PLANES: [Plane; 2] =
+    [Plane { displacement: 1, rotation: 5, slope: 1.0 }, Plane { displacement: 2, rotation: 4, slope: -1.0 }];
+
+/// Abscissae on [0, 1] and weights of the four-point Gauss rule, exact to degree seven: the mass needs six.
+/// M. Abramowitz, I. A. Stegun, Handbook of Mathematical Functions, 1964, table 25.4.
+const GAUSS: [(f64, f64); 4] = [
+    (0.069_431_844_202_973_71, 0.173_927_422_568_726_93),
+    (0.330_009_478_207_571_87, 0.326_072_577_431_273_07),
+    (0.669_990_521_792_428_1, 0.326_072_577_431_273_07),
+    (0.930_568_155_797_026_3, 0.173_927_422_568_726_93),
+];
+
+/// `a + s b`.
+fn plus(mut a: Row, s: f64, b: &Row) -> Row {
+    for (a, b) in a.iter_mut().zip(b) {
+        *a += s * b;
+    }
+    a
+}
+
+/// From dofs of the elastic axis to dofs of the nodes: `u_e = u + θ × (0, y, z)`, rigid arms at both ends.
+fn on_nodes(mut row: Row, [y, z]: [f64; 2]) -> Row {
+    for first in [0, 6] {
+        let (u, v, w) = (row[first], row[first + 1], row[first + 2]);
+        row[first + 3] += y * w - z * v;
+        row[first + 4] += z * u;
+        row[first + 5] -= y * u;
+    }
+    row
+}
+
+/// The difference of dof `d` between the ends, second minus first.
+fn difference(d: usize) -> Row {
+    let mut row = [0.0; 12];
+    (row[d], row[6 + d]) = (-1.0, 1.0);
+    row
+}
+
+/// Shape functions of one plane: displacement and slope at `xi` from (v1, θ1, v2, θ2).
+///
+/// Cubic displacement with the constant shear strain that equilibrium implies; Hermite's for `phi` = 0.
+/// Source: Z. Friedman, J. B. Kosmatka, Computers & Structures 47 (1993), equations (15) and (16).
+#[rustfmt::skip]
+fn shape(xi: f64, length: f64, phi: f64) -> ([f64; 4], [f64; 4]) {
+    let (x, x2, x3) = (xi, xi * xi, xi * xi * xi);
+    let d = 1.0 + phi;
+    let displacement = [
+        (1.0 - 3.0 * x2 + 2.0 * x3 + phi * (1.0 - x)) / d,
+        (x - 2.0 * x2 + x3 + 0.5 * phi * (x - x2)) * length / d,
+        (3.0 * x2 - 2.0 * x3 + phi * x) / d,
+        (x3 - x2 + 0.5 * phi * (x2 - x)) * length / d,
+    ];
+    let slope = [
+        6.0 * (x2 - x) / (length * d),
+        (1.0 - 4.0 * x + 3.0 * x2 + phi * (1.0 - x)) / d,
+        6.0 * (x - x2) / (length * d),
+        (3.0 * x2 - 2.0 * x + phi * x) / d,
+    ];
+    (displacement, slope)
+}
+
+/// Motion of the elastic axis at `xi`, rows ux uy uz rx ry rz, from its own twelve dofs.
+fn elastic_axis(section: &Section, xi: f64) -> [Row; 6] {
+    let mut rows = [[0.0; 12]; 6];
+    for d in [0, 3] {
+        (rows[d][d], rows[d][6 + d]) = (1.0 - xi, xi);
+    }
+    for (p, plane) in PLANES.iter().enumerate() {
+        let (displacement, slope) = shape(xi, section.length, section.phi(p));
+        let (v, r, s) = (plane.displacement, plane.rotation, plane.slope);
+        for (k, (dof, sign)) in [(v, 1.0), (r, s), (6 + v, 1.0), (6 + r, s)].into_iter().enumerate() {
+            rows[v][dof] = sign * displacement[k];
+            rows[r][dof] = s * sign * slope[k];
+        }
+    }
+    rows
+}
+
+/// Motion at `xi` of the line at `[y, z]` from the elastic axis: `u + θ × (0, y, z)` and θ.
+fn beside([ux, uy, uz, rx, ry, rz]: [Row; 6], [y, z]: [f64; 2]) -> [Row; 6] {
+    [plus(plus(ux, z, &ry), -y, &rz), plus(uy, -z, &rx), plus(uz, y, &rx), rx, ry, rz]
+}
+
+/// Rows α = θ1 + θ2 - 2 (v2 - v1)/L and β = θ2 - θ1 of one plane, from the dofs of the elastic axis.
+fn bending_modes(plane: &Plane, length: f64) -> (Row, Row) {
+    let mut alpha = difference(plane.displacement).map(|x| -2.0 / length * x);
+    (alpha[plane.rotation], alpha[6 + plane.rotation]) = (plane.slope, plane.slope);
+    (alpha, difference(plane.rotation))
+}
+
+/// Elastic stiffness of the beam between its own ends.
+fn rigid_ended_stiffness(section: &Section) -> SymMatrix {
+    let l = section.length;
+    let on_nodes = |row| on_nodes(row, section.shear_centre);
+    let twist = on_nodes(difference(3));
+    let mut k = SymMatrix::zeros(12);
+    k.add_outer(section.ea / l, &on_nodes(difference(0)));
+    k.add_outer(section.gj / l, &twist);
+    for (p, plane) in PLANES.iter().enumerate() {
+        let ei = section.ei[p];
+        let (alpha, beta) = bending_modes(plane, l);
+        let (alpha, beta) = (on_nodes(alpha), on_nodes(beta));
+        k.add_outer(ei / l, &beta);
+        k.add_outer(3.0 * ei / (l * (1.0 + section.phi(p))), &alpha);
+        // K/L (φ2-φ1)(r2-r1): half of K/L times the square of the sum less that of the difference.
+        let coupling = 0.5 * section.bend_twist[p] / l;
+        k.add_outer(coupling, &plus(twist, 1.0, &beta));
+        k.add_outer(-coupling, &plus(twist, -1.0, &beta));
+    }
+    k
+}
+
+/// Adds the geometric stiffness P ∫ (v'² + w'²) dx of the displacement between the ends.
+fn add_geometric(k: &mut SymMatrix, section: &Section, to_ends: Option<&[Row; 12]>) {
+    let (p_force, l) = (section.axial_force, section.length);
+    if p_force == 0.0 {
+        return;
+    }
+    for (p, plane) in PLANES.iter().enumerate() {
+        let d = 1.0 + section.phi(p);
+        let (alpha, beta) = bending_modes(plane, l);
+        for (factor, row) in
+            [(1.0 / l, difference(plane.displacement)), (l / 12.0, beta), (l / (20.0 * d * d), alpha)]
+        {
+            k.add_outer(p_force * factor, &from_nodes(row, section, to_ends));
+        }
+    }
+}
+
+/// Condenses the springs at the ends, one after the other; returns the transformation from the nodes to the ends of
+/// the beam (`None` where all compliances are zero: then the ends are the nodes, and `k` is untouched).
+///
+/// For the dof i with compliance c, f = 1 / (1/c + K_ii), which is finite for a hinge:
+///
+/// ```text
+/// K'_ab = K_ab - f K_ai K_ib      K'_ib = K_ib (1 - f K_ii)      T = I - f e_i (row i of K)
+/// ```
+fn condense_ends(k: &mut SymMatrix, section: &Section) -> Option<[Row; 12]> {
+    let mut to_ends: Option<[Row; 12]> = None;
+    // What a hinge has left of a diagonal entry below this part of it is rounding, to either side of zero: that
+    // direction is free already.
+    let free: Row = std::array::from_fn(|i| 1e-13 * k.get(i, i));
+    for (i, &compliance) in section.end_compliance.iter().enumerate() {
+        let own = k.get(i, i);
+        if compliance == 0.0 || own <= free[i] {
+            continue;
+        }
+        // 1 - f K_ii without cancellation.
+        let (f, remains) = (1.0 / (1.0 / compliance + own), 1.0 / (1.0 + compliance * own));
+        let row: Row = std::array::from_fn(|j| k.get(i, j));
+        let mut condensed = SymMatrix::zeros(12);
+        for a in 0..12 {
+            for b in 0..=a {
+                let rest = if a == i || b == i { remains * k.get(a, b) } else { k.get(a, b) - f * row[a] * row[b] };
+                condensed.add(a, b, rest);
+            }
+        }
+        *k = condensed;
+        let t = to_ends.get_or_insert_with(|| {
+            let mut identity = [[0.0; 12]; 12];
+            (0..12).for_each(|d| identity[d][d] = 1.0);
+            identity
+        });
+        for t_row in t.iter_mut() {
+            let share = t_row[i];
+            *t_row = plus(*t_row, -f * share, &row);
+            t_row[i] = remains * share;
+        }
+    }
+    to_ends
+}
+
+/// From dofs of the elastic axis at the ends of the beam to dofs of the nodes: rigid arms, then flexible ends.
+fn from_nodes(row: Row, section: &Section, to_ends: Option<&[Row; 12]>) -> Row {
+    let row = on_nodes(row, section.shear_centre);
+    let Some(t) = to_ends else { return row };
+    let mut out = [0.0; 12];
+    for (x, t_row) in row.iter().zip(t) {
+        out = plus(out, *x, t_row);
+    }
+    out
+}
+
+/// The transformation to the ends, computed only where a joint gives.
+fn ends(section: &Section) -> Option<[Row; 12]> {
+    let flexible = section.end_compliance.iter().any(|c| *c != 0.0);
+    flexible.then(|| condense_ends(&mut rigid_ended_stiffness(section), section)).flatten()
+}
+
+impl Element for Beam {
+    fn name(&self) -> &'static str {
+        "beam"
+    }
+
+    fn summary(&self) -> &'static str {
+        "A beam in space: bending in two planes, torsion, stretching; with offsets, shear, preload and flexible ends."
+    }
+
+    fn theory(&self) -> &'static str {
+        include_str!("beam.md")
+    }
+
+    fn nodes(&self) -> &'static [&'static [Dof]] {
+        &[&Dof::ALL, &Dof::ALL]
+    }
+
+    fn properties(&self) -> &'static [Property] {
+        PROPERTIES
+    }
+
+    fn axes(&self) -> Axes {
+        Axes::AlongNodes
+    }
+
+    fn stiffness(&self, input: &ElementInput<'_>) -> Result<SymMatrix, ElementError> {
+        let section = Section::read(input)?;
+        let mut k = rigid_ended_stiffness(&section);
+        let to_ends = condense_ends(&mut k, &section);
+        add_geometric(&mut k, &section, to_ends.as_ref());
+        Ok(k)
+    }
+
+    fn mass(&self, input: &ElementInput<'_>) -> Result<SymMatrix, ElementError> {
+        let section = Section::read(input)?;
+        let to_ends = ends(&section);
+        let [ey, ez] = section.shear_centre;
+        let [my, mz] = section.mass_offset;
+        let mut m = SymMatrix::zeros(12);
+        for (xi, weight) in GAUSS {
+            let mass_axis = beside(elastic_axis(&section, xi), [my - ey, mz - ez]);
+            for (row, inertia) in mass_axis.into_iter().zip(section.inertia) {
+                if inertia != 0.0 {
+                    m.add_outer(weight * section.length * inertia, &from_nodes(row, &section, to_ends.as_ref()));
+                }
+            }
+        }
+        Ok(m)
+    }
+
+    /// The shape functions themselves, on the node line; with flexible ends `xi` = 0 is the end of the beam, which the
+    /// joint separates from the node.
+    fn interpolate(&self, input: &ElementInput<'_>, xi: f64) -> Result<[[f64; 12]; 6], ElementError> {
+        let section = Section::read(input)?;
+        let to_ends = ends(&section);
+        let node_line = beside(elastic_axis(&section, xi), section.shear_centre.map(|x| -x));
+        Ok(node_line.map(|row| from_nodes(row, &section, to_ends.as_ref())))
+    }
+
+    fn lacks(&self, input: &ElementInput<'_>) -> Vec<Lack> {
+        section::lacks(input)
+    }
+
+    fn samples(&self) -> Vec<Sample> {
+        section::samples()
+    }
+}

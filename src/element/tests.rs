@@ -1,0 +1,98 @@
+//! The contract of every element of the catalogue, and that the contract notices what it is meant to notice.
+
+use super::conformance::{Breach, check};
+use super::*;
+
+#[test]
+fn every_element_conforms() {
+    for element in ELEMENTS {
+        if let Err(breaches) = check(*element) {
+            let lines: Vec<String> = breaches.iter().map(Breach::to_string).collect();
+            panic!("{}:\n{}", element.name(), lines.join("\n"));
+        }
+    }
+}
+
+#[test]
+fn names_are_unique_and_sorted() {
+    assert!(ELEMENTS.is_sorted_by(|a, b| a.name() < b.name()));
+    assert_eq!(element("beam").map(Element::name), Some("beam"));
+    assert!(element("shell").is_none());
+}
+
+/// A spring across the line between two nodes, with one flaw at a time.
+#[derive(Debug)]
+enum Flawed {
+    GroundsRotation,
+    WrongUnit,
+    WrongMass,
+    NegativeEnergy,
+    IdleProperty,
+    AcceptsAnything,
+}
+
+impl Element for Flawed {
+    fn name(&self) -> &'static str {
+        "flawed"
+    }
+    fn summary(&self) -> &'static str {
+        "One flaw."
+    }
+    fn theory(&self) -> &'static str {
+        "None."
+    }
+    fn nodes(&self) -> &'static [&'static [Dof]] {
+        &[&[Dof::Ux, Dof::Uy, Dof::Uz], &[Dof::Ux, Dof::Uy, Dof::Uz]]
+    }
+    fn properties(&self) -> &'static [Property] {
+        const RIGHT: &[Property] = &[Property::new("k", "N/m", Domain::Positive, "stiffness")];
+        const WRONG: &[Property] = &[Property::new("k", "N", Domain::Positive, "stiffness")];
+        if matches!(self, Flawed::WrongUnit) { WRONG } else { RIGHT }
+    }
+    fn axes(&self) -> Axes {
+        Axes::AlongNodes
+    }
+    fn stiffness(&self, input: &ElementInput<'_>) -> Result<SymMatrix, ElementError> {
+        if !matches!(self, Flawed::AcceptsAnything) {
+            input.check(self)?;
+        }
+        let k = input.values.first().copied().flatten().unwrap_or(1.0);
+        let k = if k.is_finite() { k } else { 1.0 };
+        let d = if matches!(self, Flawed::GroundsRotation) { 1 } else { 0 };
+        let mut matrix = SymMatrix::zeros(12);
+        let factor = match self {
+            Flawed::NegativeEnergy => -k,
+            Flawed::IdleProperty => 5.0,
+            _ => k,
+        };
+        for (i, j, sign) in [(d, d, 1.0), (6 + d, d, -1.0), (6 + d, 6 + d, 1.0)] {
+            matrix.add(i, j, sign * factor);
+        }
+        Ok(matrix)
+    }
+    fn mass(&self, input: &ElementInput<'_>) -> Result<SymMatrix, ElementError> {
+        if !matches!(self, Flawed::AcceptsAnything) {
+            input.check(self)?;
+        }
+        Ok(SymMatrix::zeros(12))
+    }
+    fn samples(&self) -> Vec<Sample> {
+        let mass = if matches!(self, Flawed::WrongMass) { 1.0 } else { 0.0 };
+        vec![Sample { points: vec![[0.0; 3], [2.0, 0.0, 0.0]], given: vec![("k", 3.0)], mass, free: true }]
+    }
+}
+
+#[test]
+fn each_flaw_breaks_its_rule() {
+    for (flaw, rule) in [
+        (Flawed::GroundsRotation, "rigid motion"),
+        (Flawed::WrongUnit, "units"),
+        (Flawed::WrongMass, "mass"),
+        (Flawed::NegativeEnergy, "definiteness"),
+        (Flawed::IdleProperty, "properties"),
+        (Flawed::AcceptsAnything, "refusals"),
+    ] {
+        let breaches = check(&flaw).unwrap_err();
+        assert!(breaches.iter().any(|b| b.rule == rule), "{flaw:?}: {breaches:?}");
+    }
+}
