@@ -19,4 +19,5 @@ pub mod modal;
 pub mod model;
 pub mod objective;
 pub mod optim;
+pub mod units;
 pub mod yaml;

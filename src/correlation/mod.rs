@@ -7,6 +7,7 @@ mod assignment;
 mod comac;
 mod mac;
 mod macco;
+mod observe;
 mod orthogonality;
 mod pairing;
 mod subspace;
@@ -14,6 +15,7 @@ mod subspace;
 pub use comac::{comac, enhanced_comac, scaled_comac};
 pub use mac::{ShapeScalar, auto_mac, mac_matrix, modal_scale_factor, to_complex, weighted_mac_matrix};
 pub use macco::{SensorRemoval, spoiling_sensors};
+pub use observe::{observation_matrix, sensor_position};
 pub use orthogonality::{auto_orthogonality, cross_orthogonality, generalized_mass};
 pub use pairing::{
     ModeList, ModePair, PairBy, PairFlag, PairedModes, PairingOptions, Tracked, Unpaired, pair_modes, track,
@@ -58,6 +60,21 @@ pub enum CorrelationError {
         /// The allowed range, in words.
         expected: &'static str,
     },
+    /// A sensor sits where the model has nothing.
+    #[error("sensor `{sensor}` sits on {what} `{name}`, which the model does not have{suggestion}")]
+    UnknownPlace {
+        /// The sensor.
+        sensor: String,
+        /// "node" or "element".
+        what: &'static str,
+        /// Its name.
+        name: String,
+        /// "; did you mean ...?" or nothing.
+        suggestion: String,
+    },
+    /// The model failed.
+    #[error("the model cannot be evaluated: {0}")]
+    Model(String),
     /// A kernel failed.
     #[error("the comparison has no result")]
     Linalg(#[from] LinalgError),

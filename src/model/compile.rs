@@ -13,7 +13,8 @@ use super::place::{Placed, PlacedElement, place};
 use super::registry::Registry;
 use super::spec::{DofName, ModelSpec, TargetSpec};
 use super::system::System;
-use super::{ElementMatrices, ModelError, ParametricModel};
+use super::character::{ModeCharacter, character, mirror_rows};
+use super::{ElementMatrices, ModelError, ParametricModel, PointMotion};
 use crate::element::{Dof, ElementInput};
 use crate::linalg::SymMatrix;
 use crate::yaml::{self, Problem, Severity, SourceMap, child};
@@ -56,6 +57,7 @@ pub struct Model {
     general: Vec<usize>,
     damped: bool,
     targets: Targets,
+    mirror: Option<Vec<(usize, f64)>>,
 }
 
 /// Reads and builds a model from the text of a file, with the warnings found on the way.
@@ -141,6 +143,7 @@ impl Model {
             general,
             damped,
             targets,
+            mirror,
         })
     }
 
@@ -169,11 +172,6 @@ impl Model {
         self.sets.keys().map(String::as_str)
     }
 
-    /// The mass properties that an update has to respect.
-    pub fn targets(&self) -> &Targets {
-        &self.targets
-    }
-
     /// Matrices of one element at θ, in its axes.
     pub fn element_matrices(&self, element: usize, theta: &[f64]) -> Result<ElementMatrices, ModelError> {
         element_matrices(&self.elements[element], theta)
@@ -185,14 +183,7 @@ impl Model {
         (0..c.b.nrows()).map(|i| c.rows.iter().enumerate().map(|(j, &row)| c.b[(i, j)] * q[row]).sum()).collect()
     }
 
-    /// Displacements and rotations, in global axes, of a point of an element at a fraction of its length, as
-    /// combinations of rows: six lists of (row, factor), and the point's position.
-    pub fn interpolate(
-        &self,
-        element: usize,
-        fraction: f64,
-        theta: &[f64],
-    ) -> Result<([Vec<(usize, f64)>; 6], [f64; 3]), ModelError> {
+    fn interpolate(&self, element: usize, fraction: f64, theta: &[f64]) -> Result<PointMotion, ModelError> {
         let e = &self.elements[element];
         let values: Vec<Option<f64>> = e.values.iter().map(|v| v.as_ref().map(|v| v.at(theta))).collect();
         let input = ElementInput { points: &e.points, values: &values };
@@ -220,7 +211,7 @@ impl Model {
         }
         let first = self.geometry.positions[e.nodes[0]];
         let last = self.geometry.positions[e.nodes[e.nodes.len() - 1]];
-        Ok((rows, super::geometry::plus(first, fraction, minus(last, first))))
+        Ok(PointMotion { rows, position: super::geometry::plus(first, fraction, minus(last, first)) })
     }
 }
 
@@ -301,6 +292,35 @@ impl ParametricModel for Model {
             add_rigid_mass(&mut rigid, 1.0, &element_matrices(element, theta)?.mass, &element.axes, &at);
         }
         Ok(Some(MassProperties::from_rigid_mass(&rigid)))
+    }
+
+    fn point(&self, element: &str, fraction: f64) -> Result<Option<PointMotion>, ModelError> {
+        let theta = interior_point(&self.parameters);
+        match self.sets.get(element).map(Vec::as_slice) {
+            None | Some([]) => Ok(None),
+            // The parts of a subdivided element are equal in length.
+            Some(parts) => {
+                let at = fraction * parts.len() as f64;
+                let part = (at.floor() as usize).min(parts.len() - 1);
+                self.interpolate(parts[part], at - part as f64, &theta).map(Some)
+            }
+        }
+    }
+
+    fn element_names(&self) -> Vec<&str> {
+        self.sets.keys().map(String::as_str).collect()
+    }
+
+    fn mirror(&self) -> Option<&[(usize, f64)]> {
+        self.mirror.as_deref()
+    }
+
+    fn character(&self, theta: &[f64], shape: &[f64], is_rigid: bool) -> Result<Option<ModeCharacter>, ModelError> {
+        character(self, theta, shape, is_rigid).map(Some)
+    }
+
+    fn targets(&self) -> Targets {
+        self.targets
     }
 
     fn affine(&self) -> Option<&AffinePart> {

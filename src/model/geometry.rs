@@ -1,6 +1,6 @@
 //! Places of nodes and axes of frames: from the rules of the file to global coordinates.
 
-use super::scalar::{Scalar, ScalarError};
+use crate::units::{Scalar, ScalarError};
 use super::spec::{FrameSpec, LineSpec, ModelSpec, NodeSpec, OneOrThree};
 use crate::catalogue::did_you_mean;
 use crate::yaml::{Problem, child};

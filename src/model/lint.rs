@@ -2,7 +2,7 @@
 
 use super::assembly::interior_point;
 use super::compile::Model;
-use super::units::Unit;
+use crate::units::Unit;
 use super::{ModelError, ParametricModel};
 use crate::element::Dof;
 use crate::linalg::DMatrix;

@@ -6,6 +6,7 @@
 //! write another around any other solver.
 
 mod assembly;
+mod character;
 mod compile;
 mod constraint;
 mod dof_map;
@@ -15,13 +16,12 @@ mod mass_properties;
 mod parameter;
 mod place;
 mod registry;
-mod scalar;
 pub mod spec;
 mod system;
-mod units;
 mod value;
 
 pub use assembly::{AffinePart, Basis, Entry};
+pub use character::{ModeCharacter, ModeLabel, family, label_modes, symmetry_index};
 pub use compile::{Model, Target, Targets, load};
 pub use dof_map::{DofMap, rigid_motion};
 pub use geometry::{Frame, Geometry};
@@ -30,10 +30,8 @@ pub use mass_properties::MassProperties;
 pub use parameter::{Parameter, ParameterSet};
 pub use place::PlacedElement;
 pub use registry::Registry;
-pub use scalar::{Scalar, ScalarError, Term};
 pub use spec::ModelSpec;
 pub use system::System;
-pub use units::{Dimension, Unit, UnitError};
 pub use value::{Affine, Value};
 
 use crate::element::ElementError;
@@ -81,10 +79,46 @@ pub trait ParametricModel: Send + Sync {
         Ok(None)
     }
 
+    /// How a point of an element moves; `None` if the model has no element of that name.
+    fn point(&self, element: &str, fraction: f64) -> Result<Option<PointMotion>, ModelError> {
+        let _ = (element, fraction);
+        Ok(None)
+    }
+
+    /// Names that [`Self::point`] knows.
+    fn element_names(&self) -> Vec<&str> {
+        Vec::new()
+    }
+
+    /// Row -> (row of its mirror image, sign), if the model has a plane of symmetry.
+    fn mirror(&self) -> Option<&[(usize, f64)]> {
+        None
+    }
+
+    /// What kind of motion a shape is, if the model can tell.
+    fn character(&self, theta: &[f64], shape: &[f64], is_rigid: bool) -> Result<Option<ModeCharacter>, ModelError> {
+        let _ = (theta, shape, is_rigid);
+        Ok(None)
+    }
+
+    /// Mass properties that an update has to respect.
+    fn targets(&self) -> Targets {
+        Targets::default()
+    }
+
     /// K, M, C as K0 + Σ θ_j K_j, if they are affine in all parameters: the fast path.
     fn affine(&self) -> Option<&AffinePart> {
         None
     }
+}
+
+/// How a point moves: displacements and rotations along global axes as combinations of rows.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct PointMotion {
+    /// For each of ux ... rz: (row, factor).
+    pub rows: [Vec<(usize, f64)>; 6],
+    /// Its position, global, m.
+    pub position: [f64; 3],
 }
 
 /// Stiffness, mass and damping of one element, in its axes.

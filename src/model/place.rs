@@ -3,11 +3,11 @@
 use super::geometry::{Geometry, Rotation, axes_along, constant, minus, unit, unknown};
 use super::parameter::{Parameter, ParameterSet};
 use super::registry::Registry;
-use super::scalar::Scalar;
+use crate::units::Scalar;
 use super::spec::{
     MassSpec, MemberSpec, ModelSpec, Named, OverrideSpec, SectionSpec, SectionValue, ShapeSpec, SpringSpec,
 };
-use super::units::{Dimension, Unit};
+use crate::units::{Dimension, Unit};
 use super::value::{Affine, Value};
 use crate::catalogue::did_you_mean;
 use crate::element::{Axes, Dof, Domain, Element};

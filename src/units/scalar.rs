@@ -7,7 +7,7 @@
 //! Terms are joined by `+` and `-`; a term is a number, a number with a unit, a parameter, or a product of these with at
 //! most one parameter. A number without a unit is in SI.
 
-use super::units::{Dimension, Unit, UnitError};
+use super::unit::{Dimension, Unit, UnitError};
 use serde::de::{self, Deserialize, Deserializer, Visitor};
 use serde::ser::{Serialize, Serializer};
 use std::fmt;

@@ -1,0 +1,80 @@
+//! From dofs to sensors: every sensor is a row of the observation matrix.
+
+use super::CorrelationError;
+use crate::catalogue::did_you_mean;
+use crate::data::{Place, Sensor};
+use crate::element::Dof;
+use crate::linalg::DMatrix;
+use crate::model::{ParametricModel, PointMotion};
+
+/// The observation matrix S: readings = S q.
+///
+/// ```text
+/// reading = d · (u_P + θ_P × (p - P))       displacement along d at p, rigidly joined to the point P
+/// reading = d · θ_P                         rotation about d
+///
+/// (n_sensor) = (n_sensor x n_dof) (n_dof)
+/// ```
+///
+/// P is a node or a point of an element (by its shape functions at the estimates of the parameters). It does not depend
+/// on θ.
+///
+/// Errors: a sensor names a node or element that the model does not have.
+pub fn observation_matrix(model: &dyn ParametricModel, sensors: &[Sensor]) -> Result<DMatrix<f64>, CorrelationError> {
+    let dofs = model.dof_map();
+    let mut s = DMatrix::zeros(sensors.len(), dofs.n_dof());
+    for (i, sensor) in sensors.iter().enumerate() {
+        let (point, position) = locate(model, sensor)?;
+        let arm = position.map_or([0.0; 3], |p| [0, 1, 2].map(|k| p[k] - point.position[k]));
+        let d = sensor.direction;
+        let weights = if sensor.is_rotation {
+            [0.0, 0.0, 0.0, d[0], d[1], d[2]]
+        } else {
+            // d · (θ × a) = θ · (a × d)
+            let about = [
+                arm[1] * d[2] - arm[2] * d[1],
+                arm[2] * d[0] - arm[0] * d[2],
+                arm[0] * d[1] - arm[1] * d[0],
+            ];
+            [d[0], d[1], d[2], about[0], about[1], about[2]]
+        };
+        for (list, weight) in point.rows.iter().zip(weights) {
+            for &(row, factor) in list {
+                s[(i, row)] += weight * factor;
+            }
+        }
+    }
+    Ok(s)
+}
+
+/// Where a sensor is, in global axes, m.
+pub fn sensor_position(model: &dyn ParametricModel, sensor: &Sensor) -> Result<[f64; 3], CorrelationError> {
+    let (point, position) = locate(model, sensor)?;
+    Ok(position.unwrap_or(point.position))
+}
+
+fn locate(model: &dyn ParametricModel, sensor: &Sensor) -> Result<(PointMotion, Option<[f64; 3]>), CorrelationError> {
+    let dofs = model.dof_map();
+    match &sensor.place {
+        Place::Node { node, position } => {
+            let index = dofs.node(node).ok_or_else(|| CorrelationError::UnknownPlace {
+                sensor: sensor.name.clone(),
+                what: "node",
+                name: node.clone(),
+                suggestion: did_you_mean(node, dofs.node_names().iter().map(String::as_str)),
+            })?;
+            let rows = Dof::ALL.map(|d| dofs.express(index, d).to_vec());
+            Ok((PointMotion { rows, position: dofs.positions()[index] }, *position))
+        }
+        Place::Element { element, fraction, position } => {
+            let point = model.point(element, *fraction).map_err(|e| CorrelationError::Model(e.to_string()))?;
+            let point = point.ok_or_else(|| CorrelationError::UnknownPlace {
+                sensor: sensor.name.clone(),
+                what: "element",
+                name: element.clone(),
+                suggestion: did_you_mean(element, model.element_names()),
+            })?;
+            Ok((point, *position))
+        }
+    }
+}

@@ -1,0 +1,638 @@
+//! The YAML test file: sensors, modes with uncertainties and origins, mass properties.
+
+use super::test::{MassProperty, MassQuantity, Measured, Origin, Place, Sensor, TestData, TestMode};
+use crate::catalogue::did_you_mean;
+use crate::linalg::{Complex, DVector};
+use crate::units::Scalar;
+use crate::yaml::{self, Problem, Severity, child};
+use indexmap::IndexMap;
+use schemars::JsonSchema;
+use serde::de::{self, Deserializer, SeqAccess, Visitor};
+use serde::ser::Serializer;
+use serde::{Deserialize, Serialize};
+use std::fmt;
+
+/// Standard deviation of a frequency whose file gives none, relative: what repeated tests of one structure scatter.
+pub const DEFAULT_FREQUENCY_SD: f64 = 0.005;
+/// Standard deviation of a damping ratio whose file gives none, relative.
+pub const DEFAULT_DAMPING_SD: f64 = 0.1;
+/// Standard deviation of a shape whose file gives none, relative to its largest entry.
+pub const DEFAULT_SHAPE_SD: f64 = 0.03;
+/// Standard deviation of a mass property whose file gives none, relative (of a centre of gravity: 1 cm).
+pub const DEFAULT_MASS_SD: f64 = 0.01;
+
+/// A test file.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TestSpec {
+    /// Version of the format: 1.
+    pub retune_test: u32,
+    /// Name of the test.
+    pub name: String,
+    /// A paragraph for people.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub description: String,
+    /// The configuration of the model that was tested, when it has several.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub configuration: Option<String>,
+    /// Where the numbers come from: a name for each source.
+    pub sources: IndexMap<String, SourceSpec>,
+    /// Sensors, in the order of every shape.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub sensors: IndexMap<String, SensorSpec>,
+    /// Standard deviations of numbers that bring none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub defaults: Option<DefaultsSpec>,
+    /// Measured modes.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub modes: Vec<ModeSpec>,
+    /// Measured mass properties: `mass`, `cg_x` ... `cg_z`, `inertia_xx` ... `inertia_yz`.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub mass_properties: IndexMap<String, MassPropertySpec>,
+}
+
+/// A source of numbers.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SourceSpec {
+    /// Whether the numbers were measured or computed.
+    pub kind: SourceKind,
+    /// By whom, where, when, how.
+    pub text: String,
+}
+
+/// Measured or computed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum SourceKind {
+    /// Measured on the structure.
+    Measured,
+    /// Computed by a model.
+    Synthetic,
+}
+
+/// A sensor: on a node, or on an element at a fraction of its length; moved from there by `position` or `offset`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SensorSpec {
+    /// The node it sits on or is rigidly connected to.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub node: Option<String>,
+    /// The element it sits on or is rigidly connected to.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub element: Option<String>,
+    /// Where on the element, 0 at its first node, 1 at its second.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fraction: Option<Scalar>,
+    /// Its own position in global axes, when it is elsewhere.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub position: Option<[Scalar; 3]>,
+    /// Direction: an axis with a sign such as `+z`, or a vector.
+    pub direction: DirectionSpec,
+    /// Whether it reads a rotation about the direction.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub rotation: bool,
+    /// Mass of the transducer.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mass: Option<Scalar>,
+}
+
+/// A direction: `+x`, `-z`, or `[0, 0.6, 0.8]` of any length.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DirectionSpec(pub [f64; 3]);
+
+impl Serialize for DirectionSpec {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        for (i, axis) in ["x", "y", "z"].iter().enumerate() {
+            for (sign, word) in [(1.0, "+"), (-1.0, "-")] {
+                let mut v = [0.0; 3];
+                v[i] = sign;
+                if self.0 == v {
+                    return serializer.serialize_str(&format!("{word}{axis}"));
+                }
+            }
+        }
+        self.0.serialize(serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for DirectionSpec {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct DirectionVisitor;
+        impl<'de> Visitor<'de> for DirectionVisitor {
+            type Value = DirectionSpec;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("an axis with a sign such as `+z`, or a vector `[x, y, z]`")
+            }
+            fn visit_str<E: de::Error>(self, text: &str) -> Result<DirectionSpec, E> {
+                let (sign, axis) = match text.as_bytes() {
+                    [b'-', rest @ ..] => (-1.0, rest),
+                    [b'+', rest @ ..] => (1.0, rest),
+                    rest => (1.0, rest),
+                };
+                let mut v = [0.0; 3];
+                let i = ["x", "y", "z"]
+                    .iter()
+                    .position(|a| a.as_bytes() == axis)
+                    .ok_or_else(|| E::custom(format!("`{text}` is no direction: expected `+x`, `-x` ... `-z`, or a vector `[x, y, z]`")))?;
+                v[i] = sign;
+                Ok(DirectionSpec(v))
+            }
+            fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> Result<DirectionSpec, A::Error> {
+                let v: [f64; 3] = Deserialize::deserialize(de::value::SeqAccessDeserializer::new(seq))?;
+                let length = v.iter().map(|x| x * x).sum::<f64>().sqrt();
+                if !(length > 0.0 && length.is_finite()) {
+                    return Err(de::Error::custom("a direction must have a length above zero"));
+                }
+                Ok(DirectionSpec(v.map(|x| x / length)))
+            }
+        }
+        deserializer.deserialize_any(DirectionVisitor)
+    }
+}
+
+impl JsonSchema for DirectionSpec {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "DirectionSpec".into()
+    }
+    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        schemars::json_schema!({
+            "anyOf": [
+                {"enum": ["x", "y", "z", "+x", "+y", "+z", "-x", "-y", "-z"]},
+                {"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3}
+            ]
+        })
+    }
+}
+
+/// Standard deviations of numbers that bring none.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DefaultsSpec {
+    /// Of frequencies: `0.3 %` of the value, or in Hz.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub frequency_sd: Option<Scalar>,
+    /// Of damping ratios: `10 %` of the value.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub damping_sd: Option<Scalar>,
+    /// Of shape entries: `2 %` of the largest entry of the shape.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shape_sd: Option<Scalar>,
+}
+
+/// A measured mode.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ModeSpec {
+    /// The test's name for it. A name such as `Sym 1st Bending` or `S1B` also tells its symmetry.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub label: Option<String>,
+    /// Natural frequency.
+    pub frequency: Scalar,
+    /// Its standard deviation: `0.3 %` of the value, or in Hz.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub frequency_sd: Option<Scalar>,
+    /// Damping ratio.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub damping: Option<Scalar>,
+    /// Its standard deviation, `10 %` of the value.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub damping_sd: Option<Scalar>,
+    /// The source of frequency and damping.
+    pub source: String,
+    /// Shape at the sensors.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shape: Option<ShapeSpec>,
+}
+
+/// A measured shape.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ShapeSpec {
+    /// The source of the shape; that of the mode when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub source: Option<String>,
+    /// One value per sensor, in their order, any scale; `.nan` or `null` where a sensor did not measure.
+    pub real: Vec<Option<f64>>,
+    /// Imaginary parts of a complex shape.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub imaginary: Option<Vec<Option<f64>>>,
+    /// Standard deviation of each entry: `2 %` of the largest entry.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sd: Option<Scalar>,
+    /// Standard deviations entry by entry, in the scale of the shape, instead of `sd`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sds: Option<Vec<f64>>,
+}
+
+/// A measured mass property.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MassPropertySpec {
+    /// Its value.
+    pub value: Scalar,
+    /// Its standard deviation.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sd: Option<Scalar>,
+    /// Its source.
+    pub source: String,
+}
+
+/// The mass properties that a file may name: word, quantity, unit.
+const MASS_WORDS: [(&str, MassQuantity, &str); 10] = [
+    ("mass", MassQuantity::Mass, "kg"),
+    ("cg_x", MassQuantity::Cg(0), "m"),
+    ("cg_y", MassQuantity::Cg(1), "m"),
+    ("cg_z", MassQuantity::Cg(2), "m"),
+    ("inertia_xx", MassQuantity::Inertia(0, 0), "kg m2"),
+    ("inertia_yy", MassQuantity::Inertia(1, 1), "kg m2"),
+    ("inertia_zz", MassQuantity::Inertia(2, 2), "kg m2"),
+    ("inertia_xy", MassQuantity::Inertia(0, 1), "kg m2"),
+    ("inertia_xz", MassQuantity::Inertia(0, 2), "kg m2"),
+    ("inertia_yz", MassQuantity::Inertia(1, 2), "kg m2"),
+];
+
+impl MassQuantity {
+    /// The word in files and tables: `mass`, `cg_x`, `inertia_yy`, ...
+    pub fn word(self) -> &'static str {
+        MASS_WORDS.iter().find(|w| w.1 == self).map_or("inertia", |w| w.0)
+    }
+
+    /// Its SI unit.
+    pub fn unit(self) -> &'static str {
+        MASS_WORDS.iter().find(|w| w.1 == self).map_or("kg m2", |w| w.2)
+    }
+}
+
+/// Reads the text of a test file; warnings come with the data, problems with their places.
+pub fn read_test(text: &str) -> Result<(TestData, Vec<Problem>), Vec<Problem>> {
+    let (spec, map) = yaml::read::<TestSpec>(text)?;
+    let mut reader = Reader { spec: &spec, problems: Vec::new() };
+    let data = reader.read();
+    let problems = map.place(reader.problems);
+    if problems.iter().any(|p| p.severity == Severity::Error) { Err(problems) } else { Ok((data, problems)) }
+}
+
+struct Reader<'a> {
+    spec: &'a TestSpec,
+    problems: Vec<Problem>,
+}
+
+impl Reader<'_> {
+    fn error(&mut self, path: impl Into<String>, message: impl fmt::Display) {
+        self.problems.push(Problem::error(path, message));
+    }
+
+    fn number(&mut self, s: &Scalar, unit: &str, path: &str) -> f64 {
+        s.constant_in(unit).unwrap_or_else(|e| {
+            self.error(path, e);
+            1.0
+        })
+    }
+
+    /// A standard deviation: in `unit`, or `%` of `value`.
+    fn sd(&mut self, s: &Scalar, unit: &str, value: f64, path: &str) -> f64 {
+        let percent = s.text().trim_end().ends_with('%');
+        let sd = if percent { self.number(s, "1", path) * value.abs() } else { self.number(s, unit, path) };
+        if sd <= 0.0 {
+            self.error(path, "a standard deviation must be above zero");
+        }
+        sd
+    }
+
+    fn origin(&mut self, source: &str, path: &str) -> Origin {
+        match self.spec.sources.get(source) {
+            Some(SourceSpec { kind: SourceKind::Measured, text }) => Origin::Measured(text.clone()),
+            Some(SourceSpec { kind: SourceKind::Synthetic, text }) => Origin::Synthetic(text.clone()),
+            None => {
+                let suggestion = did_you_mean(source, self.spec.sources.keys().map(String::as_str));
+                self.error(path, format_args!("source `{source}` is not defined under `sources`{suggestion}"));
+                Origin::Synthetic(String::new())
+            }
+        }
+    }
+
+    fn read(&mut self) -> TestData {
+        let spec = self.spec;
+        if spec.retune_test != 1 {
+            self.error("retune_test", format_args!("this program reads version 1 of the format, not {}", spec.retune_test));
+        }
+        if spec.modes.is_empty() && spec.mass_properties.is_empty() {
+            self.error("", "the test has neither modes nor mass properties");
+        }
+        let sensors: Vec<Sensor> = spec.sensors.iter().map(|(name, s)| self.sensor(name, s)).collect();
+        let mut modes: Vec<TestMode> =
+            spec.modes.iter().enumerate().map(|(i, m)| self.mode(m, &format!("modes[{i}]"))).collect();
+        if modes.iter().any(|m| m.frequency_hz.sd_is_default) {
+            let text = format!("no standard deviation of frequencies is given; {} % of each is assumed", 100.0 * DEFAULT_FREQUENCY_SD);
+            self.problems.push(Problem::warning("modes", text));
+        }
+        if spec.modes.iter().any(|m| m.shape.as_ref().is_some_and(|s| s.sd.is_none() && s.sds.is_none()))
+            && spec.defaults.as_ref().is_none_or(|d| d.shape_sd.is_none())
+        {
+            let text = format!("no standard deviation of shapes is given; {} % of the largest entry is assumed", 100.0 * DEFAULT_SHAPE_SD);
+            self.problems.push(Problem::warning("modes", text));
+        }
+        modes.sort_by(|a, b| a.frequency_hz.value.total_cmp(&b.frequency_hz.value));
+        let mass_properties = spec.mass_properties.iter().filter_map(|(name, p)| self.mass_property(name, p)).collect();
+        TestData {
+            name: spec.name.clone(),
+            description: spec.description.clone(),
+            configuration: spec.configuration.clone(),
+            sensors,
+            modes,
+            mass_properties,
+            frfs: None,
+        }
+    }
+
+    fn sensor(&mut self, name: &str, s: &SensorSpec) -> Sensor {
+        let path = child("sensors", name);
+        let position = s.position.as_ref().map(|p| [0, 1, 2].map(|i| self.number(&p[i], "m", &format!("{path}.position[{i}]"))));
+        let place = match (&s.node, &s.element) {
+            (Some(node), None) => {
+                if s.fraction.is_some() {
+                    self.error(child(&path, "fraction"), "`fraction` goes with `element`");
+                }
+                Place::Node { node: node.clone(), position }
+            }
+            (None, Some(element)) => {
+                let fraction = s.fraction.as_ref().map_or(0.5, |f| self.number(f, "1", &child(&path, "fraction")));
+                if !(0.0..=1.0).contains(&fraction) {
+                    self.error(child(&path, "fraction"), format_args!("{fraction} is not between 0 and 1"));
+                }
+                Place::Element { element: element.clone(), fraction, position }
+            }
+            _ => {
+                self.error(&path, "give exactly one of `node` and `element`");
+                Place::Node { node: String::new(), position }
+            }
+        };
+        let mass = s.mass.as_ref().map(|m| self.number(m, "kg", &child(&path, "mass")));
+        if mass.is_some_and(|m| m < 0.0) {
+            self.error(child(&path, "mass"), "a mass must be zero or above");
+        }
+        Sensor { name: name.to_string(), place, direction: s.direction.0, is_rotation: s.rotation, mass }
+    }
+
+    fn mode(&mut self, m: &ModeSpec, path: &str) -> TestMode {
+        let frequency = self.number(&m.frequency, "1/s", &child(path, "frequency"));
+        if frequency <= 0.0 {
+            self.error(child(path, "frequency"), format_args!("{frequency} Hz: a frequency must be above zero"));
+        }
+        let defaults = self.spec.defaults.clone().unwrap_or_default();
+        let frequency_sd = match (&m.frequency_sd, &defaults.frequency_sd) {
+            (Some(s), _) => Some(self.sd(s, "1/s", frequency, &child(path, "frequency_sd"))),
+            (None, Some(s)) => Some(self.sd(s, "1/s", frequency, "defaults.frequency_sd")),
+            (None, None) => None,
+        };
+        let damping_ratio = m.damping.as_ref().map(|d| {
+            let value = self.number(d, "1", &child(path, "damping"));
+            if !(0.0..1.0).contains(&value) {
+                self.error(child(path, "damping"), format_args!("a damping ratio of {value} is not between 0 and 1 (write `2 %` for 0.02)"));
+            }
+            let sd = match (&m.damping_sd, &defaults.damping_sd) {
+                (Some(s), _) => Some(self.sd(s, "1", value, &child(path, "damping_sd"))),
+                (None, Some(s)) => Some(self.sd(s, "1", value, "defaults.damping_sd")),
+                (None, None) => None,
+            };
+            Measured { value, sd: sd.unwrap_or(DEFAULT_DAMPING_SD * value), sd_is_default: sd.is_none() }
+        });
+        let origin = self.origin(&m.source, &child(path, "source"));
+        let shape = m.shape.as_ref().and_then(|s| self.shape(s, &child(path, "shape"), &defaults));
+        let shape_origin = m.shape.as_ref().map(|s| match &s.source {
+            Some(source) => self.origin(source, &format!("{path}.shape.source")),
+            None => origin.clone(),
+        });
+        let (shape, shape_sd) = shape.unzip();
+        TestMode {
+            label: m.label.clone(),
+            frequency_hz: Measured {
+                value: frequency,
+                sd: frequency_sd.unwrap_or(DEFAULT_FREQUENCY_SD * frequency),
+                sd_is_default: frequency_sd.is_none(),
+            },
+            damping_ratio,
+            origin,
+            shape,
+            shape_sd,
+            shape_origin,
+        }
+    }
+
+    fn shape(&mut self, s: &ShapeSpec, path: &str, defaults: &DefaultsSpec) -> Option<(DVector<Complex<f64>>, DVector<f64>)> {
+        let n = self.spec.sensors.len();
+        for (key, len) in [("real", Some(s.real.len())), ("imaginary", s.imaginary.as_ref().map(Vec::len)), ("sds", s.sds.as_ref().map(Vec::len))] {
+            if let Some(len) = len.filter(|l| *l != n) {
+                self.error(child(path, key), format_args!("{len} values for {n} sensors"));
+                return None;
+            }
+        }
+        let entry = |list: &[Option<f64>], i: usize| list[i].unwrap_or(f64::NAN);
+        let shape = DVector::from_fn(n, |i, _| {
+            Complex::new(entry(&s.real, i), s.imaginary.as_ref().map_or(0.0, |im| entry(im, i)))
+        });
+        if shape.iter().any(|v| v.re.is_infinite() || v.im.is_infinite()) {
+            self.error(child(path, "real"), "a value is infinite");
+        }
+        let largest = shape.iter().filter(|v| !v.re.is_nan()).map(|v| v.norm()).fold(0.0, f64::max);
+        if largest == 0.0 {
+            self.error(child(path, "real"), "the shape is zero at every sensor");
+            return None;
+        }
+        let sd = match (&s.sds, &s.sd, &defaults.shape_sd) {
+            (Some(list), None, _) => {
+                if list.iter().any(|v| !(*v > 0.0 && v.is_finite())) {
+                    self.error(child(path, "sds"), "standard deviations must be above zero");
+                }
+                DVector::from_vec(list.clone())
+            }
+            (Some(_), Some(_), _) => {
+                self.error(path, "give `sd` or `sds`, not both");
+                return None;
+            }
+            (None, Some(sd), _) => DVector::from_element(n, self.sd(sd, "1", largest, &child(path, "sd"))),
+            (None, None, Some(sd)) => DVector::from_element(n, self.sd(sd, "1", largest, "defaults.shape_sd")),
+            (None, None, None) => DVector::from_element(n, DEFAULT_SHAPE_SD * largest),
+        };
+        Some((shape, sd))
+    }
+
+    fn mass_property(&mut self, name: &str, p: &MassPropertySpec) -> Option<MassProperty> {
+        let path = child("mass_properties", name);
+        let Some(&(_, quantity, unit)) = MASS_WORDS.iter().find(|w| w.0 == name) else {
+            let suggestion = did_you_mean(name, MASS_WORDS.iter().map(|w| w.0));
+            self.error(path, format_args!("`{name}` is no mass property{suggestion}"));
+            return None;
+        };
+        let value = self.number(&p.value, unit, &child(&path, "value"));
+        let sd = p.sd.as_ref().map(|s| self.sd(s, unit, value, &child(&path, "sd")));
+        let default = if matches!(quantity, MassQuantity::Cg(_)) { DEFAULT_MASS_SD } else { DEFAULT_MASS_SD * value.abs() };
+        let origin = self.origin(&p.source, &child(&path, "source"));
+        Some(MassProperty {
+            quantity,
+            measured: Measured { value, sd: sd.unwrap_or(default), sd_is_default: sd.is_none() },
+            origin,
+        })
+    }
+}
+
+/// Writes a test file.
+pub fn write_test(data: &TestData) -> String {
+    let mut sources: IndexMap<String, SourceSpec> = IndexMap::new();
+    let mut source = |origin: &Origin| -> String {
+        let (kind, text) = match origin {
+            Origin::Measured(t) => (SourceKind::Measured, t),
+            Origin::Synthetic(t) => (SourceKind::Synthetic, t),
+        };
+        if let Some((name, _)) = sources.iter().find(|(_, s)| s.kind == kind && s.text == *text) {
+            return name.clone();
+        }
+        let count = sources.values().filter(|s| s.kind == kind).count();
+        let name = if count == 0 { origin.word().to_string() } else { format!("{}_{}", origin.word(), count + 1) };
+        sources.insert(name.clone(), SourceSpec { kind, text: text.clone() });
+        name
+    };
+    let si = |value: f64, unit: &str| {
+        let text = format!("{value:?} {unit}");
+        Scalar::parse(&text).unwrap_or_else(|_| Scalar::constant(value))
+    };
+    let modes: Vec<ModeSpec> = data
+        .modes
+        .iter()
+        .map(|m| {
+            let shape = m.shape.as_ref().map(|shape| {
+                let part = |f: fn(&Complex<f64>) -> f64| -> Vec<Option<f64>> {
+                    shape.iter().map(|v| Some(f(v)).filter(|x| !x.is_nan())).collect()
+                };
+                ShapeSpec {
+                    source: m.shape_origin.as_ref().filter(|o| **o != m.origin).map(&mut source),
+                    real: part(|v| v.re),
+                    imaginary: shape.iter().any(|v| v.im != 0.0 && !v.im.is_nan()).then(|| part(|v| v.im)),
+                    sd: None,
+                    sds: m.shape_sd.as_ref().map(|sd| sd.iter().copied().collect()),
+                }
+            });
+            ModeSpec {
+                label: m.label.clone(),
+                frequency: si(m.frequency_hz.value, "Hz"),
+                frequency_sd: (!m.frequency_hz.sd_is_default).then(|| si(m.frequency_hz.sd, "Hz")),
+                damping: m.damping_ratio.map(|d| Scalar::constant(d.value)),
+                damping_sd: m.damping_ratio.filter(|d| !d.sd_is_default).map(|d| Scalar::constant(d.sd)),
+                source: source(&m.origin),
+                shape,
+            }
+        })
+        .collect();
+    let mass_properties = data
+        .mass_properties
+        .iter()
+        .map(|p| {
+            let unit = p.quantity.unit();
+            let spec = MassPropertySpec {
+                value: si(p.measured.value, unit),
+                sd: (!p.measured.sd_is_default).then(|| si(p.measured.sd, unit)),
+                source: source(&p.origin),
+            };
+            (p.quantity.word().to_string(), spec)
+        })
+        .collect();
+    let sensors = data
+        .sensors
+        .iter()
+        .map(|s| {
+            let (node, element, fraction, position) = match &s.place {
+                Place::Node { node, position } => (Some(node.clone()), None, None, position),
+                Place::Element { element, fraction, position } => {
+                    (None, Some(element.clone()), Some(Scalar::constant(*fraction)), position)
+                }
+            };
+            let spec = SensorSpec {
+                node,
+                element,
+                fraction,
+                position: position.map(|p| p.map(Scalar::constant)),
+                direction: DirectionSpec(s.direction),
+                rotation: s.is_rotation,
+                mass: s.mass.map(|m| si(m, "kg")),
+            };
+            (s.name.clone(), spec)
+        })
+        .collect();
+    yaml::write(&TestSpec {
+        retune_test: 1,
+        name: data.name.clone(),
+        description: data.description.clone(),
+        configuration: data.configuration.clone(),
+        sources,
+        sensors,
+        defaults: None,
+        modes,
+        mass_properties,
+    })
+}
+
+/// The symmetry that a label tells: `Sym 1st Bending`, `S1B`, `Anti 2nd Torsion`, `A2T`.
+pub fn family_of_label(label: &str) -> Option<&'static str> {
+    let lower = label.to_lowercase();
+    let short = |letter: char| {
+        let mut c = lower.chars();
+        c.next() == Some(letter) && c.next().is_some_and(|d| d.is_ascii_digit()) && lower.chars().count() <= 4
+    };
+    if lower.starts_with("sym") || short('s') {
+        Some("symmetric")
+    } else if lower.starts_with("anti") || lower.starts_with("asym") || short('a') {
+        Some("antisymmetric")
+    } else {
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TEXT: &str = "
+retune_test: 1
+name: trial
+sources:
+  gvt: {kind: measured, text: 'by hand'}
+  model: {kind: synthetic, text: 'computed'}
+sensors:
+  p1: {node: n1, direction: +z}
+  p2: {element: wing.2, fraction: 0.25, position: [1 m, 20 cm, 0], direction: [0, 3, 4], mass: 5 g}
+modes:
+  - {label: S1B, frequency: 5.67 Hz, frequency_sd: 0.3 %, damping: 1.5 %, source: gvt, shape: {source: model, real: [1, -0.5], sd: 2 %}}
+  - {frequency: 2, source: gvt, shape: {real: [null, 1], imaginary: [0, 0.1]}}
+mass_properties:
+  mass: {value: 5.4 kg, sd: 20 g, source: gvt}
+";
+
+    #[test]
+    fn a_test_file_reads_with_units_and_origins() {
+        let (data, warnings) = read_test(TEXT).unwrap();
+        assert_eq!(data.sensors[1].direction, [0.0, 0.6, 0.8]);
+        assert_eq!(data.modes[1].frequency_hz, Measured { value: 5.67, sd: 5.67 * 0.003, sd_is_default: false });
+        assert_eq!(data.modes[1].shape_origin.as_ref().unwrap().word(), "synthetic");
+        assert!(data.modes[0].shape.as_ref().unwrap()[0].re.is_nan());
+        assert_eq!(data.mass_properties[0].measured.sd, 0.02);
+        assert_eq!(warnings.len(), 2);
+    }
+
+    #[test]
+    fn what_is_written_reads_back_equal() {
+        let (data, _) = read_test(TEXT).unwrap();
+        let (again, _) = read_test(&write_test(&data)).unwrap();
+        assert_eq!(write_test(&again), write_test(&data));
+        assert_eq!(format!("{:?}", again.modes[1]), format!("{:?}", data.modes[1]));
+        assert_eq!(again.sensors, data.sensors);
+    }
+
+    #[test]
+    fn labels_tell_the_symmetry() {
+        assert_eq!(family_of_label("Sym 1st Bending"), Some("symmetric"));
+        assert_eq!(family_of_label("A2T"), Some("antisymmetric"));
+        assert_eq!(family_of_label("Anti 1st Torsion"), Some("antisymmetric"));
+        assert_eq!(family_of_label("Shell mode"), None);
+    }
+}

@@ -1,0 +1,7 @@
+//! Numbers in files: units, and scalars that may name parameters.
+
+mod scalar;
+mod unit;
+
+pub use scalar::{Scalar, ScalarError, Term};
+pub use unit::{Dimension, Unit, UnitError};
