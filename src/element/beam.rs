@@ -1,8 +1,8 @@
-#![doc = include_str!("beam.md")]
+//! The `beam` element. Sketch, axes, equations, limits and sources: `beam.md`, the documentation of [`Beam`].
 
-mod section;
 #[cfg(test)]
 mod dynamics;
+mod section;
 #[cfg(test)]
 mod statics;
 
@@ -10,7 +10,7 @@ use super::{Axes, Dof, Element, ElementError, ElementInput, Lack, Property, Samp
 use crate::linalg::SymMatrix;
 use section::{PROPERTIES, Plane, Section};
 
-/// A two-node beam in space, Euler-Bernoulli or Timoshenko, with offsets, couplings, preload and flexible ends.
+#[doc = include_str!("beam.md")]
 #[derive(Debug, Clone, Copy)]
 pub struct Beam;
 
@@ -139,8 +139,7 @@ fn add_geometric(k: &mut SymMatrix, section: &Section, to_ends: Option<&[Row; 12
     for (p, plane) in PLANES.iter().enumerate() {
         let d = 1.0 + section.phi(p);
         let (alpha, beta) = bending_modes(plane, l);
-        for (factor, row) in
-            [(1.0 / l, difference(plane.displacement)), (l / 12.0, beta), (l / (20.0 * d * d), alpha)]
+        for (factor, row) in [(1.0 / l, difference(plane.displacement)), (l / 12.0, beta), (l / (20.0 * d * d), alpha)]
         {
             k.add_outer(p_force * factor, &from_nodes(row, section, to_ends));
         }
