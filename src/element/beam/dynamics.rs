@@ -130,6 +130,26 @@ fn blevins_cantilever_with_tip_mass() {
     });
 }
 
+/// Cantilever whose root is held by a rotational spring k: k (1 + cos cosh) + EI β/L (cos sinh - sin cosh) = 0. K. R. Chun,
+/// Free vibration of a beam with one end spring-hinged and the other free, J. Appl. Mech. 39 (1972) 1154-1155. The spring
+/// is the compliance of the first element's end.
+#[test]
+fn chun_cantilever_on_a_rotational_spring() {
+    let k = 2.0 * EI / L;
+    let f = |b: f64| 2.0 * (1.0 + b.cos() * b.cosh()) + b * (b.cos() * b.sinh() - b.sin() * b.cosh());
+    let exact = [(0.5, 1.8), (3.2, 4.6), (6.5, 7.8)].map(|(a, b)| beam_omega(root(f, a, b)));
+    for (plane, joint) in IN_PLANE.iter().zip(["end1_compliance_rz", "end1_compliance_ry"]) {
+        check_rate(exact, 4.0, |n| {
+            let given = bernoulli(plane);
+            let root_joint = |e: usize| [given.clone(), vec![(joint, if e == 0 { 1.0 / k } else { 0.0 })]].concat();
+            let (stiffness, mass) = chain(&vec![L / n as f64; n], root_joint);
+            let keep: Vec<usize> = (6..6 * (n + 1)).filter(|i| plane.dofs.contains(&(i % 6))).collect();
+            let pairs = lowest_modes(&part(&stiffness, &keep), &part(&mass, &keep), 3, 10.0).unwrap();
+            pairs.values.iter().map(|lambda| lambda.sqrt()).collect()
+        });
+    }
+}
+
 /// Torsion of a clamped shaft: ω = (2j-1)π/2L √(GJ/χ), and stretching of a clamped bar: √(EA/μ); the linear element
 /// converges with the square of its length.
 #[test]
