@@ -59,7 +59,8 @@ fn difference(d: usize) -> Row {
 /// Shape functions of one plane: displacement and slope at `xi` from (v1, θ1, v2, θ2).
 ///
 /// Cubic displacement with the constant shear strain that equilibrium implies; Hermite's for `phi` = 0.
-/// Source: Z. Friedman, J. B. Kosmatka, Computers & Structures 47 (1993), equations (15) and (16).
+/// Source: Z. Friedman, J. B. Kosmatka, An improved two-node Timoshenko beam finite element, Computers & Structures 47
+/// (1993) 473-481.
 #[rustfmt::skip]
 fn shape(xi: f64, length: f64, phi: f64) -> ([f64; 4], [f64; 4]) {
     let (x, x2, x3) = (xi, xi * xi, xi * xi * xi);

@@ -117,7 +117,7 @@ fn the_error_of_a_pinned_chain_is_its_predicted_one() {
     }
 }
 
-/// Cantilever with a tip mass of α times the beam: 1 + cos cosh - α β (sin cosh - cos sinh) = 0, Blevins table 8-8.
+/// Cantilever with a tip mass of α times the beam: 1 + cos cosh - α β (sin cosh - cos sinh) = 0, from Blevins, chapter 8.
 #[test]
 fn blevins_cantilever_with_tip_mass() {
     let alpha = 0.6;
@@ -169,7 +169,7 @@ fn blevins_torsion_and_stretching() {
     }
 }
 
-/// Pinned beam under tension: ω² = (EI k⁴ + P k²)/μ, k = jπ/L. Blevins, section 8.1.6.
+/// Pinned beam under tension: ω² = (EI k⁴ + P k²)/μ, k = jπ/L. Blevins, chapter 8.
 #[test]
 fn blevins_pinned_beam_under_tension() {
     for (plane, p) in IN_PLANE.iter().zip([2e4, -3e3]) {
@@ -192,7 +192,7 @@ fn blevins_pinned_beam_under_tension() {
 
 /// Pinned Timoshenko beam: deflection sin kx, rotation cos kx, so ω² is the lower root of
 /// |GAk² - μω², GAk; GAk, EIk² + GA - ρIω²| = 0. S. M. Han, H. Benaroya, T. Wei, Dynamics of transversely vibrating beams
-/// using four engineering theories, J. Sound Vib. 225 (1999) 935-988, section 6.
+/// using four engineering theories, J. Sound Vib. 225 (1999) 935-988.
 #[test]
 fn han_benaroya_wei_pinned_timoshenko_beam() {
     for plane in &IN_PLANE {
@@ -214,8 +214,8 @@ fn han_benaroya_wei_pinned_timoshenko_beam() {
 }
 
 /// Timoshenko cantilever by its frequency equation. T. C. Huang, The effect of rotatory inertia and of shear deformation
-/// on the frequency and normal mode equations of uniform beams, J. Appl. Mech. 28 (1961) 579-584, equation for the
-/// clamped-free beam, valid for b² r² s² < 1:
+/// on the frequency and normal mode equations of uniform beams, J. Appl. Mech. 28 (1961) 579-584, clamped-free
+/// beam, valid for b² r² s² < 1:
 ///
 /// ```text
 /// 2 + [b²(r²-s²)² + 2] cosh(bα) cos(bβ) - b (r²+s²)/√(1 - b²r²s²) sinh(bα) sin(bβ) = 0

@@ -186,6 +186,51 @@ fn patch_test_of_unequal_elements() {
     }
 }
 
+/// An element is the chain of its parts with the inner nodes statically condensed, in stiffness and, since its shape
+/// functions are the static deflections, also in mass: offsets, shear, rotary inertia, flexible ends and all.
+#[test]
+fn an_element_is_the_condensed_chain_of_its_parts() {
+    let lengths = [0.21, 0.34, 0.25];
+    let uniform = with(&[
+        ("shear_compliance_y", 2e-5),
+        ("shear_compliance_z", 3e-5),
+        ("mass_per_length", 0.7),
+        ("polar_inertia_per_length", 4e-4),
+        ("rotary_inertia_y", 1e-3),
+        ("rotary_inertia_z", 2e-3),
+        ("mass_offset_y", 0.02),
+        ("mass_offset_z", -0.05),
+        ("shear_centre_y", -0.03),
+        ("shear_centre_z", 0.01),
+    ]);
+    let near = [("end1_compliance_ry", 1e-3), ("end1_compliance_uy", 2e-5)];
+    let far = [("end2_compliance_rz", 2e-4), ("end2_compliance_rx", 3e-3), ("end2_compliance_ux", 1e-7)];
+    let (k, m) = chain(&lengths, |e| match e {
+        0 => [&uniform[..], &near].concat(),
+        2 => [&uniform[..], &far].concat(),
+        _ => uniform.clone(),
+    });
+    let inner: Vec<usize> = (6..18).collect();
+    let outer: Vec<usize> = (0..6).chain(18..24).collect();
+    let coupling = DMatrix::from_fn(12, 12, |i, j| -k[(inner[i], outer[j])]);
+    let follow = part(&k, &inner).lu().solve(&coupling).unwrap();
+    let mut t = DMatrix::zeros(24, 12);
+    for j in 0..12 {
+        t[(outer[j], j)] = 1.0;
+        (0..12).for_each(|i| t[(inner[i], j)] = follow[(i, j)]);
+    }
+    let (k_whole, m_whole) = matrices(lengths.iter().sum(), &[&uniform[..], &near, &far].concat());
+    for (condensed, whole) in [(t.transpose() * k * &t, k_whole), (t.transpose() * m * &t, m_whole)] {
+        for i in 0..12 {
+            for j in 0..12 {
+                let size = (whole[(i, i)] * whole[(j, j)]).sqrt();
+                let error = (condensed[(i, j)] - whole[(i, j)]).abs();
+                assert!(error < 1e-10 * size, "({i},{j}): {} {}", condensed[(i, j)], whole[(i, j)]);
+            }
+        }
+    }
+}
+
 /// Turning the section by a right angle about x exchanges the planes: (y, z) -> (z, -y), with every property.
 #[test]
 fn a_quarter_turn_exchanges_the_planes() {
