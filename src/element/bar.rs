@@ -1,9 +1,9 @@
-#![doc = include_str!("bar.md")]
+//! The `bar` element. Sketch, axes, equations, limits and sources: `bar.md`, the documentation of [`Bar`].
 
 use super::{Axes, Dof, Domain, Element, ElementError, ElementInput, Lack, Property, Sample, value};
 use crate::linalg::SymMatrix;
 
-/// A two-node bar: axial stiffness, mass in all three directions.
+#[doc = include_str!("bar.md")]
 #[derive(Debug, Clone, Copy)]
 pub struct Bar;
 
@@ -154,5 +154,37 @@ impl Element for Bar {
             Sample { points: points(), given: steel, mass: 7850.0 * 1e-4 * 0.8, free: true },
             Sample { points: points(), given: cable, mass: 0.4 * 0.8, free: true },
         ]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn input(values: &[Option<f64>]) -> ElementInput<'_> {
+        ElementInput { points: &[[0.0; 3], [0.5, 0.0, 0.0]], values }
+    }
+
+    /// EA/L along the line and nothing across; m L/3 and m L/6 in every direction: K.-J. Bathe, Finite Element Procedures.
+    #[test]
+    fn bathe_truss_element() {
+        let values = [Some(2e11), Some(1e-4), None, Some(1.2), None];
+        let (k, m) = (Bar.stiffness(&input(&values)).unwrap(), Bar.mass(&input(&values)).unwrap());
+        assert_eq!((k.get(0, 0), k.get(0, 6), k.get(6, 6)), (4e7, -4e7, 4e7));
+        for d in 0..3 {
+            assert!((m.get(d, d) - 0.2).abs() < 1e-15 && (m.get(d, 6 + d) - 0.1).abs() < 1e-15);
+            assert!(d == 0 || k.get(d, d) == 0.0);
+        }
+    }
+
+    #[test]
+    fn what_a_bar_lacks_is_named() {
+        assert_eq!(Bar.lacks(&input(&[Some(2e11), None, None, None, None])), [Lack { dof: Dof::Ux, property: "A" }]);
+        assert_eq!(Bar.lacks(&input(&[None, Some(1e-4), None, None, Some(7800.0)])), []);
+        assert_eq!(
+            Bar.mass(&input(&[None, None, Some(1e6), None, Some(7800.0)])).unwrap_err().to_string(),
+            "property `A` is missing: `density` becomes mass per length by the cross-section area; or give \
+             `mass_per_length`"
+        );
     }
 }

@@ -1,8 +1,8 @@
-#![doc = include_str!("beam.md")]
+//! The `beam` element. Sketch, axes, equations, limits and sources: `beam.md`, the documentation of [`Beam`].
 
-mod section;
 #[cfg(test)]
 mod dynamics;
+mod section;
 #[cfg(test)]
 mod statics;
 
@@ -10,7 +10,7 @@ use super::{Axes, Dof, Element, ElementError, ElementInput, Lack, Property, Samp
 use crate::linalg::SymMatrix;
 use section::{PROPERTIES, Plane, Section};
 
-/// A two-node beam in space, Euler-Bernoulli or Timoshenko, with offsets, couplings, preload and flexible ends.
+#[doc = include_str!("beam.md")]
 #[derive(Debug, Clone, Copy)]
 pub struct Beam;
 
@@ -59,7 +59,8 @@ fn difference(d: usize) -> Row {
 /// Shape functions of one plane: displacement and slope at `xi` from (v1, θ1, v2, θ2).
 ///
 /// Cubic displacement with the constant shear strain that equilibrium implies; Hermite's for `phi` = 0.
-/// Source: Z. Friedman, J. B. Kosmatka, Computers & Structures 47 (1993), equations (15) and (16).
+/// Source: Z. Friedman, J. B. Kosmatka, An improved two-node Timoshenko beam finite element, Computers & Structures 47
+/// (1993) 473-481.
 #[rustfmt::skip]
 fn shape(xi: f64, length: f64, phi: f64) -> ([f64; 4], [f64; 4]) {
     let (x, x2, x3) = (xi, xi * xi, xi * xi * xi);
@@ -139,8 +140,7 @@ fn add_geometric(k: &mut SymMatrix, section: &Section, to_ends: Option<&[Row; 12
     for (p, plane) in PLANES.iter().enumerate() {
         let d = 1.0 + section.phi(p);
         let (alpha, beta) = bending_modes(plane, l);
-        for (factor, row) in
-            [(1.0 / l, difference(plane.displacement)), (l / 12.0, beta), (l / (20.0 * d * d), alpha)]
+        for (factor, row) in [(1.0 / l, difference(plane.displacement)), (l / 12.0, beta), (l / (20.0 * d * d), alpha)]
         {
             k.add_outer(p_force * factor, &from_nodes(row, section, to_ends));
         }

@@ -1,10 +1,10 @@
-#![doc = include_str!("bushing.md")]
+//! The `bushing` element. Sketch, axes, equations, limits and sources: `bushing.md`, the documentation of [`Bushing`].
 
 use super::joint::{Half, JOINT, joint_matrix};
 use super::{Axes, Dof, Domain, Element, ElementError, ElementInput, Property, Sample, value};
 use crate::linalg::SymMatrix;
 
-/// Six springs and dashpots between two nodes, with rigid arms to their centre.
+#[doc = include_str!("bushing.md")]
 #[derive(Debug, Clone, Copy)]
 pub struct Bushing;
 
@@ -20,19 +20,18 @@ const PROPERTIES: &[Property] = &{
     all
 };
 
-impl Bushing {
-    fn joint(&self, input: &ElementInput<'_>, half: Half) -> Result<SymMatrix, ElementError> {
-        input.check(self)?;
-        let s = value!(input, location).unwrap_or(0.5);
-        let d = input.points[1];
-        let near = arm(d.map(|x| s * x));
-        let far = arm(d.map(|x| (s - 1.0) * x));
-        let stretch = std::array::from_fn(|i| {
-            let first = near[i].iter().map(|x| -x);
-            first.chain(far[i].iter().copied()).collect()
-        });
-        joint_matrix(input, &stretch, half)
-    }
+/// The springs or the dashpots between the ends of the two arms.
+fn joint(input: &ElementInput<'_>, half: Half) -> Result<SymMatrix, ElementError> {
+    input.check(&Bushing)?;
+    let s = value!(input, location).unwrap_or(0.5);
+    let d = input.points[1];
+    let near = arm(d.map(|x| s * x));
+    let far = arm(d.map(|x| (s - 1.0) * x));
+    let stretch = std::array::from_fn(|i| {
+        let first = near[i].iter().map(|x| -x);
+        first.chain(far[i].iter().copied()).collect()
+    });
+    joint_matrix(input, &stretch, half)
 }
 
 /// Motion of the end of a rigid arm `r` from the six dofs of its node: `u + θ × r` and `θ`.
@@ -73,7 +72,7 @@ impl Element for Bushing {
     }
 
     fn stiffness(&self, input: &ElementInput<'_>) -> Result<SymMatrix, ElementError> {
-        self.joint(input, Half::Stiffness)
+        joint(input, Half::Stiffness)
     }
 
     fn mass(&self, input: &ElementInput<'_>) -> Result<SymMatrix, ElementError> {
@@ -82,7 +81,7 @@ impl Element for Bushing {
     }
 
     fn damping(&self, input: &ElementInput<'_>) -> Result<SymMatrix, ElementError> {
-        self.joint(input, Half::Damping)
+        joint(input, Half::Damping)
     }
 
     /// Each arm moves rigidly with its node; the centre belongs to the first.

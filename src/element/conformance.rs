@@ -2,8 +2,8 @@
 //! element of your own in yours.
 //!
 //! ```
-//! use retune::element::{conformance, element};
-//! let bar = element("bar").unwrap();
+//! use retune::element::{by_name, conformance};
+//! let bar = by_name("bar").unwrap();
 //! assert_eq!(conformance::check(bar), Ok(()));
 //! ```
 //!
@@ -102,7 +102,9 @@ fn declaration(element: &dyn Element, report: &mut Report) {
     report.unless(!element.theory().is_empty(), rule, || "no theory".into());
     report.unless(!element.nodes().is_empty(), rule, || "no nodes".into());
     for (node, dofs) in element.nodes().iter().enumerate() {
-        report.unless(dofs.is_sorted_by(|a, b| a < b), rule, || format!("dofs of node {node} are not in order, once each"));
+        report.unless(dofs.is_sorted_by(|a, b| a < b), rule, || {
+            format!("dofs of node {node} are not in order, once each")
+        });
     }
     let samples = element.samples();
     report.unless(!samples.is_empty(), rule, || "no samples: there is nothing to check".into());
@@ -379,7 +381,8 @@ fn matters(element: &dyn Element, input: &ElementInput<'_>, index: usize, dense:
     (0..3).any(|which| {
         let (a, b) = (&dense[which], &other[which]);
         (0..a.nrows()).any(|i| {
-            (0..=i).any(|j| (a[(i, j)] - b[(i, j)]).abs() > 1e-9 * (a[(i, i)] * a[(j, j)]).sqrt().max(f64::MIN_POSITIVE))
+            (0..=i)
+                .any(|j| (a[(i, j)] - b[(i, j)]).abs() > 1e-9 * (a[(i, i)] * a[(j, j)]).sqrt().max(f64::MIN_POSITIVE))
         })
     })
 }

@@ -1,19 +1,18 @@
-#![doc = include_str!("ground_spring.md")]
+//! The `ground_spring` element. Sketch, axes, equations, limits and sources: `ground_spring.md`, the documentation of [`GroundSpring`].
 
 use super::joint::{Half, JOINT, joint_matrix};
 use super::{Axes, Dof, Element, ElementError, ElementInput, Property, Sample};
 use crate::linalg::SymMatrix;
 
-/// A joint of six springs and dashpots from one node to the ground.
+#[doc = include_str!("ground_spring.md")]
 #[derive(Debug, Clone, Copy)]
 pub struct GroundSpring;
 
-impl GroundSpring {
-    fn joint(&self, input: &ElementInput<'_>, half: Half) -> Result<SymMatrix, ElementError> {
-        input.check(self)?;
-        let stretch = std::array::from_fn(|d| (0..6).map(|j| f64::from(u8::from(j == d))).collect());
-        joint_matrix(input, &stretch, half)
-    }
+/// The springs or the dashpots of the node against the ground.
+fn joint(input: &ElementInput<'_>, half: Half) -> Result<SymMatrix, ElementError> {
+    input.check(&GroundSpring)?;
+    let stretch = std::array::from_fn(|d| (0..6).map(|j| f64::from(u8::from(j == d))).collect());
+    joint_matrix(input, &stretch, half)
 }
 
 impl Element for GroundSpring {
@@ -42,7 +41,7 @@ impl Element for GroundSpring {
     }
 
     fn stiffness(&self, input: &ElementInput<'_>) -> Result<SymMatrix, ElementError> {
-        self.joint(input, Half::Stiffness)
+        joint(input, Half::Stiffness)
     }
 
     fn mass(&self, input: &ElementInput<'_>) -> Result<SymMatrix, ElementError> {
@@ -51,7 +50,7 @@ impl Element for GroundSpring {
     }
 
     fn damping(&self, input: &ElementInput<'_>) -> Result<SymMatrix, ElementError> {
-        self.joint(input, Half::Damping)
+        joint(input, Half::Damping)
     }
 
     fn samples(&self) -> Vec<Sample> {
@@ -62,5 +61,27 @@ impl Element for GroundSpring {
             mass: 0.0,
             free: false,
         }]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Each spring and each dashpot stands on its own dof, and an absent one is zero.
+    #[test]
+    fn springs_and_dashpots_are_diagonal() {
+        let mut values = [None; 12];
+        (values[2], values[4], values[11]) = (Some(150.0), Some(15.0), Some(0.5));
+        let input = ElementInput { points: &[[0.0; 3]], values: &values };
+        let k = GroundSpring.stiffness(&input).unwrap();
+        let c = GroundSpring.damping(&input).unwrap();
+        for i in 0..6 {
+            for j in 0..6 {
+                let expected = [(2, 150.0), (4, 15.0)].iter().find(|(d, _)| i == j && *d == i).map_or(0.0, |(_, k)| *k);
+                assert_eq!(k.get(i, j), expected);
+                assert_eq!(c.get(i, j), if (i, j) == (5, 5) { 0.5 } else { 0.0 });
+            }
+        }
     }
 }

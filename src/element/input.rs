@@ -75,7 +75,7 @@ impl ElementInput<'_> {
         x.hypot(y).hypot(z)
     }
 
-    /// Refuses a wrong number of nodes or values and every value outside its property's [`Domain`]: after it, an
+    /// Refuses a wrong number of nodes or values, a coordinate that is not finite and every value outside its property's [`Domain`]: after it, an
     /// element may index `points` and `values` by its own declaration.
     pub fn check(&self, element: &dyn Element) -> Result<(), ElementError> {
         let (nodes, properties) = (element.nodes(), element.properties());
@@ -84,6 +84,9 @@ impl ElementInput<'_> {
         }
         if self.values.len() != properties.len() {
             return Err(ElementError::ValueCount { expected: properties.len(), given: self.values.len() });
+        }
+        if let Some(i) = self.points.iter().position(|p| p.iter().any(|x| !x.is_finite())) {
+            return Err(ElementError::PointNotFinite { node: i + 1 });
         }
         let outside = properties.iter().zip(self.values).find_map(|(p, v)| match v {
             Some(value) if !p.domain.contains(*value) => {
@@ -120,8 +123,7 @@ impl Sample {
     pub fn values(&self, properties: &[Property]) -> Result<Vec<Option<f64>>, ElementError> {
         let mut values = vec![None; properties.len()];
         for &(name, value) in &self.given {
-            let index =
-                properties.iter().position(|p| p.name == name).ok_or(ElementError::UnknownProperty { name })?;
+            let index = properties.iter().position(|p| p.name == name).ok_or(ElementError::UnknownProperty { name })?;
             values[index] = Some(value);
         }
         Ok(values)

@@ -21,8 +21,8 @@ mod spring;
 #[cfg(test)]
 mod tests;
 
-pub use input::{Domain, ElementInput, Property, Sample, property_index};
 pub(crate) use input::value;
+pub use input::{Domain, ElementInput, Property, Sample, property_index};
 
 use crate::catalogue::catalogue;
 use crate::linalg::SymMatrix;
@@ -40,7 +40,7 @@ catalogue! {
 }
 
 /// The element of [`ELEMENTS`] with this name.
-pub fn element(name: &str) -> Option<&'static dyn Element> {
+pub fn by_name(name: &str) -> Option<&'static dyn Element> {
     ELEMENTS.iter().copied().find(|e| e.name() == name)
 }
 
@@ -186,6 +186,12 @@ pub enum ElementError {
         expected: usize,
         /// Number of values in the input.
         given: usize,
+    },
+    /// A coordinate is NaN or infinite.
+    #[error("node {node} of it has a coordinate that is not finite")]
+    PointNotFinite {
+        /// Number of the node in the element, from one.
+        node: usize,
     },
     /// A name that is no property of the element.
     #[error("`{name}` is not one of its properties")]

@@ -1,9 +1,9 @@
-#![doc = include_str!("point_mass.md")]
+//! The `point_mass` element. Sketch, axes, equations, limits and sources: `point_mass.md`, the documentation of [`PointMass`].
 
 use super::{Axes, Dof, Domain, Element, ElementError, ElementInput, Property, Sample, value};
 use crate::linalg::SymMatrix;
 
-/// A rigid body on one node, possibly offset.
+#[doc = include_str!("point_mass.md")]
 #[derive(Debug, Clone, Copy)]
 pub struct PointMass;
 
@@ -156,9 +156,8 @@ mod tests {
                 *c += m * p / mass;
             }
         }
-        let moment = |i: usize, j: usize| -> f64 {
-            particles.iter().map(|(m, p)| m * (p[i] - cg[i]) * (p[j] - cg[j])).sum()
-        };
+        let moment =
+            |i: usize, j: usize| -> f64 { particles.iter().map(|(m, p)| m * (p[i] - cg[i]) * (p[j] - cg[j])).sum() };
         let body = mass_of(&[
             ("mass", mass),
             ("inertia_xx", moment(1, 1) + moment(2, 2)),

@@ -1,10 +1,10 @@
-#![doc = include_str!("spring.md")]
+//! The `spring` element. Sketch, axes, equations, limits and sources: `spring.md`, the documentation of [`Spring`].
 
 use super::bar::{along_line, straight_line};
 use super::{Axes, Dof, Domain, Element, ElementError, ElementInput, Property, Sample, value};
 use crate::linalg::SymMatrix;
 
-/// A spring and a dashpot along the line between two nodes.
+#[doc = include_str!("spring.md")]
 #[derive(Debug, Clone, Copy)]
 pub struct Spring;
 
@@ -13,18 +13,17 @@ const PROPERTIES: &[Property] = &[
     Property::new("c", "N s/m", Domain::NonNegative, "dashpot along the line between the nodes"),
 ];
 
-impl Spring {
-    fn checked(&self, input: &ElementInput<'_>) -> Result<(), ElementError> {
-        input.check(self)?;
-        input.positive_length()?;
-        if value!(input, k).is_none() && value!(input, c).is_none() {
-            return Err(ElementError::Missing {
-                name: "k",
-                why: "give `k` or `c`, zero if it is to be updated from zero; other directions are a `bushing`",
-            });
-        }
-        Ok(())
+/// The length, m, of a spring that is well described.
+fn checked(input: &ElementInput<'_>) -> Result<f64, ElementError> {
+    input.check(&Spring)?;
+    let length = input.positive_length()?;
+    if value!(input, k).is_none() && value!(input, c).is_none() {
+        return Err(ElementError::Missing {
+            name: "k",
+            why: "give `k` or `c`, zero if it is to be updated from zero; other directions are a `bushing`",
+        });
     }
+    Ok(length)
 }
 
 impl Element for Spring {
@@ -53,23 +52,22 @@ impl Element for Spring {
     }
 
     fn stiffness(&self, input: &ElementInput<'_>) -> Result<SymMatrix, ElementError> {
-        self.checked(input)?;
+        checked(input)?;
         Ok(along_line(value!(input, k).unwrap_or(0.0)))
     }
 
     fn mass(&self, input: &ElementInput<'_>) -> Result<SymMatrix, ElementError> {
-        self.checked(input)?;
+        checked(input)?;
         Ok(SymMatrix::zeros(12))
     }
 
     fn damping(&self, input: &ElementInput<'_>) -> Result<SymMatrix, ElementError> {
-        self.checked(input)?;
+        checked(input)?;
         Ok(along_line(value!(input, c).unwrap_or(0.0)))
     }
 
     fn interpolate(&self, input: &ElementInput<'_>, xi: f64) -> Result<[[f64; 12]; 6], ElementError> {
-        self.checked(input)?;
-        Ok(straight_line(input.positive_length()?, xi))
+        Ok(straight_line(checked(input)?, xi))
     }
 
     fn samples(&self) -> Vec<Sample> {
