@@ -31,11 +31,7 @@ pub fn observation_matrix(model: &dyn ParametricModel, sensors: &[Sensor]) -> Re
             [0.0, 0.0, 0.0, d[0], d[1], d[2]]
         } else {
             // d · (θ × a) = θ · (a × d)
-            let about = [
-                arm[1] * d[2] - arm[2] * d[1],
-                arm[2] * d[0] - arm[0] * d[2],
-                arm[0] * d[1] - arm[1] * d[0],
-            ];
+            let about = [arm[1] * d[2] - arm[2] * d[1], arm[2] * d[0] - arm[0] * d[2], arm[0] * d[1] - arm[1] * d[0]];
             [d[0], d[1], d[2], about[0], about[1], about[2]]
         };
         for (list, weight) in point.rows.iter().zip(weights) {

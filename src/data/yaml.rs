@@ -131,10 +131,11 @@ impl<'de> Deserialize<'de> for DirectionSpec {
                     rest => (1.0, rest),
                 };
                 let mut v = [0.0; 3];
-                let i = ["x", "y", "z"]
-                    .iter()
-                    .position(|a| a.as_bytes() == axis)
-                    .ok_or_else(|| E::custom(format!("`{text}` is no direction: expected `+x`, `-x` ... `-z`, or a vector `[x, y, z]`")))?;
+                let i = ["x", "y", "z"].iter().position(|a| a.as_bytes() == axis).ok_or_else(|| {
+                    E::custom(format!(
+                        "`{text}` is no direction: expected `+x`, `-x` ... `-z`, or a vector `[x, y, z]`"
+                    ))
+                })?;
                 v[i] = sign;
                 Ok(DirectionSpec(v))
             }
@@ -315,7 +316,10 @@ impl Reader<'_> {
     fn read(&mut self) -> TestData {
         let spec = self.spec;
         if spec.retune_test != 1 {
-            self.error("retune_test", format_args!("this program reads version 1 of the format, not {}", spec.retune_test));
+            self.error(
+                "retune_test",
+                format_args!("this program reads version 1 of the format, not {}", spec.retune_test),
+            );
         }
         if spec.modes.is_empty() && spec.mass_properties.is_empty() {
             self.error("", "the test has neither modes nor mass properties");
@@ -324,13 +328,19 @@ impl Reader<'_> {
         let mut modes: Vec<TestMode> =
             spec.modes.iter().enumerate().map(|(i, m)| self.mode(m, &format!("modes[{i}]"))).collect();
         if modes.iter().any(|m| m.frequency_hz.sd_is_default) {
-            let text = format!("no standard deviation of frequencies is given; {} % of each is assumed", 100.0 * DEFAULT_FREQUENCY_SD);
+            let text = format!(
+                "no standard deviation of frequencies is given; {} % of each is assumed",
+                100.0 * DEFAULT_FREQUENCY_SD
+            );
             self.problems.push(Problem::warning("modes", text));
         }
         if spec.modes.iter().any(|m| m.shape.as_ref().is_some_and(|s| s.sd.is_none() && s.sds.is_none()))
             && spec.defaults.as_ref().is_none_or(|d| d.shape_sd.is_none())
         {
-            let text = format!("no standard deviation of shapes is given; {} % of the largest entry is assumed", 100.0 * DEFAULT_SHAPE_SD);
+            let text = format!(
+                "no standard deviation of shapes is given; {} % of the largest entry is assumed",
+                100.0 * DEFAULT_SHAPE_SD
+            );
             self.problems.push(Problem::warning("modes", text));
         }
         modes.sort_by(|a, b| a.frequency_hz.value.total_cmp(&b.frequency_hz.value));
@@ -348,7 +358,8 @@ impl Reader<'_> {
 
     fn sensor(&mut self, name: &str, s: &SensorSpec) -> Sensor {
         let path = child("sensors", name);
-        let position = s.position.as_ref().map(|p| [0, 1, 2].map(|i| self.number(&p[i], "m", &format!("{path}.position[{i}]"))));
+        let position =
+            s.position.as_ref().map(|p| [0, 1, 2].map(|i| self.number(&p[i], "m", &format!("{path}.position[{i}]"))));
         let place = match (&s.node, &s.element) {
             (Some(node), None) => {
                 if s.fraction.is_some() {
@@ -389,7 +400,10 @@ impl Reader<'_> {
         let damping_ratio = m.damping.as_ref().map(|d| {
             let value = self.number(d, "1", &child(path, "damping"));
             if !(0.0..1.0).contains(&value) {
-                self.error(child(path, "damping"), format_args!("a damping ratio of {value} is not between 0 and 1 (write `2 %` for 0.02)"));
+                self.error(
+                    child(path, "damping"),
+                    format_args!("a damping ratio of {value} is not between 0 and 1 (write `2 %` for 0.02)"),
+                );
             }
             let sd = match (&m.damping_sd, &defaults.damping_sd) {
                 (Some(s), _) => Some(self.sd(s, "1", value, &child(path, "damping_sd"))),
@@ -420,9 +434,18 @@ impl Reader<'_> {
         }
     }
 
-    fn shape(&mut self, s: &ShapeSpec, path: &str, defaults: &DefaultsSpec) -> Option<(DVector<Complex<f64>>, DVector<f64>)> {
+    fn shape(
+        &mut self,
+        s: &ShapeSpec,
+        path: &str,
+        defaults: &DefaultsSpec,
+    ) -> Option<(DVector<Complex<f64>>, DVector<f64>)> {
         let n = self.spec.sensors.len();
-        for (key, len) in [("real", Some(s.real.len())), ("imaginary", s.imaginary.as_ref().map(Vec::len)), ("sds", s.sds.as_ref().map(Vec::len))] {
+        for (key, len) in [
+            ("real", Some(s.real.len())),
+            ("imaginary", s.imaginary.as_ref().map(Vec::len)),
+            ("sds", s.sds.as_ref().map(Vec::len)),
+        ] {
             if let Some(len) = len.filter(|l| *l != n) {
                 self.error(child(path, key), format_args!("{len} values for {n} sensors"));
                 return None;
@@ -467,7 +490,8 @@ impl Reader<'_> {
         };
         let value = self.number(&p.value, unit, &child(&path, "value"));
         let sd = p.sd.as_ref().map(|s| self.sd(s, unit, value, &child(&path, "sd")));
-        let default = if matches!(quantity, MassQuantity::Cg(_)) { DEFAULT_MASS_SD } else { DEFAULT_MASS_SD * value.abs() };
+        let default =
+            if matches!(quantity, MassQuantity::Cg(_)) { DEFAULT_MASS_SD } else { DEFAULT_MASS_SD * value.abs() };
         let origin = self.origin(&p.source, &child(&path, "source"));
         Some(MassProperty {
             quantity,

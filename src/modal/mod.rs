@@ -4,7 +4,9 @@
 
 mod frf;
 pub mod reduction;
+mod sensitivity;
 mod solve;
 
 pub use frf::{ModalDamping, accelerance, synthesize};
+pub use sensitivity::{MatrixDerivative, ModeDerivative, eigenvalue_derivative, mode_derivative};
 pub use solve::{ModalError, Modes, SolveOptions, solve, typical_shift};

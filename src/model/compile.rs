@@ -4,6 +4,7 @@ use super::assembly::{
     AffinePart, Connection, Dependence, add_basis, add_element, affine_part, dependence, element_matrices,
     interior_point, number, symmetrise, touched,
 };
+use super::character::{ModeCharacter, character, mirror_rows};
 use super::constraint::{Elimination, RowOutcome};
 use super::dof_map::{DofMap, rigid_motion};
 use super::geometry::{Geometry, minus, unknown};
@@ -13,7 +14,6 @@ use super::place::{Placed, PlacedElement, place};
 use super::registry::Registry;
 use super::spec::{DofName, ModelSpec, TargetSpec};
 use super::system::System;
-use super::character::{ModeCharacter, character, mirror_rows};
 use super::{ElementMatrices, ModelError, ParametricModel, PointMotion};
 use crate::element::{Dof, ElementInput};
 use crate::linalg::SymMatrix;
@@ -129,6 +129,11 @@ impl Model {
         let mut damped = std::iter::once(&affine.constant).chain(&affine.parameters).any(|b| !b.damping.is_empty());
         for &e in &general {
             damped |= !element_matrices(&elements[e], &base)?.damping.is_zero();
+        }
+        let mirror = mirror_rows(&geometry, &dofs);
+        if geometry.mirror.is_some() && mirror.is_none() {
+            let text = "the nodes are not symmetric about this plane; modes get no symmetry names";
+            problems.push(Problem::warning("symmetry", text));
         }
         Ok(Self {
             spec,

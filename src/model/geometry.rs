@@ -1,8 +1,8 @@
 //! Places of nodes and axes of frames: from the rules of the file to global coordinates.
 
-use crate::units::{Scalar, ScalarError};
 use super::spec::{FrameSpec, LineSpec, ModelSpec, NodeSpec, OneOrThree};
 use crate::catalogue::did_you_mean;
+use crate::units::{Scalar, ScalarError};
 use crate::yaml::{Problem, child};
 use std::collections::BTreeMap;
 

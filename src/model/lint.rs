@@ -2,11 +2,11 @@
 
 use super::assembly::interior_point;
 use super::compile::Model;
-use crate::units::Unit;
 use super::{ModelError, ParametricModel};
 use crate::element::Dof;
 use crate::linalg::DMatrix;
 use crate::modal::{self, ModalError, SolveOptions};
+use crate::units::Unit;
 use crate::yaml::{Problem, child};
 
 /// The state of a model at its estimates, for `check`.

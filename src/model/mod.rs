@@ -38,7 +38,7 @@ use crate::element::ElementError;
 use crate::linalg::SymMatrix;
 
 /// A structure whose matrices depend on parameters.
-pub trait ParametricModel: Send + Sync {
+pub trait ParametricModel: std::fmt::Debug + Send + Sync {
     /// The parameters, in the order of θ.
     fn parameters(&self) -> &ParameterSet;
 

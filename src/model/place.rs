@@ -3,14 +3,14 @@
 use super::geometry::{Geometry, Rotation, axes_along, constant, minus, unit, unknown};
 use super::parameter::{Parameter, ParameterSet};
 use super::registry::Registry;
-use crate::units::Scalar;
 use super::spec::{
     MassSpec, MemberSpec, ModelSpec, Named, OverrideSpec, SectionSpec, SectionValue, ShapeSpec, SpringSpec,
 };
-use crate::units::{Dimension, Unit};
 use super::value::{Affine, Value};
 use crate::catalogue::did_you_mean;
 use crate::element::{Axes, Dof, Domain, Element};
+use crate::units::Scalar;
+use crate::units::{Dimension, Unit};
 use crate::yaml::{Problem, child};
 use std::collections::BTreeMap;
 

@@ -3,8 +3,8 @@
 //! Everything is named, and names are keys of maps, so that a file reads well, an editor can complete it, and a change
 //! touches one line. Numbers are [`Scalar`]s: with units, and with parameters where properties are meant.
 
-use crate::units::Scalar;
 use crate::element::Dof;
+use crate::units::Scalar;
 use indexmap::IndexMap;
 use schemars::JsonSchema;
 use serde::de::{self, Deserializer, MapAccess, SeqAccess, Visitor};

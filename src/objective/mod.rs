@@ -3,6 +3,18 @@
 //! Sign and scale are the same everywhere: r = (model - test)/σ and cost = ½ rᵀr, unless an objective states another
 //! cost (the paper's equation (4) does). Parameters reach an optimiser as x in the unit box, θ = lower + x (upper - lower).
 
+mod least_squares;
+mod paper;
+mod prediction;
+pub mod residual;
+mod scaling;
+
+pub use least_squares::LeastSquares;
+pub use paper::PaperCost;
+pub use prediction::{Comparison, Prediction, PredictionDerivative, starting_point};
+pub use residual::{RESIDUALS, Residual};
+pub use scaling::Scaling;
+
 use crate::linalg::{DMatrix, DVector};
 
 /// Residuals and their Jacobian at one point.

@@ -1,0 +1,202 @@
+//! What a model predicts of a test: modes at the sensors, pairs with the measured modes, mass properties.
+
+use super::EvalError;
+use crate::correlation::{
+    CorrelationError, ModeList, PairedModes, PairingOptions, mac_matrix, observation_matrix, pair_modes,
+};
+use crate::data::{TestData, family_of_label};
+use crate::linalg::{Complex, DMatrix, DVector};
+use crate::modal::{self, MatrixDerivative, Modes, SolveOptions, mode_derivative};
+use crate::model::{MassProperties, ParametricModel, System, family, symmetry_index};
+
+/// A model and a test, made comparable: sensors as rows, real test shapes, the modes to compute.
+#[derive(Debug)]
+pub struct Comparison<'a> {
+    model: &'a dyn ParametricModel,
+    test: &'a TestData,
+    sensors: DMatrix<f64>,
+    rigid_motions: DMatrix<f64>,
+    shift: f64,
+    n_elastic: usize,
+    /// Real test shapes as columns, NaN where not measured; a mode without a shape is all NaN.
+    shapes: DMatrix<f64>,
+    frequencies: Vec<f64>,
+    families: Vec<Option<String>>,
+    pairing: PairingOptions,
+}
+
+/// The prediction at one θ.
+#[derive(Debug, Clone)]
+pub struct Prediction {
+    /// K, M, C.
+    pub system: System,
+    /// Elastic modes follow the rigid ones.
+    pub modes: Modes,
+    /// Frequencies of the elastic modes, Hz.
+    pub frequencies_hz: Vec<f64>,
+    /// Elastic shapes at the sensors, (n_sensor x n_elastic).
+    pub at_sensors: DMatrix<f64>,
+    /// Symmetry of each elastic mode.
+    pub families: Vec<Option<String>>,
+    /// MAC, rows elastic modes, columns test modes; zero where a test mode has no shape.
+    pub mac: DMatrix<f64>,
+    /// Pairs of elastic modes (analytical) with test modes (experimental).
+    pub pairs: PairedModes,
+    /// Mass properties, if the model knows them.
+    pub mass_properties: Option<MassProperties>,
+}
+
+impl Prediction {
+    /// The elastic mode paired with a test mode, and the pair's position.
+    pub fn partner(&self, test_mode: usize) -> Option<usize> {
+        self.pairs.pairs.iter().find(|p| p.experimental == test_mode).map(|p| p.analytical)
+    }
+}
+
+/// Derivatives of a prediction with respect to the parameters `free`.
+#[derive(Debug, Clone)]
+pub struct PredictionDerivative {
+    /// For each elastic mode that is needed: ∂f/∂θ_j in Hz, (n_free), and ∂(shape at sensors)/∂θ_j, (n_sensor x n_free).
+    pub modes: Vec<Option<(DVector<f64>, DMatrix<f64>)>>,
+}
+
+impl<'a> Comparison<'a> {
+    /// Makes a model and a test comparable.
+    ///
+    /// Errors: a sensor sits where the model has nothing; the model has no modes at its estimates.
+    pub fn new(
+        model: &'a dyn ParametricModel,
+        test: &'a TestData,
+        pairing: PairingOptions,
+    ) -> Result<Self, CorrelationError> {
+        let sensors = observation_matrix(model, &test.sensors)?;
+        let rigid_motions = model.dof_map().rigid_motions();
+        let start = starting_point(model);
+        let failed = |e: &dyn std::fmt::Display| CorrelationError::Model(e.to_string());
+        let system = model.assemble(&start).map_err(|e| failed(&e))?;
+        let shift = modal::typical_shift(&system.stiffness, &system.mass, &rigid_motions).map_err(|e| failed(&e))?;
+        let shapes = real_shapes(test);
+        let frequencies: Vec<f64> = test.modes.iter().map(|m| m.frequency_hz.value).collect();
+        let families =
+            test.modes.iter().map(|m| m.label.as_deref().and_then(family_of_label).map(str::to_string)).collect();
+        // Twice the measured modes and some more: partners may sit higher, and unmeasured modes lie between.
+        let n_elastic = 2 * test.modes.len() + 4;
+        Ok(Self { model, test, sensors, rigid_motions, shift, n_elastic, shapes, frequencies, families, pairing })
+    }
+
+    /// The model.
+    pub fn model(&self) -> &'a dyn ParametricModel {
+        self.model
+    }
+
+    /// The test.
+    pub fn test(&self) -> &'a TestData {
+        self.test
+    }
+
+    /// The observation matrix, (n_sensor x n_dof).
+    pub fn sensors(&self) -> &DMatrix<f64> {
+        &self.sensors
+    }
+
+    /// Real test shapes as columns, NaN where not measured.
+    pub fn shapes(&self) -> &DMatrix<f64> {
+        &self.shapes
+    }
+
+    /// Whether any test mode has a shape.
+    pub fn has_shapes(&self) -> bool {
+        self.test.modes.iter().any(|m| m.shape.is_some())
+    }
+
+    /// How modes are paired.
+    pub fn pairing(&self) -> &PairingOptions {
+        &self.pairing
+    }
+
+    /// The prediction at θ.
+    pub fn predict(&self, theta: &[f64]) -> Result<Prediction, EvalError> {
+        let system = self.model.assemble(theta).map_err(|e| EvalError::Unsolvable { reason: e.to_string() })?;
+        let options = SolveOptions { n_elastic: self.n_elastic, shift: Some(self.shift) };
+        let modes = modal::solve(&system.stiffness, &system.mass, &self.rigid_motions, options)
+            .map_err(|e| EvalError::Unsolvable { reason: e.to_string() })?;
+        let elastic = modes.elastic();
+        let frequencies_hz: Vec<f64> = elastic.clone().map(|i| modes.frequency_hz(i)).collect();
+        let at_sensors = &self.sensors * modes.shapes.columns(elastic.start, elastic.len());
+        let families = match self.model.mirror() {
+            Some(mirror) => elastic
+                .clone()
+                .map(|mode| family(symmetry_index(mirror, |row| modes.shapes[(row, mode)])).map(str::to_string))
+                .collect(),
+            None => vec![None; elastic.len()],
+        };
+        let mut mac = mac_matrix(&at_sensors, &self.shapes);
+        mac.iter_mut().filter(|v| v.is_nan()).for_each(|v| *v = 0.0);
+        let pairs = pair_modes(
+            &mac,
+            &ModeList { frequencies_hz: &frequencies_hz, labels: &[], families: &families },
+            &ModeList { frequencies_hz: &self.frequencies, labels: &[], families: &self.families },
+            &self.pairing,
+        );
+        let mass_properties =
+            self.model.mass_properties(theta).map_err(|e| EvalError::Unsolvable { reason: e.to_string() })?;
+        Ok(Prediction { system, modes, frequencies_hz, at_sensors, families, mac, pairs, mass_properties })
+    }
+
+    /// Derivatives of the paired modes of a prediction with respect to the parameters `free`.
+    pub fn differentiate(
+        &self,
+        theta: &[f64],
+        prediction: &Prediction,
+        free: &[usize],
+    ) -> Result<PredictionDerivative, EvalError> {
+        let systems = free
+            .iter()
+            .map(|&j| self.model.assemble_derivative(theta, j))
+            .collect::<Result<Vec<System>, _>>()
+            .map_err(|e| EvalError::Unsolvable { reason: e.to_string() })?;
+        let derivatives: Vec<MatrixDerivative<'_>> =
+            systems.iter().map(|s| MatrixDerivative { stiffness: &s.stiffness, mass: &s.mass }).collect();
+        let mut modes = vec![None; prediction.frequencies_hz.len()];
+        for pair in &prediction.pairs.pairs {
+            let index = prediction.modes.n_rigid + pair.analytical;
+            let lambda = prediction.modes.lambda[index];
+            let shape = prediction.modes.shapes.column(index).into_owned();
+            let d =
+                mode_derivative(&prediction.system.stiffness, &prediction.system.mass, lambda, &shape, &derivatives)
+                    .ok_or_else(|| EvalError::Unsolvable {
+                        reason: format!("mode {} is double and has no shape derivative", pair.analytical + 1),
+                    })?;
+            // f = √λ / 2π, so ∂f = ∂λ f / 2λ.
+            let f = prediction.frequencies_hz[pair.analytical];
+            modes[pair.analytical] = Some((d.lambda * (f / (2.0 * lambda)), &self.sensors * d.shape));
+        }
+        Ok(PredictionDerivative { modes })
+    }
+}
+
+/// The estimates, moved into their bounds.
+pub fn starting_point(model: &dyn ParametricModel) -> Vec<f64> {
+    model.parameters().iter().map(|p| p.bounds.map_or(p.value, |[l, u]| p.value.max(l).min(u))).collect()
+}
+
+/// Complex test shapes turned by the phase that makes them as real as can be, then their real parts.
+///
+/// The phase is half that of Σ ψ_k²: it maximises the sum of squares of the real parts.
+fn real_shapes(test: &TestData) -> DMatrix<f64> {
+    let n = test.sensors.len();
+    let mut shapes = DMatrix::from_element(n, test.modes.len(), f64::NAN);
+    for (j, mode) in test.modes.iter().enumerate() {
+        let Some(shape) = &mode.shape else { continue };
+        let square: Complex<f64> = shape.iter().filter(|v| !v.re.is_nan()).map(|v| v * v).sum();
+        let turn = if shape.iter().all(|v| v.im == 0.0 || v.im.is_nan()) {
+            Complex::new(1.0, 0.0)
+        } else {
+            Complex::from_polar(1.0, -0.5 * square.arg())
+        };
+        for i in 0..n {
+            shapes[(i, j)] = (shape[i] * turn).re;
+        }
+    }
+    shapes
+}

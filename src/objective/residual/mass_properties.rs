@@ -1,0 +1,79 @@
+//! Measured mass, centre of gravity and inertia.
+
+use super::super::prediction::{Comparison, PredictionDerivative};
+use super::{Point, Residual};
+use crate::data::MassQuantity;
+use crate::linalg::DMatrix;
+use crate::model::MassProperties;
+
+/// r = (model - test)/σ for every mass property of the test file.
+#[derive(Debug, Clone, Copy)]
+pub struct MassPropertyResidual;
+
+/// The model's value of a quantity.
+pub(crate) fn value(p: &MassProperties, quantity: MassQuantity) -> f64 {
+    match quantity {
+        MassQuantity::Mass => p.mass,
+        MassQuantity::Cg(i) => p.cg[i],
+        // Products of inertia are ∫ x y dm; the tensor carries them with a minus sign.
+        MassQuantity::Inertia(i, j) => p.inertia[i][j] * if i == j { 1.0 } else { -1.0 },
+    }
+}
+
+/// Fills the columns of `out` with derivatives of a function of the mass properties, by differences: they are rational
+/// functions of θ, and a step of 1e-6 of the interval leaves an error of about 1e-9.
+pub(super) fn difference(at: &Point<'_>, out: &mut DMatrix<f64>, rows: impl Fn(&MassProperties, &mut [f64])) {
+    let model = at.comparison.model();
+    let n = out.nrows();
+    for (column, (&j, width)) in at.scaling.free().iter().zip(at.scaling.width()).enumerate() {
+        let step = 1e-6 * width;
+        let shifted = |sign: f64| {
+            let mut theta = at.theta.to_vec();
+            theta[j] += sign * step;
+            let mut r = vec![0.0; n];
+            if let Ok(Some(p)) = model.mass_properties(&theta) {
+                rows(&p, &mut r);
+            }
+            r
+        };
+        let (above, below) = (shifted(1.0), shifted(-1.0));
+        for i in 0..n {
+            out[(i, column)] = (above[i] - below[i]) / (2.0 * step);
+        }
+    }
+}
+
+fn rows(comparison: &Comparison<'_>, p: &MassProperties, out: &mut [f64]) {
+    for (r, m) in out.iter_mut().zip(&comparison.test().mass_properties) {
+        *r = (value(p, m.quantity) - m.measured.value) / m.measured.sd;
+    }
+}
+
+impl Residual for MassPropertyResidual {
+    fn name(&self) -> &'static str {
+        "mass-properties"
+    }
+
+    fn summary(&self) -> &'static str {
+        "measured mass, centre of gravity and inertia, each over its standard deviation"
+    }
+
+    fn len(&self, comparison: &Comparison<'_>) -> usize {
+        comparison.test().mass_properties.len()
+    }
+
+    fn row_name(&self, comparison: &Comparison<'_>, row: usize) -> String {
+        comparison.test().mass_properties[row].quantity.word().to_string()
+    }
+
+    fn evaluate(&self, at: &Point<'_>, out: &mut [f64]) {
+        out.fill(0.0);
+        if let Some(p) = &at.prediction.mass_properties {
+            rows(at.comparison, p, out);
+        }
+    }
+
+    fn differentiate(&self, at: &Point<'_>, _: &PredictionDerivative, out: &mut DMatrix<f64>) {
+        difference(at, out, |p, r| rows(at.comparison, p, r));
+    }
+}

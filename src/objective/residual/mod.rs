@@ -1,0 +1,65 @@
+//! Residual terms: one file each. A least-squares objective is a list of them.
+
+mod frequency;
+mod mac;
+mod mass_properties;
+mod prior;
+mod shape;
+mod targets;
+
+pub(crate) use mass_properties::value as mass_property_value;
+pub(crate) use targets::violations;
+
+use super::prediction::{Comparison, Prediction, PredictionDerivative};
+use super::scaling::Scaling;
+use crate::catalogue::catalogue;
+use crate::linalg::DMatrix;
+use std::fmt;
+
+catalogue! {
+    /// The residual terms, in alphabetical order of their names.
+    RESIDUALS: dyn Residual;
+    frequency::Frequency,
+    mac::Mac,
+    mass_properties::MassPropertyResidual,
+    prior::Prior,
+    shape::Shape,
+    targets::TargetResidual,
+}
+
+/// One term of a least-squares objective: a fixed number of rows r = (model - test)/σ.
+pub trait Residual: fmt::Debug + Send + Sync {
+    /// The word in settings and lists, `kebab-case`.
+    fn name(&self) -> &'static str;
+
+    /// One sentence: what it compares.
+    fn summary(&self) -> &'static str;
+
+    /// Number of rows; it depends on the test, never on θ.
+    fn len(&self, comparison: &Comparison<'_>) -> usize;
+
+    /// What a row compares, for reports.
+    fn row_name(&self, comparison: &Comparison<'_>, row: usize) -> String;
+
+    /// Overwrites `out` with the residuals.
+    fn evaluate(&self, at: &Point<'_>, out: &mut [f64]);
+
+    /// Overwrites `out` (len x n_free) with ∂r/∂θ_j for the free parameters.
+    fn differentiate(&self, at: &Point<'_>, derivative: &PredictionDerivative, out: &mut DMatrix<f64>);
+}
+
+/// Where a residual is evaluated.
+#[derive(Debug, Clone, Copy)]
+pub struct Point<'a> {
+    /// Model and test.
+    pub comparison: &'a Comparison<'a>,
+    /// Which parameters are free.
+    pub scaling: &'a Scaling,
+    /// θ.
+    pub theta: &'a [f64],
+    /// The prediction at θ.
+    pub prediction: &'a Prediction,
+}
+
+/// Residual of a measured mode for which the model has no partner, in standard deviations: bad, and constant.
+pub const UNPAIRED: f64 = 20.0;

@@ -1,0 +1,98 @@
+//! Mode shapes at the sensors.
+
+use super::super::prediction::{Comparison, PredictionDerivative};
+use super::{Point, Residual, UNPAIRED};
+use crate::linalg::{DMatrix, DVector};
+
+/// r_k = (c φ_model,k - φ_test,k)/σ_k with the scale c of each mode free.
+///
+/// ```text
+/// c = Σ w φ_m φ_t / Σ w φ_m²,   w = 1/σ²      the weighted least-squares scale, eliminated exactly
+/// ∂r = (c ∂φ_m + ∂c φ_m)/σ,   ∂c = (Σ w ∂φ_m φ_t - 2 c Σ w φ_m ∂φ_m)/Σ w φ_m²
+/// ```
+///
+/// The rows of one mode have one degree of freedom less than there are sensors. Complex test shapes enter by the real
+/// part after the phase that makes them as real as can be.
+#[derive(Debug, Clone, Copy)]
+pub struct Shape;
+
+/// Sensors that measured a mode, with their values and weights 1/σ.
+fn measured(comparison: &Comparison<'_>, mode: usize) -> Vec<(usize, f64, f64)> {
+    let Some(sd) = &comparison.test().modes[mode].shape_sd else { return Vec::new() };
+    let shapes = comparison.shapes();
+    (0..shapes.nrows()).filter(|&k| !shapes[(k, mode)].is_nan()).map(|k| (k, shapes[(k, mode)], 1.0 / sd[k])).collect()
+}
+
+/// The scale c and Σ w φ_m².
+fn scale(rows: &[(usize, f64, f64)], phi: impl Fn(usize) -> f64) -> (f64, f64) {
+    let (mut cross, mut own) = (0.0, 0.0);
+    for &(k, test, w) in rows {
+        cross += w * w * phi(k) * test;
+        own += w * w * phi(k) * phi(k);
+    }
+    (if own > 0.0 { cross / own } else { 0.0 }, own)
+}
+
+impl Residual for Shape {
+    fn name(&self) -> &'static str {
+        "shape"
+    }
+
+    fn summary(&self) -> &'static str {
+        "mode shapes at the sensors with a free scale per mode, each entry over its standard deviation"
+    }
+
+    fn len(&self, comparison: &Comparison<'_>) -> usize {
+        comparison.shapes().len()
+    }
+
+    fn row_name(&self, comparison: &Comparison<'_>, row: usize) -> String {
+        let n = comparison.shapes().nrows();
+        format!("shape of mode {} at {}", row / n + 1, comparison.test().sensors[row % n].name)
+    }
+
+    fn evaluate(&self, at: &Point<'_>, out: &mut [f64]) {
+        out.fill(0.0);
+        let n = at.comparison.shapes().nrows();
+        for mode in 0..at.comparison.test().modes.len() {
+            let rows = measured(at.comparison, mode);
+            let out = &mut out[n * mode..n * (mode + 1)];
+            match at.prediction.partner(mode) {
+                Some(a) => {
+                    let phi = at.prediction.at_sensors.column(a);
+                    let (c, _) = scale(&rows, |k| phi[k]);
+                    for &(k, test, w) in &rows {
+                        out[k] = (c * phi[k] - test) * w;
+                    }
+                }
+                None => rows.iter().for_each(|&(k, ..)| out[k] = UNPAIRED / (rows.len() as f64).sqrt()),
+            }
+        }
+    }
+
+    fn differentiate(&self, at: &Point<'_>, derivative: &PredictionDerivative, out: &mut DMatrix<f64>) {
+        out.fill(0.0);
+        let n = at.comparison.shapes().nrows();
+        for mode in 0..at.comparison.test().modes.len() {
+            let Some(a) = at.prediction.partner(mode) else { continue };
+            let Some((_, d_phi)) = &derivative.modes[a] else { continue };
+            let rows = measured(at.comparison, mode);
+            let phi = at.prediction.at_sensors.column(a);
+            let (c, own) = scale(&rows, |k| phi[k]);
+            if own == 0.0 {
+                continue;
+            }
+            let mut d_c: DVector<f64> = DVector::zeros(d_phi.ncols());
+            for &(k, test, w) in &rows {
+                for j in 0..d_phi.ncols() {
+                    d_c[j] += w * w * d_phi[(k, j)] * (test - 2.0 * c * phi[k]) / own;
+                }
+            }
+            for &(k, _, w) in &rows {
+                for j in 0..d_phi.ncols() {
+                    out[(n * mode + k, j)] = (c * d_phi[(k, j)] + d_c[j] * phi[k]) * w;
+                }
+            }
+        }
+    }
+}

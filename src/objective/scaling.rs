@@ -1,0 +1,62 @@
+//! From the unit box of the optimisers to θ.
+
+use crate::linalg::DVector;
+use crate::model::ParametricModel;
+
+/// θ = base, with the free parameters at lower + x (upper - lower).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scaling {
+    base: Vec<f64>,
+    free: Vec<usize>,
+    lower: Vec<f64>,
+    width: Vec<f64>,
+}
+
+impl Scaling {
+    /// The bounded parameters of a model are free, the others stay at their estimates.
+    pub fn new(model: &dyn ParametricModel) -> Self {
+        let parameters = model.parameters();
+        let free = parameters.free();
+        let bounds: Vec<[f64; 2]> = free.iter().filter_map(|&i| parameters.get(i).bounds).collect();
+        Self {
+            base: parameters.nominal(),
+            free,
+            lower: bounds.iter().map(|b| b[0]).collect(),
+            width: bounds.iter().map(|b| b[1] - b[0]).collect(),
+        }
+    }
+
+    /// Number of free parameters.
+    pub fn len(&self) -> usize {
+        self.free.len()
+    }
+
+    /// Whether no parameter is free.
+    pub fn is_empty(&self) -> bool {
+        self.free.is_empty()
+    }
+
+    /// Indices in θ of the free parameters.
+    pub fn free(&self) -> &[usize] {
+        &self.free
+    }
+
+    /// Upper minus lower bound of each free parameter.
+    pub fn width(&self) -> &[f64] {
+        &self.width
+    }
+
+    /// θ at x.
+    pub fn theta(&self, x: &DVector<f64>) -> Vec<f64> {
+        let mut theta = self.base.clone();
+        for (k, &i) in self.free.iter().enumerate() {
+            theta[i] = self.lower[k] + x[k] * self.width[k];
+        }
+        theta
+    }
+
+    /// x of a θ; outside the unit box where a value is outside its bounds.
+    pub fn x(&self, theta: &[f64]) -> DVector<f64> {
+        DVector::from_fn(self.free.len(), |k, _| (theta[self.free[k]] - self.lower[k]) / self.width[k])
+    }
+}
