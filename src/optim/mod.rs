@@ -4,29 +4,44 @@
 //! stops, keeps the best point, tells observers, and writes a [`Checkpoint`]. Who evaluates is an [`Evaluator`]: threads
 //! by default. Start reading at [`Run`], then [`NelderMead`] for the simplest method.
 
+mod ask_tell;
+mod auto;
+mod bounded_least_squares;
 mod checkpoint;
+mod cma_es;
 mod differential_evolution;
 mod error;
 mod evaluator;
+mod levenberg_marquardt;
+mod multistart;
 mod nelder_mead;
 mod observer;
 mod optimum;
 mod random;
 mod run;
+mod sequence;
+mod spec;
 #[cfg(test)]
 mod tests;
 
 use std::fmt;
 
+pub use ask_tell::{Ask, AskTell, Problem};
+pub use auto::Auto;
 pub use checkpoint::Checkpoint;
+pub use cma_es::CmaEs;
 pub use differential_evolution::{DifferentialEvolution, Strategy, Tolerance};
 pub use error::{CheckpointError, OptimError};
 pub use evaluator::{Evaluator, Threads};
+pub use levenberg_marquardt::LevenbergMarquardt;
+pub use multistart::Multistart;
 pub use nelder_mead::NelderMead;
 pub use observer::{Observer, Pace, Progress};
 pub use optimum::{Improvement, LocalOptimum, Optimum, Stage, Termination};
 pub use random::Draw;
 pub use run::{Run, Stop};
+pub use sequence::{Sequence, in_sequence};
+pub use spec::{OPTIMIZERS, OptimizerSpec};
 
 use crate::linalg::DVector;
 

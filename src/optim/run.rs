@@ -147,6 +147,11 @@ impl<'a> Run<'a> {
         self.objective.n_parameters()
     }
 
+    /// Number of residuals.
+    pub fn n_residuals(&self) -> usize {
+        self.objective.n_residuals()
+    }
+
     /// Evaluations left to the method at work, if limited.
     pub fn remaining(&self) -> Option<u64> {
         self.scope.limit.map(|limit| limit.saturating_sub(self.count.spent()))
@@ -283,7 +288,7 @@ impl<'a> Run<'a> {
         }
         let evaluations = self.count.evaluations - before.evaluations;
         let Some((x, cost)) = inner.best else {
-            return Err(OptimError::NoFinitePoint { evaluations, ended: termination.text() });
+            return Err(OptimError::NoFinitePoint { evaluations, termination });
         };
         Ok(Optimum {
             method: inner.method,
@@ -296,6 +301,7 @@ impl<'a> Run<'a> {
             history: inner.history,
             stages: Vec::new(),
             optima: Vec::new(),
+            n_starts: 0,
         })
     }
 
