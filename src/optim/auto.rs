@@ -12,7 +12,7 @@ use crate::linalg::DVector;
 /// Multistart with derivatives, insured by a global search without.
 ///
 /// ```text
-/// optimizer: {auto: {starts: 24, insurance: 4000}}
+/// optimizer: {auto: {starts: 24, insurance: 1000}}
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -25,7 +25,7 @@ pub struct Auto {
 
 impl Default for Auto {
     fn default() -> Self {
-        Self { starts: 24, insurance: 4000 }
+        Self { starts: 24, insurance: 1000 }
     }
 }
 

@@ -82,6 +82,12 @@ impl Checkpoint {
         Ok(Self::new(path, file, recorded))
     }
 
+    /// A new checkpoint on an open file.
+    #[cfg(test)]
+    pub(super) fn on(path: &Path, file: File) -> Self {
+        Self::new(path, file, Vec::new())
+    }
+
     fn new(path: &Path, file: File, recorded: Vec<u8>) -> Self {
         Self {
             path: path.to_owned(),

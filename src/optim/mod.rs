@@ -30,7 +30,7 @@ pub use ask_tell::{Ask, AskTell, Problem};
 pub use auto::Auto;
 pub use checkpoint::Checkpoint;
 pub use cma_es::CmaEs;
-pub use differential_evolution::{DifferentialEvolution, Strategy, Tolerance};
+pub use differential_evolution::{DifferentialEvolution, Strategy};
 pub use error::{CheckpointError, OptimError};
 pub use evaluator::{Evaluator, Threads};
 pub use levenberg_marquardt::LevenbergMarquardt;

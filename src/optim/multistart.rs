@@ -110,11 +110,17 @@ impl Multistart {
                     AskTell::new(Arc::clone(&local), x.clone(), problem)
                 })
                 .collect();
+            let mut cut_short = false;
             for found in in_step(&mut searches, run)? {
-                met.n_starts += 1;
-                if let Some((x, cost)) = found {
-                    met.classify(x, cost, self.same, run)?;
+                match found {
+                    // an end point for want of evaluations is no optimum
+                    Some(found) if found.termination == Termination::BudgetSpent => cut_short = true,
+                    Some(found) => met.classify(found, self.same, run)?,
+                    None => met.n_starts += 1,
                 }
+            }
+            if cut_short {
+                return Ok(Termination::BudgetSpent);
             }
             if self.early_end && met.is_probably_all() {
                 break;
@@ -124,10 +130,10 @@ impl Multistart {
     }
 }
 
-/// Advances searches together: the open questions of all form one batch. Returns the best points, nothing for a search
-/// that found no finite one.
-fn in_step(searches: &mut [AskTell], run: &mut Run<'_>) -> Result<Vec<Option<(DVector<f64>, f64)>>, Stop> {
-    let mut found: Vec<Option<(DVector<f64>, f64)>> = vec![None; searches.len()];
+/// Advances searches together: the open questions of all form one batch. Returns their results, nothing for a search
+/// that found no finite cost.
+fn in_step(searches: &mut [AskTell], run: &mut Run<'_>) -> Result<Vec<Option<Optimum>>, Stop> {
+    let mut found: Vec<Option<Optimum>> = vec![None; searches.len()];
     let mut running = vec![true; searches.len()];
     // how many costs and linearizations each search asks for
     let mut shares = vec![(0, 0); searches.len()];
@@ -151,7 +157,7 @@ fn in_step(searches: &mut [AskTell], run: &mut Run<'_>) -> Result<Vec<Option<(DV
                     shares[i].1 = asked.len();
                 }
                 Ok(Ask::Done(optimum)) => {
-                    found[i] = Some((optimum.x.clone(), optimum.cost));
+                    found[i] = Some(optimum.clone());
                     running[i] = false;
                 }
                 Err(OptimError::NoFinitePoint { .. } | OptimError::Linearization { .. }) => running[i] = false,
@@ -186,7 +192,9 @@ struct Met {
 
 impl Met {
     /// Counts an end point towards a known optimum, or as a new one.
-    fn classify(&mut self, x: DVector<f64>, cost: f64, same: f64, run: &mut Run<'_>) -> Result<(), Stop> {
+    fn classify(&mut self, found: Optimum, same: f64, run: &mut Run<'_>) -> Result<(), Stop> {
+        let Optimum { x, cost, .. } = found;
+        self.n_starts += 1;
         for optimum in &mut self.optima {
             let higher = cost.max(optimum.cost);
             let tolerance = same * higher.abs() + NO_COST;

@@ -17,8 +17,8 @@ use crate::linalg::DVector;
 /// ```text
 /// optimizer: {differential-evolution: {strategy: classic, population: 200, generations: 100}}
 /// ```
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default, rename_all = "snake_case")]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
 pub struct DifferentialEvolution {
     /// How trial points are made.
     pub strategy: Strategy,
@@ -31,7 +31,7 @@ pub struct DifferentialEvolution {
     /// CR, the chance that a parameter is taken from the mutant, in [0, 1]; by default 0.9. Only classic.
     pub crossover_rate: Option<f64>,
     /// Ends the search when the costs of the population differ by less than this, relative to the best.
-    pub tolerance: Tolerance,
+    pub tolerance: f64,
 }
 
 /// How trial points are made.
@@ -45,14 +45,16 @@ pub enum Strategy {
     CurrentToPbest,
 }
 
-/// A relative tolerance, 1e-10 by default.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(transparent)]
-pub struct Tolerance(pub f64);
-
-impl Default for Tolerance {
+impl Default for DifferentialEvolution {
     fn default() -> Self {
-        Self(1e-10)
+        Self {
+            strategy: Strategy::default(),
+            population: None,
+            generations: None,
+            differential_weight: None,
+            crossover_rate: None,
+            tolerance: 1e-10,
+        }
     }
 }
 
@@ -97,8 +99,8 @@ impl DifferentialEvolution {
         if let Some(cr) = self.crossover_rate.filter(|cr| !(0.0..=1.0).contains(cr)) {
             return Err(setting("crossover_rate", cr.to_string(), "between 0 and 1"));
         }
-        if !(0.0..1.0).contains(&self.tolerance.0) {
-            return Err(setting("tolerance", self.tolerance.0.to_string(), "at least 0 and below 1"));
+        if !(0.0..1.0).contains(&self.tolerance) {
+            return Err(setting("tolerance", self.tolerance.to_string(), "at least 0 and below 1"));
         }
         if self.strategy == Strategy::CurrentToPbest {
             for (name, value) in
@@ -121,7 +123,7 @@ impl DifferentialEvolution {
             best = best.min(cost);
             worst = worst.max(cost);
         }
-        worst - best <= self.tolerance.0 * best.abs() + NO_COST
+        worst - best <= self.tolerance * best.abs() + NO_COST
     }
 }
 
