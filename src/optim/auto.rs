@@ -54,6 +54,9 @@ impl Optimizer for Auto {
     }
 
     fn minimize(&self, start: &DVector<f64>, run: &mut Run<'_>) -> Result<Optimum, OptimError> {
+        if !(1..=10_000).contains(&self.starts) {
+            return Err(OptimError::setting(ABOUT.name, "starts", self.starts, "between 1 and 10000"));
+        }
         let start = run.clip(start)?;
         let mut report = Report::default();
         let mut optimum = run.conclude(self.name(), |run| self.search(&start, &mut report, run))?;
@@ -102,13 +105,19 @@ impl Auto {
         let best = run.best().map(|(x, cost)| (x.clone(), cost));
         if let Some((x, cost)) = best
             && !termination.ends_the_run()
-            && let Ok(linearization) = run.linearize(&x)?
-            && (0.5 * linearization.residuals.norm_squared() - cost).abs() > ROUNDING * cost.abs() + NO_COST
+            && (termination == Termination::Stalled || !is_sum_of_squares(&x, cost, run)?)
         {
             report.add(NelderMead { size: 0.01, ..NelderMead::default() }.minimize(&x, run), &mut termination)?;
         }
         Ok(termination)
     }
+}
+
+/// Whether the cost is ½ rᵀr at x, so that the local method has minimised the cost itself.
+fn is_sum_of_squares(x: &DVector<f64>, cost: f64, run: &mut Run<'_>) -> Result<bool, Stop> {
+    Ok(run.linearize(x)?.is_ok_and(|linearization| {
+        (0.5 * linearization.residuals.norm_squared() - cost).abs() <= ROUNDING * cost.abs() + NO_COST
+    }))
 }
 
 impl Report {

@@ -229,8 +229,10 @@ impl Checkpoint {
     /// Hands everything recorded so far to the operating system.
     pub(super) fn flush(&mut self) -> Result<(), CheckpointError> {
         if !self.pending.is_empty() {
-            self.file.write_all(&self.pending).map_err(|source| self.failed("write", source))?;
+            let written = self.file.write_all(&self.pending).map_err(|source| self.failed("write", source));
+            // a second attempt would write the beginning twice
             self.pending.clear();
+            written?;
         }
         self.flushed = Instant::now();
         Ok(())

@@ -69,20 +69,14 @@ impl Optimizer for CmaEs {
 
 impl CmaEs {
     fn validate(&self) -> Result<(), OptimError> {
-        let setting = |setting, value: String, expected: &str| OptimError::Setting {
-            method: ABOUT.name,
-            setting,
-            value,
-            expected: expected.to_owned(),
-        };
         if let Some(n) = self.population.filter(|n| !(4..=LARGEST_POPULATION).contains(n)) {
-            return Err(setting("population", n.to_string(), "between 4 and 100000"));
+            return Err(OptimError::setting(ABOUT.name, "population", n, "between 4 and 100000"));
         }
         if !(self.sigma > 0.0 && self.sigma <= 1.0) {
-            return Err(setting("sigma", self.sigma.to_string(), "above 0 and at most 1"));
+            return Err(OptimError::setting(ABOUT.name, "sigma", self.sigma, "above 0 and at most 1"));
         }
         if !(0.0..1.0).contains(&self.tolerance) {
-            return Err(setting("tolerance", self.tolerance.to_string(), "at least 0 and below 1"));
+            return Err(OptimError::setting(ABOUT.name, "tolerance", self.tolerance, "at least 0 and below 1"));
         }
         Ok(())
     }
@@ -126,7 +120,9 @@ impl Strategy {
         let mut weights: Vec<f64> =
             (1..=population / 2).map(|i| (f64::midpoint(lambda, 1.0)).ln() - (i as f64).ln()).collect();
         let sum: f64 = weights.iter().sum();
-        weights.iter_mut().for_each(|w| *w /= sum);
+        for w in &mut weights {
+            *w /= sum;
+        }
         let mu_eff = 1.0 / weights.iter().map(|w| w * w).sum::<f64>();
         let c_sigma = (mu_eff + 2.0) / (n + mu_eff + 5.0);
         let c_1 = 2.0 / ((n + 1.3).powi(2) + mu_eff);

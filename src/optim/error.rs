@@ -1,4 +1,5 @@
 use std::error::Error;
+use std::fmt;
 use std::path::PathBuf;
 
 /// Why an optimisation has no result. Not converging is no error: see [`Termination`](super::Termination).
@@ -81,6 +82,18 @@ pub enum OptimError {
     /// The checkpoint cannot be read, written or continued.
     #[error(transparent)]
     Checkpoint(#[from] CheckpointError),
+}
+
+impl OptimError {
+    /// A setting outside its range.
+    pub(super) fn setting(
+        method: &'static str,
+        setting: &'static str,
+        value: impl fmt::Display,
+        expected: &str,
+    ) -> Self {
+        Self::Setting { method, setting, value: value.to_string(), expected: expected.to_owned() }
+    }
 }
 
 /// Why a checkpoint cannot be used.

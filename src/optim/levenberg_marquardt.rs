@@ -53,6 +53,8 @@ refinement without derivatives should follow.",
 const NO_COST: f64 = 1e-28;
 /// The smallest ratio of achieved to promised reduction that a step needs.
 const WORTHWHILE: f64 = 1e-4;
+/// Below this damping, parameters that cannot be told apart would be moved by rounding.
+const SMALLEST_DAMPING: f64 = 1e-12;
 /// Above this damping a step is rounding.
 const LARGEST_DAMPING: f64 = 1e16;
 /// A column is scaled at least as one of this relative norm, so that a parameter without influence stays put.
@@ -74,17 +76,11 @@ impl Optimizer for LevenbergMarquardt {
 
 impl LevenbergMarquardt {
     fn validate(&self) -> Result<(), OptimError> {
-        let setting = |setting, value: f64, expected: &str| OptimError::Setting {
-            method: ABOUT.name,
-            setting,
-            value: value.to_string(),
-            expected: expected.to_owned(),
-        };
         if !(0.0..1.0).contains(&self.tolerance) {
-            return Err(setting("tolerance", self.tolerance, "at least 0 and below 1"));
+            return Err(OptimError::setting(ABOUT.name, "tolerance", self.tolerance, "at least 0 and below 1"));
         }
         if !(self.damping > 0.0 && self.damping <= 1e6) {
-            return Err(setting("damping", self.damping, "above 0 and at most 1e6"));
+            return Err(OptimError::setting(ABOUT.name, "damping", self.damping, "above 0 and at most 1e6"));
         }
         Ok(())
     }
@@ -105,7 +101,7 @@ impl LevenbergMarquardt {
                 return Ok(Termination::GradientVanishes);
             }
             model.enlarge(&mut scale);
-            let accepted = loop {
+            let promising = loop {
                 let step = model.step(&x, &scale, damping);
                 for j in 0..x.len() {
                     trial[j] = (x[j] + step[j]).clamp(0.0, 1.0);
@@ -120,11 +116,10 @@ impl LevenbergMarquardt {
                 if trial_cost < cost && achieved >= WORTHWHILE * promised {
                     let gain = achieved / promised;
                     damping *= (1.0 - (2.0 * gain - 1.0).powi(3)).clamp(1.0 / 9.0, 2.0);
-                    damping = damping.max(f64::EPSILON.powi(2));
+                    damping = damping.max(SMALLEST_DAMPING);
                     growth = 2.0;
-                    let small = promised.max(achieved) <= self.tolerance;
                     cost = trial_cost;
-                    break !small;
+                    break promised.max(achieved) > self.tolerance;
                 }
                 if promised <= self.tolerance {
                     return Ok(Termination::ReductionVanishes);
@@ -136,7 +131,7 @@ impl LevenbergMarquardt {
                 }
             };
             x.copy_from(&trial);
-            if !accepted || cost <= NO_COST {
+            if !promising || cost <= NO_COST {
                 return Ok(Termination::ReductionVanishes);
             }
             model = match run.linearize(&x)?.and_then(Model::new) {

@@ -79,17 +79,11 @@ impl Optimizer for Multistart {
 
 impl Multistart {
     fn validate(&self) -> Result<(), OptimError> {
-        let setting = |setting, value: String, expected: &str| OptimError::Setting {
-            method: ABOUT.name,
-            setting,
-            value,
-            expected: expected.to_owned(),
-        };
         if !(1..=10_000).contains(&self.starts) {
-            return Err(setting("starts", self.starts.to_string(), "between 1 and 10000"));
+            return Err(OptimError::setting(ABOUT.name, "starts", self.starts, "between 1 and 10000"));
         }
         if !(0.0..1.0).contains(&self.same) {
-            return Err(setting("same", self.same.to_string(), "at least 0 and below 1"));
+            return Err(OptimError::setting(ABOUT.name, "same", self.same, "at least 0 and below 1"));
         }
         Ok(())
     }

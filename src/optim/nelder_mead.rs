@@ -81,17 +81,11 @@ impl Optimizer for NelderMead {
 
 impl NelderMead {
     fn validate(&self) -> Result<(), OptimError> {
-        let setting = |setting, value: f64, expected: &str| OptimError::Setting {
-            method: ABOUT.name,
-            setting,
-            value: value.to_string(),
-            expected: expected.to_owned(),
-        };
         if !(self.size > 0.0 && self.size <= 1.0) {
-            return Err(setting("size", self.size, "above 0 and at most 1"));
+            return Err(OptimError::setting(ABOUT.name, "size", self.size, "above 0 and at most 1"));
         }
         if !(0.0..1.0).contains(&self.tolerance) {
-            return Err(setting("tolerance", self.tolerance, "at least 0 and below 1"));
+            return Err(OptimError::setting(ABOUT.name, "tolerance", self.tolerance, "at least 0 and below 1"));
         }
         Ok(())
     }
@@ -324,6 +318,8 @@ fn improves(cost: f64, before: f64, tolerance: f64) -> bool {
     cost < before && (before.is_infinite() || before - cost > tolerance * before.abs() + NO_COST)
 }
 
+/// Which trial point is meant.
+#[derive(Clone, Copy)]
 enum Tried {
     Reflected,
     Other,

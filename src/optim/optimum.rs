@@ -119,6 +119,8 @@ pub struct Optimum {
     pub optima: Vec<LocalOptimum>,
     /// Starts of a multistart that came to an end, whether or not they found anything; 0 for other methods.
     pub n_starts: usize,
+    /// What went wrong beside the search, such as a checkpoint that could not be written any more.
+    pub warnings: Vec<String>,
 }
 
 impl Optimum {

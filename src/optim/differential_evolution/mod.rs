@@ -81,26 +81,20 @@ const NO_COST: f64 = 1e-20;
 
 impl DifferentialEvolution {
     fn validate(&self) -> Result<(), OptimError> {
-        let setting = |setting, value: String, expected: &str| OptimError::Setting {
-            method: ABOUT.name,
-            setting,
-            value,
-            expected: expected.to_owned(),
-        };
         if let Some(n) = self.population.filter(|n| !(4..=100_000).contains(n)) {
-            return Err(setting("population", n.to_string(), "between 4 and 100000"));
+            return Err(OptimError::setting(ABOUT.name, "population", n, "between 4 and 100000"));
         }
         if let Some(n) = self.generations.filter(|n| !(1..=1_000_000_000).contains(n)) {
-            return Err(setting("generations", n.to_string(), "between 1 and 1e9"));
+            return Err(OptimError::setting(ABOUT.name, "generations", n, "between 1 and 1e9"));
         }
         if let Some(f) = self.differential_weight.filter(|f| !(*f > 0.0 && *f <= 2.0)) {
-            return Err(setting("differential_weight", f.to_string(), "above 0 and at most 2"));
+            return Err(OptimError::setting(ABOUT.name, "differential_weight", f, "above 0 and at most 2"));
         }
         if let Some(cr) = self.crossover_rate.filter(|cr| !(0.0..=1.0).contains(cr)) {
-            return Err(setting("crossover_rate", cr.to_string(), "between 0 and 1"));
+            return Err(OptimError::setting(ABOUT.name, "crossover_rate", cr, "between 0 and 1"));
         }
         if !(0.0..1.0).contains(&self.tolerance) {
-            return Err(setting("tolerance", self.tolerance.to_string(), "at least 0 and below 1"));
+            return Err(OptimError::setting(ABOUT.name, "tolerance", self.tolerance, "at least 0 and below 1"));
         }
         if self.strategy == Strategy::CurrentToPbest {
             for (name, value) in
@@ -109,7 +103,7 @@ impl DifferentialEvolution {
                 if let Some(value) = value {
                     let expected =
                         "left out, because `strategy: current-to-pbest` adapts it; or use `strategy: classic`";
-                    return Err(setting(name, value.to_string(), expected));
+                    return Err(OptimError::setting(ABOUT.name, name, value, expected));
                 }
             }
         }

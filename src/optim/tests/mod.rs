@@ -194,6 +194,20 @@ fn a_start_outside_the_box_is_moved_into_it() {
 }
 
 #[test]
+fn one_parameter_is_enough_and_none_is_refused() {
+    let problem = Cost { n: 1, cost: |x: &DVector<f64>| (x[0] - 0.7).powi(2) };
+    for method in methods() {
+        if !matches!(method, OptimizerSpec::LevenbergMarquardt(_) | OptimizerSpec::Multistart(_)) {
+            let optimum = method.minimize(&DVector::zeros(1), &mut Run::new(&problem)).unwrap();
+            assert!(optimum.cost < AGREED, "{}: {}", method.name(), optimum.cost);
+        }
+        let nothing = Cost { n: 0, cost: |_: &DVector<f64>| 0.0 };
+        let error = method.minimize(&DVector::zeros(0), &mut Run::new(&nothing)).unwrap_err();
+        assert_eq!(error.to_string(), "the objective has no parameters: there is nothing to optimise");
+    }
+}
+
+#[test]
 fn a_target_ends_the_run() {
     for method in methods() {
         let problem = problems::active_bounds();
