@@ -5,18 +5,28 @@
 
 mod assignment;
 mod comac;
+mod identifiability;
 mod mac;
 mod macco;
 mod orthogonality;
 mod pairing;
+mod statistics;
 mod subspace;
 
 pub use comac::{comac, enhanced_comac, scaled_comac};
+pub use identifiability::{
+    CollinearGroup, CoupledGroup, Identifiability, Information, collinear_groups, correlations, covariance,
+    identifiability, information,
+};
 pub use mac::{ShapeScalar, auto_mac, mac_matrix, modal_scale_factor, to_complex, weighted_mac_matrix};
 pub use macco::{SensorRemoval, spoiling_sensors};
 pub use orthogonality::{auto_orthogonality, cross_orthogonality, generalized_mass};
 pub use pairing::{
     ModeList, ModePair, PairBy, PairFlag, PairedModes, PairingOptions, Tracked, Unpaired, pair_modes, track,
+};
+pub use statistics::{
+    Misfit, ShapeResidual, band_misfits, odds, probability_of_frequency, probability_of_mac, sensor_misfits,
+    shape_residual,
 };
 pub use subspace::{CloseModes, assess_close_modes, principal_angles, subspace_mac};
 
