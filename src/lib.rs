@@ -19,5 +19,7 @@ pub mod modal;
 pub mod model;
 pub mod objective;
 pub mod optim;
+pub mod report;
 pub mod units;
+pub mod update;
 pub mod yaml;

@@ -1,1 +1,54 @@
-fn main() {}
+//! The `retune` command.
+//!
+//! Exit codes: 0 done; 1 finished, but a criterion or a fit falls short; 2 wrong input; 70 a bug of ours.
+
+mod args;
+mod commands;
+mod files;
+mod output;
+mod progress;
+
+use args::{Cli, Command};
+use clap::Parser;
+use std::process::ExitCode;
+
+/// Done.
+const DONE: u8 = 0;
+/// Finished, but a criterion or a fit falls short.
+const SHORT: u8 = 1;
+/// Wrong input.
+const WRONG_INPUT: u8 = 2;
+/// A bug of ours.
+const BUG: u8 = 70;
+
+fn main() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(e) => {
+            let _ = e.print();
+            return ExitCode::from(if e.use_stderr() { WRONG_INPUT } else { DONE });
+        }
+    };
+    let run = || match &cli.command {
+        Command::Check(a) => commands::check::run(a),
+        Command::Modes(a) => commands::modes::run(a),
+        Command::Compare(a) => commands::compare::run(a),
+        Command::Update(a) => commands::update::run(a),
+        Command::Schema(a) => commands::schema::run(a),
+        Command::List(a) => commands::list::run(a),
+        Command::Explain(a) => commands::explain::run(a),
+        Command::Completions(a) => commands::completions::run(a),
+    };
+    let code = match std::panic::catch_unwind(std::panic::AssertUnwindSafe(run)) {
+        Ok(Ok(code)) => code,
+        Ok(Err(failure)) => {
+            failure.print();
+            WRONG_INPUT
+        }
+        Err(_) => {
+            eprintln!("retune: this is a bug in retune; please report it with the command and its files");
+            BUG
+        }
+    };
+    ExitCode::from(code)
+}

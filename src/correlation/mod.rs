@@ -5,20 +5,46 @@
 
 mod assignment;
 mod comac;
+mod criteria;
+mod expansion;
+mod identifiability;
+mod localization;
 mod mac;
 mod macco;
 mod observe;
 mod orthogonality;
 mod pairing;
+mod pretest;
+mod statistics;
 mod subspace;
 
 pub use comac::{comac, enhanced_comac, scaled_comac};
+pub use criteria::{
+    BUILTIN_PROFILES, Check, CriteriaError, CriteriaProfile, Evidence, Judgement, ModeMarks, PairEvidence,
+    ProbabilityOf, find_profile, parse_profiles,
+};
+pub use expansion::{ExpandedShape, Expander, Sensitivity};
+pub use identifiability::{
+    CollinearGroup, CoupledGroup, Identifiability, Information, collinear_groups, correlations, covariance,
+    identifiability, information,
+};
+pub use localization::{
+    ElementMatrix, ExpandedMode, Localization, Place, by_group, element_energies, localize, residual_force,
+};
 pub use mac::{ShapeScalar, auto_mac, mac_matrix, modal_scale_factor, to_complex, weighted_mac_matrix};
 pub use macco::{SensorRemoval, spoiling_sensors};
 pub use observe::{observation_matrix, sensor_position};
 pub use orthogonality::{auto_orthogonality, cross_orthogonality, generalized_mass};
 pub use pairing::{
     ModeList, ModePair, PairBy, PairFlag, PairedModes, PairingOptions, Tracked, Unpaired, pair_modes, track,
+};
+pub use pretest::{
+    DrivingPoint, Gain, SensorChoice, effective_independence, effective_masses, kinetic_energy_shares,
+    rank_driving_points, rank_next_measurements, sensors_by_auto_mac, sensors_by_kinetic_energy,
+};
+pub use statistics::{
+    Misfit, ShapeResidual, band_misfits, odds, probability_of_frequency, probability_of_mac, sensor_misfits,
+    shape_residual,
 };
 pub use subspace::{CloseModes, assess_close_modes, principal_angles, subspace_mac};
 

@@ -11,5 +11,5 @@ pub use frf::{Channel, FrfQuantity, FrfSet};
 pub use test::{MassProperty, MassQuantity, Measured, Origin, Place, Sensor, TestData, TestMode};
 pub use yaml::{
     DEFAULT_DAMPING_SD, DEFAULT_FREQUENCY_SD, DEFAULT_MASS_SD, DEFAULT_SHAPE_SD, TestSpec, family_of_label, read_test,
-    write_test,
+    schema, write_test,
 };

@@ -274,6 +274,11 @@ pub fn read_test(text: &str) -> Result<(TestData, Vec<Problem>), Vec<Problem>> {
     if problems.iter().any(|p| p.severity == Severity::Error) { Err(problems) } else { Ok((data, problems)) }
 }
 
+/// JSON Schema of test files.
+pub fn schema() -> serde_json::Value {
+    schemars::schema_for!(TestSpec).to_value()
+}
+
 struct Reader<'a> {
     spec: &'a TestSpec,
     problems: Vec<Problem>,

@@ -19,6 +19,7 @@ mod registry;
 pub mod spec;
 mod system;
 mod value;
+mod write;
 
 pub use assembly::{AffinePart, Basis, Entry};
 pub use character::{ModeCharacter, ModeLabel, family, label_modes, symmetry_index};
@@ -30,9 +31,10 @@ pub use mass_properties::MassProperties;
 pub use parameter::{Parameter, ParameterSet};
 pub use place::PlacedElement;
 pub use registry::Registry;
-pub use spec::ModelSpec;
+pub use spec::{ModelSpec, schema};
 pub use system::System;
 pub use value::{Affine, Value};
+pub use write::{WriteError, set_parameter_values};
 
 use crate::element::ElementError;
 use crate::linalg::SymMatrix;

@@ -90,6 +90,11 @@ pub struct ModelSpec {
     pub history: Vec<HistoryEntry>,
 }
 
+/// JSON Schema of model files.
+pub fn schema() -> serde_json::Value {
+    schemars::schema_for!(ModelSpec).to_value()
+}
+
 /// A dof by its name: `ux`, `uy`, `uz`, `rx`, `ry`, `rz`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]

@@ -82,6 +82,12 @@ impl Checkpoint {
         Ok(Self::new(path, file, recorded))
     }
 
+    /// A new checkpoint on an open file.
+    #[cfg(test)]
+    pub(super) fn on(path: &Path, file: File) -> Self {
+        Self::new(path, file, Vec::new())
+    }
+
     fn new(path: &Path, file: File, recorded: Vec<u8>) -> Self {
         Self {
             path: path.to_owned(),
@@ -223,8 +229,10 @@ impl Checkpoint {
     /// Hands everything recorded so far to the operating system.
     pub(super) fn flush(&mut self) -> Result<(), CheckpointError> {
         if !self.pending.is_empty() {
-            self.file.write_all(&self.pending).map_err(|source| self.failed("write", source))?;
+            let written = self.file.write_all(&self.pending).map_err(|source| self.failed("write", source));
+            // a second attempt would write the beginning twice
             self.pending.clear();
+            written?;
         }
         self.flushed = Instant::now();
         Ok(())

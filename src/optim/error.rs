@@ -1,4 +1,5 @@
 use std::error::Error;
+use std::fmt;
 use std::path::PathBuf;
 
 /// Why an optimisation has no result. Not converging is no error: see [`Termination`](super::Termination).
@@ -46,13 +47,13 @@ pub enum OptimError {
     },
     /// No point had a finite cost.
     #[error(
-        "none of the {evaluations} points tried has a finite cost ({ended}); check that the model can be solved inside the bounds"
+        "none of the {evaluations} points tried has a finite cost ({termination}); check that the model can be solved inside the bounds"
     )]
     NoFinitePoint {
         /// Number of points tried.
         evaluations: u64,
-        /// How the run ended, in words.
-        ended: &'static str,
+        /// How the search ended.
+        termination: super::Termination,
     },
     /// The linearization fails where the cost does not.
     #[error("optimizer `{method}` needs derivatives, and they cannot be had at its start")]
@@ -68,9 +69,31 @@ pub enum OptimError {
         /// What it says.
         source: Box<dyn Error + Send + Sync>,
     },
+    /// The answers do not fit the question.
+    #[error("{found} answers were told, but {expected} {kind} were asked for")]
+    Answers {
+        /// How many were told.
+        found: usize,
+        /// How many were asked for.
+        expected: usize,
+        /// "costs", "linearizations", or "answers" if nothing was asked.
+        kind: &'static str,
+    },
     /// The checkpoint cannot be read, written or continued.
     #[error(transparent)]
     Checkpoint(#[from] CheckpointError),
+}
+
+impl OptimError {
+    /// A setting outside its range.
+    pub(super) fn setting(
+        method: &'static str,
+        setting: &'static str,
+        value: impl fmt::Display,
+        expected: &str,
+    ) -> Self {
+        Self::Setting { method, setting, value: value.to_string(), expected: expected.to_owned() }
+    }
 }
 
 /// Why a checkpoint cannot be used.

@@ -36,10 +36,11 @@ pub(super) const ABOUT: About = About {
     summary: "local refinement by a simplex, without derivatives; tolerates kinks such as norms and absolute values",
     theory: "A simplex of n + 1 points moves its worst point through the centroid of the others: reflected, expanded, or \
 contracted, with the coefficients of Gao and Han that keep the method alive in many dimensions; if nothing helps, the \
-simplex shrinks to its best point. Points are projected onto the bounds, so the simplex may flatten onto active bounds. \
-A flattened or stalled simplex is replaced by a fresh one around the best point, of a size that follows the recent \
-progress; two fresh simplices of different sizes that gain nothing end the search. It needs hundreds of evaluations a \
-dimension, one after another.",
+simplex shrinks to its best point. Points are projected onto the bounds. A simplex whose progress wanes, which in many \
+dimensions or along a kink is soon, has flattened; a fresh one is built around the best point, along the principal axes of \
+the old one but none of them short, and as large as the recent progress. While there is progress, parameters on a bound \
+stay there and the simplex has that many dimensions less; without, all are free again. Four fresh simplices of different \
+sizes that gain nothing end the search. It needs hundreds of evaluations a dimension, one after another.",
     sources: &[
         "J. A. Nelder, R. Mead, A simplex method for function minimization, Computer Journal 7, 1965",
         "F. Gao, L. Han, Implementing the Nelder-Mead simplex algorithm with adaptive parameters, Computational Optimization and Applications 51, 2012",
@@ -55,12 +56,16 @@ const ROUNDING: f64 = 1e-14;
 const SMALLEST: f64 = 1e-7;
 /// A fresh simplex after one that gained nothing is smaller by this.
 const FINER: f64 = 30.0;
+/// So many fresh simplices in all dimensions, each finer, must gain nothing before the search ends.
+const SIZES: usize = 4;
 /// Shortest axis of a fresh simplex, relative to its size.
-const SLENDEREST: f64 = 0.1;
+const SLENDEREST: f64 = 1e-3;
 /// A parameter this near to a bound is tried on it.
 const NEAR: f64 = 1e-4;
-/// Moves a vertex without progress of the best after which a simplex counts as degenerate.
-const PATIENCE: usize = 12;
+/// A simplex has flattened if its patience is over and it gained less than this share of all it has gained.
+const WANING: f64 = 0.1;
+/// Moves a vertex after which the progress of a simplex is judged.
+const PATIENCE: usize = 8;
 
 impl Optimizer for NelderMead {
     fn name(&self) -> &'static str {
@@ -76,22 +81,16 @@ impl Optimizer for NelderMead {
 
 impl NelderMead {
     fn validate(&self) -> Result<(), OptimError> {
-        let setting = |setting, value: f64, expected: &str| OptimError::Setting {
-            method: ABOUT.name,
-            setting,
-            value: value.to_string(),
-            expected: expected.to_owned(),
-        };
         if !(self.size > 0.0 && self.size <= 1.0) {
-            return Err(setting("size", self.size, "above 0 and at most 1"));
+            return Err(OptimError::setting(ABOUT.name, "size", self.size, "above 0 and at most 1"));
         }
         if !(0.0..1.0).contains(&self.tolerance) {
-            return Err(setting("tolerance", self.tolerance, "at least 0 and below 1"));
+            return Err(OptimError::setting(ABOUT.name, "tolerance", self.tolerance, "at least 0 and below 1"));
         }
         Ok(())
     }
 
-    /// Simplices, one after another, until three of different sizes in all dimensions gain nothing.
+    /// Simplices, one after another, until several of different sizes in all dimensions gain nothing.
     ///
     /// While there is progress a simplex keeps to the face of the box that the best point lies on; without, the next one
     /// leaves the bounds again.
@@ -125,7 +124,7 @@ impl NelderMead {
                 idle += 1;
                 size = (size / FINER).max(SMALLEST);
             }
-            if idle == 3 {
+            if idle == SIZES {
                 return Ok(Termination::PointsAgree);
             }
         }
@@ -224,7 +223,8 @@ impl Simplex {
     fn collapse(&mut self, tolerance: f64, run: &mut Run<'_>) -> Result<(), Stop> {
         let n = self.m;
         let coefficients = Coefficients::new(n);
-        let mut last = self.costs[0];
+        let first = self.costs[0];
+        let mut last = first;
         let mut patience = PATIENCE * (n + 1);
         while patience > 0 && !self.agrees(tolerance) {
             self.centroid.copy_from(&self.points[0]);
@@ -240,9 +240,9 @@ impl Simplex {
                 along(&self.centroid, &self.points[n], -expansion, &mut self.tried);
                 let expanded = run.cost(&self.tried)?;
                 if expanded < reflected {
-                    self.replace_worst(Tried::Other, expanded)
+                    self.replace_worst(Tried::Other, expanded);
                 } else {
-                    self.replace_worst(Tried::Reflected, reflected)
+                    self.replace_worst(Tried::Reflected, reflected);
                 }
             } else if reflected < self.costs[n - 1] {
                 self.replace_worst(Tried::Reflected, reflected);
@@ -259,8 +259,12 @@ impl Simplex {
                 }
             }
 
+            // a simplex that gains little of what it gained before has flattened, or the tolerance is reached
             patience -= 1;
-            if improves(self.costs[0], last, tolerance) {
+            if patience == 0
+                && improves(self.costs[0], last, tolerance)
+                && last - self.costs[0] >= WANING * (first - self.costs[0])
+            {
                 last = self.costs[0];
                 patience = PATIENCE * (n + 1);
             }
@@ -277,8 +281,8 @@ impl Simplex {
     fn shrink(&mut self, shrinkage: f64, run: &mut Run<'_>) -> Result<(), Stop> {
         let (best, others) = self.points.split_at_mut(1);
         for point in others.iter_mut().take(self.m) {
-            point.axpy(1.0 - shrinkage, &best[0], shrinkage);
-            point.apply(|v| *v = v.clamp(0.0, 1.0));
+            // written so that a coordinate which all points share keeps its bits, and a bound stays a bound
+            point.zip_apply(&best[0], |v, b| *v = b + shrinkage * (*v - b));
         }
         run.costs(&self.points[1..=self.m], &mut self.costs[1..=self.m])?;
         self.sort();
@@ -314,6 +318,8 @@ fn improves(cost: f64, before: f64, tolerance: f64) -> bool {
     cost < before && (before.is_infinite() || before - cost > tolerance * before.abs() + NO_COST)
 }
 
+/// Which trial point is meant.
+#[derive(Clone, Copy)]
 enum Tried {
     Reflected,
     Other,

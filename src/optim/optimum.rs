@@ -1,4 +1,4 @@
-use std::fmt;
+use std::fmt::{self, Write as _};
 
 use serde::Serialize;
 
@@ -115,8 +115,12 @@ pub struct Optimum {
     pub history: Vec<Improvement>,
     /// The steps of a workflow; empty for a single method.
     pub stages: Vec<Stage>,
-    /// The different optima that a multistart met, best first; empty for other methods.
+    /// The different optima that the starts of a multistart met, best first; empty for other methods.
     pub optima: Vec<LocalOptimum>,
+    /// Starts of a multistart that came to an end, whether or not they found anything; 0 for other methods.
+    pub n_starts: usize,
+    /// What went wrong beside the search, such as a checkpoint that could not be written any more.
+    pub warnings: Vec<String>,
 }
 
 impl Optimum {
@@ -131,7 +135,7 @@ impl Optimum {
         for (i, other) in others.iter().enumerate() {
             let lead = if i == 0 { "; others: " } else { ", " };
             let plural = if other.n_starts == 1 { "" } else { "s" };
-            text.push_str(&format!("{lead}{:.4e} ({} start{plural})", other.cost, other.n_starts));
+            let _ = write!(text, "{lead}{:.4e} ({} start{plural})", other.cost, other.n_starts);
         }
         Some(text)
     }

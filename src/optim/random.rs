@@ -75,9 +75,9 @@ mod tests {
     #[test]
     fn draws_have_the_moments_of_their_distributions() {
         let mut rng = ChaCha8Rng::seed_from_u64(1);
-        let n = 200_000;
-        let standard_error = (n as f64).sqrt().recip();
-        let mean = |draw: &mut dyn FnMut() -> f64| (0..n).map(|_| draw()).sum::<f64>() / n as f64;
+        let n = 200_000_u32;
+        let standard_error = f64::from(n).sqrt().recip();
+        let mean = |draw: &mut dyn FnMut() -> f64| (0..n).map(|_| draw()).sum::<f64>() / f64::from(n);
         // five standard errors: a false alarm once in two million seeds
         assert!((mean(&mut || rng.unit()) - 0.5).abs() < 5.0 * standard_error * 0.289);
         assert!(mean(&mut || rng.normal()).abs() < 5.0 * standard_error);

@@ -5,7 +5,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use super::checkpoint::{Checkpoint, Fingerprint};
-use super::{Evaluator, Improvement, Observer, OptimError, Optimum, Progress, Termination, Threads};
+use super::{CheckpointError, Evaluator, Improvement, Observer, OptimError, Optimum, Progress, Termination, Threads};
 use crate::linalg::DVector;
 use crate::objective::{EvalError, Linearization, Objective};
 
@@ -31,6 +31,7 @@ pub struct Run<'a> {
     count: Count,
     scope: Scope,
     n_scopes: u64,
+    warnings: Vec<String>,
 }
 
 /// What has been evaluated.
@@ -89,6 +90,7 @@ impl<'a> Run<'a> {
             count: Count::default(),
             scope: Scope::default(),
             n_scopes: 0,
+            warnings: Vec::new(),
         }
     }
 
@@ -99,7 +101,7 @@ impl<'a> Run<'a> {
         self
     }
 
-    /// At most so many evaluations, a linearization counted as one.
+    /// At most so many evaluations; a linearization counts as one, even where an objective takes it by differences.
     #[must_use]
     pub fn budget(mut self, evaluations: u64) -> Self {
         self.budget = Some(evaluations);
@@ -145,6 +147,11 @@ impl<'a> Run<'a> {
     /// Number of parameters, the length of x.
     pub fn n_parameters(&self) -> usize {
         self.objective.n_parameters()
+    }
+
+    /// Number of residuals.
+    pub fn n_residuals(&self) -> usize {
+        self.objective.n_residuals()
     }
 
     /// Evaluations left to the method at work, if limited.
@@ -197,9 +204,7 @@ impl<'a> Run<'a> {
         let done = self.replay_costs(points, out)?;
         if done < n {
             self.evaluate(&points[done..], &mut out[done..])?;
-            if let Some(checkpoint) = &mut self.checkpoint {
-                checkpoint.append_costs(&points[done..], &out[done..]).map_err(OptimError::from)?;
-            }
+            self.record(|checkpoint| checkpoint.append_costs(&points[done..], &out[done..]));
         }
 
         for (x, &cost) in points.iter().zip(out.iter()) {
@@ -239,9 +244,7 @@ impl<'a> Run<'a> {
                 .linearizations(self.objective, points, &self.cancel)
                 .map_err(|source| OptimError::Evaluator { source })?;
             self.stop_if_cancelled()?;
-            if let Some(checkpoint) = &mut self.checkpoint {
-                checkpoint.append_linearizations(points, &results).map_err(OptimError::from)?;
-            }
+            self.record(|checkpoint| checkpoint.append_linearizations(points, &results));
             results
         };
         self.count.linearizations += points.len() as u64;
@@ -278,12 +281,10 @@ impl<'a> Run<'a> {
             Ok(termination) | Err(Stop::Ended(termination)) => termination,
             Err(Stop::Failed(error)) => return Err(error),
         };
-        if let Some(checkpoint) = &mut self.checkpoint {
-            checkpoint.flush()?;
-        }
+        self.record(Checkpoint::flush);
         let evaluations = self.count.evaluations - before.evaluations;
         let Some((x, cost)) = inner.best else {
-            return Err(OptimError::NoFinitePoint { evaluations, ended: termination.text() });
+            return Err(OptimError::NoFinitePoint { evaluations, termination });
         };
         Ok(Optimum {
             method: inner.method,
@@ -296,6 +297,8 @@ impl<'a> Run<'a> {
             history: inner.history,
             stages: Vec::new(),
             optima: Vec::new(),
+            n_starts: 0,
+            warnings: self.warnings.clone(),
         })
     }
 
@@ -376,6 +379,16 @@ impl<'a> Run<'a> {
             self.count.replayed += n as u64;
         }
         Ok(done)
+    }
+
+    /// Writes to the checkpoint. A run does not end for a disk that fills up later: it goes on without, and says so.
+    fn record(&mut self, write: impl FnOnce(&mut Checkpoint) -> Result<(), CheckpointError>) {
+        if let Some(checkpoint) = &mut self.checkpoint
+            && let Err(error) = write(checkpoint)
+        {
+            self.checkpoint = None;
+            self.warnings.push(format!("the run cannot be resumed beyond evaluation {}: {error}", self.count.spent()));
+        }
     }
 
     fn report(&mut self) {

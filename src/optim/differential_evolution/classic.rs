@@ -45,7 +45,7 @@ impl DifferentialEvolution {
                 return Ok(Termination::PointsAgree);
             }
         }
-        Ok(Termination::PlanDone)
+        Ok(if run.remaining() == Some(0) { Termination::BudgetSpent } else { Termination::PlanDone })
     }
 }
 

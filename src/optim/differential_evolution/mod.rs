@@ -17,8 +17,8 @@ use crate::linalg::DVector;
 /// ```text
 /// optimizer: {differential-evolution: {strategy: classic, population: 200, generations: 100}}
 /// ```
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default, rename_all = "snake_case")]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
 pub struct DifferentialEvolution {
     /// How trial points are made.
     pub strategy: Strategy,
@@ -31,7 +31,7 @@ pub struct DifferentialEvolution {
     /// CR, the chance that a parameter is taken from the mutant, in [0, 1]; by default 0.9. Only classic.
     pub crossover_rate: Option<f64>,
     /// Ends the search when the costs of the population differ by less than this, relative to the best.
-    pub tolerance: Tolerance,
+    pub tolerance: f64,
 }
 
 /// How trial points are made.
@@ -45,14 +45,16 @@ pub enum Strategy {
     CurrentToPbest,
 }
 
-/// A relative tolerance, 1e-10 by default.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(transparent)]
-pub struct Tolerance(pub f64);
-
-impl Default for Tolerance {
+impl Default for DifferentialEvolution {
     fn default() -> Self {
-        Self(1e-10)
+        Self {
+            strategy: Strategy::default(),
+            population: None,
+            generations: None,
+            differential_weight: None,
+            crossover_rate: None,
+            tolerance: 1e-10,
+        }
     }
 }
 
@@ -79,26 +81,20 @@ const NO_COST: f64 = 1e-20;
 
 impl DifferentialEvolution {
     fn validate(&self) -> Result<(), OptimError> {
-        let setting = |setting, value: String, expected: &str| OptimError::Setting {
-            method: ABOUT.name,
-            setting,
-            value,
-            expected: expected.to_owned(),
-        };
         if let Some(n) = self.population.filter(|n| !(4..=100_000).contains(n)) {
-            return Err(setting("population", n.to_string(), "between 4 and 100000"));
+            return Err(OptimError::setting(ABOUT.name, "population", n, "between 4 and 100000"));
         }
         if let Some(n) = self.generations.filter(|n| !(1..=1_000_000_000).contains(n)) {
-            return Err(setting("generations", n.to_string(), "between 1 and 1e9"));
+            return Err(OptimError::setting(ABOUT.name, "generations", n, "between 1 and 1e9"));
         }
         if let Some(f) = self.differential_weight.filter(|f| !(*f > 0.0 && *f <= 2.0)) {
-            return Err(setting("differential_weight", f.to_string(), "above 0 and at most 2"));
+            return Err(OptimError::setting(ABOUT.name, "differential_weight", f, "above 0 and at most 2"));
         }
         if let Some(cr) = self.crossover_rate.filter(|cr| !(0.0..=1.0).contains(cr)) {
-            return Err(setting("crossover_rate", cr.to_string(), "between 0 and 1"));
+            return Err(OptimError::setting(ABOUT.name, "crossover_rate", cr, "between 0 and 1"));
         }
-        if !(0.0..1.0).contains(&self.tolerance.0) {
-            return Err(setting("tolerance", self.tolerance.0.to_string(), "at least 0 and below 1"));
+        if !(0.0..1.0).contains(&self.tolerance) {
+            return Err(OptimError::setting(ABOUT.name, "tolerance", self.tolerance, "at least 0 and below 1"));
         }
         if self.strategy == Strategy::CurrentToPbest {
             for (name, value) in
@@ -107,7 +103,7 @@ impl DifferentialEvolution {
                 if let Some(value) = value {
                     let expected =
                         "left out, because `strategy: current-to-pbest` adapts it; or use `strategy: classic`";
-                    return Err(setting(name, value.to_string(), expected));
+                    return Err(OptimError::setting(ABOUT.name, name, value, expected));
                 }
             }
         }
@@ -121,7 +117,7 @@ impl DifferentialEvolution {
             best = best.min(cost);
             worst = worst.max(cost);
         }
-        worst - best <= self.tolerance.0 * best.abs() + NO_COST
+        worst - best <= self.tolerance * best.abs() + NO_COST
     }
 }
 

@@ -1,0 +1,38 @@
+//! `retune explain`
+
+use crate::DONE;
+use crate::args::Explain;
+use crate::output::{Failure, print, style};
+use retune::catalogue::did_you_mean;
+use retune::element::{ELEMENTS, Element};
+use retune::objective::{RESIDUALS, Residual};
+use retune::optim::OPTIMIZERS;
+use retune::report::text::{Align, Table};
+
+pub(crate) fn run(args: &Explain) -> Result<u8, Failure> {
+    let name = args.name.as_str();
+    if let Some(element) = ELEMENTS.iter().find(|e| Element::name(**e) == name) {
+        let mut table = Table::new([("property", Align::Left), ("unit", Align::Left), ("what it is", Align::Left)]);
+        for p in element.properties() {
+            table.row([p.name.into(), p.unit.into(), p.description.into()]);
+        }
+        let text = table.render(&style(&std::io::stdout()));
+        print(&format!("{name}: {}\n\n{}\n\n{text}", element.summary(), element.theory().trim_end()));
+    } else if let Some(o) = OPTIMIZERS.iter().find(|o| o.name == name) {
+        print(&format!("{name}: {}\n\n{}\n\nSources\n", o.summary, o.theory));
+        o.sources.iter().for_each(|s| print(&format!("  {s}\n")));
+    } else if let Some(r) = RESIDUALS.iter().find(|r| Residual::name(**r) == name) {
+        print(&format!("{name}: {}\n", r.summary()));
+    } else {
+        let words = ELEMENTS
+            .iter()
+            .map(|e| Element::name(*e))
+            .chain(OPTIMIZERS.iter().map(|o| o.name))
+            .chain(RESIDUALS.iter().map(|r| Residual::name(*r)));
+        return Err(Failure::text(format!(
+            "nothing is called `{name}`{} (see `retune list`)",
+            did_you_mean(name, words)
+        )));
+    }
+    Ok(DONE)
+}

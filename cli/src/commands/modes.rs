@@ -1,0 +1,45 @@
+//! `retune modes`
+
+use crate::args::Modes;
+use crate::output::{Failure, print, print_json, style, warn};
+use crate::{DONE, files};
+use retune::modal::{SolveOptions, solve};
+use retune::model::ParametricModel;
+use retune::report::text::{Align, Table};
+use retune::update::name_modes;
+use serde_json::json;
+
+pub(crate) fn run(args: &Modes) -> Result<u8, Failure> {
+    let (model, warnings, text) = files::model(&args.model)?;
+    warn(&args.model, &text, &warnings);
+    let theta = model.parameters().nominal();
+    let system = model.assemble(&theta)?;
+    let options = SolveOptions { n_elastic: usize::from(args.number), shift: None };
+    let modes = solve(&system.stiffness, &system.mass, &model.dof_map().rigid_motions(), options)?;
+    let named = name_modes(&model, &theta, &modes)?;
+    if args.json {
+        let modes: Vec<_> = named
+            .iter()
+            .map(|m| json!({"frequency_hz": m.frequency_hz, "label": m.label, "short": m.short, "torsion_energy": m.torsion}))
+            .collect();
+        print_json(&json!({ "modes": modes }));
+    } else {
+        let mut table = Table::new([
+            ("mode", Align::Right),
+            ("Hz", Align::Right),
+            ("name", Align::Left),
+            ("torsion energy", Align::Right),
+        ]);
+        for (i, m) in named.iter().enumerate() {
+            let torsion = m.torsion.filter(|_| i >= modes.n_rigid);
+            table.row([
+                (i + 1).to_string().into(),
+                format!("{:.4}", m.frequency_hz).into(),
+                m.label.as_str().into(),
+                torsion.map_or_else(String::new, |t| format!("{:.0} %", 100.0 * t)).into(),
+            ]);
+        }
+        print(&table.render(&style(&std::io::stdout())));
+    }
+    Ok(DONE)
+}

@@ -1,0 +1,66 @@
+//! Reading files with problems shown in place, and writing without losing anything.
+
+use crate::output::Failure;
+use retune::data::{TestData, read_test};
+use retune::model::{Model, Registry, load};
+use retune::yaml::Problem;
+use std::path::Path;
+
+/// Files above this size are not YAML that a person wrote.
+const LARGEST: u64 = 256 << 20;
+
+/// The text of a file.
+pub(crate) fn read(path: &Path) -> Result<String, Failure> {
+    let fail = |e: &dyn std::fmt::Display| Failure::text(format!("cannot read {}: {e}", path.display()));
+    let size = std::fs::metadata(path).map_err(|e| fail(&e))?.len();
+    if size > LARGEST {
+        return Err(fail(&format_args!("it has {size} bytes, more than the {LARGEST} that are read")));
+    }
+    let bytes = std::fs::read(path).map_err(|e| fail(&e))?;
+    String::from_utf8(bytes)
+        .map_err(|e| fail(&format_args!("it is not UTF-8 text (byte {})", e.utf8_error().valid_up_to())))
+}
+
+/// A model and its warnings.
+pub(crate) fn model(path: &Path) -> Result<(Model, Vec<Problem>, String), Failure> {
+    let text = read(path)?;
+    match load(&text, &Registry::builtin()) {
+        Ok((model, warnings, _)) => Ok((model, warnings, text)),
+        Err(problems) => Err(Failure::problems(path, &text, problems)),
+    }
+}
+
+/// A test and its warnings.
+pub(crate) fn test(path: &Path) -> Result<(TestData, Vec<Problem>, String), Failure> {
+    let text = read(path)?;
+    match read_test(&text) {
+        Ok((test, warnings)) => Ok((test, warnings, text)),
+        Err(problems) => Err(Failure::problems(path, &text, problems)),
+    }
+}
+
+/// Refuses an output that exists, or whose folder cannot be written, before any work is done.
+pub(crate) fn check_output(path: &Path, force: bool) -> Result<(), Failure> {
+    if path.exists() && !force {
+        return Err(Failure::text(format!("{} exists; give --force to overwrite it", path.display())));
+    }
+    let probe = temporary(path);
+    std::fs::write(&probe, b"")
+        .and_then(|()| std::fs::remove_file(&probe))
+        .map_err(|e| Failure::text(format!("cannot write {}: {e}", path.display())))
+}
+
+/// Writes a file whole or not at all.
+pub(crate) fn write(path: &Path, text: &str) -> Result<(), Failure> {
+    let temporary = temporary(path);
+    std::fs::write(&temporary, text).and_then(|()| std::fs::rename(&temporary, path)).map_err(|e| {
+        let _ = std::fs::remove_file(&temporary);
+        Failure::text(format!("cannot write {}: {e}", path.display()))
+    })
+}
+
+fn temporary(path: &Path) -> std::path::PathBuf {
+    let mut name = path.file_name().unwrap_or_default().to_os_string();
+    name.push(format!(".{}.part", std::process::id()));
+    path.with_file_name(name)
+}

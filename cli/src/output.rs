@@ -1,0 +1,216 @@
+//! What goes to the terminal.
+
+use retune::report::text::{Align, Cell, Style, Table, Tone};
+use retune::update::{Assessment, ParameterChange};
+use retune::yaml::{Problem, Severity};
+use std::fmt::Write as _;
+use std::io::{IsTerminal, Write as _};
+use std::path::Path;
+
+/// A failure that is ready to print.
+#[derive(Debug)]
+pub(crate) struct Failure {
+    text: String,
+}
+
+impl Failure {
+    /// One line.
+    pub(crate) fn text(text: impl Into<String>) -> Self {
+        Self { text: format!("retune: {}", text.into()) }
+    }
+
+    /// Problems of a file, each with the line it stands in.
+    pub(crate) fn problems(path: &Path, source: &str, problems: Vec<Problem>) -> Self {
+        Self { text: render_problems(path, source, &problems) }
+    }
+
+    /// Prints it to standard error.
+    pub(crate) fn print(&self) {
+        eprintln!("{}", self.text.trim_end());
+    }
+}
+
+impl<E: std::error::Error> From<E> for Failure {
+    fn from(error: E) -> Self {
+        let mut text = error.to_string();
+        let mut source = error.source();
+        while let Some(cause) = source {
+            // A transparent variant repeats its cause word for word.
+            if !text.ends_with(&cause.to_string()) {
+                let _ = write!(text, ": {cause}");
+            }
+            source = cause.source();
+        }
+        Self::text(text)
+    }
+}
+
+/// Problems as `file:line:column: error: path: message`, each followed by its line with a caret.
+pub(crate) fn render_problems(path: &Path, source: &str, problems: &[Problem]) -> String {
+    let style = style(&std::io::stderr());
+    let mut out = String::new();
+    let mut problems: Vec<&Problem> = problems.iter().collect();
+    problems.sort_by_key(|p| (std::cmp::Reverse(p.severity), p.location));
+    for p in &problems {
+        let tone = if p.severity == Severity::Error { Tone::Bad } else { Tone::Warning };
+        let text = p.render(&path.display().to_string());
+        let word = if p.severity == Severity::Error { "error:" } else { "warning:" };
+        let _ = writeln!(out, "{}", text.replacen(word, &style.paint(tone, word), 1));
+        let line = p.location.and_then(|at| source.lines().nth(at.line - 1).map(|l| (at, l)));
+        if let Some((at, line)) = line.filter(|(_, l)| !l.trim().is_empty() && l.len() <= 400) {
+            let number = format!("{:>5} | ", at.line);
+            let shown = retune::report::text::printable(&line.replace('\t', " "));
+            let _ = writeln!(out, "{}{shown}", style.paint(Tone::Dim, &number));
+            let _ = writeln!(out, "{}{}", " ".repeat(number.len() + at.column - 1), style.paint(tone, "^"));
+        }
+    }
+    let count = |s: Severity| problems.iter().filter(|p| p.severity == s).count();
+    let (errors, warnings) = (count(Severity::Error), count(Severity::Warning));
+    if errors > 0 {
+        let _ = writeln!(out, "{}", totals(errors, warnings));
+    }
+    out
+}
+
+/// "2 errors, 1 warning"
+pub(crate) fn totals(errors: usize, warnings: usize) -> String {
+    let word = |n: usize, w: &str| format!("{n} {w}{}", if n == 1 { "" } else { "s" });
+    format!("{}, {}", word(errors, "error"), word(warnings, "warning"))
+}
+
+/// Prints warnings of a file to standard error.
+pub(crate) fn warn(path: &Path, source: &str, problems: &[Problem]) {
+    if !problems.is_empty() {
+        eprint!("{}", render_problems(path, source, problems));
+    }
+}
+
+/// How to write to a stream.
+pub(crate) fn style(stream: &impl IsTerminal) -> Style {
+    let no_color = std::env::var("NO_COLOR").ok();
+    let term = std::env::var("TERM").ok();
+    let width = std::env::var("COLUMNS").ok().and_then(|c| c.parse().ok());
+    Style::detect(stream.is_terminal(), no_color.as_deref(), term.as_deref(), width)
+}
+
+/// Prints text to standard output; a closed pipe ends the program quietly.
+pub(crate) fn print(text: &str) {
+    if std::io::stdout().write_all(text.as_bytes()).is_err() {
+        std::process::exit(0);
+    }
+}
+
+/// Prints JSON to standard output.
+pub(crate) fn print_json(value: &serde_json::Value) {
+    print(&format!("{value:#}\n"));
+}
+
+/// The pairs of a comparison, and what is left unpaired.
+pub(crate) fn pairs(a: &Assessment, style: &Style) -> String {
+    let has_labels = a.pairs.iter().any(|p| p.test_label.is_some());
+    let mut columns = vec![("#", Align::Right)];
+    if has_labels {
+        columns.push(("test mode", Align::Left));
+    }
+    columns.extend([
+        ("test Hz", Align::Right),
+        ("model Hz", Align::Right),
+        ("error", Align::Right),
+        ("MAC", Align::Right),
+        ("model mode", Align::Left),
+        ("", Align::Left),
+    ]);
+    let mut table = Table::new(columns);
+    for p in &a.pairs {
+        let mut row: Vec<Cell> = vec![(p.test_mode + 1).to_string().into()];
+        if has_labels {
+            row.push(p.test_label.as_deref().unwrap_or("–").into());
+        }
+        let error_tone = if p.error_percent.abs() > 5.0 { Tone::Warning } else { Tone::Plain };
+        let mac = p.mac.map_or_else(|| "–".to_string(), |m| format!("{m:.3}"));
+        let mac_tone = if p.mac.is_some_and(|m| m < 0.9) { Tone::Warning } else { Tone::Plain };
+        row.extend([
+            format!("{:.3}", p.test_hz).into(),
+            format!("{:.3}", p.model_hz).into(),
+            Cell::new(format!("{:+.2} %", p.error_percent), error_tone),
+            Cell::new(mac, mac_tone),
+            p.model_label.as_str().into(),
+            Cell::new(flags(p), Tone::Warning),
+        ]);
+        table.row(row);
+    }
+    let mut out = table.render(style);
+    for u in &a.unpaired_test {
+        let label = u.label.as_deref().map(|l| format!(" ({l})")).unwrap_or_default();
+        let best = u.best.map_or_else(String::new, |(m, mac)| {
+            format!("; best: {} at {:.3} Hz, MAC {mac:.2}", a.model_modes[m].label, a.model_modes[m].frequency_hz)
+        });
+        let _ = writeln!(out, "no partner: test mode {} at {:.3} Hz{label}{best}", u.mode + 1, u.frequency_hz);
+    }
+    for u in &a.unpaired_model {
+        let _ = writeln!(
+            out,
+            "not in the test: model mode {} at {:.3} Hz ({})",
+            u.mode + 1,
+            u.frequency_hz,
+            u.label.as_deref().unwrap_or("no name")
+        );
+    }
+    for (i, j) in &a.swapped {
+        let (i, j) = (&a.pairs[*i], &a.pairs[*j]);
+        let _ = writeln!(
+            out,
+            "swapped: test modes {} and {} come in the opposite order in the model",
+            i.test_mode + 1,
+            j.test_mode + 1
+        );
+    }
+    out
+}
+
+fn flags(p: &retune::update::AssessedPair) -> String {
+    use retune::correlation::PairFlag;
+    let words: Vec<&str> = p
+        .flags
+        .iter()
+        .map(|f| match f {
+            PairFlag::LowMac => "low MAC",
+            PairFlag::FarFrequency => "far apart",
+            PairFlag::DifferentFamily => "different symmetry!",
+            PairFlag::Ambiguous => "ambiguous",
+        })
+        .collect();
+    words.join(", ")
+}
+
+/// The parameters of an update.
+pub(crate) fn parameters(changes: &[ParameterChange], style: &Style) -> String {
+    let mut table = Table::new([
+        ("parameter", Align::Left),
+        ("before", Align::Right),
+        ("after", Align::Right),
+        ("lower", Align::Right),
+        ("upper", Align::Right),
+        ("unit", Align::Left),
+        ("", Align::Left),
+    ]);
+    let number = retune::report::text::number;
+    for p in changes {
+        let bound = |b: Option<f64>| b.map_or_else(|| "–".to_string(), number);
+        let note = match (p.lower, p.at_bound) {
+            (None, _) => Cell::new("constant", Tone::Dim),
+            (_, true) => Cell::new("on its bound", Tone::Warning),
+            _ => "".into(),
+        };
+        table.row([
+            p.name.as_str().into(),
+            number(p.before).into(),
+            number(p.after).into(),
+            bound(p.lower).into(),
+            bound(p.upper).into(),
+            p.unit.as_str().into(),
+            note,
+        ]);
+    }
+    table.render(style)
+}

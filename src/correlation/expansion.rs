@@ -1,0 +1,287 @@
+//! Expansion of shapes measured at sensors to all dofs.
+//!
+//! [`Expander`] minimises a stated sum of model error and sensor misfit (minimum dynamic residual). The expansions that
+//! force the sensors or a basis of modes are the transformations of [`crate::modal::reduction`]: `serep` and
+//! `dynamic_reduction`; multiply them with the test shape.
+
+use super::CorrelationError;
+use crate::linalg::{DMatrix, DVector, LinalgError, symmetric_eigen};
+use nalgebra::Cholesky;
+
+/// Minimum dynamic residual expansion for one model and one set of sensors.
+///
+/// ```text
+/// minimise over u:   rᵀ (K + a M) r  +  w Σ_i ((S u - y)_i / σ_i)²,     (K + a M) r = (K - ω² M) u
+/// ```
+///
+/// u is the shape at all dofs; r the displacement that the residual force (K - ω² M) u causes; a > 0 makes the energy a
+/// norm when the structure is free. The weight w, in J, states how much model error one standard deviation of one sensor
+/// is worth: see [`Expander::weight`]. Small w trusts the sensors little; w → ∞ forces them.
+///
+/// All is done in the modes of the pencil (M, K + a M), in which the energy matrix is the identity and the residual is
+/// diagonal, r_k = (1 - (ω² + a) θ_k) q_k; massless dofs (θ = 0) and rigid bodies (θ = 1/a) are no special case.
+///
+/// # Source
+/// E. Balmès, Review and evaluation of shape expansion methods, Proc. 18th IMAC, 2000, 555-561; the modified
+/// constitutive-relation error of P. Ladevèze, D. Nedjar, M. Reynier, Updating of finite element models using vibration
+/// tests, AIAA Journal 32 (1994) 1485-1491.
+#[derive(Debug, Clone)]
+pub struct Expander {
+    /// Vectors with Xᵀ (K + a M) X = I, (n x n).
+    vectors: DMatrix<f64>,
+    /// S X, (n_sensor x n).
+    observed: DMatrix<f64>,
+    /// θ of M x = θ (K + a M) x, descending.
+    theta: DVector<f64>,
+    shift: f64,
+}
+
+/// A shape at all dofs and what its fit has cost.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ExpandedShape {
+    /// u, in the scale of the test shape, (n).
+    pub shape: DVector<f64>,
+    /// r, the displacement of the residual force, (n).
+    pub residual: DVector<f64>,
+    /// rᵀ (K + a M) r, twice the energy of the model error, J.
+    pub residual_energy: f64,
+    /// (S u - y)/σ at the sensors, NaN where not measured, (n_sensor).
+    pub sensor_misfit: DVector<f64>,
+    /// ∂u/∂y and ∂r/∂y: the expansion is linear in y, so noise goes through; zero columns where not measured.
+    pub sensitivity: Sensitivity,
+}
+
+/// Linear maps from the test shape to the expanded one.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sensitivity {
+    /// ∂u/∂y, (n x n_sensor).
+    pub shape: DMatrix<f64>,
+    /// ∂r/∂y, (n x n_sensor).
+    pub residual: DMatrix<f64>,
+}
+
+impl Expander {
+    /// Prepares a model: one symmetric eigenproblem, reused for every mode of the test.
+    ///
+    /// * `k`, `m` - symmetric, positive semidefinite, (n x n)
+    /// * `s` - observation rows, (n_sensor x n)
+    /// * `shift` - a > 0, rad²/s²; a value between the rigid-body modes and the first elastic ω²; any for a held structure
+    pub fn new(k: &DMatrix<f64>, m: &DMatrix<f64>, s: &DMatrix<f64>, shift: f64) -> Result<Self, CorrelationError> {
+        let n = k.nrows();
+        for (what, a, is_fit, expected) in [
+            ("stiffness matrix", k, k.ncols() == n, "square"),
+            ("mass matrix", m, m.shape() == (n, n), "the size of the stiffness matrix"),
+            ("observation matrix", s, s.ncols() == n, "a column for every dof"),
+        ] {
+            if !is_fit {
+                let expected = expected.to_owned();
+                return Err(CorrelationError::Shape { what, rows: a.nrows(), columns: a.ncols(), expected });
+            }
+        }
+        if !(shift > 0.0 && shift.is_finite()) {
+            return Err(CorrelationError::Range { what: "shift", value: shift, expected: "positive and finite" });
+        }
+        for (matrix, a) in [("stiffness", k), ("mass", m), ("observation", s)] {
+            if let Some(row) = (0..a.nrows()).find(|&i| a.row(i).iter().any(|v| !v.is_finite())) {
+                return Err(LinalgError::NotFinite { matrix, row }.into());
+            }
+        }
+        let energy = k + m * shift;
+        let scale = energy.diagonal().map(|d| 1.0 / d.sqrt());
+        if let Some(row) = scale.iter().position(|v| !v.is_finite()) {
+            return Err(LinalgError::NotPositiveDefinite { row, shift }.into());
+        }
+        let jacobi = |a: &DMatrix<f64>| DMatrix::from_fn(n, n, |i, j| a[(i, j)] * scale[i] * scale[j]);
+        let l = Cholesky::new(jacobi(&energy)).ok_or(LinalgError::NotPositiveDefinite { row: 0, shift })?.unpack();
+        // C = L⁻¹ M L⁻ᵀ; the triangular factor has a positive diagonal.
+        let mut c = jacobi(m);
+        l.solve_lower_triangular_mut(&mut c);
+        c.transpose_mut();
+        l.solve_lower_triangular_mut(&mut c);
+        let (theta, mut vectors) = symmetric_eigen(&c)?;
+        l.tr_solve_lower_triangular_mut(&mut vectors);
+        let vectors = DMatrix::from_fn(n, n, |i, j| vectors[(i, n - 1 - j)] * scale[i]);
+        let theta = DVector::from_fn(n, |j, _| theta[n - 1 - j].max(0.0));
+        Ok(Self { observed: s * &vectors, vectors, theta, shift })
+    }
+
+    /// A weight from a relative model error: w = ε² (ω² + a) m, J.
+    ///
+    /// * `model_error` - ε: the size of r against u that is worth one standard deviation of one sensor, for example 0.02
+    /// * `omega_squared` - ω² of the mode, rad²/s²
+    /// * `modal_mass` - uᵀ M u in the scale of the test shape, kg times its unit squared
+    pub fn weight(&self, model_error: f64, omega_squared: f64, modal_mass: f64) -> f64 {
+        model_error * model_error * (omega_squared + self.shift) * modal_mass
+    }
+
+    /// Expands one test shape.
+    ///
+    /// * `y` - shape at the sensors, NaN where not measured, (n_sensor); complex shapes: the real and the imaginary part,
+    ///   one after the other, or turned to be as real as they get
+    /// * `sd` - its standard deviations, positive, (n_sensor)
+    /// * `omega_squared` - measured ω², rad²/s²
+    /// * `weight` - w, J
+    ///
+    /// Linear in y. With exact y of the same model the shape is exact and the residual zero, as far as the sensors tell
+    /// modes near ω apart from everything else.
+    pub fn expand(
+        &self,
+        y: &DVector<f64>,
+        sd: &DVector<f64>,
+        omega_squared: f64,
+        weight: f64,
+    ) -> Result<ExpandedShape, CorrelationError> {
+        let (n_sensors, n) = self.observed.shape();
+        for (what, length) in [("test shape", y.len()), ("standard deviations", sd.len())] {
+            if length != n_sensors {
+                let expected = format!("{n_sensors} entries, one a sensor");
+                return Err(CorrelationError::Shape { what, rows: length, columns: 1, expected });
+            }
+        }
+        for (what, value, is_fit, expected) in [
+            ("squared frequency", omega_squared, omega_squared >= 0.0, "not negative"),
+            ("weight of the sensors", weight, weight > 0.0, "positive"),
+        ] {
+            if !(is_fit && value.is_finite()) {
+                return Err(CorrelationError::Range { what, value, expected });
+            }
+        }
+        let used: Vec<usize> = (0..n_sensors).filter(|&i| y[i].is_finite()).collect();
+        if let Some(&i) = used.iter().find(|&&i| !(sd[i] > 0.0 && sd[i].is_finite())) {
+            let what = "standard deviation of a shape entry";
+            return Err(CorrelationError::Range { what, value: sd[i], expected: "positive and finite" });
+        }
+        let gap = self.theta.map(|theta| 1.0 - (omega_squared + self.shift) * theta);
+        // B = √w Σ⁻¹ S X: the normal equations are (gap² + BᵀB) q = Bᵀ √w Σ⁻¹ y.
+        let b = DMatrix::from_fn(used.len(), n, |i, k| weight.sqrt() / sd[used[i]] * self.observed[(used[i], k)]);
+        let mut normal = b.tr_mul(&b);
+        // A direction that neither the model nor a sensor holds (exactly at resonance, unseen) stays at zero.
+        let ridge = 1e-14 * (1.0 + normal.diagonal().max().max(0.0));
+        for k in 0..n {
+            normal[(k, k)] += gap[k] * gap[k] + ridge;
+        }
+        let cholesky = Cholesky::new(normal).ok_or(LinalgError::NotPositiveDefinite { row: 0, shift: self.shift })?;
+        let solved = cholesky.solve(&b.transpose());
+        let mut coefficients = DMatrix::zeros(n, n_sensors);
+        for (column, &i) in used.iter().enumerate() {
+            coefficients.set_column(i, &(solved.column(column) * (weight.sqrt() / sd[i])));
+        }
+        let measured = DVector::from_fn(n_sensors, |i, _| if y[i].is_finite() { y[i] } else { 0.0 });
+        let q = &coefficients * &measured;
+        let residual_q = q.component_mul(&gap);
+        let predicted = &self.observed * &q;
+        let mut residual_coefficients = coefficients.clone();
+        for (mut row, g) in residual_coefficients.row_iter_mut().zip(gap.iter()) {
+            row *= *g;
+        }
+        Ok(ExpandedShape {
+            shape: &self.vectors * &q,
+            residual: &self.vectors * &residual_q,
+            residual_energy: residual_q.norm_squared(),
+            sensor_misfit: DVector::from_fn(n_sensors, |i, _| (predicted[i] - y[i]) / sd[i]),
+            sensitivity: Sensitivity {
+                shape: &self.vectors * coefficients,
+                residual: &self.vectors * residual_coefficients,
+            },
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::linalg::lowest_modes;
+    use crate::modal::reduction::{dynamic_reduction, selection};
+
+    fn chain(n: usize) -> (DMatrix<f64>, DMatrix<f64>) {
+        let k = DMatrix::from_fn(n, n, |i, j| match i.abs_diff(j) {
+            0 => 1000.0 * if i == n - 1 { 1.0 } else { 2.0 },
+            1 => -1000.0,
+            _ => 0.0,
+        });
+        (k, DMatrix::identity(n, n))
+    }
+
+    /// Two dofs by hand: K = [2 -1; -1 1], M = I, a = 1, sensor on dof 1, ω² = 0, w = 1, σ = 1, y = 1.
+    /// u minimises (K u)ᵀ (K + I)⁻¹ (K u) + (u₁ - 1)²; with H = K (K + I)⁻¹ K, (H + e₁e₁ᵀ) u = e₁.
+    #[test]
+    fn the_minimum_by_normal_equations() {
+        let k = DMatrix::from_row_slice(2, 2, &[2.0, -1.0, -1.0, 1.0]);
+        let m = DMatrix::identity(2, 2);
+        let s = selection(2, &[0]).unwrap();
+        let one = nalgebra::dvector![1.0];
+        let found = Expander::new(&k, &m, &s, 1.0).unwrap().expand(&one, &one, 0.0, 1.0).unwrap();
+        let energy = (&k + &m).try_inverse().unwrap();
+        let h = &k * &energy * &k + DMatrix::from_row_slice(2, 2, &[1.0, 0.0, 0.0, 0.0]);
+        let u = h.lu().solve(&nalgebra::dvector![1.0, 0.0]).unwrap();
+        let r = energy * &k * &u;
+        assert!((&found.shape - &u).abs().max() < 1e-13);
+        assert!((&found.residual - &r).abs().max() < 1e-13);
+        assert!((found.residual_energy - r.dot(&((k + m) * &r))).abs() < 1e-13);
+        assert!((found.sensor_misfit[0] - (u[0] - 1.0)).abs() < 1e-13);
+        assert!((found.sensitivity.shape.column(0) - u).abs().max() < 1e-13);
+    }
+
+    #[test]
+    fn a_mode_of_the_model_is_expanded_exactly_and_without_residual() {
+        let (k, m) = chain(12);
+        let modes = lowest_modes(&k, &m, 3, 1.0).unwrap();
+        let s = selection(12, &[2, 5, 8, 11]).unwrap();
+        let expander = Expander::new(&k, &m, &s, 10.0).unwrap();
+        for j in 0..3 {
+            let phi = modes.vectors.column(j).into_owned();
+            let mut y = &s * &phi;
+            y[1] = f64::NAN;
+            let sd = DVector::from_element(4, 0.01);
+            let weight = expander.weight(0.02, modes.values[j], 1.0);
+            let found = expander.expand(&y, &sd, modes.values[j], weight).unwrap();
+            assert!((found.shape - phi).abs().max() < 1e-9);
+            assert!(found.residual_energy < 1e-15 * modes.values[j]);
+            assert!(found.sensor_misfit[1].is_nan());
+        }
+    }
+
+    /// As w grows the sensors are forced, and with it the shape tends to the one of least residual among all that fit;
+    /// dynamic expansion fits as well and cannot have less.
+    #[test]
+    fn a_large_weight_forces_the_sensors_at_the_least_residual() {
+        let (k, m) = chain(8);
+        let s = selection(8, &[1, 4, 7]).unwrap();
+        let y = nalgebra::dvector![0.3, 0.9, 0.8];
+        let (omega_squared, shift) = (300.0, 5.0);
+        let expander = Expander::new(&k, &m, &s, shift).unwrap();
+        let found = expander.expand(&y, &DVector::from_element(3, 1.0), omega_squared, 1e11).unwrap();
+        assert!(found.sensor_misfit.abs().max() < 1e-6);
+        let dynamic = dynamic_reduction(&k, &m, &s, omega_squared).unwrap().transformation * y;
+        let force = (&k - &m * omega_squared) * dynamic;
+        let energy = force.dot(&(&k + &m * shift).lu().solve(&force).unwrap());
+        assert!(found.residual_energy <= energy * (1.0 + 1e-6));
+    }
+
+    #[test]
+    fn free_structures_and_massless_dofs_are_no_special_case() {
+        let k = DMatrix::from_row_slice(3, 3, &[1.0, -1.0, 0.0, -1.0, 2.0, -1.0, 0.0, -1.0, 1.0]);
+        let m = DMatrix::from_diagonal(&nalgebra::dvector![1.0, 0.0, 1.0]);
+        let s = selection(3, &[0, 2]).unwrap();
+        // Elastic mode: the middle stands still, ω² = 1; (1, 0, -1).
+        let expander = Expander::new(&k, &m, &s, 0.5).unwrap();
+        let found = expander.expand(&nalgebra::dvector![1.0, -1.0], &nalgebra::dvector![0.1, 0.1], 1.0, 1e-4).unwrap();
+        assert!((found.shape - nalgebra::dvector![1.0, 0.0, -1.0]).abs().max() < 1e-10);
+    }
+
+    #[test]
+    fn wrong_input_is_refused() {
+        let (k, m) = chain(3);
+        let s = selection(3, &[0]).unwrap();
+        assert!(Expander::new(&k, &m, &s, 0.0).is_err());
+        assert!(Expander::new(&k, &DMatrix::identity(2, 2), &s, 1.0).is_err());
+        assert!(Expander::new(&(&k * f64::NAN), &m, &s, 1.0).is_err());
+        let expander = Expander::new(&k, &m, &s, 1.0).unwrap();
+        let one = nalgebra::dvector![1.0];
+        assert!(expander.expand(&nalgebra::dvector![1.0, 2.0], &one, 1.0, 1.0).is_err());
+        assert!(expander.expand(&one, &nalgebra::dvector![0.0], 1.0, 1.0).is_err());
+        assert!(expander.expand(&one, &one, -1.0, 1.0).is_err());
+        // Nothing measured: nothing said.
+        assert_eq!(expander.expand(&(one.clone() * f64::NAN), &one, 1.0, 1.0).unwrap().shape.norm(), 0.0);
+    }
+}

@@ -1,0 +1,213 @@
+//! Damped Gauss-Newton steps inside the box.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::bounded_least_squares::bounded_least_squares;
+use super::{About, OptimError, Optimizer, Optimum, Run, Stop, Termination};
+use crate::linalg::{DMatrix, DVector};
+use crate::objective::{EvalError, Linearization};
+
+/// Projected Levenberg-Marquardt: a local method with derivatives, for costs that are sums of squares.
+///
+/// ```text
+/// optimizer: {levenberg-marquardt: {steps: 200}}
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct LevenbergMarquardt {
+    /// Accepted steps, at most.
+    pub steps: usize,
+    /// Ends the search when a step promises, and brings, a smaller relative reduction of the cost.
+    pub tolerance: f64,
+    /// First damping, relative to the squared column norms of the Jacobian.
+    pub damping: f64,
+}
+
+impl Default for LevenbergMarquardt {
+    fn default() -> Self {
+        Self { steps: 500, tolerance: 1e-12, damping: 1e-3 }
+    }
+}
+
+/// What `retune explain levenberg-marquardt` tells.
+pub(super) const ABOUT: About = About {
+    name: "levenberg-marquardt",
+    summary: "local search with derivatives: damped Gauss-Newton steps with an active set for the bounds; the fastest",
+    theory: "At x the residuals are linear, r + J d, for a small step d. Each step solves min |r + J d|² + λ |D d|² inside the \
+box exactly: a bounded linear least-squares problem, by QR factorisations and an active set, never by normal equations. D \
+holds the largest column norms of J met so far, and λ > 0 makes the problem solvable when parameters cannot be told apart. \
+λ falls when the cost falls as the model says, and grows when not. Steps end on bounds and leave them again when the \
+gradient says so; reflecting at bounds, by contrast, stalls at points that are no optimum. The accepted cost is the \
+objective's own: where that is not ½ rᵀr the residuals only propose directions, the cost still never rises, and a \
+refinement without derivatives should follow.",
+    sources: &[
+        "J. J. Moré, The Levenberg-Marquardt algorithm: implementation and theory, Lecture Notes in Mathematics 630, 1978",
+        "J. Nocedal, S. J. Wright, Numerical Optimization, 2nd ed., Springer 2006, chapters 10 and 16",
+        "C. Kanzow, N. Yamashita, M. Fukushima, Levenberg-Marquardt methods with strong local convergence properties for solving nonlinear equations with convex constraints, J. Computational and Applied Mathematics 172, 2004",
+        "H. B. Nielsen, Damping parameter in Marquardt's method, Technical University of Denmark, IMM-REP-1999-05, 1999",
+    ],
+};
+
+/// A cost below this is nothing (sums of squares in units of standard deviations).
+const NO_COST: f64 = 1e-28;
+/// The smallest ratio of achieved to promised reduction that a step needs.
+const WORTHWHILE: f64 = 1e-4;
+/// Below this damping, parameters that cannot be told apart would be moved by rounding.
+const SMALLEST_DAMPING: f64 = 1e-12;
+/// Above this damping a step is rounding.
+const LARGEST_DAMPING: f64 = 1e16;
+/// A column is scaled at least as one of this relative norm, so that a parameter without influence stays put.
+const SMALLEST_COLUMN: f64 = 1e-10;
+/// Cosine between the residual and the model's reachable directions at which nothing is left to gain.
+const ORTHOGONAL: f64 = 1e-12;
+
+impl Optimizer for LevenbergMarquardt {
+    fn name(&self) -> &'static str {
+        ABOUT.name
+    }
+
+    fn minimize(&self, start: &DVector<f64>, run: &mut Run<'_>) -> Result<Optimum, OptimError> {
+        self.validate()?;
+        let start = run.clip(start)?;
+        run.conclude(self.name(), |run| self.search(start, run))
+    }
+}
+
+impl LevenbergMarquardt {
+    fn validate(&self) -> Result<(), OptimError> {
+        if !(0.0..1.0).contains(&self.tolerance) {
+            return Err(OptimError::setting(ABOUT.name, "tolerance", self.tolerance, "at least 0 and below 1"));
+        }
+        if !(self.damping > 0.0 && self.damping <= 1e6) {
+            return Err(OptimError::setting(ABOUT.name, "damping", self.damping, "above 0 and at most 1e6"));
+        }
+        Ok(())
+    }
+
+    fn search(&self, start: DVector<f64>, run: &mut Run<'_>) -> Result<Termination, Stop> {
+        let mut x = start;
+        let mut cost = run.cost(&x)?;
+        let mut model = match run.linearize(&x)?.and_then(Model::new) {
+            Ok(model) => model,
+            Err(source) => return Err(OptimError::Linearization { method: ABOUT.name, source }.into()),
+        };
+        let mut scale = DVector::zeros(x.len());
+        let (mut damping, mut growth) = (self.damping, 2.0);
+        let mut trial = x.clone();
+
+        for _step in 0..self.steps {
+            if model.gradient_vanishes(&x) {
+                return Ok(Termination::GradientVanishes);
+            }
+            model.enlarge(&mut scale);
+            let promising = loop {
+                let step = model.step(&x, &scale, damping);
+                for j in 0..x.len() {
+                    trial[j] = (x[j] + step[j]).clamp(0.0, 1.0);
+                }
+                let promised = model.relative_reduction(&step);
+                if promised <= f64::EPSILON || trial == x {
+                    return Ok(Termination::ReductionVanishes);
+                }
+                let trial_cost = run.cost(&trial)?;
+                // relative reductions, so that a cost other than ½ rᵀr can be compared with the model of ½ rᵀr
+                let achieved = if cost.is_finite() { (cost - trial_cost) / cost.abs().max(NO_COST) } else { 1.0 };
+                if trial_cost < cost && achieved >= WORTHWHILE * promised {
+                    let gain = achieved / promised;
+                    damping *= (1.0 - (2.0 * gain - 1.0).powi(3)).clamp(1.0 / 9.0, 2.0);
+                    damping = damping.max(SMALLEST_DAMPING);
+                    growth = 2.0;
+                    cost = trial_cost;
+                    break promised.max(achieved) > self.tolerance;
+                }
+                if promised <= self.tolerance {
+                    return Ok(Termination::ReductionVanishes);
+                }
+                damping *= growth;
+                growth *= 2.0;
+                if damping > LARGEST_DAMPING {
+                    return Ok(Termination::Stalled);
+                }
+            };
+            x.copy_from(&trial);
+            if !promising || cost <= NO_COST {
+                return Ok(Termination::ReductionVanishes);
+            }
+            model = match run.linearize(&x)?.and_then(Model::new) {
+                Ok(model) => model,
+                Err(_) => return Ok(Termination::Stalled),
+            };
+        }
+        Ok(Termination::PlanDone)
+    }
+}
+
+/// The linear model of the residuals at one point, reduced to n rows by a QR factorisation.
+///
+/// ```text
+/// |r + J d|² = |R d + Qᵀ r|² + const
+/// ```
+struct Model {
+    /// R, (min(m, n) × n).
+    r: DMatrix<f64>,
+    /// Qᵀ r, (min(m, n)).
+    qtr: DVector<f64>,
+    residual_norm: f64,
+    columns: DVector<f64>,
+}
+
+impl Model {
+    fn new(Linearization { residuals, jacobian }: Linearization) -> Result<Self, EvalError> {
+        if residuals.is_empty() {
+            return Err(EvalError::Unsolvable { reason: "the objective has no residuals".into() });
+        }
+        if !residuals.iter().chain(jacobian.iter()).all(|v| v.is_finite()) {
+            return Err(EvalError::NotFinite { name: "residuals or Jacobian".into() });
+        }
+        let columns = DVector::from_iterator(jacobian.ncols(), jacobian.column_iter().map(|c| c.norm()));
+        let rows = jacobian.nrows().min(jacobian.ncols());
+        let residual_norm = residuals.norm();
+        let mut qtr = residuals;
+        let qr = jacobian.qr();
+        qr.q_tr_mul(&mut qtr);
+        Ok(Self { r: qr.unpack_r(), qtr: qtr.rows(0, rows).into_owned(), residual_norm, columns })
+    }
+
+    /// Whether no direction inside the box is noticeably correlated with the residuals.
+    fn gradient_vanishes(&self, x: &DVector<f64>) -> bool {
+        let gradient = self.r.tr_mul(&self.qtr);
+        (0..x.len()).all(|j| {
+            let open = (gradient[j] > 0.0 && x[j] > 0.0) || (gradient[j] < 0.0 && x[j] < 1.0);
+            !open || gradient[j].abs() <= ORTHOGONAL * self.columns[j] * self.residual_norm
+        })
+    }
+
+    /// D: the largest column norms so far, none negligible beside the others.
+    fn enlarge(&self, scale: &mut DVector<f64>) {
+        let smallest = (SMALLEST_COLUMN * self.columns.max()).max(f64::MIN_POSITIVE);
+        for j in 0..scale.len() {
+            scale[j] = scale[j].max(self.columns[j]).max(smallest);
+        }
+    }
+
+    /// min |R d + Qᵀr|² + λ |D d|² with x + d in the unit box.
+    fn step(&self, x: &DVector<f64>, scale: &DVector<f64>, damping: f64) -> DVector<f64> {
+        let (rows, n) = self.r.shape();
+        let mut a = DMatrix::zeros(rows + n, n);
+        a.rows_mut(0, rows).copy_from(&self.r);
+        let mut b = DVector::zeros(rows + n);
+        b.rows_mut(0, rows).copy_from(&-&self.qtr);
+        for j in 0..n {
+            a[(rows + j, j)] = damping.sqrt() * scale[j];
+        }
+        bounded_least_squares(&a, &b, &-x, &x.map(|v| 1.0 - v))
+    }
+
+    /// (|r|² - |r + J d|²) / |r|².
+    fn relative_reduction(&self, step: &DVector<f64>) -> f64 {
+        let change = &self.r * step;
+        let reduction = -change.dot(&self.qtr) * 2.0 - change.norm_squared();
+        reduction / self.residual_norm.powi(2).max(f64::MIN_POSITIVE)
+    }
+}

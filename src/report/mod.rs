@@ -1,0 +1,3 @@
+//! What people look at: tables for a terminal.
+
+pub mod text;

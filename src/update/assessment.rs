@@ -1,0 +1,203 @@
+//! One comparison of a model with a test, as tables and reports show it.
+
+use super::UpdateError;
+use crate::correlation::{CorrelationError, Misfit, PairFlag};
+use crate::linalg::DMatrix;
+use crate::modal::Modes;
+use crate::model::{MassProperties, ModeLabel, ModelError, ParametricModel, label_modes};
+use crate::objective::{Comparison, LeastSquares, PaperCost, Prediction};
+
+/// A mode of the model with its name.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModeName {
+    /// Natural frequency, Hz.
+    pub frequency_hz: f64,
+    /// Its name, such as `Sym 1st Bending`; `mode 4` where the model cannot tell.
+    pub label: String,
+    /// `S1B`
+    pub short: String,
+    /// `symmetric`, `antisymmetric`, or `None`.
+    pub family: Option<&'static str>,
+    /// Share of strain energy in torsion, where the model can tell.
+    pub torsion: Option<f64>,
+}
+
+/// A test mode with its partner in the model.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AssessedPair {
+    /// Index in the test, by ascending frequency.
+    pub test_mode: usize,
+    /// Index among the elastic modes of the model.
+    pub model_mode: usize,
+    /// Measured frequency, Hz.
+    pub test_hz: f64,
+    /// Frequency of the model, Hz.
+    pub model_hz: f64,
+    /// 100 (model - test)/test.
+    pub error_percent: f64,
+    /// MAC, where the test has a shape.
+    pub mac: Option<f64>,
+    /// The test's name for the mode.
+    pub test_label: Option<String>,
+    /// The model's name for the mode.
+    pub model_label: String,
+    /// What is odd about it.
+    pub flags: Vec<PairFlag>,
+}
+
+/// A mode without a partner.
+#[derive(Debug, Clone, PartialEq)]
+pub struct UnpairedMode {
+    /// Its index in its own list.
+    pub mode: usize,
+    /// Its frequency, Hz.
+    pub frequency_hz: f64,
+    /// Its name.
+    pub label: Option<String>,
+    /// The largest MAC with any mode of the other list, and that mode.
+    pub best: Option<(usize, f64)>,
+}
+
+/// A comparison at one θ.
+#[derive(Debug, Clone)]
+pub struct Assessment {
+    /// θ.
+    pub theta: Vec<f64>,
+    /// Pairs, by ascending test frequency.
+    pub pairs: Vec<AssessedPair>,
+    /// Test modes without a partner.
+    pub unpaired_test: Vec<UnpairedMode>,
+    /// Model modes without a partner, below 1.2 times the highest test frequency.
+    pub unpaired_model: Vec<UnpairedMode>,
+    /// Pairs, by position, that come in another order in the model than in the test.
+    pub swapped: Vec<(usize, usize)>,
+    /// Names and frequencies of the elastic modes of the model.
+    pub model_modes: Vec<ModeName>,
+    /// MAC, rows elastic modes, columns test modes.
+    pub mac: DMatrix<f64>,
+    /// Equation (4) of Gupta et al. divided by 2n.
+    pub paper_cost: f64,
+    /// Norm of the relative frequency errors.
+    pub frequency_norm: f64,
+    /// Half the sum of squared residuals over their standard deviations.
+    pub cost: f64,
+    /// The frequency and shape residuals against what noise alone would give.
+    pub misfit: Misfit,
+    /// Mass properties of the model.
+    pub mass_properties: Option<MassProperties>,
+    /// The whole prediction.
+    pub prediction: Prediction,
+}
+
+/// Names the modes of a model by energy and symmetry, elastic modes counted from one.
+pub fn name_modes(model: &dyn ParametricModel, theta: &[f64], modes: &Modes) -> Result<Vec<ModeName>, ModelError> {
+    let mut characters = Vec::with_capacity(modes.len());
+    for i in 0..modes.len() {
+        let shape = modes.shapes.column(i);
+        characters.push(model.character(theta, shape.as_slice(), i < modes.n_rigid)?);
+    }
+    let labels: Option<Vec<ModeLabel>> =
+        characters.iter().copied().collect::<Option<Vec<_>>>().map(|c| label_modes(&c));
+    Ok((0..modes.len())
+        .map(|i| {
+            let (label, short, family) = match &labels {
+                Some(l) => (l[i].long.clone(), l[i].short.clone(), l[i].family),
+                None => (format!("mode {}", i + 1), (i + 1).to_string(), None),
+            };
+            let torsion = characters[i].map(|c| c.torsion);
+            ModeName { frequency_hz: modes.frequency_hz(i), label, short, family, torsion }
+        })
+        .collect())
+}
+
+/// Compares at θ.
+pub fn assess(comparison: &Comparison<'_>, theta: &[f64]) -> Result<Assessment, UpdateError> {
+    let prediction = comparison.predict(theta)?;
+    let model = comparison.model();
+    let test = comparison.test();
+    let named = name_modes(model, theta, &prediction.modes).map_err(|e| CorrelationError::Model(e.to_string()))?;
+    let model_modes = named[prediction.modes.n_rigid..].to_vec();
+    let pairs: Vec<AssessedPair> = prediction
+        .pairs
+        .pairs
+        .iter()
+        .map(|p| {
+            let mode = &test.modes[p.experimental];
+            let test_hz = mode.frequency_hz.value;
+            let model_hz = prediction.frequencies_hz[p.analytical];
+            // Without a shape there is no MAC to be low or ambiguous.
+            let flags = p
+                .flags
+                .iter()
+                .copied()
+                .filter(|f| mode.shape.is_some() || !matches!(f, PairFlag::LowMac | PairFlag::Ambiguous))
+                .collect();
+            AssessedPair {
+                test_mode: p.experimental,
+                model_mode: p.analytical,
+                test_hz,
+                model_hz,
+                error_percent: 100.0 * (model_hz - test_hz) / test_hz,
+                mac: mode.shape.as_ref().map(|_| p.mac),
+                test_label: mode.label.clone(),
+                model_label: model_modes[p.analytical].label.clone(),
+                flags,
+            }
+        })
+        .collect();
+    let unpaired_test = prediction
+        .pairs
+        .unpaired_experimental
+        .iter()
+        .map(|u| UnpairedMode {
+            mode: u.index,
+            frequency_hz: test.modes[u.index].frequency_hz.value,
+            label: test.modes[u.index].label.clone(),
+            best: u.best,
+        })
+        .collect();
+    let highest = test.modes.iter().map(|m| m.frequency_hz.value).fold(0.0, f64::max);
+    let unpaired_model = prediction
+        .pairs
+        .unpaired_analytical
+        .iter()
+        .filter(|u| prediction.frequencies_hz[u.index] <= 1.2 * highest)
+        .map(|u| UnpairedMode {
+            mode: u.index,
+            frequency_hz: prediction.frequencies_hz[u.index],
+            label: Some(model_modes[u.index].label.clone()),
+            best: u.best,
+        })
+        .collect();
+    let least_squares = LeastSquares::new(comparison);
+    let residuals = least_squares.residuals_of(theta, &prediction);
+    let frequency_norm = pairs.iter().map(|p| (p.error_percent / 100.0).powi(2)).sum::<f64>().sqrt();
+    let misfit = misfit(comparison, residuals.as_slice())?;
+    Ok(Assessment {
+        theta: theta.to_vec(),
+        swapped: prediction.pairs.swapped.clone(),
+        paper_cost: PaperCost::new(comparison).cost_of(&prediction),
+        frequency_norm,
+        cost: 0.5 * residuals.norm_squared(),
+        misfit,
+        mass_properties: prediction.mass_properties,
+        mac: prediction.mac.clone(),
+        pairs,
+        unpaired_test,
+        unpaired_model,
+        model_modes,
+        prediction,
+    })
+}
+
+/// Frequencies and shapes come first among the residuals; each shape has one free scale.
+fn misfit(comparison: &Comparison<'_>, residuals: &[f64]) -> Result<Misfit, CorrelationError> {
+    let test = comparison.test();
+    let n_modes = test.modes.len();
+    let shapes = comparison.shapes();
+    let measured = shapes.iter().filter(|v| !v.is_nan()).count();
+    let with_shape = test.modes.iter().filter(|m| m.shape.is_some()).count();
+    let n_rows = n_modes + if comparison.has_shapes() { shapes.len() } else { 0 };
+    let chi_squared: f64 = residuals[..n_rows].iter().map(|r| r * r).sum();
+    Misfit::new(chi_squared, n_modes + measured - with_shape)
+}

@@ -1,0 +1,56 @@
+//! What to minimise, how modes are paired, by which method.
+
+use crate::correlation::{PairBy, PairingOptions};
+use crate::optim::{DifferentialEvolution, NelderMead, OptimizerSpec, Sequence};
+use serde::{Deserialize, Serialize};
+
+/// The cost to minimise.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Cost {
+    /// Weighted least squares: residuals over their standard deviations.
+    #[default]
+    LeastSquares,
+    /// Equation (4) of Gupta et al. divided by 2n: MAC and relative frequencies.
+    Paper,
+    /// The norm of the relative frequency errors.
+    Frequencies,
+}
+
+/// Settings of an update.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Settings {
+    /// The cost.
+    pub cost: Cost,
+    /// How modes are paired; by MAC where the test has shapes, and for lack of them by order within symmetry families.
+    pub pairing: Option<PairBy>,
+    /// The method; `auto` for least squares, else differential evolution followed by Nelder-Mead.
+    pub optimizer: Option<OptimizerSpec>,
+    /// Seed of all random numbers.
+    pub seed: u64,
+}
+
+impl Settings {
+    /// The pairing with open gates: an update must see every measured mode at every θ.
+    pub fn pairing(&self) -> PairingOptions {
+        let by = self.pairing.unwrap_or(match self.cost {
+            Cost::LeastSquares | Cost::Paper => PairBy::Mac,
+            Cost::Frequencies => PairBy::Order,
+        });
+        PairingOptions { by, min_mac: 0.0, frequency_window: f64::INFINITY, same_family_only: true }
+    }
+
+    /// The method.
+    pub fn optimizer(&self) -> OptimizerSpec {
+        self.optimizer.clone().unwrap_or_else(|| match self.cost {
+            Cost::LeastSquares => OptimizerSpec::default(),
+            // The paper's dispatch: a global search without derivatives, then a local refiner.
+            Cost::Paper | Cost::Frequencies => OptimizerSpec::Sequence(Sequence {
+                steps: vec![
+                    OptimizerSpec::DifferentialEvolution(DifferentialEvolution::default()),
+                    OptimizerSpec::NelderMead(NelderMead::default()),
+                ],
+            }),
+        })
+    }
+}
