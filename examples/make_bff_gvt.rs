@@ -92,12 +92,18 @@ pub fn gvt_file(truth: &Model) -> String {
 fn sensors(truth: &Model) -> Vec<Sensor> {
     let body = |x: f64, y: f64| Place::Node { node: "n1".to_string(), position: Some([x, y, 0.0]) };
     let mut places = vec![body(0.15, 0.0), body(0.8, 0.0), body(0.4, 0.19), body(0.72, 0.19)];
-    for (wing, nodes) in [("right_wing", ["n9", "n10", "n11", "n12", "n13"]), ("left_wing", ["n4", "n5", "n6", "n7", "n8"])]
+    for (wing, nodes) in
+        [("right_wing", ["n9", "n10", "n11", "n12", "n13"]), ("left_wing", ["n4", "n5", "n6", "n7", "n8"])]
     {
         for offset in [LEADING, TRAILING] {
             places.push(at_node(truth, nodes[0], offset));
             for element in 2..=4 {
-                places.push(at_middle(truth, format!("{wing}.{element}"), [nodes[element - 1], nodes[element]], offset));
+                places.push(at_middle(
+                    truth,
+                    format!("{wing}.{element}"),
+                    [nodes[element - 1], nodes[element]],
+                    offset,
+                ));
                 places.push(at_node(truth, nodes[element], offset));
             }
         }
@@ -134,7 +140,9 @@ fn at_middle(model: &Model, element: String, nodes: [&str; 2], offset: f64) -> P
 fn line(sensor: &Sensor) -> String {
     let (place, position) = match &sensor.place {
         Place::Node { node, position } => (format!("node: {node}"), position),
-        Place::Element { element, fraction, position } => (format!("element: {element}, fraction: {fraction}"), position),
+        Place::Element { element, fraction, position } => {
+            (format!("element: {element}, fraction: {fraction}"), position)
+        }
     };
     let [x, y, _] = position.expect("every sensor has a position");
     // Ten decimals of a metre: what the shapes below need to agree with the model to their last digit.

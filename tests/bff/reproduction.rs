@@ -78,7 +78,9 @@ fn matrices_of_the_updated_model() {
     // Element axes: x along, z up. The reference's (w, bending slope, twist) = (uz, -ry, -rx) in them; in global axes
     // (uz, -rx, ry).
     let local = [[0.0, 0.0, 1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0, -1.0, 0.0], [0.0, 0.0, 0.0, -1.0, 0.0, 0.0]];
-    let rotation = |global: usize, sign: f64| [0.0, 0.0, 0.0, sign * axes[0][global], sign * axes[1][global], sign * axes[2][global]];
+    let rotation = |global: usize, sign: f64| {
+        [0.0, 0.0, 0.0, sign * axes[0][global], sign * axes[1][global], sign * axes[2][global]]
+    };
     let global = [local[0], rotation(0, -1.0), rotation(1, 1.0)];
     for (kind, directions) in [("local", local), ("global", global)] {
         let select = DMatrix::from_fn(6, 12, |i, j| if i / 3 == j / 6 { directions[i % 3][j % 6] } else { 0.0 });
@@ -122,9 +124,7 @@ fn frequencies() {
 /// B4
 #[test]
 fn tables_of_the_paper() {
-    for (case, table, tolerance) in
-        [("updated", known::TABLE_6_HZ, 0.008), ("initial", known::TABLE_3_HZ, 0.017)]
-    {
+    for (case, table, tolerance) in [("updated", known::TABLE_6_HZ, 0.008), ("initial", known::TABLE_3_HZ, 0.017)] {
         let (_, model, theta) = cases().into_iter().find(|c| c.0 == case).unwrap();
         let modes = modes(&model, &theta, 6);
         for (mode, printed) in table.into_iter().enumerate() {
@@ -204,37 +204,41 @@ fn shapes_and_mac() {
 /// B6b
 #[test]
 fn names_of_modes() {
-    let check = |model: &Model, theta: &[f64], first: usize, path: &str, labels: [&str; 6], torsion: Option<[f64; 6]>| {
-        let modes = modes(model, theta, 12);
-        let characters: Vec<_> = (0..modes.len())
-            .map(|i| {
-                let shape: Vec<f64> = modes.shapes.column(i).iter().copied().collect();
-                model.character(theta, &shape, i < modes.n_rigid).unwrap().unwrap()
-            })
-            .collect();
-        let own: Vec<String> = label_modes(&characters).into_iter().map(|l| l.short).skip(first).take(6).collect();
-        assert_eq!(own, labels, "{path}");
-        for (mode, expected) in torsion.into_iter().flatten().enumerate() {
-            assert!((characters[first + mode].torsion - expected).abs() <= 1e-7, "{path} mode {}", mode + 1);
-        }
-        if let Some(reference) = reference() {
-            let families = at(&reference, &format!("{path}/family")).as_array().unwrap();
-            assert_eq!(own, families.iter().map(|f| f.as_str().unwrap()).collect::<Vec<_>>(), "{path}");
-            let torsion = vector(at(&reference, &format!("{path}/torsion_energy_fraction")));
-            let symmetry = vector(at(&reference, &format!("{path}/symmetry_index")));
-            let shapes = at_sensors(model, &modes);
-            for mode in 0..6 {
-                let c = &characters[first + mode];
-                let error = (c.torsion - torsion[mode]).abs();
-                assert!(error <= 1e-7, "{path} mode {}: torsion {} against {}", mode + 1, c.torsion, torsion[mode]);
-                // The reference's index correlates sensors 5 to 18 with 19 to 32.
-                let (right, left) = (shapes.view((4, first + mode), (14, 1)), shapes.view((18, first + mode), (14, 1)));
-                let index = right.dot(&left) / (right.norm() * left.norm());
-                assert!((index - symmetry[mode]).abs() <= 1e-7, "{path} mode {}: symmetry {index}", mode + 1);
-                assert_eq!(c.symmetry.unwrap() > 0.0, index > 0.0);
+    let check =
+        |model: &Model, theta: &[f64], first: usize, path: &str, labels: [&str; 6], torsion: Option<[f64; 6]>| {
+            let modes = modes(model, theta, 12);
+            let characters: Vec<_> = (0..modes.len())
+                .map(|i| {
+                    let shape: Vec<f64> = modes.shapes.column(i).iter().copied().collect();
+                    model.character(theta, &shape, i < modes.n_rigid).unwrap().unwrap()
+                })
+                .collect();
+            let own: Vec<String> = label_modes(&characters).into_iter().map(|l| l.short).skip(first).take(6).collect();
+            assert_eq!(own, labels, "{path}");
+            for (mode, expected) in torsion.into_iter().flatten().enumerate() {
+                assert!((characters[first + mode].torsion - expected).abs() <= 1e-7, "{path} mode {}", mode + 1);
             }
-        }
-    };
+            if let Some(reference) = reference() {
+                let families = at(&reference, &format!("{path}/family")).as_array().unwrap();
+                assert_eq!(own, families.iter().map(|f| f.as_str().unwrap()).collect::<Vec<_>>(), "{path}");
+                let torsion = vector(at(&reference, &format!("{path}/torsion_energy_fraction")));
+                let symmetry = vector(at(&reference, &format!("{path}/symmetry_index")));
+                let shapes = at_sensors(model, &modes);
+                for mode in 0..6 {
+                    let c = &characters[first + mode];
+                    // The reference leaves the suspension out of the energy.
+                    let own = c.torsion / (1.0 - c.springs);
+                    let error = (own - torsion[mode]).abs();
+                    assert!(error <= 1e-7, "{path} mode {}: torsion {own} against {}", mode + 1, torsion[mode]);
+                    // The reference's index correlates sensors 5 to 18 with 19 to 32.
+                    let (right, left) =
+                        (shapes.view((4, first + mode), (14, 1)), shapes.view((18, first + mode), (14, 1)));
+                    let index = right.dot(&left) / (right.norm() * left.norm());
+                    assert!((index - symmetry[mode]).abs() <= 1e-7, "{path} mode {}: symmetry {index}", mode + 1);
+                    assert_eq!(c.symmetry.unwrap() > 0.0, index > 0.0);
+                }
+            }
+        };
     for (case, model, theta) in cases() {
         let torsion = (case == "updated").then_some(known::TORSION_UPDATED);
         check(&model, &theta, 3, &format!("cases/{case}"), known::of(&known::LABELS, case), torsion);
@@ -345,7 +349,9 @@ fn costs_on_the_virtual_test() {
     }
 }
 
-/// B16: the paper's way, beams of 5e15 Pa instead of a rigid link, costs 12 digits of K.
+/// B16: the paper's way, beams of 5e15 Pa instead of a rigid link. In exact arithmetic they differ by less than 1e-5 Hz; in
+/// double precision a plain solution loses up to 1.3 % of the first mode, so 0.5 % is asked. The inverse problem with its
+/// scaled shift keeps six digits, which is asked too.
 #[test]
 fn stiff_beams_in_place_of_the_rigid_body() {
     let with = model("bff_updated.yaml");
@@ -354,17 +360,28 @@ fn stiff_beams_in_place_of_the_rigid_body() {
     };
     let text = text("bff_updated.yaml")
         .replace("  fuselage:\n    mass", &(stiff("fuselage", "7.8607056e-9", "4.466946e-7") + "    mass"))
-        .replace("  measurement_link:\n    mass", &(stiff("measurement_link", "6.6666666667e-9", "4.3333333333e-7") + "    mass"))
+        .replace(
+            "  measurement_link:\n    mass",
+            &(stiff("measurement_link", "6.6666666667e-9", "4.3333333333e-7") + "    mass"),
+        )
         .replace("rigid_links:\n  centre_body: {master: n1, slaves: [n2, n3, n4, n9, n14, n15, n16, n17]}\n", "");
     let without = model_of(&text);
     assert_eq!((with.dof_map().n_dof(), without.dof_map().n_dof()), (27, 51));
     let theta = with.parameters().nominal();
     let (exact, stiff) = (modes(&with, &theta, 6), modes(&without, &theta, 6));
+    assert_eq!(stiff.n_rigid, 3);
     for mode in 0..6 {
-        assert_relative(stiff.frequency_hz(stiff.n_rigid + mode), exact.frequency_hz(3 + mode), 0.005, "stiff beams");
+        assert_relative(stiff.frequency_hz(3 + mode), exact.frequency_hz(3 + mode), 0.005, "stiff beams");
+        assert_relative(
+            stiff.frequency_hz(3 + mode),
+            exact.frequency_hz(3 + mode),
+            2e-6,
+            "stiff beams, inverse problem",
+        );
     }
     let soundness = lint(&without).unwrap();
-    assert!(soundness.warnings.iter().any(|w| w.message.contains("rigid_links")), "{:?}", soundness.warnings);
+    let paths: Vec<&str> = soundness.warnings.iter().map(|w| w.path.as_str()).collect();
+    assert!(paths.contains(&"sections.fuselage.E"), "no warning of 5e15 Pa: {:#?}", soundness.warnings);
 }
 
 /// The three files say what they are and have nothing to complain about that is not so.
@@ -387,7 +404,9 @@ fn check_reads_sensibly() {
 fn the_test_file_is_what_its_generator_writes() {
     let generated = make_bff_gvt::gvt_file(&model("bff_truth.yaml"));
     let committed = text("bff_gvt.yaml");
-    let words = |text: &str| -> Vec<String> { text.split_whitespace().map(|w| w.trim_matches(['[', ',', ']']).to_string()).collect() };
+    let words = |text: &str| -> Vec<String> {
+        text.split_whitespace().map(|w| w.trim_matches(['[', ',', ']']).to_string()).collect()
+    };
     let (a, b) = (words(&generated), words(&committed));
     assert_eq!(a.len(), b.len(), "run examples/make_bff_gvt.rs again");
     for (a, b) in a.iter().zip(&b) {
