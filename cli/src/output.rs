@@ -156,14 +156,11 @@ pub(crate) fn pairs(a: &Assessment, style: &Style) -> String {
             u.label.as_deref().unwrap_or("no name")
         );
     }
-    for (i, j) in &a.swapped {
-        let (i, j) = (&a.pairs[*i], &a.pairs[*j]);
-        let _ = writeln!(
-            out,
-            "swapped: test modes {} and {} come in the opposite order in the model",
-            i.test_mode + 1,
-            j.test_mode + 1
-        );
+    if !a.swapped.is_empty() {
+        let mut order: Vec<_> = a.pairs.iter().collect();
+        order.sort_by(|x, y| x.model_hz.total_cmp(&y.model_hz));
+        let order: Vec<String> = order.iter().map(|p| (p.test_mode + 1).to_string()).collect();
+        let _ = writeln!(out, "order of the test modes in the model: {}", order.join(" "));
     }
     out
 }

@@ -1,10 +1,11 @@
 //! The cost of Gupta, Moreno, Pfifer and Balas, equation (4).
 
 use super::prediction::{Comparison, Prediction};
-use super::residual::{Point, Residual, TargetResidual, UNPAIRED, violations};
+use super::residual::{Point, Residual, TargetResidual, difference, violations};
 use super::scaling::Scaling;
-use super::{EvalError, Objective};
-use crate::linalg::DVector;
+use super::{EvalError, Linearization, Objective};
+use crate::linalg::{DMatrix, DVector};
+use crate::model::MassProperties;
 
 /// The cost of the paper's equation (4), with the divisor that reproduces its reported values.
 ///
@@ -69,35 +70,139 @@ impl<'a> PaperCost<'a> {
     }
 }
 
+/// Violations beyond the kink of the penalty are smoothed over this fraction of a tolerance, for gradient methods only.
+const SMOOTHING: f64 = 1e-2;
+
+/// Below this norm of the frequency errors their weight in the residuals stays constant, so that it is finite.
+const SMALLEST_NORM: f64 = 1e-9;
+
+impl PaperCost<'_> {
+    fn point<'b>(&'b self, theta: &'b [f64], prediction: &'b Prediction) -> Point<'b> {
+        Point { comparison: self.comparison, scaling: &self.scaling, theta, prediction }
+    }
+
+    /// Relative frequency errors and their norm.
+    fn errors(&self, prediction: &Prediction) -> (Vec<f64>, f64) {
+        let test = &self.comparison.test().modes;
+        let error = |i: usize| {
+            prediction.partner(i).map_or(1.0, |a| prediction.frequencies_hz[a] / test[i].frequency_hz.value - 1.0)
+        };
+        let errors: Vec<f64> = (0..test.len()).map(error).collect();
+        let norm = errors.iter().map(|e| e * e).sum::<f64>().sqrt().max(SMALLEST_NORM);
+        (errors, norm)
+    }
+
+    /// Sensors that measured a test mode, with the shape scaled to unit length; none where shapes do not count.
+    fn unit_shape(&self, mode: usize) -> Vec<(usize, f64)> {
+        if self.mac_weight == 0.0 {
+            return Vec::new();
+        }
+        let shapes = self.comparison.shapes();
+        let rows = (0..shapes.nrows()).map(|k| (k, shapes[(k, mode)])).filter(|(_, v)| !v.is_nan());
+        let norm = rows.clone().map(|(_, v)| v * v).sum::<f64>().sqrt();
+        rows.map(|(k, v)| (k, v / norm)).collect()
+    }
+
+    fn smoothed_violations(&self, p: &MassProperties, out: &mut [f64]) {
+        for (r, u) in out.iter_mut().zip(violations(&self.comparison.model().targets(), p)) {
+            *r = u * (2.0 / (u + SMOOTHING)).sqrt();
+        }
+    }
+
+    fn residuals_of(&self, prediction: &Prediction) -> DVector<f64> {
+        let n = self.comparison.test().modes.len();
+        let n_sensors = self.comparison.shapes().nrows();
+        let mut r = DVector::zeros(self.n_residuals());
+        let (errors, norm) = self.errors(prediction);
+        for (i, e) in errors.iter().enumerate() {
+            r[i] = e * (2.0 / (self.divisor * norm)).sqrt();
+        }
+        let weight = (2.0 * self.mac_weight / self.divisor).sqrt();
+        for mode in 0..n {
+            let test = self.unit_shape(mode);
+            let at = n + mode * n_sensors;
+            let partner = prediction.partner(mode).map(|a| prediction.at_sensors.column(a));
+            let own = partner.map_or(0.0, |phi| test.iter().map(|&(k, _)| phi[k] * phi[k]).sum::<f64>());
+            let cross = partner.map_or(0.0, |phi| test.iter().map(|&(k, t)| phi[k] * t).sum::<f64>());
+            for &(k, t) in &test {
+                let along = partner.filter(|_| own > 0.0).map_or(0.0, |phi| phi[k] * cross / own);
+                r[at + k] = weight * (t - along);
+            }
+        }
+        if let Some(p) = &prediction.mass_properties {
+            self.smoothed_violations(p, &mut r.as_mut_slice()[n + n * n_sensors..]);
+        }
+        r
+    }
+}
+
 impl Objective for PaperCost<'_> {
     fn n_parameters(&self) -> usize {
         self.scaling.len()
     }
 
     fn n_residuals(&self) -> usize {
-        2 * self.comparison.test().modes.len() + TargetResidual.len(self.comparison)
+        let n = self.comparison.test().modes.len();
+        n + n * self.comparison.shapes().nrows() + TargetResidual.len(self.comparison)
     }
 
-    /// A smooth stand-in for gradient methods: √(1 - MAC_i) and e_i of every mode, then the targets; its minimum is near
-    /// that of J, not at it.
+    /// Residuals with ½ rᵀr = J inside the targets, for gradient methods.
+    ///
+    /// ```text
+    /// r_i = e_i √(2/(D ‖e‖))                   so that ½ Σ r_i² = ‖e‖/D,  D = 2n
+    /// r_i = √(2/D) (t - a aᵀt), |a| = |t| = 1   so that ½ |r_i|² = (1 - MAC_i)/D
+    /// r   = u √(2/(u + 0.01))                   for a target missed by u: about the penalty u, without its kink
+    /// ```
     fn residuals(&self, x: &DVector<f64>) -> Result<DVector<f64>, EvalError> {
+        let prediction = self.comparison.predict(&self.scaling.theta(x))?;
+        Ok(self.residuals_of(&prediction))
+    }
+
+    fn linearize(&self, x: &DVector<f64>) -> Result<Linearization, EvalError> {
         let theta = self.scaling.theta(x);
         let prediction = self.comparison.predict(&theta)?;
-        let modes = &self.comparison.test().modes;
-        let n = modes.len();
-        let mut r = DVector::zeros(self.n_residuals());
-        for (i, mode) in modes.iter().enumerate() {
-            let partner = prediction.partner(i);
-            if mode.shape.is_some() {
-                let mac = partner.map_or(0.0, |a| prediction.mac[(a, i)]);
-                r[i] = (self.mac_weight * (1.0 - mac)).max(0.0).sqrt();
+        let derivative = self.comparison.differentiate(&theta, &prediction, self.scaling.free())?;
+        let residuals = self.residuals_of(&prediction);
+        let test = &self.comparison.test().modes;
+        let (n, n_sensors, n_free) = (test.len(), self.comparison.shapes().nrows(), self.scaling.len());
+        let mut jacobian = DMatrix::zeros(residuals.len(), n_free);
+        let (errors, norm) = self.errors(&prediction);
+        let of = |mode: usize| prediction.partner(mode).and_then(|a| derivative.modes[a].as_ref().map(|d| (a, d)));
+        let d_error = |i: usize, j: usize| of(i).map_or(0.0, |(_, (df, _))| df[j] / test[i].frequency_hz.value);
+        let factor = (2.0 / (self.divisor * norm)).sqrt();
+        for j in 0..n_free {
+            let d_norm: f64 = (0..n).map(|i| errors[i] * d_error(i, j)).sum::<f64>() / norm;
+            for i in 0..n {
+                jacobian[(i, j)] = factor * (d_error(i, j) - 0.5 * errors[i] * d_norm / norm);
             }
-            r[n + i] = partner.map_or(UNPAIRED, |a| prediction.frequencies_hz[a] / mode.frequency_hz.value - 1.0);
         }
-        let point =
-            Point { comparison: self.comparison, scaling: &self.scaling, theta: &theta, prediction: &prediction };
-        TargetResidual.evaluate(&point, &mut r.as_mut_slice()[2 * n..]);
-        Ok(r)
+        let weight = (2.0 * self.mac_weight / self.divisor).sqrt();
+        for mode in 0..n {
+            let rows = self.unit_shape(mode);
+            let Some((a, (_, d_phi))) = of(mode) else { continue };
+            let phi = prediction.at_sensors.column(a);
+            let own: f64 = rows.iter().map(|&(k, _)| phi[k] * phi[k]).sum();
+            if own == 0.0 {
+                continue;
+            }
+            let cross: f64 = rows.iter().map(|&(k, t)| phi[k] * t).sum();
+            for j in 0..n_free {
+                let d_own: f64 = rows.iter().map(|&(k, _)| 2.0 * phi[k] * d_phi[(k, j)]).sum();
+                let d_cross: f64 = rows.iter().map(|&(k, t)| d_phi[(k, j)] * t).sum();
+                for &(k, _) in &rows {
+                    let d_along =
+                        (d_phi[(k, j)] * cross + phi[k] * d_cross) / own - phi[k] * cross * d_own / (own * own);
+                    jacobian[(n + mode * n_sensors + k, j)] = -weight * d_along;
+                }
+            }
+        }
+        let mut block = DMatrix::zeros(TargetResidual.len(self.comparison), n_free);
+        difference(&self.point(&theta, &prediction), &mut block, |p, r| self.smoothed_violations(p, r));
+        jacobian.rows_mut(n + n * n_sensors, block.nrows()).copy_from(&block);
+        for (mut column, width) in jacobian.column_iter_mut().zip(self.scaling.width()) {
+            column *= *width;
+        }
+        Ok(Linearization { residuals, jacobian })
     }
 
     fn cost(&self, x: &DVector<f64>) -> Result<f64, EvalError> {

@@ -54,7 +54,7 @@ pub(crate) fn run(args: &Compare) -> Result<u8, Failure> {
 /// The last lines of a comparison.
 pub(crate) fn summary(a: &Assessment) -> String {
     format!(
-        "\nerror is (model - test)/test: plus means that the model is too high\n{}\nthe paper's equation (4) divided by 2n: {:.4}\n",
+        "\nerror is (model - test)/test: plus means that the model is too high\n{}\ncost of MAC and frequencies (Gupta et al. 2015, equation (4) / 2n): {:.4}\n",
         a.misfit, a.paper_cost
     )
 }

@@ -1,0 +1,217 @@
+//! The house as drawn in ARCHITECTURE.md: who may import whom, how long a file may be, and that catalogues are complete.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Module -> modules of ours that it may name. Imports go to lower levels only.
+const IMPORTS: &[(&str, &[&str])] = &[
+    // level 0
+    ("catalogue", &[]),
+    ("linalg", &[]),
+    ("units", &["catalogue"]),
+    ("yaml", &["catalogue"]),
+    // level 1
+    ("element", &["linalg", "catalogue"]),
+    ("modal", &["linalg"]),
+    // level 2
+    ("model", &["linalg", "catalogue", "units", "yaml", "element", "modal"]),
+    ("data", &["linalg", "catalogue", "units", "yaml", "element"]),
+    // level 3
+    ("identify", &["linalg", "catalogue", "modal", "data"]),
+    ("effect", &["linalg", "catalogue", "units", "yaml", "element", "model"]),
+    ("correlation", &["linalg", "catalogue", "yaml", "element", "model", "modal", "data"]),
+    // level 4
+    ("objective", &["linalg", "catalogue", "element", "model", "modal", "data", "correlation"]),
+    // level 5: never model, modal or data
+    ("optim", &["linalg", "catalogue", "objective"]),
+    // level 6
+    (
+        "update",
+        &[
+            "linalg",
+            "catalogue",
+            "units",
+            "yaml",
+            "element",
+            "modal",
+            "model",
+            "data",
+            "identify",
+            "effect",
+            "correlation",
+            "objective",
+            "optim",
+        ],
+    ),
+    // level 7
+    (
+        "diagnosis",
+        &[
+            "linalg",
+            "catalogue",
+            "units",
+            "yaml",
+            "element",
+            "modal",
+            "model",
+            "data",
+            "identify",
+            "effect",
+            "correlation",
+            "objective",
+            "optim",
+            "update",
+        ],
+    ),
+    // level 8: any; imported by nobody in src/
+    (
+        "report",
+        &[
+            "linalg",
+            "catalogue",
+            "units",
+            "yaml",
+            "element",
+            "modal",
+            "model",
+            "data",
+            "identify",
+            "effect",
+            "correlation",
+            "objective",
+            "optim",
+            "update",
+            "diagnosis",
+        ],
+    ),
+];
+
+fn root() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn rust_files(folder: &Path, out: &mut Vec<PathBuf>) {
+    let mut entries: Vec<PathBuf> = fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect();
+    entries.sort();
+    for path in entries {
+        if path.is_dir() {
+            rust_files(&path, out);
+        } else if path.extension().is_some_and(|e| e == "rs") {
+            out.push(path);
+        }
+    }
+}
+
+fn sources() -> Vec<PathBuf> {
+    let mut files = Vec::new();
+    rust_files(&root().join("src"), &mut files);
+    files
+}
+
+/// The text of a file without comments and without what stands behind its first `#[cfg(test)]` on a module.
+fn code(path: &Path) -> String {
+    let text = fs::read_to_string(path).unwrap();
+    let end = text.find("#[cfg(test)]\nmod ").unwrap_or(text.len());
+    text[..end].lines().filter(|l| !l.trim_start().starts_with("//")).collect::<Vec<_>>().join("\n")
+}
+
+fn is_test_file(path: &Path) -> bool {
+    let path = path.to_string_lossy();
+    path.ends_with("tests.rs") || path.contains("/tests/") || path.contains("/fixture")
+}
+
+/// The module of `src/` that a file belongs to.
+fn module(path: &Path) -> String {
+    let relative = path.strip_prefix(root().join("src")).unwrap();
+    let first = relative.components().next().unwrap().as_os_str().to_string_lossy().into_owned();
+    first.trim_end_matches(".rs").to_string()
+}
+
+#[test]
+fn imports_follow_the_table() {
+    let table: BTreeMap<&str, &[&str]> = IMPORTS.iter().copied().collect();
+    let mut wrong = Vec::new();
+    for path in sources().into_iter().filter(|p| !is_test_file(p)) {
+        let own = module(&path);
+        if own == "lib" {
+            continue;
+        }
+        let Some(allowed) = table.get(own.as_str()) else {
+            wrong.push(format!("{}: module `{own}` is not in the import table", path.display()));
+            continue;
+        };
+        for (i, _) in code(&path).match_indices("crate::") {
+            let name: String = code(&path)[i + 7..].chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect();
+            if table.contains_key(name.as_str()) && name != own && !allowed.contains(&name.as_str()) {
+                wrong.push(format!("{}: `{own}` may not import `{name}`", path.display()));
+            }
+        }
+    }
+    wrong.dedup();
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn the_table_goes_down_only() {
+    for (i, (module, allowed)) in IMPORTS.iter().enumerate() {
+        for import in *allowed {
+            let j = IMPORTS.iter().position(|m| m.0 == *import).unwrap();
+            assert!(j < i, "`{module}` imports `{import}`, which stands above it");
+        }
+    }
+}
+
+#[test]
+fn every_module_is_in_the_table() {
+    let text = fs::read_to_string(root().join("src/lib.rs")).unwrap();
+    for line in text.lines().filter_map(|l| l.strip_prefix("pub mod ")) {
+        let name = line.trim_end_matches(';');
+        assert!(IMPORTS.iter().any(|m| m.0 == name), "`{name}` is not in the import table");
+    }
+}
+
+#[test]
+fn only_linalg_names_faer_and_only_yaml_names_the_yaml_crates() {
+    for path in sources() {
+        let code = code(&path);
+        let own = module(&path);
+        for (words, home) in [(&["faer::"][..], "linalg"), (&["serde_yaml::", "saphyr_parser::"][..], "yaml")] {
+            for word in words {
+                assert!(own == home || !code.contains(word), "{} names {word}", path.display());
+            }
+        }
+    }
+}
+
+#[test]
+fn no_file_is_longer_than_six_hundred_lines_without_tests() {
+    let mut long = Vec::new();
+    for path in sources().into_iter().filter(|p| !is_test_file(p)) {
+        let text = fs::read_to_string(&path).unwrap();
+        let end = text.find("#[cfg(test)]\nmod ").unwrap_or(text.len());
+        let lines = text[..end].lines().count();
+        if lines > 600 {
+            long.push(format!("{}: {lines} lines", path.display()));
+        }
+    }
+    assert!(long.is_empty(), "{}", long.join("\n"));
+}
+
+/// Files of a catalogue's folder that are no members.
+const NOT_MEMBERS: &[(&str, &[&str])] =
+    &[("src/element", &["mod", "conformance", "input", "joint", "tests"]), ("src/objective/residual", &["mod"])];
+
+#[test]
+fn every_file_of_a_catalogue_folder_is_listed() {
+    for (folder, others) in NOT_MEMBERS {
+        let list = fs::read_to_string(root().join(folder).join("mod.rs")).unwrap();
+        for entry in fs::read_dir(root().join(folder)).unwrap() {
+            let path = entry.unwrap().path();
+            let stem = path.file_stem().unwrap().to_string_lossy().into_owned();
+            if path.extension().is_some_and(|e| e == "rs") && !others.contains(&stem.as_str()) {
+                assert!(list.contains(&format!("    {stem}::")), "{}: `{stem}` is not listed", list);
+            }
+        }
+    }
+}
