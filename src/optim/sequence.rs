@@ -1,6 +1,8 @@
 //! Methods one after another.
 
-use super::{About, OptimError, Optimizer, OptimizerSpec, Optimum, Run, Stop, Termination};
+use super::{
+    About, DifferentialEvolution, NelderMead, OptimError, Optimizer, OptimizerSpec, Optimum, Run, Stop, Termination,
+};
 use crate::linalg::DVector;
 
 /// Methods that hand their best point on: a global search, then a local refiner.
@@ -12,6 +14,25 @@ use crate::linalg::DVector;
 pub struct Sequence {
     /// The methods, in order; at least one.
     pub steps: Vec<OptimizerSpec>,
+}
+
+impl Sequence {
+    /// A global search without derivatives, then a local refiner: for costs with kinks, such as norms of errors and
+    /// penalties of constraints, and with many minima.
+    ///
+    /// ```text
+    /// optimizer: [{differential-evolution: {generations: 500}}, nelder-mead]
+    /// ```
+    ///
+    /// Up to 50 000 evaluations in 500 generations of 100, and the local ones. Audited on the Body Freedom Flutter
+    /// aircraft, 19 parameters: within 60 000 evaluations it finds the known global minimum of the paper's cost, where
+    /// the paper's own settings (`strategy: classic`, 200 x 100) stop at 1.3 to 1.8 times that cost.
+    pub fn global_then_local() -> Self {
+        let global = DifferentialEvolution { generations: Some(500), ..DifferentialEvolution::default() };
+        let steps =
+            vec![OptimizerSpec::DifferentialEvolution(global), OptimizerSpec::NelderMead(NelderMead::default())];
+        Self { steps }
+    }
 }
 
 /// What `retune explain sequence` tells.

@@ -1,7 +1,7 @@
 //! What to minimise, how modes are paired, by which method.
 
 use crate::correlation::{PairBy, PairingOptions};
-use crate::optim::{DifferentialEvolution, NelderMead, OptimizerSpec, Sequence};
+use crate::optim::{OptimizerSpec, Sequence};
 use serde::{Deserialize, Serialize};
 
 /// The cost to minimise.
@@ -45,12 +45,7 @@ impl Settings {
         self.optimizer.clone().unwrap_or_else(|| match self.cost {
             Cost::LeastSquares => OptimizerSpec::default(),
             // The paper's dispatch: a global search without derivatives, then a local refiner.
-            Cost::Paper | Cost::Frequencies => OptimizerSpec::Sequence(Sequence {
-                steps: vec![
-                    OptimizerSpec::DifferentialEvolution(DifferentialEvolution::default()),
-                    OptimizerSpec::NelderMead(NelderMead::default()),
-                ],
-            }),
+            Cost::Paper | Cost::Frequencies => OptimizerSpec::Sequence(Sequence::global_then_local()),
         })
     }
 }
