@@ -7,6 +7,7 @@ mod assignment;
 mod comac;
 mod criteria;
 mod expansion;
+mod frf;
 mod identifiability;
 mod localization;
 mod mac;
@@ -23,6 +24,10 @@ pub use criteria::{
     ProbabilityOf, find_profile, parse_profiles,
 };
 pub use expansion::{ExpandedShape, Expander, Sensitivity};
+pub use frf::{
+    BandResidual, ByChannel, FrequencyShift, Signature, band_residuals, fdac, frac, frequency_shift, is_driving_point,
+    local_amplitude, signatures, to_quantity,
+};
 pub use identifiability::{
     CollinearGroup, CoupledGroup, Identifiability, Information, collinear_groups, correlations, covariance,
     identifiability, information,
@@ -46,6 +51,7 @@ pub use statistics::{
 };
 pub use subspace::{CloseModes, assess_close_modes, principal_angles, subspace_mac};
 
+use crate::data::FrfQuantity;
 use crate::linalg::LinalgError;
 
 /// Why a comparison has no result.
@@ -83,6 +89,16 @@ pub enum CorrelationError {
         value: f64,
         /// The allowed range, in words.
         expected: &'static str,
+    },
+    /// The functions are of different kinds.
+    #[error(
+        "the model's functions are {analytical:?}, the test's {experimental:?}; convert the model's with `to_quantity` first"
+    )]
+    DifferentQuantity {
+        /// Of the model.
+        analytical: FrfQuantity,
+        /// Of the test.
+        experimental: FrfQuantity,
     },
     /// A kernel failed.
     #[error("the comparison has no result")]
