@@ -203,7 +203,8 @@ impl Identifiability {
                 text += sign;
                 let magnitude = coefficient.abs();
                 if (magnitude - 1.0).abs() > 5e-4 {
-                    text += &format!("{} ", three_figures(magnitude));
+                    text += &three_figures(magnitude);
+                    text.push(' ');
                 }
                 text += &self.names[parameter];
             }
@@ -386,7 +387,7 @@ fn with_prior(jacobian: &DMatrix<f64>, prior_sd: Option<&[f64]>) -> Result<DMatr
             expected,
         });
     }
-    if let Some(&value) = prior.iter().find(|v| !(**v > 0.0)) {
+    if let Some(&value) = prior.iter().find(|v| v.is_nan() || **v <= 0.0) {
         let what = "prior standard deviation";
         return Err(CorrelationError::Range { what, value, expected: "positive" });
     }

@@ -33,7 +33,8 @@ pub use identifiability::{
     identifiability, information,
 };
 pub use localization::{
-    ElementMatrix, ExpandedMode, Localization, Place, by_group, element_energies, localize, residual_force,
+    ElementMatrix, ExpandedMode, Localization, Place, by_group, element_energies, group_matrices, localize,
+    residual_force,
 };
 pub use mac::{ShapeScalar, auto_mac, mac_matrix, modal_scale_factor, to_complex, weighted_mac_matrix};
 pub use macco::{SensorRemoval, spoiling_sensors};
