@@ -108,6 +108,12 @@ fn orthogonality_by_serep(bencher: Bencher<'_, '_>) {
 }
 
 #[divan::bench]
+fn expansion_preparation(bencher: Bencher<'_, '_>) {
+    let case = case();
+    bencher.bench(|| Expander::new(black_box(&case.k), &case.m, &case.s, 100.0));
+}
+
+#[divan::bench]
 fn expansion_and_localization(bencher: Bencher<'_, '_>) {
     let case = case();
     bencher.bench(|| location(black_box(&case)));

@@ -189,7 +189,7 @@ pub fn localize(modes: &[ExpandedMode<'_>], elements: &[ElementMatrix]) -> Resul
             energy += mode.weight * element.quadratic(mode.expanded.residual.as_slice());
             strain += mode.weight * element.quadratic(mode.expanded.shape.as_slice());
             // Columns R_i σ_i at the element's dofs; unmeasured sensors have zero columns.
-            let r = &mode.expanded.sensitivity.residual;
+            let r = &mode.expanded.residual_sensitivity;
             let noise = DMatrix::from_fn(element.dofs.len(), r.ncols(), |i, j| {
                 let rate = r[(element.dofs[i], j)];
                 if rate == 0.0 { 0.0 } else { rate * mode.sd[j] }
