@@ -162,7 +162,7 @@ pub fn local_amplitude(analytical: &FrfSet, experimental: &FrfSet) -> Result<ByC
 }
 
 /// Correlation of all functions at one frequency line.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Signature {
     /// The line, Hz.
     pub frequency_hz: f64,
@@ -239,7 +239,7 @@ fn check_reference(set: &FrfSet, reference: usize) -> Result<(), CorrelationErro
 }
 
 /// How the model's frequency axis has to be stretched to resemble the test.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct FrequencyShift {
     /// f_a/f_x of the best common stretch: above 1, the model is too high.
     pub ratio: f64,
@@ -321,7 +321,7 @@ pub fn frequency_shift(
 }
 
 /// Differences of one function inside one band.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct BandResidual {
     /// Reference of the function; `None` for all functions together.
     pub channel: Option<(usize, usize)>,

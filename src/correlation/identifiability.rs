@@ -245,7 +245,7 @@ impl fmt::Display for Identifiability {
 }
 
 /// Two or more parameters whose effects on the data are nearly parallel.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct CollinearGroup {
     /// The parameters, ascending.
     pub parameters: Vec<usize>,
@@ -296,7 +296,7 @@ pub fn collinear_groups(jacobian: &DMatrix<f64>, threshold: f64) -> Vec<Collinea
 }
 
 /// What the data say about one parameter.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Information {
     /// Standard deviation of x if all other parameters were known; infinite without any effect.
     pub sd_alone: f64,

@@ -127,7 +127,7 @@ pub struct ExpandedMode<'a> {
 }
 
 /// How much disagreement sits in one element.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Place {
     /// Name of the element (or group).
     pub name: String,
@@ -144,7 +144,7 @@ pub struct Place {
 }
 
 /// Places ranked by how far they stand above noise.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Localization {
     /// Places, the most suspicious first.
     pub places: Vec<Place>,

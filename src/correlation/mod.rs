@@ -105,3 +105,6 @@ pub enum CorrelationError {
     #[error("the comparison has no result")]
     Linalg(#[from] LinalgError),
 }
+
+#[cfg(test)]
+mod tests;

@@ -11,7 +11,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
 use std::fmt;
 
 /// A sum of squared standardised residuals and how it compares with noise.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Misfit {
     /// Σ r², 1.
     pub chi_squared: f64,

@@ -1,4 +1,4 @@
-//! Singular values and symmetric eigenvalues of dense matrices.
+//! Singular values of a dense matrix, and the complete basis of a structural model.
 
 use super::{DMatrix, DVector, LinalgError};
 
@@ -51,20 +51,6 @@ pub fn thin_svd(a: &DMatrix<f64>) -> Result<Svd, LinalgError> {
     })
 }
 
-/// Eigenvalues, ascending, and orthonormal vectors of a symmetric matrix; only the lower triangle is read.
-pub fn symmetric_eigen(a: &DMatrix<f64>) -> Result<(DVector<f64>, DMatrix<f64>), LinalgError> {
-    let n = a.nrows();
-    if let Some(row) = (0..n).find(|&i| (0..=i).any(|j| !a[(i, j)].is_finite())) {
-        return Err(LinalgError::NotFinite { matrix: "decomposed", row });
-    }
-    let scale = unit_scale(a);
-    let scaled = faer::Mat::<f64>::from_fn(n, n, |i, j| a[(i, j)] / scale);
-    let eigen = scaled.self_adjoint_eigen(faer::Side::Lower).map_err(|_| LinalgError::NoConvergence { size: n })?;
-    let values = eigen.S().column_vector();
-    let vectors = DMatrix::from_fn(n, n, |i, j| eigen.U()[(i, j)]);
-    Ok((DVector::from_fn(n, |j, _| values[j] * scale), vectors))
-}
-
 /// All vectors of the pencil (M, K + a M), massless dofs and rigid bodies included.
 ///
 /// ```text
@@ -81,6 +67,9 @@ pub fn shifted_pencil(
     shift: f64,
 ) -> Result<(DVector<f64>, DMatrix<f64>), LinalgError> {
     let n = k.nrows();
+    if n == 0 {
+        return Ok((DVector::zeros(0), DMatrix::zeros(0, 0)));
+    }
     for (matrix, a) in [("stiffness", k), ("mass", m)] {
         if let Some(row) = (0..n).find(|&i| (0..=i).any(|j| !a[(i, j)].is_finite())) {
             return Err(LinalgError::NotFinite { matrix, row });
@@ -131,10 +120,8 @@ mod tests {
         for scale in [1e-150, 1.0, 1e150] {
             let a = DMatrix::from_fn(3, 3, |i, j| scale / (i + j + 1) as f64);
             let svd = thin_svd(&a).unwrap();
-            let (values, _) = symmetric_eigen(&a).unwrap();
             for (j, exact) in [1.408318927123654, 0.12232706585390585, 0.002687340355773529].into_iter().enumerate() {
                 assert!((svd.values[j] / scale - exact).abs() < 2e-15);
-                assert!((values[2 - j] / scale - exact).abs() < 2e-15);
             }
         }
     }
