@@ -8,6 +8,11 @@ use super::CorrelationError;
 use crate::linalg::{DMatrix, DVector, LinalgError, shifted_pencil};
 use nalgebra::Cholesky;
 
+/// A relative model error for [`Expander::weight`] that does well where nothing better is known: stiffness losses of 20 %
+/// in one element of a beam are found at 1 % noise over a range of 0.01 to 0.05 around it. Larger values trust the sensors
+/// more, and their noise.
+pub const MODEL_ERROR: f64 = 0.02;
+
 /// Minimum dynamic residual expansion for one model and one set of sensors.
 ///
 /// ```text
@@ -83,7 +88,7 @@ impl Expander {
 
     /// A weight from a relative model error: w = ε² (ω² + a) m, J.
     ///
-    /// * `model_error` - ε: the size of r against u that is worth one standard deviation of one sensor, for example 0.02
+    /// * `model_error` - ε: the size of r against u that is worth one standard deviation of one sensor, for example [`MODEL_ERROR`]
     /// * `omega_squared` - ω² of the mode, rad²/s²
     /// * `modal_mass` - uᵀ M u in the scale of the test shape, kg times its unit squared
     pub fn weight(&self, model_error: f64, omega_squared: f64, modal_mass: f64) -> f64 {

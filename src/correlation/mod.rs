@@ -23,7 +23,7 @@ pub use criteria::{
     BUILTIN_PROFILES, Check, CriteriaError, CriteriaProfile, Evidence, Judgement, ModeMarks, PairEvidence,
     ProbabilityOf, find_profile, parse_profiles,
 };
-pub use expansion::{ExpandedShape, Expander};
+pub use expansion::{ExpandedShape, Expander, MODEL_ERROR};
 pub use frf::{
     BandResidual, ByChannel, FrequencyShift, Signature, band_residuals, fdac, frac, frequency_shift, is_driving_point,
     local_amplitude, signatures, to_quantity,
