@@ -158,7 +158,7 @@ impl CriteriaProfile {
                     checks.push(Check { subject: pair.name.clone(), what, value, limit, passed, probability });
                 }
             };
-            at_least("mac", marks.mac, pair.mac, pair.mac_probability.as_ref().and_then(|p| marks.mac.map(|m| p(m))));
+            at_least("mac", marks.mac, pair.mac, pair.mac_probability.as_ref().and_then(|p| marks.mac.map(p)));
             at_least("cross orthogonality", marks.cross_orthogonality, pair.cross_orthogonality, None);
             if let Some(limit) = marks.frequency_tolerance {
                 checks.push(Check {

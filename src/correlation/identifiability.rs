@@ -203,7 +203,8 @@ impl Identifiability {
                 text += sign;
                 let magnitude = coefficient.abs();
                 if (magnitude - 1.0).abs() > 5e-4 {
-                    text += &format!("{} ", three_figures(magnitude));
+                    text += &three_figures(magnitude);
+                    text.push(' ');
                 }
                 text += &self.names[parameter];
             }
@@ -244,7 +245,7 @@ impl fmt::Display for Identifiability {
 }
 
 /// Two or more parameters whose effects on the data are nearly parallel.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct CollinearGroup {
     /// The parameters, ascending.
     pub parameters: Vec<usize>,
@@ -295,7 +296,7 @@ pub fn collinear_groups(jacobian: &DMatrix<f64>, threshold: f64) -> Vec<Collinea
 }
 
 /// What the data say about one parameter.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Information {
     /// Standard deviation of x if all other parameters were known; infinite without any effect.
     pub sd_alone: f64,
@@ -386,7 +387,7 @@ fn with_prior(jacobian: &DMatrix<f64>, prior_sd: Option<&[f64]>) -> Result<DMatr
             expected,
         });
     }
-    if let Some(&value) = prior.iter().find(|v| !(**v > 0.0)) {
+    if let Some(&value) = prior.iter().find(|v| v.is_nan() || **v <= 0.0) {
         let what = "prior standard deviation";
         return Err(CorrelationError::Range { what, value, expected: "positive" });
     }

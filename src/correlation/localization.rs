@@ -71,6 +71,35 @@ pub fn by_group(elements: &[ElementMatrix], values: &[f64]) -> IndexMap<String, 
     sums
 }
 
+/// One matrix a group: the contributions of its elements, added up; elements without a group stay by themselves.
+///
+/// For [`localize`] by group, in the order in which groups appear.
+///
+/// # Panics
+/// If an element's matrix does not have the size of its dofs.
+pub fn group_matrices(elements: &[ElementMatrix]) -> Vec<ElementMatrix> {
+    let mut members: IndexMap<&str, Vec<&ElementMatrix>> = IndexMap::new();
+    for element in elements {
+        members.entry(element.group.as_deref().unwrap_or(&element.name)).or_default().push(element);
+    }
+    let add_up = |(name, members): (&str, Vec<&ElementMatrix>)| {
+        let mut dofs: Vec<usize> = members.iter().flat_map(|e| e.dofs.iter().copied()).collect();
+        dofs.sort_unstable();
+        dofs.dedup();
+        let mut matrix = DMatrix::zeros(dofs.len(), dofs.len());
+        for element in members {
+            let place: Vec<usize> = element.dofs.iter().map(|d| dofs.partition_point(|x| x < d)).collect();
+            for (i, &row) in place.iter().enumerate() {
+                for (j, &column) in place.iter().enumerate() {
+                    matrix[(row, column)] += element.matrix[(i, j)];
+                }
+            }
+        }
+        ElementMatrix { name: name.to_owned(), group: None, dofs, matrix }
+    };
+    members.into_iter().map(add_up).collect()
+}
+
 /// Residual force of a shape at all dofs.
 ///
 /// ```text
@@ -98,7 +127,7 @@ pub struct ExpandedMode<'a> {
 }
 
 /// How much disagreement sits in one element.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Place {
     /// Name of the element (or group).
     pub name: String,
@@ -115,11 +144,11 @@ pub struct Place {
 }
 
 /// Places ranked by how far they stand above noise.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Localization {
     /// Places, the most suspicious first.
     pub places: Vec<Place>,
-    /// Probability that noise alone lifts any place as high as the first one, corrected for the number of places.
+    /// Probability that noise alone gives any place a p-value as low as the lowest here.
     pub p_family: f64,
 }
 
@@ -139,7 +168,7 @@ impl Localization {
 /// ```
 ///
 /// * `modes` - expanded modes of the test
-/// * `elements` - stiffness contributions, by element (or by group: one matrix a group)
+/// * `elements` - stiffness contributions, by element, or by group after [`group_matrices`]
 ///
 /// Sorted by (energy - mean)/√variance. Under noise alone the mean and variance are exact for a right model whose
 /// measured frequencies are exact; the gamma shape is an approximation (good to a few per cent at 0.95, rough in the far
@@ -160,7 +189,7 @@ pub fn localize(modes: &[ExpandedMode<'_>], elements: &[ElementMatrix]) -> Resul
             energy += mode.weight * element.quadratic(mode.expanded.residual.as_slice());
             strain += mode.weight * element.quadratic(mode.expanded.shape.as_slice());
             // Columns R_i σ_i at the element's dofs; unmeasured sensors have zero columns.
-            let r = &mode.expanded.sensitivity.residual;
+            let r = &mode.expanded.residual_sensitivity;
             let noise = DMatrix::from_fn(element.dofs.len(), r.ncols(), |i, j| {
                 let rate = r[(element.dofs[i], j)];
                 if rate == 0.0 { 0.0 } else { rate * mode.sd[j] }

@@ -4,7 +4,7 @@ use super::ShapeScalar;
 use crate::linalg::DMatrix;
 
 /// One step of the removal.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct SensorRemoval {
     /// The sensor that was taken away, a row of the shapes.
     pub sensor: usize,

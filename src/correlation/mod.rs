@@ -7,6 +7,7 @@ mod assignment;
 mod comac;
 mod criteria;
 mod expansion;
+mod frf;
 mod identifiability;
 mod localization;
 mod mac;
@@ -23,13 +24,18 @@ pub use criteria::{
     BUILTIN_PROFILES, Check, CriteriaError, CriteriaProfile, Evidence, Judgement, ModeMarks, PairEvidence,
     ProbabilityOf, find_profile, parse_profiles,
 };
-pub use expansion::{ExpandedShape, Expander, Sensitivity};
+pub use expansion::{ExpandedShape, Expander, MODEL_ERROR};
+pub use frf::{
+    BandResidual, ByChannel, FrequencyShift, Signature, band_residuals, fdac, frac, frequency_shift, is_driving_point,
+    local_amplitude, signatures, to_quantity,
+};
 pub use identifiability::{
     CollinearGroup, CoupledGroup, Identifiability, Information, collinear_groups, correlations, covariance,
     identifiability, information,
 };
 pub use localization::{
-    ElementMatrix, ExpandedMode, Localization, Place, by_group, element_energies, localize, residual_force,
+    ElementMatrix, ExpandedMode, Localization, Place, by_group, element_energies, group_matrices, localize,
+    residual_force,
 };
 pub use mac::{ShapeScalar, auto_mac, mac_matrix, modal_scale_factor, to_complex, weighted_mac_matrix};
 pub use macco::{SensorRemoval, spoiling_sensors};
@@ -48,6 +54,7 @@ pub use statistics::{
 };
 pub use subspace::{CloseModes, assess_close_modes, principal_angles, subspace_mac};
 
+use crate::data::FrfQuantity;
 use crate::linalg::LinalgError;
 
 /// Why a comparison has no result.
@@ -101,7 +108,20 @@ pub enum CorrelationError {
     /// The model failed.
     #[error("the model cannot be evaluated: {0}")]
     Model(String),
+    /// The functions are of different kinds.
+    #[error(
+        "the model's functions are {analytical:?}, the test's {experimental:?}; convert the model's with `to_quantity` first"
+    )]
+    DifferentQuantity {
+        /// Of the model.
+        analytical: FrfQuantity,
+        /// Of the test.
+        experimental: FrfQuantity,
+    },
     /// A kernel failed.
     #[error("the comparison has no result")]
     Linalg(#[from] LinalgError),
 }
+
+#[cfg(test)]
+mod tests;

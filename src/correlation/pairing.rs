@@ -77,7 +77,8 @@ impl Default for PairingOptions {
 }
 
 /// What is odd about a pair.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum PairFlag {
     /// The MAC is below the gate.
     LowMac,
@@ -90,7 +91,7 @@ pub enum PairFlag {
 }
 
 /// An analytical mode and its experimental partner.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct ModePair {
     /// Index of the analytical mode.
     pub analytical: usize,
@@ -105,7 +106,7 @@ pub struct ModePair {
 }
 
 /// A mode without a partner.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Unpaired {
     /// Its index in its own set.
     pub index: usize,
@@ -114,7 +115,7 @@ pub struct Unpaired {
 }
 
 /// Result of a pairing.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, serde::Serialize)]
 pub struct PairedModes {
     /// Pairs, by ascending experimental frequency.
     pub pairs: Vec<ModePair>,
@@ -211,7 +212,7 @@ fn rank_of(order: &[usize]) -> Vec<usize> {
 fn largest(values: &[f64]) -> Option<(usize, f64)> {
     let mut best: Option<(usize, f64)> = None;
     for (k, &v) in values.iter().enumerate() {
-        if best.is_none_or(|(_, b)| v > b) {
+        if !v.is_nan() && best.is_none_or(|(_, b)| v > b) {
             best = Some((k, v));
         }
     }
@@ -319,7 +320,7 @@ impl Judge<'_> {
 }
 
 /// Modes of a new model state that continue the modes of an earlier one.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Tracked {
     /// For every earlier mode the index of its continuation; `None` when it is lost (its MAC is below the gate).
     pub index: Vec<Option<usize>>,

@@ -7,7 +7,7 @@ use crate::linalg::{DMatrix, DVector, thin_svd};
 use nalgebra::Cholesky;
 
 /// A choice of sensors, the order in which it was made, and what it is worth.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct SensorChoice {
     /// Chosen candidates, ascending.
     pub kept: Vec<usize>,
@@ -102,9 +102,8 @@ pub fn sensors_by_auto_mac(
         });
     }
     // Modes count equally whatever their scale.
-    let unit = DMatrix::from_columns(
-        &phi.column_iter().map(|c| c / c.norm().max(f64::MIN_POSITIVE)).collect::<Vec<DVector<f64>>>(),
-    );
+    let lengths: Vec<f64> = phi.column_iter().map(|c| c.norm().max(f64::MIN_POSITIVE)).collect();
+    let unit = DMatrix::from_fn(n, phi.ncols(), |i, r| phi[(i, r)] / lengths[r]);
     let motion: Vec<f64> = unit.row_iter().map(|row| row.norm_squared()).collect();
     let mut kept = start.to_vec();
     kept.sort_unstable();
@@ -167,7 +166,7 @@ pub fn sensors_by_kinetic_energy(phi: &DMatrix<f64>, shares: &DMatrix<f64>, n_ke
 }
 
 /// How suitable a dof is to drive the target modes.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct DrivingPoint {
     /// The candidate.
     pub candidate: usize,
@@ -244,7 +243,7 @@ pub fn effective_masses(phi: &DMatrix<f64>, mass: &DMatrix<f64>, rigid: &DMatrix
 }
 
 /// What one more measurement would tell.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Gain {
     /// The candidate, its place in the list given.
     pub candidate: usize,

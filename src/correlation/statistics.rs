@@ -11,7 +11,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
 use std::fmt;
 
 /// A sum of squared standardised residuals and how it compares with noise.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Misfit {
     /// Σ r², 1.
     pub chi_squared: f64,
@@ -243,7 +243,7 @@ pub fn probability_of_frequency(analytical: (f64, f64), experimental: (f64, f64)
 /// ```
 ///
 /// * `phi_a`, `phi_x` - shapes at the same sensors; NaN where not measured
-/// * `sd` - standard deviation of each entry of φ_x, real and imaginary part each
+/// * `sd` - standard deviation of each entry of φ_x, real and imaginary part each; none where not positive
 /// * `n_samples` - Monte Carlo samples; the result has a standard error of at most 1/(2 √n_samples)
 /// * `seed` - same seed, same result
 ///
@@ -279,7 +279,7 @@ pub fn probability_of_mac<T: ShapeScalar>(
     let parallel: Vec<T> = a.iter().map(|&a| scale * a).collect();
     let across: Vec<T> = x.iter().zip(&parallel).map(|(&x, &p)| x - p).collect();
     let (along, off, length) = (norm(&parallel), norm(&across), norm(&x));
-    let is_silent = used.iter().all(|&i| !(sd[i] > 0.0));
+    let is_silent = used.iter().all(|&i| sd[i].is_nan() || sd[i] <= 0.0);
     if n_samples == 0 || is_silent || along == 0.0 || off == 0.0 {
         return f64::from(u8::from(observed >= threshold));
     }
@@ -291,8 +291,9 @@ pub fn probability_of_mac<T: ShapeScalar>(
     let mut count = 0usize;
     for _ in 0..n_samples {
         for (k, &i) in used.iter().enumerate() {
-            let real = sd[i] * gaussian.next();
-            let noise = if is_real { T::from_real(real) } else { complex_noise(real, sd[i] * gaussian.next()) };
+            let real = sd[i].max(0.0) * gaussian.next();
+            let noise =
+                if is_real { T::from_real(real) } else { complex_noise(real, sd[i].max(0.0) * gaussian.next()) };
             sample[k] = boundary[k] + noise;
         }
         count += usize::from(mac(&sample) <= observed);
@@ -312,6 +313,9 @@ pub(super) struct Gaussian {
     spare: Option<f64>,
 }
 
+/// 2⁻⁵³: the spacing of random numbers.
+const UNIT: f64 = 1.0 / (1u64 << 53) as f64;
+
 impl Gaussian {
     pub(super) fn new(seed: u64) -> Self {
         Self { rng: ChaCha8Rng::seed_from_u64(seed), spare: None }
@@ -322,7 +326,6 @@ impl Gaussian {
             return value;
         }
         // 53 random bits, in (0, 1] for the logarithm and in [0, 1) for the angle.
-        const UNIT: f64 = 1.0 / (1u64 << 53) as f64;
         let radius = (-2.0 * (((self.rng.next_u64() >> 11) + 1) as f64 * UNIT).ln()).sqrt();
         let angle = std::f64::consts::TAU * ((self.rng.next_u64() >> 11) as f64 * UNIT);
         self.spare = Some(radius * angle.sin());

@@ -103,7 +103,7 @@ pub fn subspace_mac<T: ShapeScalar>(span: &DMatrix<T>, shapes: &DMatrix<T>) -> R
 }
 
 /// A group of close modes and how well their spans agree.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct CloseModes {
     /// Analytical modes of the group.
     pub analytical: Vec<usize>,

@@ -1,4 +1,4 @@
-//! Singular values and symmetric eigenvalues of dense matrices.
+//! Singular values of a dense matrix, and the complete basis of a structural model.
 
 use super::{DMatrix, DVector, LinalgError};
 
@@ -51,18 +51,57 @@ pub fn thin_svd(a: &DMatrix<f64>) -> Result<Svd, LinalgError> {
     })
 }
 
-/// Eigenvalues, ascending, and orthonormal vectors of a symmetric matrix; only the lower triangle is read.
-pub fn symmetric_eigen(a: &DMatrix<f64>) -> Result<(DVector<f64>, DMatrix<f64>), LinalgError> {
-    let n = a.nrows();
-    if let Some(row) = (0..n).find(|&i| (0..=i).any(|j| !a[(i, j)].is_finite())) {
-        return Err(LinalgError::NotFinite { matrix: "decomposed", row });
+/// All vectors of the pencil (M, K + a M), massless dofs and rigid bodies included.
+///
+/// ```text
+/// M x = θ (K + a M) x,   Xᵀ (K + a M) X = I,   Xᵀ M X = diag(θ),   θ = 1/(λ + a) descending, 0 for massless dofs
+/// ```
+///
+/// * `k`, `m` - symmetric, positive semidefinite, (n x n); only the lower triangles are read
+/// * `shift` - a > 0, rad²/s², so that K + a M is positive definite
+///
+/// Returns (θ, X). Unlike [`super::lowest_modes`] the basis is complete: any displacement is a sum of its columns.
+pub fn shifted_pencil(
+    k: &DMatrix<f64>,
+    m: &DMatrix<f64>,
+    shift: f64,
+) -> Result<(DVector<f64>, DMatrix<f64>), LinalgError> {
+    let n = k.nrows();
+    if n == 0 {
+        return Ok((DVector::zeros(0), DMatrix::zeros(0, 0)));
     }
-    let scale = unit_scale(a);
-    let scaled = faer::Mat::<f64>::from_fn(n, n, |i, j| a[(i, j)] / scale);
-    let eigen = scaled.self_adjoint_eigen(faer::Side::Lower).map_err(|_| LinalgError::NoConvergence { size: n })?;
-    let values = eigen.S().column_vector();
-    let vectors = DMatrix::from_fn(n, n, |i, j| eigen.U()[(i, j)]);
-    Ok((DVector::from_fn(n, |j, _| values[j] * scale), vectors))
+    for (matrix, a) in [("stiffness", k), ("mass", m)] {
+        if let Some(row) = (0..n).find(|&i| (0..=i).any(|j| !a[(i, j)].is_finite())) {
+            return Err(LinalgError::NotFinite { matrix, row });
+        }
+    }
+    // Jacobi scaling: dofs of different units become comparable.
+    let scale: Vec<f64> = (0..n).map(|i| 1.0 / (k[(i, i)] + shift * m[(i, i)]).sqrt()).collect();
+    if let Some(row) = scale.iter().position(|s| !s.is_finite()) {
+        return Err(LinalgError::NotPositiveDefinite { row, shift });
+    }
+    let scaled = |entry: &dyn Fn(usize, usize) -> f64| {
+        faer::Mat::<f64>::from_fn(n, n, |i, j| entry(i.max(j), i.min(j)) * scale[i] * scale[j])
+    };
+    let energy = scaled(&|i, j| k[(i, j)] + shift * m[(i, j)]);
+    let llt = energy.llt(faer::Side::Lower).map_err(|e| match e {
+        faer::linalg::cholesky::llt::factor::LltError::NonPositivePivot { index } => {
+            LinalgError::NotPositiveDefinite { row: index, shift }
+        }
+    })?;
+    let (l, par) = (llt.L(), faer::Par::Seq);
+    let mut c = scaled(&|i, j| m[(i, j)]);
+    faer::linalg::triangular_solve::solve_lower_triangular_in_place(l, c.as_mut(), par);
+    let mut c = c.transpose().to_owned();
+    faer::linalg::triangular_solve::solve_lower_triangular_in_place(l, c.as_mut(), par);
+    let norm = (0..n).map(|i| c[(i, i)].abs()).fold(0.0, f64::max).max(f64::MIN_POSITIVE);
+    let unit = faer::Mat::<f64>::from_fn(n, n, |i, j| c[(i, j)] / norm);
+    let eigen = unit.self_adjoint_eigen(faer::Side::Lower).map_err(|_| LinalgError::NoConvergence { size: n })?;
+    let theta = eigen.S().column_vector();
+    let mut vectors = faer::Mat::<f64>::from_fn(n, n, |i, j| eigen.U()[(i, n - 1 - j)]);
+    faer::linalg::triangular_solve::solve_upper_triangular_in_place(l.transpose(), vectors.as_mut(), par);
+    let theta = DVector::from_fn(n, |j, _| theta[n - 1 - j].max(0.0) * norm);
+    Ok((theta, DMatrix::from_fn(n, n, |i, j| vectors[(i, j)] * scale[i])))
 }
 
 /// The largest modulus, or one for a zero matrix: faer's divide and conquer wants a norm near one.
@@ -81,12 +120,24 @@ mod tests {
         for scale in [1e-150, 1.0, 1e150] {
             let a = DMatrix::from_fn(3, 3, |i, j| scale / (i + j + 1) as f64);
             let svd = thin_svd(&a).unwrap();
-            let (values, _) = symmetric_eigen(&a).unwrap();
-            for (j, exact) in [1.408318927123654, 0.12232706585390585, 0.0026873403557735292].into_iter().enumerate() {
+            for (j, exact) in [1.408318927123654, 0.12232706585390585, 0.002687340355773529].into_iter().enumerate() {
                 assert!((svd.values[j] / scale - exact).abs() < 2e-15);
-                assert!((values[2 - j] / scale - exact).abs() < 2e-15);
             }
         }
+    }
+
+    /// Two free masses 1 and 3, spring 3, and a massless dof between: λ = 0 and k_eff (1/1 + 1/3) with k_eff = 1.5.
+    #[test]
+    fn a_pencil_has_rigid_elastic_and_massless_vectors() {
+        let k = DMatrix::from_row_slice(3, 3, &[3.0, -3.0, 0.0, -3.0, 6.0, -3.0, 0.0, -3.0, 3.0]);
+        let m = DMatrix::from_diagonal(&nalgebra::dvector![1.0, 0.0, 3.0]);
+        let (theta, x) = shifted_pencil(&k, &m, 0.5).unwrap();
+        for (value, exact) in theta.iter().zip([1.0 / 0.5, 1.0 / (2.0 + 0.5), 0.0]) {
+            assert!((value - exact).abs() < 1e-14);
+        }
+        assert!((x.transpose() * (&k + &m * 0.5) * &x - DMatrix::identity(3, 3)).abs().max() < 1e-14);
+        assert!((x.transpose() * &m * &x - DMatrix::from_diagonal(&theta)).abs().max() < 1e-14);
+        assert!(shifted_pencil(&(&k * 0.0), &m, 0.5).is_err());
     }
 
     #[test]

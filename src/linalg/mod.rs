@@ -7,7 +7,7 @@ mod decompositions;
 mod eigen;
 mod symmetric;
 
-pub use decompositions::{Svd, symmetric_eigen, thin_svd};
+pub use decompositions::{Svd, shifted_pencil, thin_svd};
 pub use eigen::{Eigenpairs, lowest_modes};
 pub use nalgebra::{Complex, DMatrix, DVector};
 pub use symmetric::SymMatrix;

@@ -86,7 +86,7 @@ pub enum ReductionError {
     Linalg(#[from] LinalgError),
 }
 
-/// Rows of the observation matrix that pick dofs: S[i, dofs[i]] = 1, (dofs x n).
+/// Rows of the observation matrix that pick dofs: row i has a 1 in column `dofs[i]`, (dofs x n).
 pub fn selection(n_dof: usize, dofs: &[usize]) -> Result<DMatrix<f64>, ReductionError> {
     let mut s = DMatrix::zeros(dofs.len(), n_dof);
     for (row, &dof) in dofs.iter().enumerate() {
@@ -167,6 +167,11 @@ pub fn irs(
     let mut reduction = Reduction::new(k, m, fixed.clone());
     for _ in 0..iterations {
         let cholesky = nalgebra::Cholesky::new(reduction.mass.clone()).ok_or(ReductionError::MasslessSensor)?;
+        // Pivots at rounding level: the factor exists by chance.
+        let pivots = cholesky.l().diagonal().map(|v| v * v);
+        if pivots.len() > 1 && pivots.min() <= 1e-14 * pivots.max() {
+            return Err(ReductionError::MasslessSensor);
+        }
         let inertia = m * (&reduction.transformation * cholesky.solve(&reduction.stiffness));
         reduction = Reduction::new(k, m, &fixed + held.respond(&inertia));
     }

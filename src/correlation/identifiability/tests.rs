@@ -46,6 +46,49 @@ fn combinations_are_given_in_the_parameters_own_units() {
     );
 }
 
+/// The centre body of the BFF aircraft: masses and inertias on a rigid body act through its mass, first moment, pitch and
+/// roll inertia alone. Places (x, z) from the published model (github.com/abhineet-gupta/BFF_FEM), fuselage bars as one
+/// line from node 3 to node 2; a wing parameter stands beside them.
+#[test]
+fn eight_centre_body_parameters_act_through_four_numbers() {
+    let names = ["mu_fuselage", "m1", "m2", "m3", "m4_9", "Iz1", "Ix1", "Ix4_9", "EI"].map(str::to_owned);
+    let (z, x4) = ([0.5908, 0.8054, 0.2511, 0.5392], 0.3686);
+    let body = |m: f64, z: f64, x: f64| [m, m * z, m * z * z, m * x * x];
+    let line = [0.5543, 0.5543 * 0.52825, (0.8054f64.powi(3) - 0.2511f64.powi(3)) / 3.0, 0.0];
+    let columns = [
+        line,
+        body(1.0, z[0], 0.0),
+        body(1.0, z[1], 0.0),
+        body(1.0, z[2], 0.0),
+        body(2.0, z[3], x4),
+        [0.0, 0.0, 0.0, 1.0],
+        [0.0, 0.0, 1.0, 0.0],
+        [0.0, 0.0, 2.0, 0.0],
+    ];
+    let widths = [1.1, 2.25, 0.6, 0.6, 0.2, 1.0, 0.2, 0.01, 70.0];
+    let seen = DMatrix::from_fn(12, 5, |i, j| (1.3 * (i + 1) as f64 + 0.7 * ((i + 2) * (j + 1)) as f64).sin());
+    let jacobian = DMatrix::from_fn(12, 9, |i, j| {
+        let effect = columns.get(j).map_or(seen[(i, 4)], |c| (0..4).map(|k| seen[(i, k)] * c[k]).sum());
+        effect * if j < 8 { widths[j] } else { 1.0 }
+    });
+    let found = identifiability(&jacobian, &names, Some(&widths), 1e-6).unwrap();
+    assert_eq!((found.rank, found.identifiable.as_slice()), (5, [8].as_slice()));
+    assert_eq!(found.groups.len(), 1);
+    assert_eq!((found.groups[0].parameters.len(), found.groups[0].combinations.nrows()), (8, 4));
+    let text = found.to_string();
+    assert!(
+        text.contains("these 8 parameters act only through 4 numbers: mu_fuselage, m1, m2, m3, m4_9, Iz1, Ix1"),
+        "{text}"
+    );
+    // Each combination is one of the four numbers' span: it vanishes with them.
+    let through = DMatrix::from_fn(4, 8, |k, j| columns[j][k]);
+    let stacked =
+        DMatrix::from_fn(8, 8, |i, j| if i < 4 { through[(i, j)] } else { found.groups[0].combinations[(i - 4, j)] });
+    // Coefficients below a thousandth are dropped for reading; beyond that the rank stays four.
+    let unit = DMatrix::from_fn(8, 8, |i, j| stacked[(i, j)] * widths[j]);
+    assert_eq!(thin_svd(&unit).unwrap().rank(2e-3), 4, "{text}");
+}
+
 #[test]
 fn nearly_parallel_columns_are_named() {
     let jacobian = DMatrix::from_row_slice(2, 4, &[1.0, 2.0, 0.0, 0.0, 0.01, 0.0, 1.0, 0.0]);

@@ -1,5 +1,5 @@
 use super::*;
-use crate::correlation::{Expander, statistics::Gaussian};
+use crate::correlation::{Expander, MODEL_ERROR, statistics::Gaussian};
 use crate::linalg::{Eigenpairs, lowest_modes};
 use crate::modal::reduction::selection;
 
@@ -43,19 +43,19 @@ fn cantilever(n: usize, factor: &dyn Fn(usize) -> f64) -> (DMatrix<f64>, DMatrix
     (cut(k), cut(m), elements)
 }
 
-/// Localises with `truth`'s modes as the test at all deflections, `noise` relative to the largest entry.
-fn localize_noisy(truth: &Eigenpairs, n: usize, noise: f64, seed: u64) -> Localization {
+/// Localises with `truth`'s modes as the test at every `step`th deflection, `noise` relative to the largest entry.
+fn localize_noisy(truth: &Eigenpairs, n: usize, step: usize, noise: f64, seed: u64) -> Localization {
     let (k, m, elements) = cantilever(n, &|_| 1.0);
-    let dofs: Vec<usize> = (0..n).map(|i| 2 * i).collect();
+    let dofs: Vec<usize> = (step - 1..n).step_by(step).map(|i| 2 * i).collect();
     let s = selection(2 * n, &dofs).unwrap();
     let expander = Expander::new(&k, &m, &s, 1.0).unwrap();
     let mut gaussian = Gaussian::new(seed);
     let mut expanded = Vec::new();
     for j in 0..truth.values.len() {
         let y = &s * truth.vectors.column(j);
-        let sd = DVector::from_element(n, noise * y.abs().max());
+        let sd = DVector::from_element(dofs.len(), noise * y.abs().max());
         let y = y.map(|v| v + sd[0] * gaussian.next());
-        let weight = expander.weight(0.05, truth.values[j], 1.0);
+        let weight = expander.weight(MODEL_ERROR, truth.values[j], 1.0);
         expanded.push((expander.expand(&y, &sd, truth.values[j], weight).unwrap(), sd, 1.0 / truth.values[j]));
     }
     let modes: Vec<ExpandedMode<'_>> =
@@ -73,7 +73,10 @@ fn strain_and_kinetic_energies_of_a_mode_agree_and_add_up() {
     let groups = by_group(&elements, &energies);
     assert_eq!(groups.keys().collect::<Vec<_>>(), ["inner", "outer"]);
     assert!((groups.values().sum::<f64>() - energies.iter().sum::<f64>()).abs() < 1e-9);
-    // Clough: mode 1 of a clamped beam keeps most of its energy near the root.
+    let merged = group_matrices(&elements);
+    let by_matrix = element_energies(&shape, &merged, 1.0).unwrap();
+    assert!((by_matrix[0] - groups["inner"]).abs() < 1e-9 && merged[1].name == "outer");
+    // Mode 1 of a clamped beam keeps most of its energy near the root.
     let first = element_energies(&modes.vectors.column(0).into_owned(), &elements, 1.0).unwrap();
     assert!(by_group(&elements, &first)["inner"] > 0.9 * first.iter().sum::<f64>());
     assert!(residual_force(&k, &m, modes.values[1], &shape).norm() < 1e-8 * (&k * &shape).norm());
@@ -81,19 +84,24 @@ fn strain_and_kinetic_energies_of_a_mode_agree_and_add_up() {
     assert!(element_energies(&shape, &[broken], 1.0).is_err());
 }
 
-/// A stiffness loss of 20 % in one element at 1 % shape noise: first or second in at least 8 of 10 seeds.
+/// A stiffness loss of 20 % in one element at 1 % shape noise: first or second in at least 8 of 10 seeds, wherever it is.
 #[test]
 fn a_stiffness_loss_is_ranked_first_or_second() {
-    for damaged in [1, 3] {
+    for damaged in 0..8 {
         let (k, m, _) = cantilever(8, &|e| if e == damaged { 0.8 } else { 1.0 });
         let truth = lowest_modes(&k, &m, 5, 1.0).unwrap();
         let name = format!("e{damaged}");
-        let hits = (0..10)
-            .filter(|&seed| {
-                localize_noisy(&truth, 8, 0.01, seed).places.iter().position(|p| p.name == name).unwrap() < 2
-            })
-            .count();
-        assert!(hits >= 8, "element {damaged}: {hits} of 10");
+        let hits = |step: usize| {
+            let found = (0..10).map(|seed| localize_noisy(&truth, 8, step, 0.01, seed));
+            found.filter(|f| f.places.iter().position(|p| p.name == name).unwrap() < 2 && f.stands_out(0.01)).count()
+        };
+        assert!(hits(1) >= 8, "element {damaged}: {} of 10", hits(1));
+        // With a sensor on every second node only, element 2 hides behind its neighbours.
+        assert!(
+            hits(2) >= if damaged == 2 { 4 } else { 8 },
+            "element {damaged}: {} of 10 with half the sensors",
+            hits(2)
+        );
     }
 }
 
@@ -101,7 +109,7 @@ fn a_stiffness_loss_is_ranked_first_or_second() {
 fn without_noise_the_place_and_the_size_of_the_loss_are_seen() {
     let (k, m, _) = cantilever(8, &|e| if e == 2 { 0.8 } else { 1.0 });
     let truth = lowest_modes(&k, &m, 4, 1.0).unwrap();
-    let found = localize_noisy(&truth, 8, 1e-6, 1);
+    let found = localize_noisy(&truth, 8, 1, 1e-6, 1);
     assert_eq!(found.places[0].name, "e2");
     assert!(found.stands_out(1e-3));
 }
@@ -114,7 +122,7 @@ fn noise_alone_does_not_stand_out() {
     let n = 100;
     let (mut false_alarms, mut above, mut ratio) = (0, 0, 0.0);
     for seed in 0..n {
-        let found = localize_noisy(&truth, 8, 0.01, seed);
+        let found = localize_noisy(&truth, 8, 1, 0.01, seed);
         false_alarms += usize::from(found.stands_out(0.05));
         above += found.places.iter().filter(|p| p.energy > p.noise_quantile).count();
         ratio += found.places.iter().map(|p| p.energy / p.noise_mean).sum::<f64>() / 8.0 / n as f64;

@@ -74,6 +74,18 @@ fn peer_gives_the_same_static_and_dynamic_reduction() {
     assert!((reduced.mass[(1, 1)] - 4.716617146685537).abs() < 1e-13);
 }
 
+/// Dynamic expansion of (-0.15, ., -0.37) at 0.445 rad/s, the printed example of `mode_expansion_from_model` in the Python
+/// package vibrationtesting (J. C. Slater). It prints +0.2886 in the middle: the package has lost the minus sign of its own
+/// equation, and the mode beside it (-0.164, -0.2955, -0.3685) shows the right one.
+#[test]
+fn dynamic_expansion_of_a_published_example() {
+    let (k, m) = chain();
+    let s = selection(3, &[0, 2]).unwrap();
+    let reduced = dynamic_reduction(&(k * 4.0), &(m * 4.0), &s, 0.445 * 0.445).unwrap();
+    let expanded = reduced.transformation * nalgebra::dvector![-0.15, -0.37];
+    assert!((expanded[1] + 0.2886).abs() < 5e-5, "{expanded}");
+}
+
 #[test]
 fn serep_has_the_kept_modes_exactly() {
     let (k, m) = peer_model();
