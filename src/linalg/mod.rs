@@ -4,10 +4,14 @@
 //! affair. Start reading at [`lowest_modes`], the generalized eigenproblem every modal analysis goes through.
 
 mod eigen;
+mod eigenvalues;
+mod orthogonal;
 mod symmetric;
 
 pub use eigen::{Eigenpairs, lowest_modes};
+pub use eigenvalues::{GeneralEigenpairs, general_eigenpairs};
 pub use nalgebra::{Complex, DMatrix, DVector};
+pub use orthogonal::{ThinQr, thin_qr};
 pub use symmetric::SymMatrix;
 
 /// Why a numerical kernel has no result.
