@@ -13,6 +13,7 @@
 pub mod catalogue;
 pub mod data;
 pub mod element;
+pub mod identify;
 pub mod linalg;
 pub mod objective;
 pub mod optim;

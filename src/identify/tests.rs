@@ -1,0 +1,4 @@
+//! Tests of identification against closed forms, an independent reference and measured functions.
+
+mod synthetic;
+mod truth;
