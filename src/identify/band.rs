@@ -72,8 +72,11 @@ impl Band {
         let f = &frfs.frequencies_hz;
         let lines: Vec<usize> = (0..f.len()).filter(|&l| f[l] > 0.0 && f[l] >= low && f[l] <= high).collect();
         let (n_ref, n_res) = (frfs.references.len(), frfs.responses.len());
+        if lines.is_empty() {
+            return Err(IdentifyError::TooFewLines { found: 0, needed: 6 });
+        }
         let is_measured =
-            |i: usize, o: usize| lines.iter().all(|&l| frfs.at(l, i, o).is_finite()) && !lines.is_empty();
+            |i: usize, o: usize| lines.iter().all(|&l| frfs.at(l, i, o).is_finite());
         let is_alive = |i: usize, o: usize| lines.iter().any(|&l| frfs.at(l, i, o).norm_sqr() > 0.0);
         let measured: Vec<bool> = (0..n_ref * n_res).map(|k| is_measured(k / n_res, k % n_res)).collect();
         let is_ok = |i: usize, o: usize| measured[i * n_res + o];
@@ -119,6 +122,39 @@ impl Band {
         };
         band.roughness = (0..band.n_outputs()).map(|o| band.roughness_of(o)).collect();
         Ok(band)
+    }
+
+    /// The lines from `low` to `high`, rad/s, of all functions.
+    pub(super) fn part(&self, low: f64, high: f64) -> Self {
+        let from = self.omega.partition_point(|w| *w < low);
+        let to = self.omega.partition_point(|w| *w <= high).max(from);
+        let cut = |x: &[Complex<f64>]| x.chunks(self.n_lines()).flat_map(|f| f[from..to].to_vec()).collect();
+        let mut part = Self {
+            omega: self.omega[from..to].to_vec(),
+            h: cut(&self.h),
+            variance: self.variance.as_ref().map(|v| v.chunks(self.n_lines()).flat_map(|f| f[from..to].to_vec()).collect()),
+            roughness: Vec::new(),
+            inputs: self.inputs.clone(),
+            outputs: self.outputs.clone(),
+            ..*self
+        };
+        part.roughness = (0..part.n_outputs()).map(|o| part.roughness_of(o)).collect();
+        part
+    }
+
+    /// What is left of all functions when a model, given output, input and iω, is taken away.
+    pub(super) fn minus(&self, model: impl Fn(usize, usize, Complex<f64>) -> Complex<f64>) -> Self {
+        let mut left = self.clone();
+        for o in 0..self.n_outputs() {
+            for i in 0..self.n_inputs() {
+                let at = (o * self.n_inputs() + i) * self.n_lines();
+                for (l, w) in self.omega.iter().enumerate() {
+                    left.h[at + l] -= model(o, i, Complex::new(0.0, *w));
+                }
+            }
+        }
+        left.roughness = (0..left.n_outputs()).map(|o| left.roughness_of(o)).collect();
+        left
     }
 
     /// Noise sd per real component from second differences over neighbouring lines.

@@ -19,6 +19,7 @@
 
 use super::IdentifyError;
 use super::band::Band;
+use super::plscf::Pole;
 use crate::linalg::{Complex, DMatrix, DVector, thin_qr};
 use rayon::prelude::*;
 
@@ -39,19 +40,33 @@ pub(super) struct Poles {
     /// Participation per mode; the entry `pivot` is 1 and fixed.
     pub(super) participation: Vec<Vec<Complex<f64>>>,
     pub(super) pivots: Vec<usize>,
+    /// The first so many are free; the others belong to neighbouring pieces of the band and stay.
+    n_free: usize,
 }
 
 impl Poles {
-    pub(super) fn new(poles: &[super::plscf::Pole]) -> Self {
-        let mut out = Self { values: Vec::new(), participation: Vec::new(), pivots: Vec::new() };
-        for p in poles {
-            let l = &p.participation;
-            let pivot = (0..l.len()).max_by(|&a, &b| l[a].norm().total_cmp(&l[b].norm())).unwrap_or(0);
-            out.values.push(p.value);
-            out.participation.push(l.iter().map(|x| x / l[pivot]).collect());
-            out.pivots.push(pivot);
+    pub(super) fn new<'a>(free: impl Iterator<Item = &'a Pole>, fixed: &'a [Pole]) -> Self {
+        let mut out = Self { values: Vec::new(), participation: Vec::new(), pivots: Vec::new(), n_free: 0 };
+        for p in free {
+            out.push(p);
+        }
+        out.n_free = out.len();
+        for p in fixed {
+            out.push(p);
         }
         out
+    }
+
+    fn push(&mut self, p: &Pole) {
+        let l = &p.participation;
+        let pivot = (0..l.len()).max_by(|&a, &b| l[a].norm().total_cmp(&l[b].norm())).unwrap_or(0);
+        self.values.push(p.value);
+        self.participation.push(l.iter().map(|x| x / l[pivot]).collect());
+        self.pivots.push(pivot);
+    }
+
+    pub(super) fn n_free(&self) -> usize {
+        self.n_free
     }
 
     pub(super) fn len(&self) -> usize {
@@ -61,7 +76,7 @@ impl Poles {
     /// The complex unknowns: each pole, and each participation that is not a pivot: (mode, input or none).
     pub(super) fn unknowns(&self) -> Vec<(usize, Option<usize>)> {
         let mut q = Vec::new();
-        for r in 0..self.len() {
+        for r in 0..self.n_free {
             q.push((r, None));
             q.extend((0..self.participation[r].len()).filter(|&i| i != self.pivots[r]).map(|i| (r, Some(i))));
         }
@@ -78,15 +93,6 @@ impl Poles {
             }
         }
         out
-    }
-
-    pub(super) fn keep(&mut self, keep: &[bool]) {
-        let mut k = keep.iter();
-        self.values.retain(|_| *k.next().unwrap_or(&true));
-        let mut k = keep.iter();
-        self.participation.retain(|_| *k.next().unwrap_or(&true));
-        let mut k = keep.iter();
-        self.pivots.retain(|_| *k.next().unwrap_or(&true));
     }
 }
 
@@ -129,8 +135,6 @@ pub(super) struct Fit {
     pub(super) sigma: Vec<f64>,
     /// Factor of every sd of each mode for misfit and correlation near its resonance, >= 1.
     pub(super) inflation: Vec<f64>,
-    /// Profile likelihood, -2 ln L up to a constant.
-    pub(super) merit: f64,
     pub(super) is_converged: bool,
 }
 
@@ -404,7 +408,8 @@ pub(super) fn fit(band: &Band, start: &Poles, terms: ResidualTerms, max_steps: u
     let dof = dof.max(1.0);
     let mut groups = at(&poles)?;
     let mut value = merit(&groups, rows);
-    let (mut damping, mut is_converged) = (1e-4, false);
+    let (mut damping, mut is_converged) = (1e-4, start.n_free == 0);
+    let max_steps = if start.n_free == 0 { 0 } else { max_steps };
     'steps: for _ in 0..max_steps {
         let (h, g) = normal_equations(&groups, &poles, dof);
         loop {
@@ -445,7 +450,7 @@ pub(super) fn fit(band: &Band, start: &Poles, terms: ResidualTerms, max_steps: u
             }
         }
     }
-    Ok(assemble(band, poles, terms, &groups, &y, dof, value, is_converged))
+    Ok(assemble(band, poles, terms, &groups, &y, dof, is_converged))
 }
 
 #[expect(clippy::too_many_arguments, reason = "the pieces of one result, gathered once")]
@@ -456,14 +461,14 @@ fn assemble(
     groups: &[Linear],
     y: &DMatrix<f64>,
     dof: f64,
-    merit: f64,
     is_converged: bool,
 ) -> Fit {
     let omega_ref = band.omega[band.n_lines() - 1];
     let (n_modes, n_o) = (poles.len(), band.n_outputs());
     let (h, _) = normal_equations(groups, &poles, dof);
     let n = h.nrows();
-    let mut covariance = h.clone().cholesky().map_or_else(|| DMatrix::from_diagonal_element(n, n, f64::INFINITY), |c| c.inverse());
+    let unknown = || DMatrix::from_diagonal_element(n, n, f64::INFINITY);
+    let mut covariance = if n == 0 { h } else { h.cholesky().map_or_else(unknown, |c| c.inverse()) };
     let unknowns = poles.unknowns();
     let unit = |k: usize| if unknowns[k / 2].1.is_none() { omega_ref } else { 1.0 };
     // ψ of the scaled axis: H = ω_ref^(n-1) ψ (iω')^n/(iω'-λ').
@@ -504,7 +509,7 @@ fn assemble(
         }
     }
     let inflation = inflation(band, &poles, terms, groups, y, &sigma);
-    Fit { poles, terms, shapes, residuals, omega_ref, covariance, local, slope, sigma, inflation, merit, is_converged }
+    Fit { poles, terms, shapes, residuals, omega_ref, covariance, local, slope, sigma, inflation, is_converged }
 }
 
 /// How much larger than the white-noise sd the truth is likely to be near each resonance.

@@ -8,6 +8,7 @@ use super::plscf::{Pole, poles_by_order};
 use super::stabilisation::{Stability, StabilisationDiagram, mac};
 use crate::data::FrfSet;
 use crate::linalg::{Complex, DMatrix};
+use rayon::prelude::*;
 use std::f64::consts::TAU;
 
 /// Steps of the fit; Gauss-Newton from pLSCF poles needs three to six.
@@ -23,16 +24,37 @@ pub enum Weighting {
     Equal,
 }
 
+/// Into which pieces the band is cut; each is identified on its own with the others' modes as residual terms.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub enum Segments {
+    /// Octaves from the top of the band, as long as each has at least 128 lines: every piece then has its own noise level
+    /// and a model order that fits it, and a strong mode at 700 Hz does not hide a weak one at 13 Hz.
+    #[default]
+    Octaves,
+    /// The band in one piece.
+    Whole,
+    /// Cuts at these frequencies, Hz.
+    At(Vec<f64>),
+}
+
+/// Least number of lines in an octave that becomes a piece of its own: some ten per unknown of a mode or two.
+const LINES_PER_SEGMENT: usize = 128;
+
+/// How far a piece looks beyond its ends, as a share of its width: modes near an end are then inside.
+const OVERLAP: f64 = 0.25;
+
 /// Settings of [`identify`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct IdentifyOptions {
     /// Limits of the band, Hz; all lines when absent.
     pub band_hz: Option<(f64, f64)>,
-    /// Poles of the highest model order, conjugates counted: at least twice the modes in the band, four times is good.
+    /// Pieces of the band.
+    pub segments: Segments,
+    /// Poles of the highest model order of each piece, conjugates counted: at least twice the modes in it, four times is good.
     pub max_order: usize,
     /// The rules of the stabilisation diagram.
     pub stability: Stability,
-    /// Terms for modes outside the band; chosen by an information criterion when absent.
+    /// Terms for modes outside each piece; chosen by an information criterion when absent.
     pub residual_terms: Option<ResidualTerms>,
     /// Weights of the lines.
     pub weighting: Weighting,
@@ -42,7 +64,8 @@ impl Default for IdentifyOptions {
     fn default() -> Self {
         Self {
             band_hz: None,
-            max_order: 60,
+            segments: Segments::default(),
+            max_order: 40,
             stability: Stability::default(),
             residual_terms: None,
             weighting: Weighting::default(),
@@ -61,21 +84,21 @@ pub struct Discarded {
     pub reason: &'static str,
 }
 
-/// The result of an identification.
+/// What was done in one piece of the band.
 #[derive(Debug, Clone)]
-pub struct Identification {
-    /// Modes by ascending frequency.
-    pub modes: Vec<IdentifiedMode>,
-    /// The stabilisation diagram behind them.
-    pub diagram: StabilisationDiagram,
+pub struct Segment {
+    /// Ends of the piece, Hz; the modes between them are its own.
+    pub core_hz: (f64, f64),
+    /// Its stabilisation diagrams, over the piece and its overlap: of the functions, then of what the first modes left.
+    pub diagrams: Vec<StabilisationDiagram>,
     /// Columns of the diagram that the fit rejected.
     pub discarded: Vec<Discarded>,
-    /// Terms used for modes outside the band.
+    /// Terms used for modes outside.
     pub residual_terms: ResidualTerms,
     /// Residual noise sd of each response (root mean square over references), in the unit of the FRF (per real part);
-    /// NaN where the response was not fitted.
+    /// NaN where the response was not fitted or the piece holds no mode.
     pub noise_sd: Vec<f64>,
-    /// Root mean square of each response over the band, in the unit of the FRF.
+    /// Root mean square of each response over the piece, in the unit of the FRF.
     pub rms: Vec<f64>,
     /// Whether the fit converged.
     pub is_converged: bool,
@@ -83,87 +106,281 @@ pub struct Identification {
     band: Band,
 }
 
+/// The result of an identification.
+#[derive(Debug, Clone)]
+pub struct Identification {
+    /// Modes by ascending frequency.
+    pub modes: Vec<IdentifiedMode>,
+    /// The pieces of the band, ascending.
+    pub segments: Vec<Segment>,
+}
+
 /// Identifies the modes of a structure from its frequency response functions.
 ///
-/// 1. Poles by pLSCF for model orders up to `max_order` (see the sources in `plscf`).
-/// 2. Columns of the stabilisation diagram that come back at the next orders are candidates.
-/// 3. All candidates are fitted to all functions by maximum likelihood; candidates that leave the band, coincide with
+/// In each piece of the band (with an overlap):
+///
+/// 1. poles by pLSCF for model orders up to `max_order`;
+/// 2. columns of the stabilisation diagram that come back at the next orders are candidates;
+/// 3. all candidates are fitted to all functions by maximum likelihood; candidates that leave the piece, coincide with
 ///    another, are not determined by the data (sd of the damping above half of it, sd of the frequency above the half
 ///    bandwidth), or explain less than their own number of unknowns is worth (Bayesian information criterion), go.
 ///
-/// No mode found is a result, not an error; `diagram` then shows why.
+/// A second round looks for stable columns in what the modes found so far leave over, so that a strong mode does not hide a
+/// weak one; a last round fits every piece again with the poles of its neighbours known.
+///
+/// No mode found is a result, not an error; the diagrams then show why.
 ///
 /// # Errors
 /// A set whose lengths disagree, a band without enough lines, no function measured in full.
 pub fn identify(frfs: &FrfSet, options: &IdentifyOptions) -> Result<Identification, IdentifyError> {
     check(options)?;
-    let band = Band::select(frfs, options.band_hz, options.weighting)?;
-    let orders = orders(&band, options.max_order)?;
-    let diagram = StabilisationDiagram::build(&orders, poles_by_order(&band, &orders)?, &options.stability);
-    let mut candidates: Vec<(Pole, usize)> = diagram
-        .chosen
-        .iter()
-        .filter_map(|&c| Some((diagram.representative(c)?.clone(), diagram.column(c).count())))
-        .collect();
-    let mut discarded = Vec::new();
-    let mut terms = options.residual_terms.unwrap_or(ResidualTerms { lower: 2, upper: 2 });
-    let mut fitted: Option<Fit> = None;
-    let mut is_term_choice_open = options.residual_terms.is_none();
-    while !candidates.is_empty() {
-        let poles = Poles::new(&candidates.iter().map(|c| c.0.clone()).collect::<Vec<_>>());
-        let steps = if is_term_choice_open { 3 } else { MAX_STEPS };
-        let result = match fit(&band, &poles, terms, steps) {
-            Ok(result) => result,
-            Err(IdentifyError::Singular { .. } | IdentifyError::TooFewLines { .. }) => {
-                // Two candidates are one, or there are more unknowns than lines: the least persistent one goes.
-                let weakest = (0..candidates.len()).min_by_key(|&c| candidates[c].1).unwrap_or(0);
-                discard(&mut discarded, &candidates.remove(weakest).0, "cannot be told from another candidate");
-                continue;
-            }
-            Err(e) => return Err(e),
-        };
-        for (c, (pole, _)) in candidates.iter_mut().enumerate() {
-            pole.value = result.poles.values[c];
-            pole.participation.clone_from(&result.poles.participation[c]);
+    let whole = Band::select(frfs, options.band_hz, options.weighting)?;
+    let cores = cores(&whole, &options.segments)?;
+    let mut known: Vec<Candidate> = Vec::new();
+    let mut diagrams: Vec<Vec<StabilisationDiagram>> = vec![Vec::new(); cores.len()];
+    let mut discarded: Vec<Vec<Discarded>> = vec![Vec::new(); cores.len()];
+    for search in [Search::Data, Search::Remainder, Search::None] {
+        let found: Vec<Result<Piece, IdentifyError>> = (0..cores.len())
+            .into_par_iter()
+            .map(|k| piece(&whole, cores[k], k, &known, search, options))
+            .collect();
+        let pieces = found.into_iter().collect::<Result<Vec<_>, _>>()?;
+        known = merge(pieces.iter().flat_map(|p| p.candidates.iter().cloned()));
+        for (k, p) in pieces.iter().enumerate() {
+            diagrams[k].extend(p.diagram.clone());
+            discarded[k].extend(p.discarded.iter().cloned());
         }
-        if is_term_choice_open {
-            terms = choose_terms(&band, &result.poles)?;
-            is_term_choice_open = false;
-            continue;
+        if matches!(search, Search::None) {
+            return Ok(finish(frfs, &cores, pieces, diagrams, discarded));
         }
-        let verdicts = verdicts(&band, &result, &candidates, &options.stability);
-        let n_bad = verdicts.iter().flatten().count();
-        if n_bad == 0 {
-            fitted = Some(result);
-            break;
-        }
-        let mut verdict = verdicts.into_iter();
-        candidates.retain(|(pole, _)| match verdict.next().flatten() {
-            Some(reason) => {
-                discard(&mut discarded, pole, reason);
-                false
-            }
-            None => true,
-        });
     }
-    let n_orders: Vec<usize> = candidates.iter().map(|c| c.1).collect();
-    let found = fitted.as_ref().map(|f| modes(frfs, &band, f, &n_orders)).unwrap_or_default();
-    let (noise_sd, rms) = levels(frfs, &band, fitted.as_ref());
-    Ok(Identification {
-        modes: found,
-        diagram,
-        discarded,
-        residual_terms: terms,
-        noise_sd,
-        rms,
-        is_converged: fitted.as_ref().is_none_or(|f| f.is_converged),
-        fit: fitted,
-        band,
-    })
+    Ok(Identification { modes: Vec::new(), segments: Vec::new() })
 }
 
-fn discard(list: &mut Vec<Discarded>, pole: &Pole, reason: &'static str) {
-    list.push(Discarded { frequency_hz: pole.frequency_hz(), damping_ratio: pole.damping_ratio(), reason });
+/// Where a round looks for new poles.
+#[derive(Clone, Copy, PartialEq)]
+enum Search {
+    /// In the functions themselves.
+    Data,
+    /// In what the modes found so far leave: a mode that a stronger one hid.
+    Remainder,
+    /// Nowhere: the last fit, with every mode of every piece known.
+    None,
+}
+
+/// A pole on its way to become a mode.
+#[derive(Debug, Clone)]
+struct Candidate {
+    pole: Pole,
+    n_orders: usize,
+    piece: usize,
+}
+
+/// The work on one piece in one round.
+struct Piece {
+    band: Band,
+    diagram: Option<StabilisationDiagram>,
+    candidates: Vec<Candidate>,
+    discarded: Vec<Discarded>,
+    terms: ResidualTerms,
+    fit: Option<Fit>,
+}
+
+fn piece(
+    whole: &Band,
+    core: (f64, f64),
+    index: usize,
+    known: &[Candidate],
+    search: Search,
+    options: &IdentifyOptions,
+) -> Result<Piece, IdentifyError> {
+    let reach = OVERLAP * (core.1 - core.0);
+    let band = whole.part(TAU * (core.0 - reach), TAU * (core.1 + reach));
+    let (low, high) = (band.omega[0], band.omega[band.n_lines() - 1]);
+    // An octave beyond the ends the series of the residual terms are exact to the level of any noise.
+    let neighbours: Vec<Pole> = known
+        .iter()
+        .filter(|c| c.piece != index && c.pole.value.norm() > 0.5 * low && c.pole.value.norm() < 2.0 * high)
+        .map(|c| c.pole.clone())
+        .collect();
+    let own: Vec<Candidate> = known.iter().filter(|c| c.piece == index).cloned().collect();
+    let mut work = Work { band: &band, neighbours: &neighbours, options, discarded: Vec::new() };
+    let is_inside = |p: &Pole| {
+        let grace = -0.5 * p.value.re;
+        p.value.norm() >= TAU * core.0 - grace && p.value.norm() <= TAU * core.1 + grace
+    };
+    let (mut candidates, mut terms, mut fit) = work.fit(own)?;
+    let mut diagram = None;
+    if search == Search::Data || (search == Search::Remainder && fit.is_some()) {
+        let remainder = fit.as_ref().map(|f| band.minus(|o, i, s| model(f, band.order, band.n_inputs(), o, i, s)));
+        let band = remainder.as_ref().unwrap_or(&band);
+        let orders = orders(band, options.max_order)?;
+        let found = StabilisationDiagram::build(&orders, poles_by_order(band, &orders)?, &options.stability);
+        let mut extended = candidates.clone();
+        for &column in &found.chosen {
+            let Some(pole) = found.representative(column) else { continue };
+            // What is left within a bandwidth of a mode is the misfit of that mode.
+            let is_new = candidates.iter().map(|c| &c.pole).chain(&neighbours).all(|p| {
+                (p.value - pole.value).norm() > -2.0 * (p.value.re + pole.value.re)
+            });
+            if is_new && (search == Search::Data || is_inside(pole)) {
+                let n_orders = found.column(column).count();
+                extended.push(Candidate { pole: pole.clone(), n_orders, piece: index });
+            }
+        }
+        diagram = Some(found);
+        if extended.len() > candidates.len() {
+            (candidates, terms, fit) = work.fit(extended)?;
+        }
+    }
+    let discarded = work.discarded;
+    candidates.retain(|c| is_inside(&c.pole));
+    Ok(Piece { diagram, candidates, discarded, terms, fit, band })
+}
+
+/// Fits in one piece.
+struct Work<'a> {
+    band: &'a Band,
+    neighbours: &'a [Pole],
+    options: &'a IdentifyOptions,
+    discarded: Vec<Discarded>,
+}
+
+impl Work<'_> {
+    /// Fits the candidates until all that remain pass; neighbours have fixed poles.
+    fn fit(
+        &mut self,
+        mut candidates: Vec<Candidate>,
+    ) -> Result<(Vec<Candidate>, ResidualTerms, Option<Fit>), IdentifyError> {
+        let mut terms = self.options.residual_terms.unwrap_or(ResidualTerms { lower: 2, upper: 2 });
+        let mut is_term_choice_open = self.options.residual_terms.is_none();
+        while candidates.len() + self.neighbours.len() > 0 {
+            let poles = Poles::new(candidates.iter().map(|c| &c.pole), self.neighbours);
+            let steps = if is_term_choice_open { 3 } else { MAX_STEPS };
+            let result = match fit(self.band, &poles, terms, steps) {
+                Ok(result) => result,
+                Err(IdentifyError::Singular { .. } | IdentifyError::TooFewLines { .. }) if !candidates.is_empty() => {
+                    // Two candidates are one, or there are more unknowns than lines: the least persistent one goes.
+                    let weakest = (0..candidates.len()).min_by_key(|&c| candidates[c].n_orders).unwrap_or(0);
+                    let gone = candidates.remove(weakest);
+                    self.discard(&gone.pole, "cannot be told from another candidate");
+                    continue;
+                }
+                Err(IdentifyError::Singular { .. } | IdentifyError::TooFewLines { .. }) => break,
+                Err(e) => return Err(e),
+            };
+            for (c, candidate) in candidates.iter_mut().enumerate() {
+                candidate.pole.value = result.poles.values[c];
+                candidate.pole.participation.clone_from(&result.poles.participation[c]);
+            }
+            if is_term_choice_open {
+                terms = choose_terms(self.band, &result.poles)?;
+                is_term_choice_open = false;
+                continue;
+            }
+            let verdicts = verdicts(self.band, &result, &candidates, &self.options.stability);
+            if verdicts.iter().all(Option::is_none) {
+                return Ok((candidates, terms, Some(result)));
+            }
+            let mut remaining = Vec::new();
+            for (candidate, verdict) in candidates.into_iter().zip(verdicts) {
+                match verdict {
+                    Some(reason) => self.discard(&candidate.pole, reason),
+                    None => remaining.push(candidate),
+                }
+            }
+            candidates = remaining;
+        }
+        Ok((candidates, terms, None))
+    }
+
+    fn discard(&mut self, pole: &Pole, reason: &'static str) {
+        let (frequency_hz, damping_ratio) = (pole.frequency_hz(), pole.damping_ratio());
+        self.discarded.push(Discarded { frequency_hz, damping_ratio, reason });
+    }
+}
+
+/// One list of the candidates of all pieces; of two that are one mode at a cut, the more persistent one.
+fn merge(candidates: impl Iterator<Item = Candidate>) -> Vec<Candidate> {
+    let mut merged: Vec<Candidate> = Vec::new();
+    for c in candidates {
+        let twin = merged.iter().position(|m| {
+            m.piece != c.piece
+                && (m.pole.value - c.pole.value).norm() < -0.5 * (m.pole.value.re + c.pole.value.re)
+                && mac(&m.pole.participation, &c.pole.participation) > 0.9
+        });
+        match twin {
+            Some(k) if merged[k].n_orders < c.n_orders => merged[k] = c,
+            Some(_) => {}
+            None => merged.push(c),
+        }
+    }
+    merged
+}
+
+fn finish(
+    frfs: &FrfSet,
+    cores: &[(f64, f64)],
+    pieces: Vec<Piece>,
+    diagrams: Vec<Vec<StabilisationDiagram>>,
+    discarded: Vec<Vec<Discarded>>,
+) -> Identification {
+    let mut all = Vec::new();
+    let mut segments = Vec::new();
+    for (((piece, &core_hz), diagrams), discarded) in pieces.into_iter().zip(cores).zip(diagrams).zip(discarded) {
+        let n_orders: Vec<usize> = piece.candidates.iter().map(|c| c.n_orders).collect();
+        // The candidates of the last round are the free poles of its fit that lie in the piece, in order.
+        if let Some(fit) = &piece.fit {
+            let inside: Vec<usize> = (0..fit.poles.n_free())
+                .filter(|&r| piece.candidates.iter().any(|c| c.pole.value == fit.poles.values[r]))
+                .collect();
+            all.extend(modes(frfs, &piece.band, fit, &inside, &n_orders));
+        }
+        let (noise_sd, rms) = levels(frfs, &piece.band, piece.fit.as_ref());
+        segments.push(Segment {
+            core_hz,
+            diagrams,
+            discarded,
+            residual_terms: piece.terms,
+            noise_sd,
+            rms,
+            is_converged: piece.fit.as_ref().is_none_or(|f| f.is_converged),
+            fit: piece.fit,
+            band: piece.band,
+        });
+    }
+    all.sort_by(|a, b| a.frequency_hz.value.total_cmp(&b.frequency_hz.value));
+    Identification { modes: all, segments }
+}
+
+/// Ends of the pieces, Hz, ascending; the first begins at the first line and the last ends at the last.
+fn cores(band: &Band, segments: &Segments) -> Result<Vec<(f64, f64)>, IdentifyError> {
+    let (first, last) = (band.omega[0] / TAU, band.omega[band.n_lines() - 1] / TAU);
+    let count = |a: f64, b: f64| band.omega.iter().filter(|w| **w >= a * TAU && **w <= b * TAU).count();
+    let mut cuts = vec![first, last];
+    match segments {
+        Segments::Whole => {}
+        Segments::At(at) => {
+            for &f in at {
+                if !f.is_finite() {
+                    return Err(IdentifyError::Option { name: "segments", value: f, expected: "a finite frequency" });
+                }
+                if f > first && f < last {
+                    cuts.push(f);
+                }
+            }
+        }
+        Segments::Octaves => {
+            let mut top = last;
+            while top / 2.0 > first && count(top / 2.0, top) >= LINES_PER_SEGMENT && count(first, top / 2.0) >= LINES_PER_SEGMENT {
+                top /= 2.0;
+                cuts.push(top);
+            }
+        }
+    }
+    cuts.sort_by(f64::total_cmp);
+    cuts.dedup();
+    Ok(cuts.windows(2).map(|w| (w[0], w[1])).collect())
 }
 
 fn check(options: &IdentifyOptions) -> Result<(), IdentifyError> {
@@ -196,7 +413,7 @@ fn orders(band: &Band, max_order: usize) -> Result<Vec<usize>, IdentifyError> {
 }
 
 /// For each candidate: why it is not a mode, if it is not.
-fn verdicts(band: &Band, fit: &Fit, candidates: &[(Pole, usize)], stability: &Stability) -> Vec<Option<&'static str>> {
+fn verdicts(band: &Band, fit: &Fit, candidates: &[Candidate], stability: &Stability) -> Vec<Option<&'static str>> {
     let n = candidates.len();
     let unknowns = fit.poles.unknowns();
     let (low, high) = (band.omega[0], band.omega[band.n_lines() - 1]);
@@ -238,7 +455,7 @@ fn verdicts(band: &Band, fit: &Fit, candidates: &[(Pole, usize)], stability: &St
             let shape = |r: usize| fit.shapes.column(r).iter().copied().collect::<Vec<_>>();
             // A tenth of the bandwidth apart with one shape: one resonance split in two by the fit.
             if (pa - pb).norm() < -0.1 * (pa.re + pb.re) && mac(&shape(a), &shape(b)) > 0.9 {
-                let weaker = if candidates[a].1 < candidates[b].1 { a } else { b };
+                let weaker = if candidates[a].n_orders < candidates[b].n_orders { a } else { b };
                 out[weaker] = Some("doubles another candidate");
             }
         }
@@ -266,18 +483,21 @@ fn levels(frfs: &FrfSet, band: &Band, fit: Option<&Fit>) -> (Vec<f64>, Vec<f64>)
 
 impl Identification {
     /// The functions of the fitted model at any frequencies, in the quantity of the test, layout of [`FrfSet`]'s `h`; NaN for
-    /// functions that were not fitted, zero everywhere when no mode was found.
+    /// functions that were not fitted, zero in pieces without a mode.
     pub fn synthesise(&self, frequencies_hz: &[f64], n_references: usize, n_responses: usize) -> Vec<Complex<f64>> {
         let nan = Complex::new(f64::NAN, f64::NAN);
         let mut h = vec![nan; frequencies_hz.len() * n_references * n_responses];
-        let (band, n_i) = (&self.band, self.band.n_inputs());
         for (line, f) in frequencies_hz.iter().enumerate() {
             let s = Complex::new(0.0, TAU * f);
+            // The piece that holds the frequency; the nearest one outside the band.
+            let at = self.segments.partition_point(|p| p.core_hz.1 < *f).min(self.segments.len().saturating_sub(1));
+            let Some(Segment { band, fit, .. }) = self.segments.get(at) else { continue };
             for (k, &o) in band.outputs.iter().enumerate() {
                 for (j, &i) in band.inputs.iter().enumerate() {
                     let (response, reference) = if band.is_transposed { (i, o) } else { (o, i) };
                     if response < n_responses && reference < n_references {
-                        let value = self.fit.as_ref().map_or(Complex::new(0.0, 0.0), |fit| model(fit, band.order, n_i, k, j, s));
+                        let zero = Complex::new(0.0, 0.0);
+                        let value = fit.as_ref().map_or(zero, |fit| model(fit, band.order, band.n_inputs(), k, j, s));
                         h[(line * n_references + reference) * n_responses + response] = value;
                     }
                 }

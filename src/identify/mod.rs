@@ -29,7 +29,7 @@ pub use cmif::{Cmif, cmif};
 pub use complexity::{Complexity, NormalModes, complexity, normal_modes, real_shape};
 pub use error::IdentifyError;
 pub use fit::ResidualTerms;
-pub use identification::{Discarded, Identification, IdentifyOptions, Weighting, identify};
+pub use identification::{Discarded, Identification, IdentifyOptions, Segment, Segments, Weighting, identify};
 pub use mode::{IdentifiedMode, MassNormalised, driving_points};
 pub use plscf::Pole;
 pub use quadrature::{QuadratureForm, QuadratureShapes, quadrature_matrix, quadrature_shapes};

@@ -91,13 +91,10 @@ pub fn driving_points(frfs: &FrfSet) -> Vec<(usize, usize, f64)> {
     found
 }
 
-/// Builds the modes of a fit, by ascending frequency, with the number of orders of each column.
-pub(super) fn modes(frfs: &FrfSet, band: &Band, fit: &Fit, n_orders: &[usize]) -> Vec<IdentifiedMode> {
+/// The modes `which` of a fit, with the number of orders of each column.
+pub(super) fn modes(frfs: &FrfSet, band: &Band, fit: &Fit, which: &[usize], n_orders: &[usize]) -> Vec<IdentifiedMode> {
     let points = driving_points(frfs);
-    let mut modes: Vec<IdentifiedMode> =
-        (0..fit.poles.len()).map(|r| mode(frfs, band, fit, r, n_orders[r], &points)).collect();
-    modes.sort_by(|a, b| a.frequency_hz.value.total_cmp(&b.frequency_hz.value));
-    modes
+    which.iter().zip(n_orders).map(|(&r, &n)| mode(frfs, band, fit, r, n, &points)).collect()
 }
 
 fn mode(

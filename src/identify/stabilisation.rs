@@ -5,7 +5,9 @@
 //!
 //! 1. it has members at `min_presence` of the orders since it first appeared (gaps of up to two orders do not end it),
 //! 2. at least `min_members` of them, and at least a quarter of all orders, and
-//! 3. half of its members are stable in frequency, damping and participation against their predecessor.
+//! 3. half of its members are stable in frequency and participation against their predecessor, and
+//! 4. the damping changes from one order to the next by at most `scatter` times its tolerance, in the median: damping of
+//!    a weak mode in noise wanders, but that of a pole which fits noise does so by its own size.
 //!
 //! The rules look at nothing but the diagram; what the poles explain of the data is judged afterwards by the fit.
 //!
@@ -27,6 +29,8 @@ pub struct Stability {
     pub participation: f64,
     /// Largest damping ratio of a mode.
     pub max_damping: f64,
+    /// Median change of damping within a mode's column, in units of `damping`.
+    pub scatter: f64,
     /// Least share of orders, since its first, at which a mode's pole appears.
     pub min_presence: f64,
     /// Least number of orders at which a mode's pole appears.
@@ -35,13 +39,14 @@ pub struct Stability {
 
 impl Default for Stability {
     /// 1 % frequency, 5 % damping, 0.95 participation: the customary tolerances of the diagram; damping up to 20 %,
-    /// presence 0.7, three members.
+    /// scatter 4 (20 %), presence 0.7, three members.
     fn default() -> Self {
         Self {
             frequency: 0.01,
             damping: 0.05,
             participation: 0.95,
             max_damping: 0.2,
+            scatter: 4.0,
             min_presence: 0.7,
             min_members: 3,
         }
@@ -143,10 +148,16 @@ impl StabilisationDiagram {
         let mut chosen: Vec<usize> = (0..columns.len())
             .filter(|&c| {
                 let Column { first_order, members, .. } = &columns[c];
-                let stable = members.iter().filter(|&&m| diagram.poles[m].is_stable()).count();
+                let is_steady = |p: &DiagramPole| p.is_frequency_stable && p.is_participation_stable;
+                let stable = members.iter().filter(|&&m| is_steady(&diagram.poles[m])).count();
+                let mut changes: Vec<f64> = members
+                    .windows(2)
+                    .map(|w| (diagram.poles[w[1]].pole.damping_ratio() / diagram.poles[w[0]].pole.damping_ratio()).ln().abs())
+                    .collect();
                 members.len() >= stability.min_members.max(n_orders.div_ceil(4))
                     && members.len() as f64 >= stability.min_presence * (n_orders - first_order) as f64
                     && 2 * stable >= members.len()
+                    && super::band::median(&mut changes) <= stability.scatter * stability.damping
             })
             .collect();
         chosen.sort_by(|&a, &b| {

@@ -22,7 +22,7 @@ fn exact_functions_give_the_exact_modes() {
         let frfs = synthesise(&modes, quantity, &lines(0.0, 100.0, 1601));
         let found = identify(&frfs, &IdentifyOptions::default()).unwrap();
         for m in &found.modes { eprintln!("{:?} {} {} {} sd {:e} {:e} infl {} {:?}", quantity, m.frequency_hz.value, m.damping_ratio.value, m.n_orders, m.frequency_hz.sd, m.damping_ratio.sd, m.sd_inflation, m.mass_normalised.as_ref().map(|x| x.scale_sd)); }
-        eprintln!("{:?} {:?}", found.residual_terms, found.discarded);
+        for s in &found.segments { eprintln!("{:?} {:?} {:?}", s.core_hz, s.residual_terms, s.discarded); }
         assert_eq!(found.modes.len(), 5);
         for (m, t) in found.modes.iter().zip(&modes) {
             assert!((m.frequency_hz.value / t.f - 1.0).abs() < 1e-6, "{}", m.frequency_hz.value);
@@ -39,7 +39,7 @@ fn noisy_functions() {
         add_noise(&mut frfs, eps, 1);
         let found = identify(&frfs, &IdentifyOptions::default()).unwrap();
         for (m, t) in found.modes.iter().zip(&modes) { eprintln!("{} {} {} {} sd {:e} {:e} infl {} mac {}", eps, m.frequency_hz.value, m.damping_ratio.value, m.n_orders, m.frequency_hz.sd, m.damping_ratio.sd, m.sd_inflation, 1.0-mac(m.shape.as_slice(), &t.psi)); }
-        eprintln!("{:?} {:?}", found.residual_terms, found.discarded);
+        for s in &found.segments { eprintln!("{:?} {:?} {:?}", s.core_hz, s.residual_terms, s.discarded); }
         assert_eq!(found.modes.len(), 5);
     }
 }
