@@ -28,6 +28,8 @@ pub(super) struct Band {
     pub(super) h: Vec<Complex<f64>>,
     /// Noise variance per real component up to a factor per output, in the layout of `h`; absent: constant over lines.
     pub(super) variance: Option<Vec<f64>>,
+    /// Noise variance over lines relative to its mean, common to all functions; absent: constant.
+    pub(super) profile: Option<Vec<f64>>,
     /// Estimate of the noise sd (per real component) of each output from the roughness over lines.
     pub(super) roughness: Vec<f64>,
 }
@@ -118,6 +120,7 @@ impl Band {
             is_transposed,
             h,
             variance: coherence.map(|_| variance),
+            profile: None,
             roughness: Vec::new(),
         };
         band.roughness = (0..band.n_outputs()).map(|o| band.roughness_of(o)).collect();
@@ -134,6 +137,7 @@ impl Band {
             h: cut(&self.h),
             variance: self.variance.as_ref().map(|v| v.chunks(self.n_lines()).flat_map(|f| f[from..to].to_vec()).collect()),
             roughness: Vec::new(),
+            profile: None,
             inputs: self.inputs.clone(),
             outputs: self.outputs.clone(),
             ..*self
@@ -155,6 +159,41 @@ impl Band {
         }
         left.roughness = (0..left.n_outputs()).map(|o| left.roughness_of(o)).collect();
         left
+    }
+
+    /// The same functions with a noise profile taken from what a fit leaves over.
+    ///
+    /// ```text
+    /// p_l = mean over functions of |e_l|²/σ², averaged over 129 lines and divided by its mean
+    /// ```
+    /// Real remainders grow with frequency and swell around strong modes; a fit with equal weights would serve these
+    /// lines first and lose the weak modes beside them. White noise makes p differ from 1 by 1/√(129 n) only; unless its
+    /// range is above ten times that, no profile is set.
+    pub(super) fn with_profile(&self, remainder: &Self) -> Self {
+        let (n_l, n_f) = (self.n_lines(), self.n_inputs() * self.n_outputs());
+        let mut power = vec![0.0; n_l];
+        for o in 0..self.n_outputs() {
+            for i in 0..self.n_inputs() {
+                let (e, v) = (remainder.function(o, i), self.variance_of(o, i));
+                let weighted = |l: usize| e[l].norm_sqr() / v.map_or(1.0, |v| v[l]);
+                let mean = (0..n_l).map(weighted).sum::<f64>() / n_l as f64;
+                if mean > 0.0 {
+                    for (l, p) in power.iter_mut().enumerate() {
+                        *p += weighted(l) / (mean * n_f as f64);
+                    }
+                }
+            }
+        }
+        let half = 64;
+        let profile: Vec<f64> = (0..n_l)
+            .map(|l| {
+                let window = &power[l.saturating_sub(half)..(l + half + 1).min(n_l)];
+                window.iter().sum::<f64>() / window.len() as f64
+            })
+            .collect();
+        let (low, high) = profile.iter().fold((f64::MAX, 0.0), |(a, b): (f64, f64), p| (a.min(*p), b.max(*p)));
+        let is_uneven = low > 0.0 && high - low > 10.0 / ((2 * half + 1) as f64 * n_f as f64).sqrt();
+        Self { profile: is_uneven.then_some(profile), ..self.clone() }
     }
 
     /// Noise sd per real component from second differences over neighbouring lines.

@@ -83,12 +83,24 @@ impl Poles {
         q
     }
 
-    fn moved(&self, step: &DVector<f64>, omega_ref: f64) -> Self {
+    /// One step. A pole stays in the stable half-plane (its damping falls to a tenth at most) and near where it was found
+    /// (`start`): a weak candidate must not wander off to help a strong one.
+    fn moved(&self, step: &DVector<f64>, omega_ref: f64, start: &Self, line_spacing: f64) -> Self {
         let mut out = self.clone();
         for (k, (r, input)) in self.unknowns().into_iter().enumerate() {
             let d = Complex::new(step[2 * k], step[2 * k + 1]);
             match input {
-                None => out.values[r] += d * omega_ref,
+                None => {
+                    let mut next = self.values[r] + d * omega_ref;
+                    next.re = next.re.min(0.1 * self.values[r].re);
+                    let limit = f64::max(4.0 * start.values[r].re.abs(), 8.0 * line_spacing);
+                    let away = next - start.values[r];
+                    if away.norm() > limit {
+                        next = start.values[r] + away * (limit / away.norm());
+                        next.re = next.re.min(0.1 * self.values[r].re);
+                    }
+                    out.values[r] = next;
+                }
                 Some(i) => out.participation[r][i] += d,
             }
         }
@@ -135,6 +147,8 @@ pub(super) struct Fit {
     pub(super) sigma: Vec<f64>,
     /// Factor of every sd of each mode for misfit and correlation near its resonance, >= 1.
     pub(super) inflation: Vec<f64>,
+    /// Local variance near each resonance over that of the whole band, correlation counted; may be below 1.
+    pub(super) level: Vec<f64>,
     pub(super) is_converged: bool,
 }
 
@@ -240,10 +254,14 @@ fn data(band: &Band, range: std::ops::Range<usize>) -> DMatrix<f64> {
 
 /// 1/sd of every real row of an output, when it varies over lines.
 fn row_weights(band: &Band, o: usize) -> Option<DVector<f64>> {
-    band.variance.as_ref()?;
+    if band.variance.is_none() && band.profile.is_none() {
+        return None;
+    }
     let mut w = Vec::with_capacity(2 * band.n_lines() * band.n_inputs());
     for i in 0..band.n_inputs() {
-        for v in band.variance_of(o, i)? {
+        let variance = band.variance_of(o, i);
+        for l in 0..band.n_lines() {
+            let v = variance.map_or(1.0, |v| v[l]) * band.profile.as_ref().map_or(1.0, |p| p[l]);
             let x = 1.0 / v.sqrt();
             w.extend([x, x]);
         }
@@ -313,13 +331,20 @@ fn solve_group(
 /// The linear fit of all outputs; one group without line weights, else one per output.
 fn solve_linear(basis: &Basis<'_>, y: &DMatrix<f64>, with_derivatives: bool) -> Result<Vec<Linear>, IdentifyError> {
     let (band, p) = (basis.band, basis.n_linear());
-    let matrix = basis.matrix(with_derivatives);
+    let mut matrix = basis.matrix(with_derivatives);
     if matrix.nrows() < matrix.ncols() + 2 {
         let needed = (matrix.ncols() + 2).div_ceil(2 * band.n_inputs());
         return Err(IdentifyError::TooFewLines { found: band.n_lines(), needed });
     }
     if band.variance.is_none() {
-        return Ok(vec![solve_group(&matrix, y, p, 0..band.n_outputs())?]);
+        // One set of weights for all outputs, or none.
+        let Some(w) = row_weights(band, 0) else {
+            return Ok(vec![solve_group(&matrix, y, p, 0..band.n_outputs())?]);
+        };
+        let mut y = y.clone();
+        weigh(&mut matrix, &w);
+        weigh(&mut y, &w);
+        return Ok(vec![solve_group(&matrix, &y, p, 0..band.n_outputs())?]);
     }
     let found: Vec<Result<Linear, IdentifyError>> = (0..band.n_outputs())
         .into_par_iter()
@@ -399,6 +424,7 @@ pub(super) fn choose_terms(band: &Band, poles: &Poles) -> Result<ResidualTerms, 
 /// Fits the modal model; `refine` false keeps the poles (plain LSFD, covariances as if the poles were exact optima).
 pub(super) fn fit(band: &Band, start: &Poles, terms: ResidualTerms, max_steps: usize) -> Result<Fit, IdentifyError> {
     let omega_ref = band.omega[band.n_lines() - 1];
+    let line_spacing = (omega_ref - band.omega[0]) / (band.n_lines() - 1).max(1) as f64;
     let y = data(band, 0..band.n_outputs());
     let mut poles = start.clone();
     let at = |poles: &Poles| solve_linear(&Basis { band, poles, terms, omega_ref }, &y, true);
@@ -426,10 +452,8 @@ pub(super) fn fit(band: &Band, start: &Poles, terms: ResidualTerms, max_steps: u
             };
             // A hundredth of a standard deviation, or rounding of the poles themselves: nothing left to gain.
             let is_small = step.dot(&g) < 1e-4 || step.amax() < 1e-13;
-            let trial = poles.moved(&step, omega_ref);
-            let is_allowed = trial.values.iter().all(|p| p.re < 0.0 && p.im > 0.0);
-            if is_allowed
-                && let Ok(next) = at(&trial)
+            let trial = poles.moved(&step, omega_ref, start, line_spacing);
+            if let Ok(next) = at(&trial)
                 && merit(&next, rows) <= value
             {
                 (value, poles, groups) = (merit(&next, rows), trial, next);
@@ -508,8 +532,8 @@ fn assemble(
             covariance[(a, b)] *= unit(a) * unit(b);
         }
     }
-    let inflation = inflation(band, &poles, terms, groups, y, &sigma);
-    Fit { poles, terms, shapes, residuals, omega_ref, covariance, local, slope, sigma, inflation, is_converged }
+    let (inflation, level) = inflation(band, &poles, terms, groups, y, &sigma);
+    Fit { poles, terms, shapes, residuals, omega_ref, covariance, local, slope, sigma, inflation, level, is_converged }
 }
 
 /// How much larger than the white-noise sd the truth is likely to be near each resonance.
@@ -518,7 +542,8 @@ fn assemble(
 /// factor² = (local mean of |e|²/σ²) (1 + ρ)/(1 - ρ),   ρ = lag-one correlation of the residual over lines
 /// ```
 /// each counted only when it exceeds its own chance level by two standard deviations. White noise gives 1; an
-/// imperfect structure (friction, drift, leakage) leaves a residual that is larger and smoother at its peaks.
+/// imperfect structure (friction, drift, leakage) leaves a residual that is larger and smoother at its peaks. Returns the
+/// factors, and the same squared without the test of significance.
 ///
 /// Source: R. T. Birge, The calculation of errors by the method of least squares, Phys. Rev. 40, 1932, for the ratio;
 /// the variance inflation of first-order autoregressive noise is textbook (Bayley and Hammersley, 1946).
@@ -529,7 +554,7 @@ fn inflation(
     groups: &[Linear],
     y: &DMatrix<f64>,
     sigma: &[f64],
-) -> Vec<f64> {
+) -> (Vec<f64>, Vec<f64>) {
     let n_l = band.n_lines();
     let basis = Basis { band, poles, terms, omega_ref: band.omega[n_l - 1] };
     let a = basis.matrix(false);
@@ -571,9 +596,10 @@ fn inflation(
             let level = total / count;
             let correlation = product[from..to.max(from + 2) - 1].iter().sum::<f64>() / total.max(f64::MIN_POSITIVE);
             // For white noise the level has sd √(2/count) and the correlation sd 1/√count.
-            let level = if level > 1.0 + 2.0 * (2.0 / count).sqrt() { level } else { 1.0 };
+            let significant = if level > 1.0 + 2.0 * (2.0 / count).sqrt() { level } else { 1.0 };
             let rho = if correlation > 2.0 / count.sqrt() { correlation.min(0.95) } else { 0.0 };
-            (level * (1.0 + rho) / (1.0 - rho)).sqrt()
+            let smoothness = (1.0 + rho) / (1.0 - rho);
+            ((significant * smoothness).sqrt(), level.max(f64::MIN_POSITIVE) * smoothness)
         })
-        .collect()
+        .unzip()
 }

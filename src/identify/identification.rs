@@ -2,9 +2,11 @@
 
 use super::IdentifyError;
 use super::band::Band;
+use super::complexity::complexity;
 use super::fit::{Fit, Poles, ResidualTerms, choose_terms, fit};
 use super::mode::{IdentifiedMode, modes};
 use super::plscf::{Pole, poles_by_order};
+use super::scan::{LEAST_MPC, scan, threshold};
 use super::stabilisation::{Stability, StabilisationDiagram, mac};
 use crate::data::FrfSet;
 use crate::linalg::{Complex, DMatrix};
@@ -13,6 +15,12 @@ use std::f64::consts::TAU;
 
 /// Steps of the fit; Gauss-Newton from pLSCF poles needs three to six.
 const MAX_STEPS: usize = 40;
+
+/// Half width of the window in which a candidate of the scan is fitted, lines: thirty times its bandwidth at least.
+const WINDOW: f64 = 64.0;
+
+/// Most candidates that one scan may add in a piece: it is for the few that were missed.
+const MAX_SCANNED: usize = 8;
 
 /// How lines are weighted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -123,10 +131,11 @@ pub struct Identification {
 /// 2. columns of the stabilisation diagram that come back at the next orders are candidates;
 /// 3. all candidates are fitted to all functions by maximum likelihood; candidates that leave the piece, coincide with
 ///    another, are not determined by the data (sd of the damping above half of it, sd of the frequency above the half
-///    bandwidth), or explain less than their own number of unknowns is worth (Bayesian information criterion), go.
+///    bandwidth), or explain no more than noise could (chi-squared, chance 1e-3 anywhere in the piece), go.
 ///
 /// A second round looks for stable columns in what the modes found so far leave over, so that a strong mode does not hide a
-/// weak one; a last round fits every piece again with the poles of its neighbours known.
+/// weak one; a third scans the remainder with a matched filter for sharp resonances of a few lines; a last one fits
+/// every piece again with the poles of its neighbours known.
 ///
 /// No mode found is a result, not an error; the diagrams then show why.
 ///
@@ -139,19 +148,23 @@ pub fn identify(frfs: &FrfSet, options: &IdentifyOptions) -> Result<Identificati
     let mut known: Vec<Candidate> = Vec::new();
     let mut diagrams: Vec<Vec<StabilisationDiagram>> = vec![Vec::new(); cores.len()];
     let mut discarded: Vec<Vec<Discarded>> = vec![Vec::new(); cores.len()];
-    for search in [Search::Data, Search::Remainder, Search::None] {
+    for search in [Search::Data, Search::Remainder, Search::Scan, Search::None] {
         let found: Vec<Result<Piece, IdentifyError>> = (0..cores.len())
             .into_par_iter()
             .map(|k| piece(&whole, cores[k], k, &known, search, options))
             .collect();
         let pieces = found.into_iter().collect::<Result<Vec<_>, _>>()?;
-        known = merge(pieces.iter().flat_map(|p| p.candidates.iter().cloned()));
+        let windows = known
+            .par_iter()
+            .filter_map(|c| Some(window(&whole, c, c.window?, &known, options)))
+            .collect::<Result<Vec<_>, _>>()?;
+        known = merge(pieces.iter().chain(&windows).flat_map(|p| p.candidates.iter().cloned()));
         for (k, p) in pieces.iter().enumerate() {
             diagrams[k].extend(p.diagram.clone());
             discarded[k].extend(p.discarded.iter().cloned());
         }
         if matches!(search, Search::None) {
-            return Ok(finish(frfs, &cores, pieces, diagrams, discarded));
+            return Ok(finish(frfs, &cores, (pieces, windows), diagrams, discarded));
         }
     }
     Ok(Identification { modes: Vec::new(), segments: Vec::new() })
@@ -164,6 +177,8 @@ enum Search {
     Data,
     /// In what the modes found so far leave: a mode that a stronger one hid.
     Remainder,
+    /// In the remainder again, with a matched filter for weak and sharp resonances.
+    Scan,
     /// Nowhere: the last fit, with every mode of every piece known.
     None,
 }
@@ -174,6 +189,16 @@ struct Candidate {
     pole: Pole,
     n_orders: usize,
     piece: usize,
+    /// Half width, rad/s, of the window of its own in which a candidate of the scan is fitted: the broad misfit of stronger
+    /// modes would otherwise draw a weak one away from its few lines.
+    window: Option<f64>,
+}
+
+impl Candidate {
+    /// Whether the fit of piece `index` has this pole as an unknown.
+    fn belongs_to(&self, index: usize) -> bool {
+        self.piece == index && self.window.is_none()
+    }
 }
 
 /// The work on one piece in one round.
@@ -197,35 +222,43 @@ fn piece(
     let reach = OVERLAP * (core.1 - core.0);
     let band = whole.part(TAU * (core.0 - reach), TAU * (core.1 + reach));
     let (low, high) = (band.omega[0], band.omega[band.n_lines() - 1]);
-    // An octave beyond the ends the series of the residual terms are exact to the level of any noise.
-    let neighbours: Vec<Pole> = known
-        .iter()
-        .filter(|c| c.piece != index && c.pole.value.norm() > 0.5 * low && c.pole.value.norm() < 2.0 * high)
-        .map(|c| c.pole.clone())
-        .collect();
-    let own: Vec<Candidate> = known.iter().filter(|c| c.piece == index).cloned().collect();
-    let mut work = Work { band: &band, neighbours: &neighbours, options, discarded: Vec::new() };
+    let neighbours = neighbours(known, low, high, |c| c.belongs_to(index));
+    let own: Vec<Candidate> = known.iter().filter(|c| c.belongs_to(index)).cloned().collect();
+    let mut work = Work { band: band.clone(), neighbours: neighbours.clone(), options, discarded: Vec::new() };
     let is_inside = |p: &Pole| {
         let grace = -0.5 * p.value.re;
         p.value.norm() >= TAU * core.0 - grace && p.value.norm() <= TAU * core.1 + grace
     };
     let (mut candidates, mut terms, mut fit) = work.fit(own)?;
+    // What is left within a bandwidth of a mode is the misfit of that mode.
+    let is_new = |pole: &Pole, known: &[Candidate]| {
+        known.iter().map(|c| &c.pole).chain(&neighbours).all(|p| {
+            (p.value - pole.value).norm() > -2.0 * (p.value.re + pole.value.re)
+        })
+    };
+    let subtract = |fit: &Option<Fit>| {
+        fit.as_ref().map(|f| band.minus(|o, i, s| model(f, band.order, band.n_inputs(), o, i, s)))
+    };
+    if matches!(search, Search::Scan | Search::None)
+        && let Some(remainder) = subtract(&fit)
+    {
+        work.band = band.with_profile(&remainder);
+        if work.band.profile.is_some() {
+            (candidates, terms, fit) = work.fit(candidates)?;
+        }
+    }
     let mut diagram = None;
     if search == Search::Data || (search == Search::Remainder && fit.is_some()) {
-        let remainder = fit.as_ref().map(|f| band.minus(|o, i, s| model(f, band.order, band.n_inputs(), o, i, s)));
+        let remainder = subtract(&fit);
         let band = remainder.as_ref().unwrap_or(&band);
         let orders = orders(band, options.max_order)?;
         let found = StabilisationDiagram::build(&orders, poles_by_order(band, &orders)?, &options.stability);
         let mut extended = candidates.clone();
         for &column in &found.chosen {
             let Some(pole) = found.representative(column) else { continue };
-            // What is left within a bandwidth of a mode is the misfit of that mode.
-            let is_new = candidates.iter().map(|c| &c.pole).chain(&neighbours).all(|p| {
-                (p.value - pole.value).norm() > -2.0 * (p.value.re + pole.value.re)
-            });
-            if is_new && (search == Search::Data || is_inside(pole)) {
+            if is_new(pole, &candidates) && (search == Search::Data || is_inside(pole)) {
                 let n_orders = found.column(column).count();
-                extended.push(Candidate { pole: pole.clone(), n_orders, piece: index });
+                extended.push(Candidate { pole: pole.clone(), n_orders, piece: index, window: None });
             }
         }
         diagram = Some(found);
@@ -233,15 +266,54 @@ fn piece(
             (candidates, terms, fit) = work.fit(extended)?;
         }
     }
-    let discarded = work.discarded;
+    let mut scanned = Vec::new();
+    if search == Search::Scan {
+        let remainder = subtract(&fit);
+        let spacing = (high - low) / (band.n_lines() - 1).max(1) as f64;
+        for pole in scan(remainder.as_ref().unwrap_or(&band), &band) {
+            if scanned.len() < MAX_SCANNED && is_inside(&pole) && is_new(&pole, &candidates) && is_new(&pole, &scanned) {
+                let half_width = WINDOW * spacing;
+                let found = Candidate { pole, n_orders: 0, piece: index, window: Some(half_width) };
+                let own = window(whole, &found, half_width, known, options)?;
+                work.discarded.extend(own.discarded);
+                scanned.extend(own.candidates);
+            }
+        }
+    }
+    let Work { band, discarded, .. } = work;
     candidates.retain(|c| is_inside(&c.pole));
+    candidates.extend(scanned);
     Ok(Piece { diagram, candidates, discarded, terms, fit, band })
+}
+
+/// The poles that a fit from `low` to `high`, rad/s, takes as known: all but its own, up to an octave beyond its ends, from
+/// where the series of the residual terms are exact to the level of any noise.
+fn neighbours(known: &[Candidate], low: f64, high: f64, is_own: impl Fn(&Candidate) -> bool) -> Vec<Pole> {
+    let is_near = |c: &Candidate| c.pole.value.norm() > 0.5 * low && c.pole.value.norm() < 2.0 * high;
+    known.iter().filter(|c| !is_own(c) && is_near(c)).map(|c| c.pole.clone()).collect()
+}
+
+/// Fits a candidate of the scan in its own window.
+fn window(
+    whole: &Band,
+    candidate: &Candidate,
+    half_width: f64,
+    known: &[Candidate],
+    options: &IdentifyOptions,
+) -> Result<Piece, IdentifyError> {
+    let centre = candidate.pole.value.im;
+    let band = whole.part(centre - half_width, centre + half_width);
+    let (low, high) = (band.omega[0], band.omega[band.n_lines() - 1]);
+    let neighbours = neighbours(known, low, high, |c| c.pole == candidate.pole);
+    let mut work = Work { band, neighbours, options, discarded: Vec::new() };
+    let (candidates, terms, fit) = work.fit(vec![candidate.clone()])?;
+    Ok(Piece { diagram: None, candidates, discarded: work.discarded, terms, fit, band: work.band })
 }
 
 /// Fits in one piece.
 struct Work<'a> {
-    band: &'a Band,
-    neighbours: &'a [Pole],
+    band: Band,
+    neighbours: Vec<Pole>,
     options: &'a IdentifyOptions,
     discarded: Vec<Discarded>,
 }
@@ -255,9 +327,9 @@ impl Work<'_> {
         let mut terms = self.options.residual_terms.unwrap_or(ResidualTerms { lower: 2, upper: 2 });
         let mut is_term_choice_open = self.options.residual_terms.is_none();
         while candidates.len() + self.neighbours.len() > 0 {
-            let poles = Poles::new(candidates.iter().map(|c| &c.pole), self.neighbours);
+            let poles = Poles::new(candidates.iter().map(|c| &c.pole), &self.neighbours);
             let steps = if is_term_choice_open { 3 } else { MAX_STEPS };
-            let result = match fit(self.band, &poles, terms, steps) {
+            let result = match fit(&self.band, &poles, terms, steps) {
                 Ok(result) => result,
                 Err(IdentifyError::Singular { .. } | IdentifyError::TooFewLines { .. }) if !candidates.is_empty() => {
                     // Two candidates are one, or there are more unknowns than lines: the least persistent one goes.
@@ -274,11 +346,11 @@ impl Work<'_> {
                 candidate.pole.participation.clone_from(&result.poles.participation[c]);
             }
             if is_term_choice_open {
-                terms = choose_terms(self.band, &result.poles)?;
+                terms = choose_terms(&self.band, &result.poles)?;
                 is_term_choice_open = false;
                 continue;
             }
-            let verdicts = verdicts(self.band, &result, &candidates, &self.options.stability);
+            let verdicts = verdicts(&self.band, &result, &candidates, &self.options.stability);
             if verdicts.iter().all(Option::is_none) {
                 return Ok((candidates, terms, Some(result)));
             }
@@ -321,12 +393,17 @@ fn merge(candidates: impl Iterator<Item = Candidate>) -> Vec<Candidate> {
 fn finish(
     frfs: &FrfSet,
     cores: &[(f64, f64)],
-    pieces: Vec<Piece>,
+    (pieces, windows): (Vec<Piece>, Vec<Piece>),
     diagrams: Vec<Vec<StabilisationDiagram>>,
     discarded: Vec<Vec<Discarded>>,
 ) -> Identification {
     let mut all = Vec::new();
     let mut segments = Vec::new();
+    for piece in &windows {
+        if let (Some(fit), false) = (&piece.fit, piece.candidates.is_empty()) {
+            all.extend(modes(frfs, &piece.band, fit, &[0], &[0]));
+        }
+    }
     for (((piece, &core_hz), diagrams), discarded) in pieces.into_iter().zip(cores).zip(diagrams).zip(discarded) {
         let n_orders: Vec<usize> = piece.candidates.iter().map(|c| c.n_orders).collect();
         // The candidates of the last round are the free poles of its fit that lie in the piece, in order.
@@ -417,8 +494,7 @@ fn verdicts(band: &Band, fit: &Fit, candidates: &[Candidate], stability: &Stabil
     let n = candidates.len();
     let unknowns = fit.poles.unknowns();
     let (low, high) = (band.omega[0], band.omega[band.n_lines() - 1]);
-    let rows = (2 * band.n_lines() * band.n_inputs() * band.n_outputs()) as f64;
-    let price = 2.0 * (band.n_outputs() + band.n_inputs()) as f64 * rows.ln();
+    let price = threshold(2.0 * (band.n_outputs() + band.n_inputs()) as f64, band.n_lines() as f64);
     let mut out: Vec<Option<&'static str>> = (0..n)
         .map(|r| {
             let p = fit.poles.values[r];
@@ -443,7 +519,11 @@ fn verdicts(band: &Band, fit: &Fit, candidates: &[Candidate], stability: &Stabil
                     if det > 0.0 { (d * x.re * x.re - 2.0 * b * x.re * x.im + a * x.im * x.im) / det } else { 0.0 }
                 })
                 .sum();
-            (gain / (factor * factor) < price).then_some("explains no more than noise would")
+            if gain / fit.level[r] < price {
+                return Some("explains no more than noise would");
+            }
+            let is_scanned = candidates[r].n_orders == 0;
+            (is_scanned && mpc_less_noise(fit, r) < LEAST_MPC).then_some("was found by the scan alone, and its shape is not in phase")
         })
         .collect();
     for a in 0..n {
@@ -461,6 +541,16 @@ fn verdicts(band: &Band, fit: &Fit, candidates: &[Candidate], stability: &Stabil
         }
     }
     out
+}
+
+/// Modal phase collinearity of a fitted shape, the energy that its noise puts along and across its line taken away.
+fn mpc_less_noise(fit: &Fit, r: usize) -> f64 {
+    let shape = fit.shapes.column(r).into_owned();
+    // Along and across from MPC and power: λ1 + λ2 = power, λ1 - λ2 = power √MPC.
+    let power = shape.norm_squared();
+    let difference = power * complexity(&shape).mpc.sqrt();
+    let noise: f64 = fit.local[r].iter().map(|v| v[0] + v[2]).sum::<f64>() * fit.level[r];
+    if power > noise { (difference / (power - noise)).powi(2).min(1.0) } else { 0.0 }
 }
 
 fn levels(frfs: &FrfSet, band: &Band, fit: Option<&Fit>) -> (Vec<f64>, Vec<f64>) {

@@ -21,6 +21,7 @@ mod identification;
 mod mode;
 mod plscf;
 mod quadrature;
+mod scan;
 mod spectrum;
 mod stabilisation;
 
