@@ -10,8 +10,8 @@
 //! above one. A line is a candidate when T is a local maximum with a chance below 1e-3 anywhere in the scan.
 //!
 //! A candidate of the scan has no column of poles to speak for it. It becomes a mode only if, beside passing the fit like any
-//! other, its shape is nearly in phase (MPC at least [`LEAST_MPC`]): lightly damped modes are, and n channels of noise
-//! reach 0.8 for n >= 6 with a chance below 1e-3.
+//! other, its shape is nearly in phase (MPC less noise at least [`LEAST_MPC`]: across the line less than 30 % of along it).
+//! Lightly damped modes are; 6, 10 and 18 channels of noise reach it with a chance of 5e-2, 5e-3 and 5e-5.
 //!
 //! Sources: S. M. Kay, Fundamentals of Statistical Signal Processing II: Detection Theory, 1998, section 7.5;
 //! B. Devlin, K. Roeder, Genomic control for association studies, Biometrics 55, 1999, for the scaling by the median.
