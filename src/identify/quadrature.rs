@@ -1,16 +1,16 @@
 //! Quadrature picking: shapes from imaginary parts at known natural frequencies, corrected for neighbouring modes.
 //!
-//! At the natural frequency of mode j the imaginary part at a sensor is the sum of what all modes give there:
+//! At the natural frequency of mode i the imaginary part at a sensor is the sum of what all modes give there:
 //!
 //! ```text
-//! v_j = Σ_i q_i W_ij,   q_i = imaginary part of mode i alone at its own frequency,   r = f_j/f_i
+//! v_i = Σ_j W_ij q_j,   q_j = imaginary part of mode j alone at its own frequency,   r = f_i/f_j
 //!
-//! receptance   W_ij = (2ζ_i)² r  / ((1 - r²)² + (2ζ_i r)²)       displacement over force; equation (3) as printed
-//! accelerance  W_ij = (2ζ_i)² r³ / ((1 - r²)² + (2ζ_i r)²)       acceleration over force
-//! hysteretic   W_ij = (2ζ_i)²    / ((1 - r²)² + (2ζ_i)²)         structural damping, loss factor 2ζ_i
+//! receptance   W_ij = (2ζ_j)² r  / ((1 - r²)² + (2ζ_j r)²)       displacement over force; equation (3) as printed
+//! accelerance  W_ij = (2ζ_j)² r³ / ((1 - r²)² + (2ζ_j r)²)       acceleration over force
+//! hysteretic   W_ij = (2ζ_j)²    / ((1 - r²)² + (2ζ_j)²)         structural damping, loss factor 2ζ_j
 //! raw          W = I
 //! ```
-//! so Q = V W⁻¹. The printed equation has the weights of receptance. Used on accelerance it is slightly wrong; on the
+//! so that the shapes, as rows, are W⁻¹ times the imaginary parts. The printed equation has the weights of receptance. Used on accelerance it is slightly wrong; on the
 //! shapes of a swept flying wing it costs 3e-4 of MAC where the right weight costs 5e-7.
 //!
 //! Sources: A. Gupta, C. P. Moreno, H. Pfifer, G. J. Balas, Updating a finite element based structural model of a small
@@ -47,7 +47,7 @@ pub struct QuadratureShapes {
     pub condition: f64,
 }
 
-/// The matrix W of the correction (modes x modes): row i, the mode that contributes; column j, the frequency.
+/// The matrix W of the correction (modes x modes): row i, the frequency; column j, the mode that contributes.
 ///
 /// * `frequencies_hz` - natural frequencies
 /// * `damping_ratios` - one per mode
@@ -70,8 +70,8 @@ pub fn quadrature_matrix(
         }
     }
     Ok(DMatrix::from_fn(n, n, |i, j| {
-        let r = frequencies_hz[j] / frequencies_hz[i];
-        let two_zeta = 2.0 * damping_ratios[i];
+        let r = frequencies_hz[i] / frequencies_hz[j];
+        let two_zeta = 2.0 * damping_ratios[j];
         let detuning = (1.0 - r * r).powi(2);
         let viscous = detuning + (two_zeta * r).powi(2);
         match form {
@@ -126,7 +126,7 @@ pub fn quadrature_shapes(
     // 1/ε of single precision: beyond it nothing of a measurement is left.
     let inverse = matrix.clone().try_inverse().filter(|_| condition < 1e7);
     let inverse = inverse.ok_or(IdentifyError::Singular { what: "equations of quadrature picking" })?;
-    Ok(QuadratureShapes { shapes: v * inverse, matrix, condition })
+    Ok(QuadratureShapes { shapes: v * inverse.transpose(), matrix, condition })
 }
 
 fn condition(matrix: &DMatrix<f64>) -> f64 {
