@@ -1,6 +1,6 @@
 //! Tests of identification against closed forms, an independent reference and measured functions.
 
 mod bff;
-mod synthetic;
+pub(super) mod synthetic;
 mod truth;
-mod wing;
+pub(super) mod wing;

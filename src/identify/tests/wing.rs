@@ -6,7 +6,7 @@ use crate::linalg::Complex;
 use std::path::PathBuf;
 
 /// The folder of real data, by the environment or beside the project; tests skip with a message when it is absent.
-pub(super) fn data_folder(name: &str) -> Option<PathBuf> {
+pub(in crate::identify) fn data_folder(name: &str) -> Option<PathBuf> {
     let root = std::env::var_os("RETUNE_DATA")
         .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/data"), PathBuf::from);
     let folder = root.join(name);
@@ -18,12 +18,12 @@ pub(super) fn data_folder(name: &str) -> Option<PathBuf> {
 }
 
 /// Rows of numbers of a CSV file, header left out.
-pub(super) fn read_csv(path: &std::path::Path) -> Vec<Vec<f64>> {
+pub(in crate::identify) fn read_csv(path: &std::path::Path) -> Vec<Vec<f64>> {
     let text = std::fs::read_to_string(path).unwrap();
     text.lines().skip(1).map(|l| l.split(',').map(|x| x.trim().parse().unwrap_or(f64::NAN)).collect()).collect()
 }
 
-pub(super) fn wing_frfs() -> Option<FrfSet> {
+pub(in crate::identify) fn wing_frfs() -> Option<FrfSet> {
     let folder = data_folder("cruise_missile_wing")?.join("frf_csv");
     let columns: Vec<Vec<Vec<f64>>> =
         (0..18).map(|k| read_csv(&folder.join(format!("measurement_{k}.csv")))).collect();
