@@ -6,7 +6,6 @@ use super::super::mode::driving_points;
 use super::{Finding, Level};
 use crate::data::FrfSet;
 use crate::linalg::Complex;
-use std::f64::consts::TAU;
 
 /// Share of negative power at a driving point that noise explains: with 10 % noise of the rms it stays below 0.02.
 const NEGATIVE_SHARE: f64 = 0.1;
@@ -17,7 +16,7 @@ const RECIPROCITY: f64 = 0.1;
 /// Checks functions for missing values, dead channels, driving points that feed energy back, and reciprocity.
 ///
 /// **Driving point.** A passive structure takes up power at every frequency: Re Y(ω) >= 0 for its driving-point mobility Y.
-/// The share of negative power is q = Σ_(Re Y<0) (Re Y)² / Σ (Re Y)². A driving point has q near 0, one with a
+/// The share of negative power is q = Σ_(P<0) P² / Σ P², with P = Re(i^(1-n) H) of the measured quantity. A driving point has q near 0, one with a
 /// reversed sensor or force q near 1, another point something between.
 ///
 /// **Reciprocity.** H_ij = H_ji for pairs measured both ways, when both signs are taken into account:
@@ -64,10 +63,11 @@ pub fn check_functions(frfs: &FrfSet) -> Result<Vec<Finding>, IdentifyError> {
 
 fn driving_point(frfs: &FrfSet, o: usize, i: usize, sign: f64) -> Option<Finding> {
     let (mut negative, mut total) = (0.0, 0.0);
-    for (l, f) in frfs.frequencies_hz.iter().enumerate().filter(|(_, f)| **f > 0.0) {
+    for l in (0..frfs.n_lines()).filter(|&l| frfs.frequencies_hz[l] > 0.0) {
         let h = frfs.at(l, i, o);
         if h.is_finite() {
-            let power = sign * (h * Complex::new(0.0, TAU * f).powi(1 - frfs.quantity.order())).re;
+            // i^(1-n) H has the sign of Re Y and, unlike Y, the noise of the measurement.
+            let power = sign * (h * Complex::<f64>::i().powi(1 - frfs.quantity.order())).re;
             total += power * power;
             negative += if power < 0.0 { power * power } else { 0.0 };
         }

@@ -85,6 +85,9 @@ pub fn check_geometry(sensors: &[SensorGeometry], shapes: &DMatrix<f64>) -> Resu
 pub fn check_rigid_body(sensors: &[SensorGeometry], shapes: &DMatrix<f64>) -> Result<Vec<Finding>, IdentifyError> {
     check_rows(sensors, shapes)?;
     let group: Vec<usize> = (0..sensors.len()).filter(|&k| is_usable(sensors, shapes, k)).collect();
+    if group.is_empty() {
+        return Ok(Vec::new());
+    }
     let motions = DMatrix::from_fn(group.len(), 6, |i, j| rigid_row(&sensors[group[i]], sensors[group[i]].direction)[j]);
     let svd = motions.clone().svd(true, false);
     let largest = svd.singular_values.iter().copied().fold(0.0, f64::max);
@@ -187,6 +190,9 @@ fn wrong_axis(
 /// The smooth prior over positions at a range of noise levels; none when the positions cannot carry it.
 fn smooth_priors(positions: &[[f64; 3]]) -> Vec<Prior> {
     let n = positions.len();
+    if n < LEAST_SENSORS {
+        return Vec::new();
+    }
     let mean: Vec<f64> = (0..3).map(|c| positions.iter().map(|p| p[c]).sum::<f64>() / n as f64).collect();
     let centred = DMatrix::from_fn(n, 3, |i, c| positions[i][c] - mean[c]);
     let svd = centred.clone().svd(false, true);
@@ -227,8 +233,9 @@ fn smooth_priors(positions: &[[f64; 3]]) -> Vec<Prior> {
 /// Sensors whose entry is zero in several shapes while their neighbours move.
 ///
 /// One entry below 1e-2 of the rms is common: a node line. Two in one sensor, each amid four nearest neighbours of its
-/// direction whose median is above a tenth of the rms, are not: where a smooth field crosses zero its neighbours lie on
-/// both sides of it, and it does so at one sensor in two modes with a chance of about 1e-4 each.
+/// direction of which three move one way by more than a tenth of the rms, are not: a smooth field has its zero between
+/// neighbours of both signs. The sensor must stand among its neighbours (their mean offset below 0.7 of their mean
+/// distance), since at the end of an array it may be clamped.
 fn zero_entries(sensors: &[SensorGeometry], shapes: &DMatrix<f64>) -> Vec<Finding> {
     let mut findings = Vec::new();
     for k in 0..sensors.len() {
@@ -241,19 +248,21 @@ fn zero_entries(sensors: &[SensorGeometry], shapes: &DMatrix<f64>) -> Vec<Findin
             .collect();
         near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         near.truncate(4);
-        if near.len() < 3 {
+        let offset = |c: usize| near.iter().map(|(_, j)| sensors[*j].position[c] - sensors[k].position[c]).sum::<f64>();
+        let offset = (0..3).map(|c| offset(c).powi(2)).sum::<f64>().sqrt();
+        if near.len() < 4 || offset > 0.7 * near.iter().map(|(d, _)| d.sqrt()).sum::<f64>() {
             continue;
         }
         let (mut dead, mut smallest) = (0, f64::INFINITY);
         for m in 0..shapes.ncols() {
             let finite: Vec<f64> = shapes.column(m).iter().copied().filter(|x| x.is_finite()).collect();
             let rms = (finite.iter().map(|x| x * x).sum::<f64>() / finite.len() as f64).sqrt();
-            let mut around: Vec<f64> = near.iter().map(|(_, j)| shapes[(*j, m)].abs()).collect();
             let entry = shapes[(k, m)].abs() / rms;
-            // Neighbours of one sign: the field does not cross zero between them.
-            let signs = near.iter().map(|(_, j)| shapes[(*j, m)].signum() * dot(sensors[*j].direction, sensors[k].direction).signum());
-            let is_one_sided = signs.sum::<f64>().abs() as usize == near.len();
-            if entry < ZERO_ENTRY && is_one_sided && super::super::band::median(&mut around) > 0.1 * rms {
+            let towards = |sign: f64| {
+                let reads = |j: usize| sign * shapes[(j, m)] * dot(sensors[j].direction, sensors[k].direction).signum();
+                near.iter().filter(|(_, j)| reads(*j) > 0.1 * rms).count()
+            };
+            if entry < ZERO_ENTRY && towards(1.0).max(towards(-1.0)) >= 3 {
                 dead += 1;
                 smallest = smallest.min(entry);
             }

@@ -6,7 +6,7 @@
 //! ```text
 //! ln L(edit) = max_λ [ -N/2 ln J_λ(edited) - M/2 ln det_λ + M ln |s| ],     N = M · rank B
 //! ```
-//! (the last term for an entry scaled by s) compares it with no fault. Under the prior a likelihood ratio above c has a
+//! (the last term for an entry scaled by s; an entry dropped pays the width of a broad prior) compares it with no fault. Under the prior a likelihood ratio above c has a
 //! probability of at most 1/c, so with H edits tried, one is accepted at ln LR > ln(H/α). Shapes of one structure are not
 //! independent draws; ln LR is halved for that ([`TEMPER`]), and α is 1 %.
 
@@ -124,7 +124,12 @@ fn best(priors: &[Prior], phi: &DMatrix<f64>) -> Option<(Edit, f64)> {
             let gain = value(scaled(s)) + m as f64 * s.abs().max(1e-3).ln() - 0.5 * ((m * p.rank) as f64).ln();
             note(at + 1, Edit::Scale(k, s), if is_gain { gain } else { f64::NEG_INFINITY });
             let dropped = j - b_phi.row(k).norm_squared() / bkk;
-            note(at + 2, Edit::Drop(k), value(dropped) - 0.5 * m as f64 * ((m * p.rank) as f64).ln());
+            // An entry that may be anything has the density of a broad prior: as wide as the entries are, against the
+            // scatter that the prior gives it.
+            let scatter = (dropped.max(f64::MIN_POSITIVE) / ((m * p.rank) as f64 * bkk)).sqrt();
+            let width = (own / m as f64).max(1.0 / n as f64).sqrt();
+            let occam = (width / scatter).ln().max(0.5 * ((m * p.rank) as f64).ln());
+            note(at + 2, Edit::Drop(k), value(dropped) - m as f64 * occam);
             at += 3;
         }
         for k in 0..n {

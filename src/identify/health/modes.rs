@@ -167,7 +167,19 @@ fn pairs(modes: &[IdentifiedMode]) -> Vec<Finding> {
             let bandwidths = (m.frequency_hz.value - n.frequency_hz.value)
                 / (m.frequency_hz.value * m.damping_ratio.value + n.frequency_hz.value * n.damping_ratio.value);
             let evidence = vec![("MAC", mac), ("relative gap", gap), ("gap in half bandwidths", bandwidths)];
-            if mac > 0.9 && gap < 0.05 {
+            let overlap: f64 = x.iter().zip(&y).map(|(x, y)| x.norm() * y.norm()).sum();
+            let size = |v: &[crate::linalg::Complex<f64>]| v.iter().map(|x| x.norm_sqr()).sum::<f64>().sqrt();
+            let overlap = overlap / (size(&x) * size(&y));
+            if overlap < 0.3 && gap < 0.05 {
+                findings.push(Finding {
+                    level: Level::Warning,
+                    code: "split-mode",
+                    text: format!("the modes at {subject} are seen by different channels: probably one mode that moved between two runs"),
+                    subject,
+                    evidence: vec![("overlap of the moduli", overlap), ("relative gap", gap), ("gap in half bandwidths", bandwidths)],
+                    remedy: "identify the runs one by one; if all channels were measured at once, the parts of the structure move on their own",
+                });
+            } else if mac > 0.9 && gap < 0.05 {
                 findings.push(Finding {
                     level: Level::Warning,
                     code: "double-mode",

@@ -5,7 +5,7 @@ use crate::data::{FrfQuantity, FrfSet};
 use crate::identify::tests::synthetic::{TrueMode, add_noise, lines, normal_pair, synthesise};
 use crate::identify::tests::wing::{data_folder, read_csv, wing_frfs};
 use crate::identify::{IdentifyOptions, identify};
-use crate::linalg::{Complex, DMatrix};
+use crate::linalg::DMatrix;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
@@ -83,6 +83,7 @@ fn sign_swap_and_gain_are_found_by_smoothness() {
             let findings = check_geometry(&sensors, &data).unwrap();
             count[c] += 1;
             found[c] += usize::from(has(&findings, code, &subject));
+            if !has(&findings, code, &subject) { eprintln!("{code} {subject}: {:?}", findings.iter().map(|f| (f.code, &f.subject, &f.evidence)).collect::<Vec<_>>()); }
             wrong += findings.iter().filter(|f| f.level > Level::Info && !(f.code == code && f.subject == subject)).count();
         }
     }
@@ -194,7 +195,7 @@ fn a_wrong_driving_point_is_found_with_the_right_one() {
     frfs.references[0].name = "p6".to_owned();
     let found = check_modes(&frfs, &identify(&frfs, &IdentifyOptions::default()).unwrap());
     let finding = found.iter().find(|f| f.code == "driving-point-sign").unwrap();
-    assert!(finding.text.contains("one sign in all modes: p2 (4 modes)"), "{}", finding.text);
+    assert!(finding.text.contains("p2 (4 modes)"), "{}", finding.text);
     assert!(check_functions(&frfs).unwrap().iter().any(|f| f.code == "driving-point-not-passive"));
 }
 
@@ -250,7 +251,7 @@ fn a_stiff_suspension_is_a_finding() {
 }
 
 #[test]
-fn one_mode_measured_twice_is_called_double() {
+fn one_mode_that_moved_between_two_runs_is_found() {
     let mut frfs = string_test(&[1], 0.01, 13);
     let shifted = {
         let mut modes = string_test(&[1], 0.01, 14);
@@ -267,8 +268,8 @@ fn one_mode_measured_twice_is_called_double() {
         }
     }
     let found = identify(&frfs, &IdentifyOptions::default()).unwrap();
-    eprintln!("{:?}", found.modes.iter().map(|m| m.frequency_hz.value).collect::<Vec<_>>());
-    eprintln!("{:?}", check_modes(&frfs, &found));
+    let findings = check_modes(&frfs, &found);
+    assert!(findings.iter().any(|f| f.code == "split-mode"), "{findings:?}");
 }
 
 /// The wing's own driving point, point 1, cannot be one: see the notes beside the data.
@@ -277,7 +278,6 @@ fn the_wing_was_not_driven_at_point_1() {
     let Some(frfs) = wing_frfs() else { return };
     let options = IdentifyOptions { band_hz: Some((5.0, 750.0)), ..IdentifyOptions::default() };
     let findings = check_modes(&frfs, &identify(&frfs, &options).unwrap());
-    for f in &findings { eprintln!("{f:?}"); }
     let finding = findings.iter().find(|f| f.code == "driving-point-sign").unwrap();
     assert_eq!((finding.subject.as_str(), finding.level), ("1", Level::Fault));
     assert!(check_functions(&frfs).unwrap().iter().any(|f| f.code == "driving-point-not-passive"));
@@ -299,7 +299,6 @@ fn the_dead_point_of_a_flying_wing_is_found() {
         .collect();
     let shapes = DMatrix::from_fn(rows.len(), 4, |k, m| rows[k][3 + m]);
     let findings = check_geometry(&sensors, &shapes).unwrap();
-    for f in &findings { eprintln!("{f:?}"); }
     assert!(has(&findings, "dead-entry", "10"));
     assert_eq!(findings.iter().filter(|f| f.code == "dead-entry").count(), 1);
 }
@@ -316,5 +315,4 @@ fn hostile_shapes_do_not_panic() {
     let _ = check_geometry(&same, &shapes).unwrap();
     let _ = check_rigid_body(&same, &shapes).unwrap();
     assert!(check_geometry(&sensors[..3], &shapes).is_err());
-    let _ = Complex::new(0.0, 0.0);
 }
