@@ -14,6 +14,7 @@ pub mod catalogue;
 pub mod correlation;
 pub mod data;
 pub mod element;
+pub mod identify;
 pub mod linalg;
 pub mod modal;
 pub mod model;

@@ -5,11 +5,15 @@
 
 mod decompositions;
 mod eigen;
+mod eigenvalues;
+mod orthogonal;
 mod symmetric;
 
 pub use decompositions::{Svd, shifted_pencil, thin_svd};
 pub use eigen::{Eigenpairs, lowest_modes};
+pub use eigenvalues::{GeneralEigenpairs, general_eigenpairs};
 pub use nalgebra::{Complex, DMatrix, DVector};
+pub use orthogonal::{ThinQr, thin_qr};
 pub use symmetric::SymMatrix;
 
 /// Why a numerical kernel has no result.

@@ -1,0 +1,54 @@
+//! Health of the test: is the measurement itself to blame, before a model is?
+//!
+//! Every check returns [`Finding`]s with the numbers behind them and what to do. None needs a model, and where one would be
+//! needed the finding says so instead of guessing:
+//!
+//! - [`check_functions`]: missing and dead functions, driving points that feed energy back, reciprocity.
+//! - [`check_modes`]: noisy and dead channels, signs of driving-point residues, double modes, modes that the sensors
+//!   cannot tell apart.
+//! - [`check_geometry`]: with the positions of the sensors: sign, gain, swap, dead entries, by the smoothness of the shapes.
+//! - [`check_rigid_body`]: with measured rigid-body shapes: the same, sharper, and wrong axes.
+//! - [`compare_runs`]: shifts of frequency between runs: drift or mass loading.
+//! - [`check_suspension`]: are the rigid-body modes far enough below the first elastic one?
+
+mod functions;
+mod geometry;
+mod hypotheses;
+mod modes;
+mod runs;
+
+pub use functions::check_functions;
+pub use geometry::{SensorGeometry, check_geometry, check_rigid_body};
+pub use modes::{check_modes, check_suspension};
+pub use runs::compare_runs;
+
+/// How serious a finding is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Level {
+    /// Worth knowing; also what could not be checked.
+    Info,
+    /// Probably harmful; look at it before using the data.
+    Warning,
+    /// The data contradict themselves.
+    Fault,
+}
+
+/// One result of a check.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Finding {
+    /// How serious.
+    pub level: Level,
+    /// A stable word for programs: "driving-point-sign".
+    pub code: &'static str,
+    /// What it is about: a channel, a mode, a pair.
+    pub subject: String,
+    /// The numbers behind it, with names.
+    pub evidence: Vec<(&'static str, f64)>,
+    /// What was found, for people.
+    pub text: String,
+    /// What to do about it.
+    pub remedy: &'static str,
+}
+
+#[cfg(test)]
+mod tests;

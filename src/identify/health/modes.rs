@@ -1,0 +1,233 @@
+//! Checks of identified modes.
+
+use super::super::band::median;
+use super::super::identification::Identification;
+use super::super::mode::{IdentifiedMode, driving_points};
+use super::super::stabilisation::mac;
+use super::{Finding, Level};
+use crate::data::FrfSet;
+
+/// Standard deviations from which the sign of a residue counts.
+const SIGNIFICANT: f64 = 3.0;
+
+/// Checks an identification: channels, driving points, double modes, modes that the sensors cannot tell apart.
+pub fn check_modes(frfs: &FrfSet, identification: &Identification) -> Vec<Finding> {
+    let mut findings = channels(frfs, identification);
+    for (o, i, sign) in driving_points(frfs) {
+        findings.extend(driving_point(frfs, &identification.modes, o, i, sign));
+    }
+    findings.extend(pairs(&identification.modes));
+    findings
+}
+
+/// Noise of each channel relative to its signal, over all pieces with a mode.
+///
+/// ```text
+/// ν_k = Σ 2σ_k² / Σ rms_k²     share of the channel's power that no mode explains
+/// ```
+/// Dead: ν above 0.8 while the median channel has it below 0.4. Noisy: ν above 0.01 and ln ν above the median by 3.5
+/// robust standard deviations and by a factor of 10 (a tenth of the signal-to-noise ratio squared).
+fn channels(frfs: &FrfSet, identification: &Identification) -> Vec<Finding> {
+    let share = |o: usize| {
+        let (mut noise, mut power) = (0.0, 0.0);
+        for s in &identification.segments {
+            if s.noise_sd.get(o).is_some_and(|x| x.is_finite()) {
+                noise += 2.0 * s.noise_sd[o].powi(2);
+                power += s.rms[o].powi(2);
+            }
+        }
+        if power > 0.0 { noise / power } else { f64::NAN }
+    };
+    let shares: Vec<f64> = (0..frfs.responses.len()).map(share).collect();
+    let finite = || shares.iter().copied().filter(|x| x.is_finite());
+    let mut logs: Vec<f64> = finite().map(|x| x.max(1e-30).ln()).collect();
+    if logs.len() < 4 {
+        return Vec::new();
+    }
+    let middle = median(&mut logs);
+    let scatter = 1.4826 * median(&mut logs.iter().map(|x| (x - middle).abs()).collect::<Vec<_>>());
+    let mut findings = Vec::new();
+    for (o, &nu) in shares.iter().enumerate() {
+        let name = &frfs.responses[o].name;
+        let evidence = vec![("share of power without a mode", nu), ("median of all channels", middle.exp())];
+        if nu > 0.8 && middle.exp() < 0.4 {
+            findings.push(Finding {
+                level: Level::Fault,
+                code: "dead-channel",
+                subject: name.clone(),
+                evidence,
+                text: format!("channel {name} shows no resonance: {:.0} % of its power is explained by no mode", 100.0 * nu.min(1.0)),
+                remedy: "check sensor and cable; if the point is clamped or on a node line of every mode, say so in the test file",
+            });
+        } else if nu > 0.01 && nu.ln() > middle + (3.5 * scatter).max(10.0_f64.ln()) {
+            findings.push(Finding {
+                level: Level::Warning,
+                code: "noisy-channel",
+                subject: name.clone(),
+                evidence,
+                text: format!(
+                    "channel {name} is noisier than the others: {:.1} % of its power is explained by no mode, the median is {:.2} %",
+                    100.0 * nu,
+                    100.0 * middle.exp()
+                ),
+                remedy: "check mounting and range of the sensor; its shape entries already carry a larger standard deviation",
+            });
+        }
+    }
+    findings
+}
+
+/// Signs of the modal constants at a driving point: with 2iω_d R = φ_d² all are positive.
+fn driving_point(frfs: &FrfSet, modes: &[IdentifiedMode], o: usize, i: usize, sign: f64) -> Option<Finding> {
+    let (positive, negative) = signs(modes, o, i, sign);
+    if negative == 0 {
+        return None;
+    }
+    let name = &frfs.responses[o].name;
+    let count = positive + negative;
+    // Random signs of m modes agree with probability 2^(1-m).
+    let chance = 2.0_f64.powi(1 - count as i32);
+    let evidence = vec![
+        ("modes with positive residue", positive as f64),
+        ("modes with negative residue", negative as f64),
+        ("chance that random signs agree", chance),
+    ];
+    if positive == 0 {
+        let is_certain = count >= 3;
+        return Some(Finding {
+            level: if is_certain { Level::Fault } else { Level::Warning },
+            code: "driving-point-reversed",
+            subject: name.clone(),
+            evidence,
+            text: format!("all {negative} modes have a negative residue at the driving point {name}: its sensor or the force is reversed"),
+            remedy: "reverse the sign of the sensor or of the force in the test file",
+        });
+    }
+    // Which points could be the driving point: one sign in every mode, most modes first.
+    let mut others: Vec<(usize, usize, bool)> = (0..frfs.responses.len())
+        .filter_map(|k| {
+            let (p, n) = signs(modes, k, i, 1.0);
+            (p.min(n) == 0 && p + n >= count.saturating_sub(2).max(3)).then_some((p + n, k, n > 0))
+        })
+        .collect();
+    others.sort_by(|a, b| b.0.cmp(&a.0).then(a.1.cmp(&b.1)));
+    let hint = if others.is_empty() {
+        "no measured point has one sign in all modes".to_owned()
+    } else {
+        let names: Vec<String> = others
+            .iter()
+            .take(4)
+            .map(|(m, k, reversed)| {
+                let with = if *reversed { " with reversed sign" } else { "" };
+                format!("{}{with} ({m} modes)", frfs.responses[*k].name)
+            })
+            .collect();
+        format!("one sign in all modes: {}", names.join(", "))
+    };
+    Some(Finding {
+        level: Level::Fault,
+        code: "driving-point-sign",
+        subject: name.clone(),
+        evidence,
+        text: format!(
+            "{name} cannot be the driving point: {positive} modes have a positive residue there and {negative} a negative one; {hint}"
+        ),
+        remedy: "correct the point of excitation; until then no shape can be scaled by mass",
+    })
+}
+
+/// Numbers of modes whose modal constant is significantly positive and negative.
+fn signs(modes: &[IdentifiedMode], o: usize, i: usize, sign: f64) -> (usize, usize) {
+    let (mut positive, mut negative) = (0, 0);
+    for m in modes {
+        let constant = sign * m.modal_constant(o, i).re;
+        let sd = m.residue_sd[(o, i)] * 2.0 * m.pole.im;
+        if constant > SIGNIFICANT * sd {
+            positive += 1;
+        } else if constant < -SIGNIFICANT * sd {
+            negative += 1;
+        }
+    }
+    (positive, negative)
+}
+
+/// Pairs of modes with nearly the same shape.
+fn pairs(modes: &[IdentifiedMode]) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    for (b, m) in modes.iter().enumerate() {
+        for n in &modes[..b] {
+            let (x, y): (Vec<_>, Vec<_>) =
+                m.shape.iter().zip(n.shape.iter()).filter(|(x, y)| x.is_finite() && y.is_finite()).map(|(x, y)| (*x, *y)).unzip();
+            if x.len() < 2 {
+                continue;
+            }
+            let mac = mac(&x, &y);
+            let gap = m.frequency_hz.value / n.frequency_hz.value - 1.0;
+            let subject = format!("{:.2} Hz and {:.2} Hz", n.frequency_hz.value, m.frequency_hz.value);
+            let bandwidths = (m.frequency_hz.value - n.frequency_hz.value)
+                / (m.frequency_hz.value * m.damping_ratio.value + n.frequency_hz.value * n.damping_ratio.value);
+            let evidence = vec![("MAC", mac), ("relative gap", gap), ("gap in half bandwidths", bandwidths)];
+            let overlap: f64 = x.iter().zip(&y).map(|(x, y)| x.norm() * y.norm()).sum();
+            let size = |v: &[crate::linalg::Complex<f64>]| v.iter().map(|x| x.norm_sqr()).sum::<f64>().sqrt();
+            let overlap = overlap / (size(&x) * size(&y));
+            if overlap < 0.3 && gap < 0.05 {
+                findings.push(Finding {
+                    level: Level::Warning,
+                    code: "split-mode",
+                    text: format!("the modes at {subject} are seen by different channels: probably one mode that moved between two runs"),
+                    subject,
+                    evidence: vec![("overlap of the moduli", overlap), ("relative gap", gap), ("gap in half bandwidths", bandwidths)],
+                    remedy: "identify the runs one by one; if all channels were measured at once, the parts of the structure move on their own",
+                });
+            } else if mac > 0.9 && gap < 0.05 {
+                findings.push(Finding {
+                    level: Level::Warning,
+                    code: "double-mode",
+                    text: format!("the modes at {subject} have the same shape (MAC {mac:.2}): probably one mode, measured twice"),
+                    subject,
+                    evidence,
+                    remedy: "look for functions from runs with different sensor or shaker masses, or a drift between runs; \
+                             otherwise add sensors that tell the two apart",
+                });
+            } else if mac > 0.5 {
+                findings.push(Finding {
+                    level: if mac > 0.9 { Level::Warning } else { Level::Info },
+                    code: "auto-mac",
+                    text: format!("these sensors hardly tell the modes at {subject} apart (MAC {mac:.2})"),
+                    subject,
+                    evidence,
+                    remedy: "add sensors where the two shapes differ; pair them with care",
+                });
+            }
+        }
+    }
+    findings
+}
+
+/// Checks that the suspension is soft enough.
+///
+/// A suspension whose rigid-body modes lie at f_s raises an elastic mode at f by about ½ (f_s/f)² of its frequency when all
+/// of its modal mass hangs on it: 0.5 % at a ratio of 1/10, 2 % at 1/5, 5.6 % at 1/3.
+///
+/// * `suspension_hz` - frequencies of the rigid-body modes on the suspension
+/// * `elastic_hz` - frequencies of the elastic modes
+pub fn check_suspension(suspension_hz: &[f64], elastic_hz: &[f64]) -> Vec<Finding> {
+    let highest = suspension_hz.iter().copied().filter(|x| x.is_finite()).fold(0.0, f64::max);
+    let lowest = elastic_hz.iter().copied().filter(|x| x.is_finite() && *x > 0.0).fold(f64::INFINITY, f64::min);
+    let ratio = highest / lowest;
+    if ratio <= 0.1 {
+        return Vec::new();
+    }
+    vec![Finding {
+        level: if ratio > 1.0 / 3.0 { Level::Fault } else if ratio > 0.2 { Level::Warning } else { Level::Info },
+        code: "suspension",
+        subject: format!("{highest:.3} Hz"),
+        evidence: vec![("ratio to the first elastic mode", ratio), ("possible relative shift", 0.5 * ratio * ratio)],
+        text: format!(
+            "the highest suspension mode, {highest:.3} Hz, is {:.0} % of the first elastic one, {lowest:.3} Hz, and may raise it by {:.1} %",
+            100.0 * ratio,
+            50.0 * ratio * ratio
+        ),
+        remedy: "soften the suspension, or put its stiffness into the model",
+    }]
+}

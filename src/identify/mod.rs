@@ -1,0 +1,41 @@
+//! Modal identification: frequency response functions in, modes with standard deviations out, and a check of the test.
+//!
+//! Three ways lead to modes. [`identify`] is the one to use: poles by pLSCF over many model orders, automatic choice from
+//! the stabilisation diagram, then a maximum-likelihood fit of poles, participation, shapes and residuals, which also
+//! gives the standard deviations. [`quadrature_shapes`] is the quick one of ground vibration tests (imaginary parts at
+//! known frequencies, with the correction for neighbouring modes); [`circle_fit`] and [`half_power_damping`] are
+//! cross-checks of one mode in one function. [`cmif`] shows how many modes there are.
+//!
+//! [`health`] asks whether the test can be trusted, before any model is blamed.
+//!
+//! This module knows test data and linear algebra, no model. Start reading at [`identify`].
+
+mod band;
+mod circle;
+mod cmif;
+mod complexity;
+mod error;
+mod fit;
+pub mod health;
+mod identification;
+mod mode;
+mod plscf;
+mod quadrature;
+mod scan;
+mod spectrum;
+mod stabilisation;
+
+pub use circle::{CircleFit, HalfPower, circle_fit, half_power_damping};
+pub use cmif::{Cmif, cmif};
+pub use complexity::{Complexity, NormalModes, complexity, normal_modes, real_shape};
+pub use error::IdentifyError;
+pub use fit::ResidualTerms;
+pub use identification::{Discarded, Identification, IdentifyOptions, Segment, Segments, Weighting, identify};
+pub use mode::{IdentifiedMode, MassNormalised, driving_points};
+pub use plscf::Pole;
+pub use quadrature::{QuadratureForm, QuadratureShapes, quadrature_matrix, quadrature_shapes};
+pub use spectrum::{SpectrumPeak, spectrum_peaks};
+pub use stabilisation::{DiagramPole, Stability, StabilisationDiagram};
+
+#[cfg(test)]
+mod tests;

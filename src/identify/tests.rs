@@ -1,0 +1,6 @@
+//! Tests of identification against closed forms, an independent reference and measured functions.
+
+mod bff;
+pub(super) mod synthetic;
+mod truth;
+pub(super) mod wing;
