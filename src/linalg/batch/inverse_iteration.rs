@@ -1,0 +1,248 @@
+//! Eigenvectors of symmetric tridiagonal matrices: inverse iteration until the residual is small in every lane.
+//!
+//! ```text
+//! (T - σ) z = y,  y = z / |z|  (twice, from a fixed start);  Gram-Schmidt;  θ = yᵀ T y;  |T y - θ y| <= tolerance?
+//! ```
+//!
+//! T - σ is factored with row exchanges (selects, no branches). A lane that passes the residual test is frozen, so that
+//! its result does not depend on how long its companions iterate.
+//!
+//! Sources: B. N. Parlett, The Symmetric Eigenvalue Problem, 1998, section 4.9; G. Peters, J. H. Wilkinson, The
+//! calculation of specified eigenvectors by inverse iteration, Handbook for Automatic Computation II, 1971.
+
+use super::lane::{Counter, Lane, Mask};
+use super::sturm::Tridiagonal;
+
+/// Vectors that are iterated side by side, to hide the latency of the divisions.
+pub(super) const ABREAST: usize = 4;
+/// Sweeps after which a lane that does not pass goes to the reference path.
+const SWEEPS: usize = 6;
+
+/// Scratch of m x [`ABREAST`] each.
+pub(super) struct Factors<'a, L> {
+    pub(super) inverse: &'a mut [L],
+    pub(super) upper1: &'a mut [L],
+    pub(super) upper2: &'a mut [L],
+    pub(super) multiplier: &'a mut [L],
+}
+
+/// Eigenvectors z (m x width, row by row) of the first `count` eigenvalues `theta`, which are improved to Rayleigh
+/// quotients; gives the mask of the lanes where all wanted pairs pass the residual test.
+///
+/// * `wanted` - per lane the number of eigenpairs that matter (the first ones)
+/// * `start` - fixed start values, at least m + count
+/// * `old` - scratch of m x width
+/// * `residuals` - the largest residual of the wanted pairs, per lane
+#[inline(always)]
+pub(super) fn eigenvectors<L: Lane>(
+    t: Tridiagonal<'_, L>,
+    theta: &mut [L],
+    wanted: Counter,
+    start: &[f64],
+    z: &mut [L],
+    old: &mut [L],
+    width: usize,
+    f: &mut Factors<'_, L>,
+) -> Mask {
+    let (m, count) = (t.d.len(), theta.len());
+    let tolerance = L::splat(2e-15 * (m as f64).sqrt());
+    for i in 0..m {
+        for j in 0..count {
+            z[i * width + j] = L::splat(start[i + j * 7 % 31]);
+        }
+    }
+    let mut passed = Mask::splat(false);
+    for sweep in 0..SWEEPS {
+        if sweep > 0 {
+            old[..m * width].copy_from_slice(&z[..m * width]);
+        }
+        let mut j = 0;
+        while j + ABREAST <= count {
+            iterate::<L, ABREAST>(t, &theta[j..], z, width, j, f);
+            j += ABREAST;
+        }
+        match count - j {
+            3 => iterate::<L, 3>(t, &theta[j..], z, width, j, f),
+            2 => iterate::<L, 2>(t, &theta[j..], z, width, j, f),
+            1 => iterate::<L, 1>(t, &theta[j..], z, width, j, f),
+            _ => {}
+        }
+        orthonormalise(m, count, z, width);
+        if sweep > 0 {
+            for i in 0..m {
+                for j in 0..count {
+                    z[i * width + j] = L::select(passed, old[i * width + j], z[i * width + j]);
+                }
+            }
+        }
+        let mut good = Mask::splat(true);
+        for j in 0..count {
+            let (quotient, residual) = rayleigh(t, z, width, j);
+            theta[j] = L::select(passed, theta[j], quotient);
+            good = good.and(residual.lt(tolerance).or(wanted.above(j).not()));
+        }
+        passed = passed.or(good);
+        if !passed.not().any() {
+            break;
+        }
+    }
+    passed
+}
+
+/// Two solves with T - σ for the columns j .. j + A of z.
+#[inline(always)]
+fn iterate<L: Lane, const A: usize>(
+    t: Tridiagonal<'_, L>,
+    sigma: &[L],
+    z: &mut [L],
+    width: usize,
+    j: usize,
+    f: &mut Factors<'_, L>,
+) {
+    let m = t.d.len();
+    let (zero, one) = (L::splat(0.0), L::splat(1.0));
+    let sigma: [L; A] = std::array::from_fn(|a| sigma[a]);
+    // P (T - σ) = L U; U has two superdiagonals, the second one is not zero exactly where rows were exchanged.
+    let mut pivot: [L; A] = std::array::from_fn(|a| t.d[0] - sigma[a]);
+    let mut right = [t.e[0]; A];
+    for i in 0..m - 1 {
+        let (sub, d, e) = (t.e[i], t.d[i + 1], t.e[i + 1]);
+        for a in 0..A {
+            let diagonal = d - sigma[a];
+            let swap = pivot[a].abs().lt(sub.abs());
+            let p = L::select(swap, sub, pivot[a]);
+            let q = L::select(swap, pivot[a], sub);
+            let u1 = L::select(swap, diagonal, right[a]);
+            let v1 = L::select(swap, right[a], diagonal);
+            let u2 = L::select(swap, e, zero);
+            let v2 = L::select(swap, zero, e);
+            let inverse = one / p;
+            let multiplier = q * inverse;
+            pivot[a] = multiplier.neg_mul_add(u1, v1);
+            right[a] = multiplier.neg_mul_add(u2, v2);
+            let at = i * A + a;
+            f.inverse[at] = inverse;
+            f.upper1[at] = u1;
+            f.upper2[at] = u2;
+            f.multiplier[at] = multiplier;
+        }
+    }
+    // The last pivot vanishes when σ is an eigenvalue: any value at rounding level serves.
+    let least = L::splat(f64::EPSILON / 8.0);
+    for a in 0..A {
+        let p = L::select(pivot[a].abs().lt(least), least, pivot[a]);
+        f.inverse[(m - 1) * A + a] = one / p;
+    }
+    // The first right-hand side is taken as L⁻¹ P of some start, so only U is solved with.
+    back_substitute::<L, A>(m, z, width, j, f);
+    // Forward: L⁻¹ P.
+    let mut carry: [L; A] = std::array::from_fn(|a| z[j + a]);
+    for i in 0..m - 1 {
+        for a in 0..A {
+            let at = i * A + a;
+            let next = z[(i + 1) * width + j + a];
+            let u2 = f.upper2[at];
+            let swap = u2.lt(zero).or(zero.lt(u2));
+            let y = L::select(swap, next, carry[a]);
+            let rest = L::select(swap, carry[a], next);
+            z[i * width + j + a] = y;
+            carry[a] = f.multiplier[at].neg_mul_add(y, rest);
+        }
+    }
+    for a in 0..A {
+        z[(m - 1) * width + j + a] = carry[a];
+    }
+    back_substitute::<L, A>(m, z, width, j, f);
+}
+
+/// Solves U z = z and normalises the columns.
+#[inline(always)]
+fn back_substitute<L: Lane, const A: usize>(m: usize, z: &mut [L], width: usize, j: usize, f: &Factors<'_, L>) {
+    let zero = L::splat(0.0);
+    let mut norm2 = [zero; A];
+    let (mut z1, mut z2) = ([zero; A], [zero; A]);
+    for a in 0..A {
+        let z0 = z[(m - 1) * width + j + a] * f.inverse[(m - 1) * A + a];
+        z[(m - 1) * width + j + a] = z0;
+        norm2[a] = z0 * z0;
+        z1[a] = z0;
+    }
+    for i in (0..m - 1).rev() {
+        for a in 0..A {
+            let at = i * A + a;
+            let y = z[i * width + j + a];
+            let z0 = f.upper2[at].neg_mul_add(z2[a], f.upper1[at].neg_mul_add(z1[a], y)) * f.inverse[at];
+            z[i * width + j + a] = z0;
+            norm2[a] = z0.mul_add(z0, norm2[a]);
+            z2[a] = z1[a];
+            z1[a] = z0;
+        }
+    }
+    let scale: [L; A] = std::array::from_fn(|a| L::splat(1.0) / norm2[a].sqrt());
+    for i in 0..m {
+        for a in 0..A {
+            z[i * width + j + a] = z[i * width + j + a] * scale[a];
+        }
+    }
+}
+
+/// Modified Gram-Schmidt over all columns; a column that loses most of its length is orthogonalised again.
+#[inline(always)]
+fn orthonormalise<L: Lane>(m: usize, count: usize, z: &mut [L], width: usize) {
+    let (zero, one) = (L::splat(0.0), L::splat(1.0));
+    for j in 1..count {
+        let mut active = Mask::splat(true);
+        for _ in 0..2 {
+            for k in 0..j {
+                let mut dot = zero;
+                for row in z[..m * width].chunks_exact(width) {
+                    dot = row[k].mul_add(row[j], dot);
+                }
+                let dot = L::select(active, dot, zero);
+                for row in z[..m * width].chunks_exact_mut(width) {
+                    row[j] = dot.neg_mul_add(row[k], row[j]);
+                }
+            }
+            let mut norm2 = zero;
+            for row in z[..m * width].chunks_exact(width) {
+                norm2 = row[j].mul_add(row[j], norm2);
+            }
+            let scale = L::select(active, one / norm2.sqrt(), one);
+            for row in z[..m * width].chunks_exact_mut(width) {
+                row[j] = row[j] * scale;
+            }
+            active = active.and(norm2.lt(L::splat(0.5)));
+            if !active.any() {
+                break;
+            }
+        }
+    }
+}
+
+/// Rayleigh quotient zᵀ T z of column j (|z| = 1) and the norm of its residual.
+#[inline(always)]
+fn rayleigh<L: Lane>(t: Tridiagonal<'_, L>, z: &[L], width: usize, j: usize) -> (L, L) {
+    let m = t.d.len();
+    let zero = L::splat(0.0);
+    let product = |i: usize, above: L, here: L, below: L| {
+        let left = if i == 0 { zero } else { t.e[i - 1] * above };
+        t.e[i].mul_add(below, t.d[i].mul_add(here, left))
+    };
+    let at = |i: usize| if i < m { z[i * width + j] } else { zero };
+    let (mut above, mut here) = (zero, at(0));
+    let mut quotient = zero;
+    for i in 0..m {
+        let below = at(i + 1);
+        quotient = here.mul_add(product(i, above, here, below), quotient);
+        (above, here) = (here, below);
+    }
+    let (mut above, mut here) = (zero, at(0));
+    let mut norm2 = zero;
+    for i in 0..m {
+        let below = at(i + 1);
+        let r = quotient.neg_mul_add(here, product(i, above, here, below));
+        norm2 = r.mul_add(r, norm2);
+        (above, here) = (here, below);
+    }
+    (quotient, norm2.sqrt())
+}
