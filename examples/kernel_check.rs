@@ -50,6 +50,7 @@ fn main() {
         for (c, theta) in slices.iter().enumerate() {
             let (values, _) = model.reference(theta).expect("the grillage is sound");
             let error = values.iter().zip(modes.values(c)).map(|(a, b)| (b / a - 1.0).abs() / 2.0).fold(0.0, f64::max);
+            if std::env::var("DBG").is_ok() && c < 4 { println!("{:?}\n{:?}\n{:?}", modes.outcome(c), values, modes.values(c)); }
             // A comparison that NaN fails.
             if !(error < 1e-9) {
                 wrong += 1;

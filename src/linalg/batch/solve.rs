@@ -82,6 +82,8 @@ pub(super) struct Buffers<L> {
     brackets: Vec<Bracket<L>>,
     /// Largest row sum of the tridiagonal matrices.
     bound: L,
+    /// The point above which the counted modes lie.
+    cut: L,
     /// Per lane: the wanted modes as (λ, block, column), ascending; only the first n_modes count.
     pub(super) chosen: Vec<Vec<(f64, usize, usize)>>,
     /// Per lane: why it has no result.
@@ -126,6 +128,7 @@ impl<L: Lane> Buffers<L> {
             evaluations: vec![nothing; GRID.max(width)],
             brackets: Vec::with_capacity(width),
             bound: zero,
+            cut: zero,
             chosen: (0..LANES).map(|_| Vec::with_capacity(width * blocks.len())).collect(),
             lapses: [None; LANES],
             blocks,
@@ -289,6 +292,7 @@ fn count_modes<L: Lane>(plan: &Plan, buffers: &mut Buffers<L>) {
         b.grid[0].count = Counter::ZERO;
         b.count = Counter::select(alive, b.count, Counter::ZERO);
     }
+    buffers.cut = low;
 }
 
 /// The counted eigenpairs of one block, observed at the sensors; gives the lanes that pass the residual test.
@@ -313,7 +317,12 @@ fn eigenpairs<L: Lane>(plan: &Plan, index: usize, buffers: &mut Buffers<L>) -> M
     let mut factors = Factors { inverse, upper1, upper2, multiplier };
     let theta = &mut b.theta[..count];
     let z = &mut b.z;
-    let passed = inverse_iteration::eigenvectors(t, theta, b.count, &plan.start, z, &mut b.old, width, &mut factors);
+    let mut passed = inverse_iteration::eigenvectors(t, theta, b.count, &plan.start, z, &mut b.old, width, &mut factors);
+    // As many orthogonal eigenvectors above the cut as the Sturm count says: all of them are found.
+    let cut = L::splat(1.0 - 1e-9) * buffers.cut;
+    for (j, &value) in theta.iter().enumerate() {
+        passed = passed.and(cut.lt(value).or(b.count.above(j).not()));
+    }
     tridiagonal::back_transform(block.m, &b.c, &b.beta, z, width, count);
     cholesky::solve_transposed(&block.envelope, &b.l, z, width, count);
     assemble::add_rigid(block, &b.w, &b.gram, z, width, count);

@@ -107,7 +107,7 @@ pub(super) struct Bracket<L> {
     pub(super) high: L,
     pub(super) at_low: Evaluation<L>,
     pub(super) at_high: Evaluation<L>,
-    /// The last evaluated point.
+    /// The last estimate of the eigenvalue.
     last: L,
     /// +1 when the last point became `low`, -1 when it became `high`.
     side: L,
@@ -159,13 +159,16 @@ impl<L: Lane> Bracket<L> {
         let inside = self.low.lt(secant).and(secant.lt(self.high));
         // Every sixth round halves whatever the secant says: the bracket shrinks geometrically in the worst case too.
         let use_secant = alone.and(inside).and(other_scale.not()).and(Mask::splat(round % 6 != 5));
-        let x = L::select(use_secant, secant, middle);
-        // The secant converges faster than linearly: a short step means an error far below it.
-        let short = (x - self.last).abs().lt(L::splat(STEP) * x).and(use_secant);
-        let narrow = (self.high - self.low).lt(L::splat(NARROW) * self.high);
-        let frozen = self.done;
-        self.last = L::select(frozen, self.last, x);
-        self.done = frozen.or(short).or(narrow);
+        let estimate = L::select(use_secant, secant, middle);
+        // A point just beyond the estimate, seen from the end close by, makes the bracket collapse onto it.
+        let (from_low, from_high) = (estimate - self.low, self.high - estimate);
+        let close = L::splat(CLOSE) * estimate;
+        let push = L::splat(0.4 * NARROW) * estimate;
+        let up = use_secant.and(from_low.lt(close)).and(from_low.lt(from_high));
+        let down = use_secant.and(from_high.lt(close)).and(from_high.lt(from_low));
+        let x = L::select(up, estimate + push, L::select(down, estimate - push, estimate));
+        self.last = L::select(self.done, self.last, estimate);
+        self.done = self.done.or((self.high - self.low).lt(L::splat(NARROW) * self.high));
         x
     }
 
@@ -194,10 +197,10 @@ impl<L: Lane> Bracket<L> {
     }
 }
 
-/// Relative length of a secant step after which the inverse iteration takes over.
-const STEP: f64 = 1e-6;
-/// Relative width of a bracket that is narrow enough.
-const NARROW: f64 = 1e-11;
+/// Relative width of a bracket that is narrow enough: the secant's error inside it is about the square.
+const NARROW: f64 = 1e-7;
+/// Relative distance from an end at which the secant is taken to converge.
+const CLOSE: f64 = 1e-3;
 /// Rounds after which a bracket is taken as it is; the residual test decides about it.
 const ROUNDS: usize = 120;
 
