@@ -35,6 +35,18 @@ fn main() {
     };
     let model = BatchModel::new(pencil, &grillage::nominal(&data), options).expect("the grillage is sound");
     let mut workspace = Workspace::new(&model, 256);
+    if std::env::var("TIME").is_ok() {
+        let thetas = grillage::candidates(&data, 256, 1);
+        let slices: Vec<&[f64]> = thetas.iter().map(Vec::as_slice).collect();
+        let mut best = f64::INFINITY;
+        for _ in 0..count {
+            let begin = Instant::now();
+            model.solve(&slices, &mut workspace).expect("sizes fit");
+            best = best.min(begin.elapsed().as_secs_f64() * 1e6 / 256.0);
+        }
+        println!("n = {}: best {best:.2} us", data.n);
+        return;
+    }
     let mut worst = [0.0_f64; 3];
     let (mut wrong, mut redone) = (0, 0);
     let mut microseconds = Vec::new();

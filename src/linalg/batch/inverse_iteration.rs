@@ -219,30 +219,35 @@ fn orthonormalise<L: Lane>(m: usize, count: usize, z: &mut [L], width: usize) {
     }
 }
 
+/// Row i of T z for column j, and the entry of z in that row.
+#[inline(always)]
+fn row_product<L: Lane>(t: Tridiagonal<'_, L>, z: &[L], width: usize, j: usize, i: usize) -> (L, L) {
+    let here = z[i * width + j];
+    let mut sum = t.d[i] * here;
+    if i > 0 {
+        sum = t.e[i - 1].mul_add(z[(i - 1) * width + j], sum);
+    }
+    if i + 1 < t.d.len() {
+        sum = t.e[i].mul_add(z[(i + 1) * width + j], sum);
+    }
+    (sum, here)
+}
+
 /// Rayleigh quotient zᵀ T z of column j (|z| = 1) and the norm of its residual.
 #[inline(always)]
 fn rayleigh<L: Lane>(t: Tridiagonal<'_, L>, z: &[L], width: usize, j: usize) -> (L, L) {
     let m = t.d.len();
     let zero = L::splat(0.0);
-    let product = |i: usize, above: L, here: L, below: L| {
-        let left = if i == 0 { zero } else { t.e[i - 1] * above };
-        t.e[i].mul_add(below, t.d[i].mul_add(here, left))
-    };
-    let at = |i: usize| if i < m { z[i * width + j] } else { zero };
-    let (mut above, mut here) = (zero, at(0));
     let mut quotient = zero;
     for i in 0..m {
-        let below = at(i + 1);
-        quotient = here.mul_add(product(i, above, here, below), quotient);
-        (above, here) = (here, below);
+        let (product, here) = row_product(t, z, width, j, i);
+        quotient = here.mul_add(product, quotient);
     }
-    let (mut above, mut here) = (zero, at(0));
     let mut norm2 = zero;
     for i in 0..m {
-        let below = at(i + 1);
-        let r = quotient.neg_mul_add(here, product(i, above, here, below));
+        let (product, here) = row_product(t, z, width, j, i);
+        let r = quotient.neg_mul_add(here, product);
         norm2 = r.mul_add(r, norm2);
-        (above, here) = (here, below);
     }
     (quotient, norm2.sqrt())
 }

@@ -8,6 +8,19 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 /// Number of candidates solved together.
 pub(super) const LANES: usize = 8;
 
+/// An array of one expression per lane. A plain loop: a closure would be compiled for the baseline processor wherever it
+/// is not inlined.
+macro_rules! each {
+    ($l:ident => $value:expr) => {{
+        let mut out = [Default::default(); LANES];
+        for $l in 0..LANES {
+            out[$l] = $value;
+        }
+        out
+    }};
+}
+pub(super) use each;
+
 /// [`LANES`] numbers of type f64, one per candidate, with elementwise arithmetic.
 pub(super) trait Lane:
     Copy
@@ -59,19 +72,19 @@ impl Mask {
     /// Set where both are.
     #[inline(always)]
     pub(super) fn and(self, other: Self) -> Self {
-        Self(std::array::from_fn(|l| self.0[l] & other.0[l]))
+        Self(each!(l => self.0[l] & other.0[l]))
     }
 
     /// Set where one is.
     #[inline(always)]
     pub(super) fn or(self, other: Self) -> Self {
-        Self(std::array::from_fn(|l| self.0[l] | other.0[l]))
+        Self(each!(l => self.0[l] | other.0[l]))
     }
 
     /// Set where `self` is not.
     #[inline(always)]
     pub(super) fn not(self) -> Self {
-        Self(std::array::from_fn(|l| !self.0[l]))
+        Self(each!(l => !self.0[l]))
     }
 
     /// Whether any lane is set.
@@ -98,19 +111,25 @@ impl Counter {
     #[inline(always)]
     pub(super) fn above(self, j: usize) -> Mask {
         // Counts are far below 2^63, so the sign bit of the difference decides; shifts and masks vectorise everywhere.
-        Mask(std::array::from_fn(|l| (((j as u64).wrapping_sub(self.0[l])) >> 63).wrapping_neg()))
+        Mask(each!(l => (((j as u64).wrapping_sub(self.0[l])) >> 63).wrapping_neg()))
     }
 
     /// `yes` where the mask is set, `no` elsewhere.
     #[inline(always)]
     pub(super) fn select(mask: Mask, yes: Self, no: Self) -> Self {
-        Self(std::array::from_fn(|l| (yes.0[l] & mask.0[l]) | (no.0[l] & !mask.0[l])))
+        Self(each!(l => (yes.0[l] & mask.0[l]) | (no.0[l] & !mask.0[l])))
+    }
+
+    /// Set where the count is that of `other` and one more.
+    #[inline(always)]
+    pub(super) fn is_one_above(self, other: Self) -> Mask {
+        Mask(each!(l => u64::from(self.0[l] == other.0[l] + 1).wrapping_neg()))
     }
 
     /// Sum of two counts.
     #[inline(always)]
     pub(super) fn plus(self, other: Self) -> Self {
-        Self(std::array::from_fn(|l| self.0[l] + other.0[l]))
+        Self(each!(l => self.0[l] + other.0[l]))
     }
 
     /// The largest count of the lanes.
@@ -134,7 +153,7 @@ macro_rules! elementwise {
             type Output = Self;
             #[inline(always)]
             fn $method(self, other: Self) -> Self {
-                Self(std::array::from_fn(|l| self.0[l] $op other.0[l]))
+                Self(each!(l => self.0[l] $op other.0[l]))
             }
         }
     )*};
@@ -145,7 +164,7 @@ impl<const FUSED: bool> Neg for F64x8<FUSED> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
-        Self(std::array::from_fn(|l| -self.0[l]))
+        Self(each!(l => -self.0[l]))
     }
 }
 
@@ -164,35 +183,35 @@ impl<const FUSED: bool> Lane for F64x8<FUSED> {
     }
     #[inline(always)]
     fn mul_add(self, b: Self, c: Self) -> Self {
-        Self(std::array::from_fn(|l| {
+        Self(each!(l => {
             if FUSED { self.0[l].mul_add(b.0[l], c.0[l]) } else { self.0[l] * b.0[l] + c.0[l] }
         }))
     }
     #[inline(always)]
     fn neg_mul_add(self, b: Self, c: Self) -> Self {
-        Self(std::array::from_fn(|l| {
+        Self(each!(l => {
             if FUSED { (-self.0[l]).mul_add(b.0[l], c.0[l]) } else { c.0[l] - self.0[l] * b.0[l] }
         }))
     }
     #[inline(always)]
     fn sqrt(self) -> Self {
-        Self(std::array::from_fn(|l| self.0[l].sqrt()))
+        Self(each!(l => self.0[l].sqrt()))
     }
     #[inline(always)]
     fn abs(self) -> Self {
-        Self(std::array::from_fn(|l| self.0[l].abs()))
+        Self(each!(l => self.0[l].abs()))
     }
     #[inline(always)]
     fn max(self, other: Self) -> Self {
-        Self(std::array::from_fn(|l| if self.0[l] > other.0[l] { self.0[l] } else { other.0[l] }))
+        Self(each!(l => if self.0[l] > other.0[l] { self.0[l] } else { other.0[l] }))
     }
     #[inline(always)]
     fn lt(self, other: Self) -> Mask {
-        Mask(std::array::from_fn(|l| u64::from(self.0[l] < other.0[l]).wrapping_neg()))
+        Mask(each!(l => u64::from(self.0[l] < other.0[l]).wrapping_neg()))
     }
     #[inline(always)]
     fn select(mask: Mask, yes: Self, no: Self) -> Self {
-        Self(std::array::from_fn(|l| if mask.0[l] != 0 { yes.0[l] } else { no.0[l] }))
+        Self(each!(l => if mask.0[l] != 0 { yes.0[l] } else { no.0[l] }))
     }
     #[inline(always)]
     fn count_sign_change(self, other: Self, counter: &mut Counter) {

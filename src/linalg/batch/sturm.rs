@@ -80,11 +80,16 @@ fn abreast<L: Lane, const A: usize>(t: Tridiagonal<'_, L>, points: &[L], out: &m
                 next.count_sign_change(before[a], &mut count[a]);
             }
         }
+        let mut extreme = Mask::splat(false);
         for a in 0..A {
             let size = p[a].abs().max(before[a].abs());
-            let small = size.lt(L::splat(1.0 / RESCALE));
-            let large = L::splat(RESCALE).lt(size);
-            if small.or(large).any() {
+            extreme = extreme.or(size.lt(L::splat(1.0 / RESCALE))).or(L::splat(RESCALE).lt(size));
+        }
+        if extreme.any() {
+            for a in 0..A {
+                let size = p[a].abs().max(before[a].abs());
+                let small = size.lt(L::splat(1.0 / RESCALE));
+                let large = L::splat(RESCALE).lt(size);
                 let (up, down, one) = (L::splat(RESCALE), L::splat(1.0 / RESCALE), L::splat(1.0));
                 let factor = L::select(small, up, L::select(large, down, one));
                 p[a] = p[a] * factor;
@@ -149,9 +154,7 @@ impl<L: Lane> Bracket<L> {
     #[inline(always)]
     fn propose(&mut self, round: usize) -> L {
         let middle = (self.low * self.high).sqrt();
-        let alone = Mask(std::array::from_fn(|l| {
-            u64::from(self.at_low.count.0[l] == self.at_high.count.0[l] + 1).wrapping_neg()
-        }));
+        let alone = self.at_low.count.is_one_above(self.at_high.count);
         let other_scale = self.at_low.exponent.lt(self.at_high.exponent).or(self.at_high.exponent.lt(self.at_low.exponent));
         let slope = self.at_low.value - self.at_high.value;
         let step = (self.high - self.low) * self.at_low.value / slope;
@@ -181,12 +184,8 @@ impl<L: Lane> Bracket<L> {
         // Anderson-Björck: an end that stays twice has its value scaled down, so that the secant leaves the other end.
         let same = L::select(up, one, -one) * self.side;
         let twice = zero.lt(same);
-        let damped = |new: L, old: L| {
-            let factor = one - new / old;
-            L::select(zero.lt(factor), factor, L::splat(0.5))
-        };
-        let keep_high = damped(at.value, self.at_low.value);
-        let keep_low = damped(at.value, self.at_high.value);
+        let keep_high = damped::<L>(at.value, self.at_low.value);
+        let keep_low = damped::<L>(at.value, self.at_high.value);
         self.at_high.value = L::select(up.and(twice), self.at_high.value * keep_high, self.at_high.value);
         self.at_low.value = L::select(down.and(twice), self.at_low.value * keep_low, self.at_low.value);
         self.low = L::select(up, x, self.low);
@@ -195,6 +194,13 @@ impl<L: Lane> Bracket<L> {
         self.at_high = choose(down, at, self.at_high);
         self.side = L::select(up, one, L::select(down, -one, self.side));
     }
+}
+
+/// The factor 1 - new/old, or one half where it is not positive.
+#[inline(always)]
+fn damped<L: Lane>(new: L, old: L) -> L {
+    let factor = L::splat(1.0) - new / old;
+    L::select(L::splat(0.0).lt(factor), factor, L::splat(0.5))
 }
 
 /// Relative width of a bracket that is narrow enough: the secant's error inside it is about the square.
