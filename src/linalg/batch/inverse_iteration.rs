@@ -10,15 +10,13 @@
 //! Sources: B. N. Parlett, The Symmetric Eigenvalue Problem, 1998, section 4.9; G. Peters, J. H. Wilkinson, The
 //! calculation of specified eigenvectors by inverse iteration, Handbook for Automatic Computation II, 1971.
 
-use super::lane::{Counter, Lane, Mask};
+use super::lane::{Counter, Lane, Mask, in_tiles};
 use super::sturm::Tridiagonal;
 
-/// Vectors that are iterated side by side, to hide the latency of the divisions.
-pub(super) const ABREAST: usize = 4;
 /// Sweeps after which a lane that does not pass goes to the reference path.
 const SWEEPS: usize = 6;
 
-/// Scratch of m x [`ABREAST`] each.
+/// Scratch of m x [`ABREAST`](super::lane::ABREAST) each.
 pub(super) struct Factors<'a, L> {
     pub(super) inverse: &'a mut [L],
     pub(super) upper1: &'a mut [L],
@@ -56,17 +54,7 @@ pub(super) fn eigenvectors<L: Lane>(
         if sweep > 0 {
             old[..m * width].copy_from_slice(&z[..m * width]);
         }
-        let mut j = 0;
-        while j + ABREAST <= count {
-            iterate::<L, ABREAST>(t, &theta[j..], z, width, j, f);
-            j += ABREAST;
-        }
-        match count - j {
-            3 => iterate::<L, 3>(t, &theta[j..], z, width, j, f),
-            2 => iterate::<L, 2>(t, &theta[j..], z, width, j, f),
-            1 => iterate::<L, 1>(t, &theta[j..], z, width, j, f),
-            _ => {}
-        }
+        in_tiles!(count, j, A => iterate::<L, A>(t, &theta[j..], z, width, j, f));
         orthonormalise(m, count, z, width);
         if sweep > 0 {
             for i in 0..m {

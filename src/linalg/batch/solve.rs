@@ -3,7 +3,7 @@
 use super::assemble;
 use super::cholesky;
 use super::inverse_iteration::{self, Factors};
-use super::lane::{Counter, LANES, Lane, Mask};
+use super::lane::{ABREAST, Counter, LANES, Lane, Mask};
 use super::plan::Block;
 use super::sturm::{self, Bracket, Evaluation, Tridiagonal};
 use super::tridiagonal::{self, Reflectors};
@@ -11,7 +11,7 @@ use super::tridiagonal::{self, Reflectors};
 /// Modes that may be computed beyond the wanted ones, per block: the count stops at a gap, not in a cluster.
 const MARGIN: usize = 2;
 /// Octaves of θ, from its largest value down, in which the counts are taken at fixed points.
-const OCTAVES: usize = 14;
+const OCTAVES: usize = 15;
 /// Point below which an eigenvalue is rounding noise of the largest one: 2⁻⁴⁰.
 const NOISE: f64 = 9.094947017729282e-13;
 /// The fixed points: one above all, the octaves, the noise level, and one below zero that proves M ≥ 0.
@@ -113,7 +113,7 @@ impl<L: Lane> Buffers<L> {
                     vectors: std::array::from_fn(|_| vector(b.m)),
                     z: vector((b.m + b.r) * width),
                     old: vector(b.m * width),
-                    factors: std::array::from_fn(|_| vector(b.m * inverse_iteration::ABREAST)),
+                    factors: std::array::from_fn(|_| vector(b.m * ABREAST)),
                     grid: vec![nothing; GRID],
                     theta: vector(width),
                     count: Counter::ZERO,
@@ -274,7 +274,7 @@ fn count_modes<L: Lane>(plan: &Plan, buffers: &mut Buffers<L>) {
         let mut sum = Counter::ZERO;
         for b in &mut buffers.blocks {
             let t = Tridiagonal { d: &b.d, e: &b.e, e2: &b.e2 };
-            sturm::evaluate(t, &middle, &mut buffers.evaluations[..1]);
+            sturm::abreast::<L, 1>(t, &middle, &mut buffers.evaluations[..1]);
             // Kept here until the sum over the blocks is known.
             b.grid[0].count = buffers.evaluations[0].count;
             sum = sum.plus(b.grid[0].count);

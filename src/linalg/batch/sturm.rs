@@ -13,7 +13,7 @@
 //! by the method of bisection, Numer. Math. 9, 1967; N. Anderson, Å. Björck, A new high order method of regula falsi
 //! type, BIT 13, 1973.
 
-use super::lane::{Counter, Lane, Mask};
+use super::lane::{Counter, Lane, Mask, in_tiles};
 
 /// A symmetric tridiagonal matrix of size m, scaled so that no eigenvalue is above one.
 #[derive(Clone, Copy)]
@@ -37,71 +37,68 @@ pub(super) struct Evaluation<L> {
     pub(super) exponent: L,
 }
 
-/// Points at which the recurrence is evaluated side by side, to hide its latency.
-const ABREAST: usize = 4;
 /// Two to the power 300: eight rows move the terms by less than this, and its square is finite.
 const RESCALE: f64 = 2.037_035_976_334_486e90;
 
 /// Evaluates the recurrence at all `points`, into `out`.
 #[inline(always)]
 pub(super) fn evaluate<L: Lane>(t: Tridiagonal<'_, L>, points: &[L], out: &mut [Evaluation<L>]) {
-    let mut at = 0;
-    while at + ABREAST <= points.len() {
-        abreast::<L, ABREAST>(t, &points[at..], &mut out[at..]);
-        at += ABREAST;
-    }
-    match points.len() - at {
-        3 => abreast::<L, 3>(t, &points[at..], &mut out[at..]),
-        2 => abreast::<L, 2>(t, &points[at..], &mut out[at..]),
-        1 => abreast::<L, 1>(t, &points[at..], &mut out[at..]),
-        _ => {}
-    }
+    in_tiles!(points.len(), j, A => abreast::<L, A>(t, &points[j..], &mut out[j..]));
 }
 
+/// Evaluates the recurrence at the first A points side by side.
 #[inline(always)]
-fn abreast<L: Lane, const A: usize>(t: Tridiagonal<'_, L>, points: &[L], out: &mut [Evaluation<L>]) {
+pub(super) fn abreast<L: Lane, const A: usize>(t: Tridiagonal<'_, L>, points: &[L], out: &mut [Evaluation<L>]) {
     let m = t.d.len();
     let x: [L; A] = std::array::from_fn(|a| points[a]);
     let mut count = [Counter::ZERO; A];
-    let mut before = [L::splat(1.0); A];
-    let mut p: [L; A] = std::array::from_fn(|a| x[a] - t.d[0]);
+    // p_{i-1} and p_i change places every row: the new term overwrites the older one.
+    let mut terms = [[L::splat(1.0); A]; 2];
     let mut exponent = [L::splat(0.0); A];
     for a in 0..A {
-        p[a].count_sign_change(before[a], &mut count[a]);
+        terms[1][a] = x[a] - t.d[0];
+        terms[1][a].count_sign_change(terms[0][a], &mut count[a]);
     }
     let mut i = 1;
     while i < m {
         let stop = (i + 8).min(m);
-        for (&d, &e2) in t.d[i..stop].iter().zip(&t.e2[i - 1..stop - 1]) {
+        while i < stop {
+            let (d, e2) = (t.d[i], t.e2[i - 1]);
             for a in 0..A {
-                let next = (x[a] - d).mul_add(p[a], -(e2 * before[a]));
-                before[a] = p[a];
-                p[a] = next;
-                next.count_sign_change(before[a], &mut count[a]);
+                let (p, before) = (terms[i % 2][a], terms[(i + 1) % 2][a]);
+                let next = (x[a] - d).mul_add(p, -(e2 * before));
+                next.count_sign_change(p, &mut count[a]);
+                terms[(i + 1) % 2][a] = next;
             }
+            i += 1;
         }
         let mut extreme = Mask::splat(false);
         for a in 0..A {
-            let size = p[a].abs().max(before[a].abs());
+            let size = terms[0][a].abs().max(terms[1][a].abs());
             extreme = extreme.or(size.lt(L::splat(1.0 / RESCALE))).or(L::splat(RESCALE).lt(size));
         }
         if extreme.any() {
-            for a in 0..A {
-                let size = p[a].abs().max(before[a].abs());
-                let small = size.lt(L::splat(1.0 / RESCALE));
-                let large = L::splat(RESCALE).lt(size);
-                let (up, down, one) = (L::splat(RESCALE), L::splat(1.0 / RESCALE), L::splat(1.0));
-                let factor = L::select(small, up, L::select(large, down, one));
-                p[a] = p[a] * factor;
-                before[a] = before[a] * factor;
-                let step = L::select(small, -one, L::select(large, one, L::splat(0.0)));
-                exponent[a] = exponent[a] + step;
-            }
+            rescale(&mut terms, &mut exponent);
         }
-        i = stop;
     }
+    let p = terms[m % 2];
     for a in 0..A {
         out[a] = Evaluation { count: count[a], value: p[a], exponent: exponent[a] };
+    }
+}
+
+/// Brings both terms of the lanes that need it back to a moderate size.
+#[cold]
+#[inline(never)]
+fn rescale<L: Lane, const A: usize>([p, before]: &mut [[L; A]; 2], exponent: &mut [L; A]) {
+    let (up, down, one, zero) = (L::splat(RESCALE), L::splat(1.0 / RESCALE), L::splat(1.0), L::splat(0.0));
+    for a in 0..A {
+        let size = p[a].abs().max(before[a].abs());
+        let (small, large) = (size.lt(down), up.lt(size));
+        let factor = L::select(small, up, L::select(large, down, one));
+        p[a] = p[a] * factor;
+        before[a] = before[a] * factor;
+        exponent[a] = exponent[a] + L::select(small, -one, L::select(large, one, zero));
     }
 }
 
