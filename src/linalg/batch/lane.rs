@@ -8,16 +8,18 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 /// Number of candidates solved together.
 pub(super) const LANES: usize = 8;
 
-/// An array of one expression per lane. A plain loop: a closure would be compiled for the baseline processor wherever it
-/// is not inlined.
+/// An array of one expression per lane, written out: a closure would be compiled for the baseline processor wherever it
+/// is not inlined, and a loop costs the compiler a minute.
 macro_rules! each {
-    ($l:ident => $value:expr) => {{
-        let mut out = [Default::default(); LANES];
-        for $l in 0..LANES {
-            out[$l] = $value;
-        }
-        out
-    }};
+    ($l:ident => $value:expr) => {
+        each!($l => $value; 0 1 2 3 4 5 6 7)
+    };
+    ($l:ident => $value:expr; $($lane:literal)*) => {
+        [$({
+            let $l: usize = $lane;
+            $value
+        }),*]
+    };
 }
 pub(super) use each;
 

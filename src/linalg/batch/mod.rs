@@ -168,6 +168,8 @@ pub struct BatchModel {
     plan: Plan,
     /// Shift of the reference path, rad²/s².
     shift: f64,
+    /// What a workspace must share.
+    identity: Vec<usize>,
 }
 
 /// What [`BatchModel::new`] needs beside the matrices.
@@ -240,7 +242,8 @@ impl BatchModel {
             start: start_values(largest + 32),
             blocks,
         };
-        Ok(Self { rigid: rigid.ncols(), shift: scale.shift, pencil, sensors, plan })
+        let identity = identity(&plan);
+        Ok(Self { rigid: rigid.ncols(), shift: scale.shift, pencil, sensors, plan, identity })
     }
 
     /// Number of elastic modes per candidate.
@@ -269,7 +272,7 @@ impl BatchModel {
     /// # Errors
     /// A θ of the wrong length or a workspace of another model. A candidate without modes is no error, see [`Outcome`].
     pub fn solve<'w>(&self, thetas: &[&[f64]], workspace: &'w mut Workspace) -> Result<&'w BatchModes, BatchError> {
-        if workspace.identity != identity(&self.plan) {
+        if workspace.identity != self.identity {
             return Err(BatchError::ForeignWorkspace);
         }
         for theta in thetas {
@@ -366,7 +369,7 @@ impl Workspace {
         Self {
             buffers: AnyBuffers::new(&model.plan, level),
             modes: BatchModes::new(model.plan.n_modes, model.plan.n_rows, candidates),
-            identity: identity(&model.plan),
+            identity: model.identity.clone(),
         }
     }
 }
