@@ -5,7 +5,7 @@
 //!
 //! Source: A. George, J. W. Liu, Computer Solution of Large Sparse Positive Definite Systems, 1981, chapter 4.
 
-use super::lane::{Lane, Mask, in_tiles};
+use super::lane::{Lane, Mask};
 
 /// Which entries of the lower triangle are stored.
 #[derive(Debug, Clone)]
@@ -149,58 +149,18 @@ fn right_tile<L: Lane, const T: usize>(envelope: &Envelope, l: &[L], rows: &mut 
 /// X := L⁻ᵀ X for the first `count` columns of X (m x width, row by row).
 #[inline(always)]
 pub(super) fn solve_transposed<L: Lane>(envelope: &Envelope, l: &[L], x: &mut [L], width: usize, count: usize) {
-    in_tiles!(count, j, T => solve_transposed_tile::<L, T>(envelope, l, x, width, j));
-}
-
-/// Columns j .. j + T of L⁻ᵀ X.
-#[inline(always)]
-fn solve_transposed_tile<L: Lane, const T: usize>(envelope: &Envelope, l: &[L], x: &mut [L], width: usize, j: usize) {
     for i in (0..envelope.rows()).rev() {
         let first = envelope.first[i];
+        let (above, row) = x.split_at_mut(i * width);
         let factors = &l[envelope.row(i)];
-        let mut row = [L::splat(0.0); T];
-        for t in 0..T {
-            row[t] = x[i * width + j + t] * factors[i - first];
-            x[i * width + j + t] = row[t];
+        for value in &mut row[..count] {
+            *value = *value * factors[i - first];
         }
         for (q, &factor) in factors[..i - first].iter().enumerate() {
-            let target = &mut x[(first + q) * width + j..][..T];
-            for t in 0..T {
-                target[t] = factor.neg_mul_add(row[t], target[t]);
+            let target = &mut above[(first + q) * width..][..count];
+            for (t, &value) in target.iter_mut().zip(&row[..count]) {
+                *t = factor.neg_mul_add(value, *t);
             }
         }
-    }
-}
-
-/// x := L⁻¹ x for one vector.
-#[inline(always)]
-pub(super) fn solve<L: Lane>(envelope: &Envelope, l: &[L], x: &mut [L]) {
-    for i in 0..envelope.rows() {
-        let first = envelope.first[i];
-        let (above, row) = x.split_at_mut(i);
-        let factors = &l[envelope.row(i)];
-        // Two partial sums halve the latency of the chain.
-        let mut sum = [row[0], L::splat(0.0)];
-        for (q, (&factor, &value)) in factors[..i - first].iter().zip(&above[first..]).enumerate() {
-            sum[q % 2] = factor.neg_mul_add(value, sum[q % 2]);
-        }
-        row[0] = (sum[0] + sum[1]) * factors[i - first];
-    }
-}
-
-/// y = A x with A symmetric in the envelope.
-#[inline(always)]
-pub(super) fn multiply<L: Lane>(envelope: &Envelope, a: &[L], x: &[L], y: &mut [L]) {
-    for i in 0..envelope.rows() {
-        let first = envelope.first[i];
-        let (before, at) = y.split_at_mut(i);
-        let row = &a[envelope.row(i)];
-        let xi = x[i];
-        let mut sum = row[i - first] * xi;
-        for ((&value, &xj), yj) in row[..i - first].iter().zip(&x[first..]).zip(&mut before[first..]) {
-            sum = value.mul_add(xj, sum);
-            *yj = value.mul_add(xi, *yj);
-        }
-        at[0] = sum;
     }
 }

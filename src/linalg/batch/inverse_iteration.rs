@@ -10,7 +10,7 @@
 //! Sources: B. N. Parlett, The Symmetric Eigenvalue Problem, 1998, section 4.9; G. Peters, J. H. Wilkinson, The
 //! calculation of specified eigenvectors by inverse iteration, Handbook for Automatic Computation II, 1971.
 
-use super::lane::{Counter, Lane, Mask, in_tiles};
+use super::lane::{ABREAST, Counter, Lane, Mask};
 use super::sturm::Tridiagonal;
 
 /// Sweeps after which a lane that does not pass goes to the reference path.
@@ -54,7 +54,9 @@ pub(super) fn eigenvectors<L: Lane>(
         if sweep > 0 {
             old[..m * width].copy_from_slice(&z[..m * width]);
         }
-        in_tiles!(count, j, A => iterate::<L, A>(t, &theta[j..], z, width, j, f));
+        for (tile, sigma) in theta.chunks(ABREAST).enumerate() {
+            iterate(t, sigma, z, width, tile * ABREAST, f);
+        }
         orthonormalise(m, count, z, width);
         if sweep > 0 {
             for i in 0..m {
@@ -77,9 +79,9 @@ pub(super) fn eigenvectors<L: Lane>(
     passed
 }
 
-/// Two solves with T - σ for the columns j .. j + A of z.
+/// Two solves with T - σ for the columns of z from j on, one per shift.
 #[inline(always)]
-fn iterate<L: Lane, const A: usize>(
+fn iterate<L: Lane>(
     t: Tridiagonal<'_, L>,
     sigma: &[L],
     z: &mut [L],
@@ -87,15 +89,17 @@ fn iterate<L: Lane, const A: usize>(
     j: usize,
     f: &mut Factors<'_, L>,
 ) {
-    let m = t.d.len();
+    let (m, count) = (t.d.len(), sigma.len().min(ABREAST));
     let (zero, one) = (L::splat(0.0), L::splat(1.0));
-    let sigma: [L; A] = std::array::from_fn(|a| sigma[a]);
     // P (T - σ) = L U; U has two superdiagonals, the second one is not zero exactly where rows were exchanged.
-    let mut pivot: [L; A] = std::array::from_fn(|a| t.d[0] - sigma[a]);
-    let mut right = [t.e[0]; A];
+    let mut pivot = [zero; ABREAST];
+    let mut right = [t.e[0]; ABREAST];
+    for a in 0..count {
+        pivot[a] = t.d[0] - sigma[a];
+    }
     for i in 0..m - 1 {
         let (sub, d, e) = (t.e[i], t.d[i + 1], t.e[i + 1]);
-        for a in 0..A {
+        for a in 0..count {
             let diagonal = d - sigma[a];
             let swap = pivot[a].abs().lt(sub.abs());
             let p = L::select(swap, sub, pivot[a]);
@@ -108,7 +112,7 @@ fn iterate<L: Lane, const A: usize>(
             let multiplier = q * inverse;
             pivot[a] = multiplier.neg_mul_add(u1, v1);
             right[a] = multiplier.neg_mul_add(u2, v2);
-            let at = i * A + a;
+            let at = i * ABREAST + a;
             f.inverse[at] = inverse;
             f.upper1[at] = u1;
             f.upper2[at] = u2;
@@ -117,17 +121,18 @@ fn iterate<L: Lane, const A: usize>(
     }
     // The last pivot vanishes when σ is an eigenvalue: any value at rounding level serves.
     let least = L::splat(f64::EPSILON / 8.0);
-    for a in 0..A {
+    for a in 0..count {
         let p = L::select(pivot[a].abs().lt(least), least, pivot[a]);
-        f.inverse[(m - 1) * A + a] = one / p;
+        f.inverse[(m - 1) * ABREAST + a] = one / p;
     }
     // The first right-hand side is taken as L⁻¹ P of some start, so only U is solved with.
-    back_substitute::<L, A>(m, z, width, j, f);
+    back_substitute(m, count, z, width, j, f);
     // Forward: L⁻¹ P.
-    let mut carry: [L; A] = std::array::from_fn(|a| z[j + a]);
+    let mut carry = [zero; ABREAST];
+    carry[..count].copy_from_slice(&z[j..j + count]);
     for i in 0..m - 1 {
-        for a in 0..A {
-            let at = i * A + a;
+        for a in 0..count {
+            let at = i * ABREAST + a;
             let next = z[(i + 1) * width + j + a];
             let u2 = f.upper2[at];
             let swap = u2.lt(zero).or(zero.lt(u2));
@@ -137,27 +142,27 @@ fn iterate<L: Lane, const A: usize>(
             carry[a] = f.multiplier[at].neg_mul_add(y, rest);
         }
     }
-    for a in 0..A {
+    for a in 0..count {
         z[(m - 1) * width + j + a] = carry[a];
     }
-    back_substitute::<L, A>(m, z, width, j, f);
+    back_substitute(m, count, z, width, j, f);
 }
 
-/// Solves U z = z and normalises the columns.
+/// Solves U z = z for `count` columns from j on and normalises them.
 #[inline(always)]
-fn back_substitute<L: Lane, const A: usize>(m: usize, z: &mut [L], width: usize, j: usize, f: &Factors<'_, L>) {
+fn back_substitute<L: Lane>(m: usize, count: usize, z: &mut [L], width: usize, j: usize, f: &Factors<'_, L>) {
     let zero = L::splat(0.0);
-    let mut norm2 = [zero; A];
-    let (mut z1, mut z2) = ([zero; A], [zero; A]);
-    for a in 0..A {
-        let z0 = z[(m - 1) * width + j + a] * f.inverse[(m - 1) * A + a];
+    let mut norm2 = [zero; ABREAST];
+    let (mut z1, mut z2) = ([zero; ABREAST], [zero; ABREAST]);
+    for a in 0..count {
+        let z0 = z[(m - 1) * width + j + a] * f.inverse[(m - 1) * ABREAST + a];
         z[(m - 1) * width + j + a] = z0;
         norm2[a] = z0 * z0;
         z1[a] = z0;
     }
     for i in (0..m - 1).rev() {
-        for a in 0..A {
-            let at = i * A + a;
+        for a in 0..count {
+            let at = i * ABREAST + a;
             let y = z[i * width + j + a];
             let z0 = f.upper2[at].neg_mul_add(z2[a], f.upper1[at].neg_mul_add(z1[a], y)) * f.inverse[at];
             z[i * width + j + a] = z0;
@@ -166,9 +171,12 @@ fn back_substitute<L: Lane, const A: usize>(m: usize, z: &mut [L], width: usize,
             z1[a] = z0;
         }
     }
-    let scale: [L; A] = std::array::from_fn(|a| L::splat(1.0) / norm2[a].sqrt());
+    let mut scale = [zero; ABREAST];
+    for a in 0..count {
+        scale[a] = L::splat(1.0) / norm2[a].sqrt();
+    }
     for i in 0..m {
-        for a in 0..A {
+        for a in 0..count {
             z[i * width + j + a] = z[i * width + j + a] * scale[a];
         }
     }

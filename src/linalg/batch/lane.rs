@@ -23,31 +23,9 @@ macro_rules! each {
 }
 pub(super) use each;
 
-/// Largest number of columns that are handled side by side, to hide latencies and to load what they share once.
-pub(super) const ABREAST: usize = 6;
+/// Largest number of recurrences that run side by side, to hide their latency.
+pub(super) const ABREAST: usize = 8;
 
-/// Runs `call` for `count` columns in tiles of nearly equal width, at most [`ABREAST`]: the width is the constant `$T`,
-/// the first column `$j`.
-macro_rules! in_tiles {
-    ($count:expr, $j:ident, $T:ident => $call:expr) => {{
-        let count: usize = $count;
-        let mut $j = 0;
-        while $j < count {
-            let tiles = (count - $j).div_ceil(crate::linalg::batch::lane::ABREAST);
-            let width = (count - $j).div_ceil(tiles);
-            match width {
-                1 => { const $T: usize = 1; $call }
-                2 => { const $T: usize = 2; $call }
-                3 => { const $T: usize = 3; $call }
-                4 => { const $T: usize = 4; $call }
-                5 => { const $T: usize = 5; $call }
-                _ => { const $T: usize = 6; $call }
-            }
-            $j += width;
-        }
-    }};
-}
-pub(super) use in_tiles;
 
 /// [`LANES`] numbers of type f64, one per candidate, with elementwise arithmetic.
 pub(super) trait Lane:

@@ -285,7 +285,7 @@ impl BatchModel {
         for (batch, candidates) in thetas.chunks(LANES).enumerate() {
             match &mut workspace.buffers {
                 #[cfg(target_arch = "x86_64")]
-                AnyBuffers::Fused(_, buffers) => load(candidates, &mut buffers.parameters),
+                AnyBuffers::Fused(buffers) => load(candidates, &mut buffers.parameters),
                 AnyBuffers::Plain(buffers) => load(candidates, &mut buffers.parameters),
             }
             workspace.buffers.solve(&self.plan);
@@ -293,7 +293,7 @@ impl BatchModel {
             let modes = &mut workspace.modes;
             match &workspace.buffers {
                 #[cfg(target_arch = "x86_64")]
-                AnyBuffers::Fused(_, buffers) => self.unload(buffers, candidates, first, modes),
+                AnyBuffers::Fused(buffers) => self.unload(buffers, candidates, first, modes),
                 AnyBuffers::Plain(buffers) => self.unload(buffers, candidates, first, modes),
             }
         }

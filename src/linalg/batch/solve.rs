@@ -274,7 +274,7 @@ fn count_modes<L: Lane>(plan: &Plan, buffers: &mut Buffers<L>) {
         let mut sum = Counter::ZERO;
         for b in &mut buffers.blocks {
             let t = Tridiagonal { d: &b.d, e: &b.e, e2: &b.e2 };
-            sturm::abreast::<L, 1>(t, &middle, &mut buffers.evaluations[..1]);
+            sturm::evaluate(t, &middle, &mut buffers.evaluations[..1]);
             // Kept here until the sum over the blocks is known.
             b.grid[0].count = buffers.evaluations[0].count;
             sum = sum.plus(b.grid[0].count);

@@ -13,7 +13,7 @@
 //! by the method of bisection, Numer. Math. 9, 1967; N. Anderson, Å. Björck, A new high order method of regula falsi
 //! type, BIT 13, 1973.
 
-use super::lane::{Counter, Lane, Mask, in_tiles};
+use super::lane::{ABREAST, Counter, Lane, Mask};
 
 /// A symmetric tridiagonal matrix of size m, scaled so that no eigenvalue is above one.
 #[derive(Clone, Copy)]
@@ -43,20 +43,21 @@ const RESCALE: f64 = 2.037_035_976_334_486e90;
 /// Evaluates the recurrence at all `points`, into `out`.
 #[inline(always)]
 pub(super) fn evaluate<L: Lane>(t: Tridiagonal<'_, L>, points: &[L], out: &mut [Evaluation<L>]) {
-    in_tiles!(points.len(), j, A => abreast::<L, A>(t, &points[j..], &mut out[j..]));
+    for (points, out) in points.chunks(ABREAST).zip(out.chunks_mut(ABREAST)) {
+        abreast(t, points, out);
+    }
 }
 
-/// Evaluates the recurrence at the first A points side by side.
+/// Evaluates the recurrence at up to [`ABREAST`] points side by side.
 #[inline(always)]
-pub(super) fn abreast<L: Lane, const A: usize>(t: Tridiagonal<'_, L>, points: &[L], out: &mut [Evaluation<L>]) {
-    let m = t.d.len();
-    let x: [L; A] = std::array::from_fn(|a| points[a]);
-    let mut count = [Counter::ZERO; A];
+fn abreast<L: Lane>(t: Tridiagonal<'_, L>, points: &[L], out: &mut [Evaluation<L>]) {
+    let (m, width) = (t.d.len(), points.len().min(ABREAST));
+    let mut count = [Counter::ZERO; ABREAST];
     // p_{i-1} and p_i change places every row: the new term overwrites the older one.
-    let mut terms = [[L::splat(1.0); A]; 2];
-    let mut exponent = [L::splat(0.0); A];
-    for a in 0..A {
-        terms[1][a] = x[a] - t.d[0];
+    let mut terms = [[L::splat(1.0); ABREAST]; 2];
+    let mut exponent = [L::splat(0.0); ABREAST];
+    for a in 0..width {
+        terms[1][a] = points[a] - t.d[0];
         terms[1][a].count_sign_change(terms[0][a], &mut count[a]);
     }
     let mut i = 1;
@@ -64,16 +65,16 @@ pub(super) fn abreast<L: Lane, const A: usize>(t: Tridiagonal<'_, L>, points: &[
         let stop = (i + 8).min(m);
         while i < stop {
             let (d, e2) = (t.d[i], t.e2[i - 1]);
-            for a in 0..A {
+            for a in 0..width {
                 let (p, before) = (terms[i % 2][a], terms[(i + 1) % 2][a]);
-                let next = (x[a] - d).mul_add(p, -(e2 * before));
+                let next = (points[a] - d).mul_add(p, -(e2 * before));
                 next.count_sign_change(p, &mut count[a]);
                 terms[(i + 1) % 2][a] = next;
             }
             i += 1;
         }
         let mut extreme = Mask::splat(false);
-        for a in 0..A {
+        for a in 0..width {
             let size = terms[0][a].abs().max(terms[1][a].abs());
             extreme = extreme.or(size.lt(L::splat(1.0 / RESCALE))).or(L::splat(RESCALE).lt(size));
         }
@@ -81,18 +82,17 @@ pub(super) fn abreast<L: Lane, const A: usize>(t: Tridiagonal<'_, L>, points: &[
             rescale(&mut terms, &mut exponent);
         }
     }
-    let p = terms[m % 2];
-    for a in 0..A {
-        out[a] = Evaluation { count: count[a], value: p[a], exponent: exponent[a] };
+    for (a, out) in out.iter_mut().enumerate() {
+        *out = Evaluation { count: count[a], value: terms[m % 2][a], exponent: exponent[a] };
     }
 }
 
 /// Brings both terms of the lanes that need it back to a moderate size.
 #[cold]
 #[inline(never)]
-fn rescale<L: Lane, const A: usize>([p, before]: &mut [[L; A]; 2], exponent: &mut [L; A]) {
+fn rescale<L: Lane>([p, before]: &mut [[L; ABREAST]; 2], exponent: &mut [L; ABREAST]) {
     let (up, down, one, zero) = (L::splat(RESCALE), L::splat(1.0 / RESCALE), L::splat(1.0), L::splat(0.0));
-    for a in 0..A {
+    for a in 0..ABREAST {
         let size = p[a].abs().max(before[a].abs());
         let (small, large) = (size.lt(down), up.lt(size));
         let factor = L::select(small, up, L::select(large, down, one));

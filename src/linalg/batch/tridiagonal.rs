@@ -9,7 +9,7 @@
 //!
 //! Source: G. H. Golub, C. F. Van Loan, Matrix Computations, 4th ed., 2013, section 8.3.1 (algorithm 8.3.1).
 
-use super::lane::{Lane, in_tiles};
+use super::lane::Lane;
 
 /// The buffers of one reduction, all of length m except where stated.
 pub(super) struct Reflectors<'a, L> {
@@ -150,7 +150,15 @@ fn update_tile<L: Lane, const T: usize>(m: usize, j: usize, r: &mut Reflectors<'
 #[inline(always)]
 pub(super) fn back_transform<L: Lane>(m: usize, c: &[L], beta: &[L], z: &mut [L], width: usize, count: usize) {
     for k in (0..m.saturating_sub(2)).rev() {
-        in_tiles!(count, j, T => reflect::<L, T>(m, k, c, beta[k], z, width, j));
+        let mut j = 0;
+        while j + TILE <= count {
+            reflect::<L, TILE>(m, k, c, beta[k], z, width, j);
+            j += TILE;
+        }
+        while j < count {
+            reflect::<L, 1>(m, k, c, beta[k], z, width, j);
+            j += 1;
+        }
     }
 }
 
