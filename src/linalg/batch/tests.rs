@@ -240,11 +240,13 @@ fn halves_with_equal_values_are_merged() {
 fn one_half_may_hold_all_modes() {
     let (whole, data) = wing_model(5, false);
     let mut pencil = pencil_of(&data);
-    // Springs between left and right wing nodes that resist antisymmetric deflection only; no longer free in roll.
+    // Springs between left and right wing nodes that resist antisymmetric motion only; no longer free in roll.
     for node in 4..9 {
-        let (left, right) = (3 * node, 3 * (node + 5));
-        for (row, col, sign) in [(left, left, 1.0), (right, right, 1.0), (right, left, -1.0)] {
-            pencil.stiffness.push(AffineEntry { row, col, parameter: None, coefficient: 1e7 * sign });
+        for (dof, partner) in [(0, -1.0), (1, 1.0), (2, -1.0)] {
+            let (left, right) = (3 * node + dof, 3 * (node + 5) + dof);
+            for (row, col, sign) in [(left, left, 1.0), (right, right, 1.0), (right, left, partner)] {
+                pencil.stiffness.push(AffineEntry { row, col, parameter: None, coefficient: 1e7 * sign });
+            }
         }
     }
     for node in 0..4 {
