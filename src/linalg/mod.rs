@@ -3,6 +3,7 @@
 //! Matrices at the interface are nalgebra's `DMatrix<f64>` and `DVector<f64>`; what a kernel uses inside is its own
 //! affair. Start reading at [`lowest_modes`], the generalized eigenproblem every modal analysis goes through.
 
+pub mod batch;
 mod decompositions;
 mod eigen;
 mod eigenvalues;

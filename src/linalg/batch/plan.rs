@@ -1,0 +1,257 @@
+//! What is decided once per model: the blocks, their supports, order and sparse lists.
+//!
+//! A block is one family of shapes (all dofs, or the symmetric or the antisymmetric ones). Its rigid-body modes are
+//! removed exactly: r statically determinate supports hold the structure, and an elastic mode is the supported
+//! deformation ψ plus the rigid motion that makes it M-orthogonal to all rigid motions,
+//!
+//! ```text
+//! φ = [ψ; 0] + R c,  c = -(Rᵀ M R)⁻¹ Rᵀ M [ψ; 0]      =>      K_ff ψ = λ (M_ff - W Wᵀ) ψ,  W = (M R)_f L_G⁻ᵀ
+//! ```
+//!
+//! with R the rigid motions that move one support by one each and L_G L_Gᵀ = Rᵀ M R. No shift is needed, and the
+//! supports stand where the structure is stiffest, so that the inverse stays accurate.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::cholesky::Envelope;
+use super::mirror::{Family, Terms};
+use super::order::reverse_cuthill_mckee;
+use super::pencil::AffinePencil;
+use crate::linalg::DMatrix;
+
+/// Entries affine in θ: `constant[s] + Σ coefficient * θ[parameter]`, the terms of slot s being start[s] .. start[s+1].
+#[derive(Debug, Clone, Default)]
+pub(super) struct SlotList {
+    pub(super) constant: Vec<f64>,
+    pub(super) start: Vec<usize>,
+    pub(super) parameter: Vec<u32>,
+    pub(super) coefficient: Vec<f64>,
+}
+
+impl SlotList {
+    fn new(slots: &[Terms], scale: f64) -> Self {
+        let mut list = Self { start: vec![0], ..Self::default() };
+        for terms in slots {
+            let mut constant = 0.0;
+            for &(parameter, coefficient) in terms {
+                match parameter {
+                    None => constant += coefficient * scale,
+                    Some(p) => {
+                        list.parameter.push(p as u32);
+                        list.coefficient.push(coefficient * scale);
+                    }
+                }
+            }
+            list.constant.push(constant);
+            list.start.push(list.parameter.len());
+        }
+        list
+    }
+}
+
+/// Rows of an observation matrix over the coordinates of a block: row s is Σ coefficient * φ[coordinate].
+#[derive(Debug, Clone, Default)]
+pub(super) struct Observation {
+    pub(super) start: Vec<usize>,
+    pub(super) coordinate: Vec<u32>,
+    pub(super) coefficient: Vec<f64>,
+}
+
+/// One half problem (or the whole one), compiled.
+#[derive(Debug, Clone)]
+pub(super) struct Block {
+    /// Number of coordinates without the supports.
+    pub(super) m: usize,
+    /// Number of rigid-body modes, and so of supports.
+    pub(super) r: usize,
+    /// Shared by K_ff and M_ff.
+    pub(super) envelope: Envelope,
+    pub(super) stiffness: SlotList,
+    pub(super) mass: SlotList,
+    /// (M R)_f, m x r row by row.
+    pub(super) mass_rigid: SlotList,
+    /// Rᵀ M R, lower triangle row by row.
+    pub(super) rigid_gram: SlotList,
+    /// R_f, m x r row by row; at the supports R is the identity.
+    pub(super) rigid: Vec<f64>,
+    /// Sensors over the coordinates: first the m free ones, then the r supports.
+    pub(super) observation: Observation,
+}
+
+/// Compiles one family of shapes.
+///
+/// * `rigid` - exact null space of K (n x r), all of it
+/// * `nominal` - diagonal of K at the nominal parameters, for the choice of supports
+/// * `mass_scale` - factor of all masses, a power of four
+/// * `sensors` - observation rows (n_rows x n)
+pub(super) fn compile(
+    pencil: &AffinePencil,
+    family: &Family,
+    rigid: &DMatrix<f64>,
+    nominal: &[f64],
+    mass_scale: f64,
+    sensors: &DMatrix<f64>,
+) -> Block {
+    let nb = family.pairs.len();
+    let stiffness = family.project(pencil.n, &pencil.stiffness);
+    let mass = family.project(pencil.n, &pencil.mass);
+    // The part of the rigid motions in this family, in its coordinates.
+    let motions = DMatrix::from_fn(nb, rigid.ncols(), |c, j| match family.pairs[c] {
+        (i, Some((partner, sign))) => 0.5 * (rigid[(i, j)] + sign * rigid[(partner, j)]),
+        (i, None) => rigid[(i, j)],
+    });
+    let weights: Vec<f64> = family.pairs.iter().map(|&(i, _)| nominal[i].max(0.0).sqrt()).collect();
+    let supports = supports(&motions, &weights);
+    let r = supports.len();
+    let free: Vec<usize> = (0..nb).filter(|c| !supports.contains(c)).collect();
+    let free = ordered(&free, &stiffness, &mass);
+    let m = free.len();
+    let rigid = unit_motions(&motions, &supports);
+
+    let mut position = vec![None; nb];
+    for (new, &c) in free.iter().enumerate() {
+        position[c] = Some(new);
+    }
+    let mut first: Vec<usize> = (0..m).collect();
+    for &(c, d) in stiffness.keys().chain(mass.keys()) {
+        if let (Some(i), Some(j)) = (position[c], position[d]) {
+            first[i.max(j)] = first[i.max(j)].min(i.min(j));
+        }
+    }
+    let envelope = Envelope::new(first);
+    let in_envelope = |entries: &BTreeMap<(usize, usize), Terms>, scale: f64| {
+        let mut slots = vec![Terms::new(); envelope.len()];
+        for (&(c, d), terms) in entries {
+            if let (Some(i), Some(j)) = (position[c], position[d]) {
+                slots[envelope.at(i.max(j), i.min(j))].clone_from(terms);
+            }
+        }
+        SlotList::new(&slots, scale)
+    };
+    // M R per parameter, then its rows at the free coordinates and Rᵀ M R.
+    let mut product: Vec<BTreeMap<Option<usize>, f64>> = vec![BTreeMap::new(); nb * r];
+    for (&(c, d), terms) in &mass {
+        for &(parameter, value) in terms {
+            for k in 0..r {
+                *product[c * r + k].entry(parameter).or_default() += value * rigid[(d, k)];
+                if c != d {
+                    *product[d * r + k].entry(parameter).or_default() += value * rigid[(c, k)];
+                }
+            }
+        }
+    }
+    let terms = |map: &BTreeMap<Option<usize>, f64>| map.iter().map(|(&p, &v)| (p, v)).collect::<Terms>();
+    let mass_rigid: Vec<Terms> =
+        free.iter().flat_map(|&c| (0..r).map(move |k| c * r + k)).map(|at| terms(&product[at])).collect();
+    let mut gram = Vec::new();
+    for k in 0..r {
+        for l in 0..=k {
+            let mut sum: BTreeMap<Option<usize>, f64> = BTreeMap::new();
+            for c in 0..nb {
+                for (&p, &v) in &product[c * r + l] {
+                    *sum.entry(p).or_default() += v * rigid[(c, k)];
+                }
+            }
+            gram.push(terms(&sum));
+        }
+    }
+    let column = |c: usize| position[c].unwrap_or_else(|| m + supports.iter().position(|&s| s == c).unwrap_or(0));
+    let mut observation = Observation { start: vec![0], ..Observation::default() };
+    for row in sensors.row_iter() {
+        for (c, &(i, partner)) in family.pairs.iter().enumerate() {
+            let value = row[i] + partner.map_or(0.0, |(j, sign)| sign * row[j]);
+            if value != 0.0 {
+                observation.coordinate.push(column(c) as u32);
+                observation.coefficient.push(value);
+            }
+        }
+        observation.start.push(observation.coordinate.len());
+    }
+    Block {
+        m,
+        r,
+        stiffness: in_envelope(&stiffness, 1.0),
+        mass: in_envelope(&mass, mass_scale),
+        mass_rigid: SlotList::new(&mass_rigid, mass_scale),
+        rigid_gram: SlotList::new(&gram, mass_scale),
+        rigid: free.iter().flat_map(|&c| (0..r).map(move |k| (c, k))).map(|at| rigid[at]).collect(),
+        observation,
+        envelope,
+    }
+}
+
+/// Reverse Cuthill-McKee order of the free coordinates.
+fn ordered(
+    free: &[usize],
+    stiffness: &BTreeMap<(usize, usize), Terms>,
+    mass: &BTreeMap<(usize, usize), Terms>,
+) -> Vec<usize> {
+    let index: BTreeMap<usize, usize> = free.iter().enumerate().map(|(new, &c)| (c, new)).collect();
+    let mut neighbours = vec![BTreeSet::new(); free.len()];
+    for (c, d) in stiffness.keys().chain(mass.keys()).filter(|(c, d)| c != d) {
+        if let (Some(&i), Some(&j)) = (index.get(c), index.get(d)) {
+            neighbours[i].insert(j);
+            neighbours[j].insert(i);
+        }
+    }
+    reverse_cuthill_mckee(&neighbours).into_iter().map(|new| free[new]).collect()
+}
+
+/// Coordinates that hold all rigid motions of the block, one per motion: the rows of D R that a Gram-Schmidt with
+/// pivoting picks, D = sqrt(diag K). They do not depend on the units of the dofs, and they are the stiffest ones.
+fn supports(motions: &DMatrix<f64>, weights: &[f64]) -> Vec<usize> {
+    let (nb, columns) = (motions.nrows(), motions.ncols());
+    let weighted = DMatrix::from_fn(nb, columns, |c, j| weights[c] * motions[(c, j)]);
+    // An orthonormal basis of the columns, the longest one first; what is left at rounding level is no motion.
+    let mut left = weighted;
+    for mut column in left.column_iter_mut() {
+        let norm = column.norm();
+        if norm > 0.0 {
+            column /= norm;
+        }
+    }
+    let mut basis: Vec<Vec<f64>> = Vec::new();
+    for _ in 0..columns.min(nb) {
+        let longest = (0..columns).max_by(|&a, &b| left.column(a).norm().total_cmp(&left.column(b).norm()));
+        let Some(q) = longest.map(|j| left.column(j).clone_owned()).filter(|q| q.norm() > 1e-8) else { break };
+        let q = &q / q.norm();
+        for mut column in left.column_iter_mut() {
+            for _ in 0..2 {
+                let dot = q.dot(&column);
+                column.axpy(-dot, &q, 1.0);
+            }
+        }
+        basis.push(q.as_slice().to_vec());
+    }
+    let mut rows: Vec<Vec<f64>> = (0..nb).map(|c| basis.iter().map(|q| q[c]).collect()).collect();
+    let mut picked = Vec::new();
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
+    for _ in 0..basis.len() {
+        let Some(best) = (0..nb).max_by(|&a, &b| dot(&rows[a], &rows[a]).total_cmp(&dot(&rows[b], &rows[b]))) else {
+            break;
+        };
+        let norm2 = dot(&rows[best], &rows[best]);
+        let chosen = rows[best].clone();
+        for row in &mut rows {
+            let factor = dot(row, &chosen) / norm2;
+            row.iter_mut().zip(&chosen).for_each(|(x, y)| *x -= factor * y);
+        }
+        picked.push(best);
+    }
+    picked.sort_unstable();
+    picked
+}
+
+/// The rigid motions that move one support by one and leave the other ones at rest (nb x r).
+fn unit_motions(motions: &DMatrix<f64>, supports: &[usize]) -> DMatrix<f64> {
+    let r = supports.len();
+    if r == 0 {
+        return DMatrix::zeros(motions.nrows(), 0);
+    }
+    // R = Q X with (Q X) at the supports equal to the identity: least squares over the (possibly dependent) columns.
+    let at_supports = DMatrix::from_fn(r, motions.ncols(), |k, j| motions[(supports[k], j)]);
+    let svd = at_supports.svd(true, true);
+    let tolerance = 1e-9 * svd.singular_values.max();
+    let inverse = svd.pseudo_inverse(tolerance).unwrap_or_else(|_| DMatrix::zeros(motions.ncols(), r));
+    motions * inverse
+}

@@ -1,0 +1,109 @@
+//! The results of a batch.
+
+use crate::linalg::LinalgError;
+
+/// Why the batch kernel did not accept its own result for a candidate.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Cause {
+    /// K without its rigid motions has a pivot that is not positive.
+    Stiffness,
+    /// M is not positive semidefinite.
+    Mass,
+    /// Fewer modes above the rounding noise than asked for, or a cluster larger than the kernel's margin.
+    Count,
+    /// An eigenpair missed the residual test.
+    Residual,
+}
+
+/// How a candidate was solved.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum Outcome {
+    /// By the batch kernel.
+    Batch,
+    /// Alone, by the reference path; its modes are as good.
+    Reference(Cause),
+    /// Not at all: K or M is not what a structure has; values and shapes are NaN.
+    NotSolvable {
+        /// What the batch kernel objected to.
+        cause: Cause,
+        /// What the reference path said, if it failed too.
+        reason: Option<LinalgError>,
+    },
+}
+
+/// Elastic modes of several candidates, in their order.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BatchModes {
+    n_modes: usize,
+    n_rows: usize,
+    values: Vec<f64>,
+    shapes: Vec<f64>,
+    outcomes: Vec<Outcome>,
+}
+
+impl BatchModes {
+    pub(super) fn new(n_modes: usize, n_rows: usize, candidates: usize) -> Self {
+        Self {
+            n_modes,
+            n_rows,
+            values: Vec::with_capacity(candidates * n_modes),
+            shapes: Vec::with_capacity(candidates * n_modes * n_rows),
+            outcomes: Vec::with_capacity(candidates),
+        }
+    }
+
+    /// Makes room for this many candidates.
+    pub(super) fn reset(&mut self, candidates: usize) {
+        self.values.resize(candidates * self.n_modes, f64::NAN);
+        self.shapes.resize(candidates * self.n_modes * self.n_rows, f64::NAN);
+        self.outcomes.clear();
+        self.outcomes.resize(candidates, Outcome::Batch);
+    }
+
+    /// Where value and shape of one mode go.
+    pub(super) fn slot(&mut self, candidate: usize, mode: usize) -> (&mut f64, &mut [f64]) {
+        let at = candidate * self.n_modes + mode;
+        (&mut self.values[at], &mut self.shapes[at * self.n_rows..(at + 1) * self.n_rows])
+    }
+
+    pub(super) fn set_outcome(&mut self, candidate: usize, outcome: Outcome) {
+        self.outcomes[candidate] = outcome;
+    }
+
+    /// Number of candidates.
+    pub fn len(&self) -> usize {
+        self.outcomes.len()
+    }
+
+    /// Whether there is no candidate.
+    pub fn is_empty(&self) -> bool {
+        self.outcomes.is_empty()
+    }
+
+    /// How a candidate was solved.
+    ///
+    /// # Panics
+    /// If there is no such candidate; so do [`values`](Self::values) and [`shape`](Self::shape).
+    pub fn outcome(&self, candidate: usize) -> &Outcome {
+        &self.outcomes[candidate]
+    }
+
+    /// λ = ω² of the elastic modes of a candidate, rad²/s², ascending.
+    pub fn values(&self, candidate: usize) -> &[f64] {
+        &self.values[candidate * self.n_modes..(candidate + 1) * self.n_modes]
+    }
+
+    /// One shape of a candidate at the sensor rows, mass-normalised (φᵀ M φ = 1); its sign is arbitrary but repeatable.
+    pub fn shape(&self, candidate: usize, mode: usize) -> &[f64] {
+        assert!(mode < self.n_modes, "mode {mode} of {}", self.n_modes);
+        let at = candidate * self.n_modes + mode;
+        &self.shapes[at * self.n_rows..(at + 1) * self.n_rows]
+    }
+
+    /// How many candidates were not solved by the batch kernel itself.
+    pub fn n_redone(&self) -> usize {
+        self.outcomes.iter().filter(|o| **o != Outcome::Batch).count()
+    }
+}

@@ -1,0 +1,362 @@
+//! The stages in order, for one batch of candidates.
+
+use super::assemble;
+use super::cholesky;
+use super::inverse_iteration::{self, Factors};
+use super::lane::{ABREAST, Counter, LANES, Lane, Mask};
+use super::plan::Block;
+use super::sturm::{self, Bracket, Evaluation, Tridiagonal};
+use super::tridiagonal::{self, Reflectors};
+
+/// Modes that may be computed beyond the wanted ones, per block: the count stops at a gap, not in a cluster.
+const MARGIN: usize = 2;
+/// Octaves of θ, from its largest value down, in which the counts are taken at fixed points.
+const OCTAVES: usize = 15;
+/// Point below which an eigenvalue is rounding noise of the largest one: 2⁻⁴⁰.
+const NOISE: f64 = 9.094947017729282e-13;
+/// The fixed points: one above all, the octaves, the noise level, and one below zero that proves M ≥ 0.
+const GRID: usize = OCTAVES + 3;
+
+/// What the kernel needs to know of a model.
+#[derive(Debug, Clone)]
+pub(super) struct Plan {
+    pub(super) blocks: Vec<Block>,
+    pub(super) n_modes: usize,
+    pub(super) n_parameters: usize,
+    pub(super) n_rows: usize,
+    /// Factor that the masses carry inside the kernel.
+    pub(super) mass_scale: f64,
+    /// Fixed start values of the iterations, in ±[0.5, 1].
+    pub(super) start: Vec<f64>,
+}
+
+impl Plan {
+    /// Columns of the shape matrices of every block.
+    pub(super) fn width(&self) -> usize {
+        self.n_modes + MARGIN
+    }
+}
+
+/// Why a lane has no result of its own.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Lapse {
+    /// K without its rigid motions is not positive definite, or not finite.
+    Stiffness,
+    /// M is not positive semidefinite.
+    Mass,
+    /// Too few modes above the noise, or too many in one cluster.
+    Count,
+    /// An eigenpair does not pass the residual test.
+    Residual,
+}
+
+/// The memory of one block.
+pub(super) struct BlockBuffers<L> {
+    l: Vec<L>,
+    mass: Vec<L>,
+    w: Vec<L>,
+    gram: Vec<L>,
+    c: Vec<L>,
+    beta: Vec<L>,
+    d: Vec<L>,
+    e: Vec<L>,
+    e2: Vec<L>,
+    vectors: [Vec<L>; 4],
+    z: Vec<L>,
+    old: Vec<L>,
+    factors: [Vec<L>; 4],
+    grid: Vec<Evaluation<L>>,
+    theta: Vec<L>,
+    count: Counter,
+    pub(super) observed: Vec<L>,
+}
+
+/// The memory of one batch; nothing is allocated after its creation.
+pub(super) struct Buffers<L> {
+    /// θ of the candidates, one per lane.
+    pub(super) parameters: Vec<L>,
+    pub(super) blocks: Vec<BlockBuffers<L>>,
+    points: Vec<L>,
+    proposals: Vec<L>,
+    evaluations: Vec<Evaluation<L>>,
+    brackets: Vec<Bracket<L>>,
+    /// Largest row sum of the tridiagonal matrices.
+    bound: L,
+    /// The point above which the counted modes lie.
+    cut: L,
+    /// Per lane: the wanted modes as (λ, block, column), ascending; only the first n_modes count.
+    pub(super) chosen: Vec<Vec<(f64, usize, usize)>>,
+    /// Per lane: why it has no result.
+    pub(super) lapses: [Option<Lapse>; LANES],
+}
+
+impl<L: Lane> Buffers<L> {
+    pub(super) fn new(plan: &Plan) -> Self {
+        let zero = L::splat(0.0);
+        let nothing = Evaluation { count: Counter::ZERO, value: zero, exponent: zero };
+        let width = plan.width();
+        let blocks = plan
+            .blocks
+            .iter()
+            .map(|b| {
+                let vector = |length: usize| vec![zero; length];
+                BlockBuffers {
+                    l: vector(b.envelope.len()),
+                    mass: vector(b.envelope.len()),
+                    w: vector(b.m * b.r),
+                    gram: vector(b.r * (b.r + 1) / 2),
+                    c: vector(b.m * b.m),
+                    beta: vector(b.m),
+                    d: vector(b.m),
+                    e: vector(b.m),
+                    e2: vector(b.m),
+                    vectors: std::array::from_fn(|_| vector(b.m)),
+                    z: vector((b.m + b.r) * width),
+                    old: vector(b.m * width),
+                    factors: std::array::from_fn(|_| vector(b.m * ABREAST)),
+                    grid: vec![nothing; GRID],
+                    theta: vector(width),
+                    count: Counter::ZERO,
+                    observed: vector(plan.n_rows * width),
+                }
+            })
+            .collect::<Vec<_>>();
+        Self {
+            parameters: vec![zero; plan.n_parameters],
+            points: vec![zero; GRID.max(width)],
+            proposals: vec![zero; width],
+            evaluations: vec![nothing; GRID.max(width)],
+            brackets: Vec::with_capacity(width),
+            bound: zero,
+            cut: zero,
+            chosen: (0..LANES).map(|_| Vec::with_capacity(width * blocks.len())).collect(),
+            lapses: [None; LANES],
+            blocks,
+        }
+    }
+
+    /// Notes the lapse of the lanes outside `good` that have none yet; gives the lanes without any.
+    #[inline(always)]
+    fn note(&mut self, good: Mask, lapse: Lapse) -> Mask {
+        for (l, slot) in self.lapses.iter_mut().enumerate() {
+            if good.0[l] == 0 && slot.is_none() {
+                *slot = Some(lapse);
+            }
+        }
+        Mask(std::array::from_fn(|l| u64::from(self.lapses[l].is_none()).wrapping_neg()))
+    }
+}
+
+/// Solves the batch whose parameters stand in `buffers.parameters`; the results stand in `chosen`, `observed`, `lapses`.
+#[inline(always)]
+pub(super) fn solve_lanes<L: Lane>(plan: &Plan, buffers: &mut Buffers<L>) {
+    buffers.lapses = [None; LANES];
+    let (mut stiff, mut massive) = (Mask::splat(true), Mask::splat(true));
+    for (block, b) in plan.blocks.iter().zip(&mut buffers.blocks) {
+        let (k_good, m_good) = reduce(block, b, &buffers.parameters);
+        stiff = stiff.and(k_good);
+        massive = massive.and(m_good);
+    }
+    buffers.note(stiff, Lapse::Stiffness);
+    buffers.note(massive, Lapse::Mass);
+    let finite = scale(buffers);
+    buffers.note(finite, Lapse::Stiffness);
+    count_modes(plan, buffers);
+    for index in 0..buffers.blocks.len() {
+        let passed = eigenpairs(plan, index, buffers);
+        buffers.note(passed, Lapse::Residual);
+    }
+    choose_modes(plan, buffers);
+}
+
+/// Assembly, and the block as one symmetric matrix in tridiagonal form; the masks tell the lanes where K and Rᵀ M R
+/// are positive definite.
+#[inline(always)]
+fn reduce<L: Lane>(block: &Block, b: &mut BlockBuffers<L>, parameters: &[L]) -> (Mask, Mask) {
+    assemble::evaluate(&block.stiffness, parameters, &mut b.l);
+    assemble::evaluate(&block.mass, parameters, &mut b.mass);
+    assemble::evaluate(&block.mass_rigid, parameters, &mut b.w);
+    assemble::evaluate(&block.rigid_gram, parameters, &mut b.gram);
+    let massive = assemble::rigid_factor(block.r, &mut b.w, &mut b.gram);
+    let stiff = cholesky::factor(&block.envelope, &mut b.l);
+    assemble::free_mass(&block.envelope, block.r, &b.mass, &b.w, &mut b.c);
+    cholesky::reduce(&block.envelope, &b.l, &mut b.c);
+    let [v, w, next, p] = &mut b.vectors;
+    let mut reflectors = Reflectors { c: &mut b.c, beta: &mut b.beta, d: &mut b.d, e: &mut b.e, v, w, next, p };
+    tridiagonal::tridiagonalise(block.m, &mut reflectors);
+    (stiff, massive)
+}
+
+/// Divides all tridiagonal matrices by their largest row sum; gives the lanes where it is a number.
+#[inline(always)]
+fn scale<L: Lane>(buffers: &mut Buffers<L>) -> Mask {
+    let (zero, one) = (L::splat(0.0), L::splat(1.0));
+    let mut bound = zero;
+    let mut sum = zero;
+    for b in &buffers.blocks {
+        let mut left = zero;
+        for (&d, &e) in b.d.iter().zip(&b.e) {
+            bound = (d.abs() + left + e.abs()).max(bound);
+            sum = sum + d.abs() + e.abs();
+            left = e.abs();
+        }
+    }
+    // `max` skips NaN, the sum does not.
+    let finite = sum.lt(L::splat(f64::MAX)).and(L::splat(f64::MIN_POSITIVE).lt(bound));
+    let bound = L::select(finite, bound, one);
+    let factor = one / bound;
+    // An off-diagonal entry of this size changes no eigenvalue by more than rounding; exact zeros would stop the
+    // recurrence of the Sturm count.
+    let least = L::splat(f64::EPSILON / 16.0);
+    for b in &mut buffers.blocks {
+        for ((d, e), e2) in b.d.iter_mut().zip(&mut b.e).zip(&mut b.e2) {
+            *d = L::select(finite, *d * factor, zero);
+            let scaled = *e * factor;
+            *e = L::select(least.lt(scaled.abs()), scaled, least);
+            *e2 = *e * *e;
+        }
+    }
+    buffers.bound = bound;
+    finite
+}
+
+/// Counts the eigenvalues of all blocks at the fixed points, and finds per lane a point above which there are at least
+/// n_modes of them, and if a gap allows no more: the modes to be computed, with the proof that none is missed.
+#[inline(always)]
+fn count_modes<L: Lane>(plan: &Plan, buffers: &mut Buffers<L>) {
+    let wanted = plan.n_modes;
+    for (g, x) in buffers.points[..GRID].iter_mut().enumerate() {
+        *x = L::splat(match g {
+            0 => 1.125,
+            g if g <= OCTAVES => 0.5_f64.powi(g as i32),
+            g if g == OCTAVES + 1 => NOISE,
+            _ => -NOISE,
+        });
+    }
+    let mut nonnegative = Mask::splat(true);
+    for b in &mut buffers.blocks {
+        let t = Tridiagonal { d: &b.d, e: &b.e, e2: &b.e2 };
+        sturm::evaluate(t, &buffers.points[..GRID], &mut b.grid);
+        nonnegative = nonnegative.and(b.grid[GRID - 1].count.above(b.d.len() - 1));
+    }
+    buffers.note(nonnegative, Lapse::Mass);
+    let total = |g: usize, blocks: &[BlockBuffers<L>]| {
+        blocks.iter().fold(Counter::ZERO, |sum, b| sum.plus(b.grid[g].count))
+    };
+    let mut low = buffers.points[OCTAVES + 1];
+    let mut high = buffers.points[0];
+    let mut at_low = total(OCTAVES + 1, &buffers.blocks);
+    for b in &mut buffers.blocks {
+        b.count = b.grid[OCTAVES + 1].count;
+    }
+    let mut found = Mask::splat(false);
+    for g in 1..=OCTAVES + 1 {
+        let sum = total(g, &buffers.blocks);
+        let enough = sum.above(wanted - 1);
+        let first = enough.and(found.not());
+        low = L::select(first, buffers.points[g], low);
+        at_low = Counter::select(first, sum, at_low);
+        for b in &mut buffers.blocks {
+            b.count = Counter::select(first, b.grid[g].count, b.count);
+        }
+        found = found.or(enough);
+        high = L::select(found, high, buffers.points[g]);
+    }
+    let mut alive = buffers.note(found, Lapse::Count);
+    // Halve the octave until the surplus is gone or, in a cluster, fits into the margin.
+    for round in 0..48 {
+        let surplus = at_low.above(if round < 4 { wanted } else { wanted + MARGIN });
+        let open = surplus.and(alive);
+        if !open.any() {
+            break;
+        }
+        let middle = [(low * high).sqrt()];
+        let mut sum = Counter::ZERO;
+        for b in &mut buffers.blocks {
+            let t = Tridiagonal { d: &b.d, e: &b.e, e2: &b.e2 };
+            sturm::evaluate(t, &middle, &mut buffers.evaluations[..1]);
+            // Kept here until the sum over the blocks is known.
+            b.grid[0].count = buffers.evaluations[0].count;
+            sum = sum.plus(b.grid[0].count);
+        }
+        let enough = sum.above(wanted - 1).and(open);
+        low = L::select(enough, middle[0], low);
+        at_low = Counter::select(enough, sum, at_low);
+        for b in &mut buffers.blocks {
+            b.count = Counter::select(enough, b.grid[0].count, b.count);
+        }
+        high = L::select(open.and(enough.not()), middle[0], high);
+    }
+    alive = buffers.note(at_low.above(wanted + MARGIN).not(), Lapse::Count).and(alive);
+    for b in &mut buffers.blocks {
+        b.grid[0].count = Counter::ZERO;
+        b.count = Counter::select(alive, b.count, Counter::ZERO);
+    }
+    buffers.cut = low;
+}
+
+/// The counted eigenpairs of one block, observed at the sensors; gives the lanes that pass the residual test.
+#[inline(always)]
+fn eigenpairs<L: Lane>(plan: &Plan, index: usize, buffers: &mut Buffers<L>) -> Mask {
+    let (block, width) = (&plan.blocks[index], plan.width());
+    let b = &mut buffers.blocks[index];
+    let count = b.count.largest();
+    if count == 0 {
+        return Mask::splat(true);
+    }
+    let t = Tridiagonal { d: &b.d, e: &b.e, e2: &b.e2 };
+    buffers.brackets.clear();
+    let last = OCTAVES + 1;
+    for j in 0..count {
+        buffers.points[0] = L::splat(1.125);
+        buffers.brackets.push(Bracket::among(j, &buffers.points[..=last], &b.grid[..=last], b.count.above(j)));
+    }
+    let (points, evaluations) = (&mut buffers.proposals[..count], &mut buffers.evaluations[..count]);
+    sturm::refine(t, &mut buffers.brackets, points, evaluations, &mut b.theta[..count]);
+    let [inverse, upper1, upper2, multiplier] = &mut b.factors;
+    let mut factors = Factors { inverse, upper1, upper2, multiplier };
+    let theta = &mut b.theta[..count];
+    let z = &mut b.z;
+    let mut passed = inverse_iteration::eigenvectors(t, theta, b.count, &plan.start, z, &mut b.old, width, &mut factors);
+    // As many orthogonal eigenvectors above the cut as the Sturm count says: all of them are found.
+    let cut = L::splat(1.0 - 1e-9) * buffers.cut;
+    for (j, &value) in theta.iter().enumerate() {
+        passed = passed.and(cut.lt(value).or(b.count.above(j).not()));
+    }
+    tridiagonal::back_transform(block.m, &b.c, &b.beta, z, width, count);
+    cholesky::solve_transposed(&block.envelope, &b.l, z, width, count);
+    assemble::add_rigid(block, &b.w, &b.gram, z, width, count);
+    // ψᵀ (s M) ψ = θ with s the scale of the masses, and λ = s / θ.
+    let scale = L::splat(plan.mass_scale);
+    for j in 0..count {
+        theta[j] = scale / (theta[j] * buffers.bound);
+        let factor = theta[j].sqrt();
+        for i in 0..block.m + block.r {
+            z[i * width + j] = z[i * width + j] * factor;
+        }
+    }
+    assemble::observe(&block.observation, z, width, count, &mut b.observed);
+    passed
+}
+
+/// Merges the blocks: the n_modes lowest λ of every lane.
+#[inline(always)]
+fn choose_modes<L: Lane>(plan: &Plan, buffers: &mut Buffers<L>) {
+    for lane in 0..LANES {
+        let chosen = &mut buffers.chosen[lane];
+        chosen.clear();
+        if buffers.lapses[lane].is_some() {
+            continue;
+        }
+        for (index, b) in buffers.blocks.iter().enumerate() {
+            for j in 0..b.count.0[lane] as usize {
+                chosen.push((b.theta[j].array()[lane], index, j));
+            }
+        }
+        chosen.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let finite = chosen.iter().all(|c| c.0.is_finite() && c.0 > 0.0);
+        if !finite || chosen.len() < plan.n_modes {
+            buffers.lapses[lane] = Some(Lapse::Residual);
+        }
+    }
+}

@@ -1,0 +1,65 @@
+//! The batch path allocates nothing once its workspace exists: shown by an allocator that counts.
+#![allow(unsafe_code)]
+
+#[path = "../benches/grillage/mod.rs"]
+mod grillage;
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+
+use retune::linalg::DMatrix;
+use retune::linalg::batch::{AffineEntry, AffinePencil, BatchModel, BatchOptions, Mirror, Workspace};
+
+thread_local! {
+    static ALLOCATIONS: Cell<usize> = const { Cell::new(0) };
+}
+
+struct Counting;
+
+// SAFETY: every call is passed on to the system's allocator unchanged.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        ALLOCATIONS.with(|a| a.set(a.get() + 1));
+        // SAFETY: the caller's guarantees are those of `System`.
+        unsafe { System.alloc(layout) }
+    }
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // SAFETY: the pointer came from `System`.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+#[test]
+fn the_batch_path_does_not_allocate() {
+    let data = grillage::grillage(5);
+    let entries = |terms: &[grillage::Term]| -> Vec<AffineEntry> {
+        let entry = |&(row, col, parameter, coefficient): &grillage::Term| AffineEntry { row, col, parameter, coefficient };
+        terms.iter().map(entry).collect()
+    };
+    let pencil = AffinePencil {
+        n: data.n,
+        n_parameters: data.bounds.len(),
+        stiffness: entries(&data.stiffness),
+        mass: entries(&data.mass),
+    };
+    for halves in [true, false] {
+        let options = BatchOptions {
+            n_modes: 9,
+            rigid: DMatrix::from_fn(data.n, 3, |i, j| data.rigid[j][i]),
+            mirror: halves.then(|| Mirror { permutation: data.mirror.0.clone(), signs: data.mirror.1.clone() }),
+            sensors: None,
+        };
+        let model = BatchModel::new(pencil.clone(), &grillage::nominal(&data), options).expect("the model is sound");
+        let thetas = grillage::candidates(&data, 40, 1);
+        let slices: Vec<&[f64]> = thetas.iter().map(Vec::as_slice).collect();
+        let mut workspace = Workspace::new(&model, slices.len());
+        let before = ALLOCATIONS.with(Cell::get);
+        let redone = model.solve(&slices, &mut workspace).expect("sizes fit").n_redone();
+        let after = ALLOCATIONS.with(Cell::get);
+        assert_eq!(redone, 0);
+        assert_eq!(after - before, 0, "allocations in the batch path");
+    }
+}
