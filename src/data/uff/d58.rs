@@ -368,12 +368,13 @@ fn read_dof(cursor: &mut Cursor<'_, '_>) -> Result<Dofs, Fault> {
     let entity = |start: usize| {
         let name = column(&text, start + 1, 10).trim().to_owned();
         let (node, direction) = (int(start + 11, 10)?, int(start + 21, 4)?);
-        // A label that is cut by a column belongs to a record written without columns.
-        let cut = |at: usize| {
+        // A number that is cut by the column and does not end with it belongs to a record written without columns.
+        let is_cut = |at: usize, width| {
             let pair = column(&text, at - 1, 2);
-            pair.chars().count() == 2 && pair.chars().all(|c| c.is_ascii_digit())
+            let touches = pair.chars().count() == 2 && pair.chars().all(|c| c.is_ascii_digit());
+            touches && column(&text, at, width).ends_with(' ')
         };
-        (!cut(start + 11) && !cut(start + 21)).then_some(Entity { name, node, direction })
+        (!is_cut(start + 11, 10) && !is_cut(start + 21, 4)).then_some(Entity { name, node, direction })
     };
     let by_columns = || {
         Some(Dofs {

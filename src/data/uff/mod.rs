@@ -226,6 +226,10 @@ pub fn write(file: &UniversalFile) -> Result<(Vec<u8>, Vec<Note>), UffError> {
             Dataset::Unknown { number, lines } => {
                 sink.begin(*number);
                 for line in lines {
+                    if scan::delimiter(line.as_bytes()).is_some() {
+                        sink.note(Level::Warning, "a line that would end the dataset", "it was left out");
+                        continue;
+                    }
                     sink.raw(line);
                     sink.end_record();
                 }

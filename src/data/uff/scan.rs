@@ -155,7 +155,12 @@ impl<'a> Scanner<'a> {
         let start = self.lines.offset;
         let mut record_7: &[u8] = b"";
         for i in 0..RECORDS_BEFORE_VALUES {
+            let (before, line_number) = (self.lines.offset, self.lines.number);
             let line = self.lines.next_line().unwrap_or(b"");
+            if delimiter(line).is_some() {
+                notes.push(Level::Warning, line_number, Some(number), "no binary values", "the dataset ends here");
+                return (&self.lines.bytes[start..before], b"");
+            }
             if i == 6 {
                 record_7 = line;
             }
@@ -190,7 +195,7 @@ impl<'a> Scanner<'a> {
 }
 
 /// The number of blanks before the `-1` of a delimiter line; `None` for other lines.
-fn delimiter(line: &[u8]) -> Option<usize> {
+pub(super) fn delimiter(line: &[u8]) -> Option<usize> {
     const WIDEST: usize = 6;
     let indent = line.iter().take(WIDEST).take_while(|b| **b == b' ').count();
     let rest = line.get(indent..)?.strip_prefix(b"-1")?;
