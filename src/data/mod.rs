@@ -3,11 +3,18 @@
 //! A [`TestData`] is what a test file holds after reading, in SI. Readers and writers of foreign formats stand in
 //! files of their own and produce or consume the same types.
 
+pub mod convert;
 mod frf;
+mod geometry;
+mod modal_set;
+mod spectrum;
 mod test;
 pub mod uff;
 
 pub use frf::{Channel, FrfQuantity, FrfSet};
+pub use geometry::{Geometry, Line, Point};
+pub use modal_set::{ModalSet, ModeRecord, RelativeSd, ShapeChannel};
+pub use spectrum::{Spectrum, SpectrumKind, SpectrumUnit};
 pub use test::{MassProperty, MassQuantity, Measured, Origin, Place, Sensor, TestData, TestMode};
 
 /// A folder of the real data that some tests use, if it is on this machine: in `RETUNE_DATA`, or beside the project.

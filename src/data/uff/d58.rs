@@ -284,12 +284,7 @@ pub(super) fn read(block: &Block<'_>, cursor: &mut Cursor<'_, '_>) -> Result<Fun
     })
 }
 
-fn read_text(
-    layout: Layout,
-    announced: usize,
-    bytes: usize,
-    cursor: &mut Cursor<'_, '_>,
-) -> Result<Vec<f64>, Fault> {
+fn read_text(layout: Layout, announced: usize, bytes: usize, cursor: &mut Cursor<'_, '_>) -> Result<Vec<f64>, Fault> {
     // A number takes at least two bytes, so that a false count cannot ask for more memory than the file has.
     let count = if announced == 0 { usize::MAX } else { announced.saturating_mul(layout.per_point()) };
     let mut numbers = Vec::with_capacity(count.min(bytes / 2));

@@ -4,7 +4,7 @@
 //! of the dataset. [`read`] understands what programs really write, keeps every dataset, and says in [`Note`]s what was
 //! odd and what it assumed; a dataset that cannot be read becomes [`Dataset::Unknown`] with a note of level
 //! [`Level::Error`] and does not lose the others. [`write`] writes every dataset. What a file means in SI (frequency
-//! responses, geometry, modes) is the affair of [`super::import`].
+//! responses, geometry, modes) is the affair of [`super::convert`].
 //!
 //! | dataset | content | fields kept |
 //! |---|---|---|
@@ -171,7 +171,8 @@ fn read_block(block: &Block<'_>, notes: &mut Notes) -> Dataset {
     match read_known(block, &mut cursor) {
         Some(Ok(dataset)) => dataset,
         Some(Err(Fault { line, seen })) => {
-            let lost = if block.payload.is_some() { "its text is kept, its binary values are not" } else { "kept as text" };
+            let lost =
+                if block.payload.is_some() { "its text is kept, its binary values are not" } else { "kept as text" };
             notes.push(Level::Error, line, Some(block.number), seen, format!("the dataset was not read, {lost}"));
             unknown(block)
         }

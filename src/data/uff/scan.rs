@@ -270,7 +270,9 @@ mod tests {
 
     #[test]
     fn line_ends_of_three_systems_are_understood() {
-        for text in ["    -1\n    15\nab\n    -1\n", "    -1\r\n    15\r\nab\r\n    -1\r\n", "    -1\r    15\rab\r    -1"] {
+        for text in
+            ["    -1\n    15\nab\n    -1\n", "    -1\r\n    15\r\nab\r\n    -1\r\n", "    -1\r    15\rab\r    -1"]
+        {
             let (found, notes) = numbers(text.as_bytes());
             assert_eq!(found.len(), 1);
             assert_eq!(found[0].0, 15);

@@ -68,7 +68,10 @@ fn samples_have_the_values_that_pyuff_reads() {
     let file = sample("binary8byte").unwrap();
     let f = function(&file);
     let Ordinate::Real(y) = &f.ordinate else { panic!("real") };
-    assert_eq!((f.precision, y.len(), f.response.node, f.response.name.as_str()), (Precision::Double, 250, 1, "sine 5 Hz"));
+    assert_eq!(
+        (f.precision, y.len(), f.response.node, f.response.name.as_str()),
+        (Precision::Double, 250, 1, "sine 5 Hz")
+    );
     assert_eq!((y[1], y[249]), (0.30901697278022766, 0.3090193569660187));
 
     let file = sample("sample_dataset58_psd").unwrap();
@@ -134,9 +137,15 @@ fn single() -> impl Strategy<Value = f64> {
 
 fn node(x: impl Strategy<Value = f64>) -> impl Strategy<Value = Node> {
     let position = prop::collection::vec(x, 3).prop_map(|v| [v[0], v[1], v[2]]);
-    (label(), label(), label(), 0..20_i64, position).prop_map(|(label, definition_cs, displacement_cs, color, position)| {
-        Node { label, definition_cs, displacement_cs, color, position }
-    })
+    (label(), label(), label(), 0..20_i64, position).prop_map(
+        |(label, definition_cs, displacement_cs, color, position)| Node {
+            label,
+            definition_cs,
+            displacement_cs,
+            color,
+            position,
+        },
+    )
 }
 
 fn axis() -> impl Strategy<Value = Axis> {
@@ -261,10 +270,11 @@ fn dataset() -> impl Strategy<Value = Dataset> {
     let nodes_2411 = prop::collection::vec(node(finite()), 0..9).prop_map(Dataset::Nodes2411);
     let trace = (label(), text(), prop::collection::vec(1..9999_i64, 0..30))
         .prop_map(|(number, name, nodes)| Dataset::TraceLine(TraceLine { number, color: 3, name, nodes }));
-    let element = (label(), 11..30_i64, prop::collection::vec(label(), 1..21)).prop_map(|(label, descriptor, nodes)| {
-        let beam = matches!(descriptor, 11 | 21..=24).then_some([1, 2, 3]);
-        Element { label, descriptor, physical_table: 1, material_table: 2, color: 7, beam, nodes }
-    });
+    let element =
+        (label(), 11..30_i64, prop::collection::vec(label(), 1..21)).prop_map(|(label, descriptor, nodes)| {
+            let beam = matches!(descriptor, 11 | 21..=24).then_some([1, 2, 3]);
+            Element { label, descriptor, physical_table: 1, material_table: 2, color: 7, beam, nodes }
+        });
     let elements = prop::collection::vec(element, 0..6).prop_map(Dataset::Elements);
     let system = (label(), text(), prop::collection::vec(decimal(6), 9)).prop_map(|(number, name, p)| {
         let points = std::array::from_fn(|i| std::array::from_fn(|j| p[3 * i + j]));
@@ -280,17 +290,18 @@ fn dataset() -> impl Strategy<Value = Dataset> {
     });
     let part = (label(), text(), prop::collection::vec(part_system, 0..4))
         .prop_map(|(uid, name, systems)| Dataset::Part(Part { uid, name, systems }));
-    let units = (1..11_i64, text(), finite(), finite(), finite(), finite()).prop_map(|(code, description, a, b, c, d)| {
-        Dataset::Units(Units {
-            code,
-            description,
-            temperature_mode: 1,
-            length: a,
-            force: b,
-            temperature: c,
-            temperature_offset: d,
-        })
-    });
+    let units =
+        (1..11_i64, text(), finite(), finite(), finite(), finite()).prop_map(|(code, description, a, b, c, d)| {
+            Dataset::Units(Units {
+                code,
+                description,
+                temperature_mode: 1,
+                length: a,
+                force: b,
+                temperature: c,
+                temperature_offset: d,
+            })
+        });
     let stamp = || {
         let date = ("[0-9]{2}-[A-Z][a-z]{2}-[0-9]{2}", "[0-9]{2}:[0-9]{2}:[0-9]{2}");
         (date, "[ 0-9]{0,30}").prop_map(|((date, time), rest)| Stamp { date, time, rest: rest.trim_end().to_owned() })
@@ -476,7 +487,8 @@ fn false_counts_do_not_ask_for_memory() {
         let (file, _) = read(&bytes).unwrap();
         assert_eq!(function(&file).ordinate.len(), 2);
     }
-    let text = b"    -1\n  2412\n         1        44         1         1         1 999999999\n         1         2\n    -1\n";
+    let text =
+        b"    -1\n  2412\n         1        44         1         1         1 999999999\n         1         2\n    -1\n";
     let (file, notes) = read(text).unwrap();
     assert_eq!((file.datasets.len(), notes.len()), (1, 1));
 }
@@ -484,8 +496,18 @@ fn false_counts_do_not_ask_for_memory() {
 /// Mutates a file: bytes changed, removed, repeated, pieces of other files, counts replaced.
 fn mutate(seed: &[u8], other: &[u8], rng: &mut ChaCha8Rng) -> Vec<u8> {
     const WORDS: [&[u8]; 12] = [
-        b"    -1\n", b"    -1\n    -1\n", b"    58b     2     3          11           8\n", b"9999999999", b"-1", b"\r", b"*************",
-        b"1.0D+400", b"\xff\xfe", b"         0", b"  2414\n", b"\n\n\n",
+        b"    -1\n",
+        b"    -1\n    -1\n",
+        b"    58b     2     3          11           8\n",
+        b"9999999999",
+        b"-1",
+        b"\r",
+        b"*************",
+        b"1.0D+400",
+        b"\xff\xfe",
+        b"         0",
+        b"  2414\n",
+        b"\n\n\n",
     ];
     let mut bytes = seed.to_vec();
     for _ in 0..rng.random_range(1..8) {
