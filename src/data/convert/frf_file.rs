@@ -79,10 +79,10 @@ pub fn frf_file(set: &FrfSet, storage: Storage) -> Result<UniversalFile, Convert
                 f.function_type = COHERENCE;
                 f.ordinate = Ordinate::Real(values);
                 f.axes = [Axis::of(FREQUENCY), Axis::of(0), Axis::of(0), Axis::of(0)];
-                datasets.push(Dataset::Function(base));
-                datasets.push(Dataset::Function(f));
+                datasets.push(Dataset::from(base));
+                datasets.push(Dataset::from(f));
             } else {
-                datasets.push(Dataset::Function(base));
+                datasets.push(Dataset::from(base));
             }
         }
     }

@@ -108,7 +108,7 @@ pub fn frfs(files: &[&UniversalFile], options: &FrfOptions) -> Result<FrfImport,
         .iter()
         .flat_map(|file| {
             file.datasets.iter().enumerate().filter_map(|(i, d)| match d {
-                Dataset::Function(f) => Some((*file, i, f)),
+                Dataset::Function(f) => Some((*file, i, f.as_ref())),
                 _ => None,
             })
         })

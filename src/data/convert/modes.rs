@@ -136,6 +136,7 @@ fn of_2414(d: &AnalysisData, notes: &mut Vec<Note>) -> Option<Raw> {
     raw_mode(2414, &d.ids[0], reals, (d.characteristic, d.result_type, is_complex), &d.entries, notes)
 }
 
+#[derive(Clone, Copy)]
 enum Parameters {
     Normal { frequency_hz: f64, mass: f64, viscous: f64, hysteretic: f64 },
     Complex([f64; 6]),

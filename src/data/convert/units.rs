@@ -151,10 +151,12 @@ fn plain(label: &str) -> String {
 
 /// The dataset 164 that holds for a dataset of a file: the last before it, else the first after it.
 pub(super) fn units_at(file: &UniversalFile, index: usize) -> Option<&Units> {
-    let units = |d| match d {
-        &Dataset::Units(ref units) => Some(units),
-        _ => None,
-    };
+    fn units(dataset: &Dataset) -> Option<&Units> {
+        match dataset {
+            Dataset::Units(units) => Some(units),
+            _ => None,
+        }
+    }
     let before = file.datasets.iter().take(index).rev().find_map(units);
     before.or_else(|| file.datasets.iter().skip(index).find_map(units))
 }

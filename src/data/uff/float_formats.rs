@@ -12,7 +12,7 @@
 //! Sources: DEC, VAX Architecture Reference Manual, 1987, section 2.2; IBM, System/370 Principles of Operation,
 //! GA22-7000, 1974, section "Floating-point arithmetic".
 
-use super::d58::ByteOrder;
+use super::function::ByteOrder;
 
 /// Representation of numbers in a binary dataset.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -38,6 +38,7 @@ mod d58;
 mod elements;
 mod fields;
 mod float_formats;
+mod function;
 mod header;
 mod nodes;
 mod note;
@@ -48,9 +49,9 @@ mod systems;
 mod tests;
 
 pub use analysis::{AnalysisData, DataAtNodes, Entry};
-pub use d58::{Abscissa, Axis, ByteOrder, Entity, Function, Ordinate, Precision, Storage};
 pub use elements::{Element, TraceLine};
 pub use float_formats::FloatFormat;
+pub use function::{Abscissa, Axis, ByteOrder, Entity, Function, Ordinate, Precision, Storage};
 pub use header::{Header, Stamp, Units};
 pub use nodes::Node;
 pub use note::{Level, Note};
@@ -85,7 +86,7 @@ pub enum Dataset {
     /// 2414: analysis data.
     AnalysisData(AnalysisData),
     /// 58: function at nodal DOF.
-    Function(Function),
+    Function(Box<Function>),
     /// Any other dataset, or one that could not be read.
     Unknown {
         /// Its number.
@@ -112,6 +113,12 @@ impl Dataset {
             Dataset::Function(_) => 58,
             Dataset::Unknown { number, .. } => *number,
         }
+    }
+}
+
+impl From<Function> for Dataset {
+    fn from(function: Function) -> Self {
+        Dataset::Function(Box::new(function))
     }
 }
 
@@ -182,7 +189,7 @@ fn read_block(block: &Block<'_>, notes: &mut Notes) -> Dataset {
 
 fn read_known(block: &Block<'_>, cursor: &mut Cursor<'_, '_>) -> Option<Result<Dataset, Fault>> {
     Some(match block.number {
-        15 => nodes::read_15(cursor).map(Dataset::Nodes15),
+        15 => Ok(Dataset::Nodes15(nodes::read_15(cursor))),
         2411 => nodes::read_2411(cursor).map(Dataset::Nodes2411),
         2412 => elements::read_2412(cursor).map(Dataset::Elements),
         82 => elements::read_82(cursor).map(Dataset::TraceLine),
@@ -192,7 +199,7 @@ fn read_known(block: &Block<'_>, cursor: &mut Cursor<'_, '_>) -> Option<Result<D
         164 => header::read_164(cursor).map(Dataset::Units),
         55 => analysis::read_55(cursor).map(Dataset::DataAtNodes),
         2414 => analysis::read_2414(cursor).map(Dataset::AnalysisData),
-        58 => d58::read(block, cursor).map(Dataset::Function),
+        58 => d58::read(block, cursor).map(Dataset::from),
         _ => return None,
     })
 }

@@ -22,7 +22,7 @@ pub struct Node {
 const LABELS: [usize; 4] = [10; 4];
 
 /// Dataset 15: everything in one record.
-pub(super) fn read_15(cursor: &mut Cursor<'_, '_>) -> Result<Vec<Node>, Fault> {
+pub(super) fn read_15(cursor: &mut Cursor<'_, '_>) -> Vec<Node> {
     const COLUMNS: [usize; 7] = [10, 10, 10, 10, 13, 13, 13];
     let mut nodes = Vec::new();
     while let Some(text) = cursor.filled_record() {
@@ -38,7 +38,7 @@ pub(super) fn read_15(cursor: &mut Cursor<'_, '_>) -> Result<Vec<Node>, Fault> {
             Err(fault) => cursor.note(Level::Warning, fault.seen, "the record was left out"),
         }
     }
-    Ok(nodes)
+    nodes
 }
 
 /// Dataset 2411: labels and coordinates in turn.

@@ -189,7 +189,7 @@ impl<'a> Scanner<'a> {
             (bytes.len(), bytes.len())
         };
         self.lines.offset = next;
-        self.lines.number += bytes[from..next].iter().filter(|b| **b == b'\n').count();
+        self.lines.number += bytes[from..next].split(|b| *b == b'\n').count() - 1;
         (&bytes[start..from], &bytes[from..to])
     }
 }

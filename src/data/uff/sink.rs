@@ -1,8 +1,8 @@
 //! Writes the records of datasets.
 
 use super::UffError;
-use super::d58::{ByteOrder, Precision};
 use super::fields::format_float;
+use super::function::{ByteOrder, Precision};
 use super::note::{Level, Note, Notes};
 use std::fmt::Write as _;
 

@@ -30,7 +30,7 @@ fn through_bytes(file: &UniversalFile) -> UniversalFile {
     read(&write(file).unwrap().0).unwrap().0
 }
 
-fn functions(file: &mut UniversalFile) -> impl Iterator<Item = &mut Function> {
+fn functions(file: &mut UniversalFile) -> impl Iterator<Item = &mut Box<Function>> {
     file.datasets.iter_mut().filter_map(|d| match d {
         Dataset::Function(f) => Some(f),
         _ => None,
