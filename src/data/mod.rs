@@ -4,9 +4,13 @@
 //! files of their own and produce or consume the same types.
 
 pub mod convert;
+pub mod csv;
 mod frf;
 mod geometry;
+pub mod lvm;
+pub mod mat;
 mod modal_set;
+pub mod npy;
 mod spectrum;
 mod test;
 pub mod uff;
