@@ -1,8 +1,10 @@
-//! Universal files exchanged with pyuff (ladisk/pyuff, MIT), an independent reader and writer in Python.
+//! Universal files exchanged with pyuff (ladisk/pyuff, MIT), an independent reader and writer in Python, and arrays
+//! with numpy.
 //!
 //! Needs `python3` (or what `RETUNE_PYTHON` names) with pyuff and numpy; without them the tests are skipped with a
 //! message, unless `RETUNE_PEERS=1` demands them.
 
+use retune::data::npy;
 use retune::data::uff::{
     Abscissa, AnalysisData, Axis, ByteOrder, CoordinateSystem, DataAtNodes, Dataset, Element, Entity, Entry,
     FloatFormat, Function, Header, Node, Ordinate, Part, PartSystem, Precision, Stamp, Storage, TraceLine, Units,
@@ -341,6 +343,9 @@ fn pyuff_reads_what_we_write() {
         std::fs::write(folder.join(name), bytes).unwrap();
     }
     std::fs::write(folder.join("written.json"), Value::Object(expected).to_string()).unwrap();
+    let values = (0..6).map(|i| Complex::new(f64::from(i) / 3.0, -f64::from(i))).collect();
+    let array = npy::Array { shape: vec![2, 3], values: npy::Values::Complex(values) };
+    std::fs::write(folder.join("array.npy"), npy::write(&array)).unwrap();
     run(&["check", folder.to_str().unwrap()]);
 }
 
@@ -364,6 +369,9 @@ fn we_read_what_pyuff_writes() {
     }
     let folder = folder("uff_made");
     run(&["make", folder.to_str().unwrap()]);
+    let array = npy::read(&std::fs::read(folder.join("array.npy")).unwrap()).unwrap();
+    let thirds = (0..6_u8).map(|i| f64::from(f32::from(i) / 3.0)).collect();
+    assert_eq!(array, npy::Array { shape: vec![2, 3], values: npy::Values::Real(thirds) });
     let made: Map<String, Value> =
         serde_json::from_str(&std::fs::read_to_string(folder.join("made.json")).unwrap()).unwrap();
     for (name, sets) in made {

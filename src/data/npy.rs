@@ -143,8 +143,8 @@ pub fn write(array: &Array) -> Vec<u8> {
     };
     let per_value = if descr == "<c16" { 2 } else { 1 };
     assert_eq!(array.shape.iter().product::<usize>() * per_value, floats.len(), "shape and values");
-    let shape: String = array.shape.iter().map(|d| format!("{d},")).collect();
-    let mut header = format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': ({shape}), }}");
+    let shape: Vec<String> = array.shape.iter().map(|d| format!("{d},")).collect();
+    let mut header = format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': ({}), }}", shape.concat());
     // Data begin at a multiple of 64 bytes, after the magic, version and length (10 bytes) and a line end.
     let padding = 63 - (header.len() + 10) % 64;
     header.extend(std::iter::repeat_n(' ', padding));
@@ -205,5 +205,27 @@ mod tests {
         for end in 0..20 {
             assert!(read(&file(huge, &[])[..end]).is_err());
         }
+    }
+
+    #[test]
+    fn mutated_files_do_no_harm() {
+        use rand::{Rng, RngExt, SeedableRng};
+        let seed: Vec<u8> =
+            write(&Array { shape: vec![2, 3], values: Values::Real(vec![1.0, 2.0, 3.0, 4.0, 5.0, 6.0]) });
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(7);
+        let mut read_at_all = 0;
+        for _ in 0..5_000 {
+            let mut bytes = seed.clone();
+            for _ in 0..rng.random_range(1..4) {
+                let at = rng.random_range(0..bytes.len());
+                match rng.random_range(0..3) {
+                    0 => bytes[at] = rng.next_u32() as u8,
+                    1 => bytes[at] = b"\t,;\n.0-9'()"[rng.random_range(0..11)],
+                    _ => bytes.truncate(at + 1),
+                }
+            }
+            read_at_all += u32::from(read(&bytes).is_ok());
+        }
+        assert!(read_at_all > 0);
     }
 }

@@ -69,6 +69,9 @@ def check(folder):
                 assert key in dataset, f"{name}, dataset {expected['type']}: pyuff finds no {key}"
                 assert same(value, dataset[key]), f"{name}, {expected['type']}.{key}: {value} != {dataset[key]}"
                 compared += 1
+    array = np.load(os.path.join(folder, "array.npy"))
+    assert array.dtype == np.dtype("<c16") and array.flags.c_contiguous
+    assert np.array_equal(array, (np.arange(6) / 3 - 1j * np.arange(6)).reshape(2, 3))
     print(f"pyuff {pyuff.__version__} reads {len(files)} files, {compared} fields equal")
 
 
@@ -122,6 +125,7 @@ def make(folder):
                           node_nums=[1, 2], r1=[0.5 + 1j, -0.25 - 2j], r2=[0.25j, 1 + 0j], r3=[1 + 1j, 2 - 1j]), True),
     ]
     sets += list(functions())
+    np.save(os.path.join(folder, "array.npy"), np.asfortranarray((np.arange(6) / 3).reshape(2, 3).astype(">f4")))
     files = {}
     for number, (dataset, double) in enumerate(sets):
         name = f"made_{number:02}_{dataset['type']}.uff"

@@ -110,7 +110,7 @@ mod tests {
         let units = UnitsFrom::System(UnitSystem::from_name("SI").unwrap());
         let import = frfs(&[&file], &FrfOptions { units, ..FrfOptions::default() }).unwrap();
         let set = import.frfs;
-        // 4097 lines, of which the last is empty.
+        // 4097 lines, of which the last is empty in measurements 12 and 17.
         assert_eq!((set.quantity, set.n_lines()), (FrfQuantity::Accelerance, 4096));
         assert_eq!((set.references.len(), set.responses.len()), (1, 18));
         assert_eq!((set.responses[17].name.as_str(), set.responses[17].direction), ("18", Some([0.0, 0.0, 1.0])));
