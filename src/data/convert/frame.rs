@@ -1,4 +1,12 @@
 //! Coordinate systems of datasets 18 and 2420.
+//!
+//! ```text
+//! 18      x from the origin to the second point, z in the plane of the third, y = z × x
+//! 2420    global = row 1 · x + row 2 · y + row 3 · z + row 4
+//! ```
+//!
+//! The text of dataset 2420 does not say whether rows or columns are the axes; rows are what SDynPy (Sandia National
+//! Laboratories) and this module take them for. Angles of cylindrical and spherical coordinates are in degrees.
 
 use crate::data::Point;
 use crate::data::uff::{CoordinateSystem, Dataset, PartSystem, UniversalFile};

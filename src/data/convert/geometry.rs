@@ -18,7 +18,7 @@ pub(super) struct PlacedNode {
 pub(super) fn placed_nodes(files: &[&UniversalFile], notes: &mut Vec<Note>) -> BTreeMap<i64, PlacedNode> {
     let frames = frames(files);
     let mut placed = BTreeMap::new();
-    let (mut repeated, mut lost_axes, mut lost_places) = (0, 0, 0);
+    let (mut repeated, mut lost_axes, mut lost_places, mut exported) = (0, 0, 0, 0);
     for dataset in files.iter().flat_map(|f| &f.datasets) {
         let (nodes, is_local) = match dataset {
             Dataset::Nodes15(nodes) => (nodes, true),
@@ -29,6 +29,8 @@ pub(super) fn placed_nodes(files: &[&UniversalFile], notes: &mut Vec<Note>) -> B
             // Dataset 15 gives coordinates in the definition system, dataset 2411 in that of the part.
             let frame = if is_local { frames.get(&node.definition_cs) } else { Some(&Frame::GLOBAL) };
             lost_places += usize::from(frame.is_none());
+            let is_moved = |f: &Frame| *f != Frame::GLOBAL;
+            exported += usize::from(!is_local && frames.get(&node.definition_cs).is_some_and(is_moved));
             let position = frame.unwrap_or(&Frame::GLOBAL).position(node.position);
             let axes = frames.get(&node.displacement_cs).map(|f| f.axes_at(position));
             lost_axes += usize::from(axes.is_none());
@@ -38,6 +40,11 @@ pub(super) fn placed_nodes(files: &[&UniversalFile], notes: &mut Vec<Note>) -> B
     for (count, seen, assumed) in [
         (repeated, "nodes whose label was there before", "the last one counts"),
         (lost_places, "nodes in a definition system that is not in the file", "their coordinates count as global"),
+        (
+            exported,
+            "nodes of dataset 2411 with an export system of their own",
+            "their coordinates are those of the part",
+        ),
         (lost_axes, "nodes with a displacement system that is not in the file", "their axes are not known"),
     ] {
         if count > 0 {

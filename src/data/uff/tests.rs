@@ -570,7 +570,9 @@ fn mutated_files_are_read_without_panic_and_come_back() {
             // Whatever was understood can be written, and what was written is understood in the same way.
             if let Ok((text, _)) = write(&file) {
                 let (again, _) = read(&text).unwrap_or_else(|e| panic!("run {run}: {e}"));
-                let (text_again, _) = write(&again).unwrap();
+                // A line end inside a line of an unread dataset became a blank; the dataset may be readable now and
+                // hold a label that is too wide.
+                let Ok((text_again, _)) = write(&again) else { continue };
                 let (third, _) = read(&text_again).unwrap();
                 assert_eq!(format!("{again:?}"), format!("{third:?}"), "run {run}");
             }
