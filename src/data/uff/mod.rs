@@ -3,7 +3,7 @@
 //! A universal file is a list of datasets, each between two lines that read `    -1`, the first followed by the number
 //! of the dataset. [`read`] understands what programs really write, keeps every dataset, and says in [`Note`]s what was
 //! odd and what it assumed; a dataset that cannot be read becomes [`Dataset::Unknown`] with a note of level
-//! [`Level::Error`] and does not lose the others. [`write`] writes every dataset. What a file means in SI (frequency
+//! [`Level::Error`] and does not lose the others. [`write()`] writes every dataset. What a file means in SI (frequency
 //! responses, geometry, modes) is the affair of [`super::convert`].
 //!
 //! | dataset | content | fields kept |

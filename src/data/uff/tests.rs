@@ -567,15 +567,13 @@ fn mutated_files_are_read_without_panic_and_come_back() {
         let start = std::time::Instant::now();
         if let Ok((file, _)) = read(&bytes) {
             read_at_all += 1;
-            // Whatever was understood can be written, and what was written is understood in the same way.
-            if let Ok((text, _)) = write(&file) {
-                let (again, _) = read(&text).unwrap_or_else(|e| panic!("run {run}: {e}"));
-                // A line end inside a line of an unread dataset became a blank; the dataset may be readable now and
-                // hold a label that is too wide.
-                let Ok((text_again, _)) = write(&again) else { continue };
-                let (third, _) = read(&text_again).unwrap();
-                assert_eq!(format!("{again:?}"), format!("{third:?}"), "run {run}");
-            }
+            // Whatever was understood can be written, and what was written is understood in the same way: rounding and
+            // the blanks for line ends inside unread lines happen in the first two rounds, the third changes nothing.
+            let round = |bytes: &[u8]| write(&read(bytes).unwrap_or_else(|e| panic!("run {run}: {e}")).0);
+            // A label that is too wide for its columns is refused.
+            let Ok((first, _)) = write(&file) else { continue };
+            let Ok(second) = round(&first).and_then(|(bytes, _)| round(&bytes)) else { continue };
+            assert_eq!(round(&second.0).unwrap().0, second.0, "run {run}");
         }
         longest = longest.max(start.elapsed());
     }
