@@ -3,13 +3,38 @@
 //! A [`TestData`] is what a test file holds after reading, in SI. Readers and writers of foreign formats stand in
 //! files of their own and produce or consume the same types.
 
+pub mod convert;
+pub mod csv;
 mod frf;
+mod geometry;
+pub mod lvm;
+pub mod mat;
+mod modal_set;
+pub mod npy;
+mod spectrum;
 mod test;
+pub mod uff;
 mod yaml;
 
 pub use frf::{Channel, FrfQuantity, FrfSet};
+pub use geometry::{Geometry, Line, Point};
+pub use modal_set::{ModalSet, ModeRecord, RelativeSd, ShapeChannel};
+pub use spectrum::{Spectrum, SpectrumKind, SpectrumUnit};
 pub use test::{MassProperty, MassQuantity, Measured, Origin, Place, Sensor, TestData, TestMode};
 pub use yaml::{
     DEFAULT_DAMPING_SD, DEFAULT_FREQUENCY_SD, DEFAULT_MASS_SD, DEFAULT_SHAPE_SD, TestSpec, family_of_label, read_test,
     schema, write_test,
 };
+
+/// A folder of the real data that some tests use, if it is on this machine: in `RETUNE_DATA`, or beside the project.
+#[cfg(test)]
+pub(crate) fn shared_data(folder: &str) -> Option<std::path::PathBuf> {
+    let beside = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data");
+    let root = std::env::var_os("RETUNE_DATA").map_or(beside, std::path::PathBuf::from);
+    let path = root.join(folder);
+    if path.exists() {
+        return Some(path);
+    }
+    eprintln!("skipped: {} is not there; set RETUNE_DATA to the folder of the real data", path.display());
+    None
+}

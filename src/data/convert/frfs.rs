@@ -1,0 +1,347 @@
+//! Functions of universal files to frequency response functions.
+
+use super::ConvertError;
+use super::geometry::{found, placed_nodes};
+use super::grid::{GridOf, check, common};
+use super::spectra::spectrum;
+use super::units::{Question, UnitSystem, UnitsFrom, agreed, force_unit, note, ratio_unit, response_unit, units_at};
+use crate::data::uff::{Dataset, Entity, Function, Level, Note, Ordinate, UniversalFile};
+use crate::data::{Channel, FrfQuantity, FrfSet, Point, Spectrum};
+use crate::linalg::Complex;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// What to do with several functions of one reference and response.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Duplicates {
+    /// Ask.
+    #[default]
+    Ask,
+    /// Keep the first.
+    First,
+    /// Keep the last.
+    Last,
+}
+
+/// Answers to what files may leave open.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct FrfOptions {
+    /// Where units come from.
+    pub units: UnitsFrom,
+    /// The quantity of functions that do not say theirs, and the one to read when there are several.
+    pub quantity: Option<FrfQuantity>,
+    /// What to do with repeated functions.
+    pub duplicates: Duplicates,
+}
+
+/// What universal files hold in functions.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FrfImport {
+    /// Frequency response functions, with their coherences.
+    pub frfs: FrfSet,
+    /// Auto, cross and other spectra.
+    pub spectra: Vec<Spectrum>,
+    /// What was assumed.
+    pub notes: Vec<Note>,
+}
+
+pub(super) const FRF: i64 = 4;
+pub(super) const COHERENCE: i64 = 6;
+pub(super) const FREQUENCY: i64 = 18;
+pub(super) const REACTION_FORCE: i64 = 9;
+pub(super) const EXCITATION_FORCE: i64 = 13;
+
+/// One end: name of the point and direction code; sorted by label.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct End {
+    node: i64,
+    name: String,
+    direction: i64,
+}
+
+impl End {
+    pub(super) fn of(entity: &Entity) -> Self {
+        let is_named = !matches!(entity.name.as_str(), "" | "NONE");
+        let name = if entity.node == 0 && is_named { entity.name.clone() } else { entity.node.to_string() };
+        Self { node: entity.node, name, direction: entity.direction }
+    }
+}
+
+fn title(f: &Function) -> String {
+    format!("{}:{} / {}:{}", f.response.node, f.response.direction, f.reference.node, f.reference.direction)
+}
+
+pub(super) fn quantity_of(data_type: i64) -> Option<FrfQuantity> {
+    match data_type {
+        8 => Some(FrfQuantity::Receptance),
+        11 => Some(FrfQuantity::Mobility),
+        12 => Some(FrfQuantity::Accelerance),
+        _ => None,
+    }
+}
+
+/// A function with what it means.
+struct Measured<'a> {
+    function: &'a Function,
+    response: End,
+    reference: End,
+    /// SI value of one.
+    scale: f64,
+}
+
+/// Reads the frequency response functions, coherences and spectra of universal files.
+///
+/// * `files` - files that share labels of nodes; each with its own units
+///
+/// ```text
+/// H_SI = H_file (unit of the response) / (unit of the force)
+/// ```
+///
+/// Functions are grouped by point and direction of reference and response, sorted by label; the frequency lines are
+/// those that all have. Directions are turned into global axes by the nodes' displacement systems where the files
+/// define the nodes, and count as global otherwise. A pair that was not measured is NaN.
+///
+/// # Errors
+/// [`ConvertError::Questions`] lists everything the user must state; others as they say.
+pub fn frfs(files: &[&UniversalFile], options: &FrfOptions) -> Result<FrfImport, ConvertError> {
+    let mut notes = Vec::new();
+    let functions: Vec<(&UniversalFile, usize, &Function)> = files
+        .iter()
+        .flat_map(|file| {
+            file.datasets.iter().enumerate().filter_map(|(i, d)| match d {
+                Dataset::Function(f) => Some((*file, i, f.as_ref())),
+                _ => None,
+            })
+        })
+        .collect();
+    let mut questions: Vec<Question> = Vec::new();
+    let mut ask = |question: Question| {
+        if !questions.contains(&question) {
+            questions.push(question);
+        }
+    };
+    let of_type = |t: i64| functions.iter().filter(move |(.., f)| f.function_type == t);
+
+    let stated: Vec<(&UniversalFile, usize, &Function, Option<FrfQuantity>)> =
+        of_type(FRF).map(|(file, i, f)| (*file, *i, *f, stated_quantity(f))).collect();
+    let kinds: BTreeSet<i32> = stated.iter().filter_map(|(.., q)| q.map(FrfQuantity::order)).collect();
+    if options.quantity.is_none() && (kinds.len() > 1 || stated.iter().any(|(.., q)| q.is_none())) {
+        let text = if kinds.len() > 1 {
+            "the functions are of several quantities"
+        } else {
+            "functions do not say their quantity"
+        };
+        ask(Question {
+            option: "quantity",
+            text: text.to_owned(),
+            answers: ["receptance", "mobility", "accelerance"].map(String::from).to_vec(),
+        });
+    }
+    let quantity =
+        options.quantity.or_else(|| stated.iter().find_map(|(.., q)| *q)).unwrap_or(FrfQuantity::Accelerance);
+
+    let (mut left_out, mut rotations) = (0, 0);
+    let mut measured: BTreeMap<(End, End), Measured<'_>> = BTreeMap::new();
+    for (file, i, f, own) in stated {
+        if own.is_some_and(|q| q != quantity) {
+            left_out += 1;
+            continue;
+        }
+        if f.response.direction.abs() > 3 || f.reference.direction.abs() > 3 {
+            rotations += 1;
+            continue;
+        }
+        let system = units_at(file, i).and_then(UnitSystem::from_dataset);
+        let scale = match scale_of(f, quantity, system.as_ref(), &options.units) {
+            Ok(scale) => scale,
+            Err(question) => {
+                ask(question);
+                f64::NAN
+            }
+        };
+        let (response, reference) = (End::of(&f.response), End::of(&f.reference));
+        let key = (reference.clone(), response.clone());
+        if measured.contains_key(&key) {
+            match options.duplicates {
+                Duplicates::Ask => ask(Question {
+                    option: "duplicates",
+                    text: format!("`{}` is there more than once", title(f)),
+                    answers: vec!["first".to_owned(), "last".to_owned()],
+                }),
+                Duplicates::First => continue,
+                Duplicates::Last => {}
+            }
+        }
+        measured.insert(key, Measured { function: f, response, reference, scale });
+    }
+    for (count, seen) in [(left_out, "functions of another quantity"), (rotations, "functions of rotations or moments")]
+    {
+        if count > 0 {
+            notes.push(note(Level::Warning, 58, format!("{count} {seen}"), "they were left out"));
+        }
+    }
+    if measured.is_empty() {
+        return Err(ConvertError::Nothing {
+            what: "frequency response functions (dataset 58, type 4)",
+            found: found(files),
+        });
+    }
+    if !questions.is_empty() {
+        return Err(ConvertError::Questions(questions));
+    }
+
+    let axes = placed_nodes(files, &mut notes);
+    if axes.is_empty() {
+        notes.push(note(Level::Info, 58, "no nodes in the files", "directions count as along global axes"));
+    }
+    let channel = |end: &End| {
+        let local = if end.node == 0 {
+            Some(Point::GLOBAL)
+        } else {
+            axes.get(&end.node).map_or(Some(Point::GLOBAL), |n| n.axes)
+        };
+        let axis = usize::try_from(end.direction.abs() - 1).ok().filter(|i| *i < 3);
+        let sign = if end.direction < 0 { -1.0 } else { 1.0 };
+        Channel { name: end.name.clone(), direction: local.zip(axis).map(|(a, i)| a[i].map(|x| sign * x)) }
+    };
+
+    let mut set = assemble(&measured, quantity, &channel, &mut notes)?;
+    let coherences: Vec<&Function> = of_type(COHERENCE).map(|(.., f)| *f).collect();
+    add_coherences(&mut set, &coherences, &mut notes)?;
+    let spectra = functions.iter().filter_map(|(file, i, f)| spectrum(file, *i, f, options, &channel)).collect();
+    Ok(FrfImport { frfs: set.frfs, spectra, notes })
+}
+
+/// The quantity that a function states by its data type or by the labels of its axes.
+fn stated_quantity(f: &Function) -> Option<FrfQuantity> {
+    let by_label =
+        || ratio_unit(&f.axes[1].units).map(|(q, ..)| q).or_else(|| response_unit(&f.axes[1].units).map(|(q, _)| q));
+    quantity_of(f.axes[1].data_type).or_else(by_label)
+}
+
+/// SI value of one unit of a function.
+fn scale_of(
+    f: &Function,
+    quantity: FrfQuantity,
+    system: Option<&UnitSystem>,
+    from: &UnitsFrom,
+) -> Result<f64, Question> {
+    if let UnitsFrom::System(system) = from {
+        return Ok(system.response(quantity) / system.force);
+    }
+    let ratio = ratio_unit(&f.axes[1].units).filter(|(q, ..)| *q == quantity);
+    let alone = response_unit(&f.axes[1].units).filter(|(q, _)| *q == quantity).map(|(_, unit)| unit);
+    let response_label = ratio.map(|(_, unit, _)| unit).or(alone);
+    let force_label = ratio.map(|(.., unit)| unit).or_else(|| force_unit(&f.axes[2].units));
+    let (response_stated, force_stated) = match from {
+        UnitsFrom::Labels => (None, None),
+        _ => (system.map(|s| s.response(quantity)), system.map(|s| s.force)),
+    };
+    // With an unknown denominator, dataset 164 cannot tell that it is a force.
+    let is_force = matches!(f.axes[2].data_type, REACTION_FORCE | EXCITATION_FORCE) || force_label.is_some();
+    let response = agreed(response_stated, response_label, "the responses")?;
+    let force = agreed(if is_force { force_stated } else { None }, force_label, "the excitation")?;
+    Ok(response / force)
+}
+
+/// A set being filled, with the place of each pair.
+struct Filled {
+    frfs: FrfSet,
+    references: Vec<End>,
+    responses: Vec<End>,
+}
+
+fn assemble(
+    measured: &BTreeMap<(End, End), Measured<'_>>,
+    quantity: FrfQuantity,
+    channel: &dyn Fn(&End) -> Channel,
+    notes: &mut Vec<Note>,
+) -> Result<Filled, ConvertError> {
+    let grids: Vec<GridOf> =
+        measured.values().map(|m| GridOf { name: title(m.function), points: m.function.points() }).collect();
+    grids.iter().try_for_each(check)?;
+    if measured.values().any(|m| m.function.axes[0].data_type != FREQUENCY) {
+        notes.push(note(Level::Info, 58, "functions whose abscissa is not said to be frequency", "it counts as Hz"));
+    }
+    let (frequencies_hz, indices) = common(&grids)?;
+    let most = grids.iter().map(|g| g.points.len()).max().unwrap_or(0);
+    if frequencies_hz.len() < most {
+        let seen = format!("functions with up to {most} lines, of which {} are common", frequencies_hz.len());
+        notes.push(note(Level::Warning, 58, seen, "only the common lines were read"));
+    }
+    let distinct = |ends: BTreeSet<&End>| ends.into_iter().cloned().collect::<Vec<End>>();
+    let references = distinct(measured.values().map(|m| &m.reference).collect());
+    let responses = distinct(measured.values().map(|m| &m.response).collect());
+    // Memory for pairs that were not measured stays within a small multiple of that for those that were.
+    if references.len() * responses.len() > 64 * measured.len() {
+        let (references, responses) = (references.len(), responses.len());
+        return Err(ConvertError::TooSparse { measured: measured.len(), references, responses });
+    }
+    let cells = references.len() * responses.len() * frequencies_hz.len();
+    let mut frfs = FrfSet {
+        quantity,
+        frequencies_hz,
+        references: references.iter().map(channel).collect(),
+        responses: responses.iter().map(channel).collect(),
+        h: vec![Complex::new(f64::NAN, f64::NAN); cells],
+        coherence: None,
+        n_averages: None,
+    };
+    for (m, lines) in measured.values().zip(&indices) {
+        let (Ok(a), Ok(b)) = (references.binary_search(&m.reference), responses.binary_search(&m.response)) else {
+            continue;
+        };
+        let values = m.function.ordinate.to_complex();
+        for (line, at) in lines.iter().enumerate() {
+            let cell = frfs.index(line, a, b);
+            frfs.h[cell] = values[*at] * m.scale;
+        }
+    }
+    if measured.values().any(|m| matches!(m.function.ordinate, Ordinate::Real(_))) {
+        notes.push(note(
+            Level::Warning,
+            58,
+            "frequency response functions with real values",
+            "their phase counts as 0",
+        ));
+    }
+    Ok(Filled { frfs, references, responses })
+}
+
+fn add_coherences(set: &mut Filled, functions: &[&Function], notes: &mut Vec<Note>) -> Result<(), ConvertError> {
+    let mut lost = 0;
+    for f in functions {
+        let (response, reference) = (End::of(&f.response), End::of(&f.reference));
+        let b = set.responses.binary_search(&response).ok();
+        let a = match set.references.binary_search(&reference) {
+            Ok(a) => Some(a),
+            // Many analysers leave the reference of a coherence blank.
+            Err(_) if set.references.len() == 1 && f.reference.node == 0 => Some(0),
+            Err(_) => None,
+        };
+        let (Some(a), Some(b)) = (a, b) else {
+            lost += 1;
+            continue;
+        };
+        let own = GridOf { name: format!("coherence {}", title(f)), points: f.points() };
+        check(&own)?;
+        let ours = GridOf { name: "the functions".to_owned(), points: set.frfs.frequencies_hz.clone() };
+        let Ok((lines, indices)) = common(&[ours, own]) else {
+            lost += 1;
+            continue;
+        };
+        let values = f.ordinate.to_complex();
+        let n = set.frfs.h.len();
+        for i in 0..lines.len() {
+            let cell = set.frfs.index(indices[0][i], a, b);
+            set.frfs.coherence.get_or_insert_with(|| vec![f64::NAN; n])[cell] = values[indices[1][i]].re;
+        }
+    }
+    if lost > 0 {
+        let seen = format!("{lost} coherences without their function");
+        notes.push(note(Level::Warning, 58, seen, "they were left out"));
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,327 @@
+//! Datasets 55 and 2414 to modes, and back.
+
+use super::ConvertError;
+use super::geometry::{found, labels, placed_nodes, si};
+use super::units::{UnitsFrom, note, plain_system, units_at};
+use crate::data::uff::{AnalysisData, DataAtNodes, Dataset, Entry, Level, Note, UniversalFile};
+use crate::data::{ModalSet, ModeRecord, Point, ShapeChannel};
+use crate::element::Dof;
+use crate::linalg::{Complex, DVector};
+use std::collections::{BTreeMap, BTreeSet};
+use std::f64::consts::TAU;
+
+const NORMAL_MODE: i64 = 2;
+const COMPLEX_FIRST_ORDER: i64 = 3;
+const COMPLEX_SECOND_ORDER: i64 = 7;
+const DISPLACEMENT: i64 = 8;
+
+/// A mode as it stands in a file.
+struct Raw {
+    label: Option<String>,
+    frequency_hz: f64,
+    damping_ratio: Option<f64>,
+    modal_mass: Option<f64>,
+    modal_a: Option<Complex<f64>>,
+    modal_b: Option<Complex<f64>>,
+    values: BTreeMap<(i64, Dof), Complex<f64>>,
+}
+
+/// Reads the modes of universal files: normal and complex modes of datasets 55 and 2414 at nodes.
+///
+/// ```text
+/// complex modes   λ = σ + iω,  f = |λ| / 2π,  ζ = -σ / |λ|
+/// scale           φ in m and rad, so that modal mass, A and B carry m²: SI = file · (unit of force · unit of length)
+/// ```
+///
+/// * `files` - files that share labels of nodes
+/// * `units` - where units come from; needed only where displacements stand beside rotations or modal masses are given
+///
+/// Channels whose value is exactly 0 in every mode count as not measured, because a file must fill unused directions
+/// with zeros; a note says how many. A hysteretic damping ratio without viscous one counts half. Modes come sorted by
+/// frequency.
+///
+/// # Errors
+/// [`ConvertError::Nothing`] without modes, [`ConvertError::Questions`] for a missing unit.
+pub fn modes(files: &[&UniversalFile], units: &UnitsFrom) -> Result<(ModalSet, Vec<Note>), ConvertError> {
+    let mut notes = Vec::new();
+    let mut raw = Vec::new();
+    let mut stated = None;
+    for file in files {
+        for (i, dataset) in file.datasets.iter().enumerate() {
+            let mode = match dataset {
+                Dataset::DataAtNodes(d) => of_55(d, &mut notes),
+                Dataset::AnalysisData(d) => of_2414(d, &mut notes),
+                _ => None,
+            };
+            if let Some(mode) = mode {
+                stated = stated.or_else(|| units_at(file, i));
+                raw.push(mode);
+            }
+        }
+    }
+    if raw.is_empty() {
+        return Err(ConvertError::Nothing { what: "modes (datasets 55, 2414)", found: found(files) });
+    }
+    let all: BTreeSet<(i64, Dof)> = raw.iter().flat_map(|m| m.values.keys().copied()).collect();
+    let is_zero = |key: &&(i64, Dof)| raw.iter().all(|m| m.values.get(*key).is_none_or(|v| v.norm() == 0.0));
+    let unused = all.iter().filter(is_zero).count();
+    let used: Vec<(i64, Dof)> = all.iter().filter(|k| !is_zero(k)).copied().collect();
+    if unused > 0 {
+        let seen = format!("{unused} of {} channels that are exactly 0 in every mode", all.len());
+        notes.push(note(Level::Info, 55, seen, "they count as not measured"));
+    }
+    let is_mixed = used.iter().any(|(_, d)| d.is_rotation()) && used.iter().any(|(_, d)| !d.is_rotation());
+    let has_mass = raw.iter().any(|m| m.modal_mass.is_some() || m.modal_a.is_some() || m.modal_b.is_some());
+    let (length, force) = if is_mixed || has_mass {
+        let what = if is_mixed { "displacements beside rotations" } else { "modal masses" };
+        let system = plain_system(stated, units, what).map_err(|q| ConvertError::Questions(vec![q]))?;
+        (system.length, system.force)
+    } else {
+        // The scale of a shape is free: no unit is needed.
+        (1.0, 1.0)
+    };
+    let nodes = placed_nodes(files, &mut notes);
+    if nodes.is_empty() {
+        notes.push(note(Level::Info, 55, "no nodes in the files", "directions count as along global axes"));
+    }
+    let channels = used
+        .iter()
+        .map(|(node, dof)| {
+            let axes = nodes.get(node).and_then(|n| n.axes).unwrap_or(Point::GLOBAL);
+            ShapeChannel { point: node.to_string(), dof: *dof, direction: axes[dof.axis()] }
+        })
+        .collect();
+    let scale = |dof: Dof| if dof.is_rotation() { 1.0 } else { length };
+    let missing = Complex::new(f64::NAN, f64::NAN);
+    let value = |m: &Raw, key: &(i64, Dof)| m.values.get(key).map_or(missing, |v| v * scale(key.1));
+    let mut modes: Vec<ModeRecord> = raw
+        .iter()
+        .map(|m| ModeRecord {
+            label: m.label.clone(),
+            frequency_hz: m.frequency_hz,
+            damping_ratio: m.damping_ratio,
+            shape: DVector::from_iterator(used.len(), used.iter().map(|key| value(m, key))),
+            modal_mass: m.modal_mass.map(|v| v * force * length),
+            modal_a: m.modal_a.map(|v| v * force * length),
+            modal_b: m.modal_b.map(|v| v * force * length),
+        })
+        .collect();
+    modes.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
+    Ok((ModalSet { channels, modes }, notes))
+}
+
+fn of_55(d: &DataAtNodes, notes: &mut Vec<Note>) -> Option<Raw> {
+    let r = |i: usize| d.reals.get(i).copied().unwrap_or(0.0);
+    let reals = match d.analysis_type {
+        NORMAL_MODE => Parameters::Normal { frequency_hz: r(0), mass: r(1), viscous: r(2), hysteretic: r(3) },
+        COMPLEX_FIRST_ORDER | COMPLEX_SECOND_ORDER => Parameters::Complex([r(0), r(1), r(2), r(3), r(4), r(5)]),
+        _ => return None,
+    };
+    let is_complex = matches!(d.data_type, 5 | 6);
+    raw_mode(55, &d.ids[0], reals, (d.characteristic, d.specific_type, is_complex), &d.entries, notes)
+}
+
+fn of_2414(d: &AnalysisData, notes: &mut Vec<Note>) -> Option<Raw> {
+    let r = &d.reals;
+    let reals = match d.analysis_type {
+        NORMAL_MODE => Parameters::Normal { frequency_hz: r[1], mass: r[3], viscous: r[4], hysteretic: r[5] },
+        COMPLEX_FIRST_ORDER | COMPLEX_SECOND_ORDER => Parameters::Complex([r[6], r[7], r[8], r[9], r[10], r[11]]),
+        _ => return None,
+    };
+    if d.location != 1 {
+        notes.push(note(Level::Warning, 2414, "modes that are not given at nodes", "they were left out"));
+        return None;
+    }
+    let is_complex = matches!(d.data_type, 5 | 6);
+    raw_mode(2414, &d.ids[0], reals, (d.characteristic, d.result_type, is_complex), &d.entries, notes)
+}
+
+#[derive(Clone, Copy)]
+enum Parameters {
+    Normal { frequency_hz: f64, mass: f64, viscous: f64, hysteretic: f64 },
+    Complex([f64; 6]),
+}
+
+fn raw_mode(
+    number: i64,
+    id: &str,
+    parameters: Parameters,
+    (characteristic, data_type, is_complex): (i64, i64, bool),
+    entries: &[Entry],
+    notes: &mut Vec<Note>,
+) -> Option<Raw> {
+    let dofs: &[Dof] = match characteristic {
+        2 => &Dof::ALL[..3],
+        3 => &Dof::ALL,
+        other => {
+            let seen = format!("a mode with data characteristic {other}");
+            notes.push(note(Level::Warning, number, seen, "only 2 and 3 are displacements; it was left out"));
+            return None;
+        }
+    };
+    if !matches!(data_type, DISPLACEMENT | 0 | 11 | 12) {
+        let seen = format!("a mode of specific data type {data_type}");
+        notes.push(note(Level::Warning, number, seen, "only motions are shapes; it was left out"));
+        return None;
+    }
+    let mut values = BTreeMap::new();
+    for entry in entries {
+        let complex: Vec<Complex<f64>> = if is_complex {
+            entry.values.chunks_exact(2).map(|v| Complex::new(v[0], v[1])).collect()
+        } else {
+            entry.values.iter().map(|v| Complex::new(*v, 0.0)).collect()
+        };
+        values.extend(dofs.iter().zip(complex).map(|(dof, v)| ((entry.head[0], *dof), v)));
+    }
+    let label = (!matches!(id, "" | "NONE")).then(|| id.to_owned());
+    let given = |v: f64| (v != 0.0).then_some(v);
+    Some(match parameters {
+        Parameters::Normal { frequency_hz, mass, viscous, hysteretic } => {
+            if viscous == 0.0 && hysteretic != 0.0 {
+                notes.push(note(Level::Info, number, "a hysteretic damping ratio", "half of it is the viscous one"));
+            }
+            let damping_ratio = given(viscous).or(given(hysteretic).map(|eta| 0.5 * eta));
+            let (modal_a, modal_b) = (None, None);
+            Raw { label, frequency_hz, damping_ratio, modal_mass: given(mass), modal_a, modal_b, values }
+        }
+        Parameters::Complex([re, im, a_re, a_im, b_re, b_im]) => {
+            let omega = re.hypot(im);
+            let given = |v: Complex<f64>| (v.norm() != 0.0).then_some(v);
+            Raw {
+                label,
+                frequency_hz: omega / TAU,
+                damping_ratio: (omega > 0.0).then_some(-re / omega),
+                modal_mass: None,
+                modal_a: given(Complex::new(a_re, a_im)),
+                modal_b: given(Complex::new(b_re, b_im)),
+                values,
+            }
+        }
+    })
+}
+
+/// Writes modes as datasets 164 and 55, in SI: normal modes where frequency and damping suffice, complex modes where
+/// the shape is complex or modal A is given.
+///
+/// Entries that were not measured are written as 0, for the format knows no other way; so are unused directions. Shapes
+/// have six digits, a limit of the format.
+pub fn modes_file(set: &ModalSet) -> UniversalFile {
+    let labels = labels(set.channels.iter().map(|c| c.point.as_str()));
+    let has_rotations = set.channels.iter().any(|c| c.dof.is_rotation());
+    let width = if has_rotations { 6 } else { 3 };
+    let mut datasets = vec![si()];
+    for (mode, number) in set.modes.iter().zip(1..) {
+        let is_complex = mode.modal_a.is_some() || mode.shape.iter().any(|v| v.im != 0.0 && !v.im.is_nan());
+        let per_value = if is_complex { 2 } else { 1 };
+        let mut nodes: BTreeMap<i64, Vec<f64>> = BTreeMap::new();
+        for (channel, value) in set.channels.iter().zip(mode.shape.iter()) {
+            let values = nodes.entry(labels[channel.point.as_str()]).or_insert_with(|| vec![0.0; width * per_value]);
+            if value.re.is_nan() {
+                continue;
+            }
+            values[channel.dof as usize * per_value] = value.re;
+            if is_complex {
+                values[channel.dof as usize * per_value + 1] = value.im;
+            }
+        }
+        let zeta = mode.damping_ratio.unwrap_or(0.0);
+        let omega = TAU * mode.frequency_hz;
+        let reals = if is_complex {
+            let zero = Complex::new(0.0, 0.0);
+            let (a, b) = (mode.modal_a.unwrap_or(zero), mode.modal_b.unwrap_or(zero));
+            vec![-zeta * omega, omega * (1.0 - zeta * zeta).max(0.0).sqrt(), a.re, a.im, b.re, b.im]
+        } else {
+            vec![mode.frequency_hz, mode.modal_mass.unwrap_or(0.0), zeta, 0.0]
+        };
+        let id = mode.label.clone().unwrap_or_else(|| "NONE".to_owned());
+        datasets.push(Dataset::DataAtNodes(DataAtNodes {
+            ids: std::array::from_fn(|i| if i == 0 { id.clone() } else { "NONE".to_owned() }),
+            model_type: 1,
+            analysis_type: if is_complex { COMPLEX_FIRST_ORDER } else { NORMAL_MODE },
+            characteristic: if has_rotations { 3 } else { 2 },
+            specific_type: DISPLACEMENT,
+            data_type: if is_complex { 5 } else { 2 },
+            values_per_node: width as i64,
+            integers: vec![0, number],
+            reals,
+            entries: nodes.into_iter().map(|(node, values)| Entry { head: vec![node], values }).collect(),
+        }));
+    }
+    UniversalFile { datasets }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn channel(point: &str, dof: Dof) -> ShapeChannel {
+        ShapeChannel { point: point.to_owned(), dof, direction: Point::GLOBAL[dof.axis()] }
+    }
+
+    #[test]
+    fn modes_come_back_from_a_universal_file() {
+        let mode = |f: f64, shape: Vec<Complex<f64>>, a: Option<Complex<f64>>| ModeRecord {
+            label: Some("bending".to_owned()),
+            frequency_hz: f,
+            damping_ratio: Some(0.02),
+            shape: DVector::from_vec(shape),
+            modal_mass: if a.is_some() { None } else { Some(0.25) },
+            modal_a: a,
+            modal_b: None,
+        };
+        let real = [1.0, -0.5, 0.125].map(|x| Complex::new(x, 0.0)).to_vec();
+        let complex = vec![Complex::new(1.0, 0.25), Complex::new(-0.5, 0.5), Complex::new(0.0, -1.0)];
+        let set = ModalSet {
+            channels: vec![channel("1", Dof::Uz), channel("2", Dof::Uz), channel("2", Dof::Rx)],
+            modes: vec![mode(5.5, real, None), mode(8.25, complex, Some(Complex::new(0.0, 2.0)))],
+        };
+        let bytes = crate::data::uff::write(&modes_file(&set)).unwrap().0;
+        let file = crate::data::uff::read(&bytes).unwrap().0;
+        let (back, notes) = modes(&[&file], &UnitsFrom::File).unwrap();
+        assert_eq!(notes.len(), 2, "{notes:?}"); // unused directions; no nodes
+        assert_eq!(back.channels, set.channels);
+        assert_eq!(back.modes[0], set.modes[0]);
+        // Eigenvalues are written with at least seven digits.
+        assert!((back.modes[1].frequency_hz / 8.25 - 1.0).abs() < 1.0e-7);
+        assert!((back.modes[1].damping_ratio.unwrap() / 0.02 - 1.0).abs() < 1.0e-6);
+        assert_eq!((&back.modes[1].shape, back.modes[1].modal_a), (&set.modes[1].shape, set.modes[1].modal_a));
+    }
+
+    #[test]
+    fn units_matter_for_rotations_beside_displacements_and_for_modal_mass() {
+        // A point mass of 2 kg on a lever: 500 mm displacement and 1 rad; φᵀMφ = 2 (0.5)² = 0.5 kg m².
+        let set = ModalSet {
+            channels: vec![channel("1", Dof::Ux), channel("1", Dof::Rz)],
+            modes: vec![ModeRecord {
+                label: None,
+                frequency_hz: 3.0,
+                damping_ratio: None,
+                shape: DVector::from_vec(vec![Complex::new(500.0, 0.0), Complex::new(1.0, 0.0)]),
+                // In mm and N the unit of mass is a tonne: 0.002 t (500 mm)² = 500 t mm².
+                modal_mass: Some(500.0),
+                modal_a: None,
+                modal_b: None,
+            }],
+        };
+        let mut file = modes_file(&set);
+        file.datasets.remove(0);
+        let error = modes(&[&file], &UnitsFrom::File).unwrap_err();
+        assert!(matches!(error, ConvertError::Questions(_)));
+        let mm = crate::data::convert::UnitSystem::from_name("mm-N-s").unwrap();
+        let (si, _) = modes(&[&file], &UnitsFrom::System(mm)).unwrap();
+        assert_eq!((si.modes[0].shape[0].re, si.modes[0].shape[1].re), (0.5, 1.0));
+        assert!((si.modes[0].modal_mass.unwrap() - 0.5).abs() < 1.0e-15);
+    }
+
+    #[test]
+    fn the_sample_modes_are_read() {
+        let Some(folder) = crate::data::shared_data("uff_samples") else { return };
+        let open = |name: &str| crate::data::uff::read(&std::fs::read(folder.join(name)).unwrap()).unwrap().0;
+        let (set, _) = modes(&[&open("uff55_translation.uff")], &UnitsFrom::File).unwrap();
+        let frequencies: Vec<f64> = set.modes.iter().map(|m| m.frequency_hz).collect();
+        assert_eq!((frequencies, set.channels.len()), (vec![10.0, 12.0, 13.0], 12));
+        let (set, notes) = modes(&[&open("uff55_translation_rotation.uff")], &UnitsFrom::File).unwrap();
+        assert_eq!((set.modes[0].frequency_hz, set.channels.len()), (97.013, 129));
+        assert!(notes[0].seen.contains("129 of 258"), "{}", notes[0]);
+    }
+}

@@ -1,0 +1,57 @@
+//! Functions of universal files that are spectra.
+
+use super::frfs::{EXCITATION_FORCE, End, FrfOptions, REACTION_FORCE, quantity_of};
+use super::units::{UnitSystem, UnitsFrom, units_at};
+use crate::data::uff::{Axis, Function, UniversalFile};
+use crate::data::{Channel, Spectrum, SpectrumKind, SpectrumUnit};
+
+/// A function that is a spectrum; in SI where types and units say so.
+pub(super) fn spectrum(
+    file: &UniversalFile,
+    index: usize,
+    f: &Function,
+    options: &FrfOptions,
+    channel: &dyn Fn(&End) -> Channel,
+) -> Option<Spectrum> {
+    let kind = match f.function_type {
+        2 => SpectrumKind::Auto,
+        3 => SpectrumKind::Cross,
+        9 => SpectrumKind::PowerDensity,
+        12 => SpectrumKind::Linear,
+        _ => return None,
+    };
+    let own = units_at(file, index).and_then(UnitSystem::from_dataset);
+    let system = match &options.units {
+        UnitsFrom::System(system) => Some(system),
+        _ => own.as_ref(),
+    };
+    let signal = |axis: &Axis| -> Option<(f64, &'static str)> {
+        let s = system?;
+        match axis.data_type {
+            EXCITATION_FORCE | REACTION_FORCE => Some((s.force, "N")),
+            t => quantity_of(t).map(|q| (s.response(q), ["m", "m/s", "m/s²"][q.order() as usize])),
+        }
+    };
+    // A label that says more than dataset 164 would have to agree with it; such a spectrum stays as it is.
+    let label = f.axes[1].units.as_str();
+    let is_labelled = !matches!(label, "" | "NONE") && !matches!(options.units, UnitsFrom::System(_));
+    let numerator = if is_labelled { None } else { signal(&f.axes[1]) };
+    let si = match kind {
+        SpectrumKind::Linear => numerator.map(|(a, u)| (a, u.to_owned())),
+        SpectrumKind::Auto => numerator.map(|(a, u)| (a * a, format!("({u})²"))),
+        SpectrumKind::PowerDensity => numerator.map(|(a, u)| (a * a, format!("({u})²/Hz"))),
+        SpectrumKind::Cross => numerator.zip(signal(&f.axes[2])).map(|((a, u), (b, v))| (a * b, format!("({u})({v})"))),
+    };
+    let (scale, unit) = match si {
+        Some((scale, unit)) => (scale, SpectrumUnit::Si(unit)),
+        None => (1.0, SpectrumUnit::AsInFile(label.to_owned())),
+    };
+    Some(Spectrum {
+        kind,
+        response: channel(&End::of(&f.response)),
+        reference: (f.reference.node != 0).then(|| channel(&End::of(&f.reference))),
+        frequencies_hz: f.points(),
+        values: f.ordinate.to_complex().into_iter().map(|v| v * scale).collect(),
+        unit,
+    })
+}

@@ -1,0 +1,202 @@
+//! MATLAB files of version 5 (`save -v6`, `-v7`): the named variables of a workspace.
+//!
+//! Read: numeric arrays (all integer and floating types, complex, logical), text, cells, structures, sparse matrices;
+//! either byte order; compressed or not. Function handles, objects and tables come as [`Value::Other`]. Values come in
+//! MATLAB's order, first index fastest. Files of version 7.3 are HDF5 and are refused with the remedy.
+//!
+//! An own reader, because the crates there are either print to the terminal and leave out structures and text without
+//! a word, or bind a C library. Counts are checked against the bytes there are before anything is stored, nesting is
+//! limited, and a compressed variable may not unfold beyond a limit.
+//!
+//! Source: The MathWorks, MAT-File Format, R2023b, chapter "MAT-File Level 5 File Format".
+
+mod matrix;
+
+pub use matrix::Value;
+
+use matrix::Bytes;
+
+/// Why a MATLAB file cannot be read.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum MatError {
+    /// Not the format.
+    #[error("this is no MATLAB file of version 5")]
+    NotMat,
+    /// HDF5.
+    #[error("this is a MATLAB file of version 7.3 (HDF5); save it with `save(name, '-v7')`")]
+    Version73,
+    /// Bytes missing.
+    #[error("the file ends within {what}")]
+    Truncated {
+        /// Part of the file.
+        what: &'static str,
+    },
+    /// A part that contradicts itself.
+    #[error("variable `{name}`: {why}")]
+    Malformed {
+        /// The variable, as far as known.
+        name: String,
+        /// What is wrong.
+        why: &'static str,
+    },
+    /// A compressed variable that cannot be unfolded, or unfolds beyond the limit.
+    #[error("a compressed variable is damaged or larger than {limit} bytes")]
+    Compressed {
+        /// The limit.
+        limit: usize,
+    },
+}
+
+/// A compressed variable may not unfold beyond this.
+const MOST_UNFOLDED: usize = 1 << 30;
+/// No compression unfolds beyond this ratio (deflate, 258 bytes for two bits).
+const MOST_RATIO: usize = 1032;
+
+const MI_MATRIX: u32 = 14;
+const MI_COMPRESSED: u32 = 15;
+
+/// Reads the variables of a file, in their order.
+pub fn read(bytes: &[u8]) -> Result<Vec<(String, Value)>, MatError> {
+    const HEADER: usize = 128;
+    let Some((header, rest)) = bytes.split_at_checked(HEADER) else { return Err(MatError::NotMat) };
+    let is_hdf = bytes.starts_with(b"\x89HDF") || bytes.get(512..516) == Some(b"\x89HDF");
+    if is_hdf || header.starts_with(b"MATLAB 7.3") {
+        return Err(MatError::Version73);
+    }
+    let is_big = match &header[126..128] {
+        b"IM" => false,
+        b"MI" => true,
+        _ => return Err(MatError::NotMat),
+    };
+    let mut variables = Vec::new();
+    let mut input = Bytes::new(rest, is_big);
+    while !input.is_empty() {
+        let (kind, data) = input.element("a variable", true)?;
+        match kind {
+            MI_MATRIX => variables.push(matrix::read(&mut Bytes::new(data, is_big), 0)?),
+            MI_COMPRESSED => {
+                let limit = MOST_UNFOLDED.min(data.len().saturating_mul(MOST_RATIO));
+                let unfolded = miniz_oxide::inflate::decompress_to_vec_zlib_with_limit(data, limit)
+                    .map_err(|_| MatError::Compressed { limit })?;
+                let mut inner = Bytes::new(&unfolded, is_big);
+                let (kind, data) = inner.element("a compressed variable", true)?;
+                if kind == MI_MATRIX {
+                    variables.push(matrix::read(&mut Bytes::new(data, is_big), 0)?);
+                }
+            }
+            // Other elements at this level hold nothing of the workspace.
+            _ => {}
+        }
+    }
+    // The workspace of objects has no name.
+    variables.retain(|(name, _)| !name.is_empty());
+    Ok(variables)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::linalg::Complex;
+    use rand::{Rng, RngExt, SeedableRng};
+
+    fn open(path: &str) -> Option<Vec<u8>> {
+        let path = crate::data::shared_data(path)?;
+        Some(std::fs::read(path).unwrap())
+    }
+
+    /// Values printed by scipy 1.17.1.
+    #[test]
+    fn real_files_have_the_values_that_scipy_reads() {
+        let Some(bytes) = open("maewing1_geri/gvt_mode_shapes/fst.mat") else { return };
+        let variables = read(&bytes).unwrap();
+        let Value::Real { dims, values } = &variables[1].1 else { panic!("real") };
+        assert_eq!((variables[1].0.as_str(), dims.as_slice(), values.len()), ("modeshape2", &[28, 1][..], 28));
+        assert_eq!((values[0], values[27]), (-0.051188020134289566, -0.10902515688043009));
+
+        let bytes = open("cruise_missile_wing/mode_shapes/1stNaturalFreq18.mat").unwrap();
+        let variables = read(&bytes).unwrap();
+        let Value::Complex { dims, values } = &variables[0].1 else { panic!("complex") };
+        assert_eq!((variables[0].0.as_str(), dims.as_slice()), ("U1", &[18, 1][..]));
+        assert_eq!(values[17], Complex::new(0.47000110015547586, 9.736232673257463e-15));
+
+        // Mass in kg and others, as a structure.
+        let bytes = open("bff_fem/AircraftData_v02.mat").unwrap();
+        let variables = read(&bytes).unwrap();
+        let Value::Structure { fields, .. } = &variables[0].1 else { panic!("structure") };
+        let names: Vec<&str> = fields.iter().map(|(name, _)| name.as_str()).collect();
+        assert_eq!(names, ["s", "c", "cg", "b", "mAC", "IB"]);
+        assert_eq!(fields[4].1[0], Value::Real { dims: vec![1, 1], values: vec![5.439190332702895] });
+
+        let bytes = open("cruise_missile_wing/fe_beam/WingBeamforMAC.mat").unwrap();
+        let variables = read(&bytes).unwrap();
+        let find = |name: &str| &variables.iter().find(|(n, _)| n == name).unwrap().1;
+        let Value::Sparse { rows, columns, entries } = find("K") else { panic!("K") };
+        assert_eq!((*rows, *columns, entries.len()), (141, 141, 1627));
+        let largest = entries.iter().fold(0.0_f64, |m, e| m.max(e.2.re));
+        assert_eq!(largest, 747558757683.783);
+        assert_eq!(find("filenameroot"), &Value::Text("WingBeamforMAC".into()));
+        let Value::Structure { dims, fields } = find("element") else { panic!("element") };
+        assert_eq!((dims.as_slice(), fields.len(), fields[0].1.len()), (&[1, 27][..], 7, 27));
+    }
+
+    fn element(kind: u32, data: &[u8]) -> Vec<u8> {
+        let mut bytes = kind.to_be_bytes().to_vec();
+        bytes.extend((data.len() as u32).to_be_bytes());
+        bytes.extend(data);
+        bytes.resize(bytes.len().next_multiple_of(8), 0);
+        bytes
+    }
+
+    /// A big-endian file with a complex array of 16-bit integers, uncompressed.
+    fn big_endian() -> Vec<u8> {
+        let mut matrix = element(6, &[0, 0, 8, 10, 0, 0, 0, 0]);
+        matrix.extend(element(5, &[0, 0, 0, 2, 0, 0, 0, 2]));
+        // A small element: two bytes of name in the tag.
+        matrix.extend([0, 2, 0, 1, b'a', b'b', 0, 0]);
+        matrix.extend(element(3, &[0, 1, 0, 2, 0, 3, 0xff, 0xff]));
+        matrix.extend(element(3, &[0, 0, 0, 0, 0, 0, 0, 5]));
+        let mut file = vec![b' '; 124];
+        file.extend([1, 0, b'M', b'I']);
+        file.extend(element(14, &matrix));
+        file
+    }
+
+    #[test]
+    fn the_other_byte_order_and_small_elements_are_read() {
+        let variables = read(&big_endian()).unwrap();
+        let values = [(1.0, 0.0), (2.0, 0.0), (3.0, 0.0), (-1.0, 5.0)].map(|(re, im)| Complex::new(re, im)).to_vec();
+        assert_eq!(variables, [("ab".to_owned(), Value::Complex { dims: vec![2, 2], values })]);
+    }
+
+    #[test]
+    fn hostile_files_are_refused() {
+        assert_eq!(read(b"hello"), Err(MatError::NotMat));
+        let mut bytes = big_endian();
+        // 2^31 - 1 rows without values.
+        let dims = bytes.windows(8).position(|w| w == [0, 0, 0, 2, 0, 0, 0, 2]).unwrap();
+        bytes[dims..dims + 4].copy_from_slice(&[0x7f, 0xff, 0xff, 0xff]);
+        assert!(matches!(read(&bytes), Err(MatError::Malformed { .. })));
+        let mut seeds = vec![big_endian()];
+        for path in ["maewing1_geri/gvt_mode_shapes/fst.mat", "bff_fem/AircraftData_v02.mat"] {
+            seeds.extend(open(path));
+        }
+        let unfold = |bytes: &[u8]| miniz_oxide::inflate::decompress_to_vec_zlib(&bytes[136..]).ok();
+        // The compressed ones also as they are inside, for the checksum would stop every mutation.
+        for inner in seeds.iter().filter_map(|s| unfold(s)).collect::<Vec<_>>() {
+            seeds.push([&seeds[1][..128], &inner].concat());
+        }
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(5);
+        let mut read_at_all = 0;
+        for _ in 0..20_000 {
+            let mut bytes = seeds[rng.random_range(0..seeds.len())].clone();
+            for _ in 0..rng.random_range(1..5) {
+                let at = rng.random_range(128..bytes.len());
+                bytes[at] = rng.next_u32() as u8;
+            }
+            bytes.truncate(rng.random_range(bytes.len() / 2..=bytes.len()));
+            read_at_all += u32::from(read(&bytes).is_ok());
+        }
+        assert!(read_at_all > 0);
+    }
+}

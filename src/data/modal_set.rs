@@ -1,0 +1,120 @@
+//! Modes as foreign files hold them: shapes at points and dofs, without sensors and uncertainties.
+
+use super::{Measured, Origin, Place, Sensor, TestMode};
+use crate::element::Dof;
+use crate::linalg::{Complex, DVector};
+
+/// One row of the shapes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ShapeChannel {
+    /// Name of the point: the label of the node in a universal file.
+    pub point: String,
+    /// Displacement or rotation, in the axes of the point.
+    pub dof: Dof,
+    /// Its axis as a unit vector in global axes.
+    pub direction: [f64; 3],
+}
+
+/// A mode.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModeRecord {
+    /// Name or description.
+    pub label: Option<String>,
+    /// Natural frequency, Hz; of a complex mode the modulus of its eigenvalue over 2π.
+    pub frequency_hz: f64,
+    /// Damping ratio, 1.
+    pub damping_ratio: Option<f64>,
+    /// Shape at the channels, displacements in m and rotations in rad for one scale; NaN where nothing was measured.
+    pub shape: DVector<Complex<f64>>,
+    /// Modal mass φᵀMφ, kg m², for the scale of `shape`.
+    pub modal_mass: Option<f64>,
+    /// Modal A φᵀ(2λM + C)φ, kg m²/s, for the scale of `shape`.
+    pub modal_a: Option<Complex<f64>>,
+    /// Modal B -λ times modal A for a viscously damped mode, kg m²/s², for the scale of `shape`.
+    pub modal_b: Option<Complex<f64>>,
+}
+
+/// Modes at common channels.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ModalSet {
+    /// Rows of every shape.
+    pub channels: Vec<ShapeChannel>,
+    /// Modes by ascending frequency.
+    pub modes: Vec<ModeRecord>,
+}
+
+/// Standard deviations for numbers that come without: each relative, a shape's to its largest entry.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RelativeSd {
+    /// Of the frequency.
+    pub frequency: f64,
+    /// Of the damping ratio.
+    pub damping: f64,
+    /// Of the shape.
+    pub shape: f64,
+}
+
+impl ModalSet {
+    /// A sensor on the node of its point for each channel, named `12.ux`.
+    pub fn sensors(&self) -> Vec<Sensor> {
+        let sensor = |c: &ShapeChannel| Sensor {
+            name: format!("{}.{}", c.point, c.dof),
+            place: Place::Node { node: c.point.clone(), position: None },
+            direction: c.direction,
+            is_rotation: c.dof.is_rotation(),
+            mass: None,
+        };
+        self.channels.iter().map(sensor).collect()
+    }
+
+    /// The modes as a test file holds them, at [`ModalSet::sensors`], with standard deviations that are marked as
+    /// defaults.
+    pub fn test_modes(&self, origin: &Origin, sd: RelativeSd) -> Vec<TestMode> {
+        let measured = |value: f64, relative: f64| Measured { value, sd: relative * value.abs(), sd_is_default: true };
+        let mode = |m: &ModeRecord| {
+            let largest = m.shape.iter().map(|v| v.norm()).filter(|v| v.is_finite()).fold(0.0, f64::max);
+            TestMode {
+                label: m.label.clone(),
+                frequency_hz: measured(m.frequency_hz, sd.frequency),
+                damping_ratio: m.damping_ratio.map(|z| measured(z, sd.damping)),
+                origin: origin.clone(),
+                shape: Some(m.shape.clone()),
+                shape_sd: Some(DVector::from_element(m.shape.len(), sd.shape * largest)),
+                shape_origin: Some(origin.clone()),
+            }
+        };
+        self.modes.iter().map(mode).collect()
+    }
+
+    /// Channels and modes of a test whose sensors stand on nodes and measure along global axes; the damping ratio and
+    /// frequency are the measured values.
+    ///
+    /// # Errors
+    /// The name of the first sensor that does not.
+    pub fn from_test(sensors: &[Sensor], modes: &[TestMode]) -> Result<Self, String> {
+        let mut channels = Vec::with_capacity(sensors.len());
+        let mut signs = Vec::with_capacity(sensors.len());
+        for sensor in sensors {
+            let Place::Node { node, .. } = &sensor.place else { return Err(sensor.name.clone()) };
+            let axis = (0..3).find(|i| sensor.direction[*i].abs() > 1.0 - 1e-12).ok_or_else(|| sensor.name.clone())?;
+            let dof = Dof::ALL[axis + if sensor.is_rotation { 3 } else { 0 }];
+            signs.push(sensor.direction[axis].signum());
+            let direction = super::Point::GLOBAL[axis];
+            channels.push(ShapeChannel { point: node.clone(), dof, direction });
+        }
+        let record = |m: &TestMode| ModeRecord {
+            label: m.label.clone(),
+            frequency_hz: m.frequency_hz.value,
+            damping_ratio: m.damping_ratio.map(|z| z.value),
+            shape: match &m.shape {
+                Some(shape) => DVector::from_fn(shape.len(), |i, _| shape[i] * signs[i]),
+                None => DVector::from_element(channels.len(), Complex::new(f64::NAN, 0.0)),
+            },
+            modal_mass: None,
+            modal_a: None,
+            modal_b: None,
+        };
+        let modes = modes.iter().map(record).collect();
+        Ok(Self { channels, modes })
+    }
+}
