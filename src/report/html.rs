@@ -224,8 +224,8 @@ mod tests {
         let data = super::super::fixture::wing::report();
         let text = json(&data).unwrap();
         let mut back: ReportData = serde_json::from_str(&text).unwrap();
-        // Curves are rounded once (see `Spectrum`); everything else is exact.
+        // Curves are rounded once (see `Spectrum`); everything else is exact. Texts are compared, for NaN is not NaN.
         back.frfs.clone_from(&data.frfs);
-        assert_eq!(back, data);
+        assert!(json(&back).unwrap() == text);
     }
 }

@@ -34,9 +34,24 @@ export function css([r, g, b]: Rgb): string {
   return `rgb(${r} ${g} ${b})`;
 }
 
-/** A CSS gradient of the whole map, left to right. */
-export function gradient(map: MapName): string {
-  return `linear-gradient(to right, ${ANCHORS[map].map(css).join(", ")})`;
+/**
+ * The part of a sequential map that stands out from the stage of a 3-D picture: the dark end is lost on a dark stage,
+ * the bright end on a light one.
+ */
+export function stagePart(map: MapName, dark: boolean): [number, number] {
+  return map === "diverging" ? [0, 1] : dark ? [0.28, 1] : [0, 0.92];
+}
+
+/** The colour at `t` on a 3-D stage. */
+export function onStage(map: MapName, t: number, dark: boolean): Rgb {
+  const [low, high] = stagePart(map, dark);
+  return sample(map, Number.isFinite(t) ? low + (high - low) * Math.min(1, Math.max(0, t)) : NaN);
+}
+
+/** A CSS gradient of a part of the map, left to right. */
+export function gradient(map: MapName, [low, high]: [number, number] = [0, 1]): string {
+  const stops = Array.from({ length: 17 }, (_, i) => css(sample(map, low + ((high - low) * i) / 16)));
+  return `linear-gradient(to right, ${stops.join(", ")})`;
 }
 
 /** Relative luminance, WCAG 2.2. */

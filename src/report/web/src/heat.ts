@@ -27,12 +27,13 @@ export function heat(m: LabelledMatrix, o: HeatOptions): HTMLElement {
 
 function cells(m: LabelledMatrix, o: HeatOptions): HTMLElement {
   const dense = Math.max(m.columns.length, m.rows.length) > 12;
+  const tall = dense || m.columns.some((c) => c.length > 12);
   const show = (v: Num): string => (o.digits ? significant(v, o.digits) : fixed(v, o.decimals ?? 2));
   return h("div", { class: "scroll", tabindex: 0, role: "region", "aria-label": m.title },
-    h("table", { class: `heat${dense ? " dense" : ""}` },
+    h("table", { class: `heat${dense ? " dense" : ""}${tall ? " tall" : ""}` },
       h("caption", {}, h("span", {}, `rows: ${m.row_axis}`), h("span", {}, `columns: ${m.column_axis}`)),
       h("thead", {}, h("tr", {}, h("td", {}),
-        m.columns.map((c) => h("th", { scope: "col", title: c }, h("span", {}, shorten(c, dense ? 12 : 22)))))),
+        m.columns.map((c) => h("th", { scope: "col", title: c }, h("span", {}, shorten(c, tall ? 24 : 14)))))),
       h("tbody", {}, m.rows.map((name, i) => h("tr", {},
         h("th", { scope: "row", title: name }, shorten(name, 26)),
         m.columns.map((column, j) => {

@@ -1,13 +1,13 @@
 /** Keys to colours. */
 
-import { gradient, type MapName } from "./color";
+import { gradient, stagePart, type MapName } from "./color";
 import { h } from "./dom";
 
-/** A colour bar with its ends. */
-export function colorBar(map: MapName, low: string, high: string, title: string): HTMLElement {
+/** A colour bar with its ends; `stage` for the colours of a 3-D picture in the dark or light theme. */
+export function colorBar(map: MapName, low: string, high: string, title: string, stage?: { dark: boolean }): HTMLElement {
   return h("div", { class: "colorbar" },
     h("span", { class: "legend-title" }, title),
-    h("div", { class: "bar", style: `background:${gradient(map)}` }),
+    h("div", { class: "bar", style: `background:${gradient(map, stage ? stagePart(map, stage.dark) : [0, 1])}` }),
     h("div", { class: "ends" }, h("span", {}, low), h("span", {}, high)));
 }
 

@@ -4,7 +4,7 @@ export type Point = [number, number, number];
 export interface Orbit { azimuth: number; elevation: number; distance: number; target: Point }
 
 export const VIEWS: Record<string, { azimuth: number; elevation: number; text: string }> = {
-  iso: { azimuth: -0.9, elevation: 0.55, text: "Oblique" },
+  iso: { azimuth: -1.2, elevation: 0.62, text: "Oblique" },
   top: { azimuth: -Math.PI / 2, elevation: Math.PI / 2 - 1e-4, text: "Top" },
   front: { azimuth: -Math.PI / 2, elevation: 0, text: "Front" },
   side: { azimuth: 0, elevation: 0, text: "Side" },
@@ -39,6 +39,43 @@ export function eye(orbit: Orbit, up: number): Point {
   point[b]! += flat * Math.sin(orbit.azimuth);
   point[c]! += Math.sin(orbit.elevation) * orbit.distance;
   return point;
+}
+
+/** Half of the vertical field of view of the camera, rad. */
+export const HALF_VIEW = Math.PI / 12;
+
+/**
+ * The orbit that shows all points from the direction of `orbit`, centred, in `fill` of a picture of this aspect ratio
+ * (width over height): two rounds of centring, because perspective moves the centre with the distance.
+ */
+export function fit(orbit: Orbit, points: readonly (readonly number[])[], up: number, aspect: number, fill = 0.84): Orbit {
+  if (points.length === 0) return orbit;
+  const [i, j, k] = axes(up);
+  const [ca, sa, ce, se] = [Math.cos(orbit.azimuth), Math.sin(orbit.azimuth), Math.cos(orbit.elevation), Math.sin(orbit.elevation)];
+  const basis = (a: number, b: number, c: number): Point => {
+    const v: Point = [0, 0, 0];
+    v[i] = a; v[j] = b; v[k] = c;
+    return v;
+  };
+  const right = basis(-sa, ca, 0), upward = basis(-se * ca, -se * sa, ce), toward = basis(ce * ca, ce * sa, se);
+  const dot = (p: readonly number[], v: Point): number => p[0]! * v[0] + p[1]! * v[1] + p[2]! * v[2];
+  const tall = Math.tan(HALF_VIEW) * fill, wide = tall * aspect;
+  let { target, distance } = orbit;
+  for (let round = 0; round < 3; round++) {
+    const seen = points.map((p) => {
+      const q = p.map((v, n) => v - target[n]!);
+      return [dot(q, right), dot(q, upward), dot(q, toward)] as const;
+    });
+    distance = seen.reduce((d, [x, y, z]) => Math.max(d, Math.abs(x) / wide + z, Math.abs(y) / tall + z), 1e-9);
+    if (round === 2) break;
+    const middle = (n: 0 | 1): number => {
+      const on = seen.map((q) => q[n] / Math.max(distance - q[2], 1e-9));
+      return ((on.reduce((a, b) => Math.min(a, b)) + on.reduce((a, b) => Math.max(a, b))) / 2) * distance;
+    };
+    const [x, y] = [middle(0), middle(1)];
+    target = target.map((v, n) => v + x * right[n]! + y * upward[n]!) as Point;
+  }
+  return { ...orbit, target, distance: distance * 1.0001 };
 }
 
 /** Centre and half-diagonal of a cloud of points. */

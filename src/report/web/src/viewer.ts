@@ -8,7 +8,7 @@ import {
 import { parseHex, type Rgb } from "./color";
 import { h } from "./dom";
 import { Lines } from "./lines";
-import { extent, eye, turn, VIEWS, zoom, type Orbit } from "./orbit";
+import { extent, eye, fit, HALF_VIEW, turn, VIEWS, zoom, type Orbit } from "./orbit";
 import { pick, type Flat, type Hit, type Target } from "./pick";
 import { atPhase, beamPoint, type Shape } from "./shape";
 import type { Place, Structure, Vec3 } from "./types";
@@ -62,12 +62,16 @@ export class Viewer {
   private readonly tip: HTMLElement;
   private renderer: WebGLRenderer | null = null;
   private readonly scene = new Scene();
-  private readonly camera = new PerspectiveCamera(30, 1, 0.01, 1000);
+  private readonly camera = new PerspectiveCamera((2 * HALF_VIEW * 180) / Math.PI, 1, 0.01, 1000);
   private orbit: Orbit;
   private readonly home: { centre: Vec3; radius: number };
   private readonly up: number;
+  private readonly fill: number;
   private theme!: Theme;
   private pending = false;
+  /** Whether the view still is one of the named ones, which fit the structure into the picture. */
+  private fitted = true;
+  private readonly cloud: Vec3[];
   private layers: Record<Layer, boolean> = {
     nodes: true, elements: true, links: true, masses: true, sensors: true, ghost: false, test: false, names: false,
   };
@@ -109,12 +113,14 @@ export class Viewer {
 
   constructor(
     private readonly data: Structure,
-    private readonly options: { label: string; pickable?: boolean; onPick?: (hit: Hit | null) => void; describe?: (hit: Hit) => string },
+    private readonly options: { label: string; pickable?: boolean; fill?: number; onPick?: (hit: Hit | null) => void; describe?: (hit: Hit) => string },
   ) {
     const { nodes, elements } = data;
     this.up = data.up ?? 2;
+    this.fill = options.fill ?? 0.84;
     const points = [...nodes.map((n) => n.position), ...data.sensors.map((s) => s.position)];
     this.home = extent(points);
+    this.cloud = points;
     this.orbit = { ...VIEWS["iso"]!, distance: this.home.radius * 3.7, target: [...this.home.centre] };
 
     this.pieces = elements.length > 1200 ? 1 : 8;
@@ -157,7 +163,7 @@ export class Viewer {
 
     this.ghost = new Lines(this.segments.length, 1.2, 0.55);
     this.links = new Lines(this.linkPairs.length, 1.6);
-    this.lines = new Lines(this.segments.length, elements.length > 1200 ? 1.6 : 4);
+    this.lines = new Lines(this.segments.length, elements.length > 1200 ? 1.6 : 5);
     this.arrows = new Lines(data.sensors.length + data.exciters.length, 1.8);
     this.traces = new Lines(this.tracePairs.length || data.sensors.length, 3);
     this.marks = new Lines(Math.max(1, this.segments.length), 10, 0.55);
@@ -239,6 +245,7 @@ export class Viewer {
     const v = VIEWS[name];
     if (!v) return;
     this.orbit = { ...v, distance: this.home.radius * 3.7, target: [...this.home.centre] };
+    this.fitted = true;
     this.request();
   }
 
@@ -510,6 +517,7 @@ export class Viewer {
       this.overlay.width = Math.round(width * ratio);
       this.overlay.height = Math.round(height * ratio);
     }
+    if (this.fitted) this.orbit = fit(this.orbit, this.cloud, this.up, width / height, this.fill);
     this.look(width, height);
     this.renderer.render(this.scene, this.camera);
     this.annotate(width, height, ratio);
@@ -519,13 +527,11 @@ export class Viewer {
   private look(width: number, height: number): void {
     const { camera, orbit, up } = this;
     camera.aspect = width / height;
-    // A narrow window sees less sideways: step back so that the structure still fits.
-    const back = Math.max(1, 1.25 / camera.aspect);
-    const at = eye({ ...orbit, distance: orbit.distance * back }, up);
+    const at = eye(orbit, up);
     camera.up.set(up === 0 ? 1 : 0, up === 1 ? 1 : 0, up === 2 ? 1 : 0);
     camera.position.set(...at);
-    camera.near = orbit.distance * back * 0.01;
-    camera.far = orbit.distance * back + this.home.radius * 6;
+    camera.near = orbit.distance * 0.01;
+    camera.far = orbit.distance + this.home.radius * 8;
     camera.lookAt(...orbit.target);
     camera.updateProjectionMatrix();
     camera.updateMatrixWorld();
@@ -642,6 +648,7 @@ export class Viewer {
         if (after > 0) this.orbit = zoom(this.orbit, before / after, this.home.radius);
       } else if (e.shiftKey || e.buttons === 2 || e.buttons === 4) this.pan(dx, dy);
       else this.orbit = turn(this.orbit, dx, dy);
+      this.fitted = false;
       down.set(e.pointerId, { x: e.clientX, y: e.clientY });
       this.request();
     });
@@ -659,6 +666,7 @@ export class Viewer {
       // The page scrolls over a picture that was not chosen; a chosen one zooms.
       if (document.activeElement !== canvas && !e.ctrlKey) return;
       e.preventDefault();
+      this.fitted = false;
       this.orbit = zoom(this.orbit, Math.exp(e.deltaY * 0.0012), this.home.radius);
       this.request();
     }, { passive: false });
@@ -668,6 +676,7 @@ export class Viewer {
         ArrowLeft: [-step, 0], ArrowRight: [step, 0], ArrowUp: [0, -step], ArrowDown: [0, step],
       };
       const by = turns[e.key];
+      if (by || ["+", "=", "-"].includes(e.key)) this.fitted = false;
       if (by && e.shiftKey) this.pan(...by);
       else if (by) this.orbit = turn(this.orbit, ...by);
       else if (e.key === "+" || e.key === "=") this.orbit = zoom(this.orbit, 0.85, this.home.radius);
@@ -696,7 +705,7 @@ export class Viewer {
   }
 
   private pan(dx: number, dy: number): void {
-    const scale = (2 * this.orbit.distance * Math.tan((15 * Math.PI) / 180)) / this.root.clientHeight;
+    const scale = (2 * this.orbit.distance * Math.tan(HALF_VIEW)) / this.root.clientHeight;
     const right = new Vector3().setFromMatrixColumn(this.camera.matrixWorld, 0);
     const upward = new Vector3().setFromMatrixColumn(this.camera.matrixWorld, 1);
     const target = new Vector3(...this.orbit.target).addScaledVector(right, -dx * scale).addScaledVector(upward, dy * scale);
@@ -706,6 +715,7 @@ export class Viewer {
 
   private buttons(): HTMLElement {
     const near = (factor: number) => () => {
+      this.fitted = false;
       this.orbit = zoom(this.orbit, factor, this.home.radius);
       this.request();
     };

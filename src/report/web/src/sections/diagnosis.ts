@@ -37,13 +37,14 @@ export function diagnosisSection(d: Diagnosis, s: Structure | undefined): HTMLEl
   if (viewer) {
     viewer.root.id = "diagnosis-viewer";
     viewer.show("nodes", false);
-    viewer.show("sensors", d.hypotheses.some((x) => x.category === "measurement"));
+    viewer.show("sensors", false);
   }
   const where = h("p", { class: "where", id: "diagnosis-where", "aria-live": "polite" });
   const nameOf = (x: Hypothesis): string => x.kind + (x.place.text ? ` @ ${x.place.text}` : "");
   const has = (p: Place): boolean => p.nodes.length + p.elements.length + p.sensors.length > 0;
   const showPlace = (place: Place, text: string): void => {
     viewer?.highlight(place);
+    viewer?.show("sensors", place.sensors.length > 0);
     where.textContent = viewer ? (has(place) ? text : `${text}: no single place`) : text;
   };
 
@@ -68,7 +69,7 @@ export function diagnosisSection(d: Diagnosis, s: Structure | undefined): HTMLEl
         row("cannot be told from", ties.length ? h("span", {}, ties.map(({ id, k }, n) => [n ? ", " : "",
           k >= 0 ? h("button", { type: "button", class: "link", onclick: () => select(k) }, nameOf(d.hypotheses[k]!)) : id])) : null)),
       h("div", { class: "columns" }, evidence("Speaks for it", x.evidence_for, "+"), evidence("Speaks against it", x.evidence_against, "−")),
-      x.patch ? h("div", { class: "patch" }, h("div", { class: "patch-head" }, h("h5", {}, "The edit that `retune add` makes"), copyButton(x.patch)), h("pre", { id: "patch", tabindex: 0 }, x.patch)) : null));
+      x.patch ? h("div", { class: "patch" }, h("div", { class: "patch-head" }, h("h5", {}, "The edit that ", h("code", {}, "retune add"), " makes"), copyButton(x.patch)), h("pre", { id: "patch", tabindex: 0 }, x.patch)) : null));
   };
 
   const list = h("ol", { class: "hypotheses" }, d.hypotheses.map((x, i) =>

@@ -39,7 +39,7 @@ export function frfsSection(f: Frfs): HTMLElement {
       const line = { color: colors[which], dash: STYLE[which].dash, width: STYLE[which].width };
       const common = { type: "scatter", mode: "lines", x: frequency, line, legendgroup: which, name: STYLE[which].name };
       data.push({ ...common, y: Array.from(h.amplitude), hovertemplate: "%{x:.3f} Hz: %{y:.4g}<extra>" + STYLE[which].name + "</extra>" });
-      if (phase) data.push({ ...common, y: Array.from(h.phase), yaxis: "y2", showlegend: false, hovertemplate: "%{x:.3f} Hz: %{y:.1f}°<extra>" + STYLE[which].name + "</extra>" });
+      if (phase) data.push({ ...common, y: unbroken(h.phase), yaxis: "y2", showlegend: false, hovertemplate: "%{x:.3f} Hz: %{y:.1f}°<extra>" + STYLE[which].name + "</extra>" });
     }
     if (coherence) data.push({ type: "scatter", mode: "lines", x: frequency, y: coherence, yaxis: "y3", name: "coherence", showlegend: false,
       line: { color: p.soft, width: 1.2 }, hovertemplate: "%{x:.3f} Hz: %{y:.3f}<extra>coherence</extra>" });
@@ -50,7 +50,7 @@ export function frfsSection(f: Frfs): HTMLElement {
       layout: {
         margin: { l: 72 },
         xaxis: { title: { text: "frequency, Hz" }, anchor: coherence ? "y3" : phase ? "y2" : "y" },
-        yaxis: { title: { text: plain(`|${f.quantity}|,${unit}`) }, type: scale, domain: [Math.max(low, third) + (phase || coherence ? 0.05 : 0), 1] },
+        yaxis: { title: { text: plain(`|${f.quantity}|,${unit}`) }, type: scale, ...(scale === "log" && decades(data) > 2 ? { dtick: 1 } : {}), domain: [Math.max(low, third) + (phase || coherence ? 0.05 : 0), 1] },
         ...(phase ? { yaxis2: { title: { text: "phase, °" }, domain: [third ? third + 0.04 : 0, 0.36], range: [-190, 190], tickvals: [-180, -90, 0, 90, 180] } } : {}),
         ...(coherence ? { yaxis3: { title: { text: "coh." }, domain: [0, phase ? third : 0.16], range: [0, 1.05], tickvals: [0, 1] } } : {}),
         hovermode: "x unified",
@@ -118,6 +118,24 @@ export function frfsSection(f: Frfs): HTMLElement {
       f.bands.length ? card("Agreement per band", "FRAC of this channel; CSAC (shape) and CSF (size) over all channels; 1 is perfect", h("div", { class: "scroll" }, bandTable)) : null));
   choose(worst[0]?.i ?? 0);
   return section;
+}
+
+/** How many decades the amplitudes cover. */
+function decades(data: Record<string, unknown>[]): number {
+  let low = Infinity, high = 0;
+  for (const trace of data) {
+    if (trace["yaxis"]) continue;
+    for (const v of trace["y"] as number[]) {
+      if (v > 0 && v < low) low = v;
+      if (v > high) high = v;
+    }
+  }
+  return high > low ? Math.log10(high / low) : 0;
+}
+
+/** The phase with a gap where it passes ±180°: that jump is the edge of the picture, not of the curve. */
+export function unbroken(phase: ArrayLike<number>): (number | null)[] {
+  return Array.from(phase, (v, i) => (i > 0 && Math.abs(v - phase[i - 1]!) > 180 ? null : v));
 }
 
 function mean(values: (number | null)[]): number | null {

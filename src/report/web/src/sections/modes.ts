@@ -1,12 +1,13 @@
 /** Mode shapes in motion: the test over the model, pair by pair. */
 
-import { css, parseHex, sample } from "../color";
+import { css, onStage, parseHex, type Rgb } from "../color";
 import { floats } from "../decode";
 import { badge, choice, h, num, toggle } from "../dom";
 import { fixed, hertz, percent } from "../format";
 import { colorBar, swatches } from "../legend";
 import { difference, peak, peakOfNodes, scaleFactor, times, type Shape } from "../shape";
 import { makeViewer } from "../viewer";
+import { isDark } from "./structure";
 import type { Comparison, Modes, Pair, Structure } from "../types";
 
 interface Entry { id: string; title: string; test: number | null; model: number | null; pair: Pair | null; index: number }
@@ -40,7 +41,7 @@ type Coloring = "difference" | "motion" | "plain";
 
 export function modesSection(s: Structure, modes: Modes, comparison: Comparison | undefined): HTMLElement {
   const list = entries(modes, comparison);
-  const viewer = makeViewer(s, { label: "Mode shapes of test and model" });
+  const viewer = makeViewer(s, { label: "Mode shapes of test and model", fill: 0.74 });
   viewer.root.id = "modes-viewer";
   for (const layer of ["nodes", "sensors"] as const) viewer.show(layer, false);
   viewer.show("masses", false);
@@ -76,20 +77,22 @@ export function modesSection(s: Structure, modes: Modes, comparison: Comparison 
     const gap = measured && atSensors ? difference(measured, atSensors) : null;
     const top = gap ? Math.max(0.1, gap.reduce((a, b) => (Number.isFinite(b) ? Math.max(a, b) : a), 0)) : 1;
     const size = displacement;
-    const moved = (i: number) => sample("viridis", Math.hypot(size!.re[3 * i]!, size!.re[3 * i + 1]!, size!.re[3 * i + 2]!));
+    const dark = isDark();
+    const moved = (i: number) => onStage("viridis", Math.hypot(size!.re[3 * i]!, size!.re[3 * i + 1]!, size!.re[3 * i + 2]!), dark);
     const style = getComputedStyle(document.documentElement);
-    const [modelColor, testColor] = ["--model", "--test"].map((n) => parseHex(style.getPropertyValue(n).trim())) as [never, never];
+    const [plainModel, testColor, neutral] = ["--model", "--test", "--rest"].map((n) => parseHex(style.getPropertyValue(n).trim())) as [Rgb, Rgb, Rgb];
     const effective = coloring === "difference" && !gap ? "plain" : coloring;
+    const modelColor = effective === "difference" ? neutral : plainModel;
     viewer.paint(
-      effective === "difference" ? { elements: () => modelColor, nodes: () => modelColor, test: (i) => sample("cividis", gap![i]! / top) }
+      effective === "difference" ? { elements: () => modelColor, nodes: () => modelColor, test: (i) => onStage("viridis", gap![i]! / top, dark) }
       : effective === "motion" && size ? { nodes: moved, test: () => testColor }
       : { elements: () => modelColor, nodes: () => modelColor, test: () => testColor });
     const keys = [];
     if (model) keys.push({ name: "model", color: css(modelColor) });
     if (test && effective !== "difference") keys.push({ name: "test", color: css(testColor) });
     legend.replaceChildren(
-      effective === "difference" ? colorBar("cividis", "0", `${fixed(100 * top, 0)} %`, "|test − model| of the largest motion, at the sensors") : "",
-      effective === "motion" && size ? colorBar("viridis", "0", "largest", "motion of the model") : "",
+      effective === "difference" ? colorBar("viridis", "0", `${fixed(100 * top, 0)} %`, "|test − model| of the largest motion, at the sensors", { dark }) : "",
+      effective === "motion" && size ? colorBar("viridis", "0", "largest", "motion of the model", { dark }) : "",
       keys.length && !(effective === "motion" && !test) ? swatches("", effective === "motion" ? keys.filter((k) => k.name === "test") : keys) : "");
 
     const { pair, index } = current;

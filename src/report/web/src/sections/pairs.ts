@@ -7,7 +7,7 @@ import { fixed, percent, plain, probability, significant } from "../format";
 import { heat } from "../heat";
 import { colorBar } from "../legend";
 import { makeViewer } from "../viewer";
-import { painter } from "./structure";
+import { isDark, painter } from "./structure";
 import type { Comparison, LabelledMatrix, Modes, Pair, Structure } from "../types";
 
 function verdict(pair: Pair): Child {
@@ -85,14 +85,14 @@ function frequencyChart(c: Comparison): HTMLElement {
 function errorChart(c: Comparison): HTMLElement {
   const chart = new Chart("Frequency error of every pair", (p) => {
     const names = c.pairs.map((x) => plain(x.label));
-    const bars = (list: Pair[], name: string, color: string, shape: string) => ({
+    const bars = (list: Pair[], name: string, color: string) => ({
       type: "bar", orientation: "h", name, y: names,
       x: c.pairs.map((x) => { const o = list.find((b) => (b.test_mode != null ? b.test_mode === x.test_mode : b.label === x.label)); return o ? 100 * o.error : null; }),
-      marker: { color, pattern: { shape, fgcolor: p.surface, size: 5 } }, hovertemplate: "%{y}: %{x:.2f} %<extra></extra>",
+      marker: { color }, hovertemplate: "%{y}: %{x:.2f} %<extra></extra>",
     });
     const band = 100 * (c.frequency_band || 0.05);
     return {
-      data: [...(c.pairs_before.length ? [bars(c.pairs_before, "before", p.before, "/")] : []), bars(c.pairs, c.pairs_before.length ? "after" : "model", p.model, "")],
+      data: [...(c.pairs_before.length ? [bars(c.pairs_before, "before", p.before)] : []), bars(c.pairs, c.pairs_before.length ? "after" : "model", p.model)],
       layout: {
         barmode: "group", bargap: 0.3, xaxis: { title: { text: "(model − test)/test, %" }, zeroline: true, zerolinecolor: p.soft },
         yaxis: { autorange: "reversed" }, legend: { traceorder: "normal" },
@@ -111,19 +111,22 @@ function comac(c: Comparison, s: Structure): HTMLElement | null {
   for (const layer of ["nodes", "masses"] as const) viewer.show(layer, false);
   let values = after;
   const list = h("ol", { class: "worst" });
+  const comacBar = h("div", {});
   const apply = (): void => {
+    comacBar.replaceChildren(colorBar("viridis", "0", "1", "COMAC", { dark: isDark() }));
     viewer.paint({ sensors: painter(values, { low: 0, high: 1, map: "viridis" }) });
     const order = Array.from(values, (value, i) => ({ value, i })).filter((x) => Number.isFinite(x.value)).sort((a, b) => a.value - b.value).slice(0, 6);
     list.replaceChildren(...order.map(({ value, i }) => h("li", {}, h("button", { type: "button", class: "link",
       onclick: () => viewer.highlight({ text: "", nodes: [], elements: [], sensors: [i] }) }, s.sensors[i]?.name ?? String(i)), ` ${fixed(value, 3)}`)));
   };
   apply();
+  document.addEventListener("retheme", apply);
   return card("COMAC on the structure", "agreement of each sensor over all pairs; a low value points at a place or a channel",
     h("div", { class: "split tight" }, h("div", { class: "stage-small" }, viewer.root),
       h("div", {}, before ? choice("Which model", [{ value: "after", text: "after" }, { value: "before", text: "before" }], "after", (v) => {
         values = v === "after" ? after : before;
         apply();
-      }) : null, colorBar("viridis", "0", "1", "COMAC"), h("h4", { class: "list-title" }, "Lowest"), list)));
+      }) : null, comacBar, h("h4", { class: "list-title" }, "Lowest"), list)));
 }
 
 export function pairsSection(c: Comparison, modes: Modes, s: Structure | undefined): HTMLElement {

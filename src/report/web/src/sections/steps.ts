@@ -14,21 +14,22 @@ export function stepsSection(w: Steps): HTMLElement {
     const values = w.steps.map((s) => s.misfit);
     const fall = values.map((v, i) => (i === 0 ? 0 : Math.max(0, values[i - 1]! - v)));
     const log = scale === "log";
+    const tops = w.steps.map((s, i) => Math.max(s.misfit, i && !log ? values[i - 1]! : 0, s.held_out ?? 0));
     const data: Record<string, unknown>[] = [
-      { type: "bar", name: "misfit", x: names, y: values, marker: { color: p.model }, text: values.map((v) => significant(v, 3)),
-        textposition: log ? "inside" : fall.map((f) => (f > 0.04 * Math.max(...values) ? "inside" : "outside")), insidetextanchor: "end", cliponaxis: false,
-        hovertemplate: "%{x}: %{y:.4g}<extra>misfit</extra>" },
+      { type: "bar", name: "misfit", x: names, y: values, marker: { color: p.model }, hovertemplate: "%{x}: %{y:.4g}<extra>misfit</extra>" },
     ];
-    if (!log) data.push({ type: "bar", name: "explained by the step", x: names, y: fall, base: values, text: fall.map((f, i) => i && values[i - 1]! > 0 && f > 0 ? `−${fixed((100 * f) / values[i - 1]!, 0)} %` : ""),
-      textposition: "inside", insidetextanchor: "middle", textangle: 0, constraintext: "none", marker: { color: p.dark ? "rgba(150,165,180,0.22)" : "rgba(90,110,130,0.13)", line: { color: p.soft, width: 1 } }, textfont: { color: p.ink },
-      hovertemplate: "%{x}: −%{text}<extra></extra>" });
+    if (!log) data.push({ type: "bar", name: "explained by the step", x: names, y: fall, base: values,
+      marker: { color: p.dark ? "rgba(150,165,180,0.22)" : "rgba(90,110,130,0.13)", line: { color: p.soft, width: 1 } }, hovertemplate: "%{x}: −%{y:.4g}<extra></extra>" });
+    // The numbers stand above everything of their step, so that nothing covers them.
+    data.push({ type: "scatter", mode: "text", x: names, y: tops.map((t, i) => ((w.steps[i]!.held_out ?? 0) >= t ? (log ? t * 1.12 : t + 0.03 * Math.max(...tops)) : t)), textposition: "top center", showlegend: false, hoverinfo: "skip", cliponaxis: false,
+      text: values.map((v, i) => `<b>${significant(v, 3)}</b>${i && fall[i]! > 0 ? `${width < 700 ? "<br>" : "  "}−${fixed((100 * fall[i]!) / values[i - 1]!, 0)} %` : ""}`) });
     if (held) data.push({ type: "scatter", mode: "lines+markers", name: "held-out data", x: names, y: w.steps.map((s) => s.held_out),
       line: { color: p.test, dash: "dot", width: 2 }, marker: { symbol: "diamond", size: 11, color: p.test, line: { width: 1.5, color: p.surface } }, hovertemplate: "%{x}: %{y:.4g}<extra>held out</extra>" });
     if (w.noise_floor != null) data.push({ type: "scatter", mode: "lines", name: `noise floor (${significant(w.noise_floor, 3)})`, x: names, y: names.map(() => w.noise_floor),
       line: { color: p.good, dash: "dash", width: 2 }, hoverinfo: "skip" });
     return {
       data,
-      layout: { barmode: "overlay", bargap: 0.35, yaxis: { title: { text: plain(shorten(w.measure || "misfit", 50)) }, type: scale, ...(log ? {} : { rangemode: "tozero" }) },
+      layout: { barmode: "overlay", bargap: 0.35, yaxis: { title: { text: "misfit" }, type: scale, ...(log ? { dtick: 1 } : { range: [0, 1.17 * Math.max(...tops, 1e-12)] }) },
         xaxis: { tickangle: width < 700 ? -35 : 0, showgrid: false } },
     };
   }, 440, "error-falling");

@@ -1,6 +1,6 @@
 /** The structure: turn it, colour it, ask what is under the pointer. */
 
-import { categories, css, parseHex, sample, type MapName, type Rgb } from "../color";
+import { categories, css, onStage, parseHex, type MapName, type Rgb } from "../color";
 import { floats } from "../decode";
 import { nameOf, placeOf, rowsOf, titleOf } from "../describe";
 import { h, toggle } from "../dom";
@@ -27,8 +27,14 @@ export function range(field: Pick<Field, "scale">, values: Float32Array): { low:
   return { low, high: high > low ? high : low + 1, map: "cividis" };
 }
 
+/** Whether the page is dark now. */
+export function isDark(): boolean {
+  return document.documentElement.dataset["theme"] === "dark";
+}
+
 export function painter(values: Float32Array, r: { low: number; high: number; map: MapName }): Painter {
-  return (i) => sample(r.map, (values[i]! - r.low) / (r.high - r.low));
+  const dark = isDark();
+  return (i) => onStage(r.map, (values[i]! - r.low) / (r.high - r.low), dark);
 }
 
 interface Coloring { id: string; name: string; apply: (viewer: Viewer, legend: HTMLElement) => void }
@@ -38,7 +44,7 @@ function byName(name: string, names: (string | null)[]): Coloring {
   return {
     id: name, name: `by ${name}`,
     apply: (viewer, legend) => {
-      const colors = categories(getComputedStyle(document.documentElement).getPropertyValue("--scheme").trim() === "dark");
+      const colors = categories(isDark());
       const of = new Map(distinct.map((n, i) => [n, colors[i % colors.length]!]));
       const plain: Rgb = [140, 148, 158];
       viewer.paint({ elements: (i) => (names[i] ? parseHex(of.get(names[i]!)!) : plain) });
@@ -60,7 +66,7 @@ function byField(field: Field, index: number): Coloring {
       if (field.on === "sensors") viewer.show("sensors", true);
       const unit = field.unit ? ` ${field.unit}` : "";
       legend.replaceChildren(
-        colorBar(r.map, significant(r.low, 3) + unit, significant(r.high, 3) + unit, field.name),
+        colorBar(r.map, significant(r.low, 3) + unit, significant(r.high, 3) + unit, field.name, { dark: isDark() }),
         field.about ? h("p", { class: "note" }, field.about) : "");
     },
   };

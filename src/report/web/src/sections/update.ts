@@ -18,7 +18,7 @@ function costChart(u: Update): HTMLElement {
         line: { color: colors[i % 4], dash: dashes[Math.floor(i / 4) % 4], width: 2.4, shape: "hv" }, marker: { size: 5 },
         hovertemplate: "%{x} evaluations: %{y:.5g}<extra>" + plain(run.name) + "</extra>",
       })),
-      layout: { xaxis: { title: { text: "evaluations of the model" }, rangemode: "tozero" }, yaxis: { title: { text: "best cost" }, type: scale },
+      layout: { xaxis: { title: { text: "evaluations of the model" }, rangemode: "tozero", exponentformat: "none", separatethousands: true }, yaxis: { title: { text: "best cost" }, type: scale },
         showlegend: u.histories.length > 1, hovermode: "closest" },
     };
   }, 340, "cost-history");
