@@ -18,10 +18,11 @@ mod validate;
 
 pub use comparison::{Band, Channel, Comparison, Frfs, LabelledMatrix, ModelMode, Modes, Pair, TestMode};
 pub use diagnosis::{Category, Diagnosis, Hypothesis, Level, Measurement, Outcome, Place};
-pub use encoding::{Floats, Spectrum};
 pub(crate) use encoding::base64 as encoding_base64;
+pub use encoding::{Floats, Spectrum};
 pub use structure::{
-    Element, Exciter, Field, Node, Carrier, PointMass, Property, PropertySet, RigidLink, Scale, Sensor, Structure, Support,
+    Carrier, Element, Exciter, Field, Node, PointMass, Property, PropertySet, RigidLink, Scale, Sensor, Structure,
+    Support,
 };
 pub use update::{Bound, Combination, History, MassProperty, Parameter, Step, Steps, Update};
 pub use validate::ReportError;

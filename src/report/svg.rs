@@ -38,7 +38,11 @@ pub fn figures(data: &ReportData) -> Vec<Figure> {
             }
         }
         if !c.pairs.is_empty() {
-            add("frequency-frequency".into(), "Frequency of the model against frequency of the test".into(), frequencies(c));
+            add(
+                "frequency-frequency".into(),
+                "Frequency of the model against frequency of the test".into(),
+                frequencies(c),
+            );
         }
     }
     if let Some(u) = data.update.as_ref().filter(|u| !u.histories.is_empty()) {
@@ -117,7 +121,14 @@ fn mac(m: &LabelledMatrix) -> Canvas {
             let corner = [left + cell * j as f64, top + cell * i as f64];
             c.rect(corner, [cell, cell], &fill, "#ffffff");
             if size > 12.0 && v.is_finite() {
-                c.text([corner[0] + cell / 2.0, corner[1] + cell / 2.0 + size * 0.35], &format!("{v:.2}"), size, "middle", ink, 0.0);
+                c.text(
+                    [corner[0] + cell / 2.0, corner[1] + cell / 2.0 + size * 0.35],
+                    &format!("{v:.2}"),
+                    size,
+                    "middle",
+                    ink,
+                    0.0,
+                );
             }
         }
     }
@@ -201,7 +212,10 @@ fn waterfall(s: &Steps) -> Canvas {
             canvas.rect([left, from], [slot * 0.6, top - from], "#eef1f4", "#b3bdc7");
         }
         canvas.rect([left, top], [slot * 0.6, (bottom - top).max(0.0)], MODEL, "none");
-        canvas.text([left + slot * 0.3, top - 10.0], &short(step.misfit), TEXT, "middle", INK, 0.0);
+        let highest = before.max(step.misfit).max(step.held_out.unwrap_or(0.0));
+        let clear = if step.held_out.is_some_and(|v| v >= highest) { 26.0 } else { 10.0 };
+        let above = frame.at(0.0, highest)[1] - clear;
+        canvas.text([left + slot * 0.3, above], &short(step.misfit), TEXT, "middle", INK, 0.0);
         for (line, part) in wrap(&step.name, 13).iter().enumerate().take(3) {
             canvas.text([left + slot * 0.3, bottom + 36.0 + 31.0 * line as f64], part, TEXT - 2.0, "middle", INK, 0.0);
         }
@@ -245,10 +259,14 @@ fn wrap(text: &str, width: usize) -> Vec<String> {
 fn frf(f: &Frfs, channel: &Channel) -> Canvas {
     let mut canvas = Canvas::new(COLUMN * 1.4, 90.0);
     let hz: Vec<f64> = f.frequency_hz.0.iter().map(|v| f64::from(*v)).collect();
-    let curves: Vec<_> = [("measured", &channel.measured, TEST, ""), ("model", &channel.model, MODEL, "22 12"), ("before", &channel.before, BEFORE, "6 10")]
-        .into_iter()
-        .filter_map(|(name, h, ink, dash)| h.as_ref().map(|h| (name, h, ink, dash)))
-        .collect();
+    let curves: Vec<_> = [
+        ("measured", &channel.measured, TEST, ""),
+        ("model", &channel.model, MODEL, "22 12"),
+        ("before", &channel.before, BEFORE, "6 10"),
+    ]
+    .into_iter()
+    .filter_map(|(name, h, ink, dash)| h.as_ref().map(|h| (name, h, ink, dash)))
+    .collect();
     let size = |v: &[f32; 2]| f64::from(v[0]).hypot(f64::from(v[1]));
     let mut x = Axis::linear(hz.iter().copied(), false);
     x.high = hz.iter().copied().filter(|v| v.is_finite()).fold(x.low, f64::max).max(x.low + 1e-9);
@@ -281,37 +299,74 @@ fn mode_shapes(data: &ReportData, s: &Structure) -> Canvas {
     let up = s.up.unwrap_or(2).min(2);
     let (a, b) = ((up + 1) % 3, (up + 2) % 3);
     let (sin, cos) = 0.62_f64.sin_cos();
-    let flat = move |p: [f64; 3]| [p[a] * 0.87 - p[b] * 0.5, -((p[a] * 0.5 + p[b] * 0.87) * sin) - p[up] * cos];
+    // From 69 degrees beside the first axis, 36 degrees above: the oblique view of the page.
+    let (side, ahead) = (-1.2_f64).sin_cos();
+    let flat = move |p: [f64; 3]| {
+        let [x, y, z] = [p[a], p[b], p[up]];
+        [-side * x + ahead * y, -(z * cos - sin * (ahead * x + side * y))]
+    };
     let panels: Vec<(Option<usize>, Option<usize>, String)> = match &data.comparison {
-        Some(c) if !c.pairs.is_empty() => c.pairs.iter().map(|p| (p.test_mode, p.model_mode, p.label.clone())).collect(),
-        _ if !data.modes.model.is_empty() => data.modes.model.iter().enumerate().map(|(i, m)| (None, Some(i), m.label.clone())).collect(),
+        Some(c) if !c.pairs.is_empty() => {
+            c.pairs.iter().map(|p| (p.test_mode, p.model_mode, p.label.clone())).collect()
+        }
+        _ if !data.modes.model.is_empty() => {
+            data.modes.model.iter().enumerate().map(|(i, m)| (None, Some(i), m.label.clone())).collect()
+        }
         _ => data.modes.test.iter().enumerate().map(|(i, m)| (Some(i), None, m.label.clone())).collect(),
     };
     let panels = &panels[..panels.len().min(12)];
-    let (columns, wide, high) = (2.min(panels.len().max(1)), 850.0, 480.0);
+    let (columns, wide, high) = (2.min(panels.len().max(1)), 850.0, 440.0);
     let rows = panels.len().div_ceil(columns).max(1);
-    let mut canvas = Canvas::new(columns as f64 * wide / 10.0, (rows as f64 * high + 70.0) / 10.0);
-    let points: Vec<[f64; 2]> = s.nodes.iter().map(|n| n.position).chain(s.sensors.iter().map(|x| x.position)).map(flat).collect();
-    let ends = |k: usize| points.iter().map(|p| p[k]).filter(|v| v.is_finite()).fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(v), h.max(v)));
+    let mut canvas = Canvas::new(columns as f64 * wide / 10.0, (rows as f64 * high + 100.0) / 10.0);
+    let points: Vec<[f64; 2]> =
+        s.nodes.iter().map(|n| n.position).chain(s.sensors.iter().map(|x| x.position)).map(flat).collect();
+    let ends = |k: usize| {
+        points
+            .iter()
+            .map(|p| p[k])
+            .filter(|v| v.is_finite())
+            .fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(v), h.max(v)))
+    };
     let ((x0, x1), (y0, y1)) = (ends(0), ends(1));
     let span = (x1 - x0).max((y1 - y0) * 1.2).max(1e-12);
-    let reach = 0.11 * span;
-    let scale = ((wide - 90.0) / (x1 - x0 + 1e-12)).min((high - 110.0) / (y1 - y0 + 2.0 * reach));
+    let reach = 0.12 * span;
+    let scale = ((wide - 90.0) / (x1 - x0 + 1e-12)).min((high - 80.0) / (y1 - y0 + 2.0 * reach));
     for (k, (test, model, label)) in panels.iter().enumerate() {
-        let corner = [(k % columns) as f64 * wide, (k / columns) as f64 * high + 60.0];
+        let corner = [(k % columns) as f64 * wide, (k / columns) as f64 * high + 85.0];
         let put = |p: [f64; 3]| {
             let q = flat(p);
-            [corner[0] + wide / 2.0 + (q[0] - f64::midpoint(x0, x1)) * scale, corner[1] + high / 2.0 + 24.0 + (q[1] - f64::midpoint(y0, y1)) * scale]
+            [
+                corner[0] + wide / 2.0 + (q[0] - f64::midpoint(x0, x1)) * scale,
+                corner[1] + high / 2.0 + 24.0 + (q[1] - f64::midpoint(y0, y1)) * scale,
+            ]
         };
         let test = test.and_then(|i| data.modes.test.get(i));
         let model = model.and_then(|i| data.modes.model.get(i)).filter(|m| m.displacement.len() == 3 * s.nodes.len());
         let hz = [test.map(|m| m.frequency_hz), model.map(|m| m.frequency_hz)];
         let hz: Vec<String> = hz.iter().flatten().map(|f| format!("{f:.2}")).collect();
-        canvas.text([corner[0] + 45.0, corner[1] + 20.0], &format!("{} ({} Hz)", cut(label, 34), hz.join(" / ")), TEXT, "start", INK, 0.0);
+        canvas.text(
+            [corner[0] + 45.0, corner[1] + 20.0],
+            &format!("{} ({} Hz)", cut(label, 34), hz.join(" / ")),
+            TEXT,
+            "start",
+            INK,
+            0.0,
+        );
         for e in s.elements.iter().filter(|e| e.nodes.len() > 1) {
-            canvas.path(e.nodes.iter().filter_map(|n| s.nodes.get(*n)).map(|n| put(n.position)).collect::<Vec<_>>(), "#c3cbd3", 2.5, "");
+            canvas.path(
+                e.nodes.iter().filter_map(|n| s.nodes.get(*n)).map(|n| put(n.position)).collect::<Vec<_>>(),
+                "#c3cbd3",
+                2.5,
+                "",
+            );
         }
-        let unit = model.map_or(0.0, |m| m.displacement.0.chunks(3).map(|u| f64::from(u[0].hypot(u[1]).hypot(u[2]))).fold(0.0, f64::max));
+        let unit = model.map_or(0.0, |m| {
+            m.displacement.0.chunks(3).map(|u| f64::from(u[0].hypot(u[1]).hypot(u[2]))).fold(0.0, f64::max)
+        });
+        // The largest motion of nodes and sensors alike, as in the page.
+        let read = model.and_then(|m| m.at_sensors.as_ref());
+        let known = read.into_iter().flat_map(|a| &a.0).filter(|v| v.is_finite());
+        let unit = known.fold(unit, |u, v| u.max(f64::from(v.abs())));
         if let Some(m) = model {
             let moved = |n: usize| {
                 let u = &m.displacement.0[3 * n..3 * n + 3];
@@ -322,10 +377,14 @@ fn mode_shapes(data: &ReportData, s: &Structure) -> Canvas {
             }
         }
         if let Some(x) = test.and_then(|m| m.at_sensors.as_ref()).filter(|x| x.len() == s.sensors.len()) {
-            let at = model.and_then(|m| m.at_sensors.as_ref()).filter(|a| a.len() == x.len());
+            let at = read.filter(|a| a.len() == x.len());
             let known = || x.0.iter().enumerate().filter(|(_, v)| v.is_finite()).map(|(i, v)| (i, f64::from(*v)));
             let factor = match at {
-                Some(a) => known().map(|(i, v)| v * f64::from(a.0[i])).sum::<f64>() / known().map(|(_, v)| v * v).sum::<f64>().max(1e-300) / unit.max(1e-300),
+                Some(a) => {
+                    known().map(|(i, v)| v * f64::from(a.0[i])).sum::<f64>()
+                        / known().map(|(_, v)| v * v).sum::<f64>().max(1e-300)
+                        / unit.max(1e-300)
+                }
                 None => 1.0 / known().map(|(_, v)| v.abs()).fold(1e-300, f64::max),
             };
             let moved = |i: usize| {
@@ -334,7 +393,12 @@ fn mode_shapes(data: &ReportData, s: &Structure) -> Canvas {
                 put(std::array::from_fn(|c| sensor.position[c] + v * sensor.direction[c]))
             };
             for line in &s.trace_lines {
-                canvas.path(line.iter().filter(|i| **i < s.sensors.len()).map(|i| moved(*i)).collect::<Vec<_>>(), TEST, 3.0, "14 8");
+                canvas.path(
+                    line.iter().filter(|i| **i < s.sensors.len()).map(|i| moved(*i)).collect::<Vec<_>>(),
+                    TEST,
+                    3.0,
+                    "14 8",
+                );
             }
             for i in (0..s.sensors.len()).filter(|i| !s.sensors[*i].is_rotation && x.0[*i].is_finite()) {
                 canvas.circle(moved(i), 5.0, TEST, "none");
@@ -362,7 +426,10 @@ mod tests {
     fn every_figure_of_the_wing_is_there_and_is_well_formed() {
         let list = figures(&wing::report());
         let names: Vec<&str> = list.iter().map(|f| f.name.as_str()).collect();
-        assert_eq!(names[..6], ["mac-before", "mac-after", "frequency-frequency", "cost-history", "error-falling", "mode-shapes"]);
+        assert_eq!(
+            names[..6],
+            ["mac-before", "mac-after", "frequency-frequency", "cost-history", "error-falling", "mode-shapes"]
+        );
         assert_eq!(names.len(), 9);
         for f in &list {
             assert!(f.svg.starts_with("<svg ") && f.svg.ends_with("</svg>\n"));

@@ -51,7 +51,11 @@ impl Style {
             Tone::Warning => "33",
             Tone::Bad => "31",
         };
-        if self.color && !code.is_empty() && !text.is_empty() { format!("\u{1b}[{code}m{text}\u{1b}[0m") } else { text.into() }
+        if self.color && !code.is_empty() && !text.is_empty() {
+            format!("\u{1b}[{code}m{text}\u{1b}[0m")
+        } else {
+            text.into()
+        }
     }
 }
 

@@ -32,7 +32,10 @@ pub fn paraview(data: &ReportData) -> Result<Vec<VtkFile>, ReportError> {
     let mut listed = Vec::new();
     for (i, m) in data.modes.model.iter().enumerate().filter(|(_, m)| !m.displacement.is_empty()) {
         let name = format!("model_mode_{:03}.vtu", i + 1);
-        files.push(VtkFile { name: name.clone(), content: grid(s, Some((&m.displacement, m.displacement_imag.as_ref()))) });
+        files.push(VtkFile {
+            name: name.clone(),
+            content: grid(s, Some((&m.displacement, m.displacement_imag.as_ref()))),
+        });
         listed.push((m.frequency_hz, name));
     }
     if !listed.is_empty() {
@@ -52,7 +55,9 @@ pub fn paraview(data: &ReportData) -> Result<Vec<VtkFile>, ReportError> {
 }
 
 fn collection(name: &str, files: &[(f64, String)]) -> VtkFile {
-    let mut text = String::from("<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n<Collection>\n");
+    let mut text = String::from(
+        "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n<Collection>\n",
+    );
     for (hz, file) in files {
         let _ = writeln!(text, "<DataSet timestep=\"{hz}\" part=\"0\" file=\"{file}\"/>");
     }
@@ -93,8 +98,11 @@ fn cell_type(nodes: usize) -> u8 {
 
 fn mesh(points: impl Iterator<Item = [f64; 3]>, cells: &[&[usize]], point_data: &str, cell_data: &str) -> String {
     let points: Vec<u8> = points.flatten().flat_map(f64::to_le_bytes).collect();
-    let mut out = String::from("<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"0.1\" byte_order=\"LittleEndian\">\n<UnstructuredGrid>\n");
-    let _ = writeln!(out, "<Piece NumberOfPoints=\"{}\" NumberOfCells=\"{}\">\n<Points>", points.len() / 24, cells.len());
+    let mut out = String::from(
+        "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"0.1\" byte_order=\"LittleEndian\">\n<UnstructuredGrid>\n",
+    );
+    let _ =
+        writeln!(out, "<Piece NumberOfPoints=\"{}\" NumberOfCells=\"{}\">\n<Points>", points.len() / 24, cells.len());
     array(&mut out, "Float64", "points", 3, &points);
     out.push_str("</Points>\n<Cells>\n");
     array(&mut out, "Int32", "connectivity", 1, &i32s(cells.iter().flat_map(|c| c.iter().copied())));

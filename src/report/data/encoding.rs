@@ -120,8 +120,11 @@ impl Spectrum {
     }
 
     fn coded(&self) -> Coded {
-        let polar: Vec<(f64, f64)> =
-            self.0.iter().map(|&[re, im]| (f64::from(re).hypot(f64::from(im)), f64::from(im).atan2(f64::from(re)))).collect();
+        let polar: Vec<(f64, f64)> = self
+            .0
+            .iter()
+            .map(|&[re, im]| (f64::from(re).hypot(f64::from(im)), f64::from(im).atan2(f64::from(re))))
+            .collect();
         let peak = polar.iter().map(|p| p.0).filter(|a| a.is_finite()).fold(0.0, f64::max);
         let floor = if peak > 0.0 { peak * FLOOR } else { 1.0 };
         let logs = || polar.iter().filter(|p| p.0.is_finite()).map(|p| p.0.max(floor).ln());
@@ -130,7 +133,8 @@ impl Spectrum {
         let step = if high > low { (high - low) / STEPS } else { 1.0 };
         let mut bytes = Vec::with_capacity(4 * polar.len());
         for (amplitude, phase) in polar {
-            let a = if amplitude.is_finite() { 1 + ((amplitude.max(floor).ln() - low) / step).round() as u16 } else { 0 };
+            let a =
+                if amplitude.is_finite() { 1 + ((amplitude.max(floor).ln() - low) / step).round() as u16 } else { 0 };
             let turn = (phase / std::f64::consts::TAU * 65_536.0).round();
             let p = if turn.is_finite() { turn.rem_euclid(65_536.0) as u16 } else { 0 };
             bytes.extend_from_slice(&a.to_le_bytes());

@@ -1,6 +1,6 @@
 //! Whether the parts of a report fit together.
 
-use super::{Floats, Place, Carrier, ReportData, SCHEMA, Structure};
+use super::{Carrier, Floats, Place, ReportData, SCHEMA, Structure};
 
 /// Why data are no report.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -67,7 +67,7 @@ impl ReportData {
         }
         let empty = Structure::default();
         let s = self.structure.as_ref().unwrap_or(&empty);
-        self.validate_structure(s)?;
+        validate_structure(s)?;
         self.validate_modes(s)?;
         self.validate_comparison(s)?;
         if let Some(frfs) = &self.frfs {
@@ -116,45 +116,6 @@ impl ReportData {
             if let Some(p) = &diagnosis.remainder_place {
                 place("diagnosis.remainder_place", p, s)?;
             }
-        }
-        Ok(())
-    }
-
-    fn validate_structure(&self, s: &Structure) -> Result<(), ReportError> {
-        const NODES: &str = "structure.nodes";
-        let n = s.nodes.len();
-        for (i, e) in s.elements.iter().enumerate() {
-            for &k in &e.nodes {
-                index(|| format!("structure.elements[{i}].nodes"), k, NODES, n)?;
-            }
-            if let Some(k) = e.property_set {
-                let field = || format!("structure.elements[{i}].property_set");
-                index(field, k, "structure.property_sets", s.property_sets.len())?;
-            }
-        }
-        for (i, link) in s.rigid_links.iter().enumerate() {
-            for &k in link.slaves.iter().chain([&link.master]) {
-                index(|| format!("structure.rigid_links[{i}]"), k, NODES, n)?;
-            }
-        }
-        for (i, mass) in s.masses.iter().enumerate() {
-            index(|| format!("structure.masses[{i}].node"), mass.node, NODES, n)?;
-        }
-        for (i, support) in s.supports.iter().enumerate() {
-            index(|| format!("structure.supports[{i}].node"), support.node, NODES, n)?;
-        }
-        for (i, line) in s.trace_lines.iter().enumerate() {
-            for &k in line {
-                index(|| format!("structure.trace_lines[{i}]"), k, "structure.sensors", s.sensors.len())?;
-            }
-        }
-        for (i, field) in s.fields.iter().enumerate() {
-            let (expected, rule) = match field.on {
-                Carrier::Elements => (s.elements.len(), "one an element"),
-                Carrier::Nodes => (n, "one a node"),
-                Carrier::Sensors => (s.sensors.len(), "one a sensor"),
-            };
-            length(format!("structure.fields[{i}].values"), field.values.len(), expected, rule)?;
         }
         Ok(())
     }
@@ -209,6 +170,45 @@ impl ReportData {
         }
         Ok(())
     }
+}
+
+fn validate_structure(s: &Structure) -> Result<(), ReportError> {
+    const NODES: &str = "structure.nodes";
+    let n = s.nodes.len();
+    for (i, e) in s.elements.iter().enumerate() {
+        for &k in &e.nodes {
+            index(|| format!("structure.elements[{i}].nodes"), k, NODES, n)?;
+        }
+        if let Some(k) = e.property_set {
+            let field = || format!("structure.elements[{i}].property_set");
+            index(field, k, "structure.property_sets", s.property_sets.len())?;
+        }
+    }
+    for (i, link) in s.rigid_links.iter().enumerate() {
+        for &k in link.slaves.iter().chain([&link.master]) {
+            index(|| format!("structure.rigid_links[{i}]"), k, NODES, n)?;
+        }
+    }
+    for (i, mass) in s.masses.iter().enumerate() {
+        index(|| format!("structure.masses[{i}].node"), mass.node, NODES, n)?;
+    }
+    for (i, support) in s.supports.iter().enumerate() {
+        index(|| format!("structure.supports[{i}].node"), support.node, NODES, n)?;
+    }
+    for (i, line) in s.trace_lines.iter().enumerate() {
+        for &k in line {
+            index(|| format!("structure.trace_lines[{i}]"), k, "structure.sensors", s.sensors.len())?;
+        }
+    }
+    for (i, field) in s.fields.iter().enumerate() {
+        let (expected, rule) = match field.on {
+            Carrier::Elements => (s.elements.len(), "one an element"),
+            Carrier::Nodes => (n, "one a node"),
+            Carrier::Sensors => (s.sensors.len(), "one a sensor"),
+        };
+        length(format!("structure.fields[{i}].values"), field.values.len(), expected, rule)?;
+    }
+    Ok(())
 }
 
 fn matrix(field: &str, m: &super::LabelledMatrix) -> Result<(), ReportError> {

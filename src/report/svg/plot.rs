@@ -64,7 +64,8 @@ impl Canvas {
             let _ = write!(s, "{x:.1},{y:.1} ");
             s
         });
-        let _ = writeln!(self.body, "<polygon points=\"{}\" fill=\"{fill}\" fill-opacity=\"{opacity}\"/>", list.trim_end());
+        let _ =
+            writeln!(self.body, "<polygon points=\"{}\" fill=\"{fill}\" fill-opacity=\"{opacity}\"/>", list.trim_end());
     }
 
     pub(super) fn rect(&mut self, [x, y]: [f64; 2], [w, h]: [f64; 2], fill: &str, stroke: &str) {
@@ -168,13 +169,20 @@ impl Axis {
             }
             return ticks;
         }
+        if (self.low, self.high) == (-180.0, 180.0) {
+            return [-180, -90, 0, 90, 180].map(|d| (f64::from(d), d.to_string().replace('-', "−"))).to_vec();
+        }
         let rough = (self.high - self.low) / 5.0;
         let size = 10f64.powf(rough.log10().floor());
-        let step = [1.0, 2.0, 2.5, 5.0, 10.0].into_iter().map(|m| m * size).find(|s| *s >= rough).unwrap_or(10.0 * size);
+        let step =
+            [1.0, 2.0, 2.5, 5.0, 10.0].into_iter().map(|m| m * size).find(|s| *s >= rough).unwrap_or(10.0 * size);
         let first = (self.low / step - 1e-9).ceil() as i64;
         let last = (self.high / step + 1e-9).floor() as i64;
-        let decimals = (-(step.log10() + 1e-9).floor()).max(0.0) as usize + usize::from((step / size - 2.5).abs() < 1e-6);
-        (first..=last.min(first + 20)).map(|i| (i as f64 * step, format!("{:.decimals$}", i as f64 * step).replace('-', "−"))).collect()
+        let decimals =
+            (-(step.log10() + 1e-9).floor()).max(0.0) as usize + usize::from((step / size - 2.5).abs() < 1e-6);
+        (first..=last.min(first + 20))
+            .map(|i| (i as f64 * step, format!("{:.decimals$}", i as f64 * step).replace('-', "−")))
+            .collect()
     }
 }
 
@@ -183,13 +191,13 @@ fn ends(values: impl Iterator<Item = f64>) -> (f64, f64) {
     if low <= high { (low, high) } else { (0.0, 0.0) }
 }
 
+/// A decade as plain digits where they are few: raised digits are missing in some fonts.
 fn power(d: i32) -> String {
-    if (0..=2).contains(&d) {
-        return format!("{}", 10_i32.pow(d.unsigned_abs()));
+    match d {
+        0..=4 => 10_i32.pow(d.unsigned_abs()).to_string(),
+        -4..=-1 => format!("{:.*}", d.unsigned_abs() as usize, 10f64.powi(d)),
+        _ => format!("1e{d}").replace('-', "−"),
     }
-    let raised = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
-    let digits: String = d.unsigned_abs().to_string().bytes().map(|b| raised[usize::from(b - b'0')]).collect();
-    format!("10{}{digits}", if d < 0 { "⁻" } else { "" })
 }
 
 /// Three or four significant digits.
@@ -200,7 +208,7 @@ pub(super) fn short(v: f64) -> String {
     let size = v.abs();
     let text = if size == 0.0 {
         "0".into()
-    } else if size >= 1e5 || size < 1e-3 {
+    } else if !(1e-3..1e5).contains(&size) {
         format!("{v:.2e}")
     } else {
         let decimals = (2.0 - size.log10().floor()).max(0.0) as usize;
@@ -277,14 +285,20 @@ mod tests {
         assert!(axis.ticks().iter().any(|t| t.1 == "−2"));
         let axis = Axis { low: 2e-4, high: 3e2, log: true };
         let ticks: Vec<String> = axis.ticks().into_iter().map(|t| t.1).collect();
-        assert_eq!(ticks, ["10⁻³", "10⁻²", "10⁻¹", "1", "10", "100"]);
+        assert_eq!(ticks, ["0.001", "0.01", "0.1", "1", "10", "100"]);
         assert!(Axis { low: 2.1, high: 8.0, log: true }.ticks().len() >= 2);
         assert_eq!(Axis { low: 0.0, high: 1.25, log: false }.ticks()[1].1, "0.25");
     }
 
     #[test]
     fn degenerate_ranges_stay_finite() {
-        for axis in [Axis::linear([], true), Axis::linear([3.0], false), Axis::log([]), Axis::log([0.0, 2.0]), Axis::log([f64::NAN])] {
+        for axis in [
+            Axis::linear([], true),
+            Axis::linear([3.0], false),
+            Axis::log([]),
+            Axis::log([0.0, 2.0]),
+            Axis::log([f64::NAN]),
+        ] {
             assert!(axis.high > axis.low, "{} {}", axis.low, axis.high);
             assert!(axis.ticks().len() < 30);
             assert!(axis.place(axis.low).abs() < 1e-12);
@@ -293,6 +307,9 @@ mod tests {
 
     #[test]
     fn numbers_are_short() {
-        assert_eq!(["0", "41.2", "−0.05", "1.00e6", "2.10e−9", "19.8"], [0.0, 41.2, -0.05, 1e6, 2.1e-9, 19.82].map(short).each_ref().map(String::as_str));
+        assert_eq!(
+            ["0", "41.2", "−0.05", "1.00e6", "2.10e−9", "19.8"],
+            [0.0, 41.2, -0.05, 1e6, 2.1e-9, 19.82].map(short).each_ref().map(String::as_str)
+        );
     }
 }

@@ -22,15 +22,29 @@ pub fn summary(data: &ReportData, style: &Style) -> String {
         };
         out.push('\n');
         for (i, line) in wrap(&printable(&verdict.sentence), style.width.saturating_sub(2)).iter().enumerate() {
-            let _ = writeln!(out, "{} {}", if i == 0 { style.paint(tone, sign) } else { " ".into() }, style.paint(Tone::Strong, line));
+            let _ = writeln!(
+                out,
+                "{} {}",
+                if i == 0 { style.paint(tone, sign) } else { " ".into() },
+                style.paint(Tone::Strong, line)
+            );
         }
         if !verdict.number.is_empty() {
-            let _ = writeln!(out, "  {}: {}", printable(&verdict.number_label), style.paint(tone, &printable(&verdict.number)));
+            let _ = writeln!(
+                out,
+                "  {}: {}",
+                printable(&verdict.number_label),
+                style.paint(tone, &printable(&verdict.number))
+            );
         }
     }
     for warning in &meta.warnings {
         for (i, line) in wrap(&printable(warning), style.width.saturating_sub(11)).iter().enumerate() {
-            let _ = writeln!(out, "  {} {line}", if i == 0 { style.paint(Tone::Warning, "warning:") } else { " ".repeat(8) });
+            let _ = writeln!(
+                out,
+                "  {} {line}",
+                if i == 0 { style.paint(Tone::Warning, "warning:") } else { " ".repeat(8) }
+            );
         }
     }
     if let Some(c) = &data.comparison {
@@ -50,7 +64,12 @@ pub fn summary(data: &ReportData, style: &Style) -> String {
 
 fn head(out: &mut String, title: &str, note: &str, style: &Style) {
     let note = shorten(&printable(note), style.width.saturating_sub(title.width() + 2));
-    let _ = writeln!(out, "\n{}{}", style.paint(Tone::Strong, title), if note.is_empty() { String::new() } else { format!("  {}", style.paint(Tone::Dim, &note)) });
+    let _ = writeln!(
+        out,
+        "\n{}{}",
+        style.paint(Tone::Strong, title),
+        if note.is_empty() { String::new() } else { format!("  {}", style.paint(Tone::Dim, &note)) }
+    );
 }
 
 fn optional(value: Option<f64>, write: impl Fn(f64) -> String) -> Cell {
@@ -58,24 +77,55 @@ fn optional(value: Option<f64>, write: impl Fn(f64) -> String) -> Cell {
 }
 
 fn pairs(out: &mut String, data: &ReportData, c: &Comparison, style: &Style) {
-    let note = if c.criteria.is_empty() { "error = (model - test)/test".into() } else { format!("error = (model - test)/test; criteria: {}", c.criteria) };
+    let note = if c.criteria.is_empty() {
+        "error = (model - test)/test".into()
+    } else {
+        format!("error = (model - test)/test; criteria: {}", c.criteria)
+    };
     head(out, "Pairs", &note, style);
-    let mut table = Table::new([("mode", Align::Left), ("test Hz", Align::Right), ("model Hz", Align::Right), ("error", Align::Right), ("MAC", Align::Right), ("", Align::Left)]);
+    let mut table = Table::new([
+        ("mode", Align::Left),
+        ("test Hz", Align::Right),
+        ("model Hz", Align::Right),
+        ("error", Align::Right),
+        ("MAC", Align::Right),
+        ("", Align::Left),
+    ]);
     for p in &c.pairs {
         let state = match p.passes {
             Some(true) => Cell::new("✓ pass", Tone::Good),
             Some(false) => Cell::new("✕ fail", Tone::Bad),
             None => Cell::default(),
         };
-        table.row([(&p.label).into(), number(p.test_hz).into(), number(p.model_hz).into(), percent(p.error).into(), optional(p.mac, |m| format!("{m:.3}")), state]);
+        table.row([
+            (&p.label).into(),
+            number(p.test_hz).into(),
+            number(p.model_hz).into(),
+            percent(p.error).into(),
+            optional(p.mac, |m| format!("{m:.3}")),
+            state,
+        ]);
     }
     out.push_str(&table.render(style));
-    let names = |list: Vec<(&str, f64)>| list.iter().map(|(l, f)| format!("{} ({} Hz)", printable(l), number(*f))).collect::<Vec<_>>().join(", ");
-    let test: Vec<_> = c.unpaired_test.iter().filter_map(|i| data.modes.test.get(*i)).map(|m| (m.label.as_str(), m.frequency_hz)).collect();
-    let model: Vec<_> = c.unpaired_model.iter().filter_map(|i| data.modes.model.get(*i)).map(|m| (m.label.as_str(), m.frequency_hz)).collect();
+    let names = |list: Vec<(&str, f64)>| {
+        list.iter().map(|(l, f)| format!("{} ({} Hz)", printable(l), number(*f))).collect::<Vec<_>>().join(", ")
+    };
+    let test: Vec<_> = c
+        .unpaired_test
+        .iter()
+        .filter_map(|i| data.modes.test.get(*i))
+        .map(|m| (m.label.as_str(), m.frequency_hz))
+        .collect();
+    let model: Vec<_> = c
+        .unpaired_model
+        .iter()
+        .filter_map(|i| data.modes.model.get(*i))
+        .map(|m| (m.label.as_str(), m.frequency_hz))
+        .collect();
     for (who, list) in [("test", test), ("model", model)] {
         if !list.is_empty() {
-            let _ = writeln!(out, "{}", shorten(&format!("{who} modes without a partner: {}", names(list)), style.width));
+            let _ =
+                writeln!(out, "{}", shorten(&format!("{who} modes without a partner: {}", names(list)), style.width));
         }
     }
 }
@@ -92,7 +142,16 @@ fn update(out: &mut String, u: &Update, style: &Style) {
     if u.parameters.is_empty() {
         return;
     }
-    let mut table = Table::new([("parameter", Align::Left), ("before", Align::Right), ("after", Align::Right), ("unit", Align::Left), ("lower", Align::Right), ("within", Align::Left), ("upper", Align::Right), ("", Align::Left)]);
+    let mut table = Table::new([
+        ("parameter", Align::Left),
+        ("before", Align::Right),
+        ("after", Align::Right),
+        ("unit", Align::Left),
+        ("lower", Align::Right),
+        ("within", Align::Left),
+        ("upper", Align::Right),
+        ("", Align::Left),
+    ]);
     for p in &u.parameters {
         let state = match p.at_bound {
             Some(Bound::Lower) => Cell::new("! at lower bound", Tone::Warning),
@@ -100,10 +159,21 @@ fn update(out: &mut String, u: &Update, style: &Style) {
             None => Cell::default(),
         };
         let track = match (p.lower, p.upper) {
-            (Some(low), Some(high)) if high > low => gauge((p.before - low) / (high - low), p.after.map(|a| (a - low) / (high - low))),
+            (Some(low), Some(high)) if high > low => {
+                gauge((p.before - low) / (high - low), p.after.map(|a| (a - low) / (high - low)))
+            }
             _ => String::new(),
         };
-        table.row([(&p.name).into(), number(p.before).into(), optional(p.after, number), (&p.unit).into(), optional(p.lower, number), track.into(), optional(p.upper, number), state]);
+        table.row([
+            (&p.name).into(),
+            number(p.before).into(),
+            optional(p.after, number),
+            (&p.unit).into(),
+            optional(p.lower, number),
+            track.into(),
+            optional(p.upper, number),
+            state,
+        ]);
     }
     out.push_str(&table.render(style));
 }
@@ -150,7 +220,14 @@ fn diagnosis(out: &mut String, d: &Diagnosis, style: &Style) {
     for line in wrap(&printable(&d.sentence), style.width) {
         let _ = writeln!(out, "{line}");
     }
-    let mut table = Table::new([("", Align::Right), ("hypothesis", Align::Left), ("P", Align::Right), ("", Align::Left), ("misfit", Align::Left), ("", Align::Left)]);
+    let mut table = Table::new([
+        ("", Align::Right),
+        ("hypothesis", Align::Left),
+        ("P", Align::Right),
+        ("", Align::Left),
+        ("misfit", Align::Left),
+        ("", Align::Left),
+    ]);
     for (i, h) in d.hypotheses.iter().enumerate() {
         let name = if h.place.text.is_empty() { h.kind.clone() } else { format!("{} @ {}", h.kind, h.place.text) };
         let name = if h.category == Category::Measurement { format!("{name} (measurement)") } else { name };
@@ -159,7 +236,14 @@ fn diagnosis(out: &mut String, d: &Diagnosis, style: &Style) {
             _ => String::new(),
         };
         let tie = if h.tied_with.is_empty() { Cell::default() } else { Cell::new("= tied", Tone::Warning) };
-        table.row([format!("{}", i + 1).into(), name.into(), optional(h.probability, |p| format!("{p:.2}")), bar(h.probability.unwrap_or(0.0), 12).into(), fall.into(), tie]);
+        table.row([
+            format!("{}", i + 1).into(),
+            name.into(),
+            optional(h.probability, |p| format!("{p:.2}")),
+            bar(h.probability.unwrap_or(0.0), 12).into(),
+            fall.into(),
+            tie,
+        ]);
     }
     out.push_str(&table.render(style));
     for (i, m) in d.next_measurements.iter().enumerate() {

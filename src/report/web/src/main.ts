@@ -143,10 +143,10 @@ function start(): void {
     document.documentElement.classList.add("printing");
     for (const t of tabs) build(t);
     for (const p of panels.values()) p.hidden = false;
-    for (const v of viewers) { v.retheme(); v.renderNow(); }
+    for (const v of viewers) v.retheme();
     document.dispatchEvent(new Event("retheme"));
     for (const c of charts) c.redraw(c.root.clientWidth);
-    for (const v of viewers) v.renderNow();
+    for (const v of viewers) v.drawForPaper();
   });
   addEventListener("afterprint", () => {
     if (!before) return;

@@ -279,9 +279,15 @@ export class Viewer {
     return [this.now[3 * index]!, this.now[3 * index + 1]!, this.now[3 * index + 2]!];
   }
 
-  /** Draws now (printing does not wait for a frame). */
-  renderNow(): void {
+  /** Draws now, and onto the canvas that prints: paper gets neither frames nor what the graphics card drew. */
+  drawForPaper(): void {
     this.draw();
+    const context = this.overlay.getContext("2d");
+    if (!this.renderer || !context || this.overlay.width === 0) return;
+    context.setTransform(1, 0, 0, 1, 0, 0);
+    context.globalCompositeOperation = "destination-over";
+    context.drawImage(this.canvas, 0, 0, this.overlay.width, this.overlay.height);
+    context.globalCompositeOperation = "source-over";
   }
 
   // ---- geometry -----------------------------------------------------------------------------------------------

@@ -64,7 +64,8 @@ export function modesSection(s: Structure, modes: Modes, comparison: Comparison 
     let measured = test ? shapeOf(test.at_sensors, test.at_sensors_imag) : null;
     if (displacement && displacement.re.length < 3 * s.nodes.length) displacement = null;
     if (rotation && rotation.re.length < 3 * s.nodes.length) rotation = null;
-    const unit = displacement ? 1 / (peakOfNodes(displacement) || 1) : 1;
+    // The largest motion of nodes and sensors alike: a spar that only twists moves little, its edges move much.
+    const unit = displacement ? 1 / (Math.max(peakOfNodes(displacement), atSensors ? peak(atSensors) : 0) || 1) : 1;
     if (displacement) displacement = times(displacement, [unit, 0]);
     if (rotation) rotation = times(rotation, [unit, 0]);
     if (atSensors) atSensors = times(atSensors, [unit, 0]);

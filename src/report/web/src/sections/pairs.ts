@@ -3,7 +3,7 @@
 import { Chart } from "../charts";
 import { floats } from "../decode";
 import { badge, card, choice, h, num, table, type Child } from "../dom";
-import { fixed, percent, plain, probability, significant } from "../format";
+import { fixed, percent, plain, probability, shorten, significant } from "../format";
 import { heat } from "../heat";
 import { colorBar } from "../legend";
 import { makeViewer } from "../viewer";
@@ -84,18 +84,19 @@ function frequencyChart(c: Comparison): HTMLElement {
 
 function errorChart(c: Comparison): HTMLElement {
   const chart = new Chart("Frequency error of every pair", (p) => {
-    const names = c.pairs.map((x) => plain(x.label));
+    const rows = c.pairs.map((_, i) => i);
+    const names = c.pairs.map((x) => plain(shorten(x.label, 28)));
     const bars = (list: Pair[], name: string, color: string) => ({
-      type: "bar", orientation: "h", name, y: names,
+      type: "bar", orientation: "h", name, y: rows,
       x: c.pairs.map((x) => { const o = list.find((b) => (b.test_mode != null ? b.test_mode === x.test_mode : b.label === x.label)); return o ? 100 * o.error : null; }),
-      marker: { color }, hovertemplate: "%{y}: %{x:.2f} %<extra></extra>",
+      marker: { color }, text: names, textposition: "none", hovertemplate: "%{text}: %{x:.2f} %<extra></extra>",
     });
     const band = 100 * (c.frequency_band || 0.05);
     return {
       data: [...(c.pairs_before.length ? [bars(c.pairs_before, "before", p.before)] : []), bars(c.pairs, c.pairs_before.length ? "after" : "model", p.model)],
       layout: {
         barmode: "group", bargap: 0.3, xaxis: { title: { text: "(model − test)/test, %" }, zeroline: true, zerolinecolor: p.soft },
-        yaxis: { autorange: "reversed" }, legend: { traceorder: "normal" },
+        yaxis: { autorange: "reversed", tickvals: rows, ticktext: names, zeroline: false }, legend: { traceorder: "normal" },
         shapes: [{ type: "rect", x0: -band, x1: band, y0: 0, y1: 1, yref: "paper", fillcolor: p.dark ? "rgba(140,160,180,0.22)" : "rgba(90,110,130,0.16)", line: { width: 0 }, layer: "below" }],
       },
     };

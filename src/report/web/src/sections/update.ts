@@ -2,7 +2,7 @@
 
 import { Chart } from "../charts";
 import { badge, card, choice, h, num, s, table, type Child } from "../dom";
-import { fixed, plain, significant } from "../format";
+import { fixed, plain, shorten, significant } from "../format";
 import { heat } from "../heat";
 import { colorBar } from "../legend";
 import type { MassProperty, Parameter, Update } from "../types";
@@ -14,9 +14,9 @@ function costChart(u: Update): HTMLElement {
     const dashes = ["solid", "dash", "dot", "dashdot"];
     return {
       data: u.histories.map((run, i) => ({
-        type: "scatter", mode: run.evaluations.length < 60 ? "lines+markers" : "lines", name: plain(run.name), x: run.evaluations, y: run.best_cost,
+        type: "scatter", mode: run.evaluations.length < 60 ? "lines+markers" : "lines", name: plain(shorten(run.name, 40)), x: run.evaluations, y: run.best_cost,
         line: { color: colors[i % 4], dash: dashes[Math.floor(i / 4) % 4], width: 2.4, shape: "hv" }, marker: { size: 5 },
-        hovertemplate: "%{x} evaluations: %{y:.5g}<extra>" + plain(run.name) + "</extra>",
+        hovertemplate: "%{x} evaluations: %{y:.5g}<extra>" + plain(shorten(run.name, 40)) + "</extra>",
       })),
       layout: { xaxis: { title: { text: "evaluations of the model" }, rangemode: "tozero", exponentformat: "none", separatethousands: true }, yaxis: { title: { text: "best cost" }, type: scale },
         showlegend: u.histories.length > 1, hovermode: "closest" },
