@@ -4,6 +4,10 @@
 //! Colour is decoration: every state has a sign and a word, so that text without colour says the same. Names come from
 //! files and may hold control characters; they are replaced before they reach a terminal.
 
+mod summary;
+
+pub use summary::summary;
+
 use unicode_width::{UnicodeWidthChar, UnicodeWidthStr};
 
 /// How to write: with colour or not, and how wide.
