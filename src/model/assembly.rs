@@ -322,7 +322,7 @@ pub(super) fn add_basis(system: &mut System, basis: &Basis, factor: f64) {
 
 /// Adds one element's matrices to the lower triangles of a system.
 pub(super) fn add_element(system: &mut System, connection: &Connection, matrices: &ElementMatrices) {
-    let mut add = |target: &mut DMatrix<f64>, matrix: &SymMatrix| {
+    let add = |target: &mut DMatrix<f64>, matrix: &SymMatrix| {
         if matrix.is_zero() {
             return;
         }

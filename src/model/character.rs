@@ -85,16 +85,12 @@ pub fn label_modes(characters: &[ModeCharacter]) -> Vec<ModeLabel> {
             let (letter, word) = c.kind();
             let family = c.family();
             let key = (family, word);
-            let n = match counts.iter_mut().find(|(k, _)| *k == key) {
-                Some((_, n)) => {
-                    *n += 1;
-                    *n
-                }
-                None => {
-                    counts.push((key, 1));
-                    1
-                }
-            };
+            let seen = counts.iter().position(|(k, _)| *k == key).unwrap_or_else(|| {
+                counts.push((key, 0));
+                counts.len() - 1
+            });
+            counts[seen].1 += 1;
+            let n = counts[seen].1;
             let (f, family_word) = match family {
                 Some("symmetric") => ("S", "Sym "),
                 Some(_) => ("A", "Anti "),

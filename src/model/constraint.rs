@@ -88,11 +88,6 @@ impl Elimination {
     pub(super) fn express(&self, dof: usize) -> Combination {
         self.expressions.get(&dof).cloned().unwrap_or_else(|| vec![(dof, 1.0)])
     }
-
-    /// Whether a dof was eliminated.
-    pub(super) fn is_eliminated(&self, dof: usize) -> bool {
-        self.expressions.contains_key(&dof)
-    }
 }
 
 #[cfg(test)]

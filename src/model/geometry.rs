@@ -7,42 +7,42 @@ use crate::yaml::{Problem, child};
 use std::collections::BTreeMap;
 
 /// A vector in global axes, m.
-pub type Vector = [f64; 3];
+pub(crate) type Vector = [f64; 3];
 
 /// Rows are unit axes in global coordinates.
-pub type Rotation = [[f64; 3]; 3];
+pub(crate) type Rotation = [[f64; 3]; 3];
 
 /// Global axes.
-pub const GLOBAL: Rotation = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+pub(crate) const GLOBAL: Rotation = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
 /// a - b.
-pub fn minus(a: Vector, b: Vector) -> Vector {
+pub(crate) fn minus(a: Vector, b: Vector) -> Vector {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
 /// a + s b.
-pub fn plus(a: Vector, s: f64, b: Vector) -> Vector {
+pub(crate) fn plus(a: Vector, s: f64, b: Vector) -> Vector {
     [a[0] + s * b[0], a[1] + s * b[1], a[2] + s * b[2]]
 }
 
 /// a · b.
-pub fn dot(a: Vector, b: Vector) -> f64 {
+pub(crate) fn dot(a: Vector, b: Vector) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 /// a × b.
-pub fn cross(a: Vector, b: Vector) -> Vector {
+pub(crate) fn cross(a: Vector, b: Vector) -> Vector {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 /// a scaled to unit length; `None` for a zero vector.
-pub fn unit(a: Vector) -> Option<Vector> {
+pub(crate) fn unit(a: Vector) -> Option<Vector> {
     let length = dot(a, a).sqrt();
     (length > 0.0 && length.is_finite()).then(|| a.map(|v| v / length))
 }
 
 /// x along `along`, z as near as possible to `near_z`, y completing the right-handed frame.
-pub fn axes_along(along: Vector, near_z: Vector) -> Option<Rotation> {
+pub(crate) fn axes_along(along: Vector, near_z: Vector) -> Option<Rotation> {
     let x = unit(along)?;
     let near = unit(near_z)?;
     let y = cross(near, x);
