@@ -283,7 +283,7 @@ fn piece(
     let Work { band, discarded, .. } = work;
     candidates.retain(|c| is_inside(&c.pole));
     candidates.extend(scanned);
-    Ok(Piece { diagram, candidates, discarded, terms, fit, band })
+    Ok(Piece { band, diagram, candidates, discarded, terms, fit })
 }
 
 /// The poles that a fit from `low` to `high`, rad/s, takes as known: all but its own, up to an octave beyond its ends, from

@@ -139,8 +139,8 @@ fn magnitudes(model: &Model, s: &mut Soundness) {
         ));
     }
     for p in model.parameters().iter() {
-        if let Some([lower, upper]) = p.bounds {
-            if lower > 0.0 && upper / lower > 1e4 {
+        if let Some([lower, upper]) = p.bounds
+            && lower > 0.0 && upper / lower > 1e4 {
                 s.warnings.push(Problem::warning(
                     format!("parameters.{}.bounds", p.name),
                     format_args!(
@@ -149,7 +149,6 @@ fn magnitudes(model: &Model, s: &mut Soundness) {
                     ),
                 ));
             }
-        }
         if !p.unit.is_empty() && Unit::parse(&p.unit).is_err() {
             s.warnings.push(Problem::warning(format!("parameters.{}.unit", p.name), "it cannot be read"));
         }
@@ -280,14 +279,13 @@ fn targets(model: &Model, s: &mut Soundness) -> Result<(), ModelError> {
     let Some(p) = model.mass_properties(&theta)? else { return Ok(()) };
     let t = model.targets();
     let mut check = |path: String, unit: &str, value: f64, target: Option<super::compile::Target>| {
-        if let Some(t) = target {
-            if (value - t.value).abs() > t.tolerance {
+        if let Some(t) = target
+            && (value - t.value).abs() > t.tolerance {
                 s.warnings.push(Problem::warning(
                     path,
                     format_args!("the model has {value:.4} {unit}, outside {} ± {} {unit}", t.value, t.tolerance),
                 ));
             }
-        }
     };
     check("targets.total_mass".to_string(), "kg", p.mass, t.mass);
     for i in 0..3 {

@@ -537,7 +537,7 @@ impl Placer<'_> {
                     let set = self.sets.entry(set.clone()).or_default();
                     made.iter().for_each(|e| {
                         if !set.contains(e) {
-                            set.push(*e)
+                            set.push(*e);
                         }
                     });
                 }

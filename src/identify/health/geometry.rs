@@ -272,7 +272,7 @@ fn zero_entries(sensors: &[SensorGeometry], shapes: &DMatrix<f64>) -> Vec<Findin
                 level: Level::Fault,
                 code: "dead-entry",
                 subject: sensors[k].name.clone(),
-                evidence: vec![("shapes with a zero entry", dead as f64), ("smallest entry over rms", smallest)],
+                evidence: vec![("shapes with a zero entry", f64::from(dead)), ("smallest entry over rms", smallest)],
                 text: format!(
                     "sensor {} reads nothing in {dead} of {} shapes although all its neighbours move one way",
                     sensors[k].name,

@@ -168,7 +168,7 @@ fn pairs(modes: &[IdentifiedMode]) -> Vec<Finding> {
                 / (m.frequency_hz.value * m.damping_ratio.value + n.frequency_hz.value * n.damping_ratio.value);
             let evidence = vec![("MAC", mac), ("relative gap", gap), ("gap in half bandwidths", bandwidths)];
             let overlap: f64 = x.iter().zip(&y).map(|(x, y)| x.norm() * y.norm()).sum();
-            let size = |v: &[crate::linalg::Complex<f64>]| v.iter().map(|x| x.norm_sqr()).sum::<f64>().sqrt();
+            let size = |v: &[crate::linalg::Complex<f64>]| v.iter().map(nalgebra::Complex::norm_sqr).sum::<f64>().sqrt();
             let overlap = overlap / (size(&x) * size(&y));
             if overlap < 0.3 && gap < 0.05 {
                 findings.push(Finding {

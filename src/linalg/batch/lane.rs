@@ -21,7 +21,6 @@ macro_rules! each {
         }),*]
     };
 }
-pub(super) use each;
 
 /// Largest number of recurrences that run side by side, to hide their latency.
 pub(super) const ABREAST: usize = 8;
