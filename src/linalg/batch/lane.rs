@@ -21,11 +21,9 @@ macro_rules! each {
         }),*]
     };
 }
-pub(super) use each;
 
 /// Largest number of recurrences that run side by side, to hide their latency.
 pub(super) const ABREAST: usize = 8;
-
 
 /// [`LANES`] numbers of type f64, one per candidate, with elementwise arithmetic.
 pub(super) trait Lane:

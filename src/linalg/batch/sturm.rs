@@ -152,7 +152,8 @@ impl<L: Lane> Bracket<L> {
     fn propose(&mut self, round: usize) -> L {
         let middle = (self.low * self.high).sqrt();
         let alone = self.at_low.count.is_one_above(self.at_high.count);
-        let other_scale = self.at_low.exponent.lt(self.at_high.exponent).or(self.at_high.exponent.lt(self.at_low.exponent));
+        let other_scale =
+            self.at_low.exponent.lt(self.at_high.exponent).or(self.at_high.exponent.lt(self.at_low.exponent));
         let slope = self.at_low.value - self.at_high.value;
         let step = (self.high - self.low) * self.at_low.value / slope;
         let secant = self.low + step;
