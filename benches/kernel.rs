@@ -24,8 +24,7 @@ fn main() {
 
 fn model(wing: usize, halves: bool) -> (BatchModel, Vec<Vec<f64>>) {
     let data = grillage::grillage(wing);
-    let entry =
-        |&(row, col, parameter, coefficient): &grillage::Term| AffineEntry { row, col, parameter, coefficient };
+    let entry = |&(row, col, parameter, coefficient): &grillage::Term| AffineEntry { row, col, parameter, coefficient };
     let pencil = AffinePencil {
         n: data.n,
         n_parameters: data.bounds.len(),

@@ -53,8 +53,7 @@ fn main() {
 }
 
 fn compile(data: &grillage::Grillage, n_modes: usize, halves: bool) -> BatchModel {
-    let entry =
-        |&(row, col, parameter, coefficient): &grillage::Term| AffineEntry { row, col, parameter, coefficient };
+    let entry = |&(row, col, parameter, coefficient): &grillage::Term| AffineEntry { row, col, parameter, coefficient };
     let pencil = AffinePencil {
         n: data.n,
         n_parameters: data.bounds.len(),

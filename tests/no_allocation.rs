@@ -36,7 +36,8 @@ static ALLOCATOR: Counting = Counting;
 fn the_batch_path_does_not_allocate() {
     let data = grillage::grillage(5);
     let entries = |terms: &[grillage::Term]| -> Vec<AffineEntry> {
-        let entry = |&(row, col, parameter, coefficient): &grillage::Term| AffineEntry { row, col, parameter, coefficient };
+        let entry =
+            |&(row, col, parameter, coefficient): &grillage::Term| AffineEntry { row, col, parameter, coefficient };
         terms.iter().map(entry).collect()
     };
     let pencil = AffinePencil {

@@ -16,12 +16,14 @@ use super::sturm::Tridiagonal;
 /// Sweeps after which a lane that does not pass goes to the reference path.
 const SWEEPS: usize = 6;
 
-/// Scratch of m x [`ABREAST`](super::lane::ABREAST) each.
+/// Scratch of m x [`ABREAST`] each, except where stated.
 pub(super) struct Factors<'a, L> {
     pub(super) inverse: &'a mut [L],
     pub(super) upper1: &'a mut [L],
     pub(super) upper2: &'a mut [L],
     pub(super) multiplier: &'a mut [L],
+    /// The vectors of the sweep before, m x width.
+    pub(super) old: &'a mut [L],
 }
 
 /// Eigenvectors z (m x width, row by row) of the first `count` eigenvalues `theta`, which are improved to Rayleigh
@@ -29,8 +31,6 @@ pub(super) struct Factors<'a, L> {
 ///
 /// * `wanted` - per lane the number of eigenpairs that matter (the first ones)
 /// * `start` - fixed start values, at least m + count
-/// * `old` - scratch of m x width
-/// * `residuals` - the largest residual of the wanted pairs, per lane
 #[inline(always)]
 pub(super) fn eigenvectors<L: Lane>(
     t: Tridiagonal<'_, L>,
@@ -38,7 +38,6 @@ pub(super) fn eigenvectors<L: Lane>(
     wanted: Counter,
     start: &[f64],
     z: &mut [L],
-    old: &mut [L],
     width: usize,
     f: &mut Factors<'_, L>,
 ) -> Mask {
@@ -52,7 +51,7 @@ pub(super) fn eigenvectors<L: Lane>(
     let mut passed = Mask::splat(false);
     for sweep in 0..SWEEPS {
         if sweep > 0 {
-            old[..m * width].copy_from_slice(&z[..m * width]);
+            f.old[..m * width].copy_from_slice(&z[..m * width]);
         }
         for (tile, sigma) in theta.chunks(ABREAST).enumerate() {
             iterate(t, sigma, z, width, tile * ABREAST, f);
@@ -61,7 +60,7 @@ pub(super) fn eigenvectors<L: Lane>(
         if sweep > 0 {
             for i in 0..m {
                 for j in 0..count {
-                    z[i * width + j] = L::select(passed, old[i * width + j], z[i * width + j]);
+                    z[i * width + j] = L::select(passed, f.old[i * width + j], z[i * width + j]);
                 }
             }
         }
@@ -81,14 +80,7 @@ pub(super) fn eigenvectors<L: Lane>(
 
 /// Two solves with T - σ for the columns of z from j on, one per shift.
 #[inline(always)]
-fn iterate<L: Lane>(
-    t: Tridiagonal<'_, L>,
-    sigma: &[L],
-    z: &mut [L],
-    width: usize,
-    j: usize,
-    f: &mut Factors<'_, L>,
-) {
+fn iterate<L: Lane>(t: Tridiagonal<'_, L>, sigma: &[L], z: &mut [L], width: usize, j: usize, f: &mut Factors<'_, L>) {
     let (m, count) = (t.d.len(), sigma.len().min(ABREAST));
     let (zero, one) = (L::splat(0.0), L::splat(1.0));
     // P (T - σ) = L U; U has two superdiagonals, the second one is not zero exactly where rows were exchanged.

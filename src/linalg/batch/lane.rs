@@ -25,7 +25,6 @@ macro_rules! each {
 /// Largest number of recurrences that run side by side, to hide their latency.
 pub(super) const ABREAST: usize = 8;
 
-
 /// [`LANES`] numbers of type f64, one per candidate, with elementwise arithmetic.
 pub(super) trait Lane:
     Copy

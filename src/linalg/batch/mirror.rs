@@ -110,7 +110,7 @@ impl Family {
                 coordinate[j] = Some((c, sign));
             }
         }
-        let mut sums: BTreeMap<(usize, usize), BTreeMap<Option<usize>, (f64, f64)>> = BTreeMap::new();
+        let mut sums: BTreeMap<(usize, usize), Sums> = BTreeMap::new();
         for e in entries {
             if let (Some((c, f)), Some((d, g))) = (coordinate[e.row], coordinate[e.col]) {
                 // An entry beside the diagonal stands for two of the full matrix.
@@ -126,6 +126,9 @@ impl Family {
         sums.into_iter().map(|(at, terms)| (at, terms.into_iter().filter_map(kept).collect())).collect()
     }
 }
+
+/// Per parameter: the sum of the terms, and that of their absolute values.
+type Sums = BTreeMap<Option<usize>, (f64, f64)>;
 
 /// The terms of one entry: coefficient per parameter (`None` first: the constant).
 pub(super) type Terms = Vec<(Option<usize>, f64)>;

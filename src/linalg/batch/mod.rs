@@ -24,6 +24,9 @@
 //! Sources: G. H. Golub, C. F. Van Loan, Matrix Computations, 4th ed., 2013; B. N. Parlett, The Symmetric Eigenvalue
 //! Problem, 1998; W. Barth, R. S. Martin, J. H. Wilkinson, Numer. Math. 9, 1967. Start reading at [`BatchModel`].
 
+// A kernel runs with the instructions of the function it is inlined into; without the attribute it would run without them.
+#![allow(clippy::inline_always)]
+
 mod assemble;
 mod cholesky;
 mod dispatch;
@@ -89,6 +92,14 @@ pub enum BatchError {
         row: usize,
         /// Its column.
         col: usize,
+    },
+    /// The model is too large for a dense kernel.
+    #[error("the model has {n} dofs; the dense batch kernel takes at most {limit}, use the sparse path")]
+    TooLarge {
+        /// Number of dofs.
+        n: usize,
+        /// The limit.
+        limit: usize,
     },
     /// A matrix or vector has the wrong size.
     #[error("{what}: {found} given, {expected} expected")]
@@ -196,8 +207,11 @@ impl BatchModel {
     /// Sizes that do not fit, rigid motions that store strain energy, a mirror that is none, a nominal model that has
     /// no modes.
     pub fn new(pencil: AffinePencil, nominal: &[f64], options: BatchOptions) -> Result<Self, BatchError> {
-        pencil.check()?;
         let n = pencil.n;
+        if n > MAX_DOFS {
+            return Err(BatchError::TooLarge { n, limit: MAX_DOFS });
+        }
+        pencil.check()?;
         let size = |what, found, expected| {
             if found == expected { Ok(()) } else { Err(BatchError::Size { what, found, expected }) }
         };
@@ -301,7 +315,13 @@ impl BatchModel {
     }
 
     /// Copies the lanes of a batch into the results; redoes the lanes without one.
-    fn unload<L: Lane>(&self, buffers: &solve::Buffers<L>, candidates: &[&[f64]], first: usize, modes: &mut BatchModes) {
+    fn unload<L: Lane>(
+        &self,
+        buffers: &solve::Buffers<L>,
+        candidates: &[&[f64]],
+        first: usize,
+        modes: &mut BatchModes,
+    ) {
         for (lane, theta) in candidates.iter().enumerate() {
             match buffers.lapses[lane] {
                 None => {
@@ -321,6 +341,9 @@ impl BatchModel {
         }
     }
 }
+
+/// Eight dense matrices of this size fill 64 MB: far above it, a sparse solver is faster anyway.
+const MAX_DOFS: usize = 1000;
 
 /// Largest relative force of a rigid motion: rounding of coordinates in the assembly, far below any spring.
 const RIGID_TOLERANCE: f64 = 1e-8;

@@ -85,17 +85,23 @@ impl BatchModes {
     /// How a candidate was solved.
     ///
     /// # Panics
-    /// If there is no such candidate; so do [`values`](Self::values) and [`shape`](Self::shape).
+    /// If there is no such candidate.
     pub fn outcome(&self, candidate: usize) -> &Outcome {
         &self.outcomes[candidate]
     }
 
     /// λ = ω² of the elastic modes of a candidate, rad²/s², ascending.
+    ///
+    /// # Panics
+    /// If there is no such candidate.
     pub fn values(&self, candidate: usize) -> &[f64] {
         &self.values[candidate * self.n_modes..(candidate + 1) * self.n_modes]
     }
 
     /// One shape of a candidate at the sensor rows, mass-normalised (φᵀ M φ = 1); its sign is arbitrary but repeatable.
+    ///
+    /// # Panics
+    /// If there is no such candidate or mode.
     pub fn shape(&self, candidate: usize, mode: usize) -> &[f64] {
         assert!(mode < self.n_modes, "mode {mode} of {}", self.n_modes);
         let at = candidate * self.n_modes + mode;

@@ -240,9 +240,8 @@ fn count_modes<L: Lane>(plan: &Plan, buffers: &mut Buffers<L>) {
         nonnegative = nonnegative.and(b.grid[GRID - 1].count.above(b.d.len() - 1));
     }
     buffers.note(nonnegative, Lapse::Mass);
-    let total = |g: usize, blocks: &[BlockBuffers<L>]| {
-        blocks.iter().fold(Counter::ZERO, |sum, b| sum.plus(b.grid[g].count))
-    };
+    let total =
+        |g: usize, blocks: &[BlockBuffers<L>]| blocks.iter().fold(Counter::ZERO, |sum, b| sum.plus(b.grid[g].count));
     let mut low = buffers.points[OCTAVES + 1];
     let mut high = buffers.points[0];
     let mut at_low = total(OCTAVES + 1, &buffers.blocks);
@@ -314,10 +313,10 @@ fn eigenpairs<L: Lane>(plan: &Plan, index: usize, buffers: &mut Buffers<L>) -> M
     let (points, evaluations) = (&mut buffers.proposals[..count], &mut buffers.evaluations[..count]);
     sturm::refine(t, &mut buffers.brackets, points, evaluations, &mut b.theta[..count]);
     let [inverse, upper1, upper2, multiplier] = &mut b.factors;
-    let mut factors = Factors { inverse, upper1, upper2, multiplier };
+    let mut factors = Factors { inverse, upper1, upper2, multiplier, old: &mut b.old };
     let theta = &mut b.theta[..count];
     let z = &mut b.z;
-    let mut passed = inverse_iteration::eigenvectors(t, theta, b.count, &plan.start, z, &mut b.old, width, &mut factors);
+    let mut passed = inverse_iteration::eigenvectors(t, theta, b.count, &plan.start, z, width, &mut factors);
     // As many orthogonal eigenvectors above the cut as the Sturm count says: all of them are found.
     let cut = L::splat(1.0 - 1e-9) * buffers.cut;
     for (j, &value) in theta.iter().enumerate() {

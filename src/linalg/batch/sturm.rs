@@ -13,7 +13,7 @@
 //! by the method of bisection, Numer. Math. 9, 1967; N. Anderson, Å. Björck, A new high order method of regula falsi
 //! type, BIT 13, 1973.
 
-use super::lane::{ABREAST, Counter, Lane, Mask};
+use super::lane::{Counter, Lane, Mask};
 
 /// A symmetric tridiagonal matrix of size m, scaled so that no eigenvalue is above one.
 #[derive(Clone, Copy)]
@@ -43,21 +43,39 @@ const RESCALE: f64 = 2.037_035_976_334_486e90;
 /// Evaluates the recurrence at all `points`, into `out`.
 #[inline(always)]
 pub(super) fn evaluate<L: Lane>(t: Tridiagonal<'_, L>, points: &[L], out: &mut [Evaluation<L>]) {
-    for (points, out) in points.chunks(ABREAST).zip(out.chunks_mut(ABREAST)) {
-        abreast(t, points, out);
+    // Tiles of nearly equal width; a width known at compile time keeps the loops over it free of branches.
+    let mut at = 0;
+    while at < points.len() {
+        let left = points.len() - at;
+        let width = left.div_ceil(left.div_ceil(WIDEST));
+        let (x, evaluations) = (&points[at..at + width], &mut out[at..at + width]);
+        match width {
+            1 => abreast::<L, 1>(t, x, evaluations),
+            2 => abreast::<L, 2>(t, x, evaluations),
+            3 => abreast::<L, 3>(t, x, evaluations),
+            4 => abreast::<L, 4>(t, x, evaluations),
+            5 => abreast::<L, 5>(t, x, evaluations),
+            _ => abreast::<L, WIDEST>(t, x, evaluations),
+        }
+        at += width;
     }
 }
 
-/// Evaluates the recurrence at up to [`ABREAST`] points side by side.
+/// Most points that are evaluated side by side, to hide the latency of the recurrence.
+const WIDEST: usize = 6;
+
+/// Evaluates the recurrence at A points side by side.
 #[inline(always)]
-fn abreast<L: Lane>(t: Tridiagonal<'_, L>, points: &[L], out: &mut [Evaluation<L>]) {
-    let (m, width) = (t.d.len(), points.len().min(ABREAST));
-    let mut count = [Counter::ZERO; ABREAST];
+fn abreast<L: Lane, const A: usize>(t: Tridiagonal<'_, L>, points: &[L], out: &mut [Evaluation<L>]) {
+    let m = t.d.len();
+    let mut x = [L::splat(0.0); A];
+    x.copy_from_slice(points);
+    let mut count = [Counter::ZERO; A];
     // p_{i-1} and p_i change places every row: the new term overwrites the older one.
-    let mut terms = [[L::splat(1.0); ABREAST]; 2];
-    let mut exponent = [L::splat(0.0); ABREAST];
-    for a in 0..width {
-        terms[1][a] = points[a] - t.d[0];
+    let mut terms = [[L::splat(1.0); A]; 2];
+    let mut exponent = [L::splat(0.0); A];
+    for a in 0..A {
+        terms[1][a] = x[a] - t.d[0];
         terms[1][a].count_sign_change(terms[0][a], &mut count[a]);
     }
     let mut i = 1;
@@ -65,16 +83,16 @@ fn abreast<L: Lane>(t: Tridiagonal<'_, L>, points: &[L], out: &mut [Evaluation<L
         let stop = (i + 8).min(m);
         while i < stop {
             let (d, e2) = (t.d[i], t.e2[i - 1]);
-            for a in 0..width {
+            for a in 0..A {
                 let (p, before) = (terms[i % 2][a], terms[(i + 1) % 2][a]);
-                let next = (points[a] - d).mul_add(p, -(e2 * before));
+                let next = (x[a] - d).mul_add(p, -(e2 * before));
                 next.count_sign_change(p, &mut count[a]);
                 terms[(i + 1) % 2][a] = next;
             }
             i += 1;
         }
         let mut extreme = Mask::splat(false);
-        for a in 0..width {
+        for a in 0..A {
             let size = terms[0][a].abs().max(terms[1][a].abs());
             extreme = extreme.or(size.lt(L::splat(1.0 / RESCALE))).or(L::splat(RESCALE).lt(size));
         }
@@ -90,9 +108,9 @@ fn abreast<L: Lane>(t: Tridiagonal<'_, L>, points: &[L], out: &mut [Evaluation<L
 /// Brings both terms of the lanes that need it back to a moderate size.
 #[cold]
 #[inline(never)]
-fn rescale<L: Lane>([p, before]: &mut [[L; ABREAST]; 2], exponent: &mut [L; ABREAST]) {
+fn rescale<L: Lane, const A: usize>([p, before]: &mut [[L; A]; 2], exponent: &mut [L; A]) {
     let (up, down, one, zero) = (L::splat(RESCALE), L::splat(1.0 / RESCALE), L::splat(1.0), L::splat(0.0));
-    for a in 0..ABREAST {
+    for a in 0..A {
         let size = p[a].abs().max(before[a].abs());
         let (small, large) = (size.lt(down), up.lt(size));
         let factor = L::select(small, up, L::select(large, down, one));
@@ -152,7 +170,8 @@ impl<L: Lane> Bracket<L> {
     fn propose(&mut self, round: usize) -> L {
         let middle = (self.low * self.high).sqrt();
         let alone = self.at_low.count.is_one_above(self.at_high.count);
-        let other_scale = self.at_low.exponent.lt(self.at_high.exponent).or(self.at_high.exponent.lt(self.at_low.exponent));
+        let other_scale =
+            self.at_low.exponent.lt(self.at_high.exponent).or(self.at_high.exponent.lt(self.at_low.exponent));
         let slope = self.at_low.value - self.at_high.value;
         let step = (self.high - self.low) * self.at_low.value / slope;
         let secant = self.low + step;

@@ -194,8 +194,7 @@ fn double_modes_are_found_twice() {
         let shifted = entries.iter().map(|e| AffineEntry { row: e.row + n, col: e.col + n, ..*e });
         entries.iter().copied().chain(shifted).collect::<Vec<_>>()
     };
-    let pencil =
-        AffinePencil { n: 2 * n, n_parameters: 2, stiffness: twice(&one.stiffness), mass: twice(&one.mass) };
+    let pencil = AffinePencil { n: 2 * n, n_parameters: 2, stiffness: twice(&one.stiffness), mass: twice(&one.mass) };
     let model = BatchModel::new(pencil, &[1.0, 1.0], options(6, 2 * n, false)).unwrap();
     let mut workspace = Workspace::new(&model, 1);
     let modes = model.solve(&[&[3.0, 1.0]], &mut workspace).unwrap();
@@ -219,8 +218,7 @@ fn halves_with_equal_values_are_merged() {
         let shifted = entries.iter().map(|e| AffineEntry { row: e.row + n, col: e.col + n, ..*e });
         entries.iter().copied().chain(shifted).collect::<Vec<_>>()
     };
-    let pencil =
-        AffinePencil { n: 2 * n, n_parameters: 2, stiffness: twice(&one.stiffness), mass: twice(&one.mass) };
+    let pencil = AffinePencil { n: 2 * n, n_parameters: 2, stiffness: twice(&one.stiffness), mass: twice(&one.mass) };
     let mirror = Mirror { permutation: (0..2 * n).map(|i| (i + n) % (2 * n)).collect(), signs: vec![1.0; 2 * n] };
     assert_eq!(detect_mirror(&pencil, &mirror), Ok(true));
     // An odd number of modes cuts a pair: either partner is right.
@@ -343,10 +341,7 @@ fn an_asymmetric_model_has_no_mirror() {
     pencil.mass.push(AffineEntry { row: 15, col: 15, parameter: Some(3), coefficient: 1e-6 });
     assert_eq!(detect_mirror(&pencil, &mirror_of(&data)), Ok(false));
     let options = BatchOptions { mirror: Some(mirror_of(&data)), ..options(3, data.n, false) };
-    assert_eq!(
-        BatchModel::new(pencil, &grillage::nominal(&data), options).err(),
-        Some(BatchError::NotSymmetric)
-    );
+    assert_eq!(BatchModel::new(pencil, &grillage::nominal(&data), options).err(), Some(BatchError::NotSymmetric));
     let mut broken = mirror_of(&data);
     broken.permutation.swap(15, 16);
     assert_eq!(detect_mirror(&pencil_of(&data), &broken), Err(BatchError::MirrorNotInvolution { dof: 15 }));
@@ -366,6 +361,8 @@ fn wrong_input_is_refused_with_its_reason() {
     assert!(new(with(entry), options(2, 4, false)).contains("parameter 9"));
     let entry = AffineEntry { parameter: None, coefficient: f64::NAN, ..entry };
     assert!(new(with(entry), options(2, 4, false)).contains("not finite"));
+    let large = AffinePencil { n: 1_000_000_000_000, ..chain(4, true) };
+    assert!(new(large, options(2, 4, false)).contains("at most 1000"));
     assert!(new(chain(4, true), options(2, 4, true)).contains("not free of force"));
     assert!(new(chain(4, false), options(2, 4, false)).contains("without strain energy"));
     assert!(new(chain(4, false), options(4, 4, true)).contains("4 elastic modes are asked for"));
