@@ -16,3 +16,4 @@ pub mod element;
 pub mod linalg;
 pub mod objective;
 pub mod optim;
+pub mod report;

@@ -1,0 +1,161 @@
+//! What a report shows, as plain data: filled by whoever ran the analysis, drawn by [`super::html`] and its siblings.
+//!
+//! Every part is optional: an empty list or `None` leaves its section out of the page, so a model alone, a model with
+//! a test, an update and a diagnosis all make a report. Numbers are SI unless a field says otherwise; frequencies are
+//! in Hz; an error is (model - test)/test, so plus means that the model is too high; NaN and infinity are shown as
+//! missing. Indices count from 0 into the list that the field names; an index outside its list is ignored by the page
+//! and refused by [`ReportData::validate`].
+//!
+//! The JSON form of [`ReportData`] is the report's data format; [`SCHEMA`] is its version. Long numeric arrays are
+//! base64 text, see [`Floats`] and [`Spectrum`].
+
+mod comparison;
+mod diagnosis;
+mod encoding;
+mod structure;
+mod update;
+mod validate;
+
+pub use comparison::{Band, Channel, Comparison, Frfs, LabelledMatrix, ModelMode, Modes, Pair, TestMode};
+pub use diagnosis::{Category, Diagnosis, Hypothesis, Level, Measurement, Outcome, Place};
+pub(crate) use encoding::base64 as encoding_base64;
+pub use encoding::{Floats, Spectrum};
+pub use structure::{
+    Carrier, Element, Exciter, Field, Node, PointMass, Property, PropertySet, RigidLink, Scale, Sensor, Structure,
+    Support,
+};
+pub use update::{Bound, Combination, History, MassProperty, Parameter, Step, Steps, Update};
+pub use validate::ReportError;
+
+use serde::{Deserialize, Serialize};
+
+/// Version of the JSON form of [`ReportData`]; it rises when a field changes its meaning or goes away.
+pub const SCHEMA: u32 = 1;
+
+/// Everything that one report shows.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ReportData {
+    /// Version of this form: [`SCHEMA`].
+    pub schema: u32,
+    /// Title, verdict and provenance.
+    pub meta: Meta,
+    /// The structure that the 3-D views draw.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub structure: Option<Structure>,
+    /// Mode shapes of model and test.
+    #[serde(default)]
+    pub modes: Modes,
+    /// Paired modes, MAC matrices and COMAC.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub comparison: Option<Comparison>,
+    /// Frequency response functions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub frfs: Option<Frfs>,
+    /// The update: cost, parameters, what the data cannot tell.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub update: Option<Update>,
+    /// The misfit over the steps of `learn` or over versions of the model.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub steps: Option<Steps>,
+    /// Which physics is missing, where, how sure.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub diagnosis: Option<Diagnosis>,
+}
+
+impl Default for ReportData {
+    fn default() -> Self {
+        Self {
+            schema: SCHEMA,
+            meta: Meta::default(),
+            structure: None,
+            modes: Modes::default(),
+            comparison: None,
+            frfs: None,
+            update: None,
+            steps: None,
+            diagnosis: None,
+        }
+    }
+}
+
+/// Title, verdict and provenance of a report.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Meta {
+    /// Name of the structure or the study.
+    pub title: String,
+    /// One line below the title: which model against which test.
+    pub subtitle: String,
+    /// The answer, at the top of the page.
+    pub verdict: Option<Verdict>,
+    /// When the report was made, as text; left out where output must repeat bit for bit.
+    pub created: Option<String>,
+    /// Versions of the program and of what it stands on.
+    pub versions: Vec<Named>,
+    /// Seeds of every random stream.
+    pub seeds: Vec<Named>,
+    /// Commands that make this report again.
+    pub commands: Vec<String>,
+    /// Files that were read.
+    pub files: Vec<FileRecord>,
+    /// For each kind of data: measured or synthetic.
+    pub data_items: Vec<DataItem>,
+    /// What a reader should know before believing a number.
+    pub warnings: Vec<String>,
+}
+
+/// The answer of a report: one sentence and one number.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Verdict {
+    /// Whether the model explains the test and, if not, what is missing.
+    pub sentence: String,
+    /// The number that carries the sentence, with its unit, as text: `0.93`, `41.2 -> 1.1`.
+    pub number: String,
+    /// What the number is: `probability of the best hypothesis`.
+    pub number_label: String,
+    /// How it stands.
+    pub level: Level,
+}
+
+/// A name with its text.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Named {
+    /// What it is.
+    pub name: String,
+    /// What it says.
+    pub text: String,
+}
+
+impl Named {
+    /// A name with its text.
+    pub fn new(name: impl Into<String>, text: impl Into<String>) -> Self {
+        Self { name: name.into(), text: text.into() }
+    }
+}
+
+/// A file that was read.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FileRecord {
+    /// What it was used for: `model`, `test`, `history`.
+    pub role: String,
+    /// Its path as given on the command line.
+    pub path: String,
+    /// Its SHA-256 in hexadecimal, or empty.
+    pub sha256: String,
+}
+
+/// Where one kind of data comes from.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DataItem {
+    /// Which data: `natural frequencies`, `mode shapes`.
+    pub name: String,
+    /// `measured` or `synthetic`.
+    pub origin: String,
+    /// By whom and how, or by which model.
+    pub source: String,
+}

@@ -1,0 +1,270 @@
+//! Whether the parts of a report fit together.
+
+use super::{Carrier, Floats, Place, ReportData, SCHEMA, Structure};
+
+/// Why data are no report.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ReportError {
+    /// The data are of another version.
+    #[error("report data of schema {found}; this program reads and draws schema {SCHEMA}")]
+    Schema {
+        /// The version in the data.
+        found: u32,
+    },
+    /// A list has the wrong length.
+    #[error("`{field}` has {found} values; expected {expected} ({rule})")]
+    Length {
+        /// Path of the list.
+        field: String,
+        /// Its length.
+        found: usize,
+        /// The right length.
+        expected: usize,
+        /// Why.
+        rule: &'static str,
+    },
+    /// An index points outside its list.
+    #[error("`{field}` is {index}, but `{list}` has {len} entries, counted from 0")]
+    Index {
+        /// Path of the index.
+        field: String,
+        /// Its value.
+        index: usize,
+        /// The list it points into.
+        list: &'static str,
+        /// Length of that list.
+        len: usize,
+    },
+    /// The data could not be written as JSON.
+    #[error("the report's data cannot be written as JSON")]
+    Json {
+        /// What serde said.
+        reason: String,
+    },
+}
+
+fn length(field: String, found: usize, expected: usize, rule: &'static str) -> Result<(), ReportError> {
+    if found == expected { Ok(()) } else { Err(ReportError::Length { field, found, expected, rule }) }
+}
+
+fn index(field: impl Fn() -> String, index: usize, list: &'static str, len: usize) -> Result<(), ReportError> {
+    if index < len { Ok(()) } else { Err(ReportError::Index { field: field(), index, list, len }) }
+}
+
+fn shape(field: String, values: Option<&Floats>, expected: usize, rule: &'static str) -> Result<(), ReportError> {
+    values.map_or(Ok(()), |v| length(field, v.len(), expected, rule))
+}
+
+impl ReportData {
+    /// Checks the version, the length of every array and every index.
+    ///
+    /// The page also draws data that fail this check (it leaves out what does not fit); a program that fills
+    /// [`ReportData`] should never fail it.
+    pub fn validate(&self) -> Result<(), ReportError> {
+        if self.schema != SCHEMA {
+            return Err(ReportError::Schema { found: self.schema });
+        }
+        let empty = Structure::default();
+        let s = self.structure.as_ref().unwrap_or(&empty);
+        validate_structure(s)?;
+        self.validate_modes(s)?;
+        self.validate_comparison(s)?;
+        if let Some(frfs) = &self.frfs {
+            let lines = frfs.frequency_hz.len();
+            for (i, c) in frfs.channels.iter().enumerate() {
+                let path = |part: &str| format!("frfs.channels[{i}].{part}");
+                for (part, spectrum) in [("measured", &c.measured), ("model", &c.model), ("before", &c.before)] {
+                    let found = spectrum.as_ref().map_or(lines, |h| h.0.len());
+                    length(path(part), found, lines, "one a frequency line")?;
+                }
+                shape(path("coherence"), c.coherence.as_ref(), lines, "one a frequency line")?;
+                for (part, list) in [("frac", &c.frac), ("frac_before", &c.frac_before)] {
+                    if !list.is_empty() {
+                        length(path(part), list.len(), frfs.bands.len(), "one a band")?;
+                    }
+                }
+                if let Some(k) = c.sensor {
+                    index(|| path("sensor"), k, "structure.sensors", s.sensors.len())?;
+                }
+            }
+        }
+        if let Some(update) = &self.update {
+            for (i, h) in update.histories.iter().enumerate() {
+                let field = format!("update.histories[{i}].best_cost");
+                length(field, h.best_cost.len(), h.evaluations.len(), "one an entry of `evaluations`")?;
+            }
+            if let Some(m) = &update.correlation {
+                matrix("update.correlation", m)?;
+            }
+        }
+        if let Some(steps) = &self.steps {
+            for (i, step) in steps.steps.iter().enumerate().filter(|(_, step)| !step.per_mode.is_empty()) {
+                let field = format!("steps.steps[{i}].per_mode");
+                length(field, step.per_mode.len(), steps.mode_labels.len(), "one a mode label")?;
+            }
+        }
+        if let Some(diagnosis) = &self.diagnosis {
+            for (i, h) in diagnosis.hypotheses.iter().enumerate() {
+                place(&format!("diagnosis.hypotheses[{i}].place"), &h.place, s)?;
+            }
+            for (i, m) in diagnosis.next_measurements.iter().enumerate() {
+                if let Some(p) = &m.place {
+                    place(&format!("diagnosis.next_measurements[{i}].place"), p, s)?;
+                }
+            }
+            if let Some(p) = &diagnosis.remainder_place {
+                place("diagnosis.remainder_place", p, s)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn validate_modes(&self, s: &Structure) -> Result<(), ReportError> {
+        const NODAL: &str = "three a node";
+        const SENSOR: &str = "one a sensor";
+        let (nodal, sensors) = (3 * s.nodes.len(), s.sensors.len());
+        for (i, m) in self.modes.model.iter().enumerate() {
+            let path = |part: &str| format!("modes.model[{i}].{part}");
+            if !m.displacement.is_empty() {
+                length(path("displacement"), m.displacement.len(), nodal, NODAL)?;
+            }
+            shape(path("displacement_imag"), m.displacement_imag.as_ref(), nodal, NODAL)?;
+            shape(path("rotation"), m.rotation.as_ref(), nodal, NODAL)?;
+            shape(path("at_sensors"), m.at_sensors.as_ref(), sensors, SENSOR)?;
+            shape(path("at_sensors_imag"), m.at_sensors_imag.as_ref(), sensors, SENSOR)?;
+        }
+        for (i, m) in self.modes.test.iter().enumerate() {
+            let path = |part: &str| format!("modes.test[{i}].{part}");
+            shape(path("at_sensors"), m.at_sensors.as_ref(), sensors, SENSOR)?;
+            shape(path("at_sensors_imag"), m.at_sensors_imag.as_ref(), sensors, SENSOR)?;
+            shape(path("expanded"), m.expanded.as_ref(), nodal, NODAL)?;
+        }
+        Ok(())
+    }
+
+    fn validate_comparison(&self, s: &Structure) -> Result<(), ReportError> {
+        let Some(c) = &self.comparison else { return Ok(()) };
+        let (n_model, n_test) = (self.modes.model.len(), self.modes.test.len());
+        for (i, pair) in c.pairs.iter().enumerate() {
+            if let Some(k) = pair.test_mode {
+                index(|| format!("comparison.pairs[{i}].test_mode"), k, "modes.test", n_test)?;
+            }
+            if let Some(k) = pair.model_mode {
+                index(|| format!("comparison.pairs[{i}].model_mode"), k, "modes.model", n_model)?;
+            }
+        }
+        for &k in &c.unpaired_test {
+            index(|| "comparison.unpaired_test".into(), k, "modes.test", n_test)?;
+        }
+        for &k in &c.unpaired_model {
+            index(|| "comparison.unpaired_model".into(), k, "modes.model", n_model)?;
+        }
+        for (name, m) in [("comparison.mac", &c.mac), ("comparison.mac_before", &c.mac_before)] {
+            if let Some(m) = m {
+                matrix(name, m)?;
+            }
+        }
+        for (name, values) in [("comparison.comac", &c.comac), ("comparison.comac_before", &c.comac_before)] {
+            shape(name.into(), values.as_ref(), s.sensors.len(), "one a sensor")?;
+        }
+        Ok(())
+    }
+}
+
+fn validate_structure(s: &Structure) -> Result<(), ReportError> {
+    const NODES: &str = "structure.nodes";
+    let n = s.nodes.len();
+    for (i, e) in s.elements.iter().enumerate() {
+        for &k in &e.nodes {
+            index(|| format!("structure.elements[{i}].nodes"), k, NODES, n)?;
+        }
+        if let Some(k) = e.property_set {
+            let field = || format!("structure.elements[{i}].property_set");
+            index(field, k, "structure.property_sets", s.property_sets.len())?;
+        }
+    }
+    for (i, link) in s.rigid_links.iter().enumerate() {
+        for &k in link.slaves.iter().chain([&link.master]) {
+            index(|| format!("structure.rigid_links[{i}]"), k, NODES, n)?;
+        }
+    }
+    for (i, mass) in s.masses.iter().enumerate() {
+        index(|| format!("structure.masses[{i}].node"), mass.node, NODES, n)?;
+    }
+    for (i, support) in s.supports.iter().enumerate() {
+        index(|| format!("structure.supports[{i}].node"), support.node, NODES, n)?;
+    }
+    for (i, line) in s.trace_lines.iter().enumerate() {
+        for &k in line {
+            index(|| format!("structure.trace_lines[{i}]"), k, "structure.sensors", s.sensors.len())?;
+        }
+    }
+    for (i, field) in s.fields.iter().enumerate() {
+        let (expected, rule) = match field.on {
+            Carrier::Elements => (s.elements.len(), "one an element"),
+            Carrier::Nodes => (n, "one a node"),
+            Carrier::Sensors => (s.sensors.len(), "one a sensor"),
+        };
+        length(format!("structure.fields[{i}].values"), field.values.len(), expected, rule)?;
+    }
+    Ok(())
+}
+
+fn matrix(field: &str, m: &super::LabelledMatrix) -> Result<(), ReportError> {
+    length(format!("{field}.values"), m.values.len(), m.rows.len(), "one a row name")?;
+    for (i, row) in m.values.iter().enumerate() {
+        length(format!("{field}.values[{i}]"), row.len(), m.columns.len(), "one a column name")?;
+    }
+    Ok(())
+}
+
+fn place(field: &str, p: &Place, s: &Structure) -> Result<(), ReportError> {
+    let lists = [
+        ("nodes", &p.nodes, "structure.nodes", s.nodes.len()),
+        ("elements", &p.elements, "structure.elements", s.elements.len()),
+        ("sensors", &p.sensors, "structure.sensors", s.sensors.len()),
+    ];
+    for (part, list, target, len) in lists {
+        for &k in list {
+            index(|| format!("{field}.{part}"), k, target, len)?;
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Element, Hypothesis, ModelMode, Node};
+    use super::*;
+
+    #[test]
+    fn empty_data_are_a_report() {
+        assert_eq!(ReportData::default().validate(), Ok(()));
+    }
+
+    #[test]
+    fn what_does_not_fit_is_named() {
+        let node = Node { name: "n1".into(), position: [0.0; 3] };
+        let element = Element { nodes: vec![0, 7], ..Element::default() };
+        let structure = Structure { nodes: vec![node], elements: vec![element], ..Structure::default() };
+        let mut data = ReportData { structure: Some(structure), ..ReportData::default() };
+        assert_eq!(
+            data.validate().unwrap_err().to_string(),
+            "`structure.elements[0].nodes` is 7, but `structure.nodes` has 1 entries, counted from 0"
+        );
+        data.structure.as_mut().unwrap().elements.clear();
+        data.modes.model.push(ModelMode { displacement: Floats(vec![0.0; 2]), ..ModelMode::default() });
+        assert_eq!(
+            data.validate().unwrap_err().to_string(),
+            "`modes.model[0].displacement` has 2 values; expected 3 (three a node)"
+        );
+        data.modes.model.clear();
+        let place = Place { sensors: vec![0], ..Place::default() };
+        let hypotheses = vec![Hypothesis { place, ..Hypothesis::default() }];
+        data.diagnosis = Some(super::super::Diagnosis { hypotheses, ..Default::default() });
+        assert!(data.validate().unwrap_err().to_string().contains("structure.sensors"));
+        data.schema = 9;
+        assert!(data.validate().unwrap_err().to_string().contains("schema 9"));
+    }
+}

@@ -1,0 +1,380 @@
+//! What a terminal prints: aligned tables, bars, a cost history in one line. Pure functions from data to text; the
+//! command line decides where it goes.
+//!
+//! Colour is decoration: every state has a sign and a word, so that text without colour says the same. Names come from
+//! files and may hold control characters; they are replaced before they reach a terminal.
+
+mod summary;
+
+pub use summary::summary;
+
+use unicode_width::{UnicodeWidthChar, UnicodeWidthStr};
+
+/// How to write: with colour or not, and how wide.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Style {
+    /// Whether escape sequences for colour are written.
+    pub color: bool,
+    /// Columns of the terminal.
+    pub width: usize,
+}
+
+impl Default for Style {
+    /// No colour, 100 columns: what goes into a file.
+    fn default() -> Self {
+        Self { color: false, width: 100 }
+    }
+}
+
+impl Style {
+    /// The style for an output.
+    ///
+    /// * `is_terminal` - whether the output is a terminal: never colour otherwise
+    /// * `no_color` - value of the environment variable `NO_COLOR`: anything but empty switches colour off
+    /// * `term` - value of `TERM`: `dumb` switches colour off
+    /// * `width` - columns, when known; at least 40, 100 when not known
+    ///
+    /// # Source
+    /// NO_COLOR, an informal standard, <https://no-color.org>.
+    pub fn detect(is_terminal: bool, no_color: Option<&str>, term: Option<&str>, width: Option<usize>) -> Self {
+        let color = is_terminal && no_color.is_none_or(str::is_empty) && term != Some("dumb");
+        Self { color, width: width.unwrap_or(100).max(40) }
+    }
+
+    /// `text` in the tone, when colour is on.
+    pub fn paint(&self, tone: Tone, text: &str) -> String {
+        let code = match tone {
+            Tone::Plain => "",
+            Tone::Strong => "1",
+            Tone::Dim => "2",
+            Tone::Good => "32",
+            Tone::Warning => "33",
+            Tone::Bad => "31",
+        };
+        if self.color && !code.is_empty() && !text.is_empty() {
+            format!("\u{1b}[{code}m{text}\u{1b}[0m")
+        } else {
+            text.into()
+        }
+    }
+}
+
+/// How a piece of text is meant.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Tone {
+    /// As it is.
+    #[default]
+    Plain,
+    /// Important.
+    Strong,
+    /// Beside the point.
+    Dim,
+    /// As it should be; the text itself must say so too.
+    Good,
+    /// To look at; the text itself must say so too.
+    Warning,
+    /// Wrong; the text itself must say so too.
+    Bad,
+}
+
+/// Where text stands in its column.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Align {
+    /// Words.
+    Left,
+    /// Numbers.
+    Right,
+}
+
+/// A cell of a table.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Cell {
+    text: String,
+    tone: Tone,
+}
+
+impl Cell {
+    /// Text in a tone.
+    pub fn new(text: impl AsRef<str>, tone: Tone) -> Self {
+        Self { text: printable(text.as_ref()), tone }
+    }
+}
+
+impl<T: AsRef<str>> From<T> for Cell {
+    fn from(text: T) -> Self {
+        Self::new(text, Tone::Plain)
+    }
+}
+
+/// A table with aligned columns, no wider than its style allows.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Table {
+    heads: Vec<(String, Option<Align>)>,
+    rows: Vec<Vec<Cell>>,
+}
+
+/// No column of words is cut below this.
+const NARROWEST: usize = 6;
+const GAP: usize = 2;
+
+impl Table {
+    /// A table with these columns.
+    pub fn new<'a>(columns: impl IntoIterator<Item = (&'a str, Align)>) -> Self {
+        Self { heads: columns.into_iter().map(|(head, align)| (head.into(), Some(align))).collect(), rows: Vec::new() }
+    }
+
+    /// Adds a row; cells beyond the columns are left out, missing ones are empty.
+    pub fn row(&mut self, cells: impl IntoIterator<Item = Cell>) -> &mut Self {
+        let mut row: Vec<Cell> = cells.into_iter().take(self.heads.len()).collect();
+        row.resize(self.heads.len(), Cell::default());
+        self.rows.push(row);
+        self
+    }
+
+    /// The table as lines, each ended by a line feed, nothing after the last column.
+    ///
+    /// When the columns need more than the style's width, the widest columns of words are cut with an ellipsis;
+    /// numbers are never cut.
+    pub fn render(&self, style: &Style) -> String {
+        let n = self.heads.len();
+        let left = |k: usize| self.heads[k].1 != Some(Align::Right);
+        let mut widths: Vec<usize> = (0..n)
+            .map(|k| self.rows.iter().map(|r| r[k].text.width()).chain([self.heads[k].0.width()]).max().unwrap_or(0))
+            .collect();
+        while widths.iter().sum::<usize>() + GAP * n.saturating_sub(1) > style.width {
+            let widest = (0..n).filter(|k| left(*k) && widths[*k] > NARROWEST).max_by_key(|k| (widths[*k], n - *k));
+            let Some(k) = widest else { break };
+            widths[k] -= 1;
+        }
+        let line = |cells: &[Cell]| {
+            let mut out = String::new();
+            for (k, cell) in cells.iter().enumerate() {
+                let text = shorten(&cell.text, widths[k]);
+                let pad = " ".repeat(widths[k].saturating_sub(text.width()));
+                let painted = style.paint(cell.tone, &text);
+                if k > 0 {
+                    out.push_str(&" ".repeat(GAP));
+                }
+                if left(k) {
+                    out.push_str(&painted);
+                    out.push_str(&pad);
+                } else {
+                    out.push_str(&pad);
+                    out.push_str(&painted);
+                }
+            }
+            out.truncate(out.trim_end_matches(' ').len());
+            out.push('\n');
+            out
+        };
+        let heads: Vec<Cell> = self.heads.iter().map(|(h, _)| Cell::new(h, Tone::Dim)).collect();
+        let mut out = line(&heads);
+        for row in &self.rows {
+            out.push_str(&line(row));
+        }
+        out
+    }
+}
+
+/// Text without control characters, which could move the cursor or recolour the terminal.
+pub fn printable(text: &str) -> String {
+    let hidden = |c: char| c.is_control() || matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
+    text.chars().map(|c| if hidden(c) { '\u{fffd}' } else { c }).collect()
+}
+
+/// At most `width` columns, cut with an ellipsis.
+pub fn shorten(text: &str, width: usize) -> String {
+    if text.width() <= width {
+        return text.into();
+    }
+    let mut out = String::new();
+    let mut used = 1;
+    for c in text.chars() {
+        used += c.width().unwrap_or(0);
+        if used > width {
+            break;
+        }
+        out.push(c);
+    }
+    if width > 0 {
+        out.push('…');
+    }
+    out
+}
+
+const EIGHTHS: [char; 8] = ['▏', '▎', '▍', '▌', '▋', '▊', '▉', '█'];
+const HEIGHTS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
+
+/// A horizontal bar: `fraction` (0 to 1, clamped; NaN is empty) of `width` columns, in eighths of a column.
+pub fn bar(fraction: f64, width: usize) -> String {
+    let eighths = (fraction.clamp(0.0, 1.0) * (width * 8) as f64).round();
+    let eighths = if eighths.is_finite() { eighths as usize } else { 0 };
+    let mut out = "█".repeat(eighths / 8);
+    if !eighths.is_multiple_of(8) {
+        out.push(EIGHTHS[eighths % 8 - 1]);
+    }
+    out
+}
+
+/// A line of `width` bars of eight heights: each the mean of its share of the values. Values that are not finite leave
+/// a gap.
+pub fn sparkline(values: &[f64], width: usize) -> String {
+    let n = values.len();
+    let width = width.min(n);
+    let means: Vec<f64> = (0..width)
+        .map(|k| {
+            let part = &values[k * n / width..(k + 1) * n / width];
+            let known: Vec<f64> = part.iter().copied().filter(|v| v.is_finite()).collect();
+            if known.is_empty() { f64::NAN } else { known.iter().sum::<f64>() / known.len() as f64 }
+        })
+        .collect();
+    let (low, high) = means
+        .iter()
+        .filter(|v| v.is_finite())
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
+    let place = |v: &f64| match v {
+        v if !v.is_finite() => ' ',
+        _ if high <= low => HEIGHTS[0],
+        v => HEIGHTS[((v - low) / (high - low) * 7.0).round() as usize],
+    };
+    means.iter().map(place).collect()
+}
+
+/// The history of a cost on one line, by evaluations and with the cost on a logarithmic scale:
+/// `0.3644 █▆▅▃▂▁▁ 0.0518  20504 evaluations`. Empty when there is no point.
+///
+/// * `evaluations` - evaluations so far, ascending
+/// * `best` - best cost so far, one an entry of `evaluations`
+pub fn cost_history(evaluations: &[u64], best: &[f64], width: usize) -> String {
+    let points: Vec<(u64, f64)> =
+        evaluations.iter().copied().zip(best.iter().copied()).filter(|p| p.1.is_finite()).collect();
+    let (Some(first), Some(last)) = (points.first(), points.last()) else { return String::new() };
+    let (ends, tail) = (format!("{} ", number(first.1)), format!(" {}  {} evaluations", number(last.1), last.0));
+    let room = width.saturating_sub(ends.width() + tail.width()).clamp(8, 60);
+    let span = (last.0 - first.0.min(last.0)).max(1) as f64;
+    // The best cost at evenly spaced evaluations: a long stage must look long.
+    let values: Vec<f64> = (0..room)
+        .map(|k| {
+            let until = first.0 + (span * (k + 1) as f64 / room as f64).round() as u64;
+            let at = points.partition_point(|p| p.0 <= until).max(1) - 1;
+            points[at].1.max(f64::MIN_POSITIVE).ln()
+        })
+        .collect();
+    format!("{ends}{}{tail}", sparkline(&values, room))
+}
+
+/// Four significant digits; powers of ten outside 1e-3 to 1e6.
+pub fn number(value: f64) -> String {
+    let size = value.abs();
+    if !value.is_finite() {
+        "–".into()
+    } else if size == 0.0 {
+        "0".into()
+    } else if !(1e-3..1e6).contains(&size) {
+        format!("{value:.3e}")
+    } else {
+        let decimals = (3.0 - size.log10().floor()).max(0.0) as usize;
+        format!("{value:.decimals$}")
+    }
+}
+
+/// A fraction as a percentage with its sign.
+pub fn percent(fraction: f64) -> String {
+    if fraction.is_finite() { format!("{:+.1} %", 100.0 * fraction) } else { "–".into() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn colour_needs_a_terminal_and_no_objection() {
+        assert!(Style::detect(true, None, Some("xterm"), Some(80)).color);
+        assert!(Style::detect(true, Some(""), None, None).color);
+        assert!(!Style::detect(true, Some("1"), None, None).color);
+        assert!(!Style::detect(false, None, None, None).color);
+        assert!(!Style::detect(true, None, Some("dumb"), None).color);
+        assert_eq!(Style::detect(false, None, None, Some(3)).width, 40);
+    }
+
+    #[test]
+    fn columns_line_up_by_what_is_seen() {
+        let mut table = Table::new([("mode", Align::Left), ("Hz", Align::Right), ("", Align::Left)]);
+        table.row(["α 模態".into(), "5.67".into(), Cell::new("✓ pass", Tone::Good)]);
+        table.row(["tip".into(), "28.60".into(), Cell::new("✕ fail", Tone::Bad)]);
+        let plain = table.render(&Style::default());
+        assert_eq!(plain, "mode       Hz\nα 模態   5.67  ✓ pass\ntip     28.60  ✕ fail\n");
+        let coloured = table.render(&Style { color: true, width: 100 });
+        assert!(coloured.contains("\u{1b}[32m✓ pass\u{1b}[0m"));
+        let bare: String = strip(&coloured);
+        assert_eq!(bare.lines().map(str::trim_end).collect::<Vec<_>>(), plain.lines().collect::<Vec<_>>());
+    }
+
+    fn strip(text: &str) -> String {
+        let mut out = String::new();
+        let mut skip = false;
+        for c in text.chars() {
+            match c {
+                '\u{1b}' => skip = true,
+                'm' if skip => skip = false,
+                _ if skip => {}
+                c => out.push(c),
+            }
+        }
+        out
+    }
+
+    #[test]
+    fn words_give_way_before_numbers() {
+        let mut table = Table::new([("name", Align::Left), ("value", Align::Right)]);
+        table.row(["a very long name that does not fit in forty columns".into(), "123456.789".into()]);
+        let text = table.render(&Style { color: false, width: 40 });
+        assert!(text.contains("…") && text.contains("123456.789"));
+        assert!(text.lines().all(|l| l.width() <= 40));
+    }
+
+    #[test]
+    fn control_characters_cannot_reach_the_terminal() {
+        let cell = Cell::from("a\u{1b}[31mb\r\n\u{202e}c");
+        assert!(!cell.text.contains(|c: char| c.is_control() || c == '\u{202e}'));
+    }
+
+    #[test]
+    fn bars_and_sparklines() {
+        assert_eq!(bar(0.5, 4), "██");
+        assert_eq!(bar(0.5 + 1.0 / 64.0, 8), "████▏");
+        assert_eq!((bar(f64::NAN, 4), bar(9.0, 3), bar(0.1, 0)), (String::new(), "███".into(), String::new()));
+        assert_eq!(sparkline(&[0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0], 8), "▁▂▃▄▅▆▇█");
+        assert_eq!(sparkline(&[1.0, 1.0, f64::NAN], 3), "▁▁ ");
+        assert_eq!(sparkline(&[], 9), "");
+    }
+
+    #[test]
+    fn a_cost_history_reads_from_start_to_end() {
+        let line = cost_history(&[0, 10, 1000], &[0.3644, 0.1, 0.0518], 80);
+        assert!(line.starts_with("0.3644 ") && line.ends_with(" 0.05180  1000 evaluations"), "{line}");
+        assert_eq!(cost_history(&[], &[], 80), "");
+    }
+
+    proptest! {
+        #[test]
+        fn no_line_is_wider_than_asked_unless_numbers_need_it(
+            rows in proptest::collection::vec(("\\PC{0,60}", "\\PC{0,60}", -1e5_f64..1e5), 0..8),
+            width in 40_usize..120,
+        ) {
+            let mut table = Table::new([("a", Align::Left), ("b", Align::Left), ("c", Align::Right)]);
+            for (a, b, c) in &rows {
+                table.row([a.into(), b.into(), number(*c).into()]);
+            }
+            let text = table.render(&Style { color: false, width });
+            prop_assert_eq!(text.lines().count(), rows.len() + 1);
+            prop_assert!(text.lines().all(|l| l.width() <= width + 1), "{text}");
+        }
+
+        #[test]
+        fn any_values_make_a_sparkline(values in proptest::collection::vec(any::<f64>(), 0..200), width in 0_usize..90) {
+            prop_assert_eq!(sparkline(&values, width).chars().count(), width.min(values.len()));
+        }
+    }
+}

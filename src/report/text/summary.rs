@@ -1,0 +1,312 @@
+//! A report on a terminal: the verdict first, then what the page shows, in tables.
+
+use super::{Align, Cell, Style, Table, Tone, bar, cost_history, number, percent, printable, shorten};
+use crate::report::data::{Bound, Category, Comparison, Diagnosis, Level, ReportData, Steps, Update};
+use std::fmt::Write as _;
+use unicode_width::UnicodeWidthStr;
+
+/// The report as text: verdict, pairs, update, the error falling, hypotheses.
+pub fn summary(data: &ReportData, style: &Style) -> String {
+    let mut out = String::new();
+    let meta = &data.meta;
+    let _ = writeln!(out, "{}", style.paint(Tone::Strong, &shorten(&printable(&meta.title), style.width)));
+    if !meta.subtitle.is_empty() {
+        let _ = writeln!(out, "{}", style.paint(Tone::Dim, &shorten(&printable(&meta.subtitle), style.width)));
+    }
+    if let Some(verdict) = &meta.verdict {
+        let (sign, tone) = match verdict.level {
+            Level::Good => ("✓", Tone::Good),
+            Level::Warning => ("!", Tone::Warning),
+            Level::Bad => ("✕", Tone::Bad),
+            Level::Neutral => ("•", Tone::Strong),
+        };
+        out.push('\n');
+        for (i, line) in wrap(&printable(&verdict.sentence), style.width.saturating_sub(2)).iter().enumerate() {
+            let _ = writeln!(
+                out,
+                "{} {}",
+                if i == 0 { style.paint(tone, sign) } else { " ".into() },
+                style.paint(Tone::Strong, line)
+            );
+        }
+        if !verdict.number.is_empty() {
+            let _ = writeln!(
+                out,
+                "  {}: {}",
+                printable(&verdict.number_label),
+                style.paint(tone, &printable(&verdict.number))
+            );
+        }
+    }
+    for warning in &meta.warnings {
+        for (i, line) in wrap(&printable(warning), style.width.saturating_sub(11)).iter().enumerate() {
+            let _ = writeln!(
+                out,
+                "  {} {line}",
+                if i == 0 { style.paint(Tone::Warning, "warning:") } else { " ".repeat(8) }
+            );
+        }
+    }
+    if let Some(c) = &data.comparison {
+        pairs(&mut out, data, c, style);
+    }
+    if let Some(u) = &data.update {
+        update(&mut out, u, style);
+    }
+    if let Some(s) = &data.steps {
+        steps(&mut out, s, style);
+    }
+    if let Some(d) = &data.diagnosis {
+        diagnosis(&mut out, d, style);
+    }
+    out
+}
+
+fn head(out: &mut String, title: &str, note: &str, style: &Style) {
+    let note = shorten(&printable(note), style.width.saturating_sub(title.width() + 2));
+    let _ = writeln!(
+        out,
+        "\n{}{}",
+        style.paint(Tone::Strong, title),
+        if note.is_empty() { String::new() } else { format!("  {}", style.paint(Tone::Dim, &note)) }
+    );
+}
+
+fn optional(value: Option<f64>, write: impl Fn(f64) -> String) -> Cell {
+    value.map_or_else(|| "–".into(), |v| write(v).into())
+}
+
+fn pairs(out: &mut String, data: &ReportData, c: &Comparison, style: &Style) {
+    let note = if c.criteria.is_empty() {
+        "error = (model - test)/test".into()
+    } else {
+        format!("error = (model - test)/test; criteria: {}", c.criteria)
+    };
+    head(out, "Pairs", &note, style);
+    let mut table = Table::new([
+        ("mode", Align::Left),
+        ("test Hz", Align::Right),
+        ("model Hz", Align::Right),
+        ("error", Align::Right),
+        ("MAC", Align::Right),
+        ("", Align::Left),
+    ]);
+    for p in &c.pairs {
+        let state = match p.passes {
+            Some(true) => Cell::new("✓ pass", Tone::Good),
+            Some(false) => Cell::new("✕ fail", Tone::Bad),
+            None => Cell::default(),
+        };
+        table.row([
+            (&p.label).into(),
+            number(p.test_hz).into(),
+            number(p.model_hz).into(),
+            percent(p.error).into(),
+            optional(p.mac, |m| format!("{m:.3}")),
+            state,
+        ]);
+    }
+    out.push_str(&table.render(style));
+    let names = |list: Vec<(&str, f64)>| {
+        list.iter().map(|(l, f)| format!("{} ({} Hz)", printable(l), number(*f))).collect::<Vec<_>>().join(", ")
+    };
+    let test: Vec<_> = c
+        .unpaired_test
+        .iter()
+        .filter_map(|i| data.modes.test.get(*i))
+        .map(|m| (m.label.as_str(), m.frequency_hz))
+        .collect();
+    let model: Vec<_> = c
+        .unpaired_model
+        .iter()
+        .filter_map(|i| data.modes.model.get(*i))
+        .map(|m| (m.label.as_str(), m.frequency_hz))
+        .collect();
+    for (who, list) in [("test", test), ("model", model)] {
+        if !list.is_empty() {
+            let _ =
+                writeln!(out, "{}", shorten(&format!("{who} modes without a partner: {}", names(list)), style.width));
+        }
+    }
+}
+
+fn update(out: &mut String, u: &Update, style: &Style) {
+    head(out, "Update", &u.objective, style);
+    for h in &u.histories {
+        let name = shorten(&printable(&h.name), 26);
+        let line = cost_history(&h.evaluations, &h.best_cost, style.width.saturating_sub(28));
+        if !line.is_empty() {
+            let _ = writeln!(out, "{name:<26}  {line}");
+        }
+    }
+    if u.parameters.is_empty() {
+        return;
+    }
+    let mut table = Table::new([
+        ("parameter", Align::Left),
+        ("before", Align::Right),
+        ("after", Align::Right),
+        ("unit", Align::Left),
+        ("lower", Align::Right),
+        ("within", Align::Left),
+        ("upper", Align::Right),
+        ("", Align::Left),
+    ]);
+    for p in &u.parameters {
+        let state = match p.at_bound {
+            Some(Bound::Lower) => Cell::new("! at lower bound", Tone::Warning),
+            Some(Bound::Upper) => Cell::new("! at upper bound", Tone::Warning),
+            None => Cell::default(),
+        };
+        let track = match (p.lower, p.upper) {
+            (Some(low), Some(high)) if high > low => {
+                gauge((p.before - low) / (high - low), p.after.map(|a| (a - low) / (high - low)))
+            }
+            _ => String::new(),
+        };
+        table.row([
+            (&p.name).into(),
+            number(p.before).into(),
+            optional(p.after, number),
+            (&p.unit).into(),
+            optional(p.lower, number),
+            track.into(),
+            optional(p.upper, number),
+            state,
+        ]);
+    }
+    out.push_str(&table.render(style));
+}
+
+/// A rail with a circle where the parameter was and a diamond where it is.
+fn gauge(before: f64, after: Option<f64>) -> String {
+    const WIDTH: usize = 15;
+    let mut rail = ['─'; WIDTH];
+    let place = |f: f64| (f.clamp(0.0, 1.0) * (WIDTH - 1) as f64).round() as usize;
+    if before.is_finite() {
+        rail[place(before)] = '○';
+    }
+    if let Some(a) = after.filter(|a| a.is_finite()) {
+        rail[place(a)] = '◆';
+    }
+    rail.iter().collect()
+}
+
+fn steps(out: &mut String, s: &Steps, style: &Style) {
+    head(out, "The error falling", &s.measure, style);
+    let largest = s.steps.iter().map(|x| x.misfit).filter(|v| v.is_finite()).fold(0.0, f64::max).max(1e-300);
+    let held = s.steps.iter().any(|x| x.held_out.is_some());
+    let mut columns = vec![("step", Align::Left), ("misfit", Align::Right), ("", Align::Left)];
+    if held {
+        columns.push(("held out", Align::Right));
+    }
+    let mut table = Table::new(columns);
+    for x in &s.steps {
+        let mut row = vec![Cell::from(&x.name), number(x.misfit).into(), bar(x.misfit / largest, 30).into()];
+        if held {
+            row.push(optional(x.held_out, number));
+        }
+        table.row(row);
+    }
+    out.push_str(&table.render(style));
+    if let Some(floor) = s.noise_floor {
+        let _ = writeln!(out, "{}", style.paint(Tone::Dim, &format!("noise alone leaves {}", number(floor))));
+    }
+}
+
+fn diagnosis(out: &mut String, d: &Diagnosis, style: &Style) {
+    let note = d.p_value.map_or_else(String::new, |p| format!("p = {}", number(p)));
+    head(out, "Diagnosis", &note, style);
+    for line in wrap(&printable(&d.sentence), style.width) {
+        let _ = writeln!(out, "{line}");
+    }
+    let mut table = Table::new([
+        ("", Align::Right),
+        ("hypothesis", Align::Left),
+        ("P", Align::Right),
+        ("", Align::Left),
+        ("misfit", Align::Left),
+        ("", Align::Left),
+    ]);
+    for (i, h) in d.hypotheses.iter().enumerate() {
+        let name = if h.place.text.is_empty() { h.kind.clone() } else { format!("{} @ {}", h.kind, h.place.text) };
+        let name = if h.category == Category::Measurement { format!("{name} (measurement)") } else { name };
+        let fall = match (h.misfit_before, h.misfit_after) {
+            (Some(b), Some(a)) => format!("{} → {}", number(b), number(a)),
+            _ => String::new(),
+        };
+        let tie = if h.tied_with.is_empty() { Cell::default() } else { Cell::new("= tied", Tone::Warning) };
+        table.row([
+            format!("{}", i + 1).into(),
+            name.into(),
+            optional(h.probability, chance),
+            bar(h.probability.unwrap_or(0.0), 12).into(),
+            fall.into(),
+            tie,
+        ]);
+    }
+    out.push_str(&table.render(style));
+    for (i, m) in d.next_measurements.iter().enumerate() {
+        let lead = if i == 0 { "to measure next: " } else { "or: " };
+        for (k, line) in wrap(&printable(&m.what), style.width.saturating_sub(lead.len())).iter().enumerate() {
+            let _ = writeln!(out, "{}{line}", if k == 0 { lead.to_string() } else { " ".repeat(lead.len()) });
+        }
+    }
+}
+
+/// Two decimals, never a rounded 0 or 1.
+fn chance(p: f64) -> String {
+    match p {
+        p if p > 0.0 && p < 0.005 => "< 0.01".into(),
+        p if p < 1.0 && p > 0.995 => "> 0.99".into(),
+        p => format!("{p:.2}"),
+    }
+}
+
+/// Words on lines of at most `width` columns; a longer word stands alone, cut.
+fn wrap(text: &str, width: usize) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in text.split_whitespace() {
+        let word = shorten(word, width);
+        match lines.last_mut() {
+            Some(line) if line.width() + 1 + word.width() <= width => {
+                line.push(' ');
+                line.push_str(&word);
+            }
+            _ => lines.push(word),
+        }
+    }
+    lines
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::fixture::wing;
+    use super::*;
+
+    #[test]
+    fn the_wing_reads_well_at_every_width() {
+        for width in [60, 80, 100, 140] {
+            let text = summary(&wing::report(), &Style { color: false, width });
+            assert!(!text.contains('\u{1b}'));
+            for word in ["Pairs", "symmetric", "E_wing", "mass-offset", "noise alone leaves 1.000"] {
+                assert!(text.contains(word), "{word} at {width}:\n{text}");
+            }
+            if width >= 100 {
+                let long: Vec<&str> = text.lines().filter(|l| l.width() > width).collect();
+                assert!(long.is_empty(), "{long:#?}");
+            }
+        }
+    }
+
+    #[test]
+    fn an_empty_report_is_two_lines_at_most() {
+        assert!(summary(&ReportData::default(), &Style::default()).lines().count() <= 2);
+    }
+
+    #[test]
+    fn signs_and_words_stand_without_colour() {
+        let text = summary(&wing::report(), &Style::default());
+        assert!(text.contains("✕ fail") && text.contains("! at lower bound") && text.contains("= tied"));
+    }
+}

@@ -1,0 +1,89 @@
+/** Elements without markup: every text goes in as a text node, so a name from a file can never become code. */
+
+import { MISSING } from "./format";
+
+type Attributes = Record<string, string | number | boolean | null | undefined | ((event: Event) => void)>;
+export type Child = Node | string | null | undefined | false | Child[];
+
+function append(parent: Node, child: Child): void {
+  if (child == null || child === false) return;
+  if (Array.isArray(child)) for (const c of child) append(parent, c);
+  else parent.appendChild(typeof child === "string" ? document.createTextNode(child) : child);
+}
+
+function fill<E extends globalThis.Element>(element: E, attributes: Attributes, children: Child[]): E {
+  for (const [name, value] of Object.entries(attributes)) {
+    if (value == null || value === false) continue;
+    if (typeof value === "function") element.addEventListener(name.replace(/^on/, ""), value);
+    else element.setAttribute(name, value === true ? "" : String(value));
+  }
+  append(element, children);
+  return element;
+}
+
+/** An HTML element; attributes that are functions become listeners. */
+export function h<K extends keyof HTMLElementTagNameMap>(
+  tag: K, attributes: Attributes = {}, ...children: Child[]
+): HTMLElementTagNameMap[K] {
+  return fill(document.createElement(tag), attributes, children);
+}
+
+/** An SVG element. */
+export function s<K extends keyof SVGElementTagNameMap>(
+  tag: K, attributes: Attributes = {}, ...children: Child[]
+): SVGElementTagNameMap[K] {
+  return fill(document.createElementNS("http://www.w3.org/2000/svg", tag), attributes, children);
+}
+
+/** A number of the page that names its place in the data, so that a test can hold one against the other. */
+export function num(text: string, path: string, scale = 1): HTMLElement {
+  return text === MISSING
+    ? h("span", { class: "num missing", title: "not available" }, text)
+    : h("span", { class: "num", "data-json": path, "data-scale": scale === 1 ? null : scale }, text);
+}
+
+export interface Column { head: Child; numeric?: boolean; title?: string }
+
+/** A table that scrolls sideways inside its own box. */
+export function table(caption: string, columns: Column[], rows: Child[][], options: { id?: string } = {}): HTMLElement {
+  return h("div", { class: "scroll", tabindex: 0, role: "region", "aria-label": caption },
+    h("table", { id: options.id ?? null },
+      h("caption", { class: "visually-hidden" }, caption),
+      h("thead", {}, h("tr", {}, columns.map((c) =>
+        h("th", { scope: "col", class: c.numeric ? "right" : null, title: c.title ?? null }, c.head)))),
+      h("tbody", {}, rows.map((row) => h("tr", {}, row.map((cell, i) =>
+        h("td", { class: columns[i]?.numeric ? "right" : null }, cell)))))));
+}
+
+/** A titled card. */
+export function card(title: string, note: Child, ...children: Child[]): HTMLElement {
+  return h("section", { class: "card" },
+    h("header", { class: "card-head" }, h("h3", {}, title), note ? h("p", { class: "note" }, note) : null),
+    ...children);
+}
+
+/** One of several exclusive choices as a row of buttons. */
+export function choice<T extends string>(
+  label: string, options: { value: T; text: string }[], initial: T, change: (value: T) => void,
+): HTMLElement {
+  const buttons = options.map(({ value, text }) =>
+    h("button", { type: "button", class: "segment", "aria-pressed": String(value === initial), "data-value": value,
+      onclick: () => {
+        for (const b of buttons) b.setAttribute("aria-pressed", String(b.dataset["value"] === value));
+        change(value);
+      } }, text));
+  return h("div", { class: "segments", role: "group", "aria-label": label }, buttons);
+}
+
+/** A check box with its label. */
+export function toggle(text: string, initial: boolean, change: (on: boolean) => void, id?: string): HTMLElement {
+  const box = h("input", { type: "checkbox", id: id ?? null, onchange: () => change(box.checked) });
+  box.checked = initial;
+  return h("label", { class: "toggle" }, box, text);
+}
+
+/** A pill with a sign and a word: never colour alone. */
+export function badge(level: "good" | "warning" | "bad" | "neutral", text: string): HTMLElement {
+  const sign = { good: "✓", warning: "!", bad: "✕", neutral: "•" }[level];
+  return h("span", { class: `badge ${level}` }, h("span", { "aria-hidden": "true", class: "sign" }, sign), text);
+}

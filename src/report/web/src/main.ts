@@ -1,0 +1,168 @@
+/** Builds the page from its data. */
+
+import { charts } from "./charts";
+import { badge, h, type Child } from "./dom";
+import { fixed, percent, slug } from "./format";
+import { diagnosisSection } from "./sections/diagnosis";
+import { frfsSection } from "./sections/frfs";
+import { modesSection } from "./sections/modes";
+import { pairsSection } from "./sections/pairs";
+import { provenanceSection } from "./sections/provenance";
+import { stepsSection } from "./sections/steps";
+import { structureSection } from "./sections/structure";
+import { updateSection } from "./sections/update";
+import { viewers } from "./viewer";
+import type { Comparison, ReportData } from "./types";
+
+interface Tab { id: string; name: string; build: () => HTMLElement }
+
+function tabsOf(data: ReportData, save: () => void): Tab[] {
+  const tabs: (Tab | false | undefined)[] = [
+    data.structure && { id: "structure", name: "Structure", build: () => structureSection(data.structure!) },
+    data.structure && (data.modes.model.length > 0 || data.modes.test.length > 0)
+      && { id: "modes", name: "Mode shapes", build: () => modesSection(data.structure!, data.modes, data.comparison) },
+    data.comparison && { id: "pairs", name: "Pairs", build: () => pairsSection(data.comparison!, data.modes, data.structure) },
+    data.frfs && data.frfs.channels.length > 0 && { id: "frfs", name: "FRFs", build: () => frfsSection(data.frfs!) },
+    data.update && { id: "update", name: "Update", build: () => updateSection(data.update!) },
+    data.steps && data.steps.steps.length > 0 && { id: "steps", name: "Error falling", build: () => stepsSection(data.steps!) },
+    data.diagnosis && { id: "diagnosis", name: "Diagnosis", build: () => diagnosisSection(data.diagnosis!, data.structure) },
+    { id: "provenance", name: "Provenance", build: () => provenanceSection(data.meta, save) },
+  ];
+  return tabs.filter((t): t is Tab => !!t);
+}
+
+const LEVELS = { good: "explained", warning: "look closer", bad: "not explained", neutral: "for information" } as const;
+
+function glance(c: Comparison): HTMLElement | null {
+  if (!c.pairs.length) return null;
+  const judged = c.pairs.filter((p) => p.passes != null);
+  const errors = c.pairs.map((p) => p.error).filter(Number.isFinite);
+  const macs = c.pairs.map((p) => p.mac).filter((m): m is number => m != null);
+  const worst = errors.reduce((a, b) => (Math.abs(b) > Math.abs(a) ? b : a), 0);
+  const facts: [string, string][] = [
+    ["paired modes", String(c.pairs.length)],
+    ...(judged.length ? [["meet the criteria", `${judged.filter((p) => p.passes).length} of ${judged.length}`] as [string, string]] : []),
+    ...(errors.length ? [["largest frequency error", percent(worst)] as [string, string]] : []),
+    ...(macs.length ? [["lowest MAC", fixed(Math.min(...macs), 2)] as [string, string]] : []),
+  ];
+  return h("dl", { class: "glance" }, facts.map(([k, v]) => h("div", {}, h("dt", {}, k), h("dd", {}, v))));
+}
+
+function head(data: ReportData, theme: Child): HTMLElement {
+  const { title, subtitle, verdict } = data.meta;
+  return h("header", { class: "top" },
+    h("div", { class: "title-row" },
+      h("div", {}, h("p", { class: "brand" }, "retune report"), h("h1", {}, title || "Report"), subtitle ? h("p", { class: "subtitle" }, subtitle) : null),
+      theme),
+    verdict ? h("section", { class: `verdict ${verdict.level}`, "aria-label": "Verdict", id: "verdict" },
+      h("div", { class: "verdict-text" }, badge(verdict.level, LEVELS[verdict.level]), h("p", { class: "sentence" }, verdict.sentence),
+        data.comparison ? glance(data.comparison) : null),
+      verdict.number ? h("div", { class: "verdict-number" }, h("span", { class: "big" }, verdict.number), h("span", { class: "big-label" }, verdict.number_label)) : null) : null);
+}
+
+function themeButton(): HTMLElement {
+  const root = document.documentElement;
+  const system = matchMedia("(prefers-color-scheme: dark)");
+  const isDark = (): boolean => root.dataset["theme"] === "dark";
+  root.dataset["theme"] = system.matches ? "dark" : "light";
+  const say = (): void => {
+    button.textContent = isDark() ? "☀ Light" : "☾ Dark";
+  };
+  const button = h("button", { type: "button", class: "theme", id: "theme", "aria-label": "Switch between dark and light",
+    onclick: () => {
+      root.dataset["theme"] = isDark() ? "light" : "dark";
+      say();
+      retheme();
+    } });
+  say();
+  system.addEventListener("change", () => {
+    root.dataset["theme"] = system.matches ? "dark" : "light";
+    say();
+    retheme();
+  });
+  return button;
+}
+
+function retheme(): void {
+  for (const v of viewers) v.retheme();
+  for (const c of charts) c.refresh();
+  document.dispatchEvent(new Event("retheme"));
+}
+
+function start(): void {
+  const root = document.getElementById("report")!;
+  const text = document.getElementById("report-data")?.textContent ?? "";
+  const data = JSON.parse(text) as ReportData;
+  const save = (): void => {
+    const link = h("a", { href: URL.createObjectURL(new Blob([text], { type: "application/json" })), download: `${slug(data.meta.title)}.json` });
+    link.click();
+    URL.revokeObjectURL(link.href);
+  };
+  const tabs = tabsOf(data, save);
+  const built = new Set<string>();
+  const panels = new Map(tabs.map((t) => [t.id, h("section", { role: "tabpanel", id: `panel-${t.id}`, class: "panel", "aria-labelledby": `tab-${t.id}`, "data-title": t.name, hidden: true })]));
+  const build = (t: Tab): void => {
+    if (built.has(t.id)) return;
+    built.add(t.id);
+    panels.get(t.id)!.append(h("h2", { class: "panel-title" }, t.name), t.build());
+  };
+  const buttons = tabs.map((t) => h("button", { type: "button", role: "tab", id: `tab-${t.id}`, "aria-controls": `panel-${t.id}`, onclick: () => open(t.id, true) }, t.name));
+  const open = (id: string, push: boolean): void => {
+    const tab = tabs.find((t) => t.id === id) ?? tabs[0]!;
+    for (const [i, t] of tabs.entries()) {
+      const on = t === tab;
+      buttons[i]!.setAttribute("aria-selected", String(on));
+      buttons[i]!.tabIndex = on ? 0 : -1;
+      panels.get(t.id)!.hidden = !on;
+      if (on) buttons[i]!.scrollIntoView({ block: "nearest", inline: "nearest" });
+    }
+    build(tab);
+    if (push && location.hash !== `#${tab.id}`) history.replaceState(null, "", `#${tab.id}`);
+  };
+  const list = h("div", { role: "tablist", class: "tabs", "aria-label": "Sections",
+    onkeydown: (event: Event) => {
+      const e = event as KeyboardEvent;
+      const at = buttons.findIndex((b) => b.getAttribute("aria-selected") === "true");
+      const to = { ArrowRight: at + 1, ArrowLeft: at - 1, Home: 0, End: tabs.length - 1 }[e.key];
+      if (to == null) return;
+      e.preventDefault();
+      const i = (to + tabs.length) % tabs.length;
+      open(tabs[i]!.id, true);
+      buttons[i]!.focus();
+    } }, buttons);
+  root.replaceChildren(head(data, themeButton()), h("nav", { class: "tabs-bar", "aria-label": "Report" }, list), h("main", {}, [...panels.values()]));
+  open(location.hash.slice(1), false);
+  addEventListener("hashchange", () => open(location.hash.slice(1), false));
+
+  // Paper shows every section, in light colours, at the width of a page.
+  let before: { theme: string | undefined; hidden: boolean[] } | null = null;
+  addEventListener("beforeprint", () => {
+    if (before) return;
+    before = { theme: document.documentElement.dataset["theme"], hidden: [...panels.values()].map((p) => !!p.hidden) };
+    document.documentElement.dataset["theme"] = "light";
+    document.documentElement.classList.add("printing");
+    for (const t of tabs) build(t);
+    for (const p of panels.values()) p.hidden = false;
+    for (const v of viewers) v.retheme();
+    document.dispatchEvent(new Event("retheme"));
+    for (const c of charts) c.redraw(c.root.clientWidth);
+    for (const v of viewers) v.drawForPaper();
+  });
+  addEventListener("afterprint", () => {
+    if (!before) return;
+    document.documentElement.dataset["theme"] = before.theme ?? "light";
+    document.documentElement.classList.remove("printing");
+    [...panels.values()].forEach((p, i) => (p.hidden = before!.hidden[i]!));
+    before = null;
+    retheme();
+  });
+  document.documentElement.dataset["ready"] = "true";
+}
+
+start();
+
+/** For the console and for the tests: the viewers of the page, in the order of their sections. */
+declare global {
+  var retuneReport: { viewers: typeof viewers };
+}
+globalThis.retuneReport = { viewers };

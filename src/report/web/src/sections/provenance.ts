@@ -1,0 +1,23 @@
+/** Where everything comes from, so that somebody else can repeat it. */
+
+import { badge, card, h, table } from "../dom";
+import type { Meta, Named } from "../types";
+
+function pairs(list: Named[]): HTMLElement {
+  return h("dl", { class: "facts wide" }, list.map((n) => [h("dt", {}, n.name), h("dd", {}, n.text)]));
+}
+
+export function provenanceSection(meta: Meta, download: () => void): HTMLElement {
+  return h("div", { class: "stack" },
+    meta.warnings.length ? card("Read this first", null, h("ul", { class: "warnings" }, meta.warnings.map((w) => h("li", {}, w)))) : null,
+    meta.data_items.length ? card("Data", null, table("Data", [{ head: "What" }, { head: "Origin" }, { head: "Source" }],
+      meta.data_items.map((d) => [h("strong", {}, d.name), badge(d.origin === "measured" ? "good" : "neutral", d.origin), d.source]), { id: "data-table" })) : null,
+    meta.commands.length ? card("To repeat it", null, h("pre", { tabindex: 0 }, meta.commands.map((c) => `$ ${c}`).join("\n"))) : null,
+    meta.files.length ? card("Files", null, table("Files", [{ head: "Role" }, { head: "File" }, { head: "SHA-256" }],
+      meta.files.map((f) => [f.role, h("code", {}, f.path), f.sha256 ? h("code", { class: "hash" }, f.sha256) : "–"]))) : null,
+    h("div", { class: "columns" },
+      meta.versions.length || meta.created ? card("Versions", null, pairs([...meta.versions, ...(meta.created ? [{ name: "created", text: meta.created }] : [])])) : null,
+      meta.seeds.length ? card("Seeds", null, pairs(meta.seeds)) : null),
+    card("Data of this page", "everything shown here, as JSON", h("button", { type: "button", onclick: download }, "Save the data")),
+    h("p", { class: "note" }, "Drawn with three.js and plotly.js (MIT licence); their licences stand in the source of this page."));
+}

@@ -1,0 +1,50 @@
+/** The error falling: how much each step explains, and whether data that the fit did not see agree. */
+
+import { Chart } from "../charts";
+import { card, choice, h, num, table } from "../dom";
+import { fixed, plain, shorten, significant } from "../format";
+import { heat } from "../heat";
+import type { Steps } from "../types";
+
+export function stepsSection(w: Steps): HTMLElement {
+  let scale: "linear" | "log" = "linear";
+  const held = w.steps.some((s) => s.held_out != null);
+  const chart = new Chart("Misfit after every step", (p, width) => {
+    const names = w.steps.map((s, i) => `${i + 1}. ${plain(shorten(s.name, width < 600 ? 18 : 34))}`);
+    const values = w.steps.map((s) => s.misfit);
+    const fall = values.map((v, i) => (i === 0 ? 0 : Math.max(0, values[i - 1]! - v)));
+    const log = scale === "log";
+    const tops = w.steps.map((s, i) => Math.max(s.misfit, i && !log ? values[i - 1]! : 0, s.held_out ?? 0));
+    const data: Record<string, unknown>[] = [
+      { type: "bar", name: "misfit", x: names, y: values, marker: { color: p.model }, hovertemplate: "%{x}: %{y:.4g}<extra>misfit</extra>" },
+    ];
+    if (!log) data.push({ type: "bar", name: "explained by the step", x: names, y: fall, base: values,
+      marker: { color: p.dark ? "rgba(150,165,180,0.22)" : "rgba(90,110,130,0.13)", line: { color: p.soft, width: 1 } }, hovertemplate: "%{x}: −%{y:.4g}<extra></extra>" });
+    // The numbers stand above everything of their step, so that nothing covers them.
+    data.push({ type: "scatter", mode: "text", x: names, y: tops.map((t, i) => ((w.steps[i]!.held_out ?? 0) >= t ? (log ? t * 1.12 : t + 0.03 * Math.max(...tops)) : t)), textposition: "top center", showlegend: false, hoverinfo: "skip", cliponaxis: false,
+      text: values.map((v, i) => `<b>${significant(v, 3)}</b>${i && fall[i]! > 0 ? `${width < 700 ? "<br>" : "  "}−${fixed((100 * fall[i]!) / values[i - 1]!, 0)} %` : ""}`) });
+    if (held) data.push({ type: "scatter", mode: "lines+markers", name: "held-out data", x: names, y: w.steps.map((s) => s.held_out),
+      line: { color: p.test, dash: "dot", width: 2 }, marker: { symbol: "diamond", size: 11, color: p.test, line: { width: 1.5, color: p.surface } }, hovertemplate: "%{x}: %{y:.4g}<extra>held out</extra>" });
+    if (w.noise_floor != null) data.push({ type: "scatter", mode: "lines", name: `noise floor (${significant(w.noise_floor, 3)})`, x: names, y: names.map(() => w.noise_floor),
+      line: { color: p.good, dash: "dash", width: 2 }, hoverinfo: "skip" });
+    return {
+      data,
+      layout: { barmode: "overlay", bargap: 0.35, yaxis: { title: { text: "misfit" }, type: scale, ...(log ? { dtick: 1 } : { range: [0, 1.17 * Math.max(...tops, 1e-12)] }) },
+        xaxis: { tickangle: width < 700 ? -35 : 0, showgrid: false } },
+    };
+  }, 440, "error-falling");
+  chart.root.id = "waterfall-chart";
+  const modal = w.mode_labels.length && w.steps.some((s) => s.per_mode.length);
+  const largest = Math.max(...w.steps.flatMap((s) => s.per_mode.map((v) => v ?? 0)), 0);
+  return h("div", { class: "stack" },
+    card("The error falling", w.measure,
+      h("div", { class: "toolbar" }, choice("Axis", [{ value: "linear", text: "linear" }, { value: "log", text: "log" }], scale, (v) => { scale = v; chart.refresh(); })),
+      chart.root,
+      table("Steps", [{ head: "Step" }, { head: "Misfit", numeric: true }, ...(held ? [{ head: "Held out", numeric: true }] : []), { head: "" }],
+        w.steps.map((s, i) => [h("strong", {}, s.name), num(significant(s.misfit, 4), `steps.steps.${i}.misfit`),
+          ...(held ? [num(significant(s.held_out, 4), `steps.steps.${i}.held_out`)] : []), s.note]), { id: "step-table" })),
+    modal ? card("Per mode", "the same misfit, mode by mode",
+      heat({ title: "Misfit per mode", row_axis: "step", column_axis: "mode", rows: w.steps.map((s) => s.name), columns: w.mode_labels,
+        values: w.steps.map((s) => w.mode_labels.map((_, j) => s.per_mode[j] ?? null)) },
+      { map: "cividis", low: 0, high: largest || 1, path: (i, j) => `steps.steps.${i}.per_mode.${j}`, digits: 3 })) : null);
+}

@@ -1,0 +1,102 @@
+/** The update: how the cost fell, where the parameters went, what the data cannot tell. */
+
+import { Chart } from "../charts";
+import { badge, card, choice, h, num, s, table, type Child } from "../dom";
+import { fixed, plain, shorten, significant } from "../format";
+import { heat } from "../heat";
+import { colorBar } from "../legend";
+import type { MassProperty, Parameter, Update } from "../types";
+
+function costChart(u: Update): HTMLElement {
+  let scale: "log" | "linear" = "log";
+  const chart = new Chart("Best cost against evaluations", (p) => {
+    const colors = [p.model, p.test, p.accent, p.soft];
+    const dashes = ["solid", "dash", "dot", "dashdot"];
+    return {
+      data: u.histories.map((run, i) => ({
+        type: "scatter", mode: run.evaluations.length < 60 ? "lines+markers" : "lines", name: plain(shorten(run.name, 40)), x: run.evaluations, y: run.best_cost,
+        line: { color: colors[i % 4], dash: dashes[Math.floor(i / 4) % 4], width: 2.4, shape: "hv" }, marker: { size: 5 },
+        hovertemplate: "%{x} evaluations: %{y:.5g}<extra>" + plain(shorten(run.name, 40)) + "</extra>",
+      })),
+      layout: { xaxis: { title: { text: "evaluations of the model" }, rangemode: "tozero", exponentformat: "none", separatethousands: true }, yaxis: { title: { text: "best cost" }, type: scale },
+        showlegend: u.histories.length > 1, hovermode: "closest" },
+    };
+  }, 340, "cost-history");
+  chart.root.id = "cost-chart";
+  return card("Cost", [u.objective, u.termination].filter(Boolean).join("; "),
+    h("div", { class: "toolbar" }, choice("Cost axis", [{ value: "log", text: "log" }, { value: "linear", text: "linear" }], scale, (v) => { scale = v; chart.refresh(); })),
+    chart.root);
+}
+
+function track(p: Parameter): SVGSVGElement | string {
+  const { lower, upper } = p;
+  if (lower == null || upper == null || upper <= lower) return "";
+  const W = 220, H = 26, x = (v: number): number => 8 + (W - 16) * Math.min(1.02, Math.max(-0.02, (v - lower) / (upper - lower)));
+  const value = p.after ?? p.before;
+  return s("svg", { viewBox: `0 0 ${W} ${H}`, class: "track", role: "img",
+    "aria-label": `${p.name} at ${fixed((100 * (value - lower)) / (upper - lower), 0)} % of its range` },
+    s("line", { x1: 8, x2: W - 8, y1: 13, y2: 13, class: "rail" }),
+    s("line", { x1: 8, x2: 8, y1: 7, y2: 19, class: "rail" }), s("line", { x1: W - 8, x2: W - 8, y1: 7, y2: 19, class: "rail" }),
+    p.interval ? s("line", { x1: x(p.interval[0]), x2: x(p.interval[1]), y1: 13, y2: 13, class: "interval" }) : null,
+    s("circle", { cx: x(p.before), cy: 13, r: 5, class: "was" }),
+    p.after == null ? null : s("path", { d: `M${x(p.after)} 5 l6 8 l-6 8 l-6 -8 z`, class: p.at_bound ? "is bound" : "is" }));
+}
+
+function parameters(u: Update): HTMLElement {
+  const interval = u.parameters.find((p) => p.interval)?.interval_label ?? "";
+  const determined = u.parameters.some((p) => p.determined != null);
+  const anyInterval = u.parameters.some((p) => p.interval), anyAfter = u.parameters.some((p) => p.after != null);
+  return card("Parameters", "circle: before; diamond: after; thick line: interval of the estimate; ends: bounds",
+    table("Parameters", [
+      { head: "Parameter" }, { head: "Unit" }, { head: "Before", numeric: true }, ...(anyAfter ? [{ head: "After", numeric: true }] : []),
+      { head: "Lower", numeric: true }, { head: "Within its bounds" }, { head: "Upper", numeric: true },
+      ...(anyInterval ? [{ head: interval ? `${interval} interval` : "Interval", numeric: true }] : []),
+      ...(determined ? [{ head: "Determined", numeric: true, title: "share of the prior variance that the data removed" }] : []), { head: "" },
+    ], u.parameters.map((p, i): Child[] => {
+      const path = `update.parameters.${i}`;
+      return [
+        h("strong", {}, p.name), p.unit, num(significant(p.before, 4), `${path}.before`),
+        ...(anyAfter ? [h("strong", {}, num(significant(p.after, 4), `${path}.after`))] : []),
+        num(significant(p.lower, 4), `${path}.lower`), track(p), num(significant(p.upper, 4), `${path}.upper`),
+        ...(anyInterval ? [p.interval ? h("span", { class: "nowrap" }, num(significant(p.interval[0], 3), `${path}.interval.0`), " … ", num(significant(p.interval[1], 3), `${path}.interval.1`)) : "–"] : []),
+        ...(determined ? [p.determined == null ? "–" : num(`${fixed(100 * p.determined, 0)} %`, `${path}.determined`, 100)] : []),
+        p.at_bound ? badge("warning", `at ${p.at_bound} bound`) : "",
+      ];
+    }), { id: "parameter-table" }));
+}
+
+function mass(m: MassProperty, i: number): Child[] {
+  const path = `update.mass_properties.${i}`;
+  return [
+    m.name, m.unit,
+    m.target == null ? "–" : h("span", { class: "nowrap" }, num(significant(m.target, 4), `${path}.target`), m.tolerance == null ? "" : [" ± ", num(significant(m.tolerance, 2), `${path}.tolerance`)]),
+    num(significant(m.before, 4), `${path}.before`), h("strong", {}, num(significant(m.after, 4), `${path}.after`)),
+    m.within == null ? "–" : badge(m.within ? "good" : "bad", m.within ? "within" : "outside"), m.source,
+  ];
+}
+
+export function updateSection(u: Update): HTMLElement {
+  const atBound = u.parameters.filter((p) => p.at_bound);
+  const facts: [string, Child][] = [
+    ["optimiser", u.optimizer || null], ["evaluations", u.evaluations == null ? null : num(String(u.evaluations), "update.evaluations")],
+    ["cost", u.cost_before == null || u.cost_after == null ? null
+      : h("span", {}, num(significant(u.cost_before, 4), "update.cost_before"), " → ", num(significant(u.cost_after, 4), "update.cost_after"))],
+    ["on a bound", atBound.length ? `${atBound.length} of ${u.parameters.length} parameters` : "none"],
+  ];
+  return h("div", { class: "stack" },
+    h("div", { class: "stats" }, facts.filter(([, v]) => v).map(([name, value]) => h("div", { class: "stat" }, h("span", { class: "stat-name" }, name), h("span", { class: "stat-value" }, value)))),
+    u.histories.length ? costChart(u) : null,
+    u.parameters.length ? parameters(u) : null,
+    u.unidentifiable.length ? card("What the data cannot separate", "along these combinations the prediction hardly changes: trust the combination that is fixed, not the single values",
+      h("ul", { class: "combinations" }, u.unidentifiable.map((c, i) => h("li", {},
+        h("div", { class: "weights" }, c.weights.slice(0, 6).map(([name, weight], k) => h("span", { class: "weight" },
+          h("span", { class: "weight-bar", style: `width:${Math.round(64 * Math.min(1, Math.abs(weight)))}px` }), num(fixed(weight, 2), `update.unidentifiable.${i}.weights.${k}.1`), " ", name)),
+          c.weights.length > 6 ? h("span", { class: "note" }, `and ${c.weights.length - 6} smaller`) : null),
+        c.meaning ? h("p", {}, c.meaning) : null,
+        c.relative_singular_value == null ? null : h("p", { class: "note" }, "singular value relative to the largest: ", num(significant(c.relative_singular_value, 2), `update.unidentifiable.${i}.relative_singular_value`)))))) : null,
+    u.correlation ? card("Correlation of the estimates", "near ±1: the data fix the sum or the difference of the two, not each",
+      heat(u.correlation, { map: "diverging", low: -1, high: 1, path: (i, j) => `update.correlation.values.${i}.${j}` }), colorBar("diverging", "−1", "+1", "correlation")) : null,
+    u.mass_properties.length ? card("Mass properties against targets", null, table("Mass properties", [
+      { head: "Quantity" }, { head: "Unit" }, { head: "Target", numeric: true }, { head: "Before", numeric: true }, { head: "After", numeric: true }, { head: "" }, { head: "Source" },
+    ], u.mass_properties.map(mass), { id: "mass-table" })) : null);
+}

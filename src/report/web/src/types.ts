@@ -1,0 +1,125 @@
+/** The report's data as they stand in the page: the JSON form of `ReportData` in `src/report/data.rs`, schema 1. */
+
+/** Base64 text of little-endian 32-bit floats; see `decode.ts`. */
+export type Floats = string;
+/** A number; NaN and infinity come as null. */
+export type Num = number | null;
+export type Vec3 = [number, number, number];
+
+export interface Spectrum { log_low: number; log_step: number; data: string }
+export interface Named { name: string; text: string }
+export type Level = "good" | "warning" | "bad" | "neutral";
+
+export interface Meta {
+  title: string;
+  subtitle: string;
+  verdict: { sentence: string; number: string; number_label: string; level: Level } | null;
+  created: string | null;
+  versions: Named[];
+  seeds: Named[];
+  commands: string[];
+  files: { role: string; path: string; sha256: string }[];
+  data_items: { name: string; origin: string; source: string }[];
+  warnings: string[];
+}
+
+export interface Property { name: string; value: string }
+export interface Element {
+  name: string; kind: string; nodes: number[]; group?: string; parameters?: string[];
+  property_set?: number; properties?: Property[];
+}
+export interface Field {
+  name: string; unit: string; on: "elements" | "nodes" | "sensors";
+  scale: "sequential" | "diverging" | "unit"; about: string; values: Floats;
+}
+export interface Sensor { name: string; position: Vec3; direction: Vec3; is_rotation: boolean; attached_to: string }
+export interface Exciter { name: string; position: Vec3; direction: Vec3 }
+export interface PointMass {
+  name: string; node: number; mass: Num; offset: Vec3 | null; parameters: string[]; properties: Property[];
+}
+export interface Structure {
+  up: number | null;
+  nodes: { name: string; position: Vec3 }[];
+  elements: Element[];
+  property_sets: { name: string; properties: Property[] }[];
+  rigid_links: { name: string; master: number; slaves: number[] }[];
+  masses: PointMass[];
+  supports: { node: number; dofs: string }[];
+  sensors: Sensor[];
+  exciters: Exciter[];
+  trace_lines: number[][];
+  fields: Field[];
+}
+
+export interface ModelMode {
+  label: string; frequency_hz: number; damping_ratio: Num;
+  displacement: Floats; displacement_imag?: Floats; rotation?: Floats;
+  at_sensors?: Floats; at_sensors_imag?: Floats;
+}
+export interface TestMode {
+  label: string; frequency_hz: number; frequency_sd: Num; damping_ratio: Num; origin: string;
+  at_sensors?: Floats; at_sensors_imag?: Floats; expanded?: Floats;
+}
+export interface Modes { model: ModelMode[]; test: TestMode[] }
+
+export interface Pair {
+  label: string; test_mode: number | null; model_mode: number | null;
+  test_hz: number; model_hz: number; error: number; mac: Num; test_damping: Num;
+  passes: boolean | null; pass_probability: Num;
+}
+export interface LabelledMatrix {
+  title: string; row_axis: string; column_axis: string; rows: string[]; columns: string[]; values: Num[][];
+}
+export interface Comparison {
+  pairs: Pair[]; pairs_before: Pair[]; unpaired_test: number[]; unpaired_model: number[];
+  criteria: string; frequency_band: number;
+  mac: LabelledMatrix | null; mac_before: LabelledMatrix | null;
+  comac: Floats | null; comac_before: Floats | null;
+}
+
+export interface Band { name: string; from_hz: number; to_hz: number; csac: Num; csf: Num }
+export interface Channel {
+  response: string; reference: string; sensor: number | null;
+  measured?: Spectrum; model?: Spectrum; before?: Spectrum; coherence?: Floats;
+  frac: Num[]; frac_before?: Num[];
+}
+export interface Frfs { quantity: string; unit: string; frequency_hz: Floats; bands: Band[]; channels: Channel[] }
+
+export interface History { name: string; evaluations: number[]; best_cost: Num[] }
+export interface Parameter {
+  name: string; unit: string; before: number; after: Num; lower: Num; upper: Num;
+  interval: [number, number] | null; interval_label: string; at_bound: "lower" | "upper" | null; determined: Num;
+}
+export interface Combination { weights: [string, number][]; relative_singular_value: Num; meaning: string }
+export interface MassProperty {
+  name: string; unit: string; target: Num; tolerance: Num; before: Num; after: Num; within: boolean | null; source: string;
+}
+export interface Update {
+  optimizer: string; objective: string; termination: string; evaluations: Num; cost_before: Num; cost_after: Num;
+  histories: History[]; parameters: Parameter[]; correlation: LabelledMatrix | null;
+  unidentifiable: Combination[]; mass_properties: MassProperty[];
+}
+
+export interface Step { name: string; misfit: number; per_mode: Num[]; held_out: Num; note: string }
+export interface Steps { measure: string; noise_floor: Num; mode_labels: string[]; steps: Step[] }
+
+export interface Place { text: string; nodes: number[]; elements: number[]; sensors: number[] }
+export interface Hypothesis {
+  id: string; category: "effect" | "measurement" | "none" | "other"; kind: string; summary: string; place: Place;
+  probability: Num; log_bayes_factor: Num; misfit_before: Num; misfit_after: Num;
+  held_out_before: Num; held_out_after: Num; quantity: string; estimate: Num; interval: [number, number] | null;
+  unit: string; tied_with: string[]; evidence_for: string[]; evidence_against: string[]; patch: string;
+}
+export interface Measurement {
+  what: string; why: string; separates: string[]; expected_log_bayes_factor: Num; place: Place | null;
+}
+export interface Diagnosis {
+  outcome: "adequate" | "missing-effect" | "measurement-fault" | "tied" | "unexplained";
+  sentence: string; p_value: Num; alarm_level: Num; screened: Num;
+  hypotheses: Hypothesis[]; next_measurements: Measurement[]; remainder: string; remainder_place: Place | null;
+}
+
+export interface ReportData {
+  schema: number; meta: Meta; structure?: Structure; modes: Modes; comparison?: Comparison; frfs?: Frfs;
+  update?: Update; steps?: Steps; diagnosis?: Diagnosis;
+}

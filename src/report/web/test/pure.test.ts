@@ -1,0 +1,160 @@
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { categories, contrast, ink, onStage, parseHex, sample } from "../src/color";
+import { floats, polar } from "../src/decode";
+import { fixed, percent, plain, probability, shorten, significant, slug } from "../src/format";
+import { axes, extent, eye, fit, HALF_VIEW, turn, zoom, type Orbit } from "../src/orbit";
+import { inside, pick, segmentDistance, type Target } from "../src/pick";
+import { atPhase, beamPoint, difference, peak, peakOfNodes, scaleFactor, times } from "../src/shape";
+
+const near = (a: number, b: number, by = 1e-6): void => assert.ok(Math.abs(a - b) <= by, `${a} is not ${b}`);
+
+test("floats are read little-endian", () => {
+  assert.deepEqual([...floats("AACAPwAAAMA=")], [1, -2]);
+  assert.equal(floats(undefined).length, 0);
+  assert.equal(floats("").length, 0);
+});
+
+test("a spectrum is unfolded from its logarithm", () => {
+  // a = 1, p = 0; a = 0 (missing); a = 3, p = 49152 (270 degrees)
+  const bytes = Buffer.from([1, 0, 0, 0, 0, 0, 5, 0, 3, 0, 0, 192]);
+  const h = polar({ log_low: Math.log(2), log_step: Math.log(3), data: bytes.toString("base64") });
+  near(h.amplitude[0]!, 2);
+  assert.ok(Number.isNaN(h.amplitude[1]) && Number.isNaN(h.phase[1]));
+  near(h.amplitude[2]!, 18, 1e-9);
+  near(h.phase[2]!, -90);
+});
+
+test("numbers are written as people read them", () => {
+  assert.equal(significant(5.528508, 4), "5.529");
+  assert.equal(significant(19.884), "19.88");
+  assert.equal(significant(-0.0421, 3), "−0.0421");
+  assert.equal(significant(3e-9, 2), "3.0e−9");
+  assert.equal(significant(0), "0");
+  assert.equal(significant(20504), "20504");
+  assert.equal(percent(0.0453), "+4.5 %");
+  assert.equal(percent(-0.0001), "0.0 %");
+  assert.equal(percent(-0.017), "−1.7 %");
+  assert.equal(fixed(-0, 2), "0.00");
+  assert.deepEqual([probability(0.9999), probability(1e-4), probability(0.93), probability(0), probability(1)], ["> 0.99", "< 0.01", "0.93", "0.00", "1.00"]);
+  for (const f of [significant, percent, probability] as ((v: number | null) => string)[]) {
+    assert.equal(f(null), "–");
+    assert.equal(f(NaN), "–");
+  }
+});
+
+test("chart labels cannot carry markup", () => {
+  assert.equal(plain("<a href='javascript:x'>&</a>"), "&lt;a href='javascript:x'&gt;&amp;&lt;/a&gt;");
+  assert.equal(slug("../Etc / päß <x>"), "etc-p-x");
+  assert.equal(shorten("abcdefghij", 5), "ab…ij");
+});
+
+test("text on every map colour and every label colour reads well", () => {
+  for (const map of ["cividis", "viridis", "diverging"] as const) {
+    for (let i = 0; i <= 100; i++) {
+      const rgb = sample(map, i / 100);
+      assert.ok(contrast(rgb, parseHex(ink(rgb))) >= 4.2, `${map} ${i}`);
+    }
+  }
+  assert.deepEqual(sample("viridis", NaN), [150, 150, 150]);
+  assert.deepEqual(sample("viridis", 9), sample("viridis", 1));
+});
+
+test("what lies on the stage stands out from it in both themes", () => {
+  for (const dark of [false, true]) {
+    const stage = parseHex(dark ? "141b23" : "f7f9fb");
+    for (const map of ["cividis", "viridis"] as const) {
+      for (let i = 0; i <= 20; i++) assert.ok(contrast(onStage(map, i / 20, dark), stage) > 1.35, `${map} ${i} ${dark}`);
+    }
+    for (const color of categories(dark)) assert.ok(contrast(parseHex(color), stage) > 2.4, color);
+  }
+});
+
+test("the scale factor brings the test onto the model", () => {
+  const a = { re: Float32Array.of(1, 2, -3) };
+  const x = times(a, [0, 2]);
+  const [re, im] = scaleFactor(x, a);
+  near(re, 0);
+  near(im, -0.5);
+  const back = times(x, [re, im]);
+  near(Math.max(...difference(back, a)), 0);
+  const gaps = { re: Float32Array.of(2, NaN, -6) };
+  near(scaleFactor(gaps, a)[0], 0.5);
+  assert.deepEqual(scaleFactor({ re: new Float32Array(3) }, a), [0, 0]);
+});
+
+test("peaks and phases", () => {
+  near(peak({ re: Float32Array.of(3, NaN), im: Float32Array.of(4, 0) }), 5);
+  near(peakOfNodes({ re: Float32Array.of(1, 2, 2, 0, 0, 1) }), 3);
+  const out = new Float32Array(2);
+  atPhase({ re: Float32Array.of(1, NaN), im: Float32Array.of(2, 0) }, Math.PI / 2, 3, out);
+  near(out[0]!, -6, 1e-5);
+  assert.equal(out[1], 0);
+});
+
+test("a beam bends by its cubic: a cantilever under an end load", () => {
+  // w = P (3 L x² - x³)/(6 E I): with w(L) = 1, the slope is 1.5/L and w(L/2) = 5/16.
+  const L = 2;
+  const point = beamPoint([0, 0, 0], [L, 0, 0], [0, 0, 0], [0, 0, 1], [0, 0, 0], [0, -1.5 / L, 0], 0.5);
+  near(point[2], 5 / 16);
+  near(point[0], 0);
+  assert.deepEqual(beamPoint([0, 0, 0], [L, 0, 0], [0, 0, 0], [1, 0, 1], null, null, 0.5), [0.5, 0, 0.5]);
+});
+
+test("a rigid rotation keeps a beam straight", () => {
+  const angle = 0.01, L = 3;
+  for (const t of [0.2, 0.5, 0.9]) {
+    const point = beamPoint([0, 0, 0], [0, L, 0], [0, 0, 0], [0, 0, angle * L], [angle, 0, 0], [angle, 0, 0], t);
+    near(point[2], angle * L * t, 1e-12);
+  }
+});
+
+test("points win over the lines that they sit on", () => {
+  const at = (x: number, y: number) => ({ x, y, depth: 0 });
+  const targets: Target[] = [
+    { kind: "element", index: 0, points: [at(0, 0), at(100, 0)] },
+    { kind: "node", index: 4, points: [at(0, 0)] },
+    { kind: "sensor", index: 7, points: [at(50, 3)] },
+  ];
+  assert.equal(pick(1, 1, targets)?.kind, "node");
+  assert.equal(pick(51, 1, targets)?.kind, "sensor");
+  assert.deepEqual([pick(25, 2, targets)?.kind, pick(25, 2, targets)?.index], ["element", 0]);
+  assert.equal(pick(25, 40, targets), null);
+  assert.equal(pick(0, 0, [{ kind: "node", index: 0, points: [{ x: 0, y: 0, depth: 3 }] }]), null);
+  near(segmentDistance(5, 4, at(0, 0), at(3, 0)), Math.hypot(2, 4));
+  assert.ok(inside(1, 1, [at(0, 0), at(4, 0), at(0, 4)]) && !inside(3, 3, [at(0, 0), at(4, 0), at(0, 4)]));
+});
+
+test("the camera fits a structure from every side", () => {
+  const points = [[-2, 0, 0], [2, 0.4, 0], [0, -0.3, 0.2], [1, 1, 1]];
+  for (const up of [0, 1, 2]) {
+    for (const [azimuth, elevation] of [[-1.2, 0.62], [0, 0], [-Math.PI / 2, 1.57]] as const) {
+      for (const aspect of [0.5, 1.8]) {
+        const start: Orbit = { azimuth, elevation, distance: 9, target: extent(points).centre };
+        const orbit = fit(start, points, up, aspect, 0.8);
+        const camera = eye(orbit, up);
+        const toward = camera.map((c, k) => (c - orbit.target[k]!) / orbit.distance);
+        let widest = 0;
+        for (const p of points) {
+          const q = p.map((v, k) => v - orbit.target[k]!);
+          const depth = orbit.distance - q.reduce((s, v, k) => s + v * toward[k]!, 0);
+          const [i, j, k] = axes(up);
+          const right = -Math.sin(azimuth) * q[i]! + Math.cos(azimuth) * q[j]!;
+          const above = Math.cos(elevation) * q[k]! - Math.sin(elevation) * (Math.cos(azimuth) * q[i]! + Math.sin(azimuth) * q[j]!);
+          const size = Math.max(Math.abs(right) / (depth * Math.tan(HALF_VIEW) * aspect), Math.abs(above) / (depth * Math.tan(HALF_VIEW)));
+          assert.ok(size < 0.81, `${size}`);
+          widest = Math.max(widest, size);
+        }
+        near(widest, 0.8, 0.002);
+      }
+    }
+  }
+  assert.equal(extent([]).radius, 1);
+});
+
+test("turning stops at the poles and zooming stays in reach", () => {
+  const orbit: Orbit = { azimuth: 0, elevation: 0, distance: 5, target: [0, 0, 0] };
+  assert.ok(turn(orbit, 0, 1e6).elevation < Math.PI / 2);
+  assert.equal(zoom(orbit, 1e9, 1).distance, 20);
+  assert.equal(zoom(orbit, 1e-9, 1).distance, 0.02);
+});

@@ -1,0 +1,267 @@
+// The report in a real browser: every section shows what it says, and every number is the number of the data.
+import assert from "node:assert/strict";
+import { after, before, test } from "node:test";
+import { existsSync, statSync } from "node:fs";
+import { availableParallelism, loadavg } from "node:os";
+import { join } from "node:path";
+import { chromium, folder, launch, open, pages } from "./browser.mjs";
+
+const missing = !chromium ? "no Chromium here (set CHROMIUM, or install Debian's package `chromium`)"
+  : !existsSync(join(folder, "wing.html")) ? "no fixture pages (cargo test --lib report::fixture writes them)" : false;
+
+let browser;
+before(async () => {
+  if (!missing) browser = await launch();
+});
+after(async () => browser?.close());
+
+const check = (name, body) => test(name, { skip: missing, timeout: 120_000 }, body);
+const read = (page) => page.evaluate(() => JSON.parse(document.getElementById("report-data").textContent));
+const tab = async (page, id) => {
+  await page.click(`#tab-${id}`);
+  await page.waitForSelector(`#panel-${id}:not([hidden])`);
+};
+
+/** Every number that names its place in the data, against the data: equal to half a unit of its last digit. */
+async function numbers(page) {
+  return page.evaluate(() => {
+    const data = JSON.parse(document.getElementById("report-data").textContent);
+    const wrong = [];
+    let count = 0;
+    for (const span of document.querySelectorAll("[data-json]")) {
+      const path = span.dataset.json.split(".");
+      const value = path.reduce((at, key) => at?.[key], data);
+      const text = span.textContent.replace(/−/g, "-").replace("+", "").replace(/ ?(%|Hz)$/, "");
+      count++;
+      if (typeof value !== "number") { wrong.push(`${span.dataset.json} is ${value}`); continue; }
+      const scaled = value * Number(span.dataset.scale ?? 1);
+      if (/^[<>]/.test(text)) {
+        const limit = Number(text.slice(1));
+        if (text[0] === "<" ? !(value < limit) : !(value > limit)) wrong.push(`${span.dataset.json}: ${text} but ${value}`);
+        continue;
+      }
+      const [mantissa, exponent = "0"] = text.split("e");
+      const unit = 10 ** (Number(exponent) - (mantissa.split(".")[1]?.length ?? 0));
+      if (!(Math.abs(Number(text) - scaled) <= 0.5000001 * unit)) wrong.push(`${span.dataset.json}: shown ${text}, data ${scaled}`);
+    }
+    return { count, wrong };
+  });
+}
+
+/** Texts that stick out of the page sideways, beyond boxes that scroll. */
+const overflow = (page) => page.evaluate(() => document.documentElement.scrollWidth - document.documentElement.clientWidth);
+
+for (const [name, tabs] of [
+  ["wing", ["structure", "modes", "pairs", "frfs", "update", "steps", "diagnosis", "provenance"]],
+  ["model_only", ["structure", "modes", "provenance"]],
+  ["model_and_test", ["structure", "modes", "pairs", "provenance"]],
+  ["hostile", ["structure", "modes", "pairs", "frfs", "update", "steps", "diagnosis", "provenance"]],
+  ["large", ["structure", "modes", "pairs", "provenance"]],
+  ["channels", ["frfs", "provenance"]],
+  ["empty", ["provenance"]],
+]) {
+  check(`${name}: opens, shows its sections, asks no network, logs nothing, and its numbers are the data's`, async () => {
+    assert.ok(statSync(join(folder, `${name}.html`)).size < 6e6);
+    for (const viewport of [{ width: 1400, height: 900 }, { width: 390, height: 844 }]) {
+      const { page, context, errors } = await open(browser, pages(name), { viewport });
+      const ids = await page.locator('[role="tab"]').evaluateAll((all) => all.map((t) => t.id.replace("tab-", "")));
+      assert.deepEqual(ids, tabs);
+      for (const id of tabs) {
+        await tab(page, id);
+        for (const chart of await page.locator(`#panel-${id} .chart`).all()) {
+          await chart.locator(".main-svg").first().waitFor({ state: "attached", timeout: 10_000 });
+        }
+        for (const viewer of await page.locator(`#panel-${id} .viewer`).all()) {
+          await viewer.scrollIntoViewIfNeeded();
+          await page.waitForFunction((v) => Number(v.dataset.drawn) > 0, await viewer.elementHandle());
+        }
+        assert.ok((await overflow(page)) <= 0, `${id} is wider than the window at ${viewport.width}`);
+      }
+      const { count, wrong } = await numbers(page);
+      assert.deepEqual(wrong, []);
+      if (name === "wing") assert.ok(count > 400, `${count} numbers`);
+      assert.equal(await page.evaluate(() => window.hacked), undefined);
+      assert.deepEqual(errors, []);
+      await context.close();
+    }
+  });
+}
+
+check("the verdict stands on top", async () => {
+  const { page, context } = await open(browser, pages("wing"));
+  const data = await read(page);
+  const text = await page.textContent("#verdict");
+  for (const part of [data.meta.verdict.sentence, data.meta.verdict.number, data.meta.verdict.number_label, "not explained"]) {
+    assert.ok(text.includes(part), part);
+  }
+  assert.equal(await page.title(), data.meta.title);
+  await context.close();
+});
+
+check("picking in the picture and by name tells name and properties", async () => {
+  const { page, context } = await open(browser, pages("wing"));
+  const data = await read(page);
+  await page.waitForFunction(() => Number(document.getElementById("structure-viewer").dataset.drawn) > 0);
+  const clickOn = async (kind, index) => {
+    const at = await page.evaluate(([k, i]) => retuneReport.viewers[0].screenOf(k, i), [kind, index]);
+    await page.mouse.click(at.x, at.y);
+    return page.textContent("#picked");
+  };
+  const element = data.structure.elements.findIndex((e) => e.name === "left_wing.3");
+  const text = await clickOn("element", element);
+  assert.ok(text.includes("left_wing.3") && text.includes("56.0 GPa") && text.includes("E_wing"), text);
+  const sensor = await clickOn("sensor", 24);
+  assert.ok(sensor.includes(data.structure.sensors[24].name), sensor);
+  await page.fill("#find", "winglet");
+  await page.press("#find", "Enter");
+  assert.ok((await page.textContent("#picked")).includes("winglet"));
+  await page.fill("#find", "no such thing");
+  await page.press("#find", "Enter");
+  assert.ok((await page.textContent("#picked")).includes("Nothing here is called"));
+  await context.close();
+});
+
+check("every way of colouring has its key, and turning by keys redraws", async () => {
+  const { page, context, errors } = await open(browser, pages("wing"));
+  const drawn = () => page.evaluate(() => Number(document.getElementById("structure-viewer").dataset.drawn));
+  for (const value of await page.locator("#structure-color option").evaluateAll((all) => all.map((o) => o.value))) {
+    await page.selectOption("#structure-color", value);
+    const legend = await page.textContent("#panel-structure .legend");
+    if (value !== "plain") assert.ok(legend.length > 3, value);
+  }
+  const before = await drawn();
+  await page.focus("#structure-viewer .gl");
+  for (const key of ["ArrowLeft", "ArrowUp", "+", "0"]) await page.keyboard.press(key);
+  await page.waitForFunction((n) => Number(document.getElementById("structure-viewer").dataset.drawn) > n, before);
+  assert.deepEqual(errors, []);
+  await context.close();
+});
+
+check("mode shapes move, stop, and follow phase and amplitude", async () => {
+  const { page, context } = await open(browser, pages("wing"));
+  await tab(page, "modes");
+  const tip = () => page.evaluate(() => retuneReport.viewers[1].nodeNow(7)[2]);
+  const first = await tip();
+  await page.waitForFunction((z) => retuneReport.viewers[1].nodeNow(7)[2] !== z, first);
+  await page.click("#play");
+  assert.equal(await page.textContent("#play"), "▶ Play");
+  const still = await tip();
+  await page.waitForTimeout(300);
+  assert.equal(await tip(), still, "it stands");
+  const set = (id, value) => page.evaluate(([i, v]) => {
+    const input = document.getElementById(i);
+    input.value = v;
+    input.dispatchEvent(new Event("input"));
+  }, [id, value]);
+  await set("phase", "0");
+  const top = await tip();
+  await set("phase", "180");
+  assert.ok(Math.abs((await tip()) + top) < 1e-5 && Math.abs(top) > 1e-3);
+  await set("amplitude", "36");
+  assert.ok(Math.abs((await tip()) + 2 * top) < 1e-4, "twice the amplitude");
+  const data = await read(page);
+  await page.click('[data-id="pair-2"]');
+  assert.ok((await page.textContent("#mode-facts")).includes(data.comparison.pairs[2].label));
+  await page.click('[data-id^="model-"]');
+  assert.ok((await page.textContent("#mode-facts")).includes("without a partner"));
+  await context.close();
+});
+
+check("a person who asked for less motion is not shown any unasked", async () => {
+  const { page, context } = await open(browser, pages("wing"), { reducedMotion: "reduce" });
+  await tab(page, "modes");
+  assert.equal(await page.textContent("#play"), "▶ Play");
+  await context.close();
+});
+
+check("any channel can be chosen and drawn", async () => {
+  const { page, context } = await open(browser, pages("wing"));
+  await tab(page, "frfs");
+  await page.waitForSelector("#frf-chart[data-ready]");
+  const data = await read(page);
+  for (const index of [0, 17, 33]) {
+    await page.selectOption("#frf-channel", String(index));
+    const c = data.frfs.channels[index];
+    assert.equal(await page.textContent("#frf-title"), `${c.response} / ${c.reference}`);
+    const curves = await page.evaluate(() => document.getElementById("frf-chart").data.map((t) => [t.name, t.y.length]));
+    assert.deepEqual(new Set(curves.map((k) => k[0])), new Set(["measured", "model", "model before"]));
+    assert.ok(curves.every((k) => k[1] === 1025));
+    assert.ok((await page.textContent("#frf-bands")).includes(c.frac[0].toFixed(3)));
+  }
+  await page.click('#panel-frfs [data-value="linear"]');
+  assert.equal(await page.evaluate(() => document.getElementById("frf-chart").layout.yaxis.type), "linear");
+  await context.close();
+});
+
+check("charts hold the data's values", async () => {
+  const { page, context } = await open(browser, pages("wing"));
+  const data = await read(page);
+  await tab(page, "steps");
+  await page.waitForSelector("#waterfall-chart[data-ready]");
+  const bars = await page.evaluate(() => document.getElementById("waterfall-chart").data[0].y);
+  assert.deepEqual(bars, data.steps.steps.map((s) => s.misfit));
+  await tab(page, "update");
+  await page.waitForSelector("#cost-chart[data-ready]");
+  const cost = await page.evaluate(() => document.getElementById("cost-chart").data.map((t) => [...t.y]));
+  assert.deepEqual(cost, data.update.histories.map((x) => x.best_cost));
+  await tab(page, "pairs");
+  await page.waitForSelector("#frequency-chart[data-ready]");
+  const after = await page.evaluate(() => document.getElementById("frequency-chart").data.at(-1).y);
+  assert.deepEqual(after, data.comparison.pairs.map((p) => p.model_hz));
+  await context.close();
+});
+
+check("a hypothesis shows its place, its evidence and its patch", async () => {
+  const { page, context } = await open(browser, pages("wing"));
+  await tab(page, "diagnosis");
+  const data = await read(page);
+  assert.equal(await page.textContent("#patch"), data.diagnosis.hypotheses[0].patch);
+  for (const [i, x] of data.diagnosis.hypotheses.entries()) {
+    await page.click(`.hypothesis[data-index="${i}"]`);
+    assert.ok((await page.textContent("#diagnosis-where")).includes(x.kind));
+    const detail = await page.textContent("#hypothesis-detail");
+    for (const e of [...x.evidence_for, ...x.evidence_against]) assert.ok(detail.includes(e), e);
+  }
+  await context.close();
+});
+
+check("tabs work by keys, the theme changes, paper shows everything", async () => {
+  const { page, context, errors } = await open(browser, pages("wing"), { colorScheme: "dark" });
+  assert.equal(await page.evaluate(() => document.documentElement.dataset.theme), "dark");
+  await page.click("#theme");
+  assert.equal(await page.evaluate(() => document.documentElement.dataset.theme), "light");
+  await page.focus("#tab-structure");
+  await page.keyboard.press("ArrowRight");
+  assert.equal(await page.getAttribute("#tab-modes", "aria-selected"), "true");
+  await page.keyboard.press("End");
+  assert.equal(await page.getAttribute("#tab-provenance", "aria-selected"), "true");
+  const pdf = await page.pdf({ format: "A4", path: process.env.RETUNE_PDF });
+  assert.ok(pdf.length > 100_000);
+  assert.equal(await page.locator('[role="tabpanel"]:not([hidden])').count(), 1, "the screen is as it was");
+  assert.deepEqual(errors, []);
+  await context.close();
+});
+
+check("everything that can be pressed has a name", async () => {
+  const { page, context } = await open(browser, pages("wing"));
+  for (const t of await page.locator('[role="tab"]').all()) await t.click();
+  const nameless = await page.evaluate(() => [...document.querySelectorAll("button, input, select, [role=img], [role=region]")]
+    .filter((e) => !(e.getAttribute("aria-label") || e.textContent.trim() || e.labels?.length || e.closest("label")?.textContent.trim()))
+    .map((e) => e.outerHTML.slice(0, 120)));
+  assert.deepEqual(nameless, []);
+  await context.close();
+});
+
+check("5,000 nodes with 20 modes are on the screen within 2 s", async (t) => {
+  // The best of five: other programs may hold the machine's cores. Without a graphics card, drawing costs most of it.
+  let best = Infinity;
+  for (let i = 0; i < 5 && best > 2000; i++) {
+    const { page, context } = await open(browser, pages("large"));
+    await page.waitForFunction(() => Number(document.getElementById("structure-viewer").dataset.drawn) > 0);
+    best = Math.min(best, await page.evaluate(() => performance.now()));
+    await context.close();
+  }
+  t.diagnostic(`first picture after ${Math.round(best)} ms`);
+  if (best >= 2000 && loadavg()[0] > 1.2 * availableParallelism()) return t.skip(`the machine is busy (load ${loadavg()[0].toFixed(1)}): ${Math.round(best)} ms say nothing`);
+  assert.ok(best < 2000, `${best} ms`);
+});

@@ -1,0 +1,23 @@
+// Screenshots of every section, to be looked at: node shots.mjs OUT [page ...]
+import { mkdir } from "node:fs/promises";
+import { open, launch, pages } from "./browser.mjs";
+
+const [out, ...wanted] = process.argv.slice(2);
+await mkdir(out, { recursive: true });
+const browser = await launch();
+for (const name of wanted.length ? wanted : ["wing"]) {
+  for (const [kind, viewport, scheme] of [
+    ["wide-light", { width: 1400, height: 900 }, "light"], ["wide-dark", { width: 1400, height: 900 }, "dark"],
+    ["phone-light", { width: 390, height: 844 }, "light"], ["phone-dark", { width: 390, height: 844 }, "dark"],
+  ]) {
+    const { page, context } = await open(browser, pages(name), { viewport, colorScheme: scheme });
+    for (const tab of await page.locator('[role="tab"]').all()) {
+      await tab.click();
+      await page.waitForTimeout(900);
+      const id = (await tab.getAttribute("id")).replace("tab-", "");
+      await page.screenshot({ path: `${out}/${name}-${kind}-${id}.png`, fullPage: true });
+    }
+    await context.close();
+  }
+}
+await browser.close();
