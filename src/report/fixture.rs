@@ -112,6 +112,8 @@ fn fixture_pages_are_written() {
         std::fs::write(folder.join(format!("{name}.html")), page).unwrap();
     }
     std::fs::write(folder.join("wing.json"), json(&wing::report()).unwrap()).unwrap();
+    let text = super::text::summary(&wing::report(), &super::text::Style::default());
+    std::fs::write(folder.join("wing.txt"), text).unwrap();
     for figure in figures(&wing::report()) {
         std::fs::write(folder.join(format!("{}.svg", figure.name)), figure.svg).unwrap();
     }

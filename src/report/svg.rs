@@ -194,7 +194,9 @@ fn waterfall(s: &Steps) -> Canvas {
     let n = s.steps.len();
     let mut canvas = Canvas::new(COLUMN.max(16.0 * n as f64 + 20.0), 80.0);
     let values = s.steps.iter().flat_map(|s| [Some(s.misfit), s.held_out]).flatten().chain(s.noise_floor);
-    let y = Axis::linear(values, true);
+    let mut y = Axis::linear(values, true);
+    // Room for the numbers above the bars.
+    y.high += 0.09 * (y.high - y.low);
     let x = Axis { low: 0.0, high: n as f64, log: false };
     let frame = Frame { left: 130.0, top: 70.0, width: canvas.width - 170.0, height: 540.0, x, y };
     let bottom = frame.top + frame.height;
@@ -368,12 +370,25 @@ fn mode_shapes(data: &ReportData, s: &Structure) -> Canvas {
         let known = read.into_iter().flat_map(|a| &a.0).filter(|v| v.is_finite());
         let unit = known.fold(unit, |u, v| u.max(f64::from(v.abs())));
         if let Some(m) = model {
-            let moved = |n: usize| {
-                let u = &m.displacement.0[3 * n..3 * n + 3];
-                put(std::array::from_fn(|c| s.nodes[n].position[c] + f64::from(u[c]) / unit.max(1e-300) * reach / cos))
+            let enlarge = reach / cos / unit.max(1e-300);
+            let at = |values: &super::data::Floats, n: usize| -> [f64; 3] {
+                std::array::from_fn(|c| f64::from(values.0[3 * n + c]) * enlarge)
             };
+            let rotation = m.rotation.as_ref().filter(|r| r.len() == m.displacement.len());
             for e in s.elements.iter().filter(|e| e.nodes.len() > 1 && e.nodes.iter().all(|n| *n < s.nodes.len())) {
-                canvas.path(e.nodes.iter().map(|n| moved(*n)).collect::<Vec<_>>(), MODEL, 5.0, "");
+                let [i, j] = [e.nodes[0], e.nodes[1]];
+                let curve: Vec<[f64; 2]> = if let Some(r) = rotation.filter(|_| e.nodes.len() == 2) {
+                    let (p, q) = (s.nodes[i].position, s.nodes[j].position);
+                    let (ends, turns) = ([at(&m.displacement, i), at(&m.displacement, j)], [at(r, i), at(r, j)]);
+                    (0..=8).map(|k| put(beam_point([p, q], ends, turns, f64::from(k) / 8.0))).collect()
+                } else {
+                    let moved = |n: usize| {
+                        let u = at(&m.displacement, n);
+                        put(std::array::from_fn(|c| s.nodes[n].position[c] + u[c]))
+                    };
+                    e.nodes.iter().map(|n| moved(*n)).collect()
+                };
+                canvas.path(curve, MODEL, 5.0, "");
             }
         }
         if let Some(x) = test.and_then(|m| m.at_sensors.as_ref()).filter(|x| x.len() == s.sensors.len()) {
@@ -417,6 +432,30 @@ fn mode_shapes(data: &ReportData, s: &Structure) -> Canvas {
     canvas
 }
 
+/// Where the point at fraction `t` of a beam goes when its ends move by `u` and turn by `r`: linear along the axis,
+/// cubic across it, with the end slopes θ × e.
+///
+/// # Source
+/// J. S. Przemieniecki, Theory of matrix structural analysis, 1968, section 5.6.
+fn beam_point([p, q]: [[f64; 3]; 2], u: [[f64; 3]; 2], r: [[f64; 3]; 2], t: f64) -> [f64; 3] {
+    let axis: [f64; 3] = std::array::from_fn(|c| q[c] - p[c]);
+    let length = axis.iter().map(|a| a * a).sum::<f64>().sqrt();
+    if length == 0.0 {
+        return p;
+    }
+    let e = axis.map(|a| a / length);
+    let dot = |v: [f64; 3]| v[0] * e[0] + v[1] * e[1] + v[2] * e[2];
+    let cross = |v: [f64; 3]| [v[1] * e[2] - v[2] * e[1], v[2] * e[0] - v[0] * e[2], v[0] * e[1] - v[1] * e[0]];
+    let (n1, n3) = (1.0 - 3.0 * t * t + 2.0 * t.powi(3), 3.0 * t * t - 2.0 * t.powi(3));
+    let (n2, n4) = (length * t * (1.0 - t).powi(2), length * t * t * (t - 1.0));
+    let (along, slopes) = ([dot(u[0]), dot(u[1])], [cross(r[0]), cross(r[1])]);
+    std::array::from_fn(|c| {
+        let across = n1 * (u[0][c] - along[0] * e[c]) + n3 * (u[1][c] - along[1] * e[c]);
+        let stretch = (along[0] + (along[1] - along[0]) * t) * e[c];
+        p[c] + axis[c] * t + across + n2 * slopes[0][c] + n4 * slopes[1][c] + stretch
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::fixture::wing;
@@ -450,6 +489,16 @@ mod tests {
         c.mac.as_mut().unwrap().rows[0] = "<a>&\"\u{1}".into();
         let list = figures(&data);
         assert!(list[1].svg.contains("&lt;a&gt;&amp;&quot;\u{fffd}"));
+    }
+
+    /// w = P (3 L x² - x³)/(6 E I): with w(L) = 1 the end slope is 1.5/L and w(L/2) = 5/16.
+    #[test]
+    fn a_cantilever_under_an_end_load_bends_by_its_cubic() {
+        let l = 2.0;
+        let ends = [[0.0; 3], [0.0, 0.0, 1.0]];
+        let turns = [[0.0; 3], [0.0, -1.5 / l, 0.0]];
+        let [x, y, z] = beam_point([[0.0; 3], [l, 0.0, 0.0]], ends, turns, 0.5);
+        assert!((x - 1.0).abs() < 1e-15 && y == 0.0 && (z - 5.0 / 16.0).abs() < 1e-15);
     }
 
     #[test]

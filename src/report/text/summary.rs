@@ -239,7 +239,7 @@ fn diagnosis(out: &mut String, d: &Diagnosis, style: &Style) {
         table.row([
             format!("{}", i + 1).into(),
             name.into(),
-            optional(h.probability, |p| format!("{p:.2}")),
+            optional(h.probability, chance),
             bar(h.probability.unwrap_or(0.0), 12).into(),
             fall.into(),
             tie,
@@ -251,6 +251,15 @@ fn diagnosis(out: &mut String, d: &Diagnosis, style: &Style) {
         for (k, line) in wrap(&printable(&m.what), style.width.saturating_sub(lead.len())).iter().enumerate() {
             let _ = writeln!(out, "{}{line}", if k == 0 { lead.to_string() } else { " ".repeat(lead.len()) });
         }
+    }
+}
+
+/// Two decimals, never a rounded 0 or 1.
+fn chance(p: f64) -> String {
+    match p {
+        p if p > 0.0 && p < 0.005 => "< 0.01".into(),
+        p if p < 1.0 && p > 0.995 => "> 0.99".into(),
+        p => format!("{p:.2}"),
     }
 }
 
