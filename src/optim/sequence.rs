@@ -1,7 +1,8 @@
 //! Methods one after another.
 
 use super::{
-    About, DifferentialEvolution, NelderMead, OptimError, Optimizer, OptimizerSpec, Optimum, Run, Stop, Termination,
+    About, DifferentialEvolution, Multistart, NelderMead, OptimError, Optimizer, OptimizerSpec, Optimum, Run, Stop,
+    Termination,
 };
 use crate::linalg::DVector;
 
@@ -17,21 +18,37 @@ pub struct Sequence {
 }
 
 impl Sequence {
-    /// A global search without derivatives, then a local refiner: for costs with kinks, such as norms of errors and
-    /// penalties of constraints, and with many minima.
+    /// A global search without derivatives, then a local refiner: for costs with many kinks and minima in wide valleys,
+    /// such as the paper's, with shapes and constraints in it.
     ///
     /// ```text
     /// optimizer: [{differential-evolution: {generations: 500}}, nelder-mead]
     /// ```
     ///
-    /// Up to 50 000 evaluations in 500 generations of 100, and the local ones. Audited on the Body Freedom Flutter
-    /// aircraft, 19 parameters: within 60 000 evaluations it finds the known global minimum of the paper's cost, where
-    /// the paper's own settings (`strategy: classic`, 200 x 100) stop at 1.3 to 1.8 times that cost.
+    /// At most 50 000 evaluations in 500 generations of 100, and some thousand local ones. Audited on the Body Freedom
+    /// Flutter aircraft, 19 parameters: all of ten seeds find the known global minimum of the paper's cost to nine digits
+    /// with 30 000 to 36 000 evaluations; the paper's own settings (`strategy: classic`, 20 000 evaluations) are known to
+    /// stop at 1.3 to 1.8 times that cost.
     pub fn global_then_local() -> Self {
         let global = DifferentialEvolution { generations: Some(500), ..DifferentialEvolution::default() };
-        let steps =
-            vec![OptimizerSpec::DifferentialEvolution(global), OptimizerSpec::NelderMead(NelderMead::default())];
-        Self { steps }
+        Self {
+            steps: vec![OptimizerSpec::DifferentialEvolution(global), OptimizerSpec::NelderMead(NelderMead::default())],
+        }
+    }
+
+    /// Local searches with derivatives from 40 starts, then a local refiner: for costs that are smooth but for a few kinks
+    /// and whose best minimum may be a narrow one, such as frequency errors under constraints.
+    ///
+    /// ```text
+    /// optimizer: [{multistart: {starts: 40, early_end: false}}, nelder-mead]
+    /// ```
+    ///
+    /// Gradient steps end where they meet the kink of a constraint; the simplex, which does not mind, goes on from the best
+    /// of the 40. Audited on the same aircraft, frequencies only, modes kept in their families: the lowest of four known
+    /// minima attracts one start in five, so a population of 100 misses it nine times in ten.
+    pub fn many_starts_then_local() -> Self {
+        let many = Multistart { early_end: false, ..Multistart::default() };
+        Self { steps: vec![OptimizerSpec::Multistart(many), OptimizerSpec::NelderMead(NelderMead::default())] }
     }
 }
 

@@ -24,7 +24,8 @@ pub struct Settings {
     pub cost: Cost,
     /// How modes are paired; by MAC where the test has shapes, and for lack of them by order within symmetry families.
     pub pairing: Option<PairBy>,
-    /// The method; `auto` for least squares, else differential evolution followed by Nelder-Mead.
+    /// The method; `auto` for least squares, [`Sequence::global_then_local`] for the paper's cost,
+    /// [`Sequence::many_starts_then_local`] for frequencies.
     pub optimizer: Option<OptimizerSpec>,
     /// Seed of all random numbers.
     pub seed: u64,
@@ -45,7 +46,8 @@ impl Settings {
         self.optimizer.clone().unwrap_or_else(|| match self.cost {
             Cost::LeastSquares => OptimizerSpec::default(),
             // The paper's dispatch: a global search without derivatives, then a local refiner.
-            Cost::Paper | Cost::Frequencies => OptimizerSpec::Sequence(Sequence::global_then_local()),
+            Cost::Paper => OptimizerSpec::Sequence(Sequence::global_then_local()),
+            Cost::Frequencies => OptimizerSpec::Sequence(Sequence::many_starts_then_local()),
         })
     }
 }

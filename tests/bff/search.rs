@@ -1,12 +1,13 @@
 //! Searches of the whole box find the audited optima.
 //!
-//! Tens of thousands of evaluations each: two seeds by default, ten with `RETUNE_SLOW=1`, none without `--release`.
+//! The methods are those that `retune update` takes by default. Tens of thousands of evaluations each: two seeds by default, ten with `RETUNE_SLOW=1`, none without `--release`.
 
 use super::*;
 use retune::correlation::PairFlag;
 use retune::linalg::DVector;
 use retune::objective::{Comparison, Objective, PaperCost, Prediction, starting_point};
-use retune::optim::{Optimizer, Optimum, Run, Sequence};
+use retune::optim::{Optimizer, Optimum, Run};
+use retune::update::{Cost, Settings};
 use std::time::Instant;
 
 /// Evaluations allowed to one search.
@@ -27,20 +28,21 @@ fn seeds(what: &str) -> Option<(std::ops::Range<u64>, usize)> {
 }
 
 /// One search as `retune update` makes it.
-fn search(objective: &PaperCost<'_>, model: &Model, seed: u64) -> Optimum {
+fn search(objective: &PaperCost<'_>, cost: Cost, model: &Model, seed: u64) -> Optimum {
     let start = objective.scaling().x(&starting_point(model));
     let clock = Instant::now();
-    let optimum =
-        Sequence::global_then_local().minimize(&start, &mut Run::new(objective).seed(seed).budget(BUDGET)).unwrap();
+    let method = Settings { cost, ..Settings::default() }.optimizer();
+    let optimum = method.minimize(&start, &mut Run::new(objective).seed(seed).budget(BUDGET)).unwrap();
     let stages: Vec<String> = optimum
         .stages
         .iter()
         .map(|s| format!("{} {:.9} after {} ({})", s.method, s.cost, s.evaluations, s.termination))
         .collect();
     eprintln!(
-        "seed {seed}: {:.9e} with {} evaluations, {:.1} s: {}",
+        "seed {seed}: {:.9e} with {} evaluations and {} linearizations, {:.1} s: {}",
         optimum.cost,
         optimum.evaluations,
+        optimum.linearizations,
         clock.elapsed().as_secs_f64(),
         stages.join(", ")
     );
@@ -65,7 +67,7 @@ fn global_optimum_of_the_papers_cost() {
     let objective = PaperCost::new(&comparison);
     let mut found = 0;
     for seed in seeds {
-        let optimum = search(&objective, &model, seed);
+        let optimum = search(&objective, Cost::Paper, &model, seed);
         let prediction = prediction(&comparison, &objective, &optimum.x);
         let (cost, penalty) = (objective.cost_of(&prediction), objective.penalty(&prediction));
         assert!(cost + penalty >= 0.038905, "{cost} + {penalty}: below the global minimum");
@@ -97,6 +99,9 @@ fn the_references_optima_have_their_costs() {
 }
 
 /// B14: with modes kept in their families the six frequencies cannot all be met inside box and constraints.
+///
+/// Four local minima, of which the lowest attracts one start in five: a population goes to the widest, at 0.0262, in nine of
+/// ten runs, so this cost is searched from many starts.
 #[test]
 fn frequencies_cannot_all_be_met_within_families() {
     let Some((seeds, required)) = seeds("frequencies within families") else { return };
@@ -105,7 +110,7 @@ fn frequencies_cannot_all_be_met_within_families() {
     let objective = PaperCost::frequencies_only(&comparison);
     let mut found = 0;
     for seed in seeds {
-        let optimum = search(&objective, &model, seed);
+        let optimum = search(&objective, Cost::Frequencies, &model, seed);
         let prediction = prediction(&comparison, &objective, &optimum.x);
         assert!(optimum.cost >= 0.022716, "{}: below the global minimum", optimum.cost);
         assert!(prediction.pairs.pairs.iter().all(|p| !p.flags.contains(&PairFlag::DifferentFamily)));
@@ -123,7 +128,7 @@ fn frequencies_by_order_are_met_by_a_wrong_aircraft() {
     let objective = PaperCost::frequencies_only(&comparison);
     let mut found = 0;
     for seed in seeds {
-        let optimum = search(&objective, &model, seed);
+        let optimum = search(&objective, Cost::Frequencies, &model, seed);
         if optimum.cost < 1e-5 {
             found += 1;
             let prediction = prediction(&comparison, &objective, &optimum.x);
