@@ -511,7 +511,7 @@ pub struct MemberSpec {
 }
 
 /// A spring or a bushing.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SpringSpec {
     /// A spring to ground at this node.
@@ -535,7 +535,7 @@ pub struct SpringSpec {
 }
 
 /// A rigid body on a node or on each of several nodes.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MassSpec {
     /// The node.
