@@ -204,7 +204,7 @@ fn mac_matrix(a: &Assessment, test: &TestData) {
         for j in 0..test.modes.len() {
             let mac = a.mac[(i, j)];
             let shade = shades[((mac * 4.999) as usize).min(4)];
-            print!("{:>6.2} {shade}{shade}", mac);
+            print!("{mac:>6.2} {shade}{shade}");
         }
         println!();
     }

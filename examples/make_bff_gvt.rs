@@ -66,7 +66,7 @@ defaults:
 ";
 
 /// The text of the test file.
-pub fn gvt_file(truth: &Model) -> String {
+pub(crate) fn gvt_file(truth: &Model) -> String {
     let sensors = sensors(truth);
     let mut text = format!("{HEAD}sensors:\n");
     for sensor in &sensors {

@@ -210,7 +210,7 @@ fn every_file_of_a_catalogue_folder_is_listed() {
             let path = entry.unwrap().path();
             let stem = path.file_stem().unwrap().to_string_lossy().into_owned();
             if path.extension().is_some_and(|e| e == "rs") && !others.contains(&stem.as_str()) {
-                assert!(list.contains(&format!("    {stem}::")), "{}: `{stem}` is not listed", list);
+                assert!(list.contains(&format!("    {stem}::")), "{folder}: `{stem}` is not listed");
             }
         }
     }

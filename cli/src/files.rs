@@ -26,7 +26,7 @@ pub(crate) fn model(path: &Path) -> Result<(Model, Vec<Problem>, String), Failur
     let text = read(path)?;
     match load(&text, &Registry::builtin()) {
         Ok((model, warnings, _)) => Ok((model, warnings, text)),
-        Err(problems) => Err(Failure::problems(path, &text, problems)),
+        Err(problems) => Err(Failure::problems(path, &text, &problems)),
     }
 }
 
@@ -35,7 +35,7 @@ pub(crate) fn test(path: &Path) -> Result<(TestData, Vec<Problem>, String), Fail
     let text = read(path)?;
     match read_test(&text) {
         Ok((test, warnings)) => Ok((test, warnings, text)),
-        Err(problems) => Err(Failure::problems(path, &text, problems)),
+        Err(problems) => Err(Failure::problems(path, &text, &problems)),
     }
 }
 

@@ -20,8 +20,8 @@ impl Failure {
     }
 
     /// Problems of a file, each with the line it stands in.
-    pub(crate) fn problems(path: &Path, source: &str, problems: Vec<Problem>) -> Self {
-        Self { text: render_problems(path, source, &problems) }
+    pub(crate) fn problems(path: &Path, source: &str, problems: &[Problem]) -> Self {
+        Self { text: render_problems(path, source, problems) }
     }
 
     /// Prints it to standard error.

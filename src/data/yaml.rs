@@ -127,8 +127,7 @@ impl<'de> Deserialize<'de> for DirectionSpec {
             fn visit_str<E: de::Error>(self, text: &str) -> Result<DirectionSpec, E> {
                 let (sign, axis) = match text.as_bytes() {
                     [b'-', rest @ ..] => (-1.0, rest),
-                    [b'+', rest @ ..] => (1.0, rest),
-                    rest => (1.0, rest),
+                    [b'+', rest @ ..] | rest => (1.0, rest),
                 };
                 let mut v = [0.0; 3];
                 let i = ["x", "y", "z"].iter().position(|a| a.as_bytes() == axis).ok_or_else(|| {

@@ -541,11 +541,11 @@ impl Placer<'_> {
                 let made: Vec<usize> = (first..self.elements.len()).collect();
                 for set in [&element, name] {
                     let set = self.sets.entry(set.clone()).or_default();
-                    made.iter().for_each(|e| {
+                    for e in &made {
                         if !set.contains(e) {
                             set.push(*e);
                         }
-                    });
+                    }
                 }
             }
         }

@@ -22,7 +22,7 @@ pub(crate) fn run(args: &Check) -> Result<u8, Failure> {
             }));
             return Ok(WRONG_INPUT);
         }
-        Err(problems) => return Err(Failure::problems(&args.model, &text, problems)),
+        Err(problems) => return Err(Failure::problems(&args.model, &text, &problems)),
     };
     let sound = lint(&model)?;
     let mut problems = warnings;
