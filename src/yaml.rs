@@ -92,6 +92,11 @@ struct Entry {
 }
 
 impl SourceMap {
+    /// The places in a YAML text; empty where it is not well formed.
+    pub fn of(text: &str) -> Self {
+        source_map(text).unwrap_or_default()
+    }
+
     /// The place of a path, or of its nearest ancestor that stands in the file.
     pub fn locate(&self, path: &str) -> Option<Location> {
         let mut path = path;
@@ -168,6 +173,9 @@ fn shape_error(error: &serde_yaml::Error, map: &SourceMap) -> Problem {
     }
 }
 
+/// Nesting beyond this is no file that a person wrote; paths would grow with its square.
+const DEEPEST: usize = 64;
+
 /// What the builder of a [`SourceMap`] is inside of.
 enum Frame {
     Sequence { path: String, index: usize },
@@ -223,6 +231,11 @@ fn source_map(text: &str) -> Result<SourceMap, Problem> {
                 let (start, end) = (byte(span.start.index()), byte(span.end.index()));
                 map.places.insert(path.clone(), Entry { key: key_at, start, end });
                 if !scalar {
+                    if stack.len() == DEEPEST {
+                        let mut p = Problem::error("", format_args!("nested more than {DEEPEST} levels deep"));
+                        p.location = Some(here);
+                        return Err(p);
+                    }
                     open.push((path.clone(), key_at, start));
                     stack.push(match event {
                         Event::SequenceStart(..) => Frame::Sequence { path, index: 0 },

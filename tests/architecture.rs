@@ -26,11 +26,65 @@ const IMPORTS: &[(&str, &[&str])] = &[
     // level 5: never model, modal or data
     ("optim", &["linalg", "catalogue", "objective"]),
     // level 6
-    ("update", &["linalg", "catalogue", "units", "yaml", "element", "modal", "model", "data", "identify", "effect", "correlation", "objective", "optim"]),
+    (
+        "update",
+        &[
+            "linalg",
+            "catalogue",
+            "units",
+            "yaml",
+            "element",
+            "modal",
+            "model",
+            "data",
+            "identify",
+            "effect",
+            "correlation",
+            "objective",
+            "optim",
+        ],
+    ),
     // level 7
-    ("diagnosis", &["linalg", "catalogue", "units", "yaml", "element", "modal", "model", "data", "identify", "effect", "correlation", "objective", "optim", "update"]),
+    (
+        "diagnosis",
+        &[
+            "linalg",
+            "catalogue",
+            "units",
+            "yaml",
+            "element",
+            "modal",
+            "model",
+            "data",
+            "identify",
+            "effect",
+            "correlation",
+            "objective",
+            "optim",
+            "update",
+        ],
+    ),
     // level 8: any; imported by nobody in src/
-    ("report", &["linalg", "catalogue", "units", "yaml", "element", "modal", "model", "data", "identify", "effect", "correlation", "objective", "optim", "update", "diagnosis"]),
+    (
+        "report",
+        &[
+            "linalg",
+            "catalogue",
+            "units",
+            "yaml",
+            "element",
+            "modal",
+            "model",
+            "data",
+            "identify",
+            "effect",
+            "correlation",
+            "objective",
+            "optim",
+            "update",
+            "diagnosis",
+        ],
+    ),
 ];
 
 fn root() -> PathBuf {
@@ -88,8 +142,7 @@ fn imports_follow_the_table() {
             continue;
         };
         for (i, _) in code(&path).match_indices("crate::") {
-            let name: String =
-                code(&path)[i + 7..].chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect();
+            let name: String = code(&path)[i + 7..].chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect();
             if table.contains_key(name.as_str()) && name != own && !allowed.contains(&name.as_str()) {
                 wrong.push(format!("{}: `{own}` may not import `{name}`", path.display()));
             }
@@ -146,10 +199,8 @@ fn no_file_is_longer_than_six_hundred_lines_without_tests() {
 }
 
 /// Files of a catalogue's folder that are no members.
-const NOT_MEMBERS: &[(&str, &[&str])] = &[
-    ("src/element", &["mod", "conformance", "input", "joint", "tests"]),
-    ("src/objective/residual", &["mod"]),
-];
+const NOT_MEMBERS: &[(&str, &[&str])] =
+    &[("src/element", &["mod", "conformance", "input", "joint", "tests"]), ("src/objective/residual", &["mod"])];
 
 #[test]
 fn every_file_of_a_catalogue_folder_is_listed() {
