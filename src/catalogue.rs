@@ -23,15 +23,21 @@ macro_rules! catalogue {
 }
 pub(crate) use catalogue;
 
+/// Words longer than this are no typing errors.
+const LONGEST: usize = 100;
+
 /// The candidate closest to `word`, if it is close enough to be what a typing error meant.
 ///
 /// Closeness is the Damerau-Levenshtein distance, at most a third of the word's length (at least 1, at most 3),
 /// without regard to case. Ties go to the first candidate.
 pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let length = word.chars().count();
+    let limit = (length / 3).clamp(1, 3);
     let lower = word.to_lowercase();
-    let limit = (word.chars().count() / 3).clamp(1, 3);
     candidates
         .into_iter()
+        // The distance is at least the difference in length; and it takes the product of both lengths in memory.
+        .filter(|c| length <= LONGEST && c.chars().count().abs_diff(length) <= limit)
         .map(|c| (strsim::damerau_levenshtein(&lower, &c.to_lowercase()), c))
         .filter(|(distance, _)| *distance <= limit)
         .min_by_key(|(distance, _)| *distance)

@@ -96,6 +96,11 @@ struct Entry {
 }
 
 impl SourceMap {
+    /// The places in a YAML text; empty where it is not well formed.
+    pub fn of(text: &str) -> Self {
+        source_map(text).unwrap_or_default()
+    }
+
     /// The place of a path, or of its nearest ancestor that stands in the file.
     pub fn locate(&self, path: &str) -> Option<Location> {
         let mut path = path;
@@ -207,6 +212,9 @@ fn shape_error(error: &serde_yaml::Error, map: &SourceMap) -> Problem {
     }
 }
 
+/// Nesting beyond this is no file that a person wrote; paths would grow with its square.
+const DEEPEST: usize = 64;
+
 /// What the builder of a [`SourceMap`] is inside of.
 enum Frame {
     Sequence { path: String, index: usize },
@@ -270,6 +278,11 @@ fn source_map(text: &str) -> Result<SourceMap, Problem> {
                     map.children.entry(parent).or_default().push(path.clone());
                 }
                 if !scalar {
+                    if stack.len() == DEEPEST {
+                        let mut p = Problem::error("", format_args!("nested more than {DEEPEST} levels deep"));
+                        p.location = Some(here);
+                        return Err(p);
+                    }
                     open.push((path.clone(), entry));
                     stack.push(match event {
                         Event::SequenceStart(..) => Frame::Sequence { path, index: 0 },

@@ -1,9 +1,10 @@
 //! Reading files with problems shown in place, and writing without losing anything.
 
 use crate::output::Failure;
+use retune::correlation::check_sensors as check;
 use retune::data::{TestData, read_test};
 use retune::model::{Model, Registry, load};
-use retune::yaml::Problem;
+use retune::yaml::{Problem, Severity, SourceMap};
 use std::path::Path;
 
 /// Files above this size are not YAML that a person wrote.
@@ -37,6 +38,15 @@ pub(crate) fn test(path: &Path) -> Result<(TestData, Vec<Problem>, String), Fail
         Ok((test, warnings)) => Ok((test, warnings, text)),
         Err(problems) => Err(Failure::problems(path, &text, &problems)),
     }
+}
+
+/// The problems of a test's sensors on a model: warnings to show, or a failure.
+pub(crate) fn check_sensors(model: &Model, test: &TestData, path: &Path, text: &str) -> Result<Vec<Problem>, Failure> {
+    let problems = SourceMap::of(text).place(check(model, &test.sensors));
+    if problems.iter().any(|p| p.severity == Severity::Error) {
+        return Err(Failure::problems(path, text, &problems));
+    }
+    Ok(problems)
 }
 
 /// Refuses an output that exists, or whose folder cannot be written, before any work is done.

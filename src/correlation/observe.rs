@@ -6,6 +6,7 @@ use crate::data::{Place, Sensor};
 use crate::element::Dof;
 use crate::linalg::DMatrix;
 use crate::model::{ParametricModel, PointMotion};
+use crate::yaml::Problem;
 
 /// The observation matrix S: readings = S q.
 ///
@@ -41,6 +42,33 @@ pub fn observation_matrix(model: &dyn ParametricModel, sensors: &[Sensor]) -> Re
         }
     }
     Ok(s)
+}
+
+/// Checks the sensors of a test against a model: all problems at once, with their paths in the test file.
+///
+/// An error where a sensor sits on nothing that the model has; a warning where it sits on something that cannot move
+/// in its direction, so that every shape of the model is zero there.
+pub fn check_sensors(model: &dyn ParametricModel, sensors: &[Sensor]) -> Vec<Problem> {
+    let mut problems = Vec::new();
+    for sensor in sensors {
+        let path = format!("sensors.{}", sensor.name);
+        match observation_matrix(model, std::slice::from_ref(sensor)) {
+            Ok(row) if row.amax() == 0.0 => problems.push(Problem::warning(
+                path,
+                format_args!(
+                    "sensor `{}` reads no motion of the model: what it sits on is supported in its direction, or that dof is not active",
+                    sensor.name
+                ),
+            )),
+            Ok(_) => {}
+            Err(CorrelationError::UnknownPlace { what, name, suggestion, .. }) => problems.push(Problem::error(
+                format!("{path}.{what}"),
+                format_args!("the model has no {what} `{name}`{suggestion}"),
+            )),
+            Err(e) => problems.push(Problem::error(path, e)),
+        }
+    }
+    problems
 }
 
 /// Where a sensor is, in global axes, m.

@@ -83,6 +83,7 @@ pub fn solve(
     if stiffness.nrows() == 0 {
         return Err(ModalError::NoDof);
     }
+    check_finite(stiffness, mass)?;
     let rigid = rigid_body_modes(stiffness, mass, rigid_motions);
     let n_rigid = rigid.ncols();
     let shift = match options.shift {
@@ -116,6 +117,17 @@ pub fn solve(
         }
     }
     Ok(Modes { lambda, shapes, n_rigid, n_mechanism })
+}
+
+/// Refuses NaN and infinity before they reach an iteration that would never end.
+fn check_finite(stiffness: &DMatrix<f64>, mass: &DMatrix<f64>) -> Result<(), ModalError> {
+    for (matrix, a) in [("stiffness", stiffness), ("mass", mass)] {
+        // Products of two entries must not overflow either.
+        if let Some(k) = a.iter().position(|v| !(v.abs() < 1e150)) {
+            return Err(LinalgError::NotFinite { matrix, row: k % a.nrows() }.into());
+        }
+    }
+    Ok(())
 }
 
 /// M-orthonormal rigid-body modes: the combinations of rigid motions that cost no strain energy and move mass.
@@ -176,6 +188,7 @@ pub fn typical_shift(
     rigid_motions: &DMatrix<f64>,
 ) -> Result<f64, ModalError> {
     let n = stiffness.nrows();
+    check_finite(stiffness, mass)?;
     let n_rigid = rigid_body_modes(stiffness, mass, rigid_motions).ncols();
     // A dof's own K/M is above the first λ (Rayleigh), usually by a few decades.
     let ratios = (0..n).filter(|&i| mass[(i, i)] > 0.0 && stiffness[(i, i)] > 0.0);

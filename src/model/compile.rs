@@ -40,6 +40,9 @@ pub struct Targets {
     pub inertia: [Option<Target>; 3],
 }
 
+/// Dense K, M and the work of an eigen-solution then take about 2 GB.
+const MOST_DOFS: usize = 6_000;
+
 /// A model built from a file.
 #[derive(Debug, Clone)]
 pub struct Model {
@@ -117,6 +120,9 @@ impl Model {
         let dependences = elements.iter().map(|e| dependence(e, &parameters)).collect::<Result<Vec<_>, _>>()?;
         let touched = touched(&elements, &dependences, &parameters, geometry.names.len());
         let dofs = number(&geometry.names, &geometry.positions, &touched, elimination);
+        if dofs.n_dof() > MOST_DOFS {
+            return Err(ModelError::TooLarge { n_dof: dofs.n_dof(), most: MOST_DOFS });
+        }
         if dofs.n_dof() == 0 {
             problems.push(Problem::warning("", "every dof is supported or inactive: nothing can move"));
         }

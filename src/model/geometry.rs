@@ -112,6 +112,9 @@ pub(super) fn constant(s: &Scalar, unit: &str, path: &str, problems: &mut Vec<Pr
     })
 }
 
+/// No structure is larger than the Earth; beyond it squares of lengths lose their digits.
+const FARTHEST: f64 = 1e7;
+
 /// Resolves all places; problems are reported together, and a node without a place stands at the origin.
 pub(super) fn resolve(spec: &ModelSpec, problems: &mut Vec<Problem>) -> Geometry {
     let mut geometry = Geometry::default();
@@ -135,7 +138,16 @@ pub(super) fn resolve(spec: &ModelSpec, problems: &mut Vec<Problem>) -> Geometry
     let mut positions = Vec::new();
     for name in spec.nodes.keys() {
         let mut visiting = Vec::new();
-        positions.push(resolver.place(name, &mut placed, &mut visiting, problems).unwrap_or_default());
+        let position = resolver.place(name, &mut placed, &mut visiting, problems).unwrap_or_default();
+        if let Some(far) = position.iter().find(|v| v.abs().partial_cmp(&FARTHEST) != Some(std::cmp::Ordering::Less)) {
+            problems.push(Problem::error(
+                child("nodes", name),
+                format_args!(
+                    "a coordinate of node `{name}` is {far:e} m; it must be within {FARTHEST:e} m: is its unit right?"
+                ),
+            ));
+        }
+        positions.push(position);
     }
     geometry.names = spec.nodes.keys().cloned().collect();
     geometry.positions = positions;

@@ -184,6 +184,14 @@ pub enum ModelError {
         /// Length of the given θ.
         given: usize,
     },
+    /// Its dense matrices would fill the memory.
+    #[error("the model has {n_dof} dofs; at most {most} fit into dense matrices: subdivide less, or use `active_dofs`")]
+    TooLarge {
+        /// Its number of independent dofs.
+        n_dof: usize,
+        /// The largest number.
+        most: usize,
+    },
     /// A model around another solver failed.
     #[error("{0}")]
     External(String),

@@ -194,6 +194,9 @@ pub(super) fn place(spec: &ModelSpec, registry: &Registry, problems: &mut Vec<Pr
     Placed { geometry, parameters, elements, sets }
 }
 
+/// Far above what a beam model needs; a misspelt `subdivide` is refused before it fills the memory.
+const MOST_ELEMENTS: usize = 20_000;
+
 struct Placer<'a> {
     spec: &'a ModelSpec,
     registry: &'a Registry,
@@ -515,6 +518,14 @@ impl Placer<'_> {
                 self.error(child(&path, "subdivide"), "it must be between 1 and 10000");
                 continue;
             }
+            let most = MOST_ELEMENTS.saturating_sub(self.elements.len());
+            if pairs.len().saturating_mul(parts as usize) > most {
+                self.error(
+                    if parts > 1 { child(&path, "subdivide") } else { path.clone() },
+                    format_args!("with this the model has more than {MOST_ELEMENTS} elements"),
+                );
+                continue;
+            }
             for (i, (nodes, paths)) in pairs.iter().enumerate() {
                 let found: Vec<Option<usize>> = (0..2)
                     .map(|k| {
@@ -541,11 +552,9 @@ impl Placer<'_> {
                 let made: Vec<usize> = (first..self.elements.len()).collect();
                 for set in [&element, name] {
                     let set = self.sets.entry(set.clone()).or_default();
-                    for e in &made {
-                        if !set.contains(e) {
-                            set.push(*e);
-                        }
-                    }
+                    // Indices ascend, so those from the last one on are new.
+                    let known = set.last().copied();
+                    set.extend(made.iter().filter(|e| known.is_none_or(|last| last < **e)));
                 }
             }
         }

@@ -207,11 +207,7 @@ fn parse_term(text: &str) -> Result<Term, TermError> {
                 term.factor *= unit.factor.powi(power);
                 let d = term.dimension.unwrap_or_default();
                 let u = unit.dimension;
-                term.dimension = Some(if divide {
-                    Dimension { length: d.length - u.length, mass: d.mass - u.mass, time: d.time - u.time }
-                } else {
-                    d.product(u)
-                });
+                term.dimension = Some(if divide { d.quotient(u) } else { d.product(u) });
             }
             rest = rest[end..].trim_start();
         } else {

@@ -30,6 +30,12 @@ impl Dimension {
         }
     }
 
+    /// The dimension of a quotient.
+    #[must_use]
+    pub fn quotient(self, other: Dimension) -> Dimension {
+        self.times(other, -1)
+    }
+
     /// The dimension of a product.
     #[must_use]
     pub fn product(self, other: Dimension) -> Dimension {

@@ -12,7 +12,8 @@ use serde_json::{Value, json};
 
 pub(crate) fn run(args: &Compare) -> Result<u8, Failure> {
     let (model, model_warnings, model_text) = files::model(&args.model)?;
-    let (test, test_warnings, test_text) = files::test(&args.test)?;
+    let (test, mut test_warnings, test_text) = files::test(&args.test)?;
+    test_warnings.extend(files::check_sensors(&model, &test, &args.test, &test_text)?);
     warn(&args.model, &model_text, &model_warnings);
     warn(&args.test, &test_text, &test_warnings);
     for (word, value) in [("--min-mac", args.min_mac), ("--frequency-window", args.frequency_window)] {
