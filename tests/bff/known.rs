@@ -4,7 +4,7 @@
 //! Moreno, H. Pfifer, G. J. Balas, Updating a Finite Element Based Structural Model of a Small Flexible Aircraft, 2015.
 
 /// Elastic frequencies 1 to 9 of the initial model, Table 4 literally, and the updated model, Hz (reference).
-pub const FREQUENCIES_HZ: [(&str, [f64; 9]); 3] = [
+pub(crate) const FREQUENCIES_HZ: [(&str, [f64; 9]); 3] = [
     (
         "initial",
         [
@@ -50,7 +50,7 @@ pub const FREQUENCIES_HZ: [(&str, [f64; 9]); 3] = [
 ];
 
 /// Mass, centre of gravity aft of the nose, roll and pitch inertia about it, pitch inertia about node 1 (reference, SI).
-pub const MASS_PROPERTIES: [(&str, [f64; 5]); 3] = [
+pub(crate) const MASS_PROPERTIES: [(&str, [f64; 5]); 3] = [
     ("initial", [5.474783178644598, 0.6796259746677557, 3.253286778122915, 0.33437103637802285, 0.3775673700676994]),
     (
         "table4_literal",
@@ -60,14 +60,14 @@ pub const MASS_PROPERTIES: [(&str, [f64; 5]); 3] = [
 ];
 
 /// Names of the first six elastic modes (reference).
-pub const LABELS: [(&str, [&str; 6]); 3] = [
+pub(crate) const LABELS: [(&str, [&str; 6]); 3] = [
     ("initial", ["S1B", "A1B", "S2B", "A2B", "A1T", "S1T"]),
     ("table4_literal", ["S1B", "A1B", "S2B", "A2B", "A1T", "S1T"]),
     ("updated", ["S1B", "A1B", "S1T", "A1T", "S2B", "A2B"]),
 ];
 
 /// Shares of torsion energy of the updated model's first six elastic modes (reference).
-pub const TORSION_UPDATED: [f64; 6] = [
+pub(crate) const TORSION_UPDATED: [f64; 6] = [
     0.0014582648449125537,
     0.00439949046152148,
     0.6727977591745676,
@@ -77,25 +77,25 @@ pub const TORSION_UPDATED: [f64; 6] = [
 ];
 
 /// Equation (4)/12 of the three cases on the virtual test, pairing by order (reference).
-pub const COSTS: [(&str, f64); 3] =
+pub(crate) const COSTS: [(&str, f64); 3] =
     [("initial", 0.3644489063612734), ("table4_literal", 0.36638996097693227), ("updated", 0.05174559094796821)];
 
 /// The suspension modes of the virtual truth, Hz (reference).
-pub const SUSPENSION_HZ: [f64; 3] = [0.3875666471796507, 0.592597318875061, 0.8456329873786854];
+pub(crate) const SUSPENSION_HZ: [f64; 3] = [0.3875666471796507, 0.592597318875061, 0.8456329873786854];
 
 /// Table 2 of the paper: measured frequencies, Hz, and damping ratios.
-pub const TABLE_2_HZ: [f64; 6] = [5.67, 8.37, 18.34, 19.82, 23.17, 28.60];
-pub const TABLE_2_ZETA: [f64; 6] = [0.0155, 0.0106, 0.0206, 0.0233, 0.0285, 0.0255];
+pub(crate) const TABLE_2_HZ: [f64; 6] = [5.67, 8.37, 18.34, 19.82, 23.17, 28.60];
+pub(crate) const TABLE_2_ZETA: [f64; 6] = [0.0155, 0.0106, 0.0206, 0.0233, 0.0285, 0.0255];
 
 /// Table 3 of the paper: frequencies of the initial model, Hz, and their MAC with the test.
-pub const TABLE_3_HZ: [f64; 6] = [3.96, 6.00, 18.15, 20.47, 27.83, 28.16];
-pub const TABLE_3_MAC: [f64; 6] = [0.74, 0.87, 0.52, 0.02, 0.06, 0.01];
+pub(crate) const TABLE_3_HZ: [f64; 6] = [3.96, 6.00, 18.15, 20.47, 27.83, 28.16];
+pub(crate) const TABLE_3_MAC: [f64; 6] = [0.74, 0.87, 0.52, 0.02, 0.06, 0.01];
 
 /// Table 6 of the paper: frequencies of the updated model, Hz, and their MAC with the test.
-pub const TABLE_6_HZ: [f64; 6] = [5.53, 8.58, 19.21, 19.88, 23.03, 27.54];
-pub const TABLE_6_MAC: [f64; 6] = [0.83, 0.92, 0.84, 0.93, 0.93, 0.92];
+pub(crate) const TABLE_6_HZ: [f64; 6] = [5.53, 8.58, 19.21, 19.88, 23.03, 27.54];
+pub(crate) const TABLE_6_MAC: [f64; 6] = [0.83, 0.92, 0.84, 0.93, 0.93, 0.92];
 
 /// The entry of a table of cases.
-pub fn of<T: Copy>(table: &[(&str, T)], case: &str) -> T {
+pub(crate) fn of<T: Copy>(table: &[(&str, T)], case: &str) -> T {
     table.iter().find(|(name, _)| *name == case).unwrap_or_else(|| panic!("no case {case}")).1
 }
