@@ -68,24 +68,31 @@ defaults:
 /// The text of the test file.
 pub(crate) fn gvt_file(truth: &Model) -> String {
     let sensors = sensors(truth);
-    let mut text = format!("{HEAD}sensors:\n");
-    for sensor in &sensors {
-        text += &format!("  {}\n", line(sensor));
-    }
-    text += "\nmodes:\n";
-    for ((label, frequency, damping), shape) in TABLE_2.iter().zip(shapes(truth, &sensors)) {
-        text += &format!(
-            "  - label: {label}\n    frequency: {frequency} Hz\n    damping: {damping} %\n    source: table_2\n    shape:\n      source: virtual_gvt\n      real: ["
-        );
-        let mut values = shape.iter();
-        for (i, n) in ROWS.iter().enumerate() {
-            let row: Vec<String> = values.by_ref().take(*n).map(|v| format!("{v:.10}")).collect();
-            let end = if i + 1 == ROWS.len() { "]" } else { "," };
-            text += &format!("\n        {}{end}", row.join(", "));
-        }
-        text += "\n";
-    }
-    text
+    let places: Vec<String> = sensors.iter().map(|s| format!("  {}\n", line(s))).collect();
+    let modes: Vec<String> =
+        TABLE_2.iter().zip(shapes(truth, &sensors)).map(|(row, shape)| mode(row, &shape)).collect();
+    format!("{HEAD}sensors:\n{}\nmodes:\n{}", places.concat(), modes.concat())
+}
+
+/// A mode as YAML, its shape in the rows of the grid.
+fn mode((label, frequency, damping): &(&str, &str, &str), shape: &[f64]) -> String {
+    let mut values = shape.iter();
+    let rows = ROWS.map(|n| {
+        let row: Vec<String> = values.by_ref().take(n).map(|v| format!("{v:.10}")).collect();
+        format!("        {}", row.join(", "))
+    });
+    format!(
+        "  - label: {label}
+    frequency: {frequency} Hz
+    damping: {damping} %
+    source: table_2
+    shape:
+      source: virtual_gvt
+      real: [
+{}]
+",
+        rows.join(",\n")
+    )
 }
 
 /// The 34 sensors, p1 to p34.

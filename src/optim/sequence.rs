@@ -44,8 +44,9 @@ impl Sequence {
     /// ```
     ///
     /// Gradient steps end where they meet the kink of a constraint; the simplex, which does not mind, goes on from the best
-    /// of the 40. Audited on the same aircraft, frequencies only, modes kept in their families: the lowest of four known
-    /// minima attracts one start in five, so a population of 100 misses it nine times in ten.
+    /// of the 40. Audited on the same aircraft, frequencies only, modes kept in their families: all of ten seeds find the
+    /// lowest of four known minima within 1e-7 of its value, with 18 000 to 58 000 evaluations. It attracts one start in
+    /// five, and [`Self::global_then_local`] misses it nine times in ten.
     pub fn many_starts_then_local() -> Self {
         let many = Multistart { early_end: false, ..Multistart::default() };
         Self { steps: vec![OptimizerSpec::Multistart(many), OptimizerSpec::NelderMead(NelderMead::default())] }
