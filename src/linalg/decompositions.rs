@@ -42,12 +42,26 @@ pub fn thin_svd(a: &DMatrix<f64>) -> Result<Svd, LinalgError> {
     }
     let scale = unit_scale(a);
     let scaled = faer::Mat::<f64>::from_fn(rows, columns, |i, j| a[(i, j)] / scale);
-    let svd = scaled.thin_svd().map_err(|_| LinalgError::NoConvergence { size: rows.max(columns) })?;
-    let values = svd.S().column_vector();
+    // Sequential, so that bits do not depend on the number of threads.
+    let (par, thin) = (faer::Par::Seq, faer::linalg::svd::ComputeSvdVectors::Thin);
+    let scratch = faer::linalg::svd::svd_scratch::<f64>(rows, columns, thin, thin, par, faer::prelude::default());
+    let mut values = faer::diag::Diag::<f64>::zeros(p);
+    let (mut u, mut v) = (faer::Mat::<f64>::zeros(rows, p), faer::Mat::<f64>::zeros(columns, p));
+    faer::linalg::svd::svd(
+        scaled.as_ref(),
+        values.as_mut(),
+        Some(u.as_mut()),
+        Some(v.as_mut()),
+        par,
+        faer::dyn_stack::MemStack::new(&mut faer::dyn_stack::MemBuffer::new(scratch)),
+        faer::prelude::default(),
+    )
+    .map_err(|_| LinalgError::NoConvergence { size: rows.max(columns) })?;
+    let values = values.column_vector();
     Ok(Svd {
-        left: DMatrix::from_fn(rows, p, |i, j| svd.U()[(i, j)]),
+        left: DMatrix::from_fn(rows, p, |i, j| u[(i, j)]),
         values: DVector::from_fn(p, |j, _| values[j] * scale),
-        right: DMatrix::from_fn(columns, p, |i, j| svd.V()[(i, j)]),
+        right: DMatrix::from_fn(columns, p, |i, j| v[(i, j)]),
     })
 }
 
@@ -66,6 +80,16 @@ pub fn shifted_pencil(
     m: &DMatrix<f64>,
     shift: f64,
 ) -> Result<(DVector<f64>, DMatrix<f64>), LinalgError> {
+    leading_pencil(k, m, shift, k.nrows())
+}
+
+/// [`shifted_pencil`] with all values and the first `n_vectors` vectors.
+pub(super) fn leading_pencil(
+    k: &DMatrix<f64>,
+    m: &DMatrix<f64>,
+    shift: f64,
+    n_vectors: usize,
+) -> Result<(DVector<f64>, DMatrix<f64>), LinalgError> {
     let n = k.nrows();
     if n == 0 {
         return Ok((DVector::zeros(0), DMatrix::zeros(0, 0)));
@@ -75,7 +99,7 @@ pub fn shifted_pencil(
             return Err(LinalgError::NotFinite { matrix, row });
         }
     }
-    // Jacobi scaling: dofs of different units become comparable.
+    // Jacobi scaling to unit diagonal: equal to a change of units per dof, and it makes the Cholesky pivots comparable.
     let scale: Vec<f64> = (0..n).map(|i| 1.0 / (k[(i, i)] + shift * m[(i, i)]).sqrt()).collect();
     if let Some(row) = scale.iter().position(|s| !s.is_finite()) {
         return Err(LinalgError::NotPositiveDefinite { row, shift });
@@ -83,25 +107,57 @@ pub fn shifted_pencil(
     let scaled = |entry: &dyn Fn(usize, usize) -> f64| {
         faer::Mat::<f64>::from_fn(n, n, |i, j| entry(i.max(j), i.min(j)) * scale[i] * scale[j])
     };
-    let energy = scaled(&|i, j| k[(i, j)] + shift * m[(i, j)]);
-    let llt = energy.llt(faer::Side::Lower).map_err(|e| match e {
-        faer::linalg::cholesky::llt::factor::LltError::NonPositivePivot { index } => {
-            LinalgError::NotPositiveDefinite { row: index, shift }
-        }
-    })?;
-    let (l, par) = (llt.L(), faer::Par::Seq);
+    let mut energy = scaled(&|i, j| k[(i, j)] + shift * m[(i, j)]);
+    cholesky(&mut energy).map_err(|row| LinalgError::NotPositiveDefinite { row, shift })?;
+    let (l, par) = (energy.as_ref(), faer::Par::Seq);
+    // C = L⁻¹ M L⁻ᵀ, scaled to unit norm.
     let mut c = scaled(&|i, j| m[(i, j)]);
     faer::linalg::triangular_solve::solve_lower_triangular_in_place(l, c.as_mut(), par);
     let mut c = c.transpose().to_owned();
     faer::linalg::triangular_solve::solve_lower_triangular_in_place(l, c.as_mut(), par);
     let norm = (0..n).map(|i| c[(i, i)].abs()).fold(0.0, f64::max).max(f64::MIN_POSITIVE);
-    let unit = faer::Mat::<f64>::from_fn(n, n, |i, j| c[(i, j)] / norm);
-    let eigen = unit.self_adjoint_eigen(faer::Side::Lower).map_err(|_| LinalgError::NoConvergence { size: n })?;
-    let theta = eigen.S().column_vector();
-    let mut vectors = faer::Mat::<f64>::from_fn(n, n, |i, j| eigen.U()[(i, n - 1 - j)]);
+    for j in 0..n {
+        for i in 0..n {
+            c[(i, j)] /= norm;
+        }
+    }
+    let (theta, u) = symmetric_eigen(&c)?;
+    let count = n_vectors.min(n);
+    // θ ascends: the wanted ones stand last.
+    let mut vectors = faer::Mat::<f64>::from_fn(n, count, |i, j| u[(i, n - 1 - j)]);
     faer::linalg::triangular_solve::solve_upper_triangular_in_place(l.transpose(), vectors.as_mut(), par);
     let theta = DVector::from_fn(n, |j, _| theta[n - 1 - j].max(0.0) * norm);
-    Ok((theta, DMatrix::from_fn(n, n, |i, j| vectors[(i, j)] * scale[i])))
+    Ok((theta, DMatrix::from_fn(n, count, |i, j| vectors[(i, j)] * scale[i])))
+}
+
+/// L of a = L Lᵀ over the lower triangle of `a`; the error is the row of the first pivot that is not positive.
+///
+/// Sequential, like everything here, so that bits do not depend on the number of threads.
+fn cholesky(a: &mut faer::Mat<f64>) -> Result<(), usize> {
+    use faer::linalg::cholesky::llt::factor::{LltError, cholesky_in_place, cholesky_in_place_scratch};
+    let par = faer::Par::Seq;
+    let scratch = cholesky_in_place_scratch::<f64>(a.nrows(), par, faer::prelude::default());
+    let stack = &mut faer::dyn_stack::MemBuffer::new(scratch);
+    let stack = faer::dyn_stack::MemStack::new(stack);
+    match cholesky_in_place(a.as_mut(), faer::prelude::default(), par, stack, faer::prelude::default()) {
+        Ok(_) => Ok(()),
+        Err(LltError::NonPositivePivot { index }) => Err(index),
+    }
+}
+
+/// Eigenvalues, ascending, and vectors of a symmetric matrix of norm about one; only the lower triangle is read.
+fn symmetric_eigen(a: &faer::Mat<f64>) -> Result<(Vec<f64>, faer::Mat<f64>), LinalgError> {
+    use faer::linalg::evd::{ComputeEigenvectors, self_adjoint_evd, self_adjoint_evd_scratch};
+    let (n, par) = (a.nrows(), faer::Par::Seq);
+    let scratch = self_adjoint_evd_scratch::<f64>(n, ComputeEigenvectors::Yes, par, faer::prelude::default());
+    let stack = &mut faer::dyn_stack::MemBuffer::new(scratch);
+    let stack = faer::dyn_stack::MemStack::new(stack);
+    let mut values = faer::diag::Diag::<f64>::zeros(n);
+    let mut u = faer::Mat::<f64>::zeros(n, n);
+    self_adjoint_evd(a.as_ref(), values.as_mut(), Some(u.as_mut()), par, stack, faer::prelude::default())
+        .map_err(|_| LinalgError::NoConvergence { size: n })?;
+    let values = values.column_vector();
+    Ok(((0..n).map(|i| values[i]).collect(), u))
 }
 
 /// The largest modulus, or one for a zero matrix: faer's divide and conquer wants a norm near one.

@@ -7,6 +7,7 @@
 //!
 //! Source: B. N. Parlett, The Symmetric Eigenvalue Problem, SIAM 1998, section 15.
 
+use super::decompositions::leading_pencil;
 use super::{DMatrix, DVector, LinalgError};
 
 /// Eigenvalues in ascending order and M-orthonormal vectors as columns.
@@ -27,47 +28,15 @@ pub struct Eigenpairs {
 /// Values of rigid-body modes come out as rounding noise around zero, of the order 1e-14 (a + λ_typical); the caller
 /// who knows the geometry sets them to zero.
 pub fn lowest_modes(k: &DMatrix<f64>, m: &DMatrix<f64>, n_modes: usize, shift: f64) -> Result<Eigenpairs, LinalgError> {
-    let n = k.nrows();
-    for (name, a) in [("stiffness", k), ("mass", m)] {
-        if let Some(row) = (0..n).find(|&i| (0..=i).any(|j| !a[(i, j)].is_finite())) {
-            return Err(LinalgError::NotFinite { matrix: name, row });
-        }
-    }
-    let shifted = k + m * shift;
-    // Jacobi scaling to unit diagonal: equal to a change of units per dof, and it makes the Cholesky pivots comparable.
-    let scale: Vec<f64> = (0..n).map(|i| 1.0 / shifted[(i, i)].sqrt()).collect();
-    if let Some(row) = scale.iter().position(|s| !s.is_finite()) {
-        return Err(LinalgError::NotPositiveDefinite { row, shift });
-    }
-    let a = faer::Mat::<f64>::from_fn(n, n, |i, j| shifted[(i.max(j), i.min(j))] * scale[i] * scale[j]);
-    let llt = a.llt(faer::Side::Lower).map_err(|e| match e {
-        faer::linalg::cholesky::llt::factor::LltError::NonPositivePivot { index } => {
-            LinalgError::NotPositiveDefinite { row: index, shift }
-        }
-    })?;
-    let l = llt.L();
-    // C = L⁻¹ M L⁻ᵀ, scaled to unit norm.
-    let mut c = faer::Mat::<f64>::from_fn(n, n, |i, j| m[(i.max(j), i.min(j))] * scale[i] * scale[j]);
-    let par = faer::Par::Seq;
-    faer::linalg::triangular_solve::solve_lower_triangular_in_place(l, c.as_mut(), par);
-    let mut c = c.transpose().to_owned();
-    faer::linalg::triangular_solve::solve_lower_triangular_in_place(l, c.as_mut(), par);
-    let norm = (0..n).map(|i| c[(i, i)].abs()).fold(0.0, f64::max).max(f64::MIN_POSITIVE);
-    for j in 0..n {
-        for i in 0..n {
-            c[(i, j)] /= norm;
-        }
-    }
-    let eigen = c.self_adjoint_eigen(faer::Side::Lower).map_err(|_| LinalgError::NoConvergence { size: n })?;
-    let theta = eigen.S().column_vector();
-    // Ascending θ: the wanted ones stand last. θ at rounding level belongs to massless dofs: an infinite frequency.
-    let rank = (0..n).filter(|&i| theta[i] > 1e-14 * n as f64).count();
+    let (theta, vectors) = leading_pencil(k, m, shift, n_modes)?;
+    let n = theta.len();
+    let largest = theta.iter().copied().fold(0.0, f64::max);
+    // θ at rounding level belongs to massless dofs: an infinite frequency.
+    let rank = theta.iter().filter(|t| **t > 1e-14 * n as f64 * largest).count();
     let count = n_modes.min(rank);
-    let mut vectors = faer::Mat::<f64>::from_fn(n, count, |i, j| eigen.U()[(i, n - 1 - j)]);
-    faer::linalg::triangular_solve::solve_upper_triangular_in_place(l.transpose(), vectors.as_mut(), par);
-    let values = DVector::from_fn(count, |j, _| 1.0 / (theta[n - 1 - j] * norm) - shift);
+    let values = DVector::from_fn(count, |j, _| 1.0 / theta[j] - shift);
     // x = L⁻ᵀ y has xᵀ (K + aM) x = 1, so xᵀ M x = θ.
-    let vectors = DMatrix::from_fn(n, count, |i, j| vectors[(i, j)] * scale[i] / (theta[n - 1 - j] * norm).sqrt());
+    let vectors = DMatrix::from_fn(n, count, |i, j| vectors[(i, j)] / theta[j].sqrt());
     Ok(Eigenpairs { values, vectors })
 }
 
