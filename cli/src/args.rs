@@ -23,6 +23,7 @@ pub(crate) enum Command {
     Modes(Modes),
     Compare(Compare),
     Update(Update),
+    Report(Report),
     Schema(Schema),
     List(List),
     Explain(Explain),
@@ -139,6 +140,36 @@ pub(crate) struct Update {
     /// Print JSON instead of text.
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+/// One page where an engineer sees the comparison: structure, animated modes, pairs, MAC, mass properties.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  retune report updated.yaml models/bff_gvt.yaml -o report.html
+  retune report v3.yaml gvt.yaml --history v1.yaml v2.yaml -o report.html --svg figures")]
+pub(crate) struct Report {
+    /// Model file.
+    pub(crate) model: PathBuf,
+    /// Test file.
+    pub(crate) test: PathBuf,
+    /// The page: one HTML file that needs no network.
+    #[arg(short, long, required_unless_present_any = ["json", "svg", "vtk"])]
+    pub(crate) output: Option<PathBuf>,
+    /// Earlier versions of the model, oldest first: the page shows the error falling.
+    #[arg(long, num_args = 1..)]
+    pub(crate) history: Vec<PathBuf>,
+    /// The report's data as JSON.
+    #[arg(long)]
+    pub(crate) json: Option<PathBuf>,
+    /// A folder for single figures as SVG.
+    #[arg(long)]
+    pub(crate) svg: Option<PathBuf>,
+    /// A folder for model and modes as VTK, for ParaView.
+    #[arg(long)]
+    pub(crate) vtk: Option<PathBuf>,
+    /// Overwrite existing files.
+    #[arg(long)]
+    pub(crate) force: bool,
 }
 
 /// Which kind of file.

@@ -34,6 +34,7 @@ fn main() -> ExitCode {
         Command::Modes(a) => commands::modes::run(a),
         Command::Compare(a) => commands::compare::run(a),
         Command::Update(a) => commands::update::run(a),
+        Command::Report(a) => commands::report::run(a),
         Command::Schema(a) => commands::schema::run(a),
         Command::List(a) => commands::list::run(a),
         Command::Explain(a) => commands::explain::run(a),

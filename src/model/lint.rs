@@ -140,15 +140,14 @@ fn magnitudes(model: &Model, s: &mut Soundness) {
     }
     for p in model.parameters().iter() {
         if let Some([lower, upper]) = p.bounds
-            && lower > 0.0 && upper / lower > 1e4 {
-                s.warnings.push(Problem::warning(
-                    format!("parameters.{}.bounds", p.name),
-                    format_args!(
-                        "the bounds span a factor of {:.0e}: is a unit missing on one of them?",
-                        upper / lower
-                    ),
-                ));
-            }
+            && lower > 0.0
+            && upper / lower > 1e4
+        {
+            s.warnings.push(Problem::warning(
+                format!("parameters.{}.bounds", p.name),
+                format_args!("the bounds span a factor of {:.0e}: is a unit missing on one of them?", upper / lower),
+            ));
+        }
         if !p.unit.is_empty() && Unit::parse(&p.unit).is_err() {
             s.warnings.push(Problem::warning(format!("parameters.{}.unit", p.name), "it cannot be read"));
         }
@@ -282,12 +281,13 @@ fn targets(model: &Model, s: &mut Soundness) -> Result<(), ModelError> {
     let t = model.targets();
     let mut check = |path: String, unit: &str, value: f64, target: Option<super::compile::Target>| {
         if let Some(t) = target
-            && (value - t.value).abs() > t.tolerance {
-                s.warnings.push(Problem::warning(
-                    path,
-                    format_args!("the model has {value:.4} {unit}, outside {} ± {} {unit}", t.value, t.tolerance),
-                ));
-            }
+            && (value - t.value).abs() > t.tolerance
+        {
+            s.warnings.push(Problem::warning(
+                path,
+                format_args!("the model has {value:.4} {unit}, outside {} ± {} {unit}", t.value, t.tolerance),
+            ));
+        }
     };
     check("targets.total_mass".to_string(), "kg", p.mass, t.mass);
     for i in 0..3 {

@@ -7,6 +7,7 @@
 //! The page is a script and a style sheet, built from TypeScript in `web/` at development time and embedded here; no
 //! user needs that build. Start reading at [`data`] for the content and at `web/src/main.ts` for the page.
 
+mod build;
 pub mod data;
 mod html;
 mod svg;
@@ -16,6 +17,7 @@ mod vtk;
 #[cfg(test)]
 mod fixture;
 
+pub use build::{Case, of_comparison, of_update, steps};
 pub use data::{ReportData, ReportError};
 pub use html::{html, json};
 pub use svg::{Figure, figures};

@@ -83,6 +83,8 @@ pub struct Assessment {
     pub cost: f64,
     /// The frequency and shape residuals against what noise alone would give.
     pub misfit: Misfit,
+    /// The share of each test mode in it: its frequency and its shape.
+    pub misfit_per_mode: Vec<f64>,
     /// Mass properties of the model.
     pub mass_properties: Option<MassProperties>,
     /// The whole prediction.
@@ -173,6 +175,7 @@ pub fn assess(comparison: &Comparison<'_>, theta: &[f64]) -> Result<Assessment, 
     let residuals = least_squares.residuals_of(theta, &prediction);
     let frequency_norm = pairs.iter().map(|p| (p.error_percent / 100.0).powi(2)).sum::<f64>().sqrt();
     let misfit = misfit(comparison, residuals.as_slice())?;
+    let misfit_per_mode = misfit_per_mode(comparison, residuals.as_slice());
     Ok(Assessment {
         theta: theta.to_vec(),
         swapped: prediction.pairs.swapped.clone(),
@@ -180,6 +183,7 @@ pub fn assess(comparison: &Comparison<'_>, theta: &[f64]) -> Result<Assessment, 
         frequency_norm,
         cost: 0.5 * residuals.norm_squared(),
         misfit,
+        misfit_per_mode,
         mass_properties: prediction.mass_properties,
         mac: prediction.mac.clone(),
         pairs,
@@ -200,4 +204,13 @@ fn misfit(comparison: &Comparison<'_>, residuals: &[f64]) -> Result<Misfit, Corr
     let n_rows = n_modes + if comparison.has_shapes() { shapes.len() } else { 0 };
     let chi_squared: f64 = residuals[..n_rows].iter().map(|r| r * r).sum();
     Misfit::new(chi_squared, n_modes + measured - with_shape)
+}
+
+fn misfit_per_mode(comparison: &Comparison<'_>, residuals: &[f64]) -> Vec<f64> {
+    let n_modes = comparison.test().modes.len();
+    let n_sensors = if comparison.has_shapes() { comparison.shapes().nrows() } else { 0 };
+    let square = |r: &[f64]| r.iter().map(|v| v * v).sum::<f64>();
+    (0..n_modes)
+        .map(|i| square(&residuals[i..=i]) + square(&residuals[n_modes + i * n_sensors..n_modes + (i + 1) * n_sensors]))
+        .collect()
 }

@@ -6,5 +6,6 @@ pub(crate) mod completions;
 pub(crate) mod explain;
 pub(crate) mod list;
 pub(crate) mod modes;
+pub(crate) mod report;
 pub(crate) mod schema;
 pub(crate) mod update;

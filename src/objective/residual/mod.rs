@@ -7,7 +7,7 @@ mod prior;
 mod shape;
 mod targets;
 
-pub(crate) use mass_properties::{difference};
+pub(crate) use mass_properties::difference;
 pub(crate) use targets::violations;
 
 use super::prediction::{Comparison, Prediction, PredictionDerivative};
