@@ -176,6 +176,14 @@ pub fn read<T: DeserializeOwned>(text: &str) -> Result<(T, SourceMap), Vec<Probl
     Ok((value, map))
 }
 
+/// The problems of a file, or instead of them `message` where the key at its top tells that it is of another kind.
+pub fn mistaken(text: &str, problems: Vec<Problem>, key: &str, message: &str) -> Vec<Problem> {
+    match SourceMap::of(text).places.get(key) {
+        Some(entry) => vec![Problem { location: Some(entry.key), ..Problem::error(key, message) }],
+        None => problems,
+    }
+}
+
 /// Writes a value as YAML.
 ///
 /// # Panics
@@ -208,8 +216,52 @@ fn shape_error(error: &serde_yaml::Error, map: &SourceMap) -> Problem {
         severity: Severity::Error,
         location: at_path.or(location).or_else(|| map.locate(&path)),
         path,
-        message: message + &suggestion,
+        message: in_words(&message) + &suggestion,
     }
+}
+
+/// serde's words for types as those of people who write YAML.
+fn in_words(message: &str) -> String {
+    for (theirs, ours) in
+        [("unknown field", "unknown key"), ("unknown variant", "unknown word"), ("missing field", "missing key")]
+    {
+        if let Some(rest) = message.strip_prefix(theirs) {
+            return format!("{ours}{rest}");
+        }
+    }
+    let Some((kind, expected)) = message.split_once(", expected ") else { return message.to_string() };
+    let found =
+        if let Some(found) = kind.strip_prefix("invalid type: ").or_else(|| kind.strip_prefix("invalid value: ")) {
+            match found.split_once(' ').unwrap_or((found, "")) {
+                ("sequence", _) => "a list".to_string(),
+                ("map", _) => "a map `{key: value}`".to_string(),
+                ("unit", _) => "nothing".to_string(),
+                ("string", text) => format!("the text `{}`", text.trim_matches('"')),
+                ("integer", number) => format!("the number {number}"),
+                ("floating", number) => format!("the number {}", number.trim_start_matches("point ")),
+                ("boolean", word) => format!("the word {word}"),
+                _ => found.to_string(),
+            }
+        } else if let Some(count) = kind.strip_prefix("invalid length ") {
+            format!("{count} value{}", if count == "1" { "" } else { "s" })
+        } else {
+            return message.to_string();
+        };
+    let length = expected
+        .strip_prefix("an array of length ")
+        .or_else(|| expected.strip_prefix("a tuple of size "))
+        .or_else(|| expected.strip_prefix("sequence of ").and_then(|e| e.strip_suffix(" elements")));
+    let expected = match (expected, length) {
+        (_, Some(length)) => format!("a list of {length}"),
+        ("f64", _) => "a number".to_string(),
+        ("u32" | "u64" | "usize", _) => "a whole number, zero or above".to_string(),
+        ("a string", _) => "a text".to_string(),
+        ("a sequence", _) => "a list `[...]`".to_string(),
+        ("a map", _) => "a map `{name: ...}`".to_string(),
+        (e, _) if e.starts_with("struct ") => "a map `{key: value, ...}`".to_string(),
+        (e, _) => e.to_string(),
+    };
+    format!("found {found}, expected {expected}")
 }
 
 /// Nesting beyond this is no file that a person wrote; paths would grow with its square.
@@ -233,10 +285,19 @@ fn source_map(text: &str) -> Result<SourceMap, Problem> {
     offsets.push(text.len());
     let byte = |index: usize| offsets[index.min(offsets.len() - 1)];
     let mut open: Vec<(String, Entry)> = Vec::new();
+    let mut n_documents = 0;
     for event in Parser::new_from_str(text) {
         let (event, span) = event.map_err(|e| {
             let mark = e.marker();
-            let mut p = Problem::error("", format_args!("this is not YAML: {}", e.info()));
+            // The innermost `[` or `{` that is still open is a likely culprit.
+            let unclosed = open.iter().rev().find(|o| matches!(text.as_bytes().get(o.2), Some(b'[' | b'{')));
+            let hint = unclosed.map_or_else(String::new, |(_, _, start)| {
+                let before = &text[..*start];
+                let (line, column) =
+                    (before.matches('\n').count() + 1, before.chars().rev().take_while(|c| *c != '\n').count() + 1);
+                format!("; the `{}` at {line}:{column} is not closed", &text[*start..=*start])
+            });
+            let mut p = Problem::error("", format_args!("this is not YAML: {}{hint}", e.info()));
             p.location = Some(Location { line: mark.line(), column: mark.col() + 1 });
             p
         })?;
@@ -296,8 +357,19 @@ fn source_map(text: &str) -> Result<SourceMap, Problem> {
                     map.places.insert(path, Entry { end: byte(span.end.index()), ..entry });
                 }
             }
+            Event::DocumentStart(..) => {
+                n_documents += 1;
+                if n_documents > 1 {
+                    let mut p = Problem::error("", "a second document begins here (`---`); a file holds one");
+                    p.location = Some(location(&span));
+                    return Err(p);
+                }
+            }
             _ => {}
         }
+    }
+    if map.places.is_empty() {
+        return Err(Problem::error("", "the file is empty"));
     }
     Ok(map)
 }
@@ -340,15 +412,18 @@ mod tests {
         for (text, expected) in [
             (
                 "beams:\n  a: {chian: [x]}\n",
-                "f:2:7: error: beams.a.chian: unknown field `chian`, expected `chain` or `length`; did you mean `chain`?",
+                "f:2:7: error: beams.a.chian: unknown key `chian`, expected `chain` or `length`; did you mean `chain`?",
             ),
             (
                 "beams:\n  a: {chain: [x], length: two}\n",
-                "f:2:19: error: beams.a.length: invalid type: string \"two\", expected f64",
+                "f:2:19: error: beams.a.length: found the text `two`, expected a number",
             ),
-            ("beams:\n  a: {length: 2}\n", "f:2:3: error: beams.a: missing field `chain`"),
+            ("beams:\n  a: {length: 2}\n", "f:2:3: error: beams.a: missing key `chain`"),
             ("beams: {a: {chain: []}}\nbeams: {}\n", "f:2:1: error: beams: the key `beams` stands twice here"),
-            ("beams: [a\n", "f:2:1: error: this is not YAML: while parsing a flow sequence, expected ',' or ']'"),
+            (
+                "beams: [a\n",
+                "f:2:1: error: this is not YAML: while parsing a flow sequence, expected ',' or ']'; the `[` at 1:8 is not closed",
+            ),
         ] {
             let e = read::<File>(text).unwrap_err();
             assert_eq!(e[0].render("f"), expected);

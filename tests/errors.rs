@@ -84,7 +84,9 @@ fn every_wrong_file_gets_its_exact_messages() {
         let name = path.file_stem().unwrap().to_string_lossy().into_owned();
         let text = read(&path);
         let said = render(if name.starts_with("test_") { test_problems(&text) } else { model_problems(&text) });
-        assert!(!said.is_empty(), "{name} passes silently");
+        if said.is_empty() {
+            wrong.push(format!("{name} passes silently"));
+        }
         let beside = path.with_extension("txt");
         if bless {
             fs::write(&beside, &said).unwrap();

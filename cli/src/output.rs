@@ -93,6 +93,11 @@ pub(crate) fn style(stream: &impl IsTerminal) -> Style {
     Style::detect(stream.is_terminal(), no_color.as_deref(), term.as_deref(), width)
 }
 
+/// Like [`style`] for standard output, for reference texts: a line too long wraps, and no word is cut.
+pub(crate) fn reference_style() -> Style {
+    Style { width: 10_000, ..style(&std::io::stdout()) }
+}
+
 /// Prints text to standard output; a closed pipe ends the program quietly.
 pub(crate) fn print(text: &str) {
     if std::io::stdout().write_all(text.as_bytes()).is_err() {

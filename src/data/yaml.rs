@@ -266,7 +266,9 @@ impl MassQuantity {
 
 /// Reads the text of a test file; warnings come with the data, problems with their places.
 pub fn read_test(text: &str) -> Result<(TestData, Vec<Problem>), Vec<Problem>> {
-    let (spec, map) = yaml::read::<TestSpec>(text)?;
+    let (spec, map) = yaml::read::<TestSpec>(text).map_err(|problems| {
+        yaml::mistaken(text, problems, "retune", "this is a model file; a test file begins with `retune_test: 1`")
+    })?;
     let mut reader = Reader { spec: &spec, problems: Vec::new() };
     let data = reader.read();
     let problems = map.place(reader.problems);
@@ -285,7 +287,11 @@ struct Reader<'a> {
 
 impl Reader<'_> {
     fn error(&mut self, path: impl Into<String>, message: impl fmt::Display) {
-        self.problems.push(Problem::error(path, message));
+        let problem = Problem::error(path, message);
+        // A default is read once for every mode that needs it.
+        if !self.problems.contains(&problem) {
+            self.problems.push(problem);
+        }
     }
 
     fn number(&mut self, s: &Scalar, unit: &str, path: &str) -> f64 {
@@ -298,11 +304,11 @@ impl Reader<'_> {
     /// A standard deviation: in `unit`, or `%` of `value`.
     fn sd(&mut self, s: &Scalar, unit: &str, value: f64, path: &str) -> f64 {
         let percent = s.text().trim_end().ends_with('%');
-        let sd = if percent { self.number(s, "1", path) * value.abs() } else { self.number(s, unit, path) };
-        if sd <= 0.0 {
+        let number = self.number(s, if percent { "1" } else { unit }, path);
+        if number <= 0.0 {
             self.error(path, "a standard deviation must be above zero");
         }
-        sd
+        if percent { number * value.abs() } else { number }
     }
 
     fn origin(&mut self, source: &str, path: &str) -> Origin {
@@ -391,14 +397,14 @@ impl Reader<'_> {
     }
 
     fn mode(&mut self, m: &ModeSpec, path: &str) -> TestMode {
-        let frequency = self.number(&m.frequency, "1/s", &child(path, "frequency"));
+        let frequency = self.number(&m.frequency, "Hz", &child(path, "frequency"));
         if frequency <= 0.0 {
             self.error(child(path, "frequency"), format_args!("{frequency} Hz: a frequency must be above zero"));
         }
         let defaults = self.spec.defaults.clone().unwrap_or_default();
         let frequency_sd = match (&m.frequency_sd, &defaults.frequency_sd) {
-            (Some(s), _) => Some(self.sd(s, "1/s", frequency, &child(path, "frequency_sd"))),
-            (None, Some(s)) => Some(self.sd(s, "1/s", frequency, "defaults.frequency_sd")),
+            (Some(s), _) => Some(self.sd(s, "Hz", frequency, &child(path, "frequency_sd"))),
+            (None, Some(s)) => Some(self.sd(s, "Hz", frequency, "defaults.frequency_sd")),
             (None, None) => None,
         };
         let damping_ratio = m.damping.as_ref().map(|d| {
@@ -451,7 +457,13 @@ impl Reader<'_> {
             ("sds", s.sds.as_ref().map(Vec::len)),
         ] {
             if let Some(len) = len.filter(|l| *l != n) {
-                self.error(child(path, key), format_args!("{len} values for {n} sensors"));
+                self.error(
+                    child(path, key),
+                    format_args!(
+                        "{len} value{} for {n} sensors; `.nan` stands where a sensor did not measure",
+                        if len == 1 { "" } else { "s" }
+                    ),
+                );
                 return None;
             }
         }
@@ -464,7 +476,13 @@ impl Reader<'_> {
         }
         let largest = shape.iter().filter(|v| !v.re.is_nan()).map(|v| v.norm()).fold(0.0, f64::max);
         if largest == 0.0 {
-            self.error(child(path, "real"), "the shape is zero at every sensor");
+            let measured = shape.iter().any(|v| !v.re.is_nan());
+            let why = if measured {
+                "the shape is zero at every sensor"
+            } else {
+                "no sensor measured this shape; leave it out"
+            };
+            self.error(child(path, "real"), why);
             return None;
         }
         let sd = match (&s.sds, &s.sd, &defaults.shape_sd) {

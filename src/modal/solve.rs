@@ -157,7 +157,13 @@ fn rigid_body_modes(k: &DMatrix<f64>, m: &DMatrix<f64>, motions: &DMatrix<f64>) 
     // Rounding of the sums is some 1e-15 of the absolute energy; the softest suspension that can matter is far above.
     let free: Vec<DVector<f64>> = (0..energy.nrows())
         .filter(|&i| eigen.eigenvalues[i].abs() < 1e-12)
-        .map(|i| &motions * eigen.eigenvectors.column(i))
+        .filter_map(|i| {
+            let weights = eigen.eigenvectors.column(i);
+            let combination = &motions * weights;
+            // Where few dofs are left, some combinations of motions move none of them: what remains is rounding.
+            let size = motions.abs() * weights.abs();
+            (combination.norm() > 1e-9 * size.norm()).then_some(combination)
+        })
         .collect();
     if free.is_empty() {
         return DMatrix::zeros(n, 0);

@@ -67,7 +67,9 @@ pub struct Model {
 ///
 /// Errors: every problem of the file, each with its place; warnings among them.
 pub fn load(text: &str, registry: &Registry) -> Result<(Model, Vec<Problem>, SourceMap), Vec<Problem>> {
-    let (spec, map) = yaml::read::<ModelSpec>(text)?;
+    let (spec, map) = yaml::read::<ModelSpec>(text).map_err(|problems| {
+        yaml::mistaken(text, problems, "retune_test", "this is a test file; a model file begins with `retune: 1`")
+    })?;
     match Model::new(spec, registry) {
         Ok((model, warnings)) => Ok((model, map.place(warnings), map)),
         Err(problems) => Err(map.place(problems)),
@@ -95,7 +97,9 @@ impl Model {
         if problems.iter().all(|p| p.severity == Severity::Warning) && placed.elements.is_empty() {
             problems.push(Problem::error("", "the model has nodes but no beams, bars, springs or masses"));
         }
-        lacks(&spec, &placed, &elimination, &mut problems);
+        if problems.iter().all(|p| p.severity == Severity::Warning) {
+            lacks(&spec, &placed, &elimination, &mut problems);
+        }
         if problems.iter().any(|p| p.severity == Severity::Error) {
             return Err(problems);
         }

@@ -115,7 +115,7 @@ pub(super) fn constant(s: &Scalar, unit: &str, path: &str, problems: &mut Vec<Pr
 /// No structure is larger than the Earth; beyond it squares of lengths lose their digits.
 const FARTHEST: f64 = 1e7;
 
-/// Resolves all places; problems are reported together, and a node without a place stands at the origin.
+/// Resolves all places; problems are reported together, and a node without a place stands at NaN.
 pub(super) fn resolve(spec: &ModelSpec, problems: &mut Vec<Problem>) -> Geometry {
     let mut geometry = Geometry::default();
     if let Some(s) = &spec.symmetry {
@@ -134,11 +134,14 @@ pub(super) fn resolve(spec: &ModelSpec, problems: &mut Vec<Problem>) -> Geometry
         }
     }
     let resolver = Resolver { spec, lines, geometry: &geometry };
-    let mut placed: BTreeMap<String, Vector> = BTreeMap::new();
+    let mut placed: BTreeMap<String, Option<Vector>> = BTreeMap::new();
     let mut positions = Vec::new();
     for name in spec.nodes.keys() {
         let mut visiting = Vec::new();
-        let position = resolver.place(name, &mut placed, &mut visiting, problems).unwrap_or_default();
+        let Some(position) = resolver.place(name, &mut placed, &mut visiting, problems) else {
+            positions.push([f64::NAN; 3]);
+            continue;
+        };
         if let Some(far) = position.iter().find(|v| v.abs().partial_cmp(&FARTHEST) != Some(std::cmp::Ordering::Less)) {
             problems.push(Problem::error(
                 child("nodes", name),
@@ -147,7 +150,7 @@ pub(super) fn resolve(spec: &ModelSpec, problems: &mut Vec<Problem>) -> Geometry
                 ),
             ));
         }
-        positions.push(position);
+        positions.push(position.map(|v| v.clamp(-FARTHEST, FARTHEST)));
     }
     geometry.names = spec.nodes.keys().cloned().collect();
     geometry.positions = positions;
@@ -222,16 +225,30 @@ struct Resolver<'a> {
 }
 
 impl Resolver<'_> {
+    /// The place of a node, found once: a node without one is complained of once.
     fn place(
         &self,
         name: &str,
-        placed: &mut BTreeMap<String, Vector>,
+        placed: &mut BTreeMap<String, Option<Vector>>,
         visiting: &mut Vec<String>,
         problems: &mut Vec<Problem>,
     ) -> Option<Vector> {
         if let Some(p) = placed.get(name) {
-            return Some(*p);
+            return *p;
         }
+        let position = self.follow(name, placed, visiting, problems);
+        placed.insert(name.to_string(), position);
+        position
+    }
+
+    /// Follows the rule of a node.
+    fn follow(
+        &self,
+        name: &str,
+        placed: &mut BTreeMap<String, Option<Vector>>,
+        visiting: &mut Vec<String>,
+        problems: &mut Vec<Problem>,
+    ) -> Option<Vector> {
         let path = child("nodes", name);
         let position = match self.spec.nodes.get(name)? {
             NodeSpec::At(position) => vector(position, "m", &path, problems),
@@ -338,7 +355,6 @@ impl Resolver<'_> {
                 }
             }
         };
-        placed.insert(name.to_string(), position);
         Some(position)
     }
 }

@@ -119,13 +119,25 @@ fn magnitudes(model: &Model, s: &mut Soundness) {
             }
         }
         let get = |name: &str| values.iter().find(|v| v.0 == name).map(|v| v.1);
+        if let (Some(xx), Some(yy), Some(zz)) = (get("inertia_xx"), get("inertia_yy"), get("inertia_zz")) {
+            // ∫ (y² + z²) + ∫ (x² + z²) is never below ∫ (x² + y²); equal for a plane body.
+            for (name, one, sum) in [("xx", xx, yy + zz), ("yy", yy, xx + zz), ("zz", zz, xx + yy)] {
+                if one > sum * (1.0 + 1e-9) {
+                    s.warnings.push(Problem::warning(
+                        format!("{path}.inertia.{name}"),
+                        format_args!("the inertia {name} of `{}` is {one:.3e} kg m2, more than the sum {sum:.3e} of the other two: no body has that", e.name),
+                    ));
+                }
+            }
+        }
         if let (Some(e), Some(g)) = (get("E"), get("G")) {
             let key = (path.clone(), "E/G");
             // Isotropic: E/G = 2(1+ν) is 2 to 3. Composites and effective values reach 100 and more: only a note.
             if !seen.contains(&key) && (e / g > 100.0 || e / g < 0.5) {
+                let ratio = if e / g < 0.1 { format!("{:.1e}", e / g) } else { format!("{:.3}", e / g) };
                 s.warnings.push(Problem::warning(
                     child(&path, "G"),
-                    format_args!("E/G is {:.3}; an isotropic material has 2 to 3 (an effective G on a polar moment J explains a large ratio)", e / g),
+                    format_args!("E/G is {ratio}; an isotropic material has 2 to 3 (an effective G on a polar moment J explains a large ratio)"),
                 ));
                 seen.push(key);
             }
@@ -229,6 +241,19 @@ fn motion(model: &Model, s: &mut Soundness) -> Result<(), ModelError> {
                 s.warnings.push(Problem::warning(
                     row_path(model, order[0]),
                     format_args!("a mechanism: the structure can move without stiffness, mostly in {}; a member, a stiffness or a support is missing there", list(&names)),
+                ));
+            }
+            for i in 0..if model.spec().supports.is_empty() { 0 } else { modes.n_rigid } {
+                let shape = modes.shapes.column(i);
+                let mut order: Vec<usize> = (0..n).collect();
+                order.sort_by(|&a, &b| shape[b].abs().total_cmp(&shape[a].abs()).then(a.cmp(&b)));
+                let names: Vec<String> = order.iter().take(3).map(|&r| dofs.row_name(r)).collect();
+                s.warnings.push(Problem::warning(
+                    row_path(model, order[0]),
+                    format_args!(
+                        "the structure is supported and still moves without stiffness, mostly in {}",
+                        list(&names)
+                    ),
                 ));
             }
             let possible = possible_rigid_modes(model);

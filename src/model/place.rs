@@ -115,10 +115,11 @@ pub(super) fn parameters(spec: &ModelSpec, problems: &mut Vec<Problem>) -> (Para
             }
             s.terms().iter().map(|t| t.factor).sum()
         };
+        let before = problems.len();
         let value = number(&p.value, "value", problems);
         let bounds =
             p.bounds.as_ref().map(|b| [number(&b[0], "bounds[0]", problems), number(&b[1], "bounds[1]", problems)]);
-        if let Some([lower, upper]) = bounds {
+        if let Some([lower, upper]) = bounds.filter(|_| problems.len() == before) {
             if lower >= upper {
                 problems.push(Problem::error(
                     child(&path, "bounds"),
@@ -194,6 +195,11 @@ pub(super) fn place(spec: &ModelSpec, registry: &Registry, problems: &mut Vec<Pr
     Placed { geometry, parameters, elements, sets }
 }
 
+/// A number as people write it: `-7850`, `0.05`, and powers of ten only where they are shorter.
+fn plain(value: f64) -> String {
+    if value == 0.0 || (1e-3..1e5).contains(&value.abs()) { format!("{value}") } else { format!("{value:e}") }
+}
+
 /// Far above what a beam model needs; a misspelt `subdivide` is refused before it fills the memory.
 const MOST_ELEMENTS: usize = 20_000;
 
@@ -249,8 +255,11 @@ impl Placer<'_> {
                     if let Some(i) = self.parameters.index_of(&name) {
                         affine.terms.push((i, factor));
                     } else {
-                        let names = self.spec.parameters.keys();
-                        self.problems.push(unknown(path, "parameter", &name, names));
+                        let mut problem = unknown(path, "parameter", &name, self.spec.parameters.keys());
+                        if Unit::parse(&name).is_ok() {
+                            problem.message += &format!("; a unit stands behind a number, `1 {name}`");
+                        }
+                        self.problems.push(problem);
                         return None;
                     }
                 }
@@ -326,7 +335,7 @@ impl Placer<'_> {
         };
         let now = affine.at(&theta);
         if !fits(now) {
-            self.error(path, format_args!("`{name}` is {now:e} {unit}; it must be {must}"));
+            self.error(path, format_args!("`{name}` is {} {unit}; it must be {must}", plain(now)));
             return;
         }
         let [low, _] = affine.range(&|i| parameters.get(i).bounds.unwrap_or([theta[i]; 2]));
@@ -334,7 +343,8 @@ impl Placer<'_> {
             self.problems.push(Problem::warning(
                 path,
                 format_args!(
-                    "within the bounds of its parameters `{name}` can become {low:e} {unit}; it must be {must}"
+                    "within the bounds of its parameters `{name}` can become {} {unit}; it must be {must}",
+                    plain(low)
                 ),
             ));
         }
@@ -412,6 +422,9 @@ impl Placer<'_> {
     /// Adds an element on nodes; `name` is claimed by the caller.
     fn add(&mut self, name: String, entry: &Entry<'_>, nodes: Vec<usize>) -> Option<usize> {
         let positions: Vec<_> = nodes.iter().map(|&i| self.geometry.positions[i]).collect();
+        if positions.iter().flatten().any(|v| v.is_nan()) {
+            return None; // its node has no place, which is said there
+        }
         let axes = match entry.kind.axes() {
             Axes::AlongNodes => {
                 let along = minus(positions[1], positions[0]);
@@ -426,10 +439,16 @@ impl Placer<'_> {
                 let near =
                     entry.orientation.unwrap_or(if x[2].abs() > 0.9999 { [0.0, 1.0, 0.0] } else { [0.0, 0.0, 1.0] });
                 let Some(axes) = axes_along(along, near) else {
-                    self.problems.push(Problem::error(
-                        child(entry.path, "orientation"),
-                        format_args!("it must not be parallel to element `{name}`"),
-                    ));
+                    let path = child(entry.path, "orientation");
+                    if !self.problems.iter().any(|p| p.path == path) {
+                        let why = match unit(near) {
+                            Some(_) => format!(
+                                "it must not be parallel to element `{name}`: it is a direction near the element's z axis"
+                            ),
+                            None => "it must be a direction: three finite numbers, not all zero".to_string(),
+                        };
+                        self.error(path, why);
+                    }
                     return None;
                 };
                 axes
@@ -719,9 +738,14 @@ impl Placer<'_> {
             }
             let Some(kind) = self.registry.find(&spec.kind) else {
                 let suggestion = did_you_mean(&spec.kind, self.registry.elements().map(Element::name));
+                let known: Vec<String> = self.registry.elements().map(|e| format!("`{}`", e.name())).collect();
                 self.error(
                     child(&path, "type"),
-                    format_args!("unknown element type `{}`{suggestion} (see `retune list elements`)", spec.kind),
+                    format_args!(
+                        "unknown element type `{}`, expected one of {}{suggestion}",
+                        spec.kind,
+                        known.join(", ")
+                    ),
                 );
                 continue;
             };

@@ -33,7 +33,9 @@ pub struct Scalar {
 impl Scalar {
     /// A constant in SI.
     pub fn constant(value: f64) -> Self {
-        Self { text: format!("{value:?}"), terms: vec![Term { factor: value, dimension: None, parameter: None }] }
+        // `180` rather than `180.0`, `1e300` rather than three hundred digits.
+        let text = if value.fract() == 0.0 && value.abs() < 1e15 { format!("{value}") } else { format!("{value:?}") };
+        Self { text, terms: vec![Term { factor: value, dimension: None, parameter: None }] }
     }
 
     /// Parses the text of a scalar.
@@ -87,7 +89,8 @@ impl Scalar {
                 (Some(a), None) => term.parameter.is_none().then_some(a),
             };
             if dimension.is_some_and(|d| d != wanted) {
-                return Err(UnitError::Mismatch { given: self.text.clone(), expected: expected.to_string() }.into());
+                let expected = if expected == "1" { "a pure number or `%`" } else { expected }.to_string();
+                return Err(UnitError::Mismatch { given: self.text.clone(), expected }.into());
             }
             match &term.parameter {
                 None => constant += term.factor,
@@ -154,7 +157,7 @@ fn parse_terms(text: &str) -> Result<Vec<Term>, ScalarError> {
         })?;
         term.factor *= sign;
         if !term.factor.is_finite() {
-            return Err(malformed("the number is not finite".to_string()));
+            return Err(malformed("it is beyond the largest number".to_string()));
         }
         terms.push(term);
         rest = after.trim_start();
@@ -378,7 +381,7 @@ mod tests {
         let s = Scalar::parse("4.87e-4 m2 * mu").unwrap();
         assert_eq!(s.affine_in("kg m", &mu).unwrap().1, [("mu".to_string(), 4.87e-4)]);
         let e = s.affine_in("kg", &mu).unwrap_err().to_string();
-        assert_eq!(e, "the unit `4.87e-4 m2 * mu` does not fit: expected kg");
+        assert_eq!(e, "the unit of `4.87e-4 m2 * mu` does not fit: expected kg");
         assert!(Scalar::parse("3 mm").unwrap().constant_in("kg").is_err());
         assert!(Scalar::parse("x").unwrap().constant_in("kg").is_err());
     }
@@ -391,7 +394,7 @@ mod tests {
             ("2/a", format!("`2/a` {prefix}: cannot divide by the parameter `a`; expressions are affine")),
             ("2 +", format!("`2 +` {prefix}: a term is missing after a sign")),
             ("a b", format!("`a b` {prefix}: expected `*`, `/`, `+` or `-` before `b`")),
-            ("1e999", format!("`1e999` {prefix}: the number is not finite")),
+            ("1e999", format!("`1e999` {prefix}: it is beyond the largest number")),
             ("", format!("`` {prefix}: it is empty")),
             ("5 Gpa", "unknown unit `Gpa`; did you mean `GPa`?".to_string()),
             ("1,5 kg", format!("`1,5 kg` {prefix}: expected `+` or `-` before `,5 kg`")),

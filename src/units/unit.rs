@@ -111,7 +111,7 @@ pub enum UnitError {
         why: &'static str,
     },
     /// Another dimension than expected.
-    #[error("the unit `{given}` does not fit: expected {expected}")]
+    #[error("the unit of `{given}` does not fit: expected {expected}")]
     Mismatch {
         /// The unit in the file.
         given: String,
@@ -163,6 +163,9 @@ impl Unit {
                     let (mut name, mut after) = rest.split_at(end);
                     if name.is_empty() && rest.starts_with('1') {
                         (name, after) = rest.split_at(1);
+                    }
+                    if rest.starts_with(',') {
+                        return Err(malformed("decimals are written with a point, `0.1`, not with a comma"));
                     }
                     if name.is_empty() {
                         return Err(malformed("expected a unit such as `kg`, `N m2` or `kg/m`"));

@@ -2,7 +2,7 @@
 
 use crate::DONE;
 use crate::args::Explain;
-use crate::output::{Failure, print, style};
+use crate::output::{Failure, print, reference_style};
 use retune::catalogue::did_you_mean;
 use retune::element::{ELEMENTS, Element};
 use retune::objective::{RESIDUALS, Residual};
@@ -16,7 +16,7 @@ pub(crate) fn run(args: &Explain) -> Result<u8, Failure> {
         for p in element.properties() {
             table.row([p.name.into(), p.unit.into(), p.description.into()]);
         }
-        let text = table.render(&style(&std::io::stdout()));
+        let text = table.render(&reference_style());
         print(&format!("{name}: {}\n\n{}\n\n{text}", element.summary(), element.theory().trim_end()));
     } else if let Some(o) = OPTIMIZERS.iter().find(|o| o.name == name) {
         print(&format!("{name}: {}\n\n{}\n\nSources\n", o.summary, o.theory));

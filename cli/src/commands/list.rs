@@ -2,7 +2,7 @@
 
 use crate::DONE;
 use crate::args::{List, ListOf};
-use crate::output::{Failure, print, print_json, style};
+use crate::output::{Failure, print, print_json, reference_style};
 use retune::element::{ELEMENTS, Element};
 use retune::objective::{RESIDUALS, Residual};
 use retune::optim::OPTIMIZERS;
@@ -23,7 +23,7 @@ pub(crate) fn run(args: &List) -> Result<u8, Failure> {
         for (name, summary) in rows {
             table.row([name.into(), summary.into()]);
         }
-        print(&table.render(&style(&std::io::stdout())));
+        print(&table.render(&reference_style()));
         print("\n`retune explain NAME` tells more\n");
     }
     Ok(DONE)

@@ -1,0 +1,318 @@
+//! The command as a user meets it: exit codes, JSON fields, files that are never lost, quiet pipes, clean stops.
+
+use serde_json::Value;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+
+const MODEL: &str = "\
+# comments stay
+retune: 1
+name: cantilever
+active_dofs: [uz, ry]
+parameters:
+  EI: {value: 20 N m2, bounds: [5 N m2, 40 N m2]} # the guess
+  lump: {value: 100 g, bounds: [0 g, 300 g]}
+nodes: {root: [0 m, 0 m, 0 m], middle: [0.5 m, 0 m, 0 m], tip: [1 m, 0 m, 0 m]}
+beams: {strip: {chain: [root, middle, tip], properties: {EIy: EI, mass_per_length: 0.8 kg/m}}}
+masses: {tip_mass: {node: tip, mass: lump}}
+supports: {clamp: {node: root}}
+";
+
+const TEST: &str = "\
+retune_test: 1
+name: made up
+sources: {made: {kind: synthetic, text: by hand}}
+sensors:
+  middle: {node: middle, direction: +z}
+  tip: {node: tip, direction: +z}
+defaults: {frequency_sd: 0.5 %, shape_sd: 3 %}
+modes:
+  - {frequency: 2.2 Hz, source: made, shape: {real: [0.33, 1.0]}}
+  - {frequency: 14.9 Hz, source: made, shape: {real: [1.0, -0.7]}}
+";
+
+/// A folder of its own for every test, removed at its end.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("retune-cli-{}-{name}", std::process::id()));
+        fs::create_dir_all(&path).unwrap();
+        fs::write(path.join("model.yaml"), MODEL).unwrap();
+        fs::write(path.join("test.yaml"), TEST).unwrap();
+        Self(path)
+    }
+
+    fn write(&self, name: &str, text: impl AsRef<[u8]>) -> &Self {
+        fs::write(self.0.join(name), text).unwrap();
+        self
+    }
+
+    fn read(&self, name: &str) -> String {
+        fs::read_to_string(self.0.join(name)).unwrap()
+    }
+
+    fn command(&self, line: &str) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_retune"));
+        command.current_dir(&self.0).args(line.split_whitespace()).stdin(Stdio::null()).env_remove("COLUMNS");
+        command
+    }
+
+    fn run(&self, line: &str) -> Said {
+        Said::of(line, &self.command(line).output().unwrap())
+    }
+
+    fn json(&self, line: &str) -> Value {
+        let said = self.run(line);
+        serde_json::from_str(&said.out).unwrap_or_else(|e| panic!("{line}: {e}\n{}{}", said.out, said.err))
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+#[derive(Debug)]
+struct Said {
+    code: i32,
+    out: String,
+    err: String,
+}
+
+impl Said {
+    fn of(line: &str, output: &Output) -> Self {
+        let text = |bytes: &[u8]| String::from_utf8(bytes.to_vec()).unwrap();
+        let said =
+            Self { code: output.status.code().unwrap_or(-1), out: text(&output.stdout), err: text(&output.stderr) };
+        assert!(!said.out.contains('\u{1b}') && !said.err.contains('\u{1b}'), "{line}: escapes in a pipe: {said:?}");
+        assert!(!said.err.contains("panicked") && said.code != 70, "{line}: {said:?}");
+        said
+    }
+}
+
+fn keys(value: &Value) -> Vec<&str> {
+    value.as_object().unwrap().keys().map(String::as_str).collect()
+}
+
+fn assert_has(value: &Value, names: &[&str]) {
+    for name in names {
+        assert!(keys(value).contains(name), "`{name}` is not among {:?}", keys(value));
+    }
+}
+
+#[test]
+fn a_sound_model_is_done_and_described() {
+    let folder = Folder::new("check");
+    let said = folder.run("check model.yaml");
+    assert_eq!(said.code, 0, "{said:?}");
+    assert!(said.out.contains("sound") && said.out.contains("0.9"), "{said:?}");
+    let json = folder.json("check model.yaml --json");
+    let fields = ["ok", "errors", "warnings", "mass_kg", "cg_m", "inertia_kg_m2", "n_dof", "n_rigid_body_modes"];
+    assert_has(&json, &fields);
+    assert_eq!((&json["ok"], &json["n_dof"], &json["n_rigid_body_modes"]), (&true.into(), &4.into(), &0.into()));
+    assert!((json["mass_kg"].as_f64().unwrap() - 0.9).abs() < 1e-12);
+    // The fields are there for a wrong model too.
+    folder.write("wrong.yaml", MODEL.replace("[root, middle, tip]", "[root, midle, tip]"));
+    let json = folder.json("check wrong.yaml --json");
+    assert_has(&json, &fields);
+    assert_eq!(json["ok"], Value::Bool(false));
+    assert!(json["errors"][0].to_string().contains("did you mean `middle`?"), "{json}");
+}
+
+#[test]
+fn wrong_input_is_2_with_file_line_and_column() {
+    let folder = Folder::new("wrong");
+    folder.write("wrong.yaml", MODEL.replace("[root, middle, tip]", "[root, midle, tip]"));
+    for line in ["check wrong.yaml", "modes wrong.yaml", "compare wrong.yaml test.yaml", "update wrong.yaml test.yaml"]
+    {
+        let said = folder.run(line);
+        assert_eq!(said.code, 2, "{line}: {said:?}");
+        let place = "wrong.yaml:9:30: error: beams.strip.chain[1]: node `midle` is not defined; did you mean `middle`?";
+        assert!(said.err.contains(place), "{line}: {said:?}");
+    }
+    folder.write("wrong_test.yaml", TEST.replace("node: tip", "node: tipp"));
+    for line in ["compare model.yaml wrong_test.yaml", "update model.yaml wrong_test.yaml"] {
+        let said = folder.run(line);
+        assert_eq!(said.code, 2, "{line}: {said:?}");
+        let place = "wrong_test.yaml:6:9: error: sensors.tip.node: the model has no node `tipp`; did you mean `tip`?";
+        assert!(said.err.contains(place), "{line}: {said:?}");
+    }
+}
+
+#[test]
+fn files_that_cannot_be_read_are_named() {
+    let folder = Folder::new("unreadable");
+    folder.write("binary.yaml", [0x66, 0xff, 0xfe, 0x00]).write("empty.yaml", "");
+    for (line, word) in [
+        ("check nowhere.yaml", "nowhere.yaml"),
+        ("check .", "cannot read ."),
+        ("check binary.yaml", "not UTF-8 text (byte 1)"),
+        ("check empty.yaml", "empty"),
+        ("compare model.yaml nowhere.yaml", "nowhere.yaml"),
+        ("check test.yaml", "this is a test file"),
+        ("compare model.yaml model.yaml", "this is a model file"),
+        ("explain baem", "did you mean `beam`?"),
+        ("update model.yaml test.yaml --optimizer nelder-maed", "did you mean `nelder-mead`?"),
+        ("update model.yaml test.yaml --budget many", "invalid value 'many'"),
+        ("compare model.yaml test.yaml --min-mac NaN", "--min-mac"),
+        ("chekc model.yaml", "check"),
+        ("", "Usage"),
+    ] {
+        let said = folder.run(line);
+        assert_eq!(said.code, 2, "{line}: {said:?}");
+        assert!(said.err.contains(word), "{line}: {said:?}");
+        assert!(said.out.is_empty(), "{line}: {said:?}");
+    }
+}
+
+#[test]
+fn modes_and_compare_have_their_json_fields() {
+    let folder = Folder::new("json");
+    let json = folder.json("modes model.yaml -n 3 --json");
+    assert_eq!(json["modes"].as_array().unwrap().len(), 3);
+    assert_has(&json["modes"][0], &["frequency_hz", "label"]);
+    let json = folder.json("compare model.yaml test.yaml --json");
+    assert_has(&json, &["pairs", "unpaired_test", "unpaired_model", "cost"]);
+    assert_has(&json["pairs"][0], &["test_hz", "model_hz", "error_percent", "mac"]);
+    let pair = &json["pairs"][0];
+    let (test, model) = (pair["test_hz"].as_f64().unwrap(), pair["model_hz"].as_f64().unwrap());
+    assert!((pair["error_percent"].as_f64().unwrap() - 100.0 * (model - test) / test).abs() < 1e-9);
+}
+
+#[test]
+fn update_writes_only_what_changed_and_never_over_a_file() {
+    let folder = Folder::new("update");
+    let line = "update model.yaml test.yaml -o out.yaml --json";
+    let json = folder.json(line);
+    assert_has(&json, &["cost_before", "cost_after", "evaluations", "termination", "parameters", "pairs"]);
+    assert_has(&json["parameters"][0], &["name", "unit", "before", "after", "lower", "upper", "at_bound"]);
+    assert!(json["cost_after"].as_f64().unwrap() < json["cost_before"].as_f64().unwrap());
+    let written = folder.read("out.yaml");
+    let differ: Vec<&str> = MODEL.lines().zip(written.lines()).filter(|(a, b)| a != b).map(|(_, b)| b).collect();
+    assert_eq!(differ.len(), 2, "{written}");
+    assert!(written.starts_with("# comments stay\n") && differ[0].ends_with("} # the guess"), "{written}");
+    assert_eq!(folder.run("check out.yaml").code, 0);
+
+    let said = folder.run(line);
+    assert_eq!(said.code, 2);
+    assert!(said.err.contains("out.yaml exists; give --force"), "{said:?}");
+    assert_eq!(folder.read("out.yaml"), written);
+    assert_eq!(folder.run(&format!("{line} --force --seed 0")).code, 0);
+    assert_eq!(folder.read("out.yaml"), written, "same seed, same bits");
+    // Nothing is left beside it.
+    let mut names: Vec<String> =
+        fs::read_dir(&folder.0).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    assert_eq!(names, ["model.yaml", "out.yaml", "test.yaml"]);
+    let said = folder.run("update model.yaml test.yaml -o nowhere/out.yaml");
+    assert_eq!(said.code, 2);
+    assert!(said.err.contains("cannot write nowhere/out.yaml"), "{said:?}");
+}
+
+#[test]
+fn a_fit_that_falls_short_is_1() {
+    let folder = Folder::new("short");
+    // Three modes of a model with two: one stays without a partner.
+    let third = "  - {frequency: 40 Hz, source: made, shape: {real: [0.5, 0.5]}}\n";
+    let more: String = [third; 4].concat();
+    folder.write("more.yaml", format!("{TEST}{more}"));
+    let said = folder.run("update model.yaml more.yaml --budget 200 --json");
+    assert_eq!(said.code, 1, "{said:?}");
+    let json: Value = serde_json::from_str(&said.out).unwrap();
+    assert!(!json["unpaired_test"].as_array().unwrap().is_empty());
+}
+
+#[test]
+fn nothing_free_is_said() {
+    let folder = Folder::new("fixed");
+    folder.write("fixed.yaml", MODEL.replace(", bounds: [5 N m2, 40 N m2]", "").replace(", bounds: [0 g, 300 g]", ""));
+    let said = folder.run("update fixed.yaml test.yaml");
+    assert_eq!(said.code, 2);
+    assert!(said.err.contains("no parameter of the model has bounds"), "{said:?}");
+}
+
+#[test]
+fn help_has_examples_and_exit_codes() {
+    let folder = Folder::new("help");
+    let said = folder.run("--help");
+    assert_eq!(said.code, 0);
+    assert!(said.out.contains("Exit codes: 0 done") && said.out.contains("Examples:"), "{said:?}");
+    for command in ["check", "modes", "compare", "update", "schema", "list", "explain", "completions"] {
+        let said = folder.run(&format!("{command} --help"));
+        assert_eq!(said.code, 0);
+        assert!(said.out.contains("Example") && said.out.contains(&format!("retune {command}")), "{command}: {said:?}");
+    }
+    assert!(folder.run("--version").out.starts_with("retune "));
+}
+
+#[test]
+fn lists_explanations_schemas_and_completions_are_printed() {
+    let folder = Folder::new("lists");
+    for list in ["elements", "residuals", "optimizers"] {
+        let json = folder.json(&format!("list {list} --json"));
+        for member in json["members"].as_array().unwrap() {
+            let name = member["name"].as_str().unwrap();
+            let said = folder.run(&format!("explain {name}"));
+            assert_eq!(said.code, 0, "{name}: {said:?}");
+            assert!(said.out.starts_with(name) && !said.out.contains('…'), "{name}: {said:?}");
+        }
+    }
+    for (which, word) in [("model", "beams"), ("test", "sensors")] {
+        let schema = folder.json(&format!("schema {which}"));
+        assert!(schema["properties"][word].is_object(), "{which}");
+    }
+    for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
+        let said = folder.run(&format!("completions {shell}"));
+        assert_eq!(said.code, 0);
+        assert!(said.out.contains("retune") && said.out.contains("compare"), "{shell}");
+    }
+}
+
+/// `Said::of` refuses escapes in pipes; here colour is asked for as loudly as the environment can.
+#[test]
+fn pipes_and_no_color_have_no_escapes() {
+    let folder = Folder::new("color");
+    folder.write("wrong.yaml", MODEL.replace("[root, middle, tip]", "[root, midle, tip]"));
+    for line in ["check model.yaml", "check wrong.yaml", "compare model.yaml test.yaml", "modes model.yaml", "--help"] {
+        for (variable, value) in [("NO_COLOR", "1"), ("TERM", "xterm-256color")] {
+            Said::of(line, &folder.command(line).env(variable, value).output().unwrap());
+        }
+    }
+}
+
+/// A reader that goes away, as `| head -1`: no panic, no message.
+#[cfg(unix)]
+#[test]
+fn a_closed_pipe_ends_quietly() {
+    let folder = Folder::new("pipe");
+    let mut child = folder.command("schema model").stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    drop(child.stdout.take());
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(String::from_utf8_lossy(&output.stderr), "");
+    assert_ne!(output.status.code(), Some(70));
+}
+
+/// Ctrl-C: the search stops, the best point so far is written, and the exit code is that of a finished run.
+#[cfg(unix)]
+#[test]
+fn an_interrupt_keeps_the_best_point() {
+    let folder = Folder::new("interrupt");
+    let line = "update model.yaml test.yaml -o out.yaml --json --cost paper --optimizer";
+    let endless = "{differential-evolution: {strategy: classic, generations: 1000000000, tolerance: 0}}";
+    let child = folder.command(line).arg(endless).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    std::thread::sleep(std::time::Duration::from_secs(2));
+    let signal = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    assert!(signal.success());
+    let output = child.wait_with_output().unwrap();
+    let said = Said::of(line, &output);
+    assert_eq!(said.code, 0, "{said:?}");
+    assert!(said.err.contains("stopping"), "{said:?}");
+    let json: Value = serde_json::from_str(&said.out).unwrap();
+    assert!(json["cost_after"].as_f64().unwrap() < json["cost_before"].as_f64().unwrap());
+    assert!(json["termination"].as_str().unwrap().contains("stopped"), "{}", json["termination"]);
+    assert!(Path::new(&folder.0.join("out.yaml")).exists());
+    assert_eq!(folder.run("check out.yaml").code, 0);
+}
