@@ -217,7 +217,10 @@ fn location(span: &Span) -> Location {
     Location { line: span.start.line(), column: span.start.col() + 1 }
 }
 
-fn source_map(text: &str) -> Result<SourceMap, Problem> {
+/// Where everything in a text stands, whatever type it is.
+///
+/// Errors: the YAML is not well formed, a key stands twice.
+pub fn source_map(text: &str) -> Result<SourceMap, Problem> {
     let mut map = SourceMap::default();
     let mut stack: Vec<Frame> = Vec::new();
     // Byte offset of each character: the parser counts characters.
