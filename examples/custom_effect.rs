@@ -1,10 +1,9 @@
-//! An effect of your own: a lumped liquid that swings in a tank, as a pendulum of known length.
+//! An effect of your own: liquid left in a tank, wherever the file has a point mass.
 //!
 //! `cargo run --example custom_effect` places it on the flying wing beside the built-in effects and prints the edit.
 
-use retune::effect::{
-    About, Candidate, Context, Edit, Effect, Effects, Location, NewParameter, Patch, PatchError, Structure, candidates,
-};
+use retune::effect::{About, Candidate, Context, Edit, Effect, Effects, NewParameter, Patch, PatchError};
+use retune::effect::{Location, LocationKind, PartKind, Structure, candidates, conformance};
 use retune::element::Dof;
 use retune::model::{Registry, load, spec::MassSpec};
 use retune::units::Scalar;
@@ -30,10 +29,10 @@ impl Effect for TankLiquid {
 
     fn locations(&self, structure: &Structure<'_>) -> Vec<Location> {
         // Tanks are where the file has a mass already.
-        let tanks = structure.parts().iter().filter(|p| p.kind == retune::effect::PartKind::Mass);
+        let tanks = structure.parts().iter().filter(|p| p.kind == PartKind::Mass);
         let moves = |e: usize| structure.moves(e, Dof::Uz);
         let places = tanks.filter(|p| moves(p.elements[0]));
-        places.map(|p| Location::new(retune::effect::LocationKind::Mass, vec![p.name.clone()])).collect()
+        places.map(|p| Location::new(LocationKind::Mass, vec![p.name.clone()])).collect()
     }
 
     fn patch(&self, structure: &Structure<'_>, at: &Location) -> Result<Patch, PatchError> {
@@ -66,11 +65,13 @@ fn main() {
     let mine: Vec<&Candidate> = all.iter().filter(|c| c.effect.name() == "tank-liquid").collect();
     println!("{} candidates, {} of them tanks; the first as an edit of the file:", all.len(), mine.len());
     print!("{}", mine[0].patch.to_yaml());
-    let failures = retune::effect::conformance::check(
-        &Effects::none().with(&TankLiquid),
-        text,
-        &Registry::builtin(),
-        &Context::default(),
-    );
+    // The contract of every effect, neutral start and undo among it, on a model of your own.
+    let own = Effects::none().with(&TankLiquid);
+    let failures = conformance::check(&own, text, &Registry::builtin(), &Context::default());
     assert!(failures.is_empty(), "{failures:?}");
+}
+
+#[test]
+fn it_runs() {
+    main();
 }

@@ -319,8 +319,9 @@ pub fn set_parameter_values(text: &str, values: &[(&str, f64)]) -> Result<String
         let path = format!("parameters.{name}.value");
         let why = "the value is an alias; write the number itself";
         let refused = || PatchError::NotEditable { path: path.clone(), why };
-        let range = map.range(&path).ok_or_else(refused)?;
-        let old = &text[range.clone()];
+        let start = map.range(&path).ok_or_else(refused)?.start;
+        let end = map.content_end(&path, text).ok_or_else(refused)?;
+        let old = &text[start..end];
         if old.starts_with(['*', '&', '!']) {
             return Err(refused());
         }
@@ -329,8 +330,7 @@ pub fn set_parameter_values(text: &str, values: &[(&str, f64)]) -> Result<String
         let number = shortest(si, factor);
         let new = if unit.is_empty() { number } else { format!("{number} {unit}") };
         let quote = old.chars().next().filter(|c| matches!(c, '"' | '\''));
-        let end = range.start + old.trim_end().len();
-        changes.push((range.start..end, quote.map_or(new.clone(), |q| format!("{q}{new}{q}"))));
+        changes.push((start..end, quote.map_or(new.clone(), |q| format!("{q}{new}{q}"))));
     }
     changes.sort_by_key(|(range, _)| std::cmp::Reverse(range.start));
     let mut out = text.to_string();
