@@ -134,6 +134,7 @@ impl SourceMap {
         let last = self.children(path).last().map(|last| self.content_end(last, text));
         match (text[entry.start..].chars().next(), last) {
             (Some('{' | '['), last) => closing_bracket(text, last.flatten().unwrap_or(entry.start + 1)),
+            (Some(quote @ ('"' | '\'')), None) => Some(closing_quote(text, entry.start, quote)),
             (_, None) => Some(entry.start + text[entry.start..entry.end].trim_end().len()),
             (_, Some(last)) => last,
         }
@@ -160,6 +161,26 @@ fn closing_bracket(text: &str, from: usize) -> Option<usize> {
         };
         (!comment && matches!(b, b'}' | b']')).then_some(i + 1)
     })
+}
+
+/// Where a quoted scalar ends; `""` has escapes, and in `''` a doubled quote is one.
+fn closing_quote(text: &str, start: usize, quote: char) -> usize {
+    let mut escaped = false;
+    let mut bytes = text.bytes().enumerate().skip(start + 1).peekable();
+    while let Some((i, b)) = bytes.next() {
+        if escaped {
+            escaped = false;
+        } else if b == b'\\' && quote == '"' {
+            escaped = true;
+        } else if char::from(b) == quote {
+            if quote == '\'' && bytes.peek().is_some_and(|(_, b)| *b == b'\'') {
+                escaped = true;
+            } else {
+                return i + 1;
+            }
+        }
+    }
+    text.len()
 }
 
 /// The path of a key below a path.
@@ -277,7 +298,10 @@ fn location(span: &Span) -> Location {
     Location { line: span.start.line(), column: span.start.col() + 1 }
 }
 
-fn source_map(text: &str) -> Result<SourceMap, Problem> {
+/// Where everything in a text stands, whatever type it is.
+///
+/// Errors: the YAML is not well formed, a key stands twice.
+pub fn source_map(text: &str) -> Result<SourceMap, Problem> {
     let mut map = SourceMap::default();
     let mut stack: Vec<Frame> = Vec::new();
     // Byte offset of each character: the parser counts characters.
@@ -428,6 +452,15 @@ mod tests {
             let e = read::<File>(text).unwrap_err();
             assert_eq!(e[0].render("f"), expected);
         }
+    }
+
+    #[test]
+    fn the_content_of_a_quoted_text_ends_at_its_quote() {
+        let text = "a: \"x \\\" y\" # why\nb: 'it''s' # so\n";
+        let map = source_map(text).unwrap();
+        let end = |path: &str| &text[map.range(path).unwrap().start..map.content_end(path, text).unwrap()];
+        assert_eq!(end("a"), "\"x \\\" y\"");
+        assert_eq!(end("b"), "'it''s'");
     }
 
     #[test]

@@ -104,9 +104,10 @@ fn couples(structure: &Structure<'_>, part: &Part, axis: usize) -> bool {
     moves(third) && moves(3 + second) || moves(second) && moves(3 + third)
 }
 
-/// The bodies with mass on the nodes of a member.
+/// The bodies with mass on the nodes of a member; a body in the plane between two sides belongs to neither.
 fn heavy_lumps<'s>(structure: &'s Structure<'_>, part: &Part) -> Vec<&'s Part> {
-    let heavy = |m: usize| structure.property(m, "mass").is_some_and(|m| m > 0.0);
+    let between = |m: usize| part.partner.is_some() && structure.image(m) == Some(m);
+    let heavy = |m: usize| structure.property(m, "mass").is_some_and(|m| m > 0.0) && !between(m);
     structure.lumps_on(&part.elements).into_iter().filter(|l| l.elements.iter().all(|&m| heavy(m))).collect()
 }
 

@@ -219,7 +219,11 @@ impl Patch {
     pub fn to_yaml(&self) -> String {
         let mut out = String::from("edits:\n");
         for edit in &self.edits {
-            let _ = writeln!(out, "  - {}", flow(&flow::value(edit)).trim_start_matches('{').trim_end_matches('}'));
+            if let serde_json::Value::Object(map) = flow::value(edit) {
+                for (kind, fields) in &map {
+                    let _ = writeln!(out, "  - {kind}: {}", flow(fields));
+                }
+            }
         }
         out
     }

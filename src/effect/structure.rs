@@ -1,11 +1,12 @@
 //! What an effect may ask of a model: its parts by name, their symmetric partners, what moves and what deforms.
 
+mod listing;
+
 use super::location::{Location, LocationKind};
 use super::patch::PatchError;
 use crate::element::Dof;
 use crate::linalg::DMatrix;
 use crate::model::{Model, ParametricModel};
-use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
 
 /// What is known beside the model; everything is optional.
@@ -116,7 +117,7 @@ impl<'a> Structure<'a> {
             context,
             parts: Vec::new(),
             ends: Vec::new(),
-            node_partner: node_partners(model),
+            node_partner: listing::node_partners(model),
             element_partner: Vec::new(),
             moves: Vec::new(),
             strains: Vec::new(),
@@ -126,7 +127,7 @@ impl<'a> Structure<'a> {
             omega2: 1.0,
             theta,
         };
-        s.element_partner = s.element_partners();
+        s.element_partner = s.list_element_partners();
         s.look_at_elements();
         s.parts = s.list_parts();
         s.ends = s.list_ends();
@@ -419,28 +420,6 @@ impl<'a> Structure<'a> {
         self.parts.iter().filter(|p| p.kind == PartKind::Mass && p.elements.iter().all(|&m| on(m))).collect()
     }
 
-    fn element_partners(&self) -> Vec<Option<usize>> {
-        let elements = self.model.elements();
-        let key = |kind: &'static str, mut nodes: Vec<usize>| {
-            nodes.sort_unstable();
-            (kind, nodes)
-        };
-        // Of several elements on the same nodes, the first has the first on the mirrored nodes as its image.
-        let mut by_nodes: BTreeMap<(&str, Vec<usize>), Vec<usize>> = BTreeMap::new();
-        for (i, e) in elements.iter().enumerate() {
-            by_nodes.entry(key(e.kind.name(), e.nodes.clone())).or_default().push(i);
-        }
-        elements
-            .iter()
-            .enumerate()
-            .map(|(i, e)| {
-                let rank = by_nodes.get(&key(e.kind.name(), e.nodes.clone()))?.iter().position(|j| *j == i)?;
-                let image: Option<Vec<usize>> = e.nodes.iter().map(|&n| self.node_partner[n]).collect();
-                by_nodes.get(&key(e.kind.name(), image?))?.get(rank).copied()
-            })
-            .collect()
-    }
-
     fn look_at_elements(&mut self) {
         for (i, e) in self.model.elements().iter().enumerate() {
             let n = 6 * e.nodes.len();
@@ -458,122 +437,6 @@ impl<'a> Structure<'a> {
             self.stiff.push(!matrices.stiffness.is_zero());
             self.heavy.push(acting(&m, b).contains(&true));
         }
-    }
-
-    fn list_parts(&self) -> Vec<Part> {
-        let spec = self.model.spec();
-        let mut parts: Vec<Part> = Vec::new();
-        let mut push = |name: &str, kind: PartKind| {
-            if let Some(elements) = self.model.element_set(name) {
-                parts.push(Part { name: name.to_string(), kind, elements: elements.to_vec(), partner: None });
-            }
-        };
-        for (name, member) in spec.beams.iter().chain(&spec.bars) {
-            let (count, kind) = match (&member.chain, &member.pairs) {
-                (Some(chain), _) => (chain.len().saturating_sub(1), PartKind::Chain),
-                (_, Some(pairs)) => (pairs.len(), PartKind::Group),
-                _ => (0, PartKind::Element),
-            };
-            if count != 1 {
-                push(name, kind);
-            }
-            (1..=count).for_each(|i| push(&format!("{name}.{i}"), PartKind::Element));
-        }
-        for name in spec.springs.keys().chain(spec.bushings.keys()).chain(spec.elements.keys()) {
-            push(name, PartKind::Element);
-        }
-        for (name, mass) in &spec.masses {
-            match &mass.nodes {
-                Some(nodes) => (1..=nodes.len()).for_each(|i| push(&format!("{name}.{i}"), PartKind::Mass)),
-                None => push(name, PartKind::Mass),
-            }
-        }
-        spec.groups.keys().for_each(|name| push(name, PartKind::Group));
-        let sorted = |elements: &[usize]| {
-            let mut s = elements.to_vec();
-            s.sort_unstable();
-            s
-        };
-        // A group of the same elements as a part before it is the same place.
-        let mut seen = std::collections::BTreeSet::new();
-        parts.retain(|p| !p.elements.is_empty() && (seen.insert(sorted(&p.elements)) || p.kind != PartKind::Group));
-        let of: BTreeMap<Vec<usize>, usize> =
-            parts.iter().enumerate().rev().map(|(i, p)| (sorted(&p.elements), i)).collect();
-        for i in 0..parts.len() {
-            let image: Option<Vec<usize>> = parts[i].elements.iter().map(|&e| self.element_partner[e]).collect();
-            let partner = image.and_then(|image| of.get(&sorted(&image)).copied());
-            parts[i].partner =
-                partner.filter(|&j| j != i && parts[j].kind == parts[i].kind && apart(&parts[i], &parts[j]));
-        }
-        // So is a group of two partners.
-        let pairs: Vec<Vec<usize>> = parts
-            .iter()
-            .filter_map(|p| p.partner.map(|j| sorted(&[&p.elements[..], &parts[j].elements[..]].concat())))
-            .collect();
-        let is_pair =
-            |p: &Part| p.kind == PartKind::Group && p.partner.is_none() && pairs.contains(&sorted(&p.elements));
-        let kept: Vec<bool> = parts.iter().map(|p| !is_pair(p)).collect();
-        let moved: Vec<usize> = kept
-            .iter()
-            .scan(0, |n, k| {
-                let i = *n;
-                *n += usize::from(*k);
-                Some(i)
-            })
-            .collect();
-        let mut keep = kept.iter();
-        parts.retain(|_| keep.next() == Some(&true));
-        parts.iter_mut().for_each(|p| p.partner = p.partner.map(|j| moved[j]));
-        parts
-    }
-
-    fn list_ends(&self) -> Vec<End> {
-        let elements = self.model.elements();
-        let spec = self.model.spec();
-        let linked = |node: usize| {
-            let name = self.node_name(node);
-            spec.rigid_links.values().any(|l| l.master == name || l.slaves.iter().any(|s| s == name))
-        };
-        let mut at: Vec<Vec<usize>> = vec![Vec::new(); self.model.geometry().names.len()];
-        elements.iter().enumerate().for_each(|(i, e)| e.nodes.iter().for_each(|&n| at[n].push(i)));
-        let mut ends = Vec::new();
-        for (i, e) in elements.iter().enumerate().filter(|(i, _)| self.is_beam(*i) && self.deforms(*i)) {
-            for (k, &node) in e.nodes.iter().enumerate().filter(|(_, n)| **n < self.n_nodes()) {
-                let members = || at[node].iter().copied().filter(|&j| self.is_beam(j) && self.deforms(j));
-                // Of two members that meet, one joint says it all.
-                let first = members().next() == Some(i);
-                let meets = members().count() > 2 || (members().count() == 2 && first);
-                let carries = members().count() == 1
-                    && at[node].iter().any(|&j| j != i && !self.is_beam(j) && (self.heavy[j] || self.stiff[j]));
-                let is_linked = linked(node);
-                let joint = std::array::from_fn(|d| {
-                    if !self.strains[i][6 * k + d] {
-                        None
-                    } else if !self.moves[i][6 * k + d] {
-                        Some(Joint::Root)
-                    } else if is_linked {
-                        Some(Joint::Link)
-                    } else {
-                        (meets || carries).then_some(Joint::Member)
-                    }
-                });
-                if joint.iter().any(Option::is_some) {
-                    ends.push(End { element: i, side: k + 1, node, joint, partner: None });
-                }
-            }
-        }
-        let partners: Vec<Option<usize>> = ends
-            .iter()
-            .enumerate()
-            .map(|(i, end)| {
-                let (element, node) = (self.element_partner[end.element]?, self.node_partner[end.node]?);
-                let same_axes = (0..3).all(|a| self.mirror_sign(end.element, element, a) != 0.0);
-                let j = ends.iter().position(|o| o.element == element && o.node == node)?;
-                (j != i && same_axes).then_some(j)
-            })
-            .collect();
-        ends.iter_mut().zip(partners).for_each(|(end, partner)| end.partner = partner);
-        ends
     }
 
     fn characteristic_omega2(&self) -> f64 {
@@ -644,28 +507,6 @@ fn arrange(items: impl Iterator<Item = usize>, partner: impl Fn(usize) -> Option
     out
 }
 
-/// Whether two parts share no element.
-fn apart(a: &Part, b: &Part) -> bool {
-    a.elements.iter().all(|e| !b.elements.contains(e))
-}
-
 fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
-/// Node -> its mirror image; of several at one place, the first has the first at the mirrored place.
-fn node_partners(model: &Model) -> Vec<Option<usize>> {
-    let g = model.geometry();
-    let size = g.positions.iter().flatten().map(|c| c.abs()).fold(0.0, f64::max);
-    let at = |place: [f64; 3]| {
-        let same = move |p: &[f64; 3]| p.iter().zip(place).all(|(a, b)| (a - b).abs() <= 1e-6 * size);
-        g.positions.iter().enumerate().filter(move |(_, p)| same(p)).map(|(i, _)| i)
-    };
-    (0..g.positions.len())
-        .map(|i| {
-            let image = g.mirrored(g.positions[i])?;
-            let rank = at(g.positions[i]).position(|j| j == i)?;
-            at(image).nth(rank)
-        })
-        .collect()
 }

@@ -1,7 +1,10 @@
 //! The contract over the catalogue on every model of the project.
 
+mod closed_forms;
+mod files;
+
 use super::*;
-use crate::model::{Registry, load};
+use crate::model::{Registry, lint, load};
 
 fn models() -> Vec<(String, String)> {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/models");
@@ -63,4 +66,19 @@ fn the_whole_catalogue_is_placed_and_applied_to_the_aeroplane_in_time() {
     }
     eprintln!("{} candidates, placed in {placed:?}, all built in {:?}", all.len(), start.elapsed());
     assert!(all.len() >= 300);
+}
+
+#[test]
+fn the_models_of_the_project_are_sound() {
+    for (name, text) in models().into_iter().filter(|(name, _)| !name.ends_with("bff.yaml")) {
+        let (model, warnings, _) = load(&text, &Registry::builtin()).unwrap_or_else(|e| panic!("{name}: {e:?}"));
+        let s = lint(&model).unwrap();
+        assert!(
+            s.errors.is_empty() && s.warnings.is_empty() && warnings.is_empty(),
+            "{name}: {:?} {:?} {warnings:?}",
+            s.errors,
+            s.warnings
+        );
+        assert_eq!(s.n_mechanisms, 0, "{name}");
+    }
 }

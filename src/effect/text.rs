@@ -42,6 +42,10 @@ const ORDER: [&str; 24] = [
 /// A line longer than this is broken into one line per key.
 const WIDTH: usize = 120;
 
+fn places(text: &str) -> Result<SourceMap, PatchError> {
+    yaml::source_map(text).map_err(|p| PatchError::Unreadable(vec![p]))
+}
+
 /// The file, read; errors with their places.
 fn read(text: &str) -> Result<(ModelSpec, SourceMap), PatchError> {
     yaml::read::<ModelSpec>(text).map_err(PatchError::Unreadable)
@@ -77,7 +81,7 @@ fn verify(text: &str, wanted: &ModelSpec) -> Result<(), PatchError> {
 
 /// Adds an entry at the end of a block: `name: value` to a mapping, `- value` to a sequence.
 fn insert(text: &str, block: &str, name: Option<&str>, value: &Value) -> Result<String, PatchError> {
-    let (_, map) = read(text)?;
+    let map = places(text)?;
     let newline = newline(text);
     let Some(range) = map.range(block) else { return new_block(text, &map, block, name, value) };
     let last = map.children(block).last();
@@ -210,7 +214,7 @@ pub fn undo(text: &str) -> Result<Undone, PatchError> {
     let mut missing = Vec::new();
     for path in entry.inserted.iter().rev() {
         let Some((block, name)) = path.split_once('.') else { continue };
-        let (_, map) = read(&out)?;
+        let map = places(&out)?;
         if map.range(path).is_none() {
             missing.push(path.clone());
             continue;
@@ -255,7 +259,7 @@ fn still_used(value: &Value, path: &str, names: &[&str]) -> Option<(String, Stri
 
 /// The inverse of [`insert`]: takes out one entry, and the block where nothing is left of it.
 fn remove(text: &str, block: &str, path: &str) -> Result<String, PatchError> {
-    let (_, map) = read(text)?;
+    let map = places(text)?;
     let refused = || PatchError::NotEditable { path: path.to_string(), why: "it stands on a line with other entries" };
     let start = map.key_start(path).ok_or_else(refused)?;
     let end = map.content_end(path, text).ok_or_else(refused)?;
@@ -277,7 +281,7 @@ fn remove(text: &str, block: &str, path: &str) -> Result<String, PatchError> {
     let above = line_start(text, from.saturating_sub(1));
     if from > 0 && text[above..from].trim().is_empty() {
         let shorter = cut(text, above, to);
-        if read(&shorter).is_ok_and(|(_, map)| has_blank_lines(&shorter, &map)) {
+        if places(&shorter).is_ok_and(|map| has_blank_lines(&shorter, &map)) {
             return Ok(shorter);
         }
     }
@@ -315,8 +319,9 @@ pub fn set_parameter_values(text: &str, values: &[(&str, f64)]) -> Result<String
         let path = format!("parameters.{name}.value");
         let why = "the value is an alias; write the number itself";
         let refused = || PatchError::NotEditable { path: path.clone(), why };
-        let range = map.range(&path).ok_or_else(refused)?;
-        let old = &text[range.clone()];
+        let start = map.range(&path).ok_or_else(refused)?.start;
+        let end = map.content_end(&path, text).ok_or_else(refused)?;
+        let old = &text[start..end];
         if old.starts_with(['*', '&', '!']) {
             return Err(refused());
         }
@@ -325,8 +330,7 @@ pub fn set_parameter_values(text: &str, values: &[(&str, f64)]) -> Result<String
         let number = shortest(si, factor);
         let new = if unit.is_empty() { number } else { format!("{number} {unit}") };
         let quote = old.chars().next().filter(|c| matches!(c, '"' | '\''));
-        let end = range.start + old.trim_end().len();
-        changes.push((range.start..end, quote.map_or(new.clone(), |q| format!("{q}{new}{q}"))));
+        changes.push((start..end, quote.map_or(new.clone(), |q| format!("{q}{new}{q}"))));
     }
     changes.sort_by_key(|(range, _)| std::cmp::Reverse(range.start));
     let mut out = text.to_string();

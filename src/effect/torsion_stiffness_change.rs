@@ -32,17 +32,13 @@ impl Effect for TorsionStiffnessChange {
     }
 
     fn locations(&self, structure: &Structure<'_>) -> Vec<Location> {
-        let mut all = Vec::new();
-        for dof in [Dof::Rx] {
-            let places = structure.places(|p| {
-                matches!(p.kind, PartKind::Element | PartKind::Chain)
-                    && p.elements.iter().all(|&e| structure.is_beam(e))
-                    && structure.part_strains(p, dof)
-                    && rigidity(structure, p, dof).is_some()
-            });
-            all.extend(places.into_iter().map(|at| at.along(dof.name())));
-        }
-        all
+        let places = structure.places(|p| {
+            matches!(p.kind, PartKind::Element | PartKind::Chain)
+                && p.elements.iter().all(|&e| structure.is_beam(e))
+                && structure.part_strains(p, Dof::Rx)
+                && rigidity(structure, p, Dof::Rx).is_some()
+        });
+        places.into_iter().map(|at| at.along(Dof::Rx.name())).collect()
     }
 
     fn patch(&self, structure: &Structure<'_>, at: &Location) -> Result<Patch, PatchError> {

@@ -138,7 +138,8 @@ impl Model {
         let base = interior_point(&parameters);
         let mut damped = std::iter::once(&affine.constant).chain(&affine.parameters).any(|b| !b.damping.is_empty());
         for &e in &general {
-            damped |= !element_matrices(&elements[e], &base)?.damping.is_zero();
+            let proportional = elements[e].stiffness_damping.is_some() || elements[e].mass_damping.is_some();
+            damped |= proportional || !element_matrices(&elements[e], &base)?.damping.is_zero();
         }
         let mirror = mirror_rows(&geometry, &dofs);
         if geometry.mirror.is_some() && mirror.is_none() {

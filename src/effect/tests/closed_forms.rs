@@ -1,0 +1,294 @@
+//! Effects against closed forms, by their own candidates on small models.
+
+use super::super::*;
+use crate::linalg::DMatrix;
+use crate::modal::{SolveOptions, solve};
+use crate::model::{Model, ParametricModel, Registry, System, load};
+
+/// EI = 10 N m², μ = 2 kg/m, GJ = 6 N m², ι = 0.003 kg m, L = 1 m in ten elements.
+fn beam(active: &str, supports: &str, more: &str) -> String {
+    let nodes: String = (0..=10).map(|i| format!("  n{i}: [{} m, 0, 0]\n", f64::from(i) / 10.0)).collect();
+    let chain: Vec<String> = (0..=10).map(|i| format!("n{i}")).collect();
+    format!(
+        "retune: 1\nname: test\nactive_dofs: [{active}]\nnodes:\n{nodes}beams:\n  b:\n    chain: [{}]\n    properties: \
+         {{EIy: 10 N m2, GJ: 6 N m2, mass_per_length: 2 kg/m, polar_inertia_per_length: 0.003 kg m}}\nsupports: {{{supports}}}\n{more}",
+        chain.join(", ")
+    )
+}
+
+const CLAMPED: &str = "root: {node: n0}";
+const PINNED: &str = "a: {node: n0, fixed: [uz]}, b: {node: n10, fixed: [uz]}";
+
+/// The model with an effect at these sizes of its parameters: K, M, C and the angular frequencies of elastic modes.
+fn with(text: &str, id: &str, sizes: &[f64]) -> (Model, System, Vec<f64>) {
+    let registry = Registry::builtin();
+    let (model, _, _) = load(text, &registry).unwrap();
+    let context = Context { sensor_nodes: vec!["n4".to_string(), "n10".to_string()], ..Context::default() };
+    let structure = Structure::new(&model, &context);
+    let candidate = Effects::builtin().candidate(&structure, id).unwrap();
+    let patched = candidate.build(&model, &registry).unwrap();
+    let theta = patched.theta(structure.theta(), sizes);
+    let system = patched.model.assemble(&theta).unwrap();
+    let motions = patched.model.dof_map().rigid_motions();
+    let modes = solve(&system.stiffness, &system.mass, &motions, SolveOptions { n_elastic: 4, shift: None }).unwrap();
+    let omegas = modes.elastic().map(|i| modes.lambda[i].sqrt()).collect();
+    (patched.model, system, omegas)
+}
+
+/// The same without an effect.
+fn without(text: &str) -> (System, Vec<f64>) {
+    let (model, _, _) = load(text, &Registry::builtin()).unwrap();
+    let system = model.assemble(&model.parameters().nominal()).unwrap();
+    let motions = model.dof_map().rigid_motions();
+    let modes = solve(&system.stiffness, &system.mass, &motions, SolveOptions { n_elastic: 4, shift: None }).unwrap();
+    (system, modes.elastic().map(|i| modes.lambda[i].sqrt()).collect())
+}
+
+fn close(actual: f64, expected: f64, tolerance: f64) {
+    assert!((actual / expected - 1.0).abs() < tolerance, "{actual} is not {expected} within {tolerance:e}");
+}
+
+/// The root of f between a and b.
+fn root(f: impl Fn(f64) -> f64, mut a: f64, mut b: f64) -> f64 {
+    assert!(f(a) * f(b) < 0.0, "no sign change");
+    for _ in 0..200 {
+        let c = 0.5 * (a + b);
+        if f(a) * f(c) <= 0.0 { b = c } else { a = c }
+    }
+    0.5 * (a + b)
+}
+
+/// ω of bending with wave number β/L.
+fn bending(beta: f64) -> f64 {
+    beta * beta * (10.0f64 / 2.0).sqrt()
+}
+
+/// Ten cubic elements: the first two frequencies are exact to some 1e-5.
+const MESH: f64 = 3e-5;
+
+#[test]
+fn a_tip_mass_lowers_a_cantilever_by_the_known_ratio() {
+    // m/(μ L) = 0.2; Blevins 1979, table 8-8.
+    let equation = |b: f64| 1.0 + b.cos() * b.cosh() + 0.2 * b * (b.cos() * b.sinh() - b.sin() * b.cosh());
+    let (_, _, omega) = with(&beam("uz, ry", CLAMPED, ""), "point-mass@n10", &[0.4]);
+    close(omega[0], bending(root(equation, 1.0, 1.875)), MESH);
+}
+
+#[test]
+fn a_tip_inertia_lowers_a_shaft_by_the_known_ratio() {
+    // β tan β = ι L / J; linear elements: the error is (β h)²/24.
+    let beta = root(|b| b * b.sin() - 1.5 * b.cos(), 0.1, 1.5);
+    let (_, _, omega) = with(&beam("rx", CLAMPED, ""), "point-rotary-inertia@n10.rx", &[0.002]);
+    close(omega[0], beta * (6.0f64 / 0.003).sqrt(), (0.1 * beta).powi(2) / 20.0);
+}
+
+#[test]
+fn mass_and_air_along_a_beam_scale_its_frequencies() {
+    let text = beam("uz, ry", CLAMPED, "");
+    let before = without(&text).1;
+    for id in ["distributed-mass@b", "air-mass@b.z"] {
+        let (model, _, omega) = with(&text, id, &[0.5]);
+        close(omega[2] / before[2], (2.0f64 / 2.5).sqrt(), 1e-10);
+        let weighed = model.mass_properties(&[0.5]).unwrap().unwrap().mass;
+        close(weighed, if id.starts_with("air") { 2.0 } else { 2.5 }, 1e-12);
+    }
+}
+
+#[test]
+fn rotary_inertia_and_shear_follow_rayleigh_and_timoshenko() {
+    // Eighty elements: the error of the shear-flexible element falls with the square of its length, from 3e-3 at ten.
+    let text = beam("uz, ry", PINNED, "").replace("  b:\n", "  b:\n    subdivide: 8\n");
+    for (id, size, ratio) in [("section-rotary-inertia@b.ry", 0.01, 0.005), ("shear-flexibility@b.uz", 5e-4, 0.005)] {
+        let (_, _, omega) = with(&text, id, &[size]);
+        for n in 1..=2 {
+            // ω² = ω0² / (1 + (nπ/L)² ρ²), and with EI c in place of ρ².
+            let a = f64::from(n) * std::f64::consts::PI;
+            close(omega[n as usize - 1], bending(a) / (1.0 + a * a * ratio).sqrt(), 3e-3 / 64.0);
+        }
+    }
+}
+
+#[test]
+fn a_flexible_root_follows_chun() {
+    // k L / EI = 10; K. R. Chun 1972.
+    let equation = |b: f64| 1.0 + b.cos() * b.cosh() + b / 10.0 * (b.cos() * b.sinh() - b.sin() * b.cosh());
+    let (_, _, omega) = with(&beam("uz, ry", CLAMPED, ""), "root-flexibility@b.1:n0.ry", &[0.01]);
+    close(omega[0], bending(root(equation, 0.5, 1.875)), 1e-4);
+}
+
+#[test]
+fn a_link_that_gives_is_a_root_that_gives() {
+    let spring = "springs:\n  s: {node: far, k: {uz: 1e9, ry: 1e9}}\n";
+    let text = beam("uz, ry", "", &format!("rigid_links:\n  l: {{master: far, slaves: [n0]}}\n{spring}"))
+        .replace("nodes:\n", "nodes:\n  far: [-0.2 m, 0, 0]\n");
+    let (_, _, linked) = with(&text, "link-flexibility@b.1:n0.ry", &[0.01]);
+    let (_, _, clamped) = with(&beam("uz, ry", CLAMPED, ""), "root-flexibility@b.1:n0.ry", &[0.01]);
+    close(linked[0], clamped[0], 1e-6);
+}
+
+#[test]
+fn a_joint_in_the_middle_of_a_pinned_beam() {
+    // Half of it, z = β/2: the slope jumps by c M, 4 cos z = c EI β/L (sin z - cos z tanh z).
+    let c_ei = 0.01 * 10.0;
+    let equation = |b: f64| {
+        let z = 0.5 * b;
+        4.0 * z.cos() - c_ei * b * (z.sin() - z.cos() * z.tanh())
+    };
+    let text = beam("uz, ry", PINNED, "");
+    let (_, _, omega) = with(&text, "joint-flexibility@b.5:n5.ry", &[0.01]);
+    close(omega[0], bending(root(equation, 2.0, std::f64::consts::PI)), 1e-4);
+    // The second mode has no moment in the middle.
+    close(omega[1], bending(2.0 * std::f64::consts::PI), 2e-4);
+}
+
+#[test]
+fn stiffness_of_one_kind_scales_the_modes_of_that_kind() {
+    let bending_only = beam("uz, ry", CLAMPED, "");
+    let torsion_only = beam("rx", CLAMPED, "");
+    for (id, size, bends, twists) in [
+        ("stiffness-change@b", 0.21, 1.1, 1.1),
+        ("bending-stiffness-change@b.ry", 0.21, 1.1, 1.0),
+        ("torsion-stiffness-change@b.rx", 0.21, 1.0, 1.1),
+        ("softening@whole", 0.19, 0.9, 0.9),
+    ] {
+        for (text, factor) in [(&bending_only, bends), (&torsion_only, twists)] {
+            let registry = Registry::builtin();
+            let (model, _, _) = load(text, &registry).unwrap();
+            let context = Context::default();
+            let structure = Structure::new(&model, &context);
+            if Effects::builtin().candidate(&structure, id).is_err() {
+                assert!(factor == 1.0, "{id} is not offered");
+                continue;
+            }
+            close(with(text, id, &[size]).2[1] / without(text).1[1], factor, 1e-9);
+        }
+    }
+}
+
+#[test]
+fn two_sides_part() {
+    let text = "retune: 1\nname: t\nactive_dofs: [uz, ry]\nsymmetry: {normal: x}\nnodes:\n  a: [-1, 0, 0]\n  o: [0, 0, 0]\n  b: [1, 0, 0]\n\
+        beams:\n  l: {nodes: [o, a], section: s}\n  r: {nodes: [o, b], section: s}\nsections:\n  s: {EIy: 10, mass_per_length: 2}\n\
+        supports:\n  c: {node: o}\n";
+    let before = without(text).1;
+    let (_, _, omega) = with(text, "asymmetry@l+r.stiffness", &[0.19]);
+    close(omega[0] / before[0], 0.9, 1e-9);
+    close(omega[1] / before[0], 1.19f64.sqrt(), 1e-9);
+}
+
+#[test]
+fn tension_stiffens_a_pinned_beam() {
+    let (_, _, omega) = with(&beam("uz, ry", PINNED, ""), "axial-preload@b", &[20.0]);
+    for n in 1..=2 {
+        let a = f64::from(n) * std::f64::consts::PI;
+        // ω² = ω0² (1 + P L² / (n²π² EI)); Blevins 1979, table 8-20.
+        close(omega[n as usize - 1], bending(a) * (1.0 + 20.0 / (a * a * 10.0)).sqrt(), 2e-4);
+    }
+}
+
+#[test]
+fn a_taper_keeps_the_mean() {
+    let text = beam("rx", "a: {node: n0}, b: {node: n10}", "");
+    let (model, system, _) = with(&text, "taper@b.rx", &[0.4]);
+    // Ten elements of GJ/l = 60 N m: factors 1 + 0.4 (2i - 11)/10 for i = 1..10; a row is the sum of its two elements.
+    for row in 0..9 {
+        let factor = |i: f64| 1.0 + 0.4 * (2.0 * i - 11.0) / 10.0;
+        close(system.stiffness[(row, row)], 60.0 * (factor(row as f64 + 1.0) + factor(row as f64 + 2.0)), 1e-12);
+    }
+    assert_eq!(model.parameters().len(), 1);
+}
+
+const MASS_ON_SPRING: &str = "retune: 1\nname: t\nactive_dofs: [uz, ry]\nnodes:\n  n: [0, 0, 0]\n  far: [1, 0, 0]\n\
+    rigid_links:\n  l: {master: n, slaves: [far]}\n\
+    masses:\n  m: {node: n, mass: 2 kg, inertia: {yy: 0.3 kg m2}}\nsprings:\n  s: {node: n, k: {uz: 800 N/m, ry: 500}}\n";
+
+/// ω² of two masses: the host on k, the store on it.
+fn two_masses(k: f64, m: f64, ks: f64, ms: f64) -> [f64; 2] {
+    let (a, b, c) = (m * ms, -(ks * m + (k + ks) * ms), k * ks);
+    let d = (b * b - 4.0 * a * c).sqrt();
+    [(-b - d) / (2.0 * a), (-b + d) / (2.0 * a)]
+}
+
+#[test]
+fn stores_on_springs_split_a_mode() {
+    for (id, k, m, ks, ms) in
+        [("sprung-mass@n.uz", 800.0, 2.0, 90.0, 0.25), ("sprung-inertia@n.ry", 500.0, 0.3, 70.0, 0.04)]
+    {
+        let (_, _, omega) = with(MASS_ON_SPRING, id, &[ms, ks]);
+        for expected in two_masses(k, m, ks, ms) {
+            assert!(omega.iter().any(|w| (w * w / expected - 1.0).abs() < 1e-9), "{omega:?} lacks {expected}");
+        }
+        // Without mass the store follows: the modes are those of the host.
+        let (_, _, omega) = with(MASS_ON_SPRING, id, &[0.0, ks]);
+        close(omega[0], 20.0, 1e-9);
+    }
+}
+
+#[test]
+fn an_offset_couples_plunge_and_pitch_of_a_rigid_section() {
+    let e = 0.1;
+    let (_, system, omega) = with(MASS_ON_SPRING, "mass-offset@m.x", &[e]);
+    close(system.mass[(0, 1)], -2.0 * e, 1e-12);
+    close(system.mass[(1, 1)], 0.3 + 2.0 * e * e, 1e-12);
+    // det [K - λ M] = 0.
+    let det = |l: f64| (800.0 - 2.0 * l) * (500.0 - (0.3 + 2.0 * e * e) * l) - (2.0 * e * l).powi(2);
+    assert!(omega.iter().all(|w| det(w * w).abs() < 1e-6 * 800.0 * 500.0), "{omega:?}");
+}
+
+#[test]
+fn springs_and_dashpots_stand_on_their_dof() {
+    let (_, system, omega) = with(MASS_ON_SPRING, "ground-spring@n.uz", &[450.0]);
+    close(omega[0], 25.0, 1e-9);
+    assert!(system.damping.is_none());
+    let (_, system, _) = with(MASS_ON_SPRING, "ground-dashpot@n.uz", &[7.0]);
+    assert_eq!(system.damping, Some(DMatrix::from_row_slice(2, 2, &[7.0, 0.0, 0.0, 0.0])));
+}
+
+#[test]
+fn proportional_damping_is_proportional() {
+    let text = beam("uz, ry", CLAMPED, "");
+    let (_, s, _) = with(&text, "stiffness-damping@b", &[1e-3]);
+    assert!((s.damping.unwrap() - &s.stiffness * 1e-3).amax() < 1e-12 * s.stiffness.amax());
+    let (_, s, _) = with(&text, "mass-damping@b", &[0.7]);
+    assert!((s.damping.unwrap() - &s.mass * 0.7).amax() < 1e-12 * s.mass.amax());
+}
+
+#[test]
+fn sensors_weigh_what_point_masses_weigh() {
+    let text = beam("uz, ry", CLAMPED, "");
+    let (_, sensors, _) = with(&text, "sensor-mass@whole", &[0.03]);
+    let base = without(&text).0;
+    let added = sensors.mass - base.mass;
+    close(added.trace(), 0.06, 1e-12);
+}
+
+/// Partners together keep a symmetric structure symmetric: the signs of mirrored axes are right.
+#[test]
+fn partners_keep_the_symmetry() {
+    let registry = Registry::builtin();
+    for text in [
+        include_str!("../../../models/bff.yaml"),
+        include_str!("../../../models/garteur.yaml"),
+        include_str!("../../../models/free_beam.yaml"),
+    ] {
+        let (model, _, _) = load(text, &registry).unwrap();
+        let context = Context::default();
+        let theta = Structure::new(&model, &context).theta().to_vec();
+        for candidate in candidates(&model, &Effects::builtin(), &context) {
+            if candidate.location.names.len() < 2 || candidate.effect.name() == "asymmetry" {
+                continue;
+            }
+            let patched = candidate.build(&model, &registry).unwrap();
+            let system = patched.model.assemble(&patched.theta(&theta, &patched.typical)).unwrap();
+            let mirror = patched.model.mirror().unwrap();
+            for (what, a) in [("K", &system.stiffness), ("M", &system.mass)] {
+                let image = DMatrix::from_fn(a.nrows(), a.ncols(), |i, j| {
+                    let ((r, p), (c, q)) = (mirror[i], mirror[j]);
+                    p * q * a[(r, c)]
+                });
+                let difference = (image - a).amax();
+                assert!(difference < 1e-9 * a.amax(), "{}: {what} differs by {difference:e}", candidate.id());
+            }
+        }
+    }
+}
