@@ -314,8 +314,8 @@ pub fn source_map(text: &str) -> Result<SourceMap, Problem> {
         let (event, span) = event.map_err(|e| {
             let mark = e.marker();
             // The innermost `[` or `{` that is still open is a likely culprit.
-            let unclosed = open.iter().rev().find(|o| matches!(text.as_bytes().get(o.2), Some(b'[' | b'{')));
-            let hint = unclosed.map_or_else(String::new, |(_, _, start)| {
+            let unclosed = open.iter().rev().find(|o| matches!(text.as_bytes().get(o.1.start), Some(b'[' | b'{')));
+            let hint = unclosed.map_or_else(String::new, |(_, Entry { start, .. })| {
                 let before = &text[..*start];
                 let (line, column) =
                     (before.matches('\n').count() + 1, before.chars().rev().take_while(|c| *c != '\n').count() + 1);
