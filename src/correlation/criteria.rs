@@ -3,6 +3,7 @@
 //! A profile is plain YAML that a user copies and edits. Its `source` says where the numbers come from and `verified`
 //! whether the text of that source was read; marks that are only widely quoted say so.
 
+use crate::yaml::{self, Problem};
 use serde::{Deserialize, Serialize};
 
 /// Marks for one class of modes.
@@ -50,8 +51,8 @@ pub struct CriteriaProfile {
 #[non_exhaustive]
 pub enum CriteriaError {
     /// The text is not a list of profiles.
-    #[error("the criteria profiles cannot be read")]
-    Yaml(#[from] serde_yaml::Error),
+    #[error("the criteria profiles cannot be read: {0}")]
+    Yaml(Problem),
     /// A mark is outside its range.
     #[error("profile `{profile}`: `{mark}` is {value}; it must be {expected}")]
     Mark {
@@ -86,8 +87,9 @@ pub enum CriteriaError {
 pub const BUILTIN_PROFILES: &str = include_str!("criteria/profiles.yaml");
 
 /// Reads a list of profiles and checks every mark.
-pub fn parse_profiles(yaml: &str) -> Result<Vec<CriteriaProfile>, CriteriaError> {
-    let profiles: Vec<CriteriaProfile> = serde_yaml::from_str(yaml)?;
+pub fn parse_profiles(text: &str) -> Result<Vec<CriteriaProfile>, CriteriaError> {
+    let (profiles, _) =
+        yaml::read::<Vec<CriteriaProfile>>(text).map_err(|mut p| CriteriaError::Yaml(p.swap_remove(0)))?;
     for profile in &profiles {
         profile.check()?;
     }
@@ -275,7 +277,7 @@ mod tests {
             let profile = find_profile(name, &[]).unwrap();
             assert!(!profile.verified && profile.source.contains("not verified"), "{name}");
         }
-        let text = serde_yaml::to_string(&profiles).unwrap();
+        let text = yaml::write(&profiles);
         assert_eq!(parse_profiles(&text).unwrap(), profiles);
     }
 

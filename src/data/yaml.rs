@@ -1,5 +1,9 @@
 //! The YAML test file: sensors, modes with uncertainties and origins, mass properties.
 
+mod write;
+
+pub use write::write_test;
+
 use super::test::{MassProperty, MassQuantity, Measured, Origin, Place, Sensor, TestData, TestMode};
 use crate::catalogue::did_you_mean;
 use crate::linalg::{Complex, DVector};
@@ -521,101 +525,6 @@ impl Reader<'_> {
             origin,
         })
     }
-}
-
-/// Writes a test file.
-pub fn write_test(data: &TestData) -> String {
-    let mut sources: IndexMap<String, SourceSpec> = IndexMap::new();
-    let mut source = |origin: &Origin| -> String {
-        let (kind, text) = match origin {
-            Origin::Measured(t) => (SourceKind::Measured, t),
-            Origin::Synthetic(t) => (SourceKind::Synthetic, t),
-        };
-        if let Some((name, _)) = sources.iter().find(|(_, s)| s.kind == kind && s.text == *text) {
-            return name.clone();
-        }
-        let count = sources.values().filter(|s| s.kind == kind).count();
-        let name = if count == 0 { origin.word().to_string() } else { format!("{}_{}", origin.word(), count + 1) };
-        sources.insert(name.clone(), SourceSpec { kind, text: text.clone() });
-        name
-    };
-    let si = |value: f64, unit: &str| {
-        let text = format!("{value:?} {unit}");
-        Scalar::parse(&text).unwrap_or_else(|_| Scalar::constant(value))
-    };
-    let modes: Vec<ModeSpec> = data
-        .modes
-        .iter()
-        .map(|m| {
-            let shape = m.shape.as_ref().map(|shape| {
-                let part = |f: fn(&Complex<f64>) -> f64| -> Vec<Option<f64>> {
-                    shape.iter().map(|v| Some(f(v)).filter(|x| !x.is_nan())).collect()
-                };
-                ShapeSpec {
-                    source: m.shape_origin.as_ref().filter(|o| **o != m.origin).map(&mut source),
-                    real: part(|v| v.re),
-                    imaginary: shape.iter().any(|v| v.im != 0.0 && !v.im.is_nan()).then(|| part(|v| v.im)),
-                    sd: None,
-                    sds: m.shape_sd.as_ref().map(|sd| sd.iter().copied().collect()),
-                }
-            });
-            ModeSpec {
-                label: m.label.clone(),
-                frequency: si(m.frequency_hz.value, "Hz"),
-                frequency_sd: (!m.frequency_hz.sd_is_default).then(|| si(m.frequency_hz.sd, "Hz")),
-                damping: m.damping_ratio.map(|d| Scalar::constant(d.value)),
-                damping_sd: m.damping_ratio.filter(|d| !d.sd_is_default).map(|d| Scalar::constant(d.sd)),
-                source: source(&m.origin),
-                shape,
-            }
-        })
-        .collect();
-    let mass_properties = data
-        .mass_properties
-        .iter()
-        .map(|p| {
-            let unit = p.quantity.unit();
-            let spec = MassPropertySpec {
-                value: si(p.measured.value, unit),
-                sd: (!p.measured.sd_is_default).then(|| si(p.measured.sd, unit)),
-                source: source(&p.origin),
-            };
-            (p.quantity.word().to_string(), spec)
-        })
-        .collect();
-    let sensors = data
-        .sensors
-        .iter()
-        .map(|s| {
-            let (node, element, fraction, position) = match &s.place {
-                Place::Node { node, position } => (Some(node.clone()), None, None, position),
-                Place::Element { element, fraction, position } => {
-                    (None, Some(element.clone()), Some(Scalar::constant(*fraction)), position)
-                }
-            };
-            let spec = SensorSpec {
-                node,
-                element,
-                fraction,
-                position: position.map(|p| p.map(Scalar::constant)),
-                direction: DirectionSpec(s.direction),
-                rotation: s.is_rotation,
-                mass: s.mass.map(|m| si(m, "kg")),
-            };
-            (s.name.clone(), spec)
-        })
-        .collect();
-    yaml::write(&TestSpec {
-        retune_test: 1,
-        name: data.name.clone(),
-        description: data.description.clone(),
-        configuration: data.configuration.clone(),
-        sources,
-        sensors,
-        defaults: None,
-        modes,
-        mass_properties,
-    })
 }
 
 /// The symmetry that a label tells: `Sym 1st Bending`, `S1B`, `Anti 2nd Torsion`, `A2T`.
