@@ -120,9 +120,14 @@ fn ordinal(n: usize) -> String {
 pub(super) fn mirror_rows(geometry: &Geometry, dofs: &DofMap) -> Option<Vec<(usize, f64)>> {
     let (axis, _) = geometry.mirror?;
     let size = dofs.positions().iter().flatten().map(|c| c.abs()).fold(0.0, f64::max);
+    let at = |place: [f64; 3]| -> Vec<usize> {
+        let near = |p: &[f64; 3]| (0..3).all(|i| (p[i] - place[i]).abs() <= 1e-6 * size);
+        (0..dofs.n_nodes()).filter(|&n| near(&dofs.positions()[n])).collect()
+    };
     let image_of = |node: usize| {
-        let image = geometry.mirrored(dofs.positions()[node])?;
-        dofs.positions().iter().position(|p| (0..3).all(|i| (p[i] - image[i]).abs() <= 1e-6 * size))
+        // Several nodes at one place, as two that a bushing joins, have their images in the same order.
+        let rank = at(dofs.positions()[node]).iter().position(|&n| n == node)?;
+        at(geometry.mirrored(dofs.positions()[node])?).get(rank).copied()
     };
     let images: Vec<Option<usize>> = (0..dofs.n_nodes()).map(image_of).collect();
     dofs.rows()
