@@ -25,7 +25,7 @@ fn each_example_is_short() {
 
 #[test]
 fn the_custom_element_is_an_element() {
-    assert_eq!(conformance::check(&custom_element::ShearLink), Ok(()));
+    assert_eq!(conformance::check(&custom_element::TaperedBar), Ok(()));
     custom_element::main().unwrap();
 }
 

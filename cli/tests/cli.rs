@@ -130,7 +130,7 @@ fn wrong_input_is_2_with_file_line_and_column() {
     {
         let said = folder.run(line);
         assert_eq!(said.code, 2, "{line}: {said:?}");
-        let place = "wrong.yaml:9:30: error: beams.strip.chain[1]: node `midle` is not defined; did you mean `middle`?";
+        let place = "wrong.yaml:9:31: error: beams.strip.chain[1]: node `midle` is not defined; did you mean `middle`?";
         assert!(said.err.contains(place), "{line}: {said:?}");
     }
     folder.write("wrong_test.yaml", TEST.replace("node: tip", "node: tipp"));
@@ -301,7 +301,8 @@ fn a_closed_pipe_ends_quietly() {
 fn an_interrupt_keeps_the_best_point() {
     let folder = Folder::new("interrupt");
     let line = "update model.yaml test.yaml -o out.yaml --json --cost paper --optimizer";
-    let endless = "{differential-evolution: {strategy: classic, generations: 1000000000, tolerance: 0}}";
+    let endless =
+        "{differential-evolution: {strategy: classic, population: 100000, generations: 1000000000, tolerance: 0}}";
     let child = folder.command(line).arg(endless).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     std::thread::sleep(std::time::Duration::from_secs(2));
     let signal = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();

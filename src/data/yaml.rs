@@ -146,7 +146,7 @@ impl<'de> Deserialize<'de> for DirectionSpec {
                 let v: [f64; 3] = Deserialize::deserialize(de::value::SeqAccessDeserializer::new(seq))?;
                 let length = v.iter().map(|x| x * x).sum::<f64>().sqrt();
                 if !(length > 0.0 && length.is_finite()) {
-                    return Err(de::Error::custom("a direction must have a length above zero"));
+                    return Err(de::Error::custom("a direction has three finite numbers, not all zero"));
                 }
                 Ok(DirectionSpec(v.map(|x| x / length)))
             }

@@ -243,15 +243,16 @@ fn motion(model: &Model, s: &mut Soundness) -> Result<(), ModelError> {
                     format_args!("a mechanism: the structure can move without stiffness, mostly in {}; a member, a stiffness or a support is missing there", list(&names)),
                 ));
             }
-            for i in 0..if model.spec().supports.is_empty() { 0 } else { modes.n_rigid } {
-                let shape = modes.shapes.column(i);
+            if !model.spec().supports.is_empty() && modes.n_rigid > 0 {
+                let most = |row: usize| (0..modes.n_rigid).map(|i| modes.shapes[(row, i)].abs()).fold(0.0, f64::max);
                 let mut order: Vec<usize> = (0..n).collect();
-                order.sort_by(|&a, &b| shape[b].abs().total_cmp(&shape[a].abs()).then(a.cmp(&b)));
+                order.sort_by(|&a, &b| most(b).total_cmp(&most(a)).then(a.cmp(&b)));
                 let names: Vec<String> = order.iter().take(3).map(|&r| dofs.row_name(r)).collect();
                 s.warnings.push(Problem::warning(
                     row_path(model, order[0]),
                     format_args!(
-                        "the structure is supported and still moves without stiffness, mostly in {}",
+                        "the structure is supported and still has {} without stiffness, mostly in {}",
+                        count(modes.n_rigid, "motion"),
                         list(&names)
                     ),
                 ));
