@@ -87,8 +87,13 @@ impl Effect for MassOffset {
                 }
             }
             if !what.is_empty() {
-                for (names, add) in lump_offsets(structure, part, axis, sign, &e) {
-                    b.change(&format!(".{}", names[0]), &names, OverrideSpec { add, ..OverrideSpec::default() });
+                for (k, (names, add)) in lump_offsets(structure, part, axis, sign, &e).into_iter().enumerate() {
+                    let piece = if k == 0 { String::new() } else { (k + 1).to_string() };
+                    b.change(
+                        &format!("{suffix}.lumps{piece}"),
+                        &names,
+                        OverrideSpec { add, ..OverrideSpec::default() },
+                    );
                 }
             }
         }
@@ -104,11 +109,20 @@ fn couples(structure: &Structure<'_>, part: &Part, axis: usize) -> bool {
     moves(third) && moves(3 + second) || moves(second) && moves(3 + third)
 }
 
-/// The bodies with mass on the nodes of a member; a body in the plane between two sides belongs to neither.
+/// The bodies with mass that a member carries: on its nodes, but not on a body that it shares with its symmetric partner, nor
+/// where it is mounted on springs to ground.
 fn heavy_lumps<'s>(structure: &'s Structure<'_>, part: &Part) -> Vec<&'s Part> {
-    let between = |m: usize| part.partner.is_some() && structure.image(m) == Some(m);
-    let heavy = |m: usize| structure.property(m, "mass").is_some_and(|m| m > 0.0) && !between(m);
-    structure.lumps_on(&part.elements).into_iter().filter(|l| l.elements.iter().all(|&m| heavy(m))).collect()
+    let elements = structure.model().elements();
+    let partner = part.partner.map(|j| &structure.parts()[j]);
+    let carried = |m: usize| {
+        let node = elements[m].nodes[0];
+        let shared = partner.is_some_and(|p| {
+            p.elements.iter().flat_map(|&e| &elements[e].nodes).any(|&other| structure.same_body(node, other))
+        });
+        let mounted = elements.iter().any(|e| e.kind.name() == "ground_spring" && e.nodes[0] == node);
+        structure.property(m, "mass").is_some_and(|m| m > 0.0) && !shared && !mounted
+    };
+    structure.lumps_on(&part.elements).into_iter().filter(|l| l.elements.iter().all(|&m| carried(m))).collect()
 }
 
 /// Sign of an element's axis against that of the first of its chain: a chain may bend, and turn its axes over.

@@ -11,6 +11,9 @@
 //! }
 //! ```
 //!
+//! Damping enters as viscous C (dashpots, and in proportion to K or M of any part). Hysteretic damping, a complex K, is not
+//! part of a model; its equivalent at one frequency is `stiffness-damping`, and modal damping belongs to the FRF synthesis.
+//!
 //! To add an effect: a file with a unit struct and `impl Effect`, `mod` and a line in [`EFFECTS`]. [`conformance::check`] holds
 //! every effect to the contract on every model. An effect of your own crate is passed by [`Effects::with`]. Reading order:
 //! `patch` (the edits), `structure` (what an effect may ask of a model), then any effect; `text` edits files.

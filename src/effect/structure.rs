@@ -197,6 +197,14 @@ impl<'a> Structure<'a> {
         !self.model.dof_map().express(node, dof).is_empty()
     }
 
+    /// Whether two nodes are one, or belong to one rigid body: they turn alike and can turn.
+    pub fn same_body(&self, a: usize, b: usize) -> bool {
+        let turning = |n: usize, dof| self.model.dof_map().express(n, dof);
+        let turns = [Dof::Rx, Dof::Ry, Dof::Rz];
+        a == b
+            || turns.iter().all(|&d| turning(a, d) == turning(b, d)) && turns.iter().any(|&d| !turning(a, d).is_empty())
+    }
+
     /// Nodes with a property, symmetric partners together before each alone; `dof` is the direction that must move.
     pub(super) fn nodes(&self, accept: impl Fn(usize) -> bool) -> Vec<Location> {
         let partner = |i: usize| self.node_partner[i].filter(|j| *j < self.n_nodes() && accept(*j));

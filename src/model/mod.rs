@@ -13,6 +13,8 @@ mod dof_map;
 mod geometry;
 mod lint;
 mod mass_properties;
+#[cfg(test)]
+mod override_tests;
 mod parameter;
 mod place;
 mod registry;

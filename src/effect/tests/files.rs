@@ -34,9 +34,31 @@ fn the_smallest_readable_edit() {
 fn a_hidden_offset_in_the_file_of_the_flying_wing() {
     let text = include_str!("../../../models/bff.yaml");
     let edited = add(text, "mass-offset@left_wing+right_wing.y_all");
-    let lines: Vec<&str> = edited.lines().filter(|l| !text.lines().any(|t| t == *l)).collect();
-    eprintln!("{}", lines.join("\n"));
-    eprintln!("{}", add(TEXT, "sprung-mass@b.uz"));
+    let new: Vec<&str> = edited.lines().filter(|l| !text.lines().any(|t| t == *l)).collect();
+    let stem = "mass_offset.left_wing_and_right_wing.y_all";
+    let expected = format!(
+        "  {stem}.offset:
+    value: 0 m
+    bounds: [-0.318 m, 0.318 m]
+    description: \"centres of gravity beside the axis of left_wing+right_wing, along [0.93, 0.37, 0.0] of left_wing\"
+overrides:
+  {stem}.1:
+    of: [left_wing]
+    add: {{mass_offset_y: {stem}.offset}}
+  {stem}.1.lumps:
+    of: [inboard_flaps.1, mid_flaps.1, outboard_flaps.1, winglets.1]
+    add: {{offset_x: 0.927183854567*{stem}.offset, offset_y: 0.374606593416*{stem}.offset}}
+  {stem}.2:
+    of: [right_wing]
+    add: {{mass_offset_y: -{stem}.offset}}
+  {stem}.2.lumps:
+    of: [inboard_flaps.2, mid_flaps.2, outboard_flaps.2, winglets.2]
+    add: {{offset_x: 0.927183854567*{stem}.offset, offset_y: -0.374606593416*{stem}.offset}}
+history:
+  - add: mass-offset@left_wing+right_wing.y_all
+    inserted: [parameters.{stem}.offset, overrides.{stem}.1, overrides.{stem}.1.lumps, overrides.{stem}.2, overrides.{stem}.2.lumps]"
+    );
+    assert_eq!(new.join("\n"), expected);
 }
 
 #[test]
