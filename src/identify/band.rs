@@ -77,20 +77,25 @@ impl Band {
         if lines.is_empty() {
             return Err(IdentifyError::TooFewLines { found: 0, needed: 6 });
         }
-        let is_measured =
-            |i: usize, o: usize| lines.iter().all(|&l| frfs.at(l, i, o).is_finite());
+        let is_measured = |i: usize, o: usize| lines.iter().all(|&l| frfs.at(l, i, o).is_finite());
         let is_alive = |i: usize, o: usize| lines.iter().any(|&l| frfs.at(l, i, o).norm_sqr() > 0.0);
         let measured: Vec<bool> = (0..n_ref * n_res).map(|k| is_measured(k / n_res, k % n_res)).collect();
         let is_ok = |i: usize, o: usize| measured[i * n_res + o];
         // References that no response has measured do not count; of the rest, every input must be there.
-        let references: Vec<usize> = (0..n_ref).filter(|&i| (0..n_res).any(|o| is_ok(i, o) && is_alive(i, o))).collect();
+        let references: Vec<usize> =
+            (0..n_ref).filter(|&i| (0..n_res).any(|o| is_ok(i, o) && is_alive(i, o))).collect();
         let responses: Vec<usize> = (0..n_res).filter(|&o| (0..n_ref).any(|i| is_ok(i, o) && is_alive(i, o))).collect();
         let is_transposed = references.len() > responses.len();
         let (inputs, candidates) = if is_transposed { (responses, references) } else { (references, responses) };
         let pair = |input: usize, output: usize| if is_transposed { (output, input) } else { (input, output) };
         let outputs: Vec<usize> = candidates
             .into_iter()
-            .filter(|&o| inputs.iter().all(|&i| { let (r, s) = pair(i, o); is_ok(r, s) }))
+            .filter(|&o| {
+                inputs.iter().all(|&i| {
+                    let (r, s) = pair(i, o);
+                    is_ok(r, s)
+                })
+            })
             .collect();
         if outputs.is_empty() {
             return Err(IdentifyError::NoCompleteFunction { references: n_ref, responses: n_res });
@@ -106,7 +111,9 @@ impl Band {
                 if let Some(coherence) = coherence {
                     let raw: Vec<f64> = lines
                         .iter()
-                        .map(|&l| variance_from_coherence(frfs.at(l, r, s), coherence[frfs.index(l, r, s)], frfs.n_averages))
+                        .map(|&l| {
+                            variance_from_coherence(frfs.at(l, r, s), coherence[frfs.index(l, r, s)], frfs.n_averages)
+                        })
                         .collect();
                     variance.extend(smooth_variance(&raw));
                 }
@@ -135,7 +142,10 @@ impl Band {
         let mut part = Self {
             omega: self.omega[from..to].to_vec(),
             h: cut(&self.h),
-            variance: self.variance.as_ref().map(|v| v.chunks(self.n_lines()).flat_map(|f| f[from..to].to_vec()).collect()),
+            variance: self
+                .variance
+                .as_ref()
+                .map(|v| v.chunks(self.n_lines()).flat_map(|f| f[from..to].to_vec()).collect()),
             roughness: Vec::new(),
             profile: None,
             inputs: self.inputs.clone(),

@@ -50,9 +50,10 @@ fn mobility(
     band_hz: (f64, f64),
 ) -> Result<(Vec<f64>, Vec<Complex<f64>>), IdentifyError> {
     check_layout(frfs)?;
-    for (what, index, found) in
-        [("the list of references", reference, frfs.references.len()), ("the list of responses", response, frfs.responses.len())]
-    {
+    for (what, index, found) in [
+        ("the list of references", reference, frfs.references.len()),
+        ("the list of responses", response, frfs.responses.len()),
+    ] {
         if index >= found {
             return Err(IdentifyError::Length { what, expected: index + 1, found });
         }
@@ -135,7 +136,8 @@ pub fn circle_fit(
             let u = (w * w - x[0] * x[0]) / (2.0 * x[1] * x[0] * w);
             let slope = -2.0 / (1.0 + u * u);
             // Relative unknowns: d/d ln ω_r, d/d ln ζ, d/dα_0.
-            let j = DVector::from_vec(vec![slope * (-(w * w + x[0] * x[0]) / (2.0 * x[1] * x[0] * w)), -slope * u, 1.0]);
+            let j =
+                DVector::from_vec(vec![slope * (-(w * w + x[0] * x[0]) / (2.0 * x[1] * x[0] * w)), -slope * u, 1.0]);
             gradient += &j * (a - angle(&x, *w));
             normal += &j * j.transpose();
         }
@@ -202,7 +204,8 @@ pub fn half_power_damping(
     let below = (0..k).rev().find(|&l| g[l] >= level);
     let above = (k + 1..n).find(|&l| g[l] >= level);
     let (Some(a), Some(b)) = (below, above) else { return Ok(None) };
-    let at = |i: usize, j: usize| omega[i] + (omega[j] - omega[i]) * crossing(level - lowest, g[i] - lowest, g[j] - lowest);
+    let at =
+        |i: usize, j: usize| omega[i] + (omega[j] - omega[i]) * crossing(level - lowest, g[i] - lowest, g[j] - lowest);
     let (wa, wb) = (at(a + 1, a), at(b - 1, b));
     Ok(Some(HalfPower {
         frequency_hz: peak / TAU,

@@ -43,11 +43,8 @@ pub fn cmif(frfs: &FrfSet) -> Result<Cmif, IdentifyError> {
         let h = DMatrix::from_fn(responses.len(), references.len(), |o, i| frfs.at(l, references[i], responses[o]));
         // The Gram matrix of the smaller side: half of the digits are enough for an indicator, and it is real time.
         let gram = if references.len() <= responses.len() { h.ad_mul(&h) } else { &h * h.adjoint() };
-        let mut s: Vec<f64> = if rank == 1 {
-            vec![gram[(0, 0)].re]
-        } else {
-            gram.symmetric_eigenvalues().iter().copied().collect()
-        };
+        let mut s: Vec<f64> =
+            if rank == 1 { vec![gram[(0, 0)].re] } else { gram.symmetric_eigenvalues().iter().copied().collect() };
         s.sort_by(|a, b| b.total_cmp(a));
         for (k, x) in s.into_iter().enumerate() {
             values[(l, k)] = x.max(0.0).sqrt();

@@ -67,7 +67,8 @@ fn principal_axis(shape: &DVector<Complex<f64>>) -> (f64, f64, f64) {
 pub fn real_shape(shape: &DVector<Complex<f64>>) -> DVector<f64> {
     let turn = Complex::from_polar(1.0, -principal_axis(shape).0);
     let real = shape.map(|x| (x * turn).re);
-    let largest = real.iter().copied().filter(|x| x.is_finite()).fold(0.0, |a: f64, x| if x.abs() > a.abs() { x } else { a });
+    let largest =
+        real.iter().copied().filter(|x| x.is_finite()).fold(0.0, |a: f64, x| if x.abs() > a.abs() { x } else { a });
     if largest < 0.0 { -real } else { real }
 }
 

@@ -15,7 +15,9 @@ pub enum IdentifyError {
         high: f64,
     },
     /// Too few lines in the band for the model order.
-    #[error("the band has {found} frequency lines, but the fit needs at least {needed}; widen the band or lower the model order")]
+    #[error(
+        "the band has {found} frequency lines, but the fit needs at least {needed}; widen the band or lower the model order"
+    )]
     TooFewLines {
         /// Lines in the band.
         found: usize,
@@ -41,7 +43,9 @@ pub enum IdentifyError {
         found: usize,
     },
     /// No response has been measured for every reference.
-    #[error("no function is measured in full: of {references} references and {responses} responses, none has finite, nonzero values in every line of the band for all partners")]
+    #[error(
+        "no function is measured in full: of {references} references and {responses} responses, none has finite, nonzero values in every line of the band for all partners"
+    )]
     NoCompleteFunction {
         /// Number of references.
         references: usize,

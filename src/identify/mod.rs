@@ -11,6 +11,7 @@
 //! This module knows test data and linear algebra, no model. Start reading at [`identify`].
 
 mod band;
+mod basis;
 mod circle;
 mod cmif;
 mod complexity;
@@ -21,6 +22,7 @@ mod identification;
 mod mode;
 mod plscf;
 mod quadrature;
+mod rounds;
 mod scan;
 mod spectrum;
 mod stabilisation;
@@ -35,7 +37,7 @@ pub use mode::{IdentifiedMode, MassNormalised, driving_points};
 pub use plscf::Pole;
 pub use quadrature::{QuadratureForm, QuadratureShapes, quadrature_matrix, quadrature_shapes};
 pub use spectrum::{SpectrumPeak, spectrum_peaks};
-pub use stabilisation::{DiagramPole, Stability, StabilisationDiagram};
+pub use stabilisation::{DiagramPole, StabilisationDiagram, Stability};
 
 #[cfg(test)]
 mod tests;

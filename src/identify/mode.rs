@@ -127,7 +127,7 @@ fn mode(
     let scale = if scale.norm() > 0.0 { scale } else { Complex::new(1.0, 0.0) };
     let spread = scale_free(&psi, &fit.local[r], &fit.slope[r], &fit.covariance);
     let output_sd: Vec<f64> =
-        spread.iter().map(|v| ((v[0] + v[2]) / 2.0).max(0.0).sqrt() * inflation / scale.norm()).collect();
+        spread.iter().map(|v| v[0].midpoint(v[2]).max(0.0).sqrt() * inflation / scale.norm()).collect();
     // Variance along the line of the shape: the real part after turning.
     let phase = Complex::from_polar(1.0, -complexity(&psi).mean_phase);
     let along: Vec<f64> = spread
@@ -141,7 +141,7 @@ fn mode(
         .map(|i| {
             unknowns.iter().position(|&u| u == (r, Some(i))).map_or(0.0, |k| {
                 let c = &fit.covariance;
-                ((c[(2 * k, 2 * k)] + c[(2 * k + 1, 2 * k + 1)]) / 2.0).sqrt() * inflation
+                c[(2 * k, 2 * k)].midpoint(c[(2 * k + 1, 2 * k + 1)]).sqrt() * inflation
             })
         })
         .collect();
@@ -205,7 +205,12 @@ fn mode(
 /// ```text
 /// δψ -> (I - ψψᴴ/ψᴴψ) δψ,   cov δψ = blockdiag(local) + S C Sᵀ
 /// ```
-fn scale_free(psi: &DVector<Complex<f64>>, local: &[[f64; 3]], slope: &DMatrix<f64>, c: &DMatrix<f64>) -> Vec<[f64; 3]> {
+fn scale_free(
+    psi: &DVector<Complex<f64>>,
+    local: &[[f64; 3]],
+    slope: &DMatrix<f64>,
+    c: &DMatrix<f64>,
+) -> Vec<[f64; 3]> {
     let n = psi.len();
     let norm = psi.norm();
     if norm <= 0.0 || c.iter().any(|x| !x.is_finite()) {
@@ -257,7 +262,7 @@ fn residue_spread(fit: &Fit, r: usize, o: usize, psi: Complex<f64>, l: Complex<f
     }
     let common = (&rows * &fit.covariance * rows.transpose()).trace();
     let own = (fit.local[r][o][0] + fit.local[r][o][2]) * l.norm_sqr();
-    ((common + own) / 2.0).max(0.0).sqrt()
+    common.midpoint(own).max(0.0).sqrt()
 }
 
 /// Scales by the driving point with the largest modal constant in units of its sd.

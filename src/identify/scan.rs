@@ -61,10 +61,15 @@ pub(super) fn scan(remainder: &Band, functions: &Band) -> Vec<Pole> {
                     (median(&mut window) / (2.0 * std::f64::consts::LN_2)).max(floor)
                 })
                 .collect();
-            e.push(flat.iter().enumerate().map(|(l, x)| {
-                let variance = level[l / (half / 2)];
-                if variance > 0.0 { x / variance.sqrt() } else { Complex::new(0.0, 0.0) }
-            }).collect());
+            e.push(
+                flat.iter()
+                    .enumerate()
+                    .map(|(l, x)| {
+                        let variance = level[l / (half / 2)];
+                        if variance > 0.0 { x / variance.sqrt() } else { Complex::new(0.0, 0.0) }
+                    })
+                    .collect(),
+            );
         }
     }
     let dof = 2.0 * (n_o * n_i) as f64;
@@ -127,7 +132,8 @@ fn statistic(band: &Band, e: &[Vec<Complex<f64>>], line: usize, reach: usize, de
     }
     let power: f64 = b.iter().map(Complex::norm_sqr).sum();
     // Above, b is already the conjugate of 1/(iω - λ).
-    let fit = |e: &Vec<Complex<f64>>| b.iter().zip(&e[range.clone()]).map(|(b, e)| b * e).sum::<Complex<f64>>().norm_sqr();
+    let fit =
+        |e: &Vec<Complex<f64>>| b.iter().zip(&e[range.clone()]).map(|(b, e)| b * e).sum::<Complex<f64>>().norm_sqr();
     e.iter().map(fit).sum::<f64>() / power
 }
 

@@ -21,7 +21,7 @@ pub struct SpectrumPeak {
 /// Peaks of an amplitude spectrum that stand out of the floor around them.
 ///
 /// The floor at a line is the median, over the lines within a quarter of its frequency (at least 200), in dB; the scatter of
-/// the floor is 1.4826 times the median deviation from it. A peak is the highest line within its own half-power width
+/// the floor is 1.4826 times the median deviation from it below it, where no flank of a peak counts. A peak is the highest line within its own half-power width
 /// and `min_distance_hz`, and stands above the floor by more than `threshold` times the scatter. A Rayleigh-distributed
 /// amplitude, the worst case of one average, has 4.9 dB scatter in this sense and exceeds its median by 13 dB once in 1e6
 /// lines: the default threshold 4 keeps noise out with more averages too.
@@ -62,7 +62,8 @@ pub fn spectrum_peaks(
         let low = f.partition_point(|x| *x < 0.75 * f[l]).min(l.saturating_sub(100));
         let high = f.partition_point(|x| *x <= 1.25 * f[l]).max(l + 101).min(n);
         let floor = median(&mut db[low..high].to_vec());
-        let scatter = 1.4826 * median(&mut db[low..high].iter().map(|x| (x - floor).abs()).collect::<Vec<_>>());
+        let below = db[low..high].iter().filter(|x| **x <= floor).map(|x| floor - x);
+        let scatter = 1.4826 * median(&mut below.collect::<Vec<_>>());
         let height = db[l] - floor;
         if height.is_nan() || height <= threshold * scatter {
             continue;

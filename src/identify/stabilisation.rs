@@ -126,7 +126,8 @@ impl StabilisationDiagram {
                 let change = |f: fn(&Pole) -> f64| previous.map_or(f64::INFINITY, |q| (f(&pole) / f(q) - 1.0).abs());
                 let is_frequency_stable = change(Pole::frequency_hz) <= stability.frequency;
                 let is_damping_stable = change(Pole::damping_ratio) <= stability.damping;
-                let is_participation_stable = previous.is_some_and(|q| mac(&pole.participation, &q.participation) >= stability.participation);
+                let is_participation_stable =
+                    previous.is_some_and(|q| mac(&pole.participation, &q.participation) >= stability.participation);
                 let column = partner[p].unwrap_or(columns.len());
                 diagram.poles.push(DiagramPole {
                     order: orders[at],
@@ -152,7 +153,9 @@ impl StabilisationDiagram {
                 let stable = members.iter().filter(|&&m| is_steady(&diagram.poles[m])).count();
                 let mut changes: Vec<f64> = members
                     .windows(2)
-                    .map(|w| (diagram.poles[w[1]].pole.damping_ratio() / diagram.poles[w[0]].pole.damping_ratio()).ln().abs())
+                    .map(|w| {
+                        (diagram.poles[w[1]].pole.damping_ratio() / diagram.poles[w[0]].pole.damping_ratio()).ln().abs()
+                    })
                     .collect();
                 members.len() >= stability.min_members.max(n_orders.div_ceil(4))
                     && members.len() as f64 >= stability.min_presence * (n_orders - first_order) as f64

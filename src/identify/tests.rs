@@ -1,6 +1,7 @@
 //! Tests of identification against closed forms, an independent reference and measured functions.
 
 mod bff;
+mod methods;
 pub(super) mod synthetic;
 mod truth;
 pub(super) mod wing;

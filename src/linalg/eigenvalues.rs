@@ -38,7 +38,8 @@ pub fn general_eigenpairs(a: &DMatrix<f64>) -> Result<GeneralEigenpairs, LinalgE
     let scaled = faer::Mat::<f64>::from_fn(n, n, |i, j| a[(i, j)] / norm);
     // Sequential on purpose: the bits must not depend on the number of threads, and callers run many of these at once.
     let par = faer::Par::Seq;
-    let (mut re, mut im, mut u) = (faer::diag::Diag::zeros(n), faer::diag::Diag::zeros(n), faer::Mat::<f64>::zeros(n, n));
+    let (mut re, mut im, mut u) =
+        (faer::diag::Diag::zeros(n), faer::diag::Diag::zeros(n), faer::Mat::<f64>::zeros(n, n));
     let (no, yes) = (faer::linalg::evd::ComputeEigenvectors::No, faer::linalg::evd::ComputeEigenvectors::Yes);
     let scratch = faer::linalg::evd::evd_scratch::<f64>(n, no, yes, par, faer::prelude::default());
     faer::linalg::evd::evd_real(

@@ -84,9 +84,13 @@ fn driving_point(frfs: &FrfSet, o: usize, i: usize, sign: f64) -> Option<Finding
         subject: name.clone(),
         evidence: vec![("share of negative power", share)],
         text: if is_reversed {
-            format!("the driving point {name} feeds energy back at nearly every resonance: its sensor or the force is reversed")
+            format!(
+                "the driving point {name} feeds energy back at nearly every resonance: its sensor or the force is reversed"
+            )
         } else {
-            format!("{name} feeds energy back at some resonances and takes it up at others, so it cannot be the driving point")
+            format!(
+                "{name} feeds energy back at some resonances and takes it up at others, so it cannot be the driving point"
+            )
         },
         remedy: if is_reversed {
             "reverse the sign of the sensor or of the force in the test file"

@@ -53,7 +53,8 @@ pub fn check_geometry(sensors: &[SensorGeometry], shapes: &DMatrix<f64>) -> Resu
         for &j in &group {
             judged[j] = true;
         }
-        let phi = DMatrix::from_fn(group.len(), shapes.ncols(), |i, m| cosine(group[i]).signum() * shapes[(group[i], m)]);
+        let phi =
+            DMatrix::from_fn(group.len(), shapes.ncols(), |i, m| cosine(group[i]).signum() * shapes[(group[i], m)]);
         let positions: Vec<[f64; 3]> = group.iter().map(|&j| sensors[j].position).collect();
         let priors = if group.len() >= LEAST_SENSORS { smooth_priors(&positions) } else { Vec::new() };
         if priors.is_empty() || phi.ncols() == 0 {
@@ -88,10 +89,12 @@ pub fn check_rigid_body(sensors: &[SensorGeometry], shapes: &DMatrix<f64>) -> Re
     if group.is_empty() {
         return Ok(Vec::new());
     }
-    let motions = DMatrix::from_fn(group.len(), 6, |i, j| rigid_row(&sensors[group[i]], sensors[group[i]].direction)[j]);
+    let motions =
+        DMatrix::from_fn(group.len(), 6, |i, j| rigid_row(&sensors[group[i]], sensors[group[i]].direction)[j]);
     let svd = motions.clone().svd(true, false);
     let largest = svd.singular_values.iter().copied().fold(0.0, f64::max);
-    let kept: Vec<usize> = (0..svd.singular_values.len()).filter(|&j| svd.singular_values[j] > 1e-8 * largest).collect();
+    let kept: Vec<usize> =
+        (0..svd.singular_values.len()).filter(|&j| svd.singular_values[j] > 1e-8 * largest).collect();
     let (Some(u), rank) = (svd.u, kept.len()) else { return Ok(Vec::new()) };
     if group.len() < rank + 2 || shapes.ncols() == 0 {
         let mut all = group.clone();
@@ -101,7 +104,9 @@ pub fn check_rigid_body(sensors: &[SensorGeometry], shapes: &DMatrix<f64>) -> Re
     let b = DMatrix::identity(group.len(), group.len()) - &basis * basis.transpose();
     let phi = DMatrix::from_fn(group.len(), shapes.ncols(), |i, m| shapes[(group[i], m)]);
     let (accepted, is_visible) = search(&[Prior { b, ln_det: 0.0, rank: group.len() - rank }], &phi);
-    let faulty = |i: usize| accepted.iter().any(|a| matches!(a.edit, Edit::Flip(k) | Edit::Scale(k, _) | Edit::Drop(k) if k == i));
+    let faulty = |i: usize| {
+        accepted.iter().any(|a| matches!(a.edit, Edit::Flip(k) | Edit::Scale(k, _) | Edit::Drop(k) if k == i))
+    };
     let mut findings = Vec::new();
     for a in &accepted {
         let axis = match a.edit {
@@ -113,8 +118,15 @@ pub fn check_rigid_body(sensors: &[SensorGeometry], shapes: &DMatrix<f64>) -> Re
                 level: Level::Fault,
                 code: "wrong-axis",
                 subject: sensors[group[i]].name.clone(),
-                evidence: vec![("relative misfit along that axis", misfit), ("log evidence", a.evidence), ("needed", a.threshold)],
-                text: format!("sensor {} reads the rigid-body motion along {name}, not along its direction", sensors[group[i]].name),
+                evidence: vec![
+                    ("relative misfit along that axis", misfit),
+                    ("log evidence", a.evidence),
+                    ("needed", a.threshold),
+                ],
+                text: format!(
+                    "sensor {} reads the rigid-body motion along {name}, not along its direction",
+                    sensors[group[i]].name
+                ),
                 remedy: "correct the direction of the sensor in the test file",
             },
             _ => describe(a, sensors, &group, "the rigid-body motion of the others"),
@@ -160,7 +172,9 @@ fn wrong_axis(
     is_faulty: &dyn Fn(usize) -> bool,
 ) -> Option<(&'static str, f64)> {
     let others: Vec<usize> = (0..group.len()).filter(|&j| j != i && !is_faulty(j)).collect();
-    let d = DMatrix::from_fn(others.len(), 6, |r, c| rigid_row(&sensors[group[others[r]]], sensors[group[others[r]]].direction)[c]);
+    let d = DMatrix::from_fn(others.len(), 6, |r, c| {
+        rigid_row(&sensors[group[others[r]]], sensors[group[others[r]]].direction)[c]
+    });
     let y = DMatrix::from_fn(others.len(), phi.ncols(), |r, c| phi[(others[r], c)]);
     let x = d.svd(true, true).solve(&y, 1e-8).ok()?;
     let own = phi.row(i);
@@ -201,9 +215,11 @@ fn smooth_priors(positions: &[[f64; 3]]) -> Vec<Prior> {
         return Vec::new();
     }
     // Directions with less than a thousandth of the extent do not carry a linear part.
-    let axes: Vec<usize> = (0..svd.singular_values.len()).filter(|&a| svd.singular_values[a] > 1e-3 * largest).collect();
+    let axes: Vec<usize> =
+        (0..svd.singular_values.len()).filter(|&a| svd.singular_values[a] > 1e-3 * largest).collect();
     let size = largest / (n as f64).sqrt();
-    let x = DMatrix::from_fn(n, axes.len(), |i, a| (0..3).map(|c| centred[(i, c)] * v[(axes[a], c)]).sum::<f64>() / size);
+    let x =
+        DMatrix::from_fn(n, axes.len(), |i, a| (0..3).map(|c| centred[(i, c)] * v[(axes[a], c)]).sum::<f64>() / size);
     let linear = DMatrix::from_fn(n, 1 + axes.len(), |i, a| if a == 0 { 1.0 } else { x[(i, a - 1)] });
     let rank = n - linear.ncols();
     // Orthonormal complement of the linear part: the last columns of a full Q.
@@ -243,7 +259,9 @@ fn zero_entries(sensors: &[SensorGeometry], shapes: &DMatrix<f64>) -> Vec<Findin
             continue;
         }
         let mut near: Vec<(f64, usize)> = (0..sensors.len())
-            .filter(|&j| j != k && is_usable(sensors, shapes, j) && dot(sensors[j].direction, sensors[k].direction).abs() > 0.99)
+            .filter(|&j| {
+                j != k && is_usable(sensors, shapes, j) && dot(sensors[j].direction, sensors[k].direction).abs() > 0.99
+            })
             .map(|j| ((0..3).map(|c| (sensors[j].position[c] - sensors[k].position[c]).powi(2)).sum(), j))
             .collect();
         near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
@@ -272,7 +290,7 @@ fn zero_entries(sensors: &[SensorGeometry], shapes: &DMatrix<f64>) -> Vec<Findin
                 level: Level::Fault,
                 code: "dead-entry",
                 subject: sensors[k].name.clone(),
-                evidence: vec![("shapes with a zero entry", dead as f64), ("smallest entry over rms", smallest)],
+                evidence: vec![("shapes with a zero entry", f64::from(dead)), ("smallest entry over rms", smallest)],
                 text: format!(
                     "sensor {} reads nothing in {dead} of {} shapes although all its neighbours move one way",
                     sensors[k].name,

@@ -89,7 +89,8 @@ fn energy(prior: &Prior, phi: &DMatrix<f64>) -> f64 {
 fn log_likelihood(prior: &Prior, energy: f64, m: usize) -> f64 {
     // Shapes are never known better than 1e-4: below that J is rounding or coincidence.
     let n = (m * prior.rank) as f64;
-    -0.5 * n * energy.max(1e-8 * m as f64 * prior.b.trace() / prior.b.nrows() as f64).ln() - 0.5 * m as f64 * prior.ln_det
+    -0.5 * n * energy.max(1e-8 * m as f64 * prior.b.trace() / prior.b.nrows() as f64).ln()
+        - 0.5 * m as f64 * prior.ln_det
 }
 
 fn likelihood(priors: &[Prior], phi: &DMatrix<f64>) -> f64 {

@@ -99,7 +99,9 @@ fn driving_point(frfs: &FrfSet, modes: &[IdentifiedMode], o: usize, i: usize, si
             code: "driving-point-reversed",
             subject: name.clone(),
             evidence,
-            text: format!("all {negative} modes have a negative residue at the driving point {name}: its sensor or the force is reversed"),
+            text: format!(
+                "all {negative} modes have a negative residue at the driving point {name}: its sensor or the force is reversed"
+            ),
             remedy: "reverse the sign of the sensor or of the force in the test file",
         });
     }
@@ -156,8 +158,13 @@ fn pairs(modes: &[IdentifiedMode]) -> Vec<Finding> {
     let mut findings = Vec::new();
     for (b, m) in modes.iter().enumerate() {
         for n in &modes[..b] {
-            let (x, y): (Vec<_>, Vec<_>) =
-                m.shape.iter().zip(n.shape.iter()).filter(|(x, y)| x.is_finite() && y.is_finite()).map(|(x, y)| (*x, *y)).unzip();
+            let (x, y): (Vec<_>, Vec<_>) = m
+                .shape
+                .iter()
+                .zip(n.shape.iter())
+                .filter(|(x, y)| x.is_finite() && y.is_finite())
+                .map(|(x, y)| (*x, *y))
+                .unzip();
             if x.len() < 2 {
                 continue;
             }
@@ -168,7 +175,8 @@ fn pairs(modes: &[IdentifiedMode]) -> Vec<Finding> {
                 / (m.frequency_hz.value * m.damping_ratio.value + n.frequency_hz.value * n.damping_ratio.value);
             let evidence = vec![("MAC", mac), ("relative gap", gap), ("gap in half bandwidths", bandwidths)];
             let overlap: f64 = x.iter().zip(&y).map(|(x, y)| x.norm() * y.norm()).sum();
-            let size = |v: &[crate::linalg::Complex<f64>]| v.iter().map(|x| x.norm_sqr()).sum::<f64>().sqrt();
+            let size =
+                |v: &[crate::linalg::Complex<f64>]| v.iter().map(crate::linalg::Complex::norm_sqr).sum::<f64>().sqrt();
             let overlap = overlap / (size(&x) * size(&y));
             if overlap < 0.3 && gap < 0.05 {
                 findings.push(Finding {
@@ -219,7 +227,13 @@ pub fn check_suspension(suspension_hz: &[f64], elastic_hz: &[f64]) -> Vec<Findin
         return Vec::new();
     }
     vec![Finding {
-        level: if ratio > 1.0 / 3.0 { Level::Fault } else if ratio > 0.2 { Level::Warning } else { Level::Info },
+        level: if ratio > 1.0 / 3.0 {
+            Level::Fault
+        } else if ratio > 0.2 {
+            Level::Warning
+        } else {
+            Level::Info
+        },
         code: "suspension",
         subject: format!("{highest:.3} Hz"),
         evidence: vec![("ratio to the first elastic mode", ratio), ("possible relative shift", 0.5 * ratio * ratio)],

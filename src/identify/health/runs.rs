@@ -27,7 +27,9 @@ pub fn compare_runs(first: &[IdentifiedMode], second: &[IdentifiedMode], names: 
         let gap = |b: &IdentifiedMode| (b.frequency_hz.value / a.frequency_hz.value - 1.0).abs();
         let partner = second
             .iter()
-            .filter(|b| b.shape.len() == a.shape.len() && gap(b) < 0.05 && mac(a.shape.as_slice(), b.shape.as_slice()) > 0.6)
+            .filter(|b| {
+                b.shape.len() == a.shape.len() && gap(b) < 0.05 && mac(a.shape.as_slice(), b.shape.as_slice()) > 0.6
+            })
             .min_by(|x, y| gap(x).total_cmp(&gap(y)));
         if let Some(b) = partner {
             let delta = b.frequency_hz.value / a.frequency_hz.value - 1.0;
@@ -35,7 +37,9 @@ pub fn compare_runs(first: &[IdentifiedMode], second: &[IdentifiedMode], names: 
         }
     }
     let m = pairs.len();
-    let chi2 = |model: &dyn Fn(&IdentifiedMode) -> f64| pairs.iter().map(|(a, d, s)| ((d - model(a)) / s).powi(2)).sum::<f64>();
+    let chi2 = |model: &dyn Fn(&IdentifiedMode) -> f64| {
+        pairs.iter().map(|(a, d, s)| ((d - model(a)) / s).powi(2)).sum::<f64>()
+    };
     let none = chi2(&|_| 0.0);
     if m == 0 || tail(none, m) > SIGNIFICANCE {
         return Vec::new();
@@ -78,7 +82,11 @@ pub fn compare_runs(first: &[IdentifiedMode], second: &[IdentifiedMode], names: 
         Some((o, added, left)) if m >= 3 && left + 10.0 < drift => finding(
             "mass-loading",
             names[o].clone(),
-            format!("the frequencies of the second run fit {:+.1} g at sensor {} more than in the first", 1000.0 * added, names[o]),
+            format!(
+                "the frequencies of the second run fit {:+.1} g at sensor {} more than in the first",
+                1000.0 * added,
+                names[o]
+            ),
         ),
         _ if m >= 2 && tail(drift, m - 1) > SIGNIFICANCE => finding(
             "frequency-drift",
@@ -88,7 +96,10 @@ pub fn compare_runs(first: &[IdentifiedMode], second: &[IdentifiedMode], names: 
         _ => finding(
             "frequency-shift",
             format!("{m} modes"),
-            format!("frequencies differ between the runs by more than their scatter ({:+.2} % on average)", 100.0 * common),
+            format!(
+                "frequencies differ between the runs by more than their scatter ({:+.2} % on average)",
+                100.0 * common
+            ),
         ),
     }]
 }

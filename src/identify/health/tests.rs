@@ -25,7 +25,11 @@ fn grid(columns: usize, rows: usize) -> (Vec<SensorGeometry>, DMatrix<f64>) {
         for j in 0..rows {
             let (x, y) = (i as f64 / (columns - 1) as f64, 0.15 * j as f64 / (rows - 1) as f64);
             let position = [x, y + 0.2 * x, 0.0];
-            sensors.push(SensorGeometry { name: format!("s{}", sensors.len() + 1), position, direction: [0.0, 0.0, 1.0] });
+            sensors.push(SensorGeometry {
+                name: format!("s{}", sensors.len() + 1),
+                position,
+                direction: [0.0, 0.0, 1.0],
+            });
             let (pi, eta) = (std::f64::consts::PI, (y - 0.075) / 0.15);
             data.push([
                 x * x * (3.0 - x),
@@ -78,13 +82,23 @@ fn sign_swap_and_gain_are_found_by_smoothness() {
         let mut scaled = clean.clone();
         scaled.row_mut(k).scale_mut(10.0);
         let pair = format!("s{} / s{}", k.min(other) + 1, k.max(other) + 1);
-        let cases = [("sign-flipped", format!("s{}", k + 1), flipped), ("channels-swapped", pair, swapped), ("gain", format!("s{}", k + 1), scaled)];
+        let cases = [
+            ("sign-flipped", format!("s{}", k + 1), flipped),
+            ("channels-swapped", pair, swapped),
+            ("gain", format!("s{}", k + 1), scaled),
+        ];
         for (c, (code, subject, data)) in cases.into_iter().enumerate() {
             let findings = check_geometry(&sensors, &data).unwrap();
             count[c] += 1;
             found[c] += usize::from(has(&findings, code, &subject));
-            if !has(&findings, code, &subject) { eprintln!("{code} {subject}: {:?}", findings.iter().map(|f| (f.code, &f.subject, &f.evidence)).collect::<Vec<_>>()); }
-            wrong += findings.iter().filter(|f| f.level > Level::Info && !(f.code == code && f.subject == subject)).count();
+            if !has(&findings, code, &subject) {
+                eprintln!(
+                    "{code} {subject}: {:?}",
+                    findings.iter().map(|f| (f.code, &f.subject, &f.evidence)).collect::<Vec<_>>()
+                );
+            }
+            wrong +=
+                findings.iter().filter(|f| f.level > Level::Info && !(f.code == code && f.subject == subject)).count();
         }
     }
     eprintln!("found {found:?} of {count:?}, wrong {wrong}");
@@ -134,7 +148,11 @@ fn rigid_body_motion_shows_sign_gain_swap_and_axis() {
     for (m, x) in read(9, [0.0, 1.0, 0.0]).into_iter().enumerate() {
         data[(9, m)] = x;
     }
-    assert!(has(&check_rigid_body(&sensors, &data).unwrap(), "wrong-axis", "s10"), "{:?}", check_rigid_body(&sensors, &data));
+    assert!(
+        has(&check_rigid_body(&sensors, &data).unwrap(), "wrong-axis", "s10"),
+        "{:?}",
+        check_rigid_body(&sensors, &data)
+    );
 }
 
 /// Four modes of a string of eight points; references at the given points.
@@ -228,7 +246,14 @@ fn dead_and_noisy_channels_are_found() {
 fn mass_loading_and_drift_are_told_apart() {
     let first = identify(&string_test(&[1], 0.01, 11), &IdentifyOptions::default()).unwrap().modes;
     let names: Vec<String> = (0..8).map(|k| format!("p{}", k + 1)).collect();
-    assert!(compare_runs(&first, &identify(&string_test(&[1], 0.01, 12), &IdentifyOptions::default()).unwrap().modes, &names).is_empty());
+    assert!(
+        compare_runs(
+            &first,
+            &identify(&string_test(&[1], 0.01, 12), &IdentifyOptions::default()).unwrap().modes,
+            &names
+        )
+        .is_empty()
+    );
     let mut warm = first.clone();
     let mut loaded = first.clone();
     for m in &mut warm {
@@ -311,7 +336,8 @@ fn hostile_shapes_do_not_panic() {
         let _ = check_geometry(&sensors, &bad).unwrap();
         let _ = check_rigid_body(&sensors, &bad).unwrap();
     }
-    let same: Vec<SensorGeometry> = sensors.iter().map(|s| SensorGeometry { position: [0.0; 3], ..s.clone() }).collect();
+    let same: Vec<SensorGeometry> =
+        sensors.iter().map(|s| SensorGeometry { position: [0.0; 3], ..s.clone() }).collect();
     let _ = check_geometry(&same, &shapes).unwrap();
     let _ = check_rigid_body(&same, &shapes).unwrap();
     assert!(check_geometry(&sensors[..3], &shapes).is_err());

@@ -161,13 +161,16 @@ fn truth(json: &Value) -> Truth {
         let e = definition["lump_offset_aft"][at.to_string()].as_f64().unwrap_or(0.0);
         let extra = definition["extra_mass"][at.to_string()].as_f64().unwrap_or(0.0);
         let w = t.row(0) - t.row(2) * e;
-        *m += w.transpose() * &w * (mass + extra) + t.row(1).transpose() * t.row(1) * iz + t.row(2).transpose() * t.row(2) * ix;
+        *m += w.transpose() * &w * (mass + extra)
+            + t.row(1).transpose() * t.row(1) * iz
+            + t.row(2).transpose() * t.row(2) * ix;
     };
     lump(&mut m, 1, parameter["m1"], parameter["Iz1"], parameter["Ix1"]);
     lump(&mut m, 2, parameter["m2"], 0.0, 0.0);
     lump(&mut m, 3, parameter["m3"], 0.0, 0.0);
     for (left, right) in [(4, 9), (5, 10), (6, 11), (7, 12), (8, 13)] {
-        let (mass, ix) = (parameter[format!("m{left}_{right}").as_str()], parameter[format!("Ix{left}_{right}").as_str()]);
+        let (mass, ix) =
+            (parameter[format!("m{left}_{right}").as_str()], parameter[format!("Ix{left}_{right}").as_str()]);
         lump(&mut m, left, mass, 0.0, ix);
         lump(&mut m, right, mass, 0.0, ix);
     }
@@ -195,8 +198,18 @@ fn truth(json: &Value) -> Truth {
                 let [r1, r2] = [(sub, p), (sub + 1, q)].map(|(s, at)| {
                     DMatrix::from_row_slice(3, 3, &[1.0, 0.0, 0.0, 0.0, c, -sn, 0.0, sn, c]) * rows(key_at(a, b, s), at)
                 });
-                let h = [1.0 - 3.0 * t * t + 2.0 * t.powi(3), l * (t - 2.0 * t * t + t.powi(3)), 3.0 * t * t - 2.0 * t.powi(3), l * (t.powi(3) - t * t)];
-                let d = [(6.0 * t * t - 6.0 * t) / l, 1.0 - 4.0 * t + 3.0 * t * t, (6.0 * t - 6.0 * t * t) / l, 3.0 * t * t - 2.0 * t];
+                let h = [
+                    1.0 - 3.0 * t * t + 2.0 * t.powi(3),
+                    l * (t - 2.0 * t * t + t.powi(3)),
+                    3.0 * t * t - 2.0 * t.powi(3),
+                    l * (t.powi(3) - t * t),
+                ];
+                let d = [
+                    (6.0 * t * t - 6.0 * t) / l,
+                    1.0 - 4.0 * t + 3.0 * t * t,
+                    (6.0 * t - 6.0 * t * t) / l,
+                    3.0 * t * t - 2.0 * t,
+                ];
                 let w = r1.row(0) * h[0] + r1.row(1) * h[1] + r2.row(0) * h[2] + r2.row(1) * h[3];
                 let slope = r1.row(0) * d[0] + r1.row(1) * d[1] + r2.row(0) * d[2] + r2.row(1) * d[3];
                 let twist = r1.row(2) * (1.0 - t) + r2.row(2) * t;
@@ -246,7 +259,7 @@ fn accelerance(t: &Truth, lines: &[f64]) -> FrfSet {
 }
 
 fn gvt_lines() -> Vec<f64> {
-    (0..1025).map(|k| 3.0 + k as f64 / 32.0).collect()
+    (0..1025).map(|k| 3.0 + f64::from(k) / 32.0).collect()
 }
 
 #[test]
@@ -263,7 +276,11 @@ fn the_virtual_truth_is_reproduced() {
     for (k, o) in list(&frf["sensors"]).iter().enumerate() {
         for l in 0..frfs.n_lines() {
             // One row per sensor or per line, whichever the file has.
-            let (x, row) = if re.nrows() == frfs.n_lines() { ((re[(l, k)], im[(l, k)]), l) } else { ((re[(k, l)], im[(k, l)]), k) };
+            let (x, row) = if re.nrows() == frfs.n_lines() {
+                ((re[(l, k)], im[(l, k)]), l)
+            } else {
+                ((re[(k, l)], im[(k, l)]), k)
+            };
             let largest = re.row(row).amax().max(im.row(row).amax());
             let h = frfs.at(l, 0, *o as usize - 1);
             assert!((h - Complex::new(x.0, x.1)).norm() < 1e-7 * largest, "sensor {o} line {l}: {h} {x:?}");
@@ -296,7 +313,8 @@ fn quadrature_picking_has_the_reference_matrices_and_macs() {
         assert!((w - matrix(&expected["matrix"])).amax() < 1e-9, "{name}");
         assert!((q.condition / number(&expected["cond2"]) - 1.0).abs() < 1e-7);
         for (r, one_minus) in list(&expected["one_minus_mac"]).iter().enumerate() {
-            let mac = mac_real(q.shapes.column(r).clone_owned().as_slice(), t.shapes.column(3 + r).clone_owned().as_slice());
+            let mac =
+                mac_real(q.shapes.column(r).clone_owned().as_slice(), t.shapes.column(3 + r).clone_owned().as_slice());
             assert!((1.0 - mac - one_minus).abs() < 1e-7, "{name} mode {r}: {} {one_minus}", 1.0 - mac);
         }
     }
@@ -311,9 +329,13 @@ fn quadrature_picking_survives_noise() {
         for seed in 0..10 {
             let mut frfs = accelerance(&t, &gvt_lines());
             add_noise(&mut frfs, eps, seed);
-            let q = quadrature_shapes(&frfs, 0, &t.frequencies_hz[3..9], &t.damping[3..9], QuadratureForm::Receptance).unwrap();
+            let q = quadrature_shapes(&frfs, 0, &t.frequencies_hz[3..9], &t.damping[3..9], QuadratureForm::Receptance)
+                .unwrap();
             for r in 0..6 {
-                let mac = mac_real(q.shapes.column(r).clone_owned().as_slice(), t.shapes.column(3 + r).clone_owned().as_slice());
+                let mac = mac_real(
+                    q.shapes.column(r).clone_owned().as_slice(),
+                    t.shapes.column(3 + r).clone_owned().as_slice(),
+                );
                 assert!(mac >= limit, "eps {eps} seed {seed} mode {r}: {mac}");
             }
         }
@@ -326,15 +348,22 @@ fn curve_fitting_recovers_the_six_modes() {
     let Some(json) = reference() else { return };
     let t = truth(&json);
     let octaves = Segments::Octaves;
-    for (eps, seeds, segments) in [(0.0, 1, &octaves), (0.01, 4, &octaves), (0.01, 1, &Segments::Whole), (0.1, 3, &octaves)] {
+    for (eps, seeds, segments) in
+        [(0.0, 1, &octaves), (0.01, 4, &octaves), (0.01, 1, &Segments::Whole), (0.1, 3, &octaves)]
+    {
         let mut worst = [0.0_f64; 3];
         for seed in 0..seeds {
             let mut frfs = accelerance(&t, &gvt_lines());
             add_noise(&mut frfs, eps, seed);
-            let found = identify(&frfs, &IdentifyOptions { segments: segments.clone(), ..IdentifyOptions::default() }).unwrap();
+            let found =
+                identify(&frfs, &IdentifyOptions { segments: segments.clone(), ..IdentifyOptions::default() }).unwrap();
             for r in 0..6 {
                 let f = t.frequencies_hz[3 + r];
-                let m = found.modes.iter().min_by(|a, b| (a.frequency_hz.value - f).abs().total_cmp(&(b.frequency_hz.value - f).abs())).unwrap();
+                let m = found
+                    .modes
+                    .iter()
+                    .min_by(|a, b| (a.frequency_hz.value - f).abs().total_cmp(&(b.frequency_hz.value - f).abs()))
+                    .unwrap();
                 worst[0] = worst[0].max((m.frequency_hz.value / f - 1.0).abs());
                 worst[1] = worst[1].max((m.damping_ratio.value / t.damping[3 + r] - 1.0).abs());
                 let mac = mac_real(m.normal_shape.as_slice(), t.shapes.column(3 + r).clone_owned().as_slice());

@@ -1,7 +1,7 @@
 //! Makes functions with known modes.
 
 use crate::data::{Channel, FrfQuantity, FrfSet};
-use crate::linalg::{Complex, DMatrix};
+use crate::linalg::Complex;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::f64::consts::TAU;
@@ -101,10 +101,4 @@ pub(in crate::identify) fn mac(a: &[Complex<f64>], b: &[Complex<f64>]) -> f64 {
 pub(in crate::identify) fn mac_real(a: &[f64], b: &[f64]) -> f64 {
     let dot = |x: &[f64], y: &[f64]| x.iter().zip(y).map(|(x, y)| x * y).sum::<f64>();
     dot(a, b).powi(2) / (dot(a, a) * dot(b, b))
-}
-
-/// A random matrix for property tests.
-pub(in crate::identify) fn random_matrix(rows: usize, columns: usize, seed: u64) -> DMatrix<f64> {
-    let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    DMatrix::from_fn(rows, columns, |_, _| normal_pair(&mut rng).re)
 }

@@ -25,8 +25,7 @@ pub(in crate::identify) fn read_csv(path: &std::path::Path) -> Vec<Vec<f64>> {
 
 pub(in crate::identify) fn wing_frfs() -> Option<FrfSet> {
     let folder = data_folder("cruise_missile_wing")?.join("frf_csv");
-    let columns: Vec<Vec<Vec<f64>>> =
-        (0..18).map(|k| read_csv(&folder.join(format!("measurement_{k}.csv")))).collect();
+    let columns: Vec<Vec<Vec<f64>>> = (0..18).map(|k| read_csv(&folder.join(format!("measurement_{k}.csv")))).collect();
     let frequencies_hz: Vec<f64> = columns[0].iter().map(|r| r[0]).collect();
     let n = frequencies_hz.len();
     let h = (0..n).flat_map(|l| columns.iter().map(move |c| Complex::new(c[l][1], c[l][2]))).collect();
@@ -42,16 +41,20 @@ pub(in crate::identify) fn wing_frfs() -> Option<FrfSet> {
     })
 }
 
+/// Nine modes in the band of the published analysis. The one at 496 Hz is four lines wide; tolerance: half a percent, the
+/// scatter between analysts of these data at the softest mode (13.4 to 13.57 Hz) is 1.3 %.
 #[test]
 fn nine_modes_of_the_wing_are_found() {
     let Some(frfs) = wing_frfs() else { return };
-    for band in [None, Some((5.0, 750.0)), Some((5.0, 900.0))] {
-    let t = std::time::Instant::now();
-    let found = identify(&frfs, &IdentifyOptions { band_hz: band, max_order: std::env::var("MO").map_or(40, |x| x.parse().unwrap()), ..IdentifyOptions::default() }).unwrap();
-    eprintln!("{:?} {:?}", band, t.elapsed());
-    for m in &found.modes { eprintln!("  f {:.3} ±{:.4} z {:.5} ±{:.5} n {} mpc {:.3} infl {:.2}", m.frequency_hz.value, m.frequency_hz.sd, m.damping_ratio.value, m.damping_ratio.sd, m.n_orders, m.complexity.mpc, m.sd_inflation); }
-    for seg in &found.segments {
-    eprintln!("  seg {:?} terms {:?} disc {:?}", seg.core_hz, seg.residual_terms, seg.discarded);
-    }
+    let published = [13.4, 51.9, 125.0, 167.8, 228.1, 328.5, 362.2, 496.3, 681.9];
+    for band_hz in [None, Some((5.0, 700.0)), Some((5.0, 750.0))] {
+        let found = identify(&frfs, &IdentifyOptions { band_hz, ..IdentifyOptions::default() }).unwrap();
+        let f: Vec<f64> = found.modes.iter().map(|m| m.frequency_hz.value).collect();
+        eprintln!("{band_hz:?}: {f:.2?}");
+        for (k, p) in published.iter().enumerate() {
+            let limit = if k == 0 { 0.014 } else { 0.005 };
+            assert!(f.iter().any(|x| (x / p - 1.0).abs() < limit), "{p} Hz not among {f:.1?} in {band_hz:?}");
+        }
+        assert!(f.len() <= 14, "{f:.1?}");
     }
 }
