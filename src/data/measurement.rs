@@ -16,6 +16,7 @@ use super::csv::{CsvError, CsvFrfOptions, Sheet, openmodal, read_frfs};
 use super::uff::{Dataset, UffError, UniversalFile};
 use super::{Channel, FrfSet, Geometry, Point, Spectrum, SpectrumKind, SpectrumUnit, lvm, npy, uff};
 use crate::linalg::Complex;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Answers to what files may leave open.
@@ -175,6 +176,10 @@ pub fn read_measurements(
             Err(e) => return Err(e.into()),
         }
     }
+    let names = own_names(&universal);
+    if let Some(set) = &mut set {
+        rename(set.references.iter_mut().chain(&mut set.responses).map(|c| &mut c.name), &names);
+    }
     found.frfs = set;
     let units = options.geometry_units.as_ref().unwrap_or(&options.frf.units);
     found.geometry = match geometry {
@@ -199,7 +204,31 @@ pub fn read_measurements(
             }
         },
     };
+    if let Some(geometry) = &mut found.geometry {
+        rename(geometry.points.iter_mut().map(|p| &mut p.name), &names);
+    }
     Ok(found)
+}
+
+/// Names behind the labels of nodes, in files that this crate wrote: there the entity of a function is the name of its point.
+fn own_names(files: &[UniversalFile]) -> BTreeMap<String, String> {
+    let functions = files.iter().flat_map(|f| &f.datasets).filter_map(|d| match d {
+        Dataset::Function(f) if f.ids[0] == "written by retune" => Some(f),
+        _ => None,
+    });
+    functions
+        .flat_map(|f| [&f.response, &f.reference])
+        .filter(|e| e.node != 0 && !matches!(e.name.as_str(), "" | "NONE"))
+        .map(|e| (e.node.to_string(), e.name.clone()))
+        .collect()
+}
+
+fn rename<'a>(list: impl Iterator<Item = &'a mut String>, names: &BTreeMap<String, String>) {
+    for name in list {
+        if let Some(own) = names.get(name) {
+            name.clone_from(own);
+        }
+    }
 }
 
 fn content(path: &Path, options: &MeasurementOptions, found: &mut Measurements) -> Result<Content, MeasurementError> {
