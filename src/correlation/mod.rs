@@ -12,6 +12,7 @@ mod identifiability;
 mod localization;
 mod mac;
 mod macco;
+mod mapping;
 mod observe;
 mod orthogonality;
 mod pairing;
@@ -39,6 +40,7 @@ pub use localization::{
 };
 pub use mac::{ShapeScalar, auto_mac, mac_matrix, modal_scale_factor, to_complex, weighted_mac_matrix};
 pub use macco::{SensorRemoval, spoiling_sensors};
+pub use mapping::{Leftover, MappedPoint, Mapping, MappingOptions, PlaceKind, map_points, place_sensors};
 pub use observe::{check_sensors, observation_matrix, sensor_position};
 pub use orthogonality::{auto_orthogonality, cross_orthogonality, generalized_mass};
 pub use pairing::{

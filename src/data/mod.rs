@@ -9,6 +9,7 @@ mod frf;
 mod geometry;
 pub mod lvm;
 pub mod mat;
+mod measurement;
 mod modal_set;
 pub mod npy;
 mod spectrum;
@@ -18,6 +19,7 @@ mod yaml;
 
 pub use frf::{Channel, FrfQuantity, FrfSet};
 pub use geometry::{Geometry, Line, Point};
+pub use measurement::{MeasurementError, MeasurementOptions, Measurements, read_measurements};
 pub use modal_set::{ModalSet, ModeRecord, RelativeSd, ShapeChannel};
 pub use spectrum::{Spectrum, SpectrumKind, SpectrumUnit};
 pub use test::{MassProperty, MassQuantity, Measured, Origin, Place, Sensor, TestData, TestMode};

@@ -335,8 +335,8 @@ impl Reader<'_> {
                 format_args!("this program reads version 1 of the format, not {}", spec.retune_test),
             );
         }
-        if spec.modes.is_empty() && spec.mass_properties.is_empty() {
-            self.error("", "the test has neither modes nor mass properties");
+        if spec.modes.is_empty() && spec.mass_properties.is_empty() && spec.sensors.is_empty() {
+            self.error("", "the test has neither modes nor mass properties nor sensors");
         }
         let sensors: Vec<Sensor> = spec.sensors.iter().map(|(name, s)| self.sensor(name, s)).collect();
         let mut modes: Vec<TestMode> =

@@ -82,6 +82,12 @@ pub enum IdentifyError {
         /// Its value.
         value: f64,
     },
+    /// A channel that does not say in which direction it measures.
+    #[error("channel `{channel}` has no direction; state one for the channels without (`--direction +z`)")]
+    NoDirection {
+        /// The channel.
+        channel: String,
+    },
     /// A frequency lies outside the lines.
     #[error("{frequency} Hz lies outside the frequency lines, {low} Hz to {high} Hz")]
     OutsideLines {

@@ -26,6 +26,7 @@ mod rounds;
 mod scan;
 mod spectrum;
 mod stabilisation;
+mod to_test;
 
 pub use circle::{CircleFit, HalfPower, circle_fit, half_power_damping};
 pub use cmif::{Cmif, cmif};
@@ -38,6 +39,7 @@ pub use plscf::Pole;
 pub use quadrature::{QuadratureForm, QuadratureShapes, quadrature_matrix, quadrature_shapes};
 pub use spectrum::{SpectrumPeak, spectrum_peaks};
 pub use stabilisation::{DiagramPole, StabilisationDiagram, Stability};
+pub use to_test::{circle_modes, normal_shape, peak_modes, quadrature_modes, sensors, test_modes};
 
 #[cfg(test)]
 mod tests;

@@ -8,6 +8,7 @@
 mod assembly;
 mod character;
 mod compile;
+mod configuration;
 mod constraint;
 mod dof_map;
 mod geometry;
@@ -26,6 +27,7 @@ mod write;
 pub use assembly::{AffinePart, Basis, Entry};
 pub use character::{ModeCharacter, ModeLabel, family, label_modes, symmetry_index};
 pub use compile::{Model, Target, Targets, load};
+pub use configuration::load_configuration;
 pub use dof_map::{DofMap, rigid_motion};
 pub use geometry::{Frame, Geometry};
 pub use lint::{Soundness, lint};

@@ -4,9 +4,11 @@
 
 mod assessment;
 mod settings;
+mod twin;
 
 pub use assessment::{AssessedPair, Assessment, ModeName, UnpairedMode, assess, name_modes};
 pub use settings::{Cost, Settings};
+pub use twin::{SensorFault, TwinError, TwinFrfOptions, TwinOptions, node_sensors, twin_frfs, twin_modes};
 
 use crate::correlation::CorrelationError;
 use crate::data::TestData;

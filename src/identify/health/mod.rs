@@ -8,6 +8,7 @@
 //!   cannot tell apart.
 //! - [`check_geometry`]: with the positions of the sensors: sign, gain, swap, dead entries, by the smoothness of the shapes.
 //! - [`check_rigid_body`]: with measured rigid-body shapes: the same, sharper, and wrong axes.
+//! - [`check_test`]: all of these that one test allows.
 //! - [`compare_runs`]: shifts of frequency between runs: drift or mass loading.
 //! - [`check_suspension`]: are the rigid-body modes far enough below the first elastic one?
 
@@ -16,11 +17,13 @@ mod geometry;
 mod hypotheses;
 mod modes;
 mod runs;
+mod whole;
 
 pub use functions::check_functions;
 pub use geometry::{SensorGeometry, check_geometry, check_rigid_body};
 pub use modes::{check_modes, check_suspension};
 pub use runs::compare_runs;
+pub use whole::check_test;
 
 /// How serious a finding is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -31,6 +34,17 @@ pub enum Level {
     Warning,
     /// The data contradict themselves.
     Fault,
+}
+
+impl Level {
+    /// "info", "warning", "fault".
+    pub fn word(self) -> &'static str {
+        match self {
+            Level::Info => "info",
+            Level::Warning => "warning",
+            Level::Fault => "fault",
+        }
+    }
 }
 
 /// One result of a check.

@@ -1,0 +1,459 @@
+//! Measurement files of any kind, recognised by their content, as one set of functions with their geometry.
+//!
+//! | file | recognised by |
+//! |---|---|
+//! | universal file | a line `    -1` |
+//! | table of this crate | the column `frequency_hz` |
+//! | table of points | the columns `point`, `x`, `y`, `z` |
+//! | OpenModal export | a folder with `measurements_index.csv` |
+//! | NumPy arrays | `\x93NUMPY`: real (lines) in Hz, and complex (lines x responses) or (lines x references x responses) |
+//! | LabVIEW measurement | `LabVIEW Measurement`: spectra only |
+//!
+//! Several universal files and OpenModal folders make one set; of tables and arrays there can be one set only.
+
+use super::convert::{self, ConvertError, FrfOptions, Question, UnitsFrom};
+use super::csv::{CsvError, CsvFrfOptions, Sheet, openmodal, read_frfs};
+use super::uff::{Dataset, UffError, UniversalFile};
+use super::{Channel, FrfSet, Geometry, Point, Spectrum, SpectrumKind, SpectrumUnit, lvm, npy, uff};
+use crate::linalg::Complex;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// Answers to what files may leave open.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct MeasurementOptions {
+    /// Units, quantity, duplicates.
+    pub frf: FrfOptions,
+    /// The unit of the functions of a table without a row of units, such as `m/s2/N`.
+    pub unit: Option<String>,
+    /// The unit of lengths of the geometry, where it is not that of the functions.
+    pub geometry_units: Option<UnitsFrom>,
+}
+
+/// What measurement files hold.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Measurements {
+    /// Frequency response functions.
+    pub frfs: Option<FrfSet>,
+    /// Spectra that are no frequency response functions.
+    pub spectra: Vec<Spectrum>,
+    /// Geometry, when the files have one with a known unit.
+    pub geometry: Option<Geometry>,
+    /// What was odd or assumed, each with its file.
+    pub notes: Vec<(PathBuf, String)>,
+    /// Whether a file says of itself that it was computed.
+    pub is_synthetic: bool,
+}
+
+/// Why measurement files cannot be read.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum MeasurementError {
+    /// The operating system refuses.
+    #[error("cannot read `{path}`: {reason}")]
+    File {
+        /// The path.
+        path: String,
+        /// Why.
+        reason: String,
+    },
+    /// A file of no known kind.
+    #[error(
+        "`{path}` is no universal file, no table with a column `frequency_hz`, no NumPy array and no LabVIEW measurement{hint}"
+    )]
+    Unknown {
+        /// The path.
+        path: String,
+        /// What it may be instead, and what to do.
+        hint: &'static str,
+    },
+    /// A universal file.
+    #[error("`{path}`: {source}")]
+    Uff {
+        /// The path.
+        path: String,
+        /// Why.
+        source: UffError,
+    },
+    /// A table.
+    #[error("`{path}`: {source}")]
+    Csv {
+        /// The path.
+        path: String,
+        /// Why.
+        source: CsvError,
+    },
+    /// An array.
+    #[error("`{path}`: {source}")]
+    Npy {
+        /// The path.
+        path: String,
+        /// Why.
+        source: npy::NpyError,
+    },
+    /// A LabVIEW measurement.
+    #[error("`{path}`: {source}")]
+    Lvm {
+        /// The path.
+        path: String,
+        /// Why.
+        source: lvm::LvmError,
+    },
+    /// Arrays that do not fit together.
+    #[error("NumPy arrays: {0}")]
+    Arrays(String),
+    /// Sets that cannot be joined.
+    #[error("`{path}` holds functions beside those of the other files; read tables and arrays one set at a time")]
+    SecondSet {
+        /// The path.
+        path: String,
+    },
+    /// Units, frequencies or pairs.
+    #[error(transparent)]
+    Convert(#[from] ConvertError),
+}
+
+/// Files larger than this are not read: 2 GiB.
+const LARGEST: u64 = 2 << 30;
+
+/// What one path holds.
+enum Content {
+    Universal(UniversalFile),
+    Frfs(FrfSet),
+    Points(Vec<Point>),
+    Array(npy::Array),
+    Spectra(Vec<Spectrum>),
+}
+
+/// Reads measurement files.
+///
+/// * `files` - functions, spectra, and geometry where the same files hold it
+/// * `geometry` - a file for the geometry alone, which then must be usable
+///
+/// # Errors
+/// The first file that cannot be read; [`ConvertError::Questions`] with everything the user must state.
+pub fn read_measurements(
+    files: &[PathBuf],
+    geometry: Option<&Path>,
+    options: &MeasurementOptions,
+) -> Result<Measurements, MeasurementError> {
+    let mut found = Measurements::default();
+    let mut universal: Vec<UniversalFile> = Vec::new();
+    let mut arrays: Vec<npy::Array> = Vec::new();
+    let mut points: Vec<Point> = Vec::new();
+    let mut set: Option<FrfSet> = None;
+    for path in files {
+        match content(path, options, &mut found)? {
+            Content::Universal(file) => universal.push(file),
+            Content::Frfs(frfs) if set.is_none() => set = Some(frfs),
+            Content::Frfs(_) => return Err(MeasurementError::SecondSet { path: path.display().to_string() }),
+            Content::Points(list) => points.extend(list),
+            Content::Array(array) => arrays.push(array),
+            Content::Spectra(list) => found.spectra.extend(list),
+        }
+    }
+    let second = || MeasurementError::SecondSet { path: "NumPy arrays".to_string() };
+    if !arrays.is_empty() {
+        if set.is_some() {
+            return Err(second());
+        }
+        set = Some(of_arrays(&arrays, &options.frf)?);
+    }
+    let references: Vec<&UniversalFile> = universal.iter().collect();
+    let has_functions = universal.iter().any(|f| f.datasets.iter().any(|d| matches!(d, Dataset::Function(_))));
+    if has_functions {
+        match convert::frfs(&references, &options.frf) {
+            Ok(import) => {
+                if set.is_some() {
+                    return Err(MeasurementError::SecondSet { path: "a universal file".to_string() });
+                }
+                found.spectra.extend(import.spectra);
+                found.notes.extend(import.notes.iter().map(|n| (PathBuf::new(), n.to_string())));
+                set = Some(import.frfs);
+            }
+            // Spectra alone are a result.
+            Err(ConvertError::Nothing { .. }) if set.is_some() || !found.spectra.is_empty() => {}
+            Err(e) => return Err(e.into()),
+        }
+    }
+    let names = own_names(&universal);
+    if let Some(set) = &mut set {
+        rename(set.references.iter_mut().chain(&mut set.responses).map(|c| &mut c.name), &names);
+    }
+    found.frfs = set;
+    let units = options.geometry_units.as_ref().unwrap_or(&options.frf.units);
+    found.geometry = match geometry {
+        Some(path) => Some(match content(path, options, &mut Measurements::default())? {
+            Content::Universal(file) => convert::geometry(&[&file], units)?.0,
+            Content::Points(points) => Geometry { points, lines: Vec::new() },
+            _ => {
+                let hint = "; a geometry is a universal file with nodes, or a table `point,x,y,z`";
+                return Err(MeasurementError::Unknown { path: path.display().to_string(), hint });
+            }
+        }),
+        None if !points.is_empty() => Some(Geometry { points, lines: Vec::new() }),
+        None => match convert::geometry(&references, units) {
+            Ok((geometry, notes)) => {
+                found.notes.extend(notes.iter().map(|n| (PathBuf::new(), n.to_string())));
+                Some(geometry)
+            }
+            Err(ConvertError::Nothing { .. }) => None,
+            Err(e) => {
+                found.notes.push((PathBuf::new(), format!("the geometry is left out: {e}")));
+                None
+            }
+        },
+    };
+    if let Some(geometry) = &mut found.geometry {
+        rename(geometry.points.iter_mut().map(|p| &mut p.name), &names);
+    }
+    Ok(found)
+}
+
+/// Names behind the labels of nodes, in files that this crate wrote: there the entity of a function is the name of its point.
+fn own_names(files: &[UniversalFile]) -> BTreeMap<String, String> {
+    let functions = files.iter().flat_map(|f| &f.datasets).filter_map(|d| match d {
+        Dataset::Function(f) if f.ids[0] == "written by retune" => Some(f),
+        _ => None,
+    });
+    functions
+        .flat_map(|f| [&f.response, &f.reference])
+        .filter(|e| e.node != 0 && !matches!(e.name.as_str(), "" | "NONE"))
+        .map(|e| (e.node.to_string(), e.name.clone()))
+        .collect()
+}
+
+fn rename<'a>(list: impl Iterator<Item = &'a mut String>, names: &BTreeMap<String, String>) {
+    for name in list {
+        if let Some(own) = names.get(name) {
+            name.clone_from(own);
+        }
+    }
+}
+
+fn content(path: &Path, options: &MeasurementOptions, found: &mut Measurements) -> Result<Content, MeasurementError> {
+    let shown = || path.display().to_string();
+    let fail = |reason: String| MeasurementError::File { path: shown(), reason };
+    let meta = std::fs::metadata(path).map_err(|e| fail(e.to_string()))?;
+    if meta.is_dir() {
+        let file = openmodal::read(path).map_err(|source| MeasurementError::Csv { path: shown(), source })?;
+        return Ok(Content::Universal(file));
+    }
+    if meta.len() > LARGEST {
+        return Err(fail(format!("it has {} bytes, more than the {LARGEST} that are read", meta.len())));
+    }
+    let bytes = std::fs::read(path).map_err(|e| fail(e.to_string()))?;
+    if bytes.starts_with(b"\x93NUMPY") {
+        return npy::read(&bytes).map(Content::Array).map_err(|source| MeasurementError::Npy { path: shown(), source });
+    }
+    if bytes.starts_with(b"LabVIEW Measurement") {
+        let channels = lvm::read(&bytes).map_err(|source| MeasurementError::Lvm { path: shown(), source })?;
+        found.notes.push((path.to_path_buf(), "x is taken for frequencies in Hz; the header does not say".to_string()));
+        return Ok(Content::Spectra(channels.into_iter().map(spectrum_of).collect()));
+    }
+    if bytes.starts_with(b"MATLAB") {
+        let hint = ": it is a MATLAB file; save frequencies and functions as .npy or as a table";
+        return Err(MeasurementError::Unknown { path: shown(), hint });
+    }
+    let body = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes);
+    let mut lines = body.split(|b| *b == b'\n').map(<[u8]>::trim_ascii);
+    let first = lines.clone().find(|l| !l.is_empty() && !l.starts_with(b"#")).unwrap_or_default();
+    let names: Vec<&[u8]> = first.split(|b| matches!(b, b',' | b';' | b'\t' | b'"')).map(<[u8]>::trim_ascii).collect();
+    if names.contains(&&b"frequency_hz"[..]) {
+        found.is_synthetic |= lines.take_while(|l| l.starts_with(b"#")).any(says_synthetic);
+        let csv = CsvFrfOptions { unit: options.unit.clone(), reference: None };
+        let frfs = read_frfs(&bytes, &csv).map_err(|source| MeasurementError::Csv { path: shown(), source })?;
+        return Ok(Content::Frfs(frfs));
+    }
+    if [&b"point"[..], b"x", b"y", b"z"].iter().all(|n| names.contains(n)) {
+        return points(&bytes, options).map(Content::Points).map_err(|e| match e {
+            PointsError::Csv(source) => MeasurementError::Csv { path: shown(), source },
+            PointsError::Units(question) => ConvertError::Questions(vec![question]).into(),
+        });
+    }
+    if !lines.any(|l| l == b"-1") {
+        return Err(MeasurementError::Unknown { path: shown(), hint: "" });
+    }
+    let (file, notes) = uff::read(&bytes).map_err(|source| MeasurementError::Uff { path: shown(), source })?;
+    found.notes.extend(notes.iter().map(|n| (path.to_path_buf(), n.to_string())));
+    found.is_synthetic |= file.datasets.iter().any(|d| match d {
+        Dataset::Function(f) => f.ids.iter().any(|id| says_synthetic(id.as_bytes())),
+        Dataset::DataAtNodes(d) => d.ids.iter().any(|id| says_synthetic(id.as_bytes())),
+        _ => false,
+    });
+    Ok(Content::Universal(file))
+}
+
+fn says_synthetic(text: &[u8]) -> bool {
+    text.to_ascii_lowercase().windows(9).any(|w| w == b"synthetic")
+}
+
+enum PointsError {
+    Csv(CsvError),
+    Units(Question),
+}
+
+/// A table of points with coordinates in the stated unit of length.
+fn points(bytes: &[u8], options: &MeasurementOptions) -> Result<Vec<Point>, PointsError> {
+    let UnitsFrom::System(system) = options.geometry_units.as_ref().unwrap_or(&options.frf.units) else {
+        return Err(PointsError::Units(Question {
+            option: "geometry-units",
+            text: "the unit of the coordinates is not stated".to_string(),
+            answers: convert::UnitSystem::NAMES.map(String::from).to_vec(),
+        }));
+    };
+    let sheet = Sheet::read(bytes).map_err(PointsError::Csv)?;
+    let column = |name| sheet.column(name).map_err(PointsError::Csv);
+    let name = column("point")?;
+    let at = [column("x")?, column("y")?, column("z")?];
+    let mut points: Vec<Point> = Vec::with_capacity(sheet.rows.len());
+    for row in &sheet.rows {
+        let mut position_m = [0.0; 3];
+        for (value, column) in position_m.iter_mut().zip(at) {
+            *value = sheet.number(row, column).map_err(PointsError::Csv)? * system.length;
+        }
+        points.push(Point { name: row.cells[name].to_string(), position_m, axes: Point::GLOBAL });
+    }
+    Ok(points)
+}
+
+/// A channel whose x is frequency; decibels become amplitudes.
+fn spectrum_of(channel: lvm::LvmChannel) -> Spectrum {
+    let is_decibel = channel.y_unit.to_lowercase().starts_with("db");
+    let amplitude = |y: f64| if is_decibel { 10.0_f64.powf(y / 20.0) } else { y };
+    Spectrum {
+        kind: SpectrumKind::Linear,
+        response: Channel { name: channel.name, direction: None },
+        reference: None,
+        frequencies_hz: channel.x,
+        values: channel.y.into_iter().map(|y| Complex::new(amplitude(y), 0.0)).collect(),
+        unit: SpectrumUnit::AsInFile(channel.y_unit),
+    }
+}
+
+/// Functions of a real array of frequencies and a complex array of values.
+fn of_arrays(arrays: &[npy::Array], options: &FrfOptions) -> Result<FrfSet, MeasurementError> {
+    let wrong = |text: String| MeasurementError::Arrays(text);
+    let mut frequencies = None;
+    let mut functions = None;
+    for array in arrays {
+        match (&array.values, array.shape.as_slice()) {
+            (npy::Values::Real(f), [_]) if frequencies.is_none() => frequencies = Some(f),
+            (npy::Values::Complex(h), [lines, responses]) if functions.is_none() => {
+                functions = Some((h, *lines, 1, *responses));
+            }
+            (npy::Values::Complex(h), [lines, references, responses]) if functions.is_none() => {
+                functions = Some((h, *lines, *references, *responses));
+            }
+            (_, shape) => {
+                return Err(wrong(format!(
+                    "an array of shape {shape:?} does not fit; needed are one real (lines) in Hz and one complex (lines x responses) or (lines x references x responses)"
+                )));
+            }
+        }
+    }
+    let frequencies_hz: Vec<f64> =
+        frequencies.ok_or_else(|| wrong("the real array of frequencies in Hz is missing".to_string()))?.clone();
+    let (h, lines, n_references, n_responses) =
+        functions.ok_or_else(|| wrong("the complex array of functions is missing".to_string()))?;
+    if lines != frequencies_hz.len() {
+        return Err(wrong(format!("{} frequencies for {lines} lines of functions", frequencies_hz.len())));
+    }
+    if let Some(line) = (1..lines).find(|&l| frequencies_hz[l].is_nan() || frequencies_hz[l] <= frequencies_hz[l - 1]) {
+        return Err(ConvertError::NotAscending { function: "frequencies".to_string(), line }.into());
+    }
+    let mut questions = Vec::new();
+    let UnitsFrom::System(system) = &options.units else {
+        questions.push(Question {
+            option: "units",
+            text: "an array has no units".to_string(),
+            answers: convert::UnitSystem::NAMES.map(String::from).to_vec(),
+        });
+        return Err(ConvertError::Questions(questions).into());
+    };
+    let Some(quantity) = options.quantity else {
+        questions.push(Question {
+            option: "quantity",
+            text: "an array does not say what was measured".to_string(),
+            answers: ["receptance", "mobility", "accelerance"].map(String::from).to_vec(),
+        });
+        return Err(ConvertError::Questions(questions).into());
+    };
+    let scale = system.response(quantity) / system.force;
+    let channels = |prefix: &str, n: usize| {
+        (0..n).map(|k| Channel { name: format!("{prefix}{}", k + 1), direction: None }).collect::<Vec<_>>()
+    };
+    Ok(FrfSet {
+        quantity,
+        frequencies_hz,
+        references: channels("force", n_references),
+        responses: channels("p", n_responses),
+        h: h.iter().map(|v| v * scale).collect(),
+        coherence: None,
+        n_averages: None,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::data::FrfQuantity;
+    use crate::data::convert::UnitSystem;
+
+    fn folder(name: &str) -> PathBuf {
+        let folder = std::env::temp_dir().join(format!("retune-measurement-{name}-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        folder
+    }
+
+    #[test]
+    fn arrays_need_units_and_quantity() {
+        let folder = folder("npy");
+        let (f, h) = (folder.join("f.npy"), folder.join("h.npy"));
+        let array = |shape: Vec<usize>, values| npy::write(&npy::Array { shape, values });
+        std::fs::write(&f, array(vec![3], npy::Values::Real(vec![1.0, 2.0, 3.0]))).unwrap();
+        let values = (0..6).map(|k| Complex::new(f64::from(k), 1.0)).collect();
+        std::fs::write(&h, array(vec![3, 2], npy::Values::Complex(values))).unwrap();
+        let files = [h, f];
+        let mut options = MeasurementOptions::default();
+        assert!(read_measurements(&files, None, &options).unwrap_err().to_string().contains("units"));
+        options.frf.units = UnitsFrom::System(UnitSystem::from_name("mm-N-s").unwrap());
+        assert!(read_measurements(&files, None, &options).unwrap_err().to_string().contains("quantity"));
+        options.frf.quantity = Some(FrfQuantity::Accelerance);
+        let set = read_measurements(&files, None, &options).unwrap().frfs.unwrap();
+        assert_eq!((set.n_lines(), set.responses.len()), (3, 2));
+        assert_eq!(set.at(2, 0, 1), Complex::new(5.0e-3, 1.0e-3));
+        std::fs::remove_dir_all(folder).unwrap();
+    }
+
+    #[test]
+    fn tables_and_points_are_recognised() {
+        let folder = folder("csv");
+        let (table, points) = (folder.join("h.csv"), folder.join("points.csv"));
+        std::fs::write(&table, "# SYNTHETIC\nfrequency_hz,1.+z/1.+z:re,1.+z/1.+z:im\nHz,m/s2/N,m/s2/N\n1,2,3\n2,3,4\n").unwrap();
+        std::fs::write(&points, "point,x,y,z\n1,10,20,0\n").unwrap();
+        let mut options = MeasurementOptions::default();
+        let files = [table];
+        let error = read_measurements(&files, Some(&points), &options).unwrap_err();
+        assert!(error.to_string().contains("geometry-units"), "{error}");
+        options.geometry_units = Some(UnitsFrom::System(UnitSystem::from_name("mm-N-s").unwrap()));
+        let found = read_measurements(&files, Some(&points), &options).unwrap();
+        assert_eq!(found.geometry.unwrap().points[0].position_m, [0.01, 0.02, 0.0]);
+        assert!(found.is_synthetic);
+        assert_eq!(found.frfs.unwrap().n_lines(), 2);
+        std::fs::remove_dir_all(folder).unwrap();
+    }
+
+    #[test]
+    fn every_sample_is_read_or_explained() {
+        let Some(samples) = crate::data::shared_data("uff_samples") else { return };
+        let mut paths: Vec<PathBuf> = std::fs::read_dir(samples).unwrap().map(|e| e.unwrap().path()).collect();
+        paths.sort();
+        for path in paths {
+            match read_measurements(std::slice::from_ref(&path), None, &MeasurementOptions::default()) {
+                Ok(found) => eprintln!("{}: {:?} functions", path.display(), found.frfs.map(|f| f.responses.len())),
+                Err(e) => assert!(e.to_string().len() > 20, "{}: {e}", path.display()),
+            }
+        }
+    }
+}

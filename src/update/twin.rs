@@ -1,0 +1,467 @@
+//! Synthetic tests: modes and frequency responses of a model at sensors, with noise and sensor faults.
+//!
+//! For tests of this crate, for examples, and for planning: what would a test with these sensors and this noise tell? Everything
+//! is seeded; modes, and functions of each exciter, have random streams of their own, so that one does not change when
+//! another is left out. Everything that is written says that it is synthetic.
+
+use super::name_modes;
+use crate::catalogue::did_you_mean;
+use crate::correlation::{CorrelationError, observation_matrix};
+use crate::data::{Channel, FrfQuantity, FrfSet, Measured, Origin, Place, Sensor, TestData, TestMode};
+use crate::element::Dof;
+use crate::linalg::{Complex, DMatrix, DVector};
+use crate::modal::{ModalDamping, ModalError, Modes, SolveOptions, solve, synthesize};
+use crate::model::{ModelError, ParametricModel};
+use crate::optim::Draw;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use std::str::FromStr;
+
+/// Functions are superposed from at most this many elastic modes.
+const MOST_MODES: usize = 400;
+
+/// Random streams.
+const MODES_STREAM: u64 = 1;
+const FRF_STREAM: u64 = 2;
+
+/// Settings of a synthetic test.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TwinOptions {
+    /// Most elastic modes to write.
+    pub n_modes: usize,
+    /// Only modes in this band, Hz.
+    pub band_hz: Option<(f64, f64)>,
+    /// Relative standard deviation of frequencies.
+    pub frequency_noise: f64,
+    /// Damping ratio of every mode.
+    pub damping: f64,
+    /// Relative standard deviation of damping ratios.
+    pub damping_noise: f64,
+    /// Standard deviation of shape entries, relative to the largest entry.
+    pub shape_noise: f64,
+    /// Faults of sensors.
+    pub faults: Vec<SensorFault>,
+    /// Seed of all random numbers.
+    pub seed: u64,
+}
+
+impl Default for TwinOptions {
+    /// Ten modes with 1 % damping, without noise and faults.
+    fn default() -> Self {
+        Self {
+            n_modes: 10,
+            band_hz: None,
+            frequency_noise: 0.0,
+            damping: 0.01,
+            damping_noise: 0.0,
+            shape_noise: 0.0,
+            faults: Vec::new(),
+            seed: 0,
+        }
+    }
+}
+
+/// Lines, exciters and noise of synthetic functions.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TwinFrfOptions {
+    /// Frequency lines, Hz, ascending.
+    pub lines_hz: Vec<f64>,
+    /// Names of the sensors at which, and along which, the force acts, one after the other.
+    pub exciters: Vec<String>,
+    /// What is measured.
+    pub quantity: FrfQuantity,
+    /// Standard deviation of the noise of the force, relative to the force.
+    pub force_noise: f64,
+    /// Standard deviation of the noise of a response, relative to the root mean square of that response over the lines.
+    pub response_noise: f64,
+    /// Averages of the estimator, at least 1.
+    pub n_averages: usize,
+}
+
+/// Something wrong with a sensor or its cable.
+#[derive(Debug, Clone, PartialEq)]
+pub enum SensorFault {
+    /// Mounted upside down: `sign:p11`.
+    Sign(String),
+    /// Wrong sensitivity, by a factor: `gain:p5,1.5`.
+    Gain(String, f64),
+    /// Two cables interchanged: `swap:p3,p4`.
+    Swap(String, String),
+    /// Nothing but noise: `dead:p10`.
+    Dead(String),
+    /// Mounted along another direction than the file says: `axis:p7,+x`.
+    Axis(String, [f64; 3]),
+}
+
+impl SensorFault {
+    /// The sensors it names.
+    fn sensors(&self) -> Vec<&str> {
+        match self {
+            SensorFault::Sign(a) | SensorFault::Gain(a, _) | SensorFault::Dead(a) | SensorFault::Axis(a, _) => vec![a],
+            SensorFault::Swap(a, b) => vec![a, b],
+        }
+    }
+}
+
+impl std::fmt::Display for SensorFault {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            SensorFault::Sign(a) => write!(f, "sign:{a}"),
+            SensorFault::Gain(a, factor) => write!(f, "gain:{a},{factor}"),
+            SensorFault::Swap(a, b) => write!(f, "swap:{a},{b}"),
+            SensorFault::Dead(a) => write!(f, "dead:{a}"),
+            SensorFault::Axis(a, d) => write!(f, "axis:{a},[{} {} {}]", d[0], d[1], d[2]),
+        }
+    }
+}
+
+impl FromStr for SensorFault {
+    type Err = TwinError;
+
+    fn from_str(text: &str) -> Result<Self, TwinError> {
+        let wrong = || TwinError::Fault { text: text.to_string() };
+        let (kind, rest) = text.split_once(':').ok_or_else(wrong)?;
+        let two = || rest.rsplit_once(',').map(|(a, b)| (a.trim().to_string(), b.trim())).ok_or_else(wrong);
+        let one = || {
+            let name = rest.trim();
+            if name.is_empty() { Err(wrong()) } else { Ok(name.to_string()) }
+        };
+        Ok(match kind.trim() {
+            "sign" => SensorFault::Sign(one()?),
+            "dead" => SensorFault::Dead(one()?),
+            "gain" => {
+                let (name, factor) = two()?;
+                let factor: f64 = factor.parse().map_err(|_| wrong())?;
+                if !factor.is_finite() {
+                    return Err(wrong());
+                }
+                SensorFault::Gain(name, factor)
+            }
+            "swap" => {
+                let (a, b) = two()?;
+                SensorFault::Swap(a, b.to_string())
+            }
+            "axis" => {
+                let (name, axis) = two()?;
+                let sign = if axis.starts_with('-') { -1.0 } else { 1.0 };
+                let letter = axis.trim_start_matches(['+', '-']);
+                let i = ["x", "y", "z"].iter().position(|a| *a == letter).ok_or_else(wrong)?;
+                let mut direction = [0.0; 3];
+                direction[i] = sign;
+                SensorFault::Axis(name, direction)
+            }
+            _ => return Err(wrong()),
+        })
+    }
+}
+
+/// Why there is no synthetic test.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum TwinError {
+    /// A sensor sits where the model has nothing.
+    #[error(transparent)]
+    Correlation(#[from] CorrelationError),
+    /// The model has no matrices.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// The model has no modes.
+    #[error(transparent)]
+    Modal(#[from] ModalError),
+    /// A fault that is not understood.
+    #[error(
+        "fault `{text}` is not understood; write `sign:SENSOR`, `gain:SENSOR,FACTOR`, `swap:SENSOR,SENSOR`, `dead:SENSOR` or `axis:SENSOR,+x`"
+    )]
+    Fault {
+        /// The text.
+        text: String,
+    },
+    /// A name that no sensor has.
+    #[error("there is no sensor `{name}`{suggestion}")]
+    NoSensor {
+        /// The name.
+        name: String,
+        /// "; did you mean ...?" or nothing.
+        suggestion: String,
+    },
+    /// A number out of its range.
+    #[error("{what} is {value}; it must be {expected}")]
+    Range {
+        /// What.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+        /// What is allowed.
+        expected: &'static str,
+    },
+    /// Nothing to measure with, or nothing to measure.
+    #[error("{0}")]
+    Nothing(&'static str),
+}
+
+/// A sensor on every node for each translation that exists there, for tests that name no sensors: `n4`, or `n4.ux` where a
+/// node has several.
+pub fn node_sensors(model: &dyn ParametricModel) -> Vec<Sensor> {
+    let dofs = model.dof_map();
+    let mut sensors = Vec::new();
+    for (index, node) in dofs.node_names().iter().enumerate() {
+        let moving: Vec<Dof> = Dof::ALL[..3].iter().copied().filter(|d| !dofs.express(index, *d).is_empty()).collect();
+        for dof in &moving {
+            let mut direction = [0.0; 3];
+            direction[*dof as usize] = 1.0;
+            sensors.push(Sensor {
+                name: if moving.len() == 1 { node.clone() } else { format!("{node}.{dof}") },
+                place: Place::Node { node: node.clone(), position: None },
+                direction,
+                is_rotation: false,
+                mass: None,
+            });
+        }
+    }
+    sensors
+}
+
+/// Modes of a model at θ as a test would give them.
+///
+/// ```text
+/// f = f_r (1 + ε_f n),   ψ_k = φ_k + ε_ψ max|φ| n      n standard normal, φ scaled to a largest entry of 1
+/// ```
+/// Faults act on φ before the noise. Rigid-body modes are left out.
+///
+/// * `origin` - how the numbers came about, for the file
+///
+/// # Errors
+/// A sensor or fault that does not fit; numbers out of range; no mode in the band.
+pub fn twin_modes(
+    model: &dyn ParametricModel,
+    theta: &[f64],
+    sensors: &[Sensor],
+    options: &TwinOptions,
+    origin: &str,
+) -> Result<TestData, TwinError> {
+    check(options, sensors)?;
+    let n = if options.band_hz.is_some() { MOST_MODES } else { options.n_modes };
+    let modes = modes(model, theta, n)?;
+    let at = faulty(model, sensors, &options.faults)? * &modes.shapes;
+    let named = name_modes(model, theta, &modes)?;
+    let mut rng = ChaCha8Rng::seed_from_u64(options.seed);
+    rng.set_stream(MODES_STREAM);
+    let origin = Origin::Synthetic(origin.to_string());
+    let (low, high) = options.band_hz.unwrap_or((0.0, f64::INFINITY));
+    let has_names = model.mirror().is_some();
+    let mut out = Vec::new();
+    for r in modes.elastic().skip(modes.n_mechanism) {
+        let f = modes.frequency_hz(r);
+        if f < low || f > high || out.len() >= options.n_modes {
+            continue;
+        }
+        let column = at.column(r);
+        let largest = column.iter().fold(0.0_f64, |a, v| if v.abs() > a.abs() { *v } else { a });
+        let scale = if largest == 0.0 { 1.0 } else { largest };
+        let frequency = f * (1.0 + options.frequency_noise * rng.normal());
+        let damping = options.damping * (1.0 + options.damping_noise * rng.normal());
+        let shape = DVector::from_fn(column.len(), |i, _| {
+            Complex::new(column[i] / scale + options.shape_noise * rng.normal(), 0.0)
+        });
+        let is_visible = shape.iter().any(|v| v.re != 0.0);
+        out.push(TestMode {
+            label: has_names.then(|| named[r].label.clone()),
+            frequency_hz: measured(frequency, options.frequency_noise * f),
+            damping_ratio: (options.damping > 0.0)
+                .then(|| measured(damping.clamp(1e-6, 0.99), options.damping_noise * options.damping)),
+            origin: origin.clone(),
+            shape_sd: (is_visible && options.shape_noise > 0.0)
+                .then(|| DVector::from_element(shape.len(), options.shape_noise)),
+            shape: is_visible.then_some(shape),
+            shape_origin: is_visible.then(|| origin.clone()),
+        });
+    }
+    if out.is_empty() {
+        return Err(TwinError::Nothing("the model has no elastic mode in the band"));
+    }
+    out.sort_by(|a, b| a.frequency_hz.value.total_cmp(&b.frequency_hz.value));
+    Ok(TestData {
+        name: String::new(),
+        description: String::new(),
+        configuration: None,
+        sensors: sensors.to_vec(),
+        modes: out,
+        mass_properties: Vec::new(),
+        frfs: None,
+    })
+}
+
+/// Frequency response functions of a model at θ as an analyser would estimate them.
+///
+/// ```text
+/// X = H F + rms(H) ε_x n_x,   F_m = F + ε_f n_f        F, n complex normal with E|.|² = 1, per line and average
+/// H_1 = Σ X F_m* / Σ |F_m|²,   γ² = |Σ X F_m*|² / (Σ |X|² Σ |F_m|²)
+/// ```
+/// Without noise H itself, by superposition of all elastic modes (at most 400) and the rigid-body modes. The noise of the force
+/// lowers H_1 by the factor 1/(1 + ε_f²), as it does in the laboratory.
+///
+/// # Errors
+/// As [`twin_modes`]; lines that do not ascend from above 0 Hz.
+pub fn twin_frfs(
+    model: &dyn ParametricModel,
+    theta: &[f64],
+    sensors: &[Sensor],
+    options: &TwinOptions,
+    frf: &TwinFrfOptions,
+) -> Result<FrfSet, TwinError> {
+    check(options, sensors)?;
+    for (what, value) in [("noise of the force", frf.force_noise), ("noise of the response", frf.response_noise)] {
+        range(what, value, (0.0..10.0).contains(&value), "between 0 and 10")?;
+    }
+    range("number of averages", frf.n_averages as f64, (1..=10_000).contains(&frf.n_averages), "between 1 and 10000")?;
+    let lines = &frf.lines_hz;
+    if let Some(bad) = (0..lines.len()).find(|&l| !(lines[l].is_finite() && lines[l] > if l > 0 { lines[l - 1] } else { 0.0 })) {
+        return Err(TwinError::Range { what: "a frequency line", value: lines[bad], expected: "above the one before and above 0" });
+    }
+    if lines.is_empty() || frf.exciters.is_empty() {
+        return Err(TwinError::Nothing("functions need frequency lines and an exciter"));
+    }
+    let modes = modes(model, theta, MOST_MODES)?;
+    let exciters = frf.exciters.iter().map(|name| index(sensors, name)).collect::<Result<Vec<_>, _>>()?;
+    let forces: Vec<Sensor> = exciters.iter().map(|&i| sensors[i].clone()).collect();
+    let responses = faulty(model, sensors, &options.faults)?;
+    let references = observation_matrix(model, &forces)?;
+    let damping = ModalDamping::uniform(modes.len(), options.damping);
+    let h = synthesize(&modes, &damping, &responses, &references, lines, frf.quantity.order());
+    let channel = |s: &Sensor| Channel { name: s.name.clone(), direction: Some(s.direction) };
+    let mut set = FrfSet {
+        quantity: frf.quantity,
+        frequencies_hz: lines.clone(),
+        references: forces.iter().map(channel).collect(),
+        responses: sensors.iter().map(channel).collect(),
+        h,
+        coherence: None,
+        n_averages: None,
+    };
+    let dead: Vec<bool> = sensors
+        .iter()
+        .map(|s| options.faults.iter().any(|f| matches!(f, SensorFault::Dead(name) if *name == s.name)))
+        .collect();
+    if frf.force_noise > 0.0 || frf.response_noise > 0.0 {
+        estimate(&mut set, frf, &dead, options.seed);
+    }
+    Ok(set)
+}
+
+/// Replaces exact functions by estimates from noisy averages.
+fn estimate(set: &mut FrfSet, frf: &TwinFrfOptions, dead: &[bool], seed: u64) {
+    let (n_lines, n_responses) = (set.n_lines(), set.responses.len());
+    let mut coherence = vec![1.0; set.h.len()];
+    for reference in 0..set.references.len() {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        rng.set_stream(FRF_STREAM + reference as u64);
+        let mut rms: Vec<f64> = (0..n_responses)
+            .map(|k| {
+                let power: f64 = (0..n_lines).map(|l| set.at(l, reference, k).norm_sqr()).sum();
+                (power / n_lines as f64).sqrt()
+            })
+            .collect();
+        // A dead channel has the noise of a typical one.
+        let mut alive: Vec<f64> = rms.iter().zip(dead).filter(|(_, d)| !**d).map(|(r, _)| *r).collect();
+        alive.sort_by(f64::total_cmp);
+        let typical = alive.get(alive.len() / 2).copied().unwrap_or(1.0);
+        rms.iter_mut().zip(dead).filter(|(_, d)| **d).for_each(|(r, _)| *r = typical);
+        let mut cross = vec![Complex::new(0.0, 0.0); n_responses];
+        let mut auto = vec![0.0; n_responses];
+        for line in 0..n_lines {
+            cross.fill(Complex::new(0.0, 0.0));
+            auto.fill(0.0);
+            let mut force_power = 0.0;
+            for _ in 0..frf.n_averages {
+                let force = complex_normal(&mut rng);
+                let measured = force + complex_normal(&mut rng) * frf.force_noise;
+                force_power += measured.norm_sqr();
+                for k in 0..n_responses {
+                    let noise = complex_normal(&mut rng) * (frf.response_noise * rms[k]);
+                    let x = set.at(line, reference, k) * force + noise;
+                    cross[k] += x * measured.conj();
+                    auto[k] += x.norm_sqr();
+                }
+            }
+            for k in 0..n_responses {
+                let at = set.index(line, reference, k);
+                set.h[at] = cross[k] / force_power;
+                let product = auto[k] * force_power;
+                coherence[at] = if product > 0.0 { cross[k].norm_sqr() / product } else { 0.0 };
+            }
+        }
+    }
+    // One average has coherence 1 whatever the noise, so it tells nothing.
+    set.coherence = (frf.n_averages > 1).then_some(coherence);
+    set.n_averages = Some(frf.n_averages);
+}
+
+/// Real and imaginary part with variance 1/2 each.
+fn complex_normal(rng: &mut ChaCha8Rng) -> Complex<f64> {
+    Complex::new(rng.normal(), rng.normal()) * std::f64::consts::FRAC_1_SQRT_2
+}
+
+fn measured(value: f64, sd: f64) -> Measured {
+    Measured { value, sd, sd_is_default: sd <= 0.0 }
+}
+
+fn modes(model: &dyn ParametricModel, theta: &[f64], n_elastic: usize) -> Result<Modes, TwinError> {
+    let system = model.assemble(theta)?;
+    let n_elastic = n_elastic.min(model.dof_map().n_dof());
+    Ok(solve(&system.stiffness, &system.mass, &model.dof_map().rigid_motions(), SolveOptions { n_elastic, shift: None })?)
+}
+
+/// The observation matrix of sensors with faults.
+fn faulty(model: &dyn ParametricModel, sensors: &[Sensor], faults: &[SensorFault]) -> Result<DMatrix<f64>, TwinError> {
+    let mut mounted = sensors.to_vec();
+    for fault in faults {
+        if let SensorFault::Axis(name, direction) = fault {
+            mounted[index(sensors, name)?].direction = *direction;
+        }
+    }
+    let mut rows = observation_matrix(model, &mounted)?;
+    for fault in faults {
+        match fault {
+            SensorFault::Sign(name) => rows.row_mut(index(sensors, name)?).neg_mut(),
+            SensorFault::Gain(name, factor) => {
+                rows.row_mut(index(sensors, name)?).scale_mut(*factor);
+            }
+            SensorFault::Swap(a, b) => rows.swap_rows(index(sensors, a)?, index(sensors, b)?),
+            SensorFault::Dead(name) => rows.row_mut(index(sensors, name)?).fill(0.0),
+            SensorFault::Axis(..) => {}
+        }
+    }
+    Ok(rows)
+}
+
+fn index(sensors: &[Sensor], name: &str) -> Result<usize, TwinError> {
+    sensors.iter().position(|s| s.name == name).ok_or_else(|| TwinError::NoSensor {
+        name: name.to_string(),
+        suggestion: did_you_mean(name, sensors.iter().map(|s| s.name.as_str())),
+    })
+}
+
+fn range(what: &'static str, value: f64, is_ok: bool, expected: &'static str) -> Result<(), TwinError> {
+    if is_ok { Ok(()) } else { Err(TwinError::Range { what, value, expected }) }
+}
+
+fn check(options: &TwinOptions, sensors: &[Sensor]) -> Result<(), TwinError> {
+    if sensors.is_empty() {
+        return Err(TwinError::Nothing("there is no sensor"));
+    }
+    for (what, value) in [
+        ("noise of frequencies", options.frequency_noise),
+        ("noise of damping ratios", options.damping_noise),
+        ("noise of shapes", options.shape_noise),
+        ("damping", options.damping),
+    ] {
+        range(what, value, (0.0..1.0).contains(&value), "at least 0 and below 1")?;
+    }
+    for name in options.faults.iter().flat_map(SensorFault::sensors) {
+        index(sensors, name)?;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests;
