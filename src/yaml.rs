@@ -81,11 +81,15 @@ impl fmt::Display for Problem {
 #[derive(Debug, Clone, Default)]
 pub struct SourceMap {
     places: BTreeMap<String, Entry>,
+    /// Path of a mapping or sequence -> paths of its entries, in file order.
+    children: BTreeMap<String, Vec<String>>,
 }
 
 #[derive(Debug, Clone, Copy)]
 struct Entry {
     key: Location,
+    /// Byte where the key stands, or the value where there is no key.
+    key_start: usize,
     /// Byte range of the value in the text.
     start: usize,
     end: usize,
@@ -108,6 +112,28 @@ impl SourceMap {
         self.places.get(path).map(|e| e.start..e.end)
     }
 
+    /// Byte where the key of a path starts; for an entry of a sequence, where the value starts.
+    pub fn key_start(&self, path: &str) -> Option<usize> {
+        self.places.get(path).map(|e| e.key_start)
+    }
+
+    /// Paths of the entries of a mapping or sequence, in file order; empty for anything else.
+    pub fn children(&self, path: &str) -> &[String] {
+        self.children.get(path).map_or(&[], Vec::as_slice)
+    }
+
+    /// Byte where the content of a value ends: after its last scalar or closing bracket, before what follows in the file.
+    pub fn content_end(&self, path: &str, text: &str) -> Option<usize> {
+        let entry = self.places.get(path)?;
+        // The parser ends a collection at the next token, after comments: count from the end of its last entry instead.
+        let last = self.children(path).last().map(|last| self.content_end(last, text));
+        match (text[entry.start..].chars().next(), last) {
+            (Some('{' | '['), last) => closing_bracket(text, last.flatten().unwrap_or(entry.start + 1)),
+            (_, None) => Some(entry.start + text[entry.start..entry.end].trim_end().len()),
+            (_, Some(last)) => last,
+        }
+    }
+
     /// Fills in the places of problems.
     #[must_use]
     pub fn place(&self, mut problems: Vec<Problem>) -> Vec<Problem> {
@@ -116,6 +142,19 @@ impl SourceMap {
         }
         problems
     }
+}
+
+/// Where the bracket ends that closes a collection after its last entry; comments may stand between.
+fn closing_bracket(text: &str, from: usize) -> Option<usize> {
+    let mut comment = false;
+    text.bytes().enumerate().skip(from).find_map(|(i, b)| {
+        comment = match b {
+            b'#' => true,
+            b'\n' => false,
+            _ => comment,
+        };
+        (!comment && matches!(b, b'}' | b']')).then_some(i + 1)
+    })
 }
 
 /// The path of a key below a path.
@@ -171,7 +210,7 @@ fn shape_error(error: &serde_yaml::Error, map: &SourceMap) -> Problem {
 /// What the builder of a [`SourceMap`] is inside of.
 enum Frame {
     Sequence { path: String, index: usize },
-    Mapping { path: String, key: Option<(String, Location)> },
+    Mapping { path: String, key: Option<(String, Location, usize)> },
 }
 
 fn location(span: &Span) -> Location {
@@ -185,7 +224,7 @@ fn source_map(text: &str) -> Result<SourceMap, Problem> {
     let mut offsets: Vec<usize> = text.char_indices().map(|(i, _)| i).collect();
     offsets.push(text.len());
     let byte = |index: usize| offsets[index.min(offsets.len() - 1)];
-    let mut open: Vec<(String, Location, usize)> = Vec::new();
+    let mut open: Vec<(String, Entry)> = Vec::new();
     for event in Parser::new_from_str(text) {
         let (event, span) = event.map_err(|e| {
             let mark = e.marker();
@@ -197,11 +236,16 @@ fn source_map(text: &str) -> Result<SourceMap, Problem> {
             Event::Scalar(..) | Event::Alias(_) | Event::SequenceStart(..) | Event::MappingStart(..) => {
                 let here = location(&span);
                 let scalar = matches!(event, Event::Scalar(..) | Event::Alias(_));
-                let (path, key_at) = match stack.last_mut() {
-                    None => (String::new(), here),
+                let (start, end) = (byte(span.start.index()), byte(span.end.index()));
+                let parent = match stack.last() {
+                    Some(Frame::Sequence { path, .. } | Frame::Mapping { path, .. }) => Some(path.clone()),
+                    None => None,
+                };
+                let (path, key, key_start) = match stack.last_mut() {
+                    None => (String::new(), here, start),
                     Some(Frame::Sequence { path, index }) => {
                         *index += 1;
-                        (format!("{path}[{}]", *index - 1), here)
+                        (format!("{path}[{}]", *index - 1), here, start)
                     }
                     Some(Frame::Mapping { path, key: key @ None }) => {
                         let Event::Scalar(name, ..) = &event else {
@@ -215,15 +259,18 @@ fn source_map(text: &str) -> Result<SourceMap, Problem> {
                             p.location = Some(here);
                             return Err(p);
                         }
-                        *key = Some((full, here));
+                        *key = Some((full, here, start));
                         continue;
                     }
-                    Some(Frame::Mapping { key, .. }) => key.take().unwrap_or((String::new(), here)),
+                    Some(Frame::Mapping { key, .. }) => key.take().unwrap_or((String::new(), here, start)),
                 };
-                let (start, end) = (byte(span.start.index()), byte(span.end.index()));
-                map.places.insert(path.clone(), Entry { key: key_at, start, end });
+                let entry = Entry { key, key_start, start, end };
+                map.places.insert(path.clone(), entry);
+                if let Some(parent) = parent {
+                    map.children.entry(parent).or_default().push(path.clone());
+                }
                 if !scalar {
-                    open.push((path.clone(), key_at, start));
+                    open.push((path.clone(), entry));
                     stack.push(match event {
                         Event::SequenceStart(..) => Frame::Sequence { path, index: 0 },
                         _ => Frame::Mapping { path, key: None },
@@ -232,8 +279,8 @@ fn source_map(text: &str) -> Result<SourceMap, Problem> {
             }
             Event::SequenceEnd | Event::MappingEnd => {
                 stack.pop();
-                if let Some((path, key, start)) = open.pop() {
-                    map.places.insert(path, Entry { key, start, end: byte(span.end.index()) });
+                if let Some((path, entry)) = open.pop() {
+                    map.places.insert(path, Entry { end: byte(span.end.index()), ..entry });
                 }
             }
             _ => {}
@@ -293,5 +340,17 @@ mod tests {
             let e = read::<File>(text).unwrap_err();
             assert_eq!(e[0].render("f"), expected);
         }
+    }
+
+    #[test]
+    fn the_content_of_a_block_ends_before_what_follows() {
+        let text = "a:\n  b: {c: 1} # why\n  d: >\n    two\n    lines\n\n# next\ne:\n  - x\n  - {y: 2}\n\n# end\n";
+        let (_, map) = read::<serde_yaml::Value>(text).unwrap();
+        assert_eq!(map.children(""), ["a", "e"]);
+        assert_eq!(map.children("a"), ["a.b", "a.d"]);
+        let end = |path: &str| &text[map.key_start(path).unwrap()..map.content_end(path, text).unwrap()];
+        assert_eq!(end("a.b"), "b: {c: 1}");
+        assert_eq!(end("a"), "a:\n  b: {c: 1} # why\n  d: >\n    two\n    lines");
+        assert_eq!(end("e"), "e:\n  - x\n  - {y: 2}");
     }
 }

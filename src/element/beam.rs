@@ -6,7 +6,7 @@ mod section;
 #[cfg(test)]
 mod statics;
 
-use super::{Axes, Dof, Element, ElementError, ElementInput, Lack, Property, Sample};
+use super::{Axes, Dof, Element, ElementError, ElementInput, Lack, Property, Sample, value};
 use crate::linalg::SymMatrix;
 use section::{PROPERTIES, Plane, Section};
 
@@ -207,6 +207,23 @@ fn ends(section: &Section) -> Option<[Row; 12]> {
     flexible.then(|| condense_ends(&mut rigid_ended_stiffness(section), section)).flatten()
 }
 
+/// Kinetic energy of the section over the displacement that the stiffness implies.
+fn section_mass(section: &Section) -> SymMatrix {
+    let to_ends = ends(section);
+    let [ey, ez] = section.shear_centre;
+    let [my, mz] = section.mass_offset;
+    let mut m = SymMatrix::zeros(12);
+    for (xi, weight) in GAUSS {
+        let mass_axis = beside(elastic_axis(section, xi), [my - ey, mz - ez]);
+        for (row, inertia) in mass_axis.into_iter().zip(section.inertia) {
+            if inertia != 0.0 {
+                m.add_outer(weight * section.length * inertia, &from_nodes(row, section, to_ends.as_ref()));
+            }
+        }
+    }
+    m
+}
+
 impl Element for Beam {
     fn name(&self) -> &'static str {
         "beam"
@@ -241,20 +258,15 @@ impl Element for Beam {
     }
 
     fn mass(&self, input: &ElementInput<'_>) -> Result<SymMatrix, ElementError> {
-        let section = Section::read(input)?;
-        let to_ends = ends(&section);
-        let [ey, ez] = section.shear_centre;
-        let [my, mz] = section.mass_offset;
-        let mut m = SymMatrix::zeros(12);
-        for (xi, weight) in GAUSS {
-            let mass_axis = beside(elastic_axis(&section, xi), [my - ey, mz - ez]);
-            for (row, inertia) in mass_axis.into_iter().zip(section.inertia) {
-                if inertia != 0.0 {
-                    m.add_outer(weight * section.length * inertia, &from_nodes(row, &section, to_ends.as_ref()));
-                }
-            }
-        }
-        Ok(m)
+        let mut section = Section::read(input)?;
+        section.inertia[1] += section.air[0];
+        section.inertia[2] += section.air[1];
+        Ok(section_mass(&section))
+    }
+
+    fn weighed_mass(&self, input: &ElementInput<'_>) -> Result<Option<SymMatrix>, ElementError> {
+        let in_fluid = value!(input, air_mass_y).is_some() || value!(input, air_mass_z).is_some();
+        if in_fluid { Section::read(input).map(|section| Some(section_mass(&section))) } else { Ok(None) }
     }
 
     /// The shape functions themselves, on the node line; with flexible ends `xi` = 0 is the end of the beam, which the

@@ -140,7 +140,8 @@ fn one_sample(
     let rigid = rigid_modes(&sample.points);
     definiteness(&dense, report);
     rigid_motion(element, sample, &input, &dense, &rigid, report);
-    rigid_body(element, sample, &(rigid.transpose() * &dense[1] * &rigid), report);
+    let weighed = element.weighed_mass(&input)?.map_or_else(|| dense[1].clone(), |m| m.to_dense());
+    rigid_body(element, sample, &(rigid.transpose() * weighed * &rigid), report);
     units(element, &input, &dense, report)?;
     for (i, alive) in alive.iter_mut().enumerate() {
         *alive |= matters(element, &input, i, &dense);

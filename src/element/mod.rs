@@ -123,6 +123,13 @@ pub trait Element: fmt::Debug + Send + Sync {
     /// Mass, (6 nodes) x (6 nodes), in element axes, kg, kg m, kg m².
     fn mass(&self, input: &ElementInput<'_>) -> Result<SymMatrix, ElementError>;
 
+    /// The part of [`Self::mass`] that a balance would weigh, where that is not all of it: the mass of air or water that
+    /// moves with the element has inertia and no weight. `None`, the default, stands for all of it.
+    fn weighed_mass(&self, input: &ElementInput<'_>) -> Result<Option<SymMatrix>, ElementError> {
+        let _ = input;
+        Ok(None)
+    }
+
     /// Viscous damping, (6 nodes) x (6 nodes), in element axes, N s/m; none by default.
     fn damping(&self, input: &ElementInput<'_>) -> Result<SymMatrix, ElementError> {
         Ok(SymMatrix::zeros(6 * input.points.len()))

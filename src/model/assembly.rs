@@ -95,11 +95,16 @@ pub(super) fn element_matrices(element: &PlacedElement, theta: &[f64]) -> Result
         }
         a
     };
-    Ok(ElementMatrices {
-        stiffness: scaled(element.kind.stiffness(&input).map_err(wrap)?, &element.stiffness_factor),
-        mass: scaled(element.kind.mass(&input).map_err(wrap)?, &element.mass_factor),
-        damping: element.kind.damping(&input).map_err(wrap)?,
-    })
+    let stiffness = scaled(element.kind.stiffness(&input).map_err(wrap)?, &element.stiffness_factor);
+    let mass = scaled(element.kind.mass(&input).map_err(wrap)?, &element.mass_factor);
+    let weighed_mass = element.kind.weighed_mass(&input).map_err(wrap)?.map(|m| scaled(m, &element.mass_factor));
+    let mut damping = element.kind.damping(&input).map_err(wrap)?;
+    for (factor, matrix) in [(&element.stiffness_damping, &stiffness), (&element.mass_damping, &mass)] {
+        if let Some(factor) = factor.as_ref().map(|f| f.at(theta)) {
+            damping = damping.combine(matrix, |c, a| c + factor * a);
+        }
+    }
+    Ok(ElementMatrices { stiffness, mass, weighed_mass, damping })
 }
 
 /// An element's matrices as functions of θ.
@@ -122,6 +127,8 @@ pub(super) fn dependence(element: &PlacedElement, parameters: &ParameterSet) -> 
         .flatten()
         .chain(&element.stiffness_factor)
         .chain(&element.mass_factor)
+        .chain(&element.stiffness_damping)
+        .chain(&element.mass_damping)
         .flat_map(Value::parameters)
         .collect();
     used.sort_unstable();
@@ -272,7 +279,7 @@ pub(super) fn affine_part(
                 let reduced = connection.reduce(matrix);
                 push(list, connection, &reduced);
             }
-            add_rigid_mass(&mut rigid[target.map_or(0, |p| p + 1)], 1.0, &matrices.mass, &element.axes, &at);
+            add_rigid_mass(&mut rigid[target.map_or(0, |p| p + 1)], 1.0, matrices.weighed(), &element.axes, &at);
         }
     }
     for basis in std::iter::once(&mut part.constant).chain(&mut part.parameters) {

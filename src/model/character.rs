@@ -120,9 +120,15 @@ fn ordinal(n: usize) -> String {
 pub(super) fn mirror_rows(geometry: &Geometry, dofs: &DofMap) -> Option<Vec<(usize, f64)>> {
     let (axis, _) = geometry.mirror?;
     let size = dofs.positions().iter().flatten().map(|c| c.abs()).fold(0.0, f64::max);
+    let at = |place: [f64; 3]| {
+        let same = move |p: &[f64; 3]| (0..3).all(|i| (p[i] - place[i]).abs() <= 1e-6 * size);
+        dofs.positions().iter().enumerate().filter(move |(_, p)| same(p)).map(|(node, _)| node)
+    };
+    // Of several nodes at one place, the first has the first at the mirrored place as its image, and so on.
     let image_of = |node: usize| {
-        let image = geometry.mirrored(dofs.positions()[node])?;
-        dofs.positions().iter().position(|p| (0..3).all(|i| (p[i] - image[i]).abs() <= 1e-6 * size))
+        let place = dofs.positions()[node];
+        let rank = at(place).position(|n| n == node)?;
+        at(geometry.mirrored(place)?).nth(rank)
     };
     let images: Vec<Option<usize>> = (0..dofs.n_nodes()).map(image_of).collect();
     dofs.rows()

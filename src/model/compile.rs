@@ -16,7 +16,7 @@ use super::spec::{DofName, ModelSpec, TargetSpec};
 use super::system::System;
 use super::{ElementMatrices, ModelError, ParametricModel, PointMotion};
 use crate::element::{Dof, ElementInput};
-use crate::linalg::SymMatrix;
+use crate::linalg::{DMatrix, SymMatrix};
 use crate::yaml::{self, Problem, Severity, SourceMap, child};
 use std::collections::BTreeMap;
 
@@ -188,6 +188,12 @@ impl Model {
         (0..c.b.nrows()).map(|i| c.rows.iter().enumerate().map(|(j, &row)| c.b[(i, j)] * q[row]).sum()).collect()
     }
 
+    /// How the dofs of one element follow from the rows of K: u_e = B q\[rows\], (6 nodes) x (rows), in its axes.
+    pub fn element_motion(&self, element: usize) -> (&[usize], &DMatrix<f64>) {
+        let c = &self.connections[element];
+        (&c.rows, &c.b)
+    }
+
     fn interpolate(&self, element: usize, fraction: f64, theta: &[f64]) -> Result<PointMotion, ModelError> {
         let e = &self.elements[element];
         let values: Vec<Option<f64>> = e.values.iter().map(|v| v.as_ref().map(|v| v.at(theta))).collect();
@@ -265,6 +271,8 @@ impl ParametricModel for Model {
                 .flatten()
                 .chain(&element.stiffness_factor)
                 .chain(&element.mass_factor)
+                .chain(&element.stiffness_damping)
+                .chain(&element.mass_damping)
                 .any(|v| v.parameters().any(|p| p == j));
             if depends {
                 let at = |s: f64| {
@@ -294,7 +302,7 @@ impl ParametricModel for Model {
         for &e in &self.general {
             let element = &self.elements[e];
             let at: Vec<[f64; 3]> = element.nodes.iter().map(|&n| self.geometry.positions[n]).collect();
-            add_rigid_mass(&mut rigid, 1.0, &element_matrices(element, theta)?.mass, &element.axes, &at);
+            add_rigid_mass(&mut rigid, 1.0, element_matrices(element, theta)?.weighed(), &element.axes, &at);
         }
         Ok(Some(MassProperties::from_rigid_mass(&rigid)))
     }

@@ -169,6 +169,8 @@ fn parameters(model: &Model, s: &mut Soundness) -> Result<(), ModelError> {
                     .flatten()
                     .chain(&e.stiffness_factor)
                     .chain(&e.mass_factor)
+                    .chain(&e.stiffness_damping)
+                    .chain(&e.mass_damping)
                     .any(|v| v.parameters().any(|i| i == j))
             });
             let why = if named { "what it acts on is supported, rigid or inactive" } else { "no property names it" };

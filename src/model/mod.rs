@@ -130,6 +130,8 @@ pub struct ElementMatrices {
     pub stiffness: SymMatrix,
     /// Mass.
     pub mass: SymMatrix,
+    /// The part of it that has weight, where that is not all of it.
+    pub weighed_mass: Option<SymMatrix>,
     /// Damping.
     pub damping: SymMatrix,
 }
@@ -139,8 +141,14 @@ impl ElementMatrices {
         Self {
             stiffness: self.stiffness.combine(&other.stiffness, &f),
             mass: self.mass.combine(&other.mass, &f),
+            weighed_mass: self.weighed_mass.as_ref().zip(other.weighed_mass.as_ref()).map(|(a, b)| a.combine(b, &f)),
             damping: self.damping.combine(&other.damping, &f),
         }
+    }
+
+    /// The mass that a balance sees.
+    fn weighed(&self) -> &SymMatrix {
+        self.weighed_mass.as_ref().unwrap_or(&self.mass)
     }
 
     /// Whether every entry agrees within `tolerance` times the largest entry of its matrix.

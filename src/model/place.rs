@@ -33,6 +33,10 @@ pub struct PlacedElement {
     pub stiffness_factor: Option<Value>,
     /// Factor on its mass.
     pub mass_factor: Option<Value>,
+    /// Viscous damping per stiffness, s: C = ... + factor K.
+    pub stiffness_damping: Option<Value>,
+    /// Viscous damping per mass, 1/s: C = ... + factor M.
+    pub mass_damping: Option<Value>,
     /// Path of its entry in the file.
     pub path: String,
     /// Name of its section, if any.
@@ -293,7 +297,7 @@ impl Placer<'_> {
                         };
                         if let Some(affine) = self.affine(scalar, properties[i].unit, &path) {
                             self.domain(&affine, properties[i].domain, properties[i].name, properties[i].unit, &path);
-                            values[i].get_or_insert(Value(vec![affine]));
+                            values[i].get_or_insert(Value::of(affine));
                         }
                     }
                 }
@@ -446,6 +450,8 @@ impl Placer<'_> {
             values: entry.values.clone(),
             stiffness_factor: None,
             mass_factor: None,
+            stiffness_damping: None,
+            mass_damping: None,
             path: entry.path.to_string(),
             section: entry.section.map(str::to_string),
         });
@@ -756,59 +762,144 @@ impl Placer<'_> {
     fn overrides(&mut self) {
         for (name, change) in &self.spec.overrides {
             let path = child("overrides", name);
-            let Some(elements) = self.sets.get(name).cloned() else {
-                let suggestion = did_you_mean(name, self.sets.keys().map(String::as_str));
-                self.error(&path, format_args!("`{name}` is no element, chain, mass or group{suggestion}"));
-                continue;
+            let targets: Vec<(String, &str)> = if change.of.is_empty() {
+                vec![(path.clone(), name)]
+            } else {
+                change.of.iter().enumerate().map(|(i, n)| (format!("{path}.of[{i}]"), n.as_str())).collect()
             };
-            self.override_elements(change, &path, &elements);
+            let mut sets = Vec::new();
+            for (at, target) in targets {
+                if let Some(set) = self.sets.get(target) {
+                    sets.push(set.clone());
+                } else {
+                    let suggestion = did_you_mean(target, self.sets.keys().map(String::as_str));
+                    let hint = if change.of.is_empty() { "; or name what it changes with `of: [...]`" } else { "" };
+                    self.error(at, format_args!("`{target}` is no element, chain, mass or group{suggestion}{hint}"));
+                }
+            }
+            let mut elements: Vec<usize> = sets.iter().flatten().copied().collect();
+            elements.sort_unstable();
+            elements.dedup();
+            if !elements.is_empty() {
+                self.override_properties(change, &path, &elements);
+                self.override_factors(change, &path, &elements);
+                self.taper(change, &path, &sets);
+            }
         }
     }
 
-    fn override_elements(&mut self, change: &OverrideSpec, path: &str, elements: &[usize]) {
-        for (what, given) in [("set", &change.set), ("scale", &change.scale)] {
+    /// Whether any of the elements has the property; if not, an error.
+    fn any_has(&mut self, elements: &[usize], property: &str, path: &str) -> bool {
+        let known: Vec<&str> =
+            elements.iter().flat_map(|&e| self.elements[e].kind.properties()).map(|p| p.name).collect();
+        if !known.contains(&property) {
+            let suggestion = did_you_mean(property, known);
+            self.error(path, format_args!("these elements have no property `{property}`{suggestion}"));
+            return false;
+        }
+        true
+    }
+
+    fn override_properties(&mut self, change: &OverrideSpec, path: &str, elements: &[usize]) {
+        for (what, given) in [("set", &change.set), ("scale", &change.scale), ("add", &change.add)] {
             for (property, scalar) in given {
                 let path = format!("{path}.{what}.{property}");
-                let known: Vec<&str> =
-                    elements.iter().flat_map(|&e| self.elements[e].kind.properties()).map(|p| p.name).collect();
-                if !known.contains(&property.as_str()) {
-                    let suggestion = did_you_mean(property, known);
-                    self.error(path, format_args!("these elements have no property `{property}`{suggestion}"));
+                if !self.any_has(elements, property, &path) {
                     continue;
                 }
                 for &e in elements {
                     let kind = self.elements[e].kind;
                     let Some(i) = kind.properties().iter().position(|p| p.name == property) else { continue };
-                    let unit = if what == "set" { kind.properties()[i].unit } else { "1" };
+                    let unit = if what == "scale" { "1" } else { kind.properties()[i].unit };
                     let before = self.problems.len();
                     let Some(affine) = self.affine(scalar, unit, &path) else {
                         self.problems.truncate(before + 1);
                         break;
                     };
-                    if what == "set" {
-                        self.elements[e].values[i] = Some(Value(vec![affine]));
-                    } else if let Some(value) = &mut self.elements[e].values[i] {
-                        value.0.push(affine);
-                    } else {
-                        self.error(
+                    match (what, &mut self.elements[e].values[i]) {
+                        ("set", value) => *value = Some(Value::of(affine)),
+                        // What is absent counts as zero, which every property with that meaning has as its default.
+                        ("add", value) => value.get_or_insert(Value::constant(0.0)).addends.push(affine),
+                        (_, Some(value)) => value.factors.push(affine),
+                        (_, None) => self.error(
                             &path,
                             format_args!("element `{}` has no `{property}` to scale", self.elements[e].name.clone()),
-                        );
+                        ),
                     }
                 }
             }
         }
-        for (word, factor) in [("stiffness", &change.stiffness), ("mass", &change.mass)] {
-            let Some(factor) = factor else { continue };
-            let Some(affine) = self.affine(factor, "1", &child(path, word)) else { continue };
+    }
+
+    fn override_factors(&mut self, change: &OverrideSpec, path: &str, elements: &[usize]) {
+        for (word, unit, given) in [
+            ("stiffness", "1", &change.stiffness),
+            ("mass", "1", &change.mass),
+            ("stiffness_damping", "s", &change.stiffness_damping),
+            ("mass_damping", "1/s", &change.mass_damping),
+        ] {
+            let Some(given) = given else { continue };
+            let Some(affine) = self.affine(given, unit, &child(path, word)) else { continue };
             for &e in elements {
-                let slot = if word == "stiffness" {
-                    &mut self.elements[e].stiffness_factor
-                } else {
-                    &mut self.elements[e].mass_factor
-                };
-                slot.get_or_insert(Value(Vec::new())).0.push(affine.clone());
+                let element = &mut self.elements[e];
+                match word {
+                    "stiffness" => element.stiffness_factor.get_or_insert_default().factors.push(affine.clone()),
+                    "mass" => element.mass_factor.get_or_insert_default().factors.push(affine.clone()),
+                    "stiffness_damping" => add_to(&mut element.stiffness_damping, affine.clone()),
+                    _ => add_to(&mut element.mass_damping, affine.clone()),
+                }
             }
         }
     }
+
+    /// Factors 1 + t s at the middle of each element, s from -1 at the start of each named chain to +1 at its end.
+    fn taper(&mut self, change: &OverrideSpec, path: &str, sets: &[Vec<usize>]) {
+        for (what, scalar) in &change.taper {
+            let path = format!("{path}.taper.{what}");
+            let whole = matches!(what.as_str(), "stiffness" | "mass");
+            if !whole && !self.any_has(&sets.concat(), what, &path) {
+                continue;
+            }
+            let Some(slope) = self.affine(scalar, "1", &path) else { continue };
+            for set in sets {
+                let span =
+                    |e: usize| self.elements[e].points.get(1).map_or(0.0, |p| super::geometry::dot(*p, *p).sqrt());
+                let lengths: Vec<f64> = set.iter().map(|&e| span(e)).collect();
+                let total: f64 = lengths.iter().sum();
+                if total <= 0.0 {
+                    self.error(&path, "a taper needs a chain of beams or bars");
+                    continue;
+                }
+                let mut before = 0.0;
+                for (&e, length) in set.iter().zip(lengths) {
+                    let s = (2.0 * before + length) / total - 1.0;
+                    before += length;
+                    let factor = Affine {
+                        constant: 1.0 + s * slope.constant,
+                        terms: slope.terms.iter().map(|(i, f)| (*i, s * f)).collect(),
+                    };
+                    let element = &mut self.elements[e];
+                    let property = element.kind.properties().iter().position(|p| p.name == what);
+                    match (what.as_str(), property) {
+                        ("stiffness", _) => element.stiffness_factor.get_or_insert_default().factors.push(factor),
+                        ("mass", _) => element.mass_factor.get_or_insert_default().factors.push(factor),
+                        (_, Some(i)) => {
+                            if let Some(value) = &mut element.values[i] {
+                                value.factors.push(factor);
+                            } else {
+                                let name = element.name.clone();
+                                self.error(&path, format_args!("element `{name}` has no `{what}` to taper"));
+                            }
+                        }
+                        _ => {}
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Adds to a value that is zero where it is absent.
+fn add_to(value: &mut Option<Value>, affine: Affine) {
+    value.get_or_insert(Value::constant(0.0)).addends.push(affine);
 }

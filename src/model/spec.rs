@@ -516,7 +516,7 @@ pub struct MemberSpec {
 }
 
 /// A spring or a bushing.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SpringSpec {
     /// A spring to ground at this node.
@@ -540,7 +540,7 @@ pub struct SpringSpec {
 }
 
 /// A rigid body on a node or on each of several nodes.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MassSpec {
     /// The node.
@@ -586,22 +586,41 @@ pub struct ElementSpec {
     pub frame: Option<String>,
 }
 
-/// Changes of the elements of one name: an element, a chain, a mass or a group.
+/// Changes of elements: of the element, chain, mass or group that the entry is named after, or of those in `of`.
+///
+/// Several entries may change one element. `set` replaces, in file order; factors (`scale`, `taper`, `stiffness`, `mass`)
+/// multiply; what stands under `add` is added after all factors.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct OverrideSpec {
+    /// Names of elements, chains, masses and groups that it changes; the name of the entry is then free.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub of: Vec<String>,
     /// Properties set to these values.
     #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
     pub set: Named<Scalar>,
     /// Properties multiplied by these factors.
     #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
     pub scale: Named<Scalar>,
+    /// Added to these properties, to zero where the property is absent.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub add: Named<Scalar>,
+    /// Linear variation t along each chain: these properties, or `stiffness` or `mass` as a whole, are multiplied by 1 + t s
+    /// at the middle of each element, s going from -1 at the start of the chain to +1 at its end.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub taper: Named<Scalar>,
     /// Factor on the whole stiffness matrix.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stiffness: Option<Scalar>,
     /// Factor on the whole mass matrix.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mass: Option<Scalar>,
+    /// Viscous damping in proportion to the stiffness, s: C = β K. A loss factor η at ω is β = η/ω.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stiffness_damping: Option<Scalar>,
+    /// Viscous damping in proportion to the mass, 1/s: C = α M. A damping ratio ζ at ω is α = 2 ζ ω.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mass_damping: Option<Scalar>,
 }
 
 /// Slaves that follow a master.

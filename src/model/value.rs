@@ -1,4 +1,4 @@
-//! Property values as functions of θ: products of affine expressions.
+//! Property values as functions of θ: products of affine expressions, and what is added to them.
 
 /// constant + Σ factor θ\[index\].
 #[derive(Debug, Clone, PartialEq)]
@@ -24,23 +24,38 @@ impl Affine {
     }
 }
 
-/// A product of affine expressions: a property with its factors.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Value(pub Vec<Affine>);
+/// A product of affine expressions and a sum of more: a property with its factors, and what is added to it.
+///
+/// ```text
+/// v(θ) = Π factors(θ) + Σ addends(θ)
+/// ```
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Value {
+    /// The factors; their product is one where there are none.
+    pub factors: Vec<Affine>,
+    /// What is added to the product.
+    pub addends: Vec<Affine>,
+}
 
 impl Value {
     /// A constant.
     pub fn constant(value: f64) -> Self {
-        Self(vec![Affine { constant: value, terms: Vec::new() }])
+        Self::of(Affine { constant: value, terms: Vec::new() })
+    }
+
+    /// One affine expression.
+    pub fn of(affine: Affine) -> Self {
+        Self { factors: vec![affine], addends: Vec::new() }
     }
 
     /// Its value at θ.
     pub fn at(&self, theta: &[f64]) -> f64 {
-        self.0.iter().map(|a| a.at(theta)).product()
+        let product: f64 = self.factors.iter().map(|a| a.at(theta)).product();
+        self.addends.iter().fold(product, |sum, a| sum + a.at(theta))
     }
 
     /// Indices in θ that it depends on.
     pub fn parameters(&self) -> impl Iterator<Item = usize> + '_ {
-        self.0.iter().flat_map(|a| a.terms.iter().map(|t| t.0))
+        self.factors.iter().chain(&self.addends).flat_map(|a| a.terms.iter().map(|t| t.0))
     }
 }

@@ -48,6 +48,21 @@ pub(super) const PROPERTIES: &[Property] = &[
     ),
     non_negative("rotary_inertia_y", "kg m", "rotary inertia of the section about y, per length (default 0)"),
     non_negative("rotary_inertia_z", "kg m", "rotary inertia of the section about z, per length (default 0)"),
+    non_negative(
+        "added_mass_per_length",
+        "kg/m",
+        "mass per length beside that of the section, on the mass axis (default 0)",
+    ),
+    non_negative(
+        "air_mass_y",
+        "kg/m",
+        "mass per length of the air or water moved along y: inertia without weight (default 0)",
+    ),
+    non_negative(
+        "air_mass_z",
+        "kg/m",
+        "mass per length of the air or water moved along z: inertia without weight (default 0)",
+    ),
     any("mass_offset_y", "m", "y of the mass axis from the node line (default 0)"),
     any("mass_offset_z", "m", "z of the mass axis from the node line (default 0)"),
     any("shear_centre_y", "m", "y of the elastic axis from the node line (default 0)"),
@@ -90,6 +105,8 @@ pub(super) struct Section {
     pub axial_force: f64,
     /// Inertia per length against ux uy uz rx ry rz of the mass axis, kg/m and kg m.
     pub inertia: [f64; 6],
+    /// Inertia per length of the surrounding fluid against uy and uz of the mass axis, kg/m.
+    pub air: [f64; 2],
     /// (y, z) of the elastic axis and of the mass axis from the node line, m.
     pub shear_centre: [f64; 2],
     pub mass_offset: [f64; 2],
@@ -159,7 +176,9 @@ impl Section {
         check_coupling(bend_twist, [eiz, eiy], gj)?;
 
         let density = value!(input, density);
-        let mass = mass_per_length(value!(input, mass_per_length), density, value!(input, A))?;
+        let mass = mass_per_length(value!(input, mass_per_length), density, value!(input, A))?
+            + value!(input, added_mass_per_length).unwrap_or(0.0);
+        let air = [value!(input, air_mass_y), value!(input, air_mass_z)].map(|v| v.unwrap_or(0.0));
         let section_inertia = value!(input, Iy).unwrap_or(0.0) + value!(input, Iz).unwrap_or(0.0);
         let polar = value!(input, polar_inertia_per_length).unwrap_or(density.unwrap_or(0.0) * section_inertia);
         let rotary = [value!(input, rotary_inertia_y), value!(input, rotary_inertia_z)].map(|v| v.unwrap_or(0.0));
@@ -185,6 +204,7 @@ impl Section {
             bend_twist,
             axial_force: value!(input, axial_force).unwrap_or(0.0),
             inertia: [mass, mass, mass, polar, rotary[0], rotary[1]],
+            air,
             shear_centre: pair(value!(input, shear_centre_y), value!(input, shear_centre_z)),
             mass_offset: pair(value!(input, mass_offset_y), value!(input, mass_offset_z)),
             end_compliance: std::array::from_fn(|d| input.values[END_COMPLIANCE + d].unwrap_or(0.0)),
@@ -254,7 +274,10 @@ pub(super) fn samples() -> Vec<Sample> {
         ("EIy", 900.0),
         ("EIz", 5000.0),
         ("GJ", 700.0),
-        ("mass_per_length", 0.7),
+        ("mass_per_length", 0.6),
+        ("added_mass_per_length", 0.1),
+        ("air_mass_y", 0.02),
+        ("air_mass_z", 0.3),
         ("polar_inertia_per_length", 4e-4),
         ("rotary_inertia_y", 1e-4),
         ("rotary_inertia_z", 3e-4),

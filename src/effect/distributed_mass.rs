@@ -1,0 +1,55 @@
+//! Mass along members that the model lacks.
+
+use super::location::Location;
+use super::patch::{Builder, Patch, PatchError, entry};
+use super::structure::{PartKind, Structure};
+use super::{About, Effect};
+use crate::element::Dof;
+use crate::model::spec::OverrideSpec;
+
+#[doc = "Mass along a chain, an element or a group that the model lacks: skin, wiring, paint, fuel."]
+#[derive(Debug, Clone, Copy)]
+pub struct DistributedMass;
+
+impl Effect for DistributedMass {
+    fn name(&self) -> &'static str {
+        "distributed-mass"
+    }
+
+    fn about(&self) -> About {
+        About {
+            summary: "Mass along a chain, an element or a group that the model lacks: skin, wiring, paint, fuel.",
+            signature: "Lowers all modes, those with much motion of the member more; the modes of one chain keep their \
+                    ratios.",
+            formulation: "M gains ∫ μ |v|² dx over the beams by `added_mass_per_length`, on the mass axis; μ = 0 leaves \
+                    it.",
+            confusable: &["point-mass", "air-mass", "stiffness-change", "taper"],
+            references: &[
+                "R. D. Blevins, Formulas for Natural Frequency and Mode Shape, 1979",
+                "M. I. Friswell, J. E. Mottershead, Finite Element Model Updating in Structural Dynamics, 1995",
+            ],
+        }
+    }
+
+    fn locations(&self, structure: &Structure<'_>) -> Vec<Location> {
+        let translates = |p: &super::Part| [Dof::Ux, Dof::Uy, Dof::Uz].into_iter().any(|d| structure.part_moves(p, d));
+        structure.places(|p| {
+            structure.total_mass() > 0.0
+                && p.elements.iter().all(|&e| structure.is_beam(e))
+                && translates(p)
+                // Single elements of a rigid body are not told apart.
+                && (p.kind != PartKind::Element || p.elements.iter().any(|&e| structure.deforms(e)))
+        })
+    }
+
+    fn patch(&self, structure: &Structure<'_>, at: &Location) -> Result<Patch, PatchError> {
+        let parts = structure.parts_at(self.name(), at)?;
+        let mut b = Builder::new(self.name(), at);
+        let length = structure.rigidity(&parts[0].elements).length;
+        let typical = 0.02 * structure.total_mass() / length;
+        let about = format!("mass per length missing along {}", at.place());
+        let mu = b.parameter("mass_per_length", "kg/m", typical, [0.0, 25.0 * typical], &about);
+        b.change("", &at.names, OverrideSpec { add: entry("added_mass_per_length", &mu), ..OverrideSpec::default() });
+        Ok(b.finish())
+    }
+}

@@ -1,0 +1,58 @@
+//! A spring to ground: suspension, cables, contact.
+
+use super::location::Location;
+use super::patch::{Builder, Edit, Patch, PatchError, entry};
+use super::structure::Structure;
+use super::{About, Effect};
+use crate::element::Dof;
+use crate::model::spec::SpringSpec;
+
+#[doc = "A spring between a node and the ground: a soft suspension, cables, a contact that the model lacks."]
+#[derive(Debug, Clone, Copy)]
+pub struct GroundSpring;
+
+impl Effect for GroundSpring {
+    fn name(&self) -> &'static str {
+        "ground-spring"
+    }
+
+    fn about(&self) -> About {
+        About {
+            summary: "A spring between a node and the ground: a soft suspension, cables, a contact that the model \
+                    lacks.",
+            signature: "Rigid-body modes rise above zero; low modes rise in proportion to the square of their motion \
+                    there over ω².",
+            formulation: "K gains k u² in one direction at the node; k = 0 leaves it. A small k raises ω by k φ²/(2 ω).",
+            confusable: &["point-mass", "stiffness-change", "axial-preload"],
+            references: &[
+                "T. G. Carne, D. T. Griffith, M. E. Casias, Support conditions for experimental modal analysis, Sound and Vibration 41, 2007",
+                "R. D. Blevins, Formulas for Natural Frequency and Mode Shape, 1979",
+            ],
+        }
+    }
+
+    fn locations(&self, structure: &Structure<'_>) -> Vec<Location> {
+        let mut all = Vec::new();
+        for dof in [Dof::Ux, Dof::Uy, Dof::Uz] {
+            let nodes = structure.nodes(|n| structure.node_moves(n, dof) && structure.total_mass() > 0.0);
+            all.extend(nodes.into_iter().map(|at| at.along(dof.name())));
+        }
+        all
+    }
+
+    fn patch(&self, structure: &Structure<'_>, at: &Location) -> Result<Patch, PatchError> {
+        let mut b = Builder::new(self.name(), at);
+        let typical = 0.02 * structure.total_mass() * structure.omega2();
+        let about = format!("stiffness to ground at {} along {}", at.place(), &at.direction()[1..]);
+        let k = b.parameter("stiffness", "N/m", typical, [0.0, 50.0 * typical], &about);
+        for (i, node) in at.names.iter().enumerate() {
+            let name = if at.names.len() > 1 { format!("{}.{}", b.stem(), i + 1) } else { b.stem().to_string() };
+            let k = entry(at.direction(), &k);
+            b.edit(Edit::AddSpring {
+                name,
+                entry: SpringSpec { node: Some(node.clone()), k, ..SpringSpec::default() },
+            });
+        }
+        Ok(b.finish())
+    }
+}

@@ -1,0 +1,82 @@
+//! Places on a structure, by the names of the user's own file.
+
+use std::fmt;
+
+/// What kind of thing a location names.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum LocationKind {
+    /// Nodes.
+    Node,
+    /// Elements, or members of one element.
+    Element,
+    /// Chains of elements.
+    Chain,
+    /// Groups of the file.
+    Group,
+    /// Point masses.
+    Mass,
+    /// Ends of elements at a support, a link or another element: `element:node`.
+    End,
+    /// The whole structure.
+    Whole,
+}
+
+/// Where an effect acts: one name, or symmetric partners that share the parameters, and a direction where one matters.
+///
+/// Written `n8`, `n8+n13.ry`, `left_wing.1:n5.ry`, `whole`.
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub struct Location {
+    /// What the names are.
+    pub kind: LocationKind,
+    /// Names of the file; for an end `element:node`; none for the whole structure.
+    pub names: Vec<String>,
+    /// A dof such as `ry`, an axis, or a word of the effect.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub direction: Option<String>,
+}
+
+impl Location {
+    /// At one or several things of a kind.
+    pub fn new(kind: LocationKind, names: Vec<String>) -> Self {
+        Self { kind, names, direction: None }
+    }
+
+    /// The whole structure.
+    pub fn whole() -> Self {
+        Self::new(LocationKind::Whole, Vec::new())
+    }
+
+    /// The same in a direction.
+    #[must_use]
+    pub fn along(mut self, direction: &str) -> Self {
+        self.direction = Some(direction.to_string());
+        self
+    }
+
+    /// The direction, or nothing.
+    pub fn direction(&self) -> &str {
+        self.direction.as_deref().unwrap_or_default()
+    }
+
+    /// Its names without the direction: `n8+n13`.
+    pub fn place(&self) -> String {
+        if self.names.is_empty() { "whole".to_string() } else { self.names.join("+") }
+    }
+
+    /// As a part of names in the file, which have no `+`: `n8_and_n13.ry`.
+    pub(super) fn stem(&self) -> String {
+        let text = self.to_string().replace('+', "_and_");
+        text.chars().map(|c| if c.is_alphanumeric() || matches!(c, '_' | '.' | ':') { c } else { '_' }).collect()
+    }
+}
+
+impl fmt::Display for Location {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.place())?;
+        match &self.direction {
+            Some(direction) => write!(f, ".{direction}"),
+            None => Ok(()),
+        }
+    }
+}

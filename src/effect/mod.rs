@@ -1,0 +1,186 @@
+//! Physical effects: hypotheses of what a model lacks, each written as a small edit of the model file.
+//!
+//! An [`Effect`] knows where on the user's own structure it could act ([`Effect::locations`]) and which entries of the
+//! file would put it there ([`Effect::patch`]). The new parameters have a neutral value, at which K, M and C are those of
+//! the unchanged model, so that a hypothesis and its base are nested models. [`candidates`] places the whole catalogue.
+//!
+//! ```text
+//! for candidate in candidates(&model, &Effects::builtin(), &Context::default()) {
+//!     let patched = candidate.build(&model, &registry)?;      // the model with the effect at its neutral value
+//!     let theta = patched.typical();                          // the same with the effect at its typical size
+//! }
+//! ```
+//!
+//! To add an effect: a file with a unit struct and `impl Effect`, `mod` and a line in [`EFFECTS`]. [`conformance::check`] holds
+//! every effect to the contract on every model. An effect of your own crate is passed by [`Effects::with`]. Reading order:
+//! `patch` (the edits), `structure` (what an effect may ask of a model), then any effect; `text` edits files.
+
+mod air_mass;
+mod asymmetry;
+mod axial_preload;
+mod bend_twist_coupling;
+mod bending_stiffness_change;
+mod candidate;
+pub mod conformance;
+mod distributed_mass;
+mod end_flexibility;
+mod flow;
+mod ground_dashpot;
+mod ground_spring;
+mod joint_flexibility;
+mod link_flexibility;
+mod location;
+mod mass_damping;
+mod mass_offset;
+mod patch;
+mod point_mass;
+mod point_rotary_inertia;
+mod root_flexibility;
+mod section_rotary_inertia;
+mod sensor_mass;
+mod shear_flexibility;
+mod softening;
+mod sprung;
+mod sprung_inertia;
+mod sprung_mass;
+mod stiffness_change;
+mod stiffness_damping;
+mod structure;
+mod taper;
+#[cfg(test)]
+mod tests;
+mod text;
+mod torsion_stiffness_change;
+
+pub use candidate::{Candidate, Patched, candidates};
+pub use location::{Location, LocationKind};
+pub use patch::{Edit, NewParameter, Patch, PatchError};
+pub use structure::{Context, Part, PartKind, Rigidity, Structure};
+pub use text::{Undone, set_parameter_values, undo};
+
+use crate::catalogue::{catalogue, did_you_mean};
+
+catalogue! {
+    /// Every built-in effect, in alphabetical order.
+    EFFECTS: dyn Effect;
+    air_mass::AirMass,
+    asymmetry::Asymmetry,
+    axial_preload::AxialPreload,
+    bend_twist_coupling::BendTwistCoupling,
+    bending_stiffness_change::BendingStiffnessChange,
+    distributed_mass::DistributedMass,
+    ground_dashpot::GroundDashpot,
+    ground_spring::GroundSpring,
+    joint_flexibility::JointFlexibility,
+    link_flexibility::LinkFlexibility,
+    mass_damping::MassDamping,
+    mass_offset::MassOffset,
+    point_mass::PointMass,
+    point_rotary_inertia::PointRotaryInertia,
+    root_flexibility::RootFlexibility,
+    section_rotary_inertia::SectionRotaryInertia,
+    sensor_mass::SensorMass,
+    shear_flexibility::ShearFlexibility,
+    softening::Softening,
+    sprung_inertia::SprungInertia,
+    sprung_mass::SprungMass,
+    stiffness_change::StiffnessChange,
+    stiffness_damping::StiffnessDamping,
+    taper::Taper,
+    torsion_stiffness_change::TorsionStiffnessChange,
+}
+
+/// A physical effect that a model may lack: stateless; where it could act, and how it is written.
+pub trait Effect: std::fmt::Debug + Send + Sync {
+    /// Its name, `kebab-case`: "point-mass".
+    fn name(&self) -> &'static str;
+
+    /// What it is, its trace in the data, how it is modelled, what it is confused with, sources.
+    fn about(&self) -> About;
+
+    /// Where on a structure it could act, in file order, symmetric partners together before each alone; only places
+    /// where its typical size changes K, M or C.
+    fn locations(&self, structure: &Structure<'_>) -> Vec<Location>;
+
+    /// The edits that put it at one of its locations, at its neutral value.
+    fn patch(&self, structure: &Structure<'_>, at: &Location) -> Result<Patch, PatchError>;
+}
+
+/// What is known of an effect, for `explain`, reports and the reference page.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct About {
+    /// One or two sentences: what it is.
+    pub summary: &'static str,
+    /// Its trace in the data: which modes move and which do not.
+    pub signature: &'static str,
+    /// The equation, the parameters and their neutral values.
+    pub formulation: &'static str,
+    /// Names of effects of the catalogue that look alike, and why in `signature`.
+    pub confusable: &'static [&'static str],
+    /// Author, title, year.
+    pub references: &'static [&'static str],
+}
+
+/// The effects to try: the built-in ones and a user's own.
+///
+/// ```
+/// use retune::effect::Effects;
+/// assert!(Effects::builtin().find("point-mass").is_some());
+/// ```
+#[derive(Debug, Clone)]
+pub struct Effects {
+    effects: Vec<&'static dyn Effect>,
+}
+
+impl Effects {
+    /// The built-in ones.
+    pub fn builtin() -> Self {
+        Self { effects: EFFECTS.to_vec() }
+    }
+
+    /// None; to be filled by [`Self::with`].
+    pub fn none() -> Self {
+        Self { effects: Vec::new() }
+    }
+
+    /// With one more; an effect of the same name replaces the built-in one.
+    #[must_use]
+    pub fn with(mut self, effect: &'static dyn Effect) -> Self {
+        self.effects.retain(|e| e.name() != effect.name());
+        self.effects.push(effect);
+        self
+    }
+
+    /// The effect of a name.
+    pub fn find(&self, name: &str) -> Option<&'static dyn Effect> {
+        self.effects.iter().copied().find(|e| e.name() == name)
+    }
+
+    /// All of them, in order.
+    pub fn iter(&self) -> impl Iterator<Item = &'static dyn Effect> + '_ {
+        self.effects.iter().copied()
+    }
+
+    /// The candidate of an id such as `mass-offset@left_wing.y`.
+    ///
+    /// Errors: no effect of this name, or not at this place, with the nearest right word.
+    pub fn candidate(&self, structure: &Structure<'_>, id: &str) -> Result<Candidate, PatchError> {
+        let (name, place) = id.split_once('@').unwrap_or((id, ""));
+        let Some(effect) = self.find(name) else {
+            let suggestion = did_you_mean(name, self.iter().map(Effect::name));
+            return Err(PatchError::UnknownEffect { name: name.to_string(), suggestion });
+        };
+        let locations = effect.locations(structure);
+        let Some(at) = locations.iter().find(|l| l.to_string() == place) else {
+            let places: Vec<String> = locations.iter().map(Location::to_string).collect();
+            return Err(PatchError::unknown_place(name, place, &places));
+        };
+        Candidate::new(effect, structure, at)
+    }
+}
+
+impl Default for Effects {
+    fn default() -> Self {
+        Self::builtin()
+    }
+}

@@ -1,0 +1,671 @@
+//! What an effect may ask of a model: its parts by name, their symmetric partners, what moves and what deforms.
+
+use super::location::{Location, LocationKind};
+use super::patch::PatchError;
+use crate::element::Dof;
+use crate::linalg::DMatrix;
+use crate::model::{Model, ParametricModel};
+use std::collections::BTreeMap;
+use std::f64::consts::{PI, TAU};
+
+/// What is known beside the model; everything is optional.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Context {
+    /// Nodes that carry the accelerometers of the test, one name for each sensor.
+    pub sensor_nodes: Vec<String>,
+    /// Natural frequencies of the test, Hz: where stores on springs would show.
+    pub frequencies_hz: Vec<f64>,
+}
+
+/// What a [`Part`] is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PartKind {
+    /// One element of the file.
+    Element,
+    /// A chain of elements.
+    Chain,
+    /// A group of the file, or an entry of several elements that are no chain.
+    Group,
+    /// A point mass.
+    Mass,
+}
+
+/// A named part of the structure.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Part {
+    /// Its name in the file: `left_wing`, `left_wing.1`, `winglets.2`, a group.
+    pub name: String,
+    /// What it is.
+    pub kind: PartKind,
+    /// Indices of its elements, in order.
+    pub elements: Vec<usize>,
+    /// Index of its mirror image among the parts, if that is another part.
+    pub partner: Option<usize>,
+}
+
+/// Mean rigidities of the beams of a part at the estimates, weighted by length; zero where absent.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Rigidity {
+    /// Sum of lengths, m.
+    pub length: f64,
+    /// Axial rigidity, N.
+    pub ea: f64,
+    /// Torsional rigidity, N m².
+    pub gj: f64,
+    /// Bending rigidity about y and about z, N m².
+    pub ei: [f64; 2],
+    /// Mass per length, kg/m.
+    pub mass: f64,
+}
+
+/// An end of a beam at a node of the file, and the directions in which a joint there would give.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct End {
+    /// The element.
+    pub element: usize,
+    /// Its end, 1 or 2.
+    pub side: usize,
+    /// The node.
+    pub node: usize,
+    /// Per dof of the element's axes: what is behind a joint in this direction, if it would give.
+    pub joint: [Option<Joint>; 6],
+    /// Index of the mirror image among the ends, if that is another.
+    pub partner: Option<usize>,
+}
+
+/// What an end is joined to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Joint {
+    /// A support.
+    Root,
+    /// A rigid link.
+    Link,
+    /// Another element, or a mass.
+    Member,
+}
+
+/// A model as the effects see it.
+#[derive(Debug)]
+pub struct Structure<'a> {
+    model: &'a Model,
+    context: &'a Context,
+    theta: Vec<f64>,
+    parts: Vec<Part>,
+    ends: Vec<End>,
+    node_partner: Vec<Option<usize>>,
+    element_partner: Vec<Option<usize>>,
+    /// Per element, per dof in its axes: whether it can move, and whether a motion strains it there.
+    moves: Vec<Vec<bool>>,
+    strains: Vec<Vec<bool>>,
+    stiff: Vec<bool>,
+    heavy: Vec<bool>,
+    total_mass: f64,
+    omega2: f64,
+}
+
+impl<'a> Structure<'a> {
+    /// Looks at a model at its estimates.
+    pub fn new(model: &'a Model, context: &'a Context) -> Self {
+        let theta: Vec<f64> = model
+            .parameters()
+            .iter()
+            .map(|p| p.bounds.map_or(p.value, |[lower, upper]| p.value.clamp(lower, upper)))
+            .collect();
+        let mut s = Self {
+            model,
+            context,
+            parts: Vec::new(),
+            ends: Vec::new(),
+            node_partner: node_partners(model),
+            element_partner: Vec::new(),
+            moves: Vec::new(),
+            strains: Vec::new(),
+            stiff: Vec::new(),
+            heavy: Vec::new(),
+            total_mass: model.mass_properties(&theta).ok().flatten().map_or(0.0, |p| p.mass),
+            omega2: 1.0,
+            theta,
+        };
+        s.element_partner = s.element_partners();
+        s.look_at_elements();
+        s.parts = s.list_parts();
+        s.ends = s.list_ends();
+        s.omega2 = s.characteristic_omega2();
+        s
+    }
+
+    /// The model.
+    pub fn model(&self) -> &'a Model {
+        self.model
+    }
+
+    /// What is known beside it.
+    pub fn context(&self) -> &'a Context {
+        self.context
+    }
+
+    /// The estimates of its parameters, moved into their bounds.
+    pub fn theta(&self) -> &[f64] {
+        &self.theta
+    }
+
+    /// Its parts: members with their elements, then springs, masses, other elements, groups, in file order.
+    pub fn parts(&self) -> &[Part] {
+        &self.parts
+    }
+
+    /// The part of a name.
+    pub fn part(&self, name: &str) -> Option<&Part> {
+        self.parts.iter().find(|p| p.name == name)
+    }
+
+    /// Total mass, kg.
+    pub fn total_mass(&self) -> f64 {
+        self.total_mass
+    }
+
+    /// Square of a characteristic angular frequency, rad²/s²: the lowest of the test where it is known, else of the softest
+    /// chain as a cantilever, else of the springs under the total mass. An order of magnitude for typical sizes.
+    pub fn omega2(&self) -> f64 {
+        self.omega2
+    }
+
+    /// Largest dimension, m.
+    pub fn extent(&self) -> f64 {
+        let positions = &self.model.geometry().positions;
+        (0..3)
+            .map(|i| {
+                let (low, high) = positions.iter().fold((f64::MAX, f64::MIN), |(l, h), p| (l.min(p[i]), h.max(p[i])));
+                high - low
+            })
+            .fold(0.0, f64::max)
+    }
+
+    /// Name of a node.
+    pub fn node_name(&self, node: usize) -> &str {
+        &self.model.geometry().names[node]
+    }
+
+    /// Number of nodes that stand in the file; those of finer meshes come after them.
+    pub fn n_nodes(&self) -> usize {
+        self.model.spec().nodes.len()
+    }
+
+    /// Whether a dof of a node moves.
+    pub fn node_moves(&self, node: usize, dof: Dof) -> bool {
+        !self.model.dof_map().express(node, dof).is_empty()
+    }
+
+    /// Nodes with a property, symmetric partners together before each alone; `dof` is the direction that must move.
+    pub(super) fn nodes(&self, accept: impl Fn(usize) -> bool) -> Vec<Location> {
+        let partner = |i: usize| self.node_partner[i].filter(|j| *j < self.n_nodes() && accept(*j));
+        arrange((0..self.n_nodes()).filter(|&i| accept(i)), partner)
+            .into_iter()
+            .map(|nodes| {
+                let names = nodes.into_iter().map(|n| self.node_name(n).to_string()).collect();
+                Location::new(LocationKind::Node, names)
+            })
+            .collect()
+    }
+
+    /// Parts with a property, symmetric partners together before each alone.
+    pub(super) fn places(&self, accept: impl Fn(&Part) -> bool) -> Vec<Location> {
+        let accepted = |i: &usize| accept(&self.parts[*i]);
+        let partner = |i: usize| self.parts[i].partner.filter(|j| accepted(j));
+        arrange((0..self.parts.len()).filter(accepted), partner)
+            .into_iter()
+            .map(|parts| {
+                let kind = match self.parts[parts[0]].kind {
+                    PartKind::Element => LocationKind::Element,
+                    PartKind::Chain => LocationKind::Chain,
+                    PartKind::Group => LocationKind::Group,
+                    PartKind::Mass => LocationKind::Mass,
+                };
+                Location::new(kind, parts.into_iter().map(|p| self.parts[p].name.clone()).collect())
+            })
+            .collect()
+    }
+
+    /// Chains, and beams that are a member by themselves, in which some element has a property.
+    pub(super) fn members(&self, accept: impl Fn(&Part) -> bool) -> Vec<Location> {
+        self.places(|p| self.is_member(p) && accept(p))
+    }
+
+    /// Whether a part is a whole member of beams: a chain, or a beam that belongs to none.
+    pub(super) fn is_member(&self, part: &Part) -> bool {
+        part.elements.iter().all(|&e| self.is_beam(e))
+            && (part.kind == PartKind::Chain
+                || part.kind == PartKind::Element && self.model.spec().beams.contains_key(&part.name))
+    }
+
+    /// Whether some motion strains some element of a part along or about this axis of its own.
+    pub fn part_strains(&self, part: &Part, dof: Dof) -> bool {
+        part.elements.iter().any(|&e| self.strains(e, dof))
+    }
+
+    /// Whether some element of a part moves along or about this axis of its own.
+    pub fn part_moves(&self, part: &Part, dof: Dof) -> bool {
+        part.elements.iter().any(|&e| self.moves(e, dof))
+    }
+
+    /// Whether all elements of a part have this property.
+    pub fn part_has(&self, part: &Part, property: &str) -> bool {
+        part.elements.iter().all(|&e| self.property(e, property).is_some())
+    }
+
+    /// Ends with a joint of a kind, direction by direction, symmetric partners together before each alone.
+    pub(super) fn end_places(&self, kind: Joint, dofs: &[Dof]) -> Vec<Location> {
+        let mut locations = Vec::new();
+        for &dof in dofs {
+            let accepted = |i: &usize| self.ends[*i].joint[dof as usize] == Some(kind);
+            let partner = |i: usize| self.ends[i].partner.filter(|j| accepted(j));
+            for ends in arrange((0..self.ends.len()).filter(accepted), partner) {
+                let names = ends.into_iter().map(|i| self.end_name(&self.ends[i])).collect();
+                locations.push(Location::new(LocationKind::End, names).along(dof.name()));
+            }
+        }
+        locations
+    }
+
+    fn end_name(&self, end: &End) -> String {
+        format!("{}:{}", self.model.elements()[end.element].name, self.node_name(end.node))
+    }
+
+    /// The end of a name `element:node`.
+    pub(super) fn end(&self, name: &str) -> Option<&End> {
+        self.ends.iter().find(|e| self.end_name(e) == name)
+    }
+
+    /// The parts that a location names.
+    pub fn parts_at(&self, effect: &str, at: &Location) -> Result<Vec<&Part>, PatchError> {
+        let unknown = || PatchError::unknown_place(effect, &at.to_string(), &[]);
+        if at.names.is_empty() {
+            return Err(unknown());
+        }
+        at.names.iter().map(|n| self.part(n).ok_or_else(unknown)).collect()
+    }
+
+    /// Value of a property of an element at the estimates, SI.
+    pub fn property(&self, element: usize, name: &str) -> Option<f64> {
+        let e = &self.model.elements()[element];
+        let i = e.kind.properties().iter().position(|p| p.name == name)?;
+        e.values[i].as_ref().map(|v| v.at(&self.theta))
+    }
+
+    /// Whether an element is a beam.
+    pub fn is_beam(&self, element: usize) -> bool {
+        self.model.elements()[element].kind.name() == "beam"
+    }
+
+    /// Whether an element has stiffness that some motion of the structure strains.
+    pub fn deforms(&self, element: usize) -> bool {
+        self.strains[element].iter().any(|s| *s)
+    }
+
+    /// Whether some motion of the structure strains an element along or about this axis of its own.
+    pub fn strains(&self, element: usize, dof: Dof) -> bool {
+        self.strains[element].iter().skip(dof as usize).step_by(6).any(|s| *s)
+    }
+
+    /// Whether a dof of an element, in its own axes, can move at some end.
+    pub fn moves(&self, element: usize, dof: Dof) -> bool {
+        self.moves[element].iter().skip(dof as usize).step_by(6).any(|s| *s)
+    }
+
+    /// Whether an element has mass that moves.
+    pub fn is_heavy(&self, element: usize) -> bool {
+        self.heavy[element]
+    }
+
+    /// Length of an element, m; zero for one on a single node.
+    pub fn length(&self, element: usize) -> f64 {
+        self.model.elements()[element].points.get(1).map_or(0.0, |p| p[0].hypot(p[1]).hypot(p[2]))
+    }
+
+    /// Mean rigidities of the beams among these elements.
+    pub fn rigidity(&self, elements: &[usize]) -> Rigidity {
+        self.rigidity_at(elements, &self.theta)
+    }
+
+    fn rigidity_at(&self, elements: &[usize], theta: &[f64]) -> Rigidity {
+        let mut r = Rigidity::default();
+        for &e in elements.iter().filter(|e| self.is_beam(**e)) {
+            let element = &self.model.elements()[e];
+            let get = |name: &str| {
+                let i = element.kind.properties().iter().position(|p| p.name == name)?;
+                element.values[i].as_ref().map(|v| v.at(theta))
+            };
+            let product =
+                |direct: &str, a: &str, b: &str| get(direct).or_else(|| Some(get(a)? * get(b)?)).unwrap_or(0.0);
+            let l = self.length(e);
+            let factor = element.stiffness_factor.as_ref().map_or(1.0, |f| f.at(theta));
+            r.length += l;
+            r.ea += factor * l * product("EA", "E", "A");
+            r.gj += factor * l * product("GJ", "G", "J");
+            r.ei[0] += factor * l * product("EIy", "E", "Iy");
+            r.ei[1] += factor * l * product("EIz", "E", "Iz");
+            r.mass += l * (product("mass_per_length", "density", "A") + get("added_mass_per_length").unwrap_or(0.0));
+        }
+        if r.length > 0.0 {
+            let l = r.length;
+            r = Rigidity { length: l, ea: r.ea / l, gj: r.gj / l, ei: r.ei.map(|ei| ei / l), mass: r.mass / l };
+        }
+        r
+    }
+
+    /// The least √(EI GJ) of any element of a part with the parameters at their estimates, all at their lower or all at
+    /// their upper bounds, for bending about y and about z.
+    pub(super) fn least_coupling(&self, part: &Part) -> [f64; 2] {
+        let corner = |i: usize| -> Vec<f64> {
+            let parameters = self.model.parameters();
+            parameters.iter().zip(&self.theta).map(|(p, now)| p.bounds.map_or(*now, |b| b[i])).collect()
+        };
+        let mut least = [f64::MAX; 2];
+        for theta in [self.theta.clone(), corner(0), corner(1)] {
+            for &e in &part.elements {
+                let r = self.rigidity_at(&[e], &theta);
+                for (l, ei) in least.iter_mut().zip(r.ei) {
+                    *l = l.min((ei * r.gj).max(0.0).sqrt());
+                }
+            }
+        }
+        least
+    }
+
+    /// Names of the entries of the file whose elements strain: members, springs, other elements, each once.
+    pub(super) fn stiff_entries(&self, with_springs: bool) -> Vec<String> {
+        let spec = self.model.spec();
+        let members = spec.beams.keys().chain(spec.bars.keys());
+        let others = spec.springs.keys().chain(spec.bushings.keys()).chain(spec.elements.keys());
+        let all: Vec<&String> = if with_springs { members.chain(others).collect() } else { members.collect() };
+        all.into_iter()
+            .filter(|n| self.model.element_set(n).is_some_and(|s| s.iter().any(|&e| self.deforms(e))))
+            .cloned()
+            .collect()
+    }
+
+    /// The chain, or else the part, that an element belongs to: the length over which it bends.
+    pub(super) fn member_of(&self, element: usize) -> Option<&Part> {
+        let of = |kind| self.parts.iter().find(|p| p.kind == kind && p.elements.contains(&element));
+        of(PartKind::Chain).or_else(|| of(PartKind::Element))
+    }
+
+    /// The sign with which an axis of `element` maps onto the same axis of `image` in the symmetry plane, and zero where it
+    /// does not. For the dofs of a location's second name against its first.
+    pub(super) fn mirror_sign(&self, element: usize, image: usize, axis: usize) -> f64 {
+        let Some((normal, _)) = self.model.geometry().mirror else { return 0.0 };
+        let (mut a, b) = (self.model.elements()[element].axes[axis], self.model.elements()[image].axes[axis]);
+        a[normal] = -a[normal];
+        let cosine = dot(a, b);
+        // One part in a thousand: nodes are placed by hand.
+        if cosine.abs() > 0.999 { cosine.signum() } else { 0.0 }
+    }
+
+    /// The same for the first element of a part and its image; one where it has none.
+    pub(super) fn image_sign(&self, part: &Part, axis: usize) -> f64 {
+        let first = part.elements[0];
+        self.image(first).map_or(1.0, |image| if self.mirror_sign(first, image, axis) < 0.0 { -1.0 } else { 1.0 })
+    }
+
+    /// The mirror image of an element.
+    pub(super) fn image(&self, element: usize) -> Option<usize> {
+        self.element_partner[element]
+    }
+
+    /// Point masses on these elements' nodes.
+    pub(super) fn lumps_on(&self, elements: &[usize]) -> Vec<&Part> {
+        let all = self.model.elements();
+        let on = |m: usize| elements.iter().any(|&e| all[e].nodes.contains(&all[m].nodes[0]));
+        self.parts.iter().filter(|p| p.kind == PartKind::Mass && p.elements.iter().all(|&m| on(m))).collect()
+    }
+
+    fn element_partners(&self) -> Vec<Option<usize>> {
+        let elements = self.model.elements();
+        let key = |kind: &'static str, mut nodes: Vec<usize>| {
+            nodes.sort_unstable();
+            (kind, nodes)
+        };
+        // Of several elements on the same nodes, the first has the first on the mirrored nodes as its image.
+        let mut by_nodes: BTreeMap<(&str, Vec<usize>), Vec<usize>> = BTreeMap::new();
+        for (i, e) in elements.iter().enumerate() {
+            by_nodes.entry(key(e.kind.name(), e.nodes.clone())).or_default().push(i);
+        }
+        elements
+            .iter()
+            .enumerate()
+            .map(|(i, e)| {
+                let rank = by_nodes.get(&key(e.kind.name(), e.nodes.clone()))?.iter().position(|j| *j == i)?;
+                let image: Option<Vec<usize>> = e.nodes.iter().map(|&n| self.node_partner[n]).collect();
+                by_nodes.get(&key(e.kind.name(), image?))?.get(rank).copied()
+            })
+            .collect()
+    }
+
+    fn look_at_elements(&mut self) {
+        for (i, e) in self.model.elements().iter().enumerate() {
+            let n = 6 * e.nodes.len();
+            let (_, b) = self.model.element_motion(i);
+            let Ok(matrices) = self.model.element_matrices(i, &self.theta) else {
+                self.moves.push(vec![false; n]);
+                self.strains.push(vec![false; n]);
+                self.stiff.push(false);
+                self.heavy.push(false);
+                continue;
+            };
+            let (k, m) = (matrices.stiffness.to_dense(), matrices.mass.to_dense());
+            self.moves.push((0..n).map(|r| b.row(r).iter().any(|x| x.abs() > 1e-9)).collect());
+            self.strains.push(acting(&k, b));
+            self.stiff.push(!matrices.stiffness.is_zero());
+            self.heavy.push(acting(&m, b).contains(&true));
+        }
+    }
+
+    fn list_parts(&self) -> Vec<Part> {
+        let spec = self.model.spec();
+        let mut parts: Vec<Part> = Vec::new();
+        let mut push = |name: &str, kind: PartKind| {
+            if let Some(elements) = self.model.element_set(name) {
+                parts.push(Part { name: name.to_string(), kind, elements: elements.to_vec(), partner: None });
+            }
+        };
+        for (name, member) in spec.beams.iter().chain(&spec.bars) {
+            let (count, kind) = match (&member.chain, &member.pairs) {
+                (Some(chain), _) => (chain.len().saturating_sub(1), PartKind::Chain),
+                (_, Some(pairs)) => (pairs.len(), PartKind::Group),
+                _ => (0, PartKind::Element),
+            };
+            if count != 1 {
+                push(name, kind);
+            }
+            (1..=count).for_each(|i| push(&format!("{name}.{i}"), PartKind::Element));
+        }
+        for name in spec.springs.keys().chain(spec.bushings.keys()).chain(spec.elements.keys()) {
+            push(name, PartKind::Element);
+        }
+        for (name, mass) in &spec.masses {
+            match &mass.nodes {
+                Some(nodes) => (1..=nodes.len()).for_each(|i| push(&format!("{name}.{i}"), PartKind::Mass)),
+                None => push(name, PartKind::Mass),
+            }
+        }
+        spec.groups.keys().for_each(|name| push(name, PartKind::Group));
+        let sorted = |elements: &[usize]| {
+            let mut s = elements.to_vec();
+            s.sort_unstable();
+            s
+        };
+        // A group of the same elements as a part before it is the same place.
+        let mut seen = std::collections::BTreeSet::new();
+        parts.retain(|p| !p.elements.is_empty() && (seen.insert(sorted(&p.elements)) || p.kind != PartKind::Group));
+        let of: BTreeMap<Vec<usize>, usize> =
+            parts.iter().enumerate().rev().map(|(i, p)| (sorted(&p.elements), i)).collect();
+        for i in 0..parts.len() {
+            let image: Option<Vec<usize>> = parts[i].elements.iter().map(|&e| self.element_partner[e]).collect();
+            let partner = image.and_then(|image| of.get(&sorted(&image)).copied());
+            parts[i].partner =
+                partner.filter(|&j| j != i && parts[j].kind == parts[i].kind && apart(&parts[i], &parts[j]));
+        }
+        // So is a group of two partners.
+        let pairs: Vec<Vec<usize>> = parts
+            .iter()
+            .filter_map(|p| p.partner.map(|j| sorted(&[&p.elements[..], &parts[j].elements[..]].concat())))
+            .collect();
+        let is_pair =
+            |p: &Part| p.kind == PartKind::Group && p.partner.is_none() && pairs.contains(&sorted(&p.elements));
+        let kept: Vec<bool> = parts.iter().map(|p| !is_pair(p)).collect();
+        let moved: Vec<usize> = kept
+            .iter()
+            .scan(0, |n, k| {
+                let i = *n;
+                *n += usize::from(*k);
+                Some(i)
+            })
+            .collect();
+        let mut keep = kept.iter();
+        parts.retain(|_| keep.next() == Some(&true));
+        parts.iter_mut().for_each(|p| p.partner = p.partner.map(|j| moved[j]));
+        parts
+    }
+
+    fn list_ends(&self) -> Vec<End> {
+        let elements = self.model.elements();
+        let spec = self.model.spec();
+        let linked = |node: usize| {
+            let name = self.node_name(node);
+            spec.rigid_links.values().any(|l| l.master == name || l.slaves.iter().any(|s| s == name))
+        };
+        let mut at: Vec<Vec<usize>> = vec![Vec::new(); self.model.geometry().names.len()];
+        elements.iter().enumerate().for_each(|(i, e)| e.nodes.iter().for_each(|&n| at[n].push(i)));
+        let mut ends = Vec::new();
+        for (i, e) in elements.iter().enumerate().filter(|(i, _)| self.is_beam(*i) && self.deforms(*i)) {
+            for (k, &node) in e.nodes.iter().enumerate().filter(|(_, n)| **n < self.n_nodes()) {
+                let members = || at[node].iter().copied().filter(|&j| self.is_beam(j) && self.deforms(j));
+                // Of two members that meet, one joint says it all.
+                let first = members().next() == Some(i);
+                let meets = members().count() > 2 || (members().count() == 2 && first);
+                let carries = members().count() == 1
+                    && at[node].iter().any(|&j| j != i && !self.is_beam(j) && (self.heavy[j] || self.stiff[j]));
+                let is_linked = linked(node);
+                let joint = std::array::from_fn(|d| {
+                    if !self.strains[i][6 * k + d] {
+                        None
+                    } else if !self.moves[i][6 * k + d] {
+                        Some(Joint::Root)
+                    } else if is_linked {
+                        Some(Joint::Link)
+                    } else {
+                        (meets || carries).then_some(Joint::Member)
+                    }
+                });
+                if joint.iter().any(Option::is_some) {
+                    ends.push(End { element: i, side: k + 1, node, joint, partner: None });
+                }
+            }
+        }
+        let partners: Vec<Option<usize>> = ends
+            .iter()
+            .enumerate()
+            .map(|(i, end)| {
+                let (element, node) = (self.element_partner[end.element]?, self.node_partner[end.node]?);
+                let same_axes = (0..3).all(|a| self.mirror_sign(end.element, element, a) != 0.0);
+                let j = ends.iter().position(|o| o.element == element && o.node == node)?;
+                (j != i && same_axes).then_some(j)
+            })
+            .collect();
+        ends.iter_mut().zip(partners).for_each(|(end, partner)| end.partner = partner);
+        ends
+    }
+
+    fn characteristic_omega2(&self) -> f64 {
+        if let Some(f) = self.context.frequencies_hz.iter().copied().filter(|f| *f > 0.0).min_by(f64::total_cmp) {
+            return (TAU * f).powi(2);
+        }
+        let chains = self.parts.iter().filter(|p| {
+            matches!(p.kind, PartKind::Chain | PartKind::Element) && p.elements.iter().any(|&e| self.deforms(e))
+        });
+        let bending = |p: &Part| {
+            let r = self.rigidity(&p.elements);
+            let lumps: f64 = self
+                .lumps_on(&p.elements)
+                .iter()
+                .flat_map(|l| &l.elements)
+                .filter_map(|&m| self.property(m, "mass"))
+                .sum();
+            let bends = |dof| p.elements.iter().any(|&e| self.strains(e, dof));
+            let ei = match (bends(Dof::Ry), bends(Dof::Rz)) {
+                (true, true) => r.ei[0].min(r.ei[1]),
+                (true, false) => r.ei[0],
+                (false, true) => r.ei[1],
+                (false, false) => 0.0,
+            };
+            let mass = r.mass * r.length + lumps;
+            // A cantilever of mass m: ω² = 1.8751⁴ EI / (m L³).
+            (ei > 0.0 && mass > 0.0).then(|| 12.362 * ei / (mass * r.length.powi(3)))
+        };
+        if let Some(omega2) = chains.filter_map(bending).min_by(f64::total_cmp) {
+            return omega2;
+        }
+        // No bending anywhere: the softest translation of the springs under the total mass.
+        let softest = self
+            .model
+            .elements()
+            .iter()
+            .enumerate()
+            .filter(|(i, _)| self.stiff[*i])
+            .filter_map(|(i, _)| self.model.element_matrices(i, &self.theta).ok())
+            .flat_map(|m| (0..3).map(move |d| m.stiffness.get(d, d)).filter(|k| *k > 0.0))
+            .min_by(f64::total_cmp);
+        match softest {
+            Some(k) if self.total_mass > 0.0 => k / self.total_mass,
+            // Nothing is known: 1 Hz.
+            _ => 4.0 * PI * PI,
+        }
+    }
+}
+
+/// Rows of `a b` that are not zero up to rounding: dofs of an element that some motion of the structure loads.
+fn acting(a: &DMatrix<f64>, b: &DMatrix<f64>) -> Vec<bool> {
+    let force = a * b;
+    let size = a.abs() * b.abs();
+    (0..a.nrows())
+        .map(|r| force.row(r).iter().zip(size.row(r).iter()).any(|(f, s)| *s > 0.0 && f.abs() > 1e-9 * s))
+        .collect()
+}
+
+/// Items with their partners first, then each of them alone; an item without a partner stands alone.
+fn arrange(items: impl Iterator<Item = usize>, partner: impl Fn(usize) -> Option<usize>) -> Vec<Vec<usize>> {
+    let mut out = Vec::new();
+    for i in items {
+        if let Some(j) = partner(i).filter(|j| *j > i) {
+            out.push(vec![i, j]);
+        }
+        out.push(vec![i]);
+    }
+    out
+}
+
+/// Whether two parts share no element.
+fn apart(a: &Part, b: &Part) -> bool {
+    a.elements.iter().all(|e| !b.elements.contains(e))
+}
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// Node -> its mirror image; of several at one place, the first has the first at the mirrored place.
+fn node_partners(model: &Model) -> Vec<Option<usize>> {
+    let g = model.geometry();
+    let size = g.positions.iter().flatten().map(|c| c.abs()).fold(0.0, f64::max);
+    let at = |place: [f64; 3]| {
+        let same = move |p: &[f64; 3]| p.iter().zip(place).all(|(a, b)| (a - b).abs() <= 1e-6 * size);
+        g.positions.iter().enumerate().filter(move |(_, p)| same(p)).map(|(i, _)| i)
+    };
+    (0..g.positions.len())
+        .map(|i| {
+            let image = g.mirrored(g.positions[i])?;
+            let rank = at(g.positions[i]).position(|j| j == i)?;
+            at(image).nth(rank)
+        })
+        .collect()
+}

@@ -1,0 +1,66 @@
+//! The contract over the catalogue on every model of the project.
+
+use super::*;
+use crate::model::{Registry, load};
+
+fn models() -> Vec<(String, String)> {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/models");
+    let mut files: Vec<_> = std::fs::read_dir(folder).unwrap().map(|f| f.unwrap().path()).collect();
+    files.sort();
+    let texts = files.into_iter().filter(|p| p.extension().is_some_and(|e| e == "yaml"));
+    texts
+        .map(|p| (p.display().to_string(), std::fs::read_to_string(&p).unwrap()))
+        .filter(|(_, text)| text.contains("\nnodes:"))
+        .collect()
+}
+
+fn context(text: &str) -> Context {
+    let (model, _, _) = load(text, &Registry::builtin()).unwrap();
+    Context { sensor_nodes: model.spec().nodes.keys().take(3).cloned().collect(), frequencies_hz: Vec::new() }
+}
+
+#[test]
+fn every_effect_keeps_the_contract_on_every_model() {
+    let effects = Effects::builtin();
+    let mut counts = vec![0; EFFECTS.len()];
+    for (name, text) in models() {
+        let context = context(&text);
+        let failures = conformance::check(&effects, &text, &Registry::builtin(), &context);
+        assert!(
+            failures.is_empty(),
+            "{name}: {} failures:\n{}",
+            failures.len(),
+            failures[..failures.len().min(25)].join("\n")
+        );
+        let (model, _, _) = load(&text, &Registry::builtin()).unwrap();
+        let all = candidates(&model, &effects, &context);
+        for (count, effect) in counts.iter_mut().zip(EFFECTS) {
+            *count += all.iter().filter(|c| c.effect.name() == effect.name()).count();
+        }
+        eprintln!("{name}: {} candidates", all.len());
+    }
+    for (count, effect) in counts.iter().zip(EFFECTS) {
+        eprintln!("{}: {count}", effect.name());
+        assert!(*count > 0, "{} acts on no model", effect.name());
+    }
+}
+
+#[test]
+fn effects_stand_in_alphabetical_order_and_every_file_is_listed() {
+    let names: Vec<&str> = EFFECTS.iter().map(|e| e.name()).collect();
+    assert!(names.is_sorted(), "{names:?}");
+}
+
+#[test]
+fn the_whole_catalogue_is_placed_and_applied_to_the_aeroplane_in_time() {
+    let text = include_str!("../../models/bff.yaml");
+    let (model, _, _) = load(text, &Registry::builtin()).unwrap();
+    let start = std::time::Instant::now();
+    let all = candidates(&model, &Effects::builtin(), &Context::default());
+    let placed = start.elapsed();
+    for candidate in &all {
+        candidate.build(&model, &Registry::builtin()).unwrap();
+    }
+    eprintln!("{} candidates, placed in {placed:?}, all built in {:?}", all.len(), start.elapsed());
+    assert!(all.len() >= 300);
+}
