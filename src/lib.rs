@@ -13,6 +13,7 @@
 pub mod catalogue;
 pub mod correlation;
 pub mod data;
+pub mod diagnosis;
 pub mod effect;
 pub mod element;
 pub mod identify;

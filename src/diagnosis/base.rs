@@ -1,0 +1,120 @@
+//! The base fit with its screening: all that is known before any hypothesis is refitted.
+
+use super::faults::{Fault, Trace, faults, traces};
+use super::noise::{Scatter, best_scores, p_value, scatter};
+use super::scene::{Fit, Scene, fit};
+use super::screen::{Directions, Score, Screened, project, screen};
+use super::{DiagnosisError, Settings};
+use crate::effect::{Context, candidates};
+use crate::linalg::{DMatrix, DVector};
+use crate::optim::Draw;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+/// Starts in the box beside the estimates.
+const BOX_STARTS: usize = 5;
+
+/// A scene, fitted and screened.
+pub(super) struct Stage {
+    pub(super) scene: Scene,
+    pub(super) fit: Fit,
+    /// 1/√s2.
+    pub(super) weight: f64,
+    pub(super) q: DMatrix<f64>,
+    pub(super) screened: Vec<Screened>,
+    /// Effects by descending score.
+    pub(super) effects: Vec<Score>,
+    pub(super) faults: Vec<Fault>,
+    /// Faults by descending score: index, T, best number (gain, κ).
+    pub(super) fault_scores: Vec<(usize, f64, f64)>,
+    pub(super) scatter: Scatter,
+    /// P(best score >= observed).
+    pub(super) p_value: f64,
+    /// The projected residual.
+    pub(super) residual: DVector<f64>,
+}
+
+/// Points of the box around which a fit may start: drawn in the middle half, where models can usually be solved.
+pub(super) fn box_starts(scene: &Scene, count: usize, seed: u64) -> Vec<DVector<f64>> {
+    let n = scene.start().len();
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    rng.set_stream(u64::MAX);
+    (0..count).map(|_| DVector::from_fn(n, |_, _| 0.25 + 0.5 * rng.unit())).collect()
+}
+
+/// Fits and screens a scene.
+///
+/// * `starts` - starts of the fit beside the estimates and points of the box
+/// * `weight` - 1/√s2, if the scatter is known already
+pub(super) fn stage(
+    scene: Scene,
+    starts: &[DVector<f64>],
+    weight: Option<f64>,
+    settings: &Settings,
+) -> Result<Stage, DiagnosisError> {
+    let mut all = starts.to_vec();
+    all.push(scene.start());
+    if starts.is_empty() {
+        all.extend(box_starts(&scene, BOX_STARTS, settings.seed));
+    }
+    let mut scaled = weight.unwrap_or(1.0);
+    let mut base = fit(&scene, &all, scaled)?;
+    let context = Context {
+        sensor_nodes: sensor_nodes(&scene),
+        frequencies_hz: scene.test.modes.iter().map(|m| m.frequency_hz.value).collect(),
+    };
+    let placed = candidates(&scene.model, &settings.effects, &context);
+    let mut screened = screen(&scene, &base, scaled, placed);
+    let n = base.r.len();
+    let mut q = base.basis()?;
+    let mut directions = Directions::new(&screened, &q, n);
+    let found = scatter(&scene, &base, &q, &directions, settings.seed);
+    let known = Scatter { s2: 1.0 / (scaled * scaled), ..found };
+    let scatter = if weight.is_some() { known } else { found };
+    if weight.is_none() && found.s2 > 1.0 {
+        scaled = 1.0 / found.s2.sqrt();
+        base = fit(&scene, std::slice::from_ref(&base.x), scaled)?;
+        q = base.basis()?;
+        let rows = base.rows.measured;
+        for column in screened.iter_mut().flat_map(|s| &mut s.columns) {
+            column.delta.rows_mut(0, rows).scale_mut(scaled);
+        }
+        directions = Directions::new(&screened, &q, n);
+    }
+    let residual = project(&q, &base.r);
+    let effects = directions.rank(&residual);
+    let list = if settings.faults { faults(&scene) } else { Vec::new() };
+    let seen: Vec<(usize, Trace)> = traces(&scene, &base, scaled, &list)
+        .into_iter()
+        .enumerate()
+        .filter_map(|(i, t)| t.map(|t| (i, t.projected(&q))))
+        .collect();
+    let mut fault_scores: Vec<(usize, f64, f64)> =
+        seen.iter().map(|(i, t)| (*i, t.score(&residual), t.number(&residual))).collect();
+    fault_scores.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
+    let null_traces: Vec<Trace> = seen.into_iter().map(|(_, t)| t).collect();
+    let draws = best_scores(&base, &q, &directions, &null_traces, settings.seed.wrapping_add(1));
+    let best = effects.first().map_or(0.0, |s| s.t).max(fault_scores.first().map_or(0.0, |f| f.1));
+    let p = p_value(&draws, best);
+    Ok(Stage {
+        scene,
+        fit: base,
+        weight: scaled,
+        q,
+        screened,
+        effects,
+        faults: list,
+        fault_scores,
+        scatter,
+        p_value: p,
+        residual,
+    })
+}
+
+fn sensor_nodes(scene: &Scene) -> Vec<String> {
+    let node = |s: &crate::data::Sensor| match &s.place {
+        crate::data::Place::Node { node, .. } => Some(node.clone()),
+        crate::data::Place::Element { .. } => None,
+    };
+    scene.test.sensors.iter().filter_map(node).collect()
+}

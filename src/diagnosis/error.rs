@@ -1,0 +1,37 @@
+//! Why there is no diagnosis.
+
+use crate::correlation::CorrelationError;
+use crate::effect::PatchError;
+use crate::linalg::LinalgError;
+use crate::objective::EvalError;
+use crate::optim::OptimError;
+
+/// Why there is no diagnosis.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum DiagnosisError {
+    /// Nothing to compare with.
+    #[error("the test has no modes to compare with")]
+    NoModes,
+    /// No start of a fit could be evaluated.
+    #[error("no start of the fit can be evaluated")]
+    NoStart,
+    /// Parameters without any prior or data.
+    #[error("parameters cannot be told apart, not even by their bounds; give them bounds of a sensible width")]
+    Singular,
+    /// Model and test do not fit together.
+    #[error(transparent)]
+    Correlation(#[from] CorrelationError),
+    /// The model cannot be evaluated.
+    #[error(transparent)]
+    Evaluation(#[from] EvalError),
+    /// The fit failed.
+    #[error(transparent)]
+    Optimizer(#[from] OptimError),
+    /// A factorisation failed.
+    #[error(transparent)]
+    Linalg(#[from] LinalgError),
+    /// An effect cannot be put into the model.
+    #[error(transparent)]
+    Patch(#[from] PatchError),
+}

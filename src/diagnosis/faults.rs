@@ -1,0 +1,344 @@
+//! Measurement faults as hypotheses on the data: the model stays, the reading of a channel changes.
+//!
+//! ```text
+//! sensor-sign       t -> -t                                            no free number
+//! sensor-swap       t_i <-> t_j                                        no free number
+//! sensor-gain       t -> t/g, σ -> σ/g                                 ln g ~ N(0, 0.3²)
+//! sensor-dead       reads noise only: its cost is ½ Σ (t/σ)²           no free number
+//! sensor-noisy      σ -> κ σ, with m ln κ for its m entries            ln κ > 0, half-normal of sd 1
+//! sensor-axis       reads another global axis at its place             no free number
+//! sensor-position   sits where a neighbour, or the nearest node, is    no free number
+//! mode-order        frequencies of two neighbouring modes exchanged    no free number
+//! ```
+//!
+//! Each has an exact counterpart as a changed test ([`Fault::apply`]), which the ordinary fit then sees. The screening
+//! evaluates them at the base fit by re-weighting rows. A reading t = g φ with gain g has residual (g c φ - t)/σ, which is
+//! the residual of t/g with σ/g: so a gain is a changed test too.
+
+use super::scene::{Fit, Scene};
+use super::screen::project;
+use crate::correlation::{observation_matrix, sensor_position};
+use crate::data::{Place, Sensor, TestData};
+use crate::linalg::{DMatrix, DVector};
+use rayon::prelude::*;
+
+/// Standard deviation of ln gain.
+pub(super) const GAIN_SD: f64 = 0.3;
+/// Neighbours at whose places a sensor is tried.
+const NEIGHBOURS: usize = 4;
+
+/// What is wrong.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Change {
+    Sign,
+    Swap(usize),
+    Gain,
+    Dead,
+    Noisy,
+    Axis(usize),
+    Position { place: Place, name: String },
+    Order(usize, usize),
+}
+
+/// A fault of one sensor (or of the list of modes).
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Fault {
+    /// Sensor, or first mode.
+    pub(super) sensor: usize,
+    pub(super) change: Change,
+}
+
+/// What a fault explains at the base fit.
+#[derive(Debug, Clone)]
+pub(super) enum Trace {
+    /// A fixed change δ of the residual: T = -2 δ'·r' - |δ'|².
+    Fixed(DVector<f64>),
+    /// A direction with a free multiple.
+    Free(DVector<f64>),
+    /// The rows of one sensor, for a noisy one.
+    Block(Vec<usize>),
+    /// Rows that are replaced: cost before minus cost as noise alone. Holds rows and the readings over their σ.
+    Replaced(Vec<usize>, Vec<f64>),
+}
+
+impl Fault {
+    /// Name in the catalogue.
+    pub(super) fn name(&self) -> &'static str {
+        match self.change {
+            Change::Sign => "sensor-sign",
+            Change::Swap(_) => "sensor-swap",
+            Change::Gain => "sensor-gain",
+            Change::Dead => "sensor-dead",
+            Change::Noisy => "sensor-noisy",
+            Change::Axis(_) => "sensor-axis",
+            Change::Position { .. } => "sensor-position",
+            Change::Order(..) => "mode-order",
+        }
+    }
+
+    /// Sensors or modes, in words of the test.
+    pub(super) fn location(&self, test: &TestData) -> String {
+        let name = |i: usize| test.sensors[i].name.clone();
+        match &self.change {
+            Change::Swap(other) => format!("{}+{}", name(self.sensor), name(*other)),
+            Change::Axis(axis) => format!("{}.{}", name(self.sensor), ["x", "y", "z"][*axis]),
+            Change::Position { name: place, .. } => format!("{}:{place}", name(self.sensor)),
+            Change::Order(a, b) => format!("mode {}+mode {}", a + 1, b + 1),
+            _ => name(self.sensor),
+        }
+    }
+
+    /// What it means for the engineer.
+    pub(super) fn remedy(&self, test: &TestData) -> String {
+        let name = |i: usize| test.sensors[i].name.as_str();
+        let s = self.sensor;
+        match &self.change {
+            Change::Sign => format!("turn the sign of sensor {} (it is upside down)", name(s)),
+            Change::Swap(other) => format!("exchange the channels of sensors {} and {}", name(s), name(*other)),
+            Change::Gain => format!("correct the sensitivity of sensor {}", name(s)),
+            Change::Dead => format!("leave out sensor {}: it reads noise only", name(s)),
+            Change::Noisy => format!("check sensor {}: it scatters more than stated", name(s)),
+            Change::Axis(axis) => format!("sensor {} reads along {}", name(s), ["x", "y", "z"][*axis]),
+            Change::Position { name: place, .. } => format!("sensor {} sits at {place}", name(s)),
+            Change::Order(a, b) => format!("exchange the frequencies of modes {} and {}", a + 1, b + 1),
+        }
+    }
+
+    /// The test as it would be without the fault. `number` is the gain, or κ.
+    pub(super) fn apply(&self, test: &TestData, number: f64) -> TestData {
+        let mut out = test.clone();
+        let s = self.sensor;
+        match &self.change {
+            Change::Order(a, b) => {
+                let f = out.modes[*a].frequency_hz;
+                out.modes[*a].frequency_hz = out.modes[*b].frequency_hz;
+                out.modes[*b].frequency_hz = f;
+                return out;
+            }
+            Change::Axis(axis) => {
+                out.sensors[s].direction = [0, 1, 2].map(|k| f64::from(u8::from(k == *axis)));
+                return out;
+            }
+            Change::Position { place, .. } => {
+                out.sensors[s].place = place.clone();
+                return out;
+            }
+            _ => {}
+        }
+        for mode in &mut out.modes {
+            let Some(shape) = &mut mode.shape else { continue };
+            match &self.change {
+                Change::Sign => shape[s] = -shape[s],
+                Change::Swap(other) => {
+                    shape.swap_rows(s, *other);
+                    if let Some(sd) = &mut mode.shape_sd {
+                        sd.swap_rows(s, *other);
+                    }
+                }
+                Change::Gain => {
+                    shape[s] /= number;
+                    if let Some(sd) = &mut mode.shape_sd {
+                        sd[s] /= number.abs();
+                    }
+                }
+                Change::Dead => shape[s] = crate::linalg::Complex::new(f64::NAN, f64::NAN),
+                _ => {
+                    if let Some(sd) = &mut mode.shape_sd {
+                        sd[s] *= number;
+                    }
+                }
+            }
+        }
+        out
+    }
+}
+
+/// Every fault that these data could show.
+pub(super) fn faults(scene: &Scene) -> Vec<Fault> {
+    let test = &scene.test;
+    let n = test.sensors.len();
+    let mut out = Vec::new();
+    let add = |out: &mut Vec<Fault>, sensor, change| out.push(Fault { sensor, change });
+    // A single reading of a channel in one mode is no channel.
+    if test.modes.iter().filter(|m| m.shape.is_some()).count() >= 1 && n >= 3 {
+        for s in 0..n {
+            for change in [Change::Sign, Change::Gain, Change::Dead, Change::Noisy] {
+                add(&mut out, s, change);
+            }
+        }
+        for s in 0..n {
+            for other in s + 1..n {
+                add(&mut out, s, Change::Swap(other));
+            }
+        }
+        for s in 0..n {
+            let d = test.sensors[s].direction;
+            for axis in 0..3 {
+                if d[axis].abs() < 0.9 {
+                    add(&mut out, s, Change::Axis(axis));
+                }
+            }
+        }
+        positions(scene, &mut out);
+    }
+    for a in 1..test.modes.len() {
+        add(&mut out, a - 1, Change::Order(a - 1, a));
+    }
+    out
+}
+
+/// The places of the nearest other sensors and of the nearest node of the file.
+fn positions(scene: &Scene, out: &mut Vec<Fault>) {
+    let model = &scene.model;
+    let sensors = &scene.test.sensors;
+    let Ok(at) = sensors.iter().map(|s| sensor_position(model, s)).collect::<Result<Vec<[f64; 3]>, _>>() else { return };
+    let distance = |a: [f64; 3], b: [f64; 3]| (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt();
+    let nodes: Vec<(String, [f64; 3])> = {
+        let g = model.geometry();
+        g.names.iter().cloned().zip(g.positions.iter().map(|p| [p[0], p[1], p[2]])).take(model.spec().nodes.len()).collect()
+    };
+    for (s, &here) in at.iter().enumerate() {
+        let mut near: Vec<(f64, usize)> =
+            (0..at.len()).filter(|&o| o != s).map(|o| (distance(here, at[o]), o)).filter(|(d, _)| *d > 0.0).collect();
+        near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        for &(_, o) in near.iter().take(NEIGHBOURS) {
+            let name = sensors[o].name.clone();
+            out.push(Fault { sensor: s, change: Change::Position { place: sensors[o].place.clone(), name } });
+        }
+        let nearest = nodes
+            .iter()
+            .map(|(name, p)| (distance(here, *p), name))
+            .filter(|(d, _)| *d > 1e-9)
+            .min_by(|a, b| a.0.total_cmp(&b.0));
+        if let Some((_, name)) = nearest {
+            let place = Place::Node { node: name.clone(), position: None };
+            out.push(Fault { sensor: s, change: Change::Position { place, name: name.clone() } });
+        }
+    }
+}
+
+/// The weighted residual of one mode's shape with its free scale, at its measured sensors.
+fn shape_rows(phi: &[f64], test: &[f64], inverse_sd: &[f64]) -> Vec<f64> {
+    let (mut cross, mut own) = (0.0, 0.0);
+    for k in 0..phi.len() {
+        let w = inverse_sd[k] * inverse_sd[k];
+        cross += w * phi[k] * test[k];
+        own += w * phi[k] * phi[k];
+    }
+    let c = if own > 0.0 { cross / own } else { 0.0 };
+    (0..phi.len()).map(|k| (c * phi[k] - test[k]) * inverse_sd[k]).collect()
+}
+
+/// What each fault would change at the fit; `None` where the model cannot tell (it has no motion in that direction).
+pub(super) fn traces(scene: &Scene, fit: &Fit, weight: f64, faults: &[Fault]) -> Vec<Option<Trace>> {
+    faults.par_iter().map(|fault| trace(scene, fit, weight, fault)).collect()
+}
+
+fn trace(scene: &Scene, fit: &Fit, weight: f64, fault: &Fault) -> Option<Trace> {
+    let rows = fit.rows;
+    let s = fault.sensor;
+    let mut delta = DVector::zeros(fit.r.len());
+    if let Change::Order(a, b) = fault.change {
+        let modes = &scene.test.modes;
+        for (own, other) in [(a, b), (b, a)] {
+            let f = modes[other].frequency_hz;
+            delta[own] = weight * (fit.frequencies[own] - f.value) / f.sd - fit.r[own];
+        }
+        return delta.iter().all(|v| v.is_finite()).then_some(Trace::Fixed(delta));
+    }
+    let measured: Vec<usize> =
+        (0..rows.n_modes).filter(|&m| fit.inverse_sd[(s, m)] > 0.0 && !fit.unpaired.contains(&m)).collect();
+    if measured.is_empty() {
+        return None;
+    }
+    let replaced = match &fault.change {
+        Change::Axis(_) | Change::Position { .. } => {
+            let sensor: Sensor = fault.apply(&scene.test, 1.0).sensors[s].clone();
+            let row = observation_matrix(&scene.model, &[sensor]).ok()?;
+            if row.amax() == 0.0 {
+                return None;
+            }
+            Some(&row * &fit.modes_at)
+        }
+        _ => None,
+    };
+    match fault.change {
+        Change::Noisy => return Some(Trace::Block(measured.iter().map(|&m| rows.shape(m, s)).collect())),
+        Change::Dead => {
+            let readings =
+                measured.iter().map(|&m| weight * fit.test_shapes[(s, m)] * fit.inverse_sd[(s, m)]).collect();
+            return Some(Trace::Replaced(measured.iter().map(|&m| rows.shape(m, s)).collect(), readings));
+        }
+        _ => {}
+    }
+    for &m in &measured {
+        let column = |a: &DMatrix<f64>| -> Vec<f64> { a.column(m).iter().copied().collect() };
+        let (mut phi, mut test, mut w) = (column(&fit.shapes), column(&fit.test_shapes), column(&fit.inverse_sd));
+        match &fault.change {
+            Change::Gain => {
+                let r = shape_rows(&phi, &test, &w);
+                // c φ/σ of this sensor: its reading as the model sees it.
+                delta[rows.shape(m, s)] = weight * (r[s] + test[s] * w[s]);
+                continue;
+            }
+            Change::Sign => test[s] = -test[s],
+            Change::Swap(other) => {
+                test.swap(s, *other);
+                w.swap(s, *other);
+            }
+            _ => phi[s] = replaced.as_ref()?[(0, m)],
+        }
+        for (k, v) in shape_rows(&phi, &test, &w).into_iter().enumerate() {
+            let row = rows.shape(m, k);
+            delta[row] = weight * v - fit.r[row];
+        }
+    }
+    if let Change::Gain = fault.change {
+        return Some(Trace::Free(delta));
+    }
+    (delta.norm() > super::screen::VISIBLE).then_some(Trace::Fixed(delta))
+}
+
+impl Trace {
+    /// The same with the base projected out.
+    pub(super) fn projected(&self, q: &DMatrix<f64>) -> Self {
+        match self {
+            Trace::Fixed(d) => Trace::Fixed(project(q, d)),
+            Trace::Free(d) => Trace::Free(project(q, d)),
+            other => other.clone(),
+        }
+    }
+
+    /// Twice the gain of log-likelihood for a projected residual, numbers at their best values.
+    pub(super) fn score(&self, r: &DVector<f64>) -> f64 {
+        match self {
+            Trace::Fixed(d) => (-2.0 * d.dot(r) - d.norm_squared()).max(0.0),
+            Trace::Free(d) => {
+                let own = d.norm_squared();
+                // What is left of a channel by which the base is determined is not a hypothesis.
+                if own < super::screen::VISIBLE { 0.0 } else { d.dot(r).powi(2) / own }
+            }
+            Trace::Block(rows) => {
+                let m = rows.len() as f64;
+                let sum: f64 = rows.iter().map(|&i| r[i] * r[i]).sum();
+                if sum > m { sum - m - m * (sum / m).ln() } else { 0.0 }
+            }
+            Trace::Replaced(rows, readings) => {
+                let now: f64 = rows.iter().map(|&i| r[i] * r[i]).sum();
+                (now - readings.iter().map(|v| v * v).sum::<f64>()).max(0.0)
+            }
+        }
+    }
+
+    /// The gain, or κ, that fits best; 1 where there is none.
+    pub(super) fn number(&self, r: &DVector<f64>) -> f64 {
+        match self {
+            Trace::Free(d) => (1.0 - d.dot(r) / d.norm_squared().max(f64::MIN_POSITIVE)).clamp(-20.0, 20.0),
+            Trace::Block(rows) => {
+                let mean = rows.iter().map(|&i| r[i] * r[i]).sum::<f64>() / rows.len() as f64;
+                mean.sqrt().max(1.0)
+            }
+            _ => 1.0,
+        }
+    }
+}

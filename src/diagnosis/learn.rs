@@ -1,0 +1,182 @@
+//! Learning: diagnose, add the best effect, refit, until nothing more is justified.
+
+use super::evidence::{held_out, ln_evidence};
+use super::refit::Tried;
+use super::scene::{Scene, fit};
+use super::{Diagnosis, DiagnosisError, Settings, Verdict, investigate};
+use crate::data::TestData;
+use crate::effect::Candidate;
+use crate::linalg::DVector;
+use crate::model::{Model, ParametricModel};
+
+/// A step of learning.
+#[derive(Debug, Clone)]
+pub struct Step {
+    /// What was diagnosed before the addition.
+    pub diagnosis: Diagnosis,
+    /// The effect that was added: none in the last step.
+    pub added: Option<Candidate>,
+    /// Id of a fault that was taken out of the data, if one was.
+    pub corrected: Option<String>,
+    /// The model of this step, with `theta` its fitted values.
+    pub model: Model,
+    /// Fitted parameters, SI.
+    pub theta: Vec<f64>,
+    /// Σ ((model - test)/σ)², measured rows.
+    pub misfit: f64,
+    /// The same per mode.
+    pub misfit_per_mode: Vec<f64>,
+    /// Squared error of every mode predicted from the others.
+    pub held_out: Vec<f64>,
+    /// Where a tie was decided for the most probable: the others.
+    pub tie: Vec<String>,
+    /// Ids of effects that had become unnecessary and were taken out.
+    pub dropped: Vec<String>,
+}
+
+/// A history of learning.
+#[derive(Debug, Clone)]
+pub struct Learned {
+    /// Steps in order; the first has the model as it was, fitted.
+    pub steps: Vec<Step>,
+    /// Ids of the effects in the last model, in the order of their addition.
+    pub effects: Vec<Candidate>,
+    /// Whether it stopped because the data cannot decide between effects.
+    pub stopped_for_tie: bool,
+}
+
+/// Adds effects one after another as long as a diagnosis asks for them.
+///
+/// * `take_best` - decide ties for the most probable instead of stopping
+/// * `limit` - largest number of effects
+///
+/// A fault of the measurement is corrected in the data (and reported), not added to the model.
+pub fn learn(
+    model: &Model,
+    test: &TestData,
+    settings: &Settings,
+    take_best: bool,
+    limit: usize,
+) -> Result<Learned, DiagnosisError> {
+    let mut scene = Scene { model: model.clone(), test: test.clone(), added: Vec::new() };
+    let mut starts: Vec<DVector<f64>> = Vec::new();
+    let mut weight = None;
+    let mut effects: Vec<Candidate> = Vec::new();
+    let mut steps = Vec::new();
+    let mut stopped_for_tie = false;
+    let mut dropped = Vec::new();
+    for round in 0..=limit {
+        let found = investigate(scene.clone(), &starts, weight, settings)?;
+        weight = Some(found.base.weight);
+        let fit = &found.base.fit;
+        let per_mode = (0..fit.rows.n_modes)
+            .map(|m| fit.mode_rows(m).iter().map(|&i| fit.r[i] * fit.r[i]).sum::<f64>() / found.base.weight.powi(2))
+            .collect();
+        let mut step = Step {
+            diagnosis: found.diagnosis,
+            added: None,
+            corrected: None,
+            model: scene.model.clone(),
+            theta: fit.theta.clone(),
+            misfit: fit.misfit,
+            misfit_per_mode: per_mode,
+            held_out: held_out(fit, found.base.weight)?,
+            tie: Vec::new(),
+            dropped: std::mem::take(&mut dropped),
+        };
+        let best = found.refits.first();
+        let worthwhile = step.diagnosis.verdict != Verdict::Adequate
+            && best.is_some_and(|b| b.ln_bayes > super::verdict::STRONG)
+            && step.diagnosis.p_value < settings.alarm_level.max(f64::from(u8::from(!fit.unpaired.is_empty())));
+        let Some(best) = best.filter(|_| worthwhile && round < limit) else {
+            steps.push(step);
+            break;
+        };
+        let ties = step.diagnosis.hypotheses.first().map(|h| h.tied_with.clone()).unwrap_or_default();
+        if !ties.is_empty() && !take_best {
+            step.tie = ties;
+            stopped_for_tie = true;
+            steps.push(step);
+            break;
+        }
+        step.tie = ties;
+        scene = best.scene.clone();
+        starts = vec![best.fit.x.clone()];
+        match &best.tried {
+            Tried::Effect(c) => {
+                effects.push(c.clone());
+                step.added = Some(c.clone());
+            }
+            Tried::Fault(f) => step.corrected = Some(format!("{}@{}", f.name(), f.location(&found.base.scene.test))),
+        }
+        steps.push(step);
+        if effects.len() > 1 {
+            dropped = prune(model, &mut scene, &mut starts, &mut effects, weight.unwrap_or(1.0))?;
+        }
+    }
+    Ok(Learned { steps, effects, stopped_for_tie })
+}
+
+/// Takes out effects whose removal, after a refit of the rest, does not cost evidence.
+fn prune(
+    model: &Model,
+    scene: &mut Scene,
+    starts: &mut Vec<DVector<f64>>,
+    effects: &mut Vec<Candidate>,
+    weight: f64,
+) -> Result<Vec<String>, DiagnosisError> {
+    let mut out = Vec::new();
+    let mut k = 0;
+    while effects.len() > 1 && k + 1 < effects.len() {
+        let with = score(scene, starts, weight)?;
+        let mut rest = effects.clone();
+        let gone = rest.remove(k);
+        let mut smaller = Scene { model: model.clone(), test: scene.test.clone(), added: Vec::new() };
+        let built = rest.iter().try_fold(smaller.clone(), |s, c| super::refit::with_effect(&s, c));
+        let Ok(built) = built else {
+            k += 1;
+            continue;
+        };
+        smaller = built;
+        let keep: Vec<f64> = smaller
+            .model
+            .parameters()
+            .free()
+            .iter()
+            .filter_map(|&i| {
+                let name = &smaller.model.parameters().get(i).name;
+                let all = scene.model.parameters();
+                let position = all.free().iter().position(|&f| all.get(f).name == *name)?;
+                Some(starts[0][position])
+            })
+            .collect();
+        let start = DVector::from_vec(keep);
+        let without = score(&smaller, std::slice::from_ref(&start), weight)?;
+        if without.0 >= with.0 {
+            out.push(gone.id());
+            *effects = rest;
+            *scene = smaller;
+            *starts = vec![without.1];
+        } else {
+            k += 1;
+        }
+    }
+    Ok(out)
+}
+
+/// ln evidence with the priors of the sizes, and the optimum.
+fn score(scene: &Scene, starts: &[DVector<f64>], weight: f64) -> Result<(f64, DVector<f64>), DiagnosisError> {
+    let mut all = starts.to_vec();
+    all.push(scene.start());
+    let found = fit(scene, &all, weight)?;
+    let mut evidence = ln_evidence(&found)?;
+    let priors = scene.priors();
+    let first = priors.len() - scene.added.len();
+    for (k, p) in scene.added.iter().enumerate() {
+        evidence -= priors[first + k].1.ln();
+        if p.one_sided() {
+            evidence += std::f64::consts::LN_2;
+        }
+    }
+    Ok((evidence, found.x))
+}

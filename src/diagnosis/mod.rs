@@ -1,0 +1,241 @@
+//! What is missing: physical effects and measurement faults, compared with "nothing" by evidence.
+//!
+//! ```text
+//! fit the base -> screen every placed effect and fault with the base projected out -> alarm, calibrated by simulation
+//!   -> refit the best -> evidence, held-out modes, ties -> is what remains noise? -> verdict -> next measurement
+//! ```
+//!
+//! [`diagnose`] reads from top to bottom. `scene` poses the problem, `base` fits and screens, `screen` and `faults` are the
+//! hypotheses, `noise` the null distributions, `refit` and `evidence` the comparison, `verdict` the rules, and
+//! `next_measurement` what would separate ties. [`learn`] repeats it. Stated numbers are SI.
+
+mod base;
+mod error;
+mod evidence;
+mod faults;
+mod learn;
+mod next_measurement;
+mod noise;
+mod refit;
+mod scene;
+mod screen;
+#[cfg(test)]
+mod tests;
+pub mod twin;
+mod verdict;
+
+pub use error::DiagnosisError;
+pub use learn::{Learned, Step, learn};
+pub use next_measurement::NextMeasurement;
+
+use crate::data::TestData;
+use crate::effect::Effects;
+use crate::model::Model;
+use base::stage;
+use refit::{Refit, Tried, refit};
+use scene::Scene;
+use serde::Serialize;
+use verdict::conclude;
+
+/// How to diagnose.
+#[derive(Debug, Clone)]
+pub struct Settings {
+    /// The effects to try.
+    pub effects: Effects,
+    /// Whether measurement faults are tried.
+    pub faults: bool,
+    /// Seed of all random numbers.
+    pub seed: u64,
+    /// Probability of a false alarm that is accepted.
+    pub alarm_level: f64,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self { effects: Effects::builtin(), faults: true, seed: 0, alarm_level: 0.05 }
+    }
+}
+
+/// What a diagnosis found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Verdict {
+    /// The model explains the data at the stated noise, or at evenly larger noise.
+    Adequate,
+    /// One effect explains what the model cannot.
+    MissingEffect,
+    /// A fault of the measurement explains it.
+    MeasurementFault,
+    /// One hypothesis is needed and does not suffice; a second one helps.
+    SeveralEffects,
+    /// Something is missing that is not in the catalogue.
+    Unexplained,
+}
+
+impl Verdict {
+    /// As in `--json`.
+    pub fn word(self) -> &'static str {
+        match self {
+            Verdict::Adequate => "adequate",
+            Verdict::MissingEffect => "missing-effect",
+            Verdict::MeasurementFault => "measurement-fault",
+            Verdict::SeveralEffects => "several-effects",
+            Verdict::Unexplained => "unexplained",
+        }
+    }
+}
+
+/// What a hypothesis acts on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Kind {
+    /// The structure.
+    Effect,
+    /// The measurement.
+    Fault,
+}
+
+/// An estimate with its 90 % interval, SI.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Estimate {
+    /// Name of the parameter.
+    pub parameter: String,
+    /// Value.
+    pub value: f64,
+    /// SI unit.
+    pub unit: String,
+    /// 90 % interval.
+    pub interval: [f64; 2],
+}
+
+/// A hypothesis after its refit.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct HypothesisResult {
+    /// `mass-offset@left_wing.y`, as `add` takes it; `sensor-sign@p11`.
+    pub id: String,
+    /// Effect or fault.
+    pub kind: Kind,
+    /// Name in the catalogue.
+    pub name: String,
+    /// Nodes, elements or sensors.
+    pub location: String,
+    /// Probability among all hypotheses, "none" and "something else".
+    pub probability: f64,
+    /// ln of its Bayes factor against the base.
+    pub ln_bayes: f64,
+    /// Σ ((model - test)/σ)² without it.
+    pub misfit_before: f64,
+    /// The same with it, everything refitted.
+    pub misfit_after: f64,
+    /// Its first size or number; none for a fault without one.
+    pub estimate: Option<f64>,
+    /// 90 % interval of `estimate`.
+    pub interval: Option<[f64; 2]>,
+    /// Unit of `estimate`.
+    pub unit: Option<String>,
+    /// All its sizes.
+    pub estimates: Vec<Estimate>,
+    /// Σ over modes of the squared error of predicting each from the others, without it.
+    pub held_out_before: f64,
+    /// The same with it.
+    pub held_out_after: f64,
+    /// Ids that the data cannot tell from it: within ln 3 of evidence both among the best.
+    pub tied_with: Vec<String>,
+    /// The edit of the model file, or what to do about the fault.
+    pub patch: String,
+}
+
+/// The result of a diagnosis; the fields of `--json`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Diagnosis {
+    /// What it found.
+    pub verdict: Verdict,
+    /// The same in a sentence.
+    pub sentence: String,
+    /// Probability of as good a best hypothesis if nothing were missing; calibrated on all that were tried.
+    pub p_value: f64,
+    /// Standard deviations seem so many times the stated ones; 1 where there is no reason to think so.
+    pub noise_factor: f64,
+    /// Σ ((model - test)/σ)² of the fitted base.
+    pub misfit: f64,
+    /// Degrees of freedom of that misfit.
+    pub degrees_of_freedom: f64,
+    /// Number of effects in their places that were screened.
+    pub screened_effects: usize,
+    /// Number of those with a trace in these data.
+    pub visible_effects: usize,
+    /// Number of faults that were screened.
+    pub screened_faults: usize,
+    /// Probability that nothing is missing.
+    pub probability_none: f64,
+    /// Probability of something outside the catalogue.
+    pub probability_other: f64,
+    /// Refitted hypotheses by descending probability.
+    pub hypotheses: Vec<HypothesisResult>,
+    /// Measurements that would separate what is tied, best first.
+    pub next_measurements: Vec<NextMeasurement>,
+    /// Measured modes without a partner in the fitted base, from 1.
+    pub unpaired_modes: Vec<usize>,
+    /// Where what remains after the best hypothesis sits; empty if it looks like noise.
+    pub remainder: String,
+    /// Where the data allow less than one might think.
+    pub warnings: Vec<String>,
+}
+
+/// Finds what a model lacks to explain a test.
+///
+/// Errors: no modes, a sensor without a place on the model, a model that cannot be solved anywhere.
+pub fn diagnose(model: &Model, test: &TestData, settings: &Settings) -> Result<Diagnosis, DiagnosisError> {
+    let scene = Scene { model: model.clone(), test: test.clone(), added: Vec::new() };
+    Ok(investigate(scene, &[], None, settings)?.diagnosis)
+}
+
+/// A diagnosis with what a next step needs.
+struct Investigation {
+    diagnosis: Diagnosis,
+    base: base::Stage,
+    refits: Vec<Refit>,
+}
+
+fn investigate(
+    scene: Scene,
+    starts: &[crate::linalg::DVector<f64>],
+    weight: Option<f64>,
+    settings: &Settings,
+) -> Result<Investigation, DiagnosisError> {
+    if scene.test.modes.is_empty() {
+        return Err(DiagnosisError::NoModes);
+    }
+    let base = stage(scene, starts, weight, settings)?;
+    let mut refits = refit(&base, false)?;
+    refits.sort_by(|a, b| b.ln_bayes.total_cmp(&a.ln_bayes));
+    let diagnosis = conclude(&base, &mut refits, settings)?;
+    Ok(Investigation { diagnosis, base, refits })
+}
+
+/// The result of one refitted hypothesis, ties and probability to be filled in.
+fn result(base: &base::Stage, r: &Refit, held_out_before: f64, probability: f64, tied: Vec<String>) -> HypothesisResult {
+    let (kind, location, patch) = match &r.tried {
+        Tried::Effect(c) => (Kind::Effect, c.location.to_string(), c.patch.to_yaml()),
+        Tried::Fault(f) => (Kind::Fault, f.location(&base.scene.test), f.remedy(&base.scene.test)),
+    };
+    let first = r.estimates.first();
+    HypothesisResult {
+        id: r.id(&base.scene),
+        kind,
+        name: r.name().to_string(),
+        location,
+        probability,
+        ln_bayes: r.ln_bayes,
+        misfit_before: base.fit.misfit,
+        misfit_after: r.misfit,
+        estimate: first.map(|e| e.value),
+        interval: first.map(|e| e.interval),
+        unit: first.map(|e| e.unit.clone()),
+        estimates: r.estimates.clone(),
+        held_out_before,
+        held_out_after: r.held_out,
+        tied_with: tied,
+        patch,
+    }
+}

@@ -1,0 +1,217 @@
+//! The measurement that would best separate hypotheses that are tied.
+//!
+//! ```text
+//! expected ln B = ½ dᵀ S⁻¹ d,    d = g_a - g_b,    S = diag(σ²) + G_a C_a G_aᵀ + G_b C_b G_bᵀ
+//! ```
+//!
+//! g are the predictions of a measurement by the two refitted hypotheses, G their derivatives and C the covariances of the
+//! parameters: what a refit could adapt does not separate. Measurements are ranked by the pair they separate worst.
+
+use super::DiagnosisError;
+use super::base::Stage;
+use super::refit::{Refit, Tried};
+use super::scene::Fit;
+use crate::element::Dof;
+use crate::linalg::{DMatrix, DVector};
+use crate::model::ParametricModel;
+use crate::objective::{Comparison, Scaling};
+use rayon::prelude::*;
+use serde::Serialize;
+
+/// Hypotheses that are compared, at most.
+const TIED: usize = 5;
+/// Modes above the measured ones that a longer sweep would show.
+const NEXT_MODES: usize = 3;
+/// A known mass for a second test, as a share of the total.
+const ADDED_MASS: f64 = 0.02;
+/// Uncertainties of what is not measured yet.
+const FREQUENCY_SD: f64 = 0.003;
+const SHAPE_SD: f64 = 0.02;
+const MASS_SD: f64 = 0.005;
+const INERTIA_SD: f64 = 0.01;
+
+/// A measurement and what it is worth.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct NextMeasurement {
+    /// What to measure.
+    pub what: String,
+    /// Where; a node, or empty.
+    pub place: String,
+    /// Expected ln Bayes factor between the two tied hypotheses that it separates worst.
+    pub expected_ln_bayes: f64,
+}
+
+/// A measurement: rows of the prediction vector.
+struct Proposal {
+    what: String,
+    place: String,
+    rows: Vec<usize>,
+}
+
+/// Proposals for the hypotheses above a threshold of ln Bayes factors, best first.
+pub(super) fn next_measurements(
+    base: &Stage,
+    refits: &[Refit],
+    threshold: f64,
+) -> Result<Vec<NextMeasurement>, DiagnosisError> {
+    let tied: Vec<&Refit> = refits
+        .iter()
+        .filter(|r| r.ln_bayes > threshold && r.fit.unpaired.is_empty() && matches!(r.tried, Tried::Effect(_)))
+        .take(TIED)
+        .collect();
+    if tied.len() < 2 {
+        return Ok(Vec::new());
+    }
+    let (proposals, sd) = proposals(base);
+    let views: Vec<Option<(DVector<f64>, DMatrix<f64>)>> =
+        tied.par_iter().map(|r| view(base, r, sd.len()).ok()).collect();
+    let views: Vec<(DVector<f64>, DMatrix<f64>)> = views.into_iter().flatten().collect();
+    if views.len() < 2 {
+        return Ok(Vec::new());
+    }
+    let mut out: Vec<NextMeasurement> = proposals
+        .into_iter()
+        .map(|p| {
+            let mut worst = f64::INFINITY;
+            for a in 0..views.len() {
+                for b in a + 1..views.len() {
+                    worst = worst.min(separation(&views[a], &views[b], &p.rows, &sd));
+                }
+            }
+            NextMeasurement { what: p.what, place: p.place, expected_ln_bayes: worst }
+        })
+        .filter(|p| p.expected_ln_bayes.is_finite())
+        .collect();
+    out.sort_by(|a, b| b.expected_ln_bayes.total_cmp(&a.expected_ln_bayes));
+    out.truncate(10);
+    Ok(out)
+}
+
+fn separation(a: &(DVector<f64>, DMatrix<f64>), b: &(DVector<f64>, DMatrix<f64>), rows: &[usize], sd: &[f64]) -> f64 {
+    let d = DVector::from_iterator(rows.len(), rows.iter().map(|&i| a.0[i] - b.0[i]));
+    let (ga, gb) = (a.1.select_rows(rows), b.1.select_rows(rows));
+    let mut s = &ga * ga.transpose() + &gb * gb.transpose();
+    for (k, &i) in rows.iter().enumerate() {
+        s[(k, k)] += sd[i] * sd[i];
+    }
+    match s.cholesky() {
+        Some(c) if d.iter().all(|v| v.is_finite()) => 0.5 * d.dot(&c.solve(&d)),
+        _ => f64::NAN,
+    }
+}
+
+/// Nodes and directions where a sensor could stand.
+fn places(base: &Stage) -> Vec<(usize, usize)> {
+    let dofs = base.scene.model.dof_map();
+    let n = base.scene.model.spec().nodes.len();
+    (0..n)
+        .flat_map(|node| (0..3).map(move |axis| (node, axis)))
+        .filter(|&(node, axis)| !dofs.express(node, Dof::ALL[axis]).is_empty())
+        .collect()
+}
+
+/// All proposals with the standard deviations of the prediction vector:
+/// sensors (per place: one entry a mode), next frequencies, added masses (per place: one a mode), mass, cg, inertia.
+fn proposals(base: &Stage) -> (Vec<Proposal>, Vec<f64>) {
+    let names = &base.scene.model.geometry().names;
+    let m = base.fit.rows.n_modes;
+    let places = places(base);
+    let (mut out, mut sd) = (Vec::new(), Vec::new());
+    let mut add = |what: String, place: &str, sds: Vec<f64>| {
+        let rows = (sd.len()..sd.len() + sds.len()).collect();
+        sd.extend(sds);
+        out.push(Proposal { what, place: place.to_string(), rows });
+    };
+    for &(node, axis) in &places {
+        let axis = ["x", "y", "z"][axis];
+        add(format!("one more accelerometer at {} along {axis}", names[node]), &names[node], vec![SHAPE_SD; m]);
+    }
+    add(format!("the frequencies of the next {NEXT_MODES} modes"), "", vec![FREQUENCY_SD; NEXT_MODES]);
+    for &(node, axis) in &places {
+        let axis = ["x", "y", "z"][axis];
+        let what = format!("the same modes with {:.0} % of the mass added at {} (seen along {axis})", 100.0 * ADDED_MASS, names[node]);
+        add(what, &names[node], vec![FREQUENCY_SD; m]);
+    }
+    add("total mass and centre of gravity on scales".to_string(), "", vec![MASS_SD; 4]);
+    add("moments of inertia by swinging".to_string(), "", vec![INERTIA_SD; 3]);
+    (out, sd)
+}
+
+/// The prediction vector of a hypothesis and its derivative times the root of the covariance.
+fn view(base: &Stage, r: &Refit, n: usize) -> Result<(DVector<f64>, DMatrix<f64>), DiagnosisError> {
+    let comparison = r.scene.comparison()?;
+    let scaling = Scaling::new(&r.scene.model);
+    let at = |x: &DVector<f64>| predict(base, &r.fit, &comparison, &scaling.theta(x), n);
+    let g = at(&r.fit.x)?;
+    let (_, covariance) = r.fit.hessian()?;
+    let mut derivative = DMatrix::zeros(n, r.fit.x.len());
+    for j in 0..r.fit.x.len() {
+        // A tenth of the posterior scatter: small against it, large against rounding.
+        let step = 0.1 * covariance[(j, j)].sqrt().min(1.0);
+        let step = if r.fit.x[j] + step > 1.0 { -step } else { step };
+        let mut x = r.fit.x.clone();
+        x[j] += step;
+        derivative.set_column(j, &((at(&x)? - &g) / step));
+    }
+    let root = covariance.cholesky().ok_or(DiagnosisError::Singular)?.l();
+    Ok((g, derivative * root))
+}
+
+fn predict(
+    base: &Stage,
+    fit: &Fit,
+    comparison: &Comparison<'_>,
+    theta: &[f64],
+    n: usize,
+) -> Result<DVector<f64>, DiagnosisError> {
+    let p = comparison.predict(theta)?;
+    let dofs = comparison.model().dof_map();
+    let base_names = &base.scene.model.geometry().names;
+    let (n_modes, mut out) = (fit.rows.n_modes, Vec::with_capacity(n));
+    let partners: Vec<usize> = (0..n_modes).map(|m| p.partner(m).unwrap_or(0)).collect();
+    let motion = |node: &str, axis: usize, elastic: usize| -> f64 {
+        let Some(index) = dofs.node(node) else { return f64::NAN };
+        let row = dofs.express(index, Dof::ALL[axis]);
+        row.iter().map(|&(i, f)| f * p.modes.shapes[(i, p.modes.n_rigid + elastic)]).sum()
+    };
+    // Shapes in the scale of the test: largest reading 1, sign by the base of this hypothesis.
+    let scale: Vec<f64> = (0..n_modes)
+        .map(|m| {
+            let now = p.at_sensors.column(partners[m]);
+            let then = fit.shapes.column(m);
+            let largest = then.amax();
+            let sign = if now.dot(&base.fit.test_shapes.column(m)) < 0.0 { -1.0 } else { 1.0 };
+            if largest > 0.0 { sign / now.amax().max(f64::MIN_POSITIVE) } else { sign }
+        })
+        .collect();
+    let places = places(base);
+    for &(node, axis) in &places {
+        for m in 0..n_modes {
+            out.push(scale[m] * motion(&base_names[node], axis, partners[m]));
+        }
+    }
+    let highest = partners.iter().copied().max().unwrap_or(0);
+    for k in 1..=NEXT_MODES {
+        out.push(p.frequencies_hz.get(highest + k).map_or(0.0, |f| f.ln()));
+    }
+    let properties = p.mass_properties.as_ref();
+    let added = ADDED_MASS * properties.map_or(0.0, |p| p.mass);
+    for &(node, axis) in &places {
+        for m in 0..n_modes {
+            let phi = motion(&base_names[node], axis, partners[m]);
+            // Rayleigh's quotient of the modified structure, to first order in the mass.
+            out.push(-0.5 * (added * phi * phi).ln_1p());
+        }
+    }
+    let extent = |i: f64, mass: f64| (i.max(0.0) / mass.max(f64::MIN_POSITIVE)).sqrt();
+    match properties {
+        Some(m) => {
+            let length = (0..3).map(|i| extent(m.inertia[i][i], m.mass)).fold(0.0, f64::max).max(f64::MIN_POSITIVE);
+            out.push(m.mass.ln());
+            out.extend((0..3).map(|i| m.cg[i] / length));
+            out.extend((0..3).map(|i| m.inertia[i][i].max(1e-12).ln()));
+        }
+        None => out.extend([0.0; 7]),
+    }
+    Ok(DVector::from_vec(out))
+}

@@ -1,0 +1,198 @@
+//! How much ordinary scatter there is, and how large the best score of a whole catalogue would be by chance.
+//!
+//! Under "nothing is missing" the projected residual is r' = (I - QQᵀ) n, n ~ N(0, s2 I). So its null distribution needs no
+//! evaluation of the model: draws of n, projected, give that of any statistic of r'.
+//!
+//! * scatter: the median over channels (sensors; frequencies are one channel) of the mean square of what lies outside base
+//!   and catalogue, over its median in the draws, at least 1. A median is not moved by one faulty channel.
+//! * whiteness: the correlation of neighbouring sensors in the same part. Noise has none; physics outside the catalogue has.
+//!   Only white scatter counts as noise: otherwise s2 stays 1 and the misfit stays unexplained.
+//! * alarm: the probability that the best score over all candidates and faults is as large as observed.
+
+use super::faults::Trace;
+use super::scene::{Fit, Scene};
+use super::screen::{Directions, project};
+use crate::correlation::sensor_position;
+use crate::linalg::{DMatrix, DVector, thin_svd};
+use crate::optim::Draw;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+
+/// Draws of the null distributions: p-values of 0.01 with a standard error of 0.003.
+pub(super) const DRAWS: usize = 1000;
+
+/// Unit noise on the noisy rows, the same for the same draw.
+fn noise(noisy: &[bool], seed: u64, draw: usize) -> DVector<f64> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    rng.set_stream(draw as u64);
+    DVector::from_fn(noisy.len(), |i, _| if noisy[i] { rng.normal() } else { 0.0 })
+}
+
+/// P(statistic >= observed) with the observed one among the draws: never zero.
+pub(super) fn p_value(draws: &[f64], observed: f64) -> f64 {
+    (1 + draws.iter().filter(|&&v| v >= observed).count()) as f64 / (1 + draws.len()) as f64
+}
+
+/// What the scatter looks like.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Scatter {
+    /// s2, at least 1.
+    pub(super) s2: f64,
+    /// Probability of as much correlation between neighbouring sensors, if it were noise.
+    pub(super) whiteness_p: f64,
+}
+
+/// Estimates the scatter from what lies outside the span of base and catalogue.
+///
+/// The catalogue's columns at their typical sizes span almost everything; directions in which it moves the residual by
+/// less than one standard deviation are left out, and never more than half of the degrees of freedom are spanned.
+pub(super) fn scatter(scene: &Scene, fit: &Fit, q: &DMatrix<f64>, directions: &Directions, seed: u64) -> Scatter {
+    let noisy = fit.noisy_rows();
+    let dof = noisy.iter().filter(|n| **n).count().saturating_sub(q.ncols());
+    let none = Scatter { s2: 1.0, whiteness_p: 1.0 };
+    if dof < 10 {
+        return none;
+    }
+    let mut span = q.clone();
+    if directions.unit.ncols() > 0 {
+        let mut scaled = directions.unit.clone();
+        for (mut c, l) in scaled.column_iter_mut().zip(&directions.length) {
+            c *= l.min(20.0);
+        }
+        let Ok(svd) = thin_svd(&scaled) else { return none };
+        let rank = svd.values.iter().take_while(|v| **v > 1.0).count().min(dof / 2);
+        span = DMatrix::from_columns(
+            &q.column_iter().map(|c| c.into_owned()).chain((0..rank).map(|k| svd.left.column(k).into_owned())).collect::<Vec<_>>(),
+        );
+    }
+    let channels = channels(fit, &noisy);
+    let neighbours = neighbours(scene);
+    let observed = project(&span, &fit.r);
+    let draws: Vec<(f64, f64)> = (0..DRAWS)
+        .into_par_iter()
+        .map(|d| {
+            let n = project(&span, &noise(&noisy, seed, d));
+            (median_square(&n, &channels), correlation(fit, &n, &neighbours))
+        })
+        .collect();
+    let mut medians: Vec<f64> = draws.iter().map(|d| d.0).collect();
+    medians.sort_by(f64::total_cmp);
+    let centre = medians[DRAWS / 2];
+    let ratio = if centre > 0.0 { median_square(&observed, &channels) / centre } else { 1.0 };
+    // Inside the scatter of the estimate itself there is no reason to inflate.
+    let excess = p_value(&medians, median_square(&observed, &channels)) < 0.05;
+    let correlations: Vec<f64> = draws.iter().map(|d| d.1).collect();
+    let whiteness_p = p_value(&correlations, correlation(fit, &observed, &neighbours));
+    let s2 = if excess && whiteness_p > 0.01 { ratio.max(1.0) } else { 1.0 };
+    Scatter { s2, whiteness_p }
+}
+
+/// P of the correlation of neighbouring sensors in a projected residual.
+pub(super) fn whiteness(scene: &Scene, fit: &Fit, q: &DMatrix<f64>, seed: u64) -> f64 {
+    let noisy = fit.noisy_rows();
+    let neighbours = neighbours(scene);
+    if neighbours.is_empty() || !fit.rows.has_shapes {
+        return 1.0;
+    }
+    let draws: Vec<f64> = (0..DRAWS)
+        .into_par_iter()
+        .map(|d| correlation(fit, &project(q, &noise(&noisy, seed, d)), &neighbours))
+        .collect();
+    p_value(&draws, correlation(fit, &project(q, &fit.r), &neighbours))
+}
+
+/// Rows of each sensor over all modes, and of the frequencies.
+fn channels(fit: &Fit, noisy: &[bool]) -> Vec<Vec<usize>> {
+    let mut out = vec![(0..fit.rows.n_modes).collect::<Vec<usize>>()];
+    if fit.rows.has_shapes {
+        for s in 0..fit.rows.n_sensors {
+            let rows: Vec<usize> =
+                (0..fit.rows.n_modes).map(|m| fit.rows.shape(m, s)).filter(|&r| noisy[r]).collect();
+            if !rows.is_empty() {
+                out.push(rows);
+            }
+        }
+    }
+    out
+}
+
+fn median_square(r: &DVector<f64>, channels: &[Vec<usize>]) -> f64 {
+    let mut means: Vec<f64> =
+        channels.iter().map(|c| c.iter().map(|&i| r[i] * r[i]).sum::<f64>() / c.len() as f64).collect();
+    means.sort_by(f64::total_cmp);
+    means[means.len() / 2]
+}
+
+/// Pairs (sensor, nearest sensor of about the same direction).
+fn neighbours(scene: &Scene) -> Vec<(usize, usize)> {
+    let sensors = &scene.test.sensors;
+    let Ok(at) = sensors.iter().map(|s| sensor_position(&scene.model, s)).collect::<Result<Vec<_>, _>>() else {
+        return Vec::new();
+    };
+    let parallel = |a: usize, b: usize| {
+        let dot: f64 = (0..3).map(|k| sensors[a].direction[k] * sensors[b].direction[k]).sum();
+        dot.abs() > 0.9 && sensors[a].is_rotation == sensors[b].is_rotation
+    };
+    let distance = |a: usize, b: usize| (0..3).map(|k| (at[a][k] - at[b][k]).powi(2)).sum::<f64>();
+    let mut pairs: Vec<(usize, usize)> = (0..sensors.len())
+        .filter_map(|s| {
+            (0..sensors.len())
+                .filter(|&o| o != s && parallel(s, o))
+                .min_by(|&a, &b| distance(s, a).total_cmp(&distance(s, b)).then(a.cmp(&b)))
+                .map(|o| (s.min(o), s.max(o)))
+        })
+        .collect();
+    pairs.sort_unstable();
+    pairs.dedup();
+    pairs
+}
+
+/// Σ e_i e_j over neighbours and modes, over Σ e², positive for smooth fields.
+fn correlation(fit: &Fit, r: &DVector<f64>, neighbours: &[(usize, usize)]) -> f64 {
+    if !fit.rows.has_shapes {
+        return 0.0;
+    }
+    let (mut cross, mut own) = (0.0, 0.0);
+    for m in 0..fit.rows.n_modes {
+        for &(a, b) in neighbours {
+            let (x, y) = (r[fit.rows.shape(m, a)], r[fit.rows.shape(m, b)]);
+            cross += x * y;
+            own += 0.5 * (x * x + y * y);
+        }
+    }
+    if own > 0.0 { cross / own } else { 0.0 }
+}
+
+/// The null distribution of the best score over all directions and faults.
+pub(super) fn best_scores(
+    fit: &Fit,
+    q: &DMatrix<f64>,
+    directions: &Directions,
+    traces: &[Trace],
+    seed: u64,
+) -> Vec<f64> {
+    let noisy = fit.noisy_rows();
+    // Blocks of draws share one product with the catalogue.
+    const BLOCK: usize = 50;
+    let blocks: Vec<Vec<f64>> = (0..DRAWS / BLOCK)
+        .into_par_iter()
+        .map(|b| {
+            let columns: Vec<DVector<f64>> =
+                (0..BLOCK).map(|d| project(q, &noise(&noisy, seed, b * BLOCK + d))).collect();
+            let n = DMatrix::from_columns(&columns);
+            let along = directions.unit.tr_mul(&n);
+            columns
+                .iter()
+                .enumerate()
+                .map(|(d, r)| {
+                    let effects = (0..along.nrows())
+                        .map(|c| if directions.one_sided[c] && along[(c, d)] > 0.0 { 0.0 } else { along[(c, d)].powi(2) })
+                        .fold(0.0, f64::max);
+                    traces.iter().map(|t| t.score(r)).fold(effects, f64::max)
+                })
+                .collect()
+        })
+        .collect();
+    blocks.concat()
+}

@@ -1,0 +1,337 @@
+//! One model against one test: the least-squares problem with its priors, its optimum, and what a screening needs of it.
+//!
+//! ```text
+//! Φ(x) = ½ |w r(x)|² + ½ Σ ((x_j - c_j)/s_j)²,    H = JᵀJ of the same rows,    w = 1/√s2 on measured rows
+//! ```
+//!
+//! Every free parameter has a Gaussian prior: its `prior_sd` where the file gives one, else half its interval around its
+//! estimate; a size that an effect has brought has its typical size around its neutral value. The priors keep the
+//! problem regular where data cannot tell parameters apart, and they are what an evidence needs.
+
+use super::DiagnosisError;
+use crate::correlation::{PairBy, PairingOptions};
+use crate::data::TestData;
+use crate::effect::NewParameter;
+use crate::linalg::{DMatrix, DVector, ThinQr, thin_qr};
+use crate::model::{Model, ParametricModel};
+use crate::objective::residual::{Frequency, MassPropertyResidual, Shape, TargetResidual};
+use crate::objective::{Comparison, EvalError, LeastSquares, Linearization, Objective, Residual, Scaling};
+use crate::optim::{LevenbergMarquardt, Optimizer, Run};
+use rayon::prelude::*;
+
+/// A prior without a stated standard deviation: this share of the interval.
+const WEAK: f64 = 0.5;
+
+/// A model and a test, with the sizes that effects have brought into the model.
+#[derive(Debug, Clone)]
+pub(super) struct Scene {
+    pub(super) model: Model,
+    pub(super) test: TestData,
+    pub(super) added: Vec<NewParameter>,
+}
+
+impl Scene {
+    /// Pairing with open gates, by shapes where there are any.
+    pub(super) fn pairing(&self) -> PairingOptions {
+        let by = if self.test.modes.iter().any(|m| m.shape.is_some()) { PairBy::Mac } else { PairBy::Order };
+        PairingOptions { by, min_mac: 0.0, frequency_window: f64::INFINITY, same_family_only: true }
+    }
+
+    /// Model and test made comparable.
+    pub(super) fn comparison(&self) -> Result<Comparison<'_>, DiagnosisError> {
+        Ok(Comparison::new(&self.model, &self.test, self.pairing())?)
+    }
+
+    /// The estimates of the model, moved into their bounds, in the unit box.
+    pub(super) fn start(&self) -> DVector<f64> {
+        Scaling::new(&self.model).x(&crate::objective::starting_point(&self.model))
+    }
+
+    /// Centre and standard deviation of the prior of each free parameter, in the unit box.
+    pub(super) fn priors(&self) -> Vec<(f64, f64)> {
+        let parameters = self.model.parameters();
+        let centre = self.start();
+        let free = parameters.free();
+        free.iter()
+            .enumerate()
+            .map(|(k, &i)| {
+                let p = parameters.get(i);
+                let [lower, upper] = p.bounds.unwrap_or([0.0, 1.0]);
+                let width = upper - lower;
+                if let Some(new) = self.added.iter().find(|a| a.name == p.name) {
+                    let sd = (new.typical - new.neutral).abs() / width;
+                    let sd = if sd > 0.0 { sd } else { WEAK };
+                    return ((new.neutral - lower) / width, sd);
+                }
+                match p.prior_sd {
+                    Some(sd) => ((p.value - lower) / width, sd / width),
+                    None => (centre[k], WEAK),
+                }
+            })
+            .collect()
+    }
+}
+
+/// The rows of the problem.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Rows {
+    pub(super) n_modes: usize,
+    pub(super) n_sensors: usize,
+    /// Rows of measured data; targets and priors follow.
+    pub(super) measured: usize,
+    pub(super) targets: usize,
+    pub(super) priors: usize,
+    pub(super) has_shapes: bool,
+}
+
+impl Rows {
+    pub(super) fn len(self) -> usize {
+        self.measured + self.targets + self.priors
+    }
+
+    /// Row of a shape entry.
+    pub(super) fn shape(self, mode: usize, sensor: usize) -> usize {
+        self.n_modes + mode * self.n_sensors + sensor
+    }
+}
+
+/// The objective Φ.
+#[derive(Debug)]
+pub(super) struct Posed<'a> {
+    comparison: &'a Comparison<'a>,
+    data: LeastSquares<'a>,
+    priors: Vec<(f64, f64)>,
+    weight: f64,
+    pub(super) rows: Rows,
+}
+
+impl<'a> Posed<'a> {
+    pub(super) fn new(comparison: &'a Comparison<'a>, priors: Vec<(f64, f64)>, weight: f64) -> Self {
+        let has_shapes = comparison.has_shapes();
+        let mut terms: Vec<&dyn Residual> = vec![&Frequency];
+        if has_shapes {
+            terms.push(&Shape);
+        }
+        terms.push(&MassPropertyResidual);
+        let measured = terms.iter().map(|t| t.len(comparison)).sum();
+        terms.push(&TargetResidual);
+        let rows = Rows {
+            n_modes: comparison.test().modes.len(),
+            n_sensors: comparison.test().sensors.len(),
+            measured,
+            targets: TargetResidual.len(comparison),
+            priors: priors.len(),
+            has_shapes,
+        };
+        Self { comparison, data: LeastSquares::with_terms(comparison, terms), priors, weight, rows }
+    }
+
+    fn extend(&self, data: &DVector<f64>, x: &DVector<f64>) -> DVector<f64> {
+        let n = data.len();
+        DVector::from_fn(self.rows.len(), |i, _| {
+            if i < self.rows.measured {
+                data[i] * self.weight
+            } else if i < n {
+                data[i]
+            } else {
+                let (centre, sd) = self.priors[i - n];
+                (x[i - n] - centre) / sd
+            }
+        })
+    }
+
+    /// Weighted rows of data and targets at θ, priors zero.
+    pub(super) fn data_rows(&self, theta: &[f64]) -> Result<DVector<f64>, EvalError> {
+        let prediction = self.comparison.predict(theta)?;
+        let mut r = self.data.residuals_of(theta, &prediction).resize_vertically(self.rows.len(), 0.0);
+        r.rows_mut(0, self.rows.measured).scale_mut(self.weight);
+        match r.iter().all(|v| v.is_finite()) {
+            true => Ok(r),
+            false => Err(EvalError::NotFinite { name: "data".into() }),
+        }
+    }
+}
+
+impl Objective for Posed<'_> {
+    fn n_parameters(&self) -> usize {
+        self.priors.len()
+    }
+
+    fn n_residuals(&self) -> usize {
+        self.rows.len()
+    }
+
+    fn residuals(&self, x: &DVector<f64>) -> Result<DVector<f64>, EvalError> {
+        Ok(self.extend(&self.data.residuals(x)?, x))
+    }
+
+    fn linearize(&self, x: &DVector<f64>) -> Result<Linearization, EvalError> {
+        let Linearization { residuals, mut jacobian } = self.data.linearize(x)?;
+        jacobian.rows_mut(0, self.rows.measured).scale_mut(self.weight);
+        let n = residuals.len();
+        let mut jacobian = jacobian.resize_vertically(self.rows.len(), 0.0);
+        for (j, (_, sd)) in self.priors.iter().enumerate() {
+            jacobian[(n + j, j)] = 1.0 / sd;
+        }
+        Ok(Linearization { residuals: self.extend(&residuals, x), jacobian })
+    }
+}
+
+/// An optimum and what belongs to it.
+#[derive(Debug, Clone)]
+pub(super) struct Fit {
+    pub(super) x: DVector<f64>,
+    pub(super) theta: Vec<f64>,
+    /// Weighted rows r and their Jacobian.
+    pub(super) r: DVector<f64>,
+    pub(super) j: DMatrix<f64>,
+    /// Φ.
+    pub(super) phi: f64,
+    /// Σ over measured rows of ((model - test)/σ)², with the stated σ.
+    pub(super) misfit: f64,
+    pub(super) rows: Rows,
+    /// Shapes of the partners at the sensors, zero columns without partner, (n_sensor x n_mode).
+    pub(super) shapes: DMatrix<f64>,
+    /// Mass-normalised shapes of the partners on the dofs, zero without partner, (n_dof x n_mode).
+    pub(super) modes_at: DMatrix<f64>,
+    /// Real test shapes and 1/σ of every entry, zero where not measured.
+    pub(super) test_shapes: DMatrix<f64>,
+    pub(super) inverse_sd: DMatrix<f64>,
+    /// Frequencies of the partners, NaN without.
+    pub(super) frequencies: Vec<f64>,
+    /// Measured modes without a partner.
+    pub(super) unpaired: Vec<usize>,
+}
+
+/// Fits a scene from several starts and keeps the lowest; the first of equal ones.
+///
+/// Errors: no start can be evaluated.
+pub(super) fn fit(scene: &Scene, starts: &[DVector<f64>], weight: f64) -> Result<Fit, DiagnosisError> {
+    let comparison = scene.comparison()?;
+    let posed = Posed::new(&comparison, scene.priors(), weight);
+    let x = if posed.n_parameters() == 0 {
+        DVector::zeros(0)
+    } else {
+        // A tenth of a unit of ln evidence is far below what any decision rests on; the tolerance is 1e-7 of Φ.
+        let method = LevenbergMarquardt { steps: 60, tolerance: 1e-7, ..LevenbergMarquardt::default() };
+        let found: Vec<_> = starts
+            .par_iter()
+            .map(|start| method.minimize(start, &mut Run::new(&posed)).map(|o| (o.cost, o.x)))
+            .collect();
+        let mut best: Option<(f64, DVector<f64>)> = None;
+        let mut failure = None;
+        for result in found {
+            match result {
+                Ok((cost, x)) if best.as_ref().is_none_or(|b| cost < b.0) => best = Some((cost, x)),
+                Ok(_) => {}
+                Err(e) => failure = Some(e),
+            }
+        }
+        match (best, failure) {
+            (Some((_, x)), _) => x,
+            (None, Some(e)) => return Err(e.into()),
+            (None, None) => return Err(DiagnosisError::NoStart),
+        }
+    };
+    at(&comparison, &posed, x)
+}
+
+fn at(comparison: &Comparison<'_>, posed: &Posed<'_>, x: DVector<f64>) -> Result<Fit, DiagnosisError> {
+    let Linearization { residuals: r, jacobian: j } = posed.linearize(&x)?;
+    let theta = posed.data.scaling().theta(&x);
+    let prediction = comparison.predict(&theta)?;
+    let rows = posed.rows;
+    let (n, m) = (rows.n_sensors, rows.n_modes);
+    let mut shapes = DMatrix::zeros(n, m);
+    let mut modes_at = DMatrix::zeros(prediction.modes.shapes.nrows(), m);
+    let mut frequencies = vec![f64::NAN; m];
+    let mut unpaired = Vec::new();
+    for (mode, f) in frequencies.iter_mut().enumerate() {
+        match prediction.partner(mode) {
+            Some(a) => {
+                shapes.set_column(mode, &prediction.at_sensors.column(a));
+                modes_at.set_column(mode, &prediction.modes.shapes.column(prediction.modes.n_rigid + a));
+                *f = prediction.frequencies_hz[a];
+            }
+            None => unpaired.push(mode),
+        }
+    }
+    let mut test_shapes = comparison.shapes().clone();
+    let inverse_sd = DMatrix::from_fn(n, m, |i, k| match &comparison.test().modes[k].shape_sd {
+        Some(sd) if !test_shapes[(i, k)].is_nan() => 1.0 / sd[i],
+        _ => 0.0,
+    });
+    test_shapes.iter_mut().filter(|v| v.is_nan()).for_each(|v| *v = 0.0);
+    let misfit = r.rows(0, rows.measured).norm_squared() / (posed.weight * posed.weight);
+    let phi = 0.5 * r.norm_squared();
+    Ok(Fit { x, theta, r, j, phi, misfit, rows, shapes, modes_at, test_shapes, inverse_sd, frequencies, unpaired })
+}
+
+impl Fit {
+    /// An orthonormal basis of what a refit of the parameters and of the scale of every shape can absorb, to first order.
+    pub(super) fn basis(&self) -> Result<DMatrix<f64>, DiagnosisError> {
+        let mut columns: Vec<DVector<f64>> = self.j.column_iter().map(|c| c.into_owned()).collect();
+        for mode in 0..self.rows.n_modes {
+            if let Some(scale) = self.scale_direction(mode) {
+                columns.push(scale);
+            }
+        }
+        if columns.is_empty() {
+            return Ok(DMatrix::zeros(self.rows.len(), 0));
+        }
+        Ok(thin_qr(&DMatrix::from_columns(&columns))?.q)
+    }
+
+    /// The direction of the free scale of a shape: φ/σ.
+    fn scale_direction(&self, mode: usize) -> Option<DVector<f64>> {
+        if !self.rows.has_shapes {
+            return None;
+        }
+        let mut v = DVector::zeros(self.rows.len());
+        for s in 0..self.rows.n_sensors {
+            v[self.rows.shape(mode, s)] = self.shapes[(s, mode)] * self.inverse_sd[(s, mode)];
+        }
+        let norm = v.norm();
+        (norm > 0.0).then(|| v / norm)
+    }
+
+    /// ln det H and the inverse of H.
+    pub(super) fn hessian(&self) -> Result<(f64, DMatrix<f64>), DiagnosisError> {
+        let n = self.j.ncols();
+        if n == 0 {
+            return Ok((0.0, DMatrix::zeros(0, 0)));
+        }
+        let ThinQr { r, .. } = thin_qr(&self.j)?;
+        let ln_det = 2.0 * r.diagonal().iter().map(|d| d.abs().ln()).sum::<f64>();
+        let inverse = r.solve_upper_triangular(&DMatrix::identity(n, n)).ok_or(DiagnosisError::Singular)?;
+        Ok((ln_det, &inverse * inverse.transpose()))
+    }
+
+    /// Which rows carry noise: measured entries that exist; a target or prior row is no measurement but a prior row has
+    /// the scatter of its prior.
+    pub(super) fn noisy_rows(&self) -> Vec<bool> {
+        let rows = self.rows;
+        (0..rows.len())
+            .map(|i| {
+                if i < rows.n_modes {
+                    true
+                } else if rows.has_shapes && i < rows.shape(rows.n_modes, 0) {
+                    let k = i - rows.n_modes;
+                    self.inverse_sd[(k % rows.n_sensors, k / rows.n_sensors)] > 0.0
+                } else {
+                    i < rows.measured || i >= rows.measured + rows.targets
+                }
+            })
+            .collect()
+    }
+
+    /// Rows of the frequency and the shape of a mode.
+    pub(super) fn mode_rows(&self, mode: usize) -> Vec<usize> {
+        let mut rows = vec![mode];
+        if self.rows.has_shapes {
+            let noisy = self.noisy_rows();
+            rows.extend((0..self.rows.n_sensors).map(|s| self.rows.shape(mode, s)).filter(|&r| noisy[r]));
+        }
+        rows
+    }
+}

@@ -1,0 +1,227 @@
+//! Screening: what every placed effect would do to the residual, with everything that a refit absorbs projected out.
+//!
+//! ```text
+//! Δr = r(base, size) - r(base, neutral),   Δr' = (I - QQᵀ) Δr,   r' = (I - QQᵀ) r
+//! T = (Δr'·r')²/(Δr'·Δr')       the drop of |r|² that the effect and a refit of the base would bring, to first order
+//! ```
+//!
+//! Q spans the columns of the Jacobian of the base (with its priors) and of the scales of the shapes. A small step shows
+//! the slope; the typical size shows effects that are even or large. Where the size has one sign, or the step is large,
+//! only Δr'·r' < 0 counts.
+
+use super::scene::{Fit, Posed, Scene};
+use crate::effect::{Candidate, Patched};
+use crate::linalg::{DMatrix, DVector};
+use crate::model::{ParametricModel, Registry};
+use rayon::prelude::*;
+
+/// The small step, as a share of the typical size: about the cube root of rounding.
+const SMALL: f64 = 0.01;
+/// Below this length of Δr' at the typical size, in standard deviations, an effect has no trace in these data.
+pub(super) const VISIBLE: f64 = 0.1;
+
+/// One direction of the residual that a hypothesis could explain.
+#[derive(Debug, Clone)]
+pub(super) struct Column {
+    /// Δr, unprojected, priors zero.
+    pub(super) delta: DVector<f64>,
+    /// Whether only a positive multiple makes sense.
+    pub(super) one_sided: bool,
+    /// The sizes that belong to Δr.
+    pub(super) values: Vec<f64>,
+}
+
+/// An effect in its place with its columns.
+#[derive(Debug, Clone)]
+pub(super) struct Screened {
+    pub(super) candidate: Candidate,
+    pub(super) columns: Vec<Column>,
+}
+
+/// The score of a hypothesis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Score {
+    /// Index of the hypothesis.
+    pub(super) index: usize,
+    /// T.
+    pub(super) t: f64,
+    /// Index of its best column.
+    pub(super) column: usize,
+    /// The multiple of that column.
+    pub(super) factor: f64,
+}
+
+/// Evaluates every candidate around a fit, in parallel, in the order of the candidates; those that the model refuses or
+/// that leave no trace have no columns.
+pub(super) fn screen(scene: &Scene, fit: &Fit, weight: f64, candidates: Vec<Candidate>) -> Vec<Screened> {
+    let registry = Registry::builtin();
+    candidates
+        .into_par_iter()
+        .map(|candidate| {
+            let columns = candidate
+                .build(&scene.model, &registry)
+                .ok()
+                .and_then(|patched| columns(scene, fit, weight, &candidate, patched))
+                .unwrap_or_default();
+            Screened { candidate, columns }
+        })
+        .collect()
+}
+
+/// The sizes at which a candidate is tried: (values, whether only this sign).
+pub(super) fn steps(candidate: &Candidate) -> Vec<(Vec<f64>, bool)> {
+    let p = &candidate.parameters;
+    let typical: Vec<f64> = p.iter().map(|p| p.typical).collect();
+    let mut out = Vec::new();
+    if let Some(g) = p.iter().position(|p| !p.grid.is_empty()) {
+        for &value in &p[g].grid {
+            let mut v = typical.clone();
+            v[g] = value;
+            out.push((v, true));
+        }
+        return out;
+    }
+    let along = |k: Option<usize>, t: f64| -> Vec<f64> {
+        p.iter()
+            .enumerate()
+            .map(|(i, p)| {
+                let moved = k.is_none_or(|k| k == i);
+                (p.neutral + if moved { t * (p.typical - p.neutral) } else { 0.0 }).clamp(p.bounds[0], p.bounds[1])
+            })
+            .collect()
+    };
+    let directions: Vec<Option<usize>> = if p.len() == 1 { vec![None] } else { (0..p.len()).map(Some).collect() };
+    for k in directions {
+        let one = p.iter().enumerate().any(|(i, p)| k.is_none_or(|k| k == i) && p.one_sided());
+        out.push((along(k, SMALL), one));
+        out.push((along(k, 1.0), true));
+        if !one {
+            out.push((along(k, -1.0), true));
+        }
+    }
+    out
+}
+
+fn columns(scene: &Scene, fit: &Fit, weight: f64, candidate: &Candidate, patched: Patched) -> Option<Vec<Column>> {
+    let comparison =
+        crate::objective::Comparison::new(&patched.model, &scene.test, scene.pairing()).ok()?;
+    let posed = Posed::new(&comparison, vec![(0.0, 1.0); patched.model.parameters().free().len()], weight);
+    let (n, rows) = (fit.r.len(), fit.rows);
+    let cut = rows.measured + rows.targets;
+    let reference = posed.data_rows(&patched.theta(&fit.theta, &patched.neutral)).ok()?;
+    let mut out = Vec::new();
+    for (values, one_sided) in steps(candidate) {
+        let Ok(r) = posed.data_rows(&patched.theta(&fit.theta, &values)) else { continue };
+        let mut delta = DVector::zeros(n);
+        for i in 0..cut {
+            // A target that is met is no datum; how far an effect may push it is decided by the refit.
+            let inactive = i >= rows.measured && fit.r[i] == 0.0;
+            delta[i] = if inactive { 0.0 } else { r[i] - reference[i] };
+        }
+        out.push(Column { delta, one_sided, values });
+    }
+    Some(out)
+}
+
+/// v - Q Qᵀ v.
+pub(super) fn project(q: &DMatrix<f64>, v: &DVector<f64>) -> DVector<f64> {
+    v - q * q.tr_mul(v)
+}
+
+/// The columns of all candidates, projected and of unit length, with their owner and number; columns without a trace left
+/// out.
+pub(super) struct Directions {
+    pub(super) unit: DMatrix<f64>,
+    pub(super) owner: Vec<(usize, usize)>,
+    pub(super) length: Vec<f64>,
+    pub(super) one_sided: Vec<bool>,
+}
+
+impl Directions {
+    pub(super) fn new(screened: &[Screened], q: &DMatrix<f64>, n_rows: usize) -> Self {
+        let all: Vec<(usize, usize)> =
+            screened.iter().enumerate().flat_map(|(i, s)| (0..s.columns.len()).map(move |k| (i, k))).collect();
+        let projected: Vec<DVector<f64>> =
+            all.par_iter().map(|&(i, k)| project(q, &screened[i].columns[k].delta)).collect();
+        let (mut unit, mut owner, mut length, mut one_sided) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        for ((i, k), v) in all.into_iter().zip(projected) {
+            let norm = v.norm();
+            // The small step is judged as if at the typical size.
+            let column = &screened[i].columns[k];
+            let visible = if is_small(&screened[i].candidate, &column.values) { norm / SMALL } else { norm };
+            // What projection leaves of a column that the base can imitate is rounding.
+            if visible < VISIBLE || norm < 1e-6 * column.delta.norm() {
+                continue;
+            }
+            unit.push(v / norm);
+            owner.push((i, k));
+            length.push(norm);
+            one_sided.push(column.one_sided);
+        }
+        let unit = if unit.is_empty() { DMatrix::zeros(n_rows, 0) } else { DMatrix::from_columns(&unit) };
+        Self { unit, owner, length, one_sided }
+    }
+
+    /// T of every column for a projected residual: zero where the sign is wrong.
+    pub(super) fn scores(&self, r: &DVector<f64>) -> Vec<f64> {
+        let along = self.unit.tr_mul(r);
+        along.iter().zip(&self.one_sided).map(|(a, one)| if *one && *a > 0.0 { 0.0 } else { a * a }).collect()
+    }
+
+    /// The best column of every candidate that has a trace, by descending score; ties by index.
+    pub(super) fn rank(&self, r: &DVector<f64>) -> Vec<Score> {
+        let scores = self.scores(r);
+        let along = self.unit.tr_mul(r);
+        let mut best: std::collections::BTreeMap<usize, Score> = std::collections::BTreeMap::new();
+        for (c, &(index, column)) in self.owner.iter().enumerate() {
+            let score = Score { index, t: scores[c], column, factor: -along[c] / self.length[c] };
+            let entry = best.entry(index).or_insert(score);
+            if score.t > entry.t {
+                *entry = score;
+            }
+        }
+        let mut out: Vec<Score> = best.into_values().collect();
+        out.sort_by(|a, b| b.t.total_cmp(&a.t).then(a.index.cmp(&b.index)));
+        out
+    }
+}
+
+fn is_small(candidate: &Candidate, values: &[f64]) -> bool {
+    candidate.parameters.iter().all(|p| p.grid.is_empty())
+        && candidate
+            .parameters
+            .iter()
+            .zip(values)
+            .all(|(p, v)| (v - p.neutral).abs() <= 1.5 * SMALL * (p.typical - p.neutral).abs())
+}
+
+/// Sizes at which a refit of a candidate starts: as the screening says, half and twice that, typical, and a little.
+pub(super) fn start_sizes(candidate: &Candidate, screened: &Screened, score: Option<&Score>) -> Vec<Vec<f64>> {
+    let clamp = |v: Vec<f64>| -> Vec<f64> {
+        v.iter().zip(&candidate.parameters).map(|(v, p)| v.clamp(p.bounds[0], p.bounds[1])).collect()
+    };
+    let mut out = Vec::new();
+    if let Some(score) = score {
+        let at = &screened.columns[score.column].values;
+        let scaled = |t: f64| -> Vec<f64> {
+            at.iter()
+                .zip(&candidate.parameters)
+                .map(|(v, p)| if p.grid.is_empty() && p.typical != p.neutral { p.neutral + t * (v - p.neutral) } else { *v })
+                .collect()
+        };
+        out.push(clamp(scaled(score.factor)));
+        if screened.candidate.parameters.iter().any(|p| !p.grid.is_empty()) {
+            out.push(clamp(at.clone()));
+        }
+    }
+    let typical: Vec<f64> = candidate.parameters.iter().map(|p| p.typical).collect();
+    let sign = if candidate.parameters.iter().any(|p| p.one_sided()) { 1.0 } else { -1.0 };
+    let other: Vec<f64> = candidate
+        .parameters
+        .iter()
+        .map(|p| p.neutral + sign * if sign > 0.0 { 0.2 } else { 1.0 } * (p.typical - p.neutral))
+        .collect();
+    out.push(clamp(typical));
+    out.push(clamp(other));
+    out
+}

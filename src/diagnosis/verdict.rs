@@ -1,0 +1,248 @@
+//! From evidences to probabilities, ties and a verdict.
+//!
+//! * Prior odds: half for "nothing is missing"; the other half in equal shares for every kind that could have been seen
+//!   and for "something else", and inside a kind in equal shares for its places.
+//! * Alarm: the calibrated p-value below the level, or a measured mode without partner.
+//! * A hypothesis is believed when its ln Bayes factor is above 3 *and* what remains looks like noise: goodness of fit and a
+//!   second screening above 0.01, neighbouring sensors uncorrelated, no mode without partner. Among tied hypotheses the most
+//!   probable one that passes is taken.
+//! * Else a second hypothesis is sought on top of the best; with a gain above 3 the verdict is `several-effects`, without
+//!   one `unexplained`.
+
+use super::base::{Stage, stage};
+use super::evidence::{degrees_of_freedom, goodness_of_fit, held_out, something_else};
+use super::next_measurement::next_measurements;
+use super::noise::whiteness;
+use super::refit::{Refit, Tried, refit};
+use super::scene::{Fit, Scene};
+use super::screen::project;
+use super::{Diagnosis, DiagnosisError, HypothesisResult, Settings, Verdict, result};
+use crate::linalg::DMatrix;
+use std::collections::BTreeMap;
+
+/// ln of the Bayes factor that is called strong (Kass and Raftery 1995: 20 to 1).
+pub(super) const STRONG: f64 = 3.0;
+/// Level of the tests on what remains.
+const REMAINDER: f64 = 0.01;
+/// Tied hypotheses that are checked for what they leave.
+const CHECKED: usize = 3;
+
+/// What the tests say of what remains.
+struct Remainder {
+    passes: bool,
+    text: String,
+    second: Stage,
+}
+
+pub(super) fn conclude(base: &Stage, refits: &mut Vec<Refit>, settings: &Settings) -> Result<Diagnosis, DiagnosisError> {
+    let dof = degrees_of_freedom(&base.fit, &base.q);
+    let other = something_else(&base.residual, dof);
+    let (p_none, p_other, probabilities) = probabilities(base, refits, other);
+    let mut order: Vec<usize> = (0..refits.len()).collect();
+    order.sort_by(|&a, &b| probabilities[b].total_cmp(&probabilities[a]).then(a.cmp(&b)));
+    let sorted: Vec<Refit> = order.iter().map(|&i| refits[i].clone()).collect();
+    let sorted_p: Vec<f64> = order.iter().map(|&i| probabilities[i]).collect();
+    *refits = sorted;
+    let best_bayes = refits.iter().map(|r| r.ln_bayes).fold(f64::NEG_INFINITY, f64::max);
+    let tied: Vec<usize> =
+        (0..refits.len()).filter(|&i| refits[i].ln_bayes > best_bayes - STRONG && refits[i].ln_bayes > 0.0).collect();
+
+    let fits = goodness_of_fit(&base.fit, &base.q);
+    let white = whiteness(&base.scene, &base.fit, &base.q, settings.seed.wrapping_add(2));
+    let looks_like_noise = fits > REMAINDER && white > REMAINDER && base.fit.unpaired.is_empty();
+    let alarm = base.p_value < settings.alarm_level || !base.fit.unpaired.is_empty();
+    let strong = best_bayes > STRONG;
+    let mut remainder = String::new();
+    let mut chosen = 0;
+    let verdict = if looks_like_noise && !(alarm && strong) {
+        Verdict::Adequate
+    } else if !alarm || !strong {
+        remainder = place_of(&base.scene, &base.fit, &base.q);
+        Verdict::Unexplained
+    } else {
+        let mut first: Option<Remainder> = None;
+        let mut believed = None;
+        for &i in tied.iter().take(CHECKED) {
+            let found = remains(base, &refits[i], settings)?;
+            if found.passes {
+                believed = Some(i);
+                break;
+            }
+            if first.is_none() {
+                chosen = i;
+                first = Some(found);
+            }
+        }
+        match (believed, first) {
+            (Some(i), _) => {
+                chosen = i;
+                match refits[i].tried {
+                    Tried::Effect(_) => Verdict::MissingEffect,
+                    Tried::Fault(_) => Verdict::MeasurementFault,
+                }
+            }
+            (None, Some(found)) => {
+                let more = refit(&found.second, true)?;
+                let best = more.iter().max_by(|a, b| a.ln_bayes.total_cmp(&b.ln_bayes));
+                match best {
+                    Some(second)
+                        if second.ln_bayes > STRONG && found.second.p_value < settings.alarm_level && {
+                            let q = second.fit.basis()?;
+                            goodness_of_fit(&second.fit, &q) > REMAINDER
+                        } =>
+                    {
+                        remainder = format!("beside {}: {}", refits[chosen].id(&base.scene), second.id(&found.second.scene));
+                        Verdict::SeveralEffects
+                    }
+                    _ => {
+                        remainder = found.text;
+                        Verdict::Unexplained
+                    }
+                }
+            }
+            (None, None) => Verdict::Unexplained,
+        }
+    };
+    if chosen > 0 {
+        // The hypothesis that leaves noise stands first, also where another is a little more probable and does not.
+        let r = refits.remove(chosen);
+        refits.insert(0, r);
+    }
+    let sorted_p = {
+        let mut p = sorted_p;
+        if chosen > 0 {
+            let moved = p.remove(chosen);
+            p.insert(0, moved);
+        }
+        p
+    };
+    let held_before: f64 = held_out(&base.fit, base.weight)?.iter().sum();
+    let tied_ids = |i: usize| -> Vec<String> {
+        let is_tied = |r: &Refit| r.ln_bayes > best_bayes - STRONG && r.ln_bayes > 0.0;
+        if !is_tied(&refits[i]) {
+            return Vec::new();
+        }
+        (0..refits.len()).filter(|&k| k != i && is_tied(&refits[k])).map(|k| refits[k].id(&base.scene)).collect()
+    };
+    let hypotheses: Vec<HypothesisResult> =
+        (0..refits.len()).map(|i| result(base, &refits[i], held_before, sorted_p[i], tied_ids(i))).collect();
+    let next = if alarm && strong && verdict != Verdict::Adequate {
+        next_measurements(base, refits, best_bayes - STRONG)?
+    } else {
+        Vec::new()
+    };
+    Ok(Diagnosis {
+        verdict,
+        sentence: sentence(verdict, hypotheses.first(), base, &remainder),
+        p_value: base.p_value,
+        noise_factor: base.scatter.s2.sqrt(),
+        misfit: base.fit.misfit,
+        degrees_of_freedom: dof,
+        screened_effects: base.screened.len(),
+        visible_effects: base.effects.len(),
+        screened_faults: base.faults.len(),
+        probability_none: p_none,
+        probability_other: p_other,
+        hypotheses,
+        next_measurements: next,
+        unpaired_modes: base.fit.unpaired.iter().map(|m| m + 1).collect(),
+        remainder,
+        warnings: warnings(base),
+    })
+}
+
+/// Probabilities of "none", of "something else" and of every refitted hypothesis.
+fn probabilities(base: &Stage, refits: &[Refit], other: f64) -> (f64, f64, Vec<f64>) {
+    // Places of every kind that could have been seen.
+    let mut places: BTreeMap<&str, usize> = BTreeMap::new();
+    for s in &base.effects {
+        *places.entry(base.screened[s.index].candidate.effect.name()).or_default() += 1;
+    }
+    for (i, ..) in &base.fault_scores {
+        *places.entry(base.faults[*i].name()).or_default() += 1;
+    }
+    let share = -((places.len() + 1) as f64).ln();
+    let half = 0.5_f64.ln();
+    let mut ln = vec![half, half + share + other];
+    for r in refits {
+        let n = places.get(r.name()).copied().unwrap_or(1).max(1);
+        ln.push(half + share - (n as f64).ln() + r.ln_bayes);
+    }
+    let top = ln.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let weights: Vec<f64> = ln.iter().map(|l| (l - top).exp()).collect();
+    let sum: f64 = weights.iter().sum();
+    (weights[0] / sum, weights[1] / sum, weights[2..].iter().map(|w| w / sum).collect())
+}
+
+/// Screens again with a hypothesis in the base.
+fn remains(base: &Stage, r: &Refit, settings: &Settings) -> Result<Remainder, DiagnosisError> {
+    let second = stage(r.scene.clone(), std::slice::from_ref(&r.fit.x), Some(base.weight), settings)?;
+    let fits = goodness_of_fit(&second.fit, &second.q);
+    let white = whiteness(&second.scene, &second.fit, &second.q, settings.seed.wrapping_add(2));
+    let passes = fits > REMAINDER && white > REMAINDER && second.p_value > REMAINDER && second.fit.unpaired.is_empty();
+    let text = if passes { String::new() } else { place_of(&second.scene, &second.fit, &second.q) };
+    Ok(Remainder { passes, text, second })
+}
+
+/// The modes and sensors that carry the most of a projected residual.
+fn place_of(scene: &Scene, fit: &Fit, q: &DMatrix<f64>) -> String {
+    let r = project(q, &fit.r);
+    let rows = fit.rows;
+    let mut modes: Vec<(f64, usize)> = (0..rows.n_modes)
+        .map(|m| (fit.mode_rows(m).iter().map(|&i| r[i] * r[i]).sum::<f64>() / fit.mode_rows(m).len() as f64, m))
+        .collect();
+    modes.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+    let words: Vec<String> = modes.iter().take(3).map(|(v, m)| format!("mode {} ({v:.1})", m + 1)).collect();
+    let mut out = format!("mean square of what remains: {}", words.join(", "));
+    if rows.has_shapes {
+        let mut sensors: Vec<(f64, usize)> = (0..rows.n_sensors)
+            .map(|s| ((0..rows.n_modes).map(|m| r[rows.shape(m, s)].powi(2)).sum::<f64>() / rows.n_modes as f64, s))
+            .collect();
+        sensors.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        let words: Vec<String> =
+            sensors.iter().take(4).map(|(v, s)| format!("{} ({v:.1})", scene.test.sensors[*s].name)).collect();
+        out += &format!("; at sensors {}", words.join(", "));
+    }
+    if !fit.unpaired.is_empty() {
+        let modes: Vec<String> = fit.unpaired.iter().map(|m| (m + 1).to_string()).collect();
+        out += &format!("; no partner for mode {}", modes.join(", "));
+    }
+    out
+}
+
+fn sentence(verdict: Verdict, best: Option<&HypothesisResult>, base: &Stage, remainder: &str) -> String {
+    let id = best.map_or("", |b| b.id.as_str());
+    let ties = best.map_or(0, |b| b.tied_with.len());
+    let tie = if ties > 0 { format!("; {ties} other{} cannot be told from it", if ties > 1 { "s" } else { "" }) } else { String::new() };
+    match verdict {
+        Verdict::Adequate if base.scatter.s2 > 1.0 => format!(
+            "the model explains the test if its noise is {:.2} times the stated one",
+            base.scatter.s2.sqrt()
+        ),
+        Verdict::Adequate => "the model explains the test at its stated noise".to_string(),
+        Verdict::MissingEffect => format!("{id} is missing, and what remains looks like noise{tie}"),
+        Verdict::MeasurementFault => format!("{id}: the measurement, not the model{tie}"),
+        Verdict::SeveralEffects => format!("{id} is missing and does not suffice; {remainder}"),
+        Verdict::Unexplained => format!("nothing in the catalogue explains the test; {remainder}"),
+    }
+}
+
+fn warnings(base: &Stage) -> Vec<String> {
+    let mut out = Vec::new();
+    if !base.fit.rows.has_shapes {
+        out.push(
+            "frequencies alone rarely tell which effect is missing; measure shapes or frequency responses".to_string(),
+        );
+    }
+    if base.scatter.s2 > 1.0 {
+        out.push(format!("the scatter is {:.2} times the stated standard deviations", base.scatter.s2.sqrt()));
+    }
+    if base.scene.test.frfs.is_some() {
+        out.push("frequency responses and damping are not used: identify modes from them first".to_string());
+    }
+    let bounds = base.fit.x.iter().filter(|x| **x < 1e-6 || **x > 1.0 - 1e-6).count();
+    if bounds > 0 {
+        out.push(format!("{bounds} parameters of the fitted base sit on a bound"));
+    }
+    out
+}
