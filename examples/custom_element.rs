@@ -24,7 +24,7 @@ impl Element for TaperedBar {
         "k = E (A1 - A2) / (L ln(A1/A2)); no mass."
     }
     fn nodes(&self) -> &'static [&'static [Dof]] {
-        &[&[Dof::Ux, Dof::Uy, Dof::Uz]; 2]
+        &[&[Dof::Ux, Dof::Uy, Dof::Uz], &[Dof::Ux, Dof::Uy, Dof::Uz]]
     }
     fn properties(&self) -> &'static [Property] {
         const {

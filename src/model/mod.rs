@@ -8,6 +8,7 @@
 mod assembly;
 mod character;
 mod compile;
+mod configuration;
 mod constraint;
 mod dof_map;
 mod geometry;
