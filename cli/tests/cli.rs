@@ -225,6 +225,30 @@ fn a_fit_that_falls_short_is_1() {
     assert!(!json["unpaired_test"].as_array().unwrap().is_empty());
 }
 
+/// A test says in which configuration of the model it was made: here with a heavier tip.
+#[test]
+fn a_test_names_its_configuration() {
+    let folder = Folder::new("configuration");
+    let more = "configurations: {loaded: {masses: {ballast: {node: tip, mass: 1 kg}}}}\n";
+    folder.write("model.yaml", format!("{MODEL}{more}"));
+    folder.write("loaded.yaml", TEST.replace("name: made up", "name: made up\nconfiguration: loaded"));
+    folder.write("laoded.yaml", TEST.replace("name: made up", "name: made up\nconfiguration: laoded"));
+    let hz = |test: &str| {
+        folder.json(&format!("compare model.yaml {test} --frequency-window 9 --json"))["pairs"][0]["model_hz"]
+            .as_f64()
+            .unwrap()
+    };
+    assert!(hz("loaded.yaml") < 0.8 * hz("test.yaml"));
+    let said = folder.run("compare model.yaml laoded.yaml");
+    assert_eq!(said.code, 2);
+    assert!(
+        said.err.contains(
+            "laoded.yaml:3:1: error: configuration: the model has no configuration `laoded`; did you mean `loaded`?"
+        ),
+        "{said:?}"
+    );
+}
+
 #[test]
 fn nothing_free_is_said() {
     let folder = Folder::new("fixed");

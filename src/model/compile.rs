@@ -91,6 +91,7 @@ impl Model {
         if spec.nodes.is_empty() {
             problems.push(Problem::error("nodes", "a model needs nodes"));
         }
+        super::configuration::check(&spec, &mut problems);
         let placed = place(&spec, registry, &mut problems);
         let targets = targets(&spec, &mut problems);
         let elimination = eliminate(&spec, &placed.geometry, &mut problems);

@@ -13,6 +13,7 @@ use serde_json::{Value, json};
 pub(crate) fn run(args: &Compare) -> Result<u8, Failure> {
     let (model, model_warnings, model_text) = files::model(&args.model)?;
     let (test, mut test_warnings, test_text) = files::test(&args.test)?;
+    let model = files::in_configuration(model, &test, &args.test, &test_text)?;
     test_warnings.extend(files::check_sensors(&model, &test, &args.test, &test_text)?);
     warn(&args.model, &model_text, &model_warnings);
     warn(&args.test, &test_text, &test_warnings);
