@@ -43,12 +43,10 @@ pub(crate) fn test(path: &Path) -> Result<(TestData, Vec<Problem>, String), Fail
 /// The model in the configuration that a test names, if it names one.
 pub(crate) fn in_configuration(model: Model, test: &TestData, path: &Path, text: &str) -> Result<Model, Failure> {
     let Some(name) = &test.configuration else { return Ok(model) };
-    let Some(spec) = model.spec().in_configuration(name) else {
-        let suggestion = model.spec().nearest_configuration(name);
-        let message = format!("the model has no configuration `{name}`{suggestion}");
-        let problems = SourceMap::of(text).place(vec![Problem::error("configuration", message)]);
-        return Err(Failure::problems(path, text, problems));
-    };
+    let spec = model.spec().configured(name).map_err(|p| {
+        let problems = SourceMap::of(text).place(vec![Problem::error("configuration", p.message)]);
+        Failure::problems(path, text, &problems)
+    })?;
     match Model::new(spec, &Registry::builtin()) {
         Ok((model, _)) => Ok(model),
         Err(problems) => {

@@ -132,6 +132,11 @@ impl ModelSpec {
     }
 }
 
+/// Checks what the configurations of a file take away and put there; their elements are checked when one is built.
+pub(super) fn check(spec: &ModelSpec, problems: &mut Vec<Problem>) {
+    problems.extend(spec.configurations.keys().filter_map(|name| spec.configured(name).err()));
+}
+
 fn add<T: Clone>(to: &mut Named<T>, from: &Named<T>, path: &str) -> Result<(), Problem> {
     for (name, entry) in from {
         if to.contains_key(name) {
@@ -180,9 +185,12 @@ configurations:
   bare: {without: [tip]}
   free: {without: [left, tip]}
   pinned: {without: [left, tip], supports: {ends: {nodes: [a, c], fixed: [uz]}}}
-  wrong: {without: [tipp]}
-  twice: {supports: {left: {node: c}}}
 ";
+
+    /// With configurations that cannot be built.
+    fn with_wrong(entry: &str) -> String {
+        format!("{TEXT}  {entry}\n")
+    }
 
     fn first_hz(configuration: Option<&str>) -> f64 {
         let (model, _, _) = load_configuration(TEXT, configuration, &Registry::builtin()).unwrap();
@@ -207,10 +215,12 @@ configurations:
     fn unknown_and_taken_names_are_refused_with_the_nearest() {
         let problems = load_configuration(TEXT, Some("fre"), &Registry::builtin()).unwrap_err();
         assert!(problems[0].message.contains("did you mean `free`"), "{}", problems[0].message);
-        let problems = load_configuration(TEXT, Some("wrong"), &Registry::builtin()).unwrap_err();
+        let text = with_wrong("wrong: {without: [tipp]}");
+        let problems = load_configuration(&text, Some("wrong"), &Registry::builtin()).unwrap_err();
         assert!(problems[0].message.contains("did you mean `tip`"), "{}", problems[0].message);
         assert!(problems[0].location.is_some());
-        let problems = load_configuration(TEXT, Some("twice"), &Registry::builtin()).unwrap_err();
+        let text = with_wrong("twice: {supports: {left: {node: c}}}");
+        let problems = crate::model::load(&text, &Registry::builtin()).unwrap_err();
         assert!(problems[0].message.contains("without"), "{}", problems[0].message);
     }
 
