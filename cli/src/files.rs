@@ -2,7 +2,7 @@
 
 use crate::output::Failure;
 use retune::data::{TestData, read_test};
-use retune::model::{Model, Registry, load};
+use retune::model::{Model, Registry, load_configuration};
 use retune::yaml::Problem;
 use std::path::Path;
 
@@ -21,10 +21,10 @@ pub(crate) fn read(path: &Path) -> Result<String, Failure> {
         .map_err(|e| fail(&format_args!("it is not UTF-8 text (byte {})", e.utf8_error().valid_up_to())))
 }
 
-/// A model and its warnings.
-pub(crate) fn model(path: &Path) -> Result<(Model, Vec<Problem>, String), Failure> {
+/// A model in one of its configurations, and its warnings.
+pub(crate) fn model(path: &Path, configuration: Option<&str>) -> Result<(Model, Vec<Problem>, String), Failure> {
     let text = read(path)?;
-    match load(&text, &Registry::builtin()) {
+    match load_configuration(&text, configuration, &Registry::builtin()) {
         Ok((model, warnings, _)) => Ok((model, warnings, text)),
         Err(problems) => Err(Failure::problems(path, &text, problems)),
     }

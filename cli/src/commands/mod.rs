@@ -8,3 +8,8 @@ pub(crate) mod list;
 pub(crate) mod modes;
 pub(crate) mod schema;
 pub(crate) mod update;
+pub(crate) mod health;
+pub(crate) mod identify;
+pub(crate) mod map;
+pub(crate) mod measured;
+pub(crate) mod twin;
