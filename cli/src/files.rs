@@ -3,7 +3,7 @@
 use crate::output::Failure;
 use retune::correlation::check_sensors as check;
 use retune::data::{TestData, read_test};
-use retune::model::{Model, Registry, load};
+use retune::model::{Model, Registry, load_configuration};
 use retune::yaml::{Problem, Severity, SourceMap};
 use std::path::Path;
 
@@ -22,10 +22,10 @@ pub(crate) fn read(path: &Path) -> Result<String, Failure> {
         .map_err(|e| fail(&format_args!("it is not UTF-8 text (byte {})", e.utf8_error().valid_up_to())))
 }
 
-/// A model and its warnings.
-pub(crate) fn model(path: &Path) -> Result<(Model, Vec<Problem>, String), Failure> {
+/// A model in one of its configurations, and its warnings.
+pub(crate) fn model(path: &Path, configuration: Option<&str>) -> Result<(Model, Vec<Problem>, String), Failure> {
     let text = read(path)?;
-    match load(&text, &Registry::builtin()) {
+    match load_configuration(&text, configuration, &Registry::builtin()) {
         Ok((model, warnings, _)) => Ok((model, warnings, text)),
         Err(problems) => Err(Failure::problems(path, &text, &problems)),
     }
@@ -37,22 +37,6 @@ pub(crate) fn test(path: &Path) -> Result<(TestData, Vec<Problem>, String), Fail
     match read_test(&text) {
         Ok((test, warnings)) => Ok((test, warnings, text)),
         Err(problems) => Err(Failure::problems(path, &text, &problems)),
-    }
-}
-
-/// The model in the configuration that a test names, if it names one.
-pub(crate) fn in_configuration(model: Model, test: &TestData, path: &Path, text: &str) -> Result<Model, Failure> {
-    let Some(name) = &test.configuration else { return Ok(model) };
-    let spec = model.spec().configured(name).map_err(|p| {
-        let problems = SourceMap::of(text).place(vec![Problem::error("configuration", p.message)]);
-        Failure::problems(path, text, &problems)
-    })?;
-    match Model::new(spec, &Registry::builtin()) {
-        Ok((model, _)) => Ok(model),
-        Err(problems) => {
-            let words: Vec<String> = problems.iter().map(|p| format!("{}: {}", p.path, p.message)).collect();
-            Err(Failure::text(format!("the model in configuration `{name}`: {}", words.join("; "))))
-        }
     }
 }
 

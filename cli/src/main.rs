@@ -32,6 +32,10 @@ fn main() -> ExitCode {
     let run = || match &cli.command {
         Command::Check(a) => commands::check::run(a),
         Command::Modes(a) => commands::modes::run(a),
+        Command::Identify(a) => commands::identify::run(a),
+        Command::Health(a) => commands::health::run(a),
+        Command::Map(a) => commands::map::run(a),
+        Command::Twin(a) => commands::twin::run(a),
         Command::Compare(a) => commands::compare::run(a),
         Command::Update(a) => commands::update::run(a),
         Command::Report(a) => commands::report::run(a),

@@ -3,7 +3,7 @@
 use crate::args::Check;
 use crate::output::{Failure, print, print_json, render_problems, style, totals};
 use crate::{DONE, WRONG_INPUT, files};
-use retune::model::{MassProperties, ParametricModel, Registry, Soundness, lint, load};
+use retune::model::{MassProperties, ParametricModel, Registry, Soundness, lint, load_configuration};
 use retune::report::text::number;
 use retune::yaml::{Problem, Severity};
 use serde_json::json;
@@ -11,7 +11,7 @@ use std::fmt::Write as _;
 
 pub(crate) fn run(args: &Check) -> Result<u8, Failure> {
     let text = files::read(&args.model)?;
-    let (model, warnings, map) = match load(&text, &Registry::builtin()) {
+    let (model, warnings, map) = match load_configuration(&text, args.configuration.as_deref(), &Registry::builtin()) {
         Ok(loaded) => loaded,
         Err(problems) if args.json => {
             print_json(&json!({

@@ -9,3 +9,8 @@ pub(crate) mod modes;
 pub(crate) mod report;
 pub(crate) mod schema;
 pub(crate) mod update;
+pub(crate) mod health;
+pub(crate) mod identify;
+pub(crate) mod map;
+pub(crate) mod measured;
+pub(crate) mod twin;

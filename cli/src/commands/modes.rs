@@ -10,7 +10,7 @@ use retune::update::name_modes;
 use serde_json::json;
 
 pub(crate) fn run(args: &Modes) -> Result<u8, Failure> {
-    let (model, warnings, text) = files::model(&args.model)?;
+    let (model, warnings, text) = files::model(&args.model, args.configuration.as_deref())?;
     warn(&args.model, &text, &warnings);
     let theta = model.parameters().nominal();
     let system = model.assemble(&theta)?;

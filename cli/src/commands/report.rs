@@ -16,8 +16,9 @@ pub(crate) fn run(args: &Report) -> Result<u8, Failure> {
     for output in args.output.iter().chain(&args.json) {
         files::check_output(output, args.force)?;
     }
-    let (model, warnings, text) = files::model(&args.model)?;
     let (test, test_warnings, test_text) = files::test(&args.test)?;
+    let configuration = test.configuration.as_deref();
+    let (model, warnings, text) = files::model(&args.model, configuration)?;
     warn(&args.model, &text, &warnings);
     warn(&args.test, &test_text, &test_warnings);
     let assessment = compare(&model, &test)?;
@@ -25,7 +26,7 @@ pub(crate) fn run(args: &Report) -> Result<u8, Failure> {
     if !args.history.is_empty() {
         let mut versions: Vec<(String, Assessment)> = Vec::new();
         for path in &args.history {
-            let (earlier, ..) = files::model(path)?;
+            let (earlier, ..) = files::model(path, configuration)?;
             versions.push((name(path), compare(&earlier, &test)?));
         }
         versions.push((name(&args.model), assessment));

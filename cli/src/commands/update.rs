@@ -13,9 +13,10 @@ use retune::update::{self, Controls, Settings, update};
 use serde_json::json;
 
 pub(crate) fn run(args: &Update) -> Result<u8, Failure> {
-    let (model, model_warnings, model_text) = files::model(&args.model)?;
     let (test, mut test_warnings, test_text) = files::test(&args.test)?;
-    let model = files::in_configuration(model, &test, &args.test, &test_text)?;
+    // The test knows in which configuration it was made.
+    let configuration = args.configuration.as_deref().or(test.configuration.as_deref());
+    let (model, model_warnings, model_text) = files::model(&args.model, configuration)?;
     test_warnings.extend(files::check_sensors(&model, &test, &args.test, &test_text)?);
     if let Some(output) = &args.output {
         files::check_output(output, args.force)?;

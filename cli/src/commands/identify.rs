@@ -1,0 +1,318 @@
+//! `retune identify`
+
+use super::measured::{band, findings_json, findings_text, functions, has_fault, read};
+use crate::args::{Identify, Method};
+use crate::output::{Failure, print, print_json, style, warn};
+use crate::{DONE, SHORT, files};
+use retune::correlation::{MappingOptions, map_points, place_sensors};
+use retune::data::{FrfSet, Measurements, Origin, TestData, TestMode, write_test};
+use retune::identify::health::check_test;
+use retune::identify::{
+    Identification, IdentifyOptions, SpectrumPeak, circle_modes, cmif, complexity, identify, peak_modes,
+    quadrature_modes, sensors, spectrum_peaks, test_modes,
+};
+use retune::report::text::{Align, Cell, Style, Table, Tone};
+use serde_json::{Value, json};
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+/// Phase collinearity below which a shape is called complex.
+const COMPLEX: f64 = 0.9;
+/// Inflation of standard deviations above which the remainder is called coloured.
+const COLOURED: f64 = 3.0;
+/// A peak stands out of the floor by this many times its scatter.
+const PEAK_THRESHOLD: f64 = 4.0;
+
+pub(crate) fn run(args: &Identify) -> Result<u8, Failure> {
+    if let Some(output) = &args.output {
+        files::check_output(output, args.force)?;
+    }
+    let found = read(&args.files, &args.measurement)?;
+    if found.frfs.is_none() && !found.spectra.is_empty() {
+        return peaks(args, &found);
+    }
+    let frfs = functions(&found)?;
+    let options = IdentifyOptions {
+        band_hz: band(args.band.as_deref())?,
+        max_order: usize::from(args.order),
+        ..IdentifyOptions::default()
+    };
+    let identification = identify(frfs, &options)?;
+    let n_suspension = usize::from(args.suspension);
+    let findings = if args.no_health {
+        Vec::new()
+    } else {
+        check_test(frfs, Some(&identification), found.geometry.as_ref(), n_suspension)?
+    };
+    let origin = origin(args, &found);
+    let mut modes = match args.method {
+        Method::Plscf => test_modes(&identification.modes, &origin),
+        Method::Circle => circle_modes(frfs, 0, &identification.modes, &origin)?,
+        Method::Quadrature => quadrature_modes(frfs, 0, &identification.modes, &origin)?,
+    };
+    if args.json {
+        print_json(&json!({
+            "method": word(args.method),
+            "modes": modes.iter().zip(&identification.modes).map(|(t, m)| json!({
+                "frequency_hz": t.frequency_hz.value, "frequency_sd": t.frequency_hz.sd,
+                "damping": t.damping_ratio.map(|z| z.value), "damping_sd": t.damping_ratio.map(|z| z.sd),
+                "mpc": m.complexity.mpc, "mean_phase_deviation_deg": m.complexity.mean_phase_deviation_deg,
+                "sd_inflation": m.sd_inflation, "orders": m.n_orders,
+            })).collect::<Vec<_>>(),
+            "responses": frfs.responses.iter().map(|c| c.name.clone()).collect::<Vec<_>>(),
+            "references": frfs.references.iter().map(|c| c.name.clone()).collect::<Vec<_>>(),
+            "lines": frfs.n_lines(),
+            "is_synthetic": found.is_synthetic,
+            "pieces": identification.segments.iter().map(piece_json).collect::<Vec<_>>(),
+            "findings": findings_json(&findings),
+        }));
+    } else {
+        let style = style(&std::io::stdout());
+        let mut out = head(frfs, &found);
+        out += &table(&modes, &identification, n_suspension, &style);
+        out += &diagram(frfs, &identification)?;
+        if !args.no_health {
+            out += "\n";
+            out += &findings_text(&findings, &style);
+        }
+        print(&out);
+    }
+    if let Some(output) = &args.output {
+        let sensors = sensors(frfs, found.geometry.as_ref(), None)?;
+        modes.drain(..n_suspension.min(modes.len()));
+        let description = format!(
+            "Identified by {} from {} lines, {:.4} to {:.4} Hz, {} responses, {} references; complex shapes, largest entry 1.",
+            word(args.method),
+            frfs.n_lines(),
+            frfs.frequencies_hz.first().copied().unwrap_or(0.0),
+            frfs.frequencies_hz.last().copied().unwrap_or(0.0),
+            frfs.responses.len(),
+            frfs.references.len(),
+        );
+        let mut test = test_data(args, &found, description);
+        test.sensors = sensors;
+        test.modes = modes;
+        place(args, &mut test, &found)?;
+        write(output, &test, args.json)?;
+    }
+    Ok(if has_fault(&findings) { SHORT } else { DONE })
+}
+
+/// Spectra alone: frequencies of their peaks.
+fn peaks(args: &Identify, found: &Measurements) -> Result<u8, Failure> {
+    let mut all: Vec<(String, Vec<SpectrumPeak>)> = Vec::new();
+    for spectrum in &found.spectra {
+        let f = &spectrum.frequencies_hz;
+        let limits = (f.first().copied().unwrap_or(0.0), f.last().copied().unwrap_or(0.0));
+        let limits = band(args.band.as_deref())?.unwrap_or(limits);
+        let amplitude: Vec<f64> = spectrum.values.iter().map(|v| v.norm()).collect();
+        let found = spectrum_peaks(f, &amplitude, limits, PEAK_THRESHOLD, 0.0)?;
+        all.push((spectrum.response.name.clone(), found));
+    }
+    if args.json {
+        let one = |p: &SpectrumPeak| {
+            json!({"frequency_hz": p.frequency_hz, "frequency_sd": p.frequency_sd, "height_db": p.height_db, "damping_at_most": p.damping_ratio})
+        };
+        let spectra: Vec<Value> = all
+            .iter()
+            .map(|(name, list)| json!({"name": name, "peaks": list.iter().map(one).collect::<Vec<_>>()}))
+            .collect();
+        print_json(&json!({"method": "peaks", "spectra": spectra}));
+    } else {
+        let style = style(&std::io::stdout());
+        let mut out = String::from("No force was measured: frequencies of the peaks, without shapes.\n\n");
+        for (name, list) in &all {
+            let mut table = Table::new([
+                ("#", Align::Right),
+                ("Hz", Align::Right),
+                ("± sd", Align::Right),
+                ("over floor", Align::Right),
+                ("damping below", Align::Right),
+            ]);
+            for (k, p) in list.iter().enumerate() {
+                table.row([
+                    (k + 1).to_string().into(),
+                    format!("{:.3}", p.frequency_hz).into(),
+                    format!("{:.3}", p.frequency_sd).into(),
+                    format!("{:.1} dB", p.height_db).into(),
+                    p.damping_ratio.map_or_else(|| "–".to_string(), |z| format!("{:.2} %", 100.0 * z)).into(),
+                ]);
+            }
+            let _ = writeln!(out, "spectrum {}", retune::report::text::printable(name));
+            out += &table.render(&style);
+        }
+        print(&out);
+    }
+    if let Some(output) = &args.output {
+        if all.len() != 1 {
+            return Err(Failure::text(format!("{} spectra: write a test file of one at a time", all.len())));
+        }
+        let mut test = test_data(args, found, "Peaks of a response spectrum; no force was measured.".to_string());
+        test.modes = peak_modes(&all[0].1, &origin(args, found));
+        write(output, &test, args.json)?;
+    }
+    Ok(DONE)
+}
+
+fn test_data(args: &Identify, found: &Measurements, description: String) -> TestData {
+    let stem = args.files.first().and_then(|f| f.file_stem()).map(|s| s.to_string_lossy().into_owned());
+    let name = args.name.clone().or(stem).unwrap_or_else(|| "test".to_string());
+    TestData {
+        name: if found.is_synthetic && !name.to_lowercase().contains("synthetic") { format!("{name} (synthetic)") } else { name },
+        description,
+        configuration: args.configuration.clone(),
+        sensors: Vec::new(),
+        modes: Vec::new(),
+        mass_properties: Vec::new(),
+        frfs: None,
+    }
+}
+
+fn origin(args: &Identify, found: &Measurements) -> Origin {
+    let names: Vec<String> =
+        args.files.iter().filter_map(|f| f.file_name()).map(|f| f.to_string_lossy().into_owned()).collect();
+    let text = format!("{} of {}", word(args.method), names.join(", "));
+    if found.is_synthetic { Origin::Synthetic(text) } else { Origin::Measured(text) }
+}
+
+fn word(method: Method) -> &'static str {
+    match method {
+        Method::Plscf => "pLSCF and maximum likelihood",
+        Method::Quadrature => "quadrature picking",
+        Method::Circle => "circle fits",
+    }
+}
+
+/// Sensors to their places in a model, when one is given.
+fn place(args: &Identify, test: &mut TestData, found: &Measurements) -> Result<(), Failure> {
+    let Some(path) = &args.model else { return Ok(()) };
+    let (model, warnings, text) = files::model(path, args.configuration.as_deref())?;
+    warn(path, &text, &warnings);
+    if found.geometry.is_none() {
+        return Err(Failure::text(
+            "the positions of the points are not known, so they have no place in the model; give `--geometry FILE`",
+        ));
+    }
+    let points = super::map::points_of(test);
+    let mapping = map_points(&model, &points, MappingOptions::default());
+    for name in place_sensors(test, &mapping) {
+        eprintln!("warning: sensor `{name}` has no place in the model and is left out");
+    }
+    Ok(())
+}
+
+fn write(path: &PathBuf, test: &TestData, is_json: bool) -> Result<(), Failure> {
+    files::write(path, &write_test(test))?;
+    if !is_json {
+        print(&format!("\nwritten: {}\n", path.display()));
+    }
+    Ok(())
+}
+
+fn head(frfs: &FrfSet, found: &Measurements) -> String {
+    let what = match frfs.quantity {
+        retune::data::FrfQuantity::Receptance => "receptance",
+        retune::data::FrfQuantity::Mobility => "mobility",
+        retune::data::FrfQuantity::Accelerance => "accelerance",
+    };
+    let f = &frfs.frequencies_hz;
+    format!(
+        "{what}{}: {} responses x {} references, {} lines from {:.3} to {:.3} Hz{}\n\n",
+        if found.is_synthetic { " (synthetic)" } else { "" },
+        frfs.responses.len(),
+        frfs.references.len(),
+        f.len(),
+        f.first().copied().unwrap_or(0.0),
+        f.last().copied().unwrap_or(0.0),
+        if frfs.coherence.is_some() { ", weighted by coherence" } else { "" },
+    )
+}
+
+fn table(modes: &[TestMode], identification: &Identification, n_suspension: usize, style: &Style) -> String {
+    let mut table = Table::new([
+        ("#", Align::Right),
+        ("Hz", Align::Right),
+        ("± sd", Align::Right),
+        ("damping", Align::Right),
+        ("± sd", Align::Right),
+        ("MPC", Align::Right),
+        ("phase spread", Align::Right),
+        ("orders", Align::Right),
+        ("", Align::Left),
+    ]);
+    for (k, (t, m)) in modes.iter().zip(&identification.modes).enumerate() {
+        let c = t.shape.as_ref().map_or(m.complexity, complexity);
+        let mut flags = Vec::new();
+        if k < n_suspension {
+            flags.push("suspension".to_string());
+        }
+        if c.mpc < COMPLEX {
+            flags.push("complex shape".to_string());
+        }
+        if m.sd_inflation > COLOURED {
+            flags.push(format!("misfit x{:.0}", m.sd_inflation));
+        }
+        if m.n_orders == 0 {
+            flags.push("weak, found in the remainder".to_string());
+        }
+        let damping = |v: Option<f64>| v.map_or_else(|| "–".to_string(), |z| format!("{:.3} %", 100.0 * z));
+        table.row([
+            (k + 1).to_string().into(),
+            format!("{:.4}", t.frequency_hz.value).into(),
+            format!("{:.4}", t.frequency_hz.sd).into(),
+            damping(t.damping_ratio.map(|z| z.value)).into(),
+            damping(t.damping_ratio.map(|z| z.sd)).into(),
+            Cell::new(format!("{:.3}", c.mpc), if c.mpc < COMPLEX { Tone::Warning } else { Tone::Plain }),
+            format!("{:.1}°", c.mean_phase_deviation_deg).into(),
+            m.n_orders.to_string().into(),
+            Cell::new(flags.join(", "), Tone::Warning),
+        ]);
+    }
+    if modes.is_empty() { "no mode was found\n".to_string() } else { table.render(style) }
+}
+
+/// What the indicator function and the stabilisation diagrams show, in a few lines.
+fn diagram(frfs: &FrfSet, identification: &Identification) -> Result<String, Failure> {
+    let mut out = String::from("\n");
+    let indicator = cmif(frfs)?;
+    let limits = (
+        identification.segments.first().map_or(0.0, |s| s.core_hz.0),
+        identification.segments.last().map_or(f64::INFINITY, |s| s.core_hz.1),
+    );
+    for k in 0..indicator.values.ncols().min(2) {
+        let column: Vec<f64> = indicator.values.column(k).iter().copied().collect();
+        let list = spectrum_peaks(&indicator.frequencies_hz, &column, limits, PEAK_THRESHOLD, 0.0)?;
+        let shown: Vec<String> = list.iter().take(20).map(|p| format!("{:.2}", p.frequency_hz)).collect();
+        let more = if list.len() > shown.len() { format!(" and {} more", list.len() - shown.len()) } else { String::new() };
+        let _ = writeln!(out, "CMIF {}: {} peaks  {}{more}", k + 1, list.len(), shown.join(" "));
+    }
+    for s in &identification.segments {
+        let poles: usize = s.diagrams.iter().map(|d| d.poles.len()).sum();
+        let chosen: usize = s.diagrams.iter().map(|d| d.chosen.len()).sum();
+        let orders = s.diagrams.iter().map(|d| d.orders.last().copied().unwrap_or(0)).max().unwrap_or(0);
+        let _ = writeln!(
+            out,
+            "{:.2} to {:.2} Hz: {poles} poles up to order {orders}, {chosen} stable columns, {} discarded{}",
+            s.core_hz.0,
+            s.core_hz.1,
+            s.discarded.len(),
+            if s.is_converged { "" } else { ", the fit did not converge" }
+        );
+        for d in s.discarded.iter().take(5) {
+            let _ = writeln!(out, "    {:.2} Hz, {:.2} %: {}", d.frequency_hz, 100.0 * d.damping_ratio, d.reason);
+        }
+    }
+    Ok(out)
+}
+
+fn piece_json(s: &retune::identify::Segment) -> Value {
+    json!({
+        "from_hz": s.core_hz.0, "to_hz": s.core_hz.1, "is_converged": s.is_converged,
+        "poles": s.diagrams.iter().map(|d| d.poles.len()).sum::<usize>(),
+        "stable_columns": s.diagrams.iter().map(|d| d.chosen.len()).sum::<usize>(),
+        "discarded": s.discarded.iter().map(|d| json!({
+            "frequency_hz": d.frequency_hz, "damping": d.damping_ratio, "reason": d.reason,
+        })).collect::<Vec<_>>(),
+    })
+}
+

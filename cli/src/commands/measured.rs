@@ -1,0 +1,141 @@
+//! What the verbs on measurements share: reading files, answers to their questions, findings.
+
+use crate::args::{MeasuredQuantity, Measurement, Repeated};
+use crate::output::Failure;
+use retune::data::convert::{Duplicates, FrfOptions, UnitSystem, UnitsFrom};
+use retune::data::{FrfQuantity, FrfSet, MeasurementOptions, Measurements, read_measurements};
+use retune::identify::health::{Finding, Level};
+use retune::report::text::{Style, Tone, number, printable};
+use retune::units::Scalar;
+use serde_json::{Value, json};
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+/// Reads measurement files with the answers of the command line; notes go to standard error.
+pub(crate) fn read(files: &[PathBuf], args: &Measurement) -> Result<Measurements, Failure> {
+    let options = MeasurementOptions {
+        frf: FrfOptions {
+            units: args.units.as_deref().map_or(Ok(UnitsFrom::File), units)?,
+            quantity: args.quantity.map(quantity),
+            duplicates: match args.duplicates {
+                None => Duplicates::Ask,
+                Some(Repeated::First) => Duplicates::First,
+                Some(Repeated::Last) => Duplicates::Last,
+            },
+        },
+        unit: args.unit.clone(),
+        geometry_units: args.geometry_units.as_deref().map(units).transpose()?,
+    };
+    let mut found = read_measurements(files, args.geometry.as_deref(), &options)?;
+    for (path, note) in &found.notes {
+        let place = if path.as_os_str().is_empty() { String::new() } else { format!("{}: ", path.display()) };
+        eprintln!("note: {place}{}", printable(note));
+    }
+    if let (Some(set), Some(direction)) = (&mut found.frfs, &args.direction) {
+        let direction = axis(direction)?;
+        for channel in set.references.iter_mut().chain(&mut set.responses) {
+            channel.direction.get_or_insert(direction);
+        }
+    }
+    Ok(found)
+}
+
+/// The functions of measurements, or what there is instead.
+pub(crate) fn functions(found: &Measurements) -> Result<&FrfSet, Failure> {
+    found.frfs.as_ref().ok_or_else(|| {
+        Failure::text(match found.spectra.len() {
+            0 => "the files hold no frequency response functions".to_string(),
+            n => format!("the files hold {n} spectra, but no frequency response functions: no force was measured"),
+        })
+    })
+}
+
+fn units(name: &str) -> Result<UnitsFrom, Failure> {
+    match name {
+        "file" => Ok(UnitsFrom::File),
+        "labels" => Ok(UnitsFrom::Labels),
+        _ => UnitSystem::from_name(name).map(UnitsFrom::System).ok_or_else(|| {
+            let names = UnitSystem::NAMES.join(", ");
+            Failure::text(format!("`{name}` is no system of units; there are {names}, and `labels`"))
+        }),
+    }
+}
+
+/// The library's word for a quantity.
+pub(crate) fn quantity(q: MeasuredQuantity) -> FrfQuantity {
+    match q {
+        MeasuredQuantity::Receptance => FrfQuantity::Receptance,
+        MeasuredQuantity::Mobility => FrfQuantity::Mobility,
+        MeasuredQuantity::Accelerance => FrfQuantity::Accelerance,
+    }
+}
+
+fn axis(text: &str) -> Result<[f64; 3], Failure> {
+    let wrong = || Failure::text(format!("--direction {text}: expected `+x`, `-x` ... `-z`"));
+    let sign = if text.starts_with('-') { -1.0 } else { 1.0 };
+    let letter = text.trim_start_matches(['+', '-']);
+    let i = ["x", "y", "z"].iter().position(|a| *a == letter).ok_or_else(wrong)?;
+    let mut direction = [0.0; 3];
+    direction[i] = sign;
+    Ok(direction)
+}
+
+/// A number with a unit from the command line: `--tolerance "5 mm"`.
+pub(crate) fn scalar(option: &str, text: &str, unit: &str) -> Result<f64, Failure> {
+    let value = Scalar::parse(text).map_err(|e| Failure::text(format!("{option}: {e}")))?;
+    value.constant_in(unit).map_err(|e| Failure::text(format!("{option}: {e}")))
+}
+
+/// Two limits of a band.
+pub(crate) fn band(limits: Option<&[f64]>) -> Result<Option<(f64, f64)>, Failure> {
+    match limits {
+        Some(&[low, high]) if low < high && low >= 0.0 => Ok(Some((low, high))),
+        Some(list) => Err(Failure::text(format!("--band {list:?}: give two ascending frequencies in Hz"))),
+        None => Ok(None),
+    }
+}
+
+/// Whether the check found an error.
+pub(crate) fn has_fault(findings: &[Finding]) -> bool {
+    findings.iter().any(|f| f.level == Level::Fault)
+}
+
+/// Findings, worst first, each with its evidence and what to do.
+pub(crate) fn findings_text(findings: &[Finding], style: &Style) -> String {
+    if findings.is_empty() {
+        return format!("{}: nothing found\n", style.paint(Tone::Good, "health"));
+    }
+    let mut out = String::new();
+    for f in findings {
+        let tone = match f.level {
+            Level::Fault => Tone::Bad,
+            Level::Warning => Tone::Warning,
+            Level::Info => Tone::Dim,
+        };
+        let _ = writeln!(out, "{}: {}", style.paint(tone, f.level.word()), printable(&f.text));
+        let evidence: Vec<String> = f.evidence.iter().map(|(name, value)| format!("{name} {}", number(*value))).collect();
+        let _ = writeln!(out, "    {}: {}", f.code, evidence.join(", "));
+        let _ = writeln!(out, "    to do: {}", f.remedy);
+    }
+    let count = |level: Level| findings.iter().filter(|f| f.level == level).count();
+    let _ = writeln!(
+        out,
+        "{} faults, {} warnings, {} remarks",
+        count(Level::Fault),
+        count(Level::Warning),
+        count(Level::Info)
+    );
+    out
+}
+
+/// Findings for programs.
+pub(crate) fn findings_json(findings: &[Finding]) -> Value {
+    let one = |f: &Finding| {
+        let evidence: serde_json::Map<String, Value> =
+            f.evidence.iter().map(|(name, value)| ((*name).to_string(), json!(value))).collect();
+        json!({
+            "level": f.level.word(), "code": f.code, "subject": f.subject, "evidence": evidence, "text": f.text, "remedy": f.remedy,
+        })
+    };
+    findings.iter().map(one).collect()
+}

@@ -1,0 +1,185 @@
+//! `retune twin`
+
+use super::measured::{band, quantity, scalar};
+use crate::args::{MeasuredQuantity, Twin};
+use crate::output::{Failure, print, print_json, warn};
+use crate::{DONE, files};
+use retune::catalogue::did_you_mean;
+use retune::data::convert::{frf_file, geometry_file};
+use retune::data::uff::{self, Dataset, Storage, UniversalFile};
+use retune::data::{FrfSet, Geometry, Point, Sensor, csv, write_test};
+use retune::correlation::sensor_position;
+use retune::model::{Model, ParametricModel, Registry};
+use retune::update::{SensorFault, TwinFrfOptions, TwinOptions, node_sensors, twin_frfs, twin_modes};
+use serde_json::json;
+use std::path::Path;
+
+pub(crate) fn run(args: &Twin) -> Result<u8, Failure> {
+    for output in args.output.iter().chain(&args.frf) {
+        files::check_output(output, args.force)?;
+    }
+    if args.output.is_none() && args.frf.is_none() {
+        return Err(Failure::text("nothing to write: give `-o TEST.yaml` for modes, `--frf FILE.unv` for functions, or both"));
+    }
+    let (mut model, warnings, text) = files::model(&args.model, args.configuration.as_deref())?;
+    warn(&args.model, &text, &warnings);
+    if let Some(patch) = &args.patch {
+        model = patched(&model, patch)?;
+    }
+    let theta = theta(&model, &args.set)?;
+    let sensors = match &args.sensors {
+        Some(path) => {
+            let (test, warnings, text) = files::test(path)?;
+            warn(path, &text, &warnings);
+            test.sensors
+        }
+        None => node_sensors(&model),
+    };
+    let options = TwinOptions {
+        n_modes: usize::from(args.modes),
+        band_hz: band(args.band.as_deref())?,
+        frequency_noise: scalar("--noise-frequency", &args.noise_frequency, "1")?,
+        damping: scalar("--damping", &args.damping, "1")?,
+        damping_noise: scalar("--noise-damping", &args.noise_damping, "1")?,
+        shape_noise: scalar("--noise-shape", &args.noise_shape, "1")?,
+        faults: args.fault.iter().map(|f| f.parse()).collect::<Result<Vec<SensorFault>, _>>()?,
+        seed: args.seed,
+    };
+    let story = story(args, &model);
+    let mut summary = Vec::new();
+    let mut n_modes = None;
+    if let Some(output) = &args.output {
+        let mut test = twin_modes(&model, &theta, &sensors, &options, &story)?;
+        test.name = format!("{} (synthetic)", model.spec().name);
+        test.description = format!("SYNTHETIC: every number was computed. {story}");
+        test.configuration.clone_from(&args.configuration);
+        n_modes = Some(test.modes.len());
+        files::write(output, &write_test(&test))?;
+        summary.push(format!("written: {} ({} synthetic modes at {} sensors)", output.display(), test.modes.len(), sensors.len()));
+    }
+    let mut n_functions = None;
+    if let Some(output) = &args.frf {
+        let set = functions(args, &model, &theta, &sensors, &options)?;
+        n_functions = Some(set.references.len() * set.responses.len());
+        write_functions(output, &set, &model, &sensors, &story)?;
+        summary.push(format!(
+            "written: {} ({} synthetic functions of {} lines)",
+            output.display(),
+            set.references.len() * set.responses.len(),
+            set.n_lines()
+        ));
+    }
+    if args.json {
+        print_json(&json!({
+            "modes": n_modes, "functions": n_functions, "sensors": sensors.len(), "seed": args.seed,
+            "is_synthetic": true, "source": story,
+        }));
+    } else {
+        print(&format!("{}\n", summary.join("\n")));
+    }
+    Ok(DONE)
+}
+
+/// How the numbers came about.
+fn story(args: &Twin, model: &Model) -> String {
+    let file = args.model.file_name().map(|f| f.to_string_lossy().into_owned()).unwrap_or_default();
+    let mut text = format!("computed by `retune twin` from {} ({file})", model.spec().name);
+    let mut add = |what: String| {
+        text += ", ";
+        text += &what;
+    };
+    if let Some(patch) = &args.patch {
+        add(format!("with the hidden changes of {}", patch.file_name().unwrap_or_default().to_string_lossy()));
+    }
+    for set in &args.set {
+        add(format!("with {set}"));
+    }
+    for fault in &args.fault {
+        add(format!("with the sensor fault {fault}"));
+    }
+    add(format!("noise {} of frequencies and {} of shapes, seed {}", args.noise_frequency, args.noise_shape, args.seed));
+    text
+}
+
+fn patched(model: &Model, path: &Path) -> Result<Model, Failure> {
+    let text = files::read(path)?;
+    let spec = model.spec().overlaid(&text).map_err(|p| Failure::problems(path, &text, p))?;
+    let (model, _) = Model::new(spec, &Registry::builtin()).map_err(|p| Failure::problems(path, "", p))?;
+    Ok(model)
+}
+
+/// The estimates, with the parameters of `--set`.
+fn theta(model: &Model, set: &[String]) -> Result<Vec<f64>, Failure> {
+    let parameters = model.parameters();
+    let mut theta = parameters.nominal();
+    for text in set {
+        let (name, value) =
+            text.split_once('=').ok_or_else(|| Failure::text(format!("--set {text}: expected `parameter=value`")))?;
+        let index = parameters.index_of(name.trim()).ok_or_else(|| {
+            Failure::text(format!("--set: no parameter `{name}`{}", did_you_mean(name, parameters.names())))
+        })?;
+        theta[index] = scalar(&format!("--set {name}"), value, &parameters.get(index).unit)?;
+    }
+    Ok(theta)
+}
+
+fn functions(
+    args: &Twin,
+    model: &Model,
+    theta: &[f64],
+    sensors: &[Sensor],
+    options: &TwinOptions,
+) -> Result<FrfSet, Failure> {
+    let Some((low, high)) = options.band_hz else {
+        return Err(Failure::text("functions need a band: give `--band LOW HIGH`"));
+    };
+    let n = usize::from(args.lines);
+    let exciters = if args.exciter.is_empty() {
+        sensors.first().map(|s| s.name.clone()).into_iter().collect()
+    } else {
+        args.exciter.clone()
+    };
+    let frf = TwinFrfOptions {
+        lines_hz: (0..n).map(|k| low + (high - low) * k as f64 / (n - 1) as f64).collect(),
+        exciters,
+        quantity: args.quantity.map_or(quantity(MeasuredQuantity::Accelerance), quantity),
+        force_noise: scalar("--noise-force", &args.noise_force, "1")?,
+        response_noise: scalar("--noise-response", &args.noise_response, "1")?,
+        n_averages: usize::from(args.averages),
+    };
+    Ok(twin_frfs(model, theta, sensors, options, &frf)?)
+}
+
+fn write_functions(path: &Path, set: &FrfSet, model: &Model, sensors: &[Sensor], story: &str) -> Result<(), Failure> {
+    if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv")) {
+        return files::write(path, &format!("# SYNTHETIC: {story}\n{}", csv::write_frfs(set)));
+    }
+    let functions = frf_file(set, Storage::Text)
+        .map_err(|e| Failure::text(format!("{e}; write a table instead: `--frf FILE.csv`")))?;
+    // The points in the order of the functions' channels, so that both count labels alike.
+    let mut geometry = Geometry::default();
+    for name in set.references.iter().chain(&set.responses).map(|c| &c.name) {
+        if geometry.point(name).is_none()
+            && let Some(sensor) = sensors.iter().find(|s| s.name == *name)
+        {
+            let position_m = sensor_position(model, sensor)?;
+            geometry.points.push(Point { name: name.clone(), position_m, axes: Point::GLOBAL });
+        }
+    }
+    let mut datasets = geometry_file(&geometry).datasets;
+    datasets.extend(functions.datasets.into_iter().map(|d| match d {
+        Dataset::Function(mut f) => {
+            f.ids[1] = "SYNTHETIC".to_string();
+            // A line of the format holds 80 characters.
+            f.ids[2] = story.chars().filter(char::is_ascii).take(80).collect();
+            Dataset::Function(f)
+        }
+        other => other,
+    }));
+    let (bytes, notes) = uff::write(&UniversalFile { datasets })?;
+    for note in notes {
+        eprintln!("note: {note}");
+    }
+    let text = String::from_utf8(bytes).map_err(|e| Failure::text(format!("universal file: {e}")))?;
+    files::write(path, &text)
+}
