@@ -11,6 +11,7 @@ impl ModelSpec {
     pub fn in_configuration(&self, name: &str) -> Option<ModelSpec> {
         let change = self.configurations.get(name)?;
         let mut spec = self.clone();
+        spec.configurations.clear();
         for gone in &change.without {
             spec.supports.shift_remove(gone);
             spec.springs.shift_remove(gone);
@@ -122,7 +123,7 @@ configurations:
             said,
             [
                 "f:9:21: error: configurations.wrong.without[0]: `clmap` is no support, spring, mass, link, constraint or element; did you mean `clamp`?",
-                "f:9:41: error: configurations.wrong.supports.clamp: `clamp` is there already; name it under `without` to replace it",
+                "f:9:40: error: configurations.wrong.supports.clamp: `clamp` is there already; name it under `without` to replace it",
             ]
         );
     }
