@@ -73,7 +73,7 @@ struct Bushing {
 struct Mass {
     node: usize,
     axes: Rotation3<f64>,
-    mass: f64,
+    kg: f64,
     inertia: [f64; 3],
     offset: Vector3<f64>,
 }
@@ -154,7 +154,7 @@ impl Structure {
         // Moments of a box of masses: the largest is below the sum of the others.
         let [a, b, c] = [0; 3].map(|_| mass * t.decades(1e-4, 1e-2));
         let offset = t.direction() * t.between(0.0, 0.2);
-        self.masses.push(Mass { node, axes: t.rotation(), mass, inertia: [b + c, a + c, a + b], offset });
+        self.masses.push(Mass { node, axes: t.rotation(), kg: mass, inertia: [b + c, a + c, a + b], offset });
     }
 
     fn moved(&self, rotation: &Rotation3<f64>, by: Vector3<f64>) -> Self {
@@ -209,7 +209,7 @@ impl Structure {
             let [xx, yy, zz] = m.inertia;
             masses.push(format!(
                 "  m{i}: {{node: n{}, frame: lump{i}, mass: {:?}, inertia: {{xx: {xx:?}, yy: {yy:?}, zz: {zz:?}}}, offset: {}}}",
-                m.node, m.mass, vector(&m.offset)
+                m.node, m.kg, vector(&m.offset)
             ));
         }
         room("masses", masses);
@@ -221,7 +221,7 @@ impl Structure {
 
     fn total_mass(&self) -> f64 {
         let beams = self.beams.iter().map(|b| b.section[6] * (self.nodes[b.nodes[1]] - self.nodes[b.nodes[0]]).norm());
-        beams.sum::<f64>() + self.masses.iter().map(|m| m.mass).sum::<f64>()
+        beams.sum::<f64>() + self.masses.iter().map(|m| m.kg).sum::<f64>()
     }
 }
 
@@ -346,7 +346,9 @@ proptest! {
         let mut rows: Vec<DVector<f64>> = Vec::new();
         let mut row = |terms: &[(usize, usize, f64)]| {
             let mut a = DVector::zeros(6 * n);
-            terms.iter().for_each(|(node, dof, factor)| a[6 * node + dof] += factor);
+            for (node, dof, factor) in terms {
+                a[6 * node + dof] += factor;
+            }
             rows.push(a);
         };
         for d in [0, 2, 4] {

@@ -3,6 +3,8 @@
 //! `src/element` holds each element to its own closed forms; here the file, its units and frames, constraints,
 //! assembly, condensation, eigen-solution and names of modes stand between the equation and the result.
 
+#![allow(clippy::format_collect, reason = "texts of a few lines, where reading matters more than one allocation")]
+
 use retune::linalg::{Complex, DMatrix};
 use retune::modal::reduction::{guyan, selection};
 use retune::modal::{ModalDamping, Modes, SolveOptions, solve, synthesize};

@@ -123,7 +123,7 @@ pub fn solve(
 fn check_finite(stiffness: &DMatrix<f64>, mass: &DMatrix<f64>) -> Result<(), ModalError> {
     for (matrix, a) in [("stiffness", stiffness), ("mass", mass)] {
         // Products of two entries must not overflow either.
-        if let Some(k) = a.iter().position(|v| !(v.abs() < 1e150)) {
+        if let Some(k) = a.iter().position(|v| v.is_nan() || v.abs() > 1e150) {
             return Err(LinalgError::NotFinite { matrix, row: k % a.nrows() }.into());
         }
     }

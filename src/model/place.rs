@@ -145,7 +145,8 @@ impl Placer<'_> {
                     } else {
                         let mut problem = unknown(path, "parameter", &name, self.spec.parameters.keys());
                         if Unit::parse(&name).is_ok() {
-                            problem.message += &format!("; a unit stands behind a number, `1 {name}`");
+                            let hint = format!("; a unit stands behind a number, `1 {name}`");
+                            problem.message.push_str(&hint);
                         }
                         self.problems.push(problem);
                         return None;
