@@ -62,8 +62,8 @@ fn wrong_overrides_say_where_and_what() {
         ),
         ("  m: {taper: {mass: p}}\n", "f:17:15: error: overrides.m.taper.mass: a taper needs a chain of beams or bars"),
         (
-            "  rod: {add: {GI: 1}}\n",
-            "f:17:15: error: overrides.rod.add.GI: these elements have no property `GI`; did you mean `GJ`?",
+            "  rod: {add: {GJJ: 1}}\n",
+            "f:17:15: error: overrides.rod.add.GJJ: these elements have no property `GJJ`; did you mean `GJ`?",
         ),
         (
             "  rod: {taper: {GJ: 1 kg}}\n",

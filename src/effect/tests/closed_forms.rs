@@ -7,10 +7,11 @@ use crate::model::{Model, ParametricModel, Registry, System, load};
 
 /// EI = 10 N m², μ = 2 kg/m, GJ = 6 N m², ι = 0.003 kg m, L = 1 m in ten elements.
 fn beam(active: &str, supports: &str, more: &str) -> String {
-    let nodes: String = (0..=10).map(|i| format!("  n{i}: [{} m, 0, 0]\n", f64::from(i) / 10.0)).collect();
+    let nodes: Vec<String> = (0..=10).map(|i| format!("  n{i}: [{} m, 0, 0]", f64::from(i) / 10.0)).collect();
+    let nodes = nodes.join("\n");
     let chain: Vec<String> = (0..=10).map(|i| format!("n{i}")).collect();
     format!(
-        "retune: 1\nname: test\nactive_dofs: [{active}]\nnodes:\n{nodes}beams:\n  b:\n    chain: [{}]\n    properties: \
+        "retune: 1\nname: test\nactive_dofs: [{active}]\nnodes:\n{nodes}\nbeams:\n  b:\n    chain: [{}]\n    properties: \
          {{EIy: 10 N m2, GJ: 6 N m2, mass_per_length: 2 kg/m, polar_inertia_per_length: 0.003 kg m}}\nsupports: {{{supports}}}\n{more}",
         chain.join(", ")
     )
