@@ -29,6 +29,10 @@ pub(crate) enum Command {
     Compare(Compare),
     Update(Update),
     Report(Report),
+    Diagnose(Diagnose),
+    Add(Add),
+    Undo(Undo),
+    Learn(Learn),
     Schema(Schema),
     List(List),
     Explain(Explain),
@@ -434,6 +438,83 @@ pub(crate) struct Report {
     pub(crate) force: bool,
 }
 
+/// What is missing? Physical effects and measurement faults with probabilities, estimates and ties.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  retune diagnose models/bff.yaml models/bff_gvt.yaml")]
+pub(crate) struct Diagnose {
+    /// Model file.
+    pub(crate) model: PathBuf,
+    /// Test file.
+    pub(crate) test: PathBuf,
+    /// Seed of all random numbers.
+    #[arg(long, default_value_t = 0)]
+    pub(crate) seed: u64,
+    /// Trust the measurement: try effects only.
+    #[arg(long)]
+    pub(crate) no_faults: bool,
+    /// Print JSON instead of text.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// Put an effect into a model file: the smallest edit, at its neutral value, recorded in `history`.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  retune add models/bff.yaml point-mass@n8 --dry-run")]
+pub(crate) struct Add {
+    /// Model file.
+    pub(crate) model: PathBuf,
+    /// Effect and place: mass-offset@left_wing.y
+    pub(crate) effect: String,
+    /// Why; kept in the file.
+    #[arg(long, default_value = "")]
+    pub(crate) because: String,
+    /// Where to write; the model file itself when absent.
+    #[arg(short, long)]
+    pub(crate) output: Option<PathBuf>,
+    /// Print the edits and change nothing.
+    #[arg(long)]
+    pub(crate) dry_run: bool,
+}
+
+/// Take the last addition out of a model file.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  retune undo wing.yaml")]
+pub(crate) struct Undo {
+    /// Model file.
+    pub(crate) model: PathBuf,
+    /// Where to write; the model file itself when absent.
+    #[arg(short, long)]
+    pub(crate) output: Option<PathBuf>,
+}
+
+/// Diagnose, add, refit, until nothing more is justified.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  retune learn models/bff.yaml models/bff_gvt.yaml -o learned.yaml")]
+pub(crate) struct Learn {
+    /// Model file.
+    pub(crate) model: PathBuf,
+    /// Test file.
+    pub(crate) test: PathBuf,
+    /// Where to write the model of every step: learned.yaml becomes learned.0.yaml, learned.1.yaml ...
+    #[arg(short, long)]
+    pub(crate) output: Option<PathBuf>,
+    /// Take the most probable of tied effects instead of stopping.
+    #[arg(long)]
+    pub(crate) take_best: bool,
+    /// Largest number of effects.
+    #[arg(long, default_value_t = 5)]
+    pub(crate) limit: u8,
+    /// Seed of all random numbers.
+    #[arg(long, default_value_t = 0)]
+    pub(crate) seed: u64,
+    /// Overwrite existing files.
+    #[arg(long)]
+    pub(crate) force: bool,
+    /// Print JSON instead of text.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
 /// Which kind of file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum SchemaOf {
@@ -461,9 +542,11 @@ pub(crate) enum ListOf {
     Residuals,
     /// Optimisers.
     Optimizers,
+    /// Physical effects that a diagnosis tries.
+    Effects,
 }
 
-/// What there is: elements, residuals, optimizers.
+/// What there is: elements, residuals, optimizers, effects.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  retune list elements")]
 pub(crate) struct List {

@@ -191,11 +191,18 @@ pub(super) fn faults(scene: &Scene) -> Vec<Fault> {
 fn positions(scene: &Scene, out: &mut Vec<Fault>) {
     let model = &scene.model;
     let sensors = &scene.test.sensors;
-    let Ok(at) = sensors.iter().map(|s| sensor_position(model, s)).collect::<Result<Vec<[f64; 3]>, _>>() else { return };
+    let Ok(at) = sensors.iter().map(|s| sensor_position(model, s)).collect::<Result<Vec<[f64; 3]>, _>>() else {
+        return;
+    };
     let distance = |a: [f64; 3], b: [f64; 3]| (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt();
     let nodes: Vec<(String, [f64; 3])> = {
         let g = model.geometry();
-        g.names.iter().cloned().zip(g.positions.iter().map(|p| [p[0], p[1], p[2]])).take(model.spec().nodes.len()).collect()
+        g.names
+            .iter()
+            .cloned()
+            .zip(g.positions.iter().map(|p| [p[0], p[1], p[2]]))
+            .take(model.spec().nodes.len())
+            .collect()
     };
     for (s, &here) in at.iter().enumerate() {
         let mut near: Vec<(f64, usize)> =

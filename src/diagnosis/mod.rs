@@ -214,7 +214,13 @@ fn investigate(
 }
 
 /// The result of one refitted hypothesis, ties and probability to be filled in.
-fn result(base: &base::Stage, r: &Refit, held_out_before: f64, probability: f64, tied: Vec<String>) -> HypothesisResult {
+fn result(
+    base: &base::Stage,
+    r: &Refit,
+    held_out_before: f64,
+    probability: f64,
+    tied: Vec<String>,
+) -> HypothesisResult {
     let (kind, location, patch) = match &r.tried {
         Tried::Effect(c) => (Kind::Effect, c.location.to_string(), c.patch.to_yaml()),
         Tried::Fault(f) => (Kind::Fault, f.location(&base.scene.test), f.remedy(&base.scene.test)),

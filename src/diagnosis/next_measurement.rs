@@ -129,7 +129,11 @@ fn proposals(base: &Stage) -> (Vec<Proposal>, Vec<f64>) {
     add(format!("the frequencies of the next {NEXT_MODES} modes"), "", vec![FREQUENCY_SD; NEXT_MODES]);
     for &(node, axis) in &places {
         let axis = ["x", "y", "z"][axis];
-        let what = format!("the same modes with {:.0} % of the mass added at {} (seen along {axis})", 100.0 * ADDED_MASS, names[node]);
+        let what = format!(
+            "the same modes with {:.0} % of the mass added at {} (seen along {axis})",
+            100.0 * ADDED_MASS,
+            names[node]
+        );
         add(what, &names[node], vec![FREQUENCY_SD; m]);
     }
     add("total mass and centre of gravity on scales".to_string(), "", vec![MASS_SD; 4]);

@@ -63,7 +63,10 @@ pub(super) fn scatter(scene: &Scene, fit: &Fit, q: &DMatrix<f64>, directions: &D
         let Ok(svd) = thin_svd(&scaled) else { return none };
         let rank = svd.values.iter().take_while(|v| **v > 1.0).count().min(dof / 2);
         span = DMatrix::from_columns(
-            &q.column_iter().map(|c| c.into_owned()).chain((0..rank).map(|k| svd.left.column(k).into_owned())).collect::<Vec<_>>(),
+            &q.column_iter()
+                .map(|c| c.into_owned())
+                .chain((0..rank).map(|k| svd.left.column(k).into_owned()))
+                .collect::<Vec<_>>(),
         );
     }
     let channels = channels(fit, &noisy);
@@ -107,8 +110,7 @@ fn channels(fit: &Fit, noisy: &[bool]) -> Vec<Vec<usize>> {
     let mut out = vec![(0..fit.rows.n_modes).collect::<Vec<usize>>()];
     if fit.rows.has_shapes {
         for s in 0..fit.rows.n_sensors {
-            let rows: Vec<usize> =
-                (0..fit.rows.n_modes).map(|m| fit.rows.shape(m, s)).filter(|&r| noisy[r]).collect();
+            let rows: Vec<usize> = (0..fit.rows.n_modes).map(|m| fit.rows.shape(m, s)).filter(|&r| noisy[r]).collect();
             if !rows.is_empty() {
                 out.push(rows);
             }
@@ -186,9 +188,12 @@ pub(super) fn best_scores(
                 .iter()
                 .enumerate()
                 .map(|(d, r)| {
-                    let effects = (0..along.nrows())
-                        .map(|c| if directions.one_sided[c] && along[(c, d)] > 0.0 { 0.0 } else { along[(c, d)].powi(2) })
-                        .fold(0.0, f64::max);
+                    let effects =
+                        (0..along.nrows())
+                            .map(|c| {
+                                if directions.one_sided[c] && along[(c, d)] > 0.0 { 0.0 } else { along[(c, d)].powi(2) }
+                            })
+                            .fold(0.0, f64::max);
                     traces.iter().map(|t| t.score(r)).fold(effects, f64::max)
                 })
                 .collect()

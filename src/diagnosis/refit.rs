@@ -97,8 +97,7 @@ pub(super) fn refit(stage: &Stage, few: bool) -> Result<Vec<Refit>, DiagnosisErr
         Effect(&'a Score),
         Fault(&'a (usize, f64, f64)),
     }
-    let jobs: Vec<Job<'_>> =
-        scores.iter().map(Job::Effect).chain(faults.into_iter().map(Job::Fault)).collect();
+    let jobs: Vec<Job<'_>> = scores.iter().map(Job::Effect).chain(faults.into_iter().map(Job::Fault)).collect();
     let done: Vec<Option<Refit>> = jobs
         .par_iter()
         .map(|job| match job {
@@ -202,7 +201,8 @@ fn refit_fault(stage: &Stage, fault: &Fault, number: f64, base: f64) -> Result<R
             let next = match fault.change {
                 // g c φ with the present g is `seen`, and t the reading: the best new gain is g t·seen/seen·seen.
                 Change::Gain => {
-                    let (cross, own) = now.iter().fold((0.0, 0.0), |(c, o), (seen, t, _)| (c + seen * t, o + seen * seen));
+                    let (cross, own) =
+                        now.iter().fold((0.0, 0.0), |(c, o), (seen, t, _)| (c + seen * t, o + seen * seen));
                     number.abs() * if own > 0.0 { cross / own } else { 1.0 }
                 }
                 _ => {

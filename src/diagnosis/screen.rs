@@ -103,8 +103,7 @@ pub(super) fn steps(candidate: &Candidate) -> Vec<(Vec<f64>, bool)> {
 }
 
 fn columns(scene: &Scene, fit: &Fit, weight: f64, candidate: &Candidate, patched: Patched) -> Option<Vec<Column>> {
-    let comparison =
-        crate::objective::Comparison::new(&patched.model, &scene.test, scene.pairing()).ok()?;
+    let comparison = crate::objective::Comparison::new(&patched.model, &scene.test, scene.pairing()).ok()?;
     let posed = Posed::new(&comparison, vec![(0.0, 1.0); patched.model.parameters().free().len()], weight);
     let (n, rows) = (fit.r.len(), fit.rows);
     let cut = rows.measured + rows.targets;
@@ -206,7 +205,11 @@ pub(super) fn start_sizes(candidate: &Candidate, screened: &Screened, score: Opt
         let scaled = |t: f64| -> Vec<f64> {
             at.iter()
                 .zip(&candidate.parameters)
-                .map(|(v, p)| if p.grid.is_empty() && p.typical != p.neutral { p.neutral + t * (v - p.neutral) } else { *v })
+                .map(
+                    |(v, p)| {
+                        if p.grid.is_empty() && p.typical != p.neutral { p.neutral + t * (v - p.neutral) } else { *v }
+                    },
+                )
                 .collect()
         };
         out.push(clamp(scaled(score.factor)));

@@ -26,7 +26,12 @@ fn sensors() -> Vec<Sensor> {
 fn middle(model: &Model) -> Vec<f64> {
     let share = |i: usize| 0.4 + 0.2 * ((7 * i) % 10) as f64 / 9.0;
     use crate::model::ParametricModel;
-    model.parameters().iter().enumerate().map(|(i, p)| p.bounds.map_or(p.value, |[l, u]| l + share(i) * (u - l))).collect()
+    model
+        .parameters()
+        .iter()
+        .enumerate()
+        .map(|(i, p)| p.bounds.map_or(p.value, |[l, u]| l + share(i) * (u - l)))
+        .collect()
 }
 
 /// The wing with an edit of its text, on a mesh three times as fine.
@@ -64,7 +69,15 @@ fn story(name: &str, truth: &Model, spoil: impl Fn(&mut TestData), seed: u64) ->
     for h in d.hypotheses.iter().take(6) {
         eprintln!(
             "  {:50} p {:.3} lnB {:7.1} misfit {:.0} held out {:.0} -> {:.0} estimate {:?} {:?} ties {}",
-            h.id, h.probability, h.ln_bayes, h.misfit_after, h.held_out_before, h.held_out_after, h.estimate, h.interval, h.tied_with.len()
+            h.id,
+            h.probability,
+            h.ln_bayes,
+            h.misfit_after,
+            h.held_out_before,
+            h.held_out_after,
+            h.estimate,
+            h.interval,
+            h.tied_with.len()
         );
     }
     for n in d.next_measurements.iter().take(2) {

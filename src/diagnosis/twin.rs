@@ -45,7 +45,8 @@ pub fn twin(
     let system = model.assemble(theta).map_err(|e| failed(&e))?;
     let rows = observation_matrix(model, sensors)?;
     let options = SolveOptions { n_elastic: n_modes, shift: None };
-    let modes = solve(&system.stiffness, &system.mass, &model.dof_map().rigid_motions(), options).map_err(|e| failed(&e))?;
+    let modes =
+        solve(&system.stiffness, &system.mass, &model.dof_map().rigid_motions(), options).map_err(|e| failed(&e))?;
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let origin = Origin::Synthetic(format!("twin of `{}`, seed {seed}", model.spec().name));
     let list = modes

@@ -34,7 +34,11 @@ struct Remainder {
     second: Stage,
 }
 
-pub(super) fn conclude(base: &Stage, refits: &mut Vec<Refit>, settings: &Settings) -> Result<Diagnosis, DiagnosisError> {
+pub(super) fn conclude(
+    base: &Stage,
+    refits: &mut Vec<Refit>,
+    settings: &Settings,
+) -> Result<Diagnosis, DiagnosisError> {
     let dof = degrees_of_freedom(&base.fit, &base.q);
     let other = something_else(&base.residual, dof);
     let (p_none, p_other, probabilities) = probabilities(base, refits, other);
@@ -91,7 +95,8 @@ pub(super) fn conclude(base: &Stage, refits: &mut Vec<Refit>, settings: &Setting
                             goodness_of_fit(&second.fit, &q) > REMAINDER
                         } =>
                     {
-                        remainder = format!("beside {}: {}", refits[chosen].id(&base.scene), second.id(&found.second.scene));
+                        remainder =
+                            format!("beside {}: {}", refits[chosen].id(&base.scene), second.id(&found.second.scene));
                         Verdict::SeveralEffects
                     }
                     _ => {
@@ -213,12 +218,15 @@ fn place_of(scene: &Scene, fit: &Fit, q: &DMatrix<f64>) -> String {
 fn sentence(verdict: Verdict, best: Option<&HypothesisResult>, base: &Stage, remainder: &str) -> String {
     let id = best.map_or("", |b| b.id.as_str());
     let ties = best.map_or(0, |b| b.tied_with.len());
-    let tie = if ties > 0 { format!("; {ties} other{} cannot be told from it", if ties > 1 { "s" } else { "" }) } else { String::new() };
+    let tie = if ties > 0 {
+        format!("; {ties} other{} cannot be told from it", if ties > 1 { "s" } else { "" })
+    } else {
+        String::new()
+    };
     match verdict {
-        Verdict::Adequate if base.scatter.s2 > 1.0 => format!(
-            "the model explains the test if its noise is {:.2} times the stated one",
-            base.scatter.s2.sqrt()
-        ),
+        Verdict::Adequate if base.scatter.s2 > 1.0 => {
+            format!("the model explains the test if its noise is {:.2} times the stated one", base.scatter.s2.sqrt())
+        }
         Verdict::Adequate => "the model explains the test at its stated noise".to_string(),
         Verdict::MissingEffect => format!("{id} is missing, and what remains looks like noise{tie}"),
         Verdict::MeasurementFault => format!("{id}: the measurement, not the model{tie}"),

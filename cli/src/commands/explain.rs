@@ -4,6 +4,7 @@ use crate::DONE;
 use crate::args::Explain;
 use crate::output::{Failure, print, reference_style};
 use retune::catalogue::did_you_mean;
+use retune::effect::{EFFECTS, Effect};
 use retune::element::{ELEMENTS, Element};
 use retune::objective::{RESIDUALS, Residual};
 use retune::optim::OPTIMIZERS;
@@ -21,12 +22,21 @@ pub(crate) fn run(args: &Explain) -> Result<u8, Failure> {
     } else if let Some(o) = OPTIMIZERS.iter().find(|o| o.name == name) {
         print(&format!("{name}: {}\n\n{}\n\nSources\n", o.summary, o.theory));
         o.sources.iter().for_each(|s| print(&format!("  {s}\n")));
+    } else if let Some(e) = EFFECTS.iter().find(|e| Effect::name(**e) == name) {
+        let about = e.about();
+        print(&format!(
+            "{name}: {}\n\nTrace: {}\n\nEquation: {}\n\n",
+            about.summary, about.signature, about.formulation
+        ));
+        print(&format!("Confused with: {}\n\nSources\n", about.confusable.join(", ")));
+        about.references.iter().for_each(|s| print(&format!("  {s}\n")));
     } else if let Some(r) = RESIDUALS.iter().find(|r| Residual::name(**r) == name) {
         print(&format!("{name}: {}\n", r.summary()));
     } else {
         let words = ELEMENTS
             .iter()
             .map(|e| Element::name(*e))
+            .chain(EFFECTS.iter().map(|e| Effect::name(*e)))
             .chain(OPTIMIZERS.iter().map(|o| o.name))
             .chain(RESIDUALS.iter().map(|r| Residual::name(*r)));
         return Err(Failure::text(format!(

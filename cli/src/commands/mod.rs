@@ -1,16 +1,19 @@
 //! One file per verb.
 
+pub(crate) mod add;
 pub(crate) mod check;
 pub(crate) mod compare;
 pub(crate) mod completions;
+pub(crate) mod diagnose;
 pub(crate) mod explain;
+pub(crate) mod health;
+pub(crate) mod identify;
+pub(crate) mod learn;
 pub(crate) mod list;
+pub(crate) mod map;
+pub(crate) mod measured;
 pub(crate) mod modes;
 pub(crate) mod report;
 pub(crate) mod schema;
-pub(crate) mod update;
-pub(crate) mod health;
-pub(crate) mod identify;
-pub(crate) mod map;
-pub(crate) mod measured;
 pub(crate) mod twin;
+pub(crate) mod update;

@@ -5,10 +5,10 @@ use crate::args::{MeasuredQuantity, Twin};
 use crate::output::{Failure, print, print_json, warn};
 use crate::{DONE, files};
 use retune::catalogue::did_you_mean;
+use retune::correlation::sensor_position;
 use retune::data::convert::{frf_file, geometry_file};
 use retune::data::uff::{self, Dataset, Storage, UniversalFile};
 use retune::data::{FrfSet, Geometry, Point, Sensor, csv, write_test};
-use retune::correlation::sensor_position;
 use retune::model::{Model, ParametricModel, Registry};
 use retune::update::{SensorFault, TwinFrfOptions, TwinOptions, node_sensors, twin_frfs, twin_modes};
 use serde_json::json;
@@ -19,7 +19,9 @@ pub(crate) fn run(args: &Twin) -> Result<u8, Failure> {
         files::check_output(output, args.force)?;
     }
     if args.output.is_none() && args.frf.is_none() {
-        return Err(Failure::text("nothing to write: give `-o TEST.yaml` for modes, `--frf FILE.unv` for functions, or both"));
+        return Err(Failure::text(
+            "nothing to write: give `-o TEST.yaml` for modes, `--frf FILE.unv` for functions, or both",
+        ));
     }
     let (mut model, warnings, text) = files::model(&args.model, args.configuration.as_deref())?;
     warn(&args.model, &text, &warnings);
@@ -55,7 +57,12 @@ pub(crate) fn run(args: &Twin) -> Result<u8, Failure> {
         test.configuration.clone_from(&args.configuration);
         n_modes = Some(test.modes.len());
         files::write(output, &write_test(&test))?;
-        summary.push(format!("written: {} ({} synthetic modes at {} sensors)", output.display(), test.modes.len(), sensors.len()));
+        summary.push(format!(
+            "written: {} ({} synthetic modes at {} sensors)",
+            output.display(),
+            test.modes.len(),
+            sensors.len()
+        ));
     }
     let mut n_functions = None;
     if let Some(output) = &args.frf {
@@ -97,14 +104,17 @@ fn story(args: &Twin, model: &Model) -> String {
     for fault in &args.fault {
         add(format!("with the sensor fault {fault}"));
     }
-    add(format!("noise {} of frequencies and {} of shapes, seed {}", args.noise_frequency, args.noise_shape, args.seed));
+    add(format!(
+        "noise {} of frequencies and {} of shapes, seed {}",
+        args.noise_frequency, args.noise_shape, args.seed
+    ));
     text
 }
 
 fn patched(model: &Model, path: &Path) -> Result<Model, Failure> {
     let text = files::read(path)?;
-    let spec = model.spec().overlaid(&text).map_err(|p| Failure::problems(path, &text, p))?;
-    let (model, _) = Model::new(spec, &Registry::builtin()).map_err(|p| Failure::problems(path, "", p))?;
+    let spec = model.spec().overlaid(&text).map_err(|p| Failure::problems(path, &text, &p))?;
+    let (model, _) = Model::new(spec, &Registry::builtin()).map_err(|p| Failure::problems(path, "", &p))?;
     Ok(model)
 }
 
@@ -154,7 +164,7 @@ fn write_functions(path: &Path, set: &FrfSet, model: &Model, sensors: &[Sensor],
     if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv")) {
         return files::write(path, &format!("# SYNTHETIC: {story}\n{}", csv::write_frfs(set)));
     }
-    let functions = frf_file(set, Storage::Text)
+    let functions = frf_file(set, Storage::Ascii)
         .map_err(|e| Failure::text(format!("{e}; write a table instead: `--frf FILE.csv`")))?;
     // The points in the order of the functions' channels, so that both count labels alike.
     let mut geometry = Geometry::default();

@@ -1,0 +1,35 @@
+//! `retune add` and `retune undo`
+
+use crate::args::{Add, Undo};
+use crate::output::{Failure, print, warn};
+use crate::{DONE, files};
+use retune::effect::{Context, Effects, Structure, undo};
+
+pub(crate) fn run(args: &Add) -> Result<u8, Failure> {
+    let (model, warnings, text) = files::model(&args.model, None)?;
+    warn(&args.model, &text, &warnings);
+    let context = Context::default();
+    let structure = Structure::new(&model, &context);
+    let candidate = Effects::builtin().candidate(&structure, &args.effect)?;
+    if args.dry_run {
+        print(&candidate.patch.to_yaml());
+        return Ok(DONE);
+    }
+    let edited = candidate.patch.add_to_text(&text, &candidate.id(), &args.because)?;
+    let output = args.output.as_ref().unwrap_or(&args.model);
+    files::write(output, &edited)?;
+    print(&format!("{}: {} added at its neutral value\n", output.display(), candidate.id()));
+    Ok(DONE)
+}
+
+pub(crate) fn run_undo(args: &Undo) -> Result<u8, Failure> {
+    let text = files::read(&args.model)?;
+    let undone = undo(&text)?;
+    let output = args.output.as_ref().unwrap_or(&args.model);
+    files::write(output, &undone.text)?;
+    print(&format!("{}: {} taken out\n", output.display(), undone.entry.add));
+    for path in undone.missing {
+        eprintln!("warning: `{path}` was gone already");
+    }
+    Ok(DONE)
+}
