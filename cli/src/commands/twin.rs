@@ -154,7 +154,7 @@ fn write_functions(path: &Path, set: &FrfSet, model: &Model, sensors: &[Sensor],
     if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv")) {
         return files::write(path, &format!("# SYNTHETIC: {story}\n{}", csv::write_frfs(set)));
     }
-    let functions = frf_file(set, Storage::Text)
+    let functions = frf_file(set, Storage::Ascii)
         .map_err(|e| Failure::text(format!("{e}; write a table instead: `--frf FILE.csv`")))?;
     // The points in the order of the functions' channels, so that both count labels alike.
     let mut geometry = Geometry::default();
