@@ -234,7 +234,7 @@ mod tests {
 retune: 1
 name: beam
 nodes: {a: [0, 0, 0], b: [1, 0, 0], c: [2, 0, 0]}
-sections: {s: {E: 1 GPa, nu: 0.3, rho: 1000, shape: {rectangle: {width: 1 cm, height: 1 cm}}}}
+sections: {s: {E: 1 GPa, G: 0.4 GPa, mass_per_length: 0.1 kg/m, shape: {rectangle: {width: 1 cm, height: 1 cm}}}}
 beams:
   span: {chain: [a, b, c], section: s, subdivide: 2}
 supports: {left: {node: a}}

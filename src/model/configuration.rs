@@ -178,7 +178,7 @@ active_dofs: [uz, ry]
 parameters: {EI: {value: 1.0, bounds: [0.5, 2.0]}}
 nodes: {a: [0, 0, 0], b: [0.5, 0, 0], c: [1, 0, 0]}
 beams:
-  span: {chain: [a, b, c], properties: {E: EI, Iy: 1, A: 1, rho: 1}, subdivide: 8}
+  span: {chain: [a, b, c], properties: {E: EI, Iy: 1, mass_per_length: 1}, subdivide: 8}
 supports: {left: {node: a}}
 masses: {tip: {node: c, mass: 1.0}}
 targets: {total_mass: {value: 2 kg, tolerance: 1 kg}}

@@ -7,7 +7,7 @@ retune: 1
 name: beam
 active_dofs: [uz, ry]
 nodes: {a: [0, 0, 0], b: [1, 0, 0], c: [2, 0, 0], d: [3, 0, 0], e: [4, 0, 0]}
-sections: {s: {E: 70 GPa, nu: 0.3, rho: 2700, shape: {rectangle: {width: 5 cm, height: 1 cm}}}}
+sections: {s: {E: 70 GPa, Iy: 4.1667e-9 m4, mass_per_length: 1.35 kg/m}}
 beams: {span: {chain: [a, b, c, d, e], section: s}}
 supports: {left: {node: a}}
 ";
