@@ -112,8 +112,7 @@ pub fn map_points(model: &Model, points: &[(String, [f64; 3])], options: Mapping
             Some((k, distance)) => {
                 let segment = &segments[k];
                 let fraction = segment.fraction(segment.foot(*position).0);
-                let place =
-                    Place::Element { element: segment.name.clone(), fraction, position: Some(*position) };
+                let place = Place::Element { element: segment.name.clone(), fraction, position: Some(*position) };
                 let is_on = distance <= options.tolerance;
                 let kind = if is_on { PlaceKind::OnElement } else { PlaceKind::ArmFromElement };
                 (place, kind, distance, segment.name.clone())

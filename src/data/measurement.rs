@@ -430,7 +430,8 @@ mod tests {
     fn tables_and_points_are_recognised() {
         let folder = folder("csv");
         let (table, points) = (folder.join("h.csv"), folder.join("points.csv"));
-        std::fs::write(&table, "# SYNTHETIC\nfrequency_hz,1.+z/1.+z:re,1.+z/1.+z:im\nHz,m/s2/N,m/s2/N\n1,2,3\n2,3,4\n").unwrap();
+        std::fs::write(&table, "# SYNTHETIC\nfrequency_hz,1.+z/1.+z:re,1.+z/1.+z:im\nHz,m/s2/N,m/s2/N\n1,2,3\n2,3,4\n")
+            .unwrap();
         std::fs::write(&points, "point,x,y,z\n1,10,20,0\n").unwrap();
         let mut options = MeasurementOptions::default();
         let files = [table];

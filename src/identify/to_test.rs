@@ -1,11 +1,11 @@
 //! Identified modes as a test file holds them: sensors from channels, modes with standard deviations.
 
+use super::IdentifyError;
 use super::circle::circle_fit;
 use super::complexity::real_shape;
 use super::mode::IdentifiedMode;
 use super::quadrature::{QuadratureForm, quadrature_shapes};
 use super::spectrum::SpectrumPeak;
-use super::IdentifyError;
 use crate::data::{FrfQuantity, FrfSet, Geometry, Measured, Origin, Place, Sensor, TestMode};
 use crate::linalg::{Complex, DVector};
 
@@ -95,7 +95,11 @@ pub fn quadrature_modes(
     let mut out = test_modes(modes, origin);
     for (k, mode) in out.iter_mut().enumerate() {
         let column = picked.shapes.column(k);
-        let largest = column.iter().copied().filter(|v| v.is_finite()).fold(0.0_f64, |a, v| if v.abs() > a.abs() { v } else { a });
+        let largest = column
+            .iter()
+            .copied()
+            .filter(|v| v.is_finite())
+            .fold(0.0_f64, |a, v| if v.abs() > a.abs() { v } else { a });
         let scale = if largest == 0.0 { 1.0 } else { largest };
         mode.shape = Some(DVector::from_fn(column.len(), |i, _| Complex::new(column[i] / scale, 0.0)));
         mode.shape_sd = Some(DVector::from_element(column.len(), 0.02));
@@ -137,9 +141,10 @@ pub fn circle_modes(
         mode.damping_ratio = Some(mean(&good.iter().map(|c| (c.damping_ratio, c.damping_sd)).collect::<Vec<_>>()));
         let nan = Complex::new(f64::NAN, f64::NAN);
         let constants = DVector::from_iterator(fits.len(), fits.iter().map(|c| c.map_or(nan, |c| c.modal_constant)));
-        let largest = constants.iter().filter(|v| v.is_finite()).fold(Complex::new(0.0, 0.0), |a: Complex<f64>, v| {
-            if v.norm() > a.norm() { *v } else { a }
-        });
+        let largest = constants
+            .iter()
+            .filter(|v| v.is_finite())
+            .fold(Complex::new(0.0, 0.0), |a: Complex<f64>, v| if v.norm() > a.norm() { *v } else { a });
         let misfit = good.iter().map(|c| c.misfit).fold(0.0, f64::max);
         mode.shape = Some(constants.map(|v| v / largest));
         mode.shape_sd = Some(DVector::from_element(fits.len(), misfit.max(1e-3)));
@@ -176,6 +181,7 @@ pub fn peak_modes(peaks: &[SpectrumPeak], origin: &Origin) -> Vec<TestMode> {
 /// Real shape of a test mode, largest entry 1; NaN where not measured.
 pub fn normal_shape(mode: &TestMode) -> Option<DVector<f64>> {
     let shape = real_shape(mode.shape.as_ref()?);
-    let largest = shape.iter().copied().filter(|v| v.is_finite()).fold(0.0_f64, |a, v| if v.abs() > a.abs() { v } else { a });
+    let largest =
+        shape.iter().copied().filter(|v| v.is_finite()).fold(0.0_f64, |a, v| if v.abs() > a.abs() { v } else { a });
     (largest != 0.0).then(|| shape / largest)
 }

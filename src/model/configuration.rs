@@ -87,7 +87,8 @@ impl ModelSpec {
         if !patch.is_object() {
             return Err(vec![Problem::error("", "a patch is a map with keys of a model file")]);
         }
-        let failed = |e: serde_json::Error| vec![Problem::error("", format_args!("the patched model is no model: {e}"))];
+        let failed =
+            |e: serde_json::Error| vec![Problem::error("", format_args!("the patched model is no model: {e}"))];
         let mut whole = serde_json::to_value(self).map_err(failed)?;
         merge(&mut whole, patch);
         serde_json::from_value(whole).map_err(failed)

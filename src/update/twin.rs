@@ -315,8 +315,14 @@ pub fn twin_frfs(
     }
     range("number of averages", frf.n_averages as f64, (1..=10_000).contains(&frf.n_averages), "between 1 and 10000")?;
     let lines = &frf.lines_hz;
-    if let Some(bad) = (0..lines.len()).find(|&l| !(lines[l].is_finite() && lines[l] > if l > 0 { lines[l - 1] } else { 0.0 })) {
-        return Err(TwinError::Range { what: "a frequency line", value: lines[bad], expected: "above the one before and above 0" });
+    if let Some(bad) =
+        (0..lines.len()).find(|&l| !(lines[l].is_finite() && lines[l] > if l > 0 { lines[l - 1] } else { 0.0 }))
+    {
+        return Err(TwinError::Range {
+            what: "a frequency line",
+            value: lines[bad],
+            expected: "above the one before and above 0",
+        });
     }
     if lines.is_empty() || frf.exciters.is_empty() {
         return Err(TwinError::Nothing("functions need frequency lines and an exciter"));
@@ -408,7 +414,12 @@ fn measured(value: f64, sd: f64) -> Measured {
 fn modes(model: &dyn ParametricModel, theta: &[f64], n_elastic: usize) -> Result<Modes, TwinError> {
     let system = model.assemble(theta)?;
     let n_elastic = n_elastic.min(model.dof_map().n_dof());
-    Ok(solve(&system.stiffness, &system.mass, &model.dof_map().rigid_motions(), SolveOptions { n_elastic, shift: None })?)
+    Ok(solve(
+        &system.stiffness,
+        &system.mass,
+        &model.dof_map().rigid_motions(),
+        SolveOptions { n_elastic, shift: None },
+    )?)
 }
 
 /// The observation matrix of sensors with faults.

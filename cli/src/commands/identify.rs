@@ -110,9 +110,7 @@ fn peaks(args: &Identify, found: &Measurements) -> Result<u8, Failure> {
         all.push((spectrum.response.name.clone(), found));
     }
     if args.json {
-        let one = |p: &SpectrumPeak| {
-            json!({"frequency_hz": p.frequency_hz, "frequency_sd": p.frequency_sd, "height_db": p.height_db, "damping_at_most": p.damping_ratio})
-        };
+        let one = |p: &SpectrumPeak| json!({"frequency_hz": p.frequency_hz, "frequency_sd": p.frequency_sd, "height_db": p.height_db, "damping_at_most": p.damping_ratio});
         let spectra: Vec<Value> = all
             .iter()
             .map(|(name, list)| json!({"name": name, "peaks": list.iter().map(one).collect::<Vec<_>>()}))
@@ -158,7 +156,11 @@ fn test_data(args: &Identify, found: &Measurements, description: String) -> Test
     let stem = args.files.first().and_then(|f| f.file_stem()).map(|s| s.to_string_lossy().into_owned());
     let name = args.name.clone().or(stem).unwrap_or_else(|| "test".to_string());
     TestData {
-        name: if found.is_synthetic && !name.to_lowercase().contains("synthetic") { format!("{name} (synthetic)") } else { name },
+        name: if found.is_synthetic && !name.to_lowercase().contains("synthetic") {
+            format!("{name} (synthetic)")
+        } else {
+            name
+        },
         description,
         configuration: args.configuration.clone(),
         sensors: Vec::new(),
@@ -259,7 +261,7 @@ fn table(modes: &[TestMode], identification: &Identification, n_suspension: usiz
         table.row([
             (k + 1).to_string().into(),
             format!("{:.4}", t.frequency_hz.value).into(),
-            format!("{:.4}", t.frequency_hz.sd).into(),
+            format!("{:.1e}", t.frequency_hz.sd).into(),
             damping(t.damping_ratio.map(|z| z.value)).into(),
             damping(t.damping_ratio.map(|z| z.sd)).into(),
             Cell::new(format!("{:.3}", c.mpc), if c.mpc < COMPLEX { Tone::Warning } else { Tone::Plain }),
@@ -283,7 +285,8 @@ fn diagram(frfs: &FrfSet, identification: &Identification) -> Result<String, Fai
         let column: Vec<f64> = indicator.values.column(k).iter().copied().collect();
         let list = spectrum_peaks(&indicator.frequencies_hz, &column, limits, PEAK_THRESHOLD, 0.0)?;
         let shown: Vec<String> = list.iter().take(20).map(|p| format!("{:.2}", p.frequency_hz)).collect();
-        let more = if list.len() > shown.len() { format!(" and {} more", list.len() - shown.len()) } else { String::new() };
+        let more =
+            if list.len() > shown.len() { format!(" and {} more", list.len() - shown.len()) } else { String::new() };
         let _ = writeln!(out, "CMIF {}: {} peaks  {}{more}", k + 1, list.len(), shown.join(" "));
     }
     for s in &identification.segments {
@@ -315,4 +318,3 @@ fn piece_json(s: &retune::identify::Segment) -> Value {
         })).collect::<Vec<_>>(),
     })
 }
-

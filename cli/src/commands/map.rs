@@ -34,13 +34,18 @@ pub(crate) fn run(args: &Map) -> Result<u8, Failure> {
         None => {
             let found = read(std::slice::from_ref(&args.test), &args.measurement)?;
             let geometry = found.geometry.ok_or_else(|| {
-                Failure::text(format!("{} has no geometry: no nodes (datasets 15, 2411), no points", args.test.display()))
+                Failure::text(format!(
+                    "{} has no geometry: no nodes (datasets 15, 2411), no points",
+                    args.test.display()
+                ))
             })?;
             (geometry.points.into_iter().map(|p| (p.name, p.position_m)).collect(), None)
         }
     };
     if points.is_empty() {
-        return Err(Failure::text("no sensor of the test has a position; identify with `--geometry`, or write `position:`"));
+        return Err(Failure::text(
+            "no sensor of the test has a position; identify with `--geometry`, or write `position:`",
+        ));
     }
     let configuration = args.configuration.clone().or_else(|| test.as_ref().and_then(|t| t.configuration.clone()));
     let (model, warnings, text) = files::model(&args.model, configuration.as_deref())?;
@@ -104,11 +109,15 @@ fn text_of(mapping: &Mapping, tolerance: f64, style: &Style) -> String {
     let mut out = table.render(style);
     out.push('\n');
     for p in &mapping.points_left {
-        let near = p.nearest.as_deref().map_or_else(String::new, |n| format!("; nearest: {n}, {:.1} mm", 1e3 * p.distance));
+        let near =
+            p.nearest.as_deref().map_or_else(String::new, |n| format!("; nearest: {n}, {:.1} mm", 1e3 * p.distance));
         let _ = writeln!(out, "no place: point {}{near}", p.name);
     }
     for n in &mapping.nodes_left {
-        let near = n.nearest.as_deref().map_or_else(String::new, |p| format!("; nearest: point {p}, {:.1} mm", 1e3 * n.distance));
+        let near = n
+            .nearest
+            .as_deref()
+            .map_or_else(String::new, |p| format!("; nearest: point {p}, {:.1} mm", 1e3 * n.distance));
         let _ = writeln!(out, "not measured: node {}{near}", n.name);
     }
     let count = |kind: PlaceKind| mapping.points.iter().filter(|p| p.kind == kind).count();

@@ -113,7 +113,8 @@ pub(crate) fn findings_text(findings: &[Finding], style: &Style) -> String {
             Level::Info => Tone::Dim,
         };
         let _ = writeln!(out, "{}: {}", style.paint(tone, f.level.word()), printable(&f.text));
-        let evidence: Vec<String> = f.evidence.iter().map(|(name, value)| format!("{name} {}", number(*value))).collect();
+        let evidence: Vec<String> =
+            f.evidence.iter().map(|(name, value)| format!("{name} {}", number(*value))).collect();
         let _ = writeln!(out, "    {}: {}", f.code, evidence.join(", "));
         let _ = writeln!(out, "    to do: {}", f.remedy);
     }

@@ -5,10 +5,10 @@ use crate::args::{MeasuredQuantity, Twin};
 use crate::output::{Failure, print, print_json, warn};
 use crate::{DONE, files};
 use retune::catalogue::did_you_mean;
+use retune::correlation::sensor_position;
 use retune::data::convert::{frf_file, geometry_file};
 use retune::data::uff::{self, Dataset, Storage, UniversalFile};
 use retune::data::{FrfSet, Geometry, Point, Sensor, csv, write_test};
-use retune::correlation::sensor_position;
 use retune::model::{Model, ParametricModel, Registry};
 use retune::update::{SensorFault, TwinFrfOptions, TwinOptions, node_sensors, twin_frfs, twin_modes};
 use serde_json::json;
@@ -19,7 +19,9 @@ pub(crate) fn run(args: &Twin) -> Result<u8, Failure> {
         files::check_output(output, args.force)?;
     }
     if args.output.is_none() && args.frf.is_none() {
-        return Err(Failure::text("nothing to write: give `-o TEST.yaml` for modes, `--frf FILE.unv` for functions, or both"));
+        return Err(Failure::text(
+            "nothing to write: give `-o TEST.yaml` for modes, `--frf FILE.unv` for functions, or both",
+        ));
     }
     let (mut model, warnings, text) = files::model(&args.model, args.configuration.as_deref())?;
     warn(&args.model, &text, &warnings);
@@ -50,12 +52,19 @@ pub(crate) fn run(args: &Twin) -> Result<u8, Failure> {
     let mut n_modes = None;
     if let Some(output) = &args.output {
         let mut test = twin_modes(&model, &theta, &sensors, &options, &story)?;
-        test.name = format!("{} (synthetic)", model.spec().name);
-        test.description = format!("SYNTHETIC: every number was computed. {story}");
+        let own = &model.spec().name;
+        let is_said = own.to_lowercase().contains("synthetic");
+        test.name = if is_said { own.clone() } else { format!("{own} (synthetic)") };
+        test.description = format!("SYNTHETIC: every number was {story}");
         test.configuration.clone_from(&args.configuration);
         n_modes = Some(test.modes.len());
         files::write(output, &write_test(&test))?;
-        summary.push(format!("written: {} ({} synthetic modes at {} sensors)", output.display(), test.modes.len(), sensors.len()));
+        summary.push(format!(
+            "written: {} ({} synthetic modes at {} sensors)",
+            output.display(),
+            test.modes.len(),
+            sensors.len()
+        ));
     }
     let mut n_functions = None;
     if let Some(output) = &args.frf {
@@ -97,7 +106,10 @@ fn story(args: &Twin, model: &Model) -> String {
     for fault in &args.fault {
         add(format!("with the sensor fault {fault}"));
     }
-    add(format!("noise {} of frequencies and {} of shapes, seed {}", args.noise_frequency, args.noise_shape, args.seed));
+    add(format!(
+        "noise {} of frequencies and {} of shapes, seed {}",
+        args.noise_frequency, args.noise_shape, args.seed
+    ));
     text
 }
 
@@ -177,7 +189,8 @@ fn write_functions(path: &Path, set: &FrfSet, model: &Model, sensors: &[Sensor],
         other => other,
     }));
     let (bytes, notes) = uff::write(&UniversalFile { datasets })?;
-    for note in notes {
+    // Rounding in the last digit of a double is no news.
+    for note in notes.iter().filter(|n| n.level > uff::Level::Info) {
         eprintln!("note: {note}");
     }
     let text = String::from_utf8(bytes).map_err(|e| Failure::text(format!("universal file: {e}")))?;

@@ -40,8 +40,7 @@ pub fn check_test(
             })
             .collect();
         let (rows, sensors): (Vec<usize>, Vec<SensorGeometry>) = placed.into_iter().unzip();
-        let shapes =
-            |m: &[IdentifiedMode]| DMatrix::from_fn(rows.len(), m.len(), |i, j| m[j].normal_shape[rows[i]]);
+        let shapes = |m: &[IdentifiedMode]| DMatrix::from_fn(rows.len(), m.len(), |i, j| m[j].normal_shape[rows[i]]);
         if sensors.len() < frfs.responses.len() {
             found.push(Finding {
                 level: Level::Info,

@@ -62,7 +62,8 @@ fn faults_act_on_the_reading() {
     let exact = modes_with(&TwinOptions::default());
     let names: Vec<&str> = exact.sensors.iter().map(|s| s.name.as_str()).collect();
     assert_eq!(names, ["b", "c", "d", "e"]);
-    let with = |fault: &str| modes_with(&TwinOptions { faults: vec![fault.parse().unwrap()], ..TwinOptions::default() });
+    let with =
+        |fault: &str| modes_with(&TwinOptions { faults: vec![fault.parse().unwrap()], ..TwinOptions::default() });
     // Scales differ, so entries are compared relative to the last sensor, which no fault below touches.
     let ratio = |t: &TestData, k: usize| {
         let s = t.modes[1].shape.as_ref().unwrap();
