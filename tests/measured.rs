@@ -62,8 +62,7 @@ fn the_bench_configuration_has_the_known_frequencies() {
 fn the_bench_test_names_its_configuration() {
     let (test, _) = read_test(&text("bff_bench.yaml")).unwrap();
     let updated = model("bff_updated.yaml", test.configuration.as_deref());
-    let options =
-        PairingOptions { by: PairBy::Order, min_mac: 0.0, frequency_window: 0.5, same_family_only: false };
+    let options = PairingOptions { by: PairBy::Order, min_mac: 0.0, frequency_window: 0.5, same_family_only: false };
     let comparison = Comparison::new(&updated, &test, options).unwrap();
     let a = assess(&comparison, &updated.parameters().nominal()).unwrap();
     // The ground vibration test alone drove the wing's own first bending 18 % too high.
@@ -132,7 +131,14 @@ fn the_wing_and_its_beam_grid() {
     let comparison = Comparison::new(&grid, &test, options).unwrap();
     let a = assess(&comparison, &grid.parameters().nominal()).unwrap();
     for p in &a.pairs {
-        eprintln!("{:.2} {:.2} {:+.1} % {:?} model mode {}", p.test_hz, p.model_hz, p.error_percent, p.mac, p.model_mode + 1);
+        eprintln!(
+            "{:.2} {:.2} {:+.1} % {:?} model mode {}",
+            p.test_hz,
+            p.model_hz,
+            p.error_percent,
+            p.mac,
+            p.model_mode + 1
+        );
     }
     assert_eq!(a.pairs.len(), 6);
     assert!(a.pairs.iter().all(|p| p.mac.unwrap() >= 0.91));

@@ -64,7 +64,7 @@ pub(super) fn scatter(scene: &Scene, fit: &Fit, q: &DMatrix<f64>, directions: &D
         let rank = svd.values.iter().take_while(|v| **v > 1.0).count().min(dof / 2);
         span = DMatrix::from_columns(
             &q.column_iter()
-                .map(|c| c.into_owned())
+                .map(nalgebra::Matrix::into_owned)
                 .chain((0..rank).map(|k| svd.left.column(k).into_owned()))
                 .collect::<Vec<_>>(),
         );

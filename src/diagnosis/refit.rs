@@ -198,17 +198,13 @@ fn refit_fault(stage: &Stage, fault: &Fault, number: f64, base: f64) -> Result<R
     if matches!(fault.change, Change::Gain | Change::Noisy) {
         for _ in 0..4 {
             let now = readings(&found);
-            let next = match fault.change {
+            let next = if fault.change == Change::Gain {
                 // g c φ with the present g is `seen`, and t the reading: the best new gain is g t·seen/seen·seen.
-                Change::Gain => {
-                    let (cross, own) =
-                        now.iter().fold((0.0, 0.0), |(c, o), (seen, t, _)| (c + seen * t, o + seen * seen));
-                    number.abs() * if own > 0.0 { cross / own } else { 1.0 }
-                }
-                _ => {
-                    let mean = now.iter().map(|(_, _, r)| r * r).sum::<f64>() / now.len().max(1) as f64;
-                    (number * mean.sqrt()).max(1.0)
-                }
+                let (cross, own) = now.iter().fold((0.0, 0.0), |(c, o), (seen, t, _)| (c + seen * t, o + seen * seen));
+                number.abs() * if own > 0.0 { cross / own } else { 1.0 }
+            } else {
+                let mean = now.iter().map(|(_, _, r)| r * r).sum::<f64>() / now.len().max(1) as f64;
+                (number * mean.sqrt()).max(1.0)
             };
             if !next.is_finite() || next == 0.0 || (next / number - 1.0).abs() < 1e-4 {
                 break;

@@ -145,10 +145,7 @@ impl<'a> Posed<'a> {
         let prediction = self.comparison.predict(theta)?;
         let mut r = self.data.residuals_of(theta, &prediction).resize_vertically(self.rows.len(), 0.0);
         r.rows_mut(0, self.rows.measured).scale_mut(self.weight);
-        match r.iter().all(|v| v.is_finite()) {
-            true => Ok(r),
-            false => Err(EvalError::NotFinite { name: "data".into() }),
-        }
+        if r.iter().all(|v| v.is_finite()) { Ok(r) } else { Err(EvalError::NotFinite { name: "data".into() }) }
     }
 }
 
@@ -270,7 +267,7 @@ fn at(comparison: &Comparison<'_>, posed: &Posed<'_>, x: DVector<f64>) -> Result
 impl Fit {
     /// An orthonormal basis of what a refit of the parameters and of the scale of every shape can absorb, to first order.
     pub(super) fn basis(&self) -> Result<DMatrix<f64>, DiagnosisError> {
-        let mut columns: Vec<DVector<f64>> = self.j.column_iter().map(|c| c.into_owned()).collect();
+        let mut columns: Vec<DVector<f64>> = self.j.column_iter().map(nalgebra::Matrix::into_owned).collect();
         for mode in 0..self.rows.n_modes {
             if let Some(scale) = self.scale_direction(mode) {
                 columns.push(scale);

@@ -61,7 +61,7 @@ pub(super) fn screen(scene: &Scene, fit: &Fit, weight: f64, candidates: Vec<Cand
             let columns = candidate
                 .build(&scene.model, &registry)
                 .ok()
-                .and_then(|patched| columns(scene, fit, weight, &candidate, patched))
+                .and_then(|patched| columns(scene, fit, weight, &candidate, &patched))
                 .unwrap_or_default();
             Screened { candidate, columns }
         })
@@ -102,7 +102,7 @@ pub(super) fn steps(candidate: &Candidate) -> Vec<(Vec<f64>, bool)> {
     out
 }
 
-fn columns(scene: &Scene, fit: &Fit, weight: f64, candidate: &Candidate, patched: Patched) -> Option<Vec<Column>> {
+fn columns(scene: &Scene, fit: &Fit, weight: f64, candidate: &Candidate, patched: &Patched) -> Option<Vec<Column>> {
     let comparison = crate::objective::Comparison::new(&patched.model, &scene.test, scene.pairing()).ok()?;
     let posed = Posed::new(&comparison, vec![(0.0, 1.0); patched.model.parameters().free().len()], weight);
     let (n, rows) = (fit.r.len(), fit.rows);
@@ -218,7 +218,7 @@ pub(super) fn start_sizes(candidate: &Candidate, screened: &Screened, score: Opt
         }
     }
     let typical: Vec<f64> = candidate.parameters.iter().map(|p| p.typical).collect();
-    let sign = if candidate.parameters.iter().any(|p| p.one_sided()) { 1.0 } else { -1.0 };
+    let sign = if candidate.parameters.iter().any(crate::effect::NewParameter::one_sided) { 1.0 } else { -1.0 };
     let other: Vec<f64> = candidate
         .parameters
         .iter()

@@ -14,7 +14,7 @@ use retune::identify::{
 use retune::report::text::{Align, Cell, Style, Table, Tone};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Phase collinearity below which a shape is called complex.
 const COMPLEX: f64 = 0.9;
@@ -203,7 +203,7 @@ fn place(args: &Identify, test: &mut TestData, found: &Measurements) -> Result<(
     Ok(())
 }
 
-fn write(path: &PathBuf, test: &TestData, is_json: bool) -> Result<(), Failure> {
+fn write(path: &Path, test: &TestData, is_json: bool) -> Result<(), Failure> {
     files::write(path, &write_test(test))?;
     if !is_json {
         print(&format!("\nwritten: {}\n", path.display()));
@@ -261,7 +261,7 @@ fn table(modes: &[TestMode], identification: &Identification, n_suspension: usiz
         table.row([
             (k + 1).to_string().into(),
             format!("{:.4}", t.frequency_hz.value).into(),
-            format!("{:.4}", t.frequency_hz.sd).into(),
+            format!("{:.1e}", t.frequency_hz.sd).into(),
             damping(t.damping_ratio.map(|z| z.value)).into(),
             damping(t.damping_ratio.map(|z| z.sd)).into(),
             Cell::new(format!("{:.3}", c.mpc), if c.mpc < COMPLEX { Tone::Warning } else { Tone::Plain }),

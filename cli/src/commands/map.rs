@@ -25,17 +25,13 @@ pub(crate) fn run(args: &Map) -> Result<u8, Failure> {
     // A test file says so in its first key; anything else is a measurement file with geometry.
     let as_test = files::read(&args.test).ok().filter(|text| text.lines().any(|l| l.starts_with("retune_test:")));
     let (points, mut test) = if let Some(text) = as_test {
-        let (test, warnings) =
-            read_test(&text).map_err(|problems| Failure::problems(&args.test, &text, &problems))?;
+        let (test, warnings) = read_test(&text).map_err(|problems| Failure::problems(&args.test, &text, &problems))?;
         warn(&args.test, &text, &warnings);
         (points_of(&test), Some(test))
     } else {
         let found = read(std::slice::from_ref(&args.test), &args.measurement)?;
         let geometry = found.geometry.ok_or_else(|| {
-            Failure::text(format!(
-                "{} has no geometry: no nodes (datasets 15, 2411), no points",
-                args.test.display()
-            ))
+            Failure::text(format!("{} has no geometry: no nodes (datasets 15, 2411), no points", args.test.display()))
         })?;
         (geometry.points.into_iter().map(|p| (p.name, p.position_m)).collect(), None)
     };

@@ -52,8 +52,10 @@ pub(crate) fn run(args: &Twin) -> Result<u8, Failure> {
     let mut n_modes = None;
     if let Some(output) = &args.output {
         let mut test = twin_modes(&model, &theta, &sensors, &options, &story)?;
-        test.name = format!("{} (synthetic)", model.spec().name);
-        test.description = format!("SYNTHETIC: every number was computed. {story}");
+        let own = &model.spec().name;
+        let is_said = own.to_lowercase().contains("synthetic");
+        test.name = if is_said { own.clone() } else { format!("{own} (synthetic)") };
+        test.description = format!("SYNTHETIC: every number was {story}");
         test.configuration.clone_from(&args.configuration);
         n_modes = Some(test.modes.len());
         files::write(output, &write_test(&test))?;
@@ -187,7 +189,8 @@ fn write_functions(path: &Path, set: &FrfSet, model: &Model, sensors: &[Sensor],
         other => other,
     }));
     let (bytes, notes) = uff::write(&UniversalFile { datasets })?;
-    for note in notes {
+    // Rounding in the last digit of a double is no news.
+    for note in notes.iter().filter(|n| n.level > uff::Level::Info) {
         eprintln!("note: {note}");
     }
     let text = String::from_utf8(bytes).map_err(|e| Failure::text(format!("universal file: {e}")))?;
