@@ -14,7 +14,7 @@ use retune::identify::{
 use retune::report::text::{Align, Cell, Style, Table, Tone};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Phase collinearity below which a shape is called complex.
 const COMPLEX: f64 = 0.9;
