@@ -1,6 +1,6 @@
 //! Open lists: one member, one file, one line.
 //!
-//! [`catalogue!`] declares the members of a folder and the list that everything else iterates: the command line, the
+//! `catalogue!` declares the members of a folder and the list that everything else iterates: the command line, the
 //! documentation, the conformance tests. [`nearest`] finds the right word behind a misspelt one.
 
 /// Declares a list of stateless members of a trait, each in a module of its own.

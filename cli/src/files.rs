@@ -31,6 +31,27 @@ pub(crate) fn model(path: &Path, configuration: Option<&str>) -> Result<(Model, 
     }
 }
 
+/// A model in the configuration asked for, else in the one that the test was made in.
+pub(crate) fn tested_model(
+    path: &Path,
+    configuration: Option<&str>,
+    (test, test_path, test_text): (&TestData, &Path, &str),
+) -> Result<(Model, Vec<Problem>, String), Failure> {
+    if let (None, Some(name)) = (configuration, &test.configuration) {
+        let text = read(path)?;
+        return match load_configuration(&text, Some(name), &Registry::builtin()) {
+            Ok((model, warnings, _)) => Ok((model, warnings, text)),
+            // An unknown name is the test's mistake.
+            Err(problems) if problems.iter().any(|p| p.path == "configurations") => {
+                let renamed = problems.into_iter().map(|p| Problem::error("configuration", p.message)).collect();
+                Err(Failure::problems(test_path, test_text, &SourceMap::of(test_text).place(renamed)))
+            }
+            Err(problems) => Err(Failure::problems(path, &text, &problems)),
+        };
+    }
+    model(path, configuration)
+}
+
 /// A test and its warnings.
 pub(crate) fn test(path: &Path) -> Result<(TestData, Vec<Problem>, String), Failure> {
     let text = read(path)?;

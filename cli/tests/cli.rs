@@ -243,7 +243,7 @@ fn a_test_names_its_configuration() {
     assert_eq!(said.code, 2);
     assert!(
         said.err.contains(
-            "laoded.yaml:3:1: error: configuration: the model has no configuration `laoded`; did you mean `loaded`?"
+            "laoded.yaml:3:1: error: configuration: the model has no configuration `laoded` (it has: loaded); did you mean `loaded`?"
         ),
         "{said:?}"
     );

@@ -285,7 +285,8 @@ mod tests {
     fn wrong_profiles_are_refused() {
         let error =
             parse_profiles("[{name: a, source: b, verified: true, modes: [{class: all, macc: 0.9}]}]").unwrap_err();
-        assert!(std::error::Error::source(&error).unwrap().to_string().contains("unknown field `macc`"));
+        let said = error.to_string();
+        assert!(said.contains("`macc`") && said.contains("did you mean `mac`?"), "{said}");
         let error =
             parse_profiles("[{name: a, source: b, verified: true, modes: [{class: all, mac: 90}]}]").unwrap_err();
         assert_eq!(error.to_string(), "profile `a`: `mac` is 90; it must be between 0 and 1, 0.9 for 90 %");

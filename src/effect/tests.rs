@@ -70,7 +70,8 @@ fn the_whole_catalogue_is_placed_and_applied_to_the_aeroplane_in_time() {
 
 #[test]
 fn the_models_of_the_project_are_sound() {
-    for (name, text) in models().into_iter().filter(|(name, _)| !name.ends_with("bff.yaml")) {
+    // The flagship's files carry a note on their effective G, which a test of theirs holds.
+    for (name, text) in models().into_iter().filter(|(name, _)| !name.contains("/bff")) {
         let (model, warnings, _) = load(&text, &Registry::builtin()).unwrap_or_else(|e| panic!("{name}: {e:?}"));
         let s = lint(&model).unwrap();
         assert!(

@@ -5,6 +5,7 @@ use super::assembly::{
     interior_point, number, symmetrise, touched,
 };
 use super::character::{ModeCharacter, character, mirror_rows};
+use super::configuration::load_configuration;
 use super::constraint::{Elimination, RowOutcome};
 use super::dof_map::{DofMap, rigid_motion};
 use super::geometry::{Geometry, minus, unknown};
@@ -17,7 +18,7 @@ use super::system::System;
 use super::{ElementMatrices, ModelError, ParametricModel, PointMotion};
 use crate::element::{Dof, ElementInput};
 use crate::linalg::{DMatrix, SymMatrix};
-use crate::yaml::{self, Problem, Severity, SourceMap, child};
+use crate::yaml::{Problem, Severity, SourceMap, child};
 use std::collections::BTreeMap;
 
 /// A mass property that an update has to respect, in SI.
@@ -67,13 +68,7 @@ pub struct Model {
 ///
 /// Errors: every problem of the file, each with its place; warnings among them.
 pub fn load(text: &str, registry: &Registry) -> Result<(Model, Vec<Problem>, SourceMap), Vec<Problem>> {
-    let (spec, map) = yaml::read::<ModelSpec>(text).map_err(|problems| {
-        yaml::mistaken(text, problems, "retune_test", "this is a test file; a model file begins with `retune: 1`")
-    })?;
-    match Model::new(spec, registry) {
-        Ok((model, warnings)) => Ok((model, map.place(warnings), map)),
-        Err(problems) => Err(map.place(problems)),
-    }
+    load_configuration(text, None, registry)
 }
 
 impl Model {

@@ -15,7 +15,9 @@ pub fn load_configuration(
     configuration: Option<&str>,
     registry: &Registry,
 ) -> Result<(Model, Vec<Problem>, SourceMap), Vec<Problem>> {
-    let (mut spec, map) = yaml::read::<ModelSpec>(text)?;
+    let (mut spec, map) = yaml::read::<ModelSpec>(text).map_err(|problems| {
+        yaml::mistaken(text, problems, "retune_test", "this is a test file; a model file begins with `retune: 1`")
+    })?;
     if let Some(name) = configuration {
         spec = spec.configured(name).map_err(|p| map.place(vec![p]))?;
     }

@@ -67,7 +67,7 @@ fn wrong_overrides_say_where_and_what() {
         ),
         (
             "  rod: {taper: {GJ: 1 kg}}\n",
-            "f:17:17: error: overrides.rod.taper.GJ: the unit `1 kg` does not fit: expected 1",
+            "f:17:17: error: overrides.rod.taper.GJ: the unit of `1 kg` does not fit: expected a pure number or `%`",
         ),
         (
             "  rod: {taper: {EIy: p}}\n",

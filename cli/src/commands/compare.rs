@@ -12,9 +12,8 @@ use serde_json::{Value, json};
 
 pub(crate) fn run(args: &Compare) -> Result<u8, Failure> {
     let (test, mut test_warnings, test_text) = files::test(&args.test)?;
-    // The test knows in which configuration it was made.
-    let configuration = args.configuration.as_deref().or(test.configuration.as_deref());
-    let (model, model_warnings, model_text) = files::model(&args.model, configuration)?;
+    let (model, model_warnings, model_text) =
+        files::tested_model(&args.model, args.configuration.as_deref(), (&test, &args.test, &test_text))?;
     test_warnings.extend(files::check_sensors(&model, &test, &args.test, &test_text)?);
     warn(&args.model, &model_text, &model_warnings);
     warn(&args.test, &test_text, &test_warnings);

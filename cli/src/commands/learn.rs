@@ -12,8 +12,7 @@ use std::path::PathBuf;
 
 pub(crate) fn run(args: &Learn) -> Result<u8, Failure> {
     let (test, test_warnings, test_text) = files::test(&args.test)?;
-    // The test knows in which configuration it was made.
-    let (model, model_warnings, model_text) = files::model(&args.model, test.configuration.as_deref())?;
+    let (model, model_warnings, model_text) = files::tested_model(&args.model, None, (&test, &args.test, &test_text))?;
     warn(&args.model, &model_text, &model_warnings);
     warn(&args.test, &test_text, &test_warnings);
     let settings = Settings { seed: args.seed, ..Settings::default() };

@@ -18,7 +18,7 @@ pub(crate) fn run(args: &Report) -> Result<u8, Failure> {
     }
     let (test, test_warnings, test_text) = files::test(&args.test)?;
     let configuration = test.configuration.as_deref();
-    let (model, warnings, text) = files::model(&args.model, configuration)?;
+    let (model, warnings, text) = files::tested_model(&args.model, None, (&test, &args.test, &test_text))?;
     warn(&args.model, &text, &warnings);
     warn(&args.test, &test_text, &test_warnings);
     let assessment = compare(&model, &test)?;

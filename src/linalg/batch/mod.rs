@@ -1,7 +1,7 @@
 //! Many small modal analyses at once: the lowest elastic modes of K(θ) φ = λ M(θ) φ for a batch of θ.
 //!
 //! An optimiser asks for thousands of candidates of one model. Their matrices have the same pattern, so eight of them
-//! are solved side by side in the lanes of vector registers (structure of arrays: one [`lane`] number holds the same
+//! are solved side by side in the lanes of vector registers (structure of arrays: one `lane` number holds the same
 //! entry of eight matrices). Everything that depends on the model alone is decided once, in [`BatchModel::new`].
 //!
 //! ```text
