@@ -97,7 +97,7 @@ fn the_wing_has_nine_modes_and_a_wrong_driving_point() {
     assert!(driving.iter().any(|f| f.level == Level::Fault && f.subject.contains('1')), "{findings:#?}");
 }
 
-/// The six lowest shapes against the beam grid: MAC at least 0.97 but for the fifth (0.908), the third and fourth in the
+/// The six lowest shapes against the beam grid: MAC at least 0.96 but for the fifth (0.908), the third and fourth in the
 /// other order, both torsion modes about 40 % low.
 #[test]
 fn the_wing_and_its_beam_grid() {
@@ -142,7 +142,7 @@ fn the_wing_and_its_beam_grid() {
         );
     }
     assert_eq!(a.pairs.len(), 6);
-    assert!(a.pairs.iter().all(|p| p.mac.unwrap() >= if p.test_mode == 4 { 0.90 } else { 0.97 }));
+    assert!(a.pairs.iter().all(|p| p.mac.unwrap() >= if p.test_mode == 4 { 0.90 } else { 0.96 }));
     assert!(a.swapped.contains(&(2, 3)), "{:?}", a.swapped);
     let low = a.pairs.iter().filter(|p| (-50.0..-30.0).contains(&p.error_percent)).count();
     assert_eq!(low, 2);
