@@ -17,7 +17,6 @@ pub mod diagnosis;
 pub mod effect;
 pub mod element;
 pub mod identify;
-pub mod linalg;
 pub mod modal;
 pub mod model;
 pub mod objective;
@@ -26,3 +25,6 @@ pub mod report;
 pub mod units;
 pub mod update;
 pub mod yaml;
+
+/// Symmetric matrices, modes of pencils, one or many at once: a package of its own, because it takes long to compile.
+pub use retune_linalg as linalg;

@@ -106,6 +106,7 @@ fn rust_files(folder: &Path, out: &mut Vec<PathBuf>) {
 fn sources() -> Vec<PathBuf> {
     let mut files = Vec::new();
     rust_files(&root().join("src"), &mut files);
+    rust_files(&root().join("linalg/src"), &mut files);
     files
 }
 
@@ -121,8 +122,11 @@ fn is_test_file(path: &Path) -> bool {
     path.ends_with("tests.rs") || path.contains("/tests/") || path.contains("/fixture")
 }
 
-/// The module of `src/` that a file belongs to.
+/// The module of `src/` that a file belongs to; `linalg` is a package of its own.
 fn module(path: &Path) -> String {
+    if path.starts_with(root().join("linalg")) {
+        return "linalg".to_string();
+    }
     let relative = path.strip_prefix(root().join("src")).unwrap();
     let first = relative.components().next().unwrap().as_os_str().to_string_lossy().into_owned();
     first.trim_end_matches(".rs").to_string()

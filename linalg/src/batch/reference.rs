@@ -2,7 +2,7 @@
 
 use super::results::{BatchModes, Cause, Outcome};
 use super::{BatchError, BatchModel};
-use crate::linalg::{DMatrix, LinalgError, lowest_modes};
+use crate::{DMatrix, LinalgError, lowest_modes};
 
 /// Scales of the nominal model, rad²/s².
 pub(super) struct Scale {

@@ -1,6 +1,6 @@
 //! The results of a batch.
 
-use crate::linalg::LinalgError;
+use crate::LinalgError;
 
 /// Why the batch kernel did not accept its own result for a candidate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -17,7 +17,7 @@ use super::cholesky::Envelope;
 use super::mirror::{Family, Terms};
 use super::order::reverse_cuthill_mckee;
 use super::pencil::AffinePencil;
-use crate::linalg::DMatrix;
+use crate::DMatrix;
 
 /// Entries affine in θ: `constant[s] + Σ coefficient * θ[parameter]`, the terms of slot s being start[s] .. start[s+1].
 #[derive(Debug, Clone, Default)]

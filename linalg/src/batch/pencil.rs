@@ -1,7 +1,7 @@
 //! The matrix pencil K(θ), M(θ), affine in the parameters, as sparse lists.
 
 use super::BatchError;
-use crate::linalg::DMatrix;
+use crate::DMatrix;
 
 /// One term of the lower triangle: `matrix[row][col] += coefficient * (θ[parameter] or 1)`.
 #[derive(Debug, Clone, Copy, PartialEq)]
