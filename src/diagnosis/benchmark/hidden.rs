@@ -222,7 +222,9 @@ fn empty() -> TestData {
         sensors: Vec::new(),
         modes: Vec::new(),
         mass_properties: Vec::new(),
+        static_tests: Vec::new(),
         frfs: None,
+        frf_fit: None,
     }
 }
 
