@@ -294,7 +294,9 @@ fn doubt(cases: &[TestCase<'_>], after: &[Assessment]) -> Option<String> {
         .iter()
         .zip(after)
         .filter(|(_, a)| a.misfit.p_value < 1e-3)
-        .map(|(c, a)| format!("`{}`, chi-squared {:.0} for {} data", c.test.name, a.misfit.chi_squared, a.misfit.n_data))
+        .map(|(c, a)| {
+            format!("`{}`, chi-squared {:.0} for {} data", c.test.name, a.misfit.chi_squared, a.misfit.n_data)
+        })
         .collect();
     (!missed.is_empty()).then(|| {
         format!(
