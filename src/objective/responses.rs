@@ -77,7 +77,7 @@ impl FrfRows {
         for reference in 0..set.references.len() {
             for response in 0..set.responses.len() {
                 let function: Vec<Complex<f64>> = lines.iter().map(|&l| set.at(l, reference, response)).collect();
-                let known: Vec<f64> = function.iter().map(|h| h.norm_sqr()).filter(|v| v.is_finite()).collect();
+                let known: Vec<f64> = function.iter().map(Complex::norm_sqr).filter(|v| v.is_finite()).collect();
                 let level = (known.iter().sum::<f64>() / known.len().max(1) as f64).sqrt();
                 for (line, measured) in function.into_iter().enumerate() {
                     let size = measured.norm();
