@@ -111,7 +111,7 @@ pub struct MassProperty {
 }
 
 /// Everything a test file holds.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct TestData {
     /// Name of the test.
     pub name: String,
