@@ -15,6 +15,7 @@ pub(crate) mod map;
 pub(crate) mod measured;
 pub(crate) mod modes;
 pub(crate) mod report;
+pub(crate) mod sample;
 pub(crate) mod schema;
 pub(crate) mod twin;
 pub(crate) mod update;
