@@ -352,6 +352,7 @@ pub(crate) enum Reduction {
   retune compare models/bff_truth.yaml models/bff_gvt.yaml --frf run1.unv --all
 
 Exit code 1 when a profile is given and fails. `retune list profiles` shows the profiles; a file may hold others.")]
+#[expect(clippy::struct_excessive_bools, reason = "each is a flag of its own on the command line")]
 pub(crate) struct Compare {
     /// Model file.
     pub(crate) model: PathBuf,

@@ -4,16 +4,18 @@
 
 mod assessment;
 mod correlate;
+mod pretest;
 mod settings;
 mod twin;
 
 pub use assessment::{AssessedPair, Assessment, ModeName, UnpairedMode, assess, name_modes};
 pub use correlate::{
     BandAgreement, ChannelAgreement, FrfSensitivity, Functions, FunctionsOptions, MASS_ROWS, MassReduction,
-    ModeAgreement, Orthogonality, ParameterInformation, Places, PlacesError, PlacesOptions, ReferenceShift, Sensitivities,
-    SensitivityOptions, SensorAgreement, SensorReport, compare_functions, frf_sensitivities, judge, load_profile,
-    member_stiffnesses, mode_agreement, orthogonality, places, sensitivities, sensor_agreement,
+    ModeAgreement, Orthogonality, ParameterInformation, Places, PlacesError, PlacesOptions, ReferenceShift,
+    Sensitivities, SensitivityOptions, SensorAgreement, SensorReport, compare_functions, frf_sensitivities, judge,
+    load_profile, member_stiffnesses, mode_agreement, orthogonality, places, sensitivities, sensor_agreement,
 };
+pub use pretest::{Pretest, PretestOptions, TargetMode, pretest};
 pub use settings::{Cost, Settings};
 pub use twin::{SensorFault, TwinError, TwinFrfOptions, TwinOptions, node_sensors, twin_frfs, twin_modes};
 

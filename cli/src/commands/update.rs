@@ -74,14 +74,14 @@ pub(crate) fn run(args: &Update) -> Result<u8, Failure> {
         let costs: Vec<f64> = u.optimum.history.iter().map(|h| h.cost).collect();
         let mut out = format!("model  {}\ntest   {}\n", model.spec().name, test.name);
         out += &format!("data   {}\n\nbefore\n", origins(&test).join("; "));
-        out += &pairs(&u.before, &style);
+        out += &pairs(&u.before, None, &style);
         out += &format!("\ncost   {}\n", cost_history(&history, &costs, style.width.saturating_sub(7)));
         out += &format!("       {:.6} -> {:.6}; {}\n", u.cost_before, u.optimum.cost, u.optimum.termination.text());
         if let Some(starts) = u.optimum.starts_in_words() {
             out += &format!("       {starts}\n");
         }
         out += "\nafter\n";
-        out += &pairs(&u.after, &style);
+        out += &pairs(&u.after, None, &style);
         out += &summary(&u.after);
         out += "\n";
         out += &parameters(&u.parameters, &style);

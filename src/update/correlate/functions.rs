@@ -1,11 +1,11 @@
 //! Measured frequency response functions against those of the model.
 
 use super::test_mode_name;
+use crate::correlation::Misfit;
 use crate::correlation::{
     CorrelationError, band_residuals, frac, frequency_shift, is_driving_point, local_amplitude, observation_matrix,
     signatures,
 };
-use crate::correlation::Misfit;
 use crate::data::{Channel, FrfSet, Place, Sensor};
 use crate::modal::{ModalDamping, SolveOptions, solve, synthesize};
 use crate::objective::Comparison;
@@ -184,8 +184,7 @@ pub fn compare_functions(
     for r in residuals.iter().filter(|r| r.channel.is_none() && r.n_values > 0) {
         let inside = |f: f64| f >= r.band_hz.0 && f < r.band_hz.1;
         let mean = |of: &dyn Fn(usize) -> Option<f64>| {
-            let values: Vec<f64> =
-                (0..lines.len()).filter(|&l| inside(lines[l].frequency_hz)).filter_map(of).collect();
+            let values: Vec<f64> = (0..lines.len()).filter(|&l| inside(lines[l].frequency_hz)).filter_map(of).collect();
             (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
         };
         let mut fracs: Vec<f64> =
@@ -235,7 +234,8 @@ type Placed = (FrfSet, Vec<Sensor>, Vec<Sensor>, Vec<String>);
 
 /// The functions whose channels are known, with their sensors; and the channels left out.
 fn placed(set: &FrfSet, sensors: &[Sensor]) -> Result<Placed, CorrelationError> {
-    let find = |channels: &[Channel]| -> Vec<Option<Sensor>> { channels.iter().map(|c| sensor_of(c, sensors)).collect() };
+    let find =
+        |channels: &[Channel]| -> Vec<Option<Sensor>> { channels.iter().map(|c| sensor_of(c, sensors)).collect() };
     let (responses, references) = (find(&set.responses), find(&set.references));
     let kept = |found: &[Option<Sensor>]| (0..found.len()).filter(|&i| found[i].is_some()).collect::<Vec<_>>();
     let (kept_responses, kept_references) = (kept(&responses), kept(&references));

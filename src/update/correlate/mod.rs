@@ -13,13 +13,14 @@ mod verdict;
 pub use functions::{BandAgreement, ChannelAgreement, Functions, FunctionsOptions, ReferenceShift, compare_functions};
 pub use orthogonality::{MassReduction, Orthogonality, orthogonality};
 pub use parameters::{
-    FrfSensitivity, MASS_ROWS, ParameterInformation, Sensitivities, SensitivityOptions, frf_sensitivities, sensitivities,
+    FrfSensitivity, MASS_ROWS, ParameterInformation, Sensitivities, SensitivityOptions, frf_sensitivities,
+    sensitivities,
 };
 pub use places::{Places, PlacesError, PlacesOptions, member_stiffnesses, places};
 pub use sensors::{ModeAgreement, SensorAgreement, SensorReport, mode_agreement, sensor_agreement};
 pub use verdict::{judge, load_profile};
 
-use super::{Assessment, AssessedPair};
+use super::{AssessedPair, Assessment};
 use crate::linalg::DMatrix;
 use crate::objective::Comparison;
 

@@ -72,8 +72,18 @@ pub struct Sensitivities {
 }
 
 /// What the rows of [`Sensitivities::mass`] are.
-pub const MASS_ROWS: [&str; 10] =
-    ["mass kg", "cg x m", "cg y m", "cg z m", "Ixx kg m2", "Iyy kg m2", "Izz kg m2", "Ixy kg m2", "Ixz kg m2", "Iyz kg m2"];
+pub const MASS_ROWS: [&str; 10] = [
+    "mass kg",
+    "cg x m",
+    "cg y m",
+    "cg z m",
+    "Ixx kg m2",
+    "Iyy kg m2",
+    "Izz kg m2",
+    "Ixy kg m2",
+    "Ixz kg m2",
+    "Iyz kg m2",
+];
 
 /// Sensitivities at the estimates, moved into their bounds, for the bounded parameters of a model.
 ///
@@ -158,8 +168,11 @@ fn inform(
     scaling: &Scaling,
     theta: &[f64],
 ) -> Result<(), UpdateError> {
-    let names: &[&str] =
-        if comparison.has_shapes() { &["frequency", "shape", "mass-properties"] } else { &["frequency", "mass-properties"] };
+    let names: &[&str] = if comparison.has_shapes() {
+        &["frequency", "shape", "mass-properties"]
+    } else {
+        &["frequency", "mass-properties"]
+    };
     let Some(objective) = LeastSquares::from_names(comparison, names) else { return Ok(()) };
     let jacobian = objective.linearize(&scaling.x(theta))?.jacobian;
     let parameters = comparison.model().parameters();
@@ -267,9 +280,8 @@ pub fn frf_sensitivities(
                 Complex::new(modes.lambda[r] - omega * omega, 2.0 * ratios[r] * omega_r * omega).inv()
             });
             let change = (&stiffness - &mass * (omega * omega)).map(Complex::from);
-            let weighted = |rows: &DMatrix<f64>| {
-                DMatrix::from_fn(rows.nrows(), rows.ncols(), |i, r| gain[r] * rows[(i, r)])
-            };
+            let weighted =
+                |rows: &DMatrix<f64>| DMatrix::from_fn(rows.nrows(), rows.ncols(), |i, r| gain[r] * rows[(i, r)]);
             let (left, right) = (weighted(&at_responses), weighted(&at_references));
             let h = &left * at_references.transpose().map(Complex::from);
             let dh = &left * change * right.transpose();

@@ -171,10 +171,14 @@ pub fn places(
     })
 }
 
+/// A change of a fifth in one member moves a frequency by some per cent: two modes nearer than that may change places.
+const CLOSE: f64 = 0.05;
+
 /// Residuals of the paired modes, and what a relative change of each member's stiffness does to them.
 ///
-/// Frequencies first, then the shapes with their scales taken out: all standard normal under noise alone. A double mode
-/// has no shape derivative and is left out.
+/// A frequency and then a shape with its scale taken out, pair by pair: all standard normal under noise alone. Modes whose
+/// frequency is within [`CLOSE`] of another's are left out: a small change turns them into each other, and nothing about
+/// that is linear.
 fn effects(
     comparison: &Comparison<'_>,
     a: &Assessment,
@@ -186,6 +190,10 @@ fn effects(
     let mut rows: Vec<RowDVector<f64>> = Vec::new();
     for pair in &a.pairs {
         let index = p.modes.n_rigid + pair.model_mode;
+        let near = |f: &f64| (f - pair.model_hz).abs() < CLOSE * pair.model_hz;
+        if p.frequencies_hz.iter().filter(|f| near(f)).count() > 1 {
+            continue;
+        }
         let (lambda, phi) = (p.modes.lambda[index], p.modes.shapes.column(index).into_owned());
         let mut forces = DMatrix::zeros(phi.len(), members.len());
         for (j, member) in members.iter().enumerate() {

@@ -54,11 +54,7 @@ fn residuals(comparison: &Comparison<'_>, a: &Assessment) -> Result<Vec<ShapeRes
         .iter()
         .enumerate()
         .map(|(j, p)| {
-            shape_residual(
-                model.column(j).as_slice(),
-                test.column(j).as_slice(),
-                &shape_sd(comparison, p.test_mode),
-            )
+            shape_residual(model.column(j).as_slice(), test.column(j).as_slice(), &shape_sd(comparison, p.test_mode))
         })
         .collect()
 }
@@ -87,7 +83,11 @@ pub fn sensor_agreement(
         misfit: misfits[i],
     });
     let mean_mac = pairs.iter().filter_map(|p| p.mac).sum::<f64>() / pairs.len() as f64;
-    Ok(Some(SensorReport { sensors: sensors.collect(), mean_mac, removals: spoiling_sensors(&model, &test, n_removed) }))
+    Ok(Some(SensorReport {
+        sensors: sensors.collect(),
+        mean_mac,
+        removals: spoiling_sensors(&model, &test, n_removed),
+    }))
 }
 
 /// Misfits pair by pair, in the order of `a.pairs`.
