@@ -1,6 +1,6 @@
 //! What goes to the terminal.
 
-use retune::report::text::agreement::ratio;
+use retune::report::text::agreement::{ratio, wrapped};
 use retune::report::text::{Align, Cell, Style, Table, Tone};
 use retune::update::{Assessment, ModeAgreement, ParameterChange};
 use retune::yaml::{Problem, Severity};
@@ -148,7 +148,9 @@ pub(crate) fn pairs(a: &Assessment, agreement: Option<&[ModeAgreement]>, style: 
         if let Some(m) = agreement.and_then(|a| a.get(k)) {
             row.push(ratio(&m.misfit).into());
         }
-        row.extend([p.model_label.as_str().into(), Cell::new(flags(p), Tone::Warning)]);
+        // A name that says nothing new takes no room.
+        let name = if p.test_label.as_ref() == Some(&p.model_label) { "same" } else { &p.model_label };
+        row.extend([name.into(), Cell::new(flags(p), Tone::Warning)]);
         table.row(row);
     }
     let mut out = table.render(style);
@@ -157,7 +159,8 @@ pub(crate) fn pairs(a: &Assessment, agreement: Option<&[ModeAgreement]>, style: 
         let best = u.best.map_or_else(String::new, |(m, mac)| {
             format!("; best: {} at {:.3} Hz, MAC {mac:.2}", a.model_modes[m].label, a.model_modes[m].frequency_hz)
         });
-        let _ = writeln!(out, "no partner: test mode {} at {:.3} Hz{label}{best}", u.mode + 1, u.frequency_hz);
+        let text = format!("no partner: test mode {} at {:.3} Hz{label}{best}", u.mode + 1, u.frequency_hz);
+        wrapped(&mut out, &text, style);
     }
     for u in &a.unpaired_model {
         let _ = writeln!(

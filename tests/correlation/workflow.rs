@@ -7,17 +7,19 @@ use retune::linalg::{Complex, DMatrix};
 use retune::modal::{SolveOptions, solve};
 use retune::objective::{Comparison, starting_point};
 use retune::update::{
-    FunctionsOptions, MassReduction, SensitivityOptions, TwinFrfOptions, assess, compare_functions,
-    frf_sensitivities, judge, load_profile, orthogonality, pretest, sensitivities, sensor_agreement, twin_frfs,
+    FunctionsOptions, MassReduction, SensitivityOptions, TwinFrfOptions, assess, compare_functions, frf_sensitivities,
+    judge, load_profile, orthogonality, pretest, sensitivities, sensor_agreement, twin_frfs,
 };
 
 /// The eight inertial parameters of the centre body act through four numbers (mass, first and second moments and roll
-/// inertia): it must say so in words, and say nothing of the sort about the wing.
+/// inertia, once the aircraft is weighed): it must say so in words, and say nothing of the sort about the wing.
 #[test]
 fn the_centre_body_acts_through_four_numbers() {
     let (model, test) = (model("bff.yaml"), gvt());
     let found = sensitivities(&model, &test, SensitivityOptions { n_modes: 6 }).unwrap();
-    let seen = found.identifiability.unwrap();
+    // A free structure may be scaled as a whole: one more combination is hidden until it is weighed.
+    assert_eq!(found.identifiability.unwrap().rank, 14);
+    let seen = found.weighed.unwrap();
     assert_eq!((seen.rank, seen.names.len(), seen.groups.len()), (15, 19, 1), "{seen}");
     let group = &seen.groups[0];
     let mut names: Vec<&str> = group.parameters.iter().map(|&p| seen.names[p].as_str()).collect();
@@ -34,7 +36,10 @@ fn the_centre_body_acts_through_four_numbers() {
 #[test]
 fn sensitivities_agree_with_differences() {
     let model = model("frame.yaml");
-    let test = TestData { sensors: sensors("frame.yaml", &model), ..twin(&model, &sensors("frame.yaml", &model), 5, (0.01, 0.01), 0) };
+    let test = TestData {
+        sensors: sensors("frame.yaml", &model),
+        ..twin(&model, &sensors("frame.yaml", &model), 5, (0.01, 0.01), 0)
+    };
     let found = sensitivities(&model, &test, SensitivityOptions { n_modes: 5 }).unwrap();
     let theta = starting_point(&model);
     let rigid = model.dof_map().rigid_motions();
@@ -201,7 +206,8 @@ fn a_profile_passes_the_truth_and_fails_the_guess() {
 #[test]
 fn a_test_is_planned() {
     let model = model("frame.yaml");
-    let options = retune::update::PretestOptions { n_modes: 4, n_sensors: 8, shape_noise: 0.02, frequency_noise: 0.005 };
+    let options =
+        retune::update::PretestOptions { n_modes: 4, n_sensors: 8, shape_noise: 0.02, frequency_noise: 0.005 };
     let plan = pretest(&model, &[], &options).unwrap();
     assert_eq!((plan.by_independence.kept.len(), plan.modes.len()), (8, 4));
     assert!(plan.by_auto_mac.largest_off_diagonal < 0.2);

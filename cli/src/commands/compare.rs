@@ -55,7 +55,9 @@ pub(crate) fn run(args: &Compare) -> Result<u8, Failure> {
         let mut out = format!("model  {}\ntest   {}\n", model.spec().name, test.name);
         out += &format!("data   {}\n\n", origins(&test).join("; "));
         out += &pairs(&a, Some(&parts.modes), &style);
-        out += &summary(&a);
+        for text in summary(&a).lines() {
+            agreement::wrapped(&mut out, text, &style);
+        }
         parts.write(&mut out, args, &style);
         if let Some((profile, judgement)) = profile.as_ref().zip(judgement.as_ref()) {
             agreement::judgement(&mut out, judgement, profile, &style);
@@ -160,8 +162,7 @@ impl Parts {
             Err(why) => failed.push(("places", why)),
         }
         match &self.parameters {
-            Ok(Sensitivities { identifiability: Some(i), .. }) => agreement::parameters_line(out, i, style),
-            Ok(_) => {}
+            Ok(s) => agreement::parameters_line(out, s, style),
             Err(why) => failed.push(("parameters", why)),
         }
         if let Some(f) = &self.functions {
@@ -273,6 +274,7 @@ pub(crate) fn parameters_json(s: &Sensitivities) -> Value {
     json!({
         "information": s.information,
         "identifiability": s.identifiability.as_ref().map(identifiability_json),
+        "with_mass_known": s.weighed.as_ref().map(identifiability_json),
         "collinear": s.collinear.iter().map(|g| json!({
             "parameters": g.parameters.iter().map(|&p| s.names[p].as_str()).collect::<Vec<_>>(), "cosine": g.cosine,
         })).collect::<Vec<_>>(),

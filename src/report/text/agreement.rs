@@ -25,7 +25,8 @@ fn title(out: &mut String, text: &str, style: &Style) {
     let _ = writeln!(out, "\n{}", style.paint(Tone::Strong, text));
 }
 
-fn wrapped(out: &mut String, text: &str, style: &Style) {
+/// Text on lines of the width.
+pub fn wrapped(out: &mut String, text: &str, style: &Style) {
     for part in wrap(&printable(text), style.width) {
         let _ = writeln!(out, "{part}");
     }
@@ -256,20 +257,30 @@ fn ranked(out: &mut String, what: &str, l: &Localization, changes: &SingleChange
 }
 
 /// Parameters in one line.
-pub fn parameters_line(out: &mut String, i: &Identifiability, style: &Style) {
-    line(out, "parameters", &in_short(i), style);
+pub fn parameters_line(out: &mut String, s: &Sensitivities, style: &Style) {
+    let Some(seen) = &s.identifiability else { return };
+    let mut text = format!("the test sees {} of {} combinations of parameters", seen.rank, seen.names.len());
+    if s.weighed.is_some() {
+        text += ", not how heavy all is; with the total mass known";
+    }
+    text += &in_short(s.weighed.as_ref().unwrap_or(seen), s.weighed.is_some());
+    line(out, "parameters", &text, style);
 }
 
-/// Rank and groups in a sentence.
-fn in_short(i: &Identifiability) -> String {
-    let mut text = format!("the test sees {} of {} combinations of parameters", i.rank, i.names.len());
-    for group in &i.groups {
+/// Groups in a sentence that has begun.
+fn in_short(i: &Identifiability, weighed: bool) -> String {
+    if weighed && i.groups.is_empty() {
+        return " all are seen".to_string();
+    }
+    let mut text = String::new();
+    for (k, group) in i.groups.iter().enumerate() {
+        text += if weighed && k == 0 { " " } else { "; " };
         let names: Vec<&str> = group.parameters.iter().map(|&p| i.names[p].as_str()).collect();
         text += &match (names.len(), group.combinations.nrows()) {
-            (1, 0) => format!("; {} has no effect", names[0]),
-            (_, 0) => format!("; {} have no effect", names.join(", ")),
-            (n, 1) => format!("; {n} act only through one number: {}", names.join(", ")),
-            (n, k) => format!("; {n} act only through {k} numbers: {}", names.join(", ")),
+            (1, 0) => format!("{} has no effect", names[0]),
+            (_, 0) => format!("{} have no effect", names.join(", ")),
+            (n, 1) => format!("{n} act only through one number: {}", names.join(", ")),
+            (n, k) => format!("{n} act only through {k} numbers: {}", names.join(", ")),
         };
     }
     text
@@ -277,8 +288,9 @@ fn in_short(i: &Identifiability) -> String {
 
 /// What the test tells of every parameter.
 pub fn parameters_table(out: &mut String, s: &Sensitivities, style: &Style) {
+    let Some(seen) = &s.identifiability else { return };
     title(out, "Parameters", style);
-    let Some(i) = &s.identifiability else { return };
+    let i = s.weighed.as_ref().unwrap_or(seen);
     let mut table = Table::new([
         ("parameter", Align::Left),
         ("value", Align::Right),
@@ -307,6 +319,15 @@ pub fn parameters_table(out: &mut String, s: &Sensitivities, style: &Style) {
         ]);
     }
     out.push_str(&table.render(style));
+    if s.weighed.is_some() {
+        let text = format!(
+            "the data see {} of {} parameter combinations, not how heavy all is: frequencies and shapes stay as they are when \
+             all stiffness and mass grow together. With the total mass known (to 0.5 % in the table above):",
+            seen.rank,
+            seen.names.len()
+        );
+        wrapped(out, &text, style);
+    }
     for text in i.to_string().lines() {
         if text.starts_with("  ") {
             let _ = writeln!(out, "{}", printable(text));
@@ -329,8 +350,8 @@ pub fn functions_line(out: &mut String, f: &Functions, style: &Style) {
     let mean = |values: Vec<f64>| values.iter().sum::<f64>() / values.len().max(1) as f64;
     let csac = mean(f.lines.iter().filter_map(|l| l.1).collect());
     let csf = mean(f.lines.iter().filter_map(|l| l.2).collect());
-    let shift = f.shifts.first().map_or_else(String::new, |s| {
-        format!("; FDAC is best with the model's frequencies {:+.1} %", 100.0 * (1.0 / s.ratio - 1.0))
+    let shift = f.shifts.first().filter(|s| s.ratio != 1.0).map_or_else(String::new, |s| {
+        format!("; FDAC is best with the model's frequencies moved by {:+.1} %", 100.0 * (1.0 / s.ratio - 1.0))
     });
     let text = format!("{} of them: mean CSAC {csac:.2}, CSF {csf:.2}{shift}", f.channels.len());
     line(out, "functions", &text, style);
@@ -366,7 +387,7 @@ pub fn functions_tables(out: &mut String, f: &Functions, style: &Style) {
             format!("{:+.0}", b.phase_deg).into(),
             format!("{:.0}", b.phase_rms_deg).into(),
             ratio(&b.misfit).into(),
-            b.modes.join(", ").into(),
+            b.modes.iter().map(|m| m.split(" (").next().unwrap_or(m)).collect::<Vec<_>>().join(", ").into(),
         ]);
     }
     out.push_str(&table.render(style));

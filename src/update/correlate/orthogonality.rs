@@ -3,7 +3,7 @@
 use super::{paired_shapes, pairs_with_shapes};
 use crate::correlation::{CorrelationError, auto_orthogonality, cross_orthogonality};
 use crate::linalg::{DMatrix, thin_svd};
-use crate::modal::reduction::{dynamic_reduction, guyan, irs, serep};
+use crate::modal::reduction::{dynamic_reduction, guyan, irs, serep_transformation};
 use crate::objective::Comparison;
 use crate::update::Assessment;
 
@@ -195,10 +195,13 @@ impl Basis<'_> {
                 let rigid = 0..p.modes.n_rigid;
                 let elastic = pairs_with_shapes(self.a).into_iter().map(|q| p.modes.n_rigid + q.model_mode);
                 let with_rigid: Vec<usize> = rigid.chain(elastic.clone()).collect();
-                let phi = p.modes.shapes.select_columns(&with_rigid);
                 // Sensors along one direction cannot tell all rigid-body modes apart; the elastic ones do without.
-                serep(k, m, &s, &phi)
-                    .or_else(|_| serep(k, m, &s, &p.modes.shapes.select_columns(&elastic.collect::<Vec<_>>())))
+                let by = |modes: &[usize]| {
+                    let phi = p.modes.shapes.select_columns(modes);
+                    serep_transformation(&phi, &(&s * &phi))
+                };
+                let t = by(&with_rigid).or_else(|_| by(&elastic.collect::<Vec<_>>()));
+                return t.map(|t| t.tr_mul(&(m * &t))).map_err(|e| failed(e.to_string()));
             }
         };
         reduced.map(|r| r.mass).map_err(|e| failed(e.to_string()))

@@ -15,6 +15,8 @@ use std::f64::consts::TAU;
 /// 1e-12 where a combination has no effect, and a combination that moves the data by less than 1e-9 of what the strongest
 /// one does is beyond every measurement.
 const NO_EFFECT: f64 = 1e-9;
+/// Relative standard deviation of a mass on scales.
+const SCALES: f64 = 0.005;
 /// Cosine above which two parameters do nearly the same to the data.
 const COLLINEAR: f64 = 0.95;
 
@@ -65,9 +67,12 @@ pub struct Sensitivities {
     pub mass: DMatrix<f64>,
     /// Rank, combinations and groups, from the residuals of the test; `None` without a test.
     pub identifiability: Option<Identifiability>,
+    /// The same with the total mass known, where that adds a combination: frequencies and shapes stay as they are when all
+    /// stiffness and all mass grow together.
+    pub weighed: Option<Identifiability>,
     /// Parameters that do nearly the same to the test.
     pub collinear: Vec<CollinearGroup>,
-    /// What the test tells of each parameter.
+    /// What the test tells of each parameter; with the total mass known to 0.5 % where [`Self::weighed`] is there.
     pub information: Vec<ParameterInformation>,
 }
 
@@ -152,6 +157,7 @@ pub fn sensitivities(
         shape,
         mass: DMatrix::from_fn(mass.nrows(), n, |i, k| mass[(i, k)] * unit(k)),
         identifiability: None,
+        weighed: None,
         collinear: Vec::new(),
         information: Vec::new(),
     };
@@ -175,8 +181,28 @@ fn inform(
     };
     let Some(objective) = LeastSquares::from_names(comparison, names) else { return Ok(()) };
     let jacobian = objective.linearize(&scaling.x(theta))?.jacobian;
+    // Coefficients of combinations in the units of the tables.
+    let seen = identifiability(&jacobian, &out.names, Some(&out.widths), NO_EFFECT)?;
+    let mut known = jacobian.clone();
+    if let Ok(Some(whole)) = comparison.model().mass_properties(theta)
+        && whole.mass > 0.0
+        && out.mass.nrows() > 0
+    {
+        let row = known.nrows();
+        known = known.insert_row(row, 0.0);
+        for k in 0..scaling.len() {
+            known[(row, k)] = out.mass[(0, k)] * out.widths[k] / (SCALES * whole.mass);
+        }
+        let weighed = identifiability(&known, &out.names, Some(&out.widths), NO_EFFECT)?;
+        if weighed.rank > seen.rank {
+            out.weighed = Some(weighed);
+        }
+    }
+    if out.weighed.is_none() {
+        known = jacobian.clone();
+    }
     let parameters = comparison.model().parameters();
-    let found = information(&jacobian, None, NO_EFFECT)?;
+    let found = information(&known, None, NO_EFFECT)?;
     out.information = scaling
         .free()
         .iter()
@@ -196,8 +222,7 @@ fn inform(
             }
         })
         .collect();
-    // Coefficients of combinations in the units of the tables.
-    out.identifiability = Some(identifiability(&jacobian, &out.names, Some(&out.widths), NO_EFFECT)?);
+    out.identifiability = Some(seen);
     out.collinear = collinear_groups(&jacobian, COLLINEAR);
     Ok(())
 }
