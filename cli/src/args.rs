@@ -3,6 +3,10 @@
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 
+mod correlation;
+
+pub(crate) use correlation::{Compare, Placement, Pretest, Reduction, Sensitivity};
+
 /// Updates finite-element models of structures to vibration tests, and finds the physics that the models miss.
 #[derive(Debug, Parser)]
 #[command(name = "retune", version, propagate_version = true, max_term_width = 100)]
@@ -27,6 +31,8 @@ pub(crate) enum Command {
     Map(Map),
     Twin(Twin),
     Compare(Compare),
+    Pretest(Pretest),
+    Sensitivity(Sensitivity),
     Update(Update),
     Sample(Sample),
     Report(Report),
@@ -326,32 +332,6 @@ pub(crate) enum Pairing {
     Order,
 }
 
-/// Compare a model with a test: pairs, frequency errors, MAC, and whether noise can explain the difference.
-#[derive(Debug, Args)]
-#[command(after_help = "Example:\n  retune compare models/bff.yaml models/bff_gvt.yaml")]
-pub(crate) struct Compare {
-    /// Model file.
-    pub(crate) model: PathBuf,
-    /// Test files; each is compared with the model in the configuration that it names.
-    #[arg(required = true, num_args = 1.., value_name = "TEST")]
-    pub(crate) tests: Vec<PathBuf>,
-    /// How modes are paired.
-    #[arg(long, value_enum, default_value_t = Pairing::Mac)]
-    pub(crate) pairing: Pairing,
-    /// Smallest MAC of a pair.
-    #[arg(long, default_value_t = 0.3)]
-    pub(crate) min_mac: f64,
-    /// Largest frequency ratio of a pair, as 1 + window.
-    #[arg(long, default_value_t = 0.5)]
-    pub(crate) frequency_window: f64,
-    /// Configuration of the model: a name under its `configurations`; that which the test names when absent.
-    #[arg(long, value_name = "NAME")]
-    pub(crate) configuration: Option<String>,
-    /// Print JSON instead of text.
-    #[arg(long)]
-    pub(crate) json: bool,
-}
-
 /// The cost to minimise.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Cost {
@@ -631,9 +611,11 @@ pub(crate) enum ListOf {
     Optimizers,
     /// Physical effects that a diagnosis tries.
     Effects,
+    /// Criteria profiles of `retune compare --profile`.
+    Profiles,
 }
 
-/// What there is: elements, residuals, optimizers, effects.
+/// What there is: elements, residuals, optimizers, effects, profiles.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  retune list elements")]
 pub(crate) struct List {
