@@ -122,6 +122,9 @@ pub(crate) struct Measurement {
     /// Units of the geometry, where they are not those of the functions.
     #[arg(long, value_name = "SYSTEM")]
     pub(crate) geometry_units: Option<String>,
+    /// Where the axes of the geometry lie in the model: `{origin: [1 m, 0 m, 0 m], x: -y, z: +z}`, two axes of the three.
+    #[arg(long, value_name = "FRAME")]
+    pub(crate) frame: Option<String>,
 }
 
 /// How modes are identified.
@@ -137,13 +140,15 @@ pub(crate) enum Method {
 
 /// Identify modes from frequency response functions: frequencies, damping, shapes, each with its standard deviation.
 ///
-/// Reads universal files, tables (column frequency_hz), OpenModal folders, NumPy arrays; of a spectrum without force it
-/// gives the peaks. Checks the test itself on the way; exit code 1 when that finds a fault.
+/// Reads universal files, tables (column frequency_hz), OpenModal folders, NumPy arrays, MATLAB files; of a spectrum without
+/// force it gives the peaks, and modes that the files themselves hold are taken over. Checks the test itself on the way; exit
+/// code 1 when that finds a fault.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   retune identify run1.unv run2.unv -o test.yaml
   retune identify frfs.csv --geometry points.unv --band 3 35 --model models/bff.yaml -o test.yaml
-  retune identify openmodal_export/ --units SI --geometry-units in-lbf-s")]
+  retune identify openmodal_export/ --units SI --geometry-units in-lbf-s
+  retune identify shapes.csv --direction +z -o test.yaml")]
 pub(crate) struct Identify {
     /// Measurement files.
     #[arg(required = true)]
@@ -159,6 +164,9 @@ pub(crate) struct Identify {
     /// How.
     #[arg(long, value_enum, default_value_t = Method::Plscf)]
     pub(crate) method: Method,
+    /// Peaks of a spectrum without force: least height over the valleys beside them, dB.
+    #[arg(long, default_value_t = 10.0, value_name = "DB")]
+    pub(crate) peak_height: f64,
     /// Poles of the highest model order of each octave.
     #[arg(long, default_value_t = 40, value_parser = clap::value_parser!(u16).range(2..=400))]
     pub(crate) order: u16,
@@ -189,11 +197,13 @@ pub(crate) struct Identify {
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   retune health run1.unv --geometry points.unv
+  retune health test.yaml
+  retune health shapes.csv --direction +z
   retune health monday.unv --against friday.unv
 
 Exit code 1 when the data contradict themselves.")]
 pub(crate) struct Health {
-    /// Measurement files.
+    /// Measurement files, or one test file.
     #[arg(required = true)]
     pub(crate) files: Vec<PathBuf>,
     #[command(flatten)]
