@@ -111,7 +111,7 @@ pub(super) fn orthonormalise(
             r[l] = [0.0; WIDTH];
         }
         let lost: Vec<usize> = (0..WIDTH).filter(|&l| factor.is_lost[l]).collect();
-        if lost.is_empty() && factor.worst > 1e-6 {
+        if lost.is_empty() && factor.worst > 1e-4 {
             break;
         }
         // A vector that is lost once more lies in the span of all: there is no other.
@@ -121,9 +121,9 @@ pub(super) fn orthonormalise(
             }
         }
         if !lost.is_empty() {
-            normalise(m, w, mw);
+            normalise(m, w, mw, &lost);
         }
-        let settled = lost.iter().all(|&l| dropped[l]) && factor.worst > 1e-6;
+        let settled = lost.iter().all(|&l| dropped[l]) && factor.worst > 1e-4;
         for l in lost {
             dropped[l] = true;
         }
@@ -135,13 +135,13 @@ pub(super) fn orthonormalise(
     Orthonormal { r, coefficients, is_empty }
 }
 
-/// Scales every vector to unit M-norm; a zero one stays zero.
-fn normalise(m: &SparseSym, w: &mut Block, mw: &mut Block) {
+/// Scales the vectors `which` to unit M-norm; a zero one stays zero.
+fn normalise(m: &SparseSym, w: &mut Block, mw: &mut Block, which: &[usize]) {
     multiply(m, w, mw);
     let mut gram = [[[0.0; WIDTH]; WIDTH]];
     grams(&[w], mw, &mut gram);
-    let mut factor = [[0.0; WIDTH]; WIDTH];
-    for l in 0..WIDTH {
+    let mut factor = identity();
+    for &l in which {
         factor[l][l] = if gram[0][l][l] > 0.0 { 1.0 / gram[0][l][l].sqrt() } else { 0.0 };
     }
     transform(w, &factor);

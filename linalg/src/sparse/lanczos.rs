@@ -8,7 +8,8 @@ use super::basis::{Block, Orthonormal, orthonormalise, scattered_block};
 use super::factor::Factor;
 use super::kernel::{Row, Small, WIDTH, grams, multiply, subtract};
 use super::matrix::SparseSym;
-use crate::DMatrix;
+use crate::decompositions::symmetric_pairs;
+use crate::{DMatrix, LinalgError};
 
 /// Approximate eigenpairs of the operator, θ descending.
 #[derive(Debug)]
@@ -22,11 +23,11 @@ pub(super) struct Ritz {
 }
 
 /// The iteration in progress: OP Q = Q H + `next` R Eᵀ.
-pub(super) struct Lanczos<'a> {
+pub(super) struct Lanczos<'a, 'b> {
     mass: &'a SparseSym,
     factor: Factor<'a>,
     /// Vectors to stay away from, M-orthonormal: rigid-body modes.
-    fixed: &'a [Block],
+    fixed: &'b [Block],
     blocks: Vec<Block>,
     /// H, with room for `most` blocks.
     h: DMatrix<f64>,
@@ -44,12 +45,12 @@ pub(super) struct Lanczos<'a> {
     steps: usize,
 }
 
-impl<'a> Lanczos<'a> {
+impl<'a, 'b> Lanczos<'a, 'b> {
     /// Begins with the block `start`, or with random vectors.
     pub(super) fn new(
         mass: &'a SparseSym,
         mut factor: Factor<'a>,
-        fixed: &'a [Block],
+        fixed: &'b [Block],
         start: Option<Block>,
         most: usize,
         seed: u64,
@@ -98,9 +99,9 @@ impl<'a> Lanczos<'a> {
     }
 
     /// Adds a block to the basis, restarting when there is no room.
-    pub(super) fn step(&mut self, keep: usize) {
+    pub(super) fn step(&mut self, keep: usize) -> Result<(), LinalgError> {
         if self.blocks.len() == self.most {
-            self.restart(keep);
+            self.restart(keep)?;
         }
         self.steps += 1;
         let mut w = self.m_next.clone();
@@ -127,17 +128,13 @@ impl<'a> Lanczos<'a> {
         self.next = w;
         self.r = r;
         self.is_complete = is_empty;
+        Ok(())
     }
 
     /// The approximations that the basis holds.
-    pub(super) fn ritz(&self) -> Ritz {
+    pub(super) fn ritz(&self) -> Result<Ritz, LinalgError> {
         let size = self.dimension();
-        // The eigenvalue iteration wants a norm near one.
-        let norm = (0..size).map(|i| self.h[(i, i)].abs()).fold(0.0, f64::max).max(f64::MIN_POSITIVE);
-        let eigen = nalgebra::SymmetricEigen::new(self.h.view((0, 0), (size, size)) / norm);
-        let mut order: Vec<usize> = (0..size).collect();
-        order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]).then(a.cmp(&b)));
-        let coefficients = DMatrix::from_fn(size, size, |i, j| eigen.eigenvectors[(i, order[j])]);
+        let (theta, coefficients) = symmetric_pairs(&self.h.view((0, 0), (size, size)).into_owned())?;
         let last = size - WIDTH;
         let residual = (0..size)
             .map(|j| {
@@ -145,7 +142,7 @@ impl<'a> Lanczos<'a> {
                 (0..WIDTH).map(|k| sum(k).powi(2)).sum::<f64>().sqrt()
             })
             .collect();
-        Ritz { theta: order.iter().map(|&j| eigen.eigenvalues[j] * norm).collect(), residual, coefficients }
+        Ok(Ritz { theta, residual, coefficients })
     }
 
     /// One block of vectors from the basis: those of the indices `which`, the rest zero.
@@ -170,8 +167,8 @@ impl<'a> Lanczos<'a> {
     /// # Source
     /// K. Wu, H. Simon, Thick-restart Lanczos method for large symmetric eigenvalue problems, SIAM J. Matrix Anal. Appl.
     /// 22(2), 2000.
-    fn restart(&mut self, keep: usize) {
-        let ritz = self.ritz();
+    fn restart(&mut self, keep: usize) -> Result<(), LinalgError> {
+        let ritz = self.ritz()?;
         let n_blocks = keep.div_ceil(WIDTH).clamp(1, self.blocks.len() - 1);
         let blocks = (0..n_blocks).map(|b| self.combine(&ritz.coefficients, b * WIDTH..(b + 1) * WIDTH)).collect();
         self.blocks = blocks;
@@ -180,6 +177,7 @@ impl<'a> Lanczos<'a> {
             self.h[(j, j)] = ritz.theta[j];
         }
         self.is_coupled_to_all = true;
+        Ok(())
     }
 
     /// The vectors of the first `count` approximations, M-normalised, improved by one application of the operator.
@@ -225,8 +223,8 @@ impl<'a> Lanczos<'a> {
         out
     }
 
-    /// The memory of the factor.
-    pub(super) fn into_values(self) -> Vec<f64> {
-        self.factor.into_values()
+    /// The factor back, for another iteration or for its memory.
+    pub(super) fn into_factor(self) -> Factor<'a> {
+        self.factor
     }
 }

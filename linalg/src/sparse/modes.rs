@@ -128,24 +128,28 @@ impl Search<'_> {
         let mut shift = self.options.shift.map_or_else(|| first_shift(&self.pencil), |s| s.max(f64::MIN_POSITIVE));
         let mut values = self.plan.structure.values()?;
         let mut block = start.map(|s| self.mixed(s));
+        let mut factored = None;
         if self.options.shift.is_none() {
             for _ in 0..6 {
                 let factor = self.factor(shift, values)?;
                 factorisations += 1;
                 let mut trial = Lanczos::new(&self.pencil.mass, factor, &known, block.take(), 4, 1);
                 for _ in 0..2 {
-                    trial.step(0);
+                    trial.step(0)?;
                 }
                 block_solves += trial.steps() + 1;
-                let ritz = trial.ritz();
+                let ritz = trial.ritz()?;
                 let first = ritz.theta.iter().map(|t| 1.0 / t - shift).find(|v| *v > 1e-9 * shift && v.is_finite());
                 let better = first.filter(|first| !(0.1..1e4).contains(&(first / shift)));
                 block = trial.vectors(&ritz, WIDTH).pop();
-                values = trial.into_values();
-                match better {
-                    Some(first) => shift = first,
-                    None => break,
-                }
+                let factor = trial.into_factor();
+                let Some(first) = better else {
+                    factored = Some(factor);
+                    values = Vec::new();
+                    break;
+                };
+                values = factor.into_values();
+                shift = first;
             }
         }
         let mut locked = known;
@@ -153,8 +157,13 @@ impl Search<'_> {
         let mut residual = 0.0f64;
         let mut count = None;
         for attempt in 0..4 {
-            let factor = self.factor(shift, values)?;
-            factorisations += 1;
+            let factor = match factored.take() {
+                Some(factor) => factor,
+                None => {
+                    factorisations += 1;
+                    self.factor(shift, values)?
+                }
+            };
             let wanted = if attempt == 0 { self.options.n_modes } else { WIDTH };
             let most = (4 * wanted).min(wanted + 12 * WIDTH).div_ceil(WIDTH).max(6);
             let mut lanczos =
@@ -169,7 +178,7 @@ impl Search<'_> {
                 found.push((1.0 / ritz.theta[j] - shift, vector));
                 residual = residual.max(ritz.residual[j] / ritz.theta[j]);
             }
-            values = lanczos.into_values();
+            values = lanczos.into_factor().into_values();
             found.sort_by(|a, b| a.0.total_cmp(&b.0));
             let Some((_, sigma)) = certain.filter(|_| self.options.count) else { break };
             // Only what lies below the first σ has been searched.
@@ -215,19 +224,19 @@ impl Search<'_> {
     /// count in: the number of modes below the gap, and its middle.
     fn converge(
         &self,
-        lanczos: &mut Lanczos<'_>,
+        lanczos: &mut Lanczos<'_, '_>,
         wanted: usize,
         shift: f64,
     ) -> Result<(Ritz, Option<(usize, f64)>), LinalgError> {
         const MOST_STEPS: usize = 400;
         loop {
-            lanczos.step(wanted + WIDTH);
+            lanczos.step(wanted + WIDTH)?;
             let size = lanczos.dimension();
             let is_complete = lanczos.is_complete() || size >= self.plan.n() + WIDTH;
             if size < wanted + WIDTH && !is_complete {
                 continue;
             }
-            let ritz = lanczos.ritz();
+            let ritz = lanczos.ritz()?;
             if is_complete {
                 return Ok((ritz, None));
             }

@@ -129,7 +129,8 @@ fn massless_dofs_have_no_mode() {
         assert_eq!(modes.values.len(), dense.values.len());
         assert_eq!(modes.values.len(), n_modes.min(massive));
         for j in 0..modes.values.len() {
-            assert!((modes.values[j] / dense.values[j] - 1.0).abs() < 1e-10, "{n_modes} {j}");
+            let (ours, theirs) = (modes.values[j], dense.values[j]);
+            assert!((ours / theirs - 1.0).abs() < 1e-10, "{n_modes} {j}: {ours} {theirs}");
         }
     }
 }
