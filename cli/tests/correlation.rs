@@ -118,7 +118,7 @@ fn functions_are_compared_by_band() {
     let models = models().display().to_string();
     let (code, _, err) = run(
         &format!(
-            "twin {models}/bff_truth.yaml --frf f.csv --sensors {models}/bff_gvt.yaml --exciter p12 --band 3 35 --lines 321 --force"
+            "twin {models}/bff_truth.yaml --frf f.csv --sensors {models}/bff_gvt.yaml --exciter p12 --band 3 35 --lines 321 --damping 2.3% --force"
         ),
         "100",
         &folder,
