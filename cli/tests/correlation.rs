@@ -104,7 +104,7 @@ fn a_profile_decides_the_exit_code() {
     let file = folder.join("mine.yaml").display().to_string();
     let (code, out, err) = said(&format!("compare bff_updated.yaml bff_gvt.yaml --profile {file}"));
     assert_eq!(code, 0, "{out}{err}");
-    let (code, _, err) = said(&format!("compare bff.yaml bff_gvt.yaml --profile {file}:mein"));
+    let (code, _, err) = said(&format!("compare bff.yaml bff_gvt.yaml --profile {file}:mines"));
     assert!(code == 2 && err.contains("did you mean `mine`?"), "{err}");
     let (code, _, err) = said("compare bff.yaml bff_gvt.yaml --profile nasa-std-5003");
     assert!(code == 2 && err.contains("did you mean `nasa-std-5002`?"), "{err}");
