@@ -70,6 +70,7 @@ pub(crate) fn run(args: &Update) -> Result<u8, Failure> {
             "unidentifiable": uncertain::unidentifiable_json(&u.uncertainty),
             "rank": u.uncertainty.rank,
             "remarks": u.uncertainty.remarks,
+            "uncertainty_evaluations": u.uncertainty.evaluations,
             "regularization_weight": u.regularization,
             "tests": all.iter().zip(&assessed).map(|(t, (_, after))| json!({
                 "name": t.test.name,
