@@ -334,6 +334,14 @@ pub(crate) enum Pairing {
     Order,
 }
 
+/// What the test had and the model file has not.
+#[derive(Debug, Args)]
+pub(crate) struct Loading {
+    /// Put the `mass` of the sensors into the model: they were on the structure when it was tested.
+    #[arg(long)]
+    pub(crate) sensor_masses: bool,
+}
+
 /// Compare a model with a test: pairs, frequency errors, MAC, and whether noise can explain the difference.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  retune compare models/bff.yaml models/bff_gvt.yaml")]
@@ -354,6 +362,8 @@ pub(crate) struct Compare {
     /// Configuration of the model: a name under its `configurations`; that which the test names when absent.
     #[arg(long, value_name = "NAME")]
     pub(crate) configuration: Option<String>,
+    #[command(flatten)]
+    pub(crate) loading: Loading,
     /// Print JSON instead of text.
     #[arg(long)]
     pub(crate) json: bool,
@@ -395,6 +405,8 @@ pub(crate) struct Update {
     /// A method of `retune list optimizers`, or YAML with settings.
     #[arg(long)]
     pub(crate) optimizer: Option<String>,
+    #[command(flatten)]
+    pub(crate) loading: Loading,
     /// Seed of all random numbers.
     #[arg(long, default_value_t = 0)]
     pub(crate) seed: u64,

@@ -15,6 +15,7 @@ pub(crate) fn run(args: &Compare) -> Result<u8, Failure> {
     let (model, model_warnings, model_text) =
         files::tested_model(&args.model, args.configuration.as_deref(), (&test, &args.test, &test_text))?;
     test_warnings.extend(files::check_sensors(&model, &test, &args.test, &test_text)?);
+    let model = files::loaded(model, &test, args.loading.sensor_masses)?;
     warn(&args.model, &model_text, &model_warnings);
     warn(&args.test, &test_text, &test_warnings);
     for (word, value) in [("--min-mac", args.min_mac), ("--frequency-window", args.frequency_window)] {

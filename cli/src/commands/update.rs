@@ -17,6 +17,7 @@ pub(crate) fn run(args: &Update) -> Result<u8, Failure> {
     let (model, model_warnings, model_text) =
         files::tested_model(&args.model, args.configuration.as_deref(), (&test, &args.test, &test_text))?;
     test_warnings.extend(files::check_sensors(&model, &test, &args.test, &test_text)?);
+    let model = files::loaded(model, &test, args.loading.sensor_masses)?;
     if let Some(output) = &args.output {
         files::check_output(output, args.force)?;
     }
