@@ -405,7 +405,7 @@ impl Reader<'_> {
         if mass.is_some_and(|m| m < 0.0) {
             self.error(child(&path, "mass"), "a mass must be zero or above");
         }
-        Sensor { name: name.to_string(), place, direction: s.direction.0, offset: None, is_rotation: s.rotation, mass }
+        Sensor { name: name.to_string(), place, offset, direction: s.direction.0, is_rotation: s.rotation, mass }
     }
 
     fn mode(&mut self, m: &ModeSpec, path: &str) -> TestMode {
