@@ -1,7 +1,7 @@
 //! Reading files with problems shown in place, and writing without losing anything.
 
 use crate::output::{Failure, warn};
-use retune::correlation::check_sensors as check;
+use retune::correlation::{check_sensors as check, with_sensor_masses};
 use retune::data::{MeasurementOptions, TestData, read_measurements, read_test};
 use retune::model::{Model, Registry, load_configuration};
 use retune::yaml::{Problem, Severity, SourceMap};
@@ -70,6 +70,25 @@ pub(crate) fn test(path: &Path) -> Result<(TestData, Vec<Problem>, String), Fail
         }
         Err(problems) => Err(Failure::problems(path, &text, &problems)),
     }
+}
+
+/// The model with the masses of the sensors, when asked for; else a word about what they weigh.
+pub(crate) fn loaded(model: Model, test: &TestData, wanted: bool) -> Result<Model, Failure> {
+    let (spec, total) = with_sensor_masses(&model, &test.sensors)?;
+    if total <= 0.0 {
+        return if wanted {
+            Err(Failure::text("--sensor-masses: no sensor of the test states a `mass`"))
+        } else {
+            Ok(model)
+        };
+    }
+    if !wanted {
+        eprintln!("note: the sensors weigh {:.1} g together; `--sensor-masses` puts them into the model", 1e3 * total);
+        return Ok(model);
+    }
+    let (model, _) = Model::new(spec, &Registry::builtin())
+        .map_err(|p| Failure::text(format!("--sensor-masses: {}", p.first().map_or("", |p| p.message.as_str()))))?;
+    Ok(model)
 }
 
 /// A test, the model in its configuration, and the model's text.

@@ -10,6 +10,7 @@ mod criteria;
 mod expansion;
 mod frf;
 mod identifiability;
+mod loading;
 mod localization;
 mod mac;
 mod macco;
@@ -36,6 +37,7 @@ pub use identifiability::{
     CollinearGroup, CoupledGroup, Identifiability, Information, collinear_groups, correlations, covariance,
     identifiability, information,
 };
+pub use loading::with_sensor_masses;
 pub use localization::{
     ElementMatrix, ExpandedMode, Localization, Place, by_group, element_energies, group_matrices, localize,
     residual_force,

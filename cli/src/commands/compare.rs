@@ -57,6 +57,7 @@ fn one(args: &Compare, path: &Path, profile: Option<&CriteriaProfile>) -> Result
     let (model, model_warnings, model_text) =
         files::tested_model(&args.model, args.configuration.as_deref(), (&test, path, &test_text))?;
     test_warnings.extend(files::check_sensors(&model, &test, path, &test_text)?);
+    let model = files::loaded(model, &test, args.loading.sensor_masses)?;
     warn(&args.model, &model_text, &model_warnings);
     warn(path, &test_text, &test_warnings);
     let by = match args.pairing {

@@ -21,7 +21,10 @@ pub(crate) fn objective(path: Option<&Path>) -> Result<ObjectiveSpec, Failure> {
 }
 
 pub(crate) fn run(args: &Update) -> Result<u8, Failure> {
-    let all = files::tested(&args.model, &args.tests, args.configuration.as_deref())?;
+    let mut all = files::tested(&args.model, &args.tests, args.configuration.as_deref())?;
+    for tested in &mut all {
+        tested.model = files::loaded(tested.model.clone(), &tested.test, args.loading.sensor_masses)?;
+    }
     let objective = objective(args.objective.as_deref())?;
     if let Some(output) = &args.output {
         files::check_output(output, args.force)?;
