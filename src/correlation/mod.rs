@@ -16,6 +16,7 @@ mod mapping;
 mod observe;
 mod orthogonality;
 mod pairing;
+mod partners;
 mod pretest;
 mod statistics;
 mod subspace;
@@ -46,6 +47,7 @@ pub use orthogonality::{auto_orthogonality, cross_orthogonality, generalized_mas
 pub use pairing::{
     ModeList, ModePair, PairBy, PairFlag, PairedModes, PairingOptions, Tracked, Unpaired, pair_modes, track,
 };
+pub(crate) use partners::PartnerSearch;
 pub use pretest::{
     DrivingPoint, Gain, SensorChoice, effective_independence, effective_masses, kinetic_energy_shares,
     rank_driving_points, rank_next_measurements, sensors_by_auto_mac, sensors_by_kinetic_energy,

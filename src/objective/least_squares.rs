@@ -1,9 +1,10 @@
 //! Weighted least squares: cost = ½ Σ r², a list of residual terms.
 
+use super::batch::BatchPath;
 use super::prediction::{Comparison, Prediction};
 use super::residual::{Frequency, MassPropertyResidual, Point, Prior, RESIDUALS, Residual, Shape, TargetResidual};
 use super::scaling::Scaling;
-use super::{EvalError, Linearization, Objective};
+use super::{EvalError, Linearization, Objective, PathCounts};
 use crate::linalg::{DMatrix, DVector};
 
 /// Weighted least squares over a list of terms.
@@ -12,6 +13,7 @@ pub struct LeastSquares<'a> {
     comparison: &'a Comparison<'a>,
     scaling: Scaling,
     terms: Vec<&'a dyn Residual>,
+    batch: BatchPath,
 }
 
 impl<'a> LeastSquares<'a> {
@@ -27,7 +29,7 @@ impl<'a> LeastSquares<'a> {
 
     /// With a list of terms of one's own.
     pub fn with_terms(comparison: &'a Comparison<'a>, terms: Vec<&'a dyn Residual>) -> Self {
-        Self { comparison, scaling: Scaling::new(comparison.model()), terms }
+        Self { comparison, scaling: Scaling::new(comparison.model()), terms, batch: BatchPath::default() }
     }
 
     /// The terms of their names; `None` for an unknown one.
@@ -50,6 +52,11 @@ impl<'a> LeastSquares<'a> {
     /// Residuals of a prediction that is already known.
     pub fn residuals_of(&self, theta: &[f64], prediction: &Prediction) -> DVector<f64> {
         let mut r = DVector::zeros(self.n_residuals());
+        self.fill(theta, prediction, &mut r);
+        r
+    }
+
+    fn fill(&self, theta: &[f64], prediction: &Prediction, r: &mut DVector<f64>) {
         let point = Point { comparison: self.comparison, scaling: &self.scaling, theta, prediction };
         let mut start = 0;
         for term in &self.terms {
@@ -57,7 +64,6 @@ impl<'a> LeastSquares<'a> {
             term.evaluate(&point, &mut r.as_mut_slice()[start..start + len]);
             start += len;
         }
-        r
     }
 
     fn finite(&self, r: &DVector<f64>) -> Result<(), EvalError> {
@@ -113,5 +119,31 @@ impl Objective for LeastSquares<'_> {
             column *= *width;
         }
         Ok(Linearization { residuals, jacobian })
+    }
+
+    fn costs(&self, points: &[DVector<f64>], out: &mut [f64]) {
+        let reference = |x: &DVector<f64>| self.cost(x).unwrap_or(f64::INFINITY);
+        if self.terms.iter().any(|t| t.needs_system()) {
+            assert_eq!(points.len(), out.len(), "one cost a point");
+            points.iter().zip(out).for_each(|(x, cost)| *cost = reference(x));
+            return;
+        }
+        let n_residuals = self.n_residuals();
+        let cost_of = |p: &Prediction, theta: &[f64], r: &mut DVector<f64>| {
+            if r.len() != n_residuals {
+                *r = DVector::zeros(n_residuals);
+            }
+            self.fill(theta, p, r);
+            0.5 * r.norm_squared()
+        };
+        self.batch.costs((self.comparison, &self.scaling), points, out, &cost_of, reference);
+    }
+
+    fn confirm(&self, x: &DVector<f64>, cost: f64) -> f64 {
+        self.batch.confirm(cost, || self.cost(x).unwrap_or(f64::INFINITY))
+    }
+
+    fn path_counts(&self) -> PathCounts {
+        self.batch.counts()
     }
 }

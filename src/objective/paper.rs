@@ -1,9 +1,10 @@
 //! The cost of Gupta, Moreno, Pfifer and Balas, equation (4).
 
+use super::batch::BatchPath;
 use super::prediction::{Comparison, Prediction};
 use super::residual::{Point, Residual, TargetResidual, difference, violations};
 use super::scaling::Scaling;
-use super::{EvalError, Linearization, Objective};
+use super::{EvalError, Linearization, Objective, PathCounts};
 use crate::linalg::{DMatrix, DVector};
 use crate::model::MassProperties;
 
@@ -29,13 +30,15 @@ pub struct PaperCost<'a> {
     scaling: Scaling,
     mac_weight: f64,
     divisor: f64,
+    batch: BatchPath,
 }
 
 impl<'a> PaperCost<'a> {
     /// Equation (4) divided by 2n.
     pub fn new(comparison: &'a Comparison<'a>) -> Self {
         let divisor = 2.0 * comparison.test().modes.len().max(1) as f64;
-        Self { comparison, scaling: Scaling::new(comparison.model()), mac_weight: 1.0, divisor }
+        let scaling = Scaling::new(comparison.model());
+        Self { comparison, scaling, mac_weight: 1.0, divisor, batch: BatchPath::default() }
     }
 
     /// ‖e‖₂ alone: frequencies without shapes.
@@ -208,5 +211,19 @@ impl Objective for PaperCost<'_> {
     fn cost(&self, x: &DVector<f64>) -> Result<f64, EvalError> {
         let prediction = self.comparison.predict(&self.scaling.theta(x))?;
         Ok(self.cost_of(&prediction) + self.penalty(&prediction))
+    }
+
+    fn costs(&self, points: &[DVector<f64>], out: &mut [f64]) {
+        let cost_of = |p: &Prediction, _: &[f64], _: &mut DVector<f64>| self.cost_of(p) + self.penalty(p);
+        let reference = |x: &DVector<f64>| self.cost(x).unwrap_or(f64::INFINITY);
+        self.batch.costs((self.comparison, &self.scaling), points, out, &cost_of, reference);
+    }
+
+    fn confirm(&self, x: &DVector<f64>, cost: f64) -> f64 {
+        self.batch.confirm(cost, || self.cost(x).unwrap_or(f64::INFINITY))
+    }
+
+    fn path_counts(&self) -> PathCounts {
+        self.batch.counts()
     }
 }

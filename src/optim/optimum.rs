@@ -3,6 +3,7 @@ use std::fmt::{self, Write as _};
 use serde::Serialize;
 
 use crate::linalg::DVector;
+use crate::objective::PathCounts;
 
 /// How an optimisation ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -111,6 +112,8 @@ pub struct Optimum {
     pub linearizations: u64,
     /// Evaluations among them that failed (no finite cost).
     pub failures: u64,
+    /// How many costs came by the batched kernel and how many by the reference path, repeated ones for checking included.
+    pub paths: PathCounts,
     /// Every improvement of the best cost, in order.
     pub history: Vec<Improvement>,
     /// The steps of a workflow; empty for a single method.

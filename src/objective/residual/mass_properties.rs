@@ -66,6 +66,10 @@ impl Residual for MassPropertyResidual {
         comparison.test().mass_properties[row].quantity.word().to_string()
     }
 
+    fn needs_system(&self) -> bool {
+        false
+    }
+
     fn evaluate(&self, at: &Point<'_>, out: &mut [f64]) {
         out.fill(0.0);
         if let Some(p) = &at.prediction.mass_properties {

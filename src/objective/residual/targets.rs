@@ -61,6 +61,10 @@ impl Residual for TargetResidual {
         format!("target {}", names[row])
     }
 
+    fn needs_system(&self) -> bool {
+        false
+    }
+
     fn evaluate(&self, at: &Point<'_>, out: &mut [f64]) {
         out.fill(0.0);
         if let Some(p) = &at.prediction.mass_properties {
