@@ -4,7 +4,7 @@ use super::batch::BatchPath;
 use super::prediction::{Comparison, Prediction};
 use super::residual::{Frequency, MassPropertyResidual, Point, Prior, RESIDUALS, Residual, Shape, TargetResidual};
 use super::scaling::Scaling;
-use super::{EvalError, Linearization, Objective, PathCounts};
+use super::{EvalError, Linearization, Objective, PathCounts, Walls};
 use crate::linalg::{DMatrix, DVector};
 
 /// Weighted least squares over a list of terms.
@@ -119,6 +119,18 @@ impl Objective for LeastSquares<'_> {
             column *= *width;
         }
         Ok(Linearization { residuals, jacobian })
+    }
+
+    fn walls(&self) -> Walls {
+        let mut start = 0;
+        for term in &self.terms {
+            let len = term.len(self.comparison);
+            if term.is_wall() {
+                return Walls { rows: start..start + len, slope: None };
+            }
+            start += len;
+        }
+        Walls::default()
     }
 
     fn costs(&self, points: &[DVector<f64>], out: &mut [f64]) {

@@ -9,12 +9,14 @@ mod paper;
 mod prediction;
 pub mod residual;
 mod scaling;
+mod walls;
 
 pub use least_squares::LeastSquares;
 pub use paper::PaperCost;
 pub use prediction::{Comparison, Prediction, PredictionDerivative, starting_point};
 pub use residual::{RESIDUALS, Residual};
 pub use scaling::Scaling;
+pub use walls::Walls;
 
 use crate::linalg::{DMatrix, DVector};
 
@@ -41,6 +43,11 @@ pub trait Objective: Send + Sync {
     /// r and ∂r/∂x together; by default by central differences of step 1e-6, one-sided at the faces of the unit box.
     fn linearize(&self, x: &DVector<f64>) -> Result<Linearization, EvalError> {
         difference(self.n_residuals(), x, |x| self.residuals(x))
+    }
+
+    /// Which residuals stand for one-sided constraints; none by default.
+    fn walls(&self) -> Walls {
+        Walls::default()
     }
 
     /// The cost at x: ½ rᵀr by default.

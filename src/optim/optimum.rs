@@ -126,6 +126,9 @@ pub struct Optimum {
     pub warnings: Vec<String>,
 }
 
+/// Other optima that are listed in words.
+const OTHERS: usize = 4;
+
 impl Optimum {
     /// How many starts found the best optimum and which others exist, in words; nothing if there was one start.
     ///
@@ -135,10 +138,13 @@ impl Optimum {
         let n_starts: usize = self.optima.iter().map(|o| o.n_starts).sum();
         let mut text =
             format!("{} of {n_starts} starts found the best optimum (cost {:.4e})", best.n_starts, best.cost);
-        for (i, other) in others.iter().enumerate() {
+        for (i, other) in others.iter().take(OTHERS).enumerate() {
             let lead = if i == 0 { "; others: " } else { ", " };
             let plural = if other.n_starts == 1 { "" } else { "s" };
             let _ = write!(text, "{lead}{:.4e} ({} start{plural})", other.cost, other.n_starts);
+        }
+        if others.len() > OTHERS {
+            let _ = write!(text, " and {} worse", others.len() - OTHERS);
         }
         Some(text)
     }

@@ -7,7 +7,7 @@ use rand_chacha::ChaCha8Rng;
 use super::checkpoint::{Checkpoint, Fingerprint};
 use super::{CheckpointError, Evaluator, Improvement, Observer, OptimError, Optimum, Progress, Termination, Threads};
 use crate::linalg::DVector;
-use crate::objective::{EvalError, Linearization, Objective, PathCounts};
+use crate::objective::{EvalError, Linearization, Objective, PathCounts, Walls};
 
 /// Everything around a method: counting, batches, stopping, observers, random streams, history and checkpoints.
 ///
@@ -158,6 +158,11 @@ impl<'a> Run<'a> {
     /// Number of residuals.
     pub fn n_residuals(&self) -> usize {
         self.objective.n_residuals()
+    }
+
+    /// Which residuals stand for constraints.
+    pub fn walls(&self) -> Walls {
+        self.objective.walls()
     }
 
     /// Evaluations left to the method at work, if limited.

@@ -7,8 +7,7 @@ mod prior;
 mod shape;
 mod targets;
 
-pub(crate) use mass_properties::difference;
-pub(crate) use targets::violations;
+pub(crate) use targets::{WIDTH, violations};
 
 use super::prediction::{Comparison, Prediction, PredictionDerivative};
 use super::scaling::Scaling;
@@ -47,6 +46,11 @@ pub trait Residual: fmt::Debug + Send + Sync {
     /// A list of terms that do not is evaluated in batches, ten times faster; a term that does not say so is taken to look.
     fn needs_system(&self) -> bool {
         true
+    }
+
+    /// Whether its rows are r = ln(1 + eᵗ) of constraints t <= 0, see [`Walls`](super::Walls).
+    fn is_wall(&self) -> bool {
+        false
     }
 
     /// Overwrites `out` with the residuals.

@@ -15,7 +15,7 @@ use crate::model::{MassProperties, Targets};
 pub struct TargetResidual;
 
 /// Width of the wall, in tolerances.
-const WIDTH: f64 = 0.01;
+pub(crate) const WIDTH: f64 = 0.01;
 
 /// |value - target|/tolerance - 1 for each target: mass, centre of gravity, inertia; -∞ where there is none.
 fn excess(targets: &Targets, p: &MassProperties) -> [f64; 7] {
@@ -63,6 +63,10 @@ impl Residual for TargetResidual {
 
     fn needs_system(&self) -> bool {
         false
+    }
+
+    fn is_wall(&self) -> bool {
+        true
     }
 
     fn evaluate(&self, at: &Point<'_>, out: &mut [f64]) {

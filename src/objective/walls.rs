@@ -1,0 +1,67 @@
+//! Residuals that stand for one-sided constraints.
+
+use std::ops::Range;
+
+use crate::linalg::DVector;
+
+/// Residuals r = ln(1 + eᵗ) that stand for constraints t(x) <= 0: a soft wall of width one in t.
+///
+/// A wall is steep and its t nearly linear, so a method with derivatives does better with t than with the slope of r: it
+/// reads t back from r and keeps to the linearised constraint, instead of bouncing off a wall that it sees from near by only.
+///
+/// ```text
+/// t = r + ln(1 - e⁻ʳ),   ∂t = ∂r/(1 - e⁻ʳ)
+/// ```
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Walls {
+    /// Their rows among the residuals.
+    pub rows: Range<usize>,
+    /// Where the cost holds slope · max(0, t) in place of ½ r²: that slope. Such a constraint is met exactly.
+    pub slope: Option<f64>,
+}
+
+impl Walls {
+    /// ½ Σ r² of the other rows, and what the walls add to it; the cost itself, where an objective's cost is so made.
+    pub fn cost(&self, residuals: &DVector<f64>) -> f64 {
+        let half_squares = |rows: Range<usize>| 0.5 * residuals.as_slice()[rows].iter().map(|r| r * r).sum::<f64>();
+        let Some(slope) = self.slope else { return half_squares(0..residuals.len()) };
+        let walls = residuals.as_slice()[self.rows.clone()].iter();
+        let beyond: f64 = walls.map(|r| Self::excess(*r).map_or(0.0, |t| t.max(0.0))).sum();
+        half_squares(0..self.rows.start) + half_squares(self.rows.end..residuals.len()) + slope * beyond
+    }
+
+    /// t of a residual; `None` where it is too far inside to be told.
+    pub(crate) fn excess(r: f64) -> Option<f64> {
+        (r > 0.0).then(|| r + (-(-r).exp_m1()).ln())
+    }
+
+    /// ∂t/∂r.
+    pub(crate) fn stretch(r: f64) -> f64 {
+        -1.0 / (-r).exp_m1()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn t_comes_back_from_its_residual() {
+        for t in [-80.0, -3.0, 0.0, 0.5, 40.0, 900.0_f64] {
+            let r = t.max(0.0) + (-t.abs()).exp().ln_1p();
+            let back = Walls::excess(r).unwrap();
+            assert!((back - t).abs() < 1e-12 * t.abs().max(1.0), "{t}: {back}");
+            let slope = 1.0 / (1.0 + (-t).exp());
+            assert!((Walls::stretch(r) * slope - 1.0).abs() < 1e-12);
+        }
+        assert_eq!(Walls::excess(0.0), None);
+    }
+
+    #[test]
+    fn a_slope_counts_what_lies_beyond() {
+        let r = DVector::from_vec(vec![2.0, 3.0 + (-3.0_f64).exp().ln_1p(), (-5.0_f64).exp().ln_1p(), 1.0]);
+        let walls = Walls { rows: 1..3, slope: Some(0.1) };
+        assert!((walls.cost(&r) - (2.0 + 0.5 + 0.3)).abs() < 1e-14);
+        assert!((Walls::default().cost(&r) - 0.5 * r.norm_squared()).abs() < 1e-14);
+    }
+}
