@@ -9,8 +9,8 @@ use std::cell::Cell;
 
 use retune::correlation::{PairBy, PairingOptions};
 use retune::data::read_test;
-use retune::linalg::{DMatrix, DVector};
 use retune::linalg::batch::{AffineEntry, AffinePencil, BatchModel, BatchOptions, Mirror, Workspace};
+use retune::linalg::{DMatrix, DVector};
 use retune::model::{Registry, load};
 use retune::objective::{Comparison, LeastSquares, Objective, PaperCost};
 
@@ -77,8 +77,7 @@ fn a_batch_of_costs_does_not_allocate() {
     let gates =
         PairingOptions { by: PairBy::Mac, min_mac: 0.0, frequency_window: f64::INFINITY, same_family_only: true };
     let comparison = Comparison::new(&model, &test, gates).unwrap();
-    for objective in
-        [&PaperCost::new(&comparison) as &dyn Objective, &LeastSquares::new(&comparison) as &dyn Objective]
+    for objective in [&PaperCost::new(&comparison) as &dyn Objective, &LeastSquares::new(&comparison) as &dyn Objective]
     {
         let point = |i: usize| DVector::from_fn(objective.n_parameters(), |j, _| (0.618 * (7 * i + j) as f64).fract());
         let points: Vec<DVector<f64>> = (0..400).map(point).collect();

@@ -28,11 +28,13 @@ pub(crate) enum Command {
     Twin(Twin),
     Compare(Compare),
     Update(Update),
+    Sample(Sample),
     Report(Report),
     Diagnose(Diagnose),
     Add(Add),
     Undo(Undo),
     Learn(Learn),
+    Benchmark(Benchmark),
     Schema(Schema),
     List(List),
     Explain(Explain),
@@ -330,8 +332,9 @@ pub(crate) enum Pairing {
 pub(crate) struct Compare {
     /// Model file.
     pub(crate) model: PathBuf,
-    /// Test file.
-    pub(crate) test: PathBuf,
+    /// Test files; each is compared with the model in the configuration that it names.
+    #[arg(required = true, num_args = 1.., value_name = "TEST")]
+    pub(crate) tests: Vec<PathBuf>,
     /// How modes are paired.
     #[arg(long, value_enum, default_value_t = Pairing::Mac)]
     pub(crate) pairing: Pairing,
@@ -360,26 +363,32 @@ pub(crate) enum Cost {
     Frequencies,
 }
 
-/// Update a model to a test: change its bounded parameters until it fits.
+/// Update a model to one test or several: change its bounded parameters until it fits, and say how certain they are.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   retune update models/bff.yaml models/bff_gvt.yaml -o updated.yaml
   retune update models/bff.yaml models/bff_gvt.yaml --cost paper --seed 3 -o updated.yaml
+  retune update models/bff.yaml models/bff_gvt.yaml models/bff_bench.yaml
+  retune update models/bff.yaml models/bff_gvt.yaml --objective objective.yaml
   retune update models/bff.yaml models/bff_gvt.yaml --optimizer '[differential-evolution, nelder-mead]'
 
 Ctrl-C stops cleanly and keeps the best point so far.")]
 pub(crate) struct Update {
     /// Model file.
     pub(crate) model: PathBuf,
-    /// Test file.
-    pub(crate) test: PathBuf,
+    /// Test files; each is compared with the model in the configuration that it names, and all are fitted at once.
+    #[arg(required = true, num_args = 1.., value_name = "TEST")]
+    pub(crate) tests: Vec<PathBuf>,
     /// Where to write the updated model: the same file with new values, comments and order kept.
     #[arg(short, long)]
     pub(crate) output: Option<PathBuf>,
     /// What to minimise.
     #[arg(long, value_enum, default_value_t = Cost::LeastSquares)]
     pub(crate) cost: Cost,
-    /// How modes are paired; by MAC, for frequencies alone by order.
+    /// A file with terms and weights, loss, regularisation and limits of the least-squares cost.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) objective: Option<PathBuf>,
+    /// How modes are paired; by MAC, without shapes and for frequencies alone by order.
     #[arg(long, value_enum)]
     pub(crate) pairing: Option<Pairing>,
     /// A method of `retune list optimizers`, or YAML with settings.
@@ -397,6 +406,42 @@ pub(crate) struct Update {
     /// Continue from the checkpoint of an interrupted run.
     #[arg(long, requires = "checkpoint")]
     pub(crate) resume: bool,
+    /// Overwrite an existing output file.
+    #[arg(long)]
+    pub(crate) force: bool,
+    /// Configuration of the model: a name under its `configurations`; that which the test names when absent.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) configuration: Option<String>,
+    /// Print JSON instead of text.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// Sample the posterior of the parameters: means, quantiles, correlations, and the evidence of the model.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:
+  retune sample models/bff.yaml models/bff_gvt.yaml models/bff_bench.yaml --samples 2000 -o samples.csv
+
+The prior is uniform between the bounds; prior_sd of a parameter acts on top of it. Evidences of two models compare on the
+same tests: the difference of ln Z is the logarithm of the odds.")]
+pub(crate) struct Sample {
+    /// Model file.
+    pub(crate) model: PathBuf,
+    /// Test files; each is compared with the model in the configuration that it names.
+    #[arg(required = true, num_args = 1.., value_name = "TEST")]
+    pub(crate) tests: Vec<PathBuf>,
+    /// Where to write the samples: a CSV table, one column a parameter, in the units of the tables.
+    #[arg(short, long)]
+    pub(crate) output: Option<PathBuf>,
+    /// Number of samples.
+    #[arg(long, default_value_t = 1000, value_parser = clap::value_parser!(u32).range(50..=1_000_000))]
+    pub(crate) samples: u32,
+    /// A file with terms and weights, loss, regularisation and limits of the least-squares cost.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) objective: Option<PathBuf>,
+    /// Seed of all random numbers.
+    #[arg(long, default_value_t = 0)]
+    pub(crate) seed: u64,
     /// Overwrite an existing output file.
     #[arg(long)]
     pub(crate) force: bool,
@@ -513,6 +558,48 @@ pub(crate) struct Learn {
     /// Print JSON instead of text.
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+/// How good is a diagnosis? Synthetic twins with a known answer, and the score.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  retune benchmark diagnosis --structure cantilever")]
+pub(crate) struct Benchmark {
+    /// What to measure.
+    pub(crate) what: BenchmarkWhat,
+    /// Only these structures.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) structure: Vec<String>,
+    /// Twins with nothing missing, on each structure.
+    #[arg(long, default_value_t = 20)]
+    pub(crate) null: usize,
+    /// Places and sizes of every effect, on each structure.
+    #[arg(long, default_value_t = 2)]
+    pub(crate) effects: usize,
+    /// Sensors with every fault, on each structure.
+    #[arg(long, default_value_t = 2)]
+    pub(crate) faults: usize,
+    /// Twins with every change outside the catalogue, on each structure.
+    #[arg(long, default_value_t = 3)]
+    pub(crate) outside: usize,
+    /// The noise that is there, over the one that the test states.
+    #[arg(long, default_value_t = 1.0)]
+    pub(crate) noise_factor: f64,
+    /// Seed of all random numbers.
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Print every case.
+    #[arg(long)]
+    pub(crate) cases: bool,
+    /// Print JSON instead of text.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// What is measured.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub(crate) enum BenchmarkWhat {
+    /// `retune diagnose` on twins with a hidden effect, a fault, or nothing.
+    Diagnosis,
 }
 
 /// Which kind of file.

@@ -7,6 +7,7 @@ mod commands;
 mod files;
 mod output;
 mod progress;
+mod uncertain;
 
 use args::{Cli, Command};
 use clap::Parser;
@@ -38,11 +39,13 @@ fn main() -> ExitCode {
         Command::Twin(a) => commands::twin::run(a),
         Command::Compare(a) => commands::compare::run(a),
         Command::Update(a) => commands::update::run(a),
+        Command::Sample(a) => commands::sample::run(a),
         Command::Report(a) => commands::report::run(a),
         Command::Diagnose(a) => commands::diagnose::run(a),
         Command::Add(a) => commands::add::run(a),
         Command::Undo(a) => commands::add::run_undo(a),
         Command::Learn(a) => commands::learn::run(a),
+        Command::Benchmark(a) => commands::benchmark::run(a),
         Command::Schema(a) => commands::schema::run(a),
         Command::List(a) => commands::list::run(a),
         Command::Explain(a) => commands::explain::run(a),

@@ -204,7 +204,7 @@ impl Objective for PaperCost<'_> {
 
     fn walls(&self) -> Walls {
         let start = self.n_residuals() - TargetResidual.len(self.comparison);
-        Walls { rows: start..self.n_residuals(), slope: Some(WIDTH) }
+        Walls::new(start..self.n_residuals(), Some(WIDTH))
     }
 
     fn costs(&self, points: &[DVector<f64>], out: &mut [f64]) {

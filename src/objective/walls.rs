@@ -14,20 +14,39 @@ use crate::linalg::DVector;
 /// ```
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Walls {
-    /// Their rows among the residuals.
-    pub rows: Range<usize>,
-    /// Where the cost holds slope · max(0, t) in place of ½ r²: that slope. Such a constraint is met exactly.
-    pub slope: Option<f64>,
+    rows: Vec<(usize, Option<f64>)>,
 }
 
 impl Walls {
+    /// These rows among the residuals.
+    ///
+    /// * `slope` - where the cost holds slope · max(0, t) in place of ½ r²: that slope. Such a constraint is met exactly.
+    pub fn new(rows: Range<usize>, slope: Option<f64>) -> Self {
+        Self { rows: rows.map(|row| (row, slope)).collect() }
+    }
+
+    /// Row and slope of every wall, rows ascending.
+    pub fn rows(&self) -> &[(usize, Option<f64>)] {
+        &self.rows
+    }
+
+    /// The same walls where this many residuals stand before them.
+    #[must_use]
+    pub fn after(mut self, residuals: usize) -> Self {
+        self.rows.iter_mut().for_each(|r| r.0 += residuals);
+        self
+    }
+
+    /// Adds walls of later rows.
+    pub fn extend(&mut self, later: Self) {
+        self.rows.extend(later.rows);
+    }
+
     /// ½ Σ r² of the other rows, and what the walls add to it; the cost itself, where an objective's cost is so made.
     pub fn cost(&self, residuals: &DVector<f64>) -> f64 {
-        let half_squares = |rows: Range<usize>| 0.5 * residuals.as_slice()[rows].iter().map(|r| r * r).sum::<f64>();
-        let Some(slope) = self.slope else { return half_squares(0..residuals.len()) };
-        let walls = residuals.as_slice()[self.rows.clone()].iter();
-        let beyond: f64 = walls.map(|r| Self::excess(*r).map_or(0.0, |t| t.max(0.0))).sum();
-        half_squares(0..self.rows.start) + half_squares(self.rows.end..residuals.len()) + slope * beyond
+        let exact = self.rows.iter().filter_map(|&(row, slope)| slope.map(|s| (residuals[row], s)));
+        let squares = residuals.norm_squared() - exact.clone().map(|(r, _)| r * r).sum::<f64>();
+        0.5 * squares + exact.map(|(r, slope)| slope * Self::excess(r).map_or(0.0, |t| t.max(0.0))).sum::<f64>()
     }
 
     /// t of a residual; `None` where it is too far inside to be told.
@@ -60,8 +79,8 @@ mod tests {
     #[test]
     fn a_slope_counts_what_lies_beyond() {
         let r = DVector::from_vec(vec![2.0, 3.0 + (-3.0_f64).exp().ln_1p(), (-5.0_f64).exp().ln_1p(), 1.0]);
-        let walls = Walls { rows: 1..3, slope: Some(0.1) };
-        assert!((walls.cost(&r) - (2.0 + 0.5 + 0.3)).abs() < 1e-14);
+        let walls = Walls::new(1..3, Some(0.1));
+        assert!((walls.cost(&r) - (2.0 + 0.5 + 0.3)).abs() < 1e-13);
         assert!((Walls::default().cost(&r) - 0.5 * r.norm_squared()).abs() < 1e-14);
     }
 }

@@ -159,13 +159,13 @@ struct Model {
     residual_norm: f64,
     columns: DVector<f64>,
     walls: Vec<Wall>,
-    slope: Option<f64>,
 }
 
-/// A linearised constraint t + g d <= 0.
+/// A linearised constraint t + g d <= 0, and the slope of its share of the cost; none where that is ½ ln(1 + eᵗ)².
 struct Wall {
     t: f64,
     g: DVector<f64>,
+    slope: Option<f64>,
 }
 
 /// A constraint that the cost holds with a slope is met within this t by a step.
@@ -181,16 +181,16 @@ impl Model {
         if !residuals.iter().chain(jacobian.iter()).all(|v| v.is_finite()) {
             return Err(EvalError::NotFinite { name: "residuals or Jacobian".into() });
         }
-        let rows = walls.rows.clone();
-        let linear = |row: usize| {
+        let linear = |&(row, slope): &(usize, Option<f64>)| {
             let r = residuals[row];
-            Walls::excess(r).map(|t| Wall { t, g: jacobian.row(row).transpose() * Walls::stretch(r) })
+            Walls::excess(r).map(|t| Wall { t, g: jacobian.row(row).transpose() * Walls::stretch(r), slope })
         };
-        let linearised = rows.clone().filter_map(linear).filter(|w| w.g.iter().all(|v| v.is_finite())).collect();
+        let linearised = walls.rows().iter().filter_map(linear).filter(|w| w.g.iter().all(|v| v.is_finite())).collect();
+        let rows: Vec<usize> = walls.rows().iter().map(|w| w.0).collect();
         let (mut residuals, jacobian) = if rows.is_empty() {
             (residuals, jacobian)
         } else {
-            (residuals.remove_rows(rows.start, rows.len()), jacobian.remove_rows(rows.start, rows.len()))
+            (residuals.remove_rows_at(&rows), jacobian.remove_rows_at(&rows))
         };
         let columns = DVector::from_iterator(jacobian.ncols(), jacobian.column_iter().map(|c| c.norm()));
         let rows = jacobian.nrows().min(jacobian.ncols());
@@ -198,7 +198,7 @@ impl Model {
         let qr = jacobian.qr();
         qr.q_tr_mul(&mut residuals);
         let qtr = residuals.rows(0, rows).into_owned();
-        Ok(Self { r: qr.unpack_r(), qtr, residual_norm, columns, walls: linearised, slope: walls.slope })
+        Ok(Self { r: qr.unpack_r(), qtr, residual_norm, columns, walls: linearised })
     }
 
     /// Whether no direction inside the box is noticeably correlated with the residuals.
@@ -240,7 +240,7 @@ impl Model {
         }
         let value = |d: &DVector<f64>| {
             let damped: f64 = (0..n).map(|j| (scale[j] * d[j]).powi(2)).sum();
-            let walls: f64 = self.walls.iter().map(|w| self.barrier(w.t + w.g.dot(d)).0).sum();
+            let walls: f64 = self.walls.iter().map(|w| w.barrier(w.t + w.g.dot(d)).0).sum();
             0.5 * (&self.r * d + &self.qtr).norm_squared() + 0.5 * damping * damped + walls
         };
         let mut d = DVector::zeros(n);
@@ -248,7 +248,7 @@ impl Model {
         for _ in 0..NEWTON {
             for (k, wall) in self.walls.iter().enumerate() {
                 let along = wall.g.dot(&d);
-                let (_, first, second) = self.barrier(wall.t + along);
+                let (_, first, second) = wall.barrier(wall.t + along);
                 let weight = second.sqrt();
                 let row = rows + n + k;
                 a.set_row(row, &(wall.g.transpose() * weight));
@@ -268,7 +268,22 @@ impl Model {
         best.1
     }
 
-    /// What a wall adds to the model that a step minimises, with its first and second derivative by t.
+    /// The reduction of the cost that the step promises, relative to the cost.
+    fn relative_reduction(&self, step: &DVector<f64>) -> f64 {
+        let change = &self.r * step;
+        let mut reduction = -change.dot(&self.qtr) - 0.5 * change.norm_squared();
+        let mut cost = 0.5 * self.residual_norm.powi(2);
+        for wall in &self.walls {
+            let before = wall.penalty(wall.t);
+            reduction += before - wall.penalty(wall.t + wall.g.dot(step));
+            cost += before;
+        }
+        reduction / cost.max(f64::MIN_POSITIVE)
+    }
+}
+
+impl Wall {
+    /// What it adds to the model that a step minimises, with its first and second derivative by t.
     fn barrier(&self, t: f64) -> (f64, f64, f64) {
         match self.slope {
             // ½ κ max(0, t)²: a multiplier up to the slope is balanced within the edge.
@@ -286,21 +301,8 @@ impl Model {
         }
     }
 
-    /// What a wall adds to the cost.
+    /// What it adds to the cost.
     fn penalty(&self, t: f64) -> f64 {
         self.slope.map_or_else(|| self.barrier(t).0, |slope| slope * t.max(0.0))
-    }
-
-    /// The reduction of the cost that the step promises, relative to the cost.
-    fn relative_reduction(&self, step: &DVector<f64>) -> f64 {
-        let change = &self.r * step;
-        let mut reduction = -change.dot(&self.qtr) - 0.5 * change.norm_squared();
-        let mut cost = 0.5 * self.residual_norm.powi(2);
-        for wall in &self.walls {
-            let before = self.penalty(wall.t);
-            reduction += before - self.penalty(wall.t + wall.g.dot(step));
-            cost += before;
-        }
-        reduction / cost.max(f64::MIN_POSITIVE)
     }
 }

@@ -166,7 +166,9 @@ fn test_data(args: &Identify, found: &Measurements, description: String) -> Test
         sensors: Vec::new(),
         modes: Vec::new(),
         mass_properties: Vec::new(),
+        static_tests: Vec::new(),
         frfs: None,
+        frf_fit: None,
     }
 }
 

@@ -1,6 +1,7 @@
 //! One file per verb.
 
 pub(crate) mod add;
+pub(crate) mod benchmark;
 pub(crate) mod check;
 pub(crate) mod compare;
 pub(crate) mod completions;
@@ -14,6 +15,7 @@ pub(crate) mod map;
 pub(crate) mod measured;
 pub(crate) mod modes;
 pub(crate) mod report;
+pub(crate) mod sample;
 pub(crate) mod schema;
 pub(crate) mod twin;
 pub(crate) mod update;

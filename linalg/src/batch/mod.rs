@@ -6,7 +6,7 @@
 //!
 //! ```text
 //! once      mirror symmetry -> two families of shapes;  supports instead of rigid-body modes;  order, envelope, lists
-//! a batch   assemble -> K = L Lᵀ -> C = L⁻¹ M L⁻ᵀ -> Householder: T -> Sturm counts -> secant -> inverse iteration
+//! a batch   assemble -> K = L Lᵀ -> C = L⁻¹ M L⁻ᵀ -> Householder: T -> Sturm counts -> QL or secant -> inverse iteration
 //!           -> back to the sensors -> merge the families
 //! ```
 //!
@@ -43,6 +43,7 @@ mod sturm;
 #[cfg(test)]
 mod tests;
 mod tridiagonal;
+mod values;
 
 pub use mirror::{Mirror, detect_mirror};
 pub use pencil::{AffineEntry, AffinePencil};
