@@ -3,6 +3,10 @@
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 
+mod correlation;
+
+pub(crate) use correlation::{Compare, Placement, Pretest, Reduction, Sensitivity};
+
 /// Updates finite-element models of structures to vibration tests, and finds the physics that the models miss.
 #[derive(Debug, Parser)]
 #[command(name = "retune", version, propagate_version = true, max_term_width = 100)]
@@ -27,6 +31,8 @@ pub(crate) enum Command {
     Map(Map),
     Twin(Twin),
     Compare(Compare),
+    Pretest(Pretest),
+    Sensitivity(Sensitivity),
     Update(Update),
     Sample(Sample),
     Report(Report),
@@ -116,6 +122,9 @@ pub(crate) struct Measurement {
     /// Units of the geometry, where they are not those of the functions.
     #[arg(long, value_name = "SYSTEM")]
     pub(crate) geometry_units: Option<String>,
+    /// Where the axes of the geometry lie in the model: `{origin: [1 m, 0 m, 0 m], x: -y, z: +z}`, two axes of the three.
+    #[arg(long, value_name = "FRAME")]
+    pub(crate) frame: Option<String>,
 }
 
 /// How modes are identified.
@@ -131,13 +140,15 @@ pub(crate) enum Method {
 
 /// Identify modes from frequency response functions: frequencies, damping, shapes, each with its standard deviation.
 ///
-/// Reads universal files, tables (column frequency_hz), OpenModal folders, NumPy arrays; of a spectrum without force it
-/// gives the peaks. Checks the test itself on the way; exit code 1 when that finds a fault.
+/// Reads universal files, tables (column frequency_hz), OpenModal folders, NumPy arrays, MATLAB files; of a spectrum without
+/// force it gives the peaks, and modes that the files themselves hold are taken over. Checks the test itself on the way; exit
+/// code 1 when that finds a fault.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   retune identify run1.unv run2.unv -o test.yaml
   retune identify frfs.csv --geometry points.unv --band 3 35 --model models/bff.yaml -o test.yaml
-  retune identify openmodal_export/ --units SI --geometry-units in-lbf-s")]
+  retune identify openmodal_export/ --units SI --geometry-units in-lbf-s
+  retune identify shapes.csv --direction +z -o test.yaml")]
 pub(crate) struct Identify {
     /// Measurement files.
     #[arg(required = true)]
@@ -153,6 +164,9 @@ pub(crate) struct Identify {
     /// How.
     #[arg(long, value_enum, default_value_t = Method::Plscf)]
     pub(crate) method: Method,
+    /// Peaks of a spectrum without force: least height over the valleys beside them, dB.
+    #[arg(long, default_value_t = 10.0, value_name = "DB")]
+    pub(crate) peak_height: f64,
     /// Poles of the highest model order of each octave.
     #[arg(long, default_value_t = 40, value_parser = clap::value_parser!(u16).range(2..=400))]
     pub(crate) order: u16,
@@ -183,11 +197,13 @@ pub(crate) struct Identify {
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   retune health run1.unv --geometry points.unv
+  retune health test.yaml
+  retune health shapes.csv --direction +z
   retune health monday.unv --against friday.unv
 
 Exit code 1 when the data contradict themselves.")]
 pub(crate) struct Health {
-    /// Measurement files.
+    /// Measurement files, or one test file.
     #[arg(required = true)]
     pub(crate) files: Vec<PathBuf>,
     #[command(flatten)]
@@ -324,32 +340,6 @@ pub(crate) enum Pairing {
     Mac,
     /// By order of frequency, within symmetry classes where labels tell them.
     Order,
-}
-
-/// Compare a model with a test: pairs, frequency errors, MAC, and whether noise can explain the difference.
-#[derive(Debug, Args)]
-#[command(after_help = "Example:\n  retune compare models/bff.yaml models/bff_gvt.yaml")]
-pub(crate) struct Compare {
-    /// Model file.
-    pub(crate) model: PathBuf,
-    /// Test files; each is compared with the model in the configuration that it names.
-    #[arg(required = true, num_args = 1.., value_name = "TEST")]
-    pub(crate) tests: Vec<PathBuf>,
-    /// How modes are paired.
-    #[arg(long, value_enum, default_value_t = Pairing::Mac)]
-    pub(crate) pairing: Pairing,
-    /// Smallest MAC of a pair.
-    #[arg(long, default_value_t = 0.3)]
-    pub(crate) min_mac: f64,
-    /// Largest frequency ratio of a pair, as 1 + window.
-    #[arg(long, default_value_t = 0.5)]
-    pub(crate) frequency_window: f64,
-    /// Configuration of the model: a name under its `configurations`; that which the test names when absent.
-    #[arg(long, value_name = "NAME")]
-    pub(crate) configuration: Option<String>,
-    /// Print JSON instead of text.
-    #[arg(long)]
-    pub(crate) json: bool,
 }
 
 /// The cost to minimise.
@@ -631,9 +621,11 @@ pub(crate) enum ListOf {
     Optimizers,
     /// Physical effects that a diagnosis tries.
     Effects,
+    /// Criteria profiles of `retune compare --profile`.
+    Profiles,
 }
 
-/// What there is: elements, residuals, optimizers, effects.
+/// What there is: elements, residuals, optimizers, effects, profiles.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  retune list elements")]
 pub(crate) struct List {

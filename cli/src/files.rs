@@ -96,6 +96,11 @@ pub(crate) fn tested(path: &Path, tests: &[PathBuf], configuration: Option<&str>
     Ok(all)
 }
 
+/// Whether a file is a test file: its first key says so.
+pub(crate) fn is_test(path: &Path) -> bool {
+    read(path).is_ok_and(|text| text.lines().any(|l| l.starts_with("retune_test:")))
+}
+
 /// The problems of a test's sensors on a model: warnings to show, or a failure.
 pub(crate) fn check_sensors(model: &Model, test: &TestData, path: &Path, text: &str) -> Result<Vec<Problem>, Failure> {
     let problems = SourceMap::of(text).place(check(model, &test.sensors));

@@ -4,6 +4,7 @@
 //! Colour is decoration: every state has a sign and a word, so that text without colour says the same. Names come from
 //! files and may hold control characters; they are replaced before they reach a terminal.
 
+pub mod agreement;
 mod summary;
 
 pub use summary::summary;
@@ -281,6 +282,22 @@ pub fn number(value: f64) -> String {
 /// A fraction as a percentage with its sign.
 pub fn percent(fraction: f64) -> String {
     if fraction.is_finite() { format!("{:+.1} %", 100.0 * fraction) } else { "–".into() }
+}
+
+/// Words on lines of at most `width` columns; a longer word stands alone, cut.
+pub fn wrap(text: &str, width: usize) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in text.split_whitespace() {
+        let word = shorten(word, width);
+        match lines.last_mut() {
+            Some(line) if line.width() + 1 + word.width() <= width => {
+                line.push(' ');
+                line.push_str(&word);
+            }
+            _ => lines.push(word),
+        }
+    }
+    lines
 }
 
 #[cfg(test)]

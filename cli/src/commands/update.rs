@@ -99,7 +99,7 @@ pub(crate) fn run(args: &Update) -> Result<u8, Failure> {
         }
         for (t, (before, _)) in all.iter().zip(&assessed) {
             out += &format!("\nbefore{}\n", named(t, all.len()));
-            out += &pairs(before, &style);
+            out += &pairs(before, None, &style);
         }
         out += &format!("\ncost   {}\n", cost_history(&history, &costs, style.width.saturating_sub(7)));
         out += &format!("       {:.6} -> {:.6}; {}\n", u.cost_before, u.optimum.cost, u.optimum.termination.text());
@@ -118,7 +118,7 @@ pub(crate) fn run(args: &Update) -> Result<u8, Failure> {
         }
         for (t, (_, after)) in all.iter().zip(&assessed) {
             out += &format!("\nafter{}\n", named(t, all.len()));
-            out += &pairs(after, &style);
+            out += &pairs(after, None, &style);
             out += &summary(after);
         }
         out += "\n";

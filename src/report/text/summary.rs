@@ -1,6 +1,6 @@
 //! A report on a terminal: the verdict first, then what the page shows, in tables.
 
-use super::{Align, Cell, Style, Table, Tone, bar, cost_history, number, percent, printable, shorten};
+use super::{Align, Cell, Style, Table, Tone, bar, cost_history, number, percent, printable, shorten, wrap};
 use crate::report::data::{Bound, Category, Comparison, Diagnosis, Level, ReportData, Steps, Update};
 use std::fmt::Write as _;
 use unicode_width::UnicodeWidthStr;
@@ -261,22 +261,6 @@ fn chance(p: f64) -> String {
         p if p < 1.0 && p > 0.995 => "> 0.99".into(),
         p => format!("{p:.2}"),
     }
-}
-
-/// Words on lines of at most `width` columns; a longer word stands alone, cut.
-fn wrap(text: &str, width: usize) -> Vec<String> {
-    let mut lines: Vec<String> = Vec::new();
-    for word in text.split_whitespace() {
-        let word = shorten(word, width);
-        match lines.last_mut() {
-            Some(line) if line.width() + 1 + word.width() <= width => {
-                line.push(' ');
-                line.push_str(&word);
-            }
-            _ => lines.push(word),
-        }
-    }
-    lines
 }
 
 #[cfg(test)]
