@@ -27,7 +27,8 @@ pub(crate) fn run(args: &Update) -> Result<u8, Failure> {
     }
     let objective = objective(args.objective.as_deref())?;
     if let Some(output) = &args.output {
-        files::check_output(output, args.force)?;
+        // New values may be longer than the old ones.
+        files::check_room(output, args.force, model_text.len() + 4096)?;
     }
     let settings = Settings {
         cost: match args.cost {
@@ -88,6 +89,8 @@ pub(crate) fn run(args: &Update) -> Result<u8, Failure> {
             "unpaired_test": u.after.unpaired_test.iter().map(unpaired_json).collect::<Vec<_>>(),
             "chi_squared": u.after.misfit.chi_squared,
             "n_data": u.after.misfit.n_data,
+            "costs_by_batch_kernel": u.optimum.paths.batch,
+            "costs_by_reference_path": u.optimum.paths.reference,
             "warnings": u.optimum.warnings,
         }));
     } else {
@@ -104,6 +107,13 @@ pub(crate) fn run(args: &Update) -> Result<u8, Failure> {
         }
         out += &format!("\ncost   {}\n", cost_history(&history, &costs, style.width.saturating_sub(7)));
         out += &format!("       {:.6} -> {:.6}; {}\n", u.cost_before, u.optimum.cost, u.optimum.termination.text());
+        let paths = u.optimum.paths;
+        if paths.batch > 0 {
+            out += &format!(
+                "       {} costs by the batch kernel, {} by the reference path\n",
+                paths.batch, paths.reference
+            );
+        }
         if let Some(starts) = u.optimum.starts_in_words() {
             out += &format!("       {starts}\n");
         }
