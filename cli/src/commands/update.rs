@@ -3,6 +3,7 @@
 use super::compare::{origins, pair_json, summary, unpaired_json};
 use crate::args::{Cost, Pairing, Update};
 use crate::output::{Failure, pairs, parameters, print, print_json, style, warn};
+use crate::page::{Outputs, announce, provenance};
 use crate::progress::{Line, cancel_flag};
 use crate::{DONE, SHORT, files};
 use retune::correlation::PairBy;
@@ -20,6 +21,8 @@ pub(crate) fn run(args: &Update) -> Result<u8, Failure> {
     if let Some(output) = &args.output {
         files::check_output(output, args.force)?;
     }
+    let outputs = Outputs { page: args.report.as_ref(), force: args.force, ..Outputs::default() };
+    outputs.check()?;
     warn(&args.model, &model_text, &model_warnings);
     warn(&args.test, &test_text, &test_warnings);
     let settings = Settings {
@@ -96,6 +99,16 @@ pub(crate) fn run(args: &Update) -> Result<u8, Failure> {
             out += &format!("\nwritten: {}\n", output.display());
         }
         print(&out);
+    }
+    if args.report.is_some() {
+        let mut data = retune::report::of_update(&model, &test, &u)?;
+        data.meta.warnings.extend(model_warnings.iter().chain(&test_warnings).map(|p| p.message.clone()));
+        data.meta.warnings.extend(u.optimum.warnings.iter().map(ToString::to_string));
+        provenance(&mut data, &[("model", &args.model), ("test", &args.test)], Some(args.seed))?;
+        let written = outputs.write(&data)?;
+        if !args.json {
+            announce(&written);
+        }
     }
     for warning in &u.optimum.warnings {
         eprintln!("warning: {warning}");
