@@ -120,6 +120,10 @@ pub fn of_learning(model: &Model, test: &TestData, learned: &Learned) -> Result<
     add_before(&mut data, model, &before, test);
     let initial = model.parameters();
     let value_before = |name: &str, now: f64| initial.index_of(name).map_or(now, |i| initial.get(i).value);
+    let fresh = learned.steps.iter().rev().nth(1).and_then(|s| {
+        let id = s.added.as_ref()?.id();
+        s.diagnosis.hypotheses.iter().find(|h| h.id == id).filter(|_| last.dropped.is_empty())
+    });
     let u = data.update.get_or_insert_default();
     u.objective = "weighted least squares with priors".into();
     u.parameters = last
@@ -128,7 +132,7 @@ pub fn of_learning(model: &Model, test: &TestData, learned: &Learned) -> Result<
         .iter()
         .zip(&last.theta)
         .map(|(p, &value)| {
-            parameter(&ParameterChange {
+            let mut shown = parameter(&ParameterChange {
                 name: p.name.clone(),
                 unit: p.unit.clone(),
                 before: p.display(value_before(&p.name, p.value)),
@@ -137,7 +141,13 @@ pub fn of_learning(model: &Model, test: &TestData, learned: &Learned) -> Result<
                 upper: p.bounds.map(|b| p.display(b[1])),
                 at_bound: p.at_bound(value),
                 after_si: value,
-            })
+            });
+            // The fit that estimated the last effect is the fit of the last model.
+            if let Some(e) = fresh.iter().flat_map(|h| &h.estimates).find(|e| e.parameter == p.name) {
+                shown.interval = Some(e.interval.map(|v| p.display(v)));
+                shown.interval_label = "90 %".into();
+            }
+            shown
         })
         .collect();
     let records: Vec<LearningStep> = learned.steps.iter().map(LearningStep::from).collect();
@@ -269,7 +279,9 @@ fn mass_row(name: &str, unit: &str, target: Option<Target>, after: Option<f64>) 
 fn mass_values(model: &Model, a: &Assessment) -> [Option<f64>; 7] {
     let p = a.mass_properties.or_else(|| model.mass_properties(&a.theta).ok().flatten());
     let Some(p) = p else { return [None; 7] };
-    [p.mass, p.cg[0], p.cg[1], p.cg[2], p.inertia[0][0], p.inertia[1][1], p.inertia[2][2]].map(Some)
+    // Rounding of what symmetry makes zero is no number to show.
+    let shown = |v: f64| Some(if v.abs() < 1e-12 * p.mass { 0.0 } else { v });
+    [p.mass, p.cg[0], p.cg[1], p.cg[2], p.inertia[0][0], p.inertia[1][1], p.inertia[2][2]].map(shown)
 }
 
 fn meta(case: Case<'_>) -> Meta {
@@ -452,3 +464,6 @@ fn parameter(p: &ParameterChange) -> Parameter {
         ..Parameter::default()
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,6 +1,7 @@
 //! Reports for tests of the page: a flying wing, a large grid, hostile names, and reports with parts missing.
 
 mod large;
+pub(crate) mod learned;
 pub(crate) mod wing;
 
 use super::data::{Meta, Named, ReportData, Verdict};
@@ -104,6 +105,7 @@ fn fixture_pages_are_written() {
         ("hostile", hostile()),
         ("large", large::report()),
         ("channels", large::channels()),
+        ("learned", learned::report()),
         ("empty", ReportData::default()),
     ];
     for (name, data) in reports {

@@ -106,7 +106,7 @@ impl Cell {
 pub fn chance(p: f64) -> String {
     match p {
         p if !p.is_finite() => "–".into(),
-        p if p > 0.0 && p < 0.001 => "< 0.1 %".into(),
+        p if p < 0.001 => "< 0.1 %".into(),
         p if p < 1.0 && p > 0.999 => "> 99.9 %".into(),
         p => format!("{:.1} %", 100.0 * p),
     }
@@ -366,6 +366,16 @@ pub fn number(value: f64) -> String {
     }
 }
 
+/// Three significant digits, for estimates with their intervals.
+pub fn brief(value: f64) -> String {
+    let size = value.abs();
+    if !value.is_finite() || size == 0.0 || !(1e-3..1e5).contains(&size) {
+        return if size == 0.0 || !value.is_finite() { number(value) } else { format!("{value:.2e}") };
+    }
+    let decimals = (2.0 - size.log10().floor()).max(0.0) as usize;
+    format!("{value:.decimals$}")
+}
+
 /// A fraction as a percentage with its sign.
 pub fn percent(fraction: f64) -> String {
     if fraction.is_finite() { format!("{:+.1} %", 100.0 * fraction) } else { "–".into() }
@@ -443,7 +453,7 @@ mod tests {
     fn chances_are_never_rounded_to_certainty() {
         assert_eq!(
             [chance(0.0), chance(1e-9), chance(0.5), chance(0.99999), chance(1.0)].join(" "),
-            "0.0 % < 0.1 % 50.0 % > 99.9 % 100.0 %"
+            "< 0.1 % < 0.1 % 50.0 % > 99.9 % 100.0 %"
         );
     }
 

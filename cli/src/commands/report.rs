@@ -84,7 +84,7 @@ fn say_verdict(data: &ReportData) {
     if let Some(v) = &data.meta.verdict {
         let style = style(&std::io::stdout());
         for line in
-            text::wrap(&text::printable(&format!("{} {}: {}", v.sentence, v.number_label, v.number)), style.width)
+            text::wrap(&text::printable(&format!("{} {}: {}.", v.sentence, v.number, v.number_label)), style.width)
         {
             print(&format!("{line}\n"));
         }

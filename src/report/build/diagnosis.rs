@@ -148,7 +148,13 @@ fn hypothesis(
 /// A remedy as a sentence.
 fn sentence(text: &str) -> String {
     let mut letters = text.chars();
-    letters.next().map_or_else(String::new, |c| c.to_uppercase().collect::<String>() + letters.as_str() + ".")
+    // Names that somebody types keep their case.
+    let is_name = text.split_whitespace().next().is_some_and(|w| w.contains('@'));
+    match letters.next() {
+        Some(c) if !is_name => c.to_uppercase().collect::<String>() + letters.as_str() + ".",
+        Some(_) => format!("{text}."),
+        None => String::new(),
+    }
 }
 
 /// What the numbers say, for and against.
@@ -326,7 +332,7 @@ pub(super) fn verdict(d: &Diagnosis) -> Verdict {
         (None, None) => (String::new(), String::new()),
     };
     let chance = d.p_value.filter(|_| d.outcome != Outcome::Adequate);
-    let chance = chance.map_or_else(String::new, |p| format!(" As good by chance in {}.", odds(p)));
+    let chance = chance.map_or_else(String::new, |p| format!(" Chance alone does as well in {}.", odds(p)));
     Verdict {
         sentence: sentence(&d.sentence) + &chance,
         number: value,

@@ -1,12 +1,11 @@
 //! Where model and test disagree, as colours on the structure and as a ranking.
 
 use super::super::data::{Carrier, Field, Floats, Localization, Place, Scale, Structure, Suspect};
-use super::super::text::number;
 use super::Case;
 use super::structure::{drawn, group};
 use crate::correlation::{
     CorrelationError, ElementMatrix, ExpandedMode, Expander, MODEL_ERROR, by_group, element_energies, group_matrices,
-    localize, observation_matrix, sensor_misfits, shape_residual,
+    localize, observation_matrix, odds, sensor_misfits, shape_residual,
 };
 use crate::linalg::{DMatrix, DVector};
 use crate::model::{Model, ModelError, ParametricModel};
@@ -146,15 +145,12 @@ fn localization(
     let stands_out = by_element.stands_out(SIGNIFICANT);
     let sentence = match by_element.places.first() {
         Some(worst) if stands_out => format!(
-            "{} stands out most: noise alone gives any element as much with a probability of {}. It points at errors of \
-             the model as it is; a fit could absorb some of them.",
+            "{} stands out most: noise alone gives any element as much in {}. It points at errors of the model as it is; \
+             a fit could absorb some of them.",
             worst.name,
-            number(by_element.p_family)
+            odds(by_element.p_family)
         ),
-        _ => format!(
-            "Nothing stands out: noise alone gives any element as much with a probability of {}.",
-            number(by_element.p_family)
-        ),
+        _ => format!("Nothing stands out: noise alone gives any element as much in {}.", odds(by_element.p_family)),
     };
     let first = |mut list: Vec<Suspect>| {
         list.truncate(RANKED);

@@ -1,6 +1,6 @@
 //! What a diagnosis and a history of learning say on a terminal.
 
-use super::{Align, Cell, Style, Table, Tone, bar, broken, chance, number, printable, wrap};
+use super::{Align, Cell, Style, Table, Tone, bar, brief, broken, chance, number, printable, wrap};
 use crate::correlation::odds;
 use crate::report::data::{Category, Diagnosis, Estimate, Hypothesis, Outcome, Steps};
 use std::fmt::Write as _;
@@ -78,6 +78,9 @@ pub fn diagnosis(d: &Diagnosis, style: &Style) -> String {
         }
         out.push_str(&table.render(style));
     }
+    if !d.warnings.is_empty() {
+        out.push('\n');
+    }
     for warning in &d.warnings {
         paragraph(&mut out, &format!("note: {warning}"), style);
     }
@@ -114,14 +117,14 @@ fn flowed(line: &str, width: usize) -> Vec<String> {
     out
 }
 
-/// The estimate as a reader wants it: `offset 0.08206 m (90 %: 0.07870 … 0.08540)`.
+/// The estimate as a reader wants it: `offset 0.0821 m (90 %: 0.0787 … 0.0854)`.
 fn estimate(e: &Estimate) -> String {
     let unit = if e.unit.is_empty() { String::new() } else { format!(" {}", e.unit) };
     let interval = e.interval.map_or_else(String::new, |[l, u]| {
         let label = if e.interval_label.is_empty() { String::new() } else { format!("{}: ", e.interval_label) };
-        format!(" ({label}{} … {})", number(l), number(u))
+        format!(" ({label}{} … {})", brief(l), brief(u))
     });
-    format!("{} {}{unit}{interval}", e.quantity, number(e.value))
+    format!("{} {}{unit}{interval}", e.quantity, brief(e.value))
 }
 
 fn hypotheses(d: &Diagnosis, style: &Style) -> String {
@@ -230,7 +233,7 @@ mod tests {
             for h in &d.hypotheses {
                 assert!(text.contains(&h.id) || text.contains(&h.kind), "{} at {width}:\n{text}", h.id);
             }
-            assert!(text.contains("offset aft of the spar 61.00 mm (90 %: 52.00 … 70.00)"), "{width}: {text}");
+            assert!(text.contains("offset aft of the spar 61.0 mm (90 %: 52.0 … 70.0)"), "{width}: {text}");
             assert!(text.lines().all(|l| l.width() <= width || l.starts_with("  #")), "{width}: {text}");
             assert!(text.contains("= tied with the first") && text.contains("retune add MODEL mass-offset@outer_wing"));
         }

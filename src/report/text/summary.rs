@@ -32,9 +32,9 @@ pub fn summary(data: &ReportData, style: &Style) -> String {
         if !verdict.number.is_empty() {
             let _ = writeln!(
                 out,
-                "  {}: {}",
-                printable(&verdict.number_label),
-                style.paint(tone, &printable(&verdict.number))
+                "  {}  {}",
+                style.paint(tone, &printable(&verdict.number)),
+                printable(&verdict.number_label)
             );
         }
     }
@@ -80,7 +80,8 @@ fn localization(out: &mut String, l: &Localization, style: &Style) {
     }
     let mut table = Table::new([("above noise", Align::Right), ("P by noise", Align::Right), ("element", Align::Left)]);
     for s in l.elements.iter().take(SUSPECTS) {
-        table.row([optional(s.above_noise, number), optional(s.p_value, number), (&s.place.text).into()]);
+        let p = |p: f64| if p < 1e-300 { "< 1e-300".into() } else { number(p) };
+        table.row([optional(s.above_noise, number), optional(s.p_value, p), (&s.place.text).into()]);
     }
     out.push_str(&table.render(style));
 }
@@ -100,12 +101,7 @@ fn optional(value: Option<f64>, write: impl Fn(f64) -> String) -> Cell {
 }
 
 fn pairs(out: &mut String, data: &ReportData, c: &Comparison, style: &Style) {
-    let note = if c.criteria.is_empty() {
-        "error = (model - test)/test".into()
-    } else {
-        format!("error = (model - test)/test; criteria: {}", c.criteria)
-    };
-    head(out, "Pairs", &note, style);
+    head(out, "Pairs", &c.criteria, style);
     let mut table = Table::new([
         ("mode", Align::Left),
         ("test Hz", Align::Right),
@@ -130,6 +126,11 @@ fn pairs(out: &mut String, data: &ReportData, c: &Comparison, style: &Style) {
         ]);
     }
     out.push_str(&table.render(style));
+    let _ = writeln!(
+        out,
+        "{}",
+        style.paint(Tone::Dim, "error = (model - test)/test: plus means that the model is too high")
+    );
     let names = |list: Vec<(&str, f64)>| {
         list.iter().map(|(l, f)| format!("{} ({} Hz)", printable(l), number(*f))).collect::<Vec<_>>().join(", ")
     };
