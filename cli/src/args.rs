@@ -33,6 +33,7 @@ pub(crate) enum Command {
     Add(Add),
     Undo(Undo),
     Learn(Learn),
+    Benchmark(Benchmark),
     Schema(Schema),
     List(List),
     Explain(Explain),
@@ -548,6 +549,48 @@ pub(crate) struct Learn {
     /// Print JSON instead of text.
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+/// How good is a diagnosis? Synthetic twins with a known answer, and the score.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  retune benchmark diagnosis --structure cantilever")]
+pub(crate) struct Benchmark {
+    /// What to measure.
+    pub(crate) what: BenchmarkWhat,
+    /// Only these structures.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) structure: Vec<String>,
+    /// Twins with nothing missing, on each structure.
+    #[arg(long, default_value_t = 20)]
+    pub(crate) null: usize,
+    /// Places and sizes of every effect, on each structure.
+    #[arg(long, default_value_t = 2)]
+    pub(crate) effects: usize,
+    /// Sensors with every fault, on each structure.
+    #[arg(long, default_value_t = 2)]
+    pub(crate) faults: usize,
+    /// Twins with every change outside the catalogue, on each structure.
+    #[arg(long, default_value_t = 3)]
+    pub(crate) outside: usize,
+    /// The noise that is there, over the one that the test states.
+    #[arg(long, default_value_t = 1.0)]
+    pub(crate) noise_factor: f64,
+    /// Seed of all random numbers.
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Print every case.
+    #[arg(long)]
+    pub(crate) cases: bool,
+    /// Print JSON instead of text.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// What is measured.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub(crate) enum BenchmarkWhat {
+    /// `retune diagnose` on twins with a hidden effect, a fault, or nothing.
+    Diagnosis,
 }
 
 /// Which kind of file.

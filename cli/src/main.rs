@@ -44,6 +44,7 @@ fn main() -> ExitCode {
         Command::Add(a) => commands::add::run(a),
         Command::Undo(a) => commands::add::run_undo(a),
         Command::Learn(a) => commands::learn::run(a),
+        Command::Benchmark(a) => commands::benchmark::run(a),
         Command::Schema(a) => commands::schema::run(a),
         Command::List(a) => commands::list::run(a),
         Command::Explain(a) => commands::explain::run(a),

@@ -55,3 +55,13 @@ pub(crate) fn cancel_flag() -> Arc<AtomicBool> {
     });
     flag
 }
+
+/// A bar over a known number of things; silent when standard error is no terminal.
+pub(crate) fn bar(what: &'static str) -> ProgressBar {
+    let bar = ProgressBar::with_draw_target(Some(0), ProgressDrawTarget::stderr_with_hz(10));
+    if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len} {msg}, {eta} left") {
+        bar.set_style(style);
+    }
+    bar.set_message(what);
+    bar
+}

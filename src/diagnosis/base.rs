@@ -1,7 +1,9 @@
 //! The base fit with its screening: all that is known before any hypothesis is refitted.
 
+use super::evidence::goodness_of_fit;
 use super::faults::{Fault, Trace, faults, traces};
 use super::noise::{Scatter, best_scores, p_value, scatter};
+use super::robust::robust;
 use super::scene::{Fit, Scene, fit};
 use super::screen::{Directions, Score, Screened, project, screen};
 use super::{DiagnosisError, Settings};
@@ -11,6 +13,8 @@ use crate::optim::Draw;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
+/// A fit is poor whose misfit noise alone would give with less than this probability.
+const POOR: f64 = 0.01;
 /// Starts in the box beside the estimates.
 const BOX_STARTS: usize = 5;
 
@@ -91,6 +95,22 @@ pub(super) fn stage(
         .collect();
     let mut fault_scores: Vec<(usize, f64, f64)> =
         seen.iter().map(|(i, t)| (*i, t.score(&residual), t.number(&residual))).collect();
+    // A gross fault has pulled the fit aside; at a fit that it could not pull, its trace is whole.
+    if !list.is_empty()
+        && goodness_of_fit(&base, &q) < POOR
+        && let Some(other) = robust(&scene, &base, scaled)?
+    {
+        let excess = 2.0 * (other.phi - base.phi);
+        for (i, trace) in traces(&scene, &other, scaled, &list).into_iter().enumerate() {
+            let Some(trace) = trace else { continue };
+            let (t, number) = (trace.score(&other.r) - excess, trace.number(&other.r));
+            match fault_scores.iter_mut().find(|f| f.0 == i) {
+                Some(f) if t > f.1 => (f.1, f.2) = (t, number),
+                Some(_) => {}
+                None => fault_scores.push((i, t.max(0.0), number)),
+            }
+        }
+    }
     fault_scores.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
     let null_traces: Vec<Trace> = seen.into_iter().map(|(_, t)| t).collect();
     let draws = best_scores(&base, &q, &directions, &null_traces, settings.seed.wrapping_add(1));

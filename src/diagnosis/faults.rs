@@ -208,6 +208,8 @@ fn positions(scene: &Scene, out: &mut Vec<Fault>) {
         let mut near: Vec<(f64, usize)> =
             (0..at.len()).filter(|&o| o != s).map(|o| (distance(here, at[o]), o)).filter(|(d, _)| *d > 0.0).collect();
         near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        // Several sensors at one place are one place.
+        near.dedup_by(|a, b| distance(at[a.1], at[b.1]) < 1e-9);
         for &(_, o) in near.iter().take(NEIGHBOURS) {
             let name = sensors[o].name.clone();
             out.push(Fault { sensor: s, change: Change::Position { place: sensors[o].place.clone(), name } });
@@ -217,7 +219,8 @@ fn positions(scene: &Scene, out: &mut Vec<Fault>) {
             .map(|(name, p)| (distance(here, *p), name))
             .filter(|(d, _)| *d > 1e-9)
             .min_by(|a, b| a.0.total_cmp(&b.0));
-        if let Some((_, name)) = nearest {
+        let known = |d: f64| near.iter().take(NEIGHBOURS).any(|(other, _)| (other - d).abs() < 1e-9);
+        if let Some((_, name)) = nearest.filter(|(d, _)| !known(*d)) {
             let place = Place::Node { node: name.clone(), position: None };
             out.push(Fault { sensor: s, change: Change::Position { place, name: name.clone() } });
         }

@@ -10,13 +10,16 @@
 //! `next_measurement` what would separate ties. [`learn`] repeats it. Stated numbers are SI.
 
 mod base;
+pub mod benchmark;
 mod error;
 mod evidence;
 mod faults;
 mod learn;
+mod mesh;
 mod next_measurement;
 mod noise;
 mod refit;
+mod robust;
 mod scene;
 mod screen;
 #[cfg(test)]

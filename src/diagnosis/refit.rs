@@ -1,7 +1,7 @@
 //! Full refits of the best hypotheses: base parameters and size together.
 
 use super::base::Stage;
-use super::evidence::{held_out, ln_evidence};
+use super::evidence::{goodness_of_fit, held_out, ln_evidence};
 use super::faults::{Change, Fault, GAIN_SD};
 use super::scene::{Fit, Scene, fit};
 use super::screen::{Score, start_sizes};
@@ -17,6 +17,8 @@ use std::collections::BTreeMap;
 const BEST: usize = 12;
 /// Faults that are refitted.
 const BEST_FAULTS: usize = 4;
+/// A refit leaves noise whose misfit has at least this probability.
+const NOISE: f64 = 0.01;
 /// 90 % of a Gaussian lie within this many standard deviations.
 const NINETY: f64 = 1.6449;
 
@@ -80,10 +82,21 @@ pub(super) fn chosen_effects(stage: &Stage, limit: usize) -> Vec<Score> {
     out
 }
 
+/// What is refitted: an effect, or a fault with its number.
+#[derive(Clone, Copy)]
+enum Job<'a> {
+    Effect(&'a Score),
+    Fault(&'a (usize, f64, f64)),
+}
+
 /// Refits the best effects and faults of a stage, in parallel, in a fixed order; what cannot be fitted is left out.
+///
+/// Where none of them leaves noise, first-order scores have misled: then one more of every kind, and the next best, have
+/// their turn.
 pub(super) fn refit(stage: &Stage, few: bool) -> Result<Vec<Refit>, DiagnosisError> {
     let base = ln_evidence(&stage.fit)?;
-    let scores = chosen_effects(stage, if few { BEST / 2 } else { BEST });
+    let limit = if few { BEST / 2 } else { BEST };
+    let scores = chosen_effects(stage, limit);
     let mut faults: Vec<&(usize, f64, f64)> = Vec::new();
     let best = stage.fault_scores.first().map_or(0.0, |f| f.1);
     for f in &stage.fault_scores {
@@ -93,11 +106,37 @@ pub(super) fn refit(stage: &Stage, few: bool) -> Result<Vec<Refit>, DiagnosisErr
             faults.push(f);
         }
     }
-    enum Job<'a> {
-        Effect(&'a Score),
-        Fault(&'a (usize, f64, f64)),
+    let jobs: Vec<Job<'_>> =
+        scores.iter().map(Job::Effect).chain(faults.iter().copied().map(Job::Fault)).collect();
+    let mut done = run(stage, &jobs, base);
+    let mut leaves_noise = false;
+    for r in &done {
+        leaves_noise |= r.ln_bayes > 0.0 && goodness_of_fit(&r.fit, &r.fit.basis()?) > NOISE;
     }
-    let jobs: Vec<Job<'_>> = scores.iter().map(Job::Effect).chain(faults.into_iter().map(Job::Fault)).collect();
+    if !leaves_noise && !few && goodness_of_fit(&stage.fit, &stage.q) < NOISE {
+        let mut kinds: BTreeMap<&str, usize> = BTreeMap::new();
+        let mut more: Vec<Job<'_>> = Vec::new();
+        for (rank, s) in stage.effects.iter().enumerate().filter(|(_, s)| !scores.contains(s)) {
+            let count = kinds.entry(stage.screened[s.index].candidate.effect.name()).or_default();
+            *count += 1;
+            if *count == 1 || rank < 2 * limit {
+                more.push(Job::Effect(s));
+            }
+        }
+        let mut kinds: BTreeMap<&str, usize> = BTreeMap::new();
+        for f in stage.fault_scores.iter().filter(|f| f.1 > 4.0 && !faults.contains(f)) {
+            let count = kinds.entry(stage.faults[f.0].name()).or_default();
+            *count += 1;
+            if *count <= 2 {
+                more.push(Job::Fault(f));
+            }
+        }
+        done.extend(run(stage, &more, base));
+    }
+    Ok(done)
+}
+
+fn run(stage: &Stage, jobs: &[Job<'_>], base: f64) -> Vec<Refit> {
     let done: Vec<Option<Refit>> = jobs
         .par_iter()
         .map(|job| match job {
@@ -105,7 +144,7 @@ pub(super) fn refit(stage: &Stage, few: bool) -> Result<Vec<Refit>, DiagnosisErr
             Job::Fault((index, _, number)) => refit_fault(stage, &stage.faults[*index], *number, base).ok(),
         })
         .collect();
-    Ok(done.into_iter().flatten().collect())
+    done.into_iter().flatten().collect()
 }
 
 /// The scene with an effect in it.

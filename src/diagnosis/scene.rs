@@ -233,6 +233,12 @@ pub(super) fn fit(scene: &Scene, starts: &[DVector<f64>], weight: f64) -> Result
     at(&comparison, &posed, x)
 }
 
+/// The problem at a point, without a fit.
+pub(super) fn evaluate(scene: &Scene, x: DVector<f64>, weight: f64) -> Result<Fit, DiagnosisError> {
+    let comparison = scene.comparison()?;
+    at(&comparison, &Posed::new(&comparison, scene.priors(), weight), x)
+}
+
 fn at(comparison: &Comparison<'_>, posed: &Posed<'_>, x: DVector<f64>) -> Result<Fit, DiagnosisError> {
     let Linearization { residuals: r, jacobian: j } = posed.linearize(&x)?;
     let theta = posed.data.scaling().theta(&x);

@@ -11,6 +11,7 @@
 
 use super::base::{Stage, stage};
 use super::evidence::{degrees_of_freedom, goodness_of_fit, held_out, something_else};
+use super::mesh::{mesh_errors, modes};
 use super::next_measurement::next_measurements;
 use super::noise::whiteness;
 use super::refit::{Refit, Tried, refit};
@@ -235,6 +236,28 @@ fn sentence(verdict: Verdict, best: Option<&HypothesisResult>, base: &Stage, rem
     }
 }
 
+/// Modes whose frequency the mesh falsifies by more than a third of its standard deviation.
+fn mesh_warning(base: &Stage) -> Option<String> {
+    let n = base.fit.rows.n_modes;
+    let errors = mesh_errors(&base.scene.model, &base.fit.theta, 2 * n).ok()?;
+    let frequencies = modes(&base.scene.model, &base.fit.theta, 2 * n).ok()?;
+    let hz: Vec<f64> = frequencies.elastic().map(|i| frequencies.frequency_hz(i)).collect();
+    let bad: Vec<String> = (0..n)
+        .filter_map(|m| {
+            let partner = (0..hz.len()).min_by(|&a, &b| {
+                let d = |i: usize| (hz[i] - base.fit.frequencies[m]).abs();
+                d(a).total_cmp(&d(b))
+            })?;
+            let sd = base.scene.test.modes[m].frequency_hz.sd / base.scene.test.modes[m].frequency_hz.value;
+            let error = *errors.get(partner)?;
+            (error > sd / 3.0).then(|| format!("mode {} by {:.2} %", m + 1, 100.0 * error))
+        })
+        .collect();
+    (!bad.is_empty()).then(|| {
+        format!("the mesh is too coarse, frequencies are too high: {}; subdivide the beams", bad.join(", "))
+    })
+}
+
 fn warnings(base: &Stage) -> Vec<String> {
     let mut out = Vec::new();
     if !base.fit.rows.has_shapes {
@@ -248,6 +271,7 @@ fn warnings(base: &Stage) -> Vec<String> {
     if base.scene.test.frfs.is_some() {
         out.push("frequency responses and damping are not used: identify modes from them first".to_string());
     }
+    out.extend(mesh_warning(base));
     let bounds = base.fit.x.iter().filter(|x| **x < 1e-6 || **x > 1.0 - 1e-6).count();
     if bounds > 0 {
         out.push(format!("{bounds} parameters of the fitted base sit on a bound"));

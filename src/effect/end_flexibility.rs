@@ -32,7 +32,7 @@ pub(super) fn flexible_end(effect: &str, structure: &Structure<'_>, at: &Locatio
     let about = format!("compliance of the joint at {} in {} of the member", at.place(), dof);
     let c = b.parameter("compliance", unit, 0.05 * own, [0.0, 5.0 * own], &about);
     for (i, end) in ends.iter().enumerate() {
-        let element = structure.model().elements()[end.element].name.clone();
+        let element = structure.element_of_file(end.element).to_string();
         let property = format!("end{}_compliance_{dof}", end.side);
         let suffix = if ends.len() > 1 { format!(".{}", i + 1) } else { String::new() };
         b.change(&suffix, &[element], OverrideSpec { add: entry(&property, &c), ..OverrideSpec::default() });

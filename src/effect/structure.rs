@@ -277,7 +277,13 @@ impl<'a> Structure<'a> {
     }
 
     fn end_name(&self, end: &End) -> String {
-        format!("{}:{}", self.model.elements()[end.element].name, self.node_name(end.node))
+        format!("{}:{}", self.element_of_file(end.element), self.node_name(end.node))
+    }
+
+    /// Name of an element as the file has it, however finely it is subdivided.
+    pub(super) fn element_of_file(&self, element: usize) -> &str {
+        let name = &self.model.elements()[element].name;
+        name.rsplit_once('/').map_or(name, |(whole, _)| whole)
     }
 
     /// The end of a name `element:node`.

@@ -20,6 +20,9 @@ use std::str::FromStr;
 /// Functions are superposed from at most this many elastic modes.
 const MOST_MODES: usize = 400;
 
+/// A mode that moves the sensors by less than this share of its largest entry is seen by none.
+const UNSEEN: f64 = 1e-9;
+
 /// Random streams.
 const MODES_STREAM: u64 = 1;
 const FRF_STREAM: u64 = 2;
@@ -226,7 +229,7 @@ pub fn node_sensors(model: &dyn ParametricModel) -> Vec<Sensor> {
 /// ```text
 /// f = f_r (1 + ε_f n),   ψ_k = φ_k + ε_ψ max|φ| n      n standard normal, φ scaled to a largest entry of 1
 /// ```
-/// Faults act on φ before the noise. Rigid-body modes are left out.
+/// Faults act on φ before the noise. Rigid-body modes, and modes that no sensor sees, are left out.
 ///
 /// * `origin` - how the numbers came about, for the file
 ///
@@ -256,6 +259,10 @@ pub fn twin_modes(
             continue;
         }
         let column = at.column(r);
+        // What no sensor sees but for rounding is not measured.
+        if !sensors.is_empty() && column.amax() < UNSEEN * modes.shapes.column(r).amax() {
+            continue;
+        }
         let largest = column.iter().fold(0.0_f64, |a, v| if v.abs() > a.abs() { *v } else { a });
         let scale = if largest == 0.0 { 1.0 } else { largest };
         let frequency = f * (1.0 + options.frequency_noise * rng.normal());

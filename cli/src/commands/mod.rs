@@ -1,6 +1,7 @@
 //! One file per verb.
 
 pub(crate) mod add;
+pub(crate) mod benchmark;
 pub(crate) mod check;
 pub(crate) mod compare;
 pub(crate) mod completions;

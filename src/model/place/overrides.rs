@@ -81,6 +81,9 @@ impl Placer<'_> {
                     continue;
                 }
                 for &e in elements {
+                    if !self.at_end(elements, e, property) {
+                        continue;
+                    }
                     let kind = self.elements[e].kind;
                     let Some(i) = kind.properties().iter().position(|p| p.name == property) else { continue };
                     let unit = if what == "scale" { "1" } else { kind.properties()[i].unit };
@@ -102,6 +105,20 @@ impl Placer<'_> {
                 }
             }
         }
+    }
+
+    /// Whether a property of an end belongs to this part: the ends of a subdivided element are those of its first and last
+    /// part.
+    fn at_end(&self, elements: &[usize], e: usize, property: &str) -> bool {
+        let is_first = property.starts_with("end1_");
+        if !is_first && !property.starts_with("end2_") {
+            return true;
+        }
+        let Some(parts) = self.elements[e].name.rsplit_once('/').and_then(|(whole, _)| self.sets.get(whole)) else {
+            return true;
+        };
+        let is_whole = parts.iter().all(|p| elements.contains(p));
+        !is_whole || (if is_first { parts.first() } else { parts.last() }) == Some(&e)
     }
 
     pub(super) fn override_factors(&mut self, change: &OverrideSpec, path: &str, elements: &[usize]) {

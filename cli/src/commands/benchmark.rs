@@ -1,0 +1,105 @@
+//! `retune benchmark`
+
+use crate::DONE;
+use crate::args::{Benchmark, BenchmarkWhat};
+use crate::output::{Failure, print, print_json};
+use crate::progress::bar;
+use retune::diagnosis::benchmark::{Benchmark as Measured, Plan, Score, Share, benchmark};
+use retune::diagnosis::{Settings, Verdict};
+use std::fmt::Write as _;
+
+pub(crate) fn run(args: &Benchmark) -> Result<u8, Failure> {
+    let BenchmarkWhat::Diagnosis = args.what;
+    let plan = Plan {
+        structures: args.structure.clone(),
+        null: args.null,
+        effects: args.effects,
+        faults: args.faults,
+        outside: args.outside,
+        noise_factor: args.noise_factor,
+        seed: args.seed,
+        ..Plan::default()
+    };
+    let bar = bar("cases");
+    let result = benchmark(&plan, &Settings::default(), &|done, of| {
+        bar.set_length(of as u64);
+        bar.set_position(done as u64);
+    })?;
+    bar.finish_and_clear();
+    if args.json {
+        print_json(&serde_json::to_value(&result)?);
+    } else {
+        print(&text(&result, args.cases));
+    }
+    Ok(DONE)
+}
+
+fn text(result: &Measured, cases: bool) -> String {
+    let mut out = String::new();
+    if cases {
+        for o in result.outcomes.iter().filter(|o| o.verdict.is_some()) {
+            let good = if o.class == "nothing" {
+                o.verdict == Some(Verdict::Adequate)
+            } else if o.class == "outside" {
+                o.verdict == Some(Verdict::Unexplained)
+            } else {
+                o.right
+            };
+            let _ = writeln!(
+                out,
+                "{} {:16} {:52} gain {:8.0} {:18} {:52} p {:.3} ties {} {}{}{} removed {:.2} noise {:.2}",
+                if good { " " } else { "x" },
+                o.structure,
+                o.id,
+                o.gain,
+                o.verdict.map_or("", Verdict::word),
+                o.found_id,
+                o.stated,
+                o.ties,
+                if o.tied { "tied " } else { "" },
+                if o.alike { "alike " } else { "" },
+                if o.refitted { "" } else { "not-refitted" },
+                o.removed,
+                o.noise_factor,
+            );
+        }
+        out.push('\n');
+    }
+    out + &score(&result.score)
+}
+
+fn score(s: &Score) -> String {
+    let mut out = String::from("| question | share | cases | bar |\n| --- | --- | --- | --- |\n");
+    let mut line = |what: &str, share: Share, bar: &str| {
+        let _ = writeln!(out, "| {what} | {:.1} % | {} of {} | {bar} |", 100.0 * share.value(), share.count, share.of);
+    };
+    line("false alarms where nothing is missing", s.false_alarms, "≤ 5 %");
+    line("hidden effects that can be seen (misfit gain above 30)", s.visible_effects, "");
+    line("visible effects: kind and place first", s.right_first, "≥ 90 %");
+    line("visible effects: that, or the same trace in these data, first", s.alike_first, "");
+    line("visible effects: kind first", s.right_kind, "");
+    line("visible effects: in the tie set", s.in_tie_set, "≥ 97 %");
+    line("visible effects: wrong and alone", s.wrong_and_alone, "≤ 3 %");
+    line("visible effects: nine tenths of the error gone after `add`", s.error_removed, "≥ 90 %");
+    line("hidden faults that can be seen", s.faults_visible, "");
+    line("visible faults: kind and sensor first", s.faults_right, "≥ 90 %");
+    line("visible changes outside the catalogue: called adequate", s.outside_adequate, "0 %");
+    line("visible changes outside the catalogue: unexplained", s.outside_unexplained, "≥ 60 %");
+    let _ = writeln!(out, "\nexpected calibration error {:.3} (bar 0.08); stated, right, cases:", s.calibration.expected_error);
+    for (stated, right, cases) in &s.calibration.bins {
+        let _ = writeln!(out, "  {stated:.2}  {right:.2}  {cases}");
+    }
+    out.push_str("\n| structure | false alarms | kind and place first | in the tie set |\n| --- | --- | --- | --- |\n");
+    for (name, shares) in &s.structures {
+        let cells: Vec<String> = shares.iter().map(|s| format!("{} of {}", s.count, s.of)).collect();
+        let _ = writeln!(out, "| {name} | {} |", cells.join(" | "));
+    }
+    out.push_str("\n| hidden | found |\n| --- | --- |\n");
+    for (hidden, found) in &s.confusion {
+        let mut found: Vec<(&String, &usize)> = found.iter().collect();
+        found.sort_by(|a, b| b.1.cmp(a.1).then(a.0.cmp(b.0)));
+        let cells: Vec<String> = found.iter().map(|(f, n)| format!("{f} {n}")).collect();
+        let _ = writeln!(out, "| {hidden} | {} |", cells.join(", "));
+    }
+    out
+}

@@ -1,0 +1,103 @@
+//! How good is a diagnosis? Twins with a known answer, on several structures, and the score.
+//!
+//! ```text
+//! structure x (nothing | effect at a place, of a size | fault of a sensor | something outside the catalogue)
+//!   -> a twin on a finer mesh, with noise -> diagnose with the coarse model -> is the answer right?
+//! ```
+//!
+//! Every twin is synthetic. Places, sizes, sensors and noise are drawn from the seed; no structure, place or size is chosen by
+//! hand. Sensors are chosen by effective independence, modes by what the coarse mesh resolves.
+
+mod case;
+mod hidden;
+mod score;
+mod structures;
+
+pub use case::Outcome;
+use case::Case;
+pub use score::{Calibration, Score, Share};
+pub use structures::{STRUCTURES, Specimen};
+
+use super::{DiagnosisError, Settings};
+use rayon::prelude::*;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// How much is tried.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Plan {
+    /// Names of the structures; all when empty.
+    pub structures: Vec<String>,
+    /// Twins with nothing missing, on each structure.
+    pub null: usize,
+    /// Places and sizes of every effect, on each structure.
+    pub effects: usize,
+    /// Sensors with every fault, on each structure.
+    pub faults: usize,
+    /// Twins with every change outside the catalogue, on each structure.
+    pub outside: usize,
+    /// Relative noise of frequencies that the test states.
+    pub frequency_noise: f64,
+    /// Noise of shapes, relative to the largest entry, that the test states.
+    pub shape_noise: f64,
+    /// The noise that is there, over the one that is stated.
+    pub noise_factor: f64,
+    /// Seed of all random numbers.
+    pub seed: u64,
+}
+
+impl Default for Plan {
+    fn default() -> Self {
+        Self {
+            structures: Vec::new(),
+            null: 20,
+            effects: 2,
+            faults: 2,
+            outside: 3,
+            frequency_noise: 0.003,
+            shape_noise: 0.02,
+            noise_factor: 1.0,
+            seed: 1,
+        }
+    }
+}
+
+/// What came out.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct Benchmark {
+    /// Every case.
+    pub outcomes: Vec<Outcome>,
+    /// The score.
+    pub score: Score,
+}
+
+/// Runs the plan; `progress` is told how many of how many cases are done.
+///
+/// Errors: a structure that cannot be prepared. A case that cannot be posed (a truth without modes) is left out.
+pub fn benchmark(
+    plan: &Plan,
+    settings: &Settings,
+    progress: &(dyn Fn(usize, usize) + Sync),
+) -> Result<Benchmark, DiagnosisError> {
+    let mut cases: Vec<(Specimen, Vec<Case>)> = Vec::new();
+    for (k, (name, text)) in STRUCTURES.iter().enumerate() {
+        if plan.structures.is_empty() || plan.structures.iter().any(|s| s == name) {
+            let specimen = Specimen::new(name, text, plan)?;
+            let list = specimen.cases(plan, settings, plan.seed.wrapping_mul(1000).wrapping_add(k as u64));
+            cases.push((specimen, list));
+        }
+    }
+    let all: Vec<(&Specimen, &Case)> = cases.iter().flat_map(|(s, list)| list.iter().map(move |c| (s, c))).collect();
+    let done = AtomicUsize::new(0);
+    let outcomes: Vec<Option<Outcome>> = all
+        .par_iter()
+        .with_max_len(1)
+        .map(|(specimen, case)| {
+            let outcome = specimen.run(case, plan, settings);
+            progress(done.fetch_add(1, Ordering::Relaxed) + 1, all.len());
+            outcome.ok().flatten()
+        })
+        .collect();
+    let outcomes: Vec<Outcome> = outcomes.into_iter().flatten().collect();
+    let score = Score::new(&outcomes);
+    Ok(Benchmark { outcomes, score })
+}

@@ -1,0 +1,77 @@
+//! Is the mesh fine enough for the modes of the test?
+//!
+//! A coarse mesh makes frequencies too high, and a diagnosis would look for physics to lower them. The same file with three
+//! elements for one says how much.
+
+use super::DiagnosisError;
+use crate::linalg::DMatrix;
+use crate::modal::{Modes, SolveOptions, solve};
+use crate::model::spec::ModelSpec;
+use crate::model::{Model, ParametricModel, Registry};
+use crate::objective::EvalError;
+
+/// Elements for one.
+const FINER: u32 = 3;
+
+pub(super) fn unsolvable(reason: impl std::fmt::Display) -> DiagnosisError {
+    EvalError::Unsolvable { reason: reason.to_string() }.into()
+}
+
+/// Builds a specification.
+pub(super) fn build(spec: ModelSpec) -> Result<Model, DiagnosisError> {
+    let first = |p: Vec<crate::yaml::Problem>| unsolvable(p.first().map(ToString::to_string).unwrap_or_default());
+    Ok(Model::new(spec, &Registry::builtin()).map_err(first)?.0)
+}
+
+/// The lowest elastic modes at θ.
+pub(super) fn modes(model: &Model, theta: &[f64], n_elastic: usize) -> Result<Modes, DiagnosisError> {
+    let system = model.assemble(theta).map_err(unsolvable)?;
+    let options = SolveOptions { n_elastic, shift: None };
+    solve(&system.stiffness, &system.mass, &model.dof_map().rigid_motions(), options).map_err(unsolvable)
+}
+
+/// The same structure with three beams for one. A member without mass or torsional stiffness of its own, whose inner nodes
+/// would hang in the air, stays as it is.
+pub(super) fn refined(model: &Model, theta: &[f64]) -> Result<Model, DiagnosisError> {
+    let finer = |spec: &mut ModelSpec, name: &str| {
+        if let Some(member) = spec.beams.get_mut(name) {
+            member.subdivide = Some(FINER * member.subdivide.unwrap_or(1));
+        }
+    };
+    let sound = |m: &Model| modes(m, theta, 1).is_ok_and(|found| found.n_mechanism == 0);
+    let names: Vec<String> = model.spec().beams.keys().cloned().collect();
+    let mut all = model.spec().clone();
+    names.iter().for_each(|n| finer(&mut all, n));
+    if let Ok(m) = build(all)
+        && sound(&m)
+    {
+        return Ok(m);
+    }
+    let mut spec = model.spec().clone();
+    for name in &names {
+        let mut tried = spec.clone();
+        finer(&mut tried, name);
+        if build(tried.clone()).is_ok_and(|m| sound(&m)) {
+            spec = tried;
+        }
+    }
+    build(spec)
+}
+
+/// Relative error of each of the lowest elastic frequencies that the mesh makes, by ascending frequency.
+pub(super) fn mesh_errors(model: &Model, theta: &[f64], n_elastic: usize) -> Result<Vec<f64>, DiagnosisError> {
+    let fine = refined(model, theta)?;
+    let (coarse, exact) = (modes(model, theta, n_elastic)?, modes(&fine, theta, n_elastic)?);
+    let hz = |m: &Modes| -> Vec<f64> { m.elastic().map(|i| m.frequency_hz(i)).collect() };
+    Ok(hz(&coarse).iter().zip(hz(&exact)).map(|(c, e)| c / e - 1.0).collect())
+}
+
+/// Readings of modes at the rows of an observation matrix, those that no sensor sees left out.
+pub(super) fn seen(rows: &DMatrix<f64>, modes: &Modes, n: usize) -> Vec<nalgebra::DVector<f64>> {
+    modes
+        .elastic()
+        .take(n)
+        .map(|i| rows * modes.shapes.column(i))
+        .filter(|at| at.amax() > 1e-9 * rows.amax())
+        .collect()
+}
