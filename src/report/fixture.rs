@@ -98,7 +98,7 @@ fn hostile() -> ReportData {
 fn fixture_pages_are_written() {
     let folder = folder();
     std::fs::create_dir_all(&folder).unwrap();
-    let reports = [
+    let reports = vec![
         ("wing", wing::report()),
         ("model_only", model_only()),
         ("model_and_test", model_and_test()),

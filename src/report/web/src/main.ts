@@ -1,7 +1,7 @@
 /** Builds the page from its data. */
 
 import { charts } from "./charts";
-import { badge, h, type Child } from "./dom";
+import { badge, h, soft, type Child } from "./dom";
 import { fixed, percent, slug } from "./format";
 import { diagnosesSection } from "./sections/diagnosis";
 import { frfsSection } from "./sections/frfs";
@@ -55,9 +55,9 @@ function head(data: ReportData, theme: Child): HTMLElement {
       h("div", {}, h("p", { class: "brand" }, "retune report"), h("h1", {}, title || "Report"), subtitle ? h("p", { class: "subtitle" }, subtitle) : null),
       theme),
     verdict ? h("section", { class: `verdict ${verdict.level}`, "aria-label": "Verdict", id: "verdict" },
-      h("div", { class: "verdict-text" }, badge(verdict.level, LEVELS[verdict.level]), h("p", { class: "sentence" }, verdict.sentence),
+      h("div", { class: "verdict-text" }, badge(verdict.level, LEVELS[verdict.level]), h("p", { class: "sentence" }, soft(verdict.sentence)),
         data.comparison ? glance(data.comparison) : null),
-      verdict.number ? h("div", { class: "verdict-number" }, h("span", { class: verdict.number.length > 9 ? "big long" : "big" }, verdict.number), h("span", { class: "big-label" }, verdict.number_label)) : null) : null);
+      verdict.number ? h("div", { class: "verdict-number" }, h("span", { class: verdict.number.length > 9 ? "big long" : "big" }, verdict.number), h("span", { class: "big-label" }, soft(verdict.number_label))) : null) : null);
 }
 
 function themeButton(): HTMLElement {

@@ -1,6 +1,6 @@
 /** What is missing, where it sits, how sure that is, and what else it could be. */
 
-import { badge, card, choice, h, num, type Child } from "../dom";
+import { badge, card, choice, h, num, soft, type Child } from "../dom";
 import { fixed, probability, significant } from "../format";
 import { makeViewer } from "../viewer";
 import type { Diagnosis, Hypothesis, Place, Structure } from "../types";
@@ -95,7 +95,7 @@ function diagnosisSection(d: Diagnosis, s: Structure | undefined, root: string):
 
   const item = (x: Hypothesis, i: number): HTMLElement => h("li", {}, h("button", { type: "button", class: "hypothesis", "data-index": i, onclick: () => select(i) },
       h("span", { class: "p-bar", "aria-hidden": "true" }, h("span", { style: `width:${Math.round(100 * Math.min(1, Math.max(0, x.probability ?? 0)))}%` })),
-      h("span", { class: "hypothesis-name" }, nameOf(x)),
+      h("span", { class: "hypothesis-name" }, soft(nameOf(x))),
       h("span", { class: "hypothesis-p" }, num(probability(x.probability), `${root}.hypotheses.${i}.probability`)),
       h("span", { class: "hypothesis-sub" }, CATEGORIES[x.category],
         x.misfit_after == null ? "" : [" · misfit ", arrow(x.misfit_before, x.misfit_after, `${root}.hypotheses.${i}`, ["misfit_before", "misfit_after"])],
@@ -115,7 +115,7 @@ function diagnosisSection(d: Diagnosis, s: Structure | undefined, root: string):
         m.place && viewer && has(m.place) ? [" ", h("button", { type: "button", class: "link", onclick: () => showPlace(m.place!, `measure here: ${m.place!.text}`) }, "show the place")] : ""))))) : null;
   const [level, words] = OUTCOMES[d.outcome];
   const section = h("div", { class: "stack" },
-    h("section", { class: "card diagnosis-head" }, badge(level, words), h("p", { class: "lead" }, d.sentence),
+    h("section", { class: "card diagnosis-head" }, badge(level, words), h("p", { class: "lead" }, soft(d.sentence)),
       h("p", { class: "note" },
         d.misfit == null ? "" : ["misfit of the fitted model ", num(significant(d.misfit, 4), `${root}.misfit`),
           d.degrees_of_freedom == null ? "; " : [", noise alone leaves about ", num(significant(d.degrees_of_freedom, 4), `${root}.degrees_of_freedom`), "; "]],

@@ -1,7 +1,7 @@
 /** The error falling: how much each step explains, and whether data that the fit did not see agree. */
 
 import { Chart } from "../charts";
-import { card, choice, h, num, table } from "../dom";
+import { card, choice, h, num, soft, table } from "../dom";
 import { fixed, plain, shorten, significant } from "../format";
 import { heat } from "../heat";
 import type { Steps } from "../types";
@@ -46,8 +46,8 @@ export function stepsSection(w: Steps): HTMLElement {
       h("div", { class: "toolbar" }, choice("Axis", [{ value: "linear", text: "linear" }, { value: "log", text: "log" }], scale, (v) => { scale = v; chart.refresh(); })),
       chart.root,
       table("Steps", [{ head: "Step" }, { head: "Misfit", numeric: true }, ...(held ? [{ head: "Held out", numeric: true }] : []), { head: "" }],
-        w.steps.map((s, i) => [h("strong", {}, s.name), num(significant(s.misfit, 4), `steps.steps.${i}.misfit`),
-          ...(held ? [num(significant(s.held_out, 4), `steps.steps.${i}.held_out`)] : []), s.note]), { id: "step-table" })),
+        w.steps.map((s, i) => [h("strong", {}, soft(s.name)), num(significant(s.misfit, 4), `steps.steps.${i}.misfit`),
+          ...(held ? [num(significant(s.held_out, 4), `steps.steps.${i}.held_out`)] : []), soft(s.note)]), { id: "step-table" })),
     modal ? card("Per mode", "the same misfit, mode by mode",
       heat({ title: "Misfit per mode", row_axis: "step", column_axis: "mode", rows: w.steps.map((s) => s.name), columns: w.mode_labels,
         values: w.steps.map((s) => w.mode_labels.map((_, j) => s.per_mode[j] ?? null)) },
