@@ -76,7 +76,7 @@ export function choice<T extends string>(
       onclick: () => {
         for (const b of buttons) b.setAttribute("aria-pressed", String(b.dataset["value"] === value));
         change(value);
-      } }, text));
+      } }, soft(text)));
   return h("div", { class: "segments", role: "group", "aria-label": label }, buttons);
 }
 

@@ -108,7 +108,7 @@ function diagnosisSection(d: Diagnosis, s: Structure | undefined, root: string):
     rest.length ? h("details", { class: "more-hypotheses" }, h("summary", {}, `${rest.length} more, each below 0.01`), h("ol", { class: "hypotheses" }, rest.map((o) => o.item))) : null);
 
   const next = d.next_measurements.length ? card("What to measure next", "the measurement that separates best comes first",
-    h("ol", { class: "next" }, d.next_measurements.map((m, i) => h("li", {},
+    h("ol", { class: "next" }, d.next_measurements.slice(0, 5).map((m, i) => h("li", {},
       h("strong", {}, m.what), m.why ? h("p", {}, m.why) : null,
       h("p", { class: "note" }, m.separates.length ? `separates ${m.separates.map(wordOf).join(" from ")}` : "",
         m.expected_log_bayes_factor == null ? "" : [m.separates.length ? "; " : "", "expected log Bayes factor ", num(fixed(m.expected_log_bayes_factor, 1), `${root}.next_measurements.${i}.expected_log_bayes_factor`)],
