@@ -168,9 +168,13 @@ fn functions_of_a_twin_stand_beside_those_of_the_model() {
     let frfs = &f.json("r.json")["frfs"];
     assert_eq!(frfs["origin"], "synthetic");
     assert_eq!(frfs["channels"].as_array().unwrap().len(), 34);
-    // Functions of the same model: its own shapes exactly, but for damping; not those of the initial one.
-    let csac = |k: usize| frfs["bands"][k]["csac"].as_f64().unwrap();
-    assert!((0..6).all(|k| csac(k) > 0.95), "{}", frfs["bands"]);
+    // Functions of the same model, but for the damping, against those of the initial one.
+    let mean = |key: &str| {
+        let all = frfs["channels"].as_array().unwrap().iter().flat_map(|c| c[key].as_array().unwrap());
+        let known: Vec<f64> = all.filter_map(Value::as_f64).collect();
+        known.iter().sum::<f64>() / known.len() as f64
+    };
+    assert!(mean("frac") > mean("frac_before") + 0.2, "{} against {}", mean("frac"), mean("frac_before"));
     assert!(frfs["fdac_before"].as_array().is_some_and(|l| l.len() == 1));
 }
 
