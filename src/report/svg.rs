@@ -265,8 +265,9 @@ fn wrap(text: &str, width: usize) -> Vec<String> {
 fn frf(f: &Frfs, channel: &Channel) -> Canvas {
     let mut canvas = Canvas::new(COLUMN * 1.4, 90.0);
     let hz: Vec<f64> = f.frequency_hz.0.iter().map(|v| f64::from(*v)).collect();
+    let test = if f.origin == "synthetic" { "test (synthetic)" } else { "measured" };
     let curves: Vec<_> = [
-        ("measured", &channel.measured, TEST, ""),
+        (test, &channel.measured, TEST, ""),
         ("model", &channel.model, MODEL, "22 12"),
         ("before", &channel.before, BEFORE, "6 10"),
     ]

@@ -185,7 +185,7 @@ check("any channel can be chosen and drawn", async () => {
     const c = data.frfs.channels[index];
     assert.equal(await page.textContent("#frf-title"), `${c.response} / ${c.reference}`);
     const curves = await page.evaluate(() => document.getElementById("frf-chart").data.map((t) => [t.name, t.y.length]));
-    assert.deepEqual(new Set(curves.map((k) => k[0])), new Set(["measured", "model", "model before"]));
+    assert.deepEqual(new Set(curves.map((k) => k[0])), new Set(["test (synthetic)", "model", "model before"]));
     assert.ok(curves.every((k) => k[1] === 1025));
     assert.ok((await page.textContent("#frf-bands")).includes(c.frac[0].toFixed(3)));
   }

@@ -10,13 +10,14 @@ import { colorBar } from "../legend";
 import type { Channel, Frfs } from "../types";
 
 type Curve = "measured" | "model" | "before";
-const STYLE: Record<Curve, { name: string; dash: string; width: number }> = {
+const STYLES: Record<Curve, { name: string; dash: string; width: number }> = {
   measured: { name: "measured", dash: "solid", width: 2.2 },
   model: { name: "model", dash: "dash", width: 2 },
   before: { name: "model before", dash: "dot", width: 1.6 },
 };
 
 export function frfsSection(f: Frfs): HTMLElement {
+  const STYLE = f.origin === "synthetic" ? { ...STYLES, measured: { ...STYLES.measured, name: "test (synthetic)" } } : STYLES;
   const frequency = Array.from(floats(f.frequency_hz));
   const cache = new Map<string, Polar>();
   const curve = (index: number, which: Curve): Polar | null => {
@@ -109,7 +110,7 @@ export function frfsSection(f: Frfs): HTMLElement {
       h("h4", { class: "list-title" }, f.bands.length ? "Channels, lowest FRAC first" : "Channels"), overview,
       f.bands.length ? colorBar("viridis", "0", "1", "FRAC by band") : null),
     h("div", { class: "stack" },
-      card("Measured against model", `${f.quantity} of ${f.channels.length} ${f.channels.length === 1 ? "channel" : "channels"} on ${frequency.length} lines${f.origin ? `, ${f.origin}` : ""}; drag in the picture to zoom, double-click to return`,
+      card(f.origin === "synthetic" ? "Test against model" : "Measured against model", `${f.quantity} of ${f.channels.length} ${f.channels.length === 1 ? "channel" : "channels"} on ${frequency.length} lines${f.origin ? `, ${f.origin}` : ""}; drag in the picture to zoom, double-click to return`,
         h("div", { class: "toolbar" },
           h("label", { class: "field" }, "Channel ", select),
           h("button", { type: "button", "aria-label": "Previous channel", onclick: () => choose(current - 1) }, "‹"),
