@@ -3,6 +3,10 @@
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 
+mod correlation;
+
+pub(crate) use correlation::{Compare, Placement, Pretest, Reduction, Sensitivity};
+
 /// Updates finite-element models of structures to vibration tests, and finds the physics that the models miss.
 #[derive(Debug, Parser)]
 #[command(name = "retune", version, propagate_version = true, max_term_width = 100)]
@@ -27,7 +31,10 @@ pub(crate) enum Command {
     Map(Map),
     Twin(Twin),
     Compare(Compare),
+    Pretest(Pretest),
+    Sensitivity(Sensitivity),
     Update(Update),
+    Sample(Sample),
     Report(Report),
     Diagnose(Diagnose),
     Add(Add),
@@ -115,6 +122,9 @@ pub(crate) struct Measurement {
     /// Units of the geometry, where they are not those of the functions.
     #[arg(long, value_name = "SYSTEM")]
     pub(crate) geometry_units: Option<String>,
+    /// Where the axes of the geometry lie in the model: `{origin: [1 m, 0 m, 0 m], x: -y, z: +z}`, two axes of the three.
+    #[arg(long, value_name = "FRAME")]
+    pub(crate) frame: Option<String>,
 }
 
 /// How modes are identified.
@@ -130,13 +140,15 @@ pub(crate) enum Method {
 
 /// Identify modes from frequency response functions: frequencies, damping, shapes, each with its standard deviation.
 ///
-/// Reads universal files, tables (column frequency_hz), OpenModal folders, NumPy arrays; of a spectrum without force it
-/// gives the peaks. Checks the test itself on the way; exit code 1 when that finds a fault.
+/// Reads universal files, tables (column frequency_hz), OpenModal folders, NumPy arrays, MATLAB files; of a spectrum without
+/// force it gives the peaks, and modes that the files themselves hold are taken over. Checks the test itself on the way; exit
+/// code 1 when that finds a fault.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   retune identify run1.unv run2.unv -o test.yaml
   retune identify frfs.csv --geometry points.unv --band 3 35 --model models/bff.yaml -o test.yaml
-  retune identify openmodal_export/ --units SI --geometry-units in-lbf-s")]
+  retune identify openmodal_export/ --units SI --geometry-units in-lbf-s
+  retune identify shapes.csv --direction +z -o test.yaml")]
 pub(crate) struct Identify {
     /// Measurement files.
     #[arg(required = true)]
@@ -152,6 +164,9 @@ pub(crate) struct Identify {
     /// How.
     #[arg(long, value_enum, default_value_t = Method::Plscf)]
     pub(crate) method: Method,
+    /// Peaks of a spectrum without force: least height over the valleys beside them, dB.
+    #[arg(long, default_value_t = 10.0, value_name = "DB")]
+    pub(crate) peak_height: f64,
     /// Poles of the highest model order of each octave.
     #[arg(long, default_value_t = 40, value_parser = clap::value_parser!(u16).range(2..=400))]
     pub(crate) order: u16,
@@ -182,11 +197,13 @@ pub(crate) struct Identify {
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   retune health run1.unv --geometry points.unv
+  retune health test.yaml
+  retune health shapes.csv --direction +z
   retune health monday.unv --against friday.unv
 
 Exit code 1 when the data contradict themselves.")]
 pub(crate) struct Health {
-    /// Measurement files.
+    /// Measurement files, or one test file.
     #[arg(required = true)]
     pub(crate) files: Vec<PathBuf>,
     #[command(flatten)]
@@ -325,31 +342,6 @@ pub(crate) enum Pairing {
     Order,
 }
 
-/// Compare a model with a test: pairs, frequency errors, MAC, and whether noise can explain the difference.
-#[derive(Debug, Args)]
-#[command(after_help = "Example:\n  retune compare models/bff.yaml models/bff_gvt.yaml")]
-pub(crate) struct Compare {
-    /// Model file.
-    pub(crate) model: PathBuf,
-    /// Test file.
-    pub(crate) test: PathBuf,
-    /// How modes are paired.
-    #[arg(long, value_enum, default_value_t = Pairing::Mac)]
-    pub(crate) pairing: Pairing,
-    /// Smallest MAC of a pair.
-    #[arg(long, default_value_t = 0.3)]
-    pub(crate) min_mac: f64,
-    /// Largest frequency ratio of a pair, as 1 + window.
-    #[arg(long, default_value_t = 0.5)]
-    pub(crate) frequency_window: f64,
-    /// Configuration of the model: a name under its `configurations`; that which the test names when absent.
-    #[arg(long, value_name = "NAME")]
-    pub(crate) configuration: Option<String>,
-    /// Print JSON instead of text.
-    #[arg(long)]
-    pub(crate) json: bool,
-}
-
 /// The cost to minimise.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Cost {
@@ -361,26 +353,32 @@ pub(crate) enum Cost {
     Frequencies,
 }
 
-/// Update a model to a test: change its bounded parameters until it fits.
+/// Update a model to one test or several: change its bounded parameters until it fits, and say how certain they are.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   retune update models/bff.yaml models/bff_gvt.yaml -o updated.yaml
   retune update models/bff.yaml models/bff_gvt.yaml --cost paper --seed 3 -o updated.yaml
+  retune update models/bff.yaml models/bff_gvt.yaml models/bff_bench.yaml
+  retune update models/bff.yaml models/bff_gvt.yaml --objective objective.yaml
   retune update models/bff.yaml models/bff_gvt.yaml --optimizer '[differential-evolution, nelder-mead]'
 
 Ctrl-C stops cleanly and keeps the best point so far.")]
 pub(crate) struct Update {
     /// Model file.
     pub(crate) model: PathBuf,
-    /// Test file.
-    pub(crate) test: PathBuf,
+    /// Test files; each is compared with the model in the configuration that it names, and all are fitted at once.
+    #[arg(required = true, num_args = 1.., value_name = "TEST")]
+    pub(crate) tests: Vec<PathBuf>,
     /// Where to write the updated model: the same file with new values, comments and order kept.
     #[arg(short, long)]
     pub(crate) output: Option<PathBuf>,
     /// What to minimise.
     #[arg(long, value_enum, default_value_t = Cost::LeastSquares)]
     pub(crate) cost: Cost,
-    /// How modes are paired; by MAC, for frequencies alone by order.
+    /// A file with terms and weights, loss, regularisation and limits of the least-squares cost.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) objective: Option<PathBuf>,
+    /// How modes are paired; by MAC, without shapes and for frequencies alone by order.
     #[arg(long, value_enum)]
     pub(crate) pairing: Option<Pairing>,
     /// A method of `retune list optimizers`, or YAML with settings.
@@ -401,6 +399,42 @@ pub(crate) struct Update {
     /// Continue from the checkpoint of an interrupted run.
     #[arg(long, requires = "checkpoint")]
     pub(crate) resume: bool,
+    /// Overwrite an existing output file.
+    #[arg(long)]
+    pub(crate) force: bool,
+    /// Configuration of the model: a name under its `configurations`; that which the test names when absent.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) configuration: Option<String>,
+    /// Print JSON instead of text.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// Sample the posterior of the parameters: means, quantiles, correlations, and the evidence of the model.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:
+  retune sample models/bff.yaml models/bff_gvt.yaml models/bff_bench.yaml --samples 2000 -o samples.csv
+
+The prior is uniform between the bounds; prior_sd of a parameter acts on top of it. Evidences of two models compare on the
+same tests: the difference of ln Z is the logarithm of the odds.")]
+pub(crate) struct Sample {
+    /// Model file.
+    pub(crate) model: PathBuf,
+    /// Test files; each is compared with the model in the configuration that it names.
+    #[arg(required = true, num_args = 1.., value_name = "TEST")]
+    pub(crate) tests: Vec<PathBuf>,
+    /// Where to write the samples: a CSV table, one column a parameter, in the units of the tables.
+    #[arg(short, long)]
+    pub(crate) output: Option<PathBuf>,
+    /// Number of samples.
+    #[arg(long, default_value_t = 1000, value_parser = clap::value_parser!(u32).range(50..=1_000_000))]
+    pub(crate) samples: u32,
+    /// A file with terms and weights, loss, regularisation and limits of the least-squares cost.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) objective: Option<PathBuf>,
+    /// Seed of all random numbers.
+    #[arg(long, default_value_t = 0)]
+    pub(crate) seed: u64,
     /// Overwrite an existing output file.
     #[arg(long)]
     pub(crate) force: bool,
@@ -522,7 +556,9 @@ pub(crate) struct Undo {
 
 /// Diagnose, add, refit, until nothing more is justified.
 #[derive(Debug, Args)]
-#[command(after_help = "Example:\n  retune learn models/bff.yaml models/bff_gvt.yaml -o learned.yaml --report learned.html")]
+#[command(
+    after_help = "Example:\n  retune learn models/bff.yaml models/bff_gvt.yaml -o learned.yaml --report learned.html"
+)]
 pub(crate) struct Learn {
     /// Model file.
     pub(crate) model: PathBuf,
@@ -622,9 +658,11 @@ pub(crate) enum ListOf {
     Optimizers,
     /// Physical effects that a diagnosis tries.
     Effects,
+    /// Criteria profiles of `retune compare --profile`.
+    Profiles,
 }
 
-/// What there is: elements, residuals, optimizers, effects.
+/// What there is: elements, residuals, optimizers, effects, profiles.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  retune list elements")]
 pub(crate) struct List {

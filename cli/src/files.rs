@@ -1,11 +1,11 @@
 //! Reading files with problems shown in place, and writing without losing anything.
 
-use crate::output::Failure;
+use crate::output::{Failure, warn};
 use retune::correlation::check_sensors as check;
-use retune::data::{TestData, read_test};
+use retune::data::{MeasurementOptions, TestData, read_measurements, read_test};
 use retune::model::{Model, Registry, load_configuration};
 use retune::yaml::{Problem, Severity, SourceMap};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Files above this size are not YAML that a person wrote.
 const LARGEST: u64 = 256 << 20;
@@ -56,9 +56,48 @@ pub(crate) fn tested_model(
 pub(crate) fn test(path: &Path) -> Result<(TestData, Vec<Problem>, String), Failure> {
     let text = read(path)?;
     match read_test(&text) {
-        Ok((test, warnings)) => Ok((test, warnings, text)),
+        Ok((mut test, warnings)) => {
+            if let Some(fit) = &test.frf_fit {
+                let folder = path.parent().unwrap_or(Path::new(""));
+                let files: Vec<_> = fit.files.iter().map(|f| folder.join(f)).collect();
+                test.frfs = read_measurements(&files, None, &MeasurementOptions::default())?.frfs;
+                if test.frfs.is_none() {
+                    let place = Problem::error("frfs.files", "these files hold no frequency response functions");
+                    return Err(Failure::problems(path, &text, &SourceMap::of(&text).place(vec![place])));
+                }
+            }
+            Ok((test, warnings, text))
+        }
         Err(problems) => Err(Failure::problems(path, &text, &problems)),
     }
+}
+
+/// A test, the model in its configuration, and the model's text.
+pub(crate) struct Tested {
+    pub(crate) test: TestData,
+    pub(crate) model: Model,
+    pub(crate) model_text: String,
+}
+
+/// Reads tests, and a model in the configuration of each; warnings are shown.
+pub(crate) fn tested(path: &Path, tests: &[PathBuf], configuration: Option<&str>) -> Result<Vec<Tested>, Failure> {
+    let mut all = Vec::with_capacity(tests.len());
+    for (i, test_path) in tests.iter().enumerate() {
+        let (test, mut warnings, text) = test(test_path)?;
+        let (model, model_warnings, model_text) = tested_model(path, configuration, (&test, test_path, &text))?;
+        warnings.extend(check_sensors(&model, &test, test_path, &text)?);
+        if i == 0 {
+            warn(path, &model_text, &model_warnings);
+        }
+        warn(test_path, &text, &warnings);
+        all.push(Tested { test, model, model_text });
+    }
+    Ok(all)
+}
+
+/// Whether a file is a test file: its first key says so.
+pub(crate) fn is_test(path: &Path) -> bool {
+    read(path).is_ok_and(|text| text.lines().any(|l| l.starts_with("retune_test:")))
 }
 
 /// The problems of a test's sensors on a model: warnings to show, or a failure.

@@ -8,6 +8,7 @@ mod files;
 mod output;
 mod page;
 mod progress;
+mod uncertain;
 
 use args::{Cli, Command};
 use clap::Parser;
@@ -38,7 +39,10 @@ fn main() -> ExitCode {
         Command::Map(a) => commands::map::run(a),
         Command::Twin(a) => commands::twin::run(a),
         Command::Compare(a) => commands::compare::run(a),
+        Command::Pretest(a) => commands::pretest::run(a),
+        Command::Sensitivity(a) => commands::sensitivity::run(a),
         Command::Update(a) => commands::update::run(a),
+        Command::Sample(a) => commands::sample::run(a),
         Command::Report(a) => commands::report::run(a),
         Command::Diagnose(a) => commands::diagnose::run(a),
         Command::Add(a) => commands::add::run(a),

@@ -4,6 +4,7 @@
 //! ones first, experimental ones second, and NaN marks what was not measured. Start reading at [`mac_matrix`].
 
 mod assignment;
+mod chi_square_sum;
 mod comac;
 mod criteria;
 mod expansion;
@@ -17,6 +18,7 @@ mod observe;
 mod orthogonality;
 mod pairing;
 mod pretest;
+mod single_change;
 mod statistics;
 mod subspace;
 
@@ -25,7 +27,7 @@ pub use criteria::{
     BUILTIN_PROFILES, Check, CriteriaError, CriteriaProfile, Evidence, Judgement, ModeMarks, PairEvidence,
     ProbabilityOf, find_profile, parse_profiles,
 };
-pub use expansion::{ExpandedShape, Expander, MODEL_ERROR};
+pub use expansion::{ExpandedShape, Expander};
 pub use frf::{
     BandResidual, ByChannel, FrequencyShift, Signature, band_residuals, fdac, frac, frequency_shift, is_driving_point,
     local_amplitude, signatures, to_quantity,
@@ -50,6 +52,7 @@ pub use pretest::{
     DrivingPoint, Gain, SensorChoice, effective_independence, effective_masses, kinetic_energy_shares,
     rank_driving_points, rank_next_measurements, sensors_by_auto_mac, sensors_by_kinetic_energy,
 };
+pub use single_change::{SingleChange, SingleChanges, single_changes};
 pub use statistics::{
     Misfit, ShapeResidual, band_misfits, odds, probability_of_frequency, probability_of_mac, sensor_misfits,
     shape_residual,
@@ -119,6 +122,22 @@ pub enum CorrelationError {
         analytical: FrfQuantity,
         /// Of the test.
         experimental: FrfQuantity,
+    },
+    /// No channel of a measurement is a sensor of the test.
+    #[error("no {what} channel of the functions is a sensor of the test: they are called {names}; name the sensors alike, or put them on nodes of these names")]
+    NoChannel {
+        /// "response" or "excitation".
+        what: &'static str,
+        /// The first of them.
+        names: String,
+    },
+    /// The mass cannot be reduced to the sensors in that way.
+    #[error("{method} reduction of the mass to the sensors: {reason}")]
+    Reduction {
+        /// Which reduction.
+        method: &'static str,
+        /// Why not.
+        reason: String,
     },
     /// A kernel failed.
     #[error("the comparison has no result")]

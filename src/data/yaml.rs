@@ -1,9 +1,12 @@
 //! The YAML test file: sensors, modes with uncertainties and origins, mass properties.
 
+mod statics;
 mod write;
 
+pub use statics::{DEFAULT_FRF_SD, DEFAULT_STATIC_SD};
 pub use write::write_test;
 
+use self::statics::{FrfSpec, StaticTestSpec};
 use super::test::{MassProperty, MassQuantity, Measured, Origin, Place, Sensor, TestData, TestMode};
 use crate::catalogue::did_you_mean;
 use crate::linalg::{Complex, DVector};
@@ -50,6 +53,12 @@ pub struct TestSpec {
     /// Measured modes.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub modes: Vec<ModeSpec>,
+    /// Static tests: loads on the supported structure, and what the sensors read under them.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub static_tests: IndexMap<String, StaticTestSpec>,
+    /// Frequency response functions that a fit may use.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub frfs: Option<FrfSpec>,
     /// Measured mass properties: `mass`, `cg_x` ... `cg_z`, `inertia_xx` ... `inertia_yz`.
     #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
     pub mass_properties: IndexMap<String, MassPropertySpec>,
@@ -335,8 +344,12 @@ impl Reader<'_> {
                 format_args!("this program reads version 1 of the format, not {}", spec.retune_test),
             );
         }
-        if spec.modes.is_empty() && spec.mass_properties.is_empty() && spec.sensors.is_empty() {
-            self.error("", "the test has neither modes nor mass properties nor sensors");
+        if spec.modes.is_empty()
+            && spec.mass_properties.is_empty()
+            && spec.sensors.is_empty()
+            && spec.static_tests.is_empty()
+        {
+            self.error("", "the test has neither modes nor static tests nor mass properties nor sensors");
         }
         let sensors: Vec<Sensor> = spec.sensors.iter().map(|(name, s)| self.sensor(name, s)).collect();
         let mut modes: Vec<TestMode> =
@@ -359,6 +372,8 @@ impl Reader<'_> {
         }
         modes.sort_by(|a, b| a.frequency_hz.value.total_cmp(&b.frequency_hz.value));
         let mass_properties = spec.mass_properties.iter().filter_map(|(name, p)| self.mass_property(name, p)).collect();
+        let static_tests = spec.static_tests.iter().map(|(name, t)| self.static_test(name, t)).collect();
+        let frf_fit = spec.frfs.as_ref().map(|f| self.frf_fit(f));
         TestData {
             name: spec.name.clone(),
             description: spec.description.clone(),
@@ -366,7 +381,9 @@ impl Reader<'_> {
             sensors,
             modes,
             mass_properties,
+            static_tests,
             frfs: None,
+            frf_fit,
         }
     }
 

@@ -22,7 +22,6 @@ mod registry;
 pub mod spec;
 mod system;
 mod value;
-mod write;
 
 pub use assembly::{AffinePart, Basis, Entry};
 pub use character::{ModeCharacter, ModeLabel, family, label_modes, symmetry_index};
@@ -38,7 +37,6 @@ pub use registry::Registry;
 pub use spec::{ModelSpec, schema};
 pub use system::System;
 pub use value::{Affine, Value};
-pub use write::{WriteError, set_parameter_values};
 
 use crate::element::ElementError;
 use crate::linalg::SymMatrix;

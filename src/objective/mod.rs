@@ -3,17 +3,27 @@
 //! Sign and scale are the same everywhere: r = (model - test)/σ and cost = ½ rᵀr, unless an objective states another
 //! cost (the paper's equation (4) does). Parameters reach an optimiser as x in the unit box, θ = lower + x (upper - lower).
 
+mod augmented;
 mod least_squares;
+mod loss;
 mod paper;
 mod prediction;
 pub mod residual;
+mod responses;
 mod scaling;
+mod stacked;
+mod statics;
 
+pub use augmented::{Augmented, Wall};
 pub use least_squares::LeastSquares;
+pub(crate) use loss::Choice;
+pub use loss::Loss;
 pub use paper::PaperCost;
 pub use prediction::{Comparison, Prediction, PredictionDerivative, starting_point};
 pub use residual::{RESIDUALS, Residual};
 pub use scaling::Scaling;
+pub use stacked::Stacked;
+pub use statics::static_readings;
 
 use crate::linalg::{DMatrix, DVector};
 

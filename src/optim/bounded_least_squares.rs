@@ -2,7 +2,7 @@
 
 use crate::linalg::{DMatrix, DVector};
 
-/// The minimiser of a damped linear model inside a box.
+/// The minimiser of a linear model inside a box.
 ///
 /// ```text
 /// min  ½ |A d - b|²   subject to   lower <= d <= upper,     A (m × n) of full column rank, lower <= 0 <= upper
@@ -16,7 +16,7 @@ use crate::linalg::{DMatrix, DVector};
 /// # Source
 /// P. B. Stark, R. L. Parker, Bounded-variable least-squares: an algorithm and applications, Computational Statistics 10,
 /// 1995; J. Nocedal, S. J. Wright, Numerical Optimization, 2nd ed., 2006, section 16.5.
-pub(super) fn bounded_least_squares(
+pub fn bounded_least_squares(
     a: &DMatrix<f64>,
     b: &DVector<f64>,
     lower: &DVector<f64>,

@@ -8,8 +8,8 @@ mod structure;
 pub use diagnosis::{LearningStep, diagnosis, learning_steps};
 
 use super::data::{
-    Bound, Comparison, DataItem, Floats, History, LabelledMatrix, Level, MassProperty, Meta, ModelMode, Modes, Named,
-    Pair, Parameter, ReportData, Step, Steps, TestMode, Verdict,
+    Bound, Combination, Comparison, DataItem, Floats, History, LabelledMatrix, Level, MassProperty, Meta, ModelMode,
+    Modes, Named, Pair, Parameter, ReportData, Step, Steps, TestMode, Verdict,
 };
 use super::text::number;
 use crate::correlation::{CorrelationError, PairBy, PairingOptions, comac, odds};
@@ -18,7 +18,7 @@ use crate::diagnosis::Learned;
 use crate::linalg::{Complex, DMatrix};
 use crate::model::{Model, ParametricModel, Target};
 use crate::objective::Comparison as Comparing;
-use crate::update::{AssessedPair, Assessment, ParameterChange, Update, UpdateError, assess};
+use crate::update::{AssessedPair, Assessment, ParameterChange, Uncertainty, Update, UpdateError, assess};
 
 /// A model and a test that it was compared with.
 #[derive(Debug, Clone, Copy)]
@@ -94,6 +94,7 @@ pub fn of_update(model: &Model, test: &TestData, update: &Update) -> Result<Repo
         best_cost: optimum.history.iter().map(|h| h.cost).collect(),
     }];
     u.parameters = update.parameters.iter().map(parameter).collect();
+    add_uncertainty(u, &update.uncertainty);
     data.steps = Some(steps(&[("initial", &update.before), ("updated", &update.after)], test));
     data.meta.title.clone_from(&test.name);
     data.meta.subtitle = format!("update of: {} ({}, {evaluations} evaluations)", model.spec().name, optimum.method);
@@ -103,6 +104,46 @@ pub fn of_update(model: &Model, test: &TestData, update: &Update) -> Result<Repo
         v.number_label = format!("chi-squared before and after the update; noise alone leaves about {}", after.n_data);
     }
     Ok(data)
+}
+
+/// Intervals, correlations and what the data cannot tell apart.
+fn add_uncertainty(u: &mut super::data::Update, found: &Uncertainty) {
+    for known in &found.parameters {
+        if let Some(p) = u.parameters.iter_mut().find(|p| p.name == known.name) {
+            p.interval = Some(known.interval);
+            p.interval_label = "90 %".into();
+        }
+    }
+    let names: Vec<String> = found.parameters.iter().map(|p| p.name.clone()).collect();
+    if found.parameters.iter().any(|p| p.sd.is_some()) {
+        u.correlation = Some(LabelledMatrix {
+            title: "Correlation of the estimates".into(),
+            row_axis: "parameter".into(),
+            column_axis: "parameter".into(),
+            rows: names.clone(),
+            columns: names,
+            values: disagreement::rounded(&found.correlations),
+        });
+    }
+    u.unidentifiable = found
+        .inseparable
+        .iter()
+        .map(|group| {
+            let names = group.parameters.join(", ");
+            let mut meaning = match group.n_numbers {
+                0 => format!("{names}: no effect on these data"),
+                1 => format!("{names} act only through one number"),
+                n => format!("{names} act only through {n} numbers"),
+            };
+            if !group.combinations.is_empty() {
+                meaning += &format!(": {}", group.combinations.join("; "));
+            }
+            if !group.shared.is_empty() {
+                meaning += &format!(". Determined all the same: {}", group.shared.join(", "));
+            }
+            Combination { meaning, ..Combination::default() }
+        })
+        .collect();
 }
 
 /// The report of learning: the last model against the test, the error over all steps, every diagnosis.

@@ -4,6 +4,7 @@
 //! Colour is decoration: every state has a sign and a word, so that text without colour says the same. Names come from
 //! files and may hold control characters; they are replaced before they reach a terminal.
 
+pub mod agreement;
 mod findings;
 mod summary;
 

@@ -294,7 +294,9 @@ pub fn twin_modes(
         sensors: sensors.to_vec(),
         modes: out,
         mass_properties: Vec::new(),
+        static_tests: Vec::new(),
         frfs: None,
+        frf_fit: None,
     })
 }
 

@@ -185,7 +185,7 @@ impl Specimen {
             return Ok(Some(out));
         }
         let found = investigate(scene, &[], None, &Settings { seed: case.seed, ..settings.clone() })?;
-        compare(&mut out, &found, case);
+        compare(&mut out, &found, case, base.misfit - gain);
         Ok(Some(out))
     }
 }
@@ -230,7 +230,7 @@ fn corrected(scene: &Scene, fault: &Fault, base: &Fit) -> Result<f64, DiagnosisE
     Ok(fit(&clean, &[scene.start(), base.x.clone()], 1.0)?.misfit)
 }
 
-fn compare(out: &mut Outcome, found: &Investigation, case: &Case) {
+fn compare(out: &mut Outcome, found: &Investigation, case: &Case, misfit_of_truth: f64) {
     let d = &found.diagnosis;
     out.verdict = Some(d.verdict);
     out.p_value = d.p_value;
@@ -247,7 +247,8 @@ fn compare(out: &mut Outcome, found: &Investigation, case: &Case) {
         out.tied = out.right || named && first.tied_with.iter().any(|t| same(t));
         out.refitted = d.hypotheses.iter().any(|h| same(&h.id));
         out.ties = first.tied_with.len();
-        out.removed = if out.gain > 0.0 { (first.misfit_before - first.misfit_after) / out.gain } else { 0.0 };
+        let gain = first.misfit_before - misfit_of_truth;
+        out.removed = if gain > 0.0 { (first.misfit_before - first.misfit_after) / gain } else { 0.0 };
     }
     let best = d.hypotheses.iter().max_by(|a, b| a.probability.total_cmp(&b.probability));
     let top = best.map_or(0.0, |h| h.probability);

@@ -6,6 +6,7 @@ use super::super::mode::{IdentifiedMode, driving_points};
 use super::super::stabilisation::mac;
 use super::{Finding, Level};
 use crate::data::FrfSet;
+use crate::linalg::{Complex, DVector};
 
 /// Standard deviations from which the sign of a residue counts.
 const SIGNIFICANT: f64 = 3.0;
@@ -16,7 +17,12 @@ pub fn check_modes(frfs: &FrfSet, identification: &Identification) -> Vec<Findin
     for (o, i, sign) in driving_points(frfs) {
         findings.extend(driving_point(frfs, &identification.modes, o, i, sign));
     }
-    findings.extend(pairs(&identification.modes));
+    let shapes: Vec<Shape<'_>> = identification
+        .modes
+        .iter()
+        .map(|m| Shape { hz: m.frequency_hz.value, zeta: m.damping_ratio.value, shape: &m.shape })
+        .collect();
+    findings.extend(pairs(&shapes));
     findings
 }
 
@@ -153,8 +159,16 @@ fn signs(modes: &[IdentifiedMode], o: usize, i: usize, sign: f64) -> (usize, usi
     (positive, negative)
 }
 
+/// What the comparison of two shapes needs of a mode.
+pub(super) struct Shape<'a> {
+    pub(super) hz: f64,
+    /// Damping ratio, NaN when unknown.
+    pub(super) zeta: f64,
+    pub(super) shape: &'a DVector<Complex<f64>>,
+}
+
 /// Pairs of modes with nearly the same shape.
-fn pairs(modes: &[IdentifiedMode]) -> Vec<Finding> {
+pub(super) fn pairs(modes: &[Shape<'_>]) -> Vec<Finding> {
     let mut findings = Vec::new();
     for (b, m) in modes.iter().enumerate() {
         for n in &modes[..b] {
@@ -169,14 +183,13 @@ fn pairs(modes: &[IdentifiedMode]) -> Vec<Finding> {
                 continue;
             }
             let mac = mac(&x, &y);
-            let gap = m.frequency_hz.value / n.frequency_hz.value - 1.0;
-            let subject = format!("{:.2} Hz and {:.2} Hz", n.frequency_hz.value, m.frequency_hz.value);
-            let bandwidths = (m.frequency_hz.value - n.frequency_hz.value)
-                / (m.frequency_hz.value * m.damping_ratio.value + n.frequency_hz.value * n.damping_ratio.value);
-            let evidence = vec![("MAC", mac), ("relative gap", gap), ("gap in half bandwidths", bandwidths)];
+            let gap = m.hz / n.hz - 1.0;
+            let subject = format!("{:.2} Hz and {:.2} Hz", n.hz, m.hz);
+            let bandwidths = (m.hz - n.hz) / (m.hz * m.zeta + n.hz * n.zeta);
+            let mut evidence = vec![("MAC", mac), ("relative gap", gap)];
+            evidence.extend(bandwidths.is_finite().then_some(("gap in half bandwidths", bandwidths)));
             let overlap: f64 = x.iter().zip(&y).map(|(x, y)| x.norm() * y.norm()).sum();
-            let size =
-                |v: &[crate::linalg::Complex<f64>]| v.iter().map(crate::linalg::Complex::norm_sqr).sum::<f64>().sqrt();
+            let size = |v: &[Complex<f64>]| v.iter().map(Complex::norm_sqr).sum::<f64>().sqrt();
             let overlap = overlap / (size(&x) * size(&y));
             if overlap < 0.3 && gap < 0.05 {
                 findings.push(Finding {
@@ -184,7 +197,7 @@ fn pairs(modes: &[IdentifiedMode]) -> Vec<Finding> {
                     code: "split-mode",
                     text: format!("the modes at {subject} are seen by different channels: probably one mode that moved between two runs"),
                     subject,
-                    evidence: vec![("overlap of the moduli", overlap), ("relative gap", gap), ("gap in half bandwidths", bandwidths)],
+                    evidence: [vec![("overlap of the moduli", overlap)], evidence].concat(),
                     remedy: "identify the runs one by one; if all channels were measured at once, the parts of the structure move on their own",
                 });
             } else if mac > 0.9 && gap < 0.05 {

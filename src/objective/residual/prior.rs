@@ -17,6 +17,10 @@ impl Residual for Prior {
         "distance of each parameter from its estimate, over its prior standard deviation"
     }
 
+    fn is_data(&self) -> bool {
+        false
+    }
+
     fn len(&self, comparison: &Comparison<'_>) -> usize {
         comparison.model().parameters().iter().filter(|p| p.prior_sd.is_some()).count()
     }

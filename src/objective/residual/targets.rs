@@ -52,6 +52,10 @@ impl Residual for TargetResidual {
         "mass-property targets of the model file: a soft wall at the edge of their tolerance"
     }
 
+    fn is_data(&self) -> bool {
+        false
+    }
+
     fn len(&self, _: &Comparison<'_>) -> usize {
         7
     }

@@ -2,13 +2,10 @@
 
 use super::super::data::{Carrier, Field, Floats, Localization, Place, Scale, Structure, Suspect};
 use super::Case;
-use super::structure::{drawn, group};
-use crate::correlation::{
-    CorrelationError, ElementMatrix, ExpandedMode, Expander, MODEL_ERROR, by_group, element_energies, group_matrices,
-    localize, observation_matrix, odds, sensor_misfits, shape_residual,
-};
+use crate::correlation::{CorrelationError, PairingOptions, element_energies, odds, sensor_misfits, shape_residual};
 use crate::linalg::{DMatrix, DVector};
-use crate::model::{Model, ModelError, ParametricModel};
+use crate::model::ParametricModel;
+use crate::update::{PlacesOptions, member_stiffnesses, places};
 
 /// Expansion solves the dense eigenproblem of the whole model; above this many dofs a page would wait for it.
 const LARGEST: usize = 1200;
@@ -19,21 +16,6 @@ const RANKED: usize = 12;
 /// A family of p-values below this stands out.
 const SIGNIFICANT: f64 = 0.01;
 
-/// Stiffness of every element on the dofs of the model.
-fn stiffnesses(model: &Model, theta: &[f64]) -> Result<Vec<ElementMatrix>, ModelError> {
-    let matrices = |(i, e): (usize, &crate::model::PlacedElement)| {
-        let (rows, motion) = model.element_motion(i);
-        let local = model.element_matrices(i, theta)?.stiffness.to_dense();
-        Ok(ElementMatrix {
-            name: e.name.clone(),
-            group: Some(group(e).to_string()),
-            dofs: rows.to_vec(),
-            matrix: motion.transpose() * local * motion,
-        })
-    };
-    model.elements().iter().enumerate().map(matrices).collect()
-}
-
 /// Fields that colour the structure, and the ranking of places where a ranking is possible.
 pub(super) fn disagreement(
     case: Case<'_>,
@@ -43,68 +25,30 @@ pub(super) fn disagreement(
     let mut fields = Vec::new();
     let mut found = None;
     if model.dof_map().n_dof() <= LARGEST {
-        let elements = stiffnesses(model, &assessment.theta).map_err(|e| CorrelationError::Model(e.to_string()))?;
-        let index = drawn(model);
         // A model that resists expansion still has its other colours.
-        if let Ok(Some((list, localization))) = localization(case, &elements, structure, &index) {
+        if let Some((list, localization)) = localization(case, structure) {
             fields.extend(list);
             found = Some(localization);
         }
-        fields.extend(energies(case, &elements, structure, &index)?);
+        fields.extend(energies(case, structure)?);
     }
     fields.extend(sensor_field(case)?);
     Ok((fields, found))
 }
 
-fn localization(
-    case: Case<'_>,
-    elements: &[ElementMatrix],
-    structure: &Structure,
-    index: &[Option<usize>],
-) -> Result<Option<([Field; 2], Localization)>, CorrelationError> {
+/// The drawn elements of a member of the file: itself, or the parts that it was divided into.
+fn parts(structure: &Structure, member: &str) -> Vec<usize> {
+    let is_part = |name: &str| name.strip_prefix(member).is_some_and(|rest| rest.is_empty() || rest.starts_with('/'));
+    (0..structure.elements.len()).filter(|&i| is_part(&structure.elements[i].name)).collect()
+}
+
+fn localization(case: Case<'_>, structure: &Structure) -> Option<([Field; 2], Localization)> {
     let Case { model, test, assessment } = case;
-    let p = &assessment.prediction;
-    let observed = observation_matrix(model, &test.sensors)?;
-    let Some(&first) = p.frequencies_hz.first().filter(|f| **f > 0.0) else { return Ok(None) };
-    let shift = 0.5 * (std::f64::consts::TAU * first).powi(2);
-    let expander = Expander::new(&p.system.stiffness, &p.system.mass, &observed, shift)?;
-    let mut expanded = Vec::new();
-    for pair in assessment.pairs.iter().filter(|p| p.mac.is_some()) {
-        let mode = &test.modes[pair.test_mode];
-        let Some(shape) = &mode.shape else { continue };
-        let y = shape.map(|v| v.re);
-        let sd = mode.shape_sd.clone().unwrap_or_else(|| {
-            let largest = y.iter().copied().filter(|v| v.is_finite()).fold(0.0_f64, |a, v| a.max(v.abs()));
-            DVector::from_element(y.len(), crate::data::DEFAULT_SHAPE_SD * largest)
-        });
-        // The modal mass of the test's shape, by its scale against the mass-normalised shape of the model.
-        let own = p.at_sensors.column(pair.model_mode);
-        let measured = || (0..y.len()).filter(|&i| y[i].is_finite());
-        let size: f64 = measured().map(|i| own[i] * own[i]).sum();
-        let scale = measured().map(|i| own[i] * y[i]).sum::<f64>() / size;
-        if !(scale.is_finite() && scale != 0.0) {
-            continue;
-        }
-        let (mass, omega2) = (scale * scale, (std::f64::consts::TAU * pair.test_hz).powi(2));
-        let weight = expander.weight(MODEL_ERROR, omega2, mass);
-        expanded.push((expander.expand(&y, &sd, omega2, weight)?, sd, 1.0 / (omega2 * mass)));
-    }
-    if expanded.is_empty() {
-        return Ok(None);
-    }
-    let modes: Vec<ExpandedMode<'_>> =
-        expanded.iter().map(|(expanded, sd, weight)| ExpandedMode { expanded, sd, weight: *weight }).collect();
-    // Point masses and other elements without stiffness have no energy to show.
-    let stiff: Vec<ElementMatrix> = elements.iter().filter(|e| e.matrix.amax() > 0.0).cloned().collect();
-    let by_element = localize(&modes, &stiff)?;
-    let groups = group_matrices(&stiff);
-    let by_group = localize(&modes, &groups)?;
+    let comparison = crate::objective::Comparison::new(model, test, PairingOptions::default()).ok()?;
+    let found = places(model, &comparison, assessment, PlacesOptions::default()).ok()?;
+    let (by_element, by_group) = (found.by_element, found.by_group);
     let members = |name: &str| -> Vec<usize> {
-        let is_member = |i: &usize| elements[*i].group.as_deref() == Some(name);
-        (0..elements.len()).filter(is_member).filter_map(|i| index[i]).collect()
-    };
-    let alone = |name: &str| -> Vec<usize> {
-        elements.iter().position(|e| e.name == name).and_then(|i| index[i]).into_iter().collect()
+        (0..structure.elements.len()).filter(|&i| structure.elements[i].group == name).collect()
     };
     let suspect = |p: &crate::correlation::Place, elements: Vec<usize>| Suspect {
         place: Place { text: p.name.clone(), elements, ..Place::default() },
@@ -112,7 +56,7 @@ fn localization(
         relative_energy: Some(p.relative_energy),
         p_value: Some(p.p_value),
     };
-    let on_elements: Vec<Suspect> = by_element.places.iter().map(|p| suspect(p, alone(&p.name))).collect();
+    let on_elements: Vec<Suspect> = by_element.places.iter().map(|p| suspect(p, parts(structure, &p.name))).collect();
     let on_groups: Vec<Suspect> = by_group.places.iter().map(|p| suspect(p, members(&p.name))).collect();
     let field = |name: &str, about: &str, list: &[Suspect]| {
         let mut values = vec![f64::NAN; structure.elements.len()];
@@ -161,19 +105,16 @@ fn localization(
         stands_out,
         p_family: Some(by_element.p_family),
         elements: first(on_elements),
-        groups: if groups.len() > 1 { first(on_groups) } else { Vec::new() },
+        groups: if on_groups.len() > 1 { first(on_groups) } else { Vec::new() },
     };
-    Ok(Some((fields, localization)))
+    Some((fields, localization))
 }
 
 /// Shares of strain energy of the paired modes.
-fn energies(
-    case: Case<'_>,
-    elements: &[ElementMatrix],
-    structure: &Structure,
-    index: &[Option<usize>],
-) -> Result<Vec<Field>, CorrelationError> {
-    let assessment = case.assessment;
+fn energies(case: Case<'_>, structure: &Structure) -> Result<Vec<Field>, CorrelationError> {
+    let Case { model, assessment, .. } = case;
+    let elements = member_stiffnesses(model, &assessment.theta).map_err(|e| CorrelationError::Model(e.to_string()))?;
+    let drawn: Vec<Vec<usize>> = elements.iter().map(|e| parts(structure, &e.name)).collect();
     let modes = &assessment.prediction.modes;
     let mut shown: Vec<usize> = assessment.pairs.iter().map(|p| p.model_mode).collect();
     shown.sort_unstable();
@@ -181,15 +122,16 @@ fn energies(
     let mut fields = Vec::new();
     for mode in shown {
         let shape = modes.shapes.column(modes.n_rigid + mode).into_owned();
-        let energy = element_energies(&shape, elements, 1.0)?;
-        let total: f64 = by_group(elements, &energy).values().sum();
+        let energy = element_energies(&shape, &elements, 1.0)?;
+        let total: f64 = energy.iter().sum();
         if total <= 0.0 {
             continue;
         }
         let mut values = vec![f64::NAN; structure.elements.len()];
-        for (e, at) in energy.iter().zip(index) {
-            if let Some(i) = at {
-                values[*i] = 100.0 * e / total;
+        // The parts of a divided member share its energy.
+        for (e, list) in energy.iter().zip(&drawn) {
+            for &i in list {
+                values[i] = 100.0 * e / total / list.len() as f64;
             }
         }
         let label = &assessment.model_modes[mode].label;
@@ -245,7 +187,7 @@ pub(super) fn sensitivities(case: Case<'_>) -> Vec<super::super::data::LabelledM
     if free.is_empty() || free.len() > 60 || model.dof_map().n_dof() > LARGEST || assessment.pairs.is_empty() {
         return Vec::new();
     }
-    let options = crate::correlation::PairingOptions::default();
+    let options = PairingOptions::default();
     let Ok(comparison) = crate::objective::Comparison::new(model, test, options) else { return Vec::new() };
     // A double mode has no shape derivative; the page then goes without.
     let Ok(d) = comparison.differentiate(&assessment.theta, &assessment.prediction, &free) else { return Vec::new() };

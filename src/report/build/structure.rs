@@ -14,12 +14,12 @@ fn is_mass(e: &PlacedElement) -> bool {
 }
 
 /// The entry of the file that an element comes from.
-pub(super) fn group(e: &PlacedElement) -> &str {
+fn group(e: &PlacedElement) -> &str {
     e.path.split('.').nth(1).unwrap_or_default()
 }
 
 /// Index of each element of the model among the drawn elements; `None` for a point mass.
-pub(super) fn drawn(model: &Model) -> Vec<Option<usize>> {
+fn drawn(model: &Model) -> Vec<Option<usize>> {
     let mut next = 0..;
     model.elements().iter().map(|e| if is_mass(e) { None } else { next.next() }).collect()
 }
