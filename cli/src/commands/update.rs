@@ -3,6 +3,7 @@
 use super::compare::{origins, pair_json, readings_json, summary, unpaired_json};
 use crate::args::{Cost, Pairing, Update};
 use crate::output::{Failure, pairs, print, print_json, style};
+use crate::page::{Outputs, announce, provenance};
 use crate::progress::{Line, cancel_flag};
 use crate::{DONE, SHORT, files, uncertain};
 use retune::correlation::PairBy;
@@ -30,6 +31,8 @@ pub(crate) fn run(args: &Update) -> Result<u8, Failure> {
         // New values may be longer than the old ones.
         files::check_room(output, args.force, model_text.len() + 4096)?;
     }
+    let outputs = Outputs { page: args.report.as_ref(), force: args.force, ..Outputs::default() };
+    outputs.check()?;
     let settings = Settings {
         cost: match args.cost {
             Cost::LeastSquares => update::Cost::LeastSquares,
@@ -131,6 +134,24 @@ pub(crate) fn run(args: &Update) -> Result<u8, Failure> {
             out += &format!("\nwritten: {}\n", output.display());
         }
         print(&out);
+    }
+    if args.report.is_some() {
+        let first = &all[0];
+        let mut data = retune::report::of_update(&first.model, &first.test, &u)?;
+        data.meta.warnings.extend(u.uncertainty.remarks.iter().cloned());
+        if all.len() > 1 {
+            let n = all.len();
+            data.meta.warnings.push(format!("The fit is to {n} tests; modes, pairs and steps show the first."));
+        }
+        data.meta.warnings.extend(u.optimum.warnings.iter().map(ToString::to_string));
+        let read: Vec<(&str, &Path)> = std::iter::once(("model", args.model.as_path()))
+            .chain(args.tests.iter().map(|path| ("test", path.as_path())))
+            .collect();
+        provenance(&mut data, &read, Some(args.seed))?;
+        let written = outputs.write(&data)?;
+        if !args.json {
+            announce(&written);
+        }
     }
     for warning in &u.optimum.warnings {
         eprintln!("warning: {warning}");
