@@ -80,12 +80,12 @@ fn location(case: &Case) -> f64 {
     let expanded: Vec<_> = (0..10)
         .filter_map(|j| {
             let lambda = case.modes.values[j];
-            let weight = expander.weight(0.02, lambda, 1.0);
+            let weight = expander.weight(expander.model_error(0.1, 100), lambda, 1.0);
             expander.expand(&case.phi_x.column(j).into_owned(), &sd, lambda, weight).ok().map(|e| (e, 1.0 / lambda))
         })
         .collect();
     let modes: Vec<_> =
-        expanded.iter().map(|(expanded, weight)| ExpandedMode { expanded, sd: &sd, weight: *weight }).collect();
+        expanded.iter().map(|(expanded, weight)| ExpandedMode { expanded, sd: &sd, weight: *weight, omega_squared_sd: 0.0 }).collect();
     localize(&modes, &case.elements).map_or(f64::NAN, |found| found.p_family)
 }
 

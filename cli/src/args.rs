@@ -3,6 +3,10 @@
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 
+mod correlation;
+
+pub(crate) use correlation::{Compare, Placement, Pretest, Reduction, Sensitivity};
+
 /// Updates finite-element models of structures to vibration tests, and finds the physics that the models miss.
 #[derive(Debug, Parser)]
 #[command(name = "retune", version, propagate_version = true, max_term_width = 100)]
@@ -27,6 +31,8 @@ pub(crate) enum Command {
     Map(Map),
     Twin(Twin),
     Compare(Compare),
+    Pretest(Pretest),
+    Sensitivity(Sensitivity),
     Update(Update),
     Sample(Sample),
     Report(Report),
@@ -116,6 +122,9 @@ pub(crate) struct Measurement {
     /// Units of the geometry, where they are not those of the functions.
     #[arg(long, value_name = "SYSTEM")]
     pub(crate) geometry_units: Option<String>,
+    /// Where the axes of the geometry lie in the model: `{origin: [1 m, 0 m, 0 m], x: -y, z: +z}`, two axes of the three.
+    #[arg(long, value_name = "FRAME")]
+    pub(crate) frame: Option<String>,
 }
 
 /// How modes are identified.
@@ -131,13 +140,15 @@ pub(crate) enum Method {
 
 /// Identify modes from frequency response functions: frequencies, damping, shapes, each with its standard deviation.
 ///
-/// Reads universal files, tables (column frequency_hz), OpenModal folders, NumPy arrays; of a spectrum without force it
-/// gives the peaks. Checks the test itself on the way; exit code 1 when that finds a fault.
+/// Reads universal files, tables (column frequency_hz), OpenModal folders, NumPy arrays, MATLAB files; of a spectrum without
+/// force it gives the peaks, and modes that the files themselves hold are taken over. Checks the test itself on the way; exit
+/// code 1 when that finds a fault.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   retune identify run1.unv run2.unv -o test.yaml
   retune identify frfs.csv --geometry points.unv --band 3 35 --model models/bff.yaml -o test.yaml
-  retune identify openmodal_export/ --units SI --geometry-units in-lbf-s")]
+  retune identify openmodal_export/ --units SI --geometry-units in-lbf-s
+  retune identify shapes.csv --direction +z -o test.yaml")]
 pub(crate) struct Identify {
     /// Measurement files.
     #[arg(required = true)]
@@ -153,6 +164,9 @@ pub(crate) struct Identify {
     /// How.
     #[arg(long, value_enum, default_value_t = Method::Plscf)]
     pub(crate) method: Method,
+    /// Peaks of a spectrum without force: least height over the valleys beside them, dB.
+    #[arg(long, default_value_t = 10.0, value_name = "DB")]
+    pub(crate) peak_height: f64,
     /// Poles of the highest model order of each octave.
     #[arg(long, default_value_t = 40, value_parser = clap::value_parser!(u16).range(2..=400))]
     pub(crate) order: u16,
@@ -183,11 +197,13 @@ pub(crate) struct Identify {
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   retune health run1.unv --geometry points.unv
+  retune health test.yaml
+  retune health shapes.csv --direction +z
   retune health monday.unv --against friday.unv
 
 Exit code 1 when the data contradict themselves.")]
 pub(crate) struct Health {
-    /// Measurement files.
+    /// Measurement files, or one test file.
     #[arg(required = true)]
     pub(crate) files: Vec<PathBuf>,
     #[command(flatten)]
@@ -326,30 +342,12 @@ pub(crate) enum Pairing {
     Order,
 }
 
-/// Compare a model with a test: pairs, frequency errors, MAC, and whether noise can explain the difference.
+/// What the test had and the model file has not.
 #[derive(Debug, Args)]
-#[command(after_help = "Example:\n  retune compare models/bff.yaml models/bff_gvt.yaml")]
-pub(crate) struct Compare {
-    /// Model file.
-    pub(crate) model: PathBuf,
-    /// Test files; each is compared with the model in the configuration that it names.
-    #[arg(required = true, num_args = 1.., value_name = "TEST")]
-    pub(crate) tests: Vec<PathBuf>,
-    /// How modes are paired.
-    #[arg(long, value_enum, default_value_t = Pairing::Mac)]
-    pub(crate) pairing: Pairing,
-    /// Smallest MAC of a pair.
-    #[arg(long, default_value_t = 0.3)]
-    pub(crate) min_mac: f64,
-    /// Largest frequency ratio of a pair, as 1 + window.
-    #[arg(long, default_value_t = 0.5)]
-    pub(crate) frequency_window: f64,
-    /// Configuration of the model: a name under its `configurations`; that which the test names when absent.
-    #[arg(long, value_name = "NAME")]
-    pub(crate) configuration: Option<String>,
-    /// Print JSON instead of text.
+pub(crate) struct Loading {
+    /// Put the `mass` of the sensors into the model: they were on the structure when it was tested.
     #[arg(long)]
-    pub(crate) json: bool,
+    pub(crate) sensor_masses: bool,
 }
 
 /// The cost to minimise.
@@ -394,6 +392,8 @@ pub(crate) struct Update {
     /// A method of `retune list optimizers`, or YAML with settings.
     #[arg(long)]
     pub(crate) optimizer: Option<String>,
+    #[command(flatten)]
+    pub(crate) loading: Loading,
     /// Seed of all random numbers.
     #[arg(long, default_value_t = 0)]
     pub(crate) seed: u64,
@@ -403,6 +403,9 @@ pub(crate) struct Update {
     /// Keep the state of the search in this file.
     #[arg(long)]
     pub(crate) checkpoint: Option<PathBuf>,
+    /// Write a page with pictures: before and after, cost, parameters in their bounds.
+    #[arg(long, value_name = "PAGE")]
+    pub(crate) report: Option<PathBuf>,
     /// Continue from the checkpoint of an interrupted run.
     #[arg(long, requires = "checkpoint")]
     pub(crate) resume: bool,
@@ -453,31 +456,52 @@ pub(crate) struct Sample {
     pub(crate) json: bool,
 }
 
-/// One page where an engineer sees the comparison: structure, animated modes, pairs, MAC, mass properties.
+/// One page where an engineer sees the comparison, the diagnosis and the error falling: a single file, no network.
+///
+/// Without an output it prints the same on the terminal.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   retune report updated.yaml models/bff_gvt.yaml -o report.html
-  retune report v3.yaml gvt.yaml --history v1.yaml v2.yaml -o report.html --svg figures")]
+  retune report v3.yaml gvt.yaml --history v1.yaml v2.yaml -o report.html --svg figures
+  retune report wing.yaml gvt.yaml --diagnose --frf run1.unv run2.unv -o report.html
+  retune learn wing.yaml gvt.yaml --json > learned.json; retune report wing.yaml gvt.yaml --learn learned.json -o report.html")]
 pub(crate) struct Report {
     /// Model file.
     pub(crate) model: PathBuf,
     /// Test file.
     pub(crate) test: PathBuf,
     /// The page: one HTML file that needs no network.
-    #[arg(short, long, required_unless_present_any = ["json", "svg", "vtk"])]
+    #[arg(short, long, value_name = "PAGE")]
     pub(crate) output: Option<PathBuf>,
     /// Earlier versions of the model, oldest first: the page shows the error falling.
-    #[arg(long, num_args = 1..)]
+    #[arg(long, num_args = 1.., value_name = "MODEL", conflicts_with = "learn")]
     pub(crate) history: Vec<PathBuf>,
+    /// Diagnose the model too: what is missing, where, how sure.
+    #[arg(long, conflicts_with = "learn")]
+    pub(crate) diagnose: bool,
+    /// A history of learning: the output of `retune learn --json`, or a folder of model versions in the order of their names.
+    #[arg(long, value_name = "FILE|FOLDER")]
+    pub(crate) learn: Option<PathBuf>,
+    /// Measurement files with frequency response functions, to show beside those of the model.
+    #[arg(long, num_args = 1.., value_name = "FILE")]
+    pub(crate) frf: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(crate) measurement: Measurement,
     /// The report's data as JSON.
-    #[arg(long)]
+    #[arg(long, value_name = "FILE")]
     pub(crate) json: Option<PathBuf>,
     /// A folder for single figures as SVG.
-    #[arg(long)]
+    #[arg(long, value_name = "FOLDER")]
     pub(crate) svg: Option<PathBuf>,
     /// A folder for model and modes as VTK, for ParaView.
-    #[arg(long)]
+    #[arg(long, value_name = "FOLDER")]
     pub(crate) vtk: Option<PathBuf>,
+    /// Seed of all random numbers of the diagnosis.
+    #[arg(long, default_value_t = 0)]
+    pub(crate) seed: u64,
+    /// Configuration of the model: a name under its `configurations`; that which the test names when absent.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) configuration: Option<String>,
     /// Overwrite existing files.
     #[arg(long)]
     pub(crate) force: bool,
@@ -485,7 +509,9 @@ pub(crate) struct Report {
 
 /// What is missing? Physical effects and measurement faults with probabilities, estimates and ties.
 #[derive(Debug, Args)]
-#[command(after_help = "Example:\n  retune diagnose models/bff.yaml models/bff_gvt.yaml")]
+#[command(after_help = "Examples:
+  retune diagnose models/bff.yaml models/bff_gvt.yaml
+  retune diagnose models/bff.yaml models/bff_gvt.yaml --report diagnosis.html")]
 pub(crate) struct Diagnose {
     /// Model file.
     pub(crate) model: PathBuf,
@@ -497,6 +523,12 @@ pub(crate) struct Diagnose {
     /// Trust the measurement: try effects only.
     #[arg(long)]
     pub(crate) no_faults: bool,
+    /// Write a page with pictures: the hypotheses on the structure, beside the comparison.
+    #[arg(long, value_name = "PAGE")]
+    pub(crate) report: Option<PathBuf>,
+    /// Overwrite an existing page.
+    #[arg(long)]
+    pub(crate) force: bool,
     /// Print JSON instead of text.
     #[arg(long)]
     pub(crate) json: bool,
@@ -534,7 +566,9 @@ pub(crate) struct Undo {
 
 /// Diagnose, add, refit, until nothing more is justified.
 #[derive(Debug, Args)]
-#[command(after_help = "Example:\n  retune learn models/bff.yaml models/bff_gvt.yaml -o learned.yaml")]
+#[command(
+    after_help = "Example:\n  retune learn models/bff.yaml models/bff_gvt.yaml -o learned.yaml --report learned.html"
+)]
 pub(crate) struct Learn {
     /// Model file.
     pub(crate) model: PathBuf,
@@ -549,6 +583,9 @@ pub(crate) struct Learn {
     /// Largest number of effects.
     #[arg(long, default_value_t = 5)]
     pub(crate) limit: u8,
+    /// Write a page with pictures: the error falling step by step, every diagnosis, the last model.
+    #[arg(long, value_name = "PAGE")]
+    pub(crate) report: Option<PathBuf>,
     /// Seed of all random numbers.
     #[arg(long, default_value_t = 0)]
     pub(crate) seed: u64,
@@ -631,9 +668,11 @@ pub(crate) enum ListOf {
     Optimizers,
     /// Physical effects that a diagnosis tries.
     Effects,
+    /// Criteria profiles of `retune compare --profile`.
+    Profiles,
 }
 
-/// What there is: elements, residuals, optimizers, effects.
+/// What there is: elements, residuals, optimizers, effects, profiles.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  retune list elements")]
 pub(crate) struct List {

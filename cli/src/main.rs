@@ -6,6 +6,7 @@ mod args;
 mod commands;
 mod files;
 mod output;
+mod page;
 mod progress;
 mod uncertain;
 
@@ -38,6 +39,8 @@ fn main() -> ExitCode {
         Command::Map(a) => commands::map::run(a),
         Command::Twin(a) => commands::twin::run(a),
         Command::Compare(a) => commands::compare::run(a),
+        Command::Pretest(a) => commands::pretest::run(a),
+        Command::Sensitivity(a) => commands::sensitivity::run(a),
         Command::Update(a) => commands::update::run(a),
         Command::Sample(a) => commands::sample::run(a),
         Command::Report(a) => commands::report::run(a),

@@ -1,7 +1,8 @@
 //! What goes to the terminal.
 
+use retune::report::text::agreement::{ratio, wrapped};
 use retune::report::text::{Align, Cell, Style, Table, Tone};
-use retune::update::Assessment;
+use retune::update::{Assessment, ModeAgreement};
 use retune::yaml::{Problem, Severity};
 use std::fmt::Write as _;
 use std::io::{IsTerminal, Write as _};
@@ -110,8 +111,10 @@ pub(crate) fn print_json(value: &serde_json::Value) {
     print(&format!("{value:#}\n"));
 }
 
-/// The pairs of a comparison, the static readings, and what is left unpaired.
-pub(crate) fn pairs(a: &Assessment, style: &Style) -> String {
+/// The pairs of a comparison, the static readings, and what is left unpaired or swapped.
+///
+/// * `agreement` - how each pair stands against noise, for one more column
+pub(crate) fn pairs(a: &Assessment, agreement: Option<&[ModeAgreement]>, style: &Style) -> String {
     let has_labels = a.pairs.iter().any(|p| p.test_label.is_some());
     let mut columns = vec![("#", Align::Right)];
     if has_labels {
@@ -122,11 +125,13 @@ pub(crate) fn pairs(a: &Assessment, style: &Style) -> String {
         ("model Hz", Align::Right),
         ("error", Align::Right),
         ("MAC", Align::Right),
-        ("model mode", Align::Left),
-        ("", Align::Left),
     ]);
+    if agreement.is_some() {
+        columns.push(("chi2/n", Align::Right));
+    }
+    columns.extend([("model mode", Align::Left), ("", Align::Left)]);
     let mut table = Table::new(columns);
-    for p in &a.pairs {
+    for (k, p) in a.pairs.iter().enumerate() {
         let mut row: Vec<Cell> = vec![(p.test_mode + 1).to_string().into()];
         if has_labels {
             row.push(p.test_label.as_deref().unwrap_or("–").into());
@@ -139,9 +144,13 @@ pub(crate) fn pairs(a: &Assessment, style: &Style) -> String {
             format!("{:.3}", p.model_hz).into(),
             Cell::new(format!("{:+.2} %", p.error_percent), error_tone),
             Cell::new(mac, mac_tone),
-            p.model_label.as_str().into(),
-            Cell::new(flags(p), Tone::Warning),
         ]);
+        if let Some(m) = agreement.and_then(|a| a.get(k)) {
+            row.push(ratio(&m.misfit).into());
+        }
+        // A name that says nothing new takes no room.
+        let name = if p.test_label.as_ref() == Some(&p.model_label) { "same" } else { &p.model_label };
+        row.extend([name.into(), Cell::new(flags(p), Tone::Warning)]);
         table.row(row);
     }
     let mut out = if a.pairs.is_empty() { String::new() } else { table.render(style) };
@@ -151,7 +160,8 @@ pub(crate) fn pairs(a: &Assessment, style: &Style) -> String {
         let best = u.best.map_or_else(String::new, |(m, mac)| {
             format!("; best: {} at {:.3} Hz, MAC {mac:.2}", a.model_modes[m].label, a.model_modes[m].frequency_hz)
         });
-        let _ = writeln!(out, "no partner: test mode {} at {:.3} Hz{label}{best}", u.mode + 1, u.frequency_hz);
+        let text = format!("no partner: test mode {} at {:.3} Hz{label}{best}", u.mode + 1, u.frequency_hz);
+        wrapped(&mut out, &text, style);
     }
     for u in &a.unpaired_model {
         let _ = writeln!(
@@ -166,7 +176,7 @@ pub(crate) fn pairs(a: &Assessment, style: &Style) -> String {
         let mut order: Vec<_> = a.pairs.iter().collect();
         order.sort_by(|x, y| x.model_hz.total_cmp(&y.model_hz));
         let order: Vec<String> = order.iter().map(|p| (p.test_mode + 1).to_string()).collect();
-        let _ = writeln!(out, "order of the test modes in the model: {}", order.join(" "));
+        let _ = writeln!(out, "swapped: in the model the test modes come in the order {}", order.join(" "));
     }
     out
 }

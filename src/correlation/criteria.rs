@@ -71,6 +71,12 @@ pub enum CriteriaError {
         /// The profile.
         profile: String,
     },
+    /// A file with no profile or several, and no word on which.
+    #[error("the file holds {}; name one, for example `profiles.yaml:NAME`", if known.is_empty() { "no criteria profile".to_owned() } else { format!("several criteria profiles: {known}") })]
+    Several {
+        /// Their names.
+        known: String,
+    },
     /// There is no profile of that name.
     #[error("there is no criteria profile `{name}`{hint}; there are {known}")]
     Unknown {
@@ -196,7 +202,9 @@ impl CriteriaProfile {
                 checks.push(Check { subject, what, value, limit, passed, probability: None });
             }
         }
-        Judgement { passed: !checks.is_empty() && checks.iter().all(|c| c.passed), checks }
+        let sure = |c: &Check| c.probability.unwrap_or(f64::from(u8::from(c.passed)));
+        let probability = if checks.is_empty() { 0.0 } else { checks.iter().map(sure).product() };
+        Judgement { passed: !checks.is_empty() && checks.iter().all(|c| c.passed), probability, checks }
     }
 }
 
@@ -259,6 +267,9 @@ pub struct Check {
 pub struct Judgement {
     /// Whether every check passes; false when there is nothing to check.
     pub passed: bool,
+    /// Probability that all true values pass, given the uncertainty of the test: the product over the checks, whose noises
+    /// are independent; a check without a probability counts as 1 or 0.
+    pub probability: f64,
     /// The checks, pair by pair, then unpaired modes, then those over all modes.
     pub checks: Vec<Check>,
 }

@@ -8,11 +8,6 @@ use super::CorrelationError;
 use crate::linalg::{DMatrix, DVector, LinalgError, shifted_pencil};
 use nalgebra::Cholesky;
 
-/// A relative model error for [`Expander::weight`] that does well where nothing better is known: stiffness losses of 20 %
-/// in one element of a beam are found at 1 % noise over a range of 0.01 to 0.05 around it. Larger values trust the sensors
-/// more, and their noise.
-pub const MODEL_ERROR: f64 = 0.02;
-
 /// Minimum dynamic residual expansion for one model and one set of sensors.
 ///
 /// ```text
@@ -54,6 +49,8 @@ pub struct ExpandedShape {
     pub sensor_misfit: DVector<f64>,
     /// ∂r/∂y, (n x n_sensor): the expansion is linear in y, so noise goes through; zero columns where not measured.
     pub residual_sensitivity: DMatrix<f64>,
+    /// ∂r/∂ω² where r is zero, (n): -(K + a M)⁻¹ M u, so that the noise of the frequency goes through too.
+    pub frequency_sensitivity: DVector<f64>,
     /// ∂q/∂y in the modes of the expander, see [`Expander::shape_sensitivity`], (n x n_sensor).
     pub coefficients: DMatrix<f64>,
 }
@@ -86,9 +83,24 @@ impl Expander {
         Ok(Self { observed: s * &vectors, vectors, theta, shift })
     }
 
+    /// The model error ε of [`Self::weight`] when one of `n_elements` has a stiffness that is wrong by a share s.
+    ///
+    /// ```text
+    /// E[rᵀ (K + a M) r] = n τ²  for r of equal expected energy in each of the n modes of the pencil that have mass
+    ///                   = s² (ω² + a) m / n_elements        the strain energy in an element of mean share, times s²
+    /// w = τ²   makes the minimum the most probable u;       ε² = s² / (n n_elements)
+    /// ```
+    ///
+    /// * `relative_error` - s, for example 0.1
+    pub fn model_error(&self, relative_error: f64, n_elements: usize) -> f64 {
+        let n = self.theta.iter().filter(|t| **t > 0.0).count().max(1);
+        relative_error / ((n * n_elements.max(1)) as f64).sqrt()
+    }
+
     /// A weight from a relative model error: w = ε² (ω² + a) m, J.
     ///
-    /// * `model_error` - ε: the size of r against u that is worth one standard deviation of one sensor, for example [`MODEL_ERROR`]
+    /// * `model_error` - ε: the size of r against u that is worth one standard deviation of one sensor, see
+    ///   [`Self::model_error`]
     /// * `omega_squared` - ω² of the mode, rad²/s²
     /// * `modal_mass` - uᵀ M u in the scale of the test shape, kg times its unit squared
     pub fn weight(&self, model_error: f64, omega_squared: f64, modal_mass: f64) -> f64 {
@@ -151,6 +163,7 @@ impl Expander {
             shape: &self.vectors * &q,
             residual: &self.vectors * &residual_q,
             residual_energy: residual_q.norm_squared(),
+            frequency_sensitivity: -(&self.vectors * q.component_mul(&self.theta)),
             sensor_misfit: DVector::from_fn(n_sensors, |i, _| (predicted[i] - y[i]) / sd[i]),
             residual_sensitivity: &self.vectors * residual_coefficients,
             coefficients,

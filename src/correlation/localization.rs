@@ -5,10 +5,11 @@
 //! *stiffness or mass errors in the model at hand*: parameters that would absorb the error in a fit are not projected out,
 //! and a wrong base model shows up everywhere.
 
+use super::chi_square_sum::ChiSquareSum;
+use super::statistics::Gaussian;
 use super::{CorrelationError, ExpandedShape, ShapeScalar};
 use crate::linalg::{DMatrix, DVector};
 use indexmap::IndexMap;
-use statrs::distribution::{ContinuousCDF, Gamma};
 
 /// An element's share of a global matrix.
 #[derive(Debug, Clone, PartialEq)]
@@ -28,6 +29,19 @@ impl ElementMatrix {
     fn quadratic<T: ShapeScalar>(&self, u: &[T]) -> f64 {
         let local = DMatrix::from_fn(self.dofs.len(), 1, |i, _| u[self.dofs[i]]);
         local.dotc(&(self.matrix.map(T::from_real) * &local)).real()
+    }
+
+    /// L with L Lᵀ = A, (n_e x rank).
+    fn factor(&self) -> DMatrix<f64> {
+        let eigen = self.matrix.clone().symmetric_eigen();
+        // Eigenvalues at rounding level belong to rigid motions.
+        let floor = 1e-12 * eigen.eigenvalues.amax();
+        let kept: Vec<usize> = (0..eigen.eigenvalues.len()).filter(|&i| eigen.eigenvalues[i] > floor).collect();
+        let mut factor = eigen.eigenvectors.select_columns(&kept);
+        for (mut column, &i) in factor.column_iter_mut().zip(&kept) {
+            column *= eigen.eigenvalues[i].sqrt();
+        }
+        factor
     }
 
     fn check(&self, n_dof: usize) -> Result<(), CorrelationError> {
@@ -115,7 +129,7 @@ pub fn residual_force(k: &DMatrix<f64>, m: &DMatrix<f64>, omega_squared: f64, sh
     k * shape - (m * shape) * omega_squared
 }
 
-/// One mode of the test, expanded, with the noise of its shape.
+/// One mode of the test, expanded, with its noise.
 #[derive(Debug, Clone, Copy)]
 pub struct ExpandedMode<'a> {
     /// The expansion.
@@ -124,6 +138,8 @@ pub struct ExpandedMode<'a> {
     pub sd: &'a DVector<f64>,
     /// Weight of this mode in the sums, 1/J: 1/(ω² modal mass) makes modes equal.
     pub weight: f64,
+    /// Standard deviation of the measured ω², rad²/s²: 2 ω² times the relative one of the frequency; 0 if it is exact.
+    pub omega_squared_sd: f64,
 }
 
 /// How much disagreement sits in one element.
@@ -148,7 +164,7 @@ pub struct Place {
 pub struct Localization {
     /// Places, the most suspicious first.
     pub places: Vec<Place>,
-    /// Probability that noise alone gives any place a p-value as low as the lowest here.
+    /// Probability that noise alone lifts any place as far above its noise as the highest one here.
     pub p_family: f64,
 }
 
@@ -162,65 +178,111 @@ impl Localization {
 /// Ranks elements by the energy of the residual displacement, against noise.
 ///
 /// ```text
-/// E_e = Σ_modes w rᵀ K_e r,     noise alone: r = R ε, ε ~ N(0, diag σ²), R = ∂r/∂y
-/// mean = Σ w tr(K_e C),  variance = Σ 2 w² tr((K_e C)²),  C = R diag(σ²) Rᵀ;   gamma distribution of these moments
-/// p_family = 1 - (1 - p_min)^n
+/// E_e = Σ_modes w rᵀ K_e r,     noise alone: r = R ε + (∂r/∂ω²) ε_ω,   ε ~ N(0, diag σ²), R = ∂r/∂y
+/// E_e ~ Σ_i λ_i χ²_1,   λ: eigenvalues of w Lᵀ C L over the modes,  K_e = L Lᵀ,  C = R diag(σ²) Rᵀ + σ_ω² ∂r ∂rᵀ
+/// mean = Σ λ,  variance = 2 Σ λ²,   score = (E - mean)/√variance
 /// ```
 ///
 /// * `modes` - expanded modes of the test
 /// * `elements` - stiffness contributions, by element, or by group after [`group_matrices`]
 ///
-/// Sorted by (energy - mean)/√variance. Under noise alone the mean and variance are exact for a right model whose
-/// measured frequencies are exact; the gamma shape is an approximation (good to a few per cent at 0.95, rough in the far
-/// tail); p_family treats elements as independent, which errs on the side of "nothing stands out".
+/// Sorted by the score. The p-value of an element is that of the weighted sum of chi-squares by saddlepoint, good to a
+/// few per cent of itself, far out at worst 17 % too large. `p_family` is the probability that the largest score of all elements is as
+/// large, by 1000 seeded draws of the noise through the same maps, so that it knows how elements share their noise;
+/// where fewer than ten draws reach it, the bound n p (Bonferroni) of the smallest p-value counts if it is smaller.
+/// All is exact to first order in the noise for a right model.
 ///
 /// What it cannot tell: stiffness from mass errors, or errors where no mode strains; an error spread over the structure
 /// spreads the energy.
 ///
 /// # Source
-/// Error energies: Ladevèze, Nedjar, Reynier 1994 (see [`super::Expander`]). Moments of a quadratic form: S. R. Searle,
-/// Linear Models, 1971, section 2.5; gamma approximation: F. E. Satterthwaite, Biometrics Bulletin 2 (1946) 110-114.
+/// Error energies: Ladevèze, Nedjar, Reynier 1994 (see [`super::Expander`]). Saddlepoint tail: D. Kuonen, Saddlepoint
+/// approximations for distributions of quadratic forms in normal variables, Biometrika 86 (1999) 929-935.
 pub fn localize(modes: &[ExpandedMode<'_>], elements: &[ElementMatrix]) -> Result<Localization, CorrelationError> {
     let mut scored = Vec::with_capacity(elements.len());
+    // For each element and mode the map from standard noise to √w Lᵀ r.
+    let mut maps: Vec<Vec<DMatrix<f64>>> = Vec::with_capacity(elements.len());
+    let mut scales = Vec::with_capacity(elements.len());
     for element in elements {
-        let (mut energy, mut strain, mut mean, mut variance) = (0.0, 0.0, 0.0, 0.0);
+        let factor = element.factor();
+        let (mut energy, mut strain) = (0.0, 0.0);
+        let mut weights = Vec::new();
+        let mut element_maps = Vec::with_capacity(modes.len());
         for mode in modes {
             element.check(mode.expanded.residual.len())?;
             energy += mode.weight * element.quadratic(mode.expanded.residual.as_slice());
             strain += mode.weight * element.quadratic(mode.expanded.shape.as_slice());
-            // Columns R_i σ_i at the element's dofs; unmeasured sensors have zero columns.
-            let r = &mode.expanded.residual_sensitivity;
-            let noise = DMatrix::from_fn(element.dofs.len(), r.ncols(), |i, j| {
-                let rate = r[(element.dofs[i], j)];
-                if rate == 0.0 { 0.0 } else { rate * mode.sd[j] }
-            });
-            let product = &element.matrix * (&noise * noise.transpose());
-            mean += mode.weight * product.trace();
-            variance += 2.0 * (mode.weight * mode.weight) * product.component_mul(&product.transpose()).sum();
+            let map = factor.tr_mul(&mode.noise_at(&element.dofs)) * mode.weight.max(0.0).sqrt();
+            let gram = if map.nrows() <= map.ncols() { &map * map.transpose() } else { map.tr_mul(&map) };
+            weights.extend(gram.symmetric_eigenvalues().iter().copied());
+            element_maps.push(map);
         }
-        let (p_value, noise_quantile) = gamma_tail(energy, mean, variance);
+        let noise = ChiSquareSum::new(weights);
+        let (mean, deviation) = (noise.mean(), noise.variance().sqrt());
         let relative_energy = if strain > 0.0 { energy / strain } else { 0.0 };
-        let score = if variance > 0.0 { (energy - mean) / variance.sqrt() } else { 0.0 };
-        let place =
-            Place { name: element.name.clone(), energy, relative_energy, noise_mean: mean, noise_quantile, p_value };
+        let score = if deviation > 0.0 { (energy - mean) / deviation } else { 0.0 };
+        let place = Place {
+            name: element.name.clone(),
+            energy,
+            relative_energy,
+            noise_mean: mean,
+            noise_quantile: noise.quantile(0.95),
+            p_value: noise.tail(energy),
+        };
         scored.push((score, place));
+        maps.push(element_maps);
+        scales.push((mean, deviation));
     }
+    let largest = scored.iter().map(|s| s.0).fold(f64::NEG_INFINITY, f64::max);
+    let smallest = scored.iter().map(|s| s.1.p_value).fold(1.0, f64::min);
+    let p_family = family(largest, smallest, &maps, &scales);
     scored.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let places: Vec<Place> = scored.into_iter().map(|(_, place)| place).collect();
-    let smallest = places.iter().map(|p| p.p_value).fold(1.0, f64::min);
-    // 1 - (1 - p)^n without cancellation.
-    let p_family = if smallest < 1.0 { -(places.len() as f64 * (-smallest).ln_1p()).exp_m1() } else { 1.0 };
-    Ok(Localization { places, p_family })
+    Ok(Localization { places: scored.into_iter().map(|(_, place)| place).collect(), p_family })
 }
 
-/// P(X ≥ value) and the 95 % quantile of a gamma distribution with this mean and variance.
-fn gamma_tail(value: f64, mean: f64, variance: f64) -> (f64, f64) {
-    let is_random = mean > 0.0 && variance > 0.0;
-    let gamma = is_random.then(|| Gamma::new(mean * mean / variance, mean / variance).ok()).flatten();
-    match gamma {
-        Some(gamma) => (gamma.sf(value), gamma.inverse_cdf(0.95)),
-        None if value > 0.0 => (0.0, 0.0),
-        None => (1.0, 0.0),
+/// The probability that noise gives the largest score, see [`localize`].
+fn family(largest: f64, smallest: f64, maps: &[Vec<DMatrix<f64>>], scales: &[(f64, f64)]) -> f64 {
+    /// Draws: a standard error of 0.003 at 0.01, where decisions are made.
+    const DRAWS: usize = 1000;
+    /// Below this bound the decision is clear, and draws could not resolve it.
+    const CLEAR: f64 = 1e-4;
+    let bound = (maps.len() as f64 * smallest).min(1.0);
+    if bound < CLEAR || maps.is_empty() {
+        return bound;
+    }
+    let n_modes = maps[0].len();
+    let mut gaussian = Gaussian::new(0);
+    let mut energies = DMatrix::<f64>::zeros(maps.len(), DRAWS);
+    for mode in 0..n_modes {
+        let width = maps[0][mode].ncols();
+        let noise = DMatrix::from_fn(width, DRAWS, |_, _| gaussian.next());
+        for (e, element) in maps.iter().enumerate() {
+            let response = &element[mode] * &noise;
+            for (draw, column) in response.column_iter().enumerate() {
+                energies[(e, draw)] += column.norm_squared();
+            }
+        }
+    }
+    let reaches = |draw: usize| {
+        scales.iter().enumerate().any(|(e, &(mean, sd))| sd > 0.0 && (energies[(e, draw)] - mean) / sd >= largest)
+    };
+    let count = (0..DRAWS).filter(|&draw| reaches(draw)).count();
+    let drawn = (count + 1) as f64 / (DRAWS + 1) as f64;
+    if count < 10 { drawn.min(bound) } else { drawn }
+}
+
+impl ExpandedMode<'_> {
+    /// Columns of the noise of r at some dofs: one a sensor, and one for the frequency.
+    fn noise_at(&self, dofs: &[usize]) -> DMatrix<f64> {
+        let (r, by_frequency) = (&self.expanded.residual_sensitivity, &self.expanded.frequency_sensitivity);
+        DMatrix::from_fn(dofs.len(), r.ncols() + 1, |i, j| {
+            if j == r.ncols() {
+                return by_frequency[dofs[i]] * self.omega_squared_sd;
+            }
+            // Unmeasured sensors have zero columns, and may have no standard deviation.
+            let rate = r[(dofs[i], j)];
+            if rate == 0.0 { 0.0 } else { rate * self.sd[j] }
+        })
     }
 }
 

@@ -4,11 +4,13 @@
 //! ones first, experimental ones second, and NaN marks what was not measured. Start reading at [`mac_matrix`].
 
 mod assignment;
+mod chi_square_sum;
 mod comac;
 mod criteria;
 mod expansion;
 mod frf;
 mod identifiability;
+mod loading;
 mod localization;
 mod mac;
 mod macco;
@@ -16,7 +18,9 @@ mod mapping;
 mod observe;
 mod orthogonality;
 mod pairing;
+mod partners;
 mod pretest;
+mod single_change;
 mod statistics;
 mod subspace;
 
@@ -25,7 +29,7 @@ pub use criteria::{
     BUILTIN_PROFILES, Check, CriteriaError, CriteriaProfile, Evidence, Judgement, ModeMarks, PairEvidence,
     ProbabilityOf, find_profile, parse_profiles,
 };
-pub use expansion::{ExpandedShape, Expander, MODEL_ERROR};
+pub use expansion::{ExpandedShape, Expander};
 pub use frf::{
     BandResidual, ByChannel, FrequencyShift, Signature, band_residuals, fdac, frac, frequency_shift, is_driving_point,
     local_amplitude, signatures, to_quantity,
@@ -34,6 +38,7 @@ pub use identifiability::{
     CollinearGroup, CoupledGroup, Identifiability, Information, collinear_groups, correlations, covariance,
     identifiability, information,
 };
+pub use loading::with_sensor_masses;
 pub use localization::{
     ElementMatrix, ExpandedMode, Localization, Place, by_group, element_energies, group_matrices, localize,
     residual_force,
@@ -46,10 +51,12 @@ pub use orthogonality::{auto_orthogonality, cross_orthogonality, generalized_mas
 pub use pairing::{
     ModeList, ModePair, PairBy, PairFlag, PairedModes, PairingOptions, Tracked, Unpaired, pair_modes, track,
 };
+pub(crate) use partners::PartnerSearch;
 pub use pretest::{
     DrivingPoint, Gain, SensorChoice, effective_independence, effective_masses, kinetic_energy_shares,
     rank_driving_points, rank_next_measurements, sensors_by_auto_mac, sensors_by_kinetic_energy,
 };
+pub use single_change::{SingleChange, SingleChanges, single_changes};
 pub use statistics::{
     Misfit, ShapeResidual, band_misfits, odds, probability_of_frequency, probability_of_mac, sensor_misfits,
     shape_residual,
@@ -119,6 +126,22 @@ pub enum CorrelationError {
         analytical: FrfQuantity,
         /// Of the test.
         experimental: FrfQuantity,
+    },
+    /// No channel of a measurement is a sensor of the test.
+    #[error("no {what} channel of the functions is a sensor of the test: they are called {names}; name the sensors alike, or put them on nodes of these names")]
+    NoChannel {
+        /// "response" or "excitation".
+        what: &'static str,
+        /// The first of them.
+        names: String,
+    },
+    /// The mass cannot be reduced to the sensors in that way.
+    #[error("{method} reduction of the mass to the sensors: {reason}")]
+    Reduction {
+        /// Which reduction.
+        method: &'static str,
+        /// Why not.
+        reason: String,
     },
     /// A kernel failed.
     #[error("the comparison has no result")]

@@ -7,6 +7,7 @@ pub mod convert;
 pub mod csv;
 mod frf;
 mod geometry;
+mod geometry_frame;
 pub mod lvm;
 pub mod mat;
 mod measurement;
@@ -19,6 +20,7 @@ mod yaml;
 
 pub use frf::{Channel, FrfQuantity, FrfSet};
 pub use geometry::{Geometry, Line, Point};
+pub use geometry_frame::GeometryFrame;
 pub use measurement::{MeasurementError, MeasurementOptions, Measurements, read_measurements};
 pub use modal_set::{ModalSet, ModeRecord, RelativeSd, ShapeChannel};
 pub use spectrum::{Spectrum, SpectrumKind, SpectrumUnit};

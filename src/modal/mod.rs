@@ -8,5 +8,7 @@ mod sensitivity;
 mod solve;
 
 pub use frf::{ModalDamping, accelerance, synthesize};
-pub use sensitivity::{MatrixDerivative, ModeDerivative, eigenvalue_derivative, mode_derivative};
+pub use sensitivity::{
+    MatrixDerivative, ModeDerivative, eigenvalue_derivative, mode_derivative, mode_derivative_of_forces,
+};
 pub use solve::{ModalError, Modes, SolveOptions, solve, typical_shift};

@@ -54,6 +54,29 @@ pub fn mode_derivative(
     derivatives: &[MatrixDerivative<'_>],
 ) -> Option<ModeDerivative> {
     let n = shape.len();
+    let mut forces = DMatrix::zeros(n, derivatives.len());
+    let mut growth = DVector::zeros(derivatives.len());
+    for (j, d) in derivatives.iter().enumerate() {
+        let dm_phi = d.mass * shape;
+        forces.set_column(j, &(d.stiffness * shape - &dm_phi * lambda));
+        growth[j] = shape.dot(&dm_phi);
+    }
+    mode_derivative_of_forces(stiffness, mass, lambda, shape, &forces, &growth)
+}
+
+/// [`mode_derivative`] from what the changes do to the mode, for sparse changes that need no matrices of their own.
+///
+/// * `forces` - (∂K_j - λ ∂M_j) φ as columns, (n_dof x n_parameters)
+/// * `growth` - φᵀ ∂M_j φ, (n_parameters)
+pub fn mode_derivative_of_forces(
+    stiffness: &DMatrix<f64>,
+    mass: &DMatrix<f64>,
+    lambda: f64,
+    shape: &DVector<f64>,
+    forces: &DMatrix<f64>,
+    growth: &DVector<f64>,
+) -> Option<ModeDerivative> {
+    let n = shape.len();
     // Symmetric scaling to comparable rows: dofs by their diagonal, the border by the norm of Mφ.
     let scale: Vec<f64> = (0..n)
         .map(|i| {
@@ -75,18 +98,17 @@ pub fn mode_derivative(
         a[(n, j)] = m_phi[j] * scale[j] * border;
         a[(j, n)] = a[(n, j)];
     }
-    let mut right = DMatrix::zeros(n + 1, derivatives.len());
-    for (j, d) in derivatives.iter().enumerate() {
-        let dm_phi = d.mass * shape;
-        let force = d.stiffness * shape - &dm_phi * lambda;
+    let columns = forces.ncols();
+    let mut right = DMatrix::zeros(n + 1, columns);
+    for j in 0..columns {
         for i in 0..n {
-            right[(i, j)] = -force[i] * scale[i];
+            right[(i, j)] = -forces[(i, j)] * scale[i];
         }
-        right[(n, j)] = -0.5 * shape.dot(&dm_phi) * border;
+        right[(n, j)] = -0.5 * growth[j] * border;
     }
     let solution = a.lu().solve(&right)?;
-    let shape = DMatrix::from_fn(n, derivatives.len(), |i, j| solution[(i, j)] * scale[i]);
-    let lambda = DVector::from_fn(derivatives.len(), |j, _| -solution[(n, j)] * border);
+    let shape = DMatrix::from_fn(n, columns, |i, j| solution[(i, j)] * scale[i]);
+    let lambda = DVector::from_fn(columns, |j, _| -solution[(n, j)] * border);
     (shape.iter().all(|v| v.is_finite()) && lambda.iter().all(|v| v.is_finite()))
         .then_some(ModeDerivative { lambda, shape })
 }

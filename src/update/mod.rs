@@ -3,15 +3,24 @@
 //! [`assess`] compares at one θ; [`update`] is the whole fit, readable from top to bottom.
 
 mod assessment;
+mod correlate;
 mod objective;
 mod objective_spec;
+mod pretest;
 mod regularization;
 mod settings;
 mod twin;
 mod uncertainty;
 
 pub use assessment::{AssessedPair, AssessedReading, Assessment, ModeName, UnpairedMode, assess, name_modes};
+pub use correlate::{
+    BandAgreement, ChannelAgreement, FrfSensitivity, Functions, FunctionsOptions, MASS_ROWS, MassReduction,
+    ModeAgreement, Orthogonality, ParameterInformation, Places, PlacesError, PlacesOptions, ReferenceShift,
+    Sensitivities, SensitivityOptions, SensorAgreement, SensorReport, compare_functions, frf_sensitivities, judge,
+    load_profile, member_stiffnesses, mode_agreement, orthogonality, places, sensitivities, sensor_agreement,
+};
 pub use objective_spec::{LimitSpec, ObjectiveSpec, Regularization};
+pub use pretest::{Pretest, PretestOptions, TargetMode, pretest};
 pub use settings::{Cost, Settings};
 pub use twin::{SensorFault, TwinError, TwinFrfOptions, TwinOptions, node_sensors, twin_frfs, twin_modes};
 pub use uncertainty::{Basis, Held, Inseparable, IntervalMethod, ParameterUncertainty, Uncertainty, uncertainty};

@@ -4,6 +4,7 @@ use crate::DONE;
 use crate::args::Explain;
 use crate::output::{Failure, print, reference_style};
 use retune::catalogue::did_you_mean;
+use retune::correlation::{BUILTIN_PROFILES, parse_profiles};
 use retune::effect::{EFFECTS, Effect};
 use retune::element::{ELEMENTS, Element};
 use retune::objective::{RESIDUALS, Residual};
@@ -12,6 +13,7 @@ use retune::report::text::{Align, Table};
 
 pub(crate) fn run(args: &Explain) -> Result<u8, Failure> {
     let name = args.name.as_str();
+    let profiles = parse_profiles(BUILTIN_PROFILES)?;
     if let Some(element) = ELEMENTS.iter().find(|e| Element::name(**e) == name) {
         let mut table = Table::new([("property", Align::Left), ("unit", Align::Left), ("what it is", Align::Left)]);
         for p in element.properties() {
@@ -30,6 +32,11 @@ pub(crate) fn run(args: &Explain) -> Result<u8, Failure> {
         ));
         print(&format!("Confused with: {}\n\nSources\n", about.confusable.join(", ")));
         about.references.iter().for_each(|s| print(&format!("  {s}\n")));
+    } else if let Some(profile) = profiles.iter().find(|p| p.name == name) {
+        let text = retune::yaml::write(&[profile]);
+        print(&format!(
+            "# A criteria profile: copy it into a file, edit it, give the file to `retune compare --profile`.\n{text}"
+        ));
     } else if let Some(r) = RESIDUALS.iter().find(|r| Residual::name(**r) == name) {
         print(&format!("{name}: {}\n", r.summary()));
     } else {
@@ -38,6 +45,7 @@ pub(crate) fn run(args: &Explain) -> Result<u8, Failure> {
             .map(|e| Element::name(*e))
             .chain(EFFECTS.iter().map(|e| Effect::name(*e)))
             .chain(OPTIMIZERS.iter().map(|o| o.name))
+            .chain(profiles.iter().map(|p| p.name.as_str()))
             .chain(RESIDUALS.iter().map(|r| Residual::name(*r)));
         return Err(Failure::text(format!(
             "nothing is called `{name}`{} (see `retune list`)",

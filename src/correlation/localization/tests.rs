@@ -1,5 +1,5 @@
 use super::*;
-use crate::correlation::{Expander, MODEL_ERROR, statistics::Gaussian};
+use crate::correlation::{Expander, statistics::Gaussian};
 use crate::linalg::{Eigenpairs, lowest_modes};
 use crate::modal::reduction::selection;
 
@@ -55,11 +55,14 @@ fn localize_noisy(truth: &Eigenpairs, n: usize, step: usize, noise: f64, seed: u
         let y = &s * truth.vectors.column(j);
         let sd = DVector::from_element(dofs.len(), noise * y.abs().max());
         let y = y.map(|v| v + sd[0] * gaussian.next());
-        let weight = expander.weight(MODEL_ERROR, truth.values[j], 1.0);
+        let weight = expander.weight(expander.model_error(0.1, n), truth.values[j], 1.0);
         expanded.push((expander.expand(&y, &sd, truth.values[j], weight).unwrap(), sd, 1.0 / truth.values[j]));
     }
     let modes: Vec<ExpandedMode<'_>> =
-        expanded.iter().map(|(expanded, sd, weight)| ExpandedMode { expanded, sd, weight: *weight }).collect();
+        expanded
+        .iter()
+        .map(|(expanded, sd, weight)| ExpandedMode { expanded, sd, weight: *weight, omega_squared_sd: 0.0 })
+        .collect();
     localize(&modes, &elements).unwrap()
 }
 

@@ -1,0 +1,178 @@
+//! `retune pretest`
+
+use super::measured::scalar;
+use crate::args::{Placement, Pretest as Arguments};
+use crate::output::{Failure, print, print_json, style, warn};
+use crate::{DONE, files};
+use retune::correlation::SensorChoice;
+use retune::report::text::{Align, Style, Table, Tone, number, wrap};
+use retune::update::{Pretest, PretestOptions, pretest};
+use serde_json::{Value, json};
+use std::fmt::Write as _;
+
+/// Rows of a ranked table.
+const ROWS: usize = 8;
+
+pub(crate) fn run(args: &Arguments) -> Result<u8, Failure> {
+    let (model, warnings, text) = files::model(&args.model, args.configuration.as_deref())?;
+    warn(&args.model, &text, &warnings);
+    let given = match &args.test {
+        Some(path) => {
+            let (test, mut warnings, text) = files::test(path)?;
+            warnings.extend(files::check_sensors(&model, &test, path, &text)?);
+            warn(path, &text, &warnings);
+            test.sensors
+        }
+        None => Vec::new(),
+    };
+    let positive = |word: &str, text: &str| {
+        let value = scalar(word, text, "1")?;
+        if value > 0.0 { Ok(value) } else { Err(Failure::text(format!("{word} is {text}; it must be above zero"))) }
+    };
+    let modes = usize::from(args.modes);
+    let options = PretestOptions {
+        n_modes: modes,
+        n_sensors: args.sensors.map_or(2 * modes, usize::from),
+        shape_noise: positive("--noise-shape", &args.noise_shape)?,
+        frequency_noise: positive("--noise-frequency", &args.noise_frequency)?,
+    };
+    let plan = pretest(&model, &given, &options)?;
+    if args.json {
+        print_json(&as_json(&plan, args));
+    } else {
+        print(&as_text(&plan, args, &style(&std::io::stdout())));
+    }
+    Ok(DONE)
+}
+
+/// The choices that are asked for.
+fn choices(plan: &Pretest, by: Option<Placement>) -> Vec<(&'static str, &SensorChoice)> {
+    [
+        (Placement::EffectiveIndependence, "effective independence", &plan.by_independence),
+        (Placement::AutoMac, "autoMAC", &plan.by_auto_mac),
+        (Placement::KineticEnergy, "kinetic energy", &plan.by_kinetic_energy),
+    ]
+    .into_iter()
+    .filter(|(which, ..)| by.is_none_or(|by| by == *which))
+    .map(|(_, name, choice)| (name, choice))
+    .collect()
+}
+
+fn as_text(plan: &Pretest, args: &Arguments, style: &Style) -> String {
+    let name = |c: usize| plan.candidates[c].name.as_str();
+    let mut out = format!("{}\n", style.paint(Tone::Strong, "Target modes"));
+    let is_held = plan.modes.iter().any(|m| m.effective_mass.iter().any(|v| *v > 1e-9));
+    let mut columns = vec![("#", Align::Right), ("Hz", Align::Right), ("mode", Align::Left)];
+    let directions = ["x", "y", "z", "about x", "about y", "about z"];
+    if is_held {
+        columns.extend(directions.map(|d| (d, Align::Right)));
+    }
+    columns.push(("most kinetic energy", Align::Left));
+    let mut table = Table::new(columns);
+    for (k, m) in plan.modes.iter().enumerate() {
+        let mut row = vec![
+            (k + 1).to_string().into(),
+            format!("{:.3}", m.mode.frequency_hz).into(),
+            m.mode.label.as_str().into(),
+        ];
+        if is_held {
+            row.extend(m.effective_mass.iter().map(|v| format!("{:.0} %", 100.0 * v).into()));
+        }
+        row.push(m.liveliest.map_or_else(String::new, |(c, s)| format!("{} {:.0} %", name(c), 100.0 * s)).into());
+        table.row(row);
+    }
+    out += &table.render(style);
+    if is_held {
+        out += "x ... about z: effective mass, as a share of the whole\n";
+    }
+    let _ = writeln!(out, "\n{}", style.paint(Tone::Strong, "Sensors"));
+    for (method, choice) in choices(plan, args.by) {
+        let names: Vec<&str> = choice.kept.iter().map(|&c| name(c)).collect();
+        let text = format!(
+            "{method}: {} (largest MAC between two modes {:.2})",
+            names.join(", "),
+            choice.largest_off_diagonal
+        );
+        for line in wrap(&text, style.width) {
+            out += &format!("{line}\n");
+        }
+    }
+    if let Some((off, n)) = plan.given {
+        let _ = writeln!(out, "the {n} sensors of the test: largest MAC between two modes {off:.2}");
+    }
+    let _ = writeln!(out, "\n{}", style.paint(Tone::Strong, "Exciter"));
+    for (modes, points) in &plan.exciters {
+        let best: Vec<String> = points
+            .iter()
+            .take(4)
+            .filter(|p| p.smallest > 0.0)
+            .map(|p| format!("{} ({:.0} %)", name(p.candidate), 100.0 * p.smallest))
+            .collect();
+        let text = if best.is_empty() {
+            format!("{modes}: no place drives all of them")
+        } else {
+            format!("{modes}: {}", best.join(", "))
+        };
+        for line in wrap(&text, style.width) {
+            out += &format!("{line}\n");
+        }
+    }
+    out += "in brackets: motion there in the least driven mode, of its largest\n";
+    if plan.next.is_empty() {
+        out += "\nno parameter has bounds, so no sensor can tell anything of them\n";
+        return out;
+    }
+    let beside = if plan.given.is_some() { "those of the test" } else { "those of effective independence" };
+    let _ = writeln!(out, "\n{}", style.paint(Tone::Strong, &format!("One more sensor beside {beside}")));
+    let mut table = Table::new([
+        ("at", Align::Left),
+        ("tells, nats", Align::Right),
+        ("most of", Align::Left),
+        ("whose sd falls to", Align::Right),
+    ]);
+    for g in plan.next.iter().take(ROWS) {
+        let best = (0..g.sd_ratio.len()).min_by(|&a, &b| g.sd_ratio[a].total_cmp(&g.sd_ratio[b]));
+        table.row([
+            name(g.candidate).into(),
+            number(g.nats).into(),
+            best.map_or("", |j| plan.parameters[j].as_str()).into(),
+            best.map_or_else(String::new, |j| format!("{:.0} %", 100.0 * g.sd_ratio[j])).into(),
+        ]);
+    }
+    out += &table.render(style);
+    out
+}
+
+fn as_json(plan: &Pretest, args: &Arguments) -> Value {
+    let name = |c: usize| plan.candidates[c].name.as_str();
+    let choice = |c: &SensorChoice| {
+        json!({
+            "sensors": c.kept.iter().map(|&i| name(i)).collect::<Vec<_>>(),
+            "steps": c.steps.iter().map(|(i, v)| json!([name(*i), v])).collect::<Vec<_>>(),
+            "largest_off_diagonal": c.largest_off_diagonal,
+            "ln_det_information": c.ln_det_information.is_finite().then_some(c.ln_det_information),
+        })
+    };
+    let chosen: serde_json::Map<String, Value> =
+        choices(plan, args.by).into_iter().map(|(method, c)| (method.replace(' ', "_"), choice(c))).collect();
+    json!({
+        "modes": plan.modes.iter().map(|m| json!({
+            "frequency_hz": m.mode.frequency_hz, "label": m.mode.label, "effective_mass": m.effective_mass,
+            "liveliest": m.liveliest.map(|(c, s)| json!({"at": name(c), "share": s})),
+        })).collect::<Vec<_>>(),
+        "candidates": plan.candidates.iter().map(|c| c.name.as_str()).collect::<Vec<_>>(),
+        "sensors": chosen,
+        "given": plan.given.map(|(off, n)| json!({"sensors": n, "largest_off_diagonal": off})),
+        "exciters": plan.exciters.iter().map(|(modes, points)| json!({
+            "modes": modes,
+            "places": points.iter().map(|p| json!({
+                "at": name(p.candidate), "optimum": p.optimum, "smallest": p.smallest,
+                "displacement": p.displacement, "acceleration": p.acceleration,
+            })).collect::<Vec<_>>(),
+        })).collect::<Vec<_>>(),
+        "next": plan.next.iter().map(|g| json!({
+            "at": name(g.candidate), "nats": g.nats,
+            "sd_ratio": plan.parameters.iter().zip(&g.sd_ratio).map(|(p, r)| (p.clone(), json!(r))).collect::<serde_json::Map<_, _>>(),
+        })).collect::<Vec<_>>(),
+    })
+}

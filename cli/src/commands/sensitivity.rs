@@ -1,0 +1,187 @@
+//! `retune sensitivity`
+
+use super::compare::parameters_json;
+use super::measured::scalar;
+use crate::args::Sensitivity as Arguments;
+use crate::output::{Failure, print, print_json, style, warn};
+use crate::{DONE, files};
+use retune::correlation::observation_matrix;
+use retune::data::TestData;
+use retune::linalg::DMatrix;
+use retune::modal::{SolveOptions, solve};
+use retune::model::{Model, ParametricModel};
+use retune::objective::starting_point;
+use retune::report::text::{Align, Cell, Style, Table, Tone, agreement, number};
+use retune::update::{
+    FrfSensitivity, MASS_ROWS, Sensitivities, SensitivityOptions, frf_sensitivities, node_sensors, sensitivities,
+};
+use serde_json::{Value, json};
+use std::fmt::Write as _;
+
+/// Lines of the functions, over the band of the modes.
+const LINES: usize = 201;
+
+pub(crate) fn run(args: &Arguments) -> Result<u8, Failure> {
+    let (model, test) = match &args.test {
+        Some(path) => {
+            let (test, mut warnings, text) = files::test(path)?;
+            let (model, model_warnings, model_text) =
+                files::tested_model(&args.model, args.configuration.as_deref(), (&test, path, &text))?;
+            warnings.extend(files::check_sensors(&model, &test, path, &text)?);
+            warn(&args.model, &model_text, &model_warnings);
+            warn(path, &text, &warnings);
+            (model, test)
+        }
+        None => {
+            let (model, warnings, text) = files::model(&args.model, args.configuration.as_deref())?;
+            warn(&args.model, &text, &warnings);
+            let sensors = node_sensors(&model);
+            (model, TestData { sensors, ..empty() })
+        }
+    };
+    let damping = scalar("--damping", &args.damping, "1")?;
+    if !(damping > 0.0 && damping < 1.0) {
+        return Err(Failure::text(format!("--damping is {}; it must be above zero and below 1", args.damping)));
+    }
+    let n_modes = usize::from(args.modes);
+    let found = sensitivities(&model, &test, SensitivityOptions { n_modes })?;
+    let functions = functions(&model, &test, &found, damping)?;
+    if args.json {
+        print_json(&as_json(&found, &functions));
+    } else {
+        print(&as_text(&found, &functions, &style(&std::io::stdout())));
+    }
+    Ok(DONE)
+}
+
+fn empty() -> TestData {
+    TestData {
+        name: String::new(),
+        description: String::new(),
+        configuration: None,
+        sensors: Vec::new(),
+        modes: Vec::new(),
+        mass_properties: Vec::new(),
+        frfs: None,
+    }
+}
+
+/// Functions from the liveliest sensor to all, from half the first to 1.1 times the last frequency.
+fn functions(model: &Model, test: &TestData, found: &Sensitivities, damping: f64) -> Result<FrfSensitivity, Failure> {
+    let theta = starting_point(model);
+    let system = model.assemble(&theta)?;
+    let options = SolveOptions { n_elastic: model.dof_map().n_dof(), shift: None };
+    let modes = solve(&system.stiffness, &system.mass, &model.dof_map().rigid_motions(), options)?;
+    let responses = observation_matrix(model, &test.sensors)?;
+    let frequencies: Vec<f64> = found.modes.iter().map(|m| m.frequency_hz).collect();
+    let (first, last) = match (frequencies.first(), frequencies.last()) {
+        (Some(first), Some(last)) if responses.nrows() > 0 => (0.5 * first, 1.1 * last),
+        _ => return Ok(FrfSensitivity { frequencies_hz: Vec::new(), relative: vec![Vec::new(); found.names.len()] }),
+    };
+    let at = &responses * modes.shapes.columns(modes.n_rigid, found.modes.len().min(modes.len() - modes.n_rigid));
+    let size = |i: usize| at.row(i).iter().map(|v| v.abs()).fold(f64::INFINITY, f64::min);
+    let liveliest = (0..at.nrows()).max_by(|&a, &b| size(a).total_cmp(&size(b)).then(b.cmp(&a))).unwrap_or(0);
+    let reference = DMatrix::from_rows(&[responses.row(liveliest)]);
+    let lines: Vec<f64> = (0..LINES).map(|l| first + (last - first) * l as f64 / (LINES - 1) as f64).collect();
+    Ok(frf_sensitivities(model, &modes, (&responses, &reference), &lines, damping)?)
+}
+
+/// Root mean square over the lines.
+fn rms(values: &[f64]) -> f64 {
+    (values.iter().map(|v| v * v).sum::<f64>() / values.len().max(1) as f64).sqrt()
+}
+
+fn as_text(s: &Sensitivities, functions: &FrfSensitivity, style: &Style) -> String {
+    let mut out = format!(
+        "{}\n",
+        style.paint(Tone::Strong, "Frequencies: change in % over the whole interval of each parameter")
+    );
+    let heads: Vec<String> = s.modes.iter().map(|m| format!("{:.2} Hz", m.frequency_hz)).collect();
+    let per_mode = |out: &mut String, cell: &dyn Fn(usize, usize) -> f64| {
+        let columns =
+            std::iter::once(("parameter", Align::Left)).chain(heads.iter().map(|h| (h.as_str(), Align::Right)));
+        let mut table = Table::new(columns);
+        for (k, name) in s.names.iter().enumerate() {
+            let cells = (0..s.modes.len()).map(|m| {
+                let value = cell(m, k);
+                if value.is_nan() { Cell::from("–") } else { format!("{value:.2}").into() }
+            });
+            table.row(std::iter::once(name.as_str().into()).chain(cells));
+        }
+        *out += &table.render(style);
+    };
+    per_mode(&mut out, &|m, k| 100.0 * s.frequency[(m, k)] * s.widths[k] / s.modes[m].frequency_hz);
+    let _ = writeln!(
+        out,
+        "\n{}",
+        style.paint(Tone::Strong, "Shapes: how far each turns over the whole interval, % of its length at the sensors")
+    );
+    per_mode(&mut out, &|m, k| 100.0 * s.shape[(m, k)]);
+    let _ = writeln!(out, "\n{}", style.paint(Tone::Strong, "Functions and mass: change over the whole interval"));
+    let mut table = Table::new([
+        ("parameter", Align::Left),
+        ("functions, % of rms", Align::Right),
+        ("mass kg", Align::Right),
+        ("cg x m", Align::Right),
+        ("Ixx kg m2", Align::Right),
+        ("Iyy kg m2", Align::Right),
+        ("Izz kg m2", Align::Right),
+        ("interval", Align::Right),
+        ("unit", Align::Left),
+    ]);
+    for (k, name) in s.names.iter().enumerate() {
+        let mass = |row: usize| {
+            if s.mass.nrows() == 0 { "–".to_string() } else { number(s.mass[(row, k)] * s.widths[k]) }
+        };
+        let moved = rms(&functions.relative[k]);
+        table.row([
+            name.as_str().into(),
+            number(100.0 * moved).into(),
+            mass(0).into(),
+            mass(1).into(),
+            mass(4).into(),
+            mass(5).into(),
+            mass(6).into(),
+            number(s.widths[k]).into(),
+            s.units[k].as_str().into(),
+        ]);
+    }
+    out += &table.render(style);
+    out += "linear at the estimates: a large number says that the change over the interval is not linear\n";
+    agreement::parameters_table(&mut out, s, style);
+    out
+}
+
+fn as_json(s: &Sensitivities, functions: &FrfSensitivity) -> Value {
+    let parameters: Vec<Value> = (0..s.names.len())
+        .map(|k| {
+            let modes: Vec<Value> = (0..s.modes.len())
+                .map(|m| {
+                    let shape = s.shape[(m, k)];
+                    json!({
+                        "hz_per_unit": s.frequency[(m, k)],
+                        "percent_per_interval": 100.0 * s.frequency[(m, k)] * s.widths[k] / s.modes[m].frequency_hz,
+                        "shape_percent_per_interval": shape.is_finite().then_some(100.0 * shape),
+                    })
+                })
+                .collect();
+            let mass: serde_json::Map<String, Value> = MASS_ROWS
+                .iter()
+                .take(s.mass.nrows())
+                .enumerate()
+                .map(|(row, name)| (name.replace(' ', "_"), json!(s.mass[(row, k)])))
+                .collect();
+            json!({
+                "name": s.names[k], "unit": s.units[k], "interval": s.widths[k], "modes": modes,
+                "mass_properties_per_unit": mass,
+                "functions_percent_per_interval": functions.relative[k].iter().map(|v| 100.0 * v).collect::<Vec<_>>(),
+            })
+        })
+        .collect();
+    json!({
+        "modes": s.modes.iter().map(|m| json!({"frequency_hz": m.frequency_hz, "label": m.label})).collect::<Vec<_>>(),
+        "parameters": parameters,
+        "function_lines_hz": functions.frequencies_hz,
+        "test": parameters_json(s),
+    })
+}

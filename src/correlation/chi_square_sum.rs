@@ -1,0 +1,127 @@
+//! The distribution of a weighted sum of chi-squares: what a quadratic form of normal noise has.
+
+use statrs::distribution::{ContinuousCDF, Gamma, Normal};
+
+/// Σ λ_i χ²_1 with positive weights.
+#[derive(Debug, Clone)]
+pub(super) struct ChiSquareSum {
+    weights: Vec<f64>,
+}
+
+impl ChiSquareSum {
+    /// Weights that are not positive are left out, and so are those that cannot be seen beside the largest.
+    pub(super) fn new(mut weights: Vec<f64>) -> Self {
+        let floor = 1e-12 * weights.iter().copied().fold(0.0, f64::max);
+        weights.retain(|w| *w > floor);
+        Self { weights }
+    }
+
+    pub(super) fn mean(&self) -> f64 {
+        self.weights.iter().sum()
+    }
+
+    pub(super) fn variance(&self) -> f64 {
+        2.0 * self.weights.iter().map(|w| w * w).sum::<f64>()
+    }
+
+    /// P(X ≥ value).
+    ///
+    /// ```text
+    /// κ(t) = -½ Σ ln(1 - 2 λ t),   κ'(t) = value at t = ŝ,   w = sign(ŝ) √(2 (ŝ value - κ)),  v = ŝ √κ''
+    /// P = 1 - Φ(w + ln(v/w)/w)
+    /// ```
+    ///
+    /// In the far tail it is too large by the error of Stirling's formula for Γ(m/2), m the number of weights equal to the
+    /// largest: 17 % for one, 8 % for two, 3 % for five.
+    ///
+    /// # Source
+    /// D. Kuonen, Biometrika 86 (1999) 929-935; the form of O. E. Barndorff-Nielsen, 1990.
+    pub(super) fn tail(&self, value: f64) -> f64 {
+        let Some(largest) = self.weights.iter().copied().reduce(f64::max) else {
+            return if value > 0.0 { 0.0 } else { 1.0 };
+        };
+        if value <= 0.0 {
+            return 1.0;
+        }
+        let (mean, sd) = (self.mean(), self.variance().sqrt());
+        // The formula is 0/0 at the mean; the gamma distribution of equal moments is right there.
+        if (value - mean).abs() < 0.02 * sd {
+            return Gamma::new(mean * mean / (sd * sd), mean / (sd * sd)).map_or(0.5, |g| g.sf(value));
+        }
+        let slope = |t: f64| self.weights.iter().map(|w| w / (1.0 - 2.0 * w * t)).sum::<f64>();
+        // κ' rises from 0 at -∞ to ∞ at 1/(2 λ_max).
+        let (mut low, mut high) = if value > mean {
+            (0.0, 0.5 / largest)
+        } else {
+            let mut low = -1.0 / largest;
+            while slope(low) > value {
+                low *= 2.0;
+            }
+            (low, 0.0)
+        };
+        for _ in 0..200 {
+            let middle = 0.5 * (low + high);
+            if middle <= low || middle >= high {
+                break;
+            }
+            if slope(middle) < value { low = middle } else { high = middle }
+        }
+        let t = low;
+        let kappa = -0.5 * self.weights.iter().map(|w| (-2.0 * w * t).ln_1p()).sum::<f64>();
+        let curvature = 2.0 * self.weights.iter().map(|w| (w / (1.0 - 2.0 * w * t)).powi(2)).sum::<f64>();
+        let w = t.signum() * (2.0 * (t * value - kappa)).max(0.0).sqrt();
+        let v = t * curvature.sqrt();
+        let z = w + (v / w).ln() / w;
+        Normal::standard().sf(z).clamp(0.0, 1.0)
+    }
+
+    /// The value that is exceeded with probability 1 - `level`.
+    pub(super) fn quantile(&self, level: f64) -> f64 {
+        if self.weights.is_empty() {
+            return 0.0;
+        }
+        let (mut low, mut high) = (0.0, self.mean() + 2.0 * self.variance().sqrt());
+        while self.tail(high) > 1.0 - level {
+            high *= 2.0;
+        }
+        // 40 halvings: twelve digits of the bracket, far below the error of the formula.
+        for _ in 0..40 {
+            let middle = 0.5 * (low + high);
+            if self.tail(middle) > 1.0 - level { low = middle } else { high = middle }
+        }
+        0.5 * (low + high)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use statrs::distribution::ChiSquared;
+
+    /// Equal weights are a chi-squared distribution, whose tail is known; Stirling's error of Γ(n/2) is 1/(6 n).
+    #[test]
+    fn equal_weights_are_chi_squared() {
+        for n in [1, 2, 5, 30] {
+            let sum = ChiSquareSum::new(vec![3.0; n]);
+            let exact = ChiSquared::new(n as f64).unwrap();
+            for p in [0.9, 0.5, 0.1, 1e-3, 1e-8] {
+                let x = 3.0 * exact.inverse_cdf(1.0 - p);
+                let tolerance = 1.0 / (6.0 * n as f64) + 1e-3;
+                assert!((sum.tail(x) / exact.sf(x / 3.0) - 1.0).abs() < tolerance, "{n} {p} {}", sum.tail(x));
+            }
+            assert!((sum.quantile(0.95) / (3.0 * exact.inverse_cdf(0.95)) - 1.0).abs() < 0.02, "{n}");
+        }
+    }
+
+    /// Two weights each taken twice: 2 λ times exponentials, P = Σ λ_i/(λ_i - λ_j) e^(-x/2λ_i) in closed form.
+    #[test]
+    fn pairs_of_weights_are_sums_of_exponentials() {
+        let (a, b) = (1.0, 0.3);
+        let sum = ChiSquareSum::new(vec![a, a, b, b, 0.0, -1e-18]);
+        for x in [0.5, 2.0, 6.0, 20.0, 60.0] {
+            let exact: f64 = (a * (-x / (2.0 * a)).exp() - b * (-x / (2.0 * b)).exp()) / (a - b);
+            assert!((sum.tail(x) / exact - 1.0).abs() < 1.0 / 12.0, "{x}: {} {exact}", sum.tail(x));
+        }
+        assert_eq!((ChiSquareSum::new(vec![]).tail(1.0), ChiSquareSum::new(vec![]).tail(0.0)), (0.0, 1.0));
+    }
+}

@@ -1,0 +1,333 @@
+//! Measured frequency response functions against those of the model.
+
+use super::test_mode_name;
+use crate::correlation::Misfit;
+use crate::correlation::{
+    CorrelationError, band_residuals, frac, frequency_shift, is_driving_point, local_amplitude, observation_matrix,
+    signatures,
+};
+use crate::data::{Channel, FrfSet, Place, Sensor};
+use crate::modal::{ModalDamping, SolveOptions, solve, synthesize};
+use crate::objective::Comparison;
+use crate::update::Assessment;
+
+/// How functions are compared.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FunctionsOptions {
+    /// Edges of the bands, Hz, ascending; halfway between the test modes when empty.
+    pub edges_hz: Vec<f64>,
+    /// Standard deviation of calibration and the like relative to the measured value, beside the random error that
+    /// coherence and averages tell.
+    pub relative_sd: f64,
+    /// Damping ratio of model modes without a measured partner; the median of the measured ones when absent.
+    pub damping: Option<f64>,
+    /// Largest relative shift of frequency that FDAC looks for.
+    pub shift_window: f64,
+}
+
+impl Default for FunctionsOptions {
+    /// 2 % of calibration error, shifts up to 20 %.
+    fn default() -> Self {
+        Self { edges_hz: Vec::new(), relative_sd: 0.02, damping: None, shift_window: 0.2 }
+    }
+}
+
+/// One function over all lines.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct ChannelAgreement {
+    /// Point of excitation.
+    pub reference: String,
+    /// Point of response.
+    pub response: String,
+    /// Whether both are the same place and direction.
+    pub is_driving_point: bool,
+    /// FRAC, in [0, 1].
+    pub frac: Option<f64>,
+    /// Local amplitude criterion, mean over the lines, in [0, 1].
+    pub amplitude: Option<f64>,
+}
+
+/// All functions in one band.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct BandAgreement {
+    /// From (included) and to (excluded), Hz.
+    pub band_hz: (f64, f64),
+    /// The test modes in it.
+    pub modes: Vec<String>,
+    /// Mean CSAC over the lines.
+    pub csac: Option<f64>,
+    /// Mean CSF over the lines.
+    pub csf: Option<f64>,
+    /// Median FRAC of the functions, over the lines of the band.
+    pub frac: Option<f64>,
+    /// Mean of 20 lg(|H_model|/|H_test|), dB.
+    pub amplitude_db: f64,
+    /// Root mean square of the same, dB.
+    pub amplitude_rms_db: f64,
+    /// Mean phase difference, degrees.
+    pub phase_deg: f64,
+    /// Root mean square of the same, degrees.
+    pub phase_rms_deg: f64,
+    /// Against the stated noise.
+    pub misfit: Misfit,
+}
+
+/// Frequency shift seen by FDAC from one reference.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct ReferenceShift {
+    /// Point of excitation.
+    pub reference: String,
+    /// f_model/f_test of the best common stretch.
+    pub ratio: f64,
+    /// Mean FDAC with that stretch.
+    pub fdac: f64,
+    /// Mean FDAC without.
+    pub fdac_unshifted: f64,
+    /// At the line nearest to every test mode: its frequency, the model's frequency of largest FDAC, and that FDAC.
+    pub ridge: Vec<(f64, f64, f64)>,
+}
+
+/// Agreement of functions.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct Functions {
+    /// Reference by reference, response by response.
+    pub channels: Vec<ChannelAgreement>,
+    /// Band by band.
+    pub bands: Vec<BandAgreement>,
+    /// Reference by reference.
+    pub shifts: Vec<ReferenceShift>,
+    /// Line by line: frequency, CSAC, CSF.
+    pub lines: Vec<(f64, Option<f64>, Option<f64>)>,
+    /// Channels of the file that no sensor of the test has, left out.
+    pub left_out: Vec<String>,
+    /// Damping ratio of model modes without a measured partner.
+    pub damping: f64,
+    /// Elastic modes that the model's functions are superposed from.
+    pub n_modes: usize,
+}
+
+/// Functions are superposed from at most this many elastic modes.
+const MOST_MODES: usize = 400;
+
+/// The sensor that a channel is: of its name, else on a point of its name; turned into the channel's direction.
+fn sensor_of(channel: &Channel, sensors: &[Sensor]) -> Option<Sensor> {
+    let on_axis = |s: &Sensor| {
+        channel.direction.is_none_or(|d| (0..3).map(|i| d[i] * s.direction[i]).sum::<f64>().abs() > 1.0 - 1e-6)
+    };
+    let is_named = |s: &Sensor| {
+        let base = s.name.strip_suffix(".x").or(s.name.strip_suffix(".y")).or(s.name.strip_suffix(".z"));
+        s.name == channel.name || base == Some(channel.name.as_str())
+    };
+    let stands_there = |s: &Sensor| matches!(&s.place, Place::Node { node, .. } if *node == channel.name);
+    let candidates = || sensors.iter().filter(|s| !s.is_rotation);
+    let found = candidates()
+        .find(|s| is_named(s) && on_axis(s))
+        .or_else(|| candidates().find(|s| is_named(s)))
+        .or_else(|| candidates().find(|s| stands_there(s)))?;
+    let mut sensor = found.clone();
+    if let Some(direction) = channel.direction {
+        sensor.direction = direction;
+    }
+    Some(sensor)
+}
+
+/// Compares measured functions with those of the model at the θ of the assessment.
+///
+/// The model's functions are superposed from its modes with modal damping: measured ratios for paired modes, one ratio for
+/// the others. They have the quantity (receptance, mobility, accelerance), the lines and the directions of the file.
+///
+/// Errors: no channel is a sensor of the test; lengths that do not fit; a reference or all responses unknown.
+pub fn compare_functions(
+    comparison: &Comparison<'_>,
+    a: &Assessment,
+    measured: &FrfSet,
+    options: &FunctionsOptions,
+) -> Result<Functions, CorrelationError> {
+    let sensors = &comparison.test().sensors;
+    let (test, responses, references, left_out) = placed(measured, sensors)?;
+    let p = &a.prediction;
+    let (k, m) = (&p.system.stiffness, &p.system.mass);
+    let failed = |e: &dyn std::fmt::Display| CorrelationError::Model(e.to_string());
+    let rigid = comparison.model().dof_map().rigid_motions();
+    let n_elastic = MOST_MODES.min(k.nrows());
+    let shift = p.modes.lambda.get(p.modes.n_rigid).copied().filter(|l| *l > 0.0);
+    let modes = solve(k, m, &rigid, SolveOptions { n_elastic, shift }).map_err(|e| failed(&e))?;
+    let (ratios, damping) = damping(comparison, a, modes.len(), modes.n_rigid, options.damping);
+    let model = comparison.model();
+    let rows = |list: &[Sensor]| observation_matrix(model, list);
+    let h = synthesize(
+        &modes,
+        &ModalDamping { ratios },
+        &rows(&responses)?,
+        &rows(&references)?,
+        &test.frequencies_hz,
+        test.quantity.order(),
+    );
+    let model = FrfSet { h, coherence: None, n_averages: None, ..test.clone() };
+    let edges = edges(comparison, &test, &options.edges_hz);
+    let lines = signatures(&model, &test)?;
+    let (by_frac, by_amplitude) = (frac(&model, &test)?, local_amplitude(&model, &test)?);
+    let channels = (0..by_frac.len())
+        .map(|c| {
+            let (reference, response) = (c / test.responses.len(), c % test.responses.len());
+            ChannelAgreement {
+                reference: test.references[reference].name.clone(),
+                response: test.responses[response].name.clone(),
+                is_driving_point: is_driving_point(&test, reference, response),
+                frac: by_frac[c],
+                amplitude: by_amplitude[c],
+            }
+        })
+        .collect();
+    let residuals = band_residuals(&model, &test, &edges, options.relative_sd)?;
+    let mut bands = Vec::new();
+    for r in residuals.iter().filter(|r| r.channel.is_none() && r.n_values > 0) {
+        let inside = |f: f64| f >= r.band_hz.0 && f < r.band_hz.1;
+        let mean = |of: &dyn Fn(usize) -> Option<f64>| {
+            let values: Vec<f64> = (0..lines.len()).filter(|&l| inside(lines[l].frequency_hz)).filter_map(of).collect();
+            (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
+        };
+        let mut fracs: Vec<f64> =
+            frac(&within(&model, r.band_hz), &within(&test, r.band_hz))?.into_iter().flatten().collect();
+        fracs.sort_by(f64::total_cmp);
+        let modes = &comparison.test().modes;
+        bands.push(BandAgreement {
+            band_hz: r.band_hz,
+            modes: (0..modes.len())
+                .filter(|&i| inside(modes[i].frequency_hz.value))
+                .map(|i| test_mode_name(comparison, i))
+                .collect(),
+            csac: mean(&|l| lines[l].shape),
+            csf: mean(&|l| lines[l].scale),
+            frac: fracs.get(fracs.len() / 2).copied(),
+            amplitude_db: r.amplitude_db,
+            amplitude_rms_db: r.amplitude_rms_db,
+            phase_deg: r.phase_deg,
+            phase_rms_deg: r.phase_rms_deg,
+            misfit: r.misfit,
+        });
+    }
+    let mut shifts = Vec::new();
+    if test.responses.len() > 1 {
+        for reference in 0..test.references.len() {
+            let shift = frequency_shift(&model, &test, reference, options.shift_window)?;
+            let last = test.frequencies_hz.last().copied().unwrap_or(0.0);
+            let at = |f: f64| {
+                let above = test.frequencies_hz.partition_point(|g| *g < f).min(test.n_lines() - 1);
+                let lines = [above.saturating_sub(1), above];
+                let line = if f - test.frequencies_hz[lines[0]] < test.frequencies_hz[lines[1]] - f {
+                    lines[0]
+                } else {
+                    lines[1]
+                };
+                let inside = f <= last && f >= test.frequencies_hz[0];
+                inside.then(|| (test.frequencies_hz[line], shift.ridge[line].0, shift.ridge[line].1))
+            };
+            shifts.push(ReferenceShift {
+                reference: test.references[reference].name.clone(),
+                ratio: shift.ratio,
+                fdac: shift.fdac,
+                fdac_unshifted: shift.fdac_unshifted,
+                ridge: comparison.test().modes.iter().filter_map(|m| at(m.frequency_hz.value)).collect(),
+            });
+        }
+    }
+    let lines = lines.iter().map(|s| (s.frequency_hz, s.shape, s.scale)).collect();
+    let n_modes = modes.elastic().len();
+    Ok(Functions { channels, bands, shifts, lines, left_out, damping, n_modes })
+}
+
+type Placed = (FrfSet, Vec<Sensor>, Vec<Sensor>, Vec<String>);
+
+/// The functions whose channels are known, with their sensors; and the channels left out.
+fn placed(set: &FrfSet, sensors: &[Sensor]) -> Result<Placed, CorrelationError> {
+    let find =
+        |channels: &[Channel]| -> Vec<Option<Sensor>> { channels.iter().map(|c| sensor_of(c, sensors)).collect() };
+    let (responses, references) = (find(&set.responses), find(&set.references));
+    let kept = |found: &[Option<Sensor>]| (0..found.len()).filter(|&i| found[i].is_some()).collect::<Vec<_>>();
+    let (kept_responses, kept_references) = (kept(&responses), kept(&references));
+    for (what, channels, known) in
+        [("response", &set.responses, &kept_responses), ("excitation", &set.references, &kept_references)]
+    {
+        if known.is_empty() {
+            let names: Vec<&str> = channels.iter().take(5).map(|c| c.name.as_str()).collect();
+            return Err(CorrelationError::NoChannel { what, names: names.join(", ") });
+        }
+    }
+    let mut left_out = Vec::new();
+    for (channels, found) in [(&set.responses, &responses), (&set.references, &references)] {
+        for (channel, _) in channels.iter().zip(found).filter(|(_, f)| f.is_none()) {
+            if !left_out.contains(&channel.name) {
+                left_out.push(channel.name.clone());
+            }
+        }
+    }
+    let indices: Vec<usize> = (0..set.n_lines())
+        .flat_map(|line| kept_references.iter().map(move |&r| (line, r)))
+        .flat_map(|(line, r)| kept_responses.iter().map(move |&s| set.index(line, r, s)))
+        .collect();
+    let pick = |channels: &[Channel], kept: &[usize]| kept.iter().map(|&i| channels[i].clone()).collect();
+    let subset = FrfSet {
+        references: pick(&set.references, &kept_references),
+        responses: pick(&set.responses, &kept_responses),
+        h: indices.iter().map(|&i| set.h[i]).collect(),
+        coherence: set.coherence.as_ref().map(|c| indices.iter().map(|&i| c[i]).collect()),
+        ..set.clone()
+    };
+    Ok((subset, responses.into_iter().flatten().collect(), references.into_iter().flatten().collect(), left_out))
+}
+
+/// One ratio a mode, rigid-body modes first: measured ones where paired; and the ratio of the others.
+fn damping(
+    comparison: &Comparison<'_>,
+    a: &Assessment,
+    n_modes: usize,
+    n_rigid: usize,
+    given: Option<f64>,
+) -> (Vec<f64>, f64) {
+    /// Where nothing was measured or said.
+    const USUAL: f64 = 0.01;
+    let modes = &comparison.test().modes;
+    let mut known: Vec<f64> = modes.iter().filter_map(|m| m.damping_ratio.map(|d| d.value)).collect();
+    known.sort_by(f64::total_cmp);
+    let other = given.unwrap_or_else(|| known.get(known.len() / 2).copied().unwrap_or(USUAL));
+    let mut ratios = vec![other; n_modes];
+    for p in &a.pairs {
+        if let (Some(d), Some(ratio)) = (modes[p.test_mode].damping_ratio, ratios.get_mut(n_rigid + p.model_mode)) {
+            *ratio = d.value;
+        }
+    }
+    (ratios, other)
+}
+
+/// Band edges: those given, else halfway between the test modes, over the lines of the file.
+fn edges(comparison: &Comparison<'_>, set: &FrfSet, given: &[f64]) -> Vec<f64> {
+    if !given.is_empty() {
+        return given.to_vec();
+    }
+    let (first, last) = match (set.frequencies_hz.first(), set.frequencies_hz.last()) {
+        (Some(first), Some(last)) => (*first, *last * (1.0 + 1e-9)),
+        _ => return Vec::new(),
+    };
+    let inside: Vec<f64> =
+        comparison.test().modes.iter().map(|m| m.frequency_hz.value).filter(|f| *f >= first && *f <= last).collect();
+    let mut edges = vec![first];
+    edges.extend(inside.windows(2).map(|w| 0.5 * (w[0] + w[1])).filter(|f| *f > first && *f < last));
+    edges.push(last);
+    edges
+}
+
+/// The lines of a set inside a band.
+fn within(set: &FrfSet, (low, high): (f64, f64)) -> FrfSet {
+    let lines: Vec<usize> =
+        (0..set.n_lines()).filter(|&l| set.frequencies_hz[l] >= low && set.frequencies_hz[l] < high).collect();
+    let channels = set.references.len() * set.responses.len();
+    let h = lines.iter().flat_map(|&l| set.h[l * channels..(l + 1) * channels].iter().copied()).collect();
+    FrfSet {
+        frequencies_hz: lines.iter().map(|&l| set.frequencies_hz[l]).collect(),
+        h,
+        coherence: None,
+        n_averages: None,
+        ..set.clone()
+    }
+}

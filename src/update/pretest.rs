@@ -1,0 +1,207 @@
+//! Before a test: target modes, sensors, exciters, and what one more sensor would tell.
+
+use super::{ModeName, UpdateError, name_modes, node_sensors};
+use crate::correlation::{
+    DrivingPoint, Gain, SensorChoice, effective_independence, effective_masses, kinetic_energy_shares,
+    observation_matrix, rank_driving_points, rank_next_measurements, sensors_by_auto_mac, sensors_by_kinetic_energy,
+};
+use crate::data::Sensor;
+use crate::linalg::DMatrix;
+use crate::modal::{MatrixDerivative, SolveOptions, mode_derivative, solve};
+use crate::model::ParametricModel;
+use crate::objective::{EvalError, Scaling};
+
+/// What is planned.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PretestOptions {
+    /// Elastic target modes.
+    pub n_modes: usize,
+    /// Sensors to choose.
+    pub n_sensors: usize,
+    /// Standard deviation of a shape entry, of the largest entry.
+    pub shape_noise: f64,
+    /// Relative standard deviation of a frequency.
+    pub frequency_noise: f64,
+}
+
+/// A target mode.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TargetMode {
+    /// Its name and frequency.
+    pub mode: ModeName,
+    /// Share of the mass (inertia about the origin) that it moves with the base along x, y, z (about x, y, z); zeros for a
+    /// free structure.
+    pub effective_mass: [f64; 6],
+    /// The candidate with the largest kinetic energy, and its share.
+    pub liveliest: Option<(usize, f64)>,
+}
+
+/// A plan of a test.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Pretest {
+    /// The target modes.
+    pub modes: Vec<TargetMode>,
+    /// Places where a sensor or an exciter may stand: every translation of every node.
+    pub candidates: Vec<Sensor>,
+    /// Effective independence.
+    pub by_independence: SensorChoice,
+    /// By autoMAC.
+    pub by_auto_mac: SensorChoice,
+    /// By kinetic energy.
+    pub by_kinetic_energy: SensorChoice,
+    /// Largest MAC between two target modes at the sensors of a given test, and how many of these there are.
+    pub given: Option<(f64, usize)>,
+    /// Exciter places, best first: for all modes together, then for each symmetry family.
+    pub exciters: Vec<(String, Vec<DrivingPoint>)>,
+    /// What one more sensor at each candidate would tell of the parameters, best first; empty without bounded parameters.
+    pub next: Vec<Gain>,
+    /// Names of those parameters.
+    pub parameters: Vec<String>,
+}
+
+/// Plans a test of a model at its estimates, moved into their bounds.
+///
+/// * `given` - sensors that there are already; the next sensor is judged beside them, else beside those of effective
+///   independence
+///
+/// The information of a next sensor is that of Lindley and Papadimitriou (see
+/// [`rank_next_measurements`](crate::correlation::rank_next_measurements)): a reading in every target mode, in the scale
+/// that the other sensors give the shape, with a uniform prior over each interval (width/√12) or the prior of the file.
+///
+/// Errors: the model has no modes; a choice of fewer sensors than modes, or of more than there are places.
+pub fn pretest(
+    model: &dyn ParametricModel,
+    given: &[Sensor],
+    options: &PretestOptions,
+) -> Result<Pretest, UpdateError> {
+    let theta = crate::objective::starting_point(model);
+    let failed = |e: &dyn std::fmt::Display| UpdateError::Start(EvalError::Unsolvable { reason: e.to_string() });
+    let system = model.assemble(&theta).map_err(|e| failed(&e))?;
+    let rigid = model.dof_map().rigid_motions();
+    let n_elastic = options.n_modes.min(model.dof_map().n_dof());
+    let modes = solve(&system.stiffness, &system.mass, &rigid, SolveOptions { n_elastic, shift: None })
+        .map_err(|e| failed(&e))?;
+    let named = name_modes(model, &theta, &modes).map_err(|e| failed(&e))?;
+    let targets: Vec<usize> = modes.elastic().skip(modes.n_mechanism).collect();
+    let shapes = modes.shapes.select_columns(&targets);
+    let candidates = node_sensors(model);
+    let s = observation_matrix(model, &candidates)?;
+    let phi = &s * &shapes;
+
+    let masses = effective_masses(&shapes, &system.mass, &rigid);
+    let whole = rigid.tr_mul(&(&system.mass * &rigid)).diagonal();
+    let shares = candidate_energies(&candidates, model, &s, &kinetic_energy_shares(&shapes, &system.mass));
+    let target = |(k, &i): (usize, &usize)| {
+        let column = shares.column(k);
+        let liveliest = (0..column.len()).max_by(|&a, &b| column[a].total_cmp(&column[b]).then(b.cmp(&a)));
+        TargetMode {
+            mode: named[i].clone(),
+            effective_mass: [0, 1, 2, 3, 4, 5].map(|d| if whole[d] > 0.0 { masses[(k, d)] / whole[d] } else { 0.0 }),
+            liveliest: liveliest.map(|c| (c, column[c])),
+        }
+    };
+    let target_modes: Vec<TargetMode> = targets.iter().enumerate().map(target).collect();
+
+    let n = options.n_sensors;
+    let by_independence = effective_independence(&phi, n)?;
+    let observed = observation_matrix(model, given)? * &shapes;
+    let given_choice = (!given.is_empty()).then(|| {
+        let mac = crate::correlation::auto_mac(&observed);
+        let off = (0..mac.nrows()).flat_map(|i| (0..i).map(move |j| (i, j))).map(|at| mac[at]).fold(0.0, f64::max);
+        (off, given.len())
+    });
+
+    let omega_squared: Vec<f64> = targets.iter().map(|&i| modes.lambda[i]).collect();
+    let mut exciters = vec![("all modes".to_string(), rank_driving_points(&phi, &omega_squared))];
+    for family in ["symmetric", "antisymmetric"] {
+        let members: Vec<usize> = (0..targets.len()).filter(|&k| named[targets[k]].family == Some(family)).collect();
+        if !members.is_empty() && members.len() < targets.len() {
+            let squares: Vec<f64> = members.iter().map(|&k| omega_squared[k]).collect();
+            exciters.push((format!("{family} modes"), rank_driving_points(&phi.select_columns(&members), &squares)));
+        }
+    }
+
+    let scaling = Scaling::new(model);
+    let names = scaling.free().iter().map(|&i| model.parameters().get(i).name.clone()).collect();
+    let mut next = Vec::new();
+    if !scaling.is_empty() {
+        let systems = scaling
+            .free()
+            .iter()
+            .map(|&j| model.assemble_derivative(&theta, j))
+            .collect::<Result<Vec<_>, _>>()
+            .map_err(|e| failed(&e))?;
+        let derivatives: Vec<MatrixDerivative<'_>> =
+            systems.iter().map(|s| MatrixDerivative { stiffness: &s.stiffness, mass: &s.mass }).collect();
+        let present = if given.is_empty() { phi.select_rows(&by_independence.kept) } else { observed };
+        let rows_present =
+            if given.is_empty() { s.select_rows(&by_independence.kept) } else { observation_matrix(model, given)? };
+        let mut jacobian: Vec<nalgebra::RowDVector<f64>> = Vec::new();
+        let mut gains = vec![DMatrix::zeros(0, scaling.len()); candidates.len()];
+        for (k, &i) in targets.iter().enumerate() {
+            let own = present.column(k);
+            let (lambda, shape) = (modes.lambda[i], modes.shapes.column(i).into_owned());
+            let Some(d) = mode_derivative(&system.stiffness, &system.mass, lambda, &shape, &derivatives) else {
+                continue;
+            };
+            let by_width = |j: usize| scaling.width()[j];
+            // ln f = ½ ln λ + constant.
+            let relative = |j: usize| d.lambda[j] / (2.0 * lambda) * by_width(j) / options.frequency_noise;
+            jacobian.push(nalgebra::RowDVector::from_fn(scaling.len(), |_, j| relative(j)));
+            let size = own.norm_squared();
+            let sd = options.shape_noise * phi.column(k).amax().max(own.amax());
+            if size == 0.0 || sd == 0.0 {
+                continue;
+            }
+            let (d_present, d_candidates) = (&rows_present * &d.shape, &s * &d.shape);
+            let stretch: Vec<f64> = (0..scaling.len()).map(|j| own.dot(&d_present.column(j)) / size).collect();
+            for row in 0..d_present.nrows() {
+                jacobian.push(nalgebra::RowDVector::from_fn(scaling.len(), |_, j| {
+                    (d_present[(row, j)] - own[row] * stretch[j]) * by_width(j) / sd
+                }));
+            }
+            for (c, gain) in gains.iter_mut().enumerate() {
+                let at = gain.nrows();
+                *gain = std::mem::replace(gain, DMatrix::zeros(0, 0)).insert_row(at, 0.0);
+                for j in 0..scaling.len() {
+                    gain[(at, j)] = (d_candidates[(c, j)] - phi[(c, k)] * stretch[j]) * by_width(j) / sd;
+                }
+            }
+        }
+        let jacobian =
+            if jacobian.is_empty() { DMatrix::zeros(0, scaling.len()) } else { DMatrix::from_rows(&jacobian) };
+        let prior: Vec<f64> = scaling
+            .free()
+            .iter()
+            .zip(scaling.width())
+            .map(|(&i, width)| model.parameters().get(i).prior_sd.map_or(1.0 / 12.0_f64.sqrt(), |sd| sd / width))
+            .collect();
+        next = rank_next_measurements(&jacobian, &prior, &gains)?;
+    }
+    Ok(Pretest {
+        modes: target_modes,
+        by_auto_mac: sensors_by_auto_mac(&phi, &[], n)?,
+        by_kinetic_energy: sensors_by_kinetic_energy(&phi, &shares, n),
+        by_independence,
+        candidates,
+        given: given_choice,
+        exciters,
+        next,
+        parameters: names,
+    })
+}
+
+/// Kinetic energy of the dofs that a candidate reads, (candidates x modes): candidates on one dof of their own only.
+fn candidate_energies(
+    candidates: &[Sensor],
+    model: &dyn ParametricModel,
+    s: &DMatrix<f64>,
+    shares: &DMatrix<f64>,
+) -> DMatrix<f64> {
+    // A slave of a rigid link reads several dofs; each dof's energy goes to candidates in proportion to what they see.
+    let n_dof = model.dof_map().n_dof();
+    let seen: Vec<f64> = (0..n_dof).map(|d| (0..s.nrows()).map(|c| s[(c, d)].powi(2)).sum()).collect();
+    DMatrix::from_fn(candidates.len(), shares.ncols(), |c, r| {
+        (0..n_dof).filter(|&d| seen[d] > 0.0).map(|d| s[(c, d)].powi(2) / seen[d] * shares[(d, r)]).sum()
+    })
+}
