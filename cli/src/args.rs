@@ -403,6 +403,9 @@ pub(crate) struct Update {
     /// Keep the state of the search in this file.
     #[arg(long)]
     pub(crate) checkpoint: Option<PathBuf>,
+    /// Write a page with pictures: before and after, cost, parameters in their bounds.
+    #[arg(long, value_name = "PAGE")]
+    pub(crate) report: Option<PathBuf>,
     /// Continue from the checkpoint of an interrupted run.
     #[arg(long, requires = "checkpoint")]
     pub(crate) resume: bool,
@@ -453,31 +456,52 @@ pub(crate) struct Sample {
     pub(crate) json: bool,
 }
 
-/// One page where an engineer sees the comparison: structure, animated modes, pairs, MAC, mass properties.
+/// One page where an engineer sees the comparison, the diagnosis and the error falling: a single file, no network.
+///
+/// Without an output it prints the same on the terminal.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   retune report updated.yaml models/bff_gvt.yaml -o report.html
-  retune report v3.yaml gvt.yaml --history v1.yaml v2.yaml -o report.html --svg figures")]
+  retune report v3.yaml gvt.yaml --history v1.yaml v2.yaml -o report.html --svg figures
+  retune report wing.yaml gvt.yaml --diagnose --frf run1.unv run2.unv -o report.html
+  retune learn wing.yaml gvt.yaml --json > learned.json; retune report wing.yaml gvt.yaml --learn learned.json -o report.html")]
 pub(crate) struct Report {
     /// Model file.
     pub(crate) model: PathBuf,
     /// Test file.
     pub(crate) test: PathBuf,
     /// The page: one HTML file that needs no network.
-    #[arg(short, long, required_unless_present_any = ["json", "svg", "vtk"])]
+    #[arg(short, long, value_name = "PAGE")]
     pub(crate) output: Option<PathBuf>,
     /// Earlier versions of the model, oldest first: the page shows the error falling.
-    #[arg(long, num_args = 1..)]
+    #[arg(long, num_args = 1.., value_name = "MODEL", conflicts_with = "learn")]
     pub(crate) history: Vec<PathBuf>,
+    /// Diagnose the model too: what is missing, where, how sure.
+    #[arg(long, conflicts_with = "learn")]
+    pub(crate) diagnose: bool,
+    /// A history of learning: the output of `retune learn --json`, or a folder of model versions in the order of their names.
+    #[arg(long, value_name = "FILE|FOLDER")]
+    pub(crate) learn: Option<PathBuf>,
+    /// Measurement files with frequency response functions, to show beside those of the model.
+    #[arg(long, num_args = 1.., value_name = "FILE")]
+    pub(crate) frf: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(crate) measurement: Measurement,
     /// The report's data as JSON.
-    #[arg(long)]
+    #[arg(long, value_name = "FILE")]
     pub(crate) json: Option<PathBuf>,
     /// A folder for single figures as SVG.
-    #[arg(long)]
+    #[arg(long, value_name = "FOLDER")]
     pub(crate) svg: Option<PathBuf>,
     /// A folder for model and modes as VTK, for ParaView.
-    #[arg(long)]
+    #[arg(long, value_name = "FOLDER")]
     pub(crate) vtk: Option<PathBuf>,
+    /// Seed of all random numbers of the diagnosis.
+    #[arg(long, default_value_t = 0)]
+    pub(crate) seed: u64,
+    /// Configuration of the model: a name under its `configurations`; that which the test names when absent.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) configuration: Option<String>,
     /// Overwrite existing files.
     #[arg(long)]
     pub(crate) force: bool,
@@ -485,7 +509,9 @@ pub(crate) struct Report {
 
 /// What is missing? Physical effects and measurement faults with probabilities, estimates and ties.
 #[derive(Debug, Args)]
-#[command(after_help = "Example:\n  retune diagnose models/bff.yaml models/bff_gvt.yaml")]
+#[command(after_help = "Examples:
+  retune diagnose models/bff.yaml models/bff_gvt.yaml
+  retune diagnose models/bff.yaml models/bff_gvt.yaml --report diagnosis.html")]
 pub(crate) struct Diagnose {
     /// Model file.
     pub(crate) model: PathBuf,
@@ -497,6 +523,12 @@ pub(crate) struct Diagnose {
     /// Trust the measurement: try effects only.
     #[arg(long)]
     pub(crate) no_faults: bool,
+    /// Write a page with pictures: the hypotheses on the structure, beside the comparison.
+    #[arg(long, value_name = "PAGE")]
+    pub(crate) report: Option<PathBuf>,
+    /// Overwrite an existing page.
+    #[arg(long)]
+    pub(crate) force: bool,
     /// Print JSON instead of text.
     #[arg(long)]
     pub(crate) json: bool,
@@ -534,7 +566,9 @@ pub(crate) struct Undo {
 
 /// Diagnose, add, refit, until nothing more is justified.
 #[derive(Debug, Args)]
-#[command(after_help = "Example:\n  retune learn models/bff.yaml models/bff_gvt.yaml -o learned.yaml")]
+#[command(
+    after_help = "Example:\n  retune learn models/bff.yaml models/bff_gvt.yaml -o learned.yaml --report learned.html"
+)]
 pub(crate) struct Learn {
     /// Model file.
     pub(crate) model: PathBuf,
@@ -549,6 +583,9 @@ pub(crate) struct Learn {
     /// Largest number of effects.
     #[arg(long, default_value_t = 5)]
     pub(crate) limit: u8,
+    /// Write a page with pictures: the error falling step by step, every diagnosis, the last model.
+    #[arg(long, value_name = "PAGE")]
+    pub(crate) report: Option<PathBuf>,
     /// Seed of all random numbers.
     #[arg(long, default_value_t = 0)]
     pub(crate) seed: u64,

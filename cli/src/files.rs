@@ -5,6 +5,7 @@ use retune::correlation::{check_sensors as check, with_sensor_masses};
 use retune::data::{MeasurementOptions, TestData, read_measurements, read_test};
 use retune::model::{Model, Registry, load_configuration};
 use retune::yaml::{Problem, Severity, SourceMap};
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 /// Files above this size are not YAML that a person wrote.
@@ -130,13 +131,21 @@ pub(crate) fn check_sensors(model: &Model, test: &TestData, path: &Path, text: &
 
 /// Refuses an output that exists, or whose folder cannot be written, before any work is done.
 pub(crate) fn check_output(path: &Path, force: bool) -> Result<(), Failure> {
+    check_room(path, force, 4096)
+}
+
+/// Like [`check_output`], for an output of this many bytes: a full disk too is reported before the work starts.
+pub(crate) fn check_room(path: &Path, force: bool, bytes: usize) -> Result<(), Failure> {
     if path.exists() && !force {
         return Err(Failure::text(format!("{} exists; give --force to overwrite it", path.display())));
     }
     let probe = temporary(path);
-    std::fs::write(&probe, b"")
-        .and_then(|()| std::fs::remove_file(&probe))
-        .map_err(|e| Failure::text(format!("cannot write {}: {e}", path.display())))
+    let filled = std::fs::File::create(&probe).and_then(|mut file| {
+        file.write_all(&vec![b'\n'; bytes])?;
+        file.sync_all()
+    });
+    let removed = std::fs::remove_file(&probe);
+    filled.and(removed).map_err(|e| Failure::text(format!("cannot write {}: {e}", path.display())))
 }
 
 /// Writes a file whole or not at all.

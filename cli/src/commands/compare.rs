@@ -211,7 +211,9 @@ impl Parts {
         }
         let asks = args.sensors || args.orthogonality || args.localize || args.sensitivity || args.all;
         if !asks && args.profile.is_none() {
-            out.push_str("\nmore: --sensors --orthogonality --localize --sensitivity, or --all; --profile judges\n");
+            let more = "more: --sensors --orthogonality --localize --sensitivity, or --all; --profile judges";
+            out.push('\n');
+            agreement::wrapped(out, more, style);
         }
     }
 }

@@ -3,6 +3,7 @@
 use super::compare::{origins, pair_json, readings_json, summary, unpaired_json};
 use crate::args::{Cost, Pairing, Update};
 use crate::output::{Failure, pairs, print, print_json, style};
+use crate::page::{Outputs, announce, provenance};
 use crate::progress::{Line, cancel_flag};
 use crate::{DONE, SHORT, files, uncertain};
 use retune::correlation::PairBy;
@@ -27,8 +28,11 @@ pub(crate) fn run(args: &Update) -> Result<u8, Failure> {
     }
     let objective = objective(args.objective.as_deref())?;
     if let Some(output) = &args.output {
-        files::check_output(output, args.force)?;
+        // New values may be longer than the old ones.
+        files::check_room(output, args.force, model_text.len() + 4096)?;
     }
+    let outputs = Outputs { page: args.report.as_ref(), force: args.force, ..Outputs::default() };
+    outputs.check()?;
     let settings = Settings {
         cost: match args.cost {
             Cost::LeastSquares => update::Cost::LeastSquares,
@@ -73,6 +77,7 @@ pub(crate) fn run(args: &Update) -> Result<u8, Failure> {
             "unidentifiable": uncertain::unidentifiable_json(&u.uncertainty),
             "rank": u.uncertainty.rank,
             "remarks": u.uncertainty.remarks,
+            "uncertainty_evaluations": u.uncertainty.evaluations,
             "regularization_weight": u.regularization,
             "tests": all.iter().zip(&assessed).map(|(t, (_, after))| json!({
                 "name": t.test.name,
@@ -87,6 +92,8 @@ pub(crate) fn run(args: &Update) -> Result<u8, Failure> {
             "unpaired_test": u.after.unpaired_test.iter().map(unpaired_json).collect::<Vec<_>>(),
             "chi_squared": u.after.misfit.chi_squared,
             "n_data": u.after.misfit.n_data,
+            "costs_by_batch_kernel": u.optimum.paths.batch,
+            "costs_by_reference_path": u.optimum.paths.reference,
             "warnings": u.optimum.warnings,
         }));
     } else {
@@ -103,6 +110,13 @@ pub(crate) fn run(args: &Update) -> Result<u8, Failure> {
         }
         out += &format!("\ncost   {}\n", cost_history(&history, &costs, style.width.saturating_sub(7)));
         out += &format!("       {:.6} -> {:.6}; {}\n", u.cost_before, u.optimum.cost, u.optimum.termination.text());
+        let paths = u.optimum.paths;
+        if paths.batch > 0 {
+            out += &format!(
+                "       {} costs by the batch kernel, {} by the reference path\n",
+                paths.batch, paths.reference
+            );
+        }
         if let Some(starts) = u.optimum.starts_in_words() {
             out += &format!("       {starts}\n");
         }
@@ -120,6 +134,24 @@ pub(crate) fn run(args: &Update) -> Result<u8, Failure> {
             out += &format!("\nwritten: {}\n", output.display());
         }
         print(&out);
+    }
+    if args.report.is_some() {
+        let first = &all[0];
+        let mut data = retune::report::of_update(&first.model, &first.test, &u)?;
+        data.meta.warnings.extend(u.uncertainty.remarks.iter().cloned());
+        if all.len() > 1 {
+            let n = all.len();
+            data.meta.warnings.push(format!("The fit is to {n} tests; modes, pairs and steps show the first."));
+        }
+        data.meta.warnings.extend(u.optimum.warnings.iter().map(ToString::to_string));
+        let read: Vec<(&str, &Path)> = std::iter::once(("model", args.model.as_path()))
+            .chain(args.tests.iter().map(|path| ("test", path.as_path())))
+            .collect();
+        provenance(&mut data, &read, Some(args.seed))?;
+        let written = outputs.write(&data)?;
+        if !args.json {
+            announce(&written);
+        }
     }
     for warning in &u.optimum.warnings {
         eprintln!("warning: {warning}");
