@@ -128,7 +128,9 @@ pub enum CorrelationError {
         experimental: FrfQuantity,
     },
     /// No channel of a measurement is a sensor of the test.
-    #[error("no {what} channel of the functions is a sensor of the test: they are called {names}; name the sensors alike, or put them on nodes of these names")]
+    #[error(
+        "no {what} channel of the functions is a sensor of the test: they are called {names}; name the sensors alike, or put them on nodes of these names"
+    )]
     NoChannel {
         /// "response" or "excitation".
         what: &'static str,
