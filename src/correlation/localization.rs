@@ -187,9 +187,10 @@ impl Localization {
 /// * `elements` - stiffness contributions, by element, or by group after [`group_matrices`]
 ///
 /// Sorted by the score. The p-value of an element is that of the weighted sum of chi-squares by saddlepoint, good to a
-/// few per cent of itself, far out at worst 17 % too large. `p_family` is the probability that the largest score of all elements is as
-/// large, by seeded draws of the noise through the same maps, so that it knows how elements share their noise: 1000, or
-/// fewer once 20 of them reach it; a bound n p (Bonferroni) below 0.001 is taken as it is, and where fewer than ten draws reach it, the bound n p (Bonferroni) of the smallest p-value counts if it is smaller.
+/// few per cent of itself, far out at worst 17 % too large. `p_family` is the probability that the largest score of all
+/// elements is as large, by seeded draws of the noise through the same maps, so that it knows how elements share their
+/// noise: 1000, or fewer once 20 of them reach it. A bound n p (Bonferroni) below 0.001 is taken as it is, and so is a
+/// smaller bound where fewer than ten draws reach it.
 /// All is exact to first order in the noise for a right model.
 ///
 /// What it cannot tell: stiffness from mass errors, or errors where no mode strains; an error spread over the structure
