@@ -8,12 +8,16 @@
 //! Nelder-Mead under the paper's equation (4), and prints every result beside the paper's own number.
 
 use retune::correlation::{PairBy, PairingOptions};
-use retune::data::{TestData, read_test};
+use retune::data::{FrfQuantity, TestData, read_test};
 use retune::model::{MassProperties, Model, ParametricModel, Registry, load};
 use retune::objective::Comparison;
 use retune::optim::{Pace, Progress};
+use retune::report::data::{DataItem, Named, ReportData};
 use retune::report::text::{Align, Style, Table, cost_history, number};
-use retune::update::{Assessment, Controls, Cost, Settings, assess, update};
+use retune::report::{Case, add_responses, figures, html, of_update};
+use retune::update::{
+    Assessment, Controls, Cost, Settings, TwinFrfOptions, TwinOptions, Update, assess, twin_frfs, update,
+};
 use retune::yaml::Problem;
 use std::error::Error;
 use std::io::{IsTerminal, Write as _};
@@ -139,11 +143,56 @@ fn main() -> Result<(), Box<dyn Error>> {
     );
     println!("  still far from the test ({}),", result.after.misfit);
     println!("  so something is missing in the model rather than in its parameters.");
-    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("target/bff.html");
-    std::fs::write(&page, retune::report::html(&retune::report::of_update(&initial, &test, &result)?)?)?;
-    println!("\nthe same as a page with pictures: {}", page.display());
+    let target = Path::new(env!("CARGO_MANIFEST_DIR")).join("target");
+    let data = page_data(&initial, &test, &result)?;
+    std::fs::create_dir_all(target.join("bff_figures"))?;
+    std::fs::write(target.join("bff.html"), html(&data)?)?;
+    for figure in figures(&data) {
+        std::fs::write(target.join("bff_figures").join(format!("{}.svg", figure.name)), figure.svg)?;
+    }
+    println!("\nthe same as a page with pictures: {}", target.join("bff.html").display());
+    println!("single figures for a paper: {}", target.join("bff_figures").display());
     println!("{:.1} s", started.elapsed().as_secs_f64());
     Ok(())
+}
+
+/// Sensor at which the force acts, and the band of the frequency responses: the paper's excitation, 3 to 35 Hz.
+const EXCITER: &str = "p12";
+
+/// The update as a report, with frequency responses (Figure 11).
+///
+/// The measured responses were never published: those shown are SYNTHETIC, of the virtual aircraft that matches Table 2.
+fn page_data(initial: &Model, test: &TestData, result: &Update) -> Result<ReportData, Box<dyn Error>> {
+    let mut data = of_update(initial, test, result)?;
+    let virtual_aircraft = read("bff_truth.yaml", |text| load(text, &Registry::builtin()).map(|(model, ..)| model))?;
+    let measured: Vec<f64> = test.modes.iter().filter_map(|m| m.damping_ratio.as_ref()).map(|d| d.value).collect();
+    let options = TwinOptions {
+        damping: measured.iter().sum::<f64>() / measured.len().max(1) as f64,
+        seed: 1,
+        ..TwinOptions::default()
+    };
+    let responses = TwinFrfOptions {
+        lines_hz: (0..1025).map(|k| 3.0 + f64::from(k) / 32.0).collect(),
+        exciters: vec![EXCITER.into()],
+        quantity: FrfQuantity::Accelerance,
+        force_noise: 0.0,
+        response_noise: 0.01,
+        n_averages: 16,
+    };
+    let theta = virtual_aircraft.parameters().nominal();
+    let set = twin_frfs(&virtual_aircraft, &theta, &test.sensors, &options, &responses)?;
+    let case = |assessment| Case { model: initial, test, assessment };
+    add_responses(&mut data, case(&result.after), Some(case(&result.before)), &set, "synthetic")?;
+    data.meta.title = "Body Freedom Flutter aircraft: update to the ground vibration test".into();
+    data.meta.commands.push("cargo run --release --example bff".into());
+    data.meta.seeds.push(Named::new("differential evolution", "1"));
+    data.meta.seeds.push(Named::new("noise of the synthetic frequency responses", "1"));
+    data.meta.data_items.push(DataItem {
+        name: "frequency responses".into(),
+        origin: "synthetic".into(),
+        source: "a virtual aircraft that matches Table 2 of the paper, 1 % noise, mean measured damping".into(),
+    });
+    Ok(data)
 }
 
 /// Reads a file of `models/`; problems are shown with their places.

@@ -34,6 +34,7 @@ pub(crate) enum Command {
     Pretest(Pretest),
     Sensitivity(Sensitivity),
     Update(Update),
+    Sample(Sample),
     Report(Report),
     Diagnose(Diagnose),
     Add(Add),
@@ -121,6 +122,9 @@ pub(crate) struct Measurement {
     /// Units of the geometry, where they are not those of the functions.
     #[arg(long, value_name = "SYSTEM")]
     pub(crate) geometry_units: Option<String>,
+    /// Where the axes of the geometry lie in the model: `{origin: [1 m, 0 m, 0 m], x: -y, z: +z}`, two axes of the three.
+    #[arg(long, value_name = "FRAME")]
+    pub(crate) frame: Option<String>,
 }
 
 /// How modes are identified.
@@ -136,13 +140,15 @@ pub(crate) enum Method {
 
 /// Identify modes from frequency response functions: frequencies, damping, shapes, each with its standard deviation.
 ///
-/// Reads universal files, tables (column frequency_hz), OpenModal folders, NumPy arrays; of a spectrum without force it
-/// gives the peaks. Checks the test itself on the way; exit code 1 when that finds a fault.
+/// Reads universal files, tables (column frequency_hz), OpenModal folders, NumPy arrays, MATLAB files; of a spectrum without
+/// force it gives the peaks, and modes that the files themselves hold are taken over. Checks the test itself on the way; exit
+/// code 1 when that finds a fault.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   retune identify run1.unv run2.unv -o test.yaml
   retune identify frfs.csv --geometry points.unv --band 3 35 --model models/bff.yaml -o test.yaml
-  retune identify openmodal_export/ --units SI --geometry-units in-lbf-s")]
+  retune identify openmodal_export/ --units SI --geometry-units in-lbf-s
+  retune identify shapes.csv --direction +z -o test.yaml")]
 pub(crate) struct Identify {
     /// Measurement files.
     #[arg(required = true)]
@@ -158,6 +164,9 @@ pub(crate) struct Identify {
     /// How.
     #[arg(long, value_enum, default_value_t = Method::Plscf)]
     pub(crate) method: Method,
+    /// Peaks of a spectrum without force: least height over the valleys beside them, dB.
+    #[arg(long, default_value_t = 10.0, value_name = "DB")]
+    pub(crate) peak_height: f64,
     /// Poles of the highest model order of each octave.
     #[arg(long, default_value_t = 40, value_parser = clap::value_parser!(u16).range(2..=400))]
     pub(crate) order: u16,
@@ -188,11 +197,13 @@ pub(crate) struct Identify {
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   retune health run1.unv --geometry points.unv
+  retune health test.yaml
+  retune health shapes.csv --direction +z
   retune health monday.unv --against friday.unv
 
 Exit code 1 when the data contradict themselves.")]
 pub(crate) struct Health {
-    /// Measurement files.
+    /// Measurement files, or one test file.
     #[arg(required = true)]
     pub(crate) files: Vec<PathBuf>,
     #[command(flatten)]
@@ -331,6 +342,14 @@ pub(crate) enum Pairing {
     Order,
 }
 
+/// What the test had and the model file has not.
+#[derive(Debug, Args)]
+pub(crate) struct Loading {
+    /// Put the `mass` of the sensors into the model: they were on the structure when it was tested.
+    #[arg(long)]
+    pub(crate) sensor_masses: bool,
+}
+
 /// The cost to minimise.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Cost {
@@ -342,31 +361,39 @@ pub(crate) enum Cost {
     Frequencies,
 }
 
-/// Update a model to a test: change its bounded parameters until it fits.
+/// Update a model to one test or several: change its bounded parameters until it fits, and say how certain they are.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   retune update models/bff.yaml models/bff_gvt.yaml -o updated.yaml
   retune update models/bff.yaml models/bff_gvt.yaml --cost paper --seed 3 -o updated.yaml
+  retune update models/bff.yaml models/bff_gvt.yaml models/bff_bench.yaml
+  retune update models/bff.yaml models/bff_gvt.yaml --objective objective.yaml
   retune update models/bff.yaml models/bff_gvt.yaml --optimizer '[differential-evolution, nelder-mead]'
 
 Ctrl-C stops cleanly and keeps the best point so far.")]
 pub(crate) struct Update {
     /// Model file.
     pub(crate) model: PathBuf,
-    /// Test file.
-    pub(crate) test: PathBuf,
+    /// Test files; each is compared with the model in the configuration that it names, and all are fitted at once.
+    #[arg(required = true, num_args = 1.., value_name = "TEST")]
+    pub(crate) tests: Vec<PathBuf>,
     /// Where to write the updated model: the same file with new values, comments and order kept.
     #[arg(short, long)]
     pub(crate) output: Option<PathBuf>,
     /// What to minimise.
     #[arg(long, value_enum, default_value_t = Cost::LeastSquares)]
     pub(crate) cost: Cost,
-    /// How modes are paired; by MAC, for frequencies alone by order.
+    /// A file with terms and weights, loss, regularisation and limits of the least-squares cost.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) objective: Option<PathBuf>,
+    /// How modes are paired; by MAC, without shapes and for frequencies alone by order.
     #[arg(long, value_enum)]
     pub(crate) pairing: Option<Pairing>,
     /// A method of `retune list optimizers`, or YAML with settings.
     #[arg(long)]
     pub(crate) optimizer: Option<String>,
+    #[command(flatten)]
+    pub(crate) loading: Loading,
     /// Seed of all random numbers.
     #[arg(long, default_value_t = 0)]
     pub(crate) seed: u64,
@@ -376,6 +403,9 @@ pub(crate) struct Update {
     /// Keep the state of the search in this file.
     #[arg(long)]
     pub(crate) checkpoint: Option<PathBuf>,
+    /// Write a page with pictures: before and after, cost, parameters in their bounds.
+    #[arg(long, value_name = "PAGE")]
+    pub(crate) report: Option<PathBuf>,
     /// Continue from the checkpoint of an interrupted run.
     #[arg(long, requires = "checkpoint")]
     pub(crate) resume: bool,
@@ -390,31 +420,88 @@ pub(crate) struct Update {
     pub(crate) json: bool,
 }
 
-/// One page where an engineer sees the comparison: structure, animated modes, pairs, MAC, mass properties.
+/// Sample the posterior of the parameters: means, quantiles, correlations, and the evidence of the model.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:
+  retune sample models/bff.yaml models/bff_gvt.yaml models/bff_bench.yaml --samples 2000 -o samples.csv
+
+The prior is uniform between the bounds; prior_sd of a parameter acts on top of it. Evidences of two models compare on the
+same tests: the difference of ln Z is the logarithm of the odds.")]
+pub(crate) struct Sample {
+    /// Model file.
+    pub(crate) model: PathBuf,
+    /// Test files; each is compared with the model in the configuration that it names.
+    #[arg(required = true, num_args = 1.., value_name = "TEST")]
+    pub(crate) tests: Vec<PathBuf>,
+    /// Where to write the samples: a CSV table, one column a parameter, in the units of the tables.
+    #[arg(short, long)]
+    pub(crate) output: Option<PathBuf>,
+    /// Number of samples.
+    #[arg(long, default_value_t = 1000, value_parser = clap::value_parser!(u32).range(50..=1_000_000))]
+    pub(crate) samples: u32,
+    /// A file with terms and weights, loss, regularisation and limits of the least-squares cost.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) objective: Option<PathBuf>,
+    /// Seed of all random numbers.
+    #[arg(long, default_value_t = 0)]
+    pub(crate) seed: u64,
+    /// Overwrite an existing output file.
+    #[arg(long)]
+    pub(crate) force: bool,
+    /// Configuration of the model: a name under its `configurations`; that which the test names when absent.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) configuration: Option<String>,
+    /// Print JSON instead of text.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// One page where an engineer sees the comparison, the diagnosis and the error falling: a single file, no network.
+///
+/// Without an output it prints the same on the terminal.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   retune report updated.yaml models/bff_gvt.yaml -o report.html
-  retune report v3.yaml gvt.yaml --history v1.yaml v2.yaml -o report.html --svg figures")]
+  retune report v3.yaml gvt.yaml --history v1.yaml v2.yaml -o report.html --svg figures
+  retune report wing.yaml gvt.yaml --diagnose --frf run1.unv run2.unv -o report.html
+  retune learn wing.yaml gvt.yaml --json > learned.json; retune report wing.yaml gvt.yaml --learn learned.json -o report.html")]
 pub(crate) struct Report {
     /// Model file.
     pub(crate) model: PathBuf,
     /// Test file.
     pub(crate) test: PathBuf,
     /// The page: one HTML file that needs no network.
-    #[arg(short, long, required_unless_present_any = ["json", "svg", "vtk"])]
+    #[arg(short, long, value_name = "PAGE")]
     pub(crate) output: Option<PathBuf>,
     /// Earlier versions of the model, oldest first: the page shows the error falling.
-    #[arg(long, num_args = 1..)]
+    #[arg(long, num_args = 1.., value_name = "MODEL", conflicts_with = "learn")]
     pub(crate) history: Vec<PathBuf>,
+    /// Diagnose the model too: what is missing, where, how sure.
+    #[arg(long, conflicts_with = "learn")]
+    pub(crate) diagnose: bool,
+    /// A history of learning: the output of `retune learn --json`, or a folder of model versions in the order of their names.
+    #[arg(long, value_name = "FILE|FOLDER")]
+    pub(crate) learn: Option<PathBuf>,
+    /// Measurement files with frequency response functions, to show beside those of the model.
+    #[arg(long, num_args = 1.., value_name = "FILE")]
+    pub(crate) frf: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(crate) measurement: Measurement,
     /// The report's data as JSON.
-    #[arg(long)]
+    #[arg(long, value_name = "FILE")]
     pub(crate) json: Option<PathBuf>,
     /// A folder for single figures as SVG.
-    #[arg(long)]
+    #[arg(long, value_name = "FOLDER")]
     pub(crate) svg: Option<PathBuf>,
     /// A folder for model and modes as VTK, for ParaView.
-    #[arg(long)]
+    #[arg(long, value_name = "FOLDER")]
     pub(crate) vtk: Option<PathBuf>,
+    /// Seed of all random numbers of the diagnosis.
+    #[arg(long, default_value_t = 0)]
+    pub(crate) seed: u64,
+    /// Configuration of the model: a name under its `configurations`; that which the test names when absent.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) configuration: Option<String>,
     /// Overwrite existing files.
     #[arg(long)]
     pub(crate) force: bool,
@@ -422,7 +509,9 @@ pub(crate) struct Report {
 
 /// What is missing? Physical effects and measurement faults with probabilities, estimates and ties.
 #[derive(Debug, Args)]
-#[command(after_help = "Example:\n  retune diagnose models/bff.yaml models/bff_gvt.yaml")]
+#[command(after_help = "Examples:
+  retune diagnose models/bff.yaml models/bff_gvt.yaml
+  retune diagnose models/bff.yaml models/bff_gvt.yaml --report diagnosis.html")]
 pub(crate) struct Diagnose {
     /// Model file.
     pub(crate) model: PathBuf,
@@ -434,6 +523,12 @@ pub(crate) struct Diagnose {
     /// Trust the measurement: try effects only.
     #[arg(long)]
     pub(crate) no_faults: bool,
+    /// Write a page with pictures: the hypotheses on the structure, beside the comparison.
+    #[arg(long, value_name = "PAGE")]
+    pub(crate) report: Option<PathBuf>,
+    /// Overwrite an existing page.
+    #[arg(long)]
+    pub(crate) force: bool,
     /// Print JSON instead of text.
     #[arg(long)]
     pub(crate) json: bool,
@@ -471,7 +566,9 @@ pub(crate) struct Undo {
 
 /// Diagnose, add, refit, until nothing more is justified.
 #[derive(Debug, Args)]
-#[command(after_help = "Example:\n  retune learn models/bff.yaml models/bff_gvt.yaml -o learned.yaml")]
+#[command(
+    after_help = "Example:\n  retune learn models/bff.yaml models/bff_gvt.yaml -o learned.yaml --report learned.html"
+)]
 pub(crate) struct Learn {
     /// Model file.
     pub(crate) model: PathBuf,
@@ -486,6 +583,9 @@ pub(crate) struct Learn {
     /// Largest number of effects.
     #[arg(long, default_value_t = 5)]
     pub(crate) limit: u8,
+    /// Write a page with pictures: the error falling step by step, every diagnosis, the last model.
+    #[arg(long, value_name = "PAGE")]
+    pub(crate) report: Option<PathBuf>,
     /// Seed of all random numbers.
     #[arg(long, default_value_t = 0)]
     pub(crate) seed: u64,

@@ -6,7 +6,9 @@ mod args;
 mod commands;
 mod files;
 mod output;
+mod page;
 mod progress;
+mod uncertain;
 
 use args::{Cli, Command};
 use clap::Parser;
@@ -40,6 +42,7 @@ fn main() -> ExitCode {
         Command::Pretest(a) => commands::pretest::run(a),
         Command::Sensitivity(a) => commands::sensitivity::run(a),
         Command::Update(a) => commands::update::run(a),
+        Command::Sample(a) => commands::sample::run(a),
         Command::Report(a) => commands::report::run(a),
         Command::Diagnose(a) => commands::diagnose::run(a),
         Command::Add(a) => commands::add::run(a),

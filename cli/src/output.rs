@@ -2,7 +2,7 @@
 
 use retune::report::text::agreement::{ratio, wrapped};
 use retune::report::text::{Align, Cell, Style, Table, Tone};
-use retune::update::{Assessment, ModeAgreement, ParameterChange};
+use retune::update::{Assessment, ModeAgreement};
 use retune::yaml::{Problem, Severity};
 use std::fmt::Write as _;
 use std::io::{IsTerminal, Write as _};
@@ -111,7 +111,7 @@ pub(crate) fn print_json(value: &serde_json::Value) {
     print(&format!("{value:#}\n"));
 }
 
-/// The pairs of a comparison, and what is left unpaired or swapped.
+/// The pairs of a comparison, the static readings, and what is left unpaired or swapped.
 ///
 /// * `agreement` - how each pair stands against noise, for one more column
 pub(crate) fn pairs(a: &Assessment, agreement: Option<&[ModeAgreement]>, style: &Style) -> String {
@@ -153,7 +153,8 @@ pub(crate) fn pairs(a: &Assessment, agreement: Option<&[ModeAgreement]>, style: 
         row.extend([name.into(), Cell::new(flags(p), Tone::Warning)]);
         table.row(row);
     }
-    let mut out = table.render(style);
+    let mut out = if a.pairs.is_empty() { String::new() } else { table.render(style) };
+    out += &readings(a, style);
     for u in &a.unpaired_test {
         let label = u.label.as_deref().map(|l| format!(" ({l})")).unwrap_or_default();
         let best = u.best.map_or_else(String::new, |(m, mac)| {
@@ -180,6 +181,35 @@ pub(crate) fn pairs(a: &Assessment, agreement: Option<&[ModeAgreement]>, style: 
     out
 }
 
+/// Readings of static tests beside those of the model.
+fn readings(a: &Assessment, style: &Style) -> String {
+    if a.readings.is_empty() {
+        return String::new();
+    }
+    let mut table = Table::new([
+        ("static test", Align::Left),
+        ("sensor", Align::Left),
+        ("test", Align::Right),
+        ("model", Align::Right),
+        ("unit", Align::Left),
+        ("error", Align::Right),
+    ]);
+    for r in &a.readings {
+        let (unit, factor) = if r.is_angle { ("deg", 180.0 / std::f64::consts::PI) } else { ("mm", 1e3) };
+        let number = |v: f64| retune::report::text::number(factor * v);
+        let tone = if (r.model - r.measured).abs() > 3.0 * r.sd { Tone::Warning } else { Tone::Plain };
+        table.row([
+            r.test.as_str().into(),
+            r.sensor.as_str().into(),
+            number(r.measured).into(),
+            number(r.model).into(),
+            unit.into(),
+            Cell::new(format!("{:+.2} %", 100.0 * (r.model / r.measured - 1.0)), tone),
+        ]);
+    }
+    table.render(style)
+}
+
 fn flags(p: &retune::update::AssessedPair) -> String {
     use retune::correlation::PairFlag;
     let words: Vec<&str> = p
@@ -193,36 +223,4 @@ fn flags(p: &retune::update::AssessedPair) -> String {
         })
         .collect();
     words.join(", ")
-}
-
-/// The parameters of an update.
-pub(crate) fn parameters(changes: &[ParameterChange], style: &Style) -> String {
-    let mut table = Table::new([
-        ("parameter", Align::Left),
-        ("before", Align::Right),
-        ("after", Align::Right),
-        ("lower", Align::Right),
-        ("upper", Align::Right),
-        ("unit", Align::Left),
-        ("", Align::Left),
-    ]);
-    let number = retune::report::text::number;
-    for p in changes {
-        let bound = |b: Option<f64>| b.map_or_else(|| "–".to_string(), number);
-        let note = match (p.lower, p.at_bound) {
-            (None, _) => Cell::new("constant", Tone::Dim),
-            (_, true) => Cell::new("on its bound", Tone::Warning),
-            _ => "".into(),
-        };
-        table.row([
-            p.name.as_str().into(),
-            number(p.before).into(),
-            number(p.after).into(),
-            bound(p.lower).into(),
-            bound(p.upper).into(),
-            p.unit.as_str().into(),
-            note,
-        ]);
-    }
-    table.render(style)
 }

@@ -189,6 +189,8 @@ fn update_writes_only_what_changed_and_never_over_a_file() {
     let json = folder.json(line);
     assert_has(&json, &["cost_before", "cost_after", "evaluations", "termination", "parameters", "pairs"]);
     assert_has(&json["parameters"][0], &["name", "unit", "before", "after", "lower", "upper", "at_bound"]);
+    assert_has(&json["parameters"][0], &["sd", "interval", "interval_method", "correlations", "held"]);
+    assert_has(&json, &["unidentifiable", "rank", "remarks", "tests"]);
     assert!(json["cost_after"].as_f64().unwrap() < json["cost_before"].as_f64().unwrap());
     let written = folder.read("out.yaml");
     let differ: Vec<&str> = MODEL.lines().zip(written.lines()).filter(|(a, b)| a != b).map(|(_, b)| b).collect();
@@ -249,6 +251,39 @@ fn a_test_names_its_configuration() {
     );
 }
 
+/// Two tests of one model, in two configurations, fitted at once; an objective file; samples of the posterior.
+#[test]
+fn several_tests_an_objective_and_a_posterior() {
+    let folder = Folder::new("several");
+    let more = "configurations: {loaded: {masses: {ballast: {node: tip, mass: 1 kg}}}}\n";
+    folder.write("model.yaml", format!("{MODEL}{more}"));
+    folder.write("loaded.yaml", TEST.replace("name: made up", "name: with ballast\nconfiguration: loaded"));
+    let json = folder.json("compare model.yaml test.yaml loaded.yaml --frequency-window 9 --json");
+    assert_eq!(json["tests"].as_array().unwrap().len(), 2);
+    let json = folder.json("update model.yaml test.yaml loaded.yaml --json");
+    assert_eq!(json["tests"][1]["configuration"], "loaded");
+    assert_eq!(folder.json("update model.yaml test.yaml --json")["tests"].as_array().unwrap().len(), 1);
+    let said = folder.run("update model.yaml test.yaml loaded.yaml");
+    assert!(said.out.contains("after: with ballast") && said.out.contains("90 % interval"), "{said:?}");
+
+    folder.write("objective.yaml", "terms: {frequency: 1}\nloss: {huber: 2}\nregularization: {weight: 0.5}\n");
+    let json = folder.json("update model.yaml test.yaml --objective objective.yaml --json");
+    assert_eq!(json["regularization_weight"], 0.5);
+    folder.write("objective.yaml", "terms: {frequenzy: 1}\n");
+    let said = folder.run("update model.yaml test.yaml --objective objective.yaml");
+    assert_eq!(said.code, 2);
+    assert!(
+        said.err.contains("objective.yaml:1:9: error: terms.frequenzy") && said.err.contains("`frequency`"),
+        "{said:?}"
+    );
+
+    let json = folder.json("sample model.yaml test.yaml --samples 100 -o samples.csv --json");
+    assert_has(&json, &["parameters", "log_evidence", "log_evidence_se", "samples"]);
+    let rows = folder.read("samples.csv");
+    assert_eq!(rows.lines().count(), 101);
+    assert!(rows.lines().next().unwrap().ends_with(",cost"));
+}
+
 #[test]
 fn nothing_free_is_said() {
     let folder = Folder::new("fixed");
@@ -264,7 +299,7 @@ fn help_has_examples_and_exit_codes() {
     let said = folder.run("--help");
     assert_eq!(said.code, 0);
     assert!(said.out.contains("Exit codes: 0 done") && said.out.contains("Examples:"), "{said:?}");
-    for command in ["check", "modes", "compare", "update", "schema", "list", "explain", "completions"] {
+    for command in ["check", "modes", "compare", "update", "sample", "schema", "list", "explain", "completions"] {
         let said = folder.run(&format!("{command} --help"));
         assert_eq!(said.code, 0);
         assert!(said.out.contains("Example") && said.out.contains(&format!("retune {command}")), "{command}: {said:?}");

@@ -160,6 +160,15 @@ fn symmetric_eigen(a: &faer::Mat<f64>) -> Result<(Vec<f64>, faer::Mat<f64>), Lin
     Ok(((0..n).map(|i| values[i]).collect(), u))
 }
 
+/// Eigenvalues, descending, and vectors of a symmetric matrix; only the lower triangle is read.
+pub(super) fn symmetric_pairs(a: &DMatrix<f64>) -> Result<(Vec<f64>, DMatrix<f64>), LinalgError> {
+    let n = a.nrows();
+    let scale = unit_scale(a);
+    let (values, u) = symmetric_eigen(&faer::Mat::from_fn(n, n, |i, j| a[(i, j)] / scale))?;
+    let values = values.into_iter().rev().map(|v| v * scale).collect();
+    Ok((values, DMatrix::from_fn(n, n, |i, j| u[(i, n - 1 - j)])))
+}
+
 /// The largest modulus, or one for a zero matrix: faer's divide and conquer wants a norm near one.
 fn unit_scale(a: &DMatrix<f64>) -> f64 {
     let largest = a.iter().fold(0.0f64, |m, v| m.max(v.abs()));

@@ -8,6 +8,7 @@ mod decompositions;
 mod eigen;
 mod eigenvalues;
 mod orthogonal;
+pub mod sparse;
 mod symmetric;
 
 pub use decompositions::{Svd, shifted_pencil, thin_svd};
@@ -39,6 +40,21 @@ pub enum LinalgError {
         /// Row of the entry.
         row: usize,
     },
+    /// The modes counted are more than those found.
+    #[error(
+        "{counted} modes lie below {:.6} Hz by the inertia of K - σM, but only {found} were found", below.max(0.0).sqrt() / std::f64::consts::TAU
+    )]
+    MissedModes {
+        /// Modes found below σ, those known included.
+        found: usize,
+        /// Modes counted below σ.
+        counted: usize,
+        /// σ, rad²/s².
+        below: f64,
+    },
+    /// The factor of a sparse matrix does not fit into the memory.
+    #[error("the factor of the sparse matrix does not fit into the memory")]
+    OutOfMemory,
     /// An iteration did not converge.
     #[error("the eigenvalue iteration did not converge on a matrix of {size} rows")]
     NoConvergence {

@@ -5,17 +5,26 @@
 //! | universal file | a line `    -1` |
 //! | table of this crate | the column `frequency_hz` |
 //! | table of points | the columns `point`, `x`, `y`, `z` |
+//! | table of shapes | the column `point`, and columns whose names hold a frequency, such as `bending 7.9 Hz` |
 //! | OpenModal export | a folder with `measurements_index.csv` |
 //! | NumPy arrays | `\x93NUMPY`: real (lines) in Hz, and complex (lines x responses) or (lines x references x responses) |
+//! | MATLAB file | `MATLAB`: two variables, either as NumPy arrays, or one frequency in Hz and its shape |
 //! | LabVIEW measurement | `LabVIEW Measurement`: spectra only |
 //!
 //! Several universal files and OpenModal folders make one set; of tables and arrays there can be one set only.
 
+mod arrays;
+
 use super::convert::{self, ConvertError, FrfOptions, Question, UnitsFrom};
-use super::csv::{CsvError, CsvFrfOptions, Sheet, openmodal, read_frfs};
+use super::csv::{self, CsvError, CsvFrfOptions, ShapeTable, Sheet, openmodal, read_frfs, read_shapes};
 use super::uff::{Dataset, UffError, UniversalFile};
-use super::{Channel, FrfSet, Geometry, Point, Spectrum, SpectrumKind, SpectrumUnit, lvm, npy, uff};
-use crate::linalg::Complex;
+use super::{
+    Channel, FrfSet, Geometry, ModalSet, ModeRecord, Point, ShapeChannel, Spectrum, SpectrumKind, SpectrumUnit, lvm,
+    mat, npy, uff,
+};
+use crate::element::Dof;
+use crate::linalg::{Complex, DVector};
+use arrays::Variables;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -28,6 +37,8 @@ pub struct MeasurementOptions {
     pub unit: Option<String>,
     /// The unit of lengths of the geometry, where it is not that of the functions.
     pub geometry_units: Option<UnitsFrom>,
+    /// Direction of channels that do not know theirs: a unit vector in the axes of the geometry.
+    pub direction: Option<[f64; 3]>,
 }
 
 /// What measurement files hold.
@@ -37,6 +48,8 @@ pub struct Measurements {
     pub frfs: Option<FrfSet>,
     /// Spectra that are no frequency response functions.
     pub spectra: Vec<Spectrum>,
+    /// Modes that the files themselves hold: shapes at points.
+    pub modes: Option<ModalSet>,
     /// Geometry, when the files have one with a known unit.
     pub geometry: Option<Geometry>,
     /// What was odd or assumed, each with its file.
@@ -59,7 +72,7 @@ pub enum MeasurementError {
     },
     /// A file of no known kind.
     #[error(
-        "`{path}` is no universal file, no table with a column `frequency_hz`, no NumPy array and no LabVIEW measurement{hint}"
+        "`{path}` is no universal file, no table with a column `frequency_hz` or `point`, no NumPy array, no MATLAB file and no LabVIEW measurement{hint}"
     )]
     Unknown {
         /// The path.
@@ -91,6 +104,34 @@ pub enum MeasurementError {
         /// Why.
         source: npy::NpyError,
     },
+    /// A MATLAB file.
+    #[error("`{path}`: {source}")]
+    Mat {
+        /// The path.
+        path: String,
+        /// Why.
+        source: mat::MatError,
+    },
+    /// A LabVIEW measurement over time.
+    #[error(
+        "`{path}`: channel `{channel}` is a record over time; compute its spectrum or frequency response function first"
+    )]
+    OverTime {
+        /// The path.
+        path: String,
+        /// Name of the channel.
+        channel: String,
+    },
+    /// Shapes with different points.
+    #[error("`{path}` has a shape of {found} points, the other files have {expected}")]
+    Shapes {
+        /// The path.
+        path: String,
+        /// Points of the first shape.
+        expected: usize,
+        /// Points of this one.
+        found: usize,
+    },
     /// A LabVIEW measurement.
     #[error("`{path}`: {source}")]
     Lvm {
@@ -100,7 +141,7 @@ pub enum MeasurementError {
         source: lvm::LvmError,
     },
     /// Arrays that do not fit together.
-    #[error("NumPy arrays: {0}")]
+    #[error("arrays: {0}")]
     Arrays(String),
     /// Sets that cannot be joined.
     #[error("`{path}` holds functions beside those of the other files; read tables and arrays one set at a time")]
@@ -121,7 +162,9 @@ enum Content {
     Universal(UniversalFile),
     Frfs(FrfSet),
     Points(Vec<Point>),
-    Array(npy::Array),
+    Arrays(Vec<npy::Array>),
+    Mode(f64, Vec<Complex<f64>>),
+    Shapes(ShapeTable),
     Spectra(Vec<Spectrum>),
 }
 
@@ -142,13 +185,25 @@ pub fn read_measurements(
     let mut arrays: Vec<npy::Array> = Vec::new();
     let mut points: Vec<Point> = Vec::new();
     let mut set: Option<FrfSet> = None;
+    let mut vectors: Vec<(f64, Vec<Complex<f64>>)> = Vec::new();
     for path in files {
         match content(path, options, &mut found)? {
             Content::Universal(file) => universal.push(file),
             Content::Frfs(frfs) if set.is_none() => set = Some(frfs),
-            Content::Frfs(_) => return Err(MeasurementError::SecondSet { path: path.display().to_string() }),
             Content::Points(list) => points.extend(list),
-            Content::Array(array) => arrays.push(array),
+            Content::Arrays(list) => arrays.extend(list),
+            Content::Mode(_, v) if vectors.first().is_some_and(|first| first.1.len() != v.len()) => {
+                let (expected, found) = (vectors[0].1.len(), v.len());
+                return Err(MeasurementError::Shapes { path: path.display().to_string(), expected, found });
+            }
+            Content::Mode(hz, v) => vectors.push((hz, v)),
+            Content::Shapes(table) if found.modes.is_none() => {
+                points.extend(table.points);
+                found.modes = Some(table.modes);
+            }
+            Content::Frfs(_) | Content::Shapes(_) => {
+                return Err(MeasurementError::SecondSet { path: path.display().to_string() });
+            }
             Content::Spectra(list) => found.spectra.extend(list),
         }
     }
@@ -157,7 +212,10 @@ pub fn read_measurements(
         if set.is_some() {
             return Err(second());
         }
-        set = Some(of_arrays(&arrays, &options.frf)?);
+        set = Some(arrays::functions(&arrays, &options.frf)?);
+    }
+    if !vectors.is_empty() {
+        found.modes = Some(of_vectors(vectors, options.direction)?);
     }
     let references: Vec<&UniversalFile> = universal.iter().collect();
     let has_functions = universal.iter().any(|f| f.datasets.iter().any(|d| matches!(d, Dataset::Function(_))));
@@ -172,13 +230,32 @@ pub fn read_measurements(
                 set = Some(import.frfs);
             }
             // Spectra alone are a result.
-            Err(ConvertError::Nothing { .. }) if set.is_some() || !found.spectra.is_empty() => {}
+            Err(e @ ConvertError::Nothing { .. }) => {
+                found.spectra.extend(convert::spectra(&references, &options.frf));
+                if set.is_none() && found.spectra.is_empty() {
+                    return Err(e.into());
+                }
+            }
             Err(e) => return Err(e.into()),
         }
+    }
+    match convert::modes(&references, &options.frf.units) {
+        Ok((modes, notes)) => {
+            found.notes.extend(notes.iter().map(|n| (PathBuf::new(), n.to_string())));
+            found.modes.get_or_insert(modes);
+        }
+        Err(ConvertError::Nothing { .. }) => {}
+        Err(e) if set.is_some() => found.notes.push((PathBuf::new(), format!("the modes are left out: {e}"))),
+        Err(e) => return Err(e.into()),
     }
     let names = own_names(&universal);
     if let Some(set) = &mut set {
         rename(set.references.iter_mut().chain(&mut set.responses).map(|c| &mut c.name), &names);
+    }
+    if let (Some(set), Some(direction)) = (&mut set, options.direction) {
+        for channel in set.references.iter_mut().chain(&mut set.responses) {
+            channel.direction.get_or_insert(direction);
+        }
     }
     found.frfs = set;
     let units = options.geometry_units.as_ref().unwrap_or(&options.frf.units);
@@ -244,16 +321,38 @@ fn content(path: &Path, options: &MeasurementOptions, found: &mut Measurements) 
     }
     let bytes = std::fs::read(path).map_err(|e| fail(e.to_string()))?;
     if bytes.starts_with(b"\x93NUMPY") {
-        return npy::read(&bytes).map(Content::Array).map_err(|source| MeasurementError::Npy { path: shown(), source });
+        return npy::read(&bytes)
+            .map(|a| Content::Arrays(vec![a]))
+            .map_err(|source| MeasurementError::Npy { path: shown(), source });
     }
     if bytes.starts_with(b"LabVIEW Measurement") {
         let channels = lvm::read(&bytes).map_err(|source| MeasurementError::Lvm { path: shown(), source })?;
         found.notes.push((path.to_path_buf(), "x is taken for frequencies in Hz; the header does not say".to_string()));
+        let is_time = |c: &&lvm::LvmChannel| {
+            let name = c.name.to_lowercase();
+            c.x_dimension.eq_ignore_ascii_case("time") && !["fft", "spectr", "psd"].iter().any(|w| name.contains(w))
+        };
+        if let Some(c) = channels.iter().find(is_time) {
+            return Err(MeasurementError::OverTime { path: shown(), channel: c.name.clone() });
+        }
+        for c in channels.iter().filter(|c| is_negative(c) && !says_decibel(&c.y_unit)) {
+            let text = format!(
+                "channel `{}` has the unit `{}` but only negative values: they are taken for decibels of it",
+                c.name, c.y_unit
+            );
+            found.notes.push((path.to_path_buf(), text));
+        }
         return Ok(Content::Spectra(channels.into_iter().map(spectrum_of).collect()));
     }
     if bytes.starts_with(b"MATLAB") {
-        let hint = ": it is a MATLAB file; save frequencies and functions as .npy or as a table";
-        return Err(MeasurementError::Unknown { path: shown(), hint });
+        let list = mat::read(&bytes).map_err(|source| MeasurementError::Mat { path: shown(), source })?;
+        let (variables, [f, h]) = arrays::variables(&list)?;
+        let text = format!("variable `{f}` is taken for frequencies in Hz and `{h}` for what belongs to them");
+        found.notes.push((path.to_path_buf(), text));
+        return Ok(match variables {
+            Variables::Functions(arrays) => Content::Arrays(arrays),
+            Variables::Mode(hz, shape) => Content::Mode(hz, shape),
+        });
     }
     let body = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes);
     let mut lines = body.split(|b| *b == b'\n').map(<[u8]>::trim_ascii);
@@ -264,6 +363,20 @@ fn content(path: &Path, options: &MeasurementOptions, found: &mut Measurements) 
         let csv = CsvFrfOptions { unit: options.unit.clone(), reference: None };
         let frfs = read_frfs(&bytes, &csv).map_err(|source| MeasurementError::Csv { path: shown(), source })?;
         return Ok(Content::Frfs(frfs));
+    }
+    if names.contains(&&b"point"[..]) && names.iter().any(|n| csv::frequency_of(n).is_some()) {
+        let table =
+            read_shapes(&bytes, options.geometry_units.as_ref().unwrap_or(&options.frf.units), options.direction);
+        return match table {
+            Ok((table, notes)) => {
+                found.is_synthetic |=
+                    body.split(|b| *b == b'\n').take_while(|l| l.starts_with(b"#")).any(says_synthetic);
+                found.notes.extend(notes.into_iter().map(|n| (path.to_path_buf(), n)));
+                Ok(Content::Shapes(table))
+            }
+            Err(CsvError::Convert(e @ ConvertError::Questions(_))) => Err(e.into()),
+            Err(source) => Err(MeasurementError::Csv { path: shown(), source }),
+        };
     }
     if [&b"point"[..], b"x", b"y", b"z"].iter().all(|n| names.contains(n)) {
         return points(&bytes, options).map(Content::Points).map_err(|e| match e {
@@ -286,6 +399,28 @@ fn content(path: &Path, options: &MeasurementOptions, found: &mut Measurements) 
 
 fn says_synthetic(text: &[u8]) -> bool {
     text.to_ascii_lowercase().windows(9).any(|w| w == b"synthetic")
+}
+
+/// Modes from vectors of one length: points 1, 2, ..., all along one direction.
+fn of_vectors(
+    vectors: Vec<(f64, Vec<Complex<f64>>)>,
+    direction: Option<[f64; 3]>,
+) -> Result<ModalSet, MeasurementError> {
+    let Some(direction) = direction else {
+        return Err(ConvertError::Questions(vec![Question {
+            option: "direction",
+            text: "the direction of the shapes is not stated".to_string(),
+            answers: ["+x", "+y", "+z"].map(String::from).to_vec(),
+        }])
+        .into());
+    };
+    let n = vectors.first().map_or(0, |v| v.1.len());
+    let dof = Dof::ALL[(0..3).max_by(|a, b| direction[*a].abs().total_cmp(&direction[*b].abs())).unwrap_or(2)];
+    let channels = (1..=n).map(|k| ShapeChannel { point: k.to_string(), dof, direction }).collect();
+    let mut modes: Vec<ModeRecord> =
+        vectors.into_iter().map(|(hz, v)| ModeRecord::new(None, hz, DVector::from_vec(v))).collect();
+    modes.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
+    Ok(ModalSet { channels, modes })
 }
 
 enum PointsError {
@@ -317,9 +452,18 @@ fn points(bytes: &[u8], options: &MeasurementOptions) -> Result<Vec<Point>, Poin
     Ok(points)
 }
 
+fn says_decibel(unit: &str) -> bool {
+    unit.to_lowercase().starts_with("db")
+}
+
+/// An amplitude is never negative; decibels of a small one are.
+fn is_negative(channel: &lvm::LvmChannel) -> bool {
+    !channel.y.is_empty() && channel.y.iter().all(|y| *y < 0.0)
+}
+
 /// A channel whose x is frequency; decibels become amplitudes.
 fn spectrum_of(channel: lvm::LvmChannel) -> Spectrum {
-    let is_decibel = channel.y_unit.to_lowercase().starts_with("db");
+    let is_decibel = says_decibel(&channel.y_unit) || is_negative(&channel);
     let amplitude = |y: f64| if is_decibel { 10.0_f64.powf(y / 20.0) } else { y };
     Spectrum {
         kind: SpectrumKind::Linear,
@@ -329,69 +473,6 @@ fn spectrum_of(channel: lvm::LvmChannel) -> Spectrum {
         values: channel.y.into_iter().map(|y| Complex::new(amplitude(y), 0.0)).collect(),
         unit: SpectrumUnit::AsInFile(channel.y_unit),
     }
-}
-
-/// Functions of a real array of frequencies and a complex array of values.
-fn of_arrays(arrays: &[npy::Array], options: &FrfOptions) -> Result<FrfSet, MeasurementError> {
-    let wrong = |text: String| MeasurementError::Arrays(text);
-    let mut frequencies = None;
-    let mut functions = None;
-    for array in arrays {
-        match (&array.values, array.shape.as_slice()) {
-            (npy::Values::Real(f), [_]) if frequencies.is_none() => frequencies = Some(f),
-            (npy::Values::Complex(h), [lines, responses]) if functions.is_none() => {
-                functions = Some((h, *lines, 1, *responses));
-            }
-            (npy::Values::Complex(h), [lines, references, responses]) if functions.is_none() => {
-                functions = Some((h, *lines, *references, *responses));
-            }
-            (_, shape) => {
-                return Err(wrong(format!(
-                    "an array of shape {shape:?} does not fit; needed are one real (lines) in Hz and one complex (lines x responses) or (lines x references x responses)"
-                )));
-            }
-        }
-    }
-    let frequencies_hz: Vec<f64> =
-        frequencies.ok_or_else(|| wrong("the real array of frequencies in Hz is missing".to_string()))?.clone();
-    let (h, lines, n_references, n_responses) =
-        functions.ok_or_else(|| wrong("the complex array of functions is missing".to_string()))?;
-    if lines != frequencies_hz.len() {
-        return Err(wrong(format!("{} frequencies for {lines} lines of functions", frequencies_hz.len())));
-    }
-    if let Some(line) = (1..lines).find(|&l| frequencies_hz[l].is_nan() || frequencies_hz[l] <= frequencies_hz[l - 1]) {
-        return Err(ConvertError::NotAscending { function: "frequencies".to_string(), line }.into());
-    }
-    let mut questions = Vec::new();
-    let UnitsFrom::System(system) = &options.units else {
-        questions.push(Question {
-            option: "units",
-            text: "an array has no units".to_string(),
-            answers: convert::UnitSystem::NAMES.map(String::from).to_vec(),
-        });
-        return Err(ConvertError::Questions(questions).into());
-    };
-    let Some(quantity) = options.quantity else {
-        questions.push(Question {
-            option: "quantity",
-            text: "an array does not say what was measured".to_string(),
-            answers: ["receptance", "mobility", "accelerance"].map(String::from).to_vec(),
-        });
-        return Err(ConvertError::Questions(questions).into());
-    };
-    let scale = system.response(quantity) / system.force;
-    let channels = |prefix: &str, n: usize| {
-        (0..n).map(|k| Channel { name: format!("{prefix}{}", k + 1), direction: None }).collect::<Vec<_>>()
-    };
-    Ok(FrfSet {
-        quantity,
-        frequencies_hz,
-        references: channels("force", n_references),
-        responses: channels("p", n_responses),
-        h: h.iter().map(|v| v * scale).collect(),
-        coherence: None,
-        n_averages: None,
-    })
 }
 
 #[cfg(test)]

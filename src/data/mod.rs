@@ -7,6 +7,7 @@ pub mod convert;
 pub mod csv;
 mod frf;
 mod geometry;
+mod geometry_frame;
 pub mod lvm;
 pub mod mat;
 mod measurement;
@@ -19,13 +20,17 @@ mod yaml;
 
 pub use frf::{Channel, FrfQuantity, FrfSet};
 pub use geometry::{Geometry, Line, Point};
+pub use geometry_frame::GeometryFrame;
 pub use measurement::{MeasurementError, MeasurementOptions, Measurements, read_measurements};
 pub use modal_set::{ModalSet, ModeRecord, RelativeSd, ShapeChannel};
 pub use spectrum::{Spectrum, SpectrumKind, SpectrumUnit};
-pub use test::{MassProperty, MassQuantity, Measured, Origin, Place, Sensor, TestData, TestMode};
+pub use test::{
+    FrfFit, MassProperty, MassQuantity, Measured, Origin, Place, Sensor, StaticLoad, StaticReading, StaticTest,
+    TestData, TestMode,
+};
 pub use yaml::{
-    DEFAULT_DAMPING_SD, DEFAULT_FREQUENCY_SD, DEFAULT_MASS_SD, DEFAULT_SHAPE_SD, TestSpec, family_of_label, read_test,
-    schema, write_test,
+    DEFAULT_DAMPING_SD, DEFAULT_FREQUENCY_SD, DEFAULT_FRF_SD, DEFAULT_MASS_SD, DEFAULT_SHAPE_SD, DEFAULT_STATIC_SD,
+    TestSpec, family_of_label, read_test, schema, write_test,
 };
 
 /// A folder of the real data that some tests use, if it is on this machine: in `RETUNE_DATA`, or beside the project.

@@ -1,6 +1,6 @@
 //! Modes as foreign files hold them: shapes at points and dofs, without sensors and uncertainties.
 
-use super::{Measured, Origin, Place, Sensor, TestMode};
+use super::{Geometry, Measured, Origin, Place, Sensor, TestMode};
 use crate::element::Dof;
 use crate::linalg::{Complex, DVector};
 
@@ -34,6 +34,14 @@ pub struct ModeRecord {
     pub modal_b: Option<Complex<f64>>,
 }
 
+impl ModeRecord {
+    /// A mode of which only frequency and shape are known.
+    pub fn new(label: Option<String>, frequency_hz: f64, shape: DVector<Complex<f64>>) -> Self {
+        let (damping_ratio, modal_mass, modal_a, modal_b) = (None, None, None, None);
+        Self { label, frequency_hz, damping_ratio, shape, modal_mass, modal_a, modal_b }
+    }
+}
+
 /// Modes at common channels.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ModalSet {
@@ -55,16 +63,30 @@ pub struct RelativeSd {
 }
 
 impl ModalSet {
-    /// A sensor on the node of its point for each channel, named `12.ux`.
+    /// A sensor on the node of its point for each channel, named as the point, `12.ux` where that is not unique.
     pub fn sensors(&self) -> Vec<Sensor> {
+        let is_single = |point: &str| self.channels.iter().filter(|c| c.point == point).count() == 1;
         let sensor = |c: &ShapeChannel| Sensor {
-            name: format!("{}.{}", c.point, c.dof),
+            name: if is_single(&c.point) { c.point.clone() } else { format!("{}.{}", c.point, c.dof) },
             place: Place::Node { node: c.point.clone(), position: None },
             direction: c.direction,
+            offset: None,
             is_rotation: c.dof.is_rotation(),
             mass: None,
         };
         self.channels.iter().map(sensor).collect()
+    }
+
+    /// The same sensors at the positions of their points.
+    pub fn placed_sensors(&self, geometry: Option<&Geometry>) -> Vec<Sensor> {
+        let mut sensors = self.sensors();
+        for (sensor, channel) in sensors.iter_mut().zip(&self.channels) {
+            let own = geometry.and_then(|g| g.point(&channel.point)).map(|p| p.position_m);
+            if let Place::Node { position, .. } = &mut sensor.place {
+                *position = own;
+            }
+        }
+        sensors
     }
 
     /// The modes as a test file holds them, at [`ModalSet::sensors`], with standard deviations that are marked as

@@ -25,6 +25,16 @@ pub struct Array {
     pub values: Values,
 }
 
+impl Array {
+    /// Number of values.
+    pub(super) fn n_values(&self) -> usize {
+        match &self.values {
+            Values::Real(v) => v.len(),
+            Values::Complex(v) => v.len(),
+        }
+    }
+}
+
 /// Why an `.npy` file cannot be read.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]

@@ -61,12 +61,28 @@ pub struct Sensor {
     pub name: String,
     /// Where it sits.
     pub place: Place,
+    /// Rigid arm in global axes from the node or point of its place to the sensor, m; only where the place has no position.
+    pub offset: Option<[f64; 3]>,
     /// Direction in global axes, of unit length; the sensor reads the component along it.
     pub direction: [f64; 3],
     /// Whether it reads a rotation about the direction instead of a displacement along it.
     pub is_rotation: bool,
     /// Mass of the transducer, kg, when it loads the structure.
     pub mass: Option<f64>,
+}
+
+impl Sensor {
+    /// What a load of a static test acts on, as the sensor that would read its work.
+    pub(crate) fn of_load(load: &StaticLoad) -> Self {
+        Self {
+            name: "load".to_string(),
+            place: load.place.clone(),
+            direction: load.direction,
+            offset: None,
+            is_rotation: load.is_moment,
+            mass: None,
+        }
+    }
 }
 
 /// One measured mode.
@@ -110,8 +126,56 @@ pub struct MassProperty {
     pub origin: Origin,
 }
 
-/// Everything a test file holds.
+/// A static test: loads on a supported structure, and what moved.
 #[derive(Debug, Clone, PartialEq)]
+pub struct StaticTest {
+    /// Its name.
+    pub name: String,
+    /// The loads, all at once.
+    pub loads: Vec<StaticLoad>,
+    /// What the sensors read, against the unloaded structure.
+    pub readings: Vec<StaticReading>,
+    /// Where the readings come from.
+    pub origin: Origin,
+}
+
+/// A force or moment on a point of the structure.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StaticLoad {
+    /// Where it acts.
+    pub place: Place,
+    /// Direction in global axes, of unit length.
+    pub direction: [f64; 3],
+    /// Whether it is a moment about the direction instead of a force along it.
+    pub is_moment: bool,
+    /// Its size, N or N m.
+    pub value: f64,
+}
+
+/// The change of one sensor under the loads.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StaticReading {
+    /// Index of the sensor.
+    pub sensor: usize,
+    /// Displacement, m, or rotation, rad.
+    pub measured: Measured,
+}
+
+/// How frequency response functions enter a fit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FrfFit {
+    /// Files of the functions, relative to the test file.
+    pub files: Vec<String>,
+    /// Only lines in these bands, Hz; all lines when empty.
+    pub bands_hz: Vec<[f64; 2]>,
+    /// Standard deviation of a value, relative to it.
+    pub relative_sd: f64,
+    /// Loss factor η of the whole structure, K (1 + i η), beside the model's own dashpots.
+    pub loss_factor: f64,
+}
+
+/// Everything a test file holds.
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct TestData {
     /// Name of the test.
     pub name: String,
@@ -125,6 +189,10 @@ pub struct TestData {
     pub modes: Vec<TestMode>,
     /// Measured mass properties.
     pub mass_properties: Vec<MassProperty>,
+    /// Static tests.
+    pub static_tests: Vec<StaticTest>,
     /// Frequency response functions, when given.
     pub frfs: Option<FrfSet>,
+    /// How they enter a fit, when they do.
+    pub frf_fit: Option<FrfFit>,
 }

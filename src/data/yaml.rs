@@ -1,9 +1,12 @@
 //! The YAML test file: sensors, modes with uncertainties and origins, mass properties.
 
+mod statics;
 mod write;
 
+pub use statics::{DEFAULT_FRF_SD, DEFAULT_STATIC_SD};
 pub use write::write_test;
 
+use self::statics::{FrfSpec, StaticTestSpec};
 use super::test::{MassProperty, MassQuantity, Measured, Origin, Place, Sensor, TestData, TestMode};
 use crate::catalogue::did_you_mean;
 use crate::linalg::{Complex, DVector};
@@ -50,6 +53,12 @@ pub struct TestSpec {
     /// Measured modes.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub modes: Vec<ModeSpec>,
+    /// Static tests: loads on the supported structure, and what the sensors read under them.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub static_tests: IndexMap<String, StaticTestSpec>,
+    /// Frequency response functions that a fit may use.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub frfs: Option<FrfSpec>,
     /// Measured mass properties: `mass`, `cg_x` ... `cg_z`, `inertia_xx` ... `inertia_yz`.
     #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
     pub mass_properties: IndexMap<String, MassPropertySpec>,
@@ -91,6 +100,9 @@ pub struct SensorSpec {
     /// Its own position in global axes, when it is elsewhere.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub position: Option<[Scalar; 3]>,
+    /// Its rigid arm from the node or the point of the element, in global axes; instead of `position`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub offset: Option<[Scalar; 3]>,
     /// Direction: an axis with a sign such as `+z`, or a vector.
     pub direction: DirectionSpec,
     /// Whether it reads a rotation about the direction.
@@ -335,8 +347,12 @@ impl Reader<'_> {
                 format_args!("this program reads version 1 of the format, not {}", spec.retune_test),
             );
         }
-        if spec.modes.is_empty() && spec.mass_properties.is_empty() && spec.sensors.is_empty() {
-            self.error("", "the test has neither modes nor mass properties nor sensors");
+        if spec.modes.is_empty()
+            && spec.mass_properties.is_empty()
+            && spec.sensors.is_empty()
+            && spec.static_tests.is_empty()
+        {
+            self.error("", "the test has neither modes nor static tests nor mass properties nor sensors");
         }
         let sensors: Vec<Sensor> = spec.sensors.iter().map(|(name, s)| self.sensor(name, s)).collect();
         let mut modes: Vec<TestMode> =
@@ -359,6 +375,8 @@ impl Reader<'_> {
         }
         modes.sort_by(|a, b| a.frequency_hz.value.total_cmp(&b.frequency_hz.value));
         let mass_properties = spec.mass_properties.iter().filter_map(|(name, p)| self.mass_property(name, p)).collect();
+        let static_tests = spec.static_tests.iter().map(|(name, t)| self.static_test(name, t)).collect();
+        let frf_fit = spec.frfs.as_ref().map(|f| self.frf_fit(f));
         TestData {
             name: spec.name.clone(),
             description: spec.description.clone(),
@@ -366,7 +384,9 @@ impl Reader<'_> {
             sensors,
             modes,
             mass_properties,
+            static_tests,
             frfs: None,
+            frf_fit,
         }
     }
 
@@ -374,6 +394,11 @@ impl Reader<'_> {
         let path = child("sensors", name);
         let position =
             s.position.as_ref().map(|p| [0, 1, 2].map(|i| self.number(&p[i], "m", &format!("{path}.position[{i}]"))));
+        let offset =
+            s.offset.as_ref().map(|p| [0, 1, 2].map(|i| self.number(&p[i], "m", &format!("{path}.offset[{i}]"))));
+        if position.is_some() && offset.is_some() {
+            self.error(child(&path, "offset"), "give `position` or `offset`, not both");
+        }
         let place = match (&s.node, &s.element) {
             (Some(node), None) => {
                 if s.fraction.is_some() {
@@ -397,7 +422,7 @@ impl Reader<'_> {
         if mass.is_some_and(|m| m < 0.0) {
             self.error(child(&path, "mass"), "a mass must be zero or above");
         }
-        Sensor { name: name.to_string(), place, direction: s.direction.0, is_rotation: s.rotation, mass }
+        Sensor { name: name.to_string(), place, offset, direction: s.direction.0, is_rotation: s.rotation, mass }
     }
 
     fn mode(&mut self, m: &ModeSpec, path: &str) -> TestMode {

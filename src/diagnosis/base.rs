@@ -26,6 +26,8 @@ pub(super) struct Stage {
     pub(super) weight: f64,
     pub(super) q: DMatrix<f64>,
     pub(super) screened: Vec<Screened>,
+    /// Their projected columns.
+    pub(super) directions: Directions,
     /// Effects by descending score.
     pub(super) effects: Vec<Score>,
     pub(super) faults: Vec<Fault>,
@@ -122,6 +124,7 @@ pub(super) fn stage(
         weight: scaled,
         q,
         screened,
+        directions,
         effects,
         faults: list,
         fault_scores,

@@ -37,7 +37,7 @@ use crate::model::Model;
 use base::stage;
 use refit::{Refit, Tried, refit};
 use scene::Scene;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use verdict::conclude;
 
 /// How to diagnose.
@@ -60,7 +60,7 @@ impl Default for Settings {
 }
 
 /// What a diagnosis found.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Verdict {
     /// The model explains the data at the stated noise, or at evenly larger noise.
@@ -89,7 +89,7 @@ impl Verdict {
 }
 
 /// What a hypothesis acts on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Kind {
     /// The structure.
@@ -99,7 +99,7 @@ pub enum Kind {
 }
 
 /// An estimate with its 90 % interval, SI.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Estimate {
     /// Name of the parameter.
     pub parameter: String,
@@ -112,7 +112,7 @@ pub struct Estimate {
 }
 
 /// A hypothesis after its refit.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct HypothesisResult {
     /// `mass-offset@left_wing.y`, as `add` takes it; `sensor-sign@p11`.
     pub id: String,
@@ -149,7 +149,7 @@ pub struct HypothesisResult {
 }
 
 /// The result of a diagnosis; the fields of `--json`.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Diagnosis {
     /// What it found.
     pub verdict: Verdict,

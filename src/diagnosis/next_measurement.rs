@@ -16,7 +16,7 @@ use crate::linalg::{DMatrix, DVector};
 use crate::model::ParametricModel;
 use crate::objective::{Comparison, Scaling};
 use rayon::prelude::*;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Hypotheses that are compared, at most.
 const TIED: usize = 5;
@@ -31,7 +31,7 @@ const MASS_SD: f64 = 0.005;
 const INERTIA_SD: f64 = 0.01;
 
 /// A measurement and what it is worth.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct NextMeasurement {
     /// What to measure.
     pub what: String,

@@ -3,7 +3,7 @@
 use super::base::Stage;
 use super::evidence::{goodness_of_fit, held_out, ln_evidence};
 use super::faults::{Change, Fault, GAIN_SD};
-use super::scene::{Fit, Scene, fit};
+use super::scene::{Fit, STEPS, Scene, fit, fit_from};
 use super::screen::{Score, start_sizes};
 use super::{DiagnosisError, Estimate};
 use crate::effect::{Candidate, NewParameter};
@@ -15,6 +15,12 @@ use std::collections::BTreeMap;
 
 /// Effects that are refitted in full, at most, before one of each further kind with half the best score.
 const BEST: usize = 12;
+/// Starts of a full refit, after a look at all.
+const STARTS: usize = 4;
+/// Effects that are fitted with a few steps where the best refits leave more than noise.
+const SHORT_FITS: usize = 200;
+/// Those steps.
+const FEW_STEPS: usize = 6;
 /// Faults that are refitted.
 const BEST_FAULTS: usize = 4;
 /// A refit leaves noise whose misfit has at least this probability.
@@ -79,6 +85,15 @@ pub(super) fn chosen_effects(stage: &Stage, limit: usize) -> Vec<Score> {
             out.push(*s);
         }
     }
+    // What the data can hardly tell from the best is refitted with it, so that ties are complete.
+    let best: Vec<(usize, usize)> = out.iter().take(3).map(|s| (s.index, s.column)).collect();
+    let mut more = 0;
+    for index in stage.directions.alike(&best) {
+        if more < limit && !out.iter().any(|s| s.index == index) {
+            out.extend(stage.effects.iter().find(|s| s.index == index));
+            more += 1;
+        }
+    }
     out
 }
 
@@ -91,8 +106,8 @@ enum Job<'a> {
 
 /// Refits the best effects and faults of a stage, in parallel, in a fixed order; what cannot be fitted is left out.
 ///
-/// Where none of them leaves noise, first-order scores have misled: then one more of every kind, and the next best, have
-/// their turn.
+/// Where none of them leaves noise, first-order scores have misled: then every other effect is fitted with a few steps, and
+/// the best of those in full; and two of every kind of fault.
 pub(super) fn refit(stage: &Stage, few: bool) -> Result<Vec<Refit>, DiagnosisError> {
     let base = ln_evidence(&stage.fit)?;
     let limit = if few { BEST / 2 } else { BEST };
@@ -106,23 +121,19 @@ pub(super) fn refit(stage: &Stage, few: bool) -> Result<Vec<Refit>, DiagnosisErr
             faults.push(f);
         }
     }
-    let jobs: Vec<Job<'_>> =
-        scores.iter().map(Job::Effect).chain(faults.iter().copied().map(Job::Fault)).collect();
+    let jobs: Vec<Job<'_>> = scores.iter().map(Job::Effect).chain(faults.iter().copied().map(Job::Fault)).collect();
     let mut done = run(stage, &jobs, base);
     let mut leaves_noise = false;
     for r in &done {
         leaves_noise |= r.ln_bayes > 0.0 && goodness_of_fit(&r.fit, &r.fit.basis()?) > NOISE;
     }
     if !leaves_noise && !few && goodness_of_fit(&stage.fit, &stage.q) < NOISE {
-        let mut kinds: BTreeMap<&str, usize> = BTreeMap::new();
-        let mut more: Vec<Job<'_>> = Vec::new();
-        for (rank, s) in stage.effects.iter().enumerate().filter(|(_, s)| !scores.contains(s)) {
-            let count = kinds.entry(stage.screened[s.index].candidate.effect.name()).or_default();
-            *count += 1;
-            if *count == 1 || rank < 2 * limit {
-                more.push(Job::Effect(s));
-            }
-        }
+        let taken = |s: &Score| scores.iter().any(|t| t.index == s.index);
+        let rest: Vec<&Score> = stage.effects.iter().filter(|s| !taken(s)).take(SHORT_FITS).collect();
+        let short: Vec<f64> = rest.par_iter().map(|s| short_fit(stage, s).unwrap_or(f64::INFINITY)).collect();
+        let mut order: Vec<usize> = (0..rest.len()).filter(|&i| short[i].is_finite()).collect();
+        order.sort_by(|&a, &b| short[a].total_cmp(&short[b]).then(a.cmp(&b)));
+        let mut more: Vec<Job<'_>> = order.iter().take(limit).map(|&i| Job::Effect(rest[i])).collect();
         let mut kinds: BTreeMap<&str, usize> = BTreeMap::new();
         for f in stage.fault_scores.iter().filter(|f| f.1 > 4.0 && !faults.contains(f)) {
             let count = kinds.entry(stage.faults[f.0].name()).or_default();
@@ -154,20 +165,30 @@ pub(super) fn with_effect(scene: &Scene, candidate: &Candidate) -> Result<Scene,
     Ok(Scene { model: patched.model, test: scene.test.clone(), added })
 }
 
-fn refit_effect(stage: &Stage, score: &Score, base: f64) -> Result<Refit, DiagnosisError> {
+/// Where a fit of an effect may start: sizes of a ladder over the fitted and the nominal base.
+fn starts(stage: &Stage, score: &Score) -> Vec<DVector<f64>> {
     let screened = &stage.screened[score.index];
     let candidate = &screened.candidate;
-    let scene = with_effect(&stage.scene, candidate)?;
-    let x_of = |p: &NewParameter, v: f64| (v - p.bounds[0]) / (p.bounds[1] - p.bounds[0]);
     let join = |x: &DVector<f64>, values: &[f64]| {
-        let sizes = candidate.parameters.iter().zip(values).map(|(p, v)| x_of(p, *v));
+        let sizes =
+            candidate.parameters.iter().zip(values).map(|(p, v)| (v - p.bounds[0]) / (p.bounds[1] - p.bounds[0]));
         DVector::from_iterator(x.len() + values.len(), x.iter().copied().chain(sizes))
     };
     let sizes = start_sizes(candidate, screened, Some(score));
     let nominal = stage.scene.start();
-    let mut starts: Vec<DVector<f64>> = sizes.iter().map(|v| join(&stage.fit.x, v)).collect();
-    starts.push(join(&nominal, &sizes[0]));
-    let fit = fit(&scene, &starts, stage.weight)?;
+    sizes.iter().map(|v| join(&stage.fit.x, v)).chain(sizes.iter().map(|v| join(&nominal, v))).collect()
+}
+
+/// Φ after a few steps.
+fn short_fit(stage: &Stage, score: &Score) -> Result<f64, DiagnosisError> {
+    let scene = with_effect(&stage.scene, &stage.screened[score.index].candidate)?;
+    Ok(fit_from(&scene, &starts(stage, score), stage.weight, 2, FEW_STEPS)?.phi)
+}
+
+fn refit_effect(stage: &Stage, score: &Score, base: f64) -> Result<Refit, DiagnosisError> {
+    let candidate = &stage.screened[score.index].candidate;
+    let scene = with_effect(&stage.scene, candidate)?;
+    let fit = fit_from(&scene, &starts(stage, score), stage.weight, STARTS, STEPS)?;
     let priors = scene.priors();
     let first = stage.fit.x.len();
     let mut evidence = ln_evidence(&fit)?;

@@ -19,6 +19,8 @@ use crate::objective::{Comparison, EvalError, LeastSquares, Linearization, Objec
 use crate::optim::{LevenbergMarquardt, Optimizer, Run};
 use rayon::prelude::*;
 
+/// Steps of a fit, at most.
+pub(super) const STEPS: usize = 60;
 /// A prior without a stated standard deviation: this share of the interval.
 const WEAK: f64 = 0.5;
 
@@ -204,14 +206,26 @@ pub(super) struct Fit {
 ///
 /// Errors: no start can be evaluated.
 pub(super) fn fit(scene: &Scene, starts: &[DVector<f64>], weight: f64) -> Result<Fit, DiagnosisError> {
+    fit_from(scene, starts, weight, starts.len(), STEPS)
+}
+
+/// The same from the first start and those with the lowest objective, `most` in all, with at most `steps` steps each.
+pub(super) fn fit_from(
+    scene: &Scene,
+    starts: &[DVector<f64>],
+    weight: f64,
+    most: usize,
+    steps: usize,
+) -> Result<Fit, DiagnosisError> {
     let comparison = scene.comparison()?;
     let posed = Posed::new(&comparison, scene.priors(), weight);
     let x = if posed.n_parameters() == 0 {
         DVector::zeros(0)
     } else {
         // A tenth of a unit of ln evidence is far below what any decision rests on; the tolerance is 1e-7 of Φ.
-        let method = LevenbergMarquardt { steps: 60, tolerance: 1e-7, ..LevenbergMarquardt::default() };
-        let found: Vec<_> = starts
+        let method = LevenbergMarquardt { steps, tolerance: 1e-7, ..LevenbergMarquardt::default() };
+        let chosen = lowest(&posed, starts, most);
+        let found: Vec<_> = chosen
             .par_iter()
             .map(|start| method.minimize(start, &mut Run::new(&posed)).map(|o| (o.cost, o.x)))
             .collect();
@@ -231,6 +245,17 @@ pub(super) fn fit(scene: &Scene, starts: &[DVector<f64>], weight: f64) -> Result
         }
     };
     at(&comparison, &posed, x)
+}
+
+/// The first of the points, then those with the lowest objective, in that order.
+fn lowest(posed: &Posed<'_>, points: &[DVector<f64>], most: usize) -> Vec<DVector<f64>> {
+    if points.len() <= most {
+        return points.to_vec();
+    }
+    let mut costs: Vec<(f64, usize)> =
+        points.par_iter().enumerate().skip(1).map(|(i, x)| (posed.cost(x).unwrap_or(f64::INFINITY), i)).collect();
+    costs.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    std::iter::once(0).chain(costs.iter().map(|c| c.1)).take(most).map(|i| points[i].clone()).collect()
 }
 
 /// The problem at a point, without a fit.

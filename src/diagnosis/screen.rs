@@ -20,6 +20,11 @@ const SMALL: f64 = 0.01;
 /// Below this length of Δr' at the typical size, in standard deviations, an effect has no trace in these data.
 pub(super) const VISIBLE: f64 = 0.1;
 
+/// Two traces with a larger cosine can hardly be told apart.
+const ALIKE: f64 = 0.98;
+/// Sizes of a start, as multiples of the typical one.
+const LADDER: [f64; 4] = [0.1, 0.4, 1.0, 3.0];
+
 /// One direction of the residual that a hypothesis could explain.
 #[derive(Debug, Clone)]
 pub(super) struct Column {
@@ -185,6 +190,24 @@ impl Directions {
     }
 }
 
+impl Directions {
+    /// Candidates that leave nearly the trace of one of these columns (cosine above 0.98), nearest first.
+    pub(super) fn alike(&self, to: &[(usize, usize)]) -> Vec<usize> {
+        let mut best: std::collections::BTreeMap<usize, f64> = std::collections::BTreeMap::new();
+        for owner in to {
+            let Some(c) = self.owner.iter().position(|o| o == owner) else { continue };
+            let cosines = self.unit.tr_mul(&self.unit.column(c));
+            for (k, cosine) in cosines.iter().enumerate().filter(|(_, v)| v.abs() > ALIKE) {
+                let entry = best.entry(self.owner[k].0).or_default();
+                *entry = entry.max(cosine.abs());
+            }
+        }
+        let mut out: Vec<(usize, f64)> = best.into_iter().collect();
+        out.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
+        out.into_iter().map(|(i, _)| i).collect()
+    }
+}
+
 fn is_small(candidate: &Candidate, values: &[f64]) -> bool {
     candidate.parameters.iter().all(|p| p.grid.is_empty())
         && candidate
@@ -194,37 +217,37 @@ fn is_small(candidate: &Candidate, values: &[f64]) -> bool {
             .all(|(p, v)| (v - p.neutral).abs() <= 1.5 * SMALL * (p.typical - p.neutral).abs())
 }
 
-/// Sizes at which a refit of a candidate starts: as the screening says, half and twice that, typical, and a little.
+/// Sizes at which a refit of a candidate may start: as the screening says first, then a ladder around the typical size, and
+/// the grid where there is one.
 pub(super) fn start_sizes(candidate: &Candidate, screened: &Screened, score: Option<&Score>) -> Vec<Vec<f64>> {
-    let clamp = |v: Vec<f64>| -> Vec<f64> {
-        v.iter().zip(&candidate.parameters).map(|(v, p)| v.clamp(p.bounds[0], p.bounds[1])).collect()
-    };
+    let p = &candidate.parameters;
+    let clamp = |v: Vec<f64>| -> Vec<f64> { v.iter().zip(p).map(|(v, p)| v.clamp(p.bounds[0], p.bounds[1])).collect() };
     let mut out = Vec::new();
     if let Some(score) = score {
         let at = &screened.columns[score.column].values;
-        let scaled = |t: f64| -> Vec<f64> {
-            at.iter()
-                .zip(&candidate.parameters)
-                .map(
-                    |(v, p)| {
-                        if p.grid.is_empty() && p.typical != p.neutral { p.neutral + t * (v - p.neutral) } else { *v }
-                    },
-                )
-                .collect()
-        };
-        out.push(clamp(scaled(score.factor)));
-        if screened.candidate.parameters.iter().any(|p| !p.grid.is_empty()) {
-            out.push(clamp(at.clone()));
+        let scaled = at.iter().zip(p).map(|(v, p)| {
+            if p.grid.is_empty() && p.typical != p.neutral { p.neutral + score.factor * (v - p.neutral) } else { *v }
+        });
+        out.push(clamp(scaled.collect()));
+    }
+    let gridded = p.iter().position(|p| !p.grid.is_empty());
+    for factor in LADDER {
+        let at = |t: f64| p.iter().map(|p| p.neutral + t * (p.typical - p.neutral)).collect::<Vec<f64>>();
+        match gridded {
+            Some(g) => {
+                for &value in &p[g].grid {
+                    let mut v = at(factor);
+                    v[g] = value;
+                    out.push(clamp(v));
+                }
+            }
+            None => {
+                out.push(clamp(at(factor)));
+                if !p.iter().any(crate::effect::NewParameter::one_sided) {
+                    out.push(clamp(at(-factor)));
+                }
+            }
         }
     }
-    let typical: Vec<f64> = candidate.parameters.iter().map(|p| p.typical).collect();
-    let sign = if candidate.parameters.iter().any(crate::effect::NewParameter::one_sided) { 1.0 } else { -1.0 };
-    let other: Vec<f64> = candidate
-        .parameters
-        .iter()
-        .map(|p| p.neutral + sign * if sign > 0.0 { 0.2 } else { 1.0 } * (p.typical - p.neutral))
-        .collect();
-    out.push(clamp(typical));
-    out.push(clamp(other));
     out
 }

@@ -77,6 +77,8 @@ pub fn twin(
         sensors: sensors.to_vec(),
         modes: list,
         mass_properties: Vec::new(),
+        static_tests: Vec::new(),
         frfs: None,
+        frf_fit: None,
     })
 }

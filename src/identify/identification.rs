@@ -5,7 +5,7 @@ use super::band::Band;
 use super::fit::{Fit, ResidualTerms};
 use super::mode::{IdentifiedMode, modes};
 use super::rounds::{Candidate, Piece, Search, merge, model, piece, window};
-use super::stabilisation::{StabilisationDiagram, Stability};
+use super::stabilisation::{StabilisationDiagram, Stability, mac};
 use crate::data::FrfSet;
 use crate::linalg::{Complex, DMatrix};
 use rayon::prelude::*;
@@ -207,7 +207,39 @@ fn finish(
         });
     }
     all.sort_by(|a, b| a.frequency_hz.value.total_cmp(&b.frequency_hz.value));
+    drop_copies(&mut all, &mut segments);
     Identification { modes: all, segments }
+}
+
+/// Least number of channels for which one shape means one mode: random shapes reach a MAC of 0.9 with a chance below 1 %.
+const LEAST_CHANNELS: usize = 6;
+
+/// Takes modes of the scan away that have the shape of a stronger mode beside them (see `scan`).
+fn drop_copies(all: &mut Vec<IdentifiedMode>, segments: &mut [Segment]) {
+    let pairs = |a: &IdentifiedMode, b: &IdentifiedMode| -> (Vec<Complex<f64>>, Vec<Complex<f64>>) {
+        a.shape.iter().zip(&b.shape).filter(|(x, y)| x.is_finite() && y.is_finite()).map(|(x, y)| (*x, *y)).unzip()
+    };
+    let strength = |m: &IdentifiedMode| {
+        let largest = m.participation.iter().filter(|l| l.is_finite()).map(|l| l.norm()).fold(0.0, f64::max);
+        m.residue_scale.norm() * largest / -m.pole.re
+    };
+    let is_copy = |m: &IdentifiedMode| {
+        all.iter().any(|other| {
+            let gap = (other.frequency_hz.value / m.frequency_hz.value - 1.0).abs();
+            let (x, y) = pairs(m, other);
+            gap > 0.0 && gap < 0.05 && strength(other) > strength(m) && x.len() >= LEAST_CHANNELS && mac(&x, &y) > 0.9
+        })
+    };
+    let copies: Vec<bool> = all.iter().map(|m| m.n_orders == 0 && is_copy(m)).collect();
+    for m in all.iter().zip(&copies).filter(|(_, c)| **c).map(|(m, _)| m) {
+        let (frequency_hz, damping_ratio) = (m.frequency_hz.value, m.damping_ratio.value);
+        let reason = "was found by the scan alone, and has the shape of a stronger mode beside it";
+        if let Some(s) = segments.iter_mut().find(|s| frequency_hz <= s.core_hz.1) {
+            s.discarded.push(Discarded { frequency_hz, damping_ratio, reason });
+        }
+    }
+    let mut is_copy = copies.into_iter();
+    all.retain(|_| !is_copy.next().unwrap_or(false));
 }
 
 /// Ends of the pieces, Hz, ascending; the first begins at the first line and the last ends at the last.

@@ -37,7 +37,7 @@ pub use identification::{Discarded, Identification, IdentifyOptions, Segment, Se
 pub use mode::{IdentifiedMode, MassNormalised, driving_points};
 pub use plscf::Pole;
 pub use quadrature::{QuadratureForm, QuadratureShapes, quadrature_matrix, quadrature_shapes};
-pub use spectrum::{SpectrumPeak, spectrum_peaks};
+pub use spectrum::{PeakOptions, SpectrumPeak, spectrum_peaks};
 pub use stabilisation::{DiagramPole, StabilisationDiagram, Stability};
 pub use to_test::{circle_modes, normal_shape, peak_modes, quadrature_modes, sensors, test_modes};
 

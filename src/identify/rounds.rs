@@ -6,7 +6,7 @@ use super::complexity::complexity;
 use super::fit::{Fit, Poles, ResidualTerms, choose_terms, fit};
 use super::identification::{Discarded, IdentifyOptions};
 use super::plscf::{Pole, poles_by_order};
-use super::scan::{LEAST_MPC, scan, threshold};
+use super::scan::{LEAST_CONTRIBUTION, LEAST_MPC, scan, threshold};
 use super::stabilisation::{StabilisationDiagram, Stability, mac};
 use crate::linalg::Complex;
 use std::f64::consts::TAU;
@@ -289,9 +289,14 @@ fn verdicts(band: &Band, fit: &Fit, candidates: &[Candidate], stability: &Stabil
             if gain / fit.level[r] < price {
                 return Some("explains no more than noise would");
             }
-            let is_scanned = candidates[r].n_orders == 0;
-            (is_scanned && mpc_less_noise(fit, r) < LEAST_MPC)
-                .then_some("was found by the scan alone, and its shape is not in phase")
+            if candidates[r].n_orders > 0 {
+                return None;
+            }
+            if complexity(&fit.shapes.column(r).into_owned()).mpc < LEAST_MPC {
+                return Some("was found by the scan alone, and its shape is not in phase");
+            }
+            (contribution(band, fit, r) < LEAST_CONTRIBUTION)
+                .then_some("was found by the scan alone, and stands for less than a tenth of the response there")
         })
         .collect();
     for a in 0..n {
@@ -311,14 +316,28 @@ fn verdicts(band: &Band, fit: &Fit, candidates: &[Candidate], stability: &Stabil
     out
 }
 
-/// Modal phase collinearity of a fitted shape, the energy that its noise puts along and across its line taken away.
-fn mpc_less_noise(fit: &Fit, r: usize) -> f64 {
-    let shape = fit.shapes.column(r).into_owned();
-    // Along and across from MPC and power: λ1 + λ2 = power, λ1 - λ2 = power √MPC.
-    let power = shape.norm_squared();
-    let difference = power * complexity(&shape).mpc.sqrt();
-    let noise: f64 = fit.local[r].iter().map(|v| v[0] + v[2]).sum::<f64>() * fit.level[r];
-    if power > noise { (difference / (power - noise)).powi(2).min(1.0) } else { 0.0 }
+/// Share of a mode in the power of all functions within its half-power band, one line on each side at least.
+///
+/// ```text
+/// c_r = Σ |mode r|² / Σ |H|²   over lines |ω - ω_r| <= max(ζω_r, Δω), outputs and inputs
+/// ```
+fn contribution(band: &Band, fit: &Fit, r: usize) -> f64 {
+    let lambda = fit.poles.values[r];
+    let spacing = (band.omega[band.n_lines() - 1] - band.omega[0]) / (band.n_lines() - 1).max(1) as f64;
+    let reach = (-lambda.re).max(spacing);
+    let (mut own, mut all) = (0.0, 0.0);
+    for (l, w) in band.omega.iter().enumerate().filter(|(_, w)| (*w - lambda.norm()).abs() <= reach) {
+        let s = Complex::new(0.0, *w);
+        for o in 0..band.n_outputs() {
+            for i in 0..band.n_inputs() {
+                let residue = fit.shapes[(o, r)] * fit.poles.participation[r][i];
+                let term = residue / (s - lambda) + residue.conj() / (s - lambda.conj());
+                own += (s.powi(band.order) * term).norm_sqr();
+                all += band.function(o, i)[l].norm_sqr();
+            }
+        }
+    }
+    own / all.max(f64::MIN_POSITIVE)
 }
 
 pub(super) fn model(

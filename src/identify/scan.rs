@@ -9,9 +9,17 @@
 //! level, so T of each bandwidth is divided by its own median over lines, in units of the chi-squared median, when that is
 //! above one. A line is a candidate when T is a local maximum with a chance below 1e-3 anywhere in the scan.
 //!
-//! A candidate of the scan has no column of poles to speak for it. It becomes a mode only if, beside passing the fit like any
-//! other, its shape is nearly in phase (MPC less noise at least [`LEAST_MPC`]: across the line less than 30 % of along it).
-//! Lightly damped modes are; 6, 10 and 18 channels of noise reach it with a chance of 5e-2, 5e-3 and 5e-5.
+//! A candidate of the scan has no column of poles to speak for it. Beside passing the fit like any other, it must show three
+//! things before it is called a mode:
+//!
+//! - its shape is nearly in phase (MPC at least [`LEAST_MPC`]: across the line less than 30 % of along it). Lightly damped modes
+//!   are; 6, 10 and 18 channels of noise reach it with a chance of 5e-2, 5e-3 and 5e-5.
+//! - it stands for at least [`LEAST_CONTRIBUTION`] of the power at its own resonance. Below that the flanks of other modes
+//!   hold nine tenths, and a misfit of a few percent of theirs makes a resonance of its own.
+//! - it is no copy: no stronger mode within 5 % of its frequency has the same shape (MAC above 0.9, six channels at least).
+//!   A structure that shifts between hits, or a hit that rebounds, leaves satellites with the shape of the true mode.
+//!
+//! Candidates that fail are listed with the reason.
 //!
 //! Sources: S. M. Kay, Fundamentals of Statistical Signal Processing II: Detection Theory, 1998, section 7.5;
 //! B. Devlin, K. Roeder, Genomic control for association studies, Biometrics 55, 1999, for the scaling by the median.
@@ -26,6 +34,9 @@ pub(super) const FALSE_ALARM: f64 = 1e-3;
 
 /// Least modal phase collinearity of a mode found by the scan.
 pub(super) const LEAST_MPC: f64 = 0.7;
+
+/// Least share of the power at its resonance that a mode found by the scan stands for.
+pub(super) const LEAST_CONTRIBUTION: f64 = 0.1;
 
 /// Half bandwidths in lines.
 const WIDTHS: [f64; 3] = [0.5, 1.0, 2.0];

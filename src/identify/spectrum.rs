@@ -21,14 +21,39 @@ pub struct SpectrumPeak {
     pub damping_ratio: Option<f64>,
 }
 
-/// Peaks of an amplitude spectrum that stand out of the valleys around them.
+/// Which local maxima are peaks.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PeakOptions {
+    /// Limits of the band, Hz.
+    pub band_hz: (f64, f64),
+    /// Least prominence in units of the scatter from line to line: noise.
+    pub threshold: f64,
+    /// Least prominence, dB: what a smooth spectrum calls a resonance. Below 3 dB no half-power bandwidth can be read.
+    pub min_height_db: f64,
+    /// A peak is the highest line within this share of its frequency to both sides.
+    pub min_distance: f64,
+}
+
+impl PeakOptions {
+    /// Resonances: five scatters, 6 dB (twice the amplitude of the valleys), none within 1 % of a higher one.
+    pub fn resonances(band_hz: (f64, f64)) -> Self {
+        Self { band_hz, threshold: 5.0, min_height_db: 6.0, min_distance: 0.01 }
+    }
+}
+
+/// Peaks of an amplitude spectrum that stand out of the valleys around them: of a response spectrum, or of singular values.
 ///
-/// The spectrum in dB has a scatter, the median step from line to line times 1.4826/√2, which no slope or flank disturbs. A
-/// peak is the highest line within `min_distance_hz` whose prominence is above `threshold` times the scatter: the height over
-/// the higher of the two valleys on its sides, each the lowest running median (9 lines) before the spectrum rises above
-/// the peak again or a quarter of the frequency (at least 100 lines) away. One Rayleigh-distributed amplitude, the worst
-/// case, scatters by 5 dB in this sense; among 40,000 such lines the highest stands 12 dB above the median and the lowest
-/// running median 7 dB below it, so a threshold of 5 keeps noise out.
+/// A peak must pass two tests, of noise and of shape, on its prominence: the height over the higher of the two valleys on its
+/// sides, each the lowest running median (9 lines) before the spectrum rises above the peak again or a quarter of the
+/// frequency (at least 100 lines) away.
+///
+/// **Noise.** The spectrum in dB has a scatter, the median step from line to line times 1.4826/√2, which no slope or flank
+/// disturbs; the prominence must exceed `threshold` times that. One Rayleigh-distributed amplitude, the worst case, scatters by
+/// 5 dB in this sense; among 40,000 such lines the highest stands 12 dB above the median and the lowest running median 7 dB
+/// below it, so a threshold of 5 keeps noise out. Singular values of many functions scatter less, in the same proportion.
+///
+/// **Shape.** Functions measured with little noise have a scatter near zero, and every ripple between two antiresonances would
+/// pass. The prominence must be at least `min_height_db`.
 ///
 /// * `amplitude` - at ascending, evenly spaced `frequencies_hz`; linear, any unit
 ///
@@ -37,10 +62,9 @@ pub struct SpectrumPeak {
 pub fn spectrum_peaks(
     frequencies_hz: &[f64],
     amplitude: &[f64],
-    band_hz: (f64, f64),
-    threshold: f64,
-    min_distance_hz: f64,
+    options: &PeakOptions,
 ) -> Result<Vec<SpectrumPeak>, IdentifyError> {
+    let &PeakOptions { band_hz, threshold, min_height_db, min_distance } = options;
     let (f, n) = (frequencies_hz, frequencies_hz.len());
     if amplitude.len() != n {
         return Err(IdentifyError::Length { what: "the spectrum", expected: n, found: amplitude.len() });
@@ -58,7 +82,7 @@ pub fn spectrum_peaks(
         .collect();
     let mut found: Vec<(usize, SpectrumPeak)> = Vec::new();
     for l in candidates {
-        let reach = |x: f64| (f[l] - x).abs() <= min_distance_hz;
+        let reach = |x: f64| (f[l] - x).abs() <= min_distance * f[l];
         let from = f.partition_point(|x| *x < f[l] && !reach(*x));
         let to = f.partition_point(|x| *x <= f[l] || reach(*x));
         if db[from..to].iter().any(|x| *x > db[l]) {
@@ -72,7 +96,7 @@ pub fn spectrum_peaks(
             lines.take_while(|&k| db[k] <= db[l]).map(|k| smooth[k]).fold(db[l], f64::min)
         };
         let height = db[l] - valley(&mut (low..l).rev()).max(valley(&mut (l + 1..high)));
-        if height.is_nan() || height <= threshold * scatter {
+        if height.is_nan() || height <= threshold * scatter || height < min_height_db {
             continue;
         }
         let (at, _) = vertex([f[l - 1], f[l], f[l + 1]], [db[l - 1], db[l], db[l + 1]]);

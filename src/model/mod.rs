@@ -22,7 +22,6 @@ mod registry;
 pub mod spec;
 mod system;
 mod value;
-mod write;
 
 pub use assembly::{AffinePart, Basis, Entry};
 pub use character::{ModeCharacter, ModeLabel, family, label_modes, symmetry_index};
@@ -38,7 +37,6 @@ pub use registry::Registry;
 pub use spec::{ModelSpec, schema};
 pub use system::System;
 pub use value::{Affine, Value};
-pub use write::{WriteError, set_parameter_values};
 
 use crate::element::ElementError;
 use crate::linalg::SymMatrix;
@@ -110,6 +108,12 @@ pub trait ParametricModel: std::fmt::Debug + Send + Sync {
     /// Mass properties that an update has to respect.
     fn targets(&self) -> Targets {
         Targets::default()
+    }
+
+    /// Rᵀ M R of the six rigid motions about the origin (6 x 6), constant part first, then one per parameter, where
+    /// [`Self::mass_properties`] is that of R_0 + Σ θ_j R_j: the fast path.
+    fn affine_mass(&self) -> Option<&[SymMatrix]> {
+        None
     }
 
     /// K, M, C as K0 + Σ θ_j K_j, if they are affine in all parameters: the fast path.

@@ -1,9 +1,13 @@
 //! Weighted least squares: cost = ½ Σ r², a list of residual terms.
 
+use super::batch::BatchPath;
 use super::prediction::{Comparison, Prediction};
-use super::residual::{Frequency, MassPropertyResidual, Point, Prior, RESIDUALS, Residual, Shape, TargetResidual};
+use super::residual::{
+    Damping, Frequency, MassPropertyResidual, Point, Prior, RESIDUALS, Residual, Shape, StaticAngle, StaticDeflection,
+    TargetResidual,
+};
 use super::scaling::Scaling;
-use super::{EvalError, Linearization, Objective};
+use super::{EvalError, Linearization, Loss, Objective, PathCounts, Walls};
 use crate::linalg::{DMatrix, DVector};
 
 /// Weighted least squares over a list of terms.
@@ -12,22 +16,58 @@ pub struct LeastSquares<'a> {
     comparison: &'a Comparison<'a>,
     scaling: Scaling,
     terms: Vec<&'a dyn Residual>,
+    /// Factor of the squared residuals of each term.
+    weights: Vec<f64>,
+    /// Of the terms that compare with data.
+    loss: Loss,
+    batch: BatchPath,
 }
 
 impl<'a> LeastSquares<'a> {
-    /// Frequencies, shapes where the test has them, measured mass properties, targets and priors.
+    /// Frequencies, shapes where the test has them, measured mass properties, targets and priors; then damping ratios where
+    /// model and test have them, and static deflections and angles.
     pub fn new(comparison: &'a Comparison<'a>) -> Self {
         let mut terms: Vec<&dyn Residual> = vec![&Frequency];
         if comparison.has_shapes() {
             terms.push(&Shape);
         }
         terms.extend([&MassPropertyResidual as &dyn Residual, &TargetResidual, &Prior]);
+        let further: [&dyn Residual; 3] = [&Damping, &StaticDeflection, &StaticAngle];
+        terms.extend(further.into_iter().filter(|r| !r.is_empty(comparison)));
         Self::with_terms(comparison, terms)
     }
 
     /// With a list of terms of one's own.
     pub fn with_terms(comparison: &'a Comparison<'a>, terms: Vec<&'a dyn Residual>) -> Self {
-        Self { comparison, scaling: Scaling::new(comparison.model()), terms }
+        let weights = vec![1.0; terms.len()];
+        let scaling = Scaling::new(comparison.model());
+        Self { comparison, scaling, terms, weights, loss: Loss::Squares, batch: BatchPath::default() }
+    }
+
+    /// With a loss for the terms that compare with data; priors and targets keep their squares.
+    #[must_use]
+    pub fn with_loss(mut self, loss: Loss) -> Self {
+        self.loss = loss;
+        self
+    }
+
+    /// With factors of the terms' shares of the cost: 1 leaves a term as its standard deviations say. Terms that are not
+    /// named keep theirs.
+    #[must_use]
+    pub fn with_weights(mut self, weight: impl Fn(&str) -> Option<f64>) -> Self {
+        for (term, own) in self.terms.iter().zip(&mut self.weights) {
+            *own = weight(term.name()).unwrap_or(*own);
+        }
+        self
+    }
+
+    /// Without the terms for which `is_out` holds.
+    #[must_use]
+    pub fn without(mut self, is_out: impl Fn(&dyn Residual) -> bool) -> Self {
+        let kept: Vec<usize> = (0..self.terms.len()).filter(|&k| !is_out(self.terms[k])).collect();
+        self.weights = kept.iter().map(|&k| self.weights[k]).collect();
+        self.terms = kept.iter().map(|&k| self.terms[k]).collect();
+        self
     }
 
     /// The terms of their names; `None` for an unknown one.
@@ -47,9 +87,14 @@ impl<'a> LeastSquares<'a> {
         &self.terms
     }
 
-    /// Residuals of a prediction that is already known.
+    /// Residuals of a prediction that is already known, before weights and loss.
     pub fn residuals_of(&self, theta: &[f64], prediction: &Prediction) -> DVector<f64> {
         let mut r = DVector::zeros(self.n_residuals());
+        self.fill(theta, prediction, &mut r);
+        r
+    }
+
+    fn fill(&self, theta: &[f64], prediction: &Prediction, r: &mut DVector<f64>) {
         let point = Point { comparison: self.comparison, scaling: &self.scaling, theta, prediction };
         let mut start = 0;
         for term in &self.terms {
@@ -57,7 +102,26 @@ impl<'a> LeastSquares<'a> {
             term.evaluate(&point, &mut r.as_mut_slice()[start..start + len]);
             start += len;
         }
-        r
+    }
+
+    /// Applies weights and loss to residuals and, if given, to the rows of their Jacobian.
+    fn weigh(&self, r: &mut DVector<f64>, mut jacobian: Option<&mut DMatrix<f64>>) {
+        let mut row = 0;
+        for (term, weight) in self.terms.iter().zip(&self.weights) {
+            let loss = if term.is_data() { self.loss } else { Loss::Squares };
+            for i in row..row + term.len(self.comparison) {
+                let (s, slope) = loss.transform(r[i]);
+                r[i] = weight.sqrt() * s;
+                if let Some(j) = &mut jacobian {
+                    j.row_mut(i).scale_mut(weight.sqrt() * slope);
+                }
+            }
+            row += term.len(self.comparison);
+        }
+    }
+
+    fn is_plain(&self) -> bool {
+        self.loss == Loss::Squares && self.weights.iter().all(|w| *w == 1.0)
     }
 
     fn finite(&self, r: &DVector<f64>) -> Result<(), EvalError> {
@@ -86,8 +150,11 @@ impl Objective for LeastSquares<'_> {
     fn residuals(&self, x: &DVector<f64>) -> Result<DVector<f64>, EvalError> {
         let theta = self.scaling.theta(x);
         let prediction = self.comparison.predict(&theta)?;
-        let r = self.residuals_of(&theta, &prediction);
+        let mut r = self.residuals_of(&theta, &prediction);
         self.finite(&r)?;
+        if !self.is_plain() {
+            self.weigh(&mut r, None);
+        }
         Ok(r)
     }
 
@@ -97,7 +164,7 @@ impl Objective for LeastSquares<'_> {
         let derivative = self.comparison.differentiate(&theta, &prediction, self.scaling.free())?;
         let point =
             Point { comparison: self.comparison, scaling: &self.scaling, theta: &theta, prediction: &prediction };
-        let residuals = self.residuals_of(&theta, &prediction);
+        let mut residuals = self.residuals_of(&theta, &prediction);
         self.finite(&residuals)?;
         let n = self.scaling.len();
         let mut jacobian = DMatrix::zeros(residuals.len(), n);
@@ -112,6 +179,52 @@ impl Objective for LeastSquares<'_> {
         for (mut column, width) in jacobian.column_iter_mut().zip(self.scaling.width()) {
             column *= *width;
         }
+        if !self.is_plain() {
+            self.weigh(&mut residuals, Some(&mut jacobian));
+        }
         Ok(Linearization { residuals, jacobian })
+    }
+
+    fn walls(&self) -> Walls {
+        let mut start = 0;
+        let mut walls = Walls::default();
+        for (term, weight) in self.terms.iter().zip(&self.weights) {
+            let len = term.len(self.comparison);
+            // A weighted wall is none that t could be read back from.
+            if term.is_wall() && *weight == 1.0 {
+                walls.extend(Walls::new(start..start + len, None));
+            }
+            start += len;
+        }
+        walls
+    }
+
+    fn costs(&self, points: &[DVector<f64>], out: &mut [f64]) {
+        let reference = |x: &DVector<f64>| self.cost(x).unwrap_or(f64::INFINITY);
+        if self.terms.iter().any(|t| t.needs_system()) {
+            assert_eq!(points.len(), out.len(), "one cost a point");
+            points.iter().zip(out).for_each(|(x, cost)| *cost = reference(x));
+            return;
+        }
+        let n_residuals = self.n_residuals();
+        let cost_of = |p: &Prediction, theta: &[f64], r: &mut DVector<f64>| {
+            if r.len() != n_residuals {
+                *r = DVector::zeros(n_residuals);
+            }
+            self.fill(theta, p, r);
+            if !self.is_plain() {
+                self.weigh(r, None);
+            }
+            0.5 * r.norm_squared()
+        };
+        self.batch.costs((self.comparison, &self.scaling), points, out, &cost_of, reference);
+    }
+
+    fn confirm(&self, x: &DVector<f64>, cost: f64) -> f64 {
+        self.batch.confirm(cost, || self.cost(x).unwrap_or(f64::INFINITY))
+    }
+
+    fn path_counts(&self) -> PathCounts {
+        self.batch.counts()
     }
 }

@@ -1,6 +1,7 @@
 //! What a model predicts of a test: modes at the sensors, pairs with the measured modes, mass properties.
 
-use super::EvalError;
+use super::responses::FrfRows;
+use super::{EvalError, statics};
 use crate::correlation::{
     CorrelationError, ModeList, PairedModes, PairingOptions, mac_matrix, observation_matrix, pair_modes,
 };
@@ -23,9 +24,17 @@ pub struct Comparison<'a> {
     frequencies: Vec<f64>,
     families: Vec<Option<String>>,
     pairing: PairingOptions,
+    /// Loads of the static tests as columns, (n_dof x n_tests).
+    loads: DMatrix<f64>,
+    /// Whether the model has dashpots.
+    is_damped: bool,
+    responses: Option<FrfRows>,
 }
 
 /// The prediction at one θ.
+///
+/// A batch of candidates fills only what can be seen at the sensors: there `system`, `modes` and `families` are empty, and
+/// MAC is zero between different families. See [`super::Residual::needs_system`].
 #[derive(Debug, Clone)]
 pub struct Prediction {
     /// K, M, C.
@@ -81,7 +90,24 @@ impl<'a> Comparison<'a> {
             test.modes.iter().map(|m| m.label.as_deref().and_then(family_of_label).map(str::to_string)).collect();
         // Twice the measured modes and some more: partners may sit higher, and unmeasured modes lie between.
         let n_elastic = 2 * test.modes.len() + 4;
-        Ok(Self { model, test, sensors, rigid_motions, shift, n_elastic, shapes, frequencies, families, pairing })
+        let loads = statics::loads(model, test, &system, &rigid_motions, shift)?;
+        let is_damped = system.damping.is_some();
+        let responses = FrfRows::new(model, test)?;
+        Ok(Self {
+            model,
+            test,
+            sensors,
+            rigid_motions,
+            shift,
+            n_elastic,
+            shapes,
+            frequencies,
+            families,
+            pairing,
+            loads,
+            is_damped,
+            responses,
+        })
     }
 
     /// The model.
@@ -107,6 +133,31 @@ impl<'a> Comparison<'a> {
     /// Whether any test mode has a shape.
     pub fn has_shapes(&self) -> bool {
         self.test.modes.iter().any(|m| m.shape.is_some())
+    }
+
+    /// Frequencies of the test modes, Hz.
+    pub(super) fn frequencies(&self) -> &[f64] {
+        &self.frequencies
+    }
+
+    /// Symmetry of the test modes, as far as their labels tell it.
+    pub(super) fn families(&self) -> &[Option<String>] {
+        &self.families
+    }
+
+    /// Loads of the static tests as columns, (n_dof x n_tests).
+    pub fn loads(&self) -> &DMatrix<f64> {
+        &self.loads
+    }
+
+    /// Whether the model has dashpots, so that it predicts damping.
+    pub fn is_damped(&self) -> bool {
+        self.is_damped
+    }
+
+    /// The frequency responses that a fit uses, when there are any.
+    pub(super) fn responses(&self) -> Option<&FrfRows> {
+        self.responses.as_ref()
     }
 
     /// How modes are paired.

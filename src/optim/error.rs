@@ -55,6 +55,9 @@ pub enum OptimError {
         /// How the search ended.
         termination: super::Termination,
     },
+    /// The user stopped what has no result before its end.
+    #[error("stopped by the user")]
+    Cancelled,
     /// The linearization fails where the cost does not.
     #[error("optimizer `{method}` needs derivatives, and they cannot be had at its start")]
     Linearization {

@@ -1,16 +1,24 @@
-//! From analyses to [`ReportData`]: the structure, the modes of both sides, the comparison, the update.
+//! From analyses to [`ReportData`]: the structure, the modes of both sides, the comparison, the update, the diagnosis.
+
+mod diagnosis;
+mod disagreement;
+mod responses;
+mod structure;
+
+pub use diagnosis::{LearningStep, diagnosis, learning_steps};
 
 use super::data::{
-    Bound, Comparison, DataItem, Element, Floats, History, LabelledMatrix, Level, MassProperty, Meta, ModelMode, Modes,
-    Named, Node, Pair, Parameter, PointMass, Property, ReportData, RigidLink, Sensor, Step, Steps, Structure, Support,
-    TestMode, Verdict,
+    Bound, Combination, Comparison, DataItem, Floats, History, LabelledMatrix, Level, MassProperty, Meta, ModelMode,
+    Modes, Named, Pair, Parameter, ReportData, Step, Steps, TestMode, Verdict,
 };
-use crate::correlation::{CorrelationError, comac, odds, sensor_position};
-use crate::data::{Origin, TestData};
-use crate::element::{Axes, Dof};
+use super::text::number;
+use crate::correlation::{CorrelationError, PairBy, PairingOptions, comac, odds};
+use crate::data::{FrfSet, Origin, TestData};
+use crate::diagnosis::Learned;
 use crate::linalg::{Complex, DMatrix};
 use crate::model::{Model, ParametricModel, Target};
-use crate::update::{AssessedPair, Assessment, ParameterChange, Update};
+use crate::objective::Comparison as Comparing;
+use crate::update::{AssessedPair, Assessment, ParameterChange, Uncertainty, Update, UpdateError, assess};
 
 /// A model and a test that it was compared with.
 #[derive(Debug, Clone, Copy)]
@@ -23,33 +31,61 @@ pub struct Case<'a> {
     pub assessment: &'a Assessment,
 }
 
+/// Compares a model at θ with a test as a report shows it: paired by shapes where there are any, else by order.
+pub fn assess_for_report(model: &Model, theta: &[f64], test: &TestData) -> Result<Assessment, UpdateError> {
+    let by = pair_by(test);
+    let comparison = Comparing::new(model, test, PairingOptions { by, ..PairingOptions::default() })?;
+    assess(&comparison, theta)
+}
+
+fn pair_by(test: &TestData) -> PairBy {
+    if test.modes.iter().any(|m| m.shape.is_some()) { PairBy::Mac } else { PairBy::Order }
+}
+
 /// The report of a comparison.
 pub fn of_comparison(case: Case<'_>) -> Result<ReportData, CorrelationError> {
     let Case { model, test, assessment } = case;
-    Ok(ReportData {
+    let mut structure = structure::structure(model, &assessment.theta, test)?;
+    let comac = comac_of(assessment, test);
+    let (fields, localization) = disagreement::disagreement(case, &structure)?;
+    structure.fields = fields;
+    let mut data = ReportData {
         meta: meta(case),
-        structure: Some(structure(model, test)?),
+        structure: Some(structure),
         modes: modes(case),
-        comparison: Some(comparison(case)),
+        comparison: Some(comparison(case, comac)),
+        localization,
         ..ReportData::default()
     }
-    .with_mass_properties(model, assessment))
+    .with_mass_properties(model, assessment);
+    data.update.get_or_insert_default().sensitivities = disagreement::sensitivities(case);
+    Ok(data)
 }
 
-/// The report of an update; `case.assessment` is taken from it.
+/// What a comparison was before: pairs, MAC, COMAC and mass properties beside those of now.
+pub fn add_before(data: &mut ReportData, model: &Model, before: &Assessment, test: &TestData) {
+    if let Some(c) = &mut data.comparison {
+        c.pairs_before = pairs(before);
+        c.mac_before = Some(mac(before, test, "MAC before"));
+        c.comac_before = comac_of(before, test);
+    }
+    let u = data.update.get_or_insert_default();
+    for (p, value) in u.mass_properties.iter_mut().zip(mass_values(model, before)) {
+        p.before = value;
+    }
+}
+
+/// The report of an update; its comparison is the one at the optimum.
 pub fn of_update(model: &Model, test: &TestData, update: &Update) -> Result<ReportData, CorrelationError> {
     let case = Case { model, test, assessment: &update.after };
     let mut data = of_comparison(case)?;
-    if let Some(c) = &mut data.comparison {
-        c.pairs_before = pairs(&update.before);
-        c.mac_before = Some(mac(&update.before, test, "MAC before the update"));
-        c.comac_before = comac_of(&update.before, test);
-    }
+    add_before(&mut data, model, &update.before, test);
     let optimum = &update.optimum;
-    let u = data.update.get_or_insert_with(Default::default);
+    let evaluations = optimum.evaluations + optimum.linearizations;
+    let u = data.update.get_or_insert_default();
     u.optimizer.clone_from(&optimum.method);
     u.termination = optimum.termination.text().to_string();
-    u.evaluations = Some(optimum.evaluations + optimum.linearizations);
+    u.evaluations = Some(evaluations);
     u.cost_before = Some(update.cost_before);
     u.cost_after = Some(optimum.cost);
     u.histories = vec![History {
@@ -58,11 +94,180 @@ pub fn of_update(model: &Model, test: &TestData, update: &Update) -> Result<Repo
         best_cost: optimum.history.iter().map(|h| h.cost).collect(),
     }];
     u.parameters = update.parameters.iter().map(parameter).collect();
-    for (p, before) in u.mass_properties.iter_mut().zip(mass_values(model, &update.before)) {
-        p.before = before;
-    }
+    add_uncertainty(u, &update.uncertainty);
     data.steps = Some(steps(&[("initial", &update.before), ("updated", &update.after)], test));
+    data.meta.title.clone_from(&test.name);
+    data.meta.subtitle = format!("update of: {} ({}, {evaluations} evaluations)", model.spec().name, optimum.method);
+    if let Some(v) = &mut data.meta.verdict {
+        let (before, after) = (&update.before.misfit, &update.after.misfit);
+        v.number = format!("{} → {}", number(before.chi_squared), number(after.chi_squared));
+        v.number_label = format!("chi-squared before and after the update; noise alone leaves about {}", after.n_data);
+    }
     Ok(data)
+}
+
+/// Intervals, correlations and what the data cannot tell apart.
+fn add_uncertainty(u: &mut super::data::Update, found: &Uncertainty) {
+    for known in &found.parameters {
+        if let Some(p) = u.parameters.iter_mut().find(|p| p.name == known.name) {
+            p.interval = Some(known.interval);
+            p.interval_label = "90 %".into();
+        }
+    }
+    let names: Vec<String> = found.parameters.iter().map(|p| p.name.clone()).collect();
+    if found.parameters.iter().any(|p| p.sd.is_some()) {
+        u.correlation = Some(LabelledMatrix {
+            title: "Correlation of the estimates".into(),
+            row_axis: "parameter".into(),
+            column_axis: "parameter".into(),
+            rows: names.clone(),
+            columns: names,
+            values: disagreement::rounded(&found.correlations),
+        });
+    }
+    u.unidentifiable = found
+        .inseparable
+        .iter()
+        .map(|group| {
+            let names = group.parameters.join(", ");
+            let mut meaning = match group.n_numbers {
+                0 => format!("{names}: no effect on these data"),
+                1 => format!("{names} act only through one number"),
+                n => format!("{names} act only through {n} numbers"),
+            };
+            if !group.combinations.is_empty() {
+                meaning += &format!(": {}", group.combinations.join("; "));
+            }
+            if !group.shared.is_empty() {
+                meaning += &format!(". Determined all the same: {}", group.shared.join(", "));
+            }
+            Combination { meaning, ..Combination::default() }
+        })
+        .collect();
+}
+
+/// The report of learning: the last model against the test, the error over all steps, every diagnosis.
+///
+/// `model` is the model as it was given. Where a step corrected the data, the comparison still shows the data as
+/// measured; the report says so.
+pub fn of_learning(model: &Model, test: &TestData, learned: &Learned) -> Result<ReportData, UpdateError> {
+    let Some(last) = learned.steps.last() else {
+        let assessment = assess_for_report(model, &model.parameters().nominal(), test)?;
+        return Ok(of_comparison(Case { model, test, assessment: &assessment })?);
+    };
+    let before = assess_for_report(model, &model.parameters().nominal(), test)?;
+    let after = assess_for_report(&last.model, &last.theta, test)?;
+    let mut data = of_comparison(Case { model: &last.model, test, assessment: &after })?;
+    add_before(&mut data, model, &before, test);
+    let initial = model.parameters();
+    let value_before = |name: &str, now: f64| initial.index_of(name).map_or(now, |i| initial.get(i).value);
+    let fresh = learned.steps.iter().rev().nth(1).and_then(|s| {
+        let id = s.added.as_ref()?.id();
+        s.diagnosis.hypotheses.iter().find(|h| h.id == id).filter(|_| last.dropped.is_empty())
+    });
+    let u = data.update.get_or_insert_default();
+    u.objective = "weighted least squares with priors".into();
+    u.parameters = last
+        .model
+        .parameters()
+        .iter()
+        .zip(&last.theta)
+        .map(|(p, &value)| {
+            let mut shown = parameter(&ParameterChange {
+                name: p.name.clone(),
+                unit: p.unit.clone(),
+                before: p.display(value_before(&p.name, p.value)),
+                after: p.display(value),
+                lower: p.bounds.map(|b| p.display(b[0])),
+                upper: p.bounds.map(|b| p.display(b[1])),
+                at_bound: p.at_bound(value),
+                after_si: value,
+            });
+            // The fit that estimated the last effect is the fit of the last model.
+            if let Some(e) = fresh.iter().flat_map(|h| &h.estimates).find(|e| e.parameter == p.name) {
+                shown.interval = Some(e.interval.map(|v| p.display(v)));
+                shown.interval_label = "90 %".into();
+            }
+            shown
+        })
+        .collect();
+    let records: Vec<LearningStep> = learned.steps.iter().map(LearningStep::from).collect();
+    add_learning(&mut data, &last.model, test, &records, misfit_before_any_fit(model, test)?);
+    for id in learned.steps.iter().filter_map(|s| s.corrected.as_ref()) {
+        data.meta.warnings.push(format!(
+            "The data were corrected for {id}; pairs, MAC and COMAC show them as measured, the error by step as corrected."
+        ));
+    }
+    data.meta.title.clone_from(&test.name);
+    let added = learned.effects.len();
+    data.meta.subtitle =
+        format!("what {} lacks: {added} effect{} found", model.spec().name, if added == 1 { "" } else { "s" });
+    Ok(data)
+}
+
+/// Misfit of the values of the file, in total and per mode, with every measured mode paired as the fits pair them.
+pub fn misfit_before_any_fit(model: &Model, test: &TestData) -> Result<(f64, Vec<f64>), UpdateError> {
+    let by = pair_by(test);
+    let open = PairingOptions { by, min_mac: 0.0, frequency_window: f64::INFINITY, same_family_only: true };
+    let comparison = Comparing::new(model, test, open)?;
+    let a = assess(&comparison, &crate::objective::starting_point(model))?;
+    Ok((a.misfit.chi_squared, a.misfit_per_mode))
+}
+
+/// Adds the steps of learning and their diagnoses to a report.
+pub fn add_learning(
+    data: &mut ReportData,
+    model: &Model,
+    test: &TestData,
+    steps: &[LearningStep],
+    (initial, per_mode): (f64, Vec<f64>),
+) {
+    data.steps = Some(learning_steps(steps, Some((initial, &per_mode)), test));
+    (data.earlier_diagnoses, data.diagnosis) = diagnosis::diagnoses(steps, model, test);
+    let (Some(first), Some(last), Some(d)) = (steps.first(), steps.last(), &data.diagnosis) else { return };
+    let mut verdict = diagnosis::verdict(d);
+    if steps.len() > 1 {
+        verdict.number = format!("{} → {}", number(first.misfit), number(last.misfit));
+        let added = steps.iter().filter(|s| s.added.is_some()).count();
+        verdict.number_label = format!(
+            "misfit of the refitted model and after {added} added effect{}; noise alone leaves about {}",
+            if added == 1 { "" } else { "s" },
+            number(last.diagnosis.degrees_of_freedom)
+        );
+    }
+    data.meta.verdict = Some(verdict);
+}
+
+/// Adds a diagnosis to a report; its sentence becomes the verdict.
+pub fn add_diagnosis(data: &mut ReportData, found: &crate::diagnosis::Diagnosis, model: &Model, test: &TestData) {
+    let d = diagnosis(found, model, test);
+    data.meta.verdict = Some(diagnosis::verdict(&d));
+    data.diagnosis = Some(d);
+}
+
+/// Adds measured frequency responses beside those of the model, and of the model before where there was one.
+///
+/// `origin` is `measured` or `synthetic`. Functions at points that are no sensors of the test are left out, with a
+/// warning.
+pub fn add_responses(
+    data: &mut ReportData,
+    case: Case<'_>,
+    before: Option<Case<'_>>,
+    frfs: &FrfSet,
+    origin: &str,
+) -> Result<(), CorrelationError> {
+    data.frfs = responses::responses(case, before, frfs, origin)?;
+    let is_sensor = |c: &&crate::data::Channel| case.test.sensors.iter().any(|s| s.name == c.name);
+    let unknown: Vec<&str> =
+        frfs.references.iter().chain(&frfs.responses).filter(|c| !is_sensor(c)).map(|c| c.name.as_str()).collect();
+    if !unknown.is_empty() {
+        let shown = unknown.iter().take(6).copied().collect::<Vec<_>>().join(", ");
+        let more = if unknown.len() > 6 { format!(" and {} more", unknown.len() - 6) } else { String::new() };
+        data.meta.warnings.push(format!(
+            "Frequency responses at {shown}{more} are left out: the test has no sensors of these names."
+        ));
+    }
+    Ok(())
 }
 
 /// The misfit over versions of a model against one test.
@@ -79,6 +284,7 @@ pub fn steps(versions: &[(&str, &Assessment)], test: &TestData) -> Steps {
                 per_mode: a.misfit_per_mode.iter().map(|m| Some(*m)).collect(),
                 held_out: None,
                 note: a.misfit.to_string(),
+                ..Step::default()
             })
             .collect(),
     }
@@ -92,7 +298,7 @@ impl ReportData {
             .chain((0..3).map(|i| (["inertia xx", "inertia yy", "inertia zz"][i], "kg m²", targets.inertia[i])));
         let rows =
             all.zip(mass_values(model, a)).map(|((name, unit, target), after)| mass_row(name, unit, target, after));
-        self.update.get_or_insert_with(Default::default).mass_properties = rows.collect();
+        self.update.get_or_insert_default().mass_properties = rows.collect();
         self
     }
 }
@@ -114,7 +320,9 @@ fn mass_row(name: &str, unit: &str, target: Option<Target>, after: Option<f64>) 
 fn mass_values(model: &Model, a: &Assessment) -> [Option<f64>; 7] {
     let p = a.mass_properties.or_else(|| model.mass_properties(&a.theta).ok().flatten());
     let Some(p) = p else { return [None; 7] };
-    [p.mass, p.cg[0], p.cg[1], p.cg[2], p.inertia[0][0], p.inertia[1][1], p.inertia[2][2]].map(Some)
+    // Rounding of what symmetry makes zero is no number to show.
+    let shown = |v: f64| Some(if v.abs() < 1e-12 * p.mass { 0.0 } else { v });
+    [p.mass, p.cg[0], p.cg[1], p.cg[2], p.inertia[0][0], p.inertia[1][1], p.inertia[2][2]].map(shown)
 }
 
 fn meta(case: Case<'_>) -> Meta {
@@ -150,114 +358,14 @@ fn meta(case: Case<'_>) -> Meta {
         subtitle: format!("compared with: {}", test.name),
         verdict: Some(Verdict {
             sentence,
-            number: format!("{:.0} for {} data", misfit.chi_squared, misfit.n_data),
-            number_label: "chi-squared".into(),
+            number: number(misfit.chi_squared),
+            number_label: format!("chi-squared; noise alone leaves about {}", misfit.n_data),
             level: if explained { Level::Good } else { Level::Bad },
         }),
         versions: vec![Named::new("retune", env!("CARGO_PKG_VERSION"))],
         data_items,
         ..Meta::default()
     }
-}
-
-fn structure(model: &Model, test: &TestData) -> Result<Structure, CorrelationError> {
-    let geometry = model.geometry();
-    let spec = model.spec();
-    let theta = model.parameters().nominal();
-    let names: Vec<&str> = model.parameters().names().collect();
-    let mut elements = Vec::new();
-    let mut masses = Vec::new();
-    for e in model.elements() {
-        let mut properties = Vec::new();
-        let mut parameters: Vec<String> = Vec::new();
-        for (p, v) in e.kind.properties().iter().zip(&e.values) {
-            let Some(v) = v else { continue };
-            properties.push(Property::new(p.name, format!("{} {}", super::text::number(v.at(&theta)), p.unit)));
-            for i in v.parameters() {
-                if !parameters.iter().any(|n| n == names[i]) {
-                    parameters.push(names[i].to_string());
-                }
-            }
-        }
-        let value = |name: &str| {
-            let i = e.kind.properties().iter().position(|p| p.name == name)?;
-            e.values[i].as_ref().map(|v| v.at(&theta))
-        };
-        if e.nodes.len() == 1 && value("mass").is_some() {
-            let offset = ["offset_x", "offset_y", "offset_z"].map(|n| value(n).unwrap_or(0.0));
-            masses.push(PointMass {
-                name: e.name.clone(),
-                node: e.nodes[0],
-                mass: value("mass"),
-                offset: (offset != [0.0; 3]).then_some(offset),
-                parameters,
-                properties,
-            });
-        } else {
-            let group = e.path.split('.').nth(1).unwrap_or_default().to_string();
-            let kind = if e.kind.axes() == Axes::AlongNodes { "beam".into() } else { e.kind.name().to_string() };
-            elements.push(Element {
-                name: e.name.clone(),
-                kind,
-                nodes: e.nodes.clone(),
-                group,
-                parameters,
-                property_set: None,
-                properties,
-            });
-        }
-    }
-    let node = |name: &String| geometry.node(name);
-    let rigid_links = spec
-        .rigid_links
-        .iter()
-        .filter_map(|(name, l)| {
-            let slaves = l.slaves.iter().filter_map(node).collect();
-            Some(RigidLink { name: name.clone(), master: node(&l.master)?, slaves })
-        })
-        .collect();
-    let mut supports = Vec::new();
-    for s in spec.supports.values() {
-        let dofs = match &s.fixed {
-            None => "all".to_string(),
-            Some(list) => list.iter().map(|d| Dof::from(*d).name()).collect::<Vec<_>>().join(" "),
-        };
-        for n in s.node.iter().chain(s.nodes.iter().flatten()).filter_map(node) {
-            supports.push(Support { node: n, dofs: dofs.clone() });
-        }
-    }
-    let sensors = test
-        .sensors
-        .iter()
-        .map(|s| {
-            let attached_to = match &s.place {
-                crate::data::Place::Node { node, .. } => node.clone(),
-                crate::data::Place::Element { element, fraction, .. } => format!("{element} at {fraction}"),
-            };
-            Ok(Sensor {
-                name: s.name.clone(),
-                position: sensor_position(model, s)?,
-                direction: s.direction,
-                is_rotation: s.is_rotation,
-                attached_to,
-            })
-        })
-        .collect::<Result<Vec<_>, CorrelationError>>()?;
-    Ok(Structure {
-        up: Some(2),
-        nodes: geometry
-            .names
-            .iter()
-            .zip(&geometry.positions)
-            .map(|(name, position)| Node { name: name.clone(), position: *position })
-            .collect(),
-        elements,
-        rigid_links,
-        masses,
-        supports,
-        sensors,
-        ..Structure::default()
-    })
 }
 
 /// Above this many nodes beams are drawn straight between them, to keep the page small.
@@ -315,7 +423,7 @@ fn test_label(test: &TestData, mode: usize) -> String {
     test.modes[mode].label.clone().unwrap_or_else(|| format!("mode {}", mode + 1))
 }
 
-fn comparison(case: Case<'_>) -> Comparison {
+fn comparison(case: Case<'_>, comac: Option<Floats>) -> Comparison {
     let Case { test, assessment, .. } = case;
     Comparison {
         pairs: pairs(assessment),
@@ -324,14 +432,14 @@ fn comparison(case: Case<'_>) -> Comparison {
         criteria: "frequency within 5 %, MAC at least 0.9".into(),
         frequency_band: 0.05,
         mac: Some(mac(assessment, test, "MAC")),
-        comac: comac_of(assessment, test),
+        comac,
         ..Comparison::default()
     }
 }
 
 fn pairs(a: &Assessment) -> Vec<Pair> {
     let pair = |p: &AssessedPair| Pair {
-        label: p.test_label.clone().unwrap_or_else(|| p.model_label.clone()),
+        label: pair_label(p).to_string(),
         test_mode: Some(p.test_mode),
         model_mode: Some(p.model_mode),
         test_hz: p.test_hz,
@@ -343,6 +451,11 @@ fn pairs(a: &Assessment) -> Vec<Pair> {
         pass_probability: None,
     };
     a.pairs.iter().map(pair).collect()
+}
+
+/// The test's name of a pair, else the model's.
+fn pair_label(p: &AssessedPair) -> &str {
+    p.test_label.as_deref().unwrap_or(&p.model_label)
 }
 
 fn mac(a: &Assessment, test: &TestData, title: &str) -> LabelledMatrix {
@@ -392,3 +505,6 @@ fn parameter(p: &ParameterChange) -> Parameter {
         ..Parameter::default()
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -12,14 +12,16 @@
 mod comparison;
 mod diagnosis;
 mod encoding;
+mod localization;
 mod structure;
 mod update;
 mod validate;
 
 pub use comparison::{Band, Channel, Comparison, Frfs, LabelledMatrix, ModelMode, Modes, Pair, TestMode};
-pub use diagnosis::{Category, Diagnosis, Hypothesis, Level, Measurement, Outcome, Place};
+pub use diagnosis::{Category, Diagnosis, Estimate, Hypothesis, Level, Measurement, Outcome, Place};
 pub(crate) use encoding::base64 as encoding_base64;
 pub use encoding::{Floats, Spectrum};
+pub use localization::{Localization, Suspect};
 pub use structure::{
     Carrier, Element, Exciter, Field, Node, PointMass, Property, PropertySet, RigidLink, Scale, Sensor, Structure,
     Support,
@@ -30,7 +32,7 @@ pub use validate::ReportError;
 use serde::{Deserialize, Serialize};
 
 /// Version of the JSON form of [`ReportData`]; it rises when a field changes its meaning or goes away.
-pub const SCHEMA: u32 = 1;
+pub const SCHEMA: u32 = 2;
 
 /// Everything that one report shows.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -58,9 +60,15 @@ pub struct ReportData {
     /// The misfit over the steps of `learn` or over versions of the model.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub steps: Option<Steps>,
+    /// Where model and test disagree.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub localization: Option<Localization>,
     /// Which physics is missing, where, how sure.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub diagnosis: Option<Diagnosis>,
+    /// Diagnoses of earlier steps, in their order; `diagnosis` is the last.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub earlier_diagnoses: Vec<Diagnosis>,
 }
 
 impl Default for ReportData {
@@ -74,7 +82,9 @@ impl Default for ReportData {
             frfs: None,
             update: None,
             steps: None,
+            localization: None,
             diagnosis: None,
+            earlier_diagnoses: Vec::new(),
         }
     }
 }

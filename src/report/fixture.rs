@@ -1,6 +1,7 @@
 //! Reports for tests of the page: a flying wing, a large grid, hostile names, and reports with parts missing.
 
 mod large;
+pub(crate) mod learned;
 pub(crate) mod wing;
 
 use super::data::{Meta, Named, ReportData, Verdict};
@@ -97,13 +98,14 @@ fn hostile() -> ReportData {
 fn fixture_pages_are_written() {
     let folder = folder();
     std::fs::create_dir_all(&folder).unwrap();
-    let reports = [
+    let reports = vec![
         ("wing", wing::report()),
         ("model_only", model_only()),
         ("model_and_test", model_and_test()),
         ("hostile", hostile()),
         ("large", large::report()),
         ("channels", large::channels()),
+        ("learned", learned::report()),
         ("empty", ReportData::default()),
     ];
     for (name, data) in reports {

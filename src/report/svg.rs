@@ -1,5 +1,6 @@
 //! Single figures fit for a paper: SVG in millimetres, 8 pt text, colours that survive colour blindness and grey print.
 
+mod parameters;
 mod plot;
 
 use super::data::{Channel, Comparison, Frfs, LabelledMatrix, ReportData, Steps, Structure, Update};
@@ -21,7 +22,7 @@ const COLUMN: f64 = 88.0;
 
 /// Every figure that the data allow.
 ///
-/// MAC matrices before and after, frequency against frequency, cost history, the error falling, the mode shapes, and
+/// MAC matrices before and after, frequency against frequency, cost history, parameters, the error falling, the mode shapes, and
 /// frequency responses: all channels when there are at most twelve, otherwise the lowest, the middle and the highest
 /// FRAC.
 pub fn figures(data: &ReportData) -> Vec<Figure> {
@@ -47,6 +48,9 @@ pub fn figures(data: &ReportData) -> Vec<Figure> {
     }
     if let Some(u) = data.update.as_ref().filter(|u| !u.histories.is_empty()) {
         add("cost-history".into(), "Best cost against evaluations".into(), cost(u));
+    }
+    if let Some(u) = data.update.as_ref().filter(|u| !parameters::free(u).is_empty()) {
+        add("parameters".into(), "Parameters inside their bounds".into(), parameters::parameters(u));
     }
     if let Some(s) = data.steps.as_ref().filter(|s| !s.steps.is_empty()) {
         add("error-falling".into(), "Misfit after every step".into(), waterfall(s));
@@ -261,8 +265,9 @@ fn wrap(text: &str, width: usize) -> Vec<String> {
 fn frf(f: &Frfs, channel: &Channel) -> Canvas {
     let mut canvas = Canvas::new(COLUMN * 1.4, 90.0);
     let hz: Vec<f64> = f.frequency_hz.0.iter().map(|v| f64::from(*v)).collect();
+    let test = if f.origin == "synthetic" { "test (synthetic)" } else { "measured" };
     let curves: Vec<_> = [
-        ("measured", &channel.measured, TEST, ""),
+        (test, &channel.measured, TEST, ""),
         ("model", &channel.model, MODEL, "22 12"),
         ("before", &channel.before, BEFORE, "6 10"),
     ]
@@ -466,10 +471,18 @@ mod tests {
         let list = figures(&wing::report());
         let names: Vec<&str> = list.iter().map(|f| f.name.as_str()).collect();
         assert_eq!(
-            names[..6],
-            ["mac-before", "mac-after", "frequency-frequency", "cost-history", "error-falling", "mode-shapes"]
+            names[..7],
+            [
+                "mac-before",
+                "mac-after",
+                "frequency-frequency",
+                "cost-history",
+                "parameters",
+                "error-falling",
+                "mode-shapes"
+            ]
         );
-        assert_eq!(names.len(), 9);
+        assert_eq!(names.len(), 10);
         for f in &list {
             assert!(f.svg.starts_with("<svg ") && f.svg.ends_with("</svg>\n"));
             assert!(!f.svg.contains("NaN") && !f.svg.contains("inf"), "{}", f.name);

@@ -5,8 +5,10 @@
 //! files and may hold control characters; they are replaced before they reach a terminal.
 
 pub mod agreement;
+mod findings;
 mod summary;
 
+pub use findings::{diagnosis, steps};
 pub use summary::summary;
 
 use unicode_width::{UnicodeWidthChar, UnicodeWidthStr};
@@ -101,6 +103,16 @@ impl Cell {
     }
 }
 
+/// A probability with as many digits as it deserves, never a rounded 0 or 1.
+pub fn chance(p: f64) -> String {
+    match p {
+        p if !p.is_finite() => "–".into(),
+        p if p < 0.001 => "< 0.1 %".into(),
+        p if p < 1.0 && p > 0.999 => "> 99.9 %".into(),
+        p => format!("{:.1} %", 100.0 * p),
+    }
+}
+
 impl<T: AsRef<str>> From<T> for Cell {
     fn from(text: T) -> Self {
         Self::new(text, Tone::Plain)
@@ -112,16 +124,36 @@ impl<T: AsRef<str>> From<T> for Cell {
 pub struct Table {
     heads: Vec<(String, Option<Align>)>,
     rows: Vec<Vec<Cell>>,
+    wraps_last: bool,
 }
 
 /// No column of words is cut below this.
 const NARROWEST: usize = 6;
+/// No column that wraps is made narrower than this.
+const WRAPPED: usize = 24;
 const GAP: usize = 2;
 
 impl Table {
     /// A table with these columns.
     pub fn new<'a>(columns: impl IntoIterator<Item = (&'a str, Align)>) -> Self {
-        Self { heads: columns.into_iter().map(|(head, align)| (head.into(), Some(align))).collect(), rows: Vec::new() }
+        let heads = columns.into_iter().map(|(head, align)| (head.into(), Some(align))).collect();
+        Self { heads, rows: Vec::new(), wraps_last: false }
+    }
+
+    /// Lets the last column take several lines instead of being cut: for names that somebody will type.
+    #[must_use]
+    pub fn wrapping_last(mut self) -> Self {
+        self.wraps_last = true;
+        self
+    }
+
+    /// Columns that the table needs when nothing is cut.
+    pub fn natural_width(&self) -> usize {
+        (0..self.heads.len()).map(|k| self.widest(k)).sum::<usize>() + GAP * self.heads.len().saturating_sub(1)
+    }
+
+    fn widest(&self, k: usize) -> usize {
+        self.rows.iter().map(|r| r[k].text.width()).chain([self.heads[k].0.width()]).max().unwrap_or(0)
     }
 
     /// Adds a row; cells beyond the columns are left out, missing ones are empty.
@@ -134,17 +166,19 @@ impl Table {
 
     /// The table as lines, each ended by a line feed, nothing after the last column.
     ///
-    /// When the columns need more than the style's width, the widest columns of words are cut with an ellipsis;
-    /// numbers are never cut.
+    /// When the columns need more than the style's width, the widest columns of words are cut with an ellipsis, or the
+    /// last one is wrapped after [`Self::wrapping_last`]; numbers are never cut.
     pub fn render(&self, style: &Style) -> String {
         let n = self.heads.len();
         let left = |k: usize| self.heads[k].1 != Some(Align::Right);
-        let mut widths: Vec<usize> = (0..n)
-            .map(|k| self.rows.iter().map(|r| r[k].text.width()).chain([self.heads[k].0.width()]).max().unwrap_or(0))
-            .collect();
+        let mut widths: Vec<usize> = (0..n).map(|k| self.widest(k)).collect();
+        let wrapped = self.wraps_last.then_some(n.saturating_sub(1));
+        let narrowest = |k: usize| if wrapped == Some(k) { WRAPPED } else { NARROWEST };
         while widths.iter().sum::<usize>() + GAP * n.saturating_sub(1) > style.width {
-            let widest = (0..n).filter(|k| left(*k) && widths[*k] > NARROWEST).max_by_key(|k| (widths[*k], n - *k));
-            let Some(k) = widest else { break };
+            let can = |k: &usize| left(*k) && widths[*k] > narrowest(*k);
+            // The column that wraps gives way first: it loses nothing.
+            let first = wrapped.filter(can);
+            let Some(k) = first.or_else(|| (0..n).filter(can).max_by_key(|k| (widths[*k], n - *k))) else { break };
             widths[k] -= 1;
         }
         let line = |cells: &[Cell]| {
@@ -171,10 +205,64 @@ impl Table {
         let heads: Vec<Cell> = self.heads.iter().map(|(h, _)| Cell::new(h, Tone::Dim)).collect();
         let mut out = line(&heads);
         for row in &self.rows {
-            out.push_str(&line(row));
+            let Some(k) = wrapped.filter(|&k| row[k].text.width() > widths[k]) else {
+                out.push_str(&line(row));
+                continue;
+            };
+            let mut cells = row.clone();
+            for part in broken(&row[k].text, widths[k]) {
+                cells[k] = Cell { text: part, tone: row[k].tone };
+                out.push_str(&line(&cells));
+                cells.fill(Cell::default());
+            }
         }
         out
     }
+}
+
+/// Text on lines of at most `width` columns, broken after blanks and after the signs that join the parts of a name;
+/// continued lines stand two columns in. Nothing is lost but blanks.
+pub fn broken(text: &str, width: usize) -> Vec<String> {
+    let mut lines = Vec::new();
+    let mut line = String::new();
+    let width = width.max(4);
+    let mut rest = text;
+    while !rest.is_empty() {
+        let end = rest.find([' ', '+', '@', ',', '/', ';']).map_or(rest.len(), |i| i + 1);
+        let (piece, after) = rest.split_at(end);
+        rest = after;
+        if line.width() + piece.trim_end().width() > width && !line.trim().is_empty() {
+            lines.push(line.trim_end().to_string());
+            line = "  ".into();
+        }
+        // A piece longer than a line is broken anywhere.
+        for c in piece.chars() {
+            if line.width() + c.width().unwrap_or(0) > width && c != ' ' {
+                lines.push(std::mem::replace(&mut line, "  ".into()).trim_end().to_string());
+            }
+            line.push(c);
+        }
+    }
+    if !line.trim().is_empty() {
+        lines.push(line.trim_end().to_string());
+    }
+    lines
+}
+
+/// Words on lines of at most `width` columns; a longer word stands alone, cut.
+pub fn wrap(text: &str, width: usize) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in text.split_whitespace() {
+        let word = shorten(word, width);
+        match lines.last_mut() {
+            Some(line) if line.width() + 1 + word.width() <= width => {
+                line.push(' ');
+                line.push_str(&word);
+            }
+            _ => lines.push(word),
+        }
+    }
+    lines
 }
 
 /// Text without control characters, which could move the cursor or recolour the terminal.
@@ -279,25 +367,19 @@ pub fn number(value: f64) -> String {
     }
 }
 
+/// Three significant digits, for estimates with their intervals.
+pub fn brief(value: f64) -> String {
+    let size = value.abs();
+    if !value.is_finite() || size == 0.0 || !(1e-3..1e5).contains(&size) {
+        return if size == 0.0 || !value.is_finite() { number(value) } else { format!("{value:.2e}") };
+    }
+    let decimals = (2.0 - size.log10().floor()).max(0.0) as usize;
+    format!("{value:.decimals$}")
+}
+
 /// A fraction as a percentage with its sign.
 pub fn percent(fraction: f64) -> String {
     if fraction.is_finite() { format!("{:+.1} %", 100.0 * fraction) } else { "–".into() }
-}
-
-/// Words on lines of at most `width` columns; a longer word stands alone, cut.
-pub fn wrap(text: &str, width: usize) -> Vec<String> {
-    let mut lines: Vec<String> = Vec::new();
-    for word in text.split_whitespace() {
-        let word = shorten(word, width);
-        match lines.last_mut() {
-            Some(line) if line.width() + 1 + word.width() <= width => {
-                line.push(' ');
-                line.push_str(&word);
-            }
-            _ => lines.push(word),
-        }
-    }
-    lines
 }
 
 #[cfg(test)]
@@ -349,6 +431,31 @@ mod tests {
         let text = table.render(&Style { color: false, width: 40 });
         assert!(text.contains("…") && text.contains("123456.789"));
         assert!(text.lines().all(|l| l.width() <= 40));
+    }
+
+    #[test]
+    fn a_name_to_be_typed_is_wrapped_and_never_cut() {
+        let mut table = Table::new([("P", Align::Right), ("hypothesis", Align::Left)]).wrapping_last();
+        let id = "mass-offset@left_wing_outboard_panel+right_wing_outboard_panel.y_lumps";
+        table.row(["99.9 %".into(), id.into()]);
+        let text = table.render(&Style { color: false, width: 40 });
+        assert_eq!(text.lines().next(), Some("     P  hypothesis"));
+        assert!(text.lines().all(|l| l.width() <= 40) && !text.contains('…'), "{text}");
+        let joined: String = text.lines().skip(1).map(str::trim).collect();
+        assert_eq!(joined, format!("99.9 %  {id}"));
+        for width in 4..40 {
+            let back: String = broken(id, width).iter().map(|l| l.trim_start()).collect();
+            assert_eq!(back, id);
+            assert!(broken(id, width).iter().all(|l| l.width() <= width), "{width}");
+        }
+    }
+
+    #[test]
+    fn chances_are_never_rounded_to_certainty() {
+        assert_eq!(
+            [chance(0.0), chance(1e-9), chance(0.5), chance(0.99999), chance(1.0)].join(" "),
+            "< 0.1 % < 0.1 % 50.0 % > 99.9 % 100.0 %"
+        );
     }
 
     #[test]

@@ -2,10 +2,11 @@
 
 use super::UpdateError;
 use crate::correlation::{CorrelationError, Misfit, PairFlag};
+use crate::data::{StaticReading, StaticTest};
 use crate::linalg::DMatrix;
 use crate::modal::Modes;
 use crate::model::{MassProperties, ModeLabel, ModelError, ParametricModel, label_modes};
-use crate::objective::{Comparison, LeastSquares, PaperCost, Prediction};
+use crate::objective::{Comparison, LeastSquares, PaperCost, Prediction, static_readings};
 
 /// A mode of the model with its name.
 #[derive(Debug, Clone, PartialEq)]
@@ -58,6 +59,23 @@ pub struct UnpairedMode {
     pub best: Option<(usize, f64)>,
 }
 
+/// A reading of a static test beside the model's.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AssessedReading {
+    /// The static test.
+    pub test: String,
+    /// The sensor.
+    pub sensor: String,
+    /// Whether it is an angle, rad, instead of a deflection, m.
+    pub is_angle: bool,
+    /// What was read.
+    pub measured: f64,
+    /// Its standard deviation.
+    pub sd: f64,
+    /// What the model gives.
+    pub model: f64,
+}
+
 /// A comparison at one θ.
 #[derive(Debug, Clone)]
 pub struct Assessment {
@@ -73,6 +91,8 @@ pub struct Assessment {
     pub swapped: Vec<(usize, usize)>,
     /// Names and frequencies of the elastic modes of the model.
     pub model_modes: Vec<ModeName>,
+    /// Readings of static tests.
+    pub readings: Vec<AssessedReading>,
     /// MAC, rows elastic modes, columns test modes.
     pub mac: DMatrix<f64>,
     /// Equation (4) of Gupta et al. divided by 2n.
@@ -81,7 +101,7 @@ pub struct Assessment {
     pub frequency_norm: f64,
     /// Half the sum of squared residuals over their standard deviations.
     pub cost: f64,
-    /// The frequency and shape residuals against what noise alone would give.
+    /// The frequency, shape and static residuals against what noise alone would give.
     pub misfit: Misfit,
     /// The share of each test mode in it: its frequency and its shape.
     pub misfit_per_mode: Vec<f64>,
@@ -174,7 +194,8 @@ pub fn assess(comparison: &Comparison<'_>, theta: &[f64]) -> Result<Assessment, 
     let least_squares = LeastSquares::new(comparison);
     let residuals = least_squares.residuals_of(theta, &prediction);
     let frequency_norm = pairs.iter().map(|p| (p.error_percent / 100.0).powi(2)).sum::<f64>().sqrt();
-    let misfit = misfit(comparison, residuals.as_slice())?;
+    let readings = readings(comparison, &prediction);
+    let misfit = misfit(comparison, residuals.as_slice(), &readings)?;
     let misfit_per_mode = misfit_per_mode(comparison, residuals.as_slice());
     Ok(Assessment {
         theta: theta.to_vec(),
@@ -190,20 +211,40 @@ pub fn assess(comparison: &Comparison<'_>, theta: &[f64]) -> Result<Assessment, 
         unpaired_test,
         unpaired_model,
         model_modes,
+        readings,
         prediction,
     })
 }
 
 /// Frequencies and shapes come first among the residuals; each shape has one free scale.
-fn misfit(comparison: &Comparison<'_>, residuals: &[f64]) -> Result<Misfit, CorrelationError> {
+fn misfit(
+    comparison: &Comparison<'_>,
+    residuals: &[f64],
+    readings: &[AssessedReading],
+) -> Result<Misfit, CorrelationError> {
     let test = comparison.test();
     let n_modes = test.modes.len();
     let shapes = comparison.shapes();
     let measured = shapes.iter().filter(|v| !v.is_nan()).count();
     let with_shape = test.modes.iter().filter(|m| m.shape.is_some()).count();
     let n_rows = n_modes + if comparison.has_shapes() { shapes.len() } else { 0 };
-    let chi_squared: f64 = residuals[..n_rows].iter().map(|r| r * r).sum();
-    Misfit::new(chi_squared, n_modes + measured - with_shape)
+    let of_modes: f64 = residuals[..n_rows].iter().map(|r| r * r).sum();
+    let of_readings: f64 = readings.iter().map(|r| ((r.model - r.measured) / r.sd).powi(2)).sum();
+    Misfit::new(of_modes + of_readings, n_modes + measured - with_shape + readings.len())
+}
+
+fn readings(comparison: &Comparison<'_>, prediction: &Prediction) -> Vec<AssessedReading> {
+    let test = comparison.test();
+    let measured = test.static_tests.iter().flat_map(|t| t.readings.iter().map(move |r| (t, r)));
+    let one = |((t, r), model): ((&StaticTest, &StaticReading), f64)| AssessedReading {
+        test: t.name.clone(),
+        sensor: test.sensors[r.sensor].name.clone(),
+        is_angle: test.sensors[r.sensor].is_rotation,
+        measured: r.measured.value,
+        sd: r.measured.sd,
+        model,
+    };
+    measured.zip(static_readings(comparison, &prediction.system)).map(one).collect()
 }
 
 fn misfit_per_mode(comparison: &Comparison<'_>, residuals: &[f64]) -> Vec<f64> {

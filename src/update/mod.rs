@@ -4,42 +4,66 @@
 
 mod assessment;
 mod correlate;
+mod objective;
+mod objective_spec;
 mod pretest;
+mod regularization;
 mod settings;
 mod twin;
+mod uncertainty;
 
-pub use assessment::{AssessedPair, Assessment, ModeName, UnpairedMode, assess, name_modes};
+pub use assessment::{AssessedPair, AssessedReading, Assessment, ModeName, UnpairedMode, assess, name_modes};
 pub use correlate::{
     BandAgreement, ChannelAgreement, FrfSensitivity, Functions, FunctionsOptions, MASS_ROWS, MassReduction,
     ModeAgreement, Orthogonality, ParameterInformation, Places, PlacesError, PlacesOptions, ReferenceShift,
     Sensitivities, SensitivityOptions, SensorAgreement, SensorReport, compare_functions, frf_sensitivities, judge,
     load_profile, member_stiffnesses, mode_agreement, orthogonality, places, sensitivities, sensor_agreement,
 };
+pub use objective_spec::{LimitSpec, ObjectiveSpec, Regularization};
 pub use pretest::{Pretest, PretestOptions, TargetMode, pretest};
 pub use settings::{Cost, Settings};
 pub use twin::{SensorFault, TwinError, TwinFrfOptions, TwinOptions, node_sensors, twin_frfs, twin_modes};
+pub use uncertainty::{Basis, Held, Inseparable, IntervalMethod, ParameterUncertainty, Uncertainty, uncertainty};
 
 use crate::correlation::CorrelationError;
 use crate::data::TestData;
 use crate::model::ParametricModel;
-use crate::objective::{Comparison, EvalError, LeastSquares, Objective, PaperCost, Scaling};
-use crate::optim::{Checkpoint, Evaluator, Observer, OptimError, Optimizer, Optimum, Run};
+use crate::objective::{Augmented, Comparison, EvalError, Objective, Scaling};
+use crate::optim::{Checkpoint, Evaluator, Observer, OptimError, Optimizer, Optimum, Posterior, Run, Tmcmc};
+use crate::yaml::Problem;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 /// What an update did.
 #[derive(Debug, Clone)]
 pub struct Update {
-    /// The comparison before: at the estimates, moved into their bounds.
+    /// The comparison with the first test before: at the estimates.
     pub before: Assessment,
-    /// The comparison at the optimum.
+    /// The comparison with the first test at the optimum.
     pub after: Assessment,
+    /// The other tests of a fit to several.
+    pub further: Vec<FurtherTest>,
     /// The cost at the start, of the objective that was minimised.
     pub cost_before: f64,
     /// The search: best point, termination, history.
     pub optimum: Optimum,
     /// Every parameter with its values before and after.
     pub parameters: Vec<ParameterChange>,
+    /// How certain the free ones are.
+    pub uncertainty: Uncertainty,
+    /// The weight of the pull towards the estimates, where there is one.
+    pub regularization: Option<f64>,
+}
+
+/// One more test of a fit to several.
+#[derive(Debug, Clone)]
+pub struct FurtherTest {
+    /// Its name.
+    pub name: String,
+    /// The comparison at the estimates.
+    pub before: Assessment,
+    /// The comparison at the optimum.
+    pub after: Assessment,
 }
 
 /// A parameter before and after an update, in the unit of its tables.
@@ -82,8 +106,23 @@ pub enum UpdateError {
     )]
     NothingFree,
     /// Nothing to compare with.
-    #[error("the test has no modes to compare with")]
-    NoModes,
+    #[error("the test has nothing to compare with: no modes, no static tests, no mass properties")]
+    NoData,
+    /// Tests of different structures.
+    #[error(
+        "the model of the test `{test}` has other parameters than that of the first test; a fit to several tests needs one model with configurations"
+    )]
+    DifferentParameters {
+        /// The test.
+        test: String,
+    },
+    /// The inequalities of the objective do not fit the model.
+    #[error("{}", problems_in_words(.0))]
+    Limits(Vec<Problem>),
+}
+
+fn problems_in_words(problems: &[Problem]) -> String {
+    problems.iter().map(|p| format!("{}: {}", p.path, p.message)).collect::<Vec<_>>().join("; ")
 }
 
 /// How a run is watched, limited and stopped; none of it changes the result of a run that ends by itself.
@@ -127,10 +166,20 @@ impl Controls<'_> {
     }
 }
 
+/// A test, and the model in the configuration that was tested.
+#[derive(Debug, Clone, Copy)]
+pub struct TestCase<'a> {
+    /// The model with the supports and masses of the test.
+    pub model: &'a dyn ParametricModel,
+    /// The test.
+    pub test: &'a TestData,
+}
+
 /// Fits the free parameters of a model to a test.
 ///
 /// ```text
 /// pair and compare at the estimates -> minimise the cost over the bounds -> pair and compare at the optimum
+///                                   -> how certain each parameter is
 /// ```
 pub fn update(
     model: &dyn ParametricModel,
@@ -138,36 +187,53 @@ pub fn update(
     settings: &Settings,
     controls: Controls<'_>,
 ) -> Result<Update, UpdateError> {
-    if test.modes.is_empty() {
-        return Err(UpdateError::NoModes);
-    }
-    let comparison = Comparison::new(model, test, settings.pairing())?;
+    update_to_tests(&[TestCase { model, test }], settings, controls)
+}
+
+/// Fits the parameters of one structure to several tests of it at once, each in its own configuration.
+///
+/// The models are the same structure with other supports and masses: they have the same parameters. The costs of the
+/// tests add; priors and targets count once, with the first test whose model has them.
+pub fn update_to_tests(
+    cases: &[TestCase<'_>],
+    settings: &Settings,
+    controls: Controls<'_>,
+) -> Result<Update, UpdateError> {
+    let comparisons = compare_all(cases, settings)?;
+    let model = comparisons[0].model();
     let scaling = Scaling::new(model);
     if scaling.is_empty() {
         return Err(UpdateError::NothingFree);
     }
-    let before = assess(&comparison, &model.parameters().nominal())?;
-    let paper;
-    let least_squares;
-    let objective: &dyn Objective = match settings.cost {
-        Cost::Paper => {
-            paper = PaperCost::new(&comparison);
-            &paper
-        }
-        Cost::Frequencies => {
-            paper = PaperCost::frequencies_only(&comparison);
-            &paper
-        }
+    let assess_all = |theta: &[f64]| comparisons.iter().map(|c| assess(c, theta)).collect::<Result<Vec<_>, _>>();
+    let before = assess_all(&model.parameters().nominal())?;
+
+    let start = scaling.x(&crate::objective::starting_point(model));
+    let data = objective::stack(&comparisons, settings, settings.cost);
+    let walls = settings.objective.walls(model).map_err(UpdateError::Limits)?;
+    let regularization = match settings.cost {
+        Cost::LeastSquares => settings.objective.regularization,
+        Cost::Paper | Cost::Frequencies => Regularization::None,
+    };
+    let weight = regularization::weight(regularization, &data, &start, &walls)?;
+    let objective = Augmented::new(&data, weight, start.clone(), walls.clone());
+    let cost_before = objective.cost(&start)?;
+    let optimum = settings.optimizer().minimize(&start, &mut controls.run(&objective, settings.seed))?;
+
+    let theta = scaling.theta(&optimum.x);
+    let after = assess_all(&theta)?;
+    let certain = match settings.cost {
         Cost::LeastSquares => {
-            least_squares = LeastSquares::new(&comparison);
-            &least_squares
+            let allowance = (optimum.evaluations + optimum.linearizations).max(1_000);
+            uncertainty(&objective, model, &optimum.x, Basis::Minimum { allowance })
+        }
+        Cost::Paper | Cost::Frequencies => {
+            let data = objective::stack(&comparisons, settings, Cost::LeastSquares);
+            uncertainty(&Augmented::new(&data, 0.0, start, walls), model, &optimum.x, Basis::Propagated)
         }
     };
-    let start = scaling.x(&crate::objective::starting_point(model));
-    let cost_before = objective.cost(&start)?;
-    let optimum = settings.optimizer().minimize(&start, &mut controls.run(objective, settings.seed))?;
-    let theta = scaling.theta(&optimum.x);
-    let after = assess(&comparison, &theta)?;
+    let mut uncertainty = certain?;
+    uncertainty.remarks.extend(doubt(cases, &after));
     let parameters = model
         .parameters()
         .iter()
@@ -183,5 +249,66 @@ pub fn update(
             after_si: value,
         })
         .collect();
-    Ok(Update { before, after, cost_before, optimum, parameters })
+    let mut pairs = before.into_iter().zip(after);
+    let Some((before, after)) = pairs.next() else { return Err(UpdateError::NoData) };
+    let further = cases[1..].iter().zip(pairs);
+    let further =
+        further.map(|(c, (before, after))| FurtherTest { name: c.test.name.clone(), before, after }).collect();
+    let regularization = (weight > 0.0).then_some(weight);
+    Ok(Update { before, after, further, cost_before, optimum, parameters, uncertainty, regularization })
+}
+
+/// Samples the posterior of the free parameters, and the evidence of the model; the objective is the least-squares cost of
+/// the settings, the prior uniform between the bounds.
+///
+/// # Errors
+/// As [`update_to_tests`]; the sampler finds no point that can be evaluated, or is cancelled.
+pub fn sample_posterior(
+    cases: &[TestCase<'_>],
+    settings: &Settings,
+    sampler: &Tmcmc,
+) -> Result<Posterior, UpdateError> {
+    let comparisons = compare_all(cases, settings)?;
+    let model = comparisons[0].model();
+    let scaling = Scaling::new(model);
+    if scaling.is_empty() {
+        return Err(UpdateError::NothingFree);
+    }
+    let data = objective::stack(&comparisons, settings, Cost::LeastSquares);
+    let walls = settings.objective.walls(model).map_err(UpdateError::Limits)?;
+    let start = scaling.x(&crate::objective::starting_point(model));
+    let weight = regularization::weight(settings.objective.regularization, &data, &start, &walls)?;
+    Ok(sampler.sample(&Augmented::new(&data, weight, start, walls))?)
+}
+
+/// Models and tests made comparable, after a check that they belong together.
+fn compare_all<'a>(cases: &[TestCase<'a>], settings: &Settings) -> Result<Vec<Comparison<'a>>, UpdateError> {
+    let first = cases.first().ok_or(UpdateError::NoData)?;
+    for case in cases {
+        let test = case.test;
+        if test.modes.is_empty() && test.mass_properties.is_empty() && test.static_tests.is_empty() {
+            return Err(UpdateError::NoData);
+        }
+        if case.model.parameters() != first.model.parameters() {
+            return Err(UpdateError::DifferentParameters { test: case.test.name.clone() });
+        }
+    }
+    let compare = |c: &TestCase<'a>| Comparison::new(c.model, c.test, settings.pairing(c.test));
+    Ok(cases.iter().map(compare).collect::<Result<_, _>>()?)
+}
+
+/// Intervals are those of a right model; whether it can be right.
+fn doubt(cases: &[TestCase<'_>], after: &[Assessment]) -> Option<String> {
+    let missed: Vec<String> = cases
+        .iter()
+        .zip(after)
+        .filter(|(_, a)| a.misfit.p_value < 1e-3)
+        .map(|(c, a)| format!("`{}`, chi-squared {:.0} for {} data", c.test.name, a.misfit.chi_squared, a.misfit.n_data))
+        .collect();
+    (!missed.is_empty()).then(|| {
+        format!(
+            "the model misses data by more than their noise ({}): the intervals hold for a right model and are too narrow for this one",
+            missed.join("; ")
+        )
+    })
 }

@@ -1,6 +1,8 @@
 //! What to minimise, how modes are paired, by which method.
 
+use super::ObjectiveSpec;
 use crate::correlation::{PairBy, PairingOptions};
+use crate::data::TestData;
 use crate::optim::{OptimizerSpec, Sequence};
 use serde::{Deserialize, Serialize};
 
@@ -29,14 +31,16 @@ pub struct Settings {
     pub optimizer: Option<OptimizerSpec>,
     /// Seed of all random numbers.
     pub seed: u64,
+    /// Terms, loss, regularisation and limits of the cost `least-squares`; the other costs take its limits only.
+    pub objective: ObjectiveSpec,
 }
 
 impl Settings {
     /// The pairing with open gates: an update must see every measured mode at every θ.
-    pub fn pairing(&self) -> PairingOptions {
+    pub fn pairing(&self, test: &TestData) -> PairingOptions {
         let by = self.pairing.unwrap_or(match self.cost {
-            Cost::LeastSquares | Cost::Paper => PairBy::Mac,
-            Cost::Frequencies => PairBy::Order,
+            Cost::LeastSquares | Cost::Paper if test.modes.iter().any(|m| m.shape.is_some()) => PairBy::Mac,
+            _ => PairBy::Order,
         });
         PairingOptions { by, min_mac: 0.0, frequency_window: f64::INFINITY, same_family_only: true }
     }

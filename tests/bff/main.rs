@@ -5,6 +5,7 @@
 //! this package; tests that need all of it say so and pass when it is absent. The most telling numbers also stand in
 //! [`known`], so that the flagship is checked without it.
 
+mod bench;
 mod identifiability;
 mod known;
 #[path = "../../examples/make_bff_gvt.rs"]

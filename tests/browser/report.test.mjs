@@ -58,6 +58,7 @@ for (const [name, tabs] of [
   ["hostile", ["structure", "modes", "pairs", "frfs", "update", "steps", "diagnosis", "provenance"]],
   ["large", ["structure", "modes", "pairs", "provenance"]],
   ["channels", ["frfs", "provenance"]],
+  ["learned", ["structure", "modes", "pairs", "frfs", "update", "steps", "diagnosis", "provenance"]],
   ["empty", ["provenance"]],
 ]) {
   check(`${name}: opens, shows its sections, asks no network, logs nothing, and its numbers are the data's`, async () => {
@@ -184,7 +185,7 @@ check("any channel can be chosen and drawn", async () => {
     const c = data.frfs.channels[index];
     assert.equal(await page.textContent("#frf-title"), `${c.response} / ${c.reference}`);
     const curves = await page.evaluate(() => document.getElementById("frf-chart").data.map((t) => [t.name, t.y.length]));
-    assert.deepEqual(new Set(curves.map((k) => k[0])), new Set(["measured", "model", "model before"]));
+    assert.deepEqual(new Set(curves.map((k) => k[0])), new Set(["test (synthetic)", "model", "model before"]));
     assert.ok(curves.every((k) => k[1] === 1025));
     assert.ok((await page.textContent("#frf-bands")).includes(c.frac[0].toFixed(3)));
   }
@@ -208,6 +209,62 @@ check("charts hold the data's values", async () => {
   await page.waitForSelector("#frequency-chart[data-ready]");
   const after = await page.evaluate(() => document.getElementById("frequency-chart").data.at(-1).y);
   assert.deepEqual(after, data.comparison.pairs.map((p) => p.model_hz));
+  await context.close();
+});
+
+check("heat maps of FDAC and sensitivities hold the data, and the cost can be followed", async () => {
+  const { page, context, errors } = await open(browser, pages("wing"));
+  const data = await read(page);
+  await tab(page, "frfs");
+  const canvas = page.locator("#panel-frfs .fdac canvas").nth(1);
+  await canvas.scrollIntoViewIfNeeded();
+  const box = await canvas.boundingBox();
+  const n = data.frfs.fdac[0].rows.length;
+  await page.mouse.move(box.x + (box.width * 10.5) / n, box.y + (box.height * 12.5) / n);
+  const said = await page.locator("#panel-frfs .fdac [role=status]").nth(1).textContent();
+  assert.ok(said.includes(data.frfs.fdac[0].values[12][10].toFixed(3)) && said.includes(data.frfs.fdac[0].rows[12]), said);
+  await tab(page, "update");
+  const cells = await page.locator('#panel-update [data-json^="update.sensitivities"]').count();
+  assert.equal(cells, data.update.sensitivities[0].values.flat().length);
+  await page.waitForSelector("#cost-chart[data-ready]");
+  const follow = (value) => page.evaluate((v) => {
+    const slider = document.getElementById("cost-at");
+    slider.value = v;
+    slider.dispatchEvent(new Event("input"));
+  }, value);
+  await follow("0");
+  assert.ok((await page.textContent("#cost-readout")).startsWith("after 0 evaluations the best cost is 0.36440"));
+  await follow("1000");
+  const text = await page.textContent("#cost-readout");
+  assert.ok(text.includes("100.0 % of the whole fall"), text);
+  await page.click('#panel-update [aria-label="Evaluations axis"] [data-value="log"]');
+  await page.waitForFunction(() => document.getElementById("cost-chart").layout.xaxis.type === "log");
+  assert.deepEqual(errors, []);
+  await context.close();
+});
+
+check("what the library learned: supports are drawn and picked, places of the ranking show, every step has its diagnosis", async () => {
+  const { page, context, errors } = await open(browser, pages("learned"));
+  const data = await read(page);
+  await page.waitForFunction(() => Number(document.getElementById("structure-viewer").dataset.drawn) > 0);
+  const at = await page.evaluate(() => retuneReport.viewers[0].screenOf("support", 0));
+  await page.mouse.click(at.x, at.y);
+  assert.ok((await page.textContent("#picked")).includes("Support"));
+  assert.equal(await page.locator("#localization .suspects li").first().locator("button").textContent(), data.localization.elements[0].place.text);
+  await page.locator("#localization .suspects button").first().click();
+  await tab(page, "diagnosis");
+  const steps = page.locator("#panel-diagnosis .diagnosis-choice button");
+  assert.equal(await steps.count(), data.earlier_diagnoses.length + 1);
+  await steps.first().click();
+  const shown = page.locator('#panel-diagnosis .lead:visible');
+  assert.equal(await shown.textContent(), data.earlier_diagnoses[0].sentence);
+  await tab(page, "steps");
+  await page.waitForSelector("#waterfall-chart[data-ready]");
+  const marks = await page.evaluate(() => document.getElementById("waterfall-chart").data.find((t) => t.name === "held-out data").y);
+  assert.deepEqual(marks.map((v) => v ?? null), data.steps.steps.map((s) => s.held_out));
+  const { wrong } = await numbers(page);
+  assert.deepEqual(wrong, []);
+  assert.deepEqual(errors, []);
   await context.close();
 });
 

@@ -1,6 +1,6 @@
 //! Comparing, planning a test, sensitivities.
 
-use super::{Measurement, Pairing};
+use super::{Loading, Measurement, Pairing};
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 
@@ -34,8 +34,9 @@ Exit code 1 when a profile is given and fails. `retune list profiles` shows the 
 pub(crate) struct Compare {
     /// Model file.
     pub(crate) model: PathBuf,
-    /// Test file.
-    pub(crate) test: PathBuf,
+    /// Test files; each is compared with the model in the configuration that it names.
+    #[arg(required = true, num_args = 1.., value_name = "TEST")]
+    pub(crate) tests: Vec<PathBuf>,
     /// Every sensor: COMAC, scaled and enhanced COMAC, misfit, and which sensors spoil the MAC.
     #[arg(long)]
     pub(crate) sensors: bool,
@@ -77,6 +78,8 @@ pub(crate) struct Compare {
     /// Configuration of the model: a name under its `configurations`; that which the test names when absent.
     #[arg(long, value_name = "NAME")]
     pub(crate) configuration: Option<String>,
+    #[command(flatten)]
+    pub(crate) loading: Loading,
     /// Print JSON instead of text: all parts, whatever the flags.
     #[arg(long)]
     pub(crate) json: bool,

@@ -85,7 +85,11 @@ fn score(s: &Score) -> String {
     line("visible faults: kind and sensor first", s.faults_right, "≥ 90 %");
     line("visible changes outside the catalogue: called adequate", s.outside_adequate, "0 %");
     line("visible changes outside the catalogue: unexplained", s.outside_unexplained, "≥ 60 %");
-    let _ = writeln!(out, "\nexpected calibration error {:.3} (bar 0.08); stated, right, cases:", s.calibration.expected_error);
+    let _ = writeln!(
+        out,
+        "\nexpected calibration error {:.3} (bar 0.08); stated, right, cases:",
+        s.calibration.expected_error
+    );
     for (stated, right, cases) in &s.calibration.bins {
         let _ = writeln!(out, "  {stated:.2}  {right:.2}  {cases}");
     }

@@ -10,9 +10,9 @@ use retune::model::{Model, ParametricModel};
 use retune::objective::Comparison;
 use retune::report::text::{Style, agreement};
 use retune::update::{
-    AssessedPair, Assessment, Functions, FunctionsOptions, MassReduction, ModeAgreement, Orthogonality, Places,
-    PlacesOptions, Sensitivities, SensitivityOptions, SensorReport, UnpairedMode, assess, compare_functions, judge,
-    load_profile, mode_agreement, orthogonality, places, sensitivities, sensor_agreement,
+    AssessedPair, AssessedReading, Assessment, Functions, FunctionsOptions, MassReduction, ModeAgreement,
+    Orthogonality, Places, PlacesOptions, Sensitivities, SensitivityOptions, SensorReport, UnpairedMode, assess,
+    compare_functions, judge, load_profile, mode_agreement, orthogonality, places, sensitivities, sensor_agreement,
 };
 use serde_json::{Value, json};
 use std::path::Path;
@@ -23,10 +23,6 @@ const REMOVED: usize = 5;
 const LARGE: usize = 600;
 
 pub(crate) fn run(args: &Compare) -> Result<u8, Failure> {
-    let (test, mut test_warnings, test_text) = files::test(&args.test)?;
-    let (model, model_warnings, model_text) =
-        files::tested_model(&args.model, args.configuration.as_deref(), (&test, &args.test, &test_text))?;
-    test_warnings.extend(files::check_sensors(&model, &test, &args.test, &test_text)?);
     for (word, value) in [("--min-mac", args.min_mac), ("--frequency-window", args.frequency_window)] {
         if value.is_nan() || value < 0.0 {
             return Err(Failure::text(format!("{word} is {value}; it must be zero or above")));
@@ -36,8 +32,34 @@ pub(crate) fn run(args: &Compare) -> Result<u8, Failure> {
         return Err(Failure::text(format!("--bands {:?}: give ascending frequencies in Hz", args.bands)));
     }
     let profile = args.profile.as_deref().map(profile).transpose()?;
+    let all = args.tests.iter().map(|path| one(args, path, profile.as_ref())).collect::<Result<Vec<_>, _>>()?;
+    if args.json {
+        let mut values: Vec<&Value> = all.iter().map(|s| &s.json).collect();
+        match values.as_slice() {
+            [value] => print_json(value),
+            _ => print_json(&json!({ "tests": std::mem::take(&mut values) })),
+        }
+    } else {
+        print(&all.iter().map(|s| s.text.as_str()).collect::<Vec<_>>().join("\n"));
+    }
+    Ok(if all.iter().all(|s| s.passed) { DONE } else { SHORT })
+}
+
+/// The comparison with one test, as it is asked for: JSON or text.
+struct Shown {
+    json: Value,
+    text: String,
+    passed: bool,
+}
+
+fn one(args: &Compare, path: &Path, profile: Option<&CriteriaProfile>) -> Result<Shown, Failure> {
+    let (test, mut test_warnings, test_text) = files::test(path)?;
+    let (model, model_warnings, model_text) =
+        files::tested_model(&args.model, args.configuration.as_deref(), (&test, path, &test_text))?;
+    test_warnings.extend(files::check_sensors(&model, &test, path, &test_text)?);
+    let model = files::loaded(model, &test, args.loading.sensor_masses)?;
     warn(&args.model, &model_text, &model_warnings);
-    warn(&args.test, &test_text, &test_warnings);
+    warn(path, &test_text, &test_warnings);
     let by = match args.pairing {
         Pairing::Mac if test.modes.iter().any(|m| m.shape.is_some()) => PairBy::Mac,
         _ => PairBy::Order,
@@ -47,24 +69,24 @@ pub(crate) fn run(args: &Compare) -> Result<u8, Failure> {
     let comparison = Comparison::new(&model, &test, options)?;
     let a = assess(&comparison, &model.parameters().nominal())?;
     let parts = Parts::of(args, &model, &comparison, &a)?;
-    let judgement = profile.as_ref().map(|p| judge(&comparison, &a, parts.orthogonality.as_ref().ok(), p));
+    let judgement = profile.map(|p| judge(&comparison, &a, parts.orthogonality.as_ref().ok(), p));
+    let passed = judgement.as_ref().is_none_or(|j| j.passed);
     if args.json {
-        print_json(&as_json(&test, &a, &parts, profile.as_ref().zip(judgement.as_ref())));
-    } else {
-        let style = style(&std::io::stdout());
-        let mut out = format!("model  {}\ntest   {}\n", model.spec().name, test.name);
-        out += &format!("data   {}\n\n", origins(&test).join("; "));
-        out += &pairs(&a, Some(&parts.modes), &style);
-        for text in summary(&a).lines() {
-            agreement::wrapped(&mut out, text, &style);
-        }
-        parts.write(&mut out, args, &style);
-        if let Some((profile, judgement)) = profile.as_ref().zip(judgement.as_ref()) {
-            agreement::judgement(&mut out, judgement, profile, &style);
-        }
-        print(&out);
+        let json = as_json(&test, &a, &parts, profile.zip(judgement.as_ref()));
+        return Ok(Shown { json, text: String::new(), passed });
     }
-    Ok(if judgement.is_some_and(|j| !j.passed) { SHORT } else { DONE })
+    let style = style(&std::io::stdout());
+    let mut out = format!("model  {}\ntest   {}\n", model.spec().name, test.name);
+    out += &format!("data   {}\n\n", origins(&test).join("; "));
+    out += &pairs(&a, Some(&parts.modes), &style);
+    for text in summary(&a).lines() {
+        agreement::wrapped(&mut out, text, &style);
+    }
+    parts.write(&mut out, args, &style);
+    if let Some((profile, judgement)) = profile.zip(judgement.as_ref()) {
+        agreement::judgement(&mut out, judgement, profile, &style);
+    }
+    Ok(Shown { json: Value::Null, text: out, passed })
 }
 
 /// A profile by its name, by its file, or by both: `file.yaml:NAME`.
@@ -218,6 +240,7 @@ fn as_json(test: &TestData, a: &Assessment, parts: &Parts, judged: Option<(&Crit
         "pairs": a.pairs.iter().map(pair_json).collect::<Vec<_>>(),
         "unpaired_test": a.unpaired_test.iter().map(unpaired_json).collect::<Vec<_>>(),
         "unpaired_model": a.unpaired_model.iter().map(unpaired_json).collect::<Vec<_>>(),
+        "static_readings": readings_json(a),
         "swapped": swapped,
         "cost": a.cost,
         "paper_cost": a.paper_cost,
@@ -320,6 +343,14 @@ pub(crate) fn unpaired_json(u: &UnpairedMode) -> Value {
     json!({"mode": u.mode + 1, "frequency_hz": u.frequency_hz, "label": u.label, "best_mac": u.best.map(|b| b.1)})
 }
 
+pub(crate) fn readings_json(a: &Assessment) -> Value {
+    let one = |r: &AssessedReading| {
+        let unit = if r.is_angle { "rad" } else { "m" };
+        json!({"test": r.test, "sensor": r.sensor, "unit": unit, "measured": r.measured, "sd": r.sd, "model": r.model})
+    };
+    a.readings.iter().map(one).collect()
+}
+
 /// Which of the data are measured and which synthetic, in words.
 pub(crate) fn origins(test: &TestData) -> Vec<String> {
     let mut out: Vec<String> = Vec::new();
@@ -336,6 +367,9 @@ pub(crate) fn origins(test: &TestData) -> Vec<String> {
         if let Some(origin) = &mode.shape_origin {
             add("shapes", origin);
         }
+    }
+    for t in &test.static_tests {
+        add("static readings", &t.origin);
     }
     for p in &test.mass_properties {
         add("mass properties", &p.origin);

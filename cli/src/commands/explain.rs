@@ -34,7 +34,9 @@ pub(crate) fn run(args: &Explain) -> Result<u8, Failure> {
         about.references.iter().for_each(|s| print(&format!("  {s}\n")));
     } else if let Some(profile) = profiles.iter().find(|p| p.name == name) {
         let text = retune::yaml::write(&[profile]);
-        print(&format!("# A criteria profile: copy it into a file, edit it, give the file to `retune compare --profile`.\n{text}"));
+        print(&format!(
+            "# A criteria profile: copy it into a file, edit it, give the file to `retune compare --profile`.\n{text}"
+        ));
     } else if let Some(r) = RESIDUALS.iter().find(|r| Residual::name(**r) == name) {
         print(&format!("{name}: {}\n", r.summary()));
     } else {

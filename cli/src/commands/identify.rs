@@ -1,14 +1,14 @@
 //! `retune identify`
 
-use super::measured::{band, findings_json, findings_text, functions, has_fault, read};
+use super::measured::{band, findings_json, findings_text, functions, has_fault, held_modes, read, wrapped};
 use crate::args::{Identify, Method};
 use crate::output::{Failure, print, print_json, style, warn};
 use crate::{DONE, SHORT, files};
 use retune::correlation::{MappingOptions, map_points, place_sensors};
-use retune::data::{FrfSet, Measurements, Origin, TestData, TestMode, write_test};
-use retune::identify::health::check_test;
+use retune::data::{FrfSet, Measurements, ModalSet, Origin, SpectrumKind, TestData, TestMode, write_test};
+use retune::identify::health::{check_shapes, check_test};
 use retune::identify::{
-    Identification, IdentifyOptions, SpectrumPeak, circle_modes, cmif, complexity, identify, peak_modes,
+    Identification, IdentifyOptions, PeakOptions, SpectrumPeak, circle_modes, cmif, complexity, identify, peak_modes,
     quadrature_modes, sensors, spectrum_peaks, test_modes,
 };
 use retune::report::text::{Align, Cell, Style, Table, Tone};
@@ -20,8 +20,8 @@ use std::path::Path;
 const COMPLEX: f64 = 0.9;
 /// Inflation of standard deviations above which the remainder is called coloured.
 const COLOURED: f64 = 3.0;
-/// A peak stands out of the floor by this many times its scatter.
-const PEAK_THRESHOLD: f64 = 4.0;
+/// Most peaks of a spectrum that the table shows.
+const PEAKS_SHOWN: usize = 30;
 
 pub(crate) fn run(args: &Identify) -> Result<u8, Failure> {
     if let Some(output) = &args.output {
@@ -30,6 +30,9 @@ pub(crate) fn run(args: &Identify) -> Result<u8, Failure> {
     let found = read(&args.files, &args.measurement)?;
     if found.frfs.is_none() && !found.spectra.is_empty() {
         return peaks(args, &found);
+    }
+    if let (None, Some(modes)) = (&found.frfs, &found.modes) {
+        return take_over(args, &found, modes);
     }
     let frfs = functions(&found)?;
     let options = IdentifyOptions {
@@ -98,6 +101,66 @@ pub(crate) fn run(args: &Identify) -> Result<u8, Failure> {
     Ok(if has_fault(&findings) { SHORT } else { DONE })
 }
 
+/// Modes that the files themselves hold: shown, checked and written as they are.
+fn take_over(args: &Identify, found: &Measurements, modes: &ModalSet) -> Result<u8, Failure> {
+    let (sensors, modes) = held_modes(found, modes, &origin(args, found));
+    let findings =
+        if args.no_health { Vec::new() } else { check_shapes(&sensors, &modes, usize::from(args.suspension))? };
+    if args.json {
+        print_json(&json!({
+            "method": "as in the file",
+            "modes": modes.iter().map(|t| json!({
+                "frequency_hz": t.frequency_hz.value, "damping": t.damping_ratio.map(|z| z.value), "label": t.label,
+                "mpc": t.shape.as_ref().map(|s| complexity(s).mpc),
+            })).collect::<Vec<_>>(),
+            "responses": sensors.iter().map(|s| s.name.clone()).collect::<Vec<_>>(),
+            "is_synthetic": found.is_synthetic,
+            "findings": findings_json(&findings),
+        }));
+    } else {
+        let style = style(&std::io::stdout());
+        let mut table = Table::new([
+            ("#", Align::Right),
+            ("Hz", Align::Right),
+            ("damping", Align::Right),
+            ("MPC", Align::Right),
+            ("label", Align::Left),
+        ]);
+        for (k, m) in modes.iter().enumerate() {
+            let mpc = m.shape.as_ref().map_or(f64::NAN, |s| complexity(s).mpc);
+            table.row([
+                (k + 1).to_string().into(),
+                format!("{:.4}", m.frequency_hz.value).into(),
+                m.damping_ratio.map_or_else(|| "–".to_string(), |z| format!("{:.3} %", 100.0 * z.value)).into(),
+                format!("{mpc:.3}").into(),
+                retune::report::text::printable(m.label.as_deref().unwrap_or_default()).into(),
+            ]);
+        }
+        let mut out = format!(
+            "The files hold {} mode{} at {} sensors{}, taken over as they are.\n\n",
+            modes.len(),
+            if modes.len() == 1 { "" } else { "s" },
+            sensors.len(),
+            if found.is_synthetic { " (synthetic)" } else { "" }
+        );
+        out += &table.render(&style);
+        if !args.no_health {
+            out += "\n";
+            out += &findings_text(&findings, &style);
+        }
+        print(&out);
+    }
+    if let Some(output) = &args.output {
+        let description = "Modes as the file holds them; it states no standard deviations, so those are defaults.";
+        let mut test = test_data(args, found, description.to_string());
+        test.sensors = sensors;
+        test.modes = modes.into_iter().skip(usize::from(args.suspension)).collect();
+        place(args, &mut test, found)?;
+        write(output, &test, args.json)?;
+    }
+    Ok(if has_fault(&findings) { SHORT } else { DONE })
+}
+
 /// Spectra alone: frequencies of their peaks.
 fn peaks(args: &Identify, found: &Measurements) -> Result<u8, Failure> {
     let mut all: Vec<(String, Vec<SpectrumPeak>)> = Vec::new();
@@ -105,8 +168,12 @@ fn peaks(args: &Identify, found: &Measurements) -> Result<u8, Failure> {
         let f = &spectrum.frequencies_hz;
         let limits = (f.first().copied().unwrap_or(0.0), f.last().copied().unwrap_or(0.0));
         let limits = band(args.band.as_deref())?.unwrap_or(limits);
-        let amplitude: Vec<f64> = spectrum.values.iter().map(|v| v.norm()).collect();
-        let found = spectrum_peaks(f, &amplitude, limits, PEAK_THRESHOLD, 0.0)?;
+        // Of a power the root is an amplitude.
+        let is_power = spectrum.kind != SpectrumKind::Linear;
+        let amplitude: Vec<f64> =
+            spectrum.values.iter().map(|v| if is_power { v.norm().sqrt() } else { v.norm() }).collect();
+        let options = PeakOptions { min_height_db: args.peak_height, ..PeakOptions::resonances(limits) };
+        let found = spectrum_peaks(f, &amplitude, &options)?;
         all.push((spectrum.response.name.clone(), found));
     }
     if args.json {
@@ -124,10 +191,13 @@ fn peaks(args: &Identify, found: &Measurements) -> Result<u8, Failure> {
                 ("#", Align::Right),
                 ("Hz", Align::Right),
                 ("± sd", Align::Right),
-                ("over floor", Align::Right),
+                ("over valleys", Align::Right),
                 ("damping below", Align::Right),
             ]);
-            for (k, p) in list.iter().enumerate() {
+            let mut heights: Vec<f64> = list.iter().map(|p| p.height_db).collect();
+            heights.sort_by(|a, b| b.total_cmp(a));
+            let least = heights.get(PEAKS_SHOWN - 1).copied().unwrap_or(f64::NEG_INFINITY);
+            for (k, p) in list.iter().enumerate().filter(|(_, p)| p.height_db >= least) {
                 table.row([
                     (k + 1).to_string().into(),
                     format!("{:.3}", p.frequency_hz).into(),
@@ -137,7 +207,14 @@ fn peaks(args: &Identify, found: &Measurements) -> Result<u8, Failure> {
                 ]);
             }
             let _ = writeln!(out, "spectrum {}", retune::report::text::printable(name));
-            out += &table.render(&style);
+            out += &if list.is_empty() { "no peak was found\n".to_string() } else { table.render(&style) };
+            if list.len() > PEAKS_SHOWN {
+                let more = format!(
+                    "and {} lower ones; `--peak-height` or `--band` narrow the list, `--json` and `-o` hold all of it",
+                    list.len() - PEAKS_SHOWN
+                );
+                out += &wrapped(&more, "");
+            }
         }
         print(&out);
     }
@@ -166,14 +243,18 @@ fn test_data(args: &Identify, found: &Measurements, description: String) -> Test
         sensors: Vec::new(),
         modes: Vec::new(),
         mass_properties: Vec::new(),
+        static_tests: Vec::new(),
         frfs: None,
+        frf_fit: None,
     }
 }
 
 fn origin(args: &Identify, found: &Measurements) -> Origin {
+    let is_held = found.frfs.is_none() && found.modes.is_some();
+    let how = if is_held { "modes" } else { word(args.method) };
     let names: Vec<String> =
         args.files.iter().filter_map(|f| f.file_name()).map(|f| f.to_string_lossy().into_owned()).collect();
-    let text = format!("{} of {}", word(args.method), names.join(", "));
+    let text = format!("{how} of {}", names.join(", "));
     if found.is_synthetic { Origin::Synthetic(text) } else { Origin::Measured(text) }
 }
 
@@ -240,23 +321,26 @@ fn table(modes: &[TestMode], identification: &Identification, n_suspension: usiz
         ("MPC", Align::Right),
         ("phase spread", Align::Right),
         ("orders", Align::Right),
-        ("", Align::Left),
     ]);
+    // What is said of some modes stands below: beside the numbers it would not fit on a terminal.
+    let mut remarks: Vec<(String, Vec<usize>)> = Vec::new();
     for (k, (t, m)) in modes.iter().zip(&identification.modes).enumerate() {
         let c = t.shape.as_ref().map_or(m.complexity, complexity);
-        let mut flags = Vec::new();
-        if k < n_suspension {
-            flags.push("suspension".to_string());
-        }
-        if c.mpc < COMPLEX {
-            flags.push("complex shape".to_string());
-        }
-        if m.sd_inflation > COLOURED {
-            flags.push(format!("misfit x{:.0}", m.sd_inflation));
-        }
-        if m.n_orders == 0 {
-            flags.push("weak, found in the remainder".to_string());
-        }
+        let mut remark = |applies: bool, text: &str| {
+            if applies {
+                match remarks.iter_mut().find(|(known, _)| known == text) {
+                    Some((_, list)) => list.push(k + 1),
+                    None => remarks.push((text.to_string(), vec![k + 1])),
+                }
+            }
+        };
+        remark(k < n_suspension, "on the suspension");
+        remark(c.mpc < COMPLEX, "complex shape: MPC below 0.9");
+        remark(
+            m.sd_inflation > COLOURED,
+            "the fit leaves more than noise; the standard deviations are three times as large for it",
+        );
+        remark(m.n_orders == 0, "weak: in no stable column, found in what the others leave");
         let damping = |v: Option<f64>| v.map_or_else(|| "–".to_string(), |z| format!("{:.3} %", 100.0 * z));
         table.row([
             (k + 1).to_string().into(),
@@ -267,10 +351,17 @@ fn table(modes: &[TestMode], identification: &Identification, n_suspension: usiz
             Cell::new(format!("{:.3}", c.mpc), if c.mpc < COMPLEX { Tone::Warning } else { Tone::Plain }),
             format!("{:.1}°", c.mean_phase_deviation_deg).into(),
             m.n_orders.to_string().into(),
-            Cell::new(flags.join(", "), Tone::Warning),
         ]);
     }
-    if modes.is_empty() { "no mode was found\n".to_string() } else { table.render(style) }
+    if modes.is_empty() {
+        return "no mode was found\n".to_string();
+    }
+    let mut out = table.render(style);
+    for (text, list) in remarks {
+        let list: Vec<String> = list.iter().map(ToString::to_string).collect();
+        out += &wrapped(&format!("{}: {text}", list.join(", ")), "    ");
+    }
+    out
 }
 
 /// What the indicator function and the stabilisation diagrams show, in a few lines.
@@ -283,11 +374,12 @@ fn diagram(frfs: &FrfSet, identification: &Identification) -> Result<String, Fai
     );
     for k in 0..indicator.values.ncols().min(2) {
         let column: Vec<f64> = indicator.values.column(k).iter().copied().collect();
-        let list = spectrum_peaks(&indicator.frequencies_hz, &column, limits, PEAK_THRESHOLD, 0.0)?;
-        let shown: Vec<String> = list.iter().take(20).map(|p| format!("{:.2}", p.frequency_hz)).collect();
+        let list = spectrum_peaks(&indicator.frequencies_hz, &column, &PeakOptions::resonances(limits))?;
+        let shown: Vec<String> = list.iter().take(20).map(|p| format!("{:.1}", p.frequency_hz)).collect();
         let more =
             if list.len() > shown.len() { format!(" and {} more", list.len() - shown.len()) } else { String::new() };
-        let _ = writeln!(out, "CMIF {}: {} peaks  {}{more}", k + 1, list.len(), shown.join(" "));
+        let text = format!("CMIF {}: {} peaks, {}{more}", k + 1, list.len(), shown.join(" "));
+        out += &wrapped(&text, "    ");
     }
     for s in &identification.segments {
         let poles: usize = s.diagrams.iter().map(|d| d.poles.len()).sum();
@@ -302,7 +394,8 @@ fn diagram(frfs: &FrfSet, identification: &Identification) -> Result<String, Fai
             if s.is_converged { "" } else { ", the fit did not converge" }
         );
         for d in s.discarded.iter().take(5) {
-            let _ = writeln!(out, "    {:.2} Hz, {:.2} %: {}", d.frequency_hz, 100.0 * d.damping_ratio, d.reason);
+            let text = format!("    {:.2} Hz, {:.2} %: {}", d.frequency_hz, 100.0 * d.damping_ratio, d.reason);
+            out += &wrapped(&text, "        ");
         }
     }
     Ok(out)

@@ -1,16 +1,21 @@
 //! `retune learn`
 
+use super::compare::origins;
 use crate::args::Learn;
 use crate::output::{Failure, print, print_json, style, warn};
+use crate::page::{Outputs, announce, provenance};
 use crate::{DONE, SHORT, files};
+use retune::data::TestData;
 use retune::diagnosis::{Learned, Settings, Step, Verdict, learn};
 use retune::effect::{Candidate, set_parameter_values};
-use retune::model::ParametricModel;
-use retune::report::text::{Align, Table};
+use retune::model::{Model, ParametricModel};
+use retune::report::{LearningStep, diagnosis, learning_steps, misfit_before_any_fit, of_learning, text};
 use serde_json::json;
 use std::path::PathBuf;
 
 pub(crate) fn run(args: &Learn) -> Result<u8, Failure> {
+    let outputs = Outputs { page: args.report.as_ref(), force: args.force, ..Outputs::default() };
+    outputs.check()?;
     let (test, test_warnings, test_text) = files::test(&args.test)?;
     let (model, model_warnings, model_text) = files::tested_model(&args.model, None, (&test, &args.test, &test_text))?;
     warn(&args.model, &model_text, &model_warnings);
@@ -31,24 +36,24 @@ pub(crate) fn run(args: &Learn) -> Result<u8, Failure> {
     }
     if args.json {
         print_json(&json!({
-            "steps": learned.steps.iter().map(|s| Ok(json!({
-                "misfit": s.misfit,
-                "misfit_per_mode": s.misfit_per_mode,
-                "held_out_per_mode": s.held_out,
-                "added": s.added.as_ref().map(Candidate::id),
-                "corrected": s.corrected,
-                "tied_with": s.tie,
-                "dropped": s.dropped,
-                "diagnosis": serde_json::to_value(&s.diagnosis)?,
-            }))).collect::<Result<Vec<_>, serde_json::Error>>()?,
+            "steps": learned.steps.iter().map(|s| serde_json::to_value(LearningStep::from(s))).collect::<Result<Vec<_>, _>>()?,
             "effects": learned.effects.iter().map(Candidate::id).collect::<Vec<_>>(),
             "stopped_for_tie": learned.stopped_for_tie,
             "written": written.iter().map(|p| p.display().to_string()).collect::<Vec<_>>(),
         }));
     } else {
-        print(&text(&learned));
+        print(&in_words(&learned, &model, &test, &misfit_before_any_fit(&model, &test)?));
         for path in &written {
             print(&format!("written: {}\n", path.display()));
+        }
+    }
+    if args.report.is_some() {
+        let mut data = of_learning(&model, &test, &learned)?;
+        data.meta.warnings.extend(model_warnings.iter().chain(&test_warnings).map(|p| p.message.clone()));
+        provenance(&mut data, &[("model", &args.model), ("test", &args.test)], Some(args.seed))?;
+        let written = outputs.write(&data)?;
+        if !args.json {
+            announce(&written);
         }
     }
     let adequate = learned.steps.last().is_some_and(|s| s.diagnosis.verdict == Verdict::Adequate);
@@ -72,43 +77,37 @@ fn step_text(original: &str, present: &[Candidate], step: &Step) -> Result<Strin
     Ok(set_parameter_values(&out, &values)?)
 }
 
-fn text(learned: &Learned) -> String {
-    let n_modes = learned.steps.first().map_or(0, |s| s.misfit_per_mode.len());
-    let names: Vec<String> = (1..=n_modes).map(|m| format!("mode {m}")).collect();
-    let mut columns = vec![("step", Align::Right), ("misfit", Align::Right), ("held out", Align::Right)];
-    columns.extend(names.iter().map(|n| (n.as_str(), Align::Right)));
-    columns.push(("then", Align::Left));
-    let mut table = Table::new(columns);
-    for (i, s) in learned.steps.iter().enumerate() {
-        let then = match (&s.added, &s.corrected) {
-            (Some(c), _) => format!("add {}", c.id()),
-            (_, Some(fault)) => format!("correct {fault}"),
-            _ => s.diagnosis.verdict.word().to_string(),
-        };
-        let mut row = vec![
-            i.to_string().into(),
-            format!("{:.1}", s.misfit).into(),
-            format!("{:.1}", s.held_out.iter().sum::<f64>()).into(),
-        ];
-        row.extend(s.misfit_per_mode.iter().map(|m| format!("{m:.1}").into()));
-        row.push(then.into());
-        table.row(row);
-    }
-    let mut out = table.render(&style(&std::io::stdout()));
+fn in_words(learned: &Learned, model: &Model, test: &TestData, initial: &(f64, Vec<f64>)) -> String {
+    let style = style(&std::io::stdout());
+    let records: Vec<LearningStep> = learned.steps.iter().map(LearningStep::from).collect();
+    let mut out = format!("model  {}\ntest   {}\n", model.spec().name, test.name);
+    out += &format!("data   {}\n\n", origins(test).join("; "));
+    out += &text::steps(&learning_steps(&records, Some((initial.0, &initial.1)), test), &style);
+    let mut say = |line: String| {
+        for part in text::broken(&line, style.width) {
+            out += &part;
+            out.push('\n');
+        }
+    };
+    say(String::new());
     for s in &learned.steps {
         if !s.tie.is_empty() {
             let what = s.added.as_ref().map_or_else(
-                || "stopped: the data cannot decide; --take-best would take the first of".to_string(),
+                || {
+                    let first = s.diagnosis.hypotheses.first().map_or("", |h| h.id.as_str());
+                    format!("stopped: the data cannot tell {first} (which --take-best would take) from")
+                },
                 |c| format!("warning: {} was taken, but the data cannot tell it from", c.id()),
             );
-            out += &format!("{what} {}\n", s.tie.join(", "));
+            say(format!("{what} {}", s.tie.join(", ")));
         }
         for id in &s.dropped {
-            out += &format!("taken out again as unnecessary: {id}\n");
+            say(format!("taken out again as unnecessary: {id}"));
         }
     }
     if let Some(last) = learned.steps.last() {
-        out += &format!("{}: {}\n", last.diagnosis.verdict.word(), last.diagnosis.sentence);
+        out.push('\n');
+        out += &text::diagnosis(&diagnosis(&last.diagnosis, &last.model, test), &style);
     }
     out
 }

@@ -5,7 +5,7 @@ use crate::args::Map;
 use crate::output::{Failure, print, print_json, style, warn};
 use crate::{DONE, SHORT, files};
 use retune::correlation::{Mapping, MappingOptions, PlaceKind, map_points, place_sensors};
-use retune::data::{Place, TestData, read_test, write_test};
+use retune::data::{Place, TestData, write_test};
 use retune::report::text::{Align, Cell, Style, Table, Tone};
 use serde_json::json;
 use std::fmt::Write as _;
@@ -22,10 +22,8 @@ pub(crate) fn run(args: &Map) -> Result<u8, Failure> {
     if !positive(options.tolerance) || options.reach.is_some_and(|r| !positive(r)) {
         return Err(Failure::text("--tolerance and --reach must be zero or above"));
     }
-    // A test file says so in its first key; anything else is a measurement file with geometry.
-    let as_test = files::read(&args.test).ok().filter(|text| text.lines().any(|l| l.starts_with("retune_test:")));
-    let (points, mut test) = if let Some(text) = as_test {
-        let (test, warnings) = read_test(&text).map_err(|problems| Failure::problems(&args.test, &text, &problems))?;
+    let (points, mut test) = if files::is_test(&args.test) {
+        let (test, warnings, text) = files::test(&args.test)?;
         warn(&args.test, &text, &warnings);
         (points_of(&test), Some(test))
     } else {

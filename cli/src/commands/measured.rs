@@ -1,15 +1,22 @@
 //! What the verbs on measurements share: reading files, answers to their questions, findings.
 
 use crate::args::{MeasuredQuantity, Measurement, Repeated};
-use crate::output::Failure;
+use crate::output::{Failure, style};
 use retune::data::convert::{Duplicates, FrfOptions, UnitSystem, UnitsFrom};
-use retune::data::{FrfQuantity, FrfSet, MeasurementOptions, Measurements, read_measurements};
+use retune::data::{DEFAULT_DAMPING_SD, DEFAULT_FREQUENCY_SD, DEFAULT_SHAPE_SD};
+use retune::data::{
+    FrfQuantity, FrfSet, GeometryFrame, MeasurementOptions, Measurements, ModalSet, Origin, RelativeSd, Sensor,
+    TestMode, read_measurements,
+};
 use retune::identify::health::{Finding, Level};
 use retune::report::text::{Style, Tone, number, printable};
 use retune::units::Scalar;
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 use std::path::PathBuf;
+
+/// Longest line of running text.
+const LINE: usize = 100;
 
 /// Reads measurement files with the answers of the command line; notes go to standard error.
 pub(crate) fn read(files: &[PathBuf], args: &Measurement) -> Result<Measurements, Failure> {
@@ -25,16 +32,24 @@ pub(crate) fn read(files: &[PathBuf], args: &Measurement) -> Result<Measurements
         },
         unit: args.unit.clone(),
         geometry_units: args.geometry_units.as_deref().map(units).transpose()?,
+        direction: args.direction.as_deref().map(axis).transpose()?,
     };
+    let frame = args.frame.as_deref().map(GeometryFrame::parse).transpose();
+    let frame = frame.map_err(|e| Failure::text(format!("--frame: {e}")))?;
     let mut found = read_measurements(files, args.geometry.as_deref(), &options)?;
     for (path, note) in &found.notes {
         let place = if path.as_os_str().is_empty() { String::new() } else { format!("{}: ", path.display()) };
         eprintln!("note: {place}{}", printable(note));
     }
-    if let (Some(set), Some(direction)) = (&mut found.frfs, &args.direction) {
-        let direction = axis(direction)?;
-        for channel in set.references.iter_mut().chain(&mut set.responses) {
-            channel.direction.get_or_insert(direction);
+    if let Some(frame) = frame {
+        if let Some(geometry) = &mut found.geometry {
+            frame.place(geometry);
+        }
+        if let Some(set) = &mut found.frfs {
+            frame.turn_functions(set);
+        }
+        if let Some(modes) = &mut found.modes {
+            frame.turn_modes(modes);
         }
     }
     Ok(found)
@@ -43,11 +58,21 @@ pub(crate) fn read(files: &[PathBuf], args: &Measurement) -> Result<Measurements
 /// The functions of measurements, or what there is instead.
 pub(crate) fn functions(found: &Measurements) -> Result<&FrfSet, Failure> {
     found.frfs.as_ref().ok_or_else(|| {
-        Failure::text(match found.spectra.len() {
-            0 => "the files hold no frequency response functions".to_string(),
-            n => format!("the files hold {n} spectra, but no frequency response functions: no force was measured"),
-        })
+        let held = if !found.spectra.is_empty() {
+            format!("{} spectra: no force was measured", found.spectra.len())
+        } else if let Some(geometry) = &found.geometry {
+            format!("a geometry of {} points; give it to `--geometry`, or to `retune map`", geometry.points.len())
+        } else {
+            "nothing that this reads; the notes say what was left out".to_string()
+        };
+        Failure::text(format!("the files hold no frequency response functions, but {held}"))
     })
+}
+
+/// Sensors and modes of a file that holds modes, with the standard deviations of the documented defaults.
+pub(crate) fn held_modes(found: &Measurements, modes: &ModalSet, origin: &Origin) -> (Vec<Sensor>, Vec<TestMode>) {
+    let sd = RelativeSd { frequency: DEFAULT_FREQUENCY_SD, damping: DEFAULT_DAMPING_SD, shape: DEFAULT_SHAPE_SD };
+    (modes.placed_sensors(found.geometry.as_ref()), modes.test_modes(origin, sd))
 }
 
 fn units(name: &str) -> Result<UnitsFrom, Failure> {
@@ -112,20 +137,51 @@ pub(crate) fn findings_text(findings: &[Finding], style: &Style) -> String {
             Level::Warning => Tone::Warning,
             Level::Info => Tone::Dim,
         };
-        let _ = writeln!(out, "{}: {}", style.paint(tone, f.level.word()), printable(&f.text));
+        // Painted after wrapping: escapes have no width.
+        let text = wrapped(&format!("{}: {}", f.level.word(), printable(&f.text)), "    ");
+        out += &text.replacen(f.level.word(), &style.paint(tone, f.level.word()), 1);
         let evidence: Vec<String> =
             f.evidence.iter().map(|(name, value)| format!("{name} {}", number(*value))).collect();
-        let _ = writeln!(out, "    {}: {}", f.code, evidence.join(", "));
-        let _ = writeln!(out, "    to do: {}", f.remedy);
+        out += &wrapped(&format!("    {}: {}", f.code, evidence.join(", ")), "        ");
+        out += &wrapped(&format!("    to do: {}", f.remedy), "        ");
     }
     let count = |level: Level| findings.iter().filter(|f| f.level == level).count();
+    let word = |level: Level, name: &str| {
+        let n = count(level);
+        format!("{n} {name}{}", if n == 1 { "" } else { "s" })
+    };
     let _ = writeln!(
         out,
-        "{} faults, {} warnings, {} remarks",
-        count(Level::Fault),
-        count(Level::Warning),
-        count(Level::Info)
+        "{}, {}, {}",
+        word(Level::Fault, "fault"),
+        word(Level::Warning, "warning"),
+        word(Level::Info, "remark")
     );
+    out
+}
+
+/// Text broken between words at the width of the terminal; lines after the first begin with `indent`.
+pub(crate) fn wrapped(text: &str, indent: &str) -> String {
+    let width = style(&std::io::stdout()).width.min(LINE);
+    let lead = text.len() - text.trim_start().len();
+    let mut out = text[..lead].to_string();
+    let mut column = lead;
+    let mut is_first = true;
+    for word in text.split_whitespace() {
+        let size = word.chars().count();
+        if !is_first && column + 1 + size > width {
+            out += "\n";
+            out += indent;
+            column = indent.len();
+        } else if !is_first {
+            out.push(' ');
+            column += 1;
+        }
+        out += word;
+        column += size;
+        is_first = false;
+    }
+    out.push('\n');
     out
 }
 

@@ -16,6 +16,7 @@ pub(crate) mod measured;
 pub(crate) mod modes;
 pub(crate) mod pretest;
 pub(crate) mod report;
+pub(crate) mod sample;
 pub(crate) mod schema;
 pub(crate) mod sensitivity;
 pub(crate) mod twin;

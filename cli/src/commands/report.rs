@@ -1,88 +1,136 @@
 //! `retune report`
 
+use super::measured;
 use crate::args::Report;
-use crate::output::{Failure, print, warn};
+use crate::output::{Failure, print, style, warn};
+use crate::page::{Outputs, announce, provenance};
 use crate::{DONE, files};
-use retune::correlation::{PairBy, PairingOptions};
 use retune::data::TestData;
+use retune::diagnosis::{Settings, diagnose};
 use retune::model::{Model, ParametricModel};
-use retune::objective::Comparison;
-use retune::report::data::{FileRecord, ReportData};
-use retune::report::{Case, figures, html, json, of_comparison, paraview, steps};
-use retune::update::{Assessment, assess};
-use std::path::Path;
+use retune::report::data::ReportData;
+use retune::report::{
+    Case, LearningStep, add_before, add_diagnosis, add_learning, add_responses, assess_for_report,
+    misfit_before_any_fit, of_comparison, steps, text,
+};
+use retune::update::Assessment;
+use std::path::{Path, PathBuf};
 
 pub(crate) fn run(args: &Report) -> Result<u8, Failure> {
-    for output in args.output.iter().chain(&args.json) {
-        files::check_output(output, args.force)?;
-    }
-    let (test, test_warnings, test_text) = files::test(&args.test)?;
-    let configuration = test.configuration.as_deref();
-    let (model, warnings, text) = files::tested_model(&args.model, None, (&test, &args.test, &test_text))?;
-    warn(&args.model, &text, &warnings);
+    let outputs = Outputs {
+        page: args.output.as_ref(),
+        json: args.json.as_ref(),
+        svg: args.svg.as_ref(),
+        vtk: args.vtk.as_ref(),
+        force: args.force,
+    };
+    outputs.check()?;
+    let (test, mut test_warnings, test_text) = files::test(&args.test)?;
+    let (model, warnings, model_text) =
+        files::tested_model(&args.model, args.configuration.as_deref(), (&test, &args.test, &test_text))?;
+    test_warnings.extend(files::check_sensors(&model, &test, &args.test, &test_text)?);
+    warn(&args.model, &model_text, &warnings);
     warn(&args.test, &test_text, &test_warnings);
-    let assessment = compare(&model, &test)?;
-    let mut data = of_comparison(Case { model: &model, test: &test, assessment: &assessment })?;
-    if !args.history.is_empty() {
-        let mut versions: Vec<(String, Assessment)> = Vec::new();
-        for path in &args.history {
-            let (earlier, ..) = files::model(path, configuration)?;
-            versions.push((name(path), compare(&earlier, &test)?));
-        }
-        versions.push((name(&args.model), assessment));
-        let list: Vec<(&str, &Assessment)> = versions.iter().map(|(n, a)| (n.as_str(), a)).collect();
+
+    let assessment = assess_for_report(&model, &model.parameters().nominal(), &test)?;
+    let case = Case { model: &model, test: &test, assessment: &assessment };
+    let mut data = of_comparison(case)?;
+    data.meta.warnings.extend(warnings.iter().chain(&test_warnings).map(|p| p.message.clone()));
+    let mut read: Vec<(&str, PathBuf)> = vec![("model", args.model.clone()), ("test", args.test.clone())];
+
+    let learned = args.learn.as_deref().map(history_of).transpose()?;
+    let versions: &[PathBuf] = match &learned {
+        Some(History::Versions(list)) => list,
+        _ => &args.history,
+    };
+    let earlier = versions.iter().map(|path| version(args, path, &test)).collect::<Result<Vec<_>, _>>()?;
+    read.extend(versions.iter().map(|path| ("earlier version", path.clone())));
+    if let Some((_, first, before)) = earlier.first() {
+        add_before(&mut data, first, before, &test);
+        let all = earlier.iter().map(|(name, _, a)| (name.as_str(), a));
+        let now = name(&args.model);
+        let list: Vec<(&str, &Assessment)> = all.chain([(now.as_str(), &assessment)]).collect();
         data.steps = Some(steps(&list, &test));
     }
-    let record = |role: &str, path: &Path| FileRecord {
-        role: role.into(),
-        path: path.display().to_string(),
-        sha256: String::new(),
-    };
-    data.meta.files = vec![record("model", &args.model), record("test", &args.test)];
-    data.meta.commands = vec![std::env::args().collect::<Vec<_>>().join(" ")];
-    data.meta.warnings = warnings.iter().chain(&test_warnings).map(|p| p.message.clone()).collect();
-    write(args, &data)?;
+    if let Some(History::Steps(list)) = &learned {
+        add_learning(&mut data, &model, &test, list, misfit_before_any_fit(&model, &test)?);
+        read.extend(args.learn.iter().map(|path| ("history of learning", path.clone())));
+    }
+    if args.diagnose {
+        let settings = Settings { seed: args.seed, ..Settings::default() };
+        add_diagnosis(&mut data, &diagnose(&model, &test, &settings)?, &model, &test);
+    }
+    if !args.frf.is_empty() {
+        let found = measured::read(&args.frf, &args.measurement)?;
+        let before = earlier.first().map(|(_, model, a)| Case { model, test: &test, assessment: a });
+        let origin = if found.is_synthetic { "synthetic" } else { "measured" };
+        add_responses(&mut data, case, before, measured::functions(&found)?, origin)?;
+        read.extend(args.frf.iter().map(|path| ("frequency responses", path.clone())));
+    }
+    let read: Vec<(&str, &Path)> = read.iter().map(|(role, path)| (*role, path.as_path())).collect();
+    provenance(&mut data, &read, args.diagnose.then_some(args.seed))?;
+    let written = outputs.write(&data)?;
+    if written.is_empty() {
+        print(&text::summary(&data, &style(&std::io::stdout())));
+    } else {
+        say_verdict(&data);
+        announce(&written);
+    }
     Ok(DONE)
 }
 
-fn write(args: &Report, data: &ReportData) -> Result<(), Failure> {
-    if let Some(path) = &args.output {
-        files::write(path, &html(data)?)?;
-        print(&format!("written: {}\n", path.display()));
+/// The verdict in one line, so that nobody must open the page for it.
+fn say_verdict(data: &ReportData) {
+    if let Some(v) = &data.meta.verdict {
+        let style = style(&std::io::stdout());
+        for line in
+            text::wrap(&text::printable(&format!("{} {}: {}.", v.sentence, v.number, v.number_label)), style.width)
+        {
+            print(&format!("{line}\n"));
+        }
     }
-    if let Some(path) = &args.json {
-        files::write(path, &json(data)?)?;
-        print(&format!("written: {}\n", path.display()));
-    }
-    if let Some(folder) = &args.svg {
-        let list: Vec<(String, String)> =
-            figures(data).into_iter().map(|f| (format!("{}.svg", f.name), f.svg)).collect();
-        folder_of(folder, &list, args.force)?;
-    }
-    if let Some(folder) = &args.vtk {
-        let list: Vec<(String, String)> = paraview(data)?.into_iter().map(|f| (f.name, f.content)).collect();
-        folder_of(folder, &list, args.force)?;
-    }
-    Ok(())
 }
 
-fn folder_of(folder: &Path, list: &[(String, String)], force: bool) -> Result<(), Failure> {
-    std::fs::create_dir_all(folder).map_err(|e| Failure::text(format!("cannot make {}: {e}", folder.display())))?;
-    for (name, _) in list {
-        files::check_output(&folder.join(name), force)?;
-    }
-    for (name, text) in list {
-        files::write(&folder.join(name), text)?;
-    }
-    print(&format!("written: {} files in {}\n", list.len(), folder.display()));
-    Ok(())
+/// What `--learn` names.
+enum History {
+    Steps(Vec<LearningStep>),
+    Versions(Vec<PathBuf>),
 }
 
-fn compare(model: &Model, test: &TestData) -> Result<Assessment, Failure> {
-    let has_shapes = test.modes.iter().any(|m| m.shape.is_some());
-    let by = if has_shapes { PairBy::Mac } else { PairBy::Order };
-    let comparison = Comparison::new(model, test, PairingOptions { by, ..PairingOptions::default() })?;
-    Ok(assess(&comparison, &model.parameters().nominal())?)
+fn history_of(path: &Path) -> Result<History, Failure> {
+    if path.is_dir() {
+        let entries =
+            std::fs::read_dir(path).map_err(|e| Failure::text(format!("cannot read {}: {e}", path.display())))?;
+        let mut list: Vec<PathBuf> = entries
+            .filter_map(|e| Some(e.ok()?.path()))
+            .filter(|p| p.extension().is_some_and(|e| e == "yaml" || e == "yml"))
+            .collect();
+        // learned.10.yaml comes after learned.9.yaml.
+        list.sort_by_key(|p| {
+            let digits: String = name(p).chars().rev().take_while(char::is_ascii_digit).collect();
+            (digits.chars().rev().collect::<String>().parse::<u64>().unwrap_or(0), p.clone())
+        });
+        return if list.is_empty() {
+            Err(Failure::text(format!("{} has no model files (.yaml)", path.display())))
+        } else {
+            Ok(History::Versions(list))
+        };
+    }
+    let text = files::read(path)?;
+    let wrong = |e: &dyn std::fmt::Display| {
+        Failure::text(format!("{} is no output of `retune learn --json`: {e}", path.display()))
+    };
+    let mut value: serde_json::Value = serde_json::from_str(&text).map_err(|e| wrong(&e))?;
+    let steps = value.get_mut("steps").map(serde_json::Value::take).ok_or_else(|| wrong(&"it has no `steps`"))?;
+    Ok(History::Steps(serde_json::from_value(steps).map_err(|e| wrong(&e))?))
+}
+
+/// An earlier version with its name and its comparison.
+fn version(args: &Report, path: &Path, test: &TestData) -> Result<(String, Model, Assessment), Failure> {
+    let configuration = args.configuration.as_deref().or(test.configuration.as_deref());
+    let (model, ..) = files::model(path, configuration)?;
+    let assessment = assess_for_report(&model, &model.parameters().nominal(), test)?;
+    Ok((name(path), model, assessment))
 }
 
 fn name(path: &Path) -> String {

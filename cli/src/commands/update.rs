@@ -1,27 +1,38 @@
 //! `retune update`
 
-use super::compare::{origins, pair_json, summary, unpaired_json};
+use super::compare::{origins, pair_json, readings_json, summary, unpaired_json};
 use crate::args::{Cost, Pairing, Update};
-use crate::output::{Failure, pairs, parameters, print, print_json, style, warn};
+use crate::output::{Failure, pairs, print, print_json, style};
+use crate::page::{Outputs, announce, provenance};
 use crate::progress::{Line, cancel_flag};
-use crate::{DONE, SHORT, files};
+use crate::{DONE, SHORT, files, uncertain};
 use retune::correlation::PairBy;
-use retune::model::ParametricModel;
+use retune::effect::set_parameter_values;
 use retune::optim::{Checkpoint, OptimizerSpec};
 use retune::report::text::cost_history;
-use retune::update::{self, Controls, Settings, update};
+use retune::update::{self, Assessment, Controls, ObjectiveSpec, Settings, TestCase, update_to_tests};
 use serde_json::json;
+use std::path::Path;
+
+/// The objective of a file, or the default.
+pub(crate) fn objective(path: Option<&Path>) -> Result<ObjectiveSpec, Failure> {
+    let Some(path) = path else { return Ok(ObjectiveSpec::default()) };
+    let text = files::read(path)?;
+    ObjectiveSpec::read(&text).map_err(|problems| Failure::problems(path, &text, &problems))
+}
 
 pub(crate) fn run(args: &Update) -> Result<u8, Failure> {
-    let (test, mut test_warnings, test_text) = files::test(&args.test)?;
-    let (model, model_warnings, model_text) =
-        files::tested_model(&args.model, args.configuration.as_deref(), (&test, &args.test, &test_text))?;
-    test_warnings.extend(files::check_sensors(&model, &test, &args.test, &test_text)?);
-    if let Some(output) = &args.output {
-        files::check_output(output, args.force)?;
+    let mut all = files::tested(&args.model, &args.tests, args.configuration.as_deref())?;
+    for tested in &mut all {
+        tested.model = files::loaded(tested.model.clone(), &tested.test, args.loading.sensor_masses)?;
     }
-    warn(&args.model, &model_text, &model_warnings);
-    warn(&args.test, &test_text, &test_warnings);
+    let objective = objective(args.objective.as_deref())?;
+    if let Some(output) = &args.output {
+        // New values may be longer than the old ones.
+        files::check_room(output, args.force, model_text.len() + 4096)?;
+    }
+    let outputs = Outputs { page: args.report.as_ref(), force: args.force, ..Outputs::default() };
+    outputs.check()?;
     let settings = Settings {
         cost: match args.cost {
             Cost::LeastSquares => update::Cost::LeastSquares,
@@ -34,6 +45,7 @@ pub(crate) fn run(args: &Update) -> Result<u8, Failure> {
         }),
         optimizer: args.optimizer.as_deref().map(optimizer).transpose()?,
         seed: args.seed,
+        objective,
     };
     let checkpoint = match &args.checkpoint {
         Some(path) if args.resume => Some(Checkpoint::resume(path)?),
@@ -44,63 +56,116 @@ pub(crate) fn run(args: &Update) -> Result<u8, Failure> {
     let mut line = Line::new();
     let controls =
         Controls { budget: args.budget, cancel: Some(cancel), observer: Some(&mut line), evaluator: None, checkpoint };
-    let result = update(&model, &test, &settings, controls);
+    let cases: Vec<TestCase<'_>> = all.iter().map(|t| TestCase { model: &t.model, test: &t.test }).collect();
+    let result = update_to_tests(&cases, &settings, controls);
     drop(line);
     let u = result?;
     if let Some(output) = &args.output {
         let values: Vec<(&str, f64)> =
             u.parameters.iter().filter(|p| p.lower.is_some()).map(|p| (p.name.as_str(), p.after_si)).collect();
-        files::write(output, &retune::model::set_parameter_values(&model_text, &values)?)?;
+        files::write(output, &set_parameter_values(&all[0].model_text, &values)?)?;
     }
+    let mut assessed: Vec<(&Assessment, &Assessment)> = vec![(&u.before, &u.after)];
+    assessed.extend(u.further.iter().map(|f| (&f.before, &f.after)));
     if args.json {
         print_json(&json!({
             "cost_before": u.cost_before,
             "cost_after": u.optimum.cost,
             "evaluations": u.optimum.evaluations + u.optimum.linearizations,
             "termination": u.optimum.termination.text(),
-            "parameters": u.parameters.iter().map(|p| json!({
-                "name": p.name, "unit": p.unit, "before": p.before, "after": p.after,
-                "lower": p.lower, "upper": p.upper, "at_bound": p.at_bound,
+            "parameters": uncertain::parameters_json(&u),
+            "unidentifiable": uncertain::unidentifiable_json(&u.uncertainty),
+            "rank": u.uncertainty.rank,
+            "remarks": u.uncertainty.remarks,
+            "uncertainty_evaluations": u.uncertainty.evaluations,
+            "regularization_weight": u.regularization,
+            "tests": all.iter().zip(&assessed).map(|(t, (_, after))| json!({
+                "name": t.test.name,
+                "configuration": t.test.configuration,
+                "pairs": after.pairs.iter().map(pair_json).collect::<Vec<_>>(),
+                "unpaired_test": after.unpaired_test.iter().map(unpaired_json).collect::<Vec<_>>(),
+                "static_readings": readings_json(after),
+                "chi_squared": after.misfit.chi_squared,
+                "n_data": after.misfit.n_data,
             })).collect::<Vec<_>>(),
             "pairs": u.after.pairs.iter().map(pair_json).collect::<Vec<_>>(),
             "unpaired_test": u.after.unpaired_test.iter().map(unpaired_json).collect::<Vec<_>>(),
             "chi_squared": u.after.misfit.chi_squared,
             "n_data": u.after.misfit.n_data,
+            "costs_by_batch_kernel": u.optimum.paths.batch,
+            "costs_by_reference_path": u.optimum.paths.reference,
             "warnings": u.optimum.warnings,
         }));
     } else {
         let style = style(&std::io::stdout());
         let history: Vec<u64> = u.optimum.history.iter().map(|h| h.evaluations).collect();
         let costs: Vec<f64> = u.optimum.history.iter().map(|h| h.cost).collect();
-        let mut out = format!("model  {}\ntest   {}\n", model.spec().name, test.name);
-        out += &format!("data   {}\n\nbefore\n", origins(&test).join("; "));
-        out += &pairs(&u.before, None, &style);
+        let mut out = format!("model  {}\n", all[0].model.spec().name);
+        for t in &all {
+            out += &format!("test   {}\ndata   {}\n", t.test.name, origins(&t.test).join("; "));
+        }
+        for (t, (before, _)) in all.iter().zip(&assessed) {
+            out += &format!("\nbefore{}\n", named(t, all.len()));
+            out += &pairs(before, None, &style);
+        }
         out += &format!("\ncost   {}\n", cost_history(&history, &costs, style.width.saturating_sub(7)));
         out += &format!("       {:.6} -> {:.6}; {}\n", u.cost_before, u.optimum.cost, u.optimum.termination.text());
+        let paths = u.optimum.paths;
+        if paths.batch > 0 {
+            out += &format!(
+                "       {} costs by the batch kernel, {} by the reference path\n",
+                paths.batch, paths.reference
+            );
+        }
         if let Some(starts) = u.optimum.starts_in_words() {
             out += &format!("       {starts}\n");
         }
-        out += "\nafter\n";
-        out += &pairs(&u.after, None, &style);
-        out += &summary(&u.after);
-        out += "\n";
-        out += &parameters(&u.parameters, &style);
-        let on_bounds = u.parameters.iter().filter(|p| p.at_bound && p.lower.is_some()).count();
-        if on_bounds > 0 {
-            out += &format!(
-                "\n{on_bounds} of {} parameters sit on a bound: that says something about the model, not about the parameters\n",
-                model.parameters().free().len()
-            );
+        if let Some(weight) = u.regularization {
+            out += &format!("       pull towards the estimates: weight {weight:.3e}\n");
         }
+        for (t, (_, after)) in all.iter().zip(&assessed) {
+            out += &format!("\nafter{}\n", named(t, all.len()));
+            out += &pairs(after, None, &style);
+            out += &summary(after);
+        }
+        out += "\n";
+        out += &uncertain::parameters(&u, &style);
         if let Some(output) = &args.output {
             out += &format!("\nwritten: {}\n", output.display());
         }
         print(&out);
     }
+    if args.report.is_some() {
+        let first = &all[0];
+        let mut data = retune::report::of_update(&first.model, &first.test, &u)?;
+        data.meta.warnings.extend(u.uncertainty.remarks.iter().cloned());
+        if all.len() > 1 {
+            let n = all.len();
+            data.meta.warnings.push(format!("The fit is to {n} tests; modes, pairs and steps show the first."));
+        }
+        data.meta.warnings.extend(u.optimum.warnings.iter().map(ToString::to_string));
+        let read: Vec<(&str, &Path)> = std::iter::once(("model", args.model.as_path()))
+            .chain(args.tests.iter().map(|path| ("test", path.as_path())))
+            .collect();
+        provenance(&mut data, &read, Some(args.seed))?;
+        let written = outputs.write(&data)?;
+        if !args.json {
+            announce(&written);
+        }
+    }
     for warning in &u.optimum.warnings {
         eprintln!("warning: {warning}");
     }
-    Ok(if u.after.unpaired_test.is_empty() && u.optimum.cost.is_finite() { DONE } else { SHORT })
+    Ok(if assessed.iter().all(|(_, a)| a.unpaired_test.is_empty()) && u.optimum.cost.is_finite() {
+        DONE
+    } else {
+        SHORT
+    })
+}
+
+/// ": name" where there are several tests.
+fn named(t: &files::Tested, n_tests: usize) -> String {
+    if n_tests > 1 { format!(": {}", t.test.name) } else { String::new() }
 }
 
 fn optimizer(text: &str) -> Result<OptimizerSpec, Failure> {

@@ -14,14 +14,19 @@
 //!   understood. Cells may be quoted. Lines that are blank or start with `#` are skipped.
 //! * The unit of a function is one of response over force, such as `m/s2/N`, `g/N`, `mm/N`; it is not guessed.
 //!
+//! [`read_shapes`] reads a table of shapes, points down and modes across.
+//!
 //! Other layouts: [`function`] reads one measurement from named columns, [`openmodal`] the export of OpenModal.
 //! Errors name the line and the column.
 
 mod frfs;
 pub mod openmodal;
+mod shapes;
 mod sheet;
 
 pub use frfs::{Columns, CsvFrfOptions, function, read_frfs, write_frfs};
+pub(in crate::data) use shapes::frequency_of;
+pub use shapes::{ShapeTable, read_shapes};
 pub use sheet::{Row, Sheet};
 
 use super::convert::ConvertError;

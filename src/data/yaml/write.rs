@@ -1,7 +1,8 @@
 //! Writing test files.
 
+use super::statics::{FrfSpec, StaticLoadSpec, StaticReadingSpec, StaticTestSpec};
 use super::{DirectionSpec, MassPropertySpec, ModeSpec, SensorSpec, ShapeSpec, SourceKind, SourceSpec, TestSpec};
-use crate::data::{Origin, Place, TestData};
+use crate::data::{Origin, Place, Sensor, StaticLoad, StaticReading, TestData};
 use crate::linalg::Complex;
 use crate::units::Scalar;
 use crate::yaml;
@@ -67,6 +68,30 @@ pub fn write_test(data: &TestData) -> String {
             (p.quantity.word().to_string(), spec)
         })
         .collect();
+    let static_tests = data
+        .static_tests
+        .iter()
+        .map(|t| {
+            let reading = |r: &StaticReading| {
+                let sensor = &data.sensors[r.sensor];
+                let unit = if sensor.is_rotation { "rad" } else { "m" };
+                let sd = (!r.measured.sd_is_default).then(|| si(r.measured.sd, unit));
+                (sensor.name.clone(), StaticReadingSpec { value: si(r.measured.value, unit), sd })
+            };
+            let spec = StaticTestSpec {
+                source: source(&t.origin),
+                loads: t.loads.iter().map(|l| load(l, &data.sensors, &si)).collect(),
+                readings: t.readings.iter().map(reading).collect(),
+            };
+            (t.name.clone(), spec)
+        })
+        .collect();
+    let frfs = data.frf_fit.as_ref().map(|f| FrfSpec {
+        files: f.files.clone(),
+        bands: f.bands_hz.iter().map(|b| b.map(|v| si(v, "Hz"))).collect(),
+        sd: Some(Scalar::constant(f.relative_sd)),
+        loss_factor: (f.loss_factor > 0.0).then(|| Scalar::constant(f.loss_factor)),
+    });
     let sensors = data
         .sensors
         .iter()
@@ -82,6 +107,7 @@ pub fn write_test(data: &TestData) -> String {
                 element,
                 fraction,
                 position: position.map(|p| p.map(Scalar::constant)),
+                offset: s.offset.map(|p| p.map(Scalar::constant)),
                 direction: DirectionSpec(s.direction),
                 rotation: s.is_rotation,
                 mass: s.mass.map(|m| si(m, "kg")),
@@ -98,6 +124,25 @@ pub fn write_test(data: &TestData) -> String {
         sensors,
         defaults: None,
         modes,
+        static_tests,
+        frfs,
         mass_properties,
     })
+}
+
+/// A load at the sensor that stands in its place, else on its node.
+fn load(l: &StaticLoad, sensors: &[Sensor], si: &dyn Fn(f64, &str) -> Scalar) -> StaticLoadSpec {
+    let sensor = sensors.iter().find(|s| s.place == l.place).map(|s| s.name.clone());
+    let node = match &l.place {
+        Place::Node { node, .. } if sensor.is_none() => Some(node.clone()),
+        _ => None,
+    };
+    StaticLoadSpec {
+        sensor,
+        node,
+        weight: None,
+        force: (!l.is_moment).then(|| si(l.value, "N")),
+        moment: l.is_moment.then(|| si(l.value, "N m")),
+        direction: Some(DirectionSpec(l.direction)),
+    }
 }

@@ -185,7 +185,7 @@ impl Specimen {
             return Ok(Some(out));
         }
         let found = investigate(scene, &[], None, &Settings { seed: case.seed, ..settings.clone() })?;
-        compare(&mut out, &found, case);
+        compare(&mut out, &found, case, base.misfit - gain);
         Ok(Some(out))
     }
 }
@@ -212,10 +212,8 @@ fn true_fit(
         .zip(&truth.sizes)
         .map(|(p, v)| (v - p.bounds[0]) / (p.bounds[1] - p.bounds[0]))
         .collect();
-    let starts: Vec<DVector<f64>> = bases
-        .iter()
-        .map(|x| DVector::from_iterator(x.len() + sizes.len(), x.iter().chain(&sizes).copied()))
-        .collect();
+    let starts: Vec<DVector<f64>> =
+        bases.iter().map(|x| DVector::from_iterator(x.len() + sizes.len(), x.iter().chain(&sizes).copied())).collect();
     fit(&with, &starts, 1.0).map(Some)
 }
 
@@ -230,7 +228,7 @@ fn corrected(scene: &Scene, fault: &Fault, base: &Fit) -> Result<f64, DiagnosisE
     Ok(fit(&clean, &[scene.start(), base.x.clone()], 1.0)?.misfit)
 }
 
-fn compare(out: &mut Outcome, found: &Investigation, case: &Case) {
+fn compare(out: &mut Outcome, found: &Investigation, case: &Case, misfit_of_truth: f64) {
     let d = &found.diagnosis;
     out.verdict = Some(d.verdict);
     out.p_value = d.p_value;
@@ -247,7 +245,8 @@ fn compare(out: &mut Outcome, found: &Investigation, case: &Case) {
         out.tied = out.right || named && first.tied_with.iter().any(|t| same(t));
         out.refitted = d.hypotheses.iter().any(|h| same(&h.id));
         out.ties = first.tied_with.len();
-        out.removed = if out.gain > 0.0 { (first.misfit_before - first.misfit_after) / out.gain } else { 0.0 };
+        let gain = first.misfit_before - misfit_of_truth;
+        out.removed = if gain > 0.0 { (first.misfit_before - first.misfit_after) / gain } else { 0.0 };
     }
     let best = d.hypotheses.iter().max_by(|a, b| a.probability.total_cmp(&b.probability));
     let top = best.map_or(0.0, |h| h.probability);

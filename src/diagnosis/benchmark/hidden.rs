@@ -71,7 +71,7 @@ impl Specimen {
         // The sensors stand where the real structure has them, which a fault may keep secret.
         let mut sensors = self.sensors.clone();
         if let Hidden::Fault(f @ Fault { change: Change::Axis(_) | Change::Position { .. }, .. }) = hidden {
-            let probe = TestData { sensors: sensors.clone(), ..empty() };
+            let probe = TestData { sensors: sensors.clone(), ..TestData::default() };
             sensors = f.apply(&probe, 1.0).sensors;
         }
         let options = TwinOptions {
@@ -83,8 +83,8 @@ impl Specimen {
             ..TwinOptions::default()
         };
         let failed = |e: &dyn std::fmt::Display| EvalError::Unsolvable { reason: e.to_string() };
-        let mut test =
-            twin_modes(&truth, &values, &sensors, &options, "twin of the diagnosis benchmark").map_err(|e| failed(&e))?;
+        let mut test = twin_modes(&truth, &values, &sensors, &options, "twin of the diagnosis benchmark")
+            .map_err(|e| failed(&e))?;
         for mode in &mut test.modes {
             mode.label = None;
             mode.frequency_hz.sd /= plan.noise_factor;
@@ -211,18 +211,6 @@ impl Specimen {
                 .map_err(|e| EvalError::Unsolvable { reason: e.to_string() })?,
         );
         Ok(spec)
-    }
-}
-
-fn empty() -> TestData {
-    TestData {
-        name: String::new(),
-        description: String::new(),
-        configuration: None,
-        sensors: Vec::new(),
-        modes: Vec::new(),
-        mass_properties: Vec::new(),
-        frfs: None,
     }
 }
 

@@ -167,6 +167,14 @@ fn new_values_are_written_in_the_units_of_the_file() {
     assert!(set_parameter_values(&text, &[("E", f64::NAN)]).is_err());
 }
 
+#[test]
+fn values_change_and_comments_stay() {
+    let text = "retune: 1 # one\nname: x\nparameters:\n  E: {value: 40 GPa, bounds: [1 GPa, 2 GPa]} # steel\n  m:\n    # mass\n    value: 2\nnodes: {a: [0, 0, 0]}\n";
+    let new = set_parameter_values(text, &[("m", 0.1 + 0.2), ("E", 56.25e9)]).unwrap();
+    assert_eq!(new, text.replace("40 GPa", "56.25 GPa").replace("value: 2\n", "value: 0.3\n"));
+    assert!(set_parameter_values(text, &[("z", 1.0)]).is_err());
+}
+
 proptest::proptest! {
     /// Any number comes back within 1e-15, in any unit.
     #[test]

@@ -8,7 +8,7 @@
 //!   cannot tell apart.
 //! - [`check_geometry`]: with the positions of the sensors: sign, gain, swap, dead entries, by the smoothness of the shapes.
 //! - [`check_rigid_body`]: with measured rigid-body shapes: the same, sharper, and wrong axes.
-//! - [`check_test`]: all of these that one test allows.
+//! - [`check_test`]: all of these that one test allows; [`check_shapes`]: those that need shapes only.
 //! - [`compare_runs`]: shifts of frequency between runs: drift or mass loading.
 //! - [`check_suspension`]: are the rigid-body modes far enough below the first elastic one?
 
@@ -23,7 +23,7 @@ pub use functions::check_functions;
 pub use geometry::{SensorGeometry, check_geometry, check_rigid_body};
 pub use modes::{check_modes, check_suspension};
 pub use runs::compare_runs;
-pub use whole::check_test;
+pub use whole::{check_shapes, check_test};
 
 /// How serious a finding is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -64,5 +64,7 @@ pub struct Finding {
     pub remedy: &'static str,
 }
 
+#[cfg(test)]
+mod calibration;
 #[cfg(test)]
 mod tests;

@@ -6,6 +6,7 @@ use super::super::mode::{IdentifiedMode, driving_points};
 use super::super::stabilisation::mac;
 use super::{Finding, Level};
 use crate::data::FrfSet;
+use crate::linalg::{Complex, DVector};
 
 /// Standard deviations from which the sign of a residue counts.
 const SIGNIFICANT: f64 = 3.0;
@@ -16,36 +17,42 @@ pub fn check_modes(frfs: &FrfSet, identification: &Identification) -> Vec<Findin
     for (o, i, sign) in driving_points(frfs) {
         findings.extend(driving_point(frfs, &identification.modes, o, i, sign));
     }
-    findings.extend(pairs(&identification.modes));
+    let shapes: Vec<Shape<'_>> = identification
+        .modes
+        .iter()
+        .map(|m| Shape { hz: m.frequency_hz.value, zeta: m.damping_ratio.value, shape: &m.shape })
+        .collect();
+    findings.extend(pairs(&shapes));
     findings
 }
 
-/// Noise of each channel relative to its signal, over all pieces with a mode.
+/// Noise of each channel, over all pieces with a mode.
 ///
 /// ```text
 /// ν_k = Σ 2σ_k² / Σ rms_k²     share of the channel's power that no mode explains
+/// n_k = Σ 2σ_k²                that power itself
 /// ```
-/// Dead: ν above 0.8 while the median channel has it below 0.4. Noisy: ν above 0.01 and ln ν above the median by 3.5
-/// robust standard deviations and by a factor of 10 (a tenth of the signal-to-noise ratio squared).
+/// Healthy channels share either the floor of their amplifiers (n alike: a channel near a clamp then has a large ν) or noise
+/// that grows with the signal, from the force or the averaging (ν alike: a channel that moves much then has a large n).
+/// Noisy is a channel that neither explains: ν above 0.01, and both ln ν and ln n above their medians by 3.5 robust
+/// standard deviations (a chance of 2e-4 for a normal number) and by a factor of 10. Dead: ν above 0.8 while the median
+/// channel has it below 0.4.
 fn channels(frfs: &FrfSet, identification: &Identification) -> Vec<Finding> {
-    let share = |o: usize| {
-        let (mut noise, mut power) = (0.0, 0.0);
-        for s in &identification.segments {
-            if s.noise_sd.get(o).is_some_and(|x| x.is_finite()) {
-                noise += 2.0 * s.noise_sd[o].powi(2);
-                power += s.rms[o].powi(2);
+    let (shares, powers): (Vec<f64>, Vec<f64>) = (0..frfs.responses.len())
+        .map(|o| {
+            let (mut noise, mut power) = (0.0, 0.0);
+            for s in &identification.segments {
+                if s.noise_sd.get(o).is_some_and(|x| x.is_finite()) {
+                    noise += 2.0 * s.noise_sd[o].powi(2);
+                    power += s.rms[o].powi(2);
+                }
             }
-        }
-        if power > 0.0 { noise / power } else { f64::NAN }
-    };
-    let shares: Vec<f64> = (0..frfs.responses.len()).map(share).collect();
-    let finite = || shares.iter().copied().filter(|x| x.is_finite());
-    let mut logs: Vec<f64> = finite().map(|x| x.max(1e-30).ln()).collect();
-    if logs.len() < 4 {
+            if power > 0.0 { (noise / power, noise) } else { (f64::NAN, f64::NAN) }
+        })
+        .unzip();
+    let (Some((middle, limit)), Some((_, power_limit))) = (typical(&shares), typical(&powers)) else {
         return Vec::new();
-    }
-    let middle = median(&mut logs);
-    let scatter = 1.4826 * median(&mut logs.iter().map(|x| (x - middle).abs()).collect::<Vec<_>>());
+    };
     let mut findings = Vec::new();
     for (o, &nu) in shares.iter().enumerate() {
         let name = &frfs.responses[o].name;
@@ -59,7 +66,7 @@ fn channels(frfs: &FrfSet, identification: &Identification) -> Vec<Finding> {
                 text: format!("channel {name} shows no resonance: {:.0} % of its power is explained by no mode", 100.0 * nu.min(1.0)),
                 remedy: "check sensor and cable; if the point is clamped or on a node line of every mode, say so in the test file",
             });
-        } else if nu > 0.01 && nu.ln() > middle + (3.5 * scatter).max(10.0_f64.ln()) {
+        } else if nu > 0.01 && nu.ln() > limit && powers[o].ln() > power_limit {
             findings.push(Finding {
                 level: Level::Warning,
                 code: "noisy-channel",
@@ -75,6 +82,17 @@ fn channels(frfs: &FrfSet, identification: &Identification) -> Vec<Finding> {
         }
     }
     findings
+}
+
+/// Median logarithm and the limit above it; nothing for fewer than four channels.
+fn typical(list: &[f64]) -> Option<(f64, f64)> {
+    let mut logs: Vec<f64> = list.iter().filter(|x| x.is_finite()).map(|x| x.max(1e-300).ln()).collect();
+    if logs.len() < 4 {
+        return None;
+    }
+    let middle = median(&mut logs);
+    let scatter = 1.4826 * median(&mut logs.iter().map(|x| (x - middle).abs()).collect::<Vec<_>>());
+    Some((middle, middle + (3.5 * scatter).max(10.0_f64.ln())))
 }
 
 /// Signs of the modal constants at a driving point: with 2iω_d R = φ_d² all are positive.
@@ -153,8 +171,16 @@ fn signs(modes: &[IdentifiedMode], o: usize, i: usize, sign: f64) -> (usize, usi
     (positive, negative)
 }
 
+/// What the comparison of two shapes needs of a mode.
+pub(super) struct Shape<'a> {
+    pub(super) hz: f64,
+    /// Damping ratio, NaN when unknown.
+    pub(super) zeta: f64,
+    pub(super) shape: &'a DVector<Complex<f64>>,
+}
+
 /// Pairs of modes with nearly the same shape.
-fn pairs(modes: &[IdentifiedMode]) -> Vec<Finding> {
+pub(super) fn pairs(modes: &[Shape<'_>]) -> Vec<Finding> {
     let mut findings = Vec::new();
     for (b, m) in modes.iter().enumerate() {
         for n in &modes[..b] {
@@ -169,14 +195,13 @@ fn pairs(modes: &[IdentifiedMode]) -> Vec<Finding> {
                 continue;
             }
             let mac = mac(&x, &y);
-            let gap = m.frequency_hz.value / n.frequency_hz.value - 1.0;
-            let subject = format!("{:.2} Hz and {:.2} Hz", n.frequency_hz.value, m.frequency_hz.value);
-            let bandwidths = (m.frequency_hz.value - n.frequency_hz.value)
-                / (m.frequency_hz.value * m.damping_ratio.value + n.frequency_hz.value * n.damping_ratio.value);
-            let evidence = vec![("MAC", mac), ("relative gap", gap), ("gap in half bandwidths", bandwidths)];
+            let gap = m.hz / n.hz - 1.0;
+            let subject = format!("{:.2} Hz and {:.2} Hz", n.hz, m.hz);
+            let bandwidths = (m.hz - n.hz) / (m.hz * m.zeta + n.hz * n.zeta);
+            let mut evidence = vec![("MAC", mac), ("relative gap", gap)];
+            evidence.extend(bandwidths.is_finite().then_some(("gap in half bandwidths", bandwidths)));
             let overlap: f64 = x.iter().zip(&y).map(|(x, y)| x.norm() * y.norm()).sum();
-            let size =
-                |v: &[crate::linalg::Complex<f64>]| v.iter().map(crate::linalg::Complex::norm_sqr).sum::<f64>().sqrt();
+            let size = |v: &[Complex<f64>]| v.iter().map(Complex::norm_sqr).sum::<f64>().sqrt();
             let overlap = overlap / (size(&x) * size(&y));
             if overlap < 0.3 && gap < 0.05 {
                 findings.push(Finding {
@@ -184,7 +209,7 @@ fn pairs(modes: &[IdentifiedMode]) -> Vec<Finding> {
                     code: "split-mode",
                     text: format!("the modes at {subject} are seen by different channels: probably one mode that moved between two runs"),
                     subject,
-                    evidence: vec![("overlap of the moduli", overlap), ("relative gap", gap), ("gap in half bandwidths", bandwidths)],
+                    evidence: [vec![("overlap of the moduli", overlap)], evidence].concat(),
                     remedy: "identify the runs one by one; if all channels were measured at once, the parts of the structure move on their own",
                 });
             } else if mac > 0.9 && gap < 0.05 {

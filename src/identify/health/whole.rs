@@ -1,11 +1,12 @@
 //! Every check that one test allows.
 
+use super::modes::{Shape, pairs};
 use super::{
     Finding, Level, SensorGeometry, check_functions, check_geometry, check_modes, check_rigid_body, check_suspension,
 };
-use crate::data::{FrfSet, Geometry};
-use crate::identify::{Identification, IdentifiedMode, IdentifyError};
-use crate::linalg::DMatrix;
+use crate::data::{FrfSet, Geometry, Place, Sensor, TestMode};
+use crate::identify::{Identification, IdentifiedMode, IdentifyError, real_shape};
+use crate::linalg::{Complex, DMatrix, DVector};
 
 /// All findings of one test, worst first.
 ///
@@ -41,19 +42,7 @@ pub fn check_test(
             .collect();
         let (rows, sensors): (Vec<usize>, Vec<SensorGeometry>) = placed.into_iter().unzip();
         let shapes = |m: &[IdentifiedMode]| DMatrix::from_fn(rows.len(), m.len(), |i, j| m[j].normal_shape[rows[i]]);
-        if sensors.len() < frfs.responses.len() {
-            found.push(Finding {
-                level: Level::Info,
-                code: "no-geometry",
-                subject: "geometry".to_string(),
-                evidence: vec![
-                    ("channels with place and direction", sensors.len() as f64),
-                    ("channels", frfs.responses.len() as f64),
-                ],
-                text: "signs, gains and swaps of channels without place or direction were not checked".to_string(),
-                remedy: "give the positions of the points with `--geometry`",
-            });
-        }
+        found.extend(without_place(sensors.len(), frfs.responses.len()));
         if !sensors.is_empty() && !elastic.is_empty() {
             found.extend(check_geometry(&sensors, &shapes(elastic))?);
         }
@@ -63,4 +52,73 @@ pub fn check_test(
     }
     found.sort_by_key(|f| std::cmp::Reverse(f.level));
     Ok(found)
+}
+
+/// What can be checked of shapes alone, worst first: signs, gains, swaps and dead entries, modes that look alike.
+///
+/// * `modes` - by ascending frequency; modes without a shape are left out
+/// * `n_suspension` - how many of the lowest modes are rigid-body modes on the suspension
+///
+/// # Errors
+/// A shape with another number of entries than there are sensors.
+pub fn check_shapes(
+    sensors: &[Sensor],
+    modes: &[TestMode],
+    n_suspension: usize,
+) -> Result<Vec<Finding>, IdentifyError> {
+    let shaped: Vec<(&TestMode, &DVector<Complex<f64>>)> =
+        modes.iter().filter_map(|m| Some((m, m.shape.as_ref()?))).collect();
+    if let Some((_, wrong)) = shaped.iter().find(|(_, s)| s.len() != sensors.len()) {
+        return Err(IdentifyError::Length { what: "a shape", expected: sensors.len(), found: wrong.len() });
+    }
+    let all: Vec<Shape<'_>> = shaped
+        .iter()
+        .map(|(m, shape)| Shape {
+            hz: m.frequency_hz.value,
+            zeta: m.damping_ratio.map_or(f64::NAN, |z| z.value),
+            shape,
+        })
+        .collect();
+    let mut found = pairs(&all);
+    let hz: Vec<f64> = modes.iter().map(|m| m.frequency_hz.value).collect();
+    let (low, high) = hz.split_at(n_suspension.min(hz.len()));
+    if !low.is_empty() {
+        found.extend(check_suspension(low, high));
+    }
+    let (rows, placed): (Vec<usize>, Vec<SensorGeometry>) = sensors
+        .iter()
+        .enumerate()
+        .filter(|(_, s)| !s.is_rotation)
+        .filter_map(|(i, s)| {
+            let (Place::Node { position, .. } | Place::Element { position, .. }) = &s.place;
+            Some((i, SensorGeometry { name: s.name.clone(), position: (*position)?, direction: s.direction }))
+        })
+        .unzip();
+    found.extend(without_place(placed.len(), sensors.len()));
+    let (rigid, elastic) =
+        shaped.split_at(shaped.iter().take_while(|(m, _)| low.contains(&m.frequency_hz.value)).count());
+    let matrix = |list: &[(&TestMode, &DVector<Complex<f64>>)]| {
+        let real: Vec<DVector<f64>> = list.iter().map(|(_, s)| real_shape(s)).collect();
+        DMatrix::from_fn(rows.len(), real.len(), |i, j| real[j][rows[i]])
+    };
+    if !placed.is_empty() && !elastic.is_empty() {
+        found.extend(check_geometry(&placed, &matrix(elastic))?);
+    }
+    if !placed.is_empty() && !rigid.is_empty() {
+        found.extend(check_rigid_body(&placed, &matrix(rigid))?);
+    }
+    found.sort_by_key(|f| std::cmp::Reverse(f.level));
+    Ok(found)
+}
+
+/// A remark when some channels could not be checked for want of a place.
+fn without_place(placed: usize, channels: usize) -> Option<Finding> {
+    (placed < channels).then(|| Finding {
+        level: Level::Info,
+        code: "no-geometry",
+        subject: "geometry".to_string(),
+        evidence: vec![("channels with place and direction", placed as f64), ("channels", channels as f64)],
+        text: "signs, gains and swaps of channels without place or direction were not checked".to_string(),
+        remedy: "give the positions of the points with `--geometry`, directions with `--direction`",
+    })
 }

@@ -171,7 +171,7 @@ fn the_peaks_of_a_cantilever_spectrum_are_its_bending_modes() {
     });
     let (f, db): (Vec<f64>, Vec<f64>) = rows.unzip();
     let amplitude: Vec<f64> = db.iter().map(|x| 10.0_f64.powf(x / 20.0)).collect();
-    let peaks = spectrum_peaks(&f, &amplitude, (3.0, 1000.0), 5.0, 3.0).unwrap();
+    let peaks = spectrum_peaks(&f, &amplitude, &PeakOptions::resonances((3.0, 1000.0))).unwrap();
     eprintln!("{:?}", peaks.iter().map(|p| (p.frequency_hz, p.height_db)).collect::<Vec<_>>());
     // Ratios to the first mode are those of a uniform cantilever: (β_k/β_1)². Clamp and accelerometer move single modes by
     // a few percent; the absolute frequencies by a tenth (6.6 Hz for 7.2 Hz of an ideal clamp).
@@ -204,7 +204,13 @@ fn noise_has_no_modes_and_no_peaks() {
         };
         alarms += identify(&frfs, &IdentifyOptions::default()).unwrap().modes.len();
         let amplitude: Vec<f64> = (0..4096).map(|_| normal_pair(&mut rng).norm()).collect();
-        alarms += spectrum_peaks(&lines(0.0, 100.0, 4096), &amplitude, (1.0, 100.0), 5.0, 0.5).unwrap().len();
+        alarms += spectrum_peaks(
+            &lines(0.0, 100.0, 4096),
+            &amplitude,
+            &PeakOptions { min_height_db: 0.0, ..PeakOptions::resonances((1.0, 100.0)) },
+        )
+        .unwrap()
+        .len();
     }
     assert_eq!(alarms, 0);
 }

@@ -1,14 +1,18 @@
 //! Residual terms: one file each. A least-squares objective is a list of them.
 
+mod damping;
 mod frequency;
+mod frf_complex;
+mod frf_log;
 mod mac;
 mod mass_properties;
 mod prior;
 mod shape;
+mod static_angle;
+mod static_deflection;
 mod targets;
 
-pub(crate) use mass_properties::difference;
-pub(crate) use targets::violations;
+pub(crate) use targets::{WIDTH, violations};
 
 use super::prediction::{Comparison, Prediction, PredictionDerivative};
 use super::scaling::Scaling;
@@ -19,11 +23,16 @@ use std::fmt;
 catalogue! {
     /// The residual terms, in alphabetical order of their names.
     RESIDUALS: dyn Residual;
+    damping::Damping,
     frequency::Frequency,
+    frf_complex::FrfComplex,
+    frf_log::FrfLog,
     mac::Mac,
     mass_properties::MassPropertyResidual,
     prior::Prior,
     shape::Shape,
+    static_angle::StaticAngle,
+    static_deflection::StaticDeflection,
     targets::TargetResidual,
 }
 
@@ -35,11 +44,34 @@ pub trait Residual: fmt::Debug + Send + Sync {
     /// One sentence: what it compares.
     fn summary(&self) -> &'static str;
 
+    /// Whether it compares with the test; a prior and a target belong to the parameters instead.
+    fn is_data(&self) -> bool {
+        true
+    }
+
     /// Number of rows; it depends on the test, never on θ.
     fn len(&self, comparison: &Comparison<'_>) -> usize;
 
+    /// Whether it has no rows.
+    fn is_empty(&self, comparison: &Comparison<'_>) -> bool {
+        self.len(comparison) == 0
+    }
+
     /// What a row compares, for reports.
     fn row_name(&self, comparison: &Comparison<'_>, row: usize) -> String;
+
+    /// Whether [`evaluate`](Self::evaluate) looks at `system`, `modes` or `families` of the prediction, or at the MAC of
+    /// modes that are not paired.
+    ///
+    /// A list of terms that do not is evaluated in batches, ten times faster; a term that does not say so is taken to look.
+    fn needs_system(&self) -> bool {
+        true
+    }
+
+    /// Whether its rows are r = ln(1 + eᵗ) of constraints t <= 0, see [`Walls`](super::Walls).
+    fn is_wall(&self) -> bool {
+        false
+    }
 
     /// Overwrites `out` with the residuals.
     fn evaluate(&self, at: &Point<'_>, out: &mut [f64]);
@@ -63,3 +95,6 @@ pub struct Point<'a> {
 
 /// Residual of a measured mode for which the model has no partner, in standard deviations: bad, and constant.
 pub const UNPAIRED: f64 = 20.0;
+
+#[cfg(test)]
+mod tests;

@@ -17,6 +17,10 @@ impl Residual for Prior {
         "distance of each parameter from its estimate, over its prior standard deviation"
     }
 
+    fn is_data(&self) -> bool {
+        false
+    }
+
     fn len(&self, comparison: &Comparison<'_>) -> usize {
         comparison.model().parameters().iter().filter(|p| p.prior_sd.is_some()).count()
     }
@@ -24,6 +28,10 @@ impl Residual for Prior {
     fn row_name(&self, comparison: &Comparison<'_>, row: usize) -> String {
         let mut with_prior = comparison.model().parameters().iter().filter(|p| p.prior_sd.is_some());
         with_prior.nth(row).map_or_else(String::new, |p| format!("prior of {}", p.name))
+    }
+
+    fn needs_system(&self) -> bool {
+        false
     }
 
     fn evaluate(&self, at: &Point<'_>, out: &mut [f64]) {

@@ -15,7 +15,7 @@ use crate::model::{MassProperties, Targets};
 pub struct TargetResidual;
 
 /// Width of the wall, in tolerances.
-const WIDTH: f64 = 0.01;
+pub(crate) const WIDTH: f64 = 0.01;
 
 /// |value - target|/tolerance - 1 for each target: mass, centre of gravity, inertia; -∞ where there is none.
 fn excess(targets: &Targets, p: &MassProperties) -> [f64; 7] {
@@ -52,6 +52,10 @@ impl Residual for TargetResidual {
         "mass-property targets of the model file: a soft wall at the edge of their tolerance"
     }
 
+    fn is_data(&self) -> bool {
+        false
+    }
+
     fn len(&self, _: &Comparison<'_>) -> usize {
         7
     }
@@ -59,6 +63,14 @@ impl Residual for TargetResidual {
     fn row_name(&self, _: &Comparison<'_>, row: usize) -> String {
         let names = ["total_mass", "cg.x", "cg.y", "cg.z", "inertia.xx", "inertia.yy", "inertia.zz"];
         format!("target {}", names[row])
+    }
+
+    fn needs_system(&self) -> bool {
+        false
+    }
+
+    fn is_wall(&self) -> bool {
+        true
     }
 
     fn evaluate(&self, at: &Point<'_>, out: &mut [f64]) {

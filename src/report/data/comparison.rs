@@ -143,12 +143,20 @@ pub struct Frfs {
     pub quantity: String,
     /// Its unit: `(m/s²)/N`.
     pub unit: String,
+    /// `measured` or `synthetic`.
+    pub origin: String,
+    /// How the functions of the model were computed, in one sentence.
+    pub note: String,
     /// Frequency lines, Hz, ascending.
     pub frequency_hz: Floats,
     /// Frequency bands of the criteria.
     pub bands: Vec<Band>,
     /// The channels.
     pub channels: Vec<Channel>,
+    /// Frequency domain assurance criterion of every excitation, on a coarser grid of lines: rows model, columns test.
+    pub fdac: Vec<LabelledMatrix>,
+    /// The same before the update.
+    pub fdac_before: Vec<LabelledMatrix>,
 }
 
 /// A frequency band.

@@ -28,6 +28,8 @@ pub enum Outcome {
     MissingEffect,
     /// A fault of the measurement explains it.
     MeasurementFault,
+    /// One hypothesis is needed and does not suffice; a second one helps.
+    SeveralEffects,
     /// Several hypotheses explain it equally well.
     Tied,
     /// None of the hypotheses explains it.
@@ -38,6 +40,8 @@ pub enum Outcome {
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Diagnosis {
+    /// Which model it is about, where a report has several: `before step 1`. Empty when there is one.
+    pub title: String,
     /// What it found.
     pub outcome: Outcome,
     /// The same in one sentence.
@@ -48,6 +52,14 @@ pub struct Diagnosis {
     pub alarm_level: Option<f64>,
     /// Number of candidates that were screened.
     pub screened: Option<u64>,
+    /// The same in words: `332 effects in their places, 278 of them with a trace in these data; 940 faults`.
+    pub tried: String,
+    /// Misfit of the fitted model without any hypothesis.
+    pub misfit: Option<f64>,
+    /// What noise alone would leave of it: its degrees of freedom.
+    pub degrees_of_freedom: Option<f64>,
+    /// Standard deviations seem so many times the stated ones.
+    pub noise_factor: Option<f64>,
     /// Hypotheses by descending probability, `none` and `something else` among them.
     pub hypotheses: Vec<Hypothesis>,
     /// Measurements that would separate what is tied, best first.
@@ -56,6 +68,8 @@ pub struct Diagnosis {
     pub remainder: String,
     /// Where the remainder sits.
     pub remainder_place: Option<Place>,
+    /// Where the data allow less than one might think.
+    pub warnings: Vec<String>,
 }
 
 /// What a hypothesis acts on.
@@ -113,14 +127,8 @@ pub struct Hypothesis {
     pub held_out_before: Option<f64>,
     /// Misfit of held-out data with it.
     pub held_out_after: Option<f64>,
-    /// What is estimated: `offset aft of the elastic axis`.
-    pub quantity: String,
-    /// Its estimate, in `unit`.
-    pub estimate: Option<f64>,
-    /// 95 % interval of the estimate.
-    pub interval: Option<[f64; 2]>,
-    /// Unit of estimate and interval.
-    pub unit: String,
+    /// Its sizes.
+    pub estimates: Vec<Estimate>,
     /// Hypotheses that the data cannot tell from this one.
     pub tied_with: Vec<String>,
     /// What speaks for it.
@@ -129,6 +137,22 @@ pub struct Hypothesis {
     pub evidence_against: Vec<String>,
     /// The edit of the model file that `add` would make, as text.
     pub patch: String,
+}
+
+/// A size of a hypothesis, estimated from the data.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Estimate {
+    /// What is estimated: `offset aft of the elastic axis`.
+    pub quantity: String,
+    /// Its value, in `unit`.
+    pub value: f64,
+    /// Unit of value and interval; empty for a pure number.
+    pub unit: String,
+    /// Interval of the estimate; which one is said by `interval_label`.
+    pub interval: Option<[f64; 2]>,
+    /// `90 %`, or empty.
+    pub interval_label: String,
 }
 
 /// A measurement that would tell hypotheses apart.

@@ -27,6 +27,8 @@ pub struct Update {
     pub correlation: Option<LabelledMatrix>,
     /// Combinations of parameters that the data do not determine.
     pub unidentifiable: Vec<Combination>,
+    /// What the outputs do when the parameters move: rows outputs, columns parameters.
+    pub sensitivities: Vec<LabelledMatrix>,
     /// Mass properties against their targets.
     pub mass_properties: Vec<MassProperty>,
 }
@@ -139,6 +141,9 @@ pub struct Step {
     pub per_mode: Vec<Option<f64>>,
     /// Misfit of data that the fit did not see, on the same measure.
     pub held_out: Option<f64>,
+    /// The same of every mode.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub held_out_per_mode: Vec<Option<f64>>,
     /// One sentence.
     pub note: String,
 }

@@ -1,6 +1,6 @@
 //! Whether the parts of a report fit together.
 
-use super::{Carrier, Floats, Place, ReportData, SCHEMA, Structure};
+use super::{Carrier, Diagnosis, Floats, Place, ReportData, SCHEMA, Structure};
 
 /// Why data are no report.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -88,6 +88,11 @@ impl ReportData {
                     index(|| path("sensor"), k, "structure.sensors", s.sensors.len())?;
                 }
             }
+            for (part, list) in [("fdac", &frfs.fdac), ("fdac_before", &frfs.fdac_before)] {
+                for (i, m) in list.iter().enumerate() {
+                    matrix(&format!("frfs.{part}[{i}]"), m)?;
+                }
+            }
         }
         if let Some(update) = &self.update {
             for (i, h) in update.histories.iter().enumerate() {
@@ -97,25 +102,32 @@ impl ReportData {
             if let Some(m) = &update.correlation {
                 matrix("update.correlation", m)?;
             }
+            for (i, m) in update.sensitivities.iter().enumerate() {
+                matrix(&format!("update.sensitivities[{i}]"), m)?;
+            }
         }
         if let Some(steps) = &self.steps {
             for (i, step) in steps.steps.iter().enumerate().filter(|(_, step)| !step.per_mode.is_empty()) {
                 let field = format!("steps.steps[{i}].per_mode");
                 length(field, step.per_mode.len(), steps.mode_labels.len(), "one a mode label")?;
             }
-        }
-        if let Some(diagnosis) = &self.diagnosis {
-            for (i, h) in diagnosis.hypotheses.iter().enumerate() {
-                place(&format!("diagnosis.hypotheses[{i}].place"), &h.place, s)?;
+            for (i, step) in steps.steps.iter().enumerate().filter(|(_, step)| !step.held_out_per_mode.is_empty()) {
+                let field = format!("steps.steps[{i}].held_out_per_mode");
+                length(field, step.held_out_per_mode.len(), steps.mode_labels.len(), "one a mode label")?;
             }
-            for (i, m) in diagnosis.next_measurements.iter().enumerate() {
-                if let Some(p) = &m.place {
-                    place(&format!("diagnosis.next_measurements[{i}].place"), p, s)?;
+        }
+        if let Some(l) = &self.localization {
+            for (part, list) in [("elements", &l.elements), ("groups", &l.groups)] {
+                for (i, suspect) in list.iter().enumerate() {
+                    place(&format!("localization.{part}[{i}].place"), &suspect.place, s)?;
                 }
             }
-            if let Some(p) = &diagnosis.remainder_place {
-                place("diagnosis.remainder_place", p, s)?;
-            }
+        }
+        if let Some(d) = &self.diagnosis {
+            validate_diagnosis("diagnosis", d, s)?;
+        }
+        for (i, d) in self.earlier_diagnoses.iter().enumerate() {
+            validate_diagnosis(&format!("earlier_diagnoses[{i}]"), d, s)?;
         }
         Ok(())
     }
@@ -209,6 +221,18 @@ fn validate_structure(s: &Structure) -> Result<(), ReportError> {
         length(format!("structure.fields[{i}].values"), field.values.len(), expected, rule)?;
     }
     Ok(())
+}
+
+fn validate_diagnosis(path: &str, d: &Diagnosis, s: &Structure) -> Result<(), ReportError> {
+    for (i, h) in d.hypotheses.iter().enumerate() {
+        place(&format!("{path}.hypotheses[{i}].place"), &h.place, s)?;
+    }
+    for (i, m) in d.next_measurements.iter().enumerate() {
+        if let Some(p) = &m.place {
+            place(&format!("{path}.next_measurements[{i}].place"), p, s)?;
+        }
+    }
+    d.remainder_place.as_ref().map_or(Ok(()), |p| place(&format!("{path}.remainder_place"), p, s))
 }
 
 fn matrix(field: &str, m: &super::LabelledMatrix) -> Result<(), ReportError> {

@@ -1,7 +1,7 @@
 //! A report on a terminal: the verdict first, then what the page shows, in tables.
 
-use super::{Align, Cell, Style, Table, Tone, bar, cost_history, number, percent, printable, shorten, wrap};
-use crate::report::data::{Bound, Category, Comparison, Diagnosis, Level, ReportData, Steps, Update};
+use super::{Align, Cell, Style, Table, Tone, cost_history, findings, number, percent, printable, shorten, wrap};
+use crate::report::data::{Bound, Comparison, Level, Localization, ReportData, Update};
 use std::fmt::Write as _;
 use unicode_width::UnicodeWidthStr;
 
@@ -32,9 +32,9 @@ pub fn summary(data: &ReportData, style: &Style) -> String {
         if !verdict.number.is_empty() {
             let _ = writeln!(
                 out,
-                "  {}: {}",
-                printable(&verdict.number_label),
-                style.paint(tone, &printable(&verdict.number))
+                "  {}  {}",
+                style.paint(tone, &printable(&verdict.number)),
+                printable(&verdict.number_label)
             );
         }
     }
@@ -53,13 +53,37 @@ pub fn summary(data: &ReportData, style: &Style) -> String {
     if let Some(u) = &data.update {
         update(&mut out, u, style);
     }
+    if let Some(l) = &data.localization {
+        localization(&mut out, l, style);
+    }
     if let Some(s) = &data.steps {
-        steps(&mut out, s, style);
+        head(&mut out, "The error falling", &s.measure, style);
+        out.push_str(&findings::steps(s, style));
     }
     if let Some(d) = &data.diagnosis {
-        diagnosis(&mut out, d, style);
+        head(&mut out, "Diagnosis", "", style);
+        out.push_str(&findings::diagnosis(d, style));
     }
     out
+}
+
+/// Places in the list.
+const SUSPECTS: usize = 5;
+
+fn localization(out: &mut String, l: &Localization, style: &Style) {
+    head(out, "Where model and test disagree", "", style);
+    for line in wrap(&printable(&l.sentence), style.width) {
+        let _ = writeln!(out, "{line}");
+    }
+    if !l.stands_out {
+        return;
+    }
+    let mut table = Table::new([("above noise", Align::Right), ("P by noise", Align::Right), ("element", Align::Left)]);
+    for s in l.elements.iter().take(SUSPECTS) {
+        let p = |p: f64| if p < 1e-300 { "< 1e-300".into() } else { number(p) };
+        table.row([optional(s.above_noise, number), optional(s.p_value, p), (&s.place.text).into()]);
+    }
+    out.push_str(&table.render(style));
 }
 
 fn head(out: &mut String, title: &str, note: &str, style: &Style) {
@@ -77,12 +101,7 @@ fn optional(value: Option<f64>, write: impl Fn(f64) -> String) -> Cell {
 }
 
 fn pairs(out: &mut String, data: &ReportData, c: &Comparison, style: &Style) {
-    let note = if c.criteria.is_empty() {
-        "error = (model - test)/test".into()
-    } else {
-        format!("error = (model - test)/test; criteria: {}", c.criteria)
-    };
-    head(out, "Pairs", &note, style);
+    head(out, "Pairs", &c.criteria, style);
     let mut table = Table::new([
         ("mode", Align::Left),
         ("test Hz", Align::Right),
@@ -107,6 +126,11 @@ fn pairs(out: &mut String, data: &ReportData, c: &Comparison, style: &Style) {
         ]);
     }
     out.push_str(&table.render(style));
+    let _ = writeln!(
+        out,
+        "{}",
+        style.paint(Tone::Dim, "error = (model - test)/test: plus means that the model is too high")
+    );
     let names = |list: Vec<(&str, f64)>| {
         list.iter().map(|(l, f)| format!("{} ({} Hz)", printable(l), number(*f))).collect::<Vec<_>>().join(", ")
     };
@@ -131,6 +155,9 @@ fn pairs(out: &mut String, data: &ReportData, c: &Comparison, style: &Style) {
 }
 
 fn update(out: &mut String, u: &Update, style: &Style) {
+    if u.histories.is_empty() && u.parameters.is_empty() {
+        return;
+    }
     head(out, "Update", &u.objective, style);
     for h in &u.histories {
         let name = shorten(&printable(&h.name), 26);
@@ -192,77 +219,6 @@ fn gauge(before: f64, after: Option<f64>) -> String {
     rail.iter().collect()
 }
 
-fn steps(out: &mut String, s: &Steps, style: &Style) {
-    head(out, "The error falling", &s.measure, style);
-    let largest = s.steps.iter().map(|x| x.misfit).filter(|v| v.is_finite()).fold(0.0, f64::max).max(1e-300);
-    let held = s.steps.iter().any(|x| x.held_out.is_some());
-    let mut columns = vec![("step", Align::Left), ("misfit", Align::Right), ("", Align::Left)];
-    if held {
-        columns.push(("held out", Align::Right));
-    }
-    let mut table = Table::new(columns);
-    for x in &s.steps {
-        let mut row = vec![Cell::from(&x.name), number(x.misfit).into(), bar(x.misfit / largest, 30).into()];
-        if held {
-            row.push(optional(x.held_out, number));
-        }
-        table.row(row);
-    }
-    out.push_str(&table.render(style));
-    if let Some(floor) = s.noise_floor {
-        let _ = writeln!(out, "{}", style.paint(Tone::Dim, &format!("noise alone leaves {}", number(floor))));
-    }
-}
-
-fn diagnosis(out: &mut String, d: &Diagnosis, style: &Style) {
-    let note = d.p_value.map_or_else(String::new, |p| format!("p = {}", number(p)));
-    head(out, "Diagnosis", &note, style);
-    for line in wrap(&printable(&d.sentence), style.width) {
-        let _ = writeln!(out, "{line}");
-    }
-    let mut table = Table::new([
-        ("", Align::Right),
-        ("hypothesis", Align::Left),
-        ("P", Align::Right),
-        ("", Align::Left),
-        ("misfit", Align::Left),
-        ("", Align::Left),
-    ]);
-    for (i, h) in d.hypotheses.iter().enumerate() {
-        let name = if h.place.text.is_empty() { h.kind.clone() } else { format!("{} @ {}", h.kind, h.place.text) };
-        let name = if h.category == Category::Measurement { format!("{name} (measurement)") } else { name };
-        let fall = match (h.misfit_before, h.misfit_after) {
-            (Some(b), Some(a)) => format!("{} → {}", number(b), number(a)),
-            _ => String::new(),
-        };
-        let tie = if h.tied_with.is_empty() { Cell::default() } else { Cell::new("= tied", Tone::Warning) };
-        table.row([
-            format!("{}", i + 1).into(),
-            name.into(),
-            optional(h.probability, chance),
-            bar(h.probability.unwrap_or(0.0), 12).into(),
-            fall.into(),
-            tie,
-        ]);
-    }
-    out.push_str(&table.render(style));
-    for (i, m) in d.next_measurements.iter().enumerate() {
-        let lead = if i == 0 { "to measure next: " } else { "or: " };
-        for (k, line) in wrap(&printable(&m.what), style.width.saturating_sub(lead.len())).iter().enumerate() {
-            let _ = writeln!(out, "{}{line}", if k == 0 { lead.to_string() } else { " ".repeat(lead.len()) });
-        }
-    }
-}
-
-/// Two decimals, never a rounded 0 or 1.
-fn chance(p: f64) -> String {
-    match p {
-        p if p > 0.0 && p < 0.005 => "< 0.01".into(),
-        p if p < 1.0 && p > 0.995 => "> 0.99".into(),
-        p => format!("{p:.2}"),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::super::fixture::wing;
@@ -273,7 +229,7 @@ mod tests {
         for width in [60, 80, 100, 140] {
             let text = summary(&wing::report(), &Style { color: false, width });
             assert!(!text.contains('\u{1b}'));
-            for word in ["Pairs", "symmetric", "E_wing", "mass-offset", "noise alone leaves 1.000"] {
+            for word in ["Pairs", "symmetric", "E_wing", "mass-offset", "noise alone leaves about 1.000"] {
                 assert!(text.contains(word), "{word} at {width}:\n{text}");
             }
             if width >= 100 {

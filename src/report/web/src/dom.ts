@@ -28,6 +28,11 @@ export function h<K extends keyof HTMLElementTagNameMap>(
   return fill(document.createElement(tag), attributes, children);
 }
 
+/** Text that may break after the signs that join the parts of a name; copied, it is the same text. */
+export function soft(text: string): Child[] {
+  return text.split(/(?<=[@+_.:/]|[a-z]-)(?=[A-Za-z])/).flatMap((part, i) => (i ? [h("wbr"), part] : [part]));
+}
+
 /** An SVG element. */
 export function s<K extends keyof SVGElementTagNameMap>(
   tag: K, attributes: Attributes = {}, ...children: Child[]
@@ -71,7 +76,7 @@ export function choice<T extends string>(
       onclick: () => {
         for (const b of buttons) b.setAttribute("aria-pressed", String(b.dataset["value"] === value));
         change(value);
-      } }, text));
+      } }, soft(text)));
   return h("div", { class: "segments", role: "group", "aria-label": label }, buttons);
 }
 

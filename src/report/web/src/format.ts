@@ -12,7 +12,8 @@ function finish(text: string): string {
 /** Fixed number of decimals. */
 export function fixed(value: Num | undefined, decimals: number): string {
   if (value == null || !Number.isFinite(value)) return MISSING;
-  return finish((Object.is(value, -0) ? 0 : value).toFixed(decimals));
+  const text = value.toFixed(decimals);
+  return finish(Number(text) === 0 ? text.replace("-", "") : text);
 }
 
 /** `digits` significant digits; powers of ten outside 1e-3 .. 1e6. */
@@ -44,7 +45,7 @@ export function hertz(value: Num | undefined): string {
 /** A probability: two decimals, never a rounded 0 or 1. */
 export function probability(value: Num | undefined): string {
   if (value == null || !Number.isFinite(value)) return MISSING;
-  if (value > 0 && value < 0.005) return "< 0.01";
+  if (value < 0.005) return "< 0.01";
   if (value < 1 && value > 0.995) return "> 0.99";
   return fixed(value, 2);
 }

@@ -1,16 +1,16 @@
 /** Builds the page from its data. */
 
 import { charts } from "./charts";
-import { badge, h, type Child } from "./dom";
+import { badge, h, soft, type Child } from "./dom";
 import { fixed, percent, slug } from "./format";
-import { diagnosisSection } from "./sections/diagnosis";
+import { diagnosesSection } from "./sections/diagnosis";
 import { frfsSection } from "./sections/frfs";
 import { modesSection } from "./sections/modes";
 import { pairsSection } from "./sections/pairs";
 import { provenanceSection } from "./sections/provenance";
 import { stepsSection } from "./sections/steps";
 import { structureSection } from "./sections/structure";
-import { updateSection } from "./sections/update";
+import { hasUpdate, updateSection } from "./sections/update";
 import { viewers } from "./viewer";
 import type { Comparison, ReportData } from "./types";
 
@@ -18,14 +18,14 @@ interface Tab { id: string; name: string; build: () => HTMLElement }
 
 function tabsOf(data: ReportData, save: () => void): Tab[] {
   const tabs: (Tab | false | undefined)[] = [
-    data.structure && { id: "structure", name: "Structure", build: () => structureSection(data.structure!) },
+    data.structure && { id: "structure", name: "Structure", build: () => structureSection(data.structure!, data.localization) },
     data.structure && (data.modes.model.length > 0 || data.modes.test.length > 0)
       && { id: "modes", name: "Mode shapes", build: () => modesSection(data.structure!, data.modes, data.comparison) },
     data.comparison && { id: "pairs", name: "Pairs", build: () => pairsSection(data.comparison!, data.modes, data.structure) },
     data.frfs && data.frfs.channels.length > 0 && { id: "frfs", name: "FRFs", build: () => frfsSection(data.frfs!) },
-    data.update && { id: "update", name: "Update", build: () => updateSection(data.update!) },
+    data.update && hasUpdate(data.update) && { id: "update", name: data.update.histories.length + data.update.parameters.length ? "Update" : "Parameters", build: () => updateSection(data.update!) },
     data.steps && data.steps.steps.length > 0 && { id: "steps", name: "Error falling", build: () => stepsSection(data.steps!) },
-    data.diagnosis && { id: "diagnosis", name: "Diagnosis", build: () => diagnosisSection(data.diagnosis!, data.structure) },
+    data.diagnosis && { id: "diagnosis", name: "Diagnosis", build: () => diagnosesSection(data.earlier_diagnoses ?? [], data.diagnosis!, data.structure) },
     { id: "provenance", name: "Provenance", build: () => provenanceSection(data.meta, save) },
   ];
   return tabs.filter((t): t is Tab => !!t);
@@ -55,9 +55,9 @@ function head(data: ReportData, theme: Child): HTMLElement {
       h("div", {}, h("p", { class: "brand" }, "retune report"), h("h1", {}, title || "Report"), subtitle ? h("p", { class: "subtitle" }, subtitle) : null),
       theme),
     verdict ? h("section", { class: `verdict ${verdict.level}`, "aria-label": "Verdict", id: "verdict" },
-      h("div", { class: "verdict-text" }, badge(verdict.level, LEVELS[verdict.level]), h("p", { class: "sentence" }, verdict.sentence),
+      h("div", { class: "verdict-text" }, badge(verdict.level, LEVELS[verdict.level]), h("p", { class: "sentence" }, soft(verdict.sentence)),
         data.comparison ? glance(data.comparison) : null),
-      verdict.number ? h("div", { class: "verdict-number" }, h("span", { class: "big" }, verdict.number), h("span", { class: "big-label" }, verdict.number_label)) : null) : null);
+      verdict.number ? h("div", { class: "verdict-number" }, h("span", { class: verdict.number.length > 9 ? "big long" : "big" }, verdict.number), h("span", { class: "big-label" }, soft(verdict.number_label))) : null) : null);
 }
 
 function themeButton(): HTMLElement {

@@ -1,4 +1,4 @@
-/** The report's data as they stand in the page: the JSON form of `ReportData` in `src/report/data.rs`, schema 1. */
+/** The report's data as they stand in the page: the JSON form of `ReportData` in `src/report/data.rs`, schema 2. */
 
 /** Base64 text of little-endian 32-bit floats; see `decode.ts`. */
 export type Floats = string;
@@ -83,7 +83,10 @@ export interface Channel {
   measured?: Spectrum; model?: Spectrum; before?: Spectrum; coherence?: Floats;
   frac: Num[]; frac_before?: Num[];
 }
-export interface Frfs { quantity: string; unit: string; frequency_hz: Floats; bands: Band[]; channels: Channel[] }
+export interface Frfs {
+  quantity: string; unit: string; origin: string; note: string; frequency_hz: Floats; bands: Band[]; channels: Channel[];
+  fdac: LabelledMatrix[]; fdac_before: LabelledMatrix[];
+}
 
 export interface History { name: string; evaluations: number[]; best_cost: Num[] }
 export interface Parameter {
@@ -97,29 +100,35 @@ export interface MassProperty {
 export interface Update {
   optimizer: string; objective: string; termination: string; evaluations: Num; cost_before: Num; cost_after: Num;
   histories: History[]; parameters: Parameter[]; correlation: LabelledMatrix | null;
-  unidentifiable: Combination[]; mass_properties: MassProperty[];
+  unidentifiable: Combination[]; sensitivities: LabelledMatrix[]; mass_properties: MassProperty[];
 }
 
-export interface Step { name: string; misfit: number; per_mode: Num[]; held_out: Num; note: string }
+export interface Step { name: string; misfit: number; per_mode: Num[]; held_out: Num; held_out_per_mode?: Num[]; note: string }
 export interface Steps { measure: string; noise_floor: Num; mode_labels: string[]; steps: Step[] }
 
 export interface Place { text: string; nodes: number[]; elements: number[]; sensors: number[] }
+export interface Suspect { place: Place; above_noise: Num; relative_energy: Num; p_value: Num }
+export interface Localization { sentence: string; stands_out: boolean; p_family: Num; elements: Suspect[]; groups: Suspect[] }
+
+export interface Estimate { quantity: string; value: Num; unit: string; interval: [number, number] | null; interval_label: string }
 export interface Hypothesis {
   id: string; category: "effect" | "measurement" | "none" | "other"; kind: string; summary: string; place: Place;
   probability: Num; log_bayes_factor: Num; misfit_before: Num; misfit_after: Num;
-  held_out_before: Num; held_out_after: Num; quantity: string; estimate: Num; interval: [number, number] | null;
-  unit: string; tied_with: string[]; evidence_for: string[]; evidence_against: string[]; patch: string;
+  held_out_before: Num; held_out_after: Num; estimates: Estimate[]; tied_with: string[]; evidence_for: string[]; evidence_against: string[]; patch: string;
 }
 export interface Measurement {
   what: string; why: string; separates: string[]; expected_log_bayes_factor: Num; place: Place | null;
 }
 export interface Diagnosis {
-  outcome: "adequate" | "missing-effect" | "measurement-fault" | "tied" | "unexplained";
-  sentence: string; p_value: Num; alarm_level: Num; screened: Num;
+  title: string;
+  outcome: "adequate" | "missing-effect" | "measurement-fault" | "several-effects" | "tied" | "unexplained";
+  sentence: string; p_value: Num; alarm_level: Num; screened: Num; tried: string;
+  misfit: Num; degrees_of_freedom: Num; noise_factor: Num;
   hypotheses: Hypothesis[]; next_measurements: Measurement[]; remainder: string; remainder_place: Place | null;
+  warnings: string[];
 }
 
 export interface ReportData {
   schema: number; meta: Meta; structure?: Structure; modes: Modes; comparison?: Comparison; frfs?: Frfs;
-  update?: Update; steps?: Steps; diagnosis?: Diagnosis;
+  update?: Update; steps?: Steps; localization?: Localization; diagnosis?: Diagnosis; earlier_diagnoses?: Diagnosis[];
 }

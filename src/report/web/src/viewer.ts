@@ -15,7 +15,7 @@ import type { Place, Structure, Vec3 } from "./types";
 
 ColorManagement.enabled = false;
 
-export type Layer = "nodes" | "elements" | "links" | "masses" | "sensors" | "ghost" | "test" | "names";
+export type Layer = "nodes" | "elements" | "links" | "masses" | "sensors" | "supports" | "ghost" | "test" | "names";
 export type Painter = (index: number) => Rgb | null;
 
 interface Theme { line: Rgb; faint: Rgb; node: Rgb; sensor: Rgb; mass: Rgb; accent: Rgb; test: Rgb; model: Rgb; text: string; halo: string }
@@ -73,7 +73,7 @@ export class Viewer {
   private fitted = true;
   private readonly cloud: Vec3[];
   private layers: Record<Layer, boolean> = {
-    nodes: true, elements: true, links: true, masses: true, sensors: true, ghost: false, test: false, names: false,
+    nodes: true, elements: true, links: true, masses: true, sensors: true, supports: true, ghost: false, test: false, names: false,
   };
 
   /** Undeformed positions: every node, then the points along the beams. */
@@ -100,6 +100,9 @@ export class Viewer {
   private readonly faceMesh: Mesh<BufferGeometry, MeshLambertMaterial>;
   private readonly masses: InstancedMesh;
   private readonly cones: InstancedMesh;
+  /** Pyramids under what is held: supports, then elements to the ground. */
+  private readonly feet: InstancedMesh;
+  private readonly held: { kind: "support" | "element"; index: number; node: number }[] = [];
   private readonly sensorBase: Float32Array;
   private readonly sensorNow: Float32Array;
   private testShape: Shape | null = null;
@@ -177,7 +180,12 @@ export class Viewer {
     this.cones = new InstancedMesh(new ConeGeometry(1, 3.2, 14), new MeshLambertMaterial(), data.sensors.length + data.exciters.length);
     this.cones.frustumCulled = false;
     this.placeArrows();
-    this.scene.add(new AmbientLight(0xffffff, 1.6), this.cones, this.masses, this.faceMesh,
+    data.supports.forEach((b, index) => { if (b.node < nodes.length) this.held.push({ kind: "support", index, node: b.node }); });
+    elements.forEach((e, index) => { if (e.nodes.length === 1 && e.nodes[0]! < nodes.length) this.held.push({ kind: "element", index, node: e.nodes[0]! }); });
+    this.feet = new InstancedMesh(new ConeGeometry(1, 1.7, 4), new MeshLambertMaterial(), this.held.length);
+    this.feet.frustumCulled = false;
+    this.placeFeet();
+    this.scene.add(this.feet, new AmbientLight(0xffffff, 1.6), this.cones, this.masses, this.faceMesh,
       this.marks.object, this.markDots.object, this.ghost.object, this.links.object, this.lines.object, this.arrows.object,
       this.traces.object, this.nodeDots.object, this.sensorDots.object, this.testDots.object);
     const sun = new DirectionalLight(0xffffff, 1.8);
@@ -397,6 +405,27 @@ export class Viewer {
     this.arrows.moved();
   }
 
+  /** How far the middle of a foot is below its node. */
+  private get footSize(): number {
+    return this.home.radius * 0.022;
+  }
+
+  private placeFeet(): void {
+    const matrix = new Matrix4(), turnTo = new Quaternion();
+    const down = new Vector3().setComponent(this.up, 1);
+    turnTo.setFromUnitVectors(new Vector3(0, 1, 0), down);
+    this.held.forEach(({ kind, node }, i) => {
+      const size = this.footSize * (kind === "support" ? 1 : 0.7);
+      const p = new Vector3(...this.nodeBase(node)).addScaledVector(down, -0.85 * size);
+      matrix.compose(p, turnTo, new Vector3(size, size, size));
+      this.feet.setMatrixAt(i, matrix);
+    });
+  }
+
+  private nodeBase(i: number): Vec3 {
+    return [this.base[3 * i]!, this.base[3 * i + 1]!, this.base[3 * i + 2]!];
+  }
+
   private mark(): void {
     const place = this.selected;
     const elements = new Set(place?.elements ?? []);
@@ -443,6 +472,11 @@ export class Viewer {
       this.cones.setColorAt(i, color.setRGB(rgb[0] / 255, rgb[1] / 255, rgb[2] / 255));
     }
     if (this.cones.instanceColor) this.cones.instanceColor.needsUpdate = true;
+    this.held.forEach(({ kind, index }, i) => {
+      const rgb = kind === "element" ? this.elementPaint(index) ?? t.line : t.node;
+      this.feet.setColorAt(i, color.setRGB(rgb[0] / 255, rgb[1] / 255, rgb[2] / 255));
+    });
+    if (this.feet.instanceColor) this.feet.instanceColor.needsUpdate = true;
     (this.masses.material as MeshLambertMaterial).color.setRGB(t.mass[0] / 255, t.mass[1] / 255, t.mass[2] / 255);
     this.testDots.paint((i) => this.testPaint(i) ?? t.test);
     this.traces.paint((i, end) => {
@@ -481,6 +515,7 @@ export class Viewer {
     this.links.object.visible = l.links && this.linkPairs.length > 0;
     this.nodeDots.object.visible = l.nodes;
     this.masses.visible = l.masses;
+    this.feet.visible = l.supports && this.held.length > 0;
     this.sensorDots.object.visible = this.arrows.object.visible = this.cones.visible = l.sensors;
     this.testDots.object.visible = l.test;
     this.traces.object.visible = l.test && this.traces.count > 0;
@@ -611,6 +646,11 @@ export class Viewer {
       if (m.node >= this.data.nodes.length) continue;
       const p = this.nodeNow(m.node), o = m.offset ?? [0, 0, 0];
       if (Math.hypot(...o) > 0) yield { kind: "mass", index: i, points: [this.flat(p[0] + o[0], p[1] + o[1], p[2] + o[2])] };
+    }
+    if (l.supports) for (const { kind, index, node } of this.held) {
+      const p = this.nodeBase(node);
+      p[this.up]! -= 1.7 * this.footSize;
+      yield { kind, index, points: [this.flat(...p)] };
     }
     if (l.nodes) for (let i = 0; i < this.data.nodes.length; i++) yield { kind: "node", index: i, points: [at(this.now, i)] };
     if (l.elements) {

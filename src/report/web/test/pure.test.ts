@@ -36,7 +36,7 @@ test("numbers are written as people read them", () => {
   assert.equal(percent(-0.0001), "0.0 %");
   assert.equal(percent(-0.017), "−1.7 %");
   assert.equal(fixed(-0, 2), "0.00");
-  assert.deepEqual([probability(0.9999), probability(1e-4), probability(0.93), probability(0), probability(1)], ["> 0.99", "< 0.01", "0.93", "0.00", "1.00"]);
+  assert.deepEqual([probability(0.9999), probability(1e-4), probability(0.93), probability(0), probability(1)], ["> 0.99", "< 0.01", "0.93", "< 0.01", "1.00"]);
   for (const f of [significant, percent, probability] as ((v: number | null) => string)[]) {
     assert.equal(f(null), "–");
     assert.equal(f(NaN), "–");

@@ -1,13 +1,13 @@
 /** What is missing, where it sits, how sure that is, and what else it could be. */
 
-import { badge, card, h, num, type Child } from "../dom";
+import { badge, card, choice, h, num, soft, type Child } from "../dom";
 import { fixed, probability, significant } from "../format";
 import { makeViewer } from "../viewer";
 import type { Diagnosis, Hypothesis, Place, Structure } from "../types";
 
 const OUTCOMES = {
   "adequate": ["good", "the model explains the test"], "missing-effect": ["warning", "a missing effect is found"],
-  "measurement-fault": ["warning", "a fault of the measurement is found"], "tied": ["warning", "several hypotheses explain it equally well"],
+  "measurement-fault": ["warning", "a fault of the measurement is found"], "several-effects": ["bad", "one effect does not suffice"], "tied": ["warning", "several hypotheses explain it equally well"],
   "unexplained": ["bad", "not explained"],
 } as const;
 
@@ -32,15 +32,36 @@ function evidence(title: string, list: string[], sign: string): HTMLElement | nu
   return list.length ? h("div", { class: "evidence" }, h("h5", {}, title), h("ul", {}, list.map((e) => h("li", {}, h("span", { class: "sign", "aria-hidden": "true" }, sign), e)))) : null;
 }
 
-export function diagnosisSection(d: Diagnosis, s: Structure | undefined): HTMLElement {
+/** The diagnoses of all steps, the last one open. */
+export function diagnosesSection(earlier: Diagnosis[], last: Diagnosis, s: Structure | undefined): HTMLElement {
+  if (!earlier.length) return diagnosisSection(last, s, "diagnosis");
+  const all = [...earlier.map((d, i) => ({ d, path: `earlier_diagnoses.${i}` })), { d: last, path: "diagnosis" }];
+  const built = new Map<number, HTMLElement>();
+  const place = h("div", {});
+  const show = (i: number): void => {
+    const { d, path } = all[i]!;
+    if (!built.has(i)) {
+      built.set(i, diagnosisSection(d, s, path));
+      place.append(built.get(i)!);
+    }
+    for (const [k, element] of built) element.hidden = k !== i;
+  };
+  const open = all.length - 1;
+  show(open);
+  return h("div", {}, h("div", { class: "toolbar diagnosis-choice" }, h("span", { class: "note" }, "Diagnosis of the model"),
+    choice("Diagnosis of which step", all.map(({ d }, i) => ({ value: String(i), text: d.title || `step ${i}` })), String(open), (v) => show(Number(v)))), place);
+}
+
+function diagnosisSection(d: Diagnosis, s: Structure | undefined, root: string): HTMLElement {
   const viewer = s ? makeViewer(s, { label: "Where the hypothesis sits" }) : null;
   if (viewer) {
-    viewer.root.id = "diagnosis-viewer";
+    if (root === "diagnosis") viewer.root.id = "diagnosis-viewer";
     viewer.show("nodes", false);
     viewer.show("sensors", false);
   }
-  const where = h("p", { class: "where", id: "diagnosis-where", "aria-live": "polite" });
+  const where = h("p", { class: "where", id: root === "diagnosis" ? "diagnosis-where" : null, "aria-live": "polite" });
   const nameOf = (x: Hypothesis): string => x.kind + (x.place.text ? ` @ ${x.place.text}` : "");
+  const wordOf = (id: string): string => { const x = d.hypotheses.find((o) => o.id === id); return x ? nameOf(x) : id; };
   const has = (p: Place): boolean => p.nodes.length + p.elements.length + p.sensors.length > 0;
   const showPlace = (place: Place, text: string): void => {
     viewer?.highlight(place);
@@ -48,13 +69,13 @@ export function diagnosisSection(d: Diagnosis, s: Structure | undefined): HTMLEl
     where.textContent = viewer ? (has(place) ? text : `${text}: no single place`) : text;
   };
 
-  const detail = h("div", { id: "hypothesis-detail" });
+  const detail = h("div", { id: root === "diagnosis" ? "hypothesis-detail" : null });
   const select = (i: number): void => {
     const x = d.hypotheses[i];
     if (!x) return;
     for (const b of list.querySelectorAll("button")) b.setAttribute("aria-current", String(b.dataset["index"] === String(i)));
     showPlace(x.place, nameOf(x));
-    const path = `diagnosis.hypotheses.${i}`;
+    const path = `${root}.hypotheses.${i}`;
     const row = (name: string, value: Child): Child => (value == null ? null : [h("dt", {}, name), h("dd", {}, value)]);
     const ties = x.tied_with.map((id) => ({ id, k: d.hypotheses.findIndex((o) => o.id === id) }));
     detail.replaceChildren(card(nameOf(x), CATEGORIES[x.category],
@@ -64,36 +85,44 @@ export function diagnosisSection(d: Diagnosis, s: Structure | undefined): HTMLEl
         row("log Bayes factor", x.log_bayes_factor == null ? null : num(fixed(x.log_bayes_factor, 1), `${path}.log_bayes_factor`)),
         row("misfit", arrow(x.misfit_before, x.misfit_after, path, ["misfit_before", "misfit_after"])),
         row("held-out data", arrow(x.held_out_before, x.held_out_after, path, ["held_out_before", "held_out_after"])),
-        row(x.quantity || "estimate", x.estimate == null ? null : h("span", {}, num(significant(x.estimate, 3), `${path}.estimate`), x.unit ? ` ${x.unit}` : "",
-          x.interval ? [" (95 %: ", num(significant(x.interval[0], 3), `${path}.interval.0`), " … ", num(significant(x.interval[1], 3), `${path}.interval.1`), ")"] : "")),
+        x.estimates.map((e, k) => row(e.quantity || "estimate", h("span", {}, num(significant(e.value, 4), `${path}.estimates.${k}.value`), e.unit ? ` ${e.unit}` : "",
+          e.interval ? [e.interval_label ? ` (${e.interval_label}: ` : " (", num(significant(e.interval[0], 4), `${path}.estimates.${k}.interval.0`), " … ", num(significant(e.interval[1], 4), `${path}.estimates.${k}.interval.1`), ")"] : ""))),
         row("cannot be told from", ties.length ? h("span", {}, ties.map(({ id, k }, n) => [n ? ", " : "",
           k >= 0 ? h("button", { type: "button", class: "link", onclick: () => select(k) }, nameOf(d.hypotheses[k]!)) : id])) : null)),
       h("div", { class: "columns" }, evidence("Speaks for it", x.evidence_for, "+"), evidence("Speaks against it", x.evidence_against, "−")),
-      x.patch ? h("div", { class: "patch" }, h("div", { class: "patch-head" }, h("h5", {}, "The edit that ", h("code", {}, "retune add"), " makes"), copyButton(x.patch)), h("pre", { id: "patch", tabindex: 0 }, x.patch)) : null));
+      x.patch ? h("div", { class: "patch" }, h("div", { class: "patch-head" }, x.category === "effect" ? h("h5", {}, "The edit that ", h("code", {}, `retune add MODEL ${x.id}`), " makes") : h("h5", {}, "What to do"), copyButton(x.patch)), h("pre", { id: root === "diagnosis" ? "patch" : null, class: "patch-text", tabindex: 0 }, x.patch)) : null));
   };
 
-  const list = h("ol", { class: "hypotheses" }, d.hypotheses.map((x, i) =>
-    h("li", {}, h("button", { type: "button", class: "hypothesis", "data-index": i, onclick: () => select(i) },
+  const item = (x: Hypothesis, i: number): HTMLElement => h("li", {}, h("button", { type: "button", class: "hypothesis", "data-index": i, onclick: () => select(i) },
       h("span", { class: "p-bar", "aria-hidden": "true" }, h("span", { style: `width:${Math.round(100 * Math.min(1, Math.max(0, x.probability ?? 0)))}%` })),
-      h("span", { class: "hypothesis-name" }, nameOf(x)),
-      h("span", { class: "hypothesis-p" }, num(probability(x.probability), `diagnosis.hypotheses.${i}.probability`)),
+      h("span", { class: "hypothesis-name" }, soft(nameOf(x))),
+      h("span", { class: "hypothesis-p" }, num(probability(x.probability), `${root}.hypotheses.${i}.probability`)),
       h("span", { class: "hypothesis-sub" }, CATEGORIES[x.category],
-        x.misfit_after == null ? "" : [" · misfit ", arrow(x.misfit_before, x.misfit_after, `diagnosis.hypotheses.${i}`, ["misfit_before", "misfit_after"])],
-        x.tied_with.length ? h("span", { class: "tie" }, "tied") : "")))));
+        x.misfit_after == null ? "" : [" · misfit ", arrow(x.misfit_before, x.misfit_after, `${root}.hypotheses.${i}`, ["misfit_before", "misfit_after"])],
+        x.tied_with.length ? h("span", { class: "tie" }, "tied") : "")));
+  // The unlikely ones are there for who asks.
+  const isShown = (x: Hypothesis, i: number): boolean => i < 6 || (x.probability ?? 0) >= 0.005 || x.category === "none" || x.category === "other";
+  const items = d.hypotheses.map((x, i) => ({ x, item: item(x, i), shown: isShown(x, i) }));
+  const rest = items.filter((o) => !o.shown);
+  const list = h("div", {}, h("ol", { class: "hypotheses" }, items.filter((o) => o.shown).map((o) => o.item)),
+    rest.length ? h("details", { class: "more-hypotheses" }, h("summary", {}, `${rest.length} more, each below 0.01`), h("ol", { class: "hypotheses" }, rest.map((o) => o.item))) : null);
 
   const next = d.next_measurements.length ? card("What to measure next", "the measurement that separates best comes first",
-    h("ol", { class: "next" }, d.next_measurements.map((m, i) => h("li", {},
+    h("ol", { class: "next" }, d.next_measurements.slice(0, 5).map((m, i) => h("li", {},
       h("strong", {}, m.what), m.why ? h("p", {}, m.why) : null,
-      h("p", { class: "note" }, m.separates.length ? `separates ${m.separates.join(" from ")}` : "",
-        m.expected_log_bayes_factor == null ? "" : [m.separates.length ? "; " : "", "expected log Bayes factor ", num(fixed(m.expected_log_bayes_factor, 1), `diagnosis.next_measurements.${i}.expected_log_bayes_factor`)],
+      h("p", { class: "note" }, m.separates.length ? `separates ${m.separates.map(wordOf).join(" from ")}` : "",
+        m.expected_log_bayes_factor == null ? "" : [m.separates.length ? "; " : "", "expected log Bayes factor ", num(fixed(m.expected_log_bayes_factor, 1), `${root}.next_measurements.${i}.expected_log_bayes_factor`)],
         m.place && viewer && has(m.place) ? [" ", h("button", { type: "button", class: "link", onclick: () => showPlace(m.place!, `measure here: ${m.place!.text}`) }, "show the place")] : ""))))) : null;
   const [level, words] = OUTCOMES[d.outcome];
   const section = h("div", { class: "stack" },
-    h("section", { class: "card diagnosis-head" }, badge(level, words), h("p", { class: "lead" }, d.sentence),
+    h("section", { class: "card diagnosis-head" }, badge(level, words), h("p", { class: "lead" }, soft(d.sentence)),
       h("p", { class: "note" },
-        d.p_value == null ? "" : ["chance of a misfit like this if nothing were missing: p = ", num(significant(d.p_value, 2), "diagnosis.p_value")],
-        d.alarm_level == null ? "" : ["; alarm below ", num(significant(d.alarm_level, 2), "diagnosis.alarm_level")],
-        d.screened == null ? "" : ["; ", num(String(d.screened), "diagnosis.screened"), " candidates screened"])),
+        d.misfit == null ? "" : ["misfit of the fitted model ", num(significant(d.misfit, 4), `${root}.misfit`),
+          d.degrees_of_freedom == null ? "; " : [", noise alone leaves about ", num(significant(d.degrees_of_freedom, 4), `${root}.degrees_of_freedom`), "; "]],
+        d.p_value == null ? "" : ["as good by chance with p = ", num(significant(d.p_value, 2), `${root}.p_value`)],
+        d.alarm_level == null ? "" : ["; alarm below ", num(significant(d.alarm_level, 2), `${root}.alarm_level`)],
+        d.tried ? `; tried ${d.tried}` : d.screened == null ? "" : ["; ", num(String(d.screened), `${root}.screened`), " candidates screened"]),
+      d.warnings.length ? h("ul", { class: "warnings note" }, d.warnings.map((w) => h("li", {}, w))) : null),
     h("div", { class: "split even" },
       h("section", { class: "card" }, h("header", { class: "card-head" }, h("h3", {}, "Hypotheses")), list),
       viewer ? h("section", { class: "card stage-card" }, viewer.root, where) : null),

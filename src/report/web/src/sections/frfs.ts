@@ -5,17 +5,19 @@ import { css, ink, sample } from "../color";
 import { floats, polar, type Polar } from "../decode";
 import { card, choice, h, num, toggle } from "../dom";
 import { fixed, plain, significant } from "../format";
+import { heat } from "../heat";
 import { colorBar } from "../legend";
 import type { Channel, Frfs } from "../types";
 
 type Curve = "measured" | "model" | "before";
-const STYLE: Record<Curve, { name: string; dash: string; width: number }> = {
+const STYLES: Record<Curve, { name: string; dash: string; width: number }> = {
   measured: { name: "measured", dash: "solid", width: 2.2 },
   model: { name: "model", dash: "dash", width: 2 },
   before: { name: "model before", dash: "dot", width: 1.6 },
 };
 
 export function frfsSection(f: Frfs): HTMLElement {
+  const STYLE = f.origin === "synthetic" ? { ...STYLES, measured: { ...STYLES.measured, name: "test (synthetic)" } } : STYLES;
   const frequency = Array.from(floats(f.frequency_hz));
   const cache = new Map<string, Polar>();
   const curve = (index: number, which: Curve): Polar | null => {
@@ -26,6 +28,7 @@ export function frfsSection(f: Frfs): HTMLElement {
     return cache.get(key)!;
   };
   let current = 0, scale: "log" | "linear" = "log", phase = true;
+  const references = new Set(f.channels.map((c) => c.reference)).size;
   const name = (c: Channel): string => c.reference ? `${c.response} / ${c.reference}` : c.response;
 
   const draw = (p: Palette): Figure => {
@@ -95,8 +98,8 @@ export function frfsSection(f: Frfs): HTMLElement {
   const overview = h("div", { class: "channel-list", role: "region", tabindex: 0, "aria-label": "Channels by FRAC, lowest first" },
     worst.map(({ i, mean: m }) => {
       const c = f.channels[i]!;
-      return h("button", { type: "button", class: "channel", "data-channel": i, onclick: () => choose(i) },
-        h("span", { class: "channel-name" }, name(c)),
+      return h("button", { type: "button", class: f.bands.length > 4 ? "channel many" : "channel", "data-channel": i, onclick: () => choose(i) },
+        h("span", { class: "channel-name" }, references > 1 ? name(c) : c.response),
         h("span", { class: "channel-cells" }, c.frac.map((v, k) => {
           const rgb = sample("viridis", v ?? NaN);
           return h("span", { class: "cell", style: `background:${css(rgb)};color:${ink(rgb)}`, title: `${f.bands[k]?.name ?? ""} FRAC` }, fixed(v, 2));
@@ -107,17 +110,28 @@ export function frfsSection(f: Frfs): HTMLElement {
       h("h4", { class: "list-title" }, f.bands.length ? "Channels, lowest FRAC first" : "Channels"), overview,
       f.bands.length ? colorBar("viridis", "0", "1", "FRAC by band") : null),
     h("div", { class: "stack" },
-      card("Measured against model", `${f.quantity} of ${f.channels.length} ${f.channels.length === 1 ? "channel" : "channels"} on ${frequency.length} lines; drag in the picture to zoom, double-click to return`,
+      card(f.origin === "synthetic" ? "Test against model" : "Measured against model", `${f.quantity} of ${f.channels.length} ${f.channels.length === 1 ? "channel" : "channels"} on ${frequency.length} lines${f.origin ? `, ${f.origin}` : ""}; drag in the picture to zoom, double-click to return`,
         h("div", { class: "toolbar" },
           h("label", { class: "field" }, "Channel ", select),
           h("button", { type: "button", "aria-label": "Previous channel", onclick: () => choose(current - 1) }, "‹"),
           h("button", { type: "button", "aria-label": "Next channel", onclick: () => choose(current + 1) }, "›"),
           choice("Amplitude axis", [{ value: "log", text: "log" }, { value: "linear", text: "linear" }], "log", (v) => { scale = v; chart.refresh(); }),
           toggle("Phase", true, (on) => { phase = on; chart.refresh(); })),
-        title, chart.root),
-      f.bands.length ? card("Agreement per band", "FRAC of this channel; CSAC (shape) and CSF (size) over all channels; 1 is perfect", h("div", { class: "scroll" }, bandTable)) : null));
+        title, chart.root, f.note ? h("p", { class: "note" }, f.note) : null),
+      f.bands.length ? card("Agreement per band", "FRAC of this channel; CSAC (shape) and CSF (size) over all channels; 1 is perfect", h("div", { class: "scroll" }, bandTable)) : null,
+      f.fdac.length ? fdacCard(f) : null));
   choose(worst[0]?.i ?? 0);
   return section;
+}
+
+/** FDAC: a line of likeness beside the diagonal means that the model's frequencies are off by that much. */
+function fdacCard(f: Frfs): HTMLElement {
+  const before = f.fdac_before.length > 0;
+  const picture = (k: number, which: "fdac" | "fdac_before", title: string): HTMLElement => h("figure", { class: "mac" }, h("figcaption", {}, title),
+    heat(f[which][k]!, { map: "viridis", low: 0, high: 1, path: (i, j) => `frfs.${which}.${k}.values.${i}.${j}`, decimals: 3 }));
+  const pictures = f.fdac.map((m, k) => [before && f.fdac_before[k] ? picture(k, "fdac_before", `${m.title}, before`) : null, picture(k, "fdac", before ? `${m.title}, after` : m.title)]);
+  return card("FDAC", "likeness of the responses at one frequency of the model (down) and one of the test (across): a ridge beside the diagonal is a shift of frequency",
+    h("div", { class: "columns fdac" }, pictures), colorBar("viridis", "0", "1", "FDAC"));
 }
 
 /** How many decades the amplitudes cover. */

@@ -108,7 +108,7 @@ export function modesSection(s: Structure, modes: Modes, comparison: Comparison 
         pair ? row("error", num(percent(pair.error), `comparison.pairs.${index}.error`, 100)) : null,
         pair?.mac != null ? row("MAC", num(fixed(pair.mac, 3), `comparison.pairs.${index}.mac`)) : null,
         test?.damping_ratio != null ? row("damping (test)", num(`${fixed(100 * test.damping_ratio, 2)} %`, `modes.test.${current.test}.damping_ratio`, 100)) : null,
-        test?.origin ? row("origin", test.origin) : null));
+        test?.origin ? row("test shape", test.origin) : null));
     for (const b of buttons.querySelectorAll("button")) b.setAttribute("aria-current", String(b.dataset["id"] === current.id));
     show();
   };

@@ -132,8 +132,8 @@ function comac(c: Comparison, s: Structure): HTMLElement | null {
 
 export function pairsSection(c: Comparison, modes: Modes, s: Structure | undefined): HTMLElement {
   const macs = [
-    c.mac_before ? macCard("before the update", c.mac_before, "comparison.mac_before", c.pairs_before) : null,
-    c.mac ? macCard(c.mac_before ? "after the update" : c.mac.title || "MAC", c.mac, "comparison.mac", c.pairs) : null,
+    c.mac_before ? macCard("before", c.mac_before, "comparison.mac_before", c.pairs_before) : null,
+    c.mac ? macCard(c.mac_before ? "after" : c.mac.title || "MAC", c.mac, "comparison.mac", c.pairs) : null,
   ].filter((m) => m != null);
   return h("div", { class: "stack" },
     card("Paired modes", c.criteria ? `error = (model − test)/test; criteria: ${c.criteria}` : "error = (model − test)/test", pairTable(c), unpaired(c, modes)),

@@ -1,7 +1,7 @@
 /** The error falling: how much each step explains, and whether data that the fit did not see agree. */
 
 import { Chart } from "../charts";
-import { card, choice, h, num, table } from "../dom";
+import { card, choice, h, num, soft, table } from "../dom";
 import { fixed, plain, shorten, significant } from "../format";
 import { heat } from "../heat";
 import type { Steps } from "../types";
@@ -15,13 +15,18 @@ export function stepsSection(w: Steps): HTMLElement {
     const fall = values.map((v, i) => (i === 0 ? 0 : Math.max(0, values[i - 1]! - v)));
     const log = scale === "log";
     const tops = w.steps.map((s, i) => Math.max(s.misfit, i && !log ? values[i - 1]! : 0, s.held_out ?? 0));
+    // A number stands on its bar; where the mark of the held-out data would cover it, above the mark.
+    const labels = w.steps.map((s, i) => {
+      const bar = Math.max(s.misfit, i && !log ? values[i - 1]! : 0), mark = s.held_out ?? -Infinity, span = Math.max(...tops);
+      if (log) return mark > 0.8 * bar && mark < 2.5 * bar ? mark * 1.12 : bar;
+      return mark > bar - 0.03 * span && mark < bar + 0.12 * span ? mark + 0.03 * span : bar;
+    });
     const data: Record<string, unknown>[] = [
       { type: "bar", name: "misfit", x: names, y: values, marker: { color: p.model }, hovertemplate: "%{x}: %{y:.4g}<extra>misfit</extra>" },
     ];
     if (!log) data.push({ type: "bar", name: "explained by the step", x: names, y: fall, base: values,
       marker: { color: p.dark ? "rgba(150,165,180,0.22)" : "rgba(90,110,130,0.13)", line: { color: p.soft, width: 1 } }, hovertemplate: "%{x}: −%{y:.4g}<extra></extra>" });
-    // The numbers stand above everything of their step, so that nothing covers them.
-    data.push({ type: "scatter", mode: "text", x: names, y: tops.map((t, i) => ((w.steps[i]!.held_out ?? 0) >= t ? (log ? t * 1.12 : t + 0.03 * Math.max(...tops)) : t)), textposition: "top center", showlegend: false, hoverinfo: "skip", cliponaxis: false,
+    data.push({ type: "scatter", mode: "text", x: names, y: labels, textposition: "top center", showlegend: false, hoverinfo: "skip", cliponaxis: false,
       text: values.map((v, i) => `<b>${significant(v, 3)}</b>${i && fall[i]! > 0 ? `${width < 700 ? "<br>" : "  "}−${fixed((100 * fall[i]!) / values[i - 1]!, 0)} %` : ""}`) });
     if (held) data.push({ type: "scatter", mode: "lines+markers", name: "held-out data", x: names, y: w.steps.map((s) => s.held_out),
       line: { color: p.test, dash: "dot", width: 2 }, marker: { symbol: "diamond", size: 11, color: p.test, line: { width: 1.5, color: p.surface } }, hovertemplate: "%{x}: %{y:.4g}<extra>held out</extra>" });
@@ -41,10 +46,15 @@ export function stepsSection(w: Steps): HTMLElement {
       h("div", { class: "toolbar" }, choice("Axis", [{ value: "linear", text: "linear" }, { value: "log", text: "log" }], scale, (v) => { scale = v; chart.refresh(); })),
       chart.root,
       table("Steps", [{ head: "Step" }, { head: "Misfit", numeric: true }, ...(held ? [{ head: "Held out", numeric: true }] : []), { head: "" }],
-        w.steps.map((s, i) => [h("strong", {}, s.name), num(significant(s.misfit, 4), `steps.steps.${i}.misfit`),
-          ...(held ? [num(significant(s.held_out, 4), `steps.steps.${i}.held_out`)] : []), s.note]), { id: "step-table" })),
+        w.steps.map((s, i) => [h("strong", {}, soft(s.name)), num(significant(s.misfit, 4), `steps.steps.${i}.misfit`),
+          ...(held ? [num(significant(s.held_out, 4), `steps.steps.${i}.held_out`)] : []), soft(s.note)]), { id: "step-table" })),
     modal ? card("Per mode", "the same misfit, mode by mode",
       heat({ title: "Misfit per mode", row_axis: "step", column_axis: "mode", rows: w.steps.map((s) => s.name), columns: w.mode_labels,
         values: w.steps.map((s) => w.mode_labels.map((_, j) => s.per_mode[j] ?? null)) },
-      { map: "cividis", low: 0, high: largest || 1, path: (i, j) => `steps.steps.${i}.per_mode.${j}`, digits: 3 })) : null);
+      { map: "cividis", low: 0, high: largest || 1, path: (i, j) => `steps.steps.${i}.per_mode.${j}`, digits: 3 })) : null,
+    modal && w.steps.some((s) => s.held_out_per_mode?.length) ? card("Held out, per mode", "the error of every mode predicted from the others",
+      heat({ title: "Held-out error per mode", row_axis: "step", column_axis: "mode", rows: w.steps.map((s) => s.name), columns: w.mode_labels,
+        values: w.steps.map((s) => w.mode_labels.map((_, j) => s.held_out_per_mode?.[j] ?? null)) },
+      { map: "cividis", low: 0, high: Math.max(...w.steps.flatMap((s) => (s.held_out_per_mode ?? []).map((v) => v ?? 0)), 0) || 1,
+        path: (i, j) => `steps.steps.${i}.held_out_per_mode.${j}`, digits: 3 })) : null);
 }

@@ -3,12 +3,12 @@
 import { categories, css, onStage, parseHex, type MapName, type Rgb } from "../color";
 import { floats } from "../decode";
 import { nameOf, placeOf, rowsOf, titleOf } from "../describe";
-import { h, toggle } from "../dom";
+import { h, num, toggle, type Child } from "../dom";
 import { significant } from "../format";
 import { colorBar, swatches } from "../legend";
 import type { Hit, Kind } from "../pick";
 import { makeViewer, type Painter, type Viewer } from "../viewer";
-import type { Field, Floats, Structure } from "../types";
+import type { Field, Floats, Localization, Place, Structure, Suspect } from "../types";
 
 /** Values to 0..1 for a colour map, with its ends. */
 export function range(field: Pick<Field, "scale">, values: Float32Array): { low: number; high: number; map: MapName } {
@@ -72,7 +72,18 @@ function byField(field: Field, index: number): Coloring {
   };
 }
 
-export function structureSection(s: Structure): HTMLElement {
+/** Where model and test disagree, the worst first; a click shows the place. */
+function suspects(l: Localization, show: (place: Place) => void): HTMLElement {
+  const list = (title: string, all: Suspect[], path: string): Child => all.length === 0 ? null : [h("h5", {}, title),
+    h("ol", { class: "suspects" }, all.slice(0, 6).map((x, i) => h("li", {},
+      h("button", { type: "button", class: "link", onclick: () => show(x.place) }, x.place.text),
+      h("span", { title: `probability by noise alone: ${significant(x.p_value, 2)}` }, num(significant(x.above_noise, 3), `${path}.${i}.above_noise`)))))];
+  return h("div", { class: "details", id: "localization" }, h("h4", {}, "Where model and test disagree"),
+    h("p", { class: "note" }, l.sentence),
+    list("Elements: energy over noise", l.elements, "localization.elements"), list("Groups", l.groups, "localization.groups"));
+}
+
+export function structureSection(s: Structure, localization?: Localization): HTMLElement {
   const details = h("div", { class: "details", id: "picked", "aria-live": "polite" },
     h("p", { class: "note" }, "Choose a node, element, mass, link or sensor in the picture, or by name."));
   const select = (hit: Hit | null): void => {
@@ -145,6 +156,7 @@ export function structureSection(s: Structure): HTMLElement {
         h("label", { class: "field" }, "Colour ", pickColor),
         layer("nodes", "Nodes", true), layer("links", "Links", true, s.rigid_links.length > 0),
         layer("masses", "Masses", true, s.masses.length > 0),
+        layer("supports", "Supports", true, s.supports.length > 0 || s.elements.some((e) => e.nodes.length === 1)),
         layer("sensors", "Sensors", s.sensors.length > 0 && s.sensors.length <= 200, s.sensors.length + s.exciters.length > 0),
         layer("names", "Names", false))),
     h("aside", { class: "card side" },
@@ -152,5 +164,6 @@ export function structureSection(s: Structure): HTMLElement {
       legend,
       h("label", { class: "field block" }, "Find ", find),
       details,
+      localization ? suspects(localization, (place) => viewer.highlight(place)) : null,
       h("p", { class: "note keys" }, "Drag to turn, shift-drag to move, click the picture and use the wheel to zoom; arrow keys, + and − do the same.")));
 }

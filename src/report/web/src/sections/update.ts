@@ -7,8 +7,36 @@ import { heat } from "../heat";
 import { colorBar } from "../legend";
 import type { MassProperty, Parameter, Update } from "../types";
 
+/** Whether there is anything to show of an update. */
+export function hasUpdate(u: Update): boolean {
+  return u.histories.length + u.parameters.length + u.mass_properties.length + u.sensitivities.length > 0;
+}
+
+/** Best cost of a run after so many evaluations. */
+function costAt(run: Update["histories"][number], evaluations: number): number | null {
+  let best: number | null = null;
+  run.evaluations.forEach((e, i) => { if (e <= evaluations) best = run.best_cost[i] ?? best; });
+  return best;
+}
+
 function costChart(u: Update): HTMLElement {
-  let scale: "log" | "linear" = "log";
+  let scale: "log" | "linear" = "log", across: "log" | "linear" = "linear";
+  const last = Math.max(...u.histories.flatMap((run) => run.evaluations), 1);
+  let at = last;
+  const bestAt = (n: number): number | null => u.histories.map((run) => costAt(run, n)).filter((v): v is number => v != null).reduce<number | null>((a, b) => (a == null || b < a ? b : a), null);
+  const first = Math.max(...u.histories.slice(0, 1).map((run) => run.best_cost[0] ?? 0)), end = bestAt(last);
+  const readout = h("p", { class: "readout", id: "cost-readout", "aria-live": "polite" });
+  const say = (): void => {
+    const now = bestAt(at);
+    const share = now == null || end == null || first <= end ? "" : `: ${fixed((100 * (first - now)) / (first - end), 1)} % of the whole fall`;
+    readout.textContent = `after ${at} evaluations the best cost is ${significant(now, 5)}${share}`;
+  };
+  const slider = h("input", { type: "range", id: "cost-at", min: 0, max: 1000, value: 1000, "aria-label": "Evaluations", oninput: () => {
+    const t = Number(slider.value) / 1000;
+    at = Math.round(across === "log" ? Math.expm1(t * Math.log1p(last)) : t * last);
+    say();
+    chart.refresh();
+  } });
   const chart = new Chart("Best cost against evaluations", (p) => {
     const colors = [p.model, p.test, p.accent, p.soft];
     const dashes = ["solid", "dash", "dot", "dashdot"];
@@ -18,14 +46,17 @@ function costChart(u: Update): HTMLElement {
         line: { color: colors[i % 4], dash: dashes[Math.floor(i / 4) % 4], width: 2.4, shape: "hv" }, marker: { size: 5 },
         hovertemplate: "%{x} evaluations: %{y:.5g}<extra>" + plain(shorten(run.name, 40)) + "</extra>",
       })),
-      layout: { xaxis: { title: { text: "evaluations of the model" }, rangemode: "tozero", exponentformat: "none", separatethousands: true }, yaxis: { title: { text: "best cost" }, type: scale },
-        showlegend: u.histories.length > 1, hovermode: "closest" },
+      layout: { xaxis: { title: { text: "evaluations of the model" }, type: across, ...(across === "linear" ? { rangemode: "tozero" } : { dtick: 1 }), exponentformat: "none", separatethousands: true },
+        yaxis: { title: { text: "best cost" }, type: scale }, showlegend: u.histories.length > 1, hovermode: "closest",
+        shapes: at < last ? [{ type: "line", x0: Math.max(at, 1), x1: Math.max(at, 1), y0: 0, y1: 1, yref: "paper", line: { color: p.accent, width: 1.5, dash: "dot" } }] : [] },
     };
   }, 340, "cost-history");
   chart.root.id = "cost-chart";
+  say();
   return card("Cost", [u.objective, u.termination].filter(Boolean).join("; "),
-    h("div", { class: "toolbar" }, choice("Cost axis", [{ value: "log", text: "log" }, { value: "linear", text: "linear" }], scale, (v) => { scale = v; chart.refresh(); })),
-    chart.root);
+    h("div", { class: "toolbar" }, choice("Cost axis", [{ value: "log", text: "log" }, { value: "linear", text: "linear" }], scale, (v) => { scale = v; chart.refresh(); }),
+      choice("Evaluations axis", [{ value: "linear", text: "evaluations linear" }, { value: "log", text: "log" }], across, (v) => { across = v; chart.refresh(); })),
+    chart.root, h("label", { class: "field slider wide" }, "Follow ", slider), readout);
 }
 
 function track(p: Parameter): SVGSVGElement | string {
@@ -65,17 +96,18 @@ function parameters(u: Update): HTMLElement {
     }), { id: "parameter-table" }));
 }
 
-function mass(m: MassProperty, i: number): Child[] {
+function mass(m: MassProperty, i: number, before: boolean): Child[] {
   const path = `update.mass_properties.${i}`;
   return [
     m.name, m.unit,
     m.target == null ? "–" : h("span", { class: "nowrap" }, num(significant(m.target, 4), `${path}.target`), m.tolerance == null ? "" : [" ± ", num(significant(m.tolerance, 2), `${path}.tolerance`)]),
-    num(significant(m.before, 4), `${path}.before`), h("strong", {}, num(significant(m.after, 4), `${path}.after`)),
+    ...(before ? [num(significant(m.before, 4), `${path}.before`)] : []), h("strong", {}, num(significant(m.after, 4), `${path}.after`)),
     m.within == null ? "–" : badge(m.within ? "good" : "bad", m.within ? "within" : "outside"), m.source,
   ];
 }
 
 export function updateSection(u: Update): HTMLElement {
+  const massBefore = u.mass_properties.some((m) => m.before != null);
   const atBound = u.parameters.filter((p) => p.at_bound);
   const facts: [string, Child][] = [
     ["optimiser", u.optimizer || null], ["evaluations", u.evaluations == null ? null : num(String(u.evaluations), "update.evaluations")],
@@ -84,7 +116,7 @@ export function updateSection(u: Update): HTMLElement {
     ["on a bound", atBound.length ? `${atBound.length} of ${u.parameters.length} parameters` : "none"],
   ];
   return h("div", { class: "stack" },
-    h("div", { class: "stats" }, facts.filter(([, v]) => v).map(([name, value]) => h("div", { class: "stat" }, h("span", { class: "stat-name" }, name), h("span", { class: "stat-value" }, value)))),
+    u.parameters.length + u.histories.length === 0 ? null : h("div", { class: "stats" }, facts.filter(([, v]) => v).map(([name, value]) => h("div", { class: "stat" }, h("span", { class: "stat-name" }, name), h("span", { class: "stat-value" }, value)))),
     u.histories.length ? costChart(u) : null,
     u.parameters.length ? parameters(u) : null,
     u.unidentifiable.length ? card("What the data cannot separate", "along these combinations the prediction hardly changes: trust the combination that is fixed, not the single values",
@@ -96,7 +128,15 @@ export function updateSection(u: Update): HTMLElement {
         c.relative_singular_value == null ? null : h("p", { class: "note" }, "singular value relative to the largest: ", num(significant(c.relative_singular_value, 2), `update.unidentifiable.${i}.relative_singular_value`)))))) : null,
     u.correlation ? card("Correlation of the estimates", "near ±1: the data fix the sum or the difference of the two, not each",
       heat(u.correlation, { map: "diverging", low: -1, high: 1, path: (i, j) => `update.correlation.values.${i}.${j}` }), colorBar("diverging", "−1", "+1", "correlation")) : null,
+    u.sensitivities.length ? card("Sensitivity", "what changes when a parameter moves through a tenth of the range between its bounds",
+      u.sensitivities.map((m, k) => {
+        const values = m.values.flat().filter((v): v is number => v != null && Number.isFinite(v));
+        const size = Math.max(...values.map(Math.abs), 1e-12), signed = values.some((v) => v < 0);
+        const map = signed ? "diverging" as const : "cividis" as const, low = signed ? -size : 0;
+        return h("figure", { class: "mac" }, h("figcaption", {}, m.title), heat(m, { map, low, high: size, path: (i, j) => `update.sensitivities.${k}.values.${i}.${j}`, decimals: size < 2 ? 2 : 1 }),
+          colorBar(map, significant(low, 2), significant(size, 2), m.title));
+      })) : null,
     u.mass_properties.length ? card("Mass properties against targets", null, table("Mass properties", [
-      { head: "Quantity" }, { head: "Unit" }, { head: "Target", numeric: true }, { head: "Before", numeric: true }, { head: "After", numeric: true }, { head: "" }, { head: "Source" },
-    ], u.mass_properties.map(mass), { id: "mass-table" })) : null);
+      { head: "Quantity" }, { head: "Unit" }, { head: "Target", numeric: true }, ...(massBefore ? [{ head: "Before", numeric: true }] : []), { head: massBefore ? "After" : "Model", numeric: true }, { head: "" }, { head: "Source" },
+    ], u.mass_properties.map((m, i) => mass(m, i, massBefore)), { id: "mass-table" })) : null);
 }

@@ -1,0 +1,118 @@
+//! `retune sample`
+
+use super::update::objective;
+use crate::args::Sample;
+use crate::output::{Failure, print, print_json, style};
+use crate::progress::cancel_flag;
+use crate::{DONE, files};
+use retune::correlation::correlations;
+use retune::model::ParametricModel;
+use retune::objective::Scaling;
+use retune::optim::{Posterior, Tmcmc};
+use retune::report::text::{Align, Table, number};
+use retune::update::{Settings, TestCase, sample_posterior};
+use serde_json::{Value, json};
+use std::fmt::Write as _;
+
+/// Quantiles that are printed.
+const QUANTILES: [f64; 5] = [0.05, 0.25, 0.5, 0.75, 0.95];
+
+pub(crate) fn run(args: &Sample) -> Result<u8, Failure> {
+    let all = files::tested(&args.model, &args.tests, args.configuration.as_deref())?;
+    let settings = Settings { objective: objective(args.objective.as_deref())?, ..Settings::default() };
+    if let Some(output) = &args.output {
+        files::check_output(output, args.force)?;
+    }
+    let cases: Vec<TestCase<'_>> = all.iter().map(|t| TestCase { model: &t.model, test: &t.test }).collect();
+    let sampler =
+        Tmcmc { n_samples: args.samples as usize, seed: args.seed, cancel: cancel_flag(), ..Tmcmc::default() };
+    let found = sample_posterior(&cases, &settings, &sampler)?;
+    let model = &all[0].model;
+    let scaling = Scaling::new(model);
+    let shown = |j: usize, x: f64| {
+        let i = scaling.free()[j];
+        let p = model.parameters().get(i);
+        let [lower, _] = p.bounds.unwrap_or([p.value; 2]);
+        p.display(lower + x * scaling.width()[j])
+    };
+    if let Some(output) = &args.output {
+        files::write(output, &table(&found, model, &scaling, &shown))?;
+    }
+    let rho = correlations(&found.covariance());
+    let mean = found.mean();
+    let name = |j: usize| model.parameters().get(scaling.free()[j]).name.as_str();
+    let unit = |j: usize| model.parameters().get(scaling.free()[j]).unit.as_str();
+    let sd = |j: usize| (shown(j, found.covariance()[(j, j)].sqrt()) - shown(j, 0.0)).abs();
+    if args.json {
+        let one = |j: usize| -> Value {
+            let others = (0..mean.len()).filter(|&k| k != j).map(|k| (name(k).to_string(), json!(rho[(j, k)])));
+            json!({
+                "name": name(j), "unit": unit(j), "mean": shown(j, mean[j]), "sd": sd(j),
+                "interval": [shown(j, found.quantile(j, 0.05)), shown(j, found.quantile(j, 0.95))],
+                "median": shown(j, found.quantile(j, 0.5)),
+                "correlations": Value::Object(others.collect()),
+            })
+        };
+        print_json(&json!({
+            "parameters": (0..mean.len()).map(one).collect::<Vec<_>>(),
+            "samples": found.samples.len(),
+            "log_evidence": found.log_evidence,
+            "log_evidence_se": found.log_evidence_se,
+            "stages": found.n_stages,
+            "evaluations": found.evaluations,
+            "acceptance": found.acceptance,
+            "lowest_cost": found.costs.iter().copied().fold(f64::INFINITY, f64::min),
+        }));
+        return Ok(DONE);
+    }
+    let mut columns = vec![("parameter", Align::Left), ("mean", Align::Right), ("sd", Align::Right)];
+    columns.extend(["5 %", "25 %", "50 %", "75 %", "95 %"].map(|q| (q, Align::Right)));
+    columns.push(("unit", Align::Left));
+    let mut rows = Table::new(columns);
+    for j in 0..mean.len() {
+        let mut row = vec![name(j).into(), number(shown(j, mean[j])).into(), number(sd(j)).into()];
+        row.extend(QUANTILES.map(|q| number(shown(j, found.quantile(j, q))).into()));
+        row.push(unit(j).into());
+        rows.row(row);
+    }
+    let mut out = format!("model  {}\n", model.spec().name);
+    all.iter().for_each(|t| out += &format!("test   {}\n", t.test.name));
+    out.push('\n');
+    out += &rows.render(&style(&std::io::stdout()));
+    let _ = writeln!(
+        out,
+        "\nln Z = {:.2} ± {:.2}, the evidence of the model over its bounds\n{} samples after {} stages and {} evaluations; {:.0} % of the last steps accepted",
+        found.log_evidence,
+        found.log_evidence_se,
+        found.samples.len(),
+        found.n_stages,
+        found.evaluations,
+        100.0 * found.acceptance
+    );
+    if let Some(output) = &args.output {
+        let _ = writeln!(out, "written: {}", output.display());
+    }
+    print(&out);
+    Ok(DONE)
+}
+
+/// The samples as CSV: parameters in the units of the tables, and half the squared misfit.
+fn table(
+    found: &Posterior,
+    model: &dyn ParametricModel,
+    scaling: &Scaling,
+    shown: &dyn Fn(usize, f64) -> f64,
+) -> String {
+    let heads: Vec<String> = scaling
+        .free()
+        .iter()
+        .map(|&i| model.parameters().get(i))
+        .map(|p| if p.unit.is_empty() { p.name.clone() } else { format!("{} [{}]", p.name, p.unit) })
+        .collect();
+    let mut out = format!("{},cost\n", heads.join(","));
+    for (x, cost) in found.samples.iter().zip(&found.costs) {
+        let values: Vec<String> = (0..x.len()).map(|j| format!("{:e}", shown(j, x[j]))).collect();
+        let _ = writeln!(out, "{},{cost:e}", values.join(","));
+    }
+    out
+}

@@ -1,0 +1,191 @@
+//! Reports from the command line: pages, data, figures, the terminal at any width, and files that are never lost.
+
+use serde_json::Value;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+
+/// A folder of its own for every test, removed at its end.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("retune-report-{}-{name}", std::process::id()));
+        fs::create_dir_all(&path).unwrap();
+        let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("../models");
+        for file in ["bff_updated.yaml", "bff.yaml", "bff_gvt.yaml", "cantilever.yaml"] {
+            fs::copy(models.join(file), path.join(file)).unwrap();
+        }
+        Self(path)
+    }
+
+    fn run(&self, line: &str, columns: usize) -> Output {
+        Command::new(env!("CARGO_BIN_EXE_retune"))
+            .current_dir(&self.0)
+            .args(line.split_whitespace())
+            .env("COLUMNS", columns.to_string())
+            .stdin(Stdio::null())
+            .output()
+            .unwrap()
+    }
+
+    fn read(&self, name: &str) -> String {
+        fs::read_to_string(self.0.join(name)).unwrap()
+    }
+
+    fn json(&self, name: &str) -> Value {
+        serde_json::from_str(&self.read(name)).unwrap()
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+fn out(o: &Output) -> String {
+    String::from_utf8_lossy(&o.stdout).into_owned()
+}
+
+fn err(o: &Output) -> String {
+    String::from_utf8_lossy(&o.stderr).into_owned()
+}
+
+/// The data inside a page.
+fn data_of(page: &str) -> Value {
+    let start = page.find("id=\"report-data\">").unwrap() + "id=\"report-data\">".len();
+    serde_json::from_str(&page[start..start + page[start..].find("</script>").unwrap()]).unwrap()
+}
+
+#[test]
+fn a_report_writes_page_data_figures_and_paraview_files_and_overwrites_nothing() {
+    let f = Folder::new("all");
+    let line =
+        "report bff_updated.yaml bff_gvt.yaml --history bff.yaml -o r.html --json r.json --svg figures --vtk vtk";
+    let o = f.run(line, 100);
+    assert_eq!(o.status.code(), Some(0), "{}", err(&o));
+    for word in ["written: r.html", "written: r.json", "files in figures", "files in vtk"] {
+        assert!(out(&o).contains(word), "{word}: {}", out(&o));
+    }
+    let (page, json) = (data_of(&f.read("r.html")), f.json("r.json"));
+    assert_eq!(page["comparison"]["pairs"], json["comparison"]["pairs"]);
+    assert_eq!(json["steps"]["steps"].as_array().unwrap().len(), 2);
+    assert_eq!(json["steps"]["steps"][0]["name"], "bff");
+    let files = json["meta"]["files"].as_array().unwrap();
+    assert_eq!(files.len(), 3);
+    assert!(files.iter().all(|x| x["sha256"].as_str().unwrap().len() == 64));
+    assert_eq!(json["meta"]["commands"][0], format!("retune {line}"));
+    assert!(f.0.join("figures/mac-before.svg").exists() && f.0.join("figures/error-falling.svg").exists());
+    assert!(fs::read_dir(f.0.join("vtk")).unwrap().any(|e| e.unwrap().path().extension().is_some_and(|x| x == "pvd")));
+    let again = f.run(line, 100);
+    assert_eq!(again.status.code(), Some(2));
+    assert!(err(&again).contains("r.html exists; give --force"), "{}", err(&again));
+}
+
+/// FIPS 180-4: SHA-256 of "abc".
+#[test]
+fn hashes_are_those_of_the_files() {
+    let f = Folder::new("hash");
+    fs::write(f.0.join("abc.txt"), "abc").unwrap();
+    let o = f.run("report bff.yaml bff_gvt.yaml --json r.json", 100);
+    assert_eq!(o.status.code(), Some(0), "{}", err(&o));
+    let hash = f.json("r.json")["meta"]["files"][0]["sha256"].as_str().unwrap().to_string();
+    let Ok(sum) = Command::new("sha256sum").arg(f.0.join("bff.yaml")).output() else {
+        eprintln!("skipped: no sha256sum here");
+        return;
+    };
+    assert!(String::from_utf8_lossy(&sum.stdout).starts_with(&hash), "{hash}");
+}
+
+#[test]
+fn without_an_output_the_report_is_read_on_the_terminal() {
+    let f = Folder::new("terminal");
+    let o = f.run("report bff_updated.yaml bff_gvt.yaml", 80);
+    assert_eq!(o.status.code(), Some(0), "{}", err(&o));
+    for word in ["Pairs", "Where model and test disagree"] {
+        assert!(out(&o).contains(word), "{}", out(&o));
+    }
+}
+
+#[test]
+fn a_diagnosis_fits_the_terminal_names_are_whole_and_the_page_says_the_same() {
+    let f = Folder::new("diagnose");
+    let o = f.run("diagnose bff_updated.yaml bff_gvt.yaml --report d.html", 80);
+    assert_eq!(o.status.code(), Some(1), "{}", err(&o));
+    let text = out(&o);
+    assert!(text.contains("mass-offset@left_wing+right_wing.y_lumps\n"), "{text}");
+    for line in text.lines().skip(4) {
+        assert!(line.chars().count() <= 80, "{line}");
+    }
+    let d = data_of(&f.read("d.html"));
+    let best = &d["diagnosis"]["hypotheses"][0];
+    assert_eq!(best["id"], "mass-offset@left_wing+right_wing.y_lumps");
+    assert_eq!(best["place"]["elements"].as_array().unwrap().len(), 8);
+    assert_eq!(d["meta"]["seeds"][0]["text"], "0");
+    // What the page shows is what the JSON output says.
+    let json: Value = serde_json::from_str(&out(&f.run("diagnose bff_updated.yaml bff_gvt.yaml --json", 80))).unwrap();
+    assert_eq!(json["hypotheses"][0]["misfit_after"], best["misfit_after"]);
+    assert_eq!(json["hypotheses"][0]["probability"], best["probability"]);
+}
+
+#[test]
+fn a_history_of_learning_becomes_a_page_from_the_verb_the_json_and_the_versions() {
+    let f = Folder::new("learn");
+    let o = f.run("learn bff_updated.yaml bff_gvt.yaml --report l.html -o versions.yaml --json", 80);
+    assert!(matches!(o.status.code(), Some(0 | 1)), "{}", err(&o));
+    fs::write(f.0.join("l.json"), out(&o)).unwrap();
+    let direct = data_of(&f.read("l.html"));
+    let names: Vec<&str> =
+        direct["steps"]["steps"].as_array().unwrap().iter().map(|s| s["name"].as_str().unwrap()).collect();
+    assert_eq!(names[..3], ["initial", "refitted", "+ mass-offset@left_wing+right_wing.y_lumps"]);
+
+    let o = f.run("report bff_updated.yaml bff_gvt.yaml --learn l.json --json r.json", 80);
+    assert_eq!(o.status.code(), Some(0), "{}", err(&o));
+    assert_eq!(f.json("r.json")["steps"], direct["steps"]);
+
+    fs::create_dir(f.0.join("v")).unwrap();
+    for k in 0..2 {
+        fs::rename(f.0.join(format!("versions.{k}.yaml")), f.0.join(format!("v/learned.{k}.yaml"))).unwrap();
+    }
+    let o = f.run("report bff_updated.yaml bff_gvt.yaml --learn v --json v.json", 80);
+    assert_eq!(o.status.code(), Some(0), "{}", err(&o));
+    assert_eq!(f.json("v.json")["steps"]["steps"].as_array().unwrap().len(), 3);
+
+    let o = f.run("report bff.yaml bff_gvt.yaml --learn bff.yaml --json x.json", 80);
+    assert_eq!(o.status.code(), Some(2));
+    assert!(err(&o).contains("is no output of `retune learn --json`"), "{}", err(&o));
+}
+
+#[test]
+fn functions_of_a_twin_stand_beside_those_of_the_model() {
+    let f = Folder::new("frf");
+    let o =
+        f.run("twin bff_updated.yaml --frf twin.csv --sensors bff_gvt.yaml --exciter p12 --band 3 35 --lines 200", 80);
+    assert_eq!(o.status.code(), Some(0), "{}", err(&o));
+    let o = f.run("report bff_updated.yaml bff_gvt.yaml --history bff.yaml --frf twin.csv --json r.json", 80);
+    assert_eq!(o.status.code(), Some(0), "{}", err(&o));
+    let frfs = &f.json("r.json")["frfs"];
+    assert_eq!(frfs["origin"], "synthetic");
+    assert_eq!(frfs["channels"].as_array().unwrap().len(), 34);
+    // Functions of the same model, but for the damping, against those of the initial one.
+    let mean = |key: &str| {
+        let all = frfs["channels"].as_array().unwrap().iter().flat_map(|c| c[key].as_array().unwrap());
+        let known: Vec<f64> = all.filter_map(Value::as_f64).collect();
+        known.iter().sum::<f64>() / known.len() as f64
+    };
+    assert!(mean("frac") > mean("frac_before") + 0.2, "{} against {}", mean("frac"), mean("frac_before"));
+    assert!(frfs["fdac_before"].as_array().is_some_and(|l| l.len() == 1));
+}
+
+#[test]
+fn an_update_writes_its_page() {
+    let f = Folder::new("update");
+    let o = f.run("update bff.yaml bff_gvt.yaml --budget 400 --report u.html", 100);
+    assert!(matches!(o.status.code(), Some(0 | 1)), "{}", err(&o));
+    let d = data_of(&f.read("u.html"));
+    assert_eq!(d["meta"]["title"], "BFF ground vibration test");
+    assert!(d["meta"]["verdict"]["number"].as_str().unwrap().contains(" → "));
+    let o = f.run("update bff.yaml bff_gvt.yaml --budget 400 --report u.html", 100);
+    assert_eq!(o.status.code(), Some(2), "an existing page is kept");
+}

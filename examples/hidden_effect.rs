@@ -1,0 +1,193 @@
+//! A model that was updated and is still wrong: find the missing physics, add it, watch the error fall.
+//!
+//! ```text
+//! cargo run --release --example hidden_effect
+//! ```
+//!
+//! The first story is the flying wing of Gupta, Moreno, Pfifer and Balas. Its ground vibration test has measured frequencies
+//! and synthetic shapes: the shapes come from a virtual aircraft with something in it that the model lacks. The second is
+//! the clamped wing of a cruise missile, all measured; it needs the data folder (see `RETUNE_DATA` in CONTRIBUTING.md).
+
+use retune::data::convert::{FrfOptions, UnitSystem, UnitsFrom};
+use retune::data::{MeasurementOptions, Origin, Place, TestData, read_measurements, read_test};
+use retune::diagnosis::{Learned, Settings, learn};
+use retune::identify::{IdentifyOptions, identify, sensors, test_modes};
+use retune::linalg::DVector;
+use retune::modal::{SolveOptions, solve};
+use retune::model::{Model, ParametricModel, Registry, load};
+use retune::report::text::{Align, Style, Table, number};
+use std::error::Error;
+use std::path::{Path, PathBuf};
+
+/// First bending, torsion and second bending of the left wing clamped at its inboard flap, Hz, as the paper measured them.
+const BENCH: [(&str, f64); 3] = [("first bending", 3.37), ("torsion", 18.6), ("second bending", 24.0)];
+
+fn main() -> Result<(), Box<dyn Error>> {
+    flying_wing()?;
+    cruise_missile_wing()
+}
+
+fn flying_wing() -> Result<(), Box<dyn Error>> {
+    println!("1. The flying wing: updated by its authors, and still wrong\n");
+    let test = parse("bff_gvt.yaml", |t| read_test(t).map(|(test, _)| test))?;
+    let model = parse("bff_updated.yaml", |t| load(t, &Registry::builtin()).map(|(model, ..)| model))?;
+    println!("   Frequencies are MEASURED (Table 2 of the paper); mode shapes at 34 points are SYNTHETIC.\n");
+    let learned = learn(&model, &test, &Settings::default(), true, 4)?;
+    falling(&learned);
+    let (Some(first), Some(last)) = (learned.steps.first(), learned.steps.last()) else { return Ok(()) };
+
+    println!("   What a fit without the effect would have taught\n");
+    let mut table = Table::new([
+        ("parameter", Align::Left),
+        ("without", Align::Right),
+        ("", Align::Left),
+        ("with", Align::Right),
+        ("", Align::Left),
+    ]);
+    let at_bound = |i: usize, theta: &[f64]| first.model.parameters().get(i).at_bound(theta[i]);
+    for (i, p) in first.model.parameters().iter().enumerate().filter(|(_, p)| p.bounds.is_some()) {
+        let word = |theta: &[f64]| if at_bound(i, theta) { "on its bound" } else { "" };
+        let show = |v: f64| format!("{} {}", number(p.display(v)), p.unit);
+        if (first.theta[i] / last.theta[i] - 1.0).abs() > 0.05 || at_bound(i, &first.theta) {
+            table.row(vec![
+                p.name.as_str().into(),
+                show(first.theta[i]).as_str().into(),
+                word(&first.theta).into(),
+                show(last.theta[i]).as_str().into(),
+                word(&last.theta).into(),
+            ]);
+        }
+    }
+    print_table(&table);
+
+    println!("   The bench test of the wing alone, which no fit above has seen (MEASURED, section IV of the paper)\n");
+    let mut table = Table::new([
+        ("clamped wing", Align::Left),
+        ("measured Hz", Align::Right),
+        ("without", Align::Right),
+        ("with", Align::Right),
+    ]);
+    let (without, with) = (bench(&first.model, &first.theta)?, bench(&last.model, &last.theta)?);
+    for (k, (name, measured)) in BENCH.iter().enumerate() {
+        let against = |f: f64| format!("{f:.2} ({:+.0} %)", 100.0 * (f / measured - 1.0));
+        table.row(vec![
+            (*name).into(),
+            format!("{measured:.2}").as_str().into(),
+            against(without[k]).as_str().into(),
+            against(with[k]).as_str().into(),
+        ]);
+    }
+    print_table(&table);
+    Ok(())
+}
+
+/// Bending, torsion, bending of the bench configuration, Hz: bending moves the tip up, torsion turns it.
+fn bench(model: &Model, theta: &[f64]) -> Result<[f64; 3], Box<dyn Error>> {
+    let spec = model.spec().configured("bench").map_err(|p| p.text)?;
+    let (clamped, _) = Model::new(spec, &Registry::builtin()).map_err(|p| p[0].text.clone())?;
+    let system = clamped.assemble(theta)?;
+    let options = SolveOptions { n_elastic: 3, shift: None };
+    let modes = solve(&system.stiffness, &system.mass, &clamped.dof_map().rigid_motions(), options)?;
+    let torsion = |i: usize| -> Result<f64, Box<dyn Error>> {
+        let shape: DVector<f64> = modes.shapes.column(i).into_owned();
+        Ok(clamped.character(theta, shape.as_slice(), false)?.map_or(0.0, |c| c.torsion))
+    };
+    let mut found: Vec<(f64, f64)> = Vec::new();
+    for i in modes.elastic() {
+        found.push((torsion(i)?, modes.frequency_hz(i)));
+    }
+    let twist = (0..3).max_by(|&a, &b| found[a].0.total_cmp(&found[b].0)).unwrap_or(1);
+    let bending: Vec<f64> = (0..3).filter(|&i| i != twist).map(|i| found[i].1).collect();
+    Ok([bending[0], found[twist].1, bending[1]])
+}
+
+fn cruise_missile_wing() -> Result<(), Box<dyn Error>> {
+    println!("2. A clamped wing, everything MEASURED\n");
+    let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data");
+    let folder = std::env::var_os("RETUNE_DATA").map_or(beside, PathBuf::from).join("cruise_missile_wing/frf_csv");
+    if !folder.exists() {
+        println!("   skipped: {} is not there; set RETUNE_DATA to the folder of the real data", folder.display());
+        return Ok(());
+    }
+    let units = |name: &str| UnitSystem::from_name(name).map(UnitsFrom::System);
+    let (Some(si), Some(inches)) = (units("SI"), units("in-lbf-s")) else { return Ok(()) };
+    let options = MeasurementOptions {
+        frf: FrfOptions { units: si, ..FrfOptions::default() },
+        geometry_units: Some(inches),
+        ..MeasurementOptions::default()
+    };
+    let found = read_measurements(&[folder], None, &options)?;
+    let Some(frfs) = &found.frfs else { return Ok(()) };
+    let band = IdentifyOptions { band_hz: Some((5.0, 350.0)), ..IdentifyOptions::default() };
+    let modes = identify(frfs, &band)?.modes;
+    let mut places = sensors(frfs, None, None)?;
+    for s in &mut places {
+        // Points are numbered as the nodes of the model.
+        s.place = Place::Node { node: format!("n{}", s.name), position: None };
+    }
+    let test = TestData {
+        name: "clamped wing".to_string(),
+        sensors: places,
+        modes: test_modes(&modes, &Origin::Measured("accelerances".to_string())),
+        ..TestData::default()
+    };
+    println!("   {} modes between 5 and 350 Hz from {} accelerances\n", test.modes.len(), frfs.responses.len());
+    let grid = parse("cruise_missile_wing.yaml", |t| load(t, &Registry::builtin()).map(|(model, ..)| model))?;
+    falling(&learn(&grid, &test, &Settings::default(), true, 4)?);
+    println!(
+        "   Standard deviations are those of the identification alone. A beam grid of a real wing errs by far more:"
+    );
+    println!("   what is found says where it errs first, and the verdict says what it leaves.");
+    Ok(())
+}
+
+/// The steps of a learning: what was added and how the error fell.
+fn falling(learned: &Learned) {
+    let mut table = Table::new([
+        ("step", Align::Left),
+        ("misfit", Align::Right),
+        ("held out", Align::Right),
+        ("verdict", Align::Left),
+        ("then", Align::Left),
+    ]);
+    for (i, s) in learned.steps.iter().enumerate() {
+        let then = match (&s.added, &s.corrected) {
+            (Some(c), _) => format!("add {}", c.id()),
+            (_, Some(fault)) => format!("correct {fault}"),
+            _ => String::new(),
+        };
+        let name = if i == 0 { "as given, refitted".to_string() } else { format!("{i} added") };
+        table.row(vec![
+            name.as_str().into(),
+            format!("{:.0}", s.misfit).as_str().into(),
+            format!("{:.0}", s.held_out.iter().sum::<f64>()).as_str().into(),
+            s.diagnosis.verdict.word().into(),
+            then.as_str().into(),
+        ]);
+    }
+    print_table(&table);
+    if let (Some(first), Some(last)) = (learned.steps.first(), learned.steps.last()) {
+        println!("   noise alone would leave about {:.0}", last.diagnosis.degrees_of_freedom);
+        println!("   the last model: {}", last.diagnosis.sentence);
+        let ties = learned.steps.iter().filter(|s| !s.tie.is_empty());
+        for s in ties {
+            if let Some(c) = &s.added {
+                println!("   the data cannot tell {} from {}", c.id(), s.tie.join(", "));
+            }
+        }
+        println!("   the error fell {:.0} times\n", first.misfit / last.misfit.max(f64::MIN_POSITIVE));
+    }
+}
+
+fn parse<T>(name: &str, read: impl Fn(&str) -> Result<T, Vec<retune::yaml::Problem>>) -> Result<T, Box<dyn Error>> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("models").join(name);
+    let text = std::fs::read_to_string(&path)?;
+    read(&text).map_err(|p| p.iter().map(|p| p.render(name)).collect::<Vec<_>>().join("\n").into())
+}
+
+fn print_table(table: &Table) {
+    for line in table.render(&Style { color: false, width: 110 }).lines() {
+        println!("   {line}");
+    }
+    println!();
+}

@@ -1,0 +1,153 @@
+//! Symmetric sparse matrices: the lower triangle, column by column.
+
+use crate::DMatrix;
+
+/// A symmetric sparse matrix (n x n). Its lower triangle is stored by columns, rows ascending, every diagonal entry present.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SparseSym {
+    /// Where each column starts in `rows`, n + 1 numbers.
+    pub(super) columns: Vec<usize>,
+    /// Row of each entry, the diagonal first in its column.
+    pub(super) rows: Vec<usize>,
+    /// Value of each entry.
+    pub(super) values: Vec<f64>,
+}
+
+impl SparseSym {
+    /// From (row, column, value) in any order; entries of one place are summed in the order they come.
+    ///
+    /// An entry above the diagonal stands for its mirror image: give each pair of off-diagonal entries once.
+    ///
+    /// # Panics
+    /// If an index is not below `n`.
+    pub fn from_triplets(n: usize, triplets: impl Iterator<Item = (usize, usize, f64)> + Clone) -> Self {
+        // Counting sort by column, then a stable sort of each short column by row.
+        let mut starts = vec![0; n + 1];
+        for (i, j, _) in triplets.clone() {
+            starts[i.min(j) + 1] += 1;
+        }
+        for j in 0..n {
+            starts[j + 1] += starts[j] + 1;
+        }
+        let mut entries = vec![(0usize, 0.0); starts[n]];
+        let mut next: Vec<usize> = starts.clone();
+        for j in 0..n {
+            entries[next[j]] = (j, 0.0);
+            next[j] += 1;
+        }
+        for (i, j, value) in triplets {
+            let (row, column) = (i.max(j), i.min(j));
+            assert!(row < n, "an index below the size");
+            entries[next[column]] = (row, value);
+            next[column] += 1;
+        }
+        let mut columns = Vec::with_capacity(n + 1);
+        let (mut rows, mut values) = (Vec::new(), Vec::new());
+        columns.push(0);
+        for j in 0..n {
+            let column = &mut entries[starts[j]..starts[j + 1]];
+            column.sort_by_key(|e| e.0);
+            let first = rows.len();
+            for &(row, value) in column.iter() {
+                if rows.len() > first && rows.last() == Some(&row) {
+                    *values.last_mut().unwrap_or(&mut 0.0) += value;
+                } else {
+                    rows.push(row);
+                    values.push(value);
+                }
+            }
+            columns.push(rows.len());
+        }
+        Self { columns, rows, values }
+    }
+
+    /// From the lower triangle of a dense matrix, without its zeros.
+    pub fn from_dense(a: &DMatrix<f64>) -> Self {
+        let n = a.nrows();
+        let places = (0..n).flat_map(|j| (j..n).map(move |i| (i, j)));
+        Self::from_triplets(n, places.filter(|p| a[*p] != 0.0).map(|p| (p.0, p.1, a[p])))
+    }
+
+    /// The full matrix.
+    pub fn to_dense(&self) -> DMatrix<f64> {
+        let mut a = DMatrix::zeros(self.n(), self.n());
+        for (i, j, value) in self.entries() {
+            a[(i, j)] = value;
+            a[(j, i)] = value;
+        }
+        a
+    }
+
+    /// Number of rows.
+    pub fn n(&self) -> usize {
+        self.columns.len() - 1
+    }
+
+    /// Number of entries of the lower triangle, the diagonal included.
+    pub fn len(&self) -> usize {
+        self.values.len()
+    }
+
+    /// Whether it has no row.
+    pub fn is_empty(&self) -> bool {
+        self.values.is_empty()
+    }
+
+    /// (row, column, value) of the lower triangle, column by column.
+    pub fn entries(&self) -> impl Iterator<Item = (usize, usize, f64)> + Clone + '_ {
+        (0..self.n())
+            .flat_map(move |j| (self.columns[j]..self.columns[j + 1]).map(move |p| (self.rows[p], j, self.values[p])))
+    }
+
+    /// Diagonal entry i.
+    pub fn diagonal(&self, i: usize) -> f64 {
+        self.values[self.columns[i]]
+    }
+
+    /// A x for every column of x, (n x k).
+    ///
+    /// # Panics
+    /// If `x` has another number of rows.
+    #[must_use]
+    pub fn mul(&self, x: &DMatrix<f64>) -> DMatrix<f64> {
+        assert_eq!(x.nrows(), self.n(), "one row a row of the matrix");
+        let mut y = DMatrix::zeros(x.nrows(), x.ncols());
+        for (from, mut to) in x.column_iter().zip(y.column_iter_mut()) {
+            for j in 0..self.n() {
+                let start = self.columns[j];
+                let mut sum = self.values[start] * from[j];
+                for p in start + 1..self.columns[j + 1] {
+                    let i = self.rows[p];
+                    to[i] += self.values[p] * from[j];
+                    sum += self.values[p] * from[i];
+                }
+                to[j] += sum;
+            }
+        }
+        y
+    }
+
+    /// |A|, entry by entry.
+    #[must_use]
+    pub fn abs(&self) -> Self {
+        let values = self.values.iter().map(|v| v.abs()).collect();
+        Self { columns: self.columns.clone(), rows: self.rows.clone(), values }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn triplets_of_one_place_add_up_from_either_triangle() {
+        let a = SparseSym::from_triplets(3, [(0, 1, 1.0), (2, 0, 4.0), (1, 0, 2.0), (2, 2, 5.0)].into_iter());
+        let full = DMatrix::from_row_slice(3, 3, &[0.0, 3.0, 4.0, 3.0, 0.0, 0.0, 4.0, 0.0, 5.0]);
+        assert_eq!(a.to_dense(), full);
+        assert_eq!(a.len(), 5);
+        assert_eq!(SparseSym::from_dense(&full), a);
+        let x = DMatrix::from_row_slice(3, 2, &[1.0, 0.5, 2.0, -1.0, 3.0, 0.25]);
+        assert_eq!(a.mul(&x), &full * &x);
+        assert_eq!((a.diagonal(1), a.diagonal(2), a.n(), a.is_empty()), (0.0, 5.0, 3, false));
+    }
+}

@@ -1,0 +1,17 @@
+//! Sparse pencils of 10⁴ to 10⁶ rows: the lowest modes by shift-invert block Lanczos on a supernodal Cholesky factor.
+//!
+//! [`SparsePlan`] orders and analyses a pattern once; [`lowest_sparse_modes`] solves one candidate with it. Start there.
+
+mod basis;
+mod factor;
+mod kernel;
+mod lanczos;
+mod matrix;
+mod modes;
+mod plan;
+#[cfg(test)]
+mod tests;
+
+pub use matrix::SparseSym;
+pub use modes::{SparseModes, SparseOptions, backward_error, lowest_sparse_modes};
+pub use plan::SparsePlan;

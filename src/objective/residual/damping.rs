@@ -1,0 +1,85 @@
+//! Modal damping ratios.
+
+use super::super::prediction::{Comparison, PredictionDerivative};
+use super::{Point, Residual, UNPAIRED};
+use crate::linalg::DMatrix;
+use crate::modal::{MatrixDerivative, mode_derivative};
+use crate::model::System;
+
+/// r = (ζ_model - ζ_test)/σ for every mode with a measured ratio, where the model has dashpots.
+///
+/// ```text
+/// ζ = φᵀ C φ / (2 ω),   ∂ζ = (2 φᵀ C ∂φ + φᵀ ∂C φ)/(2 ω) - ζ ∂λ/(2 λ)
+/// ```
+///
+/// Light damping: the shapes are those of the undamped structure, which is right to first order in ζ.
+///
+/// # Source
+/// M. I. Friswell, J. E. Mottershead, Finite Element Model Updating in Structural Dynamics, 1995.
+#[derive(Debug, Clone, Copy)]
+pub struct Damping;
+
+/// Test modes with a measured ratio.
+fn measured(comparison: &Comparison<'_>) -> Vec<usize> {
+    let modes = &comparison.test().modes;
+    (0..modes.len()).filter(|&i| modes[i].damping_ratio.is_some() && comparison.is_damped()).collect()
+}
+
+fn ratio(at: &Point<'_>, elastic: usize) -> f64 {
+    let k = at.prediction.modes.n_rigid + elastic;
+    let shape = at.prediction.modes.shapes.column(k);
+    let omega = at.prediction.modes.lambda[k].sqrt();
+    at.prediction.system.damping.as_ref().map_or(0.0, |c| shape.dot(&(c * shape)) / (2.0 * omega))
+}
+
+impl Residual for Damping {
+    fn name(&self) -> &'static str {
+        "damping"
+    }
+
+    fn summary(&self) -> &'static str {
+        "modal damping ratios of paired modes, each over its standard deviation, where the model has dashpots"
+    }
+
+    fn len(&self, comparison: &Comparison<'_>) -> usize {
+        measured(comparison).len()
+    }
+
+    fn row_name(&self, comparison: &Comparison<'_>, row: usize) -> String {
+        format!("damping of mode {}", measured(comparison)[row] + 1)
+    }
+
+    fn evaluate(&self, at: &Point<'_>, out: &mut [f64]) {
+        for (o, i) in out.iter_mut().zip(measured(at.comparison)) {
+            let Some(test) = at.comparison.test().modes[i].damping_ratio else { continue };
+            *o = at.prediction.partner(i).map_or(UNPAIRED, |a| (ratio(at, a) - test.value) / test.sd);
+        }
+    }
+
+    fn differentiate(&self, at: &Point<'_>, _: &PredictionDerivative, out: &mut DMatrix<f64>) {
+        out.fill(0.0);
+        let Some(c) = &at.prediction.system.damping else { return };
+        let derivatives: Result<Vec<System>, _> =
+            at.scaling.free().iter().map(|&j| at.comparison.model().assemble_derivative(at.theta, j)).collect();
+        let Ok(systems) = derivatives else { return };
+        let matrices: Vec<MatrixDerivative<'_>> =
+            systems.iter().map(|s| MatrixDerivative { stiffness: &s.stiffness, mass: &s.mass }).collect();
+        for (row, i) in measured(at.comparison).into_iter().enumerate() {
+            let (Some(a), Some(test)) = (at.prediction.partner(i), at.comparison.test().modes[i].damping_ratio) else {
+                continue;
+            };
+            let k = at.prediction.modes.n_rigid + a;
+            let lambda = at.prediction.modes.lambda[k];
+            let shape = at.prediction.modes.shapes.column(k).into_owned();
+            let system = &at.prediction.system;
+            let Some(d) = mode_derivative(&system.stiffness, &system.mass, lambda, &shape, &matrices) else { continue };
+            let zeta = ratio(at, a);
+            let c_shape = c * &shape;
+            for (j, s) in systems.iter().enumerate() {
+                let of_matrix = s.damping.as_ref().map_or(0.0, |dc| shape.dot(&(dc * &shape)));
+                let work = 2.0 * c_shape.dot(&d.shape.column(j)) + of_matrix;
+                out[(row, j)] = (work / (2.0 * lambda.sqrt()) - zeta * d.lambda[j] / (2.0 * lambda)) / test.sd;
+            }
+        }
+    }
+}

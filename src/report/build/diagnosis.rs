@@ -1,0 +1,346 @@
+//! What a diagnosis or a history of learning found, in the report's terms.
+
+use super::super::data::{
+    Category, Diagnosis, Estimate, Hypothesis, Level, Measurement, Outcome, Step, Steps, Verdict,
+};
+use super::super::text::number;
+use super::structure::Places;
+use crate::correlation::odds;
+use crate::data::TestData;
+use crate::diagnosis::{self, HypothesisResult, Kind};
+use crate::effect::Effects;
+use crate::model::Model;
+use serde::{Deserialize, Serialize};
+
+/// The measure of [`diagnosis`], in words.
+pub(super) const MEASURE: &str =
+    "sum of ((model - test)/standard deviation)²; held out: every mode predicted from the others";
+
+/// A diagnosis in the report's terms.
+///
+/// Places are looked up by name in `model`; what it does not have has no place.
+pub fn diagnosis(found: &diagnosis::Diagnosis, model: &Model, test: &TestData) -> Diagnosis {
+    let places = Places::new(model, test);
+    let effects = Effects::builtin();
+    let mut hypotheses: Vec<Hypothesis> =
+        found.hypotheses.iter().map(|h| hypothesis(h, found, &places, &effects)).collect();
+    let before = found.hypotheses.first().map_or(found.misfit, |h| h.misfit_before);
+    let rest = |category: Category, id: &str, kind: &str, summary: &str, probability: f64| Hypothesis {
+        id: id.into(),
+        category,
+        kind: kind.into(),
+        summary: summary.into(),
+        probability: Some(probability),
+        misfit_before: Some(before),
+        held_out_before: found.hypotheses.first().map(|h| h.held_out_before),
+        ..Hypothesis::default()
+    };
+    hypotheses.push(rest(
+        Category::None,
+        "none",
+        "nothing is missing",
+        "The model is complete, and its misfit is chance.",
+        found.probability_none,
+    ));
+    hypotheses.push(rest(
+        Category::Other,
+        "other",
+        "something outside the catalogue",
+        "An effect that the catalogue does not have.",
+        found.probability_other,
+    ));
+    // The hypothesis that the verdict is about stays first, even where a tied one is a little more probable.
+    let split = usize::from(found.verdict != diagnosis::Verdict::Adequate && !found.hypotheses.is_empty());
+    hypotheses[split..].sort_by(|a, b| b.probability.unwrap_or(0.0).total_cmp(&a.probability.unwrap_or(0.0)));
+    let tied: Vec<String> = found
+        .hypotheses
+        .first()
+        .filter(|h| !h.tied_with.is_empty())
+        .map(|h| std::iter::once(h.id.clone()).chain(h.tied_with.iter().cloned()).collect())
+        .unwrap_or_default();
+    let next_measurements = found
+        .next_measurements
+        .iter()
+        .map(|m| Measurement {
+            what: m.what.clone(),
+            why: String::new(),
+            separates: tied.clone(),
+            expected_log_bayes_factor: Some(m.expected_ln_bayes),
+            place: (!m.place.is_empty()).then(|| places.on_structure(&m.place)),
+        })
+        .collect();
+    Diagnosis {
+        title: String::new(),
+        outcome: outcome(found),
+        sentence: found.sentence.clone(),
+        p_value: Some(found.p_value),
+        alarm_level: None,
+        screened: Some((found.screened_effects + found.screened_faults) as u64),
+        tried: format!(
+            "{} effects in their places, {} of them with a trace in these data; {} faults of the measurement",
+            found.screened_effects, found.visible_effects, found.screened_faults
+        ),
+        misfit: Some(found.misfit),
+        degrees_of_freedom: Some(found.degrees_of_freedom),
+        noise_factor: Some(found.noise_factor),
+        hypotheses,
+        next_measurements,
+        remainder: found.remainder.clone(),
+        remainder_place: None,
+        warnings: found.warnings.clone(),
+    }
+}
+
+fn outcome(found: &diagnosis::Diagnosis) -> Outcome {
+    use diagnosis::Verdict;
+    let is_tied = found.hypotheses.first().is_some_and(|h| !h.tied_with.is_empty());
+    match found.verdict {
+        Verdict::Adequate => Outcome::Adequate,
+        Verdict::MissingEffect | Verdict::MeasurementFault if is_tied => Outcome::Tied,
+        Verdict::MissingEffect => Outcome::MissingEffect,
+        Verdict::MeasurementFault => Outcome::MeasurementFault,
+        Verdict::SeveralEffects => Outcome::SeveralEffects,
+        Verdict::Unexplained => Outcome::Unexplained,
+    }
+}
+
+fn hypothesis(
+    h: &HypothesisResult,
+    found: &diagnosis::Diagnosis,
+    places: &Places<'_>,
+    effects: &Effects,
+) -> Hypothesis {
+    let (category, place, summary) = match h.kind {
+        Kind::Effect => {
+            let about = effects.find(&h.name).map_or("", |e| e.about().summary);
+            (Category::Effect, places.on_structure(&h.location), about.to_string())
+        }
+        Kind::Fault => (Category::Measurement, places.on_test(&h.location), sentence(&h.patch)),
+    };
+    let estimate = |e: &diagnosis::Estimate| Estimate {
+        quantity: e.parameter.rsplit('.').next().unwrap_or_default().replace('_', " "),
+        value: e.value,
+        unit: if e.unit == "1" { String::new() } else { e.unit.clone() },
+        interval: Some(e.interval),
+        interval_label: "90 %".into(),
+    };
+    let (evidence_for, evidence_against) = evidence(h, found);
+    Hypothesis {
+        id: h.id.clone(),
+        category,
+        kind: h.name.clone(),
+        summary,
+        place,
+        probability: Some(h.probability),
+        log_bayes_factor: Some(h.ln_bayes),
+        misfit_before: Some(h.misfit_before),
+        misfit_after: Some(h.misfit_after),
+        held_out_before: Some(h.held_out_before),
+        held_out_after: Some(h.held_out_after),
+        estimates: h.estimates.iter().map(estimate).collect(),
+        tied_with: h.tied_with.clone(),
+        evidence_for,
+        evidence_against,
+        patch: h.patch.clone(),
+    }
+}
+
+/// A remedy as a sentence.
+fn sentence(text: &str) -> String {
+    let mut letters = text.chars();
+    // Names that somebody types keep their case.
+    let is_name = text.split_whitespace().next().is_some_and(|w| w.contains('@'));
+    match letters.next() {
+        Some(c) if !is_name => c.to_uppercase().collect::<String>() + letters.as_str() + ".",
+        Some(_) => format!("{text}."),
+        None => String::new(),
+    }
+}
+
+/// What the numbers say, for and against.
+///
+/// The words for Bayes factors are those of R. E. Kass, A. E. Raftery, Bayes factors, Journal of the American Statistical
+/// Association 90 (1995) 773-795: ln B above 1 positive, above 3 strong, above 5 very strong.
+fn evidence(h: &HypothesisResult, found: &diagnosis::Diagnosis) -> (Vec<String>, Vec<String>) {
+    let (mut pro, mut con) = (Vec::new(), Vec::new());
+    let dof = found.degrees_of_freedom;
+    let excess = h.misfit_before - dof;
+    if h.misfit_after < h.misfit_before && excess > 0.0 {
+        let share = (100.0 * (h.misfit_before - h.misfit_after) / excess).min(100.0);
+        pro.push(format!(
+            "the misfit falls from {} to {}: {share:.0} % of what noise does not explain",
+            number(h.misfit_before),
+            number(h.misfit_after)
+        ));
+    }
+    if h.ln_bayes > 1.0 {
+        let word = if h.ln_bayes > 5.0 {
+            "very strong"
+        } else if h.ln_bayes > 3.0 {
+            "strong"
+        } else {
+            "positive"
+        };
+        pro.push(format!("{word} evidence against the model as it is: ln Bayes factor {:.1}", h.ln_bayes));
+    } else {
+        con.push(format!(
+            "it explains no more than its own freedom could by chance: ln Bayes factor {:.1}",
+            h.ln_bayes
+        ));
+    }
+    let held = format!("from {} to {}", number(h.held_out_before), number(h.held_out_after));
+    if h.held_out_after < h.held_out_before {
+        pro.push(format!("modes that the fit did not see are predicted better: squared error {held}"));
+    } else {
+        con.push(format!("modes that the fit did not see are predicted no better: squared error {held}"));
+    }
+    // Three standard deviations of chi-squared above its mean.
+    if h.misfit_after > dof + 3.0 * (2.0 * dof.max(0.0)).sqrt() {
+        con.push(format!("it leaves {}, where noise alone would leave about {}", number(h.misfit_after), number(dof)));
+    }
+    if let Some(e) = h.estimates.iter().find(|e| e.interval[0] <= 0.0 && e.interval[1] >= 0.0) {
+        con.push(format!(
+            "the 90 % interval of its {} includes zero",
+            e.parameter.rsplit('.').next().unwrap_or_default()
+        ));
+    }
+    match h.tied_with.len() {
+        0 => {}
+        1 => con.push(format!("the data cannot tell it from {}", h.tied_with[0])),
+        n => con.push(format!("the data cannot tell it from {n} others")),
+    }
+    (pro, con)
+}
+
+/// A step of learning as a file keeps it; what `retune learn --json` writes.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct LearningStep {
+    /// Σ ((model - test)/σ)² after the fit.
+    pub misfit: f64,
+    /// The same per mode.
+    pub misfit_per_mode: Vec<f64>,
+    /// Squared error of every mode predicted from the others.
+    pub held_out_per_mode: Vec<f64>,
+    /// Id of the effect that was added after it.
+    pub added: Option<String>,
+    /// Id of the fault that was taken out of the data after it.
+    pub corrected: Option<String>,
+    /// Ids that the data could not tell from what was added.
+    pub tied_with: Vec<String>,
+    /// Ids of effects that had become unnecessary before it.
+    pub dropped: Vec<String>,
+    /// What was diagnosed.
+    pub diagnosis: diagnosis::Diagnosis,
+}
+
+impl From<&diagnosis::Step> for LearningStep {
+    fn from(s: &diagnosis::Step) -> Self {
+        Self {
+            misfit: s.misfit,
+            misfit_per_mode: s.misfit_per_mode.clone(),
+            held_out_per_mode: s.held_out.clone(),
+            added: s.added.as_ref().map(crate::effect::Candidate::id),
+            corrected: s.corrected.clone(),
+            tied_with: s.tie.clone(),
+            dropped: s.dropped.clone(),
+            diagnosis: s.diagnosis.clone(),
+        }
+    }
+}
+
+/// Names of the steps: what each model has that the one before had not.
+fn step_names(steps: &[LearningStep]) -> Vec<String> {
+    let mut names = vec!["refitted".to_string()];
+    for (before, now) in steps.iter().zip(steps.iter().skip(1)) {
+        let mut name = match (&before.added, &before.corrected) {
+            (Some(id), _) => format!("+ {id}"),
+            (None, Some(id)) => format!("data corrected: {id}"),
+            (None, None) => "refitted".into(),
+        };
+        for id in &now.dropped {
+            name += &format!(", - {id}");
+        }
+        names.push(name);
+    }
+    names
+}
+
+/// The error over the steps of learning; `initial` is the misfit of the model before any fit, in total and per mode.
+pub fn learning_steps(steps: &[LearningStep], initial: Option<(f64, &[f64])>, test: &TestData) -> Steps {
+    let per_mode = |v: &[f64]| v.iter().copied().map(Some).collect::<Vec<_>>();
+    let mut out: Vec<Step> = Vec::new();
+    if let Some((misfit, modes)) = initial {
+        out.push(Step {
+            name: "initial".into(),
+            misfit,
+            per_mode: per_mode(modes),
+            note: "the values of the file, nothing fitted".into(),
+            ..Step::default()
+        });
+    }
+    for (name, s) in step_names(steps).into_iter().zip(steps) {
+        out.push(Step {
+            name,
+            misfit: s.misfit,
+            per_mode: per_mode(&s.misfit_per_mode),
+            held_out: Some(s.held_out_per_mode.iter().sum()),
+            held_out_per_mode: per_mode(&s.held_out_per_mode),
+            note: s.diagnosis.sentence.clone(),
+        });
+    }
+    // Fits of a history that another test made have other modes.
+    let n = test.modes.len();
+    for step in &mut out {
+        if step.per_mode.len() != n {
+            step.per_mode.clear();
+        }
+        if step.held_out_per_mode.len() != n {
+            step.held_out_per_mode.clear();
+        }
+    }
+    Steps {
+        measure: MEASURE.into(),
+        noise_floor: steps.last().map(|s| s.diagnosis.degrees_of_freedom),
+        mode_labels: (0..n).map(|i| super::test_label(test, i)).collect(),
+        steps: out,
+    }
+}
+
+/// The diagnoses of a history, the last one apart.
+pub(super) fn diagnoses(steps: &[LearningStep], model: &Model, test: &TestData) -> (Vec<Diagnosis>, Option<Diagnosis>) {
+    let titles = step_names(steps);
+    let mut all: Vec<Diagnosis> = steps.iter().map(|s| diagnosis(&s.diagnosis, model, test)).collect();
+    if all.len() > 1 {
+        for (d, title) in all.iter_mut().zip(titles) {
+            d.title = title;
+        }
+    }
+    let last = all.pop();
+    (all, last)
+}
+
+/// The answer of a diagnosis, with the misfit before and after what it proposes.
+pub(super) fn verdict(d: &Diagnosis) -> Verdict {
+    let floor = d.degrees_of_freedom.map_or_else(String::new, |f| format!("; noise alone leaves about {}", number(f)));
+    let best = d.hypotheses.first().filter(|_| d.outcome != Outcome::Adequate);
+    let pair = best.and_then(|h| Some((h, h.misfit_before?, h.misfit_after?)));
+    let (value, label) = match (pair, d.misfit) {
+        (Some((h, before, after)), _) => {
+            (format!("{} → {}", number(before), number(after)), format!("misfit without and with {}{floor}", h.id))
+        }
+        (None, Some(m)) => (number(m), format!("misfit of the fitted model{floor}")),
+        (None, None) => (String::new(), String::new()),
+    };
+    let chance = d.p_value.filter(|_| d.outcome != Outcome::Adequate);
+    let chance = chance.map_or_else(String::new, |p| format!(" Chance alone does as well in {}.", odds(p)));
+    Verdict {
+        sentence: sentence(&d.sentence) + &chance,
+        number: value,
+        number_label: label,
+        level: match d.outcome {
+            Outcome::Adequate => Level::Good,
+            Outcome::MissingEffect | Outcome::MeasurementFault | Outcome::Tied => Level::Warning,
+            Outcome::SeveralEffects | Outcome::Unexplained => Level::Bad,
+        },
+    }
+}

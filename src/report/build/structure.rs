@@ -1,0 +1,187 @@
+//! The structure as the pictures draw it, and places on it by the names of the user's file.
+
+use super::super::data::{Element, Node, Place, PointMass, Property, RigidLink, Sensor, Structure, Support};
+use super::super::text::number;
+use crate::correlation::{CorrelationError, sensor_position};
+use crate::data::TestData;
+use crate::element::{Axes, Dof};
+use crate::model::{Model, ParametricModel, PlacedElement};
+
+/// Whether an element is drawn as a point mass.
+fn is_mass(e: &PlacedElement) -> bool {
+    let place = e.kind.properties().iter().position(|p| p.name == "mass");
+    e.nodes.len() == 1 && place.is_some_and(|i| e.values[i].is_some())
+}
+
+/// The entry of the file that an element comes from.
+fn group(e: &PlacedElement) -> &str {
+    e.path.split('.').nth(1).unwrap_or_default()
+}
+
+/// Index of each element of the model among the drawn elements; `None` for a point mass.
+fn drawn(model: &Model) -> Vec<Option<usize>> {
+    let mut next = 0..;
+    model.elements().iter().map(|e| if is_mass(e) { None } else { next.next() }).collect()
+}
+
+/// Finds places by name.
+pub(super) struct Places<'a> {
+    model: &'a Model,
+    test: &'a TestData,
+    drawn: Vec<Option<usize>>,
+}
+
+impl<'a> Places<'a> {
+    pub(super) fn new(model: &'a Model, test: &'a TestData) -> Self {
+        Self { model, test, drawn: drawn(model) }
+    }
+
+    /// A place on the structure as effects write it: `n8+n13.ry`, `left_wing.1:n5`, `whole`.
+    pub(super) fn on_structure(&self, text: &str) -> Place {
+        let mut place = Place { text: text.into(), ..Place::default() };
+        if text.split('.').next() == Some("whole") {
+            place.elements = (0..self.drawn.iter().flatten().count()).collect();
+            return place;
+        }
+        // The direction stands behind the last name only.
+        for part in text.split('+') {
+            if !self.add(part, &mut place)
+                && let Some((name, _)) = part.rsplit_once('.')
+            {
+                self.add(name, &mut place);
+            }
+        }
+        place
+    }
+
+    /// Sensors and the nodes beside them as faults write them: `p3+p4`, `p11.x`, `p11:n5`.
+    pub(super) fn on_test(&self, text: &str) -> Place {
+        let sensor = |name: &str| self.test.sensors.iter().position(|s| s.name == name);
+        let mut place = Place { text: text.into(), ..Place::default() };
+        let known = |part: &str| {
+            sensor(part)
+                .or_else(|| part.rsplit_once(':').and_then(|(name, _)| sensor(name)))
+                .or_else(|| part.rsplit_once('.').and_then(|(name, _)| sensor(name)))
+        };
+        place.sensors = sensor(text).map_or_else(|| text.split('+').filter_map(known).collect(), |i| vec![i]);
+        place
+    }
+
+    fn add(&self, name: &str, place: &mut Place) -> bool {
+        if let Some(node) = self.model.geometry().node(name) {
+            place.nodes.push(node);
+            return true;
+        }
+        let Some(set) = self.model.element_set(name) else {
+            // An end of an element: `element:node`.
+            return name.rsplit_once(':').is_some_and(|(_, node)| self.add(node, place));
+        };
+        for &e in set {
+            match self.drawn[e] {
+                Some(i) => place.elements.push(i),
+                None => place.nodes.extend(&self.model.elements()[e].nodes),
+            }
+        }
+        true
+    }
+}
+
+/// The structure at θ with the sensors of a test.
+pub(super) fn structure(model: &Model, theta: &[f64], test: &TestData) -> Result<Structure, CorrelationError> {
+    let geometry = model.geometry();
+    let spec = model.spec();
+    let names: Vec<&str> = model.parameters().names().collect();
+    let mut elements = Vec::new();
+    let mut masses = Vec::new();
+    for e in model.elements() {
+        let mut properties = Vec::new();
+        let mut parameters: Vec<String> = Vec::new();
+        for (p, v) in e.kind.properties().iter().zip(&e.values) {
+            let Some(v) = v else { continue };
+            properties.push(Property::new(p.name, format!("{} {}", number(v.at(theta)), p.unit)));
+            for i in v.parameters() {
+                if !parameters.iter().any(|n| n == names[i]) {
+                    parameters.push(names[i].to_string());
+                }
+            }
+        }
+        let value = |name: &str| {
+            let i = e.kind.properties().iter().position(|p| p.name == name)?;
+            e.values[i].as_ref().map(|v| v.at(theta))
+        };
+        if is_mass(e) {
+            let offset = ["offset_x", "offset_y", "offset_z"].map(|n| value(n).unwrap_or(0.0));
+            masses.push(PointMass {
+                name: e.name.clone(),
+                node: e.nodes[0],
+                mass: value("mass"),
+                offset: (offset != [0.0; 3]).then_some(offset),
+                parameters,
+                properties,
+            });
+        } else {
+            let group = group(e).to_string();
+            let kind = if e.kind.axes() == Axes::AlongNodes { "beam".into() } else { e.kind.name().to_string() };
+            elements.push(Element {
+                name: e.name.clone(),
+                kind,
+                nodes: e.nodes.clone(),
+                group,
+                parameters,
+                property_set: None,
+                properties,
+            });
+        }
+    }
+    let node = |name: &String| geometry.node(name);
+    let rigid_links = spec
+        .rigid_links
+        .iter()
+        .filter_map(|(name, l)| {
+            let slaves = l.slaves.iter().filter_map(node).collect();
+            Some(RigidLink { name: name.clone(), master: node(&l.master)?, slaves })
+        })
+        .collect();
+    let mut supports = Vec::new();
+    for s in spec.supports.values() {
+        let dofs = match &s.fixed {
+            None => "all".to_string(),
+            Some(list) => list.iter().map(|d| Dof::from(*d).name()).collect::<Vec<_>>().join(" "),
+        };
+        for n in s.node.iter().chain(s.nodes.iter().flatten()).filter_map(node) {
+            supports.push(Support { node: n, dofs: dofs.clone() });
+        }
+    }
+    let sensors = test
+        .sensors
+        .iter()
+        .map(|s| {
+            let attached_to = match &s.place {
+                crate::data::Place::Node { node, .. } => node.clone(),
+                crate::data::Place::Element { element, fraction, .. } => format!("{element} at {fraction}"),
+            };
+            Ok(Sensor {
+                name: s.name.clone(),
+                position: sensor_position(model, s)?,
+                direction: s.direction,
+                is_rotation: s.is_rotation,
+                attached_to,
+            })
+        })
+        .collect::<Result<Vec<_>, CorrelationError>>()?;
+    Ok(Structure {
+        up: Some(2),
+        nodes: geometry
+            .names
+            .iter()
+            .zip(&geometry.positions)
+            .map(|(name, position)| Node { name: name.clone(), position: *position })
+            .collect(),
+        elements,
+        rigid_links,
+        masses,
+        supports,
+        sensors,
+        ..Structure::default()
+    })
+}

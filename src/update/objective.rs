@@ -1,0 +1,18 @@
+//! From comparisons and settings to the objective of a fit.
+
+use super::{Cost, Settings};
+use crate::objective::{Comparison, Objective, PaperCost, Stacked};
+
+/// The costs of all comparisons, added; what belongs to the parameters counts once.
+pub(super) fn stack<'a>(comparisons: &'a [Comparison<'a>], settings: &Settings, cost: Cost) -> Stacked<'a> {
+    let has_targets = |c: &Comparison<'_>| c.model().targets() != crate::model::Targets::default();
+    let owner = comparisons.iter().position(has_targets).unwrap_or(0);
+    let part = |(k, c): (usize, &'a Comparison<'a>)| -> Box<dyn Objective + 'a> {
+        match cost {
+            Cost::Paper => Box::new(PaperCost::new(c)),
+            Cost::Frequencies => Box::new(PaperCost::frequencies_only(c)),
+            Cost::LeastSquares => Box::new(settings.objective.least_squares(c, k == owner)),
+        }
+    };
+    Stacked::of(comparisons.iter().enumerate().map(part).collect())
+}
