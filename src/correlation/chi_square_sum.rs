@@ -75,21 +75,18 @@ impl ChiSquareSum {
         Normal::standard().sf(z).clamp(0.0, 1.0)
     }
 
-    /// The value that is exceeded with probability 1 - `level`.
+    /// The value that is exceeded with probability 1 - `level`, of the gamma distribution with these moments: a few per
+    /// cent from the exact one at 0.95.
+    ///
+    /// # Source
+    /// F. E. Satterthwaite, Biometrics Bulletin 2 (1946) 110-114.
     pub(super) fn quantile(&self, level: f64) -> f64 {
-        if self.weights.is_empty() {
-            return 0.0;
+        let (mean, variance) = (self.mean(), self.variance());
+        if variance > 0.0 {
+            Gamma::new(mean * mean / variance, mean / variance).map_or(0.0, |g| g.inverse_cdf(level))
+        } else {
+            0.0
         }
-        let (mut low, mut high) = (0.0, self.mean() + 2.0 * self.variance().sqrt());
-        while self.tail(high) > 1.0 - level {
-            high *= 2.0;
-        }
-        // 40 halvings: twelve digits of the bracket, far below the error of the formula.
-        for _ in 0..40 {
-            let middle = 0.5 * (low + high);
-            if self.tail(middle) > 1.0 - level { low = middle } else { high = middle }
-        }
-        0.5 * (low + high)
     }
 }
 

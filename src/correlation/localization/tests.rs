@@ -58,8 +58,7 @@ fn localize_noisy(truth: &Eigenpairs, n: usize, step: usize, noise: f64, seed: u
         let weight = expander.weight(expander.model_error(0.1, n), truth.values[j], 1.0);
         expanded.push((expander.expand(&y, &sd, truth.values[j], weight).unwrap(), sd, 1.0 / truth.values[j]));
     }
-    let modes: Vec<ExpandedMode<'_>> =
-        expanded
+    let modes: Vec<ExpandedMode<'_>> = expanded
         .iter()
         .map(|(expanded, sd, weight)| ExpandedMode { expanded, sd, weight: *weight, omega_squared_sd: 0.0 })
         .collect();
