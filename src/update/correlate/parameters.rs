@@ -109,7 +109,7 @@ pub fn sensitivities(
         return Err(UpdateError::NothingFree);
     }
     let theta = crate::objective::starting_point(model);
-    let comparison = Comparison::new(model, test, Settings::default().pairing())?;
+    let comparison = Comparison::new(model, test, Settings::default().pairing(test))?;
     let failed = |e: &dyn std::fmt::Display| UpdateError::Start(EvalError::Unsolvable { reason: e.to_string() });
     let system = model.assemble(&theta).map_err(|e| failed(&e))?;
     let rigid = model.dof_map().rigid_motions();
