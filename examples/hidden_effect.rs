@@ -134,7 +134,9 @@ fn cruise_missile_wing() -> Result<(), Box<dyn Error>> {
     println!("   {} modes between 5 and 350 Hz from {} accelerances\n", test.modes.len(), frfs.responses.len());
     let grid = parse("cruise_missile_wing.yaml", |t| load(t, &Registry::builtin()).map(|(model, ..)| model))?;
     falling(&learn(&grid, &test, &Settings::default(), true, 4)?);
-    println!("   Standard deviations are those of the identification alone. A beam grid of a real wing errs by far more:");
+    println!(
+        "   Standard deviations are those of the identification alone. A beam grid of a real wing errs by far more:"
+    );
     println!("   what is found says where it errs first, and the verdict says what it leaves.");
     Ok(())
 }
@@ -177,10 +179,7 @@ fn falling(learned: &Learned) {
     }
 }
 
-fn parse<T>(
-    name: &str,
-    read: impl Fn(&str) -> Result<T, Vec<retune::yaml::Problem>>,
-) -> Result<T, Box<dyn Error>> {
+fn parse<T>(name: &str, read: impl Fn(&str) -> Result<T, Vec<retune::yaml::Problem>>) -> Result<T, Box<dyn Error>> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("models").join(name);
     let text = std::fs::read_to_string(&path)?;
     read(&text).map_err(|p| p.iter().map(|p| p.render(name)).collect::<Vec<_>>().join("\n").into())

@@ -120,6 +120,7 @@ fn sensors(truth: &Model) -> Vec<Sensor> {
         name: format!("p{}", i + 1),
         place,
         direction: [0.0, 0.0, 1.0],
+        offset: None,
         is_rotation: false,
         mass: None,
     };

@@ -1,4 +1,4 @@
-//! The batch path allocates nothing once its workspace exists: shown by an allocator that counts.
+//! The batch path allocates nothing once its memory exists, from the kernel up to the cost: shown by an allocator that counts.
 #![allow(unsafe_code)]
 
 #[path = "../benches/grillage/mod.rs"]
@@ -7,8 +7,12 @@ mod grillage;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
-use retune::linalg::DMatrix;
+use retune::correlation::{PairBy, PairingOptions};
+use retune::data::read_test;
 use retune::linalg::batch::{AffineEntry, AffinePencil, BatchModel, BatchOptions, Mirror, Workspace};
+use retune::linalg::{DMatrix, DVector};
+use retune::model::{Registry, load};
+use retune::objective::{Comparison, LeastSquares, Objective, PaperCost};
 
 thread_local! {
     static ALLOCATIONS: Cell<usize> = const { Cell::new(0) };
@@ -62,5 +66,29 @@ fn the_batch_path_does_not_allocate() {
         let after = ALLOCATIONS.with(Cell::get);
         assert_eq!(redone, 0);
         assert_eq!(after - before, 0, "allocations in the batch path");
+    }
+}
+
+#[test]
+fn a_batch_of_costs_does_not_allocate() {
+    let text = |name: &str| std::fs::read_to_string(format!("{}/models/{name}", env!("CARGO_MANIFEST_DIR"))).unwrap();
+    let (model, ..) = load(&text("bff.yaml"), &Registry::builtin()).unwrap();
+    let (test, _) = read_test(&text("bff_gvt.yaml")).unwrap();
+    let gates =
+        PairingOptions { by: PairBy::Mac, min_mac: 0.0, frequency_window: f64::INFINITY, same_family_only: true };
+    let comparison = Comparison::new(&model, &test, gates).unwrap();
+    for objective in [&PaperCost::new(&comparison) as &dyn Objective, &LeastSquares::new(&comparison) as &dyn Objective]
+    {
+        let point = |i: usize| DVector::from_fn(objective.n_parameters(), |j, _| (0.618 * (7 * i + j) as f64).fract());
+        let points: Vec<DVector<f64>> = (0..400).map(point).collect();
+        let mut costs = vec![0.0; points.len()];
+        // The first batch makes the memory.
+        objective.costs(&points[..200], &mut costs[..200]);
+        let before = ALLOCATIONS.with(Cell::get);
+        objective.costs(&points[200..], &mut costs[200..]);
+        let after = ALLOCATIONS.with(Cell::get);
+        assert_eq!(objective.path_counts().reference, 0);
+        assert!(costs.iter().all(|c| c.is_finite()));
+        assert_eq!(after - before, 0, "allocations in the objective");
     }
 }

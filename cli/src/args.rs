@@ -342,6 +342,14 @@ pub(crate) enum Pairing {
     Order,
 }
 
+/// What the test had and the model file has not.
+#[derive(Debug, Args)]
+pub(crate) struct Loading {
+    /// Put the `mass` of the sensors into the model: they were on the structure when it was tested.
+    #[arg(long)]
+    pub(crate) sensor_masses: bool,
+}
+
 /// The cost to minimise.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Cost {
@@ -384,6 +392,8 @@ pub(crate) struct Update {
     /// A method of `retune list optimizers`, or YAML with settings.
     #[arg(long)]
     pub(crate) optimizer: Option<String>,
+    #[command(flatten)]
+    pub(crate) loading: Loading,
     /// Seed of all random numbers.
     #[arg(long, default_value_t = 0)]
     pub(crate) seed: u64,

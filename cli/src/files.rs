@@ -1,10 +1,11 @@
 //! Reading files with problems shown in place, and writing without losing anything.
 
 use crate::output::{Failure, warn};
-use retune::correlation::check_sensors as check;
+use retune::correlation::{check_sensors as check, with_sensor_masses};
 use retune::data::{MeasurementOptions, TestData, read_measurements, read_test};
 use retune::model::{Model, Registry, load_configuration};
 use retune::yaml::{Problem, Severity, SourceMap};
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 /// Files above this size are not YAML that a person wrote.
@@ -72,6 +73,25 @@ pub(crate) fn test(path: &Path) -> Result<(TestData, Vec<Problem>, String), Fail
     }
 }
 
+/// The model with the masses of the sensors, when asked for; else a word about what they weigh.
+pub(crate) fn loaded(model: Model, test: &TestData, wanted: bool) -> Result<Model, Failure> {
+    let (spec, total) = with_sensor_masses(&model, &test.sensors)?;
+    if total <= 0.0 {
+        return if wanted {
+            Err(Failure::text("--sensor-masses: no sensor of the test states a `mass`"))
+        } else {
+            Ok(model)
+        };
+    }
+    if !wanted {
+        eprintln!("note: the sensors weigh {:.1} g together; `--sensor-masses` puts them into the model", 1e3 * total);
+        return Ok(model);
+    }
+    let (model, _) = Model::new(spec, &Registry::builtin())
+        .map_err(|p| Failure::text(format!("--sensor-masses: {}", p.first().map_or("", |p| p.message.as_str()))))?;
+    Ok(model)
+}
+
 /// A test, the model in its configuration, and the model's text.
 pub(crate) struct Tested {
     pub(crate) test: TestData,
@@ -111,13 +131,21 @@ pub(crate) fn check_sensors(model: &Model, test: &TestData, path: &Path, text: &
 
 /// Refuses an output that exists, or whose folder cannot be written, before any work is done.
 pub(crate) fn check_output(path: &Path, force: bool) -> Result<(), Failure> {
+    check_room(path, force, 4096)
+}
+
+/// Like [`check_output`], for an output of this many bytes: a full disk too is reported before the work starts.
+pub(crate) fn check_room(path: &Path, force: bool, bytes: usize) -> Result<(), Failure> {
     if path.exists() && !force {
         return Err(Failure::text(format!("{} exists; give --force to overwrite it", path.display())));
     }
     let probe = temporary(path);
-    std::fs::write(&probe, b"")
-        .and_then(|()| std::fs::remove_file(&probe))
-        .map_err(|e| Failure::text(format!("cannot write {}: {e}", path.display())))
+    let filled = std::fs::File::create(&probe).and_then(|mut file| {
+        file.write_all(&vec![b'\n'; bytes])?;
+        file.sync_all()
+    });
+    let removed = std::fs::remove_file(&probe);
+    filled.and(removed).map_err(|e| Failure::text(format!("cannot write {}: {e}", path.display())))
 }
 
 /// Writes a file whole or not at all.

@@ -93,7 +93,12 @@ fn remarks(u: &Update) -> String {
                 number(v),
                 number(held.gain)
             ),
-            None => writeln!(out, "  {}: only its {side} bound holds it", p.name),
+            None => writeln!(
+                out,
+                "  {}: only its {side} bound holds it; without it the squared misfit would fall by {}",
+                p.name,
+                number(held.gain)
+            ),
         };
     }
     for remark in &c.remarks {

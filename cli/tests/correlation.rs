@@ -104,7 +104,7 @@ fn a_profile_decides_the_exit_code() {
     let file = folder.join("mine.yaml").display().to_string();
     let (code, out, err) = said(&format!("compare bff_updated.yaml bff_gvt.yaml --profile {file}"));
     assert_eq!(code, 0, "{out}{err}");
-    let (code, _, err) = said(&format!("compare bff.yaml bff_gvt.yaml --profile {file}:mein"));
+    let (code, _, err) = said(&format!("compare bff.yaml bff_gvt.yaml --profile {file}:mines"));
     assert!(code == 2 && err.contains("did you mean `mine`?"), "{err}");
     let (code, _, err) = said("compare bff.yaml bff_gvt.yaml --profile nasa-std-5003");
     assert!(code == 2 && err.contains("did you mean `nasa-std-5002`?"), "{err}");
@@ -118,7 +118,7 @@ fn functions_are_compared_by_band() {
     let models = models().display().to_string();
     let (code, _, err) = run(
         &format!(
-            "twin {models}/bff_truth.yaml --frf f.csv --sensors {models}/bff_gvt.yaml --exciter p12 --band 3 35 --lines 321 --force"
+            "twin {models}/bff_truth.yaml --frf f.csv --sensors {models}/bff_gvt.yaml --exciter p12 --band 3 35 --lines 321 --damping 2.3% --force"
         ),
         "100",
         &folder,

@@ -55,6 +55,23 @@ impl SymMatrix {
         self.lower.iter_mut().for_each(|v| *v *= factor);
     }
 
+    /// Adds `factor` times another matrix.
+    ///
+    /// # Panics
+    /// If the sizes differ.
+    pub fn add_scaled(&mut self, factor: f64, other: &SymMatrix) {
+        assert_eq!(self.n, other.n, "matrices of one size");
+        self.lower.iter_mut().zip(&other.lower).for_each(|(a, b)| *a += factor * b);
+    }
+
+    /// Takes over the entries of another matrix.
+    ///
+    /// # Panics
+    /// If the sizes differ.
+    pub fn copy_from(&mut self, other: &SymMatrix) {
+        self.lower.copy_from_slice(&other.lower);
+    }
+
     /// Whether every entry is zero.
     pub fn is_zero(&self) -> bool {
         self.lower.iter().all(|v| *v == 0.0)

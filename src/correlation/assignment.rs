@@ -20,68 +20,93 @@ use crate::linalg::DMatrix;
 /// Returns the column of every row; `None` for the rows left over when there are more rows than columns. Among equal
 /// optima the one found first is taken, rows in order, lower columns first: the same input gives the same answer.
 pub(super) fn assign(cost: &DMatrix<f64>) -> Vec<Option<usize>> {
-    if cost.nrows() > cost.ncols() {
-        let mut columns = vec![None; cost.nrows()];
-        for (column, row) in assign(&cost.transpose()).into_iter().enumerate() {
-            if let Some(row) = row {
-                columns[row] = Some(column);
-            }
+    let (n_rows, n_cols) = cost.shape();
+    let mut assigner = Assigner::default();
+    if n_rows > n_cols {
+        let mut columns = vec![None; n_rows];
+        for (column, row) in assigner.assign(n_cols, n_rows, |i, j| cost[(j, i)]).iter().enumerate() {
+            columns[*row] = Some(column);
         }
         return columns;
     }
-    let (n_rows, n_cols) = cost.shape();
-    let mut row_price = vec![0.0; n_rows];
-    let mut col_price = vec![0.0; n_cols];
-    let mut row_of: Vec<Option<usize>> = vec![None; n_cols];
-    for start in 0..n_rows {
-        // Dijkstra over reduced costs from row `start` to the nearest free column.
-        let mut distance = vec![f64::INFINITY; n_cols];
-        let mut previous = vec![None; n_cols]; // the column before, on the path; None: `start` itself
-        let mut done = vec![false; n_cols];
-        let (mut row, mut from, mut travelled) = (start, None, 0.0);
-        let sink = loop {
-            let mut nearest: Option<usize> = None;
-            for j in 0..n_cols {
-                if done[j] {
-                    continue;
+    assigner.assign(n_rows, n_cols, |i, j| cost[(i, j)]).iter().copied().map(Some).collect()
+}
+
+/// The memory of an assignment, for many of them.
+#[derive(Debug, Default)]
+pub(super) struct Assigner {
+    row_price: Vec<f64>,
+    col_price: Vec<f64>,
+    row_of: Vec<Option<usize>>,
+    distance: Vec<f64>,
+    previous: Vec<Option<usize>>,
+    done: Vec<bool>,
+    columns: Vec<usize>,
+}
+
+/// Overwrites a buffer.
+fn refill<T: Clone>(buffer: &mut Vec<T>, n: usize, value: T) {
+    buffer.clear();
+    buffer.resize(n, value);
+}
+
+impl Assigner {
+    /// The column of every row; rows must not outnumber columns. Allocates nothing once it has met the sizes.
+    pub(super) fn assign(&mut self, n_rows: usize, n_cols: usize, cost: impl Fn(usize, usize) -> f64) -> &[usize] {
+        let Self { row_price, col_price, row_of, distance, previous, done, columns } = self;
+        refill(row_price, n_rows, 0.0);
+        refill(col_price, n_cols, 0.0);
+        refill(row_of, n_cols, None);
+        for start in 0..n_rows {
+            // Dijkstra over reduced costs from row `start` to the nearest free column.
+            refill(distance, n_cols, f64::INFINITY);
+            refill(previous, n_cols, None); // the column before, on the path; None: `start` itself
+            refill(done, n_cols, false);
+            let (mut row, mut from, mut travelled) = (start, None, 0.0);
+            let sink = loop {
+                let mut nearest: Option<usize> = None;
+                for j in 0..n_cols {
+                    if done[j] {
+                        continue;
+                    }
+                    let through = travelled + cost(row, j) - row_price[row] - col_price[j];
+                    if through < distance[j] {
+                        (distance[j], previous[j]) = (through, from);
+                    }
+                    if nearest.is_none_or(|best| distance[j] < distance[best]) {
+                        nearest = Some(j);
+                    }
                 }
-                let through = travelled + cost[(row, j)] - row_price[row] - col_price[j];
-                if through < distance[j] {
-                    (distance[j], previous[j]) = (through, from);
+                let Some(j) = nearest else { unreachable!("a free column exists: rows do not outnumber columns") };
+                (done[j], travelled, from) = (true, distance[j], Some(j));
+                match row_of[j] {
+                    Some(owner) => row = owner,
+                    None => break j,
                 }
-                if nearest.is_none_or(|best| distance[j] < distance[best]) {
-                    nearest = Some(j);
+            };
+            row_price[start] += travelled;
+            for j in (0..n_cols).filter(|&j| done[j] && j != sink) {
+                col_price[j] += distance[j] - travelled;
+                if let Some(owner) = row_of[j] {
+                    row_price[owner] += travelled - distance[j];
                 }
             }
-            let Some(j) = nearest else { unreachable!("a free column exists: rows do not outnumber columns") };
-            (done[j], travelled, from) = (true, distance[j], Some(j));
-            match row_of[j] {
-                Some(owner) => row = owner,
-                None => break j,
+            // Everyone on the path moves one column on.
+            let mut j = sink;
+            while let Some(before) = previous[j] {
+                row_of[j] = row_of[before];
+                j = before;
             }
-        };
-        row_price[start] += travelled;
-        for j in (0..n_cols).filter(|&j| done[j] && j != sink) {
-            col_price[j] += distance[j] - travelled;
-            if let Some(owner) = row_of[j] {
-                row_price[owner] += travelled - distance[j];
+            row_of[j] = Some(start);
+        }
+        refill(columns, n_rows, 0);
+        for (j, row) in row_of.iter().enumerate() {
+            if let Some(row) = *row {
+                columns[row] = j;
             }
         }
-        // Everyone on the path moves one column on.
-        let mut j = sink;
-        while let Some(before) = previous[j] {
-            row_of[j] = row_of[before];
-            j = before;
-        }
-        row_of[j] = Some(start);
+        columns
     }
-    let mut columns = vec![None; n_rows];
-    for (j, row) in row_of.into_iter().enumerate() {
-        if let Some(row) = row {
-            columns[row] = Some(j);
-        }
-    }
-    columns
 }
 
 #[cfg(test)]

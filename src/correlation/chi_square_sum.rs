@@ -31,6 +31,9 @@ impl ChiSquareSum {
     /// P = 1 - Φ(w + ln(v/w)/w)
     /// ```
     ///
+    /// In the far tail it is too large by the error of Stirling's formula for Γ(m/2), m the number of weights equal to the
+    /// largest: 17 % for one, 8 % for two, 3 % for five.
+    ///
     /// # Source
     /// D. Kuonen, Biometrika 86 (1999) 929-935; the form of O. E. Barndorff-Nielsen, 1990.
     pub(super) fn tail(&self, value: f64) -> f64 {
@@ -95,7 +98,7 @@ mod tests {
     use super::*;
     use statrs::distribution::ChiSquared;
 
-    /// Equal weights are a chi-squared distribution, whose tail is known; far out the formula is good to 2 %.
+    /// Equal weights are a chi-squared distribution, whose tail is known; Stirling's error of Γ(n/2) is 1/(6 n).
     #[test]
     fn equal_weights_are_chi_squared() {
         for n in [1, 2, 5, 30] {
@@ -103,7 +106,7 @@ mod tests {
             let exact = ChiSquared::new(n as f64).unwrap();
             for p in [0.9, 0.5, 0.1, 1e-3, 1e-8] {
                 let x = 3.0 * exact.inverse_cdf(1.0 - p);
-                let tolerance = if n == 1 { 0.06 } else { 0.03 };
+                let tolerance = 1.0 / (6.0 * n as f64) + 1e-3;
                 assert!((sum.tail(x) / exact.sf(x / 3.0) - 1.0).abs() < tolerance, "{n} {p} {}", sum.tail(x));
             }
             assert!((sum.quantile(0.95) / (3.0 * exact.inverse_cdf(0.95)) - 1.0).abs() < 0.02, "{n}");
@@ -117,7 +120,7 @@ mod tests {
         let sum = ChiSquareSum::new(vec![a, a, b, b, 0.0, -1e-18]);
         for x in [0.5, 2.0, 6.0, 20.0, 60.0] {
             let exact: f64 = (a * (-x / (2.0 * a)).exp() - b * (-x / (2.0 * b)).exp()) / (a - b);
-            assert!((sum.tail(x) / exact - 1.0).abs() < 0.03, "{x}: {} {exact}", sum.tail(x));
+            assert!((sum.tail(x) / exact - 1.0).abs() < 1.0 / 12.0, "{x}: {} {exact}", sum.tail(x));
         }
         assert_eq!((ChiSquareSum::new(vec![]).tail(1.0), ChiSquareSum::new(vec![]).tail(0.0)), (0.0, 1.0));
     }

@@ -187,7 +187,7 @@ impl Localization {
 /// * `elements` - stiffness contributions, by element, or by group after [`group_matrices`]
 ///
 /// Sorted by the score. The p-value of an element is that of the weighted sum of chi-squares by saddlepoint, good to a
-/// few per cent of itself far into the tail. `p_family` is the probability that the largest score of all elements is as
+/// few per cent of itself, far out at worst 17 % too large. `p_family` is the probability that the largest score of all elements is as
 /// large, by 1000 seeded draws of the noise through the same maps, so that it knows how elements share their noise;
 /// where fewer than ten draws reach it, the bound n p (Bonferroni) of the smallest p-value counts if it is smaller.
 /// All is exact to first order in the noise for a right model.

@@ -160,6 +160,7 @@ pub fn place_sensors(test: &mut TestData, mapping: &Mapping) -> Vec<String> {
     for sensor in &mut test.sensors {
         if let Some(found) = mapping.points.iter().find(|p| p.name == sensor.name) {
             sensor.place = found.place.clone();
+            sensor.offset = None;
         }
     }
     gone

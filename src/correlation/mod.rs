@@ -10,6 +10,7 @@ mod criteria;
 mod expansion;
 mod frf;
 mod identifiability;
+mod loading;
 mod localization;
 mod mac;
 mod macco;
@@ -17,6 +18,7 @@ mod mapping;
 mod observe;
 mod orthogonality;
 mod pairing;
+mod partners;
 mod pretest;
 mod single_change;
 mod statistics;
@@ -36,6 +38,7 @@ pub use identifiability::{
     CollinearGroup, CoupledGroup, Identifiability, Information, collinear_groups, correlations, covariance,
     identifiability, information,
 };
+pub use loading::with_sensor_masses;
 pub use localization::{
     ElementMatrix, ExpandedMode, Localization, Place, by_group, element_energies, group_matrices, localize,
     residual_force,
@@ -48,6 +51,7 @@ pub use orthogonality::{auto_orthogonality, cross_orthogonality, generalized_mas
 pub use pairing::{
     ModeList, ModePair, PairBy, PairFlag, PairedModes, PairingOptions, Tracked, Unpaired, pair_modes, track,
 };
+pub(crate) use partners::PartnerSearch;
 pub use pretest::{
     DrivingPoint, Gain, SensorChoice, effective_independence, effective_masses, kinetic_energy_shares,
     rank_driving_points, rank_next_measurements, sensors_by_auto_mac, sensors_by_kinetic_energy,

@@ -26,7 +26,7 @@ pub fn observation_matrix(model: &dyn ParametricModel, sensors: &[Sensor]) -> Re
     let mut s = DMatrix::zeros(sensors.len(), dofs.n_dof());
     for (i, sensor) in sensors.iter().enumerate() {
         let (point, position) = locate(model, sensor)?;
-        let arm = position.map_or([0.0; 3], |p| [0, 1, 2].map(|k| p[k] - point.position[k]));
+        let arm = position.map_or(sensor.offset.unwrap_or([0.0; 3]), |p| [0, 1, 2].map(|k| p[k] - point.position[k]));
         let d = sensor.direction;
         let weights = if sensor.is_rotation {
             [0.0, 0.0, 0.0, d[0], d[1], d[2]]
@@ -74,10 +74,14 @@ pub fn check_sensors(model: &dyn ParametricModel, sensors: &[Sensor]) -> Vec<Pro
 /// Where a sensor is, in global axes, m.
 pub fn sensor_position(model: &dyn ParametricModel, sensor: &Sensor) -> Result<[f64; 3], CorrelationError> {
     let (point, position) = locate(model, sensor)?;
-    Ok(position.unwrap_or(point.position))
+    let offset = sensor.offset.unwrap_or([0.0; 3]);
+    Ok(position.unwrap_or_else(|| [0, 1, 2].map(|k| point.position[k] + offset[k])))
 }
 
-fn locate(model: &dyn ParametricModel, sensor: &Sensor) -> Result<(PointMotion, Option<[f64; 3]>), CorrelationError> {
+pub(super) fn locate(
+    model: &dyn ParametricModel,
+    sensor: &Sensor,
+) -> Result<(PointMotion, Option<[f64; 3]>), CorrelationError> {
     let dofs = model.dof_map();
     match &sensor.place {
         Place::Node { node, position } => {

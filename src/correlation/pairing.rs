@@ -131,7 +131,7 @@ pub struct PairedModes {
 const AMBIGUITY: f64 = 0.1;
 
 /// Weight of frequency closeness against MAC: breaks exact ties only, since MAC has about 1e-15 of rounding noise.
-const TIE_BREAK: f64 = 1e-9;
+pub(super) const TIE_BREAK: f64 = 1e-9;
 
 /// Pairs analytical with experimental modes.
 ///

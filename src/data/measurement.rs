@@ -16,11 +16,11 @@
 mod arrays;
 
 use super::convert::{self, ConvertError, FrfOptions, Question, UnitsFrom};
-use super::csv::{self, CsvError, CsvFrfOptions, Sheet, ShapeTable, openmodal, read_frfs, read_shapes};
+use super::csv::{self, CsvError, CsvFrfOptions, ShapeTable, Sheet, openmodal, read_frfs, read_shapes};
 use super::uff::{Dataset, UffError, UniversalFile};
 use super::{
-    Channel, FrfSet, Geometry, ModalSet, ModeRecord, Point, ShapeChannel, Spectrum, SpectrumKind, SpectrumUnit, lvm, mat,
-    npy, uff,
+    Channel, FrfSet, Geometry, ModalSet, ModeRecord, Point, ShapeChannel, Spectrum, SpectrumKind, SpectrumUnit, lvm,
+    mat, npy, uff,
 };
 use crate::element::Dof;
 use crate::linalg::{Complex, DVector};
@@ -230,7 +230,12 @@ pub fn read_measurements(
                 set = Some(import.frfs);
             }
             // Spectra alone are a result.
-            Err(ConvertError::Nothing { .. }) if set.is_some() || !found.spectra.is_empty() => {}
+            Err(e @ ConvertError::Nothing { .. }) => {
+                found.spectra.extend(convert::spectra(&references, &options.frf));
+                if set.is_none() && found.spectra.is_empty() {
+                    return Err(e.into());
+                }
+            }
             Err(e) => return Err(e.into()),
         }
     }
@@ -316,7 +321,9 @@ fn content(path: &Path, options: &MeasurementOptions, found: &mut Measurements) 
     }
     let bytes = std::fs::read(path).map_err(|e| fail(e.to_string()))?;
     if bytes.starts_with(b"\x93NUMPY") {
-        return npy::read(&bytes).map(|a| Content::Arrays(vec![a])).map_err(|source| MeasurementError::Npy { path: shown(), source });
+        return npy::read(&bytes)
+            .map(|a| Content::Arrays(vec![a]))
+            .map_err(|source| MeasurementError::Npy { path: shown(), source });
     }
     if bytes.starts_with(b"LabVIEW Measurement") {
         let channels = lvm::read(&bytes).map_err(|source| MeasurementError::Lvm { path: shown(), source })?;
@@ -358,10 +365,12 @@ fn content(path: &Path, options: &MeasurementOptions, found: &mut Measurements) 
         return Ok(Content::Frfs(frfs));
     }
     if names.contains(&&b"point"[..]) && names.iter().any(|n| csv::frequency_of(n).is_some()) {
-        let table = read_shapes(&bytes, options.geometry_units.as_ref().unwrap_or(&options.frf.units), options.direction);
+        let table =
+            read_shapes(&bytes, options.geometry_units.as_ref().unwrap_or(&options.frf.units), options.direction);
         return match table {
             Ok((table, notes)) => {
-                found.is_synthetic |= body.split(|b| *b == b'\n').take_while(|l| l.starts_with(b"#")).any(says_synthetic);
+                found.is_synthetic |=
+                    body.split(|b| *b == b'\n').take_while(|l| l.starts_with(b"#")).any(says_synthetic);
                 found.notes.extend(notes.into_iter().map(|n| (path.to_path_buf(), n)));
                 Ok(Content::Shapes(table))
             }

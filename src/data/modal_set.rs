@@ -70,6 +70,7 @@ impl ModalSet {
             name: if is_single(&c.point) { c.point.clone() } else { format!("{}.{}", c.point, c.dof) },
             place: Place::Node { node: c.point.clone(), position: None },
             direction: c.direction,
+            offset: None,
             is_rotation: c.dof.is_rotation(),
             mass: None,
         };

@@ -61,6 +61,8 @@ pub struct Sensor {
     pub name: String,
     /// Where it sits.
     pub place: Place,
+    /// Rigid arm in global axes from the node or point of its place to the sensor, m; only where the place has no position.
+    pub offset: Option<[f64; 3]>,
     /// Direction in global axes, of unit length; the sensor reads the component along it.
     pub direction: [f64; 3],
     /// Whether it reads a rotation about the direction instead of a displacement along it.
@@ -76,6 +78,7 @@ impl Sensor {
             name: "load".to_string(),
             place: load.place.clone(),
             direction: load.direction,
+            offset: None,
             is_rotation: load.is_moment,
             mass: None,
         }

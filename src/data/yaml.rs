@@ -100,6 +100,9 @@ pub struct SensorSpec {
     /// Its own position in global axes, when it is elsewhere.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub position: Option<[Scalar; 3]>,
+    /// Its rigid arm from the node or the point of the element, in global axes; instead of `position`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub offset: Option<[Scalar; 3]>,
     /// Direction: an axis with a sign such as `+z`, or a vector.
     pub direction: DirectionSpec,
     /// Whether it reads a rotation about the direction.
@@ -391,6 +394,11 @@ impl Reader<'_> {
         let path = child("sensors", name);
         let position =
             s.position.as_ref().map(|p| [0, 1, 2].map(|i| self.number(&p[i], "m", &format!("{path}.position[{i}]"))));
+        let offset =
+            s.offset.as_ref().map(|p| [0, 1, 2].map(|i| self.number(&p[i], "m", &format!("{path}.offset[{i}]"))));
+        if position.is_some() && offset.is_some() {
+            self.error(child(&path, "offset"), "give `position` or `offset`, not both");
+        }
         let place = match (&s.node, &s.element) {
             (Some(node), None) => {
                 if s.fraction.is_some() {
@@ -414,7 +422,7 @@ impl Reader<'_> {
         if mass.is_some_and(|m| m < 0.0) {
             self.error(child(&path, "mass"), "a mass must be zero or above");
         }
-        Sensor { name: name.to_string(), place, direction: s.direction.0, is_rotation: s.rotation, mass }
+        Sensor { name: name.to_string(), place, offset, direction: s.direction.0, is_rotation: s.rotation, mass }
     }
 
     fn mode(&mut self, m: &ModeSpec, path: &str) -> TestMode {

@@ -68,10 +68,5 @@ pub(super) fn mesh_errors(model: &Model, theta: &[f64], n_elastic: usize) -> Res
 
 /// Readings of modes at the rows of an observation matrix, those that no sensor sees left out.
 pub(super) fn seen(rows: &DMatrix<f64>, modes: &Modes, n: usize) -> Vec<nalgebra::DVector<f64>> {
-    modes
-        .elastic()
-        .take(n)
-        .map(|i| rows * modes.shapes.column(i))
-        .filter(|at| at.amax() > 1e-9 * rows.amax())
-        .collect()
+    modes.elastic().take(n).map(|i| rows * modes.shapes.column(i)).filter(|at| at.amax() > 1e-9 * rows.amax()).collect()
 }

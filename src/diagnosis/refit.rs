@@ -121,8 +121,7 @@ pub(super) fn refit(stage: &Stage, few: bool) -> Result<Vec<Refit>, DiagnosisErr
             faults.push(f);
         }
     }
-    let jobs: Vec<Job<'_>> =
-        scores.iter().map(Job::Effect).chain(faults.iter().copied().map(Job::Fault)).collect();
+    let jobs: Vec<Job<'_>> = scores.iter().map(Job::Effect).chain(faults.iter().copied().map(Job::Fault)).collect();
     let mut done = run(stage, &jobs, base);
     let mut leaves_noise = false;
     for r in &done {

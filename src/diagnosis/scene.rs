@@ -252,12 +252,8 @@ fn lowest(posed: &Posed<'_>, points: &[DVector<f64>], most: usize) -> Vec<DVecto
     if points.len() <= most {
         return points.to_vec();
     }
-    let mut costs: Vec<(f64, usize)> = points
-        .par_iter()
-        .enumerate()
-        .skip(1)
-        .map(|(i, x)| (posed.cost(x).unwrap_or(f64::INFINITY), i))
-        .collect();
+    let mut costs: Vec<(f64, usize)> =
+        points.par_iter().enumerate().skip(1).map(|(i, x)| (posed.cost(x).unwrap_or(f64::INFINITY), i)).collect();
     costs.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     std::iter::once(0).chain(costs.iter().map(|c| c.1)).take(most).map(|i| points[i].clone()).collect()
 }

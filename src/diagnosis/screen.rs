@@ -221,18 +221,12 @@ fn is_small(candidate: &Candidate, values: &[f64]) -> bool {
 /// the grid where there is one.
 pub(super) fn start_sizes(candidate: &Candidate, screened: &Screened, score: Option<&Score>) -> Vec<Vec<f64>> {
     let p = &candidate.parameters;
-    let clamp = |v: Vec<f64>| -> Vec<f64> {
-        v.iter().zip(p).map(|(v, p)| v.clamp(p.bounds[0], p.bounds[1])).collect()
-    };
+    let clamp = |v: Vec<f64>| -> Vec<f64> { v.iter().zip(p).map(|(v, p)| v.clamp(p.bounds[0], p.bounds[1])).collect() };
     let mut out = Vec::new();
     if let Some(score) = score {
         let at = &screened.columns[score.column].values;
         let scaled = at.iter().zip(p).map(|(v, p)| {
-            if p.grid.is_empty() && p.typical != p.neutral {
-                p.neutral + score.factor * (v - p.neutral)
-            } else {
-                *v
-            }
+            if p.grid.is_empty() && p.typical != p.neutral { p.neutral + score.factor * (v - p.neutral) } else { *v }
         });
         out.push(clamp(scaled.collect()));
     }

@@ -253,9 +253,8 @@ fn mesh_warning(base: &Stage) -> Option<String> {
             (error > sd / 3.0).then(|| format!("mode {} by {:.2} %", m + 1, 100.0 * error))
         })
         .collect();
-    (!bad.is_empty()).then(|| {
-        format!("the mesh is too coarse, frequencies are too high: {}; subdivide the beams", bad.join(", "))
-    })
+    (!bad.is_empty())
+        .then(|| format!("the mesh is too coarse, frequencies are too high: {}; subdivide the beams", bad.join(", ")))
 }
 
 fn warnings(base: &Stage) -> Vec<String> {

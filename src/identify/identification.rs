@@ -227,11 +227,7 @@ fn drop_copies(all: &mut Vec<IdentifiedMode>, segments: &mut [Segment]) {
         all.iter().any(|other| {
             let gap = (other.frequency_hz.value / m.frequency_hz.value - 1.0).abs();
             let (x, y) = pairs(m, other);
-            gap > 0.0
-                && gap < 0.05
-                && strength(other) > strength(m)
-                && x.len() >= LEAST_CHANNELS
-                && mac(&x, &y) > 0.9
+            gap > 0.0 && gap < 0.05 && strength(other) > strength(m) && x.len() >= LEAST_CHANNELS && mac(&x, &y) > 0.9
         })
     };
     let copies: Vec<bool> = all.iter().map(|m| m.n_orders == 0 && is_copy(m)).collect();

@@ -48,7 +48,7 @@ pub fn sensors(
         taken.push(name.clone());
         let position = geometry.and_then(|g| g.point(&channel.name)).map(|p| p.position_m);
         let place = Place::Node { node: channel.name.clone(), position };
-        out.push(Sensor { name, place, direction, is_rotation: false, mass: None });
+        out.push(Sensor { name, place, direction, offset: None, is_rotation: false, mass: None });
     }
     Ok(out)
 }

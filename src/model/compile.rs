@@ -343,6 +343,10 @@ impl ParametricModel for Model {
         self.targets
     }
 
+    fn affine_mass(&self) -> Option<&[SymMatrix]> {
+        self.general.is_empty().then_some(&self.rigid_mass)
+    }
+
     fn affine(&self) -> Option<&AffinePart> {
         self.general.is_empty().then_some(&self.affine)
     }

@@ -110,6 +110,12 @@ pub trait ParametricModel: std::fmt::Debug + Send + Sync {
         Targets::default()
     }
 
+    /// Rᵀ M R of the six rigid motions about the origin (6 x 6), constant part first, then one per parameter, where
+    /// [`Self::mass_properties`] is that of R_0 + Σ θ_j R_j: the fast path.
+    fn affine_mass(&self) -> Option<&[SymMatrix]> {
+        None
+    }
+
     /// K, M, C as K0 + Σ θ_j K_j, if they are affine in all parameters: the fast path.
     fn affine(&self) -> Option<&AffinePart> {
         None

@@ -1,6 +1,6 @@
 //! An objective with terms on the parameters themselves: a pull towards a point, walls of linear inequalities.
 
-use super::{EvalError, Linearization, Objective};
+use super::{EvalError, Linearization, Objective, PathCounts, Walls};
 use crate::linalg::{DMatrix, DVector};
 use std::fmt;
 
@@ -98,7 +98,29 @@ impl Objective for Augmented<'_> {
 
     fn costs(&self, points: &[DVector<f64>], out: &mut [f64]) {
         self.inner.costs(points, out);
-        out.iter_mut().zip(points).for_each(|(c, x)| *c += 0.5 * self.rows(x).norm_squared());
+        if self.n_ridge() + self.walls.len() > 0 {
+            out.iter_mut().zip(points).for_each(|(c, x)| *c += 0.5 * self.rows(x).norm_squared());
+        }
+    }
+
+    fn confirm(&self, x: &DVector<f64>, cost: f64) -> f64 {
+        if self.n_ridge() + self.walls.len() == 0 {
+            return self.inner.confirm(x, cost);
+        }
+        let own = 0.5 * self.rows(x).norm_squared();
+        let (inner, confirmed) = (cost - own, self.inner.confirm(x, cost - own));
+        if confirmed.to_bits() == inner.to_bits() { cost } else { confirmed + own }
+    }
+
+    fn path_counts(&self) -> PathCounts {
+        self.inner.path_counts()
+    }
+
+    fn walls(&self) -> Walls {
+        let mut walls = self.inner.walls();
+        let first = self.inner.n_residuals() + self.n_ridge();
+        walls.extend(Walls::new(first..first + self.walls.len(), None));
+        walls
     }
 }
 

@@ -1,12 +1,13 @@
 //! Weighted least squares: cost = ½ Σ r², a list of residual terms.
 
+use super::batch::BatchPath;
 use super::prediction::{Comparison, Prediction};
 use super::residual::{
     Damping, Frequency, MassPropertyResidual, Point, Prior, RESIDUALS, Residual, Shape, StaticAngle, StaticDeflection,
     TargetResidual,
 };
 use super::scaling::Scaling;
-use super::{EvalError, Linearization, Loss, Objective};
+use super::{EvalError, Linearization, Loss, Objective, PathCounts, Walls};
 use crate::linalg::{DMatrix, DVector};
 
 /// Weighted least squares over a list of terms.
@@ -19,6 +20,7 @@ pub struct LeastSquares<'a> {
     weights: Vec<f64>,
     /// Of the terms that compare with data.
     loss: Loss,
+    batch: BatchPath,
 }
 
 impl<'a> LeastSquares<'a> {
@@ -38,7 +40,8 @@ impl<'a> LeastSquares<'a> {
     /// With a list of terms of one's own.
     pub fn with_terms(comparison: &'a Comparison<'a>, terms: Vec<&'a dyn Residual>) -> Self {
         let weights = vec![1.0; terms.len()];
-        Self { comparison, scaling: Scaling::new(comparison.model()), terms, weights, loss: Loss::Squares }
+        let scaling = Scaling::new(comparison.model());
+        Self { comparison, scaling, terms, weights, loss: Loss::Squares, batch: BatchPath::default() }
     }
 
     /// With a loss for the terms that compare with data; priors and targets keep their squares.
@@ -87,6 +90,11 @@ impl<'a> LeastSquares<'a> {
     /// Residuals of a prediction that is already known, before weights and loss.
     pub fn residuals_of(&self, theta: &[f64], prediction: &Prediction) -> DVector<f64> {
         let mut r = DVector::zeros(self.n_residuals());
+        self.fill(theta, prediction, &mut r);
+        r
+    }
+
+    fn fill(&self, theta: &[f64], prediction: &Prediction, r: &mut DVector<f64>) {
         let point = Point { comparison: self.comparison, scaling: &self.scaling, theta, prediction };
         let mut start = 0;
         for term in &self.terms {
@@ -94,7 +102,6 @@ impl<'a> LeastSquares<'a> {
             term.evaluate(&point, &mut r.as_mut_slice()[start..start + len]);
             start += len;
         }
-        r
     }
 
     /// Applies weights and loss to residuals and, if given, to the rows of their Jacobian.
@@ -176,5 +183,48 @@ impl Objective for LeastSquares<'_> {
             self.weigh(&mut residuals, Some(&mut jacobian));
         }
         Ok(Linearization { residuals, jacobian })
+    }
+
+    fn walls(&self) -> Walls {
+        let mut start = 0;
+        let mut walls = Walls::default();
+        for (term, weight) in self.terms.iter().zip(&self.weights) {
+            let len = term.len(self.comparison);
+            // A weighted wall is none that t could be read back from.
+            if term.is_wall() && *weight == 1.0 {
+                walls.extend(Walls::new(start..start + len, None));
+            }
+            start += len;
+        }
+        walls
+    }
+
+    fn costs(&self, points: &[DVector<f64>], out: &mut [f64]) {
+        let reference = |x: &DVector<f64>| self.cost(x).unwrap_or(f64::INFINITY);
+        if self.terms.iter().any(|t| t.needs_system()) {
+            assert_eq!(points.len(), out.len(), "one cost a point");
+            points.iter().zip(out).for_each(|(x, cost)| *cost = reference(x));
+            return;
+        }
+        let n_residuals = self.n_residuals();
+        let cost_of = |p: &Prediction, theta: &[f64], r: &mut DVector<f64>| {
+            if r.len() != n_residuals {
+                *r = DVector::zeros(n_residuals);
+            }
+            self.fill(theta, p, r);
+            if !self.is_plain() {
+                self.weigh(r, None);
+            }
+            0.5 * r.norm_squared()
+        };
+        self.batch.costs((self.comparison, &self.scaling), points, out, &cost_of, reference);
+    }
+
+    fn confirm(&self, x: &DVector<f64>, cost: f64) -> f64 {
+        self.batch.confirm(cost, || self.cost(x).unwrap_or(f64::INFINITY))
+    }
+
+    fn path_counts(&self) -> PathCounts {
+        self.batch.counts()
     }
 }

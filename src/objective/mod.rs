@@ -4,6 +4,7 @@
 //! cost (the paper's equation (4) does). Parameters reach an optimiser as x in the unit box, θ = lower + x (upper - lower).
 
 mod augmented;
+mod batch;
 mod least_squares;
 mod loss;
 mod paper;
@@ -13,6 +14,7 @@ mod responses;
 mod scaling;
 mod stacked;
 mod statics;
+mod walls;
 
 pub use augmented::{Augmented, Wall};
 pub use least_squares::LeastSquares;
@@ -24,6 +26,7 @@ pub use residual::{RESIDUALS, Residual};
 pub use scaling::Scaling;
 pub use stacked::Stacked;
 pub use statics::static_readings;
+pub use walls::Walls;
 
 use crate::linalg::{DMatrix, DVector};
 
@@ -52,6 +55,11 @@ pub trait Objective: Send + Sync {
         difference(self.n_residuals(), x, |x| self.residuals(x))
     }
 
+    /// Which residuals stand for one-sided constraints; none by default.
+    fn walls(&self) -> Walls {
+        Walls::default()
+    }
+
     /// The cost at x: ½ rᵀr by default.
     fn cost(&self, x: &DVector<f64>) -> Result<f64, EvalError> {
         Ok(0.5 * self.residuals(x)?.norm_squared())
@@ -59,7 +67,8 @@ pub trait Objective: Send + Sync {
 
     /// The costs of several points, overwriting `out`; a point that cannot be evaluated costs +∞.
     ///
-    /// An objective with a batched kernel overrides this; the values must not depend on how points are grouped.
+    /// An objective with a batched kernel overrides this, and [`confirm`](Self::confirm) with it; the values must not depend
+    /// on how points are grouped.
     ///
     /// # Panics
     /// If `out` and `points` differ in length.
@@ -69,6 +78,27 @@ pub trait Objective: Send + Sync {
             *cost = self.cost(x).unwrap_or(f64::INFINITY);
         }
     }
+
+    /// Checks a cost from [`costs`](Self::costs) before its point becomes the best of a run: an optimiser is drawn to any
+    /// point where a fast path is wrong. Gives that cost, or another one that an independent path finds.
+    fn confirm(&self, x: &DVector<f64>, cost: f64) -> f64 {
+        let _ = x;
+        cost
+    }
+
+    /// How many costs each path has given since the objective was made, if it has two.
+    fn path_counts(&self) -> PathCounts {
+        PathCounts::default()
+    }
+}
+
+/// Number of costs by the path that gave them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
+pub struct PathCounts {
+    /// By the batched kernel.
+    pub batch: u64,
+    /// By the reference path: candidates that the kernel does not guarantee, and new best points, checked.
+    pub reference: u64,
 }
 
 /// Central differences inside the unit box, one-sided on its faces.

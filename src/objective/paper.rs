@@ -1,11 +1,11 @@
 //! The cost of Gupta, Moreno, Pfifer and Balas, equation (4).
 
+use super::batch::BatchPath;
 use super::prediction::{Comparison, Prediction};
-use super::residual::{Point, Residual, TargetResidual, difference, violations};
+use super::residual::{Point, Residual, TargetResidual, WIDTH, violations};
 use super::scaling::Scaling;
-use super::{EvalError, Linearization, Objective};
+use super::{EvalError, Linearization, Objective, PathCounts, Walls};
 use crate::linalg::{DMatrix, DVector};
-use crate::model::MassProperties;
 
 /// The cost of the paper's equation (4), with the divisor that reproduces its reported values.
 ///
@@ -29,13 +29,15 @@ pub struct PaperCost<'a> {
     scaling: Scaling,
     mac_weight: f64,
     divisor: f64,
+    batch: BatchPath,
 }
 
 impl<'a> PaperCost<'a> {
     /// Equation (4) divided by 2n.
     pub fn new(comparison: &'a Comparison<'a>) -> Self {
         let divisor = 2.0 * comparison.test().modes.len().max(1) as f64;
-        Self { comparison, scaling: Scaling::new(comparison.model()), mac_weight: 1.0, divisor }
+        let scaling = Scaling::new(comparison.model());
+        Self { comparison, scaling, mac_weight: 1.0, divisor, batch: BatchPath::default() }
     }
 
     /// ‖e‖₂ alone: frequencies without shapes.
@@ -70,9 +72,6 @@ impl<'a> PaperCost<'a> {
     }
 }
 
-/// Violations beyond the kink of the penalty are smoothed over this fraction of a tolerance, for gradient methods only.
-const SMOOTHING: f64 = 1e-2;
-
 /// Below this norm of the frequency errors their weight in the residuals stays constant, so that it is finite.
 const SMALLEST_NORM: f64 = 1e-9;
 
@@ -103,13 +102,7 @@ impl PaperCost<'_> {
         rows.map(|(k, v)| (k, v / norm)).collect()
     }
 
-    fn smoothed_violations(&self, p: &MassProperties, out: &mut [f64]) {
-        for (r, u) in out.iter_mut().zip(violations(&self.comparison.model().targets(), p)) {
-            *r = u * (2.0 / (u + SMOOTHING)).sqrt();
-        }
-    }
-
-    fn residuals_of(&self, prediction: &Prediction) -> DVector<f64> {
+    fn residuals_of(&self, theta: &[f64], prediction: &Prediction) -> DVector<f64> {
         let n = self.comparison.test().modes.len();
         let n_sensors = self.comparison.shapes().nrows();
         let mut r = DVector::zeros(self.n_residuals());
@@ -129,9 +122,7 @@ impl PaperCost<'_> {
                 r[at + k] = weight * (t - along);
             }
         }
-        if let Some(p) = &prediction.mass_properties {
-            self.smoothed_violations(p, &mut r.as_mut_slice()[n + n * n_sensors..]);
-        }
+        TargetResidual.evaluate(&self.point(theta, prediction), &mut r.as_mut_slice()[n + n * n_sensors..]);
         r
     }
 }
@@ -146,23 +137,24 @@ impl Objective for PaperCost<'_> {
         n + n * self.comparison.shapes().nrows() + TargetResidual.len(self.comparison)
     }
 
-    /// Residuals with ½ rᵀr = J inside the targets, for gradient methods.
+    /// Residuals with ½ rᵀr = J, and the walls of the targets, for gradient methods.
     ///
     /// ```text
     /// r_i = e_i √(2/(D ‖e‖))                   so that ½ Σ r_i² = ‖e‖/D,  D = 2n
     /// r_i = √(2/D) (t - a aᵀt), |a| = |t| = 1   so that ½ |r_i|² = (1 - MAC_i)/D
-    /// r   = u √(2/(u + 0.01))                   for a target missed by u: about the penalty u, without its kink
+    /// r   = ln(1 + exp(u/0.01))                 for a target missed by u: see `walls`, which gives the penalty u
     /// ```
     fn residuals(&self, x: &DVector<f64>) -> Result<DVector<f64>, EvalError> {
-        let prediction = self.comparison.predict(&self.scaling.theta(x))?;
-        Ok(self.residuals_of(&prediction))
+        let theta = self.scaling.theta(x);
+        let prediction = self.comparison.predict(&theta)?;
+        Ok(self.residuals_of(&theta, &prediction))
     }
 
     fn linearize(&self, x: &DVector<f64>) -> Result<Linearization, EvalError> {
         let theta = self.scaling.theta(x);
         let prediction = self.comparison.predict(&theta)?;
         let derivative = self.comparison.differentiate(&theta, &prediction, self.scaling.free())?;
-        let residuals = self.residuals_of(&prediction);
+        let residuals = self.residuals_of(&theta, &prediction);
         let test = &self.comparison.test().modes;
         let (n, n_sensors, n_free) = (test.len(), self.comparison.shapes().nrows(), self.scaling.len());
         let mut jacobian = DMatrix::zeros(residuals.len(), n_free);
@@ -197,7 +189,7 @@ impl Objective for PaperCost<'_> {
             }
         }
         let mut block = DMatrix::zeros(TargetResidual.len(self.comparison), n_free);
-        difference(&self.point(&theta, &prediction), &mut block, |p, r| self.smoothed_violations(p, r));
+        TargetResidual.differentiate(&self.point(&theta, &prediction), &derivative, &mut block);
         jacobian.rows_mut(n + n * n_sensors, block.nrows()).copy_from(&block);
         for (mut column, width) in jacobian.column_iter_mut().zip(self.scaling.width()) {
             column *= *width;
@@ -208,5 +200,24 @@ impl Objective for PaperCost<'_> {
     fn cost(&self, x: &DVector<f64>) -> Result<f64, EvalError> {
         let prediction = self.comparison.predict(&self.scaling.theta(x))?;
         Ok(self.cost_of(&prediction) + self.penalty(&prediction))
+    }
+
+    fn walls(&self) -> Walls {
+        let start = self.n_residuals() - TargetResidual.len(self.comparison);
+        Walls::new(start..self.n_residuals(), Some(WIDTH))
+    }
+
+    fn costs(&self, points: &[DVector<f64>], out: &mut [f64]) {
+        let cost_of = |p: &Prediction, _: &[f64], _: &mut DVector<f64>| self.cost_of(p) + self.penalty(p);
+        let reference = |x: &DVector<f64>| self.cost(x).unwrap_or(f64::INFINITY);
+        self.batch.costs((self.comparison, &self.scaling), points, out, &cost_of, reference);
+    }
+
+    fn confirm(&self, x: &DVector<f64>, cost: f64) -> f64 {
+        self.batch.confirm(cost, || self.cost(x).unwrap_or(f64::INFINITY))
+    }
+
+    fn path_counts(&self) -> PathCounts {
+        self.batch.counts()
     }
 }

@@ -32,6 +32,9 @@ pub struct Comparison<'a> {
 }
 
 /// The prediction at one θ.
+///
+/// A batch of candidates fills only what can be seen at the sensors: there `system`, `modes` and `families` are empty, and
+/// MAC is zero between different families. See [`super::Residual::needs_system`].
 #[derive(Debug, Clone)]
 pub struct Prediction {
     /// K, M, C.
@@ -130,6 +133,16 @@ impl<'a> Comparison<'a> {
     /// Whether any test mode has a shape.
     pub fn has_shapes(&self) -> bool {
         self.test.modes.iter().any(|m| m.shape.is_some())
+    }
+
+    /// Frequencies of the test modes, Hz.
+    pub(super) fn frequencies(&self) -> &[f64] {
+        &self.frequencies
+    }
+
+    /// Symmetry of the test modes, as far as their labels tell it.
+    pub(super) fn families(&self) -> &[Option<String>] {
+        &self.families
     }
 
     /// Loads of the static tests as columns, (n_dof x n_tests).

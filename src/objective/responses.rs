@@ -53,7 +53,7 @@ fn sensor(test: &TestData, channel: &Channel) -> Result<Sensor, CorrelationError
         ))
     })?;
     let place = Place::Node { node: channel.name.clone(), position: None };
-    Ok(Sensor { name: channel.name.clone(), place, direction, is_rotation: false, mass: None })
+    Ok(Sensor { name: channel.name.clone(), place, offset: None, direction, is_rotation: false, mass: None })
 }
 
 impl FrfRows {

@@ -49,10 +49,25 @@ impl Scaling {
     /// θ at x.
     pub fn theta(&self, x: &DVector<f64>) -> Vec<f64> {
         let mut theta = self.base.clone();
+        self.overwrite(x, &mut theta);
+        theta
+    }
+
+    /// θ at x, into a θ of this scaling.
+    pub(super) fn overwrite(&self, x: &DVector<f64>, theta: &mut [f64]) {
         for (k, &i) in self.free.iter().enumerate() {
             theta[i] = self.lower[k] + x[k] * self.width[k];
         }
-        theta
+    }
+
+    /// θ with the free parameters in the middle of their bounds.
+    pub(super) fn centre(&self) -> Vec<f64> {
+        self.theta(&DVector::from_element(self.len(), 0.5))
+    }
+
+    /// The constants, and any value of the free parameters.
+    pub(super) fn base(&self) -> &[f64] {
+        &self.base
     }
 
     /// x of a θ; outside the unit box where a value is outside its bounds.

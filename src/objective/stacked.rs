@@ -1,6 +1,6 @@
 //! Several objectives of the same parameters as one: several tests of one structure.
 
-use super::{EvalError, Linearization, Objective};
+use super::{EvalError, Linearization, Objective, PathCounts, Walls};
 use crate::linalg::{DMatrix, DVector};
 use std::fmt;
 
@@ -83,12 +83,49 @@ impl Objective for Stacked<'_> {
     }
 
     fn costs(&self, points: &[DVector<f64>], out: &mut [f64]) {
+        if let [part] = self.parts.as_slice() {
+            return part.costs(points, out);
+        }
         let mut own = vec![0.0; points.len()];
         out.fill(0.0);
         for part in &self.parts {
             part.costs(points, &mut own);
             out.iter_mut().zip(&own).for_each(|(sum, c)| *sum += c);
         }
+    }
+
+    fn confirm(&self, x: &DVector<f64>, cost: f64) -> f64 {
+        if let [part] = self.parts.as_slice() {
+            return part.confirm(x, cost);
+        }
+        // Which part is wrong does not matter: each is asked for its own cost again.
+        let mut sum = 0.0;
+        let mut is_confirmed = true;
+        for part in &self.parts {
+            let mut own = [0.0];
+            part.costs(std::slice::from_ref(x), &mut own);
+            let confirmed = part.confirm(x, own[0]);
+            is_confirmed &= confirmed.to_bits() == own[0].to_bits();
+            sum += confirmed;
+        }
+        if is_confirmed { cost } else { sum }
+    }
+
+    fn path_counts(&self) -> PathCounts {
+        self.parts.iter().map(|p| p.path_counts()).fold(PathCounts::default(), |sum, own| PathCounts {
+            batch: sum.batch + own.batch,
+            reference: sum.reference + own.reference,
+        })
+    }
+
+    fn walls(&self) -> Walls {
+        let mut walls = Walls::default();
+        let mut row = 0;
+        for part in &self.parts {
+            walls.extend(part.walls().after(row));
+            row += part.n_residuals();
+        }
+        walls
     }
 }
 

@@ -8,19 +8,28 @@ use std::thread::JoinHandle;
 
 use super::{Evaluator, OptimError, Optimizer, Optimum, Run};
 use crate::linalg::DVector;
-use crate::objective::{EvalError, Linearization, Objective};
+use crate::objective::{EvalError, Linearization, Objective, Walls};
 
 /// A search that asks for evaluations and is told their results, for engines that cannot be called.
 ///
-/// ```text
-/// let mut search = AskTell::new(optimizer, start, problem);
-/// loop {
-///     match search.ask()? {
-///         Ask::Costs(points) => { let costs = ...; search.tell_costs(&costs)? }
-///         Ask::Linearizations(points) => { let answers = ...; search.tell_linearizations(answers)? }
-///         Ask::Done(optimum) => break,
-///     }
-/// }
+/// ```
+/// use retune::linalg::DVector;
+/// use retune::optim::{Ask, AskTell, NelderMead, OptimError, Problem};
+/// use std::sync::Arc;
+///
+/// let problem = Problem { n_parameters: 2, n_residuals: 0, seed: 1, budget: Some(2_000) };
+/// let mut search = AskTell::new(Arc::new(NelderMead::default()), DVector::from_element(2, 0.9), problem);
+/// let best = loop {
+///     let costs: Vec<f64> = match search.ask()? {
+///         // Here the points would go to another process, and their costs come back, in this order.
+///         Ask::Costs(points) => points.iter().map(|x| (x[0] - 0.3).powi(2) + (x[1] - x[0]).powi(2)).collect(),
+///         Ask::Linearizations(_) => unreachable!("this method asks for costs only"),
+///         Ask::Done(optimum) => break optimum.clone(),
+///     };
+///     search.tell_costs(&costs)?;
+/// };
+/// assert!((best.x[1] - 0.3).abs() < 1e-4);
+/// # Ok::<(), OptimError>(())
 /// ```
 ///
 /// The method runs unchanged on a thread of its own that sleeps while a question is open, so this works for every
@@ -75,10 +84,15 @@ enum Answer {
 impl AskTell {
     /// Starts a search; it waits at its first question.
     pub fn new(optimizer: Arc<dyn Optimizer>, start: DVector<f64>, problem: Problem) -> Self {
+        Self::with_walls(optimizer, start, problem, Walls::default())
+    }
+
+    /// Starts a search of an objective some of whose residuals stand for constraints.
+    pub fn with_walls(optimizer: Arc<dyn Optimizer>, start: DVector<f64>, problem: Problem, walls: Walls) -> Self {
         let (ask, questions) = channel();
         let (answers, told) = channel();
         let thread = std::thread::spawn(move || {
-            let elsewhere = Elsewhere { ask, told: Mutex::new(told), problem };
+            let elsewhere = Elsewhere { ask, told: Mutex::new(told), problem, walls };
             let mut run = Run::new(&elsewhere).seed(problem.seed).evaluator(&elsewhere);
             if let Some(budget) = problem.budget {
                 run = run.budget(budget);
@@ -150,6 +164,7 @@ struct Elsewhere {
     ask: Sender<Question>,
     told: Mutex<Receiver<Answer>>,
     problem: Problem,
+    walls: Walls,
 }
 
 impl Elsewhere {
@@ -166,6 +181,10 @@ impl Objective for Elsewhere {
 
     fn n_residuals(&self) -> usize {
         self.problem.n_residuals
+    }
+
+    fn walls(&self) -> Walls {
+        self.walls.clone()
     }
 
     fn residuals(&self, _x: &DVector<f64>) -> Result<DVector<f64>, EvalError> {

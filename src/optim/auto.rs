@@ -35,8 +35,8 @@ pub(super) const ABOUT: About = About {
     summary: "multistart with derivatives, a global search as insurance, and what each of them found; the default",
     theory: "First levenberg-marquardt from many starts (see multistart): the fastest way to the optimum when there are \
 derivatives. Then cma-es from the given start, which knows nothing of what was found: if its best point, refined, is \
-better, the landscape has an optimum that the starts missed, and the result says so. Last, if the cost is not ½ rᵀr (a norm, \
-an absolute value), nelder-mead refines the best point on the cost itself.",
+better, the landscape has an optimum that the starts missed, and the result says so. Last, if the cost is neither ½ rᵀr \
+nor a norm or a constraint that its residuals express, nelder-mead refines the best point on the cost itself.",
     sources: &[
         "C. G. E. Boender, A. H. G. Rinnooy Kan, Bayesian stopping rules for multistart global optimization methods, Mathematical Programming 37, 1987",
         "N. Hansen, The CMA evolution strategy: a tutorial, arXiv:1604.00772, 2016",
@@ -113,10 +113,10 @@ impl Auto {
     }
 }
 
-/// Whether the cost is ½ rᵀr at x, so that the local method has minimised the cost itself.
+/// Whether the cost is ½ rᵀr and walls at x, so that the local method has minimised the cost itself.
 fn is_sum_of_squares(x: &DVector<f64>, cost: f64, run: &mut Run<'_>) -> Result<bool, Stop> {
     Ok(run.linearize(x)?.is_ok_and(|linearization| {
-        (0.5 * linearization.residuals.norm_squared() - cost).abs() <= ROUNDING * cost.abs() + NO_COST
+        (run.walls().cost(&linearization.residuals) - cost).abs() <= ROUNDING * cost.abs() + NO_COST
     }))
 }
 

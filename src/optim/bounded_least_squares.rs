@@ -25,7 +25,12 @@ pub fn bounded_least_squares(
     let n = a.ncols();
     let scale: Vec<f64> = a.column_iter().map(|c| c.norm()).collect();
     let mut d = DVector::zeros(n);
-    let mut free: Vec<usize> = Vec::new();
+    // all that the gradient at zero does not push out of the box: mostly the right set, and else corrected
+    let mut free: Vec<usize> = {
+        let pull = a.tr_mul(b);
+        (0..n).filter(|&j| (pull[j] > 0.0 && upper[j] > 0.0) || (pull[j] < 0.0 && lower[j] < 0.0)).collect()
+    };
+    free_and_cut(a, b, lower, upper, &mut d, &mut free);
     // a variable that was just fixed by a step of length zero must not be freed at once
     let mut barred: Option<usize> = None;
     for _round in 0..10 * n + 10 {
@@ -46,36 +51,54 @@ pub fn bounded_least_squares(
         barred = None;
 
         // solve on the free variables, cutting at bounds, until the solution lies inside
-        while !free.is_empty() {
-            let Some(target) = solve_free(a, b, &d, &free) else { return d };
-            let mut length = 1.0;
-            let mut first_hit = None;
-            for (k, &j) in free.iter().enumerate() {
-                let room = if target[k] > upper[j] {
-                    upper[j] - d[j]
-                } else if target[k] < lower[j] {
-                    lower[j] - d[j]
-                } else {
-                    continue;
-                };
-                let share = room / (target[k] - d[j]);
-                if first_hit.is_none() || share < length {
-                    length = share;
-                    first_hit = Some(k);
-                }
-            }
-            for (k, &j) in free.iter().enumerate() {
-                d[j] = (d[j] + length * (target[k] - d[j])).clamp(lower[j], upper[j]);
-            }
-            let Some(hit) = first_hit else { break };
-            let j = free.remove(hit);
-            d[j] = if target[hit] > upper[j] { upper[j] } else { lower[j] };
-            if length <= 0.0 {
-                barred = Some(j);
-            }
+        let hit_at_once = free_and_cut(a, b, lower, upper, &mut d, &mut free);
+        if hit_at_once.is_some() {
+            barred = hit_at_once;
         }
     }
     d
+}
+
+/// Moves the free variables to their least-squares values, fixing each that meets a bound on the way; gives the last one
+/// that was fixed by a step of length zero.
+fn free_and_cut(
+    a: &DMatrix<f64>,
+    b: &DVector<f64>,
+    lower: &DVector<f64>,
+    upper: &DVector<f64>,
+    d: &mut DVector<f64>,
+    free: &mut Vec<usize>,
+) -> Option<usize> {
+    let mut barred = None;
+    while !free.is_empty() {
+        let Some(target) = solve_free(a, b, d, free) else { return barred };
+        let mut length = 1.0;
+        let mut first_hit = None;
+        for (k, &j) in free.iter().enumerate() {
+            let room = if target[k] > upper[j] {
+                upper[j] - d[j]
+            } else if target[k] < lower[j] {
+                lower[j] - d[j]
+            } else {
+                continue;
+            };
+            let share = room / (target[k] - d[j]);
+            if first_hit.is_none() || share < length {
+                length = share;
+                first_hit = Some(k);
+            }
+        }
+        for (k, &j) in free.iter().enumerate() {
+            d[j] = (d[j] + length * (target[k] - d[j])).clamp(lower[j], upper[j]);
+        }
+        let Some(hit) = first_hit else { break };
+        let j = free.remove(hit);
+        d[j] = if target[hit] > upper[j] { upper[j] } else { lower[j] };
+        if length <= 0.0 {
+            barred = Some(j);
+        }
+    }
+    barred
 }
 
 /// The free variables' least-squares values, the others kept; nothing if their columns are dependent.

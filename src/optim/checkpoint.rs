@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use super::CheckpointError;
 use crate::linalg::{DMatrix, DVector};
-use crate::objective::{EvalError, Linearization};
+use crate::objective::{EvalError, Linearization, PathCounts};
 
 /// The journal of a run: every answer the objective has given, in order.
 ///
@@ -16,7 +16,8 @@ use crate::objective::{EvalError, Linearization};
 ///
 /// ```text
 /// file   = "retune checkpoint 1\\n", seed, n_parameters, n_residuals, record*, zeros
-/// record = kind (1 costs, 2 linearizations), number of points, hash of the points, answers, hash of the record
+/// record = kind (1 costs, 2 linearizations), number of points, length and hash of the points, answers, hash of the record
+/// costs  = one each, then how many came by the batched kernel and how many by the reference path
 /// ```
 ///
 /// All numbers are 64-bit little-endian words, floating-point ones by their bits. Records are appended, and a torn last
@@ -131,12 +132,12 @@ impl Checkpoint {
         Ok(())
     }
 
-    /// The recorded costs of the first of these points, and how many; nothing if all records are used up.
+    /// The recorded costs of the first of these points, how many, and by which path; nothing if all records are used up.
     pub(super) fn next_costs(
         &mut self,
         points: &[DVector<f64>],
         out: &mut [f64],
-    ) -> Result<Option<usize>, CheckpointError> {
+    ) -> Result<Option<(usize, PathCounts)>, CheckpointError> {
         let Some(record) = self.next_record()? else { return Ok(None) };
         let n = record.n_points;
         // a budget may have cut the recorded batch short, so it can be the beginning of this one
@@ -146,8 +147,11 @@ impl Checkpoint {
         for (i, cost) in out.iter_mut().take(n).enumerate() {
             *cost = f64::from_bits(word(&self.recorded[record.answers.clone()], i));
         }
+        let answers = &self.recorded[record.answers.clone()];
+        let count = |i: usize| if answers.len() > (n + i) * WORD { word(answers, n + i) } else { 0 };
+        let paths = PathCounts { batch: count(0), reference: count(1) };
         self.position = record.end;
-        Ok(Some(n))
+        Ok(Some((n, paths)))
     }
 
     /// The recorded linearizations of these points; nothing if all records are used up.
@@ -178,11 +182,18 @@ impl Checkpoint {
     }
 
     /// Records the costs of points.
-    pub(super) fn append_costs(&mut self, points: &[DVector<f64>], costs: &[f64]) -> Result<(), CheckpointError> {
+    pub(super) fn append_costs(
+        &mut self,
+        points: &[DVector<f64>],
+        costs: &[f64],
+        paths: PathCounts,
+    ) -> Result<(), CheckpointError> {
         self.append(COSTS, points, |out| {
             for cost in costs {
                 push(out, cost.to_bits());
             }
+            push(out, paths.batch);
+            push(out, paths.reference);
         })
     }
 
@@ -240,8 +251,8 @@ impl Checkpoint {
 
     /// Fills the file with zeros for a budget of costs and goes back to its beginning.
     fn reserve(&mut self, budget: u64) -> Result<(), CheckpointError> {
-        // a batch of one point takes six words; batches of many take one word a point
-        let length = budget.saturating_mul(6 * WORD as u64).saturating_add(HEAD as u64).min(RESERVE_LIMIT);
+        // a batch of one point takes eight words; batches of many take one word a point
+        let length = budget.saturating_mul(8 * WORD as u64).saturating_add(HEAD as u64).min(RESERVE_LIMIT);
         io::copy(&mut io::repeat(0).take(length), &mut self.file)
             .and_then(|_| self.file.sync_all())
             .and_then(|()| self.file.seek(SeekFrom::Start(0)))

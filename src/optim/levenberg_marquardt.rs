@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::bounded_least_squares::bounded_least_squares;
 use super::{About, OptimError, Optimizer, Optimum, Run, Stop, Termination};
 use crate::linalg::{DMatrix, DVector};
-use crate::objective::{EvalError, Linearization};
+use crate::objective::{EvalError, Linearization, Walls};
 
 /// Projected Levenberg-Marquardt: a local method with derivatives, for costs that are sums of squares.
 ///
@@ -40,7 +40,9 @@ holds the largest column norms of J met so far, and λ > 0 makes the problem sol
 λ falls when the cost falls as the model says, and grows when not. Steps end on bounds and leave them again when the \
 gradient says so; reflecting at bounds, by contrast, stalls at points that are no optimum. The accepted cost is the \
 objective's own: where that is not ½ rᵀr the residuals only propose directions, the cost still never rises, and a \
-refinement without derivatives should follow.",
+refinement without derivatives should follow. Residuals that stand for constraints t <= 0 (targets for mass properties) are \
+no squares in the step but linearised constraints t + ∂t d <= 0, as in sequential quadratic programming, so that the path \
+runs along a constraint instead of bouncing off it.",
     sources: &[
         "J. J. Moré, The Levenberg-Marquardt algorithm: implementation and theory, Lecture Notes in Mathematics 630, 1978",
         "J. Nocedal, S. J. Wright, Numerical Optimization, 2nd ed., Springer 2006, chapters 10 and 16",
@@ -88,7 +90,8 @@ impl LevenbergMarquardt {
     fn search(&self, start: DVector<f64>, run: &mut Run<'_>) -> Result<Termination, Stop> {
         let mut x = start;
         let mut cost = run.cost(&x)?;
-        let mut model = match run.linearize(&x)?.and_then(Model::new) {
+        let walls = run.walls();
+        let mut model = match run.linearize(&x)?.and_then(|l| Model::new(l, &walls)) {
             Ok(model) => model,
             Err(source) => return Err(OptimError::Linearization { method: ABOUT.name, source }.into()),
         };
@@ -134,7 +137,7 @@ impl LevenbergMarquardt {
             if !promising || cost <= NO_COST {
                 return Ok(Termination::ReductionVanishes);
             }
-            model = match run.linearize(&x)?.and_then(Model::new) {
+            model = match run.linearize(&x)?.and_then(|l| Model::new(l, &walls)) {
                 Ok(model) => model,
                 Err(_) => return Ok(Termination::Stalled),
             };
@@ -143,10 +146,10 @@ impl LevenbergMarquardt {
     }
 }
 
-/// The linear model of the residuals at one point, reduced to n rows by a QR factorisation.
+/// The model of the cost at one point: linear residuals, reduced to n rows by a QR factorisation, and linear walls.
 ///
 /// ```text
-/// |r + J d|² = |R d + Qᵀ r|² + const
+/// ½ |r + J d|² + Σ ψ(t + g d) = ½ |R d + Qᵀ r|² + Σ ψ(t + g d) + const
 /// ```
 struct Model {
     /// R, (min(m, n) × n).
@@ -155,27 +158,55 @@ struct Model {
     qtr: DVector<f64>,
     residual_norm: f64,
     columns: DVector<f64>,
+    walls: Vec<Wall>,
 }
 
+/// A linearised constraint t + g d <= 0, and the slope of its share of the cost; none where that is ½ ln(1 + eᵗ)².
+struct Wall {
+    t: f64,
+    g: DVector<f64>,
+    slope: Option<f64>,
+}
+
+/// A constraint that the cost holds with a slope is met within this t by a step.
+const EDGE: f64 = 1e-6;
+/// Newton steps on the convex model of one step.
+const NEWTON: usize = 25;
+
 impl Model {
-    fn new(Linearization { residuals, jacobian }: Linearization) -> Result<Self, EvalError> {
+    fn new(Linearization { residuals, jacobian }: Linearization, walls: &Walls) -> Result<Self, EvalError> {
         if residuals.is_empty() {
             return Err(EvalError::Unsolvable { reason: "the objective has no residuals".into() });
         }
         if !residuals.iter().chain(jacobian.iter()).all(|v| v.is_finite()) {
             return Err(EvalError::NotFinite { name: "residuals or Jacobian".into() });
         }
+        let linear = |&(row, slope): &(usize, Option<f64>)| {
+            let r = residuals[row];
+            Walls::excess(r).map(|t| Wall { t, g: jacobian.row(row).transpose() * Walls::stretch(r), slope })
+        };
+        let linearised = walls.rows().iter().filter_map(linear).filter(|w| w.g.iter().all(|v| v.is_finite())).collect();
+        let rows: Vec<usize> = walls.rows().iter().map(|w| w.0).collect();
+        let (mut residuals, jacobian) = if rows.is_empty() {
+            (residuals, jacobian)
+        } else {
+            (residuals.remove_rows_at(&rows), jacobian.remove_rows_at(&rows))
+        };
         let columns = DVector::from_iterator(jacobian.ncols(), jacobian.column_iter().map(|c| c.norm()));
         let rows = jacobian.nrows().min(jacobian.ncols());
         let residual_norm = residuals.norm();
-        let mut qtr = residuals;
         let qr = jacobian.qr();
-        qr.q_tr_mul(&mut qtr);
-        Ok(Self { r: qr.unpack_r(), qtr: qtr.rows(0, rows).into_owned(), residual_norm, columns })
+        qr.q_tr_mul(&mut residuals);
+        let qtr = residuals.rows(0, rows).into_owned();
+        Ok(Self { r: qr.unpack_r(), qtr, residual_norm, columns, walls: linearised })
     }
 
     /// Whether no direction inside the box is noticeably correlated with the residuals.
     fn gradient_vanishes(&self, x: &DVector<f64>) -> bool {
+        // Beside a wall the gradient means nothing: there a step tells.
+        if self.walls.iter().any(|w| w.t > -30.0) {
+            return false;
+        }
         let gradient = self.r.tr_mul(&self.qtr);
         (0..x.len()).all(|j| {
             let open = (gradient[j] > 0.0 && x[j] > 0.0) || (gradient[j] < 0.0 && x[j] < 1.0);
@@ -191,23 +222,87 @@ impl Model {
         }
     }
 
-    /// min |R d + Qᵀr|² + λ |D d|² with x + d in the unit box.
+    /// min ½ |R d + Qᵀr|² + ½ λ |D d|² + Σ ψ(t + g d) with x + d in the unit box.
+    ///
+    /// ψ is convex: Newton's method, each step a bounded least-squares problem with one row per wall that is felt.
     fn step(&self, x: &DVector<f64>, scale: &DVector<f64>, damping: f64) -> DVector<f64> {
         let (rows, n) = self.r.shape();
-        let mut a = DMatrix::zeros(rows + n, n);
+        let mut a = DMatrix::zeros(rows + n + self.walls.len(), n);
         a.rows_mut(0, rows).copy_from(&self.r);
-        let mut b = DVector::zeros(rows + n);
+        let mut b = DVector::zeros(a.nrows());
         b.rows_mut(0, rows).copy_from(&-&self.qtr);
         for j in 0..n {
             a[(rows + j, j)] = damping.sqrt() * scale[j];
         }
-        bounded_least_squares(&a, &b, &-x, &x.map(|v| 1.0 - v))
+        let (lower, upper) = (-x, x.map(|v| 1.0 - v));
+        if self.walls.is_empty() {
+            return bounded_least_squares(&a, &b, &lower, &upper);
+        }
+        let value = |d: &DVector<f64>| {
+            let damped: f64 = (0..n).map(|j| (scale[j] * d[j]).powi(2)).sum();
+            let walls: f64 = self.walls.iter().map(|w| w.barrier(w.t + w.g.dot(d)).0).sum();
+            0.5 * (&self.r * d + &self.qtr).norm_squared() + 0.5 * damping * damped + walls
+        };
+        let mut d = DVector::zeros(n);
+        let mut best = (value(&d), d.clone());
+        for _ in 0..NEWTON {
+            for (k, wall) in self.walls.iter().enumerate() {
+                let along = wall.g.dot(&d);
+                let (_, first, second) = wall.barrier(wall.t + along);
+                let weight = second.sqrt();
+                let row = rows + n + k;
+                a.set_row(row, &(wall.g.transpose() * weight));
+                b[row] = if weight > 0.0 { weight * along - first / weight } else { 0.0 };
+            }
+            let next = bounded_least_squares(&a, &b, &lower, &upper);
+            let change = (&next - &d).amax();
+            d = next;
+            let found = value(&d);
+            if found < best.0 {
+                best = (found, d.clone());
+            }
+            if change <= 1e-12 {
+                break;
+            }
+        }
+        best.1
     }
 
-    /// (|r|² - |r + J d|²) / |r|².
+    /// The reduction of the cost that the step promises, relative to the cost.
     fn relative_reduction(&self, step: &DVector<f64>) -> f64 {
         let change = &self.r * step;
-        let reduction = -change.dot(&self.qtr) * 2.0 - change.norm_squared();
-        reduction / self.residual_norm.powi(2).max(f64::MIN_POSITIVE)
+        let mut reduction = -change.dot(&self.qtr) - 0.5 * change.norm_squared();
+        let mut cost = 0.5 * self.residual_norm.powi(2);
+        for wall in &self.walls {
+            let before = wall.penalty(wall.t);
+            reduction += before - wall.penalty(wall.t + wall.g.dot(step));
+            cost += before;
+        }
+        reduction / cost.max(f64::MIN_POSITIVE)
+    }
+}
+
+impl Wall {
+    /// What it adds to the model that a step minimises, with its first and second derivative by t.
+    fn barrier(&self, t: f64) -> (f64, f64, f64) {
+        match self.slope {
+            // ½ κ max(0, t)²: a multiplier up to the slope is balanced within the edge.
+            Some(slope) => {
+                let (stiffness, beyond) = (slope / EDGE, t.max(0.0));
+                let second = if t > 0.0 { stiffness } else { 0.0 };
+                (0.5 * stiffness * beyond * beyond, stiffness * beyond, second)
+            }
+            // ½ s², s = ln(1 + eᵗ)
+            None => {
+                let s = t.max(0.0) + (-t.abs()).exp().ln_1p();
+                let slope = if t >= 0.0 { 1.0 / (1.0 + (-t).exp()) } else { t.exp() / (1.0 + t.exp()) };
+                (0.5 * s * s, s * slope, slope * slope + s * slope * (1.0 - slope))
+            }
+        }
+    }
+
+    /// What it adds to the cost.
+    fn penalty(&self, t: f64) -> f64 {
+        self.slope.map_or_else(|| self.barrier(t).0, |slope| slope * t.max(0.0))
     }
 }

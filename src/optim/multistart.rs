@@ -101,7 +101,7 @@ impl Multistart {
                     let seed = run.seed_for((met.n_starts + i) as u64 + 1);
                     let problem =
                         Problem { n_parameters: x.len(), n_residuals: run.n_residuals(), seed, budget: share };
-                    AskTell::new(Arc::clone(&local), x.clone(), problem)
+                    AskTell::with_walls(Arc::clone(&local), x.clone(), problem, run.walls())
                 })
                 .collect();
             let mut cut_short = false;

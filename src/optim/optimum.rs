@@ -3,6 +3,7 @@ use std::fmt::{self, Write as _};
 use serde::Serialize;
 
 use crate::linalg::DVector;
+use crate::objective::PathCounts;
 
 /// How an optimisation ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -111,6 +112,8 @@ pub struct Optimum {
     pub linearizations: u64,
     /// Evaluations among them that failed (no finite cost).
     pub failures: u64,
+    /// How many costs came by the batched kernel and how many by the reference path, repeated ones for checking included.
+    pub paths: PathCounts,
     /// Every improvement of the best cost, in order.
     pub history: Vec<Improvement>,
     /// The steps of a workflow; empty for a single method.
@@ -123,6 +126,9 @@ pub struct Optimum {
     pub warnings: Vec<String>,
 }
 
+/// Other optima that are listed in words.
+const OTHERS: usize = 4;
+
 impl Optimum {
     /// How many starts found the best optimum and which others exist, in words; nothing if there was one start.
     ///
@@ -132,10 +138,13 @@ impl Optimum {
         let n_starts: usize = self.optima.iter().map(|o| o.n_starts).sum();
         let mut text =
             format!("{} of {n_starts} starts found the best optimum (cost {:.4e})", best.n_starts, best.cost);
-        for (i, other) in others.iter().enumerate() {
+        for (i, other) in others.iter().take(OTHERS).enumerate() {
             let lead = if i == 0 { "; others: " } else { ", " };
             let plural = if other.n_starts == 1 { "" } else { "s" };
             let _ = write!(text, "{lead}{:.4e} ({} start{plural})", other.cost, other.n_starts);
+        }
+        if others.len() > OTHERS {
+            let _ = write!(text, " and {} worse", others.len() - OTHERS);
         }
         Some(text)
     }

@@ -7,7 +7,7 @@ use rand_chacha::ChaCha8Rng;
 use super::checkpoint::{Checkpoint, Fingerprint};
 use super::{CheckpointError, Evaluator, Improvement, Observer, OptimError, Optimum, Progress, Termination, Threads};
 use crate::linalg::DVector;
-use crate::objective::{EvalError, Linearization, Objective};
+use crate::objective::{EvalError, Linearization, Objective, PathCounts, Walls};
 
 /// Everything around a method: counting, batches, stopping, observers, random streams, history and checkpoints.
 ///
@@ -41,11 +41,17 @@ struct Count {
     linearizations: u64,
     failures: u64,
     replayed: u64,
+    paths: PathCounts,
 }
 
 impl Count {
     fn spent(self) -> u64 {
         self.evaluations + self.linearizations
+    }
+
+    fn add(&mut self, paths: PathCounts) {
+        self.paths.batch += paths.batch;
+        self.paths.reference += paths.reference;
     }
 }
 
@@ -154,6 +160,11 @@ impl<'a> Run<'a> {
         self.objective.n_residuals()
     }
 
+    /// Which residuals stand for constraints.
+    pub fn walls(&self) -> Walls {
+        self.objective.walls()
+    }
+
     /// Evaluations left to the method at work, if limited.
     pub fn remaining(&self) -> Option<u64> {
         self.scope.limit.map(|limit| limit.saturating_sub(self.count.spent()))
@@ -203,8 +214,13 @@ impl<'a> Run<'a> {
 
         let done = self.replay_costs(points, out)?;
         if done < n {
+            let before = self.objective.path_counts();
             self.evaluate(&points[done..], &mut out[done..])?;
-            self.record(|checkpoint| checkpoint.append_costs(&points[done..], &out[done..]));
+            self.confirm(points, out);
+            let after = self.objective.path_counts();
+            let paths = PathCounts { batch: after.batch - before.batch, reference: after.reference - before.reference };
+            self.count.add(paths);
+            self.record(|checkpoint| checkpoint.append_costs(&points[done..], &out[done..], paths));
         }
 
         for (x, &cost) in points.iter().zip(out.iter()) {
@@ -294,6 +310,10 @@ impl<'a> Run<'a> {
             evaluations,
             linearizations: self.count.linearizations - before.linearizations,
             failures: self.count.failures - before.failures,
+            paths: PathCounts {
+                batch: self.count.paths.batch - before.paths.batch,
+                reference: self.count.paths.reference - before.paths.reference,
+            },
             history: inner.history,
             stages: Vec::new(),
             optima: Vec::new(),
@@ -345,6 +365,27 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
+    /// Has the best point of a batch confirmed before it becomes the best of the run; a cost found wrong is replaced.
+    fn confirm(&mut self, points: &[DVector<f64>], out: &mut [f64]) {
+        let known = self.scope.best.as_ref().map_or(f64::INFINITY, |(_, cost)| *cost);
+        let mut first = true;
+        loop {
+            let best = (0..out.len()).min_by(|&a, &b| out[a].total_cmp(&out[b]).then(a.cmp(&b)));
+            let Some(best) = best.filter(|&i| out[i] < known) else { return };
+            let confirmed = self.objective.confirm(&points[best], out[best]);
+            if confirmed.to_bits() == out[best].to_bits() {
+                return;
+            }
+            if std::mem::take(&mut first) {
+                self.warnings.push(format!(
+                    "the fast path gave a cost of {:e} where the reference path finds {confirmed:e}; the latter counts",
+                    out[best]
+                ));
+            }
+            out[best] = if confirmed.is_finite() { confirmed } else { f64::INFINITY };
+        }
+    }
+
     /// The checkpoint, with its head read or written.
     fn open_checkpoint(&mut self) -> Result<Option<&mut Checkpoint>, Stop> {
         let fingerprint = Fingerprint {
@@ -364,11 +405,15 @@ impl<'a> Run<'a> {
         let mut done = 0;
         while done < points.len()
             && let Some(checkpoint) = self.open_checkpoint()?
-            && let Some(n) = checkpoint.next_costs(&points[done..], &mut out[done..]).map_err(OptimError::from)?
+            && let Some((n, paths)) =
+                checkpoint.next_costs(&points[done..], &mut out[done..]).map_err(OptimError::from)?
         {
             if self.count.replayed == 0 {
                 let mut again = [f64::INFINITY];
                 self.evaluate(&points[..1], &mut again)?;
+                if again[0].to_bits() != out[0].to_bits() {
+                    again[0] = self.objective.confirm(&points[0], again[0]);
+                }
                 if again[0].to_bits() != out[0].to_bits()
                     && let Some(checkpoint) = &self.checkpoint
                 {
@@ -377,6 +422,7 @@ impl<'a> Run<'a> {
             }
             done += n;
             self.count.replayed += n as u64;
+            self.count.add(paths);
         }
         Ok(done)
     }

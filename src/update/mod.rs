@@ -233,7 +233,7 @@ pub fn update_to_tests(
         }
     };
     let mut uncertainty = certain?;
-    uncertainty.remarks.extend(after.iter().filter_map(doubt));
+    uncertainty.remarks.extend(doubt(cases, &after));
     let parameters = model
         .parameters()
         .iter()
@@ -298,12 +298,17 @@ fn compare_all<'a>(cases: &[TestCase<'a>], settings: &Settings) -> Result<Vec<Co
 }
 
 /// Intervals are those of a right model; whether it can be right.
-fn doubt(after: &Assessment) -> Option<String> {
-    let m = &after.misfit;
-    (m.p_value < 1e-3).then(|| {
+fn doubt(cases: &[TestCase<'_>], after: &[Assessment]) -> Option<String> {
+    let missed: Vec<String> = cases
+        .iter()
+        .zip(after)
+        .filter(|(_, a)| a.misfit.p_value < 1e-3)
+        .map(|(c, a)| format!("`{}`, chi-squared {:.0} for {} data", c.test.name, a.misfit.chi_squared, a.misfit.n_data))
+        .collect();
+    (!missed.is_empty()).then(|| {
         format!(
-            "the model misses its data by more than their noise (chi-squared {:.4} of {} data): the intervals hold for a right model and are too narrow for this one",
-            m.chi_squared, m.n_data
+            "the model misses data by more than their noise ({}): the intervals hold for a right model and are too narrow for this one",
+            missed.join("; ")
         )
     })
 }

@@ -216,6 +216,7 @@ pub fn node_sensors(model: &dyn ParametricModel) -> Vec<Sensor> {
                 name: if moving.len() == 1 { node.clone() } else { format!("{node}.{dof}") },
                 place: Place::Node { node: node.clone(), position: None },
                 direction,
+                offset: None,
                 is_rotation: false,
                 mass: None,
             });

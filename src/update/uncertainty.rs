@@ -225,7 +225,11 @@ fn beyond(jacobian: &DMatrix<f64>, gradient: f64) -> (Option<f64>, f64) {
     let last = jacobian.ncols() - 1;
     let sd = information(jacobian, None, UNSEEN).ok().and_then(|i| i[last].sd);
     match sd {
-        Some(sd) => (Some(-gradient * sd * sd), (gradient * sd).powi(2)),
+        Some(sd) => {
+            let step = -gradient * sd * sd;
+            // A model that is quadratic over ten intervals is none.
+            ((step.abs() < 10.0).then_some(step), (gradient * sd).powi(2))
+        }
         None => (None, 2.0 * gradient.abs()),
     }
 }

@@ -50,7 +50,8 @@ fn sensitivities_agree_with_differences() {
     for (k, name) in found.names.iter().enumerate() {
         let j = model.parameters().index_of(name).unwrap();
         let p = model.parameters().get(j);
-        let step = 1e-5 * (p.bounds.unwrap()[1] - p.bounds.unwrap()[0]);
+        // Truncation about 1e-8 and rounding (1e-12 of the solution) over the step.
+        let step = 1e-4 * (p.bounds.unwrap()[1] - p.bounds.unwrap()[0]);
         let shifted = |sign: f64| {
             let mut t = theta.clone();
             t[j] += sign * step;
@@ -61,7 +62,8 @@ fn sensitivities_agree_with_differences() {
         for m in 0..5 {
             let slope = (fa[m] - fb[m]) / (2.0 * step) * p.unit_factor;
             let size = found.modes[m].frequency_hz / found.widths[k];
-            assert!((found.frequency[(m, k)] - slope).abs() < 1e-7 * size, "{name} mode {m}");
+            let error = (found.frequency[(m, k)] - slope).abs() / size;
+            assert!(error < 1e-7, "{name} mode {m}: {error:e}, {} {slope}", found.frequency[(m, k)]);
         }
         let mass = |t: &[f64]| model.mass_properties(t).unwrap().unwrap().mass;
         let slope = (mass(&above) - mass(&below)) / (2.0 * step) * p.unit_factor;
@@ -131,7 +133,7 @@ fn functions_of_the_same_model_agree_and_a_stiff_model_is_shifted() {
     // √1.04; the machine's mass is the same.
     assert!((high.shifts[0].ratio - 1.04_f64.sqrt()).abs() < 0.002, "{:?}", high.shifts[0].ratio);
     assert!(high.shifts[0].fdac > high.shifts[0].fdac_unshifted);
-    assert!(high.bands.iter().any(|b| b.csac.unwrap() < 0.95));
+    assert!(high.bands.iter().all(|b| b.csf < Some(1.0 - 1e-5) && b.misfit.p_value < 1e-6), "{:?}", high.bands);
     // Channels are known by their names only.
     let mut strange = set.clone();
     strange.responses[2].name = "stranger".to_string();

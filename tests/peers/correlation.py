@@ -47,7 +47,7 @@ def answers(cases):
     guyan_mass, guyan_stiffness = testing.guyan(m, k, master=master)[:2]
     return {
         "mac": EMA.MAC(a, x).tolist(),
-        "msf": np.abs(np.array([EMA.MSF(a[:, [j]], x[:, [j]]) for j in range(x.shape[1])])).ravel().tolist(),
+        "msf": [float(np.ravel(EMA.MSF(a.real[:, [j]], x.real[:, [j]]))[0]) for j in range(x.shape[1])],
         "csac": pymodal.value_RVAC(h_x, h_a).real.tolist(),
         "fdac": pymodal.value_FDAC(h_x, h_a).real.tolist(),
         "serep_lambda": scipy.linalg.eigh(serep_stiffness, serep_mass)[0].tolist(),

@@ -1,6 +1,6 @@
 //! Comparing, planning a test, sensitivities.
 
-use super::{Measurement, Pairing};
+use super::{Loading, Measurement, Pairing};
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 
@@ -78,6 +78,8 @@ pub(crate) struct Compare {
     /// Configuration of the model: a name under its `configurations`; that which the test names when absent.
     #[arg(long, value_name = "NAME")]
     pub(crate) configuration: Option<String>,
+    #[command(flatten)]
+    pub(crate) loading: Loading,
     /// Print JSON instead of text: all parts, whatever the flags.
     #[arg(long)]
     pub(crate) json: bool,

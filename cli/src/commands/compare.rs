@@ -57,6 +57,7 @@ fn one(args: &Compare, path: &Path, profile: Option<&CriteriaProfile>) -> Result
     let (model, model_warnings, model_text) =
         files::tested_model(&args.model, args.configuration.as_deref(), (&test, path, &test_text))?;
     test_warnings.extend(files::check_sensors(&model, &test, path, &test_text)?);
+    let model = files::loaded(model, &test, args.loading.sensor_masses)?;
     warn(&args.model, &model_text, &model_warnings);
     warn(path, &test_text, &test_warnings);
     let by = match args.pairing {
@@ -210,7 +211,9 @@ impl Parts {
         }
         let asks = args.sensors || args.orthogonality || args.localize || args.sensitivity || args.all;
         if !asks && args.profile.is_none() {
-            out.push_str("\nmore: --sensors --orthogonality --localize --sensitivity, or --all; --profile judges\n");
+            let more = "more: --sensors --orthogonality --localize --sensitivity, or --all; --profile judges";
+            out.push('\n');
+            agreement::wrapped(out, more, style);
         }
     }
 }

@@ -49,8 +49,7 @@ fn findings(args: &Health) -> Result<Vec<Finding>, Failure> {
 fn of_functions(args: &Health, found: &Measurements, frfs: &FrfSet) -> Result<Vec<Finding>, Failure> {
     let options = IdentifyOptions { band_hz: band(args.band.as_deref())?, ..IdentifyOptions::default() };
     let identification = identify(frfs, &options)?;
-    let mut findings =
-        check_test(frfs, Some(&identification), found.geometry.as_ref(), usize::from(args.suspension))?;
+    let mut findings = check_test(frfs, Some(&identification), found.geometry.as_ref(), usize::from(args.suspension))?;
     if !args.against.is_empty() {
         let other = read(&args.against, &args.measurement)?;
         let other = functions(&other)?;

@@ -5,7 +5,7 @@ use crate::args::{Identify, Method};
 use crate::output::{Failure, print, print_json, style, warn};
 use crate::{DONE, SHORT, files};
 use retune::correlation::{MappingOptions, map_points, place_sensors};
-use retune::data::{FrfSet, Measurements, ModalSet, Origin, TestData, TestMode, write_test};
+use retune::data::{FrfSet, Measurements, ModalSet, Origin, SpectrumKind, TestData, TestMode, write_test};
 use retune::identify::health::{check_shapes, check_test};
 use retune::identify::{
     Identification, IdentifyOptions, PeakOptions, SpectrumPeak, circle_modes, cmif, complexity, identify, peak_modes,
@@ -137,8 +137,9 @@ fn take_over(args: &Identify, found: &Measurements, modes: &ModalSet) -> Result<
             ]);
         }
         let mut out = format!(
-            "The files hold {} modes at {} sensors{}, taken over as they are.\n\n",
+            "The files hold {} mode{} at {} sensors{}, taken over as they are.\n\n",
             modes.len(),
+            if modes.len() == 1 { "" } else { "s" },
             sensors.len(),
             if found.is_synthetic { " (synthetic)" } else { "" }
         );
@@ -167,7 +168,10 @@ fn peaks(args: &Identify, found: &Measurements) -> Result<u8, Failure> {
         let f = &spectrum.frequencies_hz;
         let limits = (f.first().copied().unwrap_or(0.0), f.last().copied().unwrap_or(0.0));
         let limits = band(args.band.as_deref())?.unwrap_or(limits);
-        let amplitude: Vec<f64> = spectrum.values.iter().map(|v| v.norm()).collect();
+        // Of a power the root is an amplitude.
+        let is_power = spectrum.kind != SpectrumKind::Linear;
+        let amplitude: Vec<f64> =
+            spectrum.values.iter().map(|v| if is_power { v.norm().sqrt() } else { v.norm() }).collect();
         let options = PeakOptions { min_height_db: args.peak_height, ..PeakOptions::resonances(limits) };
         let found = spectrum_peaks(f, &amplitude, &options)?;
         all.push((spectrum.response.name.clone(), found));

@@ -3,11 +3,11 @@
 use crate::args::{MeasuredQuantity, Measurement, Repeated};
 use crate::output::{Failure, style};
 use retune::data::convert::{Duplicates, FrfOptions, UnitSystem, UnitsFrom};
-use retune::data::{
-    FrfQuantity, FrfSet, GeometryFrame, MeasurementOptions, Measurements, ModalSet, Origin, RelativeSd, Sensor, TestMode,
-    read_measurements,
-};
 use retune::data::{DEFAULT_DAMPING_SD, DEFAULT_FREQUENCY_SD, DEFAULT_SHAPE_SD};
+use retune::data::{
+    FrfQuantity, FrfSet, GeometryFrame, MeasurementOptions, Measurements, ModalSet, Origin, RelativeSd, Sensor,
+    TestMode, read_measurements,
+};
 use retune::identify::health::{Finding, Level};
 use retune::report::text::{Style, Tone, number, printable};
 use retune::units::Scalar;

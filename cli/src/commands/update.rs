@@ -22,10 +22,14 @@ pub(crate) fn objective(path: Option<&Path>) -> Result<ObjectiveSpec, Failure> {
 }
 
 pub(crate) fn run(args: &Update) -> Result<u8, Failure> {
-    let all = files::tested(&args.model, &args.tests, args.configuration.as_deref())?;
+    let mut all = files::tested(&args.model, &args.tests, args.configuration.as_deref())?;
+    for tested in &mut all {
+        tested.model = files::loaded(tested.model.clone(), &tested.test, args.loading.sensor_masses)?;
+    }
     let objective = objective(args.objective.as_deref())?;
     if let Some(output) = &args.output {
-        files::check_output(output, args.force)?;
+        // New values may be longer than the old ones.
+        files::check_room(output, args.force, model_text.len() + 4096)?;
     }
     let outputs = Outputs { page: args.report.as_ref(), force: args.force, ..Outputs::default() };
     outputs.check()?;
@@ -73,6 +77,7 @@ pub(crate) fn run(args: &Update) -> Result<u8, Failure> {
             "unidentifiable": uncertain::unidentifiable_json(&u.uncertainty),
             "rank": u.uncertainty.rank,
             "remarks": u.uncertainty.remarks,
+            "uncertainty_evaluations": u.uncertainty.evaluations,
             "regularization_weight": u.regularization,
             "tests": all.iter().zip(&assessed).map(|(t, (_, after))| json!({
                 "name": t.test.name,
@@ -87,6 +92,8 @@ pub(crate) fn run(args: &Update) -> Result<u8, Failure> {
             "unpaired_test": u.after.unpaired_test.iter().map(unpaired_json).collect::<Vec<_>>(),
             "chi_squared": u.after.misfit.chi_squared,
             "n_data": u.after.misfit.n_data,
+            "costs_by_batch_kernel": u.optimum.paths.batch,
+            "costs_by_reference_path": u.optimum.paths.reference,
             "warnings": u.optimum.warnings,
         }));
     } else {
@@ -103,6 +110,13 @@ pub(crate) fn run(args: &Update) -> Result<u8, Failure> {
         }
         out += &format!("\ncost   {}\n", cost_history(&history, &costs, style.width.saturating_sub(7)));
         out += &format!("       {:.6} -> {:.6}; {}\n", u.cost_before, u.optimum.cost, u.optimum.termination.text());
+        let paths = u.optimum.paths;
+        if paths.batch > 0 {
+            out += &format!(
+                "       {} costs by the batch kernel, {} by the reference path\n",
+                paths.batch, paths.reference
+            );
+        }
         if let Some(starts) = u.optimum.starts_in_words() {
             out += &format!("       {starts}\n");
         }

@@ -76,15 +76,18 @@ impl Mirror {
 /// partner by the sign.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Family {
+    /// +1 symmetric, -1 antisymmetric, 0 for all shapes.
+    pub(super) parity: i8,
     pub(super) pairs: Vec<(usize, Option<(usize, f64)>)>,
 }
 
 /// All dofs (no mirror), or the symmetric and the antisymmetric family.
 pub(super) fn families(n: usize, mirror: Option<&Mirror>) -> Vec<Family> {
     let Some(mirror) = mirror else {
-        return vec![Family { pairs: (0..n).map(|i| (i, None)).collect() }];
+        return vec![Family { parity: 0, pairs: (0..n).map(|i| (i, None)).collect() }];
     };
     let family = |parity: f64| Family {
+        parity: parity as i8,
         pairs: (0..n)
             .filter_map(|i| {
                 let (j, sign) = (mirror.permutation[i], parity * mirror.signs[i]);

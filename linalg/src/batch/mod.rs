@@ -6,7 +6,7 @@
 //!
 //! ```text
 //! once      mirror symmetry -> two families of shapes;  supports instead of rigid-body modes;  order, envelope, lists
-//! a batch   assemble -> K = L Lᵀ -> C = L⁻¹ M L⁻ᵀ -> Householder: T -> Sturm counts -> secant -> inverse iteration
+//! a batch   assemble -> K = L Lᵀ -> C = L⁻¹ M L⁻ᵀ -> Householder: T -> Sturm counts -> QL or secant -> inverse iteration
 //!           -> back to the sensors -> merge the families
 //! ```
 //!
@@ -43,6 +43,7 @@ mod sturm;
 #[cfg(test)]
 mod tests;
 mod tridiagonal;
+mod values;
 
 pub use mirror::{Mirror, detect_mirror};
 pub use pencil::{AffineEntry, AffinePencil};
@@ -286,6 +287,24 @@ impl BatchModel {
     /// # Errors
     /// A θ of the wrong length or a workspace of another model. A candidate without modes is no error, see [`Outcome`].
     pub fn solve<'w>(&self, thetas: &[&[f64]], workspace: &'w mut Workspace) -> Result<&'w BatchModes, BatchError> {
+        self.run(thetas, workspace, true)
+    }
+
+    /// Like [`solve`](Self::solve), for callers with a reference path of their own: a candidate whose result the kernel
+    /// does not guarantee is left, see [`Outcome::Left`]. Then nothing is allocated whatever happens.
+    ///
+    /// # Errors
+    /// Those of [`solve`](Self::solve).
+    pub fn attempt<'w>(&self, thetas: &[&[f64]], workspace: &'w mut Workspace) -> Result<&'w BatchModes, BatchError> {
+        self.run(thetas, workspace, false)
+    }
+
+    fn run<'w>(
+        &self,
+        thetas: &[&[f64]],
+        workspace: &'w mut Workspace,
+        redo: bool,
+    ) -> Result<&'w BatchModes, BatchError> {
         if workspace.identity != self.identity {
             return Err(BatchError::ForeignWorkspace);
         }
@@ -307,19 +326,20 @@ impl BatchModel {
             let modes = &mut workspace.modes;
             match &workspace.buffers {
                 #[cfg(target_arch = "x86_64")]
-                AnyBuffers::Fused(buffers) => self.unload(buffers, candidates, first, modes),
-                AnyBuffers::Plain(buffers) => self.unload(buffers, candidates, first, modes),
+                AnyBuffers::Fused(buffers) => self.unload(buffers, candidates, first, redo, modes),
+                AnyBuffers::Plain(buffers) => self.unload(buffers, candidates, first, redo, modes),
             }
         }
         Ok(&workspace.modes)
     }
 
-    /// Copies the lanes of a batch into the results; redoes the lanes without one.
+    /// Copies the lanes of a batch into the results; redoes or leaves the lanes without one.
     fn unload<L: Lane>(
         &self,
         buffers: &solve::Buffers<L>,
         candidates: &[&[f64]],
         first: usize,
+        redo: bool,
         modes: &mut BatchModes,
     ) {
         for (lane, theta) in candidates.iter().enumerate() {
@@ -334,9 +354,11 @@ impl BatchModel {
                         for (x, lanes) in shape.iter_mut().zip(observed.iter().step_by(width)) {
                             *x = lanes.array()[lane];
                         }
+                        modes.set_parity(first + lane, j, self.plan.blocks[block].parity);
                     }
                 }
-                Some(lapse) => self.solve_alone(theta, lapse.into(), first + lane, modes),
+                Some(lapse) if redo => self.solve_alone(theta, lapse.into(), first + lane, modes),
+                Some(lapse) => modes.blank(first + lane, Outcome::Left(lapse.into())),
             }
         }
     }

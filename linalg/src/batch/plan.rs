@@ -60,6 +60,8 @@ pub(super) struct Observation {
 /// One half problem (or the whole one), compiled.
 #[derive(Debug, Clone)]
 pub(super) struct Block {
+    /// That of its family of shapes.
+    pub(super) parity: i8,
     /// Number of coordinates without the supports.
     pub(super) m: usize,
     /// Number of rigid-body modes, and so of supports.
@@ -168,6 +170,7 @@ pub(super) fn compile(
         observation.start.push(observation.coordinate.len());
     }
     Block {
+        parity: family.parity,
         m,
         r,
         stiffness: in_envelope(&stiffness, 1.0),

@@ -79,12 +79,7 @@ impl BatchModel {
                 modes.set_outcome(candidate, Outcome::Reference(cause));
             }
             other => {
-                for j in 0..n_modes {
-                    let (value, shape) = modes.slot(candidate, j);
-                    *value = f64::NAN;
-                    shape.fill(f64::NAN);
-                }
-                modes.set_outcome(candidate, Outcome::NotSolvable { cause, reason: other.err() });
+                modes.blank(candidate, Outcome::NotSolvable { cause, reason: other.err() });
             }
         }
     }

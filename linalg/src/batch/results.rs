@@ -24,6 +24,8 @@ pub enum Outcome {
     Batch,
     /// Alone, by the reference path; its modes are as good.
     Reference(Cause),
+    /// Not yet: the batch kernel does not guarantee its result and was asked to leave it; values and shapes are NaN.
+    Left(Cause),
     /// Not at all: K or M is not what a structure has; values and shapes are NaN.
     NotSolvable {
         /// What the batch kernel objected to.
@@ -40,6 +42,7 @@ pub struct BatchModes {
     n_rows: usize,
     values: Vec<f64>,
     shapes: Vec<f64>,
+    parities: Vec<i8>,
     outcomes: Vec<Outcome>,
 }
 
@@ -50,6 +53,7 @@ impl BatchModes {
             n_rows,
             values: Vec::with_capacity(candidates * n_modes),
             shapes: Vec::with_capacity(candidates * n_modes * n_rows),
+            parities: Vec::with_capacity(candidates * n_modes),
             outcomes: Vec::with_capacity(candidates),
         }
     }
@@ -58,6 +62,8 @@ impl BatchModes {
     pub(super) fn reset(&mut self, candidates: usize) {
         self.values.resize(candidates * self.n_modes, f64::NAN);
         self.shapes.resize(candidates * self.n_modes * self.n_rows, f64::NAN);
+        self.parities.clear();
+        self.parities.resize(candidates * self.n_modes, 0);
         self.outcomes.clear();
         self.outcomes.resize(candidates, Outcome::Batch);
     }
@@ -66,6 +72,20 @@ impl BatchModes {
     pub(super) fn slot(&mut self, candidate: usize, mode: usize) -> (&mut f64, &mut [f64]) {
         let at = candidate * self.n_modes + mode;
         (&mut self.values[at], &mut self.shapes[at * self.n_rows..(at + 1) * self.n_rows])
+    }
+
+    pub(super) fn set_parity(&mut self, candidate: usize, mode: usize, parity: i8) {
+        self.parities[candidate * self.n_modes + mode] = parity;
+    }
+
+    /// Overwrites values and shapes of a candidate without modes.
+    pub(super) fn blank(&mut self, candidate: usize, outcome: Outcome) {
+        for j in 0..self.n_modes {
+            let (value, shape) = self.slot(candidate, j);
+            *value = f64::NAN;
+            shape.fill(f64::NAN);
+        }
+        self.set_outcome(candidate, outcome);
     }
 
     pub(super) fn set_outcome(&mut self, candidate: usize, outcome: Outcome) {
@@ -106,6 +126,16 @@ impl BatchModes {
         assert!(mode < self.n_modes, "mode {mode} of {}", self.n_modes);
         let at = candidate * self.n_modes + mode;
         &self.shapes[at * self.n_rows..(at + 1) * self.n_rows]
+    }
+
+    /// Which family of shapes a mode belongs to: +1 if the mirror leaves it unchanged, -1 if it changes its sign, 0 where
+    /// the model has no mirror or the reference path, which does not tell, has found the mode.
+    ///
+    /// # Panics
+    /// If there is no such candidate or mode.
+    pub fn parity(&self, candidate: usize, mode: usize) -> i8 {
+        assert!(mode < self.n_modes, "mode {mode} of {}", self.n_modes);
+        self.parities[candidate * self.n_modes + mode]
     }
 
     /// How many candidates were not solved by the batch kernel itself.

@@ -7,6 +7,7 @@ use super::lane::{ABREAST, Counter, LANES, Lane, Mask};
 use super::plan::Block;
 use super::sturm::{self, Bracket, Evaluation, Tridiagonal};
 use super::tridiagonal::{self, Reflectors};
+use super::values;
 
 /// Modes that may be computed beyond the wanted ones, per block: the count stops at a gap, not in a cluster.
 const MARGIN: usize = 2;
@@ -294,6 +295,12 @@ fn count_modes<L: Lane>(plan: &Plan, buffers: &mut Buffers<L>) {
     buffers.cut = low;
 }
 
+/// Whether all eigenvalues by QL (about m² steps of the recurrence) cost less than the wanted ones by secants (about 10 m
+/// steps each, and much beside). It depends on the model alone: candidates must not learn who their companions are.
+fn prefers_all(plan: &Plan, m: usize) -> bool {
+    m <= 4 * plan.n_modes.div_ceil(plan.blocks.len())
+}
+
 /// The counted eigenpairs of one block, observed at the sensors; gives the lanes that pass the residual test.
 #[inline(always)]
 fn eigenpairs<L: Lane>(plan: &Plan, index: usize, buffers: &mut Buffers<L>) -> Mask {
@@ -304,14 +311,19 @@ fn eigenpairs<L: Lane>(plan: &Plan, index: usize, buffers: &mut Buffers<L>) -> M
         return Mask::splat(true);
     }
     let t = Tridiagonal { d: &b.d, e: &b.e, e2: &b.e2 };
-    buffers.brackets.clear();
-    let last = OCTAVES + 1;
-    for j in 0..count {
-        buffers.points[0] = L::splat(1.125);
-        buffers.brackets.push(Bracket::among(j, &buffers.points[..=last], &b.grid[..=last], b.count.above(j)));
+    if prefers_all(plan, block.m) {
+        let [d, e2, ..] = &mut b.vectors;
+        values::largest_eigenvalues(t, d, e2, &mut b.theta[..count]);
+    } else {
+        buffers.brackets.clear();
+        let last = OCTAVES + 1;
+        for j in 0..count {
+            buffers.points[0] = L::splat(1.125);
+            buffers.brackets.push(Bracket::among(j, &buffers.points[..=last], &b.grid[..=last], b.count.above(j)));
+        }
+        let (points, evaluations) = (&mut buffers.proposals[..count], &mut buffers.evaluations[..count]);
+        sturm::refine(t, &mut buffers.brackets, points, evaluations, &mut b.theta[..count]);
     }
-    let (points, evaluations) = (&mut buffers.proposals[..count], &mut buffers.evaluations[..count]);
-    sturm::refine(t, &mut buffers.brackets, points, evaluations, &mut b.theta[..count]);
     let [inverse, upper1, upper2, multiplier] = &mut b.factors;
     let mut factors = Factors { inverse, upper1, upper2, multiplier, old: &mut b.old };
     let theta = &mut b.theta[..count];

@@ -1,7 +1,7 @@
 //! Functions of universal files to frequency response functions.
 
 use super::ConvertError;
-use super::geometry::{found, placed_nodes};
+use super::geometry::{PlacedNode, placed_nodes};
 use super::grid::{GridOf, check, common};
 use super::spectra::spectrum;
 use super::units::{Question, UnitSystem, UnitsFrom, agreed, force_unit, note, ratio_unit, response_unit, units_at};
@@ -182,7 +182,7 @@ pub fn frfs(files: &[&UniversalFile], options: &FrfOptions) -> Result<FrfImport,
     if measured.is_empty() {
         return Err(ConvertError::Nothing {
             what: "frequency response functions (dataset 58, type 4)",
-            found: found(files),
+            found: held(&functions.iter().map(|(.., f)| f.function_type).collect::<Vec<_>>()),
         });
     }
     if !questions.is_empty() {
@@ -193,22 +193,55 @@ pub fn frfs(files: &[&UniversalFile], options: &FrfOptions) -> Result<FrfImport,
     if axes.is_empty() {
         notes.push(note(Level::Info, 58, "no nodes in the files", "directions count as along global axes"));
     }
-    let channel = |end: &End| {
-        let local = if end.node == 0 {
-            Some(Point::GLOBAL)
-        } else {
-            axes.get(&end.node).map_or(Some(Point::GLOBAL), |n| n.axes)
-        };
-        let axis = usize::try_from(end.direction.abs() - 1).ok().filter(|i| *i < 3);
-        let sign = if end.direction < 0 { -1.0 } else { 1.0 };
-        Channel { name: end.name.clone(), direction: local.zip(axis).map(|(a, i)| a[i].map(|x| sign * x)) }
-    };
+    let channel = |end: &End| channel_of(end, &axes);
 
     let mut set = assemble(&measured, quantity, &channel, &mut notes)?;
     let coherences: Vec<&Function> = of_type(COHERENCE).map(|(.., f)| *f).collect();
     add_coherences(&mut set, &coherences, &mut notes)?;
     let spectra = functions.iter().filter_map(|(file, i, f)| spectrum(file, *i, f, options, &channel)).collect();
     Ok(FrfImport { frfs: set.frfs, spectra, notes })
+}
+
+/// Which functions there are, in words: "2 time records (type 1)".
+fn held(types: &[i64]) -> String {
+    let kinds: BTreeSet<i64> = types.iter().copied().collect();
+    let word = |kind: i64| match kind {
+        1 => "time records",
+        2 => "auto spectra",
+        3 => "cross spectra",
+        4 => "frequency response functions that cannot be used",
+        6 => "coherences",
+        9 => "power spectral densities",
+        12 => "spectra",
+        _ => "functions",
+    };
+    let count = |kind: i64| types.iter().filter(|t| **t == kind).count();
+    let list: Vec<String> = kinds.iter().map(|k| format!("{} {} (type {k})", count(*k), word(*k))).collect();
+    if list.is_empty() { "no functions".to_string() } else { list.join(", ") }
+}
+
+/// The channel of an end: its direction in global axes, where the axes of its node are known.
+fn channel_of(end: &End, nodes: &BTreeMap<i64, PlacedNode>) -> Channel {
+    let local =
+        if end.node == 0 { Some(Point::GLOBAL) } else { nodes.get(&end.node).map_or(Some(Point::GLOBAL), |n| n.axes) };
+    let axis = usize::try_from(end.direction.abs() - 1).ok().filter(|i| *i < 3);
+    let sign = if end.direction < 0 { -1.0 } else { 1.0 };
+    Channel { name: end.name.clone(), direction: local.zip(axis).map(|(a, i)| a[i].map(|x| sign * x)) }
+}
+
+/// The spectra of universal files that hold no frequency response function.
+pub(in crate::data) fn spectra(files: &[&UniversalFile], options: &FrfOptions) -> Vec<Spectrum> {
+    let axes = placed_nodes(files, &mut Vec::new());
+    let channel = |end: &End| channel_of(end, &axes);
+    let of = |(file, i, d): (&UniversalFile, usize, &Dataset)| match d {
+        Dataset::Function(f) => spectrum(file, i, f, options, &channel),
+        _ => None,
+    };
+    files
+        .iter()
+        .flat_map(|file| file.datasets.iter().enumerate().map(move |(i, d)| (*file, i, d)))
+        .filter_map(of)
+        .collect()
 }
 
 /// The quantity that a function states by its data type or by the labels of its axes.

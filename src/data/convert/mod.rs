@@ -21,6 +21,7 @@ mod spectra;
 mod units;
 
 pub use frf_file::frf_file;
+pub(in crate::data) use frfs::spectra;
 pub use frfs::{Duplicates, FrfImport, FrfOptions, frfs};
 pub use geometry::{geometry, geometry_file};
 pub use modes::{modes, modes_file};

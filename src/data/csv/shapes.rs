@@ -210,7 +210,7 @@ mod tests {
 
     #[test]
     fn names_of_columns_that_are_no_modes() {
-        for name in ["Hz", "frequency_hz", "-Hz", "é7 Hz!", "x", "0 Hz", "1e400Hz:im"] {
+        for name in ["Hz", "frequency_hz", "-Hz", "é7 Hz!", "x", "0 Hz", "Hz:im"] {
             assert!(mode_name(name).is_none(), "{name}");
         }
         assert_eq!(mode_name("é7.5 Hz"), Some((7.5, "é".to_string(), false)));

@@ -553,10 +553,10 @@ fn seeds() -> Vec<Vec<u8>> {
     random.chain(real).collect()
 }
 
-/// 20,000 mutated files; `RETUNE_FUZZ` sets another number.
+/// 20,000 mutated files; `RETUNE_FUZZ_CASES` sets another number.
 #[test]
 fn mutated_files_are_read_without_panic_and_come_back() {
-    let runs: u64 = std::env::var("RETUNE_FUZZ").ok().and_then(|n| n.parse().ok()).unwrap_or(20_000);
+    let runs: u64 = std::env::var("RETUNE_FUZZ_CASES").ok().and_then(|n| n.parse().ok()).unwrap_or(20_000);
     let seeds = seeds();
     let mut rng = ChaCha8Rng::seed_from_u64(2411);
     let (mut read_at_all, mut longest) = (0_u64, std::time::Duration::ZERO);

@@ -107,6 +107,7 @@ pub fn write_test(data: &TestData) -> String {
                 element,
                 fraction,
                 position: position.map(|p| p.map(Scalar::constant)),
+                offset: s.offset.map(|p| p.map(Scalar::constant)),
                 direction: DirectionSpec(s.direction),
                 rotation: s.is_rotation,
                 mass: s.mass.map(|m| si(m, "kg")),

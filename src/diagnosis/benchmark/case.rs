@@ -212,10 +212,8 @@ fn true_fit(
         .zip(&truth.sizes)
         .map(|(p, v)| (v - p.bounds[0]) / (p.bounds[1] - p.bounds[0]))
         .collect();
-    let starts: Vec<DVector<f64>> = bases
-        .iter()
-        .map(|x| DVector::from_iterator(x.len() + sizes.len(), x.iter().chain(&sizes).copied()))
-        .collect();
+    let starts: Vec<DVector<f64>> =
+        bases.iter().map(|x| DVector::from_iterator(x.len() + sizes.len(), x.iter().chain(&sizes).copied())).collect();
     fit(&with, &starts, 1.0).map(Some)
 }
 

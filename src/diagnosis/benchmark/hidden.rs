@@ -83,8 +83,8 @@ impl Specimen {
             ..TwinOptions::default()
         };
         let failed = |e: &dyn std::fmt::Display| EvalError::Unsolvable { reason: e.to_string() };
-        let mut test =
-            twin_modes(&truth, &values, &sensors, &options, "twin of the diagnosis benchmark").map_err(|e| failed(&e))?;
+        let mut test = twin_modes(&truth, &values, &sensors, &options, "twin of the diagnosis benchmark")
+            .map_err(|e| failed(&e))?;
         for mode in &mut test.modes {
             mode.label = None;
             mode.frequency_hz.sd /= plan.noise_factor;

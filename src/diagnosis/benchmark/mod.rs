@@ -13,8 +13,8 @@ mod hidden;
 mod score;
 mod structures;
 
-pub use case::Outcome;
 use case::Case;
+pub use case::Outcome;
 pub use score::{Calibration, Score, Share};
 pub use structures::{STRUCTURES, Specimen};
 

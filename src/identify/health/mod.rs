@@ -65,4 +65,6 @@ pub struct Finding {
 }
 
 #[cfg(test)]
+mod calibration;
+#[cfg(test)]
 mod tests;

@@ -26,32 +26,33 @@ pub fn check_modes(frfs: &FrfSet, identification: &Identification) -> Vec<Findin
     findings
 }
 
-/// Noise of each channel relative to its signal, over all pieces with a mode.
+/// Noise of each channel, over all pieces with a mode.
 ///
 /// ```text
 /// ν_k = Σ 2σ_k² / Σ rms_k²     share of the channel's power that no mode explains
+/// n_k = Σ 2σ_k²                that power itself
 /// ```
-/// Dead: ν above 0.8 while the median channel has it below 0.4. Noisy: ν above 0.01 and ln ν above the median by 3.5
-/// robust standard deviations and by a factor of 10 (a tenth of the signal-to-noise ratio squared).
+/// Healthy channels share either the floor of their amplifiers (n alike: a channel near a clamp then has a large ν) or noise
+/// that grows with the signal, from the force or the averaging (ν alike: a channel that moves much then has a large n).
+/// Noisy is a channel that neither explains: ν above 0.01, and both ln ν and ln n above their medians by 3.5 robust
+/// standard deviations (a chance of 2e-4 for a normal number) and by a factor of 10. Dead: ν above 0.8 while the median
+/// channel has it below 0.4.
 fn channels(frfs: &FrfSet, identification: &Identification) -> Vec<Finding> {
-    let share = |o: usize| {
-        let (mut noise, mut power) = (0.0, 0.0);
-        for s in &identification.segments {
-            if s.noise_sd.get(o).is_some_and(|x| x.is_finite()) {
-                noise += 2.0 * s.noise_sd[o].powi(2);
-                power += s.rms[o].powi(2);
+    let (shares, powers): (Vec<f64>, Vec<f64>) = (0..frfs.responses.len())
+        .map(|o| {
+            let (mut noise, mut power) = (0.0, 0.0);
+            for s in &identification.segments {
+                if s.noise_sd.get(o).is_some_and(|x| x.is_finite()) {
+                    noise += 2.0 * s.noise_sd[o].powi(2);
+                    power += s.rms[o].powi(2);
+                }
             }
-        }
-        if power > 0.0 { noise / power } else { f64::NAN }
-    };
-    let shares: Vec<f64> = (0..frfs.responses.len()).map(share).collect();
-    let finite = || shares.iter().copied().filter(|x| x.is_finite());
-    let mut logs: Vec<f64> = finite().map(|x| x.max(1e-30).ln()).collect();
-    if logs.len() < 4 {
+            if power > 0.0 { (noise / power, noise) } else { (f64::NAN, f64::NAN) }
+        })
+        .unzip();
+    let (Some((middle, limit)), Some((_, power_limit))) = (typical(&shares), typical(&powers)) else {
         return Vec::new();
-    }
-    let middle = median(&mut logs);
-    let scatter = 1.4826 * median(&mut logs.iter().map(|x| (x - middle).abs()).collect::<Vec<_>>());
+    };
     let mut findings = Vec::new();
     for (o, &nu) in shares.iter().enumerate() {
         let name = &frfs.responses[o].name;
@@ -65,7 +66,7 @@ fn channels(frfs: &FrfSet, identification: &Identification) -> Vec<Finding> {
                 text: format!("channel {name} shows no resonance: {:.0} % of its power is explained by no mode", 100.0 * nu.min(1.0)),
                 remedy: "check sensor and cable; if the point is clamped or on a node line of every mode, say so in the test file",
             });
-        } else if nu > 0.01 && nu.ln() > middle + (3.5 * scatter).max(10.0_f64.ln()) {
+        } else if nu > 0.01 && nu.ln() > limit && powers[o].ln() > power_limit {
             findings.push(Finding {
                 level: Level::Warning,
                 code: "noisy-channel",
@@ -81,6 +82,17 @@ fn channels(frfs: &FrfSet, identification: &Identification) -> Vec<Finding> {
         }
     }
     findings
+}
+
+/// Median logarithm and the limit above it; nothing for fewer than four channels.
+fn typical(list: &[f64]) -> Option<(f64, f64)> {
+    let mut logs: Vec<f64> = list.iter().filter(|x| x.is_finite()).map(|x| x.max(1e-300).ln()).collect();
+    if logs.len() < 4 {
+        return None;
+    }
+    let middle = median(&mut logs);
+    let scatter = 1.4826 * median(&mut logs.iter().map(|x| (x - middle).abs()).collect::<Vec<_>>());
+    Some((middle, middle + (3.5 * scatter).max(10.0_f64.ln())))
 }
 
 /// Signs of the modal constants at a driving point: with 2iω_d R = φ_d² all are positive.

@@ -95,7 +95,8 @@ pub fn check_shapes(
         })
         .unzip();
     found.extend(without_place(placed.len(), sensors.len()));
-    let (rigid, elastic) = shaped.split_at(shaped.iter().take_while(|(m, _)| low.contains(&m.frequency_hz.value)).count());
+    let (rigid, elastic) =
+        shaped.split_at(shaped.iter().take_while(|(m, _)| low.contains(&m.frequency_hz.value)).count());
     let matrix = |list: &[(&TestMode, &DVector<Complex<f64>>)]| {
         let real: Vec<DVector<f64>> = list.iter().map(|(_, s)| real_shape(s)).collect();
         DMatrix::from_fn(rows.len(), real.len(), |i, j| real[j][rows[i]])

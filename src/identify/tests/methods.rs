@@ -204,10 +204,13 @@ fn noise_has_no_modes_and_no_peaks() {
         };
         alarms += identify(&frfs, &IdentifyOptions::default()).unwrap().modes.len();
         let amplitude: Vec<f64> = (0..4096).map(|_| normal_pair(&mut rng).norm()).collect();
-        alarms += spectrum_peaks(&lines(0.0, 100.0, 4096), &amplitude, &PeakOptions {
-            min_height_db: 0.0,
-            ..PeakOptions::resonances((1.0, 100.0))
-        }).unwrap().len();
+        alarms += spectrum_peaks(
+            &lines(0.0, 100.0, 4096),
+            &amplitude,
+            &PeakOptions { min_height_db: 0.0, ..PeakOptions::resonances((1.0, 100.0)) },
+        )
+        .unwrap()
+        .len();
     }
     assert_eq!(alarms, 0);
 }

@@ -25,6 +25,10 @@ impl Residual for Frequency {
         format!("frequency of mode {}", row + 1)
     }
 
+    fn needs_system(&self) -> bool {
+        false
+    }
+
     fn evaluate(&self, at: &Point<'_>, out: &mut [f64]) {
         for (i, mode) in at.comparison.test().modes.iter().enumerate() {
             out[i] = at.prediction.partner(i).map_or(UNPAIRED, |a| {

@@ -30,6 +30,10 @@ impl Residual for Mac {
         format!("MAC of mode {}", row + 1)
     }
 
+    fn needs_system(&self) -> bool {
+        false
+    }
+
     fn evaluate(&self, at: &Point<'_>, out: &mut [f64]) {
         for (i, mode) in at.comparison.test().modes.iter().enumerate() {
             out[i] = match (mode.shape.is_some(), at.prediction.partner(i)) {

@@ -22,7 +22,7 @@ pub(crate) fn value(p: &MassProperties, quantity: MassQuantity) -> f64 {
 
 /// Fills the columns of `out` with derivatives of a function of the mass properties, by differences: they are rational
 /// functions of θ, and a step of 1e-6 of the interval leaves an error of about 1e-9.
-pub(crate) fn difference(at: &Point<'_>, out: &mut DMatrix<f64>, rows: impl Fn(&MassProperties, &mut [f64])) {
+pub(super) fn difference(at: &Point<'_>, out: &mut DMatrix<f64>, rows: impl Fn(&MassProperties, &mut [f64])) {
     let model = at.comparison.model();
     let n = out.nrows();
     for (column, (&j, width)) in at.scaling.free().iter().zip(at.scaling.width()).enumerate() {
@@ -64,6 +64,10 @@ impl Residual for MassPropertyResidual {
 
     fn row_name(&self, comparison: &Comparison<'_>, row: usize) -> String {
         comparison.test().mass_properties[row].quantity.word().to_string()
+    }
+
+    fn needs_system(&self) -> bool {
+        false
     }
 
     fn evaluate(&self, at: &Point<'_>, out: &mut [f64]) {

@@ -30,6 +30,10 @@ impl Residual for Prior {
         with_prior.nth(row).map_or_else(String::new, |p| format!("prior of {}", p.name))
     }
 
+    fn needs_system(&self) -> bool {
+        false
+    }
+
     fn evaluate(&self, at: &Point<'_>, out: &mut [f64]) {
         let parameters = at.comparison.model().parameters();
         let rows = parameters.iter().zip(at.theta).filter_map(|(p, v)| p.prior_sd.map(|sd| (v - p.value) / sd));

@@ -17,16 +17,19 @@ use crate::linalg::{DMatrix, DVector};
 pub struct Shape;
 
 /// Sensors that measured a mode, with their values and weights 1/σ.
-fn measured(comparison: &Comparison<'_>, mode: usize) -> Vec<(usize, f64, f64)> {
-    let Some(sd) = &comparison.test().modes[mode].shape_sd else { return Vec::new() };
-    let shapes = comparison.shapes();
-    (0..shapes.nrows()).filter(|&k| !shapes[(k, mode)].is_nan()).map(|k| (k, shapes[(k, mode)], 1.0 / sd[k])).collect()
+fn measured<'a>(
+    comparison: &'a Comparison<'_>,
+    mode: usize,
+) -> impl Iterator<Item = (usize, f64, f64)> + Clone + use<'a> {
+    let shape = comparison.shapes().column(mode);
+    let sd = comparison.test().modes[mode].shape_sd.iter().flatten();
+    shape.into_iter().zip(sd).enumerate().filter(|(_, (v, _))| !v.is_nan()).map(|(k, (v, sd))| (k, *v, 1.0 / sd))
 }
 
 /// The scale c and Σ w φ_m².
-fn scale(rows: &[(usize, f64, f64)], phi: impl Fn(usize) -> f64) -> (f64, f64) {
+fn scale(rows: impl Iterator<Item = (usize, f64, f64)>, phi: impl Fn(usize) -> f64) -> (f64, f64) {
     let (mut cross, mut own) = (0.0, 0.0);
-    for &(k, test, w) in rows {
+    for (k, test, w) in rows {
         cross += w * w * phi(k) * test;
         own += w * w * phi(k) * phi(k);
     }
@@ -51,6 +54,10 @@ impl Residual for Shape {
         format!("shape of mode {} at {}", row / n + 1, comparison.test().sensors[row % n].name)
     }
 
+    fn needs_system(&self) -> bool {
+        false
+    }
+
     fn evaluate(&self, at: &Point<'_>, out: &mut [f64]) {
         out.fill(0.0);
         let n = at.comparison.shapes().nrows();
@@ -60,12 +67,15 @@ impl Residual for Shape {
             match at.prediction.partner(mode) {
                 Some(a) => {
                     let phi = at.prediction.at_sensors.column(a);
-                    let (c, _) = scale(&rows, |k| phi[k]);
-                    for &(k, test, w) in &rows {
+                    let (c, _) = scale(rows.clone(), |k| phi[k]);
+                    for (k, test, w) in rows {
                         out[k] = (c * phi[k] - test) * w;
                     }
                 }
-                None => rows.iter().for_each(|&(k, ..)| out[k] = UNPAIRED / (rows.len() as f64).sqrt()),
+                None => {
+                    let share = UNPAIRED / (rows.clone().count() as f64).sqrt();
+                    rows.for_each(|(k, ..)| out[k] = share);
+                }
             }
         }
     }
@@ -76,9 +86,9 @@ impl Residual for Shape {
         for mode in 0..at.comparison.test().modes.len() {
             let Some(a) = at.prediction.partner(mode) else { continue };
             let Some((_, d_phi)) = &derivative.modes[a] else { continue };
-            let rows = measured(at.comparison, mode);
+            let rows: Vec<_> = measured(at.comparison, mode).collect();
             let phi = at.prediction.at_sensors.column(a);
-            let (c, own) = scale(&rows, |k| phi[k]);
+            let (c, own) = scale(rows.iter().copied(), |k| phi[k]);
             if own == 0.0 {
                 continue;
             }

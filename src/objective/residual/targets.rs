@@ -15,7 +15,7 @@ use crate::model::{MassProperties, Targets};
 pub struct TargetResidual;
 
 /// Width of the wall, in tolerances.
-const WIDTH: f64 = 0.01;
+pub(crate) const WIDTH: f64 = 0.01;
 
 /// |value - target|/tolerance - 1 for each target: mass, centre of gravity, inertia; -∞ where there is none.
 fn excess(targets: &Targets, p: &MassProperties) -> [f64; 7] {
@@ -63,6 +63,14 @@ impl Residual for TargetResidual {
     fn row_name(&self, _: &Comparison<'_>, row: usize) -> String {
         let names = ["total_mass", "cg.x", "cg.y", "cg.z", "inertia.xx", "inertia.yy", "inertia.zz"];
         format!("target {}", names[row])
+    }
+
+    fn needs_system(&self) -> bool {
+        false
+    }
+
+    fn is_wall(&self) -> bool {
+        true
     }
 
     fn evaluate(&self, at: &Point<'_>, out: &mut [f64]) {

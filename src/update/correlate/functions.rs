@@ -83,7 +83,7 @@ pub struct ReferenceShift {
     pub fdac: f64,
     /// Mean FDAC without.
     pub fdac_unshifted: f64,
-    /// At every test mode in the band: its frequency, the model's frequency of largest FDAC, and that FDAC.
+    /// At the line nearest to every test mode: its frequency, the model's frequency of largest FDAC, and that FDAC.
     pub ridge: Vec<(f64, f64, f64)>,
 }
 
@@ -213,8 +213,15 @@ pub fn compare_functions(
             let shift = frequency_shift(&model, &test, reference, options.shift_window)?;
             let last = test.frequencies_hz.last().copied().unwrap_or(0.0);
             let at = |f: f64| {
-                let line = test.frequencies_hz.partition_point(|g| *g < f);
-                (f <= last && line < shift.ridge.len()).then(|| (f, shift.ridge[line].0, shift.ridge[line].1))
+                let above = test.frequencies_hz.partition_point(|g| *g < f).min(test.n_lines() - 1);
+                let lines = [above.saturating_sub(1), above];
+                let line = if f - test.frequencies_hz[lines[0]] < test.frequencies_hz[lines[1]] - f {
+                    lines[0]
+                } else {
+                    lines[1]
+                };
+                let inside = f <= last && f >= test.frequencies_hz[0];
+                inside.then(|| (test.frequencies_hz[line], shift.ridge[line].0, shift.ridge[line].1))
             };
             shifts.push(ReferenceShift {
                 reference: test.references[reference].name.clone(),

@@ -1,0 +1,127 @@
+//! The mass of the transducers, put into the model.
+
+use super::CorrelationError;
+use super::observe::{locate, sensor_position};
+use crate::data::{Place, Sensor};
+use crate::model::spec::{MassSpec, ModelSpec};
+use crate::model::Model;
+use crate::units::Scalar;
+
+/// The model file with the masses of the sensors added, and their sum, kg.
+///
+/// ```text
+/// on a node       the whole mass, at the sensor's own position by a rigid arm
+/// on an element   (1 - s) of it at the first node and s at the second: total mass and first moment are exact, the rotary
+///                 inertia of the element grows by at most m L²/4 more than the sensor's own
+/// ```
+/// Sensors at one place (a triaxial transducer read as three) are one mass, the largest that they state. The names of the
+/// new entries begin with `sensor `. Without such masses in the model, frequencies of the model are compared with those of a
+/// heavier structure: relative shift -½ m φ² for a mass-normalised shape φ.
+///
+/// # Errors
+/// A sensor names a node or element that the model does not have.
+pub fn with_sensor_masses(model: &Model, sensors: &[Sensor]) -> Result<(ModelSpec, f64), CorrelationError> {
+    let mut spec = model.spec().clone();
+    let names = &model.geometry().names;
+    let mut done: Vec<([f64; 3], f64, &Sensor)> = Vec::new();
+    for sensor in sensors {
+        let Some(mass) = sensor.mass.filter(|m| *m > 0.0) else { continue };
+        let at = sensor_position(model, sensor)?;
+        // A tenth of a millimetre: coordinates of one transducer, written three times.
+        let is_same = |p: &[f64; 3]| (0..3).map(|k| (p[k] - at[k]).powi(2)).sum::<f64>() < 1e-8;
+        match done.iter_mut().find(|(p, ..)| is_same(p)) {
+            Some(known) => known.1 = known.1.max(mass),
+            None => done.push((at, mass, sensor)),
+        }
+    }
+    let scalar = |value: f64, unit: &str| {
+        Scalar::parse(&format!("{value:?} {unit}")).unwrap_or_else(|_| Scalar::constant(value))
+    };
+    for (at, mass, sensor) in &done {
+        let (point, _) = locate(model, sensor)?;
+        let arm: [f64; 3] = std::array::from_fn(|k| at[k] - point.position[k]);
+        let shares = match &sensor.place {
+            Place::Node { node, .. } => vec![(node.clone(), 1.0)],
+            Place::Element { element, fraction, .. } => {
+                let ends = model.element_set(element).and_then(|set| {
+                    let first = model.elements()[*set.first()?].nodes.first()?;
+                    let last = model.elements()[*set.last()?].nodes.last()?;
+                    Some((names[*first].clone(), names[*last].clone()))
+                });
+                ends.map_or_else(Vec::new, |(a, b)| vec![(a, 1.0 - fraction), (b, *fraction)])
+            }
+        };
+        for (k, (node, share)) in shares.into_iter().filter(|(_, share)| *share > 0.0).enumerate() {
+            let mut name = format!("sensor {}", sensor.name);
+            if k > 0 {
+                name += " (second node)";
+            }
+            let entry = MassSpec {
+                node: Some(node),
+                mass: Some(scalar(share * mass, "kg")),
+                offset: arm.iter().any(|a| a.abs() > 0.0).then(|| arm.map(|a| scalar(a, "m"))),
+                ..MassSpec::default()
+            };
+            spec.masses.insert(name, entry);
+        }
+    }
+    Ok((spec, done.iter().map(|d| d.1).sum()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::{ParametricModel, Registry, load};
+
+    const TEXT: &str = "
+retune: 1
+name: strip
+active_dofs: [uz, ry]
+nodes: {a: [0, 0, 0], b: [1 m, 0, 0], c: [2 m, 0, 0]}
+beams: {span: {chain: [a, b, c], properties: {EIy: 100 N m2, mass_per_length: 0.5 kg/m}}}
+supports: {clamp: {node: a}}
+";
+
+    fn sensor(name: &str, place: Place, offset: Option<[f64; 3]>, mass: f64) -> Sensor {
+        Sensor {
+            name: name.to_string(),
+            place,
+            offset,
+            direction: [0.0, 0.0, 1.0],
+            is_rotation: false,
+            mass: Some(mass),
+        }
+    }
+
+    #[test]
+    fn masses_come_once_at_their_places() {
+        let (model, _, _) = load(TEXT, &Registry::builtin()).unwrap();
+        let node = |n: &str| Place::Node { node: n.to_string(), position: None };
+        let sensors = [
+            sensor("tip x", node("c"), None, 0.01),
+            sensor("tip z", node("c"), None, 0.02),
+            sensor("arm", node("b"), Some([0.1, 0.0, 0.0]), 0.03),
+            sensor(
+                "quarter",
+                Place::Element { element: "span.2".to_string(), fraction: 0.25, position: None },
+                None,
+                0.04,
+            ),
+        ];
+        let (spec, total) = with_sensor_masses(&model, &sensors).unwrap();
+        assert!((total - 0.09).abs() < 1e-15, "{total}");
+        let (loaded, problems) = Model::new(spec, &Registry::builtin()).unwrap();
+        assert!(problems.is_empty(), "{problems:?}");
+        let theta = loaded.parameters().nominal();
+        let (before, after) = (
+            model.mass_properties(&model.parameters().nominal()).unwrap().unwrap(),
+            loaded.mass_properties(&theta).unwrap().unwrap(),
+        );
+        assert!((after.mass - before.mass - 0.09).abs() < 1e-12);
+        // First moment about x = 0: 0.02 · 2 + 0.03 · 1.1 + 0.04 · 1.25.
+        let moment = after.mass * after.cg[0] - before.mass * before.cg[0];
+        assert!((moment - 0.123).abs() < 1e-12, "{moment}");
+        let unknown = sensor("x", node("q"), None, 0.01);
+        assert!(with_sensor_masses(&model, &[unknown]).is_err());
+    }
+}

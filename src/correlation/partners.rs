@@ -1,0 +1,184 @@
+//! Pairing for the thousands of candidates of a search: the rules of [`super::pair_modes`] and nothing beside the partners.
+//!
+//! Nothing is allocated after the first candidate. Families are small numbers here, 0 for an unknown one.
+
+use super::assignment::Assigner;
+use super::pairing::{PairBy, PairingOptions, TIE_BREAK};
+
+/// The measured side of many pairings, and their memory.
+#[derive(Debug)]
+pub(crate) struct PartnerSearch {
+    options: PairingOptions,
+    frequencies: Vec<f64>,
+    families: Vec<u8>,
+    /// Test modes by ascending frequency.
+    order: Vec<usize>,
+    /// Cost of each pair, (n_test x n_model), row by row.
+    cost: Vec<f64>,
+    /// The cheapest model mode of each test mode.
+    cheapest: Vec<usize>,
+    taken: Vec<bool>,
+    assigner: Assigner,
+}
+
+impl PartnerSearch {
+    /// For test modes with these frequencies (Hz) and families; `None` for pairing by label, which needs labels.
+    pub(crate) fn new(frequencies: &[f64], families: &[u8], options: PairingOptions) -> Option<Self> {
+        if options.by == PairBy::Label {
+            return None;
+        }
+        let mut order: Vec<usize> = (0..frequencies.len()).collect();
+        order.sort_by(|&i, &j| frequencies[i].total_cmp(&frequencies[j]));
+        Some(Self {
+            options,
+            frequencies: frequencies.to_vec(),
+            families: families.to_vec(),
+            order,
+            cost: Vec::new(),
+            cheapest: Vec::new(),
+            taken: Vec::new(),
+            assigner: Assigner::default(),
+        })
+    }
+
+    /// Pairs (model mode, test mode), by ascending frequency of the test mode, overwriting `out`.
+    ///
+    /// * `frequencies`, `families` - of the model modes, frequencies ascending
+    /// * `mac` - MAC of model mode i with test mode j, in [0, 1]
+    pub(crate) fn find(
+        &mut self,
+        frequencies: &[f64],
+        families: &[u8],
+        mac: impl Fn(usize, usize) -> f64,
+        out: &mut Vec<(usize, usize)>,
+    ) {
+        out.clear();
+        match self.options.by {
+            PairBy::Mac => self.by_mac(frequencies, families, mac, out),
+            PairBy::Order | PairBy::Label => self.by_order(frequencies.len(), families, out),
+        }
+    }
+
+    /// Whether the families let a pair be made by MAC.
+    pub(crate) fn is_same_family(&self, family: u8, test_mode: usize) -> bool {
+        let other = self.families[test_mode];
+        !self.options.same_family_only || family == 0 || other == 0 || family == other
+    }
+
+    fn by_mac(
+        &mut self,
+        frequencies: &[f64],
+        families: &[u8],
+        mac: impl Fn(usize, usize) -> f64,
+        out: &mut Vec<(usize, usize)>,
+    ) {
+        let (n_model, n_test) = (frequencies.len(), self.frequencies.len());
+        let window = self.options.frequency_window;
+        self.cost.clear();
+        self.cheapest.clear();
+        self.taken.clear();
+        self.taken.resize(n_model, false);
+        // Where every test mode prefers another model mode, these are the best pairs; else an assignment decides.
+        let mut contested = false;
+        for j in 0..n_test {
+            let (mut cheapest, mut least) = (n_model, 0.0);
+            for i in 0..n_model {
+                let (value, low, high) =
+                    (mac(i, j), frequencies[i].min(self.frequencies[j]), frequencies[i].max(self.frequencies[j]));
+                let near = window == f64::INFINITY || low.is_nan() || high <= (1.0 + window) * low;
+                let allowed =
+                    value > 0.0 && value >= self.options.min_mac && near && self.is_same_family(families[i], j);
+                let closeness = if low > 0.0 { low / high } else { 0.0 };
+                let cost = if allowed { -value - TIE_BREAK * closeness } else { 0.0 };
+                if cost < least {
+                    (cheapest, least) = (i, cost);
+                }
+                self.cost.push(cost);
+            }
+            if cheapest < n_model {
+                contested |= std::mem::replace(&mut self.taken[cheapest], true);
+            }
+            self.cheapest.push(cheapest);
+        }
+        if contested {
+            let cost = &self.cost;
+            self.cheapest.fill(n_model);
+            if n_model > n_test {
+                let chosen = self.assigner.assign(n_test, n_model, |j, i| cost[j * n_model + i]);
+                self.cheapest.copy_from_slice(chosen);
+            } else {
+                for (i, &j) in self.assigner.assign(n_model, n_test, |i, j| cost[j * n_model + i]).iter().enumerate() {
+                    self.cheapest[j] = i;
+                }
+            }
+        }
+        for &j in &self.order {
+            let i = self.cheapest[j];
+            if i < n_model && self.cost[j * n_model + i] < 0.0 {
+                out.push((i, j));
+            }
+        }
+    }
+
+    /// The k-th model mode with the k-th test mode, within each family where families are gated.
+    fn by_order(&mut self, n_model: usize, families: &[u8], out: &mut Vec<(usize, usize)>) {
+        self.taken.clear();
+        self.taken.resize(n_model, false);
+        for &j in &self.order {
+            let fits = |i: usize| !self.options.same_family_only || families[i] == self.families[j];
+            if let Some(i) = (0..n_model).find(|&i| !self.taken[i] && fits(i)) {
+                self.taken[i] = true;
+                out.push((i, j));
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{ModeList, pair_modes};
+    use super::*;
+    use crate::linalg::DMatrix;
+    use proptest::prelude::*;
+
+    proptest! {
+        /// Whatever the MAC, the families and the gates: the partners of `pair_modes`.
+        #[test]
+        fn partners_are_those_of_the_reported_pairing(
+            n_model in 1_usize..9,
+            n_test in 1_usize..7,
+            values in prop::collection::vec(0.0_f64..1.0, 64),
+            model_families in prop::collection::vec(0_u8..3, 9),
+            test_families in prop::collection::vec(0_u8..3, 7),
+            gates in (0.0_f64..0.6, 0_usize..3, any::<bool>(), any::<bool>()),
+        ) {
+            let (min_mac, window, same_family_only, by_order) = gates;
+            let options = PairingOptions {
+                by: if by_order { PairBy::Order } else { PairBy::Mac },
+                min_mac,
+                frequency_window: [0.2, 0.5, f64::INFINITY][window],
+                same_family_only,
+            };
+            let model: Vec<f64> = (0..n_model).map(|i| 5.0 + i as f64).collect();
+            let test: Vec<f64> = (0..n_test).map(|j| 6.1 + ((5 * j) % 7) as f64).collect();
+            let mac = DMatrix::from_fn(n_model, n_test, |i, j| if (i + j) % 5 == 4 { 0.0 } else { values[i * 7 + j] });
+            let names = |codes: &[u8]| -> Vec<Option<String>> {
+                codes.iter().map(|c| [None, Some("a".to_string()), Some("b".to_string())][*c as usize].clone()).collect()
+            };
+            let (a, x) = (names(&model_families[..n_model]), names(&test_families[..n_test]));
+            let paired = pair_modes(
+                &mac,
+                &ModeList { frequencies_hz: &model, labels: &[], families: &a },
+                &ModeList { frequencies_hz: &test, labels: &[], families: &x },
+                &options,
+            );
+            let expected: Vec<(usize, usize)> = paired.pairs.iter().map(|p| (p.analytical, p.experimental)).collect();
+            let mut search = PartnerSearch::new(&test, &test_families[..n_test], options).expect("not by label");
+            let mut found = Vec::new();
+            for _ in 0..2 {
+                search.find(&model, &model_families[..n_model], |i, j| mac[(i, j)], &mut found);
+                prop_assert_eq!(&found, &expected);
+            }
+        }
+    }
+}

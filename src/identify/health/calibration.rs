@@ -1,0 +1,201 @@
+//! False alarms of the checks over many healthy synthetic tests, and the faults that are found.
+
+use super::*;
+use crate::data::{FrfQuantity, FrfSet};
+use crate::identify::tests::synthetic::{TrueMode, lines, normal_pair, synthesise};
+use crate::identify::{IdentifyOptions, identify};
+use crate::linalg::DMatrix;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use std::collections::BTreeMap;
+use std::f64::consts::PI;
+
+/// Shapes of uniform structures at points: a string, a cantilever by its exact functions, a plate with hinged edges.
+fn structure(kind: usize, n: usize, m: usize) -> Vec<Vec<f64>> {
+    let at = |j: usize| (j as f64 + 0.6) / n as f64;
+    match kind {
+        0 => (1..=m).map(|k| (0..n).map(|j| (k as f64 * PI * at(j)).sin()).collect()).collect(),
+        1 => {
+            let beta: [f64; 6] = [1.875_104_07, 4.694_091_13, 7.854_757_44, 10.995_540_7, 14.137_168_4, 17.278_759_7];
+            beta.iter()
+                .take(m)
+                .map(|b| {
+                    let c = (b.cosh() + b.cos()) / (b.sinh() + b.sin());
+                    let shape = |x: f64| (b * x).cosh() - (b * x).cos() - c * ((b * x).sinh() - (b * x).sin());
+                    (0..n).map(|j| shape(at(j))).collect()
+                })
+                .collect()
+        }
+        _ => {
+            let rows = 3;
+            let pairs = [(1, 1), (2, 1), (1, 2), (3, 1), (2, 2), (3, 2)];
+            let place = |j: usize| {
+                let columns = n.div_ceil(rows) as f64;
+                (((j / rows) as f64 + 0.6) / columns, ((j % rows) as f64 + 0.55) / rows as f64)
+            };
+            pairs
+                .iter()
+                .take(m)
+                .map(|&(p, q)| {
+                    (0..n)
+                        .map(|j| (f64::from(p) * PI * place(j).0).sin() * (f64::from(q) * PI * place(j).1).sin())
+                        .collect()
+                })
+                .collect()
+        }
+    }
+}
+
+/// A healthy test: one of three structures, 8 to 20 channels, 3 to 6 modes, one or two driving points, damping 0.3 to 3 %,
+/// noise up to 5 % of the largest channel, either a floor common to all channels or a share of each.
+fn healthy(seed: u64) -> FrfSet {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let (kind, n, m) = (seed as usize % 3, rng.random_range(8..21), rng.random_range(3..7));
+    let shapes = structure(kind, n, m);
+    let references: Vec<usize> = (0..1 + seed as usize % 2).map(|k| (n / 3 + k * n / 2) % n).collect();
+    let mut f = rng.random_range(5.0..15.0);
+    let modes: Vec<TrueMode> = shapes
+        .iter()
+        .map(|phi| {
+            let zeta = 10.0_f64.powf(rng.random_range(-2.5..-1.5));
+            let mode = TrueMode::real(f, zeta, phi, &references.iter().map(|&r| phi[r]).collect::<Vec<_>>());
+            f *= rng.random_range(1.25..2.0);
+            mode
+        })
+        .collect();
+    let top = 1.2 * modes[modes.len() - 1].f;
+    let mut frfs = synthesise(&modes, FrfQuantity::Accelerance, &lines(0.0, top, 1601));
+    for (i, &r) in references.iter().enumerate() {
+        frfs.references[i].name = format!("p{}", r + 1);
+    }
+    let (eps, is_floor) = ([0.001, 0.01, 0.03, 0.05][rng.random_range(0..4)], rng.random_range(0..2) == 0);
+    let rms = |set: &FrfSet, i: usize, o: usize| {
+        ((0..set.n_lines()).map(|l| set.at(l, i, o).norm_sqr()).sum::<f64>() / set.n_lines() as f64).sqrt()
+    };
+    let largest = (0..references.len())
+        .flat_map(|i| (0..n).map(move |o| (i, o)))
+        .map(|(i, o)| rms(&frfs, i, o))
+        .fold(0.0, f64::max);
+    for i in 0..references.len() {
+        for o in 0..n {
+            let sd = eps * if is_floor { 0.3 * largest } else { rms(&frfs, i, o) } / 2.0_f64.sqrt();
+            for l in 0..frfs.n_lines() {
+                let at = frfs.index(l, i, o);
+                frfs.h[at] += normal_pair(&mut rng) * sd;
+            }
+        }
+    }
+    frfs
+}
+
+fn alarms(frfs: &FrfSet) -> Vec<Finding> {
+    let found = identify(frfs, &IdentifyOptions::default()).unwrap();
+    check_test(frfs, Some(&found), None, 0).unwrap().into_iter().filter(|f| f.level > Level::Info).collect()
+}
+
+/// Sixty healthy tests: at most three raise any alarm. If the true rate of alarms were 10 % or more, three or fewer of sixty
+/// would come with a chance of 14 % at most; at 15 %, of 2 %.
+#[test]
+fn healthy_tests_of_three_structures_stay_quiet() {
+    let mut by_code: BTreeMap<&str, Vec<u64>> = BTreeMap::new();
+    let mut loud = 0;
+    for seed in 0..60 {
+        let found = alarms(&healthy(seed));
+        loud += u32::from(!found.is_empty());
+        for f in &found {
+            by_code.entry(f.code).or_default().push(seed);
+            eprintln!("{seed}: {} {} {:?}", f.code, f.subject, f.evidence);
+        }
+    }
+    eprintln!("alarms in {loud} of 60 healthy tests: {by_code:?}");
+    assert!(loud <= 3, "{by_code:?}");
+}
+
+/// In each of thirty tests one fault: a noisy channel, a reversed force, a wrong driving point, a gain of one force.
+#[test]
+fn faults_in_three_structures_are_found() {
+    let (mut found, mut count): (BTreeMap<&str, u32>, BTreeMap<&str, u32>) = (BTreeMap::new(), BTreeMap::new());
+    for seed in 0..30 {
+        let clean = healthy(seed);
+        let n = clean.responses.len();
+        let mut rng = ChaCha8Rng::seed_from_u64(1000 + seed);
+        let mut tell = |code: &'static str, frfs: &FrfSet, codes: &[&str]| {
+            *count.entry(code).or_default() += 1;
+            *found.entry(code).or_default() += u32::from(alarms(frfs).iter().any(|f| codes.contains(&f.code)));
+        };
+        let mut noisy = clean.clone();
+        let o = rng.random_range(0..n);
+        let rms = |set: &FrfSet| {
+            ((0..set.n_lines()).map(|l| set.at(l, 0, o).norm_sqr()).sum::<f64>() / set.n_lines() as f64).sqrt()
+        };
+        let sd = 0.5 * rms(&clean);
+        for l in 0..noisy.n_lines() {
+            for i in 0..noisy.references.len() {
+                let at = noisy.index(l, i, o);
+                noisy.h[at] += normal_pair(&mut rng) * sd;
+            }
+        }
+        tell("noisy channel", &noisy, &["noisy-channel", "dead-channel"]);
+        let mut reversed = clean.clone();
+        for h in &mut reversed.h {
+            *h = -*h;
+        }
+        tell("reversed force", &reversed, &["driving-point-reversed"]);
+        let mut wrong = clean.clone();
+        let here: usize = wrong.references[0].name[1..].parse().unwrap();
+        wrong.references[0].name = format!("p{}", (here - 1 + n / 2) % n + 1);
+        tell(
+            "wrong driving point",
+            &wrong,
+            &["driving-point-sign", "driving-point-not-passive", "driving-point-reversed"],
+        );
+        if clean.references.len() > 1 {
+            let mut gain = clean.clone();
+            for l in 0..gain.n_lines() {
+                for o in 0..n {
+                    let at = gain.index(l, 0, o);
+                    gain.h[at] *= 1.5;
+                }
+            }
+            tell("gain of one force", &gain, &["reciprocity"]);
+        }
+    }
+    eprintln!("found {found:?} of {count:?}");
+    for (code, n) in &count {
+        // Nine tenths: a channel at a node line of all modes, a second point with the signs of the first, are beyond any check.
+        assert!(f64::from(found[code]) >= 0.9 * f64::from(*n), "{code}: {} of {n}", found[code]);
+    }
+}
+
+/// Smooth shapes of the three structures with sensors in place: no alarm of sign, swap or gain in 60 healthy tests but for
+/// one, as the chance of 1 % per search promises.
+#[test]
+fn healthy_shapes_of_three_structures_stay_quiet() {
+    let mut loud = Vec::new();
+    for seed in 0..60_u64 {
+        let mut rng = ChaCha8Rng::seed_from_u64(7000 + seed);
+        let (kind, n, m) = (seed as usize % 3, rng.random_range(12..31), rng.random_range(2..6));
+        let shapes = structure(kind, n, m);
+        let eps = [0.0, 0.01, 0.03, 0.1][seed as usize % 4];
+        let rows = if kind == 2 { 3 } else { 1 };
+        let sensors: Vec<SensorGeometry> = (0..n)
+            .map(|j| SensorGeometry {
+                name: format!("p{}", j + 1),
+                position: [(j / rows) as f64 / n.div_ceil(rows) as f64, 0.4 * (j % rows) as f64, 0.0],
+                direction: [0.0, 0.0, 1.0],
+            })
+            .collect();
+        let data = DMatrix::from_fn(n, m, |j, k| shapes[k][j] + eps * normal_pair(&mut rng).re);
+        let found = check_geometry(&sensors, &data).unwrap();
+        for f in found.iter().filter(|f| f.level > Level::Info) {
+            eprintln!(
+                "{seed} (structure {kind}, {n} sensors, {m} modes, noise {eps}): {} {} {:?}",
+                f.code, f.subject, f.evidence
+            );
+            loud.push(seed);
+        }
+    }
+    loud.dedup();
+    eprintln!("alarms in {} of 60 healthy sets of shapes", loud.len());
+    assert!(loud.len() <= 1, "{loud:?}");
+}

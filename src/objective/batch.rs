@@ -1,0 +1,403 @@
+//! Costs of many points through the batched kernel.
+//!
+//! ```text
+//! eight points -> θ -> modes at the sensors (linalg::batch) -> MAC, partners, mass properties -> the objective's own cost
+//! ```
+//!
+//! The kernel and the reference path ([`Comparison::predict`]) differ in how the modes are found, nothing else: partners
+//! follow the same rules and the cost is computed by the same function. A candidate that the kernel does not guarantee is
+//! evaluated by the reference path; so is all of a model that the kernel does not take (not affine in its parameters, not
+//! solvable in the middle of its bounds, too large). After the first batch of a thread nothing is allocated.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, OnceLock, PoisonError};
+
+use super::PathCounts;
+use super::prediction::{Comparison, Prediction};
+use super::scaling::Scaling;
+use crate::correlation::{ModePair, PairedModes, PartnerSearch};
+use crate::linalg::batch::{
+    AffineEntry, AffinePencil, BATCH, BatchError, BatchModel, BatchModes, BatchOptions, Mirror, Outcome, Workspace,
+    detect_mirror,
+};
+use crate::linalg::{DMatrix, DVector, SymMatrix};
+use crate::modal::Modes;
+use crate::model::{Basis, Entry, MassProperties, System, family, symmetry_index};
+
+/// Above this number of dofs of one family of shapes the reference path is no slower than the dense kernel.
+const MOST_DOFS: usize = 150;
+
+/// An objective's way to the batched kernel, made at its first use.
+#[derive(Debug, Default)]
+pub(super) struct BatchPath {
+    compiled: OnceLock<Option<Compiled>>,
+    batch: AtomicU64,
+    reference: AtomicU64,
+}
+
+/// The cost of a prediction at θ; the buffer is for residuals. A cost that is not finite sends the point to the reference
+/// path, which says why.
+pub(super) type CostOf<'a> = &'a dyn Fn(&Prediction, &[f64], &mut DVector<f64>) -> f64;
+
+impl BatchPath {
+    /// The costs of the points, overwriting `out`.
+    ///
+    /// * `cost_of` - the objective's cost of a prediction
+    /// * `reference` - its cost at x by the reference path, +∞ where there is none
+    pub(super) fn costs(
+        &self,
+        (comparison, scaling): (&Comparison<'_>, &Scaling),
+        points: &[DVector<f64>],
+        out: &mut [f64],
+        cost_of: CostOf<'_>,
+        reference: impl Fn(&DVector<f64>) -> f64,
+    ) {
+        assert_eq!(points.len(), out.len(), "one cost a point");
+        let Some(compiled) = self.compiled(comparison, scaling) else {
+            self.reference.fetch_add(points.len() as u64, Ordering::Relaxed);
+            points.iter().zip(out).for_each(|(x, cost)| *cost = reference(x));
+            return;
+        };
+        let mut bench = compiled.bench();
+        for (points, out) in points.chunks(BATCH).zip(out.chunks_mut(BATCH)) {
+            compiled.evaluate(&mut bench, (comparison, scaling), points, out, cost_of);
+            let mut redone = 0;
+            for (x, cost) in points.iter().zip(out) {
+                if !cost.is_finite() {
+                    *cost = reference(x);
+                    redone += 1;
+                }
+            }
+            self.batch.fetch_add(points.len() as u64 - redone, Ordering::Relaxed);
+            self.reference.fetch_add(redone, Ordering::Relaxed);
+        }
+        compiled.put_back(bench);
+    }
+
+    /// A cost found by the kernel, if the reference path agrees with it to 1e-9; else that of the reference path.
+    pub(super) fn confirm(&self, cost: f64, reference: impl FnOnce() -> f64) -> f64 {
+        if !matches!(self.compiled.get(), Some(Some(_))) {
+            return cost;
+        }
+        self.reference.fetch_add(1, Ordering::Relaxed);
+        let again = reference();
+        if (again - cost).abs() <= AGREEMENT * again.abs() + NO_COST { cost } else { again }
+    }
+
+    pub(super) fn counts(&self) -> PathCounts {
+        PathCounts { batch: self.batch.load(Ordering::Relaxed), reference: self.reference.load(Ordering::Relaxed) }
+    }
+
+    fn compiled(&self, comparison: &Comparison<'_>, scaling: &Scaling) -> Option<&Compiled> {
+        self.compiled.get_or_init(|| Compiled::new(comparison, scaling)).as_ref()
+    }
+}
+
+/// Relative difference of two costs that rounding explains: 1e-9 in an eigenvalue is the kernel's promise.
+const AGREEMENT: f64 = 1e-9;
+/// Difference of costs that is nothing: rounding of a cost that vanishes at a perfect fit.
+const NO_COST: f64 = 1e-12;
+
+/// A comparison, compiled for batches.
+#[derive(Debug)]
+struct Compiled {
+    model: BatchModel,
+    n_sensors: usize,
+    /// Whether the dofs follow the sensors in the observed shapes, to find the families from them.
+    has_dofs: bool,
+    tests: Vec<TestShape>,
+    /// Test modes as the search for partners knows them: frequencies, family codes.
+    frequencies: Vec<f64>,
+    families: Vec<u8>,
+    /// Mass of rigid motion of the constants, and that per free parameter.
+    rigid: Option<(SymMatrix, Vec<SymMatrix>)>,
+    pool: Mutex<Vec<Bench>>,
+}
+
+/// A measured shape at the sensors.
+#[derive(Debug)]
+struct TestShape {
+    /// Zero where it was not measured.
+    values: Vec<f64>,
+    /// One where it was measured, zero elsewhere; nothing if it was measured everywhere.
+    mask: Option<Vec<f64>>,
+    norm: f64,
+}
+
+/// The memory of one thread.
+#[derive(Debug)]
+struct Bench {
+    workspace: Workspace,
+    theta: Vec<f64>,
+    /// The free parameters of the candidates.
+    free: [Vec<f64>; BATCH],
+    prediction: Prediction,
+    residuals: DVector<f64>,
+    search: PartnerSearch,
+    partners: Vec<(usize, usize)>,
+    families: Vec<u8>,
+    norms: Vec<f64>,
+    rigid: SymMatrix,
+}
+
+/// A number for a symmetry family.
+fn code(family: Option<&str>) -> u8 {
+    match family {
+        None => 0,
+        Some("symmetric") => 1,
+        Some("antisymmetric") => 2,
+        Some(_) => 3,
+    }
+}
+
+impl Compiled {
+    /// `None` if the kernel does not take the model.
+    fn new(comparison: &Comparison<'_>, scaling: &Scaling) -> Option<Self> {
+        let model = comparison.model();
+        let families: Vec<u8> = comparison.families().iter().map(|f| code(f.as_deref())).collect();
+        PartnerSearch::new(comparison.frequencies(), &families, *comparison.pairing())?;
+        // In the middle of the bounds nothing vanishes by chance: no mass, no spring.
+        let centre = comparison.predict(&scaling.centre()).ok()?;
+        if centre.modes.n_mechanism > 0 {
+            return None;
+        }
+        let pencil = pencil(comparison, scaling)?;
+        let mirror = model
+            .mirror()
+            .map(|m| Mirror { permutation: m.iter().map(|p| p.0).collect(), signs: m.iter().map(|p| p.1).collect() });
+        let halves = mirror.filter(|m| matches!(detect_mirror(&pencil, m), Ok(true)));
+        if pencil.n > MOST_DOFS * if halves.is_some() { 2 } else { 1 } {
+            return None;
+        }
+        let has_dofs = model.mirror().is_some() && halves.is_none();
+        let (n, n_sensors) = (pencil.n, comparison.sensors().nrows());
+        let sensors = DMatrix::from_fn(n_sensors + if has_dofs { n } else { 0 }, n, |i, j| {
+            if i < n_sensors { comparison.sensors()[(i, j)] } else { f64::from(u8::from(i - n_sensors == j)) }
+        });
+        let options = BatchOptions {
+            n_modes: centre.frequencies_hz.len(),
+            rigid: centre.modes.shapes.columns(0, centre.modes.n_rigid).into_owned(),
+            mirror: halves,
+            sensors: Some(sensors),
+        };
+        let nominal: Vec<f64> = scaling.free().iter().map(|&i| scaling.centre()[i]).collect();
+        let batch = match BatchModel::new(pencil.clone(), &nominal, options.clone()) {
+            // Masses that are small beside the others leave fewer modes above rounding than the reference path lists.
+            Err(BatchError::TooManyModes { available, .. }) if available > 0 => {
+                BatchModel::new(pencil, &nominal, BatchOptions { n_modes: available, ..options })
+            }
+            made => made,
+        };
+        let rigid = model.affine_mass().map(|masses| {
+            let mut constant = masses[0].clone();
+            for (i, value) in scaling.base().iter().enumerate().filter(|(i, _)| !scaling.free().contains(i)) {
+                constant.add_scaled(*value, &masses[i + 1]);
+            }
+            (constant, scaling.free().iter().map(|&i| masses[i + 1].clone()).collect())
+        });
+        Some(Self {
+            model: batch.ok()?,
+            n_sensors,
+            has_dofs,
+            tests: comparison.shapes().column_iter().map(|c| TestShape::new(c.as_slice())).collect(),
+            frequencies: comparison.frequencies().to_vec(),
+            families,
+            rigid,
+            pool: Mutex::default(),
+        })
+    }
+
+    /// A bench from the pool, or a new one.
+    fn bench(&self) -> Option<Bench> {
+        self.pool.lock().unwrap_or_else(PoisonError::into_inner).pop()
+    }
+
+    fn put_back(&self, bench: Option<Bench>) {
+        self.pool.lock().unwrap_or_else(PoisonError::into_inner).extend(bench);
+    }
+
+    fn new_bench(&self, comparison: &Comparison<'_>, scaling: &Scaling) -> Option<Bench> {
+        let n_modes = self.model.n_modes();
+        Some(Bench {
+            workspace: Workspace::new(&self.model, BATCH),
+            theta: scaling.base().to_vec(),
+            free: std::array::from_fn(|_| vec![0.0; scaling.len()]),
+            prediction: Prediction {
+                system: System::zeros(0, false),
+                modes: Modes { lambda: DVector::zeros(0), shapes: DMatrix::zeros(0, 0), n_rigid: 0, n_mechanism: 0 },
+                frequencies_hz: vec![0.0; n_modes],
+                at_sensors: DMatrix::zeros(self.n_sensors, n_modes),
+                families: Vec::new(),
+                mac: DMatrix::zeros(n_modes, self.tests.len()),
+                pairs: PairedModes::default(),
+                mass_properties: None,
+            },
+            residuals: DVector::zeros(0),
+            search: PartnerSearch::new(&self.frequencies, &self.families, *comparison.pairing())?,
+            partners: Vec::with_capacity(self.tests.len()),
+            families: vec![0; n_modes],
+            norms: vec![0.0; n_modes],
+            rigid: SymMatrix::zeros(6),
+        })
+    }
+
+    /// The costs of up to [`BATCH`] points; NaN where the kernel does not guarantee one.
+    fn evaluate(
+        &self,
+        bench: &mut Option<Bench>,
+        (comparison, scaling): (&Comparison<'_>, &Scaling),
+        points: &[DVector<f64>],
+        out: &mut [f64],
+        cost_of: CostOf<'_>,
+    ) {
+        out.fill(f64::NAN);
+        if bench.is_none() {
+            *bench = self.new_bench(comparison, scaling);
+        }
+        let Some(bench) = bench else { return };
+        for (free, x) in bench.free.iter_mut().zip(points) {
+            scaling.overwrite(x, &mut bench.theta);
+            for (value, &i) in free.iter_mut().zip(scaling.free()) {
+                *value = bench.theta[i];
+            }
+        }
+        let thetas: [&[f64]; BATCH] = std::array::from_fn(|l| bench.free[l].as_slice());
+        let Ok(modes) = self.model.attempt(&thetas[..points.len()], &mut bench.workspace) else { return };
+        for (lane, (x, cost)) in points.iter().zip(out).enumerate() {
+            if modes.outcome(lane) != &Outcome::Batch {
+                continue;
+            }
+            scaling.overwrite(x, &mut bench.theta);
+            let p = &mut bench.prediction;
+            p.mass_properties = match &self.rigid {
+                Some((constant, masses)) => {
+                    bench.rigid.copy_from(constant);
+                    for (value, mass) in bench.free[lane].iter().zip(masses) {
+                        bench.rigid.add_scaled(*value, mass);
+                    }
+                    Some(MassProperties::from_rigid_mass(&bench.rigid))
+                }
+                None => match comparison.model().mass_properties(&bench.theta) {
+                    Ok(properties) => properties,
+                    Err(_) => continue,
+                },
+            };
+            self.observe(comparison, modes, lane, p, &mut bench.families);
+            self.correlate(&bench.families, &bench.search, p, &mut bench.norms);
+            let mac = &p.mac;
+            bench.search.find(&p.frequencies_hz, &bench.families, |i, j| mac[(i, j)], &mut bench.partners);
+            p.pairs.pairs.clear();
+            p.pairs.pairs.extend(bench.partners.iter().map(|&(i, j)| ModePair {
+                analytical: i,
+                experimental: j,
+                mac: p.mac[(i, j)],
+                frequency_error: p.frequencies_hz[i] / self.frequencies[j] - 1.0,
+                flags: Vec::new(),
+            }));
+            *cost = cost_of(p, &bench.theta, &mut bench.residuals);
+        }
+    }
+
+    /// Frequencies, shapes at the sensors and families of one candidate.
+    fn observe(
+        &self,
+        comparison: &Comparison<'_>,
+        modes: &BatchModes,
+        lane: usize,
+        p: &mut Prediction,
+        families: &mut [u8],
+    ) {
+        for (j, lambda) in modes.values(lane).iter().enumerate() {
+            p.frequencies_hz[j] = lambda.sqrt() / std::f64::consts::TAU;
+            let shape = modes.shape(lane, j);
+            p.at_sensors.column_mut(j).copy_from_slice(&shape[..self.n_sensors]);
+            families[j] = match comparison.model().mirror() {
+                Some(mirror) if self.has_dofs => {
+                    code(family(symmetry_index(mirror, |row| shape[self.n_sensors + row])))
+                }
+                _ => [2, 0, 1][(modes.parity(lane, j) + 1) as usize],
+            };
+        }
+    }
+
+    /// MAC of the pairs that the families allow, zero for the others.
+    fn correlate(&self, families: &[u8], search: &PartnerSearch, p: &mut Prediction, norms: &mut [f64]) {
+        let n_modes = families.len();
+        for i in 0..n_modes {
+            let shape = &p.at_sensors.as_slice()[i * self.n_sensors..(i + 1) * self.n_sensors];
+            norms[i] = dot(shape, shape).sqrt();
+        }
+        for (j, test) in self.tests.iter().enumerate() {
+            for i in 0..n_modes {
+                let shape = &p.at_sensors.as_slice()[i * self.n_sensors..(i + 1) * self.n_sensors];
+                p.mac[(i, j)] = if test.norm > 0.0 && search.is_same_family(families[i], j) {
+                    let norm = match &test.mask {
+                        None => norms[i],
+                        Some(mask) => shape.iter().zip(mask).map(|(v, m)| v * v * m).sum::<f64>().sqrt(),
+                    };
+                    let cosine = dot(shape, &test.values) / norm / test.norm;
+                    if norm > 0.0 { (cosine * cosine).min(1.0) } else { 0.0 }
+                } else {
+                    0.0
+                };
+            }
+        }
+    }
+}
+
+impl TestShape {
+    fn new(shape: &[f64]) -> Self {
+        let values: Vec<f64> = shape.iter().map(|v| if v.is_nan() { 0.0 } else { *v }).collect();
+        let complete = shape.iter().all(|v| !v.is_nan());
+        let mask = (!complete).then(|| shape.iter().map(|v| f64::from(u8::from(!v.is_nan()))).collect());
+        let norm = dot(&values, &values).sqrt();
+        Self { values, mask, norm }
+    }
+}
+
+/// Sum of products, four at a time.
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let mut sums = [0.0; 4];
+    let (a4, b4) = (a.chunks_exact(4), b.chunks_exact(4));
+    let rest: f64 = a4.remainder().iter().zip(b4.remainder()).map(|(x, y)| x * y).sum();
+    for (x, y) in a4.zip(b4) {
+        for l in 0..4 {
+            sums[l] += x[l] * y[l];
+        }
+    }
+    (sums[0] + sums[2]) + (sums[1] + sums[3]) + rest
+}
+
+/// K and M as functions of the free parameters; `None` if they are not affine.
+fn pencil(comparison: &Comparison<'_>, scaling: &Scaling) -> Option<AffinePencil> {
+    let model = comparison.model();
+    let affine = model.affine()?;
+    let part = |of: fn(&Basis) -> &[Entry]| {
+        let mut entries: Vec<AffineEntry> = Vec::new();
+        let mut add = |basis: &Basis, parameter: Option<usize>, factor: f64| {
+            entries.extend(of(basis).iter().map(|e| AffineEntry {
+                row: e.row,
+                col: e.column,
+                parameter,
+                coefficient: factor * e.value,
+            }));
+        };
+        add(&affine.constant, None, 1.0);
+        for (i, (basis, value)) in affine.parameters.iter().zip(scaling.base()).enumerate() {
+            match scaling.free().iter().position(|&f| f == i) {
+                Some(k) => add(basis, Some(k), 1.0),
+                None => add(basis, None, *value),
+            }
+        }
+        entries
+    };
+    Some(AffinePencil {
+        n: model.dof_map().n_dof(),
+        n_parameters: scaling.len(),
+        stiffness: part(|b| &b.stiffness),
+        mass: part(|b| &b.mass),
+    })
+}
+
+#[cfg(test)]
+mod tests;
