@@ -36,7 +36,7 @@ pub(crate) fn run(args: &Arguments) -> Result<u8, Failure> {
             let (model, warnings, text) = files::model(&args.model, args.configuration.as_deref())?;
             warn(&args.model, &text, &warnings);
             let sensors = node_sensors(&model);
-            (model, TestData { sensors, ..empty() })
+            (model, TestData { sensors, ..TestData::default() })
         }
     };
     let damping = scalar("--damping", &args.damping, "1")?;
@@ -52,18 +52,6 @@ pub(crate) fn run(args: &Arguments) -> Result<u8, Failure> {
         print(&as_text(&found, &functions, &style(&std::io::stdout())));
     }
     Ok(DONE)
-}
-
-fn empty() -> TestData {
-    TestData {
-        name: String::new(),
-        description: String::new(),
-        configuration: None,
-        sensors: Vec::new(),
-        modes: Vec::new(),
-        mass_properties: Vec::new(),
-        frfs: None,
-    }
 }
 
 /// Functions from the liveliest sensor to all, from half the first to 1.1 times the last frequency.
