@@ -60,9 +60,13 @@ pub(crate) fn run(args: &Report) -> Result<u8, Failure> {
         let settings = Settings { seed: args.seed, ..Settings::default() };
         add_diagnosis(&mut data, &diagnose(&model, &test, &settings)?, &model, &test);
     }
+    let before = earlier.first().map(|(_, model, a)| Case { model, test: &test, assessment: a });
+    if let (Some(set), true) = (&test.frfs, args.frf.is_empty()) {
+        let origin = test.modes.first().map_or("measured", |m| m.origin.word());
+        add_responses(&mut data, case, before, set, origin)?;
+    }
     if !args.frf.is_empty() {
         let found = measured::read(&args.frf, &args.measurement)?;
-        let before = earlier.first().map(|(_, model, a)| Case { model, test: &test, assessment: a });
         let origin = if found.is_synthetic { "synthetic" } else { "measured" };
         add_responses(&mut data, case, before, measured::functions(&found)?, origin)?;
         read.extend(args.frf.iter().map(|path| ("frequency responses", path.clone())));

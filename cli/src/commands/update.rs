@@ -29,7 +29,7 @@ pub(crate) fn run(args: &Update) -> Result<u8, Failure> {
     let objective = objective(args.objective.as_deref())?;
     if let Some(output) = &args.output {
         // New values may be longer than the old ones.
-        files::check_room(output, args.force, model_text.len() + 4096)?;
+        files::check_room(output, args.force, all[0].model_text.len() + 4096)?;
     }
     let outputs = Outputs { page: args.report.as_ref(), force: args.force, ..Outputs::default() };
     outputs.check()?;

@@ -21,7 +21,7 @@ pub(super) fn disagreement(
     case: Case<'_>,
     structure: &Structure,
 ) -> Result<(Vec<Field>, Option<Localization>), CorrelationError> {
-    let Case { model, assessment, .. } = case;
+    let model = case.model;
     let mut fields = Vec::new();
     let mut found = None;
     if model.dof_map().n_dof() <= LARGEST {

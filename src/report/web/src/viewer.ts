@@ -441,7 +441,10 @@ export class Viewer {
     this.marks.moved();
     this.marks.object.visible = elements.size > 0;
     const dots = this.markDots.positions;
-    dots.fill(NaN);
+    // Dots without a place of their own hide behind one that has one.
+    const node = place?.nodes.find((i) => i < this.data.nodes.length), sensor = place?.sensors.find((i) => i < this.data.sensors.length);
+    const anchor = node != null ? this.now.slice(3 * node, 3 * node + 3) : sensor != null ? this.sensorBase.slice(3 * sensor, 3 * sensor + 3) : new Float32Array(3);
+    for (let i = 0; i < dots.length; i += 3) dots.set(anchor, i);
     for (const i of place?.nodes ?? []) if (i < this.data.nodes.length) dots.set(this.now.subarray(3 * i, 3 * i + 3), 3 * i);
     const n = this.data.nodes.length;
     for (const i of place?.sensors ?? []) if (i < this.data.sensors.length) dots.set(this.sensorBase.subarray(3 * i, 3 * i + 3), 3 * (n + i));
