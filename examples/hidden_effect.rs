@@ -83,8 +83,8 @@ fn flying_wing() -> Result<(), Box<dyn Error>> {
 
 /// Bending, torsion, bending of the bench configuration, Hz: bending moves the tip up, torsion turns it.
 fn bench(model: &Model, theta: &[f64]) -> Result<[f64; 3], Box<dyn Error>> {
-    let spec = model.spec().configured("bench").map_err(|p| p.text)?;
-    let (clamped, _) = Model::new(spec, &Registry::builtin()).map_err(|p| p[0].text.clone())?;
+    let spec = model.spec().configured("bench").map_err(|p| p.render("bff.yaml"))?;
+    let (clamped, _) = Model::new(spec, &Registry::builtin()).map_err(|p| p[0].render("bff.yaml"))?;
     let system = clamped.assemble(theta)?;
     let options = SolveOptions { n_elastic: 3, shift: None };
     let modes = solve(&system.stiffness, &system.mass, &clamped.dof_map().rigid_motions(), options)?;

@@ -41,7 +41,9 @@ pub(super) fn refined(model: &Model, theta: &[f64]) -> Result<Model, DiagnosisEr
     let sound = |m: &Model| modes(m, theta, 1).is_ok_and(|found| found.n_mechanism == 0);
     let names: Vec<String> = model.spec().beams.keys().cloned().collect();
     let mut all = model.spec().clone();
-    names.iter().for_each(|n| finer(&mut all, n));
+    for name in &names {
+        finer(&mut all, name);
+    }
     if let Ok(m) = build(all)
         && sound(&m)
     {

@@ -153,7 +153,7 @@ mod tests {
                 let (s, slope) = loss.transform(r);
                 let rho = match loss {
                     Loss::Huber(k) if r.abs() > k => k * r.abs() - k * k / 2.0,
-                    Loss::StudentT(nu) => (nu + 1.0) / 2.0 * (1.0 + r * r / nu).ln(),
+                    Loss::StudentT(nu) => f64::midpoint(nu, 1.0) * (1.0 + r * r / nu).ln(),
                     _ => r * r / 2.0,
                 };
                 assert!((0.5 * s * s - rho).abs() < 1e-12 * (1.0 + rho), "{loss:?} {r}");

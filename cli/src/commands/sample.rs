@@ -76,7 +76,9 @@ pub(crate) fn run(args: &Sample) -> Result<u8, Failure> {
         rows.row(row);
     }
     let mut out = format!("model  {}\n", model.spec().name);
-    all.iter().for_each(|t| out += &format!("test   {}\n", t.test.name));
+    for t in &all {
+        out += &format!("test   {}\n", t.test.name);
+    }
     out.push('\n');
     out += &rows.render(&style(&std::io::stdout()));
     let _ = writeln!(

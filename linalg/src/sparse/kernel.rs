@@ -3,6 +3,9 @@
 //! A block is stored row by row, so that one entry of a sparse matrix or factor meets a whole vector register of
 //! right-hand sides: the loops run at the speed of memory, which reads the factor once for all of them.
 
+// A loop is compiled for a processor's instructions only where it is inlined into the function that has them.
+#![allow(clippy::inline_always)]
+
 use super::matrix::SparseSym;
 
 /// Vectors a block.
@@ -47,7 +50,7 @@ fn axpy<const FUSED: bool>(y: &mut Row, a: f64, x: &Row) {
 
 /// y = A x.
 pub(super) fn multiply(a: &SparseSym, x: &[Row], y: &mut [Row]) {
-    dispatch!(multiply_with(a, x, y))
+    dispatch!(multiply_with(a, x, y));
 }
 
 #[inline(always)]
@@ -68,7 +71,7 @@ fn multiply_with<const FUSED: bool>(a: &SparseSym, x: &[Row], y: &mut [Row]) {
 
 /// The Gram matrices of every block with `p`: g\[k\] = Q_kᵀ P.
 pub(super) fn grams(blocks: &[&[Row]], p: &[Row], g: &mut [Small]) {
-    dispatch!(grams_with(blocks, p, g))
+    dispatch!(grams_with(blocks, p, g));
 }
 
 #[inline(always)]
@@ -103,7 +106,7 @@ fn grams_with<const FUSED: bool>(blocks: &[&[Row]], p: &[Row], g: &mut [Small]) 
 
 /// W - Σ Q_k C_k, overwriting W.
 pub(super) fn subtract(w: &mut [Row], blocks: &[&[Row]], c: &[Small]) {
-    dispatch!(subtract_with(w, blocks, c))
+    dispatch!(subtract_with(w, blocks, c));
 }
 
 #[inline(always)]
@@ -128,7 +131,7 @@ fn subtract_with<const FUSED: bool>(w: &mut [Row], blocks: &[&[Row]], c: &[Small
 
 /// W C for every row, overwriting W.
 pub(super) fn transform(w: &mut [Row], c: &Small) {
-    dispatch!(transform_with(w, c))
+    dispatch!(transform_with(w, c));
 }
 
 #[inline(always)]
@@ -172,7 +175,7 @@ impl Supernodes<'_> {
 
 /// (L Lᵀ)⁻¹ X, overwriting X; `work` holds as many rows as the longest supernode has below its triangle.
 pub(super) fn solve(l: &Supernodes<'_>, x: &mut [Row], work: &mut [Row]) {
-    dispatch!(solve_with(l, x, work))
+    dispatch!(solve_with(l, x, work));
 }
 
 #[inline(always)]

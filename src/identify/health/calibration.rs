@@ -52,7 +52,7 @@ fn healthy(seed: u64) -> FrfSet {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let (kind, n, m) = (seed as usize % 3, rng.random_range(8..21), rng.random_range(3..7));
     let shapes = structure(kind, n, m);
-    let references: Vec<usize> = (0..1 + seed as usize % 2).map(|k| (n / 3 + k * n / 2) % n).collect();
+    let references: Vec<usize> = (0..=seed as usize % 2).map(|k| (n / 3 + k * n / 2) % n).collect();
     let mut f = rng.random_range(5.0..15.0);
     let modes: Vec<TrueMode> = shapes
         .iter()
