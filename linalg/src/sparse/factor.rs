@@ -2,7 +2,7 @@
 
 use super::kernel::{Row, Supernodes, WIDTH, solve};
 use super::matrix::SparseSym;
-use crate::LinalgError;
+use crate::{DMatrix, LinalgError};
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::cholesky::llt::factor::LltError;
 use faer::prelude::default;
@@ -10,7 +10,8 @@ use faer::sparse::linalg::SupernodalThreshold;
 use faer::sparse::linalg::amd;
 use faer::sparse::linalg::cholesky::supernodal::SymbolicSupernodalCholesky;
 use faer::sparse::linalg::cholesky::{
-    CholeskySymbolicParams, SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering, factorize_symbolic_cholesky,
+    CholeskySymbolicParams, IntranodeLbltRef, SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering,
+    factorize_symbolic_cholesky,
 };
 use faer::sparse::{FaerError, SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Par, Side};
@@ -89,7 +90,7 @@ impl Structure {
         }
     }
 
-    /// Values for a factor, to be passed to [`Self::cholesky`] or [`Self::inertia`].
+    /// Values for a factor, to be passed to [`Self::cholesky`] or [`Self::indefinite`].
     pub(super) fn values(&self) -> Result<Vec<f64>, LinalgError> {
         let mut values = Vec::new();
         values.try_reserve_exact(self.len()).map_err(|_| LinalgError::OutOfMemory)?;
@@ -115,11 +116,10 @@ impl Structure {
         Ok(Factor { structure: self, values, work: vec![[0.0; WIDTH]; longest] })
     }
 
-    /// Numbers of negative and of zero eigenvalues of `a`, which may be indefinite, by Sylvester's law of inertia; and the
-    /// memory back.
+    /// L, B with a = L B Lᵀ for an `a` that may be indefinite.
     ///
     /// The pivots are chosen within each supernode (Bunch and Kaufman), so they are blocks of one or two rows.
-    pub(super) fn inertia(&self, a: &SparseSym, mut values: Vec<f64>) -> Result<(usize, usize, Vec<f64>), LinalgError> {
+    pub(super) fn indefinite(&self, a: &SparseSym, mut values: Vec<f64>) -> Result<Indefinite<'_>, LinalgError> {
         let n = a.n();
         let mut subdiagonal = vec![0.0; n];
         let (mut forward, mut inverse) = (vec![0; n], vec![0; n]);
@@ -135,32 +135,71 @@ impl Structure {
             MemStack::new(&mut buffer),
             default(),
         );
-        let s = self.supernodal();
-        let (mut negative, mut zero) = (0, 0);
+        Ok(Indefinite { structure: self, values, subdiagonal, forward, inverse })
+    }
+}
+
+/// a = L B Lᵀ, B with blocks of one or two rows.
+#[derive(Debug)]
+pub(super) struct Indefinite<'a> {
+    structure: &'a Structure,
+    values: Vec<f64>,
+    subdiagonal: Vec<f64>,
+    forward: Vec<usize>,
+    inverse: Vec<usize>,
+}
+
+impl Indefinite<'_> {
+    /// Number of negative eigenvalues of a, by Sylvester's law of inertia; `None` if a pivot is not a number.
+    pub(super) fn negative(&self) -> Option<usize> {
+        let s = self.structure.supernodal();
+        let mut negative = 0;
         for node in 0..s.n_supernodes() {
             let (first, end) = (s.supernode_begin()[node], s.supernode_end()[node]);
             let height = end - first + s.nnz_per_super()[node];
             let at = s.col_ptr_for_val()[node];
-            let pivot = |j: usize| values[at + (j - first) * (height + 1)];
+            let pivot = |j: usize| self.values[at + (j - first) * (height + 1)];
             let mut j = first;
             while j < end {
-                if subdiagonal[j] == 0.0 {
-                    negative += usize::from(pivot(j) < 0.0);
-                    zero += usize::from(pivot(j) == 0.0);
+                let (p, q) = (pivot(j), self.subdiagonal[j]);
+                if q == 0.0 {
+                    if !p.is_finite() {
+                        return None;
+                    }
+                    negative += usize::from(p < 0.0);
                     j += 1;
                 } else {
                     // Two rows with a negative determinant have one eigenvalue of each sign.
-                    let (p, q, r) = (pivot(j), subdiagonal[j], pivot(j + 1));
-                    let determinant = p * r - q * q;
+                    let determinant = p * pivot(j + 1) - q * q;
+                    if !determinant.is_finite() {
+                        return None;
+                    }
                     negative += if determinant < 0.0 { 1 } else { 2 * usize::from(p < 0.0) };
                     j += 2;
                 }
             }
         }
-        if values.iter().any(|v| v.is_nan()) {
-            return Err(LinalgError::NoConvergence { size: n });
-        }
-        Ok((negative, zero, values))
+        Some(negative)
+    }
+
+    /// a⁻¹ X, overwriting X.
+    pub(super) fn solve(&self, x: &mut DMatrix<f64>) -> Result<(), LinalgError> {
+        let (n, count) = x.shape();
+        let pivots = faer::perm::PermRef::new_checked(&self.forward, &self.inverse, n);
+        let factor = IntranodeLbltRef::new(&self.structure.0, &self.values, &self.subdiagonal, pivots);
+        let mut buffer = memory(self.structure.0.solve_in_place_scratch::<f64>(count, SEQUENTIAL))?;
+        factor.solve_in_place_with_conj(
+            faer::Conj::No,
+            faer::MatMut::from_column_major_slice_mut(x.as_mut_slice(), n, count),
+            SEQUENTIAL,
+            MemStack::new(&mut buffer),
+        );
+        Ok(())
+    }
+
+    /// The memory of its values, for the next factor.
+    pub(super) fn into_values(self) -> Vec<f64> {
+        self.values
     }
 }
 

@@ -3,6 +3,7 @@
 //! [`SparsePlan`] orders and analyses a pattern once; [`lowest_sparse_modes`] solves one candidate with it. Start there.
 
 mod basis;
+mod derivative;
 mod factor;
 mod kernel;
 mod lanczos;
@@ -12,6 +13,7 @@ mod plan;
 #[cfg(test)]
 mod tests;
 
+pub use derivative::solve_beside_mode;
 pub use matrix::SparseSym;
 pub use modes::{SparseModes, SparseOptions, backward_error, lowest_sparse_modes};
 pub use plan::SparsePlan;

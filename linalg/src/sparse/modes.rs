@@ -184,8 +184,9 @@ impl Search<'_> {
             // Only what lies below the first σ has been searched.
             let sigma = count.map_or(sigma, |(s, _)| s);
             let expected = n_known + found.iter().filter(|f| f.0 < sigma).count();
-            let (below, _, memory) = self.plan.structure.inertia(&combination(&self.pencil, -sigma), values)?;
-            values = memory;
+            let factor = self.plan.structure.indefinite(&combination(&self.pencil, -sigma), values)?;
+            let below = factor.negative().ok_or(LinalgError::NoConvergence { size: n })?;
+            values = factor.into_values();
             factorisations += 1;
             count = Some((sigma, below));
             if below <= expected {
