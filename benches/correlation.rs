@@ -84,8 +84,10 @@ fn location(case: &Case) -> f64 {
             expander.expand(&case.phi_x.column(j).into_owned(), &sd, lambda, weight).ok().map(|e| (e, 1.0 / lambda))
         })
         .collect();
-    let modes: Vec<_> =
-        expanded.iter().map(|(expanded, weight)| ExpandedMode { expanded, sd: &sd, weight: *weight, omega_squared_sd: 0.0 }).collect();
+    let modes: Vec<_> = expanded
+        .iter()
+        .map(|(expanded, weight)| ExpandedMode { expanded, sd: &sd, weight: *weight, omega_squared_sd: 0.0 })
+        .collect();
     localize(&modes, &case.elements).map_or(f64::NAN, |found| found.p_family)
 }
 

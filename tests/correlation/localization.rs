@@ -40,8 +40,9 @@ fn structure(file: &str, n_modes: usize, errors: &[f64], must_all_be_seen: bool)
     let sensors = sensors(file, &base);
     let members = member_stiffnesses(&base, &starting_point(&base)).unwrap();
     for &error in errors {
-        let silent =
-            (0..SEEDS).filter(|&s| !localized(&base, &twin(&base, &sensors, n_modes, NOISE, s), error).by_element.stands_out(0.01));
+        let silent = (0..SEEDS).filter(|&s| {
+            !localized(&base, &twin(&base, &sensors, n_modes, NOISE, s), error).by_element.stands_out(0.01)
+        });
         let silent = silent.count();
         eprintln!("{file} ({} dofs), expansion for {error}: silent in {silent} of 10 without an error", n_dof(&base));
         assert!(silent >= 9, "{file}: silent in {silent} of 10");
