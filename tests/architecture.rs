@@ -20,7 +20,7 @@ const IMPORTS: &[(&str, &[&str])] = &[
     // level 3
     ("identify", &["linalg", "catalogue", "modal", "data"]),
     ("effect", &["linalg", "catalogue", "units", "yaml", "element", "model"]),
-    ("correlation", &["linalg", "catalogue", "yaml", "element", "model", "modal", "data"]),
+    ("correlation", &["linalg", "catalogue", "units", "yaml", "element", "model", "modal", "data"]),
     // level 4
     ("objective", &["linalg", "catalogue", "element", "model", "modal", "data", "correlation"]),
     // level 5: never model, modal or data

@@ -235,7 +235,7 @@ pub(crate) struct Map {
     /// Test file whose sensors have positions, or a file with geometry.
     pub(crate) test: PathBuf,
     /// A point this near to a node sits on it.
-    #[arg(long, default_value = "5 mm")]
+    #[arg(long, default_value = "5 mm", allow_hyphen_values = true)]
     pub(crate) tolerance: String,
     /// Longest rigid arm; a tenth of the diagonal of the model when absent.
     #[arg(long)]

@@ -92,8 +92,9 @@ impl Folder {
         self.done(&format!(
             "twin model.yaml --sensors sensors.yaml --frf {file} --exciter p6 --band 10 600 --lines 2049 --noise-response 0.5% --seed 3"
         ));
-        let modes = self.json("modes model.yaml -n 3 --json");
-        modes["modes"].as_array().unwrap().iter().map(|m| m["frequency_hz"].as_f64().unwrap()).collect()
+        let modes = self.json("modes model.yaml -n 8 --json");
+        let all = modes["modes"].as_array().unwrap().iter().map(|m| m["frequency_hz"].as_f64().unwrap());
+        all.filter(|f| (10.0..600.0).contains(f)).collect()
     }
 }
 
@@ -280,7 +281,7 @@ fn a_spectrum_without_force_gives_its_peaks() {
     let peaks = json["spectra"][0]["peaks"].as_array().unwrap();
     let at: Vec<f64> = peaks.iter().map(|p| p["frequency_hz"].as_f64().unwrap()).collect();
     assert!(at.len() == 2 && (at[0] - 12.0).abs() < 0.1 && (at[1] - 75.0).abs() < 0.1, "{at:?}");
-    let one = folder.json("identify s.lvm --json --peak-height 55");
+    let one = folder.json("identify s.lvm --json --peak-height 50");
     assert_eq!(one["spectra"][0]["peaks"].as_array().unwrap().len(), 1, "{one}");
     folder.done("identify s.lvm -o peaks.yaml");
     assert_eq!(folder.read("peaks.yaml").matches("frequency:").count(), 2);
@@ -300,7 +301,8 @@ fn a_twin_knows_parameters_patches_faults_and_seeds() {
     };
     let base = twin("");
     assert!(base.contains("SYNTHETIC") && base.contains("kind: synthetic"));
-    assert_eq!(base, twin("--seed 7"));
+    // Without noise a seed changes its own mention and no number.
+    assert_eq!(base.replace("seed 0", "seed 7"), twin("--seed 7"));
     assert_ne!(twin("--noise-frequency 1% --seed 1"), twin("--noise-frequency 1% --seed 2"));
     assert_eq!(twin("--noise-frequency 1% --seed 1"), twin("--noise-frequency 1% --seed 1"));
     let first = |text: &str| {
@@ -308,7 +310,7 @@ fn a_twin_knows_parameters_patches_faults_and_seeds() {
         text[at..].split_whitespace().next().unwrap().parse::<f64>().unwrap()
     };
     // Twice the stiffness is √2 in frequency; a mass at the tip lowers it.
-    assert!((first(&twin("--set EI=40Nm2")) / first(&base) - 2.0_f64.sqrt()).abs() < 1e-9);
+    assert!((first(&twin("--set EI=40N*m2")) / first(&base) - 2.0_f64.sqrt()).abs() < 1e-9);
     folder.write("hidden.yaml", "masses: {ballast: {node: n6, mass: 50 g}}\n");
     let patched = twin("--patch hidden.yaml");
     assert!(first(&patched) < 0.9 * first(&base) && patched.contains("hidden.yaml"));
@@ -350,7 +352,7 @@ fn faults_of_sensors_are_found_and_exit_with_1() {
     twin("--fault sign:p6");
     assert!(codes(&folder.json("health f.unv --json")).contains(&"driving-point-reversed".to_string()));
     twin("");
-    folder.done("twin model.yaml --sensors sensors.yaml --frf g.unv --exciter p6 --band 10 600 --lines 2049 --noise-response 0.5% --set EI=20.4Nm2 --seed 9");
+    folder.done("twin model.yaml --sensors sensors.yaml --frf g.unv --exciter p6 --band 10 600 --lines 2049 --noise-response 0.5% --set EI=20.4N*m2 --seed 9");
     let runs = codes(&folder.json("health f.unv --against g.unv --json"));
     assert!(runs.contains(&"frequency-drift".to_string()), "{runs:?}");
 }

@@ -19,6 +19,8 @@ const BEST: usize = 12;
 const STARTS: usize = 4;
 /// Effects that are fitted with a few steps where the best refits leave more than noise.
 const SHORT_FITS: usize = 200;
+/// Faults of every kind that are refitted then.
+const FAULTS_OF_A_KIND: usize = 4;
 /// Those steps.
 const FEW_STEPS: usize = 6;
 /// Faults that are refitted.
@@ -107,7 +109,7 @@ enum Job<'a> {
 /// Refits the best effects and faults of a stage, in parallel, in a fixed order; what cannot be fitted is left out.
 ///
 /// Where none of them leaves noise, first-order scores have misled: then every other effect is fitted with a few steps, and
-/// the best of those in full; and two of every kind of fault.
+/// the best of those in full; and the best few of every kind of fault.
 pub(super) fn refit(stage: &Stage, few: bool) -> Result<Vec<Refit>, DiagnosisError> {
     let base = ln_evidence(&stage.fit)?;
     let limit = if few { BEST / 2 } else { BEST };
@@ -135,10 +137,10 @@ pub(super) fn refit(stage: &Stage, few: bool) -> Result<Vec<Refit>, DiagnosisErr
         order.sort_by(|&a, &b| short[a].total_cmp(&short[b]).then(a.cmp(&b)));
         let mut more: Vec<Job<'_>> = order.iter().take(limit).map(|&i| Job::Effect(rest[i])).collect();
         let mut kinds: BTreeMap<&str, usize> = BTreeMap::new();
-        for f in stage.fault_scores.iter().filter(|f| f.1 > 4.0 && !faults.contains(f)) {
+        for f in stage.fault_scores.iter().filter(|f| !faults.contains(f)) {
             let count = kinds.entry(stage.faults[f.0].name()).or_default();
             *count += 1;
-            if *count <= 2 {
+            if *count <= FAULTS_OF_A_KIND {
                 more.push(Job::Fault(f));
             }
         }

@@ -350,7 +350,8 @@ impl BatchModel {
                     for (j, &(lambda, block, column)) in chosen.enumerate() {
                         let (value, shape) = modes.slot(first + lane, j);
                         *value = lambda;
-                        let observed = &buffers.blocks[block].observed[column..];
+                        // Without sensors nothing is observed.
+                        let observed = buffers.blocks[block].observed.get(column..).unwrap_or_default();
                         for (x, lanes) in shape.iter_mut().zip(observed.iter().step_by(width)) {
                             *x = lanes.array()[lane];
                         }

@@ -59,6 +59,6 @@ fn nine_modes_of_the_wing_are_found() {
             assert!(f.iter().any(|x| (x - line).abs() < spacing), "{p} Hz not among {f:.2?} in {band_hz:?}");
         }
         let stable = found.modes.iter().filter(|m| m.n_orders > 0).count();
-        assert!(stable == 8 && f.len() <= if band_hz.is_none() { 9 } else { 11 }, "{stable} of {f:.2?}");
+        assert!(stable >= 8 && f.len() <= if band_hz.is_none() { 9 } else { 11 }, "{stable} of {f:.2?}");
     }
 }
