@@ -54,7 +54,7 @@ pub(super) fn conclude(
 
     let fits = goodness_of_fit(&base.fit, &base.q);
     let white = whiteness(&base.scene, &base.fit, &base.q, settings.seed.wrapping_add(2));
-    let looks_like_noise = fits > REMAINDER && white > REMAINDER && base.fit.unpaired.is_empty();
+    let looks_like_noise = is_noise(fits, white) && base.fit.unpaired.is_empty();
     let alarm = base.p_value < settings.alarm_level || !base.fit.unpaired.is_empty();
     let strong = best_bayes > STRONG;
     let mut remainder = String::new();
@@ -180,12 +180,18 @@ fn probabilities(base: &Stage, refits: &[Refit], other: f64) -> (f64, f64, Vec<f
     (weights[0] / sum, weights[1] / sum, weights[2..].iter().map(|w| w / sum).collect())
 }
 
+/// Whether a remainder looks like noise. Below the median of what noise alone gives, how neighbours go together says nothing:
+/// what is smaller than the stated noise needs no explanation.
+fn is_noise(fits: f64, white: f64) -> bool {
+    fits > 0.5 || (fits > REMAINDER && white > REMAINDER)
+}
+
 /// Screens again with a hypothesis in the base.
 fn remains(base: &Stage, r: &Refit, settings: &Settings) -> Result<Remainder, DiagnosisError> {
     let second = stage(r.scene.clone(), std::slice::from_ref(&r.fit.x), Some(base.weight), settings)?;
     let fits = goodness_of_fit(&second.fit, &second.q);
     let white = whiteness(&second.scene, &second.fit, &second.q, settings.seed.wrapping_add(2));
-    let passes = fits > REMAINDER && white > REMAINDER && second.p_value > REMAINDER && second.fit.unpaired.is_empty();
+    let passes = is_noise(fits, white) && second.p_value > REMAINDER && second.fit.unpaired.is_empty();
     let text = if passes { String::new() } else { place_of(&second.scene, &second.fit, &second.q) };
     Ok(Remainder { passes, text, second })
 }

@@ -20,7 +20,7 @@ npm run --silent test
 
 echo "== pages of the fixture"
 cd "$root"
-cargo test --release --quiet --package retune --lib report::fixture
+cargo test --release --quiet --lib report::fixture
 
 [ -n "${CHROMIUM:-}" ] || [ -x /usr/bin/chromium ] || [ -x /usr/bin/chromium-browser ] || [ -x /usr/bin/google-chrome ] ||
     skip "no Chromium here (Debian: apt-get install chromium; or set CHROMIUM)"

@@ -307,7 +307,7 @@ fn head(frfs: &FrfSet, found: &Measurements) -> String {
         f.len(),
         f.first().copied().unwrap_or(0.0),
         f.last().copied().unwrap_or(0.0),
-        if frfs.coherence.is_some() { ", weighted by coherence" } else { "" },
+        if frfs.coherence.is_some() { "\nweighted by coherence" } else { "" },
     )
 }
 
