@@ -300,14 +300,14 @@ fn head(frfs: &FrfSet, found: &Measurements) -> String {
     };
     let f = &frfs.frequencies_hz;
     format!(
-        "{what}{}: {} responses x {} references, {} lines from {:.3} to {:.3} Hz{}\n\n",
+        "{what}{}: {} responses x {} references\n{} lines from {:.3} to {:.3} Hz{}\n\n",
         if found.is_synthetic { " (synthetic)" } else { "" },
         frfs.responses.len(),
         frfs.references.len(),
         f.len(),
         f.first().copied().unwrap_or(0.0),
         f.last().copied().unwrap_or(0.0),
-        if frfs.coherence.is_some() { "\nweighted by coherence" } else { "" },
+        if frfs.coherence.is_some() { ", weighted by coherence" } else { "" },
     )
 }
 
