@@ -1,6 +1,6 @@
 //! The base fit with its screening: all that is known before any hypothesis is refitted.
 
-use super::evidence::goodness_of_fit;
+use super::evidence::{REMAINDER, goodness_of_fit};
 use super::faults::{Fault, Trace, faults, traces};
 use super::noise::{Scatter, best_scores, p_value, scatter};
 use super::robust::robust;
@@ -13,8 +13,6 @@ use crate::optim::Draw;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-/// A fit is poor whose misfit noise alone would give with less than this probability.
-const POOR: f64 = 0.01;
 /// Starts in the box beside the estimates.
 const BOX_STARTS: usize = 5;
 
@@ -99,7 +97,7 @@ pub(super) fn stage(
         seen.iter().map(|(i, t)| (*i, t.score(&residual), t.number(&residual))).collect();
     // A gross fault has pulled the fit aside; at a fit that it could not pull, its trace is whole.
     if !list.is_empty()
-        && goodness_of_fit(&base, &q) < POOR
+        && goodness_of_fit(&base, &q) < REMAINDER
         && let Some(other) = robust(&scene, &base, scaled)?
     {
         let excess = 2.0 * (other.phi - base.phi);

@@ -6,6 +6,9 @@ use crate::linalg::{DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 use statrs::function::erf::erfc;
 
+/// Level of the tests on what remains: a fit leaves noise if noise alone gives as much with at least this probability.
+pub(super) const REMAINDER: f64 = 0.01;
+
 /// ln ∫ exp(-Φ) dx of the priors and the data, by Laplace's method, with the faces of the box.
 ///
 /// ```text

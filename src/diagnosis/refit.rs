@@ -1,7 +1,7 @@
 //! Full refits of the best hypotheses: base parameters and size together.
 
 use super::base::Stage;
-use super::evidence::{goodness_of_fit, held_out, ln_evidence};
+use super::evidence::{REMAINDER, goodness_of_fit, held_out, ln_evidence};
 use super::faults::{Change, Fault, GAIN_SD};
 use super::scene::{Fit, STEPS, Scene, fit, fit_from};
 use super::screen::{Score, start_sizes};
@@ -25,8 +25,6 @@ const FAULTS_OF_A_KIND: usize = 4;
 const FEW_STEPS: usize = 6;
 /// Faults that are refitted.
 const BEST_FAULTS: usize = 4;
-/// A refit leaves noise whose misfit has at least this probability.
-const NOISE: f64 = 0.01;
 /// 90 % of a Gaussian lie within this many standard deviations.
 const NINETY: f64 = 1.6449;
 
@@ -127,9 +125,9 @@ pub(super) fn refit(stage: &Stage, few: bool) -> Result<Vec<Refit>, DiagnosisErr
     let mut done = run(stage, &jobs, base);
     let mut leaves_noise = false;
     for r in &done {
-        leaves_noise |= r.ln_bayes > 0.0 && goodness_of_fit(&r.fit, &r.fit.basis()?) > NOISE;
+        leaves_noise |= r.ln_bayes > 0.0 && goodness_of_fit(&r.fit, &r.fit.basis()?) > REMAINDER;
     }
-    if !leaves_noise && !few && goodness_of_fit(&stage.fit, &stage.q) < NOISE {
+    if !leaves_noise && !few && goodness_of_fit(&stage.fit, &stage.q) < REMAINDER {
         let taken = |s: &Score| scores.iter().any(|t| t.index == s.index);
         let rest: Vec<&Score> = stage.effects.iter().filter(|s| !taken(s)).take(SHORT_FITS).collect();
         let short: Vec<f64> = rest.par_iter().map(|s| short_fit(stage, s).unwrap_or(f64::INFINITY)).collect();

@@ -10,7 +10,7 @@
 //!   one `unexplained`.
 
 use super::base::{Stage, stage};
-use super::evidence::{degrees_of_freedom, goodness_of_fit, held_out, something_else};
+use super::evidence::{REMAINDER, degrees_of_freedom, goodness_of_fit, held_out, something_else};
 use super::mesh::{mesh_errors, modes};
 use super::next_measurement::next_measurements;
 use super::noise::whiteness;
@@ -23,8 +23,6 @@ use std::collections::BTreeMap;
 
 /// ln of the Bayes factor that is called strong (Kass and Raftery 1995: 20 to 1).
 pub(super) const STRONG: f64 = 3.0;
-/// Level of the tests on what remains.
-const REMAINDER: f64 = 0.01;
 /// Tied hypotheses that are checked for what they leave.
 const CHECKED: usize = 3;
 

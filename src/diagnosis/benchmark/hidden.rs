@@ -6,12 +6,11 @@ use super::structures::Specimen;
 use crate::data::{MassProperty, MassQuantity, Measured, Origin, TestData};
 use crate::diagnosis::DiagnosisError;
 use crate::diagnosis::faults::{Change, Fault};
-use crate::diagnosis::mesh::build;
+use crate::diagnosis::mesh::{build, unsolvable};
 use crate::effect::Candidate;
 use crate::linalg::Complex;
 use crate::model::spec::{ModelSpec, OverrideSpec};
 use crate::model::{Model, ParametricModel};
-use crate::objective::EvalError;
 use crate::optim::Draw;
 use crate::units::Scalar;
 use crate::update::{TwinOptions, twin_modes};
@@ -82,9 +81,8 @@ impl Specimen {
             seed,
             ..TwinOptions::default()
         };
-        let failed = |e: &dyn std::fmt::Display| EvalError::Unsolvable { reason: e.to_string() };
-        let mut test = twin_modes(&truth, &values, &sensors, &options, "twin of the diagnosis benchmark")
-            .map_err(|e| failed(&e))?;
+        let mut test =
+            twin_modes(&truth, &values, &sensors, &options, "twin of the diagnosis benchmark").map_err(unsolvable)?;
         for mode in &mut test.modes {
             mode.label = None;
             mode.frequency_hz.sd /= plan.noise_factor;
@@ -111,14 +109,13 @@ impl Specimen {
     fn outside(&self, kind: &str, rng: &mut ChaCha8Rng) -> Result<ModelSpec, DiagnosisError> {
         let mut spec = self.fine.clone();
         // Elements of the coarse model: what the file calls them.
-        let beams: Vec<String> = self
+        let mut names: Vec<String> = self
             .model
             .elements()
             .iter()
             .filter(|e| e.kind.name() == "beam")
             .map(|e| e.name.split('/').next().unwrap_or(&e.name).to_string())
             .collect();
-        let mut names = beams.clone();
         names.dedup();
         let change = |spec: &mut ModelSpec, k: usize, name: &str, stiffness: Option<f64>, mass: Option<f64>| {
             let entry = OverrideSpec {
@@ -146,16 +143,13 @@ impl Specimen {
                     change(&mut spec, k, name, Some(if k % 2 == 0 { a } else { b }), None);
                 }
             }
-            "displaced-node" | "unmodelled-brace" => {
-                // Handled by geometry below: needs two nodes of one member.
-                return self.geometry_change(spec, kind, rng);
-            }
-            other => return Err(EvalError::Unsolvable { reason: format!("no change `{other}`") }.into()),
+            "displaced-node" | "unmodelled-brace" => return self.geometry_change(spec, kind, rng),
+            other => return Err(unsolvable(format_args!("no change `{other}`"))),
         }
         Ok(spec)
     }
 
-    /// A node off its place along its member by a fifth of an element, or a spring between two nodes that the file does
+    /// A node off its place along its member by a quarter of an element, or a spring between two nodes that the file does
     /// not join.
     fn geometry_change(
         &self,
@@ -176,16 +170,12 @@ impl Specimen {
         if kind == "displaced-node" {
             let (moved, toward) = if b < file_nodes { (b, a) } else { (a, b) };
             if moved >= file_nodes {
-                return Err(EvalError::Unsolvable { reason: "no node of the file".to_string() }.into());
+                return Err(unsolvable("no node of the file"));
             }
             let (p, t) = (positions[moved], positions[toward]);
             let at = [0, 1, 2].map(|k| p[k] + 0.25 * (t[k] - p[k]));
-            let (name, entry) = spec.nodes.get_index_mut(moved).ok_or_else(|| {
-                DiagnosisError::from(EvalError::Unsolvable { reason: "no node of the file".to_string() })
-            })?;
-            let _ = name;
-            *entry = serde_json::from_value(serde_json::json!(at.map(|v| format!("{v} m"))))
-                .map_err(|e| EvalError::Unsolvable { reason: e.to_string() })?;
+            let (_, entry) = spec.nodes.get_index_mut(moved).ok_or_else(|| unsolvable("no node of the file"))?;
+            *entry = serde_json::from_value(serde_json::json!(at.map(|v| format!("{v} m")))).map_err(unsolvable)?;
             return Ok(spec);
         }
         // Stiff enough to matter: a share of what the lowest modes strain, ω² m.
@@ -197,7 +187,7 @@ impl Specimen {
             !dofs.express(first, dof).is_empty() && !dofs.express(second, dof).is_empty()
         });
         let Some(axis) = axis.filter(|_| first != second) else {
-            return Err(EvalError::Unsolvable { reason: "nothing to brace".to_string() }.into());
+            return Err(unsolvable("nothing to brace"));
         };
         let word = ["ux", "uy", "uz"][(axis + 2) % 3];
         let theta = self.model.parameters().nominal();
@@ -208,7 +198,7 @@ impl Specimen {
         spec.bushings.insert(
             "hidden".to_string(),
             serde_json::from_value(serde_json::json!({"nodes": [names[first], names[second]], "k": {word: k}}))
-                .map_err(|e| EvalError::Unsolvable { reason: e.to_string() })?,
+                .map_err(unsolvable)?,
         );
         Ok(spec)
     }
