@@ -17,7 +17,8 @@ beams: {strip: {chain: [n0, n1, n2, n3, n4, n5, n6], properties: {EIy: EI, mass_
 supports: {clamp: {node: n0}}
 ";
 
-/// Sensors along the strip; p3 by its offset from a node, p5 on an element.
+/// Sensors along the strip; p3 above its node and p6 beyond the tip by rigid arms, p5 inside an element. A file of functions
+/// holds positions, no arms: all of these have their own place as the nearest one, so that `map` finds them again.
 const SENSORS: &str = "\
 retune_test: 1
 name: sensors
@@ -25,10 +26,10 @@ sources: {}
 sensors:
   p1: {node: n1, direction: +z}
   p2: {node: n2, direction: +z}
-  p3: {node: n2, offset: [0.1 m, 0 m, 0 m], direction: +z}
+  p3: {node: n3, offset: [0 m, 0 m, 20 mm], direction: +z}
   p4: {node: n4, direction: +z}
-  p5: {element: strip.6, fraction: 0.0, direction: +z}
-  p6: {node: n6, direction: -z}
+  p5: {element: strip.5, fraction: 0.5, direction: +z}
+  p6: {node: n6, offset: [30 mm, 0 m, 0 m], direction: -z}
 ";
 
 struct Folder(PathBuf);
@@ -142,6 +143,9 @@ fn every_method_finds_the_modes_of_the_twin() {
         folder.done(&format!("map model.yaml {method}.yaml -o {method}_placed.yaml"));
         let pairs = folder.json(&format!("compare model.yaml {method}_placed.yaml --json"));
         assert_eq!(pairs["pairs"].as_array().unwrap().len(), truth.len(), "{method}: {pairs}");
+        for p in pairs["pairs"].as_array().unwrap() {
+            assert!(p["mac"].as_f64().unwrap() > 0.999, "{method}: {p}");
+        }
     }
 }
 
@@ -432,8 +436,13 @@ fn wrong_files_and_options_are_explained() {
     assert!(matches!(folder.run("identify cut.unv").code, 0..=2));
     let mapped = folder.json("map model.yaml f.unv --json");
     assert_eq!(mapped["points"].as_array().unwrap().len(), 6, "{mapped}");
-    // The file of functions brings its points: p3 half an element from the root, found on its node.
-    assert!(mapped["points"].as_array().unwrap().iter().all(|p| p["kind"] == "on node"), "{mapped}");
+    // The file of functions brings its points: p6 beyond the tip and p3 above its node, p5 inside an element.
+    let kind = |name: &str| {
+        let points = mapped["points"].as_array().unwrap();
+        points.iter().find(|p| p["name"] == name || p["point"] == name).map(|p| p["kind"].clone()).unwrap()
+    };
+    let kinds = ["p1", "p2", "p3", "p4", "p5", "p6"].map(kind);
+    assert_eq!(kinds, ["on node", "on node", "arm from node", "on node", "on element", "arm from node"]);
     let far = folder.run("map model.yaml f.unv --reach 1mm");
     assert_eq!(far.code, 0, "{far:?}");
 }

@@ -37,9 +37,9 @@ impl ChiSquareSum {
     /// # Source
     /// D. Kuonen, Biometrika 86 (1999) 929-935; the form of O. E. Barndorff-Nielsen, 1990.
     pub(super) fn tail(&self, value: f64) -> f64 {
-        let Some(largest) = self.weights.iter().copied().reduce(f64::max) else {
+        if self.weights.is_empty() {
             return if value > 0.0 { 0.0 } else { 1.0 };
-        };
+        }
         if value <= 0.0 {
             return 1.0;
         }
@@ -48,9 +48,22 @@ impl ChiSquareSum {
         if (value - mean).abs() < 0.02 * sd {
             return Gamma::new(mean * mean / (sd * sd), mean / (sd * sd)).map_or(0.5, |g| g.sf(value));
         }
+        let t = self.tilt(value);
+        let kappa = -0.5 * self.weights.iter().map(|w| (-2.0 * w * t).ln_1p()).sum::<f64>();
+        let curvature = 2.0 * self.weights.iter().map(|w| (w / (1.0 - 2.0 * w * t)).powi(2)).sum::<f64>();
+        let w = t.signum() * (2.0 * (t * value - kappa)).max(0.0).sqrt();
+        let v = t * curvature.sqrt();
+        let z = w + (v / w).ln() / w;
+        Normal::standard().sf(z).clamp(0.0, 1.0)
+    }
+
+    /// t with κ'(t) = value: the exponential tilt under which the mean is `value`, below 1/(2 λ_max).
+    pub(super) fn tilt(&self, value: f64) -> f64 {
+        let Some(largest) = self.weights.iter().copied().reduce(f64::max) else { return 0.0 };
+        // κ'(t), which rises from 0 at -∞ to ∞ at 1/(2 λ_max), and κ''(t).
         let slope = |t: f64| self.weights.iter().map(|w| w / (1.0 - 2.0 * w * t)).sum::<f64>();
-        // κ' rises from 0 at -∞ to ∞ at 1/(2 λ_max).
-        let (mut low, mut high) = if value > mean {
+        let curvature = |t: f64| 2.0 * self.weights.iter().map(|w| (w / (1.0 - 2.0 * w * t)).powi(2)).sum::<f64>();
+        let (mut low, mut high) = if value > self.mean() {
             (0.0, 0.5 / largest)
         } else {
             let mut low = -1.0 / largest;
@@ -59,20 +72,23 @@ impl ChiSquareSum {
             }
             (low, 0.0)
         };
-        for _ in 0..200 {
-            let middle = 0.5 * (low + high);
-            if middle <= low || middle >= high {
+        // Newton's method for 1/κ', which is nearly straight, kept inside the bracket.
+        let mut t = 0.5 * (low + high);
+        for _ in 0..100 {
+            let now = slope(t);
+            if now < value {
+                low = t;
+            } else {
+                high = t;
+            }
+            let next = t + now * (1.0 - now / value) / curvature(t);
+            let next = if next > low && next < high { next } else { 0.5 * (low + high) };
+            if (next - t).abs() <= 1e-15 * t.abs() || next <= low || next >= high {
                 break;
             }
-            if slope(middle) < value { low = middle } else { high = middle }
+            t = next;
         }
-        let t = low;
-        let kappa = -0.5 * self.weights.iter().map(|w| (-2.0 * w * t).ln_1p()).sum::<f64>();
-        let curvature = 2.0 * self.weights.iter().map(|w| (w / (1.0 - 2.0 * w * t)).powi(2)).sum::<f64>();
-        let w = t.signum() * (2.0 * (t * value - kappa)).max(0.0).sqrt();
-        let v = t * curvature.sqrt();
-        let z = w + (v / w).ln() / w;
-        Normal::standard().sf(z).clamp(0.0, 1.0)
+        t
     }
 
     /// The value that is exceeded with probability 1 - `level`, of the gamma distribution with these moments: a few per

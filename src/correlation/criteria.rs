@@ -167,7 +167,9 @@ impl CriteriaProfile {
                 }
             };
             at_least("mac", marks.mac, pair.mac, pair.mac_probability.as_ref().and_then(|p| marks.mac.map(p)));
-            at_least("cross orthogonality", marks.cross_orthogonality, pair.cross_orthogonality, None);
+            let probability =
+                pair.cross_orthogonality_probability.as_ref().and_then(|p| marks.cross_orthogonality.map(p));
+            at_least("cross orthogonality", marks.cross_orthogonality, pair.cross_orthogonality, probability);
             if let Some(limit) = marks.frequency_tolerance {
                 checks.push(Check {
                     subject: pair.name.clone(),
@@ -228,6 +230,8 @@ pub struct PairEvidence {
     pub frequency_probability: Option<ProbabilityOf>,
     /// Probability that the MAC reaches a mark, see [`super::probability_of_mac`].
     pub mac_probability: Option<ProbabilityOf>,
+    /// Probability that the cross-orthogonality reaches a mark, see [`super::probability_of_cross_orthogonality`].
+    pub cross_orthogonality_probability: Option<ProbabilityOf>,
 }
 
 /// What a comparison offers to a profile.

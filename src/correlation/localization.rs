@@ -7,6 +7,7 @@
 
 use super::chi_square_sum::ChiSquareSum;
 use super::statistics::Gaussian;
+use super::union::union_probability;
 use super::{CorrelationError, ExpandedShape, ShapeScalar};
 use crate::linalg::{DMatrix, DVector};
 use indexmap::IndexMap;
@@ -188,9 +189,9 @@ impl Localization {
 ///
 /// Sorted by the score. The p-value of an element is that of the weighted sum of chi-squares by saddlepoint, good to a
 /// few per cent of itself, far out at worst 17 % too large. `p_family` is the probability that the largest score of all
-/// elements is as large, by seeded draws of the noise through the same maps, so that it knows how elements share their
-/// noise: 1000, or fewer once 20 of them reach it. A bound n p (Bonferroni) below 0.001 is taken as it is, and so is a
-/// smaller bound where fewer than ten draws reach it.
+/// elements is as large, which knows how elements share their noise: seeded draws from the mixture of the noises that lift
+/// one element (see `union`), to a standard error of a tenth of itself; below 0.001 the sum of the elements' own
+/// probabilities is taken as it is.
 /// All is exact to first order in the noise for a right model.
 ///
 /// What it cannot tell: stiffness from mass errors, or errors where no mode strains; an error spread over the structure
@@ -201,24 +202,31 @@ impl Localization {
 /// approximations for distributions of quadratic forms in normal variables, Biometrika 86 (1999) 929-935.
 pub fn localize(modes: &[ExpandedMode<'_>], elements: &[ElementMatrix]) -> Result<Localization, CorrelationError> {
     let mut scored = Vec::with_capacity(elements.len());
-    // For each element and mode the map from standard noise to √w Lᵀ r.
-    let mut maps: Vec<Vec<DMatrix<f64>>> = Vec::with_capacity(elements.len());
-    let mut scales = Vec::with_capacity(elements.len());
+    // For each mode and element the map from standard noise to √w Lᵀ r.
+    let mut maps: Vec<Vec<DMatrix<f64>>> = vec![Vec::with_capacity(elements.len()); modes.len()];
+    let mut energies = Vec::with_capacity(elements.len());
+    let mut first = vec![0; modes.len()];
     for element in elements {
         let factor = element.factor();
         let (mut energy, mut strain) = (0.0, 0.0);
-        let mut weights = Vec::new();
-        let mut element_maps = Vec::with_capacity(modes.len());
-        for mode in modes {
+        let (mut directions, mut rows) = (Vec::new(), Vec::with_capacity(modes.len()));
+        for (at, mode) in modes.iter().enumerate() {
             element.check(mode.expanded.residual.len())?;
             energy += mode.weight * element.quadratic(mode.expanded.residual.as_slice());
             strain += mode.weight * element.quadratic(mode.expanded.shape.as_slice());
             let map = factor.tr_mul(&mode.noise_at(&element.dofs)) * mode.weight.max(0.0).sqrt();
-            let gram = if map.nrows() <= map.ncols() { &map * map.transpose() } else { map.tr_mul(&map) };
-            weights.extend(gram.symmetric_eigenvalues().iter().copied());
-            element_maps.push(map);
+            // AᵀA has the eigenvalues λ of A Aᵀ, and the eigenvectors Aᵀu/√λ.
+            let gram = (&map * map.transpose()).symmetric_eigen();
+            for (lambda, u) in gram.eigenvalues.iter().zip(gram.eigenvectors.column_iter()) {
+                if *lambda > 1e-12 * gram.eigenvalues.amax() && *lambda > 0.0 {
+                    directions.push((at, *lambda, map.tr_mul(&u) / lambda.sqrt()));
+                }
+            }
+            rows.push((first[at], map.nrows()));
+            first[at] += map.nrows();
+            maps[at].push(map);
         }
-        let noise = ChiSquareSum::new(weights);
+        let noise = ChiSquareSum::new(directions.iter().map(|d| d.1).collect());
         let (mean, deviation) = (noise.mean(), noise.variance().sqrt());
         let relative_energy = if strain > 0.0 { energy / strain } else { 0.0 };
         let score = if deviation > 0.0 { (energy - mean) / deviation } else { 0.0 };
@@ -231,68 +239,99 @@ pub fn localize(modes: &[ExpandedMode<'_>], elements: &[ElementMatrix]) -> Resul
             p_value: noise.tail(energy),
         };
         scored.push((score, place));
-        maps.push(element_maps);
-        scales.push((mean, deviation));
+        energies.push(Energy { noise, directions, rows });
     }
     let largest = scored.iter().map(|s| s.0).fold(f64::NEG_INFINITY, f64::max);
-    let smallest = scored.iter().map(|s| s.1.p_value).fold(1.0, f64::min);
-    let p_family = family(largest, smallest, &maps, &scales);
+    let p_family = if scored.is_empty() { 1.0 } else { family(largest, energies, &maps) };
     scored.sort_by(|a, b| b.0.total_cmp(&a.0));
     Ok(Localization { places: scored.into_iter().map(|(_, place)| place).collect(), p_family })
 }
 
+/// The distribution of one element's energy under noise.
+struct Energy {
+    noise: ChiSquareSum,
+    /// (mode, eigenvalue, eigenvector) of every direction of the noise that reaches the element.
+    directions: Vec<(usize, f64, DVector<f64>)>,
+    /// First row of the element in the stacked maps of each mode, and its rows there.
+    rows: Vec<(usize, usize)>,
+}
+
+/// All elements under each other.
+struct Family {
+    elements: Vec<Energy>,
+    /// For each mode: maps from standard noise to √w Lᵀ r of all elements.
+    maps: Vec<DMatrix<f64>>,
+    /// The energy that each element must reach, and the probability that it does.
+    events: Vec<(f64, f64)>,
+}
+
 /// The probability that noise gives the largest score, see [`localize`].
-fn family(largest: f64, smallest: f64, maps: &[Vec<DMatrix<f64>>], scales: &[(f64, f64)]) -> f64 {
-    /// Draws in batches; 1000 leave a standard error of 0.003 at 0.01, where decisions are made.
-    const BATCH: usize = 100;
-    const BATCHES: usize = 10;
-    /// This many draws above the largest score say plainly that it is noise.
-    const PLAIN: usize = 20;
-    /// Below this bound the decision is clear, and draws could not resolve it.
+fn family(largest: f64, elements: Vec<Energy>, maps: &[Vec<DMatrix<f64>>]) -> f64 {
+    /// Below this bound the decision is clear.
     const CLEAR: f64 = 1e-3;
-    let bound = (maps.len() as f64 * smallest).min(1.0);
-    if bound < CLEAR || maps.is_empty() {
+    let stack = |maps: &Vec<DMatrix<f64>>| {
+        let mut all = DMatrix::zeros(maps.iter().map(DMatrix::nrows).sum(), maps.first().map_or(0, DMatrix::ncols));
+        let mut first = 0;
+        for map in maps {
+            all.rows_mut(first, map.nrows()).copy_from(map);
+            first += map.nrows();
+        }
+        all
+    };
+    // An element without noise reaches nothing.
+    let event = |e: &Energy| {
+        let (mean, sd) = (e.noise.mean(), e.noise.variance().sqrt());
+        let level = mean + sd * largest;
+        if sd > 0.0 { (level, e.noise.tail(level)) } else { (f64::INFINITY, 0.0) }
+    };
+    let events: Vec<(f64, f64)> = elements.iter().map(event).collect();
+    let bound: f64 = events.iter().map(|e| e.1).sum();
+    if bound < CLEAR {
         return bound;
     }
-    // All elements under each other, mode by mode.
-    let stacked: Vec<DMatrix<f64>> = (0..maps[0].len())
-        .map(|mode| {
-            let rows = maps.iter().map(|m| m[mode].nrows()).sum();
-            let mut all = DMatrix::zeros(rows, maps[0][mode].ncols());
-            let mut first = 0;
-            for element in maps {
-                all.rows_mut(first, element[mode].nrows()).copy_from(&element[mode]);
-                first += element[mode].nrows();
-            }
-            all
-        })
-        .collect();
-    let mut gaussian = Gaussian::new(0);
-    let (mut count, mut draws) = (0, 0);
-    while draws < BATCH * BATCHES && count < PLAIN {
-        let mut energies = DMatrix::<f64>::zeros(maps.len(), BATCH);
-        for (mode, all) in stacked.iter().enumerate() {
-            let noise = DMatrix::from_fn(all.ncols(), BATCH, |_, _| gaussian.next());
-            let response = all * noise;
-            for (draw, column) in response.column_iter().enumerate() {
-                let mut first = 0;
-                for (e, element) in maps.iter().enumerate() {
-                    let rank = element[mode].nrows();
-                    energies[(e, draw)] += column.rows(first, rank).norm_squared();
-                    first += rank;
-                }
-            }
+    let family = Family { elements, maps: maps.iter().map(stack).collect(), events };
+    union_probability(&family.events.iter().map(|e| e.1).collect::<Vec<_>>(), |e, gaussian| family.reached(e, gaussian))
+}
+
+impl Family {
+    /// How many elements reach their energies in a draw of the noise in which element `e` does.
+    fn reached(&self, e: usize, gaussian: &mut Gaussian) -> usize {
+        let mut noise: Vec<DVector<f64>> =
+            self.maps.iter().map(|m| DVector::from_fn(m.ncols(), |_, _| gaussian.next())).collect();
+        let chosen = &self.elements[e];
+        let weights: Vec<f64> = chosen.directions.iter().map(|d| d.1).collect();
+        let along = above(&weights, self.events[e].0, chosen.noise.tilt(self.events[e].0), gaussian);
+        for ((mode, _, v), z) in chosen.directions.iter().zip(along) {
+            let now = v.dot(&noise[*mode]);
+            noise[*mode].axpy(z - now, v, 1.0);
         }
-        let reaches = |draw: &usize| {
-            let stands =
-                |(e, &(mean, sd)): (usize, &(f64, f64))| sd > 0.0 && (energies[(e, *draw)] - mean) / sd >= largest;
-            scales.iter().enumerate().any(stands)
-        };
-        count += (0..BATCH).filter(reaches).count();
-        draws += BATCH;
+        let responses: Vec<DVector<f64>> = self.maps.iter().zip(&noise).map(|(m, x)| m * x).collect();
+        let count = (0..self.elements.len())
+            .filter(|&k| {
+                let energy: f64 = responses
+                    .iter()
+                    .zip(&self.elements[k].rows)
+                    .map(|(r, &(first, rows))| r.rows(first, rows).norm_squared())
+                    .sum();
+                // Element e does by construction, but for rounding.
+                k == e || energy >= self.events[k].0
+            })
+            .count();
+        count.max(1)
     }
-    let drawn = (count + 1) as f64 / (draws + 1) as f64;
-    if count < 10 { drawn.min(bound) } else { drawn }
+}
+
+/// Standard normal z with Σ λ z² ≥ `level`, exactly: drawn with variances 1/(1 - 2 λ t) and taken with probability
+/// exp(-t (Σ λ z² - level)).
+fn above(weights: &[f64], level: f64, tilt: f64, gaussian: &mut Gaussian) -> Vec<f64> {
+    let tilt = tilt.max(0.0);
+    loop {
+        let z: Vec<f64> = weights.iter().map(|w| gaussian.next() / (1.0 - 2.0 * w * tilt).sqrt()).collect();
+        let energy: f64 = weights.iter().zip(&z).map(|(w, z)| w * z * z).sum();
+        if energy >= level && gaussian.uniform() <= (-tilt * (energy - level)).exp() {
+            return z;
+        }
+    }
 }
 
 impl ExpandedMode<'_> {

@@ -23,6 +23,7 @@ mod pretest;
 mod single_change;
 mod statistics;
 mod subspace;
+mod union;
 
 pub use comac::{comac, enhanced_comac, scaled_comac};
 pub use criteria::{
@@ -58,8 +59,8 @@ pub use pretest::{
 };
 pub use single_change::{SingleChange, SingleChanges, single_changes};
 pub use statistics::{
-    Misfit, ShapeResidual, band_misfits, odds, probability_of_frequency, probability_of_mac, sensor_misfits,
-    shape_residual,
+    Misfit, ShapeResidual, band_misfits, odds, probability_of_cross_orthogonality, probability_of_frequency,
+    probability_of_mac, sensor_misfits, shape_residual,
 };
 pub use subspace::{CloseModes, assess_close_modes, principal_angles, subspace_mac};
 

@@ -4,7 +4,7 @@
 //! chi-squared. A misfit is always stated with the range that noise would give and with a probability in words.
 
 use super::{CorrelationError, ShapeScalar, modal_scale_factor};
-use crate::linalg::DVector;
+use crate::linalg::{DMatrix, DVector};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
@@ -262,20 +262,60 @@ pub fn probability_of_mac<T: ShapeScalar>(
     n_samples: usize,
     seed: u64,
 ) -> f64 {
+    confidence(phi_a, phi_x, sd, None, threshold, n_samples, seed)
+}
+
+/// Confidence that the modulus of the cross-orthogonality of the noise-free shapes reaches a threshold.
+///
+/// As [`probability_of_mac`], with lengths and angles measured by the mass: XOR² = |φ_aᴴ M φ_x|²/(φ_aᴴ M φ_a · φ_xᴴ M φ_x). The
+/// mass is taken as it is.
+///
+/// * `mass` - mass at the sensors, symmetric and not negative, (n_sensor x n_sensor)
+/// * `threshold` - of the modulus
+///
+/// Shapes must be complete at these sensors.
+pub fn probability_of_cross_orthogonality<T: ShapeScalar>(
+    phi_a: &[T],
+    phi_x: &[T],
+    sd: &[f64],
+    mass: &DMatrix<f64>,
+    threshold: f64,
+    n_samples: usize,
+    seed: u64,
+) -> f64 {
+    confidence(phi_a, phi_x, sd, Some(mass), threshold * threshold, n_samples, seed)
+}
+
+fn confidence<T: ShapeScalar>(
+    phi_a: &[T],
+    phi_x: &[T],
+    sd: &[f64],
+    mass: Option<&DMatrix<f64>>,
+    threshold: f64,
+    n_samples: usize,
+    seed: u64,
+) -> f64 {
     let used: Vec<usize> = (0..phi_a.len().min(phi_x.len()).min(sd.len()))
         .filter(|&i| phi_a[i].is_measured() && phi_x[i].is_measured())
         .collect();
     let a: Vec<T> = used.iter().map(|&i| phi_a[i]).collect();
     let x: Vec<T> = used.iter().map(|&i| phi_x[i]).collect();
     let is_real = a.iter().chain(&x).all(|v| v.imaginary() == 0.0);
-    let norm = |v: &[T]| v.iter().map(|e| e.modulus_squared()).sum::<f64>().sqrt();
+    // vᴴ W w with W = M, or I.
+    let weighted = |v: &[T]| -> Vec<T> {
+        let row =
+            |m: &DMatrix<f64>, i: usize| used.iter().zip(v).fold(T::zero(), |s, (&j, &v)| s + v.scale(m[(used[i], j)]));
+        mass.map_or_else(|| v.to_vec(), |m| (0..v.len()).map(|i| row(m, i)).collect())
+    };
+    let dot = |v: &[T], w: &[T]| v.iter().zip(w).fold(T::zero(), |s, (&v, &w)| s + v.conjugate() * w);
+    let norm = |v: &[T]| dot(v, &weighted(v)).real().max(0.0).sqrt();
+    let (weighted_a, norm_a) = (weighted(&a), norm(&a));
     let mac = |x: &[T]| {
-        let cross = a.iter().zip(x).fold(T::zero(), |s, (&a, &x)| s + a.conjugate() * x);
-        let (norm_a, norm_x) = (norm(&a), norm(x));
-        if norm_a > 0.0 && norm_x > 0.0 { (cross.modulus() / norm_a / norm_x).powi(2) } else { 0.0 }
+        let norm_x = norm(x);
+        if norm_a > 0.0 && norm_x > 0.0 { (dot(&weighted_a, x).modulus() / norm_a / norm_x).powi(2) } else { 0.0 }
     };
     let observed = mac(&x);
-    let scale = modal_scale_factor(&a, &x);
+    let scale = if norm_a > 0.0 { dot(&weighted_a, &x).unscale(norm_a * norm_a) } else { T::zero() };
     let parallel: Vec<T> = a.iter().map(|&a| scale * a).collect();
     let across: Vec<T> = x.iter().zip(&parallel).map(|(&x, &p)| x - p).collect();
     let (along, off, length) = (norm(&parallel), norm(&across), norm(&x));
@@ -321,12 +361,17 @@ impl Gaussian {
         Self { rng: ChaCha8Rng::seed_from_u64(seed), spare: None }
     }
 
+    /// A number in (0, 1], evenly spread.
+    pub(super) fn uniform(&mut self) -> f64 {
+        ((self.rng.next_u64() >> 11) + 1) as f64 * UNIT
+    }
+
     pub(super) fn next(&mut self) -> f64 {
         if let Some(value) = self.spare.take() {
             return value;
         }
         // 53 random bits, in (0, 1] for the logarithm and in [0, 1) for the angle.
-        let radius = (-2.0 * (((self.rng.next_u64() >> 11) + 1) as f64 * UNIT).ln()).sqrt();
+        let radius = (-2.0 * self.uniform().ln()).sqrt();
         let angle = std::f64::consts::TAU * ((self.rng.next_u64() >> 11) as f64 * UNIT);
         self.spare = Some(radius * angle.sin());
         radius * angle.cos()

@@ -150,6 +150,8 @@ pub(super) struct Fit {
     pub(super) inflation: Vec<f64>,
     /// Local variance near each resonance over that of the whole band, correlation counted; may be below 1.
     pub(super) level: Vec<f64>,
+    /// -2 ln L + (number of fitted quantities) ln (number of data of an output): the Bayesian information criterion.
+    pub(super) bic: f64,
     pub(super) is_converged: bool,
 }
 
@@ -241,6 +243,12 @@ fn solve_linear(basis: &Basis<'_>, y: &DMatrix<f64>, with_derivatives: bool) -> 
 /// -2 ln L, profiled over the noise level of each output.
 fn merit(groups: &[Linear], rows: usize) -> f64 {
     groups.iter().flat_map(|g| &g.sse).map(|s| rows as f64 * s.max(f64::MIN_POSITIVE).ln()).sum()
+}
+
+/// [`merit`] at given poles, nothing refined.
+pub(super) fn merit_at(band: &Band, poles: &Poles, terms: ResidualTerms) -> Result<f64, IdentifyError> {
+    let basis = Basis { band, poles, terms, omega_ref: band.omega[band.n_lines() - 1] };
+    Ok(merit(&solve_linear(&basis, &data(band, 0..band.n_outputs()), false)?, basis.rows()))
 }
 
 /// Hessian and gradient of the unknowns, scaled to unit noise.
@@ -352,18 +360,12 @@ pub(super) fn fit(band: &Band, start: &Poles, terms: ResidualTerms, max_steps: u
             }
         }
     }
-    Ok(assemble(band, poles, terms, &groups, &y, dof, is_converged))
+    let n_fitted = basis.n_linear() * band.n_outputs() + 2 * start.unknowns().len();
+    let bic = value + n_fitted as f64 * (rows as f64).ln();
+    Ok(Fit { bic, is_converged, ..assemble(band, poles, terms, &groups, &y, dof) })
 }
 
-fn assemble(
-    band: &Band,
-    poles: Poles,
-    terms: ResidualTerms,
-    groups: &[Linear],
-    y: &DMatrix<f64>,
-    dof: f64,
-    is_converged: bool,
-) -> Fit {
+fn assemble(band: &Band, poles: Poles, terms: ResidualTerms, groups: &[Linear], y: &DMatrix<f64>, dof: f64) -> Fit {
     let omega_ref = band.omega[band.n_lines() - 1];
     let (n_modes, n_o) = (poles.len(), band.n_outputs());
     let (h, _) = normal_equations(groups, &poles, dof);
@@ -410,7 +412,22 @@ fn assemble(
         }
     }
     let (inflation, level) = inflation(band, &poles, terms, groups, y, &sigma);
-    Fit { poles, terms, shapes, residuals, omega_ref, covariance, local, slope, sigma, inflation, level, is_converged }
+    let (bic, is_converged) = (f64::NAN, false);
+    Fit {
+        poles,
+        terms,
+        shapes,
+        residuals,
+        omega_ref,
+        covariance,
+        local,
+        slope,
+        sigma,
+        inflation,
+        level,
+        bic,
+        is_converged,
+    }
 }
 
 /// How much larger than the white-noise sd the truth is likely to be near each resonance.

@@ -5,6 +5,7 @@ use super::band::Band;
 use super::fit::{Fit, ResidualTerms};
 use super::mode::{IdentifiedMode, modes};
 use super::rounds::{Candidate, Piece, Search, merge, model, piece, window};
+use super::scan::LEAST_CONTRIBUTION;
 use super::stabilisation::{StabilisationDiagram, Stability, mac};
 use crate::data::FrfSet;
 use crate::linalg::{Complex, DMatrix};
@@ -52,6 +53,8 @@ pub struct IdentifyOptions {
     pub residual_terms: Option<ResidualTerms>,
     /// Weights of the lines.
     pub weighting: Weighting,
+    /// Least share of the power at its own resonance that a mode without a stable column stands for, 0 to 1.
+    pub least_contribution: f64,
 }
 
 impl Default for IdentifyOptions {
@@ -63,6 +66,7 @@ impl Default for IdentifyOptions {
             stability: Stability::default(),
             residual_terms: None,
             weighting: Weighting::default(),
+            least_contribution: LEAST_CONTRIBUTION,
         }
     }
 }
@@ -120,8 +124,9 @@ pub struct Identification {
 ///    bandwidth), or explain no more than noise could (chi-squared, chance 1e-3 anywhere in the piece), go.
 ///
 /// A second round looks for stable columns in what the modes found so far leave over, so that a strong mode does not hide a
-/// weak one; a third scans the remainder with a matched filter for sharp resonances of a few lines; a last one fits
-/// every piece again with the poles of its neighbours known.
+/// weak one, and tries a pole beyond each end of the band beside the residual terms; a third scans the remainder with a
+/// matched filter for sharp resonances of a few lines; a last one fits every piece again with the poles of its neighbours
+/// known.
 ///
 /// No mode found is a result, not an error; the diagrams then show why.
 ///
@@ -184,15 +189,20 @@ fn finish(
             all.extend(modes(frfs, &piece.band, fit, &[0], &[0]));
         }
     }
-    for (((piece, &core_hz), diagrams), discarded) in pieces.into_iter().zip(cores).zip(diagrams).zip(discarded) {
-        let n_orders: Vec<usize> = piece.candidates.iter().map(|c| c.n_orders).collect();
+    for (((piece, &core_hz), diagrams), mut discarded) in pieces.into_iter().zip(cores).zip(diagrams).zip(discarded) {
+        let own: Vec<&Candidate> = piece.candidates.iter().filter(|c| !c.is_outside).collect();
+        let n_orders: Vec<usize> = own.iter().map(|c| c.n_orders).collect();
         // The candidates of the last round are the free poles of its fit that lie in the piece, in order.
         if let Some(fit) = &piece.fit {
-            let inside: Vec<usize> = (0..fit.poles.n_free())
-                .filter(|&r| piece.candidates.iter().any(|c| c.pole.value == fit.poles.values[r]))
-                .collect();
+            let inside: Vec<usize> =
+                (0..fit.poles.n_free()).filter(|&r| own.iter().any(|c| c.pole.value == fit.poles.values[r])).collect();
             all.extend(modes(frfs, &piece.band, fit, &inside, &n_orders));
         }
+        discarded.extend(piece.candidates.iter().filter(|c| c.is_outside).map(|c| Discarded {
+            frequency_hz: c.pole.frequency_hz(),
+            damping_ratio: c.pole.damping_ratio(),
+            reason: "lies outside the band; the fit knows it",
+        }));
         let (noise_sd, rms) = levels(frfs, &piece.band, piece.fit.as_ref());
         segments.push(Segment {
             core_hz,
@@ -284,6 +294,7 @@ fn check(options: &IdentifyOptions) -> Result<(), IdentifyError> {
     range("stability.damping", s.damping, 0.0, f64::MAX, "above 0")?;
     range("stability.participation", s.participation, 0.0, 1.0, "above 0 and at most 1")?;
     range("stability.max_damping", s.max_damping, 0.0, 1.0, "above 0 and at most 1")?;
+    range("least_contribution", options.least_contribution, -1e-300, 1.0, "between 0 and 1")?;
     range("stability.min_presence", s.min_presence, 0.0, 1.0, "above 0 and at most 1")?;
     // 400 poles are far above any use; the companion matrices grow with the square.
     range("max_order", options.max_order as f64, 3.0, 400.0, "between 4 and 400")?;

@@ -20,6 +20,7 @@ mod fit;
 pub mod health;
 mod identification;
 mod mode;
+mod outside;
 mod plscf;
 mod quadrature;
 mod rounds;

@@ -5,9 +5,10 @@ use super::band::Band;
 use super::complexity::complexity;
 use super::fit::{Fit, Poles, ResidualTerms, choose_terms, fit};
 use super::identification::{Discarded, IdentifyOptions};
+use super::outside::{Side, start};
 use super::plscf::{Pole, poles_by_order};
-use super::scan::{LEAST_CONTRIBUTION, LEAST_MPC, scan, threshold};
-use super::stabilisation::{StabilisationDiagram, Stability, mac};
+use super::scan::{LEAST_MPC, scan, threshold};
+use super::stabilisation::{StabilisationDiagram, mac};
 use crate::linalg::Complex;
 use std::f64::consts::TAU;
 
@@ -45,6 +46,8 @@ pub(super) struct Candidate {
     /// Half width, rad/s, of the window of its own in which a candidate of the scan is fitted: the broad misfit of stronger
     /// modes would otherwise draw a weak one away from its few lines.
     pub(super) window: Option<f64>,
+    /// Lies beyond an end of the whole band: a pole of the fit, no mode of the result.
+    pub(super) is_outside: bool,
 }
 
 impl Candidate {
@@ -77,7 +80,9 @@ pub(super) fn piece(
     let (low, high) = (band.omega[0], band.omega[band.n_lines() - 1]);
     let neighbours = neighbours(known, low, high, |c| c.belongs_to(index));
     let own: Vec<Candidate> = known.iter().filter(|c| c.belongs_to(index)).cloned().collect();
-    let mut work = Work { band: band.clone(), neighbours: neighbours.clone(), options, discarded: Vec::new() };
+    // Beyond these ends there is no other piece.
+    let ends = (core.0 * TAU <= whole.omega[0], core.1 * TAU >= whole.omega[whole.n_lines() - 1]);
+    let mut work = Work { band: band.clone(), neighbours: neighbours.clone(), options, ends, discarded: Vec::new() };
     let is_inside = |p: &Pole| {
         let grace = -0.5 * p.value.re;
         p.value.norm() >= TAU * core.0 - grace && p.value.norm() <= TAU * core.1 + grace
@@ -101,6 +106,28 @@ pub(super) fn piece(
             (candidates, terms, fit) = work.fit(candidates)?;
         }
     }
+    if search == Search::Remainder {
+        for side in [Side::Below, Side::Above] {
+            let is_end = if side == Side::Below { ends.0 } else { ends.1 };
+            let is_there = |c: &Candidate| c.is_outside && (c.pole.value.norm() < low) == (side == Side::Below);
+            let (Some(now), Some(remainder)) = (&fit, subtract(&fit)) else { continue };
+            if !is_end || candidates.iter().any(is_there) {
+                continue;
+            }
+            let free: Vec<Pole> = candidates.iter().map(|c| c.pole.clone()).collect();
+            let Some(pole) = start(&band, &remainder, (&free, &neighbours), now, side)? else { continue };
+            let mut extended = candidates.clone();
+            extended.push(Candidate { pole, n_orders: 0, piece: index, window: None, is_outside: true });
+            let n_discarded = work.discarded.len();
+            let next = work.fit(extended)?;
+            let is_better = next.2.as_ref().is_some_and(|f| f.bic < now.bic);
+            if is_better && next.0.len() == candidates.len() + 1 {
+                (candidates, terms, fit) = next;
+            } else {
+                work.discarded.truncate(n_discarded);
+            }
+        }
+    }
     let mut diagram = None;
     if search == Search::Data || (search == Search::Remainder && fit.is_some()) {
         let remainder = subtract(&fit);
@@ -112,7 +139,13 @@ pub(super) fn piece(
             let Some(pole) = found.representative(column) else { continue };
             if is_new(pole, &candidates) && (search == Search::Data || is_inside(pole)) {
                 let n_orders = found.column(column).count();
-                extended.push(Candidate { pole: pole.clone(), n_orders, piece: index, window: None });
+                extended.push(Candidate {
+                    pole: pole.clone(),
+                    n_orders,
+                    piece: index,
+                    window: None,
+                    is_outside: false,
+                });
             }
         }
         diagram = Some(found);
@@ -128,7 +161,7 @@ pub(super) fn piece(
             if scanned.len() < MAX_SCANNED && is_inside(&pole) && is_new(&pole, &candidates) && is_new(&pole, &scanned)
             {
                 let half_width = WINDOW * spacing;
-                let found = Candidate { pole, n_orders: 0, piece: index, window: Some(half_width) };
+                let found = Candidate { pole, n_orders: 0, piece: index, window: Some(half_width), is_outside: false };
                 let own = window(whole, &found, half_width, known, options)?;
                 work.discarded.extend(own.discarded);
                 scanned.extend(own.candidates);
@@ -136,7 +169,7 @@ pub(super) fn piece(
         }
     }
     let Work { band, discarded, .. } = work;
-    candidates.retain(|c| is_inside(&c.pole));
+    candidates.retain(|c| c.is_outside || is_inside(&c.pole));
     candidates.extend(scanned);
     Ok(Piece { band, diagram, candidates, discarded, terms, fit })
 }
@@ -160,7 +193,7 @@ pub(super) fn window(
     let band = whole.part(centre - half_width, centre + half_width);
     let (low, high) = (band.omega[0], band.omega[band.n_lines() - 1]);
     let neighbours = neighbours(known, low, high, |c| c.pole == candidate.pole);
-    let mut work = Work { band, neighbours, options, discarded: Vec::new() };
+    let mut work = Work { band, neighbours, options, ends: (false, false), discarded: Vec::new() };
     let (candidates, terms, fit) = work.fit(vec![candidate.clone()])?;
     Ok(Piece { diagram: None, candidates, discarded: work.discarded, terms, fit, band: work.band })
 }
@@ -170,6 +203,8 @@ struct Work<'a> {
     band: Band,
     neighbours: Vec<Pole>,
     options: &'a IdentifyOptions,
+    /// Whether the piece ends where the whole band does: below, above.
+    ends: (bool, bool),
     discarded: Vec<Discarded>,
 }
 
@@ -205,7 +240,11 @@ impl Work<'_> {
                 is_term_choice_open = false;
                 continue;
             }
-            let verdicts = verdicts(&self.band, &result, &candidates, &self.options.stability);
+            let verdicts = verdicts(&self.band, &result, &candidates, self.options, self.ends);
+            let (low, high) = (self.band.omega[0], self.band.omega[self.band.n_lines() - 1]);
+            for candidate in &mut candidates {
+                candidate.is_outside = !(low..=high).contains(&candidate.pole.value.norm());
+            }
             if verdicts.iter().all(Option::is_none) {
                 return Ok((candidates, terms, Some(result)));
             }
@@ -256,7 +295,13 @@ fn orders(band: &Band, max_order: usize) -> Result<Vec<usize>, IdentifyError> {
 }
 
 /// For each candidate: why it is not a mode, if it is not.
-fn verdicts(band: &Band, fit: &Fit, candidates: &[Candidate], stability: &Stability) -> Vec<Option<&'static str>> {
+fn verdicts(
+    band: &Band,
+    fit: &Fit,
+    candidates: &[Candidate],
+    options: &IdentifyOptions,
+    ends: (bool, bool),
+) -> Vec<Option<&'static str>> {
     let n = candidates.len();
     let unknowns = fit.poles.unknowns();
     let (low, high) = (band.omega[0], band.omega[band.n_lines() - 1]);
@@ -265,16 +310,25 @@ fn verdicts(band: &Band, fit: &Fit, candidates: &[Candidate], stability: &Stabil
         .map(|r| {
             let p = fit.poles.values[r];
             let (omega, zeta) = (p.norm(), -p.re / p.norm());
-            if omega < low || omega > high {
+            let is_outside = omega < low || omega > high;
+            if (omega < low && !ends.0) || (omega > high && !ends.1) {
                 return Some("lies outside the band");
             }
-            if zeta > stability.max_damping {
+            if !is_outside && candidates[r].is_outside {
+                return Some("was looked for outside the band, and is not there");
+            }
+            if zeta > options.stability.max_damping {
                 return Some("is damped more than a mode may be");
             }
             let k = 2 * unknowns.iter().position(|&u| u == (r, None)).unwrap_or(0);
             let factor = fit.inflation[r];
             let (sd_re, sd_im) =
                 (fit.covariance[(k, k)].sqrt() * factor, fit.covariance[(k + 1, k + 1)].sqrt() * factor);
+            if is_outside {
+                // Its damping is hardly felt inside; its place must be.
+                let beyond = (low - omega).max(omega - high);
+                return (sd_im.is_nan() || sd_im > 0.5 * beyond).then_some("lies outside the band");
+            }
             if sd_re.is_nan() || sd_im.is_nan() || sd_re > -0.5 * p.re || sd_im > -p.re {
                 return Some("is not determined by the data");
             }
@@ -295,8 +349,8 @@ fn verdicts(band: &Band, fit: &Fit, candidates: &[Candidate], stability: &Stabil
             if complexity(&fit.shapes.column(r).into_owned()).mpc < LEAST_MPC {
                 return Some("was found by the scan alone, and its shape is not in phase");
             }
-            (contribution(band, fit, r) < LEAST_CONTRIBUTION)
-                .then_some("was found by the scan alone, and stands for less than a tenth of the response there")
+            (contribution(band, fit, r) < options.least_contribution)
+                .then_some("was found by the scan alone, and stands for too little of the response there")
         })
         .collect();
     for a in 0..n {

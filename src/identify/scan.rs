@@ -149,7 +149,7 @@ fn statistic(band: &Band, e: &[Vec<Complex<f64>>], line: usize, reach: usize, de
 }
 
 /// Participation from the remainder at one line: its strongest output, seen from all inputs.
-fn participation(band: &Band, line: usize) -> Vec<Complex<f64>> {
+pub(super) fn participation(band: &Band, line: usize) -> Vec<Complex<f64>> {
     let row = |o: usize| (0..band.n_inputs()).map(|i| band.function(o, i)[line]).collect::<Vec<_>>();
     let size = |o: &usize| row(*o).iter().map(Complex::norm_sqr).sum::<f64>() / band.roughness[*o].powi(2);
     let strongest = (0..band.n_outputs()).max_by(|a, b| size(a).total_cmp(&size(b))).unwrap_or(0);

@@ -4,4 +4,5 @@ mod bff;
 mod methods;
 pub(super) mod synthetic;
 mod truth;
+mod weak;
 pub(super) mod wing;

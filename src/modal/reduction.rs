@@ -185,7 +185,7 @@ pub fn irs(
 /// ```
 ///
 /// * `phi` - kept modes at all dofs, (n x n_modes)
-/// * `s` - observation rows, (n_sensor x n), at least as many as modes
+/// * `s` - observation rows, (n_sensor x n), at least as many as modes; there may be more of them than dofs
 ///
 /// The reduced model has the kept frequencies and shapes exactly, whatever the sensors, as long as these tell the modes
 /// apart. With more sensors than modes the reduced matrices are singular (rank n_modes), and anything outside the span
@@ -199,7 +199,7 @@ pub fn serep(
     s: &DMatrix<f64>,
     phi: &DMatrix<f64>,
 ) -> Result<Reduction, ReductionError> {
-    check_shapes(k, m, s)?;
+    check_matrices(k, m, s)?;
     if phi.nrows() != k.nrows() {
         let (rows, columns) = phi.shape();
         let expected = format!("{} rows", k.nrows());
@@ -233,7 +233,19 @@ pub fn serep_transformation(phi: &DMatrix<f64>, observed: &DMatrix<f64>) -> Resu
     Ok(scaled * svd.pseudo_inverse(INDISTINGUISHABLE))
 }
 
+/// For transformations that interpolate the sensors, S T = I: more of them than dofs cannot all be independent.
 fn check_shapes(k: &DMatrix<f64>, m: &DMatrix<f64>, s: &DMatrix<f64>) -> Result<(), ReductionError> {
+    check_matrices(k, m, s)?;
+    let (n, (rows, columns)) = (k.nrows(), s.shape());
+    if rows > n {
+        let expected =
+            format!("at most {n} rows: more sensors than dofs cannot all be masters (SEREP takes any number)");
+        return Err(ReductionError::Shape { matrix: "observation", rows, columns, expected });
+    }
+    Ok(())
+}
+
+fn check_matrices(k: &DMatrix<f64>, m: &DMatrix<f64>, s: &DMatrix<f64>) -> Result<(), ReductionError> {
     let n = k.nrows();
     let fits = |matrix, a: &DMatrix<f64>, is_fit: bool, expected: String| {
         let (rows, columns) = a.shape();
@@ -241,7 +253,7 @@ fn check_shapes(k: &DMatrix<f64>, m: &DMatrix<f64>, s: &DMatrix<f64>) -> Result<
     };
     fits("stiffness", k, k.ncols() == n, format!("{n} x {n}"))?;
     fits("mass", m, m.shape() == (n, n), format!("{n} x {n}"))?;
-    fits("observation", s, s.ncols() == n && s.nrows() <= n, format!("{n} columns and at most as many rows"))?;
+    fits("observation", s, s.ncols() == n, format!("{n} columns"))?;
     for (matrix, a) in [("stiffness", k), ("mass", m), ("observation", s)] {
         if let Some(row) = (0..a.nrows()).find(|&i| a.row(i).iter().any(|v| !v.is_finite())) {
             return Err(LinalgError::NotFinite { matrix, row }.into());

@@ -23,7 +23,7 @@ pub use loss::Loss;
 pub use paper::PaperCost;
 pub use prediction::{Comparison, Prediction, PredictionDerivative, starting_point};
 pub use residual::{RESIDUALS, Residual};
-pub use scaling::Scaling;
+pub use scaling::{Scaling, matrix_derivatives};
 pub use stacked::Stacked;
 pub use statics::static_readings;
 pub use walls::Walls;

@@ -1,13 +1,14 @@
 //! What a model predicts of a test: modes at the sensors, pairs with the measured modes, mass properties.
 
 use super::responses::FrfRows;
+use super::scaling::{derivatives, matrix_derivatives};
 use super::{EvalError, statics};
 use crate::correlation::{
     CorrelationError, ModeList, PairedModes, PairingOptions, mac_matrix, observation_matrix, pair_modes,
 };
 use crate::data::{TestData, family_of_label};
 use crate::linalg::{Complex, DMatrix, DVector};
-use crate::modal::{self, MatrixDerivative, Modes, SolveOptions, mode_derivative};
+use crate::modal::{self, Modes, SolveOptions, mode_derivative};
 use crate::model::{MassProperties, ParametricModel, System, family, symmetry_index};
 
 /// A model and a test, made comparable: sensors as rows, real test shapes, the modes to compute.
@@ -201,13 +202,9 @@ impl<'a> Comparison<'a> {
         prediction: &Prediction,
         free: &[usize],
     ) -> Result<PredictionDerivative, EvalError> {
-        let systems = free
-            .iter()
-            .map(|&j| self.model.assemble_derivative(theta, j))
-            .collect::<Result<Vec<System>, _>>()
-            .map_err(|e| EvalError::Unsolvable { reason: e.to_string() })?;
-        let derivatives: Vec<MatrixDerivative<'_>> =
-            systems.iter().map(|s| MatrixDerivative { stiffness: &s.stiffness, mass: &s.mass }).collect();
+        let systems =
+            derivatives(self.model, theta, free).map_err(|e| EvalError::Unsolvable { reason: e.to_string() })?;
+        let derivatives = matrix_derivatives(&systems);
         let mut modes = vec![None; prediction.frequencies_hz.len()];
         for pair in &prediction.pairs.pairs {
             let index = prediction.modes.n_rigid + pair.analytical;

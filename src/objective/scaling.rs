@@ -1,7 +1,8 @@
 //! From the unit box of the optimisers to θ.
 
 use crate::linalg::DVector;
-use crate::model::ParametricModel;
+use crate::modal::MatrixDerivative;
+use crate::model::{ModelError, ParametricModel, System};
 
 /// θ = base, with the free parameters at lower + x (upper - lower).
 #[derive(Debug, Clone, PartialEq)]
@@ -46,6 +47,11 @@ impl Scaling {
         &self.width
     }
 
+    /// ∂K/∂θ_j, ∂M/∂θ_j and ∂C/∂θ_j of every free parameter; [`matrix_derivatives`] shows them to the modal kernels.
+    pub fn derivatives(&self, model: &dyn ParametricModel, theta: &[f64]) -> Result<Vec<System>, ModelError> {
+        derivatives(model, theta, &self.free)
+    }
+
     /// θ at x.
     pub fn theta(&self, x: &DVector<f64>) -> Vec<f64> {
         let mut theta = self.base.clone();
@@ -74,4 +80,18 @@ impl Scaling {
     pub fn x(&self, theta: &[f64]) -> DVector<f64> {
         DVector::from_fn(self.free.len(), |k, _| (theta[self.free[k]] - self.lower[k]) / self.width[k])
     }
+}
+
+/// ∂K/∂θ_j, ∂M/∂θ_j and ∂C/∂θ_j of some parameters.
+pub(super) fn derivatives(
+    model: &dyn ParametricModel,
+    theta: &[f64],
+    parameters: &[usize],
+) -> Result<Vec<System>, ModelError> {
+    parameters.iter().map(|&j| model.assemble_derivative(theta, j)).collect()
+}
+
+/// The stiffness and mass of derivatives, as the modal kernels take them.
+pub fn matrix_derivatives(systems: &[System]) -> Vec<MatrixDerivative<'_>> {
+    systems.iter().map(|s| MatrixDerivative { stiffness: &s.stiffness, mass: &s.mass }).collect()
 }

@@ -12,9 +12,12 @@ use super::data::{
     Modes, Named, Pair, Parameter, ReportData, Step, Steps, TestMode, Verdict,
 };
 use super::text::number;
-use crate::correlation::{CorrelationError, PairBy, PairingOptions, comac, odds};
+use crate::correlation::{
+    CorrelationError, PairBy, PairingOptions, comac, odds, probability_of_frequency, probability_of_mac,
+};
 use crate::data::{FrfSet, Origin, TestData};
 use crate::diagnosis::Learned;
+use crate::identify::real_shape;
 use crate::linalg::{Complex, DMatrix};
 use crate::model::{Model, ParametricModel, Target};
 use crate::objective::Comparison as Comparing;
@@ -65,7 +68,7 @@ pub fn of_comparison(case: Case<'_>) -> Result<ReportData, CorrelationError> {
 /// What a comparison was before: pairs, MAC, COMAC and mass properties beside those of now.
 pub fn add_before(data: &mut ReportData, model: &Model, before: &Assessment, test: &TestData) {
     if let Some(c) = &mut data.comparison {
-        c.pairs_before = pairs(before);
+        c.pairs_before = pairs(before, test);
         c.mac_before = Some(mac(before, test, "MAC before"));
         c.comac_before = comac_of(before, test);
     }
@@ -426,18 +429,36 @@ fn test_label(test: &TestData, mode: usize) -> String {
 fn comparison(case: Case<'_>, comac: Option<Floats>) -> Comparison {
     let Case { test, assessment, .. } = case;
     Comparison {
-        pairs: pairs(assessment),
+        pairs: pairs(assessment, test),
         unpaired_test: assessment.unpaired_test.iter().map(|u| u.mode).collect(),
         unpaired_model: assessment.unpaired_model.iter().map(|u| u.mode).collect(),
         criteria: "frequency within 5 %, MAC at least 0.9".into(),
-        frequency_band: 0.05,
+        frequency_band: FREQUENCY_TOLERANCE,
         mac: Some(mac(assessment, test, "MAC")),
         comac,
         ..Comparison::default()
     }
 }
 
-fn pairs(a: &Assessment) -> Vec<Pair> {
+/// Pass marks of the pairs: largest relative frequency error, smallest MAC (the profile `common-practice`).
+const FREQUENCY_TOLERANCE: f64 = 0.05;
+const LEAST_MAC: f64 = 0.9;
+
+/// The probability that the true frequency and the true MAC of a pair pass, given the noise of the test.
+fn pass_probability(p: &AssessedPair, a: &Assessment, test: &TestData) -> f64 {
+    /// A standard error of 0.011 at most.
+    const SAMPLES: usize = 2000;
+    let mode = &test.modes[p.test_mode];
+    let f = mode.frequency_hz;
+    let by_frequency = probability_of_frequency((p.model_hz, 0.0), (f.value, f.sd), FREQUENCY_TOLERANCE);
+    let (Some(_), Some(shape), Some(sd)) = (p.mac, &mode.shape, &mode.shape_sd) else { return by_frequency };
+    let measured = real_shape(shape);
+    let model: Vec<f64> = a.prediction.at_sensors.column(p.model_mode).iter().copied().collect();
+    let seed = p.test_mode as u64;
+    by_frequency * probability_of_mac(&model, measured.as_slice(), sd.as_slice(), LEAST_MAC, SAMPLES, seed)
+}
+
+fn pairs(a: &Assessment, test: &TestData) -> Vec<Pair> {
     let pair = |p: &AssessedPair| Pair {
         label: pair_label(p).to_string(),
         test_mode: Some(p.test_mode),
@@ -447,8 +468,8 @@ fn pairs(a: &Assessment) -> Vec<Pair> {
         error: p.error_percent / 100.0,
         mac: p.mac,
         test_damping: None,
-        passes: Some(p.error_percent.abs() <= 5.0 && p.mac.is_none_or(|m| m >= 0.9)),
-        pass_probability: None,
+        passes: Some(p.error_percent.abs() <= 100.0 * FREQUENCY_TOLERANCE && p.mac.is_none_or(|m| m >= LEAST_MAC)),
+        pass_probability: Some(pass_probability(p, a, test)),
     };
     a.pairs.iter().map(pair).collect()
 }

@@ -7,9 +7,9 @@ use crate::correlation::{
 };
 use crate::data::Sensor;
 use crate::linalg::DMatrix;
-use crate::modal::{MatrixDerivative, SolveOptions, mode_derivative, solve};
+use crate::modal::{SolveOptions, mode_derivative, solve};
 use crate::model::ParametricModel;
-use crate::objective::{EvalError, Scaling};
+use crate::objective::{EvalError, Scaling, matrix_derivatives};
 
 /// What is planned.
 #[derive(Debug, Clone, PartialEq)]
@@ -125,14 +125,8 @@ pub fn pretest(
     let names = scaling.free().iter().map(|&i| model.parameters().get(i).name.clone()).collect();
     let mut next = Vec::new();
     if !scaling.is_empty() {
-        let systems = scaling
-            .free()
-            .iter()
-            .map(|&j| model.assemble_derivative(&theta, j))
-            .collect::<Result<Vec<_>, _>>()
-            .map_err(|e| failed(&e))?;
-        let derivatives: Vec<MatrixDerivative<'_>> =
-            systems.iter().map(|s| MatrixDerivative { stiffness: &s.stiffness, mass: &s.mass }).collect();
+        let systems = scaling.derivatives(model, &theta).map_err(|e| failed(&e))?;
+        let derivatives = matrix_derivatives(&systems);
         let present = if given.is_empty() { phi.select_rows(&by_independence.kept) } else { observed };
         let rows_present =
             if given.is_empty() { s.select_rows(&by_independence.kept) } else { observation_matrix(model, given)? };

@@ -2,6 +2,7 @@
 
 use super::{Loading, Measurement, Pairing};
 use clap::{Args, ValueEnum};
+use retune::update::MassReduction;
 use std::path::PathBuf;
 
 /// How the mass is reduced to the sensors.
@@ -19,6 +20,19 @@ pub(crate) enum Reduction {
     Dynamic,
     /// Exact in the paired modes.
     Serep,
+}
+
+impl From<Reduction> for MassReduction {
+    fn from(reduction: Reduction) -> Self {
+        match reduction {
+            Reduction::Auto => Self::Auto,
+            Reduction::Full => Self::Full,
+            Reduction::Guyan => Self::Guyan,
+            Reduction::Irs => Self::Irs,
+            Reduction::Dynamic => Self::Dynamic,
+            Reduction::Serep => Self::Serep,
+        }
+    }
 }
 
 /// Compare a model with a test: pairs, frequency errors, MAC, whether noise can explain the difference, and where it sits.

@@ -1,7 +1,7 @@
 //! `retune compare`
 
 use super::measured;
-use crate::args::{Compare, Pairing, Reduction};
+use crate::args::{Compare, Pairing};
 use crate::output::{Failure, pairs, print, print_json, style, warn};
 use crate::{DONE, SHORT, files};
 use retune::correlation::{CriteriaProfile, Identifiability, Judgement, PairBy, PairingOptions};
@@ -122,14 +122,7 @@ struct Parts {
 impl Parts {
     fn of(args: &Compare, model: &Model, comparison: &Comparison<'_>, a: &Assessment) -> Result<Self, Failure> {
         const NO_SHAPES: &str = "no measured shape is paired with a mode of the model";
-        let reduction = match args.reduction {
-            Reduction::Auto => MassReduction::Auto,
-            Reduction::Full => MassReduction::Full,
-            Reduction::Guyan => MassReduction::Guyan,
-            Reduction::Irs => MassReduction::Irs,
-            Reduction::Dynamic => MassReduction::Dynamic,
-            Reduction::Serep => MassReduction::Serep,
-        };
+        let reduction = MassReduction::from(args.reduction);
         let orthogonality = match orthogonality(comparison, a, reduction) {
             // A reduction that was asked for and does not exist is a wrong question.
             Err(e) if reduction != MassReduction::Auto => return Err(e.into()),

@@ -131,6 +131,34 @@ fn confidence_in_a_mac_is_calibrated() {
     assert_eq!(probability_of_mac(&a, &truth, &[0.0; 20], 0.91, 100, 1), 0.0);
 }
 
+/// 300 noisy tests of a shape whose true cross-orthogonality is 0.95, in a mass that couples sensors: the confidence is
+/// uniform; with the unit mass it is that of the MAC.
+#[test]
+fn confidence_in_a_cross_orthogonality_is_calibrated() {
+    let mass = DMatrix::from_fn(20, 20, |i, j| match i.abs_diff(j) {
+        0 => 2.0 + (i as f64).sin(),
+        1 => 0.4,
+        _ => 0.0,
+    });
+    let a = DVector::from_fn(20, |i, _| (0.3 * i as f64).sin());
+    let other = DVector::from_fn(20, |i, _| (0.7 * i as f64).cos());
+    let dot = |u: &DVector<f64>, v: &DVector<f64>| u.dot(&(&mass * v));
+    let across = &other - &a * (dot(&other, &a) / dot(&a, &a));
+    let truth = &a * (0.95 / dot(&a, &a).sqrt()) + &across * ((1.0 - 0.95_f64.powi(2)) / dot(&across, &across)).sqrt();
+    let sd = vec![0.01; 20];
+    let mut gaussian = Gaussian::new(5);
+    let p: Vec<f64> = (0..300)
+        .map(|k| {
+            let x = truth.map(|t| t + 0.01 * gaussian.next());
+            probability_of_cross_orthogonality(a.as_slice(), x.as_slice(), &sd, &mass, 0.95, 400, k)
+        })
+        .collect();
+    assert!(distance_from_uniform(p) < critical_distance(300));
+    let (x, unit) = (truth.map(|t| t + 0.01), DMatrix::identity(20, 20));
+    let by_mass = probability_of_cross_orthogonality(a.as_slice(), x.as_slice(), &sd, &unit, 0.9, 400, 1);
+    assert_eq!(by_mass, probability_of_mac(a.as_slice(), x.as_slice(), &sd, 0.9 * 0.9, 400, 1));
+}
+
 #[test]
 fn normal_numbers_have_their_moments() {
     let mut gaussian = Gaussian::new(1);

@@ -86,6 +86,23 @@ fn dynamic_expansion_of_a_published_example() {
     assert!((expanded[1] + 0.2886).abs() < 5e-5, "{expanded}");
 }
 
+/// Nine sensors on three dofs, some twice and some between: SEREP keeps the modes; what interpolates says why it cannot.
+#[test]
+fn serep_takes_more_sensors_than_dofs() {
+    let k = DMatrix::from_row_slice(3, 3, &[2.0, -1.0, 0.0, -1.0, 2.0, -1.0, 0.0, -1.0, 1.0]);
+    let m = DMatrix::from_diagonal(&nalgebra::dvector![1.0, 2.0, 1.5]);
+    let modes = lowest_modes(&k, &m, 2, 0.1).unwrap();
+    let s = DMatrix::from_fn(9, 3, |i, j| if i % 3 == j { 1.0 } else { 0.1 * (i / 3) as f64 });
+    let reduced = serep(&k, &m, &s, &modes.vectors).unwrap();
+    let back = &reduced.transformation * (&s * &modes.vectors);
+    assert!((back - &modes.vectors).amax() < 1e-12);
+    let observed = &s * &modes.vectors;
+    let stiffness = observed.tr_mul(&(&reduced.stiffness * &observed));
+    assert!((stiffness - DMatrix::from_diagonal(&modes.values)).amax() < 1e-12);
+    let error = guyan(&k, &m, &s).unwrap_err().to_string();
+    assert!(error.contains("9 x 3") && error.contains("SEREP takes any number"), "{error}");
+}
+
 #[test]
 fn serep_has_the_kept_modes_exactly() {
     let (k, m) = peer_model();

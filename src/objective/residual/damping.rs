@@ -3,8 +3,8 @@
 use super::super::prediction::{Comparison, PredictionDerivative};
 use super::{Point, Residual, UNPAIRED};
 use crate::linalg::DMatrix;
-use crate::modal::{MatrixDerivative, mode_derivative};
-use crate::model::System;
+use crate::modal::mode_derivative;
+use crate::objective::scaling::matrix_derivatives;
 
 /// r = (ζ_model - ζ_test)/σ for every mode with a measured ratio, where the model has dashpots.
 ///
@@ -59,11 +59,8 @@ impl Residual for Damping {
     fn differentiate(&self, at: &Point<'_>, _: &PredictionDerivative, out: &mut DMatrix<f64>) {
         out.fill(0.0);
         let Some(c) = &at.prediction.system.damping else { return };
-        let derivatives: Result<Vec<System>, _> =
-            at.scaling.free().iter().map(|&j| at.comparison.model().assemble_derivative(at.theta, j)).collect();
-        let Ok(systems) = derivatives else { return };
-        let matrices: Vec<MatrixDerivative<'_>> =
-            systems.iter().map(|s| MatrixDerivative { stiffness: &s.stiffness, mass: &s.mass }).collect();
+        let Ok(systems) = at.scaling.derivatives(at.comparison.model(), at.theta) else { return };
+        let matrices = matrix_derivatives(&systems);
         for (row, i) in measured(at.comparison).into_iter().enumerate() {
             let (Some(a), Some(test)) = (at.prediction.partner(i), at.comparison.test().modes[i].damping_ratio) else {
                 continue;

@@ -3,6 +3,7 @@
 use super::super::data::{Carrier, Field, Floats, Localization, Place, Scale, Structure, Suspect};
 use super::Case;
 use crate::correlation::{CorrelationError, PairingOptions, element_energies, odds, sensor_misfits, shape_residual};
+use crate::identify::real_shape;
 use crate::linalg::{DMatrix, DVector};
 use crate::model::ParametricModel;
 use crate::update::{PlacesOptions, member_stiffnesses, places};
@@ -156,7 +157,7 @@ fn sensor_field(case: Case<'_>) -> Result<Option<Field>, CorrelationError> {
         let mode = &test.modes[pair.test_mode];
         let (Some(shape), Some(sd)) = (&mode.shape, &mode.shape_sd) else { continue };
         let own: DVector<f64> = assessment.prediction.at_sensors.column(pair.model_mode).into_owned();
-        let measured: DVector<f64> = shape.map(|v| v.re);
+        let measured = real_shape(shape);
         if let Ok(r) = shape_residual(own.as_slice(), measured.as_slice(), sd.as_slice()) {
             residuals.push(r);
         }

@@ -57,6 +57,12 @@ pub struct Orthogonality {
     pub auto: Vec<Vec<f64>>,
     /// Largest modulus off the diagonal among the model's own modes: what the reduction itself costs.
     pub own_error: f64,
+    /// Indices of the sensors that are in the mass.
+    #[serde(skip)]
+    pub sensors: Vec<usize>,
+    /// The mass at these sensors.
+    #[serde(skip)]
+    pub mass: DMatrix<f64>,
 }
 
 impl Orthogonality {
@@ -124,6 +130,8 @@ pub fn orthogonality(
         cross: rows(cross_orthogonality(&model, &mass, &test)?),
         auto: rows(auto_orthogonality(&test, &mass)?),
         own_error,
+        sensors: kept,
+        mass,
     }))
 }
 

@@ -5,9 +5,9 @@ use crate::correlation::{
 };
 use crate::data::TestData;
 use crate::linalg::{Complex, DMatrix, DVector};
-use crate::modal::{MatrixDerivative, ModalDamping, Modes, SolveOptions, mode_derivative, solve};
+use crate::modal::{ModalDamping, Modes, SolveOptions, mode_derivative, solve};
 use crate::model::{MassProperties, ParametricModel};
-use crate::objective::{Comparison, EvalError, LeastSquares, Objective, Scaling};
+use crate::objective::{Comparison, EvalError, LeastSquares, Objective, Scaling, matrix_derivatives};
 use crate::update::{ModeName, Settings, UpdateError, name_modes};
 use std::f64::consts::TAU;
 
@@ -115,14 +115,8 @@ pub fn sensitivities(
     let rigid = model.dof_map().rigid_motions();
     let solve_options = SolveOptions { n_elastic: options.n_modes.min(model.dof_map().n_dof()), shift: None };
     let modes = solve(&system.stiffness, &system.mass, &rigid, solve_options).map_err(|e| failed(&e))?;
-    let systems = scaling
-        .free()
-        .iter()
-        .map(|&j| model.assemble_derivative(&theta, j))
-        .collect::<Result<Vec<_>, _>>()
-        .map_err(|e| failed(&e))?;
-    let derivatives: Vec<MatrixDerivative<'_>> =
-        systems.iter().map(|s| MatrixDerivative { stiffness: &s.stiffness, mass: &s.mass }).collect();
+    let systems = scaling.derivatives(model, &theta).map_err(|e| failed(&e))?;
+    let derivatives = matrix_derivatives(&systems);
     let elastic = modes.elastic().skip(modes.n_mechanism);
     let parameters = model.parameters();
     let unit = |k: usize| parameters.get(scaling.free()[k]).unit_factor;

@@ -2,13 +2,13 @@
 
 use super::{Orthogonality, pairs_with_shapes, shape_sd, test_mode_name};
 use crate::correlation::{
-    CriteriaError, CriteriaProfile, Evidence, Judgement, PairEvidence, find_profile, parse_profiles,
-    probability_of_frequency, probability_of_mac,
+    CriteriaError, CriteriaProfile, Evidence, Judgement, PairEvidence, ProbabilityOf, find_profile, parse_profiles,
+    probability_of_cross_orthogonality, probability_of_frequency, probability_of_mac,
 };
 use crate::objective::Comparison;
-use crate::update::Assessment;
+use crate::update::{AssessedPair, Assessment};
 
-/// Samples behind the probability of a MAC: a standard error of at most 0.011.
+/// Samples behind the probability of a MAC or cross-orthogonality: a standard error of at most 0.011.
 const SAMPLES: usize = 2000;
 
 /// The profile that a user asks for: a name among the built-in ones, or the text of a file with profiles.
@@ -25,6 +25,20 @@ pub fn load_profile(file: Option<&str>, name: Option<&str>) -> Result<CriteriaPr
             known: several.iter().map(|p| p.name.as_str()).collect::<Vec<_>>().join(", "),
         }),
     }
+}
+
+/// The probability that the cross-orthogonality of a pair reaches a mark, at the sensors and in the mass of `o`.
+fn of_cross_orthogonality(
+    comparison: &Comparison<'_>,
+    a: &Assessment,
+    p: &AssessedPair,
+    o: &Orthogonality,
+) -> ProbabilityOf {
+    let at = |column: &[f64]| -> Vec<f64> { o.sensors.iter().map(|&i| column[i]).collect() };
+    let model = at(a.prediction.at_sensors.column(p.model_mode).as_slice());
+    let measured = at(comparison.shapes().column(p.test_mode).as_slice());
+    let (sd, mass, seed) = (at(&shape_sd(comparison, p.test_mode)), o.mass.clone(), p.test_mode as u64);
+    Box::new(move |mark| probability_of_cross_orthogonality(&model, &measured, &sd, &mass, mark, SAMPLES, seed))
 }
 
 /// Judges a comparison by a profile.
@@ -50,6 +64,9 @@ pub fn judge(
                 name: test_mode_name(comparison, p.test_mode),
                 frequency_error: (p.model_hz - p.test_hz) / p.test_hz,
                 mac: p.mac,
+                cross_orthogonality_probability: orthogonality
+                    .filter(|o| o.of_pair(p.test_mode).is_some())
+                    .map(|o| of_cross_orthogonality(comparison, a, p, o)),
                 cross_orthogonality: orthogonality.and_then(|o| o.of_pair(p.test_mode)).map(f64::abs),
                 frequency_probability: Some(Box::new(move |tolerance| {
                     probability_of_frequency((model_hz, 0.0), (f.value, f.sd), tolerance)

@@ -48,6 +48,16 @@ function base(p: Palette): Layout {
   };
 }
 
+/** Ticks of a logarithmic axis that do not stand in each other's way: 1, 2, 5 over two decades, powers of ten beyond. */
+export function logTicks(values: Iterable<number | null | undefined>): { dtick: number | string } {
+  let low = Infinity, high = 0;
+  for (const v of values) {
+    if (v != null && v > 0) [low, high] = [Math.min(low, v), Math.max(high, v)];
+  }
+  const decades = high > 0 ? Math.log10(high / low) : 0;
+  return { dtick: decades > 2.5 ? Math.ceil(decades / 8) : "D2" };
+}
+
 export class Chart {
   readonly root: HTMLElement;
   private seen = false;

@@ -561,7 +561,9 @@ export class Viewer {
       this.overlay.width = Math.round(width * ratio);
       this.overlay.height = Math.round(height * ratio);
     }
-    if (this.fitted) this.orbit = fit(this.orbit, this.cloud, this.up, width / height, this.fill);
+    // Never under the buttons along the upper edge, which take 46 pixels.
+    const fill = Math.max(0.5, Math.min(this.fill, 1 - 92 / height));
+    if (this.fitted) this.orbit = fit(this.orbit, this.cloud, this.up, width / height, fill);
     this.look(width, height);
     this.renderer.render(this.scene, this.camera);
     this.annotate(width, height, ratio);

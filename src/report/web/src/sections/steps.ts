@@ -1,6 +1,6 @@
 /** The error falling: how much each step explains, and whether data that the fit did not see agree. */
 
-import { Chart } from "../charts";
+import { Chart, logTicks } from "../charts";
 import { card, choice, h, num, soft, table } from "../dom";
 import { fixed, plain, shorten, significant } from "../format";
 import { heat } from "../heat";
@@ -34,7 +34,7 @@ export function stepsSection(w: Steps): HTMLElement {
       line: { color: p.good, dash: "dash", width: 2 }, hoverinfo: "skip" });
     return {
       data,
-      layout: { barmode: "overlay", bargap: 0.35, yaxis: { title: { text: "misfit" }, type: scale, ...(log ? { dtick: 1 } : { range: [0, 1.17 * Math.max(...tops, 1e-12)] }) },
+      layout: { barmode: "overlay", bargap: 0.35, yaxis: { title: { text: "misfit" }, type: scale, ...(log ? logTicks([...values, ...w.steps.map((s) => s.held_out), w.noise_floor]) : { range: [0, 1.17 * Math.max(...tops, 1e-12)] }) },
         xaxis: { tickangle: width < 700 ? -35 : 0, showgrid: false } },
     };
   }, 440, "error-falling");

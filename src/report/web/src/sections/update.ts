@@ -1,6 +1,6 @@
 /** The update: how the cost fell, where the parameters went, what the data cannot tell. */
 
-import { Chart } from "../charts";
+import { Chart, logTicks } from "../charts";
 import { badge, card, choice, h, num, s, table, type Child } from "../dom";
 import { fixed, plain, shorten, significant } from "../format";
 import { heat } from "../heat";
@@ -47,7 +47,7 @@ function costChart(u: Update): HTMLElement {
         hovertemplate: "%{x} evaluations: %{y:.5g}<extra>" + plain(shorten(run.name, 40)) + "</extra>",
       })),
       layout: { xaxis: { title: { text: "evaluations of the model" }, type: across, ...(across === "linear" ? { rangemode: "tozero" } : { dtick: 1 }), exponentformat: "none", separatethousands: true },
-        yaxis: { title: { text: "best cost" }, type: scale }, showlegend: u.histories.length > 1, hovermode: "closest",
+        yaxis: { title: { text: "best cost" }, type: scale, ...(scale === "log" ? logTicks(u.histories.flatMap((run) => run.best_cost)) : {}) }, showlegend: u.histories.length > 1, hovermode: "closest",
         shapes: at < last ? [{ type: "line", x0: Math.max(at, 1), x1: Math.max(at, 1), y0: 0, y1: 1, yref: "paper", line: { color: p.accent, width: 1.5, dash: "dot" } }] : [] },
     };
   }, 340, "cost-history");
