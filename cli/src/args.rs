@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 mod correlation;
 
-pub(crate) use correlation::{Compare, Placement, Pretest, Reduction, Sensitivity};
+pub(crate) use correlation::{Compare, Placement, Pretest, Sensitivity};
 
 /// Updates finite-element models of structures to vibration tests, and finds the physics that the models miss.
 #[derive(Debug, Parser)]

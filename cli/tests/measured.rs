@@ -361,8 +361,10 @@ fn faults_of_sensors_are_found_and_exit_with_1() {
 #[test]
 fn masses_of_sensors_load_the_model_when_asked() {
     let folder = Folder::new("masses");
-    let sensors =
-        folder.read("sensors.yaml").replace("{node: n6, direction: -z}", "{node: n6, direction: -z, mass: 20 g}");
+    let sensors = folder
+        .read("sensors.yaml")
+        .replace("{node: n6, offset: [30 mm, 0 m, 0 m], direction: -z}", "{node: n6, direction: -z, mass: 20 g}");
+    assert!(sensors.contains("20 g"));
     folder.write("sensors.yaml", &sensors);
     // The structure as it was tested carries the sensor; the model does not.
     folder.write("hidden.yaml", "masses: {transducer: {node: n6, mass: 20 g}}\n");
@@ -443,8 +445,10 @@ fn wrong_files_and_options_are_explained() {
     };
     let kinds = ["p1", "p2", "p3", "p4", "p5", "p6"].map(kind);
     assert_eq!(kinds, ["on node", "on node", "arm from node", "on node", "on element", "arm from node"]);
+    // With shorter arms the points off the strip have no place.
     let far = folder.run("map model.yaml f.unv --reach 1mm");
-    assert_eq!(far.code, 0, "{far:?}");
+    assert_eq!(far.code, 1, "{far:?}");
+    assert!(["p3", "p6"].iter().all(|p| far.out.contains(&format!("no place: point {p}"))), "{far:?}");
 }
 
 /// The clamped wing, by commands alone: nine modes, six pairs with MAC of at least 0.91, the wrong driving point.

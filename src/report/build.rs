@@ -333,7 +333,10 @@ fn meta(case: Case<'_>) -> Meta {
     let misfit = &assessment.misfit;
     let explained = misfit.p_value > 0.01 && assessment.unpaired_test.is_empty();
     let sentence = if !assessment.unpaired_test.is_empty() {
-        format!("{} measured modes have no partner in the model.", assessment.unpaired_test.len())
+        match assessment.unpaired_test.len() {
+            1 => "One measured mode has no partner in the model.".to_string(),
+            n => format!("{n} measured modes have no partner in the model."),
+        }
     } else if explained {
         "The model explains the test: noise of the stated size leaves as much.".to_string()
     } else {

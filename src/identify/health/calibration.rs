@@ -339,7 +339,8 @@ fn a_stiff_suspension_is_named_and_a_soft_one_is_not() {
     assert!(loud.len() <= 1, "{loud:?}");
 }
 
-/// Two channels swapped whose motion differs by more than a third of the largest, at 0 to 3 % of noise.
+/// Two channels swapped whose motion differs by more than a third of the largest, at 0 to 3 % of noise. Few sensors on a plate
+/// leave a swap undecided; then the check says that it cannot decide, and is never silent.
 #[test]
 fn swapped_channels_of_three_structures_are_named() {
     let (mut named, mut count) = (0, 0);
@@ -372,11 +373,13 @@ fn swapped_channels_of_three_structures_are_named() {
             f.level > Level::Info && (subject.clone().any(|s| s == x) || subject.any(|s| s == y))
         });
         named += u32::from(is_named);
+        assert!(is_named || found.iter().any(|f| f.code == "sign-not-decidable"), "{seed}: {found:?}");
+        assert!(is_named || kind == 2, "{seed}: a line of sensors decides every swap: {found:?}");
         if !is_named {
             let codes: Vec<_> = found.iter().map(|f| (f.code, f.subject.as_str())).collect();
             eprintln!("{seed}: swap of {x} and {y} of {n} (structure {kind}, {m} modes, noise {eps}): {codes:?}");
         }
     }
     eprintln!("{named} of {count} swaps named");
-    assert!(f64::from(named) >= 0.9 * f64::from(count), "{named} of {count}");
+    assert!(f64::from(named) >= 0.8 * f64::from(count), "{named} of {count}");
 }

@@ -43,7 +43,7 @@ pub(in crate::identify) fn wing_frfs() -> Option<FrfSet> {
 
 /// Nine modes in the band of the published analysis. The published frequencies are lines of the analyser, 0.3125 Hz apart (13.4
 /// stands for 13.438, the line below the peak at 13.57), so an identified one lies within a line of them. Narrower bands
-/// leave one or two weak resonances more, in no stable column; without settings there are nine.
+/// leave one or two weak resonances more; without settings there are nine, eight of them in stable columns.
 #[test]
 fn nine_modes_of_the_wing_are_found() {
     let Some(frfs) = wing_frfs() else { return };
@@ -59,6 +59,12 @@ fn nine_modes_of_the_wing_are_found() {
             assert!(f.iter().any(|x| (x - line).abs() < spacing), "{p} Hz not among {f:.2?} in {band_hz:?}");
         }
         let stable = found.modes.iter().filter(|m| m.n_orders > 0).count();
-        assert!(stable >= 8 && f.len() <= if band_hz.is_none() { 9 } else { 11 }, "{stable} of {f:.2?}");
+        // The mode at 496 Hz and the resonance at 657 Hz have no stable column; that at 741 Hz has one where the band ends at 750.
+        let (columns, modes) = match band_hz {
+            None => (8, 9),
+            Some((_, 700.0)) => (8, 10),
+            _ => (9, 11),
+        };
+        assert!(stable == columns && f.len() <= modes, "{stable} of {f:.2?}");
     }
 }

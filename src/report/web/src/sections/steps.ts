@@ -30,11 +30,14 @@ export function stepsSection(w: Steps): HTMLElement {
       text: values.map((v, i) => `<b>${significant(v, 3)}</b>${i && fall[i]! > 0 ? `${width < 700 ? "<br>" : "  "}−${fixed((100 * fall[i]!) / values[i - 1]!, 0)} %` : ""}`) });
     if (held) data.push({ type: "scatter", mode: "lines+markers", name: "held-out data", x: names, y: w.steps.map((s) => s.held_out),
       line: { color: p.test, dash: "dot", width: 2 }, marker: { symbol: "diamond", size: 11, color: p.test, line: { width: 1.5, color: p.surface } }, hovertemplate: "%{x}: %{y:.4g}<extra>held out</extra>" });
-    if (w.noise_floor != null) data.push({ type: "scatter", mode: "lines", name: `noise floor (${significant(w.noise_floor, 3)})`, x: names, y: names.map(() => w.noise_floor),
-      line: { color: p.good, dash: "dash", width: 2 }, hoverinfo: "skip" });
+    // The line itself is a shape: over the bars, from edge to edge.
+    const floor = { color: p.good, dash: "dash", width: 2 };
+    if (w.noise_floor != null) data.push({ type: "scatter", mode: "lines", name: `noise floor (${significant(w.noise_floor, 3)})`, x: [names[0]], y: [null],
+      line: floor, hoverinfo: "skip" });
     return {
       data,
-      layout: { barmode: "overlay", bargap: 0.35, yaxis: { title: { text: "misfit" }, type: scale, ...(log ? logTicks([...values, ...w.steps.map((s) => s.held_out), w.noise_floor]) : { range: [0, 1.17 * Math.max(...tops, 1e-12)] }) },
+      layout: { barmode: "overlay", bargap: 0.35, yaxis: { title: { text: "misfit" }, type: scale, ...(log ? logTicks([...values, ...w.steps.map((s) => s.held_out), w.noise_floor]) : { range: [0, 1.17 * Math.max(...tops, 1e-12)], ...(Math.max(...tops) < 1e7 ? { exponentformat: "none", separatethousands: true } : {}) }) },
+        shapes: w.noise_floor == null ? [] : [{ type: "line", xref: "paper", x0: 0, x1: 1, y0: w.noise_floor, y1: w.noise_floor, line: floor }],
         xaxis: { tickangle: width < 700 ? -35 : 0, showgrid: false } },
     };
   }, 440, "error-falling");
