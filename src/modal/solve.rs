@@ -130,29 +130,47 @@ fn check_finite(stiffness: &DMatrix<f64>, mass: &DMatrix<f64>) -> Result<(), Mod
     Ok(())
 }
 
+/// What [`rigid_body_modes`] asks of a symmetric matrix, dense or sparse.
+pub(super) trait Symmetric {
+    /// A X.
+    fn times(&self, x: &DMatrix<f64>) -> DMatrix<f64>;
+    /// |A|, entry by entry.
+    fn absolute(&self) -> Self;
+}
+
+impl Symmetric for DMatrix<f64> {
+    fn times(&self, x: &DMatrix<f64>) -> DMatrix<f64> {
+        self * x
+    }
+
+    fn absolute(&self) -> Self {
+        self.abs()
+    }
+}
+
 /// M-orthonormal rigid-body modes: the combinations of rigid motions that cost no strain energy and move mass.
 ///
 /// The energy of a motion r is judged against |r|ᵀ|K||r|, what its terms would sum to without cancelling.
-fn rigid_body_modes(k: &DMatrix<f64>, m: &DMatrix<f64>, motions: &DMatrix<f64>) -> DMatrix<f64> {
-    let n = k.nrows();
-    let absolute = k.abs();
+pub(super) fn rigid_body_modes<A: Symmetric>(k: &A, m: &A, motions: &DMatrix<f64>) -> DMatrix<f64> {
+    let n = motions.nrows();
+    let absolute = k.absolute();
     // Motions in comparable units: each scaled to unit absolute energy; those that no dof takes part in are dropped.
     let mut scaled: Vec<DVector<f64>> = Vec::new();
     for j in 0..motions.ncols() {
-        let r: DVector<f64> = motions.column(j).into_owned();
+        let r: DMatrix<f64> = motions.columns(j, 1).into_owned();
         if r.amax() == 0.0 {
             continue;
         }
         let a = r.abs();
-        let size = (a.transpose() * &absolute * &a)[(0, 0)];
-        let size = if size > 0.0 { size } else { (r.transpose() * m * &r)[(0, 0)].max(f64::MIN_POSITIVE) };
-        scaled.push(r / size.sqrt());
+        let size = a.dot(&absolute.times(&a));
+        let size = if size > 0.0 { size } else { r.dot(&m.times(&r)).max(f64::MIN_POSITIVE) };
+        scaled.push((r / size.sqrt()).column(0).into_owned());
     }
     if scaled.is_empty() {
         return DMatrix::zeros(n, 0);
     }
     let motions = DMatrix::from_columns(&scaled);
-    let energy = motions.transpose() * k * &motions;
+    let energy = motions.transpose() * k.times(&motions);
     let eigen = nalgebra::SymmetricEigen::new(0.5 * (&energy + energy.transpose()));
     // Rounding of the sums is some 1e-15 of the absolute energy; the softest suspension that can matter is far above.
     let free: Vec<DVector<f64>> = (0..energy.nrows())
@@ -170,7 +188,7 @@ fn rigid_body_modes(k: &DMatrix<f64>, m: &DMatrix<f64>, motions: &DMatrix<f64>) 
     }
     let free = DMatrix::from_columns(&free);
     // Combinations that move mass and differ from each other.
-    let gram = free.transpose() * m * &free;
+    let gram = free.transpose() * m.times(&free);
     let diagonal: Vec<f64> = (0..gram.nrows()).map(|i| gram[(i, i)].max(f64::MIN_POSITIVE).sqrt()).collect();
     let unit = DMatrix::from_fn(gram.nrows(), gram.ncols(), |i, j| gram[(i, j)] / (diagonal[i] * diagonal[j]));
     let eigen = nalgebra::SymmetricEigen::new(0.5 * (&unit + unit.transpose()));
