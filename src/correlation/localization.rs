@@ -8,7 +8,7 @@
 use super::chi_square_sum::ChiSquareSum;
 use super::statistics::Gaussian;
 use super::{CorrelationError, ExpandedShape, ShapeScalar};
-use crate::linalg::{DMatrix, DVector};
+use crate::linalg::{DMatrix, DVector, LinalgError, symmetric_eigen};
 use indexmap::IndexMap;
 
 /// An element's share of a global matrix.
@@ -32,16 +32,16 @@ impl ElementMatrix {
     }
 
     /// L with L Lᵀ = A, (n_e x rank).
-    fn factor(&self) -> DMatrix<f64> {
-        let eigen = self.matrix.clone().symmetric_eigen();
+    fn factor(&self) -> Result<DMatrix<f64>, LinalgError> {
+        let eigen = symmetric_eigen(&self.matrix)?;
         // Eigenvalues at rounding level belong to rigid motions.
-        let floor = 1e-12 * eigen.eigenvalues.amax();
-        let kept: Vec<usize> = (0..eigen.eigenvalues.len()).filter(|&i| eigen.eigenvalues[i] > floor).collect();
-        let mut factor = eigen.eigenvectors.select_columns(&kept);
+        let floor = 1e-12 * eigen.values.amax();
+        let kept: Vec<usize> = (0..eigen.values.len()).filter(|&i| eigen.values[i] > floor).collect();
+        let mut factor = eigen.vectors.select_columns(&kept);
         for (mut column, &i) in factor.column_iter_mut().zip(&kept) {
-            column *= eigen.eigenvalues[i].sqrt();
+            column *= eigen.values[i].sqrt();
         }
-        factor
+        Ok(factor)
     }
 
     fn check(&self, n_dof: usize) -> Result<(), CorrelationError> {
@@ -205,7 +205,7 @@ pub fn localize(modes: &[ExpandedMode<'_>], elements: &[ElementMatrix]) -> Resul
     let mut maps: Vec<Vec<DMatrix<f64>>> = Vec::with_capacity(elements.len());
     let mut scales = Vec::with_capacity(elements.len());
     for element in elements {
-        let factor = element.factor();
+        let factor = element.factor()?;
         let (mut energy, mut strain) = (0.0, 0.0);
         let mut weights = Vec::new();
         let mut element_maps = Vec::with_capacity(modes.len());
@@ -215,7 +215,7 @@ pub fn localize(modes: &[ExpandedMode<'_>], elements: &[ElementMatrix]) -> Resul
             strain += mode.weight * element.quadratic(mode.expanded.shape.as_slice());
             let map = factor.tr_mul(&mode.noise_at(&element.dofs)) * mode.weight.max(0.0).sqrt();
             let gram = if map.nrows() <= map.ncols() { &map * map.transpose() } else { map.tr_mul(&map) };
-            weights.extend(gram.symmetric_eigenvalues().iter().copied());
+            weights.extend(symmetric_eigen(&gram)?.values.iter().copied());
             element_maps.push(map);
         }
         let noise = ChiSquareSum::new(weights);

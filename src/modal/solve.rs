@@ -1,6 +1,6 @@
 //! Lowest modes of a structure, free or supported.
 
-use crate::linalg::{DMatrix, DVector, LinalgError, lowest_modes};
+use crate::linalg::{DMatrix, DVector, LinalgError, lowest_modes, symmetric_eigen};
 use std::f64::consts::TAU;
 
 /// Modes of a structure, rigid-body modes first, by ascending frequency.
@@ -84,7 +84,7 @@ pub fn solve(
         return Err(ModalError::NoDof);
     }
     check_finite(stiffness, mass)?;
-    let rigid = rigid_body_modes(stiffness, mass, rigid_motions);
+    let rigid = rigid_body_modes(stiffness, mass, rigid_motions)?;
     let n_rigid = rigid.ncols();
     let shift = match options.shift {
         Some(shift) => shift,
@@ -151,7 +151,11 @@ impl Symmetric for DMatrix<f64> {
 /// M-orthonormal rigid-body modes: the combinations of rigid motions that cost no strain energy and move mass.
 ///
 /// The energy of a motion r is judged against |r|ᵀ|K||r|, what its terms would sum to without cancelling.
-pub(super) fn rigid_body_modes<A: Symmetric>(k: &A, m: &A, motions: &DMatrix<f64>) -> DMatrix<f64> {
+pub(super) fn rigid_body_modes<A: Symmetric>(
+    k: &A,
+    m: &A,
+    motions: &DMatrix<f64>,
+) -> Result<DMatrix<f64>, LinalgError> {
     let n = motions.nrows();
     let absolute = k.absolute();
     // Motions in comparable units: each scaled to unit absolute energy; those that no dof takes part in are dropped.
@@ -167,16 +171,16 @@ pub(super) fn rigid_body_modes<A: Symmetric>(k: &A, m: &A, motions: &DMatrix<f64
         scaled.push((r / size.sqrt()).column(0).into_owned());
     }
     if scaled.is_empty() {
-        return DMatrix::zeros(n, 0);
+        return Ok(DMatrix::zeros(n, 0));
     }
     let motions = DMatrix::from_columns(&scaled);
     let energy = motions.transpose() * k.times(&motions);
-    let eigen = nalgebra::SymmetricEigen::new(0.5 * (&energy + energy.transpose()));
+    let eigen = symmetric_eigen(&(0.5 * (&energy + energy.transpose())))?;
     // Rounding of the sums is some 1e-15 of the absolute energy; the softest suspension that can matter is far above.
     let free: Vec<DVector<f64>> = (0..energy.nrows())
-        .filter(|&i| eigen.eigenvalues[i].abs() < 1e-12)
+        .filter(|&i| eigen.values[i].abs() < 1e-12)
         .filter_map(|i| {
-            let weights = eigen.eigenvectors.column(i);
+            let weights = eigen.vectors.column(i);
             let combination = &motions * weights;
             // Where few dofs are left, some combinations of motions move none of them: what remains is rounding.
             let size = motions.abs() * weights.abs();
@@ -184,22 +188,22 @@ pub(super) fn rigid_body_modes<A: Symmetric>(k: &A, m: &A, motions: &DMatrix<f64
         })
         .collect();
     if free.is_empty() {
-        return DMatrix::zeros(n, 0);
+        return Ok(DMatrix::zeros(n, 0));
     }
     let free = DMatrix::from_columns(&free);
     // Combinations that move mass and differ from each other.
     let gram = free.transpose() * m.times(&free);
     let diagonal: Vec<f64> = (0..gram.nrows()).map(|i| gram[(i, i)].max(f64::MIN_POSITIVE).sqrt()).collect();
     let unit = DMatrix::from_fn(gram.nrows(), gram.ncols(), |i, j| gram[(i, j)] / (diagonal[i] * diagonal[j]));
-    let eigen = nalgebra::SymmetricEigen::new(0.5 * (&unit + unit.transpose()));
+    let eigen = symmetric_eigen(&(0.5 * (&unit + unit.transpose())))?;
     let columns: Vec<DVector<f64>> = (0..unit.nrows())
-        .filter(|&i| eigen.eigenvalues[i] > 1e-10)
+        .filter(|&i| eigen.values[i] > 1e-10)
         .map(|i| {
-            let weights = DVector::from_fn(unit.nrows(), |j, _| eigen.eigenvectors[(j, i)] / diagonal[j]);
-            &free * weights / eigen.eigenvalues[i].sqrt()
+            let weights = DVector::from_fn(unit.nrows(), |j, _| eigen.vectors[(j, i)] / diagonal[j]);
+            &free * weights / eigen.values[i].sqrt()
         })
         .collect();
-    if columns.is_empty() { DMatrix::zeros(n, 0) } else { DMatrix::from_columns(&columns) }
+    Ok(if columns.is_empty() { DMatrix::zeros(n, 0) } else { DMatrix::from_columns(&columns) })
 }
 
 /// A shift for the inverse problem: about the first elastic λ of the structure.
@@ -213,7 +217,7 @@ pub fn typical_shift(
 ) -> Result<f64, ModalError> {
     let n = stiffness.nrows();
     check_finite(stiffness, mass)?;
-    let n_rigid = rigid_body_modes(stiffness, mass, rigid_motions).ncols();
+    let n_rigid = rigid_body_modes(stiffness, mass, rigid_motions)?.ncols();
     // A dof's own K/M is above the first λ (Rayleigh), usually by a few decades.
     let ratios = (0..n).filter(|&i| mass[(i, i)] > 0.0 && stiffness[(i, i)] > 0.0);
     let least = ratios.map(|i| stiffness[(i, i)] / mass[(i, i)]).fold(f64::INFINITY, f64::min);

@@ -42,7 +42,7 @@ pub fn solve_sparse(
     if (0..n).all(|i| mass.diagonal(i) <= 0.0) {
         return Err(ModalError::NoMass);
     }
-    let rigid = rigid_body_modes(stiffness, mass, rigid_motions);
+    let rigid = rigid_body_modes(stiffness, mass, rigid_motions)?;
     let n_rigid = rigid.ncols();
     let sparse = SparseOptions { n_modes: options.n_elastic, shift: options.shift, ..SparseOptions::default() };
     let found = lowest_sparse_modes(plan, stiffness, mass, &rigid, start, &sparse)?;

@@ -97,16 +97,17 @@ impl<'a> Comparison<'a> {
         let frequencies: Vec<f64> = test.modes.iter().map(|m| m.frequency_hz.value).collect();
         let families =
             test.modes.iter().map(|m| m.label.as_deref().and_then(family_of_label).map(str::to_string)).collect();
-        let loads = statics::loads(model, test, &solver)?;
         let is_damped = solver.is_damped();
         let responses = FrfRows::new(model, test)?;
         let n_dof = model.dof_map().n_dof();
-        let dense_only = [("static tests", !test.static_tests.is_empty()), ("frequency responses", responses.is_some())];
+        let dense_only =
+            [("static tests", !test.static_tests.is_empty()), ("frequency responses", responses.is_some())];
         if let Some((what, _)) = dense_only.iter().find(|(_, used)| *used && n_dof > MOST_DENSE_DOFS) {
             return Err(CorrelationError::Model(format!(
                 "{what} need dense matrices of at most {MOST_DENSE_DOFS} dofs, and the model has {n_dof}: subdivide less, or leave the {what} out of the test file"
             )));
         }
+        let loads = statics::loads(model, test, &solver)?;
         Ok(Self {
             model,
             test,

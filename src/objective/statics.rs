@@ -28,9 +28,8 @@ pub(super) fn loads(
         }
     }
     if let Some(first) = test.static_tests.first() {
-        let (_, modes) = solver
-            .solve(model, &starting_point(model), 1)
-            .map_err(|e| CorrelationError::Model(e.to_string()))?;
+        let (_, modes) =
+            solver.solve(model, &starting_point(model), 1).map_err(|e| CorrelationError::Model(e.to_string()))?;
         if modes.n_rigid + modes.n_mechanism > 0 {
             return Err(CorrelationError::Model(format!(
                 "the structure is free to move, so the static test `{}` has no answer; name a configuration with supports in the test file",
