@@ -138,7 +138,8 @@ fn sensitivities_are_those_of_differences_and_of_the_dense_path() {
             let error = (&difference - column).amax() / column.amax();
             assert!(error < 1e-6, "{parts} parts, parameter {j}: {error:e}");
         }
-        jacobians.push(exact.jacobian);
+        // A shape of the test may have either sign.
+        jacobians.push(exact.jacobian.abs());
     }
     // Hermite beams: a third of the size changes the first frequencies by 1e-6.
     let error = (&jacobians[0] - &jacobians[1]).amax() / jacobians[0].amax();
