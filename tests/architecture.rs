@@ -19,7 +19,7 @@ const IMPORTS: &[(&str, &[&str])] = &[
     ("data", &["linalg", "catalogue", "units", "yaml", "element"]),
     // level 3
     ("identify", &["linalg", "catalogue", "modal", "data"]),
-    ("effect", &["linalg", "catalogue", "units", "yaml", "element", "model"]),
+    ("effect", &["linalg", "catalogue", "units", "yaml", "element", "model", "modal"]),
     ("correlation", &["linalg", "catalogue", "units", "yaml", "element", "model", "modal", "data"]),
     // level 4
     ("objective", &["linalg", "catalogue", "element", "model", "modal", "data", "correlation"]),

@@ -627,6 +627,9 @@ pub(crate) struct Benchmark {
     /// Print every case.
     #[arg(long)]
     pub(crate) cases: bool,
+    /// Only cases with this in the name of what is hidden, with all their hypotheses.
+    #[arg(long, value_name = "TEXT")]
+    pub(crate) case: Option<String>,
     /// Print JSON instead of text.
     #[arg(long)]
     pub(crate) json: bool,

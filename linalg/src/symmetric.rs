@@ -72,6 +72,26 @@ impl SymMatrix {
         self.lower.copy_from_slice(&other.lower);
     }
 
+    /// out = self v.
+    ///
+    /// # Panics
+    /// If a length is not the number of rows.
+    pub fn multiply(&self, v: &[f64], out: &mut [f64]) {
+        assert!(v.len() == self.n && out.len() == self.n, "vectors of {} rows", self.n);
+        out.fill(0.0);
+        let mut rest = self.lower.as_slice();
+        for i in 0..self.n {
+            let (row, below) = rest.split_at(i + 1);
+            rest = below;
+            let mut sum = row[i] * v[i];
+            for j in 0..i {
+                sum += row[j] * v[j];
+                out[j] += row[j] * v[i];
+            }
+            out[i] += sum;
+        }
+    }
+
     /// Whether every entry is zero.
     pub fn is_zero(&self) -> bool {
         self.lower.iter().all(|v| *v == 0.0)

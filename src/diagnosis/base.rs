@@ -1,9 +1,9 @@
 //! The base fit with its screening: all that is known before any hypothesis is refitted.
 
+use super::aside::aside;
 use super::evidence::{REMAINDER, goodness_of_fit};
 use super::faults::{Fault, Trace, faults, traces};
 use super::noise::{Scatter, best_scores, p_value, scatter};
-use super::robust::robust;
 use super::scene::{Fit, Scene, fit};
 use super::screen::{Directions, Score, Screened, project, screen};
 use super::{DiagnosisError, Settings};
@@ -15,6 +15,26 @@ use rand_chacha::ChaCha8Rng;
 
 /// Starts in the box beside the estimates.
 const BOX_STARTS: usize = 5;
+
+/// The score of a fault.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct FaultScore {
+    /// Index of the fault.
+    pub(super) index: usize,
+    /// T.
+    pub(super) t: f64,
+    /// The gain, or κ, that fits best.
+    pub(super) number: f64,
+    /// Which of the fits aside it was found at; none for the fit itself.
+    pub(super) aside: Option<usize>,
+}
+
+impl FaultScore {
+    /// A fault that is tried whatever its first-order score.
+    pub(super) fn unscored(index: usize) -> Self {
+        Self { index, t: 0.0, number: 1.0, aside: None }
+    }
+}
 
 /// A scene, fitted and screened.
 pub(super) struct Stage {
@@ -29,8 +49,10 @@ pub(super) struct Stage {
     /// Effects by descending score.
     pub(super) effects: Vec<Score>,
     pub(super) faults: Vec<Fault>,
-    /// Faults by descending score: index, T, best number (gain, κ).
-    pub(super) fault_scores: Vec<(usize, f64, f64)>,
+    /// Faults by descending score.
+    pub(super) fault_scores: Vec<FaultScore>,
+    /// Where fits lie that a bad channel could not pull aside.
+    pub(super) aside: Vec<DVector<f64>>,
     pub(super) scatter: Scatter,
     /// P(best score >= observed).
     pub(super) p_value: f64,
@@ -93,28 +115,38 @@ pub(super) fn stage(
         .enumerate()
         .filter_map(|(i, t)| t.map(|t| (i, t.projected(&q))))
         .collect();
-    let mut fault_scores: Vec<(usize, f64, f64)> =
-        seen.iter().map(|(i, t)| (*i, t.score(&residual), t.number(&residual))).collect();
+    let mut fault_scores: Vec<FaultScore> = seen
+        .iter()
+        .map(|(index, t)| FaultScore {
+            index: *index,
+            t: t.score(&residual),
+            number: t.number(&residual),
+            aside: None,
+        })
+        .collect();
     // A gross fault has pulled the fit aside; at a fit that it could not pull, its trace is whole.
-    if !list.is_empty()
-        && goodness_of_fit(&base, &q) < REMAINDER
-        && let Some(other) = robust(&scene, &base, scaled)?
-    {
+    let others = if !list.is_empty() && goodness_of_fit(&base, &q) < REMAINDER {
+        aside(&scene, &base, scaled)?
+    } else {
+        Vec::new()
+    };
+    for (k, other) in others.iter().enumerate() {
         let excess = 2.0 * (other.phi - base.phi);
-        for (i, trace) in traces(&scene, &other, scaled, &list).into_iter().enumerate() {
+        for (index, trace) in traces(&scene, other, scaled, &list).into_iter().enumerate() {
             let Some(trace) = trace else { continue };
-            let (t, number) = (trace.score(&other.r) - excess, trace.number(&other.r));
-            match fault_scores.iter_mut().find(|f| f.0 == i) {
-                Some(f) if t > f.1 => (f.1, f.2) = (t, number),
+            let t = (trace.score(&other.r) - excess).max(0.0);
+            let found = FaultScore { index, t, number: trace.number(&other.r), aside: Some(k) };
+            match fault_scores.iter_mut().find(|f| f.index == index) {
+                Some(f) if t > f.t => *f = found,
                 Some(_) => {}
-                None => fault_scores.push((i, t.max(0.0), number)),
+                None => fault_scores.push(found),
             }
         }
     }
-    fault_scores.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
+    fault_scores.sort_by(|a, b| b.t.total_cmp(&a.t).then(a.index.cmp(&b.index)));
     let null_traces: Vec<Trace> = seen.into_iter().map(|(_, t)| t).collect();
     let draws = best_scores(&base, &q, &directions, &null_traces, settings.seed.wrapping_add(1));
-    let best = effects.first().map_or(0.0, |s| s.t).max(fault_scores.first().map_or(0.0, |f| f.1));
+    let best = effects.first().map_or(0.0, |s| s.t).max(fault_scores.first().map_or(0.0, |f| f.t));
     let p = p_value(&draws, best);
     Ok(Stage {
         scene,
@@ -126,6 +158,7 @@ pub(super) fn stage(
         effects,
         faults: list,
         fault_scores,
+        aside: others.into_iter().map(|f| f.x).collect(),
         scatter,
         p_value: p,
         residual,

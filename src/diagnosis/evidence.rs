@@ -8,6 +8,9 @@ use statrs::function::erf::erfc;
 
 /// Level of the tests on what remains: a fit leaves noise if noise alone gives as much with at least this probability.
 pub(super) const REMAINDER: f64 = 0.01;
+/// The same for each of the three tests of a verdict (goodness of fit, neighbours, second screening), so that noise fails any
+/// of them with probability 0.01.
+pub(super) const EACH_REMAINDER: f64 = REMAINDER / 3.0;
 
 /// ln ∫ exp(-Φ) dx of the priors and the data, by Laplace's method, with the faces of the box.
 ///

@@ -18,8 +18,8 @@
 use super::scene::{Fit, Scene};
 use super::screen::project;
 use crate::correlation::{observation_matrix, sensor_position};
-use crate::data::{Place, Sensor, TestData};
-use crate::linalg::{DMatrix, DVector};
+use crate::data::{FrfSet, Place, Sensor, TestData};
+use crate::linalg::{Complex, DMatrix, DVector};
 use rayon::prelude::*;
 
 /// Standard deviation of ln gain.
@@ -125,6 +125,9 @@ impl Fault {
             }
             _ => {}
         }
+        if let Some(set) = &mut out.frfs {
+            self.correct_functions(set, &test.sensors, number);
+        }
         for mode in &mut out.modes {
             let Some(shape) = &mut mode.shape else { continue };
             match &self.change {
@@ -141,7 +144,7 @@ impl Fault {
                         sd[s] /= number.abs();
                     }
                 }
-                Change::Dead => shape[s] = crate::linalg::Complex::new(f64::NAN, f64::NAN),
+                Change::Dead => shape[s] = Complex::new(f64::NAN, f64::NAN),
                 _ => {
                     if let Some(sd) = &mut mode.shape_sd {
                         sd[s] *= number;
@@ -150,6 +153,35 @@ impl Fault {
             }
         }
         out
+    }
+}
+
+impl Fault {
+    /// The same in the functions whose response is named like the sensor.
+    fn correct_functions(&self, set: &mut FrfSet, sensors: &[Sensor], number: f64) {
+        let channel = |sensor: usize, set: &FrfSet| set.responses.iter().position(|c| c.name == sensors[sensor].name);
+        let Some(own) = channel(self.sensor, set) else { return };
+        let other = match self.change {
+            Change::Swap(other) => channel(other, set),
+            _ => None,
+        };
+        for line in 0..set.n_lines() {
+            for reference in 0..set.references.len() {
+                let i = set.index(line, reference, own);
+                match self.change {
+                    Change::Sign => set.h[i] = -set.h[i],
+                    Change::Gain => set.h[i] /= number,
+                    Change::Dead => set.h[i] = Complex::new(f64::NAN, f64::NAN),
+                    Change::Swap(_) => {
+                        if let Some(other) = other {
+                            let j = set.index(line, reference, other);
+                            set.h.swap(i, j);
+                        }
+                    }
+                    _ => {}
+                }
+            }
+        }
     }
 }
 
@@ -228,7 +260,7 @@ fn positions(scene: &Scene, out: &mut Vec<Fault>) {
 }
 
 /// The weighted residual of one mode's shape with its free scale, at its measured sensors.
-fn shape_rows(phi: &[f64], test: &[f64], inverse_sd: &[f64]) -> Vec<f64> {
+pub(super) fn shape_rows(phi: &[f64], test: &[f64], inverse_sd: &[f64]) -> Vec<f64> {
     let (mut cross, mut own) = (0.0, 0.0);
     for k in 0..phi.len() {
         let w = inverse_sd[k] * inverse_sd[k];

@@ -58,7 +58,7 @@ pub fn learn(
     take_best: bool,
     limit: usize,
 ) -> Result<Learned, DiagnosisError> {
-    let mut scene = Scene { model: model.clone(), test: test.clone(), added: Vec::new() };
+    let mut scene = Scene::new(model, test);
     let mut starts: Vec<DVector<f64>> = Vec::new();
     let mut weight = None;
     let mut effects: Vec<Candidate> = Vec::new();
@@ -131,7 +131,7 @@ fn prune(
         let with = score(scene, starts, weight)?;
         let mut rest = effects.clone();
         let gone = rest.remove(k);
-        let mut smaller = Scene { model: model.clone(), test: scene.test.clone(), added: Vec::new() };
+        let mut smaller = Scene::new(model, &scene.test);
         let built = rest.iter().try_fold(smaller.clone(), |s, c| super::refit::with_effect(&s, c));
         let Ok(built) = built else {
             k += 1;
@@ -169,14 +169,5 @@ fn score(scene: &Scene, starts: &[DVector<f64>], weight: f64) -> Result<(f64, DV
     let mut all = starts.to_vec();
     all.push(scene.start());
     let found = fit(scene, &all, weight)?;
-    let mut evidence = ln_evidence(&found)?;
-    let priors = scene.priors();
-    let first = priors.len() - scene.added.len();
-    for (k, p) in scene.added.iter().enumerate() {
-        evidence -= priors[first + k].1.ln();
-        if p.one_sided() {
-            evidence += std::f64::consts::LN_2;
-        }
-    }
-    Ok((evidence, found.x))
+    Ok((ln_evidence(&found)? + scene.ln_size_priors(&scene.added), found.x))
 }

@@ -9,6 +9,7 @@
 //! hypotheses, `noise` the null distributions, `refit` and `evidence` the comparison, `verdict` the rules, and
 //! `next_measurement` what would separate ties. [`learn`] repeats it. Stated numbers are SI.
 
+mod aside;
 mod base;
 pub mod benchmark;
 mod error;
@@ -19,12 +20,10 @@ mod mesh;
 mod next_measurement;
 mod noise;
 mod refit;
-mod robust;
 mod scene;
 mod screen;
 #[cfg(test)]
 mod tests;
-pub mod twin;
 mod verdict;
 
 pub use error::DiagnosisError;
@@ -189,7 +188,7 @@ pub struct Diagnosis {
 ///
 /// Errors: no modes, a sensor without a place on the model, a model that cannot be solved anywhere.
 pub fn diagnose(model: &Model, test: &TestData, settings: &Settings) -> Result<Diagnosis, DiagnosisError> {
-    let scene = Scene { model: model.clone(), test: test.clone(), added: Vec::new() };
+    let scene = Scene::new(model, test);
     Ok(investigate(scene, &[], None, settings)?.diagnosis)
 }
 

@@ -24,6 +24,9 @@ const TIED: usize = 5;
 const NEXT_MODES: usize = 3;
 /// A known mass for a second test, as a share of the total.
 const ADDED_MASS: f64 = 0.02;
+/// A spring to ground for a second test: its stiffness as a share of total mass times the square of the lowest measured
+/// frequency.
+const ADDED_SPRING: f64 = 0.1;
 /// Uncertainties of what is not measured yet.
 const FREQUENCY_SD: f64 = 0.003;
 const SHAPE_SD: f64 = 0.02;
@@ -111,7 +114,8 @@ fn places(base: &Stage) -> Vec<(usize, usize)> {
 }
 
 /// All proposals with the standard deviations of the prediction vector:
-/// sensors (per place: one entry a mode), next frequencies, added masses (per place: one a mode), mass, cg, inertia.
+/// sensors (per place: one entry a mode), next frequencies, added masses and added supports (per place: one a mode), mass,
+/// cg, inertia.
 fn proposals(base: &Stage) -> (Vec<Proposal>, Vec<f64>) {
     let names = &base.scene.model.geometry().names;
     let m = base.fit.rows.n_modes;
@@ -136,9 +140,21 @@ fn proposals(base: &Stage) -> (Vec<Proposal>, Vec<f64>) {
         );
         add(what, &names[node], vec![FREQUENCY_SD; m]);
     }
+    let spring = added_spring(base);
+    for &(node, axis) in &places {
+        let axis = ["x", "y", "z"][axis];
+        let what = format!("the same modes with a spring of {spring:.2e} N/m to ground at {} along {axis}", names[node]);
+        add(what, &names[node], vec![FREQUENCY_SD; m]);
+    }
     add("total mass and centre of gravity on scales".to_string(), "", vec![MASS_SD; 4]);
     add("moments of inertia by swinging".to_string(), "", vec![INERTIA_SD; 3]);
     (out, sd)
+}
+
+fn added_spring(base: &Stage) -> f64 {
+    let mass = base.scene.model.mass_properties(&base.fit.theta).ok().flatten().map_or(0.0, |p| p.mass);
+    let lowest = base.scene.test.modes.iter().map(|m| m.frequency_hz.value).fold(f64::INFINITY, f64::min);
+    ADDED_SPRING * mass * (std::f64::consts::TAU * lowest).powi(2)
 }
 
 /// The prediction vector of a hypothesis and its derivative times the root of the covariance.
@@ -205,6 +221,14 @@ fn predict(
             let phi = motion(&base_names[node], axis, partners[m]);
             // Rayleigh's quotient of the modified structure, to first order in the mass.
             out.push(-0.5 * (added * phi * phi).ln_1p());
+        }
+    }
+    let spring = added_spring(base);
+    for &(node, axis) in &places {
+        for &partner in &partners {
+            let phi = motion(&base_names[node], axis, partner);
+            let omega2 = (std::f64::consts::TAU * p.frequencies_hz[partner]).powi(2);
+            out.push(0.5 * (spring * phi * phi / omega2).ln_1p());
         }
     }
     let extent = |i: f64, mass: f64| (i.max(0.0) / mass.max(f64::MIN_POSITIVE)).sqrt();

@@ -1,10 +1,11 @@
 //! Full refits of the best hypotheses: base parameters and size together.
 
-use super::base::Stage;
+use super::base::{FaultScore, Stage, box_starts};
 use super::evidence::{REMAINDER, goodness_of_fit, held_out, ln_evidence};
 use super::faults::{Change, Fault, GAIN_SD};
 use super::scene::{Fit, STEPS, Scene, fit, fit_from};
 use super::screen::{Score, start_sizes};
+use super::verdict::STRONG;
 use super::{DiagnosisError, Estimate};
 use crate::effect::{Candidate, NewParameter};
 use crate::linalg::DVector;
@@ -19,12 +20,20 @@ const BEST: usize = 12;
 const STARTS: usize = 4;
 /// Effects that are fitted with a few steps where the best refits leave more than noise.
 const SHORT_FITS: usize = 200;
-/// Faults of every kind that are refitted then.
+/// Faults of every kind that are refitted then, and how many members a kind may have to be refitted whole.
 const FAULTS_OF_A_KIND: usize = 4;
+const FEW_OF_A_KIND: usize = 16;
 /// Those steps.
 const FEW_STEPS: usize = 6;
 /// Faults that are refitted.
 const BEST_FAULTS: usize = 4;
+/// Below this score a fault is not worth a refit: two standard deviations.
+const FAINT: f64 = 4.0;
+/// Rounds of looking around the best effect, and how many effects like it are tried with a few steps.
+const ROUNDS: usize = 3;
+/// Hypotheses that are polished.
+const POLISHED: usize = 3;
+const NEAR: usize = 60;
 /// 90 % of a Gaussian lie within this many standard deviations.
 const NINETY: f64 = 1.6449;
 
@@ -97,62 +106,172 @@ pub(super) fn chosen_effects(stage: &Stage, limit: usize) -> Vec<Score> {
     out
 }
 
-/// What is refitted: an effect, or a fault with its number.
+/// What is refitted: an effect with the values of the base from which it starts, or a fault.
 #[derive(Clone, Copy)]
 enum Job<'a> {
-    Effect(&'a Score),
-    Fault(&'a (usize, f64, f64)),
+    Effect(&'a Score, &'a [DVector<f64>]),
+    Fault(&'a FaultScore, &'a [DVector<f64>]),
 }
 
 /// Refits the best effects and faults of a stage, in parallel, in a fixed order; what cannot be fitted is left out.
 ///
-/// Where none of them leaves noise, first-order scores have misled: then every other effect is fitted with a few steps, and
-/// the best of those in full; and the best few of every kind of fault.
+/// First-order scores mislead where an effect is large or the base has been pulled far. So:
+/// * Where none of them leaves noise, every other effect is fitted with a few steps, and the best of those in full; and the
+///   best few of every kind of fault.
+/// * What is like the best, in kind or place, is fitted once more from where the best has brought the base, until nothing
+///   better comes.
 pub(super) fn refit(stage: &Stage, few: bool) -> Result<Vec<Refit>, DiagnosisError> {
     let base = ln_evidence(&stage.fit)?;
     let limit = if few { BEST / 2 } else { BEST };
+    let bases = [stage.fit.x.clone(), stage.scene.start()];
     let scores = chosen_effects(stage, limit);
-    let mut faults: Vec<&(usize, f64, f64)> = Vec::new();
-    let best = stage.fault_scores.first().map_or(0.0, |f| f.1);
-    for f in &stage.fault_scores {
-        let kind = stage.faults[f.0].name();
-        let new = !faults.iter().any(|g| stage.faults[g.0].name() == kind);
-        if f.1 > 0.0 && (faults.len() < BEST_FAULTS || (new && f.1 > 0.5 * best)) && f.1 > 4.0 {
-            faults.push(f);
-        }
-    }
-    let jobs: Vec<Job<'_>> = scores.iter().map(Job::Effect).chain(faults.iter().copied().map(Job::Fault)).collect();
+    let faults = chosen_faults(stage);
+    let jobs: Vec<Job<'_>> = scores
+        .iter()
+        .map(|s| Job::Effect(s, &bases))
+        .chain(faults.iter().map(|&f| Job::Fault(f, &bases)))
+        .collect();
     let mut done = run(stage, &jobs, base);
-    let mut leaves_noise = false;
-    for r in &done {
-        leaves_noise |= r.ln_bayes > 0.0 && goodness_of_fit(&r.fit, &r.fit.basis()?) > REMAINDER;
+    if few {
+        return Ok(done);
     }
-    if !leaves_noise && !few && goodness_of_fit(&stage.fit, &stage.q) < REMAINDER {
-        let taken = |s: &Score| scores.iter().any(|t| t.index == s.index);
-        let rest: Vec<&Score> = stage.effects.iter().filter(|s| !taken(s)).take(SHORT_FITS).collect();
-        let short: Vec<f64> = rest.par_iter().map(|s| short_fit(stage, s).unwrap_or(f64::INFINITY)).collect();
-        let mut order: Vec<usize> = (0..rest.len()).filter(|&i| short[i].is_finite()).collect();
-        order.sort_by(|&a, &b| short[a].total_cmp(&short[b]).then(a.cmp(&b)));
-        let mut more: Vec<Job<'_>> = order.iter().take(limit).map(|&i| Job::Effect(rest[i])).collect();
-        let mut kinds: BTreeMap<&str, usize> = BTreeMap::new();
-        for f in stage.fault_scores.iter().filter(|f| !faults.contains(f)) {
-            let count = kinds.entry(stage.faults[f.0].name()).or_default();
-            *count += 1;
-            if *count <= FAULTS_OF_A_KIND {
-                more.push(Job::Fault(f));
-            }
-        }
+    if goodness_of_fit(&stage.fit, &stage.q) < REMAINDER && !leaves_noise(&done)? {
+        let rest: Vec<&Score> =
+            stage.effects.iter().filter(|s| !scores.iter().any(|t| t.index == s.index)).take(SHORT_FITS).collect();
+        let near = shortest(stage, &rest, &bases);
+        let mut more: Vec<Job<'_>> = near.into_iter().take(limit).map(|s| Job::Effect(s, &bases)).collect();
+        let further = further_faults(stage, &faults);
+        more.extend(further.iter().map(|f| Job::Fault(f, &bases)));
         done.extend(run(stage, &more, base));
     }
+    around_the_best(stage, &mut done, base)?;
+    if !leaves_noise(&done)? {
+        polish(stage, &mut done, base)?;
+    }
     Ok(done)
+}
+
+/// Faults that deserve a refit: the best, and one of every other kind that comes near.
+fn chosen_faults(stage: &Stage) -> Vec<&FaultScore> {
+    let best = stage.fault_scores.first().map_or(0.0, |f| f.t);
+    let mut out: Vec<&FaultScore> = Vec::new();
+    for f in stage.fault_scores.iter().filter(|f| f.t > FAINT) {
+        let kind = stage.faults[f.index].name();
+        let new = !out.iter().any(|g| stage.faults[g.index].name() == kind);
+        if out.len() < BEST_FAULTS || (new && f.t > 0.5 * best) {
+            out.push(f);
+        }
+    }
+    out
+}
+
+/// All other faults of the kinds that have few, also those without a first-order score; the best of every other kind.
+fn further_faults(stage: &Stage, but: &[&FaultScore]) -> Vec<FaultScore> {
+    let mut members: BTreeMap<&str, usize> = BTreeMap::new();
+    for f in &stage.faults {
+        *members.entry(f.name()).or_default() += 1;
+    }
+    let few = |index: usize| members[stage.faults[index].name()] <= FEW_OF_A_KIND;
+    let mut taken: BTreeMap<&str, usize> = BTreeMap::new();
+    let mut out = Vec::new();
+    for f in stage.fault_scores.iter().filter(|f| !but.contains(f)) {
+        let count = taken.entry(stage.faults[f.index].name()).or_default();
+        *count += 1;
+        if few(f.index) || *count <= FAULTS_OF_A_KIND {
+            out.push(*f);
+        }
+    }
+    let unscored = |i: &usize| few(*i) && !stage.fault_scores.iter().any(|f| f.index == *i);
+    out.extend((0..stage.faults.len()).filter(unscored).map(FaultScore::unscored));
+    out
+}
+
+/// Whether any hypothesis that is better than the base leaves no more than noise.
+fn leaves_noise(done: &[Refit]) -> Result<bool, DiagnosisError> {
+    for r in done.iter().filter(|r| r.ln_bayes > 0.0) {
+        if goodness_of_fit(&r.fit, &r.fit.basis()?) > REMAINDER {
+            return Ok(true);
+        }
+    }
+    Ok(false)
+}
+
+/// Effects by what a few steps leave; those that cannot be fitted left out.
+fn shortest<'a>(stage: &Stage, effects: &[&'a Score], bases: &[DVector<f64>]) -> Vec<&'a Score> {
+    let short: Vec<f64> =
+        effects.par_iter().map(|s| short_fit(stage, s, bases).unwrap_or(f64::INFINITY)).collect();
+    let mut order: Vec<usize> = (0..effects.len()).filter(|&i| short[i].is_finite()).collect();
+    order.sort_by(|&a, &b| short[a].total_cmp(&short[b]).then(a.cmp(&b)));
+    order.into_iter().map(|i| effects[i]).collect()
+}
+
+/// Fits what is like the best effect, in kind or place, from where the best has brought the base.
+fn around_the_best(stage: &Stage, done: &mut Vec<Refit>, base: f64) -> Result<(), DiagnosisError> {
+    for _ in 0..ROUNDS {
+        let Some(best) = done.iter().max_by(|a, b| a.ln_bayes.total_cmp(&b.ln_bayes)) else { return Ok(()) };
+        let (Tried::Effect(found), before) = (&best.tried, best.ln_bayes) else { return Ok(()) };
+        if before < STRONG {
+            return Ok(());
+        }
+        let bases = [best.fit.x.rows(0, stage.fit.x.len()).into_owned()];
+        let like = |s: &&Score| {
+            let c = &stage.screened[s.index].candidate;
+            let is_found = c.id() == found.id();
+            !is_found && (c.effect.name() == found.effect.name() || c.location.shares_name(&found.location))
+        };
+        let near: Vec<&Score> = stage.effects.iter().filter(like).take(NEAR).collect();
+        let near = shortest(stage, &near, &bases);
+        let jobs: Vec<Job<'_>> = near.into_iter().take(BEST).map(|s| Job::Effect(s, &bases)).collect();
+        merge(stage, done, run(stage, &jobs, base));
+        let after = done.iter().map(|r| r.ln_bayes).fold(f64::NEG_INFINITY, f64::max);
+        if after < before + STRONG {
+            return Ok(());
+        }
+    }
+    Ok(())
+}
+
+/// Fits the best few once more from where every other hypothesis has brought the base, and from points of the box: with the
+/// wrong basin none would leave noise.
+fn polish(stage: &Stage, done: &mut Vec<Refit>, base: f64) -> Result<(), DiagnosisError> {
+    done.sort_by(|a, b| b.ln_bayes.total_cmp(&a.ln_bayes));
+    let n = stage.fit.x.len();
+    let mut bases: Vec<DVector<f64>> = done.iter().take(BEST).map(|r| r.fit.x.rows(0, n).into_owned()).collect();
+    bases.extend(box_starts(&stage.scene, BEST, 0));
+    let faults: Vec<FaultScore> = (0..stage.faults.len()).map(FaultScore::unscored).collect();
+    let jobs: Vec<Job<'_>> = done
+        .iter()
+        .take(POLISHED)
+        .filter_map(|r| match &r.tried {
+            Tried::Effect(c) => {
+                let score = stage.effects.iter().find(|s| stage.screened[s.index].candidate.id() == c.id())?;
+                Some(Job::Effect(score, &bases))
+            }
+            Tried::Fault(f) => Some(Job::Fault(&faults[stage.faults.iter().position(|g| g == f)?], &bases)),
+        })
+        .collect();
+    let found = run(stage, &jobs, base);
+    merge(stage, done, found);
+    Ok(())
+}
+
+/// Takes over what is new or better.
+fn merge(stage: &Stage, done: &mut Vec<Refit>, found: Vec<Refit>) {
+    for r in found {
+        match done.iter_mut().find(|d| d.id(&stage.scene) == r.id(&stage.scene)) {
+            Some(d) if r.ln_bayes > d.ln_bayes => *d = r,
+            Some(_) => {}
+            None => done.push(r),
+        }
+    }
 }
 
 fn run(stage: &Stage, jobs: &[Job<'_>], base: f64) -> Vec<Refit> {
     let done: Vec<Option<Refit>> = jobs
         .par_iter()
         .map(|job| match job {
-            Job::Effect(score) => refit_effect(stage, score, base).ok(),
-            Job::Fault((index, _, number)) => refit_fault(stage, &stage.faults[*index], *number, base).ok(),
+            Job::Effect(score, bases) => refit_effect(stage, score, bases, base).ok(),
+            Job::Fault(score, bases) => refit_fault(stage, score, bases, base).ok(),
         })
         .collect();
     done.into_iter().flatten().collect()
@@ -162,11 +281,11 @@ fn run(stage: &Stage, jobs: &[Job<'_>], base: f64) -> Vec<Refit> {
 pub(super) fn with_effect(scene: &Scene, candidate: &Candidate) -> Result<Scene, DiagnosisError> {
     let patched = candidate.build(&scene.model, &Registry::builtin())?;
     let added = [scene.added.clone(), candidate.parameters.clone()].concat();
-    Ok(Scene { model: patched.model, test: scene.test.clone(), added })
+    Ok(Scene { model: patched.model, test: scene.test.clone(), added, is_damped: scene.is_damped })
 }
 
-/// Where a fit of an effect may start: sizes of a ladder over the fitted and the nominal base.
-fn starts(stage: &Stage, score: &Score) -> Vec<DVector<f64>> {
+/// Where a fit of an effect may start: sizes of a ladder over values of the base.
+fn starts(stage: &Stage, score: &Score, bases: &[DVector<f64>]) -> Vec<DVector<f64>> {
     let screened = &stage.screened[score.index];
     let candidate = &screened.candidate;
     let join = |x: &DVector<f64>, values: &[f64]| {
@@ -175,29 +294,25 @@ fn starts(stage: &Stage, score: &Score) -> Vec<DVector<f64>> {
         DVector::from_iterator(x.len() + values.len(), x.iter().copied().chain(sizes))
     };
     let sizes = start_sizes(candidate, screened, Some(score));
-    let nominal = stage.scene.start();
-    sizes.iter().map(|v| join(&stage.fit.x, v)).chain(sizes.iter().map(|v| join(&nominal, v))).collect()
+    bases.iter().flat_map(|x| sizes.iter().map(|v| join(x, v))).collect()
 }
 
 /// Φ after a few steps.
-fn short_fit(stage: &Stage, score: &Score) -> Result<f64, DiagnosisError> {
+fn short_fit(stage: &Stage, score: &Score, bases: &[DVector<f64>]) -> Result<f64, DiagnosisError> {
     let scene = with_effect(&stage.scene, &stage.screened[score.index].candidate)?;
-    Ok(fit_from(&scene, &starts(stage, score), stage.weight, 2, FEW_STEPS)?.phi)
+    Ok(fit_from(&scene, &starts(stage, score, bases), stage.weight, 2, FEW_STEPS)?.phi)
 }
 
-fn refit_effect(stage: &Stage, score: &Score, base: f64) -> Result<Refit, DiagnosisError> {
+fn refit_effect(
+    stage: &Stage,
+    score: &Score,
+    bases: &[DVector<f64>],
+    base: f64,
+) -> Result<Refit, DiagnosisError> {
     let candidate = &stage.screened[score.index].candidate;
     let scene = with_effect(&stage.scene, candidate)?;
-    let fit = fit_from(&scene, &starts(stage, score), stage.weight, STARTS, STEPS)?;
-    let priors = scene.priors();
-    let first = stage.fit.x.len();
-    let mut evidence = ln_evidence(&fit)?;
-    for (k, p) in candidate.parameters.iter().enumerate() {
-        evidence -= priors[first + k].1.ln();
-        if p.one_sided() {
-            evidence += std::f64::consts::LN_2;
-        }
-    }
+    let fit = fit_from(&scene, &starts(stage, score, bases), stage.weight, STARTS, STEPS)?;
+    let evidence = ln_evidence(&fit)? + scene.ln_size_priors(&candidate.parameters);
     let estimates = estimates(&scene, &fit, &candidate.parameters)?;
     let held_out = held_out(&fit, stage.weight)?.iter().sum();
     let misfit = fit.misfit;
@@ -233,13 +348,19 @@ pub(super) fn estimates(scene: &Scene, fit: &Fit, of: &[NewParameter]) -> Result
     Ok(out)
 }
 
-fn refit_fault(stage: &Stage, fault: &Fault, number: f64, base: f64) -> Result<Refit, DiagnosisError> {
+fn refit_fault(
+    stage: &Stage,
+    score: &FaultScore,
+    bases: &[DVector<f64>],
+    base: f64,
+) -> Result<Refit, DiagnosisError> {
+    let fault = &stage.faults[score.index];
     let (w, s) = (stage.weight, fault.sensor);
-    let starts = [stage.fit.x.clone(), stage.scene.start()];
-    let mut number = number;
+    let starts: Vec<_> = score.aside.iter().map(|&k| &stage.aside[k]).chain(bases).cloned().collect();
+    let mut number = score.number;
     let mut scene = stage.scene.clone();
     scene.test = fault.apply(&stage.scene.test, number);
-    let mut found = fit(&scene, &starts, w)?;
+    let mut found = fit_from(&scene, &starts, w, STARTS, STEPS)?;
     let readings = |fit: &Fit| -> Vec<(f64, f64, f64)> {
         // c φ/σ, t/σ with the original data, and the residual, of the measured modes of this sensor
         (0..fit.rows.n_modes)

@@ -4,9 +4,16 @@
 //! Φ(x) = ½ |w r(x)|² + ½ Σ ((x_j - c_j)/s_j)²,    H = JᵀJ of the same rows,    w = 1/√s2 on measured rows
 //! ```
 //!
-//! Every free parameter has a Gaussian prior: its `prior_sd` where the file gives one, else half its interval around its
-//! estimate; a size that an effect has brought has its typical size around its neutral value. The priors keep the
-//! problem regular where data cannot tell parameters apart, and they are what an evidence needs.
+//! Every free parameter of the file has a Gaussian prior: its `prior_sd` where the file gives one, else half its interval
+//! around its estimate. A size that an effect has brought has a Cauchy prior around its neutral value with its typical size as
+//! scale: a typical size is an order of magnitude, and one that is ten times as large must not be bent towards it. It enters
+//! as a row too, ρ with ½ρ² = ln(1 + z²):
+//!
+//! ```text
+//! ρ = sign(z) √(2 ln(1 + z²)),    z = (x - c)/s,    p(x) = 1/(π s (1 + z²)), twice that where the size has one sign
+//! ```
+//!
+//! The priors keep the problem regular where data cannot tell parameters apart, and they are what an evidence needs.
 
 use super::DiagnosisError;
 use crate::correlation::{PairBy, PairingOptions};
@@ -14,7 +21,9 @@ use crate::data::TestData;
 use crate::effect::NewParameter;
 use crate::linalg::{DMatrix, DVector, ThinQr, thin_qr};
 use crate::model::{Model, ParametricModel};
-use crate::objective::residual::{Frequency, MassPropertyResidual, Shape, TargetResidual};
+use crate::objective::residual::{
+    Damping, Frequency, FrfLog, MassPropertyResidual, Shape, StaticAngle, StaticDeflection, TargetResidual,
+};
 use crate::objective::{Comparison, EvalError, LeastSquares, Linearization, Objective, Residual, Scaling};
 use crate::optim::{LevenbergMarquardt, Optimizer, Run};
 use rayon::prelude::*;
@@ -24,15 +33,50 @@ pub(super) const STEPS: usize = 60;
 /// A prior without a stated standard deviation: this share of the interval.
 const WEAK: f64 = 0.5;
 
+/// The prior of a parameter in the unit box.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Prior {
+    centre: f64,
+    /// Standard deviation; scale of a Cauchy distribution.
+    scale: f64,
+    is_cauchy: bool,
+}
+
+impl Prior {
+    /// No prior to speak of, for rows that are never read.
+    pub(super) const NONE: Self = Self { centre: 0.0, scale: 1.0, is_cauchy: false };
+
+    /// The row and its slope.
+    fn row(self, x: f64) -> (f64, f64) {
+        let z = (x - self.centre) / self.scale;
+        if !self.is_cauchy {
+            return (z, 1.0 / self.scale);
+        }
+        let rho = (2.0 * (z * z).ln_1p()).sqrt().copysign(z);
+        // Near zero ρ = √2 z.
+        let slope = if z.abs() < 1e-6 { std::f64::consts::SQRT_2 } else { 2.0 * z / ((1.0 + z * z) * rho) };
+        (rho, slope / self.scale)
+    }
+}
+
 /// A model and a test, with the sizes that effects have brought into the model.
 #[derive(Debug, Clone)]
 pub(super) struct Scene {
     pub(super) model: Model,
     pub(super) test: TestData,
     pub(super) added: Vec<NewParameter>,
+    /// Whether the model as it was given has damping: then ratios are compared, also with effects that bring none.
+    pub(super) is_damped: bool,
 }
 
 impl Scene {
+    /// A model without any effect, and a test.
+    pub(super) fn new(model: &Model, test: &TestData) -> Self {
+        let start = crate::objective::starting_point(model);
+        let is_damped = model.assemble(&start).is_ok_and(|system| system.damping.is_some());
+        Self { model: model.clone(), test: test.clone(), added: Vec::new(), is_damped }
+    }
+
     /// Pairing with open gates, by shapes where there are any.
     pub(super) fn pairing(&self) -> PairingOptions {
         let by = if self.test.modes.iter().any(|m| m.shape.is_some()) { PairBy::Mac } else { PairBy::Order };
@@ -49,8 +93,8 @@ impl Scene {
         Scaling::new(&self.model).x(&crate::objective::starting_point(&self.model))
     }
 
-    /// Centre and standard deviation of the prior of each free parameter, in the unit box.
-    pub(super) fn priors(&self) -> Vec<(f64, f64)> {
+    /// The prior of each free parameter.
+    pub(super) fn priors(&self) -> Vec<Prior> {
         let parameters = self.model.parameters();
         let centre = self.start();
         let free = parameters.free();
@@ -61,16 +105,36 @@ impl Scene {
                 let [lower, upper] = p.bounds.unwrap_or([0.0, 1.0]);
                 let width = upper - lower;
                 if let Some(new) = self.added.iter().find(|a| a.name == p.name) {
-                    let sd = (new.typical - new.neutral).abs() / width;
-                    let sd = if sd > 0.0 { sd } else { WEAK };
-                    return ((new.neutral - lower) / width, sd);
+                    let centre = (new.neutral - lower) / width;
+                    let typical = (new.typical - new.neutral).abs() / width;
+                    return if typical > 0.0 {
+                        Prior { centre, scale: typical, is_cauchy: true }
+                    } else {
+                        Prior { centre, scale: WEAK, is_cauchy: false }
+                    };
                 }
                 match p.prior_sd {
-                    Some(sd) => ((p.value - lower) / width, sd / width),
-                    None => (centre[k], WEAK),
+                    Some(sd) => Prior { centre: (p.value - lower) / width, scale: sd / width, is_cauchy: false },
+                    None => Prior { centre: centre[k], scale: WEAK, is_cauchy: false },
                 }
             })
             .collect()
+    }
+
+    /// ln of the normalisers of the priors of sizes that an effect has brought, beside the 1/√2π of every Gaussian, which
+    /// Laplace's method takes back.
+    pub(super) fn ln_size_priors(&self, sizes: &[NewParameter]) -> f64 {
+        let parameters = self.model.parameters();
+        let (free, priors) = (parameters.free(), self.priors());
+        sizes
+            .iter()
+            .filter_map(|new| {
+                let k = free.iter().position(|&i| parameters.get(i).name == new.name)?;
+                let tails = if priors[k].is_cauchy { 0.5 * (2.0 / std::f64::consts::PI).ln() } else { 0.0 };
+                let sides = if new.one_sided() { std::f64::consts::LN_2 } else { 0.0 };
+                Some(tails + sides - priors[k].scale.ln())
+            })
+            .sum()
     }
 }
 
@@ -102,19 +166,24 @@ impl Rows {
 pub(super) struct Posed<'a> {
     comparison: &'a Comparison<'a>,
     data: LeastSquares<'a>,
-    priors: Vec<(f64, f64)>,
+    priors: Vec<Prior>,
     weight: f64,
     pub(super) rows: Rows,
 }
 
 impl<'a> Posed<'a> {
-    pub(super) fn new(comparison: &'a Comparison<'a>, priors: Vec<(f64, f64)>, weight: f64) -> Self {
+    /// Frequencies, shapes where the test has them, mass properties, static deflections and angles, amplitudes of frequency
+    /// responses where the test says that a fit uses them, and damping ratios if `is_damped`; then targets and priors.
+    pub(super) fn new(comparison: &'a Comparison<'a>, priors: Vec<Prior>, weight: f64, is_damped: bool) -> Self {
         let has_shapes = comparison.has_shapes();
         let mut terms: Vec<&dyn Residual> = vec![&Frequency];
         if has_shapes {
             terms.push(&Shape);
         }
-        terms.push(&MassPropertyResidual);
+        terms.extend([&MassPropertyResidual as &dyn Residual, &StaticDeflection, &StaticAngle, &FrfLog]);
+        if is_damped {
+            terms.push(&Damping);
+        }
         let measured = terms.iter().map(|t| t.len(comparison)).sum();
         terms.push(&TargetResidual);
         let rows = Rows {
@@ -136,8 +205,7 @@ impl<'a> Posed<'a> {
             } else if i < n {
                 data[i]
             } else {
-                let (centre, sd) = self.priors[i - n];
-                (x[i - n] - centre) / sd
+                self.priors[i - n].row(x[i - n]).0
             }
         })
     }
@@ -169,8 +237,8 @@ impl Objective for Posed<'_> {
         jacobian.rows_mut(0, self.rows.measured).scale_mut(self.weight);
         let n = residuals.len();
         let mut jacobian = jacobian.resize_vertically(self.rows.len(), 0.0);
-        for (j, (_, sd)) in self.priors.iter().enumerate() {
-            jacobian[(n + j, j)] = 1.0 / sd;
+        for (j, prior) in self.priors.iter().enumerate() {
+            jacobian[(n + j, j)] = prior.row(x[j]).1;
         }
         Ok(Linearization { residuals: self.extend(&residuals, x), jacobian })
     }
@@ -218,7 +286,7 @@ pub(super) fn fit_from(
     steps: usize,
 ) -> Result<Fit, DiagnosisError> {
     let comparison = scene.comparison()?;
-    let posed = Posed::new(&comparison, scene.priors(), weight);
+    let posed = Posed::new(&comparison, scene.priors(), weight, scene.is_damped);
     let x = if posed.n_parameters() == 0 {
         DVector::zeros(0)
     } else {
@@ -261,7 +329,7 @@ fn lowest(posed: &Posed<'_>, points: &[DVector<f64>], most: usize) -> Vec<DVecto
 /// The problem at a point, without a fit.
 pub(super) fn evaluate(scene: &Scene, x: DVector<f64>, weight: f64) -> Result<Fit, DiagnosisError> {
     let comparison = scene.comparison()?;
-    at(&comparison, &Posed::new(&comparison, scene.priors(), weight), x)
+    at(&comparison, &Posed::new(&comparison, scene.priors(), weight, scene.is_damped), x)
 }
 
 fn at(comparison: &Comparison<'_>, posed: &Posed<'_>, x: DVector<f64>) -> Result<Fit, DiagnosisError> {

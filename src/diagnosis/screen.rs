@@ -9,7 +9,7 @@
 //! the slope; the typical size shows effects that are even or large. Where the size has one sign, or the step is large,
 //! only Δr'·r' < 0 counts.
 
-use super::scene::{Fit, Posed, Scene};
+use super::scene::{Fit, Posed, Prior, Scene};
 use crate::effect::{Candidate, Patched};
 use crate::linalg::{DMatrix, DVector};
 use crate::model::{ParametricModel, Registry};
@@ -109,7 +109,8 @@ pub(super) fn steps(candidate: &Candidate) -> Vec<(Vec<f64>, bool)> {
 
 fn columns(scene: &Scene, fit: &Fit, weight: f64, candidate: &Candidate, patched: &Patched) -> Option<Vec<Column>> {
     let comparison = crate::objective::Comparison::new(&patched.model, &scene.test, scene.pairing()).ok()?;
-    let posed = Posed::new(&comparison, vec![(0.0, 1.0); patched.model.parameters().free().len()], weight);
+    let priors = vec![Prior::NONE; patched.model.parameters().free().len()];
+    let posed = Posed::new(&comparison, priors, weight, scene.is_damped);
     let (n, rows) = (fit.r.len(), fit.rows);
     let cut = rows.measured + rows.targets;
     let reference = posed.data_rows(&patched.theta(&fit.theta, &patched.neutral)).ok()?;
@@ -235,9 +236,10 @@ pub(super) fn start_sizes(candidate: &Candidate, screened: &Screened, score: Opt
         let at = |t: f64| p.iter().map(|p| p.neutral + t * (p.typical - p.neutral)).collect::<Vec<f64>>();
         match gridded {
             Some(g) => {
+                // The grid belongs to the typical size: a body of twice the mass keeps its frequency on twice the spring.
                 for &value in &p[g].grid {
                     let mut v = at(factor);
-                    v[g] = value;
+                    v[g] = factor * value;
                     out.push(clamp(v));
                 }
             }

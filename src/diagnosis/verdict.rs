@@ -3,14 +3,14 @@
 //! * Prior odds: half for "nothing is missing"; the other half in equal shares for every kind that could have been seen
 //!   and for "something else", and inside a kind in equal shares for its places.
 //! * Alarm: the calibrated p-value below the level, or a measured mode without partner.
-//! * A hypothesis is believed when its ln Bayes factor is above 3 *and* what remains looks like noise: goodness of fit and a
-//!   second screening above 0.01, neighbouring sensors uncorrelated, no mode without partner. Among tied hypotheses the most
+//! * A hypothesis is believed when its ln Bayes factor is above 3 *and* what remains looks like noise: goodness of fit, a
+//!   second screening and neighbouring sensors, at a level of 0.01 for the three together, and no mode without partner. Among tied hypotheses the most
 //!   probable one that passes is taken.
 //! * Else a second hypothesis is sought on top of the best; with a gain above 3 the verdict is `several-effects`, without
 //!   one `unexplained`.
 
 use super::base::{Stage, stage};
-use super::evidence::{REMAINDER, degrees_of_freedom, goodness_of_fit, held_out, something_else};
+use super::evidence::{EACH_REMAINDER, REMAINDER, degrees_of_freedom, goodness_of_fit, held_out, something_else};
 use super::mesh::{mesh_errors, modes};
 use super::next_measurement::next_measurements;
 use super::noise::whiteness;
@@ -53,7 +53,8 @@ pub(super) fn conclude(
     let fits = goodness_of_fit(&base.fit, &base.q);
     let white = whiteness(&base.scene, &base.fit, &base.q, settings.seed.wrapping_add(2));
     let looks_like_noise = is_noise(fits, white) && base.fit.unpaired.is_empty();
-    let alarm = base.p_value < settings.alarm_level || !base.fit.unpaired.is_empty();
+    // The level is shared with the tests of the remainder, which raise an alarm too.
+    let alarm = base.p_value < settings.alarm_level - REMAINDER || !base.fit.unpaired.is_empty();
     let strong = best_bayes > STRONG;
     let mut remainder = String::new();
     let mut chosen = 0;
@@ -91,7 +92,7 @@ pub(super) fn conclude(
                     Some(second)
                         if second.ln_bayes > STRONG && found.second.p_value < settings.alarm_level && {
                             let q = second.fit.basis()?;
-                            goodness_of_fit(&second.fit, &q) > REMAINDER
+                            goodness_of_fit(&second.fit, &q) > EACH_REMAINDER
                         } =>
                     {
                         remainder =
@@ -162,8 +163,8 @@ fn probabilities(base: &Stage, refits: &[Refit], other: f64) -> (f64, f64, Vec<f
     for s in &base.effects {
         *places.entry(base.screened[s.index].candidate.effect.name()).or_default() += 1;
     }
-    for (i, ..) in &base.fault_scores {
-        *places.entry(base.faults[*i].name()).or_default() += 1;
+    for f in &base.fault_scores {
+        *places.entry(base.faults[f.index].name()).or_default() += 1;
     }
     let share = -((places.len() + 1) as f64).ln();
     let half = 0.5_f64.ln();
@@ -181,7 +182,7 @@ fn probabilities(base: &Stage, refits: &[Refit], other: f64) -> (f64, f64, Vec<f
 /// Whether a remainder looks like noise. Below the median of what noise alone gives, how neighbours go together says nothing:
 /// what is smaller than the stated noise needs no explanation.
 fn is_noise(fits: f64, white: f64) -> bool {
-    fits > 0.5 || (fits > REMAINDER && white > REMAINDER)
+    fits > 0.5 || (fits > EACH_REMAINDER && white > EACH_REMAINDER)
 }
 
 /// Screens again with a hypothesis in the base.
@@ -189,7 +190,7 @@ fn remains(base: &Stage, r: &Refit, settings: &Settings) -> Result<Remainder, Di
     let second = stage(r.scene.clone(), std::slice::from_ref(&r.fit.x), Some(base.weight), settings)?;
     let fits = goodness_of_fit(&second.fit, &second.q);
     let white = whiteness(&second.scene, &second.fit, &second.q, settings.seed.wrapping_add(2));
-    let passes = is_noise(fits, white) && second.p_value > REMAINDER && second.fit.unpaired.is_empty();
+    let passes = is_noise(fits, white) && second.p_value > EACH_REMAINDER && second.fit.unpaired.is_empty();
     let text = if passes { String::new() } else { place_of(&second.scene, &second.fit, &second.q) };
     Ok(Remainder { passes, text, second })
 }
@@ -271,8 +272,12 @@ fn warnings(base: &Stage) -> Vec<String> {
     if base.scatter.s2 > 1.0 {
         out.push(format!("the scatter is {:.2} times the stated standard deviations", base.scatter.s2.sqrt()));
     }
-    if base.scene.test.frfs.is_some() {
-        out.push("frequency responses and damping are not used: identify modes from them first".to_string());
+    let test = &base.scene.test;
+    if test.frfs.is_some() && test.frf_fit.is_none() {
+        out.push("frequency responses are not used: the test has no `frfs` block that says how".to_string());
+    }
+    if !base.scene.is_damped && test.modes.iter().any(|m| m.damping_ratio.is_some()) {
+        out.push("damping ratios are not used: the model has no damping".to_string());
     }
     out.extend(mesh_warning(base));
     let bounds = base.fit.x.iter().filter(|x| **x < 1e-6 || **x > 1.0 - 1e-6).count();

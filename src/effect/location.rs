@@ -64,6 +64,13 @@ impl Location {
         if self.names.is_empty() { "whole".to_string() } else { self.names.join("+") }
     }
 
+    /// Whether both name a thing: `n8` and `n8+n13.ry` do, and `wing.1:n5` and `n5`.
+    pub(crate) fn shares_name(&self, other: &Self) -> bool {
+        let parts = |l: &Self| l.names.iter().flat_map(|n| n.split(':')).map(str::to_string).collect::<Vec<_>>();
+        let own = parts(self);
+        parts(other).iter().any(|n| own.contains(n))
+    }
+
     /// As a part of names in the file, which have no `+`: `n8_and_n13.ry`.
     pub(super) fn stem(&self) -> String {
         let text = self.to_string().replace('+', "_and_");

@@ -6,8 +6,9 @@ use super::location::{Location, LocationKind};
 use super::patch::PatchError;
 use crate::element::Dof;
 use crate::linalg::DMatrix;
+use crate::modal::{SolveOptions, solve};
 use crate::model::{Model, ParametricModel};
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::PI;
 
 /// What is known beside the model; everything is optional.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -165,8 +166,9 @@ impl<'a> Structure<'a> {
         self.total_mass
     }
 
-    /// Square of a characteristic angular frequency, rad²/s²: the lowest of the test where it is known, else of the softest
-    /// chain as a cantilever, else of the springs under the total mass. An order of magnitude for typical sizes.
+    /// Square of a characteristic angular frequency, rad²/s²: the lowest elastic mode of the model, else of the softest
+    /// chain as a cantilever, else of the springs under the total mass. An order of magnitude for typical sizes; the test
+    /// has no part in it, because its lowest mode may be what an effect has brought.
     pub fn omega2(&self) -> f64 {
         self.omega2
     }
@@ -453,9 +455,17 @@ impl<'a> Structure<'a> {
         }
     }
 
+    fn lowest_elastic(&self) -> Option<f64> {
+        let system = self.model.assemble(&self.theta).ok()?;
+        let motions = self.model.dof_map().rigid_motions();
+        let options = SolveOptions { n_elastic: 1, shift: None };
+        let modes = solve(&system.stiffness, &system.mass, &motions, options).ok()?;
+        modes.elastic().next().map(|i| modes.lambda[i]).filter(|l| *l > 0.0 && l.is_finite())
+    }
+
     fn characteristic_omega2(&self) -> f64 {
-        if let Some(f) = self.context.frequencies_hz.iter().copied().filter(|f| *f > 0.0).min_by(f64::total_cmp) {
-            return (TAU * f).powi(2);
+        if let Some(omega2) = self.lowest_elastic() {
+            return omega2;
         }
         let chains = self.parts.iter().filter(|p| {
             matches!(p.kind, PartKind::Chain | PartKind::Element) && p.elements.iter().any(|&e| self.deforms(e))

@@ -62,29 +62,27 @@ pub(super) fn add_rigid_mass(
     axes: &[[f64; 3]; 3],
     positions: &[[f64; 3]],
 ) {
+    if mass.is_zero() {
+        return;
+    }
     let n = mass.n();
-    let motions: Vec<Vec<f64>> = (0..6)
-        .map(|motion| {
-            let mut r = Vec::with_capacity(n);
-            for p in positions {
-                let u = rigid_motion(*p, motion);
-                for half in [&u[..3], &u[3..]] {
-                    for a in axes {
-                        r.push(a[0] * half[0] + a[1] * half[1] + a[2] * half[2]);
-                    }
+    let motions: [Vec<f64>; 6] = std::array::from_fn(|motion| {
+        let mut r = Vec::with_capacity(n);
+        for p in positions {
+            let u = rigid_motion(*p, motion);
+            for half in [&u[..3], &u[3..]] {
+                for a in axes {
+                    r.push(a[0] * half[0] + a[1] * half[1] + a[2] * half[2]);
                 }
             }
-            r
-        })
-        .collect();
-    for i in 0..6 {
-        for j in 0..=i {
-            let mut sum = 0.0;
-            for a in 0..n {
-                for b in 0..n {
-                    sum += motions[i][a] * mass.get(a, b) * motions[j][b];
-                }
-            }
+        }
+        r
+    });
+    let mut momentum = vec![0.0; n];
+    for j in 0..6 {
+        mass.multiply(&motions[j], &mut momentum);
+        for (i, motion) in motions.iter().enumerate().skip(j) {
+            let sum: f64 = motion.iter().zip(&momentum).map(|(a, b)| a * b).sum();
             rigid.add(i, j, factor * sum);
         }
     }

@@ -18,6 +18,7 @@ pub(crate) fn run(args: &Benchmark) -> Result<u8, Failure> {
         outside: args.outside,
         noise_factor: args.noise_factor,
         seed: args.seed,
+        only: args.case.clone(),
         ..Plan::default()
     };
     let bar = bar("cases");
@@ -29,7 +30,7 @@ pub(crate) fn run(args: &Benchmark) -> Result<u8, Failure> {
     if args.json {
         print_json(&serde_json::to_value(&result)?);
     } else {
-        print(&text(&result, args.cases));
+        print(&text(&result, args.cases || args.case.is_some()));
     }
     Ok(DONE)
 }
@@ -62,6 +63,31 @@ fn text(result: &Measured, cases: bool) -> String {
                 o.removed,
                 o.noise_factor,
             );
+            for h in o.diagnosis.iter().flat_map(|d| &d.hypotheses) {
+                let sizes: Vec<String> = h.estimates.iter().map(|e| format!("{} {:.4e}", e.parameter, e.value)).collect();
+                let _ = writeln!(
+                    out,
+                    "      {:.3}  ln B {:10.1}  misfit {:10.1}  {}  {}",
+                    h.probability,
+                    h.ln_bayes,
+                    h.misfit_after,
+                    h.id,
+                    sizes.join(", ")
+                );
+            }
+            if let Some(d) = &o.diagnosis {
+                let _ = writeln!(
+                    out,
+                    "      none {:.3}, other {:.3}, misfit {:.1} of {:.1}, of the truth {:.1} with {:?}; {}",
+                    d.probability_none,
+                    d.probability_other,
+                    d.misfit,
+                    d.degrees_of_freedom,
+                    o.misfit_of_truth,
+                    o.sizes,
+                    d.sentence
+                );
+            }
         }
         out.push('\n');
     }

@@ -9,7 +9,7 @@ use crate::diagnosis::faults::{Change, Fault, faults, traces};
 use crate::diagnosis::refit::with_effect;
 use crate::diagnosis::scene::{Fit, Scene, fit};
 use crate::diagnosis::screen::project;
-use crate::diagnosis::{DiagnosisError, Investigation, Kind, Settings, Verdict, investigate};
+use crate::diagnosis::{Diagnosis, DiagnosisError, Investigation, Kind, Settings, Verdict, investigate};
 use crate::effect::{Candidate, Context, candidates};
 use crate::linalg::DVector;
 use crate::objective::Scaling;
@@ -89,10 +89,28 @@ pub struct Outcome {
     pub removed: f64,
     /// Factor on the standard deviations that was estimated.
     pub noise_factor: f64,
+    /// Sizes of the effect that was hidden, SI.
+    pub sizes: Vec<f64>,
+    /// The misfit that a refit of what was hidden leaves.
+    pub misfit_of_truth: f64,
+    /// The whole answer, where a single case was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub diagnosis: Option<Diagnosis>,
 }
 
-fn fault_id(fault: &Fault, test: &TestData) -> String {
-    format!("{}@{}", fault.name(), fault.location(test))
+impl Case {
+    /// What is hidden and where, as `point-mass@n8`.
+    pub(super) fn id(&self, specimen: &Specimen) -> String {
+        match &self.hidden {
+            Hidden::Nothing => "nothing".to_string(),
+            Hidden::Effect(c) => c.id(),
+            Hidden::Fault(f) => {
+                let test = TestData { sensors: specimen.sensors.clone(), ..TestData::default() };
+                format!("{}@{}", f.name(), f.location(&test))
+            }
+            Hidden::Outside(kind) => (*kind).to_string(),
+        }
+    }
 }
 
 impl Specimen {
@@ -112,7 +130,7 @@ impl Specimen {
         for list in kinds.into_values() {
             draw(&mut rng, list, plan.effects, &mut hidden);
         }
-        let scene = Scene { model: self.model.clone(), test, added: Vec::new() };
+        let scene = Scene::new(&self.model, &test);
         let mut kinds: BTreeMap<&str, Vec<Hidden>> = BTreeMap::new();
         if let Ok(base) = fit(&scene, &[scene.start()], 1.0) {
             let list = faults(&scene);
@@ -138,7 +156,7 @@ impl Specimen {
     /// Makes the twin, diagnoses it, compares. `None` where the truth has no twin.
     pub(super) fn run(&self, case: &Case, plan: &Plan, settings: &Settings) -> Result<Option<Outcome>, DiagnosisError> {
         let Ok(truth) = self.twin(&case.hidden, case.seed, plan) else { return Ok(None) };
-        let scene = Scene { model: self.model.clone(), test: truth.test.clone(), added: Vec::new() };
+        let scene = Scene::new(&self.model, &truth.test);
         let right = Scaling::new(&self.model).x(&truth.theta);
         let base = fit(&scene, &[scene.start(), right.clone()], 1.0)?;
         let gain = match &case.hidden {
@@ -152,17 +170,17 @@ impl Specimen {
         if !gain.is_finite() {
             return Ok(None);
         }
-        let (class, name, id) = match &case.hidden {
-            Hidden::Nothing => ("nothing", "nothing".to_string(), "nothing".to_string()),
-            Hidden::Effect(c) => ("effect", c.effect.name().to_string(), c.id()),
-            Hidden::Fault(f) => ("fault", f.name().to_string(), fault_id(f, &truth.test)),
-            Hidden::Outside(k) => ("outside", (*k).to_string(), (*k).to_string()),
+        let (class, name) = match &case.hidden {
+            Hidden::Nothing => ("nothing", "nothing"),
+            Hidden::Effect(c) => ("effect", c.effect.name()),
+            Hidden::Fault(f) => ("fault", f.name()),
+            Hidden::Outside(k) => ("outside", *k),
         };
         let mut out = Outcome {
             structure: self.name.clone(),
             class,
-            name,
-            id,
+            name: name.to_string(),
+            id: case.id(self),
             seed: case.seed,
             gain,
             visible: gain > VISIBLE_GAIN,
@@ -180,12 +198,16 @@ impl Specimen {
             stated_right: false,
             removed: 0.0,
             noise_factor: 1.0,
+            sizes: truth.sizes.clone(),
+            misfit_of_truth: base.misfit - gain,
+            diagnosis: None,
         };
         if class != "nothing" && !out.visible {
             return Ok(Some(out));
         }
         let found = investigate(scene, &[], None, &Settings { seed: case.seed, ..settings.clone() })?;
         compare(&mut out, &found, case, base.misfit - gain);
+        out.diagnosis = plan.only.is_some().then_some(found.diagnosis);
         Ok(Some(out))
     }
 }

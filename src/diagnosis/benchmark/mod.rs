@@ -43,6 +43,8 @@ pub struct Plan {
     pub noise_factor: f64,
     /// Seed of all random numbers.
     pub seed: u64,
+    /// Only cases with this in the id of what is hidden; with the whole diagnosis in their outcome.
+    pub only: Option<String>,
 }
 
 impl Default for Plan {
@@ -57,6 +59,7 @@ impl Default for Plan {
             shape_noise: 0.02,
             noise_factor: 1.0,
             seed: 1,
+            only: None,
         }
     }
 }
@@ -83,6 +86,8 @@ pub fn benchmark(
         if plan.structures.is_empty() || plan.structures.iter().any(|s| s == name) {
             let specimen = Specimen::new(name, text, plan)?;
             let list = specimen.cases(plan, settings, plan.seed.wrapping_mul(1000).wrapping_add(k as u64));
+            let wanted = |c: &Case| plan.only.as_ref().is_none_or(|only| c.id(&specimen).contains(only.as_str()));
+            let list = list.into_iter().filter(wanted).collect();
             cases.push((specimen, list));
         }
     }

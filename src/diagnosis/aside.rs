@@ -1,0 +1,113 @@
+//! Fits that a few bad channels cannot pull aside.
+//!
+//! ```text
+//! left out       fit without the channel s, for every s; kept where that takes away the most of the misfit
+//! re-weighted    κ_s = max(1, rms_s / (1.5 median rms)),   σ_s -> κ_s σ_s,   fit again
+//! ```
+//!
+//! One wrong channel moves a least-squares fit, spreads over the others, and hides. Without it the fit follows the others, and
+//! the wrong one shows whole. Several wrong channels (a swapped pair) are found by weights: where channels that stand out are
+//! given less, round after round, the rest decides.
+//!
+//! # Source
+//! P. J. Huber, Robust Statistics, 1981, chapter 7 (iterative re-weighting).
+
+use super::DiagnosisError;
+use super::faults::{Change, Fault, shape_rows};
+use super::scene::{Fit, Scene, evaluate, fit, fit_from};
+use crate::linalg::DMatrix;
+use rayon::prelude::*;
+
+/// Rounds of re-weighting.
+const ROUNDS: usize = 4;
+/// A channel stands out above so many times the median.
+const OUT: f64 = 1.5;
+/// Channels whose fits without them are kept.
+const SUSPECTS: usize = 4;
+/// Steps of a fit without a channel: enough to rank them.
+const FEW_STEPS: usize = 8;
+/// Fewest sensors among which one can stand out.
+const FEWEST: usize = 4;
+
+/// The fits, all evaluated with every channel and the stated standard deviations; none without shapes.
+///
+/// They start from the fit and from the estimates of the model, because a gross fault may have led the fit to pair the wrong
+/// modes.
+pub(super) fn aside(scene: &Scene, base: &Fit, weight: f64) -> Result<Vec<Fit>, DiagnosisError> {
+    if !base.rows.has_shapes || base.rows.n_sensors < FEWEST {
+        return Ok(Vec::new());
+    }
+    let nominal = evaluate(scene, scene.start(), weight)?;
+    let mut out = Vec::new();
+    for start in [base, &nominal] {
+        out.extend(rounds(scene, start.clone(), weight)?);
+    }
+    let starts = [base.x.clone(), nominal.x];
+    let mut without: Vec<(f64, Fit)> = (0..base.rows.n_sensors)
+        .into_par_iter()
+        .filter_map(|sensor| {
+            let mut rest = scene.clone();
+            rest.test = Fault { sensor, change: Change::Dead }.apply(&scene.test, 1.0);
+            let found = fit_from(&rest, &starts, weight, starts.len(), FEW_STEPS).ok()?;
+            Some((found.misfit, with_all_channels(found, base, weight)))
+        })
+        .collect();
+    without.sort_by(|a, b| a.0.total_cmp(&b.0));
+    out.extend(without.into_iter().take(SUSPECTS).map(|w| w.1));
+    Ok(out)
+}
+
+/// The residual of a fit over all channels of the test, with the pairs of the fit: with the wrong channel in it MAC could pair
+/// other modes.
+fn with_all_channels(mut fit: Fit, base: &Fit, weight: f64) -> Fit {
+    fit.test_shapes.clone_from(&base.test_shapes);
+    fit.inverse_sd.clone_from(&base.inverse_sd);
+    for mode in (0..fit.rows.n_modes).filter(|m| !fit.unpaired.contains(m)) {
+        let column = |a: &DMatrix<f64>| -> Vec<f64> { a.column(mode).iter().copied().collect() };
+        let (phi, test, w) = (column(&fit.shapes), column(&fit.test_shapes), column(&fit.inverse_sd));
+        for (sensor, v) in shape_rows(&phi, &test, &w).into_iter().enumerate() {
+            fit.r[fit.rows.shape(mode, sensor)] = weight * v;
+        }
+    }
+    fit.phi = 0.5 * fit.r.norm_squared();
+    fit
+}
+
+/// Re-weights and fits until nothing moves.
+fn rounds(scene: &Scene, mut now: Fit, weight: f64) -> Result<Option<Fit>, DiagnosisError> {
+    for _ in 0..ROUNDS {
+        let Some((rms, median)) = channels(&now) else { return Ok(None) };
+        let mut weighed = scene.clone();
+        for mode in &mut weighed.test.modes {
+            let Some(sd) = &mut mode.shape_sd else { continue };
+            for (s, sd) in sd.iter_mut().enumerate() {
+                *sd *= (rms[s] / (OUT * median)).max(1.0);
+            }
+        }
+        let next = fit(&weighed, &[now.x.clone()], weight)?;
+        let moved = (&next.x - &now.x).amax();
+        now = evaluate(scene, next.x, weight)?;
+        if moved < 1e-3 {
+            break;
+        }
+    }
+    Ok(Some(now))
+}
+
+/// Root mean square of every channel, and their median.
+fn channels(fit: &Fit) -> Option<(Vec<f64>, f64)> {
+    let rms: Vec<f64> = (0..fit.rows.n_sensors).map(|s| channel_rms(fit, s)).collect();
+    let mut known: Vec<f64> = rms.iter().copied().filter(|v| *v > 0.0).collect();
+    known.sort_by(f64::total_cmp);
+    let median = *known.get(known.len() / 2)?;
+    Some((rms, median))
+}
+
+/// Root mean square of the residuals of a sensor over the modes where it measured.
+fn channel_rms(fit: &Fit, sensor: usize) -> f64 {
+    let rows: Vec<usize> = (0..fit.rows.n_modes)
+        .filter(|&m| fit.inverse_sd[(sensor, m)] > 0.0)
+        .map(|m| fit.rows.shape(m, sensor))
+        .collect();
+    (rows.iter().map(|&i| fit.r[i] * fit.r[i]).sum::<f64>() / rows.len().max(1) as f64).sqrt()
+}
