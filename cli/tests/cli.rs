@@ -376,3 +376,65 @@ fn an_interrupt_keeps_the_best_point() {
     assert!(Path::new(&folder.0.join("out.yaml")).exists());
     assert_eq!(folder.run("check out.yaml").code, 0);
 }
+
+/// Bytes of a checkpoint that hold records: behind them stand zeros.
+#[cfg(unix)]
+fn recorded(path: &Path) -> usize {
+    fs::read(path).map_or(0, |bytes| bytes.iter().rposition(|b| *b != 0).map_or(0, |last| last + 1))
+}
+
+/// SIGKILL at random moments, again and again, and `--resume` after each: the same final file and the same report as in a run
+/// that nothing disturbed. The search asks for batches, and the killed ones run on one thread and on two in turn.
+#[cfg(unix)]
+#[test]
+fn killed_and_resumed_runs_end_with_the_same_file() {
+    let folder = Folder::new("killed");
+    let line = |name: &str| {
+        format!("update model.yaml test.yaml -o {name}.yaml --json --seed 7 --cost paper --checkpoint {name}.state")
+    };
+    let method = "[{differential-evolution: {strategy: classic, population: 200, generations: 1500, tolerance: 0}}, nelder-mead]";
+    let start = |name: &str, more: &[&str], threads: &str| {
+        let mut command = folder.command(&line(name));
+        command.arg("--optimizer").arg(method).args(more).env("RAYON_NUM_THREADS", threads);
+        command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
+    };
+    let whole = Said::of("undisturbed", &start("whole", &[], "2").wait_with_output().unwrap());
+    assert_eq!(whole.code, 0, "{whole:?}");
+    let size = recorded(&folder.0.join("whole.state"));
+
+    let state = folder.0.join("killed.state");
+    let resume = |exists: bool| -> &[&str] { if exists { &["--resume"] } else { &[] } };
+    let mut kills = 0;
+    // Any sequence does: the moment is as random as the scheduler makes it.
+    let mut random = std::process::id() as usize;
+    for round in 0..6 {
+        let mut child = start("killed", resume(state.exists()), if round % 2 == 0 { "1" } else { "2" });
+        random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        let progress = recorded(&state) + (random >> 33) % (size / 4);
+        while recorded(&state) < progress && child.try_wait().unwrap().is_none() {
+            std::thread::sleep(std::time::Duration::from_millis(1 + (random as u64 >> 40) % 7));
+        }
+        let is_running = child.try_wait().unwrap().is_none();
+        child.kill().unwrap();
+        child.wait().unwrap();
+        if !is_running {
+            break;
+        }
+        kills += 1;
+        assert!(!folder.0.join("killed.yaml").exists() || recorded(&state) == size, "an output before the end");
+    }
+    assert!(kills >= 2, "{kills} kills");
+    let done = folder.0.join("killed.yaml").exists();
+    if !done {
+        let last = Said::of("resumed", &start("killed", resume(true), "2").wait_with_output().unwrap());
+        assert_eq!(last.code, 0, "{last:?}");
+        let json = |said: &Said| {
+            let mut value: Value = serde_json::from_str(&said.out).unwrap();
+            value.as_object_mut().unwrap().retain(|key, _| !["seconds", "output", "written"].contains(&key.as_str()));
+            value
+        };
+        assert_eq!(json(&last), json(&whole));
+    }
+    assert_eq!(folder.read("killed.yaml"), folder.read("whole.yaml"));
+    assert_eq!(fs::read(&state).unwrap(), fs::read(folder.0.join("whole.state")).unwrap());
+}

@@ -11,7 +11,7 @@ mod orthogonal;
 pub mod sparse;
 mod symmetric;
 
-pub use decompositions::{Svd, shifted_pencil, thin_svd};
+pub use decompositions::{Svd, SymmetricEigen, shifted_pencil, symmetric_eigen, thin_svd};
 pub use eigen::{Eigenpairs, lowest_modes};
 pub use eigenvalues::{GeneralEigenpairs, general_eigenpairs};
 pub use nalgebra::{Complex, DMatrix, DVector};

@@ -9,7 +9,7 @@ use super::chi_square_sum::ChiSquareSum;
 use super::statistics::Gaussian;
 use super::union::union_probability;
 use super::{CorrelationError, ExpandedShape, ShapeScalar};
-use crate::linalg::{DMatrix, DVector};
+use crate::linalg::{DMatrix, DVector, LinalgError, symmetric_eigen};
 use indexmap::IndexMap;
 
 /// An element's share of a global matrix.
@@ -33,16 +33,16 @@ impl ElementMatrix {
     }
 
     /// L with L Lᵀ = A, (n_e x rank).
-    fn factor(&self) -> DMatrix<f64> {
-        let eigen = self.matrix.clone().symmetric_eigen();
+    fn factor(&self) -> Result<DMatrix<f64>, LinalgError> {
+        let eigen = symmetric_eigen(&self.matrix)?;
         // Eigenvalues at rounding level belong to rigid motions.
-        let floor = 1e-12 * eigen.eigenvalues.amax();
-        let kept: Vec<usize> = (0..eigen.eigenvalues.len()).filter(|&i| eigen.eigenvalues[i] > floor).collect();
-        let mut factor = eigen.eigenvectors.select_columns(&kept);
+        let floor = 1e-12 * eigen.values.amax();
+        let kept: Vec<usize> = (0..eigen.values.len()).filter(|&i| eigen.values[i] > floor).collect();
+        let mut factor = eigen.vectors.select_columns(&kept);
         for (mut column, &i) in factor.column_iter_mut().zip(&kept) {
-            column *= eigen.eigenvalues[i].sqrt();
+            column *= eigen.values[i].sqrt();
         }
-        factor
+        Ok(factor)
     }
 
     fn check(&self, n_dof: usize) -> Result<(), CorrelationError> {
@@ -207,7 +207,7 @@ pub fn localize(modes: &[ExpandedMode<'_>], elements: &[ElementMatrix]) -> Resul
     let mut energies = Vec::with_capacity(elements.len());
     let mut first = vec![0; modes.len()];
     for element in elements {
-        let factor = element.factor();
+        let factor = element.factor()?;
         let (mut energy, mut strain) = (0.0, 0.0);
         let (mut directions, mut rows) = (Vec::new(), Vec::with_capacity(modes.len()));
         for (at, mode) in modes.iter().enumerate() {
@@ -216,9 +216,9 @@ pub fn localize(modes: &[ExpandedMode<'_>], elements: &[ElementMatrix]) -> Resul
             strain += mode.weight * element.quadratic(mode.expanded.shape.as_slice());
             let map = factor.tr_mul(&mode.noise_at(&element.dofs)) * mode.weight.max(0.0).sqrt();
             // AᵀA has the eigenvalues λ of A Aᵀ, and the eigenvectors Aᵀu/√λ.
-            let gram = (&map * map.transpose()).symmetric_eigen();
-            for (lambda, u) in gram.eigenvalues.iter().zip(gram.eigenvectors.column_iter()) {
-                if *lambda > 1e-12 * gram.eigenvalues.amax() && *lambda > 0.0 {
+            let gram = symmetric_eigen(&(&map * map.transpose()))?;
+            for (lambda, u) in gram.values.iter().zip(gram.vectors.column_iter()) {
+                if *lambda > 1e-12 * gram.values.amax() && *lambda > 0.0 {
                     directions.push((at, *lambda, map.tr_mul(&u) / lambda.sqrt()));
                 }
             }

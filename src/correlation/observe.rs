@@ -8,6 +8,9 @@ use crate::linalg::DMatrix;
 use crate::model::{ParametricModel, PointMotion};
 use crate::yaml::Problem;
 
+/// Most entries of an observation matrix: 1 GB.
+const MOST_ENTRIES: usize = 125_000_000;
+
 /// The observation matrix S: readings = S q.
 ///
 /// ```text
@@ -23,6 +26,14 @@ use crate::yaml::Problem;
 /// Errors: a sensor names a node or element that the model does not have.
 pub fn observation_matrix(model: &dyn ParametricModel, sensors: &[Sensor]) -> Result<DMatrix<f64>, CorrelationError> {
     let dofs = model.dof_map();
+    if sensors.len().saturating_mul(dofs.n_dof()) > MOST_ENTRIES {
+        return Err(CorrelationError::Model(format!(
+            "{} sensors on a model of {} dofs are too many: choose at most {} sensors",
+            sensors.len(),
+            dofs.n_dof(),
+            MOST_ENTRIES / dofs.n_dof()
+        )));
+    }
     let mut s = DMatrix::zeros(sensors.len(), dofs.n_dof());
     for (i, sensor) in sensors.iter().enumerate() {
         let (point, position) = locate(model, sensor)?;

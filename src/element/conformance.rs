@@ -14,7 +14,7 @@
 //! an element contributes to frame invariance is its null space under rigid motion.
 
 use super::{Domain, Element, ElementError, ElementInput, Property, Sample};
-use crate::linalg::{DMatrix, SymMatrix};
+use crate::linalg::{DMatrix, SymMatrix, SymmetricEigen, symmetric_eigen};
 use std::fmt;
 
 /// A rule that an element breaks.
@@ -208,7 +208,7 @@ fn spectrum(a: &DMatrix<f64>) -> (usize, f64) {
         let (i, j) = (kept[i], kept[j]);
         a[(i, j)] / (a[(i, i)] * a[(j, j)]).sqrt()
     });
-    let values = scaled.symmetric_eigenvalues();
+    let Ok(SymmetricEigen { values, .. }) = symmetric_eigen(&scaled) else { return (0, f64::NAN) };
     (values.iter().filter(|v| **v > 1e-9).count(), values.min())
 }
 

@@ -6,9 +6,11 @@ mod frf;
 pub mod reduction;
 mod sensitivity;
 mod solve;
+mod sparse;
 
 pub use frf::{ModalDamping, accelerance, synthesize};
 pub use sensitivity::{
     MatrixDerivative, ModeDerivative, eigenvalue_derivative, mode_derivative, mode_derivative_of_forces,
 };
 pub use solve::{ModalError, Modes, SolveOptions, solve, typical_shift};
+pub use sparse::{mode_derivative_sparse, solve_sparse};

@@ -1,6 +1,6 @@
 //! Lowest modes of a structure, free or supported.
 
-use crate::linalg::{DMatrix, DVector, LinalgError, lowest_modes};
+use crate::linalg::{DMatrix, DVector, LinalgError, lowest_modes, symmetric_eigen};
 use std::f64::consts::TAU;
 
 /// Modes of a structure, rigid-body modes first, by ascending frequency.
@@ -84,7 +84,7 @@ pub fn solve(
         return Err(ModalError::NoDof);
     }
     check_finite(stiffness, mass)?;
-    let rigid = rigid_body_modes(stiffness, mass, rigid_motions);
+    let rigid = rigid_body_modes(stiffness, mass, rigid_motions)?;
     let n_rigid = rigid.ncols();
     let shift = match options.shift {
         Some(shift) => shift,
@@ -130,35 +130,57 @@ fn check_finite(stiffness: &DMatrix<f64>, mass: &DMatrix<f64>) -> Result<(), Mod
     Ok(())
 }
 
+/// What [`rigid_body_modes`] asks of a symmetric matrix, dense or sparse.
+pub(super) trait Symmetric {
+    /// A X.
+    fn times(&self, x: &DMatrix<f64>) -> DMatrix<f64>;
+    /// |A|, entry by entry.
+    fn absolute(&self) -> Self;
+}
+
+impl Symmetric for DMatrix<f64> {
+    fn times(&self, x: &DMatrix<f64>) -> DMatrix<f64> {
+        self * x
+    }
+
+    fn absolute(&self) -> Self {
+        self.abs()
+    }
+}
+
 /// M-orthonormal rigid-body modes: the combinations of rigid motions that cost no strain energy and move mass.
 ///
 /// The energy of a motion r is judged against |r|ᵀ|K||r|, what its terms would sum to without cancelling.
-fn rigid_body_modes(k: &DMatrix<f64>, m: &DMatrix<f64>, motions: &DMatrix<f64>) -> DMatrix<f64> {
-    let n = k.nrows();
-    let absolute = k.abs();
+pub(super) fn rigid_body_modes<A: Symmetric>(
+    k: &A,
+    m: &A,
+    motions: &DMatrix<f64>,
+) -> Result<DMatrix<f64>, LinalgError> {
+    let n = motions.nrows();
+    let absolute = k.absolute();
     // Motions in comparable units: each scaled to unit absolute energy; those that no dof takes part in are dropped.
     let mut scaled: Vec<DVector<f64>> = Vec::new();
     for j in 0..motions.ncols() {
-        let r: DVector<f64> = motions.column(j).into_owned();
+        let r: DMatrix<f64> = motions.columns(j, 1).into_owned();
         if r.amax() == 0.0 {
             continue;
         }
         let a = r.abs();
-        let size = (a.transpose() * &absolute * &a)[(0, 0)];
-        let size = if size > 0.0 { size } else { (r.transpose() * m * &r)[(0, 0)].max(f64::MIN_POSITIVE) };
-        scaled.push(r / size.sqrt());
+        let size = a.dot(&absolute.times(&a));
+        let size = if size > 0.0 { size } else { r.dot(&m.times(&r)).max(f64::MIN_POSITIVE) };
+        scaled.push((r / size.sqrt()).column(0).into_owned());
     }
     if scaled.is_empty() {
-        return DMatrix::zeros(n, 0);
+        return Ok(DMatrix::zeros(n, 0));
     }
     let motions = DMatrix::from_columns(&scaled);
-    let energy = motions.transpose() * k * &motions;
-    let eigen = nalgebra::SymmetricEigen::new(0.5 * (&energy + energy.transpose()));
+    let energy = motions.transpose() * k.times(&motions);
+    let eigen = symmetric_eigen(&(0.5 * (&energy + energy.transpose())))?;
     // Rounding of the sums is some 1e-15 of the absolute energy; the softest suspension that can matter is far above.
     let free: Vec<DVector<f64>> = (0..energy.nrows())
-        .filter(|&i| eigen.eigenvalues[i].abs() < 1e-12)
+        .filter(|&i| eigen.values[i].abs() < 1e-12)
         .filter_map(|i| {
-            let weights = eigen.eigenvectors.column(i);
+            let weights = eigen.vectors.column(i);
             let combination = &motions * weights;
             // Where few dofs are left, some combinations of motions move none of them: what remains is rounding.
             let size = motions.abs() * weights.abs();
@@ -166,22 +188,22 @@ fn rigid_body_modes(k: &DMatrix<f64>, m: &DMatrix<f64>, motions: &DMatrix<f64>) 
         })
         .collect();
     if free.is_empty() {
-        return DMatrix::zeros(n, 0);
+        return Ok(DMatrix::zeros(n, 0));
     }
     let free = DMatrix::from_columns(&free);
     // Combinations that move mass and differ from each other.
-    let gram = free.transpose() * m * &free;
+    let gram = free.transpose() * m.times(&free);
     let diagonal: Vec<f64> = (0..gram.nrows()).map(|i| gram[(i, i)].max(f64::MIN_POSITIVE).sqrt()).collect();
     let unit = DMatrix::from_fn(gram.nrows(), gram.ncols(), |i, j| gram[(i, j)] / (diagonal[i] * diagonal[j]));
-    let eigen = nalgebra::SymmetricEigen::new(0.5 * (&unit + unit.transpose()));
+    let eigen = symmetric_eigen(&(0.5 * (&unit + unit.transpose())))?;
     let columns: Vec<DVector<f64>> = (0..unit.nrows())
-        .filter(|&i| eigen.eigenvalues[i] > 1e-10)
+        .filter(|&i| eigen.values[i] > 1e-10)
         .map(|i| {
-            let weights = DVector::from_fn(unit.nrows(), |j, _| eigen.eigenvectors[(j, i)] / diagonal[j]);
-            &free * weights / eigen.eigenvalues[i].sqrt()
+            let weights = DVector::from_fn(unit.nrows(), |j, _| eigen.vectors[(j, i)] / diagonal[j]);
+            &free * weights / eigen.values[i].sqrt()
         })
         .collect();
-    if columns.is_empty() { DMatrix::zeros(n, 0) } else { DMatrix::from_columns(&columns) }
+    Ok(if columns.is_empty() { DMatrix::zeros(n, 0) } else { DMatrix::from_columns(&columns) })
 }
 
 /// A shift for the inverse problem: about the first elastic λ of the structure.
@@ -195,7 +217,7 @@ pub fn typical_shift(
 ) -> Result<f64, ModalError> {
     let n = stiffness.nrows();
     check_finite(stiffness, mass)?;
-    let n_rigid = rigid_body_modes(stiffness, mass, rigid_motions).ncols();
+    let n_rigid = rigid_body_modes(stiffness, mass, rigid_motions)?.ncols();
     // A dof's own K/M is above the first λ (Rayleigh), usually by a few decades.
     let ratios = (0..n).filter(|&i| mass[(i, i)] > 0.0 && stiffness[(i, i)] > 0.0);
     let least = ratios.map(|i| stiffness[(i, i)] / mass[(i, i)]).fold(f64::INFINITY, f64::min);

@@ -8,10 +8,11 @@ use super::dof_map::DofMap;
 use super::mass_properties::add_rigid_mass;
 use super::parameter::ParameterSet;
 use super::place::PlacedElement;
-use super::system::System;
+use super::system::{SparseSystem, System};
 use super::value::Value;
 use super::{ElementMatrices, ModelError};
 use crate::element::{Dof, ElementInput};
+use crate::linalg::sparse::SparseSym;
 use crate::linalg::{DMatrix, SymMatrix};
 
 /// One entry of a basis matrix: lower triangle, row ≥ column.
@@ -351,5 +352,38 @@ pub(super) fn add_element(system: &mut System, connection: &Connection, matrices
 pub(super) fn symmetrise(system: &mut System) {
     for matrix in [Some(&mut system.stiffness), Some(&mut system.mass), system.damping.as_mut()].into_iter().flatten() {
         matrix.fill_upper_triangle_with_lower_triangle();
+    }
+}
+
+/// The sparse matrices of factors times bases and of elements. Entries that happen to be zero are kept, so the pattern
+/// does not depend on θ.
+pub(super) fn sparse_system(
+    n: usize,
+    damped: bool,
+    bases: &[(&Basis, f64)],
+    elements: &[(&Connection, ElementMatrices)],
+) -> SparseSystem {
+    let reduced: Vec<_> =
+        elements.iter().map(|(c, m)| (c, [&m.stiffness, &m.mass, &m.damping].map(|a| c.reduce(a)))).collect();
+    let matrix = |which: usize, list: &dyn Fn(&Basis) -> usize| {
+        let mut triplets: Vec<(usize, usize, f64)> = Vec::with_capacity(bases.iter().map(|b| list(b.0)).sum());
+        for (basis, factor) in bases {
+            let entries = [&basis.stiffness, &basis.mass, &basis.damping][which];
+            triplets.extend(entries.iter().map(|e| (e.row, e.column, factor * e.value)));
+        }
+        for (c, matrices) in &reduced {
+            let a = &matrices[which];
+            for (i, &row) in c.rows.iter().enumerate() {
+                for (j, &column) in c.rows.iter().enumerate().take(i + 1) {
+                    triplets.push((row, column, 0.5 * (a[(i, j)] + a[(j, i)])));
+                }
+            }
+        }
+        SparseSym::from_triplets(n, triplets.iter().copied())
+    };
+    SparseSystem {
+        stiffness: matrix(0, &|b| b.stiffness.len()),
+        mass: matrix(1, &|b| b.mass.len()),
+        damping: damped.then(|| matrix(2, &|b| b.damping.len())),
     }
 }

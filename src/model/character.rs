@@ -5,6 +5,7 @@ use super::dof_map::DofMap;
 use super::geometry::Geometry;
 use super::{ModelError, ParametricModel};
 use crate::element::{Axes, Dof};
+use std::collections::BTreeMap;
 
 /// Shares of strain energy and direction of motion of one mode.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -127,11 +128,13 @@ pub(super) fn mirror_rows(geometry: &Geometry, dofs: &DofMap) -> Option<Vec<(usi
         at(geometry.mirrored(place)?).nth(rank)
     };
     let images: Vec<Option<usize>> = (0..dofs.n_nodes()).map(image_of).collect();
+    let row_of: BTreeMap<(usize, usize), usize> =
+        dofs.rows().iter().enumerate().map(|(row, &(node, dof))| ((node, dof as usize), row)).collect();
     dofs.rows()
         .iter()
         .map(|&(node, dof): &(usize, Dof)| {
             let partner = images[node]?;
-            let row = dofs.rows().iter().position(|r| *r == (partner, dof))?;
+            let row = *row_of.get(&(partner, dof as usize))?;
             // Displacements flip along the normal; rotations flip about the other two axes.
             let flips = (dof.axis() == axis) != dof.is_rotation();
             Some((row, if flips { -1.0 } else { 1.0 }))

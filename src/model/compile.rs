@@ -2,7 +2,7 @@
 
 use super::assembly::{
     AffinePart, Connection, Dependence, add_basis, add_element, affine_part, dependence, element_matrices,
-    interior_point, number, symmetrise, touched,
+    interior_point, number, sparse_system, symmetrise, touched,
 };
 use super::character::{ModeCharacter, character, mirror_rows};
 use super::configuration::load_configuration;
@@ -14,8 +14,8 @@ use super::parameter::ParameterSet;
 use super::place::{Placed, PlacedElement, place};
 use super::registry::Registry;
 use super::spec::{DofName, ModelSpec, TargetSpec};
-use super::system::System;
-use super::{ElementMatrices, ModelError, ParametricModel, PointMotion};
+use super::system::{SparseSystem, System};
+use super::{ElementMatrices, MOST_DENSE_DOFS, ModelError, ParametricModel, PointMotion};
 use crate::element::{Dof, ElementInput};
 use crate::linalg::{DMatrix, SymMatrix};
 use crate::yaml::{Problem, Severity, SourceMap, child};
@@ -40,9 +40,6 @@ pub struct Targets {
     /// Moment of inertia about each axis through the centre of gravity, kg m².
     pub inertia: [Option<Target>; 3],
 }
-
-/// Dense K, M and the work of an eigen-solution then take about 2 GB.
-const MOST_DOFS: usize = 6_000;
 
 /// A model built from a file.
 #[derive(Debug, Clone)]
@@ -120,9 +117,6 @@ impl Model {
         let dependences = elements.iter().map(|e| dependence(e, &parameters)).collect::<Result<Vec<_>, _>>()?;
         let touched = touched(&elements, &dependences, &parameters, geometry.names.len());
         let dofs = number(&geometry.names, &geometry.positions, &touched, elimination);
-        if dofs.n_dof() > MOST_DOFS {
-            return Err(ModelError::TooLarge { n_dof: dofs.n_dof(), most: MOST_DOFS });
-        }
         if dofs.n_dof() == 0 {
             problems.push(Problem::warning("", "every dof is supported or inactive: nothing can move"));
         }
@@ -201,6 +195,47 @@ impl Model {
         (&c.rows, &c.b)
     }
 
+    fn check_dense(&self) -> Result<(), ModelError> {
+        let n_dof = self.dofs.n_dof();
+        if n_dof > MOST_DENSE_DOFS { Err(ModelError::TooLarge { n_dof, most: MOST_DENSE_DOFS }) } else { Ok(()) }
+    }
+
+    /// ∂/∂θ_j of the matrices of every element that is not affine and depends on the parameter, by differences.
+    fn general_slopes(&self, theta: &[f64], j: usize) -> Result<Vec<(usize, ElementMatrices)>, ModelError> {
+        let mut slopes = Vec::new();
+        let scale = self.parameters.get(j).bounds.map_or(theta[j].abs(), |[l, u]| u - l);
+        // A step of about the cube root of rounding balances truncation and cancellation.
+        let step = 1e-5 * if scale > 0.0 { scale } else { 1.0 };
+        for &e in &self.general {
+            let element = &self.elements[e];
+            let depends = element
+                .values
+                .iter()
+                .flatten()
+                .chain(&element.stiffness_factor)
+                .chain(&element.mass_factor)
+                .chain(&element.stiffness_damping)
+                .chain(&element.mass_damping)
+                .any(|v| v.parameters().any(|p| p == j));
+            if depends {
+                let at = |s: f64| {
+                    let mut theta = theta.to_vec();
+                    theta[j] += s * step;
+                    element_matrices(element, &theta)
+                };
+                // At the edge of an element's domain the difference is one-sided.
+                let slope = match (at(1.0), at(-1.0)) {
+                    (Ok(a), Ok(b)) => a.combine(&b, |a, b| (a - b) / (2.0 * step)),
+                    (Ok(a), Err(_)) => a.combine(&at(0.0)?, |a, b| (a - b) / step),
+                    (Err(_), Ok(b)) => at(0.0)?.combine(&b, |a, b| (a - b) / step),
+                    (Err(e), Err(_)) => return Err(e),
+                };
+                slopes.push((e, slope));
+            }
+        }
+        Ok(slopes)
+    }
+
     fn interpolate(&self, element: usize, fraction: f64, theta: &[f64]) -> Result<PointMotion, ModelError> {
         let e = &self.elements[element];
         let values: Vec<Option<f64>> = e.values.iter().map(|v| v.as_ref().map(|v| v.at(theta))).collect();
@@ -243,6 +278,7 @@ impl ParametricModel for Model {
     }
 
     fn assemble(&self, theta: &[f64]) -> Result<System, ModelError> {
+        self.check_dense()?;
         let mut system = System::zeros(self.dofs.n_dof(), self.damped);
         self.assemble_into(theta, &mut system)?;
         Ok(system)
@@ -264,38 +300,32 @@ impl ParametricModel for Model {
         Ok(())
     }
 
+    fn assemble_sparse(&self, theta: &[f64]) -> Result<SparseSystem, ModelError> {
+        if theta.len() != self.parameters.len() {
+            return Err(ModelError::WrongLength { expected: self.parameters.len(), given: theta.len() });
+        }
+        let factors = std::iter::once(1.0).chain(theta.iter().copied());
+        let bases = std::iter::once(&self.affine.constant).chain(&self.affine.parameters).zip(factors);
+        let general = self
+            .general
+            .iter()
+            .map(|&e| Ok((&self.connections[e], element_matrices(&self.elements[e], theta)?)))
+            .collect::<Result<Vec<_>, ModelError>>()?;
+        Ok(sparse_system(self.dofs.n_dof(), self.damped, &bases.collect::<Vec<_>>(), &general))
+    }
+
+    fn assemble_sparse_derivative(&self, theta: &[f64], j: usize) -> Result<SparseSystem, ModelError> {
+        let slopes = self.general_slopes(theta, j)?;
+        let general: Vec<_> = slopes.into_iter().map(|(e, slope)| (&self.connections[e], slope)).collect();
+        Ok(sparse_system(self.dofs.n_dof(), self.damped, &[(&self.affine.parameters[j], 1.0)], &general))
+    }
+
     fn assemble_derivative(&self, theta: &[f64], j: usize) -> Result<System, ModelError> {
+        self.check_dense()?;
         let mut system = System::zeros(self.dofs.n_dof(), self.damped);
         add_basis(&mut system, &self.affine.parameters[j], 1.0);
-        let scale = self.parameters.get(j).bounds.map_or(theta[j].abs(), |[l, u]| u - l);
-        // A step of about the cube root of rounding balances truncation and cancellation.
-        let step = 1e-5 * if scale > 0.0 { scale } else { 1.0 };
-        for &e in &self.general {
-            let element = &self.elements[e];
-            let depends = element
-                .values
-                .iter()
-                .flatten()
-                .chain(&element.stiffness_factor)
-                .chain(&element.mass_factor)
-                .chain(&element.stiffness_damping)
-                .chain(&element.mass_damping)
-                .any(|v| v.parameters().any(|p| p == j));
-            if depends {
-                let at = |s: f64| {
-                    let mut theta = theta.to_vec();
-                    theta[j] += s * step;
-                    element_matrices(element, &theta)
-                };
-                // At the edge of an element's domain the difference is one-sided.
-                let slope = match (at(1.0), at(-1.0)) {
-                    (Ok(a), Ok(b)) => a.combine(&b, |a, b| (a - b) / (2.0 * step)),
-                    (Ok(a), Err(_)) => a.combine(&at(0.0)?, |a, b| (a - b) / step),
-                    (Err(_), Ok(b)) => at(0.0)?.combine(&b, |a, b| (a - b) / step),
-                    (Err(e), Err(_)) => return Err(e),
-                };
-                add_element(&mut system, &self.connections[e], &slope);
-            }
+        for (e, slope) in self.general_slopes(theta, j)? {
+            add_element(&mut system, &self.connections[e], &slope);
         }
         symmetrise(&mut system);
         Ok(system)

@@ -4,8 +4,8 @@ use super::assembly::interior_point;
 use super::compile::Model;
 use super::{ModelError, ParametricModel};
 use crate::element::Dof;
-use crate::linalg::DMatrix;
-use crate::modal::{self, ModalError, SolveOptions};
+use crate::linalg::sparse::SparseSym;
+use crate::modal::{ModalError, SolveOptions};
 use crate::units::Unit;
 use crate::yaml::{Problem, child};
 
@@ -169,8 +169,9 @@ fn magnitudes(model: &Model, s: &mut Soundness) {
 fn parameters(model: &Model, s: &mut Soundness) -> Result<(), ModelError> {
     let theta = interior_point(model.parameters());
     for j in model.parameters().free() {
-        let d = model.assemble_derivative(&theta, j)?;
-        let zero = d.stiffness.amax() == 0.0 && d.mass.amax() == 0.0 && d.damping.is_none_or(|c| c.amax() == 0.0);
+        let d = model.assemble_sparse_derivative(&theta, j)?;
+        let matrices = [Some(d.stiffness), Some(d.mass), d.damping];
+        let zero = matrices.iter().flatten().all(|a| a.entries().all(|e| e.2 == 0.0));
         if zero {
             let p = model.parameters().get(j);
             let named = model.elements().iter().any(|e| {
@@ -200,15 +201,16 @@ fn motion(model: &Model, s: &mut Soundness) -> Result<(), ModelError> {
     if n == 0 {
         return Ok(());
     }
-    let system = model.assemble(&theta)?;
-    let (k, m) = (&system.stiffness, &system.mass);
-    let stiffest = (0..n).map(|i| k[(i, i)]).fold(0.0, f64::max);
-    let empty: Vec<usize> = (0..n).filter(|&i| m[(i, i)] <= 0.0 && k[(i, i)] <= 1e-14 * stiffest).collect();
+    let system = model.assemble_sparse(&theta)?;
+    let diagonal = |a: &SparseSym| (0..n).map(|i| a.diagonal(i)).collect::<Vec<f64>>();
+    let (k, m) = (&diagonal(&system.stiffness), &diagonal(&system.mass));
+    let stiffest = (0..n).map(|i| k[i]).fold(0.0, f64::max);
+    let empty: Vec<usize> = (0..n).filter(|&i| m[i] <= 0.0 && k[i] <= 1e-14 * stiffest).collect();
     for &row in &empty {
         s.errors.push(Problem::error(row_path(model, row), format_args!("`{}` has neither stiffness nor mass, so nothing determines its motion; support it, or leave that dof out of `active_dofs`", dofs.row_name(row))));
     }
     let massless: Vec<String> =
-        (0..n).filter(|&i| m[(i, i)] <= 0.0 && !empty.contains(&i)).map(|i| dofs.row_name(i)).collect();
+        (0..n).filter(|&i| m[i] <= 0.0 && !empty.contains(&i)).map(|i| dofs.row_name(i)).collect();
     if !massless.is_empty() {
         s.warnings.push(Problem::warning(
             "",
@@ -218,8 +220,8 @@ fn motion(model: &Model, s: &mut Soundness) -> Result<(), ModelError> {
     if !empty.is_empty() {
         return Ok(());
     }
-    for (name, symmetric) in [("stiffness", k), ("mass", m)] {
-        if let Some(row) = (0..n).find(|&i| symmetric[(i, i)] < 0.0) {
+    for (name, diagonal) in [("stiffness", k), ("mass", m)] {
+        if let Some(row) = (0..n).find(|&i| diagonal[i] < 0.0) {
             s.errors.push(Problem::error(
                 row_path(model, row),
                 format_args!("the {name} of `{}` is negative", dofs.row_name(row)),
@@ -228,8 +230,7 @@ fn motion(model: &Model, s: &mut Soundness) -> Result<(), ModelError> {
         }
     }
     conditioning(model, k, s);
-    let motions = dofs.rigid_motions();
-    match modal::solve(k, m, &motions, SolveOptions { n_elastic: 12, shift: None }) {
+    match super::solve_modes(model, &theta, SolveOptions { n_elastic: 12, shift: None }) {
         Ok(modes) => {
             s.n_rigid_body_modes = modes.n_rigid;
             s.n_mechanisms = modes.n_mechanism;
@@ -265,7 +266,7 @@ fn motion(model: &Model, s: &mut Soundness) -> Result<(), ModelError> {
                 ));
             }
         }
-        Err(ModalError::Linalg(crate::linalg::LinalgError::NotPositiveDefinite { row, .. })) => {
+        Err(ModelError::Modal(ModalError::Linalg(crate::linalg::LinalgError::NotPositiveDefinite { row, .. }))) => {
             s.errors.push(Problem::error(row_path(model, row), format_args!("the motion of `{}` is not determined: it, or a combination of dofs with it, has neither stiffness nor mass", dofs.row_name(row))));
         }
         Err(e) => s.errors.push(Problem::error("", e)),
@@ -284,14 +285,14 @@ fn possible_rigid_modes(model: &Model) -> usize {
 }
 
 /// Stiffness ratios that cost digits: with 16 digits, a ratio of 1e12 leaves 4 in the low modes.
-fn conditioning(model: &Model, k: &DMatrix<f64>, s: &mut Soundness) {
+fn conditioning(model: &Model, k: &[f64], s: &mut Soundness) {
     let dofs = model.dof_map();
     for rotation in [false, true] {
         let mut rows: Vec<usize> =
-            (0..k.nrows()).filter(|&i| dofs.rows()[i].1.is_rotation() == rotation && k[(i, i)] > 0.0).collect();
-        rows.sort_by(|&a, &b| k[(a, a)].total_cmp(&k[(b, b)]));
+            (0..k.len()).filter(|&i| dofs.rows()[i].1.is_rotation() == rotation && k[i] > 0.0).collect();
+        rows.sort_by(|&a, &b| k[a].total_cmp(&k[b]));
         let (Some(&soft), Some(&stiff)) = (rows.first(), rows.last()) else { continue };
-        let ratio = k[(stiff, stiff)] / k[(soft, soft)];
+        let ratio = k[stiff] / k[soft];
         if ratio > 1e9 {
             s.warnings.push(Problem::warning(
                 row_path(model, stiff),

@@ -19,6 +19,7 @@ mod override_tests;
 mod parameter;
 mod place;
 mod registry;
+mod solver;
 pub mod spec;
 mod system;
 mod value;
@@ -34,12 +35,17 @@ pub use mass_properties::MassProperties;
 pub use parameter::{Parameter, ParameterSet};
 pub use place::PlacedElement;
 pub use registry::Registry;
+pub use solver::{Matrices, ModalSolver, solve_modes};
 pub use spec::{ModelSpec, schema};
-pub use system::System;
+pub use system::{SparseSystem, System};
 pub use value::{Affine, Value};
 
 use crate::element::ElementError;
 use crate::linalg::SymMatrix;
+use crate::modal::ModalError;
+
+/// Most dofs of dense matrices: K, M and the work of an eigen-solution then take about 2 GB.
+pub const MOST_DENSE_DOFS: usize = 6_000;
 
 /// A structure whose matrices depend on parameters.
 pub trait ParametricModel: std::fmt::Debug + Send + Sync {
@@ -49,13 +55,26 @@ pub trait ParametricModel: std::fmt::Debug + Send + Sync {
     /// Rows of the matrices; it does not depend on θ.
     fn dof_map(&self) -> &DofMap;
 
-    /// K, M and C at θ.
+    /// K, M and C at θ, dense.
+    ///
+    /// # Errors
+    /// [`ModelError::TooLarge`] for a model with more than [`MOST_DENSE_DOFS`] dofs.
     fn assemble(&self, theta: &[f64]) -> Result<System, ModelError>;
 
     /// K, M and C at θ into a system of the right size, overwriting it. By default through [`Self::assemble`].
     fn assemble_into(&self, theta: &[f64], system: &mut System) -> Result<(), ModelError> {
         *system = self.assemble(theta)?;
         Ok(())
+    }
+
+    /// K, M and C at θ, sparse. By default through [`Self::assemble`].
+    fn assemble_sparse(&self, theta: &[f64]) -> Result<SparseSystem, ModelError> {
+        Ok(SparseSystem::from(&self.assemble(theta)?))
+    }
+
+    /// [`Self::assemble_derivative`], sparse. By default through it.
+    fn assemble_sparse_derivative(&self, theta: &[f64], j: usize) -> Result<SparseSystem, ModelError> {
+        Ok(SparseSystem::from(&self.assemble_derivative(theta, j)?))
     }
 
     /// ∂K/∂θ_j, ∂M/∂θ_j, ∂C/∂θ_j at θ. By default by central differences.
@@ -193,13 +212,18 @@ pub enum ModelError {
         given: usize,
     },
     /// Its dense matrices would fill the memory.
-    #[error("the model has {n_dof} dofs; at most {most} fit into dense matrices: subdivide less, or use `active_dofs`")]
+    #[error(
+        "the model has {n_dof} dofs, and this needs dense matrices of at most {most}: subdivide less, or use `active_dofs`"
+    )]
     TooLarge {
         /// Its number of independent dofs.
         n_dof: usize,
         /// The largest number.
         most: usize,
     },
+    /// It has no modes.
+    #[error(transparent)]
+    Modal(#[from] ModalError),
     /// A model around another solver failed.
     #[error("{0}")]
     External(String),

@@ -88,8 +88,8 @@ fn plain(value: f64) -> String {
     if value == 0.0 || (1e-3..1e5).contains(&value.abs()) { format!("{value}") } else { format!("{value:e}") }
 }
 
-/// Far above what a beam model needs; a misspelt `subdivide` is refused before it fills the memory.
-const MOST_ELEMENTS: usize = 20_000;
+/// A model of 10⁶ dofs has that many; a misspelt `subdivide` is refused before it fills the memory.
+const MOST_ELEMENTS: usize = 400_000;
 
 struct Placer<'a> {
     spec: &'a ModelSpec,

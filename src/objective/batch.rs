@@ -22,7 +22,7 @@ use crate::linalg::batch::{
 };
 use crate::linalg::{DMatrix, DVector, SymMatrix};
 use crate::modal::Modes;
-use crate::model::{Basis, Entry, MassProperties, System, family, symmetry_index};
+use crate::model::{Basis, Entry, MassProperties, Matrices, System, family, symmetry_index};
 
 /// Above this number of dofs of one family of shapes the reference path is no slower than the dense kernel.
 const MOST_DOFS: usize = 150;
@@ -223,7 +223,7 @@ impl Compiled {
             theta: scaling.base().to_vec(),
             free: std::array::from_fn(|_| vec![0.0; scaling.len()]),
             prediction: Prediction {
-                system: System::zeros(0, false),
+                matrices: Matrices::Dense(System::zeros(0, false)),
                 modes: Modes { lambda: DVector::zeros(0), shapes: DMatrix::zeros(0, 0), n_rigid: 0, n_mechanism: 0 },
                 frequencies_hz: vec![0.0; n_modes],
                 at_sensors: DMatrix::zeros(self.n_sensors, n_modes),

@@ -1,15 +1,17 @@
 //! What a model predicts of a test: modes at the sensors, pairs with the measured modes, mass properties.
 
 use super::responses::FrfRows;
-use super::scaling::{derivatives, matrix_derivatives};
 use super::{EvalError, statics};
 use crate::correlation::{
     CorrelationError, ModeList, PairedModes, PairingOptions, mac_matrix, observation_matrix, pair_modes,
 };
 use crate::data::{TestData, family_of_label};
 use crate::linalg::{Complex, DMatrix, DVector};
-use crate::modal::{self, Modes, SolveOptions, mode_derivative};
-use crate::model::{MassProperties, ParametricModel, System, family, symmetry_index};
+use crate::modal::{ModeDerivative, Modes};
+use crate::model::{
+    MOST_DENSE_DOFS, MassProperties, Matrices, ModalSolver, ModelError, ParametricModel, System, family, symmetry_index,
+};
+use std::borrow::Cow;
 
 /// A model and a test, made comparable: sensors as rows, real test shapes, the modes to compute.
 #[derive(Debug)]
@@ -17,8 +19,7 @@ pub struct Comparison<'a> {
     model: &'a dyn ParametricModel,
     test: &'a TestData,
     sensors: DMatrix<f64>,
-    rigid_motions: DMatrix<f64>,
-    shift: f64,
+    solver: ModalSolver,
     n_elastic: usize,
     /// Real test shapes as columns, NaN where not measured; a mode without a shape is all NaN.
     shapes: DMatrix<f64>,
@@ -34,12 +35,12 @@ pub struct Comparison<'a> {
 
 /// The prediction at one θ.
 ///
-/// A batch of candidates fills only what can be seen at the sensors: there `system`, `modes` and `families` are empty, and
+/// A batch of candidates fills only what can be seen at the sensors: there `matrices`, `modes` and `families` are empty, and
 /// MAC is zero between different families. See [`super::Residual::needs_system`].
 #[derive(Debug, Clone)]
 pub struct Prediction {
     /// K, M, C.
-    pub system: System,
+    pub matrices: Matrices,
     /// Elastic modes follow the rigid ones.
     pub modes: Modes,
     /// Frequencies of the elastic modes, Hz.
@@ -57,6 +58,14 @@ pub struct Prediction {
 }
 
 impl Prediction {
+    /// K, M and C as dense matrices.
+    ///
+    /// # Errors
+    /// [`ModelError::TooLarge`] for a model with more than [`MOST_DENSE_DOFS`] dofs.
+    pub fn system(&self) -> Result<Cow<'_, System>, ModelError> {
+        self.matrices.dense()
+    }
+
     /// The elastic mode paired with a test mode, and the pair's position.
     pub fn partner(&self, test_mode: usize) -> Option<usize> {
         self.pairs.pairs.iter().find(|p| p.experimental == test_mode).map(|p| p.analytical)
@@ -80,26 +89,30 @@ impl<'a> Comparison<'a> {
         pairing: PairingOptions,
     ) -> Result<Self, CorrelationError> {
         let sensors = observation_matrix(model, &test.sensors)?;
-        let rigid_motions = model.dof_map().rigid_motions();
-        let start = starting_point(model);
-        let failed = |e: &dyn std::fmt::Display| CorrelationError::Model(e.to_string());
-        let system = model.assemble(&start).map_err(|e| failed(&e))?;
-        let shift = modal::typical_shift(&system.stiffness, &system.mass, &rigid_motions).map_err(|e| failed(&e))?;
+        // Twice the measured modes and some more: partners may sit higher, and unmeasured modes lie between.
+        let n_elastic = 2 * test.modes.len() + 4;
+        let solver = ModalSolver::new(model, &starting_point(model), n_elastic)
+            .map_err(|e| CorrelationError::Model(e.to_string()))?;
         let shapes = real_shapes(test);
         let frequencies: Vec<f64> = test.modes.iter().map(|m| m.frequency_hz.value).collect();
         let families =
             test.modes.iter().map(|m| m.label.as_deref().and_then(family_of_label).map(str::to_string)).collect();
-        // Twice the measured modes and some more: partners may sit higher, and unmeasured modes lie between.
-        let n_elastic = 2 * test.modes.len() + 4;
-        let loads = statics::loads(model, test, &system, &rigid_motions, shift)?;
-        let is_damped = system.damping.is_some();
+        let is_damped = solver.is_damped();
         let responses = FrfRows::new(model, test)?;
+        let n_dof = model.dof_map().n_dof();
+        let dense_only =
+            [("static tests", !test.static_tests.is_empty()), ("frequency responses", responses.is_some())];
+        if let Some((what, _)) = dense_only.iter().find(|(_, used)| *used && n_dof > MOST_DENSE_DOFS) {
+            return Err(CorrelationError::Model(format!(
+                "{what} need dense matrices of at most {MOST_DENSE_DOFS} dofs, and the model has {n_dof}: subdivide less, or leave the {what} out of the test file"
+            )));
+        }
+        let loads = statics::loads(model, test, &solver)?;
         Ok(Self {
             model,
             test,
             sensors,
-            rigid_motions,
-            shift,
+            solver,
             n_elastic,
             shapes,
             frequencies,
@@ -168,9 +181,9 @@ impl<'a> Comparison<'a> {
 
     /// The prediction at θ.
     pub fn predict(&self, theta: &[f64]) -> Result<Prediction, EvalError> {
-        let system = self.model.assemble(theta).map_err(|e| EvalError::Unsolvable { reason: e.to_string() })?;
-        let options = SolveOptions { n_elastic: self.n_elastic, shift: Some(self.shift) };
-        let modes = modal::solve(&system.stiffness, &system.mass, &self.rigid_motions, options)
+        let (matrices, modes) = self
+            .solver
+            .solve(self.model, theta, self.n_elastic)
             .map_err(|e| EvalError::Unsolvable { reason: e.to_string() })?;
         let elastic = modes.elastic();
         let frequencies_hz: Vec<f64> = elastic.clone().map(|i| modes.frequency_hz(i)).collect();
@@ -192,7 +205,7 @@ impl<'a> Comparison<'a> {
         );
         let mass_properties =
             self.model.mass_properties(theta).map_err(|e| EvalError::Unsolvable { reason: e.to_string() })?;
-        Ok(Prediction { system, modes, frequencies_hz, at_sensors, families, mac, pairs, mass_properties })
+        Ok(Prediction { matrices, modes, frequencies_hz, at_sensors, families, mac, pairs, mass_properties })
     }
 
     /// Derivatives of the paired modes of a prediction with respect to the parameters `free`.
@@ -202,24 +215,44 @@ impl<'a> Comparison<'a> {
         prediction: &Prediction,
         free: &[usize],
     ) -> Result<PredictionDerivative, EvalError> {
-        let systems =
-            derivatives(self.model, theta, free).map_err(|e| EvalError::Unsolvable { reason: e.to_string() })?;
-        let derivatives = matrix_derivatives(&systems);
+        let failed = |e: ModelError| EvalError::Unsolvable { reason: e.to_string() };
+        let paired: Vec<usize> = prediction.pairs.pairs.iter().map(|p| p.analytical).collect();
+        let of_modes = self.mode_derivatives(theta, prediction, free, &paired).map_err(failed)?;
         let mut modes = vec![None; prediction.frequencies_hz.len()];
-        for pair in &prediction.pairs.pairs {
-            let index = prediction.modes.n_rigid + pair.analytical;
-            let lambda = prediction.modes.lambda[index];
-            let shape = prediction.modes.shapes.column(index).into_owned();
-            let d =
-                mode_derivative(&prediction.system.stiffness, &prediction.system.mass, lambda, &shape, &derivatives)
-                    .ok_or_else(|| EvalError::Unsolvable {
-                        reason: format!("mode {} is double and has no shape derivative", pair.analytical + 1),
-                    })?;
+        for (mode, d) in paired.into_iter().zip(of_modes) {
+            let lambda = prediction.modes.lambda[prediction.modes.n_rigid + mode];
+            let d = d.ok_or_else(|| EvalError::Unsolvable {
+                reason: format!("mode {} is double and has no shape derivative", mode + 1),
+            })?;
             // f = √λ / 2π, so ∂f = ∂λ f / 2λ.
-            let f = prediction.frequencies_hz[pair.analytical];
-            modes[pair.analytical] = Some((d.lambda * (f / (2.0 * lambda)), &self.sensors * d.shape));
+            let f = prediction.frequencies_hz[mode];
+            modes[mode] = Some((d.lambda * (f / (2.0 * lambda)), &self.sensors * d.shape));
         }
         Ok(PredictionDerivative { modes })
+    }
+
+    /// Derivatives of some elastic modes, `None` for a double one.
+    fn mode_derivatives(
+        &self,
+        theta: &[f64],
+        prediction: &Prediction,
+        free: &[usize],
+        modes: &[usize],
+    ) -> Result<Vec<Option<ModeDerivative>>, ModelError> {
+        let of_parameter = |&j: &usize| prediction.matrices.derivative(self.model, theta, j);
+        let slopes = free.iter().map(of_parameter).collect::<Result<Vec<_>, _>>()?;
+        self.derivatives_of_modes(prediction, &slopes, modes)
+    }
+
+    /// [`Self::mode_derivatives`] with the derivatives of the matrices at hand.
+    pub(super) fn derivatives_of_modes(
+        &self,
+        prediction: &Prediction,
+        slopes: &[Matrices],
+        modes: &[usize],
+    ) -> Result<Vec<Option<ModeDerivative>>, ModelError> {
+        let of_modes: Vec<usize> = modes.iter().map(|i| prediction.modes.n_rigid + i).collect();
+        self.solver.differentiate(self.model, &prediction.matrices, slopes, &prediction.modes, &of_modes)
     }
 }
 

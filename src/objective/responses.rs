@@ -119,11 +119,12 @@ impl FrfRows {
         at: &Point<'_>,
         free: Option<&[usize]>,
     ) -> (Vec<Complex<f64>>, DMatrix<Complex<f64>>) {
-        let system = &at.prediction.system;
         let nan = Complex::new(f64::NAN, f64::NAN);
         let mut h = vec![nan; self.values.len()];
         let free = free.unwrap_or(&[]);
         let mut slopes = DMatrix::from_element(self.values.len(), free.len(), nan);
+        // `Comparison::new` refuses a model without dense matrices.
+        let Ok(system) = at.prediction.system() else { return (h, slopes) };
         let derivatives: Vec<_> =
             free.iter().map(|&j| at.comparison.model().assemble_derivative(at.theta, j).ok()).collect();
         let complex = |m: &DMatrix<f64>| m.map(|v| Complex::new(v, 0.0));

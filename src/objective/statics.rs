@@ -1,12 +1,11 @@
 //! Static tests of a model: loads, displacements under them, and their derivatives.
 
-use super::prediction::Comparison;
+use super::prediction::{Comparison, Prediction, starting_point};
 use super::residual::Point;
 use crate::correlation::{CorrelationError, observation_matrix};
 use crate::data::{Sensor, StaticReading, StaticTest, TestData};
 use crate::linalg::{DMatrix, DVector};
-use crate::modal::{SolveOptions, solve};
-use crate::model::{ParametricModel, System};
+use crate::model::{ModalSolver, ParametricModel};
 
 /// The load vectors of the static tests as columns, (n_dof x n_tests).
 ///
@@ -16,9 +15,7 @@ use crate::model::{ParametricModel, System};
 pub(super) fn loads(
     model: &dyn ParametricModel,
     test: &TestData,
-    system: &System,
-    rigid_motions: &DMatrix<f64>,
-    shift: f64,
+    solver: &ModalSolver,
 ) -> Result<DMatrix<f64>, CorrelationError> {
     let n = model.dof_map().n_dof();
     let mut loads = DMatrix::zeros(n, test.static_tests.len());
@@ -31,9 +28,8 @@ pub(super) fn loads(
         }
     }
     if let Some(first) = test.static_tests.first() {
-        let options = SolveOptions { n_elastic: 1, shift: Some(shift) };
-        let modes = solve(&system.stiffness, &system.mass, rigid_motions, options)
-            .map_err(|e| CorrelationError::Model(e.to_string()))?;
+        let (_, modes) =
+            solver.solve(model, &starting_point(model), 1).map_err(|e| CorrelationError::Model(e.to_string()))?;
         if modes.n_rigid + modes.n_mechanism > 0 {
             return Err(CorrelationError::Model(format!(
                 "the structure is free to move, so the static test `{}` has no answer; name a configuration with supports in the test file",
@@ -54,9 +50,13 @@ pub(super) fn readings(test: &TestData) -> impl Iterator<Item = (usize, &StaticT
 /// ```text
 /// K u = f,   reading = s · u
 /// ```
-pub fn static_readings(comparison: &Comparison<'_>, system: &System) -> Vec<f64> {
-    let Some(factor) = system.stiffness.clone().cholesky() else {
-        return vec![f64::NAN; readings(comparison.test()).count()];
+pub fn static_readings(comparison: &Comparison<'_>, prediction: &Prediction) -> Vec<f64> {
+    let n_readings = readings(comparison.test()).count();
+    if n_readings == 0 {
+        return Vec::new();
+    }
+    let Some(factor) = prediction.system().ok().and_then(|s| s.into_owned().stiffness.cholesky()) else {
+        return vec![f64::NAN; n_readings];
     };
     let u = factor.solve(comparison.loads());
     readings(comparison.test()).map(|(k, _, r)| comparison.sensors().row(r.sensor).tr_dot(&u.column(k))).collect()
@@ -86,7 +86,7 @@ pub(super) fn evaluate(at: &Point<'_>, rotation: bool, out: &mut [f64]) {
     if out.is_empty() {
         return;
     }
-    let model = static_readings(at.comparison, &at.prediction.system);
+    let model = static_readings(at.comparison, at.prediction);
     let own = readings(at.comparison.test()).zip(&model).filter(|((_, _, r), _)| is_of(at.comparison, r, rotation));
     for (o, ((_, _, r), value)) in out.iter_mut().zip(own) {
         *o = (value - r.measured.value) / r.measured.sd;
@@ -100,7 +100,10 @@ pub(super) fn evaluate(at: &Point<'_>, rotation: bool, out: &mut [f64]) {
 /// ```
 pub(super) fn differentiate(at: &Point<'_>, rotation: bool, out: &mut DMatrix<f64>) {
     out.fill(0.0);
-    let Some(factor) = at.prediction.system.stiffness.clone().cholesky().filter(|_| out.nrows() > 0) else { return };
+    if out.nrows() == 0 {
+        return;
+    }
+    let Some(factor) = at.prediction.system().ok().and_then(|s| s.into_owned().stiffness.cholesky()) else { return };
     let u = factor.solve(at.comparison.loads());
     let own: Vec<(usize, f64, DVector<f64>)> = readings(at.comparison.test())
         .filter(|(_, _, r)| is_of(at.comparison, r, rotation))

@@ -244,7 +244,7 @@ fn readings(comparison: &Comparison<'_>, prediction: &Prediction) -> Vec<Assesse
         sd: r.measured.sd,
         model,
     };
-    measured.zip(static_readings(comparison, &prediction.system)).map(one).collect()
+    measured.zip(static_readings(comparison, prediction)).map(one).collect()
 }
 
 fn misfit_per_mode(comparison: &Comparison<'_>, residuals: &[f64]) -> Vec<f64> {

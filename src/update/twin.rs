@@ -10,8 +10,8 @@ use crate::correlation::{CorrelationError, observation_matrix};
 use crate::data::{Channel, FrfQuantity, FrfSet, Measured, Origin, Place, Sensor, TestData, TestMode};
 use crate::element::Dof;
 use crate::linalg::{Complex, DMatrix, DVector};
-use crate::modal::{ModalDamping, ModalError, Modes, SolveOptions, solve, synthesize};
-use crate::model::{ModelError, ParametricModel};
+use crate::modal::{ModalDamping, Modes, SolveOptions, synthesize};
+use crate::model::{ModelError, ParametricModel, solve_modes};
 use crate::optim::Draw;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -165,12 +165,9 @@ pub enum TwinError {
     /// A sensor sits where the model has nothing.
     #[error(transparent)]
     Correlation(#[from] CorrelationError),
-    /// The model has no matrices.
+    /// The model has no matrices or no modes.
     #[error(transparent)]
     Model(#[from] ModelError),
-    /// The model has no modes.
-    #[error(transparent)]
-    Modal(#[from] ModalError),
     /// A fault that is not understood.
     #[error(
         "fault `{text}` is not understood; write `sign:SENSOR`, `gain:SENSOR,FACTOR`, `swap:SENSOR,SENSOR`, `dead:SENSOR` or `axis:SENSOR,+x`"
@@ -422,14 +419,8 @@ fn measured(value: f64, sd: f64) -> Measured {
 }
 
 fn modes(model: &dyn ParametricModel, theta: &[f64], n_elastic: usize) -> Result<Modes, TwinError> {
-    let system = model.assemble(theta)?;
     let n_elastic = n_elastic.min(model.dof_map().n_dof());
-    Ok(solve(
-        &system.stiffness,
-        &system.mass,
-        &model.dof_map().rigid_motions(),
-        SolveOptions { n_elastic, shift: None },
-    )?)
+    Ok(solve_modes(model, theta, SolveOptions { n_elastic, shift: None })?)
 }
 
 /// The observation matrix of sensors with faults.

@@ -3,8 +3,8 @@
 use crate::args::Modes;
 use crate::output::{Failure, print, print_json, style, warn};
 use crate::{DONE, files};
-use retune::modal::{SolveOptions, solve};
-use retune::model::ParametricModel;
+use retune::modal::SolveOptions;
+use retune::model::{ParametricModel, solve_modes};
 use retune::report::text::{Align, Table};
 use retune::update::name_modes;
 use serde_json::json;
@@ -13,9 +13,8 @@ pub(crate) fn run(args: &Modes) -> Result<u8, Failure> {
     let (model, warnings, text) = files::model(&args.model, args.configuration.as_deref())?;
     warn(&args.model, &text, &warnings);
     let theta = model.parameters().nominal();
-    let system = model.assemble(&theta)?;
     let options = SolveOptions { n_elastic: usize::from(args.number), shift: None };
-    let modes = solve(&system.stiffness, &system.mass, &model.dof_map().rigid_motions(), options)?;
+    let modes = solve_modes(&model, &theta, options)?;
     let named = name_modes(&model, &theta, &modes)?;
     if args.json {
         let modes: Vec<_> = named

@@ -3,7 +3,7 @@
 use super::hypotheses::{Accepted, Edit, Prior, search};
 use super::{Finding, Level};
 use crate::identify::IdentifyError;
-use crate::linalg::{DMatrix, thin_qr};
+use crate::linalg::{DMatrix, symmetric_eigen, thin_qr};
 
 /// Where a sensor sits and what it reads, for checks of shapes.
 #[derive(Debug, Clone, PartialEq)]
@@ -225,21 +225,21 @@ fn smooth_priors(positions: &[[f64; 3]]) -> Vec<Prior> {
     // Orthonormal complement of the linear part: the last columns of a full Q.
     let Ok(qr) = thin_qr(&linear) else { return Vec::new() };
     let projector = DMatrix::identity(n, n) - &qr.q * qr.q.transpose();
-    let eigen = projector.symmetric_eigen();
-    let columns: Vec<usize> = (0..n).filter(|&j| eigen.eigenvalues[j] > 0.5).collect();
+    let Ok(eigen) = symmetric_eigen(&projector) else { return Vec::new() };
+    let columns: Vec<usize> = (0..n).filter(|&j| eigen.values[j] > 0.5).collect();
     if columns.len() != rank {
         return Vec::new();
     }
-    let q2 = DMatrix::from_fn(n, rank, |i, j| eigen.eigenvectors[(i, columns[j])]);
+    let q2 = DMatrix::from_fn(n, rank, |i, j| eigen.vectors[(i, columns[j])]);
     let kernel = DMatrix::from_fn(n, n, |i, j| (x.row(i) - x.row(j)).norm().powi(3));
     let covariance = q2.tr_mul(&kernel) * &q2;
     let scale = covariance.trace() / rank as f64;
-    let eigen = covariance.symmetric_eigen();
+    let Ok(eigen) = symmetric_eigen(&covariance) else { return Vec::new() };
     [1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 1.0]
         .iter()
         .map(|level| {
-            let values = eigen.eigenvalues.map(|e| (e / scale).max(0.0) + level);
-            let root = &q2 * &eigen.eigenvectors;
+            let values = eigen.values.map(|e| (e / scale).max(0.0) + level);
+            let root = &q2 * &eigen.vectors;
             let weighted = DMatrix::from_fn(n, rank, |i, j| root[(i, j)] / values[j]);
             Prior { b: weighted * root.transpose(), ln_det: values.iter().map(|v| v.ln()).sum(), rank }
         })

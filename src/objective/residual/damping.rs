@@ -3,8 +3,6 @@
 use super::super::prediction::{Comparison, PredictionDerivative};
 use super::{Point, Residual, UNPAIRED};
 use crate::linalg::DMatrix;
-use crate::modal::mode_derivative;
-use crate::objective::scaling::matrix_derivatives;
 
 /// r = (ζ_model - ζ_test)/σ for every mode with a measured ratio, where the model has dashpots.
 ///
@@ -29,7 +27,8 @@ fn ratio(at: &Point<'_>, elastic: usize) -> f64 {
     let k = at.prediction.modes.n_rigid + elastic;
     let shape = at.prediction.modes.shapes.column(k);
     let omega = at.prediction.modes.lambda[k].sqrt();
-    at.prediction.system.damping.as_ref().map_or(0.0, |c| shape.dot(&(c * shape)) / (2.0 * omega))
+    let shape = DMatrix::from_columns(&[shape]);
+    at.prediction.matrices.damping_times(&shape).map_or(0.0, |c| shape.dot(&c) / (2.0 * omega))
 }
 
 impl Residual for Damping {
@@ -58,23 +57,23 @@ impl Residual for Damping {
 
     fn differentiate(&self, at: &Point<'_>, _: &PredictionDerivative, out: &mut DMatrix<f64>) {
         out.fill(0.0);
-        let Some(c) = &at.prediction.system.damping else { return };
-        let Ok(systems) = at.scaling.derivatives(at.comparison.model(), at.theta) else { return };
-        let matrices = matrix_derivatives(&systems);
+        let matrices = &at.prediction.matrices;
+        let of_parameter = |&j: &usize| matrices.derivative(at.comparison.model(), at.theta, j);
+        let Ok(slopes) = at.scaling.free().iter().map(of_parameter).collect::<Result<Vec<_>, _>>() else { return };
         for (row, i) in measured(at.comparison).into_iter().enumerate() {
             let (Some(a), Some(test)) = (at.prediction.partner(i), at.comparison.test().modes[i].damping_ratio) else {
                 continue;
             };
             let k = at.prediction.modes.n_rigid + a;
             let lambda = at.prediction.modes.lambda[k];
-            let shape = at.prediction.modes.shapes.column(k).into_owned();
-            let system = &at.prediction.system;
-            let Some(d) = mode_derivative(&system.stiffness, &system.mass, lambda, &shape, &matrices) else { continue };
+            let shape = at.prediction.modes.shapes.columns(k, 1).into_owned();
+            let Some(c_shape) = matrices.damping_times(&shape) else { return };
+            let derivative = at.comparison.derivatives_of_modes(at.prediction, &slopes, &[a]);
+            let Some(d) = derivative.ok().and_then(|mut list| list.pop().flatten()) else { continue };
             let zeta = ratio(at, a);
-            let c_shape = c * &shape;
-            for (j, s) in systems.iter().enumerate() {
-                let of_matrix = s.damping.as_ref().map_or(0.0, |dc| shape.dot(&(dc * &shape)));
-                let work = 2.0 * c_shape.dot(&d.shape.column(j)) + of_matrix;
+            for (j, slope) in slopes.iter().enumerate() {
+                let of_matrix = slope.damping_times(&shape).map_or(0.0, |dc| shape.dot(&dc));
+                let work = 2.0 * c_shape.column(0).dot(&d.shape.column(j)) + of_matrix;
                 out[(row, j)] = (work / (2.0 * lambda.sqrt()) - zeta * d.lambda[j] / (2.0 * lambda)) / test.sd;
             }
         }

@@ -7,8 +7,8 @@ use super::{Case, test_label};
 use crate::correlation::{CorrelationError, fdac, frac, observation_matrix, signatures};
 use crate::data::{FrfQuantity, FrfSet, Sensor, TestData};
 use crate::linalg::Complex;
-use crate::modal::{ModalDamping, SolveOptions, solve, synthesize};
-use crate::model::ParametricModel;
+use crate::modal::{ModalDamping, SolveOptions, synthesize};
+use crate::model::{ParametricModel, solve_modes};
 
 /// Elastic modes in the sum.
 const MOST_MODES: usize = 400;
@@ -63,11 +63,8 @@ fn of_model(
     responses: &[Sensor],
 ) -> Result<FrfSet, CorrelationError> {
     let Case { model, test, assessment } = case;
-    let fail = |e: &dyn std::fmt::Display| CorrelationError::Model(e.to_string());
-    let system = model.assemble(&assessment.theta).map_err(|e| fail(&e))?;
-    let dofs = model.dof_map();
-    let options = SolveOptions { n_elastic: MOST_MODES.min(dofs.n_dof()), shift: None };
-    let modes = solve(&system.stiffness, &system.mass, &dofs.rigid_motions(), options).map_err(|e| fail(&e))?;
+    let options = SolveOptions { n_elastic: MOST_MODES.min(model.dof_map().n_dof()), shift: None };
+    let modes = solve_modes(model, &assessment.theta, options).map_err(|e| CorrelationError::Model(e.to_string()))?;
     let typical = typical_damping(test);
     let mut damping = ModalDamping::uniform(modes.len(), typical);
     for pair in &assessment.pairs {

@@ -7,7 +7,8 @@ use crate::correlation::{
     signatures,
 };
 use crate::data::{Channel, FrfSet, Place, Sensor};
-use crate::modal::{ModalDamping, SolveOptions, solve, synthesize};
+use crate::modal::{ModalDamping, SolveOptions, synthesize};
+use crate::model::solve_modes;
 use crate::objective::Comparison;
 use crate::update::Assessment;
 
@@ -146,12 +147,10 @@ pub fn compare_functions(
     let sensors = &comparison.test().sensors;
     let (test, responses, references, left_out) = placed(measured, sensors)?;
     let p = &a.prediction;
-    let (k, m) = (&p.system.stiffness, &p.system.mass);
-    let failed = |e: &dyn std::fmt::Display| CorrelationError::Model(e.to_string());
-    let rigid = comparison.model().dof_map().rigid_motions();
-    let n_elastic = MOST_MODES.min(k.nrows());
+    let n_elastic = MOST_MODES.min(comparison.model().dof_map().n_dof());
     let shift = p.modes.lambda.get(p.modes.n_rigid).copied().filter(|l| *l > 0.0);
-    let modes = solve(k, m, &rigid, SolveOptions { n_elastic, shift }).map_err(|e| failed(&e))?;
+    let modes = solve_modes(comparison.model(), &a.theta, SolveOptions { n_elastic, shift })
+        .map_err(|e| CorrelationError::Model(e.to_string()))?;
     let (ratios, damping) = damping(comparison, a, modes.len(), modes.n_rigid, options.damping);
     let model = comparison.model();
     let rows = |list: &[Sensor]| observation_matrix(model, list);

@@ -173,7 +173,7 @@ impl Basis<'_> {
         /// Relative singular value below which the sensors miss a direction: expansion would multiply noise by more.
         const SEEN: f64 = 1e-3;
         let p = &self.a.prediction;
-        let (k, m) = (&p.system.stiffness, &p.system.mass);
+        let dense = || p.system().map_err(|e| CorrelationError::Model(e.to_string()));
         let s = self.comparison.sensors().select_rows(self.kept);
         let failed = |reason: String| CorrelationError::Reduction { method: reduction.word(), reason };
         let reduced = match reduction {
@@ -190,14 +190,21 @@ impl Basis<'_> {
                 for (mut row, scale) in inverse.row_iter_mut().zip(&scale) {
                     row *= *scale;
                 }
-                return Ok(inverse.tr_mul(&(m * &inverse)));
+                return Ok(inverse.tr_mul(&(&dense()?.mass * &inverse)));
             }
-            MassReduction::Guyan => guyan(k, m, &s),
-            MassReduction::Irs => irs(k, m, &s, 1),
+            MassReduction::Guyan => {
+                let system = dense()?;
+                guyan(&system.stiffness, &system.mass, &s)
+            }
+            MassReduction::Irs => {
+                let system = dense()?;
+                irs(&system.stiffness, &system.mass, &s, 1)
+            }
             MassReduction::Dynamic => {
                 let pairs = pairs_with_shapes(self.a);
                 let squares = pairs.iter().map(|p| (std::f64::consts::TAU * p.model_hz).powi(2));
-                dynamic_reduction(k, m, &s, squares.sum::<f64>() / pairs.len() as f64)
+                let system = dense()?;
+                dynamic_reduction(&system.stiffness, &system.mass, &s, squares.sum::<f64>() / pairs.len() as f64)
             }
             MassReduction::Serep => {
                 let rigid = 0..p.modes.n_rigid;
@@ -209,7 +216,7 @@ impl Basis<'_> {
                     serep_transformation(&phi, &(&s * &phi))
                 };
                 let t = by(&with_rigid).or_else(|_| by(&elastic.collect::<Vec<_>>()));
-                return t.map(|t| t.tr_mul(&(m * &t))).map_err(|e| failed(e.to_string()));
+                return t.map(|t| t.tr_mul(&p.matrices.mass_times(&t))).map_err(|e| failed(e.to_string()));
             }
         };
         reduced.map(|r| r.mass).map_err(|e| failed(e.to_string()))

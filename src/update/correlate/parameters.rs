@@ -5,9 +5,9 @@ use crate::correlation::{
 };
 use crate::data::TestData;
 use crate::linalg::{Complex, DMatrix, DVector};
-use crate::modal::{ModalDamping, Modes, SolveOptions, mode_derivative, solve};
-use crate::model::{MassProperties, ParametricModel};
-use crate::objective::{Comparison, EvalError, LeastSquares, Objective, Scaling, matrix_derivatives};
+use crate::modal::{ModalDamping, Modes};
+use crate::model::{MassProperties, ModalSolver, ParametricModel};
+use crate::objective::{Comparison, EvalError, LeastSquares, Objective, Scaling};
 use crate::update::{ModeName, Settings, UpdateError, name_modes};
 use std::f64::consts::TAU;
 
@@ -111,26 +111,31 @@ pub fn sensitivities(
     let theta = crate::objective::starting_point(model);
     let comparison = Comparison::new(model, test, Settings::default().pairing(test))?;
     let failed = |e: &dyn std::fmt::Display| UpdateError::Start(EvalError::Unsolvable { reason: e.to_string() });
-    let system = model.assemble(&theta).map_err(|e| failed(&e))?;
-    let rigid = model.dof_map().rigid_motions();
-    let solve_options = SolveOptions { n_elastic: options.n_modes.min(model.dof_map().n_dof()), shift: None };
-    let modes = solve(&system.stiffness, &system.mass, &rigid, solve_options).map_err(|e| failed(&e))?;
-    let systems = scaling.derivatives(model, &theta).map_err(|e| failed(&e))?;
-    let derivatives = matrix_derivatives(&systems);
+    let n_elastic = options.n_modes.min(model.dof_map().n_dof());
+    let solver = ModalSolver::new(model, &theta, n_elastic).map_err(|e| failed(&e))?;
+    let (matrices, modes) = solver.solve(model, &theta, n_elastic).map_err(|e| failed(&e))?;
+    let slopes = scaling
+        .free()
+        .iter()
+        .map(|&j| matrices.derivative(model, &theta, j))
+        .collect::<Result<Vec<_>, _>>()
+        .map_err(|e| failed(&e))?;
     let elastic = modes.elastic().skip(modes.n_mechanism);
+    let of: Vec<usize> = elastic.clone().collect();
+    let derivatives = solver.differentiate(model, &matrices, &slopes, &modes, &of).map_err(|e| failed(&e))?;
     let parameters = model.parameters();
     let unit = |k: usize| parameters.get(scaling.free()[k]).unit_factor;
     let n = scaling.len();
     let n_elastic = elastic.len();
     let mut frequency = DMatrix::zeros(n_elastic, n);
     let mut shape = DMatrix::from_element(n_elastic, n, f64::NAN);
-    for (row, mode) in elastic.clone().enumerate() {
+    for ((row, mode), d) in elastic.clone().enumerate().zip(derivatives) {
         let (lambda, phi) = (modes.lambda[mode], modes.shapes.column(mode).into_owned());
         let per_lambda = modes.frequency_hz(mode) / (2.0 * lambda);
-        for (k, d) in derivatives.iter().enumerate() {
-            frequency[(row, k)] = per_lambda * crate::modal::eigenvalue_derivative(lambda, &phi, d) * unit(k);
+        for (k, slope) in slopes.iter().enumerate() {
+            frequency[(row, k)] = per_lambda * slope.eigenvalue_derivative(lambda, &phi) * unit(k);
         }
-        let Some(d) = mode_derivative(&system.stiffness, &system.mass, lambda, &phi, &derivatives) else { continue };
+        let Some(d) = d else { continue };
         let own = comparison.sensors() * &phi;
         let size = own.norm_squared();
         for k in 0..n {

@@ -110,7 +110,8 @@ pub fn places(
         return Err(PlacesError::NoStiffness);
     }
     let p = &a.prediction;
-    let (k, m) = (&p.system.stiffness, &p.system.mass);
+    let system = p.system()?;
+    let (k, m) = (&system.stiffness, &system.mass);
     let (shapes, measured) = paired_shapes(comparison, a, &pairs);
     let shift = p.modes.lambda[p.modes.n_rigid].max(f64::MIN_POSITIVE);
     let expander = Expander::new(k, m, comparison.sensors(), shift)?;
@@ -185,6 +186,8 @@ fn effects(
     members: &[ElementMatrix],
 ) -> Result<(DVector<f64>, DMatrix<f64>), PlacesError> {
     let p = &a.prediction;
+    let system = p.system()?;
+    let (k, m) = (&system.stiffness, &system.mass);
     let n_sensors = comparison.sensors().nrows();
     let mut residuals: Vec<f64> = Vec::new();
     let mut rows: Vec<RowDVector<f64>> = Vec::new();
@@ -203,7 +206,6 @@ fn effects(
             }
         }
         let still = DVector::zeros(members.len());
-        let (k, m) = (&p.system.stiffness, &p.system.mass);
         let Some(derivative) = mode_derivative_of_forces(k, m, lambda, &phi, &forces, &still) else { continue };
         let f = comparison.test().modes[pair.test_mode].frequency_hz;
         residuals.push((pair.model_hz - f.value) / f.sd);

@@ -1,0 +1,180 @@
+//! Modes of a large structure, and their derivatives: the sparse twins of [`super::solve`] and [`super::mode_derivative`].
+
+use super::ModeDerivative;
+use super::solve::{ModalError, Modes, SolveOptions, Symmetric, rigid_body_modes};
+use crate::linalg::sparse::{SparseOptions, SparsePlan, SparseSym, lowest_sparse_modes, solve_beside_mode};
+use crate::linalg::{DMatrix, DVector, LinalgError};
+
+impl Symmetric for SparseSym {
+    fn times(&self, x: &DMatrix<f64>) -> DMatrix<f64> {
+        self.mul(x)
+    }
+
+    fn absolute(&self) -> Self {
+        self.abs()
+    }
+}
+
+/// [`super::solve`] for sparse matrices; with the modes comes the shift that was used.
+///
+/// * `plan` - the elimination order of a pattern that covers both matrices
+/// * `start` - shapes of a neighbouring structure to begin with (n x any number); they change the time, not the modes
+///
+/// The modes are counted by the inertia of K - σM, so none is missing.
+pub fn solve_sparse(
+    plan: &SparsePlan,
+    stiffness: &SparseSym,
+    mass: &SparseSym,
+    rigid_motions: &DMatrix<f64>,
+    options: SolveOptions,
+    start: Option<&DMatrix<f64>>,
+) -> Result<(Modes, f64), ModalError> {
+    let n = stiffness.n();
+    if n == 0 {
+        return Err(ModalError::NoDof);
+    }
+    for (matrix, a) in [("stiffness", stiffness), ("mass", mass)] {
+        // Products of two entries must not overflow either.
+        if let Some((row, ..)) = a.entries().find(|e| e.2.is_nan() || e.2.abs() > 1e150) {
+            return Err(LinalgError::NotFinite { matrix, row }.into());
+        }
+    }
+    if (0..n).all(|i| mass.diagonal(i) <= 0.0) {
+        return Err(ModalError::NoMass);
+    }
+    let rigid = rigid_body_modes(stiffness, mass, rigid_motions)?;
+    let n_rigid = rigid.ncols();
+    let sparse = SparseOptions { n_modes: options.n_elastic, shift: options.shift, ..SparseOptions::default() };
+    let found = lowest_sparse_modes(plan, stiffness, mass, &rigid, start, &sparse)?;
+    let count = n_rigid + found.values.len();
+    let mut lambda = DVector::zeros(count);
+    let mut shapes = DMatrix::zeros(n, count);
+    shapes.columns_mut(0, n_rigid).copy_from(&rigid);
+    shapes.columns_mut(n_rigid, found.values.len()).copy_from(&found.vectors);
+    let mut n_mechanism = 0;
+    for (k, value) in found.values.iter().enumerate() {
+        // Far below the shift, which is about the first elastic λ, a value is rounding noise.
+        if value.abs() < 1e-9 * found.shift {
+            n_mechanism += 1;
+        } else {
+            lambda[n_rigid + k] = *value;
+        }
+    }
+    Ok((Modes { lambda, shapes, n_rigid, n_mechanism }, found.shift))
+}
+
+/// [`super::mode_derivative`] for sparse matrices.
+///
+/// ```text
+/// (K - λM) z = -(∂K - λ∂M - ∂λ M) φ,   ∂φ = z + c φ,   c = -φᵀ M z - ½ φᵀ ∂M φ
+/// ```
+///
+/// * `derivatives` - ∂K and ∂M of every parameter
+///
+/// `None` where λ is double.
+///
+/// # Source
+/// R. B. Nelson, Simplified calculation of eigenvector derivatives, AIAA Journal 14(9), 1976.
+pub fn mode_derivative_sparse(
+    plan: &SparsePlan,
+    stiffness: &SparseSym,
+    mass: &SparseSym,
+    lambda: f64,
+    shape: &DVector<f64>,
+    derivatives: &[(&SparseSym, &SparseSym)],
+) -> Result<Option<ModeDerivative>, ModalError> {
+    let n = shape.len();
+    let phi = DMatrix::from_columns(std::slice::from_ref(shape));
+    let m_phi = mass.mul(&phi);
+    let mut slopes = DVector::zeros(derivatives.len());
+    let mut forces = DMatrix::zeros(n, derivatives.len());
+    let mut growth = vec![0.0; derivatives.len()];
+    for (j, (dk, dm)) in derivatives.iter().enumerate() {
+        let dm_phi = dm.mul(&phi);
+        let force = dk.mul(&phi) - &dm_phi * lambda;
+        slopes[j] = phi.dot(&force);
+        growth[j] = phi.dot(&dm_phi);
+        forces.set_column(j, &(&m_phi * slopes[j] - force).column(0));
+    }
+    let Some(mut shapes) = solve_beside_mode(plan, stiffness, mass, lambda, shape, &forces)? else { return Ok(None) };
+    for (mut z, growth) in shapes.column_iter_mut().zip(growth) {
+        let along = -z.dot(&m_phi.column(0)) - 0.5 * growth;
+        z.axpy(along, shape, 1.0);
+    }
+    Ok(Some(ModeDerivative { lambda: slopes, shape: shapes }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::modal::{MatrixDerivative, mode_derivative, solve};
+
+    /// A free grid of masses with springs of two kinds: modes and derivatives equal those of the dense path.
+    #[test]
+    fn modes_and_derivatives_are_those_of_the_dense_path() {
+        let (p, q) = (14, 9);
+        let n = p * q;
+        let build = |soft: f64, heavy: f64| {
+            let mut k = DMatrix::zeros(n, n);
+            let mut spring = |a: usize, b: usize, s: f64| {
+                k[(a, a)] += s;
+                k[(b, b)] += s;
+                k[(a, b)] -= s;
+                k[(b, a)] -= s;
+            };
+            for i in 0..p {
+                for j in 0..q {
+                    if i + 1 < p {
+                        spring(i * q + j, (i + 1) * q + j, if j < 3 { soft } else { 150.0 });
+                    }
+                    if j + 1 < q {
+                        spring(i * q + j, i * q + j + 1, 90.0);
+                    }
+                }
+            }
+            (k, DMatrix::from_diagonal(&DVector::from_fn(n, |i, _| if i % 5 == 0 { heavy } else { 1.0 })))
+        };
+        let (k, m) = build(100.0, 2.0);
+        let motions = DMatrix::from_fn(n, 6, |_, j| f64::from(u8::from(j == 0)));
+        let dense = solve(&k, &m, &motions, SolveOptions { n_elastic: 8, shift: None }).unwrap();
+        let (sk, sm) = (SparseSym::from_dense(&k), SparseSym::from_dense(&m));
+        let plan = SparsePlan::new(&sk, &sm, &(0..n).collect::<Vec<_>>()).unwrap();
+        let options = SolveOptions { n_elastic: 8, shift: None };
+        let (sparse, shift) = solve_sparse(&plan, &sk, &sm, &motions, options, None).unwrap();
+        assert_eq!((sparse.n_rigid, sparse.n_mechanism, sparse.len()), (1, 0, 9));
+        assert!(shift > 0.0);
+        let unit = [(build(101.0, 2.0).0 - &k, &m * 0.0), (&k * 0.0, build(100.0, 3.0).1 - &m)];
+        let sparse_unit: Vec<_> =
+            unit.iter().map(|(k, m)| (SparseSym::from_dense(k), SparseSym::from_dense(m))).collect();
+        let of_dense: Vec<_> = unit.iter().map(|(k, m)| MatrixDerivative { stiffness: k, mass: m }).collect();
+        let of_sparse: Vec<_> = sparse_unit.iter().map(|(k, m)| (k, m)).collect();
+        for mode in 1..9 {
+            assert!((sparse.lambda[mode] / dense.lambda[mode] - 1.0).abs() < 1e-11, "{mode}");
+            let shape = dense.shapes.column(mode).into_owned();
+            let agreement = shape.dot(&(&m * sparse.shapes.column(mode)));
+            assert!((agreement.abs() - 1.0).abs() < 1e-12, "{mode}: {agreement}");
+            let exact = mode_derivative(&k, &m, dense.lambda[mode], &shape, &of_dense).unwrap();
+            let ours =
+                mode_derivative_sparse(&plan, &sk, &sm, dense.lambda[mode], &shape, &of_sparse).unwrap().unwrap();
+            assert!((&ours.lambda - &exact.lambda).amax() < 1e-11 * exact.lambda.amax(), "{mode}");
+            assert!((&ours.shape - &exact.shape).amax() < 1e-8 * exact.shape.amax(), "{mode}");
+        }
+    }
+
+    #[test]
+    fn a_double_mode_has_no_shape_derivative() {
+        // Two equal oscillators.
+        let k = SparseSym::from_dense(&DMatrix::from_diagonal(&nalgebra::dvector![4.0, 4.0, 9.0]));
+        let m = SparseSym::from_dense(&DMatrix::identity(3, 3));
+        let plan = SparsePlan::new(&k, &m, &[0, 1, 2]).unwrap();
+        let change =
+            SparseSym::from_dense(&DMatrix::from_row_slice(3, 3, &[0.0, 1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0]));
+        let none = SparseSym::from_triplets(3, std::iter::empty());
+        let shape = nalgebra::dvector![1.0, 0.0, 0.0];
+        let of = |lambda: f64, shape: &DVector<f64>| {
+            mode_derivative_sparse(&plan, &k, &m, lambda, shape, &[(&change, &none)]).unwrap()
+        };
+        assert!(of(4.0, &shape).is_none());
+        assert!(of(9.0, &nalgebra::dvector![0.0, 0.0, 1.0]).is_some());
+    }
+}

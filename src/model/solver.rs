@@ -1,0 +1,209 @@
+//! Modes of a model, dense or sparse as its size asks.
+
+use super::system::{SparseSystem, System};
+use super::{MOST_DENSE_DOFS, ModelError, ParametricModel};
+use crate::linalg::sparse::{SparsePlan, SparseSym};
+use crate::linalg::{DMatrix, DVector};
+use crate::modal::{self, MatrixDerivative, ModeDerivative, Modes, SolveOptions};
+use std::borrow::Cow;
+
+/// From this number of dofs on the sparse path is used. Both give the same modes; with some hundred dofs the dense one
+/// is faster, with some thousand by far the sparse one.
+const SPARSE_FROM: usize = 800;
+
+/// K, M and C of a model at one θ.
+#[derive(Debug, Clone)]
+pub enum Matrices {
+    /// Dense.
+    Dense(System),
+    /// Sparse.
+    Sparse(SparseSystem),
+}
+
+impl Matrices {
+    /// As dense matrices.
+    ///
+    /// # Errors
+    /// [`ModelError::TooLarge`] above [`MOST_DENSE_DOFS`] dofs.
+    pub fn dense(&self) -> Result<Cow<'_, System>, ModelError> {
+        let sparse = match self {
+            Self::Dense(system) => return Ok(Cow::Borrowed(system)),
+            Self::Sparse(system) => system,
+        };
+        let n_dof = sparse.stiffness.n();
+        if n_dof > MOST_DENSE_DOFS {
+            return Err(ModelError::TooLarge { n_dof, most: MOST_DENSE_DOFS });
+        }
+        Ok(Cow::Owned(System {
+            stiffness: sparse.stiffness.to_dense(),
+            mass: sparse.mass.to_dense(),
+            damping: sparse.damping.as_ref().map(SparseSym::to_dense),
+        }))
+    }
+
+    /// ∂K/∂θ_j, ∂M/∂θ_j, ∂C/∂θ_j, dense or sparse as these are.
+    pub fn derivative(&self, model: &dyn ParametricModel, theta: &[f64], j: usize) -> Result<Self, ModelError> {
+        match self {
+            Self::Dense(_) => model.assemble_derivative(theta, j).map(Self::Dense),
+            Self::Sparse(_) => model.assemble_sparse_derivative(theta, j).map(Self::Sparse),
+        }
+    }
+
+    /// ∂λ = φᵀ (∂K - λ ∂M) φ, where these are ∂K and ∂M and φ has unit modal mass.
+    pub fn eigenvalue_derivative(&self, lambda: f64, shape: &DVector<f64>) -> f64 {
+        match self {
+            Self::Dense(s) => {
+                let slope = MatrixDerivative { stiffness: &s.stiffness, mass: &s.mass };
+                modal::eigenvalue_derivative(lambda, shape, &slope)
+            }
+            Self::Sparse(s) => {
+                let phi = DMatrix::from_columns(std::slice::from_ref(shape));
+                phi.dot(&(s.stiffness.mul(&phi) - s.mass.mul(&phi) * lambda))
+            }
+        }
+    }
+
+    /// M x, (n x k).
+    pub fn mass_times(&self, x: &DMatrix<f64>) -> DMatrix<f64> {
+        match self {
+            Self::Dense(system) => &system.mass * x,
+            Self::Sparse(system) => system.mass.mul(x),
+        }
+    }
+
+    /// C x, (n x k); `None` without dashpots.
+    pub fn damping_times(&self, x: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+        match self {
+            Self::Dense(system) => system.damping.as_ref().map(|c| c * x),
+            Self::Sparse(system) => system.damping.as_ref().map(|c| c.mul(x)),
+        }
+    }
+}
+
+/// What all solutions of one model share: rigid motions, the shift, and for a large model the elimination order and
+/// the modes at the first θ, which every later solution starts from.
+///
+/// Solutions depend on θ only, not on those before: any number of threads may use it.
+#[derive(Debug)]
+pub struct ModalSolver {
+    rigid_motions: DMatrix<f64>,
+    shift: f64,
+    is_damped: bool,
+    sparse: Option<(SparsePlan, DMatrix<f64>)>,
+}
+
+impl ModalSolver {
+    /// For solutions near θ.
+    ///
+    /// * `n_elastic` - about how many elastic modes will be asked for
+    pub fn new(model: &dyn ParametricModel, theta: &[f64], n_elastic: usize) -> Result<Self, ModelError> {
+        let rigid_motions = model.dof_map().rigid_motions();
+        if model.dof_map().n_dof() < SPARSE_FROM {
+            let system = model.assemble(theta)?;
+            let shift = modal::typical_shift(&system.stiffness, &system.mass, &rigid_motions)?;
+            return Ok(Self { rigid_motions, shift, is_damped: system.damping.is_some(), sparse: None });
+        }
+        let system = model.assemble_sparse(theta)?;
+        let plan = plan(model, &system)?;
+        let options = SolveOptions { n_elastic, shift: None };
+        let (modes, shift) =
+            modal::solve_sparse(&plan, &system.stiffness, &system.mass, &rigid_motions, options, None)?;
+        let elastic = modes.shapes.columns(modes.n_rigid, modes.len() - modes.n_rigid).into_owned();
+        Ok(Self { rigid_motions, shift, is_damped: system.damping.is_some(), sparse: Some((plan, elastic)) })
+    }
+
+    /// Matrices and modes at θ.
+    pub fn solve(
+        &self,
+        model: &dyn ParametricModel,
+        theta: &[f64],
+        n_elastic: usize,
+    ) -> Result<(Matrices, Modes), ModelError> {
+        let options = SolveOptions { n_elastic, shift: Some(self.shift) };
+        let Some((shared, start)) = &self.sparse else {
+            let system = model.assemble(theta)?;
+            let modes = modal::solve(&system.stiffness, &system.mass, &self.rigid_motions, options)?;
+            return Ok((Matrices::Dense(system), modes));
+        };
+        let system = model.assemble_sparse(theta)?;
+        let (k, m) = (&system.stiffness, &system.mass);
+        let start = (start.ncols() > 0).then_some(start);
+        let own = if covers(shared, &system) { None } else { Some(plan(model, &system)?) };
+        let plan = own.as_ref().unwrap_or(shared);
+        let (modes, _) = modal::solve_sparse(plan, k, m, &self.rigid_motions, options, start)?;
+        Ok((Matrices::Sparse(system), modes))
+    }
+
+    /// Whether the model has dashpots.
+    pub fn is_damped(&self) -> bool {
+        self.is_damped
+    }
+
+    /// Derivatives of some modes with respect to as many parameters as there are `slopes`; `None` where λ is double.
+    ///
+    /// * `matrices`, `modes` - of [`Self::solve`] at one θ
+    /// * `slopes` - of [`Matrices::derivative`] at the same θ
+    /// * `of` - indices into `modes`
+    pub fn differentiate(
+        &self,
+        model: &dyn ParametricModel,
+        matrices: &Matrices,
+        slopes: &[Matrices],
+        modes: &Modes,
+        of: &[usize],
+    ) -> Result<Vec<Option<ModeDerivative>>, ModelError> {
+        let mode = |&i: &usize| (modes.lambda[i], modes.shapes.column(i).into_owned());
+        match matrices {
+            Matrices::Dense(system) => {
+                let slopes = slopes.iter().map(Matrices::dense).collect::<Result<Vec<_>, _>>()?;
+                let slopes: Vec<MatrixDerivative<'_>> =
+                    slopes.iter().map(|s| MatrixDerivative { stiffness: &s.stiffness, mass: &s.mass }).collect();
+                let derivative = |(lambda, shape): (f64, DVector<f64>)| {
+                    modal::mode_derivative(&system.stiffness, &system.mass, lambda, &shape, &slopes)
+                };
+                Ok(of.iter().map(mode).map(derivative).collect())
+            }
+            Matrices::Sparse(system) => {
+                let slopes: Vec<Cow<'_, SparseSystem>> = slopes.iter().map(sparse).collect();
+                let slopes: Vec<_> = slopes.iter().map(|s| (&s.stiffness, &s.mass)).collect();
+                let own = match &self.sparse {
+                    Some((shared, _)) if covers(shared, system) => None,
+                    _ => Some(plan(model, system)?),
+                };
+                let Some(plan) = own.as_ref().or(self.sparse.as_ref().map(|s| &s.0)) else { return Ok(Vec::new()) };
+                let derivative = |(lambda, shape): (f64, DVector<f64>)| {
+                    modal::mode_derivative_sparse(plan, &system.stiffness, &system.mass, lambda, &shape, &slopes)
+                };
+                Ok(of.iter().map(mode).map(derivative).collect::<Result<Vec<_>, _>>()?)
+            }
+        }
+    }
+}
+
+fn sparse(matrices: &Matrices) -> Cow<'_, SparseSystem> {
+    match matrices {
+        Matrices::Dense(system) => Cow::Owned(SparseSystem::from(system)),
+        Matrices::Sparse(system) => Cow::Borrowed(system),
+    }
+}
+
+fn covers(plan: &SparsePlan, system: &SparseSystem) -> bool {
+    plan.covers(&system.stiffness) && plan.covers(&system.mass)
+}
+
+fn plan(model: &dyn ParametricModel, system: &SparseSystem) -> Result<SparsePlan, ModelError> {
+    let node: Vec<usize> = model.dof_map().rows().iter().map(|r| r.0).collect();
+    Ok(SparsePlan::new(&system.stiffness, &system.mass, &node).map_err(modal::ModalError::from)?)
+}
+
+/// The modes of a model at one θ, dense or sparse as its size asks.
+pub fn solve_modes(model: &dyn ParametricModel, theta: &[f64], options: SolveOptions) -> Result<Modes, ModelError> {
+    let motions = model.dof_map().rigid_motions();
+    if model.dof_map().n_dof() < SPARSE_FROM {
+        let system = model.assemble(theta)?;
+        return Ok(modal::solve(&system.stiffness, &system.mass, &motions, options)?);
+    }
+    let system = model.assemble_sparse(theta)?;
+    let plan = plan(model, &system)?;
+    Ok(modal::solve_sparse(&plan, &system.stiffness, &system.mass, &motions, options, None)?.0)
+}
