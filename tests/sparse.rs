@@ -173,3 +173,33 @@ fn an_update_of_a_large_model_finds_the_truth() {
     let error = Comparison::new(&model, &test, PairingOptions::default()).unwrap_err().to_string();
     assert!(error.contains("static tests need dense matrices of at most 6000 dofs, and the model has 7406"), "{error}");
 }
+
+/// A cantilever in elements so small that the rounding of K, which grows with their number to the fourth, drowns its first
+/// mode: f₁ is that of the closed form, 1.8751² √(EI/mL⁴) / 2π, or an error says that the mesh is too fine. It is never
+/// taken for a free structure.
+#[test]
+fn a_mesh_that_is_too_fine_is_refused_or_right() {
+    let mut outcomes = Vec::new();
+    for parts in [50, 500, 1_000, 2_000, 4_000, 10_000] {
+        let text = format!(
+            "retune: 1\nname: fine cantilever\nactive_dofs: [uz, ry]\nnodes: {{root: [0 m, 0 m, 0 m], tip: [2 m, 0 m, 0 m]}}\nbeams: {{bar: {{chain: [root, tip], properties: {{EIy: 30 N m2, mass_per_length: 0.5 kg/m}}, subdivide: {parts}}}}}\nsupports: {{clamp: {{node: root}}}}\n"
+        );
+        let (model, ..) = load(&text, &Registry::builtin()).unwrap();
+        match solve_modes(&model, &[], SolveOptions { n_elastic: 3, shift: None }) {
+            Ok(modes) => {
+                let exact =
+                    1.875_104_068_711_961_2_f64.powi(2) * (30.0_f64 / 0.5 / 16.0).sqrt() / std::f64::consts::TAU;
+                assert_eq!((modes.n_rigid, modes.n_mechanism), (0, 0), "{parts}");
+                let error = modes.frequency_hz(0) / exact - 1.0;
+                assert!(error.abs() < 2e-3, "{parts} parts: {error:e}");
+                outcomes.push("right");
+            }
+            Err(e) => {
+                assert!(e.to_string().contains("the mesh is too fine"), "{parts} parts: {e}");
+                outcomes.push("refused");
+            }
+        }
+    }
+    assert_eq!(outcomes[..3], ["right"; 3]);
+    assert_eq!(outcomes.last(), Some(&"refused"));
+}

@@ -43,6 +43,8 @@ pub struct Learned {
     pub effects: Vec<Candidate>,
     /// Whether it stopped because the data cannot decide between effects.
     pub stopped_for_tie: bool,
+    /// The test with every fault taken out that was found.
+    pub test: TestData,
 }
 
 /// Adds effects one after another as long as a diagnosis asks for them.
@@ -114,7 +116,7 @@ pub fn learn(
             dropped = prune(model, &mut scene, &mut starts, &mut effects, weight.unwrap_or(1.0))?;
         }
     }
-    Ok(Learned { steps, effects, stopped_for_tie })
+    Ok(Learned { steps, effects, stopped_for_tie, test: scene.test })
 }
 
 /// Takes out effects whose removal, after a refit of the rest, does not cost evidence.

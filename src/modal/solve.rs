@@ -65,6 +65,17 @@ pub enum ModalError {
     /// No mass.
     #[error("the structure has no mass on any dof that moves")]
     NoMass,
+    /// A mesh so fine that the rounding of K drowns the lowest modes.
+    #[error(
+        "the mesh is too fine: rounding of the stiffness matrix ({n} dofs) makes the first elastic frequency uncertain by up to {:.1e} of itself; subdivide less",
+        uncertainty
+    )]
+    TooFine {
+        /// Number of dofs.
+        n: usize,
+        /// Estimated relative error of the frequency.
+        uncertainty: f64,
+    },
 }
 
 /// The lowest modes of K φ = ω² M φ.
@@ -148,9 +159,13 @@ impl Symmetric for DMatrix<f64> {
     }
 }
 
+/// Force on a dof, of its terms, that is no rounding: a support beside it holds the motion.
+const LEAST_SUPPORT: f64 = 1e-6;
+
 /// M-orthonormal rigid-body modes: the combinations of rigid motions that cost no strain energy and move mass.
 ///
-/// The energy of a motion r is judged against |r|ᵀ|K||r|, what its terms would sum to without cancelling.
+/// The energy of a motion r is judged against |r|ᵀ|K||r|, what its terms would sum to without cancelling, and every force
+/// of K r against its terms: of a long chain of elements with one support the energy alone is little.
 pub(super) fn rigid_body_modes<A: Symmetric>(
     k: &A,
     m: &A,
@@ -184,7 +199,10 @@ pub(super) fn rigid_body_modes<A: Symmetric>(
             let combination = &motions * weights;
             // Where few dofs are left, some combinations of motions move none of them: what remains is rounding.
             let size = motions.abs() * weights.abs();
-            (combination.norm() > 1e-9 * size.norm()).then_some(combination)
+            let column = |v: &DVector<f64>| DMatrix::from_columns(std::slice::from_ref(v));
+            let (force, terms) = (k.times(&column(&combination)), absolute.times(&column(&size)));
+            let is_free = force.iter().zip(&terms).all(|(f, t)| f.abs() <= LEAST_SUPPORT * t);
+            (is_free && combination.norm() > 1e-9 * size.norm()).then_some(combination)
         })
         .collect();
     if free.is_empty() {

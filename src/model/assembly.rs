@@ -108,6 +108,19 @@ pub(super) fn element_matrices(element: &PlacedElement, theta: &[f64]) -> Result
     Ok(ElementMatrices { stiffness, mass, weighed_mass, damping })
 }
 
+/// The mass of one element at θ as scales see it, in its axes: [`ElementMatrices::weighed`] without the other matrices.
+pub(super) fn weighed_mass(element: &PlacedElement, theta: &[f64]) -> Result<SymMatrix, ModelError> {
+    let values: Vec<Option<f64>> = element.values.iter().map(|v| v.as_ref().map(|v| v.at(theta))).collect();
+    let input = ElementInput { points: &element.points, values: &values };
+    let mass = element.kind.weighed_mass(&input).and_then(|m| m.map_or_else(|| element.kind.mass(&input), Ok));
+    let wrap = |source| ModelError::Element { element: element.name.clone(), path: element.path.clone(), source };
+    let mut mass = mass.map_err(wrap)?;
+    if let Some(f) = &element.mass_factor {
+        mass.scale(f.at(theta));
+    }
+    Ok(mass)
+}
+
 /// An element's matrices as functions of θ.
 pub(super) enum Dependence {
     /// Constant part, and one part per parameter it depends on.

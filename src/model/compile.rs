@@ -2,7 +2,7 @@
 
 use super::assembly::{
     AffinePart, Connection, Dependence, add_basis, add_element, affine_part, dependence, element_matrices,
-    interior_point, number, sparse_system, symmetrise, touched,
+    interior_point, number, sparse_system, symmetrise, touched, weighed_mass,
 };
 use super::character::{ModeCharacter, character, mirror_rows};
 use super::configuration::load_configuration;
@@ -339,7 +339,7 @@ impl ParametricModel for Model {
         for &e in &self.general {
             let element = &self.elements[e];
             let at: Vec<[f64; 3]> = element.nodes.iter().map(|&n| self.geometry.positions[n]).collect();
-            add_rigid_mass(&mut rigid, 1.0, element_matrices(element, theta)?.weighed(), &element.axes, &at);
+            add_rigid_mass(&mut rigid, 1.0, &weighed_mass(element, theta)?, &element.axes, &at);
         }
         Ok(Some(MassProperties::from_rigid_mass(&rigid)))
     }

@@ -151,16 +151,16 @@ fn add_uncertainty(u: &mut super::data::Update, found: &Uncertainty) {
 
 /// The report of learning: the last model against the test, the error over all steps, every diagnosis.
 ///
-/// `model` is the model as it was given. Where a step corrected the data, the comparison still shows the data as
-/// measured; the report says so.
+/// `model` and `test` are as they were given. Where a step took a fault out of the data, the last model is compared with the
+/// corrected data, and the model before with the data as measured; the report says so.
 pub fn of_learning(model: &Model, test: &TestData, learned: &Learned) -> Result<ReportData, UpdateError> {
     let Some(last) = learned.steps.last() else {
         let assessment = assess_for_report(model, &model.parameters().nominal(), test)?;
         return Ok(of_comparison(Case { model, test, assessment: &assessment })?);
     };
     let before = assess_for_report(model, &model.parameters().nominal(), test)?;
-    let after = assess_for_report(&last.model, &last.theta, test)?;
-    let mut data = of_comparison(Case { model: &last.model, test, assessment: &after })?;
+    let after = assess_for_report(&last.model, &last.theta, &learned.test)?;
+    let mut data = of_comparison(Case { model: &last.model, test: &learned.test, assessment: &after })?;
     add_before(&mut data, model, &before, test);
     let initial = model.parameters();
     let value_before = |name: &str, now: f64| initial.index_of(name).map_or(now, |i| initial.get(i).value);
@@ -198,7 +198,7 @@ pub fn of_learning(model: &Model, test: &TestData, learned: &Learned) -> Result<
     add_learning(&mut data, &last.model, test, &records, misfit_before_any_fit(model, test)?);
     for id in learned.steps.iter().filter_map(|s| s.corrected.as_ref()) {
         data.meta.warnings.push(format!(
-            "The data were corrected for {id}; pairs, MAC and COMAC show them as measured, the error by step as corrected."
+            "The data were corrected for {id}: the last model is compared with corrected data, the one before with those measured."
         ));
     }
     data.meta.title.clone_from(&test.name);
