@@ -53,11 +53,19 @@ pub(super) struct Stage {
     pub(super) fault_scores: Vec<FaultScore>,
     /// Where fits lie that a bad channel could not pull aside.
     pub(super) aside: Vec<DVector<f64>>,
+    /// What this fit says of the scatter, in units of the weight.
     pub(super) scatter: Scatter,
     /// P(best score >= observed).
     pub(super) p_value: f64,
     /// The projected residual.
     pub(super) residual: DVector<f64>,
+}
+
+impl Stage {
+    /// How many times the stated standard deviations the noise is taken to be.
+    pub(super) fn noise_factor(&self) -> f64 {
+        1.0 / self.weight
+    }
 }
 
 /// Points of the box around which a fit may start: drawn in the middle half, where models can usually be solved.
@@ -71,11 +79,11 @@ pub(super) fn box_starts(scene: &Scene, count: usize, seed: u64) -> Vec<DVector<
 /// Fits and screens a scene.
 ///
 /// * `starts` - starts of the fit beside the estimates and points of the box
-/// * `weight` - 1/√s2, if the scatter is known already
+/// * `weight` - 1/√s2
 pub(super) fn stage(
     scene: Scene,
     starts: &[DVector<f64>],
-    weight: Option<f64>,
+    weight: f64,
     settings: &Settings,
 ) -> Result<Stage, DiagnosisError> {
     let mut all = starts.to_vec();
@@ -83,34 +91,20 @@ pub(super) fn stage(
     if starts.is_empty() {
         all.extend(box_starts(&scene, BOX_STARTS, settings.seed));
     }
-    let mut scaled = weight.unwrap_or(1.0);
-    let mut base = fit(&scene, &all, scaled)?;
+    let base = fit(&scene, &all, weight)?;
     let context = Context {
         sensor_nodes: sensor_nodes(&scene),
         frequencies_hz: scene.test.modes.iter().map(|m| m.frequency_hz.value).collect(),
     };
     let placed = candidates(&scene.model, &settings.effects, &context);
-    let mut screened = screen(&scene, &base, scaled, placed);
-    let n = base.r.len();
-    let mut q = base.basis()?;
-    let mut directions = Directions::new(&screened, &q, n);
-    let found = scatter(&scene, &base, &q, &directions, settings.seed);
-    let known = Scatter { s2: 1.0 / (scaled * scaled), ..found };
-    let scatter = if weight.is_some() { known } else { found };
-    if weight.is_none() && found.s2 > 1.0 {
-        scaled = 1.0 / found.s2.sqrt();
-        base = fit(&scene, std::slice::from_ref(&base.x), scaled)?;
-        q = base.basis()?;
-        let rows = base.rows.measured;
-        for column in screened.iter_mut().flat_map(|s| &mut s.columns) {
-            column.delta.rows_mut(0, rows).scale_mut(scaled);
-        }
-        directions = Directions::new(&screened, &q, n);
-    }
+    let screened = screen(&scene, &base, weight, placed);
+    let q = base.basis()?;
+    let directions = Directions::new(&screened, &q, base.r.len());
+    let scatter = scatter(&scene, &base, &q, &directions, settings.seed);
     let residual = project(&q, &base.r);
     let effects = directions.rank(&residual);
     let list = if settings.faults { faults(&scene) } else { Vec::new() };
-    let seen: Vec<(usize, Trace)> = traces(&scene, &base, scaled, &list)
+    let seen: Vec<(usize, Trace)> = traces(&scene, &base, weight, &list)
         .into_iter()
         .enumerate()
         .filter_map(|(i, t)| t.map(|t| (i, t.projected(&q))))
@@ -126,13 +120,13 @@ pub(super) fn stage(
         .collect();
     // A gross fault has pulled the fit aside; at a fit that it could not pull, its trace is whole.
     let others = if !list.is_empty() && goodness_of_fit(&base, &q) < REMAINDER {
-        aside(&scene, &base, scaled)?
+        aside(&scene, &base, weight)?
     } else {
         Vec::new()
     };
     for (k, other) in others.iter().enumerate() {
         let excess = 2.0 * (other.phi - base.phi);
-        for (index, trace) in traces(&scene, other, scaled, &list).into_iter().enumerate() {
+        for (index, trace) in traces(&scene, other, weight, &list).into_iter().enumerate() {
             let Some(trace) = trace else { continue };
             let t = (trace.score(&other.r) - excess).max(0.0);
             let found = FaultScore { index, t, number: trace.number(&other.r), aside: Some(k) };
@@ -151,7 +145,7 @@ pub(super) fn stage(
     Ok(Stage {
         scene,
         fit: base,
-        weight: scaled,
+        weight,
         q,
         screened,
         directions,

@@ -37,7 +37,7 @@ use base::stage;
 use refit::{Refit, Tried, refit};
 use scene::Scene;
 use serde::{Deserialize, Serialize};
-use verdict::conclude;
+use verdict::{better_than_noise, conclude};
 
 /// How to diagnose.
 #[derive(Debug, Clone)]
@@ -208,8 +208,14 @@ fn investigate(
     if scene.test.modes.is_empty() {
         return Err(DiagnosisError::NoModes);
     }
-    let base = stage(scene, starts, weight, settings)?;
+    let mut base = stage(scene, starts, weight.unwrap_or(1.0), settings)?;
     let mut refits = refit(&base, false)?;
+    // Larger noise than stated is a hypothesis like the others: it is taken where none explains the test better.
+    if weight.is_none() && base.scatter.s2 > 1.0 && !better_than_noise(&base, &refits)? {
+        let larger = base.scatter.s2.sqrt().recip();
+        base = stage(base.scene, std::slice::from_ref(&base.fit.x), larger, settings)?;
+        refits = refit(&base, false)?;
+    }
     refits.sort_by(|a, b| b.ln_bayes.total_cmp(&a.ln_bayes));
     let diagnosis = conclude(&base, &mut refits, settings)?;
     Ok(Investigation { diagnosis, base, refits })

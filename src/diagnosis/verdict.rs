@@ -3,6 +3,8 @@
 //! * Prior odds: half for "nothing is missing"; the other half in equal shares for every kind that could have been seen
 //!   and for "something else", and inside a kind in equal shares for its places.
 //! * Alarm: the calibrated p-value below the level, or a measured mode without partner.
+//! * A verdict follows the probabilities: with "nothing" more probable than all else together nothing is named, with
+//!   "something else" more probable than all else together the verdict is `unexplained`.
 //! * A hypothesis is believed when its ln Bayes factor is above 3 *and* what remains looks like noise: goodness of fit, a
 //!   second screening and neighbouring sensors, at a level of 0.01 for the three together, and no mode without partner. Among tied hypotheses the most
 //!   probable one that passes is taken.
@@ -55,12 +57,12 @@ pub(super) fn conclude(
     let looks_like_noise = is_noise(fits, white) && base.fit.unpaired.is_empty();
     // The level is shared with the tests of the remainder, which raise an alarm too.
     let alarm = base.p_value < settings.alarm_level - REMAINDER || !base.fit.unpaired.is_empty();
-    let strong = best_bayes > STRONG;
+    let strong = best_bayes > STRONG && p_none < 0.5;
     let mut remainder = String::new();
     let mut chosen = 0;
     let verdict = if looks_like_noise && !(alarm && strong) {
         Verdict::Adequate
-    } else if !alarm || !strong {
+    } else if !alarm || !strong || p_other > 0.5 {
         remainder = place_of(&base.scene, &base.fit, &base.q);
         Verdict::Unexplained
     } else {
@@ -140,7 +142,7 @@ pub(super) fn conclude(
         verdict,
         sentence: sentence(verdict, hypotheses.first(), base, &remainder),
         p_value: base.p_value,
-        noise_factor: base.scatter.s2.sqrt(),
+        noise_factor: base.noise_factor(),
         misfit: base.fit.misfit,
         degrees_of_freedom: dof,
         screened_effects: base.screened.len(),
@@ -156,27 +158,60 @@ pub(super) fn conclude(
     })
 }
 
+/// ln of the prior odds of every hypothesis of a kind, and of "something else".
+struct Odds<'a> {
+    places: BTreeMap<&'a str, usize>,
+}
+
+impl<'a> Odds<'a> {
+    /// Places of every kind that could have been seen.
+    fn new(base: &'a Stage) -> Self {
+        let mut places: BTreeMap<&str, usize> = BTreeMap::new();
+        for s in &base.effects {
+            *places.entry(base.screened[s.index].candidate.effect.name()).or_default() += 1;
+        }
+        for f in &base.fault_scores {
+            *places.entry(base.faults[f.index].name()).or_default() += 1;
+        }
+        Self { places }
+    }
+
+    fn of_something_else(&self) -> f64 {
+        0.5_f64.ln() - ((self.places.len() + 1) as f64).ln()
+    }
+
+    fn of(&self, name: &str) -> f64 {
+        self.of_something_else() - (self.places.get(name).copied().unwrap_or(1).max(1) as f64).ln()
+    }
+}
+
 /// Probabilities of "none", of "something else" and of every refitted hypothesis.
 fn probabilities(base: &Stage, refits: &[Refit], other: f64) -> (f64, f64, Vec<f64>) {
-    // Places of every kind that could have been seen.
-    let mut places: BTreeMap<&str, usize> = BTreeMap::new();
-    for s in &base.effects {
-        *places.entry(base.screened[s.index].candidate.effect.name()).or_default() += 1;
-    }
-    for f in &base.fault_scores {
-        *places.entry(base.faults[f.index].name()).or_default() += 1;
-    }
-    let share = -((places.len() + 1) as f64).ln();
-    let half = 0.5_f64.ln();
-    let mut ln = vec![half, half + share + other];
-    for r in refits {
-        let n = places.get(r.name()).copied().unwrap_or(1).max(1);
-        ln.push(half + share - (n as f64).ln() + r.ln_bayes);
-    }
+    let odds = Odds::new(base);
+    let mut ln = vec![0.5_f64.ln(), odds.of_something_else() + other];
+    ln.extend(refits.iter().map(|r| odds.of(r.name()) + r.ln_bayes));
     let top = ln.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let weights: Vec<f64> = ln.iter().map(|l| (l - top).exp()).collect();
     let sum: f64 = weights.iter().sum();
     (weights[0] / sum, weights[1] / sum, weights[2..].iter().map(|w| w / sum).collect())
+}
+
+/// Whether a hypothesis that leaves noise explains the test better than noise s2 times as large as stated does:
+///
+/// ```text
+/// ln B(s2) = ½ χ² (1 - 1/s2) - ½ n ln s2 - ½ ln n      for n degrees of freedom, with the prior odds of "nothing is missing"
+/// ```
+pub(super) fn better_than_noise(base: &Stage, refits: &[Refit]) -> Result<bool, DiagnosisError> {
+    let (n, s2) = (degrees_of_freedom(&base.fit, &base.q).max(1.0), base.scatter.s2);
+    let chi2 = base.residual.norm_squared();
+    let noise = 0.5_f64.ln() + 0.5 * (chi2 * (1.0 - 1.0 / s2) - n * s2.ln() - n.ln());
+    let odds = Odds::new(base);
+    for r in refits.iter().filter(|r| odds.of(r.name()) + r.ln_bayes > noise) {
+        if goodness_of_fit(&r.fit, &r.fit.basis()?) > REMAINDER {
+            return Ok(true);
+        }
+    }
+    Ok(false)
 }
 
 /// Whether a remainder looks like noise. Below the median of what noise alone gives, how neighbours go together says nothing:
@@ -187,7 +222,7 @@ fn is_noise(fits: f64, white: f64) -> bool {
 
 /// Screens again with a hypothesis in the base.
 fn remains(base: &Stage, r: &Refit, settings: &Settings) -> Result<Remainder, DiagnosisError> {
-    let second = stage(r.scene.clone(), std::slice::from_ref(&r.fit.x), Some(base.weight), settings)?;
+    let second = stage(r.scene.clone(), std::slice::from_ref(&r.fit.x), base.weight, settings)?;
     let fits = goodness_of_fit(&second.fit, &second.q);
     let white = whiteness(&second.scene, &second.fit, &second.q, settings.seed.wrapping_add(2));
     let passes = is_noise(fits, white) && second.p_value > EACH_REMAINDER && second.fit.unpaired.is_empty();
@@ -230,8 +265,8 @@ fn sentence(verdict: Verdict, best: Option<&HypothesisResult>, base: &Stage, rem
         String::new()
     };
     match verdict {
-        Verdict::Adequate if base.scatter.s2 > 1.0 => {
-            format!("the model explains the test if its noise is {:.2} times the stated one", base.scatter.s2.sqrt())
+        Verdict::Adequate if base.noise_factor() > 1.0 => {
+            format!("the model explains the test if its noise is {:.2} times the stated one", base.noise_factor())
         }
         Verdict::Adequate => "the model explains the test at its stated noise".to_string(),
         Verdict::MissingEffect => format!("{id} is missing, and what remains looks like noise{tie}"),
@@ -269,8 +304,8 @@ fn warnings(base: &Stage) -> Vec<String> {
             "frequencies alone rarely tell which effect is missing; measure shapes or frequency responses".to_string(),
         );
     }
-    if base.scatter.s2 > 1.0 {
-        out.push(format!("the scatter is {:.2} times the stated standard deviations", base.scatter.s2.sqrt()));
+    if base.noise_factor() > 1.0 {
+        out.push(format!("the scatter is {:.2} times the stated standard deviations", base.noise_factor()));
     }
     let test = &base.scene.test;
     if test.frfs.is_some() && test.frf_fit.is_none() {

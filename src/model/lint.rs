@@ -245,9 +245,14 @@ fn motion(model: &Model, s: &mut Soundness) -> Result<(), ModelError> {
                 ));
             }
             if !model.spec().supports.is_empty() && modes.n_rigid > 0 {
-                let most = |row: usize| (0..modes.n_rigid).map(|i| modes.shapes[(row, i)].abs()).fold(0.0, f64::max);
+                // How much a row moves in all of them together: the same for any basis of these motions. What differs by
+                // rounding counts as equal.
+                let motion: Vec<f64> =
+                    (0..n).map(|row| modes.shapes.row(row).columns(0, modes.n_rigid).norm_squared()).collect();
+                let largest = motion.iter().copied().fold(0.0, f64::max);
+                let rank = |row: usize| (1e6 * motion[row] / largest).round();
                 let mut order: Vec<usize> = (0..n).collect();
-                order.sort_by(|&a, &b| most(b).total_cmp(&most(a)).then(a.cmp(&b)));
+                order.sort_by(|&a, &b| rank(b).total_cmp(&rank(a)).then(a.cmp(&b)));
                 let names: Vec<String> = order.iter().take(3).map(|&r| dofs.row_name(r)).collect();
                 s.warnings.push(Problem::warning(
                     row_path(model, order[0]),

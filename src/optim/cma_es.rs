@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::random::Draw;
 use super::{About, OptimError, Optimizer, Optimum, Run, Stop, Termination};
-use crate::linalg::{DMatrix, DVector, symmetric_eigen};
+use crate::linalg::{DMatrix, DVector};
 
 /// CMA-ES with restarts of doubled population.
 ///
@@ -245,12 +245,12 @@ impl Distribution {
 
     /// C = B D² Bᵀ; false if C has become singular.
     fn factor(&mut self) -> bool {
-        let Ok(eigen) = symmetric_eigen(&self.covariance) else { return false };
-        let (smallest, largest) = (eigen.values.min(), eigen.values.max());
+        let eigen = self.covariance.clone().symmetric_eigen();
+        let (smallest, largest) = (eigen.eigenvalues.min(), eigen.eigenvalues.max());
         let regular = smallest > 0.0 && largest < LARGEST_CONDITION * smallest;
         if regular {
-            self.axes = eigen.vectors;
-            self.lengths = eigen.values.map(f64::sqrt);
+            self.axes = eigen.eigenvectors;
+            self.lengths = eigen.eigenvalues.map(f64::sqrt);
         }
         regular
     }

@@ -4,8 +4,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{About, OptimError, Optimizer, Optimum, Run, Stop, Termination};
+use nalgebra::SymmetricEigen;
 
-use crate::linalg::{DMatrix, DVector, symmetric_eigen};
+use crate::linalg::{DMatrix, DVector};
 
 /// Nelder-Mead: a local refiner without derivatives.
 ///
@@ -174,18 +175,14 @@ impl Simplex {
     /// the `free` parameters; the longest step is `size`, none is much shorter.
     fn surround(&mut self, free: &[usize], size: f64, run: &mut Run<'_>) -> Result<(), Stop> {
         let edges = DMatrix::from_fn(free.len(), self.m, |i, j| self.points[j + 1][free[i]] - self.points[0][free[i]]);
-        // Points are finite, so this fails for no simplex; the axes of the space would do.
-        let (squares, axes) = match symmetric_eigen(&(&edges * edges.transpose())) {
-            Ok(eigen) => (eigen.values, eigen.vectors),
-            Err(_) => (DVector::from_element(free.len(), 1.0), DMatrix::identity(free.len(), free.len())),
-        };
-        let longest = squares.max().max(f64::MIN_POSITIVE);
+        let SymmetricEigen { eigenvectors: axes, eigenvalues } = (&edges * edges.transpose()).symmetric_eigen();
+        let longest = eigenvalues.max().max(f64::MIN_POSITIVE);
 
         self.m = free.len();
         let (best, others) = self.points.split_at_mut(1);
         for (j, point) in others.iter_mut().take(self.m).enumerate() {
             let length =
-                if edges.is_empty() { size } else { size * (squares[j] / longest).max(0.0).sqrt().max(SLENDEREST) };
+                if edges.is_empty() { size } else { size * (eigenvalues[j] / longest).max(0.0).sqrt().max(SLENDEREST) };
             let mut step_to = |signed: f64| {
                 point.copy_from(&best[0]);
                 for (i, &k) in free.iter().enumerate() {
