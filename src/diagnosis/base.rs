@@ -111,12 +111,7 @@ pub(super) fn stage(
         .collect();
     let mut fault_scores: Vec<FaultScore> = seen
         .iter()
-        .map(|(index, t)| FaultScore {
-            index: *index,
-            t: t.score(&residual),
-            number: t.number(&residual),
-            aside: None,
-        })
+        .map(|(index, t)| FaultScore { index: *index, t: t.score(&residual), number: t.number(&residual), aside: None })
         .collect();
     // A gross fault has pulled the fit aside; at a fit that it could not pull, its trace is whole.
     let others = if !list.is_empty() && goodness_of_fit(&base, &q) < REMAINDER {

@@ -143,7 +143,8 @@ fn proposals(base: &Stage) -> (Vec<Proposal>, Vec<f64>) {
     let spring = added_spring(base);
     for &(node, axis) in &places {
         let axis = ["x", "y", "z"][axis];
-        let what = format!("the same modes with a spring of {spring:.2e} N/m to ground at {} along {axis}", names[node]);
+        let what =
+            format!("the same modes with a spring of {spring:.2e} N/m to ground at {} along {axis}", names[node]);
         add(what, &names[node], vec![FREQUENCY_SD; m]);
     }
     add("total mass and centre of gravity on scales".to_string(), "", vec![MASS_SD; 4]);

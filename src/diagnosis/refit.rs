@@ -126,11 +126,8 @@ pub(super) fn refit(stage: &Stage, few: bool) -> Result<Vec<Refit>, DiagnosisErr
     let bases = [stage.fit.x.clone(), stage.scene.start()];
     let scores = chosen_effects(stage, limit);
     let faults = chosen_faults(stage);
-    let jobs: Vec<Job<'_>> = scores
-        .iter()
-        .map(|s| Job::Effect(s, &bases))
-        .chain(faults.iter().map(|&f| Job::Fault(f, &bases)))
-        .collect();
+    let jobs: Vec<Job<'_>> =
+        scores.iter().map(|s| Job::Effect(s, &bases)).chain(faults.iter().map(|&f| Job::Fault(f, &bases))).collect();
     let mut done = run(stage, &jobs, base);
     if few {
         return Ok(done);
@@ -198,8 +195,7 @@ fn leaves_noise(done: &[Refit]) -> Result<bool, DiagnosisError> {
 
 /// Effects by what a few steps leave; those that cannot be fitted left out.
 fn shortest<'a>(stage: &Stage, effects: &[&'a Score], bases: &[DVector<f64>]) -> Vec<&'a Score> {
-    let short: Vec<f64> =
-        effects.par_iter().map(|s| short_fit(stage, s, bases).unwrap_or(f64::INFINITY)).collect();
+    let short: Vec<f64> = effects.par_iter().map(|s| short_fit(stage, s, bases).unwrap_or(f64::INFINITY)).collect();
     let mut order: Vec<usize> = (0..effects.len()).filter(|&i| short[i].is_finite()).collect();
     order.sort_by(|&a, &b| short[a].total_cmp(&short[b]).then(a.cmp(&b)));
     order.into_iter().map(|i| effects[i]).collect()
@@ -303,12 +299,7 @@ fn short_fit(stage: &Stage, score: &Score, bases: &[DVector<f64>]) -> Result<f64
     Ok(fit_from(&scene, &starts(stage, score, bases), stage.weight, 2, FEW_STEPS)?.phi)
 }
 
-fn refit_effect(
-    stage: &Stage,
-    score: &Score,
-    bases: &[DVector<f64>],
-    base: f64,
-) -> Result<Refit, DiagnosisError> {
+fn refit_effect(stage: &Stage, score: &Score, bases: &[DVector<f64>], base: f64) -> Result<Refit, DiagnosisError> {
     let candidate = &stage.screened[score.index].candidate;
     let scene = with_effect(&stage.scene, candidate)?;
     let fit = fit_from(&scene, &starts(stage, score, bases), stage.weight, STARTS, STEPS)?;
@@ -348,12 +339,7 @@ pub(super) fn estimates(scene: &Scene, fit: &Fit, of: &[NewParameter]) -> Result
     Ok(out)
 }
 
-fn refit_fault(
-    stage: &Stage,
-    score: &FaultScore,
-    bases: &[DVector<f64>],
-    base: f64,
-) -> Result<Refit, DiagnosisError> {
+fn refit_fault(stage: &Stage, score: &FaultScore, bases: &[DVector<f64>], base: f64) -> Result<Refit, DiagnosisError> {
     let fault = &stage.faults[score.index];
     let (w, s) = (stage.weight, fault.sensor);
     let starts: Vec<_> = score.aside.iter().map(|&k| &stage.aside[k]).chain(bases).cloned().collect();

@@ -64,7 +64,8 @@ fn text(result: &Measured, cases: bool) -> String {
                 o.noise_factor,
             );
             for h in o.diagnosis.iter().flat_map(|d| &d.hypotheses) {
-                let sizes: Vec<String> = h.estimates.iter().map(|e| format!("{} {:.4e}", e.parameter, e.value)).collect();
+                let sizes: Vec<String> =
+                    h.estimates.iter().map(|e| format!("{} {:.4e}", e.parameter, e.value)).collect();
                 let _ = writeln!(
                     out,
                     "      {:.3}  ln B {:10.1}  misfit {:10.1}  {}  {}",
