@@ -266,24 +266,21 @@ impl Judge<'_> {
     fn by_order(&self) -> Vec<(usize, usize)> {
         let rows = self.analytical.by_frequency(self.mac.nrows());
         let columns = self.experimental.by_frequency(self.mac.ncols());
-        let knows = |list: &ModeList<'_>| list.families.iter().any(Option::is_some);
-        if !(self.options.same_family_only && knows(self.analytical) && knows(self.experimental)) {
+        if !self.options.same_family_only
+            || self.analytical.families.is_empty()
+            || self.experimental.families.is_empty()
+        {
             return rows.into_iter().zip(columns).collect();
         }
-        let mut families: Vec<&str> = columns.iter().filter_map(|&j| self.experimental.family(j)).collect();
+        let mut families: Vec<Option<&str>> = columns.iter().map(|&j| self.experimental.family(j)).collect();
         families.sort_unstable();
         families.dedup();
-        let within = |family: &str| {
-            let rows = rows.iter().copied().filter(|&i| self.analytical.family(i) == Some(family));
-            rows.zip(columns.iter().copied().filter(|&j| self.experimental.family(j) == Some(family)))
+        let within = |family: Option<&str>| {
+            let rows = rows.iter().copied().filter(move |&i| self.analytical.family(i) == family);
+            rows.zip(columns.iter().copied().filter(move |&j| self.experimental.family(j) == family))
                 .collect::<Vec<_>>()
         };
-        let mut pairs: Vec<(usize, usize)> = families.into_iter().flat_map(within).collect();
-        // A test mode of unknown family may be of any: in order with what is left.
-        let taken: Vec<usize> = pairs.iter().map(|p| p.0).collect();
-        let left = rows.iter().copied().filter(|i| !taken.contains(i));
-        pairs.extend(left.zip(columns.iter().copied().filter(|&j| self.experimental.family(j).is_none())));
-        pairs
+        families.into_iter().flat_map(within).collect()
     }
 
     fn by_label(&self) -> Vec<(usize, usize)> {

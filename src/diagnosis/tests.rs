@@ -1,9 +1,9 @@
 //! Stories on the flying wing, whose hidden effects are known: nothing missing, an effect, a fault.
 
 use super::*;
-use crate::data::{FrfFit, FrfQuantity, Sensor, read_test};
+use crate::data::{Sensor, read_test};
 use crate::model::{ParametricModel, Registry, load};
-use crate::update::{TwinFrfOptions, TwinOptions, node_sensors, twin_frfs, twin_modes};
+use crate::update::{TwinOptions, twin_modes};
 
 /// Properties of the real aircraft that a twin need not have.
 fn without_targets(text: &str) -> String {
@@ -141,47 +141,4 @@ fn a_sensor_upside_down_wins_alone() {
     assert_eq!(d.verdict, Verdict::MeasurementFault);
     assert_eq!(d.hypotheses[0].id, "sensor-sign@p11");
     assert!(d.hypotheses[0].tied_with.is_empty());
-}
-
-/// A strip with a mass near its middle: bending frequencies alone say little of the place, functions do.
-#[test]
-fn frequency_responses_tell_what_frequencies_cannot() {
-    let strip = include_str!("../../models/cantilever.yaml");
-    let base = model(strip);
-    let heavy = model(&format!("{strip}\nmasses:\n  hidden: {{node: n3, mass: 0.15 kg}}\n"));
-    let theta: Vec<f64> = heavy.parameters().iter().map(|p| 1.01 * p.value).collect();
-    let points: Vec<Sensor> = node_sensors(&heavy).into_iter().filter(|s| s.direction[2] != 0.0).collect();
-    let options = TwinOptions { n_modes: 5, damping: 0.01, frequency_noise: 0.003, seed: 6, ..TwinOptions::default() };
-    let mut test = twin_modes(&heavy, &theta, &points, &options, "twin of a story").unwrap();
-    for m in &mut test.modes {
-        (m.label, m.damping_ratio, m.shape, m.shape_sd) = (None, None, None, None);
-    }
-    let settings = Settings::default();
-    let without = diagnose(&base, &test, &settings).unwrap();
-    let place = |d: &Diagnosis| d.hypotheses.iter().find(|h| h.id == "point-mass@n3").map_or(0.0, |h| h.probability);
-
-    let frf = TwinFrfOptions {
-        lines_hz: (0..10).map(|i| 12.0 + 9.7 * f64::from(i)).collect(),
-        exciters: vec![points[points.len() - 1].name.clone()],
-        quantity: FrfQuantity::Accelerance,
-        force_noise: 0.01,
-        response_noise: 0.01,
-        n_averages: 20,
-    };
-    test.frfs = Some(twin_frfs(&heavy, &theta, &points, &options, &frf).unwrap());
-    // A loss factor of twice the damping ratio is the same at a resonance.
-    test.frf_fit = Some(FrfFit { files: Vec::new(), bands_hz: Vec::new(), relative_sd: 0.05, loss_factor: 0.02 });
-    let with = diagnose(&base, &test, &settings).unwrap();
-    eprintln!(
-        "{:?} {} {:.3}; {:?} {} {:.3}",
-        without.verdict,
-        without.sentence,
-        place(&without),
-        with.verdict,
-        with.sentence,
-        place(&with)
-    );
-    assert_eq!(with.hypotheses[0].id, "point-mass@n3");
-    assert_eq!(with.verdict, Verdict::MissingEffect);
-    assert!(place(&with) > 2.0 * place(&without), "{} and {}", place(&without), place(&with));
 }
