@@ -47,7 +47,8 @@ pub enum PairBy {
     /// Optimal assignment on MAC, with the gates.
     #[default]
     Mac,
-    /// The k-th lowest analytical with the k-th lowest experimental mode; inside each family when families are gated.
+    /// The k-th lowest analytical with the k-th lowest experimental mode; inside each family when families are gated, and
+    /// modes of unknown family with what is left.
     /// The MAC and frequency gates only flag. Finds a perfect fit of a wrong model when two modes have swapped.
     Order,
     /// Equal labels, the first of equal ones. The MAC and frequency gates only flag.
@@ -263,24 +264,33 @@ impl Judge<'_> {
         chosen.filter_map(|(i, j)| j.map(|j| (i, j))).filter(|&(i, j)| self.is_allowed(i, j)).collect()
     }
 
+    /// Test modes of a known family first, each with the next model mode of its family; then what is left of them and of
+    /// those of unknown family with the next model mode that could be the same.
     fn by_order(&self) -> Vec<(usize, usize)> {
         let rows = self.analytical.by_frequency(self.mac.nrows());
         let columns = self.experimental.by_frequency(self.mac.ncols());
-        if !self.options.same_family_only
-            || self.analytical.families.is_empty()
-            || self.experimental.families.is_empty()
-        {
-            return rows.into_iter().zip(columns).collect();
+        let gated = self.options.same_family_only;
+        let mut is_taken = vec![false; rows.len()];
+        let mut partner = vec![None; columns.len()];
+        for is_known in [true, false] {
+            for &j in &columns {
+                let own = self.experimental.family(j);
+                let fits = |i: usize| {
+                    if is_known {
+                        gated && own.is_some() && self.analytical.family(i) == own
+                    } else {
+                        !gated || self.is_same_family(i, j)
+                    }
+                };
+                if partner[j].is_none()
+                    && let Some(i) = rows.iter().copied().find(|&i| !is_taken[i] && fits(i))
+                {
+                    is_taken[i] = true;
+                    partner[j] = Some(i);
+                }
+            }
         }
-        let mut families: Vec<Option<&str>> = columns.iter().map(|&j| self.experimental.family(j)).collect();
-        families.sort_unstable();
-        families.dedup();
-        let within = |family: Option<&str>| {
-            let rows = rows.iter().copied().filter(move |&i| self.analytical.family(i) == family);
-            rows.zip(columns.iter().copied().filter(move |&j| self.experimental.family(j) == family))
-                .collect::<Vec<_>>()
-        };
-        families.into_iter().flat_map(within).collect()
+        columns.into_iter().filter_map(|j| partner[j].map(|i| (i, j))).collect()
     }
 
     fn by_label(&self) -> Vec<(usize, usize)> {

@@ -120,17 +120,34 @@ impl PartnerSearch {
         }
     }
 
-    /// The k-th model mode with the k-th test mode, within each family where families are gated.
+    /// The k-th model mode with the k-th test mode, within each family where families are gated; modes of unknown family
+    /// with what is left.
     fn by_order(&mut self, n_model: usize, families: &[u8], out: &mut Vec<(usize, usize)>) {
         self.taken.clear();
         self.taken.resize(n_model, false);
-        for &j in &self.order {
-            let fits = |i: usize| !self.options.same_family_only || families[i] == self.families[j];
-            if let Some(i) = (0..n_model).find(|&i| !self.taken[i] && fits(i)) {
-                self.taken[i] = true;
-                out.push((i, j));
+        self.cheapest.clear();
+        self.cheapest.resize(self.frequencies.len(), n_model);
+        let gated = self.options.same_family_only;
+        for is_known in [true, false] {
+            for &j in &self.order {
+                let own = self.families[j];
+                let fits = |i: usize| {
+                    let is_same = families[i] == own;
+                    if is_known {
+                        gated && own != 0 && is_same
+                    } else {
+                        !gated || own == 0 || families[i] == 0 || is_same
+                    }
+                };
+                if self.cheapest[j] == n_model
+                    && let Some(i) = (0..n_model).find(|&i| !self.taken[i] && fits(i))
+                {
+                    self.taken[i] = true;
+                    self.cheapest[j] = i;
+                }
             }
         }
+        out.extend(self.order.iter().map(|&j| (self.cheapest[j], j)).filter(|p| p.0 < n_model));
     }
 }
 

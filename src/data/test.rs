@@ -196,11 +196,3 @@ pub struct TestData {
     /// How they enter a fit, when they do.
     pub frf_fit: Option<FrfFit>,
 }
-
-impl TestData {
-    /// Whether the label of every mode tells its symmetry.
-    pub fn has_all_families(&self) -> bool {
-        let known = |m: &TestMode| m.label.as_deref().and_then(super::yaml::family_of_label).is_some();
-        self.modes.iter().all(known)
-    }
-}

@@ -80,9 +80,7 @@ impl Scene {
     /// Pairing with open gates, by shapes where there are any.
     pub(super) fn pairing(&self) -> PairingOptions {
         let by = if self.test.modes.iter().any(|m| m.shape.is_some()) { PairBy::Mac } else { PairBy::Order };
-        // In order inside families only where every family is known: a mode without a name may be of any.
-        let same_family_only = by != PairBy::Order || self.test.has_all_families();
-        PairingOptions { by, min_mac: 0.0, frequency_window: f64::INFINITY, same_family_only }
+        PairingOptions { by, min_mac: 0.0, frequency_window: f64::INFINITY, same_family_only: true }
     }
 
     /// Model and test made comparable.

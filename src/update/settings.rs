@@ -42,9 +42,7 @@ impl Settings {
             Cost::LeastSquares | Cost::Paper if test.modes.iter().any(|m| m.shape.is_some()) => PairBy::Mac,
             _ => PairBy::Order,
         });
-        // In order inside families only where every family is known: a mode without a name may be of any.
-        let same_family_only = by != PairBy::Order || test.has_all_families();
-        PairingOptions { by, min_mac: 0.0, frequency_window: f64::INFINITY, same_family_only }
+        PairingOptions { by, min_mac: 0.0, frequency_window: f64::INFINITY, same_family_only: true }
     }
 
     /// The method.

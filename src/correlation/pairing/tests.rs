@@ -78,6 +78,23 @@ fn pairing_by_order_keeps_to_the_families() {
 }
 
 #[test]
+fn modes_of_unknown_family_are_paired_in_order_with_what_is_left() {
+    let (f_a, f_x) = ([5.0, 8.0, 18.0, 19.0], [5.1, 8.1, 18.2]);
+    let c_a = names(&["S", "A", "A", "S"]);
+    let by_order = PairingOptions { by: PairBy::Order, ..PairingOptions::default() };
+    let mac = DMatrix::zeros(4, 3);
+    let pairs = |families: &[Option<String>]| {
+        let a = ModeList { frequencies_hz: &f_a, labels: &[], families: &c_a };
+        let x = ModeList { frequencies_hz: &f_x, labels: &[], families };
+        indices(&pair_modes(&mac, &a, &x, &by_order))
+    };
+    assert_eq!(pairs(&[None, None, None]), [(0, 0), (1, 1), (2, 2)]);
+    // The second is known to be the first antisymmetric one, whatever comes before it.
+    assert_eq!(pairs(&[None, Some("A".to_string()), None]), [(0, 0), (1, 1), (2, 2)]);
+    assert_eq!(pairs(&[None, Some("S".to_string()), None]), [(1, 0), (0, 1), (2, 2)]);
+}
+
+#[test]
 fn pairing_by_label_takes_equal_names_once() {
     let (l_a, l_x) = (names(&["S1B", "S1T", "S1T"]), names(&["S1T", "A1B", "S1T", "S1T"]));
     let a = ModeList { labels: &l_a, ..ModeList::default() };
