@@ -88,6 +88,11 @@ impl Fault {
         }
     }
 
+    /// `sensor-sign@p11`.
+    pub(super) fn id(&self, test: &TestData) -> String {
+        format!("{}@{}", self.name(), self.location(test))
+    }
+
     /// What it means for the engineer.
     pub(super) fn remedy(&self, test: &TestData) -> String {
         let name = |i: usize| test.sensors[i].name.as_str();

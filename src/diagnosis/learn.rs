@@ -109,7 +109,7 @@ pub fn learn(
                 effects.push(c.clone());
                 step.added = Some(c.clone());
             }
-            Tried::Fault(f) => step.corrected = Some(format!("{}@{}", f.name(), f.location(&found.base.scene.test))),
+            Tried::Fault(f) => step.corrected = Some(f.id(&found.base.scene.test)),
         }
         steps.push(step);
         if effects.len() > 1 {

@@ -5,9 +5,9 @@
 
 use super::DiagnosisError;
 use crate::linalg::DMatrix;
-use crate::modal::{Modes, SolveOptions, solve};
+use crate::modal::{Modes, SolveOptions};
 use crate::model::spec::ModelSpec;
-use crate::model::{Model, ParametricModel, Registry};
+use crate::model::{Model, Registry, solve_modes};
 use crate::objective::EvalError;
 
 /// Elements for one.
@@ -25,9 +25,7 @@ pub(super) fn build(spec: ModelSpec) -> Result<Model, DiagnosisError> {
 
 /// The lowest elastic modes at θ.
 pub(super) fn modes(model: &Model, theta: &[f64], n_elastic: usize) -> Result<Modes, DiagnosisError> {
-    let system = model.assemble(theta).map_err(unsolvable)?;
-    let options = SolveOptions { n_elastic, shift: None };
-    solve(&system.stiffness, &system.mass, &model.dof_map().rigid_motions(), options).map_err(unsolvable)
+    solve_modes(model, theta, SolveOptions { n_elastic, shift: None }).map_err(unsolvable)
 }
 
 /// The same structure with three beams for one. A member without mass or torsional stiffness of its own, whose inner nodes

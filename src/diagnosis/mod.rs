@@ -48,7 +48,7 @@ pub struct Settings {
     pub faults: bool,
     /// Seed of all random numbers.
     pub seed: u64,
-    /// Probability of a false alarm that is accepted.
+    /// Probability of a false alarm that is accepted, above 0.01: so much of it goes to the tests of what remains.
     pub alarm_level: f64,
 }
 

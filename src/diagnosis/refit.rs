@@ -31,9 +31,9 @@ const BEST_FAULTS: usize = 4;
 const FAINT: f64 = 4.0;
 /// Rounds of looking around the best effect, and how many effects like it are tried with a few steps.
 const ROUNDS: usize = 3;
+const NEAR: usize = 60;
 /// Hypotheses that are polished.
 const POLISHED: usize = 3;
-const NEAR: usize = 60;
 /// 90 % of a Gaussian lie within this many standard deviations.
 const NINETY: f64 = 1.6449;
 
@@ -62,8 +62,13 @@ impl Refit {
     pub(super) fn id(&self, original: &Scene) -> String {
         match &self.tried {
             Tried::Effect(c) => c.id(),
-            Tried::Fault(f) => format!("{}@{}", f.name(), f.location(&original.test)),
+            Tried::Fault(f) => f.id(&original.test),
         }
+    }
+
+    /// Whether noise alone gives as much as it leaves.
+    pub(super) fn leaves_noise(&self) -> Result<bool, DiagnosisError> {
+        Ok(goodness_of_fit(&self.fit, &self.fit.basis()?) > REMAINDER)
     }
 
     pub(super) fn name(&self) -> &'static str {
@@ -186,7 +191,7 @@ fn further_faults(stage: &Stage, but: &[&FaultScore]) -> Vec<FaultScore> {
 /// Whether any hypothesis that is better than the base leaves no more than noise.
 fn leaves_noise(done: &[Refit]) -> Result<bool, DiagnosisError> {
     for r in done.iter().filter(|r| r.ln_bayes > 0.0) {
-        if goodness_of_fit(&r.fit, &r.fit.basis()?) > REMAINDER {
+        if r.leaves_noise()? {
             return Ok(true);
         }
     }

@@ -6,8 +6,8 @@
 //! * A verdict follows the probabilities: with "nothing" more probable than all else together nothing is named, with
 //!   "something else" more probable than all else together the verdict is `unexplained`.
 //! * A hypothesis is believed when its ln Bayes factor is above 3 *and* what remains looks like noise: goodness of fit, a
-//!   second screening and neighbouring sensors, at a level of 0.01 for the three together, and no mode without partner. Among tied hypotheses the most
-//!   probable one that passes is taken.
+//!   second screening and neighbouring sensors, at a level of 0.01 for the three together, and no mode without partner. Among
+//!   tied hypotheses the most probable one that passes is taken.
 //! * Else a second hypothesis is sought on top of the best; with a gain above 3 the verdict is `several-effects`, without
 //!   one `unexplained`.
 
@@ -207,7 +207,7 @@ pub(super) fn better_than_noise(base: &Stage, refits: &[Refit]) -> Result<bool, 
     let noise = 0.5_f64.ln() + 0.5 * (chi2 * (1.0 - 1.0 / s2) - n * s2.ln() - n.ln());
     let odds = Odds::new(base);
     for r in refits.iter().filter(|r| odds.of(r.name()) + r.ln_bayes > noise) {
-        if goodness_of_fit(&r.fit, &r.fit.basis()?) > REMAINDER {
+        if r.leaves_noise()? {
             return Ok(true);
         }
     }

@@ -6,8 +6,8 @@ use super::location::{Location, LocationKind};
 use super::patch::PatchError;
 use crate::element::Dof;
 use crate::linalg::DMatrix;
-use crate::modal::{SolveOptions, solve};
-use crate::model::{Model, ParametricModel};
+use crate::modal::SolveOptions;
+use crate::model::{Model, ParametricModel, solve_modes};
 use std::f64::consts::PI;
 
 /// What is known beside the model; everything is optional.
@@ -456,10 +456,7 @@ impl<'a> Structure<'a> {
     }
 
     fn lowest_elastic(&self) -> Option<f64> {
-        let system = self.model.assemble(&self.theta).ok()?;
-        let motions = self.model.dof_map().rigid_motions();
-        let options = SolveOptions { n_elastic: 1, shift: None };
-        let modes = solve(&system.stiffness, &system.mass, &motions, options).ok()?;
+        let modes = solve_modes(self.model, &self.theta, SolveOptions { n_elastic: 1, shift: None }).ok()?;
         modes.elastic().next().map(|i| modes.lambda[i]).filter(|l| *l > 0.0 && l.is_finite())
     }
 

@@ -87,7 +87,7 @@ impl Connection {
 
 /// The matrices of one element at θ, in its axes.
 pub(super) fn element_matrices(element: &PlacedElement, theta: &[f64]) -> Result<ElementMatrices, ModelError> {
-    let values: Vec<Option<f64>> = element.values.iter().map(|v| v.as_ref().map(|v| v.at(theta))).collect();
+    let values = element.values_at(theta);
     let input = ElementInput { points: &element.points, values: &values };
     let wrap = |source| ModelError::Element { element: element.name.clone(), path: element.path.clone(), source };
     let scaled = |mut a: SymMatrix, factor: &Option<Value>| {
@@ -110,7 +110,7 @@ pub(super) fn element_matrices(element: &PlacedElement, theta: &[f64]) -> Result
 
 /// The mass of one element at θ as scales see it, in its axes: [`ElementMatrices::weighed`] without the other matrices.
 pub(super) fn weighed_mass(element: &PlacedElement, theta: &[f64]) -> Result<SymMatrix, ModelError> {
-    let values: Vec<Option<f64>> = element.values.iter().map(|v| v.as_ref().map(|v| v.at(theta))).collect();
+    let values = element.values_at(theta);
     let input = ElementInput { points: &element.points, values: &values };
     let mass = element.kind.weighed_mass(&input).and_then(|m| m.map_or_else(|| element.kind.mass(&input), Ok));
     let wrap = |source| ModelError::Element { element: element.name.clone(), path: element.path.clone(), source };
@@ -135,16 +135,7 @@ pub(super) enum Dependence {
 /// is checked with all parameters moved together, to 1e-11 of the largest entry.
 pub(super) fn dependence(element: &PlacedElement, parameters: &ParameterSet) -> Result<Dependence, ModelError> {
     let base = interior_point(parameters);
-    let mut used: Vec<usize> = element
-        .values
-        .iter()
-        .flatten()
-        .chain(&element.stiffness_factor)
-        .chain(&element.mass_factor)
-        .chain(&element.stiffness_damping)
-        .chain(&element.mass_damping)
-        .flat_map(Value::parameters)
-        .collect();
+    let mut used: Vec<usize> = element.expressions().flat_map(Value::parameters).collect();
     used.sort_unstable();
     used.dedup();
     let at_base = element_matrices(element, &base)?;

@@ -208,16 +208,7 @@ impl Model {
         let step = 1e-5 * if scale > 0.0 { scale } else { 1.0 };
         for &e in &self.general {
             let element = &self.elements[e];
-            let depends = element
-                .values
-                .iter()
-                .flatten()
-                .chain(&element.stiffness_factor)
-                .chain(&element.mass_factor)
-                .chain(&element.stiffness_damping)
-                .chain(&element.mass_damping)
-                .any(|v| v.parameters().any(|p| p == j));
-            if depends {
+            if element.depends_on(j) {
                 let at = |s: f64| {
                     let mut theta = theta.to_vec();
                     theta[j] += s * step;
@@ -238,7 +229,7 @@ impl Model {
 
     fn interpolate(&self, element: usize, fraction: f64, theta: &[f64]) -> Result<PointMotion, ModelError> {
         let e = &self.elements[element];
-        let values: Vec<Option<f64>> = e.values.iter().map(|v| v.as_ref().map(|v| v.at(theta))).collect();
+        let values = e.values_at(theta);
         let input = ElementInput { points: &e.points, values: &values };
         let shape = e.kind.interpolate(&input, fraction).map_err(|source| ModelError::Element {
             element: e.name.clone(),

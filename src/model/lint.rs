@@ -174,16 +174,7 @@ fn parameters(model: &Model, s: &mut Soundness) -> Result<(), ModelError> {
         let zero = matrices.iter().flatten().all(|a| a.entries().all(|e| e.2 == 0.0));
         if zero {
             let p = model.parameters().get(j);
-            let named = model.elements().iter().any(|e| {
-                e.values
-                    .iter()
-                    .flatten()
-                    .chain(&e.stiffness_factor)
-                    .chain(&e.mass_factor)
-                    .chain(&e.stiffness_damping)
-                    .chain(&e.mass_damping)
-                    .any(|v| v.parameters().any(|i| i == j))
-            });
+            let named = model.elements().iter().any(|e| e.depends_on(j));
             let why = if named { "what it acts on is supported, rigid or inactive" } else { "no property names it" };
             s.warnings.push(Problem::warning(
                 format!("parameters.{}", p.name),

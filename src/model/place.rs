@@ -47,6 +47,29 @@ pub struct PlacedElement {
     pub section: Option<String>,
 }
 
+impl PlacedElement {
+    /// Everything that θ may move in it: property values and factors.
+    pub(super) fn expressions(&self) -> impl Iterator<Item = &Value> {
+        self.values
+            .iter()
+            .flatten()
+            .chain(&self.stiffness_factor)
+            .chain(&self.mass_factor)
+            .chain(&self.stiffness_damping)
+            .chain(&self.mass_damping)
+    }
+
+    /// Whether any of it depends on parameter `j`.
+    pub(super) fn depends_on(&self, j: usize) -> bool {
+        self.expressions().any(|v| v.parameters().any(|p| p == j))
+    }
+
+    /// Its property values at θ.
+    pub(super) fn values_at(&self, theta: &[f64]) -> Vec<Option<f64>> {
+        self.values.iter().map(|v| v.as_ref().map(|v| v.at(theta))).collect()
+    }
+}
+
 /// What the file describes, before assembly.
 #[derive(Debug, Clone)]
 pub(super) struct Placed {

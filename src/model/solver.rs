@@ -49,6 +49,16 @@ impl Matrices {
         }
     }
 
+    /// The same for several parameters.
+    pub fn derivatives(
+        &self,
+        model: &dyn ParametricModel,
+        theta: &[f64],
+        parameters: &[usize],
+    ) -> Result<Vec<Self>, ModelError> {
+        parameters.iter().map(|&j| self.derivative(model, theta, j)).collect()
+    }
+
     /// ∂λ = φᵀ (∂K - λ ∂M) φ, where these are ∂K and ∂M and φ has unit modal mass.
     pub fn eigenvalue_derivative(&self, lambda: f64, shape: &DVector<f64>) -> f64 {
         match self {

@@ -239,8 +239,7 @@ impl<'a> Comparison<'a> {
         free: &[usize],
         modes: &[usize],
     ) -> Result<Vec<Option<ModeDerivative>>, ModelError> {
-        let of_parameter = |&j: &usize| prediction.matrices.derivative(self.model, theta, j);
-        let slopes = free.iter().map(of_parameter).collect::<Result<Vec<_>, _>>()?;
+        let slopes = prediction.matrices.derivatives(self.model, theta, free)?;
         self.derivatives_of_modes(prediction, &slopes, modes)
     }
 

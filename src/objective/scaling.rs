@@ -49,7 +49,7 @@ impl Scaling {
 
     /// ∂K/∂θ_j, ∂M/∂θ_j and ∂C/∂θ_j of every free parameter; [`matrix_derivatives`] shows them to the modal kernels.
     pub fn derivatives(&self, model: &dyn ParametricModel, theta: &[f64]) -> Result<Vec<System>, ModelError> {
-        derivatives(model, theta, &self.free)
+        self.free.iter().map(|&j| model.assemble_derivative(theta, j)).collect()
     }
 
     /// θ at x.
@@ -80,15 +80,6 @@ impl Scaling {
     pub fn x(&self, theta: &[f64]) -> DVector<f64> {
         DVector::from_fn(self.free.len(), |k, _| (theta[self.free[k]] - self.lower[k]) / self.width[k])
     }
-}
-
-/// ∂K/∂θ_j, ∂M/∂θ_j and ∂C/∂θ_j of some parameters.
-pub(super) fn derivatives(
-    model: &dyn ParametricModel,
-    theta: &[f64],
-    parameters: &[usize],
-) -> Result<Vec<System>, ModelError> {
-    parameters.iter().map(|&j| model.assemble_derivative(theta, j)).collect()
 }
 
 /// The stiffness and mass of derivatives, as the modal kernels take them.

@@ -55,7 +55,7 @@ pub fn static_readings(comparison: &Comparison<'_>, prediction: &Prediction) -> 
     if n_readings == 0 {
         return Vec::new();
     }
-    let Some(factor) = prediction.system().ok().and_then(|s| s.into_owned().stiffness.cholesky()) else {
+    let Some(factor) = prediction.system().ok().and_then(|s| s.stiffness.clone().cholesky()) else {
         return vec![f64::NAN; n_readings];
     };
     let u = factor.solve(comparison.loads());
@@ -103,7 +103,7 @@ pub(super) fn differentiate(at: &Point<'_>, rotation: bool, out: &mut DMatrix<f6
     if out.nrows() == 0 {
         return;
     }
-    let Some(factor) = at.prediction.system().ok().and_then(|s| s.into_owned().stiffness.cholesky()) else { return };
+    let Some(factor) = at.prediction.system().ok().and_then(|s| s.stiffness.clone().cholesky()) else { return };
     let u = factor.solve(at.comparison.loads());
     let own: Vec<(usize, f64, DVector<f64>)> = readings(at.comparison.test())
         .filter(|(_, _, r)| is_of(at.comparison, r, rotation))

@@ -106,7 +106,7 @@ impl Case {
             Hidden::Effect(c) => c.id(),
             Hidden::Fault(f) => {
                 let test = TestData { sensors: specimen.sensors.clone(), ..TestData::default() };
-                format!("{}@{}", f.name(), f.location(&test))
+                f.id(&test)
             }
             Hidden::Outside(kind) => (*kind).to_string(),
         }
@@ -206,7 +206,7 @@ impl Specimen {
             return Ok(Some(out));
         }
         let found = investigate(scene, &[], None, &Settings { seed: case.seed, ..settings.clone() })?;
-        compare(&mut out, &found, case, base.misfit - gain);
+        compare(&mut out, &found, case);
         out.diagnosis = plan.only.is_some().then_some(found.diagnosis);
         Ok(Some(out))
     }
@@ -250,7 +250,7 @@ fn corrected(scene: &Scene, fault: &Fault, base: &Fit) -> Result<f64, DiagnosisE
     Ok(fit(&clean, &[scene.start(), base.x.clone()], 1.0)?.misfit)
 }
 
-fn compare(out: &mut Outcome, found: &Investigation, case: &Case, misfit_of_truth: f64) {
+fn compare(out: &mut Outcome, found: &Investigation, case: &Case) {
     let d = &found.diagnosis;
     out.verdict = Some(d.verdict);
     out.p_value = d.p_value;
@@ -267,7 +267,7 @@ fn compare(out: &mut Outcome, found: &Investigation, case: &Case, misfit_of_trut
         out.tied = out.right || named && first.tied_with.iter().any(|t| same(t));
         out.refitted = d.hypotheses.iter().any(|h| same(&h.id));
         out.ties = first.tied_with.len();
-        let gain = first.misfit_before - misfit_of_truth;
+        let gain = first.misfit_before - out.misfit_of_truth;
         out.removed = if gain > 0.0 { (first.misfit_before - first.misfit_after) / gain } else { 0.0 };
     }
     let best = d.hypotheses.iter().max_by(|a, b| a.probability.total_cmp(&b.probability));

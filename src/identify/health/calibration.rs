@@ -187,6 +187,18 @@ fn faults_in_three_structures_are_found() {
     }
 }
 
+/// Sensors on those structures: in a line, or in three rows on the plate.
+fn sensors(kind: usize, n: usize) -> Vec<SensorGeometry> {
+    let rows = if kind == 2 { 3 } else { 1 };
+    (0..n)
+        .map(|j| SensorGeometry {
+            name: format!("p{}", j + 1),
+            position: [(j / rows) as f64 / n.div_ceil(rows) as f64, 0.4 * (j % rows) as f64, 0.0],
+            direction: [0.0, 0.0, 1.0],
+        })
+        .collect()
+}
+
 /// Smooth shapes of the three structures with sensors in place: no alarm of sign, swap or gain in 60 healthy tests but for
 /// one, as the chance of 1 % per search promises.
 #[test]
@@ -197,14 +209,7 @@ fn healthy_shapes_of_three_structures_stay_quiet() {
         let (kind, n, m) = (seed as usize % 3, rng.random_range(12..31), rng.random_range(2..6));
         let shapes = structure(kind, n, m);
         let eps = [0.0, 0.01, 0.03, 0.1][seed as usize % 4];
-        let rows = if kind == 2 { 3 } else { 1 };
-        let sensors: Vec<SensorGeometry> = (0..n)
-            .map(|j| SensorGeometry {
-                name: format!("p{}", j + 1),
-                position: [(j / rows) as f64 / n.div_ceil(rows) as f64, 0.4 * (j % rows) as f64, 0.0],
-                direction: [0.0, 0.0, 1.0],
-            })
-            .collect();
+        let sensors = sensors(kind, n);
         let data = DMatrix::from_fn(n, m, |j, k| shapes[k][j] + eps * normal_pair(&mut rng).re);
         let found = check_geometry(&sensors, &data).unwrap();
         for f in found.iter().filter(|f| f.level > Level::Info) {
@@ -349,14 +354,7 @@ fn swapped_channels_of_three_structures_are_named() {
         let (kind, n, m) = (seed as usize % 3, rng.random_range(12..31), rng.random_range(3..6));
         let shapes = structure(kind, n, m);
         let eps = [0.0, 0.01, 0.03][seed as usize / 3 % 3];
-        let rows = if kind == 2 { 3 } else { 1 };
-        let sensors: Vec<SensorGeometry> = (0..n)
-            .map(|j| SensorGeometry {
-                name: format!("p{}", j + 1),
-                position: [(j / rows) as f64 / n.div_ceil(rows) as f64, 0.4 * (j % rows) as f64, 0.0],
-                direction: [0.0, 0.0, 1.0],
-            })
-            .collect();
+        let sensors = sensors(kind, n);
         let largest = |k: usize| shapes[k].iter().fold(0.0_f64, |a, v| a.max(v.abs()));
         let (a, b) = (rng.random_range(0..n), rng.random_range(0..n));
         let differs = (0..m).map(|k| (shapes[k][a] - shapes[k][b]).abs() / largest(k)).fold(0.0, f64::max);

@@ -58,8 +58,7 @@ impl Residual for Damping {
     fn differentiate(&self, at: &Point<'_>, _: &PredictionDerivative, out: &mut DMatrix<f64>) {
         out.fill(0.0);
         let matrices = &at.prediction.matrices;
-        let of_parameter = |&j: &usize| matrices.derivative(at.comparison.model(), at.theta, j);
-        let Ok(slopes) = at.scaling.free().iter().map(of_parameter).collect::<Result<Vec<_>, _>>() else { return };
+        let Ok(slopes) = matrices.derivatives(at.comparison.model(), at.theta, at.scaling.free()) else { return };
         for (row, i) in measured(at.comparison).into_iter().enumerate() {
             let (Some(a), Some(test)) = (at.prediction.partner(i), at.comparison.test().modes[i].damping_ratio) else {
                 continue;

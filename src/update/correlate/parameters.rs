@@ -114,12 +114,7 @@ pub fn sensitivities(
     let n_elastic = options.n_modes.min(model.dof_map().n_dof());
     let solver = ModalSolver::new(model, &theta, n_elastic).map_err(|e| failed(&e))?;
     let (matrices, modes) = solver.solve(model, &theta, n_elastic).map_err(|e| failed(&e))?;
-    let slopes = scaling
-        .free()
-        .iter()
-        .map(|&j| matrices.derivative(model, &theta, j))
-        .collect::<Result<Vec<_>, _>>()
-        .map_err(|e| failed(&e))?;
+    let slopes = matrices.derivatives(model, &theta, scaling.free()).map_err(|e| failed(&e))?;
     let elastic = modes.elastic().skip(modes.n_mechanism);
     let of: Vec<usize> = elastic.clone().collect();
     let derivatives = solver.differentiate(model, &matrices, &slopes, &modes, &of).map_err(|e| failed(&e))?;
