@@ -14,7 +14,8 @@
 
 use super::DiagnosisError;
 use super::faults::{Change, Fault, shape_rows};
-use super::scene::{Fit, Scene, evaluate, fit, fit_from};
+use super::fit::{Fit, evaluate, fit, fit_from};
+use super::scene::Scene;
 use crate::linalg::DMatrix;
 use rayon::prelude::*;
 
@@ -46,8 +47,7 @@ pub(super) fn aside(scene: &Scene, base: &Fit, weight: f64) -> Result<Vec<Fit>, 
     let mut without: Vec<(f64, Fit)> = (0..base.rows.n_sensors)
         .into_par_iter()
         .filter_map(|sensor| {
-            let mut rest = scene.clone();
-            rest.test = Fault { sensor, change: Change::Dead }.apply(&scene.test, 1.0);
+            let rest = scene.corrected(&Fault { sensor, change: Change::Dead }, 1.0);
             let found = fit_from(&rest, &starts, weight, starts.len(), FEW_STEPS).ok()?;
             Some((found.misfit, with_all_channels(found, base, weight)))
         })
@@ -77,13 +77,8 @@ fn with_all_channels(mut fit: Fit, base: &Fit, weight: f64) -> Fit {
 fn rounds(scene: &Scene, mut now: Fit, weight: f64) -> Result<Option<Fit>, DiagnosisError> {
     for _ in 0..ROUNDS {
         let Some((rms, median)) = channels(&now) else { return Ok(None) };
-        let mut weighed = scene.clone();
-        for mode in &mut weighed.test.modes {
-            let Some(sd) = &mut mode.shape_sd else { continue };
-            for (s, sd) in sd.iter_mut().enumerate() {
-                *sd *= (rms[s] / (OUT * median)).max(1.0);
-            }
-        }
+        let factors: Vec<f64> = rms.iter().map(|v| (v / (OUT * median)).max(1.0)).collect();
+        let weighed = scene.weighed(&factors);
         let next = fit(&weighed, &[now.x.clone()], weight)?;
         let moved = (&next.x - &now.x).amax();
         now = evaluate(scene, next.x, weight)?;

@@ -3,13 +3,14 @@
 use super::base::{FaultScore, Stage, box_starts};
 use super::evidence::{REMAINDER, goodness_of_fit, held_out, ln_evidence};
 use super::faults::{Change, Fault, GAIN_SD};
-use super::scene::{Fit, STEPS, Scene, fit, fit_from};
+use super::fit::{Fit, STEPS, fit, fit_from};
+use super::scene::Scene;
 use super::screen::{Score, start_sizes};
 use super::verdict::STRONG;
 use super::{DiagnosisError, Estimate};
 use crate::effect::{Candidate, NewParameter};
 use crate::linalg::DVector;
-use crate::model::{ParametricModel, Registry};
+use crate::model::ParametricModel;
 use crate::objective::Scaling;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -62,7 +63,7 @@ impl Refit {
     pub(super) fn id(&self, original: &Scene) -> String {
         match &self.tried {
             Tried::Effect(c) => c.id(),
-            Tried::Fault(f) => f.id(&original.test),
+            Tried::Fault(f) => f.id(original),
         }
     }
 
@@ -280,9 +281,8 @@ fn run(stage: &Stage, jobs: &[Job<'_>], base: f64) -> Vec<Refit> {
 
 /// The scene with an effect in it.
 pub(super) fn with_effect(scene: &Scene, candidate: &Candidate) -> Result<Scene, DiagnosisError> {
-    let patched = candidate.build(&scene.model, &Registry::builtin())?;
     let added = [scene.added.clone(), candidate.parameters.clone()].concat();
-    Ok(Scene { model: patched.model, test: scene.test.clone(), added, is_damped: scene.is_damped })
+    scene.with_file(candidate.patch.apply(&scene.file)?, added)
 }
 
 /// Where a fit of an effect may start: sizes of a ladder over values of the base.
@@ -326,8 +326,8 @@ fn refit_effect(stage: &Stage, score: &Score, bases: &[DVector<f64>], base: f64)
 /// Estimates with 90 % intervals, clipped to the bounds.
 pub(super) fn estimates(scene: &Scene, fit: &Fit, of: &[NewParameter]) -> Result<Vec<Estimate>, DiagnosisError> {
     let (_, covariance) = fit.hessian()?;
-    let parameters = scene.model.parameters();
-    let free = Scaling::new(&scene.model).free().to_vec();
+    let parameters = scene.model().parameters();
+    let free = Scaling::new(scene.model()).free().to_vec();
     let mut out = Vec::new();
     for p in of {
         let Some(index) = parameters.index_of(&p.name) else { continue };
@@ -349,8 +349,7 @@ fn refit_fault(stage: &Stage, score: &FaultScore, bases: &[DVector<f64>], base: 
     let (w, s) = (stage.weight, fault.sensor);
     let starts: Vec<_> = score.aside.iter().map(|&k| &stage.aside[k]).chain(bases).cloned().collect();
     let mut number = score.number;
-    let mut scene = stage.scene.clone();
-    scene.test = fault.apply(&stage.scene.test, number);
+    let mut scene = stage.scene.corrected(fault, number);
     let mut found = fit_from(&scene, &starts, w, STARTS, STEPS)?;
     let readings = |fit: &Fit| -> Vec<(f64, f64, f64)> {
         // c φ/σ, t/σ with the original data, and the residual, of the measured modes of this sensor
@@ -382,7 +381,7 @@ fn refit_fault(stage: &Stage, score: &FaultScore, bases: &[DVector<f64>], base: 
                 break;
             }
             number = next;
-            scene.test = fault.apply(&stage.scene.test, number);
+            scene = stage.scene.corrected(fault, number);
             found = fit(&scene, std::slice::from_ref(&found.x), w)?;
         }
         let now = readings(&found);
