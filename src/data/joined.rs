@@ -73,14 +73,14 @@ mod tests {
     fn test(name: &str, sensors: &str, shape: &str) -> TestData {
         let text = format!(
             "retune_test: 1\nname: {name}\nsources: {{s: {{kind: synthetic, text: made up}}}}\n\
-             sensors: {sensors}\nmodes:\n  - {{frequency: 3 Hz, shape: {shape}, source: s}}\n"
+             sensors: {sensors}\nmodes:\n  - {{frequency: 3 Hz, shape: {{source: s, real: {shape}}}, source: s}}\n"
         );
         read_test(&text).unwrap().0
     }
 
     #[test]
     fn one_test_stays_itself() {
-        let a = test("a", "{p1: {node: n1, direction: +z}, p2: {node: n1, direction: +z}}", "{p1: 1, p2: 2}");
+        let a = test("a", "{p1: {node: n1, direction: +z}, p2: {node: n1, direction: +z}}", "[1, 2]");
         let j = joined(&[&a]);
         assert_eq!((j.test.sensors, j.test.modes), (a.sensors.clone(), a.modes.clone()));
         assert_eq!(j.sensors, [[0, 1]]);
@@ -88,8 +88,8 @@ mod tests {
 
     #[test]
     fn the_same_sensor_is_one_and_another_of_its_name_gets_a_longer_name() {
-        let a = test("a", "{p1: {node: n1, direction: +z}, p2: {node: n2, direction: +z}}", "{p1: 1, p2: 2}");
-        let b = test("b", "{p2: {node: n2, direction: +z}, p1: {node: n1, direction: +x}}", "{p2: 3, p1: 4}");
+        let a = test("a", "{p1: {node: n1, direction: +z}, p2: {node: n2, direction: +z}}", "[1, 2]");
+        let b = test("b", "{p2: {node: n2, direction: +z}, p1: {node: n1, direction: +x}}", "[3, 4]");
         let j = joined(&[&a, &b]);
         assert_eq!(j.sensors, [vec![0, 1], vec![1, 2]]);
         assert_eq!(j.test.sensors[2].name, "p1(b)");

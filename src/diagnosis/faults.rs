@@ -9,17 +9,20 @@
 //! sensor-axis       reads another global axis at its place             no free number
 //! sensor-position   sits where a neighbour, or the nearest node, is    no free number
 //! mode-order        frequencies of two neighbouring modes exchanged    no free number
+//! driving-point     the force of the responses acts at another sensor  no free number
 //! ```
 //!
 //! Each has an exact counterpart as a changed test ([`Fault::apply`]), which the ordinary fit then sees. The screening
 //! evaluates them at the base fit by re-weighting rows. A reading t = g φ with gain g has residual (g c φ - t)/σ, which is
 //! the residual of t/g with σ/g: so a gain is a changed test too.
 
+use super::DiagnosisError;
 use super::fit::Fit;
-use super::scene::Scene;
+use super::posed::Posed;
+use super::scene::{Prior, Scene};
 use super::screen::project;
 use crate::correlation::observation_matrix;
-use crate::data::{FrfSet, Place, Sensor, TestData};
+use crate::data::{Channel, FrfSet, Place, Sensor, TestData};
 use crate::linalg::{Complex, DMatrix, DVector};
 use rayon::prelude::*;
 
@@ -37,8 +40,16 @@ pub(super) enum Change {
     Dead,
     Noisy,
     Axis(usize),
-    Position { place: Place, name: String },
+    Position {
+        place: Place,
+        name: String,
+    },
     Order(usize, usize),
+    /// A reference of the frequency responses of a test: the force acted at the sensor of the fault.
+    DrivingPoint {
+        case: usize,
+        reference: usize,
+    },
 }
 
 /// A fault of one sensor (or of the list of modes).
@@ -74,6 +85,7 @@ impl Fault {
             Change::Axis(_) => "sensor-axis",
             Change::Position { .. } => "sensor-position",
             Change::Order(..) => "mode-order",
+            Change::DrivingPoint { .. } => "driving-point",
         }
     }
 
@@ -85,6 +97,9 @@ impl Fault {
             Change::Axis(axis) => format!("{}.{}", name(self.sensor), ["x", "y", "z"][*axis]),
             Change::Position { name: place, .. } => format!("{}:{place}", name(self.sensor)),
             Change::Order(a, b) => format!("{}+{}", scene.mode_name(*a), scene.mode_name(*b)),
+            Change::DrivingPoint { case, reference } => {
+                format!("{}:{}", scene.reference(*case, *reference), name(self.sensor))
+            }
             _ => name(self.sensor),
         }
     }
@@ -106,6 +121,10 @@ impl Fault {
             Change::Noisy => format!("check sensor {}: it scatters more than stated", name(s)),
             Change::Axis(axis) => format!("sensor {} reads along {}", name(s), ["x", "y", "z"][*axis]),
             Change::Position { name: place, .. } => format!("sensor {} sits at {place}", name(s)),
+            Change::DrivingPoint { case, reference } => {
+                let stated = scene.reference(*case, *reference);
+                format!("the force of the frequency responses acted at {}, not at {stated}", name(s))
+            }
             Change::Order(a, b) => {
                 format!("exchange the frequencies of {} and {}", scene.mode_name(*a), scene.mode_name(*b))
             }
@@ -125,6 +144,13 @@ impl Fault {
             }
             Change::Axis(_) | Change::Position { .. } => {
                 out.sensors[s] = self.sensor(&test.sensors);
+                return out;
+            }
+            Change::DrivingPoint { reference, .. } => {
+                if let Some(set) = &mut out.frfs {
+                    let Sensor { name, direction, .. } = test.sensors[s].clone();
+                    set.references[*reference] = Channel { name, direction: Some(direction) };
+                }
                 return out;
             }
             _ => {}
@@ -233,6 +259,15 @@ pub(super) fn faults(scene: &Scene) -> Vec<Fault> {
             add(&mut out, a - 1, Change::Order(a - 1, a));
         }
     }
+    for (case, tested) in scene.cases.iter().enumerate() {
+        let Some(set) = tested.test.frfs.as_ref().filter(|_| tested.test.frf_fit.is_some()) else { continue };
+        for (reference, channel) in set.references.iter().enumerate() {
+            let others = tested.test.sensors.iter().zip(&tested.sensors);
+            for (_, &s) in others.filter(|(o, _)| o.name != channel.name && !o.is_rotation) {
+                add(&mut out, s, Change::DrivingPoint { case, reference });
+            }
+        }
+    }
     out
 }
 
@@ -293,6 +328,9 @@ pub(super) fn traces(scene: &Scene, fit: &Fit, weight: f64, faults: &[Fault]) ->
 fn trace(scene: &Scene, fit: &Fit, weight: f64, fault: &Fault) -> Option<Trace> {
     let rows = fit.rows;
     let s = fault.sensor;
+    if let Change::DrivingPoint { .. } = fault.change {
+        return driving_point(scene, fit, weight, fault).ok();
+    }
     let mut delta = DVector::zeros(fit.r.len());
     if let Change::Order(a, b) = fault.change {
         let modes = &scene.test.modes;
@@ -359,6 +397,18 @@ fn trace(scene: &Scene, fit: &Fit, weight: f64, fault: &Fault) -> Option<Trace> 
         return Some(Trace::Free(delta));
     }
     (delta.norm() > super::screen::VISIBLE).then_some(Trace::Fixed(delta))
+}
+
+/// What another place of the force changes in the functions.
+fn driving_point(scene: &Scene, fit: &Fit, weight: f64, fault: &Fault) -> Result<Trace, DiagnosisError> {
+    let changed = scene.corrected(fault, 1.0);
+    let comparisons = changed.comparisons()?;
+    let posed = Posed::new(&changed, &comparisons, vec![Prior::NONE; fit.x.len()], weight);
+    let mut delta = posed.data_rows(&fit.theta)?;
+    for i in 0..delta.len() {
+        delta[i] = if i < fit.rows.measured { delta[i] - fit.r[i] } else { 0.0 };
+    }
+    Ok(Trace::Fixed(delta))
 }
 
 impl Trace {

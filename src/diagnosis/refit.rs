@@ -413,10 +413,34 @@ fn refit_fault(stage: &Stage, score: &FaultScore, bases: &[DVector<f64>], base: 
     let mut misfit = found.misfit;
     if fault.change == Change::Dead {
         let own: f64 = readings(&found).iter().map(|(_, t, _)| t * t).sum();
-        extra -= 0.5 * own;
+        extra -= 0.5 * own + dead_functions(&stage.scene, s);
         misfit += own / (w * w);
     }
     let held_out = held_out(&found, w)?.iter().sum();
     let ln_bayes = ln_evidence(&found)? + extra - base;
     Ok(Refit { tried: Tried::Fault(fault.clone()), scene, fit: found, ln_bayes, estimates, held_out, misfit })
+}
+
+/// What frequency responses of a channel cost that reads noise only, of unknown level, beside those of a model:
+///
+/// ```text
+/// Σ ln(s/σ) + ½ ((ln|H| - mean)/s)²,    s = π/√24, the standard deviation of the logarithm of a complex Gaussian's modulus
+/// ```
+fn dead_functions(scene: &Scene, sensor: usize) -> f64 {
+    let spread = std::f64::consts::PI / 24.0_f64.sqrt();
+    let mut cost = 0.0;
+    for case in &scene.cases {
+        let (Some(set), Some(fit)) = (&case.test.frfs, &case.test.frf_fit) else { continue };
+        let own = case.sensors.iter().position(|&s| s == sensor).map(|k| &case.test.sensors[k].name);
+        let Some(response) = set.responses.iter().position(|c| Some(&c.name) == own) else { continue };
+        let used = (0..set.n_lines()).filter(|&l| fit.uses(set.frequencies_hz[l]));
+        let logs: Vec<f64> = used
+            .flat_map(|l| (0..set.references.len()).map(move |r| set.at(l, r, response).norm()))
+            .filter(|v| v.is_finite() && *v > 0.0)
+            .map(f64::ln)
+            .collect();
+        let mean = logs.iter().sum::<f64>() / logs.len().max(1) as f64;
+        cost += logs.iter().map(|v| (spread / fit.relative_sd).ln() + 0.5 * ((v - mean) / spread).powi(2)).sum::<f64>();
+    }
+    cost
 }

@@ -74,12 +74,15 @@ impl Case {
     }
 
     /// A fault in the numbers of this test; none where it is about sensors or modes of other tests.
-    fn own(&self, fault: &Fault) -> Option<Fault> {
+    ///
+    /// * `number` - its own among the tests
+    fn own(&self, fault: &Fault, number: usize) -> Option<Fault> {
         let sensor = |s: usize| self.sensors.iter().position(|&k| k == s);
         let mode = |m: usize| self.modes().contains(&m).then(|| m - self.first_mode);
         let (first, change) = match fault.change {
             Change::Order(a, b) => (mode(a)?, Change::Order(mode(a)?, mode(b)?)),
             Change::Swap(other) => (sensor(fault.sensor)?, Change::Swap(sensor(other)?)),
+            Change::DrivingPoint { case, .. } if case != number => return None,
             ref change => (sensor(fault.sensor)?, change.clone()),
         };
         Some(Fault { sensor: first, change })
@@ -152,11 +155,11 @@ impl Scene {
 
     /// With a fault taken out of the data. `number` is the gain, or κ.
     pub(super) fn corrected(&self, fault: &Fault, number: f64) -> Self {
-        let correct = |case: &Case| match case.own(fault) {
+        let correct = |(k, case): (usize, &Case)| match case.own(fault, k) {
             Some(own) => Arc::new(own.apply(&case.test, number)),
             None => case.test.clone(),
         };
-        self.with_tests(self.cases.iter().map(correct).collect())
+        self.with_tests(self.cases.iter().enumerate().map(correct).collect())
     }
 
     /// With factors on the standard deviations of every sensor's readings.
@@ -207,6 +210,11 @@ impl Scene {
         let case = self.case_of_mode(mode);
         let name = format!("mode {}", mode - case.first_mode + 1);
         if self.cases.len() > 1 { format!("{name} of {}", case.test.name) } else { name }
+    }
+
+    /// The name of a reference of a test's frequency responses.
+    pub(super) fn reference(&self, case: usize, reference: usize) -> &str {
+        self.cases[case].test.frfs.as_ref().map_or("", |set| set.references[reference].name.as_str())
     }
 
     /// Models and tests made comparable, paired with open gates, by shapes where there are any.

@@ -273,8 +273,21 @@ fn sentence(verdict: Verdict, best: Option<&HypothesisResult>, base: &Stage, rem
         Verdict::MissingEffect => format!("{id} is missing, and what remains looks like noise{tie}"),
         Verdict::MeasurementFault => format!("{id}: the measurement, not the model{tie}"),
         Verdict::SeveralEffects => format!("{id} is missing and does not suffice; {remainder}"),
-        Verdict::Unexplained => format!("nothing in the catalogue explains the test; {remainder}"),
+        Verdict::Unexplained => match best.filter(|b| b.ln_bayes > STRONG && b.probability > 0.5) {
+            Some(b) => format!(
+                "{id} takes the misfit from {} to {} and what remains is in nothing of the catalogue; {remainder}",
+                number(b.misfit_before),
+                number(b.misfit_after)
+            ),
+            None => format!("nothing in the catalogue explains the test; {remainder}"),
+        },
     }
+}
+
+/// To three digits.
+fn number(value: f64) -> String {
+    let digits = (2.0 - value.abs().max(1.0).log10().floor()).max(0.0) as usize;
+    format!("{value:.digits$}")
 }
 
 /// Modes whose frequency the mesh falsifies by more than a third of its standard deviation.
