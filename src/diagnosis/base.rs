@@ -7,7 +7,7 @@ use super::fit::{Fit, fit};
 use super::noise::{Scatter, best_scores, p_value, scatter};
 use super::scene::Scene;
 use super::screen::{Directions, Score, Screened, project, screen};
-use super::{DiagnosisError, Settings};
+use super::{DiagnosisError, Listener, Settings};
 use crate::data::{Place, Sensor};
 use crate::effect::{Candidate, Configured, Context, candidates_in};
 use crate::linalg::{DMatrix, DVector};
@@ -62,6 +62,7 @@ pub(super) struct Stage {
     pub(super) p_value: f64,
     /// The projected residual.
     pub(super) residual: DVector<f64>,
+    pub(super) listener: Listener,
 }
 
 impl Stage {
@@ -94,14 +95,16 @@ pub(super) fn stage(
     if starts.is_empty() {
         all.extend(box_starts(&scene, BOX_STARTS, settings.seed));
     }
+    settings.listener.say("fitting the model as it is");
     let base = fit(&scene, &all, weight)?;
     let placed = placed(&scene, settings);
-    let screened = screen(&scene, &base, weight, placed);
+    let screened = screen(&scene, &base, weight, placed, &settings.listener);
     let q = base.basis()?;
     let directions = Directions::new(&screened, &q, base.r.len());
     let scatter = scatter(&scene, &base, &q, &directions, settings.seed);
     let residual = project(&q, &base.r);
     let effects = directions.rank(&residual);
+    settings.listener.say("screening faults of the measurement");
     let list = if settings.faults { faults(&scene) } else { Vec::new() };
     let seen: Vec<(usize, Trace)> = traces(&scene, &base, weight, &list)
         .into_iter()
@@ -132,6 +135,7 @@ pub(super) fn stage(
         }
     }
     fault_scores.sort_by(|a, b| b.t.total_cmp(&a.t).then(a.index.cmp(&b.index)));
+    settings.listener.say("simulating what noise alone would give");
     let null_traces: Vec<Trace> = seen.into_iter().map(|(_, t)| t).collect();
     let draws = best_scores(&base, &q, &directions, &null_traces, settings.seed.wrapping_add(1));
     let best = effects.first().map_or(0.0, |s| s.t).max(fault_scores.first().map_or(0.0, |f| f.t));
@@ -150,6 +154,7 @@ pub(super) fn stage(
         scatter,
         p_value: p,
         residual,
+        listener: settings.listener.clone(),
     })
 }
 

@@ -17,6 +17,7 @@ mod evidence;
 mod faults;
 mod fit;
 mod learn;
+mod listener;
 mod mesh;
 mod next_measurement;
 mod noise;
@@ -30,6 +31,7 @@ mod verdict;
 
 pub use error::DiagnosisError;
 pub use learn::{Learned, Step, learn, learn_from_tests};
+pub use listener::Listener;
 pub use next_measurement::NextMeasurement;
 
 use crate::data::TestData;
@@ -52,11 +54,13 @@ pub struct Settings {
     pub seed: u64,
     /// Probability of a false alarm that is accepted, above 0.01: so much of it goes to the tests of what remains.
     pub alarm_level: f64,
+    /// Told what is being done.
+    pub listener: Listener,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { effects: Effects::builtin(), faults: true, seed: 0, alarm_level: 0.05 }
+        Self { effects: Effects::builtin(), faults: true, seed: 0, alarm_level: 0.05, listener: Listener::default() }
     }
 }
 

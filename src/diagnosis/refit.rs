@@ -201,7 +201,13 @@ fn leaves_noise(done: &[Refit]) -> Result<bool, DiagnosisError> {
 
 /// Effects by what a few steps leave; those that cannot be fitted left out.
 fn shortest<'a>(stage: &Stage, effects: &[&'a Score], bases: &[DVector<f64>]) -> Vec<&'a Score> {
-    let short: Vec<f64> = effects.par_iter().map(|s| short_fit(stage, s, bases).unwrap_or(f64::INFINITY)).collect();
+    let work = stage.listener.work("looking at further effects", effects.len());
+    let short = |s: &&Score| {
+        let phi = short_fit(stage, s, bases).unwrap_or(f64::INFINITY);
+        work.step();
+        phi
+    };
+    let short: Vec<f64> = effects.par_iter().map(short).collect();
     let mut order: Vec<usize> = (0..effects.len()).filter(|&i| short[i].is_finite()).collect();
     order.sort_by(|&a, &b| short[a].total_cmp(&short[b]).then(a.cmp(&b)));
     order.into_iter().map(|i| effects[i]).collect()
@@ -269,11 +275,16 @@ fn merge(stage: &Stage, done: &mut Vec<Refit>, found: Vec<Refit>) {
 }
 
 fn run(stage: &Stage, jobs: &[Job<'_>], base: f64) -> Vec<Refit> {
+    let work = stage.listener.work("refitting the best hypotheses", jobs.len());
     let done: Vec<Option<Refit>> = jobs
         .par_iter()
-        .map(|job| match job {
-            Job::Effect(score, bases) => refit_effect(stage, score, bases, base).ok(),
-            Job::Fault(score, bases) => refit_fault(stage, score, bases, base).ok(),
+        .map(|job| {
+            let found = match job {
+                Job::Effect(score, bases) => refit_effect(stage, score, bases, base).ok(),
+                Job::Fault(score, bases) => refit_fault(stage, score, bases, base).ok(),
+            };
+            work.step();
+            found
         })
         .collect();
     done.into_iter().flatten().collect()

@@ -9,6 +9,7 @@
 //! the slope; the typical size shows effects that are even or large. Where the size has one sign, or the step is large,
 //! only Δr'·r' < 0 counts.
 
+use super::Listener;
 use super::fit::Fit;
 use super::posed::Posed;
 use super::refit::with_effect;
@@ -61,7 +62,14 @@ pub(super) struct Score {
 
 /// Evaluates every candidate around a fit, in parallel, in the order of the candidates; those that the model refuses or
 /// that leave no trace have no columns.
-pub(super) fn screen(scene: &Scene, fit: &Fit, weight: f64, candidates: Vec<Candidate>) -> Vec<Screened> {
+pub(super) fn screen(
+    scene: &Scene,
+    fit: &Fit,
+    weight: f64,
+    candidates: Vec<Candidate>,
+    listener: &Listener,
+) -> Vec<Screened> {
+    let work = listener.work("screening effects", candidates.len());
     candidates
         .into_par_iter()
         .map(|candidate| {
@@ -69,6 +77,7 @@ pub(super) fn screen(scene: &Scene, fit: &Fit, weight: f64, candidates: Vec<Cand
                 .ok()
                 .and_then(|changed| columns(&changed, fit, weight, &candidate))
                 .unwrap_or_default();
+            work.step();
             Screened { candidate, columns }
         })
         .collect()

@@ -5,6 +5,7 @@ use crate::args::Diagnose;
 use crate::files::{self, Tested};
 use crate::output::{Failure, print, print_json, style};
 use crate::page::{Outputs, announce, provenance};
+use crate::progress::Spinner;
 use crate::{DONE, SHORT};
 use retune::data::{TestData, joined};
 use retune::diagnosis::{Settings, Verdict, diagnose_tests};
@@ -18,8 +19,12 @@ pub(crate) fn run(args: &Diagnose) -> Result<u8, Failure> {
     let all = files::tested(&args.model, &args.tests, None)?;
     let (model, ..) = files::model(&args.model, None)?;
     let tests: Vec<&TestData> = all.iter().map(|t| &t.test).collect();
-    let settings = Settings { seed: args.seed, faults: !args.no_faults, ..Settings::default() };
-    let d = diagnose_tests(&model, &tests, &settings)?;
+    let spinner = Spinner::new();
+    let settings =
+        Settings { seed: args.seed, faults: !args.no_faults, listener: spinner.listener(), ..Settings::default() };
+    let found = diagnose_tests(&model, &tests, &settings);
+    drop(spinner);
+    let d = found?;
     let (first, together) = (&all[0], joined(&tests).test);
     if args.json {
         print_json(&serde_json::to_value(&d)?);

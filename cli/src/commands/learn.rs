@@ -5,6 +5,7 @@ use crate::args::Learn;
 use crate::files::{self, Tested};
 use crate::output::{Failure, print, print_json, style};
 use crate::page::{Outputs, announce};
+use crate::progress::Spinner;
 use crate::{DONE, SHORT};
 use retune::data::{TestData, joined};
 use retune::diagnosis::{Learned, Settings, Step, Verdict, learn_from_tests};
@@ -20,8 +21,11 @@ pub(crate) fn run(args: &Learn) -> Result<u8, Failure> {
     let all = files::tested(&args.model, &args.tests, None)?;
     let (model, _, model_text) = files::model(&args.model, None)?;
     let tests: Vec<&TestData> = all.iter().map(|t| &t.test).collect();
-    let settings = Settings { seed: args.seed, ..Settings::default() };
-    let learned = learn_from_tests(&model, &tests, &settings, args.take_best, usize::from(args.limit))?;
+    let spinner = Spinner::new();
+    let settings = Settings { seed: args.seed, listener: spinner.listener(), ..Settings::default() };
+    let found = learn_from_tests(&model, &tests, &settings, args.take_best, usize::from(args.limit));
+    drop(spinner);
+    let learned = found?;
     let mut written: Vec<PathBuf> = Vec::new();
     if let Some(stem) = &args.output {
         let mut present: Vec<Candidate> = Vec::new();
