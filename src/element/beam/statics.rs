@@ -149,14 +149,14 @@ fn rigidities_are_their_factors_and_kappa_is_its_compliance() {
 /// Neutral values change no bit.
 #[test]
 fn zeros_are_the_absent_value() {
-    let zero: Vec<_> = PROPERTIES[12..].iter().filter(|p| p.name != "density").map(|p| (p.name, 0.0)).collect();
+    let zero: Vec<_> = PROPERTIES[13..].iter().filter(|p| p.name != "density").map(|p| (p.name, 0.0)).collect();
     let massive = with(&[("mass_per_length", 2.0), ("polar_inertia_per_length", 0.1)]);
     let zeros = [
         massive.clone(),
         zero.into_iter().filter(|(n, _)| *n != "mass_per_length" && *n != "polar_inertia_per_length").collect(),
     ]
     .concat();
-    assert_eq!(zeros.len(), 6 + PROPERTIES.len() - 12 - 3);
+    assert_eq!(zeros.len(), 6 + PROPERTIES.len() - 13 - 3);
     assert_eq!(matrices(0.7, &massive), matrices(0.7, &zeros));
 }
 
