@@ -140,11 +140,11 @@ fn whole_comparison(bencher: Bencher<'_, '_>) {
 
 /// A free beam of 33 members, 102 dofs, and a synthetic test of a stiffer one: a deflection at each of its 34 nodes, 10 modes.
 fn from_files() -> (Model, TestData) {
-    let nodes: String =
-        (0..34).map(|i| format!("  n{i}: [{}, {}, 0]\n", 0.01 * f64::from(i), 0.1 * f64::from(i))).collect();
+    let at = |i: i32| format!("  n{i}: [{}, {}, 0]", 0.01 * f64::from(i), 0.1 * f64::from(i));
+    let nodes = (0..34).map(at).collect::<Vec<_>>().join("\n");
     let chain: Vec<String> = (0..34).map(|i| format!("n{i}")).collect();
     let model = format!(
-        "retune: 1\nname: free beam\nactive_dofs: [uz, rx, ry]\nparameters: {{EI: {{value: 70 N m^2}}, GJ: {{value: 5800 N m^2}}}}\nnodes:\n{nodes}beams: {{b: {{chain: [{}], properties: {{EIy: EI, GJ: GJ, mass_per_length: 0.9, polar_inertia_per_length: 5e-4}}}}}}\n",
+        "retune: 1\nname: free beam\nactive_dofs: [uz, rx, ry]\nparameters: {{EI: {{value: 70 N m^2}}, GJ: {{value: 5800 N m^2}}}}\nnodes:\n{nodes}\nbeams: {{b: {{chain: [{}], properties: {{EIy: EI, GJ: GJ, mass_per_length: 0.9, polar_inertia_per_length: 5e-4}}}}}}\n",
         chain.join(", ")
     );
     let model = load(&model, &Registry::builtin()).unwrap_or_else(|e| panic!("{e:?}")).0;
