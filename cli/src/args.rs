@@ -511,12 +511,14 @@ pub(crate) struct Report {
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   retune diagnose models/bff.yaml models/bff_gvt.yaml
-  retune diagnose models/bff.yaml models/bff_gvt.yaml --report diagnosis.html")]
+  retune diagnose models/bff.yaml models/bff_gvt.yaml --report diagnosis.html
+  retune diagnose models/bff.yaml models/bff_gvt.yaml models/bff_bench.yaml")]
 pub(crate) struct Diagnose {
     /// Model file.
     pub(crate) model: PathBuf,
-    /// Test file.
-    pub(crate) test: PathBuf,
+    /// Test files; each is compared with the model in the configuration that it names, all with the same parameters.
+    #[arg(required = true, num_args = 1.., value_name = "TEST")]
+    pub(crate) tests: Vec<PathBuf>,
     /// Seed of all random numbers.
     #[arg(long, default_value_t = 0)]
     pub(crate) seed: u64,
@@ -540,7 +542,7 @@ pub(crate) struct Diagnose {
 pub(crate) struct Add {
     /// Model file.
     pub(crate) model: PathBuf,
-    /// Effect and place: mass-offset@left_wing.y
+    /// Effect and place: mass-offset@left_wing.y; in one configuration only: root-flexibility@bench/left_wing.1:n5.ry
     pub(crate) effect: String,
     /// Why; kept in the file.
     #[arg(long, default_value = "")]
@@ -572,8 +574,9 @@ pub(crate) struct Undo {
 pub(crate) struct Learn {
     /// Model file.
     pub(crate) model: PathBuf,
-    /// Test file.
-    pub(crate) test: PathBuf,
+    /// Test files; each is compared with the model in the configuration that it names, all with the same parameters.
+    #[arg(required = true, num_args = 1.., value_name = "TEST")]
+    pub(crate) tests: Vec<PathBuf>,
     /// Where to write the model of every step: learned.yaml becomes learned.0.yaml, learned.1.yaml ...
     #[arg(short, long)]
     pub(crate) output: Option<PathBuf>,

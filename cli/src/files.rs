@@ -97,6 +97,8 @@ pub(crate) struct Tested {
     pub(crate) test: TestData,
     pub(crate) model: Model,
     pub(crate) model_text: String,
+    /// What was warned of.
+    pub(crate) warnings: Vec<String>,
 }
 
 /// Reads tests, and a model in the configuration of each; warnings are shown.
@@ -110,7 +112,9 @@ pub(crate) fn tested(path: &Path, tests: &[PathBuf], configuration: Option<&str>
             warn(path, &model_text, &model_warnings);
         }
         warn(test_path, &text, &warnings);
-        all.push(Tested { test, model, model_text });
+        let of_model = model_warnings.iter().filter(|_| i == 0);
+        let warnings = of_model.chain(&warnings).map(|p| p.message.clone()).collect();
+        all.push(Tested { test, model, model_text, warnings });
     }
     Ok(all)
 }

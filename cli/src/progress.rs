@@ -1,6 +1,7 @@
 //! Progress of a search on standard error: cost, speed, time left.
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use retune::diagnosis::Listener;
 use retune::optim::{Observer, Pace, Progress};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -14,13 +15,37 @@ pub(crate) struct Line {
 
 impl Line {
     pub(crate) fn new() -> Self {
-        let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr_with_hz(10));
-        if let Ok(style) = ProgressStyle::with_template("{spinner} {msg}") {
-            bar.set_style(style);
-        }
-        bar.enable_steady_tick(Duration::from_millis(120));
-        Self { bar, pace: Pace::start() }
+        Self { bar: spinner(), pace: Pace::start() }
     }
+}
+
+/// A line that says what is being done; silent when standard error is no terminal, gone when dropped.
+pub(crate) struct Spinner(ProgressBar);
+
+impl Spinner {
+    pub(crate) fn new() -> Self {
+        Self(spinner())
+    }
+
+    pub(crate) fn listener(&self) -> Listener {
+        let bar = self.0.clone();
+        Listener::new(move |what| bar.set_message(what.to_string()))
+    }
+}
+
+impl Drop for Spinner {
+    fn drop(&mut self) {
+        self.0.finish_and_clear();
+    }
+}
+
+fn spinner() -> ProgressBar {
+    let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr_with_hz(10));
+    if let Ok(style) = ProgressStyle::with_template("{spinner} {msg}") {
+        bar.set_style(style);
+    }
+    bar.enable_steady_tick(Duration::from_millis(120));
+    bar
 }
 
 impl Drop for Line {

@@ -189,3 +189,49 @@ fn an_update_writes_its_page() {
     let o = f.run("update bff.yaml bff_gvt.yaml --budget 400 --report u.html", 100);
     assert_eq!(o.status.code(), Some(2), "an existing page is kept");
 }
+
+/// A strip clamped and free. More mass along it than the model has shows in both tests.
+#[test]
+fn what_two_configurations_of_a_structure_lack_is_learnt_from_both_tests() {
+    let f = Folder::new("two-tests");
+    let strip = "retune: 1\nname: strip\nactive_dofs: [uz, ry]\n\
+        parameters:\n  tip: {value: 60 g, bounds: [20 g, 200 g]}\n  E: {value: 70 GPa, bounds: [50 GPa, 90 GPa]}\n\
+        nodes: {n0: [0, 0, 0], n1: [0.25, 0, 0], n2: [0.5, 0, 0], n3: [0.75, 0, 0], n4: [1, 0, 0]}\n\
+        beams:\n  strip: {chain: [n0, n1, n2, n3, n4], properties: {E: E, Iy: 8e-10 m4, mass_per_length: 0.8 kg/m}, subdivide: 2}\n\
+        masses: {tip: {node: n4, mass: tip}}\n\
+        supports: {clamp: {node: n0}}\n\
+        configurations: {free: {without: [clamp]}}\n";
+    fs::write(f.0.join("strip.yaml"), strip).unwrap();
+    fs::write(f.0.join("hidden.yaml"), "masses: {pod: {node: n2, mass: 50 g}}\n").unwrap();
+    for (name, configuration) in [("a.yaml", ""), ("b.yaml", "--configuration free")] {
+        let line = format!(
+            "twin strip.yaml -o {name} --modes 4 --noise-frequency 0.3% --noise-shape 2% --patch hidden.yaml --seed 4 {configuration}"
+        );
+        let o = f.run(&line, 100);
+        assert_eq!(o.status.code(), Some(0), "{}", err(&o));
+    }
+    let o = f.run("learn strip.yaml a.yaml b.yaml -o v.yaml --take-best --report l.html", 100);
+    assert_eq!(o.status.code(), Some(0), "{}{}", out(&o), err(&o));
+    assert!(out(&o).contains("configuration free") && out(&o).contains("point-mass@n2"), "{}", out(&o));
+    let page = data_of(&f.read("l.html"));
+    let warnings = page["meta"]["warnings"].to_string();
+    assert!(warnings.contains("rests on 2 tests"), "{warnings}");
+    assert_eq!(page["steps"]["modes"].as_array().map(Vec::len), Some(8));
+    // The learnt model holds in both configurations.
+    for test in ["a.yaml", "b.yaml"] {
+        let o = f.run(&format!("compare v.1.yaml {test} --json"), 100);
+        let json: Value = serde_json::from_str(&out(&o)).unwrap();
+        assert!(json["p_value"].as_f64().is_none_or(|p| p > 1e-3), "{test}: {json}");
+    }
+    // A foundation spring of the free test is one of the free configuration.
+    let o = f.run("add strip.yaml ground-spring@free/n2.uz -o soft.yaml", 100);
+    assert_eq!(o.status.code(), Some(0), "{}", err(&o));
+    assert!(
+        f.read("soft.yaml").contains("configurations: {free: {without: [clamp], springs: {"),
+        "{}",
+        f.read("soft.yaml")
+    );
+    let o = f.run("undo soft.yaml", 100);
+    assert_eq!(o.status.code(), Some(0), "{}", err(&o));
+    assert_eq!(f.read("soft.yaml"), strip);
+}

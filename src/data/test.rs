@@ -174,6 +174,13 @@ pub struct FrfFit {
     pub loss_factor: f64,
 }
 
+impl FrfFit {
+    /// Whether a line is in its bands.
+    pub fn uses(&self, hz: f64) -> bool {
+        hz > 0.0 && (self.bands_hz.is_empty() || self.bands_hz.iter().any(|[l, h]| (*l..=*h).contains(&hz)))
+    }
+}
+
 /// Everything a test file holds.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct TestData {

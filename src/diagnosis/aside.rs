@@ -14,7 +14,8 @@
 
 use super::DiagnosisError;
 use super::faults::{Change, Fault, shape_rows};
-use super::scene::{Fit, Scene, evaluate, fit, fit_from};
+use super::fit::{Fit, evaluate, fit, fit_from};
+use super::scene::Scene;
 use crate::linalg::DMatrix;
 use rayon::prelude::*;
 
@@ -46,10 +47,9 @@ pub(super) fn aside(scene: &Scene, base: &Fit, weight: f64) -> Result<Vec<Fit>, 
     let mut without: Vec<(f64, Fit)> = (0..base.rows.n_sensors)
         .into_par_iter()
         .filter_map(|sensor| {
-            let mut rest = scene.clone();
-            rest.test = Fault { sensor, change: Change::Dead }.apply(&scene.test, 1.0);
+            let rest = scene.corrected(&Fault { sensor, change: Change::Dead }, 1.0);
             let found = fit_from(&rest, &starts, weight, starts.len(), FEW_STEPS).ok()?;
-            Some((found.misfit, with_all_channels(found, base, weight)))
+            Some((found.misfit, with_all_channels(scene, &found, weight).ok()?))
         })
         .collect();
     without.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -57,33 +57,31 @@ pub(super) fn aside(scene: &Scene, base: &Fit, weight: f64) -> Result<Vec<Fit>, 
     Ok(out)
 }
 
-/// The residual of a fit over all channels of the test, with the pairs of the fit: with the wrong channel in it MAC could pair
-/// other modes.
-fn with_all_channels(mut fit: Fit, base: &Fit, weight: f64) -> Fit {
-    fit.test_shapes.clone_from(&base.test_shapes);
-    fit.inverse_sd.clone_from(&base.inverse_sd);
+/// A fit seen with all channels of the test and its own pairs: with the wrong channel in it MAC could pair other modes.
+fn with_all_channels(scene: &Scene, fit: &Fit, weight: f64) -> Result<Fit, DiagnosisError> {
+    let mut all = evaluate(scene, fit.x.clone(), weight)?;
+    all.r.rows_mut(0, fit.rows.n_modes).copy_from(&fit.r.rows(0, fit.rows.n_modes));
+    all.shapes.clone_from(&fit.shapes);
+    all.modes_at.clone_from(&fit.modes_at);
+    all.frequencies.clone_from(&fit.frequencies);
+    all.unpaired.clone_from(&fit.unpaired);
     for mode in (0..fit.rows.n_modes).filter(|m| !fit.unpaired.contains(m)) {
         let column = |a: &DMatrix<f64>| -> Vec<f64> { a.column(mode).iter().copied().collect() };
-        let (phi, test, w) = (column(&fit.shapes), column(&fit.test_shapes), column(&fit.inverse_sd));
+        let (phi, test, w) = (column(&all.shapes), column(&all.test_shapes), column(&all.inverse_sd));
         for (sensor, v) in shape_rows(&phi, &test, &w).into_iter().enumerate() {
-            fit.r[fit.rows.shape(mode, sensor)] = weight * v;
+            all.r[all.rows.shape(mode, sensor)] = weight * v;
         }
     }
-    fit.phi = 0.5 * fit.r.norm_squared();
-    fit
+    all.phi = 0.5 * all.r.norm_squared();
+    Ok(all)
 }
 
 /// Re-weights and fits until nothing moves.
 fn rounds(scene: &Scene, mut now: Fit, weight: f64) -> Result<Option<Fit>, DiagnosisError> {
     for _ in 0..ROUNDS {
         let Some((rms, median)) = channels(&now) else { return Ok(None) };
-        let mut weighed = scene.clone();
-        for mode in &mut weighed.test.modes {
-            let Some(sd) = &mut mode.shape_sd else { continue };
-            for (s, sd) in sd.iter_mut().enumerate() {
-                *sd *= (rms[s] / (OUT * median)).max(1.0);
-            }
-        }
+        let factors: Vec<f64> = rms.iter().map(|v| (v / (OUT * median)).max(1.0)).collect();
+        let weighed = scene.weighed(&factors);
         let next = fit(&weighed, &[now.x.clone()], weight)?;
         let moved = (&next.x - &now.x).amax();
         now = evaluate(scene, next.x, weight)?;

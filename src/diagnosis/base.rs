@@ -3,12 +3,15 @@
 use super::aside::aside;
 use super::evidence::{REMAINDER, goodness_of_fit};
 use super::faults::{Fault, Trace, faults, traces};
+use super::fit::{Fit, fit};
 use super::noise::{Scatter, best_scores, p_value, scatter};
-use super::scene::{Fit, Scene, fit};
+use super::scene::Scene;
 use super::screen::{Directions, Score, Screened, project, screen};
-use super::{DiagnosisError, Settings};
-use crate::effect::{Context, candidates};
+use super::{DiagnosisError, Listener, Settings};
+use crate::data::{Place, Sensor};
+use crate::effect::{Candidate, Configured, Context, candidates_in};
 use crate::linalg::{DMatrix, DVector};
+use crate::model::Model;
 use crate::optim::Draw;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -59,6 +62,7 @@ pub(super) struct Stage {
     pub(super) p_value: f64,
     /// The projected residual.
     pub(super) residual: DVector<f64>,
+    pub(super) listener: Listener,
 }
 
 impl Stage {
@@ -91,18 +95,16 @@ pub(super) fn stage(
     if starts.is_empty() {
         all.extend(box_starts(&scene, BOX_STARTS, settings.seed));
     }
+    settings.listener.say("fitting the model as it is");
     let base = fit(&scene, &all, weight)?;
-    let context = Context {
-        sensor_nodes: sensor_nodes(&scene),
-        frequencies_hz: scene.test.modes.iter().map(|m| m.frequency_hz.value).collect(),
-    };
-    let placed = candidates(&scene.model, &settings.effects, &context);
-    let screened = screen(&scene, &base, weight, placed);
+    let placed = placed(&scene, settings);
+    let screened = screen(&scene, &base, weight, placed, &settings.listener);
     let q = base.basis()?;
     let directions = Directions::new(&screened, &q, base.r.len());
     let scatter = scatter(&scene, &base, &q, &directions, settings.seed);
     let residual = project(&q, &base.r);
     let effects = directions.rank(&residual);
+    settings.listener.say("screening faults of the measurement");
     let list = if settings.faults { faults(&scene) } else { Vec::new() };
     let seen: Vec<(usize, Trace)> = traces(&scene, &base, weight, &list)
         .into_iter()
@@ -133,6 +135,7 @@ pub(super) fn stage(
         }
     }
     fault_scores.sort_by(|a, b| b.t.total_cmp(&a.t).then(a.index.cmp(&b.index)));
+    settings.listener.say("simulating what noise alone would give");
     let null_traces: Vec<Trace> = seen.into_iter().map(|(_, t)| t).collect();
     let draws = best_scores(&base, &q, &directions, &null_traces, settings.seed.wrapping_add(1));
     let best = effects.first().map_or(0.0, |s| s.t).max(fault_scores.first().map_or(0.0, |f| f.t));
@@ -151,13 +154,33 @@ pub(super) fn stage(
         scatter,
         p_value: p,
         residual,
+        listener: settings.listener.clone(),
     })
 }
 
-fn sensor_nodes(scene: &Scene) -> Vec<String> {
-    let node = |s: &crate::data::Sensor| match &s.place {
-        crate::data::Place::Node { node, .. } => Some(node.clone()),
-        crate::data::Place::Element { .. } => None,
+/// Every effect at every place of the structure, in the configurations that were tested.
+fn placed(scene: &Scene, settings: &Settings) -> Vec<Candidate> {
+    let node = |s: &Sensor| match &s.place {
+        Place::Node { node, .. } => Some(node.clone()),
+        Place::Element { .. } => None,
     };
-    scene.test.sensors.iter().filter_map(node).collect()
+    let mut configurations: Vec<(Option<&str>, &Model, Context)> = Vec::new();
+    for case in &scene.cases {
+        let sensor_nodes: Vec<String> = case.test.sensors.iter().filter_map(node).collect();
+        let frequencies_hz: Vec<f64> = case.test.modes.iter().map(|m| m.frequency_hz.value).collect();
+        match configurations.iter_mut().find(|c| c.0 == scene.configuration(case)) {
+            Some((_, _, known)) => {
+                let new: Vec<String> = sensor_nodes.into_iter().filter(|n| !known.sensor_nodes.contains(n)).collect();
+                known.sensor_nodes.extend(new);
+                known.frequencies_hz.extend(frequencies_hz);
+            }
+            None => {
+                let context = Context { sensor_nodes, frequencies_hz };
+                configurations.push((scene.configuration(case), &case.model, context));
+            }
+        }
+    }
+    let tested: Vec<Configured<'_>> =
+        configurations.iter().map(|(name, model, context)| Configured { name: *name, model, context }).collect();
+    candidates_in(&tested, &settings.effects)
 }

@@ -1,7 +1,7 @@
 //! Evidence of a hypothesis, held-out errors, goodness of fit.
 
 use super::DiagnosisError;
-use super::scene::Fit;
+use super::fit::Fit;
 use crate::linalg::{DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 use statrs::function::erf::erfc;

@@ -9,16 +9,20 @@
 //! sensor-axis       reads another global axis at its place             no free number
 //! sensor-position   sits where a neighbour, or the nearest node, is    no free number
 //! mode-order        frequencies of two neighbouring modes exchanged    no free number
+//! driving-point     the force of the responses acts at another sensor  no free number
 //! ```
 //!
 //! Each has an exact counterpart as a changed test ([`Fault::apply`]), which the ordinary fit then sees. The screening
 //! evaluates them at the base fit by re-weighting rows. A reading t = g φ with gain g has residual (g c φ - t)/σ, which is
 //! the residual of t/g with σ/g: so a gain is a changed test too.
 
-use super::scene::{Fit, Scene};
+use super::DiagnosisError;
+use super::fit::Fit;
+use super::posed::Posed;
+use super::scene::{Prior, Scene};
 use super::screen::project;
-use crate::correlation::{observation_matrix, sensor_position};
-use crate::data::{FrfSet, Place, Sensor, TestData};
+use crate::correlation::observation_matrix;
+use crate::data::{Channel, FrfSet, Place, Sensor, TestData};
 use crate::linalg::{Complex, DMatrix, DVector};
 use rayon::prelude::*;
 
@@ -36,8 +40,16 @@ pub(super) enum Change {
     Dead,
     Noisy,
     Axis(usize),
-    Position { place: Place, name: String },
+    Position {
+        place: Place,
+        name: String,
+    },
     Order(usize, usize),
+    /// A reference of the frequency responses of a test: the force acted at the sensor of the fault.
+    DrivingPoint {
+        case: usize,
+        reference: usize,
+    },
 }
 
 /// A fault of one sensor (or of the list of modes).
@@ -73,29 +85,33 @@ impl Fault {
             Change::Axis(_) => "sensor-axis",
             Change::Position { .. } => "sensor-position",
             Change::Order(..) => "mode-order",
+            Change::DrivingPoint { .. } => "driving-point",
         }
     }
 
-    /// Sensors or modes, in words of the test.
-    pub(super) fn location(&self, test: &TestData) -> String {
-        let name = |i: usize| test.sensors[i].name.clone();
+    /// Sensors or modes, in words of the tests.
+    pub(super) fn location(&self, scene: &Scene) -> String {
+        let name = |i: usize| scene.test.sensors[i].name.clone();
         match &self.change {
             Change::Swap(other) => format!("{}+{}", name(self.sensor), name(*other)),
             Change::Axis(axis) => format!("{}.{}", name(self.sensor), ["x", "y", "z"][*axis]),
             Change::Position { name: place, .. } => format!("{}:{place}", name(self.sensor)),
-            Change::Order(a, b) => format!("mode {}+mode {}", a + 1, b + 1),
+            Change::Order(a, b) => format!("{}+{}", scene.mode_name(*a), scene.mode_name(*b)),
+            Change::DrivingPoint { case, reference } => {
+                format!("{}:{}", scene.reference(*case, *reference), name(self.sensor))
+            }
             _ => name(self.sensor),
         }
     }
 
     /// `sensor-sign@p11`.
-    pub(super) fn id(&self, test: &TestData) -> String {
-        format!("{}@{}", self.name(), self.location(test))
+    pub(super) fn id(&self, scene: &Scene) -> String {
+        format!("{}@{}", self.name(), self.location(scene))
     }
 
     /// What it means for the engineer.
-    pub(super) fn remedy(&self, test: &TestData) -> String {
-        let name = |i: usize| test.sensors[i].name.as_str();
+    pub(super) fn remedy(&self, scene: &Scene) -> String {
+        let name = |i: usize| scene.test.sensors[i].name.as_str();
         let s = self.sensor;
         match &self.change {
             Change::Sign => format!("turn the sign of sensor {} (it is upside down)", name(s)),
@@ -105,7 +121,13 @@ impl Fault {
             Change::Noisy => format!("check sensor {}: it scatters more than stated", name(s)),
             Change::Axis(axis) => format!("sensor {} reads along {}", name(s), ["x", "y", "z"][*axis]),
             Change::Position { name: place, .. } => format!("sensor {} sits at {place}", name(s)),
-            Change::Order(a, b) => format!("exchange the frequencies of modes {} and {}", a + 1, b + 1),
+            Change::DrivingPoint { case, reference } => {
+                let stated = scene.reference(*case, *reference);
+                format!("the force of the frequency responses acted at {}, not at {stated}", name(s))
+            }
+            Change::Order(a, b) => {
+                format!("exchange the frequencies of {} and {}", scene.mode_name(*a), scene.mode_name(*b))
+            }
         }
     }
 
@@ -120,12 +142,15 @@ impl Fault {
                 out.modes[*b].frequency_hz = f;
                 return out;
             }
-            Change::Axis(axis) => {
-                out.sensors[s].direction = [0, 1, 2].map(|k| f64::from(u8::from(k == *axis)));
+            Change::Axis(_) | Change::Position { .. } => {
+                out.sensors[s] = self.sensor(&test.sensors);
                 return out;
             }
-            Change::Position { place, .. } => {
-                out.sensors[s].place = place.clone();
+            Change::DrivingPoint { reference, .. } => {
+                if let Some(set) = &mut out.frfs {
+                    let Sensor { name, direction, .. } = test.sensors[s].clone();
+                    set.references[*reference] = Channel { name, direction: Some(direction) };
+                }
                 return out;
             }
             _ => {}
@@ -162,6 +187,17 @@ impl Fault {
 }
 
 impl Fault {
+    /// The sensor as it is in truth, for a wrong axis or place.
+    fn sensor(&self, sensors: &[Sensor]) -> Sensor {
+        let mut out = sensors[self.sensor].clone();
+        match &self.change {
+            Change::Axis(axis) => out.direction = [0, 1, 2].map(|k| f64::from(u8::from(k == *axis))),
+            Change::Position { place, .. } => out.place = place.clone(),
+            _ => {}
+        }
+        out
+    }
+
     /// The same in the functions whose response is named like the sensor.
     fn correct_functions(&self, set: &mut FrfSet, sensors: &[Sensor], number: f64) {
         let channel = |sensor: usize, set: &FrfSet| set.responses.iter().position(|c| c.name == sensors[sensor].name);
@@ -204,7 +240,7 @@ pub(super) fn faults(scene: &Scene) -> Vec<Fault> {
             }
         }
         for s in 0..n {
-            for other in s + 1..n {
+            for other in (s + 1..n).filter(|&o| scene.are_together(s, o)) {
                 add(&mut out, s, Change::Swap(other));
             }
         }
@@ -218,32 +254,40 @@ pub(super) fn faults(scene: &Scene) -> Vec<Fault> {
         }
         positions(scene, &mut out);
     }
-    for a in 1..test.modes.len() {
-        add(&mut out, a - 1, Change::Order(a - 1, a));
+    for case in &scene.cases {
+        for a in case.modes().skip(1) {
+            add(&mut out, a - 1, Change::Order(a - 1, a));
+        }
+    }
+    for (case, tested) in scene.cases.iter().enumerate() {
+        let Some(set) = tested.test.frfs.as_ref().filter(|_| tested.test.frf_fit.is_some()) else { continue };
+        for (reference, channel) in set.references.iter().enumerate() {
+            let others = tested.test.sensors.iter().zip(&tested.sensors);
+            for (_, &s) in others.filter(|(o, _)| o.name != channel.name && !o.is_rotation) {
+                add(&mut out, s, Change::DrivingPoint { case, reference });
+            }
+        }
     }
     out
 }
 
 /// The places of the nearest other sensors and of the nearest node of the file.
 fn positions(scene: &Scene, out: &mut Vec<Fault>) {
-    let model = &scene.model;
     let sensors = &scene.test.sensors;
-    let Ok(at) = sensors.iter().map(|s| sensor_position(model, s)).collect::<Result<Vec<[f64; 3]>, _>>() else {
-        return;
-    };
+    let Ok(at) = scene.sensor_positions() else { return };
     let distance = |a: [f64; 3], b: [f64; 3]| (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt();
+    // Nodes stand at the same places in every configuration.
     let nodes: Vec<(String, [f64; 3])> = {
-        let g = model.geometry();
-        g.names
-            .iter()
-            .cloned()
-            .zip(g.positions.iter().map(|p| [p[0], p[1], p[2]]))
-            .take(model.spec().nodes.len())
-            .collect()
+        let g = scene.model().geometry();
+        let positions = g.positions.iter().map(|p| [p[0], p[1], p[2]]);
+        g.names.iter().cloned().zip(positions).take(scene.model().spec().nodes.len()).collect()
     };
     for (s, &here) in at.iter().enumerate() {
-        let mut near: Vec<(f64, usize)> =
-            (0..at.len()).filter(|&o| o != s).map(|o| (distance(here, at[o]), o)).filter(|(d, _)| *d > 0.0).collect();
+        let mut near: Vec<(f64, usize)> = (0..at.len())
+            .filter(|&o| o != s && scene.are_together(s, o))
+            .map(|o| (distance(here, at[o]), o))
+            .filter(|(d, _)| *d > 0.0)
+            .collect();
         near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         // Several sensors at one place are one place.
         near.dedup_by(|a, b| distance(at[a.1], at[b.1]) < 1e-9);
@@ -284,6 +328,9 @@ pub(super) fn traces(scene: &Scene, fit: &Fit, weight: f64, faults: &[Fault]) ->
 fn trace(scene: &Scene, fit: &Fit, weight: f64, fault: &Fault) -> Option<Trace> {
     let rows = fit.rows;
     let s = fault.sensor;
+    if let Change::DrivingPoint { .. } = fault.change {
+        return driving_point(scene, fit, weight, fault).ok();
+    }
     let mut delta = DVector::zeros(fit.r.len());
     if let Change::Order(a, b) = fault.change {
         let modes = &scene.test.modes;
@@ -300,12 +347,18 @@ fn trace(scene: &Scene, fit: &Fit, weight: f64, fault: &Fault) -> Option<Trace> 
     }
     let replaced = match &fault.change {
         Change::Axis(_) | Change::Position { .. } => {
-            let sensor: Sensor = fault.apply(&scene.test, 1.0).sensors[s].clone();
-            let row = observation_matrix(&scene.model, &[sensor]).ok()?;
-            if row.amax() == 0.0 {
+            let sensor = fault.sensor(&scene.test.sensors);
+            let mut readings = vec![0.0; rows.n_modes];
+            let mut moves = false;
+            for case in scene.cases.iter().filter(|c| c.sensors.contains(&s)) {
+                let row = observation_matrix(&case.model, std::slice::from_ref(&sensor)).ok()?;
+                moves |= row.amax() > 0.0;
+                case.modes().for_each(|m| readings[m] = (&row * &fit.modes_at[m])[0]);
+            }
+            if !moves {
                 return None;
             }
-            Some(&row * &fit.modes_at)
+            Some(readings)
         }
         _ => None,
     };
@@ -333,7 +386,7 @@ fn trace(scene: &Scene, fit: &Fit, weight: f64, fault: &Fault) -> Option<Trace> 
                 test.swap(s, *other);
                 w.swap(s, *other);
             }
-            _ => phi[s] = replaced.as_ref()?[(0, m)],
+            _ => phi[s] = replaced.as_ref()?[m],
         }
         for (k, v) in shape_rows(&phi, &test, &w).into_iter().enumerate() {
             let row = rows.shape(m, k);
@@ -344,6 +397,18 @@ fn trace(scene: &Scene, fit: &Fit, weight: f64, fault: &Fault) -> Option<Trace> 
         return Some(Trace::Free(delta));
     }
     (delta.norm() > super::screen::VISIBLE).then_some(Trace::Fixed(delta))
+}
+
+/// What another place of the force changes in the functions.
+fn driving_point(scene: &Scene, fit: &Fit, weight: f64, fault: &Fault) -> Result<Trace, DiagnosisError> {
+    let changed = scene.corrected(fault, 1.0);
+    let comparisons = changed.comparisons()?;
+    let posed = Posed::new(&changed, &comparisons, vec![Prior::NONE; fit.x.len()], weight);
+    let mut delta = posed.data_rows(&fit.theta)?;
+    for i in 0..delta.len() {
+        delta[i] = if i < fit.rows.measured { delta[i] - fit.r[i] } else { 0.0 };
+    }
+    Ok(Trace::Fixed(delta))
 }
 
 impl Trace {

@@ -1,8 +1,9 @@
 //! Learning: diagnose, add the best effect, refit, until nothing more is justified.
 
 use super::evidence::{held_out, ln_evidence};
+use super::fit::fit;
 use super::refit::Tried;
-use super::scene::{Scene, fit};
+use super::scene::Scene;
 use super::{Diagnosis, DiagnosisError, Settings, Verdict, investigate};
 use crate::data::TestData;
 use crate::effect::Candidate;
@@ -18,7 +19,7 @@ pub struct Step {
     pub added: Option<Candidate>,
     /// Id of a fault that was taken out of the data, if one was.
     pub corrected: Option<String>,
-    /// The model of this step, with `theta` its fitted values.
+    /// The model of this step in the configuration of the first test, with `theta` its fitted values.
     pub model: Model,
     /// Fitted parameters, SI.
     pub theta: Vec<f64>,
@@ -43,8 +44,8 @@ pub struct Learned {
     pub effects: Vec<Candidate>,
     /// Whether it stopped because the data cannot decide between effects.
     pub stopped_for_tie: bool,
-    /// The test with every fault taken out that was found.
-    pub test: TestData,
+    /// The tests with every fault taken out that was found.
+    pub tests: Vec<TestData>,
 }
 
 /// Adds effects one after another as long as a diagnosis asks for them.
@@ -60,7 +61,21 @@ pub fn learn(
     take_best: bool,
     limit: usize,
 ) -> Result<Learned, DiagnosisError> {
-    let mut scene = Scene::new(model, test);
+    learn_from_tests(model, &[test], settings, take_best, limit)
+}
+
+/// The same from several tests of one structure, each made in a configuration of the model file.
+///
+/// # Errors
+/// As [`diagnose_tests`](super::diagnose_tests).
+pub fn learn_from_tests(
+    model: &Model,
+    tests: &[&TestData],
+    settings: &Settings,
+    take_best: bool,
+    limit: usize,
+) -> Result<Learned, DiagnosisError> {
+    let mut scene = Scene::new(model, tests)?;
     let mut starts: Vec<DVector<f64>> = Vec::new();
     let mut weight = None;
     let mut effects: Vec<Candidate> = Vec::new();
@@ -78,7 +93,7 @@ pub fn learn(
             diagnosis: found.diagnosis,
             added: None,
             corrected: None,
-            model: scene.model.clone(),
+            model: scene.model().clone(),
             theta: fit.theta.clone(),
             misfit: fit.misfit,
             misfit_per_mode: per_mode,
@@ -109,14 +124,15 @@ pub fn learn(
                 effects.push(c.clone());
                 step.added = Some(c.clone());
             }
-            Tried::Fault(f) => step.corrected = Some(f.id(&found.base.scene.test)),
+            Tried::Fault(f) => step.corrected = Some(f.id(&found.base.scene)),
         }
         steps.push(step);
         if effects.len() > 1 {
             dropped = prune(model, &mut scene, &mut starts, &mut effects, weight.unwrap_or(1.0))?;
         }
     }
-    Ok(Learned { steps, effects, stopped_for_tie, test: scene.test })
+    let tests = scene.cases.iter().map(|c| (*c.test).clone()).collect();
+    Ok(Learned { steps, effects, stopped_for_tie, tests })
 }
 
 /// Takes out effects whose removal, after a refit of the rest, does not cost evidence.
@@ -133,21 +149,19 @@ fn prune(
         let with = score(scene, starts, weight)?;
         let mut rest = effects.clone();
         let gone = rest.remove(k);
-        let mut smaller = Scene::new(model, &scene.test);
-        let built = rest.iter().try_fold(smaller.clone(), |s, c| super::refit::with_effect(&s, c));
-        let Ok(built) = built else {
+        let bare = scene.with_file(model.spec().clone(), Vec::new())?;
+        let Ok(smaller) = rest.iter().try_fold(bare, |s, c| super::refit::with_effect(&s, c)) else {
             k += 1;
             continue;
         };
-        smaller = built;
         let keep: Vec<f64> = smaller
-            .model
+            .model()
             .parameters()
             .free()
             .iter()
             .filter_map(|&i| {
-                let name = &smaller.model.parameters().get(i).name;
-                let all = scene.model.parameters();
+                let name = &smaller.model().parameters().get(i).name;
+                let all = scene.model().parameters();
                 let position = all.free().iter().position(|&f| all.get(f).name == *name)?;
                 Some(starts[0][position])
             })

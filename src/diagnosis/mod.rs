@@ -5,7 +5,7 @@
 //!   -> refit the best -> evidence, held-out modes, ties -> is what remains noise? -> verdict -> next measurement
 //! ```
 //!
-//! [`diagnose`] reads from top to bottom. `scene` poses the problem, `base` fits and screens, `screen` and `faults` are the
+//! [`diagnose`] reads from top to bottom. `scene`, `posed` and `fit` pose and solve the problem, `base` fits and screens, `screen` and `faults` are the
 //! hypotheses, `noise` the null distributions, `refit` and `evidence` the comparison, `verdict` the rules, and
 //! `next_measurement` what would separate ties. [`learn`] repeats it. Stated numbers are SI.
 
@@ -15,10 +15,13 @@ pub mod benchmark;
 mod error;
 mod evidence;
 mod faults;
+mod fit;
 mod learn;
+mod listener;
 mod mesh;
 mod next_measurement;
 mod noise;
+mod posed;
 mod refit;
 mod scene;
 mod screen;
@@ -27,7 +30,8 @@ mod tests;
 mod verdict;
 
 pub use error::DiagnosisError;
-pub use learn::{Learned, Step, learn};
+pub use learn::{Learned, Step, learn, learn_from_tests};
+pub use listener::Listener;
 pub use next_measurement::NextMeasurement;
 
 use crate::data::TestData;
@@ -50,11 +54,13 @@ pub struct Settings {
     pub seed: u64,
     /// Probability of a false alarm that is accepted, above 0.01: so much of it goes to the tests of what remains.
     pub alarm_level: f64,
+    /// Told what is being done.
+    pub listener: Listener,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { effects: Effects::builtin(), faults: true, seed: 0, alarm_level: 0.05 }
+        Self { effects: Effects::builtin(), faults: true, seed: 0, alarm_level: 0.05, listener: Listener::default() }
     }
 }
 
@@ -188,8 +194,21 @@ pub struct Diagnosis {
 ///
 /// Errors: no modes, a sensor without a place on the model, a model that cannot be solved anywhere.
 pub fn diagnose(model: &Model, test: &TestData, settings: &Settings) -> Result<Diagnosis, DiagnosisError> {
-    let scene = Scene::new(model, test);
-    Ok(investigate(scene, &[], None, settings)?.diagnosis)
+    diagnose_tests(model, &[test], settings)
+}
+
+/// Finds what a model lacks to explain several tests of one structure, each made in a configuration of the model file.
+///
+/// All tests are fitted with the same parameters. An effect of the structure acts in every configuration, one of a support or of
+/// a rig where it is; a fault acts on the tests that have its sensor. Modes are numbered through all tests.
+///
+/// * `model` - the model of the file, with its configurations
+/// * `tests` - each names its configuration, or none for the base model
+///
+/// # Errors
+/// As [`diagnose`]; an unknown configuration.
+pub fn diagnose_tests(model: &Model, tests: &[&TestData], settings: &Settings) -> Result<Diagnosis, DiagnosisError> {
+    Ok(investigate(Scene::new(model, tests)?, &[], None, settings)?.diagnosis)
 }
 
 /// A diagnosis with what a next step needs.
@@ -231,7 +250,7 @@ fn result(
 ) -> HypothesisResult {
     let (kind, location, patch) = match &r.tried {
         Tried::Effect(c) => (Kind::Effect, c.location.to_string(), c.patch.to_yaml()),
-        Tried::Fault(f) => (Kind::Fault, f.location(&base.scene.test), f.remedy(&base.scene.test)),
+        Tried::Fault(f) => (Kind::Fault, f.location(&base.scene), f.remedy(&base.scene)),
     };
     let first = r.estimates.first();
     HypothesisResult {

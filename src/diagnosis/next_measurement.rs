@@ -9,11 +9,12 @@
 
 use super::DiagnosisError;
 use super::base::Stage;
+use super::fit::Fit;
 use super::refit::{Refit, Tried};
-use super::scene::Fit;
+use super::scene::Case;
 use crate::element::Dof;
 use crate::linalg::{DMatrix, DVector};
-use crate::model::ParametricModel;
+use crate::model::{Model, ParametricModel};
 use crate::objective::{Comparison, Scaling};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -104,65 +105,66 @@ fn separation(a: &(DVector<f64>, DMatrix<f64>), b: &(DVector<f64>, DMatrix<f64>)
 }
 
 /// Nodes and directions where a sensor could stand.
-fn places(base: &Stage) -> Vec<(usize, usize)> {
-    let dofs = base.scene.model.dof_map();
-    let n = base.scene.model.spec().nodes.len();
+fn places(model: &Model) -> Vec<(usize, usize)> {
+    let dofs = model.dof_map();
+    let n = model.spec().nodes.len();
     (0..n)
         .flat_map(|node| (0..3).map(move |axis| (node, axis)))
         .filter(|&(node, axis)| !dofs.express(node, Dof::ALL[axis]).is_empty())
         .collect()
 }
 
-/// All proposals with the standard deviations of the prediction vector:
+/// All proposals with the standard deviations of the prediction vector, test after test:
 /// sensors (per place: one entry a mode), next frequencies, added masses and added supports (per place: one a mode), mass,
 /// cg, inertia.
 fn proposals(base: &Stage) -> (Vec<Proposal>, Vec<f64>) {
-    let names = &base.scene.model.geometry().names;
-    let m = base.fit.rows.n_modes;
-    let places = places(base);
     let (mut out, mut sd) = (Vec::new(), Vec::new());
-    let mut add = |what: String, place: &str, sds: Vec<f64>| {
-        let rows = (sd.len()..sd.len() + sds.len()).collect();
-        sd.extend(sds);
-        out.push(Proposal { what, place: place.to_string(), rows });
-    };
-    for &(node, axis) in &places {
-        let axis = ["x", "y", "z"][axis];
-        add(format!("one more accelerometer at {} along {axis}", names[node]), &names[node], vec![SHAPE_SD; m]);
+    for case in &base.scene.cases {
+        let names = &case.model.geometry().names;
+        let m = case.modes().len();
+        let places = places(&case.model);
+        let of = if base.scene.cases.len() > 1 { format!(" ({})", case.test.name) } else { String::new() };
+        let mut add = |what: String, place: &str, sds: Vec<f64>| {
+            let rows = (sd.len()..sd.len() + sds.len()).collect();
+            sd.extend(sds);
+            out.push(Proposal { what: what + &of, place: place.to_string(), rows });
+        };
+        let share = 100.0 * ADDED_MASS;
+        let spring = added_spring(base, case);
+        let axis = |k: usize| ["x", "y", "z"][k];
+        for &(node, k) in &places {
+            let what = format!("one more accelerometer at {} along {}", names[node], axis(k));
+            add(what, &names[node], vec![SHAPE_SD; m]);
+        }
+        add(format!("the frequencies of the next {NEXT_MODES} modes"), "", vec![FREQUENCY_SD; NEXT_MODES]);
+        for &(node, k) in &places {
+            let (name, along) = (&names[node], axis(k));
+            let what = format!("the same modes with {share:.0} % of the mass added at {name} (seen along {along})");
+            add(what, name, vec![FREQUENCY_SD; m]);
+        }
+        for &(node, k) in &places {
+            let (name, along) = (&names[node], axis(k));
+            let what = format!("the same modes with a spring of {spring:.2e} N/m to ground at {name} along {along}");
+            add(what, name, vec![FREQUENCY_SD; m]);
+        }
+        add("total mass and centre of gravity on scales".to_string(), "", vec![MASS_SD; 4]);
+        add("moments of inertia by swinging".to_string(), "", vec![INERTIA_SD; 3]);
     }
-    add(format!("the frequencies of the next {NEXT_MODES} modes"), "", vec![FREQUENCY_SD; NEXT_MODES]);
-    for &(node, axis) in &places {
-        let axis = ["x", "y", "z"][axis];
-        let what = format!(
-            "the same modes with {:.0} % of the mass added at {} (seen along {axis})",
-            100.0 * ADDED_MASS,
-            names[node]
-        );
-        add(what, &names[node], vec![FREQUENCY_SD; m]);
-    }
-    let spring = added_spring(base);
-    for &(node, axis) in &places {
-        let axis = ["x", "y", "z"][axis];
-        let what =
-            format!("the same modes with a spring of {spring:.2e} N/m to ground at {} along {axis}", names[node]);
-        add(what, &names[node], vec![FREQUENCY_SD; m]);
-    }
-    add("total mass and centre of gravity on scales".to_string(), "", vec![MASS_SD; 4]);
-    add("moments of inertia by swinging".to_string(), "", vec![INERTIA_SD; 3]);
     (out, sd)
 }
 
-fn added_spring(base: &Stage) -> f64 {
-    let mass = base.scene.model.mass_properties(&base.fit.theta).ok().flatten().map_or(0.0, |p| p.mass);
-    let lowest = base.scene.test.modes.iter().map(|m| m.frequency_hz.value).fold(f64::INFINITY, f64::min);
-    ADDED_SPRING * mass * (std::f64::consts::TAU * lowest).powi(2)
+fn added_spring(base: &Stage, case: &Case) -> f64 {
+    let mass = case.model.mass_properties(&base.fit.theta).ok().flatten().map_or(0.0, |p| p.mass);
+    let lowest = case.test.modes.iter().map(|m| m.frequency_hz.value).fold(f64::INFINITY, f64::min);
+    let omega = if lowest.is_finite() { std::f64::consts::TAU * lowest } else { 0.0 };
+    ADDED_SPRING * mass * omega.powi(2)
 }
 
 /// The prediction vector of a hypothesis and its derivative times the root of the covariance.
 fn view(base: &Stage, r: &Refit, n: usize) -> Result<(DVector<f64>, DMatrix<f64>), DiagnosisError> {
-    let comparison = r.scene.comparison()?;
-    let scaling = Scaling::new(&r.scene.model);
-    let at = |x: &DVector<f64>| predict(base, &r.fit, &comparison, &scaling.theta(x), n);
+    let comparisons = r.scene.comparisons()?;
+    let scaling = Scaling::new(r.scene.model());
+    let at = |x: &DVector<f64>| predict(base, &r.fit, &comparisons, &scaling.theta(x), n);
     let g = at(&r.fit.x)?;
     let (_, covariance) = r.fit.hessian()?;
     let mut derivative = DMatrix::zeros(n, r.fit.x.len());
@@ -181,14 +183,30 @@ fn view(base: &Stage, r: &Refit, n: usize) -> Result<(DVector<f64>, DMatrix<f64>
 fn predict(
     base: &Stage,
     fit: &Fit,
-    comparison: &Comparison<'_>,
+    comparisons: &[Comparison<'_>],
     theta: &[f64],
     n: usize,
 ) -> Result<DVector<f64>, DiagnosisError> {
+    let mut out = Vec::with_capacity(n);
+    for (comparison, case) in comparisons.iter().zip(&base.scene.cases) {
+        predict_case(base, case, fit, comparison, theta, &mut out)?;
+    }
+    Ok(DVector::from_vec(out))
+}
+
+/// The predictions of one test.
+fn predict_case(
+    base: &Stage,
+    case: &Case,
+    fit: &Fit,
+    comparison: &Comparison<'_>,
+    theta: &[f64],
+    out: &mut Vec<f64>,
+) -> Result<(), DiagnosisError> {
     let p = comparison.predict(theta)?;
     let dofs = comparison.model().dof_map();
-    let base_names = &base.scene.model.geometry().names;
-    let (n_modes, mut out) = (fit.rows.n_modes, Vec::with_capacity(n));
+    let base_names = &case.model.geometry().names;
+    let n_modes = case.test.modes.len();
     let partners: Vec<usize> = (0..n_modes).map(|m| p.partner(m).unwrap_or(0)).collect();
     let motion = |node: &str, axis: usize, elastic: usize| -> f64 {
         let Some(index) = dofs.node(node) else { return f64::NAN };
@@ -199,13 +217,15 @@ fn predict(
     let scale: Vec<f64> = (0..n_modes)
         .map(|m| {
             let now = p.at_sensors.column(partners[m]);
-            let then = fit.shapes.column(m);
-            let largest = then.amax();
-            let sign = if now.dot(&base.fit.test_shapes.column(m)) < 0.0 { -1.0 } else { 1.0 };
+            let mode = case.first_mode + m;
+            let largest = fit.shapes.column(mode).amax();
+            let along: f64 =
+                case.sensors.iter().zip(now.iter()).map(|(&s, v)| v * base.fit.test_shapes[(s, mode)]).sum();
+            let sign = if along < 0.0 { -1.0 } else { 1.0 };
             if largest > 0.0 { sign / now.amax().max(f64::MIN_POSITIVE) } else { sign }
         })
         .collect();
-    let places = places(base);
+    let places = places(&case.model);
     for &(node, axis) in &places {
         for m in 0..n_modes {
             out.push(scale[m] * motion(&base_names[node], axis, partners[m]));
@@ -218,13 +238,13 @@ fn predict(
     let properties = p.mass_properties.as_ref();
     let added = ADDED_MASS * properties.map_or(0.0, |p| p.mass);
     for &(node, axis) in &places {
-        for m in 0..n_modes {
-            let phi = motion(&base_names[node], axis, partners[m]);
+        for &partner in &partners {
+            let phi = motion(&base_names[node], axis, partner);
             // Rayleigh's quotient of the modified structure, to first order in the mass.
             out.push(-0.5 * (added * phi * phi).ln_1p());
         }
     }
-    let spring = added_spring(base);
+    let spring = added_spring(base, case);
     for &(node, axis) in &places {
         for &partner in &partners {
             let phi = motion(&base_names[node], axis, partner);
@@ -242,5 +262,5 @@ fn predict(
         }
         None => out.extend([0.0; 7]),
     }
-    Ok(DVector::from_vec(out))
+    Ok(())
 }

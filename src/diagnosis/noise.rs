@@ -10,9 +10,9 @@
 //! * alarm: the probability that the best score over all candidates and faults is as large as observed.
 
 use super::faults::Trace;
-use super::scene::{Fit, Scene};
+use super::fit::Fit;
+use super::scene::Scene;
 use super::screen::{Directions, project};
-use crate::correlation::sensor_position;
 use crate::linalg::{DMatrix, DVector, thin_svd};
 use crate::optim::Draw;
 use rand::SeedableRng;
@@ -129,9 +129,7 @@ fn median_square(r: &DVector<f64>, channels: &[Vec<usize>]) -> f64 {
 /// Pairs (sensor, nearest sensor of about the same direction).
 fn neighbours(scene: &Scene) -> Vec<(usize, usize)> {
     let sensors = &scene.test.sensors;
-    let Ok(at) = sensors.iter().map(|s| sensor_position(&scene.model, s)).collect::<Result<Vec<_>, _>>() else {
-        return Vec::new();
-    };
+    let Ok(at) = scene.sensor_positions() else { return Vec::new() };
     let parallel = |a: usize, b: usize| {
         let dot: f64 = (0..3).map(|k| sensors[a].direction[k] * sensors[b].direction[k]).sum();
         dot.abs() > 0.9 && sensors[a].is_rotation == sensors[b].is_rotation
@@ -140,7 +138,7 @@ fn neighbours(scene: &Scene) -> Vec<(usize, usize)> {
     let mut pairs: Vec<(usize, usize)> = (0..sensors.len())
         .filter_map(|s| {
             (0..sensors.len())
-                .filter(|&o| o != s && parallel(s, o))
+                .filter(|&o| o != s && parallel(s, o) && scene.are_together(s, o))
                 .min_by(|&a, &b| distance(s, a).total_cmp(&distance(s, b)).then(a.cmp(&b)))
                 .map(|o| (s.min(o), s.max(o)))
         })

@@ -3,13 +3,14 @@
 use super::base::{FaultScore, Stage, box_starts};
 use super::evidence::{REMAINDER, goodness_of_fit, held_out, ln_evidence};
 use super::faults::{Change, Fault, GAIN_SD};
-use super::scene::{Fit, STEPS, Scene, fit, fit_from};
+use super::fit::{Fit, STEPS, fit, fit_from};
+use super::scene::Scene;
 use super::screen::{Score, start_sizes};
 use super::verdict::STRONG;
 use super::{DiagnosisError, Estimate};
 use crate::effect::{Candidate, NewParameter};
 use crate::linalg::DVector;
-use crate::model::{ParametricModel, Registry};
+use crate::model::ParametricModel;
 use crate::objective::Scaling;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -62,7 +63,7 @@ impl Refit {
     pub(super) fn id(&self, original: &Scene) -> String {
         match &self.tried {
             Tried::Effect(c) => c.id(),
-            Tried::Fault(f) => f.id(&original.test),
+            Tried::Fault(f) => f.id(original),
         }
     }
 
@@ -200,7 +201,13 @@ fn leaves_noise(done: &[Refit]) -> Result<bool, DiagnosisError> {
 
 /// Effects by what a few steps leave; those that cannot be fitted left out.
 fn shortest<'a>(stage: &Stage, effects: &[&'a Score], bases: &[DVector<f64>]) -> Vec<&'a Score> {
-    let short: Vec<f64> = effects.par_iter().map(|s| short_fit(stage, s, bases).unwrap_or(f64::INFINITY)).collect();
+    let work = stage.listener.work("looking at further effects", effects.len());
+    let short = |s: &&Score| {
+        let phi = short_fit(stage, s, bases).unwrap_or(f64::INFINITY);
+        work.step();
+        phi
+    };
+    let short: Vec<f64> = effects.par_iter().map(short).collect();
     let mut order: Vec<usize> = (0..effects.len()).filter(|&i| short[i].is_finite()).collect();
     order.sort_by(|&a, &b| short[a].total_cmp(&short[b]).then(a.cmp(&b)));
     order.into_iter().map(|i| effects[i]).collect()
@@ -268,11 +275,16 @@ fn merge(stage: &Stage, done: &mut Vec<Refit>, found: Vec<Refit>) {
 }
 
 fn run(stage: &Stage, jobs: &[Job<'_>], base: f64) -> Vec<Refit> {
+    let work = stage.listener.work("refitting the best hypotheses", jobs.len());
     let done: Vec<Option<Refit>> = jobs
         .par_iter()
-        .map(|job| match job {
-            Job::Effect(score, bases) => refit_effect(stage, score, bases, base).ok(),
-            Job::Fault(score, bases) => refit_fault(stage, score, bases, base).ok(),
+        .map(|job| {
+            let found = match job {
+                Job::Effect(score, bases) => refit_effect(stage, score, bases, base).ok(),
+                Job::Fault(score, bases) => refit_fault(stage, score, bases, base).ok(),
+            };
+            work.step();
+            found
         })
         .collect();
     done.into_iter().flatten().collect()
@@ -280,9 +292,8 @@ fn run(stage: &Stage, jobs: &[Job<'_>], base: f64) -> Vec<Refit> {
 
 /// The scene with an effect in it.
 pub(super) fn with_effect(scene: &Scene, candidate: &Candidate) -> Result<Scene, DiagnosisError> {
-    let patched = candidate.build(&scene.model, &Registry::builtin())?;
     let added = [scene.added.clone(), candidate.parameters.clone()].concat();
-    Ok(Scene { model: patched.model, test: scene.test.clone(), added, is_damped: scene.is_damped })
+    scene.with_file(candidate.patch.apply(&scene.file)?, added)
 }
 
 /// Where a fit of an effect may start: sizes of a ladder over values of the base.
@@ -326,8 +337,8 @@ fn refit_effect(stage: &Stage, score: &Score, bases: &[DVector<f64>], base: f64)
 /// Estimates with 90 % intervals, clipped to the bounds.
 pub(super) fn estimates(scene: &Scene, fit: &Fit, of: &[NewParameter]) -> Result<Vec<Estimate>, DiagnosisError> {
     let (_, covariance) = fit.hessian()?;
-    let parameters = scene.model.parameters();
-    let free = Scaling::new(&scene.model).free().to_vec();
+    let parameters = scene.model().parameters();
+    let free = Scaling::new(scene.model()).free().to_vec();
     let mut out = Vec::new();
     for p in of {
         let Some(index) = parameters.index_of(&p.name) else { continue };
@@ -349,8 +360,7 @@ fn refit_fault(stage: &Stage, score: &FaultScore, bases: &[DVector<f64>], base: 
     let (w, s) = (stage.weight, fault.sensor);
     let starts: Vec<_> = score.aside.iter().map(|&k| &stage.aside[k]).chain(bases).cloned().collect();
     let mut number = score.number;
-    let mut scene = stage.scene.clone();
-    scene.test = fault.apply(&stage.scene.test, number);
+    let mut scene = stage.scene.corrected(fault, number);
     let mut found = fit_from(&scene, &starts, w, STARTS, STEPS)?;
     let readings = |fit: &Fit| -> Vec<(f64, f64, f64)> {
         // c φ/σ, t/σ with the original data, and the residual, of the measured modes of this sensor
@@ -382,7 +392,7 @@ fn refit_fault(stage: &Stage, score: &FaultScore, bases: &[DVector<f64>], base: 
                 break;
             }
             number = next;
-            scene.test = fault.apply(&stage.scene.test, number);
+            scene = stage.scene.corrected(fault, number);
             found = fit(&scene, std::slice::from_ref(&found.x), w)?;
         }
         let now = readings(&found);
@@ -414,10 +424,34 @@ fn refit_fault(stage: &Stage, score: &FaultScore, bases: &[DVector<f64>], base: 
     let mut misfit = found.misfit;
     if fault.change == Change::Dead {
         let own: f64 = readings(&found).iter().map(|(_, t, _)| t * t).sum();
-        extra -= 0.5 * own;
+        extra -= 0.5 * own + dead_functions(&stage.scene, s);
         misfit += own / (w * w);
     }
     let held_out = held_out(&found, w)?.iter().sum();
     let ln_bayes = ln_evidence(&found)? + extra - base;
     Ok(Refit { tried: Tried::Fault(fault.clone()), scene, fit: found, ln_bayes, estimates, held_out, misfit })
+}
+
+/// What frequency responses of a channel cost that reads noise only, of unknown level, beside those of a model:
+///
+/// ```text
+/// Σ ln(s/σ) + ½ ((ln|H| - mean)/s)²,    s = π/√24, the standard deviation of the logarithm of a complex Gaussian's modulus
+/// ```
+fn dead_functions(scene: &Scene, sensor: usize) -> f64 {
+    let spread = std::f64::consts::PI / 24.0_f64.sqrt();
+    let mut cost = 0.0;
+    for case in &scene.cases {
+        let (Some(set), Some(fit)) = (&case.test.frfs, &case.test.frf_fit) else { continue };
+        let own = case.sensors.iter().position(|&s| s == sensor).map(|k| &case.test.sensors[k].name);
+        let Some(response) = set.responses.iter().position(|c| Some(&c.name) == own) else { continue };
+        let used = (0..set.n_lines()).filter(|&l| fit.uses(set.frequencies_hz[l]));
+        let logs: Vec<f64> = used
+            .flat_map(|l| (0..set.references.len()).map(move |r| set.at(l, r, response).norm()))
+            .filter(|v| v.is_finite() && *v > 0.0)
+            .map(f64::ln)
+            .collect();
+        let mean = logs.iter().sum::<f64>() / logs.len().max(1) as f64;
+        cost += logs.iter().map(|v| (spread / fit.relative_sd).ln() + 0.5 * ((v - mean) / spread).powi(2)).sum::<f64>();
+    }
+    cost
 }

@@ -1,4 +1,4 @@
-//! One model against one test: the least-squares problem with its priors, its optimum, and what a screening needs of it.
+//! A structure against its tests: the least-squares problem with its priors, its optimum, and what a screening needs of it.
 //!
 //! ```text
 //! Φ(x) = ½ |w r(x)|² + ½ Σ ((x_j - c_j)/s_j)²,    H = JᵀJ of the same rows,    w = 1/√s2 on measured rows
@@ -13,23 +13,22 @@
 //! ρ = sign(z) √(2 ln(1 + z²)),    z = (x - c)/s,    p(x) = 1/(π s (1 + z²)), twice that where the size has one sign
 //! ```
 //!
+//! Several tests stand one after the other: their modes are one list, their sensors another, and a shape is not measured at the
+//! sensors of other tests. The model of each is the same file in the configuration that was tested.
+//!
 //! The priors keep the problem regular where data cannot tell parameters apart, and they are what an evidence needs.
 
 use super::DiagnosisError;
-use crate::correlation::{PairBy, PairingOptions};
-use crate::data::TestData;
-use crate::effect::NewParameter;
-use crate::linalg::{DMatrix, DVector, ThinQr, thin_qr};
-use crate::model::{Model, ParametricModel};
-use crate::objective::residual::{
-    Damping, Frequency, FrfLog, MassPropertyResidual, Shape, StaticAngle, StaticDeflection, TargetResidual,
-};
-use crate::objective::{Comparison, EvalError, LeastSquares, Linearization, Objective, Residual, Scaling};
-use crate::optim::{LevenbergMarquardt, Optimizer, Run};
-use rayon::prelude::*;
+use super::faults::{Change, Fault};
+use crate::correlation::{CorrelationError, PairBy, PairingOptions, sensor_position};
+use crate::data::{Joined, TestData, joined};
+use crate::effect::{NewParameter, PatchError};
+use crate::linalg::DVector;
+use crate::model::spec::ModelSpec;
+use crate::model::{Model, ParametricModel, Registry};
+use crate::objective::{Comparison, Scaling};
+use std::sync::Arc;
 
-/// Steps of a fit, at most.
-pub(super) const STEPS: usize = 60;
 /// A prior without a stated standard deviation: this share of the interval.
 const WEAK: f64 = 0.5;
 
@@ -47,7 +46,7 @@ impl Prior {
     pub(super) const NONE: Self = Self { centre: 0.0, scale: 1.0, is_cauchy: false };
 
     /// The row and its slope.
-    fn row(self, x: f64) -> (f64, f64) {
+    pub(super) fn row(self, x: f64) -> (f64, f64) {
         let z = (x - self.centre) / self.scale;
         if !self.is_cauchy {
             return (z, 1.0 / self.scale);
@@ -59,43 +58,182 @@ impl Prior {
     }
 }
 
-/// A model and a test, with the sizes that effects have brought into the model.
+/// A test with the model in the configuration that was tested, and where its modes and sensors stand among those of all.
+#[derive(Debug, Clone)]
+pub(super) struct Case {
+    pub(super) model: Model,
+    pub(super) test: Arc<TestData>,
+    pub(super) first_mode: usize,
+    pub(super) sensors: Vec<usize>,
+}
+
+impl Case {
+    /// Numbers of its modes.
+    pub(super) fn modes(&self) -> std::ops::Range<usize> {
+        self.first_mode..self.first_mode + self.test.modes.len()
+    }
+
+    /// A fault in the numbers of this test; none where it is about sensors or modes of other tests.
+    ///
+    /// * `number` - its own among the tests
+    fn own(&self, fault: &Fault, number: usize) -> Option<Fault> {
+        let sensor = |s: usize| self.sensors.iter().position(|&k| k == s);
+        let mode = |m: usize| self.modes().contains(&m).then(|| m - self.first_mode);
+        let (first, change) = match fault.change {
+            Change::Order(a, b) => (mode(a)?, Change::Order(mode(a)?, mode(b)?)),
+            Change::Swap(other) => (sensor(fault.sensor)?, Change::Swap(sensor(other)?)),
+            Change::DrivingPoint { case, .. } if case != number => return None,
+            ref change => (sensor(fault.sensor)?, change.clone()),
+        };
+        Some(Fault { sensor: first, change })
+    }
+}
+
+/// A structure and its tests, with the sizes that effects have brought into the model.
 #[derive(Debug, Clone)]
 pub(super) struct Scene {
-    pub(super) model: Model,
-    pub(super) test: TestData,
+    /// The model file with all its configurations.
+    pub(super) file: Arc<ModelSpec>,
+    pub(super) cases: Vec<Case>,
+    /// The modes and sensors of all tests.
+    pub(super) test: Arc<TestData>,
     pub(super) added: Vec<NewParameter>,
     /// Whether the model as it was given has damping: then ratios are compared, also with effects that bring none.
     pub(super) is_damped: bool,
 }
 
 impl Scene {
-    /// A model without any effect, and a test.
-    pub(super) fn new(model: &Model, test: &TestData) -> Self {
-        let start = crate::objective::starting_point(model);
-        let is_damped = model.assemble(&start).is_ok_and(|system| system.damping.is_some());
-        Self { model: model.clone(), test: test.clone(), added: Vec::new(), is_damped }
+    /// A model without any effect, and its tests, each in the configuration that it names; a model that has no configurations is
+    /// taken as it is.
+    ///
+    /// Errors: no test; a configuration that cannot be built.
+    pub(super) fn new(model: &Model, tests: &[&TestData]) -> Result<Self, DiagnosisError> {
+        let of = |test: &TestData| match configuration(model.spec(), test) {
+            Some(_) => in_configuration(model.spec(), test),
+            None => Ok(model.clone()),
+        };
+        let models = tests.iter().map(|t| of(t)).collect::<Result<Vec<Model>, _>>()?;
+        let Some(first) = models.first() else { return Err(DiagnosisError::NoModes) };
+        let start = crate::objective::starting_point(first);
+        let is_damped = models.iter().any(|m| m.assemble(&start).is_ok_and(|system| system.damping.is_some()));
+        let tests = tests.iter().map(|&t| Arc::new(t.clone())).collect();
+        Ok(Self::of(Arc::new(model.spec().clone()), models, tests, Vec::new(), is_damped))
     }
 
-    /// Pairing with open gates, by shapes where there are any.
-    pub(super) fn pairing(&self) -> PairingOptions {
-        let by = if self.test.modes.iter().any(|m| m.shape.is_some()) { PairBy::Mac } else { PairBy::Order };
-        PairingOptions { by, min_mac: 0.0, frequency_window: f64::INFINITY, same_family_only: true }
+    fn of(
+        file: Arc<ModelSpec>,
+        models: Vec<Model>,
+        tests: Vec<Arc<TestData>>,
+        added: Vec<NewParameter>,
+        is_damped: bool,
+    ) -> Self {
+        let list: Vec<&TestData> = tests.iter().map(|t| &**t).collect();
+        let Joined { test, first_mode, sensors } = joined(&list);
+        let cases = models
+            .into_iter()
+            .zip(tests)
+            .zip(first_mode.into_iter().zip(sensors))
+            .map(|((model, test), (first_mode, sensors))| Case { model, test, first_mode, sensors })
+            .collect();
+        Self { file, cases, test: Arc::new(test), added, is_damped }
     }
 
-    /// Model and test made comparable.
-    pub(super) fn comparison(&self) -> Result<Comparison<'_>, DiagnosisError> {
-        Ok(Comparison::new(&self.model, &self.test, self.pairing())?)
+    /// The same tests and another file, with the sizes that effects have brought into it.
+    ///
+    /// Errors: the file is no model in one of the configurations.
+    pub(super) fn with_file(&self, file: ModelSpec, added: Vec<NewParameter>) -> Result<Self, DiagnosisError> {
+        let models = self.cases.iter().map(|c| in_configuration(&file, &c.test)).collect::<Result<Vec<_>, _>>()?;
+        let cases = self.cases.iter().zip(models).map(|(case, model)| Case { model, ..case.clone() }).collect();
+        Ok(Self { file: Arc::new(file), cases, added, ..self.clone() })
+    }
+
+    /// The same with other tests of the same modes.
+    fn with_tests(&self, tests: Vec<Arc<TestData>>) -> Self {
+        let models = self.cases.iter().map(|c| c.model.clone()).collect();
+        Self::of(self.file.clone(), models, tests, self.added.clone(), self.is_damped)
+    }
+
+    /// With a fault taken out of the data. `number` is the gain, or κ.
+    pub(super) fn corrected(&self, fault: &Fault, number: f64) -> Self {
+        let correct = |(k, case): (usize, &Case)| match case.own(fault, k) {
+            Some(own) => Arc::new(own.apply(&case.test, number)),
+            None => case.test.clone(),
+        };
+        self.with_tests(self.cases.iter().enumerate().map(correct).collect())
+    }
+
+    /// With factors on the standard deviations of every sensor's readings.
+    pub(super) fn weighed(&self, factor: &[f64]) -> Self {
+        let weigh = |case: &Case| {
+            let mut test = (*case.test).clone();
+            for sd in test.modes.iter_mut().filter_map(|m| m.shape_sd.as_mut()) {
+                sd.iter_mut().zip(&case.sensors).for_each(|(v, &s)| *v *= factor[s]);
+            }
+            Arc::new(test)
+        };
+        self.with_tests(self.cases.iter().map(weigh).collect())
+    }
+
+    /// The model of the first test: all have the same parameters.
+    pub(super) fn model(&self) -> &Model {
+        &self.cases[0].model
+    }
+
+    /// The test of a mode.
+    pub(super) fn case_of_mode(&self, mode: usize) -> &Case {
+        self.cases.iter().find(|c| c.modes().contains(&mode)).unwrap_or(&self.cases[0])
+    }
+
+    /// The first test that has a sensor.
+    pub(super) fn case_of_sensor(&self, sensor: usize) -> &Case {
+        self.cases.iter().find(|c| c.sensors.contains(&sensor)).unwrap_or(&self.cases[0])
+    }
+
+    /// The configuration of the file in which a test was made.
+    pub(super) fn configuration<'a>(&self, case: &'a Case) -> Option<&'a str> {
+        configuration(&self.file, &case.test)
+    }
+
+    /// Where the sensors sit, m.
+    pub(super) fn sensor_positions(&self) -> Result<Vec<[f64; 3]>, CorrelationError> {
+        let at = |(s, sensor)| sensor_position(&self.case_of_sensor(s).model, sensor);
+        self.test.sensors.iter().enumerate().map(at).collect()
+    }
+
+    /// Whether two sensors stand in one test.
+    pub(super) fn are_together(&self, a: usize, b: usize) -> bool {
+        self.cases.iter().any(|c| c.sensors.contains(&a) && c.sensors.contains(&b))
+    }
+
+    /// `mode 3`, of several tests `mode 3 of bench test`.
+    pub(super) fn mode_name(&self, mode: usize) -> String {
+        let case = self.case_of_mode(mode);
+        let name = format!("mode {}", mode - case.first_mode + 1);
+        if self.cases.len() > 1 { format!("{name} of {}", case.test.name) } else { name }
+    }
+
+    /// The name of a reference of a test's frequency responses.
+    pub(super) fn reference(&self, case: usize, reference: usize) -> &str {
+        self.cases[case].test.frfs.as_ref().map_or("", |set| set.references[reference].name.as_str())
+    }
+
+    /// Models and tests made comparable, paired with open gates, by shapes where there are any.
+    pub(super) fn comparisons(&self) -> Result<Vec<Comparison<'_>>, DiagnosisError> {
+        let compare = |c: &'_ Case| -> PairingOptions {
+            let by = if c.test.modes.iter().any(|m| m.shape.is_some()) { PairBy::Mac } else { PairBy::Order };
+            PairingOptions { by, min_mac: 0.0, frequency_window: f64::INFINITY, same_family_only: true }
+        };
+        Ok(self.cases.iter().map(|c| Comparison::new(&c.model, &c.test, compare(c))).collect::<Result<_, _>>()?)
     }
 
     /// The estimates of the model, moved into their bounds, in the unit box.
     pub(super) fn start(&self) -> DVector<f64> {
-        Scaling::new(&self.model).x(&crate::objective::starting_point(&self.model))
+        Scaling::new(self.model()).x(&crate::objective::starting_point(self.model()))
     }
 
     /// The prior of each free parameter.
     pub(super) fn priors(&self) -> Vec<Prior> {
-        let parameters = self.model.parameters();
+        let parameters = self.model().parameters();
         let centre = self.start();
         let free = parameters.free();
         free.iter()
@@ -124,7 +262,7 @@ impl Scene {
     /// ln of the normalisers of the priors of sizes that an effect has brought, beside the 1/√2π of every Gaussian, which
     /// Laplace's method takes back.
     pub(super) fn ln_size_priors(&self, sizes: &[NewParameter]) -> f64 {
-        let parameters = self.model.parameters();
+        let parameters = self.model().parameters();
         let (free, priors) = (parameters.free(), self.priors());
         sizes
             .iter()
@@ -138,296 +276,16 @@ impl Scene {
     }
 }
 
-/// The rows of the problem.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Rows {
-    pub(super) n_modes: usize,
-    pub(super) n_sensors: usize,
-    /// Rows of measured data; targets and priors follow.
-    pub(super) measured: usize,
-    pub(super) targets: usize,
-    pub(super) priors: usize,
-    pub(super) has_shapes: bool,
+/// The configuration of a file in which a test was made.
+fn configuration<'a>(file: &ModelSpec, test: &'a TestData) -> Option<&'a str> {
+    test.configuration.as_deref().filter(|_| !file.configurations.is_empty())
 }
 
-impl Rows {
-    pub(super) fn len(self) -> usize {
-        self.measured + self.targets + self.priors
-    }
-
-    /// Row of a shape entry.
-    pub(super) fn shape(self, mode: usize, sensor: usize) -> usize {
-        self.n_modes + mode * self.n_sensors + sensor
-    }
-}
-
-/// The objective Φ.
-#[derive(Debug)]
-pub(super) struct Posed<'a> {
-    comparison: &'a Comparison<'a>,
-    data: LeastSquares<'a>,
-    priors: Vec<Prior>,
-    weight: f64,
-    pub(super) rows: Rows,
-}
-
-impl<'a> Posed<'a> {
-    /// Frequencies, shapes where the test has them, mass properties, static deflections and angles, amplitudes of frequency
-    /// responses where the test says that a fit uses them, and damping ratios if `is_damped`; then targets and priors.
-    pub(super) fn new(comparison: &'a Comparison<'a>, priors: Vec<Prior>, weight: f64, is_damped: bool) -> Self {
-        let has_shapes = comparison.has_shapes();
-        let mut terms: Vec<&dyn Residual> = vec![&Frequency];
-        if has_shapes {
-            terms.push(&Shape);
-        }
-        terms.extend([&MassPropertyResidual as &dyn Residual, &StaticDeflection, &StaticAngle, &FrfLog]);
-        if is_damped {
-            terms.push(&Damping);
-        }
-        let measured = terms.iter().map(|t| t.len(comparison)).sum();
-        terms.push(&TargetResidual);
-        let rows = Rows {
-            n_modes: comparison.test().modes.len(),
-            n_sensors: comparison.test().sensors.len(),
-            measured,
-            targets: TargetResidual.len(comparison),
-            priors: priors.len(),
-            has_shapes,
-        };
-        Self { comparison, data: LeastSquares::with_terms(comparison, terms), priors, weight, rows }
-    }
-
-    fn extend(&self, data: &DVector<f64>, x: &DVector<f64>) -> DVector<f64> {
-        let n = data.len();
-        DVector::from_fn(self.rows.len(), |i, _| {
-            if i < self.rows.measured {
-                data[i] * self.weight
-            } else if i < n {
-                data[i]
-            } else {
-                self.priors[i - n].row(x[i - n]).0
-            }
-        })
-    }
-
-    /// Weighted rows of data and targets at θ, priors zero.
-    pub(super) fn data_rows(&self, theta: &[f64]) -> Result<DVector<f64>, EvalError> {
-        let prediction = self.comparison.predict(theta)?;
-        let mut r = self.data.residuals_of(theta, &prediction).resize_vertically(self.rows.len(), 0.0);
-        r.rows_mut(0, self.rows.measured).scale_mut(self.weight);
-        if r.iter().all(|v| v.is_finite()) { Ok(r) } else { Err(EvalError::NotFinite { name: "data".into() }) }
-    }
-}
-
-impl Objective for Posed<'_> {
-    fn n_parameters(&self) -> usize {
-        self.priors.len()
-    }
-
-    fn n_residuals(&self) -> usize {
-        self.rows.len()
-    }
-
-    fn residuals(&self, x: &DVector<f64>) -> Result<DVector<f64>, EvalError> {
-        Ok(self.extend(&self.data.residuals(x)?, x))
-    }
-
-    fn linearize(&self, x: &DVector<f64>) -> Result<Linearization, EvalError> {
-        let Linearization { residuals, mut jacobian } = self.data.linearize(x)?;
-        jacobian.rows_mut(0, self.rows.measured).scale_mut(self.weight);
-        let n = residuals.len();
-        let mut jacobian = jacobian.resize_vertically(self.rows.len(), 0.0);
-        for (j, prior) in self.priors.iter().enumerate() {
-            jacobian[(n + j, j)] = prior.row(x[j]).1;
-        }
-        Ok(Linearization { residuals: self.extend(&residuals, x), jacobian })
-    }
-}
-
-/// An optimum and what belongs to it.
-#[derive(Debug, Clone)]
-pub(super) struct Fit {
-    pub(super) x: DVector<f64>,
-    pub(super) theta: Vec<f64>,
-    /// Weighted rows r and their Jacobian.
-    pub(super) r: DVector<f64>,
-    pub(super) j: DMatrix<f64>,
-    /// Φ.
-    pub(super) phi: f64,
-    /// Σ over measured rows of ((model - test)/σ)², with the stated σ.
-    pub(super) misfit: f64,
-    pub(super) rows: Rows,
-    /// Shapes of the partners at the sensors, zero columns without partner, (n_sensor x n_mode).
-    pub(super) shapes: DMatrix<f64>,
-    /// Mass-normalised shapes of the partners on the dofs, zero without partner, (n_dof x n_mode).
-    pub(super) modes_at: DMatrix<f64>,
-    /// Real test shapes and 1/σ of every entry, zero where not measured.
-    pub(super) test_shapes: DMatrix<f64>,
-    pub(super) inverse_sd: DMatrix<f64>,
-    /// Frequencies of the partners, NaN without.
-    pub(super) frequencies: Vec<f64>,
-    /// Measured modes without a partner.
-    pub(super) unpaired: Vec<usize>,
-}
-
-/// Fits a scene from several starts and keeps the lowest; the first of equal ones.
-///
-/// Errors: no start can be evaluated.
-pub(super) fn fit(scene: &Scene, starts: &[DVector<f64>], weight: f64) -> Result<Fit, DiagnosisError> {
-    fit_from(scene, starts, weight, starts.len(), STEPS)
-}
-
-/// The same from the first start and those with the lowest objective, `most` in all, with at most `steps` steps each.
-pub(super) fn fit_from(
-    scene: &Scene,
-    starts: &[DVector<f64>],
-    weight: f64,
-    most: usize,
-    steps: usize,
-) -> Result<Fit, DiagnosisError> {
-    let comparison = scene.comparison()?;
-    let posed = Posed::new(&comparison, scene.priors(), weight, scene.is_damped);
-    let x = if posed.n_parameters() == 0 {
-        DVector::zeros(0)
-    } else {
-        // A tenth of a unit of ln evidence is far below what any decision rests on; the tolerance is 1e-7 of Φ.
-        let method = LevenbergMarquardt { steps, tolerance: 1e-7, ..LevenbergMarquardt::default() };
-        let chosen = lowest(&posed, starts, most);
-        let found: Vec<_> = chosen
-            .par_iter()
-            .map(|start| method.minimize(start, &mut Run::new(&posed)).map(|o| (o.cost, o.x)))
-            .collect();
-        let mut best: Option<(f64, DVector<f64>)> = None;
-        let mut failure = None;
-        for result in found {
-            match result {
-                Ok((cost, x)) if best.as_ref().is_none_or(|b| cost < b.0) => best = Some((cost, x)),
-                Ok(_) => {}
-                Err(e) => failure = Some(e),
-            }
-        }
-        match (best, failure) {
-            (Some((_, x)), _) => x,
-            (None, Some(e)) => return Err(e.into()),
-            (None, None) => return Err(DiagnosisError::NoStart),
-        }
+/// The model of a file in the configuration of a test.
+fn in_configuration(file: &ModelSpec, test: &TestData) -> Result<Model, DiagnosisError> {
+    let spec = match configuration(file, test) {
+        Some(name) => file.configured(name).map_err(|p| PatchError::Refused(vec![p]))?,
+        None => file.clone(),
     };
-    at(&comparison, &posed, x)
-}
-
-/// The first of the points, then those with the lowest objective, in that order.
-fn lowest(posed: &Posed<'_>, points: &[DVector<f64>], most: usize) -> Vec<DVector<f64>> {
-    if points.len() <= most {
-        return points.to_vec();
-    }
-    let mut costs: Vec<(f64, usize)> =
-        points.par_iter().enumerate().skip(1).map(|(i, x)| (posed.cost(x).unwrap_or(f64::INFINITY), i)).collect();
-    costs.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-    std::iter::once(0).chain(costs.iter().map(|c| c.1)).take(most).map(|i| points[i].clone()).collect()
-}
-
-/// The problem at a point, without a fit.
-pub(super) fn evaluate(scene: &Scene, x: DVector<f64>, weight: f64) -> Result<Fit, DiagnosisError> {
-    let comparison = scene.comparison()?;
-    at(&comparison, &Posed::new(&comparison, scene.priors(), weight, scene.is_damped), x)
-}
-
-fn at(comparison: &Comparison<'_>, posed: &Posed<'_>, x: DVector<f64>) -> Result<Fit, DiagnosisError> {
-    let Linearization { residuals: r, jacobian: j } = posed.linearize(&x)?;
-    let theta = posed.data.scaling().theta(&x);
-    let prediction = comparison.predict(&theta)?;
-    let rows = posed.rows;
-    let (n, m) = (rows.n_sensors, rows.n_modes);
-    let mut shapes = DMatrix::zeros(n, m);
-    let mut modes_at = DMatrix::zeros(prediction.modes.shapes.nrows(), m);
-    let mut frequencies = vec![f64::NAN; m];
-    let mut unpaired = Vec::new();
-    for (mode, f) in frequencies.iter_mut().enumerate() {
-        match prediction.partner(mode) {
-            Some(a) => {
-                shapes.set_column(mode, &prediction.at_sensors.column(a));
-                modes_at.set_column(mode, &prediction.modes.shapes.column(prediction.modes.n_rigid + a));
-                *f = prediction.frequencies_hz[a];
-            }
-            None => unpaired.push(mode),
-        }
-    }
-    let mut test_shapes = comparison.shapes().clone();
-    let inverse_sd = DMatrix::from_fn(n, m, |i, k| match &comparison.test().modes[k].shape_sd {
-        Some(sd) if !test_shapes[(i, k)].is_nan() => 1.0 / sd[i],
-        _ => 0.0,
-    });
-    test_shapes.iter_mut().filter(|v| v.is_nan()).for_each(|v| *v = 0.0);
-    let misfit = r.rows(0, rows.measured).norm_squared() / (posed.weight * posed.weight);
-    let phi = 0.5 * r.norm_squared();
-    Ok(Fit { x, theta, r, j, phi, misfit, rows, shapes, modes_at, test_shapes, inverse_sd, frequencies, unpaired })
-}
-
-impl Fit {
-    /// An orthonormal basis of what a refit of the parameters and of the scale of every shape can absorb, to first order.
-    pub(super) fn basis(&self) -> Result<DMatrix<f64>, DiagnosisError> {
-        let mut columns: Vec<DVector<f64>> = self.j.column_iter().map(nalgebra::Matrix::into_owned).collect();
-        for mode in 0..self.rows.n_modes {
-            if let Some(scale) = self.scale_direction(mode) {
-                columns.push(scale);
-            }
-        }
-        if columns.is_empty() {
-            return Ok(DMatrix::zeros(self.rows.len(), 0));
-        }
-        Ok(thin_qr(&DMatrix::from_columns(&columns))?.q)
-    }
-
-    /// The direction of the free scale of a shape: φ/σ.
-    fn scale_direction(&self, mode: usize) -> Option<DVector<f64>> {
-        if !self.rows.has_shapes {
-            return None;
-        }
-        let mut v = DVector::zeros(self.rows.len());
-        for s in 0..self.rows.n_sensors {
-            v[self.rows.shape(mode, s)] = self.shapes[(s, mode)] * self.inverse_sd[(s, mode)];
-        }
-        let norm = v.norm();
-        (norm > 0.0).then(|| v / norm)
-    }
-
-    /// ln det H and the inverse of H.
-    pub(super) fn hessian(&self) -> Result<(f64, DMatrix<f64>), DiagnosisError> {
-        let n = self.j.ncols();
-        if n == 0 {
-            return Ok((0.0, DMatrix::zeros(0, 0)));
-        }
-        let ThinQr { r, .. } = thin_qr(&self.j)?;
-        let ln_det = 2.0 * r.diagonal().iter().map(|d| d.abs().ln()).sum::<f64>();
-        let inverse = r.solve_upper_triangular(&DMatrix::identity(n, n)).ok_or(DiagnosisError::Singular)?;
-        Ok((ln_det, &inverse * inverse.transpose()))
-    }
-
-    /// Which rows carry noise: measured entries that exist; a target or prior row is no measurement but a prior row has
-    /// the scatter of its prior.
-    pub(super) fn noisy_rows(&self) -> Vec<bool> {
-        let rows = self.rows;
-        (0..rows.len())
-            .map(|i| {
-                if i < rows.n_modes {
-                    true
-                } else if rows.has_shapes && i < rows.shape(rows.n_modes, 0) {
-                    let k = i - rows.n_modes;
-                    self.inverse_sd[(k % rows.n_sensors, k / rows.n_sensors)] > 0.0
-                } else {
-                    i < rows.measured || i >= rows.measured + rows.targets
-                }
-            })
-            .collect()
-    }
-
-    /// Rows of the frequency and the shape of a mode.
-    pub(super) fn mode_rows(&self, mode: usize) -> Vec<usize> {
-        let mut rows = vec![mode];
-        if self.rows.has_shapes {
-            let noisy = self.noisy_rows();
-            rows.extend((0..self.rows.n_sensors).map(|s| self.rows.shape(mode, s)).filter(|&r| noisy[r]));
-        }
-        rows
-    }
+    Ok(Model::new(spec, &Registry::builtin()).map_err(PatchError::Refused)?.0)
 }

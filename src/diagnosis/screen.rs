@@ -9,10 +9,14 @@
 //! the slope; the typical size shows effects that are even or large. Where the size has one sign, or the step is large,
 //! only Δr'·r' < 0 counts.
 
-use super::scene::{Fit, Posed, Prior, Scene};
-use crate::effect::{Candidate, Patched};
+use super::Listener;
+use super::fit::Fit;
+use super::posed::Posed;
+use super::refit::with_effect;
+use super::scene::{Prior, Scene};
+use crate::effect::Candidate;
 use crate::linalg::{DMatrix, DVector};
-use crate::model::{ParametricModel, Registry};
+use crate::model::ParametricModel;
 use rayon::prelude::*;
 
 /// The small step, as a share of the typical size: about the cube root of rounding.
@@ -58,16 +62,22 @@ pub(super) struct Score {
 
 /// Evaluates every candidate around a fit, in parallel, in the order of the candidates; those that the model refuses or
 /// that leave no trace have no columns.
-pub(super) fn screen(scene: &Scene, fit: &Fit, weight: f64, candidates: Vec<Candidate>) -> Vec<Screened> {
-    let registry = Registry::builtin();
+pub(super) fn screen(
+    scene: &Scene,
+    fit: &Fit,
+    weight: f64,
+    candidates: Vec<Candidate>,
+    listener: &Listener,
+) -> Vec<Screened> {
+    let work = listener.work("screening effects", candidates.len());
     candidates
         .into_par_iter()
         .map(|candidate| {
-            let columns = candidate
-                .build(&scene.model, &registry)
+            let columns = with_effect(scene, &candidate)
                 .ok()
-                .and_then(|patched| columns(scene, fit, weight, &candidate, &patched))
+                .and_then(|changed| columns(&changed, fit, weight, &candidate))
                 .unwrap_or_default();
+            work.step();
             Screened { candidate, columns }
         })
         .collect()
@@ -107,16 +117,19 @@ pub(super) fn steps(candidate: &Candidate) -> Vec<(Vec<f64>, bool)> {
     out
 }
 
-fn columns(scene: &Scene, fit: &Fit, weight: f64, candidate: &Candidate, patched: &Patched) -> Option<Vec<Column>> {
-    let comparison = crate::objective::Comparison::new(&patched.model, &scene.test, scene.pairing()).ok()?;
-    let priors = vec![Prior::NONE; patched.model.parameters().free().len()];
-    let posed = Posed::new(&comparison, priors, weight, scene.is_damped);
+/// `scene` has the candidate in it.
+fn columns(scene: &Scene, fit: &Fit, weight: f64, candidate: &Candidate) -> Option<Vec<Column>> {
+    let comparisons = scene.comparisons().ok()?;
+    let priors = vec![Prior::NONE; scene.model().parameters().free().len()];
+    let posed = Posed::new(scene, &comparisons, priors, weight);
+    let theta = |values: &[f64]| [&fit.theta, values].concat();
+    let neutral: Vec<f64> = candidate.parameters.iter().map(|p| p.neutral).collect();
     let (n, rows) = (fit.r.len(), fit.rows);
     let cut = rows.measured + rows.targets;
-    let reference = posed.data_rows(&patched.theta(&fit.theta, &patched.neutral)).ok()?;
+    let reference = posed.data_rows(&theta(&neutral)).ok()?;
     let mut out = Vec::new();
     for (values, one_sided) in steps(candidate) {
-        let Ok(r) = posed.data_rows(&patched.theta(&fit.theta, &values)) else { continue };
+        let Ok(r) = posed.data_rows(&theta(&values)) else { continue };
         let mut delta = DVector::zeros(n);
         for i in 0..cut {
             // A target that is met is no datum; how far an effect may push it is decided by the refit.

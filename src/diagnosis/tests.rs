@@ -142,3 +142,177 @@ fn a_sensor_upside_down_wins_alone() {
     assert_eq!(d.hypotheses[0].id, "sensor-sign@p11");
     assert!(d.hypotheses[0].tied_with.is_empty());
 }
+
+/// The wing with the bench on which its left half was tested too.
+fn with_bench(text: &str) -> String {
+    text.to_string() + "\nconfigurations:\n  bench: {supports: {bench: {nodes: [n1, n5, n10, n11, n12, n13]}}}\n"
+}
+
+/// Synthetic tests of the truth in flight and on the bench: six modes and four modes of the wing outboard of the clamp.
+fn measured_twice(truth: &Model, theta: &[f64], seed: u64) -> [TestData; 2] {
+    let options = TwinOptions {
+        n_modes: 6,
+        damping: 0.0,
+        frequency_noise: 0.003,
+        shape_noise: 0.02,
+        seed,
+        ..TwinOptions::default()
+    };
+    let mut free = twin_modes(truth, theta, &sensors(), &options, "twin of a story").unwrap();
+    free.name = "in flight".to_string();
+    let bench = Model::new(truth.spec().configured("bench").unwrap(), &Registry::builtin()).unwrap().0;
+    let sees =
+        |s: &Sensor| crate::correlation::observation_matrix(&bench, std::slice::from_ref(s)).unwrap().amax() > 0.0;
+    let outboard: Vec<Sensor> = sensors().into_iter().filter(sees).collect();
+    let options = TwinOptions { n_modes: 4, seed: seed + 100, ..options };
+    let mut held = twin_modes(&bench, theta, &outboard, &options, "twin of a story").unwrap();
+    held.name = "on the bench".to_string();
+    held.configuration = Some("bench".to_string());
+    let mut tests = [free, held];
+    tests.iter_mut().flat_map(|t| &mut t.modes).for_each(|m| m.label = None);
+    tests
+}
+
+fn told_by_both(base: &Model, tests: &[TestData; 2]) -> Diagnosis {
+    let d = diagnose_tests(base, &[&tests[0], &tests[1]], &Settings::default()).unwrap();
+    eprintln!("{:?}: {} (misfit {:.0} for {:.0})", d.verdict, d.sentence, d.misfit, d.degrees_of_freedom);
+    for h in d.hypotheses.iter().take(5) {
+        eprintln!("  {:50} p {:.3} lnB {:7.1} misfit {:.0}", h.id, h.probability, h.ln_bayes, h.misfit_after);
+    }
+    d
+}
+
+#[test]
+fn two_tests_of_a_complete_model_are_explained_together() {
+    let base = model(&with_bench(&wing()));
+    let truth = model(&with_bench(&wing()).replace("section: wing}", "section: wing, subdivide: 3}"));
+    let tests = measured_twice(&truth, &middle(&truth), 11);
+    let d = told_by_both(&base, &tests);
+    assert_eq!(d.verdict, Verdict::Adequate);
+}
+
+/// A clamp that gives shows on the bench only, and is no hinge of the wing in flight.
+#[test]
+fn a_clamp_that_gives_is_found_on_the_bench() {
+    let base = model(&with_bench(&wing()));
+    let id = "root-flexibility@bench/left_wing.2:n5.ry";
+    let structure = crate::effect::Context::default();
+    let candidate = Effects::builtin().candidate(&crate::effect::Structure::new(&base, &structure), id).unwrap();
+    let fine = with_bench(&wing()).replace("section: wing}", "section: wing, subdivide: 3}");
+    let text = candidate.patch.apply_to_text(&fine).unwrap();
+    let truth = model(&text);
+    let mut theta = middle(&truth);
+    let last = theta.len() - 1;
+    theta[last] = 2.0 * candidate.parameters[0].typical;
+    let tests = measured_twice(&truth, &theta, 12);
+    let d = told_by_both(&base, &tests);
+    assert_eq!(d.verdict, Verdict::MissingEffect);
+    let first = &d.hypotheses[0];
+    assert!(first.id == id || first.tied_with.iter().any(|t| t == id), "{}", first.id);
+    assert!(first.id.contains("@bench/"), "{}", first.id);
+}
+
+/// A sensor that both tests used is upside down in both.
+#[test]
+fn a_fault_of_a_sensor_is_one_fault_in_both_tests() {
+    let base = model(&with_bench(&wing()));
+    let truth = model(&with_bench(&wing()).replace("section: wing}", "section: wing, subdivide: 3}"));
+    let mut tests = measured_twice(&truth, &middle(&truth), 13);
+    let name = tests[1].sensors[2].name.clone();
+    for test in &mut tests {
+        let s = test.sensors.iter().position(|s| s.name == name).unwrap();
+        test.modes.iter_mut().filter_map(|m| m.shape.as_mut()).for_each(|shape| shape[s] = -shape[s]);
+    }
+    let d = told_by_both(&base, &tests);
+    assert_eq!(d.verdict, Verdict::MeasurementFault);
+    assert_eq!(d.hypotheses[0].id, format!("sensor-sign@{name}"));
+}
+
+/// A strip with a tip mass, of known stiffness and density.
+const STRIP: &str = "
+retune: 1
+name: strip
+active_dofs: [uz, ry]
+parameters: {tip: {value: 60 g, bounds: [20 g, 200 g]}}
+nodes: {n0: [0, 0, 0], n1: [0.25, 0, 0], n2: [0.5, 0, 0], n3: [0.75, 0, 0], n4: [1, 0, 0]}
+beams: {strip: {chain: [n0, n1, n2, n3, n4], properties: {E: 70 GPa, Iy: 8e-10 m4, mass_per_length: 0.8 kg/m}, subdivide: 2}}
+masses: {tip: {node: n4, mass: tip}}
+supports: {clamp: {node: n0}}
+";
+
+/// A synthetic test of the strip with more mass along it; functions from one force, if wanted.
+fn of_strip(with_functions: bool) -> TestData {
+    use crate::data::{FrfFit, FrfQuantity, Place};
+    use crate::update::{TwinFrfOptions, twin_frfs};
+    let sensor = |k: usize| Sensor {
+        name: format!("p{k}"),
+        place: Place::Node { node: format!("n{k}"), position: None },
+        offset: None,
+        direction: [0.0, 0.0, 1.0],
+        is_rotation: false,
+        mass: None,
+    };
+    let sensors: Vec<Sensor> = (1..=4).map(sensor).collect();
+    let base = model(STRIP);
+    let context = crate::effect::Context::default();
+    let structure = crate::effect::Structure::new(&base, &context);
+    let hidden = Effects::builtin().candidate(&structure, "distributed-mass@strip").unwrap();
+    let truth = model(&hidden.patch.apply_to_text(&STRIP.replace("subdivide: 2", "subdivide: 6")).unwrap());
+    let theta = [0.06, 0.1];
+    let options = TwinOptions {
+        n_modes: 4,
+        damping: 0.01,
+        frequency_noise: 0.003,
+        shape_noise: 0.02,
+        seed: 5,
+        ..TwinOptions::default()
+    };
+    let mut test = twin_modes(&truth, &theta, &sensors, &options, "twin of a story").unwrap();
+    test.modes.iter_mut().for_each(|m| (m.label, m.damping_ratio) = (None, None));
+    if with_functions {
+        let functions = TwinFrfOptions {
+            lines_hz: (1..=60).map(|k| 1.3 * f64::from(k)).collect(),
+            exciters: vec!["p2".to_string()],
+            quantity: FrfQuantity::Accelerance,
+            force_noise: 0.0,
+            response_noise: 0.01,
+            n_averages: 10,
+        };
+        test.frfs = Some(twin_frfs(&truth, &theta, &sensors, &options, &functions).unwrap());
+        let fit = FrfFit { files: Vec::new(), bands_hz: Vec::new(), relative_sd: 0.05, loss_factor: 0.02 };
+        test.frf_fit = Some(fit);
+    }
+    test
+}
+
+/// More mass everywhere and less stiffness everywhere move frequencies alike and no shape; only functions know the scale.
+#[test]
+fn frequency_responses_tell_mass_from_stiffness() {
+    let base = model(STRIP);
+    let is_stiffness = |id: &str| id.starts_with("softening") || id.starts_with("bending-stiffness-change@strip.r");
+    let d = diagnose(&base, &of_strip(false), &Settings::default()).unwrap();
+    let together: Vec<&String> = std::iter::once(&d.hypotheses[0].id).chain(&d.hypotheses[0].tied_with).collect();
+    eprintln!("modes alone: {together:?}");
+    assert!(together.iter().any(|id| id.starts_with("distributed-mass")), "{together:?}");
+    assert!(together.iter().any(|id| is_stiffness(id)), "{together:?}");
+    let d = diagnose(&base, &of_strip(true), &Settings::default()).unwrap();
+    eprintln!("with functions: {:?} {} {:?}", d.verdict, d.sentence, d.hypotheses[0].tied_with);
+    assert_eq!(d.verdict, Verdict::MissingEffect);
+    let mut together: Vec<&str> =
+        std::iter::once(&d.hypotheses[0].id).chain(&d.hypotheses[0].tied_with).map(String::as_str).collect();
+    together.sort_unstable();
+    // In a plane, air that moves with the strip is mass along it.
+    assert_eq!(together, ["air-mass@strip.z", "distributed-mass@strip"]);
+}
+
+/// The force acted at p2 and the file says p4.
+#[test]
+fn a_wrong_driving_point_is_found_by_the_functions() {
+    let mut test = of_strip(true);
+    let heavier = STRIP.replace("0.8 kg/m", "0.9 kg/m");
+    test.frfs.as_mut().unwrap().references[0].name = "p4".to_string();
+    let d = diagnose(&model(&heavier), &test, &Settings::default()).unwrap();
+    eprintln!("{:?} {} {:?}", d.verdict, d.sentence, d.hypotheses[0].tied_with);
+    assert_eq!(d.verdict, Verdict::MeasurementFault);
+    assert_eq!(d.hypotheses[0].id, "driving-point@p4:p2");
+}

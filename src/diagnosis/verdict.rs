@@ -13,11 +13,12 @@
 
 use super::base::{Stage, stage};
 use super::evidence::{EACH_REMAINDER, REMAINDER, degrees_of_freedom, goodness_of_fit, held_out, something_else};
+use super::fit::Fit;
 use super::mesh::{mesh_errors, modes};
 use super::next_measurement::next_measurements;
 use super::noise::whiteness;
 use super::refit::{Refit, Tried, refit};
-use super::scene::{Fit, Scene};
+use super::scene::{Case, Scene};
 use super::screen::project;
 use super::{Diagnosis, DiagnosisError, HypothesisResult, Settings, Verdict, result};
 use crate::linalg::DMatrix;
@@ -238,7 +239,7 @@ fn place_of(scene: &Scene, fit: &Fit, q: &DMatrix<f64>) -> String {
         .map(|m| (fit.mode_rows(m).iter().map(|&i| r[i] * r[i]).sum::<f64>() / fit.mode_rows(m).len() as f64, m))
         .collect();
     modes.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-    let words: Vec<String> = modes.iter().take(3).map(|(v, m)| format!("mode {} ({v:.1})", m + 1)).collect();
+    let words: Vec<String> = modes.iter().take(3).map(|(v, m)| format!("{} ({v:.1})", scene.mode_name(*m))).collect();
     let mut out = format!("mean square of what remains: {}", words.join(", "));
     if rows.has_shapes {
         let mut sensors: Vec<(f64, usize)> = (0..rows.n_sensors)
@@ -250,8 +251,8 @@ fn place_of(scene: &Scene, fit: &Fit, q: &DMatrix<f64>) -> String {
         out += &format!("; at sensors {}", words.join(", "));
     }
     if !fit.unpaired.is_empty() {
-        let modes: Vec<String> = fit.unpaired.iter().map(|m| (m + 1).to_string()).collect();
-        out += &format!("; no partner for mode {}", modes.join(", "));
+        let modes: Vec<String> = fit.unpaired.iter().map(|&m| scene.mode_name(m)).collect();
+        out += &format!("; no partner for {}", modes.join(", "));
     }
     out
 }
@@ -272,29 +273,47 @@ fn sentence(verdict: Verdict, best: Option<&HypothesisResult>, base: &Stage, rem
         Verdict::MissingEffect => format!("{id} is missing, and what remains looks like noise{tie}"),
         Verdict::MeasurementFault => format!("{id}: the measurement, not the model{tie}"),
         Verdict::SeveralEffects => format!("{id} is missing and does not suffice; {remainder}"),
-        Verdict::Unexplained => format!("nothing in the catalogue explains the test; {remainder}"),
+        Verdict::Unexplained => match best.filter(|b| b.ln_bayes > STRONG && b.probability > 0.5) {
+            Some(b) => format!(
+                "{id} takes the misfit from {} to {} and what remains is in nothing of the catalogue; {remainder}",
+                number(b.misfit_before),
+                number(b.misfit_after)
+            ),
+            None => format!("nothing in the catalogue explains the test; {remainder}"),
+        },
     }
+}
+
+/// To three digits.
+fn number(value: f64) -> String {
+    let digits = (2.0 - value.abs().max(1.0).log10().floor()).max(0.0) as usize;
+    format!("{value:.digits$}")
 }
 
 /// Modes whose frequency the mesh falsifies by more than a third of its standard deviation.
 fn mesh_warning(base: &Stage) -> Option<String> {
-    let n = base.fit.rows.n_modes;
-    let errors = mesh_errors(&base.scene.model, &base.fit.theta, 2 * n).ok()?;
-    let frequencies = modes(&base.scene.model, &base.fit.theta, 2 * n).ok()?;
-    let hz: Vec<f64> = frequencies.elastic().map(|i| frequencies.frequency_hz(i)).collect();
-    let bad: Vec<String> = (0..n)
-        .filter_map(|m| {
-            let partner = (0..hz.len()).min_by(|&a, &b| {
-                let d = |i: usize| (hz[i] - base.fit.frequencies[m]).abs();
-                d(a).total_cmp(&d(b))
-            })?;
-            let sd = base.scene.test.modes[m].frequency_hz.sd / base.scene.test.modes[m].frequency_hz.value;
-            let error = *errors.get(partner)?;
-            (error > sd / 3.0).then(|| format!("mode {} by {:.2} %", m + 1, 100.0 * error))
-        })
-        .collect();
+    let bad: Vec<String> = base.scene.cases.iter().filter_map(|case| falsified(base, case).ok()).flatten().collect();
     (!bad.is_empty())
         .then(|| format!("the mesh is too coarse, frequencies are too high: {}; subdivide the beams", bad.join(", ")))
+}
+
+/// Those of one test, in words.
+fn falsified(base: &Stage, case: &Case) -> Result<Vec<String>, DiagnosisError> {
+    let n = case.modes().len();
+    let errors = mesh_errors(&case.model, &base.fit.theta, 2 * n)?;
+    let frequencies = modes(&case.model, &base.fit.theta, 2 * n)?;
+    let hz: Vec<f64> = frequencies.elastic().map(|i| frequencies.frequency_hz(i)).collect();
+    let in_words = |m: usize| {
+        let partner = (0..hz.len()).min_by(|&a, &b| {
+            let d = |i: usize| (hz[i] - base.fit.frequencies[m]).abs();
+            d(a).total_cmp(&d(b))
+        })?;
+        let measured = &base.scene.test.modes[m].frequency_hz;
+        let error = *errors.get(partner)?;
+        let name = base.scene.mode_name(m);
+        (error > measured.sd / measured.value / 3.0).then(|| format!("{name} by {:.2} %", 100.0 * error))
+    };
+    Ok(case.modes().filter_map(in_words).collect())
 }
 
 fn warnings(base: &Stage) -> Vec<String> {
@@ -307,11 +326,10 @@ fn warnings(base: &Stage) -> Vec<String> {
     if base.noise_factor() > 1.0 {
         out.push(format!("the scatter is {:.2} times the stated standard deviations", base.noise_factor()));
     }
-    let test = &base.scene.test;
-    if test.frfs.is_some() && test.frf_fit.is_none() {
+    if base.scene.cases.iter().any(|c| c.test.frfs.is_some() && c.test.frf_fit.is_none()) {
         out.push("frequency responses are not used: the test has no `frfs` block that says how".to_string());
     }
-    if !base.scene.is_damped && test.modes.iter().any(|m| m.damping_ratio.is_some()) {
+    if !base.scene.is_damped && base.scene.test.modes.iter().any(|m| m.damping_ratio.is_some()) {
         out.push("damping ratios are not used: the model has no damping".to_string());
     }
     out.extend(mesh_warning(base));

@@ -1,9 +1,9 @@
 //! Effects in their places on one model, ready to be tried.
 
-use super::location::Location;
+use super::location::{BASE, Location};
 use super::patch::{NewParameter, Patch, PatchError};
 use super::structure::{Context, Structure};
-use super::{Effect, Effects};
+use super::{Belongs, Effect, Effects};
 use crate::model::{Model, ParametricModel, Registry};
 
 /// An effect at a place.
@@ -20,9 +20,16 @@ pub struct Candidate {
 }
 
 impl Candidate {
-    /// The effect at one of its locations.
+    /// The effect at one of its locations; `structure` is that of the configuration, if the location has one.
     pub fn new(effect: &'static dyn Effect, structure: &Structure<'_>, at: &Location) -> Result<Self, PatchError> {
-        let patch = effect.patch(structure, at)?;
+        let mut patch = effect.patch(structure, at)?;
+        if let Some(configuration) = &at.configuration {
+            let configurations = &structure.model().spec().configurations;
+            patch = match configuration.as_str() {
+                BASE if !configurations.is_empty() => patch.outside(configurations.keys()),
+                name => patch.within(name),
+            };
+        }
         let parameters = patch.parameters().cloned().collect();
         Ok(Self { effect, location: at.clone(), patch, parameters })
     }
@@ -72,14 +79,51 @@ impl Patched {
 
 /// Every effect at every place of a model, in the order of the effects and of the file.
 pub fn candidates(model: &Model, effects: &Effects, context: &Context) -> Vec<Candidate> {
-    let structure = Structure::new(model, context);
-    effects
-        .iter()
-        .flat_map(|effect| {
-            let structure = &structure;
-            let locations = effect.locations(structure);
+    candidates_in(&[Configured { name: None, model, context }], effects)
+}
+
+/// A configuration of a structure that was tested.
+#[derive(Debug, Clone, Copy)]
+pub struct Configured<'a> {
+    /// Its name; none for the model without a configuration.
+    pub name: Option<&'a str>,
+    /// The model in it.
+    pub model: &'a Model,
+    /// What is known beside it.
+    pub context: &'a Context,
+}
+
+/// Every effect at every place of a structure that was tested in several configurations.
+///
+/// What belongs to the structure acts in every configuration that has the place. A support's own effect acts where the support
+/// is; what belongs to the rig of a test is tried in each configuration alone, and in all of them.
+pub fn candidates_in(tested: &[Configured<'_>], effects: &Effects) -> Vec<Candidate> {
+    let structures: Vec<Structure<'_>> = tested.iter().map(|c| Structure::new(c.model, c.context)).collect();
+    let one_base = tested.len() == 1 && tested[0].name.is_none();
+    let mut out = Vec::new();
+    for effect in effects.iter() {
+        let mut places: Vec<(Location, Vec<usize>)> = Vec::new();
+        for (k, structure) in structures.iter().enumerate() {
+            for at in effect.locations(structure) {
+                match places.iter_mut().find(|(known, _)| *known == at) {
+                    Some((_, list)) => list.push(k),
+                    None => places.push((at, vec![k])),
+                }
+            }
+        }
+        let belongs = if one_base { Belongs::Structure } else { effect.belongs_to() };
+        for (at, listed) in places {
             // A place that an effect lists and then refuses is a mistake of that effect; the contract finds it.
-            locations.into_iter().filter_map(move |at| Candidate::new(effect, structure, &at).ok())
-        })
-        .collect()
+            if belongs == Belongs::Structure || listed.len() > 1 {
+                out.extend(Candidate::new(effect, &structures[listed[0]], &at).ok());
+            }
+            if belongs == Belongs::Rig || (belongs == Belongs::Support && listed.len() == 1) {
+                for k in listed {
+                    let alone = at.clone().within(tested[k].name.unwrap_or(BASE));
+                    out.extend(Candidate::new(effect, &structures[k], &alone).ok());
+                }
+            }
+        }
+    }
+    out
 }

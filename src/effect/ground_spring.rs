@@ -3,7 +3,7 @@
 use super::location::Location;
 use super::patch::{Builder, Edit, Patch, PatchError, entry};
 use super::structure::Structure;
-use super::{About, Effect};
+use super::{About, Belongs, Effect};
 use crate::element::Dof;
 use crate::model::spec::SpringSpec;
 
@@ -38,6 +38,10 @@ impl Effect for GroundSpring {
             all.extend(nodes.into_iter().map(|at| at.along(dof.name())));
         }
         all
+    }
+
+    fn belongs_to(&self) -> Belongs {
+        Belongs::Rig
     }
 
     fn patch(&self, structure: &Structure<'_>, at: &Location) -> Result<Patch, PatchError> {

@@ -24,7 +24,7 @@ pub enum LocationKind {
 
 /// Where an effect acts: one name, or symmetric partners that share the parameters, and a direction where one matters.
 ///
-/// Written `n8`, `n8+n13.ry`, `left_wing.1:n5.ry`, `whole`.
+/// Written `n8`, `n8+n13.ry`, `left_wing.1:n5.ry`, `whole`; in one configuration only, `bench/n8`.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Location {
     /// What the names are.
@@ -34,12 +34,18 @@ pub struct Location {
     /// A dof such as `ry`, an axis, or a word of the effect.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub direction: Option<String>,
+    /// The configuration in which alone the effect acts, [`BASE`] for the model without a configuration; none for all of them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub configuration: Option<String>,
 }
+
+/// The word for the base model, where an effect acts in none of the configurations.
+pub const BASE: &str = "base";
 
 impl Location {
     /// At one or several things of a kind.
     pub fn new(kind: LocationKind, names: Vec<String>) -> Self {
-        Self { kind, names, direction: None }
+        Self { kind, names, direction: None, configuration: None }
     }
 
     /// The whole structure.
@@ -51,6 +57,13 @@ impl Location {
     #[must_use]
     pub fn along(mut self, direction: &str) -> Self {
         self.direction = Some(direction.to_string());
+        self
+    }
+
+    /// The same in one configuration only.
+    #[must_use]
+    pub fn within(mut self, configuration: &str) -> Self {
+        self.configuration = Some(configuration.to_string());
         self
     }
 
@@ -80,6 +93,9 @@ impl Location {
 
 impl fmt::Display for Location {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(configuration) = &self.configuration {
+            write!(f, "{configuration}/")?;
+        }
         f.write_str(&self.place())?;
         match &self.direction {
             Some(direction) => write!(f, ".{direction}"),

@@ -55,13 +55,15 @@ mod tests;
 mod text;
 mod torsion_stiffness_change;
 
-pub use candidate::{Candidate, Patched, candidates};
-pub use location::{Location, LocationKind};
+pub use candidate::{Candidate, Configured, Patched, candidates, candidates_in};
+pub use location::{BASE, Location, LocationKind};
 pub use patch::{Edit, NewParameter, Patch, PatchError};
 pub use structure::{Context, Part, PartKind, Rigidity, Structure};
 pub use text::{Undone, set_parameter_values, undo};
 
 use crate::catalogue::{catalogue, did_you_mean};
+use crate::model::{Model, Registry};
+use crate::yaml::Problem;
 
 catalogue! {
     /// Every built-in effect, in alphabetical order.
@@ -105,8 +107,24 @@ pub trait Effect: std::fmt::Debug + Send + Sync {
     /// where its typical size changes K, M or C.
     fn locations(&self, structure: &Structure<'_>) -> Vec<Location>;
 
+    /// What it belongs to: where one structure was tested in several configurations, the supports and the rig differ.
+    fn belongs_to(&self) -> Belongs {
+        Belongs::Structure
+    }
+
     /// The edits that put it at one of its locations, at its neutral value.
     fn patch(&self, structure: &Structure<'_>, at: &Location) -> Result<Patch, PatchError>;
+}
+
+/// What an effect belongs to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Belongs {
+    /// The structure: it is there in every configuration.
+    Structure,
+    /// A support: it is there where the support is.
+    Support,
+    /// The rig of a test: suspension, transducers.
+    Rig,
 }
 
 /// What is known of an effect, for `explain`, reports and the reference page.
@@ -164,7 +182,7 @@ impl Effects {
         self.effects.iter().copied()
     }
 
-    /// The candidate of an id such as `mass-offset@left_wing.y`.
+    /// The candidate of an id such as `mass-offset@left_wing.y`, or `ground-spring@bench/n5.uz` in one configuration only.
     ///
     /// Errors: no effect of this name, or not at this place, with the nearest right word.
     pub fn candidate(&self, structure: &Structure<'_>, id: &str) -> Result<Candidate, PatchError> {
@@ -173,13 +191,35 @@ impl Effects {
             let suggestion = did_you_mean(name, self.iter().map(Effect::name));
             return Err(PatchError::UnknownEffect { name: name.to_string(), suggestion });
         };
-        let locations = effect.locations(structure);
-        let Some(at) = locations.iter().find(|l| l.to_string() == place) else {
-            let places: Vec<String> = locations.iter().map(Location::to_string).collect();
-            return Err(PatchError::unknown_place(name, place, &places));
-        };
-        Candidate::new(effect, structure, at)
+        let configurations = &structure.model().spec().configurations;
+        let known = |c: &str| configurations.contains_key(c) || (c == BASE && !configurations.is_empty());
+        match place.split_once('/').filter(|(c, _)| known(c)) {
+            Some((configuration, inner)) if configurations.contains_key(configuration) => {
+                let refused = |p: Problem| PatchError::Refused(vec![p]);
+                let spec = structure.model().spec().configured(configuration).map_err(refused)?;
+                let (model, _) = Model::new(spec, &Registry::builtin()).map_err(PatchError::Refused)?;
+                place_of(effect, &Structure::new(&model, structure.context()), inner, Some(configuration))
+            }
+            Some((configuration, inner)) => place_of(effect, structure, inner, Some(configuration)),
+            None => place_of(effect, structure, place, None),
+        }
     }
+}
+
+/// An effect at a place in words.
+fn place_of(
+    effect: &'static dyn Effect,
+    structure: &Structure<'_>,
+    place: &str,
+    configuration: Option<&str>,
+) -> Result<Candidate, PatchError> {
+    let locations = effect.locations(structure);
+    let Some(at) = locations.iter().find(|l| l.to_string() == place) else {
+        let places: Vec<String> = locations.iter().map(Location::to_string).collect();
+        return Err(PatchError::unknown_place(effect.name(), place, &places));
+    };
+    let at = configuration.map_or_else(|| at.clone(), |c| at.clone().within(c));
+    Candidate::new(effect, structure, &at)
 }
 
 impl Default for Effects {

@@ -112,12 +112,26 @@ pub enum Edit {
         /// What stands there.
         entry: RigidLinkSpec,
     },
+    /// To a block of one configuration: springs, masses, overrides.
+    InConfiguration {
+        /// The configuration.
+        configuration: String,
+        /// The edit.
+        edit: Box<Edit>,
+    },
+    /// To what a configuration has not: an entry of the base model.
+    Without {
+        /// The configuration.
+        configuration: String,
+        /// The entry.
+        name: String,
+    },
 }
 
 impl Edit {
     /// The block of the file that it adds to.
-    pub fn block(&self) -> &'static str {
-        match self {
+    pub fn block(&self) -> String {
+        let word = match self {
             Edit::AddParameter(_) => "parameters",
             Edit::AddNode { .. } => "nodes",
             Edit::AddMass { .. } => "masses",
@@ -125,7 +139,14 @@ impl Edit {
             Edit::AddElement { .. } => "elements",
             Edit::AddOverride { .. } => "overrides",
             Edit::AddRigidLink { .. } => "rigid_links",
-        }
+            Edit::InConfiguration { configuration, edit } => {
+                return yaml::child(&yaml::child("configurations", configuration), &edit.block());
+            }
+            Edit::Without { configuration, .. } => {
+                return yaml::child(&yaml::child("configurations", configuration), "without");
+            }
+        };
+        word.to_string()
     }
 
     /// The name of the entry.
@@ -137,7 +158,9 @@ impl Edit {
             | Edit::AddSpring { name, .. }
             | Edit::AddElement { name, .. }
             | Edit::AddOverride { name, .. }
-            | Edit::AddRigidLink { name, .. } => name,
+            | Edit::AddRigidLink { name, .. }
+            | Edit::Without { name, .. } => name,
+            Edit::InConfiguration { edit, .. } => edit.name(),
         }
     }
 
@@ -151,6 +174,8 @@ impl Edit {
             Edit::AddElement { entry, .. } => flow::value(entry),
             Edit::AddOverride { entry, .. } => flow::value(entry),
             Edit::AddRigidLink { entry, .. } => flow::value(entry),
+            Edit::InConfiguration { edit, .. } => edit.value(),
+            Edit::Without { name, .. } => flow::value(name),
         }
     }
 
@@ -162,8 +187,34 @@ impl Edit {
             map.insert(name.to_string(), entry.clone());
             Ok(())
         }
-        let block = self.block();
+        let unknown = |configuration: &str, spec: &ModelSpec| PatchError::UnknownConfiguration {
+            name: configuration.to_string(),
+            suggestion: did_you_mean(configuration, spec.configurations.keys().map(String::as_str)),
+        };
+        let block = &self.block();
         match self {
+            Edit::InConfiguration { configuration, edit } => {
+                if !spec.configurations.contains_key(configuration) {
+                    return Err(unknown(configuration, spec));
+                }
+                let to = &mut spec.configurations[configuration];
+                match &**edit {
+                    Edit::AddMass { name, entry } => insert(&mut to.masses, block, name, entry),
+                    Edit::AddSpring { name, entry } => insert(&mut to.springs, block, name, entry),
+                    Edit::AddOverride { name, entry } => insert(&mut to.overrides, block, name, entry),
+                    other => {
+                        let why = "a configuration has no such block; the change is one of the base model";
+                        Err(PatchError::NotEditable { path: other.block(), why })
+                    }
+                }
+            }
+            Edit::Without { configuration, name } => {
+                if !spec.configurations.contains_key(configuration) {
+                    return Err(unknown(configuration, spec));
+                }
+                spec.configurations[configuration].without.push(name.clone());
+                Ok(())
+            }
             Edit::AddParameter(p) => insert(&mut spec.parameters, block, &p.name, &p.spec()),
             Edit::AddNode { name, entry } => insert(&mut spec.nodes, block, name, entry),
             Edit::AddMass { name, entry } => insert(&mut spec.masses, block, name, entry),
@@ -190,6 +241,27 @@ impl Patch {
             Edit::AddParameter(p) => Some(p),
             _ => None,
         })
+    }
+
+    /// The same in one configuration of a file only: parameters stand in the base model, everything else in the configuration.
+    pub(super) fn within(self, configuration: &str) -> Self {
+        let inside = |edit: Edit| match edit {
+            Edit::AddParameter(_) => edit,
+            _ => Edit::InConfiguration { configuration: configuration.to_string(), edit: Box::new(edit) },
+        };
+        Self { edits: self.edits.into_iter().map(inside).collect() }
+    }
+
+    /// The same in the base model only, in none of these configurations.
+    pub(super) fn outside<'a>(mut self, configurations: impl Iterator<Item = &'a String>) -> Self {
+        let names: Vec<String> =
+            self.edits.iter().filter(|e| !matches!(e, Edit::AddParameter(_))).map(|e| e.name().to_string()).collect();
+        for configuration in configurations {
+            self.edits.extend(
+                names.iter().map(|name| Edit::Without { configuration: configuration.clone(), name: name.clone() }),
+            );
+        }
+        self
     }
 
     /// The model with the edits; everything else, and the order of everything else, is as it was.
@@ -258,6 +330,14 @@ pub enum PatchError {
         suggestion: String,
         /// Where it can.
         places: String,
+    },
+    /// A configuration that the file has not.
+    #[error("the model has no configuration `{name}`{suggestion}")]
+    UnknownConfiguration {
+        /// The name.
+        name: String,
+        /// "; did you mean ...?" or nothing.
+        suggestion: String,
     },
     /// The file has an entry of this name already.
     #[error("`{path}` is in the file already: the effect was added before, or the name is used otherwise")]

@@ -4,7 +4,7 @@ use super::end_flexibility::flexible_end;
 use super::location::Location;
 use super::patch::{Patch, PatchError};
 use super::structure::{Joint, Structure};
-use super::{About, Effect};
+use super::{About, Belongs, Effect};
 use crate::element::Dof;
 
 #[doc = "A clamp, bearing or root that the model has as rigid and that gives in one direction."]
@@ -39,6 +39,10 @@ impl Effect for RootFlexibility {
 
     fn locations(&self, structure: &Structure<'_>) -> Vec<Location> {
         structure.end_places(Joint::Root, &Dof::ALL)
+    }
+
+    fn belongs_to(&self) -> Belongs {
+        Belongs::Support
     }
 
     fn patch(&self, structure: &Structure<'_>, at: &Location) -> Result<Patch, PatchError> {

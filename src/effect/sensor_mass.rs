@@ -3,7 +3,7 @@
 use super::location::Location;
 use super::patch::{Builder, Edit, Patch, PatchError, scalar};
 use super::structure::Structure;
-use super::{About, Effect};
+use super::{About, Belongs, Effect};
 use crate::element::Dof;
 use crate::model::spec::MassSpec;
 
@@ -34,6 +34,10 @@ impl Effect for SensorMass {
 
     fn locations(&self, structure: &Structure<'_>) -> Vec<Location> {
         if sensors(structure).is_empty() { Vec::new() } else { vec![Location::whole()] }
+    }
+
+    fn belongs_to(&self) -> Belongs {
+        Belongs::Rig
     }
 
     fn patch(&self, structure: &Structure<'_>, at: &Location) -> Result<Patch, PatchError> {

@@ -358,7 +358,9 @@ impl<'a> Structure<'a> {
             let factor = element.stiffness_factor.as_ref().map_or(1.0, |f| f.at(theta));
             r.length += l;
             r.ea += factor * l * product("EA", "E", "A");
-            r.gj += factor * l * product("GJ", "G", "J");
+            let isotropic = || Some(get("E")? / (2.0 * (1.0 + get("nu")?)) * get("J")?);
+            let gj = get("GJ").or_else(|| Some(get("G")? * get("J")?)).or_else(isotropic);
+            r.gj += factor * l * gj.unwrap_or(0.0);
             r.ei[0] += factor * l * product("EIy", "E", "Iy");
             r.ei[1] += factor * l * product("EIz", "E", "Iz");
             r.mass += l * (product("mass_per_length", "density", "A") + get("added_mass_per_length").unwrap_or(0.0));

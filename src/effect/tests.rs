@@ -1,6 +1,7 @@
 //! The contract over the catalogue on every model of the project.
 
 mod closed_forms;
+mod configurations;
 mod files;
 
 use super::*;

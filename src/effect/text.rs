@@ -4,7 +4,7 @@
 //! is added in its usual place. Every result is read again and compared with what was meant.
 
 use super::flow::{self, flow, word};
-use super::patch::{Patch, PatchError};
+use super::patch::{Edit, Patch, PatchError};
 use crate::catalogue::did_you_mean;
 use crate::model::spec::{HistoryEntry, ModelSpec};
 use crate::units::Scalar;
@@ -58,8 +58,8 @@ pub(super) fn add(text: &str, patch: &Patch, history: Option<HistoryEntry>) -> R
     let mut out = text.to_string();
     let mut inserted = Vec::new();
     for edit in &patch.edits {
-        out = insert(&out, edit.block(), Some(edit.name()), &edit.value())?;
-        inserted.push(child(edit.block(), edit.name()));
+        out = insert_edit(&out, edit)?;
+        inserted.push(child(&edit.block(), edit.name()));
     }
     if let Some(mut entry) = history {
         entry.inserted = inserted;
@@ -68,6 +68,26 @@ pub(super) fn add(text: &str, patch: &Patch, history: Option<HistoryEntry>) -> R
     }
     verify(&out, &wanted)?;
     Ok(out)
+}
+
+/// Adds one edit in its block; a block that a configuration has not yet is an entry of the configuration.
+fn insert_edit(text: &str, edit: &Edit) -> Result<String, PatchError> {
+    let block = edit.block();
+    let name = (!matches!(edit, Edit::Without { .. })).then(|| edit.name());
+    let value = edit.value();
+    match edit {
+        Edit::InConfiguration { configuration, .. } | Edit::Without { configuration, .. }
+            if places(text)?.range(&block).is_none() =>
+        {
+            let parent = child("configurations", configuration);
+            let whole = match name {
+                Some(name) => Value::Object(serde_json::Map::from_iter([(name.to_string(), value)])),
+                None => Value::Array(vec![value]),
+            };
+            insert(text, &parent, block.strip_prefix(&parent).map(|b| &b[1..]), &whole)
+        }
+        _ => insert(text, &block, name, &value),
+    }
 }
 
 /// Whether a text says what it should.
@@ -212,31 +232,59 @@ pub fn undo(text: &str) -> Result<Undone, PatchError> {
     let entry = spec.history.pop().ok_or(PatchError::NoHistory)?;
     let mut out = remove(text, "history", &format!("history[{}]", spec.history.len()))?;
     let mut missing = Vec::new();
+    let mut names = Vec::new();
     for path in entry.inserted.iter().rev() {
-        let Some((block, name)) = path.split_once('.') else { continue };
+        let Some((configuration, block, name)) = parts(&spec, path) else { continue };
+        names.push(name.to_string());
+        let own = configuration.as_ref().map(|c| child("configurations", c));
+        let whole = own.as_ref().map_or_else(|| block.to_string(), |own| child(own, block));
+        let listed = configuration.as_ref().filter(|_| block == "without");
+        let position = listed.and_then(|c| spec.configurations[c].without.iter().position(|n| n == name));
+        let path = match (listed, position) {
+            (Some(_), Some(k)) => format!("{whole}[{k}]"),
+            _ => path.clone(),
+        };
         let map = places(&out)?;
-        if map.range(path).is_none() {
-            missing.push(path.clone());
+        if map.range(&path).is_none() {
+            missing.push(path);
             continue;
         }
-        out = remove(&out, block, path)?;
-        match block {
-            "parameters" => drop(spec.parameters.shift_remove(name)),
-            "nodes" => drop(spec.nodes.shift_remove(name)),
-            "masses" => drop(spec.masses.shift_remove(name)),
-            "springs" => drop(spec.springs.shift_remove(name)),
-            "elements" => drop(spec.elements.shift_remove(name)),
-            "overrides" => drop(spec.overrides.shift_remove(name)),
-            _ => drop(spec.rigid_links.shift_remove(name)),
+        out = match &own {
+            // A block of a configuration goes with its last entry.
+            Some(own) if map.children(&whole).len() == 1 => remove(&out, own, &whole)?,
+            _ => remove(&out, &whole, &path)?,
+        };
+        match (configuration, block) {
+            (Some(c), "without") => drop(spec.configurations[&c].without.remove(position.unwrap_or(0))),
+            (Some(c), "masses") => drop(spec.configurations[&c].masses.shift_remove(name)),
+            (Some(c), "springs") => drop(spec.configurations[&c].springs.shift_remove(name)),
+            (Some(c), _) => drop(spec.configurations[&c].overrides.shift_remove(name)),
+            (None, "parameters") => drop(spec.parameters.shift_remove(name)),
+            (None, "nodes") => drop(spec.nodes.shift_remove(name)),
+            (None, "masses") => drop(spec.masses.shift_remove(name)),
+            (None, "springs") => drop(spec.springs.shift_remove(name)),
+            (None, "elements") => drop(spec.elements.shift_remove(name)),
+            (None, "overrides") => drop(spec.overrides.shift_remove(name)),
+            (None, _) => drop(spec.rigid_links.shift_remove(name)),
         }
     }
-    let names: Vec<&str> = entry.inserted.iter().filter_map(|p| p.split_once('.').map(|(_, n)| n)).collect();
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
     if let Some((path, name)) = still_used(&flow::value(&spec), "", &names) {
         return Err(PatchError::StillUsed { id: entry.add.clone(), path, name });
     }
     verify(&out, &spec)?;
     missing.reverse();
     Ok(Undone { text: out, entry, missing })
+}
+
+/// The configuration, the block and the name of an inserted path: `overrides.x`, `configurations.bench.overrides.x`.
+fn parts<'a>(spec: &ModelSpec, path: &'a str) -> Option<(Option<String>, &'a str, &'a str)> {
+    let Some(rest) = path.strip_prefix("configurations.") else {
+        let (block, name) = path.split_once('.')?;
+        return Some((None, block, name));
+    };
+    let inside = |c: &String| rest.strip_prefix(c.as_str()).and_then(|r| r.strip_prefix('.')?.split_once('.'));
+    spec.configurations.keys().find_map(|c| inside(c).map(|(block, name)| (Some(c.clone()), block, name)))
 }
 
 /// The first place of a tree that names one of these.

@@ -19,7 +19,7 @@ use super::{ElementMatrices, MOST_DENSE_DOFS, ModelError, ParametricModel, Point
 use crate::element::{Dof, ElementInput};
 use crate::linalg::{DMatrix, SymMatrix};
 use crate::yaml::{Problem, Severity, SourceMap, child};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 
 /// A mass property that an update has to respect, in SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -87,6 +87,9 @@ impl Model {
         let placed = place(&spec, registry, &mut problems);
         let targets = targets(&spec, &mut problems);
         let elimination = eliminate(&spec, &placed.geometry, &mut problems);
+        // What is wrong in a section is found once for every element of it.
+        let mut said = HashSet::new();
+        problems.retain(|p| said.insert((p.path.clone(), p.message.clone())));
         if problems.iter().all(|p| p.severity == Severity::Warning) && placed.elements.is_empty() {
             problems.push(Problem::error("", "the model has nodes but no beams, bars, springs or masses"));
         }

@@ -2,6 +2,7 @@
 
 use super::Registry;
 use super::compile::Model;
+use super::loose::drop_loose;
 use super::spec::{ConfigurationSpec, ModelSpec, Named};
 use crate::catalogue::did_you_mean;
 use crate::yaml::{self, Problem, Severity, SourceMap, child};
@@ -32,8 +33,8 @@ pub fn load_configuration(
 }
 
 impl ModelSpec {
-    /// The structure under other boundary conditions: what `without` names is gone, the supports, springs and masses of
-    /// the configuration are there.
+    /// The structure under other boundary conditions: what `without` names is gone, with the masses, springs and links that hang
+    /// on nothing else; the supports, springs, masses and overrides of the configuration are there.
     ///
     /// Parameters, nodes and sections stay, so θ means the same in every configuration. When something that may carry mass is
     /// taken away or put there, the targets of mass properties are dropped: they hold for the base model.
@@ -60,16 +61,18 @@ impl ModelSpec {
             let carries_mass = spec.remove(gone).ok_or_else(|| {
                 let suggestion = did_you_mean(gone, self.removable());
                 let text = format!(
-                    "`{gone}` is no support, spring, bushing, mass, rigid link, constraint, beam, bar or element{suggestion}"
+                    "`{gone}` is no support, spring, bushing, mass, rigid link, constraint, beam, bar, element or override{suggestion}"
                 );
                 Problem::error(format!("{path}.without[{i}]"), text)
             })?;
             changes_mass |= carries_mass;
         }
-        let ConfigurationSpec { supports, springs, masses, .. } = configuration;
+        let ConfigurationSpec { supports, springs, masses, overrides, .. } = configuration;
+        changes_mass |= drop_loose(&mut spec, self);
         add(&mut spec.supports, supports, &child(&path, "supports"))?;
         add(&mut spec.springs, springs, &child(&path, "springs"))?;
         add(&mut spec.masses, masses, &child(&path, "masses"))?;
+        add(&mut spec.overrides, overrides, &child(&path, "overrides"))?;
         if changes_mass {
             spec.targets = None;
         }
@@ -104,20 +107,39 @@ impl ModelSpec {
             || self.rigid_links.shift_remove(name).is_some()
             || self.constraints.shift_remove(name).is_some();
         if was_massless {
+            self.forget(|n| (n != name).then(|| n.to_string()));
             return Some(false);
         }
         let had_mass = self.masses.shift_remove(name).is_some()
             || self.beams.shift_remove(name).is_some()
             || self.bars.shift_remove(name).is_some()
             || self.elements.shift_remove(name).is_some();
-        had_mass.then(|| {
-            self.overrides.shift_remove(name);
-            for members in self.groups.values_mut() {
-                members.retain(|m| m != name);
+        if had_mass {
+            self.forget(|n| (n != name && member_number(n, name).is_none()).then(|| n.to_string()));
+            return Some(true);
+        }
+        self.overrides.shift_remove(name).map(|_| true)
+    }
+
+    /// Renames what overrides and groups name, and takes out what has no name any more.
+    pub(super) fn forget(&mut self, rename: impl Fn(&str) -> Option<String>) {
+        let overrides = std::mem::take(&mut self.overrides);
+        for (name, mut entry) in overrides {
+            if entry.of.is_empty() {
+                if let Some(name) = rename(&name) {
+                    self.overrides.insert(name, entry);
+                }
+                continue;
             }
-            self.groups.retain(|_, members| !members.is_empty());
-            true
-        })
+            entry.of = entry.of.iter().filter_map(|n| rename(n)).collect();
+            if !entry.of.is_empty() {
+                self.overrides.insert(name, entry);
+            }
+        }
+        for members in self.groups.values_mut() {
+            *members = members.iter().filter_map(|n| rename(n)).collect();
+        }
+        self.groups.retain(|_, members| !members.is_empty());
     }
 
     fn removable(&self) -> Vec<&str> {
@@ -131,8 +153,14 @@ impl ModelSpec {
         names.extend(self.beams.keys().map(String::as_str));
         names.extend(self.bars.keys().map(String::as_str));
         names.extend(self.elements.keys().map(String::as_str));
+        names.extend(self.overrides.keys().map(String::as_str));
         names
     }
+}
+
+/// The number k of `entry.k`.
+pub(super) fn member_number(name: &str, entry: &str) -> Option<usize> {
+    name.strip_prefix(entry)?.strip_prefix('.')?.parse().ok()
 }
 
 /// Checks what the configurations of a file take away and put there; their elements are checked when one is built.
@@ -243,5 +271,46 @@ configurations:
         assert!(Model::new(patched, &Registry::builtin()).is_ok());
         assert!(spec.overlaid("masses: {tip: {masss: 3.0}}").is_err());
         assert!(spec.overlaid("[1]").is_err());
+    }
+
+    /// Two wings on a body; on the bench the right one is not there, with what hangs on it and on nothing else.
+    #[test]
+    fn what_hangs_on_nothing_goes_with_the_part_that_held_it() {
+        let text = "
+retune: 1
+name: wings
+active_dofs: [uz, rx]
+nodes: {c: [0, 0, 0], l: [0, -1, 0], r: [0, 1, 0], store: [0, 1, 0], pod: [0, 1.2, 0]}
+beams:
+  left: {nodes: [c, l], properties: {E: 1, Iy: 1, mass_per_length: 1}}
+  right: {nodes: [c, r], properties: {E: 1, Iy: 1, mass_per_length: 1}}
+masses:
+  tips: {nodes: [r, l], mass: 1}
+  store: {node: store, mass: 0.1}
+  pod: {node: pod, mass: 0.2}
+springs: {strut: {nodes: [r, store], k: {uz: 1}}, cord: {node: r, k: {uz: 1}}}
+rigid_links: {pylon: {master: r, slaves: [pod]}}
+overrides:
+  right: {stiffness: 2}
+  heavy: {of: [tips.1, tips.2], mass: 2}
+  tips.1: {mass: 3}
+groups: {all: [left, right, tips.1, tips.2], gone: [right, store]}
+configurations:
+  bench: {without: [right], supports: {held: {node: c}}}
+";
+        let (spec, _) = yaml::read::<ModelSpec>(text).unwrap();
+        let bench = spec.configured("bench").unwrap();
+        assert_eq!(bench.masses.keys().collect::<Vec<_>>(), ["tips"]);
+        assert_eq!(bench.masses["tips"].nodes.as_deref().unwrap(), ["l"]);
+        assert!(bench.springs.is_empty() && bench.rigid_links.is_empty());
+        assert_eq!(bench.overrides.keys().collect::<Vec<_>>(), ["heavy"]);
+        assert_eq!(bench.overrides["heavy"].of, ["tips.1"]);
+        assert_eq!(bench.groups.keys().collect::<Vec<_>>(), ["all"]);
+        assert_eq!(bench.groups["all"], ["left", "tips.1"]);
+        let (model, _) = Model::new(bench, &Registry::builtin()).unwrap();
+        let system = model.assemble(&model.parameters().nominal()).unwrap();
+        let options = SolveOptions { n_elastic: 2, shift: None };
+        let modes = solve(&system.stiffness, &system.mass, &model.dof_map().rigid_motions(), options).unwrap();
+        assert_eq!((modes.n_rigid, modes.n_mechanism), (0, 0));
     }
 }

@@ -13,6 +13,7 @@ mod constraint;
 mod dof_map;
 mod geometry;
 mod lint;
+mod loose;
 mod mass_properties;
 #[cfg(test)]
 mod override_tests;

@@ -7,9 +7,12 @@ use crate::linalg::{DMatrix, DVector, ShiftedPencil};
 use crate::modal::{self, MatrixDerivative, ModeDerivative, Modes, SolveOptions};
 use std::borrow::Cow;
 
-/// From this number of dofs on the sparse path is used. Both give the same modes; with some hundred dofs the dense one
-/// is faster, with some thousand by far the sparse one.
-const SPARSE_FROM: usize = 800;
+/// From this number of dofs on the sparse path is used. Both give the same modes; below it the dense one is faster (a diagnosis
+/// of 132 dofs takes 20 % less on the sparse one, one of 270 dofs 70 % less: `docs/sparse.md`).
+const SPARSE_FROM: usize = 120;
+
+/// Below this number of dofs a model that the sparse path refuses is solved by the dense one.
+const DENSE_BELOW: usize = 800;
 
 /// K, M and C of a model at one θ.
 #[derive(Debug, Clone)]
@@ -108,11 +111,25 @@ impl ModalSolver {
     /// * `n_elastic` - about how many elastic modes will be asked for
     pub fn new(model: &dyn ParametricModel, theta: &[f64], n_elastic: usize) -> Result<Self, ModelError> {
         let rigid_motions = model.dof_map().rigid_motions();
-        if model.dof_map().n_dof() < SPARSE_FROM {
-            let system = model.assemble(theta)?;
-            let shift = modal::typical_shift(&system.stiffness, &system.mass, &rigid_motions)?;
-            return Ok(Self { rigid_motions, shift, is_damped: system.damping.is_some(), sparse: None });
+        let n_dof = model.dof_map().n_dof();
+        if n_dof >= SPARSE_FROM {
+            match Self::sparse(model, theta, n_elastic, rigid_motions.clone()) {
+                Err(_) if n_dof < DENSE_BELOW => {}
+                solver => return solver,
+            }
         }
+        let system = model.assemble(theta)?;
+        let shift = modal::typical_shift(&system.stiffness, &system.mass, &rigid_motions)?;
+        Ok(Self { rigid_motions, shift, is_damped: system.damping.is_some(), sparse: None })
+    }
+
+    /// With an elimination order and the modes at θ.
+    fn sparse(
+        model: &dyn ParametricModel,
+        theta: &[f64],
+        n_elastic: usize,
+        rigid_motions: DMatrix<f64>,
+    ) -> Result<Self, ModelError> {
         let system = model.assemble_sparse(theta)?;
         let plan = plan(model, &system)?;
         let options = SolveOptions { n_elastic, shift: None };
@@ -130,11 +147,24 @@ impl ModalSolver {
         n_elastic: usize,
     ) -> Result<(Matrices, Modes), ModelError> {
         let options = SolveOptions { n_elastic, shift: Some(self.shift) };
-        let Some((shared, start)) = &self.sparse else {
-            let system = model.assemble(theta)?;
-            let modes = modal::solve(&system.stiffness, &system.mass, &self.rigid_motions, options)?;
-            return Ok((Matrices::Dense(system), modes));
-        };
+        if let Some((shared, start)) = &self.sparse {
+            match self.solve_sparse(model, theta, options, (shared, start)) {
+                Err(_) if model.dof_map().n_dof() < DENSE_BELOW => {}
+                solved => return solved,
+            }
+        }
+        let system = model.assemble(theta)?;
+        let modes = modal::solve(&system.stiffness, &system.mass, &self.rigid_motions, options)?;
+        Ok((Matrices::Dense(system), modes))
+    }
+
+    fn solve_sparse(
+        &self,
+        model: &dyn ParametricModel,
+        theta: &[f64],
+        options: SolveOptions,
+        (shared, start): (&SparsePlan, &DMatrix<f64>),
+    ) -> Result<(Matrices, Modes), ModelError> {
         let system = model.assemble_sparse(theta)?;
         let (k, m) = (&system.stiffness, &system.mass);
         let start = (start.ncols() > 0).then_some(start);

@@ -405,7 +405,8 @@ pub struct ConfigurationSpec {
     /// What it is.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub description: String,
-    /// Names of supports, springs, masses, links, constraints, beams that are not there.
+    /// Names of supports, springs, masses, links, constraints, beams, overrides that are not there; what hung on them alone is
+    /// not there either.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub without: Vec<String>,
     /// Supports that are there in addition.
@@ -417,6 +418,9 @@ pub struct ConfigurationSpec {
     /// Masses that are there in addition.
     #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
     pub masses: Named<MassSpec>,
+    /// Changes of elements that are there in addition.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub overrides: Named<OverrideSpec>,
 }
 
 /// One change made by `add`.

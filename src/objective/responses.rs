@@ -3,8 +3,8 @@
 use super::residual::Point;
 use crate::correlation::{CorrelationError, observation_matrix};
 use crate::data::{Channel, FrfFit, Place, Sensor, TestData};
-use crate::linalg::{Complex, DMatrix};
-use crate::model::ParametricModel;
+use crate::linalg::{Complex, DMatrix, DVector, ShiftedPencil};
+use crate::model::{ParametricModel, System};
 use std::f64::consts::TAU;
 
 /// The measured values that a fit uses, and the rows of their channels.
@@ -59,15 +59,13 @@ fn sensor(test: &TestData, channel: &Channel) -> Result<Sensor, CorrelationError
 impl FrfRows {
     /// `None` where the test has no functions, or does not use them.
     pub(super) fn new(model: &dyn ParametricModel, test: &TestData) -> Result<Option<Self>, CorrelationError> {
-        let (Some(set), Some(FrfFit { bands_hz, relative_sd, loss_factor, .. })) = (&test.frfs, &test.frf_fit) else {
-            return Ok(None);
-        };
+        let (Some(set), Some(fit)) = (&test.frfs, &test.frf_fit) else { return Ok(None) };
+        let FrfFit { relative_sd, loss_factor, .. } = fit;
         let rows = |channels: &[Channel]| {
             let sensors = channels.iter().map(|c| sensor(test, c)).collect::<Result<Vec<_>, _>>()?;
             observation_matrix(model, &sensors)
         };
-        let is_used = |f: f64| f > 0.0 && (bands_hz.is_empty() || bands_hz.iter().any(|[l, h]| (*l..=*h).contains(&f)));
-        let lines: Vec<usize> = (0..set.n_lines()).filter(|&l| is_used(set.frequencies_hz[l])).collect();
+        let lines: Vec<usize> = (0..set.n_lines()).filter(|&l| fit.uses(set.frequencies_hz[l])).collect();
         if lines.is_empty() {
             return Err(CorrelationError::Model(
                 "no line of the frequency response functions lies in `bands`".to_string(),
@@ -125,38 +123,131 @@ impl FrfRows {
         let mut slopes = DMatrix::from_element(self.values.len(), free.len(), nan);
         // `Comparison::new` refuses a model without dense matrices.
         let Ok(system) = at.prediction.system() else { return (h, slopes) };
-        let derivatives: Vec<_> =
-            free.iter().map(|&j| at.comparison.model().assemble_derivative(at.theta, j).ok()).collect();
-        let complex = |m: &DMatrix<f64>| m.map(|v| Complex::new(v, 0.0));
-        let (references, responses) = (complex(&self.references.transpose()), complex(&self.responses.transpose()));
-        let n = system.stiffness.nrows();
+        let derivatives: Vec<Option<Entries>> = free
+            .iter()
+            .map(|&j| at.comparison.model().assemble_derivative(at.theta, j).ok().map(|d| Entries::of(&d)))
+            .collect();
+        let sweep = self.sweep(&system);
+        let mut of_line: Vec<Vec<usize>> = vec![Vec::new(); self.lines_hz.len()];
+        self.values.iter().enumerate().for_each(|(v, value)| of_line[value.line].push(v));
         for (line, f) in self.lines_hz.iter().enumerate() {
             let omega = TAU * f;
-            let stiff = Complex::new(1.0, self.loss_factor);
-            let dynamic = |k: &DMatrix<f64>, m: &DMatrix<f64>, c: Option<&DMatrix<f64>>| {
-                DMatrix::from_fn(n, n, |i, j| {
-                    stiff * k[(i, j)] - omega * omega * m[(i, j)]
-                        + Complex::new(0.0, omega * c.map_or(0.0, |c| c[(i, j)]))
-                })
-            };
-            let z = dynamic(&system.stiffness, &system.mass, system.damping.as_ref()).lu();
-            // Z is symmetric: the same factorisation serves both sides.
-            let (Some(x), Some(y)) = (z.solve(&references), z.solve(&responses)) else { continue };
             let power = Complex::new(0.0, omega).powi(self.order);
-            let of_line: Vec<usize> = (0..self.values.len()).filter(|&v| self.values[v].line == line).collect();
-            for &v in &of_line {
+            let Some((x, y)) = self.line(&system, sweep.as_ref(), omega) else { continue };
+            for &v in &of_line[line] {
                 let value = &self.values[v];
-                h[v] = power * responses.column(value.response).dot(&x.column(value.reference));
+                let own = self.responses.row(value.response);
+                let sum: Complex<f64> = own.iter().zip(x.column(value.reference).iter()).map(|(s, x)| x * *s).sum();
+                h[v] = power * sum;
             }
             for (j, d) in derivatives.iter().enumerate() {
                 let Some(d) = d else { continue };
-                let force = dynamic(&d.stiffness, &d.mass, d.damping.as_ref()) * &x;
-                for &v in &of_line {
+                let force = d.times(&x, omega, self.loss_factor);
+                for &v in &of_line[line] {
                     let value = &self.values[v];
                     slopes[(v, j)] = -power * y.column(value.response).dot(&force.column(value.reference));
                 }
             }
         }
         (h, slopes)
+    }
+
+    /// Z⁻¹ B and Z⁻¹ Sᵀ at a line: Z is symmetric, the same factorisation serves both sides.
+    fn line(&self, system: &System, sweep: Option<&Sweep>, omega: f64) -> Option<(ComplexMatrix, ComplexMatrix)> {
+        if let Some(sweep) = sweep {
+            let factors = sweep.factors(omega, self.loss_factor)?;
+            return Some((sweep.expand(&factors, &sweep.references), sweep.expand(&factors, &sweep.responses)));
+        }
+        let n = system.stiffness.nrows();
+        let stiff = Complex::new(1.0, self.loss_factor);
+        let z = DMatrix::from_fn(n, n, |i, j| {
+            stiff * system.stiffness[(i, j)] - omega * omega * system.mass[(i, j)]
+                + Complex::new(0.0, omega * system.damping.as_ref().map_or(0.0, |c| c[(i, j)]))
+        });
+        let z = z.lu();
+        let complex = |m: &DMatrix<f64>| m.transpose().map(|v| Complex::new(v, 0.0));
+        Some((z.solve(&complex(&self.references))?, z.solve(&complex(&self.responses))?))
+    }
+
+    /// What all lines share, where a decomposition of the pencil is cheaper than a factorisation at every line.
+    fn sweep(&self, system: &System) -> Option<Sweep> {
+        if system.damping.is_some() || self.lines_hz.len() < FEWEST_LINES {
+            return None;
+        }
+        // In the middle of the band rounding is the same at both its ends.
+        let shift = TAU * TAU * self.lines_hz[0] * self.lines_hz[self.lines_hz.len() - 1];
+        let ShiftedPencil { theta, vectors, .. } = ShiftedPencil::new(&system.stiffness, &system.mass, shift).ok()?;
+        let references = vectors.tr_mul(&self.references.transpose());
+        let responses = vectors.tr_mul(&self.responses.transpose());
+        Some(Sweep { theta, vectors, shift, references, responses })
+    }
+}
+
+/// Lines from which on a decomposition pays: it costs as much as about four complex factorisations.
+const FEWEST_LINES: usize = 8;
+
+type ComplexMatrix = DMatrix<Complex<f64>>;
+
+/// The complete basis X of the pencil (M, K + aM), in which Z of a structure without viscous damping is diagonal:
+///
+/// ```text
+/// M x = θ (K + a M) x,   Xᵀ Z X = diag((1 + iη) - ((1 + iη) a + ω²) θ)
+/// ```
+struct Sweep {
+    theta: DVector<f64>,
+    vectors: DMatrix<f64>,
+    shift: f64,
+    /// Xᵀ B.
+    references: DMatrix<f64>,
+    /// Xᵀ Sᵀ.
+    responses: DMatrix<f64>,
+}
+
+impl Sweep {
+    /// The inverse of that diagonal; none where it has none.
+    fn factors(&self, omega: f64, loss_factor: f64) -> Option<Vec<Complex<f64>>> {
+        let stiff = Complex::new(1.0, loss_factor);
+        let all: Vec<Complex<f64>> =
+            self.theta.iter().map(|t| (stiff - (stiff * self.shift + omega * omega) * t).inv()).collect();
+        all.iter().all(|v| v.re.is_finite() && v.im.is_finite()).then_some(all)
+    }
+
+    /// X diag(factors) b.
+    fn expand(&self, factors: &[Complex<f64>], b: &DMatrix<f64>) -> ComplexMatrix {
+        let part = |of: fn(&Complex<f64>) -> f64| {
+            let scaled = DMatrix::from_fn(b.nrows(), b.ncols(), |i, j| of(&factors[i]) * b[(i, j)]);
+            &self.vectors * scaled
+        };
+        part(|v| v.re).zip_map(&part(|v| v.im), Complex::new)
+    }
+}
+
+/// The entries of ∂K, ∂M and ∂C that are not zero: a parameter touches few elements.
+struct Entries(Vec<(usize, usize, [f64; 3])>);
+
+impl Entries {
+    fn of(d: &System) -> Self {
+        let (n, mut out) = (d.stiffness.nrows(), Vec::new());
+        for j in 0..n {
+            for i in 0..n {
+                let values = [d.stiffness[(i, j)], d.mass[(i, j)], d.damping.as_ref().map_or(0.0, |c| c[(i, j)])];
+                if values != [0.0; 3] {
+                    out.push((i, j, values));
+                }
+            }
+        }
+        Self(out)
+    }
+
+    /// ∂Z x.
+    fn times(&self, x: &ComplexMatrix, omega: f64, loss_factor: f64) -> ComplexMatrix {
+        let mut out = ComplexMatrix::zeros(x.nrows(), x.ncols());
+        for &(i, j, [k, m, c]) in &self.0 {
+            let z = Complex::new(k - omega * omega * m, loss_factor * k + omega * c);
+            for column in 0..x.ncols() {
+                out[(i, column)] += z * x[(j, column)];
+            }
+        }
+        out
     }
 }

@@ -15,7 +15,7 @@ use super::text::number;
 use crate::correlation::{
     CorrelationError, PairBy, PairingOptions, comac, odds, probability_of_frequency, probability_of_mac,
 };
-use crate::data::{FrfSet, Origin, TestData};
+use crate::data::{FrfSet, Origin, TestData, joined};
 use crate::diagnosis::Learned;
 use crate::identify::real_shape;
 use crate::linalg::{Complex, DMatrix};
@@ -151,16 +151,20 @@ fn add_uncertainty(u: &mut super::data::Update, found: &Uncertainty) {
 
 /// The report of learning: the last model against the test, the error over all steps, every diagnosis.
 ///
-/// `model` and `test` are as they were given. Where a step took a fault out of the data, the last model is compared with the
-/// corrected data, and the model before with the data as measured; the report says so.
-pub fn of_learning(model: &Model, test: &TestData, learned: &Learned) -> Result<ReportData, UpdateError> {
+/// `cases` are the tests as they were given, each with the model in its configuration; shapes and pairs are those of the first.
+/// Where a step took a fault out of the data, the last model is compared with the corrected data, and the model before with the
+/// data as measured; the report says so.
+pub fn of_learning(cases: &[(&Model, &TestData)], learned: &Learned) -> Result<ReportData, UpdateError> {
+    let Some(&(model, test)) = cases.first() else { return Err(UpdateError::NoData) };
+    let tests: Vec<&TestData> = cases.iter().map(|c| c.1).collect();
     let Some(last) = learned.steps.last() else {
         let assessment = assess_for_report(model, &model.parameters().nominal(), test)?;
         return Ok(of_comparison(Case { model, test, assessment: &assessment })?);
     };
     let before = assess_for_report(model, &model.parameters().nominal(), test)?;
-    let after = assess_for_report(&last.model, &last.theta, &learned.test)?;
-    let mut data = of_comparison(Case { model: &last.model, test: &learned.test, assessment: &after })?;
+    let corrected = learned.tests.first().unwrap_or(test);
+    let after = assess_for_report(&last.model, &last.theta, corrected)?;
+    let mut data = of_comparison(Case { model: &last.model, test: corrected, assessment: &after })?;
     add_before(&mut data, model, &before, test);
     let initial = model.parameters();
     let value_before = |name: &str, now: f64| initial.index_of(name).map_or(now, |i| initial.get(i).value);
@@ -195,7 +199,7 @@ pub fn of_learning(model: &Model, test: &TestData, learned: &Learned) -> Result<
         })
         .collect();
     let records: Vec<LearningStep> = learned.steps.iter().map(LearningStep::from).collect();
-    add_learning(&mut data, &last.model, test, &records, misfit_before_any_fit(model, test)?);
+    add_learning(&mut data, &last.model, &joined(&tests).test, &records, misfit_before_any_fit(cases)?);
     for id in learned.steps.iter().filter_map(|s| s.corrected.as_ref()) {
         data.meta.warnings.push(format!(
             "The data were corrected for {id}: the last model is compared with corrected data, the one before with those measured."
@@ -208,13 +212,19 @@ pub fn of_learning(model: &Model, test: &TestData, learned: &Learned) -> Result<
     Ok(data)
 }
 
-/// Misfit of the values of the file, in total and per mode, with every measured mode paired as the fits pair them.
-pub fn misfit_before_any_fit(model: &Model, test: &TestData) -> Result<(f64, Vec<f64>), UpdateError> {
-    let by = pair_by(test);
-    let open = PairingOptions { by, min_mac: 0.0, frequency_window: f64::INFINITY, same_family_only: true };
-    let comparison = Comparing::new(model, test, open)?;
-    let a = assess(&comparison, &crate::objective::starting_point(model))?;
-    Ok((a.misfit.chi_squared, a.misfit_per_mode))
+/// Misfit of the values of the file, in total and per mode through all tests, with every measured mode paired as the fits pair
+/// them.
+pub fn misfit_before_any_fit(cases: &[(&Model, &TestData)]) -> Result<(f64, Vec<f64>), UpdateError> {
+    let (mut total, mut per_mode) = (0.0, Vec::new());
+    for &(model, test) in cases {
+        let by = pair_by(test);
+        let open = PairingOptions { by, min_mac: 0.0, frequency_window: f64::INFINITY, same_family_only: true };
+        let comparison = Comparing::new(model, test, open)?;
+        let a = assess(&comparison, &crate::objective::starting_point(model))?;
+        total += a.misfit.chi_squared;
+        per_mode.extend(a.misfit_per_mode);
+    }
+    Ok((total, per_mode))
 }
 
 /// Adds the steps of learning and their diagnoses to a report.
@@ -226,7 +236,9 @@ pub fn add_learning(
     (initial, per_mode): (f64, Vec<f64>),
 ) {
     data.steps = Some(learning_steps(steps, Some((initial, &per_mode)), test));
-    (data.earlier_diagnoses, data.diagnosis) = diagnosis::diagnoses(steps, model, test);
+    let (mut earlier, mut last) = diagnosis::diagnoses(steps, model, test);
+    earlier.iter_mut().chain(&mut last).for_each(|d| drawn_sensors_only(d, data));
+    (data.earlier_diagnoses, data.diagnosis) = (earlier, last);
     let (Some(first), Some(last), Some(d)) = (steps.first(), steps.last(), &data.diagnosis) else { return };
     let mut verdict = diagnosis::verdict(d);
     if steps.len() > 1 {
@@ -241,9 +253,16 @@ pub fn add_learning(
     data.meta.verdict = Some(verdict);
 }
 
+/// A diagnosis of several tests names sensors of all; the page draws those of the first.
+fn drawn_sensors_only(d: &mut super::data::Diagnosis, data: &ReportData) {
+    let drawn = data.structure.as_ref().map_or(0, |s| s.sensors.len());
+    d.hypotheses.iter_mut().for_each(|h| h.place.sensors.retain(|&s| s < drawn));
+}
+
 /// Adds a diagnosis to a report; its sentence becomes the verdict.
 pub fn add_diagnosis(data: &mut ReportData, found: &crate::diagnosis::Diagnosis, model: &Model, test: &TestData) {
-    let d = diagnosis(found, model, test);
+    let mut d = diagnosis(found, model, test);
+    drawn_sensors_only(&mut d, data);
     data.meta.verdict = Some(diagnosis::verdict(&d));
     data.diagnosis = Some(d);
 }

@@ -2,39 +2,78 @@
 
 use super::compare::origins;
 use crate::args::Diagnose;
-use crate::output::{Failure, print, print_json, style, warn};
+use crate::files::{self, Tested};
+use crate::output::{Failure, print, print_json, style};
 use crate::page::{Outputs, announce, provenance};
-use crate::{DONE, SHORT, files};
-use retune::diagnosis::{Settings, Verdict, diagnose};
+use crate::progress::Spinner;
+use crate::{DONE, SHORT};
+use retune::data::{TestData, joined};
+use retune::diagnosis::{Settings, Verdict, diagnose_tests};
 use retune::model::ParametricModel;
-use retune::report::{Case, add_diagnosis, assess_for_report, diagnosis, of_comparison, text};
+use retune::report::{Case, ReportData, add_diagnosis, assess_for_report, diagnosis, of_comparison, text};
+use std::path::{Path, PathBuf};
 
 pub(crate) fn run(args: &Diagnose) -> Result<u8, Failure> {
     let outputs = Outputs { page: args.report.as_ref(), force: args.force, ..Outputs::default() };
     outputs.check()?;
-    let (test, test_warnings, test_text) = files::test(&args.test)?;
-    let (model, model_warnings, model_text) = files::tested_model(&args.model, None, (&test, &args.test, &test_text))?;
-    warn(&args.model, &model_text, &model_warnings);
-    warn(&args.test, &test_text, &test_warnings);
-    let settings = Settings { seed: args.seed, faults: !args.no_faults, ..Settings::default() };
-    let d = diagnose(&model, &test, &settings)?;
+    let all = files::tested(&args.model, &args.tests, None)?;
+    let (model, ..) = files::model(&args.model, None)?;
+    let tests: Vec<&TestData> = all.iter().map(|t| &t.test).collect();
+    let spinner = Spinner::new();
+    let settings =
+        Settings { seed: args.seed, faults: !args.no_faults, listener: spinner.listener(), ..Settings::default() };
+    let found = diagnose_tests(&model, &tests, &settings);
+    drop(spinner);
+    let d = found?;
+    let (first, together) = (&all[0], joined(&tests).test);
     if args.json {
         print_json(&serde_json::to_value(&d)?);
     } else {
-        let head =
-            format!("model  {}\ntest   {}\ndata   {}\n\n", model.spec().name, test.name, origins(&test).join("; "));
-        print(&(head + &text::diagnosis(&diagnosis(&d, &model, &test), &style(&std::io::stdout()))));
+        let found = diagnosis(&d, &first.model, &together);
+        print(&(head(&model.spec().name, &all) + "\n" + &text::diagnosis(&found, &style(&std::io::stdout()))));
     }
     if args.report.is_some() {
-        let assessment = assess_for_report(&model, &model.parameters().nominal(), &test)?;
-        let mut data = of_comparison(Case { model: &model, test: &test, assessment: &assessment })?;
-        add_diagnosis(&mut data, &d, &model, &test);
-        data.meta.warnings.extend(model_warnings.iter().chain(&test_warnings).map(|p| p.message.clone()));
-        provenance(&mut data, &[("model", &args.model), ("test", &args.test)], Some(args.seed))?;
+        let assessment = assess_for_report(&first.model, &first.model.parameters().nominal(), &first.test)?;
+        let mut data = of_comparison(Case { model: &first.model, test: &first.test, assessment: &assessment })?;
+        add_diagnosis(&mut data, &d, &first.model, &together);
+        about_files(&mut data, &all, &args.model, &args.tests, args.seed)?;
         let written = outputs.write(&data)?;
         if !args.json {
             announce(&written);
         }
     }
     Ok(if d.verdict == Verdict::Adequate { DONE } else { SHORT })
+}
+
+/// The model and the tests, a line each.
+pub(super) fn head(model: &str, all: &[Tested]) -> String {
+    let mut out = format!("model  {model}\n");
+    for t in all {
+        let configuration = t.test.configuration.as_ref().filter(|_| all.len() > 1);
+        let configuration = configuration.map_or_else(String::new, |c| format!(", configuration {c}"));
+        out += &format!("test   {}{configuration}\ndata   {}\n", t.test.name, origins(&t.test).join("; "));
+    }
+    out
+}
+
+/// Warnings and provenance of a page about several tests.
+pub(super) fn about_files(
+    data: &mut ReportData,
+    all: &[Tested],
+    model: &Path,
+    tests: &[PathBuf],
+    seed: u64,
+) -> Result<(), Failure> {
+    data.meta.warnings.extend(all.iter().flat_map(|t| t.warnings.clone()));
+    if all.len() > 1 {
+        let names: Vec<&str> = all.iter().map(|t| t.test.name.as_str()).collect();
+        data.meta.warnings.push(format!(
+            "The diagnosis rests on {} tests together ({}); shapes, pairs and functions are those of the first.",
+            all.len(),
+            names.join(", ")
+        ));
+    }
+    let mut read: Vec<(&str, &Path)> = vec![("model", model)];
+    read.extend(tests.iter().map(|t| ("test", t.as_path())));
+    provenance(data, &read, Some(seed))
 }

@@ -1,12 +1,14 @@
 //! `retune learn`
 
-use super::compare::origins;
+use super::diagnose::{about_files, head};
 use crate::args::Learn;
-use crate::output::{Failure, print, print_json, style, warn};
-use crate::page::{Outputs, announce, provenance};
-use crate::{DONE, SHORT, files};
-use retune::data::TestData;
-use retune::diagnosis::{Learned, Settings, Step, Verdict, learn};
+use crate::files::{self, Tested};
+use crate::output::{Failure, print, print_json, style};
+use crate::page::{Outputs, announce};
+use crate::progress::Spinner;
+use crate::{DONE, SHORT};
+use retune::data::{TestData, joined};
+use retune::diagnosis::{Learned, Settings, Step, Verdict, learn_from_tests};
 use retune::effect::{Candidate, set_parameter_values};
 use retune::model::{Model, ParametricModel};
 use retune::report::{LearningStep, diagnosis, learning_steps, misfit_before_any_fit, of_learning, text};
@@ -16,12 +18,14 @@ use std::path::PathBuf;
 pub(crate) fn run(args: &Learn) -> Result<u8, Failure> {
     let outputs = Outputs { page: args.report.as_ref(), force: args.force, ..Outputs::default() };
     outputs.check()?;
-    let (test, test_warnings, test_text) = files::test(&args.test)?;
-    let (model, model_warnings, model_text) = files::tested_model(&args.model, None, (&test, &args.test, &test_text))?;
-    warn(&args.model, &model_text, &model_warnings);
-    warn(&args.test, &test_text, &test_warnings);
-    let settings = Settings { seed: args.seed, ..Settings::default() };
-    let learned = learn(&model, &test, &settings, args.take_best, usize::from(args.limit))?;
+    let all = files::tested(&args.model, &args.tests, None)?;
+    let (model, _, model_text) = files::model(&args.model, None)?;
+    let tests: Vec<&TestData> = all.iter().map(|t| &t.test).collect();
+    let spinner = Spinner::new();
+    let settings = Settings { seed: args.seed, listener: spinner.listener(), ..Settings::default() };
+    let found = learn_from_tests(&model, &tests, &settings, args.take_best, usize::from(args.limit));
+    drop(spinner);
+    let learned = found?;
     let mut written: Vec<PathBuf> = Vec::new();
     if let Some(stem) = &args.output {
         let mut present: Vec<Candidate> = Vec::new();
@@ -42,15 +46,16 @@ pub(crate) fn run(args: &Learn) -> Result<u8, Failure> {
             "written": written.iter().map(|p| p.display().to_string()).collect::<Vec<_>>(),
         }));
     } else {
-        print(&in_words(&learned, &model, &test, &misfit_before_any_fit(&model, &test)?));
+        let cases: Vec<(&Model, &TestData)> = all.iter().map(|t| (&t.model, &t.test)).collect();
+        print(&in_words(&learned, &model, &all, &misfit_before_any_fit(&cases)?));
         for path in &written {
             print(&format!("written: {}\n", path.display()));
         }
     }
     if args.report.is_some() {
-        let mut data = of_learning(&model, &test, &learned)?;
-        data.meta.warnings.extend(model_warnings.iter().chain(&test_warnings).map(|p| p.message.clone()));
-        provenance(&mut data, &[("model", &args.model), ("test", &args.test)], Some(args.seed))?;
+        let cases: Vec<(&Model, &TestData)> = all.iter().map(|t| (&t.model, &t.test)).collect();
+        let mut data = of_learning(&cases, &learned)?;
+        about_files(&mut data, &all, &args.model, &args.tests, args.seed)?;
         let written = outputs.write(&data)?;
         if !args.json {
             announce(&written);
@@ -77,11 +82,12 @@ fn step_text(original: &str, present: &[Candidate], step: &Step) -> Result<Strin
     Ok(set_parameter_values(&out, &values)?)
 }
 
-fn in_words(learned: &Learned, model: &Model, test: &TestData, initial: &(f64, Vec<f64>)) -> String {
+fn in_words(learned: &Learned, model: &Model, all: &[Tested], initial: &(f64, Vec<f64>)) -> String {
+    let tests: Vec<&TestData> = all.iter().map(|t| &t.test).collect();
+    let test = &joined(&tests).test;
     let style = style(&std::io::stdout());
     let records: Vec<LearningStep> = learned.steps.iter().map(LearningStep::from).collect();
-    let mut out = format!("model  {}\ntest   {}\n", model.spec().name, test.name);
-    out += &format!("data   {}\n\n", origins(test).join("; "));
+    let mut out = head(&model.spec().name, all) + "\n";
     out += &text::steps(&learning_steps(&records, Some((initial.0, &initial.1)), test), &style);
     let mut say = |line: String| {
         for part in text::broken(&line, style.width) {

@@ -53,7 +53,7 @@ pub(crate) fn run(args: &Report) -> Result<u8, Failure> {
         data.steps = Some(steps(&list, &test));
     }
     if let Some(History::Steps(list)) = &learned {
-        add_learning(&mut data, &model, &test, list, misfit_before_any_fit(&model, &test)?);
+        add_learning(&mut data, &model, &test, list, misfit_before_any_fit(&[(&model, &test)])?);
         read.extend(args.learn.iter().map(|path| ("history of learning", path.clone())));
     }
     if args.diagnose {

@@ -6,8 +6,9 @@ use super::structures::Specimen;
 use crate::data::TestData;
 use crate::diagnosis::evidence::degrees_of_freedom;
 use crate::diagnosis::faults::{Change, Fault, faults, traces};
+use crate::diagnosis::fit::{Fit, fit};
 use crate::diagnosis::refit::with_effect;
-use crate::diagnosis::scene::{Fit, Scene, fit};
+use crate::diagnosis::scene::Scene;
 use crate::diagnosis::screen::project;
 use crate::diagnosis::{Diagnosis, DiagnosisError, Investigation, Kind, Settings, Verdict, investigate};
 use crate::effect::{Candidate, Context, candidates};
@@ -106,7 +107,7 @@ impl Case {
             Hidden::Effect(c) => c.id(),
             Hidden::Fault(f) => {
                 let test = TestData { sensors: specimen.sensors.clone(), ..TestData::default() };
-                f.id(&test)
+                Scene::new(&specimen.model, &[&test]).map_or_else(|_| f.name().to_string(), |s| f.id(&s))
             }
             Hidden::Outside(kind) => (*kind).to_string(),
         }
@@ -130,9 +131,9 @@ impl Specimen {
         for list in kinds.into_values() {
             draw(&mut rng, list, plan.effects, &mut hidden);
         }
-        let scene = Scene::new(&self.model, &test);
         let mut kinds: BTreeMap<&str, Vec<Hidden>> = BTreeMap::new();
-        if let Ok(base) = fit(&scene, &[scene.start()], 1.0) {
+        let scene = Scene::new(&self.model, &[&test]);
+        if let Ok((scene, base)) = scene.and_then(|s| fit(&s, &[s.start()], 1.0).map(|f| (s, f))) {
             let list = faults(&scene);
             // A reading along an axis in which nothing moves is a dead sensor by another name.
             let seen = traces(&scene, &base, 1.0, &list);
@@ -156,7 +157,7 @@ impl Specimen {
     /// Makes the twin, diagnoses it, compares. `None` where the truth has no twin.
     pub(super) fn run(&self, case: &Case, plan: &Plan, settings: &Settings) -> Result<Option<Outcome>, DiagnosisError> {
         let Ok(truth) = self.twin(&case.hidden, case.seed, plan) else { return Ok(None) };
-        let scene = Scene::new(&self.model, &truth.test);
+        let scene = Scene::new(&self.model, &[&truth.test])?;
         let right = Scaling::new(&self.model).x(&truth.theta);
         let base = fit(&scene, &[scene.start(), right.clone()], 1.0)?;
         let gain = match &case.hidden {
@@ -241,11 +242,10 @@ fn true_fit(
 
 /// The misfit with the fault taken out of the data; of a channel that is wrong in a way with a number, without the channel.
 fn corrected(scene: &Scene, fault: &Fault, base: &Fit) -> Result<f64, DiagnosisError> {
-    let mut clean = scene.clone();
     let whole = Fault { sensor: fault.sensor, change: Change::Dead };
-    clean.test = match fault.change {
-        Change::Gain | Change::Noisy | Change::Dead => whole.apply(&scene.test, 1.0),
-        _ => fault.apply(&scene.test, 1.0),
+    let clean = match fault.change {
+        Change::Gain | Change::Noisy | Change::Dead => scene.corrected(&whole, 1.0),
+        _ => scene.corrected(fault, 1.0),
     };
     Ok(fit(&clean, &[scene.start(), base.x.clone()], 1.0)?.misfit)
 }

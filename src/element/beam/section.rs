@@ -27,6 +27,7 @@ const fn any(name: &'static str, unit: &'static str, description: &'static str) 
 pub(super) const PROPERTIES: &[Property] = &[
     positive("E", "Pa", "Young's modulus"),
     positive("G", "Pa", "shear modulus"),
+    any("nu", "1", "Poisson's ratio, instead of `G`: G = E/(2 (1 + nu))"),
     positive("A", "m2", "cross-section area"),
     positive("Iy", "m4", "second moment of area about y: bending in the x-z plane, displacement uz"),
     positive("Iz", "m4", "second moment of area about z: bending in the x-y plane, displacement uy"),
@@ -116,13 +117,27 @@ pub(super) struct Section {
 
 /// The four rigidities as given, `None` where not: EA, GJ, EIz, EIy.
 fn rigidities(input: &ElementInput<'_>) -> Result<[Option<f64>; 4], ElementError> {
-    let (e, g) = (value!(input, E), value!(input, G));
+    let (e, g) = (value!(input, E), shear_modulus(input)?);
     Ok([
         rigidity(e, ("A", value!(input, A)), ("EA", value!(input, EA)))?,
         rigidity(g, ("J", value!(input, J)), ("GJ", value!(input, GJ)))?,
         rigidity(e, ("Iz", value!(input, Iz)), ("EIz", value!(input, EIz)))?,
         rigidity(e, ("Iy", value!(input, Iy)), ("EIy", value!(input, EIy)))?,
     ])
+}
+
+/// G, or that of an isotropic material.
+fn shear_modulus(input: &ElementInput<'_>) -> Result<Option<f64>, ElementError> {
+    let (g, Some(nu)) = (value!(input, G), value!(input, nu)) else { return Ok(value!(input, G)) };
+    if g.is_some() {
+        return Err(ElementError::Redundant { first: "G", second: "nu" });
+    }
+    if !(nu > -1.0 && nu <= 0.5) {
+        return Err(ElementError::OutOfDomain { name: "nu", value: nu, expected: "above -1 and at most 0.5" });
+    }
+    let why = "the shear modulus is E/(2 (1 + nu)); or give `G`";
+    let e = value!(input, E).ok_or(ElementError::Missing { name: "E", why })?;
+    Ok(Some(e / (2.0 * (1.0 + nu))))
 }
 
 /// 1/(kappa G A), 1/N, from the correction factor or directly; zero when neither is given.
@@ -135,7 +150,7 @@ fn shear_compliance(
     match (factor, direct) {
         (Some(_), Some(_)) => Err(ElementError::Redundant { first: factor_name, second: name }),
         (None, direct) => Ok(direct.unwrap_or(0.0)),
-        (Some(factor), None) => match (value!(input, G), value!(input, A)) {
+        (Some(factor), None) => match (shear_modulus(input)?, value!(input, A)) {
             (Some(g), Some(area)) => Ok(1.0 / (factor * g * area)),
             (None, _) => Err(ElementError::Missing { name: "G", why }),
             (_, None) => Err(ElementError::Missing { name: "A", why }),
@@ -230,7 +245,7 @@ impl Section {
 pub(super) fn lacks(input: &ElementInput<'_>) -> Vec<Lack> {
     let Ok([ea, gj, eiz, eiy]) = input.check(&Beam).and_then(|()| rigidities(input)) else { return Vec::new() };
     let e = ("E", value!(input, E));
-    let g = ("G", value!(input, G));
+    let g = ("G", shear_modulus(input).unwrap_or(None));
     let mut lacks = Vec::new();
     let mut lack = |dofs: &[Dof], property| lacks.extend(dofs.iter().map(|&dof| Lack { dof, property }));
     let massive_only = [e.1, g.1, ea, gj, eiz, eiy].iter().all(Option::is_none);
@@ -293,7 +308,9 @@ pub(super) fn samples() -> Vec<Sample> {
     let joints = [2e-7, 3e-7, 4e-7, 1e-4, 2e-4, 3e-4, 1e-7, 5e-7, 6e-7, 4e-4, 5e-4, 6e-4];
     spar.extend(PROPERTIES[END_COMPLIANCE..].iter().zip(joints).map(|(p, c)| (p.name, c)));
     let tensioned = [spar.clone(), vec![("axial_force", 400.0)]].concat();
+    let isotropic = tube.iter().map(|&(n, v)| if n == "G" { ("nu", 0.3) } else { (n, v) }).collect();
     vec![
+        Sample { points: points(), given: isotropic, mass: 2700.0 * 3e-4 * 0.6, free: true },
         Sample { points: points(), given: tube, mass: 2700.0 * 3e-4 * 0.6, free: true },
         Sample { points: points(), given: spar, mass: 0.7 * 0.6, free: true },
         Sample { points: points(), given: tensioned, mass: 0.7 * 0.6, free: false },

@@ -492,3 +492,16 @@ fn interpolation_is_the_deflection_curve() {
         close(at(4), -x * (2.0 * l - x) / 1800.0, 1e-12);
     }
 }
+
+/// An isotropic material: G = E/(2 (1 + ν)), also in the shear rigidity κ G A; ν beside G or alone is refused.
+#[test]
+fn poissons_ratio_gives_the_shear_modulus() {
+    let rest =
+        [("E", 70e9), ("A", 3e-4), ("Iy", 4e-8), ("Iz", 9e-8), ("J", 7e-8), ("kappa_z", 0.6), ("density", 2700.0)];
+    let given = |more: &[(&'static str, f64)]| [&rest[..], more].concat();
+    let (by_ratio, by_modulus) = (matrices(0.6, &given(&[("nu", 0.25)])), matrices(0.6, &given(&[("G", 28e9)])));
+    assert!((by_ratio.0 - by_modulus.0).amax() < 1e-12 * 70e9);
+    assert!(refusal(&given(&[("nu", 0.3), ("G", 27e9)])).contains("nu"));
+    assert!(refusal(&given(&[("nu", 0.6)])).contains("at most 0.5"));
+    assert!(refusal(&[("nu", 0.3), ("J", 7e-8), ("mass_per_length", 1.0)]).contains('E'));
+}

@@ -200,3 +200,44 @@ fn frequency_responses_alone_recover_stiffness_mass_and_damping() {
         assert!((found / truth - 1.0).abs() < 1e-5, "{name}: {found} instead of {truth}");
     }
 }
+
+/// Without dashpots one decomposition serves all lines; with few lines each has its own factorisation. The model has massless
+/// rotations, the loss factor makes K complex.
+#[test]
+fn both_ways_to_frequency_responses_agree() {
+    let text = MODEL
+        .replace("overrides: {inner: {mass_damping: alpha}}\n", "")
+        .replace("springs: {damper: {node: b, c: {uz: c}}}\n", "")
+        .replace("  c: {value: 0.5 N s/m, bounds: [0 N s/m, 3 N s/m]}\n", "")
+        .replace("  alpha: {value: 0.4 1/s, bounds: [0 1/s, 2 1/s]}\n", "")
+        .replace("polar_inertia_per_length: 0.002 kg m", "polar_inertia_per_length: 0 kg m");
+    let model = load(&text, &Registry::builtin()).map_err(|p| format!("{p:?}")).unwrap().0;
+    let mut test = test(&model);
+    let theta = model.parameters().nominal();
+    let scaling = Scaling::new(&model);
+    let evaluate = |test: &TestData| {
+        let comparison = Comparison::new(&model, test, PAIRING).unwrap();
+        let prediction = comparison.predict(&theta).unwrap();
+        let point = Point { comparison: &comparison, scaling: &scaling, theta: &theta, prediction: &prediction };
+        let (h, slopes) = comparison.responses().unwrap().evaluate(&point, Some(scaling.free()));
+        (h, slopes)
+    };
+    let (together, slopes) = evaluate(&test);
+    let n_lines = 19;
+    assert_eq!(together.len(), 3 * n_lines);
+    for line in 0..n_lines {
+        let f = 3.1 * (line + 1) as f64;
+        test.frf_fit.as_mut().unwrap().bands_hz = vec![[f - 0.1, f + 0.1]];
+        let (alone, alone_slopes) = evaluate(&test);
+        for (response, h) in alone.iter().enumerate() {
+            let value = response * n_lines + line;
+            let largest = together.iter().map(|v| v.norm()).fold(0.0, f64::max);
+            assert!((h - together[value]).norm() < 1e-10 * largest, "{f} Hz: {h} and {}", together[value]);
+            for j in 0..slopes.ncols() {
+                let (a, b) = (alone_slopes[(response, j)], slopes[(value, j)]);
+                let size = slopes.column(j).iter().map(|v| v.norm()).fold(0.0, f64::max);
+                assert!((a - b).norm() < 1e-9 * size, "{f} Hz, parameter {j}: {a} and {b}");
+            }
+        }
+    }
+}

@@ -39,12 +39,17 @@ impl<'a> Places<'a> {
     /// A place on the structure as effects write it: `n8+n13.ry`, `left_wing.1:n5`, `whole`.
     pub(super) fn on_structure(&self, text: &str) -> Place {
         let mut place = Place { text: text.into(), ..Place::default() };
-        if text.split('.').next() == Some("whole") {
+        // A configuration stands before a slash.
+        let names_one =
+            |part: &str| self.model.geometry().node(part).is_some() || self.model.element_set(part).is_some();
+        let known = text.split(['+', ':', '.']).any(|part| part.contains('/') && names_one(part));
+        let inner = text.split_once('/').filter(|_| !known).map_or(text, |(_, inner)| inner);
+        if inner.split('.').next() == Some("whole") {
             place.elements = (0..self.drawn.iter().flatten().count()).collect();
             return place;
         }
         // The direction stands behind the last name only.
-        for part in text.split('+') {
+        for part in inner.split('+') {
             if !self.add(part, &mut place)
                 && let Some((name, _)) = part.rsplit_once('.')
             {

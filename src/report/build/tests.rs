@@ -172,7 +172,7 @@ fn a_hidden_mass_is_told_as_it_was_found() {
     assert!(best.evidence_for.iter().any(|e| e.contains("misfit falls")), "{:?}", best.evidence_for);
 
     let learned = super::super::fixture::learned::learned(&strip, &test);
-    let data = of_learning(&strip, &test, &learned).unwrap();
+    let data = of_learning(&[(&strip, &test)], &learned).unwrap();
     data.validate().unwrap();
     let steps = data.steps.as_ref().unwrap();
     assert_eq!(steps.steps.len(), learned.steps.len() + 1);

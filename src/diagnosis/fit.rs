@@ -1,0 +1,206 @@
+//! The optimum of a scene, and what a screening needs of it.
+
+use super::DiagnosisError;
+use super::posed::{Posed, Rows};
+use super::scene::Scene;
+use crate::linalg::{DMatrix, DVector, ThinQr, thin_qr};
+use crate::objective::{Linearization, Objective};
+use crate::optim::{LevenbergMarquardt, Optimizer, Run};
+use rayon::prelude::*;
+
+/// Steps of a fit, at most.
+pub(super) const STEPS: usize = 60;
+
+/// An optimum and what belongs to it.
+#[derive(Debug, Clone)]
+pub(super) struct Fit {
+    pub(super) x: DVector<f64>,
+    pub(super) theta: Vec<f64>,
+    /// Weighted rows r and their Jacobian.
+    pub(super) r: DVector<f64>,
+    pub(super) j: DMatrix<f64>,
+    /// Φ.
+    pub(super) phi: f64,
+    /// Σ over measured rows of ((model - test)/σ)², with the stated σ.
+    pub(super) misfit: f64,
+    pub(super) rows: Rows,
+    /// Shapes of the partners at the sensors, zero columns without partner, (n_sensor x n_mode).
+    pub(super) shapes: DMatrix<f64>,
+    /// Mass-normalised shape of every mode's partner on the dofs of its model, zero without partner.
+    pub(super) modes_at: Vec<DVector<f64>>,
+    /// Real test shapes and 1/σ of every entry, zero where not measured.
+    pub(super) test_shapes: DMatrix<f64>,
+    pub(super) inverse_sd: DMatrix<f64>,
+    /// Frequencies of the partners, NaN without.
+    pub(super) frequencies: Vec<f64>,
+    /// Measured modes without a partner.
+    pub(super) unpaired: Vec<usize>,
+}
+
+/// Fits a scene from several starts and keeps the lowest; the first of equal ones.
+///
+/// Errors: no start can be evaluated.
+pub(super) fn fit(scene: &Scene, starts: &[DVector<f64>], weight: f64) -> Result<Fit, DiagnosisError> {
+    fit_from(scene, starts, weight, starts.len(), STEPS)
+}
+
+/// The same from the first start and those with the lowest objective, `most` in all, with at most `steps` steps each.
+pub(super) fn fit_from(
+    scene: &Scene,
+    starts: &[DVector<f64>],
+    weight: f64,
+    most: usize,
+    steps: usize,
+) -> Result<Fit, DiagnosisError> {
+    let comparisons = scene.comparisons()?;
+    let posed = Posed::new(scene, &comparisons, scene.priors(), weight);
+    let x = if posed.n_parameters() == 0 {
+        DVector::zeros(0)
+    } else {
+        // A tenth of a unit of ln evidence is far below what any decision rests on; the tolerance is 1e-7 of Φ.
+        let method = LevenbergMarquardt { steps, tolerance: 1e-7, ..LevenbergMarquardt::default() };
+        let chosen = lowest(&posed, starts, most);
+        let found: Vec<_> = chosen
+            .par_iter()
+            .map(|start| method.minimize(start, &mut Run::new(&posed)).map(|o| (o.cost, o.x)))
+            .collect();
+        let mut best: Option<(f64, DVector<f64>)> = None;
+        let mut failure = None;
+        for result in found {
+            match result {
+                Ok((cost, x)) if best.as_ref().is_none_or(|b| cost < b.0) => best = Some((cost, x)),
+                Ok(_) => {}
+                Err(e) => failure = Some(e),
+            }
+        }
+        match (best, failure) {
+            (Some((_, x)), _) => x,
+            (None, Some(e)) => return Err(e.into()),
+            (None, None) => return Err(DiagnosisError::NoStart),
+        }
+    };
+    at(&posed, x)
+}
+
+/// The first of the points, then those with the lowest objective, in that order.
+fn lowest(posed: &Posed<'_>, points: &[DVector<f64>], most: usize) -> Vec<DVector<f64>> {
+    if points.len() <= most {
+        return points.to_vec();
+    }
+    let mut costs: Vec<(f64, usize)> =
+        points.par_iter().enumerate().skip(1).map(|(i, x)| (posed.cost(x).unwrap_or(f64::INFINITY), i)).collect();
+    costs.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    std::iter::once(0).chain(costs.iter().map(|c| c.1)).take(most).map(|i| points[i].clone()).collect()
+}
+
+/// The problem at a point, without a fit.
+pub(super) fn evaluate(scene: &Scene, x: DVector<f64>, weight: f64) -> Result<Fit, DiagnosisError> {
+    let comparisons = scene.comparisons()?;
+    at(&Posed::new(scene, &comparisons, scene.priors(), weight), x)
+}
+
+fn at(posed: &Posed<'_>, x: DVector<f64>) -> Result<Fit, DiagnosisError> {
+    let Linearization { residuals: r, jacobian: j } = posed.linearize(&x)?;
+    let theta = posed.scaling().theta(&x);
+    let rows = posed.rows;
+    let (n, m) = (rows.n_sensors, rows.n_modes);
+    let mut shapes = DMatrix::zeros(n, m);
+    let mut test_shapes = DMatrix::zeros(n, m);
+    let mut inverse_sd = DMatrix::zeros(n, m);
+    let mut modes_at = vec![DVector::zeros(0); m];
+    let mut frequencies = vec![f64::NAN; m];
+    let mut unpaired = Vec::new();
+    for part in &posed.parts {
+        let prediction = part.comparison.predict(&theta)?;
+        for (k, tested) in part.comparison.test().modes.iter().enumerate() {
+            let mode = part.first_mode + k;
+            for (i, &s) in part.sensors.iter().enumerate() {
+                let reading = part.comparison.shapes()[(i, k)];
+                if let Some(sd) = tested.shape_sd.as_ref().filter(|_| !reading.is_nan()) {
+                    test_shapes[(s, mode)] = reading;
+                    inverse_sd[(s, mode)] = 1.0 / sd[i];
+                }
+            }
+            let Some(a) = prediction.partner(k) else {
+                modes_at[mode] = DVector::zeros(prediction.modes.shapes.nrows());
+                unpaired.push(mode);
+                continue;
+            };
+            part.sensors.iter().enumerate().for_each(|(i, &s)| shapes[(s, mode)] = prediction.at_sensors[(i, a)]);
+            modes_at[mode] = prediction.modes.shapes.column(prediction.modes.n_rigid + a).into_owned();
+            frequencies[mode] = prediction.frequencies_hz[a];
+        }
+    }
+    let misfit = r.rows(0, rows.measured).norm_squared() / (posed.weight * posed.weight);
+    let phi = 0.5 * r.norm_squared();
+    Ok(Fit { x, theta, r, j, phi, misfit, rows, shapes, modes_at, test_shapes, inverse_sd, frequencies, unpaired })
+}
+
+impl Fit {
+    /// An orthonormal basis of what a refit of the parameters and of the scale of every shape can absorb, to first order.
+    pub(super) fn basis(&self) -> Result<DMatrix<f64>, DiagnosisError> {
+        let mut columns: Vec<DVector<f64>> = self.j.column_iter().map(nalgebra::Matrix::into_owned).collect();
+        for mode in 0..self.rows.n_modes {
+            if let Some(scale) = self.scale_direction(mode) {
+                columns.push(scale);
+            }
+        }
+        if columns.is_empty() {
+            return Ok(DMatrix::zeros(self.rows.len(), 0));
+        }
+        Ok(thin_qr(&DMatrix::from_columns(&columns))?.q)
+    }
+
+    /// The direction of the free scale of a shape: φ/σ.
+    fn scale_direction(&self, mode: usize) -> Option<DVector<f64>> {
+        if !self.rows.has_shapes {
+            return None;
+        }
+        let mut v = DVector::zeros(self.rows.len());
+        for s in 0..self.rows.n_sensors {
+            v[self.rows.shape(mode, s)] = self.shapes[(s, mode)] * self.inverse_sd[(s, mode)];
+        }
+        let norm = v.norm();
+        (norm > 0.0).then(|| v / norm)
+    }
+
+    /// ln det H and the inverse of H.
+    pub(super) fn hessian(&self) -> Result<(f64, DMatrix<f64>), DiagnosisError> {
+        let n = self.j.ncols();
+        if n == 0 {
+            return Ok((0.0, DMatrix::zeros(0, 0)));
+        }
+        let ThinQr { r, .. } = thin_qr(&self.j)?;
+        let ln_det = 2.0 * r.diagonal().iter().map(|d| d.abs().ln()).sum::<f64>();
+        let inverse = r.solve_upper_triangular(&DMatrix::identity(n, n)).ok_or(DiagnosisError::Singular)?;
+        Ok((ln_det, &inverse * inverse.transpose()))
+    }
+
+    /// Which rows carry noise: measured entries that exist; a target or prior row is no measurement but a prior row has
+    /// the scatter of its prior.
+    pub(super) fn noisy_rows(&self) -> Vec<bool> {
+        let rows = self.rows;
+        (0..rows.len())
+            .map(|i| {
+                if i < rows.n_modes {
+                    true
+                } else if rows.has_shapes && i < rows.shape(rows.n_modes, 0) {
+                    let k = i - rows.n_modes;
+                    self.inverse_sd[(k % rows.n_sensors, k / rows.n_sensors)] > 0.0
+                } else {
+                    i < rows.measured || i >= rows.measured + rows.targets
+                }
+            })
+            .collect()
+    }
+
+    /// Rows of the frequency and the shape of a mode.
+    pub(super) fn mode_rows(&self, mode: usize) -> Vec<usize> {
+        let mut rows = vec![mode];
+        if self.rows.has_shapes {
+            let noisy = self.noisy_rows();
+            rows.extend((0..self.rows.n_sensors).map(|s| self.rows.shape(mode, s)).filter(|&r| noisy[r]));
+        }
+        rows
+    }
+}

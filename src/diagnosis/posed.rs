@@ -1,0 +1,176 @@
+//! The rows of the least-squares problem of a scene, and their derivatives.
+
+use super::scene::{Prior, Scene};
+use crate::linalg::{DMatrix, DVector};
+use crate::model::{ParametricModel, Targets};
+use crate::objective::residual::{
+    Damping, Frequency, FrfLog, MassPropertyResidual, Shape, StaticAngle, StaticDeflection, TargetResidual,
+};
+use crate::objective::{Comparison, EvalError, LeastSquares, Linearization, Objective, Residual, Scaling};
+
+/// The rows of the problem.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Rows {
+    pub(super) n_modes: usize,
+    pub(super) n_sensors: usize,
+    /// Rows of measured data; targets and priors follow.
+    pub(super) measured: usize,
+    pub(super) targets: usize,
+    pub(super) priors: usize,
+    pub(super) has_shapes: bool,
+}
+
+impl Rows {
+    pub(super) fn len(self) -> usize {
+        self.measured + self.targets + self.priors
+    }
+
+    /// Row of a shape entry.
+    pub(super) fn shape(self, mode: usize, sensor: usize) -> usize {
+        self.n_modes + mode * self.n_sensors + sensor
+    }
+}
+
+/// The objective Φ.
+#[derive(Debug)]
+pub(super) struct Posed<'a> {
+    pub(super) parts: Vec<Part<'a>>,
+    priors: Vec<Prior>,
+    pub(super) weight: f64,
+    pub(super) rows: Rows,
+}
+
+/// The rows of one test.
+#[derive(Debug)]
+pub(super) struct Part<'a> {
+    pub(super) comparison: &'a Comparison<'a>,
+    data: LeastSquares<'a>,
+    /// Where each of its rows stands among all.
+    rows: Vec<usize>,
+    pub(super) first_mode: usize,
+    pub(super) sensors: &'a [usize],
+}
+
+impl<'a> Posed<'a> {
+    /// Frequencies of all tests, shapes where a test has them, mass properties, static deflections and angles, amplitudes of
+    /// frequency responses where the test says that a fit uses them, and damping ratios if the model is damped; then targets
+    /// and priors.
+    pub(super) fn new(scene: &'a Scene, comparisons: &'a [Comparison<'a>], priors: Vec<Prior>, weight: f64) -> Self {
+        let (n_modes, n_sensors) = (scene.test.modes.len(), scene.test.sensors.len());
+        let has_shapes = comparisons.iter().any(Comparison::has_shapes);
+        let mut measured = n_modes + if has_shapes { n_modes * n_sensors } else { 0 };
+        // Targets belong to the parameters and not to a test: they count once.
+        let owner = scene.cases.iter().position(|c| c.model.targets() != Targets::default());
+        let mut targets = 0;
+        let mut parts = Vec::with_capacity(comparisons.len());
+        for (k, (comparison, case)) in comparisons.iter().zip(&scene.cases).enumerate() {
+            let own_shapes = comparison.has_shapes();
+            let mut terms: Vec<&dyn Residual> = vec![&Frequency];
+            if own_shapes {
+                terms.push(&Shape);
+            }
+            let further: [&dyn Residual; 4] = [&MassPropertyResidual, &StaticDeflection, &StaticAngle, &FrfLog];
+            let mut further: Vec<&dyn Residual> = further.to_vec();
+            if scene.is_damped {
+                further.push(&Damping);
+            }
+            let n_further: usize = further.iter().map(|t| t.len(comparison)).sum();
+            terms.extend(further);
+            let mut rows: Vec<usize> = case.modes().collect();
+            if own_shapes {
+                let shape = |m: usize| case.sensors.iter().map(move |s| n_modes + m * n_sensors + s);
+                rows.extend(case.modes().flat_map(shape));
+            }
+            rows.extend(measured..measured + n_further);
+            measured += n_further;
+            if owner == Some(k) {
+                terms.push(&TargetResidual);
+                targets = TargetResidual.len(comparison);
+            }
+            let data = LeastSquares::with_terms(comparison, terms);
+            parts.push(Part { comparison, data, rows, first_mode: case.first_mode, sensors: &case.sensors });
+        }
+        if let Some(owner) = owner {
+            parts[owner].rows.extend(measured..measured + targets);
+        }
+        let rows = Rows { n_modes, n_sensors, measured, targets, priors: priors.len(), has_shapes };
+        Self { parts, priors, weight, rows }
+    }
+
+    /// Residuals of all tests in the order of the rows.
+    fn gather(&self, of: impl Fn(&Part<'a>) -> Result<DVector<f64>, EvalError>) -> Result<DVector<f64>, EvalError> {
+        if let [only] = &self.parts[..] {
+            return of(only);
+        }
+        let mut all = DVector::zeros(self.rows.measured + self.rows.targets);
+        for part in &self.parts {
+            let own = of(part)?;
+            part.rows.iter().zip(own.iter()).for_each(|(&i, v)| all[i] = *v);
+        }
+        Ok(all)
+    }
+
+    pub(super) fn scaling(&self) -> &Scaling {
+        self.parts[0].data.scaling()
+    }
+
+    fn extend(&self, data: &DVector<f64>, x: &DVector<f64>) -> DVector<f64> {
+        let n = data.len();
+        DVector::from_fn(self.rows.len(), |i, _| {
+            if i < self.rows.measured {
+                data[i] * self.weight
+            } else if i < n {
+                data[i]
+            } else {
+                self.priors[i - n].row(x[i - n]).0
+            }
+        })
+    }
+
+    /// Weighted rows of data and targets at θ, priors zero.
+    pub(super) fn data_rows(&self, theta: &[f64]) -> Result<DVector<f64>, EvalError> {
+        let own = |p: &Part<'a>| Ok(p.data.residuals_of(theta, &p.comparison.predict(theta)?));
+        let mut r = self.gather(own)?.resize_vertically(self.rows.len(), 0.0);
+        r.rows_mut(0, self.rows.measured).scale_mut(self.weight);
+        if r.iter().all(|v| v.is_finite()) { Ok(r) } else { Err(EvalError::NotFinite { name: "data".into() }) }
+    }
+}
+
+impl Objective for Posed<'_> {
+    fn n_parameters(&self) -> usize {
+        self.priors.len()
+    }
+
+    fn n_residuals(&self) -> usize {
+        self.rows.len()
+    }
+
+    fn residuals(&self, x: &DVector<f64>) -> Result<DVector<f64>, EvalError> {
+        Ok(self.extend(&self.gather(|p| p.data.residuals(x))?, x))
+    }
+
+    fn linearize(&self, x: &DVector<f64>) -> Result<Linearization, EvalError> {
+        let (residuals, mut jacobian) = if let [only] = &self.parts[..] {
+            let Linearization { residuals, jacobian } = only.data.linearize(x)?;
+            (residuals, jacobian)
+        } else {
+            let n = self.rows.measured + self.rows.targets;
+            let (mut residuals, mut jacobian) = (DVector::zeros(n), DMatrix::zeros(n, x.len()));
+            for part in &self.parts {
+                let own = part.data.linearize(x)?;
+                for (k, &i) in part.rows.iter().enumerate() {
+                    residuals[i] = own.residuals[k];
+                    jacobian.set_row(i, &own.jacobian.row(k));
+                }
+            }
+            (residuals, jacobian)
+        };
+        jacobian.rows_mut(0, self.rows.measured).scale_mut(self.weight);
+        let n = residuals.len();
+        let mut jacobian = jacobian.resize_vertically(self.rows.len(), 0.0);
+        for (j, prior) in self.priors.iter().enumerate() {
+            jacobian[(n + j, j)] = prior.row(x[j]).1;
+        }
+        Ok(Linearization { residuals: self.extend(&residuals, x), jacobian })
+    }
+}

@@ -1,0 +1,98 @@
+//! Effects that act in one configuration of a structure only.
+
+use super::super::*;
+use crate::linalg::DMatrix;
+use crate::model::{Model, ParametricModel, Registry, load, load_configuration};
+
+const TEXT: &str = include_str!("../../../models/bff.yaml");
+
+fn models() -> (Model, Model) {
+    let load = |name| load_configuration(TEXT, name, &Registry::builtin()).unwrap().0;
+    (load(None), load(Some("bench")))
+}
+
+fn placed() -> Vec<Candidate> {
+    let (base, bench) = models();
+    let context = Context::default();
+    let tested = [
+        Configured { name: None, model: &base, context: &context },
+        Configured { name: Some("bench"), model: &bench, context: &context },
+    ];
+    candidates_in(&tested, &Effects::builtin())
+}
+
+/// K at the estimates, with the parameters that an effect brings at their typical sizes.
+fn stiffness(text: &str, configuration: Option<&str>, candidate: &Candidate) -> DMatrix<f64> {
+    let (model, _, _) = load_configuration(text, configuration, &Registry::builtin()).unwrap();
+    let mut theta = model.parameters().nominal();
+    for p in &candidate.parameters {
+        theta[model.parameters().index_of(&p.name).unwrap()] = p.typical;
+    }
+    model.assemble(&theta).unwrap().stiffness
+}
+
+#[test]
+fn what_belongs_to_the_structure_stands_once_and_what_belongs_to_a_rig_in_each() {
+    let all = placed();
+    let count = |id: &str| all.iter().filter(|c| c.id() == id).count();
+    assert_eq!(count("point-mass@n8"), 1);
+    assert_eq!(count("ground-spring@n8.uz"), 1);
+    assert_eq!(count("ground-spring@base/n8.uz"), 1);
+    assert_eq!(count("ground-spring@bench/n8.uz"), 1);
+    // The right wing is held on the bench.
+    assert_eq!(count("ground-spring@bench/n12.uz"), 0);
+    let roots: Vec<String> = all.iter().filter(|c| c.effect.name() == "root-flexibility").map(Candidate::id).collect();
+    assert!(roots.contains(&"root-flexibility@bench/left_wing.2:n5.ry".to_string()), "{roots:?}");
+    assert!(roots.iter().all(|id| id.contains("@bench/")), "{roots:?}");
+}
+
+#[test]
+fn an_effect_of_one_configuration_changes_no_other_and_can_be_taken_out_again() {
+    for id in [
+        "root-flexibility@bench/left_wing.2:n5.ry",
+        "ground-spring@bench/n8.uz",
+        "ground-spring@base/n8.uz",
+        "ground-spring@base/n8+n13.uz",
+    ] {
+        let candidate = placed().into_iter().find(|c| c.id() == id).unwrap();
+        let edited = candidate.patch.add_to_text(TEXT, id, "a test").unwrap();
+        let (model, _, _) = load(&edited, &Registry::builtin()).unwrap();
+        // As `add` finds it by its id in the file as it was.
+        let (base, _) = models();
+        let context = Context::default();
+        let found = Effects::builtin().candidate(&Structure::new(&base, &context), id).unwrap();
+        assert_eq!(found.patch, candidate.patch, "{id}");
+        assert_eq!(model.spec().history.last().unwrap().add, id);
+        let changed = |c: Option<&str>| stiffness(&edited, c, &candidate) != stiffness(&edited, c, &still(&candidate));
+        let in_base = id.contains("@base/");
+        assert_eq!((changed(None), changed(Some("bench"))), (in_base, !in_base), "{id}");
+        assert_eq!(undo(&edited).unwrap().text, TEXT, "{id}");
+    }
+}
+
+/// The same at its neutral values.
+fn still(candidate: &Candidate) -> Candidate {
+    let mut out = candidate.clone();
+    out.parameters.iter_mut().for_each(|p| p.typical = p.neutral);
+    out
+}
+
+#[test]
+fn two_effects_of_one_configuration_are_undone_one_after_the_other() {
+    let all = placed();
+    let find = |id: &str| all.iter().find(|c| c.id() == id).unwrap();
+    let first = "root-flexibility@bench/left_wing.2:n5.ry";
+    let second = "root-flexibility@bench/left_wing.2:n5.rx";
+    let one = find(first).patch.add_to_text(TEXT, first, "").unwrap();
+    let two = find(second).patch.add_to_text(&one, second, "").unwrap();
+    assert_eq!(undo(&two).unwrap().text, one);
+    assert_eq!(undo(&one).unwrap().text, TEXT);
+}
+
+#[test]
+fn an_unknown_configuration_is_a_place_that_is_not_there() {
+    let (base, _) = models();
+    let context = Context::default();
+    let wrong = Effects::builtin().candidate(&Structure::new(&base, &context), "ground-spring@bensh/n8.uz");
+    assert!(matches!(wrong, Err(PatchError::UnknownPlace { .. })), "{wrong:?}");
+}

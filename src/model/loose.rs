@@ -1,0 +1,95 @@
+//! What hangs on nothing after a part of a structure was taken away.
+
+use super::configuration::member_number;
+use super::spec::{ModelSpec, SpringSpec};
+use std::collections::{HashMap, HashSet};
+
+/// Takes out masses, springs, links and constraints of nodes that were connected to a beam, a bar, an element or a support in
+/// `before` and no longer are; whether a mass was among them.
+///
+/// A structure without such parts, a chain of masses and springs, is left as it is.
+pub(super) fn drop_loose(spec: &mut ModelSpec, before: &ModelSpec) -> bool {
+    let (then, now) = (attached(before), attached(spec));
+    let loose: HashSet<String> = then.difference(&now).cloned().collect();
+    if loose.is_empty() {
+        return false;
+    }
+    let is_loose = |n: &String| loose.contains(n);
+    let hangs = |s: &SpringSpec| s.node.iter().chain(s.nodes.iter().flatten()).any(is_loose);
+    spec.springs.retain(|_, s| !hangs(s));
+    spec.bushings.retain(|_, s| !hangs(s));
+    spec.constraints.retain(|_, c| !c.terms.iter().any(|t| is_loose(&t.node)));
+    spec.rigid_links.retain(|_, link| {
+        link.slaves.retain(|s| !is_loose(s));
+        !is_loose(&link.master) && !link.slaves.is_empty()
+    });
+    let mut had_mass = false;
+    // Members that stay keep their order and get new numbers.
+    let mut numbers: HashMap<String, Vec<Option<usize>>> = HashMap::new();
+    spec.masses.retain(|name, mass| {
+        if let Some(nodes) = &mut mass.nodes {
+            let mut next = 0;
+            let kept: Vec<Option<usize>> = nodes
+                .iter()
+                .map(|n| {
+                    (!is_loose(n)).then(|| {
+                        next += 1;
+                        next
+                    })
+                })
+                .collect();
+            had_mass |= next < nodes.len();
+            nodes.retain(|n| !is_loose(n));
+            numbers.insert(name.clone(), kept);
+            return next > 0;
+        }
+        let gone = mass.node.as_ref().is_some_and(is_loose);
+        had_mass |= gone;
+        if gone {
+            numbers.insert(name.clone(), Vec::new());
+        }
+        !gone
+    });
+    spec.forget(|n| {
+        let Some((entry, kept)) = numbers.iter().find(|(e, _)| n == *e || member_number(n, e).is_some()) else {
+            return Some(n.to_string());
+        };
+        match member_number(n, entry) {
+            Some(k) => kept.get(k.wrapping_sub(1)).copied().flatten().map(|k| format!("{entry}.{k}")),
+            None => kept.iter().any(Option::is_some).then(|| n.to_string()),
+        }
+    });
+    had_mass
+}
+
+/// Nodes that are connected to a beam, a bar, an element or a support.
+fn attached(spec: &ModelSpec) -> HashSet<String> {
+    let mut out: HashSet<String> = HashSet::new();
+    let mut links: Vec<Vec<&String>> = Vec::new();
+    for member in spec.beams.values().chain(spec.bars.values()) {
+        out.extend(member.nodes.iter().flatten().cloned());
+        out.extend(member.pairs.iter().flatten().flatten().cloned());
+        out.extend(member.chain.iter().flatten().cloned());
+    }
+    out.extend(spec.elements.values().flat_map(|e| e.nodes.iter().cloned()));
+    for s in spec.supports.values() {
+        out.extend(s.node.iter().chain(s.nodes.iter().flatten()).cloned());
+    }
+    links.extend(spec.springs.values().chain(spec.bushings.values()).map(|s| s.nodes.iter().flatten().collect()));
+    links.extend(spec.rigid_links.values().map(|l| std::iter::once(&l.master).chain(&l.slaves).collect()));
+    links.extend(spec.constraints.values().map(|c| c.terms.iter().map(|t| &t.node).collect()));
+    // Springs to ground hold nothing that has no stiffness of its own.
+    loop {
+        let mut grown = false;
+        for link in &links {
+            if link.iter().any(|n| out.contains(*n)) {
+                for n in link {
+                    grown |= out.insert((*n).clone());
+                }
+            }
+        }
+        if !grown {
+            return out;
+        }
+    }
+}
