@@ -1,12 +1,20 @@
-//! One comparison of a model of 100 dofs with 34 sensors and 10 modes, as a whole and in parts.
+//! One comparison of a model of 100 dofs with 34 sensors and 10 modes, as a whole and in parts; and all that `retune compare`
+//! tells by default of a model file of that size.
 
 use divan::{Bencher, black_box};
 use retune::correlation::{
     ElementMatrix, ExpandedMode, Expander, ModeList, PairingOptions, comac, cross_orthogonality, enhanced_comac,
     localize, mac_matrix, pair_modes, shape_residual, spoiling_sensors,
 };
+use retune::data::TestData;
 use retune::linalg::{DMatrix, DVector, Eigenpairs, lowest_modes};
 use retune::modal::reduction::{selection, serep};
+use retune::model::{Model, ParametricModel, Registry, load};
+use retune::objective::Comparison;
+use retune::update::{
+    Assessment, MassReduction, PlacesOptions, TwinOptions, assess, mode_agreement, node_sensors,
+    orthogonality as mass_orthogonality, places, sensor_agreement, twin_modes,
+};
 
 fn main() {
     divan::main();
@@ -127,5 +135,75 @@ fn whole_comparison(bencher: Bencher<'_, '_>) {
     bencher.bench(|| {
         let case = black_box(&case);
         criteria(case) as f64 + orthogonality(case) + location(case)
+    });
+}
+
+/// A free beam of 33 members, 102 dofs, and a synthetic test of a stiffer one: a deflection at each of its 34 nodes, 10 modes.
+fn from_files() -> (Model, TestData) {
+    let at = |i: i32| format!("  n{i}: [{}, {}, 0]", 0.01 * f64::from(i), 0.1 * f64::from(i));
+    let nodes = (0..34).map(at).collect::<Vec<_>>().join("\n");
+    let chain: Vec<String> = (0..34).map(|i| format!("n{i}")).collect();
+    let model = format!(
+        "retune: 1\nname: free beam\nactive_dofs: [uz, rx, ry]\nparameters: {{EI: {{value: 70 N m^2}}, GJ: {{value: 5800 N m^2}}}}\nnodes:\n{nodes}\nbeams: {{b: {{chain: [{}], properties: {{EIy: EI, GJ: GJ, mass_per_length: 0.9, polar_inertia_per_length: 5e-4}}}}}}\n",
+        chain.join(", ")
+    );
+    let model = load(&model, &Registry::builtin()).unwrap_or_else(|e| panic!("{e:?}")).0;
+    assert_eq!(model.dof_map().n_dof(), 102);
+    let options = TwinOptions { frequency_noise: 0.005, shape_noise: 0.01, ..TwinOptions::default() };
+    let mut truth = model.parameters().nominal();
+    truth[0] *= 1.05;
+    let test =
+        twin_modes(&model, &truth, &node_sensors(&model), &options, "a stiffer beam").unwrap_or_else(|e| panic!("{e}"));
+    (model, test)
+}
+
+fn with_comparison<T>(of: impl FnOnce(&Model, &Comparison<'_>, &Assessment) -> T) -> T {
+    let (model, test) = from_files();
+    let comparison = Comparison::new(&model, &test, PairingOptions::default()).unwrap_or_else(|e| panic!("{e}"));
+    let assessment = assess(&comparison, &model.parameters().nominal()).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!((test.sensors.len(), test.modes.len(), assessment.pairs.len()), (34, 10, 10));
+    of(&model, &comparison, &assessment)
+}
+
+#[divan::bench]
+fn file_assess(bencher: Bencher<'_, '_>) {
+    with_comparison(|_, comparison, a| bencher.bench_local(|| assess(comparison, black_box(&a.theta)).is_ok()));
+}
+
+#[divan::bench]
+fn file_modes_and_sensors(bencher: Bencher<'_, '_>) {
+    with_comparison(|_, comparison, a| {
+        bencher.bench_local(|| {
+            mode_agreement(comparison, black_box(a)).is_ok() && sensor_agreement(comparison, a, 3).is_ok()
+        });
+    });
+}
+
+#[divan::bench]
+fn file_orthogonality(bencher: Bencher<'_, '_>) {
+    with_comparison(|_, comparison, a| {
+        bencher.bench_local(|| mass_orthogonality(comparison, black_box(a), MassReduction::Auto).is_ok());
+    });
+}
+
+#[divan::bench]
+fn file_places(bencher: Bencher<'_, '_>) {
+    with_comparison(|model, comparison, a| {
+        bencher.bench_local(|| places(model, comparison, black_box(a), PlacesOptions::default()).is_ok());
+    });
+}
+
+#[divan::bench]
+fn file_whole_comparison(bencher: Bencher<'_, '_>) {
+    let (model, test) = from_files();
+    let theta = model.parameters().nominal();
+    bencher.bench_local(|| {
+        let comparison = Comparison::new(&model, &test, PairingOptions::default()).ok()?;
+        let a = assess(&comparison, black_box(&theta)).ok()?;
+        let modes = mode_agreement(&comparison, &a).ok()?;
+        let sensors = sensor_agreement(&comparison, &a, 3).ok()?;
+        let mass = mass_orthogonality(&comparison, &a, MassReduction::Auto).ok()?;
+        let places = places(&model, &comparison, &a, PlacesOptions::default()).ok()?;
+        Some((modes, sensors, mass, places))
     });
 }

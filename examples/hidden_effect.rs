@@ -12,7 +12,6 @@ use retune::data::convert::{FrfOptions, UnitSystem, UnitsFrom};
 use retune::data::{MeasurementOptions, Origin, Place, TestData, read_measurements, read_test};
 use retune::diagnosis::{Learned, Settings, learn};
 use retune::identify::{IdentifyOptions, identify, sensors, test_modes};
-use retune::linalg::DVector;
 use retune::modal::{SolveOptions, solve};
 use retune::model::{Model, ParametricModel, Registry, load};
 use retune::report::text::{Align, Style, Table, number};
@@ -95,13 +94,11 @@ fn bench(model: &Model, theta: &[f64]) -> Result<[f64; 3], Box<dyn Error>> {
     let system = clamped.assemble(theta)?;
     let options = SolveOptions { n_elastic: 3, shift: None };
     let modes = solve(&system.stiffness, &system.mass, &clamped.dof_map().rigid_motions(), options)?;
-    let torsion = |i: usize| -> Result<f64, Box<dyn Error>> {
-        let shape: DVector<f64> = modes.shapes.column(i).into_owned();
-        Ok(clamped.character(theta, shape.as_slice(), false)?.map_or(0.0, |c| c.torsion))
-    };
+    let characters = clamped.characters(theta, &modes.shapes, modes.n_rigid)?;
+    let torsion = |i: usize| characters.as_ref().map_or(0.0, |c| c[i].torsion);
     let mut found: Vec<(f64, f64)> = Vec::new();
     for i in modes.elastic() {
-        found.push((torsion(i)?, modes.frequency_hz(i)));
+        found.push((torsion(i), modes.frequency_hz(i)));
     }
     let twist = (0..3).max_by(|&a, &b| found[a].0.total_cmp(&found[b].0)).unwrap_or(1);
     let bending: Vec<f64> = (0..3).filter(|&i| i != twist).map(|i| found[i].1).collect();

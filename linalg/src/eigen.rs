@@ -7,7 +7,7 @@
 //!
 //! Source: B. N. Parlett, The Symmetric Eigenvalue Problem, SIAM 1998, section 15.
 
-use super::decompositions::leading_pencil;
+use super::decompositions::{ShiftedPencil, leading_pencil, pencil_values};
 use super::{DMatrix, DVector, LinalgError};
 
 /// Eigenvalues in ascending order and M-orthonormal vectors as columns.
@@ -29,15 +29,39 @@ pub struct Eigenpairs {
 /// who knows the geometry sets them to zero.
 pub fn lowest_modes(k: &DMatrix<f64>, m: &DMatrix<f64>, n_modes: usize, shift: f64) -> Result<Eigenpairs, LinalgError> {
     let (theta, vectors) = leading_pencil(k, m, shift, n_modes)?;
-    let n = theta.len();
+    Ok(Eigenpairs::of(&theta, &vectors, n_modes, shift))
+}
+
+impl Eigenpairs {
+    /// The `n_modes` lowest ones of a complete basis, as [`lowest_modes`] gives them.
+    pub fn lowest_of(pencil: &ShiftedPencil, n_modes: usize) -> Self {
+        Self::of(&pencil.theta, &pencil.vectors, n_modes, pencil.shift)
+    }
+
+    fn of(theta: &DVector<f64>, vectors: &DMatrix<f64>, n_modes: usize, shift: f64) -> Self {
+        let (n, count) = (theta.len(), n_modes.min(rank(theta)));
+        let values = DVector::from_fn(count, |j, _| 1.0 / theta[j] - shift);
+        // x = L⁻ᵀ y has xᵀ (K + aM) x = 1, so xᵀ M x = θ.
+        let vectors = DMatrix::from_fn(n, count, |i, j| vectors[(i, j)] / theta[j].sqrt());
+        Self { values, vectors }
+    }
+}
+
+/// The values of [`lowest_modes`] alone.
+pub fn lowest_values(
+    k: &DMatrix<f64>,
+    m: &DMatrix<f64>,
+    n_modes: usize,
+    shift: f64,
+) -> Result<DVector<f64>, LinalgError> {
+    let theta = pencil_values(k, m, shift)?;
+    Ok(DVector::from_fn(n_modes.min(rank(&theta)), |j, _| 1.0 / theta[j] - shift))
+}
+
+/// How many θ belong to finite frequencies: those at rounding level belong to massless dofs.
+fn rank(theta: &DVector<f64>) -> usize {
     let largest = theta.iter().copied().fold(0.0, f64::max);
-    // θ at rounding level belongs to massless dofs: an infinite frequency.
-    let rank = theta.iter().filter(|t| **t > 1e-14 * n as f64 * largest).count();
-    let count = n_modes.min(rank);
-    let values = DVector::from_fn(count, |j, _| 1.0 / theta[j] - shift);
-    // x = L⁻ᵀ y has xᵀ (K + aM) x = 1, so xᵀ M x = θ.
-    let vectors = DMatrix::from_fn(n, count, |i, j| vectors[(i, j)] / theta[j].sqrt());
-    Ok(Eigenpairs { values, vectors })
+    theta.iter().filter(|t| **t > 1e-14 * theta.len() as f64 * largest).count()
 }
 
 #[cfg(test)]
@@ -116,6 +140,8 @@ mod tests {
         m[(1, 1)] = 0.0;
         let pairs = lowest_modes(&k, &m, 4, 0.01).unwrap();
         assert_eq!(pairs.values.len(), 3);
+        let alone = lowest_values(&k, &m, 4, 0.01).unwrap();
+        assert!((alone - pairs.values).amax() < rounding(4, 4.0, 0.01, 4.0));
     }
 
     #[test]

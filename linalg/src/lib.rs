@@ -11,8 +11,8 @@ mod orthogonal;
 pub mod sparse;
 mod symmetric;
 
-pub use decompositions::{Svd, SymmetricEigen, shifted_pencil, symmetric_eigen, thin_svd};
-pub use eigen::{Eigenpairs, lowest_modes};
+pub use decompositions::{ShiftedPencil, Svd, SymmetricEigen, symmetric_eigen, symmetric_values, thin_svd};
+pub use eigen::{Eigenpairs, lowest_modes, lowest_values};
 pub use eigenvalues::{GeneralEigenpairs, general_eigenpairs};
 pub use nalgebra::{Complex, DMatrix, DVector};
 pub use orthogonal::{ThinQr, thin_qr};

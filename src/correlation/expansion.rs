@@ -5,7 +5,7 @@
 //! `dynamic_reduction`; multiply them with the test shape.
 
 use super::CorrelationError;
-use crate::linalg::{DMatrix, DVector, LinalgError, shifted_pencil};
+use crate::linalg::{DMatrix, DVector, LinalgError, ShiftedPencil};
 use nalgebra::Cholesky;
 
 /// Minimum dynamic residual expansion for one model and one set of sensors.
@@ -73,13 +73,35 @@ impl Expander {
                 return Err(CorrelationError::Shape { what, rows: a.nrows(), columns: a.ncols(), expected });
             }
         }
-        if !(shift > 0.0 && shift.is_finite()) {
-            return Err(CorrelationError::Range { what: "shift", value: shift, expected: "positive and finite" });
+        Self::check_shift(shift)?;
+        Self::of_basis(ShiftedPencil::new(k, m, shift)?, s)
+    }
+
+    fn check_shift(shift: f64) -> Result<(), CorrelationError> {
+        if shift > 0.0 && shift.is_finite() {
+            return Ok(());
         }
-        if let Some(row) = (0..s.nrows()).find(|&i| s.row(i).iter().any(|v| !v.is_finite())) {
-            return Err(LinalgError::NotFinite { matrix: "observation", row }.into());
+        Err(CorrelationError::Range { what: "shift", value: shift, expected: "positive and finite" })
+    }
+
+    /// [`Self::new`] for a model whose complete basis is at hand, with any shift of its own.
+    pub fn from_basis(basis: &ShiftedPencil, s: &DMatrix<f64>, shift: f64) -> Result<Self, CorrelationError> {
+        let n = basis.vectors.nrows();
+        if s.ncols() != n {
+            let (rows, columns, expected) = (s.nrows(), s.ncols(), format!("{n} columns, one for every dof"));
+            return Err(CorrelationError::Shape { what: "observation matrix", rows, columns, expected });
         }
-        let (theta, vectors) = shifted_pencil(k, m, shift)?;
+        Self::check_shift(shift)?;
+        Self::of_basis(basis.shifted_to(shift), s)
+    }
+
+    fn of_basis(
+        ShiftedPencil { theta, vectors, shift }: ShiftedPencil,
+        s: &DMatrix<f64>,
+    ) -> Result<Self, CorrelationError> {
+        if let Some(at) = s.iter().position(|v| !v.is_finite()) {
+            return Err(LinalgError::NotFinite { matrix: "observation", row: at % s.nrows() }.into());
+        }
         Ok(Self { observed: s * &vectors, vectors, theta, shift })
     }
 
@@ -144,20 +166,22 @@ impl Expander {
             let what = "standard deviation of a shape entry";
             return Err(CorrelationError::Range { what, value: sd[i], expected: "positive and finite" });
         }
-        let gap = self.theta.map(|theta| 1.0 - (omega_squared + self.shift) * theta);
-        let b = DMatrix::from_fn(used.len(), n, |i, k| weight.sqrt() / sd[used[i]] * self.observed[(used[i], k)]);
+        let gap = self.gap(omega_squared);
+        let root = weight.sqrt();
+        let b = DMatrix::from_fn(used.len(), n, |i, k| root / sd[used[i]] * self.observed[(used[i], k)]);
         let solved = self.solve(&b, &gap)?;
         let mut coefficients = DMatrix::zeros(n, n_sensors);
-        for (column, &i) in used.iter().enumerate() {
-            coefficients.set_column(i, &(solved.column(column) * (weight.sqrt() / sd[i])));
+        for (row, &i) in used.iter().enumerate() {
+            let factor = root / sd[i];
+            coefficients.column_mut(i).zip_apply(&solved.row(row).transpose(), |to, v| *to = v * factor);
         }
         let measured = DVector::from_fn(n_sensors, |i, _| if y[i].is_finite() { y[i] } else { 0.0 });
         let q = &coefficients * &measured;
         let residual_q = q.component_mul(&gap);
         let predicted = &self.observed * &q;
         let mut residual_coefficients = coefficients.clone();
-        for (mut row, g) in residual_coefficients.row_iter_mut().zip(gap.iter()) {
-            row *= *g;
+        for mut column in residual_coefficients.column_iter_mut() {
+            column.component_mul_assign(&gap);
         }
         Ok(ExpandedShape {
             shape: &self.vectors * &q,
@@ -170,12 +194,42 @@ impl Expander {
         })
     }
 
+    /// 1 - (ω² + a) θ of every mode: Xᵀ (K - ω² M) X.
+    fn gap(&self, omega_squared: f64) -> DVector<f64> {
+        self.theta.map(|theta| 1.0 - (omega_squared + self.shift) * theta)
+    }
+
+    /// What forces that stand for changes of stiffness do to a mode of this model, at the sensors.
+    ///
+    /// ```text
+    /// (K - λM) φ' = λ' M φ - ∂K φ,   φᵀ M φ' = 0:    S φ' = - Σ_{k ≠ j} S x_k (x_kᵀ ∂K φ) / (1 - (λ + a) θ_k)
+    /// ```
+    ///
+    /// * `lambda` - λ of the mode, not near another one
+    /// * `forces` - ∂K φ as columns, (n x changes)
+    ///
+    /// (n_sensor x changes). Exact, because the basis of the expander is complete; `None` where λ is double.
+    ///
+    /// # Source
+    /// R. L. Fox, M. P. Kapoor, Rates of change of eigenvalues and eigenvectors, AIAA Journal 6 (1968) 2426-2429.
+    pub fn mode_change(&self, lambda: f64, forces: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+        let gap = self.gap(lambda);
+        let own = gap.iamin();
+        let mut q = self.vectors.transpose() * forces;
+        for mut column in q.column_iter_mut() {
+            column.zip_apply(&gap, |q, gap| *q /= -gap);
+            column[own] = 0.0;
+        }
+        let change = &self.observed * q;
+        change.iter().all(|v| v.is_finite()).then_some(change)
+    }
+
     /// ∂u/∂y of an expansion by this expander, (n x n_sensor): the covariance of u is (∂u/∂y) diag(σ²) (∂u/∂y)ᵀ.
     pub fn shape_sensitivity(&self, expanded: &ExpandedShape) -> DMatrix<f64> {
         &self.vectors * &expanded.coefficients
     }
 
-    /// (gap² + BᵀB)⁻¹ Bᵀ, (n x sensors), with B = √w Σ⁻¹ S X.
+    /// B (gap² + BᵀB)⁻¹, (sensors x n), with B = √w Σ⁻¹ S X.
     ///
     /// Modes away from resonance are eliminated through the sensors, which are fewer:
     ///
@@ -188,14 +242,24 @@ impl Expander {
         /// gap² below which a mode is near resonance; far ones lose at most four digits by the elimination.
         const NEAR: f64 = 1e-4;
         let singular = || LinalgError::NotPositiveDefinite { row: 0, shift: self.shift };
-        let (near, far): (Vec<usize>, Vec<usize>) = (0..gap.len()).partition(|&k| gap[k] * gap[k] < NEAR);
-        let (b_near, b_far) = (b.select_columns(&near), b.select_columns(&far));
-        let mut scaled = b_far.clone();
-        for (mut column, &k) in scaled.column_iter_mut().zip(&far) {
-            column.unscale_mut(gap[k] * gap[k]);
+        let near: Vec<usize> = (0..gap.len()).filter(|&k| gap[k] * gap[k] < NEAR).collect();
+        let b_near = b.select_columns(&near);
+        // B_f/gap_f; the columns of the near modes are zero.
+        let mut far = b.clone();
+        for (mut column, gap) in far.column_iter_mut().zip(gap.iter()) {
+            if gap * gap < NEAR {
+                column.fill(0.0);
+            } else {
+                column.unscale_mut(*gap);
+            }
         }
-        let sensors = DMatrix::identity(b.nrows(), b.nrows()) + &scaled * b_far.transpose();
-        let inverse = Cholesky::new(sensors).ok_or_else(singular)?.inverse();
+        let sensors = DMatrix::identity(b.nrows(), b.nrows()) + &far * far.transpose();
+        // A⁻¹ = L⁻ᵀ L⁻¹.
+        let mut half = DMatrix::identity(b.nrows(), b.nrows());
+        if !Cholesky::new(sensors).ok_or_else(singular)?.l_dirty().solve_lower_triangular_mut(&mut half) {
+            return Err(singular().into());
+        }
+        let inverse = half.transpose() * &half;
         let weighted = &inverse * &b_near;
         let mut normal = b_near.tr_mul(&weighted);
         // A direction that neither the model nor a sensor holds (exactly at resonance, unseen) stays at zero.
@@ -204,12 +268,14 @@ impl Expander {
             normal[(i, i)] += gap[k] * gap[k] + ridge;
         }
         let q_near = Cholesky::new(normal).ok_or_else(singular)?.solve(&weighted.transpose());
-        let q_far = scaled.tr_mul(&(&inverse - &weighted * &q_near));
-        let mut q = DMatrix::zeros(gap.len(), b.nrows());
-        for (part, modes) in [(&q_near, &near), (&q_far, &far)] {
-            for (i, &k) in modes.iter().enumerate() {
-                q.set_row(k, &part.row(i));
+        let mut q = (inverse - &weighted * &q_near).transpose() * &far;
+        for (mut column, gap) in q.column_iter_mut().zip(gap.iter()) {
+            if gap * gap >= NEAR {
+                column.unscale_mut(*gap);
             }
+        }
+        for (i, &k) in near.iter().enumerate() {
+            q.set_column(k, &q_near.row(i).transpose());
         }
         Ok(q)
     }
@@ -250,6 +316,27 @@ mod tests {
         assert!((found.sensor_misfit[0] - (u[0] - 1.0)).abs() < 1e-13);
         assert!((expander.shape_sensitivity(&found).column(0) - u).abs().max() < 1e-13);
         assert!((found.residual_sensitivity.column(0) - r).abs().max() < 1e-13);
+    }
+
+    /// Two springs of a chain, against Nelson's method.
+    #[test]
+    fn a_mode_changes_as_its_derivative_says() {
+        use crate::modal::mode_derivative_of_forces;
+        let (k, m) = chain(9);
+        let s = selection(9, &[0, 3, 8]).unwrap();
+        let expander = Expander::new(&k, &m, &s, 20.0).unwrap();
+        let modes = lowest_modes(&k, &m, 4, 1.0).unwrap();
+        for j in 0..4 {
+            let phi = modes.vectors.column(j).into_owned();
+            let mut forces = DMatrix::zeros(9, 2);
+            for (column, at) in [2, 6].into_iter().enumerate() {
+                let stretch = phi[at] - phi[at - 1];
+                (forces[(at, column)], forces[(at - 1, column)]) = (1000.0 * stretch, -1000.0 * stretch);
+            }
+            let exact = mode_derivative_of_forces(&k, &m, modes.values[j], &phi, &forces, &DVector::zeros(2)).unwrap();
+            let found = expander.mode_change(modes.values[j], &forces).unwrap();
+            assert!((&s * exact.shape - found).amax() < 1e-11, "mode {j}");
+        }
     }
 
     #[test]

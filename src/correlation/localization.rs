@@ -9,8 +9,9 @@ use super::chi_square_sum::ChiSquareSum;
 use super::statistics::Gaussian;
 use super::union::union_probability;
 use super::{CorrelationError, ExpandedShape, ShapeScalar};
-use crate::linalg::{DMatrix, DVector, LinalgError, symmetric_eigen};
+use crate::linalg::{DMatrix, DVector, LinalgError, symmetric_eigen, symmetric_values};
 use indexmap::IndexMap;
+use std::ops::Range;
 
 /// An element's share of a global matrix.
 #[derive(Debug, Clone, PartialEq)]
@@ -28,8 +29,10 @@ pub struct ElementMatrix {
 impl ElementMatrix {
     /// uᴴ A_e u of this element.
     fn quadratic<T: ShapeScalar>(&self, u: &[T]) -> f64 {
-        let local = DMatrix::from_fn(self.dofs.len(), 1, |i, _| u[self.dofs[i]]);
-        local.dotc(&(self.matrix.map(T::from_real) * &local)).real()
+        let force = |row: usize| {
+            self.dofs.iter().enumerate().fold(T::zero(), |sum, (j, &d)| sum + u[d].scale(self.matrix[(row, j)]))
+        };
+        self.dofs.iter().enumerate().map(|(i, &d)| (u[d].conjugate() * force(i)).real()).sum()
     }
 
     /// L with L Lᵀ = A, (n_e x rank).
@@ -185,7 +188,7 @@ impl Localization {
 /// ```
 ///
 /// * `modes` - expanded modes of the test
-/// * `elements` - stiffness contributions, by element, or by group after [`group_matrices`]
+/// * `elements` - stiffness contributions
 ///
 /// Sorted by the score. The p-value of an element is that of the weighted sum of chi-squares by saddlepoint, good to a
 /// few per cent of itself, far out at worst 17 % too large. `p_family` is the probability that the largest score of all
@@ -201,124 +204,228 @@ impl Localization {
 /// Error energies: Ladevèze, Nedjar, Reynier 1994 (see [`super::Expander`]). Saddlepoint tail: D. Kuonen, Saddlepoint
 /// approximations for distributions of quadratic forms in normal variables, Biometrika 86 (1999) 929-935.
 pub fn localize(modes: &[ExpandedMode<'_>], elements: &[ElementMatrix]) -> Result<Localization, CorrelationError> {
-    let mut scored = Vec::with_capacity(elements.len());
-    // For each mode and element the map from standard noise to √w Lᵀ r.
-    let mut maps: Vec<Vec<DMatrix<f64>>> = vec![Vec::with_capacity(elements.len()); modes.len()];
-    let mut energies = Vec::with_capacity(elements.len());
-    let mut first = vec![0; modes.len()];
-    for element in elements {
-        let factor = element.factor()?;
-        let (mut energy, mut strain) = (0.0, 0.0);
-        let (mut directions, mut rows) = (Vec::new(), Vec::with_capacity(modes.len()));
-        for (at, mode) in modes.iter().enumerate() {
-            element.check(mode.expanded.residual.len())?;
-            energy += mode.weight * element.quadratic(mode.expanded.residual.as_slice());
-            strain += mode.weight * element.quadratic(mode.expanded.shape.as_slice());
-            let map = factor.tr_mul(&mode.noise_at(&element.dofs)) * mode.weight.max(0.0).sqrt();
-            // AᵀA has the eigenvalues λ of A Aᵀ, and the eigenvectors Aᵀu/√λ.
-            let gram = symmetric_eigen(&(&map * map.transpose()))?;
-            for (lambda, u) in gram.values.iter().zip(gram.vectors.column_iter()) {
-                if *lambda > 1e-12 * gram.values.amax() && *lambda > 0.0 {
-                    directions.push((at, *lambda, map.tr_mul(&u) / lambda.sqrt()));
+    let noise = Noise::new(modes, elements)?;
+    noise.rank((0..elements.len()).map(|e| (elements[e].name.clone(), vec![e])).collect())
+}
+
+/// [`localize`] by element, and by group: the energy of a group is that of its elements together.
+///
+/// Groups come from the elements as in [`by_group`]. What both need of the noise is found once.
+pub fn localize_with_groups(
+    modes: &[ExpandedMode<'_>],
+    elements: &[ElementMatrix],
+) -> Result<(Localization, Localization), CorrelationError> {
+    let noise = Noise::new(modes, elements)?;
+    let mut groups: IndexMap<String, Vec<usize>> = IndexMap::new();
+    for (e, element) in elements.iter().enumerate() {
+        groups.entry(element.group.clone().unwrap_or_else(|| element.name.clone())).or_default().push(e);
+    }
+    let by_element = noise.rank((0..elements.len()).map(|e| (elements[e].name.clone(), vec![e])).collect())?;
+    Ok((by_element, noise.rank(groups.into_iter().collect())?))
+}
+
+/// What the residual is in every element, and what noise does to it.
+struct Noise {
+    /// Σ_modes w rᵀ K_e r of every element.
+    energies: Vec<f64>,
+    /// The same of the shapes.
+    strains: Vec<f64>,
+    /// For each mode the maps from standard noise to √w Lᵀ r of all elements, one column a row of Lᵀ: their transpose.
+    maps: Vec<DMatrix<f64>>,
+    /// The columns of each element in `maps`, the same for all modes.
+    columns: Vec<Range<usize>>,
+}
+
+impl Noise {
+    fn new(modes: &[ExpandedMode<'_>], elements: &[ElementMatrix]) -> Result<Self, CorrelationError> {
+        let factors = elements.iter().map(ElementMatrix::factor).collect::<Result<Vec<_>, _>>()?;
+        let mut columns = Vec::with_capacity(elements.len());
+        let mut last = 0;
+        for factor in &factors {
+            columns.push(last..last + factor.ncols());
+            last += factor.ncols();
+        }
+        let (mut energies, mut strains) = (vec![0.0; elements.len()], vec![0.0; elements.len()]);
+        let mut maps = Vec::with_capacity(modes.len());
+        for mode in modes {
+            let noise = mode.noise();
+            let root = mode.weight.max(0.0).sqrt();
+            let mut map = DMatrix::zeros(noise.nrows(), last);
+            for (e, element) in elements.iter().enumerate() {
+                element.check(mode.expanded.residual.len())?;
+                energies[e] += mode.weight * element.quadratic(mode.expanded.residual.as_slice());
+                strains[e] += mode.weight * element.quadratic(mode.expanded.shape.as_slice());
+                for (column, l) in columns[e].clone().zip(factors[e].column_iter()) {
+                    let mut column = map.column_mut(column);
+                    for (&dof, l) in element.dofs.iter().zip(l.iter()).filter(|(_, l)| **l != 0.0) {
+                        column.axpy(l * root, &noise.column(dof), 1.0);
+                    }
                 }
             }
-            rows.push((first[at], map.nrows()));
-            first[at] += map.nrows();
-            maps[at].push(map);
+            maps.push(map);
         }
-        let noise = ChiSquareSum::new(directions.iter().map(|d| d.1).collect());
-        let (mean, deviation) = (noise.mean(), noise.variance().sqrt());
-        let relative_energy = if strain > 0.0 { energy / strain } else { 0.0 };
-        let score = if deviation > 0.0 { (energy - mean) / deviation } else { 0.0 };
-        let place = Place {
-            name: element.name.clone(),
-            energy,
-            relative_energy,
-            noise_mean: mean,
-            noise_quantile: noise.quantile(0.95),
-            p_value: noise.tail(energy),
-        };
-        scored.push((score, place));
-        energies.push(Energy { noise, directions, rows });
+        Ok(Self { energies, strains, maps, columns })
     }
-    let largest = scored.iter().map(|s| s.0).fold(f64::NEG_INFINITY, f64::max);
-    let p_family = if scored.is_empty() { 1.0 } else { family(largest, energies, &maps) };
-    scored.sort_by(|a, b| b.0.total_cmp(&a.0));
-    Ok(Localization { places: scored.into_iter().map(|(_, place)| place).collect(), p_family })
-}
 
-/// The distribution of one element's energy under noise.
-struct Energy {
-    noise: ChiSquareSum,
-    /// (mode, eigenvalue, eigenvector) of every direction of the noise that reaches the element.
-    directions: Vec<(usize, f64, DVector<f64>)>,
-    /// First row of the element in the stacked maps of each mode, and its rows there.
-    rows: Vec<(usize, usize)>,
-}
+    /// Ranks places, each with its name and its elements.
+    fn rank(&self, places: Vec<(String, Vec<usize>)>) -> Result<Localization, CorrelationError> {
+        let mut ranked = Vec::with_capacity(places.len());
+        let mut noises = Vec::with_capacity(places.len());
+        for (name, members) in &places {
+            let sum = |values: &[f64]| members.iter().map(|&e| values[e]).sum::<f64>();
+            let (energy, strain) = (sum(&self.energies), sum(&self.strains));
+            let mut weights = Vec::new();
+            for mode in 0..self.maps.len() {
+                weights.extend(kept(symmetric_values(&Gram::new(self.block(mode, members)).matrix)?.as_slice()));
+            }
+            let noise = ChiSquareSum::new(weights);
+            let (mean, deviation) = (noise.mean(), noise.variance().sqrt());
+            let place = Place {
+                name: name.clone(),
+                energy,
+                relative_energy: if strain > 0.0 { energy / strain } else { 0.0 },
+                noise_mean: mean,
+                noise_quantile: noise.quantile_95(),
+                p_value: noise.tail(energy),
+            };
+            ranked.push((if deviation > 0.0 { (energy - mean) / deviation } else { 0.0 }, place));
+            noises.push(noise);
+        }
+        let largest = ranked.iter().map(|s| s.0).fold(f64::NEG_INFINITY, f64::max);
+        let members: Vec<Vec<usize>> = places.into_iter().map(|p| p.1).collect();
+        let p_family = if ranked.is_empty() { 1.0 } else { self.family(largest, &noises, &members)? };
+        ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
+        Ok(Localization { places: ranked.into_iter().map(|(_, place)| place).collect(), p_family })
+    }
 
-/// All elements under each other.
-struct Family {
-    elements: Vec<Energy>,
-    /// For each mode: maps from standard noise to √w Lᵀ r of all elements.
-    maps: Vec<DMatrix<f64>>,
-    /// The energy that each element must reach, and the probability that it does.
-    events: Vec<(f64, f64)>,
-}
-
-/// The probability that noise gives the largest score, see [`localize`].
-fn family(largest: f64, elements: Vec<Energy>, maps: &[Vec<DMatrix<f64>>]) -> f64 {
-    /// Below this bound the decision is clear.
-    const CLEAR: f64 = 1e-3;
-    let stack = |maps: &Vec<DMatrix<f64>>| {
-        let mut all = DMatrix::zeros(maps.iter().map(DMatrix::nrows).sum(), maps.first().map_or(0, DMatrix::ncols));
+    /// The columns of some elements in the map of a mode, side by side.
+    fn block(&self, mode: usize, members: &[usize]) -> DMatrix<f64> {
+        let map = &self.maps[mode];
+        let mut block = DMatrix::zeros(map.nrows(), members.iter().map(|&e| self.columns[e].len()).sum());
         let mut first = 0;
-        for map in maps {
-            all.rows_mut(first, map.nrows()).copy_from(map);
-            first += map.nrows();
+        for &e in members {
+            let columns = self.columns[e].clone();
+            block.columns_mut(first, columns.len()).copy_from(&map.columns(columns.start, columns.len()));
+            first += columns.len();
         }
-        all
-    };
-    // An element without noise reaches nothing.
-    let event = |e: &Energy| {
-        let (mean, sd) = (e.noise.mean(), e.noise.variance().sqrt());
-        let level = mean + sd * largest;
-        if sd > 0.0 { (level, e.noise.tail(level)) } else { (f64::INFINITY, 0.0) }
-    };
-    let events: Vec<(f64, f64)> = elements.iter().map(event).collect();
-    let bound: f64 = events.iter().map(|e| e.1).sum();
-    if bound < CLEAR {
-        return bound;
+        block
     }
-    let family = Family { elements, maps: maps.iter().map(stack).collect(), events };
-    union_probability(&family.events.iter().map(|e| e.1).collect::<Vec<_>>(), |e, gaussian| family.reached(e, gaussian))
+
+    /// The probability that noise gives the largest score, see [`localize`].
+    fn family(&self, largest: f64, noises: &[ChiSquareSum], places: &[Vec<usize>]) -> Result<f64, LinalgError> {
+        /// Below this bound the decision is clear.
+        const CLEAR: f64 = 1e-3;
+        // The energy that each place must reach, and the probability that it does; one without noise reaches nothing.
+        let event = |noise: &ChiSquareSum| {
+            let (mean, sd) = (noise.mean(), noise.variance().sqrt());
+            let level = mean + sd * largest;
+            if sd > 0.0 { (level, noise.tail(level)) } else { (f64::INFINITY, 0.0) }
+        };
+        let events: Vec<(f64, f64)> = noises.iter().map(event).collect();
+        let bound: f64 = events.iter().map(|e| e.1).sum();
+        if bound < CLEAR {
+            return Ok(bound);
+        }
+        let mut lifts: Vec<Option<Lift>> = places.iter().map(|_| None).collect();
+        let mut failed = None;
+        let draw = |e: usize, gaussian: &mut Gaussian| {
+            let mut noise: Vec<DVector<f64>> =
+                self.maps.iter().map(|m| DVector::from_fn(m.nrows(), |_, _| gaussian.next())).collect();
+            if lifts[e].is_none() {
+                match self.lift(&places[e], events[e].0, &noises[e]) {
+                    Ok(lift) => lifts[e] = Some(lift),
+                    Err(error) => failed = Some(error),
+                }
+            }
+            if let Some(lift) = &lifts[e] {
+                for ((mode, v), z) in lift.directions.iter().zip(above(&lift.weights, lift.level, lift.tilt, gaussian))
+                {
+                    let now = v.dot(&noise[*mode]);
+                    noise[*mode].axpy(z - now, v, 1.0);
+                }
+            }
+            noise
+        };
+        let p = union_probability(&events.iter().map(|e| e.1).collect::<Vec<_>>(), draw, |batch| {
+            let energies = self.energies_of(batch);
+            let reached = |k: usize, draw: usize| {
+                let energy: f64 = places[k].iter().map(|&e| energies[(draw, e)]).sum();
+                energy >= events[k].0
+            };
+            // The drawn place does by construction, but for rounding.
+            let happened = |e: usize, draw: usize| (0..places.len()).filter(|&k| k == e || reached(k, draw)).count();
+            batch.iter().enumerate().map(|(draw, (e, _))| happened(*e, draw)).collect()
+        });
+        failed.map_or(Ok(p), Err)
+    }
+
+    /// Energy of every element in draws of the noise, (n_draws x n_elements).
+    fn energies_of(&self, draws: &[(usize, Vec<DVector<f64>>)]) -> DMatrix<f64> {
+        let mut energies = DMatrix::zeros(draws.len(), self.columns.len());
+        for (mode, map) in self.maps.iter().enumerate() {
+            let noise = DMatrix::from_fn(draws.len(), map.nrows(), |draw, i| draws[draw].1[mode][i]);
+            let responses = noise * map;
+            for (mut energy, columns) in energies.column_iter_mut().zip(&self.columns) {
+                for response in responses.columns(columns.start, columns.len()).column_iter() {
+                    energy.zip_apply(&response, |sum, r| *sum += r * r);
+                }
+            }
+        }
+        energies
+    }
+
+    /// How to draw noise that lifts a place to a level.
+    fn lift(&self, members: &[usize], level: f64, noise: &ChiSquareSum) -> Result<Lift, LinalgError> {
+        let (mut weights, mut directions) = (Vec::new(), Vec::new());
+        for mode in 0..self.maps.len() {
+            let gram = Gram::new(self.block(mode, members));
+            let eigen = symmetric_eigen(&gram.matrix)?;
+            let n = kept(eigen.values.as_slice()).count();
+            for (lambda, u) in eigen.values.iter().zip(eigen.vectors.column_iter()).skip(eigen.values.len() - n) {
+                weights.push(*lambda);
+                directions.push((mode, gram.direction(*lambda, u.into_owned())));
+            }
+        }
+        Ok(Lift { level, tilt: noise.tilt(level), weights, directions })
+    }
 }
 
-impl Family {
-    /// How many elements reach their energies in a draw of the noise in which element `e` does.
-    fn reached(&self, e: usize, gaussian: &mut Gaussian) -> usize {
-        let mut noise: Vec<DVector<f64>> =
-            self.maps.iter().map(|m| DVector::from_fn(m.ncols(), |_, _| gaussian.next())).collect();
-        let chosen = &self.elements[e];
-        let weights: Vec<f64> = chosen.directions.iter().map(|d| d.1).collect();
-        let along = above(&weights, self.events[e].0, chosen.noise.tilt(self.events[e].0), gaussian);
-        for ((mode, _, v), z) in chosen.directions.iter().zip(along) {
-            let now = v.dot(&noise[*mode]);
-            noise[*mode].axpy(z - now, v, 1.0);
-        }
-        let responses: Vec<DVector<f64>> = self.maps.iter().zip(&noise).map(|(m, x)| m * x).collect();
-        let count = (0..self.elements.len())
-            .filter(|&k| {
-                let energy: f64 = responses
-                    .iter()
-                    .zip(&self.elements[k].rows)
-                    .map(|(r, &(first, rows))| r.rows(first, rows).norm_squared())
-                    .sum();
-                // Element e does by construction, but for rounding.
-                k == e || energy >= self.events[k].0
-            })
-            .count();
-        count.max(1)
+/// The eigenvalues that are not rounding beside the largest, of ascending ones.
+fn kept(values: &[f64]) -> impl Iterator<Item = f64> {
+    let floor = 1e-12 * values.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+    values.iter().copied().filter(move |v| *v > floor && *v > 0.0)
+}
+
+/// AᵀA or AAᵀ, the smaller one: both have the same eigenvalues beside zero.
+struct Gram {
+    /// A, (noises x rows).
+    block: DMatrix<f64>,
+    matrix: DMatrix<f64>,
+    is_of_noise: bool,
+}
+
+impl Gram {
+    fn new(block: DMatrix<f64>) -> Self {
+        let is_of_noise = block.ncols() > block.nrows();
+        let matrix = if is_of_noise { &block * block.transpose() } else { block.tr_mul(&block) };
+        Self { block, matrix, is_of_noise }
     }
+
+    /// The unit direction in the space of the noise that belongs to an eigenvector of the matrix.
+    fn direction(&self, lambda: f64, u: DVector<f64>) -> DVector<f64> {
+        if self.is_of_noise { u } else { &self.block * u / lambda.sqrt() }
+    }
+}
+
+/// How noise is drawn that gives one place an energy or more.
+struct Lift {
+    level: f64,
+    /// See [`ChiSquareSum::tilt`].
+    tilt: f64,
+    /// The eigenvalue of every direction.
+    weights: Vec<f64>,
+    /// (mode, unit vector) of every direction of the noise that reaches the place.
+    directions: Vec<(usize, DVector<f64>)>,
 }
 
 /// Standard normal z with Σ λ z² ≥ `level`, exactly: drawn with variances 1/(1 - 2 λ t) and taken with probability
@@ -335,17 +442,24 @@ fn above(weights: &[f64], level: f64, tilt: f64, gaussian: &mut Gaussian) -> Vec
 }
 
 impl ExpandedMode<'_> {
-    /// Columns of the noise of r at some dofs: one a sensor, and one for the frequency.
-    fn noise_at(&self, dofs: &[usize]) -> DMatrix<f64> {
+    /// The noise of r at every dof as a column: one row a sensor, and one for the frequency.
+    fn noise(&self) -> DMatrix<f64> {
         let (r, by_frequency) = (&self.expanded.residual_sensitivity, &self.expanded.frequency_sensitivity);
-        DMatrix::from_fn(dofs.len(), r.ncols() + 1, |i, j| {
-            if j == r.ncols() {
-                return by_frequency[dofs[i]] * self.omega_squared_sd;
+        let (n_dofs, n_sensors) = r.shape();
+        let mut noise = DMatrix::zeros(n_sensors + 1, n_dofs);
+        for j in 0..n_sensors {
+            for i in 0..n_dofs {
+                // Unmeasured sensors have zero columns, and may have no standard deviation.
+                let rate = r[(i, j)];
+                if rate != 0.0 {
+                    noise[(j, i)] = rate * self.sd[j];
+                }
             }
-            // Unmeasured sensors have zero columns, and may have no standard deviation.
-            let rate = r[(dofs[i], j)];
-            if rate == 0.0 { 0.0 } else { rate * self.sd[j] }
-        })
+        }
+        for (i, rate) in by_frequency.iter().enumerate() {
+            noise[(n_sensors, i)] = rate * self.omega_squared_sd;
+        }
+        noise
     }
 }
 

@@ -9,6 +9,7 @@ mod comac;
 mod criteria;
 mod expansion;
 mod frf;
+mod gamma_quantile;
 mod identifiability;
 mod loading;
 mod localization;
@@ -42,7 +43,7 @@ pub use identifiability::{
 pub use loading::with_sensor_masses;
 pub use localization::{
     ElementMatrix, ExpandedMode, Localization, Place, by_group, element_energies, group_matrices, localize,
-    residual_force,
+    localize_with_groups, residual_force,
 };
 pub use mac::{ShapeScalar, auto_mac, mac_matrix, modal_scale_factor, to_complex, weighted_mac_matrix};
 pub use macco::{SensorRemoval, spoiling_sensors};

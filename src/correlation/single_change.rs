@@ -4,6 +4,7 @@
 //! frequencies; blind to what no element's stiffness can do.
 
 use super::CorrelationError;
+use super::statistics::Gaussian;
 use super::union::union_probability;
 use crate::linalg::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, Normal};
@@ -101,18 +102,23 @@ fn family(best: &SingleChange, units: &DMatrix<f64>) -> f64 {
     }
     let (normal, level) = (Normal::standard(), best.z.abs());
     let tail = normal.sf(level);
-    let mut noise = DVector::zeros(units.nrows());
-    let mut z = DVector::zeros(units.ncols());
-    union_probability(&vec![best.p_value; units.ncols()], |e, gaussian| {
-        noise.apply(|x| *x = gaussian.next());
+    let draw = |e: usize, gaussian: &mut Gaussian| {
+        let mut noise = DVector::from_fn(units.nrows(), |_, _| gaussian.next());
         // The component along the column of this element, drawn from its tail.
         let beyond = -normal.inverse_cdf(tail * gaussian.uniform());
         let signed = if gaussian.uniform() < 0.5 { -beyond } else { beyond };
         let along = units.column(e).dot(&noise);
         noise.axpy(signed - along, &units.column(e), 1.0);
-        z.gemv_tr(1.0, units, &noise, 0.0);
-        // This element is there by construction, but for rounding.
-        z.iter().enumerate().filter(|(k, z)| *k == e || z.abs() >= level).count()
+        noise
+    };
+    let rows = units.transpose();
+    union_probability(&vec![best.p_value; units.ncols()], draw, |batch| {
+        let noise = DMatrix::from_fn(units.nrows(), batch.len(), |i, j| batch[j].1[i]);
+        let z = &rows * noise;
+        // The drawn element is there by construction, but for rounding.
+        let happened =
+            |e: usize, draw: usize| (0..units.ncols()).filter(|&k| k == e || z[(k, draw)].abs() >= level).count();
+        batch.iter().enumerate().map(|(draw, (e, _))| happened(*e, draw)).collect()
     })
 }
 

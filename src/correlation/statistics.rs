@@ -3,6 +3,7 @@
 //! Residuals are (model - test)/σ, so that noise alone makes each of them a standard normal number and their squared sum
 //! chi-squared. A misfit is always stated with the range that noise would give and with a probability in words.
 
+use super::gamma_quantile::chi_squared_range;
 use super::{CorrelationError, ShapeScalar, modal_scale_factor};
 use crate::linalg::{DMatrix, DVector};
 use rand_chacha::ChaCha8Rng;
@@ -45,7 +46,7 @@ impl Misfit {
         let Some(noise) = (n_data > 0).then(|| ChiSquared::new(n_data as f64).ok()).flatten() else {
             return Ok(Self { chi_squared, n_data, expected: (0.0, 0.0), p_value: 1.0, p_lower: 1.0 });
         };
-        let expected = (noise.inverse_cdf(0.025), noise.inverse_cdf(0.975));
+        let expected = chi_squared_range(n_data);
         let p_value = noise.sf(chi_squared);
         Ok(Self { chi_squared, n_data, expected, p_value, p_lower: noise.cdf(chi_squared) })
     }

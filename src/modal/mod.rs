@@ -12,5 +12,5 @@ pub use frf::{ModalDamping, accelerance, synthesize};
 pub use sensitivity::{
     MatrixDerivative, ModeDerivative, eigenvalue_derivative, mode_derivative, mode_derivative_of_forces,
 };
-pub use solve::{ModalError, Modes, SolveOptions, solve, typical_shift};
+pub use solve::{ModalError, Modes, SolveOptions, solve, solve_all, typical_shift};
 pub use sparse::{mode_derivative_sparse, solve_sparse};

@@ -161,21 +161,36 @@ pub fn irs(
     s: &DMatrix<f64>,
     iterations: usize,
 ) -> Result<Reduction, ReductionError> {
+    guyan_and_irs(k, m, s, iterations)?.1
+}
+
+/// [`guyan`] and [`irs`], which starts from it, at the cost of the second.
+///
+/// Fails where neither exists.
+pub fn guyan_and_irs(
+    k: &DMatrix<f64>,
+    m: &DMatrix<f64>,
+    s: &DMatrix<f64>,
+    iterations: usize,
+) -> Result<(Reduction, Result<Reduction, ReductionError>), ReductionError> {
     check_shapes(k, m, s)?;
     let held = Held::new(k, m, s, 0.0)?;
-    let fixed = held.interpolate();
-    let mut reduction = Reduction::new(k, m, fixed.clone());
-    for _ in 0..iterations {
-        let cholesky = nalgebra::Cholesky::new(reduction.mass.clone()).ok_or(ReductionError::MasslessSensor)?;
-        // Pivots at rounding level: the factor exists by chance.
-        let pivots = cholesky.l().diagonal().map(|v| v * v);
-        if pivots.len() > 1 && pivots.min() <= 1e-14 * pivots.max() {
-            return Err(ReductionError::MasslessSensor);
+    let fixed = Reduction::new(k, m, held.interpolate());
+    let improve = |mut reduction: Reduction| {
+        for _ in 0..iterations {
+            let cholesky = nalgebra::Cholesky::new(reduction.mass.clone()).ok_or(ReductionError::MasslessSensor)?;
+            // Pivots at rounding level: the factor exists by chance.
+            let pivots = cholesky.l().diagonal().map(|v| v * v);
+            if pivots.len() > 1 && pivots.min() <= 1e-14 * pivots.max() {
+                return Err(ReductionError::MasslessSensor);
+            }
+            let inertia = m * (&reduction.transformation * cholesky.solve(&reduction.stiffness));
+            reduction = Reduction::new(k, m, &fixed.transformation + held.respond(&inertia));
         }
-        let inertia = m * (&reduction.transformation * cholesky.solve(&reduction.stiffness));
-        reduction = Reduction::new(k, m, &fixed + held.respond(&inertia));
-    }
-    Ok(reduction)
+        Ok(reduction)
+    };
+    let improved = improve(fixed.clone());
+    Ok((fixed, improved))
 }
 
 /// System equivalent reduction expansion process: exact in the kept modes.
@@ -255,8 +270,8 @@ fn check_matrices(k: &DMatrix<f64>, m: &DMatrix<f64>, s: &DMatrix<f64>) -> Resul
     fits("mass", m, m.shape() == (n, n), format!("{n} x {n}"))?;
     fits("observation", s, s.ncols() == n, format!("{n} columns"))?;
     for (matrix, a) in [("stiffness", k), ("mass", m), ("observation", s)] {
-        if let Some(row) = (0..a.nrows()).find(|&i| a.row(i).iter().any(|v| !v.is_finite())) {
-            return Err(LinalgError::NotFinite { matrix, row }.into());
+        if let Some(at) = a.iter().position(|v| !v.is_finite()) {
+            return Err(LinalgError::NotFinite { matrix, row: at % a.nrows() }.into());
         }
     }
     Ok(())

@@ -1,6 +1,8 @@
 //! Lowest modes of a structure, free or supported.
 
-use crate::linalg::{DMatrix, DVector, LinalgError, lowest_modes, symmetric_eigen};
+use crate::linalg::{
+    DMatrix, DVector, Eigenpairs, LinalgError, ShiftedPencil, lowest_modes, lowest_values, symmetric_eigen,
+};
 use std::f64::consts::TAU;
 
 /// Modes of a structure, rigid-body modes first, by ascending frequency.
@@ -91,34 +93,62 @@ pub fn solve(
     rigid_motions: &DMatrix<f64>,
     options: SolveOptions,
 ) -> Result<Modes, ModalError> {
+    let (rigid, shift) = prepare(stiffness, mass, rigid_motions, options)?;
+    let pairs = lowest_modes(stiffness, mass, rigid.ncols() + options.n_elastic, shift)?;
+    Ok(sorted(mass, &rigid, &pairs, shift))
+}
+
+/// [`solve`], and the complete basis that the modes are of.
+pub fn solve_all(
+    stiffness: &DMatrix<f64>,
+    mass: &DMatrix<f64>,
+    rigid_motions: &DMatrix<f64>,
+    options: SolveOptions,
+) -> Result<(Modes, ShiftedPencil), ModalError> {
+    let (rigid, shift) = prepare(stiffness, mass, rigid_motions, options)?;
+    let pencil = ShiftedPencil::new(stiffness, mass, shift)?;
+    let pairs = Eigenpairs::lowest_of(&pencil, rigid.ncols() + options.n_elastic);
+    Ok((sorted(mass, &rigid, &pairs, shift), pencil))
+}
+
+/// Rigid-body modes and the shift.
+fn prepare(
+    stiffness: &DMatrix<f64>,
+    mass: &DMatrix<f64>,
+    rigid_motions: &DMatrix<f64>,
+    options: SolveOptions,
+) -> Result<(DMatrix<f64>, f64), ModalError> {
     if stiffness.nrows() == 0 {
         return Err(ModalError::NoDof);
     }
     check_finite(stiffness, mass)?;
     let rigid = rigid_body_modes(stiffness, mass, rigid_motions)?;
-    let n_rigid = rigid.ncols();
     let shift = match options.shift {
         Some(shift) => shift,
         None => typical_shift(stiffness, mass, rigid_motions)?,
     };
-    let pairs = lowest_modes(stiffness, mass, n_rigid + options.n_elastic, shift)?;
+    Ok((rigid, shift))
+}
+
+/// The modes among eigenpairs: rigid-body modes as given, and what is left of the others across them.
+fn sorted(mass: &DMatrix<f64>, rigid: &DMatrix<f64>, pairs: &Eigenpairs, shift: f64) -> Modes {
+    let n_rigid = rigid.ncols();
     // How much of each vector is a rigid motion, in the mass norm: the n_rigid largest are the rigid-body modes.
-    let along = rigid.transpose() * mass * &pairs.vectors;
+    let along = (mass * rigid).transpose() * &pairs.vectors;
     let mut order: Vec<usize> = (0..pairs.values.len()).collect();
     order.sort_by(|&a, &b| along.column(b).norm_squared().total_cmp(&along.column(a).norm_squared()).then(a.cmp(&b)));
     let mut elastic: Vec<usize> = order.split_off(n_rigid.min(order.len()));
     elastic.sort_unstable();
     let count = n_rigid + elastic.len();
     let mut lambda = DVector::zeros(count);
-    let mut shapes = DMatrix::zeros(stiffness.nrows(), count);
-    shapes.columns_mut(0, n_rigid).copy_from(&rigid);
+    let mut shapes = DMatrix::zeros(mass.nrows(), count);
+    shapes.columns_mut(0, n_rigid).copy_from(rigid);
     let mut n_mechanism = 0;
+    let clean = pairs.vectors.select_columns(&elastic) - rigid * along.select_columns(&elastic);
+    let weighted = mass * &clean;
     for (k, &j) in elastic.iter().enumerate() {
-        let vector = pairs.vectors.column(j);
-        let mut clean = vector.into_owned();
-        clean -= &rigid * along.column(j);
-        let norm = (clean.transpose() * mass * &clean)[(0, 0)].sqrt();
-        shapes.set_column(n_rigid + k, &(clean / norm));
+        let norm = clean.column(k).dot(&weighted.column(k)).sqrt();
+        shapes.set_column(n_rigid + k, &clean.column(k).unscale(norm));
         // Far below the shift, which is about the first elastic λ, a value is rounding noise.
         let value = pairs.values[j];
         if value.abs() < 1e-9 * shift {
@@ -127,7 +157,7 @@ pub fn solve(
             lambda[n_rigid + k] = value;
         }
     }
-    Ok(Modes { lambda, shapes, n_rigid, n_mechanism })
+    Modes { lambda, shapes, n_rigid, n_mechanism }
 }
 
 /// Refuses NaN and infinity before they reach an iteration that would never end.
@@ -247,7 +277,7 @@ pub fn typical_shift(
     }
     let mut shift = 1e-3 * least;
     for _ in 0..3 {
-        let values = lowest_modes(stiffness, mass, n_rigid + 12, shift)?.values;
+        let values = lowest_values(stiffness, mass, n_rigid + 12, shift)?;
         let mut magnitudes: Vec<f64> = values.iter().map(|v| v.abs()).collect();
         magnitudes.sort_by(f64::total_cmp);
         // The first λ beyond the rigid ones that is no rounding noise of the shift.

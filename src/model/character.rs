@@ -5,6 +5,7 @@ use super::dof_map::DofMap;
 use super::geometry::Geometry;
 use super::{ModelError, ParametricModel};
 use crate::element::{Axes, Dof};
+use crate::linalg::DMatrix;
 use std::collections::BTreeMap;
 
 /// Shares of strain energy and direction of motion of one mode.
@@ -152,58 +153,69 @@ pub fn symmetry_index(mirror: &[(usize, f64)], shape: impl Fn(usize) -> f64) -> 
     if own > 0.0 { cross / own } else { 0.0 }
 }
 
-/// The character of a shape q of a model at θ.
-pub(super) fn character(model: &Model, theta: &[f64], q: &[f64], is_rigid: bool) -> Result<ModeCharacter, ModelError> {
-    let mut c = ModeCharacter { is_rigid, ..ModeCharacter::default() };
-    c.symmetry = model.mirror().map(|m| symmetry_index(m, |i| q[i]));
-    let mut energy = [0.0; 4]; // axial, bending, torsion, springs
+/// The characters of shapes of a model at θ, the first `n_rigid` of them rigid-body modes.
+pub(super) fn characters(
+    model: &Model,
+    theta: &[f64],
+    shapes: &DMatrix<f64>,
+    n_rigid: usize,
+) -> Result<Vec<ModeCharacter>, ModelError> {
+    let mut energies = vec![[0.0; 4]; shapes.ncols()]; // axial, bending, torsion, springs
     for (i, e) in model.elements().iter().enumerate() {
         let k = model.element_matrices(i, theta)?.stiffness;
         if k.is_zero() {
             continue;
         }
-        let u = model.element_displacements(i, q);
-        let part = |dofs: &[usize]| -> f64 {
-            let mut sum = 0.0;
-            for node in 0..e.nodes.len() {
-                for other in 0..e.nodes.len() {
-                    for &a in dofs {
-                        for &b in dofs {
-                            sum += u[6 * node + a] * k.get(6 * node + a, 6 * other + b) * u[6 * other + b];
+        for (energy, q) in energies.iter_mut().zip(shapes.column_iter()) {
+            let u = model.element_displacements(i, q.as_slice());
+            let part = |dofs: &[usize]| -> f64 {
+                let mut sum = 0.0;
+                for node in 0..e.nodes.len() {
+                    for other in 0..e.nodes.len() {
+                        for &a in dofs {
+                            for &b in dofs {
+                                sum += u[6 * node + a] * k.get(6 * node + a, 6 * other + b) * u[6 * other + b];
+                            }
                         }
                     }
                 }
+                sum
+            };
+            match e.kind.axes() {
+                Axes::AlongNodes => {
+                    energy[0] += part(&[0]);
+                    energy[1] += part(&[1, 5]) + part(&[2, 4]);
+                    energy[2] += part(&[3]);
+                }
+                Axes::Given => energy[3] += part(&[0, 1, 2, 3, 4, 5]),
             }
-            sum
-        };
-        match e.kind.axes() {
-            Axes::AlongNodes => {
-                energy[0] += part(&[0]);
-                energy[1] += part(&[1, 5]) + part(&[2, 4]);
-                energy[2] += part(&[3]);
-            }
-            Axes::Given => energy[3] += part(&[0, 1, 2, 3, 4, 5]),
         }
-    }
-    let total: f64 = energy.iter().sum();
-    if total > 0.0 && !is_rigid {
-        [c.axial, c.bending, c.torsion, c.springs] = energy.map(|e| e / total);
     }
     let dofs = model.dof_map();
-    let mut square = [0.0; 3];
-    for node in 0..dofs.n_nodes() {
-        for axis in 0..3 {
-            let u: f64 = dofs.express(node, Dof::ALL[axis]).iter().map(|&(row, f)| f * q[row]).sum();
-            square[axis] += u * u;
-        }
-    }
-    let sum: f64 = square.iter().sum();
-    if sum > 0.0 {
-        c.direction = square.map(|s| s / sum);
-    }
     let moves = |axis: usize| dofs.rows().iter().any(|r| !r.1.is_rotation() && r.1.axis() == axis);
-    c.names_direction = (0..3).filter(|a| moves(*a)).count() > 1;
-    Ok(c)
+    let names_direction = (0..3).filter(|a| moves(*a)).count() > 1;
+    let mut out = Vec::with_capacity(energies.len());
+    for (mode, (energy, q)) in energies.iter().zip(shapes.column_iter()).enumerate() {
+        let mut c = ModeCharacter { is_rigid: mode < n_rigid, names_direction, ..ModeCharacter::default() };
+        c.symmetry = model.mirror().map(|m| symmetry_index(m, |i| q[i]));
+        let total: f64 = energy.iter().sum();
+        if total > 0.0 && !c.is_rigid {
+            [c.axial, c.bending, c.torsion, c.springs] = energy.map(|e| e / total);
+        }
+        let mut square = [0.0; 3];
+        for node in 0..dofs.n_nodes() {
+            for axis in 0..3 {
+                let u: f64 = dofs.express(node, Dof::ALL[axis]).iter().map(|&(row, f)| f * q[row]).sum();
+                square[axis] += u * u;
+            }
+        }
+        let sum: f64 = square.iter().sum();
+        if sum > 0.0 {
+            c.direction = square.map(|s| s / sum);
+        }
+        out.push(c);
+    }
+    Ok(out)
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@ use super::assembly::{
     AffinePart, Connection, Dependence, add_basis, add_element, affine_part, dependence, element_matrices,
     interior_point, number, sparse_system, symmetrise, touched, weighed_mass,
 };
-use super::character::{ModeCharacter, character, mirror_rows};
+use super::character::{ModeCharacter, characters, mirror_rows};
 use super::configuration::load_configuration;
 use super::constraint::{Elimination, RowOutcome};
 use super::dof_map::{DofMap, rigid_motion};
@@ -359,8 +359,13 @@ impl ParametricModel for Model {
         self.mirror.as_deref()
     }
 
-    fn character(&self, theta: &[f64], shape: &[f64], is_rigid: bool) -> Result<Option<ModeCharacter>, ModelError> {
-        character(self, theta, shape, is_rigid).map(Some)
+    fn characters(
+        &self,
+        theta: &[f64],
+        shapes: &DMatrix<f64>,
+        n_rigid: usize,
+    ) -> Result<Option<Vec<ModeCharacter>>, ModelError> {
+        characters(self, theta, shapes, n_rigid).map(Some)
     }
 
     fn targets(&self) -> Targets {

@@ -42,7 +42,7 @@ pub use system::{SparseSystem, System};
 pub use value::{Affine, Value};
 
 use crate::element::ElementError;
-use crate::linalg::SymMatrix;
+use crate::linalg::{DMatrix, SymMatrix};
 use crate::modal::ModalError;
 
 /// Most dofs of dense matrices: K, M and the work of an eigen-solution then take about 2 GB.
@@ -89,7 +89,7 @@ pub trait ParametricModel: std::fmt::Debug + Send + Sync {
             self.assemble(&theta)
         };
         let (above, below) = (shifted(1.0)?, shifted(-1.0)?);
-        let slope = |a: nalgebra::DMatrix<f64>, b: nalgebra::DMatrix<f64>| (a - b) / (2.0 * step);
+        let slope = |a: DMatrix<f64>, b: DMatrix<f64>| (a - b) / (2.0 * step);
         Ok(System {
             stiffness: slope(above.stiffness, below.stiffness),
             mass: slope(above.mass, below.mass),
@@ -119,9 +119,16 @@ pub trait ParametricModel: std::fmt::Debug + Send + Sync {
         None
     }
 
-    /// What kind of motion a shape is, if the model can tell.
-    fn character(&self, theta: &[f64], shape: &[f64], is_rigid: bool) -> Result<Option<ModeCharacter>, ModelError> {
-        let _ = (theta, shape, is_rigid);
+    /// What kind of motion every one of some shapes is, if the model can tell.
+    ///
+    /// * `shapes` - as columns, the first `n_rigid` of them rigid-body modes, (n_dof x n_shapes)
+    fn characters(
+        &self,
+        theta: &[f64],
+        shapes: &DMatrix<f64>,
+        n_rigid: usize,
+    ) -> Result<Option<Vec<ModeCharacter>>, ModelError> {
+        let _ = (theta, shapes, n_rigid);
         Ok(None)
     }
 

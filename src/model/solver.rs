@@ -3,7 +3,7 @@
 use super::system::{SparseSystem, System};
 use super::{MOST_DENSE_DOFS, ModelError, ParametricModel};
 use crate::linalg::sparse::{SparsePlan, SparseSym};
-use crate::linalg::{DMatrix, DVector};
+use crate::linalg::{DMatrix, DVector, ShiftedPencil};
 use crate::modal::{self, MatrixDerivative, ModeDerivative, Modes, SolveOptions};
 use std::borrow::Cow;
 
@@ -172,6 +172,22 @@ impl ModalSolver {
         let plan = own.as_ref().unwrap_or(shared);
         let (modes, _) = modal::solve_sparse(plan, k, m, &self.rigid_motions, options, start)?;
         Ok((Matrices::Sparse(system), modes))
+    }
+
+    /// [`Self::solve`], and the complete basis that the modes are of; `None` for a large model, which has none.
+    pub fn solve_all(
+        &self,
+        model: &dyn ParametricModel,
+        theta: &[f64],
+        n_elastic: usize,
+    ) -> Result<(Matrices, Modes, Option<ShiftedPencil>), ModelError> {
+        if self.sparse.is_some() {
+            return self.solve(model, theta, n_elastic).map(|(matrices, modes)| (matrices, modes, None));
+        }
+        let options = SolveOptions { n_elastic, shift: Some(self.shift) };
+        let system = model.assemble(theta)?;
+        let (modes, pencil) = modal::solve_all(&system.stiffness, &system.mass, &self.rigid_motions, options)?;
+        Ok((Matrices::Dense(system), modes, Some(pencil)))
     }
 
     /// Whether the model has dashpots.

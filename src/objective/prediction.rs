@@ -6,7 +6,7 @@ use crate::correlation::{
     CorrelationError, ModeList, PairedModes, PairingOptions, mac_matrix, observation_matrix, pair_modes,
 };
 use crate::data::{TestData, family_of_label};
-use crate::linalg::{Complex, DMatrix, DVector};
+use crate::linalg::{Complex, DMatrix, DVector, ShiftedPencil};
 use crate::modal::{ModeDerivative, Modes};
 use crate::model::{
     MOST_DENSE_DOFS, MassProperties, Matrices, ModalSolver, ModelError, ParametricModel, System, family, symmetry_index,
@@ -181,10 +181,19 @@ impl<'a> Comparison<'a> {
 
     /// The prediction at θ.
     pub fn predict(&self, theta: &[f64]) -> Result<Prediction, EvalError> {
-        let (matrices, modes) = self
-            .solver
-            .solve(self.model, theta, self.n_elastic)
-            .map_err(|e| EvalError::Unsolvable { reason: e.to_string() })?;
+        let solved = self.solver.solve(self.model, theta, self.n_elastic);
+        let (matrices, modes) = solved.map_err(|e| EvalError::Unsolvable { reason: e.to_string() })?;
+        self.predict_of(theta, matrices, modes)
+    }
+
+    /// [`Self::predict`], and the complete basis that the modes are of, where the model is small enough to have one.
+    pub fn predict_all(&self, theta: &[f64]) -> Result<(Prediction, Option<ShiftedPencil>), EvalError> {
+        let solved = self.solver.solve_all(self.model, theta, self.n_elastic);
+        let (matrices, modes, basis) = solved.map_err(|e| EvalError::Unsolvable { reason: e.to_string() })?;
+        Ok((self.predict_of(theta, matrices, modes)?, basis))
+    }
+
+    fn predict_of(&self, theta: &[f64], matrices: Matrices, modes: Modes) -> Result<Prediction, EvalError> {
         let elastic = modes.elastic();
         let frequencies_hz: Vec<f64> = elastic.clone().map(|i| modes.frequency_hz(i)).collect();
         let at_sensors = &self.sensors * modes.shapes.columns(elastic.start, elastic.len());

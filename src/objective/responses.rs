@@ -3,7 +3,7 @@
 use super::residual::Point;
 use crate::correlation::{CorrelationError, observation_matrix};
 use crate::data::{Channel, FrfFit, Place, Sensor, TestData};
-use crate::linalg::{Complex, DMatrix, DVector, shifted_pencil};
+use crate::linalg::{Complex, DMatrix, DVector, ShiftedPencil};
 use crate::model::{ParametricModel, System};
 use std::f64::consts::TAU;
 
@@ -176,7 +176,7 @@ impl FrfRows {
         }
         // In the middle of the band rounding is the same at both its ends.
         let shift = TAU * TAU * self.lines_hz[0] * self.lines_hz[self.lines_hz.len() - 1];
-        let (theta, vectors) = shifted_pencil(&system.stiffness, &system.mass, shift).ok()?;
+        let ShiftedPencil { theta, vectors, .. } = ShiftedPencil::new(&system.stiffness, &system.mass, shift).ok()?;
         let references = vectors.tr_mul(&self.references.transpose());
         let responses = vectors.tr_mul(&self.responses.transpose());
         Some(Sweep { theta, vectors, shift, references, responses })

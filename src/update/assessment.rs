@@ -3,7 +3,7 @@
 use super::UpdateError;
 use crate::correlation::{CorrelationError, Misfit, PairFlag};
 use crate::data::{StaticReading, StaticTest};
-use crate::linalg::DMatrix;
+use crate::linalg::{DMatrix, ShiftedPencil};
 use crate::modal::Modes;
 use crate::model::{MassProperties, ModeLabel, ModelError, ParametricModel, label_modes};
 use crate::objective::{Comparison, LeastSquares, PaperCost, Prediction, static_readings};
@@ -109,24 +109,21 @@ pub struct Assessment {
     pub mass_properties: Option<MassProperties>,
     /// The whole prediction.
     pub prediction: Prediction,
+    /// The complete basis that its modes are of; `None` for a model too large to have one.
+    pub basis: Option<ShiftedPencil>,
 }
 
 /// Names the modes of a model by energy and symmetry, elastic modes counted from one.
 pub fn name_modes(model: &dyn ParametricModel, theta: &[f64], modes: &Modes) -> Result<Vec<ModeName>, ModelError> {
-    let mut characters = Vec::with_capacity(modes.len());
-    for i in 0..modes.len() {
-        let shape = modes.shapes.column(i);
-        characters.push(model.character(theta, shape.as_slice(), i < modes.n_rigid)?);
-    }
-    let labels: Option<Vec<ModeLabel>> =
-        characters.iter().copied().collect::<Option<Vec<_>>>().map(|c| label_modes(&c));
+    let characters = model.characters(theta, &modes.shapes, modes.n_rigid)?;
+    let labels: Option<Vec<ModeLabel>> = characters.as_deref().map(label_modes);
     Ok((0..modes.len())
         .map(|i| {
             let (label, short, family) = match &labels {
                 Some(l) => (l[i].long.clone(), l[i].short.clone(), l[i].family),
                 None => (format!("mode {}", i + 1), (i + 1).to_string(), None),
             };
-            let torsion = characters[i].map(|c| c.torsion);
+            let torsion = characters.as_ref().map(|c| c[i].torsion);
             ModeName { frequency_hz: modes.frequency_hz(i), label, short, family, torsion }
         })
         .collect())
@@ -134,7 +131,7 @@ pub fn name_modes(model: &dyn ParametricModel, theta: &[f64], modes: &Modes) -> 
 
 /// Compares at θ.
 pub fn assess(comparison: &Comparison<'_>, theta: &[f64]) -> Result<Assessment, UpdateError> {
-    let prediction = comparison.predict(theta)?;
+    let (prediction, basis) = comparison.predict_all(theta)?;
     let model = comparison.model();
     let test = comparison.test();
     let named = name_modes(model, theta, &prediction.modes).map_err(|e| CorrelationError::Model(e.to_string()))?;
@@ -213,6 +210,7 @@ pub fn assess(comparison: &Comparison<'_>, theta: &[f64]) -> Result<Assessment, 
         model_modes,
         readings,
         prediction,
+        basis,
     })
 }
 

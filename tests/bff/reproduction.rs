@@ -207,12 +207,7 @@ fn names_of_modes() {
     let check =
         |model: &Model, theta: &[f64], first: usize, path: &str, labels: [&str; 6], torsion: Option<[f64; 6]>| {
             let modes = modes(model, theta, 12);
-            let characters: Vec<_> = (0..modes.len())
-                .map(|i| {
-                    let shape: Vec<f64> = modes.shapes.column(i).iter().copied().collect();
-                    model.character(theta, &shape, i < modes.n_rigid).unwrap().unwrap()
-                })
-                .collect();
+            let characters = model.characters(theta, &modes.shapes, modes.n_rigid).unwrap().unwrap();
             let own: Vec<String> = label_modes(&characters).into_iter().map(|l| l.short).skip(first).take(6).collect();
             assert_eq!(own, labels, "{path}");
             for (mode, expected) in torsion.into_iter().flatten().enumerate() {

@@ -133,3 +133,49 @@ fn noise_alone_does_not_stand_out() {
     assert!((ratio - 1.0).abs() < 0.1, "{ratio}"); // standard error about 0.04
     assert!((15..=75).contains(&above), "{above}"); // 40 of 800 expected, correlated
 }
+
+/// By group as a whole: the matrices added up, and the elements taken together, are the same place.
+#[test]
+fn groups_are_their_elements_together() {
+    let (k, m, elements) = cantilever(8, &|_| 1.0);
+    let (damaged, mass, _) = cantilever(8, &|e| if e == 5 { 0.9 } else { 1.0 });
+    let truth = lowest_modes(&damaged, &mass, 3, 1.0).unwrap();
+    // Two sensors: a group has more rows than the noise has directions; seven: an element has fewer.
+    for dofs in [vec![6, 14], (1..8).map(|i| 2 * i).collect()] {
+        let s = selection(16, &dofs).unwrap();
+        let expander = Expander::new(&k, &m, &s, 1.0).unwrap();
+        let sd = DVector::from_element(dofs.len(), 0.02);
+        let expanded: Vec<_> = (0..3)
+            .map(|j| {
+                let weight = expander.weight(expander.model_error(0.1, 8), truth.values[j], 1.0);
+                expander.expand(&(&s * truth.vectors.column(j)), &sd, truth.values[j], weight).unwrap()
+            })
+            .collect();
+        let modes: Vec<ExpandedMode<'_>> = (0..3)
+            .map(|j| ExpandedMode {
+                expanded: &expanded[j],
+                sd: &sd,
+                weight: 1.0 / truth.values[j],
+                omega_squared_sd: 0.01 * truth.values[j],
+            })
+            .collect();
+        let (by_element, by_group) = localize_with_groups(&modes, &elements).unwrap();
+        assert_eq!(by_element, localize(&modes, &elements).unwrap());
+        let merged = localize(&modes, &group_matrices(&elements)).unwrap();
+        assert_eq!(by_group.places.len(), 2);
+        for (a, b) in by_group.places.iter().zip(&merged.places) {
+            assert_eq!(a.name, b.name);
+            for (a, b) in [
+                (a.energy, b.energy),
+                (a.relative_energy, b.relative_energy),
+                (a.noise_mean, b.noise_mean),
+                (a.noise_quantile, b.noise_quantile),
+                (a.p_value, b.p_value),
+            ] {
+                assert!((a / b - 1.0).abs() < 1e-6, "{a} {b}");
+            }
+        }
+        // Two estimates, each to a standard error of a tenth.
+        assert!((by_group.p_family / merged.p_family - 1.0).abs() < 0.5, "{} {}", by_group.p_family, merged.p_family);
+    }
+}

@@ -3,9 +3,11 @@
 use super::{paired_shapes, pairs_with_shapes};
 use crate::correlation::{CorrelationError, auto_orthogonality, cross_orthogonality};
 use crate::linalg::{DMatrix, thin_svd};
-use crate::modal::reduction::{dynamic_reduction, guyan, irs, serep_transformation};
+use crate::modal::reduction::{Reduction, dynamic_reduction, guyan, guyan_and_irs, irs, serep_transformation};
+use crate::model::System;
 use crate::objective::Comparison;
 use crate::update::Assessment;
+use std::borrow::Cow;
 
 /// How the mass is reduced to the sensors.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
@@ -149,18 +151,31 @@ impl Basis<'_> {
         Ok(off.fold(0.0, f64::max))
     }
 
+    fn system(&self) -> Result<Cow<'_, System>, CorrelationError> {
+        self.a.prediction.system().map_err(|e| CorrelationError::Model(e.to_string()))
+    }
+
+    /// Rows of the sensors that are in the mass.
+    fn sensors(&self) -> DMatrix<f64> {
+        self.comparison.sensors().select_rows(self.kept)
+    }
+
     /// See [`MassReduction::Auto`].
     fn best(&self) -> Result<(MassReduction, DMatrix<f64>), CorrelationError> {
         if let Ok(mass) = self.mass(MassReduction::Full) {
             return Ok((MassReduction::Full, mass));
         }
         let mut best: Option<(f64, MassReduction, DMatrix<f64>)> = None;
-        for reduction in [MassReduction::Guyan, MassReduction::Irs] {
-            if let Ok(mass) = self.mass(reduction)
-                && let Ok(error) = self.own_error(&mass)
-                && best.as_ref().is_none_or(|(least, ..)| error < *least)
-            {
-                best = Some((error, reduction, mass));
+        let system = self.system()?;
+        let s = self.sensors();
+        if let Ok((fixed, improved)) = guyan_and_irs(&system.stiffness, &system.mass, &s, 1) {
+            for (reduction, reduced) in [(MassReduction::Guyan, Ok(fixed)), (MassReduction::Irs, improved)] {
+                if let Ok(Reduction { mass, .. }) = reduced
+                    && let Ok(error) = self.own_error(&mass)
+                    && best.as_ref().is_none_or(|(least, ..)| error < *least)
+                {
+                    best = Some((error, reduction, mass));
+                }
             }
         }
         match best {
@@ -173,11 +188,14 @@ impl Basis<'_> {
         /// Relative singular value below which the sensors miss a direction: expansion would multiply noise by more.
         const SEEN: f64 = 1e-3;
         let p = &self.a.prediction;
-        let dense = || p.system().map_err(|e| CorrelationError::Model(e.to_string()));
-        let s = self.comparison.sensors().select_rows(self.kept);
+        let dense = || self.system();
+        let s = self.sensors();
         let failed = |reason: String| CorrelationError::Reduction { method: reduction.word(), reason };
         let reduced = match reduction {
             MassReduction::Auto => return self.best().map(|(_, mass)| mass),
+            MassReduction::Full if s.nrows() < s.ncols() => {
+                return Err(failed(format!("{} sensors do not see all {} dofs", s.nrows(), s.ncols())));
+            }
             MassReduction::Full => {
                 // Columns in comparable units: rotations weigh as the displacements of the modes do.
                 let scale: Vec<f64> = p.modes.shapes.row_iter().map(|r| r.norm().max(f64::MIN_POSITIVE)).collect();

@@ -3,15 +3,13 @@
 use super::{paired_shapes, pairs_with_shapes, shape_sd};
 use crate::correlation::{
     CorrelationError, ElementMatrix, ExpandedMode, Expander, Localization, SingleChanges, by_group, element_energies,
-    group_matrices, localize, modal_scale_factor, single_changes,
+    group_matrices, localize_with_groups, modal_scale_factor, single_changes,
 };
 use crate::linalg::{DMatrix, DVector};
-use crate::modal::mode_derivative_of_forces;
 use crate::model::{Model, ModelError};
 use crate::objective::Comparison;
 use crate::update::Assessment;
 use indexmap::IndexMap;
-use nalgebra::RowDVector;
 use std::f64::consts::TAU;
 
 /// Where the disagreement of shapes and frequencies sits.
@@ -110,11 +108,18 @@ pub fn places(
         return Err(PlacesError::NoStiffness);
     }
     let p = &a.prediction;
-    let system = p.system()?;
-    let (k, m) = (&system.stiffness, &system.mass);
     let (shapes, measured) = paired_shapes(comparison, a, &pairs);
     let shift = p.modes.lambda[p.modes.n_rigid].max(f64::MIN_POSITIVE);
-    let expander = Expander::new(k, m, comparison.sensors(), shift)?;
+    let expander = match &a.basis {
+        // A basis of far another shift has lost digits.
+        Some(basis) if (1e-2..1e2).contains(&(basis.shift / shift)) => {
+            Expander::from_basis(basis, comparison.sensors(), shift)?
+        }
+        _ => {
+            let system = p.system()?;
+            Expander::new(&system.stiffness, &system.mass, comparison.sensors(), shift)?
+        }
+    };
     let model_error = expander.model_error(options.relative_error, members.len());
     let mut expanded = Vec::with_capacity(pairs.len());
     for (j, pair) in pairs.iter().enumerate() {
@@ -153,7 +158,7 @@ pub fn places(
             strain[i].1.push(if total > 0.0 { energy / total } else { 0.0 });
         }
     }
-    let (residuals, effects) = effects(comparison, a, &members)?;
+    let (residuals, effects) = effects(comparison, a, &members, &expander);
     let names: Vec<String> = members.iter().map(|m| m.name.clone()).collect();
     let mut groups: IndexMap<String, DVector<f64>> = IndexMap::new();
     for (member, effect) in members.iter().zip(effects.column_iter()) {
@@ -162,11 +167,12 @@ pub fn places(
     }
     let group_names: Vec<String> = groups.keys().cloned().collect();
     let group_effects = DMatrix::from_columns(&groups.into_values().collect::<Vec<_>>());
+    let (by_element, by_group) = localize_with_groups(&modes, &members)?;
     Ok(Places {
         changes_by_element: single_changes(&residuals, &effects, &names)?,
         changes_by_group: single_changes(&residuals, &group_effects, &group_names)?,
-        by_element: localize(&modes, &members)?,
-        by_group: localize(&modes, &group_matrices(&members))?,
+        by_element,
+        by_group,
         strain_energy: strain,
         test_modes: pairs.iter().map(|p| p.test_mode).collect(),
     })
@@ -180,45 +186,48 @@ const CLOSE: f64 = 0.05;
 /// A frequency and then a shape with its scale taken out, pair by pair: all standard normal under noise alone. Modes whose
 /// frequency is within [`CLOSE`] of another's are left out: a small change turns them into each other, and nothing about
 /// that is linear.
+///
+/// * `expander` - of the model at the θ of `a` with the sensors of `comparison`
 fn effects(
     comparison: &Comparison<'_>,
     a: &Assessment,
     members: &[ElementMatrix],
-) -> Result<(DVector<f64>, DMatrix<f64>), PlacesError> {
+    expander: &Expander,
+) -> (DVector<f64>, DMatrix<f64>) {
     let p = &a.prediction;
-    let system = p.system()?;
-    let (k, m) = (&system.stiffness, &system.mass);
     let n_sensors = comparison.sensors().nrows();
     let mut residuals: Vec<f64> = Vec::new();
-    let mut rows: Vec<RowDVector<f64>> = Vec::new();
+    let mut blocks: Vec<DMatrix<f64>> = Vec::new();
     for pair in &a.pairs {
         let index = p.modes.n_rigid + pair.model_mode;
         let near = |f: &f64| (f - pair.model_hz).abs() < CLOSE * pair.model_hz;
         if p.frequencies_hz.iter().filter(|f| near(f)).count() > 1 {
             continue;
         }
-        let (lambda, phi) = (p.modes.lambda[index], p.modes.shapes.column(index).into_owned());
+        let (lambda, phi) = (p.modes.lambda[index], p.modes.shapes.column(index));
         let mut forces = DMatrix::zeros(phi.len(), members.len());
-        for (j, member) in members.iter().enumerate() {
-            let local = DVector::from_fn(member.dofs.len(), |i, _| phi[member.dofs[i]]);
-            for (value, &dof) in (&member.matrix * local).iter().zip(&member.dofs) {
-                forces[(dof, j)] += value;
+        for (mut force, member) in forces.column_iter_mut().zip(members) {
+            for (matrix, &from) in member.matrix.column_iter().zip(&member.dofs) {
+                for (value, &to) in matrix.iter().zip(&member.dofs) {
+                    force[to] += value * phi[from];
+                }
             }
         }
-        let still = DVector::zeros(members.len());
-        let Some(derivative) = mode_derivative_of_forces(k, m, lambda, &phi, &forces, &still) else { continue };
+        let Some(at_sensors) = expander.mode_change(lambda, &forces) else { continue };
         let f = comparison.test().modes[pair.test_mode].frequency_hz;
         residuals.push((pair.model_hz - f.value) / f.sd);
-        rows.push((derivative.lambda * (pair.model_hz / (2.0 * lambda * f.sd))).transpose());
+        let growth = forces.tr_mul(&phi);
+        blocks.push(
+            DMatrix::from_row_slice(1, members.len(), growth.as_slice()) * (pair.model_hz / (2.0 * lambda * f.sd)),
+        );
         if pair.mac.is_none() {
             continue;
         }
         let sd = shape_sd(comparison, pair.test_mode);
         let (model, test) = (p.at_sensors.column(pair.model_mode), comparison.shapes().column(pair.test_mode));
         let used: Vec<usize> = (0..n_sensors).filter(|&i| !test[i].is_nan()).collect();
-        let white = |v: f64, i: usize| v / sd[i];
-        let own = DVector::from_iterator(used.len(), used.iter().map(|&i| white(model[i], i)));
-        let measured = DVector::from_iterator(used.len(), used.iter().map(|&i| white(test[i], i)));
+        let own = DVector::from_iterator(used.len(), used.iter().map(|&i| model[i] / sd[i]));
+        let measured = DVector::from_iterator(used.len(), used.iter().map(|&i| test[i] / sd[i]));
         let norm = own.norm();
         if norm == 0.0 {
             continue;
@@ -226,19 +235,21 @@ fn effects(
         let scale = own.dot(&measured) / (norm * norm);
         let direction = own.unscale(norm);
         // The part along the model's shape is the free scale.
-        let across = |v: DVector<f64>| {
-            let along = direction.dot(&v);
-            v - &direction * along
-        };
-        residuals.extend(across(-measured).iter());
-        let at_sensors = comparison.sensors() * derivative.shape;
-        let mut block = DMatrix::zeros(used.len(), members.len());
-        for j in 0..members.len() {
-            let turned = DVector::from_iterator(used.len(), used.iter().map(|&i| white(at_sensors[(i, j)], i)));
-            block.set_column(j, &(across(turned) * scale));
+        let along = direction.dot(&measured);
+        residuals.extend((&direction * along - &measured).iter());
+        let mut block = DMatrix::from_fn(used.len(), members.len(), |i, j| at_sensors[(used[i], j)] / sd[used[i]]);
+        for mut column in block.column_iter_mut() {
+            let along = direction.dot(&column);
+            column.axpy(-along, &direction, 1.0);
+            column *= scale;
         }
-        rows.extend(block.row_iter().map(nalgebra::Matrix::into_owned));
+        blocks.push(block);
     }
-    let effects = if rows.is_empty() { DMatrix::zeros(0, members.len()) } else { DMatrix::from_rows(&rows) };
-    Ok((DVector::from_vec(residuals), effects))
+    let mut effects = DMatrix::zeros(residuals.len(), members.len());
+    let mut first = 0;
+    for block in blocks {
+        effects.rows_mut(first, block.nrows()).copy_from(&block);
+        first += block.nrows();
+    }
+    (DVector::from_vec(residuals), effects)
 }
