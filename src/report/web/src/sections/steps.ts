@@ -11,7 +11,7 @@ export function stepsSection(w: Steps): HTMLElement {
   const held = w.steps.some((s) => s.held_out != null);
   const chart = new Chart("Misfit after every step", (p, width) => {
     // Slanted labels take one line; level ones as many as the width of a bar asks for.
-    const letters = Math.max(10, Math.floor((width - 90) / w.steps.length / 7.2));
+    const letters = Math.max(10, Math.floor((width - 90) / w.steps.length / 8.4));
     const names = w.steps.map((s, i) => width < 700 ? `${i + 1}. ${plain(shorten(s.name, 18))}`
       : folded(`${i + 1}. ${shorten(s.name, 3 * letters)}`, letters).map(plain).join("<br>"));
     const values = w.steps.map((s) => s.misfit);
