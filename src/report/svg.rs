@@ -33,7 +33,7 @@ pub fn figures(data: &ReportData) -> Vec<Figure> {
     let mut list = Vec::new();
     let mut add = |name: String, title: String, canvas: Canvas| {
         let same = |n: &String| list.iter().any(|f: &Figure| f.name == *n);
-        let numbered = (2..).map(|k| format!("{name}-{k}")).find(|n| !same(n)).filter(|_| same(&name));
+        let numbered = (2..=list.len() + 2).map(|k| format!("{name}-{k}")).find(|n| !same(n)).filter(|_| same(&name));
         let svg = canvas.finish(&title);
         list.push(Figure { name: numbered.unwrap_or(name), title, svg });
     };
