@@ -14,7 +14,7 @@ use retune::objective::Comparison;
 use retune::optim::{Pace, Progress};
 use retune::report::data::{DataItem, Named, ReportData};
 use retune::report::text::{Align, Style, Table, cost_history, number};
-use retune::report::{Case, add_responses, figures, html, of_update};
+use retune::report::{Case, add_responses, figures, html, of_update, response_figure};
 use retune::update::{
     Assessment, Controls, Cost, Settings, TwinFrfOptions, TwinOptions, Update, assess, twin_frfs, update,
 };
@@ -147,8 +147,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     let data = page_data(&initial, &test, &result)?;
     std::fs::create_dir_all(target.join("bff_figures"))?;
     std::fs::write(target.join("bff.html"), html(&data)?)?;
-    for figure in figures(&data) {
-        std::fs::write(target.join("bff_figures").join(format!("{}.svg", figure.name)), figure.svg)?;
+    let mut list = figures(&data);
+    list.retain(|f| !f.name.starts_with("frf-"));
+    list.extend(response_figure(&data, READER, EXCITER));
+    for figure in list {
+        let name = PAPER_FIGURES.iter().find(|(ours, _)| *ours == figure.name).map_or(figure.name.as_str(), |(_, n)| n);
+        std::fs::write(target.join("bff_figures").join(format!("{name}.svg")), figure.svg)?;
     }
     println!("\nthe same as a page with pictures: {}", target.join("bff.html").display());
     println!("single figures for a paper: {}", target.join("bff_figures").display());
@@ -158,6 +162,16 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 /// Sensor at which the force acts, and the band of the frequency responses: the paper's excitation, 3 to 35 Hz.
 const EXCITER: &str = "p12";
+/// A sensor on the right trailing edge, whose response is drawn beside the paper's.
+const READER: &str = "p15";
+
+/// Figures that the paper has too, with the paper's number.
+const PAPER_FIGURES: [(&str, &str); 4] = [
+    ("model", "figure-04-model"),
+    ("mac-before", "figure-07-mac-initial"),
+    ("mac-after", "figure-08-mac-updated"),
+    ("frf-p15-p12", "figure-11-frf-p15-p12"),
+];
 
 /// The update as a report, with frequency responses (Figure 11).
 ///

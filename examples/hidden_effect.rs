@@ -15,6 +15,7 @@ use retune::identify::{IdentifyOptions, identify, sensors, test_modes};
 use retune::modal::{SolveOptions, solve};
 use retune::model::{Model, ParametricModel, Registry, load};
 use retune::report::text::{Align, Style, Table, number};
+use retune::report::{html, of_learning};
 use std::error::Error;
 use std::path::{Path, PathBuf};
 
@@ -84,6 +85,13 @@ fn flying_wing() -> Result<(), Box<dyn Error>> {
     println!(
         "   The bench test is of the real wing; the shapes above are of a virtual one, which the effect belongs to.\n"
     );
+    let mut data = of_learning(&model, &test, &learned)?;
+    data.meta.title = "Body Freedom Flutter aircraft: the physics that the updated model misses".into();
+    data.meta.commands.push("cargo run --release --example hidden_effect".into());
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("target/hidden_effect.html");
+    std::fs::create_dir_all(page.with_file_name(""))?;
+    std::fs::write(&page, html(&data)?)?;
+    println!("   the same as a page with pictures: {}\n", page.display());
     Ok(())
 }
 

@@ -1,7 +1,7 @@
 //! Parameters of an update with their uncertainties, as text and as JSON.
 
-use retune::report::text::{Align, Cell, Style, Table, Tone, number};
-use retune::update::{IntervalMethod, ParameterUncertainty, Uncertainty, Update};
+use retune::report::text::{Align, Cell, Style, Table, Tone, brief, number, wrap};
+use retune::update::{IntervalMethod, ParameterChange, ParameterUncertainty, Uncertainty, Update};
 use serde_json::{Map, Value, json};
 use std::fmt::Write as _;
 
@@ -10,6 +10,31 @@ const STRONG: f64 = 0.9;
 
 /// The parameters of an update, and what the data say about them.
 pub(crate) fn parameters(u: &Update, style: &Style) -> String {
+    let full = full_table(u);
+    let table = if full.natural_width() <= style.width { full.render(style) } else { narrow_table(u, style) };
+    table + &folded(&remarks(u), style)
+}
+
+/// What is to be known of a parameter beside its numbers: a mark, and the words for it.
+fn note(p: &ParameterChange, known: Option<&ParameterUncertainty>) -> (&'static str, &'static str) {
+    match known {
+        None => ("c", "constant"),
+        Some(_) if p.at_bound => ("*", "on its bound"),
+        Some(k) if k.is_undetermined() => ("?", "not determined"),
+        Some(k) if k.method == IntervalMethod::Unconfirmed => ("~", "interval unconfirmed"),
+        Some(_) => ("", ""),
+    }
+}
+
+fn known<'a>(u: &'a Update, p: &ParameterChange) -> Option<&'a ParameterUncertainty> {
+    u.uncertainty.parameters.iter().find(|k| k.name == p.name)
+}
+
+fn range(ends: Option<(f64, f64)>, write: fn(f64) -> String) -> String {
+    ends.map_or_else(|| "–".to_string(), |(l, h)| format!("{} … {}", write(l), write(h)))
+}
+
+fn full_table(u: &Update) -> Table {
     let mut table = Table::new([
         ("parameter", Align::Left),
         ("before", Align::Right),
@@ -20,29 +45,70 @@ pub(crate) fn parameters(u: &Update, style: &Style) -> String {
         ("unit", Align::Left),
         ("", Align::Left),
     ]);
-    let pair = |a: f64, b: f64| format!("{} … {}", number(a), number(b));
     for p in &u.parameters {
-        let known = u.uncertainty.parameters.iter().find(|k| k.name == p.name);
-        let bounds = p.lower.zip(p.upper).map_or_else(|| "–".to_string(), |(l, h)| pair(l, h));
-        let note = match known {
-            None => Cell::new("constant", Tone::Dim),
-            Some(_) if p.at_bound => Cell::new("on its bound", Tone::Warning),
-            Some(k) if k.is_undetermined() => Cell::new("not determined", Tone::Warning),
-            Some(k) if k.method == IntervalMethod::Unconfirmed => Cell::new("interval unconfirmed", Tone::Warning),
-            Some(_) => "".into(),
-        };
+        let known = known(u, p);
+        let (_, words) = note(p, known);
         table.row([
             p.name.as_str().into(),
             number(p.before).into(),
             number(p.after).into(),
             known.and_then(|k| k.sd).map_or_else(|| "–".to_string(), number).into(),
-            known.map_or_else(|| "–".to_string(), |k| pair(k.interval[0], k.interval[1])).into(),
-            bounds.into(),
+            range(known.map(|k| (k.interval[0], k.interval[1])), number).into(),
+            range(p.lower.zip(p.upper), number).into(),
             p.unit.as_str().into(),
-            note,
+            Cell::new(words, if known.is_some() { Tone::Warning } else { Tone::Dim }),
         ]);
     }
-    table.render(style) + &remarks(u)
+    table
+}
+
+/// Three digits, no standard deviations, marks in place of notes: for a terminal of 80 columns.
+fn narrow_table(u: &Update, style: &Style) -> String {
+    let mut table = Table::new([
+        ("parameter", Align::Left),
+        ("before", Align::Right),
+        ("after", Align::Right),
+        ("", Align::Right),
+        ("90 % interval", Align::Right),
+        ("bounds", Align::Right),
+        ("unit", Align::Left),
+    ]);
+    let mut marks: Vec<(&str, &str)> = Vec::new();
+    for p in &u.parameters {
+        let known = known(u, p);
+        let (mark, words) = note(p, known);
+        if !mark.is_empty() && !marks.contains(&(mark, words)) {
+            marks.push((mark, words));
+        }
+        table.row([
+            p.name.as_str().into(),
+            brief(p.before).into(),
+            brief(p.after).into(),
+            Cell::new(mark, if known.is_some() { Tone::Warning } else { Tone::Dim }),
+            range(known.map(|k| (k.interval[0], k.interval[1])), brief).into(),
+            range(p.lower.zip(p.upper), brief).into(),
+            p.unit.as_str().into(),
+        ]);
+    }
+    let keys: Vec<String> = marks.iter().map(|(mark, words)| format!("{mark} {words}")).collect();
+    let keys = if keys.is_empty() { String::new() } else { format!("{}\n", keys.join("   ")) };
+    table.render(style) + &keys
+}
+
+/// Lines no wider than the style; what is continued stands two columns further in.
+pub(crate) fn folded(text: &str, style: &Style) -> String {
+    let mut out = String::new();
+    for line in text.lines() {
+        let indent = line.len() - line.trim_start_matches(' ').len();
+        for (i, part) in wrap(line, style.width.saturating_sub(indent + 2).max(20)).iter().enumerate() {
+            let margin = if i == 0 { indent } else { indent + 2 };
+            let _ = writeln!(out, "{:margin$}{part}", "");
+        }
+        if line.is_empty() {
+            out.push('\n');
+        }
+    }
+    out
 }
 
 /// What cannot be told apart, what goes together, what sits on a bound, and what limits the numbers.
@@ -151,4 +217,16 @@ fn correlations_json(c: &Uncertainty, i: usize) -> Value {
 pub(crate) fn unidentifiable_json(c: &Uncertainty) -> Value {
     let one = |g: &retune::update::Inseparable| json!({"parameters": g.parameters, "numbers": g.n_numbers, "combinations": g.combinations, "shared": g.shared});
     c.inseparable.iter().map(one).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_are_folded_at_blanks_and_stand_further_in() {
+        let style = Style { color: false, width: 30 };
+        let text = "\n  m1: its lower bound holds it; it would go on\nshort\n";
+        assert_eq!(folded(text, &style), "\n  m1: its lower bound holds\n    it; it would go on\nshort\n");
+    }
 }

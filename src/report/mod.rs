@@ -23,5 +23,5 @@ pub use build::{
 };
 pub use data::{ReportData, ReportError};
 pub use html::{html, json};
-pub use svg::{Figure, figures};
+pub use svg::{Figure, figures, response_figure};
 pub use vtk::{VtkFile, paraview};

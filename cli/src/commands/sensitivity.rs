@@ -92,6 +92,8 @@ fn as_text(s: &Sensitivities, functions: &FrfSensitivity, style: &Style) -> Stri
         for (k, name) in s.names.iter().enumerate() {
             let cells = (0..s.modes.len()).map(|m| {
                 let value = cell(m, k);
+                // No minus sign before a zero.
+                let value = if value.abs() < 0.005 { 0.0 } else { value };
                 if value.is_nan() { Cell::from("–") } else { format!("{value:.2}").into() }
             });
             table.row(std::iter::once(name.as_str().into()).chain(cells));
@@ -102,11 +104,11 @@ fn as_text(s: &Sensitivities, functions: &FrfSensitivity, style: &Style) -> Stri
     let _ = writeln!(
         out,
         "\n{}",
-        style.paint(Tone::Strong, "Shapes: how far each turns over the whole interval, % of its length at the sensors")
+        style.paint(Tone::Strong, "Shapes: how far each turns over the whole interval, % of its length")
     );
     per_mode(&mut out, &|m, k| 100.0 * s.shape[(m, k)]);
     let _ = writeln!(out, "\n{}", style.paint(Tone::Strong, "Functions and mass: change over the whole interval"));
-    let mut table = Table::new([
+    let heads = [
         ("parameter", Align::Left),
         ("functions, % of rms", Align::Right),
         ("mass kg", Align::Right),
@@ -116,26 +118,41 @@ fn as_text(s: &Sensitivities, functions: &FrfSensitivity, style: &Style) -> Stri
         ("Izz kg m2", Align::Right),
         ("interval", Align::Right),
         ("unit", Align::Left),
-    ]);
-    for (k, name) in s.names.iter().enumerate() {
-        let mass = |row: usize| {
-            if s.mass.nrows() == 0 { "–".to_string() } else { number(s.mass[(row, k)] * s.widths[k]) }
-        };
-        let moved = rms(&functions.relative[k]);
-        table.row([
-            name.as_str().into(),
-            number(100.0 * moved).into(),
-            mass(0).into(),
-            mass(1).into(),
-            mass(4).into(),
-            mass(5).into(),
-            mass(6).into(),
-            number(s.widths[k]).into(),
-            s.units[k].as_str().into(),
-        ]);
+    ];
+    let with = |columns: &[usize]| {
+        let mut table = Table::new(columns.iter().map(|&c| heads[c]));
+        for (k, name) in s.names.iter().enumerate() {
+            let mass = |row: usize| {
+                if s.mass.nrows() == 0 { "–".to_string() } else { number(s.mass[(row, k)] * s.widths[k]) }
+            };
+            let cell = |column: usize| match column {
+                0 => name.clone(),
+                1 => number(100.0 * rms(&functions.relative[k])),
+                2 => mass(0),
+                3 => mass(1),
+                4 => mass(4),
+                5 => mass(5),
+                6 => mass(6),
+                7 => number(s.widths[k]),
+                _ => s.units[k].clone(),
+            };
+            table.row(columns.iter().map(|&c| cell(c).as_str().into()));
+        }
+        table
+    };
+    let whole = with(&[0, 1, 2, 3, 4, 5, 6, 7, 8]);
+    if whole.natural_width() <= style.width {
+        out += &whole.render(style);
+    } else {
+        out += &with(&[0, 1, 2, 3, 7, 8]).render(style);
+        out.push('\n');
+        out += &with(&[0, 4, 5, 6]).render(style);
     }
-    out += &table.render(style);
-    out += "linear at the estimates: a large number says that the change over the interval is not linear\n";
+    agreement::wrapped(
+        &mut out,
+        "linear at the estimates: a large number says that the change over the interval is not linear",
+        style,
+    );
     agreement::parameters_table(&mut out, s, style);
     out
 }

@@ -109,7 +109,8 @@ pub(crate) fn run(args: &Update) -> Result<u8, Failure> {
             out += &pairs(before, None, &style);
         }
         out += &format!("\ncost   {}\n", cost_history(&history, &costs, style.width.saturating_sub(7)));
-        out += &format!("       {:.6} -> {:.6}; {}\n", u.cost_before, u.optimum.cost, u.optimum.termination.text());
+        let fell = format!("       {:.6} -> {:.6}; {}\n", u.cost_before, u.optimum.cost, u.optimum.termination.text());
+        out += &uncertain::folded(&fell, &style);
         let paths = u.optimum.paths;
         if paths.batch > 0 {
             out += &format!(

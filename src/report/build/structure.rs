@@ -1,11 +1,14 @@
 //! The structure as the pictures draw it, and places on it by the names of the user's file.
 
-use super::super::data::{Element, Node, Place, PointMass, Property, RigidLink, Sensor, Structure, Support};
+use super::super::data::{
+    Element, Node, Place, PointMass, Property, PropertySet, RigidLink, Sensor, Structure, Support,
+};
 use super::super::text::number;
 use crate::correlation::{CorrelationError, sensor_position};
 use crate::data::TestData;
 use crate::element::{Axes, Dof};
 use crate::model::{Model, ParametricModel, PlacedElement};
+use std::collections::HashMap;
 
 /// Whether an element is drawn as a point mass.
 fn is_mass(e: &PlacedElement) -> bool {
@@ -91,6 +94,30 @@ impl<'a> Places<'a> {
     }
 }
 
+/// Properties that several elements have alike, once: in a large model they would be most of the page.
+fn share(elements: &mut [Element]) -> Vec<PropertySet> {
+    let mut users: HashMap<Vec<(String, String)>, Vec<usize>> = HashMap::new();
+    let mut order = Vec::new();
+    for (i, e) in elements.iter().enumerate().filter(|(_, e)| !e.properties.is_empty()) {
+        let key: Vec<_> = e.properties.iter().map(|p| (p.name.clone(), p.value.clone())).collect();
+        let list = users.entry(key.clone()).or_default();
+        if list.len() == 1 {
+            order.push(key);
+        }
+        list.push(i);
+    }
+    let mut sets = Vec::new();
+    for key in order {
+        for &i in &users[&key] {
+            elements[i].property_set = Some(sets.len());
+            elements[i].properties.clear();
+        }
+        let properties = key.into_iter().map(|(name, value)| Property::new(name, value)).collect();
+        sets.push(PropertySet { name: String::new(), properties });
+    }
+    sets
+}
+
 /// The structure at θ with the sensors of a test.
 pub(super) fn structure(model: &Model, theta: &[f64], test: &TestData) -> Result<Structure, CorrelationError> {
     let geometry = model.geometry();
@@ -174,6 +201,7 @@ pub(super) fn structure(model: &Model, theta: &[f64], test: &TestData) -> Result
             })
         })
         .collect::<Result<Vec<_>, CorrelationError>>()?;
+    let property_sets = share(&mut elements);
     Ok(Structure {
         up: Some(2),
         nodes: geometry
@@ -183,6 +211,7 @@ pub(super) fn structure(model: &Model, theta: &[f64], test: &TestData) -> Result
             .map(|(name, position)| Node { name: name.clone(), position: *position })
             .collect(),
         elements,
+        property_sets,
         rigid_links,
         masses,
         supports,

@@ -13,6 +13,21 @@ pub(super) fn free(u: &Update) -> Vec<&Parameter> {
     u.parameters.iter().filter(|p| p.lower.zip(p.upper).is_some_and(|(l, h)| h > l)).collect()
 }
 
+/// A unit with raised digits: `kg m2` is kg m².
+fn raised(unit: &str) -> String {
+    let mut out = String::new();
+    for c in unit.chars() {
+        let after_letter = out.ends_with(|p: char| p.is_ascii_alphabetic());
+        out.push(match c {
+            '2' if after_letter => '²',
+            '3' if after_letter => '³',
+            '4' if after_letter => '⁴',
+            _ => c,
+        });
+    }
+    out
+}
+
 /// One row a parameter, drawn over the whole range between its bounds.
 pub(super) fn parameters(u: &Update) -> Canvas {
     let rows = free(u);
@@ -23,7 +38,7 @@ pub(super) fn parameters(u: &Update) -> Canvas {
         let (Some(low), Some(high)) = (p.lower, p.upper) else { continue };
         let y = TOP + ROW * (i as f64 + 0.5);
         let at = |v: f64| [left + (right - left) * ((v - low) / (high - low)).clamp(0.0, 1.0), y];
-        let unit = if p.unit.is_empty() || p.unit == "1" { String::new() } else { format!(", {}", p.unit) };
+        let unit = if p.unit.is_empty() || p.unit == "1" { String::new() } else { format!(", {}", raised(&p.unit)) };
         canvas.text([12.0, y + 9.0], &cut(&format!("{}{unit}", p.name), 24), TEXT - 2.0, "start", INK, 0.0);
         canvas.text([left - 22.0, y + 9.0], &short(low), TEXT - 6.0, "end", SOFT, 0.0);
         canvas.text([right + 22.0, y + 9.0], &short(high), TEXT - 6.0, "start", SOFT, 0.0);

@@ -75,6 +75,14 @@ impl Canvas {
         );
     }
 
+    /// The outline of a rectangle.
+    pub(super) fn frame(&mut self, [x, y]: [f64; 2], [w, h]: [f64; 2], ink: &str, width: f64) {
+        let _ = writeln!(
+            self.body,
+            "<rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"{w:.1}\" height=\"{h:.1}\" fill=\"none\" stroke=\"{ink}\" stroke-width=\"{width}\"/>"
+        );
+    }
+
     pub(super) fn circle(&mut self, [x, y]: [f64; 2], r: f64, fill: &str, stroke: &str) {
         let _ = writeln!(
             self.body,
@@ -92,6 +100,17 @@ impl Canvas {
         let _ = write!(
             self.body,
             "<text x=\"{x:.1}\" y=\"{y:.1}\" font-size=\"{size}\" text-anchor=\"{anchor}\" fill=\"{ink}\"{turn}>"
+        );
+        push_markup(&mut self.body, text);
+        self.body.push_str("</text>\n");
+    }
+
+    /// Text with a white rim, readable over lines.
+    pub(super) fn halo(&mut self, [x, y]: [f64; 2], text: &str, size: f64, ink: &str) {
+        let _ = write!(
+            self.body,
+            "<text x=\"{x:.1}\" y=\"{y:.1}\" font-size=\"{size}\" fill=\"{ink}\" stroke=\"#ffffff\" stroke-width=\"6\" \
+             stroke-linejoin=\"round\" paint-order=\"stroke\">"
         );
         push_markup(&mut self.body, text);
         self.body.push_str("</text>\n");
@@ -172,7 +191,7 @@ impl Axis {
         if (self.low, self.high) == (-180.0, 180.0) {
             return [-180, -90, 0, 90, 180].map(|d| (f64::from(d), d.to_string().replace('-', "−"))).to_vec();
         }
-        let rough = (self.high - self.low) / 5.0;
+        let rough = (self.high - self.low) / 7.0;
         let size = 10f64.powf(rough.log10().floor());
         let step =
             [1.0, 2.0, 2.5, 5.0, 10.0].into_iter().map(|m| m * size).find(|s| *s >= rough).unwrap_or(10.0 * size);
@@ -262,14 +281,20 @@ pub(super) fn legend(c: &mut Canvas, [x, y]: [f64; 2], entries: &[(&str, &str, &
     let mut at = x;
     for (text, ink, mark) in entries {
         match *mark {
-            "circle" => c.circle([at + 20.0, y - 9.0], 9.0, "none", ink),
+            "circle" | "ring" => c.circle([at + 20.0, y - 9.0], 9.0, "none", ink),
+            "dot" => c.circle([at + 20.0, y - 9.0], 9.0, ink, "none"),
             "diamond" => c.diamond([at + 20.0, y - 9.0], 12.0, ink),
             "box" => c.rect([at + 6.0, y - 22.0], [28.0, 24.0], ink, "none"),
             dash => c.line([at, y - 9.0], [at + 44.0, y - 9.0], ink, 6.0, dash),
         }
         c.text([at + 54.0, y], text, TEXT, "start", INK, 0.0);
-        at += 84.0 + 15.0 * text.chars().count() as f64;
+        at += key_width(text);
     }
+}
+
+/// How far the next key stands from this one.
+pub(super) fn key_width(text: &str) -> f64 {
+    84.0 + 14.5 * text.chars().count() as f64
 }
 
 #[cfg(test)]
@@ -280,14 +305,14 @@ mod tests {
     fn ticks_are_round_and_inside() {
         let axis = Axis { low: 0.0, high: 29.7, log: false };
         let ticks: Vec<String> = axis.ticks().into_iter().map(|t| t.1).collect();
-        assert_eq!(ticks, ["0", "10", "20"]);
+        assert_eq!(ticks, ["0", "5", "10", "15", "20", "25"]);
         let axis = Axis { low: -3.1, high: 2.2, log: false };
         assert!(axis.ticks().iter().any(|t| t.1 == "−2"));
         let axis = Axis { low: 2e-4, high: 3e2, log: true };
         let ticks: Vec<String> = axis.ticks().into_iter().map(|t| t.1).collect();
         assert_eq!(ticks, ["0.001", "0.01", "0.1", "1", "10", "100"]);
         assert!(Axis { low: 2.1, high: 8.0, log: true }.ticks().len() >= 2);
-        assert_eq!(Axis { low: 0.0, high: 1.25, log: false }.ticks()[1].1, "0.25");
+        assert_eq!(Axis { low: 0.0, high: 1.7, log: false }.ticks()[1].1, "0.25");
     }
 
     #[test]

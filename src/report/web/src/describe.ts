@@ -61,7 +61,8 @@ export function rowsOf(s: Structure, { kind, index }: Hit): Property[] {
       if (e.group) rows.push({ name: "group", value: e.group });
       if (e.parameters?.length) rows.push({ name: "parameters", value: e.parameters.join(", ") });
       const set = e.property_set == null ? null : s.property_sets[e.property_set];
-      if (set) rows.push({ name: "section", value: set.name }, ...set.properties);
+      if (set?.name) rows.push({ name: "section", value: set.name });
+      if (set) rows.push(...set.properties);
       rows.push(...(e.properties ?? []));
       return rows;
     }

@@ -50,6 +50,16 @@ export function probability(value: Num | undefined): string {
   return fixed(value, 2);
 }
 
+/** A unit with raised digits: `kg m2` is kg m². */
+export function unit(text: string): string {
+  return text.replace(/(?<=[A-Za-z])[234](?![\w.])/g, (d) => ({ 2: "²", 3: "³", 4: "⁴" })[Number(d)]!);
+}
+
+/** A formula in words with minus signs in place of hyphens. */
+export function minuses(text: string): string {
+  return text.replace(/(^|[\s(;])-(?=[\d\s])/g, `$1${MINUS}`);
+}
+
 /** Text for a chart: plotly reads a few tags in labels, names from files must not be read as such. */
 export function plain(text: string): string {
   return text.replace(/&/g, "&amp;").replace(/</g, "&lt;").replace(/>/g, "&gt;");
@@ -61,6 +71,17 @@ export function shorten(text: string, length: number): string {
   if (letters.length <= length) return text;
   const head = Math.ceil((length - 1) / 2);
   return letters.slice(0, head).join("") + "…" + letters.slice(letters.length - (length - 1 - head)).join("");
+}
+
+/** Lines of at most `length` characters, broken after blanks and the signs that join the parts of a name. */
+export function folded(text: string, length: number): string[] {
+  const lines: string[] = [];
+  for (const part of text.split(/(?<=[ @+_:/-]|\.(?=[A-Za-z]))/)) {
+    const last = lines.length - 1;
+    if (last >= 0 && (lines[last]! + part).trimEnd().length <= length) lines[last] += part;
+    else lines.push(part);
+  }
+  return lines.map((line) => line.trim());
 }
 
 /** Bytes of a file name for a download. */

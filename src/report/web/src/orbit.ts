@@ -30,6 +30,15 @@ export function axes(up: number): [number, number, number] {
   return up === 0 ? [1, 2, 0] : up === 1 ? [2, 0, 1] : [0, 1, 2];
 }
 
+/** Azimuth of the oblique view: the longer horizontal extent runs across the picture. */
+export function across(points: readonly (readonly number[])[], up: number): number {
+  const [a, b] = axes(up).map((k) => {
+    const on = points.map((p) => p[k]!).filter(Number.isFinite);
+    return on.reduce((x, y) => Math.max(x, y), -Infinity) - on.reduce((x, y) => Math.min(x, y), Infinity);
+  });
+  return VIEWS["iso"]!.azimuth + (b! > a! ? Math.PI / 2 : 0);
+}
+
 /** Where the camera stands. */
 export function eye(orbit: Orbit, up: number): Point {
   const [a, b, c] = axes(up);

@@ -8,7 +8,7 @@ import {
 import { parseHex, type Rgb } from "./color";
 import { h } from "./dom";
 import { Lines } from "./lines";
-import { extent, eye, fit, HALF_VIEW, turn, VIEWS, zoom, type Orbit } from "./orbit";
+import { across, extent, eye, fit, HALF_VIEW, turn, VIEWS, zoom, type Orbit } from "./orbit";
 import { pick, type Flat, type Hit, type Target } from "./pick";
 import { atPhase, beamPoint, type Shape } from "./shape";
 import type { Place, Structure, Vec3 } from "./types";
@@ -66,6 +66,8 @@ export class Viewer {
   private orbit: Orbit;
   private readonly home: { centre: Vec3; radius: number };
   private readonly up: number;
+  /** Azimuth of the oblique view. */
+  private readonly oblique: number;
   private readonly fill: number;
   private theme!: Theme;
   private pending = false;
@@ -124,7 +126,8 @@ export class Viewer {
     const points = [...nodes.map((n) => n.position), ...data.sensors.map((s) => s.position)];
     this.home = extent(points);
     this.cloud = points;
-    this.orbit = { ...VIEWS["iso"]!, distance: this.home.radius * 3.7, target: [...this.home.centre] };
+    this.oblique = across(nodes.length ? nodes.map((n) => n.position) : points, this.up);
+    this.orbit = { ...this.named("iso"), distance: this.home.radius * 3.7, target: [...this.home.centre] };
 
     this.pieces = elements.length > 1200 ? 1 : 8;
     let count = nodes.length;
@@ -249,9 +252,15 @@ export class Viewer {
     this.request();
   }
 
+  /** A named view of this structure. */
+  private named(name: string): { azimuth: number; elevation: number } {
+    const { azimuth, elevation } = VIEWS[name]!;
+    return { azimuth: name === "iso" ? this.oblique : azimuth, elevation };
+  }
+
   view(name: string): void {
-    const v = VIEWS[name];
-    if (!v) return;
+    if (!VIEWS[name]) return;
+    const v = this.named(name);
     this.orbit = { ...v, distance: this.home.radius * 3.7, target: [...this.home.centre] };
     this.fitted = true;
     this.request();

@@ -2,8 +2,8 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 import { categories, contrast, ink, onStage, parseHex, sample } from "../src/color";
 import { floats, polar } from "../src/decode";
-import { fixed, percent, plain, probability, shorten, significant, slug } from "../src/format";
-import { axes, extent, eye, fit, HALF_VIEW, turn, zoom, type Orbit } from "../src/orbit";
+import { fixed, folded, minuses, percent, plain, probability, shorten, significant, slug, unit } from "../src/format";
+import { across, axes, extent, eye, fit, HALF_VIEW, turn, zoom, type Orbit } from "../src/orbit";
 import { inside, pick, segmentDistance, type Target } from "../src/pick";
 import { atPhase, beamPoint, difference, peak, peakOfNodes, scaleFactor, times } from "../src/shape";
 
@@ -157,4 +157,17 @@ test("turning stops at the poles and zooming stays in reach", () => {
   assert.ok(turn(orbit, 0, 1e6).elevation < Math.PI / 2);
   assert.equal(zoom(orbit, 1e9, 1).distance, 20);
   assert.equal(zoom(orbit, 1e-9, 1).distance, 0.02);
+});
+
+test("the longer horizontal extent runs across the oblique view", () => {
+  const flat = (x: number, y: number): number[][] => [[0, 0, 0], [x, y, 0]];
+  assert.equal(across(flat(3, 1), 2), -1.2);
+  near(across(flat(1, 3), 2), -1.2 + Math.PI / 2);
+  assert.ok(Number.isFinite(across([], 2)));
+});
+
+test("units, minus signs and long names are set as people read them", () => {
+  assert.deepEqual(["kg m2", "N/m", "kg/m3", "1.25e-07 m4", "p12"].map(unit), ["kg m²", "N/m", "kg/m³", "1.25e-07 m⁴", "p12"]);
+  assert.equal(minuses("-0.18 m1 - 0.925 m2 + m4_9; a-b"), "−0.18 m1 − 0.925 m2 + m4_9; a-b");
+  assert.deepEqual(folded("4. + stiffness-change@right_wing.3", 18), ["4. + stiffness-", "change@right_", "wing.3"]);
 });

@@ -2,7 +2,7 @@
 
 import { Chart, logTicks } from "../charts";
 import { card, choice, h, num, soft, table } from "../dom";
-import { fixed, plain, shorten, significant } from "../format";
+import { fixed, folded, plain, shorten, significant } from "../format";
 import { heat } from "../heat";
 import type { Steps } from "../types";
 
@@ -10,7 +10,10 @@ export function stepsSection(w: Steps): HTMLElement {
   let scale: "linear" | "log" = "linear";
   const held = w.steps.some((s) => s.held_out != null);
   const chart = new Chart("Misfit after every step", (p, width) => {
-    const names = w.steps.map((s, i) => `${i + 1}. ${plain(shorten(s.name, width < 600 ? 18 : 34))}`);
+    // Slanted labels take one line; level ones as many as the width of a bar asks for.
+    const letters = Math.max(10, Math.floor((width - 90) / w.steps.length / 8.4));
+    const names = w.steps.map((s, i) => width < 700 ? `${i + 1}. ${plain(shorten(s.name, 18))}`
+      : folded(`${i + 1}. ${shorten(s.name, 3 * letters)}`, letters).map(plain).join("<br>"));
     const values = w.steps.map((s) => s.misfit);
     const fall = values.map((v, i) => (i === 0 ? 0 : Math.max(0, values[i - 1]! - v)));
     const log = scale === "log";

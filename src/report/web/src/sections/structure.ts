@@ -4,7 +4,7 @@ import { categories, css, onStage, parseHex, type MapName, type Rgb } from "../c
 import { floats } from "../decode";
 import { nameOf, placeOf, rowsOf, titleOf } from "../describe";
 import { h, num, toggle, type Child } from "../dom";
-import { significant } from "../format";
+import { significant, unit } from "../format";
 import { colorBar, swatches } from "../legend";
 import type { Hit, Kind } from "../pick";
 import { makeViewer, type Painter, type Viewer } from "../viewer";
@@ -64,9 +64,9 @@ function byField(field: Field, index: number): Coloring {
       const r = range(field, values);
       viewer.paint({ [field.on]: painter(values, r) });
       if (field.on === "sensors") viewer.show("sensors", true);
-      const unit = field.unit ? ` ${field.unit}` : "";
+      const of = field.unit ? ` ${unit(field.unit)}` : "";
       legend.replaceChildren(
-        colorBar(r.map, significant(r.low, 3) + unit, significant(r.high, 3) + unit, field.name, { dark: isDark() }),
+        colorBar(r.map, significant(r.low, 3) + of, significant(r.high, 3) + of, field.name, { dark: isDark() }),
         field.about ? h("p", { class: "note" }, field.about) : "");
     },
   };
@@ -75,7 +75,7 @@ function byField(field: Field, index: number): Coloring {
 /** Where model and test disagree, the worst first; a click shows the place. */
 function suspects(l: Localization, show: (place: Place) => void): HTMLElement {
   const list = (title: string, all: Suspect[], path: string): Child => all.length === 0 ? null : [h("h5", {}, title),
-    h("ol", { class: "suspects" }, all.slice(0, 6).map((x, i) => h("li", {},
+    h("ol", { class: "suspects" }, all.map((x, i) => ({ x, i })).sort((a, b) => (b.x.above_noise ?? 0) - (a.x.above_noise ?? 0)).slice(0, 6).map(({ x, i }) => h("li", {},
       h("button", { type: "button", class: "link", onclick: () => show(x.place) }, x.place.text),
       h("span", { title: `probability by noise alone: ${significant(x.p_value, 2)}` }, num(significant(x.above_noise, 3), `${path}.${i}.above_noise`)))))];
   return h("div", { class: "details", id: "localization" }, h("h4", {}, "Where model and test disagree"),
@@ -90,7 +90,7 @@ export function structureSection(s: Structure, localization?: Localization): HTM
     viewer.highlight(hit ? placeOf(s, hit) : null);
     details.replaceChildren(...(hit
       ? [h("h4", {}, titleOf(s, hit)), h("dl", { class: "facts" },
-          rowsOf(s, hit).map((row) => [h("dt", {}, row.name), h("dd", {}, row.value)]))]
+          rowsOf(s, hit).map((row) => [h("dt", {}, row.name), h("dd", {}, unit(row.value))]))]
       : [h("p", { class: "note" }, "Nothing chosen.")]));
   };
   const viewer = makeViewer(s, {

@@ -1,8 +1,8 @@
 /** The update: how the cost fell, where the parameters went, what the data cannot tell. */
 
 import { Chart, logTicks } from "../charts";
-import { badge, card, choice, h, num, s, table, type Child } from "../dom";
-import { fixed, plain, shorten, significant } from "../format";
+import { badge, card, choice, h, num, s, soft, table, type Child } from "../dom";
+import { fixed, minuses, plain, shorten, significant, unit } from "../format";
 import { heat } from "../heat";
 import { colorBar } from "../legend";
 import type { MassProperty, Parameter, Update } from "../types";
@@ -86,7 +86,7 @@ function parameters(u: Update): HTMLElement {
     ], u.parameters.map((p, i): Child[] => {
       const path = `update.parameters.${i}`;
       return [
-        h("strong", {}, p.name), p.unit, num(significant(p.before, 4), `${path}.before`),
+        h("strong", {}, soft(p.name)), h("span", { class: "nowrap" }, unit(p.unit)), num(significant(p.before, 4), `${path}.before`),
         ...(anyAfter ? [h("strong", {}, num(significant(p.after, 4), `${path}.after`))] : []),
         num(significant(p.lower, 4), `${path}.lower`), track(p), num(significant(p.upper, 4), `${path}.upper`),
         ...(anyInterval ? [p.interval ? h("span", { class: "nowrap" }, num(significant(p.interval[0], 3), `${path}.interval.0`), " … ", num(significant(p.interval[1], 3), `${path}.interval.1`)) : "–"] : []),
@@ -99,7 +99,7 @@ function parameters(u: Update): HTMLElement {
 function mass(m: MassProperty, i: number, before: boolean): Child[] {
   const path = `update.mass_properties.${i}`;
   return [
-    m.name, m.unit,
+    m.name, h("span", { class: "nowrap" }, unit(m.unit)),
     m.target == null ? "–" : h("span", { class: "nowrap" }, num(significant(m.target, 4), `${path}.target`), m.tolerance == null ? "" : [" ± ", num(significant(m.tolerance, 2), `${path}.tolerance`)]),
     ...(before ? [num(significant(m.before, 4), `${path}.before`)] : []), h("strong", {}, num(significant(m.after, 4), `${path}.after`)),
     m.within == null ? "–" : badge(m.within ? "good" : "bad", m.within ? "within" : "outside"), m.source,
@@ -124,7 +124,7 @@ export function updateSection(u: Update): HTMLElement {
         h("div", { class: "weights" }, c.weights.slice(0, 6).map(([name, weight], k) => h("span", { class: "weight" },
           h("span", { class: "weight-bar", style: `width:${Math.round(64 * Math.min(1, Math.abs(weight)))}px` }), num(fixed(weight, 2), `update.unidentifiable.${i}.weights.${k}.1`), " ", name)),
           c.weights.length > 6 ? h("span", { class: "note" }, `and ${c.weights.length - 6} smaller`) : null),
-        c.meaning ? h("p", {}, c.meaning) : null,
+        c.meaning ? h("p", {}, minuses(c.meaning)) : null,
         c.relative_singular_value == null ? null : h("p", { class: "note" }, "singular value relative to the largest: ", num(significant(c.relative_singular_value, 2), `update.unidentifiable.${i}.relative_singular_value`)))))) : null,
     u.correlation ? card("Correlation of the estimates", "near ±1: the data fix the sum or the difference of the two, not each",
       heat(u.correlation, { map: "diverging", low: -1, high: 1, path: (i, j) => `update.correlation.values.${i}.${j}` }), colorBar("diverging", "−1", "+1", "correlation")) : null,
