@@ -85,7 +85,7 @@ fn flying_wing() -> Result<(), Box<dyn Error>> {
     println!(
         "   The bench test is of the real wing; the shapes above are of a virtual one, which the effect belongs to.\n"
     );
-    let mut data = of_learning(&model, &test, &learned)?;
+    let mut data = of_learning(&[(&model, &test)], &learned)?;
     data.meta.title = "Body Freedom Flutter aircraft: the physics that the updated model misses".into();
     data.meta.commands.push("cargo run --release --example hidden_effect".into());
     let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("target/hidden_effect.html");
