@@ -216,7 +216,7 @@ fn what_two_configurations_of_a_structure_lack_is_learnt_from_both_tests() {
     let page = data_of(&f.read("l.html"));
     let warnings = page["meta"]["warnings"].to_string();
     assert!(warnings.contains("rests on 2 tests"), "{warnings}");
-    assert_eq!(page["steps"]["modes"].as_array().map(Vec::len), Some(8));
+    assert_eq!(page["steps"]["mode_labels"].as_array().map(Vec::len), Some(8));
     // The learnt model holds in both configurations.
     for test in ["a.yaml", "b.yaml"] {
         let o = f.run(&format!("compare v.1.yaml {test} --json"), 100);

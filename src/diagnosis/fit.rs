@@ -35,6 +35,8 @@ pub(super) struct Fit {
     pub(super) frequencies: Vec<f64>,
     /// Measured modes without a partner.
     pub(super) unpaired: Vec<usize>,
+    /// Pairs of measured modes whose partners are so close that their shapes are turned to the test: each has a free angle.
+    pub(super) turned: Vec<(usize, usize)>,
 }
 
 /// Fits a scene from several starts and keeps the lowest; the first of equal ones.
@@ -110,8 +112,16 @@ fn at(posed: &Posed<'_>, x: DVector<f64>) -> Result<Fit, DiagnosisError> {
     let mut modes_at = vec![DVector::zeros(0); m];
     let mut frequencies = vec![f64::NAN; m];
     let mut unpaired = Vec::new();
+    let mut turned = Vec::new();
     for part in &posed.parts {
         let prediction = part.comparison.predict(&theta)?;
+        let n_own = part.comparison.test().modes.len();
+        for cluster in prediction.clusters.iter().filter(|_| part.comparison.has_shapes()) {
+            let is_in = |k: &usize| prediction.partner(*k).is_some_and(|a| cluster.contains(&a));
+            let own: Vec<usize> = (0..n_own).filter(is_in).map(|k| part.first_mode + k).collect();
+            let pairs = own.iter().enumerate().flat_map(|(i, &a)| own[i + 1..].iter().map(move |&b| (a, b)));
+            turned.extend(pairs);
+        }
         for (k, tested) in part.comparison.test().modes.iter().enumerate() {
             let mode = part.first_mode + k;
             for (i, &s) in part.sensors.iter().enumerate() {
@@ -133,7 +143,22 @@ fn at(posed: &Posed<'_>, x: DVector<f64>) -> Result<Fit, DiagnosisError> {
     }
     let misfit = r.rows(0, rows.measured).norm_squared() / (posed.weight * posed.weight);
     let phi = 0.5 * r.norm_squared();
-    Ok(Fit { x, theta, r, j, phi, misfit, rows, shapes, modes_at, test_shapes, inverse_sd, frequencies, unpaired })
+    Ok(Fit {
+        x,
+        theta,
+        r,
+        j,
+        phi,
+        misfit,
+        rows,
+        shapes,
+        modes_at,
+        test_shapes,
+        inverse_sd,
+        frequencies,
+        unpaired,
+        turned,
+    })
 }
 
 impl Fit {
@@ -145,6 +170,7 @@ impl Fit {
                 columns.push(scale);
             }
         }
+        columns.extend(self.turned.iter().filter_map(|&(a, b)| self.angle_direction(a, b)));
         if columns.is_empty() {
             return Ok(DMatrix::zeros(self.rows.len(), 0));
         }
@@ -159,6 +185,28 @@ impl Fit {
         let mut v = DVector::zeros(self.rows.len());
         for s in 0..self.rows.n_sensors {
             v[self.rows.shape(mode, s)] = self.shapes[(s, mode)] * self.inverse_sd[(s, mode)];
+        }
+        let norm = v.norm();
+        (norm > 0.0).then(|| v / norm)
+    }
+
+    /// The direction of the free angle between two shapes: c_a φ_b/σ in the rows of a, -c_b φ_a/σ in those of b, with the scales c
+    /// of the shapes.
+    fn angle_direction(&self, a: usize, b: usize) -> Option<DVector<f64>> {
+        let scale = |m: usize| {
+            let (mut cross, mut own) = (0.0, 0.0);
+            for s in 0..self.rows.n_sensors {
+                let w = self.inverse_sd[(s, m)].powi(2);
+                cross += w * self.shapes[(s, m)] * self.test_shapes[(s, m)];
+                own += w * self.shapes[(s, m)].powi(2);
+            }
+            if own > 0.0 { cross / own } else { 0.0 }
+        };
+        let (ca, cb) = (scale(a), scale(b));
+        let mut v = DVector::zeros(self.rows.len());
+        for s in 0..self.rows.n_sensors {
+            v[self.rows.shape(a, s)] = ca * self.shapes[(s, b)] * self.inverse_sd[(s, a)];
+            v[self.rows.shape(b, s)] = -cb * self.shapes[(s, a)] * self.inverse_sd[(s, b)];
         }
         let norm = v.norm();
         (norm > 0.0).then(|| v / norm)

@@ -10,7 +10,8 @@ mod sparse;
 
 pub use frf::{ModalDamping, accelerance, synthesize};
 pub use sensitivity::{
-    MatrixDerivative, ModeDerivative, eigenvalue_derivative, mode_derivative, mode_derivative_of_forces,
+    MatrixDerivative, ModeDerivative, cluster_derivative, eigenvalue_derivative, mode_derivative,
+    mode_derivative_of_forces,
 };
 pub use solve::{ModalError, Modes, SolveOptions, solve, solve_all, typical_shift};
 pub use sparse::{mode_derivative_sparse, solve_sparse};

@@ -113,10 +113,59 @@ pub fn mode_derivative_of_forces(
         .then_some(ModeDerivative { lambda, shape })
 }
 
+/// Derivatives of one mode of a cluster of equal or nearly equal λ, whose shapes are any basis of the space that they span: the
+/// part outside that space, which is all that is determined, and ∂λ = φᵀ (∂K - λ ∂M) φ.
+///
+/// ```text
+/// K' = K + λ Σ_j (M φ_j)(M φ_j)ᵀ over the others: their λ is doubled, so that φ is simple;   ∂φ -> ∂φ - Σ_j φ_j φ_jᵀ M ∂φ
+/// ```
+///
+/// * `cluster` - mass-normalised shapes as columns, (n_dof x size)
+/// * `own` - the column of the mode
+pub fn cluster_derivative(
+    stiffness: &DMatrix<f64>,
+    mass: &DMatrix<f64>,
+    lambda: f64,
+    cluster: &DMatrix<f64>,
+    own: usize,
+    derivatives: &[MatrixDerivative<'_>],
+) -> Option<ModeDerivative> {
+    let others = cluster.clone().remove_column(own);
+    let m_others = mass * &others;
+    let apart = stiffness + &m_others * m_others.transpose() * lambda;
+    let mut d = mode_derivative(&apart, mass, lambda, &cluster.column(own).into_owned(), derivatives)?;
+    d.shape -= &others * m_others.tr_mul(&d.shape);
+    Some(d)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::modal::{SolveOptions, solve};
+
+    /// Two equal chains side by side: what is known of one, in any combination of both.
+    #[test]
+    fn a_double_mode_moves_as_each_of_its_parts() {
+        let one = |s: f64| DMatrix::from_row_slice(2, 2, &[s + 2.0, -2.0, -2.0, 2.0]);
+        let (k, m) = (one(3.0), DMatrix::from_diagonal(&DVector::from_row_slice(&[1.0, 2.0])));
+        let d = DMatrix::from_row_slice(2, 2, &[1.0, 0.0, 0.0, 0.0]);
+        let none = DMatrix::zeros(2, 2);
+        let twice =
+            |a: &DMatrix<f64>| DMatrix::from_fn(4, 4, |i, j| if i / 2 == j / 2 { a[(i % 2, j % 2)] } else { 0.0 });
+        let options = SolveOptions { n_elastic: 2, shift: Some(1.0) };
+        let modes = solve(&k, &m, &DMatrix::zeros(2, 0), options).unwrap();
+        let (lambda, phi) = (modes.lambda[0], modes.shapes.column(0).into_owned());
+        let simple = mode_derivative(&k, &m, lambda, &phi, &[MatrixDerivative { stiffness: &d, mass: &none }]).unwrap();
+        let (s, c) = 0.6_f64.sin_cos();
+        let side = |v: &[f64], a: f64, b: f64| DVector::from_row_slice(&[a * v[0], a * v[1], b * v[0], b * v[1]]);
+        let cluster = DMatrix::from_columns(&[side(phi.as_slice(), c, s), side(phi.as_slice(), -s, c)]);
+        let (dd, zero) = (twice(&d), twice(&none));
+        let change = [MatrixDerivative { stiffness: &dd, mass: &zero }];
+        let both = cluster_derivative(&twice(&k), &twice(&m), lambda, &cluster, 0, &change).unwrap();
+        assert!((both.lambda[0] - simple.lambda[0]).abs() < 1e-12);
+        let expected = side(simple.shape.column(0).into_owned().as_slice(), c, s);
+        assert!((both.shape.column(0) - expected).amax() < 1e-12);
+    }
 
     /// A free chain of unequal masses; derivative by springs and masses against central differences.
     #[test]

@@ -236,6 +236,27 @@ impl ModalSolver {
     }
 }
 
+/// Derivatives of a mode of a cluster of (nearly) equal λ, as [`modal::cluster_derivative`]; through dense matrices.
+///
+/// * `matrices`, `modes` - of [`ModalSolver::solve`] at one θ, shapes in any basis of the cluster
+/// * `slopes` - of [`Matrices::derivative`] at the same θ
+/// * `cluster`, `own` - indices into `modes`
+pub fn differentiate_in_cluster(
+    matrices: &Matrices,
+    slopes: &[Matrices],
+    modes: &Modes,
+    cluster: &[usize],
+    own: usize,
+) -> Result<Option<ModeDerivative>, ModelError> {
+    let system = matrices.dense()?;
+    let slopes = slopes.iter().map(Matrices::dense).collect::<Result<Vec<_>, _>>()?;
+    let slopes: Vec<MatrixDerivative<'_>> =
+        slopes.iter().map(|s| MatrixDerivative { stiffness: &s.stiffness, mass: &s.mass }).collect();
+    let Some(k) = cluster.iter().position(|&c| c == own) else { return Ok(None) };
+    let shapes = modes.shapes.select_columns(cluster);
+    Ok(modal::cluster_derivative(&system.stiffness, &system.mass, modes.lambda[own], &shapes, k, &slopes))
+}
+
 fn sparse(matrices: &Matrices) -> Cow<'_, SparseSystem> {
     match matrices {
         Matrices::Dense(system) => Cow::Owned(SparseSystem::from(system)),

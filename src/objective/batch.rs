@@ -13,6 +13,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, OnceLock, PoisonError};
 
 use super::PathCounts;
+use super::close_modes::are_close;
 use super::prediction::{Comparison, Prediction};
 use super::scaling::Scaling;
 use crate::correlation::{ModePair, PairedModes, PartnerSearch};
@@ -228,6 +229,7 @@ impl Compiled {
                 frequencies_hz: vec![0.0; n_modes],
                 at_sensors: DMatrix::zeros(self.n_sensors, n_modes),
                 families: Vec::new(),
+                clusters: Vec::new(),
                 mac: DMatrix::zeros(n_modes, self.tests.len()),
                 pairs: PairedModes::default(),
                 mass_properties: None,
@@ -283,6 +285,11 @@ impl Compiled {
                 },
             };
             self.observe(comparison, modes, lane, p, &mut bench.families);
+            // Modes that must be turned to the test are left to the reference path.
+            let (hz, own, close) = (&p.frequencies_hz, &bench.families, comparison.close());
+            if (1..hz.len()).any(|i| are_close(hz[i - 1], hz[i], close, || own[i - 1] == own[i])) {
+                continue;
+            }
             self.correlate(&bench.families, &bench.search, p, &mut bench.norms);
             let mac = &p.mac;
             bench.search.find(&p.frequencies_hz, &bench.families, |i, j| mac[(i, j)], &mut bench.partners);

@@ -5,6 +5,7 @@
 
 mod augmented;
 mod batch;
+mod close_modes;
 mod least_squares;
 mod loss;
 mod paper;

@@ -1,5 +1,6 @@
 //! What a model predicts of a test: modes at the sensors, pairs with the measured modes, mass properties.
 
+use super::close_modes::{CLOSE, DOUBLE, clusters, turn};
 use super::responses::FrfRows;
 use super::{EvalError, statics};
 use crate::correlation::{
@@ -9,7 +10,8 @@ use crate::data::{TestData, family_of_label};
 use crate::linalg::{Complex, DMatrix, DVector, ShiftedPencil};
 use crate::modal::{ModeDerivative, Modes};
 use crate::model::{
-    MOST_DENSE_DOFS, MassProperties, Matrices, ModalSolver, ModelError, ParametricModel, System, family, symmetry_index,
+    MOST_DENSE_DOFS, MassProperties, Matrices, ModalSolver, ModelError, ParametricModel, System,
+    differentiate_in_cluster, family, symmetry_index,
 };
 use std::borrow::Cow;
 
@@ -49,6 +51,8 @@ pub struct Prediction {
     pub at_sensors: DMatrix<f64>,
     /// Symmetry of each elastic mode.
     pub families: Vec<Option<String>>,
+    /// Elastic modes so close that only the space of each run of them is determined; their shapes are those nearest the test.
+    pub clusters: Vec<Vec<usize>>,
     /// MAC, rows elastic modes, columns test modes; zero where a test mode has no shape.
     pub mac: DMatrix<f64>,
     /// Pairs of elastic modes (analytical) with test modes (experimental).
@@ -193,17 +197,18 @@ impl<'a> Comparison<'a> {
         Ok((self.predict_of(theta, matrices, modes)?, basis))
     }
 
-    fn predict_of(&self, theta: &[f64], matrices: Matrices, modes: Modes) -> Result<Prediction, EvalError> {
+    fn predict_of(&self, theta: &[f64], matrices: Matrices, mut modes: Modes) -> Result<Prediction, EvalError> {
         let elastic = modes.elastic();
         let frequencies_hz: Vec<f64> = elastic.clone().map(|i| modes.frequency_hz(i)).collect();
+        let mut families = self.families_of(&modes);
+        let clusters = clusters(&frequencies_hz, self.close(), |a, b| families[a] == families[b]);
+        if self.has_shapes() && !clusters.is_empty() {
+            for cluster in &clusters {
+                turn(&mut modes, cluster, &self.sensors, &self.shapes);
+            }
+            families = self.families_of(&modes);
+        }
         let at_sensors = &self.sensors * modes.shapes.columns(elastic.start, elastic.len());
-        let families = match self.model.mirror() {
-            Some(mirror) => elastic
-                .clone()
-                .map(|mode| family(symmetry_index(mirror, |row| modes.shapes[(row, mode)])).map(str::to_string))
-                .collect(),
-            None => vec![None; elastic.len()],
-        };
         let mut mac = mac_matrix(&at_sensors, &self.shapes);
         mac.iter_mut().filter(|v| v.is_nan()).for_each(|v| *v = 0.0);
         let pairs = pair_modes(
@@ -214,7 +219,21 @@ impl<'a> Comparison<'a> {
         );
         let mass_properties =
             self.model.mass_properties(theta).map_err(|e| EvalError::Unsolvable { reason: e.to_string() })?;
-        Ok(Prediction { matrices, modes, frequencies_hz, at_sensors, families, mac, pairs, mass_properties })
+        Ok(Prediction { matrices, modes, frequencies_hz, at_sensors, families, clusters, mac, pairs, mass_properties })
+    }
+
+    /// Relative difference of frequencies below which modes of one symmetry are turned to the test.
+    pub(super) fn close(&self) -> f64 {
+        if self.has_shapes() { CLOSE } else { DOUBLE }
+    }
+
+    /// The symmetry of every elastic mode.
+    fn families_of(&self, modes: &Modes) -> Vec<Option<String>> {
+        let Some(mirror) = self.model.mirror() else { return vec![None; modes.elastic().len()] };
+        modes
+            .elastic()
+            .map(|mode| family(symmetry_index(mirror, |row| modes.shapes[(row, mode)])).map(str::to_string))
+            .collect()
     }
 
     /// Derivatives of the paired modes of a prediction with respect to the parameters `free`.
@@ -259,8 +278,16 @@ impl<'a> Comparison<'a> {
         slopes: &[Matrices],
         modes: &[usize],
     ) -> Result<Vec<Option<ModeDerivative>>, ModelError> {
-        let of_modes: Vec<usize> = modes.iter().map(|i| prediction.modes.n_rigid + i).collect();
-        self.solver.differentiate(self.model, &prediction.matrices, slopes, &prediction.modes, &of_modes)
+        let (p, n_rigid) = (prediction, prediction.modes.n_rigid);
+        let of = |list: &[usize]| -> Vec<usize> { list.iter().map(|i| n_rigid + i).collect() };
+        let cluster_of = |mode: &usize| p.clusters.iter().find(|c| c.contains(mode));
+        let alone: Vec<usize> = modes.iter().copied().filter(|m| cluster_of(m).is_none()).collect();
+        let mut simple = self.solver.differentiate(self.model, &p.matrices, slopes, &p.modes, &of(&alone))?.into_iter();
+        let derivative = |mode: &usize| match cluster_of(mode) {
+            Some(cluster) => differentiate_in_cluster(&p.matrices, slopes, &p.modes, &of(cluster), n_rigid + mode),
+            None => Ok(simple.next().flatten()),
+        };
+        modes.iter().map(derivative).collect()
     }
 }
 

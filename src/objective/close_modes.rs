@@ -1,0 +1,212 @@
+//! Modes that are so close that only the space which they span together is determined.
+//!
+//! A mast of round section bends in any plane at one frequency: its model has a double mode, whose two shapes are a choice of the
+//! solver, and its test has two modes in planes that small imperfections chose. Compared shape by shape they disagree; compared
+//! as spaces they agree. So the model's shapes are turned inside each such space to those of the test:
+//!
+//! ```text
+//! B = argmin |T - Φ B|,   B = U S Vᵀ (columns of unit length),   Φ -> Φ Q with Q = U Vᵀ, completed to an orthogonal matrix
+//! ```
+//!
+//! for the test shapes T that Φ, the shapes of the space at the sensors, explains best. Shapes stay mass-normalised, frequencies as
+//! they are. Of a fit, the angles are free numbers as the scales of the shapes are.
+//!
+//! # Source
+//! P. H. Schönemann, A generalized solution of the orthogonal Procrustes problem, Psychometrika 31, 1966; for modes: M. I.
+//! Friswell, J. E. Mottershead, Finite Element Model Updating in Structural Dynamics, 1995, section 4.5.
+
+use crate::linalg::{DMatrix, DVector};
+use crate::modal::Modes;
+
+/// Relative difference of the frequencies of neighbouring modes of one symmetry below which their shapes are turned to the test:
+/// the imperfections of a structure, wall thickness and straightness of a tube, move frequencies by as much.
+pub(super) const CLOSE: f64 = 0.005;
+/// The same for any two modes: one frequency but for rounding.
+pub(super) const DOUBLE: f64 = 1e-6;
+/// Share of a test shape that a space must explain for its modes to be turned to it.
+const EXPLAINED: f64 = 0.5;
+
+/// Runs of neighbouring elastic modes that are closer than that, by index among the elastic modes.
+///
+/// * `is_alike` - whether two modes have the same symmetry, or none that is known
+pub(super) fn clusters(frequencies_hz: &[f64], close: f64, is_alike: impl Fn(usize, usize) -> bool) -> Vec<Vec<usize>> {
+    let mut out: Vec<Vec<usize>> = Vec::new();
+    for i in 1..frequencies_hz.len() {
+        let gap = are_close(frequencies_hz[i - 1], frequencies_hz[i], close, || is_alike(i - 1, i));
+        match out.last_mut().filter(|c| c.last() == Some(&(i - 1))) {
+            Some(cluster) if gap => cluster.push(i),
+            _ if gap => out.push(vec![i - 1, i]),
+            _ => {}
+        }
+    }
+    out
+}
+
+/// Whether two neighbouring modes are one cluster.
+pub(super) fn are_close(lower: f64, upper: f64, close: f64, is_alike: impl Fn() -> bool) -> bool {
+    let gap = upper - lower;
+    gap < DOUBLE * upper || (gap < close * upper && is_alike())
+}
+
+/// Turns the shapes of a cluster to those of the test.
+///
+/// * `tests` - real test shapes, NaN where not measured, (n_sensor x n_tests)
+/// * `sensors` - the observation matrix, (n_sensor x n_dof)
+pub(super) fn turn(modes: &mut Modes, cluster: &[usize], sensors: &DMatrix<f64>, tests: &DMatrix<f64>) {
+    let columns: Vec<usize> = cluster.iter().map(|k| modes.n_rigid + k).collect();
+    let own = modes.shapes.select_columns(&columns);
+    let seen = sensors * &own;
+    let mut found: Vec<(f64, usize, DVector<f64>)> =
+        (0..tests.ncols()).filter_map(|j| explain(&seen, tests, j).map(|(share, b)| (share, j, b))).collect();
+    found.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+    found.truncate(cluster.len());
+    if found.is_empty() {
+        return;
+    }
+    // The test lists its modes by frequency, so the lower one gets the lower frequency of the model.
+    found.sort_by_key(|f| f.1);
+    let b = DMatrix::from_columns(&found.into_iter().map(|f| f.2).collect::<Vec<_>>());
+    let Some(q) = nearest_orthogonal(&b) else { return };
+    let turned = own * q;
+    for (k, &column) in columns.iter().enumerate() {
+        modes.shapes.set_column(column, &turned.column(k));
+    }
+}
+
+/// How much of a test shape the cluster explains, and by which combination of unit length.
+fn explain(seen: &DMatrix<f64>, tests: &DMatrix<f64>, test: usize) -> Option<(f64, DVector<f64>)> {
+    let measured: Vec<usize> = (0..tests.nrows()).filter(|&i| !tests[(i, test)].is_nan()).collect();
+    if measured.len() < seen.ncols() {
+        return None;
+    }
+    let phi = seen.select_rows(&measured);
+    let t = DVector::from_iterator(measured.len(), measured.iter().map(|&i| tests[(i, test)]));
+    let gram = phi.tr_mul(&phi);
+    let b = gram.cholesky()?.solve(&phi.tr_mul(&t));
+    let share = (&phi * &b).norm_squared() / t.norm_squared();
+    let length = b.norm();
+    (share > EXPLAINED && length > 0.0).then(|| (share, b / length))
+}
+
+/// The orthogonal matrix whose first columns are nearest to those of `b`; `None` where these are parallel.
+fn nearest_orthogonal(b: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    let n = b.nrows();
+    let svd = b.clone().svd(true, true);
+    let (u, v) = (svd.u?, svd.v_t?);
+    if svd.singular_values.min() < 1e-3 {
+        return None;
+    }
+    let mut columns: Vec<DVector<f64>> = (u * v).column_iter().map(nalgebra::Matrix::into_owned).collect();
+    for k in 0..n {
+        if columns.len() == n {
+            break;
+        }
+        let mut e = DVector::zeros(n);
+        e[k] = 1.0;
+        for _ in 0..2 {
+            for c in &columns {
+                e -= c * c.dot(&e);
+            }
+        }
+        let length = e.norm();
+        if length > 0.5 / (n as f64).sqrt() {
+            columns.push(e / length);
+        }
+    }
+    (columns.len() == n).then(|| DMatrix::from_columns(&columns))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::correlation::{PairBy, PairingOptions};
+    use crate::data::{TestData, read_test};
+    use crate::model::{ParametricModel, Registry, load};
+    use crate::objective::{Comparison, LeastSquares, Objective, Scaling, difference};
+    use crate::update::{TwinOptions, twin_modes};
+
+    const MAST: &str = "
+retune: 1
+name: mast
+parameters:
+  E: {value: 205 GPa, bounds: [170 GPa, 230 GPa]}
+  tip: {value: 2 kg, bounds: [1 kg, 4 kg]}
+nodes: {n0: [0, 0, 0], n1: [0, 0, 0.5], n2: [0, 0, 1], n3: [0, 0, 1.5], n4: [0, 0, 2]}
+sections: {tube: {E: E, nu: 0.3, density: 7850 kg/m3, shape: {tube: {diameter: 50 mm, wall: 3 mm}}}}
+beams: {mast: {chain: [n0, n1, n2, n3, n4], section: tube, subdivide: 2}}
+masses: {tip: {node: n4, mass: tip}}
+supports: {base: {node: n0}}
+";
+
+    /// The modes of the mast in planes that stand at some angles to its axes.
+    fn test(angles: &[f64]) -> TestData {
+        let model = load(MAST, &Registry::builtin()).unwrap().0;
+        let sensors: String =
+            (1..=4).flat_map(|k| ["x", "y"].map(|d| format!("  s{k}{d}: {{node: n{k}, direction: +{d}}}\n"))).collect();
+        let text = format!(
+            "retune_test: 1\nname: t\nsources: {{s: {{kind: synthetic, text: made up}}}}\nsensors:\n{sensors}modes: []\n"
+        );
+        let sensors = read_test(&text).unwrap().0.sensors;
+        let options = TwinOptions { n_modes: 2 * angles.len(), ..TwinOptions::default() };
+        let mut test = twin_modes(&model, &model.parameters().nominal(), &sensors, &options, "made up").unwrap();
+        for (k, angle) in angles.iter().enumerate() {
+            let shape = |m: usize| test.modes[m].shape.clone().unwrap();
+            let (a, b) = (shape(2 * k), shape(2 * k + 1));
+            let (s, c) = angle.to_radians().sin_cos();
+            test.modes[2 * k].shape = Some(a.zip_map(&b, |a, b| a * c - b * s));
+            test.modes[2 * k + 1].shape = Some(a.zip_map(&b, |a, b| a * s + b * c));
+        }
+        test.modes.iter_mut().for_each(|m| m.label = None);
+        test
+    }
+
+    const OPEN: PairingOptions =
+        PairingOptions { by: PairBy::Mac, min_mac: 0.0, frequency_window: f64::INFINITY, same_family_only: true };
+
+    #[test]
+    fn double_modes_agree_with_a_test_in_any_plane() {
+        let model = load(MAST, &Registry::builtin()).unwrap().0;
+        let theta = model.parameters().nominal();
+        for angles in [[0.0, 0.0, 0.0], [35.0, 50.0, 20.0], [90.0, -45.0, 170.0]] {
+            let test = test(&angles);
+            let comparison = Comparison::new(&model, &test, OPEN).unwrap();
+            let p = comparison.predict(&theta).unwrap();
+            assert_eq!(p.pairs.pairs.len(), 6);
+            for pair in &p.pairs.pairs {
+                assert!(pair.mac > 1.0 - 1e-10, "{angles:?}: {pair:?}");
+            }
+            let cost = LeastSquares::new(&comparison).cost(&Scaling::new(&model).x(&theta)).unwrap();
+            assert!(cost < 1e-8, "{angles:?}: {cost}");
+            let gram = p.modes.shapes.transpose() * comparison_mass(&p) * &p.modes.shapes;
+            assert!((gram - DMatrix::identity(p.modes.len(), p.modes.len())).amax() < 1e-9);
+        }
+    }
+
+    fn comparison_mass(p: &crate::objective::Prediction) -> DMatrix<f64> {
+        p.system().unwrap().mass.clone()
+    }
+
+    /// Parameters that keep the mast round move frequencies and the space of a pair, and no angle.
+    #[test]
+    fn residuals_of_double_modes_have_derivatives() {
+        let model = load(MAST, &Registry::builtin()).unwrap().0;
+        let test = test(&[35.0, 50.0, 20.0]);
+        let comparison = Comparison::new(&model, &test, OPEN).unwrap();
+        let objective = LeastSquares::new(&comparison);
+        let x = DVector::from_row_slice(&[0.3, 0.7]);
+        let exact = objective.linearize(&x).unwrap();
+        let by_difference = difference(objective.n_residuals(), &x, |x| objective.residuals(x)).unwrap();
+        for j in 0..2 {
+            let (a, b) = (exact.jacobian.column(j), by_difference.jacobian.column(j));
+            let error = (a - b).amax() / a.amax();
+            assert!(error < 1e-4, "parameter {j}: {error:.1e}");
+        }
+    }
+
+    #[test]
+    fn modes_apart_are_left_as_they_are() {
+        assert!(clusters(&[1.0, 1.1, 1.2], CLOSE, |_, _| true).is_empty());
+        assert_eq!(clusters(&[1.0, 1.001, 2.0, 3.0, 3.0, 3.0], CLOSE, |_, _| true), [vec![0, 1], vec![3, 4, 5]]);
+        assert_eq!(clusters(&[1.0, 1.001, 2.0, 2.0], CLOSE, |_, _| false), [vec![2, 3]]);
+    }
+}
