@@ -13,7 +13,6 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, OnceLock, PoisonError};
 
 use super::PathCounts;
-use super::close_modes::are_close;
 use super::prediction::{Comparison, Prediction};
 use super::scaling::Scaling;
 use crate::correlation::{ModePair, PairedModes, PartnerSearch};
@@ -264,6 +263,7 @@ impl Compiled {
             }
         }
         let thetas: [&[f64]; BATCH] = std::array::from_fn(|l| bench.free[l].as_slice());
+        let closeness = comparison.closeness();
         let Ok(modes) = self.model.attempt(&thetas[..points.len()], &mut bench.workspace) else { return };
         for (lane, (x, cost)) in points.iter().zip(out).enumerate() {
             if modes.outcome(lane) != &Outcome::Batch {
@@ -286,8 +286,8 @@ impl Compiled {
             };
             self.observe(comparison, modes, lane, p, &mut bench.families);
             // Modes that must be turned to the test are left to the reference path.
-            let (hz, own, close) = (&p.frequencies_hz, &bench.families, comparison.close());
-            if (1..hz.len()).any(|i| are_close(hz[i - 1], hz[i], close, || own[i - 1] == own[i])) {
+            let (hz, own) = (&p.frequencies_hz, &bench.families);
+            if (1..hz.len()).any(|i| closeness.joins(hz[i - 1], hz[i], || own[i - 1] == own[i])) {
                 continue;
             }
             self.correlate(&bench.families, &bench.search, p, &mut bench.norms);

@@ -20,19 +20,49 @@ use crate::modal::Modes;
 
 /// Relative difference of the frequencies of neighbouring modes of one symmetry below which their shapes are turned to the test:
 /// the imperfections of a structure, wall thickness and straightness of a tube, move frequencies by as much.
-pub(super) const CLOSE: f64 = 0.005;
+const CLOSE: f64 = 0.005;
 /// The same for any two modes: one frequency but for rounding.
-pub(super) const DOUBLE: f64 = 1e-6;
+const DOUBLE: f64 = 1e-6;
+/// How far beside the measured band, as a factor, a mode may lie whose shape is turned: none beyond an octave is a partner.
+const OCTAVE: f64 = 2.0;
 /// Share of a test shape that a space must explain for its modes to be turned to it.
 const EXPLAINED: f64 = 0.5;
 
-/// Runs of neighbouring elastic modes that are closer than that, by index among the elastic modes.
-///
-/// * `is_alike` - whether two modes have the same symmetry, or none that is known
-pub(super) fn clusters(frequencies_hz: &[f64], close: f64, is_alike: impl Fn(usize, usize) -> bool) -> Vec<Vec<usize>> {
+/// Which modes are close enough, in a test.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Closeness {
+    gap: f64,
+    band_hz: [f64; 2],
+}
+
+impl Closeness {
+    /// For a test with modes at these frequencies, with shapes or without.
+    pub(super) fn new(frequencies_hz: &[f64], has_shapes: bool) -> Self {
+        let lowest = frequencies_hz.iter().copied().fold(f64::INFINITY, f64::min);
+        let highest = frequencies_hz.iter().copied().fold(0.0, f64::max);
+        let gap = if has_shapes { CLOSE } else { DOUBLE };
+        Self { gap, band_hz: [lowest / OCTAVE, highest * OCTAVE] }
+    }
+
+    /// Whether two neighbouring modes are one cluster.
+    ///
+    /// * `is_alike` - whether they have the same symmetry, or none that is known
+    pub(super) fn joins(&self, lower: f64, upper: f64, is_alike: impl Fn() -> bool) -> bool {
+        let gap = upper - lower;
+        let [from, to] = self.band_hz;
+        lower >= from && upper <= to && (gap < DOUBLE * upper || (gap < self.gap * upper && is_alike()))
+    }
+}
+
+/// Runs of neighbouring elastic modes that are so close, by index among the elastic modes.
+pub(super) fn clusters(
+    frequencies_hz: &[f64],
+    closeness: Closeness,
+    is_alike: impl Fn(usize, usize) -> bool,
+) -> Vec<Vec<usize>> {
     let mut out: Vec<Vec<usize>> = Vec::new();
     for i in 1..frequencies_hz.len() {
-        let gap = are_close(frequencies_hz[i - 1], frequencies_hz[i], close, || is_alike(i - 1, i));
+        let gap = closeness.joins(frequencies_hz[i - 1], frequencies_hz[i], || is_alike(i - 1, i));
         match out.last_mut().filter(|c| c.last() == Some(&(i - 1))) {
             Some(cluster) if gap => cluster.push(i),
             _ if gap => out.push(vec![i - 1, i]),
@@ -40,12 +70,6 @@ pub(super) fn clusters(frequencies_hz: &[f64], close: f64, is_alike: impl Fn(usi
         }
     }
     out
-}
-
-/// Whether two neighbouring modes are one cluster.
-pub(super) fn are_close(lower: f64, upper: f64, close: f64, is_alike: impl Fn() -> bool) -> bool {
-    let gap = upper - lower;
-    gap < DOUBLE * upper || (gap < close * upper && is_alike())
 }
 
 /// Turns the shapes of a cluster to those of the test.
@@ -156,7 +180,11 @@ supports: {base: {node: n0}}
             test.modes[2 * k].shape = Some(a.zip_map(&b, |a, b| a * c - b * s));
             test.modes[2 * k + 1].shape = Some(a.zip_map(&b, |a, b| a * s + b * c));
         }
-        test.modes.iter_mut().for_each(|m| m.label = None);
+        for mode in &mut test.modes {
+            mode.label = None;
+            mode.frequency_hz.sd = 0.003 * mode.frequency_hz.value;
+            mode.shape_sd = mode.shape.as_ref().map(|s| s.map(|_| 0.02));
+        }
         test
     }
 
@@ -205,8 +233,12 @@ supports: {base: {node: n0}}
 
     #[test]
     fn modes_apart_are_left_as_they_are() {
-        assert!(clusters(&[1.0, 1.1, 1.2], CLOSE, |_, _| true).is_empty());
-        assert_eq!(clusters(&[1.0, 1.001, 2.0, 3.0, 3.0, 3.0], CLOSE, |_, _| true), [vec![0, 1], vec![3, 4, 5]]);
-        assert_eq!(clusters(&[1.0, 1.001, 2.0, 2.0], CLOSE, |_, _| false), [vec![2, 3]]);
+        let closeness = Closeness::new(&[1.0, 3.0], true);
+        assert!(clusters(&[1.0, 1.1, 1.2], closeness, |_, _| true).is_empty());
+        assert_eq!(clusters(&[1.0, 1.001, 2.0, 3.0, 3.0, 3.0], closeness, |_, _| true), [vec![0, 1], vec![3, 4, 5]]);
+        assert_eq!(clusters(&[1.0, 1.001, 2.0, 2.0], closeness, |_, _| false), [vec![2, 3]]);
+        // Of frequencies alone only one frequency makes a cluster; far above the band none does.
+        let closeness = Closeness::new(&[1.0, 3.0], false);
+        assert_eq!(clusters(&[1.0, 1.001, 2.0, 2.0, 7.0, 7.0], closeness, |_, _| true), [vec![2, 3]]);
     }
 }

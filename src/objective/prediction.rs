@@ -1,6 +1,6 @@
 //! What a model predicts of a test: modes at the sensors, pairs with the measured modes, mass properties.
 
-use super::close_modes::{CLOSE, DOUBLE, clusters, turn};
+use super::close_modes::{Closeness, clusters, turn};
 use super::responses::FrfRows;
 use super::{EvalError, statics};
 use crate::correlation::{
@@ -201,7 +201,7 @@ impl<'a> Comparison<'a> {
         let elastic = modes.elastic();
         let frequencies_hz: Vec<f64> = elastic.clone().map(|i| modes.frequency_hz(i)).collect();
         let mut families = self.families_of(&modes);
-        let clusters = clusters(&frequencies_hz, self.close(), |a, b| families[a] == families[b]);
+        let clusters = clusters(&frequencies_hz, self.closeness(), |a, b| families[a] == families[b]);
         if self.has_shapes() && !clusters.is_empty() {
             for cluster in &clusters {
                 turn(&mut modes, cluster, &self.sensors, &self.shapes);
@@ -222,9 +222,9 @@ impl<'a> Comparison<'a> {
         Ok(Prediction { matrices, modes, frequencies_hz, at_sensors, families, clusters, mac, pairs, mass_properties })
     }
 
-    /// Relative difference of frequencies below which modes of one symmetry are turned to the test.
-    pub(super) fn close(&self) -> f64 {
-        if self.has_shapes() { CLOSE } else { DOUBLE }
+    /// Which modes of the model are turned to the test.
+    pub(super) fn closeness(&self) -> Closeness {
+        Closeness::new(&self.frequencies, self.has_shapes())
     }
 
     /// The symmetry of every elastic mode.
