@@ -27,6 +27,11 @@ pub struct ElementMatrix {
 }
 
 impl ElementMatrix {
+    /// Its group, or itself where it is in none.
+    pub fn group_name(&self) -> &str {
+        self.group.as_deref().unwrap_or(&self.name)
+    }
+
     /// uᴴ A_e u of this element.
     fn quadratic<T: ShapeScalar>(&self, u: &[T]) -> f64 {
         let force = |row: usize| {
@@ -84,9 +89,18 @@ pub fn element_energies<T: ShapeScalar>(
 pub fn by_group(elements: &[ElementMatrix], values: &[f64]) -> IndexMap<String, f64> {
     let mut sums = IndexMap::new();
     for (element, value) in elements.iter().zip(values) {
-        *sums.entry(element.group.clone().unwrap_or_else(|| element.name.clone())).or_insert(0.0) += value;
+        *sums.entry(element.group_name().to_owned()).or_insert(0.0) += value;
     }
     sums
+}
+
+/// Numbers of the elements of every group, in the order in which groups appear.
+fn members(elements: &[ElementMatrix]) -> IndexMap<&str, Vec<usize>> {
+    let mut members: IndexMap<&str, Vec<usize>> = IndexMap::new();
+    for (e, element) in elements.iter().enumerate() {
+        members.entry(element.group_name()).or_default().push(e);
+    }
+    members
 }
 
 /// One matrix a group: the contributions of its elements, added up; elements without a group stay by themselves.
@@ -96,16 +110,12 @@ pub fn by_group(elements: &[ElementMatrix], values: &[f64]) -> IndexMap<String, 
 /// # Panics
 /// If an element's matrix does not have the size of its dofs.
 pub fn group_matrices(elements: &[ElementMatrix]) -> Vec<ElementMatrix> {
-    let mut members: IndexMap<&str, Vec<&ElementMatrix>> = IndexMap::new();
-    for element in elements {
-        members.entry(element.group.as_deref().unwrap_or(&element.name)).or_default().push(element);
-    }
-    let add_up = |(name, members): (&str, Vec<&ElementMatrix>)| {
-        let mut dofs: Vec<usize> = members.iter().flat_map(|e| e.dofs.iter().copied()).collect();
+    let add_up = |(name, members): (&str, Vec<usize>)| {
+        let mut dofs: Vec<usize> = members.iter().flat_map(|&e| elements[e].dofs.iter().copied()).collect();
         dofs.sort_unstable();
         dofs.dedup();
         let mut matrix = DMatrix::zeros(dofs.len(), dofs.len());
-        for element in members {
+        for element in members.into_iter().map(|e| &elements[e]) {
             let place: Vec<usize> = element.dofs.iter().map(|d| dofs.partition_point(|x| x < d)).collect();
             for (i, &row) in place.iter().enumerate() {
                 for (j, &column) in place.iter().enumerate() {
@@ -115,7 +125,7 @@ pub fn group_matrices(elements: &[ElementMatrix]) -> Vec<ElementMatrix> {
         }
         ElementMatrix { name: name.to_owned(), group: None, dofs, matrix }
     };
-    members.into_iter().map(add_up).collect()
+    members(elements).into_iter().map(add_up).collect()
 }
 
 /// Residual force of a shape at all dofs.
@@ -216,12 +226,8 @@ pub fn localize_with_groups(
     elements: &[ElementMatrix],
 ) -> Result<(Localization, Localization), CorrelationError> {
     let noise = Noise::new(modes, elements)?;
-    let mut groups: IndexMap<String, Vec<usize>> = IndexMap::new();
-    for (e, element) in elements.iter().enumerate() {
-        groups.entry(element.group.clone().unwrap_or_else(|| element.name.clone())).or_default().push(e);
-    }
     let by_element = noise.rank((0..elements.len()).map(|e| (elements[e].name.clone(), vec![e])).collect())?;
-    Ok((by_element, noise.rank(groups.into_iter().collect())?))
+    Ok((by_element, noise.rank(members(elements).into_iter().map(|(name, of)| (name.to_owned(), of)).collect())?))
 }
 
 /// What the residual is in every element, and what noise does to it.

@@ -45,7 +45,7 @@ pub fn joined(tests: &[&TestData]) -> Joined {
         for (k, mode) in test.modes.iter().enumerate() {
             let mut own: TestMode = mode.clone();
             if several {
-                let label = mode.label.clone().unwrap_or_else(|| format!("{}", k + 1));
+                let label = mode.label.clone().unwrap_or_else(|| (k + 1).to_string());
                 own.label = Some(format!("{label}, {}", test.name));
                 own.shape = mode.shape.as_ref().map(|shape| {
                     let mut wide = DVector::from_element(all.len(), Complex::new(f64::NAN, f64::NAN));

@@ -69,8 +69,7 @@ impl<'a> Posed<'a> {
             if own_shapes {
                 terms.push(&Shape);
             }
-            let further: [&dyn Residual; 4] = [&MassPropertyResidual, &StaticDeflection, &StaticAngle, &FrfLog];
-            let mut further: Vec<&dyn Residual> = further.to_vec();
+            let mut further: Vec<&dyn Residual> = vec![&MassPropertyResidual, &StaticDeflection, &StaticAngle, &FrfLog];
             if scene.is_damped {
                 further.push(&Damping);
             }
@@ -99,9 +98,6 @@ impl<'a> Posed<'a> {
 
     /// Residuals of all tests in the order of the rows.
     fn gather(&self, of: impl Fn(&Part<'a>) -> Result<DVector<f64>, EvalError>) -> Result<DVector<f64>, EvalError> {
-        if let [only] = &self.parts[..] {
-            return of(only);
-        }
         let mut all = DVector::zeros(self.rows.measured + self.rows.targets);
         for part in &self.parts {
             let own = of(part)?;
@@ -150,24 +146,17 @@ impl Objective for Posed<'_> {
     }
 
     fn linearize(&self, x: &DVector<f64>) -> Result<Linearization, EvalError> {
-        let (residuals, mut jacobian) = if let [only] = &self.parts[..] {
-            let Linearization { residuals, jacobian } = only.data.linearize(x)?;
-            (residuals, jacobian)
-        } else {
-            let n = self.rows.measured + self.rows.targets;
-            let (mut residuals, mut jacobian) = (DVector::zeros(n), DMatrix::zeros(n, x.len()));
-            for part in &self.parts {
-                let own = part.data.linearize(x)?;
-                for (k, &i) in part.rows.iter().enumerate() {
-                    residuals[i] = own.residuals[k];
-                    jacobian.set_row(i, &own.jacobian.row(k));
-                }
+        let n = self.rows.measured + self.rows.targets;
+        let mut residuals = DVector::zeros(n);
+        let mut jacobian = DMatrix::zeros(self.rows.len(), x.len());
+        for part in &self.parts {
+            let own = part.data.linearize(x)?;
+            for (k, &i) in part.rows.iter().enumerate() {
+                residuals[i] = own.residuals[k];
+                jacobian.set_row(i, &own.jacobian.row(k));
             }
-            (residuals, jacobian)
-        };
+        }
         jacobian.rows_mut(0, self.rows.measured).scale_mut(self.weight);
-        let n = residuals.len();
-        let mut jacobian = jacobian.resize_vertically(self.rows.len(), 0.0);
         for (j, prior) in self.priors.iter().enumerate() {
             jacobian[(n + j, j)] = prior.row(x[j]).1;
         }

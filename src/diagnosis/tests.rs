@@ -44,16 +44,14 @@ fn truth(edits: &[(&str, &str)]) -> Model {
     model(&text)
 }
 
+/// The noise of the stories: 0.3 % of frequencies, 2 % of shapes.
+fn noise(n_modes: usize, seed: u64) -> TwinOptions {
+    TwinOptions { n_modes, damping: 0.0, frequency_noise: 0.003, shape_noise: 0.02, seed, ..TwinOptions::default() }
+}
+
 /// A synthetic test of the truth: six modes with 0.3 % noise of frequencies and 2 % of shapes, without names.
 fn measured(truth: &Model, seed: u64) -> TestData {
-    let options = TwinOptions {
-        n_modes: 6,
-        damping: 0.0,
-        frequency_noise: 0.003,
-        shape_noise: 0.02,
-        seed,
-        ..TwinOptions::default()
-    };
+    let options = noise(6, seed);
     let mut test = twin_modes(truth, &middle(truth), &sensors(), &options, "twin of a story").unwrap();
     test.modes.iter_mut().for_each(|m| m.label = None);
     test
@@ -150,21 +148,14 @@ fn with_bench(text: &str) -> String {
 
 /// Synthetic tests of the truth in flight and on the bench: six modes and four modes of the wing outboard of the clamp.
 fn measured_twice(truth: &Model, theta: &[f64], seed: u64) -> [TestData; 2] {
-    let options = TwinOptions {
-        n_modes: 6,
-        damping: 0.0,
-        frequency_noise: 0.003,
-        shape_noise: 0.02,
-        seed,
-        ..TwinOptions::default()
-    };
+    let options = noise(6, seed);
     let mut free = twin_modes(truth, theta, &sensors(), &options, "twin of a story").unwrap();
     free.name = "in flight".to_string();
     let bench = Model::new(truth.spec().configured("bench").unwrap(), &Registry::builtin()).unwrap().0;
     let sees =
         |s: &Sensor| crate::correlation::observation_matrix(&bench, std::slice::from_ref(s)).unwrap().amax() > 0.0;
     let outboard: Vec<Sensor> = sensors().into_iter().filter(sees).collect();
-    let options = TwinOptions { n_modes: 4, seed: seed + 100, ..options };
+    let options = noise(4, seed + 100);
     let mut held = twin_modes(&bench, theta, &outboard, &options, "twin of a story").unwrap();
     held.name = "on the bench".to_string();
     held.configuration = Some("bench".to_string());
@@ -259,14 +250,7 @@ fn of_strip(with_functions: bool) -> TestData {
     let hidden = Effects::builtin().candidate(&structure, "distributed-mass@strip").unwrap();
     let truth = model(&hidden.patch.apply_to_text(&STRIP.replace("subdivide: 2", "subdivide: 6")).unwrap());
     let theta = [0.06, 0.1];
-    let options = TwinOptions {
-        n_modes: 4,
-        damping: 0.01,
-        frequency_noise: 0.003,
-        shape_noise: 0.02,
-        seed: 5,
-        ..TwinOptions::default()
-    };
+    let options = TwinOptions { damping: 0.01, ..noise(4, 5) };
     let mut test = twin_modes(&truth, &theta, &sensors, &options, "twin of a story").unwrap();
     test.modes.iter_mut().for_each(|m| (m.label, m.damping_ratio) = (None, None));
     if with_functions {

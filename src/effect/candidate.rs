@@ -5,6 +5,7 @@ use super::patch::{NewParameter, Patch, PatchError};
 use super::structure::{Context, Structure};
 use super::{Belongs, Effect, Effects};
 use crate::model::{Model, ParametricModel, Registry};
+use indexmap::IndexMap;
 
 /// An effect at a place.
 #[derive(Debug, Clone)]
@@ -102,13 +103,10 @@ pub fn candidates_in(tested: &[Configured<'_>], effects: &Effects) -> Vec<Candid
     let one_base = tested.len() == 1 && tested[0].name.is_none();
     let mut out = Vec::new();
     for effect in effects.iter() {
-        let mut places: Vec<(Location, Vec<usize>)> = Vec::new();
+        let mut places: IndexMap<Location, Vec<usize>> = IndexMap::new();
         for (k, structure) in structures.iter().enumerate() {
             for at in effect.locations(structure) {
-                match places.iter_mut().find(|(known, _)| *known == at) {
-                    Some((_, list)) => list.push(k),
-                    None => places.push((at, vec![k])),
-                }
+                places.entry(at).or_default().push(k);
             }
         }
         let belongs = if one_base { Belongs::Structure } else { effect.belongs_to() };

@@ -3,7 +3,7 @@
 use std::fmt;
 
 /// What kind of thing a location names.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum LocationKind {
     /// Nodes.
@@ -25,7 +25,7 @@ pub enum LocationKind {
 /// Where an effect acts: one name, or symmetric partners that share the parameters, and a direction where one matters.
 ///
 /// Written `n8`, `n8+n13.ry`, `left_wing.1:n5.ry`, `whole`; in one configuration only, `bench/n8`.
-#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 pub struct Location {
     /// What the names are.
     pub kind: LocationKind,

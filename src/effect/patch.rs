@@ -5,8 +5,8 @@ use super::location::Location;
 use super::text;
 use crate::catalogue::did_you_mean;
 use crate::model::spec::{
-    ElementSpec, HistoryEntry, MassSpec, ModelSpec, Named, NodeSpec, OverrideSpec, ParameterSpec, RigidLinkSpec,
-    SpringSpec,
+    ConfigurationSpec, ElementSpec, HistoryEntry, MassSpec, ModelSpec, Named, NodeSpec, OverrideSpec, ParameterSpec,
+    RigidLinkSpec, SpringSpec,
 };
 use crate::units::Scalar;
 use crate::yaml::{self, Problem};
@@ -139,12 +139,8 @@ impl Edit {
             Edit::AddElement { .. } => "elements",
             Edit::AddOverride { .. } => "overrides",
             Edit::AddRigidLink { .. } => "rigid_links",
-            Edit::InConfiguration { configuration, edit } => {
-                return yaml::child(&yaml::child("configurations", configuration), &edit.block());
-            }
-            Edit::Without { configuration, .. } => {
-                return yaml::child(&yaml::child("configurations", configuration), "without");
-            }
+            Edit::InConfiguration { configuration, edit } => return of_configuration(configuration, &edit.block()),
+            Edit::Without { configuration, .. } => return of_configuration(configuration, "without"),
         };
         word.to_string()
     }
@@ -187,17 +183,17 @@ impl Edit {
             map.insert(name.to_string(), entry.clone());
             Ok(())
         }
-        let unknown = |configuration: &str, spec: &ModelSpec| PatchError::UnknownConfiguration {
-            name: configuration.to_string(),
-            suggestion: did_you_mean(configuration, spec.configurations.keys().map(String::as_str)),
-        };
+        fn configuration<'a>(spec: &'a mut ModelSpec, name: &str) -> Result<&'a mut ConfigurationSpec, PatchError> {
+            if !spec.configurations.contains_key(name) {
+                let suggestion = did_you_mean(name, spec.configurations.keys().map(String::as_str));
+                return Err(PatchError::UnknownConfiguration { name: name.to_string(), suggestion });
+            }
+            Ok(&mut spec.configurations[name])
+        }
         let block = &self.block();
         match self {
-            Edit::InConfiguration { configuration, edit } => {
-                if !spec.configurations.contains_key(configuration) {
-                    return Err(unknown(configuration, spec));
-                }
-                let to = &mut spec.configurations[configuration];
+            Edit::InConfiguration { configuration: name, edit } => {
+                let to = configuration(spec, name)?;
                 match &**edit {
                     Edit::AddMass { name, entry } => insert(&mut to.masses, block, name, entry),
                     Edit::AddSpring { name, entry } => insert(&mut to.springs, block, name, entry),
@@ -208,11 +204,8 @@ impl Edit {
                     }
                 }
             }
-            Edit::Without { configuration, name } => {
-                if !spec.configurations.contains_key(configuration) {
-                    return Err(unknown(configuration, spec));
-                }
-                spec.configurations[configuration].without.push(name.clone());
+            Edit::Without { configuration: of, name } => {
+                configuration(spec, of)?.without.push(name.clone());
                 Ok(())
             }
             Edit::AddParameter(p) => insert(&mut spec.parameters, block, &p.name, &p.spec()),
@@ -224,6 +217,11 @@ impl Edit {
             Edit::AddRigidLink { name, entry } => insert(&mut spec.rigid_links, block, name, entry),
         }
     }
+}
+
+/// The path of a block of a configuration.
+fn of_configuration(configuration: &str, block: &str) -> String {
+    yaml::child(&yaml::child("configurations", configuration), block)
 }
 
 /// A hypothesis: the edits that put an effect into a model, at its neutral value.

@@ -235,7 +235,7 @@ pub fn undo(text: &str) -> Result<Undone, PatchError> {
     let mut names = Vec::new();
     for path in entry.inserted.iter().rev() {
         let Some((configuration, block, name)) = parts(&spec, path) else { continue };
-        names.push(name.to_string());
+        names.push(name);
         let own = configuration.as_ref().map(|c| child("configurations", c));
         let whole = own.as_ref().map_or_else(|| block.to_string(), |own| child(own, block));
         let listed = configuration.as_ref().filter(|_| block == "without");
@@ -268,7 +268,6 @@ pub fn undo(text: &str) -> Result<Undone, PatchError> {
             (None, _) => drop(spec.rigid_links.shift_remove(name)),
         }
     }
-    let names: Vec<&str> = names.iter().map(String::as_str).collect();
     if let Some((path, name)) = still_used(&flow::value(&spec), "", &names) {
         return Err(PatchError::StillUsed { id: entry.add.clone(), path, name });
     }

@@ -68,7 +68,9 @@ impl ModelSpec {
             changes_mass |= carries_mass;
         }
         let ConfigurationSpec { supports, springs, masses, overrides, .. } = configuration;
-        changes_mass |= drop_loose(&mut spec, self);
+        if !configuration.without.is_empty() {
+            changes_mass |= drop_loose(&mut spec, self);
+        }
         add(&mut spec.supports, supports, &child(&path, "supports"))?;
         add(&mut spec.springs, springs, &child(&path, "springs"))?;
         add(&mut spec.masses, masses, &child(&path, "masses"))?;

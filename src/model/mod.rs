@@ -36,7 +36,7 @@ pub use mass_properties::MassProperties;
 pub use parameter::{Parameter, ParameterSet};
 pub use place::PlacedElement;
 pub use registry::Registry;
-pub use solver::{Matrices, ModalSolver, differentiate_in_cluster, solve_modes};
+pub use solver::{Matrices, ModalSolver, differentiate_in_clusters, solve_modes};
 pub use spec::{ModelSpec, schema};
 pub use system::{SparseSystem, System};
 pub use value::{Affine, Value};

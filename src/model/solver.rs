@@ -7,8 +7,8 @@ use crate::linalg::{DMatrix, DVector, ShiftedPencil};
 use crate::modal::{self, MatrixDerivative, ModeDerivative, Modes, SolveOptions};
 use std::borrow::Cow;
 
-/// From this number of dofs on the sparse path is used. Both give the same modes; below it the dense one is faster (a diagnosis
-/// of 132 dofs takes 20 % less on the sparse one, one of 270 dofs 70 % less: `docs/sparse.md`).
+/// From this number of dofs on the sparse path is used. Both give the same modes; `docs/sparse.md` has what a diagnosis takes by
+/// each.
 const SPARSE_FROM: usize = 120;
 
 /// Below this number of dofs a model that the sparse path refuses is solved by the dense one.
@@ -236,25 +236,30 @@ impl ModalSolver {
     }
 }
 
-/// Derivatives of a mode of a cluster of (nearly) equal λ, as [`modal::cluster_derivative`]; through dense matrices.
+/// Derivatives of modes of clusters of (nearly) equal λ, as [`modal::cluster_derivative`]; through dense matrices.
 ///
 /// * `matrices`, `modes` - of [`ModalSolver::solve`] at one θ, shapes in any basis of the cluster
 /// * `slopes` - of [`Matrices::derivative`] at the same θ
-/// * `cluster`, `own` - indices into `modes`
-pub fn differentiate_in_cluster(
+/// * `of` - the cluster of each mode and its number there: indices into `modes`, and one into the cluster
+pub fn differentiate_in_clusters(
     matrices: &Matrices,
     slopes: &[Matrices],
     modes: &Modes,
-    cluster: &[usize],
-    own: usize,
-) -> Result<Option<ModeDerivative>, ModelError> {
+    of: &[(Vec<usize>, usize)],
+) -> Result<Vec<Option<ModeDerivative>>, ModelError> {
+    if of.is_empty() {
+        return Ok(Vec::new());
+    }
     let system = matrices.dense()?;
     let slopes = slopes.iter().map(Matrices::dense).collect::<Result<Vec<_>, _>>()?;
     let slopes: Vec<MatrixDerivative<'_>> =
         slopes.iter().map(|s| MatrixDerivative { stiffness: &s.stiffness, mass: &s.mass }).collect();
-    let Some(k) = cluster.iter().position(|&c| c == own) else { return Ok(None) };
-    let shapes = modes.shapes.select_columns(cluster);
-    Ok(modal::cluster_derivative(&system.stiffness, &system.mass, modes.lambda[own], &shapes, k, &slopes))
+    let derivative = |(cluster, own): &(Vec<usize>, usize)| {
+        let shapes = modes.shapes.select_columns(cluster);
+        let lambda = modes.lambda[cluster[*own]];
+        modal::cluster_derivative(&system.stiffness, &system.mass, lambda, &shapes, *own, &slopes)
+    };
+    Ok(of.iter().map(derivative).collect())
 }
 
 fn sparse(matrices: &Matrices) -> Cow<'_, SparseSystem> {

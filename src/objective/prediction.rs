@@ -11,7 +11,7 @@ use crate::linalg::{Complex, DMatrix, DVector, ShiftedPencil};
 use crate::modal::{ModeDerivative, Modes};
 use crate::model::{
     MOST_DENSE_DOFS, MassProperties, Matrices, ModalSolver, ModelError, ParametricModel, System,
-    differentiate_in_cluster, family, symmetry_index,
+    differentiate_in_clusters, family, symmetry_index,
 };
 use std::borrow::Cow;
 
@@ -278,16 +278,19 @@ impl<'a> Comparison<'a> {
         slopes: &[Matrices],
         modes: &[usize],
     ) -> Result<Vec<Option<ModeDerivative>>, ModelError> {
-        let (p, n_rigid) = (prediction, prediction.modes.n_rigid);
-        let of = |list: &[usize]| -> Vec<usize> { list.iter().map(|i| n_rigid + i).collect() };
-        let cluster_of = |mode: &usize| p.clusters.iter().find(|c| c.contains(mode));
-        let alone: Vec<usize> = modes.iter().copied().filter(|m| cluster_of(m).is_none()).collect();
-        let mut simple = self.solver.differentiate(self.model, &p.matrices, slopes, &p.modes, &of(&alone))?.into_iter();
-        let derivative = |mode: &usize| match cluster_of(mode) {
-            Some(cluster) => differentiate_in_cluster(&p.matrices, slopes, &p.modes, &of(cluster), n_rigid + mode),
-            None => Ok(simple.next().flatten()),
+        let p = prediction;
+        let of = |elastic: &[usize]| -> Vec<usize> { elastic.iter().map(|i| p.modes.n_rigid + i).collect() };
+        let place = |mode: usize| {
+            let own = |cluster: &Vec<usize>| Some((of(cluster), cluster.iter().position(|&k| k == mode)?));
+            p.clusters.iter().find_map(own)
         };
-        modes.iter().map(derivative).collect()
+        let places: Vec<Option<(Vec<usize>, usize)>> = modes.iter().map(|&mode| place(mode)).collect();
+        let alone: Vec<usize> = modes.iter().zip(&places).filter(|(_, p)| p.is_none()).map(|(&mode, _)| mode).collect();
+        let together: Vec<(Vec<usize>, usize)> = places.iter().flatten().cloned().collect();
+        let mut alone = self.solver.differentiate(self.model, &p.matrices, slopes, &p.modes, &of(&alone))?.into_iter();
+        let mut together = differentiate_in_clusters(&p.matrices, slopes, &p.modes, &together)?.into_iter();
+        let next = |place: &Option<_>| if place.is_some() { together.next() } else { alone.next() };
+        Ok(places.iter().map(next).map(Option::flatten).collect())
     }
 }
 

@@ -3,7 +3,7 @@
 use super::residual::Point;
 use crate::correlation::{CorrelationError, observation_matrix};
 use crate::data::{Channel, FrfFit, Place, Sensor, TestData};
-use crate::linalg::{Complex, DMatrix, DVector, ShiftedPencil};
+use crate::linalg::{Complex, DMatrix, ShiftedPencil};
 use crate::model::{ParametricModel, System};
 use std::f64::consts::TAU;
 
@@ -127,13 +127,13 @@ impl FrfRows {
             .iter()
             .map(|&j| at.comparison.model().assemble_derivative(at.theta, j).ok().map(|d| Entries::of(&d)))
             .collect();
-        let sweep = self.sweep(&system);
+        let sweep = self.sweep(&system, !free.is_empty());
         let mut of_line: Vec<Vec<usize>> = vec![Vec::new(); self.lines_hz.len()];
         self.values.iter().enumerate().for_each(|(v, value)| of_line[value.line].push(v));
         for (line, f) in self.lines_hz.iter().enumerate() {
             let omega = TAU * f;
             let power = Complex::new(0.0, omega).powi(self.order);
-            let Some((x, y)) = self.line(&system, sweep.as_ref(), omega) else { continue };
+            let Some((x, y)) = self.line(&system, sweep.as_ref(), omega, !free.is_empty()) else { continue };
             for &v in &of_line[line] {
                 let value = &self.values[v];
                 let own = self.responses.row(value.response);
@@ -152,8 +152,15 @@ impl FrfRows {
         (h, slopes)
     }
 
-    /// Z⁻¹ B and Z⁻¹ Sᵀ at a line: Z is symmetric, the same factorisation serves both sides.
-    fn line(&self, system: &System, sweep: Option<&Sweep>, omega: f64) -> Option<(ComplexMatrix, ComplexMatrix)> {
+    /// Z⁻¹ B and Z⁻¹ Sᵀ at a line: Z is symmetric, the same factorisation serves both sides. Derivatives alone need the second;
+    /// it has no column where they are not wanted.
+    fn line(
+        &self,
+        system: &System,
+        sweep: Option<&Sweep>,
+        omega: f64,
+        with_derivatives: bool,
+    ) -> Option<(ComplexMatrix, ComplexMatrix)> {
         if let Some(sweep) = sweep {
             let factors = sweep.factors(omega, self.loss_factor)?;
             return Some((sweep.expand(&factors, &sweep.references), sweep.expand(&factors, &sweep.responses)));
@@ -166,20 +173,23 @@ impl FrfRows {
         });
         let z = z.lu();
         let complex = |m: &DMatrix<f64>| m.transpose().map(|v| Complex::new(v, 0.0));
-        Some((z.solve(&complex(&self.references))?, z.solve(&complex(&self.responses))?))
+        let x = z.solve(&complex(&self.references))?;
+        let y = if with_derivatives { z.solve(&complex(&self.responses))? } else { ComplexMatrix::zeros(n, 0) };
+        Some((x, y))
     }
 
     /// What all lines share, where a decomposition of the pencil is cheaper than a factorisation at every line.
-    fn sweep(&self, system: &System) -> Option<Sweep> {
+    fn sweep(&self, system: &System, with_derivatives: bool) -> Option<Sweep> {
         if system.damping.is_some() || self.lines_hz.len() < FEWEST_LINES {
             return None;
         }
         // In the middle of the band rounding is the same at both its ends.
         let shift = TAU * TAU * self.lines_hz[0] * self.lines_hz[self.lines_hz.len() - 1];
-        let ShiftedPencil { theta, vectors, .. } = ShiftedPencil::new(&system.stiffness, &system.mass, shift).ok()?;
-        let references = vectors.tr_mul(&self.references.transpose());
-        let responses = vectors.tr_mul(&self.responses.transpose());
-        Some(Sweep { theta, vectors, shift, references, responses })
+        let pencil = ShiftedPencil::new(&system.stiffness, &system.mass, shift).ok()?;
+        let seen = |rows: &DMatrix<f64>| pencil.vectors.tr_mul(&rows.transpose());
+        let references = seen(&self.references);
+        let responses = if with_derivatives { seen(&self.responses) } else { DMatrix::zeros(references.nrows(), 0) };
+        Some(Sweep { pencil, references, responses })
     }
 }
 
@@ -194,12 +204,10 @@ type ComplexMatrix = DMatrix<Complex<f64>>;
 /// M x = θ (K + a M) x,   Xᵀ Z X = diag((1 + iη) - ((1 + iη) a + ω²) θ)
 /// ```
 struct Sweep {
-    theta: DVector<f64>,
-    vectors: DMatrix<f64>,
-    shift: f64,
+    pencil: ShiftedPencil,
     /// Xᵀ B.
     references: DMatrix<f64>,
-    /// Xᵀ Sᵀ.
+    /// Xᵀ Sᵀ, without columns where no derivatives are wanted.
     responses: DMatrix<f64>,
 }
 
@@ -207,8 +215,9 @@ impl Sweep {
     /// The inverse of that diagonal; none where it has none.
     fn factors(&self, omega: f64, loss_factor: f64) -> Option<Vec<Complex<f64>>> {
         let stiff = Complex::new(1.0, loss_factor);
+        let ShiftedPencil { theta, shift, .. } = &self.pencil;
         let all: Vec<Complex<f64>> =
-            self.theta.iter().map(|t| (stiff - (stiff * self.shift + omega * omega) * t).inv()).collect();
+            theta.iter().map(|t| (stiff - (stiff * *shift + omega * omega) * t).inv()).collect();
         all.iter().all(|v| v.re.is_finite() && v.im.is_finite()).then_some(all)
     }
 
@@ -216,7 +225,7 @@ impl Sweep {
     fn expand(&self, factors: &[Complex<f64>], b: &DMatrix<f64>) -> ComplexMatrix {
         let part = |of: fn(&Complex<f64>) -> f64| {
             let scaled = DMatrix::from_fn(b.nrows(), b.ncols(), |i, j| of(&factors[i]) * b[(i, j)]);
-            &self.vectors * scaled
+            &self.pencil.vectors * scaled
         };
         part(|v| v.re).zip_map(&part(|v| v.im), Complex::new)
     }

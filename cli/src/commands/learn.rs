@@ -38,6 +38,7 @@ pub(crate) fn run(args: &Learn) -> Result<u8, Failure> {
             present.extend(step.added.clone());
         }
     }
+    let cases: Vec<(&Model, &TestData)> = all.iter().map(|t| (&t.model, &t.test)).collect();
     if args.json {
         print_json(&json!({
             "steps": learned.steps.iter().map(|s| serde_json::to_value(LearningStep::from(s))).collect::<Result<Vec<_>, _>>()?,
@@ -46,14 +47,12 @@ pub(crate) fn run(args: &Learn) -> Result<u8, Failure> {
             "written": written.iter().map(|p| p.display().to_string()).collect::<Vec<_>>(),
         }));
     } else {
-        let cases: Vec<(&Model, &TestData)> = all.iter().map(|t| (&t.model, &t.test)).collect();
         print(&in_words(&learned, &model, &all, &misfit_before_any_fit(&cases)?));
         for path in &written {
             print(&format!("written: {}\n", path.display()));
         }
     }
     if args.report.is_some() {
-        let cases: Vec<(&Model, &TestData)> = all.iter().map(|t| (&t.model, &t.test)).collect();
         let mut data = of_learning(&cases, &learned)?;
         about_files(&mut data, &all, &args.model, &args.tests, args.seed)?;
         let written = outputs.write(&data)?;

@@ -162,7 +162,7 @@ pub fn places(
     let names: Vec<String> = members.iter().map(|m| m.name.clone()).collect();
     let mut groups: IndexMap<String, DVector<f64>> = IndexMap::new();
     for (member, effect) in members.iter().zip(effects.column_iter()) {
-        let group = member.group.clone().unwrap_or_else(|| member.name.clone());
+        let group = member.group_name().to_owned();
         *groups.entry(group).or_insert_with(|| DVector::zeros(residuals.len())) += effect;
     }
     let group_names: Vec<String> = groups.keys().cloned().collect();
