@@ -352,7 +352,7 @@ impl Noise {
             }
             noise
         };
-        let p = union_probability(&events.iter().map(|e| e.1).collect::<Vec<_>>(), draw, |batch| {
+        let p = union_probability(&events.iter().map(|e| e.1).collect::<Vec<_>>(), largest, draw, |batch| {
             let energies = self.energies_of(batch);
             let reached = |k: usize, draw: usize| {
                 let energy: f64 = places[k].iter().map(|&e| energies[(draw, e)]).sum();

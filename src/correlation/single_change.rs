@@ -112,7 +112,7 @@ fn family(best: &SingleChange, units: &DMatrix<f64>) -> f64 {
         noise
     };
     let rows = units.transpose();
-    union_probability(&vec![best.p_value; units.ncols()], draw, |batch| {
+    union_probability(&vec![best.p_value; units.ncols()], level, draw, |batch| {
         let noise = DMatrix::from_fn(units.nrows(), batch.len(), |i, j| batch[j].1[i]);
         let z = &rows * noise;
         // The drawn element is there by construction, but for rounding.

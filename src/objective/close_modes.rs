@@ -147,7 +147,7 @@ mod tests {
     use crate::data::{TestData, read_test};
     use crate::model::{ParametricModel, Registry, load};
     use crate::objective::{Comparison, LeastSquares, Objective, Scaling, difference};
-    use crate::update::{TwinOptions, twin_modes};
+    use crate::update::{TwinOptions, assess, twin_modes};
 
     const MAST: &str = "
 retune: 1
@@ -212,6 +212,28 @@ supports: {base: {node: n0}}
 
     fn comparison_mass(p: &crate::objective::Prediction) -> DMatrix<f64> {
         p.system().unwrap().mass.clone()
+    }
+
+    /// Of right models chi-squared has the mean of its number of data, from which three angles are taken.
+    #[test]
+    fn chi_squared_knows_the_free_angles() {
+        let model = load(MAST, &Registry::builtin()).unwrap().0;
+        let theta = model.parameters().nominal();
+        let sensors = test(&[0.0]).sensors;
+        let (tests, mut sum) = (200_u32, 0.0);
+        for seed in 0..u64::from(tests) {
+            let noise = TwinOptions { frequency_noise: 0.003, shape_noise: 0.02, ..TwinOptions::default() };
+            let options = TwinOptions { n_modes: 6, seed, ..noise };
+            let test = twin_modes(&model, &theta, &sensors, &options, "made up").unwrap();
+            let comparison = Comparison::new(&model, &test, OPEN).unwrap();
+            let misfit = assess(&comparison, &theta).unwrap().misfit;
+            // Six frequencies, 48 readings of shapes, six scales, three angles.
+            assert_eq!(misfit.n_data, 45);
+            sum += misfit.chi_squared;
+        }
+        // Three standard errors of the mean of chi-squared numbers.
+        let (mean, limit) = (sum / f64::from(tests), 3.0 * (90.0 / f64::from(tests)).sqrt());
+        assert!((mean - 45.0).abs() < limit, "{mean}, limit {limit}");
     }
 
     /// Parameters that keep the mast round move frequencies and the space of a pair, and no angle.

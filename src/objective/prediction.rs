@@ -4,7 +4,7 @@ use super::close_modes::{Closeness, clusters, turn};
 use super::responses::FrfRows;
 use super::{EvalError, statics};
 use crate::correlation::{
-    CorrelationError, ModeList, PairedModes, PairingOptions, mac_matrix, observation_matrix, pair_modes,
+    CorrelationError, ModeList, ModePair, PairedModes, PairingOptions, mac_matrix, observation_matrix, pair_modes,
 };
 use crate::data::{TestData, family_of_label};
 use crate::linalg::{Complex, DMatrix, DVector, ShiftedPencil};
@@ -73,6 +73,22 @@ impl Prediction {
     /// The elastic mode paired with a test mode, and the pair's position.
     pub fn partner(&self, test_mode: usize) -> Option<usize> {
         self.pairs.pairs.iter().find(|p| p.experimental == test_mode).map(|p| p.analytical)
+    }
+
+    /// Angles by which the model's shapes were turned to the measured ones: t(t - 1)/2 + t(m - t) for a cluster of m modes of which
+    /// t have measured partners. The fit of the shapes has as many numbers more.
+    ///
+    /// * `has_shape` - whether a test mode has a shape
+    pub(crate) fn n_free_angles(&self, has_shape: impl Fn(usize) -> bool) -> usize {
+        let partners = |cluster: &[usize]| {
+            let paired = |p: &&ModePair| cluster.contains(&p.analytical) && has_shape(p.experimental);
+            self.pairs.pairs.iter().filter(paired).count()
+        };
+        self.clusters
+            .iter()
+            .map(|cluster| (cluster.len(), partners(cluster)))
+            .map(|(m, t)| t * t.saturating_sub(1) / 2 + t * (m - t))
+            .sum()
     }
 }
 

@@ -192,7 +192,7 @@ pub fn assess(comparison: &Comparison<'_>, theta: &[f64]) -> Result<Assessment, 
     let residuals = least_squares.residuals_of(theta, &prediction);
     let frequency_norm = pairs.iter().map(|p| (p.error_percent / 100.0).powi(2)).sum::<f64>().sqrt();
     let readings = readings(comparison, &prediction);
-    let misfit = misfit(comparison, residuals.as_slice(), &readings)?;
+    let misfit = misfit(comparison, &prediction, residuals.as_slice(), &readings)?;
     let misfit_per_mode = misfit_per_mode(comparison, residuals.as_slice());
     Ok(Assessment {
         theta: theta.to_vec(),
@@ -214,9 +214,10 @@ pub fn assess(comparison: &Comparison<'_>, theta: &[f64]) -> Result<Assessment, 
     })
 }
 
-/// Frequencies and shapes come first among the residuals; each shape has one free scale.
+/// Frequencies and shapes come first among the residuals; each shape has one free scale, shapes turned to the test free angles.
 fn misfit(
     comparison: &Comparison<'_>,
+    prediction: &Prediction,
     residuals: &[f64],
     readings: &[AssessedReading],
 ) -> Result<Misfit, CorrelationError> {
@@ -228,7 +229,9 @@ fn misfit(
     let n_rows = n_modes + if comparison.has_shapes() { shapes.len() } else { 0 };
     let of_modes: f64 = residuals[..n_rows].iter().map(|r| r * r).sum();
     let of_readings: f64 = readings.iter().map(|r| ((r.model - r.measured) / r.sd).powi(2)).sum();
-    Misfit::new(of_modes + of_readings, n_modes + measured - with_shape + readings.len())
+    let n_angles = prediction.n_free_angles(|mode| test.modes[mode].shape.is_some());
+    let n_of_modes = (n_modes + measured).saturating_sub(with_shape + n_angles);
+    Misfit::new(of_modes + of_readings, n_of_modes + readings.len())
 }
 
 fn readings(comparison: &Comparison<'_>, prediction: &Prediction) -> Vec<AssessedReading> {

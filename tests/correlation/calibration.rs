@@ -1,6 +1,6 @@
 //! The stated probabilities hold: on synthetic tests of right models p-values are uniform and intervals cover.
 //!
-//! 40 tests a structure, 200 with RETUNE_SLOW=1. Noise: 0.3 % of frequencies, 2 % of shapes.
+//! 200 tests a structure. Noise: 0.3 % of frequencies, 2 % of shapes.
 
 use super::*;
 use retune::correlation::{Misfit, information};
@@ -10,9 +10,7 @@ use retune::update::{PlacesOptions, assess, mode_agreement, places, sensor_agree
 
 const NOISE: (f64, f64) = (0.003, 0.02);
 
-fn n_tests() -> u64 {
-    if slow() { 200 } else { 40 }
-}
+const N_TESTS: u64 = 200;
 
 /// Kolmogorov-Smirnov distance from the uniform distribution, and what a uniform sample exceeds once in a thousand.
 fn kolmogorov_smirnov(mut p: Vec<f64>) -> (f64, f64) {
@@ -41,7 +39,7 @@ fn p_values(file: &str, n_modes: usize) {
     let theta = starting_point(&model);
     let (mut whole, mut by_mode, mut by_sensor, mut by_place) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     let (mut family, mut single, mut single_family) = (Vec::new(), Vec::new(), Vec::new());
-    for seed in 0..n_tests() {
+    for seed in 0..N_TESTS {
         let test = twin(&model, &sensors, n_modes, NOISE, 1000 + seed);
         let comparison = Comparison::new(&model, &test, OPEN).unwrap();
         let a = assess(&comparison, &theta).unwrap();
@@ -77,7 +75,7 @@ fn p_values(file: &str, n_modes: usize) {
         assert_uniform(&format!("{file}, {what}"), p);
     }
     // 5 % of the tests expected, three standard deviations more allowed.
-    let n = n_tests() as f64;
+    let n = N_TESTS as f64;
     let limit = 0.05 * n + 3.0 * (0.05 * 0.95 * n).sqrt();
     assert!((false_alarms as f64) < limit, "{file}: {false_alarms} false alarms at 5 %");
 }
@@ -98,7 +96,7 @@ fn ninety_per_cent_intervals_cover() {
         let sensors = sensors(file, &model);
         let theta = starting_point(&model);
         let mut first = Vec::new();
-        for seed in 0..n_tests() {
+        for seed in 0..N_TESTS {
             let test = twin(&model, &sensors, n_modes, NOISE, 5000 + seed);
             let comparison = Comparison::new(&model, &test, OPEN).unwrap();
             let objective = LeastSquares::from_names(&comparison, &["frequency", "shape"]).unwrap();

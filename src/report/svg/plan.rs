@@ -9,6 +9,11 @@ use super::{COLUMN, cut};
 const NAMED: usize = 60;
 const SENSOR: &str = "#00846a";
 const RIGID: &str = "#9aa6b2";
+/// Size of the letters of a name.
+const NAME: f64 = TEXT - 5.0;
+/// Length of the arms of the axes, and how far they reach with their names.
+const ARM: f64 = 48.0;
+const REACH: f64 = ARM + 24.0;
 /// Inks of the groups of elements; a longer list begins again.
 const GROUPS: [&str; 5] = [MODEL, TEST, "#7a3e9d", "#1a6f43", INK];
 
@@ -25,7 +30,9 @@ pub(super) fn plan(s: &Structure) -> Canvas {
     let inside = width - 2.0 * left;
     let scale = (inside / (x1 - x0).max(1e-9)).min(900.0 / (y1 - y0).max(1e-9));
     let high = (y1 - y0) * scale;
-    let mut c = Canvas::new(width / 10.0, (top + high + 150.0) / 10.0);
+    let reach = |down: f64| view.axes().iter().map(|(_, [_, dy])| dy * down * REACH).fold(0.0, f64::max);
+    let (axes_at, foot) = (top + high + 56.0 + reach(-1.0), top + high + 110.0);
+    let mut c = Canvas::new(width / 10.0, (foot + 40.0).max(axes_at + reach(1.0) + 24.0) / 10.0);
     let put = |p: [f64; 3]| {
         let q = view.at(p);
         [width / 2.0 + (q[0] - f64::midpoint(x0, x1)) * scale, top + 20.0 + (q[1] - y0) * scale]
@@ -77,9 +84,10 @@ pub(super) fn plan(s: &Structure) -> Canvas {
         c.diamond(put(x.position), 14.0, TEST);
     }
     if s.nodes.len() <= NAMED {
-        for n in &s.nodes {
-            let [x, y] = put(n.position);
-            c.halo([x + 12.0, y - 13.0], &cut(&n.name, 14), TEXT - 5.0, INK);
+        let nodes: Vec<([f64; 2], String)> = s.nodes.iter().map(|n| (put(n.position), cut(&n.name, 14))).collect();
+        let marks = s.sensors.iter().map(|x| put(x.position)).chain(nodes.iter().map(|n| n.0)).map(|p| around(p, 8.0));
+        for ([x, y], text) in names(&nodes, marks.collect()) {
+            c.halo([x, y], text, NAME, INK);
         }
     }
     let mut y = 46.0;
@@ -88,10 +96,57 @@ pub(super) fn plan(s: &Structure) -> Canvas {
         legend(&mut c, [left, y], &keys);
         y += 40.0;
     }
-    let foot = top + high + 110.0;
     scale_bar(&mut c, [left, foot], scale, inside / 4.0);
-    directions(&mut c, &view, [width - left - 60.0, foot - 14.0]);
+    directions(&mut c, &view, [width - left - 60.0, axes_at]);
     c
+}
+
+/// Left, top, right, bottom.
+type Box = [f64; 4];
+
+fn around([x, y]: [f64; 2], r: f64) -> Box {
+    [x - r, y - r, x + r, y + r]
+}
+
+fn overlap(a: &Box, b: &Box) -> f64 {
+    let side = |k: usize| (a[k + 2].min(b[k + 2]) - a[k].max(b[k])).max(0.0);
+    side(0) * side(1)
+}
+
+/// Where each name goes, by the left end of its base line: at the first of eight places around its node where it covers least.
+///
+/// * `taken` - marks that should not be covered
+fn names(nodes: &[([f64; 2], String)], mut taken: Vec<Box>) -> Vec<([f64; 2], &str)> {
+    nodes
+        .iter()
+        .map(|([x, y], text)| {
+            // 0.56: mean width of a letter of these fonts.
+            let (wide, high) = (0.56 * NAME * text.chars().count() as f64, 0.75 * NAME);
+            let (right, left, centre) = (x + 12.0, x - 12.0 - wide, x - wide / 2.0);
+            let (above, below, level) = (y - 13.0, y + 13.0 + high, y + high / 2.0);
+            let places = [
+                [right, above],
+                [right, below],
+                [left, above],
+                [left, below],
+                [centre, above - 8.0],
+                [centre, below + 8.0],
+                [right + 12.0, level],
+                [left - 12.0, level],
+            ];
+            let covered = |[x, base]: &[f64; 2]| {
+                let own = [*x, base - high, x + wide, *base];
+                (taken.iter().map(|t| overlap(&own, t)).sum::<f64>(), own)
+            };
+            let at = places
+                .iter()
+                .map(|p| (*p, covered(p)))
+                .reduce(|best, next| if next.1.0 < best.1.0 { next } else { best });
+            let (place, (_, own)) = at.unwrap_or(([right, above], (0.0, around([*x, *y], 0.0))));
+            taken.push(own);
+            (place, text.as_str())
+        })
+        .collect()
 }
 
 fn groups(s: &Structure) -> Vec<&str> {
@@ -160,9 +215,9 @@ fn directions(c: &mut Canvas, view: &View, [x, y]: [f64; 2]) {
         if length < 0.1 {
             continue;
         }
-        c.line([x, y], [x + 48.0 * dx, y + 48.0 * dy], SOFT, 3.0, "");
+        c.line([x, y], [x + ARM * dx, y + ARM * dy], SOFT, 3.0, "");
         c.circle([x, y], 3.0, GRID, SOFT);
-        let out = 48.0 + 18.0 / length;
+        let out = ARM + 18.0 / length;
         c.text([x + out * dx, y + out * dy + 9.0], name, TEXT - 4.0, "middle", SOFT, 0.0);
     }
 }
