@@ -33,8 +33,9 @@ const FAINT: f64 = 4.0;
 /// Rounds of looking around the best effect, and how many effects like it are tried with a few steps.
 const ROUNDS: usize = 3;
 const NEAR: usize = 60;
-/// Hypotheses that are polished.
+/// Hypotheses that are polished: the best, and of as many kinds the best.
 const POLISHED: usize = 3;
+const POLISHED_KINDS: usize = 6;
 /// 90 % of a Gaussian lie within this many standard deviations.
 const NINETY: f64 = 1.6449;
 
@@ -247,10 +248,19 @@ fn polish(stage: &Stage, done: &mut Vec<Refit>, base: f64) -> Result<(), Diagnos
     let mut bases: Vec<DVector<f64>> = done.iter().take(BEST).map(|r| r.fit.x.rows(0, n).into_owned()).collect();
     bases.extend(box_starts(&stage.scene, BEST, 0));
     let faults: Vec<FaultScore> = (0..stage.faults.len()).map(FaultScore::unscored).collect();
+    let mut kinds: Vec<&str> = Vec::new();
+    let mut is_polished = |(k, r): &(usize, &Refit)| {
+        let is_new = !kinds.contains(&r.name()) && kinds.len() < POLISHED_KINDS;
+        if is_new {
+            kinds.push(r.name());
+        }
+        is_new || *k < POLISHED
+    };
     let jobs: Vec<Job<'_>> = done
         .iter()
-        .take(POLISHED)
-        .filter_map(|r| match &r.tried {
+        .enumerate()
+        .filter(|r| is_polished(r))
+        .filter_map(|(_, r)| match &r.tried {
             Tried::Effect(c) => {
                 let score = stage.effects.iter().find(|s| stage.screened[s.index].candidate.id() == c.id())?;
                 Some(Job::Effect(score, &bases))

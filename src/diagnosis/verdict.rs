@@ -8,15 +8,17 @@
 //! * A hypothesis is believed when its ln Bayes factor is above 3 *and* what remains looks like noise: goodness of fit, a
 //!   second screening and neighbouring sensors, at a level of 0.01 for the three together, and no mode without partner. Among
 //!   tied hypotheses the most probable one that passes is taken.
-//! * Else a second hypothesis is sought on top of the best; with a gain above 3 the verdict is `several-effects`, without
-//!   one `unexplained`.
+//! * Else a second hypothesis is sought on top of the best; with a gain above 3 and noise as remainder the verdict is
+//!   `several-effects`, else `unexplained`.
+//! * Stated probabilities obey the tests: "nothing" is not less probable than the p-value of the alarm allows, and what a
+//!   hypothesis leaves that does not look like noise speaks for "something else", see [`most_against`].
 
 use super::base::{Stage, stage};
 use super::evidence::{EACH_REMAINDER, REMAINDER, degrees_of_freedom, goodness_of_fit, held_out, something_else};
 use super::fit::Fit;
 use super::mesh::{mesh_errors, modes};
 use super::next_measurement::next_measurements;
-use super::noise::whiteness;
+use super::noise::{DRAWS, whiteness};
 use super::refit::{Refit, Tried, refit};
 use super::scene::{Case, Scene};
 use super::screen::project;
@@ -32,6 +34,7 @@ const CHECKED: usize = 3;
 /// What the tests say of what remains.
 struct Remainder {
     passes: bool,
+    p_value: f64,
     text: String,
     second: Stage,
 }
@@ -43,11 +46,12 @@ pub(super) fn conclude(
 ) -> Result<Diagnosis, DiagnosisError> {
     let dof = degrees_of_freedom(&base.fit, &base.q);
     let other = something_else(&base.residual, dof);
-    let (p_none, p_other, probabilities) = probabilities(base, refits, other);
+    let (p_none, mut p_other, probabilities) = probabilities(base, refits, other);
     let mut order: Vec<usize> = (0..refits.len()).collect();
     order.sort_by(|&a, &b| probabilities[b].total_cmp(&probabilities[a]).then(a.cmp(&b)));
     let sorted: Vec<Refit> = order.iter().map(|&i| refits[i].clone()).collect();
-    let sorted_p: Vec<f64> = order.iter().map(|&i| probabilities[i]).collect();
+    let mut sorted_p: Vec<f64> = order.iter().map(|&i| probabilities[i]).collect();
+    let leads = sorted_p.first().is_some_and(|p| *p > 0.5);
     *refits = sorted;
     let best_bayes = refits.iter().map(|r| r.ln_bayes).fold(f64::NEG_INFINITY, f64::max);
     let tied: Vec<usize> =
@@ -69,12 +73,14 @@ pub(super) fn conclude(
     } else {
         let mut first: Option<Remainder> = None;
         let mut believed = None;
+        let mut failed: Vec<(usize, f64)> = Vec::new();
         for &i in tied.iter().take(CHECKED) {
             let found = remains(base, &refits[i], settings)?;
             if found.passes {
                 believed = Some(i);
                 break;
             }
+            failed.push((i, found.p_value));
             if first.is_none() {
                 chosen = i;
                 first = Some(found);
@@ -91,19 +97,25 @@ pub(super) fn conclude(
             (None, Some(found)) => {
                 let more = refit(&found.second, true)?;
                 let best = more.iter().max_by(|a, b| a.ln_bayes.total_cmp(&b.ln_bayes));
-                match best {
-                    Some(second)
-                        if second.ln_bayes > STRONG && found.second.p_value < settings.alarm_level && {
-                            let q = second.fit.basis()?;
-                            goodness_of_fit(&second.fit, &q) > EACH_REMAINDER
-                        } =>
-                    {
+                let is_clear = |r: &&Refit| r.ln_bayes > STRONG && found.second.p_value < settings.alarm_level;
+                match best.filter(is_clear) {
+                    // Two of some hundreds imitate much: what they leave has to pass the same tests as what one leaves.
+                    Some(second) if remains(&found.second, second, settings)?.passes => {
                         remainder =
                             format!("beside {}: {}", refits[chosen].id(&base.scene), second.id(&found.second.scene));
                         Verdict::SeveralEffects
                     }
                     _ => {
                         remainder = found.text;
+                        for (i, r) in refits.iter().enumerate() {
+                            let p = match failed.iter().find(|f| f.0 == i) {
+                                Some(f) => f.1,
+                                None => goodness_of_fit(&r.fit, &r.fit.basis()?),
+                            };
+                            let lost = sorted_p[i] * (1.0 - most_against(p));
+                            sorted_p[i] -= lost;
+                            p_other += lost;
+                        }
                         Verdict::Unexplained
                     }
                 }
@@ -113,17 +125,9 @@ pub(super) fn conclude(
     };
     if chosen > 0 {
         // The hypothesis that leaves noise stands first, also where another is a little more probable and does not.
-        let r = refits.remove(chosen);
-        refits.insert(0, r);
+        refits[..=chosen].rotate_right(1);
+        sorted_p[..=chosen].rotate_right(1);
     }
-    let sorted_p = {
-        let mut p = sorted_p;
-        if chosen > 0 {
-            let moved = p.remove(chosen);
-            p.insert(0, moved);
-        }
-        p
-    };
     let held_before: f64 = held_out(&base.fit, base.weight)?.iter().sum();
     let tied_ids = |i: usize| -> Vec<String> {
         let is_tied = |r: &Refit| r.ln_bayes > best_bayes - STRONG && r.ln_bayes > 0.0;
@@ -141,7 +145,7 @@ pub(super) fn conclude(
     };
     Ok(Diagnosis {
         verdict,
-        sentence: sentence(verdict, hypotheses.first(), base, &remainder),
+        sentence: sentence(verdict, hypotheses.first(), leads, base, &remainder),
         p_value: base.p_value,
         noise_factor: base.noise_factor(),
         misfit: base.fit.misfit,
@@ -193,8 +197,25 @@ fn probabilities(base: &Stage, refits: &[Refit], other: f64) -> (f64, f64, Vec<f
     ln.extend(refits.iter().map(|r| odds.of(r.name()) + r.ln_bayes));
     let top = ln.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let weights: Vec<f64> = ln.iter().map(|l| (l - top).exp()).collect();
-    let sum: f64 = weights.iter().sum();
-    (weights[0] / sum, weights[1] / sum, weights[2..].iter().map(|w| w / sum).collect())
+    let rest: f64 = weights[1..].iter().sum();
+    // A p-value without a draw beyond the observed one is only a bound of itself.
+    let least = if base.p_value > 1.0 / DRAWS as f64 { most_against(base.p_value) } else { 0.0 };
+    let none = weights[0].max(least * rest);
+    let sum = none + rest;
+    (none / sum, weights[1] / sum, weights[2..].iter().map(|w| w / sum).collect())
+}
+
+/// The smallest Bayes factor, for over against, that a p-value of a hypothesis can mean, whatever the alternative:
+///
+/// ```text
+/// B(p) = -e p ln p   for p < 1/e, else 1
+/// ```
+///
+/// # Source
+/// T. Sellke, M. J. Bayarri, J. O. Berger, Calibration of p values for testing precise null hypotheses, The American Statistician
+/// 55 (2001) 62-71.
+fn most_against(p: f64) -> f64 {
+    if p < 1.0 / std::f64::consts::E { -std::f64::consts::E * p * p.max(f64::MIN_POSITIVE).ln() } else { 1.0 }
 }
 
 /// Whether a hypothesis that leaves noise explains the test better than noise s2 times as large as stated does:
@@ -227,8 +248,11 @@ fn remains(base: &Stage, r: &Refit, settings: &Settings) -> Result<Remainder, Di
     let fits = goodness_of_fit(&second.fit, &second.q);
     let white = whiteness(&second.scene, &second.fit, &second.q, settings.seed.wrapping_add(2));
     let passes = is_noise(fits, white) && second.p_value > EACH_REMAINDER && second.fit.unpaired.is_empty();
+    // The smallest of three.
+    let p_value =
+        if second.fit.unpaired.is_empty() { (3.0 * fits.min(white).min(second.p_value)).min(1.0) } else { 0.0 };
     let text = if passes { String::new() } else { place_of(&second.scene, &second.fit, &second.q) };
-    Ok(Remainder { passes, text, second })
+    Ok(Remainder { passes, p_value, text, second })
 }
 
 /// The modes and sensors that carry the most of a projected residual.
@@ -257,7 +281,8 @@ fn place_of(scene: &Scene, fit: &Fit, q: &DMatrix<f64>) -> String {
     out
 }
 
-fn sentence(verdict: Verdict, best: Option<&HypothesisResult>, base: &Stage, remainder: &str) -> String {
+/// * `leads` - whether the best was more probable than all else before its remainder was tested
+fn sentence(verdict: Verdict, best: Option<&HypothesisResult>, leads: bool, base: &Stage, remainder: &str) -> String {
     let id = best.map_or("", |b| b.id.as_str());
     let ties = best.map_or(0, |b| b.tied_with.len());
     let tie = if ties > 0 {
@@ -273,7 +298,7 @@ fn sentence(verdict: Verdict, best: Option<&HypothesisResult>, base: &Stage, rem
         Verdict::MissingEffect => format!("{id} is missing, and what remains looks like noise{tie}"),
         Verdict::MeasurementFault => format!("{id}: the measurement, not the model{tie}"),
         Verdict::SeveralEffects => format!("{id} is missing and does not suffice; {remainder}"),
-        Verdict::Unexplained => match best.filter(|b| b.ln_bayes > STRONG && b.probability > 0.5) {
+        Verdict::Unexplained => match best.filter(|b| b.ln_bayes > STRONG && leads) {
             Some(b) => format!(
                 "{id} takes the misfit from {} to {} and what remains is in nothing of the catalogue; {remainder}",
                 number(b.misfit_before),

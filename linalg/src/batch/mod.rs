@@ -44,6 +44,8 @@ mod sturm;
 mod tests;
 mod tridiagonal;
 mod values;
+#[cfg(target_arch = "x86_64")]
+mod wide;
 
 pub use mirror::{Mirror, detect_mirror};
 pub use pencil::{AffineEntry, AffinePencil};
@@ -318,6 +320,8 @@ impl BatchModel {
         for (batch, candidates) in thetas.chunks(LANES).enumerate() {
             match &mut workspace.buffers {
                 #[cfg(target_arch = "x86_64")]
+                AnyBuffers::Wide(buffers) => load(candidates, &mut buffers.parameters),
+                #[cfg(target_arch = "x86_64")]
                 AnyBuffers::Fused(buffers) => load(candidates, &mut buffers.parameters),
                 AnyBuffers::Plain(buffers) => load(candidates, &mut buffers.parameters),
             }
@@ -325,6 +329,8 @@ impl BatchModel {
             let first = batch * LANES;
             let modes = &mut workspace.modes;
             match &workspace.buffers {
+                #[cfg(target_arch = "x86_64")]
+                AnyBuffers::Wide(buffers) => self.unload(buffers, candidates, first, redo, modes),
                 #[cfg(target_arch = "x86_64")]
                 AnyBuffers::Fused(buffers) => self.unload(buffers, candidates, first, redo, modes),
                 AnyBuffers::Plain(buffers) => self.unload(buffers, candidates, first, redo, modes),

@@ -298,7 +298,7 @@ fn count_modes<L: Lane>(plan: &Plan, buffers: &mut Buffers<L>) {
 /// Whether all eigenvalues by QL (about m² steps of the recurrence) cost less than the wanted ones by secants (about 10 m
 /// steps each, and much beside). It depends on the model alone: candidates must not learn who their companions are.
 fn prefers_all(plan: &Plan, m: usize) -> bool {
-    m <= 4 * plan.n_modes.div_ceil(plan.blocks.len())
+    m <= 3 * plan.n_modes.div_ceil(plan.blocks.len())
 }
 
 /// The counted eigenpairs of one block, observed at the sensors; gives the lanes that pass the residual test.

@@ -50,14 +50,15 @@ pub(super) fn largest_eigenvalues<L: Lane>(t: Tridiagonal<'_, L>, d: &mut [L], e
                     e2[i + 1] = L::select(open, s * r, e2[i + 1]);
                 }
                 let before = c;
-                let inverse = one / r;
+                // Two divisions that do not wait for each other: 1/r, and 1/c = r/p.
+                let (inverse, over_c) = (one / r, r / p);
                 c = p * inverse;
                 s = b * inverse;
                 let old = gamma;
                 let alpha = d[i];
                 gamma = c * (alpha - sigma) - s * old;
                 d[i + 1] = L::select(open, old + (alpha - gamma), d[i + 1]);
-                p = L::select(zero.lt(c), gamma * gamma / c, before * b);
+                p = L::select(zero.lt(c), gamma * gamma * over_c, before * b);
             }
             e2[corner] = L::select(open, s * p, e2[corner]);
             d[corner] = L::select(open, sigma + gamma, d[corner]);

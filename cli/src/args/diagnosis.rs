@@ -1,0 +1,142 @@
+//! What is missing: diagnosing, adding, learning, and how good that is.
+
+use clap::{Args, ValueEnum};
+use std::path::PathBuf;
+
+/// What is missing? Physical effects and measurement faults with probabilities, estimates and ties.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  retune diagnose models/bff.yaml models/bff_gvt.yaml
+  retune diagnose models/bff.yaml models/bff_gvt.yaml --report diagnosis.html
+  retune diagnose models/bff.yaml models/bff_gvt.yaml models/bff_bench.yaml")]
+pub(crate) struct Diagnose {
+    /// Model file.
+    pub(crate) model: PathBuf,
+    /// Test files; each is compared with the model in the configuration that it names, all with the same parameters.
+    #[arg(required = true, num_args = 1.., value_name = "TEST")]
+    pub(crate) tests: Vec<PathBuf>,
+    /// Seed of all random numbers.
+    #[arg(long, default_value_t = 0)]
+    pub(crate) seed: u64,
+    /// Trust the measurement: try effects only.
+    #[arg(long)]
+    pub(crate) no_faults: bool,
+    /// Write a page with pictures: the hypotheses on the structure, beside the comparison.
+    #[arg(long, value_name = "PAGE")]
+    pub(crate) report: Option<PathBuf>,
+    /// Overwrite an existing page.
+    #[arg(long)]
+    pub(crate) force: bool,
+    /// Print JSON instead of text.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// Put an effect into a model file: the smallest edit, at its neutral value, recorded in `history`.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  retune add models/bff.yaml point-mass@n8 --dry-run")]
+pub(crate) struct Add {
+    /// Model file.
+    pub(crate) model: PathBuf,
+    /// Effect and place: mass-offset@left_wing.y; in one configuration only: root-flexibility@bench/left_wing.1:n5.ry
+    pub(crate) effect: String,
+    /// Why; kept in the file.
+    #[arg(long, default_value = "")]
+    pub(crate) because: String,
+    /// Where to write; the model file itself when absent.
+    #[arg(short, long)]
+    pub(crate) output: Option<PathBuf>,
+    /// Print the edits and change nothing.
+    #[arg(long)]
+    pub(crate) dry_run: bool,
+}
+
+/// Take the last addition out of a model file.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  retune undo wing.yaml")]
+pub(crate) struct Undo {
+    /// Model file.
+    pub(crate) model: PathBuf,
+    /// Where to write; the model file itself when absent.
+    #[arg(short, long)]
+    pub(crate) output: Option<PathBuf>,
+}
+
+/// Diagnose, add, refit, until nothing more is justified.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example:\n  retune learn models/bff.yaml models/bff_gvt.yaml -o learned.yaml --report learned.html"
+)]
+pub(crate) struct Learn {
+    /// Model file.
+    pub(crate) model: PathBuf,
+    /// Test files; each is compared with the model in the configuration that it names, all with the same parameters.
+    #[arg(required = true, num_args = 1.., value_name = "TEST")]
+    pub(crate) tests: Vec<PathBuf>,
+    /// Where to write the model of every step: learned.yaml becomes learned.0.yaml, learned.1.yaml ...
+    #[arg(short, long)]
+    pub(crate) output: Option<PathBuf>,
+    /// Take the most probable of tied effects instead of stopping.
+    #[arg(long)]
+    pub(crate) take_best: bool,
+    /// Largest number of effects.
+    #[arg(long, default_value_t = 5)]
+    pub(crate) limit: u8,
+    /// Write a page with pictures: the error falling step by step, every diagnosis, the last model.
+    #[arg(long, value_name = "PAGE")]
+    pub(crate) report: Option<PathBuf>,
+    /// Seed of all random numbers.
+    #[arg(long, default_value_t = 0)]
+    pub(crate) seed: u64,
+    /// Overwrite existing files.
+    #[arg(long)]
+    pub(crate) force: bool,
+    /// Print JSON instead of text.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// How good is a diagnosis? Synthetic twins with a known answer, and the score.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  retune benchmark diagnosis --structure cantilever")]
+pub(crate) struct Benchmark {
+    /// What to measure.
+    pub(crate) what: BenchmarkWhat,
+    /// Only these structures.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) structure: Vec<String>,
+    /// Twins with nothing missing, on each structure.
+    #[arg(long, default_value_t = 20)]
+    pub(crate) null: usize,
+    /// Places and sizes of every effect, on each structure.
+    #[arg(long, default_value_t = 2)]
+    pub(crate) effects: usize,
+    /// Sensors with every fault, on each structure.
+    #[arg(long, default_value_t = 2)]
+    pub(crate) faults: usize,
+    /// Twins with every change outside the catalogue, on each structure.
+    #[arg(long, default_value_t = 3)]
+    pub(crate) outside: usize,
+    /// The noise that is there, over the one that the test states.
+    #[arg(long, default_value_t = 1.0)]
+    pub(crate) noise_factor: f64,
+    /// Seed of all random numbers.
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Print every case.
+    #[arg(long)]
+    pub(crate) cases: bool,
+    /// Only cases with this in the name of what is hidden, with all their hypotheses.
+    #[arg(long, value_name = "TEXT")]
+    pub(crate) case: Option<String>,
+    /// Print JSON instead of text.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// What is measured.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub(crate) enum BenchmarkWhat {
+    /// `retune diagnose` on twins with a hidden effect, a fault, or nothing.
+    Diagnosis,
+}

@@ -1,0 +1,259 @@
+//! Measurement files: identifying modes, checking, mapping and imitating tests.
+
+use clap::{Args, ValueEnum};
+use std::path::PathBuf;
+
+/// What a frequency response function is: response over force.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum MeasuredQuantity {
+    /// Displacement over force.
+    Receptance,
+    /// Velocity over force.
+    Mobility,
+    /// Acceleration over force.
+    Accelerance,
+}
+
+/// Which of several functions of one pair of points counts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Repeated {
+    /// The first.
+    First,
+    /// The last.
+    Last,
+}
+
+/// Answers to what measurement files may leave open; nothing is guessed.
+#[derive(Debug, Args)]
+pub(crate) struct Measurement {
+    /// Units of the files: SI, mm-N-s, in-lbf-s, m-N-g, ..., or `labels` to believe the labels of the axes.
+    #[arg(long, value_name = "SYSTEM")]
+    pub(crate) units: Option<String>,
+    /// What the functions are, where they do not say it.
+    #[arg(long, value_enum)]
+    pub(crate) quantity: Option<MeasuredQuantity>,
+    /// Unit of the functions of a table without a row of units, such as `m/s2/N`.
+    #[arg(long)]
+    pub(crate) unit: Option<String>,
+    /// Which of several functions of one pair of points counts.
+    #[arg(long, value_enum)]
+    pub(crate) duplicates: Option<Repeated>,
+    /// Direction of channels that do not know theirs: `+x` ... `-z`.
+    #[arg(long, allow_hyphen_values = true, value_name = "AXIS")]
+    pub(crate) direction: Option<String>,
+    /// Positions of the points, where the files themselves have none: a universal file, an OpenModal folder, or a table `point,x,y,z`.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) geometry: Option<PathBuf>,
+    /// Units of the geometry, where they are not those of the functions.
+    #[arg(long, value_name = "SYSTEM")]
+    pub(crate) geometry_units: Option<String>,
+    /// Where the axes of the geometry lie in the model: `{origin: [1 m, 0 m, 0 m], x: -y, z: +z}`, two axes of the three.
+    #[arg(long, value_name = "FRAME")]
+    pub(crate) frame: Option<String>,
+}
+
+/// How modes are identified.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Method {
+    /// Poles by pLSCF over many model orders, then a maximum-likelihood fit.
+    Plscf,
+    /// Shapes from imaginary parts at the frequencies of pLSCF, corrected for neighbouring modes; first reference.
+    Quadrature,
+    /// Circle fits about the poles of pLSCF; first reference.
+    Circle,
+}
+
+/// Identify modes from frequency response functions: frequencies, damping, shapes, each with its standard deviation.
+///
+/// Reads universal files, tables (column frequency_hz), OpenModal folders, NumPy arrays, MATLAB files; of a spectrum without
+/// force it gives the peaks, and modes that the files themselves hold are taken over. Checks the test itself on the way; exit
+/// code 1 when that finds a fault.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  retune identify run1.unv run2.unv -o test.yaml
+  retune identify frfs.csv --geometry points.unv --band 3 35 --model models/bff.yaml -o test.yaml
+  retune identify openmodal_export/ --units SI --geometry-units in-lbf-s
+  retune identify shapes.csv --direction +z -o test.yaml")]
+pub(crate) struct Identify {
+    /// Measurement files.
+    #[arg(required = true)]
+    pub(crate) files: Vec<PathBuf>,
+    /// Where to write the test file.
+    #[arg(short, long, value_name = "TEST")]
+    pub(crate) output: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) measurement: Measurement,
+    /// Limits of the band, Hz.
+    #[arg(long, num_args = 2, value_names = ["LOW", "HIGH"])]
+    pub(crate) band: Option<Vec<f64>>,
+    /// How.
+    #[arg(long, value_enum, default_value_t = Method::Plscf)]
+    pub(crate) method: Method,
+    /// Peaks of a spectrum without force: least height over the valleys beside them, dB.
+    #[arg(long, default_value_t = 10.0, value_name = "DB")]
+    pub(crate) peak_height: f64,
+    /// Poles of the highest model order of each octave.
+    #[arg(long, default_value_t = 40, value_parser = clap::value_parser!(u16).range(2..=400))]
+    pub(crate) order: u16,
+    /// How many of the lowest modes are rigid-body modes on the suspension: checked as such, not written.
+    #[arg(long, default_value_t = 0, value_name = "N")]
+    pub(crate) suspension: u16,
+    /// Model in which the sensors get their places, by `retune map`.
+    #[arg(long)]
+    pub(crate) model: Option<PathBuf>,
+    /// Configuration of the model that was tested, for the test file.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) configuration: Option<String>,
+    /// Name of the test; that of the first file when absent.
+    #[arg(long)]
+    pub(crate) name: Option<String>,
+    /// Leave out the check of the test.
+    #[arg(long)]
+    pub(crate) no_health: bool,
+    /// Overwrite an existing output file.
+    #[arg(long)]
+    pub(crate) force: bool,
+    /// Print JSON instead of text.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// Can the test be trusted? Dead and noisy channels, signs, swaps, gains, axes, driving points, double modes.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  retune health run1.unv --geometry points.unv
+  retune health test.yaml
+  retune health shapes.csv --direction +z
+  retune health monday.unv --against friday.unv
+
+Exit code 1 when the data contradict themselves.")]
+pub(crate) struct Health {
+    /// Measurement files, or one test file.
+    #[arg(required = true)]
+    pub(crate) files: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(crate) measurement: Measurement,
+    /// Another run with the same sensors: did frequencies shift?
+    #[arg(long, num_args = 1.., value_name = "FILES")]
+    pub(crate) against: Vec<PathBuf>,
+    /// Limits of the band, Hz.
+    #[arg(long, num_args = 2, value_names = ["LOW", "HIGH"])]
+    pub(crate) band: Option<Vec<f64>>,
+    /// How many of the lowest modes are rigid-body modes on the suspension.
+    #[arg(long, default_value_t = 0, value_name = "N")]
+    pub(crate) suspension: u16,
+    /// Print JSON instead of text.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// Find places in a model for the points of a test: nodes, else elements, with rigid arms; and what is left over.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  retune map models/bff.yaml geometry.unv --units in-lbf-s
+  retune map models/bff.yaml test.yaml --tolerance '5 mm' -o placed.yaml
+
+Exit code 1 when a point has no place.")]
+pub(crate) struct Map {
+    /// Model file.
+    pub(crate) model: PathBuf,
+    /// Test file whose sensors have positions, or a file with geometry.
+    pub(crate) test: PathBuf,
+    /// A point this near to a node sits on it.
+    #[arg(long, default_value = "5 mm", allow_hyphen_values = true)]
+    pub(crate) tolerance: String,
+    /// Longest rigid arm; a tenth of the diagonal of the model when absent.
+    #[arg(long)]
+    pub(crate) reach: Option<String>,
+    /// Where to write the test with its sensors in place.
+    #[arg(short, long, value_name = "TEST")]
+    pub(crate) output: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) measurement: Measurement,
+    /// Configuration of the model: a name under its `configurations`; that which the test names when absent.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) configuration: Option<String>,
+    /// Overwrite an existing output file.
+    #[arg(long)]
+    pub(crate) force: bool,
+    /// Print JSON instead of text.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// Make synthetic test data from a model: modes and functions at sensors, with noise, sensor faults and hidden changes.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  retune twin models/bff_truth.yaml -o twin.yaml --sensors models/bff_gvt.yaml --noise-frequency '0.3 %' --noise-shape '2 %'
+  retune twin models/bff_truth.yaml --frf twin.unv --sensors models/bff_gvt.yaml --exciter p12 --band 3 35 --noise-response '1 %'
+  retune twin models/bff.yaml -o twin.yaml --set m8_13=70g --patch hidden.yaml --fault sign:p11 --fault swap:p3,p4")]
+pub(crate) struct Twin {
+    /// Model file.
+    pub(crate) model: PathBuf,
+    /// Where to write a test file with modes.
+    #[arg(short, long, value_name = "TEST")]
+    pub(crate) output: Option<PathBuf>,
+    /// Where to write functions: a universal file, or a table when the name ends with .csv.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) frf: Option<PathBuf>,
+    /// Test file with the sensors; a sensor on every node when absent.
+    #[arg(long, value_name = "TEST")]
+    pub(crate) sensors: Option<PathBuf>,
+    /// Most modes.
+    #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u16).range(1..=2000))]
+    pub(crate) modes: u16,
+    /// Band of modes and functions, Hz.
+    #[arg(long, num_args = 2, value_names = ["LOW", "HIGH"])]
+    pub(crate) band: Option<Vec<f64>>,
+    /// Frequency lines of the functions.
+    #[arg(long, default_value_t = 1025, value_parser = clap::value_parser!(u16).range(2..))]
+    pub(crate) lines: u16,
+    /// Sensors at which the force acts, one after the other; the first sensor when absent.
+    #[arg(long, num_args = 1.., value_name = "SENSOR")]
+    pub(crate) exciter: Vec<String>,
+    /// What the functions are; accelerance when absent.
+    #[arg(long, value_enum)]
+    pub(crate) quantity: Option<MeasuredQuantity>,
+    /// Standard deviation of frequencies.
+    #[arg(long, default_value = "0 %")]
+    pub(crate) noise_frequency: String,
+    /// Standard deviation of damping ratios.
+    #[arg(long, default_value = "0 %")]
+    pub(crate) noise_damping: String,
+    /// Standard deviation of shape entries, of the largest entry.
+    #[arg(long, default_value = "0 %")]
+    pub(crate) noise_shape: String,
+    /// Noise of the force, of the force.
+    #[arg(long, default_value = "0 %")]
+    pub(crate) noise_force: String,
+    /// Noise of each response, of its root mean square.
+    #[arg(long, default_value = "0 %")]
+    pub(crate) noise_response: String,
+    /// Averages of the functions.
+    #[arg(long, default_value_t = 16, value_parser = clap::value_parser!(u16).range(1..=10000))]
+    pub(crate) averages: u16,
+    /// Damping ratio of every mode.
+    #[arg(long, default_value = "1 %")]
+    pub(crate) damping: String,
+    /// A parameter of the model: `m8_13=70g`.
+    #[arg(long, value_name = "PARAMETER=VALUE")]
+    pub(crate) set: Vec<String>,
+    /// A partial model file laid over the model: what the test has and the model lacks.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) patch: Option<PathBuf>,
+    /// A fault: sign:SENSOR, gain:SENSOR,FACTOR, swap:SENSOR,SENSOR, dead:SENSOR, axis:SENSOR,+x.
+    #[arg(long, value_name = "FAULT")]
+    pub(crate) fault: Vec<String>,
+    /// Seed of all random numbers.
+    #[arg(long, default_value_t = 0)]
+    pub(crate) seed: u64,
+    /// Configuration of the model: a name under its `configurations`.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) configuration: Option<String>,
+    /// Overwrite existing output files.
+    #[arg(long)]
+    pub(crate) force: bool,
+    /// Print JSON instead of text.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
