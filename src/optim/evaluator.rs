@@ -51,7 +51,7 @@ impl Evaluator for Threads {
             objective.costs(points, out);
             return Ok(());
         }
-        points.par_chunks(CHUNK).zip(out.par_chunks_mut(CHUNK)).for_each(|(points, out)| {
+        points.par_chunks(CHUNK).zip(out.par_chunks_mut(CHUNK)).with_max_len(1).for_each(|(points, out)| {
             if !cancel.load(Ordering::Relaxed) {
                 objective.costs(points, out);
             }
