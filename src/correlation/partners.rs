@@ -88,7 +88,7 @@ impl PartnerSearch {
                 let near = window == f64::INFINITY || low.is_nan() || high <= (1.0 + window) * low;
                 let allowed =
                     value > 0.0 && value >= self.options.min_mac && near && self.is_same_family(families[i], j);
-                let closeness = if low > 0.0 { low / high } else { 0.0 };
+                let closeness = if allowed && low > 0.0 { low / high } else { 0.0 };
                 let cost = if allowed { -value - TIE_BREAK * closeness } else { 0.0 };
                 if cost < least {
                     (cheapest, least) = (i, cost);

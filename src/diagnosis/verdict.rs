@@ -34,9 +34,18 @@ const CHECKED: usize = 3;
 /// What the tests say of what remains.
 struct Remainder {
     passes: bool,
+    /// Whether all modes have partners and the misfit is below the median of what noise gives.
+    is_small: bool,
     p_value: f64,
     text: String,
     second: Stage,
+}
+
+impl Remainder {
+    /// What is smaller than the stated noise needs no explanation, though a third effect may still be seen in it.
+    fn needs_nothing_more(&self) -> bool {
+        self.passes || self.is_small
+    }
 }
 
 pub(super) fn conclude(
@@ -100,19 +109,20 @@ pub(super) fn conclude(
                 let is_clear = |r: &&Refit| r.ln_bayes > STRONG && found.second.p_value < settings.alarm_level;
                 match best.filter(is_clear) {
                     // Two of some hundreds imitate much: what they leave has to pass the same tests as what one leaves.
-                    Some(second) if remains(&found.second, second, settings)?.passes => {
+                    Some(second) if remains(&found.second, second, settings)?.needs_nothing_more() => {
                         remainder =
                             format!("beside {}: {}", refits[chosen].id(&base.scene), second.id(&found.second.scene));
                         Verdict::SeveralEffects
                     }
                     _ => {
                         remainder = found.text;
+                        // It may be there beside something else, or be its image: even odds.
                         for (i, r) in refits.iter().enumerate() {
                             let p = match failed.iter().find(|f| f.0 == i) {
                                 Some(f) => f.1,
                                 None => goodness_of_fit(&r.fit, &r.fit.basis()?),
                             };
-                            let lost = sorted_p[i] * (1.0 - most_against(p));
+                            let lost = 0.5 * sorted_p[i] * (1.0 - most_against(p));
                             sorted_p[i] -= lost;
                             p_other += lost;
                         }
@@ -252,7 +262,8 @@ fn remains(base: &Stage, r: &Refit, settings: &Settings) -> Result<Remainder, Di
     let p_value =
         if second.fit.unpaired.is_empty() { (3.0 * fits.min(white).min(second.p_value)).min(1.0) } else { 0.0 };
     let text = if passes { String::new() } else { place_of(&second.scene, &second.fit, &second.q) };
-    Ok(Remainder { passes, p_value, text, second })
+    let is_small = fits > 0.5 && second.fit.unpaired.is_empty();
+    Ok(Remainder { passes, is_small, p_value, text, second })
 }
 
 /// The modes and sensors that carry the most of a projected residual.
