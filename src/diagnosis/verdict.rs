@@ -375,3 +375,17 @@ fn warnings(base: &Stage) -> Vec<String> {
     }
     out
 }
+
+#[cfg(test)]
+mod tests {
+    use super::most_against;
+
+    /// Table 1 of Sellke, Bayarri and Berger (2001).
+    #[test]
+    fn p_values_speak_as_published() {
+        for (p, bayes) in [(0.1, 0.625), (0.05, 0.407), (0.01, 0.125), (0.005, 0.072), (0.001, 0.0188)] {
+            assert!((most_against(p) / bayes - 1.0).abs() < 5e-3, "{p}: {}", most_against(p));
+        }
+        assert_eq!((most_against(0.0), most_against(0.5), most_against(1.0)), (0.0, 1.0, 1.0));
+    }
+}
