@@ -121,8 +121,7 @@ struct TestShape {
     values: Vec<f64>,
     /// One where it was measured, zero elsewhere; nothing if it was measured everywhere.
     mask: Option<Vec<f64>>,
-    /// Squared norm of `values`.
-    square: f64,
+    norm: f64,
 }
 
 /// The memory of one thread.
@@ -137,7 +136,7 @@ struct Bench {
     search: PartnerSearch,
     partners: Vec<(usize, usize)>,
     families: Vec<u8>,
-    squares: Vec<f64>,
+    norms: Vec<f64>,
     rigid: SymMatrix,
 }
 
@@ -238,7 +237,7 @@ impl Compiled {
             search: PartnerSearch::new(&self.frequencies, &self.families, *comparison.pairing())?,
             partners: Vec::with_capacity(self.tests.len()),
             families: vec![0; n_modes],
-            squares: vec![0.0; n_modes],
+            norms: vec![0.0; n_modes],
             rigid: SymMatrix::zeros(6),
         })
     }
@@ -291,7 +290,7 @@ impl Compiled {
             if (1..hz.len()).any(|i| closeness.joins(hz[i - 1], hz[i], || own[i - 1] == own[i])) {
                 continue;
             }
-            self.correlate(&bench.families, &bench.search, p, &mut bench.squares);
+            self.correlate(&bench.families, &bench.search, p, &mut bench.norms);
             let mac = &p.mac;
             bench.search.find(&p.frequencies_hz, &bench.families, |i, j| mac[(i, j)], &mut bench.partners);
             p.pairs.pairs.clear();
@@ -329,22 +328,22 @@ impl Compiled {
     }
 
     /// MAC of the pairs that the families allow, zero for the others.
-    fn correlate(&self, families: &[u8], search: &PartnerSearch, p: &mut Prediction, squares: &mut [f64]) {
+    fn correlate(&self, families: &[u8], search: &PartnerSearch, p: &mut Prediction, norms: &mut [f64]) {
         let n_modes = families.len();
         for i in 0..n_modes {
             let shape = &p.at_sensors.as_slice()[i * self.n_sensors..(i + 1) * self.n_sensors];
-            squares[i] = dot(shape, shape);
+            norms[i] = dot(shape, shape).sqrt();
         }
         for (j, test) in self.tests.iter().enumerate() {
             for i in 0..n_modes {
                 let shape = &p.at_sensors.as_slice()[i * self.n_sensors..(i + 1) * self.n_sensors];
-                p.mac[(i, j)] = if test.square > 0.0 && search.is_same_family(families[i], j) {
-                    let square = match &test.mask {
-                        None => squares[i],
-                        Some(mask) => shape.iter().zip(mask).map(|(v, m)| v * v * m).sum::<f64>(),
+                p.mac[(i, j)] = if test.norm > 0.0 && search.is_same_family(families[i], j) {
+                    let norm = match &test.mask {
+                        None => norms[i],
+                        Some(mask) => shape.iter().zip(mask).map(|(v, m)| v * v * m).sum::<f64>().sqrt(),
                     };
-                    let product = dot(shape, &test.values);
-                    if square > 0.0 { (product * product / (square * test.square)).min(1.0) } else { 0.0 }
+                    let cosine = dot(shape, &test.values) / norm / test.norm;
+                    if norm > 0.0 { (cosine * cosine).min(1.0) } else { 0.0 }
                 } else {
                     0.0
                 };
@@ -358,23 +357,22 @@ impl TestShape {
         let values: Vec<f64> = shape.iter().map(|v| if v.is_nan() { 0.0 } else { *v }).collect();
         let complete = shape.iter().all(|v| !v.is_nan());
         let mask = (!complete).then(|| shape.iter().map(|v| f64::from(u8::from(!v.is_nan()))).collect());
-        let square = dot(&values, &values);
-        Self { values, mask, square }
+        let norm = dot(&values, &values).sqrt();
+        Self { values, mask, norm }
     }
 }
 
-/// Sum of products, eight at a time.
+/// Sum of products, four at a time.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let mut sums = [0.0; 8];
-    let (a8, b8) = (a.chunks_exact(8), b.chunks_exact(8));
-    let rest: f64 = a8.remainder().iter().zip(b8.remainder()).map(|(x, y)| x * y).sum();
-    for (x, y) in a8.zip(b8) {
-        for l in 0..8 {
+    let mut sums = [0.0; 4];
+    let (a4, b4) = (a.chunks_exact(4), b.chunks_exact(4));
+    let rest: f64 = a4.remainder().iter().zip(b4.remainder()).map(|(x, y)| x * y).sum();
+    for (x, y) in a4.zip(b4) {
+        for l in 0..4 {
             sums[l] += x[l] * y[l];
         }
     }
-    let [a, b, c, d, e, f, g, h] = sums;
-    ((a + e) + (c + g)) + ((b + f) + (d + h)) + rest
+    (sums[0] + sums[2]) + (sums[1] + sums[3]) + rest
 }
 
 /// K and M as functions of the free parameters; `None` if they are not affine.

@@ -348,23 +348,22 @@ impl BatchModel {
         redo: bool,
         modes: &mut BatchModes,
     ) {
-        // Lanes side by side: the eight numbers of a row of a mode stand together.
-        for j in 0..self.plan.n_modes {
-            for lane in (0..candidates.len()).filter(|&lane| buffers.lapses[lane].is_none()) {
-                let (lambda, block, column) = buffers.chosen[lane][j];
-                let (value, shape) = modes.slot(first + lane, j);
-                *value = lambda;
-                // Without sensors nothing is observed.
-                let observed = buffers.blocks[block].observed.get(column..).unwrap_or_default();
-                for (x, lanes) in shape.iter_mut().zip(observed.iter().step_by(self.plan.width())) {
-                    *x = lanes.array()[lane];
-                }
-                modes.set_parity(first + lane, j, self.plan.blocks[block].parity);
-            }
-        }
         for (lane, theta) in candidates.iter().enumerate() {
             match buffers.lapses[lane] {
-                None => {}
+                None => {
+                    let chosen = buffers.chosen[lane][..self.plan.n_modes].iter();
+                    let width = self.plan.width();
+                    for (j, &(lambda, block, column)) in chosen.enumerate() {
+                        let (value, shape) = modes.slot(first + lane, j);
+                        *value = lambda;
+                        // Without sensors nothing is observed.
+                        let observed = buffers.blocks[block].observed.get(column..).unwrap_or_default();
+                        for (x, lanes) in shape.iter_mut().zip(observed.iter().step_by(width)) {
+                            *x = lanes.array()[lane];
+                        }
+                        modes.set_parity(first + lane, j, self.plan.blocks[block].parity);
+                    }
+                }
                 Some(lapse) if redo => self.solve_alone(theta, lapse.into(), first + lane, modes),
                 Some(lapse) => modes.blank(first + lane, Outcome::Left(lapse.into())),
             }
