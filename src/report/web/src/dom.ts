@@ -57,8 +57,12 @@ export function table(caption: string, columns: Column[], rows: Child[][], optio
       h("thead", {}, h("tr", {}, columns.map((c) =>
         h("th", { scope: "col", class: c.numeric ? "right" : null, title: c.title ?? null }, c.head)))),
       h("tbody", {}, rows.map((row) => h("tr", {}, row.map((cell, i) =>
-        h("td", { class: columns[i]?.numeric ? "right" : null }, cell)))))));
+        h("td", { class: columns[i]?.numeric ? "right" : null, "data-head": headOf(columns[i]) }, cell)))))));
 }
+
+/** What stands before a cell where a narrow screen has no room for a row of heads. */
+const headOf = (column: Column | undefined): string | null =>
+  column?.numeric && typeof column.head === "string" ? column.head : null;
 
 /** A titled card. */
 export function card(title: string, note: Child, ...children: Child[]): HTMLElement {
