@@ -157,6 +157,20 @@ fn a_history_of_learning_becomes_a_page_from_the_verb_the_json_and_the_versions(
     assert!(err(&o).contains("is no output of `retune learn --json`"), "{}", err(&o));
 }
 
+/// Also of a step that comes late: nothing is written then.
+#[test]
+fn learn_checks_every_output_before_the_work() {
+    let f = Folder::new("outputs");
+    let o = f.run("learn bff_updated.yaml bff_gvt.yaml -o none/l.yaml", 80);
+    assert_eq!(o.status.code(), Some(2));
+    assert!(err(&o).contains("cannot write none/l.0.yaml"), "{}", err(&o));
+    fs::write(f.0.join("l.3.yaml"), "mine").unwrap();
+    let o = f.run("learn bff_updated.yaml bff_gvt.yaml -o l.yaml", 80);
+    assert_eq!(o.status.code(), Some(2));
+    assert!(err(&o).contains("l.3.yaml exists; give --force"), "{}", err(&o));
+    assert_eq!((f.read("l.3.yaml").as_str(), f.0.join("l.0.yaml").exists()), ("mine", false));
+}
+
 #[test]
 fn functions_of_a_twin_stand_beside_those_of_the_model() {
     let f = Folder::new("frf");

@@ -18,6 +18,10 @@ use std::path::PathBuf;
 pub(crate) fn run(args: &Learn) -> Result<u8, Failure> {
     let outputs = Outputs { page: args.report.as_ref(), force: args.force, ..Outputs::default() };
     outputs.check()?;
+    let step_file = |stem: &PathBuf, step: usize| stem.with_extension(format!("{step}.yaml"));
+    if let Some(stem) = &args.output {
+        (0..=usize::from(args.limit)).try_for_each(|step| files::check_output(&step_file(stem, step), args.force))?;
+    }
     let all = files::tested(&args.model, &args.tests, None)?;
     let (model, _, model_text) = files::model(&args.model, None)?;
     let tests: Vec<&TestData> = all.iter().map(|t| &t.test).collect();
@@ -31,8 +35,7 @@ pub(crate) fn run(args: &Learn) -> Result<u8, Failure> {
         let mut present: Vec<Candidate> = Vec::new();
         for (i, step) in learned.steps.iter().enumerate() {
             present.retain(|c| !step.dropped.contains(&c.id()));
-            let path = stem.with_extension(format!("{i}.yaml"));
-            files::check_output(&path, args.force)?;
+            let path = step_file(stem, i);
             files::write(&path, &step_text(&model_text, &present, step)?)?;
             written.push(path);
             present.extend(step.added.clone());
