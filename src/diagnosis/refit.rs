@@ -68,9 +68,14 @@ impl Refit {
         }
     }
 
+    /// The probability that noise alone gives as much as it leaves.
+    pub(super) fn p_value(&self) -> Result<f64, DiagnosisError> {
+        Ok(goodness_of_fit(&self.fit, &self.fit.basis()?))
+    }
+
     /// Whether noise alone gives as much as it leaves.
     pub(super) fn leaves_noise(&self) -> Result<bool, DiagnosisError> {
-        Ok(goodness_of_fit(&self.fit, &self.fit.basis()?) > REMAINDER)
+        Ok(self.p_value()? > REMAINDER)
     }
 
     pub(super) fn name(&self) -> &'static str {

@@ -120,7 +120,7 @@ pub(super) fn conclude(
                         for (i, r) in refits.iter().enumerate() {
                             let p = match failed.iter().find(|f| f.0 == i) {
                                 Some(f) => f.1,
-                                None => goodness_of_fit(&r.fit, &r.fit.basis()?),
+                                None => r.p_value()?,
                             };
                             let lost = 0.5 * sorted_p[i] * (1.0 - most_against(p));
                             sorted_p[i] -= lost;

@@ -13,12 +13,12 @@ use retune::effect::{Candidate, set_parameter_values};
 use retune::model::{Model, ParametricModel};
 use retune::report::{LearningStep, diagnosis, learning_steps, misfit_before_any_fit, of_learning, text};
 use serde_json::json;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 pub(crate) fn run(args: &Learn) -> Result<u8, Failure> {
     let outputs = Outputs { page: args.report.as_ref(), force: args.force, ..Outputs::default() };
     outputs.check()?;
-    let step_file = |stem: &PathBuf, step: usize| stem.with_extension(format!("{step}.yaml"));
+    let step_file = |stem: &Path, step: usize| stem.with_extension(format!("{step}.yaml"));
     if let Some(stem) = &args.output {
         (0..=usize::from(args.limit)).try_for_each(|step| files::check_output(&step_file(stem, step), args.force))?;
     }

@@ -145,8 +145,8 @@ impl Counter {
 
 /// Eight f64; `FUSED` says whether a b + c is rounded once (machines with fused multiply-add) or twice.
 ///
-/// Written as plain loops over arrays: inside a function compiled for AVX2 or AVX-512 the compiler turns each into one
-/// or two vector instructions.
+/// Written as plain loops over arrays: inside a function compiled for AVX2 the compiler turns each into two vector
+/// instructions.
 #[derive(Debug, Clone, Copy)]
 #[repr(C, align(64))]
 pub(super) struct F64x8<const FUSED: bool>([f64; LANES]);

@@ -1,7 +1,7 @@
 //! Eight f64 in one register of a processor with AVX-512.
 //!
-//! The operations of [`F64x8<true>`](super::lane::F64x8) with the same rounding, so that results have the same bits. The compiler
-//! makes half as fast code of arrays, even where it may use these instructions (measured in docs/performance.md).
+//! The operations of [`F64x8<true>`](super::lane::F64x8) with the same rounding, so that results have the same bits. Of arrays the
+//! compiler makes no faster code than for AVX2, even where it may use these instructions (docs/performance.md).
 
 #![allow(unsafe_code)]
 

@@ -102,13 +102,13 @@ pub(super) fn plan(s: &Structure) -> Canvas {
 }
 
 /// Left, top, right, bottom.
-type Box = [f64; 4];
+type Area = [f64; 4];
 
-fn around([x, y]: [f64; 2], r: f64) -> Box {
+fn around([x, y]: [f64; 2], r: f64) -> Area {
     [x - r, y - r, x + r, y + r]
 }
 
-fn overlap(a: &Box, b: &Box) -> f64 {
+fn overlap(a: &Area, b: &Area) -> f64 {
     let side = |k: usize| (a[k + 2].min(b[k + 2]) - a[k].max(b[k])).max(0.0);
     side(0) * side(1)
 }
@@ -116,7 +116,7 @@ fn overlap(a: &Box, b: &Box) -> f64 {
 /// Where each name goes, by the left end of its base line: at the first of eight places around its node where it covers least.
 ///
 /// * `taken` - marks that should not be covered
-fn names(nodes: &[([f64; 2], String)], mut taken: Vec<Box>) -> Vec<([f64; 2], &str)> {
+fn names(nodes: &[([f64; 2], String)], mut taken: Vec<Area>) -> Vec<([f64; 2], &str)> {
     nodes
         .iter()
         .map(|([x, y], text)| {
@@ -134,17 +134,12 @@ fn names(nodes: &[([f64; 2], String)], mut taken: Vec<Box>) -> Vec<([f64; 2], &s
                 [right + 12.0, level],
                 [left - 12.0, level],
             ];
-            let covered = |[x, base]: &[f64; 2]| {
-                let own = [*x, base - high, x + wide, *base];
-                (taken.iter().map(|t| overlap(&own, t)).sum::<f64>(), own)
-            };
-            let at = places
-                .iter()
-                .map(|p| (*p, covered(p)))
-                .reduce(|best, next| if next.1.0 < best.1.0 { next } else { best });
-            let (place, (_, own)) = at.unwrap_or(([right, above], (0.0, around([*x, *y], 0.0))));
-            taken.push(own);
-            (place, text.as_str())
+            let area = |[x, base]: [f64; 2]| [x, base - high, x + wide, base];
+            let covered = |at| taken.iter().map(|t| overlap(&area(at), t)).sum::<f64>();
+            let by_cover = places.into_iter().map(|at| (covered(at), at)).min_by(|a, b| a.0.total_cmp(&b.0));
+            let at = by_cover.map_or([right, above], |c| c.1);
+            taken.push(area(at));
+            (at, text.as_str())
         })
         .collect()
 }
