@@ -174,6 +174,61 @@ fn an_update_of_a_large_model_finds_the_truth() {
     assert!(error.contains("static tests need dense matrices of at most 6000 dofs, and the model has 7406"), "{error}");
 }
 
+/// A search on a reduced model, refined on the full one, ends where the full one has its optimum, and evaluates it only a
+/// few times; a posterior of the reduced model is that of the full one.
+#[test]
+fn a_search_on_a_reduced_model_ends_where_the_full_one_does() {
+    let model = grillage(20);
+    let n_dof = model.dof_map().n_dof();
+    assert!(n_dof > 1_800);
+    let mut truth = starting_point(&model);
+    truth.iter_mut().zip([1.12, 0.93]).for_each(|(t, f)| *t *= f);
+    let mass = model.mass_properties(&truth).unwrap().unwrap().mass;
+    let weighed = |n_modes: usize| {
+        let more = format!("mass_properties:\n  mass: {{value: {mass:?} kg, sd: 1 %, source: made}}\n");
+        test_of(&model, &truth, n_modes, &more)
+    };
+    let test = weighed(4);
+    let optimizer = retune::optim::OptimizerSpec::by_name("differential-evolution");
+    let settings = Settings { optimizer, reduced: Some(1e-5), seed: 3, ..Settings::default() };
+    let found = update(&model, &test, &settings, Controls::default()).unwrap();
+    for (value, exact) in found.after.theta.iter().zip(&truth) {
+        assert!((value / exact - 1.0).abs() < 1e-5, "{value} against {exact}");
+    }
+    let reduced = found.reduced.unwrap();
+    assert!(reduced.dofs == [(n_dof, reduced.dofs[0].1)] && reduced.dofs[0].1 <= 110 && reduced.accuracy <= 1e-5);
+    assert!(reduced.evaluations > 500, "{reduced:?}");
+    let on_full = found.optimum.evaluations + found.optimum.linearizations;
+    assert!(on_full < 20, "{on_full}");
+    assert!((reduced.costs[0] - reduced.costs[1]).abs() < 1e-2, "{reduced:?}");
+    assert!(found.optimum.cost <= reduced.costs[1]);
+
+    let sampler = retune::optim::Tmcmc { n_samples: 300, seed: 5, ..retune::optim::Tmcmc::default() };
+    let (posterior, reduced) = retune::update::sample_posterior(
+        &[retune::update::TestCase { model: &model, test: &test }],
+        &Settings { reduced: Some(1e-5), ..Settings::default() },
+        &sampler,
+    )
+    .unwrap();
+    let [own, full] = reduced.unwrap().costs;
+    assert!((own - full).abs() < 1e-2 * full.max(1.0), "{own} {full}");
+    // The box is ±28 % of E wide; data fix E/ρ to about 0.1 %, the mass ρ to 1 %.
+    let sd = posterior.covariance().diagonal().map(f64::sqrt);
+    assert!(sd[0] > 0.005 && sd[0] < 0.04, "{sd}");
+}
+
+/// Static readings need more than modes.
+#[test]
+fn a_reduced_model_refuses_what_it_cannot_predict() {
+    let model = grillage(3);
+    let truth = starting_point(&model);
+    let pull = "static_tests:\n  pull:\n    source: made\n    loads: [{sensor: s00, weight: 1 kg}]\n    readings: {s00: {value: -1 mm, sd: 2 %}}\n";
+    let test = test_of(&model, &truth, 4, pull);
+    let settings = Settings { reduced: Some(1e-4), ..Settings::default() };
+    let error = update(&model, &test, &settings, Controls::default()).unwrap_err().to_string();
+    assert!(error.contains("static readings or frequency responses, which need more than the modes"), "{error}");
+}
+
 /// A cantilever in elements so small that the rounding of K, which grows with their number to the fourth, drowns its first
 /// mode: f₁ is that of the closed form, 1.8751² √(EI/mL⁴) / 2π, or an error says that the mesh is too fine. It is never
 /// taken for a free structure.

@@ -44,7 +44,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             let problem = serde_json::json!({
                 "stiffness": basis(affine, n, |b| &b.stiffness),
                 "mass": basis(affine, n, |b| &b.mass),
-                "rigid_mass": masses.iter().map(|m| rows(&m.to_dense())).collect::<Vec<_>>(),
+                "rigid_mass": masses.linear.iter().map(|m| rows(&m.to_dense())).collect::<Vec<_>>(),
                 "bounds": model.parameters().iter().map(|p| p.bounds).collect::<Vec<_>>(),
                 "sensors": rows(comparison.sensors()),
                 "shapes": rows(comparison.shapes()),

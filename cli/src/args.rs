@@ -149,6 +149,9 @@ pub(crate) struct Update {
     /// Largest number of evaluations.
     #[arg(long)]
     pub(crate) budget: Option<u64>,
+    /// Search on a reduced model whose frequencies are right to this part within the bounds; for large models.
+    #[arg(long, value_name = "TOLERANCE", num_args = 0..=1, require_equals = true, default_missing_value = "1e-4")]
+    pub(crate) reduced: Option<f64>,
     /// Keep the state of the search in this file.
     #[arg(long)]
     pub(crate) checkpoint: Option<PathBuf>,
@@ -191,6 +194,9 @@ pub(crate) struct Sample {
     /// A file with terms and weights, loss, regularisation and limits of the least-squares cost.
     #[arg(long, value_name = "FILE")]
     pub(crate) objective: Option<PathBuf>,
+    /// Sample with a reduced model whose frequencies are right to this part within the bounds; for large models.
+    #[arg(long, value_name = "TOLERANCE", num_args = 0..=1, require_equals = true, default_missing_value = "1e-4")]
+    pub(crate) reduced: Option<f64>,
     /// Seed of all random numbers.
     #[arg(long, default_value_t = 0)]
     pub(crate) seed: u64,

@@ -1,19 +1,20 @@
 //! Assembly: from placed elements to K(θ), M(θ), C(θ) on the independent dofs.
 //!
-//! Elements whose matrices are affine in θ (found by evaluation, so that a user's own element needs to declare nothing)
-//! are assembled once, as K0 + Σ θ_j K_j in sparse lists; the others are evaluated at every θ.
+//! Elements whose matrices are polynomials of θ (found by evaluation, see [`super::dependence`]) are assembled once, as
+//! K0 + Σ θ_j K_j + Σ c_k(θ) K_k in sparse lists with products c_k of powers; the others are evaluated at every θ.
 
+use super::ElementMatrices;
 use super::constraint::Elimination;
+use super::dependence::{Dependence, Monomial, element_matrices, interior_point, step};
 use super::dof_map::DofMap;
 use super::mass_properties::add_rigid_mass;
 use super::parameter::ParameterSet;
 use super::place::PlacedElement;
 use super::system::{SparseSystem, System};
-use super::value::Value;
-use super::{ElementMatrices, ModelError};
-use crate::element::{Dof, ElementInput};
+use crate::element::Dof;
 use crate::linalg::sparse::SparseSym;
 use crate::linalg::{DMatrix, SymMatrix};
+use std::collections::BTreeMap;
 
 /// One entry of a basis matrix: lower triangle, row ≥ column.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,13 +38,50 @@ pub struct Basis {
     pub damping: Vec<Entry>,
 }
 
-/// The affine part of a model: K(θ) = K0 + Σ θ_j K_j, and so for M and C.
+/// The affine part of a model, and that which is so in products of parameters, and so for M and C:
+///
+/// ```text
+/// K(θ) = K0 + Σ_j θ_j K_j + Σ_k c_k(θ) K_k,    c_k(θ) = Π (θ_j - b_j)^p
+/// ```
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct AffinePart {
     /// K0, M0, C0.
     pub constant: Basis,
     /// K_j, M_j, C_j for each parameter of θ.
     pub parameters: Vec<Basis>,
+    /// Products, each with its K_k, M_k, C_k, in the order of their powers.
+    pub products: Vec<(Monomial, Basis)>,
+    /// b, for each parameter of θ.
+    pub origin: Vec<f64>,
+}
+
+impl AffinePart {
+    /// Every basis.
+    pub fn bases(&self) -> impl Iterator<Item = &Basis> {
+        std::iter::once(&self.constant).chain(&self.parameters).chain(self.products.iter().map(|p| &p.1))
+    }
+
+    /// Every basis with its factor at θ.
+    pub fn at(&self, theta: &[f64]) -> impl Iterator<Item = (&Basis, f64)> {
+        let products = self.products.iter().map(|(monomial, basis)| (basis, monomial.at(theta, &self.origin)));
+        std::iter::once((&self.constant, 1.0)).chain(self.parameters.iter().zip(theta.iter().copied())).chain(products)
+    }
+
+    /// The bases that depend on θ_j, each with the derivative of its factor.
+    pub fn derivative(&self, theta: &[f64], j: usize) -> impl Iterator<Item = (&Basis, f64)> {
+        let products =
+            self.products.iter().map(move |(monomial, basis)| (basis, monomial.derivative(theta, &self.origin, j)));
+        std::iter::once((&self.parameters[j], 1.0)).chain(products.filter(|p| p.1 != 0.0))
+    }
+}
+
+/// Rᵀ M R of the six rigid motions about the origin (6 x 6), in the terms of [`AffinePart`].
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct AffineMass {
+    /// Constant part first, then one per parameter.
+    pub linear: Vec<SymMatrix>,
+    /// One per product.
+    pub products: Vec<SymMatrix>,
 }
 
 /// How an element's dofs follow from the rows: u_e = B q\[rows\].
@@ -85,114 +123,6 @@ impl Connection {
     }
 }
 
-/// The matrices of one element at θ, in its axes.
-pub(super) fn element_matrices(element: &PlacedElement, theta: &[f64]) -> Result<ElementMatrices, ModelError> {
-    let values = element.values_at(theta);
-    let input = ElementInput { points: &element.points, values: &values };
-    let wrap = |source| ModelError::Element { element: element.name.clone(), path: element.path.clone(), source };
-    let scaled = |mut a: SymMatrix, factor: &Option<Value>| {
-        if let Some(f) = factor {
-            a.scale(f.at(theta));
-        }
-        a
-    };
-    let stiffness = scaled(element.kind.stiffness(&input).map_err(wrap)?, &element.stiffness_factor);
-    let mass = scaled(element.kind.mass(&input).map_err(wrap)?, &element.mass_factor);
-    let weighed_mass = element.kind.weighed_mass(&input).map_err(wrap)?.map(|m| scaled(m, &element.mass_factor));
-    let mut damping = element.kind.damping(&input).map_err(wrap)?;
-    for (factor, matrix) in [(&element.stiffness_damping, &stiffness), (&element.mass_damping, &mass)] {
-        if let Some(factor) = factor.as_ref().map(|f| f.at(theta)) {
-            damping = damping.combine(matrix, |c, a| c + factor * a);
-        }
-    }
-    Ok(ElementMatrices { stiffness, mass, weighed_mass, damping })
-}
-
-/// The mass of one element at θ as scales see it, in its axes: [`ElementMatrices::weighed`] without the other matrices.
-pub(super) fn weighed_mass(element: &PlacedElement, theta: &[f64]) -> Result<SymMatrix, ModelError> {
-    let values = element.values_at(theta);
-    let input = ElementInput { points: &element.points, values: &values };
-    let mass = element.kind.weighed_mass(&input).and_then(|m| m.map_or_else(|| element.kind.mass(&input), Ok));
-    let wrap = |source| ModelError::Element { element: element.name.clone(), path: element.path.clone(), source };
-    let mut mass = mass.map_err(wrap)?;
-    if let Some(f) = &element.mass_factor {
-        mass.scale(f.at(theta));
-    }
-    Ok(mass)
-}
-
-/// An element's matrices as functions of θ.
-pub(super) enum Dependence {
-    /// Constant part, and one part per parameter it depends on.
-    Affine(ElementMatrices, Vec<(usize, ElementMatrices)>),
-    /// Anything else.
-    General,
-}
-
-/// Finds out by evaluation whether an element's matrices are affine in θ.
-///
-/// They are measured at a base point and with each parameter moved alone, and the affine function through these values
-/// is checked with all parameters moved together, to 1e-11 of the largest entry.
-pub(super) fn dependence(element: &PlacedElement, parameters: &ParameterSet) -> Result<Dependence, ModelError> {
-    let base = interior_point(parameters);
-    let mut used: Vec<usize> = element.expressions().flat_map(Value::parameters).collect();
-    used.sort_unstable();
-    used.dedup();
-    let at_base = element_matrices(element, &base)?;
-    if used.is_empty() {
-        return Ok(Dependence::Affine(at_base, Vec::new()));
-    }
-    let steps: Vec<f64> = used.iter().map(|&p| step(parameters, p, base[p])).collect();
-    let moved = |fractions: &dyn Fn(usize) -> f64| {
-        let mut theta = base.clone();
-        for (k, &p) in used.iter().enumerate() {
-            theta[p] += fractions(k) * steps[k];
-        }
-        element_matrices(element, &theta)
-    };
-    let mut slopes = Vec::new();
-    for k in 0..used.len() {
-        let Ok(m) = moved(&|i| f64::from(u8::from(i == k))) else { return Ok(Dependence::General) };
-        slopes.push(m.combine(&at_base, |moved, base| clean(moved - base, moved.abs() + base.abs()) / steps[k]));
-    }
-    for fractions in [[0.37, 0.71, 0.53], [0.83, 0.29, 0.61]] {
-        let Ok(actual) = moved(&|k| fractions[k % 3]) else { return Ok(Dependence::General) };
-        let mut predicted = at_base.clone();
-        for (k, slope) in slopes.iter().enumerate() {
-            let factor = fractions[k % 3] * steps[k];
-            predicted = predicted.combine(slope, |p, s| p + factor * s);
-        }
-        if !actual.is_close(&predicted, 1e-11) {
-            return Ok(Dependence::General);
-        }
-    }
-    let mut constant = at_base.clone();
-    for (k, slope) in slopes.iter().enumerate() {
-        constant = constant.combine(slope, |c, s| clean(c - base[used[k]] * s, c.abs()));
-    }
-    Ok(Dependence::Affine(constant, used.into_iter().zip(slopes).collect()))
-}
-
-/// A difference that is rounding noise of its terms is zero.
-fn clean(difference: f64, size: f64) -> f64 {
-    if difference.abs() <= 1e-13 * size { 0.0 } else { difference }
-}
-
-/// The estimates, moved into their bounds.
-pub(super) fn interior_point(parameters: &ParameterSet) -> Vec<f64> {
-    parameters.iter().map(|p| p.bounds.map_or(p.value, |[l, u]| p.value.max(l).min(u))).collect()
-}
-
-/// How far a parameter is moved from a value: to its farther bound, else by half its value, else by one.
-fn step(parameters: &ParameterSet, index: usize, value: f64) -> f64 {
-    match parameters.get(index).bounds {
-        Some([lower, upper]) if upper - value >= value - lower => upper - value,
-        Some([lower, _]) => lower - value,
-        None if value != 0.0 => 0.5 * value,
-        None => 1.0,
-    }
-}
-
 /// Which dofs of the nodes any element acts on, 6 per node.
 pub(super) fn touched(
     elements: &[PlacedElement],
@@ -204,9 +134,7 @@ pub(super) fn touched(
     let base = interior_point(parameters);
     for (element, dependence) in elements.iter().zip(dependences) {
         let parts: Vec<ElementMatrices> = match dependence {
-            Dependence::Affine(constant, slopes) => {
-                std::iter::once(constant).chain(slopes.iter().map(|s| &s.1)).cloned().collect()
-            }
+            Dependence::Affine(..) | Dependence::Polynomial(..) => dependence.parts().into_iter().cloned().collect(),
             Dependence::General => {
                 let mut all: Vec<f64> = base.clone();
                 for (i, value) in all.iter_mut().enumerate() {
@@ -258,21 +186,21 @@ pub(super) fn number(names: &[String], positions: &[[f64; 3]], touched: &[bool],
     DofMap::new(names.to_vec(), positions.to_vec(), rows, full)
 }
 
-/// The affine part of a model and the 6 x 6 masses of rigid motion, constant and per parameter.
+/// The affine part of a model and its masses of rigid motion.
+///
+/// * `origin` - the base of [`super::dependence::dependence`], for each parameter
 pub(super) fn affine_part(
     elements: &[PlacedElement],
     dependences: &[Dependence],
     connections: &[Connection],
     positions: &[[f64; 3]],
-    n_parameters: usize,
-) -> (AffinePart, Vec<SymMatrix>) {
-    let mut part = AffinePart { constant: Basis::default(), parameters: vec![Basis::default(); n_parameters] };
-    let mut rigid = vec![SymMatrix::zeros(6); n_parameters + 1];
+    origin: Vec<f64>,
+) -> (AffinePart, AffineMass) {
+    let mut linear = vec![(Basis::default(), SymMatrix::zeros(6)); origin.len() + 1];
+    let mut products: BTreeMap<Monomial, (Basis, SymMatrix)> = BTreeMap::new();
     for ((element, dependence), connection) in elements.iter().zip(dependences).zip(connections) {
-        let Dependence::Affine(constant, slopes) = dependence else { continue };
         let at: Vec<[f64; 3]> = element.nodes.iter().map(|&n| positions[n]).collect();
-        for (target, matrices) in std::iter::once((None, constant)).chain(slopes.iter().map(|s| (Some(s.0), &s.1))) {
-            let basis = target.map_or(&mut part.constant, |p| &mut part.parameters[p]);
+        let add = |(basis, rigid): &mut (Basis, SymMatrix), matrices: &ElementMatrices| {
             for (list, matrix) in [
                 (&mut basis.stiffness, &matrices.stiffness),
                 (&mut basis.mass, &matrices.mass),
@@ -284,15 +212,47 @@ pub(super) fn affine_part(
                 let reduced = connection.reduce(matrix);
                 push(list, connection, &reduced);
             }
-            add_rigid_mass(&mut rigid[target.map_or(0, |p| p + 1)], 1.0, matrices.weighed(), &element.axes, &at);
+            add_rigid_mass(rigid, 1.0, matrices.weighed(), &element.axes, &at);
+        };
+        match dependence {
+            Dependence::Affine(constant, slopes) => {
+                add(&mut linear[0], constant);
+                for (p, slope) in slopes {
+                    add(&mut linear[p + 1], slope);
+                }
+            }
+            Dependence::Polynomial(constant, terms) => {
+                add(&mut linear[0], constant);
+                for (monomial, matrices) in terms {
+                    let empty = || (Basis::default(), SymMatrix::zeros(6));
+                    add(products.entry(monomial.clone()).or_insert_with(empty), matrices);
+                }
+            }
+            Dependence::General => {}
         }
     }
-    for basis in std::iter::once(&mut part.constant).chain(&mut part.parameters) {
+    let merged = |mut basis: Basis| {
         for list in [&mut basis.stiffness, &mut basis.mass, &mut basis.damping] {
             merge(list);
         }
+        basis
+    };
+    let mut part = AffinePart { origin, ..AffinePart::default() };
+    let mut mass = AffineMass::default();
+    for (place, (basis, rigid)) in linear.into_iter().enumerate() {
+        let basis = merged(basis);
+        if place == 0 {
+            part.constant = basis;
+        } else {
+            part.parameters.push(basis);
+        }
+        mass.linear.push(rigid);
     }
-    (part, rigid)
+    for (monomial, (basis, rigid)) in products {
+        part.products.push((monomial, merged(basis)));
+        mass.products.push(rigid);
+    }
+    (part, mass)
 }
 
 fn push(list: &mut Vec<Entry>, connection: &Connection, reduced: &DMatrix<f64>) {

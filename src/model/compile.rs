@@ -1,12 +1,12 @@
 //! From a model file to a [`Model`].
 
 use super::assembly::{
-    AffinePart, Connection, Dependence, add_basis, add_element, affine_part, dependence, element_matrices,
-    interior_point, number, sparse_system, symmetrise, touched, weighed_mass,
+    AffineMass, AffinePart, Connection, add_basis, add_element, affine_part, number, sparse_system, symmetrise, touched,
 };
 use super::character::{ModeCharacter, characters, mirror_rows};
 use super::configuration::load_configuration;
 use super::constraint::{Elimination, RowOutcome};
+use super::dependence::{Dependence, dependence, element_matrices, interior_point, weighed_mass};
 use super::dof_map::{DofMap, rigid_motion};
 use super::geometry::{Geometry, minus, unknown};
 use super::mass_properties::{MassProperties, add_rigid_mass};
@@ -52,9 +52,8 @@ pub struct Model {
     dofs: DofMap,
     connections: Vec<Connection>,
     affine: AffinePart,
-    /// 6 x 6 masses of rigid motion: constant, then per parameter.
-    rigid_mass: Vec<SymMatrix>,
-    /// Elements that are not affine in θ.
+    rigid_mass: AffineMass,
+    /// Elements whose matrices are no polynomials of θ.
     general: Vec<usize>,
     damped: bool,
     targets: Targets,
@@ -125,11 +124,11 @@ impl Model {
         }
         let connections: Vec<Connection> = elements.iter().map(|e| Connection::new(e, &dofs)).collect();
         let (affine, rigid_mass) =
-            affine_part(&elements, &dependences, &connections, &geometry.positions, parameters.len());
+            affine_part(&elements, &dependences, &connections, &geometry.positions, interior_point(&parameters));
         let general: Vec<usize> =
             (0..elements.len()).filter(|&i| matches!(dependences[i], Dependence::General)).collect();
         let base = interior_point(&parameters);
-        let mut damped = std::iter::once(&affine.constant).chain(&affine.parameters).any(|b| !b.damping.is_empty());
+        let mut damped = affine.bases().any(|b| !b.damping.is_empty());
         for &e in &general {
             let proportional = elements[e].stiffness_damping.is_some() || elements[e].mass_damping.is_some();
             damped |= proportional || !element_matrices(&elements[e], &base)?.damping.is_zero();
@@ -203,7 +202,7 @@ impl Model {
         if n_dof > MOST_DENSE_DOFS { Err(ModelError::TooLarge { n_dof, most: MOST_DENSE_DOFS }) } else { Ok(()) }
     }
 
-    /// ∂/∂θ_j of the matrices of every element that is not affine and depends on the parameter, by differences.
+    /// ∂/∂θ_j of the matrices of every element that is no polynomial and depends on the parameter, by differences.
     fn general_slopes(&self, theta: &[f64], j: usize) -> Result<Vec<(usize, ElementMatrices)>, ModelError> {
         let mut slopes = Vec::new();
         let scale = self.parameters.get(j).bounds.map_or(theta[j].abs(), |[l, u]| u - l);
@@ -283,9 +282,8 @@ impl ParametricModel for Model {
             return Err(ModelError::WrongLength { expected: self.parameters.len(), given: theta.len() });
         }
         system.clear();
-        add_basis(system, &self.affine.constant, 1.0);
-        for (basis, value) in self.affine.parameters.iter().zip(theta) {
-            add_basis(system, basis, *value);
+        for (basis, factor) in self.affine.at(theta) {
+            add_basis(system, basis, factor);
         }
         for &e in &self.general {
             add_element(system, &self.connections[e], &element_matrices(&self.elements[e], theta)?);
@@ -298,26 +296,27 @@ impl ParametricModel for Model {
         if theta.len() != self.parameters.len() {
             return Err(ModelError::WrongLength { expected: self.parameters.len(), given: theta.len() });
         }
-        let factors = std::iter::once(1.0).chain(theta.iter().copied());
-        let bases = std::iter::once(&self.affine.constant).chain(&self.affine.parameters).zip(factors);
         let general = self
             .general
             .iter()
             .map(|&e| Ok((&self.connections[e], element_matrices(&self.elements[e], theta)?)))
             .collect::<Result<Vec<_>, ModelError>>()?;
-        Ok(sparse_system(self.dofs.n_dof(), self.damped, &bases.collect::<Vec<_>>(), &general))
+        Ok(sparse_system(self.dofs.n_dof(), self.damped, &self.affine.at(theta).collect::<Vec<_>>(), &general))
     }
 
     fn assemble_sparse_derivative(&self, theta: &[f64], j: usize) -> Result<SparseSystem, ModelError> {
         let slopes = self.general_slopes(theta, j)?;
         let general: Vec<_> = slopes.into_iter().map(|(e, slope)| (&self.connections[e], slope)).collect();
-        Ok(sparse_system(self.dofs.n_dof(), self.damped, &[(&self.affine.parameters[j], 1.0)], &general))
+        let bases: Vec<_> = self.affine.derivative(theta, j).collect();
+        Ok(sparse_system(self.dofs.n_dof(), self.damped, &bases, &general))
     }
 
     fn assemble_derivative(&self, theta: &[f64], j: usize) -> Result<System, ModelError> {
         self.check_dense()?;
         let mut system = System::zeros(self.dofs.n_dof(), self.damped);
-        add_basis(&mut system, &self.affine.parameters[j], 1.0);
+        for (basis, factor) in self.affine.derivative(theta, j) {
+            add_basis(&mut system, basis, factor);
+        }
         for (e, slope) in self.general_slopes(theta, j)? {
             add_element(&mut system, &self.connections[e], &slope);
         }
@@ -326,9 +325,10 @@ impl ParametricModel for Model {
     }
 
     fn mass_properties(&self, theta: &[f64]) -> Result<Option<MassProperties>, ModelError> {
-        let mut rigid = self.rigid_mass[0].clone();
-        for (mass, value) in self.rigid_mass[1..].iter().zip(theta) {
-            rigid = rigid.combine(mass, |a, b| a + value * b);
+        let mut rigid = SymMatrix::zeros(6);
+        let masses = self.rigid_mass.linear.iter().chain(&self.rigid_mass.products);
+        for (mass, (_, factor)) in masses.zip(self.affine.at(theta)) {
+            rigid.add_scaled(factor, mass);
         }
         for &e in &self.general {
             let element = &self.elements[e];
@@ -372,7 +372,7 @@ impl ParametricModel for Model {
         self.targets
     }
 
-    fn affine_mass(&self) -> Option<&[SymMatrix]> {
+    fn affine_mass(&self) -> Option<&AffineMass> {
         self.general.is_empty().then_some(&self.rigid_mass)
     }
 

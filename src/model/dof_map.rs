@@ -13,6 +13,8 @@ pub struct DofMap {
     rows: Vec<(usize, Dof)>,
     /// 6 node + dof -> combination of rows.
     full: Vec<Combination>,
+    /// Rigid motions, where the rows are no dofs of nodes.
+    motions: Option<DMatrix<f64>>,
 }
 
 impl DofMap {
@@ -22,7 +24,7 @@ impl DofMap {
         rows: Vec<(usize, Dof)>,
         full: Vec<Combination>,
     ) -> Self {
-        Self { node_names, positions, rows, full }
+        Self { node_names, positions, rows, full, motions: None }
     }
 
     /// A map for a model that is not made of nodes and elements: one row per (node, dof), no constraint.
@@ -35,7 +37,27 @@ impl DofMap {
             full[6 * node + dof as usize] = vec![(row, 1.0)];
         }
         let (node_names, positions) = nodes.into_iter().unzip();
-        Self { node_names, positions, rows, full }
+        Self { node_names, positions, rows, full, motions: None }
+    }
+
+    /// The map of a model whose rows are coefficients of vectors, q = V y; a row is named after the largest entry of its vector.
+    ///
+    /// * `basis` - V, (n_dof x n_rows)
+    /// * `motions` - the coefficients of the rigid motions, (n_rows x 6)
+    pub(super) fn on_basis(&self, basis: &DMatrix<f64>, motions: &DMatrix<f64>) -> Self {
+        let on_rows = |combination: &Combination| -> Combination {
+            if combination.is_empty() {
+                return Vec::new();
+            }
+            (0..basis.ncols()).map(|j| (j, combination.iter().map(|&(i, f)| f * basis[(i, j)]).sum())).collect()
+        };
+        Self {
+            node_names: self.node_names.clone(),
+            positions: self.positions.clone(),
+            rows: basis.column_iter().map(|v| self.rows[v.icamax()]).collect(),
+            full: self.full.iter().map(on_rows).collect(),
+            motions: Some(motions.clone()),
+        }
     }
 
     /// Number of independent dofs: the size of K and M.
@@ -87,6 +109,9 @@ impl DofMap {
     /// The values of q when the structure moves as a rigid body: translations along and rotations about the global axes
     /// through the origin, (n_dof x 6).
     pub fn rigid_motions(&self) -> DMatrix<f64> {
+        if let Some(motions) = &self.motions {
+            return motions.clone();
+        }
         DMatrix::from_fn(self.n_dof(), 6, |row, motion| {
             let (node, dof) = self.rows[row];
             rigid_motion(self.positions[node], motion)[dof as usize]

@@ -1,7 +1,7 @@
 //! What an engineer would want to be told about a model that can be built.
 
-use super::assembly::interior_point;
 use super::compile::Model;
+use super::dependence::interior_point;
 use super::{ModelError, ParametricModel};
 use crate::element::Dof;
 use crate::linalg::sparse::SparseSym;

@@ -10,6 +10,7 @@ mod character;
 mod compile;
 mod configuration;
 mod constraint;
+mod dependence;
 mod dof_map;
 mod geometry;
 mod lint;
@@ -19,22 +20,25 @@ mod mass_properties;
 mod override_tests;
 mod parameter;
 mod place;
+mod reduced;
 mod registry;
 mod solver;
 pub mod spec;
 mod system;
 mod value;
 
-pub use assembly::{AffinePart, Basis, Entry};
+pub use assembly::{AffineMass, AffinePart, Basis, Entry};
 pub use character::{ModeCharacter, ModeLabel, family, label_modes, symmetry_index};
 pub use compile::{Model, Target, Targets, load};
 pub use configuration::load_configuration;
+pub use dependence::Monomial;
 pub use dof_map::{DofMap, rigid_motion};
 pub use geometry::{Frame, Geometry};
 pub use lint::{Soundness, lint};
 pub use mass_properties::MassProperties;
 pub use parameter::{Parameter, ParameterSet};
 pub use place::PlacedElement;
+pub use reduced::{ReducedModel, ReducedOptions};
 pub use registry::Registry;
 pub use solver::{Matrices, ModalSolver, differentiate_in_clusters, solve_modes};
 pub use spec::{ModelSpec, schema};
@@ -137,13 +141,13 @@ pub trait ParametricModel: std::fmt::Debug + Send + Sync {
         Targets::default()
     }
 
-    /// Rᵀ M R of the six rigid motions about the origin (6 x 6), constant part first, then one per parameter, where
-    /// [`Self::mass_properties`] is that of R_0 + Σ θ_j R_j: the fast path.
-    fn affine_mass(&self) -> Option<&[SymMatrix]> {
+    /// Rᵀ M R of the six rigid motions about the origin, in the terms of [`Self::affine`], where [`Self::mass_properties`] is
+    /// that of R_0 + Σ θ_j R_j + Σ c_k(θ) R_k: the fast path.
+    fn affine_mass(&self) -> Option<&AffineMass> {
         None
     }
 
-    /// K, M, C as K0 + Σ θ_j K_j, if they are affine in all parameters: the fast path.
+    /// K, M, C as K0 + Σ θ_j K_j + Σ c_k(θ) K_k, if they are polynomials of the parameters: the fast path.
     fn affine(&self) -> Option<&AffinePart> {
         None
     }
@@ -186,6 +190,10 @@ impl ElementMatrices {
         self.weighed_mass.as_ref().unwrap_or(&self.mass)
     }
 
+    fn is_zero(&self) -> bool {
+        [&self.stiffness, &self.mass, self.weighed(), &self.damping].iter().all(|a| a.is_zero())
+    }
+
     /// Whether every entry agrees within `tolerance` times the largest entry of its matrix.
     fn is_close(&self, other: &Self, tolerance: f64) -> bool {
         [(&self.stiffness, &other.stiffness), (&self.mass, &other.mass), (&self.damping, &other.damping)].iter().all(
@@ -201,6 +209,11 @@ impl ElementMatrices {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ModelError {
+    /// A reduced model needs terms that can be projected.
+    #[error(
+        "the matrices are no polynomials of the parameters, as a reduced model needs; a parameter of a compliance (of shear, of a joint) makes them so"
+    )]
+    NotPolynomial,
     /// An element refuses its input.
     #[error("element `{element}`: {source}")]
     Element {

@@ -6,7 +6,7 @@
 //!
 //! The kernel and the reference path ([`Comparison::predict`]) differ in how the modes are found, nothing else: partners
 //! follow the same rules and the cost is computed by the same function. A candidate that the kernel does not guarantee is
-//! evaluated by the reference path; so is all of a model that the kernel does not take (not affine in its parameters, not
+//! evaluated by the reference path; so is all of a model that the kernel does not take (no polynomial of its parameters, not
 //! solvable in the middle of its bounds, too large). After the first batch of a thread nothing is allocated.
 
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -22,7 +22,7 @@ use crate::linalg::batch::{
 };
 use crate::linalg::{DMatrix, DVector, SymMatrix};
 use crate::modal::Modes;
-use crate::model::{Basis, Entry, MassProperties, Matrices, System, family, symmetry_index};
+use crate::model::{AffinePart, Basis, Entry, MassProperties, Matrices, Monomial, System, family, symmetry_index};
 
 /// Above this number of dofs of one family of shapes the reference path is no slower than the dense kernel.
 const MOST_DOFS: usize = 150;
@@ -109,9 +109,31 @@ struct Compiled {
     /// Test modes as the search for partners knows them: frequencies, family codes.
     frequencies: Vec<f64>,
     families: Vec<u8>,
-    /// Mass of rigid motion of the constants, and that per free parameter.
+    /// Products of parameters that K and M depend on beside the free parameters themselves.
+    products: Products,
+    /// Mass of rigid motion of the constants, and that per free parameter and product.
     rigid: Option<(SymMatrix, Vec<SymMatrix>)>,
     pool: Mutex<Vec<Bench>>,
+}
+
+/// Products of parameters, and their origins.
+#[derive(Debug)]
+struct Products {
+    monomials: Vec<Monomial>,
+    origin: Vec<f64>,
+}
+
+impl Products {
+    fn of(affine: &AffinePart) -> Self {
+        Self { monomials: affine.products.iter().map(|p| p.0.clone()).collect(), origin: affine.origin.clone() }
+    }
+
+    /// What K and M are affine in: the free parameters, then the products.
+    fn fill(&self, theta: &[f64], scaling: &Scaling, out: &mut [f64]) {
+        let products = self.monomials.iter().map(|p| p.at(theta, &self.origin));
+        let values = scaling.free().iter().map(|&i| theta[i]).chain(products);
+        out.iter_mut().zip(values).for_each(|(factor, value)| *factor = value);
+    }
 }
 
 /// A measured shape at the sensors.
@@ -129,8 +151,8 @@ struct TestShape {
 struct Bench {
     workspace: Workspace,
     theta: Vec<f64>,
-    /// The free parameters of the candidates.
-    free: [Vec<f64>; BATCH],
+    /// The free parameters of the candidates, and their products.
+    factors: [Vec<f64>; BATCH],
     prediction: Prediction,
     residuals: DVector<f64>,
     search: PartnerSearch,
@@ -180,7 +202,9 @@ impl Compiled {
             mirror: halves,
             sensors: Some(sensors),
         };
-        let nominal: Vec<f64> = scaling.free().iter().map(|&i| scaling.centre()[i]).collect();
+        let products = Products::of(model.affine()?);
+        let mut nominal = vec![0.0; pencil.n_parameters];
+        products.fill(&scaling.centre(), scaling, &mut nominal);
         let batch = match BatchModel::new(pencil.clone(), &nominal, options.clone()) {
             // Masses that are small beside the others leave fewer modes above rounding than the reference path lists.
             Err(BatchError::TooManyModes { available, .. }) if available > 0 => {
@@ -189,11 +213,12 @@ impl Compiled {
             made => made,
         };
         let rigid = model.affine_mass().map(|masses| {
-            let mut constant = masses[0].clone();
+            let mut constant = masses.linear[0].clone();
             for (i, value) in scaling.base().iter().enumerate().filter(|(i, _)| !scaling.free().contains(i)) {
-                constant.add_scaled(*value, &masses[i + 1]);
+                constant.add_scaled(*value, &masses.linear[i + 1]);
             }
-            (constant, scaling.free().iter().map(|&i| masses[i + 1].clone()).collect())
+            let free = scaling.free().iter().map(|&i| &masses.linear[i + 1]);
+            (constant, free.chain(&masses.products).cloned().collect())
         });
         Some(Self {
             model: batch.ok()?,
@@ -202,6 +227,7 @@ impl Compiled {
             tests: comparison.shapes().column_iter().map(|c| TestShape::new(c.as_slice())).collect(),
             frequencies: comparison.frequencies().to_vec(),
             families,
+            products,
             rigid,
             pool: Mutex::default(),
         })
@@ -221,7 +247,7 @@ impl Compiled {
         Some(Bench {
             workspace: Workspace::new(&self.model, BATCH),
             theta: scaling.base().to_vec(),
-            free: std::array::from_fn(|_| vec![0.0; scaling.len()]),
+            factors: std::array::from_fn(|_| vec![0.0; scaling.len() + self.products.monomials.len()]),
             prediction: Prediction {
                 matrices: Matrices::Dense(System::zeros(0, false)),
                 modes: Modes { lambda: DVector::zeros(0), shapes: DMatrix::zeros(0, 0), n_rigid: 0, n_mechanism: 0 },
@@ -256,13 +282,11 @@ impl Compiled {
             *bench = self.new_bench(comparison, scaling);
         }
         let Some(bench) = bench else { return };
-        for (free, x) in bench.free.iter_mut().zip(points) {
+        for (factors, x) in bench.factors.iter_mut().zip(points) {
             scaling.overwrite(x, &mut bench.theta);
-            for (value, &i) in free.iter_mut().zip(scaling.free()) {
-                *value = bench.theta[i];
-            }
+            self.products.fill(&bench.theta, scaling, factors);
         }
-        let thetas: [&[f64]; BATCH] = std::array::from_fn(|l| bench.free[l].as_slice());
+        let thetas: [&[f64]; BATCH] = std::array::from_fn(|l| bench.factors[l].as_slice());
         let closeness = comparison.closeness();
         let Ok(modes) = self.model.attempt(&thetas[..points.len()], &mut bench.workspace) else { return };
         for (lane, (x, cost)) in points.iter().zip(out).enumerate() {
@@ -274,7 +298,7 @@ impl Compiled {
             p.mass_properties = match &self.rigid {
                 Some((constant, masses)) => {
                     bench.rigid.copy_from(constant);
-                    for (value, mass) in bench.free[lane].iter().zip(masses) {
+                    for (value, mass) in bench.factors[lane].iter().zip(masses) {
                         bench.rigid.add_scaled(*value, mass);
                     }
                     Some(MassProperties::from_rigid_mass(&bench.rigid))
@@ -375,7 +399,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     (sums[0] + sums[2]) + (sums[1] + sums[3]) + rest
 }
 
-/// K and M as functions of the free parameters; `None` if they are not affine.
+/// K and M as functions of the factors; `None` if they are not affine in any.
 fn pencil(comparison: &Comparison<'_>, scaling: &Scaling) -> Option<AffinePencil> {
     let model = comparison.model();
     let affine = model.affine()?;
@@ -396,11 +420,14 @@ fn pencil(comparison: &Comparison<'_>, scaling: &Scaling) -> Option<AffinePencil
                 None => add(basis, None, *value),
             }
         }
+        for (k, (_, basis)) in affine.products.iter().enumerate() {
+            add(basis, Some(scaling.len() + k), 1.0);
+        }
         entries
     };
     Some(AffinePencil {
         n: model.dof_map().n_dof(),
-        n_parameters: scaling.len(),
+        n_parameters: scaling.len() + affine.products.len(),
         stiffness: part(|b| &b.stiffness),
         mass: part(|b| &b.mass),
     })

@@ -7,6 +7,7 @@ mod correlate;
 mod objective;
 mod objective_spec;
 mod pretest;
+mod reduced;
 mod regularization;
 mod settings;
 mod twin;
@@ -21,13 +22,15 @@ pub use correlate::{
 };
 pub use objective_spec::{LimitSpec, ObjectiveSpec, Regularization};
 pub use pretest::{Pretest, PretestOptions, TargetMode, pretest};
+pub use reduced::ReducedSearch;
 pub use settings::{Cost, Settings};
 pub use twin::{SensorFault, TwinError, TwinFrfOptions, TwinOptions, node_sensors, twin_frfs, twin_modes};
 pub use uncertainty::{Basis, Held, Inseparable, IntervalMethod, ParameterUncertainty, Uncertainty, uncertainty};
 
+use self::reduced::ReducedCases;
 use crate::correlation::CorrelationError;
 use crate::data::TestData;
-use crate::model::ParametricModel;
+use crate::model::{ModelError, ParametricModel};
 use crate::objective::{Augmented, Comparison, EvalError, Objective, Scaling};
 use crate::optim::{Checkpoint, Evaluator, Observer, OptimError, Optimizer, Optimum, Posterior, Run, Tmcmc};
 use crate::yaml::Problem;
@@ -53,6 +56,8 @@ pub struct Update {
     pub uncertainty: Uncertainty,
     /// The weight of the pull towards the estimates, where there is one.
     pub regularization: Option<f64>,
+    /// The search on reduced models, where it was asked for; `optimum` then counts evaluations of the full ones.
+    pub reduced: Option<ReducedSearch>,
 }
 
 /// One more test of a fit to several.
@@ -113,6 +118,17 @@ pub enum UpdateError {
         "the model of the test `{test}` has other parameters than that of the first test; a fit to several tests needs one model with configurations"
     )]
     DifferentParameters {
+        /// The test.
+        test: String,
+    },
+    /// A model in the configuration of a test that has no modes, or no reduced model.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// What a reduced model cannot predict.
+    #[error(
+        "the test `{test}` has static readings or frequency responses, which need more than the modes that a reduced model keeps; fit it without one"
+    )]
+    NotReduced {
         /// The test.
         test: String,
     },
@@ -218,7 +234,24 @@ pub fn update_to_tests(
     let weight = regularization::weight(regularization, &data, &start, &walls)?;
     let objective = Augmented::new(&data, weight, start.clone(), walls.clone());
     let cost_before = objective.cost(&start)?;
-    let optimum = settings.optimizer().minimize(&start, &mut controls.run(&objective, settings.seed))?;
+    let optimizer = settings.optimizer();
+    let (optimum, reduced) = match settings.reduced {
+        None => (optimizer.minimize(&start, &mut controls.run(&objective, settings.seed))?, None),
+        Some(tolerance) => {
+            let cancel = controls.cancel.clone();
+            let reduction = ReducedCases::new(cases, tolerance)?;
+            let comparisons = compare_all(&reduction.cases(), settings)?;
+            let data = objective::stack(&comparisons, settings, settings.cost);
+            let on_reduced = Augmented::new(&data, weight, start.clone(), walls.clone());
+            let found = optimizer.minimize(&start, &mut controls.run(&on_reduced, settings.seed))?;
+            let costs = [found.cost, objective.cost(&found.x)?];
+            let summary = reduction.summary(found.evaluations + found.linearizations, costs);
+            let refine = Controls { cancel, ..Controls::default() };
+            let refined =
+                reduced::refiner(settings.cost).minimize(&found.x, &mut refine.run(&objective, settings.seed))?;
+            (reduced::joined(found, refined), Some(summary))
+        }
+    };
 
     let theta = scaling.theta(&optimum.x);
     let after = assess_all(&theta)?;
@@ -255,11 +288,12 @@ pub fn update_to_tests(
     let further =
         further.map(|(c, (before, after))| FurtherTest { name: c.test.name.clone(), before, after }).collect();
     let regularization = (weight > 0.0).then_some(weight);
-    Ok(Update { before, after, further, cost_before, optimum, parameters, uncertainty, regularization })
+    Ok(Update { before, after, further, cost_before, optimum, parameters, uncertainty, regularization, reduced })
 }
 
 /// Samples the posterior of the free parameters, and the evidence of the model; the objective is the least-squares cost of
-/// the settings, the prior uniform between the bounds.
+/// the settings, the prior uniform between the bounds. With it comes what reduced models had to do with it, if they were asked
+/// for: their cost at the best sample beside that of the full models.
 ///
 /// # Errors
 /// As [`update_to_tests`]; the sampler finds no point that can be evaluated, or is cancelled.
@@ -267,7 +301,26 @@ pub fn sample_posterior(
     cases: &[TestCase<'_>],
     settings: &Settings,
     sampler: &Tmcmc,
-) -> Result<Posterior, UpdateError> {
+) -> Result<(Posterior, Option<ReducedSearch>), UpdateError> {
+    let Some(tolerance) = settings.reduced else { return Ok((sample(cases, settings, sampler)?.0, None)) };
+    let reduction = ReducedCases::new(cases, tolerance)?;
+    let (found, weight) = sample(&reduction.cases(), settings, sampler)?;
+    let best = (0..found.costs.len()).min_by(|&a, &b| found.costs[a].total_cmp(&found.costs[b]));
+    let mut costs = [f64::NAN; 2];
+    if let Some(best) = best {
+        let comparisons = compare_all(cases, settings)?;
+        let model = comparisons[0].model();
+        let data = objective::stack(&comparisons, settings, Cost::LeastSquares);
+        let start = Scaling::new(model).x(&crate::objective::starting_point(model));
+        let walls = settings.objective.walls(model).map_err(UpdateError::Limits)?;
+        costs = [found.costs[best], Augmented::new(&data, weight, start, walls).cost(&found.samples[best])?];
+    }
+    let summary = reduction.summary(found.evaluations, costs);
+    Ok((found, Some(summary)))
+}
+
+/// The posterior, and the weight of the pull towards the estimates in it.
+fn sample(cases: &[TestCase<'_>], settings: &Settings, sampler: &Tmcmc) -> Result<(Posterior, f64), UpdateError> {
     let comparisons = compare_all(cases, settings)?;
     let model = comparisons[0].model();
     let scaling = Scaling::new(model);
@@ -278,7 +331,7 @@ pub fn sample_posterior(
     let walls = settings.objective.walls(model).map_err(UpdateError::Limits)?;
     let start = scaling.x(&crate::objective::starting_point(model));
     let weight = regularization::weight(settings.objective.regularization, &data, &start, &walls)?;
-    Ok(sampler.sample(&Augmented::new(&data, weight, start, walls))?)
+    Ok((sampler.sample(&Augmented::new(&data, weight, start, walls))?, weight))
 }
 
 /// Models and tests made comparable, after a check that they belong together.

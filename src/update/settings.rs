@@ -33,6 +33,9 @@ pub struct Settings {
     pub seed: u64,
     /// Terms, loss, regularisation and limits of the cost `least-squares`; the other costs take its limits only.
     pub objective: ObjectiveSpec,
+    /// Search on reduced models whose frequencies are right to this part, then refine on the full ones: for models so large that
+    /// their solutions are what a search takes its time for.
+    pub reduced: Option<f64>,
 }
 
 impl Settings {

@@ -1,9 +1,10 @@
 //! `retune sample`
 
-use super::update::objective;
+use super::update::{objective, reduced_json, reduced_text, tolerance};
 use crate::args::Sample;
 use crate::output::{Failure, print, print_json, style};
 use crate::progress::cancel_flag;
+use crate::uncertain::folded;
 use crate::{DONE, files};
 use retune::correlation::correlations;
 use retune::model::ParametricModel;
@@ -19,14 +20,18 @@ const QUANTILES: [f64; 5] = [0.05, 0.25, 0.5, 0.75, 0.95];
 
 pub(crate) fn run(args: &Sample) -> Result<u8, Failure> {
     let all = files::tested(&args.model, &args.tests, args.configuration.as_deref())?;
-    let settings = Settings { objective: objective(args.objective.as_deref())?, ..Settings::default() };
+    let settings = Settings {
+        objective: objective(args.objective.as_deref())?,
+        reduced: tolerance(args.reduced)?,
+        ..Settings::default()
+    };
     if let Some(output) = &args.output {
         files::check_output(output, args.force)?;
     }
     let cases: Vec<TestCase<'_>> = all.iter().map(|t| TestCase { model: &t.model, test: &t.test }).collect();
     let sampler =
         Tmcmc { n_samples: args.samples as usize, seed: args.seed, cancel: cancel_flag(), ..Tmcmc::default() };
-    let found = sample_posterior(&cases, &settings, &sampler)?;
+    let (found, reduced) = sample_posterior(&cases, &settings, &sampler)?;
     let model = &all[0].model;
     let scaling = Scaling::new(model);
     let shown = |j: usize, x: f64| {
@@ -61,6 +66,7 @@ pub(crate) fn run(args: &Sample) -> Result<u8, Failure> {
             "stages": found.n_stages,
             "evaluations": found.evaluations,
             "acceptance": found.acceptance,
+            "reduced": reduced.as_ref().map(reduced_json),
             "lowest_cost": found.costs.iter().copied().fold(f64::INFINITY, f64::min),
         }));
         return Ok(DONE);
@@ -91,6 +97,9 @@ pub(crate) fn run(args: &Sample) -> Result<u8, Failure> {
         found.evaluations,
         100.0 * found.acceptance
     );
+    if let Some(r) = &reduced {
+        out += &folded(reduced_text(r).trim_start(), &style(&std::io::stdout()));
+    }
     if let Some(output) = &args.output {
         let _ = writeln!(out, "written: {}", output.display());
     }

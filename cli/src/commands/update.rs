@@ -10,7 +10,7 @@ use retune::correlation::PairBy;
 use retune::effect::set_parameter_values;
 use retune::optim::{Checkpoint, OptimizerSpec};
 use retune::report::text::cost_history;
-use retune::update::{self, Assessment, Controls, ObjectiveSpec, Settings, TestCase, update_to_tests};
+use retune::update::{self, Assessment, Controls, ObjectiveSpec, ReducedSearch, Settings, TestCase, update_to_tests};
 use serde_json::json;
 use std::path::Path;
 
@@ -46,6 +46,7 @@ pub(crate) fn run(args: &Update) -> Result<u8, Failure> {
         optimizer: args.optimizer.as_deref().map(optimizer).transpose()?,
         seed: args.seed,
         objective,
+        reduced: tolerance(args.reduced)?,
     };
     let checkpoint = match &args.checkpoint {
         Some(path) if args.resume => Some(Checkpoint::resume(path)?),
@@ -79,6 +80,7 @@ pub(crate) fn run(args: &Update) -> Result<u8, Failure> {
             "remarks": u.uncertainty.remarks,
             "uncertainty_evaluations": u.uncertainty.evaluations,
             "regularization_weight": u.regularization,
+            "reduced": u.reduced.as_ref().map(reduced_json),
             "tests": all.iter().zip(&assessed).map(|(t, (_, after))| json!({
                 "name": t.test.name,
                 "configuration": t.test.configuration,
@@ -117,6 +119,9 @@ pub(crate) fn run(args: &Update) -> Result<u8, Failure> {
                 "       {} costs by the batch kernel, {} by the reference path\n",
                 paths.batch, paths.reference
             );
+        }
+        if let Some(r) = &u.reduced {
+            out += &uncertain::folded(&reduced_text(r), &style);
         }
         if let Some(starts) = u.optimum.starts_in_words() {
             out += &format!("       {starts}\n");
@@ -161,6 +166,43 @@ pub(crate) fn run(args: &Update) -> Result<u8, Failure> {
         DONE
     } else {
         SHORT
+    })
+}
+
+/// A tolerance of reduced models.
+pub(crate) fn tolerance(given: Option<f64>) -> Result<Option<f64>, Failure> {
+    match given {
+        Some(t) if !(1e-9..=0.1).contains(&t) => {
+            Err(Failure::text(format!("--reduced: a relative error of frequencies from 1e-9 to 0.1, not {t}")))
+        }
+        given => Ok(given),
+    }
+}
+
+/// What reduced models had to do with a result.
+pub(crate) fn reduced_text(r: &ReducedSearch) -> String {
+    let dofs: Vec<String> = r.dofs.iter().map(|(full, own)| format!("{own} of {full} dofs")).collect();
+    format!(
+        "       reduced model: {} from {} samples, frequencies within {:.0e} (estimated{}); {} evaluations; cost at its best point {:.6}, of the full model {:.6}\n",
+        dofs.join(", "),
+        r.n_samples,
+        r.accuracy,
+        if r.accuracy > r.tolerance { ": not what was asked for, more dofs do not pay" } else { "" },
+        r.evaluations,
+        r.costs[0],
+        r.costs[1]
+    )
+}
+
+pub(crate) fn reduced_json(r: &ReducedSearch) -> serde_json::Value {
+    json!({
+        "dofs": r.dofs.iter().map(|d| d.1).collect::<Vec<_>>(),
+        "dofs_of_model": r.dofs.iter().map(|d| d.0).collect::<Vec<_>>(),
+        "samples": r.n_samples,
+        "accuracy": r.accuracy,
+        "evaluations": r.evaluations,
+        "cost": r.costs[0],
+        "cost_of_model": r.costs[1],
     })
 }
 

@@ -10,6 +10,7 @@ mod lanczos;
 mod matrix;
 mod modes;
 mod plan;
+mod shifted;
 #[cfg(test)]
 mod tests;
 
@@ -17,3 +18,4 @@ pub use derivative::solve_beside_mode;
 pub use matrix::SparseSym;
 pub use modes::{SparseModes, SparseOptions, backward_error, lowest_sparse_modes};
 pub use plan::SparsePlan;
+pub use shifted::solve_shifted;

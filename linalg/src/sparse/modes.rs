@@ -230,17 +230,24 @@ impl Search<'_> {
         shift: f64,
     ) -> Result<(Ritz, Option<(usize, f64)>), LinalgError> {
         const MOST_STEPS: usize = 400;
+        /// Decades by which a step brings the residuals down, about; where a look at them costs more than a step, it waits.
+        const DECADES: f64 = 2.0;
+        let mut wait = 0_usize;
         loop {
             lanczos.step(wanted + WIDTH)?;
             let size = lanczos.dimension();
             let is_complete = lanczos.is_complete() || size >= self.plan.n() + WIDTH;
-            if size < wanted + WIDTH && !is_complete {
+            if (size < wanted + WIDTH || wait > 0) && !is_complete {
+                wait = wait.saturating_sub(1);
                 continue;
             }
             let ritz = lanczos.ritz()?;
             if is_complete {
                 return Ok((ritz, None));
             }
+            let worst = (0..wanted).map(|j| ritz.residual[j] / ritz.theta[j]).fold(0.0, f64::max);
+            let steps = ((worst / self.options.tolerance).log10() / DECADES).ceil() as usize;
+            wait = if self.plan.factor_len() < size.pow(3) { steps.saturating_sub(1) } else { 0 };
             let is_good = |j: usize, tolerance: f64| ritz.residual[j] <= tolerance * ritz.theta[j];
             if (0..wanted).all(|j| is_good(j, self.options.tolerance)) {
                 if !self.options.count {

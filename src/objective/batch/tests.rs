@@ -109,15 +109,36 @@ fn a_cost_does_not_depend_on_its_company() {
     }
 }
 
-/// Terms that look at the matrices, and models that are not affine, go by the reference path.
+/// Products of parameters are factors of the kernel like the parameters themselves: E I, and a mass off its axis.
 #[test]
-fn what_the_kernel_does_not_take_is_evaluated_all_the_same() {
+fn products_of_parameters_go_by_batches() {
     let (test, _) = read_test(&text("bff_gvt.yaml")).unwrap();
-    // E I is a product of two parameters.
     let bent = text("bff.yaml")
         .replace("parameters:\n", "parameters:\n  I_wing: {value: 1.7e-9 m4, bounds: [1.5e-9 m4, 2e-9 m4]}\n")
         .replace("Iy: 1.7438687500000001e-9 m4", "Iy: I_wing");
-    let (model, ..) = load(&bent, &Registry::builtin()).unwrap();
+    let behind = text("bff.yaml")
+        .replace("parameters:\n", "parameters:\n  aft: {value: 0 m, bounds: [-5 cm, 5 cm]}\n")
+        .replace("    mass_per_length: mu_wing\n", "    mass_per_length: mu_wing\n    mass_offset_y: aft\n");
+    for text in [bent, behind] {
+        let (model, ..) = load(&text, &Registry::builtin()).unwrap();
+        assert!(!model.affine().unwrap().products.is_empty());
+        let comparison = Comparison::new(&model, &test, open_gates(PairBy::Mac)).unwrap();
+        compare(&PaperCost::new(&comparison), 100, 90);
+        compare(&LeastSquares::new(&comparison), 100, 90);
+    }
+}
+
+/// Shear flexibility makes a rational function: such a model goes by the reference path.
+#[test]
+fn what_the_kernel_does_not_take_is_evaluated_all_the_same() {
+    let (test, _) = read_test(&text("bff_gvt.yaml")).unwrap();
+    let sheared = text("bff.yaml")
+        .replace("parameters:\n", "parameters:\n  compliance: {value: 1e-6 1/N, bounds: [0 1/N, 1e-5 1/N]}\n")
+        .replace(
+            "    mass_per_length: mu_wing\n",
+            "    mass_per_length: mu_wing\n    shear_compliance_z: compliance\n",
+        );
+    let (model, ..) = load(&sheared, &Registry::builtin()).unwrap();
     assert!(model.affine().is_none());
     let comparison = Comparison::new(&model, &test, open_gates(PairBy::Mac)).unwrap();
     let cost = PaperCost::new(&comparison);

@@ -1,0 +1,345 @@
+//! A model of few dofs in the place of a large one, for all values within the bounds of the parameters.
+//!
+//! ```text
+//! q ≈ V y,    K_r(θ) = Vᵀ K(θ) V,    M_r and C_r alike
+//! ```
+//!
+//! V spans rigid-body motions, modes and their derivatives at a few sampled θ. Every term of [`AffinePart`] is projected once, so
+//! that a prediction costs nothing that grows with the large model. Each sample is taken where the estimated error of a
+//! frequency is largest among random points of the bounds, until it is small at all of them:
+//!
+//! ```text
+//! r = (K - λ M) V y,    δλ ≈ |r|² / α · (λ_m + a)/(λ_m - λ),    δf/f = δλ / 2λ
+//! ```
+//!
+//! with |r|² = rᵀ X⁻¹ r, X = K + aM at the estimates, α the least eigenvalue of K_r(θ) + a M_r(θ) against X_r, and λ_m the next
+//! eigenvalue of the reduced model above 1.5 λ. It is an estimate, not a bound: α and λ_m are those of the reduced model. |r|² is a
+//! quadratic form of the coefficients of the terms times y, whose matrix is found once.
+//!
+//! # Source
+//! L. Machiels, Y. Maday, I. B. Oliveira, A. T. Patera, D. V. Rovas, Output bounds for reduced-basis approximations of symmetric
+//! positive definite eigenvalue problems, C. R. Acad. Sci. Paris I 331, 2000. The search for samples: K. Veroy, C. Prud'homme,
+//! D. V. Rovas, A. T. Patera, A posteriori error bounds for reduced-basis approximation of parametrized noncoercive and
+//! nonlinear elliptic partial differential equations, AIAA 2003-3847.
+
+mod residual;
+mod span;
+#[cfg(test)]
+mod tests;
+
+use self::residual::Residual;
+use self::span::Span;
+use super::assembly::{AffineMass, AffinePart, Basis, Entry, add_basis, symmetrise};
+use super::character::ModeCharacter;
+use super::dependence::interior_point;
+use super::dof_map::DofMap;
+use super::mass_properties::MassProperties;
+use super::parameter::ParameterSet;
+use super::system::System;
+use super::{ModalSolver, ModelError, ParametricModel, PointMotion, Targets};
+use crate::linalg::sparse::SparseSym;
+use crate::linalg::{DMatrix, DVector};
+use crate::modal::{self, Modes, SolveOptions};
+use rand::{RngExt, SeedableRng};
+use rayon::prelude::*;
+
+/// How to reduce a model.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ReducedOptions {
+    /// Elastic modes that are to be right.
+    pub n_modes: usize,
+    /// Largest estimated relative error of a frequency.
+    pub tolerance: f64,
+    /// Most dofs.
+    pub most: usize,
+    /// Random points of the bounds at which the error is looked at.
+    pub n_candidates: usize,
+    /// Seed of these points.
+    pub seed: u64,
+}
+
+impl Default for ReducedOptions {
+    fn default() -> Self {
+        Self { n_modes: 10, tolerance: 1e-4, most: 110, n_candidates: 100, seed: 1 }
+    }
+}
+
+/// A model of few dofs in the place of a large one.
+#[derive(Debug)]
+pub struct ReducedModel<'a> {
+    full: &'a dyn ParametricModel,
+    /// V, (n_dof x n_reduced).
+    basis: DMatrix<f64>,
+    affine: AffinePart,
+    dofs: DofMap,
+    mirror: Option<Vec<(usize, f64)>>,
+    is_damped: bool,
+    residual: Residual,
+    n_modes: usize,
+    samples: Vec<Vec<f64>>,
+    accuracy: f64,
+}
+
+/// What is added to a span below this X norm, of vectors of unit norm, is within what is left of the tolerance: the error of a
+/// frequency is the square of that of a shape.
+fn negligible(tolerance: f64) -> f64 {
+    0.1 * tolerance.sqrt()
+}
+
+impl<'a> ReducedModel<'a> {
+    /// Reduces a model.
+    ///
+    /// Where the dofs do not suffice, [`Self::accuracy`] stays above the tolerance.
+    ///
+    /// # Errors
+    /// [`ModelError::NotPolynomial`]; those of a solution of the model.
+    pub fn new(full: &'a dyn ParametricModel, options: ReducedOptions) -> Result<Self, ModelError> {
+        let terms = full.affine().ok_or(ModelError::NotPolynomial)?;
+        let start = interior_point(full.parameters());
+        let solver = ModalSolver::new(full, &start, options.n_modes)?;
+        let (_, modes) = solver.solve(full, &start, options.n_modes)?;
+        let shift = modes.lambda.iter().copied().find(|l| *l > 0.0).unwrap_or(1.0);
+        let mut span = Span::new(full, &start, shift)?;
+        span.add(&modes.shapes.columns(0, modes.n_rigid).into_owned(), f64::EPSILON);
+        let n_rigid = span.len();
+        let mut reduced = Self {
+            full,
+            basis: DMatrix::zeros(0, 0),
+            affine: AffinePart::default(),
+            dofs: full.dof_map().clone(),
+            mirror: None,
+            is_damped: terms.bases().any(|b| !b.damping.is_empty()),
+            residual: Residual::new(full, terms, &start, shift, n_rigid)?,
+            n_modes: options.n_modes,
+            samples: Vec::new(),
+            accuracy: f64::INFINITY,
+        };
+        let candidates = candidates(full, &start, options);
+        let mut next = Some(start);
+        while let Some(sample) = next.take() {
+            let shapes = snapshot(full, &solver, &sample, options.n_modes, &span)?;
+            let room = options.most.saturating_sub(span.len());
+            let added = span.add_best(&shapes, negligible(options.tolerance), room);
+            reduced.samples.push(sample);
+            reduced.project(&span, n_rigid)?;
+            // Where there are no modes, nothing is approximated.
+            let error =
+                |theta: &Vec<f64>| reduced.frequency_errors(theta).map_or(0.0, |e| e.into_iter().fold(0.0, f64::max));
+            let errors: Vec<f64> = candidates.par_iter().map(error).collect();
+            let worst = (0..errors.len()).reduce(|a, b| if errors[b] > errors[a] { b } else { a });
+            reduced.accuracy = worst.map_or(0.0, |k| errors[k]);
+            let is_done = reduced.accuracy <= options.tolerance || added == 0;
+            next = worst.filter(|_| !is_done).map(|k| candidates[k].clone());
+        }
+        Ok(reduced)
+    }
+
+    /// Largest estimated relative error of a frequency at the points that were looked at.
+    pub fn accuracy(&self) -> f64 {
+        self.accuracy
+    }
+
+    /// The θ whose modes and derivatives of modes it is made of.
+    pub fn samples(&self) -> &[Vec<f64>] {
+        &self.samples
+    }
+
+    /// V: dofs of the full model from those of this one, q = V y, (n_dof x n_reduced).
+    pub fn basis(&self) -> &DMatrix<f64> {
+        &self.basis
+    }
+
+    /// Estimated relative errors of the lowest elastic frequencies at θ.
+    ///
+    /// # Errors
+    /// No modes at this θ.
+    pub fn frequency_errors(&self, theta: &[f64]) -> Result<Vec<f64>, ModelError> {
+        let system = self.assemble(theta)?;
+        let modes = self.modes(&system)?;
+        let factors: Vec<f64> = self.affine.at(theta).map(|term| term.1).collect();
+        Ok(self.residual.frequency_errors(&factors, &system, &modes, self.n_modes).map_err(modal::ModalError::from)?)
+    }
+
+    fn modes(&self, system: &System) -> Result<Modes, ModelError> {
+        let shift = Some(self.residual.shift());
+        let options = SolveOptions { n_elastic: self.dofs.n_dof(), shift };
+        Ok(modal::solve(&system.stiffness, &system.mass, &self.dofs.rigid_motions(), options)?)
+    }
+
+    /// The terms on the vectors of a span.
+    fn project(&mut self, span: &Span<'_>, n_rigid: usize) -> Result<(), ModelError> {
+        let Some(terms) = self.full.affine() else { return Err(ModelError::NotPolynomial) };
+        let n = self.full.dof_map().n_dof();
+        let v = span.vectors();
+        let on_span = |list: &[Entry], strains: bool| -> Vec<Entry> {
+            if list.is_empty() {
+                return Vec::new();
+            }
+            let a = SparseSym::from_triplets(n, list.iter().map(|e| (e.row, e.column, e.value)));
+            let mut av = a.mul(&v);
+            if strains {
+                without_rounding(&a, &v, &mut av, n_rigid);
+            }
+            let mut projected = v.tr_mul(&av);
+            // A rigid motion that a term does not strain meets no force of the others either.
+            for j in (0..n_rigid).filter(|&j| strains && av.column(j).amax() == 0.0) {
+                projected.row_mut(j).fill(0.0);
+            }
+            (0..v.ncols())
+                .flat_map(|row| (0..=row).map(move |column| (row, column)))
+                .map(|(row, column)| Entry { row, column, value: projected[(row, column)] })
+                .filter(|e| e.value != 0.0)
+                .collect()
+        };
+        let reduce = |basis: &Basis| Basis {
+            stiffness: on_span(&basis.stiffness, true),
+            mass: on_span(&basis.mass, false),
+            damping: on_span(&basis.damping, true),
+        };
+        self.affine = AffinePart {
+            constant: reduce(&terms.constant),
+            parameters: terms.parameters.iter().map(reduce).collect(),
+            products: terms.products.iter().map(|(monomial, basis)| (monomial.clone(), reduce(basis))).collect(),
+            origin: terms.origin.clone(),
+        };
+        self.residual.extend(&v)?;
+        self.mirror = span.signs().map(|signs| signs.into_iter().enumerate().collect());
+        self.dofs = self.full.dof_map().on_basis(&v, &span.coordinates_of_rigid_motions(n_rigid));
+        self.basis = v;
+        Ok(())
+    }
+}
+
+/// Sets to zero what a rounding is of forces of rigid motions.
+fn without_rounding(a: &SparseSym, v: &DMatrix<f64>, av: &mut DMatrix<f64>, n_rigid: usize) {
+    const ROUNDING: f64 = 1e-9;
+    let size = a.abs().mul(&v.columns(0, n_rigid).abs());
+    for j in 0..n_rigid {
+        if av.column(j).amax() <= ROUNDING * size.column(j).amax() {
+            av.column_mut(j).fill(0.0);
+        }
+    }
+}
+
+/// Random points of the bounds; parameters without bounds stay at their values.
+fn candidates(full: &dyn ParametricModel, start: &[f64], options: ReducedOptions) -> Vec<Vec<f64>> {
+    let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(options.seed);
+    let parameters = full.parameters();
+    let mut point = || {
+        let value = |(p, value): (&super::Parameter, &f64)| match p.bounds {
+            Some([lower, upper]) => lower + (upper - lower) * rng.random::<f64>(),
+            None => *value,
+        };
+        parameters.iter().zip(start).map(value).collect()
+    };
+    let n = if parameters.free().is_empty() { 0 } else { options.n_candidates };
+    (0..n).map(|_| point()).collect()
+}
+
+/// Modes at θ and their derivatives times half the interval of each parameter, in units of the X norm of the modes.
+fn snapshot(
+    full: &dyn ParametricModel,
+    solver: &ModalSolver,
+    theta: &[f64],
+    n_modes: usize,
+    span: &Span<'_>,
+) -> Result<DMatrix<f64>, ModelError> {
+    let (matrices, modes) = solver.solve(full, theta, n_modes)?;
+    let free = full.parameters().free();
+    let slopes = matrices.derivatives(full, theta, &free)?;
+    let elastic: Vec<usize> = modes.elastic().collect();
+    let derivatives = solver.differentiate(full, &matrices, &slopes, &modes, &elastic)?;
+    let mut columns: Vec<DVector<f64>> = Vec::new();
+    for (&mode, derivative) in elastic.iter().zip(derivatives) {
+        let shape = modes.shapes.column(mode).into_owned();
+        let norm = span.norm(&shape);
+        if let Some(d) = derivative {
+            for (column, &p) in d.shape.column_iter().zip(&free) {
+                let [lower, upper] = full.parameters().get(p).bounds.unwrap_or([0.0; 2]);
+                columns.push(column * (0.5 * (upper - lower) / norm));
+            }
+        }
+        columns.push(shape / norm);
+    }
+    Ok(if columns.is_empty() { DMatrix::zeros(full.dof_map().n_dof(), 0) } else { DMatrix::from_columns(&columns) })
+}
+
+impl ParametricModel for ReducedModel<'_> {
+    fn parameters(&self) -> &ParameterSet {
+        self.full.parameters()
+    }
+
+    fn dof_map(&self) -> &DofMap {
+        &self.dofs
+    }
+
+    fn assemble(&self, theta: &[f64]) -> Result<System, ModelError> {
+        let mut system = System::zeros(self.dofs.n_dof(), self.is_damped);
+        self.assemble_into(theta, &mut system)?;
+        Ok(system)
+    }
+
+    fn assemble_into(&self, theta: &[f64], system: &mut System) -> Result<(), ModelError> {
+        let expected = self.parameters().len();
+        if theta.len() != expected {
+            return Err(ModelError::WrongLength { expected, given: theta.len() });
+        }
+        system.clear();
+        for (basis, factor) in self.affine.at(theta) {
+            add_basis(system, basis, factor);
+        }
+        symmetrise(system);
+        Ok(())
+    }
+
+    fn assemble_derivative(&self, theta: &[f64], j: usize) -> Result<System, ModelError> {
+        let mut system = System::zeros(self.dofs.n_dof(), self.is_damped);
+        for (basis, factor) in self.affine.derivative(theta, j) {
+            add_basis(&mut system, basis, factor);
+        }
+        symmetrise(&mut system);
+        Ok(system)
+    }
+
+    fn mass_properties(&self, theta: &[f64]) -> Result<Option<MassProperties>, ModelError> {
+        self.full.mass_properties(theta)
+    }
+
+    fn point(&self, element: &str, fraction: f64) -> Result<Option<PointMotion>, ModelError> {
+        let on_basis = |row: &Vec<(usize, f64)>| -> Vec<(usize, f64)> {
+            let value = |j: usize| row.iter().map(|&(i, f)| f * self.basis[(i, j)]).sum();
+            if row.is_empty() { Vec::new() } else { (0..self.basis.ncols()).map(|j| (j, value(j))).collect() }
+        };
+        let motion = self.full.point(element, fraction)?;
+        Ok(motion.map(|m| PointMotion { rows: m.rows.each_ref().map(on_basis), position: m.position }))
+    }
+
+    fn element_names(&self) -> Vec<&str> {
+        self.full.element_names()
+    }
+
+    fn mirror(&self) -> Option<&[(usize, f64)]> {
+        self.mirror.as_deref()
+    }
+
+    fn characters(
+        &self,
+        theta: &[f64],
+        shapes: &DMatrix<f64>,
+        n_rigid: usize,
+    ) -> Result<Option<Vec<ModeCharacter>>, ModelError> {
+        self.full.characters(theta, &(&self.basis * shapes), n_rigid)
+    }
+
+    fn targets(&self) -> Targets {
+        self.full.targets()
+    }
+
+    fn affine_mass(&self) -> Option<&AffineMass> {
+        self.full.affine_mass()
+    }
+
+    fn affine(&self) -> Option<&AffinePart> {
+        Some(&self.affine)
+    }
+}

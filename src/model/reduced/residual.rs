@@ -1,0 +1,132 @@
+//! What a reduced mode leaves in the equations of the full model.
+
+use crate::linalg::sparse::{SparsePlan, SparseSym, solve_shifted};
+use crate::linalg::{DMatrix, LinalgError, symmetric_values};
+use crate::modal::{ModalError, Modes};
+use crate::model::{AffinePart, Entry, ModelError, ParametricModel, System};
+
+/// λ_m of the estimate lies this much above λ: nearer ones are turned among each other.
+const APART: f64 = 1.5;
+
+/// A matrix of K or M of one term, with what it makes of the basis.
+#[derive(Debug)]
+struct Force {
+    /// Number of its term.
+    term: usize,
+    is_mass: bool,
+    matrix: SparseSym,
+    /// Columns of the Gram matrix, one for each vector of the basis.
+    columns: Vec<usize>,
+}
+
+/// |r|² as a quadratic form.
+#[derive(Debug)]
+pub(super) struct Residual {
+    plan: SparsePlan,
+    stiffness: SparseSym,
+    mass: SparseSym,
+    shift: f64,
+    n_rigid: usize,
+    forces: Vec<Force>,
+    /// A V of all forces, (n x columns), and its Gram matrix in X⁻¹.
+    all: DMatrix<f64>,
+    gram: DMatrix<f64>,
+}
+
+impl Residual {
+    pub(super) fn new(
+        full: &dyn ParametricModel,
+        terms: &AffinePart,
+        theta: &[f64],
+        shift: f64,
+        n_rigid: usize,
+    ) -> Result<Self, ModelError> {
+        let system = full.assemble_sparse(theta)?;
+        let n = full.dof_map().n_dof();
+        let node: Vec<usize> = full.dof_map().rows().iter().map(|r| r.0).collect();
+        let plan = SparsePlan::new(&system.stiffness, &system.mass, &node).map_err(ModalError::from)?;
+        let mut forces = Vec::new();
+        for (term, basis) in terms.bases().enumerate() {
+            let mut push = |list: &[Entry], is_mass: bool| {
+                if !list.is_empty() {
+                    let matrix = SparseSym::from_triplets(n, list.iter().map(|e| (e.row, e.column, e.value)));
+                    forces.push(Force { term, is_mass, matrix, columns: Vec::new() });
+                }
+            };
+            push(&basis.stiffness, false);
+            push(&basis.mass, true);
+        }
+        let (all, gram) = (DMatrix::zeros(n, 0), DMatrix::zeros(0, 0));
+        let (stiffness, mass) = (system.stiffness, system.mass);
+        Ok(Self { plan, stiffness, mass, shift, n_rigid, forces, all, gram })
+    }
+
+    /// a.
+    pub(super) fn shift(&self) -> f64 {
+        self.shift
+    }
+
+    /// Takes in the columns of a basis that it does not have yet.
+    pub(super) fn extend(&mut self, basis: &DMatrix<f64>) -> Result<(), ModelError> {
+        let before = self.forces.first().map_or(0, |f| f.columns.len());
+        let count = basis.ncols() - before;
+        let new = basis.columns(before, count).into_owned();
+        let (n, first) = self.all.shape();
+        let mut forces = DMatrix::zeros(n, count * self.forces.len());
+        for (k, force) in self.forces.iter_mut().enumerate() {
+            let mut made = force.matrix.mul(&new);
+            if !force.is_mass && before < self.n_rigid {
+                super::without_rounding(&force.matrix, &new, &mut made, (self.n_rigid - before).min(count));
+            }
+            forces.columns_mut(k * count, count).copy_from(&made);
+            force.columns.extend(first + k * count..first + (k + 1) * count);
+        }
+        let answers = solve_shifted(&self.plan, &self.stiffness, &self.mass, self.shift, &forces);
+        let answers = answers.map_err(ModalError::from)?;
+        let beside = self.all.tr_mul(&answers);
+        let own = forces.tr_mul(&answers);
+        let size = first + forces.ncols();
+        let mut gram = std::mem::replace(&mut self.gram, DMatrix::zeros(0, 0)).resize(size, size, 0.0);
+        gram.view_mut((0, first), beside.shape()).copy_from(&beside);
+        gram.view_mut((first, 0), (beside.ncols(), beside.nrows())).copy_from(&beside.transpose());
+        gram.view_mut((first, first), own.shape()).copy_from(&own);
+        self.gram = gram;
+        let mut all = std::mem::replace(&mut self.all, DMatrix::zeros(0, 0)).resize_horizontally(size, 0.0);
+        all.columns_mut(first, forces.ncols()).copy_from(&forces);
+        self.all = all;
+        Ok(())
+    }
+
+    /// Estimated relative errors of frequencies.
+    ///
+    /// * `factors` - of the terms at θ
+    /// * `system`, `modes` - of the reduced model at θ
+    pub(super) fn frequency_errors(
+        &self,
+        factors: &[f64],
+        system: &System,
+        modes: &Modes,
+        n_modes: usize,
+    ) -> Result<Vec<f64>, LinalgError> {
+        let values = symmetric_values(&(&system.stiffness + &system.mass * self.shift))?;
+        let alpha = values.min().max(f64::MIN_POSITIVE);
+        let elastic: Vec<usize> = modes.elastic().collect();
+        let mut out = Vec::with_capacity(n_modes);
+        let mut w = vec![0.0; self.gram.nrows()];
+        for &mode in elastic.iter().take(n_modes) {
+            let (lambda, y) = (modes.lambda[mode], modes.shapes.column(mode));
+            for force in &self.forces {
+                let factor = factors[force.term] * if force.is_mass { -lambda } else { 1.0 };
+                for (&column, y) in force.columns.iter().zip(y.iter()) {
+                    w[column] = factor * y;
+                }
+            }
+            let squared: f64 =
+                (0..w.len()).map(|j| w[j] * self.gram.column(j).iter().zip(&w).map(|(g, w)| g * w).sum::<f64>()).sum();
+            let above = elastic.iter().map(|&k| modes.lambda[k]).find(|l| *l > APART * lambda);
+            let gap = above.map_or(1.0, |above| (above + self.shift) / (above - lambda));
+            out.push(0.5 * squared.max(0.0) / alpha * gap / lambda);
+        }
+        Ok(out)
+    }
+}

@@ -1,0 +1,129 @@
+//! Vectors that are orthonormal in X = K + aM, each of one family of a symmetry.
+
+use crate::linalg::sparse::SparseSym;
+use crate::linalg::{DMatrix, DVector, symmetric_eigen};
+use crate::model::{ModelError, ParametricModel};
+
+/// The span of some vectors.
+#[derive(Debug)]
+pub(super) struct Span<'a> {
+    model: &'a dyn ParametricModel,
+    stiffness: SparseSym,
+    mass: SparseSym,
+    shift: f64,
+    vectors: Vec<DVector<f64>>,
+    /// X times the vectors.
+    images: Vec<DVector<f64>>,
+    /// 1 for a vector that is its own mirror image, -1 for one that is its negative, 0 without a symmetry.
+    signs: Vec<f64>,
+}
+
+impl<'a> Span<'a> {
+    /// Nothing yet, with the X of a model at θ.
+    pub(super) fn new(model: &'a dyn ParametricModel, theta: &[f64], shift: f64) -> Result<Self, ModelError> {
+        let system = model.assemble_sparse(theta)?;
+        Ok(Self {
+            model,
+            stiffness: system.stiffness,
+            mass: system.mass,
+            shift,
+            vectors: Vec::new(),
+            images: Vec::new(),
+            signs: Vec::new(),
+        })
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.vectors.len()
+    }
+
+    /// The vectors as columns.
+    pub(super) fn vectors(&self) -> DMatrix<f64> {
+        let n = self.model.dof_map().n_dof();
+        if self.vectors.is_empty() { DMatrix::zeros(n, 0) } else { DMatrix::from_columns(&self.vectors) }
+    }
+
+    /// The sign of every vector under the mirror, where the model has one.
+    pub(super) fn signs(&self) -> Option<Vec<f64>> {
+        self.model.mirror().is_some().then(|| self.signs.clone())
+    }
+
+    fn image(&self, x: &DMatrix<f64>) -> DMatrix<f64> {
+        self.stiffness.mul(x) + self.mass.mul(x) * self.shift
+    }
+
+    /// √(vᵀ X v).
+    pub(super) fn norm(&self, v: &DVector<f64>) -> f64 {
+        let v = DMatrix::from_columns(std::slice::from_ref(v));
+        v.dot(&self.image(&v)).max(0.0).sqrt()
+    }
+
+    /// The six rigid motions, in coordinates; zero where they are not modes of the structure.
+    pub(super) fn coordinates_of_rigid_motions(&self, n_rigid: usize) -> DMatrix<f64> {
+        let motions = self.model.dof_map().rigid_motions();
+        let rows = self.images.iter().enumerate();
+        let mut out = DMatrix::zeros(self.len(), motions.ncols());
+        for (i, image) in rows.filter(|(i, _)| *i < n_rigid) {
+            out.row_mut(i).copy_from(&motions.tr_mul(image).transpose());
+        }
+        out
+    }
+
+    /// Adds vectors, all but those of a norm below `least` across those that are there.
+    pub(super) fn add(&mut self, candidates: &DMatrix<f64>, least: f64) -> usize {
+        self.add_best(candidates, least, candidates.ncols())
+    }
+
+    /// Adds the leading directions of some vectors, at most `most`: those whose singular value across what is there is at least
+    /// `least`. The number of them.
+    pub(super) fn add_best(&mut self, candidates: &DMatrix<f64>, least: f64, most: usize) -> usize {
+        let mut found: Vec<(f64, f64, DVector<f64>)> = Vec::new();
+        for (sign, part) in self.families(candidates) {
+            let part = self.across(part, sign);
+            let gram = part.tr_mul(&self.image(&part));
+            let Ok(eigen) = symmetric_eigen(&gram) else { continue };
+            for (value, u) in eigen.values.iter().zip(eigen.vectors.column_iter()) {
+                let size = value.max(0.0).sqrt();
+                if size > least {
+                    found.push((size, sign, &part * u / size));
+                }
+            }
+        }
+        found.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let before = self.len();
+        for (_, sign, vector) in found.into_iter().take(most) {
+            let v = self.across(DMatrix::from_columns(&[vector]), sign);
+            let image = self.image(&v);
+            let norm = v.dot(&image).max(0.0).sqrt();
+            // What rounding has left of a vector of unit norm is no direction.
+            if norm > 1e-3 {
+                self.vectors.push(v.column(0) / norm);
+                self.images.push(image.column(0) / norm);
+                self.signs.push(sign);
+            }
+        }
+        self.len() - before
+    }
+
+    /// The symmetric and the antisymmetric part of vectors.
+    fn families(&self, vectors: &DMatrix<f64>) -> Vec<(f64, DMatrix<f64>)> {
+        let Some(mirror) = self.model.mirror() else { return vec![(0.0, vectors.clone())] };
+        let image = |i: usize, j: usize| mirror[i].1 * vectors[(mirror[i].0, j)];
+        let part = |sign: f64| {
+            let (n, count) = vectors.shape();
+            (sign, DMatrix::from_fn(n, count, |i, j| 0.5 * (vectors[(i, j)] + sign * image(i, j))))
+        };
+        vec![part(1.0), part(-1.0)]
+    }
+
+    /// What vectors of a family have across those that are there.
+    fn across(&self, mut x: DMatrix<f64>, sign: f64) -> DMatrix<f64> {
+        for _ in 0..2 {
+            for ((v, image), _) in self.vectors.iter().zip(&self.images).zip(&self.signs).filter(|(_, s)| **s == sign) {
+                let along = x.tr_mul(image);
+                x.ger(-1.0, v, &along, 1.0);
+            }
+        }
+        x
+    }
+}
