@@ -4,7 +4,9 @@ use retune::correlation::PairingOptions;
 use retune::data::{TestData, read_test};
 use retune::linalg::DVector;
 use retune::modal::{SolveOptions, solve};
-use retune::model::{MOST_DENSE_DOFS, Model, ModelError, ParametricModel, Registry, load, solve_modes};
+use retune::model::{
+    MOST_DENSE_DOFS, Model, ModelError, ParametricModel, Registry, load, load_configuration, solve_modes,
+};
 use retune::objective::{Comparison, LeastSquares, Objective, starting_point};
 use retune::update::{Controls, Cost, Settings, update};
 
@@ -199,7 +201,7 @@ fn a_search_on_a_reduced_model_ends_where_the_full_one_does() {
     assert!(reduced.dofs == [(n_dof, reduced.dofs[0].1)] && reduced.dofs[0].1 <= 110 && reduced.accuracy <= 1e-5);
     assert!(reduced.evaluations > 500, "{reduced:?}");
     let on_full = found.optimum.evaluations + found.optimum.linearizations;
-    assert!(on_full < 20, "{on_full}");
+    assert!(on_full < 50, "{on_full}");
     assert!((reduced.costs[0] - reduced.costs[1]).abs() < 1e-2, "{reduced:?}");
     assert!(found.optimum.cost <= reduced.costs[1]);
 
@@ -220,10 +222,10 @@ fn a_search_on_a_reduced_model_ends_where_the_full_one_does() {
 /// Static readings need more than modes.
 #[test]
 fn a_reduced_model_refuses_what_it_cannot_predict() {
-    let model = grillage(3);
-    let truth = starting_point(&model);
-    let pull = "static_tests:\n  pull:\n    source: made\n    loads: [{sensor: s00, weight: 1 kg}]\n    readings: {s00: {value: -1 mm, sd: 2 %}}\n";
-    let test = test_of(&model, &truth, 4, pull);
+    let read = |name: &str| std::fs::read_to_string(format!("{}/models/{name}", env!("CARGO_MANIFEST_DIR"))).unwrap();
+    let test = read_test(&read("bff_static.yaml")).unwrap().0;
+    let (model, ..) =
+        load_configuration(&read("bff.yaml"), test.configuration.as_deref(), &Registry::builtin()).unwrap();
     let settings = Settings { reduced: Some(1e-4), ..Settings::default() };
     let error = update(&model, &test, &settings, Controls::default()).unwrap_err().to_string();
     assert!(error.contains("static readings or frequency responses, which need more than the modes"), "{error}");
