@@ -36,6 +36,8 @@ fn model(wing: usize, halves: bool) -> (BatchModel, Vec<Vec<f64>>) {
         rigid: DMatrix::from_fn(data.n, 3, |i, j| data.rigid[j][i]),
         mirror: halves.then(|| Mirror { permutation: data.mirror.0.clone(), signs: data.mirror.1.clone() }),
         sensors: None,
+        references: None,
+        shapes: true,
     };
     let thetas = grillage::candidates(&data, CANDIDATES, 1);
     (BatchModel::new(pencil, &grillage::nominal(&data), options).expect("the grillage is sound"), thetas)

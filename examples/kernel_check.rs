@@ -65,6 +65,8 @@ fn compile(data: &grillage::Grillage, n_modes: usize, halves: bool) -> BatchMode
         rigid: DMatrix::from_fn(data.n, 3, |i, j| data.rigid[j][i]),
         mirror: halves.then(|| Mirror { permutation: data.mirror.0.clone(), signs: data.mirror.1.clone() }),
         sensors: None,
+        references: None,
+        shapes: true,
     };
     BatchModel::new(pencil, &grillage::nominal(data), options).expect("the grillage is sound")
 }

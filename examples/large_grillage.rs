@@ -37,7 +37,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 }
 
 fn sensors(n: usize) -> Result<String, std::fmt::Error> {
-    let mut text = String::from("retune_test: 1\nname: sensors of a grillage\nsources: {places: {kind: synthetic, text: places of sensors without readings}}\nsensors:\n");
+    let mut text = String::from(
+        "retune_test: 1\nname: sensors of a grillage\nsources: {places: {kind: synthetic, text: places of sensors without readings}}\nsensors:\n",
+    );
     for (i, j) in (0..n).step_by(5).flat_map(|i| (0..n).step_by(5).map(move |j| (i, j))) {
         writeln!(text, "  s{i}_{j}: {{node: n{i}_{j}, direction: +z}}")?;
     }

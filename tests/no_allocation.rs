@@ -56,6 +56,8 @@ fn the_batch_path_does_not_allocate() {
             rigid: DMatrix::from_fn(data.n, 3, |i, j| data.rigid[j][i]),
             mirror: halves.then(|| Mirror { permutation: data.mirror.0.clone(), signs: data.mirror.1.clone() }),
             sensors: None,
+            references: None,
+            shapes: true,
         };
         let model = BatchModel::new(pencil.clone(), &grillage::nominal(&data), options).expect("the model is sound");
         let thetas = grillage::candidates(&data, 40, 1);

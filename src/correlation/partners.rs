@@ -83,11 +83,14 @@ impl PartnerSearch {
         for j in 0..n_test {
             let (mut cheapest, mut least) = (n_model, 0.0);
             for i in 0..n_model {
-                let (value, low, high) =
-                    (mac(i, j), frequencies[i].min(self.frequencies[j]), frequencies[i].max(self.frequencies[j]));
+                let value = mac(i, j);
+                if value.is_nan() || value <= 0.0 {
+                    self.cost.push(0.0);
+                    continue;
+                }
+                let (low, high) = (frequencies[i].min(self.frequencies[j]), frequencies[i].max(self.frequencies[j]));
                 let near = window == f64::INFINITY || low.is_nan() || high <= (1.0 + window) * low;
-                let allowed =
-                    value > 0.0 && value >= self.options.min_mac && near && self.is_same_family(families[i], j);
+                let allowed = value >= self.options.min_mac && near && self.is_same_family(families[i], j);
                 let closeness = if allowed && low > 0.0 { low / high } else { 0.0 };
                 let cost = if allowed { -value - TIE_BREAK * closeness } else { 0.0 };
                 if cost < least {

@@ -42,18 +42,18 @@ pub(super) type CostOf<'a> = &'a dyn Fn(&Prediction, &[f64], &mut DVector<f64>) 
 impl BatchPath {
     /// The costs of the points, overwriting `out`.
     ///
-    /// * `cost_of` - the objective's cost of a prediction
+    /// * `needs_shapes`, `cost_of` - the objective's cost of a prediction, and whether it looks at shapes
     /// * `reference` - its cost at x by the reference path, +∞ where there is none
     pub(super) fn costs(
         &self,
         (comparison, scaling): (&Comparison<'_>, &Scaling),
         points: &[DVector<f64>],
         out: &mut [f64],
-        cost_of: CostOf<'_>,
+        (needs_shapes, cost_of): (bool, CostOf<'_>),
         reference: impl Fn(&DVector<f64>) -> f64,
     ) {
         assert_eq!(points.len(), out.len(), "one cost a point");
-        let Some(compiled) = self.compiled(comparison, scaling) else {
+        let Some(compiled) = self.compiled(comparison, scaling, needs_shapes) else {
             self.reference.fetch_add(points.len() as u64, Ordering::Relaxed);
             points.iter().zip(out).for_each(|(x, cost)| *cost = reference(x));
             return;
@@ -88,8 +88,8 @@ impl BatchPath {
         PathCounts { batch: self.batch.load(Ordering::Relaxed), reference: self.reference.load(Ordering::Relaxed) }
     }
 
-    fn compiled(&self, comparison: &Comparison<'_>, scaling: &Scaling) -> Option<&Compiled> {
-        self.compiled.get_or_init(|| Compiled::new(comparison, scaling)).as_ref()
+    fn compiled(&self, comparison: &Comparison<'_>, scaling: &Scaling, needs_shapes: bool) -> Option<&Compiled> {
+        self.compiled.get_or_init(|| Compiled::new(comparison, scaling, needs_shapes)).as_ref()
     }
 }
 
@@ -103,6 +103,9 @@ const NO_COST: f64 = 1e-12;
 struct Compiled {
     model: BatchModel,
     n_sensors: usize,
+    /// Whether the kernel gives the products of shapes with those of the test, and the shapes themselves.
+    has_products: bool,
+    has_shapes: bool,
     /// Whether the dofs follow the sensors in the observed shapes, to find the families from them.
     has_dofs: bool,
     tests: Vec<TestShape>,
@@ -174,7 +177,7 @@ fn code(family: Option<&str>) -> u8 {
 
 impl Compiled {
     /// `None` if the kernel does not take the model.
-    fn new(comparison: &Comparison<'_>, scaling: &Scaling) -> Option<Self> {
+    fn new(comparison: &Comparison<'_>, scaling: &Scaling, needs_shapes: bool) -> Option<Self> {
         let model = comparison.model();
         let families: Vec<u8> = comparison.families().iter().map(|f| code(f.as_deref())).collect();
         PartnerSearch::new(comparison.frequencies(), &families, *comparison.pairing())?;
@@ -196,11 +199,16 @@ impl Compiled {
         let sensors = DMatrix::from_fn(n_sensors + if has_dofs { n } else { 0 }, n, |i, j| {
             if i < n_sensors { comparison.sensors()[(i, j)] } else { f64::from(u8::from(i - n_sensors == j)) }
         });
+        let tests: Vec<TestShape> = comparison.shapes().column_iter().map(|c| TestShape::new(c.as_slice())).collect();
+        // A shape with gaps is compared where it was measured: its partner's length depends on it.
+        let has_products = !has_dofs && tests.iter().all(|t| t.mask.is_none() || t.norm == 0.0);
         let options = BatchOptions {
             n_modes: centre.frequencies_hz.len(),
             rigid: centre.modes.shapes.columns(0, centre.modes.n_rigid).into_owned(),
             mirror: halves,
             sensors: Some(sensors),
+            references: has_products.then(|| comparison.shapes().map(|v| if v.is_nan() { 0.0 } else { v })),
+            shapes: needs_shapes || !has_products,
         };
         let products = Products::of(model.affine()?);
         let mut nominal = vec![0.0; pencil.n_parameters];
@@ -223,8 +231,10 @@ impl Compiled {
         Some(Self {
             model: batch.ok()?,
             n_sensors,
+            has_products,
+            has_shapes: needs_shapes || !has_products,
             has_dofs,
-            tests: comparison.shapes().column_iter().map(|c| TestShape::new(c.as_slice())).collect(),
+            tests,
             frequencies: comparison.frequencies().to_vec(),
             families,
             products,
@@ -314,7 +324,11 @@ impl Compiled {
             if (1..hz.len()).any(|i| closeness.joins(hz[i - 1], hz[i], || own[i - 1] == own[i])) {
                 continue;
             }
-            self.correlate(&bench.families, &bench.search, p, &mut bench.norms);
+            if self.has_products {
+                self.correlate_products(&bench.families, &bench.search, (modes, lane), p);
+            } else {
+                self.correlate(&bench.families, &bench.search, p, &mut bench.norms);
+            }
             let mac = &p.mac;
             bench.search.find(&p.frequencies_hz, &bench.families, |i, j| mac[(i, j)], &mut bench.partners);
             p.pairs.pairs.clear();
@@ -341,7 +355,9 @@ impl Compiled {
         for (j, lambda) in modes.values(lane).iter().enumerate() {
             p.frequencies_hz[j] = lambda.sqrt() / std::f64::consts::TAU;
             let shape = modes.shape(lane, j);
-            p.at_sensors.column_mut(j).copy_from_slice(&shape[..self.n_sensors]);
+            if self.has_shapes {
+                p.at_sensors.column_mut(j).copy_from_slice(&shape[..self.n_sensors]);
+            }
             families[j] = match comparison.model().mirror() {
                 Some(mirror) if self.has_dofs => {
                     code(family(symmetry_index(mirror, |row| shape[self.n_sensors + row])))
@@ -351,7 +367,25 @@ impl Compiled {
         }
     }
 
-    /// MAC of the pairs that the families allow, zero for the others.
+    /// MAC of the pairs that the families allow, zero for the others, from the products that the kernel has formed.
+    fn correlate_products(
+        &self,
+        families: &[u8],
+        search: &PartnerSearch,
+        (modes, lane): (&BatchModes, usize),
+        p: &mut Prediction,
+    ) {
+        for (i, &family) in families.iter().enumerate() {
+            let Some((&own, products)) = modes.products(lane, i).split_last() else { continue };
+            for (j, (product, test)) in products.iter().zip(&self.tests).enumerate() {
+                let square = own * test.norm * test.norm;
+                let is_compared = square > 0.0 && search.is_same_family(family, j);
+                p.mac[(i, j)] = if is_compared { (product * product / square).min(1.0) } else { 0.0 };
+            }
+        }
+    }
+
+    /// The same from the shapes.
     fn correlate(&self, families: &[u8], search: &PartnerSearch, p: &mut Prediction, norms: &mut [f64]) {
         let n_modes = families.len();
         for i in 0..n_modes {

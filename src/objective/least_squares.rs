@@ -217,7 +217,13 @@ impl Objective for LeastSquares<'_> {
             }
             0.5 * r.norm_squared()
         };
-        self.batch.costs((self.comparison, &self.scaling), points, out, &cost_of, reference);
+        self.batch.costs(
+            (self.comparison, &self.scaling),
+            points,
+            out,
+            (self.terms.iter().any(|t| t.needs_shapes()), &cost_of),
+            reference,
+        );
     }
 
     fn confirm(&self, x: &DVector<f64>, cost: f64) -> f64 {

@@ -210,7 +210,7 @@ impl Objective for PaperCost<'_> {
     fn costs(&self, points: &[DVector<f64>], out: &mut [f64]) {
         let cost_of = |p: &Prediction, _: &[f64], _: &mut DVector<f64>| self.cost_of(p) + self.penalty(p);
         let reference = |x: &DVector<f64>| self.cost(x).unwrap_or(f64::INFINITY);
-        self.batch.costs((self.comparison, &self.scaling), points, out, &cost_of, reference);
+        self.batch.costs((self.comparison, &self.scaling), points, out, (false, &cost_of), reference);
     }
 
     fn confirm(&self, x: &DVector<f64>, cost: f64) -> f64 {

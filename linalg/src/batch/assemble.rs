@@ -105,6 +105,38 @@ pub(super) fn add_rigid<L: Lane>(block: &Block, w: &[L], gram: &[L], x: &mut [L]
     }
 }
 
+/// Products of the observed shapes with reference shapes and, last, with themselves, (references + 1 x width).
+///
+/// * `references` - row by row (rows x references)
+#[inline(always)]
+pub(super) fn project<L: Lane>(observed: &[L], references: &[f64], width: usize, count: usize, out: &mut [L]) {
+    /// Sums that are formed side by side.
+    const ABREAST: usize = 3;
+    let rows = observed.len() / width;
+    let n = references.len() / rows.max(1);
+    for j in 0..count {
+        let mut own = L::splat(0.0);
+        for i in 0..rows {
+            let x = observed[i * width + j];
+            own = x.mul_add(x, own);
+        }
+        out[n * width + j] = own;
+        for first in (0..n).step_by(ABREAST) {
+            let mut sums = [L::splat(0.0); ABREAST];
+            let abreast = ABREAST.min(n - first);
+            for i in 0..rows {
+                let x = observed[i * width + j];
+                for (sum, &value) in sums.iter_mut().zip(&references[i * n + first..][..abreast]) {
+                    *sum = L::splat(value).mul_add(x, *sum);
+                }
+            }
+            for (k, sum) in sums.iter().enumerate().take(abreast) {
+                out[(first + k) * width + j] = *sum;
+            }
+        }
+    }
+}
+
 /// Sensor rows of the shapes (rows x width), the shapes being (m + r) x width.
 #[inline(always)]
 pub(super) fn observe<L: Lane>(observation: &Observation, x: &[L], width: usize, count: usize, out: &mut [L]) {

@@ -197,6 +197,11 @@ pub struct BatchOptions {
     pub mirror: Option<Mirror>,
     /// Observation rows (n_sensors x n): shapes come out as `sensors * φ`; `None` gives them at all n dofs.
     pub sensors: Option<DMatrix<f64>>,
+    /// Vectors at the sensor rows (n_sensors x any number) whose products with every shape are wanted, see
+    /// [`BatchModes::products`].
+    pub references: Option<DMatrix<f64>>,
+    /// Whether the shapes themselves are wanted; products alone take less time.
+    pub shapes: bool,
 }
 
 impl BatchModel {
@@ -223,6 +228,9 @@ impl BatchModel {
         size("rows of the rigid-body modes", rigid.nrows(), n)?;
         let sensors = options.sensors.unwrap_or_else(|| DMatrix::identity(n, n));
         size("columns of the sensor matrix", sensors.ncols(), n)?;
+        if let Some(references) = &options.references {
+            size("rows of the references", references.nrows(), sensors.nrows())?;
+        }
         let available = n.saturating_sub(rigid.ncols());
         if options.n_modes == 0 || options.n_modes > available {
             return Err(BatchError::TooManyModes { asked: options.n_modes, available });
@@ -255,6 +263,8 @@ impl BatchModel {
             n_modes: options.n_modes,
             n_parameters: pencil.n_parameters,
             n_rows: sensors.nrows(),
+            references: options.references.map(|r| r.transpose().as_slice().to_vec()),
+            with_shapes: options.shapes,
             mass_scale,
             start: start_values(largest + 32),
             blocks,
@@ -356,11 +366,13 @@ impl BatchModel {
                     for (j, &(lambda, block, column)) in chosen.enumerate() {
                         let (value, shape) = modes.slot(first + lane, j);
                         *value = lambda;
-                        // Without sensors nothing is observed.
-                        let observed = buffers.blocks[block].observed.get(column..).unwrap_or_default();
-                        for (x, lanes) in shape.iter_mut().zip(observed.iter().step_by(width)) {
-                            *x = lanes.array()[lane];
-                        }
+                        let copy = |out: &mut [f64], lanes: &[L]| {
+                            // Without sensors nothing is observed.
+                            let own = lanes.get(column..).unwrap_or_default().iter().step_by(width);
+                            out.iter_mut().zip(own).for_each(|(x, lanes)| *x = lanes.array()[lane]);
+                        };
+                        copy(shape, &buffers.blocks[block].observed);
+                        copy(modes.products_mut(first + lane, j), &buffers.blocks[block].products);
                         modes.set_parity(first + lane, j, self.plan.blocks[block].parity);
                     }
                 }
@@ -401,7 +413,8 @@ fn start_values(count: usize) -> Vec<f64> {
 /// What a workspace must share with a model: the sizes of everything.
 fn identity(plan: &Plan) -> Vec<usize> {
     let sizes = plan.blocks.iter().flat_map(|b| [b.m, b.r, b.envelope.len()]);
-    [plan.n_modes, plan.n_parameters, plan.n_rows].into_iter().chain(sizes).collect()
+    let shapes = usize::from(plan.with_shapes);
+    [plan.n_modes, plan.n_parameters, plan.n_rows, plan.n_products(), shapes].into_iter().chain(sizes).collect()
 }
 
 /// The memory of one thread.
@@ -420,7 +433,7 @@ impl Workspace {
     fn with_level(model: &BatchModel, candidates: usize, level: Level) -> Self {
         Self {
             buffers: AnyBuffers::new(&model.plan, level),
-            modes: BatchModes::new(model.plan.n_modes, model.plan.n_rows, candidates),
+            modes: BatchModes::new(&model.plan, candidates),
             identity: model.identity.clone(),
         }
     }

@@ -74,7 +74,16 @@ impl BatchModel {
                 for (j, &lambda) in values.iter().enumerate() {
                     let (value, shape) = modes.slot(candidate, j);
                     *value = lambda;
-                    shape.copy_from_slice(observed.column(j).as_slice());
+                    let seen = observed.column(j);
+                    if self.plan.with_shapes {
+                        shape.copy_from_slice(seen.as_slice());
+                    }
+                    if let Some(references) = &self.plan.references {
+                        let n = references.len() / self.plan.n_rows.max(1);
+                        let product = |r: usize| (0..seen.len()).map(|i| references[i * n + r] * seen[i]).sum::<f64>();
+                        let products = (0..n).map(product).chain([seen.norm_squared()]);
+                        modes.products_mut(candidate, j).iter_mut().zip(products).for_each(|(out, p)| *out = p);
+                    }
                 }
                 modes.set_outcome(candidate, Outcome::Reference(cause));
             }

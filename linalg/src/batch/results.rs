@@ -1,5 +1,6 @@
 //! The results of a batch.
 
+use super::solve::Plan;
 use crate::LinalgError;
 
 /// Why the batch kernel did not accept its own result for a candidate.
@@ -39,18 +40,25 @@ pub enum Outcome {
 #[derive(Debug, Clone, PartialEq)]
 pub struct BatchModes {
     n_modes: usize,
+    /// Numbers of a shape; 0 where shapes are not wanted.
     n_rows: usize,
+    n_products: usize,
     values: Vec<f64>,
     shapes: Vec<f64>,
+    products: Vec<f64>,
     parities: Vec<i8>,
     outcomes: Vec<Outcome>,
 }
 
 impl BatchModes {
-    pub(super) fn new(n_modes: usize, n_rows: usize, candidates: usize) -> Self {
+    pub(super) fn new(plan: &Plan, candidates: usize) -> Self {
+        let (n_modes, n_products) = (plan.n_modes, plan.n_products());
+        let n_rows = if plan.with_shapes { plan.n_rows } else { 0 };
         Self {
             n_modes,
             n_rows,
+            n_products,
+            products: Vec::with_capacity(candidates * n_modes * n_products),
             values: Vec::with_capacity(candidates * n_modes),
             shapes: Vec::with_capacity(candidates * n_modes * n_rows),
             parities: Vec::with_capacity(candidates * n_modes),
@@ -62,6 +70,7 @@ impl BatchModes {
     pub(super) fn reset(&mut self, candidates: usize) {
         self.values.resize(candidates * self.n_modes, f64::NAN);
         self.shapes.resize(candidates * self.n_modes * self.n_rows, f64::NAN);
+        self.products.resize(candidates * self.n_modes * self.n_products, f64::NAN);
         self.parities.clear();
         self.parities.resize(candidates * self.n_modes, 0);
         self.outcomes.clear();
@@ -74,6 +83,12 @@ impl BatchModes {
         (&mut self.values[at], &mut self.shapes[at * self.n_rows..(at + 1) * self.n_rows])
     }
 
+    /// Where the products of one shape go.
+    pub(super) fn products_mut(&mut self, candidate: usize, mode: usize) -> &mut [f64] {
+        let at = (candidate * self.n_modes + mode) * self.n_products;
+        &mut self.products[at..at + self.n_products]
+    }
+
     pub(super) fn set_parity(&mut self, candidate: usize, mode: usize, parity: i8) {
         self.parities[candidate * self.n_modes + mode] = parity;
     }
@@ -84,6 +99,7 @@ impl BatchModes {
             let (value, shape) = self.slot(candidate, j);
             *value = f64::NAN;
             shape.fill(f64::NAN);
+            self.products_mut(candidate, j).fill(f64::NAN);
         }
         self.set_outcome(candidate, outcome);
     }
@@ -118,7 +134,8 @@ impl BatchModes {
         &self.values[candidate * self.n_modes..(candidate + 1) * self.n_modes]
     }
 
-    /// One shape of a candidate at the sensor rows, mass-normalised (φᵀ M φ = 1); its sign is arbitrary but repeatable.
+    /// One shape of a candidate at the sensor rows, mass-normalised (φᵀ M φ = 1); its sign is arbitrary but repeatable. Empty
+    /// where shapes are not wanted.
     ///
     /// # Panics
     /// If there is no such candidate or mode.
@@ -126,6 +143,16 @@ impl BatchModes {
         assert!(mode < self.n_modes, "mode {mode} of {}", self.n_modes);
         let at = candidate * self.n_modes + mode;
         &self.shapes[at * self.n_rows..(at + 1) * self.n_rows]
+    }
+
+    /// Products φᵀ r of one shape at the sensor rows with every reference and, last, φᵀ φ; empty without references.
+    ///
+    /// # Panics
+    /// If there is no such candidate or mode.
+    pub fn products(&self, candidate: usize, mode: usize) -> &[f64] {
+        assert!(mode < self.n_modes, "mode {mode} of {}", self.n_modes);
+        let at = (candidate * self.n_modes + mode) * self.n_products;
+        &self.products[at..at + self.n_products]
     }
 
     /// Which family of shapes a mode belongs to: +1 if the mirror leaves it unchanged, -1 if it changes its sign, 0 where

@@ -25,6 +25,10 @@ pub(super) struct Plan {
     pub(super) n_modes: usize,
     pub(super) n_parameters: usize,
     pub(super) n_rows: usize,
+    /// Reference shapes row by row (n_rows x references), if products with them are wanted.
+    pub(super) references: Option<Vec<f64>>,
+    /// Whether the shapes themselves are wanted.
+    pub(super) with_shapes: bool,
     /// Factor that the masses carry inside the kernel.
     pub(super) mass_scale: f64,
     /// Fixed start values of the iterations, in ±[0.5, 1].
@@ -35,6 +39,11 @@ impl Plan {
     /// Columns of the shape matrices of every block.
     pub(super) fn width(&self) -> usize {
         self.n_modes + MARGIN
+    }
+
+    /// Numbers that come out for every shape beside itself: its products with the references, and its square.
+    pub(super) fn n_products(&self) -> usize {
+        self.references.as_ref().map_or(0, |r| r.len() / self.n_rows.max(1) + 1)
     }
 }
 
@@ -70,6 +79,7 @@ pub(super) struct BlockBuffers<L> {
     theta: Vec<L>,
     count: Counter,
     pub(super) observed: Vec<L>,
+    pub(super) products: Vec<L>,
 }
 
 /// The memory of one batch; nothing is allocated after its creation.
@@ -119,6 +129,7 @@ impl<L: Lane> Buffers<L> {
                     theta: vector(width),
                     count: Counter::ZERO,
                     observed: vector(plan.n_rows * width),
+                    products: vector(plan.n_products() * width),
                 }
             })
             .collect::<Vec<_>>();
@@ -347,6 +358,9 @@ fn eigenpairs<L: Lane>(plan: &Plan, index: usize, buffers: &mut Buffers<L>) -> M
         }
     }
     assemble::observe(&block.observation, z, width, count, &mut b.observed);
+    if let Some(references) = &plan.references {
+        assemble::project(&b.observed, references, width, count, &mut b.products);
+    }
     passed
 }
 

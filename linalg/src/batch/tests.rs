@@ -31,6 +31,8 @@ fn wing_model(wing: usize, halves: bool) -> (BatchModel, grillage::Grillage) {
         rigid: DMatrix::from_fn(data.n, 3, |i, j| data.rigid[j][i]),
         mirror: halves.then(|| mirror_of(&data)),
         sensors: None,
+        references: None,
+        shapes: true,
     };
     (BatchModel::new(pencil_of(&data), &grillage::nominal(&data), options).unwrap(), data)
 }
@@ -60,7 +62,7 @@ fn chain(n: usize, clamped: bool) -> AffinePencil {
 
 fn options(n_modes: usize, n: usize, free: bool) -> BatchOptions {
     let rigid = if free { DMatrix::from_element(n, 1, 1.0) } else { DMatrix::zeros(n, 0) };
-    BatchOptions { n_modes, rigid, mirror: None, sensors: None }
+    BatchOptions { n_modes, rigid, mirror: None, sensors: None, references: None, shapes: true }
 }
 
 /// ω_j² = 4 k/m sin²(j π / 2n) free, 4 k/m sin²(j π / 2(n+1)) clamped. Blevins, Formulas for Natural Frequency, 1979,
@@ -269,6 +271,8 @@ fn one_half_may_hold_all_modes() {
         rigid: DMatrix::from_fn(data.n, 2, |i, j| data.rigid[2 * j][i]),
         mirror: Some(mirror_of(&data)),
         sensors: None,
+        references: None,
+        shapes: true,
     };
     let model = BatchModel::new(pencil, &grillage::nominal(&data), options).unwrap();
     assert_eq!(whole.n_modes(), 9);
@@ -330,6 +334,8 @@ fn sensors_see_the_full_shapes() {
         rigid: DMatrix::from_fn(data.n, 3, |i, j| data.rigid[j][i]),
         mirror: Some(mirror_of(&data)),
         sensors: Some(sensors.clone()),
+        references: None,
+        shapes: true,
     };
     let model = BatchModel::new(pencil_of(&data), &grillage::nominal(&data), options).unwrap();
     let thetas = grillage::candidates(&data, 3, 1);
@@ -344,6 +350,43 @@ fn sensors_see_the_full_shapes() {
         }
     }
     assert_eq!(model.solve(&slices(&thetas), &mut w1).err(), Some(BatchError::ForeignWorkspace));
+}
+
+/// Products with references, formed in the lanes and on the reference path, are those of the shapes.
+#[test]
+fn products_are_those_of_the_shapes() {
+    let (full, data) = wing_model(5, true);
+    let references = DMatrix::from_fn(data.n, 5, |i, r| ((3 * i + 7 * r) as f64).sin());
+    let options = BatchOptions {
+        n_modes: 9,
+        rigid: DMatrix::from_fn(data.n, 3, |i, j| data.rigid[j][i]),
+        mirror: Some(mirror_of(&data)),
+        sensors: None,
+        references: Some(references.clone()),
+        shapes: false,
+    };
+    let model = BatchModel::new(pencil_of(&data), &grillage::nominal(&data), options).unwrap();
+    let thetas = grillage::candidates(&data, 11, 1);
+    let (mut w1, mut w2) = (Workspace::new(&full, 11), Workspace::new(&model, 11));
+    let a = full.solve(&slices(&thetas), &mut w1).unwrap();
+    let mut b = model.solve(&slices(&thetas), &mut w2).unwrap().clone();
+    model.solve_alone(&thetas[10], Cause::Residual, 10, &mut b);
+    for c in 0..11 {
+        for j in 0..9 {
+            assert!(b.shape(c, j).is_empty() && a.products(c, j).is_empty());
+            let shape = crate::DVector::from_column_slice(a.shape(c, j));
+            let size = shape.norm() * references.norm();
+            let products = b.products(c, j);
+            assert_eq!(products.len(), 6);
+            // A shape may have either sign on the two paths.
+            let sign = (references.column(0).dot(&shape) * products[0]).signum();
+            for r in 0..5 {
+                let error = references.column(r).dot(&shape) - sign * products[r];
+                assert!(error.abs() < if c == 10 { 1e-9 } else { 1e-13 } * size, "{c} {j} {r}: {error:e}");
+            }
+            assert!((products[5] / shape.norm_squared() - 1.0).abs() < 1e-9);
+        }
+    }
 }
 
 #[test]

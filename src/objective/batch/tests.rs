@@ -55,7 +55,10 @@ fn batches_give_the_costs_of_the_reference_path() {
     let (model, ..) = load(&lopsided, &Registry::builtin()).unwrap();
     let comparison = Comparison::new(&model, &test, open_gates(PairBy::Mac)).unwrap();
     let scaling = Scaling::new(&model);
-    assert!(Compiled::new(&comparison, &scaling).unwrap().has_dofs, "no mirror, so families come from the shapes");
+    assert!(
+        Compiled::new(&comparison, &scaling, true).unwrap().has_dofs,
+        "no mirror, so families come from the shapes"
+    );
 }
 
 /// A missing sensor, an unlabelled test and a supported structure.

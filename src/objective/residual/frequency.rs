@@ -29,6 +29,10 @@ impl Residual for Frequency {
         false
     }
 
+    fn needs_shapes(&self) -> bool {
+        false
+    }
+
     fn evaluate(&self, at: &Point<'_>, out: &mut [f64]) {
         for (i, mode) in at.comparison.test().modes.iter().enumerate() {
             out[i] = at.prediction.partner(i).map_or(UNPAIRED, |a| {

@@ -34,6 +34,10 @@ impl Residual for Mac {
         false
     }
 
+    fn needs_shapes(&self) -> bool {
+        false
+    }
+
     fn evaluate(&self, at: &Point<'_>, out: &mut [f64]) {
         for (i, mode) in at.comparison.test().modes.iter().enumerate() {
             out[i] = match (mode.shape.is_some(), at.prediction.partner(i)) {

@@ -70,6 +70,10 @@ impl Residual for MassPropertyResidual {
         false
     }
 
+    fn needs_shapes(&self) -> bool {
+        false
+    }
+
     fn evaluate(&self, at: &Point<'_>, out: &mut [f64]) {
         out.fill(0.0);
         if let Some(p) = &at.prediction.mass_properties {

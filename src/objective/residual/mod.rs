@@ -68,6 +68,11 @@ pub trait Residual: fmt::Debug + Send + Sync {
         true
     }
 
+    /// Whether [`evaluate`](Self::evaluate) looks at the shapes at the sensors: in a batch they are then copied out of the lanes.
+    fn needs_shapes(&self) -> bool {
+        true
+    }
+
     /// Whether its rows are r = ln(1 + eᵗ) of constraints t <= 0, see [`Walls`](super::Walls).
     fn is_wall(&self) -> bool {
         false

@@ -34,6 +34,10 @@ impl Residual for Prior {
         false
     }
 
+    fn needs_shapes(&self) -> bool {
+        false
+    }
+
     fn evaluate(&self, at: &Point<'_>, out: &mut [f64]) {
         let parameters = at.comparison.model().parameters();
         let rows = parameters.iter().zip(at.theta).filter_map(|(p, v)| p.prior_sd.map(|sd| (v - p.value) / sd));

@@ -69,6 +69,10 @@ impl Residual for TargetResidual {
         false
     }
 
+    fn needs_shapes(&self) -> bool {
+        false
+    }
+
     fn is_wall(&self) -> bool {
         true
     }
