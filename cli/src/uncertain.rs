@@ -1,6 +1,6 @@
 //! Parameters of an update with their uncertainties, as text and as JSON.
 
-use retune::report::text::{Align, Cell, Style, Table, Tone, brief, number, wrap};
+use retune::report::text::{Align, Cell, Style, Table, Tone, brief, number, paragraph};
 use retune::update::{IntervalMethod, ParameterChange, ParameterUncertainty, Uncertainty, Update};
 use serde_json::{Map, Value, json};
 use std::fmt::Write as _;
@@ -97,18 +97,8 @@ fn narrow_table(u: &Update, style: &Style) -> String {
 
 /// Lines no wider than the style; what is continued stands two columns further in.
 pub(crate) fn folded(text: &str, style: &Style) -> String {
-    let mut out = String::new();
-    for line in text.lines() {
-        let indent = line.len() - line.trim_start_matches(' ').len();
-        for (i, part) in wrap(line, style.width.saturating_sub(indent + 2).max(20)).iter().enumerate() {
-            let margin = if i == 0 { indent } else { indent + 2 };
-            let _ = writeln!(out, "{:margin$}{part}", "");
-        }
-        if line.is_empty() {
-            out.push('\n');
-        }
-    }
-    out
+    let indent = |line: &str| " ".repeat(line.len() - line.trim_start_matches(' ').len() + 2);
+    text.lines().map(|line| paragraph(line, &indent(line), style.width)).collect()
 }
 
 /// What cannot be told apart, what goes together, what sits on a bound, and what limits the numbers.

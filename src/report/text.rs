@@ -265,6 +265,28 @@ pub fn wrap(text: &str, width: usize) -> Vec<String> {
     lines
 }
 
+/// Words on lines of at most `width` columns, a longer word alone and whole. The blanks before the first word stay; lines after
+/// the first begin with `indent`.
+pub fn paragraph(text: &str, indent: &str, width: usize) -> String {
+    let lead = text.len() - text.trim_start().len();
+    let mut out = text[..lead].to_string();
+    let mut column = lead;
+    for (i, word) in text.split_whitespace().enumerate() {
+        if i > 0 && column + 1 + word.width() > width {
+            out.push('\n');
+            out += indent;
+            column = indent.width();
+        } else if i > 0 {
+            out.push(' ');
+            column += 1;
+        }
+        out += word;
+        column += word.width();
+    }
+    out.push('\n');
+    out
+}
+
 /// Text without control characters, which could move the cursor or recolour the terminal.
 pub fn printable(text: &str) -> String {
     let hidden = |c: char| c.is_control() || matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');

@@ -98,7 +98,8 @@ fn text(result: &Measured, cases: bool) -> String {
 fn score(s: &Score) -> String {
     let mut out = String::from("| question | share | cases | bar |\n| --- | --- | --- | --- |\n");
     let mut line = |what: &str, share: Share, bar: &str| {
-        let _ = writeln!(out, "| {what} | {:.1} % | {} of {} | {bar} |", 100.0 * share.value(), share.count, share.of);
+        let value = if share.of > 0 { format!("{:.1} %", 100.0 * share.value()) } else { "–".into() };
+        let _ = writeln!(out, "| {what} | {value} | {} of {} | {bar} |", share.count, share.of);
     };
     line("false alarms where nothing is missing", s.false_alarms, "≤ 5 %");
     line("hidden effects that can be seen (misfit gain above 30)", s.visible_effects, "");

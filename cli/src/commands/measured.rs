@@ -9,7 +9,7 @@ use retune::data::{
     TestMode, read_measurements,
 };
 use retune::identify::health::{Finding, Level};
-use retune::report::text::{Style, Tone, number, printable};
+use retune::report::text::{Style, Tone, number, paragraph, printable};
 use retune::units::Scalar;
 use serde_json::{Value, json};
 use std::fmt::Write as _;
@@ -162,27 +162,7 @@ pub(crate) fn findings_text(findings: &[Finding], style: &Style) -> String {
 
 /// Text broken between words at the width of the terminal; lines after the first begin with `indent`.
 pub(crate) fn wrapped(text: &str, indent: &str) -> String {
-    let width = style(&std::io::stdout()).width.min(LINE);
-    let lead = text.len() - text.trim_start().len();
-    let mut out = text[..lead].to_string();
-    let mut column = lead;
-    let mut is_first = true;
-    for word in text.split_whitespace() {
-        let size = word.chars().count();
-        if !is_first && column + 1 + size > width {
-            out += "\n";
-            out += indent;
-            column = indent.len();
-        } else if !is_first {
-            out.push(' ');
-            column += 1;
-        }
-        out += word;
-        column += size;
-        is_first = false;
-    }
-    out.push('\n');
-    out
+    paragraph(text, indent, style(&std::io::stdout()).width.min(LINE))
 }
 
 /// Findings for programs.

@@ -1,6 +1,6 @@
 //! Where a model and a test disagree, on a terminal: one line each for the short answer, a table each for the long one.
 
-use super::{Align, Cell, Style, Table, Tone, number, printable, wrap};
+use super::{Align, Cell, Style, Table, Tone, number, paragraph, printable, wrap};
 use crate::correlation::{CriteriaProfile, Identifiability, Judgement, Localization, Misfit, SingleChanges, odds};
 use crate::update::{Functions, Orthogonality, Places, Sensitivities, SensorReport};
 use std::fmt::Write as _;
@@ -27,9 +27,7 @@ fn title(out: &mut String, text: &str, style: &Style) {
 
 /// Text on lines of the width.
 pub fn wrapped(out: &mut String, text: &str, style: &Style) {
-    for part in wrap(&printable(text), style.width) {
-        let _ = writeln!(out, "{part}");
-    }
+    *out += &paragraph(&printable(text), "", style.width);
 }
 
 fn optional(value: Option<f64>) -> Cell {

@@ -1,0 +1,119 @@
+#!/usr/bin/env python3
+"""How much a diagnosis depends on the numbers that were chosen: `retune benchmark diagnosis` with all of them halved and doubled.
+
+    python3 benches/diagnosis_constants.py [--seed 23] [--structures cantilever frame wing-on-springs]
+
+Effort (how many hypotheses are refitted, from how many starts) and thresholds (what is visible, faint, alike, close) are changed in a
+copy of the repository under target/constants, which is built and run once for each variant; a variant takes some five minutes.
+"""
+
+import argparse
+import json
+import pathlib
+import re
+import shutil
+import subprocess
+
+ROOT = pathlib.Path(__file__).resolve().parents[1]
+COPY = ROOT / "target" / "constants"
+
+# (file, name): values halved and doubled.
+EFFORT = {
+    ("src/diagnosis/refit.rs", "BEST"): ("6", "24"),
+    ("src/diagnosis/refit.rs", "STARTS"): ("2", "8"),
+    ("src/diagnosis/refit.rs", "SHORT_FITS"): ("100", "400"),
+    ("src/diagnosis/refit.rs", "FAULTS_OF_A_KIND"): ("2", "8"),
+    ("src/diagnosis/refit.rs", "FEW_OF_A_KIND"): ("8", "32"),
+    ("src/diagnosis/refit.rs", "FEW_STEPS"): ("3", "12"),
+    ("src/diagnosis/refit.rs", "BEST_FAULTS"): ("2", "8"),
+    ("src/diagnosis/refit.rs", "ROUNDS"): ("2", "6"),
+    ("src/diagnosis/refit.rs", "NEAR"): ("30", "120"),
+    ("src/diagnosis/refit.rs", "POLISHED"): ("2", "6"),
+    ("src/diagnosis/refit.rs", "POLISHED_KINDS"): ("3", "12"),
+    ("src/diagnosis/base.rs", "BOX_STARTS"): ("3", "10"),
+    ("src/diagnosis/aside.rs", "ROUNDS"): ("2", "8"),
+    ("src/diagnosis/aside.rs", "SUSPECTS"): ("2", "8"),
+    ("src/diagnosis/aside.rs", "FEW_STEPS"): ("4", "16"),
+}
+# Of a factor and of a cosine, the distance from one.
+THRESHOLDS = {
+    ("src/diagnosis/screen.rs", "VISIBLE"): ("0.05", "0.2"),
+    ("src/diagnosis/screen.rs", "ALIKE"): ("0.99", "0.96"),
+    ("src/diagnosis/aside.rs", "OUT"): ("1.25", "2.0"),
+    ("src/diagnosis/faults.rs", "GAIN_SD"): ("0.15", "0.6"),
+    ("src/diagnosis/refit.rs", "FAINT"): ("2.0", "8.0"),
+    ("src/objective/close_modes.rs", "CLOSE"): ("0.0025", "0.01"),
+    ("src/objective/residual/mod.rs", "UNPAIRED"): ("10.0", "40.0"),
+}
+VARIANTS = {
+    "as they are": ({}, 0),
+    "effort halved": (EFFORT, 0),
+    "effort doubled": (EFFORT, 1),
+    "thresholds halved": (THRESHOLDS, 0),
+    "thresholds doubled": (THRESHOLDS, 1),
+}
+QUESTIONS = [
+    ("false alarms", "false_alarms"),
+    ("kind and place first", "right_first"),
+    ("that, or the same trace", "alike_first"),
+    ("in the tie set", "in_tie_set"),
+    ("wrong and alone", "wrong_and_alone"),
+    ("error gone", "error_removed"),
+    ("faults", "faults_right"),
+    ("outside: adequate", "outside_adequate"),
+    ("outside: unexplained", "outside_unexplained"),
+]
+
+
+def copy_sources():
+    """The files that git knows, as they stand; the build of an earlier run is kept."""
+    names = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, check=True).stdout
+    for name in filter(None, names.decode().split("\0")):
+        target = COPY / name
+        if target.exists() and target.read_bytes() == (ROOT / name).read_bytes():
+            continue
+        target.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(ROOT / name, target)
+
+
+def change(constants, which):
+    for (name, constant), values in constants.items():
+        file = COPY / name
+        text, count = re.subn(
+            rf"(?m)^((?:pub(?:\([a-z]+\))? )?const {constant}: [a-z0-9]+ = )[^;]+;",
+            rf"\g<1>{values[which]};",
+            file.read_text(),
+        )
+        if count != 1:
+            raise SystemExit(f"{name}: {count} constants named {constant}")
+        file.write_text(text)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seed", default="23")
+    parser.add_argument("--structures", nargs="+", default=["cantilever", "frame", "wing-on-springs"])
+    options = parser.parse_args()
+    scores = {}
+    for variant, (constants, which) in VARIANTS.items():
+        copy_sources()
+        change(constants, which)
+        subprocess.run(["cargo", "build", "--release", "--quiet", "-p", "retune-cli"], cwd=COPY, check=True)
+        total = {key: [0, 0] for _, key in QUESTIONS}
+        for structure in options.structures:
+            command = ["target/release/retune", "benchmark", "diagnosis", "--structure", structure, "--seed", options.seed]
+            command += ["--null", "17", "--effects", "1", "--faults", "1", "--outside", "1", "--json"]
+            found = subprocess.run(command, cwd=COPY, capture_output=True, check=True).stdout
+            score = json.loads(found)["score"]
+            for key, sums in total.items():
+                sums[0] += score[key]["count"]
+                sums[1] += score[key]["of"]
+        scores[variant] = total
+        print(variant, {key: f"{a} of {b}" for key, (a, b) in total.items()}, flush=True)
+    print("\n| question | " + " | ".join(VARIANTS) + " |\n|" + " --- |" * (len(VARIANTS) + 1))
+    for words, key in QUESTIONS:
+        cells = [f"{scores[v][key][0]} of {scores[v][key][1]}" for v in VARIANTS]
+        print(f"| {words} | " + " | ".join(cells) + " |")
+
+
+main()
