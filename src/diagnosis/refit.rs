@@ -13,7 +13,7 @@ use crate::linalg::DVector;
 use crate::model::ParametricModel;
 use crate::objective::Scaling;
 use rayon::prelude::*;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Effects that are refitted in full, at most, before one of each further kind with half the best score.
 const BEST: usize = 12;
@@ -128,8 +128,8 @@ enum Job<'a> {
 /// Refits the best effects and faults of a stage, in parallel, in a fixed order; what cannot be fitted is left out.
 ///
 /// First-order scores mislead where an effect is large or the base has been pulled far. So:
-/// * Where none of them leaves noise, every other effect is fitted with a few steps, and the best of those in full; and the
-///   best few of every kind of fault.
+/// * Where none of them leaves noise, every other effect is fitted with a few steps, and the best of those in full, with the
+///   best of every kind; and the best few of every kind of fault.
 /// * What is like the best, in kind or place, is fitted once more from where the best has brought the base, until nothing
 ///   better comes.
 pub(super) fn refit(stage: &Stage, few: bool) -> Result<Vec<Refit>, DiagnosisError> {
@@ -147,8 +147,8 @@ pub(super) fn refit(stage: &Stage, few: bool) -> Result<Vec<Refit>, DiagnosisErr
     if goodness_of_fit(&stage.fit, &stage.q) < REMAINDER && !leaves_noise(&done)? {
         let rest: Vec<&Score> =
             stage.effects.iter().filter(|s| !scores.iter().any(|t| t.index == s.index)).take(SHORT_FITS).collect();
-        let near = shortest(stage, &rest, &bases);
-        let mut more: Vec<Job<'_>> = near.into_iter().take(limit).map(|s| Job::Effect(s, &bases)).collect();
+        let near = best_and_of_every_kind(stage, shortest(stage, &rest, &bases), limit);
+        let mut more: Vec<Job<'_>> = near.into_iter().map(|s| Job::Effect(s, &bases)).collect();
         let further = further_faults(stage, &faults);
         more.extend(further.iter().map(|f| Job::Fault(f, &bases)));
         done.extend(run(stage, &more, base));
@@ -217,6 +217,14 @@ fn shortest<'a>(stage: &Stage, effects: &[&'a Score], bases: &[DVector<f64>]) ->
     let mut order: Vec<usize> = (0..effects.len()).filter(|&i| short[i].is_finite()).collect();
     order.sort_by(|&a, &b| short[a].total_cmp(&short[b]).then(a.cmp(&b)));
     order.into_iter().map(|i| effects[i]).collect()
+}
+
+/// The first few of a ranking, and the first of every other kind: a kind with many places, and two sizes at each, would take all.
+fn best_and_of_every_kind<'a>(stage: &Stage, ranked: Vec<&'a Score>, few: usize) -> Vec<&'a Score> {
+    let mut seen = BTreeSet::new();
+    let of_kind = |s: &Score| stage.screened[s.index].candidate.effect.name();
+    let ranked = ranked.into_iter().enumerate();
+    ranked.filter(|(k, s)| seen.insert(of_kind(s)) || *k < few).map(|(_, s)| s).collect()
 }
 
 /// Fits what is like the best effect, in kind or place, from where the best has brought the base.

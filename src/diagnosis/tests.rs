@@ -105,6 +105,24 @@ fn nothing_is_missing() {
     assert!(d.probability_none > 0.5);
 }
 
+/// The same bits on one thread and on two, with a point mass at the tip that the model lacks.
+#[test]
+fn a_diagnosis_does_not_depend_on_threads() {
+    let text = include_str!("../../models/wing_on_spring.yaml");
+    let base = model(text);
+    let heavier = text.replace("\nmasses:\n", "\nmasses:\n  hidden: {node: tip, mass: 40 g}\n");
+    let truth = model(&heavier);
+    let sensors = crate::update::node_sensors(&base);
+    let test = twin_modes(&truth, &middle(&truth), &sensors, &noise(5, 8), "twin").unwrap();
+    let on = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        format!("{:?}", pool.install(|| diagnose(&base, &test, &Settings::default())).unwrap())
+    };
+    let one = on(1);
+    assert!(one.contains("point-mass@tip"), "{one}");
+    assert_eq!(one, on(2));
+}
+
 #[test]
 fn a_mass_offset_behind_the_spar_is_found() {
     let edits = [
