@@ -25,6 +25,7 @@ EFFORT = {
     ("src/diagnosis/refit.rs", "FAULTS_OF_A_KIND"): ("2", "8"),
     ("src/diagnosis/refit.rs", "FEW_OF_A_KIND"): ("8", "32"),
     ("src/diagnosis/refit.rs", "FEW_STEPS"): ("3", "12"),
+    ("src/diagnosis/refit.rs", "FEW_STARTS"): ("1", "4"),
     ("src/diagnosis/refit.rs", "BEST_FAULTS"): ("2", "8"),
     ("src/diagnosis/refit.rs", "ROUNDS"): ("2", "6"),
     ("src/diagnosis/refit.rs", "NEAR"): ("30", "120"),

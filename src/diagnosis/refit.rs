@@ -24,8 +24,9 @@ const SHORT_FITS: usize = 200;
 /// Faults of every kind that are refitted then, and how many members a kind may have to be refitted whole.
 const FAULTS_OF_A_KIND: usize = 4;
 const FEW_OF_A_KIND: usize = 16;
-/// Those steps.
+/// Those steps, and from how many starts; twice as many for an effect of two sizes.
 const FEW_STEPS: usize = 6;
+const FEW_STARTS: usize = 2;
 /// Faults that are refitted.
 const BEST_FAULTS: usize = 4;
 /// Below this score a fault is not worth a refit: two standard deviations.
@@ -334,8 +335,12 @@ fn starts(stage: &Stage, score: &Score, bases: &[DVector<f64>]) -> Vec<DVector<f
 
 /// Φ after a few steps.
 fn short_fit(stage: &Stage, score: &Score, bases: &[DVector<f64>]) -> Result<f64, DiagnosisError> {
-    let scene = with_effect(&stage.scene, &stage.screened[score.index].candidate)?;
-    Ok(fit_from(&scene, &starts(stage, score, bases), stage.weight, 2, FEW_STEPS)?.phi)
+    let candidate = &stage.screened[score.index].candidate;
+    let scene = with_effect(&stage.scene, candidate)?;
+    // A body on a spring has two sizes, and a valley for every mode that it may be tuned to.
+    let effort = if candidate.parameters.iter().any(|p| !p.grid.is_empty()) { 2 } else { 1 };
+    let (most, steps) = (FEW_STARTS * effort, FEW_STEPS * effort);
+    Ok(fit_from(&scene, &starts(stage, score, bases), stage.weight, most, steps)?.phi)
 }
 
 fn refit_effect(stage: &Stage, score: &Score, bases: &[DVector<f64>], base: f64) -> Result<Refit, DiagnosisError> {

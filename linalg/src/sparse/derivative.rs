@@ -33,10 +33,7 @@ pub fn solve_beside_mode(
     if forces.ncols() == 0 || n == 0 {
         return Ok(Some(DMatrix::zeros(n, forces.ncols())));
     }
-    let (mut shifted, mass) = (plan.ordered(k), plan.ordered(m));
-    for (value, mass) in shifted.values.iter_mut().zip(&mass.values) {
-        *value -= lambda * mass;
-    }
+    let shifted = plan.pencil(k, m).shifted(-lambda);
     let ordered = |x: &DMatrix<f64>| DMatrix::from_fn(n, x.ncols(), |i, j| x[(plan.order[i], j)]);
     let weight = |i: usize| shape[plan.order[i]].abs() * k.diagonal(plan.order[i]).max(0.0).sqrt();
     let fixed = (0..n).fold(0, |best, i| if weight(i) > weight(best) { i } else { best });

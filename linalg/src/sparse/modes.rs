@@ -79,7 +79,7 @@ pub fn lowest_sparse_modes(
             return Err(LinalgError::NotFinite { matrix, row });
         }
     }
-    let pencil = Ordered { stiffness: plan.ordered(k), mass: plan.ordered(m) };
+    let pencil = plan.pencil(k, m);
     let search = Search { plan, pencil, options };
     let known = search.blocks(known);
     let mut found = search.run(known.0, known.1, start)?;
@@ -111,7 +111,7 @@ impl Search<'_> {
 
     /// K + aM factored.
     fn factor(&self, shift: f64, values: Vec<f64>) -> Result<Factor<'_>, LinalgError> {
-        let shifted = combination(&self.pencil, shift);
+        let shifted = self.pencil.shifted(shift);
         if let Some(place) = (0..shifted.n()).find(|&i| shifted.diagonal(i) <= 0.0) {
             return Err(LinalgError::NotPositiveDefinite { row: self.plan.order[place], shift });
         }
@@ -184,7 +184,7 @@ impl Search<'_> {
             // Only what lies below the first σ has been searched.
             let sigma = count.map_or(sigma, |(s, _)| s);
             let expected = n_known + found.iter().filter(|f| f.0 < sigma).count();
-            let factor = self.plan.structure.indefinite(&combination(&self.pencil, -sigma), values)?;
+            let factor = self.plan.structure.indefinite(&self.pencil.shifted(-sigma), values)?;
             let below = factor.negative().ok_or(LinalgError::NoConvergence { size: n })?;
             values = factor.into_values();
             factorisations += 1;
@@ -279,15 +279,6 @@ fn gap(ritz: &Ritz, wanted: usize, shift: f64, tolerance: f64) -> Option<(usize,
         }
     }
     None
-}
-
-/// K + aM.
-fn combination(pencil: &Ordered, shift: f64) -> SparseSym {
-    let mut out = pencil.stiffness.clone();
-    for (value, mass) in out.values.iter_mut().zip(&pencil.mass.values) {
-        *value += shift * mass;
-    }
-    out
 }
 
 /// A guess of the first λ from the mesh: the least ratio of stiffness to mass of a dof belongs to a wave as short as

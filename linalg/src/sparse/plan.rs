@@ -30,6 +30,17 @@ pub(super) struct Ordered {
     pub(super) mass: SparseSym,
 }
 
+impl Ordered {
+    /// K + aM.
+    pub(super) fn shifted(&self, shift: f64) -> SparseSym {
+        let mut out = self.stiffness.clone();
+        for (value, mass) in out.values.iter_mut().zip(&self.mass.values) {
+            *value += shift * mass;
+        }
+        out
+    }
+}
+
 impl SparsePlan {
     /// Orders and analyses the pattern of a pencil.
     ///
@@ -63,6 +74,14 @@ impl SparsePlan {
     /// Number of values of the factor, its explicit zeros included; each takes 8 bytes.
     pub fn factor_len(&self) -> usize {
         self.structure.len()
+    }
+
+    /// K and M in the elimination order.
+    ///
+    /// # Panics
+    /// If one has an entry outside the pattern.
+    pub(super) fn pencil(&self, k: &SparseSym, m: &SparseSym) -> Ordered {
+        Ordered { stiffness: self.ordered(k), mass: self.ordered(m) }
     }
 
     /// A matrix in the elimination order.

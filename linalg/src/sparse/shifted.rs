@@ -24,14 +24,11 @@ pub fn solve_shifted(
     forces: &DMatrix<f64>,
 ) -> Result<DMatrix<f64>, LinalgError> {
     assert_eq!(forces.nrows(), plan.n(), "forces on every row");
-    let (mut shifted, mass) = (plan.ordered(k), plan.ordered(m));
-    for (value, mass) in shifted.values.iter_mut().zip(&mass.values) {
-        *value += shift * mass;
-    }
-    let mut factor = plan.structure.cholesky(&shifted, plan.structure.values()?).map_err(|e| match e {
-        FactorError::Pivot(place) => LinalgError::NotPositiveDefinite { row: plan.order[place], shift },
-        FactorError::Memory => LinalgError::OutOfMemory,
-    })?;
+    let mut factor =
+        plan.structure.cholesky(&plan.pencil(k, m).shifted(shift), plan.structure.values()?).map_err(|e| match e {
+            FactorError::Pivot(place) => LinalgError::NotPositiveDefinite { row: plan.order[place], shift },
+            FactorError::Memory => LinalgError::OutOfMemory,
+        })?;
     let mut out = DMatrix::zeros(forces.nrows(), forces.ncols());
     for first in (0..forces.ncols()).step_by(WIDTH) {
         let width = WIDTH.min(forces.ncols() - first);
