@@ -187,7 +187,7 @@ pub(crate) fn reduced_text(r: &ReducedSearch) -> String {
         dofs.join(", "),
         r.n_samples,
         r.accuracy,
-        if r.accuracy > r.tolerance { ": not what was asked for, more dofs do not pay" } else { "" },
+        if r.accuracy > r.tolerance { format!("; {:.0e} was asked for", r.tolerance) } else { String::new() },
         r.evaluations,
         r.costs[0],
         r.costs[1]
