@@ -11,7 +11,6 @@ import argparse
 import json
 import pathlib
 import re
-import shutil
 import subprocess
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
@@ -35,6 +34,8 @@ EFFORT = {
     ("src/diagnosis/aside.rs", "ROUNDS"): ("2", "8"),
     ("src/diagnosis/aside.rs", "SUSPECTS"): ("2", "8"),
     ("src/diagnosis/aside.rs", "FEW_STEPS"): ("4", "16"),
+    ("src/diagnosis/spread.rs", "STARTS"): ("2", "6"),
+    ("src/diagnosis/verdict.rs", "CHECKED"): ("2", "6"),
 }
 # Of a factor and of a cosine, the distance from one.
 THRESHOLDS = {
@@ -66,15 +67,21 @@ QUESTIONS = [
 ]
 
 
-def copy_sources():
-    """The files that git knows, as they stand; the build of an earlier run is kept."""
-    names = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, check=True).stdout
-    for name in filter(None, names.decode().split("\0")):
+def sources():
+    """The files that git knows or would take, as they stand now."""
+    command = ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"]
+    names = subprocess.run(command, cwd=ROOT, capture_output=True, check=True).stdout
+    return {name: (ROOT / name).read_bytes() for name in filter(None, names.decode().split("\0"))}
+
+
+def write_copy(files):
+    """Writes what differs; the build of an earlier run is kept."""
+    for name, content in files.items():
         target = COPY / name
-        if target.exists() and target.read_bytes() == (ROOT / name).read_bytes():
+        if target.exists() and target.read_bytes() == content:
             continue
         target.parent.mkdir(parents=True, exist_ok=True)
-        shutil.copyfile(ROOT / name, target)
+        target.write_bytes(content)
 
 
 def change(constants, which):
@@ -96,8 +103,9 @@ def main():
     parser.add_argument("--structures", nargs="+", default=["cantilever", "frame", "wing-on-springs"])
     options = parser.parse_args()
     scores = {}
+    files = sources()
     for variant, (constants, which) in VARIANTS.items():
-        copy_sources()
+        write_copy(files)
         change(constants, which)
         subprocess.run(["cargo", "build", "--release", "--quiet", "-p", "retune-cli"], cwd=COPY, check=True)
         total = {key: [0, 0] for _, key in QUESTIONS}

@@ -21,10 +21,12 @@ mod listener;
 mod mesh;
 mod next_measurement;
 mod noise;
+mod odds;
 mod posed;
 mod refit;
 mod scene;
 mod screen;
+mod spread;
 #[cfg(test)]
 mod tests;
 mod verdict;

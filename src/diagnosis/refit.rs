@@ -132,7 +132,7 @@ enum Job<'a> {
 /// * Where none of them leaves noise, every other effect is fitted with a few steps, and the best of those in full, with the
 ///   best of every kind; and the best few of every kind of fault.
 /// * What is like the best, in kind or place, is fitted once more from where the best has brought the base, until nothing
-///   better comes.
+///   better comes; what leaves nearly the trace of the best is fitted too, so that ties are complete.
 pub(super) fn refit(stage: &Stage, few: bool) -> Result<Vec<Refit>, DiagnosisError> {
     let base = ln_evidence(&stage.fit)?;
     let limit = if few { BEST / 2 } else { BEST };
@@ -158,7 +158,32 @@ pub(super) fn refit(stage: &Stage, few: bool) -> Result<Vec<Refit>, DiagnosisErr
     if !leaves_noise(&done)? {
         polish(stage, &mut done, base)?;
     }
+    complete_ties(stage, &mut done, base);
     Ok(done)
+}
+
+/// Refits what leaves nearly the trace of the best hypotheses and was not chosen: a tie that is not shown is a wrong answer.
+fn complete_ties(stage: &Stage, done: &mut Vec<Refit>, base: f64) {
+    let Some(best) = done.iter().max_by(|a, b| a.ln_bayes.total_cmp(&b.ln_bayes)) else { return };
+    let bases = [best.fit.x.rows(0, stage.fit.x.len()).into_owned(), stage.fit.x.clone()];
+    let score_of = |r: &Refit| match &r.tried {
+        Tried::Effect(c) => stage.effects.iter().find(|s| stage.screened[s.index].candidate.id() == c.id()),
+        Tried::Fault(_) => None,
+    };
+    let tied: Vec<(usize, usize)> = done
+        .iter()
+        .filter(|r| r.ln_bayes > best.ln_bayes - STRONG)
+        .filter_map(score_of)
+        .map(|s| (s.index, s.column))
+        .collect();
+    let known: BTreeSet<usize> = done.iter().filter_map(score_of).map(|s| s.index).collect();
+    let alike = stage.directions.alike(&tied).into_iter().filter(|i| !known.contains(i));
+    let jobs: Vec<Job<'_>> = alike
+        .filter_map(|index| stage.effects.iter().find(|s| s.index == index))
+        .take(BEST)
+        .map(|s| Job::Effect(s, &bases))
+        .collect();
+    done.extend(run(stage, &jobs, base));
 }
 
 /// Faults that deserve a refit: the best, and one of every other kind that comes near.

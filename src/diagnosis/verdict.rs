@@ -1,30 +1,27 @@
-//! From evidences to probabilities, ties and a verdict.
+//! From evidences and [probabilities](super::odds) to ties and a verdict.
 //!
-//! * Prior odds: half for "nothing is missing"; the other half in equal shares for every kind that could have been seen
-//!   and for "something else", and inside a kind in equal shares for its places.
 //! * Alarm: the calibrated p-value below the level, or a measured mode without partner.
 //! * A verdict follows the probabilities: with "nothing" more probable than all else together nothing is named, with
-//!   "something else" more probable than all else together the verdict is `unexplained`.
+//!   "something else" more probable than all else together, two effects included, the verdict is `unexplained`.
 //! * A hypothesis is believed when its ln Bayes factor is above 3 *and* what remains looks like noise: goodness of fit, a
 //!   second screening and neighbouring sensors, at a level of 0.01 for the three together, and no mode without partner. Among
 //!   tied hypotheses the most probable one that passes is taken.
 //! * Else a second hypothesis is sought on top of the best; with a gain above 3 and noise as remainder the verdict is
 //!   `several-effects`, else `unexplained`.
-//! * Stated probabilities obey the tests: "nothing" is not less probable than the p-value of the alarm allows, and what a
-//!   hypothesis leaves that does not look like noise speaks for "something else", see [`most_against`].
 
 use super::base::{Stage, stage};
 use super::evidence::{EACH_REMAINDER, REMAINDER, degrees_of_freedom, goodness_of_fit, held_out, something_else};
 use super::fit::Fit;
 use super::mesh::{mesh_errors, modes};
 use super::next_measurement::next_measurements;
-use super::noise::{DRAWS, whiteness};
+use super::noise::whiteness;
+use super::odds::{Odds, Probabilities, ln_mean};
 use super::refit::{Refit, Tried, refit};
 use super::scene::{Case, Scene};
 use super::screen::project;
+use super::spread::{Spread, spreads};
 use super::{Diagnosis, DiagnosisError, HypothesisResult, Settings, Verdict, result};
 use crate::linalg::DMatrix;
-use std::collections::BTreeMap;
 
 /// ln of the Bayes factor that is called strong (Kass and Raftery 1995: 20 to 1).
 pub(super) const STRONG: f64 = 3.0;
@@ -54,100 +51,44 @@ pub(super) fn conclude(
     settings: &Settings,
 ) -> Result<Diagnosis, DiagnosisError> {
     let dof = degrees_of_freedom(&base.fit, &base.q);
-    let other = something_else(&base.residual, dof);
-    let (p_none, mut p_other, probabilities) = probabilities(base, refits, other);
-    let mut order: Vec<usize> = (0..refits.len()).collect();
-    order.sort_by(|&a, &b| probabilities[b].total_cmp(&probabilities[a]).then(a.cmp(&b)));
-    let sorted: Vec<Refit> = order.iter().map(|&i| refits[i].clone()).collect();
-    let mut sorted_p: Vec<f64> = order.iter().map(|&i| probabilities[i]).collect();
-    let leads = sorted_p.first().is_some_and(|p| *p > 0.5);
-    *refits = sorted;
-    let best_bayes = refits.iter().map(|r| r.ln_bayes).fold(f64::NEG_INFINITY, f64::max);
-    let tied: Vec<usize> =
-        (0..refits.len()).filter(|&i| refits[i].ln_bayes > best_bayes - STRONG && refits[i].ln_bayes > 0.0).collect();
-
     let fits = goodness_of_fit(&base.fit, &base.q);
     let white = whiteness(&base.scene, &base.fit, &base.q, settings.seed.wrapping_add(2));
     let looks_like_noise = is_noise(fits, white) && base.fit.unpaired.is_empty();
     // The level is shared with the tests of the remainder, which raise an alarm too.
     let alarm = base.p_value < settings.alarm_level - REMAINDER || !base.fit.unpaired.is_empty();
-    let strong = best_bayes > STRONG && p_none < 0.5;
-    let mut remainder = String::new();
-    let mut chosen = 0;
-    let verdict = if looks_like_noise && !(alarm && strong) {
-        Verdict::Adequate
-    } else if !alarm || !strong || p_other > 0.5 {
-        remainder = place_of(&base.scene, &base.fit, &base.q);
-        Verdict::Unexplained
+    let best_bayes = refits.iter().map(|r| r.ln_bayes).fold(f64::NEG_INFINITY, f64::max);
+    let is_tied = |r: &Refit| r.ln_bayes > best_bayes - STRONG && r.ln_bayes > 0.0;
+    let spreads = if alarm && best_bayes > STRONG { spreads_of(base, refits)? } else { Vec::new() };
+    let ways: Vec<f64> =
+        std::iter::once(something_else(&base.residual, dof)).chain(spreads.iter().map(|s| s.ln_bayes)).collect();
+    let odds = Odds::new(base);
+    let mut p = odds.probabilities(base, refits, ln_mean(&ways));
+    p.sort(refits);
+    let leads = p.each.first().is_some_and(|p| *p > 0.5);
+    let strong = best_bayes > STRONG && p.none < 0.5;
+    let Answer { verdict, chosen, remainder, is_spread } = if looks_like_noise && !(alarm && strong) {
+        Answer { verdict: Verdict::Adequate, ..Answer::default() }
+    } else if !alarm || !strong {
+        Answer { remainder: place_of(&base.scene, &base.fit, &base.q), ..Answer::default() }
     } else {
-        let mut first: Option<Remainder> = None;
-        let mut believed = None;
-        let mut failed: Vec<(usize, f64)> = Vec::new();
-        for &i in tied.iter().take(CHECKED) {
-            let found = remains(base, &refits[i], settings)?;
-            if found.passes {
-                believed = Some(i);
-                break;
-            }
-            failed.push((i, found.p_value));
-            if first.is_none() {
-                chosen = i;
-                first = Some(found);
-            }
-        }
-        match (believed, first) {
-            (Some(i), _) => {
-                chosen = i;
-                match refits[i].tried {
-                    Tried::Effect(_) => Verdict::MissingEffect,
-                    Tried::Fault(_) => Verdict::MeasurementFault,
-                }
-            }
-            (None, Some(found)) => {
-                let more = refit(&found.second, true)?;
-                let best = more.iter().max_by(|a, b| a.ln_bayes.total_cmp(&b.ln_bayes));
-                let is_clear = |r: &&Refit| r.ln_bayes > STRONG && found.second.p_value < settings.alarm_level;
-                match best.filter(is_clear) {
-                    // Two of some hundreds imitate much: what they leave has to pass the same tests as what one leaves.
-                    Some(second) if remains(&found.second, second, settings)?.needs_nothing_more() => {
-                        remainder =
-                            format!("beside {}: {}", refits[chosen].id(&base.scene), second.id(&found.second.scene));
-                        Verdict::SeveralEffects
-                    }
-                    _ => {
-                        remainder = found.text;
-                        // It may be there beside something else, or be its image: even odds.
-                        for (i, r) in refits.iter().enumerate() {
-                            let p = match failed.iter().find(|f| f.0 == i) {
-                                Some(f) => f.1,
-                                None => r.p_value()?,
-                            };
-                            let lost = 0.5 * sorted_p[i] * (1.0 - most_against(p));
-                            sorted_p[i] -= lost;
-                            p_other += lost;
-                        }
-                        Verdict::Unexplained
-                    }
-                }
-            }
-            (None, None) => Verdict::Unexplained,
-        }
+        let tied: Vec<usize> = (0..refits.len()).filter(|&i| is_tied(&refits[i])).collect();
+        let else_ln = odds.of_something_else() + ln_mean(&ways);
+        name(base, refits, &tied, &Else { odds: &odds, ln: else_ln, spreads }, &mut p, settings)?
     };
+    // The hypothesis that leaves noise stands first, also where another is a little more probable and does not.
     if chosen > 0 {
-        // The hypothesis that leaves noise stands first, also where another is a little more probable and does not.
         refits[..=chosen].rotate_right(1);
-        sorted_p[..=chosen].rotate_right(1);
+        p.each[..=chosen].rotate_right(1);
     }
     let held_before: f64 = held_out(&base.fit, base.weight)?.iter().sum();
     let tied_ids = |i: usize| -> Vec<String> {
-        let is_tied = |r: &Refit| r.ln_bayes > best_bayes - STRONG && r.ln_bayes > 0.0;
         if !is_tied(&refits[i]) {
             return Vec::new();
         }
         (0..refits.len()).filter(|&k| k != i && is_tied(&refits[k])).map(|k| refits[k].id(&base.scene)).collect()
     };
     let hypotheses: Vec<HypothesisResult> =
-        (0..refits.len()).map(|i| result(base, &refits[i], held_before, sorted_p[i], tied_ids(i))).collect();
+        (0..refits.len()).map(|i| result(base, &refits[i], held_before, p.each[i], tied_ids(i))).collect();
     let next = if alarm && strong && verdict != Verdict::Adequate {
         next_measurements(base, refits, best_bayes - STRONG)?
     } else {
@@ -155,7 +96,11 @@ pub(super) fn conclude(
     };
     Ok(Diagnosis {
         verdict,
-        sentence: sentence(verdict, hypotheses.first(), leads, base, &remainder),
+        sentence: if is_spread {
+            format!("no single effect explains the test; {remainder}")
+        } else {
+            sentence(verdict, hypotheses.first(), leads, base, &remainder)
+        },
         p_value: base.p_value,
         noise_factor: base.noise_factor(),
         misfit: base.fit.misfit,
@@ -163,8 +108,8 @@ pub(super) fn conclude(
         screened_effects: base.screened.len(),
         visible_effects: base.effects.len(),
         screened_faults: base.faults.len(),
-        probability_none: p_none,
-        probability_other: p_other,
+        probability_none: p.none,
+        probability_other: p.other,
         hypotheses,
         next_measurements: next,
         unpaired_modes: base.fit.unpaired.iter().map(|m| m + 1).collect(),
@@ -173,59 +118,102 @@ pub(super) fn conclude(
     })
 }
 
-/// ln of the prior odds of every hypothesis of a kind, and of "something else".
-struct Odds<'a> {
-    places: BTreeMap<&'a str, usize>,
+/// What is answered.
+struct Answer {
+    verdict: Verdict,
+    /// The hypothesis that stands first.
+    chosen: usize,
+    /// What remains, in words.
+    remainder: String,
+    /// Whether it says what is spread over the structure.
+    is_spread: bool,
 }
 
-impl<'a> Odds<'a> {
-    /// Places of every kind that could have been seen.
-    fn new(base: &'a Stage) -> Self {
-        let mut places: BTreeMap<&str, usize> = BTreeMap::new();
-        for s in &base.effects {
-            *places.entry(base.screened[s.index].candidate.effect.name()).or_default() += 1;
+impl Default for Answer {
+    fn default() -> Self {
+        Self { verdict: Verdict::Unexplained, chosen: 0, remainder: String::new(), is_spread: false }
+    }
+}
+
+/// What speaks for something else.
+struct Else<'a> {
+    odds: &'a Odds<'a>,
+    /// ln of its odds times its Bayes factor.
+    ln: f64,
+    spreads: Vec<Spread>,
+}
+
+impl Else<'_> {
+    /// The spread that explains the test best, if it is more probable than a hypothesis.
+    fn spread(&self, than: &Refit) -> Option<&Spread> {
+        let odds = self.odds.of(than.name()) - self.odds.of_something_else();
+        let best = self.spreads.iter().max_by(|a, b| a.ln_bayes.total_cmp(&b.ln_bayes));
+        best.filter(|s| s.ln_bayes > than.ln_bayes + odds)
+    }
+}
+
+/// Names one hypothesis, two, or none.
+fn name(
+    base: &Stage,
+    refits: &[Refit],
+    tied: &[usize],
+    otherwise: &Else<'_>,
+    p: &mut Probabilities,
+    settings: &Settings,
+) -> Result<Answer, DiagnosisError> {
+    let mut failed: Vec<(usize, Remainder)> = Vec::new();
+    let may_be_named = p.other < 0.5;
+    for &i in tied.iter().take(if may_be_named { CHECKED } else { 1 }) {
+        let found = remains(base, &refits[i], settings)?;
+        if found.passes && may_be_named {
+            let verdict = match refits[i].tried {
+                Tried::Effect(_) => Verdict::MissingEffect,
+                Tried::Fault(_) => Verdict::MeasurementFault,
+            };
+            return Ok(Answer { verdict, chosen: i, ..Answer::default() });
         }
-        for f in &base.fault_scores {
-            *places.entry(base.faults[f.index].name()).or_default() += 1;
+        failed.push((i, found));
+    }
+    let Some((chosen, found)) = failed.first() else { return Ok(Answer::default()) };
+    let (chosen, first) = (*chosen, &refits[*chosen]);
+    let more = refit(&found.second, true)?;
+    let best = more.iter().max_by(|a, b| a.ln_bayes.total_cmp(&b.ln_bayes));
+    let clear = best.filter(|r| r.ln_bayes > STRONG && found.second.p_value < settings.alarm_level);
+    if let Some(second) = clear {
+        // Two of some hundreds imitate much: they have to be more probable than something else, and what they leave has to
+        // pass the same tests as what one leaves.
+        let odds = otherwise.odds;
+        let ln_two = odds.of(first.name()) + first.ln_bayes + odds.of_a_second(&more);
+        p.with_a_pair(chosen, ln_two);
+        if ln_two > otherwise.ln && remains(&found.second, second, settings)?.needs_nothing_more() {
+            let remainder = format!("beside {}: {}", first.id(&base.scene), second.id(&found.second.scene));
+            return Ok(Answer { verdict: Verdict::SeveralEffects, chosen, remainder, is_spread: false });
         }
-        Self { places }
     }
-
-    fn of_something_else(&self) -> f64 {
-        0.5_f64.ln() - ((self.places.len() + 1) as f64).ln()
+    for (i, r) in refits.iter().enumerate() {
+        let left = match failed.iter().find(|f| f.0 == i) {
+            Some(f) => f.1.p_value,
+            None => r.p_value()?,
+        };
+        p.doubt(i, left);
     }
-
-    fn of(&self, name: &str) -> f64 {
-        self.of_something_else() - (self.places.get(name).copied().unwrap_or(1).max(1) as f64).ln()
-    }
+    let spread = otherwise.spread(first);
+    let remainder = match spread {
+        Some(spread) => spread.to_string(),
+        None if found.passes => place_of(&base.scene, &base.fit, &base.q),
+        None => found.text.clone(),
+    };
+    Ok(Answer { chosen, remainder, is_spread: spread.is_some(), ..Answer::default() })
 }
 
-/// Probabilities of "none", of "something else" and of every refitted hypothesis.
-fn probabilities(base: &Stage, refits: &[Refit], other: f64) -> (f64, f64, Vec<f64>) {
-    let odds = Odds::new(base);
-    let mut ln = vec![0.5_f64.ln(), odds.of_something_else() + other];
-    ln.extend(refits.iter().map(|r| odds.of(r.name()) + r.ln_bayes));
-    let top = ln.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let weights: Vec<f64> = ln.iter().map(|l| (l - top).exp()).collect();
-    let rest: f64 = weights[1..].iter().sum();
-    // A p-value without a draw beyond the observed one is only a bound of itself.
-    let least = if base.p_value > 1.0 / DRAWS as f64 { most_against(base.p_value) } else { 0.0 };
-    let none = weights[0].max(least * rest);
-    let sum = none + rest;
-    (none / sum, weights[1] / sum, weights[2..].iter().map(|w| w / sum).collect())
-}
-
-/// The smallest Bayes factor, for over against, that a p-value of a hypothesis can mean, whatever the alternative:
-///
-/// ```text
-/// B(p) = -e p ln p   for p < 1/e, else 1
-/// ```
-///
-/// # Source
-/// T. Sellke, M. J. Bayarri, J. O. Berger, Calibration of p values for testing precise null hypotheses, The American Statistician
-/// 55 (2001) 62-71.
-fn most_against(p: f64) -> f64 {
-    if p < 1.0 / std::f64::consts::E { -std::f64::consts::E * p * p.max(f64::MIN_POSITIVE).ln() } else { 1.0 }
+/// Changes that are spread over the structure, from where the base and the best hypotheses have brought its parameters.
+fn spreads_of(base: &Stage, refits: &[Refit]) -> Result<Vec<Spread>, DiagnosisError> {
+    let mut best: Vec<&Refit> = refits.iter().collect();
+    best.sort_by(|a, b| b.ln_bayes.total_cmp(&a.ln_bayes));
+    let n = base.fit.x.len();
+    let mut starts = vec![base.fit.x.clone(), base.scene.start()];
+    starts.extend(best.iter().take(CHECKED).map(|r| r.fit.x.rows(0, n).into_owned()));
+    spreads(base, &starts)
 }
 
 /// Whether a hypothesis that leaves noise explains the test better than noise s2 times as large as stated does:
@@ -374,18 +362,4 @@ fn warnings(base: &Stage) -> Vec<String> {
         out.push(format!("{bounds} parameters of the fitted base sit on a bound"));
     }
     out
-}
-
-#[cfg(test)]
-mod tests {
-    use super::most_against;
-
-    /// Table 1 of Sellke, Bayarri and Berger (2001).
-    #[test]
-    fn p_values_speak_as_published() {
-        for (p, bayes) in [(0.1, 0.625), (0.05, 0.407), (0.01, 0.125), (0.005, 0.072), (0.001, 0.0188)] {
-            assert!((most_against(p) / bayes - 1.0).abs() < 5e-3, "{p}: {}", most_against(p));
-        }
-        assert_eq!((most_against(0.0), most_against(0.5), most_against(1.0)), (0.0, 1.0, 1.0));
-    }
 }

@@ -243,7 +243,7 @@ impl<'a> Structure<'a> {
     }
 
     /// Whether a part is a whole member of beams: a chain, or a beam that belongs to none.
-    pub(super) fn is_member(&self, part: &Part) -> bool {
+    pub fn is_member(&self, part: &Part) -> bool {
         part.elements.iter().all(|&e| self.is_beam(e))
             && (part.kind == PartKind::Chain
                 || part.kind == PartKind::Element && self.model.spec().beams.contains_key(&part.name))

@@ -1,0 +1,172 @@
+//! Changes that are spread over the structure: the stiffness or the mass of every element a little different, as no single effect
+//! makes them. They are what "something outside the catalogue" looks like to a model of beams.
+//!
+//! ```text
+//! k_e = (1 + s_e) k_e,    s_e ~ N(0, τ²) for every element e;    ln Z = ln mean over τ of exp(ln Z_τ)
+//! ```
+//!
+//! Each is fitted in full, all factors beside the parameters of the base, and its evidence pays for every factor that the data
+//! determine. So a single effect is preferred where one explains the test, and a spread where it would take several.
+
+use super::DiagnosisError;
+use super::base::Stage;
+use super::evidence::ln_evidence;
+use super::fit::{Fit, STEPS, fit_from};
+use super::mesh::unsolvable;
+use crate::effect::{Context, Part, PartKind, Structure};
+use crate::linalg::DVector;
+use crate::model::spec::{OverrideSpec, ParameterSpec};
+use crate::units::Scalar;
+use rayon::prelude::*;
+use std::fmt;
+
+/// What is spread.
+const FIELDS: [&[Property]; 3] = [&[Property::Stiffness], &[Property::Mass], &[Property::Stiffness, Property::Mass]];
+/// τ: a prior that is even in ln τ, over what scatters in practice.
+const SCALES: [f64; 3] = [0.05, 0.15, 0.45];
+/// Bounds of a factor.
+const FACTOR: [f64; 2] = [0.1, 4.0];
+/// Factors of a property, at most: a finer mesh is taken by its members.
+const MOST: usize = 60;
+/// Starts of a fit.
+const STARTS: usize = 3;
+
+/// A property of an element.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Property {
+    Stiffness,
+    Mass,
+}
+
+impl Property {
+    fn word(self) -> &'static str {
+        match self {
+            Property::Stiffness => "stiffness",
+            Property::Mass => "mass",
+        }
+    }
+}
+
+/// A fitted spread.
+#[derive(Debug, Clone)]
+pub(super) struct Spread {
+    /// ln of its Bayes factor against the base.
+    pub(super) ln_bayes: f64,
+    /// Name and factor of each part, the most changed first.
+    factors: Vec<(Property, String, f64)>,
+    /// The misfit that it leaves.
+    misfit: f64,
+}
+
+impl fmt::Display for Spread {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        const SHOWN: usize = 4;
+        let mut what: Vec<&str> = self.factors.iter().map(|c| c.0.word()).collect();
+        what.sort_unstable_by(|a, b| b.cmp(a));
+        what.dedup();
+        let changes: Vec<f64> = self.factors.iter().map(|c| (c.2 - 1.0).powi(2)).collect();
+        let rms = (changes.iter().sum::<f64>() / changes.len().max(1) as f64).sqrt();
+        write!(
+            f,
+            "{} that differs from element to element by some {:.0} % leaves a misfit of {:.0}; the most in ",
+            what.join(" and "),
+            100.0 * rms,
+            self.misfit
+        )?;
+        let most: Vec<String> = self
+            .factors
+            .iter()
+            .take(SHOWN)
+            .map(|(p, name, v)| {
+                let word = if what.len() > 1 { format!("{} of ", p.word()) } else { String::new() };
+                format!("{word}{name} ({:+.0} %)", 100.0 * (v - 1.0))
+            })
+            .collect();
+        f.write_str(&most.join(", "))
+    }
+}
+
+/// Fits every spread, from where the base and the best hypotheses are; those that cannot be fitted are left out.
+///
+/// * `bases` - values of the parameters of the base from which to start
+pub(super) fn spreads(stage: &Stage, bases: &[DVector<f64>]) -> Result<Vec<Spread>, DiagnosisError> {
+    let base = ln_evidence(&stage.fit)?;
+    let work = stage.listener.work("fitting changes of every element", FIELDS.len() * SCALES.len());
+    let of = |properties: &&[Property]| {
+        let parts: Vec<(Property, String)> =
+            properties.iter().flat_map(|&p| parts(stage, p).into_iter().map(move |name| (p, name))).collect();
+        let mut starts: Vec<DVector<f64>> = bases.iter().map(|x| neutral(x, parts.len())).collect();
+        let mut found: Vec<(f64, Fit)> = Vec::new();
+        // From the middle: each is a start of the next.
+        for scale in [SCALES[1], SCALES[0], SCALES[2]] {
+            if let Ok((evidence, fit)) = fit_spread(stage, &parts, scale, &starts) {
+                starts = vec![fit.x.clone()];
+                found.push((evidence, fit));
+            }
+            work.step();
+        }
+        let (evidence, fit) = found.iter().max_by(|a, b| a.0.total_cmp(&b.0))?;
+        let sum: f64 = found.iter().map(|f| (f.0 - evidence).exp()).sum();
+        let values = &fit.theta[fit.theta.len() - parts.len()..];
+        let mut factors: Vec<(Property, String, f64)> =
+            parts.into_iter().zip(values).map(|((p, name), v)| (p, name, *v)).collect();
+        factors.sort_by(|a, b| (b.2 - 1.0).abs().total_cmp(&(a.2 - 1.0).abs()));
+        let ln_bayes = evidence + (sum / SCALES.len() as f64).ln() - base;
+        Some(Spread { ln_bayes, factors, misfit: fit.misfit })
+    };
+    let done: Vec<Option<Spread>> = FIELDS.par_iter().map(of).collect();
+    Ok(done.into_iter().flatten().collect())
+}
+
+/// Values of the base with every factor at one.
+fn neutral(x: &DVector<f64>, n: usize) -> DVector<f64> {
+    x.clone().resize_vertically(x.len() + n, (1.0 - FACTOR[0]) / (FACTOR[1] - FACTOR[0]))
+}
+
+/// ln Z_τ and the fit, factors last.
+fn fit_spread(
+    stage: &Stage,
+    parts: &[(Property, String)],
+    scale: f64,
+    starts: &[DVector<f64>],
+) -> Result<(f64, Fit), DiagnosisError> {
+    let mut file = (*stage.scene.file).clone();
+    for (k, (property, part)) in parts.iter().enumerate() {
+        let name = format!("spread.{}", k + 1);
+        let parameter = ParameterSpec {
+            value: Scalar::constant(1.0),
+            bounds: Some(FACTOR.map(Scalar::constant)),
+            unit: None,
+            prior_sd: Some(Scalar::constant(scale)),
+            description: String::new(),
+        };
+        let factor = Some(Scalar::parse(&name).map_err(unsolvable)?);
+        let (stiffness, mass) = match property {
+            Property::Stiffness => (factor, None),
+            Property::Mass => (None, factor),
+        };
+        file.parameters.insert(name.clone(), parameter);
+        file.overrides
+            .insert(name, OverrideSpec { of: vec![part.clone()], stiffness, mass, ..OverrideSpec::default() });
+    }
+    let scene = stage.scene.with_file(file, stage.scene.added.clone())?;
+    let fit = fit_from(&scene, starts, stage.weight, STARTS, STEPS)?;
+    let ln_priors = -(parts.len() as f64) * (scale / (FACTOR[1] - FACTOR[0])).ln();
+    Ok((ln_evidence(&fit)? + ln_priors, fit))
+}
+
+/// Names of the parts that may differ: elements, of a fine mesh whole members.
+fn parts(stage: &Stage, property: Property) -> Vec<String> {
+    let context = Context::default();
+    let structure = Structure::new(stage.scene.model(), &context);
+    let has = |e: &usize| match property {
+        Property::Stiffness => structure.deforms(*e),
+        Property::Mass => structure.is_heavy(*e),
+    };
+    let of = |is_taken: &dyn Fn(&Part) -> bool| -> Vec<String> {
+        let taken = structure.parts().iter().filter(|p| is_taken(p) && p.elements.iter().any(has));
+        taken.map(|p| p.name.clone()).collect()
+    };
+    let elements = of(&|p| p.kind == PartKind::Element);
+    if elements.len() <= MOST { elements } else { of(&|p| structure.is_member(p)) }
+}
