@@ -232,14 +232,13 @@ fn investigate(
     let mut base = stage(scene, starts, weight.unwrap_or(1.0), settings)?;
     let mut refits = refit(&base, false)?;
     // Larger noise than stated is a hypothesis like the others: it is taken where none explains the test better.
-    if weight.is_none() && base.scatter.s2 > 1.0 && !better_than_noise(&base, &refits)? {
+    if weight.is_none() && base.scatter.s2 > 1.0 && !better_than_noise(&base, &refits.hypotheses)? {
         let larger = base.scatter.s2.sqrt().recip();
         base = stage(base.scene, std::slice::from_ref(&base.fit.x), larger, settings)?;
         refits = refit(&base, false)?;
     }
-    refits.sort_by(|a, b| b.ln_bayes.total_cmp(&a.ln_bayes));
     let diagnosis = conclude(&base, &mut refits, settings)?;
-    Ok(Investigation { diagnosis, base, refits })
+    Ok(Investigation { diagnosis, base, refits: refits.hypotheses })
 }
 
 /// The result of one refitted hypothesis, ties and probability to be filled in.

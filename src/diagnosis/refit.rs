@@ -6,6 +6,7 @@ use super::faults::{Change, Fault, GAIN_SD};
 use super::fit::{Fit, STEPS, fit, fit_from};
 use super::scene::Scene;
 use super::screen::{Score, start_sizes};
+use super::spread::{Spread, spreads};
 use super::verdict::STRONG;
 use super::{DiagnosisError, Estimate};
 use crate::effect::{Candidate, NewParameter};
@@ -34,6 +35,8 @@ const FAINT: f64 = 4.0;
 /// Rounds of looking around the best effect, and how many effects like it are tried with a few steps.
 const ROUNDS: usize = 3;
 const NEAR: usize = 60;
+/// Hypotheses whose base is a start of a spread.
+const SPREAD_FROM: usize = 3;
 /// Hypotheses that are polished: the best, and of as many kinds the best.
 const POLISHED: usize = 3;
 const POLISHED_KINDS: usize = 6;
@@ -87,6 +90,14 @@ impl Refit {
     }
 }
 
+/// What was refitted.
+pub(super) struct Refits {
+    /// By descending evidence.
+    pub(super) hypotheses: Vec<Refit>,
+    /// Changes of every element; none where the base looks right.
+    pub(super) spreads: Vec<Spread>,
+}
+
 /// Which effects deserve a refit: the best, one of every other kind that comes near, and stores where a mode is unpaired.
 pub(super) fn chosen_effects(stage: &Stage, limit: usize) -> Vec<Score> {
     let kind = |s: &Score| stage.screened[s.index].candidate.effect.name();
@@ -133,33 +144,41 @@ enum Job<'a> {
 ///   best of every kind; and the best few of every kind of fault.
 /// * What is like the best, in kind or place, is fitted once more from where the best has brought the base, until nothing
 ///   better comes; what leaves nearly the trace of the best is fitted too, so that ties are complete.
-pub(super) fn refit(stage: &Stage, few: bool) -> Result<Vec<Refit>, DiagnosisError> {
+pub(super) fn refit(stage: &Stage, few: bool) -> Result<Refits, DiagnosisError> {
     let base = ln_evidence(&stage.fit)?;
     let limit = if few { BEST / 2 } else { BEST };
-    let bases = [stage.fit.x.clone(), stage.scene.start()];
+    let mut bases = vec![stage.fit.x.clone(), stage.scene.start()];
     let scores = chosen_effects(stage, limit);
     let faults = chosen_faults(stage);
     let jobs: Vec<Job<'_>> =
         scores.iter().map(|s| Job::Effect(s, &bases)).chain(faults.iter().map(|&f| Job::Fault(f, &bases))).collect();
     let mut done = run(stage, &jobs, base);
-    if few {
-        return Ok(done);
+    done.sort_by(|a, b| b.ln_bayes.total_cmp(&a.ln_bayes));
+    let is_poor = goodness_of_fit(&stage.fit, &stage.q) < REMAINDER;
+    let is_strong = done.first().is_some_and(|r| r.ln_bayes > STRONG);
+    if few || !(is_poor || is_strong) {
+        return Ok(Refits { hypotheses: done, spreads: Vec::new() });
     }
-    if goodness_of_fit(&stage.fit, &stage.q) < REMAINDER && !leaves_noise(&done)? {
-        let rest: Vec<&Score> =
-            stage.effects.iter().filter(|s| !scores.iter().any(|t| t.index == s.index)).take(SHORT_FITS).collect();
-        let near = best_and_of_every_kind(stage, shortest(stage, &rest, &bases), limit);
+    let n = stage.fit.x.len();
+    let best = done.iter().take(SPREAD_FROM).map(|r| r.fit.x.rows(0, n).into_owned());
+    let spreads = spreads(stage, &bases.iter().cloned().chain(best).collect::<Vec<_>>())?;
+    if is_poor && !leaves_noise(&done)? {
+        // A spread can follow most changes of a structure, and brings the base near its truth.
+        bases.extend(spreads.iter().max_by(|a, b| a.ln_bayes.total_cmp(&b.ln_bayes)).map(|s| s.base.clone()));
+        let all: Vec<&Score> = stage.effects.iter().take(SHORT_FITS).collect();
+        let near = best_and_of_every_kind(stage, shortest(stage, &all, &bases), limit);
         let mut more: Vec<Job<'_>> = near.into_iter().map(|s| Job::Effect(s, &bases)).collect();
         let further = further_faults(stage, &faults);
         more.extend(further.iter().map(|f| Job::Fault(f, &bases)));
-        done.extend(run(stage, &more, base));
+        merge(stage, &mut done, run(stage, &more, base));
     }
     around_the_best(stage, &mut done, base)?;
     if !leaves_noise(&done)? {
         polish(stage, &mut done, base)?;
     }
     complete_ties(stage, &mut done, base);
-    Ok(done)
+    done.sort_by(|a, b| b.ln_bayes.total_cmp(&a.ln_bayes));
+    Ok(Refits { hypotheses: done, spreads })
 }
 
 /// Refits what leaves nearly the trace of the best hypotheses and was not chosen: a tie that is not shown is a wrong answer.
@@ -180,7 +199,7 @@ fn complete_ties(stage: &Stage, done: &mut Vec<Refit>, base: f64) {
     let alike = stage.directions.alike(&tied).into_iter().filter(|i| !known.contains(i));
     let jobs: Vec<Job<'_>> = alike
         .filter_map(|index| stage.effects.iter().find(|s| s.index == index))
-        .take(BEST)
+        .take(NEAR)
         .map(|s| Job::Effect(s, &bases))
         .collect();
     done.extend(run(stage, &jobs, base));

@@ -7,6 +7,9 @@
 //!
 //! Each is fitted in full, all factors beside the parameters of the base, and its evidence pays for every factor that the data
 //! determine. So a single effect is preferred where one explains the test, and a spread where it would take several.
+//!
+//! A spread can follow most changes of a structure, so that it brings the parameters of the base near their truth where a large effect has
+//! pulled the fit into a wrong valley: hypotheses are fitted again from there.
 
 use super::DiagnosisError;
 use super::base::Stage;
@@ -52,6 +55,8 @@ impl Property {
 pub(super) struct Spread {
     /// ln of its Bayes factor against the base.
     pub(super) ln_bayes: f64,
+    /// Where it has brought the parameters of the base.
+    pub(super) base: DVector<f64>,
     /// Name and factor of each part, the most changed first.
     factors: Vec<(Property, String, f64)>,
     /// The misfit that it leaves.
@@ -112,7 +117,8 @@ pub(super) fn spreads(stage: &Stage, bases: &[DVector<f64>]) -> Result<Vec<Sprea
             parts.into_iter().zip(values).map(|((p, name), v)| (p, name, *v)).collect();
         factors.sort_by(|a, b| (b.2 - 1.0).abs().total_cmp(&(a.2 - 1.0).abs()));
         let ln_bayes = evidence + (sum / SCALES.len() as f64).ln() - base;
-        Some(Spread { ln_bayes, factors, misfit: fit.misfit })
+        let base = fit.x.rows(0, fit.x.len() - factors.len()).into_owned();
+        Some(Spread { ln_bayes, base, factors, misfit: fit.misfit })
     };
     let done: Vec<Option<Spread>> = FIELDS.par_iter().map(of).collect();
     Ok(done.into_iter().flatten().collect())

@@ -16,10 +16,10 @@ use super::mesh::{mesh_errors, modes};
 use super::next_measurement::next_measurements;
 use super::noise::whiteness;
 use super::odds::{Odds, Probabilities, ln_mean};
-use super::refit::{Refit, Tried, refit};
+use super::refit::{Refit, Refits, Tried, refit};
 use super::scene::{Case, Scene};
 use super::screen::project;
-use super::spread::{Spread, spreads};
+use super::spread::Spread;
 use super::{Diagnosis, DiagnosisError, HypothesisResult, Settings, Verdict, result};
 use crate::linalg::DMatrix;
 
@@ -47,7 +47,7 @@ impl Remainder {
 
 pub(super) fn conclude(
     base: &Stage,
-    refits: &mut Vec<Refit>,
+    Refits { hypotheses: refits, spreads }: &mut Refits,
     settings: &Settings,
 ) -> Result<Diagnosis, DiagnosisError> {
     let dof = degrees_of_freedom(&base.fit, &base.q);
@@ -58,7 +58,6 @@ pub(super) fn conclude(
     let alarm = base.p_value < settings.alarm_level - REMAINDER || !base.fit.unpaired.is_empty();
     let best_bayes = refits.iter().map(|r| r.ln_bayes).fold(f64::NEG_INFINITY, f64::max);
     let is_tied = |r: &Refit| r.ln_bayes > best_bayes - STRONG && r.ln_bayes > 0.0;
-    let spreads = if alarm && best_bayes > STRONG { spreads_of(base, refits)? } else { Vec::new() };
     let ways: Vec<f64> =
         std::iter::once(something_else(&base.residual, dof)).chain(spreads.iter().map(|s| s.ln_bayes)).collect();
     let odds = Odds::new(base);
@@ -140,7 +139,7 @@ struct Else<'a> {
     odds: &'a Odds<'a>,
     /// ln of its odds times its Bayes factor.
     ln: f64,
-    spreads: Vec<Spread>,
+    spreads: &'a [Spread],
 }
 
 impl Else<'_> {
@@ -176,7 +175,7 @@ fn name(
     }
     let Some((chosen, found)) = failed.first() else { return Ok(Answer::default()) };
     let (chosen, first) = (*chosen, &refits[*chosen]);
-    let more = refit(&found.second, true)?;
+    let more = refit(&found.second, true)?.hypotheses;
     let best = more.iter().max_by(|a, b| a.ln_bayes.total_cmp(&b.ln_bayes));
     let clear = best.filter(|r| r.ln_bayes > STRONG && found.second.p_value < settings.alarm_level);
     if let Some(second) = clear {
@@ -204,16 +203,6 @@ fn name(
         None => found.text.clone(),
     };
     Ok(Answer { chosen, remainder, is_spread: spread.is_some(), ..Answer::default() })
-}
-
-/// Changes that are spread over the structure, from where the base and the best hypotheses have brought its parameters.
-fn spreads_of(base: &Stage, refits: &[Refit]) -> Result<Vec<Spread>, DiagnosisError> {
-    let mut best: Vec<&Refit> = refits.iter().collect();
-    best.sort_by(|a, b| b.ln_bayes.total_cmp(&a.ln_bayes));
-    let n = base.fit.x.len();
-    let mut starts = vec![base.fit.x.clone(), base.scene.start()];
-    starts.extend(best.iter().take(CHECKED).map(|r| r.fit.x.rows(0, n).into_owned()));
-    spreads(base, &starts)
 }
 
 /// Whether a hypothesis that leaves noise explains the test better than noise s2 times as large as stated does:
