@@ -35,6 +35,7 @@ pub use error::DiagnosisError;
 pub use learn::{Learned, Step, learn, learn_from_tests};
 pub use listener::Listener;
 pub use next_measurement::NextMeasurement;
+pub use spread::{Property, Spread, SpreadFactor};
 
 use crate::data::TestData;
 use crate::effect::Effects;
@@ -184,6 +185,9 @@ pub struct Diagnosis {
     pub hypotheses: Vec<HypothesisResult>,
     /// Measurements that would separate what is tied, best first.
     pub next_measurements: Vec<NextMeasurement>,
+    /// What is spread over the structure, where that is more probable than a single hypothesis.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub spread: Option<Spread>,
     /// Measured modes without a partner in the fitted base, from 1.
     pub unpaired_modes: Vec<usize>,
     /// Where what remains after the best hypothesis sits; empty if it looks like noise.

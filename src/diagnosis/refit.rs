@@ -6,7 +6,7 @@ use super::faults::{Change, Fault, GAIN_SD};
 use super::fit::{Fit, STEPS, fit, fit_from};
 use super::scene::Scene;
 use super::screen::{Score, start_sizes};
-use super::spread::{Spread, spreads};
+use super::spread::{Fitted, spreads};
 use super::verdict::STRONG;
 use super::{DiagnosisError, Estimate};
 use crate::effect::{Candidate, NewParameter};
@@ -41,7 +41,7 @@ const SPREAD_FROM: usize = 3;
 const POLISHED: usize = 3;
 const POLISHED_KINDS: usize = 6;
 /// 90 % of a Gaussian lie within this many standard deviations.
-const NINETY: f64 = 1.6449;
+pub(super) const NINETY: f64 = 1.6449;
 
 /// A hypothesis as it was tried.
 #[derive(Debug, Clone)]
@@ -95,7 +95,7 @@ pub(super) struct Refits {
     /// By descending evidence.
     pub(super) hypotheses: Vec<Refit>,
     /// Changes of every element; none where the base looks right.
-    pub(super) spreads: Vec<Spread>,
+    pub(super) spreads: Vec<Fitted>,
 }
 
 /// Which effects deserve a refit: the best, one of every other kind that comes near, and stores where a mode is unpaired.
@@ -164,7 +164,8 @@ pub(super) fn refit(stage: &Stage, few: bool) -> Result<Refits, DiagnosisError> 
     let spreads = spreads(stage, &bases.iter().cloned().chain(best).collect::<Vec<_>>())?;
     if is_poor && !leaves_noise(&done)? {
         // A spread can follow most changes of a structure, and brings the base near its truth.
-        bases.extend(spreads.iter().max_by(|a, b| a.ln_bayes.total_cmp(&b.ln_bayes)).map(|s| s.base.clone()));
+        let best = spreads.iter().max_by(|a, b| a.spread.ln_bayes.total_cmp(&b.spread.ln_bayes));
+        bases.extend(best.map(|s| s.base.clone()));
         let all: Vec<&Score> = stage.effects.iter().take(SHORT_FITS).collect();
         let near = best_and_of_every_kind(stage, shortest(stage, &all, &bases), limit);
         let mut more: Vec<Job<'_>> = near.into_iter().map(|s| Job::Effect(s, &bases)).collect();

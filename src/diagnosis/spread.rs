@@ -16,11 +16,14 @@ use super::base::Stage;
 use super::evidence::ln_evidence;
 use super::fit::{Fit, STEPS, fit_from};
 use super::mesh::unsolvable;
+use super::refit::NINETY;
 use crate::effect::{Context, Part, PartKind, Structure};
 use crate::linalg::DVector;
 use crate::model::spec::{OverrideSpec, ParameterSpec};
 use crate::units::Scalar;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeSet;
 use std::fmt;
 
 /// What is spread.
@@ -35,66 +38,101 @@ const MOST: usize = 60;
 const STARTS: usize = 3;
 
 /// A property of an element.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Property {
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Property {
+    /// Its whole stiffness matrix.
     Stiffness,
+    /// Its whole mass matrix.
     Mass,
 }
 
-impl Property {
-    fn word(self) -> &'static str {
-        match self {
+impl fmt::Display for Property {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
             Property::Stiffness => "stiffness",
             Property::Mass => "mass",
-        }
+        })
     }
 }
 
-/// A fitted spread.
-#[derive(Debug, Clone)]
-pub(super) struct Spread {
+/// A part that differs from the model.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SpreadFactor {
+    /// Its name in the file.
+    pub part: String,
+    /// What differs.
+    pub property: Property,
+    /// Factor on that property.
+    pub factor: f64,
+    /// 90 % interval of the factor.
+    pub interval: [f64; 2],
+}
+
+/// A change that is spread over the structure, fitted.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Spread {
     /// ln of its Bayes factor against the base.
-    pub(super) ln_bayes: f64,
-    /// Where it has brought the parameters of the base.
-    pub(super) base: DVector<f64>,
-    /// Name and factor of each part, the most changed first.
-    factors: Vec<(Property, String, f64)>,
-    /// The misfit that it leaves.
-    misfit: f64,
+    pub ln_bayes: f64,
+    /// Σ ((model - test)/σ)² that it leaves.
+    pub misfit: f64,
+    /// Every part, the most changed first.
+    pub factors: Vec<SpreadFactor>,
+}
+
+impl Spread {
+    /// Root mean square of the changes.
+    pub fn rms(&self) -> f64 {
+        let sum: f64 = self.factors.iter().map(|f| (f.factor - 1.0).powi(2)).sum();
+        (sum / self.factors.len().max(1) as f64).sqrt()
+    }
+
+    /// The parts that differ clearly: one is outside their interval.
+    pub fn clear(&self) -> impl Iterator<Item = &SpreadFactor> {
+        self.factors.iter().filter(|f| f.interval[0] > 1.0 || f.interval[1] < 1.0)
+    }
+
+    /// What differs: stiffness, mass, or both.
+    pub fn properties(&self) -> BTreeSet<Property> {
+        self.factors.iter().map(|f| f.property).collect()
+    }
 }
 
 impl fmt::Display for Spread {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         const SHOWN: usize = 4;
-        let mut what: Vec<&str> = self.factors.iter().map(|c| c.0.word()).collect();
-        what.sort_unstable_by(|a, b| b.cmp(a));
-        what.dedup();
-        let changes: Vec<f64> = self.factors.iter().map(|c| (c.2 - 1.0).powi(2)).collect();
-        let rms = (changes.iter().sum::<f64>() / changes.len().max(1) as f64).sqrt();
+        let properties = self.properties();
+        let what: Vec<String> = properties.iter().map(ToString::to_string).collect();
+        let (what, verb) = (what.join(" and "), if what.len() > 1 { "differ" } else { "differs" });
+        let percent = 100.0 * self.rms();
         write!(
             f,
-            "{} that differs from element to element by some {:.0} % leaves a misfit of {:.0}; the most in ",
-            what.join(" and "),
-            100.0 * rms,
+            "{what} that {verb} from part to part, by {percent:.0} % on average, leaves a misfit of {:.0}",
             self.misfit
         )?;
-        let most: Vec<String> = self
-            .factors
-            .iter()
-            .take(SHOWN)
-            .map(|(p, name, v)| {
-                let word = if what.len() > 1 { format!("{} of ", p.word()) } else { String::new() };
-                format!("{word}{name} ({:+.0} %)", 100.0 * (v - 1.0))
-            })
-            .collect();
-        f.write_str(&most.join(", "))
+        let most: Vec<String> = self.clear().take(SHOWN).map(|c| c.in_words(properties.len() > 1)).collect();
+        if most.is_empty() { Ok(()) } else { write!(f, "; the most in {}", most.join(", ")) }
     }
+}
+
+impl SpreadFactor {
+    /// `left_wing.2 (+21 %)`, with the property before it if asked for.
+    fn in_words(&self, with_property: bool) -> String {
+        let property = if with_property { format!("{} of ", self.property) } else { String::new() };
+        format!("{property}{} ({:+.0} %)", self.part, 100.0 * (self.factor - 1.0))
+    }
+}
+
+/// A spread, and where it has brought the parameters of the base.
+pub(super) struct Fitted {
+    pub(super) spread: Spread,
+    pub(super) base: DVector<f64>,
 }
 
 /// Fits every spread, from where the base and the best hypotheses are; those that cannot be fitted are left out.
 ///
 /// * `bases` - values of the parameters of the base from which to start
-pub(super) fn spreads(stage: &Stage, bases: &[DVector<f64>]) -> Result<Vec<Spread>, DiagnosisError> {
+pub(super) fn spreads(stage: &Stage, bases: &[DVector<f64>]) -> Result<Vec<Fitted>, DiagnosisError> {
     let base = ln_evidence(&stage.fit)?;
     let work = stage.listener.work("fitting changes of every element", FIELDS.len() * SCALES.len());
     let of = |properties: &&[Property]| {
@@ -112,16 +150,32 @@ pub(super) fn spreads(stage: &Stage, bases: &[DVector<f64>]) -> Result<Vec<Sprea
         }
         let (evidence, fit) = found.iter().max_by(|a, b| a.0.total_cmp(&b.0))?;
         let sum: f64 = found.iter().map(|f| (f.0 - evidence).exp()).sum();
-        let values = &fit.theta[fit.theta.len() - parts.len()..];
-        let mut factors: Vec<(Property, String, f64)> =
-            parts.into_iter().zip(values).map(|((p, name), v)| (p, name, *v)).collect();
-        factors.sort_by(|a, b| (b.2 - 1.0).abs().total_cmp(&(a.2 - 1.0).abs()));
+        let n = fit.x.len() - parts.len();
         let ln_bayes = evidence + (sum / SCALES.len() as f64).ln() - base;
-        let base = fit.x.rows(0, fit.x.len() - factors.len()).into_owned();
-        Some(Spread { ln_bayes, base, factors, misfit: fit.misfit })
+        let spread = Spread { ln_bayes, misfit: fit.misfit, factors: factors(parts, fit).ok()? };
+        Some(Fitted { spread, base: fit.x.rows(0, n).into_owned() })
     };
-    let done: Vec<Option<Spread>> = FIELDS.par_iter().map(of).collect();
+    let done: Vec<Option<Fitted>> = FIELDS.par_iter().map(of).collect();
     Ok(done.into_iter().flatten().collect())
+}
+
+/// The factors of a fit with their intervals, the most changed first.
+fn factors(parts: Vec<(Property, String)>, fit: &Fit) -> Result<Vec<SpreadFactor>, DiagnosisError> {
+    let (_, covariance) = fit.hessian()?;
+    let (theta, n) = (fit.theta.len() - parts.len(), fit.x.len() - parts.len());
+    let of = |(k, (property, part)): (usize, (Property, String))| {
+        let factor = fit.theta[theta + k];
+        let half = NINETY * covariance[(n + k, n + k)].sqrt() * (FACTOR[1] - FACTOR[0]);
+        SpreadFactor {
+            part,
+            property,
+            factor,
+            interval: [factor - half, factor + half].map(|v| v.clamp(FACTOR[0], FACTOR[1])),
+        }
+    };
+    let mut out: Vec<SpreadFactor> = parts.into_iter().enumerate().map(of).collect();
+    out.sort_by(|a, b| (b.factor - 1.0).abs().total_cmp(&(a.factor - 1.0).abs()));
+    Ok(out)
 }
 
 /// Values of the base with every factor at one.

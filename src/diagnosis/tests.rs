@@ -145,6 +145,38 @@ fn a_mass_at_one_winglet_is_found_there() {
     assert_eq!(d.hypotheses[0].location, "n13");
 }
 
+/// Stiffness that scatters over the elements is no single effect, and two effects that imitate it are no answer.
+#[test]
+fn a_change_of_every_element_is_no_effect() {
+    let text = include_str!("../../models/frame.yaml");
+    let hidden = [
+        ("left_column.1", 1.3),
+        ("left_column.2", 0.75),
+        ("right_column.1", 1.2),
+        ("right_column.2", 0.75),
+        ("girder.1", 0.7),
+        ("girder.2", 1.3),
+        ("girder.3", 1.25),
+        ("girder.4", 0.75),
+    ];
+    let entry = |(of, factor): &(&str, f64)| format!("  hidden.{of}: {{of: [{of}], stiffness: {factor}}}\n");
+    let (base, truth) =
+        (model(text), model(&format!("{text}\noverrides:\n{}", hidden.iter().map(entry).collect::<String>())));
+    let sensors = crate::update::node_sensors(&base);
+    let test = twin_modes(&truth, &middle(&truth), &sensors, &noise(6, 9), "twin").unwrap();
+    let d = diagnose(&base, &test, &Settings::default()).unwrap();
+    eprintln!("{}", d.sentence);
+    assert_eq!(d.verdict, Verdict::Unexplained);
+    assert!(d.probability_other > 0.5, "{}", d.probability_other);
+    let spread = d.spread.unwrap();
+    assert_eq!(spread.properties().into_iter().collect::<Vec<_>>(), [Property::Stiffness]);
+    assert!(spread.clear().count() >= 4, "{spread}");
+    for found in spread.clear() {
+        let (_, factor) = hidden.iter().find(|h| h.0 == found.part).unwrap();
+        assert_eq!(found.factor > 1.0, *factor > 1.0, "{found:?}");
+    }
+}
+
 #[test]
 fn a_sensor_upside_down_wins_alone() {
     let flip = |t: &mut TestData| {

@@ -19,7 +19,7 @@ use super::odds::{Odds, Probabilities, ln_mean};
 use super::refit::{Refit, Refits, Tried, refit};
 use super::scene::{Case, Scene};
 use super::screen::project;
-use super::spread::Spread;
+use super::spread::{Fitted, Spread};
 use super::{Diagnosis, DiagnosisError, HypothesisResult, Settings, Verdict, result};
 use crate::linalg::DMatrix;
 
@@ -59,13 +59,13 @@ pub(super) fn conclude(
     let best_bayes = refits.iter().map(|r| r.ln_bayes).fold(f64::NEG_INFINITY, f64::max);
     let is_tied = |r: &Refit| r.ln_bayes > best_bayes - STRONG && r.ln_bayes > 0.0;
     let ways: Vec<f64> =
-        std::iter::once(something_else(&base.residual, dof)).chain(spreads.iter().map(|s| s.ln_bayes)).collect();
+        std::iter::once(something_else(&base.residual, dof)).chain(spreads.iter().map(|s| s.spread.ln_bayes)).collect();
     let odds = Odds::new(base);
     let mut p = odds.probabilities(base, refits, ln_mean(&ways));
     p.sort(refits);
     let leads = p.each.first().is_some_and(|p| *p > 0.5);
     let strong = best_bayes > STRONG && p.none < 0.5;
-    let Answer { verdict, chosen, remainder, is_spread } = if looks_like_noise && !(alarm && strong) {
+    let Answer { verdict, chosen, remainder, spread } = if looks_like_noise && !(alarm && strong) {
         Answer { verdict: Verdict::Adequate, ..Answer::default() }
     } else if !alarm || !strong {
         Answer { remainder: place_of(&base.scene, &base.fit, &base.q), ..Answer::default() }
@@ -95,7 +95,7 @@ pub(super) fn conclude(
     };
     Ok(Diagnosis {
         verdict,
-        sentence: if is_spread {
+        sentence: if spread.is_some() {
             format!("no single effect explains the test; {remainder}")
         } else {
             sentence(verdict, hypotheses.first(), leads, base, &remainder)
@@ -111,6 +111,7 @@ pub(super) fn conclude(
         probability_other: p.other,
         hypotheses,
         next_measurements: next,
+        spread,
         unpaired_modes: base.fit.unpaired.iter().map(|m| m + 1).collect(),
         remainder,
         warnings: warnings(base),
@@ -124,13 +125,13 @@ struct Answer {
     chosen: usize,
     /// What remains, in words.
     remainder: String,
-    /// Whether it says what is spread over the structure.
-    is_spread: bool,
+    /// What is spread over the structure, if that is more probable than a single hypothesis.
+    spread: Option<Spread>,
 }
 
 impl Default for Answer {
     fn default() -> Self {
-        Self { verdict: Verdict::Unexplained, chosen: 0, remainder: String::new(), is_spread: false }
+        Self { verdict: Verdict::Unexplained, chosen: 0, remainder: String::new(), spread: None }
     }
 }
 
@@ -139,14 +140,14 @@ struct Else<'a> {
     odds: &'a Odds<'a>,
     /// ln of its odds times its Bayes factor.
     ln: f64,
-    spreads: &'a [Spread],
+    spreads: &'a [Fitted],
 }
 
 impl Else<'_> {
     /// The spread that explains the test best, if it is more probable than a hypothesis.
     fn spread(&self, than: &Refit) -> Option<&Spread> {
         let odds = self.odds.of(than.name()) - self.odds.of_something_else();
-        let best = self.spreads.iter().max_by(|a, b| a.ln_bayes.total_cmp(&b.ln_bayes));
+        let best = self.spreads.iter().map(|s| &s.spread).max_by(|a, b| a.ln_bayes.total_cmp(&b.ln_bayes));
         best.filter(|s| s.ln_bayes > than.ln_bayes + odds)
     }
 }
@@ -186,7 +187,7 @@ fn name(
         p.with_a_pair(chosen, ln_two);
         if ln_two > otherwise.ln && remains(&found.second, second, settings)?.needs_nothing_more() {
             let remainder = format!("beside {}: {}", first.id(&base.scene), second.id(&found.second.scene));
-            return Ok(Answer { verdict: Verdict::SeveralEffects, chosen, remainder, is_spread: false });
+            return Ok(Answer { verdict: Verdict::SeveralEffects, chosen, remainder, spread: None });
         }
     }
     for (i, r) in refits.iter().enumerate() {
@@ -202,7 +203,7 @@ fn name(
         None if found.passes => place_of(&base.scene, &base.fit, &base.q),
         None => found.text.clone(),
     };
-    Ok(Answer { chosen, remainder, is_spread: spread.is_some(), ..Answer::default() })
+    Ok(Answer { chosen, remainder, spread: spread.cloned(), ..Answer::default() })
 }
 
 /// Whether a hypothesis that leaves noise explains the test better than noise s2 times as large as stated does:

@@ -16,6 +16,9 @@ use serde::{Deserialize, Serialize};
 pub(super) const MEASURE: &str =
     "sum of ((model - test)/standard deviation)²; held out: every mode predicted from the others";
 
+/// Parts of a spread that are listed with their factors.
+const LISTED: usize = 10;
+
 /// A diagnosis in the report's terms.
 ///
 /// Places are looked up by name in `model`; what it does not have has no place.
@@ -42,15 +45,40 @@ pub fn diagnosis(found: &diagnosis::Diagnosis, model: &Model, test: &TestData) -
         "The model is complete, and its misfit is chance.",
         found.probability_none,
     ));
-    hypotheses.push(rest(
+    let mut other = rest(
         Category::Other,
         "other",
         "something outside the catalogue",
         "An effect that the catalogue does not have.",
         found.probability_other,
-    ));
+    );
+    if let Some(spread) = &found.spread {
+        let what: Vec<String> = spread.properties().iter().map(ToString::to_string).collect();
+        other.kind = format!("no single effect: {} of many parts", what.join(" and "));
+        other.summary = sentence(&spread.to_string());
+        other.log_bayes_factor = Some(spread.ln_bayes);
+        other.misfit_after = Some(spread.misfit);
+        let mut parts: Vec<&str> = spread.clear().map(|f| f.part.as_str()).collect();
+        parts.sort_unstable();
+        parts.dedup();
+        other.place = places.on_structure(&parts.join("+"));
+        other.estimates = spread
+            .clear()
+            .take(LISTED)
+            .map(|f| Estimate {
+                quantity: format!("factor on the {} of {}", f.property, f.part),
+                value: f.factor,
+                unit: String::new(),
+                interval: Some(f.interval),
+                interval_label: "90 %".into(),
+            })
+            .collect();
+    }
+    let remainder_place = found.spread.is_some().then(|| other.place.clone());
+    hypotheses.push(other);
     // The hypothesis that the verdict is about stays first, even where a tied one is a little more probable.
-    let split = usize::from(found.verdict != diagnosis::Verdict::Adequate && !found.hypotheses.is_empty());
+    let is_named = !matches!(found.verdict, diagnosis::Verdict::Adequate | diagnosis::Verdict::Unexplained);
+    let split = usize::from(is_named && !found.hypotheses.is_empty());
     hypotheses[split..].sort_by(|a, b| b.probability.unwrap_or(0.0).total_cmp(&a.probability.unwrap_or(0.0)));
     let tied: Vec<String> = found
         .hypotheses
@@ -86,7 +114,7 @@ pub fn diagnosis(found: &diagnosis::Diagnosis, model: &Model, test: &TestData) -
         hypotheses,
         next_measurements,
         remainder: found.remainder.clone(),
-        remainder_place: None,
+        remainder_place,
         warnings: found.warnings.clone(),
     }
 }

@@ -58,7 +58,12 @@ pub fn diagnosis(d: &Diagnosis, style: &Style) -> String {
     for line in wrap(legend, style.width) {
         let _ = writeln!(out, "{}", style.paint(Tone::Dim, &line));
     }
-    let best = d.hypotheses.first().filter(|h| d.outcome != Outcome::Adequate && !h.patch.is_empty());
+    let is_named = |h: &Hypothesis| match d.outcome {
+        Outcome::Adequate => false,
+        Outcome::Unexplained => h.probability.is_some_and(|p| p > 0.5),
+        _ => true,
+    };
+    let best = d.hypotheses.first().filter(|h| is_named(h) && !h.patch.is_empty());
     if let Some(best) = best {
         let what = if best.category == Category::Effect { "retune add MODEL " } else { "to do about " };
         let _ = writeln!(out, "\n{}", style.paint(Tone::Strong, &format!("{what}{}", printable(&best.id))));
