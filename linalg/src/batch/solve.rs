@@ -7,7 +7,7 @@ use super::lane::{ABREAST, Counter, LANES, Lane, Mask};
 use super::plan::Block;
 use super::sturm::{self, Bracket, Evaluation, Tridiagonal};
 use super::tridiagonal::{self, Reflectors};
-use super::values;
+use super::values::{self, Squared};
 
 /// Modes that may be computed beyond the wanted ones, per block: the count stops at a gap, not in a cluster.
 const MARGIN: usize = 2;
@@ -106,6 +106,7 @@ impl<L: Lane> Buffers<L> {
         let zero = L::splat(0.0);
         let nothing = Evaluation { count: Counter::ZERO, value: zero, exponent: zero };
         let width = plan.width();
+        let most = plan.blocks.iter().map(|b| b.m).max().unwrap_or(0);
         let blocks = plan
             .blocks
             .iter()
@@ -121,7 +122,7 @@ impl<L: Lane> Buffers<L> {
                     d: vector(b.m),
                     e: vector(b.m),
                     e2: vector(b.m),
-                    vectors: std::array::from_fn(|_| vector(b.m)),
+                    vectors: std::array::from_fn(|_| vector(most)),
                     z: vector((b.m + b.r) * width),
                     old: vector(b.m * width),
                     factors: std::array::from_fn(|_| vector(b.m * ABREAST)),
@@ -174,6 +175,7 @@ pub(super) fn solve_lanes<L: Lane>(plan: &Plan, buffers: &mut Buffers<L>) {
     let finite = scale(buffers);
     buffers.note(finite, Lapse::Stiffness);
     count_modes(plan, buffers);
+    all_values(plan, buffers);
     for index in 0..buffers.blocks.len() {
         let passed = eigenpairs(plan, index, buffers);
         buffers.note(passed, Lapse::Residual);
@@ -312,6 +314,30 @@ fn prefers_all(plan: &Plan, m: usize) -> bool {
     m <= 3 * plan.n_modes.div_ceil(plan.blocks.len())
 }
 
+/// All eigenvalues of the blocks that prefer this, on their first scratch vector; of both halves of a symmetric model side by side.
+#[inline(always)]
+fn all_values<L: Lane>(plan: &Plan, buffers: &mut Buffers<L>) {
+    fn scratch<L: Lane>(b: &mut BlockBuffers<L>, rows: usize) -> Squared<'_, L> {
+        let t = Tridiagonal { d: &b.d, e: &b.e, e2: &b.e2 };
+        let [d, e2, ..] = &mut b.vectors;
+        let mut squared = Squared { d: &mut d[..rows], e2: &mut e2[..rows] };
+        squared.take(t);
+        squared
+    }
+    if let ([first, second], [a, b]) = (&plan.blocks[..], &mut buffers.blocks[..]) {
+        let rows = first.m.max(second.m);
+        if first.m.min(second.m) > 0 && prefers_all(plan, rows) {
+            values::all_eigenvalues(rows, &mut [scratch(a, rows), scratch(b, rows)]);
+            return;
+        }
+    }
+    for (block, b) in plan.blocks.iter().zip(&mut buffers.blocks) {
+        if block.m > 0 && prefers_all(plan, block.m) {
+            values::all_eigenvalues(block.m, &mut [scratch(b, block.m)]);
+        }
+    }
+}
+
 /// The counted eigenpairs of one block, observed at the sensors; gives the lanes that pass the residual test.
 #[inline(always)]
 fn eigenpairs<L: Lane>(plan: &Plan, index: usize, buffers: &mut Buffers<L>) -> Mask {
@@ -323,8 +349,7 @@ fn eigenpairs<L: Lane>(plan: &Plan, index: usize, buffers: &mut Buffers<L>) -> M
     }
     let t = Tridiagonal { d: &b.d, e: &b.e, e2: &b.e2 };
     if prefers_all(plan, block.m) {
-        let [d, e2, ..] = &mut b.vectors;
-        values::largest_eigenvalues(t, d, e2, &mut b.theta[..count]);
+        values::largest(&mut b.vectors[0][..block.m], &mut b.theta[..count]);
     } else {
         buffers.brackets.clear();
         let last = OCTAVES + 1;

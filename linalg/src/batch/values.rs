@@ -10,60 +10,98 @@
 //!
 //! Source: B. N. Parlett, The Symmetric Eigenvalue Problem, 1998, section 8.15 (Pal-Walker-Kahan variant).
 
-use super::lane::Lane;
+use super::lane::{Lane, Mask};
 use super::sturm::Tridiagonal;
 
-/// Below this an off-diagonal entry squared is nothing beside a matrix of norm one.
-const NOTHING: f64 = 1e-34;
+/// Below this an off-diagonal entry squared moves no eigenvalue by more than rounding, beside a matrix of norm one: by its ratio to
+/// the gap, which inverse iteration sees to where there is none.
+const NOTHING: f64 = 1e-24;
 /// Steps for one eigenvalue after which it is taken as it is.
 const STEPS: usize = 30;
+/// Least p that the quotient takes: below it the limit for p = 0 holds.
+const LEAST: f64 = 1e-150;
 
-/// The largest eigenvalues, descending.
-///
-/// * `d`, `e2` - scratch of m numbers each
+/// A tridiagonal matrix of size m on which the iteration works, by its diagonal and the squares of its off-diagonal.
+pub(super) struct Squared<'a, L> {
+    /// At least m numbers.
+    pub(super) d: &'a mut [L],
+    /// At least m numbers; the last one does not belong to the matrix.
+    pub(super) e2: &'a mut [L],
+}
+
+impl<L: Lane> Squared<'_, L> {
+    /// Takes a matrix over, whose eigenvalues are in [0, 1]; rows beyond it are coupled to nothing, and far from any shift.
+    #[inline(always)]
+    pub(super) fn take(&mut self, t: Tridiagonal<'_, L>) {
+        let m = t.d.len();
+        self.d[..m].copy_from_slice(t.d);
+        self.e2[..m].copy_from_slice(&t.e2[..m]);
+        self.e2[m - 1] = L::splat(0.0);
+        self.d[m..].fill(L::splat(-1.0));
+        self.e2[m..].fill(L::splat(0.0));
+    }
+}
+
+/// All eigenvalues of several matrices side by side, on their diagonals: one waits for its divisions while another works. All
+/// have `m` rows, the smaller ones filled up.
 #[inline(always)]
-pub(super) fn largest_eigenvalues<L: Lane>(t: Tridiagonal<'_, L>, d: &mut [L], e2: &mut [L], out: &mut [L]) {
-    let m = t.d.len();
+pub(super) fn all_eigenvalues<L: Lane, const A: usize>(m: usize, t: &mut [Squared<'_, L>; A]) {
     let (zero, one) = (L::splat(0.0), L::splat(1.0));
-    let (d, e2) = (&mut d[..m], &mut e2[..m]);
-    d.copy_from_slice(t.d);
-    e2.copy_from_slice(&t.e2[..m]);
     for corner in 0..m - 1 {
         for _ in 0..STEPS {
-            let open = L::splat(NOTHING).lt(e2[corner]);
-            if !open.any() {
+            let mut open = [Mask::splat(false); A];
+            let mut any = Mask::splat(false);
+            for a in 0..A {
+                open[a] = L::splat(NOTHING).lt(t[a].e2[corner]);
+                any = any.or(open[a]);
+            }
+            if !any.any() {
                 break;
             }
-            // The eigenvalue of the leading block that is nearer to d.
-            let root = e2[corner].sqrt();
-            let ratio = (d[corner + 1] - d[corner]) / (root + root);
-            let length = ratio.mul_add(ratio, one).sqrt();
-            let sum = ratio + L::select(ratio.lt(zero), -length, length);
-            let sigma = d[corner] - root / sum;
-            let (mut c, mut s) = (one, zero);
-            let mut gamma = d[m - 1] - sigma;
-            let mut p = gamma * gamma;
-            for i in (corner..m - 1).rev() {
-                let b = e2[i];
-                let r = (p + b).max(L::splat(f64::MIN_POSITIVE));
-                if i + 2 < m {
-                    e2[i + 1] = L::select(open, s * r, e2[i + 1]);
-                }
-                let before = c;
-                // Two divisions that do not wait for each other: 1/r, and 1/c = r/p.
-                let (inverse, over_c) = (one / r, r / p);
-                c = p * inverse;
-                s = b * inverse;
-                let old = gamma;
-                let alpha = d[i];
-                gamma = c * (alpha - sigma) - s * old;
-                d[i + 1] = L::select(open, old + (alpha - gamma), d[i + 1]);
-                p = L::select(zero.lt(c), gamma * gamma * over_c, before * b);
+            let (mut c, mut s, mut gamma, mut p, mut sigma) = ([one; A], [zero; A], [zero; A], [zero; A], [zero; A]);
+            for a in 0..A {
+                // The eigenvalue of the leading block that is nearer to d.
+                let (d, e2) = (&t[a].d, &t[a].e2);
+                let root = e2[corner].max(L::splat(LEAST)).sqrt();
+                let ratio = (d[corner + 1] - d[corner]) / (root + root);
+                let length = ratio.mul_add(ratio, one).sqrt();
+                let sum = ratio + L::select(ratio.lt(zero), -length, length);
+                sigma[a] = d[corner] - root / sum;
+                gamma[a] = d[m - 1] - sigma[a];
+                p[a] = gamma[a] * gamma[a];
             }
-            e2[corner] = L::select(open, s * p, e2[corner]);
-            d[corner] = L::select(open, sigma + gamma, d[corner]);
+            for i in (corner..m - 1).rev() {
+                for a in 0..A {
+                    let (d, e2) = (&mut t[a].d[i..i + 2], &mut t[a].e2[i..i + 2]);
+                    let b = e2[0];
+                    let vanishes = p[a].lt(L::splat(LEAST));
+                    let q = p[a].max(L::splat(LEAST));
+                    let r = q + b;
+                    e2[1] = L::select(open[a], s[a] * r, e2[1]);
+                    // One division for c = q/r, s = b/r and 1/c = r/q.
+                    let inverse = one / (q * r);
+                    let over_c = r * r * inverse;
+                    let before = c[a];
+                    c[a] = q * q * inverse;
+                    s[a] = b * q * inverse;
+                    let (old, alpha) = (gamma[a], d[0]);
+                    gamma[a] = c[a] * (alpha - sigma[a]) - s[a] * old;
+                    d[1] = L::select(open[a], old + (alpha - gamma[a]), d[1]);
+                    p[a] = L::select(vanishes, before * b, gamma[a] * gamma[a] * over_c);
+                }
+            }
+            for a in 0..A {
+                t[a].e2[corner] = L::select(open[a], s[a] * p[a], t[a].e2[corner]);
+                t[a].d[corner] = L::select(open[a], sigma[a] + gamma[a], t[a].d[corner]);
+            }
         }
     }
+}
+
+/// The largest numbers, descending.
+#[inline(always)]
+pub(super) fn largest<L: Lane>(d: &mut [L], out: &mut [L]) {
+    let m = d.len();
     for j in 0..out.len() {
         for i in j + 1..m {
             let (a, b) = (d[j], d[i]);
