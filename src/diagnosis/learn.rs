@@ -102,7 +102,9 @@ pub fn learn_from_tests(
             dropped: std::mem::take(&mut dropped),
         };
         let best = found.refits.first();
+        // What is spread over all elements is not learnt as one effect after another.
         let worthwhile = step.diagnosis.verdict != Verdict::Adequate
+            && step.diagnosis.spread.is_none()
             && best.is_some_and(|b| b.ln_bayes > super::verdict::STRONG)
             && step.diagnosis.p_value < settings.alarm_level.max(f64::from(u8::from(!fit.unpaired.is_empty())));
         let Some(best) = best.filter(|_| worthwhile && round < limit) else {

@@ -372,6 +372,22 @@ impl<'a> Structure<'a> {
         r
     }
 
+    /// Width of a thin plate with the radius of gyration of the sections of these beams: c = √12 r, mean square over their length, m;
+    /// none where no section has one.
+    pub(super) fn section_width(&self, elements: &[usize]) -> Option<f64> {
+        let (mut square, mut length) = (0.0, 0.0);
+        for &e in elements.iter().filter(|e| self.is_beam(**e)) {
+            let get = |name: &str| self.property(e, name);
+            let mass = || get("mass_per_length").or_else(|| Some(get("density")? * get("A")?));
+            let by_inertia = || Some(get("polar_inertia_per_length")? / mass()?);
+            let by_shape = || Some((get("Iy")? + get("Iz")?) / get("A")?);
+            let Some(r2) = by_inertia().or_else(by_shape).filter(|r2| *r2 > 0.0 && r2.is_finite()) else { continue };
+            square += 12.0 * r2 * self.length(e);
+            length += self.length(e);
+        }
+        (length > 0.0).then(|| (square / length).sqrt())
+    }
+
     /// The least √(EI GJ) of any element of a part with the parameters at their estimates, all at their lower or all at
     /// their upper bounds, for bending about y and about z.
     pub(super) fn least_coupling(&self, part: &Part) -> [f64; 2] {
