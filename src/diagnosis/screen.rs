@@ -123,10 +123,8 @@ fn columns(scene: &Scene, fit: &Fit, weight: f64, candidate: &Candidate) -> Opti
     let priors = vec![Prior::NONE; scene.model().parameters().free().len()];
     let posed = Posed::new(scene, &comparisons, priors, weight);
     let theta = |values: &[f64]| [&fit.theta, values].concat();
-    let neutral: Vec<f64> = candidate.parameters.iter().map(|p| p.neutral).collect();
     let (n, rows) = (fit.r.len(), fit.rows);
     let cut = rows.measured + rows.targets;
-    let reference = posed.data_rows(&theta(&neutral)).ok()?;
     let mut out = Vec::new();
     for (values, one_sided) in steps(candidate) {
         let Ok(r) = posed.data_rows(&theta(&values)) else { continue };
@@ -134,7 +132,8 @@ fn columns(scene: &Scene, fit: &Fit, weight: f64, candidate: &Candidate) -> Opti
         for i in 0..cut {
             // A target that is met is no datum; how far an effect may push it is decided by the refit.
             let inactive = i >= rows.measured && fit.r[i] == 0.0;
-            delta[i] = if inactive { 0.0 } else { r[i] - reference[i] };
+            // At its neutral value the effect changes nothing: the rows are those of the fit.
+            delta[i] = if inactive { 0.0 } else { r[i] - fit.r[i] };
         }
         out.push(Column { delta, one_sided, values });
     }
