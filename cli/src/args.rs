@@ -85,8 +85,10 @@ pub(crate) struct Modes {
 /// How modes of model and test are paired.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Pairing {
-    /// Optimal assignment on MAC.
+    /// Optimal assignment on MAC alone.
     Mac,
+    /// On MAC times how near the frequencies are, beyond an octave: for least squares where the test has shapes.
+    NearMac,
     /// By order of frequency, within symmetry classes where labels tell them.
     Order,
 }
@@ -291,11 +293,13 @@ pub(crate) enum ListOf {
     Optimizers,
     /// Physical effects that a diagnosis tries.
     Effects,
+    /// Faults of a measurement that a diagnosis tries.
+    Faults,
     /// Criteria profiles of `retune compare --profile`.
     Profiles,
 }
 
-/// What there is: elements, residuals, optimizers, effects, profiles.
+/// What there is: elements, residuals, optimizers, effects, faults, profiles.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  retune list elements")]
 pub(crate) struct List {

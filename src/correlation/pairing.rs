@@ -47,6 +47,9 @@ pub enum PairBy {
     /// Optimal assignment on MAC, with the gates.
     #[default]
     Mac,
+    /// The same on MAC times how near the frequencies are: one within an octave, exp(-2 o²) with o octaves beyond it. For
+    /// fits, which open the gates: few sensors see two modes alike, and 10 Hz are not 80 Hz.
+    NearMac,
     /// The k-th lowest analytical with the k-th lowest experimental mode; inside each family when families are gated, and
     /// modes of unknown family with what is left.
     /// The MAC and frequency gates only flag. Finds a perfect fit of a wrong model when two modes have swapped.
@@ -60,7 +63,7 @@ pub enum PairBy {
 pub struct PairingOptions {
     /// The rule.
     pub by: PairBy,
-    /// Smallest MAC of an allowed pair; a pair of MAC zero is never allowed by [`PairBy::Mac`].
+    /// Smallest MAC of an allowed pair; a pair of MAC zero is never allowed by [`PairBy::Mac`] and [`PairBy::NearMac`].
     pub min_mac: f64,
     /// g of the relative frequency window: f_a/f_x within [1/(1+g), 1+g]; infinite for no gate.
     pub frequency_window: f64,
@@ -134,6 +137,13 @@ const AMBIGUITY: f64 = 0.1;
 /// Weight of frequency closeness against MAC: breaks exact ties only, since MAC has about 1e-15 of rounding noise.
 pub(super) const TIE_BREAK: f64 = 1e-9;
 
+/// How near two frequencies are, in (0, 1], for [`PairBy::NearMac`]; one where they are not known.
+pub(super) fn nearness(low: f64, high: f64) -> f64 {
+    let beyond = (high / low).log2() - 1.0;
+    // Far is still better than none.
+    if beyond > 0.0 { (-2.0 * beyond * beyond).exp().max(1e-6) } else { 1.0 }
+}
+
 /// Pairs analytical with experimental modes.
 ///
 /// ```text
@@ -145,7 +155,7 @@ pub(super) const TIE_BREAK: f64 = 1e-9;
 /// * `analytical`, `experimental` - frequencies, labels and families of the n_a and n_x modes
 ///
 /// The result does not depend on the order of the modes, unless two modes tie in MAC and in frequency.
-/// With [`PairBy::Order`] and [`PairBy::Label`] a doubtful pair is kept and flagged; with [`PairBy::Mac`] it is not made.
+/// With [`PairBy::Order`] and [`PairBy::Label`] a doubtful pair is kept and flagged; by MAC it is not made.
 ///
 /// # Source
 /// Assignment: see the module `assignment`. Gates and ordering: common practice, e.g. R. J. Allemang, The modal
@@ -159,7 +169,7 @@ pub fn pair_modes(
     let (n_a, n_x) = mac.shape();
     let judge = Judge { mac, analytical, experimental, options };
     let mut partners = match options.by {
-        PairBy::Mac => judge.by_mac(),
+        PairBy::Mac | PairBy::NearMac => judge.by_mac(),
         PairBy::Order => judge.by_order(),
         PairBy::Label => judge.by_label(),
     };
@@ -258,7 +268,14 @@ impl Judge<'_> {
 
     fn by_mac(&self) -> Vec<(usize, usize)> {
         let cost = DMatrix::from_fn(self.mac.nrows(), self.mac.ncols(), |i, j| {
-            if self.is_allowed(i, j) { -self.mac[(i, j)] - TIE_BREAK * self.closeness(i, j) } else { 0.0 }
+            let weight = match self.options.by {
+                PairBy::NearMac => {
+                    let (f_a, f_x) = (self.analytical.frequency(i), self.experimental.frequency(j));
+                    nearness(f_a.min(f_x), f_a.max(f_x))
+                }
+                _ => 1.0,
+            };
+            if self.is_allowed(i, j) { -self.mac[(i, j)] * weight - TIE_BREAK * self.closeness(i, j) } else { 0.0 }
         });
         let chosen = assign(&cost).into_iter().enumerate();
         chosen.filter_map(|(i, j)| j.map(|j| (i, j))).filter(|&(i, j)| self.is_allowed(i, j)).collect()

@@ -3,7 +3,7 @@
 //! Nothing is allocated after the first candidate. Families are small numbers here, 0 for an unknown one.
 
 use super::assignment::Assigner;
-use super::pairing::{PairBy, PairingOptions, TIE_BREAK};
+use super::pairing::{PairBy, PairingOptions, TIE_BREAK, nearness};
 
 /// The measured side of many pairings, and their memory.
 #[derive(Debug)]
@@ -54,7 +54,7 @@ impl PartnerSearch {
     ) {
         out.clear();
         match self.options.by {
-            PairBy::Mac => self.by_mac(frequencies, families, mac, out),
+            PairBy::Mac | PairBy::NearMac => self.by_mac(frequencies, families, mac, out),
             PairBy::Order | PairBy::Label => self.by_order(frequencies.len(), families, out),
         }
     }
@@ -92,7 +92,8 @@ impl PartnerSearch {
                 let near = window == f64::INFINITY || low.is_nan() || high <= (1.0 + window) * low;
                 let allowed = value >= self.options.min_mac && near && self.is_same_family(families[i], j);
                 let closeness = if allowed && low > 0.0 { low / high } else { 0.0 };
-                let cost = if allowed { -value - TIE_BREAK * closeness } else { 0.0 };
+                let weight = if self.options.by == PairBy::NearMac { nearness(low, high) } else { 1.0 };
+                let cost = if allowed { -value * weight - TIE_BREAK * closeness } else { 0.0 };
                 if cost < least {
                     (cheapest, least) = (i, cost);
                 }
@@ -170,16 +171,16 @@ mod tests {
             values in prop::collection::vec(0.0_f64..1.0, 64),
             model_families in prop::collection::vec(0_u8..3, 9),
             test_families in prop::collection::vec(0_u8..3, 7),
-            gates in (0.0_f64..0.6, 0_usize..3, any::<bool>(), any::<bool>()),
+            gates in (0.0_f64..0.6, 0_usize..3, any::<bool>(), 0_usize..3),
         ) {
-            let (min_mac, window, same_family_only, by_order) = gates;
+            let (min_mac, window, same_family_only, by) = gates;
             let options = PairingOptions {
-                by: if by_order { PairBy::Order } else { PairBy::Mac },
+                by: [PairBy::Order, PairBy::Mac, PairBy::NearMac][by],
                 min_mac,
                 frequency_window: [0.2, 0.5, f64::INFINITY][window],
                 same_family_only,
             };
-            let model: Vec<f64> = (0..n_model).map(|i| 5.0 + i as f64).collect();
+            let model: Vec<f64> = (0..n_model).map(|i| 2.0 + (i * i) as f64).collect();
             let test: Vec<f64> = (0..n_test).map(|j| 6.1 + ((5 * j) % 7) as f64).collect();
             let mac = DMatrix::from_fn(n_model, n_test, |i, j| if (i + j) % 5 == 4 { 0.0 } else { values[i * 7 + j] });
             let names = |codes: &[u8]| -> Vec<Option<String>> {

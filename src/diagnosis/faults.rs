@@ -26,6 +26,66 @@ use crate::data::{Channel, FrfSet, Place, Sensor, TestData};
 use crate::linalg::{Complex, DMatrix, DVector};
 use rayon::prelude::*;
 
+/// A fault of the measurement, for `retune list faults` and `retune explain`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct FaultKind {
+    /// As in the ids of hypotheses.
+    pub name: &'static str,
+    /// What is wrong.
+    pub summary: &'static str,
+    /// How it shows.
+    pub signature: &'static str,
+}
+
+/// Every fault that a diagnosis tries.
+pub const FAULTS: &[FaultKind] = &[
+    FaultKind {
+        name: "sensor-sign",
+        summary: "A sensor is upside down, or its polarity is wrong.",
+        signature: "Its reading has the wrong sign in every mode.",
+    },
+    FaultKind {
+        name: "sensor-swap",
+        summary: "The channels of two sensors are exchanged.",
+        signature: "Each reads what the model has at the other, in every mode.",
+    },
+    FaultKind {
+        name: "sensor-gain",
+        summary: "The sensitivity of a sensor is wrong.",
+        signature: "Its reading is off by one factor in every mode; ln of the factor ~ N(0, 0.3²), and it may be negative.",
+    },
+    FaultKind {
+        name: "sensor-dead",
+        summary: "A sensor reads nothing but noise.",
+        signature: "Its reading is zero within its standard deviation in every mode.",
+    },
+    FaultKind {
+        name: "sensor-noisy",
+        summary: "A sensor scatters more than the test says.",
+        signature: "Its residuals are large without an order; a factor on its standard deviation is estimated.",
+    },
+    FaultKind {
+        name: "sensor-axis",
+        summary: "A sensor reads along another global axis than the test says.",
+        signature: "It reads what the model has at its place along that axis.",
+    },
+    FaultKind {
+        name: "sensor-position",
+        summary: "A sensor sits at another place than the test says: where one of its neighbours sits, or on the nearest node.",
+        signature: "It reads what the model has there.",
+    },
+    FaultKind {
+        name: "mode-order",
+        summary: "The frequencies of two neighbouring modes are exchanged in the list, their shapes are not.",
+        signature: "Both shapes fit at the frequency of the other.",
+    },
+    FaultKind {
+        name: "driving-point",
+        summary: "The force of the frequency responses acted at another sensor than the test says.",
+        signature: "The functions fit with the force there; shapes do not change.",
+    },
+];
+
 /// Standard deviation of ln gain.
 pub(super) const GAIN_SD: f64 = 0.3;
 /// Neighbours at whose places a sensor is tried.

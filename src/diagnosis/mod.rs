@@ -32,6 +32,7 @@ mod tests;
 mod verdict;
 
 pub use error::DiagnosisError;
+pub use faults::{FAULTS, FaultKind};
 pub use learn::{Learned, Step, learn, learn_from_tests};
 pub use listener::Listener;
 pub use next_measurement::NextMeasurement;

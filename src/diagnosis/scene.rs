@@ -220,7 +220,7 @@ impl Scene {
     /// Models and tests made comparable, paired with open gates, by shapes where there are any.
     pub(super) fn comparisons(&self) -> Result<Vec<Comparison<'_>>, DiagnosisError> {
         let compare = |c: &'_ Case| -> PairingOptions {
-            let by = if c.test.modes.iter().any(|m| m.shape.is_some()) { PairBy::Mac } else { PairBy::Order };
+            let by = if c.test.modes.iter().any(|m| m.shape.is_some()) { PairBy::NearMac } else { PairBy::Order };
             PairingOptions { by, min_mac: 0.0, frequency_window: f64::INFINITY, same_family_only: true }
         };
         Ok(self.cases.iter().map(|c| Comparison::new(&c.model, &c.test, compare(c))).collect::<Result<_, _>>()?)

@@ -20,7 +20,7 @@ use super::refit::{Refit, Refits, Tried, refit};
 use super::scene::{Case, Scene};
 use super::screen::project;
 use super::spread::{Fitted, Spread};
-use super::{Diagnosis, DiagnosisError, HypothesisResult, Settings, Verdict, result};
+use super::{Diagnosis, DiagnosisError, HypothesisResult, Kind, Settings, Verdict, result};
 use crate::linalg::DMatrix;
 
 /// ln of the Bayes factor that is called strong (Kass and Raftery 1995: 20 to 1).
@@ -274,6 +274,7 @@ fn place_of(scene: &Scene, fit: &Fit, q: &DMatrix<f64>) -> String {
 fn sentence(verdict: Verdict, best: Option<&HypothesisResult>, leads: bool, base: &Stage, remainder: &str) -> String {
     let id = best.map_or("", |b| b.id.as_str());
     let ties = best.map_or(0, |b| b.tied_with.len());
+    let likely = best.is_some_and(|b| b.probability > 0.5);
     let tie = if ties > 0 {
         format!("; {ties} other{} cannot be told from it", if ties > 1 { "s" } else { "" })
     } else {
@@ -284,8 +285,15 @@ fn sentence(verdict: Verdict, best: Option<&HypothesisResult>, leads: bool, base
             format!("the model explains the test if its noise is {:.2} times the stated one", base.noise_factor())
         }
         Verdict::Adequate => "the model explains the test at its stated noise".to_string(),
-        Verdict::MissingEffect => format!("{id} is missing, and what remains looks like noise{tie}"),
-        Verdict::MeasurementFault => format!("{id}: the measurement, not the model{tie}"),
+        Verdict::MissingEffect if likely => format!("{id} is missing, and what remains looks like noise{tie}"),
+        Verdict::MissingEffect => {
+            format!("something is missing, perhaps {id}, with which what remains looks like noise{tie}")
+        }
+        Verdict::MeasurementFault if likely => format!("{id}: the measurement, not the model{tie}"),
+        Verdict::MeasurementFault => format!("perhaps {id}: the measurement, not the model{tie}"),
+        Verdict::SeveralEffects if best.is_some_and(|b| b.kind == Kind::Fault) => {
+            format!("{id}: the measurement, and that does not suffice; {remainder}")
+        }
         Verdict::SeveralEffects => format!("{id} is missing and does not suffice; {remainder}"),
         Verdict::Unexplained => match best.filter(|b| b.ln_bayes > STRONG && leads) {
             Some(b) => format!(

@@ -24,7 +24,8 @@ pub enum Cost {
 pub struct Settings {
     /// The cost.
     pub cost: Cost,
-    /// How modes are paired; by MAC where the test has shapes, and for lack of them by order within symmetry families.
+    /// How modes are paired; where the test has shapes by MAC and nearness of frequencies, for the paper's cost by MAC alone, and for
+    /// lack of shapes by order within symmetry families.
     pub pairing: Option<PairBy>,
     /// The method; `auto` for least squares, [`Sequence::global_then_local`] for the paper's cost,
     /// [`Sequence::many_starts_then_local`] for frequencies.
@@ -42,7 +43,8 @@ impl Settings {
     /// The pairing with open gates: an update must see every measured mode at every θ.
     pub fn pairing(&self, test: &TestData) -> PairingOptions {
         let by = self.pairing.unwrap_or(match self.cost {
-            Cost::LeastSquares | Cost::Paper if test.modes.iter().any(|m| m.shape.is_some()) => PairBy::Mac,
+            Cost::LeastSquares if test.modes.iter().any(|m| m.shape.is_some()) => PairBy::NearMac,
+            Cost::Paper if test.modes.iter().any(|m| m.shape.is_some()) => PairBy::Mac,
             _ => PairBy::Order,
         });
         PairingOptions { by, min_mac: 0.0, frequency_window: f64::INFINITY, same_family_only: true }

@@ -62,6 +62,7 @@ fn one(args: &Compare, path: &Path, profile: Option<&CriteriaProfile>) -> Result
     warn(path, &test_text, &test_warnings);
     let by = match args.pairing {
         Pairing::Mac if test.modes.iter().any(|m| m.shape.is_some()) => PairBy::Mac,
+        Pairing::NearMac if test.modes.iter().any(|m| m.shape.is_some()) => PairBy::NearMac,
         _ => PairBy::Order,
     };
     let options =

@@ -5,6 +5,7 @@ use crate::args::Explain;
 use crate::output::{Failure, print, reference_style};
 use retune::catalogue::did_you_mean;
 use retune::correlation::{BUILTIN_PROFILES, parse_profiles};
+use retune::diagnosis::FAULTS;
 use retune::effect::{EFFECTS, Effect};
 use retune::element::{ELEMENTS, Element};
 use retune::objective::{RESIDUALS, Residual};
@@ -32,6 +33,8 @@ pub(crate) fn run(args: &Explain) -> Result<u8, Failure> {
         ));
         print(&format!("Confused with: {}\n\nSources\n", about.confusable.join(", ")));
         about.references.iter().for_each(|s| print(&format!("  {s}\n")));
+    } else if let Some(f) = FAULTS.iter().find(|f| f.name == name) {
+        print(&format!("{name}: {}\n\nTrace: {}\n", f.summary, f.signature));
     } else if let Some(profile) = profiles.iter().find(|p| p.name == name) {
         let text = retune::yaml::write(&[profile]);
         print(&format!(
@@ -44,6 +47,7 @@ pub(crate) fn run(args: &Explain) -> Result<u8, Failure> {
             .iter()
             .map(|e| Element::name(*e))
             .chain(EFFECTS.iter().map(|e| Effect::name(*e)))
+            .chain(FAULTS.iter().map(|f| f.name))
             .chain(OPTIMIZERS.iter().map(|o| o.name))
             .chain(profiles.iter().map(|p| p.name.as_str()))
             .chain(RESIDUALS.iter().map(|r| Residual::name(*r)));

@@ -41,6 +41,7 @@ pub(crate) fn run(args: &Update) -> Result<u8, Failure> {
         },
         pairing: args.pairing.map(|p| match p {
             Pairing::Mac => PairBy::Mac,
+            Pairing::NearMac => PairBy::NearMac,
             Pairing::Order => PairBy::Order,
         }),
         optimizer: args.optimizer.as_deref().map(optimizer).transpose()?,

@@ -149,3 +149,24 @@ proptest! {
         prop_assert_eq!(reference.pairs.len() + reference.unpaired_experimental.len(), 5);
     }
 }
+
+/// Two modes that few sensors see alike: the one at the right frequency is taken, and what is far is still better than none.
+#[test]
+fn near_frequencies_are_preferred_beyond_an_octave() {
+    let mac = DMatrix::from_row_slice(2, 1, &[0.35, 0.94]);
+    let (model, test) = ([10.4, 82.0], [10.05]);
+    let pair = |by: PairBy, rows: &[usize]| {
+        let options = PairingOptions { by, min_mac: 0.0, frequency_window: f64::INFINITY, ..PairingOptions::default() };
+        let frequencies: Vec<f64> = rows.iter().map(|&i| model[i]).collect();
+        let a = ModeList { frequencies_hz: &frequencies, ..ModeList::default() };
+        let x = ModeList { frequencies_hz: &test, ..ModeList::default() };
+        pair_modes(&mac.select_rows(rows), &a, &x, &options)
+            .pairs
+            .iter()
+            .map(|p| rows[p.analytical])
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(pair(PairBy::Mac, &[0, 1]), [1]);
+    assert_eq!(pair(PairBy::NearMac, &[0, 1]), [0]);
+    assert_eq!(pair(PairBy::NearMac, &[1]), [1]);
+}
