@@ -26,11 +26,11 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 use std::fmt;
 
-/// What is spread.
+/// What is spread: each alone, and both.
 const FIELDS: [&[Property]; 3] = [&[Property::Stiffness], &[Property::Mass], &[Property::Stiffness, Property::Mass]];
-/// τ: a prior that is even in ln τ, over what scatters in practice.
+/// τ: a prior that is even in ln τ, from what tolerances of manufacture scatter to what is hardly a model any more.
 const SCALES: [f64; 3] = [0.05, 0.15, 0.45];
-/// Bounds of a factor.
+/// Bounds of a factor: beyond them a part is another part.
 const FACTOR: [f64; 2] = [0.1, 4.0];
 /// Factors of a property, at most: a finer mesh is taken by its members.
 const MOST: usize = 60;
@@ -138,6 +138,9 @@ pub(super) fn spreads(stage: &Stage, bases: &[DVector<f64>]) -> Result<Vec<Fitte
     let of = |properties: &&[Property]| {
         let parts: Vec<(Property, String)> =
             properties.iter().flat_map(|&p| parts(stage, p).into_iter().map(move |name| (p, name))).collect();
+        if parts.is_empty() {
+            return None;
+        }
         let mut starts: Vec<DVector<f64>> = bases.iter().map(|x| neutral(x, parts.len())).collect();
         let mut found: Vec<(f64, Fit)> = Vec::new();
         // From the middle: each is a start of the next.
@@ -192,7 +195,8 @@ fn fit_spread(
 ) -> Result<(f64, Fit), DiagnosisError> {
     let mut file = (*stage.scene.file).clone();
     for (k, (property, part)) in parts.iter().enumerate() {
-        let name = format!("spread.{}", k + 1);
+        // No file is expected to have such names.
+        let name = format!("retune.spread.{}", k + 1);
         let parameter = ParameterSpec {
             value: Scalar::constant(1.0),
             bounds: Some(FACTOR.map(Scalar::constant)),

@@ -5,8 +5,9 @@
 //! ```
 //!
 //! A step works on the whole matrix below the converged corner, in every lane; a lane whose corner has converged is frozen
-//! until the others' have. Eigenvalues are exact to rounding of the largest one, which has size one here: the residual test
-//! after inverse iteration judges the small ones.
+//! until the others' have. A row waits for one division, and several matrices go side by side to fill the wait. Eigenvalues are
+//! exact to rounding of the largest one, which has size one here: the residual test after inverse iteration judges the small
+//! ones.
 //!
 //! Source: B. N. Parlett, The Symmetric Eigenvalue Problem, 1998, section 8.15 (Pal-Walker-Kahan variant).
 
