@@ -105,7 +105,7 @@ impl Probabilities {
 }
 
 /// ln Σ exp.
-fn ln_sum(terms: &[f64]) -> f64 {
+pub(super) fn ln_sum(terms: &[f64]) -> f64 {
     let top = terms.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     if top == f64::NEG_INFINITY { top } else { top + terms.iter().map(|t| (t - top).exp()).sum::<f64>().ln() }
 }

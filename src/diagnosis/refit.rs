@@ -6,7 +6,7 @@ use super::faults::{Change, Fault, GAIN_SD};
 use super::fit::{Fit, STEPS, fit, fit_from};
 use super::scene::Scene;
 use super::screen::{Score, start_sizes};
-use super::spread::{Fitted, spreads};
+use super::spread::{self, Fitted, spreads};
 use super::verdict::STRONG;
 use super::{DiagnosisError, Estimate};
 use crate::effect::{Candidate, NewParameter};
@@ -164,8 +164,7 @@ pub(super) fn refit(stage: &Stage, few: bool) -> Result<Refits, DiagnosisError> 
     let spreads = spreads(stage, &bases.iter().cloned().chain(best).collect::<Vec<_>>())?;
     if is_poor && !leaves_noise(&done)? {
         // A spread can follow most changes of a structure, and brings the base near its truth.
-        let best = spreads.iter().max_by(|a, b| a.spread.ln_bayes.total_cmp(&b.spread.ln_bayes));
-        bases.extend(best.map(|s| s.base.clone()));
+        bases.extend(spread::best(&spreads).map(|s| s.base.clone()));
         let all: Vec<&Score> = stage.effects.iter().take(SHORT_FITS).collect();
         let near = best_and_of_every_kind(stage, shortest(stage, &all, &bases), limit);
         let mut more: Vec<Job<'_>> = near.into_iter().map(|s| Job::Effect(s, &bases)).collect();

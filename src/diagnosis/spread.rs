@@ -16,6 +16,7 @@ use super::base::Stage;
 use super::evidence::ln_evidence;
 use super::fit::{Fit, STEPS, fit_from};
 use super::mesh::unsolvable;
+use super::odds::ln_sum;
 use super::refit::NINETY;
 use crate::effect::{Context, Part, PartKind, Structure};
 use crate::linalg::DVector;
@@ -151,15 +152,20 @@ pub(super) fn spreads(stage: &Stage, bases: &[DVector<f64>]) -> Result<Vec<Fitte
             }
             work.step();
         }
-        let (evidence, fit) = found.iter().max_by(|a, b| a.0.total_cmp(&b.0))?;
-        let sum: f64 = found.iter().map(|f| (f.0 - evidence).exp()).sum();
+        let (_, fit) = found.iter().max_by(|a, b| a.0.total_cmp(&b.0))?;
+        let evidences: Vec<f64> = found.iter().map(|f| f.0).collect();
         let n = fit.x.len() - parts.len();
-        let ln_bayes = evidence + (sum / SCALES.len() as f64).ln() - base;
+        let ln_bayes = ln_sum(&evidences) - (SCALES.len() as f64).ln() - base;
         let spread = Spread { ln_bayes, misfit: fit.misfit, factors: factors(parts, fit).ok()? };
         Some(Fitted { spread, base: fit.x.rows(0, n).into_owned() })
     };
     let done: Vec<Option<Fitted>> = FIELDS.par_iter().map(of).collect();
     Ok(done.into_iter().flatten().collect())
+}
+
+/// The one with the largest evidence.
+pub(super) fn best(spreads: &[Fitted]) -> Option<&Fitted> {
+    spreads.iter().max_by(|a, b| a.spread.ln_bayes.total_cmp(&b.spread.ln_bayes))
 }
 
 /// The factors of a fit with their intervals, the most changed first.

@@ -19,7 +19,7 @@ use super::odds::{Odds, Probabilities, ln_mean};
 use super::refit::{Refit, Refits, Tried, refit};
 use super::scene::{Case, Scene};
 use super::screen::project;
-use super::spread::{Fitted, Spread};
+use super::spread::{self, Fitted, Spread};
 use super::{Diagnosis, DiagnosisError, HypothesisResult, Kind, Settings, Verdict, result};
 use crate::linalg::DMatrix;
 
@@ -61,7 +61,8 @@ pub(super) fn conclude(
     let ways: Vec<f64> =
         std::iter::once(something_else(&base.residual, dof)).chain(spreads.iter().map(|s| s.spread.ln_bayes)).collect();
     let odds = Odds::new(base);
-    let mut p = odds.probabilities(base, refits, ln_mean(&ways));
+    let other = ln_mean(&ways);
+    let mut p = odds.probabilities(base, refits, other);
     p.sort(refits);
     let leads = p.each.first().is_some_and(|p| *p > 0.5);
     let strong = best_bayes > STRONG && p.none < 0.5;
@@ -71,7 +72,7 @@ pub(super) fn conclude(
         Answer { remainder: place_of(&base.scene, &base.fit, &base.q), ..Answer::default() }
     } else {
         let tied: Vec<usize> = (0..refits.len()).filter(|&i| is_tied(&refits[i])).collect();
-        let else_ln = odds.of_something_else() + ln_mean(&ways);
+        let else_ln = odds.of_something_else() + other;
         name(base, refits, &tied, &Else { odds: &odds, ln: else_ln, spreads }, &mut p, settings)?
     };
     // The hypothesis that leaves noise stands first, also where another is a little more probable and does not.
@@ -147,7 +148,7 @@ impl Else<'_> {
     /// The spread that explains the test best, if it is more probable than a hypothesis.
     fn spread(&self, than: &Refit) -> Option<&Spread> {
         let odds = self.odds.of(than.name()) - self.odds.of_something_else();
-        let best = self.spreads.iter().map(|s| &s.spread).max_by(|a, b| a.ln_bayes.total_cmp(&b.ln_bayes));
+        let best = spread::best(self.spreads).map(|s| &s.spread);
         best.filter(|s| s.ln_bayes > than.ln_bayes + odds)
     }
 }
