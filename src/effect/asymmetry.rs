@@ -35,7 +35,7 @@ impl Effect for Asymmetry {
         for what in ["stiffness", "mass"] {
             let places = structure.places(|p| {
                 let acts = |&e: &usize| if what == "mass" { structure.is_heavy(e) } else { structure.deforms(e) };
-                (p.kind == PartKind::Group || structure.is_member(p)) && p.elements.iter().any(acts)
+                (p.kind == PartKind::Group || p.is_member) && p.elements.iter().any(acts)
             });
             all.extend(places.into_iter().filter(|at| at.names.len() == 2).map(|at| at.along(what)));
         }
@@ -43,18 +43,18 @@ impl Effect for Asymmetry {
     }
 
     fn patch(&self, structure: &Structure<'_>, at: &Location) -> Result<Patch, PatchError> {
-        structure.parts_at(self.name(), at)?;
+        let parts = structure.parts_at(self.name(), at)?;
         let mut b = Builder::new(self.name(), at);
         let about = format!("{} of {} above the mean of both sides, relative", at.direction(), at.names[0]);
         let p = b.parameter("difference", "1", 0.05, [-0.8, 0.8], &about);
-        for (i, (name, sign)) in at.names.iter().zip(["+", "-"]).enumerate() {
+        for (i, (part, sign)) in parts.into_iter().zip(["+", "-"]).enumerate() {
             let factor = Some(scalar(&format!("1 {sign} {p}")));
             let entry = if at.direction() == "mass" {
                 OverrideSpec { mass: factor, ..OverrideSpec::default() }
             } else {
                 OverrideSpec { stiffness: factor, ..OverrideSpec::default() }
             };
-            b.change(&format!(".{}", i + 1), std::slice::from_ref(name), entry);
+            b.change(&format!(".{}", i + 1), &part.of, entry);
         }
         Ok(b.finish())
     }

@@ -60,7 +60,7 @@ impl Effect for BendTwistCoupling {
                 if i == 0 { 1.0 } else { structure.image_sign(parts[0], 0) * structure.image_sign(parts[0], axis) };
             let add = entry(&property, &times(sign, &k));
             let suffix = if parts.len() > 1 { format!(".{}", i + 1) } else { String::new() };
-            b.change(&suffix, std::slice::from_ref(&part.name), OverrideSpec { add, ..OverrideSpec::default() });
+            b.change(&suffix, &part.of, OverrideSpec { add, ..OverrideSpec::default() });
         }
         Ok(b.finish())
     }

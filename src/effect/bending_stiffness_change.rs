@@ -36,7 +36,7 @@ impl Effect for BendingStiffnessChange {
         let mut all = Vec::new();
         for dof in [Dof::Ry, Dof::Rz] {
             let places = structure.places(|p| {
-                matches!(p.kind, PartKind::Element | PartKind::Chain)
+                (p.kind == PartKind::Element || p.is_member)
                     && p.elements.iter().all(|&e| structure.is_beam(e))
                     && structure.part_strains(p, dof)
                     && rigidity(structure, p, dof).is_some()
@@ -56,7 +56,7 @@ impl Effect for BendingStiffnessChange {
         let p = b.parameter("change", "1", 0.1, [-0.9, 2.0], &about);
         b.change(
             "",
-            &at.names,
+            &structure.entries_at(self.name(), at)?,
             OverrideSpec { scale: entry(property, &format!("1 + {p}")), ..OverrideSpec::default() },
         );
         Ok(b.finish())

@@ -39,7 +39,7 @@ impl Effect for MassDamping {
     }
 
     fn patch(&self, structure: &Structure<'_>, at: &Location) -> Result<Patch, PatchError> {
-        let of = if at.names.is_empty() { heavy_entries(structure) } else { at.names.clone() };
+        let of = if at.names.is_empty() { heavy_entries(structure) } else { structure.entries_at(self.name(), at)? };
         let mut b = Builder::new(self.name(), at);
         // A damping ratio of 1 % at the characteristic frequency.
         let typical = 0.02 * structure.omega2().sqrt();

@@ -136,7 +136,7 @@ fn along_first(structure: &Structure<'_>, part: &Part, element: usize, axis: usi
 fn runs(structure: &Structure<'_>, part: &Part, axis: usize, sign: f64) -> Vec<(Vec<String>, f64)> {
     let signs: Vec<f64> = part.elements.iter().map(|&e| along_first(structure, part, e, axis)).collect();
     if signs.iter().all(|s| *s > 0.0) {
-        return vec![(vec![part.name.clone()], sign)];
+        return vec![(part.of.clone(), sign)];
     }
     let named = |wanted: f64| {
         let chosen = part.elements.iter().zip(&signs).filter(|(_, s)| **s == wanted);

@@ -47,7 +47,7 @@ impl Effect for StiffnessChange {
         let p = b.parameter("change", "1", 0.1, [-0.9, 2.0], &about);
         b.change(
             "",
-            &at.names,
+            &structure.entries_at(self.name(), at)?,
             OverrideSpec { stiffness: Some(scalar(&format!("1 + {p}"))), ..OverrideSpec::default() },
         );
         Ok(b.finish())

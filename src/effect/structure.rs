@@ -1,5 +1,6 @@
 //! What an effect may ask of a model: its parts by name, their symmetric partners, what moves and what deforms.
 
+mod lines;
 mod listing;
 
 use super::location::{Location, LocationKind};
@@ -26,6 +27,8 @@ pub enum PartKind {
     Element,
     /// A chain of elements.
     Chain,
+    /// Several members of the file that lie end to end.
+    Line,
     /// A group of the file, or an entry of several elements that are no chain.
     Group,
     /// A point mass.
@@ -35,14 +38,18 @@ pub enum PartKind {
 /// A named part of the structure.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Part {
-    /// Its name in the file: `left_wing`, `left_wing.1`, `winglets.2`, a group.
+    /// Its name in the file: `left_wing`, `left_wing.1`, `winglets.2`, a group; of a line its ends, `hub..blade3`.
     pub name: String,
     /// What it is.
     pub kind: PartKind,
+    /// What the file calls it: its name, or those of the members of a line.
+    pub of: Vec<String>,
     /// Indices of its elements, in order.
     pub elements: Vec<usize>,
     /// Index of its mirror image among the parts, if that is another part.
     pub partner: Option<usize>,
+    /// Whether it is a whole member of beams: a chain, a beam that belongs to none, or several of them end to end.
+    pub is_member: bool,
 }
 
 /// Mean rigidities of the beams of a part at the estimates, weighted by length; zero where absent.
@@ -228,7 +235,7 @@ impl<'a> Structure<'a> {
             .map(|parts| {
                 let kind = match self.parts[parts[0]].kind {
                     PartKind::Element => LocationKind::Element,
-                    PartKind::Chain => LocationKind::Chain,
+                    PartKind::Chain | PartKind::Line => LocationKind::Chain,
                     PartKind::Group => LocationKind::Group,
                     PartKind::Mass => LocationKind::Mass,
                 };
@@ -237,16 +244,9 @@ impl<'a> Structure<'a> {
             .collect()
     }
 
-    /// Chains, and beams that are a member by themselves, in which some element has a property.
+    /// Whole members of beams with a property.
     pub(super) fn members(&self, accept: impl Fn(&Part) -> bool) -> Vec<Location> {
-        self.places(|p| self.is_member(p) && accept(p))
-    }
-
-    /// Whether a part is a whole member of beams: a chain, or a beam that belongs to none.
-    pub fn is_member(&self, part: &Part) -> bool {
-        part.elements.iter().all(|&e| self.is_beam(e))
-            && (part.kind == PartKind::Chain
-                || part.kind == PartKind::Element && self.model.spec().beams.contains_key(&part.name))
+        self.places(|p| p.is_member && accept(p))
     }
 
     /// Whether some motion strains some element of a part along or about this axis of its own.
@@ -300,6 +300,11 @@ impl<'a> Structure<'a> {
             return Err(unknown());
         }
         at.names.iter().map(|n| self.part(n).ok_or_else(unknown)).collect()
+    }
+
+    /// What the file calls the parts that a location names, for `of` of an override.
+    pub fn entries_at(&self, effect: &str, at: &Location) -> Result<Vec<String>, PatchError> {
+        Ok(self.parts_at(effect, at)?.into_iter().flat_map(|p| p.of.clone()).collect())
     }
 
     /// Value of a property of an element at the estimates, SI.
@@ -419,10 +424,10 @@ impl<'a> Structure<'a> {
             .collect()
     }
 
-    /// The chain, or else the part, that an element belongs to: the length over which it bends.
+    /// The line, or else the chain, or else the part, that an element belongs to: the length over which it bends.
     pub(super) fn member_of(&self, element: usize) -> Option<&Part> {
         let of = |kind| self.parts.iter().find(|p| p.kind == kind && p.elements.contains(&element));
-        of(PartKind::Chain).or_else(|| of(PartKind::Element))
+        [PartKind::Line, PartKind::Chain, PartKind::Element].into_iter().find_map(of)
     }
 
     /// The sign with which an axis of `element` maps onto the same axis of `image` in the symmetry plane, and zero where it
@@ -546,6 +551,6 @@ fn arrange(items: impl Iterator<Item = usize>, partner: impl Fn(usize) -> Option
     out
 }
 
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+pub(super) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

@@ -1,8 +1,8 @@
 //! Properties that vary along a chain.
 
 use super::location::Location;
-use super::patch::{Builder, Patch, PatchError, entry, times};
-use super::structure::{PartKind, Structure};
+use super::patch::{Builder, Patch, PatchError, entry, scalar, times};
+use super::structure::{Part, PartKind, Structure};
 use super::torsion_stiffness_change::rigidity;
 use super::{About, Effect};
 use crate::element::Dof;
@@ -35,7 +35,7 @@ impl Effect for Taper {
 
     fn locations(&self, structure: &Structure<'_>) -> Vec<Location> {
         let mut all = Vec::new();
-        let chain = |p: &super::Part| p.kind == PartKind::Chain && p.elements.len() > 1 && structure.is_member(p);
+        let chain = |p: &Part| p.is_member && p.elements.len() > 1 && p.kind != PartKind::Element;
         for dof in [Dof::Ry, Dof::Rz, Dof::Rx] {
             let chains = structure
                 .places(|p| chain(p) && structure.part_strains(p, dof) && rigidity(structure, p, dof).is_some());
@@ -62,10 +62,43 @@ impl Effect for Taper {
         for (i, part) in parts.iter().enumerate() {
             // The partner may run the other way.
             let reversed = i > 0 && structure.image(parts[0].elements[0]) != part.elements.first().copied();
-            let taper = entry(property, &times(if reversed { -1.0 } else { 1.0 }, &t));
+            let sign = if reversed { -1.0 } else { 1.0 };
             let suffix = if parts.len() > 1 { format!(".{}", i + 1) } else { String::new() };
-            b.change(&suffix, std::slice::from_ref(&part.name), OverrideSpec { taper, ..OverrideSpec::default() });
+            if part.kind == PartKind::Chain {
+                let taper = entry(property, &times(sign, &t));
+                b.change(&suffix, &part.of, OverrideSpec { taper, ..OverrideSpec::default() });
+                continue;
+            }
+            for (k, (name, s)) in along(structure, part).into_iter().enumerate() {
+                let (operator, s) = if sign * s < 0.0 { ("-", -sign * s) } else { ("+", sign * s) };
+                let factor = format!("1 {operator} {}", times(s, &t));
+                let change = match property {
+                    "mass" => OverrideSpec { mass: Some(scalar(&factor)), ..OverrideSpec::default() },
+                    _ => OverrideSpec { scale: entry(property, &factor), ..OverrideSpec::default() },
+                };
+                b.change(&format!("{suffix}.{}", k + 1), &[name], change);
+            }
         }
         Ok(b.finish())
     }
+}
+
+/// The elements of a line as the file has them, with s at their middle, to four digits.
+fn along(structure: &Structure<'_>, part: &Part) -> Vec<(String, f64)> {
+    let mut pieces: Vec<(&str, f64)> = Vec::new();
+    for e in structure.path(&part.elements).unwrap_or_default() {
+        let (name, length) = (structure.element_of_file(e), structure.length(e));
+        match pieces.last_mut().filter(|(last, _)| *last == name) {
+            Some((_, l)) => *l += length,
+            None => pieces.push((name, length)),
+        }
+    }
+    let total: f64 = pieces.iter().map(|(_, l)| l).sum();
+    let mut before = 0.0;
+    let middle = |(name, length): (&str, f64)| {
+        let s = (2.0 * before + length) / total - 1.0;
+        before += length;
+        (name.to_string(), (1e4 * s).round() / 1e4)
+    };
+    pieces.into_iter().map(middle).collect()
 }

@@ -3,6 +3,7 @@
 mod closed_forms;
 mod configurations;
 mod files;
+mod lines;
 
 use super::*;
 use crate::model::{Registry, lint, load};

@@ -33,7 +33,7 @@ impl Effect for TorsionStiffnessChange {
 
     fn locations(&self, structure: &Structure<'_>) -> Vec<Location> {
         let places = structure.places(|p| {
-            matches!(p.kind, PartKind::Element | PartKind::Chain)
+            (p.kind == PartKind::Element || p.is_member)
                 && p.elements.iter().all(|&e| structure.is_beam(e))
                 && structure.part_strains(p, Dof::Rx)
                 && rigidity(structure, p, Dof::Rx).is_some()
@@ -51,7 +51,7 @@ impl Effect for TorsionStiffnessChange {
         let p = b.parameter("change", "1", 0.1, [-0.9, 2.0], &about);
         b.change(
             "",
-            &at.names,
+            &structure.entries_at(self.name(), at)?,
             OverrideSpec { scale: entry(property, &format!("1 + {p}")), ..OverrideSpec::default() },
         );
         Ok(b.finish())

@@ -30,9 +30,18 @@ impl Structure<'_> {
     pub(super) fn list_parts(&self) -> Vec<Part> {
         let spec = self.model.spec();
         let mut parts: Vec<Part> = Vec::new();
-        let mut push = |name: &str, kind: PartKind| {
+        let mut push = |name: &str, kind: PartKind, is_whole: bool| {
             if let Some(elements) = self.model.element_set(name) {
-                parts.push(Part { name: name.to_string(), kind, elements: elements.to_vec(), partner: None });
+                let beams = elements.iter().all(|&e| self.is_beam(e));
+                let is_member = beams
+                    && match kind {
+                        PartKind::Chain => true,
+                        PartKind::Element => is_whole,
+                        PartKind::Group => self.path(elements).is_some(),
+                        PartKind::Line | PartKind::Mass => false,
+                    };
+                let (name, elements) = (name.to_string(), elements.to_vec());
+                parts.push(Part { of: vec![name.clone()], name, kind, elements, partner: None, is_member });
             }
         };
         for (name, member) in spec.beams.iter().chain(&spec.bars) {
@@ -42,28 +51,30 @@ impl Structure<'_> {
                 _ => (0, PartKind::Element),
             };
             if count != 1 {
-                push(name, kind);
+                push(name, kind, true);
             }
-            (1..=count).for_each(|i| push(&format!("{name}.{i}"), PartKind::Element));
+            (1..=count).for_each(|i| push(&format!("{name}.{i}"), PartKind::Element, count == 1));
         }
         for name in spec.springs.keys().chain(spec.bushings.keys()).chain(spec.elements.keys()) {
-            push(name, PartKind::Element);
+            push(name, PartKind::Element, false);
         }
         for (name, mass) in &spec.masses {
             match &mass.nodes {
-                Some(nodes) => (1..=nodes.len()).for_each(|i| push(&format!("{name}.{i}"), PartKind::Mass)),
-                None => push(name, PartKind::Mass),
+                Some(nodes) => (1..=nodes.len()).for_each(|i| push(&format!("{name}.{i}"), PartKind::Mass, false)),
+                None => push(name, PartKind::Mass, false),
             }
         }
-        spec.groups.keys().for_each(|name| push(name, PartKind::Group));
+        spec.groups.keys().for_each(|name| push(name, PartKind::Group, true));
         let sorted = |elements: &[usize]| {
             let mut s = elements.to_vec();
             s.sort_unstable();
             s
         };
-        // A group of the same elements as a part before it is the same place.
+        // A group of the same elements as a part before it is the same place; so is a line that has a name.
+        parts.extend(self.list_lines());
         let mut seen = BTreeSet::new();
-        parts.retain(|p| !p.elements.is_empty() && (seen.insert(sorted(&p.elements)) || p.kind != PartKind::Group));
+        let has_others = |p: &Part| matches!(p.kind, PartKind::Group | PartKind::Line);
+        parts.retain(|p| !p.elements.is_empty() && (seen.insert(sorted(&p.elements)) || !has_others(p)));
         let of: BTreeMap<Vec<usize>, usize> =
             parts.iter().enumerate().rev().map(|(i, p)| (sorted(&p.elements), i)).collect();
         for i in 0..parts.len() {
@@ -72,13 +83,12 @@ impl Structure<'_> {
             parts[i].partner =
                 partner.filter(|&j| j != i && parts[j].kind == parts[i].kind && apart(&parts[i], &parts[j]));
         }
-        // So is a group of two partners.
+        // So is a group, or a line, of two partners.
         let pairs: Vec<Vec<usize>> = parts
             .iter()
             .filter_map(|p| p.partner.map(|j| sorted(&[&p.elements[..], &parts[j].elements[..]].concat())))
             .collect();
-        let is_pair =
-            |p: &Part| p.kind == PartKind::Group && p.partner.is_none() && pairs.contains(&sorted(&p.elements));
+        let is_pair = |p: &Part| has_others(p) && p.partner.is_none() && pairs.contains(&sorted(&p.elements));
         let kept: Vec<bool> = parts.iter().map(|p| !is_pair(p)).collect();
         let moved: Vec<usize> = kept
             .iter()

@@ -6,6 +6,7 @@ use super::super::data::{
 use super::super::text::number;
 use crate::correlation::{CorrelationError, sensor_position};
 use crate::data::TestData;
+use crate::effect::{self, Context};
 use crate::element::{Axes, Dof};
 use crate::model::{Model, ParametricModel, PlacedElement};
 use std::collections::HashMap;
@@ -80,11 +81,18 @@ impl<'a> Places<'a> {
             place.nodes.push(node);
             return true;
         }
-        let Some(set) = self.model.element_set(name) else {
+        let context = Context::default();
+        let set = match self.model.element_set(name) {
+            Some(set) => set.to_vec(),
+            // Members end to end, by the first and the last.
+            None if name.contains("..") => match effect::Structure::new(self.model, &context).part(name) {
+                Some(line) => line.elements.clone(),
+                None => return false,
+            },
             // An end of an element: `element:node`.
-            return name.rsplit_once(':').is_some_and(|(_, node)| self.add(node, place));
+            None => return name.rsplit_once(':').is_some_and(|(_, node)| self.add(node, place)),
         };
-        for &e in set {
+        for e in set {
             match self.drawn[e] {
                 Some(i) => place.elements.push(i),
                 None => place.nodes.extend(&self.model.elements()[e].nodes),

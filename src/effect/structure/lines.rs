@@ -1,0 +1,97 @@
+//! Lines: members that lie end to end. A file may hold one beam in several entries, and what acts along a beam acts on all of them.
+
+use super::{Part, PartKind, Structure};
+use crate::element::Dof;
+use std::collections::BTreeMap;
+
+/// Cosine of the largest angle at which members still make one line, 30 degrees: an axial force keeps 87 % of itself there.
+const STRAIGHT: f64 = 0.866;
+
+impl Structure<'_> {
+    /// Entries of beams that lie end to end, from one branch, support or free end to the next; `first..last` by name.
+    pub(super) fn list_lines(&self) -> Vec<Part> {
+        let spec = self.model.spec();
+        let mut entry_of: BTreeMap<usize, &str> = BTreeMap::new();
+        for (name, member) in &spec.beams {
+            for &e in self.model.element_set(name).into_iter().flatten() {
+                entry_of.insert(e, if member.pairs.is_some() { self.element_of_file(e) } else { name });
+            }
+        }
+        let all: Vec<usize> = entry_of.keys().copied().collect();
+        let at = self.beams_at(&all);
+        let mut lines = Vec::new();
+        let mut left = all.clone();
+        while let Some(&first) = left.first() {
+            let mut line = vec![first];
+            let mut next = 0;
+            while let Some(&e) = line.get(next) {
+                for &node in &self.model.elements()[e].nodes {
+                    let Some(&[a, b]) = at.get(&node).map(Vec::as_slice) else { continue };
+                    let other = if a == e { b } else { a };
+                    if !line.contains(&other) && self.goes_on(a, b, node) && !self.branches(node, &at) {
+                        line.push(other);
+                    }
+                }
+                next += 1;
+            }
+            left.retain(|e| !line.contains(e));
+            let Some(elements) = self.path(&line) else { continue };
+            let mut of: Vec<String> = elements.iter().map(|e| entry_of[e].to_string()).collect();
+            of.dedup();
+            let whole =
+                |name: &String| self.model.element_set(name).is_some_and(|s| s.iter().all(|e| line.contains(e)));
+            if let [start, .., end] = of.as_slice()
+                && of.iter().all(whole)
+            {
+                let name = format!("{start}..{end}");
+                lines.push(Part { name, kind: PartKind::Line, of, elements, partner: None, is_member: true });
+            }
+        }
+        lines
+    }
+
+    /// These elements in order from one end to the other, from the end that stands first in the file, if they are beams
+    /// that lie end to end.
+    pub(in crate::effect) fn path(&self, elements: &[usize]) -> Option<Vec<usize>> {
+        let all = self.model.elements();
+        let at = self.beams_at(elements);
+        let is_end = |e: usize| all[e].nodes.iter().any(|n| at.get(n).is_some_and(|b| b.len() == 1));
+        let mut path = vec![elements.iter().copied().filter(|&e| self.is_beam(e) && is_end(e)).min()?];
+        loop {
+            let last = *path.last()?;
+            let on = |&node: &usize| match at.get(&node).map(Vec::as_slice) {
+                Some(&[a, b]) if self.goes_on(a, b, node) => Some(if a == last { b } else { a }),
+                _ => None,
+            };
+            match all[last].nodes.iter().filter_map(on).find(|next| !path.contains(next)) {
+                Some(next) => path.push(next),
+                None => break,
+            }
+        }
+        (path.len() == elements.len()).then_some(path)
+    }
+
+    fn beams_at(&self, elements: &[usize]) -> BTreeMap<usize, Vec<usize>> {
+        let mut at: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+        for &e in elements.iter().filter(|&&e| self.is_beam(e)) {
+            self.model.elements()[e].nodes.iter().for_each(|&n| at.entry(n).or_default().push(e));
+        }
+        at
+    }
+
+    /// Whether two beams that meet at a node go straight on there.
+    fn goes_on(&self, a: usize, b: usize, node: usize) -> bool {
+        let away = |e: usize| {
+            let element = &self.model.elements()[e];
+            element.axes[0].map(|x| if element.nodes[0] == node { x } else { -x })
+        };
+        super::dot(away(a), away(b)) < -STRAIGHT
+    }
+
+    /// Whether a node that two beams share holds something else that takes a force out of the line: a clamp, or another
+    /// beam by a rigid link.
+    fn branches(&self, node: usize, at: &BTreeMap<usize, Vec<usize>>) -> bool {
+        let clamped = Dof::ALL.into_iter().all(|dof| !self.node_moves(node, dof));
+        clamped || at.keys().any(|&other| other != node && self.same_body(node, other))
+    }
+}

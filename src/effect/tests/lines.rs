@@ -1,0 +1,121 @@
+//! Members that lie end to end: one beam in several entries is one place.
+
+use super::super::*;
+use crate::linalg::DMatrix;
+use crate::model::{Model, ParametricModel, Registry, load};
+
+const PROPERTIES: &str =
+    "properties: {EIy: 10 N m2, EIz: 20 N m2, GJ: 6 N m2, EA: 1 MN, mass_per_length: 2 kg/m, polar_inertia_per_length: 0.003 kg m}";
+
+/// A beam of six elements along x, pinned at one end and on a body at the other.
+fn straight(beams: &str, groups: &str) -> String {
+    format!(
+        "retune: 1\nname: test\nnodes:\n  n0: [0, 0, 0]\n  n1: [0.2, 0, 0]\n  n2: [0.3, 0, 0]\n  n3: [0.55, 0, 0]\n  \
+         n4: [0.7, 0, 0]\n  n5: [0.8, 0, 0]\n  n6: [1, 0, 0]\nbeams:\n{beams}\nmasses:\n  \
+         tip: {{node: n6, mass: 0.5 kg, inertia: {{xx: 0.01 kg m2, yy: 0.02 kg m2, zz: 0.02 kg m2}}}}\n{groups}\n\
+         supports: {{a: {{node: n0, fixed: [ux, uy, uz, rx]}}}}\n"
+    )
+}
+
+fn in_one() -> String {
+    straight(&format!("  b: {{chain: [n0, n1, n2, n3, n4, n5, n6], {PROPERTIES}}}"), "")
+}
+
+fn in_pieces(groups: &str) -> String {
+    let piece = |name: &str, nodes: &str| format!("  {name}: {{{nodes}, {PROPERTIES}}}");
+    let pieces = [
+        piece("p", "chain: [n0, n1, n2]"),
+        piece("q", "nodes: [n2, n3]"),
+        piece("r", "pairs: [[n4, n5], [n3, n4]]"),
+        piece("s", "chain: [n5, n6]"),
+    ];
+    straight(&pieces.join("\n"), groups)
+}
+
+fn model(text: &str) -> Model {
+    load(text, &Registry::builtin()).unwrap().0
+}
+
+/// Parts that are several members of the file.
+fn lines(text: &str) -> Vec<String> {
+    let (model, context) = (model(text), Context::default());
+    let structure = Structure::new(&model, &context);
+    structure.parts().iter().filter(|p| p.kind == PartKind::Line).map(|p| p.name.clone()).collect()
+}
+
+/// K, M and C with an effect at its typical size, and that size.
+fn matrices(text: &str, id: &str) -> Option<([DMatrix<f64>; 3], Vec<f64>)> {
+    let (model, context) = (model(text), Context::default());
+    let structure = Structure::new(&model, &context);
+    let candidate = Effects::builtin().candidate(&structure, id).ok()?;
+    let patched = candidate.build(&model, &Registry::builtin()).unwrap();
+    let system = patched.model.assemble(&patched.theta(structure.theta(), &patched.typical)).unwrap();
+    let damping = system.damping.as_ref().map_or_else(|| &system.stiffness * 0.0, Clone::clone);
+    Some(([system.stiffness, system.mass, damping], patched.typical))
+}
+
+#[test]
+fn a_beam_in_pieces_takes_every_effect_of_the_whole() {
+    let (one, pieces) = (in_one(), in_pieces(""));
+    assert_eq!(lines(&pieces), ["p..s"]);
+    let (whole, context) = (model(&one), Context::default());
+    let mut n = 0;
+    for candidate in candidates(&whole, &Effects::builtin(), &context) {
+        if candidate.location.names != ["b"] {
+            continue;
+        }
+        let id = candidate.id();
+        let (expected, size) = matrices(&one, &id).unwrap();
+        let (found, its_size) =
+            matrices(&pieces, &id.replace("@b", "@p..s")).unwrap_or_else(|| panic!("{id} has no place"));
+        assert_eq!(size, its_size, "{id}");
+        for (a, b) in expected.iter().zip(&found) {
+            let scale = a.abs().max().max(1e-300);
+            assert!((a - b).abs().max() <= 2e-5 * scale, "{id}: {:e}", (a - b).abs().max() / scale);
+        }
+        n += 1;
+    }
+    assert!(n >= 15, "{n}");
+    let failures = conformance::check(&Effects::builtin(), &pieces, &Registry::builtin(), &Context::default());
+    assert!(failures.is_empty(), "{}", failures.join("\n"));
+}
+
+#[test]
+fn a_line_with_a_name_is_called_by_it() {
+    let named = in_pieces("groups: {spar: [r, s, q, p], half: [q, r], loose: [p, s]}");
+    assert_eq!(lines(&named), [""; 0]);
+    let (model, context) = (model(&named), Context::default());
+    let structure = Structure::new(&model, &context);
+    let member = |name: &str| structure.part(name).unwrap().is_member;
+    assert!(member("spar") && member("half") && !member("loose"));
+    assert!(Effects::builtin().candidate(&structure, "axial-preload@spar").is_ok());
+    assert!(Effects::builtin().candidate(&structure, "axial-preload@loose").is_err());
+    assert!(Effects::builtin().candidate(&structure, "taper@spar.ry").is_ok());
+}
+
+#[test]
+fn a_line_ends_at_corners_branches_clamps_and_rigid_bodies() {
+    let with = |more: &str| {
+        format!(
+            "retune: 1\nname: test\nnodes: {{a: [0, 0, 0], b: [1, 0, 0], c: [2, 0.2, 0], d: [2, 1, 0], e: [1, 0, 1]}}\nbeams:\n  \
+             ab: {{nodes: [a, b], {PROPERTIES}}}\n  bc: {{nodes: [b, c], {PROPERTIES}}}\n  cd: {{nodes: [c, d], {PROPERTIES}}}\n{more}"
+        )
+    };
+    assert_eq!(lines(&with("supports: {a: {node: a}}")), ["ab..bc"]);
+    assert_eq!(lines(&with("supports: {b: {node: b}}")), [""; 0]);
+    let branch = format!("  be: {{nodes: [b, e], {PROPERTIES}}}\nsupports: {{a: {{node: a}}}}");
+    assert_eq!(lines(&with(&branch)), [""; 0]);
+    let link = format!(
+        "  ed: {{nodes: [e, d], {PROPERTIES}}}\nrigid_links: {{b: {{master: b, slaves: [e]}}}}\nsupports: {{a: {{node: a}}}}"
+    );
+    assert_eq!(lines(&with(&link)), [""; 0]);
+}
+
+#[test]
+fn two_sides_that_meet_are_a_pair_and_no_line() {
+    let text = format!(
+        "retune: 1\nname: test\nsymmetry: {{normal: y}}\nnodes: {{l: [0, 1, 0], c: [0, 0, 0], r: [0, -1, 0]}}\nbeams:\n  \
+         left: {{nodes: [c, l], {PROPERTIES}}}\n  right: {{nodes: [c, r], {PROPERTIES}}}\n"
+    );
+    assert_eq!(lines(&text), [""; 0]);
+}
