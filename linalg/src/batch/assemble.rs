@@ -2,7 +2,7 @@
 
 use super::cholesky::Envelope;
 use super::lane::{Lane, Mask};
-use super::plan::{Block, Observation, SlotList};
+use super::plan::{Block, Observation, Products, SlotList};
 
 /// Every slot of the list at θ, into `out`.
 #[inline(always)]
@@ -105,28 +105,32 @@ pub(super) fn add_rigid<L: Lane>(block: &Block, w: &[L], gram: &[L], x: &mut [L]
     }
 }
 
-/// Products of the observed shapes with reference shapes and, last, with themselves, (references + 1 x width).
-///
-/// * `references` - row by row (rows x references)
+/// Products of the shapes at the sensors with reference shapes and, last, with themselves, (references + 1 x width). The sensors
+/// need not be looked at one by one: a product with a reference is one with a fixed vector of the coordinates.
 #[inline(always)]
-pub(super) fn project<L: Lane>(observed: &[L], references: &[f64], width: usize, count: usize, out: &mut [L]) {
+pub(super) fn project<L: Lane>(products: &Products, x: &[L], width: usize, count: usize, out: &mut [L]) {
     /// Sums that are formed side by side.
     const ABREAST: usize = 3;
-    let rows = observed.len() / width;
-    let n = references.len() / rows.max(1);
+    let rows = x.len() / width;
+    let n = products.references.len() / rows.max(1);
     for j in 0..count {
         let mut own = L::splat(0.0);
-        for i in 0..rows {
-            let x = observed[i * width + j];
-            own = x.mul_add(x, own);
+        let squares = &products.squares;
+        for s in 0..squares.start.len() - 1 {
+            let terms = squares.start[s]..squares.start[s + 1];
+            let mut sum = L::splat(0.0);
+            for (&c, &factor) in squares.coordinate[terms.clone()].iter().zip(&squares.coefficient[terms]) {
+                sum = L::splat(factor).mul_add(x[c as usize * width + j], sum);
+            }
+            own = sum.mul_add(sum, own);
         }
         out[n * width + j] = own;
         for first in (0..n).step_by(ABREAST) {
             let mut sums = [L::splat(0.0); ABREAST];
             let abreast = ABREAST.min(n - first);
             for i in 0..rows {
-                let x = observed[i * width + j];
-                for (sum, &value) in sums.iter_mut().zip(&references[i * n + first..][..abreast]) {
+                let x = x[i * width + j];
+                for (sum, &value) in sums.iter_mut().zip(&products.references[i * n + first..][..abreast]) {
                     *sum = L::splat(value).mul_add(x, *sum);
                 }
             }

@@ -249,10 +249,11 @@ impl BatchModel {
         let stiffness: Vec<f64> = k.diagonal().iter().copied().collect();
         // A power of four brings the largest 1/λ near one; its root is exact too.
         let mass_scale = 4.0_f64.powi((0.5 * scale.first.log2()).round() as i32);
-        let blocks: Vec<_> = mirror::families(n, options.mirror.as_ref())
-            .iter()
-            .map(|family| plan::compile(&pencil, family, &rigid, &stiffness, mass_scale, &sensors))
-            .collect();
+        let references = options.references.map(|r| r.transpose().as_slice().to_vec());
+        let compile = |family| {
+            plan::compile(&pencil, family, &rigid, &stiffness, mass_scale, &sensors, references.as_deref())
+        };
+        let blocks: Vec<_> = mirror::families(n, options.mirror.as_ref()).iter().map(compile).collect();
         let independent = blocks.iter().map(|b| b.r).sum();
         if independent != rigid.ncols() {
             return Err(BatchError::DependentRigidModes { given: rigid.ncols(), independent });
@@ -263,7 +264,7 @@ impl BatchModel {
             n_modes: options.n_modes,
             n_parameters: pencil.n_parameters,
             n_rows: sensors.nrows(),
-            references: options.references.map(|r| r.transpose().as_slice().to_vec()),
+            references,
             with_shapes: options.shapes,
             mass_scale,
             start: start_values(largest + 32),

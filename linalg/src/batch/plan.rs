@@ -57,6 +57,72 @@ pub(super) struct Observation {
     pub(super) coefficient: Vec<f64>,
 }
 
+impl Observation {
+    fn push(&mut self, row: impl IntoIterator<Item = (u32, f64)>) {
+        if self.start.is_empty() {
+            self.start.push(0);
+        }
+        for (coordinate, coefficient) in row {
+            self.coordinate.push(coordinate);
+            self.coefficient.push(coefficient);
+        }
+        self.start.push(self.coordinate.len());
+    }
+
+    fn rows(&self) -> impl Iterator<Item = (&[u32], &[f64])> {
+        self.start.windows(2).map(|w| (&self.coordinate[w[0]..w[1]], &self.coefficient[w[0]..w[1]]))
+    }
+}
+
+/// What gives products of the shapes at the sensors from the coordinates: with u = S φ and references r,
+/// rᵀ u = (Sᵀ r)ᵀ φ and uᵀ u = |S' φ|², S' being S with one row, longer, for all rows that are parallel (both sides of a plane of
+/// symmetry, several sensors on one body).
+#[derive(Debug, Clone, Default)]
+pub(super) struct Products {
+    /// Sᵀ r, coordinate by coordinate (m + r x references).
+    pub(super) references: Vec<f64>,
+    /// S'.
+    pub(super) squares: Observation,
+}
+
+impl Products {
+    /// * `references` - row by row (sensors x references)
+    fn new(observation: &Observation, coordinates: usize, references: &[f64]) -> Self {
+        let sensors = observation.start.len() - 1;
+        let n = references.len() / sensors.max(1);
+        let mut products = Self { references: vec![0.0; coordinates * n], ..Self::default() };
+        let mut lengths: Vec<f64> = Vec::new();
+        let mut distinct: Vec<(&[u32], &[f64])> = Vec::new();
+        for (s, (at, row)) in observation.rows().enumerate() {
+            for (&c, &factor) in at.iter().zip(row) {
+                let own = &mut products.references[c as usize * n..];
+                for (sum, value) in own.iter_mut().zip(&references[s * n..(s + 1) * n]) {
+                    *sum += factor * value;
+                }
+            }
+            if row.is_empty() {
+                continue;
+            }
+            let ratio = |other: &[f64]| {
+                let ratio = row[0] / other[0];
+                // To rounding of the coefficients.
+                row.iter().zip(other).all(|(a, b)| (a - ratio * b).abs() <= 1e-15 * a.abs()).then_some(ratio)
+            };
+            match distinct.iter().enumerate().find_map(|(k, d)| (d.0 == at).then(|| Some((k, ratio(d.1)?)))?) {
+                Some((k, ratio)) => lengths[k] += ratio * ratio,
+                None => {
+                    distinct.push((at, row));
+                    lengths.push(1.0);
+                }
+            }
+        }
+        for ((at, row), length) in distinct.into_iter().zip(lengths) {
+            products.squares.push(at.iter().copied().zip(row.iter().map(|c| length.sqrt() * c)));
+        }
+        products
+    }
+}
+
 /// One half problem (or the whole one), compiled.
 #[derive(Debug, Clone)]
 pub(super) struct Block {
@@ -78,6 +144,8 @@ pub(super) struct Block {
     pub(super) rigid: Vec<f64>,
     /// Sensors over the coordinates: first the m free ones, then the r supports.
     pub(super) observation: Observation,
+    /// Where products with references are wanted.
+    pub(super) products: Option<Products>,
 }
 
 /// Compiles one family of shapes.
@@ -86,6 +154,7 @@ pub(super) struct Block {
 /// * `nominal` - diagonal of K at the nominal parameters, for the choice of supports
 /// * `mass_scale` - factor of all masses, a power of four
 /// * `sensors` - observation rows (n_rows x n)
+/// * `references` - at the sensors, row by row
 pub(super) fn compile(
     pencil: &AffinePencil,
     family: &Family,
@@ -93,6 +162,7 @@ pub(super) fn compile(
     nominal: &[f64],
     mass_scale: f64,
     sensors: &DMatrix<f64>,
+    references: Option<&[f64]>,
 ) -> Block {
     let nb = family.pairs.len();
     let stiffness = family.project(pencil.n, &pencil.stiffness);
@@ -160,14 +230,10 @@ pub(super) fn compile(
     let column = |c: usize| position[c].unwrap_or_else(|| m + supports.iter().position(|&s| s == c).unwrap_or(0));
     let mut observation = Observation { start: vec![0], ..Observation::default() };
     for row in sensors.row_iter() {
-        for (c, &(i, partner)) in family.pairs.iter().enumerate() {
-            let value = row[i] + partner.map_or(0.0, |(j, sign)| sign * row[j]);
-            if value != 0.0 {
-                observation.coordinate.push(column(c) as u32);
-                observation.coefficient.push(value);
-            }
-        }
-        observation.start.push(observation.coordinate.len());
+        let values =
+            family.pairs.iter().map(|&(i, partner)| row[i] + partner.map_or(0.0, |(j, sign)| sign * row[j]));
+        let seen = values.enumerate().filter(|(_, value)| *value != 0.0);
+        observation.push(seen.map(|(c, value)| (column(c) as u32, value)));
     }
     Block {
         parity: family.parity,
@@ -178,6 +244,7 @@ pub(super) fn compile(
         mass_rigid: SlotList::new(&mass_rigid, mass_scale),
         rigid_gram: SlotList::new(&gram, mass_scale),
         rigid: free.iter().flat_map(|&c| (0..r).map(move |k| (c, k))).map(|at| rigid[at]).collect(),
+        products: references.map(|r| Products::new(&observation, m + supports.len(), r)),
         observation,
         envelope,
     }

@@ -129,7 +129,7 @@ impl<L: Lane> Buffers<L> {
                     grid: vec![nothing; GRID],
                     theta: vector(width),
                     count: Counter::ZERO,
-                    observed: vector(plan.n_rows * width),
+                    observed: vector(if plan.with_shapes { plan.n_rows * width } else { 0 }),
                     products: vector(plan.n_products() * width),
                 }
             })
@@ -382,9 +382,11 @@ fn eigenpairs<L: Lane>(plan: &Plan, index: usize, buffers: &mut Buffers<L>) -> M
             z[i * width + j] = z[i * width + j] * factor;
         }
     }
-    assemble::observe(&block.observation, z, width, count, &mut b.observed);
-    if let Some(references) = &plan.references {
-        assemble::project(&b.observed, references, width, count, &mut b.products);
+    if plan.with_shapes {
+        assemble::observe(&block.observation, z, width, count, &mut b.observed);
+    }
+    if let Some(products) = &block.products {
+        assemble::project(products, z, width, count, &mut b.products);
     }
     passed
 }
