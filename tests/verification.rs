@@ -339,6 +339,30 @@ fn suspended_rigid_body() {
     assert_eq!((mass.mass, mass.cg), (12.0, [1.0, 2.0, 0.5]));
 }
 
+/// A beam that hangs on a ball joint turns about two axes, however stiff it is along its own: rounding of that stiffness is no
+/// support. Blevins, table 8-1: tan β = tanh β.
+#[test]
+fn a_beam_on_a_ball_joint_turns_about_two_axes() {
+    let beta = root(|x: f64| x.tan() - x.tanh(), 3.5, 4.2);
+    assert_close(&[beta], &[3.92660231], 1e-8);
+    let blade = |ea: &str, eiz: f64, gj: f64| {
+        build(&format!(
+            "retune: 1\nname: blade\nnodes: {{n0: [0, 0, 0], n1: [0.2, 0, 0], n2: [0.3, 0, 0], n3: [0.55, 0, 0], n4: [0.7, 0, 0], n5: [0.8, 0, 0], n6: [1, 0, 0]}}\nbeams:\n  b: {{chain: [n0, n1, n2, n3, n4, n5, n6], properties: {{EIy: 10 N m2, EIz: {eiz} N m2, GJ: {gj} N m2, EA: {ea}, mass_per_length: 2 kg/m, polar_inertia_per_length: 0.003 kg m}}}}\nsupports: {{a: {{node: n0, fixed: [ux, uy, uz, rx]}}}}\n"
+        ))
+    };
+    for ea in ["1 N", "1 MN", "1e12 N"] {
+        for eiz in [10.0, 20.0, 1e5] {
+            for gj in [6.0, 3e5] {
+                let (_, modes) = solved(&blade(ea, eiz, gj), 20);
+                assert_eq!((modes.n_rigid, modes.n_mechanism), (2, 0), "EA = {ea}, EIz = {eiz}, GJ = {gj}");
+                let expected = 5.0_f64.sqrt() * beta * beta;
+                let nearest = modes.lambda.iter().map(|l| (l.sqrt() / expected - 1.0).abs()).fold(1.0, f64::min);
+                assert!(nearest < 1e-3, "EA = {ea}: {nearest:e}");
+            }
+        }
+    }
+}
+
 /// A free beam across the plane of symmetry: its modes alternate, and its names come from the shapes.
 #[test]
 fn modes_of_a_free_beam_are_named() {

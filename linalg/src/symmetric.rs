@@ -102,6 +102,11 @@ impl SymMatrix {
         &self.lower
     }
 
+    /// The same, to be overwritten.
+    pub fn lower_mut(&mut self) -> &mut [f64] {
+        &mut self.lower
+    }
+
     /// Entry by entry, `f(self, other)`.
     ///
     /// # Panics

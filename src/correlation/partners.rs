@@ -44,12 +44,12 @@ impl PartnerSearch {
     /// Pairs (model mode, test mode), by ascending frequency of the test mode, overwriting `out`.
     ///
     /// * `frequencies`, `families` - of the model modes, frequencies ascending
-    /// * `mac` - MAC of model mode i with test mode j, in [0, 1]
-    pub(crate) fn find(
+    /// * `mac` - MAC of all model modes with test mode j, in [0, 1]
+    pub(crate) fn find<'a>(
         &mut self,
         frequencies: &[f64],
         families: &[u8],
-        mac: impl Fn(usize, usize) -> f64,
+        mac: impl Fn(usize) -> &'a [f64],
         out: &mut Vec<(usize, usize)>,
     ) {
         out.clear();
@@ -65,39 +65,46 @@ impl PartnerSearch {
         !self.options.same_family_only || family == 0 || other == 0 || family == other
     }
 
-    fn by_mac(
+    fn by_mac<'a>(
         &mut self,
         frequencies: &[f64],
         families: &[u8],
-        mac: impl Fn(usize, usize) -> f64,
+        mac: impl Fn(usize) -> &'a [f64],
         out: &mut Vec<(usize, usize)>,
     ) {
         let (n_model, n_test) = (frequencies.len(), self.frequencies.len());
-        let window = self.options.frequency_window;
+        let PairingOptions { by, min_mac, frequency_window: window, same_family_only } = self.options;
         self.cost.clear();
+        self.cost.resize(n_test * n_model, 0.0);
         self.cheapest.clear();
         self.taken.clear();
         self.taken.resize(n_model, false);
         // Where every test mode prefers another model mode, these are the best pairs; else an assignment decides.
         let mut contested = false;
-        for j in 0..n_test {
-            let (mut cheapest, mut least) = (n_model, 0.0);
-            for i in 0..n_model {
-                let value = mac(i, j);
-                if value.is_nan() || value <= 0.0 {
-                    self.cost.push(0.0);
-                    continue;
+        for (j, costs) in self.cost.chunks_exact_mut(n_model.max(1)).enumerate() {
+            let (measured, own) = (self.frequencies[j], self.families[j]);
+            for (((cost, &value), &hz), &family) in costs.iter_mut().zip(mac(j)).zip(frequencies).zip(families) {
+                let (low, high) = (hz.min(measured), hz.max(measured));
+                let is_near = window == f64::INFINITY || low.is_nan() || high <= (1.0 + window) * low;
+                let is_same = !same_family_only || family == 0 || own == 0 || family == own;
+                let allowed = value > 0.0 && value >= min_mac && is_near && is_same;
+                let ratio = low / high;
+                let closeness = if low > 0.0 { ratio } else { 0.0 };
+                let dear = -value - TIE_BREAK * closeness;
+                *cost = if allowed { dear } else { 0.0 };
+            }
+            if by == PairBy::NearMac {
+                for ((cost, &value), &hz) in costs.iter_mut().zip(mac(j)).zip(frequencies) {
+                    if *cost < 0.0 {
+                        *cost += value * (1.0 - nearness(hz.min(measured), hz.max(measured)));
+                    }
                 }
-                let (low, high) = (frequencies[i].min(self.frequencies[j]), frequencies[i].max(self.frequencies[j]));
-                let near = window == f64::INFINITY || low.is_nan() || high <= (1.0 + window) * low;
-                let allowed = value >= self.options.min_mac && near && self.is_same_family(families[i], j);
-                let closeness = if allowed && low > 0.0 { low / high } else { 0.0 };
-                let weight = if self.options.by == PairBy::NearMac { nearness(low, high) } else { 1.0 };
-                let cost = if allowed { -value * weight - TIE_BREAK * closeness } else { 0.0 };
+            }
+            let (mut cheapest, mut least) = (n_model, 0.0);
+            for (i, &cost) in costs.iter().enumerate() {
                 if cost < least {
                     (cheapest, least) = (i, cost);
                 }
-                self.cost.push(cost);
             }
             if cheapest < n_model {
                 contested |= std::mem::replace(&mut self.taken[cheapest], true);
@@ -197,7 +204,7 @@ mod tests {
             let mut search = PartnerSearch::new(&test, &test_families[..n_test], options).expect("not by label");
             let mut found = Vec::new();
             for _ in 0..2 {
-                search.find(&model, &model_families[..n_model], |i, j| mac[(i, j)], &mut found);
+                search.find(&model, &model_families[..n_model], |j| &mac.as_slice()[j * n_model..][..n_model], &mut found);
                 prop_assert_eq!(&found, &expected);
             }
         }

@@ -225,8 +225,9 @@ pub(super) fn rigid_body_modes<A: Symmetric>(
     let free: Vec<DVector<f64>> = (0..energy.nrows())
         .filter(|&i| eigen.values[i].abs() < 1e-12)
         .filter_map(|i| {
-            let weights = eigen.vectors.column(i);
-            let combination = &motions * weights;
+            // What rounding has left of other motions would load dofs that nothing else loads.
+            let weights = eigen.vectors.column(i).map(|w| if w.abs() < 1e-13 { 0.0 } else { w });
+            let combination = &motions * &weights;
             // Where few dofs are left, some combinations of motions move none of them: what remains is rounding.
             let size = motions.abs() * weights.abs();
             let column = |v: &DVector<f64>| DMatrix::from_columns(std::slice::from_ref(v));

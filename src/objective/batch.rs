@@ -114,8 +114,7 @@ struct Compiled {
     families: Vec<u8>,
     /// Products of parameters that K and M depend on beside the free parameters themselves.
     products: Products,
-    /// Mass of rigid motion of the constants, and that per free parameter and product.
-    rigid: Option<(SymMatrix, Vec<SymMatrix>)>,
+    rigid: Option<RigidMass>,
     pool: Mutex<Vec<Bench>>,
 }
 
@@ -139,6 +138,33 @@ impl Products {
     }
 }
 
+/// Mass of rigid motion, affine in the free parameters and products: few of its entries depend on one.
+#[derive(Debug)]
+struct RigidMass {
+    constant: SymMatrix,
+    /// (entry of the lower triangle, factor, coefficient).
+    terms: Vec<(usize, usize, f64)>,
+}
+
+impl RigidMass {
+    fn new<'a>(constant: SymMatrix, masses: impl Iterator<Item = &'a SymMatrix>) -> Self {
+        let mut terms = Vec::new();
+        for (factor, mass) in masses.enumerate() {
+            let entries = mass.lower().iter().enumerate().filter(|(_, value)| **value != 0.0);
+            terms.extend(entries.map(|(entry, value)| (entry, factor, *value)));
+        }
+        Self { constant, terms }
+    }
+
+    fn at(&self, factors: &[f64], out: &mut SymMatrix) {
+        out.copy_from(&self.constant);
+        let lower = out.lower_mut();
+        for &(entry, factor, value) in &self.terms {
+            lower[entry] += factors[factor] * value;
+        }
+    }
+}
+
 /// A measured shape at the sensors.
 #[derive(Debug)]
 struct TestShape {
@@ -147,6 +173,8 @@ struct TestShape {
     /// One where it was measured, zero elsewhere; nothing if it was measured everywhere.
     mask: Option<Vec<f64>>,
     norm: f64,
+    /// 1/|shape|²; zero where nothing was measured.
+    over_square: f64,
 }
 
 /// The memory of one thread.
@@ -226,7 +254,7 @@ impl Compiled {
                 constant.add_scaled(*value, &masses.linear[i + 1]);
             }
             let free = scaling.free().iter().map(|&i| &masses.linear[i + 1]);
-            (constant, free.chain(&masses.products).cloned().collect())
+            RigidMass::new(constant, free.chain(&masses.products))
         });
         Some(Self {
             model: batch.ok()?,
@@ -306,11 +334,8 @@ impl Compiled {
             scaling.overwrite(x, &mut bench.theta);
             let p = &mut bench.prediction;
             p.mass_properties = match &self.rigid {
-                Some((constant, masses)) => {
-                    bench.rigid.copy_from(constant);
-                    for (value, mass) in bench.factors[lane].iter().zip(masses) {
-                        bench.rigid.add_scaled(*value, mass);
-                    }
+                Some(rigid) => {
+                    rigid.at(&bench.factors[lane], &mut bench.rigid);
                     Some(MassProperties::from_rigid_mass(&bench.rigid))
                 }
                 None => match comparison.model().mass_properties(&bench.theta) {
@@ -329,8 +354,8 @@ impl Compiled {
             } else {
                 self.correlate(&bench.families, &bench.search, p, &mut bench.norms);
             }
-            let mac = &p.mac;
-            bench.search.find(&p.frequencies_hz, &bench.families, |i, j| mac[(i, j)], &mut bench.partners);
+            let (mac, n) = (p.mac.as_slice(), p.mac.nrows());
+            bench.search.find(&p.frequencies_hz, &bench.families, |j| &mac[j * n..][..n], &mut bench.partners);
             p.pairs.pairs.clear();
             p.pairs.pairs.extend(bench.partners.iter().map(|&(i, j)| ModePair {
                 analytical: i,
@@ -377,10 +402,11 @@ impl Compiled {
     ) {
         for (i, &family) in families.iter().enumerate() {
             let Some((&own, products)) = modes.products(lane, i).split_last() else { continue };
+            let over_own = if own > 0.0 { 1.0 / own } else { 0.0 };
             for (j, (product, test)) in products.iter().zip(&self.tests).enumerate() {
-                let square = own * test.norm * test.norm;
-                let is_compared = square > 0.0 && search.is_same_family(family, j);
-                p.mac[(i, j)] = if is_compared { (product * product / square).min(1.0) } else { 0.0 };
+                let is_compared = search.is_same_family(family, j);
+                let mac = product * product * over_own * test.over_square;
+                p.mac[(i, j)] = if is_compared { mac.min(1.0) } else { 0.0 };
             }
         }
     }
@@ -416,7 +442,8 @@ impl TestShape {
         let complete = shape.iter().all(|v| !v.is_nan());
         let mask = (!complete).then(|| shape.iter().map(|v| f64::from(u8::from(!v.is_nan()))).collect());
         let norm = dot(&values, &values).sqrt();
-        Self { values, mask, norm }
+        let over_square = if norm > 0.0 { 1.0 / (norm * norm) } else { 0.0 };
+        Self { values, mask, norm, over_square }
     }
 }
 

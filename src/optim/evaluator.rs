@@ -30,14 +30,17 @@ pub trait Evaluator: Send + Sync {
     ) -> Result<Vec<Result<Linearization, EvalError>>, Box<dyn Error + Send + Sync>>;
 }
 
-/// Evaluates a batch on the threads of the current rayon pool, in chunks of eight points.
+/// Evaluates a batch on the threads of the current rayon pool, in chunks of sixteen points, of eight where there are few for each
+/// thread.
 ///
-/// Eight is what a batched kernel solves at once in SIMD lanes; the chunks, and so the results, do not depend on the
-/// number of threads.
+/// Eight is what a batched kernel solves at once in SIMD lanes, sixteen what it takes best. A result does not depend on the points
+/// in the same chunk, and so not on the number of threads.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Threads;
 
+/// Points of a chunk, and chunks for each thread from which on they are taken two by two.
 const CHUNK: usize = 8;
+const MANY: usize = 8;
 
 impl Evaluator for Threads {
     fn costs(
@@ -51,7 +54,9 @@ impl Evaluator for Threads {
             objective.costs(points, out);
             return Ok(());
         }
-        points.par_chunks(CHUNK).zip(out.par_chunks_mut(CHUNK)).with_max_len(1).for_each(|(points, out)| {
+        let many = points.len() >= MANY * CHUNK * rayon::current_num_threads();
+        let chunk = if many { 2 * CHUNK } else { CHUNK };
+        points.par_chunks(chunk).zip(out.par_chunks_mut(chunk)).with_max_len(1).for_each(|(points, out)| {
             if !cancel.load(Ordering::Relaxed) {
                 objective.costs(points, out);
             }

@@ -109,35 +109,47 @@ pub(super) fn add_rigid<L: Lane>(block: &Block, w: &[L], gram: &[L], x: &mut [L]
 /// need not be looked at one by one: a product with a reference is one with a fixed vector of the coordinates.
 #[inline(always)]
 pub(super) fn project<L: Lane>(products: &Products, x: &[L], width: usize, count: usize, out: &mut [L]) {
-    /// Sums that are formed side by side.
-    const ABREAST: usize = 3;
+    let mut j = 0;
+    while j + 4 <= count {
+        project_tile::<L, 4>(products, x, width, j, out);
+        j += 4;
+    }
+    while j < count {
+        project_tile::<L, 1>(products, x, width, j, out);
+        j += 1;
+    }
+}
+
+/// The products of T shapes, from column j on.
+#[inline(always)]
+fn project_tile<L: Lane, const T: usize>(products: &Products, x: &[L], width: usize, j: usize, out: &mut [L]) {
+    let zero = L::splat(0.0);
+    let squares = &products.squares;
+    let mut own = [zero; T];
+    for s in squares.start.windows(2) {
+        let mut sum = [zero; T];
+        for (&c, &factor) in squares.coordinate[s[0]..s[1]].iter().zip(&squares.coefficient[s[0]..s[1]]) {
+            let (factor, row) = (L::splat(factor), &x[c as usize * width + j..][..T]);
+            for t in 0..T {
+                sum[t] = factor.mul_add(row[t], sum[t]);
+            }
+        }
+        for t in 0..T {
+            own[t] = sum[t].mul_add(sum[t], own[t]);
+        }
+    }
     let rows = x.len() / width;
-    let n = products.references.len() / rows.max(1);
-    for j in 0..count {
-        let mut own = L::splat(0.0);
-        let squares = &products.squares;
-        for s in 0..squares.start.len() - 1 {
-            let terms = squares.start[s]..squares.start[s + 1];
-            let mut sum = L::splat(0.0);
-            for (&c, &factor) in squares.coordinate[terms.clone()].iter().zip(&squares.coefficient[terms]) {
-                sum = L::splat(factor).mul_add(x[c as usize * width + j], sum);
-            }
-            own = sum.mul_add(sum, own);
-        }
-        out[n * width + j] = own;
-        for first in (0..n).step_by(ABREAST) {
-            let mut sums = [L::splat(0.0); ABREAST];
-            let abreast = ABREAST.min(n - first);
-            for i in 0..rows {
-                let x = x[i * width + j];
-                for (sum, &value) in sums.iter_mut().zip(&products.references[i * n + first..][..abreast]) {
-                    *sum = L::splat(value).mul_add(x, *sum);
-                }
-            }
-            for (k, sum) in sums.iter().enumerate().take(abreast) {
-                out[(first + k) * width + j] = *sum;
+    let n = products.references.len() / rows;
+    out[n * width + j..][..T].copy_from_slice(&own);
+    for (k, reference) in products.references.chunks_exact(rows).enumerate() {
+        let mut sum = [zero; T];
+        for (&value, row) in reference.iter().zip(x.chunks_exact(width)) {
+            let (factor, row) = (L::splat(value), &row[j..j + T]);
+            for t in 0..T {
+                sum[t] = factor.mul_add(row[t], sum[t]);
             }
         }
+        out[k * width + j..][..T].copy_from_slice(&sum);
     }
 }
 

@@ -4,7 +4,7 @@
 //! AVX2 and fused multiply-add, and for any other one. The first two give the same bits.
 
 use super::lane::F64x8;
-use super::solve::{Buffers, Plan, solve_lanes};
+use super::solve::{Buffers, Plan, solve_batches};
 #[cfg(target_arch = "x86_64")]
 use super::wide::Wide;
 
@@ -39,16 +39,16 @@ pub(super) fn level() -> Level {
     levels().next().unwrap_or(Level::Baseline)
 }
 
-/// The memory of a batch, in the arithmetic of the level.
+/// The memory of two batches, in the arithmetic of the level.
 pub(super) enum AnyBuffers {
     /// In registers of 512 bits.
     #[cfg(target_arch = "x86_64")]
-    Wide(Buffers<Wide>),
+    Wide([Buffers<Wide>; 2]),
     /// With fused multiply-add.
     #[cfg(target_arch = "x86_64")]
-    Fused(Buffers<F64x8<true>>),
+    Fused([Buffers<F64x8<true>>; 2]),
     /// Without; on ARM, where it always exists, with.
-    Plain(Buffers<F64x8<{ cfg!(target_arch = "aarch64") }>>),
+    Plain([Buffers<F64x8<{ cfg!(target_arch = "aarch64") }>>; 2]),
 }
 
 impl AnyBuffers {
@@ -56,30 +56,30 @@ impl AnyBuffers {
     pub(super) fn new(plan: &Plan, level: Level) -> Self {
         match level {
             #[cfg(target_arch = "x86_64")]
-            Level::Avx512 => Self::Wide(Buffers::new(plan)),
+            Level::Avx512 => Self::Wide([Buffers::new(plan), Buffers::new(plan)]),
             #[cfg(target_arch = "x86_64")]
-            Level::Avx2 => Self::Fused(Buffers::new(plan)),
-            Level::Baseline => Self::Plain(Buffers::new(plan)),
+            Level::Avx2 => Self::Fused([Buffers::new(plan), Buffers::new(plan)]),
+            Level::Baseline => Self::Plain([Buffers::new(plan), Buffers::new(plan)]),
         }
     }
 
-    /// Solves the batch in the memory.
+    /// Solves the first batch in the memory, or both.
     #[allow(unsafe_code)]
-    pub(super) fn solve(&mut self, plan: &Plan) {
+    pub(super) fn solve(&mut self, plan: &Plan, batches: usize) {
         match self {
             #[cfg(target_arch = "x86_64")]
             Self::Wide(buffers) => {
                 assert!(has(Level::Avx512), "wide memory is made for processors with AVX-512 only");
                 // SAFETY: avx512f, avx2 and fma have just been detected on this processor.
-                unsafe { with_avx512(plan, buffers) }
+                unsafe { with_avx512(plan, &mut buffers[..batches]) }
             }
             #[cfg(target_arch = "x86_64")]
             Self::Fused(buffers) => {
                 assert!(has(Level::Avx2), "fused memory is made for processors with AVX2 only");
                 // SAFETY: avx2 and fma have just been detected on this processor.
-                unsafe { with_avx2(plan, buffers) }
+                unsafe { with_avx2(plan, &mut buffers[..batches]) }
             }
-            Self::Plain(buffers) => solve_lanes(plan, buffers),
+            Self::Plain(buffers) => solve_batches(plan, &mut buffers[..batches]),
         }
     }
 }
@@ -91,12 +91,12 @@ fn has(level: Level) -> bool {
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f,avx2,fma")]
-fn with_avx512(plan: &Plan, buffers: &mut Buffers<Wide>) {
-    solve_lanes(plan, buffers);
+fn with_avx512(plan: &Plan, buffers: &mut [Buffers<Wide>]) {
+    solve_batches(plan, buffers);
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma")]
-fn with_avx2(plan: &Plan, buffers: &mut Buffers<F64x8<true>>) {
-    solve_lanes(plan, buffers);
+fn with_avx2(plan: &Plan, buffers: &mut [Buffers<F64x8<true>>]) {
+    solve_batches(plan, buffers);
 }

@@ -53,8 +53,10 @@ pub(super) fn eigenvectors<L: Lane>(
         if sweep > 0 {
             f.old[..m * width].copy_from_slice(&z[..m * width]);
         }
-        for (tile, sigma) in theta.chunks(ABREAST).enumerate() {
-            iterate(t, sigma, z, width, tile * ABREAST, f);
+        // Tiles of one size: a single column would wait for its divisions.
+        let tile = count.div_ceil(count.div_ceil(ABREAST));
+        for (k, sigma) in theta.chunks(tile).enumerate() {
+            iterate(t, sigma, z, width, k * tile, f);
         }
         orthonormalise(m, count, z, width);
         if sweep > 0 {
@@ -65,10 +67,16 @@ pub(super) fn eigenvectors<L: Lane>(
             }
         }
         let mut good = Mask::splat(true);
-        for j in 0..count {
-            let (quotient, residual) = rayleigh(t, z, width, j);
-            theta[j] = L::select(passed, theta[j], quotient);
-            good = good.and(residual.lt(tolerance).or(wanted.above(j).not()));
+        let mut j = 0;
+        while j < count {
+            let tile = if j + 4 <= count { 4 } else { 1 };
+            let (quotients, residuals) =
+                if tile == 4 { rayleigh::<L, 4>(t, z, width, j) } else { rayleigh_of_one(t, z, width, j) };
+            for k in 0..tile {
+                theta[j + k] = L::select(passed, theta[j + k], quotients[k]);
+                good = good.and(residuals[k].lt(tolerance).or(wanted.above(j + k).not()));
+            }
+            j += tile;
         }
         passed = passed.or(good);
         if !passed.not().any() {
@@ -177,65 +185,110 @@ fn back_substitute<L: Lane>(m: usize, count: usize, z: &mut [L], width: usize, j
 /// Modified Gram-Schmidt over all columns; a column that loses most of its length is orthogonalised again.
 #[inline(always)]
 fn orthonormalise<L: Lane>(m: usize, count: usize, z: &mut [L], width: usize) {
-    let (zero, one) = (L::splat(0.0), L::splat(1.0));
-    for j in 1..count {
-        let mut active = Mask::splat(true);
-        for _ in 0..2 {
-            for k in 0..j {
-                let mut dot = zero;
-                for row in z[..m * width].chunks_exact(width) {
-                    dot = row[k].mul_add(row[j], dot);
+    let z = &mut z[..m * width];
+    for j in 0..count {
+        if j > 0 {
+            let shortened = normalise(z, width, j, Mask::splat(true));
+            if shortened.any() {
+                for k in 0..j {
+                    project_out::<L, 1>(z, width, k, j, shortened);
                 }
-                let dot = L::select(active, dot, zero);
-                for row in z[..m * width].chunks_exact_mut(width) {
-                    row[j] = dot.neg_mul_add(row[k], row[j]);
-                }
+                normalise(z, width, j, shortened);
             }
-            let mut norm2 = zero;
-            for row in z[..m * width].chunks_exact(width) {
-                norm2 = row[j].mul_add(row[j], norm2);
-            }
-            let scale = L::select(active, one / norm2.sqrt(), one);
-            for row in z[..m * width].chunks_exact_mut(width) {
-                row[j] = row[j] * scale;
-            }
-            active = active.and(norm2.lt(L::splat(0.5)));
-            if !active.any() {
-                break;
-            }
+        }
+        let mut next = j + 1;
+        while next + 4 <= count {
+            project_out::<L, 4>(z, width, j, next, Mask::splat(true));
+            next += 4;
+        }
+        while next < count {
+            project_out::<L, 1>(z, width, j, next, Mask::splat(true));
+            next += 1;
         }
     }
 }
 
-/// Row i of T z for column j, and the entry of z in that row.
+/// Takes the part along column k out of T columns from j on, in the lanes of the mask.
 #[inline(always)]
-fn row_product<L: Lane>(t: Tridiagonal<'_, L>, z: &[L], width: usize, j: usize, i: usize) -> (L, L) {
-    let here = z[i * width + j];
-    let mut sum = t.d[i] * here;
-    if i > 0 {
-        sum = t.e[i - 1].mul_add(z[(i - 1) * width + j], sum);
+fn project_out<L: Lane, const T: usize>(z: &mut [L], width: usize, k: usize, j: usize, lanes: Mask) {
+    let zero = L::splat(0.0);
+    let mut dot = [zero; T];
+    for row in z.chunks_exact(width) {
+        for t in 0..T {
+            dot[t] = row[k].mul_add(row[j + t], dot[t]);
+        }
     }
-    if i + 1 < t.d.len() {
-        sum = t.e[i].mul_add(z[(i + 1) * width + j], sum);
+    for d in &mut dot {
+        *d = L::select(lanes, *d, zero);
     }
-    (sum, here)
+    for row in z.chunks_exact_mut(width) {
+        for t in 0..T {
+            row[j + t] = dot[t].neg_mul_add(row[k], row[j + t]);
+        }
+    }
 }
 
-/// Rayleigh quotient zᵀ T z of column j (|z| = 1) and the norm of its residual.
+/// Gives column j length one in the lanes of the mask, and tells in which of them most of the length had been lost.
 #[inline(always)]
-fn rayleigh<L: Lane>(t: Tridiagonal<'_, L>, z: &[L], width: usize, j: usize) -> (L, L) {
-    let m = t.d.len();
-    let zero = L::splat(0.0);
-    let mut quotient = zero;
-    for i in 0..m {
-        let (product, here) = row_product(t, z, width, j, i);
-        quotient = here.mul_add(product, quotient);
-    }
+fn normalise<L: Lane>(z: &mut [L], width: usize, j: usize, lanes: Mask) -> Mask {
+    let (zero, one) = (L::splat(0.0), L::splat(1.0));
     let mut norm2 = zero;
-    for i in 0..m {
-        let (product, here) = row_product(t, z, width, j, i);
-        let r = quotient.neg_mul_add(here, product);
-        norm2 = r.mul_add(r, norm2);
+    for row in z.chunks_exact(width) {
+        norm2 = row[j].mul_add(row[j], norm2);
     }
-    (quotient, norm2.sqrt())
+    let scale = L::select(lanes, one / norm2.sqrt(), one);
+    for row in z.chunks_exact_mut(width) {
+        row[j] = row[j] * scale;
+    }
+    lanes.and(norm2.lt(L::splat(0.5)))
+}
+
+/// Rayleigh quotients zᵀ T z of C columns from j on (|z| = 1) and the norms of their residuals.
+#[inline(always)]
+fn rayleigh<L: Lane, const C: usize>(t: Tridiagonal<'_, L>, z: &[L], width: usize, j: usize) -> ([L; C], [L; C]) {
+    let quotient = sum_products::<L, C, false>(t, z, width, j, [L::splat(0.0); C]);
+    let mut residual = sum_products::<L, C, true>(t, z, width, j, quotient);
+    for r in &mut residual {
+        *r = r.sqrt();
+    }
+    (quotient, residual)
+}
+
+/// Σ z (T z), or with the residual Σ (T z - q z)², over the rows of C columns from j on.
+#[inline(always)]
+fn sum_products<L: Lane, const C: usize, const RESIDUAL: bool>(
+    t: Tridiagonal<'_, L>,
+    z: &[L],
+    width: usize,
+    j: usize,
+    q: [L; C],
+) -> [L; C] {
+    let (m, zero) = (t.d.len(), L::splat(0.0));
+    let (mut sum, mut above, mut here) = ([zero; C], [zero; C], [zero; C]);
+    here.copy_from_slice(&z[j..j + C]);
+    let mut coupling = zero;
+    for i in 0..m {
+        let mut below = [zero; C];
+        if i + 1 < m {
+            below.copy_from_slice(&z[(i + 1) * width + j..][..C]);
+        }
+        for c in 0..C {
+            let product = t.e[i].mul_add(below[c], coupling.mul_add(above[c], t.d[i] * here[c]));
+            if RESIDUAL {
+                let r = q[c].neg_mul_add(here[c], product);
+                sum[c] = r.mul_add(r, sum[c]);
+            } else {
+                sum[c] = here[c].mul_add(product, sum[c]);
+            }
+        }
+        (coupling, above, here) = (t.e[i], here, below);
+    }
+    sum
+}
+
+/// The same of one column, in the first places.
+#[inline(always)]
+fn rayleigh_of_one<L: Lane>(t: Tridiagonal<'_, L>, z: &[L], width: usize, j: usize) -> ([L; 4], [L; 4]) {
+    let (quotient, residual) = rayleigh::<L, 1>(t, z, width, j);
+    ([quotient[0]; 4], [residual[0]; 4])
 }

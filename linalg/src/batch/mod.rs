@@ -57,8 +57,8 @@ use solve::{Lapse, Plan};
 
 use super::{DMatrix, LinalgError};
 
-/// Number of candidates that are solved together; a multiple of it wastes no lane.
-pub const BATCH: usize = LANES;
+/// Number of candidates that are solved together; a multiple of it wastes no lane, and one of half of it hardly anything.
+pub const BATCH: usize = 2 * LANES;
 
 /// Why a batch model cannot be made, or a batch not be solved.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -328,44 +328,44 @@ impl BatchModel {
             }
         }
         workspace.modes.reset(thetas.len());
-        for (batch, candidates) in thetas.chunks(LANES).enumerate() {
+        for (k, candidates) in thetas.chunks(BATCH).enumerate() {
             match &mut workspace.buffers {
                 #[cfg(target_arch = "x86_64")]
-                AnyBuffers::Wide(buffers) => load(candidates, &mut buffers.parameters),
+                AnyBuffers::Wide(buffers) => load(candidates, buffers),
                 #[cfg(target_arch = "x86_64")]
-                AnyBuffers::Fused(buffers) => load(candidates, &mut buffers.parameters),
-                AnyBuffers::Plain(buffers) => load(candidates, &mut buffers.parameters),
+                AnyBuffers::Fused(buffers) => load(candidates, buffers),
+                AnyBuffers::Plain(buffers) => load(candidates, buffers),
             }
-            workspace.buffers.solve(&self.plan);
-            let first = batch * LANES;
+            workspace.buffers.solve(&self.plan, candidates.len().div_ceil(LANES));
             let modes = &mut workspace.modes;
             match &workspace.buffers {
                 #[cfg(target_arch = "x86_64")]
-                AnyBuffers::Wide(buffers) => self.unload(buffers, candidates, first, redo, modes),
+                AnyBuffers::Wide(buffers) => self.unload(buffers, candidates, k * BATCH, redo, modes),
                 #[cfg(target_arch = "x86_64")]
-                AnyBuffers::Fused(buffers) => self.unload(buffers, candidates, first, redo, modes),
-                AnyBuffers::Plain(buffers) => self.unload(buffers, candidates, first, redo, modes),
+                AnyBuffers::Fused(buffers) => self.unload(buffers, candidates, k * BATCH, redo, modes),
+                AnyBuffers::Plain(buffers) => self.unload(buffers, candidates, k * BATCH, redo, modes),
             }
         }
         Ok(&workspace.modes)
     }
 
-    /// Copies the lanes of a batch into the results; redoes or leaves the lanes without one.
+    /// Copies the lanes into the results; redoes or leaves the lanes without one.
     fn unload<L: Lane>(
         &self,
-        buffers: &solve::Buffers<L>,
+        batches: &[solve::Buffers<L>; 2],
         candidates: &[&[f64]],
         first: usize,
         redo: bool,
         modes: &mut BatchModes,
     ) {
-        for (lane, theta) in candidates.iter().enumerate() {
+        for (k, theta) in candidates.iter().enumerate() {
+            let (buffers, lane) = (&batches[k / LANES], k % LANES);
             match buffers.lapses[lane] {
                 None => {
                     let chosen = buffers.chosen[lane][..self.plan.n_modes].iter();
                     let width = self.plan.width();
                     for (j, &(lambda, block, column)) in chosen.enumerate() {
-                        let (value, shape) = modes.slot(first + lane, j);
+                        let (value, shape) = modes.slot(first + k, j);
                         *value = lambda;
                         let copy = |out: &mut [f64], lanes: &[L]| {
                             // Without sensors nothing is observed.
@@ -373,12 +373,12 @@ impl BatchModel {
                             out.iter_mut().zip(own).for_each(|(x, lanes)| *x = lanes.array()[lane]);
                         };
                         copy(shape, &buffers.blocks[block].observed);
-                        copy(modes.products_mut(first + lane, j), &buffers.blocks[block].products);
-                        modes.set_parity(first + lane, j, self.plan.blocks[block].parity);
+                        copy(modes.products_mut(first + k, j), &buffers.blocks[block].products);
+                        modes.set_parity(first + k, j, self.plan.blocks[block].parity);
                     }
                 }
-                Some(lapse) if redo => self.solve_alone(theta, lapse.into(), first + lane, modes),
-                Some(lapse) => modes.blank(first + lane, Outcome::Left(lapse.into())),
+                Some(lapse) if redo => self.solve_alone(theta, lapse.into(), first + k, modes),
+                Some(lapse) => modes.blank(first + k, Outcome::Left(lapse.into())),
             }
         }
     }
@@ -390,12 +390,14 @@ const MAX_DOFS: usize = 1000;
 /// Largest relative force of a rigid motion: rounding of coordinates in the assembly, far below any spring.
 const RIGID_TOLERANCE: f64 = 1e-8;
 
-fn load<L: Lane>(candidates: &[&[f64]], parameters: &mut [L]) {
-    for lane in 0..LANES {
-        // Lanes without a candidate repeat the last one.
-        if let Some(theta) = candidates.get(lane).or(candidates.last()) {
-            for (p, &value) in parameters.iter_mut().zip(*theta) {
-                p.array_mut()[lane] = value;
+fn load<L: Lane>(candidates: &[&[f64]], batches: &mut [solve::Buffers<L>; 2]) {
+    for (candidates, buffers) in candidates.chunks(LANES).zip(batches) {
+        for lane in 0..LANES {
+            // Lanes without a candidate repeat the last one.
+            if let Some(theta) = candidates.get(lane).or(candidates.last()) {
+                for (p, &value) in buffers.parameters.iter_mut().zip(*theta) {
+                    p.array_mut()[lane] = value;
+                }
             }
         }
     }

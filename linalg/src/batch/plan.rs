@@ -79,7 +79,7 @@ impl Observation {
 /// symmetry, several sensors on one body).
 #[derive(Debug, Clone, Default)]
 pub(super) struct Products {
-    /// Sᵀ r, coordinate by coordinate (m + r x references).
+    /// Sᵀ r, reference by reference (references x m + r).
     pub(super) references: Vec<f64>,
     /// S'.
     pub(super) squares: Observation,
@@ -95,9 +95,8 @@ impl Products {
         let mut distinct: Vec<(&[u32], &[f64])> = Vec::new();
         for (s, (at, row)) in observation.rows().enumerate() {
             for (&c, &factor) in at.iter().zip(row) {
-                let own = &mut products.references[c as usize * n..];
-                for (sum, value) in own.iter_mut().zip(&references[s * n..(s + 1) * n]) {
-                    *sum += factor * value;
+                for (k, value) in references[s * n..(s + 1) * n].iter().enumerate() {
+                    products.references[k * coordinates + c as usize] += factor * value;
                 }
             }
             if row.is_empty() {

@@ -160,9 +160,25 @@ impl<L: Lane> Buffers<L> {
     }
 }
 
-/// Solves the batch whose parameters stand in `buffers.parameters`; the results stand in `chosen`, `observed`, `lapses`.
+/// Solves one or two batches whose parameters stand in `parameters`; the results stand in `chosen`, `observed`, `lapses`.
 #[inline(always)]
-pub(super) fn solve_lanes<L: Lane>(plan: &Plan, buffers: &mut Buffers<L>) {
+pub(super) fn solve_batches<L: Lane>(plan: &Plan, batches: &mut [Buffers<L>]) {
+    for buffers in &mut *batches {
+        prepare(plan, buffers);
+    }
+    all_values(plan, batches);
+    for buffers in batches {
+        for index in 0..buffers.blocks.len() {
+            let passed = eigenpairs(plan, index, buffers);
+            buffers.note(passed, Lapse::Residual);
+        }
+        choose_modes(plan, buffers);
+    }
+}
+
+/// Tridiagonal matrices, and the count of the modes above a point in each.
+#[inline(always)]
+fn prepare<L: Lane>(plan: &Plan, buffers: &mut Buffers<L>) {
     buffers.lapses = [None; LANES];
     let (mut stiff, mut massive) = (Mask::splat(true), Mask::splat(true));
     for (block, b) in plan.blocks.iter().zip(&mut buffers.blocks) {
@@ -175,12 +191,6 @@ pub(super) fn solve_lanes<L: Lane>(plan: &Plan, buffers: &mut Buffers<L>) {
     let finite = scale(buffers);
     buffers.note(finite, Lapse::Stiffness);
     count_modes(plan, buffers);
-    all_values(plan, buffers);
-    for index in 0..buffers.blocks.len() {
-        let passed = eigenpairs(plan, index, buffers);
-        buffers.note(passed, Lapse::Residual);
-    }
-    choose_modes(plan, buffers);
 }
 
 /// Assembly, and the block as one symmetric matrix in tridiagonal form; the masks tell the lanes where K and Rᵀ M R
@@ -314,9 +324,10 @@ fn prefers_all(plan: &Plan, m: usize) -> bool {
     m <= 3 * plan.n_modes.div_ceil(plan.blocks.len())
 }
 
-/// All eigenvalues of the blocks that prefer this, on their first scratch vector; of both halves of a symmetric model side by side.
+/// All eigenvalues of the blocks that prefer this, on their first scratch vector; of both halves of a symmetric model, and of both
+/// batches, side by side.
 #[inline(always)]
-fn all_values<L: Lane>(plan: &Plan, buffers: &mut Buffers<L>) {
+fn all_values<L: Lane>(plan: &Plan, batches: &mut [Buffers<L>]) {
     fn scratch<L: Lane>(b: &mut BlockBuffers<L>, rows: usize) -> Squared<'_, L> {
         let t = Tridiagonal { d: &b.d, e: &b.e, e2: &b.e2 };
         let [d, e2, ..] = &mut b.vectors;
@@ -324,16 +335,32 @@ fn all_values<L: Lane>(plan: &Plan, buffers: &mut Buffers<L>) {
         squared.take(t);
         squared
     }
-    if let ([first, second], [a, b]) = (&plan.blocks[..], &mut buffers.blocks[..]) {
-        let rows = first.m.max(second.m);
-        if first.m.min(second.m) > 0 && prefers_all(plan, rows) {
-            values::all_eigenvalues(rows, &mut [scratch(a, rows), scratch(b, rows)]);
-            return;
+    let rows = plan.blocks.iter().map(|b| b.m).max().unwrap_or(0);
+    if plan.blocks.len() == 2 && prefers_all(plan, rows) {
+        match batches {
+            [one, two] => {
+                if let ([a, b], [c, d]) = (&mut one.blocks[..], &mut two.blocks[..]) {
+                    let all = &mut [scratch(a, rows), scratch(b, rows), scratch(c, rows), scratch(d, rows)];
+                    values::all_eigenvalues(rows, all);
+                }
+            }
+            [one] => {
+                if let [a, b] = &mut one.blocks[..] {
+                    values::all_eigenvalues(rows, &mut [scratch(a, rows), scratch(b, rows)]);
+                }
+            }
+            _ => {}
         }
+        return;
     }
-    for (block, b) in plan.blocks.iter().zip(&mut buffers.blocks) {
-        if block.m > 0 && prefers_all(plan, block.m) {
-            values::all_eigenvalues(block.m, &mut [scratch(b, block.m)]);
+    for (index, block) in plan.blocks.iter().enumerate().filter(|(_, b)| prefers_all(plan, b.m)) {
+        match batches {
+            [one, two] => {
+                let [a, b] = [one, two].map(|buffers| scratch(&mut buffers.blocks[index], block.m));
+                values::all_eigenvalues(block.m, &mut [a, b]);
+            }
+            [one] => values::all_eigenvalues(block.m, &mut [scratch(&mut one.blocks[index], block.m)]),
+            _ => {}
         }
     }
 }
@@ -400,12 +427,26 @@ fn choose_modes<L: Lane>(plan: &Plan, buffers: &mut Buffers<L>) {
         if buffers.lapses[lane].is_some() {
             continue;
         }
-        for (index, b) in buffers.blocks.iter().enumerate() {
-            for j in 0..b.count.0[lane] as usize {
-                chosen.push((b.theta[j].array()[lane], index, j));
-            }
+        // Every block is in order already, but for modes that are equal to rounding: two of them are merged.
+        let mut next = [0; 2];
+        let left = |k: usize, next: usize| {
+            let b = buffers.blocks.get(k)?;
+            (next < b.count.0[lane] as usize).then(|| (b.theta[next].array()[lane], k, next))
+        };
+        loop {
+            let (a, b) = (left(0, next[0]), left(1, next[1]));
+            let Some(mode) = (match (a, b) {
+                (Some(a), Some(b)) => Some(if b.0 < a.0 { b } else { a }),
+                (a, b) => a.or(b),
+            }) else {
+                break;
+            };
+            next[mode.1] += 1;
+            chosen.push(mode);
         }
-        chosen.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        if !chosen.is_sorted_by(|a, b| a.0 <= b.0) {
+            chosen.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        }
         let finite = chosen.iter().all(|c| c.0.is_finite() && c.0 > 0.0);
         if !finite || chosen.len() < plan.n_modes {
             buffers.lapses[lane] = Some(Lapse::Residual);
