@@ -44,9 +44,10 @@ G, KAPPA = 80e9, 0.9
 class Opensees:
     """The truth, with what is hidden as keyword arguments."""
 
-    def __init__(self, stiffness=None, mass=None, hinge=None, point=None, spring=None, sprung=None, brace=None):
+    def __init__(self, stiffness=None, mass=None, hinge=None, point=None, spring=None, sprung=None, brace=None, tension=0.0):
         """stiffness: (member, element) -> factor; mass: member -> kg/m; hinge: (node, N m/rad about y); point: (node, kg);
-        spring: (node, N/m along z); sprung: (node, kg, Hz along z); brace: (node, node, N/m along z)"""
+        spring: (node, N/m along z); sprung: (node, kg, Hz along z); brace: (node, node, N/m along z); tension: N, by a
+        string without stiffness of its own beside every beam"""
         ops.wipe()
         ops.model("basic", "-ndm", 3, "-ndf", 6)
         self.tags = 0
@@ -67,6 +68,8 @@ class Opensees:
                     there = self.nodes[element + 1] if k + 1 == FINE else self.node(x)
                     fixed += [] if k + 1 == FINE else [there]
                     self.beam(here, there, diameter, factor, added)
+                    if tension:
+                        self.string(here, there, tension)
                     here = there
         for node, (value, inertia) in DISCS.items():
             kg = TRUTH["disc"] if value == "disc" else value
@@ -90,6 +93,16 @@ class Opensees:
             self.link(self.nodes[node], body, kg * (2 * np.pi * hertz) ** 2, 3)
         for node in fixed:
             ops.fix(node, 1, 0, 0, 1, 0, 0)
+        if tension:
+            ops.constraints("Transformation")
+            ops.numberer("RCM")
+            ops.system("UmfPack")
+            ops.test("NormDispIncr", 1e-10, 50)
+            ops.algorithm("Newton")
+            ops.integrator("LoadControl", 0.1)
+            ops.analysis("Static")
+            if ops.analyze(10) != 0:
+                raise SystemExit("the tension finds no equilibrium")
 
     def tag(self):
         self.tags += 1
@@ -109,6 +122,12 @@ class Opensees:
         material = self.tag()
         ops.uniaxialMaterial("Elastic", material, stiffness)
         ops.element("zeroLength", self.tag(), a, b, "-mat", material, "-dir", dof)
+
+    def string(self, a, b, tension):
+        soft, tensed = self.tag(), self.tag()
+        ops.uniaxialMaterial("Elastic", soft, 1e3)
+        ops.uniaxialMaterial("InitStressMaterial", tensed, soft, tension)
+        ops.element("corotTruss", self.tag(), a, b, 1.0, tensed)
 
     def beam(self, a, b, diameter, factor, added):
         area, inertia = np.pi * diameter**2 / 4, np.pi * diameter**4 / 64
@@ -190,6 +209,7 @@ CASES = [
     ("sensor dead", {}, ("dead", "s2y"), r"sensor-dead@s2y"),
     ("stiffness scattered by 30 %", {"stiffness": scattered(5)}, None, "unexplained"),
     ("a spring between s2 and s8", {"brace": (2, 8, 1e6)}, None, "unexplained"),
+    ("60 kN of tension in the whole shaft", {"tension": 6e4}, None, r"axial-preload@stub_left\.\.stub_right$"),
 ]
 
 

@@ -6,8 +6,8 @@
 //! * A hypothesis is believed when its ln Bayes factor is above 3 *and* what remains looks like noise: goodness of fit, a
 //!   second screening and neighbouring sensors, at a level of 0.01 for the three together, and no mode without partner. Among
 //!   tied hypotheses the most probable one that passes is taken.
-//! * Else a second hypothesis is sought on top of the best; with a gain above 3 and noise as remainder the verdict is
-//!   `several-effects`, else `unexplained`.
+//! * Else a second hypothesis is sought on top of the best; with a gain above 3, held-out modes predicted better than by the base,
+//!   and noise as remainder the verdict is `several-effects`, else `unexplained`.
 
 use super::base::{Stage, stage};
 use super::evidence::{EACH_REMAINDER, REMAINDER, degrees_of_freedom, goodness_of_fit, held_out, something_else};
@@ -179,7 +179,11 @@ fn name(
     let (chosen, first) = (*chosen, &refits[*chosen]);
     let more = refit(&found.second, true)?.hypotheses;
     let best = more.iter().max_by(|a, b| a.ln_bayes.total_cmp(&b.ln_bayes));
-    let clear = best.filter(|r| r.ln_bayes > STRONG && found.second.p_value < settings.alarm_level);
+    // Two that imitate something else fit the modes they were fitted to; the others they predict worse than the base does.
+    let held_before: f64 = held_out(&base.fit, base.weight)?.iter().sum();
+    let clear = best.filter(|r| {
+        r.ln_bayes > STRONG && found.second.p_value < settings.alarm_level && r.held_out < held_before
+    });
     if let Some(second) = clear {
         // Two of some hundreds imitate much: they have to be more probable than something else, and what they leave has to
         // pass the same tests as what one leaves.
