@@ -123,6 +123,28 @@ fn a_diagnosis_does_not_depend_on_threads() {
     assert_eq!(one, on(2));
 }
 
+/// A mast in three entries of the file: a force at its top pulls at all of them, and is found as one.
+#[test]
+fn a_force_through_members_end_to_end_is_one_effect() {
+    let text = "retune: 1\nname: mast\nactive_dofs: [ux, ry]\nparameters:\n  E: {value: 205 GPa, bounds: [180 GPa, 220 GPa]}\n  \
+                top: {value: 20 kg, bounds: [10 kg, 40 kg]}\nnodes: {n0: [0, 0, 0], n1: [0, 0, 1], n2: [0, 0, 2], n3: [0, 0, 3], n4: [0, 0, 4], n5: [0, 0, 5]}\n\
+                sections:\n  tube: {E: E, A: 1e-3, Iy: 1e-7, Iz: 1e-7, density: 7800}\nbeams:\n  lower: {chain: [n0, n1, n2], section: tube, subdivide: 2}\n  \
+                middle: {nodes: [n2, n3], section: tube, subdivide: 2}\n  upper: {chain: [n3, n4, n5], section: tube, subdivide: 2}\n\
+                masses: {top: {node: n5, mass: top}}\nsupports: {ground: {node: n0}}\n";
+    let base = model(text);
+    let loaded = format!("{text}overrides: {{hidden: {{of: [lower, middle, upper], add: {{axial_force: 4 kN}}}}}}\n");
+    let truth = model(&loaded);
+    let test =
+        twin_modes(&truth, &middle(&truth), &crate::update::node_sensors(&base), &noise(5, 3), "twin").unwrap();
+    let d = diagnose(&base, &test, &Settings::default()).unwrap();
+    let first = &d.hypotheses[0];
+    eprintln!("{}: {:?} {:?}", d.sentence, first.estimate, first.interval);
+    assert_eq!(d.verdict, Verdict::MissingEffect);
+    assert_eq!(first.id, "axial-preload@lower..upper");
+    let [low, high] = first.interval.unwrap();
+    assert!(low < 4000.0 && 4000.0 < high);
+}
+
 #[test]
 fn a_mass_offset_behind_the_spar_is_found() {
     let edits = [
