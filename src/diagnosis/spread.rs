@@ -238,5 +238,9 @@ fn parts(stage: &Stage, property: Property) -> Vec<String> {
         taken.map(|p| p.name.clone()).collect()
     };
     let elements = of(&|p| p.kind == PartKind::Element);
-    if elements.len() <= MOST { elements } else { of(&|p| p.is_member && matches!(p.kind, PartKind::Chain | PartKind::Element)) }
+    if elements.len() <= MOST {
+        elements
+    } else {
+        of(&|p| p.is_member && matches!(p.kind, PartKind::Chain | PartKind::Element))
+    }
 }

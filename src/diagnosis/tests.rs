@@ -134,8 +134,7 @@ fn a_force_through_members_end_to_end_is_one_effect() {
     let base = model(text);
     let loaded = format!("{text}overrides: {{hidden: {{of: [lower, middle, upper], add: {{axial_force: 4 kN}}}}}}\n");
     let truth = model(&loaded);
-    let test =
-        twin_modes(&truth, &middle(&truth), &crate::update::node_sensors(&base), &noise(5, 3), "twin").unwrap();
+    let test = twin_modes(&truth, &middle(&truth), &crate::update::node_sensors(&base), &noise(5, 3), "twin").unwrap();
     let d = diagnose(&base, &test, &Settings::default()).unwrap();
     let first = &d.hypotheses[0];
     eprintln!("{}: {:?} {:?}", d.sentence, first.estimate, first.interval);

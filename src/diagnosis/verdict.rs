@@ -181,9 +181,8 @@ fn name(
     let best = more.iter().max_by(|a, b| a.ln_bayes.total_cmp(&b.ln_bayes));
     // Two that imitate something else fit the modes they were fitted to; the others they predict worse than the base does.
     let held_before: f64 = held_out(&base.fit, base.weight)?.iter().sum();
-    let clear = best.filter(|r| {
-        r.ln_bayes > STRONG && found.second.p_value < settings.alarm_level && r.held_out < held_before
-    });
+    let clear =
+        best.filter(|r| r.ln_bayes > STRONG && found.second.p_value < settings.alarm_level && r.held_out < held_before);
     if let Some(second) = clear {
         // Two of some hundreds imitate much: they have to be more probable than something else, and what they leave has to
         // pass the same tests as what one leaves.

@@ -54,7 +54,11 @@ impl Effect for AirMass {
         let about = format!("mass per length of the air that moves with {} along its {}", at.place(), at.direction());
         let air = b.parameter("mass_per_length", "kg/m", typical, [0.0, (50.0 * typical).max(0.5 * share)], &about);
         let property = format!("air_mass_{}", at.direction());
-        b.change("", &structure.entries_at(self.name(), at)?, OverrideSpec { add: entry(&property, &air), ..OverrideSpec::default() });
+        b.change(
+            "",
+            &structure.entries_at(self.name(), at)?,
+            OverrideSpec { add: entry(&property, &air), ..OverrideSpec::default() },
+        );
         Ok(b.finish())
     }
 }

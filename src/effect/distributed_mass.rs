@@ -49,7 +49,11 @@ impl Effect for DistributedMass {
         let typical = 0.02 * structure.total_mass() / length;
         let about = format!("mass per length missing along {}", at.place());
         let mu = b.parameter("mass_per_length", "kg/m", typical, [0.0, 25.0 * typical], &about);
-        b.change("", &structure.entries_at(self.name(), at)?, OverrideSpec { add: entry("added_mass_per_length", &mu), ..OverrideSpec::default() });
+        b.change(
+            "",
+            &structure.entries_at(self.name(), at)?,
+            OverrideSpec { add: entry("added_mass_per_length", &mu), ..OverrideSpec::default() },
+        );
         Ok(b.finish())
     }
 }

@@ -62,7 +62,11 @@ impl Effect for SectionRotaryInertia {
             "ry" => "rotary_inertia_y",
             _ => "rotary_inertia_z",
         };
-        b.change("", &structure.entries_at(self.name(), at)?, OverrideSpec { add: entry(property, &j), ..OverrideSpec::default() });
+        b.change(
+            "",
+            &structure.entries_at(self.name(), at)?,
+            OverrideSpec { add: entry(property, &j), ..OverrideSpec::default() },
+        );
         Ok(b.finish())
     }
 }

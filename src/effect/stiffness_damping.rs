@@ -41,7 +41,8 @@ impl Effect for StiffnessDamping {
     }
 
     fn patch(&self, structure: &Structure<'_>, at: &Location) -> Result<Patch, PatchError> {
-        let of = if at.names.is_empty() { structure.stiff_entries(true) } else { structure.entries_at(self.name(), at)? };
+        let of =
+            if at.names.is_empty() { structure.stiff_entries(true) } else { structure.entries_at(self.name(), at)? };
         let mut b = Builder::new(self.name(), at);
         // A damping ratio of 1 % at the characteristic frequency.
         let typical = 0.02 / structure.omega2().sqrt();

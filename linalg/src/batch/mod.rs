@@ -2,7 +2,8 @@
 //!
 //! An optimiser asks for thousands of candidates of one model. Their matrices have the same pattern, so eight of them
 //! are solved side by side in the lanes of vector registers (structure of arrays: one `lane` number holds the same
-//! entry of eight matrices). Everything that depends on the model alone is decided once, in [`BatchModel::new`].
+//! entry of eight matrices). Everything that depends on the model alone is decided once, in [`BatchModel::new`]. Two batches go
+//! through QL together, where a row waits for a division.
 //!
 //! ```text
 //! once      mirror symmetry -> two families of shapes;  supports instead of rigid-body modes;  order, envelope, lists
@@ -250,9 +251,8 @@ impl BatchModel {
         // A power of four brings the largest 1/λ near one; its root is exact too.
         let mass_scale = 4.0_f64.powi((0.5 * scale.first.log2()).round() as i32);
         let references = options.references.map(|r| r.transpose().as_slice().to_vec());
-        let compile = |family| {
-            plan::compile(&pencil, family, &rigid, &stiffness, mass_scale, &sensors, references.as_deref())
-        };
+        let compile =
+            |family| plan::compile(&pencil, family, &rigid, &stiffness, mass_scale, &sensors, references.as_deref());
         let blocks: Vec<_> = mirror::families(n, options.mirror.as_ref()).iter().map(compile).collect();
         let independent = blocks.iter().map(|b| b.r).sum();
         if independent != rigid.ncols() {

@@ -229,8 +229,7 @@ pub(super) fn compile(
     let column = |c: usize| position[c].unwrap_or_else(|| m + supports.iter().position(|&s| s == c).unwrap_or(0));
     let mut observation = Observation { start: vec![0], ..Observation::default() };
     for row in sensors.row_iter() {
-        let values =
-            family.pairs.iter().map(|&(i, partner)| row[i] + partner.map_or(0.0, |(j, sign)| sign * row[j]));
+        let values = family.pairs.iter().map(|&(i, partner)| row[i] + partner.map_or(0.0, |(j, sign)| sign * row[j]));
         let seen = values.enumerate().filter(|(_, value)| *value != 0.0);
         observation.push(seen.map(|(c, value)| (column(c) as u32, value)));
     }

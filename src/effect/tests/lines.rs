@@ -4,8 +4,7 @@ use super::super::*;
 use crate::linalg::DMatrix;
 use crate::model::{Model, ParametricModel, Registry, load};
 
-const PROPERTIES: &str =
-    "properties: {EIy: 10 N m2, EIz: 20 N m2, GJ: 6 N m2, EA: 1 MN, mass_per_length: 2 kg/m, polar_inertia_per_length: 0.003 kg m}";
+const PROPERTIES: &str = "properties: {EIy: 10 N m2, EIz: 20 N m2, GJ: 6 N m2, EA: 1 MN, mass_per_length: 2 kg/m, polar_inertia_per_length: 0.003 kg m}";
 
 /// A beam of six elements along x, pinned at one end and on a body at the other.
 fn straight(beams: &str, groups: &str) -> String {
