@@ -114,8 +114,8 @@ fn ordinal(n: usize) -> String {
     format!("{n}{suffix}")
 }
 
-/// Row -> (row of the mirror image, sign), for every row; `None` if some row has no image.
-pub(super) fn mirror_rows(geometry: &Geometry, dofs: &DofMap) -> Option<Vec<(usize, f64)>> {
+/// Row -> (row of the mirror image, sign), for every row, or which row has no image; `None` without a plane of symmetry.
+pub(super) fn mirror_rows(geometry: &Geometry, dofs: &DofMap) -> Option<Result<Vec<(usize, f64)>, String>> {
     let (axis, _) = geometry.mirror?;
     let size = dofs.positions().iter().flatten().map(|c| c.abs()).fold(0.0, f64::max);
     let at = |place: [f64; 3]| {
@@ -131,16 +131,20 @@ pub(super) fn mirror_rows(geometry: &Geometry, dofs: &DofMap) -> Option<Vec<(usi
     let images: Vec<Option<usize>> = (0..dofs.n_nodes()).map(image_of).collect();
     let row_of: BTreeMap<(usize, usize), usize> =
         dofs.rows().iter().enumerate().map(|(row, &(node, dof))| ((node, dof as usize), row)).collect();
-    dofs.rows()
-        .iter()
-        .map(|&(node, dof): &(usize, Dof)| {
-            let partner = images[node]?;
-            let row = *row_of.get(&(partner, dof as usize))?;
-            // Displacements flip along the normal; rotations flip about the other two axes.
-            let flips = (dof.axis() == axis) != dof.is_rotation();
-            Some((row, if flips { -1.0 } else { 1.0 }))
-        })
-        .collect()
+    let name = |node: usize| &geometry.names[node];
+    let image = |&(node, dof): &(usize, Dof)| {
+        let partner = images[node].ok_or_else(|| {
+            let place = geometry.mirrored(dofs.positions()[node]).unwrap_or_default().map(|x| x + 0.0);
+            format!("no node stands at the mirror image of `{}`, {place:?} m", name(node))
+        })?;
+        let row = row_of.get(&(partner, dof as usize)).ok_or_else(|| {
+            format!("`{}` moves along {}, and its mirror image `{}` does not", name(node), dof.name(), name(partner))
+        })?;
+        // Displacements flip along the normal; rotations flip about the other two axes.
+        let flips = (dof.axis() == axis) != dof.is_rotation();
+        Ok((*row, if flips { -1.0 } else { 1.0 }))
+    };
+    Some(dofs.rows().iter().map(image).collect())
 }
 
 /// Correlation of a shape with its mirror image.

@@ -133,11 +133,13 @@ impl Model {
             let proportional = elements[e].stiffness_damping.is_some() || elements[e].mass_damping.is_some();
             damped |= proportional || !element_matrices(&elements[e], &base)?.damping.is_zero();
         }
-        let mirror = mirror_rows(&geometry, &dofs);
-        if geometry.mirror.is_some() && mirror.is_none() {
-            let text = "the nodes are not symmetric about this plane; modes get no symmetry names";
-            problems.push(Problem::warning("symmetry", text));
-        }
+        let mirror = match mirror_rows(&geometry, &dofs).transpose() {
+            Ok(rows) => rows,
+            Err(which) => {
+                problems.push(Problem::warning("symmetry", format!("{which}; modes get no symmetry names")));
+                None
+            }
+        };
         Ok(Self {
             spec,
             geometry,
