@@ -60,6 +60,7 @@ pub(super) fn conclude(
     let is_tied = |r: &Refit| r.ln_bayes > best_bayes - STRONG && r.ln_bayes > 0.0;
     let ways: Vec<f64> =
         std::iter::once(something_else(&base.residual, dof)).chain(spreads.iter().map(|s| s.spread.ln_bayes)).collect();
+    let held_before: f64 = held_out(&base.fit, base.weight)?.iter().sum();
     let odds = Odds::new(base);
     let other = ln_mean(&ways);
     let mut p = odds.probabilities(base, refits, other);
@@ -73,14 +74,13 @@ pub(super) fn conclude(
     } else {
         let tied: Vec<usize> = (0..refits.len()).filter(|&i| is_tied(&refits[i])).collect();
         let else_ln = odds.of_something_else() + other;
-        name(base, refits, &tied, &Else { odds: &odds, ln: else_ln, spreads }, &mut p, settings)?
+        name(base, refits, &tied, &Else { odds: &odds, ln: else_ln, spreads, held_before }, &mut p, settings)?
     };
     // The hypothesis that leaves noise stands first, also where another is a little more probable and does not.
     if chosen > 0 {
         refits[..=chosen].rotate_right(1);
         p.each[..=chosen].rotate_right(1);
     }
-    let held_before: f64 = held_out(&base.fit, base.weight)?.iter().sum();
     let tied_ids = |i: usize| -> Vec<String> {
         if !is_tied(&refits[i]) {
             return Vec::new();
@@ -142,6 +142,8 @@ struct Else<'a> {
     /// ln of its odds times its Bayes factor.
     ln: f64,
     spreads: &'a [Fitted],
+    /// How badly the base predicts each mode from the others: two effects that are no better only imitate.
+    held_before: f64,
 }
 
 impl Else<'_> {
@@ -180,9 +182,8 @@ fn name(
     let more = refit(&found.second, true)?.hypotheses;
     let best = more.iter().max_by(|a, b| a.ln_bayes.total_cmp(&b.ln_bayes));
     // Two that imitate something else fit the modes they were fitted to; the others they predict worse than the base does.
-    let held_before: f64 = held_out(&base.fit, base.weight)?.iter().sum();
-    let clear =
-        best.filter(|r| r.ln_bayes > STRONG && found.second.p_value < settings.alarm_level && r.held_out < held_before);
+    let predicts = |r: &Refit| r.held_out < otherwise.held_before;
+    let clear = best.filter(|r| r.ln_bayes > STRONG && found.second.p_value < settings.alarm_level && predicts(r));
     if let Some(second) = clear {
         // Two of some hundreds imitate much: they have to be more probable than something else, and what they leave has to
         // pass the same tests as what one leaves.

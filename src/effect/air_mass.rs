@@ -2,7 +2,7 @@
 
 use super::location::Location;
 use super::patch::{Builder, Patch, PatchError, entry};
-use super::structure::Structure;
+use super::structure::{Structure, entries};
 use super::{About, Effect};
 use crate::element::Dof;
 use crate::model::spec::OverrideSpec;
@@ -54,11 +54,7 @@ impl Effect for AirMass {
         let about = format!("mass per length of the air that moves with {} along its {}", at.place(), at.direction());
         let air = b.parameter("mass_per_length", "kg/m", typical, [0.0, (50.0 * typical).max(0.5 * share)], &about);
         let property = format!("air_mass_{}", at.direction());
-        b.change(
-            "",
-            &structure.entries_at(self.name(), at)?,
-            OverrideSpec { add: entry(&property, &air), ..OverrideSpec::default() },
-        );
+        b.change("", &entries(&parts), OverrideSpec { add: entry(&property, &air), ..OverrideSpec::default() });
         Ok(b.finish())
     }
 }

@@ -2,7 +2,7 @@
 
 use super::location::Location;
 use super::patch::{Builder, Patch, PatchError, entry};
-use super::structure::Structure;
+use super::structure::{Structure, entries};
 use super::{About, Effect};
 use crate::element::Dof;
 use crate::model::spec::OverrideSpec;
@@ -46,11 +46,7 @@ impl Effect for AxialPreload {
         let euler = std::f64::consts::PI.powi(2) * ei / r.length.powi(2);
         let about = format!("axial force in {}, tension positive", at.place());
         let p = b.parameter("force", "N", 0.05 * euler, [-0.2 * euler, 2.0 * euler], &about);
-        b.change(
-            "",
-            &structure.entries_at(self.name(), at)?,
-            OverrideSpec { add: entry("axial_force", &p), ..OverrideSpec::default() },
-        );
+        b.change("", &entries(&parts), OverrideSpec { add: entry("axial_force", &p), ..OverrideSpec::default() });
         Ok(b.finish())
     }
 }

@@ -2,7 +2,7 @@
 
 use super::location::Location;
 use super::patch::{Builder, Patch, PatchError, entry};
-use super::structure::{PartKind, Structure};
+use super::structure::{PartKind, Structure, entries};
 use super::torsion_stiffness_change::rigidity;
 use super::{About, Effect};
 use crate::element::Dof;
@@ -56,7 +56,7 @@ impl Effect for BendingStiffnessChange {
         let p = b.parameter("change", "1", 0.1, [-0.9, 2.0], &about);
         b.change(
             "",
-            &structure.entries_at(self.name(), at)?,
+            &entries(&parts),
             OverrideSpec { scale: entry(property, &format!("1 + {p}")), ..OverrideSpec::default() },
         );
         Ok(b.finish())

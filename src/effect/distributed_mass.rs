@@ -2,7 +2,7 @@
 
 use super::location::Location;
 use super::patch::{Builder, Patch, PatchError, entry};
-use super::structure::{PartKind, Structure};
+use super::structure::{PartKind, Structure, entries};
 use super::{About, Effect};
 use crate::element::Dof;
 use crate::model::spec::OverrideSpec;
@@ -51,7 +51,7 @@ impl Effect for DistributedMass {
         let mu = b.parameter("mass_per_length", "kg/m", typical, [0.0, 25.0 * typical], &about);
         b.change(
             "",
-            &structure.entries_at(self.name(), at)?,
+            &entries(&parts),
             OverrideSpec { add: entry("added_mass_per_length", &mu), ..OverrideSpec::default() },
         );
         Ok(b.finish())

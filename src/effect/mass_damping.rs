@@ -2,7 +2,7 @@
 
 use super::location::Location;
 use super::patch::{Builder, Patch, PatchError, scalar};
-use super::structure::Structure;
+use super::structure::{Structure, entries};
 use super::{About, Effect};
 use crate::model::spec::OverrideSpec;
 
@@ -39,7 +39,8 @@ impl Effect for MassDamping {
     }
 
     fn patch(&self, structure: &Structure<'_>, at: &Location) -> Result<Patch, PatchError> {
-        let of = if at.names.is_empty() { heavy_entries(structure) } else { structure.entries_at(self.name(), at)? };
+        let of =
+            if at.names.is_empty() { heavy_entries(structure) } else { entries(&structure.parts_at(self.name(), at)?) };
         let mut b = Builder::new(self.name(), at);
         // A damping ratio of 1 % at the characteristic frequency.
         let typical = 0.02 * structure.omega2().sqrt();

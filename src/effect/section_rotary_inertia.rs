@@ -2,7 +2,7 @@
 
 use super::location::Location;
 use super::patch::{Builder, Patch, PatchError, entry};
-use super::structure::Structure;
+use super::structure::{Structure, entries};
 use super::{About, Effect};
 use crate::element::Dof;
 use crate::model::spec::OverrideSpec;
@@ -62,11 +62,7 @@ impl Effect for SectionRotaryInertia {
             "ry" => "rotary_inertia_y",
             _ => "rotary_inertia_z",
         };
-        b.change(
-            "",
-            &structure.entries_at(self.name(), at)?,
-            OverrideSpec { add: entry(property, &j), ..OverrideSpec::default() },
-        );
+        b.change("", &entries(&parts), OverrideSpec { add: entry(property, &j), ..OverrideSpec::default() });
         Ok(b.finish())
     }
 }

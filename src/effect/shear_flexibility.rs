@@ -2,7 +2,7 @@
 
 use super::location::Location;
 use super::patch::{Builder, Patch, PatchError, entry};
-use super::structure::Structure;
+use super::structure::{Structure, entries};
 use super::{About, Effect};
 use crate::element::Dof;
 use crate::model::spec::OverrideSpec;
@@ -53,11 +53,7 @@ impl Effect for ShearFlexibility {
         let typical = 0.01 * r.length.powi(2) / ei;
         let about = format!("shear compliance of {} along {}", at.place(), at.direction());
         let c = b.parameter("compliance", "1/N", typical, [0.0, 30.0 * typical], &about);
-        b.change(
-            "",
-            &structure.entries_at(self.name(), at)?,
-            OverrideSpec { add: entry(property, &c), ..OverrideSpec::default() },
-        );
+        b.change("", &entries(&parts), OverrideSpec { add: entry(property, &c), ..OverrideSpec::default() });
         Ok(b.finish())
     }
 }

@@ -2,7 +2,7 @@
 
 use super::location::Location;
 use super::patch::{Builder, Patch, PatchError, scalar};
-use super::structure::{PartKind, Structure};
+use super::structure::{PartKind, Structure, entries};
 use super::{About, Effect};
 use crate::model::spec::OverrideSpec;
 
@@ -41,13 +41,13 @@ impl Effect for StiffnessChange {
     }
 
     fn patch(&self, structure: &Structure<'_>, at: &Location) -> Result<Patch, PatchError> {
-        structure.parts_at(self.name(), at)?;
+        let parts = structure.parts_at(self.name(), at)?;
         let mut b = Builder::new(self.name(), at);
         let about = format!("stiffness of {} against the model, factor less one", at.place());
         let p = b.parameter("change", "1", 0.1, [-0.9, 2.0], &about);
         b.change(
             "",
-            &structure.entries_at(self.name(), at)?,
+            &entries(&parts),
             OverrideSpec { stiffness: Some(scalar(&format!("1 + {p}"))), ..OverrideSpec::default() },
         );
         Ok(b.finish())

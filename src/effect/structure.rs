@@ -302,11 +302,6 @@ impl<'a> Structure<'a> {
         at.names.iter().map(|n| self.part(n).ok_or_else(unknown)).collect()
     }
 
-    /// What the file calls the parts that a location names, for `of` of an override.
-    pub fn entries_at(&self, effect: &str, at: &Location) -> Result<Vec<String>, PatchError> {
-        Ok(self.parts_at(effect, at)?.into_iter().flat_map(|p| p.of.clone()).collect())
-    }
-
     /// Value of a property of an element at the estimates, SI.
     pub fn property(&self, element: usize, name: &str) -> Option<f64> {
         let e = &self.model.elements()[element];
@@ -528,6 +523,11 @@ impl<'a> Structure<'a> {
             _ => 4.0 * PI * PI,
         }
     }
+}
+
+/// What the file calls these parts, for `of` of an override.
+pub(super) fn entries(parts: &[&Part]) -> Vec<String> {
+    parts.iter().flat_map(|p| p.of.iter().cloned()).collect()
 }
 
 /// Rows of `a b` that are not zero up to rounding: dofs of an element that some motion of the structure loads.

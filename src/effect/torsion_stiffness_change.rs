@@ -2,7 +2,7 @@
 
 use super::location::Location;
 use super::patch::{Builder, Patch, PatchError, entry};
-use super::structure::{Part, PartKind, Structure};
+use super::structure::{Part, PartKind, Structure, entries};
 use super::{About, Effect};
 use crate::element::Dof;
 use crate::model::spec::OverrideSpec;
@@ -51,7 +51,7 @@ impl Effect for TorsionStiffnessChange {
         let p = b.parameter("change", "1", 0.1, [-0.9, 2.0], &about);
         b.change(
             "",
-            &structure.entries_at(self.name(), at)?,
+            &entries(&parts),
             OverrideSpec { scale: entry(property, &format!("1 + {p}")), ..OverrideSpec::default() },
         );
         Ok(b.finish())

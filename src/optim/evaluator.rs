@@ -4,6 +4,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use rayon::prelude::*;
 
 use crate::linalg::DVector;
+use crate::linalg::batch::BATCH;
 use crate::objective::{EvalError, Linearization, Objective};
 
 /// Who evaluates the batches of a [`Run`](super::Run): threads by default, another engine from outside.
@@ -38,9 +39,8 @@ pub trait Evaluator: Send + Sync {
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Threads;
 
-/// Points of a chunk, and chunks for each thread from which on they are taken two by two.
-const CHUNK: usize = 8;
-const MANY: usize = 8;
+/// Chunks for each thread from which on they are as large as the kernel takes them best.
+const MANY: usize = 4;
 
 impl Evaluator for Threads {
     fn costs(
@@ -50,12 +50,12 @@ impl Evaluator for Threads {
         out: &mut [f64],
         cancel: &AtomicBool,
     ) -> Result<(), Box<dyn Error + Send + Sync>> {
-        if points.len() <= CHUNK {
+        if points.len() <= BATCH / 2 {
             objective.costs(points, out);
             return Ok(());
         }
-        let many = points.len() >= MANY * CHUNK * rayon::current_num_threads();
-        let chunk = if many { 2 * CHUNK } else { CHUNK };
+        let many = points.len() >= MANY * BATCH * rayon::current_num_threads();
+        let chunk = if many { BATCH } else { BATCH / 2 };
         points.par_chunks(chunk).zip(out.par_chunks_mut(chunk)).with_max_len(1).for_each(|(points, out)| {
             if !cancel.load(Ordering::Relaxed) {
                 objective.costs(points, out);

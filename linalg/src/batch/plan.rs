@@ -50,18 +50,22 @@ impl SlotList {
 }
 
 /// Rows of an observation matrix over the coordinates of a block: row s is Σ coefficient * φ[coordinate].
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub(super) struct Observation {
     pub(super) start: Vec<usize>,
     pub(super) coordinate: Vec<u32>,
     pub(super) coefficient: Vec<f64>,
 }
 
+impl Default for Observation {
+    /// Without rows.
+    fn default() -> Self {
+        Self { start: vec![0], coordinate: Vec::new(), coefficient: Vec::new() }
+    }
+}
+
 impl Observation {
     fn push(&mut self, row: impl IntoIterator<Item = (u32, f64)>) {
-        if self.start.is_empty() {
-            self.start.push(0);
-        }
         for (coordinate, coefficient) in row {
             self.coordinate.push(coordinate);
             self.coefficient.push(coefficient);
@@ -227,7 +231,7 @@ pub(super) fn compile(
         }
     }
     let column = |c: usize| position[c].unwrap_or_else(|| m + supports.iter().position(|&s| s == c).unwrap_or(0));
-    let mut observation = Observation { start: vec![0], ..Observation::default() };
+    let mut observation = Observation::default();
     for row in sensors.row_iter() {
         let values = family.pairs.iter().map(|&(i, partner)| row[i] + partner.map_or(0.0, |(j, sign)| sign * row[j]));
         let seen = values.enumerate().filter(|(_, value)| *value != 0.0);

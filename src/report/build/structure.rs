@@ -6,9 +6,10 @@ use super::super::data::{
 use super::super::text::number;
 use crate::correlation::{CorrelationError, sensor_position};
 use crate::data::TestData;
-use crate::effect::{self, Context};
+use crate::effect::{self, Context, Part, PartKind};
 use crate::element::{Axes, Dof};
 use crate::model::{Model, ParametricModel, PlacedElement};
+use std::cell::OnceCell;
 use std::collections::HashMap;
 
 /// Whether an element is drawn as a point mass.
@@ -33,11 +34,13 @@ pub(super) struct Places<'a> {
     model: &'a Model,
     test: &'a TestData,
     drawn: Vec<Option<usize>>,
+    /// Members end to end, looked for when the first is named.
+    lines: OnceCell<Vec<Part>>,
 }
 
 impl<'a> Places<'a> {
     pub(super) fn new(model: &'a Model, test: &'a TestData) -> Self {
-        Self { model, test, drawn: drawn(model) }
+        Self { model, test, drawn: drawn(model), lines: OnceCell::new() }
     }
 
     /// A place on the structure as effects write it: `n8+n13.ry`, `left_wing.1:n5`, `whole`.
@@ -76,23 +79,29 @@ impl<'a> Places<'a> {
         place
     }
 
+    fn lines(&self) -> &[Part] {
+        self.lines.get_or_init(|| {
+            let context = Context::default();
+            let parts = effect::Structure::new(self.model, &context).parts().to_vec();
+            parts.into_iter().filter(|p| p.kind == PartKind::Line).collect()
+        })
+    }
+
     fn add(&self, name: &str, place: &mut Place) -> bool {
         if let Some(node) = self.model.geometry().node(name) {
             place.nodes.push(node);
             return true;
         }
-        let context = Context::default();
         let set = match self.model.element_set(name) {
-            Some(set) => set.to_vec(),
-            // Members end to end, by the first and the last.
-            None if name.contains("..") => match effect::Structure::new(self.model, &context).part(name) {
-                Some(line) => line.elements.clone(),
+            Some(set) => set,
+            None if name.contains("..") => match self.lines().iter().find(|line| line.name == name) {
+                Some(line) => line.elements.as_slice(),
                 None => return false,
             },
             // An end of an element: `element:node`.
             None => return name.rsplit_once(':').is_some_and(|(_, node)| self.add(node, place)),
         };
-        for e in set {
+        for &e in set {
             match self.drawn[e] {
                 Some(i) => place.elements.push(i),
                 None => place.nodes.extend(&self.model.elements()[e].nodes),
