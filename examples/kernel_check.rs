@@ -39,7 +39,7 @@ fn main() {
     check.microseconds.sort_by(f64::total_cmp);
     println!(
         "n = {}, {} candidates, {n_modes} modes: {:.2} us each (median; best {:.2}), {} wrong, {} redone, \
-         worst frequency difference {:.1e}, M-orthogonality {:.1e}, residual {:.1e}",
+         worst frequency difference {:.1e}; λ_n/λ_1 up to {:.0e}, M-orthogonality {:.1e} (dense reference {:.1e}), residual {:.1e} ({:.1e})",
         data.n,
         check.candidates,
         check.microseconds[check.microseconds.len() / 2],
@@ -47,8 +47,11 @@ fn main() {
         check.wrong,
         check.redone,
         check.frequency,
-        check.orthogonality,
-        check.residual
+        check.spread,
+        check.kernel.orthogonality,
+        check.reference.orthogonality,
+        check.kernel.residual,
+        check.reference.residual
     );
 }
 
@@ -78,8 +81,10 @@ struct Check {
     wrong: usize,
     redone: usize,
     frequency: f64,
-    orthogonality: f64,
-    residual: f64,
+    /// Largest ratio of the last wanted λ to the first.
+    spread: f64,
+    kernel: Quality,
+    reference: Quality,
     microseconds: Vec<f64>,
 }
 
@@ -92,7 +97,7 @@ impl Check {
         self.microseconds.push(begin.elapsed().as_secs_f64() * 1e6 / slices.len() as f64);
         self.redone += modes.n_redone();
         for (c, theta) in slices.iter().enumerate() {
-            let (values, _) = model.reference(theta).expect("the grillage is sound");
+            let (values, shapes) = model.reference(theta).expect("the grillage is sound");
             let pairs = values.iter().zip(modes.values(c));
             let worst = pairs.map(|(a, b)| ((b / a).sqrt() - 1.0).abs()).fold(0.0, f64::max);
             // A NaN must count as wrong, so the comparison is this way round.
@@ -104,23 +109,32 @@ impl Check {
             }
             // The products cost more than the solution: a sample is enough.
             if c == 0 {
-                self.quality(model, theta, modes);
+                let kernel = DMatrix::from_fn(shapes.nrows(), values.len(), |i, j| modes.shape(0, j)[i]);
+                self.kernel.add(model, theta, modes.values(0), &kernel);
+                self.reference.add(model, theta, &values, &shapes);
+                self.spread = self.spread.max(values[values.len() - 1] / values[0]);
             }
         }
         self.candidates += slices.len();
         modes
     }
+}
 
-    /// M-orthogonality, and the residual over max|K| max|φ|, of the first candidate.
-    fn quality(&mut self, model: &BatchModel, theta: &[f64], modes: &BatchModes) {
+/// The worst M-orthogonality, and the worst residual over max|K| max|φ|, of one way to solve.
+#[derive(Default)]
+struct Quality {
+    orthogonality: f64,
+    residual: f64,
+}
+
+impl Quality {
+    fn add(&mut self, model: &BatchModel, theta: &[f64], values: &[f64], phi: &DMatrix<f64>) {
         let (k, m) = model.pencil().assemble(theta);
-        let count = model.n_modes();
-        let phi = DMatrix::from_fn(k.nrows(), count, |i, j| modes.shape(0, j)[i]);
-        let m_phi = &m * &phi;
-        let gram = (phi.transpose() * &m_phi - DMatrix::identity(count, count)).abs().max();
+        let m_phi = &m * phi;
+        let gram = (phi.transpose() * &m_phi - DMatrix::identity(values.len(), values.len())).abs().max();
         self.orthogonality = self.orthogonality.max(gram);
-        for j in 0..count {
-            let r = (&k * phi.column(j) - m_phi.column(j) * modes.values(0)[j]).abs().max();
+        for (j, lambda) in values.iter().enumerate() {
+            let r = (&k * phi.column(j) - m_phi.column(j) * *lambda).abs().max();
             self.residual = self.residual.max(r / (k.abs().max() * phi.column(j).abs().max()));
         }
     }
