@@ -5,6 +5,7 @@
 
 pub mod batch;
 mod decompositions;
+mod dynamic_stiffness;
 mod eigen;
 mod eigenvalues;
 mod orthogonal;
@@ -12,6 +13,7 @@ pub mod sparse;
 mod symmetric;
 
 pub use decompositions::{ShiftedPencil, Svd, SymmetricEigen, symmetric_eigen, symmetric_values, thin_svd};
+pub use dynamic_stiffness::DynamicStiffness;
 pub use eigen::{Eigenpairs, lowest_modes, lowest_values};
 pub use eigenvalues::{GeneralEigenpairs, general_eigenpairs};
 pub use nalgebra::{Complex, DMatrix, DVector};

@@ -38,7 +38,7 @@ pub fn with_sensor_masses(model: &Model, sensors: &[Sensor]) -> Result<(ModelSpe
         Scalar::parse(&format!("{value:?} {unit}")).unwrap_or_else(|_| Scalar::constant(value))
     };
     for (at, mass, sensor) in &done {
-        let (point, _) = locate(model, sensor)?;
+        let (point, _) = locate(model, sensor, None)?;
         let arm: [f64; 3] = std::array::from_fn(|k| at[k] - point.position[k]);
         let shares = match &sensor.place {
             Place::Node { node, .. } => vec![(node.clone(), 1.0)],

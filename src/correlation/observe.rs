@@ -5,7 +5,7 @@ use crate::catalogue::did_you_mean;
 use crate::data::{Place, Sensor};
 use crate::element::Dof;
 use crate::linalg::DMatrix;
-use crate::model::{ParametricModel, PointMotion};
+use crate::model::{ModelError, ParametricModel, PointMotion};
 use crate::yaml::Problem;
 
 /// Most entries of an observation matrix: 1 GB.
@@ -20,11 +20,36 @@ const MOST_ENTRIES: usize = 125_000_000;
 /// (n_sensor) = (n_sensor x n_dof) (n_dof)
 /// ```
 ///
-/// P is a node or a point of an element (by its shape functions at the estimates of the parameters). It does not depend
-/// on θ.
+/// P is a node or a point of an element, by its shape functions; where they depend on θ, in the middle of the bounds.
 ///
 /// Errors: a sensor names a node or element that the model does not have.
 pub fn observation_matrix(model: &dyn ParametricModel, sensors: &[Sensor]) -> Result<DMatrix<f64>, CorrelationError> {
+    observe(model, sensors, None)
+}
+
+/// [`observation_matrix`] at θ.
+pub fn observation_matrix_at(
+    model: &dyn ParametricModel,
+    sensors: &[Sensor],
+    theta: &[f64],
+) -> Result<DMatrix<f64>, CorrelationError> {
+    observe(model, sensors, Some(theta))
+}
+
+/// The sensors whose rows of the observation matrix depend on θ: those inside an element whose shape functions do.
+pub fn varying_sensors(model: &dyn ParametricModel, sensors: &[Sensor], theta: &[f64]) -> Vec<usize> {
+    let varies = |sensor: &Sensor| match &sensor.place {
+        Place::Element { element, fraction, .. } => matches!(model.point_at(element, *fraction, theta), Ok(Some(_))),
+        Place::Node { .. } => false,
+    };
+    (0..sensors.len()).filter(|&i| varies(&sensors[i])).collect()
+}
+
+fn observe(
+    model: &dyn ParametricModel,
+    sensors: &[Sensor],
+    theta: Option<&[f64]>,
+) -> Result<DMatrix<f64>, CorrelationError> {
     let dofs = model.dof_map();
     if sensors.len().saturating_mul(dofs.n_dof()) > MOST_ENTRIES {
         return Err(CorrelationError::Model(format!(
@@ -36,7 +61,7 @@ pub fn observation_matrix(model: &dyn ParametricModel, sensors: &[Sensor]) -> Re
     }
     let mut s = DMatrix::zeros(sensors.len(), dofs.n_dof());
     for (i, sensor) in sensors.iter().enumerate() {
-        let (point, position) = locate(model, sensor)?;
+        let (point, position) = locate(model, sensor, theta)?;
         let arm = position.map_or(sensor.offset.unwrap_or([0.0; 3]), |p| [0, 1, 2].map(|k| p[k] - point.position[k]));
         let d = sensor.direction;
         let weights = if sensor.is_rotation {
@@ -84,7 +109,7 @@ pub fn check_sensors(model: &dyn ParametricModel, sensors: &[Sensor]) -> Vec<Pro
 
 /// Where a sensor is, in global axes, m.
 pub fn sensor_position(model: &dyn ParametricModel, sensor: &Sensor) -> Result<[f64; 3], CorrelationError> {
-    let (point, position) = locate(model, sensor)?;
+    let (point, position) = locate(model, sensor, None)?;
     let offset = sensor.offset.unwrap_or([0.0; 3]);
     Ok(position.unwrap_or_else(|| [0, 1, 2].map(|k| point.position[k] + offset[k])))
 }
@@ -92,6 +117,7 @@ pub fn sensor_position(model: &dyn ParametricModel, sensor: &Sensor) -> Result<[
 pub(super) fn locate(
     model: &dyn ParametricModel,
     sensor: &Sensor,
+    theta: Option<&[f64]>,
 ) -> Result<(PointMotion, Option<[f64; 3]>), CorrelationError> {
     let dofs = model.dof_map();
     match &sensor.place {
@@ -106,7 +132,9 @@ pub(super) fn locate(
             Ok((PointMotion { rows, position: dofs.positions()[index] }, *position))
         }
         Place::Element { element, fraction, position } => {
-            let point = model.point(element, *fraction).map_err(|e| CorrelationError::Model(e.to_string()))?;
+            let failed = |e: ModelError| CorrelationError::Model(e.to_string());
+            let varying = theta.map(|t| model.point_at(element, *fraction, t)).transpose().map_err(failed)?.flatten();
+            let point = if varying.is_some() { varying } else { model.point(element, *fraction).map_err(failed)? };
             let point = point.ok_or_else(|| CorrelationError::UnknownPlace {
                 sensor: sensor.name.clone(),
                 what: "element",

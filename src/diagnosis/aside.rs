@@ -47,7 +47,7 @@ pub(super) fn aside(scene: &Scene, base: &Fit, weight: f64) -> Result<Vec<Fit>, 
     let mut without: Vec<(f64, Fit)> = (0..base.rows.n_sensors)
         .into_par_iter()
         .filter_map(|sensor| {
-            let rest = scene.corrected(&Fault { sensor, change: Change::Dead }, 1.0);
+            let rest = scene.corrected(&Fault::of(sensor, Change::Dead), 1.0);
             let found = fit_from(&rest, &starts, weight, starts.len(), FEW_STEPS).ok()?;
             Some((found.misfit, with_all_channels(scene, &found, weight).ok()?))
         })

@@ -19,7 +19,7 @@
 use super::DiagnosisError;
 use super::fit::Fit;
 use super::posed::Posed;
-use super::scene::{Prior, Scene};
+use super::scene::{Case, Prior, Scene};
 use super::screen::project;
 use crate::correlation::observation_matrix;
 use crate::data::{Channel, FrfSet, Place, Sensor, TestData};
@@ -118,6 +118,8 @@ pub(super) struct Fault {
     /// Sensor, or first mode.
     pub(super) sensor: usize,
     pub(super) change: Change,
+    /// The only test that has it; without, all that have the sensor.
+    pub(super) only: Option<usize>,
 }
 
 /// What a fault explains at the base fit.
@@ -134,6 +136,26 @@ pub(super) enum Trace {
 }
 
 impl Fault {
+    /// In all tests that have the sensor.
+    pub(super) fn of(sensor: usize, change: Change) -> Self {
+        Self { sensor, change, only: None }
+    }
+
+    /// Whether it is about a test, by its number.
+    pub(super) fn is_in(&self, case: usize) -> bool {
+        self.only.is_none_or(|only| only == case)
+    }
+
+    /// The tests that it is about.
+    pub(super) fn cases<'s>(&self, scene: &'s Scene) -> impl Iterator<Item = &'s Case> {
+        scene.cases.iter().enumerate().filter(|(k, _)| self.is_in(*k)).map(|(_, case)| case)
+    }
+
+    /// The modes of these tests.
+    pub(super) fn modes(&self, scene: &Scene) -> impl Iterator<Item = usize> {
+        self.cases(scene).flat_map(Case::modes)
+    }
+
     /// Name in the catalogue.
     pub(super) fn name(&self) -> &'static str {
         match self.change {
@@ -152,7 +174,7 @@ impl Fault {
     /// Sensors or modes, in words of the tests.
     pub(super) fn location(&self, scene: &Scene) -> String {
         let name = |i: usize| scene.test.sensors[i].name.clone();
-        match &self.change {
+        let place = match &self.change {
             Change::Swap(other) => format!("{}+{}", name(self.sensor), name(*other)),
             Change::Axis(axis) => format!("{}.{}", name(self.sensor), ["x", "y", "z"][*axis]),
             Change::Position { name: place, .. } => format!("{}:{place}", name(self.sensor)),
@@ -161,10 +183,11 @@ impl Fault {
                 format!("{}:{}", scene.reference(*case, *reference), name(self.sensor))
             }
             _ => name(self.sensor),
-        }
+        };
+        self.only.map_or_else(|| place.clone(), |case| format!("{place} of {}", scene.cases[case].test.name))
     }
 
-    /// `sensor-sign@p11`.
+    /// `sensor-sign@p11`, of one test alone `sensor-sign@p11 of bench test`.
     pub(super) fn id(&self, scene: &Scene) -> String {
         format!("{}@{}", self.name(), self.location(scene))
     }
@@ -173,7 +196,7 @@ impl Fault {
     pub(super) fn remedy(&self, scene: &Scene) -> String {
         let name = |i: usize| scene.test.sensors[i].name.as_str();
         let s = self.sensor;
-        match &self.change {
+        let what = match &self.change {
             Change::Sign => format!("turn the sign of sensor {} (it is upside down)", name(s)),
             Change::Swap(other) => format!("exchange the channels of sensors {} and {}", name(s), name(*other)),
             Change::Gain => format!("correct the sensitivity of sensor {}", name(s)),
@@ -188,7 +211,8 @@ impl Fault {
             Change::Order(a, b) => {
                 format!("exchange the frequencies of {} and {}", scene.mode_name(*a), scene.mode_name(*b))
             }
-        }
+        };
+        self.only.map_or_else(|| what.clone(), |case| format!("in {}: {what}", scene.cases[case].test.name))
     }
 
     /// The test as it would be without the fault. `number` is the gain, or κ.
@@ -291,7 +315,7 @@ pub(super) fn faults(scene: &Scene) -> Vec<Fault> {
     let test = &scene.test;
     let n = test.sensors.len();
     let mut out = Vec::new();
-    let add = |out: &mut Vec<Fault>, sensor, change| out.push(Fault { sensor, change });
+    let add = |out: &mut Vec<Fault>, sensor, change| out.push(Fault::of(sensor, change));
     // A single reading of a channel in one mode is no channel.
     if test.modes.iter().filter(|m| m.shape.is_some()).count() >= 1 && n >= 3 {
         for s in 0..n {
@@ -313,6 +337,7 @@ pub(super) fn faults(scene: &Scene) -> Vec<Fault> {
             }
         }
         positions(scene, &mut out);
+        out.extend(in_one_test(scene, &out));
     }
     for case in &scene.cases {
         for a in case.modes().skip(1) {
@@ -329,6 +354,18 @@ pub(super) fn faults(scene: &Scene) -> Vec<Fault> {
         }
     }
     out
+}
+
+/// The same faults in one test alone, where several tests have the sensor: cables are plugged anew for each.
+fn in_one_test(scene: &Scene, faults: &[Fault]) -> Vec<Fault> {
+    let has = |case: usize, s: usize| scene.cases[case].sensors.contains(&s);
+    let of = |fault: &Fault| -> Vec<Fault> {
+        let other = if let Change::Swap(other) = fault.change { other } else { fault.sensor };
+        let cases: Vec<usize> = (0..scene.cases.len()).filter(|&c| has(c, fault.sensor) && has(c, other)).collect();
+        let alone = |&case: &usize| Fault { only: Some(case), ..fault.clone() };
+        if cases.len() > 1 { cases.iter().map(alone).collect() } else { Vec::new() }
+    };
+    faults.iter().flat_map(of).collect()
 }
 
 /// The places of the nearest other sensors and of the nearest node of the file.
@@ -353,7 +390,7 @@ fn positions(scene: &Scene, out: &mut Vec<Fault>) {
         near.dedup_by(|a, b| distance(at[a.1], at[b.1]) < 1e-9);
         for &(_, o) in near.iter().take(NEIGHBOURS) {
             let name = sensors[o].name.clone();
-            out.push(Fault { sensor: s, change: Change::Position { place: sensors[o].place.clone(), name } });
+            out.push(Fault::of(s, Change::Position { place: sensors[o].place.clone(), name }));
         }
         let nearest = nodes
             .iter()
@@ -363,7 +400,7 @@ fn positions(scene: &Scene, out: &mut Vec<Fault>) {
         let known = |d: f64| near.iter().take(NEIGHBOURS).any(|(other, _)| (other - d).abs() < 1e-9);
         if let Some((_, name)) = nearest.filter(|(d, _)| !known(*d)) {
             let place = Place::Node { node: name.clone(), position: None };
-            out.push(Fault { sensor: s, change: Change::Position { place, name: name.clone() } });
+            out.push(Fault::of(s, Change::Position { place, name: name.clone() }));
         }
     }
 }
@@ -401,7 +438,7 @@ fn trace(scene: &Scene, fit: &Fit, weight: f64, fault: &Fault) -> Option<Trace> 
         return delta.iter().all(|v| v.is_finite()).then_some(Trace::Fixed(delta));
     }
     let measured: Vec<usize> =
-        (0..rows.n_modes).filter(|&m| fit.inverse_sd[(s, m)] > 0.0 && !fit.unpaired.contains(&m)).collect();
+        fault.modes(scene).filter(|&m| fit.inverse_sd[(s, m)] > 0.0 && !fit.unpaired.contains(&m)).collect();
     if measured.is_empty() {
         return None;
     }
@@ -410,7 +447,7 @@ fn trace(scene: &Scene, fit: &Fit, weight: f64, fault: &Fault) -> Option<Trace> 
             let sensor = fault.sensor(&scene.test.sensors);
             let mut readings = vec![0.0; rows.n_modes];
             let mut moves = false;
-            for case in scene.cases.iter().filter(|c| c.sensors.contains(&s)) {
+            for case in fault.cases(scene).filter(|c| c.sensors.contains(&s)) {
                 let row = observation_matrix(&case.model, std::slice::from_ref(&sensor)).ok()?;
                 moves |= row.amax() > 0.0;
                 case.modes().for_each(|m| readings[m] = (&row * &fit.modes_at[m])[0]);

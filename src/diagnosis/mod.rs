@@ -26,6 +26,7 @@ mod posed;
 mod refit;
 mod scene;
 mod screen;
+mod short_fit;
 mod spread;
 #[cfg(test)]
 mod tests;

@@ -125,7 +125,7 @@ impl<'a> Posed<'a> {
 
     /// Weighted rows of data and targets at θ, priors zero.
     pub(super) fn data_rows(&self, theta: &[f64]) -> Result<DVector<f64>, EvalError> {
-        let own = |p: &Part<'a>| Ok(p.data.residuals_of(theta, &p.comparison.predict(theta)?));
+        let own = |p: &Part<'a>| Ok(p.data.residuals_of(theta, &*p.comparison.predict(theta)?));
         let mut r = self.gather(own)?.resize_vertically(self.rows.len(), 0.0);
         r.rows_mut(0, self.rows.measured).scale_mut(self.weight);
         if r.iter().all(|v| v.is_finite()) { Ok(r) } else { Err(EvalError::NotFinite { name: "data".into() }) }

@@ -6,6 +6,7 @@ use super::faults::{Change, Fault, GAIN_SD};
 use super::fit::{Fit, STEPS, fit, fit_from};
 use super::scene::Scene;
 use super::screen::{Score, start_sizes};
+use super::short_fit::shortest;
 use super::spread::{self, Fitted, spreads};
 use super::verdict::STRONG;
 use super::{DiagnosisError, Estimate};
@@ -25,9 +26,6 @@ const SHORT_FITS: usize = 200;
 /// Faults of every kind that are refitted then, and how many members a kind may have to be refitted whole.
 const FAULTS_OF_A_KIND: usize = 4;
 const FEW_OF_A_KIND: usize = 16;
-/// Those steps, and from how many starts; twice as many for an effect of two sizes.
-const FEW_STEPS: usize = 6;
-const FEW_STARTS: usize = 2;
 /// Faults that are refitted.
 const BEST_FAULTS: usize = 4;
 /// Below this score a fault is not worth a refit: two standard deviations.
@@ -250,20 +248,6 @@ fn leaves_noise(done: &[Refit]) -> Result<bool, DiagnosisError> {
     Ok(false)
 }
 
-/// Effects by what a few steps leave; those that cannot be fitted left out.
-fn shortest<'a>(stage: &Stage, effects: &[&'a Score], bases: &[DVector<f64>]) -> Vec<&'a Score> {
-    let work = stage.listener.work("looking at further effects", effects.len());
-    let short = |s: &&Score| {
-        let phi = short_fit(stage, s, bases).unwrap_or(f64::INFINITY);
-        work.step();
-        phi
-    };
-    let short: Vec<f64> = effects.par_iter().map(short).collect();
-    let mut order: Vec<usize> = (0..effects.len()).filter(|&i| short[i].is_finite()).collect();
-    order.sort_by(|&a, &b| short[a].total_cmp(&short[b]).then(a.cmp(&b)));
-    order.into_iter().map(|i| effects[i]).collect()
-}
-
 /// The first few of a ranking, and the first of every other kind: a kind with many places, and two sizes at each, would take all.
 fn best_and_of_every_kind<'a>(stage: &Stage, ranked: Vec<&'a Score>, few: usize) -> Vec<&'a Score> {
     let mut seen = BTreeSet::new();
@@ -365,7 +349,7 @@ pub(super) fn with_effect(scene: &Scene, candidate: &Candidate) -> Result<Scene,
 }
 
 /// Where a fit of an effect may start: sizes of a ladder over values of the base.
-fn starts(stage: &Stage, score: &Score, bases: &[DVector<f64>]) -> Vec<DVector<f64>> {
+pub(super) fn starts(stage: &Stage, score: &Score, bases: &[DVector<f64>]) -> Vec<DVector<f64>> {
     let screened = &stage.screened[score.index];
     let candidate = &screened.candidate;
     let join = |x: &DVector<f64>, values: &[f64]| {
@@ -375,16 +359,6 @@ fn starts(stage: &Stage, score: &Score, bases: &[DVector<f64>]) -> Vec<DVector<f
     };
     let sizes = start_sizes(candidate, screened, Some(score));
     bases.iter().flat_map(|x| sizes.iter().map(|v| join(x, v))).collect()
-}
-
-/// Φ after a few steps.
-fn short_fit(stage: &Stage, score: &Score, bases: &[DVector<f64>]) -> Result<f64, DiagnosisError> {
-    let candidate = &stage.screened[score.index].candidate;
-    let scene = with_effect(&stage.scene, candidate)?;
-    // A body on a spring has two sizes, and a valley for every mode that it may be tuned to.
-    let effort = if candidate.parameters.iter().any(|p| !p.grid.is_empty()) { 2 } else { 1 };
-    let (most, steps) = (FEW_STARTS * effort, FEW_STEPS * effort);
-    Ok(fit_from(&scene, &starts(stage, score, bases), stage.weight, most, steps)?.phi)
 }
 
 fn refit_effect(stage: &Stage, score: &Score, bases: &[DVector<f64>], base: f64) -> Result<Refit, DiagnosisError> {
@@ -436,7 +410,8 @@ fn refit_fault(stage: &Stage, score: &FaultScore, bases: &[DVector<f64>], base: 
     let mut found = fit_from(&scene, &starts, w, STARTS, STEPS)?;
     let readings = |fit: &Fit| -> Vec<(f64, f64, f64)> {
         // c φ/σ, t/σ with the original data, and the residual, of the measured modes of this sensor
-        (0..fit.rows.n_modes)
+        fault
+            .modes(&stage.scene)
             .filter(|&m| stage.fit.inverse_sd[(s, m)] > 0.0)
             .map(|m| {
                 let i = fit.rows.shape(m, s);
@@ -496,7 +471,7 @@ fn refit_fault(stage: &Stage, score: &FaultScore, bases: &[DVector<f64>], base: 
     let mut misfit = found.misfit;
     if fault.change == Change::Dead {
         let own: f64 = readings(&found).iter().map(|(_, t, _)| t * t).sum();
-        extra -= 0.5 * own + dead_functions(&stage.scene, s);
+        extra -= 0.5 * own + dead_functions(&stage.scene, fault);
         misfit += own / (w * w);
     }
     let held_out = held_out(&found, w)?.iter().sum();
@@ -509,12 +484,12 @@ fn refit_fault(stage: &Stage, score: &FaultScore, bases: &[DVector<f64>], base: 
 /// ```text
 /// Σ ln(s/σ) + ½ ((ln|H| - mean)/s)²,    s = π/√24, the standard deviation of the logarithm of a complex Gaussian's modulus
 /// ```
-fn dead_functions(scene: &Scene, sensor: usize) -> f64 {
+fn dead_functions(scene: &Scene, fault: &Fault) -> f64 {
     let spread = std::f64::consts::PI / 24.0_f64.sqrt();
     let mut cost = 0.0;
-    for case in &scene.cases {
+    for case in fault.cases(scene) {
         let (Some(set), Some(fit)) = (&case.test.frfs, &case.test.frf_fit) else { continue };
-        let own = case.sensors.iter().position(|&s| s == sensor).map(|k| &case.test.sensors[k].name);
+        let own = case.sensors.iter().position(|&s| s == fault.sensor).map(|k| &case.test.sensors[k].name);
         let Some(response) = set.responses.iter().position(|c| Some(&c.name) == own) else { continue };
         let used = (0..set.n_lines()).filter(|&l| fit.uses(set.frequencies_hz[l]));
         let logs: Vec<f64> = used

@@ -77,6 +77,9 @@ impl Case {
     ///
     /// * `number` - its own among the tests
     fn own(&self, fault: &Fault, number: usize) -> Option<Fault> {
+        if !fault.is_in(number) {
+            return None;
+        }
         let sensor = |s: usize| self.sensors.iter().position(|&k| k == s);
         let mode = |m: usize| self.modes().contains(&m).then(|| m - self.first_mode);
         let (first, change) = match fault.change {
@@ -85,7 +88,7 @@ impl Case {
             Change::DrivingPoint { case, .. } if case != number => return None,
             ref change => (sensor(fault.sensor)?, change.clone()),
         };
-        Some(Fault { sensor: first, change })
+        Some(Fault::of(first, change))
     }
 }
 

@@ -266,6 +266,11 @@ fn a_clamp_that_gives_is_found_on_the_bench() {
     let mut theta = middle(&truth);
     let last = theta.len() - 1;
     theta[last] = 2.0 * candidate.parameters[0].typical;
+    for seed in 31..41 {
+        let tests = measured_twice(&truth, &theta, seed);
+        eprintln!("SEED {seed}");
+        told_by_both(&base, &tests);
+    }
     let tests = measured_twice(&truth, &theta, 12);
     let d = told_by_both(&base, &tests);
     assert_eq!(d.verdict, Verdict::MissingEffect);
@@ -288,6 +293,25 @@ fn a_fault_of_a_sensor_is_one_fault_in_both_tests() {
     let d = told_by_both(&base, &tests);
     assert_eq!(d.verdict, Verdict::MeasurementFault);
     assert_eq!(d.hypotheses[0].id, format!("sensor-sign@{name}"));
+}
+
+/// Two sensors that both tests used are exchanged in the second one: cables are plugged anew for each test.
+#[test]
+fn a_fault_in_one_of_two_tests_is_found_there() {
+    let base = model(&with_bench(&wing()));
+    let truth = model(&with_bench(&wing()).replace("section: wing}", "section: wing, subdivide: 3}"));
+    let mut tests = measured_twice(&truth, &middle(&truth), 14);
+    let bench = &mut tests[1];
+    // The one that moves most in the first mode, and the one that moves least.
+    let first = bench.modes[0].shape.clone().unwrap().map(|v| v.re.abs());
+    let (a, b) = (first.imin().min(first.imax()), first.imin().max(first.imax()));
+    bench.modes.iter_mut().filter_map(|m| m.shape.as_mut()).for_each(|shape| shape.swap_rows(a, b));
+    let names = [a, b].map(|s| bench.sensors[s].name.clone()).join("+");
+    let d = told_by_both(&base, &tests);
+    assert_eq!(d.verdict, Verdict::MeasurementFault);
+    assert_eq!(d.hypotheses[0].id, format!("sensor-swap@{names} of on the bench"));
+    let said = &d.hypotheses[0].patch;
+    assert!(said.starts_with("in on the bench: exchange the channels"), "{said}");
 }
 
 /// A strip with a tip mass, of known stiffness and density.

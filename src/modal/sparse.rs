@@ -19,6 +19,10 @@ impl Symmetric for SparseSym {
 /// can measure would be lost in it.
 const MOST_UNCERTAIN: f64 = 2e-3;
 
+/// Residual at which a mode has converged: λ is right to its square, and the shape, which the last step improves once more, to
+/// about that over the distance to the next mode.
+const RESIDUAL: f64 = 1e-8;
+
 /// [`super::solve`] for sparse matrices; with the modes comes the shift that was used.
 ///
 /// * `plan` - the elimination order of a pattern that covers both matrices
@@ -57,7 +61,12 @@ pub fn solve_sparse(
     }
     let rigid = rigid_body_modes(stiffness, mass, rigid_motions)?;
     let n_rigid = rigid.ncols();
-    let sparse = SparseOptions { n_modes: options.n_elastic, shift: options.shift, ..SparseOptions::default() };
+    let sparse = SparseOptions {
+        n_modes: options.n_elastic,
+        shift: options.shift,
+        tolerance: RESIDUAL,
+        ..SparseOptions::default()
+    };
     let found = lowest_sparse_modes(plan, stiffness, mass, &rigid, start, &sparse)
         .map_err(|e| rounding_or(e, stiffness, mass))?;
     let count = n_rigid + found.values.len();

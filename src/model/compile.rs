@@ -231,6 +231,14 @@ impl Model {
         Ok(slopes)
     }
 
+    /// The part of a subdivided element at a fraction of its length, and the fraction of the part: all parts are equal in length.
+    fn part_at(&self, element: &str, fraction: f64) -> Option<(usize, f64)> {
+        let parts = self.sets.get(element).filter(|parts| !parts.is_empty())?;
+        let at = fraction * parts.len() as f64;
+        let part = (at.floor() as usize).min(parts.len() - 1);
+        Some((parts[part], at - part as f64))
+    }
+
     fn interpolate(&self, element: usize, fraction: f64, theta: &[f64]) -> Result<PointMotion, ModelError> {
         let e = &self.elements[element];
         let values = e.values_at(theta);
@@ -342,15 +350,12 @@ impl ParametricModel for Model {
 
     fn point(&self, element: &str, fraction: f64) -> Result<Option<PointMotion>, ModelError> {
         let theta = interior_point(&self.parameters);
-        match self.sets.get(element).map(Vec::as_slice) {
-            None | Some([]) => Ok(None),
-            // The parts of a subdivided element are equal in length.
-            Some(parts) => {
-                let at = fraction * parts.len() as f64;
-                let part = (at.floor() as usize).min(parts.len() - 1);
-                self.interpolate(parts[part], at - part as f64, &theta).map(Some)
-            }
-        }
+        self.part_at(element, fraction).map(|(part, within)| self.interpolate(part, within, &theta)).transpose()
+    }
+
+    fn point_at(&self, element: &str, fraction: f64, theta: &[f64]) -> Result<Option<PointMotion>, ModelError> {
+        let part = self.part_at(element, fraction).filter(|(part, _)| self.general.contains(part));
+        part.map(|(part, within)| self.interpolate(part, within, theta)).transpose()
     }
 
     fn element_names(&self) -> Vec<&str> {

@@ -113,6 +113,13 @@ pub trait ParametricModel: std::fmt::Debug + Send + Sync {
         Ok(None)
     }
 
+    /// [`Self::point`] at θ, where the shape functions of the element depend on it, as with a flexible end; `None` where they do
+    /// not, or there is no such element.
+    fn point_at(&self, element: &str, fraction: f64, theta: &[f64]) -> Result<Option<PointMotion>, ModelError> {
+        let _ = (element, fraction, theta);
+        Ok(None)
+    }
+
     /// Names that [`Self::point`] knows.
     fn element_names(&self) -> Vec<&str> {
         Vec::new()

@@ -296,6 +296,7 @@ impl Compiled {
                 mac: DMatrix::zeros(n_modes, self.tests.len()),
                 pairs: PairedModes::default(),
                 mass_properties: None,
+                responses: OnceLock::new(),
             },
             residuals: DVector::zeros(0),
             search: PartnerSearch::new(&self.frequencies, &self.families, *comparison.pairing())?,

@@ -10,6 +10,7 @@ mod least_squares;
 mod loss;
 mod paper;
 mod prediction;
+mod recent;
 pub mod residual;
 mod responses;
 mod scaling;

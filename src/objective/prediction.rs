@@ -1,12 +1,14 @@
 //! What a model predicts of a test: modes at the sensors, pairs with the measured modes, mass properties.
 
 use super::close_modes::{Closeness, clusters, turn};
+use super::recent::Recent;
 use super::responses::FrfRows;
 use super::{EvalError, statics};
 use crate::correlation::{
-    CorrelationError, ModeList, ModePair, PairedModes, PairingOptions, mac_matrix, observation_matrix, pair_modes,
+    CorrelationError, ModeList, ModePair, PairedModes, PairingOptions, mac_matrix, observation_matrix,
+    observation_matrix_at, pair_modes, varying_sensors,
 };
-use crate::data::{TestData, family_of_label};
+use crate::data::{Sensor, TestData, family_of_label};
 use crate::linalg::{Complex, DMatrix, DVector, ShiftedPencil};
 use crate::modal::{ModeDerivative, Modes};
 use crate::model::{
@@ -14,6 +16,7 @@ use crate::model::{
     differentiate_in_clusters, family, symmetry_index,
 };
 use std::borrow::Cow;
+use std::sync::{Arc, OnceLock};
 
 /// A model and a test, made comparable: sensors as rows, real test shapes, the modes to compute.
 #[derive(Debug)]
@@ -21,6 +24,8 @@ pub struct Comparison<'a> {
     model: &'a dyn ParametricModel,
     test: &'a TestData,
     sensors: DMatrix<f64>,
+    /// Sensors whose rows depend on θ.
+    varying: Vec<usize>,
     solver: ModalSolver,
     n_elastic: usize,
     /// Real test shapes as columns, NaN where not measured; a mode without a shape is all NaN.
@@ -33,6 +38,7 @@ pub struct Comparison<'a> {
     /// Whether the model has dashpots.
     is_damped: bool,
     responses: Option<FrfRows>,
+    recent: Recent,
 }
 
 /// The prediction at one θ.
@@ -59,6 +65,8 @@ pub struct Prediction {
     pub pairs: PairedModes,
     /// Mass properties, if the model knows them.
     pub mass_properties: Option<MassProperties>,
+    /// The model's values of the test's frequency responses, once they have been asked for.
+    pub(super) responses: OnceLock<Vec<Complex<f64>>>,
 }
 
 impl Prediction {
@@ -109,6 +117,7 @@ impl<'a> Comparison<'a> {
         pairing: PairingOptions,
     ) -> Result<Self, CorrelationError> {
         let sensors = observation_matrix(model, &test.sensors)?;
+        let varying = varying_sensors(model, &test.sensors, &starting_point(model));
         // Twice the measured modes and some more: partners may sit higher, and unmeasured modes lie between.
         let n_elastic = 2 * test.modes.len() + 4;
         let solver = ModalSolver::new(model, &starting_point(model), n_elastic)
@@ -132,6 +141,7 @@ impl<'a> Comparison<'a> {
             model,
             test,
             sensors,
+            varying,
             solver,
             n_elastic,
             shapes,
@@ -141,6 +151,7 @@ impl<'a> Comparison<'a> {
             loads,
             is_damped,
             responses,
+            recent: Recent::new(n_dof),
         })
     }
 
@@ -154,7 +165,7 @@ impl<'a> Comparison<'a> {
         self.test
     }
 
-    /// The observation matrix, (n_sensor x n_dof).
+    /// The observation matrix, (n_sensor x n_dof); rows that depend on θ in the middle of the bounds.
     pub fn sensors(&self) -> &DMatrix<f64> {
         &self.sensors
     }
@@ -199,11 +210,13 @@ impl<'a> Comparison<'a> {
         &self.pairing
     }
 
-    /// The prediction at θ.
-    pub fn predict(&self, theta: &[f64]) -> Result<Prediction, EvalError> {
-        let solved = self.solver.solve(self.model, theta, self.n_elastic);
-        let (matrices, modes) = solved.map_err(|e| EvalError::Unsolvable { reason: e.to_string() })?;
-        self.predict_of(theta, matrices, modes)
+    /// The prediction at θ; the last ones are remembered, since a search asks for the cost of a point and then for its derivatives.
+    pub fn predict(&self, theta: &[f64]) -> Result<Arc<Prediction>, EvalError> {
+        self.recent.get_or_make(theta, || {
+            let solved = self.solver.solve(self.model, theta, self.n_elastic);
+            let (matrices, modes) = solved.map_err(|e| EvalError::Unsolvable { reason: e.to_string() })?;
+            self.predict_of(theta, matrices, modes)
+        })
     }
 
     /// [`Self::predict`], and the complete basis that the modes are of, where the model is small enough to have one.
@@ -216,15 +229,16 @@ impl<'a> Comparison<'a> {
     fn predict_of(&self, theta: &[f64], matrices: Matrices, mut modes: Modes) -> Result<Prediction, EvalError> {
         let elastic = modes.elastic();
         let frequencies_hz: Vec<f64> = elastic.clone().map(|i| modes.frequency_hz(i)).collect();
+        let sensors = self.sensors_at(theta)?;
         let mut families = self.families_of(&modes);
         let clusters = clusters(&frequencies_hz, self.closeness(), |a, b| families[a] == families[b]);
         if self.has_shapes() && !clusters.is_empty() {
             for cluster in &clusters {
-                turn(&mut modes, cluster, &self.sensors, &self.shapes);
+                turn(&mut modes, cluster, &sensors, &self.shapes);
             }
             families = self.families_of(&modes);
         }
-        let at_sensors = &self.sensors * modes.shapes.columns(elastic.start, elastic.len());
+        let at_sensors = &*sensors * modes.shapes.columns(elastic.start, elastic.len());
         let mut mac = mac_matrix(&at_sensors, &self.shapes);
         mac.iter_mut().filter(|v| v.is_nan()).for_each(|v| *v = 0.0);
         let pairs = pair_modes(
@@ -235,7 +249,53 @@ impl<'a> Comparison<'a> {
         );
         let mass_properties =
             self.model.mass_properties(theta).map_err(|e| EvalError::Unsolvable { reason: e.to_string() })?;
-        Ok(Prediction { matrices, modes, frequencies_hz, at_sensors, families, clusters, mac, pairs, mass_properties })
+        Ok(Prediction {
+            matrices,
+            modes,
+            frequencies_hz,
+            at_sensors,
+            families,
+            clusters,
+            mac,
+            pairs,
+            mass_properties,
+            responses: OnceLock::new(),
+        })
+    }
+
+    /// The observation matrix at θ.
+    fn sensors_at(&self, theta: &[f64]) -> Result<Cow<'_, DMatrix<f64>>, EvalError> {
+        if self.varying.is_empty() {
+            return Ok(Cow::Borrowed(&self.sensors));
+        }
+        let mut sensors = self.sensors.clone();
+        let rows = self.varying_rows(theta)?;
+        self.varying.iter().zip(rows.row_iter()).for_each(|(&i, row)| sensors.set_row(i, &row));
+        Ok(Cow::Owned(sensors))
+    }
+
+    /// The rows that depend on θ.
+    fn varying_rows(&self, theta: &[f64]) -> Result<DMatrix<f64>, EvalError> {
+        let sensors: Vec<Sensor> = self.varying.iter().map(|&i| self.test.sensors[i].clone()).collect();
+        let rows = observation_matrix_at(self.model, &sensors, theta);
+        rows.map_err(|e| EvalError::Unsolvable { reason: e.to_string() })
+    }
+
+    /// Derivatives of these rows, by differences inside the bounds: smooth functions, and a step of 1e-6 of the interval.
+    fn slopes_of_rows(&self, theta: &[f64], free: &[usize]) -> Result<Vec<DMatrix<f64>>, EvalError> {
+        let slope = |&j: &usize| {
+            let p = self.model.parameters().get(j);
+            let [lower, upper] = p.bounds.unwrap_or([theta[j] - p.value.abs(), theta[j] + p.value.abs()]);
+            let step = 1e-6 * (upper - lower).max(f64::MIN_POSITIVE);
+            let at = |value: f64| {
+                let mut moved = theta.to_vec();
+                moved[j] = value;
+                self.varying_rows(&moved)
+            };
+            let (below, above) = ((theta[j] - step).max(lower), (theta[j] + step).min(upper));
+            Ok((at(above)? - at(below)?) / (above - below))
+        };
+        free.iter().map(slope).collect()
     }
 
     /// Which modes of the model are turned to the test.
@@ -262,6 +322,8 @@ impl<'a> Comparison<'a> {
         let failed = |e: ModelError| EvalError::Unsolvable { reason: e.to_string() };
         let paired: Vec<usize> = prediction.pairs.pairs.iter().map(|p| p.analytical).collect();
         let of_modes = self.mode_derivatives(theta, prediction, free, &paired).map_err(failed)?;
+        let sensors = self.sensors_at(theta)?;
+        let slopes = if self.varying.is_empty() { Vec::new() } else { self.slopes_of_rows(theta, free)? };
         let mut modes = vec![None; prediction.frequencies_hz.len()];
         for (mode, d) in paired.into_iter().zip(of_modes) {
             let lambda = prediction.modes.lambda[prediction.modes.n_rigid + mode];
@@ -270,7 +332,13 @@ impl<'a> Comparison<'a> {
             })?;
             // f = √λ / 2π, so ∂f = ∂λ f / 2λ.
             let f = prediction.frequencies_hz[mode];
-            modes[mode] = Some((d.lambda * (f / (2.0 * lambda)), &self.sensors * d.shape));
+            let mut at_sensors = &*sensors * d.shape;
+            let phi = prediction.modes.shapes.column(prediction.modes.n_rigid + mode);
+            for (j, slope) in slopes.iter().enumerate() {
+                let own = slope * phi;
+                self.varying.iter().zip(own.iter()).for_each(|(&i, v)| at_sensors[(i, j)] += v);
+            }
+            modes[mode] = Some((d.lambda * (f / (2.0 * lambda)), at_sensors));
         }
         Ok(PredictionDerivative { modes })
     }

@@ -3,7 +3,7 @@
 use super::residual::Point;
 use crate::correlation::{CorrelationError, observation_matrix};
 use crate::data::{Channel, FrfFit, Place, Sensor, TestData};
-use crate::linalg::{Complex, DMatrix, ShiftedPencil};
+use crate::linalg::{Complex, DMatrix, DynamicStiffness, ShiftedPencil};
 use crate::model::{ParametricModel, System};
 use std::f64::consts::TAU;
 
@@ -105,6 +105,11 @@ impl FrfRows {
         format!("frf {from} -> {to} at {:.3} Hz", self.lines_hz[v.line])
     }
 
+    /// The model's values, found once for a prediction.
+    pub(super) fn values_of<'p>(&self, at: &Point<'p>) -> &'p [Complex<f64>] {
+        at.prediction.responses.get_or_init(|| self.evaluate(at, None).0)
+    }
+
     /// The model's values, and, if `free` is given, ∂H/∂θ_j as one column for each.
     ///
     /// ```text
@@ -127,13 +132,13 @@ impl FrfRows {
             .iter()
             .map(|&j| at.comparison.model().assemble_derivative(at.theta, j).ok().map(|d| Entries::of(&d)))
             .collect();
-        let sweep = self.sweep(&system, !free.is_empty());
+        let Some(mut sweep) = self.sweep(&system, !free.is_empty()) else { return (h, slopes) };
         let mut of_line: Vec<Vec<usize>> = vec![Vec::new(); self.lines_hz.len()];
         self.values.iter().enumerate().for_each(|(v, value)| of_line[value.line].push(v));
         for (line, f) in self.lines_hz.iter().enumerate() {
             let omega = TAU * f;
             let power = Complex::new(0.0, omega).powi(self.order);
-            let Some((x, y)) = self.line(&system, sweep.as_ref(), omega, !free.is_empty()) else { continue };
+            let Some((x, y)) = sweep.line(omega, self.loss_factor) else { continue };
             for &v in &of_line[line] {
                 let value = &self.values[v];
                 let own = self.responses.row(value.response);
@@ -152,82 +157,75 @@ impl FrfRows {
         (h, slopes)
     }
 
-    /// Z⁻¹ B and Z⁻¹ Sᵀ at a line: Z is symmetric, the same factorisation serves both sides. Derivatives alone need the second;
-    /// it has no column where they are not wanted.
-    fn line(
-        &self,
-        system: &System,
-        sweep: Option<&Sweep>,
-        omega: f64,
-        with_derivatives: bool,
-    ) -> Option<(ComplexMatrix, ComplexMatrix)> {
-        if let Some(sweep) = sweep {
-            let factors = sweep.factors(omega, self.loss_factor)?;
-            return Some((sweep.expand(&factors, &sweep.references), sweep.expand(&factors, &sweep.responses)));
-        }
-        let n = system.stiffness.nrows();
-        let stiff = Complex::new(1.0, self.loss_factor);
-        let z = DMatrix::from_fn(n, n, |i, j| {
-            stiff * system.stiffness[(i, j)] - omega * omega * system.mass[(i, j)]
-                + Complex::new(0.0, omega * system.damping.as_ref().map_or(0.0, |c| c[(i, j)]))
-        });
-        let z = z.lu();
-        let complex = |m: &DMatrix<f64>| m.transpose().map(|v| Complex::new(v, 0.0));
-        let x = z.solve(&complex(&self.references))?;
-        let y = if with_derivatives { z.solve(&complex(&self.responses))? } else { ComplexMatrix::zeros(n, 0) };
-        Some((x, y))
-    }
-
-    /// What all lines share, where a decomposition of the pencil is cheaper than a factorisation at every line.
+    /// What all lines share. Derivatives alone need the responses.
     fn sweep(&self, system: &System, with_derivatives: bool) -> Option<Sweep> {
+        let responses =
+            |rows: &DMatrix<f64>| if with_derivatives { rows.transpose() } else { DMatrix::zeros(rows.ncols(), 0) };
+        let (references, responses) = (self.references.transpose(), responses(&self.responses));
         if system.damping.is_some() || self.lines_hz.len() < FEWEST_LINES {
-            return None;
+            let stiffness = DynamicStiffness::new(&system.stiffness, &system.mass, system.damping.as_ref()).ok()?;
+            return Some(Sweep::Factored { stiffness, references, responses });
         }
         // In the middle of the band rounding is the same at both its ends.
         let shift = TAU * TAU * self.lines_hz[0] * self.lines_hz[self.lines_hz.len() - 1];
         let pencil = ShiftedPencil::new(&system.stiffness, &system.mass, shift).ok()?;
-        let seen = |rows: &DMatrix<f64>| pencil.vectors.tr_mul(&rows.transpose());
-        let references = seen(&self.references);
-        let responses = if with_derivatives { seen(&self.responses) } else { DMatrix::zeros(references.nrows(), 0) };
-        Some(Sweep { pencil, references, responses })
+        let (references, responses) = (pencil.vectors.tr_mul(&references), pencil.vectors.tr_mul(&responses));
+        Some(Sweep::Decomposed { pencil, references, responses })
     }
 }
 
-/// Lines from which on a decomposition pays: it costs as much as about four complex factorisations.
+/// Lines from which on a decomposition pays.
 const FEWEST_LINES: usize = 8;
 
 type ComplexMatrix = DMatrix<Complex<f64>>;
 
-/// The complete basis X of the pencil (M, K + aM), in which Z of a structure without viscous damping is diagonal:
-///
-/// ```text
-/// M x = θ (K + a M) x,   Xᵀ Z X = diag((1 + iη) - ((1 + iη) a + ω²) θ)
-/// ```
-struct Sweep {
-    pencil: ShiftedPencil,
-    /// Xᵀ B.
-    references: DMatrix<f64>,
-    /// Xᵀ Sᵀ, without columns where no derivatives are wanted.
-    responses: DMatrix<f64>,
+/// Z⁻¹ at many lines, on the rows of the references, B, and of the responses, Sᵀ.
+enum Sweep {
+    /// By a factorisation at every line.
+    Factored { stiffness: DynamicStiffness, references: DMatrix<f64>, responses: DMatrix<f64> },
+    /// By the complete basis X of the pencil (M, K + aM), in which Z of a structure without viscous damping is diagonal:
+    ///
+    /// ```text
+    /// M x = θ (K + a M) x,   Xᵀ Z X = diag((1 + iη) - ((1 + iη) a + ω²) θ)
+    /// ```
+    Decomposed {
+        pencil: ShiftedPencil,
+        /// Xᵀ B.
+        references: DMatrix<f64>,
+        /// Xᵀ Sᵀ.
+        responses: DMatrix<f64>,
+    },
 }
 
 impl Sweep {
-    /// The inverse of that diagonal; none where it has none.
-    fn factors(&self, omega: f64, loss_factor: f64) -> Option<Vec<Complex<f64>>> {
-        let stiff = Complex::new(1.0, loss_factor);
-        let ShiftedPencil { theta, shift, .. } = &self.pencil;
-        let all: Vec<Complex<f64>> =
-            theta.iter().map(|t| (stiff - (stiff * *shift + omega * omega) * t).inv()).collect();
-        all.iter().all(|v| v.re.is_finite() && v.im.is_finite()).then_some(all)
-    }
-
-    /// X diag(factors) b.
-    fn expand(&self, factors: &[Complex<f64>], b: &DMatrix<f64>) -> ComplexMatrix {
-        let part = |of: fn(&Complex<f64>) -> f64| {
-            let scaled = DMatrix::from_fn(b.nrows(), b.ncols(), |i, j| of(&factors[i]) * b[(i, j)]);
-            &self.pencil.vectors * scaled
-        };
-        part(|v| v.re).zip_map(&part(|v| v.im), Complex::new)
+    /// Z⁻¹ B and Z⁻¹ Sᵀ: Z is symmetric, one factorisation serves both sides. None where it has no inverse.
+    fn line(&mut self, omega: f64, loss_factor: f64) -> Option<(ComplexMatrix, ComplexMatrix)> {
+        match self {
+            Self::Factored { stiffness, references, responses } => {
+                let n_references = references.ncols();
+                let both = references.column_iter().chain(responses.column_iter());
+                let mut b = ComplexMatrix::zeros(references.nrows(), n_references + responses.ncols());
+                b.column_iter_mut().zip(both).for_each(|(mut b, own)| b.zip_apply(&own, |b, v| b.re = v));
+                stiffness.solve(omega, loss_factor, &mut b).then(|| {
+                    let y = b.columns(n_references, responses.ncols()).into_owned();
+                    (b.columns(0, n_references).into_owned(), y)
+                })
+            }
+            Self::Decomposed { pencil, references, responses } => {
+                let stiff = Complex::new(1.0, loss_factor);
+                let inverse = |t: &f64| (stiff - (stiff * pencil.shift + omega * omega) * *t).inv();
+                let factors: Vec<Complex<f64>> = pencil.theta.iter().map(inverse).collect();
+                let is_regular = factors.iter().all(|v| v.re.is_finite() && v.im.is_finite());
+                let expand = |b: &DMatrix<f64>| {
+                    let part = |of: fn(&Complex<f64>) -> f64| {
+                        let scaled = DMatrix::from_fn(b.nrows(), b.ncols(), |i, j| of(&factors[i]) * b[(i, j)]);
+                        &pencil.vectors * scaled
+                    };
+                    part(|v| v.re).zip_map(&part(|v| v.im), Complex::new)
+                };
+                is_regular.then(|| (expand(references), expand(responses)))
+            }
+        }
     }
 }
 

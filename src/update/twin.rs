@@ -6,7 +6,7 @@
 
 use super::name_modes;
 use crate::catalogue::did_you_mean;
-use crate::correlation::{CorrelationError, observation_matrix};
+use crate::correlation::{CorrelationError, observation_matrix_at};
 use crate::data::{Channel, FrfQuantity, FrfSet, Measured, Origin, Place, Sensor, TestData, TestMode};
 use crate::element::Dof;
 use crate::linalg::{Complex, DMatrix, DVector};
@@ -243,7 +243,7 @@ pub fn twin_modes(
     check(options, sensors)?;
     let n = if options.band_hz.is_some() { MOST_MODES } else { options.n_modes };
     let modes = modes(model, theta, n)?;
-    let at = faulty(model, sensors, &options.faults)? * &modes.shapes;
+    let at = faulty(model, theta, sensors, &options.faults)? * &modes.shapes;
     let named = name_modes(model, theta, &modes)?;
     let mut rng = ChaCha8Rng::seed_from_u64(options.seed);
     rng.set_stream(MODES_STREAM);
@@ -337,8 +337,8 @@ pub fn twin_frfs(
     let modes = modes(model, theta, MOST_MODES)?;
     let exciters = frf.exciters.iter().map(|name| index(sensors, name)).collect::<Result<Vec<_>, _>>()?;
     let forces: Vec<Sensor> = exciters.iter().map(|&i| sensors[i].clone()).collect();
-    let responses = faulty(model, sensors, &options.faults)?;
-    let references = observation_matrix(model, &forces)?;
+    let responses = faulty(model, theta, sensors, &options.faults)?;
+    let references = observation_matrix_at(model, &forces, theta)?;
     let damping = ModalDamping::uniform(modes.len(), options.damping);
     let h = synthesize(&modes, &damping, &responses, &references, lines, frf.quantity.order());
     let channel = |s: &Sensor| Channel { name: s.name.clone(), direction: Some(s.direction) };
@@ -424,14 +424,19 @@ fn modes(model: &dyn ParametricModel, theta: &[f64], n_elastic: usize) -> Result
 }
 
 /// The observation matrix of sensors with faults.
-fn faulty(model: &dyn ParametricModel, sensors: &[Sensor], faults: &[SensorFault]) -> Result<DMatrix<f64>, TwinError> {
+fn faulty(
+    model: &dyn ParametricModel,
+    theta: &[f64],
+    sensors: &[Sensor],
+    faults: &[SensorFault],
+) -> Result<DMatrix<f64>, TwinError> {
     let mut mounted = sensors.to_vec();
     for fault in faults {
         if let SensorFault::Axis(name, direction) = fault {
             mounted[index(sensors, name)?].direction = *direction;
         }
     }
-    let mut rows = observation_matrix(model, &mounted)?;
+    let mut rows = observation_matrix_at(model, &mounted, theta)?;
     for fault in faults {
         match fault {
             SensorFault::Sign(name) => rows.row_mut(index(sensors, name)?).neg_mut(),

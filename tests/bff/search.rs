@@ -8,6 +8,7 @@ use retune::linalg::DVector;
 use retune::objective::{Comparison, Objective, PaperCost, Prediction, starting_point};
 use retune::optim::{Optimizer, Optimum, Run};
 use retune::update::{Cost, Settings};
+use std::sync::Arc;
 use std::time::Instant;
 
 /// Evaluations allowed to one search.
@@ -52,7 +53,7 @@ fn search(objective: &PaperCost<'_>, cost: Cost, model: &Model, seed: u64) -> Op
 }
 
 /// The prediction at an optimum.
-fn prediction(comparison: &Comparison<'_>, objective: &PaperCost<'_>, x: &DVector<f64>) -> Prediction {
+fn prediction(comparison: &Comparison<'_>, objective: &PaperCost<'_>, x: &DVector<f64>) -> Arc<Prediction> {
     comparison.predict(&objective.scaling().theta(x)).unwrap()
 }
 

@@ -87,6 +87,9 @@ pub fn lowest_sparse_modes(
     Ok(found)
 }
 
+/// Blocks beside the wanted modes before the iteration restarts: as many steps as it usually takes, for a restart costs more than a few.
+const ROOM: usize = 12;
+
 struct Search<'a> {
     plan: &'a SparsePlan,
     pencil: Ordered,
@@ -165,7 +168,7 @@ impl Search<'_> {
                 }
             };
             let wanted = if attempt == 0 { self.options.n_modes } else { WIDTH };
-            let most = (4 * wanted).min(wanted + 12 * WIDTH).div_ceil(WIDTH).max(6);
+            let most = (wanted + ROOM * WIDTH).div_ceil(WIDTH);
             let mut lanczos =
                 Lanczos::new(&self.pencil.mass, factor, &locked, block.take(), most, 10 + 10 * attempt as u64);
             let (ritz, certain) = self.converge(&mut lanczos, wanted, shift)?;

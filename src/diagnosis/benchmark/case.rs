@@ -242,7 +242,7 @@ fn true_fit(
 
 /// The misfit with the fault taken out of the data; of a channel that is wrong in a way with a number, without the channel.
 fn corrected(scene: &Scene, fault: &Fault, base: &Fit) -> Result<f64, DiagnosisError> {
-    let whole = Fault { sensor: fault.sensor, change: Change::Dead };
+    let whole = Fault { change: Change::Dead, ..fault.clone() };
     let clean = match fault.change {
         Change::Gain | Change::Noisy | Change::Dead => scene.corrected(&whole, 1.0),
         _ => scene.corrected(fault, 1.0),

@@ -34,7 +34,7 @@ impl Residual for FrfComplex {
 
     fn evaluate(&self, at: &Point<'_>, out: &mut [f64]) {
         let Some(rows) = at.comparison.responses() else { return };
-        let (h, _) = rows.evaluate(at, None);
+        let h = rows.values_of(at);
         for (i, v) in rows.values.iter().enumerate() {
             let r = (h[i] - v.measured) / v.sd;
             (out[2 * i], out[2 * i + 1]) = (r.re, r.im);

@@ -33,8 +33,7 @@ impl Residual for FrfLog {
 
     fn evaluate(&self, at: &Point<'_>, out: &mut [f64]) {
         let Some(rows) = at.comparison.responses() else { return };
-        let (h, _) = rows.evaluate(at, None);
-        for ((o, h), v) in out.iter_mut().zip(&h).zip(&rows.values) {
+        for ((o, h), v) in out.iter_mut().zip(rows.values_of(at)).zip(&rows.values) {
             *o = (h.norm() / v.measured.norm()).ln() / v.relative_sd;
         }
     }

@@ -89,7 +89,7 @@ fn functions_without_noise_are_the_synthesis_of_all_modes() {
     let sensors = node_sensors(&model);
     let set = twin_frfs(&model, &[], &sensors, &TwinOptions::default(), &frf_options(1)).unwrap();
     let modes = modes(&model, &[], MOST_MODES).unwrap();
-    let rows = observation_matrix(&model, &sensors).unwrap();
+    let rows = crate::correlation::observation_matrix(&model, &sensors).unwrap();
     let force = rows.rows(3, 1).into_owned();
     let damping = ModalDamping::uniform(modes.len(), 0.01);
     assert_eq!(set.h, accelerance(&modes, &damping, &rows, &force, &set.frequencies_hz));
