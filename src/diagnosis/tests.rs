@@ -266,17 +266,14 @@ fn a_clamp_that_gives_is_found_on_the_bench() {
     let mut theta = middle(&truth);
     let last = theta.len() - 1;
     theta[last] = 2.0 * candidate.parameters[0].typical;
-    for seed in 31..41 {
-        let tests = measured_twice(&truth, &theta, seed);
-        eprintln!("SEED {seed}");
-        told_by_both(&base, &tests);
+    // The sensor in the middle of the clamp's element reads a shape that depends on the compliance.
+    for seed in [12, 33, 36] {
+        let d = told_by_both(&base, &measured_twice(&truth, &theta, seed));
+        assert_eq!(d.verdict, Verdict::MissingEffect, "seed {seed}");
+        let first = &d.hypotheses[0];
+        assert!(first.id == id || first.tied_with.iter().any(|t| t == id), "{}", first.id);
+        assert!(first.id.contains("@bench/"), "{}", first.id);
     }
-    let tests = measured_twice(&truth, &theta, 12);
-    let d = told_by_both(&base, &tests);
-    assert_eq!(d.verdict, Verdict::MissingEffect);
-    let first = &d.hypotheses[0];
-    assert!(first.id == id || first.tied_with.iter().any(|t| t == id), "{}", first.id);
-    assert!(first.id.contains("@bench/"), "{}", first.id);
 }
 
 /// A sensor that both tests used is upside down in both.

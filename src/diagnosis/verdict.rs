@@ -285,11 +285,12 @@ fn sentence(verdict: Verdict, best: Option<&HypothesisResult>, leads: bool, base
     } else {
         String::new()
     };
+    let what = if leaves_damping_aside(base) { "the test without its damping" } else { "the test" };
     match verdict {
         Verdict::Adequate if base.noise_factor() > 1.0 => {
-            format!("the model explains the test if its noise is {:.2} times the stated one", base.noise_factor())
+            format!("the model explains {what} if its noise is {:.2} times the stated one", base.noise_factor())
         }
-        Verdict::Adequate => "the model explains the test at its stated noise".to_string(),
+        Verdict::Adequate => format!("the model explains {what} at its stated noise"),
         Verdict::MissingEffect if likely => format!("{id} is missing, and what remains looks like noise{tie}"),
         Verdict::MissingEffect => {
             format!("something is missing, perhaps {id}, with which what remains looks like noise{tie}")
@@ -309,6 +310,11 @@ fn sentence(verdict: Verdict, best: Option<&HypothesisResult>, leads: bool, base
             None => format!("nothing in the catalogue explains the test; {remainder}"),
         },
     }
+}
+
+/// Whether the test has damping ratios and the model no damping to compare them with.
+fn leaves_damping_aside(base: &Stage) -> bool {
+    !base.scene.is_damped && base.scene.test.modes.iter().any(|m| m.damping_ratio.is_some())
 }
 
 /// To three digits.
@@ -356,8 +362,11 @@ fn warnings(base: &Stage) -> Vec<String> {
     if base.scene.cases.iter().any(|c| c.test.frfs.is_some() && c.test.frf_fit.is_none()) {
         out.push("frequency responses are not used: the test has no `frfs` block that says how".to_string());
     }
-    if !base.scene.is_damped && base.scene.test.modes.iter().any(|m| m.damping_ratio.is_some()) {
-        out.push("damping ratios are not used: the model has no damping".to_string());
+    if leaves_damping_aside(base) {
+        out.push(
+            "damping ratios are not used: the model has no damping; give members `stiffness_damping` or `mass_damping` under `overrides`"
+                .to_string(),
+        );
     }
     out.extend(mesh_warning(base));
     let bounds = base.fit.x.iter().filter(|x| **x < 1e-6 || **x > 1.0 - 1e-6).count();

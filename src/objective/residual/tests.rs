@@ -82,15 +82,46 @@ fn test(model: &Model) -> TestData {
 const PAIRING: PairingOptions =
     PairingOptions { by: PairBy::Mac, min_mac: 0.0, frequency_window: f64::INFINITY, same_family_only: true };
 
-/// Central differences of step h have an error of h² r'''/6 and ε r/h; with h = 1e-5 of each interval about 1e-7 of the
-/// larger of the column and the residual.
 #[test]
 fn every_residual_has_exact_derivatives() {
     let model = model();
-    let test = test(&model);
-    let comparison = Comparison::new(&model, &test, PAIRING).unwrap();
-    let x = crate::linalg::DVector::from_row_slice(&[0.52, 0.41, 0.63, 0.37, 0.22, 0.31]);
-    for term in RESIDUALS {
+    check_derivatives(&model, &test(&model), RESIDUALS, &[0.52, 0.41, 0.63, 0.37, 0.22, 0.31]);
+}
+
+/// The reading of a sensor inside an element with a flexible end depends on the compliance by itself.
+#[test]
+fn a_sensor_beside_a_flexible_end_has_exact_derivatives() {
+    let text = MODEL
+        .replace("  alpha: {", "  hinge: {value: 0.02 rad/(N m), bounds: [0 rad/(N m), 0.05 rad/(N m)]}\n  alpha: {")
+        .replace("alpha}}", "alpha}, outer: {end1_compliance_ry: hinge}}");
+    let model = load(&text, &Registry::builtin()).map_err(|p| format!("{p:?}")).unwrap().0;
+    let mut test = test(&model);
+    let beside = "retune_test: 1\nname: one\nsources: {made: {kind: synthetic, text: by hand}}\n\
+                  sensors: {beside: {element: outer, fraction: 0.2, direction: +z}, c: {node: c, direction: +z}, b: {node: b, direction: +z}}\n\
+                  mass_properties: {mass: {value: 1 kg, sd: 1 kg, source: made}}\n";
+    test.sensors = read_test(beside).unwrap().0.sensors;
+    (test.frfs, test.frf_fit) = (None, None);
+    test.static_tests.clear();
+    let mut theta = model.parameters().nominal();
+    theta.iter_mut().enumerate().for_each(|(i, v)| *v *= 1.1 + 0.02 * i as f64);
+    let options = crate::update::TwinOptions { n_modes: 3, shape_noise: 0.02, ..Default::default() };
+    test.modes = crate::update::twin_modes(&model, &theta, &test.sensors, &options, "by hand").unwrap().modes;
+    let point = |hinge: f64| {
+        let mut theta = model.parameters().nominal();
+        theta[5] = hinge;
+        crate::correlation::observation_matrix_at(&model, &test.sensors, &theta).unwrap()
+    };
+    assert!((point(0.0) - point(0.05)).amax() > 0.01, "the row depends on the hinge");
+    let terms: Vec<&dyn Residual> = vec![&Frequency, &Shape, &Mac];
+    check_derivatives(&model, &test, &terms, &[0.52, 0.41, 0.63, 0.37, 0.22, 0.4, 0.31]);
+}
+
+/// Central differences of step h have an error of h² r'''/6 and ε r/h; with h = 1e-5 of each interval about 1e-7 of the
+/// larger of the column and the residual.
+fn check_derivatives(model: &Model, test: &TestData, terms: &[&dyn Residual], x: &[f64]) {
+    let comparison = Comparison::new(model, test, PAIRING).unwrap();
+    let x = crate::linalg::DVector::from_row_slice(x);
+    for term in terms {
         for loss in [Loss::Squares, Loss::StudentT(4.0)] {
             let objective = LeastSquares::with_terms(&comparison, vec![*term]).with_loss(loss);
             assert!(objective.n_residuals() > 0, "{} has no rows", term.name());
