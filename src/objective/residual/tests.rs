@@ -93,7 +93,7 @@ fn every_residual_has_exact_derivatives() {
 fn a_sensor_beside_a_flexible_end_has_exact_derivatives() {
     let text = MODEL
         .replace("  alpha: {", "  hinge: {value: 0.02 rad/(N m), bounds: [0 rad/(N m), 0.05 rad/(N m)]}\n  alpha: {")
-        .replace("alpha}}", "alpha}, outer: {end1_compliance_ry: hinge}}");
+        .replace("alpha}}", "alpha}, outer: {set: {end1_compliance_ry: hinge}}}");
     let model = load(&text, &Registry::builtin()).map_err(|p| format!("{p:?}")).unwrap().0;
     let mut test = test(&model);
     let beside = "retune_test: 1\nname: one\nsources: {made: {kind: synthetic, text: by hand}}\n\
@@ -104,7 +104,8 @@ fn a_sensor_beside_a_flexible_end_has_exact_derivatives() {
     test.static_tests.clear();
     let mut theta = model.parameters().nominal();
     theta.iter_mut().enumerate().for_each(|(i, v)| *v *= 1.1 + 0.02 * i as f64);
-    let options = crate::update::TwinOptions { n_modes: 3, shape_noise: 0.02, ..Default::default() };
+    let options =
+        crate::update::TwinOptions { n_modes: 3, frequency_noise: 0.01, shape_noise: 0.02, ..Default::default() };
     test.modes = crate::update::twin_modes(&model, &theta, &test.sensors, &options, "by hand").unwrap().modes;
     let point = |hinge: f64| {
         let mut theta = model.parameters().nominal();
