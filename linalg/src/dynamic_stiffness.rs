@@ -64,6 +64,10 @@ impl DynamicStiffness {
         for (z, [k, c, m]) in self.values.iter_mut().zip(&self.entries) {
             *z = Complex::new(k - omega * omega * m, loss_factor * k + omega * c);
         }
+        // Pivots are not chosen among numbers that are none.
+        if !self.values.iter().all(|v| v.re.is_finite() && v.im.is_finite()) {
+            return false;
+        }
         let pattern = SymbolicSparseColMatRef::new_checked(self.n, self.n, &self.columns, None, &self.rows);
         let z = SparseColMatRef::new(pattern, &self.values);
         let par = Par::Seq;
@@ -131,6 +135,9 @@ mod tests {
     fn a_singular_stiffness_has_no_solution() {
         let zero = DMatrix::zeros(3, 3);
         let mut sweep = DynamicStiffness::new(&zero, &zero, None).unwrap();
+        assert!(!sweep.solve(1.0, 0.0, &mut DMatrix::from_element(3, 1, Complex::new(1.0, 0.0))));
+        let broken = DMatrix::from_element(3, 3, f64::NAN);
+        let mut sweep = DynamicStiffness::new(&broken, &zero, None).unwrap();
         assert!(!sweep.solve(1.0, 0.0, &mut DMatrix::from_element(3, 1, Complex::new(1.0, 0.0))));
     }
 }

@@ -184,7 +184,10 @@ impl Fault {
             }
             _ => name(self.sensor),
         };
-        self.only.map_or_else(|| place.clone(), |case| format!("{place} of {}", scene.cases[case].test.name))
+        match self.only {
+            Some(case) => format!("{place} of {}", scene.cases[case].test.name),
+            None => place,
+        }
     }
 
     /// `sensor-sign@p11`, of one test alone `sensor-sign@p11 of bench test`.
@@ -212,7 +215,10 @@ impl Fault {
                 format!("exchange the frequencies of {} and {}", scene.mode_name(*a), scene.mode_name(*b))
             }
         };
-        self.only.map_or_else(|| what.clone(), |case| format!("in {}: {what}", scene.cases[case].test.name))
+        match self.only {
+            Some(case) => format!("in {}: {what}", scene.cases[case].test.name),
+            None => what,
+        }
     }
 
     /// The test as it would be without the fault. `number` is the gain, or κ.

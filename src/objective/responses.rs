@@ -162,15 +162,16 @@ impl FrfRows {
         let responses =
             |rows: &DMatrix<f64>| if with_derivatives { rows.transpose() } else { DMatrix::zeros(rows.ncols(), 0) };
         let (references, responses) = (self.references.transpose(), responses(&self.responses));
-        if system.damping.is_some() || self.lines_hz.len() < FEWEST_LINES {
-            let stiffness = DynamicStiffness::new(&system.stiffness, &system.mass, system.damping.as_ref()).ok()?;
-            return Some(Sweep::Factored { stiffness, references, responses });
-        }
         // In the middle of the band rounding is the same at both its ends.
         let shift = TAU * TAU * self.lines_hz[0] * self.lines_hz[self.lines_hz.len() - 1];
-        let pencil = ShiftedPencil::new(&system.stiffness, &system.mass, shift).ok()?;
-        let (references, responses) = (pencil.vectors.tr_mul(&references), pencil.vectors.tr_mul(&responses));
-        Some(Sweep::Decomposed { pencil, references, responses })
+        let pencil = || ShiftedPencil::new(&system.stiffness, &system.mass, shift).ok();
+        let may_share = system.damping.is_none() && self.lines_hz.len() >= FEWEST_LINES;
+        if let Some(pencil) = may_share.then(pencil).flatten() {
+            let (references, responses) = (pencil.vectors.tr_mul(&references), pencil.vectors.tr_mul(&responses));
+            return Some(Sweep::Decomposed { pencil, references, responses });
+        }
+        let stiffness = DynamicStiffness::new(&system.stiffness, &system.mass, system.damping.as_ref()).ok()?;
+        Some(Sweep::Factored { stiffness, references, responses })
     }
 }
 
