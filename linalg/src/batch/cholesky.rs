@@ -52,6 +52,19 @@ impl Envelope {
     }
 }
 
+/// A + s C in place of A.
+///
+/// * `c` - symmetric (m x m, row by row); what lies outside the envelope must be zero
+#[inline(always)]
+pub(super) fn add<L: Lane>(envelope: &Envelope, s: f64, c: &[L], a: &mut [L]) {
+    let (m, s) = (envelope.rows(), L::splat(s));
+    for i in 0..m {
+        for (x, &y) in a[envelope.row(i)].iter_mut().zip(&c[i * m + envelope.first[i]..]) {
+            *x = s.mul_add(y, *x);
+        }
+    }
+}
+
 /// Factors in place; gives the mask of the lanes where a pivot is positive in every row.
 ///
 /// A pivot is positive when it keeps at least 1e-13 of its diagonal entry: below that the matrix is singular to rounding.

@@ -70,8 +70,11 @@ pub(super) fn eigenvectors<L: Lane>(
         let mut j = 0;
         while j < count {
             let tile = if j + 4 <= count { 4 } else { 1 };
-            let (quotients, residuals) =
-                if tile == 4 { rayleigh::<L, 4>(t, z, width, j) } else { rayleigh_of_one(t, z, width, j) };
+            let (quotients, residuals) = if tile == 4 {
+                rayleigh::<L, 4>(t, theta, z, width, j)
+            } else {
+                rayleigh_of_one(t, theta, z, width, j)
+            };
             for k in 0..tile {
                 theta[j + k] = L::select(passed, theta[j + k], quotients[k]);
                 good = good.and(residuals[k].lt(tolerance).or(wanted.above(j + k).not()));
@@ -243,29 +246,21 @@ fn normalise<L: Lane>(z: &mut [L], width: usize, j: usize, lanes: Mask) -> Mask 
     lanes.and(norm2.lt(L::splat(0.5)))
 }
 
-/// Rayleigh quotients zᵀ T z of C columns from j on (|z| = 1) and the norms of their residuals.
+/// Rayleigh quotients zᵀ T z of C columns from j on (|z| = 1) and the norms of their residuals, from r = T z - θ z with the θ that is
+/// known: the quotient is θ + zᵀ r, and its residual |r - z zᵀ r|.
 #[inline(always)]
-fn rayleigh<L: Lane, const C: usize>(t: Tridiagonal<'_, L>, z: &[L], width: usize, j: usize) -> ([L; C], [L; C]) {
-    let quotient = sum_products::<L, C, false>(t, z, width, j, [L::splat(0.0); C]);
-    let mut residual = sum_products::<L, C, true>(t, z, width, j, quotient);
-    for r in &mut residual {
-        *r = r.sqrt();
-    }
-    (quotient, residual)
-}
-
-/// Σ z (T z), or with the residual Σ (T z - q z)², over the rows of C columns from j on.
-#[inline(always)]
-fn sum_products<L: Lane, const C: usize, const RESIDUAL: bool>(
+fn rayleigh<L: Lane, const C: usize>(
     t: Tridiagonal<'_, L>,
+    theta: &[L],
     z: &[L],
     width: usize,
     j: usize,
-    q: [L; C],
-) -> [L; C] {
+) -> ([L; C], [L; C]) {
     let (m, zero) = (t.d.len(), L::splat(0.0));
-    let (mut sum, mut above, mut here) = ([zero; C], [zero; C], [zero; C]);
+    let (mut along, mut squared) = ([zero; C], [zero; C]);
+    let (mut above, mut here, mut known) = ([zero; C], [zero; C], [zero; C]);
     here.copy_from_slice(&z[j..j + C]);
+    known.copy_from_slice(&theta[j..j + C]);
     let mut coupling = zero;
     for i in 0..m {
         let mut below = [zero; C];
@@ -273,22 +268,22 @@ fn sum_products<L: Lane, const C: usize, const RESIDUAL: bool>(
             below.copy_from_slice(&z[(i + 1) * width + j..][..C]);
         }
         for c in 0..C {
-            let product = t.e[i].mul_add(below[c], coupling.mul_add(above[c], t.d[i] * here[c]));
-            if RESIDUAL {
-                let r = q[c].neg_mul_add(here[c], product);
-                sum[c] = r.mul_add(r, sum[c]);
-            } else {
-                sum[c] = here[c].mul_add(product, sum[c]);
-            }
+            let r = t.e[i].mul_add(below[c], coupling.mul_add(above[c], (t.d[i] - known[c]) * here[c]));
+            along[c] = here[c].mul_add(r, along[c]);
+            squared[c] = r.mul_add(r, squared[c]);
         }
         (coupling, above, here) = (t.e[i], here, below);
     }
-    sum
+    for c in 0..C {
+        squared[c] = along[c].neg_mul_add(along[c], squared[c]).max(zero).sqrt();
+        known[c] = known[c] + along[c];
+    }
+    (known, squared)
 }
 
 /// The same of one column, in the first places.
 #[inline(always)]
-fn rayleigh_of_one<L: Lane>(t: Tridiagonal<'_, L>, z: &[L], width: usize, j: usize) -> ([L; 4], [L; 4]) {
-    let (quotient, residual) = rayleigh::<L, 1>(t, z, width, j);
+fn rayleigh_of_one<L: Lane>(t: Tridiagonal<'_, L>, theta: &[L], z: &[L], width: usize, j: usize) -> ([L; 4], [L; 4]) {
+    let (quotient, residual) = rayleigh::<L, 1>(t, theta, z, width, j);
     ([quotient[0]; 4], [residual[0]; 4])
 }

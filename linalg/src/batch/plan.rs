@@ -8,7 +8,7 @@
 //! φ = [ψ; 0] + R c,  c = -(Rᵀ M R)⁻¹ Rᵀ M [ψ; 0]      =>      K_ff ψ = λ (M_ff - W Wᵀ) ψ,  W = (M R)_f L_G⁻ᵀ
 //! ```
 //!
-//! with R the rigid motions that move one support by one each and L_G L_Gᵀ = Rᵀ M R. No shift is needed, and the
+//! with R the rigid motions that move one support by one each and L_G L_Gᵀ = Rᵀ M R. K_ff is regular, and the
 //! supports stand where the structure is stiffest, so that the inverse stays accurate.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -158,14 +158,15 @@ pub(super) struct Block {
 /// * `mass_scale` - factor of all masses, a power of four
 /// * `sensors` - observation rows (n_rows x n)
 /// * `references` - at the sensors, row by row
+/// * `shifted` - whether K + a M is factored: without its rigid motions M is full
 pub(super) fn compile(
     pencil: &AffinePencil,
     family: &Family,
     rigid: &DMatrix<f64>,
     nominal: &[f64],
     mass_scale: f64,
-    sensors: &DMatrix<f64>,
-    references: Option<&[f64]>,
+    (sensors, references): (&DMatrix<f64>, Option<&[f64]>),
+    shifted: bool,
 ) -> Block {
     let nb = family.pairs.len();
     let stiffness = family.project(pencil.n, &pencil.stiffness);
@@ -187,7 +188,7 @@ pub(super) fn compile(
     for (new, &c) in free.iter().enumerate() {
         position[c] = Some(new);
     }
-    let mut first: Vec<usize> = (0..m).collect();
+    let mut first: Vec<usize> = if shifted && r > 0 { vec![0; m] } else { (0..m).collect() };
     for &(c, d) in stiffness.keys().chain(mass.keys()) {
         if let (Some(i), Some(j)) = (position[c], position[d]) {
             first[i.max(j)] = first[i.max(j)].min(i.min(j));

@@ -8,6 +8,8 @@ use crate::{DMatrix, LinalgError, lowest_modes};
 pub(super) struct Scale {
     /// The lowest elastic λ.
     pub(super) first: f64,
+    /// The last wanted one.
+    pub(super) last: f64,
     /// Shift of the reference path.
     pub(super) shift: f64,
 }
@@ -41,7 +43,7 @@ pub(super) fn nominal_scale(
             return Err(BatchError::Mechanism { rigid });
         }
         shift = (first * last).sqrt();
-        scale = Some(Scale { first, shift });
+        scale = Some(Scale { first, last, shift });
     }
     scale.ok_or(BatchError::Mechanism { rigid })
 }

@@ -11,6 +11,8 @@ use super::values::{self, Squared};
 
 /// Modes that may be computed beyond the wanted ones, per block: the count stops at a gap, not in a cluster.
 const MARGIN: usize = 2;
+/// Ratio of two neighbours in θ below which there is a gap between them.
+const GAP: f64 = 1.0 - 1.0 / 1024.0;
 /// Octaves of θ, from its largest value down, in which the counts are taken at fixed points.
 const OCTAVES: usize = 15;
 /// Point below which an eigenvalue is rounding noise of the largest one: 2⁻⁴⁰.
@@ -29,6 +31,8 @@ pub(super) struct Plan {
     pub(super) references: Option<Vec<f64>>,
     /// Whether the shapes themselves are wanted.
     pub(super) with_shapes: bool,
+    /// a, rad²/s²; zero where the inverse of K alone is accurate enough.
+    pub(super) shift: f64,
     /// Factor that the masses carry inside the kernel.
     pub(super) mass_scale: f64,
     /// Fixed start values of the iterations, in ±[0.5, 1].
@@ -50,7 +54,7 @@ impl Plan {
 /// Why a lane has no result of its own.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Lapse {
-    /// K without its rigid motions is not positive definite, or not finite.
+    /// K without its rigid motions, or K + a M, is not positive definite, or not finite.
     Stiffness,
     /// M is not positive semidefinite.
     Mass,
@@ -77,6 +81,8 @@ pub(super) struct BlockBuffers<L> {
     factors: [Vec<L>; 4],
     grid: Vec<Evaluation<L>>,
     theta: Vec<L>,
+    /// Places of these modes among those of all blocks.
+    rank: Vec<Counter>,
     count: Counter,
     pub(super) observed: Vec<L>,
     pub(super) products: Vec<L>,
@@ -128,6 +134,7 @@ impl<L: Lane> Buffers<L> {
                     factors: std::array::from_fn(|_| vector(b.m * ABREAST)),
                     grid: vec![nothing; GRID],
                     theta: vector(width),
+                    rank: vec![Counter::ZERO; width],
                     count: Counter::ZERO,
                     observed: vector(if plan.with_shapes { plan.n_rows * width } else { 0 }),
                     products: vector(plan.n_products() * width),
@@ -168,6 +175,11 @@ pub(super) fn solve_batches<L: Lane>(plan: &Plan, batches: &mut [Buffers<L>]) {
     }
     all_values(plan, batches);
     for buffers in batches {
+        if plan.blocks.iter().all(|b| prefers_all(plan, b.m)) {
+            count_by_values(plan, buffers);
+        } else {
+            count_by_octaves(plan, buffers);
+        }
         for index in 0..buffers.blocks.len() {
             let passed = eigenpairs(plan, index, buffers);
             buffers.note(passed, Lapse::Residual);
@@ -176,13 +188,13 @@ pub(super) fn solve_batches<L: Lane>(plan: &Plan, batches: &mut [Buffers<L>]) {
     }
 }
 
-/// Tridiagonal matrices, and the count of the modes above a point in each.
+/// Tridiagonal matrices.
 #[inline(always)]
 fn prepare<L: Lane>(plan: &Plan, buffers: &mut Buffers<L>) {
     buffers.lapses = [None; LANES];
     let (mut stiff, mut massive) = (Mask::splat(true), Mask::splat(true));
     for (block, b) in plan.blocks.iter().zip(&mut buffers.blocks) {
-        let (k_good, m_good) = reduce(block, b, &buffers.parameters);
+        let (k_good, m_good) = reduce(block, plan.shift / plan.mass_scale, b, &buffers.parameters);
         stiff = stiff.and(k_good);
         massive = massive.and(m_good);
     }
@@ -190,20 +202,24 @@ fn prepare<L: Lane>(plan: &Plan, buffers: &mut Buffers<L>) {
     buffers.note(massive, Lapse::Mass);
     let finite = scale(buffers);
     buffers.note(finite, Lapse::Stiffness);
-    count_modes(plan, buffers);
 }
 
-/// Assembly, and the block as one symmetric matrix in tridiagonal form; the masks tell the lanes where K and Rᵀ M R
-/// are positive definite.
+/// Assembly, and the block as one symmetric matrix in tridiagonal form; the masks tell the lanes where K + a M and
+/// Rᵀ M R are positive definite.
+///
+/// * `shift` - a over the scale of the masses
 #[inline(always)]
-fn reduce<L: Lane>(block: &Block, b: &mut BlockBuffers<L>, parameters: &[L]) -> (Mask, Mask) {
+fn reduce<L: Lane>(block: &Block, shift: f64, b: &mut BlockBuffers<L>, parameters: &[L]) -> (Mask, Mask) {
     assemble::evaluate(&block.stiffness, parameters, &mut b.l);
     assemble::evaluate(&block.mass, parameters, &mut b.mass);
     assemble::evaluate(&block.mass_rigid, parameters, &mut b.w);
     assemble::evaluate(&block.rigid_gram, parameters, &mut b.gram);
     let massive = assemble::rigid_factor(block.r, &mut b.w, &mut b.gram);
-    let stiff = cholesky::factor(&block.envelope, &mut b.l);
     assemble::free_mass(&block.envelope, block.r, &b.mass, &b.w, &mut b.c);
+    if shift > 0.0 {
+        cholesky::add(&block.envelope, shift, &b.c, &mut b.l);
+    }
+    let stiff = cholesky::factor(&block.envelope, &mut b.l);
     cholesky::reduce(&block.envelope, &b.l, &mut b.c);
     let [v, w, next, p] = &mut b.vectors;
     let mut reflectors = Reflectors { c: &mut b.c, beta: &mut b.beta, d: &mut b.d, e: &mut b.e, v, w, next, p };
@@ -244,10 +260,65 @@ fn scale<L: Lane>(buffers: &mut Buffers<L>) -> Mask {
     finite
 }
 
+/// Counts the eigenvalues of all blocks above a point in a gap between those that QL has found, behind the n_modes-th of them: the modes
+/// to be computed, with the proof that none is missed.
+#[inline(always)]
+fn count_by_values<L: Lane>(plan: &Plan, buffers: &mut Buffers<L>) {
+    let wanted = plan.n_modes;
+    let noise = L::splat(NOISE);
+    let mut last = nth_value(&buffers.blocks, wanted);
+    let mut next = nth_value(&buffers.blocks, wanted + 1).max(noise);
+    for surplus in 1..=MARGIN {
+        let joined = (L::splat(GAP) * last).lt(next);
+        if !joined.any() {
+            break;
+        }
+        last = L::select(joined, next, last);
+        next = L::select(joined, nth_value(&buffers.blocks, wanted + surplus + 1).max(noise), next);
+    }
+    let mut alive = buffers.note(noise.lt(last), Lapse::Count);
+    let cut = (last.max(noise) * next).sqrt();
+    let (mut nonnegative, mut total) = (Mask::splat(true), Counter::ZERO);
+    for b in &mut buffers.blocks {
+        let t = Tridiagonal { d: &b.d, e: &b.e, e2: &b.e2 };
+        sturm::evaluate(t, &[cut, -noise], &mut b.grid[..2]);
+        nonnegative = nonnegative.and(b.grid[1].count.above(b.d.len() - 1));
+        total = total.plus(b.grid[0].count);
+    }
+    alive = buffers.note(nonnegative, Lapse::Mass).and(alive);
+    let fits = total.above(wanted - 1).and(total.above(wanted + MARGIN).not());
+    alive = buffers.note(fits, Lapse::Count).and(alive);
+    for b in &mut buffers.blocks {
+        b.count = Counter::select(alive, b.grid[0].count, Counter::ZERO);
+    }
+    buffers.cut = cut;
+}
+
+/// The n-th largest eigenvalue (from one on) of all blocks, whose own are in order: where i of them come from one block and n - i from
+/// the other, the smallest of all is that or less. Below zero where there are fewer.
+#[inline(always)]
+fn nth_value<L: Lane>(blocks: &[BlockBuffers<L>], n: usize) -> L {
+    let of = |block: usize, k: usize| {
+        let b = blocks.get(block)?;
+        if k == 0 { Some(L::splat(f64::MAX)) } else { b.vectors[0][..b.d.len()].get(k - 1).copied() }
+    };
+    let mut best = L::splat(-1.0);
+    for i in 0..=n {
+        let Some(a) = of(0, i) else { break };
+        let least = match of(1, n - i) {
+            Some(b) => L::select(a.lt(b), a, b),
+            None if blocks.len() == 1 && i == n => a,
+            None => continue,
+        };
+        best = best.max(least);
+    }
+    best
+}
+
 /// Counts the eigenvalues of all blocks at the fixed points, and finds per lane a point above which there are at least
 /// n_modes of them, and if a gap allows no more: the modes to be computed, with the proof that none is missed.
 #[inline(always)]
-fn count_modes<L: Lane>(plan: &Plan, buffers: &mut Buffers<L>) {
+fn count_by_octaves<L: Lane>(plan: &Plan, buffers: &mut Buffers<L>) {
     let wanted = plan.n_modes;
     for (g, x) in buffers.points[..GRID].iter_mut().enumerate() {
         *x = L::splat(match g {
@@ -324,7 +395,7 @@ fn prefers_all(plan: &Plan, m: usize) -> bool {
     m <= 3 * plan.n_modes.div_ceil(plan.blocks.len())
 }
 
-/// All eigenvalues of the blocks that prefer this, on their first scratch vector; of both halves of a symmetric model, and of both
+/// All eigenvalues of the blocks that prefer this, descending, on their first scratch vector; of both halves of a symmetric model, and of both
 /// batches, side by side.
 #[inline(always)]
 fn all_values<L: Lane>(plan: &Plan, batches: &mut [Buffers<L>]) {
@@ -351,16 +422,21 @@ fn all_values<L: Lane>(plan: &Plan, batches: &mut [Buffers<L>]) {
             }
             _ => {}
         }
-        return;
+    } else {
+        for (index, block) in plan.blocks.iter().enumerate().filter(|(_, b)| prefers_all(plan, b.m)) {
+            match batches {
+                [one, two] => {
+                    let [a, b] = [one, two].map(|buffers| scratch(&mut buffers.blocks[index], block.m));
+                    values::all_eigenvalues(block.m, &mut [a, b]);
+                }
+                [one] => values::all_eigenvalues(block.m, &mut [scratch(&mut one.blocks[index], block.m)]),
+                _ => {}
+            }
+        }
     }
     for (index, block) in plan.blocks.iter().enumerate().filter(|(_, b)| prefers_all(plan, b.m)) {
-        match batches {
-            [one, two] => {
-                let [a, b] = [one, two].map(|buffers| scratch(&mut buffers.blocks[index], block.m));
-                values::all_eigenvalues(block.m, &mut [a, b]);
-            }
-            [one] => values::all_eigenvalues(block.m, &mut [scratch(&mut one.blocks[index], block.m)]),
-            _ => {}
+        for buffers in &mut *batches {
+            values::sort(&mut buffers.blocks[index].vectors[0][..block.m]);
         }
     }
 }
@@ -376,7 +452,7 @@ fn eigenpairs<L: Lane>(plan: &Plan, index: usize, buffers: &mut Buffers<L>) -> M
     }
     let t = Tridiagonal { d: &b.d, e: &b.e, e2: &b.e2 };
     if prefers_all(plan, block.m) {
-        values::largest(&mut b.vectors[0][..block.m], &mut b.theta[..count]);
+        b.theta[..count].copy_from_slice(&b.vectors[0][..count]);
     } else {
         buffers.brackets.clear();
         let last = OCTAVES + 1;
@@ -400,11 +476,12 @@ fn eigenpairs<L: Lane>(plan: &Plan, index: usize, buffers: &mut Buffers<L>) -> M
     tridiagonal::back_transform(block.m, &b.c, &b.beta, z, width, count);
     cholesky::solve_transposed(&block.envelope, &b.l, z, width, count);
     assemble::add_rigid(block, &b.w, &b.gram, z, width, count);
-    // ψᵀ (s M) ψ = θ with s the scale of the masses, and λ = s / θ.
-    let scale = L::splat(plan.mass_scale);
+    // ψᵀ (s M) ψ = θ with s the scale of the masses, and λ + a = s / θ.
+    let (scale, shift) = (L::splat(plan.mass_scale), L::splat(plan.shift));
     for j in 0..count {
-        theta[j] = scale / (theta[j] * buffers.bound);
-        let factor = theta[j].sqrt();
+        let shifted = scale / (theta[j] * buffers.bound);
+        theta[j] = shifted - shift;
+        let factor = shifted.sqrt();
         for i in 0..block.m + block.r {
             z[i * width + j] = z[i * width + j] * factor;
         }
@@ -421,35 +498,54 @@ fn eigenpairs<L: Lane>(plan: &Plan, index: usize, buffers: &mut Buffers<L>) -> M
 /// Merges the blocks: the n_modes lowest λ of every lane.
 #[inline(always)]
 fn choose_modes<L: Lane>(plan: &Plan, buffers: &mut Buffers<L>) {
+    rank_modes(buffers);
     for lane in 0..LANES {
         let chosen = &mut buffers.chosen[lane];
         chosen.clear();
         if buffers.lapses[lane].is_some() {
             continue;
         }
-        // Every block is in order already, but for modes that are equal to rounding: two of them are merged.
-        let mut next = [0; 2];
-        let left = |k: usize, next: usize| {
-            let b = buffers.blocks.get(k)?;
-            (next < b.count.0[lane] as usize).then(|| (b.theta[next].array()[lane], k, next))
-        };
-        loop {
-            let (a, b) = (left(0, next[0]), left(1, next[1]));
-            let Some(mode) = (match (a, b) {
-                (Some(a), Some(b)) => Some(if b.0 < a.0 { b } else { a }),
-                (a, b) => a.or(b),
-            }) else {
-                break;
-            };
-            next[mode.1] += 1;
-            chosen.push(mode);
+        let count: u64 = buffers.blocks.iter().map(|b| b.count.0[lane]).sum();
+        chosen.resize(count as usize, (f64::NAN, 0, 0));
+        for (block, b) in buffers.blocks.iter().enumerate() {
+            for (column, (theta, rank)) in b.theta.iter().zip(&b.rank).enumerate().take(b.count.0[lane] as usize) {
+                if let Some(mode) = chosen.get_mut(rank.0[lane] as usize) {
+                    *mode = (theta.array()[lane], block, column);
+                }
+            }
         }
+        // Modes of one block that are equal to rounding may stand in any order.
         if !chosen.is_sorted_by(|a, b| a.0 <= b.0) {
             chosen.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         }
-        let finite = chosen.iter().all(|c| c.0.is_finite() && c.0 > 0.0);
-        if !finite || chosen.len() < plan.n_modes {
+        // A value at rounding level is no elastic mode.
+        let noise = chosen.last().map_or(0.0, |c| NOISE * (plan.shift + c.0));
+        let elastic = chosen.iter().all(|c| c.0.is_finite() && c.0 > noise);
+        if !elastic || chosen.len() < plan.n_modes {
             buffers.lapses[lane] = Some(Lapse::Residual);
+        }
+    }
+}
+
+/// The place of every λ among those of all blocks: one of a block stands behind those before it, and behind those of the other block
+/// that are smaller.
+#[inline(always)]
+fn rank_modes<L: Lane>(buffers: &mut Buffers<L>) {
+    let (zero, one, above_all) = (L::splat(0.0), L::splat(1.0), L::splat(f64::INFINITY));
+    for b in &mut buffers.blocks {
+        for (j, (theta, rank)) in b.theta.iter_mut().zip(&mut b.rank).enumerate().take(b.count.largest()) {
+            *theta = L::select(b.count.above(j), *theta, above_all);
+            *rank = Counter([j as u64; LANES]);
+        }
+    }
+    if let [a, b] = &mut buffers.blocks[..] {
+        let (n_a, n_b) = (a.count.largest(), b.count.largest());
+        for i in 0..n_a {
+            for j in 0..n_b {
+                let difference = b.theta[j] - a.theta[i];
+                difference.count_sign_change(zero, &mut a.rank[i]);
+                difference.count_sign_change(-one, &mut b.rank[j]);
+            }
         }
     }
 }

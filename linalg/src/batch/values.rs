@@ -128,17 +128,15 @@ pub(super) fn all_eigenvalues<L: Lane, const A: usize>(m: usize, t: &mut [Square
     }
 }
 
-/// The largest numbers, descending.
+/// Puts the numbers in descending order.
 #[inline(always)]
-pub(super) fn largest<L: Lane>(d: &mut [L], out: &mut [L]) {
-    let m = d.len();
-    for j in 0..out.len() {
-        for i in j + 1..m {
-            let (a, b) = (d[j], d[i]);
+pub(super) fn sort<L: Lane>(d: &mut [L]) {
+    for j in 1..d.len() {
+        for i in (0..j).rev() {
+            let (a, b) = (d[i], d[i + 1]);
             let swap = a.lt(b);
-            d[j] = L::select(swap, b, a);
-            d[i] = L::select(swap, a, b);
+            d[i] = L::select(swap, b, a);
+            d[i + 1] = L::select(swap, a, b);
         }
-        out[j] = d[j];
     }
 }

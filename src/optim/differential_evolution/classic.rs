@@ -28,10 +28,11 @@ impl DifferentialEvolution {
             for (i, trial) in trials.iter_mut().enumerate() {
                 let [a, b, c] = three_others(i, n, &mut rng);
                 let certain = rng.below(start.len());
-                for j in 0..start.len() {
+                let [a, b, c, member] = [a, b, c, i].map(|k| members[k].as_slice());
+                for (j, value) in trial.as_mut_slice().iter_mut().enumerate() {
                     let mutated = rng.unit() < crossover_rate || j == certain;
-                    let mutant = members[a][j] + weight * (members[b][j] - members[c][j]);
-                    trial[j] = if mutated { back_inside(mutant, members[i][j]) } else { members[i][j] };
+                    let mutant = a[j] + weight * (b[j] - c[j]);
+                    *value = if mutated { back_inside(mutant, member[j]) } else { member[j] };
                 }
             }
             run.costs(&trials, &mut trial_costs)?;
