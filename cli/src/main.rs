@@ -22,6 +22,8 @@ const SHORT: u8 = 1;
 const WRONG_INPUT: u8 = 2;
 /// A bug of ours.
 const BUG: u8 = 70;
+/// Stack of a thread, bytes: that of a main thread.
+const STACK: usize = 8 << 20;
 
 fn main() -> ExitCode {
     let cli = match Cli::try_parse() {
@@ -54,7 +56,10 @@ fn main() -> ExitCode {
         Command::Explain(a) => commands::explain::run(a),
         Command::Completions(a) => commands::completions::run(a),
     };
-    let code = match std::panic::catch_unwind(std::panic::AssertUnwindSafe(run)) {
+    // A search hands hundreds of short batches a second to the threads of the pool: it runs on one of them itself.
+    let _ = rayon::ThreadPoolBuilder::new().stack_size(STACK).build_global();
+    let on_pool = || rayon::scope(|_| run());
+    let code = match std::panic::catch_unwind(std::panic::AssertUnwindSafe(on_pool)) {
         Ok(Ok(code)) => code,
         Ok(Err(failure)) => {
             failure.print();

@@ -1,6 +1,9 @@
+use std::cell::Cell;
 use std::error::Error;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
 
+use rayon::Yield;
 use rayon::prelude::*;
 
 use crate::linalg::DVector;
@@ -55,6 +58,9 @@ impl Evaluator for Threads {
             return Ok(());
         }
         let many = points.len() >= MANY * BATCH * rayon::current_num_threads();
+        if many {
+            keep_awake();
+        }
         let chunk = if many { BATCH } else { BATCH / 2 };
         points.par_chunks(chunk).zip(out.par_chunks_mut(chunk)).with_max_len(1).for_each(|(points, out)| {
             if !cancel.load(Ordering::Relaxed) {
@@ -72,4 +78,29 @@ impl Evaluator for Threads {
     ) -> Result<Vec<Result<Linearization, EvalError>>, Box<dyn Error + Send + Sync>> {
         Ok(points.par_iter().map(|x| objective.linearize(x)).collect())
     }
+}
+
+/// How long a thread without work looks for more.
+const LINGER: Duration = Duration::from_micros(200);
+
+/// Has the other threads of this pool look for work a while longer than they would.
+///
+/// Between two generations of a fast search some 50 us go by, in which they fall asleep, and they take as long to wake. A thread outside
+/// the pool only waits for them: it needs its core between two batches.
+fn keep_awake() {
+    thread_local!(static AWAKE: Cell<bool> = const { Cell::new(false) });
+    let Some(own) = rayon::current_thread_index() else { return };
+    rayon::spawn_broadcast(move |context| {
+        if context.index() == own || AWAKE.replace(true) {
+            return;
+        }
+        let mut last = Instant::now();
+        while last.elapsed() < LINGER {
+            match rayon::yield_now() {
+                Some(Yield::Executed) => last = Instant::now(),
+                _ => std::hint::spin_loop(),
+            }
+        }
+        AWAKE.set(false);
+    });
 }

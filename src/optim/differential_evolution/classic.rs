@@ -30,9 +30,9 @@ impl DifferentialEvolution {
                 let certain = rng.below(start.len());
                 let [a, b, c, member] = [a, b, c, i].map(|k| members[k].as_slice());
                 for (j, value) in trial.as_mut_slice().iter_mut().enumerate() {
-                    let mutated = rng.unit() < crossover_rate || j == certain;
-                    let mutant = a[j] + weight * (b[j] - c[j]);
-                    *value = if mutated { back_inside(mutant, member[j]) } else { member[j] };
+                    let is_mutated = (rng.unit() < crossover_rate) | (j == certain);
+                    let mutant = back_inside(a[j] + weight * (b[j] - c[j]), member[j]);
+                    *value = if is_mutated { mutant } else { member[j] };
                 }
             }
             run.costs(&trials, &mut trial_costs)?;

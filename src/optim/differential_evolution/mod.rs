@@ -147,11 +147,8 @@ fn first_population(n: usize, start: &DVector<f64>, run: &mut Run<'_>) -> Result
 
 /// A mutant's parameter moved back into [0, 1]: half way from the member to the bound that is exceeded (JADE).
 fn back_inside(mutant: f64, member: f64) -> f64 {
-    if mutant < 0.0 {
-        0.5 * member
-    } else if mutant > 1.0 {
-        0.5 * (1.0 + member)
-    } else {
-        mutant
-    }
+    // Both ways are computed, so that no branch waits for a random number.
+    let (below, above) = (0.5 * member, 0.5 * (1.0 + member));
+    let inside = if mutant > 1.0 { above } else { mutant };
+    if mutant < 0.0 { below } else { inside }
 }
