@@ -30,7 +30,7 @@ impl DifferentialEvolution {
                 let certain = rng.below(start.len());
                 let [a, b, c, member] = [a, b, c, i].map(|k| members[k].as_slice());
                 for (j, value) in trial.as_mut_slice().iter_mut().enumerate() {
-                    let is_mutated = (rng.unit() < crossover_rate) | (j == certain);
+                    let is_mutated = rng.unit() < crossover_rate || j == certain;
                     let mutant = back_inside(a[j] + weight * (b[j] - c[j]), member[j]);
                     *value = if is_mutated { mutant } else { member[j] };
                 }
