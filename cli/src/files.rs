@@ -1,9 +1,11 @@
 //! Reading files with problems shown in place, and writing without losing anything.
 
 use crate::output::{Failure, warn};
-use retune::correlation::{check_sensors as check, with_sensor_masses};
-use retune::data::{MeasurementOptions, TestData, read_measurements, read_test};
-use retune::model::{Model, Registry, load_configuration};
+use retune::correlation::{check_functions, check_sensors as check, with_sensor_masses};
+use retune::data::{FrfFit, MeasurementOptions, TestData, read_measurements, read_test};
+use retune::model::{Model, ParametricModel, Registry, load_configuration};
+use retune::objective::starting_point;
+use retune::report::text::{number, printable};
 use retune::yaml::{Problem, Severity, SourceMap};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -61,10 +63,17 @@ pub(crate) fn test(path: &Path) -> Result<(TestData, Vec<Problem>, String), Fail
             if let Some(fit) = &test.frf_fit {
                 let folder = path.parent().unwrap_or(Path::new(""));
                 let files: Vec<_> = fit.files.iter().map(|f| folder.join(f)).collect();
-                test.frfs = read_measurements(&files, None, &MeasurementOptions::default())?.frfs;
+                let refused = |why: &dyn std::fmt::Display| {
+                    let place = Problem::error("frfs.files", why);
+                    Failure::problems(path, &text, &SourceMap::of(&text).place(vec![place]))
+                };
+                let found = read_measurements(&files, None, &MeasurementOptions::default()).map_err(|e| refused(&e))?;
+                for (file, note) in &found.notes {
+                    eprintln!("note: {}: {}", file.display(), printable(note));
+                }
+                test.frfs = found.frfs;
                 if test.frfs.is_none() {
-                    let place = Problem::error("frfs.files", "these files hold no frequency response functions");
-                    return Err(Failure::problems(path, &text, &SourceMap::of(&text).place(vec![place])));
+                    return Err(refused(&"these files hold no frequency response functions"));
                 }
             }
             Ok((test, warnings, text))
@@ -105,8 +114,9 @@ pub(crate) struct Tested {
 pub(crate) fn tested(path: &Path, tests: &[PathBuf], configuration: Option<&str>) -> Result<Vec<Tested>, Failure> {
     let mut all = Vec::with_capacity(tests.len());
     for (i, test_path) in tests.iter().enumerate() {
-        let (test, mut warnings, text) = test(test_path)?;
+        let (mut test, mut warnings, text) = test(test_path)?;
         let (model, model_warnings, model_text) = tested_model(path, configuration, (&test, test_path, &text))?;
+        settle_loss_factor(&model, &mut test);
         warnings.extend(check_sensors(&model, &test, test_path, &text)?);
         if i == 0 {
             warn(path, &model_text, &model_warnings);
@@ -119,6 +129,26 @@ pub(crate) fn tested(path: &Path, tests: &[PathBuf], configuration: Option<&str>
     Ok(all)
 }
 
+/// Gives the functions of a model without damping the loss factor that the measured damping ratios tell, where the file gives none.
+pub(crate) fn settle_loss_factor(model: &Model, test: &mut TestData) {
+    let usual = FrfFit::usual_loss_factor(&test.modes);
+    let Some(fit) = test.frf_fit.as_mut().filter(|fit| fit.loss_factor.is_none()) else { return };
+    let is_damped = model.assemble(&starting_point(model)).is_ok_and(|system| system.damping.is_some());
+    if is_damped {
+        return;
+    }
+    fit.loss_factor = usual;
+    match usual {
+        Some(eta) => eprintln!(
+            "note: frfs: no `loss_factor` is given, and the model has no damping: {} is taken, twice the median of the measured damping ratios",
+            number(eta)
+        ),
+        None => eprintln!(
+            "note: frfs: no `loss_factor` is given, the model has no damping, and none was measured: near resonances its amplitudes will be too large"
+        ),
+    }
+}
+
 /// Whether a file is a test file: its first key says so.
 pub(crate) fn is_test(path: &Path) -> bool {
     read(path).is_ok_and(|text| text.lines().any(|l| l.starts_with("retune_test:")))
@@ -126,7 +156,9 @@ pub(crate) fn is_test(path: &Path) -> bool {
 
 /// The problems of a test's sensors on a model: warnings to show, or a failure.
 pub(crate) fn check_sensors(model: &Model, test: &TestData, path: &Path, text: &str) -> Result<Vec<Problem>, Failure> {
-    let problems = SourceMap::of(text).place(check(model, &test.sensors));
+    let mut problems = check(model, &test.sensors);
+    problems.extend(check_functions(model, test));
+    let problems = SourceMap::of(text).place(problems);
     if problems.iter().any(|p| p.severity == Severity::Error) {
         return Err(Failure::problems(path, text, &problems));
     }

@@ -184,7 +184,7 @@ pub(crate) fn pairs(a: &Assessment, agreement: Option<&[ModeAgreement]>, style: 
 /// Readings of static tests beside those of the model.
 fn readings(a: &Assessment, style: &Style) -> String {
     if a.readings.is_empty() {
-        return String::new();
+        return functions(a);
     }
     let mut table = Table::new([
         ("static test", Align::Left),
@@ -207,7 +207,16 @@ fn readings(a: &Assessment, style: &Style) -> String {
             Cell::new(format!("{:+.2} %", 100.0 * (r.model / r.measured - 1.0)), tone),
         ]);
     }
-    table.render(style)
+    table.render(style) + &functions(a)
+}
+
+/// What the functions of the test say, in a line.
+fn functions(a: &Assessment) -> String {
+    a.functions.map_or_else(String::new, |f| {
+        let rms = (f.chi_squared / f.n_values as f64).sqrt();
+        let (n, rms) = (f.n_values, retune::report::text::number(rms));
+        format!("functions: {n} amplitudes, {rms} standard deviations off (root mean square)\n")
+    })
 }
 
 fn flags(p: &retune::update::AssessedPair) -> String {

@@ -284,6 +284,55 @@ fn several_tests_an_objective_and_a_posterior() {
     assert!(rows.lines().next().unwrap().ends_with(",cost"));
 }
 
+/// Synthetic functions of a stiffer beam: with modes, alone, and with channels that are nowhere.
+#[test]
+fn functions_of_a_test_enter_the_fit() {
+    let folder = Folder::new("functions");
+    let twin = "twin model.yaml --sensors test.yaml -o t.yaml --frf f.csv --band 1 40 --lines 40 --modes 2 --set EI=26";
+    assert_eq!(folder.run(twin).code, 0);
+    let (modes, functions) = (folder.read("t.yaml"), folder.read("f.csv"));
+    folder.write("fit.yaml", modes.clone() + "frfs: {files: [f.csv], sd: 5 %}\n");
+    let ei = |u: &Value| u["parameters"][0]["after"].as_f64().unwrap();
+    let u = folder.json("update model.yaml fit.yaml --json");
+    assert!((ei(&u) - 26.0).abs() < 0.1, "{u:#}");
+    assert_eq!(u["tests"][0]["functions_of_fit"]["values"], 80);
+    let said = folder.run("compare model.yaml fit.yaml");
+    assert!(said.err.contains("twice the median of the measured damping ratios"), "{}", said.err);
+    assert!(said.out.contains("functions: 80 amplitudes, ") && said.out.contains("mean CSAC"), "{}", said.out);
+
+    let head = modes.split("modes:").next().unwrap();
+    folder.write("alone.yaml", format!("{head}frfs: {{files: [f.csv], sd: 5 %, loss_factor: 0.02}}\n"));
+    let u = folder.json("update model.yaml alone.yaml --json");
+    assert!((ei(&u) - 26.0).abs() < 0.1, "{u:#}");
+    assert!(folder.run("diagnose model.yaml alone.yaml").err.contains("retune identify"));
+
+    for (from, to, code, text) in [
+        ("tip.+z", "top.+z", 2, "`top`, which is no sensor of the test and no node of the model; did you mean `tip`?"),
+        ("tip.+z", "tip.+y", 0, "channel `tip` along +y reads no motion of the model; it is left out"),
+        ("tip.+z", "tip.+x", 0, "channel `tip` along +x reads no motion"),
+        ("f.csv", "g.csv", 2, "cannot read `g.csv`"),
+    ] {
+        folder.write("f.csv", functions.replace(from, to));
+        folder.write("wrong.yaml", (modes.clone() + "frfs: {files: [f.csv], sd: 5 %}\n").replace(from, to));
+        let said = folder.run("compare model.yaml wrong.yaml");
+        let line = format!("wrong.yaml:{}:", modes.lines().count() + 1);
+        assert!(said.err.contains(text) && said.err.contains(&line), "{to}: {}", said.err);
+        assert_eq!(said.code, code, "{to}");
+    }
+}
+
+#[test]
+fn an_edit_overwrites_no_other_file() {
+    let folder = Folder::new("edit");
+    let said = folder.run("add model.yaml point-mass@tip -o test.yaml");
+    assert!(said.code == 2 && said.err.contains("give --force"), "{said:?}");
+    assert_eq!(folder.read("test.yaml"), TEST);
+    assert_eq!(folder.run("add model.yaml point-mass@tip -o model.yaml").code, 0);
+    assert_eq!(folder.run("undo model.yaml -o test.yaml").code, 2);
+    assert_eq!(folder.run("undo model.yaml").code, 0);
+    assert_eq!(folder.read("model.yaml"), MODEL);
+}
+
 #[test]
 fn nothing_free_is_said() {
     let folder = Folder::new("fixed");

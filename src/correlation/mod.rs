@@ -4,6 +4,7 @@
 //! ones first, experimental ones second, and NaN marks what was not measured. Start reading at [`mac_matrix`].
 
 mod assignment;
+mod channels;
 mod chi_square_sum;
 mod comac;
 mod criteria;
@@ -26,6 +27,7 @@ mod statistics;
 mod subspace;
 mod union;
 
+pub use channels::{channel_sensor, check_functions, fitted_channel};
 pub use comac::{comac, enhanced_comac, scaled_comac};
 pub use criteria::{
     BUILTIN_PROFILES, Check, CriteriaError, CriteriaProfile, Evidence, Judgement, ModeMarks, PairEvidence,

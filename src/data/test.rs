@@ -170,11 +170,19 @@ pub struct FrfFit {
     pub bands_hz: Vec<[f64; 2]>,
     /// Standard deviation of a value, relative to it.
     pub relative_sd: f64,
-    /// Loss factor η of the whole structure, K (1 + i η), beside the model's own dashpots.
-    pub loss_factor: f64,
+    /// Loss factor η of the whole structure, K (1 + i η), beside the model's own damping; zero when absent.
+    pub loss_factor: Option<f64>,
 }
 
 impl FrfFit {
+    /// The loss factor of a model without damping of its own, for a file that gives none: twice the median of the measured damping
+    /// ratios, which is what an amplitude at resonance shows. `None` where nothing was measured.
+    pub fn usual_loss_factor(modes: &[TestMode]) -> Option<f64> {
+        let mut ratios: Vec<f64> = modes.iter().filter_map(|m| m.damping_ratio.map(|d| d.value)).collect();
+        ratios.sort_by(f64::total_cmp);
+        ratios.get(ratios.len() / 2).map(|ratio| 2.0 * ratio)
+    }
+
     /// Whether a line is in its bands.
     pub fn uses(&self, hz: f64) -> bool {
         hz > 0.0 && (self.bands_hz.is_empty() || self.bands_hz.iter().any(|[l, h]| (*l..=*h).contains(&hz)))

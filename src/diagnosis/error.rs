@@ -11,7 +11,7 @@ use crate::optim::OptimError;
 #[non_exhaustive]
 pub enum DiagnosisError {
     /// Nothing to compare with.
-    #[error("the test has no modes to compare with")]
+    #[error("the test has no modes to compare with (`retune identify` finds them in its functions)")]
     NoModes,
     /// No start of a fit could be evaluated.
     #[error("no start of the fit can be evaluated")]

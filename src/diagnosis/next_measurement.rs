@@ -84,7 +84,8 @@ pub(super) fn next_measurements(
             }
             NextMeasurement { what: p.what, place: p.place, expected_ln_bayes: worst }
         })
-        .filter(|p| p.expected_ln_bayes.is_finite())
+        // What is less than half a tenth says nothing, and would be shown as zero.
+        .filter(|p| p.expected_ln_bayes.is_finite() && p.expected_ln_bayes >= 0.05)
         .collect();
     out.sort_by(|a, b| b.expected_ln_bayes.total_cmp(&a.expected_ln_bayes));
     out.truncate(10);

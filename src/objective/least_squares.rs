@@ -3,8 +3,8 @@
 use super::batch::BatchPath;
 use super::prediction::{Comparison, Prediction};
 use super::residual::{
-    Damping, Frequency, MassPropertyResidual, Point, Prior, RESIDUALS, Residual, Shape, StaticAngle, StaticDeflection,
-    TargetResidual,
+    Damping, Frequency, FrfLog, MassPropertyResidual, Point, Prior, RESIDUALS, Residual, Shape, StaticAngle,
+    StaticDeflection, TargetResidual,
 };
 use super::scaling::Scaling;
 use super::{EvalError, Linearization, Loss, Objective, PathCounts, Walls};
@@ -25,14 +25,15 @@ pub struct LeastSquares<'a> {
 
 impl<'a> LeastSquares<'a> {
     /// Frequencies, shapes where the test has them, measured mass properties, targets and priors; then damping ratios where
-    /// model and test have them, and static deflections and angles.
+    /// model and test have them, static deflections and angles, and amplitudes of frequency responses where the test says how they
+    /// enter a fit.
     pub fn new(comparison: &'a Comparison<'a>) -> Self {
         let mut terms: Vec<&dyn Residual> = vec![&Frequency];
         if comparison.has_shapes() {
             terms.push(&Shape);
         }
         terms.extend([&MassPropertyResidual as &dyn Residual, &TargetResidual, &Prior]);
-        let further: [&dyn Residual; 3] = [&Damping, &StaticDeflection, &StaticAngle];
+        let further: [&dyn Residual; 4] = [&Damping, &StaticDeflection, &StaticAngle, &FrfLog];
         terms.extend(further.into_iter().filter(|r| !r.is_empty(comparison)));
         Self::with_terms(comparison, terms)
     }
@@ -92,6 +93,19 @@ impl<'a> LeastSquares<'a> {
         let mut r = DVector::zeros(self.n_residuals());
         self.fill(theta, prediction, &mut r);
         r
+    }
+
+    /// Where the residuals of a term stand; nowhere if it is none of the terms.
+    pub fn rows_of(&self, name: &str) -> std::ops::Range<usize> {
+        let lengths = self.terms.iter().map(|t| t.len(self.comparison));
+        let mut start = 0;
+        for (term, len) in self.terms.iter().zip(lengths) {
+            if term.name() == name {
+                return start..start + len;
+            }
+            start += len;
+        }
+        0..0
     }
 
     fn fill(&self, theta: &[f64], prediction: &Prediction, r: &mut DVector<f64>) {

@@ -1,8 +1,8 @@
 //! Frequency responses of a model at the lines and channels of a test, directly from K, M and C.
 
 use super::residual::Point;
-use crate::correlation::{CorrelationError, observation_matrix};
-use crate::data::{Channel, FrfFit, Place, Sensor, TestData};
+use crate::correlation::{CorrelationError, fitted_channel, observation_matrix};
+use crate::data::{Channel, FrfFit, TestData};
 use crate::linalg::{Complex, DMatrix, DynamicStiffness, ShiftedPencil};
 use crate::model::{ParametricModel, System};
 use std::f64::consts::TAU;
@@ -41,28 +41,13 @@ pub(super) struct FrfValue {
 /// antiresonance a relative one would ask for what no sensor delivers.
 const FLOOR: f64 = 0.05;
 
-/// The sensor of a channel: by name in the test, else on the node of that name along the channel's direction.
-fn sensor(test: &TestData, channel: &Channel) -> Result<Sensor, CorrelationError> {
-    if let Some(s) = test.sensors.iter().find(|s| s.name == channel.name) {
-        return Ok(Sensor { direction: channel.direction.unwrap_or(s.direction), ..s.clone() });
-    }
-    let direction = channel.direction.ok_or_else(|| {
-        CorrelationError::Model(format!(
-            "the channel `{}` of the frequency response functions has no direction, and the test has no sensor of that name",
-            channel.name
-        ))
-    })?;
-    let place = Place::Node { node: channel.name.clone(), position: None };
-    Ok(Sensor { name: channel.name.clone(), place, offset: None, direction, is_rotation: false, mass: None })
-}
-
 impl FrfRows {
     /// `None` where the test has no functions, or does not use them.
     pub(super) fn new(model: &dyn ParametricModel, test: &TestData) -> Result<Option<Self>, CorrelationError> {
         let (Some(set), Some(fit)) = (&test.frfs, &test.frf_fit) else { return Ok(None) };
         let FrfFit { relative_sd, loss_factor, .. } = fit;
         let rows = |channels: &[Channel]| {
-            let sensors = channels.iter().map(|c| sensor(test, c)).collect::<Result<Vec<_>, _>>()?;
+            let sensors = channels.iter().map(|c| fitted_channel(c, test)).collect::<Result<Vec<_>, _>>()?;
             observation_matrix(model, &sensors)
         };
         let lines: Vec<usize> = (0..set.n_lines()).filter(|&l| fit.uses(set.frequencies_hz[l])).collect();
@@ -71,9 +56,13 @@ impl FrfRows {
                 "no line of the frequency response functions lies in `bands`".to_string(),
             ));
         }
+        let (responses, references) = (rows(&set.responses)?, rows(&set.references)?);
+        // Where the model cannot move it has no amplitude to compare.
+        let moving = |rows: &DMatrix<f64>| (0..rows.nrows()).filter(|&i| rows.row(i).amax() > 0.0).collect::<Vec<_>>();
+        let (moving_responses, moving_references) = (moving(&responses), moving(&references));
         let mut values = Vec::new();
-        for reference in 0..set.references.len() {
-            for response in 0..set.responses.len() {
+        for &reference in &moving_references {
+            for &response in &moving_responses {
                 let function: Vec<Complex<f64>> = lines.iter().map(|&l| set.at(l, reference, response)).collect();
                 let known: Vec<f64> = function.iter().map(Complex::norm_sqr).filter(|v| v.is_finite()).collect();
                 let level = (known.iter().sum::<f64>() / known.len().max(1) as f64).sqrt();
@@ -88,12 +77,12 @@ impl FrfRows {
             }
         }
         Ok(Some(Self {
-            responses: rows(&set.responses)?,
-            references: rows(&set.references)?,
+            responses,
+            references,
             order: set.quantity.order(),
             lines_hz: lines.iter().map(|&l| set.frequencies_hz[l]).collect(),
             values,
-            loss_factor: *loss_factor,
+            loss_factor: loss_factor.unwrap_or(0.0),
         }))
     }
 

@@ -76,6 +76,15 @@ pub struct AssessedReading {
     pub model: f64,
 }
 
+/// How the amplitudes of frequency response functions agree, where the test says how they enter a fit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AssessedFunctions {
+    /// Number of values in the chosen bands.
+    pub n_values: usize,
+    /// Σ (ln(|H_model|/|H_test|)/σ)².
+    pub chi_squared: f64,
+}
+
 /// A comparison at one θ.
 #[derive(Debug, Clone)]
 pub struct Assessment {
@@ -93,6 +102,8 @@ pub struct Assessment {
     pub model_modes: Vec<ModeName>,
     /// Readings of static tests.
     pub readings: Vec<AssessedReading>,
+    /// Frequency response functions.
+    pub functions: Option<AssessedFunctions>,
     /// MAC, rows elastic modes, columns test modes.
     pub mac: DMatrix<f64>,
     /// Equation (4) of Gupta et al. divided by 2n.
@@ -101,7 +112,7 @@ pub struct Assessment {
     pub frequency_norm: f64,
     /// Half the sum of squared residuals over their standard deviations.
     pub cost: f64,
-    /// The frequency, shape and static residuals against what noise alone would give.
+    /// The residuals of frequencies, shapes, static readings and functions against what noise alone would give.
     pub misfit: Misfit,
     /// The share of each test mode in it: its frequency and its shape.
     pub misfit_per_mode: Vec<f64>,
@@ -192,7 +203,12 @@ pub fn assess(comparison: &Comparison<'_>, theta: &[f64]) -> Result<Assessment, 
     let residuals = least_squares.residuals_of(theta, &prediction);
     let frequency_norm = pairs.iter().map(|p| (p.error_percent / 100.0).powi(2)).sum::<f64>().sqrt();
     let readings = readings(comparison, &prediction);
-    let misfit = misfit(comparison, &prediction, residuals.as_slice(), &readings)?;
+    let of_functions = &residuals.as_slice()[least_squares.rows_of("frf-log")];
+    let functions = (!of_functions.is_empty()).then(|| AssessedFunctions {
+        n_values: of_functions.len(),
+        chi_squared: of_functions.iter().map(|r| r * r).sum(),
+    });
+    let misfit = misfit(comparison, &prediction, residuals.as_slice(), (&readings, functions))?;
     let misfit_per_mode = misfit_per_mode(comparison, residuals.as_slice());
     Ok(Assessment {
         theta: theta.to_vec(),
@@ -209,6 +225,7 @@ pub fn assess(comparison: &Comparison<'_>, theta: &[f64]) -> Result<Assessment, 
         unpaired_model,
         model_modes,
         readings,
+        functions,
         prediction,
         basis,
     })
@@ -219,7 +236,7 @@ fn misfit(
     comparison: &Comparison<'_>,
     prediction: &Prediction,
     residuals: &[f64],
-    readings: &[AssessedReading],
+    (readings, functions): (&[AssessedReading], Option<AssessedFunctions>),
 ) -> Result<Misfit, CorrelationError> {
     let test = comparison.test();
     let n_modes = test.modes.len();
@@ -231,7 +248,8 @@ fn misfit(
     let of_readings: f64 = readings.iter().map(|r| ((r.model - r.measured) / r.sd).powi(2)).sum();
     let n_angles = prediction.n_free_angles(|mode| test.modes[mode].shape.is_some());
     let n_of_modes = (n_modes + measured).saturating_sub(with_shape + n_angles);
-    Misfit::new(of_modes + of_readings, n_of_modes + readings.len())
+    let (of_functions, n_of_functions) = functions.map_or((0.0, 0), |f| (f.chi_squared, f.n_values));
+    Misfit::new(of_modes + of_readings + of_functions, n_of_modes + readings.len() + n_of_functions)
 }
 
 fn readings(comparison: &Comparison<'_>, prediction: &Prediction) -> Vec<AssessedReading> {

@@ -339,7 +339,8 @@ fn compare_all<'a>(cases: &[TestCase<'a>], settings: &Settings) -> Result<Vec<Co
     let first = cases.first().ok_or(UpdateError::NoData)?;
     for case in cases {
         let test = case.test;
-        if test.modes.is_empty() && test.mass_properties.is_empty() && test.static_tests.is_empty() {
+        let has_functions = test.frfs.is_some() && test.frf_fit.is_some();
+        if test.modes.is_empty() && test.mass_properties.is_empty() && test.static_tests.is_empty() && !has_functions {
             return Err(UpdateError::NoData);
         }
         if case.model.parameters() != first.model.parameters() {

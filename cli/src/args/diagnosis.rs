@@ -46,6 +46,9 @@ pub(crate) struct Add {
     /// Where to write; the model file itself when absent.
     #[arg(short, long)]
     pub(crate) output: Option<PathBuf>,
+    /// Overwrite an existing output.
+    #[arg(long)]
+    pub(crate) force: bool,
     /// Print the edits and change nothing.
     #[arg(long)]
     pub(crate) dry_run: bool,
@@ -60,6 +63,9 @@ pub(crate) struct Undo {
     /// Where to write; the model file itself when absent.
     #[arg(short, long)]
     pub(crate) output: Option<PathBuf>,
+    /// Overwrite an existing output.
+    #[arg(long)]
+    pub(crate) force: bool,
 }
 
 /// Diagnose, add, refit, until nothing more is justified.

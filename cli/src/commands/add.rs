@@ -4,6 +4,7 @@ use crate::args::{Add, Undo};
 use crate::output::{Failure, print, warn};
 use crate::{DONE, files};
 use retune::effect::{Context, Effects, Structure, undo};
+use std::path::Path;
 
 pub(crate) fn run(args: &Add) -> Result<u8, Failure> {
     let (model, warnings, text) = files::model(&args.model, None)?;
@@ -16,16 +17,23 @@ pub(crate) fn run(args: &Add) -> Result<u8, Failure> {
         return Ok(DONE);
     }
     let edited = candidate.patch.add_to_text(&text, &candidate.id(), &args.because)?;
-    let output = args.output.as_ref().unwrap_or(&args.model);
+    let output = output(&args.model, args.output.as_deref(), args.force)?;
     files::write(output, &edited)?;
     print(&format!("{}: {} added at its neutral value\n", output.display(), candidate.id()));
     Ok(DONE)
 }
 
+/// The model file, or another one, which must not exist yet or may be overwritten.
+fn output<'a>(model: &'a Path, other: Option<&'a Path>, force: bool) -> Result<&'a Path, Failure> {
+    let Some(other) = other else { return Ok(model) };
+    files::check_output(other, force || other == model)?;
+    Ok(other)
+}
+
 pub(crate) fn run_undo(args: &Undo) -> Result<u8, Failure> {
     let text = files::read(&args.model)?;
     let undone = undo(&text)?;
-    let output = args.output.as_ref().unwrap_or(&args.model);
+    let output = output(&args.model, args.output.as_deref(), args.force)?;
     files::write(output, &undone.text)?;
     print(&format!("{}: {} taken out\n", output.display(), undone.entry.add));
     for path in undone.missing {

@@ -53,9 +53,10 @@ struct Shown {
 }
 
 fn one(args: &Compare, path: &Path, profile: Option<&CriteriaProfile>) -> Result<Shown, Failure> {
-    let (test, mut test_warnings, test_text) = files::test(path)?;
+    let (mut test, mut test_warnings, test_text) = files::test(path)?;
     let (model, model_warnings, model_text) =
         files::tested_model(&args.model, args.configuration.as_deref(), (&test, path, &test_text))?;
+    files::settle_loss_factor(&model, &mut test);
     test_warnings.extend(files::check_sensors(&model, &test, path, &test_text)?);
     let model = files::loaded(model, &test, args.loading.sensor_masses)?;
     warn(&args.model, &model_text, &model_warnings);
@@ -145,12 +146,15 @@ impl Parts {
             Some(why) => Err(why),
             None => sensitivities(model, test, options).map_err(|e| e.to_string()),
         };
-        let functions = if args.frf.is_empty() {
-            None
-        } else {
-            let found = measured::read(&args.frf, &args.measurement)?;
-            let options = FunctionsOptions { edges_hz: args.bands.clone(), ..FunctionsOptions::default() };
-            Some(compare_functions(comparison, a, measured::functions(&found)?, &options)?)
+        let options = FunctionsOptions { edges_hz: args.bands.clone(), ..FunctionsOptions::default() };
+        let functions = match &test.frfs {
+            // Those that the test file names.
+            Some(set) if args.frf.is_empty() => Some(compare_functions(comparison, a, set, &options)?),
+            None if args.frf.is_empty() => None,
+            _ => {
+                let found = measured::read(&args.frf, &args.measurement)?;
+                Some(compare_functions(comparison, a, measured::functions(&found)?, &options)?)
+            }
         };
         Ok(Self {
             modes: mode_agreement(comparison, a)?,
@@ -235,6 +239,7 @@ fn as_json(test: &TestData, a: &Assessment, parts: &Parts, judged: Option<(&Crit
         "unpaired_test": a.unpaired_test.iter().map(unpaired_json).collect::<Vec<_>>(),
         "unpaired_model": a.unpaired_model.iter().map(unpaired_json).collect::<Vec<_>>(),
         "static_readings": readings_json(a),
+        "functions_of_fit": functions_json(a),
         "swapped": swapped,
         "cost": a.cost,
         "paper_cost": a.paper_cost,
@@ -345,6 +350,10 @@ pub(crate) fn readings_json(a: &Assessment) -> Value {
     a.readings.iter().map(one).collect()
 }
 
+pub(crate) fn functions_json(a: &Assessment) -> Value {
+    a.functions.map_or(Value::Null, |f| json!({"values": f.n_values, "chi_squared": f.chi_squared}))
+}
+
 /// Which of the data are measured and which synthetic, in words.
 pub(crate) fn origins(test: &TestData) -> Vec<String> {
     let mut out: Vec<String> = Vec::new();
@@ -367,6 +376,9 @@ pub(crate) fn origins(test: &TestData) -> Vec<String> {
     }
     for p in &test.mass_properties {
         add("mass properties", &p.origin);
+    }
+    if let Some(fit) = &test.frf_fit {
+        out.push(format!("functions of {}", fit.files.join(", ")));
     }
     out
 }

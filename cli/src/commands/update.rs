@@ -1,6 +1,6 @@
 //! `retune update`
 
-use super::compare::{origins, pair_json, readings_json, summary, unpaired_json};
+use super::compare::{functions_json, origins, pair_json, readings_json, summary, unpaired_json};
 use crate::args::{Cost, Pairing, Update};
 use crate::output::{Failure, pairs, print, print_json, style};
 use crate::page::{Outputs, announce, provenance};
@@ -88,6 +88,7 @@ pub(crate) fn run(args: &Update) -> Result<u8, Failure> {
                 "pairs": after.pairs.iter().map(pair_json).collect::<Vec<_>>(),
                 "unpaired_test": after.unpaired_test.iter().map(unpaired_json).collect::<Vec<_>>(),
                 "static_readings": readings_json(after),
+                "functions_of_fit": functions_json(after),
                 "chi_squared": after.misfit.chi_squared,
                 "n_data": after.misfit.n_data,
             })).collect::<Vec<_>>(),

@@ -80,10 +80,11 @@ pub struct FrfSpec {
     /// Only lines in these bands: `[[4 Hz, 7 Hz], [15 Hz, 22 Hz]]`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub bands: Vec<[Scalar; 2]>,
-    /// Standard deviation of a value, relative to it: `5 %`.
+    /// Standard deviation of a value, relative to it: `5 %`, which is assumed when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sd: Option<Scalar>,
-    /// Loss factor of the whole structure beside the model's own dashpots, twice the damping ratio at resonance.
+    /// Loss factor of the whole structure beside the model's own damping, twice the damping ratio at resonance. When absent: zero for a
+    /// model with damping, else twice the median of the measured damping ratios.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub loss_factor: Option<Scalar>,
 }
@@ -187,9 +188,13 @@ impl Reader<'_> {
             }
             bands_hz.push([low, high]);
         }
+        if f.sd.is_none() {
+            let text = format!("no standard deviation is given; {} % of each value is assumed", 100.0 * DEFAULT_FRF_SD);
+            self.problems.push(Problem::warning("frfs", text));
+        }
         let relative_sd = f.sd.as_ref().map_or(DEFAULT_FRF_SD, |s| self.sd(s, "1", 1.0, "frfs.sd"));
-        let loss_factor = f.loss_factor.as_ref().map_or(0.0, |s| self.number(s, "1", "frfs.loss_factor"));
-        if !(0.0..1.0).contains(&loss_factor) {
+        let loss_factor = f.loss_factor.as_ref().map(|s| self.number(s, "1", "frfs.loss_factor"));
+        if let Some(loss_factor) = loss_factor.filter(|value| !(0.0..1.0).contains(value)) {
             self.error("frfs.loss_factor", format_args!("{loss_factor} is not between 0 and 1"));
         }
         FrfFit { files: f.files.clone(), bands_hz, relative_sd, loss_factor }

@@ -90,7 +90,7 @@ pub fn write_test(data: &TestData) -> String {
         files: f.files.clone(),
         bands: f.bands_hz.iter().map(|b| b.map(|v| si(v, "Hz"))).collect(),
         sd: Some(Scalar::constant(f.relative_sd)),
-        loss_factor: (f.loss_factor > 0.0).then(|| Scalar::constant(f.loss_factor)),
+        loss_factor: f.loss_factor.map(Scalar::constant),
     });
     let sensors = data
         .sensors

@@ -3,10 +3,10 @@
 use super::test_mode_name;
 use crate::correlation::Misfit;
 use crate::correlation::{
-    CorrelationError, band_residuals, frac, frequency_shift, is_driving_point, local_amplitude, observation_matrix,
-    signatures,
+    CorrelationError, band_residuals, channel_sensor, frac, frequency_shift, is_driving_point, local_amplitude,
+    observation_matrix, signatures,
 };
-use crate::data::{Channel, FrfSet, Place, Sensor};
+use crate::data::{Channel, FrfSet, Sensor};
 use crate::modal::{ModalDamping, SolveOptions, synthesize};
 use crate::model::solve_modes;
 use crate::objective::Comparison;
@@ -109,28 +109,6 @@ pub struct Functions {
 
 /// Functions are superposed from at most this many elastic modes.
 const MOST_MODES: usize = 400;
-
-/// The sensor that a channel is: of its name, else on a point of its name; turned into the channel's direction.
-fn sensor_of(channel: &Channel, sensors: &[Sensor]) -> Option<Sensor> {
-    let on_axis = |s: &Sensor| {
-        channel.direction.is_none_or(|d| (0..3).map(|i| d[i] * s.direction[i]).sum::<f64>().abs() > 1.0 - 1e-6)
-    };
-    let is_named = |s: &Sensor| {
-        let base = s.name.strip_suffix(".x").or(s.name.strip_suffix(".y")).or(s.name.strip_suffix(".z"));
-        s.name == channel.name || base == Some(channel.name.as_str())
-    };
-    let stands_there = |s: &Sensor| matches!(&s.place, Place::Node { node, .. } if *node == channel.name);
-    let candidates = || sensors.iter().filter(|s| !s.is_rotation);
-    let found = candidates()
-        .find(|s| is_named(s) && on_axis(s))
-        .or_else(|| candidates().find(|s| is_named(s)))
-        .or_else(|| candidates().find(|s| stands_there(s)))?;
-    let mut sensor = found.clone();
-    if let Some(direction) = channel.direction {
-        sensor.direction = direction;
-    }
-    Some(sensor)
-}
 
 /// Compares measured functions with those of the model at the θ of the assessment.
 ///
@@ -241,7 +219,7 @@ type Placed = (FrfSet, Vec<Sensor>, Vec<Sensor>, Vec<String>);
 /// The functions whose channels are known, with their sensors; and the channels left out.
 fn placed(set: &FrfSet, sensors: &[Sensor]) -> Result<Placed, CorrelationError> {
     let find =
-        |channels: &[Channel]| -> Vec<Option<Sensor>> { channels.iter().map(|c| sensor_of(c, sensors)).collect() };
+        |channels: &[Channel]| -> Vec<Option<Sensor>> { channels.iter().map(|c| channel_sensor(c, sensors)).collect() };
     let (responses, references) = (find(&set.responses), find(&set.references));
     let kept = |found: &[Option<Sensor>]| (0..found.len()).filter(|&i| found[i].is_some()).collect::<Vec<_>>();
     let (kept_responses, kept_references) = (kept(&responses), kept(&references));
