@@ -8,6 +8,7 @@ mod decompositions;
 mod dynamic_stiffness;
 mod eigen;
 mod eigenvalues;
+mod envelope;
 mod orthogonal;
 pub mod sparse;
 mod symmetric;

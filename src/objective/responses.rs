@@ -3,7 +3,7 @@
 use super::residual::Point;
 use crate::correlation::{CorrelationError, fitted_channel, observation_matrix};
 use crate::data::{Channel, FrfFit, TestData};
-use crate::linalg::{Complex, DMatrix, DynamicStiffness, ShiftedPencil};
+use crate::linalg::{Complex, DMatrix, DynamicStiffness};
 use crate::model::{ParametricModel, System};
 use std::f64::consts::TAU;
 
@@ -121,13 +121,21 @@ impl FrfRows {
             .iter()
             .map(|&j| at.comparison.model().assemble_derivative(at.theta, j).ok().map(|d| Entries::of(&d)))
             .collect();
-        let Some(mut sweep) = self.sweep(&system, !free.is_empty()) else { return (h, slopes) };
         let mut of_line: Vec<Vec<usize>> = vec![Vec::new(); self.lines_hz.len()];
         self.values.iter().enumerate().for_each(|(v, value)| of_line[value.line].push(v));
-        for (line, f) in self.lines_hz.iter().enumerate() {
-            let omega = TAU * f;
+        // Z is symmetric: one factorisation gives Z⁻¹ B and, for derivatives, Z⁻¹ Sᵀ.
+        let n_references = self.references.nrows();
+        let n_responses = if free.is_empty() { 0 } else { self.responses.nrows() };
+        let right = DMatrix::from_fn(self.references.ncols(), n_references + n_responses, |i, j| {
+            if j < n_references { self.references[(j, i)] } else { self.responses[(j - n_references, i)] }
+        });
+        let omegas: Vec<f64> = self.lines_hz.iter().map(|f| TAU * f).collect();
+        let mut force = Vec::new();
+        let mut stiffness = DynamicStiffness::new(&system.stiffness, &system.mass, system.damping.as_ref());
+        let swept = stiffness.sweep(&omegas, self.loss_factor, &right, |line, x| {
+            let Some(x) = x else { return };
+            let omega = omegas[line];
             let power = Complex::new(0.0, omega).powi(self.order);
-            let Some((x, y)) = sweep.line(omega, self.loss_factor) else { continue };
             for &v in &of_line[line] {
                 let value = &self.values[v];
                 let own = self.responses.row(value.response);
@@ -136,115 +144,66 @@ impl FrfRows {
             }
             for (j, d) in derivatives.iter().enumerate() {
                 let Some(d) = d else { continue };
-                let force = d.times(&x, omega, self.loss_factor);
+                d.times(x, n_references, (omega, self.loss_factor), &mut force);
                 for &v in &of_line[line] {
                     let value = &self.values[v];
-                    slopes[(v, j)] = -power * y.column(value.response).dot(&force.column(value.reference));
+                    let y = x.column(n_references + value.response);
+                    let own = force.iter().skip(value.reference).step_by(n_references);
+                    let sum: Complex<f64> = d.rows.iter().zip(own).map(|(&i, f)| y[i] * f).sum();
+                    slopes[(v, j)] = -power * sum;
                 }
             }
+        });
+        if swept.is_err() {
+            h.fill(nan);
+            slopes.fill(nan);
         }
         (h, slopes)
-    }
-
-    /// What all lines share. Derivatives alone need the responses.
-    fn sweep(&self, system: &System, with_derivatives: bool) -> Option<Sweep> {
-        let responses =
-            |rows: &DMatrix<f64>| if with_derivatives { rows.transpose() } else { DMatrix::zeros(rows.ncols(), 0) };
-        let (references, responses) = (self.references.transpose(), responses(&self.responses));
-        // In the middle of the band rounding is the same at both its ends.
-        let shift = TAU * TAU * self.lines_hz[0] * self.lines_hz[self.lines_hz.len() - 1];
-        let pencil = || ShiftedPencil::new(&system.stiffness, &system.mass, shift).ok();
-        let may_share = system.damping.is_none() && self.lines_hz.len() >= FEWEST_LINES;
-        if let Some(pencil) = may_share.then(pencil).flatten() {
-            let (references, responses) = (pencil.vectors.tr_mul(&references), pencil.vectors.tr_mul(&responses));
-            return Some(Sweep::Decomposed { pencil, references, responses });
-        }
-        let stiffness = DynamicStiffness::new(&system.stiffness, &system.mass, system.damping.as_ref()).ok()?;
-        Some(Sweep::Factored { stiffness, references, responses })
-    }
-}
-
-/// Lines from which on a decomposition pays.
-const FEWEST_LINES: usize = 8;
-
-type ComplexMatrix = DMatrix<Complex<f64>>;
-
-/// Z⁻¹ at many lines, on the rows of the references, B, and of the responses, Sᵀ.
-enum Sweep {
-    /// By a factorisation at every line.
-    Factored { stiffness: DynamicStiffness, references: DMatrix<f64>, responses: DMatrix<f64> },
-    /// By the complete basis X of the pencil (M, K + aM), in which Z of a structure without viscous damping is diagonal:
-    ///
-    /// ```text
-    /// M x = θ (K + a M) x,   Xᵀ Z X = diag((1 + iη) - ((1 + iη) a + ω²) θ)
-    /// ```
-    Decomposed {
-        pencil: ShiftedPencil,
-        /// Xᵀ B.
-        references: DMatrix<f64>,
-        /// Xᵀ Sᵀ.
-        responses: DMatrix<f64>,
-    },
-}
-
-impl Sweep {
-    /// Z⁻¹ B and Z⁻¹ Sᵀ: Z is symmetric, one factorisation serves both sides. None where it has no inverse.
-    fn line(&mut self, omega: f64, loss_factor: f64) -> Option<(ComplexMatrix, ComplexMatrix)> {
-        match self {
-            Self::Factored { stiffness, references, responses } => {
-                let n_references = references.ncols();
-                let both = references.column_iter().chain(responses.column_iter());
-                let mut b = ComplexMatrix::zeros(references.nrows(), n_references + responses.ncols());
-                b.column_iter_mut().zip(both).for_each(|(mut b, own)| b.zip_apply(&own, |b, v| b.re = v));
-                stiffness.solve(omega, loss_factor, &mut b).then(|| {
-                    let y = b.columns(n_references, responses.ncols()).into_owned();
-                    (b.columns(0, n_references).into_owned(), y)
-                })
-            }
-            Self::Decomposed { pencil, references, responses } => {
-                let stiff = Complex::new(1.0, loss_factor);
-                let inverse = |t: &f64| (stiff - (stiff * pencil.shift + omega * omega) * *t).inv();
-                let factors: Vec<Complex<f64>> = pencil.theta.iter().map(inverse).collect();
-                let is_regular = factors.iter().all(|v| v.re.is_finite() && v.im.is_finite());
-                let expand = |b: &DMatrix<f64>| {
-                    let part = |of: fn(&Complex<f64>) -> f64| {
-                        let scaled = DMatrix::from_fn(b.nrows(), b.ncols(), |i, j| of(&factors[i]) * b[(i, j)]);
-                        &pencil.vectors * scaled
-                    };
-                    part(|v| v.re).zip_map(&part(|v| v.im), Complex::new)
-                };
-                is_regular.then(|| (expand(references), expand(responses)))
-            }
-        }
     }
 }
 
 /// The entries of ∂K, ∂M and ∂C that are not zero: a parameter touches few elements.
-struct Entries(Vec<(usize, usize, [f64; 3])>);
+struct Entries {
+    /// Rows with an entry.
+    rows: Vec<usize>,
+    /// Number among these rows, column, ∂K, ∂C and ∂M.
+    list: Vec<(usize, usize, [f64; 3])>,
+}
 
 impl Entries {
     fn of(d: &System) -> Self {
-        let (n, mut out) = (d.stiffness.nrows(), Vec::new());
-        for j in 0..n {
-            for i in 0..n {
-                let values = [d.stiffness[(i, j)], d.mass[(i, j)], d.damping.as_ref().map_or(0.0, |c| c[(i, j)])];
+        let n = d.stiffness.nrows();
+        let (mut rows, mut list) = (Vec::new(), Vec::new());
+        for i in 0..n {
+            let before = list.len();
+            for j in 0..n {
+                let values = [d.stiffness[(i, j)], d.damping.as_ref().map_or(0.0, |c| c[(i, j)]), d.mass[(i, j)]];
                 if values != [0.0; 3] {
-                    out.push((i, j, values));
+                    list.push((rows.len(), j, values));
                 }
             }
-        }
-        Self(out)
-    }
-
-    /// ∂Z x.
-    fn times(&self, x: &ComplexMatrix, omega: f64, loss_factor: f64) -> ComplexMatrix {
-        let mut out = ComplexMatrix::zeros(x.nrows(), x.ncols());
-        for &(i, j, [k, m, c]) in &self.0 {
-            let z = Complex::new(k - omega * omega * m, loss_factor * k + omega * c);
-            for column in 0..x.ncols() {
-                out[(i, column)] += z * x[(j, column)];
+            if list.len() > before {
+                rows.push(i);
             }
         }
-        out
+        Self { rows, list }
+    }
+
+    /// The rows of ∂Z x for the first columns of x, row by row.
+    fn times(
+        &self,
+        x: &DMatrix<Complex<f64>>,
+        columns: usize,
+        (omega, loss_factor): (f64, f64),
+        out: &mut Vec<Complex<f64>>,
+    ) {
+        out.clear();
+        out.resize(self.rows.len() * columns, Complex::default());
+        for &(row, j, [k, c, m]) in &self.list {
+            let z = Complex::new(k - omega * omega * m, loss_factor * k + omega * c);
+            for (column, sum) in out[row * columns..][..columns].iter_mut().enumerate() {
+                *sum += z * x[(j, column)];
+            }
+        }
     }
 }

@@ -1,8 +1,8 @@
 //! Assembly of one block for a batch of candidates, and the removal of its rigid-body modes.
 
-use super::cholesky::Envelope;
 use super::lane::{Lane, Mask};
 use super::plan::{Block, Observation, Products, SlotList};
+use crate::envelope::Envelope;
 
 /// Every slot of the list at θ, into `out`.
 #[inline(always)]

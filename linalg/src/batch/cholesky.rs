@@ -6,51 +6,7 @@
 //! Source: A. George, J. W. Liu, Computer Solution of Large Sparse Positive Definite Systems, 1981, chapter 4.
 
 use super::lane::{Lane, Mask};
-
-/// Which entries of the lower triangle are stored.
-#[derive(Debug, Clone)]
-pub(super) struct Envelope {
-    /// First stored column of every row.
-    pub(super) first: Vec<usize>,
-    /// Where row i begins; one more entry than rows.
-    pub(super) start: Vec<usize>,
-}
-
-impl Envelope {
-    /// The envelope with these first columns.
-    pub(super) fn new(first: Vec<usize>) -> Self {
-        let mut start = Vec::with_capacity(first.len() + 1);
-        let mut next = 0;
-        for (i, &f) in first.iter().enumerate() {
-            start.push(next);
-            next += i - f + 1;
-        }
-        start.push(next);
-        Self { first, start }
-    }
-
-    /// Number of rows.
-    pub(super) fn rows(&self) -> usize {
-        self.first.len()
-    }
-
-    /// Number of stored entries.
-    pub(super) fn len(&self) -> usize {
-        self.start[self.rows()]
-    }
-
-    /// Where entry (i, j), first[i] <= j <= i, is stored.
-    #[inline(always)]
-    pub(super) fn at(&self, i: usize, j: usize) -> usize {
-        self.start[i] + j - self.first[i]
-    }
-
-    /// The stored entries of row i.
-    #[inline(always)]
-    pub(super) fn row(&self, i: usize) -> std::ops::Range<usize> {
-        self.start[i]..self.start[i + 1]
-    }
-}
+use crate::envelope::Envelope;
 
 /// A + s C in place of A.
 ///

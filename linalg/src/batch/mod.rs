@@ -36,7 +36,6 @@ mod dispatch;
 mod inverse_iteration;
 mod lane;
 mod mirror;
-mod order;
 mod pencil;
 mod plan;
 mod reference;

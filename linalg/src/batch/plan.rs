@@ -13,11 +13,10 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::cholesky::Envelope;
 use super::mirror::{Family, Terms};
-use super::order::reverse_cuthill_mckee;
 use super::pencil::AffinePencil;
 use crate::DMatrix;
+use crate::envelope::{Envelope, reverse_cuthill_mckee};
 
 /// Entries affine in θ: `constant[s] + Σ coefficient * θ[parameter]`, the terms of slot s being start[s] .. start[s+1].
 #[derive(Debug, Clone, Default)]

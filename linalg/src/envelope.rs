@@ -1,13 +1,61 @@
-//! Row order with a small envelope: reverse Cuthill-McKee.
+//! The envelope of a sparse symmetric matrix, and a row order in which it is small: reverse Cuthill-McKee.
 //!
 //! Source: A. George, J. W. Liu, Computer Solution of Large Sparse Positive Definite Systems, 1981, sections 4.3-4.4.
 
+// Inside kernels, see `batch`.
+#![allow(clippy::inline_always)]
+
 use std::collections::BTreeSet;
+
+/// Which entries of the lower triangle are stored.
+#[derive(Debug, Clone)]
+pub(crate) struct Envelope {
+    /// First stored column of every row.
+    pub(crate) first: Vec<usize>,
+    /// Where row i begins; one more entry than rows.
+    pub(crate) start: Vec<usize>,
+}
+
+impl Envelope {
+    /// The envelope with these first columns.
+    pub(crate) fn new(first: Vec<usize>) -> Self {
+        let mut start = Vec::with_capacity(first.len() + 1);
+        let mut next = 0;
+        for (i, &f) in first.iter().enumerate() {
+            start.push(next);
+            next += i - f + 1;
+        }
+        start.push(next);
+        Self { first, start }
+    }
+
+    /// Number of rows.
+    pub(crate) fn rows(&self) -> usize {
+        self.first.len()
+    }
+
+    /// Number of stored entries.
+    pub(crate) fn len(&self) -> usize {
+        self.start[self.rows()]
+    }
+
+    /// Where entry (i, j), first[i] <= j <= i, is stored.
+    #[inline(always)]
+    pub(crate) fn at(&self, i: usize, j: usize) -> usize {
+        self.start[i] + j - self.first[i]
+    }
+
+    /// The stored entries of row i.
+    #[inline(always)]
+    pub(crate) fn row(&self, i: usize) -> std::ops::Range<usize> {
+        self.start[i]..self.start[i + 1]
+    }
+}
 
 /// The order in which the vertices of a graph are numbered: `order[new] = old`.
 ///
 /// * `neighbours` - per vertex the others it is coupled to
-pub(super) fn reverse_cuthill_mckee(neighbours: &[BTreeSet<usize>]) -> Vec<usize> {
+pub(crate) fn reverse_cuthill_mckee(neighbours: &[BTreeSet<usize>]) -> Vec<usize> {
     let n = neighbours.len();
     let mut placed = vec![false; n];
     let mut order = Vec::with_capacity(n);
