@@ -3,7 +3,8 @@
 //! ```text
 //! sensor-sign       t -> -t                                            no free number
 //! sensor-swap       t_i <-> t_j                                        no free number
-//! sensor-gain       t -> t/g, σ -> σ/g                                 ln g ~ N(0, 0.3²)
+//! sensor-gain       t -> t/g, σ -> σ/g, functions too                  ln g ~ N(0, 0.3²)
+//! function-gain     its functions alone -> H/g                         the same
 //! sensor-dead       reads noise only: its cost is ½ Σ (t/σ)²           no free number
 //! sensor-noisy      σ -> κ σ, with m ln κ for its m entries            ln κ > 0, half-normal of sd 1
 //! sensor-axis       reads another global axis at its place             no free number
@@ -21,7 +22,7 @@ use super::fit::Fit;
 use super::posed::Posed;
 use super::scene::{Case, Prior, Scene};
 use super::screen::project;
-use crate::correlation::observation_matrix;
+use crate::correlation::{channel_sensor, observation_matrix};
 use crate::data::{Channel, FrfSet, Place, Sensor, TestData};
 use crate::linalg::{Complex, DMatrix, DVector};
 use rayon::prelude::*;
@@ -53,6 +54,11 @@ pub const FAULTS: &[FaultKind] = &[
         name: "sensor-gain",
         summary: "The sensitivity of a sensor is wrong.",
         signature: "Its reading is off by one factor in every mode; ln of the factor ~ N(0, 0.3²), and it may be negative.",
+    },
+    FaultKind {
+        name: "function-gain",
+        summary: "The frequency responses of a sensor are off by one factor, its shapes are not: another calibration, or another charge amplifier.",
+        signature: "All lines of its functions are off by one factor; ln of the factor ~ N(0, 0.3²).",
     },
     FaultKind {
         name: "sensor-dead",
@@ -97,6 +103,8 @@ pub(super) enum Change {
     Sign,
     Swap(usize),
     Gain,
+    /// Of the functions alone.
+    FunctionGain,
     Dead,
     Noisy,
     Axis(usize),
@@ -162,6 +170,7 @@ impl Fault {
             Change::Sign => "sensor-sign",
             Change::Swap(_) => "sensor-swap",
             Change::Gain => "sensor-gain",
+            Change::FunctionGain => "function-gain",
             Change::Dead => "sensor-dead",
             Change::Noisy => "sensor-noisy",
             Change::Axis(_) => "sensor-axis",
@@ -203,6 +212,7 @@ impl Fault {
             Change::Sign => format!("turn the sign of sensor {} (it is upside down)", name(s)),
             Change::Swap(other) => format!("exchange the channels of sensors {} and {}", name(s), name(*other)),
             Change::Gain => format!("correct the sensitivity of sensor {}", name(s)),
+            Change::FunctionGain => format!("correct the calibration of the functions of sensor {}", name(s)),
             Change::Dead => format!("leave out sensor {}: it reads noise only", name(s)),
             Change::Noisy => format!("check sensor {}: it scatters more than stated", name(s)),
             Change::Axis(axis) => format!("sensor {} reads along {}", name(s), ["x", "y", "z"][*axis]),
@@ -248,6 +258,9 @@ impl Fault {
         if let Some(set) = &mut out.frfs {
             self.correct_functions(set, &test.sensors, number);
         }
+        if self.change == Change::FunctionGain {
+            return out;
+        }
         for mode in &mut out.modes {
             let Some(shape) = &mut mode.shape else { continue };
             match &self.change {
@@ -288,9 +301,14 @@ impl Fault {
         out
     }
 
-    /// The same in the functions whose response is named like the sensor.
+    /// Whether a number scales its readings.
+    pub(super) fn is_gain(&self) -> bool {
+        matches!(self.change, Change::Gain | Change::FunctionGain)
+    }
+
+    /// The same in the functions whose response is the sensor.
     fn correct_functions(&self, set: &mut FrfSet, sensors: &[Sensor], number: f64) {
-        let channel = |sensor: usize, set: &FrfSet| set.responses.iter().position(|c| c.name == sensors[sensor].name);
+        let channel = |sensor: usize, set: &FrfSet| response_of(set, sensors, sensor);
         let Some(own) = channel(self.sensor, set) else { return };
         let other = match self.change {
             Change::Swap(other) => channel(other, set),
@@ -301,7 +319,7 @@ impl Fault {
                 let i = set.index(line, reference, own);
                 match self.change {
                     Change::Sign => set.h[i] = -set.h[i],
-                    Change::Gain => set.h[i] /= number,
+                    Change::Gain | Change::FunctionGain => set.h[i] /= number,
                     Change::Dead => set.h[i] = Complex::new(f64::NAN, f64::NAN),
                     Change::Swap(_) => {
                         if let Some(other) = other {
@@ -314,6 +332,12 @@ impl Fault {
             }
         }
     }
+}
+
+/// The response that is a sensor.
+pub(super) fn response_of(set: &FrfSet, sensors: &[Sensor], sensor: usize) -> Option<usize> {
+    let name = &sensors.get(sensor)?.name;
+    set.responses.iter().position(|c| channel_sensor(c, sensors).is_some_and(|s| s.name == *name))
 }
 
 /// Every fault that these data could show.
@@ -352,9 +376,16 @@ pub(super) fn faults(scene: &Scene) -> Vec<Fault> {
     }
     for (case, tested) in scene.cases.iter().enumerate() {
         let Some(set) = tested.test.frfs.as_ref().filter(|_| tested.test.frf_fit.is_some()) else { continue };
+        let sensors = &tested.test.sensors;
+        for (own, &s) in tested.sensors.iter().enumerate() {
+            if response_of(set, sensors, own).is_some() {
+                out.push(Fault { only: (scene.cases.len() > 1).then_some(case), ..Fault::of(s, Change::FunctionGain) });
+            }
+        }
         for (reference, channel) in set.references.iter().enumerate() {
-            let others = tested.test.sensors.iter().zip(&tested.sensors);
-            for (_, &s) in others.filter(|(o, _)| o.name != channel.name && !o.is_rotation) {
+            let stated = channel_sensor(channel, sensors).map_or_else(|| channel.name.clone(), |s| s.name);
+            let others = sensors.iter().zip(&tested.sensors);
+            for (_, &s) in others.filter(|(o, _)| o.name != stated && !o.is_rotation) {
                 add(&mut out, s, Change::DrivingPoint { case, reference });
             }
         }
@@ -434,6 +465,9 @@ fn trace(scene: &Scene, fit: &Fit, weight: f64, fault: &Fault) -> Option<Trace> 
     if let Change::DrivingPoint { .. } = fault.change {
         return driving_point(scene, fit, weight, fault).ok();
     }
+    if fault.is_gain() && scene.has_functions() {
+        return gain_slope(scene, fit, weight, fault, 1.0).ok().map(Trace::Free);
+    }
     let mut delta = DVector::zeros(fit.r.len());
     if let Change::Order(a, b) = fault.change {
         let modes = &scene.test.modes;
@@ -504,14 +538,43 @@ fn trace(scene: &Scene, fit: &Fit, weight: f64, fault: &Fault) -> Option<Trace> 
 
 /// What another place of the force changes in the functions.
 fn driving_point(scene: &Scene, fit: &Fit, weight: f64, fault: &Fault) -> Result<Trace, DiagnosisError> {
-    let changed = scene.corrected(fault, 1.0);
+    let delta = corrected_rows(scene, fit, weight, fault, 1.0)? - &fit.r;
+    Ok(Trace::Fixed(of_measured(fit, delta)))
+}
+
+/// ∂r/∂ln g of a gain at a fit whose test it has corrected by `number`.
+pub(super) fn gain_slope(
+    scene: &Scene,
+    fit: &Fit,
+    weight: f64,
+    fault: &Fault,
+    number: f64,
+) -> Result<DVector<f64>, DiagnosisError> {
+    /// Rows are nearly linear in ln g: those of functions are, those of shapes in g.
+    const STEP: f64 = 1e-4;
+    let [above, below] = [STEP, -STEP].map(|h| corrected_rows(scene, fit, weight, fault, number * h.exp()));
+    Ok(of_measured(fit, (above? - below?) / (2.0 * STEP)))
+}
+
+/// The rows at the parameters of a fit, of tests that a fault has corrected.
+fn corrected_rows(
+    scene: &Scene,
+    fit: &Fit,
+    weight: f64,
+    fault: &Fault,
+    number: f64,
+) -> Result<DVector<f64>, DiagnosisError> {
+    let changed = scene.corrected(fault, number);
     let comparisons = changed.comparisons()?;
     let posed = Posed::new(&changed, &comparisons, vec![Prior::NONE; fit.x.len()], weight);
-    let mut delta = posed.data_rows(&fit.theta)?;
-    for i in 0..delta.len() {
-        delta[i] = if i < fit.rows.measured { delta[i] - fit.r[i] } else { 0.0 };
-    }
-    Ok(Trace::Fixed(delta))
+    Ok(posed.data_rows(&fit.theta)?)
+}
+
+/// Zero beyond the measured rows.
+fn of_measured(fit: &Fit, mut rows: DVector<f64>) -> DVector<f64> {
+    let measured = fit.rows.measured;
+    rows.rows_mut(measured, rows.len() - measured).fill(0.0);
+    rows
 }
 
 impl Trace {

@@ -61,7 +61,10 @@ pub(super) fn fit_from(
     } else {
         // A tenth of a unit of ln evidence is far below what any decision rests on; the tolerance is 1e-7 of Φ.
         let method = LevenbergMarquardt { steps, tolerance: 1e-7, ..LevenbergMarquardt::default() };
-        let chosen = lowest(&posed, starts, most);
+        let mut chosen = lowest(&posed, starts, most);
+        if scene.has_functions() {
+            chosen = through_modes(scene, &posed, chosen, weight, &method);
+        }
         let found: Vec<_> = chosen
             .par_iter()
             .map(|start| method.minimize(start, &mut Run::new(&posed)).map(|o| (o.cost, o.x)))
@@ -83,6 +86,32 @@ pub(super) fn fit_from(
     };
     at(&posed, x)
 }
+
+/// Starts from where the modes alone lead, where frequency responses agree better there.
+///
+/// Amplitudes have a valley for every resonance that may be taken for another: a start that is a bandwidth away ends in a wrong one. The
+/// modes have been paired by their shapes, and a fit to them costs little.
+fn through_modes(
+    scene: &Scene,
+    posed: &Posed<'_>,
+    starts: Vec<DVector<f64>>,
+    weight: f64,
+    method: &LevenbergMarquardt,
+) -> Vec<DVector<f64>> {
+    let of_modes = scene.without_functions();
+    let Ok(comparisons) = of_modes.comparisons() else { return starts };
+    let modes = Posed::new(&of_modes, &comparisons, scene.priors(), weight);
+    let method = LevenbergMarquardt { steps: method.steps.max(FEWEST_STEPS), ..*method };
+    let cost = |x: &DVector<f64>| posed.cost(x).unwrap_or(f64::INFINITY);
+    let through = |start: DVector<f64>| match method.minimize(&start, &mut Run::new(&modes)) {
+        Ok(found) if cost(&found.x) < cost(&start) => found.x,
+        _ => start,
+    };
+    starts.into_par_iter().map(through).collect()
+}
+
+/// Steps of a fit to the modes, at least: those are cheap.
+const FEWEST_STEPS: usize = 8;
 
 /// The first of the points, then those with the lowest objective, in that order.
 fn lowest(posed: &Posed<'_>, points: &[DVector<f64>], most: usize) -> Vec<DVector<f64>> {

@@ -2,7 +2,7 @@
 
 use super::base::{FaultScore, Stage, box_starts};
 use super::evidence::{REMAINDER, goodness_of_fit, held_out, ln_evidence};
-use super::faults::{Change, Fault, GAIN_SD};
+use super::faults::{Change, Fault, GAIN_SD, gain_slope, response_of};
 use super::fit::{Fit, STEPS, fit, fit_from};
 use super::scene::Scene;
 use super::screen::{Score, start_sizes};
@@ -421,13 +421,17 @@ fn refit_fault(stage: &Stage, score: &FaultScore, bases: &[DVector<f64>], base: 
             })
             .collect()
     };
+    let has_functions = stage.scene.has_functions();
     // Gain and κ are profiled: each round fits the base with the number, then the number with the base.
     let mut extra = 0.0;
     let mut estimates = Vec::new();
-    if matches!(fault.change, Change::Gain | Change::Noisy) {
+    if fault.is_gain() || fault.change == Change::Noisy {
         for _ in 0..4 {
             let now = readings(&found);
-            let next = if fault.change == Change::Gain {
+            let next = if fault.is_gain() && has_functions {
+                let slope = gain_slope(&stage.scene, &found, w, fault, number)?;
+                number * (-slope.dot(&found.r) / slope.norm_squared().max(f64::MIN_POSITIVE)).clamp(-1.0, 1.0).exp()
+            } else if fault.is_gain() {
                 // g c φ with the present g is `seen`, and t the reading: the best new gain is g t·seen/seen·seen.
                 let (cross, own) = now.iter().fold((0.0, 0.0), |(c, o), (seen, t, _)| (c + seen * t, o + seen * seen));
                 number.abs() * if own > 0.0 { cross / own } else { 1.0 }
@@ -443,11 +447,14 @@ fn refit_fault(stage: &Stage, score: &FaultScore, bases: &[DVector<f64>], base: 
             found = fit(&scene, std::slice::from_ref(&found.x), w)?;
         }
         let now = readings(&found);
-        let m = now.len() as f64;
-        let parameter = if fault.change == Change::Gain { "gain" } else { "factor on the standard deviation" };
+        let parameter = if fault.is_gain() { "gain" } else { "factor on the standard deviation" };
         let sd;
-        if fault.change == Change::Gain {
-            let own: f64 = now.iter().map(|(seen, ..)| seen * seen).sum();
+        if fault.is_gain() {
+            let own = if has_functions {
+                gain_slope(&stage.scene, &found, w, fault, number)?.norm_squared()
+            } else {
+                now.iter().map(|(seen, ..)| seen * seen).sum()
+            };
             let h = own + GAIN_SD.powi(-2);
             let ln_g = number.abs().ln();
             // A negative gain is a sign and a gain: two numbers for one.
@@ -457,6 +464,7 @@ fn refit_fault(stage: &Stage, score: &FaultScore, bases: &[DVector<f64>], base: 
             }
             sd = number.abs() / h.sqrt();
         } else {
+            let m = now.len() as f64;
             let ln_k = number.ln();
             extra -= m * ln_k + 0.5 * ln_k * ln_k + 0.5 * (2.0 * m + 1.0).ln() - std::f64::consts::LN_2;
             sd = number / (2.0 * m + 1.0).sqrt();
@@ -489,8 +497,8 @@ fn dead_functions(scene: &Scene, fault: &Fault) -> f64 {
     let mut cost = 0.0;
     for case in fault.cases(scene) {
         let (Some(set), Some(fit)) = (&case.test.frfs, &case.test.frf_fit) else { continue };
-        let own = case.sensors.iter().position(|&s| s == fault.sensor).map(|k| &case.test.sensors[k].name);
-        let Some(response) = set.responses.iter().position(|c| Some(&c.name) == own) else { continue };
+        let own = case.sensors.iter().position(|&s| s == fault.sensor);
+        let Some(response) = own.and_then(|k| response_of(set, &case.test.sensors, k)) else { continue };
         let used = (0..set.n_lines()).filter(|&l| fit.uses(set.frequencies_hz[l]));
         let logs: Vec<f64> = used
             .flat_map(|l| (0..set.references.len()).map(move |r| set.at(l, r, response).norm()))

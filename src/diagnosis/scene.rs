@@ -229,6 +229,20 @@ impl Scene {
         Ok(self.cases.iter().map(|c| Comparison::new(&c.model, &c.test, compare(c))).collect::<Result<_, _>>()?)
     }
 
+    /// Whether frequency responses enter a fit.
+    pub(super) fn has_functions(&self) -> bool {
+        self.cases.iter().any(|c| c.test.frfs.is_some() && c.test.frf_fit.is_some())
+    }
+
+    /// The same tests without their frequency responses.
+    pub(super) fn without_functions(&self) -> Self {
+        let mut scene = self.clone();
+        for case in &mut scene.cases {
+            case.test = Arc::new(TestData { frfs: None, frf_fit: None, ..(*case.test).clone() });
+        }
+        scene
+    }
+
     /// The estimates of the model, moved into their bounds, in the unit box.
     pub(super) fn start(&self) -> DVector<f64> {
         Scaling::new(self.model()).x(&crate::objective::starting_point(self.model()))

@@ -226,7 +226,7 @@ fn spoil(test: &mut TestData, fault: &Fault, plan: &Plan, rng: &mut ChaCha8Rng) 
     let s = fault.sensor;
     match &fault.change {
         // Sensors that measure elsewhere were there when the twin was made; the twins have no functions.
-        Change::Axis(_) | Change::Position { .. } | Change::DrivingPoint { .. } => {}
+        Change::Axis(_) | Change::Position { .. } | Change::DrivingPoint { .. } | Change::FunctionGain => {}
         Change::Sign | Change::Swap(_) | Change::Order(..) => *test = fault.apply(test, 1.0),
         Change::Gain => {
             let gain = if rng.unit() < 0.5 { 0.7 } else { 1.4 };
