@@ -46,6 +46,9 @@ impl<E: std::error::Error> From<E> for Failure {
     }
 }
 
+/// Characters of a message, at most.
+const LONGEST: usize = 600;
+
 /// Problems as `file:line:column: error: path: message`, each followed by its line with a caret.
 pub(crate) fn render_problems(path: &Path, source: &str, problems: &[Problem]) -> String {
     let style = style(&std::io::stderr());
@@ -54,7 +57,12 @@ pub(crate) fn render_problems(path: &Path, source: &str, problems: &[Problem]) -
     problems.sort_by_key(|p| (std::cmp::Reverse(p.severity), p.location));
     for p in &problems {
         let tone = if p.severity == Severity::Error { Tone::Bad } else { Tone::Warning };
-        let text = p.render(&path.display().to_string());
+        let mut text = p.render(&path.display().to_string());
+        // A file that is something else altogether is quoted whole.
+        if let Some((end, _)) = text.char_indices().nth(LONGEST) {
+            text.truncate(end);
+            text.push_str(" …");
+        }
         let word = if p.severity == Severity::Error { "error:" } else { "warning:" };
         let _ = writeln!(out, "{}", text.replacen(word, &style.paint(tone, word), 1));
         let line = p.location.and_then(|at| source.lines().nth(at.line - 1).map(|l| (at, l)));

@@ -211,3 +211,11 @@ pub struct TestData {
     /// How they enter a fit, when they do.
     pub frf_fit: Option<FrfFit>,
 }
+
+impl TestData {
+    /// Whether there is nothing in it that a model could be compared with.
+    pub fn has_nothing(&self) -> bool {
+        let has_functions = self.frfs.is_some() && self.frf_fit.is_some();
+        self.modes.is_empty() && self.mass_properties.is_empty() && self.static_tests.is_empty() && !has_functions
+    }
+}

@@ -4,11 +4,13 @@
 //! elements for one says how much.
 
 use super::DiagnosisError;
-use crate::linalg::DMatrix;
+use crate::correlation::PairingOptions;
+use crate::data::TestData;
+use crate::linalg::{DMatrix, DVector};
 use crate::modal::{Modes, SolveOptions};
 use crate::model::spec::ModelSpec;
 use crate::model::{Model, Registry, solve_modes};
-use crate::objective::EvalError;
+use crate::objective::{Comparison, EvalError, LeastSquares, Objective};
 
 /// Elements for one.
 const FINER: u32 = 3;
@@ -64,6 +66,19 @@ pub(super) fn mesh_errors(model: &Model, theta: &[f64], n_elastic: usize) -> Res
     let (coarse, exact) = (modes(model, theta, n_elastic)?, modes(&fine, theta, n_elastic)?);
     let hz = |m: &Modes| -> Vec<f64> { m.elastic().map(|i| m.frequency_hz(i)).collect() };
     Ok(hz(&coarse).iter().zip(hz(&exact)).map(|(c, e)| c / e - 1.0).collect())
+}
+
+/// By how many standard deviations, all together, the mesh moves the functions of a test; zero for a test without.
+pub(super) fn functions_moved(model: &Model, theta: &[f64], test: &TestData) -> Result<f64, DiagnosisError> {
+    if test.frfs.is_none() || test.frf_fit.is_none() {
+        return Ok(0.0);
+    }
+    let rows = |model: &Model| -> Result<_, DiagnosisError> {
+        let comparison = Comparison::new(model, test, PairingOptions::default())?;
+        let Some(objective) = LeastSquares::from_names(&comparison, &["frf-log"]) else { return Ok(DVector::zeros(0)) };
+        Ok(objective.residuals(&objective.scaling().x(theta))?)
+    };
+    Ok((rows(&refined(model, theta)?)? - rows(model)?).norm())
 }
 
 /// Readings of modes at the rows of an observation matrix, those that no sensor sees left out.

@@ -392,3 +392,29 @@ fn a_wrong_driving_point_is_found_by_the_functions() {
     assert_eq!(d.verdict, Verdict::MeasurementFault);
     assert_eq!(d.hypotheses[0].id, "driving-point@p4:p2");
 }
+
+/// A factor on one sensor, in its functions alone and in its shapes too; its channel has the name of its node.
+#[test]
+fn a_wrong_gain_is_found_in_the_functions() {
+    let base = model(&STRIP.replace("0.8 kg/m", "0.9 kg/m"));
+    let mut test = of_strip(true);
+    test.sensors[2].name = "n3.z".to_string();
+    let set = test.frfs.as_mut().unwrap();
+    set.responses[2].name = "n3".to_string();
+    for line in 0..set.n_lines() {
+        let at = set.index(line, 0, 2);
+        set.h[at] *= 1.3;
+    }
+    let found = |test: &TestData| {
+        let d = diagnose(&base, test, &Settings::default()).unwrap();
+        eprintln!("{:?} {} {:?}", d.verdict, d.sentence, d.hypotheses[0].estimates);
+        assert_eq!(d.verdict, Verdict::MeasurementFault);
+        assert!((d.hypotheses[0].estimates[0].value / 1.3 - 1.0).abs() < 0.03);
+        d.hypotheses[0].id.clone()
+    };
+    assert_eq!(found(&test), "function-gain@n3.z");
+    for mode in &mut test.modes {
+        mode.shape.as_mut().unwrap()[2] *= 1.3;
+    }
+    assert_eq!(found(&test), "sensor-gain@n3.z");
+}

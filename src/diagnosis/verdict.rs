@@ -12,7 +12,7 @@
 use super::base::{Stage, stage};
 use super::evidence::{EACH_REMAINDER, REMAINDER, degrees_of_freedom, goodness_of_fit, held_out, something_else};
 use super::fit::Fit;
-use super::mesh::{mesh_errors, modes};
+use super::mesh::{functions_moved, mesh_errors, modes};
 use super::next_measurement::next_measurements;
 use super::noise::whiteness;
 use super::odds::{Odds, Probabilities, ln_mean};
@@ -326,8 +326,17 @@ fn number(value: f64) -> String {
 /// Modes whose frequency the mesh falsifies by more than a third of its standard deviation.
 fn mesh_warning(base: &Stage) -> Option<String> {
     let bad: Vec<String> = base.scene.cases.iter().filter_map(|case| falsified(base, case).ok()).flatten().collect();
-    (!bad.is_empty())
-        .then(|| format!("the mesh is too coarse, frequencies are too high: {}; subdivide the beams", bad.join(", ")))
+    let moved = |case: &Case| functions_moved(&case.model, &base.fit.theta, &case.test).unwrap_or(0.0);
+    let moved = base.scene.cases.iter().map(moved).fold(0.0, f64::max);
+    let mut words = Vec::new();
+    if !bad.is_empty() {
+        words.push(format!("frequencies are too high: {}", bad.join(", ")));
+    }
+    // One standard deviation of all that the functions say.
+    if moved > 1.0 {
+        words.push(format!("it moves the functions by {} standard deviations, taken together", number(moved)));
+    }
+    (!words.is_empty()).then(|| format!("the mesh is too coarse, {}; subdivide the beams", words.join(", and ")))
 }
 
 /// Those of one test, in words.

@@ -37,7 +37,7 @@ pub(super) struct FrfValue {
     pub(super) sd: f64,
 }
 
-/// Values below this share of the root mean square of their function get the standard deviation of that level: at an
+/// Values below this share of the root mean square of their function in their band get the standard deviation of that level: at an
 /// antiresonance a relative one would ask for what no sensor delivers.
 const FLOOR: f64 = 0.05;
 
@@ -60,18 +60,27 @@ impl FrfRows {
         // Where the model cannot move it has no amplitude to compare.
         let moving = |rows: &DMatrix<f64>| (0..rows.nrows()).filter(|&i| rows.row(i).amax() > 0.0).collect::<Vec<_>>();
         let (moving_responses, moving_references) = (moving(&responses), moving(&references));
+        let band_of = |&l: &usize| {
+            let hz = set.frequencies_hz[l];
+            fit.bands_hz.iter().position(|[low, high]| (*low..=*high).contains(&hz)).unwrap_or(0)
+        };
+        let bands: Vec<usize> = lines.iter().map(band_of).collect();
         let mut values = Vec::new();
         for &reference in &moving_references {
             for &response in &moving_responses {
                 let function: Vec<Complex<f64>> = lines.iter().map(|&l| set.at(l, reference, response)).collect();
-                let known: Vec<f64> = function.iter().map(Complex::norm_sqr).filter(|v| v.is_finite()).collect();
-                let level = (known.iter().sum::<f64>() / known.len().max(1) as f64).sqrt();
-                for (line, measured) in function.into_iter().enumerate() {
+                let level_of = |band: usize| {
+                    let own = function.iter().zip(&bands).filter(|(_, b)| **b == band).map(|(h, _)| h.norm_sqr());
+                    let known: Vec<f64> = own.filter(|v| v.is_finite()).collect();
+                    (known.iter().sum::<f64>() / known.len().max(1) as f64).sqrt()
+                };
+                let levels: Vec<f64> = (0..fit.bands_hz.len().max(1)).map(level_of).collect();
+                for (line, &measured) in function.iter().enumerate() {
                     let size = measured.norm();
                     if !(size.is_finite() && size > 0.0) {
                         continue;
                     }
-                    let sd = relative_sd * size.max(FLOOR * level);
+                    let sd = relative_sd * size.max(FLOOR * levels[bands[line]]);
                     values.push(FrfValue { line, reference, response, measured, relative_sd: sd / size, sd });
                 }
             }

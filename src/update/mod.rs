@@ -111,7 +111,9 @@ pub enum UpdateError {
     )]
     NothingFree,
     /// Nothing to compare with.
-    #[error("the test has nothing to compare with: no modes, no static tests, no mass properties")]
+    #[error(
+        "the test has nothing to compare with: no modes, no static tests, no mass properties, no functions under `frfs`"
+    )]
     NoData,
     /// Tests of different structures.
     #[error(
@@ -339,8 +341,7 @@ fn compare_all<'a>(cases: &[TestCase<'a>], settings: &Settings) -> Result<Vec<Co
     let first = cases.first().ok_or(UpdateError::NoData)?;
     for case in cases {
         let test = case.test;
-        let has_functions = test.frfs.is_some() && test.frf_fit.is_some();
-        if test.modes.is_empty() && test.mass_properties.is_empty() && test.static_tests.is_empty() && !has_functions {
+        if test.has_nothing() {
             return Err(UpdateError::NoData);
         }
         if case.model.parameters() != first.model.parameters() {

@@ -11,8 +11,9 @@ use retune::objective::Comparison;
 use retune::report::text::{Style, agreement};
 use retune::update::{
     AssessedPair, AssessedReading, Assessment, Functions, FunctionsOptions, MassReduction, ModeAgreement,
-    Orthogonality, Places, PlacesOptions, Sensitivities, SensitivityOptions, SensorReport, UnpairedMode, assess,
-    compare_functions, judge, load_profile, mode_agreement, orthogonality, places, sensitivities, sensor_agreement,
+    Orthogonality, Places, PlacesOptions, Sensitivities, SensitivityOptions, SensorReport, UnpairedMode, UpdateError,
+    assess, compare_functions, judge, load_profile, mode_agreement, orthogonality, places, sensitivities,
+    sensor_agreement,
 };
 use serde_json::{Value, json};
 use std::path::Path;
@@ -68,6 +69,9 @@ fn one(args: &Compare, path: &Path, profile: Option<&CriteriaProfile>) -> Result
     };
     let options =
         PairingOptions { by, min_mac: args.min_mac, frequency_window: args.frequency_window, same_family_only: true };
+    if test.has_nothing() {
+        return Err(UpdateError::NoData.into());
+    }
     let comparison = Comparison::new(&model, &test, options)?;
     let a = assess(&comparison, &model.parameters().nominal())?;
     let parts = Parts::of(args, &model, &comparison, &a)?;
