@@ -13,9 +13,10 @@
 //! P. J. Huber, Robust Statistics, 1981, chapter 7 (iterative re-weighting).
 
 use super::DiagnosisError;
-use super::faults::{Change, Fault, shape_rows};
+use super::faults::{Change, Fault};
 use super::fit::{Fit, evaluate, fit, fit_from};
 use super::scene::Scene;
+use super::traces::shape_rows;
 use crate::linalg::DMatrix;
 use rayon::prelude::*;
 

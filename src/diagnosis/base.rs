@@ -2,11 +2,12 @@
 
 use super::aside::aside;
 use super::evidence::{REMAINDER, goodness_of_fit};
-use super::faults::{Fault, Trace, faults, traces};
+use super::faults::{Fault, faults};
 use super::fit::{Fit, fit};
 use super::noise::{Scatter, best_scores, p_value, scatter};
 use super::scene::Scene;
 use super::screen::{Directions, Score, Screened, project, screen};
+use super::traces::{Trace, traces};
 use super::{DiagnosisError, Listener, Settings};
 use crate::data::{Place, Sensor};
 use crate::effect::{Candidate, Configured, Context, candidates_in};

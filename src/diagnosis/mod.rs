@@ -30,6 +30,7 @@ mod short_fit;
 mod spread;
 #[cfg(test)]
 mod tests;
+mod traces;
 mod verdict;
 
 pub use error::DiagnosisError;

@@ -9,10 +9,10 @@
 //!   Only white scatter counts as noise: otherwise s2 stays 1 and the misfit stays unexplained.
 //! * alarm: the probability that the best score over all candidates and faults is as large as observed.
 
-use super::faults::Trace;
 use super::fit::Fit;
 use super::scene::Scene;
 use super::screen::{Directions, project};
+use super::traces::Trace;
 use crate::linalg::{DMatrix, DVector, thin_svd};
 use crate::optim::Draw;
 use rand::SeedableRng;

@@ -2,12 +2,13 @@
 
 use super::base::{FaultScore, Stage, box_starts};
 use super::evidence::{REMAINDER, goodness_of_fit, held_out, ln_evidence};
-use super::faults::{Change, Fault, GAIN_SD, gain_slope, response_of};
+use super::faults::{Change, Fault, GAIN_SD, response_of};
 use super::fit::{Fit, STEPS, fit, fit_from};
 use super::scene::Scene;
 use super::screen::{Score, start_sizes};
 use super::short_fit::shortest;
 use super::spread::{self, Fitted, spreads};
+use super::traces::gain_slope;
 use super::verdict::STRONG;
 use super::{DiagnosisError, Estimate};
 use crate::effect::{Candidate, NewParameter};
