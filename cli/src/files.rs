@@ -3,8 +3,8 @@
 use crate::output::{Failure, warn};
 use retune::correlation::{check_functions, check_sensors as check, with_sensor_masses};
 use retune::data::{FrfFit, MeasurementOptions, TestData, read_measurements, read_test};
-use retune::model::{Model, ParametricModel, Registry, load_configuration};
-use retune::objective::starting_point;
+use retune::model::{Model, Registry, load_configuration};
+use retune::objective::is_damped;
 use retune::report::text::{number, printable};
 use retune::yaml::{Problem, Severity, SourceMap};
 use std::io::Write as _;
@@ -34,8 +34,19 @@ pub(crate) fn model(path: &Path, configuration: Option<&str>) -> Result<(Model, 
     }
 }
 
-/// A model in the configuration asked for, else in the one that the test was made in.
+/// A model in the configuration asked for, else in the one that the test was made in; a loss factor that the test leaves to the model
+/// is settled.
 pub(crate) fn tested_model(
+    path: &Path,
+    configuration: Option<&str>,
+    (test, test_path, test_text): (&mut TestData, &Path, &str),
+) -> Result<(Model, Vec<Problem>, String), Failure> {
+    let found = configured_model(path, configuration, (test, test_path, test_text))?;
+    settle_loss_factor(&found.0, test);
+    Ok(found)
+}
+
+fn configured_model(
     path: &Path,
     configuration: Option<&str>,
     (test, test_path, test_text): (&TestData, &Path, &str),
@@ -115,8 +126,7 @@ pub(crate) fn tested(path: &Path, tests: &[PathBuf], configuration: Option<&str>
     let mut all = Vec::with_capacity(tests.len());
     for (i, test_path) in tests.iter().enumerate() {
         let (mut test, mut warnings, text) = test(test_path)?;
-        let (model, model_warnings, model_text) = tested_model(path, configuration, (&test, test_path, &text))?;
-        settle_loss_factor(&model, &mut test);
+        let (model, model_warnings, model_text) = tested_model(path, configuration, (&mut test, test_path, &text))?;
         warnings.extend(check_sensors(&model, &test, test_path, &text)?);
         if i == 0 {
             warn(path, &model_text, &model_warnings);
@@ -130,11 +140,10 @@ pub(crate) fn tested(path: &Path, tests: &[PathBuf], configuration: Option<&str>
 }
 
 /// Gives the functions of a model without damping the loss factor that the measured damping ratios tell, where the file gives none.
-pub(crate) fn settle_loss_factor(model: &Model, test: &mut TestData) {
+fn settle_loss_factor(model: &Model, test: &mut TestData) {
     let usual = FrfFit::usual_loss_factor(&test.modes);
     let Some(fit) = test.frf_fit.as_mut().filter(|fit| fit.loss_factor.is_none()) else { return };
-    let is_damped = model.assemble(&starting_point(model)).is_ok_and(|system| system.damping.is_some());
-    if is_damped {
+    if is_damped(model) {
         return;
     }
     fit.loss_factor = usual;

@@ -61,15 +61,28 @@ pub(super) fn refined(model: &Model, theta: &[f64]) -> Result<Model, DiagnosisEr
 }
 
 /// Relative error of each of the lowest elastic frequencies that the mesh makes, by ascending frequency.
-pub(super) fn mesh_errors(model: &Model, theta: &[f64], n_elastic: usize) -> Result<Vec<f64>, DiagnosisError> {
-    let fine = refined(model, theta)?;
-    let (coarse, exact) = (modes(model, theta, n_elastic)?, modes(&fine, theta, n_elastic)?);
+///
+/// * `fine` - the model [`refined`]
+pub(super) fn mesh_errors(
+    model: &Model,
+    fine: &Model,
+    theta: &[f64],
+    n_elastic: usize,
+) -> Result<Vec<f64>, DiagnosisError> {
+    let (coarse, exact) = (modes(model, theta, n_elastic)?, modes(fine, theta, n_elastic)?);
     let hz = |m: &Modes| -> Vec<f64> { m.elastic().map(|i| m.frequency_hz(i)).collect() };
     Ok(hz(&coarse).iter().zip(hz(&exact)).map(|(c, e)| c / e - 1.0).collect())
 }
 
 /// By how many standard deviations, all together, the mesh moves the functions of a test; zero for a test without.
-pub(super) fn functions_moved(model: &Model, theta: &[f64], test: &TestData) -> Result<f64, DiagnosisError> {
+///
+/// * `fine` - the model [`refined`]
+pub(super) fn functions_moved(
+    model: &Model,
+    fine: &Model,
+    theta: &[f64],
+    test: &TestData,
+) -> Result<f64, DiagnosisError> {
     if test.frfs.is_none() || test.frf_fit.is_none() {
         return Ok(0.0);
     }
@@ -78,7 +91,7 @@ pub(super) fn functions_moved(model: &Model, theta: &[f64], test: &TestData) -> 
         let Some(objective) = LeastSquares::from_names(&comparison, &["frf-log"]) else { return Ok(DVector::zeros(0)) };
         Ok(objective.residuals(&objective.scaling().x(theta))?)
     };
-    Ok((rows(&refined(model, theta)?)? - rows(model)?).norm())
+    Ok((rows(fine)? - rows(model)?).norm())
 }
 
 /// Readings of modes at the rows of an observation matrix, those that no sensor sees left out.

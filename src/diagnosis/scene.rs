@@ -26,7 +26,7 @@ use crate::effect::{NewParameter, PatchError};
 use crate::linalg::DVector;
 use crate::model::spec::ModelSpec;
 use crate::model::{Model, ParametricModel, Registry};
-use crate::objective::{Comparison, Scaling};
+use crate::objective::{Comparison, Scaling, is_damped};
 use std::sync::Arc;
 
 /// A prior without a stated standard deviation: this share of the interval.
@@ -116,9 +116,10 @@ impl Scene {
             None => Ok(model.clone()),
         };
         let models = tests.iter().map(|t| of(t)).collect::<Result<Vec<Model>, _>>()?;
-        let Some(first) = models.first() else { return Err(DiagnosisError::NoModes) };
-        let start = crate::objective::starting_point(first);
-        let is_damped = models.iter().any(|m| m.assemble(&start).is_ok_and(|system| system.damping.is_some()));
+        if models.is_empty() {
+            return Err(DiagnosisError::NoModes);
+        }
+        let is_damped = models.iter().any(|m| is_damped(m));
         let tests = tests.iter().map(|&t| Arc::new(t.clone())).collect();
         Ok(Self::of(Arc::new(model.spec().clone()), models, tests, Vec::new(), is_damped))
     }

@@ -12,7 +12,7 @@
 use super::base::{Stage, stage};
 use super::evidence::{EACH_REMAINDER, REMAINDER, degrees_of_freedom, goodness_of_fit, held_out, something_else};
 use super::fit::Fit;
-use super::mesh::{functions_moved, mesh_errors, modes};
+use super::mesh::{functions_moved, mesh_errors, modes, refined};
 use super::next_measurement::next_measurements;
 use super::noise::whiteness;
 use super::odds::{Odds, Probabilities, ln_mean};
@@ -22,6 +22,7 @@ use super::screen::project;
 use super::spread::{self, Fitted, Spread};
 use super::{Diagnosis, DiagnosisError, HypothesisResult, Kind, Settings, Verdict, result};
 use crate::linalg::DMatrix;
+use crate::model::Model;
 
 /// ln of the Bayes factor that is called strong (Kass and Raftery 1995: 20 to 1).
 pub(super) const STRONG: f64 = 3.0;
@@ -323,11 +324,15 @@ fn number(value: f64) -> String {
     format!("{value:.digits$}")
 }
 
-/// Modes whose frequency the mesh falsifies by more than a third of its standard deviation.
+/// Modes whose frequency the mesh falsifies by more than a third of its standard deviation, and functions that it moves.
 fn mesh_warning(base: &Stage) -> Option<String> {
-    let bad: Vec<String> = base.scene.cases.iter().filter_map(|case| falsified(base, case).ok()).flatten().collect();
-    let moved = |case: &Case| functions_moved(&case.model, &base.fit.theta, &case.test).unwrap_or(0.0);
-    let moved = base.scene.cases.iter().map(moved).fold(0.0, f64::max);
+    let theta = &base.fit.theta;
+    let (mut bad, mut moved) = (Vec::new(), 0.0_f64);
+    for case in &base.scene.cases {
+        let Ok(fine) = refined(&case.model, theta) else { continue };
+        bad.extend(falsified(base, case, &fine).unwrap_or_default());
+        moved = moved.max(functions_moved(&case.model, &fine, theta, &case.test).unwrap_or(0.0));
+    }
     let mut words = Vec::new();
     if !bad.is_empty() {
         words.push(format!("frequencies are too high: {}", bad.join(", ")));
@@ -340,9 +345,9 @@ fn mesh_warning(base: &Stage) -> Option<String> {
 }
 
 /// Those of one test, in words.
-fn falsified(base: &Stage, case: &Case) -> Result<Vec<String>, DiagnosisError> {
+fn falsified(base: &Stage, case: &Case, fine: &Model) -> Result<Vec<String>, DiagnosisError> {
     let n = case.modes().len();
-    let errors = mesh_errors(&case.model, &base.fit.theta, 2 * n)?;
+    let errors = mesh_errors(&case.model, fine, &base.fit.theta, 2 * n)?;
     let frequencies = modes(&case.model, &base.fit.theta, 2 * n)?;
     let hz: Vec<f64> = frequencies.elastic().map(|i| frequencies.frequency_hz(i)).collect();
     let in_words = |m: usize| {

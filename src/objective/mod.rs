@@ -23,7 +23,7 @@ pub use least_squares::LeastSquares;
 pub(crate) use loss::Choice;
 pub use loss::Loss;
 pub use paper::PaperCost;
-pub use prediction::{Comparison, Prediction, PredictionDerivative, starting_point};
+pub use prediction::{Comparison, Prediction, PredictionDerivative, is_damped, starting_point};
 pub use residual::{RESIDUALS, Residual};
 pub use scaling::{Scaling, matrix_derivatives};
 pub use stacked::Stacked;

@@ -383,6 +383,11 @@ pub fn starting_point(model: &dyn ParametricModel) -> Vec<f64> {
     model.parameters().iter().map(|p| p.bounds.map_or(p.value, |[l, u]| p.value.max(l).min(u))).collect()
 }
 
+/// Whether a model has damping of its own at its estimates.
+pub fn is_damped(model: &dyn ParametricModel) -> bool {
+    model.assemble(&starting_point(model)).is_ok_and(|system| system.damping.is_some())
+}
+
 /// Complex test shapes turned by the phase that makes them as real as can be, then their real parts.
 ///
 /// The phase is half that of Σ ψ_k²: it maximises the sum of squares of the real parts.

@@ -56,8 +56,7 @@ struct Shown {
 fn one(args: &Compare, path: &Path, profile: Option<&CriteriaProfile>) -> Result<Shown, Failure> {
     let (mut test, mut test_warnings, test_text) = files::test(path)?;
     let (model, model_warnings, model_text) =
-        files::tested_model(&args.model, args.configuration.as_deref(), (&test, path, &test_text))?;
-    files::settle_loss_factor(&model, &mut test);
+        files::tested_model(&args.model, args.configuration.as_deref(), (&mut test, path, &test_text))?;
     test_warnings.extend(files::check_sensors(&model, &test, path, &test_text)?);
     let model = files::loaded(model, &test, args.loading.sensor_masses)?;
     warn(&args.model, &model_text, &model_warnings);

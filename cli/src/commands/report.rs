@@ -25,9 +25,9 @@ pub(crate) fn run(args: &Report) -> Result<u8, Failure> {
         force: args.force,
     };
     outputs.check()?;
-    let (test, mut test_warnings, test_text) = files::test(&args.test)?;
+    let (mut test, mut test_warnings, test_text) = files::test(&args.test)?;
     let (model, warnings, model_text) =
-        files::tested_model(&args.model, args.configuration.as_deref(), (&test, &args.test, &test_text))?;
+        files::tested_model(&args.model, args.configuration.as_deref(), (&mut test, &args.test, &test_text))?;
     test_warnings.extend(files::check_sensors(&model, &test, &args.test, &test_text)?);
     warn(&args.model, &model_text, &warnings);
     warn(&args.test, &test_text, &test_warnings);

@@ -24,9 +24,9 @@ const LINES: usize = 201;
 pub(crate) fn run(args: &Arguments) -> Result<u8, Failure> {
     let (model, test) = match &args.test {
         Some(path) => {
-            let (test, mut warnings, text) = files::test(path)?;
+            let (mut test, mut warnings, text) = files::test(path)?;
             let (model, model_warnings, model_text) =
-                files::tested_model(&args.model, args.configuration.as_deref(), (&test, path, &text))?;
+                files::tested_model(&args.model, args.configuration.as_deref(), (&mut test, path, &text))?;
             warnings.extend(files::check_sensors(&model, &test, path, &text)?);
             warn(&args.model, &model_text, &model_warnings);
             warn(path, &text, &warnings);

@@ -52,8 +52,8 @@ impl Specimen {
         spec.targets = None;
         let model = build(spec)?;
         let theta = model.parameters().nominal();
-        let fine = refined(&model, &theta)?.spec().clone();
-        let errors = mesh_errors(&model, &theta, *MODES.end())?;
+        let fine = refined(&model, &theta)?;
+        let errors = mesh_errors(&model, &fine, &theta, *MODES.end())?;
         let resolved =
             errors.iter().take_while(|e| e.abs() < RESOLVED * plan.frequency_noise).count().max(*MODES.start());
         let coarse = modes(&model, &theta, resolved)?;
@@ -67,6 +67,6 @@ impl Specimen {
         let n_modes = shapes.len();
         let choice = effective_independence(&DMatrix::from_columns(&shapes), SENSORS.min(places.len()))?;
         let sensors = choice.kept.iter().map(|&i| places[i].clone()).collect();
-        Ok(Self { name: name.to_string(), model, fine, sensors, n_modes })
+        Ok(Self { name: name.to_string(), model, fine: fine.spec().clone(), sensors, n_modes })
     }
 }
