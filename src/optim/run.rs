@@ -336,7 +336,9 @@ impl<'a> Run<'a> {
     fn admit(&self, points: &[DVector<f64>]) -> Result<usize, Stop> {
         for x in points {
             assert_eq!(x.len(), self.n_parameters(), "a point has one value a parameter");
-            if let Some(parameter) = x.iter().position(|v| !(0.0..=1.0).contains(v)) {
+            // without a branch for each value
+            let is_inside = x.iter().fold(true, |inside, v| inside & (0.0..=1.0).contains(v));
+            if !is_inside && let Some(parameter) = x.iter().position(|v| !(0.0..=1.0).contains(v)) {
                 return Err(OptimError::OutsideBox { parameter, value: x[parameter] }.into());
             }
         }
