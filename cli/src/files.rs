@@ -2,7 +2,7 @@
 
 use crate::output::{Failure, warn};
 use retune::correlation::{check_functions, check_sensors as check, with_sensor_masses};
-use retune::data::{FrfFit, MeasurementOptions, TestData, read_measurements, read_test};
+use retune::data::{FrfFit, TestData, read_measurements, read_test};
 use retune::model::{Model, Registry, load_configuration};
 use retune::objective::is_damped;
 use retune::report::text::{number, printable};
@@ -68,6 +68,14 @@ fn configured_model(
 
 /// A test and its warnings.
 pub(crate) fn test(path: &Path) -> Result<(TestData, Vec<Problem>, String), Failure> {
+    const MEASURED: [&str; 8] = ["csv", "unv", "uff", "bunv", "mat", "npy", "lvm", "txt"];
+    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+    if path.exists() && extension.is_some_and(|e| MEASURED.contains(&e.as_str())) && !is_test(path) {
+        let name = path.display();
+        return Err(Failure::text(format!(
+            "{name} is no test file: `retune identify {name} -o test.yaml` makes one of measurements; functions also enter a fit by `frfs: {{files: [{name}]}}` in a test file"
+        )));
+    }
     let text = read(path)?;
     match read_test(&text) {
         Ok((mut test, warnings)) => {
@@ -78,7 +86,7 @@ pub(crate) fn test(path: &Path) -> Result<(TestData, Vec<Problem>, String), Fail
                     let place = Problem::error("frfs.files", why);
                     Failure::problems(path, &text, &SourceMap::of(&text).place(vec![place]))
                 };
-                let found = read_measurements(&files, None, &MeasurementOptions::default()).map_err(|e| refused(&e))?;
+                let found = read_measurements(&files, None, &fit.reading).map_err(|e| refused(&e))?;
                 for (file, note) in &found.notes {
                     eprintln!("note: {}: {}", file.display(), printable(note));
                 }
@@ -124,6 +132,12 @@ pub(crate) struct Tested {
 /// Reads tests, and a model in the configuration of each; warnings are shown.
 pub(crate) fn tested(path: &Path, tests: &[PathBuf], configuration: Option<&str>) -> Result<Vec<Tested>, Failure> {
     let mut all = Vec::with_capacity(tests.len());
+    for (i, path) in tests.iter().enumerate() {
+        let same = |other: &PathBuf| matches!((other.canonicalize(), path.canonicalize()), (Ok(a), Ok(b)) if a == b);
+        if tests[..i].iter().any(same) {
+            return Err(Failure::text(format!("{} is given twice: its data would count twice", path.display())));
+        }
+    }
     for (i, test_path) in tests.iter().enumerate() {
         let (mut test, mut warnings, text) = test(test_path)?;
         let (model, model_warnings, model_text) = tested_model(path, configuration, (&mut test, test_path, &text))?;

@@ -319,6 +319,34 @@ fn functions_of_a_test_enter_the_fit() {
         assert!(said.err.contains(text) && said.err.contains(&line), "{to}: {}", said.err);
         assert_eq!(said.code, code, "{to}");
     }
+
+    // Of functions without a unit, with a gap, without a line.
+    let rows: Vec<&str> = functions.lines().filter(|l| !l.starts_with('#')).collect();
+    let [names, units, first, others @ ..] = rows.as_slice() else { panic!("{functions}") };
+    let gap: Vec<&str> = first.split(',').enumerate().map(|(i, cell)| if i == 1 { "" } else { cell }).collect();
+    let unit = units.split(',').nth(1).unwrap();
+    for (table, frfs, code, text) in [
+        (vec![*names, first], "", 2, "does not state the unit of its functions (option `unit`"),
+        (vec![*names, first], "unit: kg, ", 2, "`kg` is no unit of response over force"),
+        (vec![*names, first], &format!("unit: {unit}, "), 0, "functions: "),
+        (vec![*names, first], "units: feet, ", 2, "`feet` is no system of units; there are SI"),
+        (vec![*names, *units, &gap.join(","), others[0]], "", 0, "values are empty or no numbers; they are left out"),
+        (vec![*names, *units], "", 2, "these functions have no line"),
+        (
+            vec![*names, *units, first],
+            "bands: [[900 Hz, 990 Hz]], ",
+            2,
+            "no line of the functions lies in 900 Hz to 990 Hz",
+        ),
+    ] {
+        folder.write("f.csv", table.join("\n"));
+        folder.write("open.yaml", format!("{modes}frfs: {{files: [f.csv], {frfs}sd: 5 %}}\n"));
+        let said = folder.run("compare model.yaml open.yaml");
+        assert!(said.err.contains(text) || said.out.contains(text), "{frfs}: {} {}", said.err, said.out);
+        assert_eq!(said.code, code, "{frfs}: {}", said.err);
+    }
+    assert!(folder.run("compare model.yaml f.csv").err.contains("f.csv is no test file: `retune identify f.csv"));
+    assert!(folder.run("update model.yaml t.yaml ./t.yaml").err.contains("given twice"));
 }
 
 #[test]

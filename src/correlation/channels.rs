@@ -48,12 +48,28 @@ pub fn fitted_channel(channel: &Channel, test: &TestData) -> Result<Sensor, Corr
 
 /// Checks the functions that enter a fit against a model: all problems at once, with their path in the test file.
 ///
-/// An error where a channel is neither a sensor nor a node; a warning where it reads no motion of the model, or measures along another
+/// An error where there is no line, none in a band, or a channel is neither a sensor nor a node; a warning where values are missing, where a channel reads no motion of the model, or measures along another
 /// axis than the sensor of its name.
 pub fn check_functions(model: &dyn ParametricModel, test: &TestData) -> Vec<Problem> {
     const PATH: &str = "frfs.files";
-    let (Some(set), Some(_)) = (&test.frfs, &test.frf_fit) else { return Vec::new() };
+    let (Some(set), Some(fit)) = (&test.frfs, &test.frf_fit) else { return Vec::new() };
     let mut problems = Vec::new();
+    let (Some(first), Some(last)) = (set.frequencies_hz.first(), set.frequencies_hz.last()) else {
+        return vec![Problem::error(PATH, "these functions have no line")];
+    };
+    for (i, [low, high]) in fit.bands_hz.iter().enumerate() {
+        if !set.frequencies_hz.iter().any(|f| (*low..=*high).contains(f)) {
+            let text = format!(
+                "no line of the functions lies in {low} Hz to {high} Hz; they reach from {first} Hz to {last} Hz"
+            );
+            problems.push(Problem::error(format!("frfs.bands[{i}]"), text));
+        }
+    }
+    let (missing, all) = set.missing();
+    if missing > 0 {
+        let text = format!("{missing} of {all} values are empty or no numbers; they are left out");
+        problems.push(Problem::warning(PATH, text));
+    }
     let mut channels: Vec<&Channel> = Vec::new();
     for channel in set.references.iter().chain(&set.responses) {
         if !channels.contains(&channel) {

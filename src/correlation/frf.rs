@@ -320,13 +320,9 @@ pub fn frequency_shift(
     Ok(FrequencyShift { ratio: best.0, fdac: best.1, fdac_unshifted: unshifted, ridge })
 }
 
-/// Differences of one function inside one band.
+/// Differences of functions inside bands.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct BandResidual {
-    /// Reference of the function; `None` for all functions together.
-    pub channel: Option<(usize, usize)>,
-    /// Band, Hz: from (included) and to (excluded).
-    pub band_hz: (f64, f64),
     /// Number of values compared.
     pub n_values: usize,
     /// Mean of 20 lg(|H_a|/|H_x|), dB: plus means that the model answers more.
@@ -341,55 +337,61 @@ pub struct BandResidual {
     pub misfit: Misfit,
 }
 
-/// Amplitude, phase and misfit by function and band, and over all functions by band.
+/// [`BandResidual`]s of functions.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct BandResiduals {
+    /// All functions together, band by band.
+    pub bands: Vec<BandResidual>,
+    /// All bands together, reference by reference, response by response.
+    pub channels: Vec<BandResidual>,
+}
+
+/// Amplitude, phase and misfit by band and by function.
 ///
 /// ```text
 /// σ² = |H_x|² ((1 - γ²)/(2 n_d γ²) + floor²)     for real and imaginary part each
 /// ```
 ///
-/// * `edges_hz` - ascending band edges
+/// * `bands_hz` - from (included) and to (excluded), apart from each other
 /// * `relative_sd` - floor, standard deviation of calibration and the like relative to |H_x|, for example 0.01; positive.
 ///   It is all there is when the test has no coherence or no number of averages
 ///
-/// Functions first, band by band; then all together (`channel: None`). The logarithmic difference treats a factor up like
-/// a factor down. Noise of neighbouring lines is taken as independent, which overlapping windows spoil a little; values
-/// without coherence (γ² = 0) count nothing.
+/// The logarithmic difference treats a factor up like a factor down. Noise of neighbouring lines is taken as independent, which
+/// overlapping windows spoil a little; values without coherence (γ² = 0) count nothing.
 ///
 /// # Source
 /// Random error of an FRF: J. S. Bendat, A. G. Piersol, Random Data, 4th edition 2010, section 9.2.
 pub fn band_residuals(
     analytical: &FrfSet,
     experimental: &FrfSet,
-    edges_hz: &[f64],
+    bands_hz: &[[f64; 2]],
     relative_sd: f64,
-) -> Result<Vec<BandResidual>, CorrelationError> {
+) -> Result<BandResiduals, CorrelationError> {
     same_lines(analytical, experimental)?;
     if !(relative_sd > 0.0 && relative_sd.is_finite()) {
         let what = "relative standard deviation of the functions";
         return Err(CorrelationError::Range { what, value: relative_sd, expected: "positive and finite" });
     }
     let x = experimental;
-    let bands: Vec<(f64, f64)> = edges_hz.windows(2).map(|e| (e[0], e[1])).collect();
-    let mut all = vec![Sum::default(); bands.len()];
-    let mut results = Vec::new();
+    let mut by_band = vec![Sum::default(); bands_hz.len()];
+    let mut channels = Vec::with_capacity(x.references.len() * x.responses.len());
     for reference in 0..x.references.len() {
         for response in 0..x.responses.len() {
-            for (band, total) in bands.iter().zip(&mut all) {
+            let mut of_channel = Sum::default();
+            for ([low, high], of_band) in bands_hz.iter().zip(&mut by_band) {
                 let mut sum = Sum::default();
-                for line in (0..x.n_lines()).filter(|&l| x.frequencies_hz[l] >= band.0 && x.frequencies_hz[l] < band.1)
-                {
+                for line in (0..x.n_lines()).filter(|&l| x.frequencies_hz[l] >= *low && x.frequencies_hz[l] < *high) {
                     let index = x.index(line, reference, response);
                     sum.add(analytical.h[index], x.h[index], relative_variance(x, index, relative_sd));
                 }
-                total.merge(&sum);
-                results.push(sum.finish(Some((reference, response)), *band)?);
+                of_band.merge(&sum);
+                of_channel.merge(&sum);
             }
+            channels.push(of_channel.finish()?);
         }
     }
-    for (band, total) in bands.iter().zip(&all) {
-        results.push(total.finish(None, *band)?);
-    }
-    Ok(results)
+    let bands = by_band.iter().map(Sum::finish).collect::<Result<_, _>>()?;
+    Ok(BandResiduals { bands, channels })
 }
 
 /// Variance of real or imaginary part over |H|²; infinite without coherence.
@@ -439,11 +441,9 @@ impl Sum {
         self.chi_squared += other.chi_squared;
     }
 
-    fn finish(&self, channel: Option<(usize, usize)>, band_hz: (f64, f64)) -> Result<BandResidual, CorrelationError> {
+    fn finish(&self) -> Result<BandResidual, CorrelationError> {
         let n = self.n.max(1) as f64;
         Ok(BandResidual {
-            channel,
-            band_hz,
             n_values: self.n,
             amplitude_db: self.db / n,
             amplitude_rms_db: (self.db2 / n).sqrt(),

@@ -35,8 +35,8 @@ pub use criteria::{
 };
 pub use expansion::{ExpandedShape, Expander};
 pub use frf::{
-    BandResidual, ByChannel, FrequencyShift, Signature, band_residuals, fdac, frac, frequency_shift, is_driving_point,
-    local_amplitude, signatures, to_quantity,
+    BandResidual, BandResiduals, ByChannel, FrequencyShift, Signature, band_residuals, fdac, frac, frequency_shift,
+    is_driving_point, local_amplitude, signatures, to_quantity,
 };
 pub use identifiability::{
     CollinearGroup, CoupledGroup, Identifiability, Information, collinear_groups, correlations, covariance,

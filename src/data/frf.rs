@@ -1,9 +1,12 @@
 //! Frequency response functions as they are measured.
 
 use crate::linalg::Complex;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 /// What a frequency response function is: response over force.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
 pub enum FrfQuantity {
     /// Displacement over force, m/N.
     Receptance,
@@ -27,6 +30,17 @@ pub struct Channel {
     pub name: String,
     /// Signed unit direction in global axes, when known.
     pub direction: Option<[f64; 3]>,
+}
+
+impl Channel {
+    /// Name and direction, `12.+z`; a direction that is not along an axis is left out.
+    pub fn label(&self) -> String {
+        let along = self.direction.and_then(|d| {
+            let axis = (0..3).find(|i| d[*i].abs() > 1.0 - 1.0e-12)?;
+            Some(format!("{}.{}{}", self.name, if d[axis] < 0.0 { '-' } else { '+' }, ["x", "y", "z"][axis]))
+        });
+        along.unwrap_or_else(|| self.name.clone())
+    }
 }
 
 /// A set of frequency response functions on common frequency lines.
@@ -64,5 +78,21 @@ impl FrfSet {
     /// The value at a line, reference and response.
     pub fn at(&self, line: usize, reference: usize, response: usize) -> Complex<f64> {
         self.h[self.index(line, reference, response)]
+    }
+
+    /// How many values of the measured functions are no numbers, and how many values these functions have.
+    pub fn missing(&self) -> (usize, usize) {
+        let (mut missing, mut all) = (0, 0);
+        for reference in 0..self.references.len() {
+            for response in 0..self.responses.len() {
+                let values = (0..self.n_lines()).map(|line| self.at(line, reference, response));
+                let n_known = values.filter(|h| h.is_finite()).count();
+                if n_known > 0 {
+                    missing += self.n_lines() - n_known;
+                    all += self.n_lines();
+                }
+            }
+        }
+        (missing, all)
     }
 }

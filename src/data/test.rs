@@ -1,6 +1,6 @@
 //! The content of a test file.
 
-use super::FrfSet;
+use super::{FrfSet, MeasurementOptions};
 use crate::linalg::{Complex, DVector};
 
 /// Where a number comes from.
@@ -162,10 +162,12 @@ pub struct StaticReading {
 }
 
 /// How frequency response functions enter a fit.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct FrfFit {
     /// Files of the functions, relative to the test file.
     pub files: Vec<String>,
+    /// Answers to what the files leave open.
+    pub reading: MeasurementOptions,
     /// Only lines in these bands, Hz; all lines when empty.
     pub bands_hz: Vec<[f64; 2]>,
     /// Standard deviation of a value, relative to it.

@@ -355,7 +355,7 @@ fn of_strip(with_functions: bool) -> TestData {
             n_averages: 10,
         };
         test.frfs = Some(twin_frfs(&truth, &theta, &sensors, &options, &functions).unwrap());
-        let fit = FrfFit { files: Vec::new(), bands_hz: Vec::new(), relative_sd: 0.05, loss_factor: Some(0.02) };
+        let fit = FrfFit { relative_sd: 0.05, loss_factor: Some(0.02), ..FrfFit::default() };
         test.frf_fit = Some(fit);
     }
     test

@@ -211,8 +211,9 @@ fn motion(model: &Model, s: &mut Soundness) -> Result<(), ModelError> {
     if !empty.is_empty() {
         return Ok(());
     }
-    for (name, diagonal) in [("stiffness", k), ("mass", m)] {
-        if let Some(row) = (0..n).find(|&i| diagonal[i] < 0.0) {
+    let c = system.damping.as_ref().map_or_else(Vec::new, diagonal);
+    for (name, diagonal) in [("stiffness", k), ("mass", m), ("damping", &c)] {
+        if let Some(row) = diagonal.iter().position(|v| *v < 0.0) {
             s.errors.push(Problem::error(
                 row_path(model, row),
                 format_args!("the {name} of `{}` is negative", dofs.row_name(row)),

@@ -25,6 +25,7 @@ pub use loss::Loss;
 pub use paper::PaperCost;
 pub use prediction::{Comparison, Prediction, PredictionDerivative, is_damped, starting_point};
 pub use residual::{RESIDUALS, Residual};
+pub(crate) use responses::direct_responses;
 pub use scaling::{Scaling, matrix_derivatives};
 pub use stacked::Stacked;
 pub use statics::static_readings;

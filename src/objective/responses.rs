@@ -3,7 +3,7 @@
 use super::residual::Point;
 use crate::correlation::{CorrelationError, fitted_channel, observation_matrix};
 use crate::data::{Channel, FrfFit, TestData};
-use crate::linalg::{Complex, DMatrix, DynamicStiffness};
+use crate::linalg::{Complex, DMatrix, DynamicStiffness, LinalgError};
 use crate::model::{ParametricModel, System};
 use std::f64::consts::TAU;
 
@@ -52,9 +52,8 @@ impl FrfRows {
         };
         let lines: Vec<usize> = (0..set.n_lines()).filter(|&l| fit.uses(set.frequencies_hz[l])).collect();
         if lines.is_empty() {
-            return Err(CorrelationError::Model(
-                "no line of the frequency response functions lies in `bands`".to_string(),
-            ));
+            let text = "no line of the frequency response functions lies in `bands`";
+            return Err(CorrelationError::Model(text.to_string()));
         }
         let (responses, references) = (rows(&set.responses)?, rows(&set.references)?);
         // Where the model cannot move it has no amplitude to compare.
@@ -169,6 +168,37 @@ impl FrfRows {
         }
         (h, slopes)
     }
+}
+
+/// (iω)^order S Z⁻¹ B of every line, with S the rows of the responses and Bᵀ those of the references: the layout of `FrfSet`, NaN where Z
+/// has no inverse.
+///
+/// ```text
+/// Z = K (1 + i η) + i ω C - ω² M
+/// ```
+pub(crate) fn direct_responses(
+    system: &System,
+    [responses, references]: [&DMatrix<f64>; 2],
+    lines_hz: &[f64],
+    order: i32,
+    loss_factor: f64,
+) -> Result<Vec<Complex<f64>>, LinalgError> {
+    let omegas: Vec<f64> = lines_hz.iter().map(|f| TAU * f).collect();
+    let nan = Complex::new(f64::NAN, f64::NAN);
+    let per_line = responses.nrows() * references.nrows();
+    let mut h = vec![nan; omegas.len() * per_line];
+    let mut stiffness = DynamicStiffness::new(&system.stiffness, &system.mass, system.damping.as_ref());
+    stiffness.sweep(&omegas, loss_factor, &references.transpose(), |line, x| {
+        let Some(x) = x else { return };
+        let power = Complex::new(0.0, omegas[line]).powi(order);
+        let cells = h[line * per_line..][..per_line].chunks_mut(responses.nrows());
+        for (cells, x) in cells.zip(x.column_iter()) {
+            for (cell, row) in cells.iter_mut().zip(responses.row_iter()) {
+                *cell = power * row.iter().zip(x.iter()).map(|(s, x)| x * *s).sum::<Complex<f64>>();
+            }
+        }
+    })?;
+    Ok(h)
 }
 
 /// The entries of ∂K, ∂M and ∂C that are not zero: a parameter touches few elements.

@@ -7,8 +7,8 @@ use retune::linalg::{Complex, DMatrix};
 use retune::modal::{SolveOptions, solve};
 use retune::objective::{Comparison, starting_point};
 use retune::update::{
-    FunctionsOptions, MassReduction, SensitivityOptions, TwinFrfOptions, assess, compare_functions, frf_sensitivities,
-    judge, load_profile, orthogonality, pretest, sensitivities, sensor_agreement, twin_frfs,
+    FunctionsOptions, MassReduction, ModelFunctions, SensitivityOptions, TwinFrfOptions, assess, compare_functions,
+    frf_sensitivities, judge, load_profile, orthogonality, pretest, sensitivities, sensor_agreement, twin_frfs,
 };
 
 /// The eight inertial parameters of the centre body act through four numbers (mass, first and second moments and roll
@@ -142,6 +142,38 @@ fn functions_of_the_same_model_agree_and_a_stiff_model_is_shifted() {
     strange.responses.iter_mut().for_each(|c| c.name = "stranger".to_string());
     let error = compare_functions(&comparison, &assess(&comparison, &theta).unwrap(), &strange, &settings).unwrap_err();
     assert!(error.to_string().contains("stranger"), "{error}");
+
+    // Line by line with structural damping, beside the sum of all modes: -ω² Σ φ φ / (λ (1 + i η) - ω²).
+    let eta = 0.03;
+    let system = model.assemble(&theta).unwrap();
+    let n = model.dof_map().n_dof();
+    let modes = solve(
+        &system.stiffness,
+        &system.mass,
+        &model.dof_map().rigid_motions(),
+        SolveOptions { n_elastic: n, shift: None },
+    )
+    .unwrap();
+    let seen = observation_matrix(&model, &sensors).unwrap() * &modes.shapes;
+    let mut damped = set.clone();
+    for (line, hz) in set.frequencies_hz.iter().enumerate() {
+        let square = (std::f64::consts::TAU * hz).powi(2);
+        for response in 0..sensors.len() {
+            let of_mode = |r: usize| {
+                let lambda = modes.lambda[r];
+                -square * seen[(response, r)] * seen[(4, r)] / Complex::new(lambda - square, lambda * eta)
+            };
+            damped.h[set.index(line, 0, response)] = (0..modes.len()).map(of_mode).sum();
+        }
+    }
+    let bands_hz = vec![[0.3 * last, 0.4 * last], [0.6 * last, 0.9 * last]];
+    let settings = FunctionsOptions { loss_factor: Some(eta), bands_hz, ..FunctionsOptions::default() };
+    let same = compare_functions(&comparison, &assess(&comparison, &theta).unwrap(), &damped, &settings).unwrap();
+    assert_eq!(same.model, ModelFunctions::Direct { is_damped: false, loss_factor: eta });
+    assert_eq!(same.bands.len(), 2);
+    let functions = same.channels.iter().map(|c| (c.amplitude_rms_db, c.misfit.n_data));
+    assert!(functions.clone().all(|(rms, n_data)| rms < 1e-6 && n_data == functions.clone().next().unwrap().1));
+    assert!(same.bands.iter().all(|b| b.misfit.chi_squared < 1e-9), "{:?}", same.bands);
 }
 
 /// With the mass at all dofs the model's own modes are orthogonal to rounding, and so is a noise-free test; every

@@ -72,8 +72,8 @@ pub(crate) struct Compare {
     /// Measured frequency response functions: FRAC, CSAC, CSF, amplitude and phase by band, frequency shift by FDAC.
     #[arg(long, num_args = 1.., value_name = "FILES")]
     pub(crate) frf: Vec<PathBuf>,
-    /// Edges of the bands of the functions, Hz; halfway between the test modes when absent.
-    #[arg(long, num_args = 2.., value_name = "HZ", requires = "frf")]
+    /// Edges of the bands of the functions, Hz; when absent the bands of the test file, else halfway between the test modes.
+    #[arg(long, num_args = 2.., value_name = "HZ")]
     pub(crate) bands: Vec<f64>,
     /// Judge by a criteria profile: a built-in name, or a YAML file with profiles (`file.yaml`, `file.yaml:NAME`).
     #[arg(long, value_name = "NAME|FILE")]

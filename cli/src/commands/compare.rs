@@ -149,16 +149,7 @@ impl Parts {
             Some(why) => Err(why),
             None => sensitivities(model, test, options).map_err(|e| e.to_string()),
         };
-        let options = FunctionsOptions { edges_hz: args.bands.clone(), ..FunctionsOptions::default() };
-        let functions = match &test.frfs {
-            // Those that the test file names.
-            Some(set) if args.frf.is_empty() => Some(compare_functions(comparison, a, set, &options)?),
-            None if args.frf.is_empty() => None,
-            _ => {
-                let found = measured::read(&args.frf, &args.measurement)?;
-                Some(compare_functions(comparison, a, measured::functions(&found)?, &options)?)
-            }
-        };
+        let functions = functions(args, comparison, a)?;
         Ok(Self {
             modes: mode_agreement(comparison, a)?,
             sensors: sensor_agreement(comparison, a, REMOVED)?.ok_or_else(|| NO_SHAPES.to_string()),
@@ -205,7 +196,7 @@ impl Parts {
             agreement::places_tables(out, p, style);
         }
         if let Some(f) = &self.functions {
-            agreement::functions_tables(out, f, style);
+            agreement::functions_tables(out, f, args.all, style);
         }
         if let (true, Ok(s)) = (asked(args.sensitivity), &self.parameters) {
             agreement::parameters_table(out, s, style);
@@ -217,6 +208,26 @@ impl Parts {
             agreement::wrapped(out, more, style);
         }
     }
+}
+
+/// The measured functions, those that the test file names or those of `--frf`, beside the model's.
+fn functions(args: &Compare, comparison: &Comparison<'_>, a: &Assessment) -> Result<Option<Functions>, Failure> {
+    let test = comparison.test();
+    let found;
+    let (set, mut options) = if !args.frf.is_empty() {
+        found = measured::read(&args.frf, &args.measurement)?;
+        (measured::functions(&found)?, FunctionsOptions::default())
+    } else if let (Some(set), Some(fit)) = (&test.frfs, &test.frf_fit) {
+        (set, FunctionsOptions::of_fit(fit))
+    } else if args.bands.is_empty() {
+        return Ok(None);
+    } else {
+        return Err(Failure::text("--bands: there are no functions; give their files by `--frf`, or in the test"));
+    };
+    if !args.bands.is_empty() {
+        options.bands_hz = args.bands.windows(2).map(|e| [e[0], e[1]]).collect();
+    }
+    Ok(Some(compare_functions(comparison, a, set, &options)?))
 }
 
 /// The last lines of a comparison.

@@ -2,7 +2,7 @@
 
 use crate::args::{MeasuredQuantity, Measurement, Repeated};
 use crate::output::{Failure, style};
-use retune::data::convert::{Duplicates, FrfOptions, UnitSystem, UnitsFrom};
+use retune::data::convert::{Duplicates, FrfOptions, UnitsFrom};
 use retune::data::{DEFAULT_DAMPING_SD, DEFAULT_FREQUENCY_SD, DEFAULT_SHAPE_SD};
 use retune::data::{
     FrfQuantity, FrfSet, GeometryFrame, MeasurementOptions, Measurements, ModalSet, Origin, RelativeSd, Sensor,
@@ -76,14 +76,7 @@ pub(crate) fn held_modes(found: &Measurements, modes: &ModalSet, origin: &Origin
 }
 
 fn units(name: &str) -> Result<UnitsFrom, Failure> {
-    match name {
-        "file" => Ok(UnitsFrom::File),
-        "labels" => Ok(UnitsFrom::Labels),
-        _ => UnitSystem::from_name(name).map(UnitsFrom::System).ok_or_else(|| {
-            let names = UnitSystem::NAMES.join(", ");
-            Failure::text(format!("`{name}` is no system of units; there are {names}, and `labels`"))
-        }),
-    }
+    UnitsFrom::from_name(name).map_err(Failure::text)
 }
 
 /// The library's word for a quantity.

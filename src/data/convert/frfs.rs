@@ -8,10 +8,13 @@ use super::units::{Question, UnitSystem, UnitsFrom, agreed, force_unit, note, ra
 use crate::data::uff::{Dataset, Entity, Function, Level, Note, Ordinate, UniversalFile};
 use crate::data::{Channel, FrfQuantity, FrfSet, Point, Spectrum};
 use crate::linalg::Complex;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// What to do with several functions of one reference and response.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
 pub enum Duplicates {
     /// Ask.
     #[default]

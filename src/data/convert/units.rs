@@ -86,6 +86,31 @@ pub enum UnitsFrom {
     System(UnitSystem),
 }
 
+impl UnitsFrom {
+    /// The name that [`UnitsFrom::from_name`] knows; `None` for what the file says.
+    pub fn name(&self) -> Option<&str> {
+        match self {
+            Self::File => None,
+            Self::Labels => Some("labels"),
+            Self::System(system) => Some(&system.name),
+        }
+    }
+
+    /// `file`, `labels`, or a system by its name.
+    ///
+    /// # Errors
+    /// What names there are.
+    pub fn from_name(name: &str) -> Result<Self, String> {
+        match name {
+            "file" => Ok(Self::File),
+            "labels" => Ok(Self::Labels),
+            _ => UnitSystem::from_name(name).map(Self::System).ok_or_else(|| {
+                format!("`{name}` is no system of units; there are {}, and `labels`", UnitSystem::NAMES.join(", "))
+            }),
+        }
+    }
+}
+
 fn unit_of_length(word: &str) -> Option<f64> {
     Some(match word {
         "m" => 1.0,

@@ -39,15 +39,6 @@ fn channel(text: &str) -> Channel {
     split.unwrap_or_else(|| Channel { name: text.to_owned(), direction: None })
 }
 
-/// Name and direction to `12.+z`; directions that are not along an axis are left out.
-fn text_of(channel: &Channel) -> String {
-    let along = channel.direction.and_then(|d| {
-        let axis = (0..3).find(|i| d[*i].abs() > 1.0 - 1.0e-12)?;
-        Some(format!("{}.{}{}", channel.name, if d[axis] < 0.0 { '-' } else { '+' }, ["x", "y", "z"][axis]))
-    });
-    along.unwrap_or_else(|| channel.name.clone())
-}
-
 /// Distinct channels in the order of their first appearance.
 #[derive(Default)]
 struct Channels<'a> {
@@ -216,7 +207,7 @@ pub fn write_frfs(set: &FrfSet) -> String {
     let mut names = String::from("frequency_hz");
     let mut units = String::from("Hz");
     for (a, b) in &pairs {
-        let pair = format!("{}/{}", text_of(&set.responses[*b]), text_of(&set.references[*a])).replace([',', '"'], "_");
+        let pair = format!("{}/{}", set.responses[*b].label(), set.references[*a].label()).replace([',', '"'], "_");
         let _ = write!(names, ",{pair}:re,{pair}:im");
         let _ = write!(units, ",{unit},{unit}");
         if set.coherence.is_some() {

@@ -2,7 +2,8 @@
 
 use super::{DirectionSpec, Reader};
 use crate::catalogue::did_you_mean;
-use crate::data::{FrfFit, Measured, Place, StaticLoad, StaticReading, StaticTest};
+use crate::data::convert::{Duplicates, FrfOptions, UnitsFrom, ratio_unit};
+use crate::data::{FrfFit, FrfQuantity, Measured, MeasurementOptions, Place, StaticLoad, StaticReading, StaticTest};
 use crate::units::Scalar;
 use crate::yaml::{Problem, child};
 use indexmap::IndexMap;
@@ -77,6 +78,18 @@ pub struct StaticReadingSpec {
 pub struct FrfSpec {
     /// Files of the functions, relative to this file.
     pub files: Vec<String>,
+    /// Unit of the functions of a table or an array that states none: `m/s2/N`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unit: Option<String>,
+    /// Units of universal files, whatever they say: `SI`, `mm-N-s`, `in-lbf-s`, ..., or `labels` to believe the labels of their axes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub units: Option<String>,
+    /// What the functions are, where their file does not say it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub quantity: Option<FrfQuantity>,
+    /// Which of several functions of one pair of points counts.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub duplicates: Option<Duplicates>,
     /// Only lines in these bands: `[[4 Hz, 7 Hz], [15 Hz, 22 Hz]]`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub bands: Vec<[Scalar; 2]>,
@@ -197,7 +210,20 @@ impl Reader<'_> {
         if let Some(loss_factor) = loss_factor.filter(|value| !(0.0..1.0).contains(value)) {
             self.error("frfs.loss_factor", format_args!("{loss_factor} is not between 0 and 1"));
         }
-        FrfFit { files: f.files.clone(), bands_hz, relative_sd, loss_factor }
+        if let Some(unit) = f.unit.as_deref().filter(|unit| ratio_unit(unit).is_none()) {
+            self.error(
+                "frfs.unit",
+                format_args!("`{unit}` is no unit of response over force, such as `m/s2/N` or `g/N`"),
+            );
+        }
+        let units = f.units.as_deref().map_or(Ok(UnitsFrom::default()), UnitsFrom::from_name);
+        let units = units.unwrap_or_else(|reason| {
+            self.error("frfs.units", reason);
+            UnitsFrom::default()
+        });
+        let frf = FrfOptions { units, quantity: f.quantity, duplicates: f.duplicates.unwrap_or_default() };
+        let reading = MeasurementOptions { frf, unit: f.unit.clone(), ..MeasurementOptions::default() };
+        FrfFit { files: f.files.clone(), reading, bands_hz, relative_sd, loss_factor }
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::statics::{FrfSpec, StaticLoadSpec, StaticReadingSpec, StaticTestSpec};
 use super::{DirectionSpec, MassPropertySpec, ModeSpec, SensorSpec, ShapeSpec, SourceKind, SourceSpec, TestSpec};
+use crate::data::convert::Duplicates;
 use crate::data::{Origin, Place, Sensor, StaticLoad, StaticReading, TestData};
 use crate::linalg::Complex;
 use crate::units::Scalar;
@@ -88,6 +89,10 @@ pub fn write_test(data: &TestData) -> String {
         .collect();
     let frfs = data.frf_fit.as_ref().map(|f| FrfSpec {
         files: f.files.clone(),
+        unit: f.reading.unit.clone(),
+        units: f.reading.frf.units.name().map(str::to_string),
+        quantity: f.reading.frf.quantity,
+        duplicates: Some(f.reading.frf.duplicates).filter(|d| *d != Duplicates::Ask),
         bands: f.bands_hz.iter().map(|b| b.map(|v| si(v, "Hz"))).collect(),
         sd: Some(Scalar::constant(f.relative_sd)),
         loss_factor: f.loss_factor.map(Scalar::constant),

@@ -72,7 +72,7 @@ fn test(model: &Model) -> TestData {
     };
     test.frfs = Some(twin_frfs(model, &theta, &test.sensors[..3], &options, &functions).unwrap());
     test.frf_fit =
-        Some(FrfFit { files: Vec::new(), bands_hz: vec![[1.0, 60.0]], relative_sd: 0.05, loss_factor: Some(0.02) });
+        Some(FrfFit { bands_hz: vec![[1.0, 60.0]], relative_sd: 0.05, loss_factor: Some(0.02), ..FrfFit::default() });
     let measured = Measured { value: 1.5, sd: 0.01, sd_is_default: false };
     let origin = Origin::Synthetic("by hand".to_string());
     test.mass_properties = vec![MassProperty { quantity: MassQuantity::Mass, measured, origin }];

@@ -70,7 +70,8 @@ impl Recipes {
         for (i, others) in self.others.iter_mut().enumerate() {
             *others = three_others(i, n, rng);
             let certain = rng.below(self.n_parameters);
-            for (j, is_mutated) in self.is_mutated[i * self.n_parameters..][..self.n_parameters].iter_mut().enumerate() {
+            for (j, is_mutated) in self.is_mutated[i * self.n_parameters..][..self.n_parameters].iter_mut().enumerate()
+            {
                 *is_mutated = rng.unit() < crossover_rate || j == certain;
             }
         }

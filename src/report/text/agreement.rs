@@ -2,7 +2,7 @@
 
 use super::{Align, Cell, Style, Table, Tone, number, paragraph, printable, wrap};
 use crate::correlation::{CriteriaProfile, Identifiability, Judgement, Localization, Misfit, SingleChanges, odds};
-use crate::update::{Functions, Orthogonality, Places, Sensitivities, SensorReport};
+use crate::update::{ChannelAgreement, Functions, ModelFunctions, Orthogonality, Places, Sensitivities, SensorReport};
 use std::fmt::Write as _;
 
 /// Probability below which something stands out of the noise.
@@ -355,8 +355,8 @@ pub fn functions_line(out: &mut String, f: &Functions, style: &Style) {
     line(out, "functions", &text, style);
 }
 
-/// Functions by band, the worst of them, and the shift of frequency.
-pub fn functions_tables(out: &mut String, f: &Functions, style: &Style) {
+/// Functions by band, the worst of them (or all), and the shift of frequency.
+pub fn functions_tables(out: &mut String, f: &Functions, all: bool, style: &Style) {
     title(out, "Functions", style);
     if !f.left_out.is_empty() {
         wrapped(out, &format!("without channels that no sensor of the test is: {}", f.left_out.join(", ")), style);
@@ -392,9 +392,7 @@ pub fn functions_tables(out: &mut String, f: &Functions, style: &Style) {
     let mut by_frac: Vec<_> = f.channels.iter().filter_map(|c| c.frac.map(|v| (v, c))).collect();
     by_frac.sort_by(|a, b| a.0.total_cmp(&b.0));
     let median = by_frac.get(by_frac.len() / 2).map_or(f64::NAN, |m| m.0);
-    let worst: Vec<String> =
-        by_frac.iter().take(5).map(|(v, c)| format!("{} from {} {v:.2}", c.response, c.reference)).collect();
-    wrapped(out, &format!("FRAC: median {median:.2}; lowest: {}", worst.join(", ")), style);
+    wrapped(out, &format!("FRAC: median {median:.2}"), style);
     for (v, c) in by_frac.iter().filter(|(_, c)| c.is_driving_point) {
         let amplitude = c.amplitude.map_or_else(|| "–".to_string(), |a| format!("{a:.2}"));
         wrapped(out, &format!("driving point {}: FRAC {v:.2}, amplitude criterion {amplitude}", c.response), style);
@@ -415,15 +413,55 @@ pub fn functions_tables(out: &mut String, f: &Functions, style: &Style) {
             style,
         );
     }
-    wrapped(
-        out,
-        &format!(
-            "the model's functions are superposed from {} elastic modes; damping as measured, {:.2} % for the others",
-            f.n_modes,
-            100.0 * f.damping
+    out.push_str(&channels_table(f, all).render(style));
+    let hidden = f.channels.len().saturating_sub(ROWS);
+    if hidden > 0 && !all {
+        wrapped(out, &format!("and {hidden} that agree better; all with --all"), style);
+    }
+    let source = match f.model {
+        ModelFunctions::Superposed { n_modes, damping } => format!(
+            "the model's functions are superposed from {n_modes} elastic modes; damping as measured, {:.2} % for the others",
+            100.0 * damping
         ),
-        style,
-    );
+        ModelFunctions::Direct { is_damped, loss_factor } => {
+            let own = if is_damped { "the model's own damping" } else { "no damping of its own" };
+            let beside = if loss_factor > 0.0 {
+                format!(", and a loss factor of {}", number(loss_factor))
+            } else {
+                String::new()
+            };
+            format!("the model's functions are found line by line, with {own}{beside}")
+        }
+    };
+    wrapped(out, &source, style);
+}
+
+/// The functions, those that agree worst first.
+fn channels_table(f: &Functions, all: bool) -> Table {
+    let mut table = Table::new([
+        ("response", Align::Left),
+        ("from", Align::Left),
+        ("FRAC", Align::Right),
+        ("amplitude dB", Align::Right),
+        ("rms", Align::Right),
+        ("chi2/n", Align::Right),
+        ("", Align::Left),
+    ]);
+    let mut channels: Vec<&ChannelAgreement> = f.channels.iter().filter(|c| c.misfit.n_data > 0).collect();
+    let of_noise = |c: &ChannelAgreement| c.misfit.chi_squared / c.misfit.n_data as f64;
+    channels.sort_by(|a, b| of_noise(b).total_cmp(&of_noise(a)));
+    for c in channels.iter().take(if all { usize::MAX } else { ROWS }) {
+        table.row([
+            c.response.as_str().into(),
+            c.reference.as_str().into(),
+            c.frac.map_or_else(|| "–".to_string(), |v| format!("{v:.2}")).into(),
+            format!("{:+.1}", c.amplitude_db).into(),
+            format!("{:.1}", c.amplitude_rms_db).into(),
+            ratio(&c.misfit).into(),
+            if c.is_driving_point { "driving point" } else { "" }.into(),
+        ]);
+    }
+    table
 }
 
 /// The judgement of a profile.

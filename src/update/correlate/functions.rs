@@ -6,22 +6,26 @@ use crate::correlation::{
     CorrelationError, band_residuals, channel_sensor, frac, frequency_shift, is_driving_point, local_amplitude,
     observation_matrix, signatures,
 };
-use crate::data::{Channel, FrfSet, Sensor};
+use crate::data::{Channel, FrfFit, FrfSet, Sensor};
+use crate::linalg::{Complex, DMatrix};
 use crate::modal::{ModalDamping, SolveOptions, synthesize};
 use crate::model::solve_modes;
-use crate::objective::Comparison;
+use crate::objective::{Comparison, direct_responses};
 use crate::update::Assessment;
 
 /// How functions are compared.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FunctionsOptions {
-    /// Edges of the bands, Hz, ascending; halfway between the test modes when empty.
-    pub edges_hz: Vec<f64>,
+    /// Bands to compare in, Hz, ascending; when empty, one around each test mode, up to halfway to the next.
+    pub bands_hz: Vec<[f64; 2]>,
     /// Standard deviation of calibration and the like relative to the measured value, beside the random error that
     /// coherence and averages tell.
     pub relative_sd: f64,
-    /// Damping ratio of model modes without a measured partner; the median of the measured ones when absent.
+    /// Damping ratio of model modes without a measured partner; the median of the measured ones when absent. A model with damping of
+    /// its own uses that.
     pub damping: Option<f64>,
+    /// Loss factor of the whole structure beside the model's own damping; the functions are then found line by line.
+    pub loss_factor: Option<f64>,
     /// Largest relative shift of frequency that FDAC looks for.
     pub shift_window: f64,
 }
@@ -29,8 +33,40 @@ pub struct FunctionsOptions {
 impl Default for FunctionsOptions {
     /// 2 % of calibration error, shifts up to 20 %.
     fn default() -> Self {
-        Self { edges_hz: Vec::new(), relative_sd: 0.02, damping: None, shift_window: 0.2 }
+        Self { bands_hz: Vec::new(), relative_sd: 0.02, damping: None, loss_factor: None, shift_window: 0.2 }
     }
+}
+
+impl FunctionsOptions {
+    /// As the functions of a test file enter a fit: its bands, standard deviation and loss factor.
+    pub fn of_fit(fit: &FrfFit) -> Self {
+        Self {
+            bands_hz: fit.bands_hz.clone(),
+            relative_sd: fit.relative_sd,
+            loss_factor: fit.loss_factor,
+            ..Self::default()
+        }
+    }
+}
+
+/// Where the model's functions come from.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ModelFunctions {
+    /// Superposed from so many elastic modes, with measured damping ratios, and one for modes without a measured partner.
+    Superposed {
+        /// Elastic modes.
+        n_modes: usize,
+        /// Ratio of the modes without a partner.
+        damping: f64,
+    },
+    /// From K, M and the model's own C at every line, with a loss factor beside it.
+    Direct {
+        /// Whether the model has damping of its own.
+        is_damped: bool,
+        /// The loss factor.
+        loss_factor: f64,
+    },
 }
 
 /// One function over all lines.
@@ -46,6 +82,12 @@ pub struct ChannelAgreement {
     pub frac: Option<f64>,
     /// Local amplitude criterion, mean over the lines, in [0, 1].
     pub amplitude: Option<f64>,
+    /// Mean of 20 lg(|H_model|/|H_test|) over the bands, dB.
+    pub amplitude_db: f64,
+    /// Root mean square of the same, dB.
+    pub amplitude_rms_db: f64,
+    /// Against the stated noise, over the bands.
+    pub misfit: Misfit,
 }
 
 /// All functions in one band.
@@ -101,10 +143,8 @@ pub struct Functions {
     pub lines: Vec<(f64, Option<f64>, Option<f64>)>,
     /// Channels of the file that no sensor of the test has, left out.
     pub left_out: Vec<String>,
-    /// Damping ratio of model modes without a measured partner.
-    pub damping: f64,
-    /// Elastic modes that the model's functions are superposed from.
-    pub n_modes: usize,
+    /// Where the model's functions come from.
+    pub model: ModelFunctions,
 }
 
 /// Functions are superposed from at most this many elastic modes.
@@ -112,8 +152,9 @@ const MOST_MODES: usize = 400;
 
 /// Compares measured functions with those of the model at the θ of the assessment.
 ///
-/// The model's functions are superposed from its modes with modal damping: measured ratios for paired modes, one ratio for
-/// the others. They have the quantity (receptance, mobility, accelerance), the lines and the directions of the file.
+/// The model's functions come from K, M and C at every line where the model has damping of its own or a loss factor is given, and it is no
+/// large sparse one; else they are superposed from its modes with modal damping: measured ratios for paired modes, one ratio for the
+/// others. They have the quantity (receptance, mobility, accelerance), the lines and the directions of the file.
 ///
 /// Errors: no channel is a sensor of the test; lengths that do not fit; a reference or all responses unknown.
 pub fn compare_functions(
@@ -124,52 +165,46 @@ pub fn compare_functions(
 ) -> Result<Functions, CorrelationError> {
     let sensors = &comparison.test().sensors;
     let (test, responses, references, left_out) = placed(measured, sensors)?;
-    let p = &a.prediction;
-    let n_elastic = MOST_MODES.min(comparison.model().dof_map().n_dof());
-    let shift = p.modes.lambda.get(p.modes.n_rigid).copied().filter(|l| *l > 0.0);
-    let modes = solve_modes(comparison.model(), &a.theta, SolveOptions { n_elastic, shift })
-        .map_err(|e| CorrelationError::Model(e.to_string()))?;
-    let (ratios, damping) = damping(comparison, a, modes.len(), modes.n_rigid, options.damping);
     let model = comparison.model();
     let rows = |list: &[Sensor]| observation_matrix(model, list);
-    let h = synthesize(
-        &modes,
-        &ModalDamping { ratios },
-        &rows(&responses)?,
-        &rows(&references)?,
-        &test.frequencies_hz,
-        test.quantity.order(),
-    );
+    let (h, source) = model_functions(comparison, a, &test, [&rows(&responses)?, &rows(&references)?], options)?;
     let model = FrfSet { h, coherence: None, n_averages: None, ..test.clone() };
-    let edges = edges(comparison, &test, &options.edges_hz);
+    let bands_hz = bands(comparison, &test, &options.bands_hz)?;
     let lines = signatures(&model, &test)?;
     let (by_frac, by_amplitude) = (frac(&model, &test)?, local_amplitude(&model, &test)?);
-    let channels = (0..by_frac.len())
-        .map(|c| {
+    let residuals = band_residuals(&model, &test, &bands_hz, options.relative_sd)?;
+    let (references, responses) = (names(&test.references), names(&test.responses));
+    let channels = residuals
+        .channels
+        .iter()
+        .enumerate()
+        .map(|(c, r)| {
             let (reference, response) = (c / test.responses.len(), c % test.responses.len());
             ChannelAgreement {
-                reference: test.references[reference].name.clone(),
-                response: test.responses[response].name.clone(),
+                reference: references[reference].clone(),
+                response: responses[response].clone(),
                 is_driving_point: is_driving_point(&test, reference, response),
                 frac: by_frac[c],
                 amplitude: by_amplitude[c],
+                amplitude_db: r.amplitude_db,
+                amplitude_rms_db: r.amplitude_rms_db,
+                misfit: r.misfit,
             }
         })
         .collect();
-    let residuals = band_residuals(&model, &test, &edges, options.relative_sd)?;
     let mut bands = Vec::new();
-    for r in residuals.iter().filter(|r| r.channel.is_none() && r.n_values > 0) {
-        let inside = |f: f64| f >= r.band_hz.0 && f < r.band_hz.1;
+    for (&[low, high], r) in bands_hz.iter().zip(&residuals.bands).filter(|(_, r)| r.n_values > 0) {
+        let inside = |f: f64| f >= low && f < high;
         let mean = |of: &dyn Fn(usize) -> Option<f64>| {
             let values: Vec<f64> = (0..lines.len()).filter(|&l| inside(lines[l].frequency_hz)).filter_map(of).collect();
             (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
         };
         let mut fracs: Vec<f64> =
-            frac(&within(&model, r.band_hz), &within(&test, r.band_hz))?.into_iter().flatten().collect();
+            frac(&within(&model, [low, high]), &within(&test, [low, high]))?.into_iter().flatten().collect();
         fracs.sort_by(f64::total_cmp);
         let modes = &comparison.test().modes;
         bands.push(BandAgreement {
-            band_hz: r.band_hz,
+            band_hz: (low, high),
             modes: (0..modes.len())
                 .filter(|&i| inside(modes[i].frequency_hz.value))
                 .map(|i| test_mode_name(comparison, i))
@@ -201,7 +236,7 @@ pub fn compare_functions(
                 inside.then(|| (test.frequencies_hz[line], shift.ridge[line].0, shift.ridge[line].1))
             };
             shifts.push(ReferenceShift {
-                reference: test.references[reference].name.clone(),
+                reference: references[reference].clone(),
                 ratio: shift.ratio,
                 fdac: shift.fdac,
                 fdac_unshifted: shift.fdac_unshifted,
@@ -210,8 +245,44 @@ pub fn compare_functions(
         }
     }
     let lines = lines.iter().map(|s| (s.frequency_hz, s.shape, s.scale)).collect();
-    let n_modes = modes.elastic().len();
-    Ok(Functions { channels, bands, shifts, lines, left_out, damping, n_modes })
+    Ok(Functions { channels, bands, shifts, lines, left_out, model: source })
+}
+
+/// The model's functions at the lines of the test, in the layout of an [`FrfSet`], and where they come from.
+///
+/// * `rows` - of the responses and of the references, (n x n_dof) each
+fn model_functions(
+    comparison: &Comparison<'_>,
+    a: &Assessment,
+    test: &FrfSet,
+    [responses, references]: [&DMatrix<f64>; 2],
+    options: &FunctionsOptions,
+) -> Result<(Vec<Complex<f64>>, ModelFunctions), CorrelationError> {
+    let model = comparison.model();
+    let order = test.quantity.order();
+    let is_damped = comparison.is_damped();
+    if (is_damped || options.loss_factor.is_some())
+        && let Ok(system) = model.assemble(&a.theta)
+    {
+        let loss_factor = options.loss_factor.unwrap_or(0.0);
+        let h = direct_responses(&system, [responses, references], &test.frequencies_hz, order, loss_factor)
+            .map_err(|e| CorrelationError::Model(e.to_string()))?;
+        return Ok((h, ModelFunctions::Direct { is_damped, loss_factor }));
+    }
+    let p = &a.prediction;
+    let n_elastic = MOST_MODES.min(model.dof_map().n_dof());
+    let shift = p.modes.lambda.get(p.modes.n_rigid).copied().filter(|l| *l > 0.0);
+    let modes = solve_modes(model, &a.theta, SolveOptions { n_elastic, shift })
+        .map_err(|e| CorrelationError::Model(e.to_string()))?;
+    let (ratios, damping) = damping(comparison, a, modes.len(), modes.n_rigid, options.damping);
+    let h = synthesize(&modes, &ModalDamping { ratios }, responses, references, &test.frequencies_hz, order);
+    Ok((h, ModelFunctions::Superposed { n_modes: modes.elastic().len(), damping }))
+}
+
+/// The names of channels, with their directions where one name has several.
+fn names(channels: &[Channel]) -> Vec<String> {
+    let is_shared = |c: &Channel| channels.iter().filter(|other| other.name == c.name).count() > 1;
+    channels.iter().map(|c| if is_shared(c) { c.label() } else { c.name.clone() }).collect()
 }
 
 type Placed = (FrfSet, Vec<Sensor>, Vec<Sensor>, Vec<String>);
@@ -277,25 +348,29 @@ fn damping(
     (ratios, other)
 }
 
-/// Band edges: those given, else halfway between the test modes, over the lines of the file.
-fn edges(comparison: &Comparison<'_>, set: &FrfSet, given: &[f64]) -> Vec<f64> {
-    if !given.is_empty() {
-        return given.to_vec();
-    }
-    let (first, last) = match (set.frequencies_hz.first(), set.frequencies_hz.last()) {
-        (Some(first), Some(last)) => (*first, *last * (1.0 + 1e-9)),
-        _ => return Vec::new(),
+/// The bands that are given, else one around each test mode, up to halfway to the next, over the lines of the file.
+fn bands(comparison: &Comparison<'_>, set: &FrfSet, given: &[[f64; 2]]) -> Result<Vec<[f64; 2]>, CorrelationError> {
+    let (Some(first), Some(last)) = (set.frequencies_hz.first().copied(), set.frequencies_hz.last().copied()) else {
+        return Ok(Vec::new());
     };
+    if !given.is_empty() {
+        if !given.iter().any(|[low, high]| set.frequencies_hz.iter().any(|f| f >= low && f < high)) {
+            let text = format!("no line of the functions lies in the bands; they reach from {first} Hz to {last} Hz");
+            return Err(CorrelationError::Model(text));
+        }
+        return Ok(given.to_vec());
+    }
+    let last = last * (1.0 + 1e-9);
     let inside: Vec<f64> =
         comparison.test().modes.iter().map(|m| m.frequency_hz.value).filter(|f| *f >= first && *f <= last).collect();
     let mut edges = vec![first];
     edges.extend(inside.windows(2).map(|w| 0.5 * (w[0] + w[1])).filter(|f| *f > first && *f < last));
     edges.push(last);
-    edges
+    Ok(edges.windows(2).map(|e| [e[0], e[1]]).collect())
 }
 
 /// The lines of a set inside a band.
-fn within(set: &FrfSet, (low, high): (f64, f64)) -> FrfSet {
+fn within(set: &FrfSet, [low, high]: [f64; 2]) -> FrfSet {
     let lines: Vec<usize> =
         (0..set.n_lines()).filter(|&l| set.frequencies_hz[l] >= low && set.frequencies_hz[l] < high).collect();
     let channels = set.references.len() * set.responses.len();

@@ -10,7 +10,9 @@ mod places;
 mod sensors;
 mod verdict;
 
-pub use functions::{BandAgreement, ChannelAgreement, Functions, FunctionsOptions, ReferenceShift, compare_functions};
+pub use functions::{
+    BandAgreement, ChannelAgreement, Functions, FunctionsOptions, ModelFunctions, ReferenceShift, compare_functions,
+};
 pub use orthogonality::{MassReduction, Orthogonality, orthogonality};
 pub use parameters::{
     FrfSensitivity, MASS_ROWS, ParameterInformation, Sensitivities, SensitivityOptions, frf_sensitivities,

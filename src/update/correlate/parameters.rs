@@ -95,8 +95,8 @@ pub const MASS_ROWS: [&str; 10] = [
 /// * `test` - its sensors observe the shapes, and its standard deviations make residuals of them
 ///
 /// Frequencies and shapes are differentiated exactly (Fox and Kapoor, Nelson), mass properties by differences. What the
-/// test tells comes from frequencies, shapes and mass properties, paired with open gates as an update pairs them; priors
-/// and targets do not count. Local: true near the point.
+/// test tells comes from all of its data that an update would use, paired with open gates as there; priors and targets do not count. Local:
+/// true near the point.
 ///
 /// Errors: no bounded parameter; the model cannot be evaluated.
 pub fn sensitivities(
@@ -155,7 +155,7 @@ pub fn sensitivities(
         collinear: Vec::new(),
         information: Vec::new(),
     };
-    if !test.modes.is_empty() || !test.mass_properties.is_empty() {
+    if LeastSquares::new(&comparison).terms().iter().any(|term| term.is_data() && !term.is_empty(&comparison)) {
         inform(&mut out, &comparison, &scaling, &theta)?;
     }
     Ok(out)
@@ -168,12 +168,7 @@ fn inform(
     scaling: &Scaling,
     theta: &[f64],
 ) -> Result<(), UpdateError> {
-    let names: &[&str] = if comparison.has_shapes() {
-        &["frequency", "shape", "mass-properties"]
-    } else {
-        &["frequency", "mass-properties"]
-    };
-    let Some(objective) = LeastSquares::from_names(comparison, names) else { return Ok(()) };
+    let objective = LeastSquares::new(comparison).without(|term| !term.is_data());
     let jacobian = objective.linearize(&scaling.x(theta))?.jacobian;
     // Coefficients of combinations in the units of the tables.
     let seen = identifiability(&jacobian, &out.names, Some(&out.widths), NO_EFFECT)?;
