@@ -229,6 +229,9 @@ fn shape_error(error: &serde_yaml::Error, map: &SourceMap) -> Problem {
         suggestion = did_you_mean(&word, quoted);
         if message.starts_with("unknown field") {
             path = child(&path, &word);
+            if word.starts_with(|c: char| c.is_ascii_digit()) {
+                suggestion = "; a comma begins a new entry: write decimals with a point".to_string();
+            }
         }
     }
     let location = error.location().map(|l| Location { line: l.line(), column: l.column() });
@@ -282,7 +285,8 @@ fn in_words(message: &str) -> String {
         (e, _) if e.starts_with("struct ") => "a map `{key: value, ...}`".to_string(),
         (e, _) => e.to_string(),
     };
-    format!("found {found}, expected {expected}")
+    let hint = if found == "the text `NaN`" || found == "the text `nan`" { "; a missing value is `.nan`" } else { "" };
+    format!("found {found}, expected {expected}{hint}")
 }
 
 /// Nesting beyond this is no file that a person wrote; paths would grow with its square.

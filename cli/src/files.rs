@@ -3,9 +3,10 @@
 use crate::output::{Failure, warn};
 use retune::correlation::{check_functions, check_sensors as check, with_sensor_masses};
 use retune::data::{FrfFit, TestData, read_measurements, read_test};
-use retune::model::{Model, Registry, load_configuration};
+use retune::model::{Model, ParametricModel, Registry, doubts, load_configuration};
 use retune::objective::is_damped;
 use retune::report::text::{number, printable};
+use retune::update::{UpdateError, misfit_at_estimates, slip_of_unit};
 use retune::yaml::{Problem, Severity, SourceMap};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -21,8 +22,13 @@ pub(crate) fn read(path: &Path) -> Result<String, Failure> {
         return Err(fail(&format_args!("it has {size} bytes, more than the {LARGEST} that are read")));
     }
     let bytes = std::fs::read(path).map_err(|e| fail(&e))?;
-    String::from_utf8(bytes)
-        .map_err(|e| fail(&format_args!("it is not UTF-8 text (byte {})", e.utf8_error().valid_up_to())))
+    let text = String::from_utf8(bytes).map_err(|e| {
+        let at = e.utf8_error().valid_up_to();
+        let line = std::str::from_utf8(&e.as_bytes()[..at]).unwrap_or_default().matches('\n').count() + 1;
+        fail(&format_args!("it is not UTF-8 text (byte {at}, line {line}); save it as UTF-8"))
+    })?;
+    // Editors of Windows put a mark there that is no text.
+    Ok(text.strip_prefix('\u{feff}').map(str::to_string).unwrap_or(text))
 }
 
 /// A model in one of its configurations, and its warnings.
@@ -41,9 +47,42 @@ pub(crate) fn tested_model(
     configuration: Option<&str>,
     (test, test_path, test_text): (&mut TestData, &Path, &str),
 ) -> Result<(Model, Vec<Problem>, String), Failure> {
-    let found = configured_model(path, configuration, (test, test_path, test_text))?;
-    settle_loss_factor(&found.0, test);
-    Ok(found)
+    let (model, mut warnings, text) = configured_model(path, configuration, (test, test_path, test_text))?;
+    settle_loss_factor(&model, test);
+    warnings.extend(SourceMap::of(&text).place(doubts(&model)));
+    if model.dof_map().n_dof() <= QUICK {
+        if let Ok(Some(slip)) = slip_of_unit(&model, test) {
+            eprintln!("warning: {}: {slip}", test_path.display());
+        }
+        if configuration.is_none() && test.configuration.is_none() {
+            suggest_configuration(&model, &text, test, test_path);
+        }
+    }
+    Ok((model, warnings, text))
+}
+
+/// Models that are solved once more without anybody waiting for it.
+const QUICK: usize = 1000;
+
+/// Says so when another configuration explains a test far better that names none.
+fn suggest_configuration(model: &Model, text: &str, test: &TestData, test_path: &Path) {
+    /// How many times better: parameters that are still to be updated leave much in every configuration.
+    const FAR: f64 = 4.0;
+    let names: Vec<String> = model.spec().configurations.keys().cloned().collect();
+    let Ok(own) = misfit_at_estimates(model, test) else { return };
+    let misfit = |name: &String| {
+        let (model, ..) = load_configuration(text, Some(name), &Registry::builtin()).ok()?;
+        misfit_at_estimates(&model, test).ok()
+    };
+    let all = names.iter().filter_map(|name| Some((misfit(name)?, name)));
+    let best = all.min_by(|a, b| a.0.total_cmp(&b.0));
+    if let Some((misfit, name)) = best.filter(|(misfit, _)| FAR * misfit < own) {
+        eprintln!(
+            "warning: {}: it names no configuration; before any update `{name}` explains it {} times better than the base model: is `configuration: {name}` missing?",
+            test_path.display(),
+            number(own / misfit)
+        );
+    }
 }
 
 fn configured_model(
@@ -140,6 +179,9 @@ pub(crate) fn tested(path: &Path, tests: &[PathBuf], configuration: Option<&str>
     }
     for (i, test_path) in tests.iter().enumerate() {
         let (mut test, mut warnings, text) = test(test_path)?;
+        if test.has_nothing() {
+            return Err(Failure::text(format!("{}: {}", test_path.display(), UpdateError::NoData)));
+        }
         let (model, model_warnings, model_text) = tested_model(path, configuration, (&mut test, test_path, &text))?;
         warnings.extend(check_sensors(&model, &test, test_path, &text)?);
         if i == 0 {

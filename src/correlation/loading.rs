@@ -22,24 +22,64 @@ use crate::units::Scalar;
 /// A sensor names a node or element that the model does not have.
 pub fn with_sensor_masses(model: &Model, sensors: &[Sensor]) -> Result<(ModelSpec, f64), CorrelationError> {
     let mut spec = model.spec().clone();
-    let names = &model.geometry().names;
-    let mut done: Vec<([f64; 3], f64, &Sensor)> = Vec::new();
-    for sensor in sensors {
-        let Some(mass) = sensor.mass.filter(|m| *m > 0.0) else { continue };
-        let at = sensor_position(model, sensor)?;
-        // A tenth of a millimetre: coordinates of one transducer, written three times.
-        let is_same = |p: &[f64; 3]| (0..3).map(|k| (p[k] - at[k]).powi(2)).sum::<f64>() < 1e-8;
-        match done.iter_mut().find(|(p, ..)| is_same(p)) {
-            Some(known) => known.1 = known.1.max(mass),
-            None => done.push((at, mass, sensor)),
-        }
-    }
     let scalar = |value: f64, unit: &str| {
         Scalar::parse(&format!("{value:?} {unit}")).unwrap_or_else(|_| Scalar::constant(value))
     };
-    for (at, mass, sensor) in &done {
+    let weighed: Vec<&Sensor> = sensors.iter().filter(|s| s.mass.is_some_and(|m| m > 0.0)).collect();
+    let mut total = 0.0;
+    for t in transducers(model, weighed)? {
+        let mass = t.mass.unwrap_or(0.0);
+        total += mass;
+        for (k, (node, share)) in t.shares.into_iter().enumerate() {
+            let mut name = format!("sensor {}", t.name);
+            if k > 0 {
+                name += " (second node)";
+            }
+            let entry = MassSpec {
+                node: Some(node),
+                mass: Some(scalar(share * mass, "kg")),
+                offset: t.arm.iter().any(|a| a.abs() > 0.0).then(|| t.arm.map(|a| scalar(a, "m"))),
+                ..MassSpec::default()
+            };
+            spec.masses.insert(name, entry);
+        }
+    }
+    Ok((spec, total))
+}
+
+/// What stands at one place of the structure, however many directions it reads.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Transducer {
+    /// Name of its first sensor.
+    pub name: String,
+    /// The largest mass that its sensors state, kg.
+    pub mass: Option<f64>,
+    /// The nodes that carry it, and their shares.
+    pub shares: Vec<(String, f64)>,
+    /// From the structure to the transducer, m.
+    pub arm: [f64; 3],
+}
+
+/// The places where sensors stand: coordinates of one transducer, written three times, are one. One inside an element is carried by its
+/// nodes as [`with_sensor_masses`] says.
+///
+/// # Errors
+/// A sensor names a node or element that the model does not have.
+pub fn transducers<'a>(
+    model: &Model,
+    sensors: impl IntoIterator<Item = &'a Sensor>,
+) -> Result<Vec<Transducer>, CorrelationError> {
+    let names = &model.geometry().names;
+    let mut found: Vec<([f64; 3], Transducer)> = Vec::new();
+    for sensor in sensors {
+        let at = sensor_position(model, sensor)?;
+        // A tenth of a millimetre.
+        let is_same = |p: &[f64; 3]| (0..3).map(|k| (p[k] - at[k]).powi(2)).sum::<f64>() < 1e-8;
+        if let Some((_, known)) = found.iter_mut().find(|(p, _)| is_same(p)) {
+            known.mass = known.mass.into_iter().chain(sensor.mass).reduce(f64::max);
+            continue;
+        }
         let (point, _) = locate(model, sensor, None)?;
-        let arm: [f64; 3] = std::array::from_fn(|k| at[k] - point.position[k]);
         let shares = match &sensor.place {
             Place::Node { node, .. } => vec![(node.clone(), 1.0)],
             Place::Element { element, fraction, .. } => {
@@ -51,21 +91,15 @@ pub fn with_sensor_masses(model: &Model, sensors: &[Sensor]) -> Result<(ModelSpe
                 ends.map_or_else(Vec::new, |(a, b)| vec![(a, 1.0 - fraction), (b, *fraction)])
             }
         };
-        for (k, (node, share)) in shares.into_iter().filter(|(_, share)| *share > 0.0).enumerate() {
-            let mut name = format!("sensor {}", sensor.name);
-            if k > 0 {
-                name += " (second node)";
-            }
-            let entry = MassSpec {
-                node: Some(node),
-                mass: Some(scalar(share * mass, "kg")),
-                offset: arm.iter().any(|a| a.abs() > 0.0).then(|| arm.map(|a| scalar(a, "m"))),
-                ..MassSpec::default()
-            };
-            spec.masses.insert(name, entry);
-        }
+        let transducer = Transducer {
+            name: sensor.name.clone(),
+            mass: sensor.mass,
+            shares: shares.into_iter().filter(|(_, share)| *share > 0.0).collect(),
+            arm: std::array::from_fn(|k| at[k] - point.position[k]),
+        };
+        found.push((at, transducer));
     }
-    Ok((spec, done.iter().map(|d| d.1).sum()))
+    Ok(found.into_iter().map(|(_, t)| t).collect())
 }
 
 #[cfg(test)]

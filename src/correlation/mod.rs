@@ -42,7 +42,7 @@ pub use identifiability::{
     CollinearGroup, CoupledGroup, Identifiability, Information, collinear_groups, correlations, covariance,
     identifiability, information,
 };
-pub use loading::with_sensor_masses;
+pub use loading::{Transducer, transducers, with_sensor_masses};
 pub use localization::{
     ElementMatrix, ExpandedMode, Localization, Place, by_group, element_energies, group_matrices, localize,
     localize_with_groups, residual_force,

@@ -96,7 +96,7 @@ pub fn check_sensors(model: &dyn ParametricModel, sensors: &[Sensor]) -> Vec<Pro
                     sensor.name
                 ),
             )),
-            Ok(_) => {}
+            Ok(_) => problems.extend(far_away(model, sensor).map(|text| Problem::warning(path, text))),
             Err(CorrelationError::UnknownPlace { what, name, suggestion, .. }) => problems.push(Problem::error(
                 format!("{path}.{what}"),
                 format_args!("the model has no {what} `{name}`{suggestion}"),
@@ -105,6 +105,24 @@ pub fn check_sensors(model: &dyn ParametricModel, sensors: &[Sensor]) -> Vec<Pro
         }
     }
     problems
+}
+
+/// A word about a sensor that stands farther from the structure than the structure is large.
+fn far_away(model: &dyn ParametricModel, sensor: &Sensor) -> Option<String> {
+    let (point, _) = locate(model, sensor, None).ok()?;
+    let at = sensor_position(model, sensor).ok()?;
+    let arm = (0..3).map(|k| (at[k] - point.position[k]).powi(2)).sum::<f64>().sqrt();
+    let positions = model.dof_map().positions();
+    let extent = |k: usize| {
+        let (low, high) = positions.iter().fold((f64::MAX, f64::MIN), |(l, h), p| (l.min(p[k]), h.max(p[k])));
+        high - low
+    };
+    let size = (0..3).map(extent).fold(0.0, f64::max);
+    let text = format!(
+        "sensor `{}` stands {arm:.3} m from what it sits on, and the structure is {size:.3} m large: is a unit missing?",
+        sensor.name
+    );
+    (size > 0.0 && arm > size).then_some(text)
 }
 
 /// Where a sensor is, in global axes, m.

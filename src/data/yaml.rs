@@ -1,5 +1,6 @@
 //! The YAML test file: sensors, modes with uncertainties and origins, mass properties.
 
+mod doubts;
 mod statics;
 mod write;
 
@@ -287,6 +288,9 @@ pub fn read_test(text: &str) -> Result<(TestData, Vec<Problem>), Vec<Problem>> {
     })?;
     let mut reader = Reader { spec: &spec, problems: Vec::new() };
     let data = reader.read();
+    if reader.problems.iter().all(|p| p.severity != Severity::Error) {
+        reader.problems.extend(doubts::doubts(&data));
+    }
     let problems = map.place(reader.problems);
     if problems.iter().any(|p| p.severity == Severity::Error) { Err(problems) } else { Ok((data, problems)) }
 }

@@ -9,8 +9,9 @@ use super::scene::Scene;
 use super::screen::{Directions, Score, Screened, project, screen};
 use super::traces::{Trace, traces};
 use super::{DiagnosisError, Listener, Settings};
-use crate::data::{Place, Sensor};
-use crate::effect::{Candidate, Configured, Context, candidates_in};
+use crate::correlation::{CorrelationError, Transducer, transducers};
+use crate::data::Sensor;
+use crate::effect::{Candidate, Configured, Context, SensorLoad, candidates_in};
 use crate::linalg::{DMatrix, DVector};
 use crate::model::Model;
 use crate::optim::Draw;
@@ -159,24 +160,32 @@ pub(super) fn stage(
     })
 }
 
+/// What carries the sensors of a test, for effects of their mass.
+///
+/// # Errors
+/// A sensor names a node or element that the model does not have.
+pub fn sensor_loads(model: &Model, sensors: &[Sensor]) -> Result<Vec<SensorLoad>, CorrelationError> {
+    let load = |t: Transducer| t.shares.into_iter().map(move |(node, share)| SensorLoad { node, share, arm: t.arm });
+    Ok(transducers(model, sensors)?.into_iter().flat_map(load).collect())
+}
+
 /// Every effect at every place of the structure, in the configurations that were tested.
 fn placed(scene: &Scene, settings: &Settings) -> Vec<Candidate> {
-    let node = |s: &Sensor| match &s.place {
-        Place::Node { node, .. } => Some(node.clone()),
-        Place::Element { .. } => None,
-    };
     let mut configurations: Vec<(Option<&str>, &Model, Context)> = Vec::new();
     for case in &scene.cases {
-        let sensor_nodes: Vec<String> = case.test.sensors.iter().filter_map(node).collect();
+        // The scene was built with these sensors, so each has its place.
+        let sensors = sensor_loads(&case.model, &case.test.sensors).unwrap_or_default();
         let frequencies_hz: Vec<f64> = case.test.modes.iter().map(|m| m.frequency_hz.value).collect();
         match configurations.iter_mut().find(|c| c.0 == scene.configuration(case)) {
             Some((_, _, known)) => {
-                let new: Vec<String> = sensor_nodes.into_iter().filter(|n| !known.sensor_nodes.contains(n)).collect();
-                known.sensor_nodes.extend(new);
+                let new: Vec<SensorLoad> = sensors.into_iter().filter(|s| !known.sensors.contains(s)).collect();
+                known.sensors.extend(new);
                 known.frequencies_hz.extend(frequencies_hz);
             }
             None => {
-                let context = Context { sensor_nodes, frequencies_hz };
+                let here = scene.configuration(case).and_then(|name| scene.file.configurations.get(name));
+                let own_masses = here.map_or_else(Vec::new, |c| c.masses.keys().cloned().collect());
+                let context = Context { sensors, frequencies_hz, own_masses };
                 configurations.push((scene.configuration(case), &case.model, context));
             }
         }

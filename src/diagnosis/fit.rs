@@ -11,6 +11,9 @@ use rayon::prelude::*;
 /// Steps of a fit, at most.
 pub(super) const STEPS: usize = 60;
 
+/// A parameter nearer to its bound than this share of the interval sits on it.
+pub(super) const ON_BOUND: f64 = 1e-6;
+
 /// An optimum and what belongs to it.
 #[derive(Debug, Clone)]
 pub(super) struct Fit {
@@ -192,8 +195,15 @@ fn at(posed: &Posed<'_>, x: DVector<f64>) -> Result<Fit, DiagnosisError> {
 
 impl Fit {
     /// An orthonormal basis of what a refit of the parameters and of the scale of every shape can absorb, to first order.
+    ///
+    /// A parameter that the data push against its bound absorbs nothing more, and what it leaves is part of the misfit.
     pub(super) fn basis(&self) -> Result<DMatrix<f64>, DiagnosisError> {
-        let mut columns: Vec<DVector<f64>> = self.j.column_iter().map(nalgebra::Matrix::into_owned).collect();
+        let columns = self.j.column_iter().zip(self.x.iter());
+        let can_move = |(column, x): &(_, &f64)| {
+            let slope = self.r.dot(column);
+            !(**x < ON_BOUND && slope > 0.0 || **x > 1.0 - ON_BOUND && slope < 0.0)
+        };
+        let mut columns: Vec<DVector<f64>> = columns.filter(can_move).map(|(column, _)| column.into_owned()).collect();
         for mode in 0..self.rows.n_modes {
             if let Some(scale) = self.scale_direction(mode) {
                 columns.push(scale);

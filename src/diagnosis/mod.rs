@@ -22,6 +22,7 @@ mod mesh;
 mod next_measurement;
 mod noise;
 mod odds;
+mod pairs;
 mod posed;
 mod refit;
 mod scene;
@@ -33,6 +34,7 @@ mod tests;
 mod traces;
 mod verdict;
 
+pub use base::sensor_loads;
 pub use error::DiagnosisError;
 pub use faults::{FAULTS, FaultKind};
 pub use learn::{Learned, Step, learn, learn_from_tests};
@@ -133,11 +135,11 @@ pub struct HypothesisResult {
     pub name: String,
     /// Nodes, elements or sensors.
     pub location: String,
-    /// Probability among all hypotheses, "none" and "something else".
+    /// Probability among all hypotheses, "none" and "something else"; that of being one of the two where two are named.
     pub probability: f64,
-    /// ln of its Bayes factor against the base.
+    /// ln of its Bayes factor against the base, or against the other alone where two are named.
     pub ln_bayes: f64,
-    /// Σ ((model - test)/σ)² without it.
+    /// Σ ((model - test)/σ)² without it: of the base, or with the other alone where two are named.
     pub misfit_before: f64,
     /// The same with it, everything refitted.
     pub misfit_after: f64,
@@ -172,6 +174,9 @@ pub struct Diagnosis {
     pub noise_factor: f64,
     /// Σ ((model - test)/σ)² of the fitted base.
     pub misfit: f64,
+    /// Σ over modes of the squared error of predicting each from the others, by the base.
+    #[serde(default)]
+    pub held_out: f64,
     /// Degrees of freedom of that misfit.
     pub degrees_of_freedom: f64,
     /// Number of effects in their places that were screened.

@@ -4,7 +4,8 @@
 //!   else", and inside a kind in equal shares for its places.
 //! * "Something else" is a random vector in the residual, or a change that is [spread](super::spread) over all elements; these ways
 //!   of describing it share its odds.
-//! * A second effect has the same odds again, given the first.
+//! * A second effect has the same odds again, given the first. Where two are named, each has the probability of the pairs that have it,
+//!   beside its own: these add up to more than one.
 //! * Stated probabilities obey the tests: "nothing" is not less probable than the p-value of the alarm allows, and what a
 //!   hypothesis leaves that does not look like noise speaks for "something else", see [`most_against`].
 
@@ -23,6 +24,8 @@ pub(super) struct Probabilities {
     pub(super) none: f64,
     pub(super) other: f64,
     pub(super) each: Vec<f64>,
+    /// Of two together, where two are named.
+    pub(super) pairs: f64,
     /// ln of the sum of all odds times Bayes factors.
     pub(super) ln_sum: f64,
 }
@@ -71,6 +74,7 @@ impl<'a> Odds<'a> {
             none: none / sum,
             other: weights[1] / sum,
             each: weights[2..].iter().map(|w| w / sum).collect(),
+            pairs: 0.0,
             ln_sum: top + sum.ln(),
         }
     }
@@ -85,15 +89,22 @@ impl Probabilities {
         self.each = order.iter().map(|&i| self.each[i]).collect();
     }
 
-    /// With a pair among what is compared; its share goes to the first of the two.
+    /// With pairs among what is compared.
     ///
-    /// * `ln_two` - ln of its odds times Bayes factor
-    pub(super) fn with_a_pair(&mut self, first: usize, ln_two: f64) {
-        let two = (ln_two - self.ln_sum).exp();
+    /// * `ln_two` - ln of the sum of their odds times Bayes factors
+    pub(super) fn with_pairs(&mut self, ln_two: f64) {
+        let top = ln_two.max(self.ln_sum);
+        let (two, one) = ((ln_two - top).exp(), (self.ln_sum - top).exp());
         for p in self.each.iter_mut().chain([&mut self.none, &mut self.other]) {
-            *p /= 1.0 + two;
+            *p *= one / (one + two);
         }
-        self.each[first] += two / (1.0 + two);
+        self.pairs = two / (one + two);
+    }
+
+    /// The same for two that are not named: their share goes to the first.
+    pub(super) fn with_a_pair(&mut self, first: usize, ln_two: f64) {
+        self.with_pairs(ln_two);
+        self.each[first] += std::mem::take(&mut self.pairs);
     }
 
     /// A hypothesis that leaves more than noise, with p, may be there beside something else, or be its image: even odds.

@@ -327,6 +327,23 @@ fn merge(stage: &Stage, done: &mut Vec<Refit>, found: Vec<Refit>) {
     }
 }
 
+/// Refits hypotheses by their ids; those that the stage does not have, or that cannot be fitted, are left out.
+pub(super) fn refit_these(stage: &Stage, ids: &[String], bases: &[DVector<f64>]) -> Result<Vec<Refit>, DiagnosisError> {
+    let base = ln_evidence(&stage.fit)?;
+    let score_of = |id: &String| stage.effects.iter().find(|s| stage.screened[s.index].candidate.id() == *id);
+    let faults: Vec<FaultScore> = (0..stage.faults.len())
+        .filter(|&i| ids.contains(&stage.faults[i].id(&stage.scene)))
+        .map(|i| stage.fault_scores.iter().find(|f| f.index == i).copied().unwrap_or(FaultScore::unscored(i)))
+        .collect();
+    let jobs: Vec<Job<'_>> = ids
+        .iter()
+        .filter_map(score_of)
+        .map(|s| Job::Effect(s, bases))
+        .chain(faults.iter().map(|f| Job::Fault(f, bases)))
+        .collect();
+    Ok(run(stage, &jobs, base))
+}
+
 fn run(stage: &Stage, jobs: &[Job<'_>], base: f64) -> Vec<Refit> {
     let work = stage.listener.work("refitting the best hypotheses", jobs.len());
     let done: Vec<Option<Refit>> = jobs

@@ -6,23 +6,25 @@
 //! * A hypothesis is believed when its ln Bayes factor is above 3 *and* what remains looks like noise: goodness of fit, a
 //!   second screening and neighbouring sensors, at a level of 0.01 for the three together, and no mode without partner. Among
 //!   tied hypotheses the most probable one that passes is taken.
-//! * Else a second hypothesis is sought on top of the best; with a gain above 3, held-out modes predicted better than by the base,
+//! * Else a second hypothesis is sought on top of the best, and each of the two again [beside the other](super::pairs); with a gain above 3, held-out modes predicted better than by the base,
 //!   and noise as remainder the verdict is `several-effects`, else `unexplained`.
 
 use super::base::{Stage, stage};
 use super::evidence::{EACH_REMAINDER, REMAINDER, degrees_of_freedom, goodness_of_fit, held_out, something_else};
-use super::fit::Fit;
+use super::fit::{Fit, ON_BOUND};
 use super::mesh::{functions_moved, mesh_errors, modes, refined};
 use super::next_measurement::next_measurements;
 use super::noise::whiteness;
 use super::odds::{Odds, Probabilities, ln_mean};
+use super::pairs::{Pair, pair};
 use super::refit::{Refit, Refits, Tried, refit};
 use super::scene::{Case, Scene};
 use super::screen::project;
 use super::spread::{self, Fitted, Spread};
 use super::{Diagnosis, DiagnosisError, HypothesisResult, Kind, Settings, Verdict, result};
 use crate::linalg::DMatrix;
-use crate::model::Model;
+use crate::model::{Model, ParametricModel};
+use crate::objective::Scaling;
 
 /// ln of the Bayes factor that is called strong (Kass and Raftery 1995: 20 to 1).
 pub(super) const STRONG: f64 = 3.0;
@@ -36,7 +38,6 @@ struct Remainder {
     is_small: bool,
     p_value: f64,
     text: String,
-    second: Stage,
 }
 
 impl Remainder {
@@ -68,7 +69,7 @@ pub(super) fn conclude(
     p.sort(refits);
     let leads = p.each.first().is_some_and(|p| *p > 0.5);
     let strong = best_bayes > STRONG && p.none < 0.5;
-    let Answer { verdict, chosen, remainder, spread } = if looks_like_noise && !(alarm && strong) {
+    let Answer { verdict, mut chosen, remainder, spread, pair } = if looks_like_noise && !(alarm && strong) {
         Answer { verdict: Verdict::Adequate, ..Answer::default() }
     } else if !alarm || !strong {
         Answer { remainder: place_of(&base.scene, &base.fit, &base.q), ..Answer::default() }
@@ -77,6 +78,14 @@ pub(super) fn conclude(
         let else_ln = odds.of_something_else() + other;
         name(base, refits, &tied, &Else { odds: &odds, ln: else_ln, spreads, held_before }, &mut p, settings)?
     };
+    if let Some(pair) = &pair {
+        let id = pair.first.id(&base.scene);
+        chosen = refits.iter().position(|r| r.id(&base.scene) == id).unwrap_or_else(|| {
+            refits.push(pair.first.clone());
+            p.each.push(0.0);
+            refits.len() - 1
+        });
+    }
     // The hypothesis that leaves noise stands first, also where another is a little more probable and does not.
     if chosen > 0 {
         refits[..=chosen].rotate_right(1);
@@ -88,8 +97,12 @@ pub(super) fn conclude(
         }
         (0..refits.len()).filter(|&k| k != i && is_tied(&refits[k])).map(|k| refits[k].id(&base.scene)).collect()
     };
-    let hypotheses: Vec<HypothesisResult> =
+    let alone: Vec<HypothesisResult> =
         (0..refits.len()).map(|i| result(base, &refits[i], held_before, p.each[i], tied_ids(i))).collect();
+    let hypotheses = match &pair {
+        Some(pair) => beside_each_other(pair, &p, alone)?,
+        None => alone,
+    };
     let next = if alarm && strong && verdict != Verdict::Adequate {
         next_measurements(base, refits, best_bayes - STRONG)?
     } else {
@@ -97,14 +110,15 @@ pub(super) fn conclude(
     };
     Ok(Diagnosis {
         verdict,
-        sentence: if spread.is_some() {
-            format!("no single effect explains the test; {remainder}")
-        } else {
-            sentence(verdict, hypotheses.first(), leads, base, &remainder)
+        sentence: match &pair {
+            Some(pair) => sentence_of_two(pair, &hypotheses),
+            None if spread.is_some() => format!("no single effect explains the test; {remainder}"),
+            None => sentence(verdict, hypotheses.first(), leads, base, &remainder),
         },
         p_value: base.p_value,
         noise_factor: base.noise_factor(),
         misfit: base.fit.misfit,
+        held_out: held_before,
         degrees_of_freedom: dof,
         screened_effects: base.screened.len(),
         visible_effects: base.effects.len(),
@@ -129,12 +143,68 @@ struct Answer {
     remainder: String,
     /// What is spread over the structure, if that is more probable than a single hypothesis.
     spread: Option<Spread>,
+    /// The two, if two are named.
+    pair: Option<Pair>,
 }
 
 impl Default for Answer {
     fn default() -> Self {
-        Self { verdict: Verdict::Unexplained, chosen: 0, remainder: String::new(), spread: None }
+        Self { verdict: Verdict::Unexplained, chosen: 0, remainder: String::new(), spread: None, pair: None }
     }
+}
+
+/// What is told of two hypotheses: the two, what the data cannot tell from one of them beside the other, and the others alone.
+fn beside_each_other(
+    pair: &Pair,
+    p: &Probabilities,
+    alone: Vec<HypothesisResult>,
+) -> Result<Vec<HypothesisResult>, DiagnosisError> {
+    let tell = |stage: &Stage, list: &[Refit]| -> Result<Vec<HypothesisResult>, DiagnosisError> {
+        let held_before: f64 = held_out(&stage.fit, stage.weight)?.iter().sum();
+        let best = list.iter().map(|r| r.ln_bayes).fold(f64::NEG_INFINITY, f64::max);
+        let is_tied = |r: &Refit| r.ln_bayes > best - STRONG && r.ln_bayes > 0.0;
+        // The member itself, which is the most probable of these, first.
+        let tied: Vec<&Refit> =
+            list.iter().enumerate().filter(|(k, r)| *k == 0 || is_tied(r)).map(|(_, r)| r).collect();
+        let ids: Vec<String> = tied.iter().map(|r| r.id(&stage.scene)).collect();
+        let one = |(k, r): (usize, &&Refit)| {
+            let others = (0..ids.len()).filter(|&i| i != k).map(|i| ids[i].clone()).collect();
+            let own = alone.iter().find(|h| h.id == ids[k]).map_or(0.0, |h| h.probability);
+            result(stage, r, held_before, (own + p.pairs * pair.share(&ids[k])).min(1.0), others)
+        };
+        let told: Vec<HypothesisResult> = tied.iter().enumerate().map(one).collect();
+        Ok(told)
+    };
+    let (firsts, seconds) = (tell(&pair.on_second, &pair.firsts)?, tell(&pair.on_first, &pair.seconds)?);
+    let (mut firsts, mut seconds) = (firsts.into_iter(), seconds.into_iter());
+    let mut out: Vec<HypothesisResult> = firsts.next().into_iter().chain(seconds.next()).collect();
+    for h in firsts.chain(seconds).chain(alone) {
+        if !out.iter().any(|known| known.id == h.id) {
+            out.push(h);
+        }
+    }
+    Ok(out)
+}
+
+/// * `hypotheses` - of [`beside_each_other`]
+fn sentence_of_two(pair: &Pair, hypotheses: &[HypothesisResult]) -> String {
+    let [first, second, ..] = hypotheses else { return String::new() };
+    let what = |h: &HypothesisResult| match h.kind {
+        Kind::Effect => format!("{} is missing", h.id),
+        Kind::Fault => format!("{}: the measurement", h.id),
+    };
+    let ties = |h: &HypothesisResult| match h.tied_with.len() {
+        0 => String::new(),
+        1 => format!("; one other cannot be told from {}", h.id),
+        n => format!("; {n} others cannot be told from {}", h.id),
+    };
+    let both = match (first.kind, second.kind) {
+        (Kind::Effect, Kind::Effect) => format!("{} and {} are missing together", first.id, second.id),
+        (Kind::Fault, Kind::Fault) => format!("{} and {}: the measurement, not the model", first.id, second.id),
+        _ => format!("{}, and {}", what(first), what(second)),
+    };
+    let perhaps = if pair.share(&first.id).min(pair.share(&second.id)) > 0.5 { "" } else { "perhaps " };
+    format!("{perhaps}{both}, and neither suffices alone{}{}", ties(first), ties(second))
 }
 
 /// What speaks for something else.
@@ -166,9 +236,10 @@ fn name(
     settings: &Settings,
 ) -> Result<Answer, DiagnosisError> {
     let mut failed: Vec<(usize, Remainder)> = Vec::new();
+    let mut on_first = None;
     let may_be_named = p.other < 0.5;
     for &i in tied.iter().take(if may_be_named { CHECKED } else { 1 }) {
-        let found = remains(base, &refits[i], settings)?;
+        let (found, stage) = remains(base, &refits[i], settings)?;
         if found.passes && may_be_named {
             let verdict = match refits[i].tried {
                 Tried::Effect(_) => Verdict::MissingEffect,
@@ -177,24 +248,29 @@ fn name(
             return Ok(Answer { verdict, chosen: i, ..Answer::default() });
         }
         failed.push((i, found));
+        on_first.get_or_insert(stage);
     }
-    let Some((chosen, found)) = failed.first() else { return Ok(Answer::default()) };
+    let (Some((chosen, found)), Some(on_first)) = (failed.first(), on_first) else { return Ok(Answer::default()) };
     let (chosen, first) = (*chosen, &refits[*chosen]);
-    let more = refit(&found.second, true)?.hypotheses;
-    let best = more.iter().max_by(|a, b| a.ln_bayes.total_cmp(&b.ln_bayes));
+    let more = refit(&on_first, true)?.hypotheses;
     // Two that imitate something else fit the modes they were fitted to; the others they predict worse than the base does.
     let predicts = |r: &Refit| r.held_out < otherwise.held_before;
-    let clear = best.filter(|r| r.ln_bayes > STRONG && found.second.p_value < settings.alarm_level && predicts(r));
-    if let Some(second) = clear {
+    let best = more.iter().max_by(|a, b| a.ln_bayes.total_cmp(&b.ln_bayes));
+    if best.is_some_and(|r| r.ln_bayes > STRONG && on_first.p_value < settings.alarm_level && predicts(r)) {
         // Two of some hundreds imitate much: they have to be more probable than something else, and what they leave has to
         // pass the same tests as what one leaves.
         let odds = otherwise.odds;
         let ln_two = odds.of(first.name()) + first.ln_bayes + odds.of_a_second(&more);
-        p.with_a_pair(chosen, ln_two);
-        if ln_two > otherwise.ln && remains(&found.second, second, settings)?.needs_nothing_more() {
-            let remainder = format!("beside {}: {}", first.id(&base.scene), second.id(&found.second.scene));
-            return Ok(Answer { verdict: Verdict::SeveralEffects, chosen, remainder, spread: None });
+        let two = pair(base, refits, chosen, (on_first, more), odds, settings)?;
+        if let Some(two) = two.filter(|two| two.ln_all > otherwise.ln && predicts(&two.seconds[0]))
+            && remains(&two.on_first, &two.seconds[0], settings)?.0.needs_nothing_more()
+        {
+            p.with_pairs(two.ln_all);
+            let ids = [two.first.id(&base.scene), two.seconds[0].id(&base.scene)];
+            let remainder = format!("beside {}: {}", ids[0], ids[1]);
+            return Ok(Answer { verdict: Verdict::SeveralEffects, remainder, pair: Some(two), ..Answer::default() });
         }
+        p.with_a_pair(chosen, ln_two);
     }
     for (i, r) in refits.iter().enumerate() {
         let left = match failed.iter().find(|f| f.0 == i) {
@@ -237,7 +313,7 @@ fn is_noise(fits: f64, white: f64) -> bool {
 }
 
 /// Screens again with a hypothesis in the base.
-fn remains(base: &Stage, r: &Refit, settings: &Settings) -> Result<Remainder, DiagnosisError> {
+fn remains(base: &Stage, r: &Refit, settings: &Settings) -> Result<(Remainder, Stage), DiagnosisError> {
     let second = stage(r.scene.clone(), std::slice::from_ref(&r.fit.x), base.weight, settings)?;
     let fits = goodness_of_fit(&second.fit, &second.q);
     let white = whiteness(&second.scene, &second.fit, &second.q, settings.seed.wrapping_add(2));
@@ -247,7 +323,7 @@ fn remains(base: &Stage, r: &Refit, settings: &Settings) -> Result<Remainder, Di
         if second.fit.unpaired.is_empty() { (3.0 * fits.min(white).min(second.p_value)).min(1.0) } else { 0.0 };
     let text = if passes { String::new() } else { place_of(&second.scene, &second.fit, &second.q) };
     let is_small = fits > 0.5 && second.fit.unpaired.is_empty();
-    Ok(Remainder { passes, is_small, p_value, text, second })
+    Ok((Remainder { passes, is_small, p_value, text }, second))
 }
 
 /// The modes and sensors that carry the most of a projected residual.
@@ -298,11 +374,7 @@ fn sentence(verdict: Verdict, best: Option<&HypothesisResult>, leads: bool, base
         }
         Verdict::MeasurementFault if likely => format!("{id}: the measurement, not the model{tie}"),
         Verdict::MeasurementFault => format!("perhaps {id}: the measurement, not the model{tie}"),
-        Verdict::SeveralEffects if best.is_some_and(|b| b.kind == Kind::Fault) => {
-            format!("{id}: the measurement, and that does not suffice; {remainder}")
-        }
-        Verdict::SeveralEffects => format!("{id} is missing and does not suffice; {remainder}"),
-        Verdict::Unexplained => match best.filter(|b| b.ln_bayes > STRONG && leads) {
+        Verdict::Unexplained | Verdict::SeveralEffects => match best.filter(|b| b.ln_bayes > STRONG && leads) {
             Some(b) => format!(
                 "{id} takes the misfit from {} to {} and what remains is in nothing of the catalogue; {remainder}",
                 number(b.misfit_before),
@@ -383,9 +455,18 @@ fn warnings(base: &Stage) -> Vec<String> {
         );
     }
     out.extend(mesh_warning(base));
-    let bounds = base.fit.x.iter().filter(|x| **x < 1e-6 || **x > 1.0 - 1e-6).count();
-    if bounds > 0 {
-        out.push(format!("{bounds} parameters of the fitted base sit on a bound"));
+    let model = base.scene.model();
+    let on_bounds: Vec<&str> = Scaling::new(model)
+        .free()
+        .iter()
+        .zip(base.fit.x.iter())
+        .filter(|(_, x)| **x < ON_BOUND || **x > 1.0 - ON_BOUND)
+        .map(|(&i, _)| model.parameters().get(i).name.as_str())
+        .collect();
+    match on_bounds.as_slice() {
+        [] => {}
+        [one] => out.push(format!("a parameter of the fitted base sits on a bound: {one}")),
+        many => out.push(format!("{} parameters of the fitted base sit on a bound: {}", many.len(), many.join(", "))),
     }
     out
 }

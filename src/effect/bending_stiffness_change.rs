@@ -53,7 +53,7 @@ impl Effect for BendingStiffnessChange {
         let property = rigidity(structure, parts[0], dof).ok_or_else(unknown)?;
         let mut b = Builder::new(self.name(), at);
         let about = format!("bending stiffness of {} against the model, factor less one", at.place());
-        let p = b.parameter("change", "1", 0.1, [-0.9, 2.0], &about);
+        let p = b.parameter("change", "1", 0.1, [-0.99, 2.0], &about);
         b.change(
             "",
             &entries(&parts),

@@ -97,7 +97,8 @@ pub struct Configured<'a> {
 /// Every effect at every place of a structure that was tested in several configurations.
 ///
 /// What belongs to the structure acts in every configuration that has the place. A support's own effect acts where the support
-/// is; what belongs to the rig of a test is tried in each configuration alone, and in all of them.
+/// is; what belongs to the rig of a test is tried in each configuration alone, and in all of them. What acts on a mass that a
+/// configuration brings acts there.
 pub fn candidates_in(tested: &[Configured<'_>], effects: &Effects) -> Vec<Candidate> {
     let structures: Vec<Structure<'_>> = tested.iter().map(|c| Structure::new(c.model, c.context)).collect();
     let one_base = tested.len() == 1 && tested[0].name.is_none();
@@ -111,6 +112,14 @@ pub fn candidates_in(tested: &[Configured<'_>], effects: &Effects) -> Vec<Candid
         }
         let belongs = if one_base { Belongs::Structure } else { effect.belongs_to() };
         for (at, listed) in places {
+            let own = |k: &usize| at.names.iter().all(|name| structures[*k].context().is_own_mass(name));
+            if !at.names.is_empty() && listed.iter().all(own) {
+                for k in listed {
+                    let there = at.clone().within(tested[k].name.unwrap_or(BASE));
+                    out.extend(Candidate::new(effect, &structures[k], &there).ok());
+                }
+                continue;
+            }
             // A place that an effect lists and then refuses is a mistake of that effect; the contract finds it.
             if belongs == Belongs::Structure || listed.len() > 1 {
                 out.extend(Candidate::new(effect, &structures[listed[0]], &at).ok());

@@ -18,6 +18,7 @@
 //! every effect to the contract on every model. An effect of your own crate is passed by [`Effects::with`]. Reading order:
 //! `patch` (the edits), `structure` (what an effect may ask of a model), then any effect; `text` edits files.
 
+mod absent_member;
 mod air_mass;
 mod asymmetry;
 mod axial_preload;
@@ -33,6 +34,7 @@ mod ground_spring;
 mod joint_flexibility;
 mod link_flexibility;
 mod location;
+mod mass_change;
 mod mass_damping;
 mod mass_offset;
 mod patch;
@@ -58,7 +60,7 @@ mod torsion_stiffness_change;
 pub use candidate::{Candidate, Configured, Patched, candidates, candidates_in};
 pub use location::{BASE, Location, LocationKind};
 pub use patch::{Edit, NewParameter, Patch, PatchError};
-pub use structure::{Context, Part, PartKind, Rigidity, Structure};
+pub use structure::{Context, Part, PartKind, Rigidity, SensorLoad, Structure};
 pub use text::{Undone, set_parameter_values, undo};
 
 use crate::catalogue::{catalogue, did_you_mean};
@@ -68,6 +70,7 @@ use crate::yaml::Problem;
 catalogue! {
     /// Every built-in effect, in alphabetical order.
     EFFECTS: dyn Effect;
+    absent_member::AbsentMember,
     air_mass::AirMass,
     asymmetry::Asymmetry,
     axial_preload::AxialPreload,
@@ -78,6 +81,7 @@ catalogue! {
     ground_spring::GroundSpring,
     joint_flexibility::JointFlexibility,
     link_flexibility::LinkFlexibility,
+    mass_change::MassChange,
     mass_damping::MassDamping,
     mass_offset::MassOffset,
     point_mass::PointMass,
@@ -110,6 +114,11 @@ pub trait Effect: std::fmt::Debug + Send + Sync {
     /// What it belongs to: where one structure was tested in several configurations, the supports and the rig differ.
     fn belongs_to(&self) -> Belongs {
         Belongs::Structure
+    }
+
+    /// Whether it acts where the sensors of a test stand.
+    fn needs_sensors(&self) -> bool {
+        false
     }
 
     /// The edits that put it at one of its locations, at its neutral value.
@@ -198,10 +207,18 @@ impl Effects {
                 let refused = |p: Problem| PatchError::Refused(vec![p]);
                 let spec = structure.model().spec().configured(configuration).map_err(refused)?;
                 let (model, _) = Model::new(spec, &Registry::builtin()).map_err(PatchError::Refused)?;
-                place_of(effect, &Structure::new(&model, structure.context()), inner, Some(configuration))
+                let own_masses = configurations[configuration].masses.keys().cloned().collect();
+                let context = Context { own_masses, ..structure.context().clone() };
+                place_of(effect, &Structure::new(&model, &context), inner, Some(configuration))
             }
             Some((configuration, inner)) => place_of(effect, structure, inner, Some(configuration)),
-            None => place_of(effect, structure, place, None),
+            None => place_of(effect, structure, place, None).map_err(|e| match place.split_once('/') {
+                Some((name, _)) if !configurations.is_empty() && matches!(e, PatchError::UnknownPlace { .. }) => {
+                    let known = configurations.keys().map(String::as_str);
+                    PatchError::UnknownConfiguration { name: name.to_string(), suggestion: did_you_mean(name, known) }
+                }
+                _ => e,
+            }),
         }
     }
 }
@@ -215,6 +232,9 @@ fn place_of(
 ) -> Result<Candidate, PatchError> {
     let locations = effect.locations(structure);
     let Some(at) = locations.iter().find(|l| l.to_string() == place) else {
+        if locations.is_empty() && effect.needs_sensors() && structure.context().sensors.is_empty() {
+            return Err(PatchError::NoSensors { effect: effect.name().to_string() });
+        }
         let places: Vec<String> = locations.iter().map(Location::to_string).collect();
         return Err(PatchError::unknown_place(effect.name(), place, &places));
     };

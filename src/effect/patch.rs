@@ -318,7 +318,7 @@ pub enum PatchError {
         suggestion: String,
     },
     /// A place where the effect cannot act.
-    #[error("the effect `{effect}` cannot act at `{place}`{suggestion}; {places}")]
+    #[error("the effect `{effect}` {}{suggestion}; {places}", nowhere(place))]
     UnknownPlace {
         /// The effect.
         effect: String,
@@ -328,6 +328,12 @@ pub enum PatchError {
         suggestion: String,
         /// Where it can.
         places: String,
+    },
+    /// An effect of the sensors, without a test that says where they are.
+    #[error("the effect `{effect}` acts where the sensors of a test stand; name the test")]
+    NoSensors {
+        /// The effect.
+        effect: String,
     },
     /// A configuration that the file has not.
     #[error("the model has no configuration `{name}`{suggestion}")]
@@ -386,6 +392,11 @@ pub enum PatchError {
         /// The name that is used.
         name: String,
     },
+}
+
+/// Why not there.
+fn nowhere(place: &str) -> String {
+    if place.is_empty() { "needs a place, `EFFECT@PLACE`".to_string() } else { format!("cannot act at `{place}`") }
 }
 
 impl PatchError {

@@ -44,7 +44,7 @@ impl Effect for StiffnessChange {
         let parts = structure.parts_at(self.name(), at)?;
         let mut b = Builder::new(self.name(), at);
         let about = format!("stiffness of {} against the model, factor less one", at.place());
-        let p = b.parameter("change", "1", 0.1, [-0.9, 2.0], &about);
+        let p = b.parameter("change", "1", 0.1, [-0.99, 2.0], &about);
         b.change(
             "",
             &entries(&parts),

@@ -14,10 +14,40 @@ use std::f64::consts::PI;
 /// What is known beside the model; everything is optional.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Context {
-    /// Nodes that carry the accelerometers of the test, one name for each sensor.
-    pub sensor_nodes: Vec<String>,
+    /// What carries the accelerometers of the test.
+    pub sensors: Vec<SensorLoad>,
     /// Natural frequencies of the test, Hz: where stores on springs would show.
     pub frequencies_hz: Vec<f64>,
+    /// Names of masses that stand in this configuration and not in the base model.
+    pub own_masses: Vec<String>,
+}
+
+impl Context {
+    /// Whether this is a mass of the configuration, or one of several that an entry makes.
+    pub fn is_own_mass(&self, name: &str) -> bool {
+        let is_of = |entry: &String| {
+            name.strip_prefix(entry.as_str()).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+        };
+        self.own_masses.iter().any(is_of)
+    }
+}
+
+/// An accelerometer, or the share of it that a node carries.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SensorLoad {
+    /// The node.
+    pub node: String,
+    /// Its share, in (0, 1].
+    pub share: f64,
+    /// From the node to the accelerometer, m.
+    pub arm: [f64; 3],
+}
+
+impl SensorLoad {
+    /// A whole accelerometer on a node.
+    pub fn on(node: &str) -> Self {
+        Self { node: node.to_string(), share: 1.0, arm: [0.0; 3] }
+    }
 }
 
 /// What a [`Part`] is.

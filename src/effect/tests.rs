@@ -21,7 +21,7 @@ fn models() -> Vec<(String, String)> {
 
 fn context(text: &str) -> Context {
     let (model, _, _) = load(text, &Registry::builtin()).unwrap();
-    Context { sensor_nodes: model.spec().nodes.keys().take(3).cloned().collect(), frequencies_hz: Vec::new() }
+    Context { sensors: model.spec().nodes.keys().take(3).map(|n| SensorLoad::on(n)).collect(), ..Context::default() }
 }
 
 #[test]

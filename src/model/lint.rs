@@ -2,6 +2,7 @@
 
 use super::compile::Model;
 use super::dependence::interior_point;
+use super::joined::Joined;
 use super::{ModelError, ParametricModel};
 use crate::element::Dof;
 use crate::linalg::sparse::SparseSym;
@@ -32,6 +33,19 @@ pub fn lint(model: &Model) -> Result<Soundness, ModelError> {
     motion(model, &mut s)?;
     targets(model, &mut s)?;
     Ok(s)
+}
+
+/// What makes every result doubtful and shows before anything is solved: a size that no structure has, parts that hang on nothing.
+pub fn doubts(model: &Model) -> Vec<Problem> {
+    size(model).into_iter().chain(apart(model)).collect()
+}
+
+fn size(model: &Model) -> Option<Problem> {
+    let size = extent(&model.geometry().positions);
+    let is_odd = size > 1000.0 || (size > 0.0 && size < 1e-3);
+    is_odd.then(|| {
+        Problem::warning("nodes", format_args!("the structure is {size:.3e} m long: are the nodes in metres?"))
+    })
 }
 
 fn nodes(model: &Model, s: &mut Soundness) {
@@ -143,13 +157,7 @@ fn magnitudes(model: &Model, s: &mut Soundness) {
             }
         }
     }
-    let size = extent(&model.geometry().positions);
-    if size > 1000.0 || (size > 0.0 && size < 1e-3) {
-        s.warnings.push(Problem::warning(
-            "nodes",
-            format_args!("the structure is {size:.3e} m long: are the nodes in metres?"),
-        ));
-    }
+    s.warnings.extend(size(model));
     for p in model.parameters().iter() {
         if let Some([lower, upper]) = p.bounds
             && lower > 0.0
@@ -222,8 +230,10 @@ fn motion(model: &Model, s: &mut Soundness) -> Result<(), ModelError> {
         }
     }
     conditioning(model, k, s);
+    let apart = apart(model);
     match super::solve_modes(model, &theta, SolveOptions { n_elastic: 12, shift: None }) {
         Ok(modes) => {
+            s.warnings.extend(apart);
             s.n_rigid_body_modes = modes.n_rigid;
             s.n_mechanisms = modes.n_mechanism;
             for i in 0..modes.n_mechanism {
@@ -266,9 +276,22 @@ fn motion(model: &Model, s: &mut Soundness) -> Result<(), ModelError> {
         Err(ModelError::Modal(ModalError::Linalg(crate::linalg::LinalgError::NotPositiveDefinite { row, .. }))) => {
             s.errors.push(Problem::error(row_path(model, row), format_args!("the motion of `{}` is not determined: it, or a combination of dofs with it, has neither stiffness nor mass", dofs.row_name(row))));
         }
-        Err(e) => s.errors.push(Problem::error("", e)),
+        // Bodies that fly alone look like rounding to a solver that expects one.
+        Err(e) => s.errors.push(apart.map_or_else(|| Problem::error("", e), |p| Problem::error(p.path, p.message))),
     }
     Ok(())
+}
+
+/// Parts that nothing joins to the rest.
+fn apart(model: &Model) -> Option<Problem> {
+    let bodies = Joined::new(model, &[]).apart();
+    let first = *bodies.first()?.first()?;
+    let names: Vec<String> = bodies.concat().iter().map(|&n| model.geometry().names[n].clone()).collect();
+    let what = if bodies.len() == 1 { "a part hangs".to_string() } else { format!("{} parts hang", bodies.len()) };
+    Some(Problem::warning(
+        child("nodes", &model.geometry().names[first]),
+        format_args!("{what} on nothing: no element, rigid link or support joins {} to the rest", list(&names)),
+    ))
 }
 
 fn possible_rigid_modes(model: &Model) -> usize {

@@ -18,8 +18,8 @@ pub use correlate::{
     BandAgreement, ChannelAgreement, FrfSensitivity, Functions, FunctionsOptions, MASS_ROWS, MassReduction,
     ModeAgreement, ModelFunctions, Orthogonality, ParameterInformation, Places, PlacesError, PlacesOptions,
     ReferenceShift, Sensitivities, SensitivityOptions, SensorAgreement, SensorReport, compare_functions,
-    frf_sensitivities, judge, load_profile, member_stiffnesses, mode_agreement, orthogonality, places, sensitivities,
-    sensor_agreement,
+    frf_sensitivities, judge, load_profile, member_stiffnesses, misfit_at_estimates, mode_agreement, orthogonality,
+    places, sensitivities, sensor_agreement, slip_of_unit,
 };
 pub use objective_spec::{LimitSpec, ObjectiveSpec, Regularization};
 pub use pretest::{Pretest, PretestOptions, TargetMode, pretest};

@@ -40,6 +40,9 @@ pub(crate) struct Add {
     pub(crate) model: PathBuf,
     /// Effect and place: mass-offset@left_wing.y; in one configuration only: root-flexibility@bench/left_wing.1:n5.ry
     pub(crate) effect: String,
+    /// Test whose sensors the effect needs: sensor-mass.
+    #[arg(long, value_name = "TEST")]
+    pub(crate) test: Option<PathBuf>,
     /// Why; kept in the file.
     #[arg(long, default_value = "")]
     pub(crate) because: String,

@@ -4,12 +4,22 @@ use crate::DONE;
 use crate::args::{Benchmark, BenchmarkWhat};
 use crate::output::{Failure, print, print_json};
 use crate::progress::bar;
-use retune::diagnosis::benchmark::{Benchmark as Measured, Plan, Score, Share, benchmark};
+use retune::catalogue::did_you_mean;
+use retune::diagnosis::benchmark::{Benchmark as Measured, Plan, STRUCTURES, Score, Share, benchmark};
 use retune::diagnosis::{Settings, Verdict};
 use std::fmt::Write as _;
 
 pub(crate) fn run(args: &Benchmark) -> Result<u8, Failure> {
     let BenchmarkWhat::Diagnosis = args.what;
+    let known = || STRUCTURES.iter().map(|s| s.0);
+    if let Some(name) = args.structure.iter().find(|name| !known().any(|k| k == *name)) {
+        let names: Vec<&str> = known().collect();
+        let suggestion = did_you_mean(name, known());
+        return Err(Failure::text(format!(
+            "there is no structure `{name}`{suggestion}; there are {}",
+            names.join(", ")
+        )));
+    }
     let plan = Plan {
         structures: args.structure.clone(),
         null: args.null,

@@ -69,7 +69,7 @@ fn one(args: &Compare, path: &Path, profile: Option<&CriteriaProfile>) -> Result
     let options =
         PairingOptions { by, min_mac: args.min_mac, frequency_window: args.frequency_window, same_family_only: true };
     if test.has_nothing() {
-        return Err(UpdateError::NoData.into());
+        return Err(Failure::text(format!("{}: {}", path.display(), UpdateError::NoData)));
     }
     let comparison = Comparison::new(&model, &test, options)?;
     let a = assess(&comparison, &model.parameters().nominal())?;

@@ -121,10 +121,8 @@ impl Specimen {
         let mut rng = rng(seed, 1);
         let mut hidden = vec![Hidden::Nothing; plan.null];
         let Ok(Truth { test, .. }) = self.twin(&Hidden::Nothing, seed, plan) else { return Vec::new() };
-        let context = Context {
-            sensor_nodes: Vec::new(),
-            frequencies_hz: test.modes.iter().map(|m| m.frequency_hz.value).collect(),
-        };
+        let context =
+            Context { frequencies_hz: test.modes.iter().map(|m| m.frequency_hz.value).collect(), ..Context::default() };
         let mut kinds: BTreeMap<&str, Vec<Hidden>> = BTreeMap::new();
         for c in candidates(&self.model, &settings.effects, &context) {
             kinds.entry(c.effect.name()).or_default().push(Hidden::Effect(c));
@@ -268,8 +266,8 @@ fn compare(out: &mut Outcome, found: &Investigation, case: &Case) {
         out.tied = out.right || named && first.tied_with.iter().any(|t| same(t));
         out.refitted = d.hypotheses.iter().any(|h| same(&h.id));
         out.ties = first.tied_with.len();
-        let gain = first.misfit_before - out.misfit_of_truth;
-        out.removed = if gain > 0.0 { (first.misfit_before - first.misfit_after) / gain } else { 0.0 };
+        let gain = d.misfit - out.misfit_of_truth;
+        out.removed = if gain > 0.0 { (d.misfit - first.misfit_after) / gain } else { 0.0 };
     }
     let best = d.hypotheses.iter().max_by(|a, b| a.probability.total_cmp(&b.probability));
     let top = best.map_or(0.0, |h| h.probability);

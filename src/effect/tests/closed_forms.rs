@@ -24,7 +24,7 @@ const PINNED: &str = "a: {node: n0, fixed: [uz]}, b: {node: n10, fixed: [uz]}";
 fn with(text: &str, id: &str, sizes: &[f64]) -> (Model, System, Vec<f64>) {
     let registry = Registry::builtin();
     let (model, _, _) = load(text, &registry).unwrap();
-    let context = Context { sensor_nodes: vec!["n4".to_string(), "n10".to_string()], ..Context::default() };
+    let context = Context { sensors: vec![SensorLoad::on("n4"), SensorLoad::on("n10")], ..Context::default() };
     let structure = Structure::new(&model, &context);
     let candidate = Effects::builtin().candidate(&structure, id).unwrap();
     let patched = candidate.build(&model, &registry).unwrap();
@@ -261,6 +261,22 @@ fn sensors_weigh_what_point_masses_weigh() {
     let base = without(&text).0;
     let added = sensors.mass - base.mass;
     close(added.trace(), 0.06, 1e-12);
+
+    // On an arm, and shared by two nodes: m, m a² about the node, and first moments.
+    let (model, _, _) = load(&text, &Registry::builtin()).unwrap();
+    let on_arm = |node: &str, share| SensorLoad { node: node.to_string(), share, arm: [0.05, 0.0, 0.0] };
+    let context = Context {
+        sensors: vec![SensorLoad::on("n2"), SensorLoad::on("n3"), on_arm("n4", 0.25), on_arm("n10", 1.0)],
+        ..Context::default()
+    };
+    let structure = Structure::new(&model, &context);
+    let candidate = Effects::builtin().candidate(&structure, "sensor-mass@whole").unwrap();
+    let patched = candidate.build(&model, &Registry::builtin()).unwrap();
+    let theta = patched.theta(structure.theta(), &[0.03]);
+    let added = patched.model.assemble(&theta).unwrap().mass - without(&text).0.mass;
+    close(added.trace(), 0.06 + 0.0375 * (1.0 + 0.05 * 0.05), 1e-12);
+    let n = added.nrows();
+    close(added[(n - 1, n - 2)].abs(), 0.03 * 0.05, 1e-12);
 }
 
 /// Partners together keep a symmetric structure symmetric: the signs of mirrored axes are right.

@@ -27,15 +27,14 @@ pub fn diagnosis(found: &diagnosis::Diagnosis, model: &Model, test: &TestData) -
     let effects = Effects::builtin();
     let mut hypotheses: Vec<Hypothesis> =
         found.hypotheses.iter().map(|h| hypothesis(h, found, &places, &effects)).collect();
-    let before = found.hypotheses.first().map_or(found.misfit, |h| h.misfit_before);
     let rest = |category: Category, id: &str, kind: &str, summary: &str, probability: f64| Hypothesis {
         id: id.into(),
         category,
         kind: kind.into(),
         summary: summary.into(),
         probability: Some(probability),
-        misfit_before: Some(before),
-        held_out_before: found.hypotheses.first().map(|h| h.held_out_before),
+        misfit_before: Some(found.misfit),
+        held_out_before: Some(found.held_out),
         ..Hypothesis::default()
     };
     hypotheses.push(rest(

@@ -2,6 +2,7 @@
 
 use super::{Align, Cell, Style, Table, Tone, bar, brief, broken, chance, number, printable, wrap};
 use crate::correlation::odds;
+use crate::effect::{Effect, Effects};
 use crate::report::data::{Category, Diagnosis, Estimate, Hypothesis, Outcome, Steps};
 use std::fmt::Write as _;
 use unicode_width::UnicodeWidthStr;
@@ -63,10 +64,12 @@ pub fn diagnosis(d: &Diagnosis, style: &Style) -> String {
         Outcome::Unexplained => h.probability.is_some_and(|p| p > 0.5),
         _ => true,
     };
-    let best = d.hypotheses.first().filter(|h| is_named(h) && !h.patch.is_empty());
-    if let Some(best) = best {
+    let n_named = if d.outcome == Outcome::SeveralEffects { 2 } else { 1 };
+    for best in d.hypotheses.iter().take(n_named).filter(|h| is_named(h) && !h.patch.is_empty()) {
         let what = if best.category == Category::Effect { "retune add MODEL " } else { "to do about " };
-        let _ = writeln!(out, "\n{}", style.paint(Tone::Strong, &format!("{what}{}", printable(&best.id))));
+        let needs_sensors = Effects::builtin().find(&best.kind).is_some_and(Effect::needs_sensors);
+        let test = if needs_sensors { " --test TEST" } else { "" };
+        let _ = writeln!(out, "\n{}", style.paint(Tone::Strong, &format!("{what}{}{test}", printable(&best.id))));
         for line in best.patch.lines() {
             for part in flowed(line, style.width.saturating_sub(2)) {
                 let _ = writeln!(out, "  {}", printable(&part));

@@ -8,6 +8,7 @@ mod orthogonality;
 mod parameters;
 mod places;
 mod sensors;
+mod suspicion;
 mod verdict;
 
 pub use functions::{
@@ -20,6 +21,7 @@ pub use parameters::{
 };
 pub use places::{Places, PlacesError, PlacesOptions, member_stiffnesses, places};
 pub use sensors::{ModeAgreement, SensorAgreement, SensorReport, mode_agreement, sensor_agreement};
+pub use suspicion::{misfit_at_estimates, slip_of_unit};
 pub use verdict::{judge, load_profile};
 
 use super::{AssessedPair, Assessment};

@@ -1,0 +1,126 @@
+//! Two hypotheses together.
+//!
+//! The first of two was chosen while the second was not there, and may have taken over what the second leaves. So each is sought again
+//! with the other in its place:
+//!
+//! ```text
+//! ln B(a, b) = ln B(a) + ln B(b | a) = ln B(b) + ln B(a | b)
+//! ```
+//!
+//! All pairs that share one member with the best are compared; what cannot be told from a member beside the other is tied with it.
+
+use super::base::{Stage, stage};
+use super::odds::{Odds, ln_sum};
+use super::refit::{Refit, refit, refit_these};
+use super::{DiagnosisError, Settings};
+use std::collections::BTreeMap;
+
+/// Hypotheses of the base that are tried in the place of the first.
+const RIVALS: usize = 8;
+/// Times that the first is exchanged.
+const EXCHANGES: usize = 2;
+
+/// Two hypotheses, what could stand in the place of each, and what was fitted with one of them.
+pub(super) struct Pair {
+    /// The first on the base alone.
+    pub(super) first: Refit,
+    /// With the first in the base.
+    pub(super) on_first: Stage,
+    /// On top of the first, the most probable first: the second of the pair.
+    pub(super) seconds: Vec<Refit>,
+    /// With the second in the base.
+    pub(super) on_second: Stage,
+    /// On top of the second, the most probable first: the first of the pair.
+    pub(super) firsts: Vec<Refit>,
+    /// ln of odds times Bayes factors of all pairs together.
+    pub(super) ln_all: f64,
+    /// By id: the share of the pairs with it.
+    shares: BTreeMap<String, f64>,
+}
+
+impl Pair {
+    /// The share of the pairs with a hypothesis among all that were fitted.
+    pub(super) fn share(&self, id: &str) -> f64 {
+        self.shares.get(id).copied().unwrap_or(0.0)
+    }
+}
+
+/// The best pair that one or a few exchanges lead to; `None` where the second cannot stand alone.
+///
+/// * `refits` - of the base
+/// * `first` - the number of the first among them
+/// * `on_first`, `seconds` - the stage with it, and what was refitted there
+pub(super) fn pair(
+    base: &Stage,
+    refits: &[Refit],
+    first: usize,
+    (on_first, seconds): (Stage, Vec<Refit>),
+    odds: &Odds<'_>,
+    settings: &Settings,
+) -> Result<Option<Pair>, DiagnosisError> {
+    let weight = |r: &Refit| odds.of(r.name()) + r.ln_bayes;
+    let order = |list: &mut Vec<Refit>| list.sort_by(|a, b| weight(b).total_cmp(&weight(a)));
+    let n = base.fit.x.len();
+    let id = |r: &Refit| r.id(&base.scene);
+    // Alone on the base: as it was fitted there, or from where the pair has brought the base.
+    let alone = |r: &Refit| {
+        let known = refits.iter().find(|known| id(known) == id(r)).cloned();
+        let starts = [r.fit.x.rows(0, n).into_owned(), base.fit.x.clone()];
+        known.or_else(|| refit_these(base, &[id(r)], &starts).ok()?.pop())
+    };
+    let with = |r: &Refit| stage(r.scene.clone(), std::slice::from_ref(&r.fit.x), base.weight, settings);
+    let on_top = |of: &Refit, stage: &Stage, others: &[String]| -> Result<Vec<Refit>, DiagnosisError> {
+        let mut found = refit(stage, true)?.hypotheses;
+        let missing: Vec<String> =
+            others.iter().filter(|other| !found.iter().any(|r| id(r) == **other)).cloned().collect();
+        found.extend(refit_these(stage, &missing, std::slice::from_ref(&stage.fit.x))?);
+        found.retain(|r| id(r) != id(of));
+        order(&mut found);
+        Ok(found)
+    };
+    let rivals: Vec<String> = refits.iter().take(RIVALS).map(id).collect();
+    let mut now = (refits[first].clone(), on_first, seconds);
+    order(&mut now.2);
+    for exchange in 0..=EXCHANGES {
+        let (first, on_first, seconds) = now;
+        let Some(second) = seconds.first().and_then(alone) else { return Ok(None) };
+        let on_second = with(&second)?;
+        let own = id(&first);
+        let others: Vec<String> = rivals.iter().chain([&own]).filter(|r| **r != id(&second)).cloned().collect();
+        let firsts = on_top(&second, &on_second, &others)?;
+        let better = firsts.first().filter(|best| exchange < EXCHANGES && id(best) != own).and_then(alone);
+        let Some(better) = better else {
+            let (ln_all, shares) = compare(&id, &weight, (&first, &seconds), (&second, &firsts));
+            return Ok(Some(Pair { first, on_first, seconds, on_second, firsts, ln_all, shares }));
+        };
+        let on_better = with(&better)?;
+        let seconds = on_top(&better, &on_better, &[id(&second)])?;
+        now = (better, on_better, seconds);
+    }
+    Ok(None)
+}
+
+/// ln of odds times Bayes factors of all pairs, in either order, and the share of each hypothesis.
+fn compare(
+    id: &impl Fn(&Refit) -> String,
+    weight: &impl Fn(&Refit) -> f64,
+    (first, seconds): (&Refit, &[Refit]),
+    (second, firsts): (&Refit, &[Refit]),
+) -> (f64, BTreeMap<String, f64>) {
+    let mut pairs: BTreeMap<[String; 2], f64> = BTreeMap::new();
+    let all = seconds.iter().map(|r| (first, r)).chain(firsts.iter().map(|r| (second, r)));
+    for (lower, upper) in all {
+        let mut ids = [id(lower), id(upper)];
+        ids.sort();
+        let ln = weight(lower) + weight(upper);
+        pairs.entry(ids).and_modify(|known| *known = known.max(ln)).or_insert(ln);
+    }
+    let sum = ln_sum(&pairs.values().copied().collect::<Vec<_>>());
+    let mut shares: BTreeMap<String, f64> = BTreeMap::new();
+    for (ids, ln) in pairs {
+        for id in ids {
+            *shares.entry(id).or_default() += (ln - sum).exp();
+        }
+    }
+    (std::f64::consts::LN_2 + sum, shares)
+}

@@ -1,0 +1,69 @@
+//! A member that the structure does not have, or that is broken.
+
+use super::location::Location;
+use super::patch::{Builder, Patch, PatchError, scalar};
+use super::structure::{Part, PartKind, Structure, entries};
+use super::{About, Effect};
+use crate::model::Joined;
+use crate::model::spec::OverrideSpec;
+
+/// Nearly all of a member: what is left keeps its own dofs determined.
+const NEARLY_ALL: f64 = 0.999;
+
+#[doc = "A member of a structure with closed loops that is absent, broken or not connected: a diagonal, a strut, a second load path."]
+#[derive(Debug, Clone, Copy)]
+pub struct AbsentMember;
+
+impl Effect for AbsentMember {
+    fn name(&self) -> &'static str {
+        "absent-member"
+    }
+
+    fn about(&self) -> About {
+        About {
+            summary: "A member of a structure with closed loops that is absent, broken or not connected: a diagonal, a strut, \
+                    a second load path.",
+            signature: "Modes that strain the member fall far, often by a tenth and more, and their shapes change between its \
+                    ends; the others rise a little, for its mass is gone too.",
+            formulation: "Stiffness and mass of its elements are multiplied by 1 - p; p = 0 leaves them, p = 0.999 takes nearly \
+                    all. Only where the structure holds together without it.",
+            confusable: &["stiffness-change", "joint-flexibility", "asymmetry"],
+            references: &[
+                "S. W. Doebling, C. R. Farrar, M. B. Prime, D. W. Shevitz, Damage identification and health monitoring of structural and mechanical systems from changes in their vibration characteristics: a literature review, Los Alamos LA-13070-MS, 1996",
+                "O. S. Salawu, Detection of structural damage through changes in frequency: a review, Engineering Structures 19, 1997",
+            ],
+        }
+    }
+
+    fn locations(&self, structure: &Structure<'_>) -> Vec<Location> {
+        structure.places(|p| {
+            let is_bar = p.kind == PartKind::Element && p.elements.iter().all(|&e| kind(structure, e) == "bar");
+            (p.is_member || is_bar) && p.elements.iter().any(|&e| structure.deforms(e)) && closes_a_loop(structure, p)
+        })
+    }
+
+    fn patch(&self, structure: &Structure<'_>, at: &Location) -> Result<Patch, PatchError> {
+        let parts = structure.parts_at(self.name(), at)?;
+        let mut b = Builder::new(self.name(), at);
+        let about = format!("share of {} that is absent", at.place());
+        let p = b.parameter("loss", "1", 0.5, [0.0, NEARLY_ALL], &about);
+        let left = || Some(scalar(&format!("1 - {p}")));
+        b.change("", &entries(&parts), OverrideSpec { stiffness: left(), mass: left(), ..OverrideSpec::default() });
+        Ok(b.finish())
+    }
+}
+
+fn kind<'a>(structure: &'a Structure<'_>, element: usize) -> &'a str {
+    structure.model().elements()[element].kind.name()
+}
+
+/// Whether the nodes of a part that other things hold are joined without it as well.
+fn closes_a_loop(structure: &Structure<'_>, part: &Part) -> bool {
+    let model = structure.model();
+    let rest = Joined::new(model, &part.elements);
+    let mut ends: Vec<usize> = part.elements.iter().flat_map(|&e| model.elements()[e].nodes.iter().copied()).collect();
+    ends.sort_unstable();
+    ends.dedup();
+    ends.retain(|&n| rest.is_held(n));
+    ends.len() > 1 && ends.iter().all(|&n| rest.are_joined(n, ends[0]))
+}

@@ -1,0 +1,93 @@
+//! Which nodes hang together.
+
+use super::ParametricModel;
+use super::compile::Model;
+use crate::element::Dof;
+
+/// Nodes joined by elements, rigid links and constraints, and to the ground by supports and springs.
+#[derive(Debug)]
+pub(crate) struct Joined {
+    /// A node of the same body, by node; the last is the ground.
+    body: Vec<usize>,
+    held: Vec<bool>,
+}
+
+impl Joined {
+    /// * `without` - elements that are left out
+    pub(crate) fn new(model: &Model, without: &[usize]) -> Self {
+        let n = model.geometry().names.len();
+        let mut joined = Self { body: (0..=n).collect(), held: vec![false; n] };
+        for (_, element) in model.elements().iter().enumerate().filter(|(e, _)| !without.contains(e)) {
+            joined.join(&element.nodes);
+            // A spring of one node stands on the ground, a mass on nothing.
+            if element.nodes.len() == 1 && element.kind.name() != "mass" {
+                joined.join(&[n, element.nodes[0]]);
+            }
+        }
+        let index = |name: &String| model.geometry().node(name);
+        for link in model.spec().rigid_links.values() {
+            let nodes: Vec<usize> = std::iter::once(&link.master).chain(&link.slaves).filter_map(index).collect();
+            joined.join(&nodes);
+        }
+        for constraint in model.spec().constraints.values() {
+            let nodes: Vec<usize> = constraint.terms.iter().filter_map(|t| index(&t.node)).collect();
+            joined.join(&nodes);
+        }
+        let stands =
+            |&n: &usize| [Dof::Ux, Dof::Uy, Dof::Uz].into_iter().all(|d| model.dof_map().express(n, d).is_empty());
+        for support in model.spec().supports.values() {
+            let nodes = support.node.iter().chain(support.nodes.iter().flatten()).filter_map(index);
+            nodes.filter(stands).for_each(|node| joined.join(&[n, node]));
+        }
+        joined
+    }
+
+    fn join(&mut self, nodes: &[usize]) {
+        for &node in nodes {
+            if let Some(held) = self.held.get_mut(node) {
+                *held = true;
+            }
+            let (a, b) = (self.root(nodes[0]), self.root(node));
+            self.body[b] = a;
+        }
+    }
+
+    /// The node that stands for the body of a node.
+    fn root(&self, mut node: usize) -> usize {
+        while self.body[node] != node {
+            node = self.body[node];
+        }
+        node
+    }
+
+    /// Whether anything holds a node.
+    pub(crate) fn is_held(&self, node: usize) -> bool {
+        self.held[node]
+    }
+
+    /// Whether two nodes belong to one body.
+    pub(crate) fn are_joined(&self, a: usize, b: usize) -> bool {
+        self.root(a) == self.root(b)
+    }
+
+    /// Nodes of every body but the largest, which is the one on the ground where there is a ground, by body.
+    pub(crate) fn apart(&self) -> Vec<Vec<usize>> {
+        let ground = self.body.len() - 1;
+        let mut bodies: Vec<(usize, Vec<usize>)> = Vec::new();
+        for node in (0..ground).filter(|&n| self.held[n]) {
+            let root = self.root(node);
+            match bodies.iter_mut().find(|(r, _)| *r == root) {
+                Some((_, nodes)) => nodes.push(node),
+                None => bodies.push((root, vec![node])),
+            }
+        }
+        let main = bodies
+            .iter()
+            .enumerate()
+            .max_by_key(|(k, (root, nodes))| (*root == self.root(ground), nodes.len(), std::cmp::Reverse(*k)));
+        if let Some(main) = main.map(|(k, _)| k) {
+            bodies.remove(main);
+        }
+        bodies.into_iter().map(|(_, nodes)| nodes).collect()
+    }
+}

@@ -1,0 +1,61 @@
+//! Slips of units and configurations that a comparison shows.
+
+use crate::correlation::{PairBy, PairingOptions};
+use crate::data::TestData;
+use crate::model::ParametricModel;
+use crate::objective::{Comparison, starting_point};
+use crate::update::{UpdateError, assess};
+use std::f64::consts::TAU;
+
+/// Factors between the numbers of two units of frequency, and what was probably done.
+const SLIPS: [(f64, &str); 6] = [
+    (TAU, "are they rad/s, written as Hz?"),
+    (1.0 / TAU, "were they divided by 2π twice?"),
+    (60.0, "are they revolutions a minute, written as Hz?"),
+    (1.0 / 60.0, "were they divided by 60?"),
+    (1000.0, "is there a unit missing, or a mass of the model in g that was read as kg?"),
+    (0.001, "are they kHz, written as Hz?"),
+];
+/// MAC of pairs that are certain.
+const CERTAIN: f64 = 0.9;
+/// How far a common factor may be from a slip, and the pairs from each other.
+const NEAR: f64 = 1.3;
+/// Pairs that make a common factor more than chance.
+const ENOUGH: usize = 3;
+
+/// A common factor between the frequencies of a test and those of a model, in words, where it is one of two units.
+///
+/// # Errors
+/// The sensors have no place on the model; it cannot be solved.
+pub fn slip_of_unit(model: &dyn ParametricModel, test: &TestData) -> Result<Option<String>, UpdateError> {
+    let pairing =
+        PairingOptions { by: PairBy::Mac, min_mac: CERTAIN, frequency_window: f64::INFINITY, same_family_only: true };
+    let comparison = Comparison::new(model, test, pairing)?;
+    if !comparison.has_shapes() {
+        return Ok(None);
+    }
+    let prediction = comparison.predict(&starting_point(model)).map_err(UpdateError::Start)?;
+    let ratios: Vec<f64> = prediction
+        .pairs
+        .pairs
+        .iter()
+        .filter(|p| test.modes[p.experimental].shape.is_some())
+        .map(|p| test.modes[p.experimental].frequency_hz.value / prediction.frequencies_hz[p.analytical])
+        .collect();
+    let n = ratios.len();
+    let mean = (ratios.iter().map(|r| r.ln()).sum::<f64>() / n.max(1) as f64).exp();
+    let agree = ratios.iter().all(|r| (r / mean).ln().abs() < NEAR.ln());
+    let slip = SLIPS.iter().find(|(factor, _)| (mean / factor).ln().abs() < NEAR.ln());
+    Ok(slip.filter(|_| n >= ENOUGH && agree).map(|(_, question)| {
+        format!("the frequencies of the test are {mean:.3} times the model's in all {n} certain pairs: {question}")
+    }))
+}
+
+/// Σ ((model - test)/σ)² at the estimates, paired by MAC: which configuration was tested?
+///
+/// # Errors
+/// The sensors have no place on the model; it cannot be solved.
+pub fn misfit_at_estimates(model: &dyn ParametricModel, test: &TestData) -> Result<f64, UpdateError> {
+    let comparison = Comparison::new(model, test, PairingOptions { by: PairBy::Mac, ..PairingOptions::default() })?;
+    Ok(assess(&comparison, &starting_point(model))?.misfit.chi_squared)
+}
