@@ -66,11 +66,12 @@ pub(crate) fn render_problems(path: &Path, source: &str, problems: &[Problem]) -
         let word = if p.severity == Severity::Error { "error:" } else { "warning:" };
         let _ = writeln!(out, "{}", text.replacen(word, &style.paint(tone, word), 1));
         let line = p.location.and_then(|at| source.lines().nth(at.line - 1).map(|l| (at, l)));
-        if let Some((at, line)) = line.filter(|(_, l)| !l.trim().is_empty() && l.len() <= 400) {
+        if let Some((at, line)) = line.filter(|(_, l)| !l.trim().is_empty()) {
             let number = format!("{:>5} | ", at.line);
-            let shown = retune::report::text::printable(&line.replace('\t', " "));
+            let (shown, column) = around(&line.replace('\t', " "), at.column - 1);
+            let shown = retune::report::text::printable(&shown);
             let _ = writeln!(out, "{}{shown}", style.paint(Tone::Dim, &number));
-            let _ = writeln!(out, "{}{}", " ".repeat(number.len() + at.column - 1), style.paint(tone, "^"));
+            let _ = writeln!(out, "{}{}", " ".repeat(number.len() + column), style.paint(tone, "^"));
         }
     }
     let count = |s: Severity| problems.iter().filter(|p| p.severity == s).count();
@@ -79,6 +80,20 @@ pub(crate) fn render_problems(path: &Path, source: &str, problems: &[Problem]) -
         let _ = writeln!(out, "{}", totals(errors, warnings));
     }
     out
+}
+
+/// A long line about one of its columns, and where that column then stands.
+fn around(line: &str, column: usize) -> (String, usize) {
+    const WIDTH: usize = 110;
+    const BEFORE: usize = 40;
+    let n = line.chars().count();
+    if n <= WIDTH {
+        return (line.to_string(), column);
+    }
+    let from = column.min(n).saturating_sub(BEFORE);
+    let cut: String = line.chars().skip(from).take(WIDTH).collect();
+    let (left, right) = (if from > 0 { "…" } else { "" }, if from + WIDTH < n { "…" } else { "" });
+    (format!("{left}{cut}{right}"), column - from + usize::from(from > 0))
 }
 
 /// "2 errors, 1 warning"

@@ -95,7 +95,8 @@ pub fn transducers<'a>(
             name: sensor.name.clone(),
             mass: sensor.mass,
             shares: shares.into_iter().filter(|(_, share)| *share > 0.0).collect(),
-            arm: std::array::from_fn(|k| at[k] - point.position[k]),
+            // Differences of coordinates, to a nanometre.
+            arm: std::array::from_fn(|k| (1e9 * (at[k] - point.position[k])).round() / 1e9),
         };
         found.push((at, transducer));
     }

@@ -14,7 +14,7 @@
 
 use super::DiagnosisError;
 use super::faults::{Change, Fault};
-use super::fit::{Fit, evaluate, fit, fit_from};
+use super::fit::{Fit, evaluate, fit, fit_from, phi_at};
 use super::scene::Scene;
 use super::traces::shape_rows;
 use crate::linalg::DMatrix;
@@ -56,6 +56,29 @@ pub(super) fn aside(scene: &Scene, base: &Fit, weight: f64) -> Result<Vec<Fit>, 
     without.sort_by(|a, b| a.0.total_cmp(&b.0));
     out.extend(without.into_iter().take(SUSPECTS).map(|w| w.1));
     Ok(out)
+}
+
+/// What faults without a number take away before anything is fitted: 2 (Φ of the fit - Φ with the fault corrected at the estimates, or
+/// where the fit is), for those where that is positive.
+///
+/// A gross fault leads MAC to pair the wrong modes; corrected first, it does not. With functions, whose lines cost more than all that is
+/// found so, nothing is looked at.
+pub(super) fn when_corrected(scene: &Scene, base: &Fit, weight: f64, faults: &[Fault]) -> Vec<(usize, f64)> {
+    if scene.has_functions() || !base.rows.has_shapes {
+        return Vec::new();
+    }
+    let points = [scene.start(), base.x.clone()];
+    faults
+        .par_iter()
+        .enumerate()
+        .filter(|(_, fault)| !fault.is_gain() && !matches!(fault.change, Change::Dead | Change::Noisy))
+        .filter_map(|(index, fault)| {
+            let corrected = scene.corrected(fault, 1.0);
+            let phi = points.iter().filter_map(|x| phi_at(&corrected, x, weight).ok()).fold(f64::INFINITY, f64::min);
+            let t = 2.0 * (base.phi - phi);
+            (t > 0.0).then_some((index, t))
+        })
+        .collect()
 }
 
 /// A fit seen with all channels of the test and its own pairs: with the wrong channel in it MAC could pair other modes.

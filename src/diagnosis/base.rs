@@ -1,6 +1,6 @@
 //! The base fit with its screening: all that is known before any hypothesis is refitted.
 
-use super::aside::aside;
+use super::aside::{aside, when_corrected};
 use super::evidence::{REMAINDER, goodness_of_fit};
 use super::faults::{Fault, faults};
 use super::fit::{Fit, fit};
@@ -123,17 +123,22 @@ pub(super) fn stage(
     } else {
         Vec::new()
     };
+    let mut take = |found: FaultScore| match fault_scores.iter_mut().find(|f| f.index == found.index) {
+        Some(f) if found.t > f.t => *f = found,
+        Some(_) => {}
+        None => fault_scores.push(found),
+    };
     for (k, other) in others.iter().enumerate() {
         let excess = 2.0 * (other.phi - base.phi);
         for (index, trace) in traces(&scene, other, weight, &list).into_iter().enumerate() {
             let Some(trace) = trace else { continue };
             let t = (trace.score(&other.r) - excess).max(0.0);
-            let found = FaultScore { index, t, number: trace.number(&other.r), aside: Some(k) };
-            match fault_scores.iter_mut().find(|f| f.index == index) {
-                Some(f) if t > f.t => *f = found,
-                Some(_) => {}
-                None => fault_scores.push(found),
-            }
+            take(FaultScore { index, t, number: trace.number(&other.r), aside: Some(k) });
+        }
+    }
+    if !others.is_empty() {
+        for (index, t) in when_corrected(&scene, &base, weight, &list) {
+            take(FaultScore { t, ..FaultScore::unscored(index) });
         }
     }
     fault_scores.sort_by(|a, b| b.t.total_cmp(&a.t).then(a.index.cmp(&b.index)));

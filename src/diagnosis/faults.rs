@@ -8,7 +8,7 @@
 //! sensor-dead       reads noise only: its cost is ½ Σ (t/σ)²           no free number
 //! sensor-noisy      σ -> κ σ, with m ln κ for its m entries            ln κ > 0, half-normal of sd 1
 //! sensor-axis       reads another global axis at its place             no free number
-//! sensor-position   sits where a neighbour, or the nearest node, is    no free number
+//! sensor-position   sits at a neighbour's place, at the nearest node, or on the other side of its own    no free number
 //! mode-order        frequencies of two neighbouring modes exchanged    no free number
 //! driving-point     the force of the responses acts at another sensor  no free number
 //! ```
@@ -71,7 +71,7 @@ pub const FAULTS: &[FaultKind] = &[
     },
     FaultKind {
         name: "sensor-position",
-        summary: "A sensor sits at another place than the test says: where one of its neighbours sits, or on the nearest node.",
+        summary: "A sensor sits at another place than the test says: where one of its neighbours sits, on the nearest node, or on the other side of its own.",
         signature: "It reads what the model has there.",
     },
     FaultKind {
@@ -104,6 +104,7 @@ pub(super) enum Change {
     Axis(usize),
     Position {
         place: Place,
+        offset: Option<[f64; 3]>,
         name: String,
     },
     Order(usize, usize),
@@ -197,7 +198,10 @@ impl Fault {
             Change::Dead => format!("leave out sensor {}: it reads noise only", name(s)),
             Change::Noisy => format!("check sensor {}: it scatters more than stated", name(s)),
             Change::Axis(axis) => format!("sensor {} reads along {}", name(s), ["x", "y", "z"][*axis]),
-            Change::Position { name: place, .. } => format!("sensor {} sits at {place}", name(s)),
+            Change::Position { name: place, .. } => match place.strip_prefix("mirrored ") {
+                Some(axis) => format!("sensor {} sits on the other side of its node along {axis}", name(s)),
+                None => format!("sensor {} sits at {place}", name(s)),
+            },
             Change::DrivingPoint { case, reference } => {
                 let stated = scene.reference(*case, *reference);
                 format!("the force of the frequency responses acted at {}, not at {stated}", name(s))
@@ -276,7 +280,10 @@ impl Fault {
         let mut out = sensors[self.sensor].clone();
         match &self.change {
             Change::Axis(axis) => out.direction = [0, 1, 2].map(|k| f64::from(u8::from(k == *axis))),
-            Change::Position { place, .. } => out.place = place.clone(),
+            Change::Position { place, offset, .. } => {
+                out.place.clone_from(place);
+                out.offset = *offset;
+            }
             _ => {}
         }
         out
@@ -386,7 +393,7 @@ fn in_one_test(scene: &Scene, faults: &[Fault]) -> Vec<Fault> {
     faults.iter().flat_map(of).collect()
 }
 
-/// The places of the nearest other sensors and of the nearest node of the file.
+/// The places of the nearest other sensors and of the nearest node of the file, and the other sides of its own node.
 fn positions(scene: &Scene, out: &mut Vec<Fault>) {
     let sensors = &scene.test.sensors;
     let Ok(at) = scene.sensor_positions() else { return };
@@ -408,7 +415,10 @@ fn positions(scene: &Scene, out: &mut Vec<Fault>) {
         near.dedup_by(|a, b| distance(at[a.1], at[b.1]) < 1e-9);
         for &(_, o) in near.iter().take(NEIGHBOURS) {
             let name = sensors[o].name.clone();
-            out.push(Fault::of(s, Change::Position { place: sensors[o].place.clone(), name }));
+            out.push(Fault::of(
+                s,
+                Change::Position { place: sensors[o].place.clone(), offset: sensors[o].offset, name },
+            ));
         }
         let nearest = nodes
             .iter()
@@ -418,7 +428,29 @@ fn positions(scene: &Scene, out: &mut Vec<Fault>) {
         let known = |d: f64| near.iter().take(NEIGHBOURS).any(|(other, _)| (other - d).abs() < 1e-9);
         if let Some((_, name)) = nearest.filter(|(d, _)| !known(*d)) {
             let place = Place::Node { node: name.clone(), position: None };
-            out.push(Fault::of(s, Change::Position { place, name: name.clone() }));
+            out.push(Fault::of(s, Change::Position { place, offset: None, name: name.clone() }));
         }
+        out.extend(mirrored(scene, s));
     }
+}
+
+/// A sensor on the other side of its node, in each direction in which it stands beside it: the slip of a sign.
+fn mirrored(scene: &Scene, s: usize) -> Vec<Fault> {
+    const BESIDE: f64 = 1e-9;
+    let sensor = &scene.test.sensors[s];
+    let Place::Node { node, position } = &sensor.place else { return Vec::new() };
+    let geometry = scene.model().geometry();
+    let Some(at) = geometry.node(node).map(|n| geometry.positions[n]) else { return Vec::new() };
+    let arm = match (position, sensor.offset) {
+        (Some(p), _) => [0, 1, 2].map(|k| p[k] - at[k]),
+        (None, offset) => offset.unwrap_or_default(),
+    };
+    let on_the_other_side = |axis: usize| {
+        let mut offset = arm;
+        offset[axis] = -offset[axis];
+        let name = format!("mirrored {}", ["x", "y", "z"][axis]);
+        let place = Place::Node { node: node.clone(), position: None };
+        Fault::of(s, Change::Position { place, offset: Some(offset), name })
+    };
+    (0..3).filter(|&axis| arm[axis].abs() > BESIDE).map(on_the_other_side).collect()
 }

@@ -133,6 +133,13 @@ pub(super) fn evaluate(scene: &Scene, x: DVector<f64>, weight: f64) -> Result<Fi
     at(&Posed::new(scene, &comparisons, scene.priors(), weight), x)
 }
 
+/// Φ of a scene at a point, without derivatives.
+pub(super) fn phi_at(scene: &Scene, x: &DVector<f64>, weight: f64) -> Result<f64, DiagnosisError> {
+    let comparisons = scene.comparisons()?;
+    let posed = Posed::new(scene, &comparisons, scene.priors(), weight);
+    Ok(0.5 * posed.residuals(x)?.norm_squared())
+}
+
 fn at(posed: &Posed<'_>, x: DVector<f64>) -> Result<Fit, DiagnosisError> {
     let Linearization { residuals: r, jacobian: j } = posed.linearize(&x)?;
     let theta = posed.scaling().theta(&x);

@@ -123,19 +123,78 @@ fn a_diagnosis_does_not_depend_on_threads() {
     assert_eq!(one, on(2));
 }
 
-/// A mast in three entries of the file: a force at its top pulls at all of them, and is found as one.
+/// A mast in three entries of the file.
+const MAST: &str = "retune: 1\nname: mast\nactive_dofs: [ux, ry]\nparameters:\n  E: {value: 205 GPa, bounds: [180 GPa, 220 GPa]}\n  \
+    top: {value: 20 kg, bounds: [10 kg, 40 kg]}\nnodes: {n0: [0, 0, 0], n1: [0, 0, 1], n2: [0, 0, 2], n3: [0, 0, 3], n4: [0, 0, 4], n5: [0, 0, 5]}\n\
+    sections:\n  tube: {E: E, A: 1e-3, Iy: 1e-7, Iz: 1e-7, density: 7800}\nbeams:\n  lower: {chain: [n0, n1, n2], section: tube, subdivide: 2}\n  \
+    middle: {nodes: [n2, n3], section: tube, subdivide: 2}\n  upper: {chain: [n3, n4, n5], section: tube, subdivide: 2}\n\
+    masses: {top: {node: n5, mass: top}}\nsupports: {ground: {node: n0}}\n";
+
+/// The mast against a twin of what the text of its truth says.
+fn of_mast(truth: &str, seed: u64) -> Diagnosis {
+    let (base, truth) = (model(MAST), model(truth));
+    let sensors = crate::update::node_sensors(&base);
+    let test = twin_modes(&truth, &middle(&truth), &sensors, &noise(5, seed), "twin").unwrap();
+    let d = diagnose(&base, &test, &Settings::default()).unwrap();
+    for h in d.hypotheses.iter().take(4) {
+        eprintln!("{:.3} {:.1} {} {:?}", h.probability, h.misfit_after, h.id, h.tied_with);
+    }
+    eprintln!("{}", d.sentence);
+    d
+}
+
+/// The first of two is chosen while the second is not there, and is sought again beside it.
+#[test]
+fn two_effects_are_named_together() {
+    let hidden = MAST.replace("masses: {", "masses: {ballast: {node: n3, mass: 2 kg}, ")
+        + "overrides: {lower.1: {set: {end1_compliance_ry: 3e-6}}}\n";
+    let d = of_mast(&hidden, 5);
+    assert_eq!(d.verdict, Verdict::SeveralEffects);
+    let mut two = [d.hypotheses[0].id.as_str(), d.hypotheses[1].id.as_str()];
+    two.sort_unstable();
+    assert_eq!(two, ["point-mass@n3", "root-flexibility@lower.1:n0.ry"]);
+    assert!(two.iter().all(|id| d.sentence.contains(id)), "{}", d.sentence);
+    // Each has the probability of being one of the two, and what it adds to the other alone.
+    assert!(d.hypotheses[..2].iter().all(|h| h.probability > 0.5 && h.misfit_after < h.misfit_before));
+    assert!(d.hypotheses[..2].iter().all(|h| h.misfit_before < d.misfit));
+}
+
+/// A modulus that its bounds do not allow: what a parameter on its bound leaves is no noise.
+#[test]
+fn what_a_bound_leaves_is_seen() {
+    let d = of_mast(&MAST.replace("value: 205 GPa, bounds: [180 GPa, 220 GPa]", "value: 165 GPa"), 6);
+    assert!(d.p_value < 0.01 && d.probability_none < 0.01, "{} {}", d.p_value, d.probability_none);
+    let all: Vec<&String> = std::iter::once(&d.hypotheses[0].id).chain(&d.hypotheses[0].tied_with).collect();
+    assert!(all.iter().any(|id| *id == "softening@whole"), "{all:?}");
+    assert!(d.warnings.iter().any(|w| w == "a parameter of the fitted base sits on a bound: E"), "{:?}", d.warnings);
+}
+
+/// The known mass of a second test that is not what the file says.
+#[test]
+fn a_wrong_mass_of_one_configuration_is_found_there() {
+    let with =
+        |mass: &str| format!("{MAST}configurations: {{loaded: {{masses: {{weight: {{node: n3, mass: {mass}}}}}}}}}\n");
+    let (base, truth) = (model(&with("3 kg")), model(&with("3.6 kg")));
+    let loaded = Model::new(truth.spec().configured("loaded").unwrap(), &Registry::builtin()).unwrap().0;
+    let sensors = crate::update::node_sensors(&base);
+    let test = |of: &Model, seed| twin_modes(of, &middle(of), &sensors, &noise(5, seed), "twin").unwrap();
+    let (bare, mut weighed) = (test(&truth, 7), test(&loaded, 8));
+    weighed.configuration = Some("loaded".to_string());
+    let d = diagnose_tests(&base, &[&bare, &weighed], &Settings::default()).unwrap();
+    let first = &d.hypotheses[0];
+    eprintln!("{} {:?} {:?}", d.sentence, first.estimate, first.interval);
+    assert_eq!((d.verdict, first.id.as_str()), (Verdict::MissingEffect, "mass-change@loaded/weight"));
+    let [low, high] = first.interval.unwrap();
+    assert!(low < 0.2 && 0.2 < high);
+}
+
+/// A force at the top of the mast pulls at all of its members, and is found as one.
 #[test]
 fn a_force_through_members_end_to_end_is_one_effect() {
-    let text = "retune: 1\nname: mast\nactive_dofs: [ux, ry]\nparameters:\n  E: {value: 205 GPa, bounds: [180 GPa, 220 GPa]}\n  \
-                top: {value: 20 kg, bounds: [10 kg, 40 kg]}\nnodes: {n0: [0, 0, 0], n1: [0, 0, 1], n2: [0, 0, 2], n3: [0, 0, 3], n4: [0, 0, 4], n5: [0, 0, 5]}\n\
-                sections:\n  tube: {E: E, A: 1e-3, Iy: 1e-7, Iz: 1e-7, density: 7800}\nbeams:\n  lower: {chain: [n0, n1, n2], section: tube, subdivide: 2}\n  \
-                middle: {nodes: [n2, n3], section: tube, subdivide: 2}\n  upper: {chain: [n3, n4, n5], section: tube, subdivide: 2}\n\
-                masses: {top: {node: n5, mass: top}}\nsupports: {ground: {node: n0}}\n";
-    let base = model(text);
-    let loaded = format!("{text}overrides: {{hidden: {{of: [lower, middle, upper], add: {{axial_force: 4 kN}}}}}}\n");
-    let truth = model(&loaded);
-    let test = twin_modes(&truth, &middle(&truth), &crate::update::node_sensors(&base), &noise(5, 3), "twin").unwrap();
-    let d = diagnose(&base, &test, &Settings::default()).unwrap();
+    let d = of_mast(
+        &format!("{MAST}overrides: {{hidden: {{of: [lower, middle, upper], add: {{axial_force: 4 kN}}}}}}\n"),
+        3,
+    );
     let first = &d.hypotheses[0];
     eprintln!("{}: {:?} {:?}", d.sentence, first.estimate, first.interval);
     assert_eq!(d.verdict, Verdict::MissingEffect);

@@ -115,7 +115,7 @@ pub fn candidates_in(tested: &[Configured<'_>], effects: &Effects) -> Vec<Candid
             let own = |k: &usize| at.names.iter().all(|name| structures[*k].context().is_own_mass(name));
             if !at.names.is_empty() && listed.iter().all(own) {
                 for k in listed {
-                    let there = at.clone().within(tested[k].name.unwrap_or(BASE));
+                    let there = tested[k].name.map_or_else(|| at.clone(), |name| at.clone().within(name));
                     out.extend(Candidate::new(effect, &structures[k], &there).ok());
                 }
                 continue;

@@ -21,7 +21,12 @@ fn models() -> Vec<(String, String)> {
 
 fn context(text: &str) -> Context {
     let (model, _, _) = load(text, &Registry::builtin()).unwrap();
-    Context { sensors: model.spec().nodes.keys().take(3).map(|n| SensorLoad::on(n)).collect(), ..Context::default() }
+    let own_masses = model.spec().masses.keys().cloned().collect();
+    Context {
+        own_masses,
+        sensors: model.spec().nodes.keys().take(3).map(|n| SensorLoad::on(n)).collect(),
+        ..Context::default()
+    }
 }
 
 #[test]

@@ -131,3 +131,68 @@ fn is_same(a: &Sensor, b: &Sensor) -> bool {
         && a.is_rotation == b.is_rotation
         && cosine.abs() > 0.999
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::data::read_test;
+
+    const TEXT: &str = "
+retune_test: 1
+name: bench
+sources: {bench: {kind: measured, text: by hand}}
+sensors:
+  p: {node: a, direction: +z}
+  q: {node: b, direction: +z}
+  r: {node: c, direction: +z}
+  s: {node: d, direction: +z}
+modes:
+  - {frequency: 1 Hz, frequency_sd: 1 %, damping: 1 %, source: bench, shape: {real: [1, 2, 3, 4], sd: 2 %}}
+  - {frequency: 2 Hz, frequency_sd: 1 %, damping: 1 %, source: bench, shape: {real: [1, 2, -3, 0], sd: 2 %}}
+  - {frequency: 3 Hz, frequency_sd: 1 %, damping: 1 %, source: bench, shape: {real: [1, -2, 1, -1], sd: 2 %}}
+";
+
+    fn said(from: &str, to: &str) -> Vec<String> {
+        let text = TEXT.replace(from, to);
+        assert!(from.is_empty() || text != TEXT, "{from}");
+        read_test(&text).unwrap().1.into_iter().map(|p| p.message).collect()
+    }
+
+    #[test]
+    fn a_sound_test_raises_no_doubt() {
+        assert_eq!(said("", ""), Vec::<String>::new());
+    }
+
+    #[test]
+    fn what_is_doubtful_is_said() {
+        for (from, to, expected) in [
+            (
+                "frequency: 2 Hz, frequency_sd: 1 %",
+                "frequency: 2 Hz, frequency_sd: 30 %",
+                "standard deviation of 30.0 %",
+            ),
+            ("-3, 0], sd: 2 %", "-3, 0], sd: 200 %", "standard deviation of 200.0 %"),
+            ("damping: 1 %", "damping: 0.9", "(and 2 more modes like it): a damping ratio of 0.9 is 90.0 %"),
+            ("2, -3, 0]", "2, 3, 4]", ""),
+            (
+                "2 Hz, frequency_sd: 1 %, damping: 1 %, source: bench, shape: {real: [1, 2, -3, 0]",
+                "1.01 Hz, frequency_sd: 1 %, source: bench, shape: {real: [-2, -4, -6, -8]",
+                "is it one mode, listed twice?",
+            ),
+            (
+                "q: {node: b, direction: +z}",
+                "q: {node: a, direction: -z}",
+                "`p` and `q` stand in one place and one direction",
+            ),
+        ] {
+            let said = said(from, to);
+            assert!(
+                if expected.is_empty() { said.is_empty() } else { said.iter().any(|t| t.contains(expected)) },
+                "{to}: {said:?}"
+            );
+        }
+        let none = TEXT.replace("3, 4]", "3, .nan]").replace("-3, 0]", "-3, null]").replace("1, -1]", "1, .nan]");
+        assert_eq!(read_test(&none).unwrap().1[0].message, "`s` has no value in any shape");
+        let alike = TEXT.replace("2, -3, 0]", "2, 3, 4]").replace("-2, 1, -1]", "2.1, 3, 4]");
+        assert_eq!(read_test(&alike).unwrap().1[0].message, "all 3 shapes are alike: is one row repeated?");
+    }
+}

@@ -279,6 +279,28 @@ fn sensors_weigh_what_point_masses_weigh() {
     close(added[(n - 1, n - 2)].abs(), 0.03 * 0.05, 1e-12);
 }
 
+/// A square frame without one of its diagonals, and by the effect with nearly nothing of it; a tree has no member to spare.
+#[test]
+fn an_absent_member_is_a_structure_without_it() {
+    let text = "retune: 1\nname: square\nactive_dofs: [ux, uz, ry]\nnodes: {a: [0, 0, 0], b: [1, 0, 0], c: [1, 0, 1], d: [0, 0, 1]}\nsections:\n  \
+        strut: {E: 70 GPa, G: 27 GPa, density: 2700 kg/m3, shape: {rectangle: {width: 10 mm, height: 10 mm}}}\nbeams:\n  \
+        right: {nodes: [b, c], section: strut, subdivide: 3}\n  top: {nodes: [c, d], section: strut, subdivide: 3}\n  left: {nodes: [d, a], section: strut, subdivide: 3}\n";
+    let supports = "supports: {feet: {nodes: [a, b]}}\n";
+    let braced = format!("{text}  brace: {{nodes: [a, c], section: strut, subdivide: 3}}\n{supports}");
+    let (_, _, omegas) = with(&braced, "absent-member@brace", &[0.999]);
+    let (_, expected) = without(&format!("{text}{supports}"));
+    close(omegas[0], expected[0], 2e-2);
+    let listed = |text: &str| -> Vec<String> {
+        let (model, _, _) = load(text, &Registry::builtin()).unwrap();
+        let context = Context::default();
+        let all = candidates(&model, &Effects::builtin(), &context);
+        all.iter().filter(|c| c.effect.name() == "absent-member").map(Candidate::id).collect()
+    };
+    // Of a portal every member closes the loop through the ground.
+    assert!(listed(&braced).contains(&"absent-member@brace".to_string()), "{:?}", listed(&braced));
+    assert_eq!(listed(&beam("uz, ry", CLAMPED, "")), Vec::<String>::new());
+}
+
 /// Partners together keep a symmetric structure symmetric: the signs of mirrored axes are right.
 #[test]
 fn partners_keep_the_symmetry() {

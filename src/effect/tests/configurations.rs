@@ -96,3 +96,35 @@ fn an_unknown_configuration_is_a_place_that_is_not_there() {
     let wrong = Effects::builtin().candidate(&Structure::new(&base, &context), "ground-spring@bensh/n8.uz");
     assert!(matches!(wrong, Err(PatchError::UnknownPlace { .. })), "{wrong:?}");
 }
+
+/// A mass that one configuration brings is changed there, lighter or heavier; one of the structure is not.
+#[test]
+fn a_mass_of_one_configuration_is_changed_there() {
+    let text = "retune: 1\nname: t\nactive_dofs: [uz, ry]\nnodes: {a: [0, 0, 0], b: [1, 0, 0]}\nbeams: {s: {nodes: [a, b], subdivide: 4, properties: {EIy: 10, mass_per_length: 1}}}\n\
+                masses: {motor: {node: b, mass: 0.2 kg}}\nsupports: {root: {node: a}}\nconfigurations:\n  tipped: {masses: {weight: {node: b, mass: 0.5 kg}}}\n";
+    let registry = Registry::builtin();
+    let of = |name| load_configuration(text, name, &registry).unwrap().0;
+    let (base, tipped) = (of(None), of(Some("tipped")));
+    let contexts = [Context::default(), Context { own_masses: vec!["weight".to_string()], ..Context::default() }];
+    let tested = [
+        Configured { name: None, model: &base, context: &contexts[0] },
+        Configured { name: Some("tipped"), model: &tipped, context: &contexts[1] },
+    ];
+    let all = candidates_in(&tested, &Effects::builtin());
+    let ids: Vec<String> = all.iter().filter(|c| c.effect.name() == "mass-change").map(Candidate::id).collect();
+    assert_eq!(ids, ["mass-change@tipped/weight"]);
+    let candidate = all.iter().find(|c| c.id() == "mass-change@tipped/weight").unwrap();
+    // As `add` finds it.
+    let found = Effects::builtin().candidate(&Structure::new(&base, &contexts[0]), &candidate.id()).unwrap();
+    assert_eq!(found.patch, candidate.patch);
+    assert!(found.parameters[0].bounds[0] < 0.0 && found.parameters[0].bounds[1] > 1.0);
+    let edited = found.patch.add_to_text(text, &candidate.id(), "").unwrap();
+    let mass = |configuration| {
+        let (model, _, _) = load_configuration(&edited, configuration, &registry).unwrap();
+        let mut theta = model.parameters().nominal();
+        theta[0] = 0.3;
+        model.mass_properties(&theta).unwrap().unwrap().mass
+    };
+    assert!((mass(None) - 1.2).abs() < 1e-12 && (mass(Some("tipped")) - 1.85).abs() < 1e-12);
+    assert_eq!(undo(&edited).unwrap().text, text);
+}
