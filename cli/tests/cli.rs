@@ -149,7 +149,7 @@ fn files_that_cannot_be_read_are_named() {
     for (line, word) in [
         ("check nowhere.yaml", "nowhere.yaml"),
         ("check .", "cannot read ."),
-        ("check binary.yaml", "not UTF-8 text (byte 1)"),
+        ("check binary.yaml", "not UTF-8 text (byte 1, line 1); save it"),
         ("check empty.yaml", "empty"),
         ("compare model.yaml nowhere.yaml", "nowhere.yaml"),
         ("check test.yaml", "this is a test file"),

@@ -147,12 +147,12 @@ fn of_mast(truth: &str, seed: u64) -> Diagnosis {
 #[test]
 fn two_effects_are_named_together() {
     let hidden = MAST.replace("masses: {", "masses: {ballast: {node: n3, mass: 2 kg}, ")
-        + "overrides: {lower.1: {set: {end1_compliance_ry: 3e-6}}}\n";
+        + "overrides: {lower.1: {set: {end1_compliance_rz: 4e-5}}}\n";
     let d = of_mast(&hidden, 5);
     assert_eq!(d.verdict, Verdict::SeveralEffects);
     let mut two = [d.hypotheses[0].id.as_str(), d.hypotheses[1].id.as_str()];
     two.sort_unstable();
-    assert_eq!(two, ["point-mass@n3", "root-flexibility@lower.1:n0.ry"]);
+    assert_eq!(two, ["point-mass@n3", "root-flexibility@lower.1:n0.rz"]);
     assert!(two.iter().all(|id| d.sentence.contains(id)), "{}", d.sentence);
     // Each has the probability of being one of the two, and what it adds to the other alone.
     assert!(d.hypotheses[..2].iter().all(|h| h.probability > 0.5 && h.misfit_after < h.misfit_before));

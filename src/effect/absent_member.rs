@@ -7,8 +7,8 @@ use super::{About, Effect};
 use crate::model::Joined;
 use crate::model::spec::OverrideSpec;
 
-/// Nearly all of a member: what is left keeps its own dofs determined.
-const NEARLY_ALL: f64 = 0.999;
+/// Nearly all of a member: what is left keeps its own dofs determined, and along a brace is still nothing beside the bending of a frame.
+const NEARLY_ALL: f64 = 0.999_999;
 
 #[doc = "A member of a structure with closed loops that is absent, broken or not connected: a diagonal, a strut, a second load path."]
 #[derive(Debug, Clone, Copy)]
@@ -25,8 +25,8 @@ impl Effect for AbsentMember {
                     a second load path.",
             signature: "Modes that strain the member fall far, often by a tenth and more, and their shapes change between its \
                     ends; the others rise a little, for its mass is gone too.",
-            formulation: "Stiffness and mass of its elements are multiplied by 1 - p; p = 0 leaves them, p = 0.999 takes nearly \
-                    all. Only where the structure holds together without it.",
+            formulation: "The stiffness of its elements is multiplied by 1 - p, their mass by (1 - p)²; p = 0 leaves them, p = 0.999999 \
+                    takes nearly all, and its own modes leave the band. Only where the structure holds together without it.",
             confusable: &["stiffness-change", "joint-flexibility", "asymmetry"],
             references: &[
                 "S. W. Doebling, C. R. Farrar, M. B. Prime, D. W. Shevitz, Damage identification and health monitoring of structural and mechanical systems from changes in their vibration characteristics: a literature review, Los Alamos LA-13070-MS, 1996",
@@ -49,6 +49,8 @@ impl Effect for AbsentMember {
         let p = b.parameter("loss", "1", 0.5, [0.0, NEARLY_ALL], &about);
         let left = || Some(scalar(&format!("1 - {p}")));
         b.change("", &entries(&parts), OverrideSpec { stiffness: left(), mass: left(), ..OverrideSpec::default() });
+        // With equal factors the modes of the member by itself would stay in the band.
+        b.change("mass", &entries(&parts), OverrideSpec { mass: left(), ..OverrideSpec::default() });
         Ok(b.finish())
     }
 }

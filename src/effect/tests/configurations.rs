@@ -90,11 +90,14 @@ fn two_effects_of_one_configuration_are_undone_one_after_the_other() {
 }
 
 #[test]
-fn an_unknown_configuration_is_a_place_that_is_not_there() {
+fn an_unknown_configuration_is_named() {
     let (base, _) = models();
     let context = Context::default();
     let wrong = Effects::builtin().candidate(&Structure::new(&base, &context), "ground-spring@bensh/n8.uz");
-    assert!(matches!(wrong, Err(PatchError::UnknownPlace { .. })), "{wrong:?}");
+    assert!(
+        matches!(&wrong, Err(PatchError::UnknownConfiguration { suggestion, .. }) if suggestion.contains("bench")),
+        "{wrong:?}"
+    );
 }
 
 /// A mass that one configuration brings is changed there, lighter or heavier; one of the structure is not.
