@@ -6,7 +6,7 @@ use retune::data::{FrfFit, TestData, read_measurements, read_test};
 use retune::model::{Model, ParametricModel, Registry, doubts, load_configuration};
 use retune::objective::is_damped;
 use retune::report::text::{number, printable};
-use retune::update::{UpdateError, misfit_at_estimates, slip_of_unit};
+use retune::update::{FirstLook, UpdateError, slip_of_unit};
 use retune::yaml::{Problem, Severity, SourceMap};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -69,18 +69,17 @@ fn suggest_configuration(model: &Model, text: &str, test: &TestData, test_path: 
     /// How many times better: parameters that are still to be updated leave much in every configuration.
     const FAR: f64 = 4.0;
     let names: Vec<String> = model.spec().configurations.keys().cloned().collect();
-    let Ok(own) = misfit_at_estimates(model, test) else { return };
-    let misfit = |name: &String| {
+    let Ok(own) = FirstLook::new(model, test) else { return };
+    let look = |name: &String| {
         let (model, ..) = load_configuration(text, Some(name), &Registry::builtin()).ok()?;
-        misfit_at_estimates(&model, test).ok()
+        FirstLook::new(&model, test).ok()
     };
-    let all = names.iter().filter_map(|name| Some((misfit(name)?, name)));
-    let best = all.min_by(|a, b| a.0.total_cmp(&b.0));
-    if let Some((misfit, name)) = best.filter(|(misfit, _)| FAR * misfit < own) {
+    let better = names.iter().filter_map(|name| Some((look(name)?, name))).filter(|(l, _)| l.is_far_better(&own, FAR));
+    if let Some((best, name)) = better.min_by(|a, b| a.0.chi_squared.total_cmp(&b.0.chi_squared)) {
         eprintln!(
             "warning: {}: it names no configuration; before any update `{name}` explains it {} times better than the base model: is `configuration: {name}` missing?",
             test_path.display(),
-            number(own / misfit)
+            number(own.chi_squared / best.chi_squared)
         );
     }
 }

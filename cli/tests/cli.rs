@@ -350,6 +350,25 @@ fn functions_of_a_test_enter_the_fit() {
 }
 
 #[test]
+fn a_configuration_that_a_test_forgets_is_named() {
+    let folder = Folder::new("forgotten");
+    folder.write(
+        "two.yaml",
+        MODEL.to_string() + "configurations: {loaded: {masses: {weight: {node: tip, mass: 300 g}}}}\n",
+    );
+    assert_eq!(folder.run("twin two.yaml --configuration loaded --sensors test.yaml --modes 2 -o t.yaml").code, 0);
+    let twin = folder.read("t.yaml");
+    let said = folder.run("compare two.yaml t.yaml");
+    assert!(!said.err.contains("names no configuration"), "{}", said.err);
+    let forgotten: Vec<&str> = twin.lines().filter(|l| !l.starts_with("configuration:")).collect();
+    let forgotten = forgotten.join("\n");
+    assert!(twin.contains("\nconfiguration: loaded\n"), "{twin}");
+    folder.write("t.yaml", forgotten);
+    let said = folder.run("compare two.yaml t.yaml");
+    assert!(said.err.contains("is `configuration: loaded` missing?"), "{}", said.err);
+}
+
+#[test]
 fn an_edit_overwrites_no_other_file() {
     let folder = Folder::new("edit");
     let said = folder.run("add model.yaml point-mass@tip -o test.yaml");

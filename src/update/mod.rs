@@ -15,11 +15,11 @@ mod uncertainty;
 
 pub use assessment::{AssessedPair, AssessedReading, Assessment, ModeName, UnpairedMode, assess, name_modes};
 pub use correlate::{
-    BandAgreement, ChannelAgreement, FrfSensitivity, Functions, FunctionsOptions, MASS_ROWS, MassReduction,
+    BandAgreement, ChannelAgreement, FirstLook, FrfSensitivity, Functions, FunctionsOptions, MASS_ROWS, MassReduction,
     ModeAgreement, ModelFunctions, Orthogonality, ParameterInformation, Places, PlacesError, PlacesOptions,
     ReferenceShift, Sensitivities, SensitivityOptions, SensorAgreement, SensorReport, compare_functions,
-    frf_sensitivities, judge, load_profile, member_stiffnesses, misfit_at_estimates, mode_agreement, orthogonality,
-    places, sensitivities, sensor_agreement, slip_of_unit,
+    frf_sensitivities, judge, load_profile, member_stiffnesses, mode_agreement, orthogonality, places, sensitivities,
+    sensor_agreement, slip_of_unit,
 };
 pub use objective_spec::{LimitSpec, ObjectiveSpec, Regularization};
 pub use pretest::{Pretest, PretestOptions, TargetMode, pretest};

@@ -8,7 +8,8 @@ use retune::modal::{SolveOptions, solve};
 use retune::objective::{Comparison, starting_point};
 use retune::update::{
     FunctionsOptions, MassReduction, ModelFunctions, SensitivityOptions, TwinFrfOptions, assess, compare_functions,
-    frf_sensitivities, judge, load_profile, orthogonality, pretest, sensitivities, sensor_agreement, twin_frfs,
+    frf_sensitivities, judge, load_profile, orthogonality, pretest, sensitivities, sensor_agreement, slip_of_unit,
+    twin_frfs,
 };
 
 /// The eight inertial parameters of the centre body act through four numbers (mass, first and second moments and roll
@@ -174,6 +175,21 @@ fn functions_of_the_same_model_agree_and_a_stiff_model_is_shifted() {
     let functions = same.channels.iter().map(|c| (c.amplitude_rms_db, c.misfit.n_data));
     assert!(functions.clone().all(|(rms, n_data)| rms < 1e-6 && n_data == functions.clone().next().unwrap().1));
     assert!(same.bands.iter().all(|b| b.misfit.chi_squared < 1e-9), "{:?}", same.bands);
+}
+
+/// Frequencies in rad/s, written as Hz, are a common factor in every pair; right ones are not, nor is a test of few modes.
+#[test]
+fn a_slip_of_the_unit_of_frequencies_is_seen() {
+    let model = model("frame.yaml");
+    let sensors = sensors("frame.yaml", &model);
+    let mut test = twin(&model, &sensors, 4, (0.003, 0.02), 1);
+    assert_eq!(slip_of_unit(&model, &test).unwrap(), None);
+    for mode in &mut test.modes {
+        mode.frequency_hz.value *= std::f64::consts::TAU;
+    }
+    assert!(slip_of_unit(&model, &test).unwrap().unwrap().contains("are they rad/s, written as Hz?"));
+    test.modes.truncate(2);
+    assert_eq!(slip_of_unit(&model, &test).unwrap(), None);
 }
 
 /// With the mass at all dofs the model's own modes are orthogonal to rounding, and so is a noise-free test; every

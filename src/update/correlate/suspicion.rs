@@ -51,11 +51,37 @@ pub fn slip_of_unit(model: &dyn ParametricModel, test: &TestData) -> Result<Opti
     }))
 }
 
-/// Σ ((model - test)/σ)² at the estimates, paired by MAC: which configuration was tested?
-///
-/// # Errors
-/// The sensors have no place on the model; it cannot be solved.
-pub fn misfit_at_estimates(model: &dyn ParametricModel, test: &TestData) -> Result<f64, UpdateError> {
-    let comparison = Comparison::new(model, test, PairingOptions { by: PairBy::Mac, ..PairingOptions::default() })?;
-    Ok(assess(&comparison, &starting_point(model))?.misfit.chi_squared)
+/// How a model agrees with a test before any update.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FirstLook {
+    /// Pairs of modes.
+    pub n_pairs: usize,
+    /// Their mean MAC.
+    pub mean_mac: f64,
+    /// Σ ((model - test)/σ)² of what is compared.
+    pub chi_squared: f64,
+}
+
+impl FirstLook {
+    /// At the estimates, paired by MAC.
+    ///
+    /// # Errors
+    /// The sensors have no place on the model; it cannot be solved.
+    pub fn new(model: &dyn ParametricModel, test: &TestData) -> Result<Self, UpdateError> {
+        let by_mac = PairingOptions { by: PairBy::Mac, ..PairingOptions::default() };
+        let comparison = Comparison::new(model, test, by_mac)?;
+        let found = assess(&comparison, &starting_point(model))?;
+        let macs: Vec<f64> = found.pairs.iter().filter_map(|p| p.mac).collect();
+        Ok(Self {
+            n_pairs: found.pairs.len(),
+            mean_mac: macs.iter().sum::<f64>() / macs.len().max(1) as f64,
+            chi_squared: found.misfit.chi_squared,
+        })
+    }
+
+    /// Whether this is the better model of the test in every respect, and in the misfit by more than a factor: one that pairs less
+    /// compares less.
+    pub fn is_far_better(&self, than: &Self, factor: f64) -> bool {
+        self.n_pairs >= than.n_pairs && self.mean_mac >= than.mean_mac && factor * self.chi_squared < than.chi_squared
+    }
 }
