@@ -5,7 +5,7 @@ use crate::catalogue::did_you_mean;
 use crate::data::{Place, Sensor};
 use crate::element::Dof;
 use crate::linalg::DMatrix;
-use crate::model::{ModelError, ParametricModel, PointMotion};
+use crate::model::{ModelError, ParametricModel, PointMotion, extent};
 use crate::yaml::Problem;
 
 /// Most entries of an observation matrix: 1 GB.
@@ -112,12 +112,7 @@ fn far_away(model: &dyn ParametricModel, sensor: &Sensor) -> Option<String> {
     let (point, _) = locate(model, sensor, None).ok()?;
     let at = sensor_position(model, sensor).ok()?;
     let arm = (0..3).map(|k| (at[k] - point.position[k]).powi(2)).sum::<f64>().sqrt();
-    let positions = model.dof_map().positions();
-    let extent = |k: usize| {
-        let (low, high) = positions.iter().fold((f64::MAX, f64::MIN), |(l, h), p| (l.min(p[k]), h.max(p[k])));
-        high - low
-    };
-    let size = (0..3).map(extent).fold(0.0, f64::max);
+    let size = extent(model.dof_map().positions());
     let text = format!(
         "sensor `{}` stands {arm:.3} m from what it sits on, and the structure is {size:.3} m large: is a unit missing?",
         sensor.name

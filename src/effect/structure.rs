@@ -8,7 +8,7 @@ use super::patch::PatchError;
 use crate::element::Dof;
 use crate::linalg::DMatrix;
 use crate::modal::SolveOptions;
-use crate::model::{Model, ParametricModel, solve_modes};
+use crate::model::{Model, ParametricModel, extent, solve_modes};
 use std::f64::consts::PI;
 
 /// What is known beside the model; everything is optional.
@@ -212,13 +212,7 @@ impl<'a> Structure<'a> {
 
     /// Largest dimension, m.
     pub fn extent(&self) -> f64 {
-        let positions = &self.model.geometry().positions;
-        (0..3)
-            .map(|i| {
-                let (low, high) = positions.iter().fold((f64::MAX, f64::MIN), |(l, h), p| (l.min(p[i]), h.max(p[i])));
-                high - low
-            })
-            .fold(0.0, f64::max)
+        extent(&self.model.geometry().positions)
     }
 
     /// Name of a node.

@@ -99,7 +99,8 @@ fn nodes(model: &Model, s: &mut Soundness) {
     }
 }
 
-fn extent(positions: &[[f64; 3]]) -> f64 {
+/// The largest dimension of a set of points, m; zero of none.
+pub(crate) fn extent(positions: &[[f64; 3]]) -> f64 {
     (0..3)
         .map(|i| {
             let (low, high) =

@@ -36,6 +36,7 @@ pub use dependence::Monomial;
 pub use dof_map::{DofMap, rigid_motion};
 pub use geometry::{Frame, Geometry};
 pub(crate) use joined::Joined;
+pub(crate) use lint::extent;
 pub use lint::{Soundness, doubts, lint};
 pub use mass_properties::MassProperties;
 pub use parameter::{Parameter, ParameterSet};
