@@ -47,8 +47,9 @@ pub enum PairBy {
     /// Optimal assignment on MAC, with the gates.
     #[default]
     Mac,
-    /// The same on MAC times how near the frequencies are: one within an octave, exp(-2 o²) with o octaves beyond it. For
-    /// fits, which open the gates: few sensors see two modes alike, and 10 Hz are not 80 Hz.
+    /// The same on MAC times how near the frequencies are: one within an octave, exp(-2 o²) with o octaves beyond it; where shapes
+    /// hardly differ, by the frequencies alone. For fits, which open the gates: few sensors see two modes alike, 10 Hz are not 80 Hz,
+    /// and the noise of the shapes must not pair 6.6 with 6.7 Hz crosswise.
     NearMac,
     /// The k-th lowest analytical with the k-th lowest experimental mode; inside each family when families are gated, and
     /// modes of unknown family with what is left.
@@ -144,6 +145,42 @@ pub(super) fn nearness(low: f64, high: f64) -> f64 {
     if beyond > 0.0 { (-2.0 * beyond * beyond).exp().max(1e-6) } else { 1.0 }
 }
 
+/// MAC that shapes may cost together for [`PairBy::NearMac`] to follow the frequencies: noise of a few percent of the largest entry moves
+/// the MAC of two nearly equal shapes by as much.
+const SAME_SHAPE: f64 = 0.01;
+
+/// Exchanges the partners of pairs whose order of frequencies is opposite in model and test, where that costs less than
+/// [`SAME_SHAPE`]: such shapes do not tell which is which.
+///
+/// * `pairs` - (analytical, experimental), by ascending experimental frequency
+/// * `analytical` - frequencies
+/// * `weight` - of a pair; zero where it is not allowed
+pub(super) fn uncross(
+    pairs: &mut [(usize, usize)],
+    analytical: impl Fn(usize) -> f64,
+    weight: impl Fn(usize, usize) -> f64,
+) {
+    // Every exchange leaves fewer pairs in opposite order, so there is an end.
+    let mut is_done = false;
+    while !is_done {
+        is_done = true;
+        for p in 1..pairs.len() {
+            for q in 0..p {
+                let ((a, x), (b, y)) = (pairs[q], pairs[p]);
+                let crosswise = (weight(b, x), weight(a, y));
+                let is_allowed = crosswise.0 > 0.0 && crosswise.1 > 0.0;
+                if is_allowed
+                    && analytical(a) > analytical(b)
+                    && crosswise.0 + crosswise.1 > weight(a, x) + weight(b, y) - SAME_SHAPE
+                {
+                    (pairs[q].0, pairs[p].0) = (b, a);
+                    is_done = false;
+                }
+            }
+        }
+    }
+}
+
 /// Pairs analytical with experimental modes.
 ///
 /// ```text
@@ -168,13 +205,17 @@ pub fn pair_modes(
 ) -> PairedModes {
     let (n_a, n_x) = mac.shape();
     let judge = Judge { mac, analytical, experimental, options };
+    let cost = judge.cost();
     let mut partners = match options.by {
-        PairBy::Mac | PairBy::NearMac => judge.by_mac(),
+        PairBy::Mac | PairBy::NearMac => judge.by_mac(&cost),
         PairBy::Order => judge.by_order(),
         PairBy::Label => judge.by_label(),
     };
     let rank = rank_of(&experimental.by_frequency(n_x));
     partners.sort_by_key(|&(_, j)| rank[j]);
+    if options.by == PairBy::NearMac {
+        uncross(&mut partners, |i| analytical.frequency(i), |i, j| -cost[(i, j)]);
+    }
     let pairs: Vec<ModePair> = partners.iter().map(|&(i, j)| judge.pair(i, j)).collect();
 
     let unpaired = |count: usize, is_paired: &dyn Fn(usize) -> bool, values: &dyn Fn(usize) -> Vec<f64>| {
@@ -266,8 +307,9 @@ impl Judge<'_> {
         if f_a > 0.0 && f_x > 0.0 { f_a.min(f_x) / f_a.max(f_x) } else { 0.0 }
     }
 
-    fn by_mac(&self) -> Vec<(usize, usize)> {
-        let cost = DMatrix::from_fn(self.mac.nrows(), self.mac.ncols(), |i, j| {
+    /// Minus the weight of every pair; zero where it is not allowed.
+    fn cost(&self) -> DMatrix<f64> {
+        DMatrix::from_fn(self.mac.nrows(), self.mac.ncols(), |i, j| {
             let weight = match self.options.by {
                 PairBy::NearMac => {
                     let (f_a, f_x) = (self.analytical.frequency(i), self.experimental.frequency(j));
@@ -276,8 +318,11 @@ impl Judge<'_> {
                 _ => 1.0,
             };
             if self.is_allowed(i, j) { -self.mac[(i, j)] * weight - TIE_BREAK * self.closeness(i, j) } else { 0.0 }
-        });
-        let chosen = assign(&cost).into_iter().enumerate();
+        })
+    }
+
+    fn by_mac(&self, cost: &DMatrix<f64>) -> Vec<(usize, usize)> {
+        let chosen = assign(cost).into_iter().enumerate();
         chosen.filter_map(|(i, j)| j.map(|j| (i, j))).filter(|&(i, j)| self.is_allowed(i, j)).collect()
     }
 

@@ -3,7 +3,7 @@
 //! Nothing is allocated after the first candidate. Families are small numbers here, 0 for an unknown one.
 
 use super::assignment::Assigner;
-use super::pairing::{PairBy, PairingOptions, TIE_BREAK, nearness};
+use super::pairing::{PairBy, PairingOptions, TIE_BREAK, nearness, uncross};
 
 /// The measured side of many pairings, and their memory.
 #[derive(Debug)]
@@ -128,6 +128,9 @@ impl PartnerSearch {
             if i < n_model && self.cost[j * n_model + i] < 0.0 {
                 out.push((i, j));
             }
+        }
+        if by == PairBy::NearMac {
+            uncross(out, |i| frequencies[i], |i, j| -self.cost[j * n_model + i]);
         }
     }
 

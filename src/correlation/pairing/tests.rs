@@ -170,3 +170,19 @@ fn near_frequencies_are_preferred_beyond_an_octave() {
     assert_eq!(pair(PairBy::NearMac, &[0, 1]), [0]);
     assert_eq!(pair(PairBy::NearMac, &[1]), [1]);
 }
+
+/// Two modes that the sensors see alike, as of a body on a spring that is tuned to its host: noise decides which MAC is a little larger,
+/// the frequencies which mode is meant. Shapes that differ are still followed through a crossing.
+#[test]
+fn frequencies_decide_where_shapes_do_not() {
+    let frequencies_hz = [6.6, 6.7];
+    let pair = |by: PairBy, mac: [f64; 4]| {
+        let options = PairingOptions { by, ..PairingOptions::default() };
+        let mac = DMatrix::from_row_slice(2, 2, &mac);
+        indices(&pair_modes(&mac, &frequencies(&frequencies_hz), &frequencies(&frequencies_hz), &options))
+    };
+    let (alike, different) = ([0.998, 0.999, 0.999, 0.998], [0.98, 0.999, 0.999, 0.98]);
+    assert_eq!(pair(PairBy::Mac, alike), [(1, 0), (0, 1)]);
+    assert_eq!(pair(PairBy::NearMac, alike), [(0, 0), (1, 1)]);
+    assert_eq!(pair(PairBy::NearMac, different), [(1, 0), (0, 1)]);
+}
