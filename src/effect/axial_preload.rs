@@ -42,10 +42,13 @@ impl Effect for AxialPreload {
         let bends = [Dof::Ry, Dof::Rz].map(|d| structure.part_strains(parts[0], d));
         let ei =
             r.ei.into_iter().zip(bends).filter(|(ei, b)| *b && *ei > 0.0).map(|(ei, _)| ei).fold(f64::MAX, f64::min);
-        // Euler's load of the member with pinned ends; a cantilever buckles at a quarter of it.
-        let euler = std::f64::consts::PI.powi(2) * ei / r.length.powi(2);
+        // Euler's load of the longest stretch that nothing else holds: with both ends clamped it buckles at four times that, as a
+        // cantilever at a quarter.
+        let (span, is_held) = structure.free_span(&parts[0].elements);
+        let euler = std::f64::consts::PI.powi(2) * ei / span.powi(2);
+        let least = if is_held { -4.0 } else { -0.25 };
         let about = format!("axial force in {}, tension positive", at.place());
-        let p = b.parameter("force", "N", 0.05 * euler, [-0.2 * euler, 2.0 * euler], &about);
+        let p = b.parameter("force", "N", 0.05 * euler, [least * euler, 10.0 * euler], &about);
         b.change("", &entries(&parts), OverrideSpec { add: entry("axial_force", &p), ..OverrideSpec::default() });
         Ok(b.finish())
     }

@@ -30,7 +30,7 @@ pub(super) fn flexible_end(effect: &str, structure: &Structure<'_>, at: &Locatio
     let unit = if dof.is_rotation() { "rad/(N m)" } else { "m/N" };
     let mut b = Builder::new(effect, at);
     let about = format!("compliance of the joint at {} in {} of the member", at.place(), dof);
-    let c = b.parameter("compliance", unit, 0.05 * own, [0.0, 5.0 * own], &about);
+    let c = b.parameter("compliance", unit, 0.05 * own, [0.0, 50.0 * own], &about);
     for (i, end) in ends.iter().enumerate() {
         let element = structure.element_of_file(end.element).to_string();
         let property = format!("end{}_compliance_{dof}", end.side);

@@ -48,7 +48,7 @@ impl Effect for GroundSpring {
         let mut b = Builder::new(self.name(), at);
         let typical = 0.02 * structure.total_mass() * structure.omega2();
         let about = format!("stiffness to ground at {} along {}", at.place(), &at.direction()[1..]);
-        let k = b.parameter("stiffness", "N/m", typical, [0.0, 50.0 * typical], &about);
+        let k = b.parameter("stiffness", "N/m", typical, [0.0, 1000.0 * typical], &about);
         for (i, node) in at.names.iter().enumerate() {
             let name = if at.names.len() > 1 { format!("{}.{}", b.stem(), i + 1) } else { b.stem().to_string() };
             let k = entry(at.direction(), &k);

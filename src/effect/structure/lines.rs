@@ -71,6 +71,43 @@ impl Structure<'_> {
         (path.len() == elements.len()).then_some(path)
     }
 
+    /// The longest stretch of beams that lie end to end on which nothing else holds them, m, and whether both its ends are held: by
+    /// another part, or by a support.
+    pub(in crate::effect) fn free_span(&self, elements: &[usize]) -> (f64, bool) {
+        let whole = || (elements.iter().map(|&e| self.length(e)).sum(), false);
+        let Some(path) = self.path(elements) else { return whole() };
+        let all = self.model.elements();
+        let is_held = |node: usize| {
+            let others = (0..all.len()).filter(|e| !path.contains(e) && self.deforms(*e));
+            let touches = |e: usize| all[e].nodes.iter().any(|&n| n == node || self.same_body(n, node));
+            let is_fixed = [Dof::Ux, Dof::Uy, Dof::Uz].into_iter().all(|dof| !self.node_moves(node, dof));
+            is_fixed || others.into_iter().any(touches)
+        };
+        let shared = |a: usize, b: usize| all[a].nodes.iter().copied().find(|n| all[b].nodes.contains(n));
+        let other_end = |e: usize, from: usize| all[e].nodes.iter().copied().find(|&n| n != from);
+        let first = match path.as_slice() {
+            &[only] => all[only].nodes.first().copied(),
+            &[a, b, ..] => shared(a, b).and_then(|n| other_end(a, n)),
+            [] => None,
+        };
+        let Some(mut node) = first else { return whole() };
+        let (mut best, mut length, mut begins_held) = ((0.0, false), 0.0, is_held(node));
+        for (k, &e) in path.iter().enumerate() {
+            let Some(next) = other_end(e, node) else { return whole() };
+            length += self.length(e);
+            let ends_held = is_held(next);
+            if ends_held || k + 1 == path.len() {
+                let span = (length, begins_held && ends_held);
+                if span.0 > best.0 {
+                    best = span;
+                }
+                (length, begins_held) = (0.0, ends_held);
+            }
+            node = next;
+        }
+        best
+    }
+
     fn beams_at(&self, elements: &[usize]) -> BTreeMap<usize, Vec<usize>> {
         let mut at: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
         for &e in elements.iter().filter(|&&e| self.is_beam(e)) {
