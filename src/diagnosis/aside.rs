@@ -14,10 +14,11 @@
 
 use super::DiagnosisError;
 use super::faults::{Change, Fault};
-use super::fit::{Fit, evaluate, fit, fit_from, phi_at};
+use super::fit::{Fit, evaluate, fit, fit_from, phi_of};
 use super::scene::Scene;
 use super::traces::shape_rows;
-use crate::linalg::DMatrix;
+use crate::linalg::{DMatrix, DVector};
+use crate::objective::Scaling;
 use rayon::prelude::*;
 
 /// Rounds of re-weighting.
@@ -67,14 +68,26 @@ pub(super) fn when_corrected(scene: &Scene, base: &Fit, weight: f64, faults: &[F
     if scene.has_functions() || !base.rows.has_shapes {
         return Vec::new();
     }
-    let points = [scene.start(), base.x.clone()];
+    // A fault leaves the model as it is, so its modes are solved once.
+    let Ok(comparisons) = scene.comparisons() else { return Vec::new() };
+    let solve = |x: DVector<f64>| {
+        let theta = Scaling::new(scene.model()).theta(&x);
+        let solved = comparisons.iter().map(|c| c.solve(&theta)).collect::<Result<Vec<_>, _>>().ok()?;
+        Some((x, theta, solved))
+    };
+    let points: Vec<_> = [scene.start(), base.x.clone()].into_iter().filter_map(solve).collect();
     faults
         .par_iter()
         .enumerate()
         .filter(|(_, fault)| !fault.is_gain() && !matches!(fault.change, Change::Dead | Change::Noisy))
         .filter_map(|(index, fault)| {
             let corrected = scene.corrected(fault, 1.0);
-            let phi = points.iter().filter_map(|x| phi_at(&corrected, x, weight).ok()).fold(f64::INFINITY, f64::min);
+            let comparisons = corrected.comparisons().ok()?;
+            let phi = |(x, theta, solved): &(DVector<f64>, Vec<f64>, Vec<_>)| {
+                comparisons.iter().zip(solved).try_for_each(|(c, modes)| c.predict_solved(theta, modes)).ok()?;
+                phi_of(&corrected, &comparisons, x, weight).ok()
+            };
+            let phi = points.iter().filter_map(phi).fold(f64::INFINITY, f64::min);
             let t = 2.0 * (base.phi - phi);
             (t > 0.0).then_some((index, t))
         })

@@ -4,7 +4,7 @@ use super::DiagnosisError;
 use super::posed::{Posed, Rows};
 use super::scene::Scene;
 use crate::linalg::{DMatrix, DVector, ThinQr, thin_qr};
-use crate::objective::{Linearization, Objective};
+use crate::objective::{Comparison, Linearization, Objective};
 use crate::optim::{LevenbergMarquardt, Optimizer, Run};
 use rayon::prelude::*;
 
@@ -134,9 +134,15 @@ pub(super) fn evaluate(scene: &Scene, x: DVector<f64>, weight: f64) -> Result<Fi
 }
 
 /// Φ of a scene at a point, without derivatives.
-pub(super) fn phi_at(scene: &Scene, x: &DVector<f64>, weight: f64) -> Result<f64, DiagnosisError> {
-    let comparisons = scene.comparisons()?;
-    let posed = Posed::new(scene, &comparisons, scene.priors(), weight);
+///
+/// * `comparisons` - of the scene
+pub(super) fn phi_of(
+    scene: &Scene,
+    comparisons: &[Comparison<'_>],
+    x: &DVector<f64>,
+    weight: f64,
+) -> Result<f64, DiagnosisError> {
+    let posed = Posed::new(scene, comparisons, scene.priors(), weight);
     Ok(0.5 * posed.residuals(x)?.norm_squared())
 }
 

@@ -25,9 +25,9 @@ use crate::data::{Joined, TestData, joined};
 use crate::effect::{NewParameter, PatchError};
 use crate::linalg::DVector;
 use crate::model::spec::ModelSpec;
-use crate::model::{Model, ParametricModel, Registry};
+use crate::model::{ModalSolver, Model, ParametricModel, Registry};
 use crate::objective::{Comparison, Scaling, is_damped};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// A prior without a stated standard deviation: this share of the interval.
 const WEAK: f64 = 0.5;
@@ -65,9 +65,33 @@ pub(super) struct Case {
     pub(super) test: Arc<TestData>,
     pub(super) first_mode: usize,
     pub(super) sensors: Vec<usize>,
+    /// What solves the model, once it has been compared.
+    solver: Arc<OnceLock<Arc<ModalSolver>>>,
+    /// The same of the model that this one was made from: most changes leave the dofs as they are.
+    like: Option<Arc<ModalSolver>>,
 }
 
 impl Case {
+    fn new(model: Model, test: Arc<TestData>, first_mode: usize, sensors: Vec<usize>) -> Self {
+        Self { model, test, first_mode, sensors, solver: Arc::default(), like: None }
+    }
+
+    /// The same test with another model.
+    fn with_model(&self, model: Model) -> Self {
+        let like = self.solver.get().or(self.like.as_ref()).cloned();
+        Self { like, ..Self::new(model, self.test.clone(), self.first_mode, self.sensors.clone()) }
+    }
+
+    /// Model and test made comparable, paired with open gates, by shapes where there are any.
+    fn comparison(&self) -> Result<Comparison<'_>, CorrelationError> {
+        let by = if self.test.modes.iter().any(|m| m.shape.is_some()) { PairBy::NearMac } else { PairBy::Order };
+        let pairing = PairingOptions { by, min_mac: 0.0, frequency_window: f64::INFINITY, same_family_only: true };
+        let known = self.solver.get().or(self.like.as_ref()).cloned();
+        let made = Comparison::sharing(&self.model, &self.test, pairing, known)?;
+        self.solver.get_or_init(|| made.solver().clone());
+        Ok(made)
+    }
+
     /// Numbers of its modes.
     pub(super) fn modes(&self) -> std::ops::Range<usize> {
         self.first_mode..self.first_mode + self.test.modes.len()
@@ -137,7 +161,7 @@ impl Scene {
             .into_iter()
             .zip(tests)
             .zip(first_mode.into_iter().zip(sensors))
-            .map(|((model, test), (first_mode, sensors))| Case { model, test, first_mode, sensors })
+            .map(|((model, test), (first_mode, sensors))| Case::new(model, test, first_mode, sensors))
             .collect();
         Self { file, cases, test: Arc::new(test), added, is_damped }
     }
@@ -147,14 +171,18 @@ impl Scene {
     /// Errors: the file is no model in one of the configurations.
     pub(super) fn with_file(&self, file: ModelSpec, added: Vec<NewParameter>) -> Result<Self, DiagnosisError> {
         let models = self.cases.iter().map(|c| in_configuration(&file, &c.test)).collect::<Result<Vec<_>, _>>()?;
-        let cases = self.cases.iter().zip(models).map(|(case, model)| Case { model, ..case.clone() }).collect();
+        let cases = self.cases.iter().zip(models).map(|(case, model)| case.with_model(model)).collect();
         Ok(Self { file: Arc::new(file), cases, added, ..self.clone() })
     }
 
     /// The same with other tests of the same modes.
     fn with_tests(&self, tests: Vec<Arc<TestData>>) -> Self {
         let models = self.cases.iter().map(|c| c.model.clone()).collect();
-        Self::of(self.file.clone(), models, tests, self.added.clone(), self.is_damped)
+        let mut scene = Self::of(self.file.clone(), models, tests, self.added.clone(), self.is_damped);
+        for (new, case) in scene.cases.iter_mut().zip(&self.cases) {
+            (new.solver, new.like) = (case.solver.clone(), case.like.clone());
+        }
+        scene
     }
 
     /// With a fault taken out of the data. `number` is the gain, or κ.
@@ -221,13 +249,9 @@ impl Scene {
         self.cases[case].test.frfs.as_ref().map_or("", |set| set.references[reference].name.as_str())
     }
 
-    /// Models and tests made comparable, paired with open gates, by shapes where there are any.
+    /// Models and tests made comparable, in the order of the tests.
     pub(super) fn comparisons(&self) -> Result<Vec<Comparison<'_>>, DiagnosisError> {
-        let compare = |c: &'_ Case| -> PairingOptions {
-            let by = if c.test.modes.iter().any(|m| m.shape.is_some()) { PairBy::NearMac } else { PairBy::Order };
-            PairingOptions { by, min_mac: 0.0, frequency_window: f64::INFINITY, same_family_only: true }
-        };
-        Ok(self.cases.iter().map(|c| Comparison::new(&c.model, &c.test, compare(c))).collect::<Result<_, _>>()?)
+        Ok(self.cases.iter().map(Case::comparison).collect::<Result<_, _>>()?)
     }
 
     /// Whether frequency responses enter a fit.

@@ -14,4 +14,4 @@ pub use sensitivity::{
     mode_derivative_of_forces,
 };
 pub use solve::{ModalError, Modes, SolveOptions, solve, solve_all, typical_shift};
-pub use sparse::{mode_derivative_sparse, solve_sparse};
+pub use sparse::{Effort, Neighbour, mode_derivative_sparse, solve_sparse};

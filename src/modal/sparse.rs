@@ -23,10 +23,28 @@ const MOST_UNCERTAIN: f64 = 2e-3;
 /// about that over the distance to the next mode.
 const RESIDUAL: f64 = 1e-8;
 
-/// [`super::solve`] for sparse matrices; with the modes comes the shift that was used.
+/// A neighbouring structure that was solved: it saves time, and changes the modes by no more than their tolerance.
+#[derive(Debug, Clone, Copy)]
+pub struct Neighbour<'a> {
+    /// Shapes to begin with, (n x any number).
+    pub shapes: &'a DMatrix<f64>,
+    /// Steps that it took.
+    pub steps: usize,
+}
+
+/// What a solution took.
+#[derive(Debug, Clone, Copy)]
+pub struct Effort {
+    /// The shift.
+    pub shift: f64,
+    /// Steps of the iteration.
+    pub steps: usize,
+}
+
+/// [`super::solve`] for sparse matrices, and what it took.
 ///
 /// * `plan` - the elimination order of a pattern that covers both matrices
-/// * `start` - shapes of a neighbouring structure to begin with (n x any number); they change the time, not the modes
+/// * `near` - a neighbouring structure
 ///
 /// The modes are counted by the inertia of K - σM, so none is missing.
 ///
@@ -44,8 +62,8 @@ pub fn solve_sparse(
     mass: &SparseSym,
     rigid_motions: &DMatrix<f64>,
     options: SolveOptions,
-    start: Option<&DMatrix<f64>>,
-) -> Result<(Modes, f64), ModalError> {
+    near: Option<Neighbour<'_>>,
+) -> Result<(Modes, Effort), ModalError> {
     let n = stiffness.n();
     if n == 0 {
         return Err(ModalError::NoDof);
@@ -65,8 +83,11 @@ pub fn solve_sparse(
         n_modes: options.n_elastic,
         shift: options.shift,
         tolerance: RESIDUAL,
+        // From good shapes it takes a step less.
+        first_look: near.map_or(0, |n| n.steps.saturating_sub(1)),
         ..SparseOptions::default()
     };
+    let start = near.map(|n| n.shapes).filter(|s| s.ncols() > 0);
     let found = lowest_sparse_modes(plan, stiffness, mass, &rigid, start, &sparse)
         .map_err(|e| rounding_or(e, stiffness, mass))?;
     let count = n_rigid + found.values.len();
@@ -91,7 +112,7 @@ pub fn solve_sparse(
             return Err(ModalError::TooFine { n, uncertainty });
         }
     }
-    Ok((Modes { lambda, shapes, n_rigid, n_mechanism }, found.shift))
+    Ok((Modes { lambda, shapes, n_rigid, n_mechanism }, Effort { shift: found.shift, steps: found.steps }))
 }
 
 /// A failure to factor or to count that rounding explains: with ε of the largest K/M above the shift.
@@ -184,7 +205,7 @@ mod tests {
         let (sk, sm) = (SparseSym::from_dense(&k), SparseSym::from_dense(&m));
         let plan = SparsePlan::new(&sk, &sm, &(0..n).collect::<Vec<_>>()).unwrap();
         let options = SolveOptions { n_elastic: 8, shift: None };
-        let (sparse, shift) = solve_sparse(&plan, &sk, &sm, &motions, options, None).unwrap();
+        let (sparse, Effort { shift, .. }) = solve_sparse(&plan, &sk, &sm, &motions, options, None).unwrap();
         assert_eq!((sparse.n_rigid, sparse.n_mechanism, sparse.len()), (1, 0, 9));
         assert!(shift > 0.0);
         let unit = [(build(101.0, 2.0).0 - &k, &m * 0.0), (&k * 0.0, build(100.0, 3.0).1 - &m)];

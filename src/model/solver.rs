@@ -1,10 +1,10 @@
 //! Modes of a model, dense or sparse as its size asks.
 
 use super::system::{SparseSystem, System};
-use super::{MOST_DENSE_DOFS, ModelError, ParametricModel};
+use super::{DofMap, MOST_DENSE_DOFS, ModelError, ParametricModel};
 use crate::linalg::sparse::{SparsePlan, SparseSym};
 use crate::linalg::{DMatrix, DVector, ShiftedPencil};
-use crate::modal::{self, MatrixDerivative, ModeDerivative, Modes, SolveOptions};
+use crate::modal::{self, Effort, MatrixDerivative, ModeDerivative, Modes, Neighbour, SolveOptions};
 use std::borrow::Cow;
 
 /// From this number of dofs on the sparse path is used. Both give the same modes; `docs/sparse.md` has what a diagnosis takes by
@@ -93,16 +93,25 @@ impl Matrices {
     }
 }
 
+/// What a large model's first solution leaves for the others.
+#[derive(Debug)]
+struct Solved {
+    plan: SparsePlan,
+    elastic: DMatrix<f64>,
+    steps: usize,
+}
+
 /// What all solutions of one model share: rigid motions, the shift, and for a large model the elimination order and
 /// the modes at the first θ, which every later solution starts from.
 ///
 /// Solutions depend on θ only, not on those before: any number of threads may use it.
 #[derive(Debug)]
 pub struct ModalSolver {
+    dof_map: DofMap,
     rigid_motions: DMatrix<f64>,
     shift: f64,
     is_damped: bool,
-    sparse: Option<(SparsePlan, DMatrix<f64>)>,
+    sparse: Option<Solved>,
 }
 
 impl ModalSolver {
@@ -120,7 +129,13 @@ impl ModalSolver {
         }
         let system = model.assemble(theta)?;
         let shift = modal::typical_shift(&system.stiffness, &system.mass, &rigid_motions)?;
-        Ok(Self { rigid_motions, shift, is_damped: system.damping.is_some(), sparse: None })
+        let is_damped = system.damping.is_some();
+        Ok(Self { dof_map: model.dof_map().clone(), rigid_motions, shift, is_damped, sparse: None })
+    }
+
+    /// Whether a model has the dofs of the model that this was made for: then it solves that model too.
+    pub fn serves(&self, model: &dyn ParametricModel) -> bool {
+        self.dof_map == *model.dof_map()
     }
 
     /// With an elimination order and the modes at θ.
@@ -133,10 +148,11 @@ impl ModalSolver {
         let system = model.assemble_sparse(theta)?;
         let plan = plan(model, &system)?;
         let options = SolveOptions { n_elastic, shift: None };
-        let (modes, shift) =
+        let (modes, Effort { shift, steps }) =
             modal::solve_sparse(&plan, &system.stiffness, &system.mass, &rigid_motions, options, None)?;
         let elastic = modes.shapes.columns(modes.n_rigid, modes.len() - modes.n_rigid).into_owned();
-        Ok(Self { rigid_motions, shift, is_damped: system.damping.is_some(), sparse: Some((plan, elastic)) })
+        let (dof_map, is_damped) = (model.dof_map().clone(), system.damping.is_some());
+        Ok(Self { dof_map, rigid_motions, shift, is_damped, sparse: Some(Solved { plan, elastic, steps }) })
     }
 
     /// Matrices and modes at θ.
@@ -147,8 +163,8 @@ impl ModalSolver {
         n_elastic: usize,
     ) -> Result<(Matrices, Modes), ModelError> {
         let options = SolveOptions { n_elastic, shift: Some(self.shift) };
-        if let Some((shared, start)) = &self.sparse {
-            match self.solve_sparse(model, theta, options, (shared, start)) {
+        if let Some(solved) = &self.sparse {
+            match self.solve_sparse(model, theta, options, solved) {
                 Err(_) if model.dof_map().n_dof() < DENSE_BELOW => {}
                 solved => return solved,
             }
@@ -163,14 +179,14 @@ impl ModalSolver {
         model: &dyn ParametricModel,
         theta: &[f64],
         options: SolveOptions,
-        (shared, start): (&SparsePlan, &DMatrix<f64>),
+        solved: &Solved,
     ) -> Result<(Matrices, Modes), ModelError> {
         let system = model.assemble_sparse(theta)?;
         let (k, m) = (&system.stiffness, &system.mass);
-        let start = (start.ncols() > 0).then_some(start);
-        let own = if covers(shared, &system) { None } else { Some(plan(model, &system)?) };
-        let plan = own.as_ref().unwrap_or(shared);
-        let (modes, _) = modal::solve_sparse(plan, k, m, &self.rigid_motions, options, start)?;
+        let near = Neighbour { shapes: &solved.elastic, steps: solved.steps };
+        let own = if covers(&solved.plan, &system) { None } else { Some(plan(model, &system)?) };
+        let plan = own.as_ref().unwrap_or(&solved.plan);
+        let (modes, _) = modal::solve_sparse(plan, k, m, &self.rigid_motions, options, Some(near))?;
         Ok((Matrices::Sparse(system), modes))
     }
 
@@ -190,7 +206,7 @@ impl ModalSolver {
         Ok((Matrices::Dense(system), modes, Some(pencil)))
     }
 
-    /// Whether the model has dashpots.
+    /// Whether the model that this was made for has dashpots.
     pub fn is_damped(&self) -> bool {
         self.is_damped
     }
@@ -223,10 +239,10 @@ impl ModalSolver {
                 let slopes: Vec<Cow<'_, SparseSystem>> = slopes.iter().map(sparse).collect();
                 let slopes: Vec<_> = slopes.iter().map(|s| (&s.stiffness, &s.mass)).collect();
                 let own = match &self.sparse {
-                    Some((shared, _)) if covers(shared, system) => None,
+                    Some(solved) if covers(&solved.plan, system) => None,
                     _ => Some(plan(model, system)?),
                 };
-                let Some(plan) = own.as_ref().or(self.sparse.as_ref().map(|s| &s.0)) else { return Ok(Vec::new()) };
+                let Some(plan) = own.as_ref().or(self.sparse.as_ref().map(|s| &s.plan)) else { return Ok(Vec::new()) };
                 let derivative = |(lambda, shape): (f64, DVector<f64>)| {
                     modal::mode_derivative_sparse(plan, &system.stiffness, &system.mass, lambda, &shape, &slopes)
                 };

@@ -26,7 +26,7 @@ pub struct Comparison<'a> {
     sensors: DMatrix<f64>,
     /// Sensors whose rows depend on θ.
     varying: Vec<usize>,
-    solver: ModalSolver,
+    solver: Arc<ModalSolver>,
     n_elastic: usize,
     /// Real test shapes as columns, NaN where not measured; a mode without a shape is all NaN.
     shapes: DMatrix<f64>,
@@ -116,17 +116,37 @@ impl<'a> Comparison<'a> {
         test: &'a TestData,
         pairing: PairingOptions,
     ) -> Result<Self, CorrelationError> {
+        Self::sharing(model, test, pairing, None)
+    }
+
+    /// The same with the solver of a comparison of a like model, if it [serves](ModalSolver::serves) this one too.
+    pub(crate) fn sharing(
+        model: &'a dyn ParametricModel,
+        test: &'a TestData,
+        pairing: PairingOptions,
+        solver: Option<Arc<ModalSolver>>,
+    ) -> Result<Self, CorrelationError> {
+        let failed = |e: ModelError| CorrelationError::Model(e.to_string());
         let sensors = observation_matrix(model, &test.sensors)?;
-        let varying = varying_sensors(model, &test.sensors, &starting_point(model));
+        let start = starting_point(model);
+        let varying = varying_sensors(model, &test.sensors, &start);
         // Twice the measured modes and some more: partners may sit higher, and unmeasured modes lie between.
         let n_elastic = 2 * test.modes.len() + 4;
-        let solver = ModalSolver::new(model, &starting_point(model), n_elastic)
-            .map_err(|e| CorrelationError::Model(e.to_string()))?;
+        let (solver, is_damped) = match solver.filter(|s| s.serves(model)) {
+            Some(solver) => {
+                let system = model.assemble_sparse(&start).map_err(failed)?;
+                (solver, system.damping.is_some())
+            }
+            None => {
+                let solver = ModalSolver::new(model, &start, n_elastic).map_err(failed)?;
+                let is_damped = solver.is_damped();
+                (Arc::new(solver), is_damped)
+            }
+        };
         let shapes = real_shapes(test);
         let frequencies: Vec<f64> = test.modes.iter().map(|m| m.frequency_hz.value).collect();
         let families =
             test.modes.iter().map(|m| m.label.as_deref().and_then(family_of_label).map(str::to_string)).collect();
-        let is_damped = solver.is_damped();
         let responses = FrfRows::new(model, test)?;
         let n_dof = model.dof_map().n_dof();
         let dense_only =
@@ -205,6 +225,22 @@ impl<'a> Comparison<'a> {
         self.responses.as_ref()
     }
 
+    /// What solves the model, for comparisons of like models.
+    pub(crate) fn solver(&self) -> &Arc<ModalSolver> {
+        &self.solver
+    }
+
+    /// K, M, C and the modes at θ.
+    pub(crate) fn solve(&self, theta: &[f64]) -> Result<(Matrices, Modes), EvalError> {
+        let solved = self.solver.solve(self.model, theta, self.n_elastic);
+        solved.map_err(|e| EvalError::Unsolvable { reason: e.to_string() })
+    }
+
+    /// [`Self::predict`] at a θ of which another comparison of the same model has [solved](Self::solve) the modes.
+    pub(crate) fn predict_solved(&self, theta: &[f64], solved: &(Matrices, Modes)) -> Result<(), EvalError> {
+        self.recent.get_or_make(theta, || self.predict_of(theta, solved.0.clone(), solved.1.clone())).map(|_| ())
+    }
+
     /// How modes are paired.
     pub fn pairing(&self) -> &PairingOptions {
         &self.pairing
@@ -213,8 +249,7 @@ impl<'a> Comparison<'a> {
     /// The prediction at θ; the last ones are remembered, since a search asks for the cost of a point and then for its derivatives.
     pub fn predict(&self, theta: &[f64]) -> Result<Arc<Prediction>, EvalError> {
         self.recent.get_or_make(theta, || {
-            let solved = self.solver.solve(self.model, theta, self.n_elastic);
-            let (matrices, modes) = solved.map_err(|e| EvalError::Unsolvable { reason: e.to_string() })?;
+            let (matrices, modes) = self.solve(theta)?;
             self.predict_of(theta, matrices, modes)
         })
     }
@@ -374,7 +409,16 @@ impl<'a> Comparison<'a> {
         let mut alone = self.solver.differentiate(self.model, &p.matrices, slopes, &p.modes, &of(&alone))?.into_iter();
         let mut together = differentiate_in_clusters(&p.matrices, slopes, &p.modes, &together)?.into_iter();
         let next = |place: &Option<_>| if place.is_some() { together.next() } else { alone.next() };
-        Ok(places.iter().map(next).map(Option::flatten).collect())
+        let mut all: Vec<Option<ModeDerivative>> = places.iter().map(next).map(Option::flatten).collect();
+        // Modes of different symmetry may cross: beside its twin each has a derivative.
+        for (mode, derivative) in modes.iter().zip(&mut all).filter(|(_, d)| d.is_none()) {
+            let near = |k: &usize| (p.frequencies_hz[*k] - p.frequencies_hz[*mode]).abs();
+            let others = (0..p.frequencies_hz.len()).filter(|k| k != mode);
+            let Some(twin) = others.min_by(|a, b| near(a).total_cmp(&near(b))) else { continue };
+            let pair = [(of(&[*mode, twin]), 0)];
+            *derivative = differentiate_in_clusters(&p.matrices, slopes, &p.modes, &pair)?.pop().flatten();
+        }
+        Ok(all)
     }
 }
 

@@ -19,11 +19,13 @@ pub struct SparseOptions {
     pub tolerance: f64,
     /// Whether to count the modes below the highest one found by the inertia of K - σM: one more factorisation.
     pub count: bool,
+    /// Steps before the first look at what has converged, where a look costs more than a step: about what a neighbour took.
+    pub first_look: usize,
 }
 
 impl Default for SparseOptions {
     fn default() -> Self {
-        Self { n_modes: 10, shift: None, tolerance: 1e-10, count: true }
+        Self { n_modes: 10, shift: None, tolerance: 1e-10, count: true, first_look: 0 }
     }
 }
 
@@ -40,6 +42,8 @@ pub struct SparseModes {
     pub residual: f64,
     /// How often [`SparseModes`] solved for a block of eight right-hand sides.
     pub block_solves: usize,
+    /// Steps until the modes had converged first.
+    pub steps: usize,
     /// How many factorisations it took, the count included.
     pub factorisations: usize,
     /// σ of the count, below which there are exactly `below` modes; `None` if nothing was counted.
@@ -158,6 +162,7 @@ impl Search<'_> {
         let mut locked = known;
         let mut found: Vec<(f64, Vec<f64>)> = Vec::new();
         let mut residual = 0.0f64;
+        let mut first_steps = 0;
         let mut count = None;
         for attempt in 0..4 {
             let factor = match factored.take() {
@@ -173,6 +178,9 @@ impl Search<'_> {
                 Lanczos::new(&self.pencil.mass, factor, &locked, block.take(), most, 10 + 10 * attempt as u64);
             let (ritz, certain) = self.converge(&mut lanczos, wanted, shift)?;
             block_solves += lanczos.steps() + 1;
+            if attempt == 0 {
+                first_steps = lanczos.steps();
+            }
             let n_found = certain.as_ref().map_or(wanted.min(ritz.theta.len()), |c| c.0);
             let usable = ritz.theta.iter().take(n_found).take_while(|t| **t > 1e-13 * ritz.theta[0]).count();
             let vectors = lanczos.vectors(&ritz, usable);
@@ -209,7 +217,7 @@ impl Search<'_> {
             }
         }
         let values = DVector::from_iterator(found.len(), found.iter().map(|f| f.0));
-        Ok(SparseModes { values, vectors, shift, residual, block_solves, factorisations, count })
+        Ok(SparseModes { values, vectors, shift, residual, block_solves, steps: first_steps, factorisations, count })
     }
 
     /// One block whose vectors are mixtures of the given ones, so that the first steps find all of them again.
@@ -240,7 +248,9 @@ impl Search<'_> {
             lanczos.step(wanted + WIDTH)?;
             let size = lanczos.dimension();
             let is_complete = lanczos.is_complete() || size >= self.plan.n() + WIDTH;
-            if (size < wanted + WIDTH || wait > 0) && !is_complete {
+            let look_is_dear = self.plan.factor_len() < size.pow(3);
+            let is_early = look_is_dear && lanczos.steps() < self.options.first_look;
+            if (size < wanted + WIDTH || wait > 0 || is_early) && !is_complete {
                 wait = wait.saturating_sub(1);
                 continue;
             }
@@ -250,7 +260,7 @@ impl Search<'_> {
             }
             let worst = (0..wanted).map(|j| ritz.residual[j] / ritz.theta[j]).fold(0.0, f64::max);
             let steps = ((worst / self.options.tolerance).log10() / DECADES).ceil() as usize;
-            wait = if self.plan.factor_len() < size.pow(3) { steps.saturating_sub(1) } else { 0 };
+            wait = if look_is_dear { steps.saturating_sub(1) } else { 0 };
             let is_good = |j: usize, tolerance: f64| ritz.residual[j] <= tolerance * ritz.theta[j];
             if (0..wanted).all(|j| is_good(j, self.options.tolerance)) {
                 if !self.options.count {
