@@ -5,8 +5,9 @@ use super::evidence::{REMAINDER, goodness_of_fit};
 use super::faults::{Fault, faults};
 use super::fit::{Fit, fit};
 use super::noise::{Scatter, best_scores, p_value, scatter};
+use super::refit::Refit;
 use super::scene::Scene;
-use super::screen::{Directions, Score, Screened, project, screen};
+use super::screen::{Directions, Score, Screened, Seen, project, screen, screen_again};
 use super::traces::{Trace, traces};
 use super::{DiagnosisError, Listener, Settings};
 use crate::correlation::{CorrelationError, Transducer, transducers};
@@ -68,6 +69,16 @@ pub(super) struct Stage {
 }
 
 impl Stage {
+    /// What a stage on top of this one need not evaluate again.
+    pub(super) fn seen(&self) -> Seen<'_> {
+        Seen { screened: &self.screened, fit: &self.fit, weight: self.weight }
+    }
+
+    /// This scene with a hypothesis in it, fitted and screened.
+    pub(super) fn with(&self, r: &Refit, settings: &Settings) -> Result<Stage, DiagnosisError> {
+        stage(r.scene.clone(), std::slice::from_ref(&r.fit.x), self.weight, settings, Some(&self.seen()))
+    }
+
     /// How many times the stated standard deviations the noise is taken to be.
     pub(super) fn noise_factor(&self) -> f64 {
         1.0 / self.weight
@@ -86,11 +97,13 @@ pub(super) fn box_starts(scene: &Scene, count: usize, seed: u64) -> Vec<DVector<
 ///
 /// * `starts` - starts of the fit beside the estimates and points of the box
 /// * `weight` - 1/√s2
+/// * `seen` - of a stage that this one stands on
 pub(super) fn stage(
     scene: Scene,
     starts: &[DVector<f64>],
     weight: f64,
     settings: &Settings,
+    seen: Option<&Seen<'_>>,
 ) -> Result<Stage, DiagnosisError> {
     let mut all = starts.to_vec();
     all.push(scene.start());
@@ -100,8 +113,12 @@ pub(super) fn stage(
     settings.listener.say("fitting the model as it is");
     let base = fit(&scene, &all, weight)?;
     let placed = placed(&scene, settings);
-    let screened = screen(&scene, &base, weight, placed, &settings.listener);
     let q = base.basis()?;
+    let listener = &settings.listener;
+    let screened = match seen {
+        Some(seen) => screen_again(&scene, &base, &q, weight, placed, seen, listener),
+        None => screen(&scene, &base, weight, placed, listener),
+    };
     let directions = Directions::new(&screened, &q, base.r.len());
     let scatter = scatter(&scene, &base, &q, &directions, settings.seed);
     let residual = project(&q, &base.r);

@@ -33,6 +33,7 @@ mod spread;
 mod tests;
 mod traces;
 mod verdict;
+mod warnings;
 
 pub use base::sensor_loads;
 pub use error::DiagnosisError;
@@ -241,12 +242,12 @@ fn investigate(
     if scene.test.modes.is_empty() {
         return Err(DiagnosisError::NoModes);
     }
-    let mut base = stage(scene, starts, weight.unwrap_or(1.0), settings)?;
+    let mut base = stage(scene, starts, weight.unwrap_or(1.0), settings, None)?;
     let mut refits = refit(&base, false)?;
     // Larger noise than stated is a hypothesis like the others: it is taken where none explains the test better.
     if weight.is_none() && base.scatter.s2 > 1.0 && !better_than_noise(&base, &refits.hypotheses)? {
         let larger = base.scatter.s2.sqrt().recip();
-        base = stage(base.scene, std::slice::from_ref(&base.fit.x), larger, settings)?;
+        base = stage(base.scene.clone(), std::slice::from_ref(&base.fit.x), larger, settings, Some(&base.seen()))?;
         refits = refit(&base, false)?;
     }
     let diagnosis = conclude(&base, &mut refits, settings)?;

@@ -3,12 +3,14 @@
 //! Under "nothing is missing" the projected residual is r' = (I - QQᵀ) n, n ~ N(0, s2 I). So its null distribution needs no
 //! evaluation of the model: draws of n, projected, give that of any statistic of r'.
 //!
-//! * scatter: the median over channels (sensors; frequencies are one channel) of the mean square of what lies outside base
-//!   and catalogue, over its median in the draws, at least 1. A median is not moved by one faulty channel.
+//! * scatter: the mean square of the residual where it is even over modes, sensors and kinds of data, as noise is and physics is not.
+//!   Else the median over channels (sensors; frequencies are one channel) of the mean square of what lies outside base
+//!   and catalogue, over its median in the draws: a median is not moved by one faulty channel. At least 1.
 //! * whiteness: the correlation of neighbouring sensors in the same part. Noise has none; physics outside the catalogue has.
 //!   Only white scatter counts as noise: otherwise s2 stays 1 and the misfit stays unexplained.
 //! * alarm: the probability that the best score over all candidates and faults is as large as observed.
 
+use super::evidence::{degrees_of_freedom, goodness_of_fit};
 use super::fit::Fit;
 use super::scene::Scene;
 use super::screen::{Directions, project};
@@ -21,6 +23,12 @@ use rayon::prelude::*;
 
 /// Draws of the null distributions: p-values of 0.01 with a standard error of 0.003.
 pub(super) const DRAWS: usize = 1000;
+
+/// Levels: scatter is even, and larger than stated.
+const EVEN: f64 = 0.05;
+const EXCESS: f64 = 0.05;
+/// Rows of a mode, below which its mean square scatters by more than a half (√(2/8)): too much to see that it is uneven.
+const ROWS_OF_A_MODE: f64 = 8.0;
 
 /// Unit noise on the noisy rows, the same for the same draw.
 fn noise(noisy: &[bool], seed: u64, draw: usize) -> DVector<f64> {
@@ -43,7 +51,7 @@ pub(super) struct Scatter {
     pub(super) whiteness_p: f64,
 }
 
-/// Estimates the scatter from what lies outside the span of base and catalogue.
+/// Estimates the scatter, from what lies outside the span of base and catalogue where it is not even.
 ///
 /// The catalogue's columns at their typical sizes span almost everything; directions in which it moves the residual by
 /// less than one standard deviation are left out, and never more than half of the degrees of freedom are spanned.
@@ -79,12 +87,17 @@ pub(super) fn scatter(scene: &Scene, fit: &Fit, q: &DMatrix<f64>, directions: &D
             (median_square(&n, &channels), correlation(fit, &n, &neighbours))
         })
         .collect();
-    let mut medians: Vec<f64> = draws.iter().map(|d| d.0).collect();
-    medians.sort_by(f64::total_cmp);
-    let centre = medians[DRAWS / 2];
-    let ratio = if centre > 0.0 { median_square(&observed, &channels) / centre } else { 1.0 };
     // Inside the scatter of the estimate itself there is no reason to inflate.
-    let excess = p_value(&medians, median_square(&observed, &channels)) < 0.05;
+    let can_tell = dof as f64 >= ROWS_OF_A_MODE * fit.rows.n_modes as f64;
+    let (ratio, excess) = if can_tell && evenness(fit, q, seed) > EVEN {
+        let misfit = fit.r.rows(0, fit.rows.measured).norm_squared();
+        (misfit / degrees_of_freedom(fit, q).max(1.0), goodness_of_fit(fit, q) < EXCESS)
+    } else {
+        let mut medians: Vec<f64> = draws.iter().map(|d| d.0).collect();
+        medians.sort_by(f64::total_cmp);
+        let (centre, median) = (medians[DRAWS / 2], median_square(&observed, &channels));
+        (if centre > 0.0 { median / centre } else { 1.0 }, p_value(&medians, median) < EXCESS)
+    };
     let correlations: Vec<f64> = draws.iter().map(|d| d.1).collect();
     let whiteness_p = p_value(&correlations, correlation(fit, &observed, &neighbours));
     let s2 = if excess && whiteness_p > 0.01 { ratio.max(1.0) } else { 1.0 };
@@ -103,6 +116,45 @@ pub(super) fn whiteness(scene: &Scene, fit: &Fit, q: &DMatrix<f64>, seed: u64) -
         .map(|d| correlation(fit, &project(q, &noise(&noisy, seed, d)), &neighbours))
         .collect();
     p_value(&draws, correlation(fit, &project(q, &fit.r), &neighbours))
+}
+
+/// P of as uneven a projected residual: larger noise than stated is larger everywhere, physics shows in some modes or sensors more than
+/// in others.
+///
+/// ```text
+/// D = Σ_g n_g (m_g/m - 1)²     m_g the mean square of group g of n_g rows, m that of all
+/// ```
+///
+/// The groups are the modes, the sensors with the frequencies as one more, and frequencies against shapes; the smallest of the three.
+fn evenness(fit: &Fit, q: &DMatrix<f64>, seed: u64) -> f64 {
+    let noisy = fit.noisy_rows();
+    let modes: Vec<Vec<usize>> = (0..fit.rows.n_modes).map(|m| fit.mode_rows(m)).collect();
+    let sensors = channels(fit, &noisy);
+    let kinds: Vec<Vec<usize>> = vec![sensors[0].clone(), sensors[1..].concat()];
+    let groups: Vec<Vec<Vec<usize>>> =
+        [modes, sensors, kinds].into_iter().filter(|g| g.iter().filter(|rows| !rows.is_empty()).count() > 1).collect();
+    let of = |r: &DVector<f64>| -> Vec<f64> { groups.iter().map(|g| dispersion(r, g)).collect() };
+    let draws: Vec<Vec<f64>> = (0..DRAWS).into_par_iter().map(|d| of(&project(q, &noise(&noisy, seed, d)))).collect();
+    let observed = of(&project(q, &fit.r));
+    let each = observed.iter().enumerate().map(|(k, v)| {
+        let draws: Vec<f64> = draws.iter().map(|d| d[k]).collect();
+        p_value(&draws, *v)
+    });
+    let least = each.fold(1.0, f64::min);
+    (least * groups.len() as f64).min(1.0)
+}
+
+/// Σ_g n_g (m_g/m - 1)².
+fn dispersion(r: &DVector<f64>, groups: &[Vec<usize>]) -> f64 {
+    let sums: Vec<f64> = groups.iter().map(|g| g.iter().map(|&i| r[i] * r[i]).sum()).collect();
+    let rows: usize = groups.iter().map(Vec::len).sum();
+    let mean = sums.iter().sum::<f64>() / rows as f64;
+    if mean > 0.0 {
+        let each = sums.iter().zip(groups).filter(|(_, g)| !g.is_empty());
+        each.map(|(s, g)| g.len() as f64 * (s / (g.len() as f64 * mean) - 1.0).powi(2)).sum()
+    } else {
+        0.0
+    }
 }
 
 /// Rows of each sensor over all modes, and of the frequencies.

@@ -9,7 +9,7 @@
 //!
 //! All pairs that share one member with the best are compared; what cannot be told from a member beside the other is tied with it.
 
-use super::base::{Stage, stage};
+use super::base::Stage;
 use super::odds::{Odds, ln_sum};
 use super::refit::{Refit, refit, refit_these};
 use super::{DiagnosisError, Settings};
@@ -68,7 +68,7 @@ pub(super) fn pair(
         let starts = [r.fit.x.rows(0, n).into_owned(), base.fit.x.clone()];
         known.or_else(|| refit_these(base, &[id(r)], &starts).ok()?.pop())
     };
-    let with = |r: &Refit| stage(r.scene.clone(), std::slice::from_ref(&r.fit.x), base.weight, settings);
+    let with = |r: &Refit| base.with(r, settings);
     let on_top = |of: &Refit, stage: &Stage, others: &[String]| -> Result<Vec<Refit>, DiagnosisError> {
         let mut found = refit(stage, true)?.hypotheses;
         let missing: Vec<String> =

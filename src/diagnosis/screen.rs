@@ -14,10 +14,11 @@ use super::fit::Fit;
 use super::posed::Posed;
 use super::refit::with_effect;
 use super::scene::{Prior, Scene};
-use crate::effect::Candidate;
+use crate::effect::{Candidate, NewParameter};
 use crate::linalg::{DMatrix, DVector};
 use crate::model::ParametricModel;
 use rayon::prelude::*;
+use std::collections::BTreeMap;
 
 /// The small step, as a share of the typical size: about the cube root of rounding.
 const SMALL: f64 = 0.01;
@@ -26,6 +27,9 @@ pub(super) const VISIBLE: f64 = 0.1;
 
 /// Two traces with a larger cosine can hardly be told apart.
 const ALIKE: f64 = 0.98;
+/// Candidates that a stage on top of another evaluates anew: the best of all, and of every kind.
+const ANEW: usize = 80;
+const ANEW_OF_A_KIND: usize = 3;
 /// Sizes of a start, as multiples of the typical one.
 const LADDER: [f64; 4] = [0.1, 0.4, 1.0, 3.0];
 
@@ -81,6 +85,69 @@ pub(super) fn screen(
             Screened { candidate, columns }
         })
         .collect()
+}
+
+/// What another stage has seen of its candidates, for a stage that only differs in what is fitted.
+pub(super) struct Seen<'a> {
+    pub(super) screened: &'a [Screened],
+    pub(super) fit: &'a Fit,
+    pub(super) weight: f64,
+}
+
+/// [`screen`] where another stage has seen the same candidates: their columns change little from there, so that only those which then
+/// score best, and the best few of every kind, are evaluated anew.
+///
+/// * `q` - basis of what a refit absorbs
+pub(super) fn screen_again(
+    scene: &Scene,
+    fit: &Fit,
+    q: &DMatrix<f64>,
+    weight: f64,
+    candidates: Vec<Candidate>,
+    seen: &Seen<'_>,
+    listener: &Listener,
+) -> Vec<Screened> {
+    let (rows, before) = (fit.rows, seen.fit.rows);
+    let is_alike = (rows.n_modes, rows.n_sensors, rows.measured, rows.targets)
+        == (before.n_modes, before.n_sensors, before.measured, before.targets);
+    if !is_alike || scene.has_functions() || !fit.unpaired.is_empty() || !seen.fit.unpaired.is_empty() {
+        return screen(scene, fit, weight, candidates, listener);
+    }
+    let noisy = fit.noisy_rows();
+    let cut = rows.measured + rows.targets;
+    let factor = weight / seen.weight;
+    let carry = |column: &Column| {
+        let carried = |i: usize| if i < cut && noisy[i] { factor * column.delta[i] } else { 0.0 };
+        Column { delta: DVector::from_fn(rows.len(), |i, _| carried(i)), ..column.clone() }
+    };
+    let known: BTreeMap<String, &Screened> = seen.screened.iter().map(|s| (s.candidate.id(), s)).collect();
+    let is_known = |c: &Candidate| {
+        let added = |p: &NewParameter| scene.added.iter().any(|a| a.name == p.name);
+        known.get(&c.id()).filter(|k| k.candidate.parameters == c.parameters && !c.parameters.iter().any(added))
+    };
+    let mut out: Vec<Screened> = Vec::with_capacity(candidates.len());
+    let mut anew: Vec<usize> = Vec::new();
+    for candidate in candidates {
+        let columns = is_known(&candidate).map(|k| k.columns.iter().map(carry).collect());
+        if columns.is_none() {
+            anew.push(out.len());
+        }
+        out.push(Screened { candidate, columns: columns.unwrap_or_default() });
+    }
+    let ranked = Directions::new(&out, q, fit.r.len()).rank(&project(q, &fit.r));
+    let mut of_kind: BTreeMap<&str, usize> = BTreeMap::new();
+    for (k, score) in ranked.iter().enumerate() {
+        let count = of_kind.entry(out[score.index].candidate.effect.name()).or_default();
+        *count += 1;
+        if k < ANEW || *count <= ANEW_OF_A_KIND {
+            anew.push(score.index);
+        }
+    }
+    let again = anew.iter().map(|&i| out[i].candidate.clone()).collect();
+    for (i, screened) in anew.into_iter().zip(screen(scene, fit, weight, again, listener)) {
+        out[i] = screened;
+    }
+    out
 }
 
 /// The sizes at which a candidate is tried: (values, whether only this sign).
@@ -189,7 +256,7 @@ impl Directions {
     pub(super) fn rank(&self, r: &DVector<f64>) -> Vec<Score> {
         let scores = self.scores(r);
         let along = self.unit.tr_mul(r);
-        let mut best: std::collections::BTreeMap<usize, Score> = std::collections::BTreeMap::new();
+        let mut best: BTreeMap<usize, Score> = BTreeMap::new();
         for (c, &(index, column)) in self.owner.iter().enumerate() {
             let score = Score { index, t: scores[c], column, factor: -along[c] / self.length[c] };
             let entry = best.entry(index).or_insert(score);
@@ -206,7 +273,7 @@ impl Directions {
 impl Directions {
     /// Candidates that leave nearly the trace of one of these columns (cosine above 0.98), nearest first.
     pub(super) fn alike(&self, to: &[(usize, usize)]) -> Vec<usize> {
-        let mut best: std::collections::BTreeMap<usize, f64> = std::collections::BTreeMap::new();
+        let mut best: BTreeMap<usize, f64> = BTreeMap::new();
         for owner in to {
             let Some(c) = self.owner.iter().position(|o| o == owner) else { continue };
             let cosines = self.unit.tr_mul(&self.unit.column(c));
@@ -257,7 +324,7 @@ pub(super) fn start_sizes(candidate: &Candidate, screened: &Screened, score: Opt
             }
             None => {
                 out.push(clamp(at(factor)));
-                if !p.iter().any(crate::effect::NewParameter::one_sided) {
+                if !p.iter().any(NewParameter::one_sided) {
                     out.push(clamp(at(-factor)));
                 }
             }

@@ -35,8 +35,9 @@ const SCALES: [f64; 3] = [0.05, 0.15, 0.45];
 const FACTOR: [f64; 2] = [0.1, 4.0];
 /// Factors of a property, at most: a finer mesh is taken by its members.
 const MOST: usize = 60;
-/// Starts of a fit.
+/// Starts of a fit, and their steps; the best goes on.
 const STARTS: usize = 3;
+const FIRST_STEPS: usize = 8;
 
 /// A property of an element.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -220,7 +221,8 @@ fn fit_spread(
             .insert(name, OverrideSpec { of: vec![part.clone()], stiffness, mass, ..OverrideSpec::default() });
     }
     let scene = stage.scene.with_file(file, stage.scene.added.clone())?;
-    let fit = fit_from(&scene, starts, stage.weight, STARTS, STEPS)?;
+    let mut fit = fit_from(&scene, starts, stage.weight, STARTS, FIRST_STEPS)?;
+    fit = fit_from(&scene, std::slice::from_ref(&fit.x), stage.weight, 1, STEPS)?;
     let ln_priors = -(parts.len() as f64) * (scale / (FACTOR[1] - FACTOR[0])).ln();
     Ok((ln_evidence(&fit)? + ln_priors, fit))
 }

@@ -9,22 +9,20 @@
 //! * Else a second hypothesis is sought on top of the best, and each of the two again [beside the other](super::pairs); with a gain above 3, held-out modes predicted better than by the base,
 //!   and noise as remainder the verdict is `several-effects`, else `unexplained`.
 
-use super::base::{Stage, stage};
+use super::base::Stage;
 use super::evidence::{EACH_REMAINDER, REMAINDER, degrees_of_freedom, goodness_of_fit, held_out, something_else};
-use super::fit::{Fit, ON_BOUND};
-use super::mesh::{functions_moved, mesh_errors, modes, refined};
+use super::fit::Fit;
 use super::next_measurement::next_measurements;
 use super::noise::whiteness;
 use super::odds::{Odds, Probabilities, ln_mean};
 use super::pairs::{Pair, pair};
 use super::refit::{Refit, Refits, Tried, refit};
-use super::scene::{Case, Scene};
+use super::scene::Scene;
 use super::screen::project;
 use super::spread::{self, Fitted, Spread};
+use super::warnings::{leaves_damping_aside, number, warnings};
 use super::{Diagnosis, DiagnosisError, HypothesisResult, Kind, Settings, Verdict, result};
 use crate::linalg::DMatrix;
-use crate::model::{Model, ParametricModel};
-use crate::objective::Scaling;
 
 /// ln of the Bayes factor that is called strong (Kass and Raftery 1995: 20 to 1).
 pub(super) const STRONG: f64 = 3.0;
@@ -108,6 +106,11 @@ pub(super) fn conclude(
     } else {
         Vec::new()
     };
+    let named: Vec<&Refit> = match (&pair, verdict) {
+        (Some(pair), _) => pair.firsts.first().into_iter().chain(pair.seconds.first()).collect(),
+        (None, Verdict::Adequate) => Vec::new(),
+        (None, _) => refits.first().into_iter().collect(),
+    };
     Ok(Diagnosis {
         verdict,
         sentence: match &pair {
@@ -130,7 +133,7 @@ pub(super) fn conclude(
         spread,
         unpaired_modes: base.fit.unpaired.iter().map(|m| m + 1).collect(),
         remainder,
-        warnings: warnings(base),
+        warnings: warnings(base, &named),
     })
 }
 
@@ -314,7 +317,7 @@ fn is_noise(fits: f64, white: f64) -> bool {
 
 /// Screens again with a hypothesis in the base.
 fn remains(base: &Stage, r: &Refit, settings: &Settings) -> Result<(Remainder, Stage), DiagnosisError> {
-    let second = stage(r.scene.clone(), std::slice::from_ref(&r.fit.x), base.weight, settings)?;
+    let second = base.with(r, settings)?;
     let fits = goodness_of_fit(&second.fit, &second.q);
     let white = whiteness(&second.scene, &second.fit, &second.q, settings.seed.wrapping_add(2));
     let passes = is_noise(fits, white) && second.p_value > EACH_REMAINDER && second.fit.unpaired.is_empty();
@@ -383,90 +386,4 @@ fn sentence(verdict: Verdict, best: Option<&HypothesisResult>, leads: bool, base
             None => format!("nothing in the catalogue explains the test; {remainder}"),
         },
     }
-}
-
-/// Whether the test has damping ratios and the model no damping to compare them with.
-fn leaves_damping_aside(base: &Stage) -> bool {
-    !base.scene.is_damped && base.scene.test.modes.iter().any(|m| m.damping_ratio.is_some())
-}
-
-/// To three digits.
-fn number(value: f64) -> String {
-    let digits = (2.0 - value.abs().max(1.0).log10().floor()).max(0.0) as usize;
-    format!("{value:.digits$}")
-}
-
-/// Modes whose frequency the mesh falsifies by more than a third of its standard deviation, and functions that it moves.
-fn mesh_warning(base: &Stage) -> Option<String> {
-    let theta = &base.fit.theta;
-    let (mut bad, mut moved) = (Vec::new(), 0.0_f64);
-    for case in &base.scene.cases {
-        let Ok(fine) = refined(&case.model, theta) else { continue };
-        bad.extend(falsified(base, case, &fine).unwrap_or_default());
-        moved = moved.max(functions_moved(&case.model, &fine, theta, &case.test).unwrap_or(0.0));
-    }
-    let mut words = Vec::new();
-    if !bad.is_empty() {
-        words.push(format!("frequencies are too high: {}", bad.join(", ")));
-    }
-    // One standard deviation of all that the functions say.
-    if moved > 1.0 {
-        words.push(format!("it moves the functions by {} standard deviations, taken together", number(moved)));
-    }
-    (!words.is_empty()).then(|| format!("the mesh is too coarse, {}; subdivide the beams", words.join(", and ")))
-}
-
-/// Those of one test, in words.
-fn falsified(base: &Stage, case: &Case, fine: &Model) -> Result<Vec<String>, DiagnosisError> {
-    let n = case.modes().len();
-    let errors = mesh_errors(&case.model, fine, &base.fit.theta, 2 * n)?;
-    let frequencies = modes(&case.model, &base.fit.theta, 2 * n)?;
-    let hz: Vec<f64> = frequencies.elastic().map(|i| frequencies.frequency_hz(i)).collect();
-    let in_words = |m: usize| {
-        let partner = (0..hz.len()).min_by(|&a, &b| {
-            let d = |i: usize| (hz[i] - base.fit.frequencies[m]).abs();
-            d(a).total_cmp(&d(b))
-        })?;
-        let measured = &base.scene.test.modes[m].frequency_hz;
-        let error = *errors.get(partner)?;
-        let name = base.scene.mode_name(m);
-        (error > measured.sd / measured.value / 3.0).then(|| format!("{name} by {:.2} %", 100.0 * error))
-    };
-    Ok(case.modes().filter_map(in_words).collect())
-}
-
-fn warnings(base: &Stage) -> Vec<String> {
-    let mut out = Vec::new();
-    if !base.fit.rows.has_shapes {
-        out.push(
-            "frequencies alone rarely tell which effect is missing; measure shapes or frequency responses".to_string(),
-        );
-    }
-    if base.noise_factor() > 1.0 {
-        out.push(format!("the scatter is {:.2} times the stated standard deviations", base.noise_factor()));
-    }
-    if base.scene.cases.iter().any(|c| c.test.frfs.is_some() && c.test.frf_fit.is_none()) {
-        out.push("frequency responses are not used: the test has no `frfs` block that says how".to_string());
-    }
-    if leaves_damping_aside(base) {
-        out.push(
-            "damping ratios are not used: the model has no damping; give members `stiffness_damping` or `mass_damping` under `overrides`"
-                .to_string(),
-        );
-    }
-    out.extend(mesh_warning(base));
-    let model = base.scene.model();
-    let on_bounds: Vec<&str> = Scaling::new(model)
-        .free()
-        .iter()
-        .zip(base.fit.x.iter())
-        .filter(|(_, x)| **x < ON_BOUND || **x > 1.0 - ON_BOUND)
-        .map(|(&i, _)| model.parameters().get(i).name.as_str())
-        .collect();
-    match on_bounds.as_slice() {
-        [] => {}
-        [one] => out.push(format!("a parameter of the fitted base sits on a bound: {one}")),
-        many => out.push(format!("{} parameters of the fitted base sit on a bound: {}", many.len(), many.join(", "))),
-    }
-    out
 }

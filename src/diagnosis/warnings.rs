@@ -1,0 +1,162 @@
+//! Where the data allow less than one might think.
+
+use super::DiagnosisError;
+use super::base::Stage;
+use super::fit::ON_BOUND;
+use super::mesh::{functions_moved, mesh_errors, modes, refined};
+use super::refit::{Refit, Tried};
+use super::scene::Case;
+use crate::model::{Model, ParametricModel};
+use crate::objective::Scaling;
+
+/// Whether the test has damping ratios and the model no damping to compare them with.
+pub(super) fn leaves_damping_aside(base: &Stage) -> bool {
+    !base.scene.is_damped && base.scene.test.modes.iter().any(|m| m.damping_ratio.is_some())
+}
+
+/// To three digits.
+pub(super) fn number(value: f64) -> String {
+    let digits = (2.0 - value.abs().max(1.0).log10().floor()).max(0.0) as usize;
+    format!("{value:.digits$}")
+}
+
+/// Modes whose frequency the mesh falsifies by more than a third of its standard deviation, and functions that it moves.
+fn mesh_warning(base: &Stage) -> Option<String> {
+    let theta = &base.fit.theta;
+    let (mut bad, mut moved) = (Vec::new(), 0.0_f64);
+    for case in &base.scene.cases {
+        let Ok(fine) = refined(&case.model, theta) else { continue };
+        bad.extend(falsified(base, case, &fine).unwrap_or_default());
+        moved = moved.max(functions_moved(&case.model, &fine, theta, &case.test).unwrap_or(0.0));
+    }
+    let mut words = Vec::new();
+    if !bad.is_empty() {
+        words.push(format!("frequencies are too high: {}", bad.join(", ")));
+    }
+    // One standard deviation of all that the functions say.
+    if moved > 1.0 {
+        words.push(format!("it moves the functions by {} standard deviations, taken together", number(moved)));
+    }
+    (!words.is_empty()).then(|| format!("the mesh is too coarse, {}; subdivide the beams", words.join(", and ")))
+}
+
+/// Those of one test, in words.
+fn falsified(base: &Stage, case: &Case, fine: &Model) -> Result<Vec<String>, DiagnosisError> {
+    let n = case.modes().len();
+    let errors = mesh_errors(&case.model, fine, &base.fit.theta, 2 * n)?;
+    let frequencies = modes(&case.model, &base.fit.theta, 2 * n)?;
+    let hz: Vec<f64> = frequencies.elastic().map(|i| frequencies.frequency_hz(i)).collect();
+    let in_words = |m: usize| {
+        let partner = (0..hz.len()).min_by(|&a, &b| {
+            let d = |i: usize| (hz[i] - base.fit.frequencies[m]).abs();
+            d(a).total_cmp(&d(b))
+        })?;
+        let measured = &base.scene.test.modes[m].frequency_hz;
+        let error = *errors.get(partner)?;
+        let name = base.scene.mode_name(m);
+        (error > measured.sd / measured.value / 3.0).then(|| format!("{name} by {:.2} %", 100.0 * error))
+    };
+    Ok(case.modes().filter_map(in_words).collect())
+}
+
+/// * `named` - the hypotheses that are named
+pub(super) fn warnings(base: &Stage, named: &[&Refit]) -> Vec<String> {
+    let mut out = Vec::new();
+    if !base.fit.rows.has_shapes {
+        out.push(
+            "frequencies alone rarely tell which effect is missing; measure shapes or frequency responses".to_string(),
+        );
+    }
+    if base.noise_factor() > 1.0 {
+        out.push(format!("the scatter is {:.2} times the stated standard deviations", base.noise_factor()));
+    }
+    if base.scene.cases.iter().any(|c| c.test.frfs.is_some() && c.test.frf_fit.is_none()) {
+        out.push("frequency responses are not used: the test has no `frfs` block that says how".to_string());
+    }
+    if leaves_damping_aside(base) {
+        out.push(
+            "damping ratios are not used: the model has no damping; give members `stiffness_damping` or `mass_damping` under `overrides`"
+                .to_string(),
+        );
+    }
+    out.extend(mesh_warning(base));
+    out.extend(unseen_modes(base));
+    out.extend(named.iter().flat_map(|r| beyond_bounds(base, r)));
+    let model = base.scene.model();
+    let on_bounds: Vec<&str> = Scaling::new(model)
+        .free()
+        .iter()
+        .zip(base.fit.x.iter())
+        .filter(|(_, x)| **x < ON_BOUND || **x > 1.0 - ON_BOUND)
+        .map(|(&i, _)| model.parameters().get(i).name.as_str())
+        .collect();
+    match on_bounds.as_slice() {
+        [] => {}
+        [one] => out.push(format!("a parameter of the fitted base sits on a bound: {one}")),
+        many => out.push(format!("{} parameters of the fitted base sit on a bound: {}", many.len(), many.join(", "))),
+    }
+    out
+}
+
+/// Sizes of a hypothesis that the data press against their bounds, though these leave room for what is physical.
+fn beyond_bounds(base: &Stage, r: &Refit) -> Vec<String> {
+    let Tried::Effect(candidate) = &r.tried else { return Vec::new() };
+    let sizes = candidate.parameters.iter().zip(&r.estimates);
+    let on_bound = sizes.filter(|(p, e)| {
+        let [lower, upper] = p.bounds;
+        let near = |bound: f64| (e.value - bound).abs() < 1e-6 * (upper - lower);
+        let [is_least, is_most] = [lower, upper].map(near);
+        // Nothing of an effect, and all of a part gone, is what an effect may mean.
+        let is_gone = p.unit == "1" && (0.98..=1.0).contains(&e.value.abs());
+        (is_least && lower != p.neutral || is_most) && !is_gone
+    });
+    let in_words = |(_, e): (_, &super::Estimate)| {
+        format!(
+            "the estimate of {} sits on its bound, {} {}: the data ask for more than is thought possible",
+            r.id(&base.scene),
+            number(e.value),
+            e.unit
+        )
+    };
+    on_bound.map(in_words).collect()
+}
+
+/// Modes of the fitted base inside the tested band that the sensors see well and no measured mode is paired with.
+fn unseen_modes(base: &Stage) -> Option<String> {
+    /// Largest motion at a sensor, as a share of the largest anywhere.
+    const SEEN: f64 = 0.2;
+    if !base.fit.rows.has_shapes {
+        return None;
+    }
+    let comparisons = base.scene.comparisons().ok()?;
+    let mut unseen = Vec::new();
+    for (comparison, case) in comparisons.iter().zip(&base.scene.cases) {
+        let Ok(p) = comparison.predict(&base.fit.theta) else { continue };
+        let tested: Vec<f64> = case.test.modes.iter().map(|m| m.frequency_hz.value).collect();
+        let lowest = tested.iter().copied().fold(f64::INFINITY, f64::min);
+        let highest = tested.iter().copied().fold(0.0, f64::max);
+        let is_translation: Vec<bool> = case.model.dof_map().rows().iter().map(|r| !r.1.is_rotation()).collect();
+        let largest = |a: usize| {
+            let shape = p.modes.shapes.column(p.modes.n_rigid + a);
+            let moves = shape.iter().zip(&is_translation).filter(|(_, is)| **is);
+            moves.map(|(v, _)| v.abs()).fold(0.0, f64::max)
+        };
+        let is_unseen = |&a: &usize| {
+            let hz = p.frequencies_hz[a];
+            hz > lowest
+                && hz < highest
+                && p.pairs.pairs.iter().all(|pair| pair.analytical != a)
+                && p.at_sensors.column(a).amax() > SEEN * largest(a)
+        };
+        unseen.extend((0..p.frequencies_hz.len()).filter(is_unseen).map(|a| format!("{:.4} Hz", p.frequencies_hz[a])));
+    }
+    let (what, verb) = match unseen.len() {
+        0 => return None,
+        1 => ("a mode", "has"),
+        _ => ("modes", "have"),
+    };
+    Some(format!(
+        "the fitted model has {what} inside the tested band that {verb} no partner in the test: {}; overlooked there, or not as the model has it",
+        unseen.join(", ")
+    ))
+}
