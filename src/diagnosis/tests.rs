@@ -105,6 +105,39 @@ fn nothing_is_missing() {
     assert!(d.probability_none > 0.5);
 }
 
+/// Nothing missing, and noise twice as large as the test says.
+#[test]
+fn understated_noise_is_estimated() {
+    let halve = |test: &mut TestData| {
+        for mode in &mut test.modes {
+            mode.frequency_hz.sd *= 0.5;
+            mode.shape_sd.iter_mut().for_each(|sd| *sd *= 0.5);
+        }
+    };
+    let d = story("noise", &truth(&[]), halve, 3);
+    assert_eq!(d.verdict, Verdict::Adequate);
+    assert!((1.7..2.3).contains(&d.noise_factor), "{}", d.noise_factor);
+}
+
+/// A stage on top of another sees the same effects first as one that evaluates them all, to the last bit.
+#[test]
+fn what_another_stage_has_seen_changes_no_order() {
+    let settings = Settings::default();
+    let test = measured(&truth(&[("\nmasses:\n", "\nmasses:\n  hidden: {node: n8, mass: 30 g}\n")]), 5);
+    let base = stage(Scene::new(&model(&wing()), &[&test]).unwrap(), &[], 1.0, &settings, None).unwrap();
+    let hypotheses = refit(&base, false).unwrap().hypotheses;
+    for r in hypotheses.iter().take(2) {
+        let again = base.with(r, &settings).unwrap();
+        let whole = stage(r.scene.clone(), std::slice::from_ref(&r.fit.x), 1.0, &settings, None).unwrap();
+        assert_eq!(again.fit.x, whole.fit.x);
+        let best = |s: &base::Stage| -> Vec<(String, f64)> {
+            s.effects.iter().take(8).map(|e| (s.screened[e.index].candidate.id(), e.t)).collect()
+        };
+        assert_eq!(best(&again), best(&whole));
+        assert!((again.p_value - whole.p_value).abs() < 0.05, "{} {}", again.p_value, whole.p_value);
+    }
+}
+
 /// The same bits on one thread and on two, with a point mass at the tip that the model lacks.
 #[test]
 fn a_diagnosis_does_not_depend_on_threads() {

@@ -22,7 +22,7 @@ use crate::modal::Modes;
 /// the imperfections of a structure, wall thickness and straightness of a tube, move frequencies by as much.
 const CLOSE: f64 = 0.005;
 /// The same for any two modes: one frequency but for rounding.
-const DOUBLE: f64 = 1e-6;
+pub(super) const DOUBLE: f64 = 1e-6;
 /// How far beside the measured band, as a factor, a mode may lie whose shape is turned: none beyond an octave is a partner.
 const OCTAVE: f64 = 2.0;
 /// Share of a test shape that a space must explain for its modes to be turned to it.
@@ -251,6 +251,26 @@ supports: {base: {node: n0}}
             let error = (a - b).amax() / a.amax();
             assert!(error < 1e-4, "parameter {j}: {error:.1e}");
         }
+    }
+
+    /// Shapes of the second pair at a frequency far below it: their partners lie beyond the band where modes are turned, and have
+    /// derivatives all the same.
+    #[test]
+    fn double_modes_far_from_their_partners_have_derivatives() {
+        let model = load(MAST, &Registry::builtin()).unwrap().0;
+        let mut test = test(&[0.0, 0.0]);
+        test.modes.drain(..2);
+        test.modes.iter_mut().for_each(|m| m.frequency_hz.value /= 3.0);
+        let comparison = Comparison::new(&model, &test, OPEN).unwrap();
+        let x = DVector::from_row_slice(&[0.3, 0.7]);
+        assert!(comparison.predict(&Scaling::new(&model).theta(&x)).unwrap().clusters.is_empty());
+        let objective = LeastSquares::new(&comparison);
+        let exact = objective.linearize(&x).unwrap();
+        let by_difference = difference(objective.n_residuals(), &x, |x| objective.residuals(x)).unwrap();
+        // The frequencies; the shapes of a double mode are any two of their space.
+        let (a, b) = (exact.jacobian.rows(0, 2), by_difference.jacobian.rows(0, 2));
+        assert!((a - b).amax() < 1e-4 * a.amax(), "{a} {b}");
+        assert!(exact.jacobian.iter().all(|v| v.is_finite()));
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! What a model predicts of a test: modes at the sensors, pairs with the measured modes, mass properties.
 
-use super::close_modes::{Closeness, clusters, turn};
+use super::close_modes::{Closeness, DOUBLE, clusters, turn};
 use super::recent::Recent;
 use super::responses::FrfRows;
 use super::{EvalError, statics};
@@ -399,9 +399,17 @@ impl<'a> Comparison<'a> {
     ) -> Result<Vec<Option<ModeDerivative>>, ModelError> {
         let p = prediction;
         let of = |elastic: &[usize]| -> Vec<usize> { elastic.iter().map(|i| p.modes.n_rigid + i).collect() };
+        let gap = |a: usize, b: usize| (p.frequencies_hz[a] - p.frequencies_hz[b]).abs();
+        // Modes of different symmetry may cross, and a double one may lie outside the band: beside its twin each has a derivative.
+        let twin = |mode: usize| {
+            let others = (0..p.frequencies_hz.len()).filter(|&k| k != mode);
+            others.min_by(|&a, &b| gap(a, mode).total_cmp(&gap(b, mode)))
+        };
+        let beside = |mode: usize, twin: usize| (of(&[mode, twin]), 0);
         let place = |mode: usize| {
             let own = |cluster: &Vec<usize>| Some((of(cluster), cluster.iter().position(|&k| k == mode)?));
-            p.clusters.iter().find_map(own)
+            let double = || twin(mode).filter(|&t| gap(t, mode) < DOUBLE * p.frequencies_hz[mode]);
+            p.clusters.iter().find_map(own).or_else(|| double().map(|t| beside(mode, t)))
         };
         let places: Vec<Option<(Vec<usize>, usize)>> = modes.iter().map(|&mode| place(mode)).collect();
         let alone: Vec<usize> = modes.iter().zip(&places).filter(|(_, p)| p.is_none()).map(|(&mode, _)| mode).collect();
@@ -410,12 +418,9 @@ impl<'a> Comparison<'a> {
         let mut together = differentiate_in_clusters(&p.matrices, slopes, &p.modes, &together)?.into_iter();
         let next = |place: &Option<_>| if place.is_some() { together.next() } else { alone.next() };
         let mut all: Vec<Option<ModeDerivative>> = places.iter().map(next).map(Option::flatten).collect();
-        // Modes of different symmetry may cross: beside its twin each has a derivative.
-        for (mode, derivative) in modes.iter().zip(&mut all).filter(|(_, d)| d.is_none()) {
-            let near = |k: &usize| (p.frequencies_hz[*k] - p.frequencies_hz[*mode]).abs();
-            let others = (0..p.frequencies_hz.len()).filter(|k| k != mode);
-            let Some(twin) = others.min_by(|a, b| near(a).total_cmp(&near(b))) else { continue };
-            let pair = [(of(&[*mode, twin]), 0)];
+        for (&mode, derivative) in modes.iter().zip(&mut all).filter(|(_, d)| d.is_none()) {
+            let Some(twin) = twin(mode) else { continue };
+            let pair = [beside(mode, twin)];
             *derivative = differentiate_in_clusters(&p.matrices, slopes, &p.modes, &pair)?.pop().flatten();
         }
         Ok(all)

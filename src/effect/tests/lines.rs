@@ -118,3 +118,25 @@ fn two_sides_that_meet_are_a_pair_and_no_line() {
     );
     assert_eq!(lines(&text), [""; 0]);
 }
+
+/// A portal whose columns are held at mid-height, and its lintel; a column buckles between storeys, what has a free end as a cantilever.
+#[test]
+fn what_holds_a_member_bounds_its_compression() {
+    let text = format!(
+        "retune: 1\nname: test\nnodes: {{a0: [0, 0, 0], a1: [0, 0, 1], a2: [0, 0, 4], b0: [2, 0, 0], b1: [2, 0, 1], b2: [2, 0, 4], c: [0, 0, 5]}}\nbeams:\n  \
+         left: {{chain: [a0, a1, a2], subdivide: 2, {PROPERTIES}}}\n  right: {{chain: [b0, b1, b2], {PROPERTIES}}}\n  lintel: {{nodes: [a1, b1], {PROPERTIES}}}\n  \
+         roof: {{nodes: [a2, b2], {PROPERTIES}}}\n  mast: {{nodes: [a2, c], subdivide: 3, {PROPERTIES}}}\n\
+         supports: {{a: {{node: a0}}, b: {{node: b0}}}}\n"
+    );
+    let (model, context) = (model(&text), Context::default());
+    let structure = Structure::new(&model, &context);
+    let bounds = |place: &str| {
+        let id = format!("axial-preload@{place}");
+        Effects::builtin().candidate(&structure, &id).unwrap().parameters[0].bounds
+    };
+    let euler = |length: f64| std::f64::consts::PI.powi(2) * 10.0 / (length * length);
+    for (place, least) in [("left", -4.0 * euler(3.0)), ("lintel", -4.0 * euler(2.0)), ("mast", -0.25 * euler(1.0))] {
+        let lower = bounds(place)[0];
+        assert!((lower / least - 1.0).abs() < 0.01, "{place}: {lower} against {least}");
+    }
+}
