@@ -3,14 +3,15 @@
 //! Under "nothing is missing" the projected residual is r' = (I - QQᵀ) n, n ~ N(0, s2 I). So its null distribution needs no
 //! evaluation of the model: draws of n, projected, give that of any statistic of r'.
 //!
-//! * scatter: the mean square of the residual where it is even over modes, sensors and kinds of data, as noise is and physics is not.
-//!   Else the median over channels (sensors; frequencies are one channel) of the mean square of what lies outside base
-//!   and catalogue, over its median in the draws: a median is not moved by one faulty channel. At least 1.
+//! * scatter: the median over channels (sensors; frequencies are one channel) of the mean square of what lies outside base
+//!   and catalogue, over its median in the draws, at least 1. A median is not moved by one faulty channel. Where it is too large and
+//!   the whole residual is even over modes, sensors and kinds of data, as noise is and physics is not, the mean square of that, which
+//!   scatters less.
 //! * whiteness: the correlation of neighbouring sensors in the same part. Noise has none; physics outside the catalogue has.
 //!   Only white scatter counts as noise: otherwise s2 stays 1 and the misfit stays unexplained.
 //! * alarm: the probability that the best score over all candidates and faults is as large as observed.
 
-use super::evidence::{degrees_of_freedom, goodness_of_fit};
+use super::evidence::degrees_of_freedom;
 use super::fit::Fit;
 use super::scene::Scene;
 use super::screen::{Directions, project};
@@ -27,8 +28,6 @@ pub(super) const DRAWS: usize = 1000;
 /// Levels: scatter is even, and larger than stated.
 const EVEN: f64 = 0.05;
 const EXCESS: f64 = 0.05;
-/// Rows of a mode, below which its mean square scatters by more than a half (√(2/8)): too much to see that it is uneven.
-const ROWS_OF_A_MODE: f64 = 8.0;
 
 /// Unit noise on the noisy rows, the same for the same draw.
 fn noise(noisy: &[bool], seed: u64, draw: usize) -> DVector<f64> {
@@ -87,16 +86,17 @@ pub(super) fn scatter(scene: &Scene, fit: &Fit, q: &DMatrix<f64>, directions: &D
             (median_square(&n, &channels), correlation(fit, &n, &neighbours))
         })
         .collect();
+    let mut medians: Vec<f64> = draws.iter().map(|d| d.0).collect();
+    medians.sort_by(f64::total_cmp);
+    let (centre, median) = (medians[DRAWS / 2], median_square(&observed, &channels));
     // Inside the scatter of the estimate itself there is no reason to inflate.
-    let can_tell = dof as f64 >= ROWS_OF_A_MODE * fit.rows.n_modes as f64;
-    let (ratio, excess) = if can_tell && evenness(fit, q, seed) > EVEN {
-        let misfit = fit.r.rows(0, fit.rows.measured).norm_squared();
-        (misfit / degrees_of_freedom(fit, q).max(1.0), goodness_of_fit(fit, q) < EXCESS)
+    let excess = p_value(&medians, median) < EXCESS;
+    let ratio = if excess && evenness(fit, q, seed) > EVEN {
+        fit.r.rows(0, fit.rows.measured).norm_squared() / degrees_of_freedom(fit, q).max(1.0)
+    } else if centre > 0.0 {
+        median / centre
     } else {
-        let mut medians: Vec<f64> = draws.iter().map(|d| d.0).collect();
-        medians.sort_by(f64::total_cmp);
-        let (centre, median) = (medians[DRAWS / 2], median_square(&observed, &channels));
-        (if centre > 0.0 { median / centre } else { 1.0 }, p_value(&medians, median) < EXCESS)
+        1.0
     };
     let correlations: Vec<f64> = draws.iter().map(|d| d.1).collect();
     let whiteness_p = p_value(&correlations, correlation(fit, &observed, &neighbours));
