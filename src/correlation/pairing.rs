@@ -205,16 +205,15 @@ pub fn pair_modes(
 ) -> PairedModes {
     let (n_a, n_x) = mac.shape();
     let judge = Judge { mac, analytical, experimental, options };
-    let cost = judge.cost();
     let mut partners = match options.by {
-        PairBy::Mac | PairBy::NearMac => judge.by_mac(&cost),
+        PairBy::Mac | PairBy::NearMac => judge.by_mac(),
         PairBy::Order => judge.by_order(),
         PairBy::Label => judge.by_label(),
     };
     let rank = rank_of(&experimental.by_frequency(n_x));
     partners.sort_by_key(|&(_, j)| rank[j]);
     if options.by == PairBy::NearMac {
-        uncross(&mut partners, |i| analytical.frequency(i), |i, j| -cost[(i, j)]);
+        uncross(&mut partners, |i| analytical.frequency(i), |i, j| judge.weight(i, j));
     }
     let pairs: Vec<ModePair> = partners.iter().map(|&(i, j)| judge.pair(i, j)).collect();
 
@@ -307,22 +306,24 @@ impl Judge<'_> {
         if f_a > 0.0 && f_x > 0.0 { f_a.min(f_x) / f_a.max(f_x) } else { 0.0 }
     }
 
-    /// Minus the weight of every pair; zero where it is not allowed.
-    fn cost(&self) -> DMatrix<f64> {
-        DMatrix::from_fn(self.mac.nrows(), self.mac.ncols(), |i, j| {
-            let weight = match self.options.by {
-                PairBy::NearMac => {
-                    let (f_a, f_x) = (self.analytical.frequency(i), self.experimental.frequency(j));
-                    nearness(f_a.min(f_x), f_a.max(f_x))
-                }
-                _ => 1.0,
-            };
-            if self.is_allowed(i, j) { -self.mac[(i, j)] * weight - TIE_BREAK * self.closeness(i, j) } else { 0.0 }
-        })
+    /// What a pair is worth; zero where it is not allowed.
+    fn weight(&self, i: usize, j: usize) -> f64 {
+        if !self.is_allowed(i, j) {
+            return 0.0;
+        }
+        let near = match self.options.by {
+            PairBy::NearMac => {
+                let (f_a, f_x) = (self.analytical.frequency(i), self.experimental.frequency(j));
+                nearness(f_a.min(f_x), f_a.max(f_x))
+            }
+            _ => 1.0,
+        };
+        self.mac[(i, j)] * near + TIE_BREAK * self.closeness(i, j)
     }
 
-    fn by_mac(&self, cost: &DMatrix<f64>) -> Vec<(usize, usize)> {
-        let chosen = assign(cost).into_iter().enumerate();
+    fn by_mac(&self) -> Vec<(usize, usize)> {
+        let cost = DMatrix::from_fn(self.mac.nrows(), self.mac.ncols(), |i, j| -self.weight(i, j));
+        let chosen = assign(&cost).into_iter().enumerate();
         chosen.filter_map(|(i, j)| j.map(|j| (i, j))).filter(|&(i, j)| self.is_allowed(i, j)).collect()
     }
 

@@ -77,11 +77,11 @@ impl Structure<'_> {
         let whole = || (elements.iter().map(|&e| self.length(e)).sum(), false);
         let Some(path) = self.path(elements) else { return whole() };
         let all = self.model.elements();
+        let others: Vec<usize> = (0..all.len()).filter(|e| !path.contains(e) && self.deforms(*e)).collect();
         let is_held = |node: usize| {
-            let others = (0..all.len()).filter(|e| !path.contains(e) && self.deforms(*e));
-            let touches = |e: usize| all[e].nodes.iter().any(|&n| n == node || self.same_body(n, node));
+            let touches = |&e: &usize| all[e].nodes.iter().any(|&n| n == node || self.same_body(n, node));
             let is_fixed = [Dof::Ux, Dof::Uy, Dof::Uz].into_iter().all(|dof| !self.node_moves(node, dof));
-            is_fixed || others.into_iter().any(touches)
+            is_fixed || others.iter().any(touches)
         };
         let shared = |a: usize, b: usize| all[a].nodes.iter().copied().find(|n| all[b].nodes.contains(n));
         let other_end = |e: usize, from: usize| all[e].nodes.iter().copied().find(|&n| n != from);
