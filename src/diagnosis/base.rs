@@ -8,11 +8,11 @@ use super::noise::{Scatter, best_scores, p_value, scatter};
 use super::refit::Refit;
 use super::scene::Scene;
 use super::screen::{Directions, Score, Screened, Seen, project, screen, screen_again};
-use super::traces::{Trace, traces};
+use super::traces::{Trace, reads_noise_only, traces};
 use super::{DiagnosisError, Listener, Settings};
 use crate::correlation::{CorrelationError, Transducer, transducers};
 use crate::data::Sensor;
-use crate::effect::{Candidate, Configured, Context, SensorLoad, candidates_in};
+use crate::effect::{Candidate, Configured, Context, Effects, SensorLoad, candidates_in, candidates_on_spans};
 use crate::linalg::{DMatrix, DVector};
 use crate::model::Model;
 use crate::optim::Draw;
@@ -43,6 +43,7 @@ impl FaultScore {
 }
 
 /// A scene, fitted and screened.
+#[derive(Clone)]
 pub(super) struct Stage {
     pub(super) scene: Scene,
     pub(super) fit: Fit,
@@ -66,12 +67,28 @@ pub(super) struct Stage {
     /// The projected residual.
     pub(super) residual: DVector<f64>,
     pub(super) listener: Listener,
+    /// The effects to try.
+    pub(super) catalogue: Effects,
 }
 
 impl Stage {
     /// What a stage on top of this one need not evaluate again.
     pub(super) fn seen(&self) -> Seen<'_> {
         Seen { screened: &self.screened, fit: &self.fit, weight: self.weight }
+    }
+
+    /// The id of a screened effect.
+    pub(super) fn id(&self, score: &Score) -> String {
+        self.screened[score.index].candidate.id()
+    }
+
+    /// The same with the effects on spans near these elements, or members, in the place of its own.
+    pub(super) fn on_spans(&self, near: &[String]) -> Stage {
+        let placed = in_configurations(&self.scene, |tested| candidates_on_spans(tested, &self.catalogue, near));
+        let screened = screen(&self.scene, &self.fit, self.weight, placed, &self.listener);
+        let directions = Directions::new(&screened, &self.q, self.fit.r.len());
+        let effects = directions.rank(&self.residual);
+        Stage { screened, directions, effects, ..self.clone() }
     }
 
     /// This scene with a hypothesis in it, fitted and screened.
@@ -124,7 +141,8 @@ pub(super) fn stage(
     let residual = project(&q, &base.r);
     let effects = directions.rank(&residual);
     settings.listener.say("screening faults of the measurement");
-    let list = if settings.faults { faults(&scene) } else { Vec::new() };
+    let mut list = if settings.faults { faults(&scene) } else { Vec::new() };
+    list.retain(|fault| !reads_noise_only(&scene, &base, fault));
     let seen: Vec<(usize, Trace)> = traces(&scene, &base, weight, &list)
         .into_iter()
         .enumerate()
@@ -179,6 +197,7 @@ pub(super) fn stage(
         p_value: p,
         residual,
         listener: settings.listener.clone(),
+        catalogue: settings.effects.clone(),
     })
 }
 
@@ -193,6 +212,11 @@ pub fn sensor_loads(model: &Model, sensors: &[Sensor]) -> Result<Vec<SensorLoad>
 
 /// Every effect at every place of the structure, in the configurations that were tested.
 fn placed(scene: &Scene, settings: &Settings) -> Vec<Candidate> {
+    in_configurations(scene, |tested| candidates_in(tested, &settings.effects))
+}
+
+/// What `list` finds on the configurations that were tested.
+fn in_configurations(scene: &Scene, list: impl Fn(&[Configured<'_>]) -> Vec<Candidate>) -> Vec<Candidate> {
     let mut configurations: Vec<(Option<&str>, &Model, Context)> = Vec::new();
     for case in &scene.cases {
         // The scene was built with these sensors, so each has its place.
@@ -214,5 +238,5 @@ fn placed(scene: &Scene, settings: &Settings) -> Vec<Candidate> {
     }
     let tested: Vec<Configured<'_>> =
         configurations.iter().map(|(name, model, context)| Configured { name: *name, model, context }).collect();
-    candidates_in(&tested, &settings.effects)
+    list(&tested)
 }

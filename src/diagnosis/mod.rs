@@ -156,7 +156,7 @@ pub struct HypothesisResult {
     pub held_out_before: f64,
     /// The same with it.
     pub held_out_after: f64,
-    /// Ids that the data cannot tell from it: within ln 3 of evidence both among the best.
+    /// Ids that the data cannot tell from it: the ln evidence of both is within 3 of the best.
     pub tied_with: Vec<String>,
     /// The edit of the model file, or what to do about the fault.
     pub patch: String,

@@ -34,6 +34,8 @@ const FAINT: f64 = 4.0;
 /// Rounds of looking around the best effect, and how many effects like it are tried with a few steps.
 const ROUNDS: usize = 3;
 const NEAR: usize = 60;
+/// Elements that a spread changes the most, around which spans are tried.
+const MOST_CHANGED: usize = 3;
 /// Hypotheses whose base is a start of a spread.
 const SPREAD_FROM: usize = 3;
 /// Hypotheses that are polished: the best, and of as many kinds the best.
@@ -171,6 +173,10 @@ pub(super) fn refit(stage: &Stage, few: bool) -> Result<Refits, DiagnosisError> 
         more.extend(further.iter().map(|f| Job::Fault(f, &bases)));
         merge(stage, &mut done, run(stage, &more, base));
     }
+    if is_poor && !leaves_noise(&done)? {
+        let found = on_spans(stage, &spreads, &bases, limit, base);
+        merge(stage, &mut done, found);
+    }
     around_the_best(stage, &mut done, base)?;
     if !leaves_noise(&done)? {
         polish(stage, &mut done, base)?;
@@ -180,12 +186,24 @@ pub(super) fn refit(stage: &Stage, few: bool) -> Result<Refits, DiagnosisError> 
     Ok(Refits { hypotheses: done, spreads })
 }
 
+/// Refits the best effects on a few successive elements around those that a spread changes the most: what is changed need not end
+/// where an entry of the file does.
+fn on_spans(stage: &Stage, spreads: &[Fitted], bases: &[DVector<f64>], limit: usize, base: f64) -> Vec<Refit> {
+    let Some(spread) = spread::best(spreads) else { return Vec::new() };
+    let near: Vec<String> = spread.spread.factors.iter().take(MOST_CHANGED).map(|f| f.part.clone()).collect();
+    let spans = stage.on_spans(&near);
+    let all: Vec<&Score> = spans.effects.iter().take(NEAR).collect();
+    let best = best_and_of_every_kind(&spans, shortest(&spans, &all, bases), limit);
+    let jobs: Vec<Job<'_>> = best.into_iter().map(|s| Job::Effect(s, bases)).collect();
+    run(&spans, &jobs, base)
+}
+
 /// Refits what leaves nearly the trace of the best hypotheses and was not chosen: a tie that is not shown is a wrong answer.
 fn complete_ties(stage: &Stage, done: &mut Vec<Refit>, base: f64) {
     let Some(best) = done.iter().max_by(|a, b| a.ln_bayes.total_cmp(&b.ln_bayes)) else { return };
     let bases = [best.fit.x.rows(0, stage.fit.x.len()).into_owned(), stage.fit.x.clone()];
     let score_of = |r: &Refit| match &r.tried {
-        Tried::Effect(c) => stage.effects.iter().find(|s| stage.screened[s.index].candidate.id() == c.id()),
+        Tried::Effect(c) => stage.effects.iter().find(|s| stage.id(s) == c.id()),
         Tried::Fault(_) => None,
     };
     let tied: Vec<(usize, usize)> = done
@@ -305,7 +323,7 @@ fn polish(stage: &Stage, done: &mut Vec<Refit>, base: f64) -> Result<(), Diagnos
         .filter(|r| is_polished(r))
         .filter_map(|(_, r)| match &r.tried {
             Tried::Effect(c) => {
-                let score = stage.effects.iter().find(|s| stage.screened[s.index].candidate.id() == c.id())?;
+                let score = stage.effects.iter().find(|s| stage.id(s) == c.id())?;
                 Some(Job::Effect(score, &bases))
             }
             Tried::Fault(f) => Some(Job::Fault(&faults[stage.faults.iter().position(|g| g == f)?], &bases)),
@@ -330,18 +348,31 @@ fn merge(stage: &Stage, done: &mut Vec<Refit>, found: Vec<Refit>) {
 /// Refits hypotheses by their ids; those that the stage does not have, or that cannot be fitted, are left out.
 pub(super) fn refit_these(stage: &Stage, ids: &[String], bases: &[DVector<f64>]) -> Result<Vec<Refit>, DiagnosisError> {
     let base = ln_evidence(&stage.fit)?;
-    let score_of = |id: &String| stage.effects.iter().find(|s| stage.screened[s.index].candidate.id() == *id);
+    let has = |stage: &Stage, s: &Score| ids.contains(&stage.id(s));
     let faults: Vec<FaultScore> = (0..stage.faults.len())
         .filter(|&i| ids.contains(&stage.faults[i].id(&stage.scene)))
         .map(|i| stage.fault_scores.iter().find(|f| f.index == i).copied().unwrap_or(FaultScore::unscored(i)))
         .collect();
-    let jobs: Vec<Job<'_>> = ids
-        .iter()
-        .filter_map(score_of)
-        .map(|s| Job::Effect(s, bases))
-        .chain(faults.iter().map(|f| Job::Fault(f, bases)))
-        .collect();
-    Ok(run(stage, &jobs, base))
+    let effects = stage.effects.iter().filter(|s| has(stage, s)).map(|s| Job::Effect(s, bases));
+    let jobs: Vec<Job<'_>> = effects.chain(faults.iter().map(|f| Job::Fault(f, bases))).collect();
+    let mut done = run(stage, &jobs, base);
+    // What acts on a span is screened only where it is sought.
+    let near: Vec<String> = ids.iter().filter(|id| id.contains("..")).flat_map(|id| names_in(id)).collect();
+    if !near.is_empty() {
+        let spans = stage.on_spans(&near);
+        let is_new = |s: &&Score| has(&spans, s) && !done.iter().any(|r| r.id(&stage.scene) == spans.id(s));
+        let jobs: Vec<Job<'_>> = spans.effects.iter().filter(is_new).map(|s| Job::Effect(s, bases)).collect();
+        let found = run(&spans, &jobs, base);
+        done.extend(found);
+    }
+    Ok(done)
+}
+
+/// The names that an id may mean, with and without a direction after them: `stiffness-change@a.1..a.2+b.1..b.2`.
+fn names_in(id: &str) -> Vec<String> {
+    let place = id.split_once('@').map_or(id, |(_, place)| place);
+    let both = |name: &str| [Some(name.to_string()), name.rsplit_once('.').map(|(name, _)| name.to_string())];
+    place.split(['+', '/']).flat_map(both).flatten().collect()
 }
 
 fn run(stage: &Stage, jobs: &[Job<'_>], base: f64) -> Vec<Refit> {

@@ -214,6 +214,7 @@ pub(super) fn project(q: &DMatrix<f64>, v: &DVector<f64>) -> DVector<f64> {
 
 /// The columns of all candidates, projected and of unit length, with their owner and number; columns without a trace left
 /// out.
+#[derive(Clone)]
 pub(super) struct Directions {
     pub(super) unit: DMatrix<f64>,
     pub(super) owner: Vec<(usize, usize)>,

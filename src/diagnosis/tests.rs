@@ -130,9 +130,8 @@ fn what_another_stage_has_seen_changes_no_order() {
         let again = base.with(r, &settings).unwrap();
         let whole = stage(r.scene.clone(), std::slice::from_ref(&r.fit.x), 1.0, &settings, None).unwrap();
         assert_eq!(again.fit.x, whole.fit.x);
-        let best = |s: &base::Stage| -> Vec<(String, f64)> {
-            s.effects.iter().take(8).map(|e| (s.screened[e.index].candidate.id(), e.t)).collect()
-        };
+        let best =
+            |s: &base::Stage| -> Vec<(String, f64)> { s.effects.iter().take(8).map(|e| (s.id(e), e.t)).collect() };
         assert_eq!(best(&again), best(&whole));
         assert!((again.p_value - whole.p_value).abs() < 0.05, "{} {}", again.p_value, whole.p_value);
     }
@@ -219,6 +218,24 @@ fn a_wrong_mass_of_one_configuration_is_found_there() {
     assert_eq!((d.verdict, first.id.as_str()), (Verdict::MissingEffect, "mass-change@loaded/weight"));
     let [low, high] = first.interval.unwrap();
     assert!(low < 0.2 && 0.2 < high);
+}
+
+/// A stiffness that is lost from the middle of one entry of the file to the end of the next.
+#[test]
+fn a_change_that_goes_on_beyond_an_element_is_one_effect() {
+    let d = of_mast(&format!("{MAST}overrides: {{hidden: {{of: [lower.2, middle], stiffness: 0.7}}}}\n"), 4);
+    let first = &d.hypotheses[0];
+    eprintln!("{}: {:?} {:?}", d.sentence, first.estimate, first.interval);
+    let all: Vec<&String> = std::iter::once(&first.id).chain(&first.tied_with).collect();
+    assert_eq!(d.verdict, Verdict::MissingEffect);
+    assert!(all.iter().any(|id| *id == "stiffness-change@lower.2..middle"), "{all:?}");
+    let [low, high] = first.interval.unwrap();
+    assert!(low < -0.3 && -0.3 < high);
+    // It is a place for `add`, and leaves nothing to be found.
+    let base = model(MAST);
+    let context = crate::effect::Context::default();
+    let structure = crate::effect::Structure::new(&base, &context);
+    assert!(Settings::default().effects.candidate(&structure, "stiffness-change@lower.2..middle").is_ok());
 }
 
 /// A force at the top of the mast pulls at all of its members, and is found as one.

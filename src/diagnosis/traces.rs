@@ -40,6 +40,43 @@ pub(super) fn traces(scene: &Scene, fit: &Fit, weight: f64, faults: &[Fault]) ->
     faults.par_iter().map(|fault| trace(scene, fit, weight, fault)).collect()
 }
 
+/// Modes in which the sensor of a fault counts at a fit.
+fn measured_modes(scene: &Scene, fit: &Fit, fault: &Fault) -> Vec<usize> {
+    fault.modes(scene).filter(|&m| fit.inverse_sd[(fault.sensor, m)] > 0.0 && !fit.unpaired.contains(&m)).collect()
+}
+
+/// What a sensor of another axis or place would read of the modes of the model; `None` where nothing moves it.
+fn readings(scene: &Scene, fit: &Fit, fault: &Fault) -> Option<Vec<f64>> {
+    let sensor = fault.sensor(&scene.test.sensors);
+    let mut readings = vec![0.0; fit.rows.n_modes];
+    let mut moves = false;
+    for case in fault.cases(scene).filter(|c| c.sensors.contains(&fault.sensor)) {
+        let row = observation_matrix(&case.model, std::slice::from_ref(&sensor)).ok()?;
+        moves |= row.amax() > 0.0;
+        case.modes().for_each(|m| readings[m] = (&row * &fit.modes_at[m])[0]);
+    }
+    moves.then_some(readings)
+}
+
+/// Whether a sensor along another axis would read noise only, less than three standard deviations in all modes together: it cannot be told
+/// from a dead one, and that is what it is called.
+pub(super) fn reads_noise_only(scene: &Scene, fit: &Fit, fault: &Fault) -> bool {
+    const SEEN: f64 = 9.0;
+    let modes = measured_modes(scene, fit, fault);
+    if !matches!(fault.change, Change::Axis(_)) || scene.has_functions() || modes.is_empty() {
+        return false;
+    }
+    let Some(readings) = readings(scene, fit, fault) else { return true };
+    let s = fault.sensor;
+    let signal = |&m: &usize| {
+        let column = |a: &DMatrix<f64>| -> Vec<f64> { a.column(m).iter().copied().collect() };
+        let (mut phi, test, w) = (column(&fit.shapes), column(&fit.test_shapes), column(&fit.inverse_sd));
+        phi[s] = readings[m];
+        (shape_rows(&phi, &test, &w)[s] + test[s] * w[s]).powi(2)
+    };
+    modes.iter().map(signal).sum::<f64>() < SEEN
+}
+
 fn trace(scene: &Scene, fit: &Fit, weight: f64, fault: &Fault) -> Option<Trace> {
     let rows = fit.rows;
     let s = fault.sensor;
@@ -58,26 +95,12 @@ fn trace(scene: &Scene, fit: &Fit, weight: f64, fault: &Fault) -> Option<Trace> 
         }
         return delta.iter().all(|v| v.is_finite()).then_some(Trace::Fixed(delta));
     }
-    let measured: Vec<usize> =
-        fault.modes(scene).filter(|&m| fit.inverse_sd[(s, m)] > 0.0 && !fit.unpaired.contains(&m)).collect();
+    let measured = measured_modes(scene, fit, fault);
     if measured.is_empty() {
         return None;
     }
     let replaced = match &fault.change {
-        Change::Axis(_) | Change::Position { .. } => {
-            let sensor = fault.sensor(&scene.test.sensors);
-            let mut readings = vec![0.0; rows.n_modes];
-            let mut moves = false;
-            for case in fault.cases(scene).filter(|c| c.sensors.contains(&s)) {
-                let row = observation_matrix(&case.model, std::slice::from_ref(&sensor)).ok()?;
-                moves |= row.amax() > 0.0;
-                case.modes().for_each(|m| readings[m] = (&row * &fit.modes_at[m])[0]);
-            }
-            if !moves {
-                return None;
-            }
-            Some(readings)
-        }
+        Change::Axis(_) | Change::Position { .. } => Some(readings(scene, fit, fault)?),
         _ => None,
     };
     match fault.change {

@@ -4,7 +4,7 @@
 //! * A verdict follows the probabilities: with "nothing" more probable than all else together nothing is named, with
 //!   "something else" more probable than all else together, two effects included, the verdict is `unexplained`.
 //! * A hypothesis is believed when its ln Bayes factor is above 3 *and* what remains looks like noise: goodness of fit, a
-//!   second screening and neighbouring sensors, at a level of 0.01 for the three together, and no mode without partner. Among
+//!   second screening and neighbouring sensors, each at a level of 0.001, and no mode without partner. Among
 //!   tied hypotheses the most probable one that passes is taken.
 //! * Else a second hypothesis is sought on top of the best, and each of the two again [beside the other](super::pairs); with a gain above 3, held-out modes predicted better than by the base,
 //!   and noise as remainder the verdict is `several-effects`, else `unexplained`.
@@ -53,7 +53,7 @@ pub(super) fn conclude(
     let dof = degrees_of_freedom(&base.fit, &base.q);
     let fits = goodness_of_fit(&base.fit, &base.q);
     let white = whiteness(&base.scene, &base.fit, &base.q, settings.seed.wrapping_add(2));
-    let looks_like_noise = is_noise(fits, white) && base.fit.unpaired.is_empty();
+    let looks_like_noise = is_noise(fits, white, REMAINDER / 3.0) && base.fit.unpaired.is_empty();
     // The level is shared with the tests of the remainder, which raise an alarm too.
     let alarm = base.p_value < settings.alarm_level - REMAINDER || !base.fit.unpaired.is_empty();
     let best_bayes = refits.iter().map(|r| r.ln_bayes).fold(f64::NEG_INFINITY, f64::max);
@@ -311,8 +311,8 @@ pub(super) fn better_than_noise(base: &Stage, refits: &[Refit]) -> Result<bool, 
 
 /// Whether a remainder looks like noise. Below the median of what noise alone gives, how neighbours go together says nothing:
 /// what is smaller than the stated noise needs no explanation.
-fn is_noise(fits: f64, white: f64) -> bool {
-    fits > 0.5 || (fits > EACH_REMAINDER && white > EACH_REMAINDER)
+fn is_noise(fits: f64, white: f64, level: f64) -> bool {
+    fits > 0.5 || (fits > level && white > level)
 }
 
 /// Screens again with a hypothesis in the base.
@@ -320,7 +320,8 @@ fn remains(base: &Stage, r: &Refit, settings: &Settings) -> Result<(Remainder, S
     let second = base.with(r, settings)?;
     let fits = goodness_of_fit(&second.fit, &second.q);
     let white = whiteness(&second.scene, &second.fit, &second.q, settings.seed.wrapping_add(2));
-    let passes = is_noise(fits, white) && second.p_value > EACH_REMAINDER && second.fit.unpaired.is_empty();
+    let passes =
+        is_noise(fits, white, EACH_REMAINDER) && second.p_value > EACH_REMAINDER && second.fit.unpaired.is_empty();
     // The smallest of three.
     let p_value =
         if second.fit.unpaired.is_empty() { (3.0 * fits.min(white).min(second.p_value)).min(1.0) } else { 0.0 };

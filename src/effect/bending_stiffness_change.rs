@@ -2,7 +2,7 @@
 
 use super::location::Location;
 use super::patch::{Builder, Patch, PatchError, entry};
-use super::structure::{PartKind, Structure, entries};
+use super::structure::{Structure, entries};
 use super::torsion_stiffness_change::rigidity;
 use super::{About, Effect};
 use crate::element::Dof;
@@ -36,7 +36,7 @@ impl Effect for BendingStiffnessChange {
         let mut all = Vec::new();
         for dof in [Dof::Ry, Dof::Rz] {
             let places = structure.places(|p| {
-                (p.kind == PartKind::Element || p.is_member)
+                p.is_straight()
                     && p.elements.iter().all(|&e| structure.is_beam(e))
                     && structure.part_strains(p, dof)
                     && rigidity(structure, p, dof).is_some()

@@ -2,7 +2,7 @@
 
 use super::location::{BASE, Location};
 use super::patch::{NewParameter, Patch, PatchError};
-use super::structure::{Context, Structure};
+use super::structure::{Context, Part, Structure};
 use super::{Belongs, Effect, Effects};
 use crate::model::{Model, ParametricModel, Registry};
 use indexmap::IndexMap;
@@ -101,12 +101,35 @@ pub struct Configured<'a> {
 /// configuration brings acts there.
 pub fn candidates_in(tested: &[Configured<'_>], effects: &Effects) -> Vec<Candidate> {
     let structures: Vec<Structure<'_>> = tested.iter().map(|c| Structure::new(c.model, c.context)).collect();
+    placed(tested, &structures, effects, |_, _| true)
+}
+
+/// Every effect of a part at every span of a structure that has one of these elements.
+///
+/// * `near` - names of elements, or of members that have them
+pub fn candidates_on_spans(tested: &[Configured<'_>], effects: &Effects, near: &[String]) -> Vec<Candidate> {
+    let structures: Vec<Structure<'_>> = tested.iter().map(|c| Structure::new(c.model, c.context).on_spans()).collect();
+    placed(tested, &structures, effects, |structure, at| {
+        let of_near = |e: &usize| near.iter().any(|name| structure.part(name).is_some_and(|p| p.elements.contains(e)));
+        let span = |name: &String| structure.spans().iter().find(|s| s.name == *name);
+        let spans: Option<Vec<&Part>> = at.names.iter().map(span).collect();
+        spans.is_some_and(|spans| spans.iter().any(|s| s.elements.iter().any(of_near)))
+    })
+}
+
+/// * `is_wanted` - of the locations that an effect lists
+fn placed(
+    tested: &[Configured<'_>],
+    structures: &[Structure<'_>],
+    effects: &Effects,
+    is_wanted: impl Fn(&Structure<'_>, &Location) -> bool,
+) -> Vec<Candidate> {
     let one_base = tested.len() == 1 && tested[0].name.is_none();
     let mut out = Vec::new();
     for effect in effects.iter() {
         let mut places: IndexMap<Location, Vec<usize>> = IndexMap::new();
         for (k, structure) in structures.iter().enumerate() {
-            for at in effect.locations(structure) {
+            for at in effect.locations(structure).into_iter().filter(|at| is_wanted(structure, at)) {
                 places.entry(at).or_default().push(k);
             }
         }

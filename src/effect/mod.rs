@@ -57,7 +57,7 @@ mod tests;
 mod text;
 mod torsion_stiffness_change;
 
-pub use candidate::{Candidate, Configured, Patched, candidates, candidates_in};
+pub use candidate::{Candidate, Configured, Patched, candidates, candidates_in, candidates_on_spans};
 pub use location::{BASE, Location, LocationKind};
 pub use patch::{Edit, NewParameter, Patch, PatchError};
 pub use structure::{Context, Part, PartKind, Rigidity, SensorLoad, Structure};
@@ -230,7 +230,10 @@ fn place_of(
     place: &str,
     configuration: Option<&str>,
 ) -> Result<Candidate, PatchError> {
-    let locations = effect.locations(structure);
+    let mut locations = effect.locations(structure);
+    // Nodes and ends are listed there again.
+    let on_spans = effect.locations(&structure.clone().on_spans());
+    locations.extend(on_spans.into_iter().filter(|at| at.names.iter().any(|name| structure.is_span(name))));
     let Some(at) = locations.iter().find(|l| l.to_string() == place) else {
         if locations.is_empty() && effect.needs_sensors() && structure.context().sensors.is_empty() {
             return Err(PatchError::NoSensors { effect: effect.name().to_string() });

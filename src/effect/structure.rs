@@ -2,8 +2,9 @@
 
 mod lines;
 mod listing;
+mod places;
 
-use super::location::{Location, LocationKind};
+use super::location::Location;
 use super::patch::PatchError;
 use crate::element::Dof;
 use crate::linalg::DMatrix;
@@ -59,6 +60,8 @@ pub enum PartKind {
     Chain,
     /// Several members of the file that lie end to end.
     Line,
+    /// A few successive elements of a chain or of a line.
+    Span,
     /// A group of the file, or an entry of several elements that are no chain.
     Group,
     /// A point mass.
@@ -68,11 +71,11 @@ pub enum PartKind {
 /// A named part of the structure.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Part {
-    /// Its name in the file: `left_wing`, `left_wing.1`, `winglets.2`, a group; of a line its ends, `hub..blade3`.
+    /// Its name in the file: `left_wing`, `left_wing.1`, `winglets.2`, a group; of a line or a span its ends, `hub..blade3`.
     pub name: String,
     /// What it is.
     pub kind: PartKind,
-    /// What the file calls it: its name, or those of the members of a line.
+    /// What the file calls it: its name, or those of the members of a line, of the elements of a span.
     pub of: Vec<String>,
     /// Indices of its elements, in order.
     pub elements: Vec<usize>,
@@ -80,6 +83,13 @@ pub struct Part {
     pub partner: Option<usize>,
     /// Whether it is a whole member of beams: a chain, a beam that belongs to none, or several of them end to end.
     pub is_member: bool,
+}
+
+impl Part {
+    /// Whether its elements have one axis: a member, an element, a span.
+    pub fn is_straight(&self) -> bool {
+        self.is_member || matches!(self.kind, PartKind::Element | PartKind::Span)
+    }
 }
 
 /// Mean rigidities of the beams of a part at the estimates, weighted by length; zero where absent.
@@ -124,12 +134,15 @@ pub(super) enum Joint {
 }
 
 /// A model as the effects see it.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Structure<'a> {
     model: &'a Model,
     context: &'a Context,
     theta: Vec<f64>,
     parts: Vec<Part>,
+    spans: Vec<Part>,
+    /// Whether places are spans instead of parts.
+    on_spans: bool,
     ends: Vec<End>,
     node_partner: Vec<Option<usize>>,
     element_partner: Vec<Option<usize>>,
@@ -154,6 +167,8 @@ impl<'a> Structure<'a> {
             model,
             context,
             parts: Vec::new(),
+            spans: Vec::new(),
+            on_spans: false,
             ends: Vec::new(),
             node_partner: listing::node_partners(model),
             element_partner: Vec::new(),
@@ -168,6 +183,9 @@ impl<'a> Structure<'a> {
         s.element_partner = s.list_element_partners();
         s.look_at_elements();
         s.parts = s.list_parts();
+        let mut spans = s.list_spans();
+        s.pair_up(&mut spans);
+        s.spans = spans;
         s.ends = s.list_ends();
         s.omega2 = s.characteristic_omega2();
         s
@@ -193,9 +211,26 @@ impl<'a> Structure<'a> {
         &self.parts
     }
 
-    /// The part of a name.
+    /// A few successive elements of a chain or of a line, in file order.
+    pub fn spans(&self) -> &[Part] {
+        &self.spans
+    }
+
+    /// Whether a name is that of a span.
+    pub fn is_span(&self, name: &str) -> bool {
+        self.spans.iter().any(|s| s.name == name)
+    }
+
+    /// The part, or the span, of a name.
     pub fn part(&self, name: &str) -> Option<&Part> {
-        self.parts.iter().find(|p| p.name == name)
+        self.parts.iter().chain(&self.spans).find(|p| p.name == name)
+    }
+
+    /// The same structure, on which effects find their places among the spans alone.
+    #[must_use]
+    pub fn on_spans(mut self) -> Self {
+        self.on_spans = true;
+        self
     }
 
     /// Total mass, kg.
@@ -238,41 +273,6 @@ impl<'a> Structure<'a> {
             || turns.iter().all(|&d| turning(a, d) == turning(b, d)) && turns.iter().any(|&d| !turning(a, d).is_empty())
     }
 
-    /// Nodes with a property, symmetric partners together before each alone; `dof` is the direction that must move.
-    pub(super) fn nodes(&self, accept: impl Fn(usize) -> bool) -> Vec<Location> {
-        let partner = |i: usize| self.node_partner[i].filter(|j| *j < self.n_nodes() && accept(*j));
-        arrange((0..self.n_nodes()).filter(|&i| accept(i)), partner)
-            .into_iter()
-            .map(|nodes| {
-                let names = nodes.into_iter().map(|n| self.node_name(n).to_string()).collect();
-                Location::new(LocationKind::Node, names)
-            })
-            .collect()
-    }
-
-    /// Parts with a property, symmetric partners together before each alone.
-    pub(super) fn places(&self, accept: impl Fn(&Part) -> bool) -> Vec<Location> {
-        let accepted = |i: &usize| accept(&self.parts[*i]);
-        let partner = |i: usize| self.parts[i].partner.filter(|j| accepted(j));
-        arrange((0..self.parts.len()).filter(accepted), partner)
-            .into_iter()
-            .map(|parts| {
-                let kind = match self.parts[parts[0]].kind {
-                    PartKind::Element => LocationKind::Element,
-                    PartKind::Chain | PartKind::Line => LocationKind::Chain,
-                    PartKind::Group => LocationKind::Group,
-                    PartKind::Mass => LocationKind::Mass,
-                };
-                Location::new(kind, parts.into_iter().map(|p| self.parts[p].name.clone()).collect())
-            })
-            .collect()
-    }
-
-    /// Whole members of beams with a property.
-    pub(super) fn members(&self, accept: impl Fn(&Part) -> bool) -> Vec<Location> {
-        self.places(|p| p.is_member && accept(p))
-    }
-
     /// Whether some motion strains some element of a part along or about this axis of its own.
     pub fn part_strains(&self, part: &Part, dof: Dof) -> bool {
         part.elements.iter().any(|&e| self.strains(e, dof))
@@ -286,20 +286,6 @@ impl<'a> Structure<'a> {
     /// Whether all elements of a part have this property.
     pub fn part_has(&self, part: &Part, property: &str) -> bool {
         part.elements.iter().all(|&e| self.property(e, property).is_some())
-    }
-
-    /// Ends with a joint of a kind, direction by direction, symmetric partners together before each alone.
-    pub(super) fn end_places(&self, kind: Joint, dofs: &[Dof]) -> Vec<Location> {
-        let mut locations = Vec::new();
-        for &dof in dofs {
-            let accepted = |i: &usize| self.ends[*i].joint[dof as usize] == Some(kind);
-            let partner = |i: usize| self.ends[i].partner.filter(|j| accepted(j));
-            for ends in arrange((0..self.ends.len()).filter(accepted), partner) {
-                let names = ends.into_iter().map(|i| self.end_name(&self.ends[i])).collect();
-                locations.push(Location::new(LocationKind::End, names).along(dof.name()));
-            }
-        }
-        locations
     }
 
     fn end_name(&self, end: &End) -> String {
@@ -561,18 +547,6 @@ fn acting(a: &DMatrix<f64>, b: &DMatrix<f64>) -> Vec<bool> {
     (0..a.nrows())
         .map(|r| force.row(r).iter().zip(size.row(r).iter()).any(|(f, s)| *s > 0.0 && f.abs() > 1e-9 * s))
         .collect()
-}
-
-/// Items with their partners first, then each of them alone; an item without a partner stands alone.
-fn arrange(items: impl Iterator<Item = usize>, partner: impl Fn(usize) -> Option<usize>) -> Vec<Vec<usize>> {
-    let mut out = Vec::new();
-    for i in items {
-        if let Some(j) = partner(i).filter(|j| *j > i) {
-            out.push(vec![i, j]);
-        }
-        out.push(vec![i]);
-    }
-    out
 }
 
 pub(super) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {

@@ -2,7 +2,7 @@
 
 use super::location::Location;
 use super::patch::{Builder, Patch, PatchError, entry};
-use super::structure::{Part, PartKind, Structure, entries};
+use super::structure::{Part, Structure, entries};
 use super::{About, Effect};
 use crate::element::Dof;
 use crate::model::spec::OverrideSpec;
@@ -33,7 +33,7 @@ impl Effect for TorsionStiffnessChange {
 
     fn locations(&self, structure: &Structure<'_>) -> Vec<Location> {
         let places = structure.places(|p| {
-            (p.kind == PartKind::Element || p.is_member)
+            p.is_straight()
                 && p.elements.iter().all(|&e| structure.is_beam(e))
                 && structure.part_strains(p, Dof::Rx)
                 && rigidity(structure, p, Dof::Rx).is_some()

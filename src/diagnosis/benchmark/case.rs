@@ -10,7 +10,7 @@ use crate::diagnosis::fit::{Fit, fit};
 use crate::diagnosis::refit::with_effect;
 use crate::diagnosis::scene::Scene;
 use crate::diagnosis::screen::project;
-use crate::diagnosis::traces::traces;
+use crate::diagnosis::traces::{reads_noise_only, traces};
 use crate::diagnosis::{Diagnosis, DiagnosisError, Investigation, Kind, Settings, Verdict, investigate};
 use crate::effect::{Candidate, Context, candidates};
 use crate::linalg::DVector;
@@ -133,8 +133,8 @@ impl Specimen {
         let mut kinds: BTreeMap<&str, Vec<Hidden>> = BTreeMap::new();
         let scene = Scene::new(&self.model, &[&test]);
         if let Ok((scene, base)) = scene.and_then(|s| fit(&s, &[s.start()], 1.0).map(|f| (s, f))) {
-            let list = faults(&scene);
-            // A reading along an axis in which nothing moves is a dead sensor by another name.
+            let mut list = faults(&scene);
+            list.retain(|fault| !reads_noise_only(&scene, &base, fault));
             let seen = traces(&scene, &base, 1.0, &list);
             for (f, _) in list.into_iter().zip(seen).filter(|(_, t)| t.is_some()) {
                 kinds.entry(f.name()).or_default().push(Hidden::Fault(f));

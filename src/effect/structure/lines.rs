@@ -1,26 +1,70 @@
 //! Lines: members that lie end to end. A file may hold one beam in several entries, and what acts along a beam acts on all of them.
 
+use super::listing::sorted;
 use super::{Part, PartKind, Structure};
 use crate::element::Dof;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Cosine of the largest angle at which members still make one line, 30 degrees: an axial force keeps 87 % of itself there.
 const STRAIGHT: f64 = 0.866;
+/// Elements of a span, at most.
+const LONGEST_SPAN: usize = 4;
 
 impl Structure<'_> {
     /// Entries of beams that lie end to end, from one branch, support or free end to the next; `first..last` by name.
     pub(super) fn list_lines(&self) -> Vec<Part> {
-        let spec = self.model.spec();
         let mut entry_of: BTreeMap<usize, &str> = BTreeMap::new();
-        for (name, member) in &spec.beams {
+        for (name, member) in &self.model.spec().beams {
             for &e in self.model.element_set(name).into_iter().flatten() {
                 entry_of.insert(e, if member.pairs.is_some() { self.element_of_file(e) } else { name });
             }
         }
-        let all: Vec<usize> = entry_of.keys().copied().collect();
-        let at = self.beams_at(&all);
         let mut lines = Vec::new();
-        let mut left = all.clone();
+        for elements in self.lines_of_beams() {
+            let mut of: Vec<String> = elements.iter().map(|e| entry_of[e].to_string()).collect();
+            of.dedup();
+            let whole =
+                |name: &String| self.model.element_set(name).is_some_and(|s| s.iter().all(|e| elements.contains(e)));
+            if let [start, .., end] = of.as_slice()
+                && of.iter().all(whole)
+            {
+                let name = format!("{start}..{end}");
+                lines.push(Part { name, kind: PartKind::Line, of, elements, partner: None, is_member: true });
+            }
+        }
+        lines
+    }
+
+    /// Two to [`LONGEST_SPAN`] successive elements of the file on a line: what is changed need not end where an entry does. Those that
+    /// are a place already are left out.
+    pub(super) fn list_spans(&self) -> Vec<Part> {
+        let mut spans = Vec::new();
+        for line in self.lines_of_beams() {
+            let elements: Vec<&[usize]> =
+                line.chunk_by(|&a, &b| self.element_of_file(a) == self.element_of_file(b)).collect();
+            for length in 2..=LONGEST_SPAN {
+                for window in elements.windows(length) {
+                    let of: Vec<String> = window.iter().map(|e| self.element_of_file(e[0]).to_string()).collect();
+                    let name = format!("{}..{}", of[0], of[length - 1]);
+                    let elements = window.concat();
+                    let kind = PartKind::Span;
+                    spans.push(Part { name, kind, of, elements, partner: None, is_member: false });
+                }
+            }
+        }
+        let known: BTreeSet<Vec<usize>> = self.parts.iter().map(|p| sorted(&p.elements)).collect();
+        spans.retain(|span| !known.contains(&sorted(&span.elements)));
+        spans
+    }
+
+    /// Beams that lie end to end, in order, from one branch, support or free end to the next.
+    fn lines_of_beams(&self) -> Vec<Vec<usize>> {
+        let spec = self.model.spec();
+        let beams: BTreeSet<usize> =
+            spec.beams.keys().flat_map(|name| self.model.element_set(name).into_iter().flatten().copied()).collect();
+        let mut left: Vec<usize> = beams.into_iter().collect();
+        let at = self.beams_at(&left);
+        let mut lines = Vec::new();
         while let Some(&first) = left.first() {
             let mut line = vec![first];
             let mut next = 0;
@@ -35,17 +79,7 @@ impl Structure<'_> {
                 next += 1;
             }
             left.retain(|e| !line.contains(e));
-            let Some(elements) = self.path(&line) else { continue };
-            let mut of: Vec<String> = elements.iter().map(|e| entry_of[e].to_string()).collect();
-            of.dedup();
-            let whole =
-                |name: &String| self.model.element_set(name).is_some_and(|s| s.iter().all(|e| line.contains(e)));
-            if let [start, .., end] = of.as_slice()
-                && of.iter().all(whole)
-            {
-                let name = format!("{start}..{end}");
-                lines.push(Part { name, kind: PartKind::Line, of, elements, partner: None, is_member: true });
-            }
+            lines.extend(self.path(&line));
         }
         lines
     }

@@ -38,7 +38,7 @@ impl Structure<'_> {
                         PartKind::Chain => true,
                         PartKind::Element => is_whole,
                         PartKind::Group => self.path(elements).is_some(),
-                        PartKind::Line | PartKind::Mass => false,
+                        PartKind::Line | PartKind::Span | PartKind::Mass => false,
                     };
                 let (name, elements) = (name.to_string(), elements.to_vec());
                 parts.push(Part { of: vec![name.clone()], name, kind, elements, partner: None, is_member });
@@ -65,24 +65,12 @@ impl Structure<'_> {
             }
         }
         spec.groups.keys().for_each(|name| push(name, PartKind::Group, true));
-        let sorted = |elements: &[usize]| {
-            let mut s = elements.to_vec();
-            s.sort_unstable();
-            s
-        };
         // A group of the same elements as a part before it is the same place; so is a line that has a name.
         parts.extend(self.list_lines());
         let mut seen = BTreeSet::new();
         let has_others = |p: &Part| matches!(p.kind, PartKind::Group | PartKind::Line);
         parts.retain(|p| !p.elements.is_empty() && (seen.insert(sorted(&p.elements)) || !has_others(p)));
-        let of: BTreeMap<Vec<usize>, usize> =
-            parts.iter().enumerate().rev().map(|(i, p)| (sorted(&p.elements), i)).collect();
-        for i in 0..parts.len() {
-            let image: Option<Vec<usize>> = parts[i].elements.iter().map(|&e| self.element_partner[e]).collect();
-            let partner = image.and_then(|image| of.get(&sorted(&image)).copied());
-            parts[i].partner =
-                partner.filter(|&j| j != i && parts[j].kind == parts[i].kind && apart(&parts[i], &parts[j]));
-        }
+        self.pair_up(&mut parts);
         // So is a group, or a line, of two partners.
         let pairs: Vec<Vec<usize>> = parts
             .iter()
@@ -104,6 +92,18 @@ impl Structure<'_> {
             p.partner = p.partner.map(|j| moved[j]);
         }
         parts
+    }
+
+    /// Finds the mirror image of every part among the others.
+    pub(super) fn pair_up(&self, parts: &mut [Part]) {
+        let of: BTreeMap<Vec<usize>, usize> =
+            parts.iter().enumerate().rev().map(|(i, p)| (sorted(&p.elements), i)).collect();
+        for i in 0..parts.len() {
+            let image: Option<Vec<usize>> = parts[i].elements.iter().map(|&e| self.element_partner[e]).collect();
+            let partner = image.and_then(|image| of.get(&sorted(&image)).copied());
+            parts[i].partner =
+                partner.filter(|&j| j != i && parts[j].kind == parts[i].kind && apart(&parts[i], &parts[j]));
+        }
     }
 
     pub(super) fn list_ends(&self) -> Vec<End> {
@@ -154,6 +154,13 @@ impl Structure<'_> {
         ends.iter_mut().zip(partners).for_each(|(end, partner)| end.partner = partner);
         ends
     }
+}
+
+/// Indices in ascending order: the same for the same elements.
+pub(super) fn sorted(elements: &[usize]) -> Vec<usize> {
+    let mut sorted = elements.to_vec();
+    sorted.sort_unstable();
+    sorted
 }
 
 /// Whether two parts share no element.

@@ -79,6 +79,49 @@ fn a_beam_in_pieces_takes_every_effect_of_the_whole() {
     assert!(failures.is_empty(), "{}", failures.join("\n"));
 }
 
+/// A change on a span is the sum of the changes of its elements; entries of the file and their order do not matter.
+#[test]
+fn a_span_is_its_elements_together() {
+    let (one, pieces) = (in_one(), in_pieces(""));
+    let names = |text: &str| -> Vec<String> {
+        let (model, context) = (model(text), Context::default());
+        Structure::new(&model, &context).spans().iter().map(|p| p.name.clone()).collect()
+    };
+    // Two, three and four of six elements.
+    assert_eq!(names(&one).len(), 5 + 4 + 3);
+    let in_pieces = names(&pieces);
+    assert!(["p.2..q", "q..r.2", "r.1..s.1"].iter().all(|n| in_pieces.iter().any(|name| name == n)), "{in_pieces:?}");
+    assert!(!in_pieces.iter().any(|n| n == "p.1..p.2"), "the whole of p has a name: {in_pieces:?}");
+    let model = model(&one);
+    let context = Context::default();
+    let near = ["b.3".to_string()];
+    let base = Configured { name: None, model: &model, context: &context };
+    let found = candidates_on_spans(&[base], &Effects::builtin(), &near);
+    let ids: Vec<String> = found.iter().map(Candidate::id).collect();
+    assert!(ids.contains(&"distributed-mass@b.2..b.4".to_string()), "{ids:?}");
+    assert!(!ids.iter().any(|id| id.contains("@b.4..b.5")), "{ids:?}");
+    let neutral = {
+        let structure = Structure::new(&model, &context);
+        model.assemble(structure.theta()).unwrap().stiffness
+    };
+    let mut n = 0;
+    for c in found.iter().filter(|c| c.effect.name().ends_with("stiffness-change")) {
+        let id = c.id();
+        let ([whole, ..], size) = matrices(&one, &id).unwrap();
+        let [first, last] = c.location.names[0].split_once("..").map(<[&str; 2]>::from).unwrap();
+        let number = |name: &str| name.trim_start_matches("b.").parse::<usize>().unwrap();
+        let each = (number(first)..=number(last)).map(|k| {
+            let ([alone, ..], its) = matrices(&one, &id.replace(&c.location.names[0], &format!("b.{k}"))).unwrap();
+            assert_eq!(its, size, "{id}");
+            alone - &neutral
+        });
+        let sum = each.fold(neutral.clone(), |sum, one| sum + one);
+        assert!((&whole - sum).abs().max() <= 1e-12 * whole.abs().max(), "{id}");
+        n += 1;
+    }
+    assert!(n >= 30, "{n}");
+}
+
 #[test]
 fn a_line_with_a_name_is_called_by_it() {
     let named = in_pieces("groups: {spar: [r, s, q, p], half: [q, r], loose: [p, s]}");

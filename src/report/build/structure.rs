@@ -82,8 +82,9 @@ impl<'a> Places<'a> {
     fn lines(&self) -> &[Part] {
         self.lines.get_or_init(|| {
             let context = Context::default();
-            let parts = effect::Structure::new(self.model, &context).parts().to_vec();
-            parts.into_iter().filter(|p| p.kind == PartKind::Line).collect()
+            let structure = effect::Structure::new(self.model, &context);
+            let lines = structure.parts().iter().filter(|p| p.kind == PartKind::Line);
+            lines.chain(structure.spans()).cloned().collect()
         })
     }
 

@@ -1,0 +1,69 @@
+//! Places for effects: nodes, parts and ends with a property, symmetric partners together before each alone.
+
+use super::{Joint, Part, PartKind, Structure};
+use crate::effect::location::{Location, LocationKind};
+use crate::element::Dof;
+
+impl Structure<'_> {
+    /// Nodes with a property, symmetric partners together before each alone; `dof` is the direction that must move.
+    pub(in crate::effect) fn nodes(&self, accept: impl Fn(usize) -> bool) -> Vec<Location> {
+        let partner = |i: usize| self.node_partner[i].filter(|j| *j < self.n_nodes() && accept(*j));
+        arrange((0..self.n_nodes()).filter(|&i| accept(i)), partner)
+            .into_iter()
+            .map(|nodes| {
+                let names = nodes.into_iter().map(|n| self.node_name(n).to_string()).collect();
+                Location::new(LocationKind::Node, names)
+            })
+            .collect()
+    }
+
+    /// Parts with a property, symmetric partners together before each alone.
+    pub(in crate::effect) fn places(&self, accept: impl Fn(&Part) -> bool) -> Vec<Location> {
+        let parts = if self.on_spans { &self.spans } else { &self.parts };
+        let accepted = |i: &usize| accept(&parts[*i]);
+        let partner = |i: usize| parts[i].partner.filter(|j| accepted(j));
+        arrange((0..parts.len()).filter(accepted), partner)
+            .into_iter()
+            .map(|at| {
+                let kind = match parts[at[0]].kind {
+                    PartKind::Element => LocationKind::Element,
+                    PartKind::Chain | PartKind::Line | PartKind::Span => LocationKind::Chain,
+                    PartKind::Group => LocationKind::Group,
+                    PartKind::Mass => LocationKind::Mass,
+                };
+                Location::new(kind, at.into_iter().map(|p| parts[p].name.clone()).collect())
+            })
+            .collect()
+    }
+
+    /// Whole members of beams with a property.
+    pub(in crate::effect) fn members(&self, accept: impl Fn(&Part) -> bool) -> Vec<Location> {
+        self.places(|p| p.is_member && accept(p))
+    }
+
+    /// Ends with a joint of a kind, direction by direction, symmetric partners together before each alone.
+    pub(in crate::effect) fn end_places(&self, kind: Joint, dofs: &[Dof]) -> Vec<Location> {
+        let mut locations = Vec::new();
+        for &dof in dofs {
+            let accepted = |i: &usize| self.ends[*i].joint[dof as usize] == Some(kind);
+            let partner = |i: usize| self.ends[i].partner.filter(|j| accepted(j));
+            for ends in arrange((0..self.ends.len()).filter(accepted), partner) {
+                let names = ends.into_iter().map(|i| self.end_name(&self.ends[i])).collect();
+                locations.push(Location::new(LocationKind::End, names).along(dof.name()));
+            }
+        }
+        locations
+    }
+}
+
+/// Items with their partners first, then each of them alone; an item without a partner stands alone.
+fn arrange(items: impl Iterator<Item = usize>, partner: impl Fn(usize) -> Option<usize>) -> Vec<Vec<usize>> {
+    let mut out = Vec::new();
+    for i in items {
+        if let Some(j) = partner(i).filter(|j| *j > i) {
+            out.push(vec![i, j]);
+        }
+        out.push(vec![i]);
+    }
+    out
+}
