@@ -173,7 +173,7 @@ pub(super) fn refit(stage: &Stage, few: bool) -> Result<Refits, DiagnosisError> 
         more.extend(further.iter().map(|f| Job::Fault(f, &bases)));
         merge(stage, &mut done, run(stage, &more, base));
     }
-    if is_poor && !leaves_noise(&done)? {
+    if is_poor && !leaves_noise(&done)? && may_be_a_span(stage, &spreads, &done) {
         let found = on_spans(stage, &spreads, &bases, limit, base);
         merge(stage, &mut done, found);
     }
@@ -184,6 +184,13 @@ pub(super) fn refit(stage: &Stage, few: bool) -> Result<Refits, DiagnosisError> 
     complete_ties(stage, &mut done, base);
     done.sort_by(|a, b| b.ln_bayes.total_cmp(&a.ln_bayes));
     Ok(Refits { hypotheses: done, spreads })
+}
+
+/// Whether something on a span could explain more than the best so far: at most what the spreads do, which have every span among them.
+fn may_be_a_span(stage: &Stage, spreads: &[Fitted], done: &[Refit]) -> bool {
+    let least = spreads.iter().map(|s| s.spread.misfit).fold(f64::INFINITY, f64::min);
+    let most = 0.5 * stage.weight * stage.weight * (stage.fit.misfit - least);
+    done.iter().all(|r| r.ln_bayes < most)
 }
 
 /// Refits the best effects on a few successive elements around those that a spread changes the most: what is changed need not end

@@ -220,6 +220,28 @@ fn a_wrong_mass_of_one_configuration_is_found_there() {
     assert!(low < 0.2 && 0.2 < high);
 }
 
+/// A bending mode that the test lacks is noted; torsion, which no sensor of a slender blade sees, is not.
+#[test]
+fn a_mode_that_the_test_overlooked_is_noted() {
+    let blade = "retune: 1\nname: blade\nparameters: {E: {value: 70 GPa, bounds: [60 GPa, 80 GPa]}}\n\
+        nodes: {n0: [0, 0, 0], n1: [0.4, 0, 0], n2: [0.8, 0, 0], n3: [1.2, 0, 0]}\n\
+        sections: {flat: {E: E, G: 26 GPa, density: 2700, shape: {rectangle: {width: 60 mm, height: 12 mm}}}}\n\
+        beams: {blade: {chain: [n0, n1, n2, n3], section: flat, subdivide: 4}}\nsupports: {clamp: {node: n0}}\n";
+    let base = model(blade);
+    let sensors: Vec<Sensor> = crate::update::node_sensors(&base)
+        .into_iter()
+        .filter(|s| matches!(&s.place, crate::data::Place::Node { node, .. } if node.starts_with('n')))
+        .collect();
+    let mut test = twin_modes(&base, &middle(&base), &sensors, &noise(7, 9), "twin").unwrap();
+    let overlooked = test.modes.remove(3).frequency_hz.value;
+    let settings = Settings { effects: crate::effect::Effects::none(), faults: false, ..Settings::default() };
+    let d = diagnose(&base, &test, &settings).unwrap();
+    let noted: Vec<&String> = d.warnings.iter().filter(|w| w.contains("inside the tested band")).collect();
+    assert_eq!(noted.len(), 1, "{:?}", d.warnings);
+    let hz: Vec<f64> = noted[0].split_whitespace().filter_map(|w| w.trim_end_matches(',').parse().ok()).collect();
+    assert!(hz.len() == 1 && (hz[0] / overlooked - 1.0).abs() < 0.02, "{hz:?} {overlooked}");
+}
+
 /// A stiffness that is lost from the middle of one entry of the file to the end of the next.
 #[test]
 fn a_change_that_goes_on_beyond_an_element_is_one_effect() {

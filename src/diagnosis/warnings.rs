@@ -6,7 +6,7 @@ use super::fit::ON_BOUND;
 use super::mesh::{functions_moved, mesh_errors, modes, refined};
 use super::refit::{Refit, Tried};
 use super::scene::Case;
-use crate::model::{Model, ParametricModel};
+use crate::model::{Model, ParametricModel, extent};
 use crate::objective::Scaling;
 
 /// Whether the test has damping ratios and the model no damping to compare them with.
@@ -125,6 +125,8 @@ fn beyond_bounds(base: &Stage, r: &Refit) -> Vec<String> {
 fn unseen_modes(base: &Stage) -> Option<String> {
     /// Largest motion at a sensor, as a share of the largest anywhere.
     const SEEN: f64 = 0.2;
+    /// What counts as no motion, as a share of that which a rotation makes at the end of the structure.
+    const ROUNDING: f64 = 1e-6;
     if !base.fit.rows.has_shapes {
         return None;
     }
@@ -135,11 +137,13 @@ fn unseen_modes(base: &Stage) -> Option<String> {
         let tested: Vec<f64> = case.test.modes.iter().map(|m| m.frequency_hz.value).collect();
         let lowest = tested.iter().copied().fold(f64::INFINITY, f64::min);
         let highest = tested.iter().copied().fold(0.0, f64::max);
-        let is_translation: Vec<bool> = case.model.dof_map().rows().iter().map(|r| !r.1.is_rotation()).collect();
+        let is_rotation: Vec<bool> = case.model.dof_map().rows().iter().map(|r| r.1.is_rotation()).collect();
+        // A mode of rotations alone moves a sensor by rounding, and everything else too.
+        let arm = ROUNDING * extent(&case.model.geometry().positions);
         let largest = |a: usize| {
             let shape = p.modes.shapes.column(p.modes.n_rigid + a);
-            let moves = shape.iter().zip(&is_translation).filter(|(_, is)| **is);
-            moves.map(|(v, _)| v.abs()).fold(0.0, f64::max)
+            let moves = shape.iter().zip(&is_rotation).map(|(v, turns)| if *turns { arm * v.abs() } else { v.abs() });
+            moves.fold(0.0, f64::max)
         };
         let is_unseen = |&a: &usize| {
             let hz = p.frequencies_hz[a];
