@@ -12,7 +12,7 @@ use super::traces::{Trace, reads_noise_only, traces};
 use super::{DiagnosisError, Listener, Settings};
 use crate::correlation::{CorrelationError, Transducer, transducers};
 use crate::data::Sensor;
-use crate::effect::{Candidate, Configured, Context, Effects, SensorLoad, candidates_in, candidates_on_spans};
+use crate::effect::{Candidate, Configured, Context, Effects, SensorLoad, candidates_in, candidates_on_wider_places};
 use crate::linalg::{DMatrix, DVector};
 use crate::model::Model;
 use crate::optim::Draw;
@@ -82,9 +82,9 @@ impl Stage {
         self.screened[score.index].candidate.id()
     }
 
-    /// The same with the effects on spans near these elements, or members, in the place of its own.
-    pub(super) fn on_spans(&self, near: &[String]) -> Stage {
-        let placed = in_configurations(&self.scene, |tested| candidates_on_spans(tested, &self.catalogue, near));
+    /// The same with the effects at wider places near these elements, members or spans, instead of its own.
+    pub(super) fn on_wider_places(&self, near: &[String]) -> Stage {
+        let placed = in_configurations(&self.scene, |tested| candidates_on_wider_places(tested, &self.catalogue, near));
         let screened = screen(&self.scene, &self.fit, self.weight, placed, &self.listener);
         let directions = Directions::new(&screened, &self.q, self.fit.r.len());
         let effects = directions.rank(&self.residual);

@@ -289,6 +289,15 @@ impl Fault {
         out
     }
 
+    /// Whether it is about a sensor: its own, or one of two that are exchanged.
+    pub(super) fn is_of_sensor(&self, sensor: usize) -> bool {
+        match self.change {
+            Change::Order(..) | Change::DrivingPoint { .. } => false,
+            Change::Swap(other) => self.sensor == sensor || other == sensor,
+            _ => self.sensor == sensor,
+        }
+    }
+
     /// Whether a number scales its readings.
     pub(super) fn is_gain(&self) -> bool {
         matches!(self.change, Change::Gain | Change::FunctionGain)

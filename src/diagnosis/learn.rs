@@ -2,9 +2,9 @@
 
 use super::evidence::{held_out, ln_evidence};
 use super::fit::fit;
-use super::refit::Tried;
+use super::refit::{Tried, estimates};
 use super::scene::Scene;
-use super::{Diagnosis, DiagnosisError, Settings, Verdict, investigate};
+use super::{Diagnosis, DiagnosisError, Estimate, Settings, Verdict, investigate};
 use crate::data::TestData;
 use crate::effect::Candidate;
 use crate::linalg::DVector;
@@ -33,6 +33,19 @@ pub struct Step {
     pub tie: Vec<String>,
     /// Ids of effects that had become unnecessary and were taken out.
     pub dropped: Vec<String>,
+    /// Sizes of the effects that this model has been given, with intervals.
+    pub sizes: Vec<Estimate>,
+    /// Numbers of the fault that was taken out after it: a gain.
+    pub correction: Vec<Estimate>,
+}
+
+/// Additions that were tried and taken back, because what they left could not be explained.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Attempt {
+    /// Their ids, in order.
+    pub ids: Vec<String>,
+    /// What they left, Σ ((model - test)/σ)².
+    pub misfit: f64,
 }
 
 /// A history of learning.
@@ -46,6 +59,19 @@ pub struct Learned {
     pub stopped_for_tie: bool,
     /// The tests with every fault taken out that was found.
     pub tests: Vec<TestData>,
+    /// What was tried beyond the last step.
+    pub attempt: Option<Attempt>,
+}
+
+/// The share of what noise does not explain that an addition has to take away where a change of many parts explains the test as well:
+/// then the best of the catalogue may be the first of several, and only the end of the way tells.
+const WORTH_A_TRY: f64 = 1.0 / 3.0;
+
+/// Where to go back to from an attempt.
+struct Back {
+    step: usize,
+    scene: Scene,
+    effects: Vec<Candidate>,
 }
 
 /// Adds effects one after another as long as a diagnosis asks for them.
@@ -82,6 +108,7 @@ pub fn learn_from_tests(
     let mut steps = Vec::new();
     let mut stopped_for_tie = false;
     let mut dropped = Vec::new();
+    let mut back: Option<Back> = None;
     for round in 0..=limit {
         let found = investigate(scene.clone(), &starts, weight, settings)?;
         weight = Some(found.base.weight);
@@ -100,11 +127,15 @@ pub fn learn_from_tests(
             held_out: held_out(fit, found.base.weight)?,
             tie: Vec::new(),
             dropped: std::mem::take(&mut dropped),
+            sizes: estimates(&scene, fit, &scene.added)?,
+            correction: Vec::new(),
         };
         let best = found.refits.first();
-        // What is spread over all elements is not learnt as one effect after another.
+        // What is spread over all elements is learnt as one effect after another only where each explains much.
+        let is_spread = step.diagnosis.spread.is_some();
+        let excess = step.misfit - step.diagnosis.degrees_of_freedom / found.base.weight.powi(2);
         let worthwhile = step.diagnosis.verdict != Verdict::Adequate
-            && step.diagnosis.spread.is_none()
+            && best.is_some_and(|b| !is_spread || step.misfit - b.misfit > WORTH_A_TRY * excess)
             && best.is_some_and(|b| b.ln_bayes > super::verdict::STRONG)
             && step.diagnosis.p_value < settings.alarm_level.max(f64::from(u8::from(!fit.unpaired.is_empty())));
         let Some(best) = best.filter(|_| worthwhile && round < limit) else {
@@ -118,6 +149,9 @@ pub fn learn_from_tests(
             steps.push(step);
             break;
         }
+        if is_spread && back.is_none() {
+            back = Some(Back { step: steps.len(), scene: scene.clone(), effects: effects.clone() });
+        }
         step.tie = ties;
         scene = best.scene.clone();
         starts = vec![best.fit.x.clone()];
@@ -126,15 +160,35 @@ pub fn learn_from_tests(
                 effects.push(c.clone());
                 step.added = Some(c.clone());
             }
-            Tried::Fault(f) => step.corrected = Some(f.id(&found.base.scene)),
+            Tried::Fault(f) => {
+                step.corrected = Some(f.id(&found.base.scene));
+                step.correction.clone_from(&best.estimates);
+            }
         }
         steps.push(step);
         if effects.len() > 1 {
             dropped = prune(model, &mut scene, &mut starts, &mut effects, weight.unwrap_or(1.0))?;
         }
     }
+    let is_named = |v: Verdict| !matches!(v, Verdict::Adequate | Verdict::Unexplained);
+    let is_explained = steps.last().is_some_and(|s| {
+        let verdict = s.diagnosis.verdict;
+        verdict == Verdict::Adequate || stopped_for_tie && is_named(verdict)
+    });
+    let mut attempt = None;
+    if let Some(back) = back.filter(|_| !is_explained) {
+        let given = |s: &Step| s.added.as_ref().map(Candidate::id).or_else(|| s.corrected.clone());
+        let ids: Vec<String> = steps[back.step..].iter().filter_map(given).collect();
+        attempt = steps.last().map(|s| Attempt { ids, misfit: s.misfit });
+        steps.truncate(back.step + 1);
+        if let Some(last) = steps.last_mut() {
+            (last.added, last.corrected) = (None, None);
+            (last.tie, last.correction) = (Vec::new(), Vec::new());
+        }
+        (scene, effects, stopped_for_tie) = (back.scene, back.effects, false);
+    }
     let tests = scene.cases.iter().map(|c| (*c.test).clone()).collect();
-    Ok(Learned { steps, effects, stopped_for_tie, tests })
+    Ok(Learned { steps, effects, stopped_for_tie, tests, attempt })
 }
 
 /// Takes out effects whose removal, after a refit of the rest, does not cost evidence.

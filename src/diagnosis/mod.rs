@@ -34,11 +34,12 @@ mod tests;
 mod traces;
 mod verdict;
 mod warnings;
+mod wider;
 
 pub use base::sensor_loads;
 pub use error::DiagnosisError;
 pub use faults::{FAULTS, FaultKind};
-pub use learn::{Learned, Step, learn, learn_from_tests};
+pub use learn::{Attempt, Learned, Step, learn, learn_from_tests};
 pub use listener::Listener;
 pub use next_measurement::NextMeasurement;
 pub use spread::{Property, Spread, SpreadFactor};

@@ -10,6 +10,7 @@ use super::short_fit::shortest;
 use super::spread::{self, Fitted, spreads};
 use super::traces::gain_slope;
 use super::verdict::STRONG;
+use super::wider::{beyond_the_best, may_be_wider, on_wider_places, wide_names};
 use super::{DiagnosisError, Estimate};
 use crate::effect::{Candidate, NewParameter};
 use crate::linalg::DVector;
@@ -33,9 +34,7 @@ const BEST_FAULTS: usize = 4;
 const FAINT: f64 = 4.0;
 /// Rounds of looking around the best effect, and how many effects like it are tried with a few steps.
 const ROUNDS: usize = 3;
-const NEAR: usize = 60;
-/// Elements that a spread changes the most, around which spans are tried.
-const MOST_CHANGED: usize = 3;
+pub(super) const NEAR: usize = 60;
 /// Hypotheses whose base is a start of a spread.
 const SPREAD_FROM: usize = 3;
 /// Hypotheses that are polished: the best, and of as many kinds the best.
@@ -133,7 +132,7 @@ pub(super) fn chosen_effects(stage: &Stage, limit: usize) -> Vec<Score> {
 
 /// What is refitted: an effect with the values of the base from which it starts, or a fault.
 #[derive(Clone, Copy)]
-enum Job<'a> {
+pub(super) enum Job<'a> {
     Effect(&'a Score, &'a [DVector<f64>]),
     Fault(&'a FaultScore, &'a [DVector<f64>]),
 }
@@ -173,36 +172,20 @@ pub(super) fn refit(stage: &Stage, few: bool) -> Result<Refits, DiagnosisError> 
         more.extend(further.iter().map(|f| Job::Fault(f, &bases)));
         merge(stage, &mut done, run(stage, &more, base));
     }
-    if is_poor && !leaves_noise(&done)? && may_be_a_span(stage, &spreads, &done) {
-        let found = on_spans(stage, &spreads, &bases, limit, base);
+    if is_poor && !leaves_noise(&done)? && may_be_wider(stage, &spreads, &done) {
+        let found = on_wider_places(stage, &spreads, &bases, limit, base);
         merge(stage, &mut done, found);
     }
     around_the_best(stage, &mut done, base)?;
+    let found = beyond_the_best(stage, &done, base);
+    merge(stage, &mut done, found);
     if !leaves_noise(&done)? {
         polish(stage, &mut done, base)?;
     }
     complete_ties(stage, &mut done, base);
+    leave_out_wider(&mut done);
     done.sort_by(|a, b| b.ln_bayes.total_cmp(&a.ln_bayes));
     Ok(Refits { hypotheses: done, spreads })
-}
-
-/// Whether something on a span could explain more than the best so far: at most what the spreads do, which have every span among them.
-fn may_be_a_span(stage: &Stage, spreads: &[Fitted], done: &[Refit]) -> bool {
-    let least = spreads.iter().map(|s| s.spread.misfit).fold(f64::INFINITY, f64::min);
-    let most = 0.5 * stage.weight * stage.weight * (stage.fit.misfit - least);
-    done.iter().all(|r| r.ln_bayes < most)
-}
-
-/// Refits the best effects on a few successive elements around those that a spread changes the most: what is changed need not end
-/// where an entry of the file does.
-fn on_spans(stage: &Stage, spreads: &[Fitted], bases: &[DVector<f64>], limit: usize, base: f64) -> Vec<Refit> {
-    let Some(spread) = spread::best(spreads) else { return Vec::new() };
-    let near: Vec<String> = spread.spread.factors.iter().take(MOST_CHANGED).map(|f| f.part.clone()).collect();
-    let spans = stage.on_spans(&near);
-    let all: Vec<&Score> = spans.effects.iter().take(NEAR).collect();
-    let best = best_and_of_every_kind(&spans, shortest(&spans, &all, bases), limit);
-    let jobs: Vec<Job<'_>> = best.into_iter().map(|s| Job::Effect(s, bases)).collect();
-    run(&spans, &jobs, base)
 }
 
 /// Refits what leaves nearly the trace of the best hypotheses and was not chosen: a tie that is not shown is a wrong answer.
@@ -227,6 +210,28 @@ fn complete_ties(stage: &Stage, done: &mut Vec<Refit>, base: f64) {
         .map(|s| Job::Effect(s, &bases))
         .collect();
     done.extend(run(stage, &jobs, base));
+}
+
+/// Leaves out what another hypothesis says more simply and better: a body on a stiff spring that is a point mass, a sensor of large noise
+/// that is upside down.
+fn leave_out_wider(done: &mut Vec<Refit>) {
+    let all: Vec<(Tried, f64)> = done.iter().map(|r| (r.tried.clone(), r.ln_bayes)).collect();
+    done.retain(|r| !all.iter().any(|(other, ln_bayes)| *ln_bayes > r.ln_bayes && is_wider(&r.tried, other)));
+}
+
+/// Whether a hypothesis has another as a special case.
+fn is_wider(tried: &Tried, other: &Tried) -> bool {
+    match (tried, other) {
+        (Tried::Effect(a), Tried::Effect(b)) => {
+            let same_place =
+                (&a.location.names, &a.location.configuration) == (&b.location.names, &b.location.configuration);
+            a.effect.becomes().contains(&b.effect.name()) && same_place
+        }
+        (Tried::Fault(a), Tried::Fault(b)) => {
+            a.change == Change::Noisy && b.change != Change::Noisy && a.only == b.only && b.is_of_sensor(a.sensor)
+        }
+        _ => false,
+    }
 }
 
 /// Faults that deserve a refit: the best, and one of every other kind that comes near.
@@ -275,7 +280,7 @@ fn leaves_noise(done: &[Refit]) -> Result<bool, DiagnosisError> {
 }
 
 /// The first few of a ranking, and the first of every other kind: a kind with many places, and two sizes at each, would take all.
-fn best_and_of_every_kind<'a>(stage: &Stage, ranked: Vec<&'a Score>, few: usize) -> Vec<&'a Score> {
+pub(super) fn best_and_of_every_kind<'a>(stage: &Stage, ranked: Vec<&'a Score>, few: usize) -> Vec<&'a Score> {
     let mut seen = BTreeSet::new();
     let of_kind = |s: &Score| stage.screened[s.index].candidate.effect.name();
     let ranked = ranked.into_iter().enumerate();
@@ -363,26 +368,19 @@ pub(super) fn refit_these(stage: &Stage, ids: &[String], bases: &[DVector<f64>])
     let effects = stage.effects.iter().filter(|s| has(stage, s)).map(|s| Job::Effect(s, bases));
     let jobs: Vec<Job<'_>> = effects.chain(faults.iter().map(|f| Job::Fault(f, bases))).collect();
     let mut done = run(stage, &jobs, base);
-    // What acts on a span is screened only where it is sought.
-    let near: Vec<String> = ids.iter().filter(|id| id.contains("..")).flat_map(|id| names_in(id)).collect();
+    // What acts at a wider place is screened only where it is sought.
+    let near: Vec<String> = ids.iter().flat_map(|id| wide_names(id)).collect();
     if !near.is_empty() {
-        let spans = stage.on_spans(&near);
-        let is_new = |s: &&Score| has(&spans, s) && !done.iter().any(|r| r.id(&stage.scene) == spans.id(s));
-        let jobs: Vec<Job<'_>> = spans.effects.iter().filter(is_new).map(|s| Job::Effect(s, bases)).collect();
-        let found = run(&spans, &jobs, base);
+        let wider = stage.on_wider_places(&near);
+        let is_new = |s: &&Score| has(&wider, s) && !done.iter().any(|r| r.id(&stage.scene) == wider.id(s));
+        let jobs: Vec<Job<'_>> = wider.effects.iter().filter(is_new).map(|s| Job::Effect(s, bases)).collect();
+        let found = run(&wider, &jobs, base);
         done.extend(found);
     }
     Ok(done)
 }
 
-/// The names that an id may mean, with and without a direction after them: `stiffness-change@a.1..a.2+b.1..b.2`.
-fn names_in(id: &str) -> Vec<String> {
-    let place = id.split_once('@').map_or(id, |(_, place)| place);
-    let both = |name: &str| [Some(name.to_string()), name.rsplit_once('.').map(|(name, _)| name.to_string())];
-    place.split(['+', '/']).flat_map(both).flatten().collect()
-}
-
-fn run(stage: &Stage, jobs: &[Job<'_>], base: f64) -> Vec<Refit> {
+pub(super) fn run(stage: &Stage, jobs: &[Job<'_>], base: f64) -> Vec<Refit> {
     let work = stage.listener.work("refitting the best hypotheses", jobs.len());
     let done: Vec<Option<Refit>> = jobs
         .par_iter()

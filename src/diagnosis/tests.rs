@@ -260,6 +260,52 @@ fn a_change_that_goes_on_beyond_an_element_is_one_effect() {
     assert!(Settings::default().effects.candidate(&structure, "stiffness-change@lower.2..middle").is_ok());
 }
 
+/// Of three effects none explains enough alone: changes of many parts are more probable, until the way has been gone.
+#[test]
+fn three_effects_are_learnt_one_after_the_other() {
+    let hidden = MAST.replace("masses: {", "masses: {ballast: {node: n2, mass: 3 kg}, ")
+        + "overrides: {soft: {of: [upper.2], stiffness: 0.6}, root: {of: [lower.1], set: {end1_compliance_rz: 1e-4}}}\n";
+    let (base, truth) = (model(MAST), model(&hidden));
+    let test = twin_modes(&truth, &middle(&truth), &crate::update::node_sensors(&base), &noise(5, 5), "twin").unwrap();
+    let learned = learn(&base, &test, &Settings::default(), true, 5).unwrap();
+    let misfits: Vec<f64> = learned.steps.iter().map(|s| s.misfit).collect();
+    let last = learned.steps.last().unwrap();
+    eprintln!("{misfits:?} {:?} {}", learned.attempt, last.diagnosis.sentence);
+    assert!(learned.steps[0].diagnosis.spread.is_some(), "{}", learned.steps[0].diagnosis.sentence);
+    assert_eq!((last.diagnosis.verdict, learned.attempt), (Verdict::Adequate, None));
+    let size =
+        |name: &str| last.sizes.iter().find(|e| e.parameter == name).unwrap_or_else(|| panic!("{:?}", last.sizes));
+    for (name, truth) in [("root_flexibility.lower.1:n0.rz.compliance", 1e-4), ("point_mass.n2.mass", 3.0)] {
+        let e = size(name);
+        assert!(e.interval[0] < truth && truth < e.interval[1], "{e:?}");
+    }
+    assert_eq!(last.sizes.len(), 3);
+    assert!(last.sizes[2].parameter.contains("upper.2"), "{:?}", last.sizes);
+}
+
+/// What lies outside the catalogue is not learnt: the way is tried, and taken back.
+#[test]
+fn what_nothing_explains_is_not_learnt() {
+    let factors = ["lower.1", "lower.2", "middle", "upper.1", "upper.2"];
+    let scattered: Vec<String> = factors
+        .iter()
+        .zip([1.6, 0.7, 1.5, 0.6, 1.4])
+        .map(|(of, k)| format!("{}: {{of: [{of}], stiffness: {k}, mass: {}}}", of.replace('.', "_"), 2.0 - k))
+        .collect();
+    let truth = model(&format!("{MAST}overrides: {{{}}}\n", scattered.join(", ")));
+    let base = model(MAST);
+    let test = twin_modes(&truth, &middle(&truth), &crate::update::node_sensors(&base), &noise(5, 6), "twin").unwrap();
+    let learned = learn(&base, &test, &Settings::default(), true, 3).unwrap();
+    let last = learned.steps.last().unwrap();
+    eprintln!("{:?} {}", learned.attempt, last.diagnosis.sentence);
+    assert_eq!(last.diagnosis.verdict, Verdict::Unexplained);
+    assert!(last.added.is_none() && last.tie.is_empty());
+    assert_eq!(last.sizes.len(), learned.effects.len());
+    if let Some(attempt) = &learned.attempt {
+        assert!(!attempt.ids.is_empty() && attempt.misfit < last.misfit);
+    }
+}
+
 /// A force at the top of the mast pulls at all of its members, and is found as one.
 #[test]
 fn a_force_through_members_end_to_end_is_one_effect() {

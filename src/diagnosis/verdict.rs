@@ -23,6 +23,7 @@ use super::spread::{self, Fitted, Spread};
 use super::warnings::{leaves_damping_aside, number, warnings};
 use super::{Diagnosis, DiagnosisError, HypothesisResult, Kind, Settings, Verdict, result};
 use crate::linalg::DMatrix;
+use std::collections::BTreeSet;
 
 /// ln of the Bayes factor that is called strong (Kass and Raftery 1995: 20 to 1).
 pub(super) const STRONG: f64 = 3.0;
@@ -111,13 +112,18 @@ pub(super) fn conclude(
         (None, Verdict::Adequate) => Vec::new(),
         (None, _) => refits.first().into_iter().collect(),
     };
+    let told = warnings(base, &named);
+    let mut sentence = match &pair {
+        Some(pair) => sentence_of_two(pair, &hypotheses),
+        None if spread.is_some() => format!("no single effect explains the test; {remainder}"),
+        None => sentence(verdict, hypotheses.first(), leads, base, &remainder),
+    };
+    if told.mesh_is_too_coarse && verdict != Verdict::Adequate {
+        sentence += "; refine the mesh first: it errs by more than the data do";
+    }
     Ok(Diagnosis {
         verdict,
-        sentence: match &pair {
-            Some(pair) => sentence_of_two(pair, &hypotheses),
-            None if spread.is_some() => format!("no single effect explains the test; {remainder}"),
-            None => sentence(verdict, hypotheses.first(), leads, base, &remainder),
-        },
+        sentence,
         p_value: base.p_value,
         noise_factor: base.noise_factor(),
         misfit: base.fit.misfit,
@@ -133,7 +139,7 @@ pub(super) fn conclude(
         spread,
         unpaired_modes: base.fit.unpaired.iter().map(|m| m + 1).collect(),
         remainder,
-        warnings: warnings(base, &named),
+        warnings: told.all,
     })
 }
 
@@ -169,6 +175,9 @@ fn beside_each_other(
         // The member itself, which is the most probable of these, first.
         let tied: Vec<&Refit> =
             list.iter().enumerate().filter(|(k, r)| *k == 0 || is_tied(r)).map(|(_, r)| r).collect();
+        let mut tied = tied;
+        let mut known = BTreeSet::new();
+        tied.retain(|r| known.insert(r.id(&stage.scene)));
         let ids: Vec<String> = tied.iter().map(|r| r.id(&stage.scene)).collect();
         let one = |(k, r): (usize, &&Refit)| {
             let others = (0..ids.len()).filter(|&i| i != k).map(|i| ids[i].clone()).collect();

@@ -20,8 +20,14 @@ pub(super) fn number(value: f64) -> String {
     format!("{value:.digits$}")
 }
 
-/// Modes whose frequency the mesh falsifies by more than a third of its standard deviation, and functions that it moves.
-fn mesh_warning(base: &Stage) -> Option<String> {
+/// What the mesh falsifies: modes by more than a third of their standard deviation, functions by more than one.
+struct MeshError {
+    text: String,
+    /// More than a standard deviation of a mode, or three of all that the functions say: physics that is named may be the mesh.
+    is_serious: bool,
+}
+
+fn mesh_error(base: &Stage) -> Option<MeshError> {
     let theta = &base.fit.theta;
     let (mut bad, mut moved) = (Vec::new(), 0.0_f64);
     for case in &base.scene.cases {
@@ -31,17 +37,21 @@ fn mesh_warning(base: &Stage) -> Option<String> {
     }
     let mut words = Vec::new();
     if !bad.is_empty() {
-        words.push(format!("frequencies are too high: {}", bad.join(", ")));
+        let each: Vec<&str> = bad.iter().map(|(text, _)| text.as_str()).collect();
+        words.push(format!("frequencies are too high: {}", each.join(", ")));
     }
     // One standard deviation of all that the functions say.
     if moved > 1.0 {
         words.push(format!("it moves the functions by {} standard deviations, taken together", number(moved)));
     }
-    (!words.is_empty()).then(|| format!("the mesh is too coarse, {}; subdivide the beams", words.join(", and ")))
+    (!words.is_empty()).then(|| MeshError {
+        text: format!("the mesh is too coarse, {}; subdivide the beams", words.join(", and ")),
+        is_serious: moved > 3.0 || bad.iter().any(|(_, deviations)| *deviations > 1.0),
+    })
 }
 
-/// Those of one test, in words.
-fn falsified(base: &Stage, case: &Case, fine: &Model) -> Result<Vec<String>, DiagnosisError> {
+/// Those of one test, in words and in standard deviations.
+fn falsified(base: &Stage, case: &Case, fine: &Model) -> Result<Vec<(String, f64)>, DiagnosisError> {
     let n = case.modes().len();
     let errors = mesh_errors(&case.model, fine, &base.fit.theta, 2 * n)?;
     let frequencies = modes(&case.model, &base.fit.theta, 2 * n)?;
@@ -54,14 +64,29 @@ fn falsified(base: &Stage, case: &Case, fine: &Model) -> Result<Vec<String>, Dia
         let measured = &base.scene.test.modes[m].frequency_hz;
         let error = *errors.get(partner)?;
         let name = base.scene.mode_name(m);
-        (error > measured.sd / measured.value / 3.0).then(|| format!("{name} by {:.2} %", 100.0 * error))
+        let deviations = error * measured.value / measured.sd;
+        (deviations > 1.0 / 3.0).then(|| (format!("{name} by {:.2} %", 100.0 * error), deviations))
     };
     Ok(case.modes().filter_map(in_words).collect())
 }
 
+/// What is to be known before an answer is trusted.
+pub(super) struct Warnings {
+    pub(super) all: Vec<String>,
+    /// Whether the mesh errs by more than the data do.
+    pub(super) mesh_is_too_coarse: bool,
+}
+
 /// * `named` - the hypotheses that are named
-pub(super) fn warnings(base: &Stage, named: &[&Refit]) -> Vec<String> {
+pub(super) fn warnings(base: &Stage, named: &[&Refit]) -> Warnings {
     let mut out = Vec::new();
+    let (serious, slight) = match mesh_error(base) {
+        Some(mesh) if mesh.is_serious => (Some(mesh.text), None),
+        Some(mesh) => (None, Some(mesh.text)),
+        None => (None, None),
+    };
+    let mesh_is_too_coarse = serious.is_some();
+    out.extend(serious);
     if !base.fit.rows.has_shapes {
         out.push(
             "frequencies alone rarely tell which effect is missing; measure shapes or frequency responses".to_string(),
@@ -79,7 +104,7 @@ pub(super) fn warnings(base: &Stage, named: &[&Refit]) -> Vec<String> {
                 .to_string(),
         );
     }
-    out.extend(mesh_warning(base));
+    out.extend(slight);
     out.extend(unseen_modes(base));
     out.extend(named.iter().flat_map(|r| beyond_bounds(base, r)));
     let model = base.scene.model();
@@ -95,7 +120,7 @@ pub(super) fn warnings(base: &Stage, named: &[&Refit]) -> Vec<String> {
         [one] => out.push(format!("a parameter of the fitted base sits on a bound: {one}")),
         many => out.push(format!("{} parameters of the fitted base sit on a bound: {}", many.len(), many.join(", "))),
     }
-    out
+    Warnings { all: out, mesh_is_too_coarse }
 }
 
 /// Sizes of a hypothesis that the data press against their bounds, though these leave room for what is physical.

@@ -2,7 +2,7 @@
 
 use super::location::{BASE, Location};
 use super::patch::{NewParameter, Patch, PatchError};
-use super::structure::{Context, Part, Structure};
+use super::structure::{Context, Structure};
 use super::{Belongs, Effect, Effects};
 use crate::model::{Model, ParametricModel, Registry};
 use indexmap::IndexMap;
@@ -104,17 +104,14 @@ pub fn candidates_in(tested: &[Configured<'_>], effects: &Effects) -> Vec<Candid
     placed(tested, &structures, effects, |_, _| true)
 }
 
-/// Every effect of a part at every span of a structure that has one of these elements.
+/// Every effect at the wider places of a structure that have one of these elements: a few successive elements, ends that give about both
+/// axes of bending.
 ///
-/// * `near` - names of elements, or of members that have them
-pub fn candidates_on_spans(tested: &[Configured<'_>], effects: &Effects, near: &[String]) -> Vec<Candidate> {
-    let structures: Vec<Structure<'_>> = tested.iter().map(|c| Structure::new(c.model, c.context).on_spans()).collect();
-    placed(tested, &structures, effects, |structure, at| {
-        let of_near = |e: &usize| near.iter().any(|name| structure.part(name).is_some_and(|p| p.elements.contains(e)));
-        let span = |name: &String| structure.spans().iter().find(|s| s.name == *name);
-        let spans: Option<Vec<&Part>> = at.names.iter().map(span).collect();
-        spans.is_some_and(|spans| spans.iter().any(|s| s.elements.iter().any(of_near)))
-    })
+/// * `near` - names of elements, members or spans
+pub fn candidates_on_wider_places(tested: &[Configured<'_>], effects: &Effects, near: &[String]) -> Vec<Candidate> {
+    let structures: Vec<Structure<'_>> =
+        tested.iter().map(|c| Structure::new(c.model, c.context).on_wider_places()).collect();
+    placed(tested, &structures, effects, |structure, at| structure.is_wide_and_near(at, near))
 }
 
 /// * `is_wanted` - of the locations that an effect lists

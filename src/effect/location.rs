@@ -42,6 +42,9 @@ pub struct Location {
 /// The word for the base model, where an effect acts in none of the configurations.
 pub const BASE: &str = "base";
 
+/// The direction of an end that gives about both axes of bending.
+pub const BENDING: &str = "bending";
+
 impl Location {
     /// At one or several things of a kind.
     pub fn new(kind: LocationKind, names: Vec<String>) -> Self {

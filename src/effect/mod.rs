@@ -57,8 +57,8 @@ mod tests;
 mod text;
 mod torsion_stiffness_change;
 
-pub use candidate::{Candidate, Configured, Patched, candidates, candidates_in, candidates_on_spans};
-pub use location::{BASE, Location, LocationKind};
+pub use candidate::{Candidate, Configured, Patched, candidates, candidates_in, candidates_on_wider_places};
+pub use location::{BASE, BENDING, Location, LocationKind};
 pub use patch::{Edit, NewParameter, Patch, PatchError};
 pub use structure::{Context, Part, PartKind, Rigidity, SensorLoad, Structure};
 pub use text::{Undone, set_parameter_values, undo};
@@ -119,6 +119,12 @@ pub trait Effect: std::fmt::Debug + Send + Sync {
     /// Whether it acts where the sensors of a test stand.
     fn needs_sensors(&self) -> bool {
         false
+    }
+
+    /// Names of the effects at the same place that it becomes at a limit of its sizes. Where one of them is more
+    /// probable, it is no hypothesis of its own.
+    fn becomes(&self) -> &'static [&'static str] {
+        &[]
     }
 
     /// The edits that put it at one of its locations, at its neutral value.
@@ -231,9 +237,8 @@ fn place_of(
     configuration: Option<&str>,
 ) -> Result<Candidate, PatchError> {
     let mut locations = effect.locations(structure);
-    // Nodes and ends are listed there again.
-    let on_spans = effect.locations(&structure.clone().on_spans());
-    locations.extend(on_spans.into_iter().filter(|at| at.names.iter().any(|name| structure.is_span(name))));
+    let wider = effect.locations(&structure.clone().on_wider_places());
+    locations.extend(wider.into_iter().filter(|at| !locations.contains(at)).collect::<Vec<_>>());
     let Some(at) = locations.iter().find(|l| l.to_string() == place) else {
         if locations.is_empty() && effect.needs_sensors() && structure.context().sensors.is_empty() {
             return Err(PatchError::NoSensors { effect: effect.name().to_string() });

@@ -32,6 +32,11 @@ impl Effect for SprungInertia {
         }
     }
 
+    /// On a stiff spring.
+    fn becomes(&self) -> &'static [&'static str] {
+        &["point-rotary-inertia"]
+    }
+
     fn locations(&self, structure: &Structure<'_>) -> Vec<Location> {
         store_locations(structure, &[Dof::Rx, Dof::Ry, Dof::Rz])
     }

@@ -32,6 +32,11 @@ impl Effect for SprungMass {
         }
     }
 
+    /// On a stiff spring.
+    fn becomes(&self) -> &'static [&'static str] {
+        &["point-mass"]
+    }
+
     fn locations(&self, structure: &Structure<'_>) -> Vec<Location> {
         store_locations(structure, &[Dof::Ux, Dof::Uy, Dof::Uz])
     }

@@ -4,7 +4,7 @@ mod lines;
 mod listing;
 mod places;
 
-use super::location::Location;
+use super::location::{BENDING, Location};
 use super::patch::PatchError;
 use crate::element::Dof;
 use crate::linalg::DMatrix;
@@ -141,8 +141,8 @@ pub struct Structure<'a> {
     theta: Vec<f64>,
     parts: Vec<Part>,
     spans: Vec<Part>,
-    /// Whether places are spans instead of parts.
-    on_spans: bool,
+    /// Whether places are wider than those of the file.
+    is_wider: bool,
     ends: Vec<End>,
     node_partner: Vec<Option<usize>>,
     element_partner: Vec<Option<usize>>,
@@ -168,7 +168,7 @@ impl<'a> Structure<'a> {
             context,
             parts: Vec::new(),
             spans: Vec::new(),
-            on_spans: false,
+            is_wider: false,
             ends: Vec::new(),
             node_partner: listing::node_partners(model),
             element_partner: Vec::new(),
@@ -216,21 +216,31 @@ impl<'a> Structure<'a> {
         &self.spans
     }
 
-    /// Whether a name is that of a span.
-    pub fn is_span(&self, name: &str) -> bool {
-        self.spans.iter().any(|s| s.name == name)
-    }
-
     /// The part, or the span, of a name.
     pub fn part(&self, name: &str) -> Option<&Part> {
         self.parts.iter().chain(&self.spans).find(|p| p.name == name)
     }
 
-    /// The same structure, on which effects find their places among the spans alone.
+    /// The same structure with other places for effects: spans for parts, and ends that give about both axes of bending.
     #[must_use]
-    pub fn on_spans(mut self) -> Self {
-        self.on_spans = true;
+    pub fn on_wider_places(mut self) -> Self {
+        self.is_wider = true;
         self
+    }
+
+    /// Whether a location of [`Self::on_wider_places`] has one of these elements.
+    ///
+    /// * `near` - names of elements, members or spans
+    pub(super) fn is_wide_and_near(&self, at: &Location, near: &[String]) -> bool {
+        let of_near = |e: usize| near.iter().any(|name| self.part(name).is_some_and(|p| p.elements.contains(&e)));
+        let span = |name: &str| self.spans.iter().find(|s| s.name == name);
+        let end = |name: &str| self.end(name).filter(|_| at.direction() == BENDING);
+        let is_wide = at.names.iter().all(|name| span(name).is_some() || end(name).is_some());
+        is_wide
+            && at.names.iter().any(|name| {
+                span(name).is_some_and(|s| s.elements.iter().any(|&e| of_near(e)))
+                    || end(name).is_some_and(|e| of_near(e.element))
+            })
     }
 
     /// Total mass, kg.

@@ -7,8 +7,8 @@ use crate::output::{Failure, print, print_json, style};
 use crate::page::{Outputs, announce};
 use crate::progress::Spinner;
 use crate::{DONE, SHORT};
-use retune::data::{TestData, joined};
-use retune::diagnosis::{Learned, Settings, Step, Verdict, learn_from_tests};
+use retune::data::{TestData, joined, write_test};
+use retune::diagnosis::{Estimate, Learned, Settings, Step, Verdict, learn_from_tests};
 use retune::effect::{Candidate, set_parameter_values};
 use retune::model::{Model, ParametricModel};
 use retune::report::{LearningStep, diagnosis, learning_steps, misfit_before_any_fit, of_learning, text};
@@ -19,8 +19,13 @@ pub(crate) fn run(args: &Learn) -> Result<u8, Failure> {
     let outputs = Outputs { page: args.report.as_ref(), force: args.force, ..Outputs::default() };
     outputs.check()?;
     let step_file = |stem: &Path, step: usize| stem.with_extension(format!("{step}.yaml"));
+    let test_file = |stem: &Path, k: usize| match args.tests.len() {
+        1 => stem.with_extension("test.yaml"),
+        _ => stem.with_extension(format!("test.{}.yaml", k + 1)),
+    };
     if let Some(stem) = &args.output {
         (0..=usize::from(args.limit)).try_for_each(|step| files::check_output(&step_file(stem, step), args.force))?;
+        (0..args.tests.len()).try_for_each(|k| files::check_output(&test_file(stem, k), args.force))?;
     }
     let all = files::tested(&args.model, &args.tests, None)?;
     let (model, _, model_text) = files::model(&args.model, None)?;
@@ -41,12 +46,21 @@ pub(crate) fn run(args: &Learn) -> Result<u8, Failure> {
             present.extend(step.added.clone());
         }
     }
+    let is_corrected = learned.steps.iter().any(|s| s.corrected.is_some());
+    if let Some(stem) = args.output.as_ref().filter(|_| is_corrected) {
+        for (k, test) in learned.tests.iter().enumerate() {
+            let path = test_file(stem, k);
+            files::write(&path, &write_test(test))?;
+            written.push(path);
+        }
+    }
     let cases: Vec<(&Model, &TestData)> = all.iter().map(|t| (&t.model, &t.test)).collect();
     if args.json {
         print_json(&json!({
             "steps": learned.steps.iter().map(|s| serde_json::to_value(LearningStep::from(s))).collect::<Result<Vec<_>, _>>()?,
             "effects": learned.effects.iter().map(Candidate::id).collect::<Vec<_>>(),
             "stopped_for_tie": learned.stopped_for_tie,
+            "attempt": learned.attempt.as_ref().map(|a| json!({"tried": a.ids, "misfit": a.misfit})),
             "written": written.iter().map(|p| p.display().to_string()).collect::<Vec<_>>(),
         }));
     } else {
@@ -113,9 +127,47 @@ fn in_words(learned: &Learned, model: &Model, all: &[Tested], initial: &(f64, Ve
             say(format!("taken out again as unnecessary: {id}"));
         }
     }
+    for s in &learned.steps {
+        for e in &s.correction {
+            let id = s.corrected.as_deref().unwrap_or_default();
+            say(format!("taken out of the data: {id}, {}", in_numbers(e)));
+        }
+    }
     if let Some(last) = learned.steps.last() {
+        for e in &last.sizes {
+            say(format!("found: {}", in_numbers(e)));
+        }
+        say(why_it_ends(learned, last));
         out.push('\n');
         out += &text::diagnosis(&diagnosis(&last.diagnosis, &last.model, test), &style);
     }
     out
+}
+
+/// `point_mass.s1.mass 7.51 kg (90 %: 7.10 … 7.92)`
+fn in_numbers(e: &Estimate) -> String {
+    let unit = if e.unit == "1" { String::new() } else { format!(" {}", e.unit) };
+    let [lower, upper] = e.interval.map(text::brief);
+    format!("{} {}{unit} (90 %: {lower} … {upper})", e.parameter, text::brief(e.value))
+}
+
+/// Why nothing more was added.
+fn why_it_ends(learned: &Learned, last: &Step) -> String {
+    let effects = learned.effects.len();
+    if let Some(attempt) = &learned.attempt {
+        return format!(
+            "stopped: a change of many parts explains the test as well as one effect does. {} on top of each other left a misfit of {:.0}, and \
+             more than noise: taken back",
+            attempt.ids.join(", "),
+            attempt.misfit
+        );
+    }
+    match last.diagnosis.verdict {
+        Verdict::Adequate => "done: what remains looks like noise".to_string(),
+        _ if learned.stopped_for_tie => String::new(),
+        _ if learned.steps.len() > effects && effects > 0 && last.diagnosis.verdict != Verdict::Unexplained => {
+            format!("stopped after {effects} effects: --limit allows no more")
+        }
+        _ => "stopped: nothing in the catalogue explains what remains".to_string(),
+    }
 }

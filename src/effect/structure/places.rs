@@ -1,14 +1,15 @@
 //! Places for effects: nodes, parts and ends with a property, symmetric partners together before each alone.
 
 use super::{Joint, Part, PartKind, Structure};
-use crate::effect::location::{Location, LocationKind};
+use crate::effect::location::{BENDING, Location, LocationKind};
 use crate::element::Dof;
 
 impl Structure<'_> {
     /// Nodes with a property, symmetric partners together before each alone; `dof` is the direction that must move.
     pub(in crate::effect) fn nodes(&self, accept: impl Fn(usize) -> bool) -> Vec<Location> {
         let partner = |i: usize| self.node_partner[i].filter(|j| *j < self.n_nodes() && accept(*j));
-        arrange((0..self.n_nodes()).filter(|&i| accept(i)), partner)
+        let nodes = if self.is_wider { 0 } else { self.n_nodes() };
+        arrange((0..nodes).filter(|&i| accept(i)), partner)
             .into_iter()
             .map(|nodes| {
                 let names = nodes.into_iter().map(|n| self.node_name(n).to_string()).collect();
@@ -19,7 +20,7 @@ impl Structure<'_> {
 
     /// Parts with a property, symmetric partners together before each alone.
     pub(in crate::effect) fn places(&self, accept: impl Fn(&Part) -> bool) -> Vec<Location> {
-        let parts = if self.on_spans { &self.spans } else { &self.parts };
+        let parts = if self.is_wider { &self.spans } else { &self.parts };
         let accepted = |i: &usize| accept(&parts[*i]);
         let partner = |i: usize| parts[i].partner.filter(|j| accepted(j));
         arrange((0..parts.len()).filter(accepted), partner)
@@ -43,13 +44,20 @@ impl Structure<'_> {
 
     /// Ends with a joint of a kind, direction by direction, symmetric partners together before each alone.
     pub(in crate::effect) fn end_places(&self, kind: Joint, dofs: &[Dof]) -> Vec<Location> {
+        let gives = |i: usize, dof: Dof| self.ends[i].joint[dof as usize] == Some(kind);
+        let directions: Vec<(&str, Vec<Dof>)> = if self.is_wider {
+            let both = [Dof::Ry, Dof::Rz];
+            if both.iter().all(|dof| dofs.contains(dof)) { vec![(BENDING, both.to_vec())] } else { Vec::new() }
+        } else {
+            dofs.iter().map(|&dof| (dof.name(), vec![dof])).collect()
+        };
         let mut locations = Vec::new();
-        for &dof in dofs {
-            let accepted = |i: &usize| self.ends[*i].joint[dof as usize] == Some(kind);
+        for (direction, dofs) in directions {
+            let accepted = |i: &usize| dofs.iter().all(|&dof| gives(*i, dof));
             let partner = |i: usize| self.ends[i].partner.filter(|j| accepted(j));
             for ends in arrange((0..self.ends.len()).filter(accepted), partner) {
                 let names = ends.into_iter().map(|i| self.end_name(&self.ends[i])).collect();
-                locations.push(Location::new(LocationKind::End, names).along(dof.name()));
+                locations.push(Location::new(LocationKind::End, names).along(direction));
             }
         }
         locations

@@ -96,7 +96,7 @@ fn a_span_is_its_elements_together() {
     let context = Context::default();
     let near = ["b.3".to_string()];
     let base = Configured { name: None, model: &model, context: &context };
-    let found = candidates_on_spans(&[base], &Effects::builtin(), &near);
+    let found = candidates_on_wider_places(&[base], &Effects::builtin(), &near);
     let ids: Vec<String> = found.iter().map(Candidate::id).collect();
     assert!(ids.contains(&"distributed-mass@b.2..b.4".to_string()), "{ids:?}");
     assert!(!ids.iter().any(|id| id.contains("@b.4..b.5")), "{ids:?}");
@@ -120,6 +120,36 @@ fn a_span_is_its_elements_together() {
         n += 1;
     }
     assert!(n >= 30, "{n}");
+}
+
+/// An end that gives about both axes of bending is that which gives about one, and then about the other.
+#[test]
+fn an_end_gives_about_both_axes() {
+    let clamped = in_one().replace("fixed: [ux, uy, uz, rx]", "fixed: [ux, uy, uz, rx, ry, rz]");
+    let id = "root-flexibility@b.1:n0.bending";
+    let ([both, ..], sizes) = matrices(&clamped, id).unwrap();
+    assert_eq!(sizes.len(), 2);
+    let one = model(&clamped);
+    let context = Context::default();
+    let structure = Structure::new(&one, &context);
+    let about = |text: &str, dof: &str| {
+        let (model, context) = (model(text), Context::default());
+        let candidate =
+            Effects::builtin().candidate(&Structure::new(&model, &context), &format!("root-flexibility@b.1:n0.{dof}"));
+        candidate.unwrap().build(&model, &Registry::builtin()).unwrap()
+    };
+    let first = about(&clamped, "ry");
+    let spec = first.model.spec().clone();
+    let again = {
+        let (model, context) = (Model::new(spec, &Registry::builtin()).unwrap().0, Context::default());
+        let structure = Structure::new(&model, &context);
+        let candidate = Effects::builtin().candidate(&structure, "root-flexibility@b.1:n0.rz").unwrap();
+        candidate.build(&model, &Registry::builtin()).unwrap()
+    };
+    let theta = [structure.theta(), &sizes].concat();
+    let expected = again.model.assemble(&theta).unwrap().stiffness;
+    assert!((&both - &expected).abs().max() <= 1e-12 * expected.abs().max());
+    assert!((&both - one.assemble(structure.theta()).unwrap().stiffness).abs().max() > 1e-3 * expected.abs().max());
 }
 
 #[test]

@@ -1,0 +1,82 @@
+//! Places that are wider than those of the file: what is changed need not end where an element does, and a joint that gives about one
+//! axis of bending may give about the other.
+//!
+//! They are tried where nothing at the places of the file leaves noise, near what a [spread](super::spread) changes the most, and
+//! around the element that explains the test best; so the catalogue is not made larger for what is simpler.
+
+use super::base::Stage;
+use super::refit::{Job, NEAR, Refit, Tried, best_and_of_every_kind, run};
+use super::screen::Score;
+use super::short_fit::shortest;
+use super::spread::{self, Fitted};
+use super::verdict::STRONG;
+use crate::effect::{BENDING, LocationKind};
+use crate::linalg::DVector;
+
+/// Elements that a spread changes the most, near which wider places are tried.
+const MOST_CHANGED: usize = 3;
+
+/// Whether something at a wider place could explain more than the best so far: about what the spreads do, which have every span
+/// among them.
+pub(super) fn may_be_wider(stage: &Stage, spreads: &[Fitted], done: &[Refit]) -> bool {
+    let least = spreads.iter().map(|s| s.spread.misfit).fold(f64::INFINITY, f64::min);
+    let most = 0.5 * stage.weight * stage.weight * (stage.fit.misfit - least);
+    done.iter().all(|r| r.ln_bayes < most)
+}
+
+/// Refits the best effects at wider places near the elements that a spread changes the most.
+///
+/// * `base` - ln evidence of the base
+pub(super) fn on_wider_places(
+    stage: &Stage,
+    spreads: &[Fitted],
+    bases: &[DVector<f64>],
+    limit: usize,
+    base: f64,
+) -> Vec<Refit> {
+    let Some(spread) = spread::best(spreads) else { return Vec::new() };
+    let near: Vec<String> = spread.spread.factors.iter().take(MOST_CHANGED).map(|f| f.part.clone()).collect();
+    let wider = stage.on_wider_places(&near);
+    let all: Vec<&Score> = wider.effects.iter().take(NEAR).collect();
+    let best = best_and_of_every_kind(&wider, shortest(&wider, &all, bases), limit);
+    let jobs: Vec<Job<'_>> = best.into_iter().map(|s| Job::Effect(s, bases)).collect();
+    run(&wider, &jobs, base)
+}
+
+/// The effect that explains the test best at an element, on the elements around it too: what explains it clearly better there.
+///
+/// * `base` - ln evidence of the base
+pub(super) fn beyond_the_best(stage: &Stage, done: &[Refit], base: f64) -> Vec<Refit> {
+    let Some(best) = done.iter().max_by(|a, b| a.ln_bayes.total_cmp(&b.ln_bayes)) else { return Vec::new() };
+    let Tried::Effect(found) = &best.tried else { return Vec::new() };
+    if best.ln_bayes < STRONG || found.location.kind != LocationKind::Element {
+        return Vec::new();
+    }
+    let wider = stage.on_wider_places(&found.location.names);
+    let bases = [best.fit.x.rows(0, stage.fit.x.len()).into_owned()];
+    let is_like = |s: &&Score| {
+        let c = &wider.screened[s.index].candidate;
+        let (at, there) = (&c.location, &found.location);
+        c.effect.name() == found.effect.name()
+            && (at.direction(), &at.configuration, at.names.len())
+                == (there.direction(), &there.configuration, there.names.len())
+    };
+    let jobs: Vec<Job<'_>> = wider.effects.iter().filter(is_like).map(|s| Job::Effect(s, &bases)).collect();
+    let mut tried = run(&wider, &jobs, base);
+    // The simpler place stands where the data do not ask for the wider one.
+    tried.retain(|r| r.ln_bayes > best.ln_bayes + STRONG);
+    tried
+}
+
+/// The names of wider places in an id, with and without a direction after them: `stiffness-change@a.1..a.2+b.1..b.2`.
+pub(super) fn wide_names(id: &str) -> Vec<String> {
+    let place = id.split_once('@').map_or(id, |(_, place)| place);
+    if let Some(ends) = place.strip_suffix(&format!(".{BENDING}")) {
+        return ends.split(['+', '/']).map(|end| end.rsplit_once(':').map_or(end, |(e, _)| e).to_string()).collect();
+    }
+    if !place.contains("..") {
+        return Vec::new();
+    }
+    let both = |name: &str| [Some(name.to_string()), name.rsplit_once('.').map(|(name, _)| name.to_string())];
+    place.split(['+', '/']).flat_map(both).flatten().collect()
+}
