@@ -2,8 +2,10 @@
 
 use super::evidence::{held_out, ln_evidence};
 use super::fit::fit;
+use super::odds::Odds;
 use super::refit::{Tried, estimates};
 use super::scene::Scene;
+use super::verdict::STRONG;
 use super::{Diagnosis, DiagnosisError, Estimate, Settings, Verdict, investigate};
 use crate::data::TestData;
 use crate::effect::Candidate;
@@ -39,7 +41,8 @@ pub struct Step {
     pub correction: Vec<Estimate>,
 }
 
-/// Additions that were tried and taken back, because what they left could not be explained.
+/// Additions that were tried and taken back, because what they left could not be explained, or because they are not clearly more
+/// probable together than a change of many parts.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Attempt {
     /// Their ids, in order.
@@ -72,6 +75,10 @@ struct Back {
     step: usize,
     scene: Scene,
     effects: Vec<Candidate>,
+    /// ln of the odds times the Bayes factor of the change of many parts.
+    ln_spread: f64,
+    /// The same of all that was added since.
+    ln_added: f64,
 }
 
 /// Adds effects one after another as long as a diagnosis asks for them.
@@ -136,7 +143,7 @@ pub fn learn_from_tests(
         let excess = step.misfit - step.diagnosis.degrees_of_freedom / found.base.weight.powi(2);
         let worthwhile = step.diagnosis.verdict != Verdict::Adequate
             && best.is_some_and(|b| !is_spread || step.misfit - b.misfit > WORTH_A_TRY * excess)
-            && best.is_some_and(|b| b.ln_bayes > super::verdict::STRONG)
+            && best.is_some_and(|b| b.ln_bayes > STRONG)
             && step.diagnosis.p_value < settings.alarm_level.max(f64::from(u8::from(!fit.unpaired.is_empty())));
         let Some(best) = best.filter(|_| worthwhile && round < limit) else {
             steps.push(step);
@@ -149,8 +156,14 @@ pub fn learn_from_tests(
             steps.push(step);
             break;
         }
-        if is_spread && back.is_none() {
-            back = Some(Back { step: steps.len(), scene: scene.clone(), effects: effects.clone() });
+        let odds = Odds::new(&found.base);
+        if let Some(spread) = step.diagnosis.spread.as_ref().filter(|_| back.is_none()) {
+            let (step, scene, effects) = (steps.len(), scene.clone(), effects.clone());
+            let ln_spread = odds.of_something_else() + spread.ln_bayes;
+            back = Some(Back { step, scene, effects, ln_spread, ln_added: 0.0 });
+        }
+        if let Some(back) = &mut back {
+            back.ln_added += odds.of(best.name()) + best.ln_bayes;
         }
         step.tie = ties;
         scene = best.scene.clone();
@@ -176,7 +189,7 @@ pub fn learn_from_tests(
         verdict == Verdict::Adequate || stopped_for_tie && is_named(verdict)
     });
     let mut attempt = None;
-    if let Some(back) = back.filter(|_| !is_explained) {
+    if let Some(back) = back.filter(|b| !is_explained || b.ln_added < b.ln_spread + STRONG) {
         let given = |s: &Step| s.added.as_ref().map(Candidate::id).or_else(|| s.corrected.clone());
         let ids: Vec<String> = steps[back.step..].iter().filter_map(given).collect();
         attempt = steps.last().map(|s| Attempt { ids, misfit: s.misfit });

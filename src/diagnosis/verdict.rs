@@ -207,7 +207,7 @@ fn sentence_of_two(pair: &Pair, hypotheses: &[HypothesisResult]) -> String {
     };
     let ties = |h: &HypothesisResult| match h.tied_with.len() {
         0 => String::new(),
-        1 => format!("; one other cannot be told from {}", h.id),
+        1 => format!("; {} cannot be told from {}", h.tied_with[0], h.id),
         n => format!("; {n} others cannot be told from {}", h.id),
     };
     let both = match (first.kind, second.kind) {
@@ -368,12 +368,11 @@ fn place_of(scene: &Scene, fit: &Fit, q: &DMatrix<f64>) -> String {
 /// * `leads` - whether the best was more probable than all else before its remainder was tested
 fn sentence(verdict: Verdict, best: Option<&HypothesisResult>, leads: bool, base: &Stage, remainder: &str) -> String {
     let id = best.map_or("", |b| b.id.as_str());
-    let ties = best.map_or(0, |b| b.tied_with.len());
     let likely = best.is_some_and(|b| b.probability > 0.5);
-    let tie = if ties > 0 {
-        format!("; {ties} other{} cannot be told from it", if ties > 1 { "s" } else { "" })
-    } else {
-        String::new()
+    let tie = match best.map_or(&[][..], |b| &b.tied_with) {
+        [] => String::new(),
+        [other] => format!("; {other} cannot be told from it"),
+        others => format!("; {} others cannot be told from it", others.len()),
     };
     let what = if leaves_damping_aside(base) { "the test without its damping" } else { "the test" };
     match verdict {

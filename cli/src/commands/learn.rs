@@ -156,8 +156,8 @@ fn why_it_ends(learned: &Learned, last: &Step) -> String {
     let effects = learned.effects.len();
     if let Some(attempt) = &learned.attempt {
         return format!(
-            "stopped: a change of many parts explains the test as well as one effect does. {} on top of each other left a misfit of {:.0}, and \
-             more than noise: taken back",
+            "stopped: a change of many parts explains the test as well as one effect does. {} on top of each other left a misfit of {:.0} and are \
+             not clearly more probable: taken back",
             attempt.ids.join(", "),
             attempt.misfit
         );

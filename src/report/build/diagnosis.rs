@@ -352,6 +352,10 @@ pub(super) fn verdict(d: &Diagnosis) -> Verdict {
     let best = d.hypotheses.first().filter(|_| d.outcome != Outcome::Adequate);
     let pair = best.and_then(|h| Some((h, h.misfit_before?, h.misfit_after?)));
     let (value, label) = match (pair, d.misfit) {
+        // Of two, each has what it adds to the other.
+        (Some((_, _, after)), Some(base)) if d.outcome == Outcome::SeveralEffects => {
+            (format!("{} → {}", number(base), number(after)), format!("misfit without and with both{floor}"))
+        }
         (Some((h, before, after)), _) => {
             (format!("{} → {}", number(before), number(after)), format!("misfit without and with {}{floor}", h.id))
         }
