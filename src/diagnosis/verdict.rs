@@ -173,11 +173,9 @@ fn beside_each_other(
         let best = list.iter().map(|r| r.ln_bayes).fold(f64::NEG_INFINITY, f64::max);
         let is_tied = |r: &Refit| r.ln_bayes > best - STRONG && r.ln_bayes > 0.0;
         // The member itself, which is the most probable of these, first.
-        let tied: Vec<&Refit> =
-            list.iter().enumerate().filter(|(k, r)| *k == 0 || is_tied(r)).map(|(_, r)| r).collect();
-        let mut tied = tied;
         let mut known = BTreeSet::new();
-        tied.retain(|r| known.insert(r.id(&stage.scene)));
+        let of_pair = list.iter().enumerate().filter(|(k, r)| *k == 0 || is_tied(r)).map(|(_, r)| r);
+        let tied: Vec<&Refit> = of_pair.filter(|r| known.insert(r.id(&stage.scene))).collect();
         let ids: Vec<String> = tied.iter().map(|r| r.id(&stage.scene)).collect();
         let one = |(k, r): (usize, &&Refit)| {
             let others = (0..ids.len()).filter(|&i| i != k).map(|i| ids[i].clone()).collect();

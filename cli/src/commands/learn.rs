@@ -64,7 +64,7 @@ pub(crate) fn run(args: &Learn) -> Result<u8, Failure> {
             "written": written.iter().map(|p| p.display().to_string()).collect::<Vec<_>>(),
         }));
     } else {
-        print(&in_words(&learned, &model, &all, &misfit_before_any_fit(&cases)?));
+        print(&in_words(&learned, &model, &all, &misfit_before_any_fit(&cases)?, usize::from(args.limit)));
         for path in &written {
             print(&format!("written: {}\n", path.display()));
         }
@@ -98,7 +98,7 @@ fn step_text(original: &str, present: &[Candidate], step: &Step) -> Result<Strin
     Ok(set_parameter_values(&out, &values)?)
 }
 
-fn in_words(learned: &Learned, model: &Model, all: &[Tested], initial: &(f64, Vec<f64>)) -> String {
+fn in_words(learned: &Learned, model: &Model, all: &[Tested], initial: &(f64, Vec<f64>), limit: usize) -> String {
     let tests: Vec<&TestData> = all.iter().map(|t| &t.test).collect();
     let test = &joined(&tests).test;
     let style = style(&std::io::stdout());
@@ -137,7 +137,7 @@ fn in_words(learned: &Learned, model: &Model, all: &[Tested], initial: &(f64, Ve
         for e in &last.sizes {
             say(format!("found: {}", in_numbers(e)));
         }
-        say(why_it_ends(learned, last));
+        say(why_it_ends(learned, last, limit));
         out.push('\n');
         out += &text::diagnosis(&diagnosis(&last.diagnosis, &last.model, test), &style);
     }
@@ -152,8 +152,7 @@ fn in_numbers(e: &Estimate) -> String {
 }
 
 /// Why nothing more was added.
-fn why_it_ends(learned: &Learned, last: &Step) -> String {
-    let effects = learned.effects.len();
+fn why_it_ends(learned: &Learned, last: &Step, limit: usize) -> String {
     if let Some(attempt) = &learned.attempt {
         return format!(
             "stopped: a change of many parts explains the test as well as one effect does. {} on top of each other left a misfit of {:.0} and are \
@@ -165,9 +164,8 @@ fn why_it_ends(learned: &Learned, last: &Step) -> String {
     match last.diagnosis.verdict {
         Verdict::Adequate => "done: what remains looks like noise".to_string(),
         _ if learned.stopped_for_tie => String::new(),
-        _ if learned.steps.len() > effects && effects > 0 && last.diagnosis.verdict != Verdict::Unexplained => {
-            format!("stopped after {effects} effects: --limit allows no more")
-        }
+        // A step for every addition, and the last.
+        _ if learned.steps.len() > limit => format!("stopped after {limit} additions: --limit allows no more"),
         _ => "stopped: nothing in the catalogue explains what remains".to_string(),
     }
 }
