@@ -2,13 +2,13 @@
 
 use super::aside::{aside, when_corrected};
 use super::evidence::{REMAINDER, goodness_of_fit};
-use super::faults::{Fault, faults};
+use super::faults::Fault;
 use super::fit::{Fit, fit};
 use super::noise::{Scatter, best_scores, p_value, scatter};
 use super::refit::Refit;
 use super::scene::Scene;
 use super::screen::{Directions, Score, Screened, Seen, project, screen, screen_again};
-use super::traces::{Trace, reads_noise_only, traces};
+use super::traces::{Trace, faults_at, traces};
 use super::{DiagnosisError, Listener, Settings};
 use crate::correlation::{CorrelationError, Transducer, transducers};
 use crate::data::Sensor;
@@ -84,7 +84,11 @@ impl Stage {
 
     /// The same with the effects at wider places near these elements, members or spans, instead of its own.
     pub(super) fn on_wider_places(&self, near: &[String]) -> Stage {
-        let placed = in_configurations(&self.scene, |tested| candidates_on_wider_places(tested, &self.catalogue, near));
+        self.on(in_configurations(&self.scene, |tested| candidates_on_wider_places(tested, &self.catalogue, near)))
+    }
+
+    /// The same with these effects instead of its own.
+    pub(super) fn on(&self, placed: Vec<Candidate>) -> Stage {
         let screened = screen(&self.scene, &self.fit, self.weight, placed, &self.listener);
         let directions = Directions::new(&screened, &self.q, self.fit.r.len());
         let effects = directions.rank(&self.residual);
@@ -141,8 +145,7 @@ pub(super) fn stage(
     let residual = project(&q, &base.r);
     let effects = directions.rank(&residual);
     settings.listener.say("screening faults of the measurement");
-    let mut list = if settings.faults { faults(&scene) } else { Vec::new() };
-    list.retain(|fault| !reads_noise_only(&scene, &base, fault));
+    let list = if settings.faults { faults_at(&scene, &base) } else { Vec::new() };
     let seen: Vec<(usize, Trace)> = traces(&scene, &base, weight, &list)
         .into_iter()
         .enumerate()

@@ -11,7 +11,7 @@
 
 use super::base::Stage;
 use super::odds::{Odds, ln_sum};
-use super::refit::{Refit, refit, refit_these};
+use super::refit::{Refit, Tried, refit, refit_these};
 use super::{DiagnosisError, Settings};
 use std::collections::BTreeMap;
 
@@ -66,19 +66,18 @@ pub(super) fn pair(
     let alone = |r: &Refit| {
         let known = refits.iter().find(|known| id(known) == id(r)).cloned();
         let starts = [r.fit.x.rows(0, n).into_owned(), base.fit.x.clone()];
-        known.or_else(|| refit_these(base, &[id(r)], &starts).ok()?.pop())
+        known.or_else(|| refit_these(base, &[&r.tried], &starts).ok()?.pop())
     };
     let with = |r: &Refit| base.with(r, settings);
-    let on_top = |of: &Refit, stage: &Stage, others: &[String]| -> Result<Vec<Refit>, DiagnosisError> {
+    let on_top = |of: &Refit, stage: &Stage, others: &[&Refit]| -> Result<Vec<Refit>, DiagnosisError> {
         let mut found = refit(stage, true)?.hypotheses;
-        let missing: Vec<String> =
-            others.iter().filter(|other| !found.iter().any(|r| id(r) == **other)).cloned().collect();
+        let is_missing = |other: &&&Refit| !found.iter().any(|r| id(r) == id(other));
+        let missing: Vec<&Tried> = others.iter().filter(is_missing).map(|r| &r.tried).collect();
         found.extend(refit_these(stage, &missing, std::slice::from_ref(&stage.fit.x))?);
         found.retain(|r| id(r) != id(of));
         order(&mut found);
         Ok(found)
     };
-    let rivals: Vec<String> = refits.iter().take(RIVALS).map(id).collect();
     let mut now = (refits[first].clone(), on_first, seconds);
     order(&mut now.2);
     for exchange in 0..=EXCHANGES {
@@ -86,7 +85,8 @@ pub(super) fn pair(
         let Some(second) = seconds.first().and_then(alone) else { return Ok(None) };
         let on_second = with(&second)?;
         let own = id(&first);
-        let others: Vec<String> = rivals.iter().chain([&own]).filter(|r| **r != id(&second)).cloned().collect();
+        let rivals = refits.iter().take(RIVALS).filter(|r| id(r) != own && id(r) != id(&second));
+        let others: Vec<&Refit> = rivals.chain([&first]).collect();
         let firsts = on_top(&second, &on_second, &others)?;
         let better = firsts.first().filter(|best| exchange < EXCHANGES && id(best) != own).and_then(alone);
         let Some(better) = better else {
@@ -94,7 +94,7 @@ pub(super) fn pair(
             return Ok(Some(Pair { first, on_first, seconds, on_second, firsts, ln_all, shares }));
         };
         let on_better = with(&better)?;
-        let seconds = on_top(&better, &on_better, &[id(&second)])?;
+        let seconds = on_top(&better, &on_better, &[&second])?;
         now = (better, on_better, seconds);
     }
     Ok(None)

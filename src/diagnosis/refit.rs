@@ -1,7 +1,7 @@
 //! Full refits of the best hypotheses: base parameters and size together.
 
 use super::base::{FaultScore, Stage, box_starts};
-use super::evidence::{REMAINDER, goodness_of_fit, held_out, ln_evidence};
+use super::evidence::{REMAINDER, degrees_of_freedom, goodness_of_fit, held_out, ln_evidence};
 use super::faults::{Change, Fault, GAIN_SD, response_of};
 use super::fit::{Fit, STEPS, fit, fit_from};
 use super::scene::Scene;
@@ -10,7 +10,7 @@ use super::short_fit::shortest;
 use super::spread::{self, Fitted, spreads};
 use super::traces::gain_slope;
 use super::verdict::STRONG;
-use super::wider::{beyond_the_best, may_be_wider, on_wider_places, wide_names};
+use super::wider::{beyond_the_best, may_be_wider, on_wider_places};
 use super::{DiagnosisError, Estimate};
 use crate::effect::{Candidate, NewParameter};
 use crate::linalg::DVector;
@@ -157,6 +157,7 @@ pub(super) fn refit(stage: &Stage, few: bool) -> Result<Refits, DiagnosisError> 
     let is_poor = goodness_of_fit(&stage.fit, &stage.q) < REMAINDER;
     let is_strong = done.first().is_some_and(|r| r.ln_bayes > STRONG);
     if few || !(is_poor || is_strong) {
+        leave_out_wider(stage, &mut done);
         return Ok(Refits { hypotheses: done, spreads: Vec::new() });
     }
     let n = stage.fit.x.len();
@@ -183,7 +184,7 @@ pub(super) fn refit(stage: &Stage, few: bool) -> Result<Refits, DiagnosisError> 
         polish(stage, &mut done, base)?;
     }
     complete_ties(stage, &mut done, base);
-    leave_out_wider(&mut done);
+    leave_out_wider(stage, &mut done);
     done.sort_by(|a, b| b.ln_bayes.total_cmp(&a.ln_bayes));
     Ok(Refits { hypotheses: done, spreads })
 }
@@ -212,11 +213,16 @@ fn complete_ties(stage: &Stage, done: &mut Vec<Refit>, base: f64) {
     done.extend(run(stage, &jobs, base));
 }
 
-/// Leaves out what another hypothesis says more simply and better: a body on a stiff spring that is a point mass, a sensor of large noise
-/// that is upside down.
-fn leave_out_wider(done: &mut Vec<Refit>) {
-    let all: Vec<(Tried, f64)> = done.iter().map(|r| (r.tried.clone(), r.ln_bayes)).collect();
-    done.retain(|r| !all.iter().any(|(other, ln_bayes)| *ln_bayes > r.ln_bayes && is_wider(&r.tried, other)));
+/// Leaves out what another hypothesis says more simply and about as well: a body on a stiff spring that is a point mass, a sensor of large
+/// noise that is upside down.
+///
+/// Where the simpler one leaves c times what noise gives, because something else is missing too, the wider one may be better by
+/// 3 (c - 1) in ln B only by taking over some of that.
+fn leave_out_wider(stage: &Stage, done: &mut Vec<Refit>) {
+    let noise = degrees_of_freedom(&stage.fit, &stage.q).max(1.0) / stage.weight.powi(2);
+    let room = |r: &Refit| STRONG * (r.misfit / noise - 1.0).max(0.0);
+    let all: Vec<(Tried, f64)> = done.iter().map(|r| (r.tried.clone(), r.ln_bayes + room(r))).collect();
+    done.retain(|r| !all.iter().any(|(other, as_good)| *as_good > r.ln_bayes && is_wider(&r.tried, other)));
 }
 
 /// Whether a hypothesis has another as a special case.
@@ -357,25 +363,36 @@ fn merge(stage: &Stage, done: &mut Vec<Refit>, found: Vec<Refit>) {
     }
 }
 
-/// Refits hypotheses by their ids; those that the stage does not have, or that cannot be fitted, are left out.
-pub(super) fn refit_these(stage: &Stage, ids: &[String], bases: &[DVector<f64>]) -> Result<Vec<Refit>, DiagnosisError> {
+/// Refits hypotheses on another stage; those that cannot be fitted there are left out.
+pub(super) fn refit_these(
+    stage: &Stage,
+    these: &[&Tried],
+    bases: &[DVector<f64>],
+) -> Result<Vec<Refit>, DiagnosisError> {
     let base = ln_evidence(&stage.fit)?;
-    let has = |stage: &Stage, s: &Score| ids.contains(&stage.id(s));
-    let faults: Vec<FaultScore> = (0..stage.faults.len())
-        .filter(|&i| ids.contains(&stage.faults[i].id(&stage.scene)))
-        .map(|i| stage.fault_scores.iter().find(|f| f.index == i).copied().unwrap_or(FaultScore::unscored(i)))
-        .collect();
-    let effects = stage.effects.iter().filter(|s| has(stage, s)).map(|s| Job::Effect(s, bases));
+    let score_of = |stage: &Stage, c: &Candidate| stage.effects.iter().find(|s| stage.id(s) == c.id()).copied();
+    let (mut scores, mut faults, mut elsewhere) = (Vec::new(), Vec::new(), Vec::new());
+    for tried in these {
+        match tried {
+            // What acts at a wider place is screened only where it is sought.
+            Tried::Effect(c) => match score_of(stage, c) {
+                Some(score) => scores.push(score),
+                None => elsewhere.push(c.clone()),
+            },
+            Tried::Fault(f) => {
+                let Some(i) = stage.faults.iter().position(|g| g == f) else { continue };
+                let known = stage.fault_scores.iter().find(|f| f.index == i).copied();
+                faults.push(known.unwrap_or(FaultScore::unscored(i)));
+            }
+        }
+    }
+    let effects = scores.iter().map(|s| Job::Effect(s, bases));
     let jobs: Vec<Job<'_>> = effects.chain(faults.iter().map(|f| Job::Fault(f, bases))).collect();
     let mut done = run(stage, &jobs, base);
-    // What acts at a wider place is screened only where it is sought.
-    let near: Vec<String> = ids.iter().flat_map(|id| wide_names(id)).collect();
-    if !near.is_empty() {
-        let wider = stage.on_wider_places(&near);
-        let is_new = |s: &&Score| has(&wider, s) && !done.iter().any(|r| r.id(&stage.scene) == wider.id(s));
-        let jobs: Vec<Job<'_>> = wider.effects.iter().filter(is_new).map(|s| Job::Effect(s, bases)).collect();
-        let found = run(&wider, &jobs, base);
-        done.extend(found);
+    if !elsewhere.is_empty() {
+        let stage = stage.on(elsewhere);
+        let jobs: Vec<Job<'_>> = stage.effects.iter().map(|s| Job::Effect(s, bases)).collect();
+        done.extend(run(&stage, &jobs, base));
     }
     Ok(done)
 }

@@ -1,7 +1,7 @@
 //! What a fault of the measurement would change at a fit, by re-weighting rows: its screening.
 
 use super::DiagnosisError;
-use super::faults::{Change, Fault};
+use super::faults::{Change, Fault, faults};
 use super::fit::Fit;
 use super::posed::Posed;
 use super::scene::{Prior, Scene};
@@ -58,9 +58,14 @@ fn readings(scene: &Scene, fit: &Fit, fault: &Fault) -> Option<Vec<f64>> {
     moves.then_some(readings)
 }
 
+/// Every fault that the test could show at a fit.
+pub(super) fn faults_at(scene: &Scene, fit: &Fit) -> Vec<Fault> {
+    faults(scene).into_iter().filter(|fault| !reads_noise_only(scene, fit, fault)).collect()
+}
+
 /// Whether a sensor along another axis would read noise only, less than three standard deviations in all modes together: it cannot be told
 /// from a dead one, and that is what it is called.
-pub(super) fn reads_noise_only(scene: &Scene, fit: &Fit, fault: &Fault) -> bool {
+fn reads_noise_only(scene: &Scene, fit: &Fit, fault: &Fault) -> bool {
     const SEEN: f64 = 9.0;
     let modes = measured_modes(scene, fit, fault);
     if !matches!(fault.change, Change::Axis(_)) || scene.has_functions() || modes.is_empty() {

@@ -10,7 +10,7 @@ use super::screen::Score;
 use super::short_fit::shortest;
 use super::spread::{self, Fitted};
 use super::verdict::STRONG;
-use crate::effect::{BENDING, LocationKind};
+use crate::effect::LocationKind;
 use crate::linalg::DVector;
 
 /// Elements that a spread changes the most, near which wider places are tried.
@@ -66,17 +66,4 @@ pub(super) fn beyond_the_best(stage: &Stage, done: &[Refit], base: f64) -> Vec<R
     // The simpler place stands where the data do not ask for the wider one.
     tried.retain(|r| r.ln_bayes > best.ln_bayes + STRONG);
     tried
-}
-
-/// The names of wider places in an id, with and without a direction after them: `stiffness-change@a.1..a.2+b.1..b.2`.
-pub(super) fn wide_names(id: &str) -> Vec<String> {
-    let place = id.split_once('@').map_or(id, |(_, place)| place);
-    if let Some(ends) = place.strip_suffix(&format!(".{BENDING}")) {
-        return ends.split(['+', '/']).map(|end| end.rsplit_once(':').map_or(end, |(e, _)| e).to_string()).collect();
-    }
-    if !place.contains("..") {
-        return Vec::new();
-    }
-    let both = |name: &str| [Some(name.to_string()), name.rsplit_once('.').map(|(name, _)| name.to_string())];
-    place.split(['+', '/']).flat_map(both).flatten().collect()
 }

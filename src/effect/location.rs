@@ -43,7 +43,7 @@ pub struct Location {
 pub const BASE: &str = "base";
 
 /// The direction of an end that gives about both axes of bending.
-pub const BENDING: &str = "bending";
+pub(super) const BENDING: &str = "bending";
 
 impl Location {
     /// At one or several things of a kind.

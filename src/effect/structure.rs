@@ -2,6 +2,7 @@
 
 mod lines;
 mod listing;
+mod mirror;
 mod places;
 
 use super::location::{BENDING, Location};
@@ -10,6 +11,7 @@ use crate::element::Dof;
 use crate::linalg::DMatrix;
 use crate::modal::SolveOptions;
 use crate::model::{Model, ParametricModel, extent, solve_modes};
+use mirror::Mirror;
 use std::f64::consts::PI;
 
 /// What is known beside the model; everything is optional.
@@ -144,6 +146,7 @@ pub struct Structure<'a> {
     /// Whether places are wider than those of the file.
     is_wider: bool,
     ends: Vec<End>,
+    mirror: Option<Mirror>,
     node_partner: Vec<Option<usize>>,
     element_partner: Vec<Option<usize>>,
     /// Per element, per dof in its axes: whether it can move, and whether a motion strains it there.
@@ -163,6 +166,7 @@ impl<'a> Structure<'a> {
             .iter()
             .map(|p| p.bounds.map_or(p.value, |[lower, upper]| p.value.clamp(lower, upper)))
             .collect();
+        let (mirror, n) = (Mirror::of(model), model.geometry().positions.len());
         let mut s = Self {
             model,
             context,
@@ -170,7 +174,8 @@ impl<'a> Structure<'a> {
             spans: Vec::new(),
             is_wider: false,
             ends: Vec::new(),
-            node_partner: listing::node_partners(model),
+            mirror,
+            node_partner: mirror.map_or_else(|| vec![None; n], |m| m.node_partners(model.geometry())),
             element_partner: Vec::new(),
             moves: Vec::new(),
             strains: Vec::new(),
@@ -448,7 +453,7 @@ impl<'a> Structure<'a> {
     /// The sign with which an axis of `element` maps onto the same axis of `image` in the symmetry plane, and zero where it
     /// does not. For the dofs of a location's second name against its first.
     pub(super) fn mirror_sign(&self, element: usize, image: usize, axis: usize) -> f64 {
-        let Some((normal, _)) = self.model.geometry().mirror else { return 0.0 };
+        let Some(Mirror { normal, .. }) = self.mirror else { return 0.0 };
         let (mut a, b) = (self.model.elements()[element].axes[axis], self.model.elements()[image].axes[axis]);
         a[normal] = -a[normal];
         let cosine = dot(a, b);

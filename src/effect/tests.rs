@@ -4,6 +4,7 @@ mod closed_forms;
 mod configurations;
 mod files;
 mod lines;
+mod symmetry;
 
 use super::*;
 use crate::model::{Registry, lint, load};

@@ -2,7 +2,7 @@
 
 use super::compile::Model;
 use super::dof_map::DofMap;
-use super::geometry::Geometry;
+use super::geometry::{Geometry, images};
 use super::{ModelError, ParametricModel};
 use crate::element::{Axes, Dof};
 use crate::linalg::DMatrix;
@@ -117,18 +117,7 @@ fn ordinal(n: usize) -> String {
 /// Row -> (row of the mirror image, sign), for every row, or which row has no image; `None` without a plane of symmetry.
 pub(super) fn mirror_rows(geometry: &Geometry, dofs: &DofMap) -> Option<Result<Vec<(usize, f64)>, String>> {
     let (axis, _) = geometry.mirror?;
-    let size = dofs.positions().iter().flatten().map(|c| c.abs()).fold(0.0, f64::max);
-    let at = |place: [f64; 3]| {
-        let same = move |p: &[f64; 3]| (0..3).all(|i| (p[i] - place[i]).abs() <= 1e-6 * size);
-        dofs.positions().iter().enumerate().filter(move |(_, p)| same(p)).map(|(node, _)| node)
-    };
-    // Of several nodes at one place, the first has the first at the mirrored place as its image, and so on.
-    let image_of = |node: usize| {
-        let place = dofs.positions()[node];
-        let rank = at(place).position(|n| n == node)?;
-        at(geometry.mirrored(place)?).nth(rank)
-    };
-    let images: Vec<Option<usize>> = (0..dofs.n_nodes()).map(image_of).collect();
+    let images = images(dofs.positions(), |p| geometry.mirrored(p));
     let row_of: BTreeMap<(usize, usize), usize> =
         dofs.rows().iter().enumerate().map(|(row, &(node, dof))| ((node, dof as usize), row)).collect();
     let name = |node: usize| &geometry.names[node];

@@ -4,7 +4,7 @@ use super::spec::{FrameSpec, LineSpec, ModelSpec, NodeSpec, OneOrThree};
 use crate::catalogue::did_you_mean;
 use crate::units::{Scalar, ScalarError};
 use crate::yaml::{Problem, child};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 
 /// A vector in global axes, m.
 pub(crate) type Vector = [f64; 3];
@@ -93,6 +93,39 @@ impl Geometry {
         image[axis] = 2.0 * at - p[axis];
         Some(image)
     }
+}
+
+/// Which of some points stands at the mirror image of each: of several at one place, the first has the first at the mirrored place,
+/// and so on. Points nearer than 1e-6 of the largest coordinate are at one place.
+///
+/// * `mirrored` - the image of a point
+pub(crate) fn images(points: &[Vector], mirrored: impl Fn(Vector) -> Option<Vector>) -> Vec<Option<usize>> {
+    let near = 1e-6 * points.iter().flatten().map(|c| c.abs()).fold(0.0, f64::max);
+    let width = if near > 0.0 { 8.0 * near } else { 1.0 };
+    let cell = |p: Vector| p.map(|c| (c / width).floor() as i64);
+    let mut in_cell: HashMap<[i64; 3], Vec<usize>> = HashMap::new();
+    for (i, &p) in points.iter().enumerate() {
+        in_cell.entry(cell(p)).or_default().push(i);
+    }
+    let at = |place: Vector| {
+        let (low, high) = (cell(place.map(|c| c - near)), cell(place.map(|c| c + near)));
+        let mut found = Vec::new();
+        for x in low[0]..=high[0] {
+            for y in low[1]..=high[1] {
+                for z in low[2]..=high[2] {
+                    found.extend(in_cell.get(&[x, y, z]).into_iter().flatten().copied());
+                }
+            }
+        }
+        found.retain(|&i| points[i].iter().zip(place).all(|(a, b)| (a - b).abs() <= near));
+        found.sort_unstable();
+        found
+    };
+    let image = |i: usize| {
+        let rank = at(points[i]).iter().position(|&j| j == i)?;
+        at(mirrored(points[i])?).get(rank).copied()
+    };
+    (0..points.len()).map(image).collect()
 }
 
 /// A vector of constants with a unit, or the problems of its entries.

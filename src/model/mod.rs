@@ -34,6 +34,7 @@ pub use compile::{Model, Target, Targets, load};
 pub use configuration::load_configuration;
 pub use dependence::Monomial;
 pub use dof_map::{DofMap, rigid_motion};
+pub(crate) use geometry::images;
 pub use geometry::{Frame, Geometry};
 pub(crate) use joined::Joined;
 pub(crate) use lint::extent;

@@ -5,12 +5,12 @@ use super::hidden::{OUTSIDE, Truth, rng};
 use super::structures::Specimen;
 use crate::data::TestData;
 use crate::diagnosis::evidence::degrees_of_freedom;
-use crate::diagnosis::faults::{Change, Fault, faults};
+use crate::diagnosis::faults::{Change, Fault};
 use crate::diagnosis::fit::{Fit, fit};
 use crate::diagnosis::refit::with_effect;
 use crate::diagnosis::scene::Scene;
 use crate::diagnosis::screen::project;
-use crate::diagnosis::traces::{reads_noise_only, traces};
+use crate::diagnosis::traces::{faults_at, traces};
 use crate::diagnosis::{Diagnosis, DiagnosisError, Investigation, Kind, Settings, Verdict, investigate};
 use crate::effect::{Candidate, Context, candidates};
 use crate::linalg::DVector;
@@ -133,8 +133,7 @@ impl Specimen {
         let mut kinds: BTreeMap<&str, Vec<Hidden>> = BTreeMap::new();
         let scene = Scene::new(&self.model, &[&test]);
         if let Ok((scene, base)) = scene.and_then(|s| fit(&s, &[s.start()], 1.0).map(|f| (s, f))) {
-            let mut list = faults(&scene);
-            list.retain(|fault| !reads_noise_only(&scene, &base, fault));
+            let list = faults_at(&scene, &base);
             let seen = traces(&scene, &base, 1.0, &list);
             for (f, _) in list.into_iter().zip(seen).filter(|(_, t)| t.is_some()) {
                 kinds.entry(f.name()).or_default().push(Hidden::Fault(f));

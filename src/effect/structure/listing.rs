@@ -1,7 +1,6 @@
 //! The lists of a structure: mirror images, named parts, ends of members.
 
 use super::{End, Joint, Part, PartKind, Structure};
-use crate::model::Model;
 use std::collections::{BTreeMap, BTreeSet};
 
 impl Structure<'_> {
@@ -166,21 +165,4 @@ pub(super) fn sorted(elements: &[usize]) -> Vec<usize> {
 /// Whether two parts share no element.
 fn apart(a: &Part, b: &Part) -> bool {
     a.elements.iter().all(|e| !b.elements.contains(e))
-}
-
-/// Node -> its mirror image; of several at one place, the first has the first at the mirrored place.
-pub(super) fn node_partners(model: &Model) -> Vec<Option<usize>> {
-    let g = model.geometry();
-    let size = g.positions.iter().flatten().map(|c| c.abs()).fold(0.0, f64::max);
-    let at = |place: [f64; 3]| {
-        let same = move |p: &[f64; 3]| p.iter().zip(place).all(|(a, b)| (a - b).abs() <= 1e-6 * size);
-        g.positions.iter().enumerate().filter(move |(_, p)| same(p)).map(|(i, _)| i)
-    };
-    (0..g.positions.len())
-        .map(|i| {
-            let image = g.mirrored(g.positions[i])?;
-            let rank = at(g.positions[i]).position(|j| j == i)?;
-            at(image).nth(rank)
-        })
-        .collect()
 }
