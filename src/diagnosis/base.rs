@@ -19,6 +19,8 @@ use crate::optim::Draw;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
+/// ln of the odds of a wider place against one of the file: the simpler stands where the data do not ask for more.
+const LN_WIDER: f64 = -3.0;
 /// Starts in the box beside the estimates.
 const BOX_STARTS: usize = 5;
 
@@ -69,6 +71,8 @@ pub(super) struct Stage {
     pub(super) listener: Listener,
     /// The effects to try.
     pub(super) catalogue: Effects,
+    /// ln of the odds of its effects against those of their kind at a place of the file.
+    pub(super) ln_odds: f64,
 }
 
 impl Stage {
@@ -82,9 +86,12 @@ impl Stage {
         self.screened[score.index].candidate.id()
     }
 
-    /// The same with the effects at wider places near these elements, members or spans, instead of its own.
-    pub(super) fn on_wider_places(&self, near: &[String]) -> Stage {
-        self.on(in_configurations(&self.scene, |tested| candidates_on_wider_places(tested, &self.catalogue, near)))
+    /// The same with the effects at wider places instead of its own.
+    ///
+    /// * `near` - elements, members or spans that they have to touch; none for all places
+    pub(super) fn on_wider_places(&self, near: Option<&[String]>) -> Stage {
+        let placed = in_configurations(&self.scene, |tested| candidates_on_wider_places(tested, &self.catalogue, near));
+        Stage { ln_odds: LN_WIDER, ..self.on(placed) }
     }
 
     /// The same with these effects instead of its own.
@@ -201,6 +208,7 @@ pub(super) fn stage(
         residual,
         listener: settings.listener.clone(),
         catalogue: settings.effects.clone(),
+        ln_odds: 0.0,
     })
 }
 

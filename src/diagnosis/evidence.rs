@@ -83,6 +83,11 @@ pub(super) fn degrees_of_freedom(fit: &Fit, q: &DMatrix<f64>) -> f64 {
     (0..fit.rows.measured).filter(|&i| noisy[i]).map(|i| 1.0 - q.row(i).norm_squared()).sum()
 }
 
+/// P(χ² <= observed).
+pub(super) fn p_of_less(chi2: f64, dof: f64) -> f64 {
+    ChiSquared::new(dof.max(1.0)).map_or(1.0, |noise| noise.cdf(chi2))
+}
+
 /// P(χ² >= observed) of the measured rows.
 pub(super) fn goodness_of_fit(fit: &Fit, q: &DMatrix<f64>) -> f64 {
     let dof = degrees_of_freedom(fit, q);

@@ -1,6 +1,7 @@
 //! The optimum of a scene, and what a screening needs of it.
 
 use super::DiagnosisError;
+use super::overlooked::overlooked;
 use super::posed::{Posed, Rows};
 use super::scene::Scene;
 use crate::linalg::{DMatrix, DVector, ThinQr, thin_qr};
@@ -40,6 +41,8 @@ pub(super) struct Fit {
     pub(super) unpaired: Vec<usize>,
     /// Pairs of measured modes whose partners are so close that their shapes are turned to the test: each has a free angle.
     pub(super) turned: Vec<(usize, usize)>,
+    /// Frequencies of modes that each test should have seen, Hz.
+    pub(super) overlooked: Vec<Vec<f64>>,
 }
 
 /// Fits a scene from several starts and keeps the lowest; the first of equal ones.
@@ -158,8 +161,10 @@ fn at(posed: &Posed<'_>, x: DVector<f64>) -> Result<Fit, DiagnosisError> {
     let mut frequencies = vec![f64::NAN; m];
     let mut unpaired = Vec::new();
     let mut turned = Vec::new();
+    let mut unseen = Vec::new();
     for part in &posed.parts {
         let prediction = part.comparison.predict(&theta)?;
+        unseen.push(overlooked(part.comparison, &prediction));
         let n_own = part.comparison.test().modes.len();
         for cluster in prediction.clusters.iter().filter(|_| part.comparison.has_shapes()) {
             let is_in = |k: &usize| prediction.partner(*k).is_some_and(|a| cluster.contains(&a));
@@ -203,6 +208,7 @@ fn at(posed: &Posed<'_>, x: DVector<f64>) -> Result<Fit, DiagnosisError> {
         frequencies,
         unpaired,
         turned,
+        overlooked: unseen,
     })
 }
 

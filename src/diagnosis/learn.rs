@@ -8,7 +8,7 @@ use super::scene::Scene;
 use super::verdict::STRONG;
 use super::{Diagnosis, DiagnosisError, Estimate, Settings, Verdict, investigate};
 use crate::data::TestData;
-use crate::effect::Candidate;
+use crate::effect::{Candidate, Context, Effects, Structure};
 use crate::linalg::DVector;
 use crate::model::{Model, ParametricModel};
 
@@ -150,7 +150,10 @@ pub fn learn_from_tests(
             break;
         };
         let ties = step.diagnosis.hypotheses.first().map(|h| h.tied_with.clone()).unwrap_or_default();
-        if !ties.is_empty() && !take_best {
+        let unknown = Context::default();
+        let structure = Structure::new(scene.model(), &unknown);
+        let is_open = |id: &String| !is_nested(&structure, &settings.effects, &best.tried, id);
+        if ties.iter().any(is_open) && !take_best {
             step.tie = ties;
             stopped_for_tie = true;
             steps.push(step);
@@ -163,7 +166,7 @@ pub fn learn_from_tests(
             back = Some(Back { step, scene, effects, ln_spread, ln_added: 0.0 });
         }
         if let Some(back) = &mut back {
-            back.ln_added += odds.of(best.name()) + best.ln_bayes;
+            back.ln_added += odds.of(best) + best.ln_bayes;
         }
         step.tie = ties;
         scene = best.scene.clone();
@@ -202,6 +205,14 @@ pub fn learn_from_tests(
     }
     let tests = scene.cases.iter().map(|c| (*c.test).clone()).collect();
     Ok(Learned { steps, effects, stopped_for_tie, tests, attempt })
+}
+
+/// Whether a hypothesis and another, by its id, are one effect at a place of the file and at a wider one around it.
+fn is_nested(structure: &Structure<'_>, effects: &Effects, tried: &Tried, id: &str) -> bool {
+    let (Tried::Effect(one), Ok(other)) = (tried, effects.candidate(structure, id)) else { return false };
+    one.effect.name() == other.effect.name()
+        && structure.is_wide(&one.location) != structure.is_wide(&other.location)
+        && structure.overlap(&one.location, &other.location)
 }
 
 /// Takes out effects whose removal, after a refit of the rest, does not cost evidence.

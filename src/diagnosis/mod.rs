@@ -16,12 +16,15 @@ mod error;
 mod evidence;
 mod faults;
 mod fit;
+mod joint;
 mod learn;
 mod listener;
 mod mesh;
+mod nested;
 mod next_measurement;
 mod noise;
 mod odds;
+mod overlooked;
 mod pairs;
 mod posed;
 mod refit;
@@ -48,6 +51,7 @@ use crate::data::TestData;
 use crate::effect::Effects;
 use crate::model::Model;
 use base::stage;
+use evidence::{REMAINDER, p_of_less};
 use refit::{Refit, Tried, refit};
 use scene::Scene;
 use serde::{Deserialize, Serialize};
@@ -243,16 +247,28 @@ fn investigate(
     if scene.test.modes.is_empty() {
         return Err(DiagnosisError::NoModes);
     }
-    let mut base = stage(scene, starts, weight.unwrap_or(1.0), settings, None)?;
+    let base = stage(scene, starts, weight.unwrap_or(1.0), settings, None)?;
     let mut refits = refit(&base, false)?;
     // Larger noise than stated is a hypothesis like the others: it is taken where none explains the test better.
     if weight.is_none() && base.scatter.s2 > 1.0 && !better_than_noise(&base, &refits.hypotheses)? {
         let larger = base.scatter.s2.sqrt().recip();
-        base = stage(base.scene.clone(), std::slice::from_ref(&base.fit.x), larger, settings, Some(&base.seen()))?;
-        refits = refit(&base, false)?;
+        let again = stage(base.scene.clone(), std::slice::from_ref(&base.fit.x), larger, settings, Some(&base.seen()))?;
+        let mut found = refit(&again, false)?;
+        let diagnosis = conclude(&again, &mut found, settings)?;
+        // What is named may leave less than noise of that size: then the misfit of a wrong base was taken for scatter.
+        if !leaves_too_little(&again, &diagnosis) {
+            return Ok(Investigation { diagnosis, base: again, refits: found.hypotheses });
+        }
     }
     let diagnosis = conclude(&base, &mut refits, settings)?;
     Ok(Investigation { diagnosis, base, refits: refits.hypotheses })
+}
+
+/// Whether what is named leaves clearly less than the noise that it was judged by.
+fn leaves_too_little(base: &base::Stage, found: &Diagnosis) -> bool {
+    let is_named = !matches!(found.verdict, Verdict::Adequate | Verdict::Unexplained);
+    let left = found.hypotheses.first().map_or(f64::INFINITY, |h| h.misfit_after * base.weight * base.weight);
+    is_named && p_of_less(left, found.degrees_of_freedom) < REMAINDER
 }
 
 /// The result of one refitted hypothesis, ties and probability to be filled in.

@@ -48,21 +48,27 @@ impl<'a> Odds<'a> {
         0.5_f64.ln() - ((self.places.len() + 1) as f64).ln()
     }
 
-    /// Of a hypothesis of a kind.
-    pub(super) fn of(&self, name: &str) -> f64 {
-        self.of_something_else() - (self.places.get(name).copied().unwrap_or(1).max(1) as f64).ln()
+    /// Of a hypothesis.
+    pub(super) fn of(&self, r: &Refit) -> f64 {
+        self.of_kind(r.name()) + r.ln_odds
+    }
+
+    /// Of a hypothesis of a kind, at a place of the file.
+    pub(super) fn of_kind(&self, name: &str) -> f64 {
+        let places = self.places.get(name).copied().unwrap_or(1).max(1);
+        self.of_something_else() - (places as f64).ln()
     }
 
     /// ln of odds times Bayes factors of all that were refitted on top of another; the two may have come in either order.
     pub(super) fn of_a_second(&self, refits: &[Refit]) -> f64 {
-        let each: Vec<f64> = refits.iter().map(|r| self.of(r.name()) + r.ln_bayes).collect();
+        let each: Vec<f64> = refits.iter().map(|r| self.of(r) + r.ln_bayes).collect();
         std::f64::consts::LN_2 + ln_sum(&each)
     }
 
     /// * `other` - ln of the Bayes factor of something else
     pub(super) fn probabilities(&self, base: &Stage, refits: &[Refit], other: f64) -> Probabilities {
         let mut ln = vec![0.5_f64.ln(), self.of_something_else() + other];
-        ln.extend(refits.iter().map(|r| self.of(r.name()) + r.ln_bayes));
+        ln.extend(refits.iter().map(|r| self.of(r) + r.ln_bayes));
         let top = ln.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let weights: Vec<f64> = ln.iter().map(|l| (l - top).exp()).collect();
         let rest: f64 = weights[1..].iter().sum();
@@ -105,6 +111,14 @@ impl Probabilities {
     pub(super) fn with_a_pair(&mut self, first: usize, ln_two: f64) {
         self.with_pairs(ln_two);
         self.each[first] += std::mem::take(&mut self.pairs);
+    }
+
+    /// "Nothing is missing" where what the base leaves does not look like noise, with p.
+    pub(super) fn deny(&mut self, p: f64) {
+        let most = most_against(p) / (1.0 + most_against(p));
+        let lost = (self.none - most).max(0.0);
+        self.none -= lost;
+        self.other += lost;
     }
 
     /// A hypothesis that leaves more than noise, with p, may be there beside something else, or be its image: even odds.

@@ -13,6 +13,7 @@ use super::base::Stage;
 use super::odds::{Odds, ln_sum};
 use super::refit::{Refit, Tried, refit, refit_these};
 use super::{DiagnosisError, Settings};
+use crate::linalg::DVector;
 use std::collections::BTreeMap;
 
 /// Hypotheses of the base that are tried in the place of the first.
@@ -48,17 +49,17 @@ impl Pair {
 /// The best pair that one or a few exchanges lead to; `None` where the second cannot stand alone.
 ///
 /// * `refits` - of the base
-/// * `first` - the number of the first among them
+/// * `first` - on the base
 /// * `on_first`, `seconds` - the stage with it, and what was refitted there
 pub(super) fn pair(
     base: &Stage,
     refits: &[Refit],
-    first: usize,
+    first: Refit,
     (on_first, seconds): (Stage, Vec<Refit>),
     odds: &Odds<'_>,
     settings: &Settings,
 ) -> Result<Option<Pair>, DiagnosisError> {
-    let weight = |r: &Refit| odds.of(r.name()) + r.ln_bayes;
+    let weight = |r: &Refit| odds.of(r) + r.ln_bayes;
     let order = |list: &mut Vec<Refit>| list.sort_by(|a, b| weight(b).total_cmp(&weight(a)));
     let n = base.fit.x.len();
     let id = |r: &Refit| r.id(&base.scene);
@@ -69,16 +70,20 @@ pub(super) fn pair(
         known.or_else(|| refit_these(base, &[&r.tried], &starts).ok()?.pop())
     };
     let with = |r: &Refit| base.with(r, settings);
-    let on_top = |of: &Refit, stage: &Stage, others: &[&Refit]| -> Result<Vec<Refit>, DiagnosisError> {
+    let on_top = |of: &Refit, stage: &Stage, others: &[&Refit], starts: &[DVector<f64>]| {
         let mut found = refit(stage, true)?.hypotheses;
         let is_missing = |other: &&&Refit| !found.iter().any(|r| id(r) == id(other));
         let missing: Vec<&Tried> = others.iter().filter(is_missing).map(|r| &r.tried).collect();
-        found.extend(refit_these(stage, &missing, std::slice::from_ref(&stage.fit.x))?);
+        found.extend(refit_these(stage, &missing, &[starts, std::slice::from_ref(&stage.fit.x)].concat())?);
         found.retain(|r| id(r) != id(of));
         order(&mut found);
-        Ok(found)
+        Ok::<_, DiagnosisError>(found)
     };
-    let mut now = (refits[first].clone(), on_first, seconds);
+    // Where the two have brought the base and the one that was fitted last.
+    let without_the_other = |both: &DVector<f64>, own: usize| {
+        DVector::from_iterator(n + own, both.rows(0, n).iter().chain(both.rows(both.len() - own, own).iter()).copied())
+    };
+    let mut now = (first, on_first, seconds);
     order(&mut now.2);
     for exchange in 0..=EXCHANGES {
         let (first, on_first, seconds) = now;
@@ -87,14 +92,15 @@ pub(super) fn pair(
         let own = id(&first);
         let rivals = refits.iter().take(RIVALS).filter(|r| id(r) != own && id(r) != id(&second));
         let others: Vec<&Refit> = rivals.chain([&first]).collect();
-        let firsts = on_top(&second, &on_second, &others)?;
+        let both = without_the_other(&seconds[0].fit.x, on_second.fit.x.len() - n);
+        let firsts = on_top(&second, &on_second, &others, &[both])?;
         let better = firsts.first().filter(|best| exchange < EXCHANGES && id(best) != own).and_then(alone);
         let Some(better) = better else {
             let (ln_all, shares) = compare(&id, &weight, (&first, &seconds), (&second, &firsts));
             return Ok(Some(Pair { first, on_first, seconds, on_second, firsts, ln_all, shares }));
         };
         let on_better = with(&better)?;
-        let seconds = on_top(&better, &on_better, &[&second])?;
+        let seconds = on_top(&better, &on_better, &[&second], &[])?;
         now = (better, on_better, seconds);
     }
     Ok(None)

@@ -1,9 +1,11 @@
 //! Full refits of the best hypotheses: base parameters and size together.
 
 use super::base::{FaultScore, Stage, box_starts};
-use super::evidence::{REMAINDER, degrees_of_freedom, goodness_of_fit, held_out, ln_evidence};
+use super::evidence::{REMAINDER, goodness_of_fit, held_out, ln_evidence};
 use super::faults::{Change, Fault, GAIN_SD, response_of};
 use super::fit::{Fit, STEPS, fit, fit_from};
+use super::nested::leave_out_wider;
+use super::overlooked::LN_OVERLOOKED;
 use super::scene::Scene;
 use super::screen::{Score, start_sizes};
 use super::short_fit::shortest;
@@ -62,6 +64,10 @@ pub(super) struct Refit {
     pub(super) held_out: f64,
     /// Misfit including the cost of data that a fault declares worthless.
     pub(super) misfit: f64,
+    /// Modes that it brings and that the test should have seen.
+    pub(super) overlooked: usize,
+    /// ln of its odds against those of its kind.
+    pub(super) ln_odds: f64,
 }
 
 impl Refit {
@@ -77,9 +83,9 @@ impl Refit {
         Ok(goodness_of_fit(&self.fit, &self.fit.basis()?))
     }
 
-    /// Whether noise alone gives as much as it leaves.
+    /// Whether noise alone gives as much as it leaves, and the test need not have overlooked a mode.
     pub(super) fn leaves_noise(&self) -> Result<bool, DiagnosisError> {
-        Ok(self.p_value()? > REMAINDER)
+        Ok(self.overlooked == 0 && self.p_value()? > REMAINDER)
     }
 
     pub(super) fn name(&self) -> &'static str {
@@ -174,7 +180,7 @@ pub(super) fn refit(stage: &Stage, few: bool) -> Result<Refits, DiagnosisError> 
         merge(stage, &mut done, run(stage, &more, base));
     }
     if is_poor && !leaves_noise(&done)? && may_be_wider(stage, &spreads, &done) {
-        let found = on_wider_places(stage, &spreads, &bases, limit, base);
+        let found = on_wider_places(stage, &bases, limit, base);
         merge(stage, &mut done, found);
     }
     around_the_best(stage, &mut done, base)?;
@@ -211,33 +217,6 @@ fn complete_ties(stage: &Stage, done: &mut Vec<Refit>, base: f64) {
         .map(|s| Job::Effect(s, &bases))
         .collect();
     done.extend(run(stage, &jobs, base));
-}
-
-/// Leaves out what another hypothesis says more simply and about as well: a body on a stiff spring that is a point mass, a sensor of large
-/// noise that is upside down.
-///
-/// Where the simpler one leaves c times what noise gives, because something else is missing too, the wider one may be better by
-/// 3 (c - 1) in ln B only by taking over some of that.
-fn leave_out_wider(stage: &Stage, done: &mut Vec<Refit>) {
-    let noise = degrees_of_freedom(&stage.fit, &stage.q).max(1.0) / stage.weight.powi(2);
-    let room = |r: &Refit| STRONG * (r.misfit / noise - 1.0).max(0.0);
-    let all: Vec<(Tried, f64)> = done.iter().map(|r| (r.tried.clone(), r.ln_bayes + room(r))).collect();
-    done.retain(|r| !all.iter().any(|(other, as_good)| *as_good > r.ln_bayes && is_wider(&r.tried, other)));
-}
-
-/// Whether a hypothesis has another as a special case.
-fn is_wider(tried: &Tried, other: &Tried) -> bool {
-    match (tried, other) {
-        (Tried::Effect(a), Tried::Effect(b)) => {
-            let same_place =
-                (&a.location.names, &a.location.configuration) == (&b.location.names, &b.location.configuration);
-            a.effect.becomes().contains(&b.effect.name()) && same_place
-        }
-        (Tried::Fault(a), Tried::Fault(b)) => {
-            a.change == Change::Noisy && b.change != Change::Noisy && a.only == b.only && b.is_of_sensor(a.sensor)
-        }
-        _ => false,
-    }
 }
 
 /// Faults that deserve a refit: the best, and one of every other kind that comes near.
@@ -432,6 +411,13 @@ pub(super) fn starts(stage: &Stage, score: &Score, bases: &[DVector<f64>]) -> Ve
     bases.iter().flat_map(|x| sizes.iter().map(|v| join(x, v))).collect()
 }
 
+/// How many modes a fit brings that the test should have seen, and ln of the odds of that.
+pub(super) fn overlooked(stage: &Stage, fit: &Fit) -> (usize, f64) {
+    let seen = |fit: &Fit| fit.overlooked.iter().map(Vec::len).sum::<usize>();
+    let more = seen(fit).saturating_sub(seen(&stage.fit));
+    (more, LN_OVERLOOKED * more as f64)
+}
+
 fn refit_effect(stage: &Stage, score: &Score, bases: &[DVector<f64>], base: f64) -> Result<Refit, DiagnosisError> {
     let candidate = &stage.screened[score.index].candidate;
     let scene = with_effect(&stage.scene, candidate)?;
@@ -440,14 +426,17 @@ fn refit_effect(stage: &Stage, score: &Score, bases: &[DVector<f64>], base: f64)
     let estimates = estimates(&scene, &fit, &candidate.parameters)?;
     let held_out = held_out(&fit, stage.weight)?.iter().sum();
     let misfit = fit.misfit;
+    let (overlooked, ln_overlooked) = overlooked(stage, &fit);
     Ok(Refit {
         tried: Tried::Effect(candidate.clone()),
         scene,
         fit,
-        ln_bayes: evidence - base,
+        ln_bayes: evidence - base + ln_overlooked,
         estimates,
         held_out,
         misfit,
+        overlooked,
+        ln_odds: stage.ln_odds,
     })
 }
 
@@ -555,7 +544,8 @@ fn refit_fault(stage: &Stage, score: &FaultScore, bases: &[DVector<f64>], base: 
     }
     let held_out = held_out(&found, w)?.iter().sum();
     let ln_bayes = ln_evidence(&found)? + extra - base;
-    Ok(Refit { tried: Tried::Fault(fault.clone()), scene, fit: found, ln_bayes, estimates, held_out, misfit })
+    let tried = Tried::Fault(fault.clone());
+    Ok(Refit { tried, scene, fit: found, ln_bayes, estimates, held_out, misfit, overlooked: 0, ln_odds: 0.0 })
 }
 
 /// What frequency responses of a channel cost that reads noise only, of unknown level, beside those of a model:

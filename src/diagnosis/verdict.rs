@@ -12,6 +12,7 @@
 use super::base::Stage;
 use super::evidence::{EACH_REMAINDER, REMAINDER, degrees_of_freedom, goodness_of_fit, held_out, something_else};
 use super::fit::Fit;
+use super::joint::together;
 use super::next_measurement::next_measurements;
 use super::noise::whiteness;
 use super::odds::{Odds, Probabilities, ln_mean};
@@ -54,7 +55,7 @@ pub(super) fn conclude(
     let dof = degrees_of_freedom(&base.fit, &base.q);
     let fits = goodness_of_fit(&base.fit, &base.q);
     let white = whiteness(&base.scene, &base.fit, &base.q, settings.seed.wrapping_add(2));
-    let looks_like_noise = is_noise(fits, white, REMAINDER / 3.0) && base.fit.unpaired.is_empty();
+    let looks_like_noise = is_noise(fits, white, EACH_REMAINDER) && base.fit.unpaired.is_empty();
     // The level is shared with the tests of the remainder, which raise an alarm too.
     let alarm = base.p_value < settings.alarm_level - REMAINDER || !base.fit.unpaired.is_empty();
     let best_bayes = refits.iter().map(|r| r.ln_bayes).fold(f64::NEG_INFINITY, f64::max);
@@ -71,6 +72,7 @@ pub(super) fn conclude(
     let Answer { verdict, mut chosen, remainder, spread, pair } = if looks_like_noise && !(alarm && strong) {
         Answer { verdict: Verdict::Adequate, ..Answer::default() }
     } else if !alarm || !strong {
+        p.deny(if base.fit.unpaired.is_empty() { (2.0 * fits.min(white)).min(1.0) } else { 0.0 });
         Answer { remainder: place_of(&base.scene, &base.fit, &base.q), ..Answer::default() }
     } else {
         let tied: Vec<usize> = (0..refits.len()).filter(|&i| is_tied(&refits[i])).collect();
@@ -230,7 +232,7 @@ struct Else<'a> {
 impl Else<'_> {
     /// The spread that explains the test best, if it is more probable than a hypothesis.
     fn spread(&self, than: &Refit) -> Option<&Spread> {
-        let odds = self.odds.of(than.name()) - self.odds.of_something_else();
+        let odds = self.odds.of(than) - self.odds.of_something_else();
         let best = spread::best(self.spreads).map(|s| &s.spread);
         best.filter(|s| s.ln_bayes > than.ln_bayes + odds)
     }
@@ -261,17 +263,21 @@ fn name(
         on_first.get_or_insert(stage);
     }
     let (Some((chosen, found)), Some(on_first)) = (failed.first(), on_first) else { return Ok(Answer::default()) };
-    let (chosen, first) = (*chosen, &refits[*chosen]);
+    let (chosen, odds) = (*chosen, otherwise.odds);
     let more = refit(&on_first, true)?.hypotheses;
+    let weight = |r: &Refit| odds.of(r) + r.ln_bayes;
+    let ln_known = weight(&refits[chosen]) + more.iter().map(weight).fold(f64::NEG_INFINITY, f64::max);
+    let bases: Vec<_> = spread::best(otherwise.spreads).map(|s| s.base.clone()).into_iter().collect();
+    let (first, on_first, more) =
+        together(base, &bases, odds, ln_known, settings)?.unwrap_or((refits[chosen].clone(), on_first, more));
     // Two that imitate something else fit the modes they were fitted to; the others they predict worse than the base does.
     let predicts = |r: &Refit| r.held_out < otherwise.held_before;
     let best = more.iter().max_by(|a, b| a.ln_bayes.total_cmp(&b.ln_bayes));
     if best.is_some_and(|r| r.ln_bayes > STRONG && on_first.p_value < settings.alarm_level && predicts(r)) {
         // Two of some hundreds imitate much: they have to be more probable than something else, and what they leave has to
         // pass the same tests as what one leaves.
-        let odds = otherwise.odds;
-        let ln_two = odds.of(first.name()) + first.ln_bayes + odds.of_a_second(&more);
-        let two = pair(base, refits, chosen, (on_first, more), odds, settings)?;
+        let ln_two = weight(&first) + odds.of_a_second(&more);
+        let two = pair(base, refits, first, (on_first, more), odds, settings)?;
         if let Some(two) = two.filter(|two| two.ln_all > otherwise.ln && predicts(&two.seconds[0]))
             && remains(&two.on_first, &two.seconds[0], settings)?.0.needs_nothing_more()
         {
@@ -289,7 +295,7 @@ fn name(
         };
         p.doubt(i, left);
     }
-    let spread = otherwise.spread(first);
+    let spread = otherwise.spread(&refits[chosen]);
     let remainder = match spread {
         Some(spread) => spread.to_string(),
         None if found.passes => place_of(&base.scene, &base.fit, &base.q),
@@ -308,7 +314,7 @@ pub(super) fn better_than_noise(base: &Stage, refits: &[Refit]) -> Result<bool, 
     let chi2 = base.residual.norm_squared();
     let noise = 0.5_f64.ln() + 0.5 * (chi2 * (1.0 - 1.0 / s2) - n * s2.ln() - n.ln());
     let odds = Odds::new(base);
-    for r in refits.iter().filter(|r| odds.of(r.name()) + r.ln_bayes > noise) {
+    for r in refits.iter().filter(|r| odds.of(r) + r.ln_bayes > noise) {
         if r.leaves_noise()? {
             return Ok(true);
         }

@@ -6,7 +6,7 @@ use super::fit::ON_BOUND;
 use super::mesh::{functions_moved, mesh_errors, modes, refined};
 use super::refit::{Refit, Tried};
 use super::scene::Case;
-use crate::model::{Model, ParametricModel, extent};
+use crate::model::{Model, ParametricModel};
 use crate::objective::Scaling;
 
 /// Whether the test has damping ratios and the model no damping to compare them with.
@@ -148,37 +148,12 @@ fn beyond_bounds(base: &Stage, r: &Refit) -> Vec<String> {
 
 /// Modes of the fitted base inside the tested band that the sensors see well and no measured mode is paired with.
 fn unseen_modes(base: &Stage) -> Option<String> {
-    /// Largest motion at a sensor, as a share of the largest anywhere.
-    const SEEN: f64 = 0.2;
-    /// What counts as no motion, as a share of that which a rotation makes at the end of the structure.
-    const ROUNDING: f64 = 1e-6;
-    if !base.fit.rows.has_shapes {
-        return None;
-    }
-    let comparisons = base.scene.comparisons().ok()?;
-    let mut unseen = Vec::new();
-    for (comparison, case) in comparisons.iter().zip(&base.scene.cases) {
-        let Ok(p) = comparison.predict(&base.fit.theta) else { continue };
-        let tested: Vec<f64> = case.test.modes.iter().map(|m| m.frequency_hz.value).collect();
-        let lowest = tested.iter().copied().fold(f64::INFINITY, f64::min);
-        let highest = tested.iter().copied().fold(0.0, f64::max);
-        let is_rotation: Vec<bool> = case.model.dof_map().rows().iter().map(|r| r.1.is_rotation()).collect();
-        // A mode of rotations alone moves a sensor by rounding, and everything else too.
-        let arm = ROUNDING * extent(&case.model.geometry().positions);
-        let largest = |a: usize| {
-            let shape = p.modes.shapes.column(p.modes.n_rigid + a);
-            let moves = shape.iter().zip(&is_rotation).map(|(v, turns)| if *turns { arm * v.abs() } else { v.abs() });
-            moves.fold(0.0, f64::max)
-        };
-        let is_unseen = |&a: &usize| {
-            let hz = p.frequencies_hz[a];
-            hz > lowest
-                && hz < highest
-                && p.pairs.pairs.iter().all(|pair| pair.analytical != a)
-                && p.at_sensors.column(a).amax() > SEEN * largest(a)
-        };
-        unseen.extend((0..p.frequencies_hz.len()).filter(is_unseen).map(|a| format!("{:.4} Hz", p.frequencies_hz[a])));
-    }
+    let in_band = |(all, case): (&Vec<f64>, &Case)| {
+        let tested = case.test.modes.iter().map(|m| m.frequency_hz.value);
+        let lowest = tested.fold(f64::INFINITY, f64::min);
+        all.iter().filter(move |hz| **hz > lowest).map(|hz| format!("{hz:.4} Hz")).collect::<Vec<_>>()
+    };
+    let unseen: Vec<String> = base.fit.overlooked.iter().zip(&base.scene.cases).flat_map(in_band).collect();
     let (what, verb) = match unseen.len() {
         0 => return None,
         1 => ("a mode", "has"),

@@ -1,20 +1,20 @@
 //! Places that are wider than those of the file: what is changed need not end where an element does, and a joint that gives about one
 //! axis of bending may give about the other.
 //!
-//! They are tried where nothing at the places of the file leaves noise, near what a [spread](super::spread) changes the most, and
-//! around the element that explains the test best; so the catalogue is not made larger for what is simpler.
+//! They are tried where nothing at the places of the file leaves noise, and around the element or member that explains the test best; their
+//! odds are smaller, so what is simpler stands where the data do not ask for more.
 
 use super::base::Stage;
 use super::refit::{Job, NEAR, Refit, Tried, best_and_of_every_kind, run};
 use super::screen::Score;
 use super::short_fit::shortest;
-use super::spread::{self, Fitted};
+use super::spread::Fitted;
 use super::verdict::STRONG;
 use crate::effect::LocationKind;
 use crate::linalg::DVector;
 
-/// Elements that a spread changes the most, near which wider places are tried.
-const MOST_CHANGED: usize = 3;
+/// Wider places around the best that are refitted in full.
+const AROUND: usize = 9;
 
 /// Whether something at a wider place could explain more than the best so far: about what the spreads do, which have every span
 /// among them.
@@ -24,35 +24,28 @@ pub(super) fn may_be_wider(stage: &Stage, spreads: &[Fitted], done: &[Refit]) ->
     done.iter().all(|r| r.ln_bayes < most)
 }
 
-/// Refits the best effects at wider places near the elements that a spread changes the most.
+/// Refits the best effects at wider places.
 ///
 /// * `base` - ln evidence of the base
-pub(super) fn on_wider_places(
-    stage: &Stage,
-    spreads: &[Fitted],
-    bases: &[DVector<f64>],
-    limit: usize,
-    base: f64,
-) -> Vec<Refit> {
-    let Some(spread) = spread::best(spreads) else { return Vec::new() };
-    let near: Vec<String> = spread.spread.factors.iter().take(MOST_CHANGED).map(|f| f.part.clone()).collect();
-    let wider = stage.on_wider_places(&near);
+pub(super) fn on_wider_places(stage: &Stage, bases: &[DVector<f64>], limit: usize, base: f64) -> Vec<Refit> {
+    let wider = stage.on_wider_places(None);
     let all: Vec<&Score> = wider.effects.iter().take(NEAR).collect();
     let best = best_and_of_every_kind(&wider, shortest(&wider, &all, bases), limit);
     let jobs: Vec<Job<'_>> = best.into_iter().map(|s| Job::Effect(s, bases)).collect();
     run(&wider, &jobs, base)
 }
 
-/// The effect that explains the test best at an element, on the elements around it too: what explains it clearly better there.
+/// The effect that explains the test best at an element or a member, on the elements around it or some of it too: what explains it better
+/// there.
 ///
 /// * `base` - ln evidence of the base
 pub(super) fn beyond_the_best(stage: &Stage, done: &[Refit], base: f64) -> Vec<Refit> {
     let Some(best) = done.iter().max_by(|a, b| a.ln_bayes.total_cmp(&b.ln_bayes)) else { return Vec::new() };
     let Tried::Effect(found) = &best.tried else { return Vec::new() };
-    if best.ln_bayes < STRONG || found.location.kind != LocationKind::Element {
+    if best.ln_bayes < STRONG || !matches!(found.location.kind, LocationKind::Element | LocationKind::Chain) {
         return Vec::new();
     }
-    let wider = stage.on_wider_places(&found.location.names);
+    let wider = stage.on_wider_places(Some(&found.location.names));
     let bases = [best.fit.x.rows(0, stage.fit.x.len()).into_owned()];
     let is_like = |s: &&Score| {
         let c = &wider.screened[s.index].candidate;
@@ -61,9 +54,10 @@ pub(super) fn beyond_the_best(stage: &Stage, done: &[Refit], base: f64) -> Vec<R
             && (at.direction(), &at.configuration, at.names.len())
                 == (there.direction(), &there.configuration, there.names.len())
     };
-    let jobs: Vec<Job<'_>> = wider.effects.iter().filter(is_like).map(|s| Job::Effect(s, &bases)).collect();
+    let like: Vec<&Score> = wider.effects.iter().filter(is_like).take(NEAR).collect();
+    let like = if like.len() > AROUND { shortest(&wider, &like, &bases) } else { like };
+    let jobs: Vec<Job<'_>> = like.into_iter().take(AROUND).map(|s| Job::Effect(s, &bases)).collect();
     let mut tried = run(&wider, &jobs, base);
-    // The simpler place stands where the data do not ask for the wider one.
-    tried.retain(|r| r.ln_bayes > best.ln_bayes + STRONG);
+    tried.retain(|r| r.ln_bayes > best.ln_bayes);
     tried
 }

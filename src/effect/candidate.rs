@@ -104,11 +104,14 @@ pub fn candidates_in(tested: &[Configured<'_>], effects: &Effects) -> Vec<Candid
     placed(tested, &structures, effects, |_, _| true)
 }
 
-/// Every effect at the wider places of a structure that have one of these elements: a few successive elements, ends that give about both
-/// axes of bending.
+/// Every effect at the wider places of a structure: a few successive elements, ends that give about both axes of bending.
 ///
-/// * `near` - names of elements, members or spans
-pub fn candidates_on_wider_places(tested: &[Configured<'_>], effects: &Effects, near: &[String]) -> Vec<Candidate> {
+/// * `near` - names of elements, members or spans of which a place has to have an element; none for all places
+pub fn candidates_on_wider_places(
+    tested: &[Configured<'_>],
+    effects: &Effects,
+    near: Option<&[String]>,
+) -> Vec<Candidate> {
     let structures: Vec<Structure<'_>> =
         tested.iter().map(|c| Structure::new(c.model, c.context).on_wider_places()).collect();
     placed(tested, &structures, effects, |structure, at| structure.is_wide_and_near(at, near))

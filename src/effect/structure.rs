@@ -4,15 +4,14 @@ mod lines;
 mod listing;
 mod mirror;
 mod places;
+mod scale;
 
 use super::location::{BENDING, Location};
 use super::patch::PatchError;
 use crate::element::Dof;
 use crate::linalg::DMatrix;
-use crate::modal::SolveOptions;
-use crate::model::{Model, ParametricModel, extent, solve_modes};
+use crate::model::{Model, ParametricModel, extent};
 use mirror::Mirror;
-use std::f64::consts::PI;
 
 /// What is known beside the model; everything is optional.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -235,9 +234,10 @@ impl<'a> Structure<'a> {
 
     /// Whether a location of [`Self::on_wider_places`] has one of these elements.
     ///
-    /// * `near` - names of elements, members or spans
-    pub(super) fn is_wide_and_near(&self, at: &Location, near: &[String]) -> bool {
-        let of_near = |e: usize| near.iter().any(|name| self.part(name).is_some_and(|p| p.elements.contains(&e)));
+    /// * `near` - names of elements, members or spans; none for all
+    pub(super) fn is_wide_and_near(&self, at: &Location, near: Option<&[String]>) -> bool {
+        let has = |name: &String, e: usize| self.part(name).is_some_and(|p| p.elements.contains(&e));
+        let of_near = |e: usize| near.is_none_or(|near| near.iter().any(|name| has(name, e)));
         let span = |name: &str| self.spans.iter().find(|s| s.name == name);
         let end = |name: &str| self.end(name).filter(|_| at.direction() == BENDING);
         let is_wide = at.names.iter().all(|name| span(name).is_some() || end(name).is_some());
@@ -248,12 +248,31 @@ impl<'a> Structure<'a> {
             })
     }
 
+    /// Whether a location is one of [`Self::on_wider_places`].
+    pub(crate) fn is_wide(&self, at: &Location) -> bool {
+        self.is_wide_and_near(at, None)
+    }
+
+    /// Whether two locations name parts, or ends, that share an element.
+    pub(crate) fn overlap(&self, a: &Location, b: &Location) -> bool {
+        let elements = |at: &Location| -> Vec<usize> {
+            let of = |name: &String| match (self.part(name), self.end(name)) {
+                (Some(part), _) => part.elements.clone(),
+                (None, Some(end)) => vec![end.element],
+                (None, None) => Vec::new(),
+            };
+            at.names.iter().flat_map(of).collect()
+        };
+        let others = elements(b);
+        elements(a).iter().any(|e| others.contains(e))
+    }
+
     /// Total mass, kg.
     pub fn total_mass(&self) -> f64 {
         self.total_mass
     }
 
-    /// Square of a characteristic angular frequency, rad²/s²: the lowest elastic mode of the model, else of the softest
+    /// Square of a characteristic angular frequency, rad²/s²: the lowest mode of the model that strains its members, else of the softest
     /// chain as a cantilever, else of the springs under the total mass. An order of magnitude for typical sizes; the test
     /// has no part in it, because its lowest mode may be what an effect has brought.
     pub fn omega2(&self) -> f64 {
@@ -495,57 +514,6 @@ impl<'a> Structure<'a> {
             self.strains.push(acting(&k, b));
             self.stiff.push(!matrices.stiffness.is_zero());
             self.heavy.push(acting(&m, b).contains(&true));
-        }
-    }
-
-    fn lowest_elastic(&self) -> Option<f64> {
-        let modes = solve_modes(self.model, &self.theta, SolveOptions { n_elastic: 1, shift: None }).ok()?;
-        modes.elastic().next().map(|i| modes.lambda[i]).filter(|l| *l > 0.0 && l.is_finite())
-    }
-
-    fn characteristic_omega2(&self) -> f64 {
-        if let Some(omega2) = self.lowest_elastic() {
-            return omega2;
-        }
-        let chains = self.parts.iter().filter(|p| {
-            matches!(p.kind, PartKind::Chain | PartKind::Element) && p.elements.iter().any(|&e| self.deforms(e))
-        });
-        let bending = |p: &Part| {
-            let r = self.rigidity(&p.elements);
-            let lumps: f64 = self
-                .lumps_on(&p.elements)
-                .iter()
-                .flat_map(|l| &l.elements)
-                .filter_map(|&m| self.property(m, "mass"))
-                .sum();
-            let bends = |dof| p.elements.iter().any(|&e| self.strains(e, dof));
-            let ei = match (bends(Dof::Ry), bends(Dof::Rz)) {
-                (true, true) => r.ei[0].min(r.ei[1]),
-                (true, false) => r.ei[0],
-                (false, true) => r.ei[1],
-                (false, false) => 0.0,
-            };
-            let mass = r.mass * r.length + lumps;
-            // A cantilever of mass m: ω² = 1.8751⁴ EI / (m L³).
-            (ei > 0.0 && mass > 0.0).then(|| 12.362 * ei / (mass * r.length.powi(3)))
-        };
-        if let Some(omega2) = chains.filter_map(bending).min_by(f64::total_cmp) {
-            return omega2;
-        }
-        // No bending anywhere: the softest translation of the springs under the total mass.
-        let softest = self
-            .model
-            .elements()
-            .iter()
-            .enumerate()
-            .filter(|(i, _)| self.stiff[*i])
-            .filter_map(|(i, _)| self.model.element_matrices(i, &self.theta).ok())
-            .flat_map(|m| (0..3).map(move |d| m.stiffness.get(d, d)).filter(|k| *k > 0.0))
-            .min_by(f64::total_cmp);
-        match softest {
-            Some(k) if self.total_mass > 0.0 => k / self.total_mass,
-            // Nothing is known: 1 Hz.
-            _ => 4.0 * PI * PI,
         }
     }
 }

@@ -38,8 +38,10 @@ impl Structure<'_> {
     /// Two to [`LONGEST_SPAN`] successive elements of the file on a line: what is changed need not end where an entry does. Those that
     /// are a place already are left out.
     pub(super) fn list_spans(&self) -> Vec<Part> {
-        let mut spans = Vec::new();
-        for line in self.lines_of_beams() {
+        let mut spans: Vec<Part> = Vec::new();
+        // A chain of the file goes on where something thin branches off.
+        let chains = self.parts.iter().filter(|p| p.kind == PartKind::Chain && p.is_member).map(|p| p.elements.clone());
+        for line in self.lines_of_beams().into_iter().chain(chains) {
             let elements: Vec<&[usize]> =
                 line.chunk_by(|&a, &b| self.element_of_file(a) == self.element_of_file(b)).collect();
             for length in 2..=LONGEST_SPAN {
@@ -52,8 +54,8 @@ impl Structure<'_> {
                 }
             }
         }
-        let known: BTreeSet<Vec<usize>> = self.parts.iter().map(|p| sorted(&p.elements)).collect();
-        spans.retain(|span| !known.contains(&sorted(&span.elements)));
+        let mut known: BTreeSet<Vec<usize>> = self.parts.iter().map(|p| sorted(&p.elements)).collect();
+        spans.retain(|span| known.insert(sorted(&span.elements)));
         spans
     }
 

@@ -29,7 +29,10 @@ impl Mirror {
         // The usual plane first: of two with as many images the first is taken.
         let planes = [1, 0, 2].into_iter().flat_map(|normal| [middle(normal), 0.0].map(|at| Self { normal, at }));
         let ranked = planes.map(|plane| (plane.paired(model), plane));
-        ranked.filter(|(paired, _)| *paired > 0).reduce(|best, next| if next.0 > best.0 { next } else { best }).map(|p| p.1)
+        ranked
+            .filter(|(paired, _)| *paired > 0)
+            .reduce(|best, next| if next.0 > best.0 { next } else { best })
+            .map(|p| p.1)
     }
 
     fn image(self, mut p: [f64; 3]) -> [f64; 3] {

@@ -96,7 +96,7 @@ fn a_span_is_its_elements_together() {
     let context = Context::default();
     let near = ["b.3".to_string()];
     let base = Configured { name: None, model: &model, context: &context };
-    let found = candidates_on_wider_places(&[base], &Effects::builtin(), &near);
+    let found = candidates_on_wider_places(&[base], &Effects::builtin(), Some(&near));
     let ids: Vec<String> = found.iter().map(Candidate::id).collect();
     assert!(ids.contains(&"distributed-mass@b.2..b.4".to_string()), "{ids:?}");
     assert!(!ids.iter().any(|id| id.contains("@b.4..b.5")), "{ids:?}");
