@@ -3,7 +3,7 @@
 use super::aside::{aside, when_corrected};
 use super::evidence::{REMAINDER, goodness_of_fit};
 use super::faults::Fault;
-use super::fit::{Fit, fit};
+use super::fit::{Fit, evaluate, fit};
 use super::noise::{Scatter, best_scores, p_value, scatter};
 use super::refit::Refit;
 use super::scene::Scene;
@@ -90,16 +90,29 @@ impl Stage {
     ///
     /// * `near` - elements, members or spans that they have to touch; none for all places
     pub(super) fn on_wider_places(&self, near: Option<&[String]>) -> Stage {
-        let placed = in_configurations(&self.scene, |tested| candidates_on_wider_places(tested, &self.catalogue, near));
-        Stage { ln_odds: LN_WIDER, ..self.on(placed) }
+        self.on_wider(in_configurations(&self.scene, |tested| {
+            candidates_on_wider_places(tested, &self.catalogue, near)
+        }))
     }
 
-    /// The same with these effects instead of its own.
-    pub(super) fn on(&self, placed: Vec<Candidate>) -> Stage {
+    /// The same with these effects at wider places instead of its own.
+    pub(super) fn on_wider(&self, placed: Vec<Candidate>) -> Stage {
         let screened = screen(&self.scene, &self.fit, self.weight, placed, &self.listener);
         let directions = Directions::new(&screened, &self.q, self.fit.r.len());
         let effects = directions.rank(&self.residual);
-        Stage { screened, directions, effects, ..self.clone() }
+        Stage { screened, directions, effects, ln_odds: LN_WIDER, ..self.clone() }
+    }
+
+    /// The same effects as they are seen from another point of the base.
+    pub(super) fn seen_from(&self, x: &DVector<f64>) -> Result<Stage, DiagnosisError> {
+        let fit = evaluate(&self.scene, x.clone(), self.weight)?;
+        let q = fit.basis()?;
+        let placed = self.screened.iter().map(|s| s.candidate.clone()).collect();
+        let screened = screen(&self.scene, &fit, self.weight, placed, &self.listener);
+        let directions = Directions::new(&screened, &q, fit.r.len());
+        let residual = project(&q, &fit.r);
+        let effects = directions.rank(&residual);
+        Ok(Stage { fit, q, screened, directions, effects, residual, ..self.clone() })
     }
 
     /// This scene with a hypothesis in it, fitted and screened.

@@ -7,7 +7,8 @@
 //! T(u, v) = (a² - 2 g a b + b²)/(1 - g²)     the drop of |r|² that both and a refit of the base would bring, to first order
 //! ```
 //!
-//! All pairs are ranked by it; the best are fitted, first with a few steps.
+//! All pairs are ranked by it, at the base and where a [spread](super::spread) has brought its parameters, because two large effects pull
+//! the base far; the best are fitted, first with a few steps.
 
 use super::DiagnosisError;
 use super::base::Stage;
@@ -25,8 +26,8 @@ use std::collections::BTreeMap;
 
 /// Columns that are paired, at most: the best of them.
 const COLUMNS: usize = 3000;
-/// Pairs that are fitted with a few steps, in how many of them one effect may be, and pairs that are fitted in full.
-const SHORT_FITS: usize = 60;
+/// Pairs that are fitted with a few steps for each point, in how many of them one effect may be, and pairs that are fitted in full.
+const SHORT_FITS: usize = 40;
 const OF_ONE: usize = 6;
 const FULL_FITS: usize = 6;
 /// Steps at first and from how many starts, and of the better half further.
@@ -48,7 +49,7 @@ pub(super) type Founded = (Refit, Stage, Vec<Refit>);
 
 /// The two effects that explain the test best together, where they are more probable than another pair.
 ///
-/// * `bases` - values of the base from which fits start, beside its own
+/// * `bases` - values of the base where they are sought, beside its own
 /// * `ln_known` - ln of odds times Bayes factor of the other pair
 pub(super) fn together(
     base: &Stage,
@@ -83,14 +84,18 @@ pub(super) fn together(
 
 /// The best pairs, fitted in full, by what they leave.
 fn fitted(stage: &Stage, bases: &[DVector<f64>]) -> Vec<Joint> {
-    let pairs = ranked(stage);
+    let elsewhere: Vec<Stage> = bases.iter().filter_map(|x| stage.seen_from(x).ok()).collect();
+    let mut pairs: Vec<(&Stage, [Score; 2])> = Vec::new();
+    for seen in std::iter::once(stage).chain(&elsewhere) {
+        let is_new = |pair: &[Score; 2]| !pairs.iter().any(|(_, known)| members(known) == members(pair));
+        let new: Vec<[Score; 2]> = ranked(seen).into_iter().filter(is_new).collect();
+        pairs.extend(new.into_iter().map(|pair| (seen, pair)));
+    }
     let work = stage.listener.work("looking at two effects together", pairs.len());
-    let begin = |scores: &[Score; 2]| {
-        let scene = scores
-            .iter()
-            .try_fold(stage.scene.clone(), |scene, s| with_effect(&scene, &stage.screened[s.index].candidate));
-        let found = scene.and_then(|scene| {
-            let fit = fit_from(&scene, &starts(stage, scores, bases), stage.weight, STARTS, FIRST_STEPS)?;
+    let begin = |(seen, scores): &(&Stage, [Score; 2])| {
+        let add = |scene: Scene, s: &Score| with_effect(&scene, &stage.screened[s.index].candidate);
+        let found = scores.iter().try_fold(stage.scene.clone(), add).and_then(|scene| {
+            let fit = fit_from(&scene, &starts(seen, scores), stage.weight, STARTS, FIRST_STEPS)?;
             Ok(Joint { scores: *scores, scene, fit })
         });
         work.step();
@@ -112,6 +117,12 @@ fn fitted(stage: &Stage, bases: &[DVector<f64>]) -> Vec<Joint> {
         order(&mut found);
     }
     found
+}
+
+/// Whatever their order.
+fn members(pair: &[Score; 2]) -> [usize; 2] {
+    let [a, b] = pair.map(|s| s.index);
+    [a.min(b), a.max(b)]
 }
 
 /// Pairs of effects by T, each effect in a few of them, the better one of the two first.
@@ -167,7 +178,7 @@ fn ranked(stage: &Stage) -> Vec<[Score; 2]> {
 }
 
 /// Where a fit of two may start: as the screening says, and with typical sizes of its signs.
-fn starts(stage: &Stage, scores: &[Score; 2], bases: &[DVector<f64>]) -> Vec<DVector<f64>> {
+fn starts(stage: &Stage, scores: &[Score; 2]) -> Vec<DVector<f64>> {
     let own = [stage.fit.x.clone(), stage.scene.start()];
     let sizes = |multiple: Option<f64>| -> Vec<f64> {
         let of_one = |s: &Score| {
@@ -193,5 +204,5 @@ fn starts(stage: &Stage, scores: &[Score; 2], bases: &[DVector<f64>]) -> Vec<DVe
     let join = |x: &DVector<f64>, sizes: &Vec<f64>| {
         DVector::from_iterator(x.len() + sizes.len(), x.iter().chain(sizes).copied())
     };
-    own.iter().chain(bases).flat_map(|x| all.iter().map(move |s| join(x, s))).collect()
+    own.iter().flat_map(|x| all.iter().map(move |s| join(x, s))).collect()
 }

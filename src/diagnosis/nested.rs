@@ -24,7 +24,9 @@ fn is_wider(tried: &Tried, other: &Tried) -> bool {
         (Tried::Effect(a), Tried::Effect(b)) => {
             let same_place =
                 (&a.location.names, &a.location.configuration) == (&b.location.names, &b.location.configuration);
+            let is_same_kind = a.effect.name() == b.effect.name();
             a.effect.becomes().contains(&b.effect.name()) && same_place
+                || is_same_kind && a.location.has_more_axes_than(&b.location)
         }
         (Tried::Fault(a), Tried::Fault(b)) => {
             a.change == Change::Noisy && b.change != Change::Noisy && a.only == b.only && b.is_of_sensor(a.sensor)

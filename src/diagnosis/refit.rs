@@ -369,7 +369,7 @@ pub(super) fn refit_these(
     let jobs: Vec<Job<'_>> = effects.chain(faults.iter().map(|f| Job::Fault(f, bases))).collect();
     let mut done = run(stage, &jobs, base);
     if !elsewhere.is_empty() {
-        let stage = stage.on(elsewhere);
+        let stage = stage.on_wider(elsewhere);
         let jobs: Vec<Job<'_>> = stage.effects.iter().map(|s| Job::Effect(s, bases)).collect();
         done.extend(run(&stage, &jobs, base));
     }

@@ -56,6 +56,14 @@ impl Location {
         Self::new(LocationKind::Whole, Vec::new())
     }
 
+    /// Whether it is ends that give about both axes of bending, and the other is the same ends about one of them.
+    pub(crate) fn has_more_axes_than(&self, other: &Self) -> bool {
+        let is_of_bending = matches!(other.direction(), "ry" | "rz");
+        (&self.names, &self.configuration) == (&other.names, &other.configuration)
+            && self.direction() == BENDING
+            && is_of_bending
+    }
+
     /// The same in a direction.
     #[must_use]
     pub fn along(mut self, direction: &str) -> Self {

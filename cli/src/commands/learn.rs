@@ -154,9 +154,10 @@ fn in_numbers(e: &Estimate) -> String {
 /// Why nothing more was added.
 fn why_it_ends(learned: &Learned, last: &Step, limit: usize) -> String {
     if let Some(attempt) = &learned.attempt {
+        let (together, are) = if attempt.ids.len() > 1 { (" on top of each other", "are") } else { ("", "is") };
         return format!(
-            "stopped: a change of many parts explains the test as well as one effect does. {} on top of each other left a misfit of {:.0} and are \
-             not clearly more probable: taken back",
+            "stopped: a change of many parts explains the test as well as one effect does. {}{together} left a misfit of {:.0} and {are} not \
+             clearly more probable: taken back",
             attempt.ids.join(", "),
             attempt.misfit
         );
