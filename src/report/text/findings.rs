@@ -80,7 +80,15 @@ pub fn diagnosis(d: &Diagnosis, style: &Style) -> String {
     }
     if !d.next_measurements.is_empty() {
         out.push('\n');
-        let _ = writeln!(out, "{}", style.paint(Tone::Strong, "what would separate the tied ones"));
+        /// ln B that would be worth a remark.
+        const WORTH: f64 = 1.0;
+        let is_worth = d.next_measurements.iter().any(|m| m.expected_log_bayes_factor.is_none_or(|v| v >= WORTH));
+        let title = if is_worth {
+            "what would separate the tied ones"
+        } else {
+            "nothing that was tried would separate the tied ones; the most in"
+        };
+        let _ = writeln!(out, "{}", style.paint(Tone::Strong, title));
         let mut table = Table::new([("expected ln B", Align::Right), ("measure", Align::Left)]).wrapping_last();
         for m in d.next_measurements.iter().take(PROPOSALS) {
             let value = m.expected_log_bayes_factor.map_or_else(|| "–".to_string(), |v| format!("{v:.1}"));
