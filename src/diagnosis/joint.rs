@@ -45,7 +45,7 @@ struct Joint {
 }
 
 /// The better of two on the base, with it in the base, and what was refitted on top of it, the other among them.
-pub(super) type Founded = (Refit, Stage, Vec<Refit>);
+pub(super) type WithFirst = (Refit, Stage, Vec<Refit>);
 
 /// The two effects that explain the test best together, where they are more probable than another pair.
 ///
@@ -57,7 +57,7 @@ pub(super) fn together(
     odds: &Odds<'_>,
     ln_known: f64,
     settings: &Settings,
-) -> Result<Option<Founded>, DiagnosisError> {
+) -> Result<Option<WithFirst>, DiagnosisError> {
     let ln_base = ln_evidence(&base.fit)?;
     let candidate = |s: &Score| &base.screened[s.index].candidate;
     let ln = |j: &Joint| {
