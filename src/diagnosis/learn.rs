@@ -152,7 +152,7 @@ pub fn learn_from_tests(
         let ties = step.diagnosis.hypotheses.first().map(|h| h.tied_with.clone()).unwrap_or_default();
         let unknown = Context::default();
         let structure = Structure::new(scene.model(), &unknown);
-        let is_open = |id: &String| !is_nested(&structure, &settings.effects, &best.tried, id);
+        let is_open = |id: &String| !is_one_effect(&structure, &settings.effects, &best.tried, id);
         if ties.iter().any(is_open) && !take_best {
             step.tie = ties;
             stopped_for_tie = true;
@@ -207,11 +207,12 @@ pub fn learn_from_tests(
     Ok(Learned { steps, effects, stopped_for_tie, tests, attempt })
 }
 
-/// Whether a hypothesis and another, by its id, are one effect at a place of the file and at a wider one around it.
-fn is_nested(structure: &Structure<'_>, effects: &Effects, tried: &Tried, id: &str) -> bool {
+/// Whether a hypothesis and another, by its id, are one effect that ends a little earlier or later: at places, one of them a wider one, that
+/// share an element.
+fn is_one_effect(structure: &Structure<'_>, effects: &Effects, tried: &Tried, id: &str) -> bool {
     let (Tried::Effect(one), Ok(other)) = (tried, effects.candidate(structure, id)) else { return false };
     one.effect.name() == other.effect.name()
-        && structure.is_wide(&one.location) != structure.is_wide(&other.location)
+        && (structure.is_wide(&one.location) || structure.is_wide(&other.location))
         && structure.overlap(&one.location, &other.location)
 }
 
