@@ -252,7 +252,9 @@ fn name(
     let may_be_named = p.other < 0.5;
     for &i in tied.iter().take(if may_be_named { CHECKED } else { 1 }) {
         let (found, stage) = remains(base, &refits[i], settings)?;
-        if found.passes && may_be_named {
+        // What needs a mode that the test has overlooked is not put before what is more probable.
+        let is_believed = found.passes && (refits[i].overlooked == 0 || i == tied[0]);
+        if is_believed && may_be_named {
             let verdict = match refits[i].tried {
                 Tried::Effect(_) => Verdict::MissingEffect,
                 Tried::Fault(_) => Verdict::MeasurementFault,
