@@ -97,22 +97,24 @@ impl Stage {
 
     /// The same with these effects at wider places instead of its own.
     pub(super) fn on_wider(&self, placed: Vec<Candidate>) -> Stage {
-        let screened = screen(&self.scene, &self.fit, self.weight, placed, &self.listener);
-        let directions = Directions::new(&screened, &self.q, self.fit.r.len());
-        let effects = directions.rank(&self.residual);
-        Stage { screened, directions, effects, ln_odds: LN_WIDER, ..self.clone() }
+        Stage { ln_odds: LN_WIDER, ..self.clone() }.screening(placed)
     }
 
     /// The same effects as they are seen from another point of the base.
     pub(super) fn seen_from(&self, x: &DVector<f64>) -> Result<Stage, DiagnosisError> {
         let fit = evaluate(&self.scene, x.clone(), self.weight)?;
         let q = fit.basis()?;
-        let placed = self.screened.iter().map(|s| s.candidate.clone()).collect();
-        let screened = screen(&self.scene, &fit, self.weight, placed, &self.listener);
-        let directions = Directions::new(&screened, &q, fit.r.len());
         let residual = project(&q, &fit.r);
-        let effects = directions.rank(&residual);
-        Ok(Stage { fit, q, screened, directions, effects, residual, ..self.clone() })
+        let placed = self.screened.iter().map(|s| s.candidate.clone()).collect();
+        Ok(Stage { fit, q, residual, ..self.clone() }.screening(placed))
+    }
+
+    /// This stage with these effects instead of its own, screened at its fit.
+    fn screening(mut self, placed: Vec<Candidate>) -> Stage {
+        self.screened = screen(&self.scene, &self.fit, self.weight, placed, &self.listener);
+        self.directions = Directions::new(&self.screened, &self.q, self.fit.r.len());
+        self.effects = self.directions.rank(&self.residual);
+        self
     }
 
     /// This scene with a hypothesis in it, fitted and screened.

@@ -15,7 +15,8 @@ use super::base::Stage;
 use super::evidence::ln_evidence;
 use super::fit::{Fit, STEPS, fit_from};
 use super::odds::Odds;
-use super::refit::{Refit, Tried, overlooked, refit, refit_these, with_effect};
+use super::overlooked::brought;
+use super::refit::{Refit, Tried, refit, refit_these, with_effect};
 use super::scene::Scene;
 use super::screen::Score;
 use super::{Settings, screen::VISIBLE};
@@ -63,7 +64,9 @@ pub(super) fn together(
     let ln = |j: &Joint| {
         let each =
             |s: &Score| odds.of_kind(candidate(s).effect.name()) + j.scene.ln_size_priors(&candidate(s).parameters);
-        Some(ln_evidence(&j.fit).ok()? - ln_base + overlooked(base, &j.fit).1 + j.scores.iter().map(each).sum::<f64>())
+        Some(
+            ln_evidence(&j.fit).ok()? - ln_base + brought(&base.fit, &j.fit).1 + j.scores.iter().map(each).sum::<f64>(),
+        )
     };
     let fitted = fitted(base, bases);
     let ranked = fitted.iter().filter_map(|j| Some((ln(j)?, j)));

@@ -150,10 +150,7 @@ pub fn learn_from_tests(
             break;
         };
         let ties = step.diagnosis.hypotheses.first().map(|h| h.tied_with.clone()).unwrap_or_default();
-        let unknown = Context::default();
-        let structure = Structure::new(scene.model(), &unknown);
-        let is_open = |id: &String| !is_one_effect(&structure, &settings.effects, &best.tried, id);
-        if ties.iter().any(is_open) && !take_best {
+        if !take_best && !are_one_effect(scene.model(), &settings.effects, &best.tried, &ties) {
             step.tie = ties;
             stopped_for_tie = true;
             steps.push(step);
@@ -207,13 +204,22 @@ pub fn learn_from_tests(
     Ok(Learned { steps, effects, stopped_for_tie, tests, attempt })
 }
 
-/// Whether a hypothesis and another, by its id, are one effect that ends a little earlier or later: at places, one of them a wider one, that
-/// share an element.
-fn is_one_effect(structure: &Structure<'_>, effects: &Effects, tried: &Tried, id: &str) -> bool {
-    let (Tried::Effect(one), Ok(other)) = (tried, effects.candidate(structure, id)) else { return false };
-    one.effect.name() == other.effect.name()
-        && (structure.is_wide(&one.location) || structure.is_wide(&other.location))
-        && structure.overlap(&one.location, &other.location)
+/// Whether a hypothesis and all others, by their ids, are one effect that ends a little earlier or later: at places, one of every two a
+/// wider one, that share an element.
+fn are_one_effect(model: &Model, effects: &Effects, tried: &Tried, others: &[String]) -> bool {
+    if others.is_empty() {
+        return true;
+    }
+    let Tried::Effect(one) = tried else { return false };
+    let unknown = Context::default();
+    let structure = Structure::new(model, &unknown);
+    let is_same = |id: &String| {
+        let Ok(other) = effects.candidate(&structure, id) else { return false };
+        one.effect.name() == other.effect.name()
+            && (structure.is_wide(&one.location) || structure.is_wide(&other.location))
+            && structure.overlap(&one.location, &other.location)
+    };
+    others.iter().all(is_same)
 }
 
 /// Takes out effects whose removal, after a refit of the rest, does not cost evidence.

@@ -1,5 +1,6 @@
 //! Modes of a model that a test should have seen: an effect that brings one is believed less.
 
+use super::fit::Fit;
 use crate::objective::{Comparison, Prediction};
 
 /// Largest mass-normalised motion at a sensor of a mode that is seen well, as a share of the median of the modes that are paired: a force
@@ -7,7 +8,7 @@ use crate::objective::{Comparison, Prediction};
 const SEEN: f64 = 0.3;
 
 /// ln of the odds that a test overlooks a mode that its sensors see well, among those that it lists: one of twenty.
-pub(super) const LN_OVERLOOKED: f64 = -3.0;
+const LN_OVERLOOKED: f64 = -3.0;
 
 /// Frequencies of modes, Hz, up to the highest tested one, that the sensors see well and no measured mode is paired with; none where the
 /// test has no shapes.
@@ -26,4 +27,11 @@ pub(super) fn overlooked(comparison: &Comparison<'_>, p: &Prediction) -> Vec<f64
             && peak(a) > SEEN * typical
     };
     (0..p.frequencies_hz.len()).filter(is_overlooked).map(|a| p.frequencies_hz[a]).collect()
+}
+
+/// How many modes more than the base a fit has that the test should have seen, and ln of the odds of that.
+pub(super) fn brought(base: &Fit, fit: &Fit) -> (usize, f64) {
+    let all = |fit: &Fit| fit.overlooked.iter().map(Vec::len).sum::<usize>();
+    let more = all(fit).saturating_sub(all(base));
+    (more, LN_OVERLOOKED * more as f64)
 }

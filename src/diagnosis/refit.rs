@@ -5,7 +5,7 @@ use super::evidence::{REMAINDER, goodness_of_fit, held_out, ln_evidence};
 use super::faults::{Change, Fault, GAIN_SD, response_of};
 use super::fit::{Fit, STEPS, fit, fit_from};
 use super::nested::leave_out_wider;
-use super::overlooked::LN_OVERLOOKED;
+use super::overlooked::brought;
 use super::scene::Scene;
 use super::screen::{Score, start_sizes};
 use super::short_fit::shortest;
@@ -411,13 +411,6 @@ pub(super) fn starts(stage: &Stage, score: &Score, bases: &[DVector<f64>]) -> Ve
     bases.iter().flat_map(|x| sizes.iter().map(|v| join(x, v))).collect()
 }
 
-/// How many modes a fit brings that the test should have seen, and ln of the odds of that.
-pub(super) fn overlooked(stage: &Stage, fit: &Fit) -> (usize, f64) {
-    let seen = |fit: &Fit| fit.overlooked.iter().map(Vec::len).sum::<usize>();
-    let more = seen(fit).saturating_sub(seen(&stage.fit));
-    (more, LN_OVERLOOKED * more as f64)
-}
-
 fn refit_effect(stage: &Stage, score: &Score, bases: &[DVector<f64>], base: f64) -> Result<Refit, DiagnosisError> {
     let candidate = &stage.screened[score.index].candidate;
     let scene = with_effect(&stage.scene, candidate)?;
@@ -426,7 +419,7 @@ fn refit_effect(stage: &Stage, score: &Score, bases: &[DVector<f64>], base: f64)
     let estimates = estimates(&scene, &fit, &candidate.parameters)?;
     let held_out = held_out(&fit, stage.weight)?.iter().sum();
     let misfit = fit.misfit;
-    let (overlooked, ln_overlooked) = overlooked(stage, &fit);
+    let (overlooked, ln_overlooked) = brought(&stage.fit, &fit);
     Ok(Refit {
         tried: Tried::Effect(candidate.clone()),
         scene,

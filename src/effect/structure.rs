@@ -11,7 +11,7 @@ use super::patch::PatchError;
 use crate::element::Dof;
 use crate::linalg::DMatrix;
 use crate::model::{Model, ParametricModel, extent};
-use mirror::Mirror;
+use mirror::{Mirror, element_partners};
 
 /// What is known beside the model; everything is optional.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -184,7 +184,7 @@ impl<'a> Structure<'a> {
             omega2: 1.0,
             theta,
         };
-        s.element_partner = s.list_element_partners();
+        s.element_partner = element_partners(model, &s.node_partner);
         s.look_at_elements();
         s.parts = s.list_parts();
         let mut spans = s.list_spans();

@@ -4,28 +4,6 @@ use super::{End, Joint, Part, PartKind, Structure};
 use std::collections::{BTreeMap, BTreeSet};
 
 impl Structure<'_> {
-    pub(super) fn list_element_partners(&self) -> Vec<Option<usize>> {
-        let elements = self.model.elements();
-        let key = |kind: &'static str, mut nodes: Vec<usize>| {
-            nodes.sort_unstable();
-            (kind, nodes)
-        };
-        // Of several elements on the same nodes, the first has the first on the mirrored nodes as its image.
-        let mut by_nodes: BTreeMap<(&str, Vec<usize>), Vec<usize>> = BTreeMap::new();
-        for (i, e) in elements.iter().enumerate() {
-            by_nodes.entry(key(e.kind.name(), e.nodes.clone())).or_default().push(i);
-        }
-        elements
-            .iter()
-            .enumerate()
-            .map(|(i, e)| {
-                let rank = by_nodes.get(&key(e.kind.name(), e.nodes.clone()))?.iter().position(|j| *j == i)?;
-                let image: Option<Vec<usize>> = e.nodes.iter().map(|&n| self.node_partner[n]).collect();
-                by_nodes.get(&key(e.kind.name(), image?))?.get(rank).copied()
-            })
-            .collect()
-    }
-
     pub(super) fn list_parts(&self) -> Vec<Part> {
         let spec = self.model.spec();
         let mut parts: Vec<Part> = Vec::new();

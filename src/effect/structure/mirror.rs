@@ -1,7 +1,8 @@
 //! The plane of symmetry: where the file names none, the one that pairs most of what the structure has.
 
-use crate::model::{Geometry, Model, images};
-use std::collections::BTreeSet;
+use super::listing::sorted;
+use crate::model::{Geometry, Model, PlacedElement, images};
+use std::collections::{BTreeMap, BTreeSet};
 
 /// A plane across a global axis, at a coordinate in m.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -54,21 +55,26 @@ impl Mirror {
         if held.iter().any(|&n| partners[n].is_none_or(|image| !held.contains(&image))) {
             return 0;
         }
-        let sorted = |mut nodes: Vec<usize>| {
-            nodes.sort_unstable();
-            nodes
-        };
-        let all = model.elements().iter().map(|e| (e.kind.name(), sorted(e.nodes.clone())));
-        let known: BTreeSet<(&str, Vec<usize>)> = all.clone().collect();
-        let (mut off, mut paired) = (0, 0);
-        for (kind, nodes) in all {
-            let image: Option<Vec<usize>> = nodes.iter().map(|&n| partners[n]).collect();
-            match image.map(sorted) {
-                Some(image) if image == nodes => {}
-                Some(image) if known.contains(&(kind, image.clone())) => (off, paired) = (off + 1, paired + 1),
-                _ => off += 1,
-            }
-        }
-        if paired as f64 > PAIRED * f64::from(off) { paired } else { 0 }
+        let images = element_partners(model, &partners);
+        let paired = images.iter().enumerate().filter(|(i, image)| image.is_some_and(|j| j != *i)).count();
+        let off = images.iter().enumerate().filter(|(i, image)| **image != Some(*i)).count();
+        if paired as f64 > PAIRED * off as f64 { paired } else { 0 }
     }
+}
+
+/// Element -> its image; of several on the same nodes, the first has the first on the mirrored nodes.
+///
+/// * `node_partners` - node -> its image
+pub(super) fn element_partners(model: &Model, node_partners: &[Option<usize>]) -> Vec<Option<usize>> {
+    let elements = model.elements();
+    let mut by_nodes: BTreeMap<(&str, Vec<usize>), Vec<usize>> = BTreeMap::new();
+    for (i, e) in elements.iter().enumerate() {
+        by_nodes.entry((e.kind.name(), sorted(&e.nodes))).or_default().push(i);
+    }
+    let image = |(i, e): (usize, &PlacedElement)| {
+        let rank = by_nodes.get(&(e.kind.name(), sorted(&e.nodes)))?.iter().position(|j| *j == i)?;
+        let nodes: Option<Vec<usize>> = e.nodes.iter().map(|&n| node_partners[n]).collect();
+        by_nodes.get(&(e.kind.name(), sorted(&nodes?)))?.get(rank).copied()
+    };
+    elements.iter().enumerate().map(image).collect()
 }
