@@ -67,8 +67,11 @@ pub(super) fn faults_at(scene: &Scene, fit: &Fit) -> Vec<Fault> {
 /// from a dead one, and that is what it is called.
 fn reads_noise_only(scene: &Scene, fit: &Fit, fault: &Fault) -> bool {
     const SEEN: f64 = 9.0;
+    if !matches!(fault.change, Change::Axis(_)) || scene.has_functions() {
+        return false;
+    }
     let modes = measured_modes(scene, fit, fault);
-    if !matches!(fault.change, Change::Axis(_)) || scene.has_functions() || modes.is_empty() {
+    if modes.is_empty() {
         return false;
     }
     let Some(readings) = readings(scene, fit, fault) else { return true };

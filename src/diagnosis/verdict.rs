@@ -5,7 +5,8 @@
 //!   "something else" more probable than all else together, two effects included, the verdict is `unexplained`.
 //! * A hypothesis is believed when its ln Bayes factor is above 3 *and* what remains looks like noise: goodness of fit, a
 //!   second screening and neighbouring sensors, each at a level of 0.001, and no mode without partner. Among
-//!   tied hypotheses the most probable one that passes is taken.
+//!   tied hypotheses the most probable one that passes is taken. An effect that predicts held-out modes worse than the base does may be
+//!   the image of two: these are sought as well, and named where they are more probable.
 //! * Else a second hypothesis is sought on top of the best, and each of the two again [beside the other](super::pairs); with a gain above 3, held-out modes predicted better than by the base,
 //!   and noise as remainder the verdict is `several-effects`, else `unexplained`.
 
@@ -249,7 +250,10 @@ fn name(
 ) -> Result<Answer, DiagnosisError> {
     let mut failed: Vec<(usize, Remainder)> = Vec::new();
     let mut on_first = None;
+    let mut doubted = None;
     let may_be_named = p.other < 0.5;
+    // What imitates something else fits the modes it was fitted to; the others it predicts worse than the base does.
+    let predicts = |r: &Refit| r.held_out < otherwise.held_before;
     for &i in tied.iter().take(if may_be_named { CHECKED } else { 1 }) {
         let (found, stage) = remains(base, &refits[i], settings)?;
         // What needs a mode that the test has overlooked is not put before what is more probable.
@@ -259,10 +263,17 @@ fn name(
                 Tried::Effect(_) => Verdict::MissingEffect,
                 Tried::Fault(_) => Verdict::MeasurementFault,
             };
-            return Ok(Answer { verdict, chosen: i, ..Answer::default() });
+            let answer = Answer { verdict, chosen: i, ..Answer::default() };
+            if verdict == Verdict::MeasurementFault || predicts(&refits[i]) {
+                return Ok(answer);
+            }
+            doubted = Some(answer);
         }
         failed.push((i, found));
         on_first.get_or_insert(stage);
+        if doubted.is_some() {
+            break;
+        }
     }
     let (Some((chosen, found)), Some(on_first)) = (failed.first(), on_first) else { return Ok(Answer::default()) };
     let (chosen, odds) = (*chosen, otherwise.odds);
@@ -272,15 +283,14 @@ fn name(
     let bases: Vec<_> = spread::best(otherwise.spreads).map(|s| s.base.clone()).into_iter().collect();
     let (first, on_first, more) =
         together(base, &bases, odds, ln_known, settings)?.unwrap_or((refits[chosen].clone(), on_first, more));
-    // Two that imitate something else fit the modes they were fitted to; the others they predict worse than the base does.
-    let predicts = |r: &Refit| r.held_out < otherwise.held_before;
     let best = more.iter().max_by(|a, b| a.ln_bayes.total_cmp(&b.ln_bayes));
     if best.is_some_and(|r| r.ln_bayes > STRONG && on_first.p_value < settings.alarm_level && predicts(r)) {
-        // Two of some hundreds imitate much: they have to be more probable than something else, and what they leave has to
-        // pass the same tests as what one leaves.
+        // Two of some hundreds imitate much: they have to be more probable than something else, and than one that may stand alone, and
+        // what they leave has to pass the same tests as what one leaves.
+        let least = if doubted.is_some() { otherwise.ln.max(weight(&refits[chosen])) } else { otherwise.ln };
         let ln_two = weight(&first) + odds.of_a_second(&more);
         let two = pair(base, refits, first, (on_first, more), odds, settings)?;
-        if let Some(two) = two.filter(|two| two.ln_all > otherwise.ln && predicts(&two.seconds[0]))
+        if let Some(two) = two.filter(|two| two.ln_all > least && predicts(&two.seconds[0]))
             && remains(&two.on_first, &two.seconds[0], settings)?.0.needs_nothing_more()
         {
             p.with_pairs(two.ln_all);
@@ -288,7 +298,12 @@ fn name(
             let remainder = format!("beside {}: {}", ids[0], ids[1]);
             return Ok(Answer { verdict: Verdict::SeveralEffects, remainder, pair: Some(two), ..Answer::default() });
         }
-        p.with_a_pair(chosen, ln_two);
+        if doubted.is_none() {
+            p.with_a_pair(chosen, ln_two);
+        }
+    }
+    if let Some(answer) = doubted {
+        return Ok(answer);
     }
     for (i, r) in refits.iter().enumerate() {
         let left = match failed.iter().find(|f| f.0 == i) {
