@@ -80,6 +80,11 @@ pub const FAULTS: &[FaultKind] = &[
         signature: "Both shapes fit at the frequency of the other.",
     },
     FaultKind {
+        name: "mode-frequency",
+        summary: "The frequency of one mode is misread or mistyped.",
+        signature: "It alone is off, its shape and all other modes fit; ln of the factor ~ N(0, 0.2²), and one of twenty such tests has it.",
+    },
+    FaultKind {
         name: "driving-point",
         summary: "The force of the frequency responses acted at another sensor than the test says.",
         signature: "The functions fit with the force there; shapes do not change.",
@@ -88,6 +93,15 @@ pub const FAULTS: &[FaultKind] = &[
 
 /// Standard deviation of ln gain.
 pub(super) const GAIN_SD: f64 = 0.3;
+/// Standard deviation of ln of the factor on a frequency.
+pub(super) const FREQUENCY_SD: f64 = 0.2;
+/// ln of the odds of a frequency that is wrong, against those of a kind: one number can be off in every test, and most that is missing shows
+/// in one mode more than in others.
+pub(super) const LN_SLIP: f64 = -3.0;
+/// Factor on the standard deviation of a frequency that counts no more.
+pub(super) const LOOSE: f64 = 1e3;
+/// Frequencies of a test from which one may be told wrong.
+const FEWEST_FREQUENCIES: usize = 3;
 /// Neighbours at whose places a sensor is tried.
 const NEIGHBOURS: usize = 4;
 
@@ -108,6 +122,8 @@ pub(super) enum Change {
         name: String,
     },
     Order(usize, usize),
+    /// The frequency of a mode.
+    Frequency(usize),
     /// A reference of the frequency responses of a test: the force acted at the sensor of the fault.
     DrivingPoint {
         case: usize,
@@ -158,6 +174,7 @@ impl Fault {
             Change::Axis(_) => "sensor-axis",
             Change::Position { .. } => "sensor-position",
             Change::Order(..) => "mode-order",
+            Change::Frequency(_) => "mode-frequency",
             Change::DrivingPoint { .. } => "driving-point",
         }
     }
@@ -170,6 +187,7 @@ impl Fault {
             Change::Axis(axis) => format!("{}.{}", name(self.sensor), ["x", "y", "z"][*axis]),
             Change::Position { name: place, .. } => format!("{}:{place}", name(self.sensor)),
             Change::Order(a, b) => format!("{}+{}", scene.mode_name(*a), scene.mode_name(*b)),
+            Change::Frequency(m) => scene.mode_name(*m),
             Change::DrivingPoint { case, reference } => {
                 format!("{}:{}", scene.reference(*case, *reference), name(self.sensor))
             }
@@ -209,6 +227,7 @@ impl Fault {
             Change::Order(a, b) => {
                 format!("exchange the frequencies of {} and {}", scene.mode_name(*a), scene.mode_name(*b))
             }
+            Change::Frequency(m) => format!("look up the frequency of {}", scene.mode_name(*m)),
         };
         match self.only {
             Some(case) => format!("in {}: {what}", scene.cases[case].test.name),
@@ -216,7 +235,7 @@ impl Fault {
         }
     }
 
-    /// The test as it would be without the fault. `number` is the gain, or κ.
+    /// The test as it would be without the fault. `number` is the gain, κ, or the factor on a frequency, which then counts no more.
     pub(super) fn apply(&self, test: &TestData, number: f64) -> TestData {
         let mut out = test.clone();
         let s = self.sensor;
@@ -225,6 +244,12 @@ impl Fault {
                 let f = out.modes[*a].frequency_hz;
                 out.modes[*a].frequency_hz = out.modes[*b].frequency_hz;
                 out.modes[*b].frequency_hz = f;
+                return out;
+            }
+            Change::Frequency(m) => {
+                let f = &mut out.modes[*m].frequency_hz;
+                f.value /= number;
+                f.sd *= LOOSE;
                 return out;
             }
             Change::Axis(_) | Change::Position { .. } => {
@@ -292,7 +317,7 @@ impl Fault {
     /// Whether it is about a sensor: its own, or one of two that are exchanged.
     pub(super) fn is_of_sensor(&self, sensor: usize) -> bool {
         match self.change {
-            Change::Order(..) | Change::DrivingPoint { .. } => false,
+            Change::Order(..) | Change::Frequency(_) | Change::DrivingPoint { .. } => false,
             Change::Swap(other) => self.sensor == sensor || other == sensor,
             _ => self.sensor == sensor,
         }
@@ -369,6 +394,9 @@ pub(super) fn faults(scene: &Scene) -> Vec<Fault> {
     for case in &scene.cases {
         for a in case.modes().skip(1) {
             add(&mut out, a - 1, Change::Order(a - 1, a));
+        }
+        if case.modes().len() >= FEWEST_FREQUENCIES {
+            case.modes().for_each(|m| add(&mut out, m, Change::Frequency(m)));
         }
     }
     for (case, tested) in scene.cases.iter().enumerate() {

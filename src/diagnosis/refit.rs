@@ -2,7 +2,7 @@
 
 use super::base::{FaultScore, Stage, box_starts};
 use super::evidence::{REMAINDER, goodness_of_fit, held_out, ln_evidence};
-use super::faults::{Change, Fault, GAIN_SD, response_of};
+use super::faults::{Change, FREQUENCY_SD, Fault, GAIN_SD, LN_SLIP, LOOSE, response_of};
 use super::fit::{Fit, STEPS, fit, fit_from};
 use super::nested::leave_out_wider;
 use super::overlooked::brought;
@@ -478,6 +478,26 @@ fn refit_fault(stage: &Stage, score: &FaultScore, bases: &[DVector<f64>], base: 
     // Gain and κ are profiled: each round fits the base with the number, then the number with the base.
     let mut extra = 0.0;
     let mut estimates = Vec::new();
+    if let Change::Frequency(m) = fault.change {
+        let known = stage.scene.test.modes[m].frequency_hz;
+        // Its partner may be another where the shapes alone decide.
+        for _ in 0..2 {
+            number = known.value / found.frequencies[m];
+            if !(number.is_finite() && number > 0.0) {
+                return Err(DiagnosisError::NoStart);
+            }
+            scene = stage.scene.corrected(fault, number);
+            found = fit(&scene, std::slice::from_ref(&found.x), w)?;
+        }
+        let h = (w * known.value / known.sd).powi(2) + FREQUENCY_SD.powi(-2);
+        extra -= 0.5 * (number.ln() / FREQUENCY_SD).powi(2) + 0.5 * (h * FREQUENCY_SD * FREQUENCY_SD).ln();
+        let slope = found.j.row(m).transpose();
+        let (_, covariance) = found.hessian()?;
+        let sd = slope.dot(&(covariance * &slope)).sqrt() * LOOSE * known.sd / number / w;
+        let value = found.frequencies[m];
+        let interval = [value - NINETY * sd, value + NINETY * sd];
+        estimates.push(Estimate { parameter: "frequency".to_string(), value, unit: "Hz".to_string(), interval });
+    }
     if fault.is_gain() || fault.change == Change::Noisy {
         for _ in 0..4 {
             let now = readings(&found);
@@ -538,7 +558,8 @@ fn refit_fault(stage: &Stage, score: &FaultScore, bases: &[DVector<f64>], base: 
     let held_out = held_out(&found, w)?.iter().sum();
     let ln_bayes = ln_evidence(&found)? + extra - base;
     let tried = Tried::Fault(fault.clone());
-    Ok(Refit { tried, scene, fit: found, ln_bayes, estimates, held_out, misfit, overlooked: 0, ln_odds: 0.0 })
+    let ln_odds = if let Change::Frequency(_) = fault.change { LN_SLIP } else { 0.0 };
+    Ok(Refit { tried, scene, fit: found, ln_bayes, estimates, held_out, misfit, overlooked: 0, ln_odds })
 }
 
 /// What frequency responses of a channel cost that reads noise only, of unknown level, beside those of a model:

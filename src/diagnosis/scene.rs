@@ -108,6 +108,7 @@ impl Case {
         let mode = |m: usize| self.modes().contains(&m).then(|| m - self.first_mode);
         let (first, change) = match fault.change {
             Change::Order(a, b) => (mode(a)?, Change::Order(mode(a)?, mode(b)?)),
+            Change::Frequency(m) => (mode(m)?, Change::Frequency(mode(m)?)),
             Change::Swap(other) => (sensor(fault.sensor)?, Change::Swap(sensor(other)?)),
             Change::DrivingPoint { case, .. } if case != number => return None,
             ref change => (sensor(fault.sensor)?, change.clone()),

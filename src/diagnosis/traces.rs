@@ -103,6 +103,11 @@ fn trace(scene: &Scene, fit: &Fit, weight: f64, fault: &Fault) -> Option<Trace> 
         }
         return delta.iter().all(|v| v.is_finite()).then_some(Trace::Fixed(delta));
     }
+    if let Change::Frequency(m) = fault.change {
+        let f = scene.test.modes[m].frequency_hz;
+        delta[m] = weight * f.value / f.sd;
+        return fit.frequencies[m].is_finite().then_some(Trace::Free(delta));
+    }
     let measured = measured_modes(scene, fit, fault);
     if measured.is_empty() {
         return None;

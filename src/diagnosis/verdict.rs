@@ -6,7 +6,8 @@
 //! * A hypothesis is believed when its ln Bayes factor is above 3 *and* what remains looks like noise: goodness of fit, a
 //!   second screening and neighbouring sensors, each at a level of 0.001, and no mode without partner. Among
 //!   tied hypotheses the most probable one that passes is taken. An effect that predicts held-out modes worse than the base does may be
-//!   the image of two: these are sought as well, and named where they are more probable.
+//!   an image: one that is tied with it and predicts better stands before it, and two are sought as well and named where they are more
+//!   probable.
 //! * Else a second hypothesis is sought on top of the best, and each of the two again [beside the other](super::pairs); with a gain above 3, held-out modes predicted better than by the base,
 //!   and noise as remainder the verdict is `several-effects`, else `unexplained`.
 
@@ -22,7 +23,7 @@ use super::refit::{Refit, Refits, Tried, refit};
 use super::scene::Scene;
 use super::screen::project;
 use super::spread::{self, Fitted, Spread};
-use super::warnings::{leaves_damping_aside, number, warnings};
+use super::warnings::{leaves_damping_aside, number, supports_in_between, warnings};
 use super::{Diagnosis, DiagnosisError, HypothesisResult, Kind, Settings, Verdict, result};
 use crate::linalg::DMatrix;
 use std::collections::BTreeSet;
@@ -115,7 +116,10 @@ pub(super) fn conclude(
         (None, Verdict::Adequate) => Vec::new(),
         (None, _) => refits.first().into_iter().collect(),
     };
-    let told = warnings(base, &named);
+    let mut told = warnings(base, &named);
+    if verdict == Verdict::Unexplained {
+        told.all.extend(supports_in_between(base));
+    }
     let mut sentence = match &pair {
         Some(pair) => sentence_of_two(pair, &hypotheses),
         None if spread.is_some() => format!("no single effect explains the test; {remainder}"),
@@ -267,13 +271,10 @@ fn name(
             if verdict == Verdict::MeasurementFault || predicts(&refits[i]) {
                 return Ok(answer);
             }
-            doubted = Some(answer);
+            doubted.get_or_insert(answer);
         }
         failed.push((i, found));
         on_first.get_or_insert(stage);
-        if doubted.is_some() {
-            break;
-        }
     }
     let (Some((chosen, found)), Some(on_first)) = (failed.first(), on_first) else { return Ok(Answer::default()) };
     let (chosen, odds) = (*chosen, otherwise.odds);

@@ -299,6 +299,12 @@ impl<'a> Structure<'a> {
         !self.model.dof_map().express(node, dof).is_empty()
     }
 
+    /// Whether a support or a spring to ground carries a node in some direction.
+    pub fn rests(&self, node: usize) -> bool {
+        let is_fixed = [Dof::Ux, Dof::Uy, Dof::Uz].into_iter().any(|dof| !self.node_moves(node, dof));
+        is_fixed || self.model.elements().iter().any(|e| e.kind.name() == "ground_spring" && e.nodes[0] == node)
+    }
+
     /// Whether two nodes are one, or belong to one rigid body: they turn alike and can turn.
     pub fn same_body(&self, a: usize, b: usize) -> bool {
         let turning = |n: usize, dof| self.model.dof_map().express(n, dof);

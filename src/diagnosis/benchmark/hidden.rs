@@ -228,6 +228,9 @@ fn spoil(test: &mut TestData, fault: &Fault, plan: &Plan, rng: &mut ChaCha8Rng) 
         // Sensors that measure elsewhere were there when the twin was made; the twins have no functions.
         Change::Axis(_) | Change::Position { .. } | Change::DrivingPoint { .. } | Change::FunctionGain => {}
         Change::Sign | Change::Swap(_) | Change::Order(..) => *test = fault.apply(test, 1.0),
+        Change::Frequency(m) => {
+            test.modes[*m].frequency_hz.value *= if rng.unit() < 0.5 { 0.95 } else { 1.05 };
+        }
         Change::Gain => {
             let gain = if rng.unit() < 0.5 { 0.7 } else { 1.4 };
             for shape in test.modes.iter_mut().filter_map(|m| m.shape.as_mut()) {

@@ -114,10 +114,18 @@ impl Structure<'_> {
         let Some(path) = self.path(elements) else { return whole() };
         let all = self.model.elements();
         let others: Vec<usize> = (0..all.len()).filter(|e| !path.contains(e) && self.deforms(*e)).collect();
+        // What slides along the line holds it all the same.
+        let Some(along) = path.first().map(|&e| all[e].axes[0]) else { return whole() };
+        let across: Vec<Dof> = [Dof::Ux, Dof::Uy, Dof::Uz]
+            .into_iter()
+            .zip(along)
+            .filter(|(_, along)| along.abs() < STRAIGHT)
+            .map(|(dof, _)| dof)
+            .collect();
+        let is_fixed = |node: usize| across.iter().all(|&dof| !self.node_moves(node, dof));
         let is_held = |node: usize| {
             let touches = |&e: &usize| all[e].nodes.iter().any(|&n| n == node || self.same_body(n, node));
-            let is_fixed = [Dof::Ux, Dof::Uy, Dof::Uz].into_iter().all(|dof| !self.node_moves(node, dof));
-            is_fixed || others.iter().any(touches)
+            is_fixed(node) || others.iter().any(touches)
         };
         let shared = |a: usize, b: usize| all[a].nodes.iter().copied().find(|n| all[b].nodes.contains(n));
         let other_end = |e: usize, from: usize| all[e].nodes.iter().copied().find(|&n| n != from);
