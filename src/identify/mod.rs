@@ -40,7 +40,9 @@ pub use plscf::Pole;
 pub use quadrature::{QuadratureForm, QuadratureShapes, quadrature_matrix, quadrature_shapes};
 pub use spectrum::{PeakOptions, SpectrumPeak, spectrum_peaks};
 pub use stabilisation::{DiagramPole, StabilisationDiagram, Stability};
-pub use to_test::{circle_modes, normal_shape, peak_modes, quadrature_modes, sensors, test_modes};
+pub use to_test::{
+    REPEATABILITY, add_repeatability, circle_modes, normal_shape, peak_modes, quadrature_modes, sensors, test_modes,
+};
 
 #[cfg(test)]
 mod tests;

@@ -1,7 +1,19 @@
 //! Measurement files: identifying modes, checking, mapping and imitating tests.
 
 use clap::{Args, ValueEnum};
+use retune::identify::REPEATABILITY;
 use std::path::PathBuf;
+
+/// A percentage, from none to a hundred.
+fn percent(text: &str) -> Result<f64, String> {
+    let value: f64 =
+        text.trim_end_matches('%').trim().parse().map_err(|_| "a percentage such as 0.1 is expected".to_string())?;
+    if (0.0..100.0).contains(&value) {
+        Ok(value)
+    } else {
+        Err("a percentage from 0 to below 100 is expected".to_string())
+    }
+}
 
 /// What a frequency response function is: response over force.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -98,6 +110,10 @@ pub(crate) struct Identify {
     /// How many of the lowest modes are rigid-body modes on the suspension: checked as such, not written.
     #[arg(long, default_value_t = 0, value_name = "N")]
     pub(crate) suspension: u16,
+    /// What a repeated test would change, percent of a frequency, and ten times as much in a shape: the test file has it in its standard
+    /// deviations; 0 leaves those of the lines alone.
+    #[arg(long, default_value_t = 100.0 * REPEATABILITY, value_name = "PERCENT", value_parser = percent)]
+    pub(crate) repeatability: f64,
     /// Model in which the sensors get their places, by `retune map`.
     #[arg(long)]
     pub(crate) model: Option<PathBuf>,

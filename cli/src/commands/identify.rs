@@ -8,8 +8,8 @@ use retune::correlation::{MappingOptions, map_points, place_sensors};
 use retune::data::{FrfSet, Measurements, ModalSet, Origin, SpectrumKind, TestData, TestMode, write_test};
 use retune::identify::health::{check_shapes, check_test};
 use retune::identify::{
-    Identification, IdentifyOptions, PeakOptions, SpectrumPeak, circle_modes, cmif, complexity, identify, peak_modes,
-    quadrature_modes, sensors, spectrum_peaks, test_modes,
+    Identification, IdentifyOptions, PeakOptions, SpectrumPeak, add_repeatability, circle_modes, cmif, complexity,
+    identify, peak_modes, quadrature_modes, sensors, spectrum_peaks, test_modes,
 };
 use retune::report::text::{Align, Cell, Style, Table, Tone};
 use serde_json::{Value, json};
@@ -83,14 +83,17 @@ pub(crate) fn run(args: &Identify) -> Result<u8, Failure> {
     if let Some(output) = &args.output {
         let sensors = sensors(frfs, found.geometry.as_ref(), None)?;
         modes.drain(..n_suspension.min(modes.len()));
+        add_repeatability(&mut modes, args.repeatability / 100.0);
         let description = format!(
-            "Identified by {} from {} lines, {:.4} to {:.4} Hz, {} responses, {} references; complex shapes, largest entry 1.",
+            "Identified by {} from {} lines, {:.4} to {:.4} Hz, {} responses, {} references; complex shapes, largest entry 1. Standard deviations are those of the lines and {} % of a \
+             frequency, ten times that of a shape, for what a repeated test would change.",
             word(args.method),
             frfs.n_lines(),
             frfs.frequencies_hz.first().copied().unwrap_or(0.0),
             frfs.frequencies_hz.last().copied().unwrap_or(0.0),
             frfs.responses.len(),
             frfs.references.len(),
+            args.repeatability,
         );
         let mut test = test_data(args, &found, description);
         test.sensors = sensors;
