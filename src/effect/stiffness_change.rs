@@ -23,7 +23,7 @@ impl Effect for StiffnessChange {
             signature: "Shifts modes that strain the part, up or down together; curvature of the shapes changes there.",
             formulation: "The stiffness matrix of the elements is multiplied by 1 + p; p = 0 leaves it, p = -1 would \
                     remove it. Of a spring or bushing that is stiff in several directions, also one of them alone: k_uz \
-                    (1 + p).",
+                    (1 + p). Of a spring that is far stiffer than the structure, p is near -1: a support that gives.",
             confusable: &[
                 "bending-stiffness-change",
                 "torsion-stiffness-change",
@@ -58,7 +58,12 @@ impl Effect for StiffnessChange {
             dof => (format!(" along {dof}"), MOST_OF_A_SPRING),
         };
         let about = format!("stiffness of {}{along} against the model, factor less one", at.place());
-        let p = b.parameter("change", "1", 0.1, [-0.99, most], &about);
+        let hardly = parts.iter().flat_map(|p| &p.elements).map(|&e| hardly_gives(structure, e, at.direction()));
+        let (typical, bounds) = match hardly.fold(f64::INFINITY, f64::min) {
+            k if k > STIFF && k.is_finite() => (GIVES / k - 1.0, [LEAST / k - 1.0, most]),
+            _ => (0.1, [-0.99, most]),
+        };
+        let p = b.parameter("change", "1", typical, bounds, &about);
         let factor = format!("1 + {p}");
         let change = match at.direction() {
             "" => OverrideSpec { stiffness: Some(scalar(&factor)), ..OverrideSpec::default() },
@@ -67,6 +72,28 @@ impl Effect for StiffnessChange {
         b.change("", &entries(&parts), change);
         Ok(b.finish())
     }
+}
+
+/// Stiffness of a spring against the generalised one of the structure, M ω²: above the first a tenth less is hardly seen, and a support that gives
+/// does so by another order of magnitude. It is sought from where it gives much, for from there steps fall short and from the stiff side they go too
+/// far; and down to the least.
+const STIFF: f64 = 10.0;
+const GIVES: f64 = 2.0;
+const LEAST: f64 = 0.01;
+/// Arm of a spring against rotation, as a share of the size of the structure.
+const ARM: f64 = 0.25;
+
+/// The stiffest direction of a spring, or that along a dof, against M ω² of the structure; zero of what is no spring.
+fn hardly_gives(structure: &Structure<'_>, element: usize, along: &str) -> f64 {
+    let size = structure.total_mass() * structure.omega2();
+    let of = |dof: Dof| {
+        let k = structure
+            .property(element, &stiffness_along(dof.name()))
+            .filter(|_| along.is_empty() || along == dof.name())?;
+        Some(k / size / if dof.is_rotation() { (ARM * structure.extent()).powi(2) } else { 1.0 })
+    };
+    let most = Dof::ALL.into_iter().filter_map(of).fold(0.0, f64::max);
+    if most.is_finite() { most } else { 0.0 }
 }
 
 /// A mount may be blocked.
