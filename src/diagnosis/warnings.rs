@@ -7,7 +7,6 @@ use super::mesh::{functions_moved, mesh_errors, modes, refined};
 use super::refit::{Refit, Tried};
 use super::scene::Case;
 use crate::effect::{Context, Structure};
-use crate::element::Dof;
 use crate::model::{Model, ParametricModel};
 use crate::objective::Scaling;
 
@@ -134,11 +133,12 @@ pub(super) fn supports_in_between(base: &Stage) -> Option<String> {
         let elements = model.elements().iter().enumerate();
         elements.filter(|(e, element)| structure.deforms(*e) && element.nodes.contains(&n)).count() > 1
     };
-    let is_fixed =
-        |n: usize| [Dof::Ux, Dof::Uy, Dof::Uz].into_iter().any(|d| is_active(model, d) && !structure.node_moves(n, d));
     let names = &model.geometry().names;
-    let found: Vec<&str> =
-        (0..names.len()).filter(|&n| is_fixed(n) && goes_on(n)).map(|n| names[n].as_str()).take(SHOWN).collect();
+    let found: Vec<&str> = (0..names.len())
+        .filter(|&n| structure.is_supported(n) && goes_on(n))
+        .map(|n| names[n].as_str())
+        .take(SHOWN)
+        .collect();
     (!found.is_empty()).then(|| {
         format!(
             "whether a support gives is tried at ends of members, not where a member goes on: {}; write such a support as a stiff spring \
@@ -146,12 +146,6 @@ pub(super) fn supports_in_between(base: &Stage) -> Option<String> {
             found.join(", ")
         )
     })
-}
-
-/// Whether any node moves along a dof.
-fn is_active(model: &Model, dof: Dof) -> bool {
-    let dofs = model.dof_map();
-    (0..dofs.n_nodes()).any(|n| !dofs.express(n, dof).is_empty())
 }
 
 /// Sizes of a hypothesis that the data press against their bounds, though these leave room for what is physical.

@@ -7,10 +7,6 @@ use super::{About, Belongs, Effect};
 use crate::element::Dof;
 use crate::model::spec::SpringSpec;
 
-/// Arm of a spring against rotation, as a share of the size of the structure: with it, the typical stiffness against turning is about a fifth
-/// of EI/L of a beam on two supports.
-const ARM: f64 = 0.25;
-
 #[doc = "A spring between a node and the ground: a soft suspension, cables, a contact or a bearing that holds the slope, which the model lacks."]
 #[derive(Debug, Clone, Copy)]
 pub struct GroundSpring;
@@ -38,14 +34,11 @@ impl Effect for GroundSpring {
 
     fn locations(&self, structure: &Structure<'_>) -> Vec<Location> {
         let mut all = Vec::new();
-        for dof in [Dof::Ux, Dof::Uy, Dof::Uz] {
-            let nodes = structure.nodes(|n| structure.node_moves(n, dof) && structure.total_mass() > 0.0);
-            all.extend(nodes.into_iter().map(|at| at.along(dof.name())));
-        }
-        // A bearing that holds the slope: only what carries a node can resist its turning.
-        for dof in [Dof::Rx, Dof::Ry, Dof::Rz] {
-            let nodes =
-                structure.nodes(|n| structure.rests(n) && structure.node_moves(n, dof) && structure.extent() > 0.0);
+        for dof in Dof::ALL {
+            // A bearing that holds the slope: only what carries a node can resist its turning.
+            let can_hold = |n: usize| !dof.is_rotation() || structure.is_supported(n) || structure.is_mounted(n);
+            let matters = structure.generalised_stiffness(dof) > 0.0;
+            let nodes = structure.nodes(|n| matters && structure.node_moves(n, dof) && can_hold(n));
             all.extend(nodes.into_iter().map(|at| at.along(dof.name())));
         }
         all
@@ -57,10 +50,11 @@ impl Effect for GroundSpring {
 
     fn patch(&self, structure: &Structure<'_>, at: &Location) -> Result<Patch, PatchError> {
         let mut b = Builder::new(self.name(), at);
-        let (turns, axis) = (at.direction().starts_with('r'), &at.direction()[1..]);
-        let (unit, arm, word) =
-            if turns { ("N m/rad", ARM * structure.extent(), "about") } else { ("N/m", 1.0, "along") };
-        let typical = 0.02 * structure.total_mass() * structure.omega2() * arm * arm;
+        let unknown = || PatchError::unknown_place(self.name(), &at.to_string(), &[]);
+        let dof = Dof::from_name(at.direction()).ok_or_else(unknown)?;
+        let (unit, word) = if dof.is_rotation() { ("N m/rad", "about") } else { ("N/m", "along") };
+        let typical = 0.02 * structure.generalised_stiffness(dof);
+        let axis = &at.direction()[1..];
         let about = format!("stiffness to ground at {} {word} {axis}", at.place());
         let k = b.parameter("stiffness", unit, typical, [0.0, 1000.0 * typical], &about);
         for (i, node) in at.names.iter().enumerate() {

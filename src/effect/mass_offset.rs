@@ -119,8 +119,7 @@ fn heavy_lumps<'s>(structure: &'s Structure<'_>, part: &Part) -> Vec<&'s Part> {
         let shared = partner.is_some_and(|p| {
             p.elements.iter().flat_map(|&e| &elements[e].nodes).any(|&other| structure.same_body(node, other))
         });
-        let mounted = elements.iter().any(|e| e.kind.name() == "ground_spring" && e.nodes[0] == node);
-        structure.property(m, "mass").is_some_and(|m| m > 0.0) && !shared && !mounted
+        structure.property(m, "mass").is_some_and(|m| m > 0.0) && !shared && !structure.is_mounted(node)
     };
     structure.lumps_on(&part.elements).into_iter().filter(|l| l.elements.iter().all(|&m| carried(m))).collect()
 }

@@ -80,19 +80,14 @@ impl Effect for StiffnessChange {
 const STIFF: f64 = 10.0;
 const GIVES: f64 = 2.0;
 const LEAST: f64 = 0.01;
-/// Arm of a spring against rotation, as a share of the size of the structure.
-const ARM: f64 = 0.25;
-
 /// The stiffest direction of a spring, or that along a dof, against M ω² of the structure; zero of what is no spring.
 fn hardly_gives(structure: &Structure<'_>, element: usize, along: &str) -> f64 {
-    let size = structure.total_mass() * structure.omega2();
+    let is_meant = |dof: &Dof| along.is_empty() || along == dof.name();
     let of = |dof: Dof| {
-        let k = structure
-            .property(element, &stiffness_along(dof.name()))
-            .filter(|_| along.is_empty() || along == dof.name())?;
-        Some(k / size / if dof.is_rotation() { (ARM * structure.extent()).powi(2) } else { 1.0 })
+        let k = structure.property(element, &stiffness_along(dof.name()))?;
+        Some(k / structure.generalised_stiffness(dof))
     };
-    let most = Dof::ALL.into_iter().filter_map(of).fold(0.0, f64::max);
+    let most = Dof::ALL.into_iter().filter(is_meant).filter_map(of).fold(0.0, f64::max);
     if most.is_finite() { most } else { 0.0 }
 }
 

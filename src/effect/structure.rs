@@ -299,10 +299,15 @@ impl<'a> Structure<'a> {
         !self.model.dof_map().express(node, dof).is_empty()
     }
 
-    /// Whether a support or a spring to ground carries a node in some direction.
-    pub fn rests(&self, node: usize) -> bool {
-        let is_fixed = [Dof::Ux, Dof::Uy, Dof::Uz].into_iter().any(|dof| !self.node_moves(node, dof));
-        is_fixed || self.model.elements().iter().any(|e| e.kind.name() == "ground_spring" && e.nodes[0] == node)
+    /// Whether a support holds a node in a direction in which others move.
+    pub fn is_supported(&self, node: usize) -> bool {
+        let moves = |dof: Dof| (0..self.model.dof_map().n_nodes()).any(|n| self.node_moves(n, dof));
+        [Dof::Ux, Dof::Uy, Dof::Uz].into_iter().any(|dof| !self.node_moves(node, dof) && moves(dof))
+    }
+
+    /// Whether a node stands on springs to ground.
+    pub fn is_mounted(&self, node: usize) -> bool {
+        self.model.elements().iter().any(|e| e.kind.name() == "ground_spring" && e.nodes[0] == node)
     }
 
     /// Whether two nodes are one, or belong to one rigid body: they turn alike and can turn.

@@ -85,8 +85,9 @@ pub(crate) fn run(args: &Identify) -> Result<u8, Failure> {
         modes.drain(..n_suspension.min(modes.len()));
         add_repeatability(&mut modes, args.repeatability / 100.0);
         let description = format!(
-            "Identified by {} from {} lines, {:.4} to {:.4} Hz, {} responses, {} references; complex shapes, largest entry 1. Standard deviations are those of the lines and {} % of a \
-             frequency, ten times that of a shape, for what a repeated test would change.",
+            "Identified by {} from {} lines, {:.4} to {:.4} Hz, {} responses, {} references; complex shapes, largest entry 1. \
+             Standard deviations are those of the lines and {} % of a frequency, ten times that of a shape, for what a repeated \
+             test would change.",
             word(args.method),
             frfs.n_lines(),
             frfs.frequencies_hz.first().copied().unwrap_or(0.0),

@@ -6,7 +6,17 @@ use crate::modal::SolveOptions;
 use crate::model::{ParametricModel, solve_modes};
 use std::f64::consts::PI;
 
+/// Arm of a moment, as a share of the size of the structure: a fiftieth of the stiffness that it makes against turning is about a fifth of EI/L of
+/// a beam on two supports.
+const ARM: f64 = 0.25;
+
 impl Structure<'_> {
+    /// M ω² against a displacement, N/m, and M ω² (L/4)² against a rotation, N m/rad: what is far softer or stiffer does not matter.
+    pub fn generalised_stiffness(&self, dof: Dof) -> f64 {
+        let arm = if dof.is_rotation() { ARM * self.extent() } else { 1.0 };
+        self.total_mass() * self.omega2() * arm * arm
+    }
+
     /// λ of the lowest mode that strains members more than springs, among the first few; else of the lowest: what a soft suspension
     /// does says nothing of the structure.
     fn lowest_elastic(&self) -> Option<f64> {
