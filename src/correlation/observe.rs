@@ -20,7 +20,8 @@ const MOST_ENTRIES: usize = 125_000_000;
 /// (n_sensor) = (n_sensor x n_dof) (n_dof)
 /// ```
 ///
-/// P is a node or a point of an element, by its shape functions; where they depend on θ, in the middle of the bounds.
+/// P is a node or a point of an element, by its shape functions; where they depend on θ, in the middle of the bounds. A node of a
+/// support that gives stands still here and moves in [`observation_matrix_at`].
 ///
 /// Errors: a sensor names a node or element that the model does not have.
 pub fn observation_matrix(model: &dyn ParametricModel, sensors: &[Sensor]) -> Result<DMatrix<f64>, CorrelationError> {
@@ -36,11 +37,15 @@ pub fn observation_matrix_at(
     observe(model, sensors, Some(theta))
 }
 
-/// The sensors whose rows of the observation matrix depend on θ: those inside an element whose shape functions do.
+/// The sensors whose rows of the observation matrix depend on θ: those inside an element whose shape functions do, and
+/// those that a support moves that gives.
 pub fn varying_sensors(model: &dyn ParametricModel, sensors: &[Sensor], theta: &[f64]) -> Vec<usize> {
     let varies = |sensor: &Sensor| match &sensor.place {
         Place::Element { element, fraction, .. } => matches!(model.point_at(element, *fraction, theta), Ok(Some(_))),
-        Place::Node { .. } => false,
+        Place::Node { node, .. } => {
+            let node = model.dof_map().node(node);
+            node.is_some_and(|n| matches!(model.node_at(n, theta), Ok(Some(_))))
+        }
     };
     (0..sensors.len()).filter(|&i| varies(&sensors[i])).collect()
 }
@@ -141,8 +146,13 @@ pub(super) fn locate(
                 name: node.clone(),
                 suggestion: did_you_mean(node, dofs.node_names().iter().map(String::as_str)),
             })?;
-            let rows = Dof::ALL.map(|d| dofs.express(index, d).to_vec());
-            Ok((PointMotion { rows, position: dofs.positions()[index] }, *position))
+            let failed = |e: ModelError| CorrelationError::Model(e.to_string());
+            let varying = theta.map(|t| model.node_at(index, t)).transpose().map_err(failed)?.flatten();
+            let fixed = || {
+                let rows = Dof::ALL.map(|d| dofs.express(index, d).to_vec());
+                PointMotion { rows, position: dofs.positions()[index] }
+            };
+            Ok((varying.unwrap_or_else(fixed), *position))
         }
         Place::Element { element, fraction, position } => {
             let failed = |e: ModelError| CorrelationError::Model(e.to_string());

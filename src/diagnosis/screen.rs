@@ -32,6 +32,8 @@ const ANEW: usize = 80;
 const ANEW_OF_A_KIND: usize = 3;
 /// Sizes of a start, as multiples of the typical one.
 const LADDER: [f64; 4] = [0.1, 0.4, 1.0, 3.0];
+/// Further ones where the bounds reach a hundred times as far: what gives or holds may do so from hardly to altogether.
+const FAR: [f64; 2] = [12.0, 60.0];
 
 /// One direction of the residual that a hypothesis could explain.
 #[derive(Debug, Clone)]
@@ -312,7 +314,9 @@ pub(super) fn start_sizes(candidate: &Candidate, screened: &Screened, score: Opt
         out.push(clamp(scaled.collect()));
     }
     let gridded = p.iter().position(|p| !p.grid.is_empty());
-    for factor in LADDER {
+    let reaches_far = |p: &NewParameter| p.one_sided() && (p.bounds[1] - p.neutral) > 100.0 * (p.typical - p.neutral);
+    let far = if p.iter().all(reaches_far) { &FAR[..] } else { &[] };
+    for factor in LADDER.iter().chain(far).copied() {
         let at = |t: f64| p.iter().map(|p| p.neutral + t * (p.typical - p.neutral)).collect::<Vec<f64>>();
         match gridded {
             Some(g) => {

@@ -23,7 +23,7 @@ use super::refit::{Refit, Refits, Tried, refit};
 use super::scene::Scene;
 use super::screen::project;
 use super::spread::{self, Fitted, Spread};
-use super::warnings::{leaves_damping_aside, number, supports_in_between, warnings};
+use super::warnings::{leaves_damping_aside, number, warnings};
 use super::{Diagnosis, DiagnosisError, HypothesisResult, Kind, Settings, Verdict, result};
 use crate::linalg::DMatrix;
 use std::collections::BTreeSet;
@@ -116,10 +116,7 @@ pub(super) fn conclude(
         (None, Verdict::Adequate) => Vec::new(),
         (None, _) => refits.first().into_iter().collect(),
     };
-    let mut told = warnings(base, &named);
-    if verdict == Verdict::Unexplained {
-        told.all.extend(supports_in_between(base));
-    }
+    let told = warnings(base, &named);
     let mut sentence = match &pair {
         Some(pair) => sentence_of_two(pair, &hypotheses),
         None if spread.is_some() => format!("no single effect explains the test; {remainder}"),

@@ -6,7 +6,6 @@ use super::fit::ON_BOUND;
 use super::mesh::{functions_moved, mesh_errors, modes, refined};
 use super::refit::{Refit, Tried};
 use super::scene::Case;
-use crate::effect::{Context, Structure};
 use crate::model::{Model, ParametricModel};
 use crate::objective::Scaling;
 
@@ -122,30 +121,6 @@ pub(super) fn warnings(base: &Stage, named: &[&Refit]) -> Warnings {
         many => out.push(format!("{} parameters of the fitted base sit on a bound: {}", many.len(), many.join(", "))),
     }
     Warnings { all: out, mesh_is_too_coarse }
-}
-
-/// Supports where a member goes on: only at an end of a member is it tried whether a support gives.
-pub(super) fn supports_in_between(base: &Stage) -> Option<String> {
-    const SHOWN: usize = 6;
-    let (model, context) = (base.scene.model(), Context::default());
-    let structure = Structure::new(model, &context);
-    let goes_on = |n: usize| {
-        let elements = model.elements().iter().enumerate();
-        elements.filter(|(e, element)| structure.deforms(*e) && element.nodes.contains(&n)).count() > 1
-    };
-    let names = &model.geometry().names;
-    let found: Vec<&str> = (0..names.len())
-        .filter(|&n| structure.is_supported(n) && goes_on(n))
-        .map(|n| names[n].as_str())
-        .take(SHOWN)
-        .collect();
-    (!found.is_empty()).then(|| {
-        format!(
-            "whether a support gives is tried at ends of members, not where a member goes on: {}; write such a support as a stiff spring \
-             under `springs`, and its stiffness is tried",
-            found.join(", ")
-        )
-    })
 }
 
 /// Sizes of a hypothesis that the data press against their bounds, though these leave room for what is physical.

@@ -6,7 +6,7 @@ use super::text;
 use crate::catalogue::did_you_mean;
 use crate::model::spec::{
     ConfigurationSpec, ElementSpec, HistoryEntry, MassSpec, ModelSpec, Named, NodeSpec, OverrideSpec, ParameterSpec,
-    RigidLinkSpec, SpringSpec,
+    RigidLinkSpec, SpringSpec, SupportSpec,
 };
 use crate::units::Scalar;
 use crate::yaml::{self, Problem};
@@ -112,7 +112,14 @@ pub enum Edit {
         /// What stands there.
         entry: RigidLinkSpec,
     },
-    /// To a block of one configuration: springs, masses, overrides.
+    /// To `supports`.
+    AddSupport {
+        /// Its name.
+        name: String,
+        /// What stands there.
+        entry: SupportSpec,
+    },
+    /// To a block of one configuration: springs, masses, overrides, supports.
     InConfiguration {
         /// The configuration.
         configuration: String,
@@ -139,6 +146,7 @@ impl Edit {
             Edit::AddElement { .. } => "elements",
             Edit::AddOverride { .. } => "overrides",
             Edit::AddRigidLink { .. } => "rigid_links",
+            Edit::AddSupport { .. } => "supports",
             Edit::InConfiguration { configuration, edit } => return of_configuration(configuration, &edit.block()),
             Edit::Without { configuration, .. } => return of_configuration(configuration, "without"),
         };
@@ -155,6 +163,7 @@ impl Edit {
             | Edit::AddElement { name, .. }
             | Edit::AddOverride { name, .. }
             | Edit::AddRigidLink { name, .. }
+            | Edit::AddSupport { name, .. }
             | Edit::Without { name, .. } => name,
             Edit::InConfiguration { edit, .. } => edit.name(),
         }
@@ -170,6 +179,7 @@ impl Edit {
             Edit::AddElement { entry, .. } => flow::value(entry),
             Edit::AddOverride { entry, .. } => flow::value(entry),
             Edit::AddRigidLink { entry, .. } => flow::value(entry),
+            Edit::AddSupport { entry, .. } => flow::value(entry),
             Edit::InConfiguration { edit, .. } => edit.value(),
             Edit::Without { name, .. } => flow::value(name),
         }
@@ -198,6 +208,7 @@ impl Edit {
                     Edit::AddMass { name, entry } => insert(&mut to.masses, block, name, entry),
                     Edit::AddSpring { name, entry } => insert(&mut to.springs, block, name, entry),
                     Edit::AddOverride { name, entry } => insert(&mut to.overrides, block, name, entry),
+                    Edit::AddSupport { name, entry } => insert(&mut to.supports, block, name, entry),
                     other => {
                         let why = "a configuration has no such block; the change is one of the base model";
                         Err(PatchError::NotEditable { path: other.block(), why })
@@ -215,6 +226,7 @@ impl Edit {
             Edit::AddElement { name, entry } => insert(&mut spec.elements, block, name, entry),
             Edit::AddOverride { name, entry } => insert(&mut spec.overrides, block, name, entry),
             Edit::AddRigidLink { name, entry } => insert(&mut spec.rigid_links, block, name, entry),
+            Edit::AddSupport { name, entry } => insert(&mut spec.supports, block, name, entry),
         }
     }
 }

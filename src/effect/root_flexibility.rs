@@ -1,11 +1,12 @@
 //! A support that gives.
 
 use super::end_flexibility::flexible_end;
-use super::location::Location;
-use super::patch::{Patch, PatchError};
+use super::location::{Location, LocationKind};
+use super::patch::{Builder, Edit, Patch, PatchError, entry};
 use super::structure::{Joint, Structure};
 use super::{About, Belongs, Effect};
 use crate::element::Dof;
+use crate::model::spec::SupportSpec;
 
 #[doc = "A clamp, bearing or root that the model has as rigid and that gives in one direction."]
 #[derive(Debug, Clone, Copy)]
@@ -23,7 +24,9 @@ impl Effect for RootFlexibility {
                     at the root that the model lacks.",
             formulation: "The member's end is joined to the support by a spring of compliance c, condensed exactly: K' = \
                     K - c K e eᵀ K/(1 + c eᵀ K e), by `end1_compliance_ry` and so on in the member's axes; c = 0 \
-                    leaves it, c of several L/EI is a hinge.",
+                    leaves it, c of several L/EI is a hinge. Where a member goes on over the support, or several members meet \
+                    there, the support itself stands on the spring: `supports: {...: {node: n, fixed: [], compliance: {uz: c}}}`, \
+                    along global axes, u = -c/(1 + c K_uu) K_uq q.",
             confusable: &[
                 "stiffness-change",
                 "bending-stiffness-change",
@@ -38,7 +41,9 @@ impl Effect for RootFlexibility {
     }
 
     fn locations(&self, structure: &Structure<'_>) -> Vec<Location> {
-        structure.end_places(Joint::Root, &Dof::ALL)
+        let mut all = structure.end_places(Joint::Root, &Dof::ALL);
+        all.extend(structure.shared_supports());
+        all
     }
 
     fn belongs_to(&self) -> Belongs {
@@ -46,6 +51,23 @@ impl Effect for RootFlexibility {
     }
 
     fn patch(&self, structure: &Structure<'_>, at: &Location) -> Result<Patch, PatchError> {
-        flexible_end(self.name(), structure, at)
+        if at.kind != LocationKind::Node {
+            return flexible_end(self.name(), structure, at);
+        }
+        let mut b = Builder::new(self.name(), at);
+        let dof = Dof::from_name(at.direction());
+        let dof = dof.ok_or_else(|| PatchError::unknown_place(self.name(), &at.to_string(), &[]))?;
+        let unit = if dof.is_rotation() { "rad/(N m)" } else { "m/N" };
+        let soft = 1.0 / structure.generalised_stiffness(dof);
+        let about = format!("compliance of the support at {} in {dof}", at.place());
+        let c = b.parameter("compliance", unit, 0.05 * soft, [0.0, 50.0 * soft], &about);
+        let (node, nodes) = match at.names.as_slice() {
+            [node] => (Some(node.clone()), None),
+            several => (None, Some(several.to_vec())),
+        };
+        let name = b.stem().to_string();
+        let spring = SupportSpec { node, nodes, fixed: Some(Vec::new()), compliance: entry(at.direction(), &c) };
+        b.edit(Edit::AddSupport { name, entry: spring });
+        Ok(b.finish())
     }
 }

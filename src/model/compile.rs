@@ -5,15 +5,16 @@ use super::assembly::{
 };
 use super::character::{ModeCharacter, characters, mirror_rows};
 use super::configuration::load_configuration;
-use super::constraint::{Elimination, RowOutcome};
+use super::constraint::{Elimination, active, eliminate};
 use super::dependence::{Dependence, dependence, element_matrices, interior_point, weighed_mass};
-use super::dof_map::{DofMap, rigid_motion};
-use super::geometry::{Geometry, minus, unknown};
+use super::dof_map::DofMap;
+use super::elastic_support::ElasticSupports;
+use super::geometry::{Geometry, minus};
 use super::mass_properties::{MassProperties, add_rigid_mass};
 use super::parameter::ParameterSet;
 use super::place::{Placed, PlacedElement, place};
 use super::registry::Registry;
-use super::spec::{DofName, ModelSpec, TargetSpec};
+use super::spec::{ModelSpec, TargetSpec};
 use super::system::{SparseSystem, System};
 use super::{ElementMatrices, MOST_DENSE_DOFS, ModelError, ParametricModel, PointMotion};
 use crate::element::{Dof, ElementInput};
@@ -51,6 +52,7 @@ pub struct Model {
     sets: BTreeMap<String, Vec<usize>>,
     dofs: DofMap,
     connections: Vec<Connection>,
+    elastic_supports: Option<ElasticSupports>,
     affine: AffinePart,
     rigid_mass: AffineMass,
     /// Elements whose matrices are no polynomials of θ.
@@ -85,7 +87,7 @@ impl Model {
         super::configuration::check(&spec, &mut problems);
         let placed = place(&spec, registry, &mut problems);
         let targets = targets(&spec, &mut problems);
-        let elimination = eliminate(&spec, &placed.geometry, &mut problems);
+        let elimination = eliminate(&spec, &placed.geometry, Elimination::default(), &[], &mut problems);
         // What is wrong in a section is found once for every element of it.
         let mut said = HashSet::new();
         problems.retain(|p| said.insert((p.path.clone(), p.message.clone())));
@@ -115,7 +117,7 @@ impl Model {
         elimination: &Elimination,
         problems: &mut Vec<Problem>,
     ) -> Result<Self, ModelError> {
-        let Placed { geometry, parameters, elements, sets } = placed;
+        let Placed { geometry, parameters, elements, sets, compliances } = placed;
         let dependences = elements.iter().map(|e| dependence(e, &parameters)).collect::<Result<Vec<_>, _>>()?;
         let touched = touched(&elements, &dependences, &parameters, geometry.names.len());
         let dofs = number(&geometry.names, &geometry.positions, &touched, elimination);
@@ -123,6 +125,14 @@ impl Model {
             problems.push(Problem::warning("", "every dof is supported or inactive: nothing can move"));
         }
         let connections: Vec<Connection> = elements.iter().map(|e| Connection::new(e, &dofs)).collect();
+        let elastic_supports = if compliances.is_empty() {
+            None
+        } else {
+            let (n, keeping) = (geometry.names.len(), Elimination::keeping(6 * geometry.names.len()));
+            // What is wrong in the file is known already.
+            let released = eliminate(&spec, &geometry, keeping, &compliances, &mut Vec::new());
+            ElasticSupports::new(compliances, &released, n, &elements, &connections)
+        };
         let (affine, rigid_mass) =
             affine_part(&elements, &dependences, &connections, &geometry.positions, interior_point(&parameters));
         let general: Vec<usize> =
@@ -148,6 +158,7 @@ impl Model {
             sets,
             dofs,
             connections,
+            elastic_supports,
             affine,
             rigid_mass,
             general,
@@ -199,13 +210,27 @@ impl Model {
         (&c.rows, &c.b)
     }
 
+    fn is_polynomial(&self) -> bool {
+        self.general.is_empty() && self.elastic_supports.is_none()
+    }
+
     fn check_dense(&self) -> Result<(), ModelError> {
         let n_dof = self.dofs.n_dof();
         if n_dof > MOST_DENSE_DOFS { Err(ModelError::TooLarge { n_dof, most: MOST_DENSE_DOFS }) } else { Ok(()) }
     }
 
-    /// ∂/∂θ_j of the matrices of every element that is no polynomial and depends on the parameter, by differences.
-    fn general_slopes(&self, theta: &[f64], j: usize) -> Result<Vec<(usize, ElementMatrices)>, ModelError> {
+    /// The matrices of everything that is no polynomial.
+    fn general_matrices(&self, theta: &[f64]) -> Result<Vec<(&Connection, ElementMatrices)>, ModelError> {
+        let of_element = |&e: &usize| Ok((&self.connections[e], element_matrices(&self.elements[e], theta)?));
+        let mut all = self.general.iter().map(of_element).collect::<Result<Vec<_>, ModelError>>()?;
+        if let Some(s) = &self.elastic_supports {
+            all.push((s.connection(), s.matrices(&self.elements, &self.connections, theta)?));
+        }
+        Ok(all)
+    }
+
+    /// ∂/∂θ_j of the matrices of everything that is no polynomial and depends on the parameter, by differences.
+    fn general_slopes(&self, theta: &[f64], j: usize) -> Result<Vec<(&Connection, ElementMatrices)>, ModelError> {
         let mut slopes = Vec::new();
         let scale = self.parameters.get(j).bounds.map_or(theta[j].abs(), |[l, u]| u - l);
         // A step of about the cube root of rounding balances truncation and cancellation.
@@ -225,8 +250,11 @@ impl Model {
                     (Err(_), Ok(b)) => at(0.0)?.combine(&b, |a, b| (a - b) / step),
                     (Err(e), Err(_)) => return Err(e),
                 };
-                slopes.push((e, slope));
+                slopes.push((&self.connections[e], slope));
             }
+        }
+        if let Some(s) = self.elastic_supports.as_ref().filter(|s| s.depends_on(j)) {
+            slopes.push((s.connection(), s.slopes(&self.elements, &self.connections, theta, j, step)?));
         }
         Ok(slopes)
     }
@@ -248,7 +276,10 @@ impl Model {
             path: e.path.clone(),
             source,
         })?;
-        let c = &self.connections[element];
+        let gives = self.elastic_supports.as_ref();
+        let giving = gives.map(|s| s.element_motion(element, &self.elements, &self.connections, theta)).transpose()?;
+        let giving = giving.flatten();
+        let c = giving.as_ref().unwrap_or(&self.connections[element]);
         let mut rows: [Vec<(usize, f64)>; 6] = Default::default();
         for (global, list) in rows.iter_mut().enumerate() {
             for (j, &row) in c.rows.iter().enumerate() {
@@ -295,8 +326,8 @@ impl ParametricModel for Model {
         for (basis, factor) in self.affine.at(theta) {
             add_basis(system, basis, factor);
         }
-        for &e in &self.general {
-            add_element(system, &self.connections[e], &element_matrices(&self.elements[e], theta)?);
+        for (connection, matrices) in self.general_matrices(theta)? {
+            add_element(system, connection, &matrices);
         }
         symmetrise(system);
         Ok(())
@@ -306,17 +337,12 @@ impl ParametricModel for Model {
         if theta.len() != self.parameters.len() {
             return Err(ModelError::WrongLength { expected: self.parameters.len(), given: theta.len() });
         }
-        let general = self
-            .general
-            .iter()
-            .map(|&e| Ok((&self.connections[e], element_matrices(&self.elements[e], theta)?)))
-            .collect::<Result<Vec<_>, ModelError>>()?;
+        let general = self.general_matrices(theta)?;
         Ok(sparse_system(self.dofs.n_dof(), self.damped, &self.affine.at(theta).collect::<Vec<_>>(), &general))
     }
 
     fn assemble_sparse_derivative(&self, theta: &[f64], j: usize) -> Result<SparseSystem, ModelError> {
-        let slopes = self.general_slopes(theta, j)?;
-        let general: Vec<_> = slopes.into_iter().map(|(e, slope)| (&self.connections[e], slope)).collect();
+        let general = self.general_slopes(theta, j)?;
         let bases: Vec<_> = self.affine.derivative(theta, j).collect();
         Ok(sparse_system(self.dofs.n_dof(), self.damped, &bases, &general))
     }
@@ -327,8 +353,8 @@ impl ParametricModel for Model {
         for (basis, factor) in self.affine.derivative(theta, j) {
             add_basis(&mut system, basis, factor);
         }
-        for (e, slope) in self.general_slopes(theta, j)? {
-            add_element(&mut system, &self.connections[e], &slope);
+        for (connection, slope) in self.general_slopes(theta, j)? {
+            add_element(&mut system, connection, &slope);
         }
         symmetrise(&mut system);
         Ok(system)
@@ -354,8 +380,23 @@ impl ParametricModel for Model {
     }
 
     fn point_at(&self, element: &str, fraction: f64, theta: &[f64]) -> Result<Option<PointMotion>, ModelError> {
-        let part = self.part_at(element, fraction).filter(|(part, _)| self.general.contains(part));
+        let gives = |part: usize| self.elastic_supports.as_ref().is_some_and(|s| s.moves(part));
+        let part = self.part_at(element, fraction).filter(|(part, _)| self.general.contains(part) || gives(*part));
         part.map(|(part, within)| self.interpolate(part, within, theta)).transpose()
+    }
+
+    fn node_at(&self, node: usize, theta: &[f64]) -> Result<Option<PointMotion>, ModelError> {
+        let Some(supports) = &self.elastic_supports else { return Ok(None) };
+        let giving = supports.node_motion(node, &self.elements, &self.connections, theta)?;
+        Ok(giving.map(|giving| {
+            let all = |dof: Dof| {
+                let mut sum: BTreeMap<usize, f64> = BTreeMap::new();
+                let both = self.dofs.express(node, dof).iter().chain(&giving[dof as usize]);
+                both.for_each(|&(row, factor)| *sum.entry(row).or_default() += factor);
+                sum.into_iter().collect()
+            };
+            PointMotion { rows: Dof::ALL.map(all), position: self.geometry.positions[node] }
+        }))
     }
 
     fn element_names(&self) -> Vec<&str> {
@@ -380,109 +421,12 @@ impl ParametricModel for Model {
     }
 
     fn affine_mass(&self) -> Option<&AffineMass> {
-        self.general.is_empty().then_some(&self.rigid_mass)
+        self.is_polynomial().then_some(&self.rigid_mass)
     }
 
     fn affine(&self) -> Option<&AffinePart> {
-        self.general.is_empty().then_some(&self.affine)
+        self.is_polynomial().then_some(&self.affine)
     }
-}
-
-/// The dofs that exist in the model.
-fn active(spec: &ModelSpec) -> [bool; 6] {
-    let mut active = [spec.active_dofs.is_none(); 6];
-    for d in spec.active_dofs.iter().flatten() {
-        active[*d as usize] = true;
-    }
-    active
-}
-
-fn eliminate(spec: &ModelSpec, geometry: &Geometry, problems: &mut Vec<Problem>) -> Elimination {
-    let mut elimination = Elimination::default();
-    let active = active(spec);
-    for dof in (0..6 * geometry.names.len()).filter(|d| !active[d % 6]) {
-        elimination.fix(dof);
-    }
-    let all = [DofName::Ux, DofName::Uy, DofName::Uz, DofName::Rx, DofName::Ry, DofName::Rz];
-    let find = |name: &str, path: &str, problems: &mut Vec<Problem>| {
-        let found = geometry.node(name);
-        if found.is_none() {
-            problems.push(unknown(path, "node", name, spec.nodes.keys()));
-        }
-        found
-    };
-    for (name, link) in &spec.rigid_links {
-        let path = child("rigid_links", name);
-        let master = find(&link.master, &child(&path, "master"), problems);
-        for (i, slave_name) in link.slaves.iter().enumerate() {
-            let slave_path = format!("{path}.slaves[{i}]");
-            let slave = find(slave_name, &slave_path, problems);
-            let (Some(master), Some(slave)) = (master, slave) else { continue };
-            if master == slave {
-                problems.push(Problem::error(&slave_path, format_args!("node `{slave_name}` cannot follow itself")));
-                continue;
-            }
-            let arm = minus(geometry.positions[slave], geometry.positions[master]);
-            let mut redundant = true;
-            for d in link.dofs.as_deref().unwrap_or(&all).iter().filter(|d| active[**d as usize]) {
-                let d = *d as usize;
-                let mut row = vec![(6 * slave + d, 1.0)];
-                for motion in 0..6 {
-                    let factor = rigid_motion(arm, motion)[d];
-                    if factor != 0.0 {
-                        row.push((6 * master + motion, -factor));
-                    }
-                }
-                redundant &= elimination.constrain(&row) == RowOutcome::Redundant;
-            }
-            if redundant {
-                problems.push(Problem::warning(
-                    &slave_path,
-                    format_args!("node `{slave_name}` follows already from other links; this one adds nothing"),
-                ));
-            }
-        }
-    }
-    for (name, constraint) in &spec.constraints {
-        let path = child("constraints", name);
-        let mut row = Vec::new();
-        for (i, term) in constraint.terms.iter().enumerate() {
-            if !term.factor.is_finite() || term.factor == 0.0 {
-                problems.push(Problem::error(
-                    format!("{path}.terms[{i}].factor"),
-                    "a factor must be a finite number other than zero",
-                ));
-            } else if let Some(node) = find(&term.node, &format!("{path}.terms[{i}].node"), problems) {
-                row.push((6 * node + term.dof as usize, term.factor));
-            }
-        }
-        if row.is_empty() {
-            problems.push(Problem::error(
-                child(&path, "terms"),
-                "a constraint needs at least one term `{node: n1, dof: uz, factor: 1}`",
-            ));
-        } else if row.len() == constraint.terms.len() && elimination.constrain(&row) == RowOutcome::Redundant {
-            problems.push(Problem::warning(&path, "it follows already from other constraints; it adds nothing"));
-        }
-    }
-    for (name, support) in &spec.supports {
-        let path = child("supports", name);
-        let nodes: Vec<(&String, String)> = match (&support.node, &support.nodes) {
-            (Some(node), None) => vec![(node, child(&path, "node"))],
-            (None, Some(nodes)) => nodes.iter().enumerate().map(|(i, n)| (n, format!("{path}.nodes[{i}]"))).collect(),
-            _ => {
-                problems.push(Problem::error(&path, "give `node` or `nodes`"));
-                continue;
-            }
-        };
-        for (node_name, node_path) in nodes {
-            let Some(node) = find(node_name, &node_path, problems) else { continue };
-            for d in support.fixed.as_deref().unwrap_or(&all) {
-                elimination.fix(6 * node + Dof::from(*d) as usize);
-            }
-        }
-    }
-    elimination
 }
 
 /// Refuses elements that lack a property against a motion that is possible.

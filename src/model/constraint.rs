@@ -4,6 +4,12 @@
 //! constraints are rows of one homogeneous system A u = 0; each row is reduced by the rows before it and eliminates
 //! one dof, the one it asks for where that is still free, else its largest. No penalty and no stiff beam is involved.
 
+use super::dof_map::rigid_motion;
+use super::elastic_support::Compliance;
+use super::geometry::{Geometry, minus, unknown};
+use super::spec::{DofName, ModelSpec};
+use crate::element::Dof;
+use crate::yaml::{Problem, child};
 use std::collections::BTreeMap;
 
 /// Combination of dofs: (dof, factor), sorted by dof.
@@ -16,6 +22,8 @@ pub(super) struct Elimination {
     expressions: BTreeMap<usize, Combination>,
     /// Dof that is not eliminated -> eliminated dofs whose expressions name it.
     users: BTreeMap<usize, Vec<usize>>,
+    /// The first of the dofs that are eliminated only where nothing else can be.
+    last_resort: Option<usize>,
 }
 
 /// What became of a constraint row.
@@ -28,6 +36,11 @@ pub(super) enum RowOutcome {
 }
 
 impl Elimination {
+    /// One in which dofs from this one on stay as long as any other can be eliminated.
+    pub(super) fn keeping(last_resort: usize) -> Self {
+        Self { last_resort: Some(last_resort), ..Self::default() }
+    }
+
     /// Holds a dof at zero.
     pub(super) fn fix(&mut self, dof: usize) -> RowOutcome {
         self.constrain(&[(dof, 1.0)])
@@ -50,7 +63,12 @@ impl Elimination {
         // Coefficients that cancel up to rounding are zero.
         reduced.retain(|_, f| f.abs() > 1e-12 * scale);
         let wanted = row.first().map(|t| t.0).filter(|d| reduced.contains_key(d));
-        let largest = || reduced.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())).map(|(d, _)| *d);
+        let is_kept = |dof: usize| self.last_resort.is_some_and(|first| dof >= first);
+        let largest = || {
+            let rank = |(d, f): (&usize, &f64)| (!is_kept(*d), f.abs());
+            let order = |a: (bool, f64), b: (bool, f64)| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1));
+            reduced.iter().max_by(|a, b| order(rank(*a), rank(*b))).map(|(d, _)| *d)
+        };
         let Some(pivot) = wanted.or_else(largest) else { return RowOutcome::Redundant };
         let factor = reduced.remove(&pivot).unwrap_or(1.0);
         let expression: Combination = reduced.into_iter().map(|(d, f)| (d, -f / factor)).collect();
@@ -88,6 +106,115 @@ impl Elimination {
     pub(super) fn express(&self, dof: usize) -> Combination {
         self.expressions.get(&dof).cloned().unwrap_or_else(|| vec![(dof, 1.0)])
     }
+}
+
+/// The dofs that exist in the model.
+pub(super) fn active(spec: &ModelSpec) -> [bool; 6] {
+    let mut active = [spec.active_dofs.is_none(); 6];
+    for d in spec.active_dofs.iter().flatten() {
+        active[*d as usize] = true;
+    }
+    active
+}
+
+/// All constraints of a file.
+///
+/// * `released` - held dofs of which the i-th is held to dof 6 `n_nodes` + i instead of zero
+pub(super) fn eliminate(
+    spec: &ModelSpec,
+    geometry: &Geometry,
+    mut elimination: Elimination,
+    released: &[Compliance],
+    problems: &mut Vec<Problem>,
+) -> Elimination {
+    let active = active(spec);
+    for dof in (0..6 * geometry.names.len()).filter(|d| !active[d % 6]) {
+        elimination.fix(dof);
+    }
+    let all = [DofName::Ux, DofName::Uy, DofName::Uz, DofName::Rx, DofName::Ry, DofName::Rz];
+    let find = |name: &str, path: &str, problems: &mut Vec<Problem>| {
+        let found = geometry.node(name);
+        if found.is_none() {
+            problems.push(unknown(path, "node", name, spec.nodes.keys()));
+        }
+        found
+    };
+    for (name, link) in &spec.rigid_links {
+        let path = child("rigid_links", name);
+        let master = find(&link.master, &child(&path, "master"), problems);
+        for (i, slave_name) in link.slaves.iter().enumerate() {
+            let slave_path = format!("{path}.slaves[{i}]");
+            let slave = find(slave_name, &slave_path, problems);
+            let (Some(master), Some(slave)) = (master, slave) else { continue };
+            if master == slave {
+                problems.push(Problem::error(&slave_path, format_args!("node `{slave_name}` cannot follow itself")));
+                continue;
+            }
+            let arm = minus(geometry.positions[slave], geometry.positions[master]);
+            let mut redundant = true;
+            for d in link.dofs.as_deref().unwrap_or(&all).iter().filter(|d| active[**d as usize]) {
+                let d = *d as usize;
+                let mut row = vec![(6 * slave + d, 1.0)];
+                for motion in 0..6 {
+                    let factor = rigid_motion(arm, motion)[d];
+                    if factor != 0.0 {
+                        row.push((6 * master + motion, -factor));
+                    }
+                }
+                redundant &= elimination.constrain(&row) == RowOutcome::Redundant;
+            }
+            if redundant {
+                problems.push(Problem::warning(
+                    &slave_path,
+                    format_args!("node `{slave_name}` follows already from other links; this one adds nothing"),
+                ));
+            }
+        }
+    }
+    for (name, constraint) in &spec.constraints {
+        let path = child("constraints", name);
+        let mut row = Vec::new();
+        for (i, term) in constraint.terms.iter().enumerate() {
+            if !term.factor.is_finite() || term.factor == 0.0 {
+                problems.push(Problem::error(
+                    format!("{path}.terms[{i}].factor"),
+                    "a factor must be a finite number other than zero",
+                ));
+            } else if let Some(node) = find(&term.node, &format!("{path}.terms[{i}].node"), problems) {
+                row.push((6 * node + term.dof as usize, term.factor));
+            }
+        }
+        if row.is_empty() {
+            problems.push(Problem::error(
+                child(&path, "terms"),
+                "a constraint needs at least one term `{node: n1, dof: uz, factor: 1}`",
+            ));
+        } else if row.len() == constraint.terms.len() && elimination.constrain(&row) == RowOutcome::Redundant {
+            problems.push(Problem::warning(&path, "it follows already from other constraints; it adds nothing"));
+        }
+    }
+    for (name, support) in &spec.supports {
+        let path = child("supports", name);
+        let nodes: Vec<(&String, String)> = match (&support.node, &support.nodes) {
+            (Some(node), None) => vec![(node, child(&path, "node"))],
+            (None, Some(nodes)) => nodes.iter().enumerate().map(|(i, n)| (n, format!("{path}.nodes[{i}]"))).collect(),
+            _ => {
+                problems.push(Problem::error(&path, "give `node` or `nodes`"));
+                continue;
+            }
+        };
+        for (node_name, node_path) in nodes {
+            let Some(node) = find(node_name, &node_path, problems) else { continue };
+            for d in support.fixed.as_deref().unwrap_or(&all) {
+                let dof = 6 * node + Dof::from(*d) as usize;
+                match released.iter().position(|c| c.dof == dof) {
+                    Some(i) => elimination.constrain(&[(dof, 1.0), (6 * geometry.names.len() + i, -1.0)]),
+                    None => elimination.fix(dof),
+                };
+            }
+        }
+    }
+    elimination
 }
 
 #[cfg(test)]

@@ -12,6 +12,9 @@ mod configuration;
 mod constraint;
 mod dependence;
 mod dof_map;
+mod elastic_support;
+#[cfg(test)]
+mod elastic_support_tests;
 mod geometry;
 mod joined;
 mod lint;
@@ -121,6 +124,12 @@ pub trait ParametricModel: std::fmt::Debug + Send + Sync {
     /// not, or there is no such element.
     fn point_at(&self, element: &str, fraction: f64, theta: &[f64]) -> Result<Option<PointMotion>, ModelError> {
         let _ = (element, fraction, theta);
+        Ok(None)
+    }
+
+    /// How a node moves at θ, where that depends on it, as where a support gives; `None` elsewhere: see [`Self::dof_map`].
+    fn node_at(&self, node: usize, theta: &[f64]) -> Result<Option<PointMotion>, ModelError> {
+        let _ = (node, theta);
         Ok(None)
     }
 

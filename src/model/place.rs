@@ -4,9 +4,11 @@ mod lumps;
 mod overrides;
 mod parameters;
 mod section;
+mod supports;
 
 pub(super) use parameters::parameters;
 
+use super::elastic_support::Compliance;
 use super::geometry::{Geometry, Rotation, axes_along, minus, unit, unknown};
 use super::parameter::ParameterSet;
 use super::registry::Registry;
@@ -78,6 +80,8 @@ pub(super) struct Placed {
     pub(super) elements: Vec<PlacedElement>,
     /// Name of an element, chain, mass or group -> indices of elements.
     pub(super) sets: BTreeMap<String, Vec<usize>>,
+    /// How much held dofs give.
+    pub(super) compliances: Vec<Compliance>,
 }
 
 /// Places everything; all problems are collected.
@@ -92,6 +96,7 @@ pub(super) fn place(spec: &ModelSpec, registry: &Registry, problems: &mut Vec<Pr
         geometry,
         elements: Vec::new(),
         sets: BTreeMap::new(),
+        compliances: Vec::new(),
         problems,
     };
     placer.members("beams", &spec.beams, "beam");
@@ -102,8 +107,9 @@ pub(super) fn place(spec: &ModelSpec, registry: &Registry, problems: &mut Vec<Pr
     placer.others();
     placer.groups();
     placer.overrides();
-    let (geometry, elements, sets) = (placer.geometry, placer.elements, placer.sets);
-    Placed { geometry, parameters, elements, sets }
+    placer.supports();
+    let Placer { geometry, elements, sets, compliances, .. } = placer;
+    Placed { geometry, parameters, elements, sets, compliances }
 }
 
 /// A number as people write it: `-7850`, `0.05`, and powers of ten only where they are shorter.
@@ -122,6 +128,7 @@ struct Placer<'a> {
     geometry: Geometry,
     elements: Vec<PlacedElement>,
     sets: BTreeMap<String, Vec<usize>>,
+    compliances: Vec<Compliance>,
     problems: &'a mut Vec<Problem>,
 }
 

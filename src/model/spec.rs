@@ -334,7 +334,7 @@ pub struct RigidLinkSpec {
 }
 
 /// Dofs held at zero.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SupportSpec {
     /// The node.
@@ -346,6 +346,10 @@ pub struct SupportSpec {
     /// The dofs held; all when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fixed: Option<Vec<DofName>>,
+    /// How much it gives, in each direction that it or another support holds: `{uz: 1e-8 m/N, ry: 2e-7 rad/(N m)}`; rigid when
+    /// absent. With `fixed: []` an entry holds nothing itself and says how much others give.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub compliance: Named<Scalar>,
 }
 
 /// Σ factor · dof = 0; the first term's dof is eliminated.

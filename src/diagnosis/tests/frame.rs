@@ -165,3 +165,27 @@ fn a_stiff_spring_that_gives_is_found() {
     assert_eq!(first.id, "stiffness-change@bearing");
     assert!(((1.0 + first.estimate.unwrap()) / 2e-3 - 1.0).abs() < 0.2, "{:?}", first.estimate);
 }
+
+/// A pier of a beam that goes on over it, with the bearing on the pier beside the axis of the beam: what gives is the support, not an end.
+#[test]
+fn a_pier_that_gives_is_found() {
+    let bridge = |mesh: &str, pier: &str| {
+        let text = shaft(mesh).replace("  b5: [1.25, 0, 0]\n", "  b5: [1.25, 0, 0]\n  p: [0.52, 0, -0.03]\n");
+        let text = text.replace("beams:\n", "rigid_links:\n  bearing: {master: b2, slaves: [p]}\nbeams:\n");
+        let text = text.replace("  loose: {nodes: [b4], fixed: [uz]}\n", "  loose: {nodes: [b5], fixed: [uz]}\n");
+        model(&format!("{text}{pier}"))
+    };
+    let base = bridge("4", "  pier: {node: p, fixed: [uz]}\n");
+    let truth = bridge("6", "springs:\n  pier: {node: p, k: {uz: 2e6 N/m}}\n");
+    for seed in 1..=3 {
+        let mut sensors = crate::update::node_sensors(&base);
+        sensors.retain(|s| ["b1.uz", "b2.uz", "b3.uz", "b4.uz"].contains(&s.name.as_str()));
+        let options = TwinOptions { shape_noise: 0.02, ..noise(5, seed) };
+        let test = twin_modes(&truth, &[205e9], &sensors, &options, "twin of a story").unwrap();
+        let d = told(&base, &test);
+        let first = &d.hypotheses[0];
+        assert_eq!((d.verdict, first.id.as_str()), (Verdict::MissingEffect, "root-flexibility@p.uz"), "{seed}");
+        let [lower, upper] = first.interval.unwrap();
+        assert!((0.4e-6..0.6e-6).contains(&first.estimate.unwrap()), "{seed}: {lower} {upper}");
+    }
+}

@@ -3,6 +3,7 @@
 use super::{Joint, Part, PartKind, Structure};
 use crate::effect::location::{BENDING, Location, LocationKind};
 use crate::element::Dof;
+use crate::model::ParametricModel;
 
 impl Structure<'_> {
     /// Nodes with a property, symmetric partners together before each alone; `dof` is the direction that must move.
@@ -40,6 +41,48 @@ impl Structure<'_> {
     /// Whole members of beams with a property.
     pub(in crate::effect) fn members(&self, accept: impl Fn(&Part) -> bool) -> Vec<Location> {
         self.places(|p| p.is_member && accept(p))
+    }
+
+    /// Held dofs of nodes where a member goes on, or several members meet, direction by direction, symmetric partners together
+    /// before each alone.
+    pub(in crate::effect) fn shared_supports(&self) -> Vec<Location> {
+        let (model, spec) = (self.model, self.model.spec());
+        let holds = |node: &String, dof: Dof| {
+            spec.supports.values().any(|s| {
+                s.node.iter().chain(s.nodes.iter().flatten()).any(|n| n == node)
+                    && s.fixed.as_ref().is_none_or(|all| all.iter().any(|d| Dof::from(*d) == dof))
+            })
+        };
+        let is_linked = |node: &String| {
+            let by_link = spec.rigid_links.values().any(|l| l.master == *node || l.slaves.contains(node));
+            by_link || spec.constraints.values().any(|c| c.terms.iter().any(|t| t.node == *node))
+        };
+        let on = |n: usize| model.elements().iter().enumerate().filter(move |(_, e)| e.nodes.contains(&n));
+        // Whether what is there would resist the motion that the support prevents.
+        let resists = |n: usize, dof: Dof| {
+            on(n).any(|(i, e)| {
+                let Ok(matrices) = model.element_matrices(i, &self.theta) else { return false };
+                let k = e.nodes.iter().position(|node| *node == n).unwrap_or_default();
+                let along = |i: usize| e.axes[i][dof.axis()].powi(2) * matrices.stiffness.get(6 * k + i, 6 * k + i);
+                let turning =
+                    |i: usize| e.axes[i][dof.axis()].powi(2) * matrices.stiffness.get(6 * k + 3 + i, 6 * k + 3 + i);
+                (0..3).any(|i| (if dof.is_rotation() { turning(i) } else { along(i) }) > 0.0)
+            })
+        };
+        let mut all = Vec::new();
+        for dof in Dof::ALL {
+            let is_free = (0..model.dof_map().n_nodes()).any(|n| self.node_moves(n, dof));
+            let accept = |n: usize| {
+                let name = &model.geometry().names[n];
+                let several = on(n).filter(|(e, _)| self.deforms(*e)).count() > 1;
+                let stands = holds(name, dof) && !self.node_moves(n, dof);
+                stands && (is_linked(name) || several && resists(n, dof))
+            };
+            if is_free && self.generalised_stiffness(dof) > 0.0 {
+                all.extend(self.nodes(accept).into_iter().map(|at| at.along(dof.name())));
+            }
+        }
+        all
     }
 
     /// Ends with a joint of a kind, direction by direction, symmetric partners together before each alone.

@@ -1,0 +1,301 @@
+//! Supports that give: dofs held by springs of a compliance, condensed.
+
+use super::assembly::Connection;
+use super::constraint::{Combination, Elimination};
+use super::dependence::element_matrices;
+use super::place::PlacedElement;
+use super::value::Value;
+use super::{ElementMatrices, ModelError};
+use crate::element::Dof;
+use crate::linalg::{DMatrix, DVector, SymMatrix};
+
+/// A held dof and how much it gives.
+#[derive(Debug, Clone)]
+pub(super) struct Compliance {
+    /// 6 node + dof.
+    pub(super) dof: usize,
+    /// m/N or rad/(N m).
+    pub(super) value: Value,
+}
+
+/// What the compliances of supports add to the matrices of the rigid supports.
+///
+/// The held dofs s stand on springs of compliance C, and follow the others statically:
+///
+/// ```text
+/// u_s = t q,    t = -(I + C K_ss)⁻¹ C K_sq
+/// ΔK = K_qs t,    ΔM = M_qs t + tᵀ M_sq + tᵀ M_ss t,    and ΔC as ΔM
+/// ```
+///
+/// C = 0 adds nothing. The inertia of s is in M but not in t: exact in statics, and an error of the order of ω² M_ss/K_ss.
+#[derive(Debug, Clone)]
+pub(super) struct ElasticSupports {
+    compliances: Vec<Value>,
+    /// Elements that s moves, with their motion u_e = B_s s, (6 nodes) x (n_s), in their axes.
+    elements: Vec<(usize, DMatrix<f64>)>,
+    /// Per dof of every node, its part of s.
+    nodes: Vec<Combination>,
+    /// The rows that those elements touch, with the unit matrix.
+    connection: Connection,
+    /// Indices in θ.
+    parameters: Vec<usize>,
+}
+
+impl ElasticSupports {
+    /// None where no support gives.
+    ///
+    /// * `released` - the constraints with dof 6 `n_nodes` + i for the held dof of the i-th compliance
+    pub(super) fn new(
+        compliances: Vec<Compliance>,
+        released: &Elimination,
+        n_nodes: usize,
+        elements: &[PlacedElement],
+        connections: &[Connection],
+    ) -> Option<Self> {
+        let (n_s, first) = (compliances.len(), 6 * n_nodes);
+        let of_springs = |dof: usize| -> Combination {
+            released.express(dof).into_iter().filter(|t| t.0 >= first).map(|(d, f)| (d - first, f)).collect()
+        };
+        let nodes: Vec<Combination> = (0..first).map(of_springs).collect();
+        let motion = |e: &PlacedElement| {
+            let mut b = DMatrix::zeros(6 * e.nodes.len(), n_s);
+            for (k, &node) in e.nodes.iter().enumerate() {
+                for i in 0..6 {
+                    for global in 0..3 {
+                        for &(s, factor) in &nodes[6 * node + global + 3 * (i / 3)] {
+                            b[(6 * k + i, s)] += e.axes[i % 3][global] * factor;
+                        }
+                    }
+                }
+            }
+            b
+        };
+        let moved: Vec<(usize, DMatrix<f64>)> = elements
+            .iter()
+            .enumerate()
+            .filter(|(_, e)| e.nodes.iter().any(|n| (6 * n..6 * n + 6).any(|dof| !nodes[dof].is_empty())))
+            .map(|(i, e)| (i, motion(e)))
+            .collect();
+        if moved.is_empty() {
+            return None;
+        }
+        let mut rows: Vec<usize> = moved.iter().flat_map(|(e, _)| connections[*e].rows.iter().copied()).collect();
+        rows.sort_unstable();
+        rows.dedup();
+        let compliances: Vec<Value> = compliances.into_iter().map(|c| c.value).collect();
+        let of_elements = moved.iter().flat_map(|(e, _)| elements[*e].expressions());
+        let mut parameters: Vec<usize> = compliances.iter().chain(of_elements).flat_map(Value::parameters).collect();
+        parameters.sort_unstable();
+        parameters.dedup();
+        let b = DMatrix::identity(rows.len(), rows.len());
+        Some(Self { compliances, elements: moved, nodes, connection: Connection { rows, b }, parameters })
+    }
+
+    /// How their matrices lie in the rows.
+    pub(super) fn connection(&self) -> &Connection {
+        &self.connection
+    }
+
+    /// Whether anything of it depends on parameter `j`.
+    pub(super) fn depends_on(&self, j: usize) -> bool {
+        self.parameters.contains(&j)
+    }
+
+    /// ΔK, ΔM and ΔC on the rows of [`Self::connection`].
+    pub(super) fn matrices(
+        &self,
+        elements: &[PlacedElement],
+        connections: &[Connection],
+        theta: &[f64],
+    ) -> Result<ElementMatrices, ModelError> {
+        let [k, m, c] = self.blocks(elements, connections, theta)?;
+        let t = self.followers(&k, theta);
+        let condensed = |block: &Block| {
+            let coupled = block.between.transpose() * &t;
+            symmetric_part(&(&coupled + coupled.transpose() + t.transpose() * &block.own * &t))
+        };
+        Ok(ElementMatrices {
+            stiffness: symmetric_part(&(k.between.transpose() * &t)),
+            mass: condensed(&m),
+            weighed_mass: None,
+            damping: condensed(&c),
+        })
+    }
+
+    /// ∂/∂θ_j of [`Self::matrices`], by those of the elements and of the compliances:
+    ///
+    /// ```text
+    /// t' = -(I + C K_ss)⁻¹ (C' (K_sq + K_ss t) + C (K_sq' + K_ss' t))
+    /// ```
+    ///
+    /// * `step` - for the differences of the elements' matrices
+    pub(super) fn slopes(
+        &self,
+        elements: &[PlacedElement],
+        connections: &[Connection],
+        theta: &[f64],
+        j: usize,
+        step: f64,
+    ) -> Result<ElementMatrices, ModelError> {
+        let at = |s: f64| {
+            let mut theta = theta.to_vec();
+            theta[j] += s * step;
+            theta
+        };
+        let now = self.blocks(elements, connections, theta)?;
+        let moved = if self.elements.iter().any(|(e, _)| elements[*e].depends_on(j)) {
+            let (above, below) =
+                (self.blocks(elements, connections, &at(1.0)), self.blocks(elements, connections, &at(-1.0)));
+            // At the edge of an element's domain the difference is one-sided.
+            match (above, below) {
+                (Ok(a), Ok(b)) => Block::slopes(a, b, 2.0 * step),
+                (Ok(a), Err(_)) => Block::slopes(a, now.clone(), step),
+                (Err(_), Ok(b)) => Block::slopes(now.clone(), b, step),
+                (Err(e), Err(_)) => return Err(e),
+            }
+        } else {
+            now.clone().map(|b| Block { own: 0.0 * b.own, between: 0.0 * b.between })
+        };
+        let (k, k_slope) = (&now[0], &moved[0]);
+        let (above, below) = (self.compliances_at(&at(1.0)), self.compliances_at(&at(-1.0)));
+        let c_slope = (above - below) / (2.0 * step);
+        let t = self.followers(k, theta);
+        let c = self.compliances_at(theta);
+        let by_compliance = c_slope * (&k.between + &k.own * &t);
+        let by_stiffness = &c * (&k_slope.between + &k_slope.own * &t);
+        let t_slope = solve(&c, k, &-(by_compliance + by_stiffness));
+        let condensed = |block: &Block, slope: &Block| {
+            let coupled = slope.between.transpose() * &t + block.between.transpose() * &t_slope;
+            let own = t.transpose() * &block.own * &t_slope;
+            let squared = &own + own.transpose() + t.transpose() * &slope.own * &t;
+            symmetric_part(&(&coupled + coupled.transpose() + squared))
+        };
+        Ok(ElementMatrices {
+            stiffness: symmetric_part(&(k_slope.between.transpose() * &t + k.between.transpose() * &t_slope)),
+            mass: condensed(&now[1], &moved[1]),
+            weighed_mass: None,
+            damping: condensed(&now[2], &moved[2]),
+        })
+    }
+
+    /// What the giving supports add to the motion of a node: (row, factor) of each of its dofs; `None` where they do not
+    /// move it.
+    pub(super) fn node_motion(
+        &self,
+        node: usize,
+        elements: &[PlacedElement],
+        connections: &[Connection],
+        theta: &[f64],
+    ) -> Result<Option<[Combination; 6]>, ModelError> {
+        let own = &self.nodes[6 * node..6 * node + 6];
+        if own.iter().all(Vec::is_empty) {
+            return Ok(None);
+        }
+        let [k, ..] = self.blocks(elements, connections, theta)?;
+        let t = self.followers(&k, theta);
+        Ok(Some(Dof::ALL.map(|dof| self.on_rows(&t, own[dof as usize].iter().copied()))))
+    }
+
+    /// The motion of an element with the giving supports, u_e = B q\[rows\], in its axes; `None` where they do not move it.
+    pub(super) fn element_motion(
+        &self,
+        element: usize,
+        elements: &[PlacedElement],
+        connections: &[Connection],
+        theta: &[f64],
+    ) -> Result<Option<Connection>, ModelError> {
+        let Some((_, b_s)) = self.elements.iter().find(|(e, _)| *e == element) else { return Ok(None) };
+        let [k, ..] = self.blocks(elements, connections, theta)?;
+        let mut b = b_s * self.followers(&k, theta);
+        let held = &connections[element];
+        for (row, own) in held.rows.iter().zip(held.b.column_iter()) {
+            let mut column = b.column_mut(self.place(*row));
+            column += own;
+        }
+        Ok(Some(Connection { rows: self.connection.rows.clone(), b }))
+    }
+
+    /// Where a row stands among those of [`Self::connection`].
+    fn place(&self, row: usize) -> usize {
+        self.connection.rows.partition_point(|r| *r < row)
+    }
+
+    /// Whether the giving supports move an element.
+    pub(super) fn moves(&self, element: usize) -> bool {
+        self.elements.iter().any(|(e, _)| *e == element)
+    }
+
+    fn on_rows(&self, t: &DMatrix<f64>, of: impl Iterator<Item = (usize, f64)>) -> Combination {
+        let mut sum = DVector::zeros(t.ncols());
+        of.for_each(|(s, factor)| sum += factor * t.row(s).transpose());
+        self.connection.rows.iter().copied().zip(sum.iter().copied()).filter(|(_, f)| *f != 0.0).collect()
+    }
+
+    /// t = -(I + C K_ss)⁻¹ C K_sq.
+    fn followers(&self, k: &Block, theta: &[f64]) -> DMatrix<f64> {
+        let c = self.compliances_at(theta);
+        let forced = -&c * &k.between;
+        solve(&c, k, &forced)
+    }
+
+    fn compliances_at(&self, theta: &[f64]) -> DMatrix<f64> {
+        let c = self.compliances.iter().map(|c| c.at(theta));
+        DMatrix::from_diagonal(&DVector::from_iterator(self.compliances.len(), c))
+    }
+
+    /// K, M and C between the held dofs, and between them and the rows.
+    fn blocks(
+        &self,
+        elements: &[PlacedElement],
+        connections: &[Connection],
+        theta: &[f64],
+    ) -> Result<[Block; 3], ModelError> {
+        let (n_s, n_q) = (self.compliances.len(), self.connection.rows.len());
+        let mut blocks = [(); 3].map(|()| Block { own: DMatrix::zeros(n_s, n_s), between: DMatrix::zeros(n_s, n_q) });
+        for (e, b_s) in &self.elements {
+            let matrices = element_matrices(&elements[*e], theta)?;
+            let Connection { rows, b } = &connections[*e];
+            for (block, matrix) in blocks.iter_mut().zip([&matrices.stiffness, &matrices.mass, &matrices.damping]) {
+                if matrix.is_zero() {
+                    continue;
+                }
+                let force = b_s.transpose() * matrix.to_dense();
+                block.own += &force * b_s;
+                let between = force * b;
+                for (j, row) in rows.iter().enumerate() {
+                    let mut column = block.between.column_mut(self.place(*row));
+                    column += between.column(j);
+                }
+            }
+        }
+        Ok(blocks)
+    }
+}
+
+/// (I + C K_ss)⁻¹ a. K_ss is positive semidefinite and C not negative, so that it is regular.
+fn solve(c: &DMatrix<f64>, k: &Block, a: &DMatrix<f64>) -> DMatrix<f64> {
+    let held = DMatrix::identity(c.nrows(), c.nrows()) + c * &k.own;
+    held.lu().solve(a).unwrap_or_else(|| DMatrix::zeros(a.nrows(), a.ncols()))
+}
+
+fn symmetric_part(a: &DMatrix<f64>) -> SymMatrix {
+    let lower: Vec<f64> = (0..a.nrows()).flat_map(|i| (0..=i).map(move |j| 0.5 * (a[(i, j)] + a[(j, i)]))).collect();
+    SymMatrix::from_lower(a.nrows(), &lower)
+}
+
+/// A matrix between the held dofs (n_s x n_s), and between them and the rows (n_s x n_q).
+#[derive(Debug, Clone)]
+struct Block {
+    own: DMatrix<f64>,
+    between: DMatrix<f64>,
+}
+
+impl Block {
+    fn slopes(above: [Self; 3], below: [Self; 3], width: f64) -> [Self; 3] {
+        let mut below = below.into_iter();
+        above.map(|a| match below.next() {
+            Some(b) => Self { own: (a.own - b.own) / width, between: (a.between - b.between) / width },
+            None => a,
+        })
+    }
+}
