@@ -79,7 +79,9 @@ pub(super) fn when_corrected(scene: &Scene, base: &Fit, weight: f64, faults: &[F
     faults
         .par_iter()
         .enumerate()
-        .filter(|(_, fault)| !fault.is_gain() && !matches!(fault.change, Change::Dead | Change::Noisy))
+        .filter(|(_, fault)| {
+            !fault.is_gain() && !matches!(fault.change, Change::Dead | Change::Noisy | Change::Turned(_))
+        })
         .filter_map(|(index, fault)| {
             let corrected = scene.corrected(fault, 1.0);
             let comparisons = corrected.comparisons().ok()?;

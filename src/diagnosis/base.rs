@@ -175,7 +175,12 @@ pub(super) fn stage(
         .collect();
     let mut fault_scores: Vec<FaultScore> = seen
         .iter()
-        .map(|(index, t)| FaultScore { index: *index, t: t.score(&residual), number: t.number(&residual), aside: None })
+        .map(|(index, t)| FaultScore {
+            index: *index,
+            t: t.score(&residual),
+            number: t.number(&residual, list[*index].neutral()),
+            aside: None,
+        })
         .collect();
     // A gross fault has pulled the fit aside; at a fit that it could not pull, its trace is whole.
     let others = if !list.is_empty() && goodness_of_fit(&base, &q) < REMAINDER {
@@ -193,7 +198,7 @@ pub(super) fn stage(
         for (index, trace) in traces(&scene, other, weight, &list).into_iter().enumerate() {
             let Some(trace) = trace else { continue };
             let t = (trace.score(&other.r) - excess).max(0.0);
-            take(FaultScore { index, t, number: trace.number(&other.r), aside: Some(k) });
+            take(FaultScore { index, t, number: trace.number(&other.r, list[index].neutral()), aside: Some(k) });
         }
     }
     if !others.is_empty() {

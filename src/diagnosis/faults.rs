@@ -8,6 +8,7 @@
 //! sensor-dead       reads noise only: its cost is ½ Σ (t/σ)²           no free number
 //! sensor-noisy      σ -> κ σ, with m ln κ for its m entries            ln κ > 0, half-normal of sd 1
 //! sensor-axis       reads another global axis at its place             no free number
+//! sensor-turned     two perpendicular ones at one place, turned by α    α ~ N(0, (0.3 rad)²)
 //! sensor-position   sits at a neighbour's place, at the nearest node, or on the other side of its own    no free number
 //! mode-order        frequencies of two neighbouring modes exchanged    no free number
 //! driving-point     the force of the responses acts at another sensor  no free number
@@ -70,6 +71,11 @@ pub const FAULTS: &[FaultKind] = &[
         signature: "It reads what the model has at its place along that axis.",
     },
     FaultKind {
+        name: "sensor-turned",
+        summary: "Two perpendicular sensors at one place are turned in their plane, as a triaxial accelerometer that was put on askew.",
+        signature: "Each reads a part of what the other should; the angle is estimated, N(0, (0.3 rad)²).",
+    },
+    FaultKind {
         name: "sensor-position",
         summary: "A sensor sits at another place than the test says: where one of its neighbours sits, on the nearest node, or on the other side of its own.",
         signature: "It reads what the model has there.",
@@ -93,6 +99,8 @@ pub const FAULTS: &[FaultKind] = &[
 
 /// Standard deviation of ln gain.
 pub(super) const GAIN_SD: f64 = 0.3;
+/// Standard deviation of the angle by which sensors are turned, rad.
+pub(super) const TURN_SD: f64 = 0.3;
 /// Standard deviation of ln of the factor on a frequency.
 pub(super) const FREQUENCY_SD: f64 = 0.2;
 /// ln of the odds of a frequency that is wrong, against those of a kind: one number can be off in every test, and most that is missing shows
@@ -116,6 +124,8 @@ pub(super) enum Change {
     Dead,
     Noisy,
     Axis(usize),
+    /// With the sensor that is perpendicular to it.
+    Turned(usize),
     Position {
         place: Place,
         offset: Option<[f64; 3]>,
@@ -172,6 +182,7 @@ impl Fault {
             Change::Dead => "sensor-dead",
             Change::Noisy => "sensor-noisy",
             Change::Axis(_) => "sensor-axis",
+            Change::Turned(_) => "sensor-turned",
             Change::Position { .. } => "sensor-position",
             Change::Order(..) => "mode-order",
             Change::Frequency(_) => "mode-frequency",
@@ -183,7 +194,7 @@ impl Fault {
     pub(super) fn location(&self, scene: &Scene) -> String {
         let name = |i: usize| scene.test.sensors[i].name.clone();
         let place = match &self.change {
-            Change::Swap(other) => format!("{}+{}", name(self.sensor), name(*other)),
+            Change::Swap(other) | Change::Turned(other) => format!("{}+{}", name(self.sensor), name(*other)),
             Change::Axis(axis) => format!("{}.{}", name(self.sensor), ["x", "y", "z"][*axis]),
             Change::Position { name: place, .. } => format!("{}:{place}", name(self.sensor)),
             Change::Order(a, b) => format!("{}+{}", scene.mode_name(*a), scene.mode_name(*b)),
@@ -211,6 +222,9 @@ impl Fault {
         let what = match &self.change {
             Change::Sign => format!("turn the sign of sensor {} (it is upside down)", name(s)),
             Change::Swap(other) => format!("exchange the channels of sensors {} and {}", name(s), name(*other)),
+            Change::Turned(other) => {
+                format!("sensors {} and {} are turned in their plane: correct their directions", name(s), name(*other))
+            }
             Change::Gain => format!("correct the sensitivity of sensor {}", name(s)),
             Change::FunctionGain => format!("correct the calibration of the functions of sensor {}", name(s)),
             Change::Dead => format!("leave out sensor {}: it reads noise only", name(s)),
@@ -235,7 +249,7 @@ impl Fault {
         }
     }
 
-    /// The test as it would be without the fault. `number` is the gain, κ, or the factor on a frequency, which then counts no more.
+    /// The test as it would be without the fault. `number` is the gain, κ, an angle, or the factor on a frequency, which then counts no more.
     pub(super) fn apply(&self, test: &TestData, number: f64) -> TestData {
         let mut out = test.clone();
         let s = self.sensor;
@@ -254,6 +268,13 @@ impl Fault {
             }
             Change::Axis(_) | Change::Position { .. } => {
                 out.sensors[s] = self.sensor(&test.sensors);
+                return out;
+            }
+            Change::Turned(other) => {
+                let (sin, cos) = number.sin_cos();
+                let [d, e] = [s, *other].map(|k| test.sensors[k].direction);
+                out.sensors[s].direction = [0, 1, 2].map(|k| cos * d[k] + sin * e[k]);
+                out.sensors[*other].direction = [0, 1, 2].map(|k| cos * e[k] - sin * d[k]);
                 return out;
             }
             Change::DrivingPoint { reference, .. } => {
@@ -318,9 +339,14 @@ impl Fault {
     pub(super) fn is_of_sensor(&self, sensor: usize) -> bool {
         match self.change {
             Change::Order(..) | Change::Frequency(_) | Change::DrivingPoint { .. } => false,
-            Change::Swap(other) => self.sensor == sensor || other == sensor,
+            Change::Swap(other) | Change::Turned(other) => self.sensor == sensor || other == sensor,
             _ => self.sensor == sensor,
         }
+    }
+
+    /// Its number where there is no fault.
+    pub(super) fn neutral(&self) -> f64 {
+        if let Change::Turned(_) = self.change { 0.0 } else { 1.0 }
     }
 
     /// Whether a number scales its readings.
@@ -388,6 +414,7 @@ pub(super) fn faults(scene: &Scene) -> Vec<Fault> {
                 }
             }
         }
+        turned(scene, &mut out);
         positions(scene, &mut out);
         out.extend(in_one_test(scene, &out));
     }
@@ -422,12 +449,29 @@ pub(super) fn faults(scene: &Scene) -> Vec<Fault> {
 fn in_one_test(scene: &Scene, faults: &[Fault]) -> Vec<Fault> {
     let has = |case: usize, s: usize| scene.cases[case].sensors.contains(&s);
     let of = |fault: &Fault| -> Vec<Fault> {
-        let other = if let Change::Swap(other) = fault.change { other } else { fault.sensor };
+        let other = if let Change::Swap(o) | Change::Turned(o) = fault.change { o } else { fault.sensor };
         let cases: Vec<usize> = (0..scene.cases.len()).filter(|&c| has(c, fault.sensor) && has(c, other)).collect();
         let alone = |&case: &usize| Fault { only: Some(case), ..fault.clone() };
         if cases.len() > 1 { cases.iter().map(alone).collect() } else { Vec::new() }
     };
     faults.iter().flat_map(of).collect()
+}
+
+/// Pairs of perpendicular sensors at one place.
+fn turned(scene: &Scene, out: &mut Vec<Fault>) {
+    const CLOSE: f64 = 1e-9;
+    let sensors = &scene.test.sensors;
+    let Ok(at) = scene.sensor_positions() else { return };
+    for s in 0..sensors.len() {
+        for other in (s + 1..sensors.len()).filter(|&o| scene.are_together(s, o)) {
+            let (a, b) = (&sensors[s], &sensors[other]);
+            let along: f64 = (0..3).map(|k| a.direction[k] * b.direction[k]).sum();
+            let apart: f64 = (0..3).map(|k| (at[s][k] - at[other][k]).abs()).sum();
+            if a.is_rotation == b.is_rotation && along.abs() < CLOSE && apart < CLOSE {
+                out.push(Fault::of(s, Change::Turned(other)));
+            }
+        }
+    }
 }
 
 /// The places of the nearest other sensors and of the nearest node of the file, and the other sides of its own node.

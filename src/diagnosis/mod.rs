@@ -28,6 +28,7 @@ mod overlooked;
 mod pairs;
 mod posed;
 mod refit;
+mod refit_fault;
 mod scene;
 mod screen;
 mod short_fit;

@@ -110,6 +110,7 @@ impl Case {
             Change::Order(a, b) => (mode(a)?, Change::Order(mode(a)?, mode(b)?)),
             Change::Frequency(m) => (mode(m)?, Change::Frequency(mode(m)?)),
             Change::Swap(other) => (sensor(fault.sensor)?, Change::Swap(sensor(other)?)),
+            Change::Turned(other) => (sensor(fault.sensor)?, Change::Turned(sensor(other)?)),
             Change::DrivingPoint { case, .. } if case != number => return None,
             ref change => (sensor(fault.sensor)?, change.clone()),
         };

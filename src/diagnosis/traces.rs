@@ -23,6 +23,9 @@ pub(super) enum Trace {
     Replaced(Vec<usize>, Vec<f64>),
 }
 
+/// Step of differences: rows are nearly linear in ln g and in angles; those of functions are, those of shapes in g.
+const STEP: f64 = 1e-4;
+
 /// The weighted residual of one mode's shape with its free scale, at its measured sensors.
 pub(super) fn shape_rows(phi: &[f64], test: &[f64], inverse_sd: &[f64]) -> Vec<f64> {
     let (mut cross, mut own) = (0.0, 0.0);
@@ -91,8 +94,9 @@ fn trace(scene: &Scene, fit: &Fit, weight: f64, fault: &Fault) -> Option<Trace> 
     if let Change::DrivingPoint { .. } = fault.change {
         return driving_point(scene, fit, weight, fault).ok();
     }
-    if fault.is_gain() && scene.has_functions() {
-        return gain_slope(scene, fit, weight, fault, 1.0).ok().map(Trace::Free);
+    let has_number = fault.is_gain() || matches!(fault.change, Change::Turned(_));
+    if has_number && scene.has_functions() {
+        return number_slope(scene, fit, weight, fault, fault.neutral()).ok().map(Trace::Free);
     }
     let mut delta = DVector::zeros(fit.r.len());
     if let Change::Order(a, b) = fault.change {
@@ -140,6 +144,14 @@ fn trace(scene: &Scene, fit: &Fit, weight: f64, fault: &Fault) -> Option<Trace> 
                 test.swap(s, *other);
                 w.swap(s, *other);
             }
+            Change::Turned(other) => {
+                let before = shape_rows(&phi, &test, &w);
+                (phi[s], phi[*other]) = (phi[s] + STEP * phi[*other], phi[*other] - STEP * phi[s]);
+                for (k, (v, b)) in shape_rows(&phi, &test, &w).into_iter().zip(before).enumerate() {
+                    delta[rows.shape(m, k)] = weight * (v - b) / STEP;
+                }
+                continue;
+            }
             _ => phi[s] = replaced.as_ref()?[m],
         }
         for (k, v) in shape_rows(&phi, &test, &w).into_iter().enumerate() {
@@ -147,7 +159,7 @@ fn trace(scene: &Scene, fit: &Fit, weight: f64, fault: &Fault) -> Option<Trace> 
             delta[row] = weight * v - fit.r[row];
         }
     }
-    if let Change::Gain = fault.change {
+    if let Change::Gain | Change::Turned(_) = fault.change {
         return Some(Trace::Free(delta));
     }
     (delta.norm() > super::screen::VISIBLE).then_some(Trace::Fixed(delta))
@@ -159,17 +171,16 @@ fn driving_point(scene: &Scene, fit: &Fit, weight: f64, fault: &Fault) -> Result
     Ok(Trace::Fixed(of_measured(fit, delta)))
 }
 
-/// ∂r/∂ln g of a gain at a fit whose test it has corrected by `number`.
-pub(super) fn gain_slope(
+/// ∂r/∂ln g of a gain, or ∂r/∂α of an angle, at a fit whose test it has corrected by `number`.
+pub(super) fn number_slope(
     scene: &Scene,
     fit: &Fit,
     weight: f64,
     fault: &Fault,
     number: f64,
 ) -> Result<DVector<f64>, DiagnosisError> {
-    /// Rows are nearly linear in ln g: those of functions are, those of shapes in g.
-    const STEP: f64 = 1e-4;
-    let [above, below] = [STEP, -STEP].map(|h| corrected_rows(scene, fit, weight, fault, number * h.exp()));
+    let moved = |h: f64| if fault.is_gain() { number * h.exp() } else { number + h };
+    let [above, below] = [STEP, -STEP].map(|h| corrected_rows(scene, fit, weight, fault, moved(h)));
     Ok(of_measured(fit, (above? - below?) / (2.0 * STEP)))
 }
 
@@ -225,15 +236,15 @@ impl Trace {
         }
     }
 
-    /// The gain, or κ, that fits best; 1 where there is none.
-    pub(super) fn number(&self, r: &DVector<f64>) -> f64 {
+    /// The gain, κ or angle that fits best; `neutral` where there is none.
+    pub(super) fn number(&self, r: &DVector<f64>, neutral: f64) -> f64 {
         match self {
-            Trace::Free(d) => (1.0 - d.dot(r) / d.norm_squared().max(f64::MIN_POSITIVE)).clamp(-20.0, 20.0),
+            Trace::Free(d) => (neutral - d.dot(r) / d.norm_squared().max(f64::MIN_POSITIVE)).clamp(-20.0, 20.0),
             Trace::Block(rows) => {
                 let mean = rows.iter().map(|&i| r[i] * r[i]).sum::<f64>() / rows.len() as f64;
                 mean.sqrt().max(1.0)
             }
-            _ => 1.0,
+            _ => neutral,
         }
     }
 }

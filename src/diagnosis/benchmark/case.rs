@@ -1,7 +1,7 @@
 //! One twin and the answer it got.
 
 use super::Plan;
-use super::hidden::{OUTSIDE, Truth, rng};
+use super::hidden::{OUTSIDE, TURN, Truth, rng};
 use super::structures::Specimen;
 use crate::data::TestData;
 use crate::diagnosis::evidence::degrees_of_freedom;
@@ -243,6 +243,7 @@ fn corrected(scene: &Scene, fault: &Fault, base: &Fit) -> Result<f64, DiagnosisE
     let whole = Fault { change: Change::Dead, ..fault.clone() };
     let clean = match fault.change {
         Change::Gain | Change::Noisy | Change::Dead => scene.corrected(&whole, 1.0),
+        Change::Turned(_) => scene.corrected(fault, TURN),
         _ => scene.corrected(fault, 1.0),
     };
     Ok(fit(&clean, &[scene.start(), base.x.clone()], 1.0)?.misfit)

@@ -21,6 +21,8 @@ use rand_chacha::ChaCha8Rng;
 const MASS_NOISE: f64 = 0.005;
 /// A noisy sensor has so many times the stated noise; a dead one nothing else.
 const NOISY: f64 = 6.0;
+/// The angle of turned sensors, rad.
+pub(super) const TURN: f64 = 0.35;
 
 /// Changes that no effect of the catalogue makes.
 pub(super) const OUTSIDE: &[&str] =
@@ -69,9 +71,11 @@ impl Specimen {
         let truth = build(spec)?;
         // The sensors stand where the real structure has them, which a fault may keep secret.
         let mut sensors = self.sensors.clone();
-        if let Hidden::Fault(f @ Fault { change: Change::Axis(_) | Change::Position { .. }, .. }) = hidden {
+        if let Hidden::Fault(f @ Fault { change: Change::Axis(_) | Change::Position { .. } | Change::Turned(_), .. }) =
+            hidden
+        {
             let probe = TestData { sensors: sensors.clone(), ..TestData::default() };
-            sensors = f.apply(&probe, 1.0).sensors;
+            sensors = f.apply(&probe, TURN).sensors;
         }
         let options = TwinOptions {
             n_modes: self.n_modes,
@@ -226,7 +230,11 @@ fn spoil(test: &mut TestData, fault: &Fault, plan: &Plan, rng: &mut ChaCha8Rng) 
     let s = fault.sensor;
     match &fault.change {
         // Sensors that measure elsewhere were there when the twin was made; the twins have no functions.
-        Change::Axis(_) | Change::Position { .. } | Change::DrivingPoint { .. } | Change::FunctionGain => {}
+        Change::Axis(_)
+        | Change::Turned(_)
+        | Change::Position { .. }
+        | Change::DrivingPoint { .. }
+        | Change::FunctionGain => {}
         Change::Sign | Change::Swap(_) | Change::Order(..) => *test = fault.apply(test, 1.0),
         Change::Frequency(m) => {
             test.modes[*m].frequency_hz.value *= if rng.unit() < 0.5 { 0.95 } else { 1.05 };
