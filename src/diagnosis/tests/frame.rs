@@ -189,3 +189,21 @@ fn a_pier_that_gives_is_found() {
         assert!((0.4e-6..0.6e-6).contains(&first.estimate.unwrap()), "{seed}: {lower} {upper}");
     }
 }
+
+/// A triaxial accelerometer that was put on askew.
+#[test]
+fn sensors_that_are_turned_in_their_plane_are_found() {
+    for (seed, angle) in [(1, 20.0_f64), (2, -20.0), (3, 35.0)] {
+        let (base, mut test) = measured_frame(&[], &READ, seed);
+        let at = |name: &str| test.sensors.iter().position(|s| s.name == name).unwrap();
+        let (x, y) = (at("c4.ux"), at("c4.uy"));
+        let (sin, cos) = angle.to_radians().sin_cos();
+        for shape in test.modes.iter_mut().filter_map(|m| m.shape.as_mut()) {
+            (shape[x], shape[y]) = (shape[x] * cos + shape[y] * sin, shape[y] * cos - shape[x] * sin);
+        }
+        let d = told(&base, &test);
+        let first = &d.hypotheses[0];
+        assert_eq!((d.verdict, first.id.as_str()), (Verdict::MeasurementFault, "sensor-turned@c4.ux+c4.uy"), "{seed}");
+        assert!((first.estimate.unwrap() - angle).abs() < 4.0, "{seed}: {:?} {:?}", first.estimate, first.interval);
+    }
+}
