@@ -138,6 +138,7 @@ pub(super) fn locate(
     theta: Option<&[f64]>,
 ) -> Result<(PointMotion, Option<[f64; 3]>), CorrelationError> {
     let dofs = model.dof_map();
+    let failed = |e: ModelError| CorrelationError::Model(e.to_string());
     match &sensor.place {
         Place::Node { node, position } => {
             let index = dofs.node(node).ok_or_else(|| CorrelationError::UnknownPlace {
@@ -146,7 +147,6 @@ pub(super) fn locate(
                 name: node.clone(),
                 suggestion: did_you_mean(node, dofs.node_names().iter().map(String::as_str)),
             })?;
-            let failed = |e: ModelError| CorrelationError::Model(e.to_string());
             let varying = theta.map(|t| model.node_at(index, t)).transpose().map_err(failed)?.flatten();
             let fixed = || {
                 let rows = Dof::ALL.map(|d| dofs.express(index, d).to_vec());
@@ -155,7 +155,6 @@ pub(super) fn locate(
             Ok((varying.unwrap_or_else(fixed), *position))
         }
         Place::Element { element, fraction, position } => {
-            let failed = |e: ModelError| CorrelationError::Model(e.to_string());
             let varying = theta.map(|t| model.point_at(element, *fraction, t)).transpose().map_err(failed)?.flatten();
             let point = if varying.is_some() { varying } else { model.point(element, *fraction).map_err(failed)? };
             let point = point.ok_or_else(|| CorrelationError::UnknownPlace {

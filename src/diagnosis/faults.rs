@@ -110,6 +110,10 @@ pub(super) const LN_SLIP: f64 = -3.0;
 pub(super) const LOOSE: f64 = 1e3;
 /// Frequencies of a test from which one may be told wrong.
 const FEWEST_FREQUENCIES: usize = 3;
+/// Places nearer to each other than this are one, m.
+const ONE_PLACE: f64 = 1e-9;
+/// Directions whose cosine is less are perpendicular.
+const PERPENDICULAR: f64 = 1e-9;
 /// Neighbours at whose places a sensor is tried.
 const NEIGHBOURS: usize = 4;
 
@@ -414,8 +418,10 @@ pub(super) fn faults(scene: &Scene) -> Vec<Fault> {
                 }
             }
         }
-        turned(scene, &mut out);
-        positions(scene, &mut out);
+        if let Ok(at) = scene.sensor_positions() {
+            turned(scene, &at, &mut out);
+            positions(scene, &at, &mut out);
+        }
         out.extend(in_one_test(scene, &out));
     }
     for case in &scene.cases {
@@ -458,27 +464,27 @@ fn in_one_test(scene: &Scene, faults: &[Fault]) -> Vec<Fault> {
 }
 
 /// Pairs of perpendicular sensors at one place.
-fn turned(scene: &Scene, out: &mut Vec<Fault>) {
-    const CLOSE: f64 = 1e-9;
+fn turned(scene: &Scene, at: &[[f64; 3]], out: &mut Vec<Fault>) {
     let sensors = &scene.test.sensors;
-    let Ok(at) = scene.sensor_positions() else { return };
     for s in 0..sensors.len() {
         for other in (s + 1..sensors.len()).filter(|&o| scene.are_together(s, o)) {
             let (a, b) = (&sensors[s], &sensors[other]);
             let along: f64 = (0..3).map(|k| a.direction[k] * b.direction[k]).sum();
-            let apart: f64 = (0..3).map(|k| (at[s][k] - at[other][k]).abs()).sum();
-            if a.is_rotation == b.is_rotation && along.abs() < CLOSE && apart < CLOSE {
+            let is_one_place = distance(at[s], at[other]) < ONE_PLACE;
+            if a.is_rotation == b.is_rotation && along.abs() < PERPENDICULAR && is_one_place {
                 out.push(Fault::of(s, Change::Turned(other)));
             }
         }
     }
 }
 
+fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
+    (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt()
+}
+
 /// The places of the nearest other sensors and of the nearest node of the file, and the other sides of its own node.
-fn positions(scene: &Scene, out: &mut Vec<Fault>) {
+fn positions(scene: &Scene, at: &[[f64; 3]], out: &mut Vec<Fault>) {
     let sensors = &scene.test.sensors;
-    let Ok(at) = scene.sensor_positions() else { return };
-    let distance = |a: [f64; 3], b: [f64; 3]| (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt();
     // Nodes stand at the same places in every configuration.
     let nodes: Vec<(String, [f64; 3])> = {
         let g = scene.model().geometry();
@@ -493,7 +499,7 @@ fn positions(scene: &Scene, out: &mut Vec<Fault>) {
             .collect();
         near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         // Several sensors at one place are one place.
-        near.dedup_by(|a, b| distance(at[a.1], at[b.1]) < 1e-9);
+        near.dedup_by(|a, b| distance(at[a.1], at[b.1]) < ONE_PLACE);
         for &(_, o) in near.iter().take(NEIGHBOURS) {
             let name = sensors[o].name.clone();
             out.push(Fault::of(
@@ -504,9 +510,9 @@ fn positions(scene: &Scene, out: &mut Vec<Fault>) {
         let nearest = nodes
             .iter()
             .map(|(name, p)| (distance(here, *p), name))
-            .filter(|(d, _)| *d > 1e-9)
+            .filter(|(d, _)| *d > ONE_PLACE)
             .min_by(|a, b| a.0.total_cmp(&b.0));
-        let known = |d: f64| near.iter().take(NEIGHBOURS).any(|(other, _)| (other - d).abs() < 1e-9);
+        let known = |d: f64| near.iter().take(NEIGHBOURS).any(|(other, _)| (other - d).abs() < ONE_PLACE);
         if let Some((_, name)) = nearest.filter(|(d, _)| !known(*d)) {
             let place = Place::Node { node: name.clone(), position: None };
             out.push(Fault::of(s, Change::Position { place, offset: None, name: name.clone() }));
@@ -517,7 +523,6 @@ fn positions(scene: &Scene, out: &mut Vec<Fault>) {
 
 /// A sensor on the other side of its node, in each direction in which it stands beside it: the slip of a sign.
 fn mirrored(scene: &Scene, s: usize) -> Vec<Fault> {
-    const BESIDE: f64 = 1e-9;
     let sensor = &scene.test.sensors[s];
     let Place::Node { node, position } = &sensor.place else { return Vec::new() };
     let geometry = scene.model().geometry();
@@ -533,5 +538,5 @@ fn mirrored(scene: &Scene, s: usize) -> Vec<Fault> {
         let place = Place::Node { node: node.clone(), position: None };
         Fault::of(s, Change::Position { place, offset: Some(offset), name })
     };
-    (0..3).filter(|&axis| arm[axis].abs() > BESIDE).map(on_the_other_side).collect()
+    (0..3).filter(|&axis| arm[axis].abs() > ONE_PLACE).map(on_the_other_side).collect()
 }

@@ -60,13 +60,12 @@ pub(super) fn refit_fault(
             found = fit(&scene, std::slice::from_ref(&found.x), w)?;
         }
         let h = (w * known.value / known.sd).powi(2) + FREQUENCY_SD.powi(-2);
-        extra -= 0.5 * (number.ln() / FREQUENCY_SD).powi(2) + 0.5 * (h * FREQUENCY_SD * FREQUENCY_SD).ln();
+        extra -= cost_of_number(number.ln(), FREQUENCY_SD, h);
         let slope = found.j.row(m).transpose();
         let (_, covariance) = found.hessian()?;
         let sd = slope.dot(&(covariance * &slope)).sqrt() * LOOSE * known.sd / number / w;
         let value = found.frequencies[m];
-        let interval = [value - NINETY * sd, value + NINETY * sd];
-        estimates.push(Estimate { parameter: "frequency".to_string(), value, unit: "Hz".to_string(), interval });
+        estimates.push(estimate("frequency", value, "Hz", sd));
     }
     if let Change::Turned(_) = fault.change {
         for _ in 0..ROUNDS {
@@ -80,10 +79,8 @@ pub(super) fn refit_fault(
             found = fit(&scene, std::slice::from_ref(&found.x), w)?;
         }
         let h = number_slope(&stage.scene, &found, w, fault, number)?.norm_squared() + TURN_SD.powi(-2);
-        extra -= 0.5 * (number / TURN_SD).powi(2) + 0.5 * (h * TURN_SD * TURN_SD).ln();
-        let (value, half) = (number.to_degrees(), NINETY * h.powf(-0.5).to_degrees());
-        let interval = [value - half, value + half];
-        estimates.push(Estimate { parameter: "angle".to_string(), value, unit: "deg".to_string(), interval });
+        extra -= cost_of_number(number, TURN_SD, h);
+        estimates.push(estimate("angle", number.to_degrees(), "deg", h.powf(-0.5).to_degrees()));
     }
     if fault.is_gain() || fault.change == Change::Noisy {
         for _ in 0..ROUNDS {
@@ -118,7 +115,7 @@ pub(super) fn refit_fault(
             let h = own + GAIN_SD.powi(-2);
             let ln_g = number.abs().ln();
             // A negative gain is a sign and a gain: two numbers for one.
-            extra -= 0.5 * (ln_g / GAIN_SD).powi(2) + 0.5 * (h * GAIN_SD * GAIN_SD).ln();
+            extra -= cost_of_number(ln_g, GAIN_SD, h);
             if number < 0.0 {
                 extra -= std::f64::consts::LN_2 + 0.5 * GAIN_SD.powi(-2);
             }
@@ -129,12 +126,7 @@ pub(super) fn refit_fault(
             extra -= m * ln_k + 0.5 * ln_k * ln_k + 0.5 * (2.0 * m + 1.0).ln() - std::f64::consts::LN_2;
             sd = number / (2.0 * m + 1.0).sqrt();
         }
-        estimates.push(Estimate {
-            parameter: parameter.to_string(),
-            value: number,
-            unit: "1".to_string(),
-            interval: [number - NINETY * sd, number + NINETY * sd],
-        });
+        estimates.push(estimate(parameter, number, "1", sd));
     }
     let mut misfit = found.misfit;
     if fault.change == Change::Dead {
@@ -147,6 +139,19 @@ pub(super) fn refit_fault(
     let tried = Tried::Fault(fault.clone());
     let ln_odds = if let Change::Frequency(_) = fault.change { LN_SLIP } else { 0.0 };
     Ok(Refit { tried, scene, fit: found, ln_bayes, estimates, held_out, misfit, overlooked: 0, ln_odds })
+}
+
+/// What a number x ~ N(0, `sd`²) takes from ln evidence, by Laplace's method: ½ (x/sd)² + ½ ln(h sd²).
+///
+/// * `h` - the curvature of the cost in x, the prior in it
+fn cost_of_number(x: f64, sd: f64, h: f64) -> f64 {
+    0.5 * (x / sd).powi(2) + 0.5 * (h * sd * sd).ln()
+}
+
+/// With its 90 % interval.
+fn estimate(parameter: &str, value: f64, unit: &str, sd: f64) -> Estimate {
+    let interval = [value - NINETY * sd, value + NINETY * sd];
+    Estimate { parameter: parameter.to_string(), value, unit: unit.to_string(), interval }
 }
 
 /// What frequency responses of a channel cost that reads noise only, of unknown level, beside those of a model:

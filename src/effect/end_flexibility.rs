@@ -34,9 +34,8 @@ pub(super) fn flexible_end(effect: &str, structure: &Structure<'_>, at: &Locatio
             return Err(unknown());
         }
         let name = if dofs.len() > 1 { format!("compliance_{dof}") } else { "compliance".to_string() };
-        let unit = if dof.is_rotation() { "rad/(N m)" } else { "m/N" };
         let about = format!("compliance of the joint at {} in {} of the member", at.place(), dof);
-        sizes.push((dof, b.parameter(&name, unit, 0.05 * own, [0.0, 50.0 * own], &about)));
+        sizes.push((dof, b.parameter(&name, dof.compliance_unit(), 0.05 * own, [0.0, 50.0 * own], &about)));
     }
     for (i, end) in ends.iter().enumerate() {
         let element = structure.element_of_file(end.element).to_string();

@@ -512,8 +512,14 @@ pub(super) fn round(x: f64) -> f64 {
 
 /// A body on one node, or a copy of it on each of several.
 pub(super) fn body_at(nodes: &[String]) -> MassSpec {
-    match nodes {
-        [node] => MassSpec { node: Some(node.clone()), ..MassSpec::default() },
-        _ => MassSpec { nodes: Some(nodes.to_vec()), ..MassSpec::default() },
+    let (node, nodes) = node_or_nodes(nodes);
+    MassSpec { node, nodes, ..MassSpec::default() }
+}
+
+/// `node` of an entry at one node, else `nodes`.
+pub(super) fn node_or_nodes(names: &[String]) -> (Option<String>, Option<Vec<String>>) {
+    match names {
+        [node] => (Some(node.clone()), None),
+        several => (None, Some(several.to_vec())),
     }
 }

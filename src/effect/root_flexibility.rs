@@ -2,7 +2,7 @@
 
 use super::end_flexibility::flexible_end;
 use super::location::{Location, LocationKind};
-use super::patch::{Builder, Edit, Patch, PatchError, entry};
+use super::patch::{Builder, Edit, Patch, PatchError, entry, node_or_nodes};
 use super::structure::{Joint, Structure};
 use super::{About, Belongs, Effect};
 use crate::element::Dof;
@@ -57,14 +57,10 @@ impl Effect for RootFlexibility {
         let mut b = Builder::new(self.name(), at);
         let dof = Dof::from_name(at.direction());
         let dof = dof.ok_or_else(|| PatchError::unknown_place(self.name(), &at.to_string(), &[]))?;
-        let unit = if dof.is_rotation() { "rad/(N m)" } else { "m/N" };
         let soft = 1.0 / structure.generalised_stiffness(dof);
         let about = format!("compliance of the support at {} in {dof}", at.place());
-        let c = b.parameter("compliance", unit, 0.05 * soft, [0.0, 50.0 * soft], &about);
-        let (node, nodes) = match at.names.as_slice() {
-            [node] => (Some(node.clone()), None),
-            several => (None, Some(several.to_vec())),
-        };
+        let c = b.parameter("compliance", dof.compliance_unit(), 0.05 * soft, [0.0, 50.0 * soft], &about);
+        let (node, nodes) = node_or_nodes(&at.names);
         let name = b.stem().to_string();
         let spring = SupportSpec { node, nodes, fixed: Some(Vec::new()), compliance: entry(at.direction(), &c) };
         b.edit(Edit::AddSupport { name, entry: spring });

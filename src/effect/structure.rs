@@ -301,8 +301,12 @@ impl<'a> Structure<'a> {
 
     /// Whether a support holds a node in a direction in which others move.
     pub fn is_supported(&self, node: usize) -> bool {
-        let moves = |dof: Dof| (0..self.model.dof_map().n_nodes()).any(|n| self.node_moves(n, dof));
-        [Dof::Ux, Dof::Uy, Dof::Uz].into_iter().any(|dof| !self.node_moves(node, dof) && moves(dof))
+        [Dof::Ux, Dof::Uy, Dof::Uz].into_iter().any(|dof| !self.node_moves(node, dof) && self.any_node_moves(dof))
+    }
+
+    /// Whether some node moves in a direction.
+    pub(super) fn any_node_moves(&self, dof: Dof) -> bool {
+        (0..self.model.dof_map().n_nodes()).any(|n| self.node_moves(n, dof))
     }
 
     /// Whether a node stands on springs to ground.

@@ -75,6 +75,11 @@ impl Dof {
         self as usize >= 3
     }
 
+    /// SI unit of a compliance along or about it.
+    pub fn compliance_unit(self) -> &'static str {
+        if self.is_rotation() { "rad/(N m)" } else { "m/N" }
+    }
+
     /// Axis of the displacement or rotation: 0, 1, 2.
     pub fn axis(self) -> usize {
         self as usize % 3

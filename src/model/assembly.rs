@@ -93,7 +93,6 @@ pub(super) struct Connection {
 
 impl Connection {
     pub(super) fn new(element: &PlacedElement, dofs: &DofMap) -> Self {
-        let n = 6 * element.nodes.len();
         let mut rows: Vec<usize> = element
             .nodes
             .iter()
@@ -101,19 +100,7 @@ impl Connection {
             .collect();
         rows.sort_unstable();
         rows.dedup();
-        let mut b = DMatrix::zeros(n, rows.len());
-        for (k, &node) in element.nodes.iter().enumerate() {
-            for i in 0..6 {
-                for global in 0..3 {
-                    let direction = element.axes[i % 3][global];
-                    let dof = Dof::ALL[global + 3 * (i / 3)];
-                    for &(row, factor) in dofs.express(node, dof) {
-                        let column = rows.partition_point(|r| *r < row);
-                        b[(6 * k + i, column)] += direction * factor;
-                    }
-                }
-            }
-        }
+        let b = motion_in_axes(element, rows.len(), |node, dof| dofs.express(node, dof), |row| place(&rows, row));
         Self { rows, b }
     }
 
@@ -121,6 +108,35 @@ impl Connection {
     fn reduce(&self, a: &SymMatrix) -> DMatrix<f64> {
         self.b.transpose() * a.to_dense() * &self.b
     }
+}
+
+/// How the dofs of an element follow from some coordinates, (6 nodes x coordinates), in its axes.
+///
+/// * `terms` - a dof of a node as a sum of coordinates: (coordinate, factor)
+/// * `column` - where a coordinate stands
+pub(super) fn motion_in_axes<'a>(
+    element: &PlacedElement,
+    n_columns: usize,
+    terms: impl Fn(usize, Dof) -> &'a [(usize, f64)],
+    column: impl Fn(usize) -> usize,
+) -> DMatrix<f64> {
+    let mut b = DMatrix::zeros(6 * element.nodes.len(), n_columns);
+    for (k, &node) in element.nodes.iter().enumerate() {
+        for i in 0..6 {
+            for global in 0..3 {
+                let direction = element.axes[i % 3][global];
+                for &(coordinate, factor) in terms(node, Dof::ALL[global + 3 * (i / 3)]) {
+                    b[(6 * k + i, column(coordinate))] += direction * factor;
+                }
+            }
+        }
+    }
+    b
+}
+
+/// Where a row stands among sorted ones.
+pub(super) fn place(rows: &[usize], row: usize) -> usize {
+    rows.partition_point(|r| *r < row)
 }
 
 /// Which dofs of the nodes any element acts on, 6 per node.

@@ -6,7 +6,7 @@ use super::assembly::{
 use super::character::{ModeCharacter, characters, mirror_rows};
 use super::configuration::load_configuration;
 use super::constraint::{Elimination, active, eliminate};
-use super::dependence::{Dependence, dependence, element_matrices, interior_point, weighed_mass};
+use super::dependence::{Dependence, central_difference, dependence, element_matrices, interior_point, weighed_mass};
 use super::dof_map::DofMap;
 use super::elastic_support::ElasticSupports;
 use super::geometry::{Geometry, minus};
@@ -220,13 +220,14 @@ impl Model {
     }
 
     /// The matrices of everything that is no polynomial.
-    fn general_matrices(&self, theta: &[f64]) -> Result<Vec<(&Connection, ElementMatrices)>, ModelError> {
+    fn general_matrices(
+        &self,
+        theta: &[f64],
+    ) -> impl Iterator<Item = Result<(&Connection, ElementMatrices), ModelError>> {
         let of_element = |&e: &usize| Ok((&self.connections[e], element_matrices(&self.elements[e], theta)?));
-        let mut all = self.general.iter().map(of_element).collect::<Result<Vec<_>, ModelError>>()?;
-        if let Some(s) = &self.elastic_supports {
-            all.push((s.connection(), s.matrices(&self.elements, &self.connections, theta)?));
-        }
-        Ok(all)
+        let of_supports = |s: &'_ ElasticSupports| s.matrices(&self.elements, &self.connections, theta);
+        let supports = self.elastic_supports.iter().map(move |s| Ok((s.connection(), of_supports(s)?)));
+        self.general.iter().map(of_element).chain(supports)
     }
 
     /// ∂/∂θ_j of the matrices of everything that is no polynomial and depends on the parameter, by differences.
@@ -243,13 +244,7 @@ impl Model {
                     theta[j] += s * step;
                     element_matrices(element, &theta)
                 };
-                // At the edge of an element's domain the difference is one-sided.
-                let slope = match (at(1.0), at(-1.0)) {
-                    (Ok(a), Ok(b)) => a.combine(&b, |a, b| (a - b) / (2.0 * step)),
-                    (Ok(a), Err(_)) => a.combine(&at(0.0)?, |a, b| (a - b) / step),
-                    (Err(_), Ok(b)) => at(0.0)?.combine(&b, |a, b| (a - b) / step),
-                    (Err(e), Err(_)) => return Err(e),
-                };
+                let slope = central_difference(at, step, |a, b, width| a.combine(&b, |a, b| (a - b) / width))?;
                 slopes.push((&self.connections[e], slope));
             }
         }
@@ -276,8 +271,9 @@ impl Model {
             path: e.path.clone(),
             source,
         })?;
-        let gives = self.elastic_supports.as_ref();
-        let giving = gives.map(|s| s.element_motion(element, &self.elements, &self.connections, theta)).transpose()?;
+        let supports = self.elastic_supports.as_ref();
+        let giving =
+            supports.map(|s| s.element_motion(element, &self.elements, &self.connections, theta)).transpose()?;
         let giving = giving.flatten();
         let c = giving.as_ref().unwrap_or(&self.connections[element]);
         let mut rows: [Vec<(usize, f64)>; 6] = Default::default();
@@ -326,7 +322,8 @@ impl ParametricModel for Model {
         for (basis, factor) in self.affine.at(theta) {
             add_basis(system, basis, factor);
         }
-        for (connection, matrices) in self.general_matrices(theta)? {
+        for part in self.general_matrices(theta) {
+            let (connection, matrices) = part?;
             add_element(system, connection, &matrices);
         }
         symmetrise(system);
@@ -337,7 +334,7 @@ impl ParametricModel for Model {
         if theta.len() != self.parameters.len() {
             return Err(ModelError::WrongLength { expected: self.parameters.len(), given: theta.len() });
         }
-        let general = self.general_matrices(theta)?;
+        let general = self.general_matrices(theta).collect::<Result<Vec<_>, _>>()?;
         Ok(sparse_system(self.dofs.n_dof(), self.damped, &self.affine.at(theta).collect::<Vec<_>>(), &general))
     }
 
@@ -389,12 +386,7 @@ impl ParametricModel for Model {
         let Some(supports) = &self.elastic_supports else { return Ok(None) };
         let giving = supports.node_motion(node, &self.elements, &self.connections, theta)?;
         Ok(giving.map(|giving| {
-            let all = |dof: Dof| {
-                let mut sum: BTreeMap<usize, f64> = BTreeMap::new();
-                let both = self.dofs.express(node, dof).iter().chain(&giving[dof as usize]);
-                both.for_each(|&(row, factor)| *sum.entry(row).or_default() += factor);
-                sum.into_iter().collect()
-            };
+            let all = |dof: Dof| [self.dofs.express(node, dof), &giving[dof as usize]].concat();
             PointMotion { rows: Dof::ALL.map(all), position: self.geometry.positions[node] }
         }))
     }

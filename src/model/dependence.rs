@@ -59,6 +59,23 @@ pub(super) fn weighed_mass(element: &PlacedElement, theta: &[f64]) -> Result<Sym
     Ok(mass)
 }
 
+/// The derivative of something by its values a step above and below; at the edge of an element's domain the difference is one-sided.
+///
+/// * `at` - its value at a multiple of the step
+/// * `divided` - (first - second)/width
+pub(super) fn central_difference<T>(
+    at: impl Fn(f64) -> Result<T, ModelError>,
+    step: f64,
+    divided: impl Fn(T, T, f64) -> T,
+) -> Result<T, ModelError> {
+    match (at(1.0), at(-1.0)) {
+        (Ok(a), Ok(b)) => Ok(divided(a, b, 2.0 * step)),
+        (Ok(a), Err(_)) => Ok(divided(a, at(0.0)?, step)),
+        (Err(_), Ok(b)) => Ok(divided(at(0.0)?, b, step)),
+        (Err(e), Err(_)) => Err(e),
+    }
+}
+
 /// A product of powers of parameters, each from its origin: Π (θ_j - b_j)^p.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Default)]
 pub struct Monomial {

@@ -1,8 +1,8 @@
 //! Supports that give: dofs held by springs of a compliance, condensed.
 
-use super::assembly::Connection;
+use super::assembly::{Connection, motion_in_axes, place};
 use super::constraint::{Combination, Elimination};
-use super::dependence::element_matrices;
+use super::dependence::{central_difference, element_matrices};
 use super::place::PlacedElement;
 use super::value::Value;
 use super::{ElementMatrices, ModelError};
@@ -57,19 +57,7 @@ impl ElasticSupports {
             released.express(dof).into_iter().filter(|t| t.0 >= first).map(|(d, f)| (d - first, f)).collect()
         };
         let nodes: Vec<Combination> = (0..first).map(of_springs).collect();
-        let motion = |e: &PlacedElement| {
-            let mut b = DMatrix::zeros(6 * e.nodes.len(), n_s);
-            for (k, &node) in e.nodes.iter().enumerate() {
-                for i in 0..6 {
-                    for global in 0..3 {
-                        for &(s, factor) in &nodes[6 * node + global + 3 * (i / 3)] {
-                            b[(6 * k + i, s)] += e.axes[i % 3][global] * factor;
-                        }
-                    }
-                }
-            }
-            b
-        };
+        let motion = |e: &PlacedElement| motion_in_axes(e, n_s, |node, dof| &nodes[6 * node + dof as usize], |s| s);
         let moved: Vec<(usize, DMatrix<f64>)> = elements
             .iter()
             .enumerate()
@@ -142,21 +130,19 @@ impl ElasticSupports {
             theta[j] += s * step;
             theta
         };
-        let now = self.blocks(elements, connections, theta)?;
-        let moved = if self.elements.iter().any(|(e, _)| elements[*e].depends_on(j)) {
-            let (above, below) =
-                (self.blocks(elements, connections, &at(1.0)), self.blocks(elements, connections, &at(-1.0)));
-            // At the edge of an element's domain the difference is one-sided.
-            match (above, below) {
-                (Ok(a), Ok(b)) => Block::slopes(a, b, 2.0 * step),
-                (Ok(a), Err(_)) => Block::slopes(a, now.clone(), step),
-                (Err(_), Ok(b)) => Block::slopes(now.clone(), b, step),
-                (Err(e), Err(_)) => return Err(e),
-            }
+        let blocks = |s: f64| self.blocks(elements, connections, &at(s));
+        let now = blocks(0.0)?;
+        let slopes = if self.elements.iter().any(|(e, _)| elements[*e].depends_on(j)) {
+            central_difference(blocks, step, |a, b, width| {
+                std::array::from_fn(|i| Block {
+                    own: (&a[i].own - &b[i].own) / width,
+                    between: (&a[i].between - &b[i].between) / width,
+                })
+            })?
         } else {
-            now.clone().map(|b| Block { own: 0.0 * b.own, between: 0.0 * b.between })
+            [(); 3].map(|()| self.no_block())
         };
-        let (k, k_slope) = (&now[0], &moved[0]);
+        let (k, k_slope) = (&now[0], &slopes[0]);
         let (above, below) = (self.compliances_at(&at(1.0)), self.compliances_at(&at(-1.0)));
         let c_slope = (above - below) / (2.0 * step);
         let t = self.followers(k, theta);
@@ -172,9 +158,9 @@ impl ElasticSupports {
         };
         Ok(ElementMatrices {
             stiffness: symmetric_part(&(k_slope.between.transpose() * &t + k.between.transpose() * &t_slope)),
-            mass: condensed(&now[1], &moved[1]),
+            mass: condensed(&now[1], &slopes[1]),
             weighed_mass: None,
-            damping: condensed(&now[2], &moved[2]),
+            damping: condensed(&now[2], &slopes[2]),
         })
     }
 
@@ -193,7 +179,12 @@ impl ElasticSupports {
         }
         let [k, ..] = self.blocks(elements, connections, theta)?;
         let t = self.followers(&k, theta);
-        Ok(Some(Dof::ALL.map(|dof| self.on_rows(&t, own[dof as usize].iter().copied()))))
+        let on_rows = |combination: &Combination| {
+            let at = |column: usize| combination.iter().map(|&(s, factor)| factor * t[(s, column)]).sum();
+            let all = self.connection.rows.iter().enumerate().map(|(column, &row)| (row, at(column)));
+            all.filter(|(_, factor)| *factor != 0.0).collect()
+        };
+        Ok(Some(Dof::ALL.map(|dof| on_rows(&own[dof as usize]))))
     }
 
     /// The motion of an element with the giving supports, u_e = B q\[rows\], in its axes; `None` where they do not move it.
@@ -209,26 +200,15 @@ impl ElasticSupports {
         let mut b = b_s * self.followers(&k, theta);
         let held = &connections[element];
         for (row, own) in held.rows.iter().zip(held.b.column_iter()) {
-            let mut column = b.column_mut(self.place(*row));
+            let mut column = b.column_mut(place(&self.connection.rows, *row));
             column += own;
         }
         Ok(Some(Connection { rows: self.connection.rows.clone(), b }))
     }
 
-    /// Where a row stands among those of [`Self::connection`].
-    fn place(&self, row: usize) -> usize {
-        self.connection.rows.partition_point(|r| *r < row)
-    }
-
     /// Whether the giving supports move an element.
     pub(super) fn moves(&self, element: usize) -> bool {
         self.elements.iter().any(|(e, _)| *e == element)
-    }
-
-    fn on_rows(&self, t: &DMatrix<f64>, of: impl Iterator<Item = (usize, f64)>) -> Combination {
-        let mut sum = DVector::zeros(t.ncols());
-        of.for_each(|(s, factor)| sum += factor * t.row(s).transpose());
-        self.connection.rows.iter().copied().zip(sum.iter().copied()).filter(|(_, f)| *f != 0.0).collect()
     }
 
     /// t = -(I + C K_ss)⁻¹ C K_sq.
@@ -243,6 +223,11 @@ impl ElasticSupports {
         DMatrix::from_diagonal(&DVector::from_iterator(self.compliances.len(), c))
     }
 
+    fn no_block(&self) -> Block {
+        let (n_s, n_q) = (self.compliances.len(), self.connection.rows.len());
+        Block { own: DMatrix::zeros(n_s, n_s), between: DMatrix::zeros(n_s, n_q) }
+    }
+
     /// K, M and C between the held dofs, and between them and the rows.
     fn blocks(
         &self,
@@ -250,8 +235,7 @@ impl ElasticSupports {
         connections: &[Connection],
         theta: &[f64],
     ) -> Result<[Block; 3], ModelError> {
-        let (n_s, n_q) = (self.compliances.len(), self.connection.rows.len());
-        let mut blocks = [(); 3].map(|()| Block { own: DMatrix::zeros(n_s, n_s), between: DMatrix::zeros(n_s, n_q) });
+        let mut blocks = [(); 3].map(|()| self.no_block());
         for (e, b_s) in &self.elements {
             let matrices = element_matrices(&elements[*e], theta)?;
             let Connection { rows, b } = &connections[*e];
@@ -263,7 +247,7 @@ impl ElasticSupports {
                 block.own += &force * b_s;
                 let between = force * b;
                 for (j, row) in rows.iter().enumerate() {
-                    let mut column = block.between.column_mut(self.place(*row));
+                    let mut column = block.between.column_mut(place(&self.connection.rows, *row));
                     column += between.column(j);
                 }
             }
@@ -284,18 +268,7 @@ fn symmetric_part(a: &DMatrix<f64>) -> SymMatrix {
 }
 
 /// A matrix between the held dofs (n_s x n_s), and between them and the rows (n_s x n_q).
-#[derive(Debug, Clone)]
 struct Block {
     own: DMatrix<f64>,
     between: DMatrix<f64>,
-}
-
-impl Block {
-    fn slopes(above: [Self; 3], below: [Self; 3], width: f64) -> [Self; 3] {
-        let mut below = below.into_iter();
-        above.map(|a| match below.next() {
-            Some(b) => Self { own: (a.own - b.own) / width, between: (a.between - b.between) / width },
-            None => a,
-        })
-    }
 }

@@ -36,8 +36,7 @@ impl Joined {
         let stands =
             |&n: &usize| [Dof::Ux, Dof::Uy, Dof::Uz].into_iter().all(|d| model.dof_map().express(n, d).is_empty());
         for support in model.spec().supports.values() {
-            let nodes = support.node.iter().chain(support.nodes.iter().flatten()).filter_map(index);
-            nodes.filter(stands).for_each(|node| joined.join(&[n, node]));
+            support.nodes().filter_map(index).filter(stands).for_each(|node| joined.join(&[n, node]));
         }
         joined
     }

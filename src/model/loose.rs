@@ -73,7 +73,7 @@ fn attached(spec: &ModelSpec) -> HashSet<String> {
     }
     out.extend(spec.elements.values().flat_map(|e| e.nodes.iter().cloned()));
     for s in spec.supports.values() {
-        out.extend(s.node.iter().chain(s.nodes.iter().flatten()).cloned());
+        out.extend(s.nodes().cloned());
     }
     links.extend(spec.springs.values().chain(spec.bushings.values()).map(|s| s.nodes.iter().flatten().collect()));
     links.extend(spec.rigid_links.values().map(|l| std::iter::once(&l.master).chain(&l.slaves).collect()));

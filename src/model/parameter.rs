@@ -20,6 +20,11 @@ pub struct Parameter {
 }
 
 impl Parameter {
+    /// The values that it may take: its bounds, or its value.
+    pub fn range(&self) -> [f64; 2] {
+        self.bounds.unwrap_or([self.value; 2])
+    }
+
     /// A value in SI expressed in the unit of tables.
     pub fn display(&self, si: f64) -> f64 {
         si / self.unit_factor

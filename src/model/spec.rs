@@ -352,6 +352,18 @@ pub struct SupportSpec {
     pub compliance: Named<Scalar>,
 }
 
+impl SupportSpec {
+    /// Names of its nodes.
+    pub fn nodes(&self) -> impl Iterator<Item = &String> {
+        self.node.iter().chain(self.nodes.iter().flatten())
+    }
+
+    /// Whether it holds a dof of its nodes.
+    pub fn holds(&self, dof: Dof) -> bool {
+        self.fixed.as_ref().is_none_or(|all| all.iter().any(|d| Dof::from(*d) == dof))
+    }
+}
+
 /// Σ factor · dof = 0; the first term's dof is eliminated.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

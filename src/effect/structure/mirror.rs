@@ -1,6 +1,7 @@
 //! The plane of symmetry: where the file names none, the one that pairs most of what the structure has.
 
 use super::listing::sorted;
+use crate::model::spec::SupportSpec;
 use crate::model::{Geometry, Model, PlacedElement, images};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -50,7 +51,7 @@ impl Mirror {
     fn paired(self, model: &Model) -> usize {
         let g = model.geometry();
         let partners = self.node_partners(g);
-        let supports = model.spec().supports.values().flat_map(|s| s.node.iter().chain(s.nodes.iter().flatten()));
+        let supports = model.spec().supports.values().flat_map(SupportSpec::nodes);
         let held: BTreeSet<usize> = supports.filter_map(|name| g.node(name)).collect();
         if held.iter().any(|&n| partners[n].is_none_or(|image| !held.contains(&image))) {
             return 0;

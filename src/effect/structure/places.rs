@@ -3,7 +3,6 @@
 use super::{Joint, Part, PartKind, Structure};
 use crate::effect::location::{BENDING, Location, LocationKind};
 use crate::element::Dof;
-use crate::model::ParametricModel;
 
 impl Structure<'_> {
     /// Nodes with a property, symmetric partners together before each alone; `dof` is the direction that must move.
@@ -47,40 +46,32 @@ impl Structure<'_> {
     /// before each alone.
     pub(in crate::effect) fn shared_supports(&self) -> Vec<Location> {
         let (model, spec) = (self.model, self.model.spec());
-        let holds = |node: &String, dof: Dof| {
-            spec.supports.values().any(|s| {
-                s.node.iter().chain(s.nodes.iter().flatten()).any(|n| n == node)
-                    && s.fixed.as_ref().is_none_or(|all| all.iter().any(|d| Dof::from(*d) == dof))
-            })
-        };
+        let holds =
+            |node: &String, dof: Dof| spec.supports.values().any(|s| s.holds(dof) && s.nodes().any(|n| n == node));
         let is_linked = |node: &String| {
             let by_link = spec.rigid_links.values().any(|l| l.master == *node || l.slaves.contains(node));
             by_link || spec.constraints.values().any(|c| c.terms.iter().any(|t| t.node == *node))
         };
         let on = |n: usize| model.elements().iter().enumerate().filter(move |(_, e)| e.nodes.contains(&n));
+        let are_several = |n: usize| on(n).filter(|(e, _)| self.deforms(*e)).nth(1).is_some();
         // Whether what is there would resist the motion that the support prevents.
         let resists = |n: usize, dof: Dof| {
             on(n).any(|(i, e)| {
                 let Ok(matrices) = model.element_matrices(i, &self.theta) else { return false };
-                let k = e.nodes.iter().position(|node| *node == n).unwrap_or_default();
-                let along = |i: usize| e.axes[i][dof.axis()].powi(2) * matrices.stiffness.get(6 * k + i, 6 * k + i);
-                let turning =
-                    |i: usize| e.axes[i][dof.axis()].powi(2) * matrices.stiffness.get(6 * k + 3 + i, 6 * k + 3 + i);
-                (0..3).any(|i| (if dof.is_rotation() { turning(i) } else { along(i) }) > 0.0)
+                let node = e.nodes.iter().position(|node| *node == n).unwrap_or_default();
+                let first = 6 * node + if dof.is_rotation() { 3 } else { 0 };
+                let along = |i: usize| e.axes[i][dof.axis()].powi(2) * matrices.stiffness.get(first + i, first + i);
+                (0..3).any(|i| along(i) > 0.0)
             })
         };
         let mut all = Vec::new();
-        for dof in Dof::ALL {
-            let is_free = (0..model.dof_map().n_nodes()).any(|n| self.node_moves(n, dof));
+        for dof in Dof::ALL.into_iter().filter(|&d| self.any_node_moves(d) && self.generalised_stiffness(d) > 0.0) {
             let accept = |n: usize| {
                 let name = &model.geometry().names[n];
-                let several = on(n).filter(|(e, _)| self.deforms(*e)).count() > 1;
-                let stands = holds(name, dof) && !self.node_moves(n, dof);
-                stands && (is_linked(name) || several && resists(n, dof))
+                let is_held = !self.node_moves(n, dof) && holds(name, dof);
+                is_held && (is_linked(name) || are_several(n) && resists(n, dof))
             };
-            if is_free && self.generalised_stiffness(dof) > 0.0 {
-                all.extend(self.nodes(accept).into_iter().map(|at| at.along(dof.name())));
-            }
+            all.extend(self.nodes(accept).into_iter().map(|at| at.along(dof.name())));
         }
         all
     }

@@ -76,7 +76,7 @@ impl Placer<'_> {
             self.error(path, format_args!("`{name}` is {} {unit}; it must be {must}", plain(now)));
             return;
         }
-        let [low, _] = affine.range(&|i| parameters.get(i).bounds.unwrap_or([theta[i]; 2]));
+        let [low, _] = affine.range(&|i| parameters.get(i).range());
         if !fits(low) {
             self.problems.push(Problem::warning(
                 path,

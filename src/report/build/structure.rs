@@ -198,7 +198,7 @@ pub(super) fn structure(model: &Model, theta: &[f64], test: &TestData) -> Result
             None => "all".to_string(),
             Some(list) => list.iter().map(|d| Dof::from(*d).name()).collect::<Vec<_>>().join(" "),
         };
-        for n in s.node.iter().chain(s.nodes.iter().flatten()).filter_map(node) {
+        for n in s.nodes().filter_map(node) {
             supports.push(Support { node: n, dofs: dofs.clone() });
         }
     }

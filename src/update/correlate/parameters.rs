@@ -199,7 +199,7 @@ fn inform(
         .zip(&found)
         .map(|((&i, width), Information { sd_alone, sd, share })| {
             let p = parameters.get(i);
-            let [lower, upper] = p.bounds.unwrap_or([p.value; 2]);
+            let [lower, upper] = p.range();
             ParameterInformation {
                 name: p.name.clone(),
                 unit: p.unit.clone(),
