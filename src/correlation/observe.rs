@@ -90,11 +90,11 @@ fn observe(
 /// An error where a sensor sits on nothing that the model has; a warning where it sits on something that cannot move
 /// in its direction, so that every shape of the model is zero there.
 pub fn check_sensors(model: &dyn ParametricModel, sensors: &[Sensor]) -> Vec<Problem> {
-    let mut problems = Vec::new();
+    let (mut problems, theta) = (Vec::new(), model.parameters().nominal());
     for sensor in sensors {
         let path = format!("sensors.{}", sensor.name);
         match observation_matrix(model, std::slice::from_ref(sensor)) {
-            Ok(row) if row.amax() == 0.0 => problems.push(Problem::warning(
+            Ok(row) if row.amax() == 0.0 && varying_sensors(model, std::slice::from_ref(sensor), &theta).is_empty() => problems.push(Problem::warning(
                 path,
                 format_args!(
                     "sensor `{}` reads no motion of the model: what it sits on is supported in its direction, or that dof is not active",

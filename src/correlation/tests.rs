@@ -53,3 +53,23 @@ fn numbers_that_are_none_give_errors_or_nothing() {
     assert!(irs(&k, &DMatrix::zeros(3, 3), &s, 3).is_err());
     assert!(guyan(&k, &k, &DMatrix::zeros(4, 3)).is_err());
 }
+
+/// A sensor on a rigid support reads nothing, which is said; on one that gives it does.
+#[test]
+fn a_sensor_on_a_support_that_gives_is_not_called_silent() {
+    let on = |support: &str| {
+        let text = format!(
+            "retune: 1\nname: beam\nactive_dofs: [uz, ry]\nnodes:\n  a: [0, 0, 0]\n  b: [1, 0, 0]\n  c: [2, 0, 0]\n\
+             beams:\n  deck: {{chain: [a, b, c], properties: {{EIy: 1e4, mass_per_length: 10}}}}\n\
+             supports:\n  ends: {{nodes: [a, c], fixed: [uz]}}\n  pier: {support}\n"
+        );
+        let model = crate::model::load(&text, &crate::model::Registry::builtin()).unwrap().0;
+        let place = crate::data::Place::Node { node: "b".into(), position: None };
+        let direction = [0.0, 0.0, 1.0];
+        let sensor =
+            crate::data::Sensor { name: "s".into(), place, offset: None, direction, is_rotation: false, mass: None };
+        check_sensors(&model, &[sensor]).len()
+    };
+    assert_eq!(on("{node: b, fixed: [uz]}"), 1);
+    assert_eq!(on("{node: b, fixed: [uz], compliance: {uz: 1e-6 m/N}}"), 0);
+}

@@ -193,7 +193,8 @@ pub(super) fn structure(model: &Model, theta: &[f64], test: &TestData) -> Result
         })
         .collect();
     let mut supports = Vec::new();
-    for s in spec.supports.values() {
+    // An entry that holds nothing says how much others give.
+    for s in spec.supports.values().filter(|s| s.fixed.as_ref().is_none_or(|all| !all.is_empty())) {
         let dofs = match &s.fixed {
             None => "all".to_string(),
             Some(list) => list.iter().map(|d| Dof::from(*d).name()).collect::<Vec<_>>().join(" "),
