@@ -80,7 +80,7 @@ pub(super) fn when_corrected(scene: &Scene, base: &Fit, weight: f64, faults: &[F
         .par_iter()
         .enumerate()
         .filter(|(_, fault)| {
-            !fault.is_gain() && !matches!(fault.change, Change::Dead | Change::Noisy | Change::Turned(_))
+            !fault.is_gain() && !fault.is_angle() && !matches!(fault.change, Change::Dead | Change::Noisy)
         })
         .filter_map(|(index, fault)| {
             let corrected = scene.corrected(fault, 1.0);

@@ -9,6 +9,7 @@
 //! sensor-noisy      σ -> κ σ, with m ln κ for its m entries            ln κ > 0, half-normal of sd 1
 //! sensor-axis       reads another global axis at its place             no free number
 //! sensor-turned     two perpendicular ones at one place, turned by α    α ~ N(0, (0.3 rad)²)
+//! sensor-tilted     alone at its place, tilted by α towards a global axis    α ~ N(0, (0.3 rad)²)
 //! sensor-position   sits at a neighbour's place, at the nearest node, or on the other side of its own    no free number
 //! mode-order        frequencies of two neighbouring modes exchanged    no free number
 //! driving-point     the force of the responses acts at another sensor  no free number
@@ -76,6 +77,11 @@ pub const FAULTS: &[FaultKind] = &[
         signature: "Each reads a part of what the other should; the angle is estimated, N(0, (0.3 rad)²).",
     },
     FaultKind {
+        name: "sensor-tilted",
+        summary: "A sensor is tilted towards a global axis, as on a surface that is not square to it.",
+        signature: "It reads a part of the motion along that axis; the angle is estimated, N(0, (0.3 rad)²).",
+    },
+    FaultKind {
         name: "sensor-position",
         summary: "A sensor sits at another place than the test says: where one of its neighbours sits, on the nearest node, or on the other side of its own.",
         signature: "It reads what the model has there.",
@@ -114,6 +120,8 @@ const FEWEST_FREQUENCIES: usize = 3;
 const ONE_PLACE: f64 = 1e-9;
 /// Directions whose cosine is less are perpendicular.
 const PERPENDICULAR: f64 = 1e-9;
+/// A sensor is along a direction if the cosine between them is more.
+const ALONG: f64 = 0.9;
 /// Neighbours at whose places a sensor is tried.
 const NEIGHBOURS: usize = 4;
 
@@ -130,6 +138,8 @@ pub(super) enum Change {
     Axis(usize),
     /// With the sensor that is perpendicular to it.
     Turned(usize),
+    /// Towards a global axis.
+    Tilted(usize),
     Position {
         place: Place,
         offset: Option<[f64; 3]>,
@@ -187,6 +197,7 @@ impl Fault {
             Change::Noisy => "sensor-noisy",
             Change::Axis(_) => "sensor-axis",
             Change::Turned(_) => "sensor-turned",
+            Change::Tilted(_) => "sensor-tilted",
             Change::Position { .. } => "sensor-position",
             Change::Order(..) => "mode-order",
             Change::Frequency(_) => "mode-frequency",
@@ -199,7 +210,7 @@ impl Fault {
         let name = |i: usize| scene.test.sensors[i].name.clone();
         let place = match &self.change {
             Change::Swap(other) | Change::Turned(other) => format!("{}+{}", name(self.sensor), name(*other)),
-            Change::Axis(axis) => format!("{}.{}", name(self.sensor), ["x", "y", "z"][*axis]),
+            Change::Axis(axis) | Change::Tilted(axis) => format!("{}.{}", name(self.sensor), ["x", "y", "z"][*axis]),
             Change::Position { name: place, .. } => format!("{}:{place}", name(self.sensor)),
             Change::Order(a, b) => format!("{}+{}", scene.mode_name(*a), scene.mode_name(*b)),
             Change::Frequency(m) => scene.mode_name(*m),
@@ -228,6 +239,9 @@ impl Fault {
             Change::Swap(other) => format!("exchange the channels of sensors {} and {}", name(s), name(*other)),
             Change::Turned(other) => {
                 format!("sensors {} and {} are turned in their plane: correct their directions", name(s), name(*other))
+            }
+            Change::Tilted(axis) => {
+                format!("sensor {} is tilted towards {}: correct its direction", name(s), ["x", "y", "z"][*axis])
             }
             Change::Gain => format!("correct the sensitivity of sensor {}", name(s)),
             Change::FunctionGain => format!("correct the calibration of the functions of sensor {}", name(s)),
@@ -281,6 +295,12 @@ impl Fault {
                 out.sensors[*other].direction = [0, 1, 2].map(|k| cos * e[k] - sin * d[k]);
                 return out;
             }
+            Change::Tilted(_) => {
+                let (sin, cos) = number.sin_cos();
+                let (d, e) = (test.sensors[s].direction, self.sensor(&test.sensors).direction);
+                out.sensors[s].direction = [0, 1, 2].map(|k| cos * d[k] + sin * e[k]);
+                return out;
+            }
             Change::DrivingPoint { reference, .. } => {
                 if let Some(set) = &mut out.frfs {
                     let Sensor { name, direction, .. } = test.sensors[s].clone();
@@ -325,11 +345,12 @@ impl Fault {
 }
 
 impl Fault {
-    /// The sensor as it is in truth, for a wrong axis or place.
+    /// The sensor as it is in truth, for a wrong axis or place; one along the direction towards which it is tilted.
     pub(super) fn sensor(&self, sensors: &[Sensor]) -> Sensor {
         let mut out = sensors[self.sensor].clone();
         match &self.change {
             Change::Axis(axis) => out.direction = [0, 1, 2].map(|k| f64::from(u8::from(k == *axis))),
+            Change::Tilted(axis) => out.direction = across(out.direction, *axis),
             Change::Position { place, offset, .. } => {
                 out.place.clone_from(place);
                 out.offset = *offset;
@@ -350,7 +371,12 @@ impl Fault {
 
     /// Its number where there is no fault.
     pub(super) fn neutral(&self) -> f64 {
-        if let Change::Turned(_) = self.change { 0.0 } else { 1.0 }
+        if self.is_angle() { 0.0 } else { 1.0 }
+    }
+
+    /// Whether its number is an angle.
+    pub(super) fn is_angle(&self) -> bool {
+        matches!(self.change, Change::Turned(_) | Change::Tilted(_))
     }
 
     /// Whether a number scales its readings.
@@ -413,13 +439,14 @@ pub(super) fn faults(scene: &Scene) -> Vec<Fault> {
         for s in 0..n {
             let d = test.sensors[s].direction;
             for axis in 0..3 {
-                if d[axis].abs() < 0.9 {
+                if d[axis].abs() < ALONG {
                     add(&mut out, s, Change::Axis(axis));
                 }
             }
         }
         if let Ok(at) = scene.sensor_positions() {
             turned(scene, &at, &mut out);
+            tilted(scene, &at, &mut out);
             positions(scene, &at, &mut out);
         }
         out.extend(in_one_test(scene, &out));
@@ -469,13 +496,40 @@ fn turned(scene: &Scene, at: &[[f64; 3]], out: &mut Vec<Fault>) {
     for s in 0..sensors.len() {
         for other in (s + 1..sensors.len()).filter(|&o| scene.are_together(s, o)) {
             let (a, b) = (&sensors[s], &sensors[other]);
-            let along: f64 = (0..3).map(|k| a.direction[k] * b.direction[k]).sum();
+            let along = dot(a.direction, b.direction);
             let is_one_place = distance(at[s], at[other]) < ONE_PLACE;
             if a.is_rotation == b.is_rotation && along.abs() < PERPENDICULAR && is_one_place {
                 out.push(Fault::of(s, Change::Turned(other)));
             }
         }
     }
+}
+
+/// Sensors that no other at their place is turned with, towards every global axis across them.
+fn tilted(scene: &Scene, at: &[[f64; 3]], out: &mut Vec<Fault>) {
+    let sensors = &scene.test.sensors;
+    for (s, sensor) in sensors.iter().enumerate() {
+        for axis in (0..3).filter(|&axis| sensor.direction[axis].abs() < ALONG) {
+            let e = across(sensor.direction, axis);
+            let is_along = |o: &Sensor| o.is_rotation == sensor.is_rotation && dot(o.direction, e).abs() > ALONG;
+            let is_together = |o: usize| scene.are_together(s, o) && distance(at[s], at[o]) < ONE_PLACE;
+            if !(0..sensors.len()).any(|o| o != s && is_along(&sensors[o]) && is_together(o)) {
+                out.push(Fault::of(s, Change::Tilted(axis)));
+            }
+        }
+    }
+}
+
+/// The direction nearest to a global axis that is perpendicular to a direction not along it.
+fn across(direction: [f64; 3], axis: usize) -> [f64; 3] {
+    let along = direction[axis];
+    let e = [0, 1, 2].map(|k| f64::from(u8::from(k == axis)) - along * direction[k]);
+    let norm = dot(e, e).sqrt();
+    e.map(|v| v / norm)
+}
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    (0..3).map(|k| a[k] * b[k]).sum()
 }
 
 fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {

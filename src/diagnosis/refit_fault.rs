@@ -67,7 +67,7 @@ pub(super) fn refit_fault(
         let value = found.frequencies[m];
         estimates.push(estimate("frequency", value, "Hz", sd));
     }
-    if let Change::Turned(_) = fault.change {
+    if fault.is_angle() {
         for _ in 0..ROUNDS {
             let slope = number_slope(&stage.scene, &found, w, fault, number)?;
             let step = -(slope.dot(&found.r) + number / TURN_SD.powi(2)) / (slope.norm_squared() + TURN_SD.powi(-2));

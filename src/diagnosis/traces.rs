@@ -48,7 +48,7 @@ fn measured_modes(scene: &Scene, fit: &Fit, fault: &Fault) -> Vec<usize> {
     fault.modes(scene).filter(|&m| fit.inverse_sd[(fault.sensor, m)] > 0.0 && !fit.unpaired.contains(&m)).collect()
 }
 
-/// What a sensor of another axis or place would read of the modes of the model; `None` where nothing moves it.
+/// What a sensor of another axis or place, or along the direction of a tilt, would read of the modes of the model; `None` where nothing moves it.
 fn readings(scene: &Scene, fit: &Fit, fault: &Fault) -> Option<Vec<f64>> {
     let sensor = fault.sensor(&scene.test.sensors);
     let mut readings = vec![0.0; fit.rows.n_modes];
@@ -94,8 +94,7 @@ fn trace(scene: &Scene, fit: &Fit, weight: f64, fault: &Fault) -> Option<Trace> 
     if let Change::DrivingPoint { .. } = fault.change {
         return driving_point(scene, fit, weight, fault).ok();
     }
-    let has_number = fault.is_gain() || matches!(fault.change, Change::Turned(_));
-    if has_number && scene.has_functions() {
+    if (fault.is_gain() || fault.is_angle()) && scene.has_functions() {
         return number_slope(scene, fit, weight, fault, fault.neutral()).ok().map(Trace::Free);
     }
     let mut delta = DVector::zeros(fit.r.len());
@@ -117,7 +116,7 @@ fn trace(scene: &Scene, fit: &Fit, weight: f64, fault: &Fault) -> Option<Trace> 
         return None;
     }
     let replaced = match &fault.change {
-        Change::Axis(_) | Change::Position { .. } => Some(readings(scene, fit, fault)?),
+        Change::Axis(_) | Change::Position { .. } | Change::Tilted(_) => Some(readings(scene, fit, fault)?),
         _ => None,
     };
     match fault.change {
@@ -144,9 +143,14 @@ fn trace(scene: &Scene, fit: &Fit, weight: f64, fault: &Fault) -> Option<Trace> 
                 test.swap(s, *other);
                 w.swap(s, *other);
             }
-            Change::Turned(other) => {
+            Change::Turned(_) | Change::Tilted(_) => {
                 let before = shape_rows(&phi, &test, &w);
-                (phi[s], phi[*other]) = (phi[s] + STEP * phi[*other], phi[*other] - STEP * phi[s]);
+                match (&fault.change, &replaced) {
+                    (Change::Turned(other), _) => {
+                        (phi[s], phi[*other]) = (phi[s] + STEP * phi[*other], phi[*other] - STEP * phi[s]);
+                    }
+                    (_, leak) => phi[s] += STEP * leak.as_ref()?[m],
+                }
                 for (k, (v, b)) in shape_rows(&phi, &test, &w).into_iter().zip(before).enumerate() {
                     delta[rows.shape(m, k)] = weight * (v - b) / STEP;
                 }
@@ -159,7 +163,7 @@ fn trace(scene: &Scene, fit: &Fit, weight: f64, fault: &Fault) -> Option<Trace> 
             delta[row] = weight * v - fit.r[row];
         }
     }
-    if let Change::Gain | Change::Turned(_) = fault.change {
+    if fault.change == Change::Gain || fault.is_angle() {
         return Some(Trace::Free(delta));
     }
     (delta.norm() > super::screen::VISIBLE).then_some(Trace::Fixed(delta))

@@ -243,7 +243,7 @@ fn corrected(scene: &Scene, fault: &Fault, base: &Fit) -> Result<f64, DiagnosisE
     let whole = Fault { change: Change::Dead, ..fault.clone() };
     let clean = match fault.change {
         Change::Gain | Change::Noisy | Change::Dead => scene.corrected(&whole, 1.0),
-        Change::Turned(_) => scene.corrected(fault, TURN),
+        _ if fault.is_angle() => scene.corrected(fault, TURN),
         _ => scene.corrected(fault, 1.0),
     };
     Ok(fit(&clean, &[scene.start(), base.x.clone()], 1.0)?.misfit)

@@ -71,8 +71,8 @@ impl Specimen {
         let truth = build(spec)?;
         // The sensors stand where the real structure has them, which a fault may keep secret.
         let mut sensors = self.sensors.clone();
-        if let Hidden::Fault(f @ Fault { change: Change::Axis(_) | Change::Position { .. } | Change::Turned(_), .. }) =
-            hidden
+        if let Hidden::Fault(f) = hidden
+            && (f.is_angle() || matches!(f.change, Change::Axis(_) | Change::Position { .. }))
         {
             let probe = TestData { sensors: sensors.clone(), ..TestData::default() };
             sensors = f.apply(&probe, TURN).sensors;
@@ -232,6 +232,7 @@ fn spoil(test: &mut TestData, fault: &Fault, plan: &Plan, rng: &mut ChaCha8Rng) 
         // Sensors that measure elsewhere were there when the twin was made; the twins have no functions.
         Change::Axis(_)
         | Change::Turned(_)
+        | Change::Tilted(_)
         | Change::Position { .. }
         | Change::DrivingPoint { .. }
         | Change::FunctionGain => {}

@@ -207,3 +207,25 @@ fn sensors_that_are_turned_in_their_plane_are_found() {
         assert!((first.estimate.unwrap() - angle).abs() < 4.0, "{seed}: {:?} {:?}", first.estimate, first.interval);
     }
 }
+
+/// One uniaxial sensor on a surface that is not square to the axis it is meant for.
+#[test]
+fn a_sensor_that_is_tilted_is_found() {
+    for (seed, angle) in [(1, 25.0_f64), (2, -25.0), (3, 35.0)] {
+        let (base, mut test) = measured_frame(&[], &READ, seed);
+        let at = |name: &str| test.sensors.iter().position(|s| s.name == name).unwrap();
+        let (x, y) = (at("c4.ux"), at("c4.uy"));
+        let (sin, cos) = angle.to_radians().sin_cos();
+        for mode in &mut test.modes {
+            let shape = mode.shape.as_mut().unwrap();
+            shape[x] = shape[x] * cos + shape[y] * sin;
+            *shape = shape.clone().remove_row(y);
+            mode.shape_sd = mode.shape_sd.take().map(|sd| sd.remove_row(y));
+        }
+        test.sensors.remove(y);
+        let d = told(&base, &test);
+        let first = &d.hypotheses[0];
+        assert_eq!((d.verdict, first.id.as_str()), (Verdict::MeasurementFault, "sensor-tilted@c4.ux.y"), "{seed}");
+        assert!((first.estimate.unwrap() - angle).abs() < 6.0, "{seed}: {:?} {:?}", first.estimate, first.interval);
+    }
+}
