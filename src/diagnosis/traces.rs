@@ -1,7 +1,8 @@
 //! What a fault of the measurement would change at a fit, by re-weighting rows: its screening.
 
 use super::DiagnosisError;
-use super::faults::{Change, Fault, faults};
+use super::fault_places::faults;
+use super::faults::{Change, Fault};
 use super::fit::Fit;
 use super::posed::Posed;
 use super::scene::{Prior, Scene};

@@ -1,0 +1,186 @@
+//! Which faults a test could show: those of every sensor, of pairs of sensors, of modes, and of frequency responses.
+
+use super::faults::{Change, Fault, across, response_of};
+use super::scene::Scene;
+use crate::correlation::channel_sensor;
+use crate::data::{Place, Sensor};
+
+/// Frequencies of a test from which one may be told wrong.
+const FEWEST_FREQUENCIES: usize = 3;
+/// Places nearer to each other than this are one, m.
+const ONE_PLACE: f64 = 1e-9;
+/// Directions whose cosine is less are perpendicular.
+const PERPENDICULAR: f64 = 1e-9;
+/// A sensor is along a direction if the cosine between them is more.
+const ALONG: f64 = 0.9;
+/// Neighbours at whose places a sensor is tried.
+const NEIGHBOURS: usize = 4;
+
+/// Every fault that these data could show.
+pub(super) fn faults(scene: &Scene) -> Vec<Fault> {
+    let test = &scene.test;
+    let n = test.sensors.len();
+    let mut out = Vec::new();
+    let add = |out: &mut Vec<Fault>, sensor, change| out.push(Fault::of(sensor, change));
+    // A single reading of a channel in one mode is no channel.
+    if test.modes.iter().filter(|m| m.shape.is_some()).count() >= 1 && n >= 3 {
+        for s in 0..n {
+            for change in [Change::Sign, Change::Gain, Change::Dead, Change::Noisy] {
+                add(&mut out, s, change);
+            }
+        }
+        for s in 0..n {
+            for other in (s + 1..n).filter(|&o| scene.are_together(s, o)) {
+                add(&mut out, s, Change::Swap(other));
+            }
+        }
+        for s in 0..n {
+            let d = test.sensors[s].direction;
+            for axis in 0..3 {
+                if d[axis].abs() < ALONG {
+                    add(&mut out, s, Change::Axis(axis));
+                }
+            }
+        }
+        if let Ok(at) = scene.sensor_positions() {
+            turned(scene, &at, &mut out);
+            tilted(scene, &at, &mut out);
+            positions(scene, &at, &mut out);
+        }
+        out.extend(in_one_test(scene, &out));
+    }
+    for case in &scene.cases {
+        for a in case.modes().skip(1) {
+            add(&mut out, a - 1, Change::Order(a - 1, a));
+        }
+        if case.modes().len() >= FEWEST_FREQUENCIES {
+            case.modes().for_each(|m| add(&mut out, m, Change::Frequency(m)));
+        }
+    }
+    for (case, tested) in scene.cases.iter().enumerate() {
+        let Some(set) = tested.test.frfs.as_ref().filter(|_| tested.test.frf_fit.is_some()) else { continue };
+        let sensors = &tested.test.sensors;
+        for (own, &s) in tested.sensors.iter().enumerate() {
+            if response_of(set, sensors, own).is_some() {
+                out.push(Fault { only: (scene.cases.len() > 1).then_some(case), ..Fault::of(s, Change::FunctionGain) });
+            }
+        }
+        for (reference, channel) in set.references.iter().enumerate() {
+            let stated = channel_sensor(channel, sensors).map_or_else(|| channel.name.clone(), |s| s.name);
+            let others = sensors.iter().zip(&tested.sensors);
+            for (_, &s) in others.filter(|(o, _)| o.name != stated && !o.is_rotation) {
+                add(&mut out, s, Change::DrivingPoint { case, reference });
+            }
+        }
+    }
+    out
+}
+
+/// The same faults in one test alone, where several tests have the sensor: cables are plugged anew for each.
+fn in_one_test(scene: &Scene, faults: &[Fault]) -> Vec<Fault> {
+    let has = |case: usize, s: usize| scene.cases[case].sensors.contains(&s);
+    let of = |fault: &Fault| -> Vec<Fault> {
+        let other = if let Change::Swap(o) | Change::Turned(o) = fault.change { o } else { fault.sensor };
+        let cases: Vec<usize> = (0..scene.cases.len()).filter(|&c| has(c, fault.sensor) && has(c, other)).collect();
+        let alone = |&case: &usize| Fault { only: Some(case), ..fault.clone() };
+        if cases.len() > 1 { cases.iter().map(alone).collect() } else { Vec::new() }
+    };
+    faults.iter().flat_map(of).collect()
+}
+
+/// Pairs of perpendicular sensors at one place.
+fn turned(scene: &Scene, at: &[[f64; 3]], out: &mut Vec<Fault>) {
+    let sensors = &scene.test.sensors;
+    for s in 0..sensors.len() {
+        for other in (s + 1..sensors.len()).filter(|&o| scene.are_together(s, o)) {
+            let (a, b) = (&sensors[s], &sensors[other]);
+            let along = dot(a.direction, b.direction);
+            let is_one_place = distance(at[s], at[other]) < ONE_PLACE;
+            if a.is_rotation == b.is_rotation && along.abs() < PERPENDICULAR && is_one_place {
+                out.push(Fault::of(s, Change::Turned(other)));
+            }
+        }
+    }
+}
+
+/// Sensors that no other at their place is turned with, towards every global axis across them.
+fn tilted(scene: &Scene, at: &[[f64; 3]], out: &mut Vec<Fault>) {
+    let sensors = &scene.test.sensors;
+    for (s, sensor) in sensors.iter().enumerate() {
+        for axis in (0..3).filter(|&axis| sensor.direction[axis].abs() < ALONG) {
+            let e = across(sensor.direction, axis);
+            let is_along = |o: &Sensor| o.is_rotation == sensor.is_rotation && dot(o.direction, e).abs() > ALONG;
+            let is_together = |o: usize| scene.are_together(s, o) && distance(at[s], at[o]) < ONE_PLACE;
+            if !(0..sensors.len()).any(|o| o != s && is_along(&sensors[o]) && is_together(o)) {
+                out.push(Fault::of(s, Change::Tilted(axis)));
+            }
+        }
+    }
+}
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    (0..3).map(|k| a[k] * b[k]).sum()
+}
+
+fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
+    (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt()
+}
+
+/// The places of the nearest other sensors and of the nearest node of the file, and the other sides of its own node.
+fn positions(scene: &Scene, at: &[[f64; 3]], out: &mut Vec<Fault>) {
+    let sensors = &scene.test.sensors;
+    // Nodes stand at the same places in every configuration.
+    let nodes: Vec<(String, [f64; 3])> = {
+        let g = scene.model().geometry();
+        let positions = g.positions.iter().map(|p| [p[0], p[1], p[2]]);
+        g.names.iter().cloned().zip(positions).take(scene.model().spec().nodes.len()).collect()
+    };
+    for (s, &here) in at.iter().enumerate() {
+        let mut near: Vec<(f64, usize)> = (0..at.len())
+            .filter(|&o| o != s && scene.are_together(s, o))
+            .map(|o| (distance(here, at[o]), o))
+            .filter(|(d, _)| *d > 0.0)
+            .collect();
+        near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        // Several sensors at one place are one place.
+        near.dedup_by(|a, b| distance(at[a.1], at[b.1]) < ONE_PLACE);
+        for &(_, o) in near.iter().take(NEIGHBOURS) {
+            let name = sensors[o].name.clone();
+            out.push(Fault::of(
+                s,
+                Change::Position { place: sensors[o].place.clone(), offset: sensors[o].offset, name },
+            ));
+        }
+        let nearest = nodes
+            .iter()
+            .map(|(name, p)| (distance(here, *p), name))
+            .filter(|(d, _)| *d > ONE_PLACE)
+            .min_by(|a, b| a.0.total_cmp(&b.0));
+        let known = |d: f64| near.iter().take(NEIGHBOURS).any(|(other, _)| (other - d).abs() < ONE_PLACE);
+        if let Some((_, name)) = nearest.filter(|(d, _)| !known(*d)) {
+            let place = Place::Node { node: name.clone(), position: None };
+            out.push(Fault::of(s, Change::Position { place, offset: None, name: name.clone() }));
+        }
+        out.extend(mirrored(scene, s));
+    }
+}
+
+/// A sensor on the other side of its node, in each direction in which it stands beside it: the slip of a sign.
+fn mirrored(scene: &Scene, s: usize) -> Vec<Fault> {
+    let sensor = &scene.test.sensors[s];
+    let Place::Node { node, position } = &sensor.place else { return Vec::new() };
+    let geometry = scene.model().geometry();
+    let Some(at) = geometry.node(node).map(|n| geometry.positions[n]) else { return Vec::new() };
+    let arm = match (position, sensor.offset) {
+        (Some(p), _) => [0, 1, 2].map(|k| p[k] - at[k]),
+        (None, offset) => offset.unwrap_or_default(),
+    };
+    let on_the_other_side = |axis: usize| {
+        let mut offset = arm;
+        offset[axis] = -offset[axis];
+        let name = format!("mirrored {}", ["x", "y", "z"][axis]);
+        let place = Place::Node { node: node.clone(), position: None };
+        Fault::of(s, Change::Position { place, offset: Some(offset), name })
+    };
+    (0..3).filter(|&axis| arm[axis].abs() > ONE_PLACE).map(on_the_other_side).collect()
+}
