@@ -5,9 +5,9 @@
 //!   -> refit the best -> evidence, held-out modes, ties -> is what remains noise? -> verdict -> next measurement
 //! ```
 //!
-//! [`diagnose`] reads from top to bottom. `scene`, `posed` and `fit` pose and solve the problem, `base` fits and screens, `screen`, `faults` and `fault_places` are the
-//! hypotheses, `noise` the null distributions, `refit` and `evidence` the comparison, `verdict` the rules, and
-//! `next_measurement` what would separate ties. [`learn`] repeats it. Stated numbers are SI.
+//! [`diagnose`] reads from top to bottom. `scene`, `posed` and `fit` pose and solve the problem, `base` fits and screens, `screen`, `faults`
+//! and `fault_places` are the hypotheses, `noise` the null distributions, `refit` and `evidence` the comparison, `verdict` the rules,
+//! and `next_measurement` what would separate ties. [`learn`] repeats it. Stated numbers are SI.
 
 mod aside;
 mod base;
