@@ -3,9 +3,12 @@
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use retune::diagnosis::Listener;
 use retune::optim::{Observer, Pace, Progress};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+/// A line of a log comes so often.
+const EVERY: Duration = Duration::from_secs(15);
 
 /// A line that follows a run; silent when standard error is no terminal.
 pub(crate) struct Line {
@@ -19,7 +22,7 @@ impl Line {
     }
 }
 
-/// A line that says what is being done; silent when standard error is no terminal, gone when dropped.
+/// A line that says what is being done, gone when dropped; where standard error is no terminal, now and then a line of a log.
 pub(crate) struct Spinner(ProgressBar);
 
 impl Spinner {
@@ -29,7 +32,33 @@ impl Spinner {
 
     pub(crate) fn listener(&self) -> Listener {
         let bar = self.0.clone();
-        Listener::new(move |what| bar.set_message(what.to_string()))
+        if !bar.is_hidden() {
+            return Listener::new(move |what| bar.set_message(what.to_string()));
+        }
+        let (begun, log) = (Instant::now(), Log::default());
+        Listener::new(move |what| {
+            if let Some(line) = log.line(begun.elapsed(), what) {
+                eprintln!("{line}");
+            }
+        })
+    }
+}
+
+/// Lines that show a long run alive: none of a short one.
+#[derive(Default)]
+struct Log {
+    told: Mutex<Duration>,
+}
+
+impl Log {
+    /// The line of what is being done so long after the begin, if one is due.
+    fn line(&self, after: Duration, what: &str) -> Option<String> {
+        let mut told = self.told.lock().unwrap_or_else(PoisonError::into_inner);
+        let is_due = after >= *told + EVERY;
+        is_due.then(|| {
+            *told = after;
+            format!("after {:.0} s: {what}", after.as_secs_f64())
+        })
     }
 }
 
@@ -89,4 +118,19 @@ pub(crate) fn bar(what: &'static str) -> ProgressBar {
     }
     bar.set_message(what);
     bar
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Log;
+    use std::time::Duration;
+
+    #[test]
+    fn a_log_has_few_lines() {
+        let log = Log::default();
+        let at = |seconds: u64| log.line(Duration::from_secs(seconds), "screening effects, 3 of 9");
+        let lines: Vec<u64> = (0..100).filter(|&s| at(s).is_some()).collect();
+        assert_eq!(lines, [15, 30, 45, 60, 75, 90]);
+        assert_eq!(at(120).as_deref(), Some("after 120 s: screening effects, 3 of 9"));
+    }
 }
