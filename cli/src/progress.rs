@@ -3,6 +3,7 @@
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use retune::diagnosis::Listener;
 use retune::optim::{Observer, Pace, Progress};
+use std::io::Write;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
@@ -38,7 +39,8 @@ impl Spinner {
         let (begun, log) = (Instant::now(), Log::default());
         Listener::new(move |what| {
             if let Some(line) = log.line(begun.elapsed(), what) {
-                eprintln!("{line}");
+                // A log that nobody reads any more ends no run.
+                let _ = writeln!(std::io::stderr(), "{line}");
             }
         })
     }

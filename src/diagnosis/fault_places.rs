@@ -1,9 +1,10 @@
 //! Which faults a test could show: those of every sensor, of pairs of sensors, of modes, and of frequency responses.
 
-use super::faults::{Change, Fault, across, response_of};
+use super::faults::{AXES, Change, Fault, across, response_of};
 use super::scene::Scene;
 use crate::correlation::channel_sensor;
-use crate::data::{Place, Sensor};
+use crate::data::Place;
+use crate::model::{dot, minus};
 
 /// Frequencies of a test from which one may be told wrong.
 const FEWEST_FREQUENCIES: usize = 3;
@@ -92,11 +93,8 @@ fn in_one_test(scene: &Scene, faults: &[Fault]) -> Vec<Fault> {
 fn turned(scene: &Scene, at: &[[f64; 3]], out: &mut Vec<Fault>) {
     let sensors = &scene.test.sensors;
     for s in 0..sensors.len() {
-        for other in (s + 1..sensors.len()).filter(|&o| scene.are_together(s, o)) {
-            let (a, b) = (&sensors[s], &sensors[other]);
-            let along = dot(a.direction, b.direction);
-            let is_one_place = distance(at[s], at[other]) < ONE_PLACE;
-            if a.is_rotation == b.is_rotation && along.abs() < PERPENDICULAR && is_one_place {
+        for other in (s + 1..sensors.len()).filter(|&o| share_a_place(scene, at, s, o)) {
+            if dot(sensors[s].direction, sensors[other].direction).abs() < PERPENDICULAR {
                 out.push(Fault::of(s, Change::Turned(other)));
             }
         }
@@ -109,21 +107,23 @@ fn tilted(scene: &Scene, at: &[[f64; 3]], out: &mut Vec<Fault>) {
     for (s, sensor) in sensors.iter().enumerate() {
         for axis in (0..3).filter(|&axis| sensor.direction[axis].abs() < ALONG) {
             let e = across(sensor.direction, axis);
-            let is_along = |o: &Sensor| o.is_rotation == sensor.is_rotation && dot(o.direction, e).abs() > ALONG;
-            let is_together = |o: usize| scene.are_together(s, o) && distance(at[s], at[o]) < ONE_PLACE;
-            if !(0..sensors.len()).any(|o| o != s && is_along(&sensors[o]) && is_together(o)) {
+            let turns_with = |o: usize| dot(sensors[o].direction, e).abs() > ALONG && share_a_place(scene, at, s, o);
+            if !(0..sensors.len()).any(|o| o != s && turns_with(o)) {
                 out.push(Fault::of(s, Change::Tilted(axis)));
             }
         }
     }
 }
 
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    (0..3).map(|k| a[k] * b[k]).sum()
+/// Whether two sensors of one test read the same kind of motion at one place.
+fn share_a_place(scene: &Scene, at: &[[f64; 3]], a: usize, b: usize) -> bool {
+    let sensors = &scene.test.sensors;
+    scene.are_together(a, b) && sensors[a].is_rotation == sensors[b].is_rotation && distance(at[a], at[b]) < ONE_PLACE
 }
 
 fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
-    (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt()
+    let d = minus(a, b);
+    dot(d, d).sqrt()
 }
 
 /// The places of the nearest other sensors and of the nearest node of the file, and the other sides of its own node.
@@ -178,7 +178,7 @@ fn mirrored(scene: &Scene, s: usize) -> Vec<Fault> {
     let on_the_other_side = |axis: usize| {
         let mut offset = arm;
         offset[axis] = -offset[axis];
-        let name = format!("mirrored {}", ["x", "y", "z"][axis]);
+        let name = format!("mirrored {}", AXES[axis]);
         let place = Place::Node { node: node.clone(), position: None };
         Fault::of(s, Change::Position { place, offset: Some(offset), name })
     };

@@ -22,6 +22,7 @@ use super::scene::{Case, Scene};
 use crate::correlation::channel_sensor;
 use crate::data::{Channel, FrfSet, Place, Sensor, TestData};
 use crate::linalg::Complex;
+use crate::model::{GLOBAL, plus, unit};
 
 /// A fault of the measurement, for `retune list faults` and `retune explain`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -103,6 +104,8 @@ pub const FAULTS: &[FaultKind] = &[
     },
 ];
 
+/// Names of the global axes.
+pub(super) const AXES: [&str; 3] = ["x", "y", "z"];
 /// Standard deviation of ln gain.
 pub(super) const GAIN_SD: f64 = 0.3;
 /// Standard deviation of the angle by which sensors are turned, rad.
@@ -200,7 +203,7 @@ impl Fault {
         let name = |i: usize| scene.test.sensors[i].name.clone();
         let place = match &self.change {
             Change::Swap(other) | Change::Turned(other) => format!("{}+{}", name(self.sensor), name(*other)),
-            Change::Axis(axis) | Change::Tilted(axis) => format!("{}.{}", name(self.sensor), ["x", "y", "z"][*axis]),
+            Change::Axis(axis) | Change::Tilted(axis) => format!("{}.{}", name(self.sensor), AXES[*axis]),
             Change::Position { name: place, .. } => format!("{}:{place}", name(self.sensor)),
             Change::Order(a, b) => format!("{}+{}", scene.mode_name(*a), scene.mode_name(*b)),
             Change::Frequency(m) => scene.mode_name(*m),
@@ -231,13 +234,13 @@ impl Fault {
                 format!("sensors {} and {} are turned in their plane: correct their directions", name(s), name(*other))
             }
             Change::Tilted(axis) => {
-                format!("sensor {} is tilted towards {}: correct its direction", name(s), ["x", "y", "z"][*axis])
+                format!("sensor {} is tilted towards {}: correct its direction", name(s), AXES[*axis])
             }
             Change::Gain => format!("correct the sensitivity of sensor {}", name(s)),
             Change::FunctionGain => format!("correct the calibration of the functions of sensor {}", name(s)),
             Change::Dead => format!("leave out sensor {}: it reads noise only", name(s)),
             Change::Noisy => format!("check sensor {}: it scatters more than stated", name(s)),
-            Change::Axis(axis) => format!("sensor {} reads along {}", name(s), ["x", "y", "z"][*axis]),
+            Change::Axis(axis) => format!("sensor {} reads along {}", name(s), AXES[*axis]),
             Change::Position { name: place, .. } => match place.strip_prefix("mirrored ") {
                 Some(axis) => format!("sensor {} sits on the other side of its node along {axis}", name(s)),
                 None => format!("sensor {} sits at {place}", name(s)),
@@ -278,17 +281,13 @@ impl Fault {
                 out.sensors[s] = self.sensor(&test.sensors);
                 return out;
             }
-            Change::Turned(other) => {
-                let (sin, cos) = number.sin_cos();
-                let [d, e] = [s, *other].map(|k| test.sensors[k].direction);
-                out.sensors[s].direction = [0, 1, 2].map(|k| cos * d[k] + sin * e[k]);
-                out.sensors[*other].direction = [0, 1, 2].map(|k| cos * e[k] - sin * d[k]);
-                return out;
-            }
-            Change::Tilted(_) => {
+            Change::Turned(_) | Change::Tilted(_) => {
                 let (sin, cos) = number.sin_cos();
                 let (d, e) = (test.sensors[s].direction, self.sensor(&test.sensors).direction);
                 out.sensors[s].direction = [0, 1, 2].map(|k| cos * d[k] + sin * e[k]);
+                if let Change::Turned(other) = self.change {
+                    out.sensors[other].direction = [0, 1, 2].map(|k| cos * e[k] - sin * d[k]);
+                }
                 return out;
             }
             Change::DrivingPoint { reference, .. } => {
@@ -335,11 +334,12 @@ impl Fault {
 }
 
 impl Fault {
-    /// The sensor as it is in truth, for a wrong axis or place; one along the direction towards which it is tilted.
+    /// The sensor as it is in truth, for a wrong axis or place; one along the direction towards which it is turned or tilted.
     pub(super) fn sensor(&self, sensors: &[Sensor]) -> Sensor {
         let mut out = sensors[self.sensor].clone();
         match &self.change {
             Change::Axis(axis) => out.direction = [0, 1, 2].map(|k| f64::from(u8::from(k == *axis))),
+            Change::Turned(other) => out.direction = sensors[*other].direction,
             Change::Tilted(axis) => out.direction = across(out.direction, *axis),
             Change::Position { place, offset, .. } => {
                 out.place.clone_from(place);
@@ -408,10 +408,7 @@ pub(super) fn response_of(set: &FrfSet, sensors: &[Sensor], sensor: usize) -> Op
     set.responses.iter().position(|c| channel_sensor(c, sensors).is_some_and(|s| s.name == *name))
 }
 
-/// The direction nearest to a global axis that is perpendicular to a direction not along it.
+/// The direction nearest to a global axis that is perpendicular to a direction; itself along that axis, where there is none.
 pub(super) fn across(direction: [f64; 3], axis: usize) -> [f64; 3] {
-    let along = direction[axis];
-    let e = [0, 1, 2].map(|k| f64::from(u8::from(k == axis)) - along * direction[k]);
-    let norm = e.iter().map(|v| v * v).sum::<f64>().sqrt();
-    e.map(|v| v / norm)
+    unit(plus(GLOBAL[axis], -direction[axis], direction)).unwrap_or(direction)
 }

@@ -9,6 +9,7 @@
 
 use super::DiagnosisError;
 use super::base::Stage;
+use super::faults::AXES;
 use super::fit::Fit;
 use super::refit::{Refit, Tried};
 use super::scene::Case;
@@ -132,19 +133,18 @@ fn proposals(base: &Stage) -> (Vec<Proposal>, Vec<f64>) {
         };
         let share = 100.0 * ADDED_MASS;
         let spring = added_spring(base, case);
-        let axis = |k: usize| ["x", "y", "z"][k];
         for &(node, k) in &places {
-            let what = format!("one more accelerometer at {} along {}", names[node], axis(k));
+            let what = format!("one more accelerometer at {} along {}", names[node], AXES[k]);
             add(what, &names[node], vec![SHAPE_SD; m]);
         }
         add(format!("the frequencies of the next {NEXT_MODES} modes"), "", vec![FREQUENCY_SD; NEXT_MODES]);
         for &(node, k) in &places {
-            let (name, along) = (&names[node], axis(k));
+            let (name, along) = (&names[node], AXES[k]);
             let what = format!("the same modes with {share:.0} % of the mass added at {name} (seen along {along})");
             add(what, name, vec![FREQUENCY_SD; m]);
         }
         for &(node, k) in &places {
-            let (name, along) = (&names[node], axis(k));
+            let (name, along) = (&names[node], AXES[k]);
             let what = format!("the same modes with a spring of {spring:.2e} N/m to ground at {name} along {along}");
             add(what, name, vec![FREQUENCY_SD; m]);
         }

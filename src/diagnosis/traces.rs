@@ -49,7 +49,8 @@ fn measured_modes(scene: &Scene, fit: &Fit, fault: &Fault) -> Vec<usize> {
     fault.modes(scene).filter(|&m| fit.inverse_sd[(fault.sensor, m)] > 0.0 && !fit.unpaired.contains(&m)).collect()
 }
 
-/// What a sensor of another axis or place, or along the direction of a tilt, would read of the modes of the model; `None` where nothing moves it.
+/// What a sensor of another axis or place, or along the direction of a tilt, would read of the modes of the model; `None` where nothing
+/// moves it.
 fn readings(scene: &Scene, fit: &Fit, fault: &Fault) -> Option<Vec<f64>> {
     let sensor = fault.sensor(&scene.test.sensors);
     let mut readings = vec![0.0; fit.rows.n_modes];
@@ -132,6 +133,7 @@ fn trace(scene: &Scene, fit: &Fit, weight: f64, fault: &Fault) -> Option<Trace> 
     for &m in &measured {
         let column = |a: &DMatrix<f64>| -> Vec<f64> { a.column(m).iter().copied().collect() };
         let (mut phi, mut test, mut w) = (column(&fit.shapes), column(&fit.test_shapes), column(&fit.inverse_sd));
+        let before = fault.is_angle().then(|| shape_rows(&phi, &test, &w));
         match &fault.change {
             Change::Gain => {
                 let r = shape_rows(&phi, &test, &w);
@@ -144,24 +146,18 @@ fn trace(scene: &Scene, fit: &Fit, weight: f64, fault: &Fault) -> Option<Trace> 
                 test.swap(s, *other);
                 w.swap(s, *other);
             }
-            Change::Turned(_) | Change::Tilted(_) => {
-                let before = shape_rows(&phi, &test, &w);
-                match (&fault.change, &replaced) {
-                    (Change::Turned(other), _) => {
-                        (phi[s], phi[*other]) = (phi[s] + STEP * phi[*other], phi[*other] - STEP * phi[s]);
-                    }
-                    (_, leak) => phi[s] += STEP * leak.as_ref()?[m],
-                }
-                for (k, (v, b)) in shape_rows(&phi, &test, &w).into_iter().zip(before).enumerate() {
-                    delta[rows.shape(m, k)] = weight * (v - b) / STEP;
-                }
-                continue;
+            Change::Turned(other) => {
+                (phi[s], phi[*other]) = (phi[s] + STEP * phi[*other], phi[*other] - STEP * phi[s]);
             }
+            Change::Tilted(_) => phi[s] += STEP * replaced.as_ref()?[m],
             _ => phi[s] = replaced.as_ref()?[m],
         }
         for (k, v) in shape_rows(&phi, &test, &w).into_iter().enumerate() {
             let row = rows.shape(m, k);
-            delta[row] = weight * v - fit.r[row];
+            delta[row] = match &before {
+                Some(before) => weight * (v - before[k]) / STEP,
+                None => weight * v - fit.r[row],
+            };
         }
     }
     if fault.change == Change::Gain || fault.is_angle() {

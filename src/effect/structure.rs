@@ -10,7 +10,7 @@ use super::location::{BENDING, Location};
 use super::patch::PatchError;
 use crate::element::Dof;
 use crate::linalg::DMatrix;
-use crate::model::{Model, ParametricModel, extent};
+use crate::model::{Model, ParametricModel, dot, extent};
 use mirror::{Mirror, element_partners};
 
 /// What is known beside the model; everything is optional.
@@ -545,8 +545,4 @@ fn acting(a: &DMatrix<f64>, b: &DMatrix<f64>) -> Vec<bool> {
     (0..a.nrows())
         .map(|r| force.row(r).iter().zip(size.row(r).iter()).any(|(f, s)| *s > 0.0 && f.abs() > 1e-9 * s))
         .collect()
-}
-
-pub(super) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

@@ -3,6 +3,7 @@
 use super::listing::sorted;
 use super::{Part, PartKind, Structure};
 use crate::element::Dof;
+use crate::model::dot;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Cosine of the largest angle at which members still make one line, 30 degrees: an axial force keeps 87 % of itself there.
@@ -166,7 +167,7 @@ impl Structure<'_> {
             let element = &self.model.elements()[e];
             element.axes[0].map(|x| if element.nodes[0] == node { x } else { -x })
         };
-        super::dot(away(a), away(b)) < -STRAIGHT
+        dot(away(a), away(b)) < -STRAIGHT
     }
 
     /// Whether a node that two beams share holds something else that takes a force out of the line: a clamp, or another
