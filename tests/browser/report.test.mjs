@@ -104,7 +104,17 @@ check("picking in the picture and by name tells name and properties", async () =
   const data = await read(page);
   await page.waitForFunction(() => Number(document.getElementById("structure-viewer").dataset.drawn) > 0);
   const clickOn = async (kind, index) => {
-    const at = await page.evaluate(([k, i]) => retuneReport.viewers[0].screenOf(k, i), [kind, index]);
+    // What was picked before may have changed the height of the page: the place counts once two frames agree on it.
+    const at = await page.evaluate(async ([k, i]) => {
+      const frame = () => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
+      let now = retuneReport.viewers[0].screenOf(k, i);
+      for (let before = null; before === null || Math.hypot(now.x - before.x, now.y - before.y) > 0.5;) {
+        before = now;
+        await frame();
+        now = retuneReport.viewers[0].screenOf(k, i);
+      }
+      return now;
+    }, [kind, index]);
     await page.mouse.click(at.x, at.y);
     return page.textContent("#picked");
   };
