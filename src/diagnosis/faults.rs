@@ -338,7 +338,7 @@ impl Fault {
     pub(super) fn sensor(&self, sensors: &[Sensor]) -> Sensor {
         let mut out = sensors[self.sensor].clone();
         match &self.change {
-            Change::Axis(axis) => out.direction = [0, 1, 2].map(|k| f64::from(u8::from(k == *axis))),
+            Change::Axis(axis) => out.direction = GLOBAL[*axis],
             Change::Turned(other) => out.direction = sensors[*other].direction,
             Change::Tilted(axis) => out.direction = across(out.direction, *axis),
             Change::Position { place, offset, .. } => {

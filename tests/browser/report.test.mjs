@@ -104,15 +104,15 @@ check("picking in the picture and by name tells name and properties", async () =
   const data = await read(page);
   await page.waitForFunction(() => Number(document.getElementById("structure-viewer").dataset.drawn) > 0);
   const clickOn = async (kind, index) => {
-    // What was picked before may have changed the height of the page: the place counts once two frames agree on it.
+    // What was picked before may have changed the height of the picture: a place counts once it stays from frame to frame.
     const at = await page.evaluate(async ([k, i]) => {
-      const frame = () => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
-      let now = retuneReport.viewers[0].screenOf(k, i);
-      for (let before = null; before === null || Math.hypot(now.x - before.x, now.y - before.y) > 0.5;) {
+      const twoFrames = () => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
+      let before, now = retuneReport.viewers[0].screenOf(k, i);
+      do {
         before = now;
-        await frame();
+        await twoFrames();
         now = retuneReport.viewers[0].screenOf(k, i);
-      }
+      } while (Math.hypot(now.x - before.x, now.y - before.y) > 0.5);
       return now;
     }, [kind, index]);
     await page.mouse.click(at.x, at.y);
