@@ -205,7 +205,7 @@ pub fn learn_from_tests(
 }
 
 /// Whether a hypothesis and all others, by their ids, are one effect that ends a little earlier or later: at places, one of every two a
-/// wider one, that share an element.
+/// wider one, that share an element or a node.
 fn are_one_effect(model: &Model, effects: &Effects, tried: &Tried, others: &[String]) -> bool {
     if others.is_empty() {
         return true;

@@ -5,7 +5,7 @@ use super::patch::{Builder, Edit, Patch, PatchError, entry};
 use super::structure::Structure;
 use super::{About, Belongs, Effect};
 use crate::element::Dof;
-use crate::model::spec::SpringSpec;
+use crate::model::spec::{Named, SpringSpec};
 
 #[doc = "A spring between a node and the ground: a soft suspension, cables, a contact or a bearing that holds the slope, which the model lacks."]
 #[derive(Debug, Clone, Copy)]
@@ -33,15 +33,7 @@ impl Effect for GroundSpring {
     }
 
     fn locations(&self, structure: &Structure<'_>) -> Vec<Location> {
-        let mut all = Vec::new();
-        for dof in Dof::ALL {
-            // A bearing that holds the slope: only what carries a node can resist its turning.
-            let can_hold = |n: usize| !dof.is_rotation() || structure.is_supported(n) || structure.is_mounted(n);
-            let matters = structure.generalised_stiffness(dof) > 0.0;
-            let nodes = structure.nodes(|n| matters && structure.node_moves(n, dof) && can_hold(n));
-            all.extend(nodes.into_iter().map(|at| at.along(dof.name())));
-        }
-        all
+        structure.nodes_along(&Dof::ALL, |n, dof| can_stand(structure, n, dof))
     }
 
     fn belongs_to(&self) -> Belongs {
@@ -50,21 +42,28 @@ impl Effect for GroundSpring {
 
     fn patch(&self, structure: &Structure<'_>, at: &Location) -> Result<Patch, PatchError> {
         let mut b = Builder::new(self.name(), at);
-        let unknown = || PatchError::unknown_place(self.name(), &at.to_string(), &[]);
-        let dof = Dof::from_name(at.direction()).ok_or_else(unknown)?;
-        let (unit, word) = if dof.is_rotation() { ("N m/rad", "about") } else { ("N/m", "along") };
-        let typical = 0.02 * structure.generalised_stiffness(dof);
-        let axis = &at.direction()[1..];
-        let about = format!("stiffness to ground at {} {word} {axis}", at.place());
-        let k = b.parameter("stiffness", unit, typical, [0.0, 1000.0 * typical], &about);
+        let axes = structure.axes_at(at, &Dof::ALL, |n, dof| can_stand(structure, n, dof));
+        let mut k = Named::new();
+        for dof in &axes {
+            let (unit, word) = if dof.is_rotation() { ("N m/rad", "about") } else { ("N/m", "along") };
+            let typical = 0.02 * structure.generalised_stiffness(*dof);
+            let about = format!("stiffness to ground at {} {word} {}", at.place(), &dof.name()[1..]);
+            let quantity = if axes.len() > 1 { format!("stiffness_{dof}") } else { "stiffness".to_string() };
+            let name = b.parameter(&quantity, unit, typical, [0.0, 1000.0 * typical], &about);
+            k.extend(entry(dof.name(), &name));
+        }
         for (i, node) in at.names.iter().enumerate() {
             let name = if at.names.len() > 1 { format!("{}.{}", b.stem(), i + 1) } else { b.stem().to_string() };
-            let k = entry(at.direction(), &k);
-            b.edit(Edit::AddSpring {
-                name,
-                entry: SpringSpec { node: Some(node.clone()), k, ..SpringSpec::default() },
-            });
+            let entry = SpringSpec { node: Some(node.clone()), k: k.clone(), ..SpringSpec::default() };
+            b.edit(Edit::AddSpring { name, entry });
         }
         Ok(b.finish())
     }
+}
+
+/// Whether a node moves in a direction in which what carries it can hold it: along every axis; about one, where it rests on a support or
+/// a spring, as in a bearing that holds the slope.
+fn can_stand(structure: &Structure<'_>, node: usize, dof: Dof) -> bool {
+    let can_hold = !dof.is_rotation() || structure.is_supported(node) || structure.is_mounted(node);
+    structure.generalised_stiffness(dof) > 0.0 && structure.node_moves(node, dof) && can_hold
 }

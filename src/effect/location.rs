@@ -1,5 +1,6 @@
 //! Places on a structure, by the names of the user's own file.
 
+use crate::element::Dof;
 use std::fmt;
 
 /// What kind of thing a location names.
@@ -44,6 +45,8 @@ pub const BASE: &str = "base";
 
 /// The direction of an end that gives about both axes of bending.
 pub(super) const BENDING: &str = "bending";
+/// The direction of a node where an effect acts along, or about, every axis that it can, with a size for each.
+pub(super) const ALL_AXES: &str = "all_axes";
 
 impl Location {
     /// At one or several things of a kind.
@@ -56,12 +59,14 @@ impl Location {
         Self::new(LocationKind::Whole, Vec::new())
     }
 
-    /// Whether it is ends that give about both axes of bending, and the other is the same ends about one of them.
+    /// Whether it is ends that give about both axes of bending, or nodes with all axes, and the other is the same with one of them.
     pub(crate) fn has_more_axes_than(&self, other: &Self) -> bool {
-        let is_of_bending = matches!(other.direction(), "ry" | "rz");
-        (&self.names, &self.configuration) == (&other.names, &other.configuration)
-            && self.direction() == BENDING
-            && is_of_bending
+        let has_its_axis = match self.direction() {
+            BENDING => matches!(other.direction(), "ry" | "rz"),
+            ALL_AXES => Dof::from_name(other.direction()).is_some(),
+            _ => false,
+        };
+        has_its_axis && (&self.names, &self.configuration) == (&other.names, &other.configuration)
     }
 
     /// The same in a direction.

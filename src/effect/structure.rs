@@ -6,7 +6,7 @@ mod mirror;
 mod places;
 mod scale;
 
-use super::location::{BENDING, Location};
+use super::location::{ALL_AXES, BENDING, Location, LocationKind};
 use super::patch::PatchError;
 use crate::element::Dof;
 use crate::linalg::DMatrix;
@@ -225,27 +225,29 @@ impl<'a> Structure<'a> {
         self.parts.iter().chain(&self.spans).find(|p| p.name == name)
     }
 
-    /// The same structure with other places for effects: spans for parts, and ends that give about both axes of bending.
+    /// The same structure with other places for effects: spans for parts, ends that give about both axes of bending, nodes with all
+    /// axes.
     #[must_use]
     pub fn on_wider_places(mut self) -> Self {
         self.is_wider = true;
         self
     }
 
-    /// Whether a location of [`Self::on_wider_places`] has one of these elements.
+    /// Whether a location is one of [`Self::on_wider_places`], and has one of these elements.
     ///
-    /// * `near` - names of elements, members or spans; none for all
+    /// * `near` - names of elements, members or spans; none for all, and for nodes, which have no element of their own
     pub(super) fn is_wide_and_near(&self, at: &Location, near: Option<&[String]>) -> bool {
         let has = |name: &String, e: usize| self.part(name).is_some_and(|p| p.elements.contains(&e));
         let of_near = |e: usize| near.is_none_or(|near| near.iter().any(|name| has(name, e)));
-        let span = |name: &str| self.spans.iter().find(|s| s.name == name);
-        let end = |name: &str| self.end(name).filter(|_| at.direction() == BENDING);
-        let is_wide = at.names.iter().all(|name| span(name).is_some() || end(name).is_some());
-        is_wide
-            && at.names.iter().any(|name| {
-                span(name).is_some_and(|s| s.elements.iter().any(|&e| of_near(e)))
-                    || end(name).is_some_and(|e| of_near(e.element))
-            })
+        let elements_of = |name: &String| match at.direction() {
+            BENDING => self.end(name).map(|end| vec![end.element]),
+            _ => self.spans.iter().find(|s| s.name == *name).map(|s| s.elements.clone()),
+        };
+        if at.kind == LocationKind::Node {
+            return at.direction() == ALL_AXES && near.is_none();
+        }
+        let elements: Option<Vec<Vec<usize>>> = at.names.iter().map(elements_of).collect();
+        elements.is_some_and(|all| all.into_iter().flatten().any(of_near))
     }
 
     /// Whether a location is one of [`Self::on_wider_places`].
@@ -253,8 +255,11 @@ impl<'a> Structure<'a> {
         self.is_wide_and_near(at, None)
     }
 
-    /// Whether two locations name parts, or ends, that share an element.
+    /// Whether two locations name parts, or ends, that share an element, or share a node.
     pub(crate) fn overlap(&self, a: &Location, b: &Location) -> bool {
+        if (a.kind, b.kind) == (LocationKind::Node, LocationKind::Node) {
+            return a.names.iter().any(|name| b.names.contains(name));
+        }
         let elements = |at: &Location| -> Vec<usize> {
             let of = |name: &String| match (self.part(name), self.end(name)) {
                 (Some(part), _) => part.elements.clone(),

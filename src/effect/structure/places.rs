@@ -1,15 +1,46 @@
 //! Places for effects: nodes, parts and ends with a property, symmetric partners together before each alone.
 
 use super::{Joint, Part, PartKind, Structure};
-use crate::effect::location::{BENDING, Location, LocationKind};
+use crate::effect::location::{ALL_AXES, BENDING, Location, LocationKind};
 use crate::element::Dof;
 
 impl Structure<'_> {
-    /// Nodes with a property, symmetric partners together before each alone; `dof` is the direction that must move.
+    /// Nodes with a property, symmetric partners together before each alone.
     pub(in crate::effect) fn nodes(&self, accept: impl Fn(usize) -> bool) -> Vec<Location> {
-        let partner = |i: usize| self.node_partner[i].filter(|j| *j < self.n_nodes() && accept(*j));
-        let nodes = if self.is_wider { 0 } else { self.n_nodes() };
-        arrange((0..nodes).filter(|&i| accept(i)), partner)
+        if self.is_wider { Vec::new() } else { self.all_nodes(accept, |_, _| true) }
+    }
+
+    /// Nodes in each direction in which an effect can act on them; where places are wider, those with several directions, in all of
+    /// them at once.
+    ///
+    /// * `acts` - whether it can act on a node in a direction
+    pub(in crate::effect) fn nodes_along(&self, dofs: &[Dof], acts: impl Fn(usize, Dof) -> bool) -> Vec<Location> {
+        let axes = |n: usize| -> Vec<Dof> { dofs.iter().copied().filter(|&dof| acts(n, dof)).collect() };
+        if self.is_wider {
+            let all = self.all_nodes(|n| axes(n).len() > 1, |a, b| axes(a) == axes(b));
+            return all.into_iter().map(|at| at.along(ALL_AXES)).collect();
+        }
+        let along = |&dof: &Dof| self.nodes(|n| acts(n, dof)).into_iter().map(move |at| at.along(dof.name()));
+        dofs.iter().flat_map(along).collect()
+    }
+
+    /// The directions of a location of [`Self::nodes_along`].
+    pub(in crate::effect) fn axes_at(
+        &self,
+        at: &Location,
+        dofs: &[Dof],
+        acts: impl Fn(usize, Dof) -> bool,
+    ) -> Vec<Dof> {
+        let node = (0..self.n_nodes()).find(|&n| at.names.first().is_some_and(|name| name == self.node_name(n)));
+        let is_asked = |dof: Dof| at.direction() == ALL_AXES || at.direction() == dof.name();
+        let acts = |&dof: &Dof| is_asked(dof) && node.is_some_and(|n| acts(n, dof));
+        dofs.iter().copied().filter(acts).collect()
+    }
+
+    /// * `alike` - whether what is at a node and at its partner can share parameters
+    fn all_nodes(&self, accept: impl Fn(usize) -> bool, alike: impl Fn(usize, usize) -> bool) -> Vec<Location> {
+        let partner = |i: usize| self.node_partner[i].filter(|&j| j < self.n_nodes() && accept(j) && alike(i, j));
+        arrange((0..self.n_nodes()).filter(|&i| accept(i)), partner)
             .into_iter()
             .map(|nodes| {
                 let names = nodes.into_iter().map(|n| self.node_name(n).to_string()).collect();

@@ -153,6 +153,30 @@ fn an_end_gives_about_both_axes() {
     assert!((&both - rigid).abs().max() > 1e-6 * expected.abs().max(), "it gives");
 }
 
+/// A body that lacks moments of inertia about several axes is one that lacks the first, then the next; springs along several axes alike.
+#[test]
+fn a_node_has_several_axes() {
+    let text = in_one();
+    let bare = model(&text);
+    let context = Context::default();
+    let system = bare.assemble(Structure::new(&bare, &context).theta()).unwrap();
+    let cases = [
+        ("ground-spring", ["ux", "uy", "uz"], 0, &system.stiffness),
+        ("point-rotary-inertia", ["rx", "ry", "rz"], 1, &system.mass),
+    ];
+    for (effect, axes, which, neutral) in cases {
+        let (all, sizes) = matrices(&text, &format!("{effect}@n3.all_axes")).unwrap();
+        assert_eq!(sizes.len(), 3, "{effect}");
+        let sum = axes.iter().zip(&sizes).fold(neutral.clone(), |sum, (axis, size)| {
+            let (one, its) = matrices(&text, &format!("{effect}@n3.{axis}")).unwrap();
+            assert_eq!(its, [*size], "{effect} {axis}");
+            assert!((&one[which] - neutral).abs().max() > 0.0, "{effect} {axis} does something");
+            sum + &one[which] - neutral
+        });
+        assert!((&all[which] - &sum).abs().max() <= 1e-12 * sum.abs().max(), "{effect}");
+    }
+}
+
 #[test]
 fn a_line_with_a_name_is_called_by_it() {
     let named = in_pieces("groups: {spar: [r, s, q, p], half: [q, r], loose: [p, s]}");
