@@ -86,13 +86,17 @@ impl Stage {
         self.screened[score.index].candidate.id()
     }
 
-    /// The same with the effects at wider places instead of its own.
+    /// Effects at wider places than those of the file.
     ///
-    /// * `near` - elements, members or spans that they have to touch; none for all places
-    pub(super) fn on_wider_places(&self, near: Option<&[String]>) -> Stage {
-        self.on_wider(in_configurations(&self.scene, |tested| {
-            candidates_on_wider_places(tested, &self.catalogue, near)
-        }))
+    /// * `near` - nodes, elements, members, spans or ends that they have to touch; none for all places
+    pub(super) fn wider_candidates(
+        &self,
+        near: Option<&[String]>,
+        is_wanted: impl Fn(&Candidate) -> bool,
+    ) -> Vec<Candidate> {
+        let all =
+            in_configurations(&self.scene, |tested| candidates_on_wider_places(tested, &self.catalogue, near));
+        all.into_iter().filter(is_wanted).collect()
     }
 
     /// The same with these effects at wider places instead of its own.

@@ -12,8 +12,8 @@ use crate::model::spec::ModelSpec;
 use crate::model::{Model, Registry, solve_modes};
 use crate::objective::{Comparison, EvalError, LeastSquares, Objective};
 
-/// Elements for one.
-const FINER: u32 = 3;
+/// Elements for one, by which a mesh is judged.
+pub(super) const FINER: u32 = 3;
 
 pub(super) fn unsolvable(reason: impl std::fmt::Display) -> DiagnosisError {
     EvalError::Unsolvable { reason: reason.to_string() }.into()
@@ -30,12 +30,12 @@ pub(super) fn modes(model: &Model, theta: &[f64], n_elastic: usize) -> Result<Mo
     solve_modes(model, theta, SolveOptions { n_elastic, shift: None }).map_err(unsolvable)
 }
 
-/// The same structure with three beams for one. A member without mass or torsional stiffness of its own, whose inner nodes
+/// The same structure with several beams for one. A member without mass or torsional stiffness of its own, whose inner nodes
 /// would hang in the air, stays as it is.
-pub(super) fn refined(model: &Model, theta: &[f64]) -> Result<Model, DiagnosisError> {
+pub(super) fn refined(model: &Model, theta: &[f64], times: u32) -> Result<Model, DiagnosisError> {
     let finer = |spec: &mut ModelSpec, name: &str| {
         if let Some(member) = spec.beams.get_mut(name) {
-            member.subdivide = Some(FINER * member.subdivide.unwrap_or(1));
+            member.subdivide = Some(times * member.subdivide.unwrap_or(1));
         }
     };
     let sound = |m: &Model| modes(m, theta, 1).is_ok_and(|found| found.n_mechanism == 0);

@@ -3,7 +3,7 @@
 use super::DiagnosisError;
 use super::base::Stage;
 use super::fit::ON_BOUND;
-use super::mesh::{functions_moved, mesh_errors, modes, refined};
+use super::mesh::{FINER, functions_moved, mesh_errors, modes, refined};
 use super::refit::{Refit, Tried};
 use super::scene::Case;
 use crate::model::{Model, ParametricModel};
@@ -31,7 +31,7 @@ fn mesh_error(base: &Stage) -> Option<MeshError> {
     let theta = &base.fit.theta;
     let (mut bad, mut moved) = (Vec::new(), 0.0_f64);
     for case in &base.scene.cases {
-        let Ok(fine) = refined(&case.model, theta) else { continue };
+        let Ok(fine) = refined(&case.model, theta, FINER) else { continue };
         bad.extend(falsified(base, case, &fine).unwrap_or_default());
         moved = moved.max(functions_moved(&case.model, &fine, theta, &case.test).unwrap_or(0.0));
     }

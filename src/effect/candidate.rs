@@ -104,9 +104,10 @@ pub fn candidates_in(tested: &[Configured<'_>], effects: &Effects) -> Vec<Candid
     placed(tested, &structures, effects, |_, _| true)
 }
 
-/// Every effect at the wider places of a structure: a few successive elements, ends that give about both axes of bending.
+/// Every effect at the wider places of a structure: a few successive elements, ends that give about both axes of bending, nodes with all
+/// axes.
 ///
-/// * `near` - names of elements, members or spans of which a place has to have an element; none for all places
+/// * `near` - names of nodes, elements, members, spans or ends of which a place has to have a node or an element; none for all places
 pub fn candidates_on_wider_places(
     tested: &[Configured<'_>],
     effects: &Effects,

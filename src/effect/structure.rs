@@ -233,21 +233,30 @@ impl<'a> Structure<'a> {
         self
     }
 
-    /// Whether a location is one of [`Self::on_wider_places`], and has one of these elements.
+    /// Whether a location is one of [`Self::on_wider_places`], and has one of these nodes, or an element of one of these.
     ///
-    /// * `near` - names of elements, members or spans; none for all, and for nodes, which have no element of their own
+    /// * `near` - names of nodes, elements, members, spans or ends; none for all
     pub(super) fn is_wide_and_near(&self, at: &Location, near: Option<&[String]>) -> bool {
-        let has = |name: &String, e: usize| self.part(name).is_some_and(|p| p.elements.contains(&e));
-        let of_near = |e: usize| near.is_none_or(|near| near.iter().any(|name| has(name, e)));
+        if at.kind == LocationKind::Node {
+            let is_near = |name: &String| near.is_none_or(|near| near.contains(name));
+            return at.direction() == ALL_AXES && at.names.iter().any(is_near);
+        }
         let elements_of = |name: &String| match at.direction() {
             BENDING => self.end(name).map(|end| vec![end.element]),
             _ => self.spans.iter().find(|s| s.name == *name).map(|s| s.elements.clone()),
         };
-        if at.kind == LocationKind::Node {
-            return at.direction() == ALL_AXES && near.is_none();
-        }
+        let of_near = |e: usize| near.is_none_or(|near| near.iter().any(|name| self.elements_of(name).contains(&e)));
         let elements: Option<Vec<Vec<usize>>> = at.names.iter().map(elements_of).collect();
         elements.is_some_and(|all| all.into_iter().flatten().any(of_near))
+    }
+
+    /// The elements of a part, or that of an end.
+    fn elements_of(&self, name: &str) -> Vec<usize> {
+        match (self.part(name), self.end(name)) {
+            (Some(part), _) => part.elements.clone(),
+            (None, Some(end)) => vec![end.element],
+            (None, None) => Vec::new(),
+        }
     }
 
     /// Whether a location is one of [`Self::on_wider_places`].
@@ -260,14 +269,7 @@ impl<'a> Structure<'a> {
         if (a.kind, b.kind) == (LocationKind::Node, LocationKind::Node) {
             return a.names.iter().any(|name| b.names.contains(name));
         }
-        let elements = |at: &Location| -> Vec<usize> {
-            let of = |name: &String| match (self.part(name), self.end(name)) {
-                (Some(part), _) => part.elements.clone(),
-                (None, Some(end)) => vec![end.element],
-                (None, None) => Vec::new(),
-            };
-            at.names.iter().flat_map(of).collect()
-        };
+        let elements = |at: &Location| -> Vec<usize> { at.names.iter().flat_map(|n| self.elements_of(n)).collect() };
         let others = elements(b);
         elements(a).iter().any(|e| others.contains(e))
     }

@@ -126,6 +126,12 @@ pub(crate) struct Benchmark {
     /// Twins with every change outside the catalogue, on each structure.
     #[arg(long, default_value_t = 3)]
     pub(crate) outside: usize,
+    /// Sensors of a test, as far as a structure has places for them.
+    #[arg(long, default_value_t = 28)]
+    pub(crate) sensors: usize,
+    /// Modes of a test, at most.
+    #[arg(long, default_value_t = 8)]
+    pub(crate) modes: usize,
     /// The noise that is there, over the one that the test states.
     #[arg(long, default_value_t = 1.0)]
     pub(crate) noise_factor: f64,

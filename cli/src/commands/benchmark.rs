@@ -26,6 +26,8 @@ pub(crate) fn run(args: &Benchmark) -> Result<u8, Failure> {
         effects: args.effects,
         faults: args.faults,
         outside: args.outside,
+        sensors: args.sensors,
+        modes: args.modes,
         noise_factor: args.noise_factor,
         seed: args.seed,
         only: args.case.clone(),

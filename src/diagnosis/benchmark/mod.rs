@@ -35,6 +35,10 @@ pub struct Plan {
     pub faults: usize,
     /// Twins with every change outside the catalogue, on each structure.
     pub outside: usize,
+    /// Sensors of a test, as far as the structure has places for them; at least as many as modes.
+    pub sensors: usize,
+    /// Modes of a test, at most.
+    pub modes: usize,
     /// Relative noise of frequencies that the test states.
     pub frequency_noise: f64,
     /// Noise of shapes, relative to the largest entry, that the test states.
@@ -55,6 +59,8 @@ impl Default for Plan {
             effects: 2,
             faults: 2,
             outside: 3,
+            sensors: 28,
+            modes: 8,
             frequency_noise: 0.003,
             shape_noise: 0.02,
             noise_factor: 1.0,
