@@ -4,7 +4,7 @@ use super::faults::{AXES, Change, Fault, across, response_of};
 use super::scene::Scene;
 use crate::correlation::channel_sensor;
 use crate::data::Place;
-use crate::model::{dot, minus};
+use crate::model::{dot, minus, plus};
 
 /// Frequencies of a test from which one may be told wrong.
 const FEWEST_FREQUENCIES: usize = 3;
@@ -143,8 +143,9 @@ fn positions(scene: &Scene, at: &[[f64; 3]], out: &mut Vec<Fault>) {
             .collect();
         near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         // Several sensors at one place are one place.
-        near.dedup_by(|a, b| distance(at[a.1], at[b.1]) < ONE_PLACE);
-        for &(_, o) in near.iter().take(NEIGHBOURS) {
+        let mut known: Vec<[f64; 3]> = Vec::new();
+        near.retain(|&(_, o)| known.len() < NEIGHBOURS && is_new(&mut known, at[o]));
+        for &(_, o) in &near {
             let name = sensors[o].name.clone();
             out.push(Fault::of(
                 s,
@@ -153,26 +154,33 @@ fn positions(scene: &Scene, at: &[[f64; 3]], out: &mut Vec<Fault>) {
         }
         let nearest = nodes
             .iter()
-            .map(|(name, p)| (distance(here, *p), name))
-            .filter(|(d, _)| *d > ONE_PLACE)
+            .map(|(name, p)| (distance(here, *p), name, *p))
+            .filter(|(d, ..)| *d > ONE_PLACE)
             .min_by(|a, b| a.0.total_cmp(&b.0));
-        let known = |d: f64| near.iter().take(NEIGHBOURS).any(|(other, _)| (other - d).abs() < ONE_PLACE);
-        if let Some((_, name)) = nearest.filter(|(d, _)| !known(*d)) {
+        if let Some((_, name, _)) = nearest.filter(|&(.., p)| is_new(&mut known, p)) {
             let place = Place::Node { node: name.clone(), position: None };
             out.push(Fault::of(s, Change::Position { place, offset: None, name: name.clone() }));
         }
-        out.extend(mirrored(scene, s));
+        let mirrored = mirrored(scene, s).into_iter();
+        out.extend(mirrored.filter(|&(_, p)| is_new(&mut known, p)).map(|(fault, _)| fault));
     }
 }
 
-/// A sensor on the other side of its node, in each direction in which it stands beside it: the slip of a sign.
-fn mirrored(scene: &Scene, s: usize) -> Vec<Fault> {
+/// Whether a place is none of those that are known; then it is one of them.
+fn is_new(known: &mut Vec<[f64; 3]>, place: [f64; 3]) -> bool {
+    let is_new = known.iter().all(|k| distance(*k, place) > ONE_PLACE);
+    known.extend(is_new.then_some(place));
+    is_new
+}
+
+/// A sensor on the other side of its node, in each direction in which it stands beside it: the slip of a sign. With the place there.
+fn mirrored(scene: &Scene, s: usize) -> Vec<(Fault, [f64; 3])> {
     let sensor = &scene.test.sensors[s];
     let Place::Node { node, position } = &sensor.place else { return Vec::new() };
     let geometry = scene.model().geometry();
     let Some(at) = geometry.node(node).map(|n| geometry.positions[n]) else { return Vec::new() };
     let arm = match (position, sensor.offset) {
-        (Some(p), _) => [0, 1, 2].map(|k| p[k] - at[k]),
+        (Some(p), _) => minus(*p, at),
         (None, offset) => offset.unwrap_or_default(),
     };
     let on_the_other_side = |axis: usize| {
@@ -180,7 +188,7 @@ fn mirrored(scene: &Scene, s: usize) -> Vec<Fault> {
         offset[axis] = -offset[axis];
         let name = format!("mirrored {}", AXES[axis]);
         let place = Place::Node { node: node.clone(), position: None };
-        Fault::of(s, Change::Position { place, offset: Some(offset), name })
+        (Fault::of(s, Change::Position { place, offset: Some(offset), name }), plus(at, 1.0, offset))
     };
     (0..3).filter(|&axis| arm[axis].abs() > ONE_PLACE).map(on_the_other_side).collect()
 }

@@ -12,6 +12,12 @@ use rayon::prelude::*;
 /// Steps of a fit, at most.
 pub(super) const STEPS: usize = 60;
 
+/// Steps after which the best starts are chosen.
+const FIRST_STEPS: usize = 4;
+
+/// Of Φ: a tenth of a unit of ln evidence is far below what any decision rests on.
+const TOLERANCE: f64 = 1e-7;
+
 /// A parameter nearer to its bound than this share of the interval sits on it.
 pub(super) const ON_BOUND: f64 = 1e-6;
 
@@ -52,6 +58,33 @@ pub(super) fn fit(scene: &Scene, starts: &[DVector<f64>], weight: f64) -> Result
     fit_from(scene, starts, weight, starts.len(), STEPS)
 }
 
+/// The same from the first start and those with the lowest objective, `most` in all; of more than `few`, those go on that are best after a
+/// few steps.
+///
+/// Starts that look best may all lie in one valley.
+pub(super) fn fit_in_rounds(
+    scene: &Scene,
+    starts: &[DVector<f64>],
+    weight: f64,
+    most: usize,
+    few: usize,
+) -> Result<Fit, DiagnosisError> {
+    if most <= few || starts.len() <= few || scene.has_functions() {
+        return fit_from(scene, starts, weight, few, STEPS);
+    }
+    let comparisons = scene.comparisons()?;
+    let posed = Posed::new(scene, &comparisons, scene.priors(), weight);
+    let method = LevenbergMarquardt { steps: FIRST_STEPS, tolerance: TOLERANCE, ..LevenbergMarquardt::default() };
+    let chosen = lowest(&posed, starts, most);
+    let mut begun: Vec<(f64, DVector<f64>)> = chosen
+        .par_iter()
+        .filter_map(|start| method.minimize(start, &mut Run::new(&posed)).map(|o| (o.cost, o.x)).ok())
+        .collect();
+    begun.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let begun: Vec<DVector<f64>> = begun.into_iter().take(few).map(|(_, x)| x).collect();
+    fit_from(scene, &begun, weight, few, STEPS)
+}
+
 /// The same from the first start and those with the lowest objective, `most` in all, with at most `steps` steps each.
 pub(super) fn fit_from(
     scene: &Scene,
@@ -65,8 +98,7 @@ pub(super) fn fit_from(
     let x = if posed.n_parameters() == 0 {
         DVector::zeros(0)
     } else {
-        // A tenth of a unit of ln evidence is far below what any decision rests on; the tolerance is 1e-7 of Φ.
-        let method = LevenbergMarquardt { steps, tolerance: 1e-7, ..LevenbergMarquardt::default() };
+        let method = LevenbergMarquardt { steps, tolerance: TOLERANCE, ..LevenbergMarquardt::default() };
         let mut chosen = lowest(&posed, starts, most);
         if scene.has_functions() {
             chosen = through_modes(scene, &posed, chosen, weight, &method);

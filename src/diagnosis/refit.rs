@@ -3,7 +3,7 @@
 use super::base::{FaultScore, Stage, box_starts};
 use super::evidence::{REMAINDER, goodness_of_fit, held_out, ln_evidence};
 use super::faults::Fault;
-use super::fit::{Fit, STEPS, fit_from};
+use super::fit::{Fit, fit_in_rounds};
 use super::nested::leave_out_wider;
 use super::overlooked::brought;
 use super::refit_fault::refit_fault;
@@ -25,6 +25,8 @@ use std::collections::{BTreeMap, BTreeSet};
 const BEST: usize = 12;
 /// Starts of a full refit, after a look at all.
 pub(super) const STARTS: usize = 4;
+/// Effects of every kind that are refitted where none leaves noise.
+const OF_EVERY_KIND: usize = 2;
 /// Effects that are fitted with a few steps where the best refits leave more than noise.
 const SHORT_FITS: usize = 200;
 /// Faults of every kind that are refitted then, and how many members a kind may have to be refitted whole.
@@ -264,12 +266,16 @@ fn leaves_noise(done: &[Refit]) -> Result<bool, DiagnosisError> {
     Ok(false)
 }
 
-/// The first few of a ranking, and the first of every other kind: a kind with many places, and two sizes at each, would take all.
+/// The first few of a ranking, and the first two of every other kind: a kind with many places, and two sizes at each, would take all; and of
+/// a place and its mirror image on a nearly symmetric structure a few steps do not tell which is right.
 pub(super) fn best_and_of_every_kind<'a>(stage: &Stage, ranked: Vec<&'a Score>, few: usize) -> Vec<&'a Score> {
-    let mut seen = BTreeSet::new();
-    let of_kind = |s: &Score| stage.screened[s.index].candidate.effect.name();
-    let ranked = ranked.into_iter().enumerate();
-    ranked.filter(|(k, s)| seen.insert(of_kind(s)) || *k < few).map(|(_, s)| s).collect()
+    let mut seen: BTreeMap<&str, usize> = BTreeMap::new();
+    let mut is_wanted = |&(k, s): &(usize, &Score)| {
+        let count = seen.entry(stage.screened[s.index].candidate.effect.name()).or_default();
+        *count += 1;
+        k < few || *count <= OF_EVERY_KIND
+    };
+    ranked.into_iter().enumerate().filter(|r| is_wanted(r)).map(|(_, s)| s).collect()
 }
 
 /// Fits what is like the best effect, in kind or place, from where the best has brought the base.
@@ -411,10 +417,15 @@ pub(super) fn starts(stage: &Stage, score: &Score, bases: &[DVector<f64>]) -> Ve
     bases.iter().flat_map(|x| sizes.iter().map(|v| join(x, v))).collect()
 }
 
+/// A body on a spring has two sizes, and a valley for every mode that it may be tuned to.
+pub(super) fn effort(candidate: &Candidate) -> usize {
+    if candidate.parameters.iter().any(|p| !p.grid.is_empty()) { 2 } else { 1 }
+}
+
 fn refit_effect(stage: &Stage, score: &Score, bases: &[DVector<f64>], base: f64) -> Result<Refit, DiagnosisError> {
     let candidate = &stage.screened[score.index].candidate;
     let scene = with_effect(&stage.scene, candidate)?;
-    let fit = fit_from(&scene, &starts(stage, score, bases), stage.weight, STARTS, STEPS)?;
+    let fit = fit_in_rounds(&scene, &starts(stage, score, bases), stage.weight, bases.len() * effort(candidate), STARTS)?;
     let evidence = ln_evidence(&fit)? + scene.ln_size_priors(&candidate.parameters);
     let estimates = estimates(&scene, &fit, &candidate.parameters)?;
     let held_out = held_out(&fit, stage.weight)?.iter().sum();

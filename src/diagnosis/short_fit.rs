@@ -3,7 +3,7 @@
 use super::DiagnosisError;
 use super::base::Stage;
 use super::fit::fit_from;
-use super::refit::{starts, with_effect};
+use super::refit::{effort, starts, with_effect};
 use super::scene::Scene;
 use super::screen::Score;
 use crate::linalg::DVector;
@@ -45,21 +45,15 @@ impl<'a> ShortFit<'a> {
     fn begin(stage: &Stage, score: &'a Score, bases: &[DVector<f64>]) -> Result<Self, DiagnosisError> {
         let candidate = &stage.screened[score.index].candidate;
         let scene = with_effect(&stage.scene, candidate)?;
-        let effort = Self::effort(stage, score);
+        let effort = effort(candidate);
         let starts = starts(stage, score, bases);
         let fit = fit_from(&scene, &starts, stage.weight, FEW_STARTS * effort, FIRST_STEPS * effort)?;
         Ok(Self { score, scene, x: fit.x, phi: fit.phi })
     }
 
-    /// A body on a spring has two sizes, and a valley for every mode that it may be tuned to.
-    fn effort(stage: &Stage, score: &Score) -> usize {
-        let candidate = &stage.screened[score.index].candidate;
-        if candidate.parameters.iter().any(|p| !p.grid.is_empty()) { 2 } else { 1 }
-    }
-
     /// The other steps.
     fn go_on(&mut self, stage: &Stage) {
-        let steps = FURTHER_STEPS * Self::effort(stage, self.score);
+        let steps = FURTHER_STEPS * effort(&stage.screened[self.score.index].candidate);
         if let Ok(fit) = fit_from(&self.scene, std::slice::from_ref(&self.x), stage.weight, 1, steps) {
             (self.x, self.phi) = (fit.x, fit.phi);
         }

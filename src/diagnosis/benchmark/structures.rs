@@ -104,7 +104,8 @@ fn places(model: &Model) -> Vec<Sensor> {
             })
         };
         for axis in (0..3).filter(|&axis| !runs_along(axis)) {
-            for read in (0..3).filter(|&read| read != axis) {
+            let moves = |read: usize| !dofs.express(n, Dof::ALL[read]).is_empty();
+            for read in (0..3).filter(|&read| read != axis && moves(read)) {
                 let turns = !dofs.express(n, Dof::ALL[3 + (3 - axis - read)]).is_empty();
                 for (k, side) in [1.0, -1.0].into_iter().enumerate().filter(|_| turns) {
                     out.push(Sensor {
