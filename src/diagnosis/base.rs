@@ -94,8 +94,7 @@ impl Stage {
         near: Option<&[String]>,
         is_wanted: impl Fn(&Candidate) -> bool,
     ) -> Vec<Candidate> {
-        let all =
-            in_configurations(&self.scene, |tested| candidates_on_wider_places(tested, &self.catalogue, near));
+        let all = in_configurations(&self.scene, |tested| candidates_on_wider_places(tested, &self.catalogue, near));
         all.into_iter().filter(is_wanted).collect()
     }
 

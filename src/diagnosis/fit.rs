@@ -58,24 +58,26 @@ pub(super) fn fit(scene: &Scene, starts: &[DVector<f64>], weight: f64) -> Result
     fit_from(scene, starts, weight, starts.len(), STEPS)
 }
 
-/// The same from the first start and those with the lowest objective, `most` in all; of more than `few`, those go on that are best after a
-/// few steps.
+/// The same from the lowest of every group of starts: of more than `few`, those go on that are best after a few steps.
 ///
-/// Starts that look best may all lie in one valley.
+/// Starts that look best may all lie in one valley; those of different groups hardly do.
+///
+/// * `groups` - starts that belong together, all as many
+/// * `of_each` - how many of a group
 pub(super) fn fit_in_rounds(
     scene: &Scene,
-    starts: &[DVector<f64>],
+    groups: &[Vec<DVector<f64>>],
     weight: f64,
-    most: usize,
+    of_each: usize,
     few: usize,
 ) -> Result<Fit, DiagnosisError> {
-    if most <= few || starts.len() <= few || scene.has_functions() {
-        return fit_from(scene, starts, weight, few, STEPS);
+    if groups.len() * of_each <= few || scene.has_functions() {
+        return fit_from(scene, &groups.concat(), weight, few, STEPS);
     }
     let comparisons = scene.comparisons()?;
     let posed = Posed::new(scene, &comparisons, scene.priors(), weight);
     let method = LevenbergMarquardt { steps: FIRST_STEPS, tolerance: TOLERANCE, ..LevenbergMarquardt::default() };
-    let chosen = lowest(&posed, starts, most);
+    let chosen: Vec<DVector<f64>> = groups.iter().flat_map(|group| lowest(&posed, group, of_each)).collect();
     let mut begun: Vec<(f64, DVector<f64>)> = chosen
         .par_iter()
         .filter_map(|start| method.minimize(start, &mut Run::new(&posed)).map(|o| (o.cost, o.x)).ok())

@@ -13,6 +13,7 @@ use super::faults::AXES;
 use super::fit::Fit;
 use super::refit::{Refit, Tried};
 use super::scene::Case;
+use super::warnings::number;
 use crate::element::Dof;
 use crate::linalg::{DMatrix, DVector};
 use crate::model::{Model, ParametricModel};
@@ -131,7 +132,7 @@ fn proposals(base: &Stage) -> (Vec<Proposal>, Vec<f64>) {
             sd.extend(sds);
             out.push(Proposal { what: what + &of, place: place.to_string(), rows });
         };
-        let share = 100.0 * ADDED_MASS;
+        let mass = added_mass(base, case);
         let spring = added_spring(base, case);
         for &(node, k) in &places {
             let what = format!("one more accelerometer at {} along {}", names[node], AXES[k]);
@@ -140,7 +141,7 @@ fn proposals(base: &Stage) -> (Vec<Proposal>, Vec<f64>) {
         add(format!("the frequencies of the next {NEXT_MODES} modes"), "", vec![FREQUENCY_SD; NEXT_MODES]);
         for &(node, k) in &places {
             let (name, along) = (&names[node], AXES[k]);
-            let what = format!("the same modes with {share:.0} % of the mass added at {name} (seen along {along})");
+            let what = format!("the same modes with {} kg added at {name} (seen along {along})", number(mass));
             add(what, name, vec![FREQUENCY_SD; m]);
         }
         for &(node, k) in &places {
@@ -154,11 +155,18 @@ fn proposals(base: &Stage) -> (Vec<Proposal>, Vec<f64>) {
     (out, sd)
 }
 
+fn total_mass(base: &Stage, case: &Case) -> f64 {
+    case.model.mass_properties(&base.fit.theta).ok().flatten().map_or(0.0, |p| p.mass)
+}
+
+fn added_mass(base: &Stage, case: &Case) -> f64 {
+    ADDED_MASS * total_mass(base, case)
+}
+
 fn added_spring(base: &Stage, case: &Case) -> f64 {
-    let mass = case.model.mass_properties(&base.fit.theta).ok().flatten().map_or(0.0, |p| p.mass);
     let lowest = case.test.modes.iter().map(|m| m.frequency_hz.value).fold(f64::INFINITY, f64::min);
     let omega = if lowest.is_finite() { std::f64::consts::TAU * lowest } else { 0.0 };
-    ADDED_SPRING * mass * omega.powi(2)
+    ADDED_SPRING * total_mass(base, case) * omega.powi(2)
 }
 
 /// The prediction vector of a hypothesis and its derivative times the root of the covariance.
@@ -236,8 +244,7 @@ fn predict_case(
     for k in 1..=NEXT_MODES {
         out.push(p.frequencies_hz.get(highest + k).map_or(0.0, |f| f.ln()));
     }
-    let properties = p.mass_properties.as_ref();
-    let added = ADDED_MASS * properties.map_or(0.0, |p| p.mass);
+    let added = added_mass(base, case);
     for &(node, axis) in &places {
         for &partner in &partners {
             let phi = motion(&base_names[node], axis, partner);
@@ -254,7 +261,7 @@ fn predict_case(
         }
     }
     let extent = |i: f64, mass: f64| (i.max(0.0) / mass.max(f64::MIN_POSITIVE)).sqrt();
-    match properties {
+    match p.mass_properties.as_ref() {
         Some(m) => {
             let length = (0..3).map(|i| extent(m.inertia[i][i], m.mass)).fold(0.0, f64::max).max(f64::MIN_POSITIVE);
             out.push(m.mass.ln());

@@ -12,7 +12,7 @@ use super::screen::{Score, start_sizes};
 use super::short_fit::shortest;
 use super::spread::{self, Fitted, spreads};
 use super::verdict::STRONG;
-use super::wider::{beyond_the_best, may_be_wider, on_wider_places};
+use super::wider::{beyond_the_best, in_all_axes, may_be_wider, on_wider_places};
 use super::{DiagnosisError, Estimate};
 use crate::effect::{Candidate, NewParameter};
 use crate::linalg::DVector;
@@ -188,6 +188,8 @@ pub(super) fn refit(stage: &Stage, few: bool) -> Result<Refits, DiagnosisError> 
     around_the_best(stage, &mut done, base)?;
     let found = beyond_the_best(stage, &done, base);
     merge(stage, &mut done, found);
+    let found = in_all_axes(stage, &done, base);
+    merge(stage, &mut done, found);
     if !leaves_noise(&done)? {
         polish(stage, &mut done, base)?;
     }
@@ -338,7 +340,7 @@ fn polish(stage: &Stage, done: &mut Vec<Refit>, base: f64) -> Result<(), Diagnos
 }
 
 /// Takes over what is new or better.
-fn merge(stage: &Stage, done: &mut Vec<Refit>, found: Vec<Refit>) {
+pub(super) fn merge(stage: &Stage, done: &mut Vec<Refit>, found: Vec<Refit>) {
     for r in found {
         match done.iter_mut().find(|d| d.id(&stage.scene) == r.id(&stage.scene)) {
             Some(d) if r.ln_bayes > d.ln_bayes => *d = r,
@@ -404,8 +406,8 @@ pub(super) fn with_effect(scene: &Scene, candidate: &Candidate) -> Result<Scene,
     scene.with_file(candidate.patch.apply(&scene.file)?, added)
 }
 
-/// Where a fit of an effect may start: sizes of a ladder over values of the base.
-pub(super) fn starts(stage: &Stage, score: &Score, bases: &[DVector<f64>]) -> Vec<DVector<f64>> {
+/// Where a fit of an effect may start: for every base, sizes of a ladder.
+pub(super) fn starts(stage: &Stage, score: &Score, bases: &[DVector<f64>]) -> Vec<Vec<DVector<f64>>> {
     let screened = &stage.screened[score.index];
     let candidate = &screened.candidate;
     let join = |x: &DVector<f64>, values: &[f64]| {
@@ -414,7 +416,7 @@ pub(super) fn starts(stage: &Stage, score: &Score, bases: &[DVector<f64>]) -> Ve
         DVector::from_iterator(x.len() + values.len(), x.iter().copied().chain(sizes))
     };
     let sizes = start_sizes(candidate, screened, Some(score));
-    bases.iter().flat_map(|x| sizes.iter().map(|v| join(x, v))).collect()
+    bases.iter().map(|x| sizes.iter().map(|v| join(x, v)).collect()).collect()
 }
 
 /// A body on a spring has two sizes, and a valley for every mode that it may be tuned to.
@@ -425,7 +427,7 @@ pub(super) fn effort(candidate: &Candidate) -> usize {
 fn refit_effect(stage: &Stage, score: &Score, bases: &[DVector<f64>], base: f64) -> Result<Refit, DiagnosisError> {
     let candidate = &stage.screened[score.index].candidate;
     let scene = with_effect(&stage.scene, candidate)?;
-    let fit = fit_in_rounds(&scene, &starts(stage, score, bases), stage.weight, bases.len() * effort(candidate), STARTS)?;
+    let fit = fit_in_rounds(&scene, &starts(stage, score, bases), stage.weight, effort(candidate), STARTS)?;
     let evidence = ln_evidence(&fit)? + scene.ln_size_priors(&candidate.parameters);
     let estimates = estimates(&scene, &fit, &candidate.parameters)?;
     let held_out = held_out(&fit, stage.weight)?.iter().sum();

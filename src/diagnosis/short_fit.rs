@@ -46,7 +46,7 @@ impl<'a> ShortFit<'a> {
         let candidate = &stage.screened[score.index].candidate;
         let scene = with_effect(&stage.scene, candidate)?;
         let effort = effort(candidate);
-        let starts = starts(stage, score, bases);
+        let starts = starts(stage, score, bases).concat();
         let fit = fit_from(&scene, &starts, stage.weight, FEW_STARTS * effort, FIRST_STEPS * effort)?;
         Ok(Self { score, scene, x: fit.x, phi: fit.phi })
     }

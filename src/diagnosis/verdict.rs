@@ -19,13 +19,13 @@ use super::next_measurement::next_measurements;
 use super::noise::whiteness;
 use super::odds::{Odds, Probabilities, ln_mean};
 use super::pairs::{Pair, pair};
-use super::refit::{Refit, Refits, Tried, refit};
+use super::refit::{Refit, Refits, Tried, merge, refit, refit_these};
 use super::scene::Scene;
 use super::screen::project;
 use super::spread::{self, Fitted, Spread};
 use super::warnings::{leaves_damping_aside, number, warnings};
 use super::{Diagnosis, DiagnosisError, HypothesisResult, Kind, Settings, Verdict, result};
-use crate::linalg::DMatrix;
+use crate::linalg::{DMatrix, DVector};
 use std::collections::BTreeSet;
 
 /// ln of the Bayes factor that is called strong (Kass and Raftery 1995: 20 to 1).
@@ -49,11 +49,29 @@ impl Remainder {
     }
 }
 
-pub(super) fn conclude(
+/// The diagnosis of what was refitted. Where two are named, each alone is fitted once more from where the two have brought the base, and if
+/// that is much better, all is concluded anew: neither may suffice alone because it was fitted in a wrong valley.
+pub(super) fn conclude(base: &Stage, refits: &mut Refits, settings: &Settings) -> Result<Diagnosis, DiagnosisError> {
+    let (diagnosis, pair) = conclude_once(base, refits, settings)?;
+    let Some(pair) = pair else { return Ok(diagnosis) };
+    let n = base.fit.x.len();
+    let ends = [pair.firsts.first(), pair.seconds.first()];
+    let starts: Vec<DVector<f64>> = ends.iter().flatten().map(|r| r.fit.x.rows(0, n).into_owned()).collect();
+    let tried: Vec<&Tried> = ends.iter().flatten().map(|r| &r.tried).collect();
+    let alone = refit_these(base, &tried, &starts)?;
+    let known = |r: &Refit| refits.hypotheses.iter().find(|k| k.id(&base.scene) == r.id(&base.scene));
+    if alone.iter().any(|r| known(r).is_none_or(|k| r.ln_bayes > k.ln_bayes + STRONG)) {
+        merge(base, &mut refits.hypotheses, alone);
+        return Ok(conclude_once(base, refits, settings)?.0);
+    }
+    Ok(diagnosis)
+}
+
+fn conclude_once(
     base: &Stage,
     Refits { hypotheses: refits, spreads }: &mut Refits,
     settings: &Settings,
-) -> Result<Diagnosis, DiagnosisError> {
+) -> Result<(Diagnosis, Option<Pair>), DiagnosisError> {
     let dof = degrees_of_freedom(&base.fit, &base.q);
     let fits = goodness_of_fit(&base.fit, &base.q);
     let white = whiteness(&base.scene, &base.fit, &base.q, settings.seed.wrapping_add(2));
@@ -125,7 +143,7 @@ pub(super) fn conclude(
     if told.mesh_is_too_coarse && verdict != Verdict::Adequate {
         sentence += "; refine the mesh first: it errs by more than the data do";
     }
-    Ok(Diagnosis {
+    let diagnosis = Diagnosis {
         verdict,
         sentence,
         p_value: base.p_value,
@@ -144,7 +162,8 @@ pub(super) fn conclude(
         unpaired_modes: base.fit.unpaired.iter().map(|m| m + 1).collect(),
         remainder,
         warnings: told.all,
-    })
+    };
+    Ok((diagnosis, pair))
 }
 
 /// What is answered.

@@ -79,7 +79,8 @@ pub(super) struct Warnings {
 
 /// * `named` - the hypotheses that are named
 pub(super) fn warnings(base: &Stage, named: &[&Refit]) -> Warnings {
-    let mut out = Vec::new();
+    // What is missing may take modes away, or the base may be in a wrong valley: it stands first.
+    let mut out: Vec<String> = unseen_modes(base).into_iter().collect();
     let (serious, slight) = match mesh_error(base) {
         Some(mesh) if mesh.is_serious => (Some(mesh.text), None),
         Some(mesh) => (None, Some(mesh.text)),
@@ -105,7 +106,7 @@ pub(super) fn warnings(base: &Stage, named: &[&Refit]) -> Warnings {
         );
     }
     out.extend(slight);
-    out.extend(unseen_modes(base));
+    out.extend(named.iter().flat_map(|r| more_than_doubled(base, r)));
     out.extend(named.iter().flat_map(|r| beyond_bounds(base, r)));
     let model = base.scene.model();
     let on_bounds: Vec<&str> = Scaling::new(model)
@@ -144,6 +145,20 @@ fn beyond_bounds(base: &Stage, r: &Refit) -> Vec<String> {
         )
     };
     on_bound.map(in_words).collect()
+}
+
+/// Parts whose stiffness the data more than double: hardly the part itself.
+fn more_than_doubled(base: &Stage, r: &Refit) -> Option<String> {
+    let Tried::Effect(candidate) = &r.tried else { return None };
+    let is_change = candidate.effect.name().ends_with("stiffness-change");
+    let largest = r.estimates.iter().filter(|_| is_change).map(|e| e.value).fold(0.0, f64::max);
+    (largest > 1.0).then(|| {
+        format!(
+            "{} is {:.1} times as stiff as the file says: perhaps a brace or a second load path that the model lacks",
+            r.id(&base.scene),
+            1.0 + largest
+        )
+    })
 }
 
 /// Modes of the fitted base inside the tested band that the sensors see well and no measured mode is paired with.

@@ -10,11 +10,13 @@ use super::screen::Score;
 use super::short_fit::shortest;
 use super::spread::Fitted;
 use super::verdict::STRONG;
-use crate::effect::{Location, LocationKind};
+use crate::effect::{Candidate, LocationKind};
 use crate::linalg::DVector;
 
 /// Wider places around the best that are refitted in full.
 const AROUND: usize = 9;
+/// Effects that are tried in all axes.
+const WITH_ALL_AXES: usize = 12;
 
 /// Whether something at a wider place could explain more than the best so far: about what the spreads do, which have every span
 /// among them. What needs a mode that the test has overlooked does not count.
@@ -35,38 +37,64 @@ pub(super) fn on_wider_places(stage: &Stage, bases: &[DVector<f64>], limit: usiz
     run(&wider, &jobs, base)
 }
 
-/// What explains the test best on more than its own place, where it explains more there: an effect at an element or a member on the elements
-/// around it or some of it too, one along or about an axis, and what is tied with it, in all axes.
+/// What explains the test best on more than its own place: an effect at an element or a member on the elements around it or some of it too,
+/// where it explains more there.
 ///
 /// * `base` - ln evidence of the base
 pub(super) fn beyond_the_best(stage: &Stage, done: &[Refit], base: f64) -> Vec<Refit> {
     let Some(best) = done.iter().max_by(|a, b| a.ln_bayes.total_cmp(&b.ln_bayes)) else { return Vec::new() };
-    if best.ln_bayes < STRONG {
+    let Tried::Effect(found) = &best.tried else { return Vec::new() };
+    let there = &found.location;
+    if best.ln_bayes < STRONG || !matches!(there.kind, LocationKind::Element | LocationKind::Chain) {
         return Vec::new();
     }
-    let mut found = Vec::new();
-    for r in done.iter().filter(|r| r.ln_bayes > best.ln_bayes - STRONG) {
-        let Tried::Effect(of) = &r.tried else { continue };
-        let is_best = of.id() == best.id(&stage.scene);
-        let is_wider = |at: &Location| match of.location.kind {
-            LocationKind::Element | LocationKind::Chain => is_best && has_the_same_axis(at, &of.location),
-            _ => at.has_more_axes_than(&of.location),
-        };
-        let wider = stage.on_wider(stage.wider_candidates(Some(&of.location.names), |c| {
-            c.effect.name() == of.effect.name() && is_wider(&c.location)
-        }));
-        let bases = [r.fit.x.rows(0, stage.fit.x.len()).into_owned()];
-        let like: Vec<&Score> = wider.effects.iter().take(NEAR).collect();
-        let like = if like.len() > AROUND { shortest(&wider, &like, &bases) } else { like };
-        let jobs: Vec<Job<'_>> = like.into_iter().take(AROUND).map(|s| Job::Effect(s, &bases)).collect();
-        found.extend(run(&wider, &jobs, base));
-    }
-    found.retain(|r| r.ln_bayes > best.ln_bayes);
-    found
+    let is_like = |c: &Candidate| {
+        let at = &c.location;
+        c.effect.name() == found.effect.name()
+            && (at.direction(), &at.configuration, at.names.len())
+                == (there.direction(), &there.configuration, there.names.len())
+    };
+    let wider = stage.on_wider(stage.wider_candidates(Some(&there.names), is_like));
+    let bases = [best.fit.x.rows(0, stage.fit.x.len()).into_owned()];
+    let like: Vec<&Score> = wider.effects.iter().take(NEAR).collect();
+    let like = if like.len() > AROUND { shortest(&wider, &like, &bases) } else { like };
+    let jobs: Vec<Job<'_>> = like.into_iter().take(AROUND).map(|s| Job::Effect(s, &bases)).collect();
+    let mut tried = run(&wider, &jobs, base);
+    tried.retain(|r| r.ln_bayes > best.ln_bayes);
+    tried
 }
 
-/// Whether two locations have as many names, in one configuration, and one direction.
-fn has_the_same_axis(at: &Location, there: &Location) -> bool {
-    (at.direction(), &at.configuration, at.names.len())
-        == (there.direction(), &there.configuration, there.names.len())
+/// Effects along or about one axis that explain much, in all axes of their node or end; what could stand with the best. A body that lacks
+/// inertia about two axes is no better explained about one of them than by something else.
+///
+/// * `base` - ln evidence of the base
+pub(super) fn in_all_axes(stage: &Stage, done: &[Refit], base: f64) -> Vec<Refit> {
+    let mut best: Vec<(&Refit, &Candidate)> = done
+        .iter()
+        .filter_map(|r| match &r.tried {
+            Tried::Effect(c) => Some((r, c)),
+            Tried::Fault(_) => None,
+        })
+        .collect();
+    best.sort_by(|a, b| b.0.ln_bayes.total_cmp(&a.0.ln_bayes));
+    let least = done.iter().map(|r| r.ln_bayes).fold(f64::NEG_INFINITY, f64::max) - STRONG;
+    let near: Vec<String> = best.iter().flat_map(|(_, c)| c.location.names.clone()).collect();
+    // The rank of the best that has one of its axes.
+    let rank = |wide: &Candidate| {
+        let has =
+            |c: &Candidate| c.effect.name() == wide.effect.name() && wide.location.has_more_axes_than(&c.location);
+        best.iter().position(|(_, c)| has(c))
+    };
+    let mut wanted = stage.wider_candidates(Some(&near), |c| rank(c).is_some());
+    wanted.sort_by_key(rank);
+    wanted.truncate(WITH_ALL_AXES);
+    let wider = stage.on_wider(wanted);
+    let n = stage.fit.x.len();
+    let base_of =
+        |s: &Score| rank(&wider.screened[s.index].candidate).map(|k| [best[k].0.fit.x.rows(0, n).into_owned()]);
+    let bases: Vec<_> = wider.effects.iter().filter_map(|s| Some((s, base_of(s)?))).collect();
+    let jobs: Vec<Job<'_>> = bases.iter().map(|(s, bases)| Job::Effect(s, bases)).collect();
+    let mut tried = run(&wider, &jobs, base);
+    tried.retain(|r| r.ln_bayes > least);
+    tried
 }

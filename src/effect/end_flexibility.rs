@@ -8,8 +8,14 @@ use crate::model::spec::OverrideSpec;
 
 /// A compliance at the ends that a location names, in the direction that it names; two for both directions of bending.
 ///
-/// Typical is a twentieth of the member's own compliance as a cantilever in that direction: L/EI, L/GJ, L³/(3 EI), L/EA.
-pub(super) fn flexible_end(effect: &str, structure: &Structure<'_>, at: &Location) -> Result<Patch, PatchError> {
+/// Typical is a twentieth of the member's own compliance as a cantilever in that direction: L/EI, L/GJ, L³/(3 EI), L/EA; or of what is soft for
+/// the whole structure, where that is more and `least` says so.
+pub(super) fn flexible_end(
+    effect: &str,
+    structure: &Structure<'_>,
+    at: &Location,
+    least: impl Fn(Dof) -> f64,
+) -> Result<Patch, PatchError> {
     let unknown = || PatchError::unknown_place(effect, &at.to_string(), &[]);
     let dofs = match at.direction() {
         BENDING => vec![Dof::Ry, Dof::Rz],
@@ -33,6 +39,7 @@ pub(super) fn flexible_end(effect: &str, structure: &Structure<'_>, at: &Locatio
         if !own.is_finite() {
             return Err(unknown());
         }
+        let own = own.max(least(dof));
         let name = if dofs.len() > 1 { format!("compliance_{dof}") } else { "compliance".to_string() };
         let about = format!("compliance of the joint at {} in {} of the member", at.place(), dof);
         sizes.push((dof, b.parameter(&name, dof.compliance_unit(), 0.05 * own, [0.0, 50.0 * own], &about)));

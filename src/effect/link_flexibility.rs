@@ -42,6 +42,6 @@ impl Effect for LinkFlexibility {
     }
 
     fn patch(&self, structure: &Structure<'_>, at: &Location) -> Result<Patch, PatchError> {
-        flexible_end(self.name(), structure, at)
+        flexible_end(self.name(), structure, at, |_| 0.0)
     }
 }

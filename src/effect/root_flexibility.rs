@@ -51,13 +51,15 @@ impl Effect for RootFlexibility {
     }
 
     fn patch(&self, structure: &Structure<'_>, at: &Location) -> Result<Patch, PatchError> {
+        // What a support stands on has nothing to do with the member that ends there, which may be a short stub.
+        let soft = |dof: Dof| 1.0 / structure.generalised_stiffness(dof);
         if at.kind != LocationKind::Node {
-            return flexible_end(self.name(), structure, at);
+            return flexible_end(self.name(), structure, at, soft);
         }
         let mut b = Builder::new(self.name(), at);
         let dof = Dof::from_name(at.direction());
         let dof = dof.ok_or_else(|| PatchError::unknown_place(self.name(), &at.to_string(), &[]))?;
-        let soft = 1.0 / structure.generalised_stiffness(dof);
+        let soft = soft(dof);
         let about = format!("compliance of the support at {} in {dof}", at.place());
         let c = b.parameter("compliance", dof.compliance_unit(), 0.05 * soft, [0.0, 50.0 * soft], &about);
         let (node, nodes) = node_or_nodes(&at.names);

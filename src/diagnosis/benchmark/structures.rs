@@ -92,7 +92,8 @@ fn places(model: &Model) -> Vec<Sensor> {
     let (dofs, geometry) = (model.dof_map(), model.geometry());
     let in_file = &model.spec().nodes;
     let nodes = node_sensors(model);
-    let nodes = nodes.into_iter().filter(|s| matches!(&s.place, Place::Node { node, .. } if in_file.contains_key(node)));
+    let nodes =
+        nodes.into_iter().filter(|s| matches!(&s.place, Place::Node { node, .. } if in_file.contains_key(node)));
     let mut out: Vec<Sensor> = nodes.collect();
     let arm = ARM * extent(&geometry.positions);
     for (n, node) in dofs.node_names().iter().enumerate().filter(|(_, name)| in_file.contains_key(*name)) {

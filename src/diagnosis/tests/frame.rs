@@ -45,7 +45,7 @@ fn frame_with(hidden: &[(&str, &[f64])], seed: u64) -> Diagnosis {
     told(&base, &test)
 }
 
-fn told(base: &Model, test: &TestData) -> Diagnosis {
+pub(super) fn told(base: &Model, test: &TestData) -> Diagnosis {
     let d = diagnose(base, test, &Settings::default()).unwrap();
     eprintln!("{:?}: {} (misfit {:.0} for {:.0})", d.verdict, d.sentence, d.misfit, d.degrees_of_freedom);
     for h in d.hypotheses.iter().take(4) {

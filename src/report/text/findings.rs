@@ -52,13 +52,15 @@ pub fn diagnosis(d: &Diagnosis, style: &Style) -> String {
     out.push('\n');
     out.push_str(&hypotheses(d, style));
     let held = d.hypotheses.iter().any(|h| h.held_out_after.is_some());
-    let legend = if held {
-        "misfit: sum of ((model - test)/sd)² after a refit; held out: every mode predicted from the others"
-    } else {
-        "misfit: sum of ((model - test)/sd)² after a refit"
-    };
+    let mut legend = "misfit: sum of ((model - test)/sd)² after a refit".to_string();
+    if held {
+        legend += "; held out: every mode predicted from the others";
+    }
+    if d.outcome == Outcome::SeveralEffects {
+        legend += "; P: of being one of the two; ln B of these: against the other alone";
+    }
     out.push('\n');
-    for line in wrap(legend, style.width) {
+    for line in wrap(&legend, style.width) {
         let _ = writeln!(out, "{}", style.paint(Tone::Dim, &line));
     }
     let is_named = |h: &Hypothesis| match d.outcome {
