@@ -37,6 +37,7 @@ mod spread;
 #[cfg(test)]
 mod tests;
 mod traces;
+mod valley;
 mod verdict;
 mod warnings;
 mod wider;
@@ -53,20 +54,13 @@ use crate::data::TestData;
 use crate::effect::Effects;
 use crate::linalg::DVector;
 use crate::model::Model;
-use base::{box_starts, stage};
-use evidence::{REMAINDER, goodness_of_fit, ln_evidence, p_of_less};
-use fit::fit_in_rounds;
-use refit::{Refit, Refits, STARTS, Tried, merge, refit};
+use base::stage;
+use evidence::{REMAINDER, p_of_less};
+use refit::{Refit, Tried, refit};
 use scene::Scene;
 use serde::{Deserialize, Serialize};
+use valley::in_the_lowest_valley;
 use verdict::{better_than_noise, conclude};
-
-/// Times that the base moves to a lower valley.
-const VALLEYS: usize = 2;
-/// Hypotheses whose base may lead there; half as many points of the box.
-const WAYS: usize = 24;
-/// A valley is lower by this in Φ, one in ln evidence.
-const LOWER: f64 = 1.0;
 
 /// How to diagnose.
 #[derive(Debug, Clone)]
@@ -258,12 +252,9 @@ fn investigate(
     if scene.test.modes.is_empty() {
         return Err(DiagnosisError::NoModes);
     }
-    let mut base = stage(scene, starts, weight.unwrap_or(1.0), settings, None)?;
-    let mut refits = refit(&base, false)?;
-    for _ in 0..VALLEYS {
-        let Some(lower) = lower_valley(&base, &refits, settings)? else { break };
-        (base, refits) = from_there(base, refits, lower, settings)?;
-    }
+    let base = stage(scene, starts, weight.unwrap_or(1.0), settings, None)?;
+    let refits = refit(&base, false)?;
+    let (base, mut refits) = in_the_lowest_valley(base, refits, settings)?;
     // Larger noise than stated is a hypothesis like the others: it is taken where none explains the test better.
     if weight.is_none() && base.scatter.s2 > 1.0 && !better_than_noise(&base, &refits.hypotheses)? {
         let larger = base.scatter.s2.sqrt().recip();
@@ -277,48 +268,6 @@ fn investigate(
     }
     let diagnosis = conclude(&base, &mut refits, settings)?;
     Ok(Investigation { diagnosis, base, refits: refits.hypotheses })
-}
-
-/// Where the base fits better than its fit does, if what a hypothesis or a change of every element has made of its parameters leads there.
-///
-/// A fit may end in a wrong valley, and what is added to it then seems to explain what only takes it out of there: the valley brings most of what
-/// the best hypothesis does. A lower valley that brings less is one more wrong one.
-fn lower_valley(
-    base: &base::Stage,
-    refits: &Refits,
-    settings: &Settings,
-) -> Result<Option<DVector<f64>>, DiagnosisError> {
-    if goodness_of_fit(&base.fit, &base.q) >= REMAINDER {
-        return Ok(None);
-    }
-    let n = base.fit.x.len();
-    let mut best: Vec<&Refit> = refits.hypotheses.iter().collect();
-    best.sort_by(|a, b| b.ln_bayes.total_cmp(&a.ln_bayes));
-    let mut ways = vec![base.fit.x.clone()];
-    ways.extend(refits.spreads.iter().map(|s| s.base.clone()));
-    ways.extend(best.into_iter().take(WAYS).map(|r| r.fit.x.rows(0, n).into_owned()));
-    ways.extend(box_starts(&base.scene, WAYS / 2, settings.seed.wrapping_add(1)));
-    let ways: Vec<Vec<DVector<f64>>> = ways.into_iter().map(|x| vec![x]).collect();
-    let found = fit_in_rounds(&base.scene, &ways, base.weight, 1, STARTS)?;
-    let least = refits.hypotheses.iter().map(|r| r.fit.phi).fold(base.fit.phi, f64::min);
-    let enough = LOWER.max(0.5 * (base.fit.phi - least));
-    Ok((found.phi < base.fit.phi - enough).then_some(found.x))
-}
-
-/// The base and its refits where it is lower, with what was found where it was.
-fn from_there(
-    before: base::Stage,
-    found: Refits,
-    lower: DVector<f64>,
-    settings: &Settings,
-) -> Result<(base::Stage, Refits), DiagnosisError> {
-    let ln_before = ln_evidence(&before.fit)?;
-    let base = stage(before.scene, &[lower], before.weight, settings, None)?;
-    let ln_base = ln_evidence(&base.fit)?;
-    let mut refits = refit(&base, false)?;
-    let against = |r: Refit| Refit { ln_bayes: r.ln_bayes + ln_before - ln_base, ..r };
-    merge(&base, &mut refits.hypotheses, found.hypotheses.into_iter().map(against).collect());
-    Ok((base, refits))
 }
 
 /// Whether what is named leaves clearly less than the noise that it was judged by.

@@ -5,9 +5,9 @@ use super::frame::told;
 use super::*;
 use crate::diagnosis::base::stage;
 use crate::diagnosis::fit::evaluate;
-use crate::diagnosis::lower_valley;
 use crate::diagnosis::refit::refit;
 use crate::diagnosis::scene::Scene;
+use crate::diagnosis::valley::lower_valley;
 use crate::effect::{Context, Structure};
 use crate::linalg::DVector;
 
