@@ -37,6 +37,10 @@ EFFORT = {
     ("src/diagnosis/aside.rs", "FEW_STEPS"): ("4", "16"),
     ("src/diagnosis/spread.rs", "STARTS"): ("2", "6"),
     ("src/diagnosis/verdict.rs", "CHECKED"): ("2", "6"),
+    ("src/diagnosis/refit.rs", "OF_EVERY_KIND"): ("1", "4"),
+    ("src/diagnosis/fit.rs", "FIRST_STEPS"): ("2", "8"),
+    ("src/diagnosis/valley.rs", "WAYS"): ("12", "48"),
+    ("src/diagnosis/wider.rs", "WITH_ALL_AXES"): ("6", "24"),
 }
 # Of a factor and of a cosine, the distance from one.
 THRESHOLDS = {
@@ -45,6 +49,7 @@ THRESHOLDS = {
     ("src/diagnosis/aside.rs", "OUT"): ("1.25", "2.0"),
     ("src/diagnosis/faults.rs", "GAIN_SD"): ("0.15", "0.6"),
     ("src/diagnosis/refit.rs", "FAINT"): ("2.0", "8.0"),
+    ("src/diagnosis/valley.rs", "SHARE"): ("0.25", "0.75"),
     ("src/objective/close_modes.rs", "CLOSE"): ("0.0025", "0.01"),
     ("src/objective/residual/mod.rs", "UNPAIRED"): ("10.0", "40.0"),
 }

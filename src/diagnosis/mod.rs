@@ -168,6 +168,10 @@ pub struct HypothesisResult {
     pub held_out_after: f64,
     /// Ids that the data cannot tell from it: the ln evidence of both is within 3 of the best.
     pub tied_with: Vec<String>,
+    /// Ids of hypotheses that explain the test as well with more numbers, and of which this is the limit: a body on a stiff spring is a point
+    /// mass.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub limit_of: Vec<String>,
     /// The edit of the model file, or what to do about the fault.
     pub patch: String,
 }
@@ -306,6 +310,7 @@ fn result(
         held_out_before,
         held_out_after: r.held_out,
         tied_with: tied,
+        limit_of: r.limit_of.clone(),
         patch,
     }
 }

@@ -70,6 +70,8 @@ pub(super) struct Refit {
     pub(super) overlooked: usize,
     /// ln of its odds against those of its kind.
     pub(super) ln_odds: f64,
+    /// Ids of wider hypotheses that say the same with more numbers, and were left out for it.
+    pub(super) limit_of: Vec<String>,
 }
 
 impl Refit {
@@ -443,6 +445,7 @@ fn refit_effect(stage: &Stage, score: &Score, bases: &[DVector<f64>], base: f64)
         misfit,
         overlooked,
         ln_odds: stage.ln_odds,
+        limit_of: Vec::new(),
     })
 }
 

@@ -138,7 +138,8 @@ pub(super) fn refit_fault(
     let ln_bayes = ln_evidence(&found)? + extra - base;
     let tried = Tried::Fault(fault.clone());
     let ln_odds = if let Change::Frequency(_) = fault.change { LN_SLIP } else { 0.0 };
-    Ok(Refit { tried, scene, fit: found, ln_bayes, estimates, held_out, misfit, overlooked: 0, ln_odds })
+    let limit_of = Vec::new();
+    Ok(Refit { tried, scene, fit: found, ln_bayes, estimates, held_out, misfit, overlooked: 0, ln_odds, limit_of })
 }
 
 /// What a number x ~ N(0, `sd`²) takes from ln evidence, by Laplace's method: ½ (x/sd)² + ½ ln(h sd²).

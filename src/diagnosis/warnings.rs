@@ -107,6 +107,12 @@ pub(super) fn warnings(base: &Stage, named: &[&Refit]) -> Warnings {
     }
     out.extend(slight);
     out.extend(named.iter().filter_map(|r| more_than_doubled(base, r)));
+    out.extend(
+        named
+            .iter()
+            .filter(|r| !r.limit_of.is_empty())
+            .map(|r| format!("{} says the same as {} with fewer numbers", r.id(&base.scene), r.limit_of.join(", "))),
+    );
     out.extend(named.iter().flat_map(|r| beyond_bounds(base, r)));
     let model = base.scene.model();
     let on_bounds: Vec<&str> = Scaling::new(model)

@@ -115,16 +115,16 @@ pub(crate) struct Benchmark {
     #[arg(long, value_name = "NAME")]
     pub(crate) structure: Vec<String>,
     /// Twins with nothing missing, on each structure.
-    #[arg(long, default_value_t = 20)]
+    #[arg(long, default_value_t = 5)]
     pub(crate) null: usize,
     /// Places and sizes of every effect, on each structure.
-    #[arg(long, default_value_t = 2)]
+    #[arg(long, default_value_t = 1)]
     pub(crate) effects: usize,
     /// Sensors with every fault, on each structure.
-    #[arg(long, default_value_t = 2)]
+    #[arg(long, default_value_t = 1)]
     pub(crate) faults: usize,
     /// Twins with every change outside the catalogue, on each structure.
-    #[arg(long, default_value_t = 3)]
+    #[arg(long, default_value_t = 1)]
     pub(crate) outside: usize,
     /// Sensors of a test, as far as a structure has places for them.
     #[arg(long, default_value_t = 28)]

@@ -4,9 +4,8 @@ use super::Plan;
 use super::hidden::{OUTSIDE, TURN, Truth, rng};
 use super::structures::Specimen;
 use crate::data::TestData;
-use crate::diagnosis::evidence::degrees_of_freedom;
 use crate::diagnosis::faults::{Change, Fault};
-use crate::diagnosis::fit::{Fit, fit};
+use crate::diagnosis::fit::{Fit, evaluate, fit};
 use crate::diagnosis::refit::with_effect;
 use crate::diagnosis::scene::Scene;
 use crate::diagnosis::screen::project;
@@ -58,8 +57,7 @@ pub struct Outcome {
     pub id: String,
     /// Seed of the case.
     pub seed: u64,
-    /// How much of the misfit the truth takes away after a refit; for a change outside the catalogue the misfit above its
-    /// expectation.
+    /// How much of the misfit the truth takes away: after a refit of the parameters; outside the catalogue as it is.
     pub gain: f64,
     /// Whether that is above 30. What cannot be seen is not diagnosed.
     pub visible: bool,
@@ -164,7 +162,7 @@ impl Specimen {
                 base.misfit - true_fit(&scene, c, &truth, &[&right, &base.x])?.map_or(f64::NEG_INFINITY, |f| f.misfit)
             }
             Hidden::Fault(f) => base.misfit - corrected(&scene, f, &base)?,
-            Hidden::Outside(_) => base.misfit - degrees_of_freedom(&base, &base.basis()?),
+            Hidden::Outside(_) => base.misfit - misfit_of(&truth)?,
         };
         if !gain.is_finite() {
             return Ok(None);
@@ -238,6 +236,12 @@ fn true_fit(
     fit(&with, &starts, 1.0).map(Some)
 }
 
+/// The misfit of what was measured: that of the noise.
+fn misfit_of(truth: &Truth) -> Result<f64, DiagnosisError> {
+    let scene = Scene::new(&truth.structure, &[&truth.test])?;
+    Ok(evaluate(&scene, Scaling::new(&truth.structure).x(&truth.theta), 1.0)?.misfit)
+}
+
 /// The misfit with the fault taken out of the data; of a channel that is wrong in a way with a number, without the channel.
 fn corrected(scene: &Scene, fault: &Fault, base: &Fit) -> Result<f64, DiagnosisError> {
     let whole = Fault { change: Change::Dead, ..fault.clone() };
@@ -263,7 +267,8 @@ fn compare(out: &mut Outcome, found: &Investigation, case: &Case) {
         out.right = named && same(&first.id);
         out.right_kind = named && same_kind(first.kind) && first.name == out.name;
         out.alike = out.right || named && alike(found, &first.id, &out.id);
-        out.tied = out.right || named && first.tied_with.iter().any(|t| same(t));
+        // What the first is the limit of says the same with more numbers: the data cannot tell them apart either.
+        out.tied = out.right || named && first.tied_with.iter().chain(&first.limit_of).any(|t| same(t));
         out.refitted = d.hypotheses.iter().any(|h| same(&h.id));
         out.ties = first.tied_with.len();
         let gain = d.misfit - out.misfit_of_truth;

@@ -44,9 +44,11 @@ fn point(model: &Model, rng: &mut ChaCha8Rng) -> Vec<f64> {
         .collect()
 }
 
-/// A twin with its truth, as far as the model's own parameters can tell it.
+/// A twin with its truth.
 pub(super) struct Truth {
     pub(super) test: TestData,
+    /// What was measured.
+    pub(super) structure: Model,
     /// θ of the model without the effect.
     pub(super) theta: Vec<f64>,
     /// Sizes of the effect.
@@ -106,7 +108,7 @@ impl Specimen {
         if let Hidden::Fault(fault) = hidden {
             spoil(&mut test, fault, plan, &mut rng(seed, 15));
         }
-        Ok(Truth { test, theta, sizes })
+        Ok(Truth { test, structure: truth, theta, sizes })
     }
 
     /// The refined structure with a change that is not in the catalogue.

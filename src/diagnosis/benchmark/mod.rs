@@ -55,10 +55,10 @@ impl Default for Plan {
     fn default() -> Self {
         Self {
             structures: Vec::new(),
-            null: 20,
-            effects: 2,
-            faults: 2,
-            outside: 3,
+            null: 5,
+            effects: 1,
+            faults: 1,
+            outside: 1,
             sensors: 28,
             modes: 8,
             frequency_noise: 0.003,
