@@ -20,6 +20,9 @@ pub(crate) fn run(args: &Benchmark) -> Result<u8, Failure> {
             names.join(", ")
         )));
     }
+    if args.modes == 0 {
+        return Err(Failure::text("--modes 0: a test has at least one mode".to_string()));
+    }
     let plan = Plan {
         structures: args.structure.clone(),
         null: args.null,

@@ -4,6 +4,7 @@ use super::Plan;
 use crate::correlation::{effective_independence, observation_matrix};
 use crate::data::{Place, Sensor};
 use crate::diagnosis::DiagnosisError;
+use crate::diagnosis::faults::AXES;
 use crate::diagnosis::mesh::{FINER, build, mesh_errors, modes, refined, seen, unsolvable};
 use crate::element::Dof;
 use crate::linalg::DMatrix;
@@ -110,7 +111,7 @@ fn places(model: &Model) -> Vec<Sensor> {
                 let turns = !dofs.express(n, Dof::ALL[3 + (3 - axis - read)]).is_empty();
                 for (k, side) in [1.0, -1.0].into_iter().enumerate().filter(|_| turns) {
                     out.push(Sensor {
-                        name: format!("{node}.{}.{}{}", Dof::ALL[read], ["x", "y", "z"][axis], k + 1),
+                        name: format!("{node}.{}.{}{}", Dof::ALL[read], AXES[axis], k + 1),
                         place: Place::Node { node: node.clone(), position: None },
                         direction: GLOBAL[read],
                         offset: Some(GLOBAL[axis].map(|v| side * arm * v)),
