@@ -9,7 +9,7 @@ mod measured;
 
 pub(crate) use correlation::{Compare, Placement, Pretest, Sensitivity};
 pub(crate) use diagnosis::{Add, Benchmark, BenchmarkWhat, Diagnose, Learn, Undo};
-pub(crate) use measured::{Health, Identify, Map, MeasuredQuantity, Measurement, Method, Repeated, Twin};
+pub(crate) use measured::{Health, Identify, Map, MatrixAxes, MeasuredQuantity, Measurement, Method, Repeated, Twin};
 
 /// Updates finite-element models of structures to vibration tests, and finds the physics that the models miss.
 #[derive(Debug, Parser)]

@@ -80,6 +80,48 @@ impl FrfSet {
         self.h[self.index(line, reference, response)]
     }
 
+    /// Leaves out lines that say nothing, and returns their frequencies: those at which no function has a value, and the line at 0 Hz when
+    /// a function lacks it. A function that was not measured does not count.
+    pub fn drop_empty_lines(&mut self) -> Vec<f64> {
+        let width = self.references.len() * self.responses.len();
+        if width == 0 || self.h.len() != width * self.n_lines() {
+            return Vec::new();
+        }
+        let mut is_measured = vec![false; width];
+        for line in self.h.chunks_exact(width) {
+            is_measured.iter_mut().zip(line).for_each(|(known, h)| *known |= h.is_finite());
+        }
+        let says = |h: &[Complex<f64>], hz: f64| {
+            let mut measured = h.iter().zip(&is_measured).filter(|(_, m)| **m).map(|(h, _)| h.is_finite());
+            if hz == 0.0 { measured.all(|known| known) } else { measured.any(|known| known) }
+        };
+        let keep: Vec<bool> =
+            self.h.chunks_exact(width).zip(&self.frequencies_hz).map(|(h, hz)| says(h, *hz)).collect();
+        if !is_measured.contains(&true) || !keep.contains(&false) {
+            return Vec::new();
+        }
+        let mut cell = 0;
+        let mut keep_cell = || {
+            cell += 1;
+            keep[(cell - 1) / width]
+        };
+        self.h.retain(|_| keep_cell());
+        if let Some(coherence) = &mut self.coherence {
+            let mut cell = 0;
+            coherence.retain(|_| {
+                cell += 1;
+                keep[(cell - 1) / width]
+            });
+        }
+        let dropped = self.frequencies_hz.iter().zip(&keep).filter(|(_, keep)| !**keep).map(|(f, _)| *f).collect();
+        let mut line = 0;
+        self.frequencies_hz.retain(|_| {
+            line += 1;
+            keep[line - 1]
+        });
+        dropped
+    }
+
     /// How many values of the measured functions are no numbers, and how many values these functions have.
     pub fn missing(&self) -> (usize, usize) {
         let (mut missing, mut all) = (0, 0);
@@ -94,5 +136,36 @@ impl FrfSet {
             }
         }
         (missing, all)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_that_no_function_has_are_left_out_and_one_hole_is_not() {
+        let channel = |name: &str| Channel { name: name.to_owned(), direction: None };
+        let nan = Complex::new(f64::NAN, 0.0);
+        let one = Complex::new(1.0, 0.0);
+        let set = FrfSet {
+            quantity: FrfQuantity::Mobility,
+            frequencies_hz: vec![0.0, 1.0, 2.0, 3.0],
+            references: vec![channel("a")],
+            responses: vec![channel("a"), channel("b"), channel("not measured")],
+            // 0 Hz is there in one of two functions, 1 Hz in both, 2 Hz in none, 3 Hz in one.
+            h: vec![nan, one, nan, one, one, nan, nan, nan, nan, nan, one, nan],
+            coherence: Some((0..12).map(f64::from).collect()),
+            n_averages: None,
+        };
+        let mut ours = set.clone();
+        assert_eq!(ours.drop_empty_lines(), [0.0, 2.0]);
+        assert_eq!(ours.frequencies_hz, [1.0, 3.0]);
+        assert_eq!(ours.coherence.as_deref(), Some(&[3.0, 4.0, 5.0, 9.0, 10.0, 11.0][..]));
+        assert!(ours.at(0, 0, 0) == one && !ours.at(1, 0, 0).is_finite() && ours.at(1, 0, 1) == one);
+        assert!(ours.drop_empty_lines().is_empty());
+        // A set without any value stays as it is.
+        let mut empty = FrfSet { h: vec![nan; 12], ..set };
+        assert!(empty.drop_empty_lines().is_empty() && empty.n_lines() == 4);
     }
 }

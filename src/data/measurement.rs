@@ -25,7 +25,7 @@ use super::{
 use crate::element::Dof;
 use crate::linalg::{Complex, DVector};
 use arrays::Variables;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// Answers to what files may leave open.
@@ -231,7 +231,9 @@ pub fn read_measurements(
             }
             // Spectra alone are a result.
             Err(e @ ConvertError::Nothing { .. }) => {
-                found.spectra.extend(convert::spectra(&references, &options.frf));
+                let (spectra, notes) = convert::spectra(&references, &options.frf)?;
+                found.spectra.extend(spectra);
+                found.notes.extend(notes.iter().map(|n| (PathBuf::new(), n.to_string())));
                 if set.is_none() && found.spectra.is_empty() {
                     return Err(e.into());
                 }
@@ -239,7 +241,7 @@ pub fn read_measurements(
             Err(e) => return Err(e.into()),
         }
     }
-    match convert::modes(&references, &options.frf.units) {
+    match convert::modes(&references, &options.frf) {
         Ok((modes, notes)) => {
             found.notes.extend(notes.iter().map(|n| (PathBuf::new(), n.to_string())));
             found.modes.get_or_insert(modes);
@@ -257,11 +259,17 @@ pub fn read_measurements(
             channel.direction.get_or_insert(direction);
         }
     }
+    if let Some(set) = &mut set {
+        let dropped = set.drop_empty_lines();
+        if !dropped.is_empty() {
+            found.notes.push((PathBuf::new(), left_out(&dropped)));
+        }
+    }
     found.frfs = set;
     let units = options.geometry_units.as_ref().unwrap_or(&options.frf.units);
     found.geometry = match geometry {
         Some(path) => Some(match content(path, options, &mut Measurements::default())? {
-            Content::Universal(file) => convert::geometry(&[&file], units)?.0,
+            Content::Universal(file) => convert::geometry(&[&file], units, options.frf.local_axes)?.0,
             Content::Points(points) => Geometry { points, lines: Vec::new() },
             _ => {
                 let hint = "; a geometry is a universal file with nodes, or a table `point,x,y,z`";
@@ -269,7 +277,7 @@ pub fn read_measurements(
             }
         }),
         None if !points.is_empty() => Some(Geometry { points, lines: Vec::new() }),
-        None => match convert::geometry(&references, units) {
+        None => match convert::geometry(&references, units, options.frf.local_axes) {
             Ok((geometry, notes)) => {
                 found.notes.extend(notes.iter().map(|n| (PathBuf::new(), n.to_string())));
                 Some(geometry)
@@ -284,7 +292,19 @@ pub fn read_measurements(
     if let Some(geometry) = &mut found.geometry {
         rename(geometry.points.iter_mut().map(|p| &mut p.name), &names);
     }
+    // Functions, modes and geometry look at the same nodes.
+    let mut said = BTreeSet::new();
+    found.notes.retain(|note| said.insert(note.clone()));
     Ok(found)
+}
+
+/// Lines without values, in words.
+fn left_out(dropped: &[f64]) -> String {
+    let first = dropped.first().copied().unwrap_or_default();
+    match dropped.len() {
+        1 => format!("the functions have no value at one line, {first} Hz; it was left out"),
+        n => format!("the functions have no value at {n} lines, the first of them at {first} Hz; these were left out"),
+    }
 }
 
 /// Names behind the labels of nodes, in files that this crate wrote: there the entity of a function is the name of its point.

@@ -4,4 +4,4 @@ mod scalar;
 mod unit;
 
 pub use scalar::{Scalar, ScalarError, Term};
-pub use unit::{Dimension, Unit, UnitError};
+pub use unit::{Dimension, FrequencyUnit, Unit, UnitError};

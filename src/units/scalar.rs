@@ -19,6 +19,8 @@ pub struct Term {
     pub factor: f64,
     /// Dimension of the units in the term, where any is written.
     pub dimension: Option<Dimension>,
+    /// Of a frequency: Hz in one of its SI unit, see [`Unit::turns`].
+    pub turns: Option<f64>,
     /// The parameter.
     pub parameter: Option<String>,
 }
@@ -35,7 +37,7 @@ impl Scalar {
     pub fn constant(value: f64) -> Self {
         // `180` rather than `180.0`, `1e300` rather than three hundred digits.
         let text = if value.fract() == 0.0 && value.abs() < 1e15 { format!("{value}") } else { format!("{value:?}") };
-        Self { text, terms: vec![Term { factor: value, dimension: None, parameter: None }] }
+        Self { text, terms: vec![Term { factor: value, dimension: None, turns: None, parameter: None }] }
     }
 
     /// Parses the text of a scalar.
@@ -70,7 +72,8 @@ impl Scalar {
 
     /// Value = constant + Σ factor · parameter, in SI, with units checked.
     ///
-    /// * `expected` - an SI unit of the right dimension, `"1"` for a pure number
+    /// * `expected` - an SI unit of the right dimension, `"1"` for a pure number, `"Hz"` for a frequency, which turns or angles give:
+    ///   `12 rad/s` is 12/2π Hz, and `12 1/s` is refused, because it may be either
     /// * `dimension_of` - the dimension of a parameter, `None` where it was given without a unit
     pub fn affine_in(
         &self,
@@ -92,11 +95,19 @@ impl Scalar {
                 let expected = if expected == "1" { "a pure number or `%`" } else { expected }.to_string();
                 return Err(UnitError::Mismatch { given: self.text.clone(), expected }.into());
             }
+            let factor = match term.turns {
+                Some(turns) if expected == "Hz" => turns * term.factor,
+                None if expected == "Hz" && dimension.is_some() && of_parameter.is_none() => {
+                    let expected = "Hz, rpm or rad/s (1/s may be Hz and rad/s)".to_string();
+                    return Err(UnitError::Mismatch { given: self.text.clone(), expected }.into());
+                }
+                _ => term.factor,
+            };
             match &term.parameter {
-                None => constant += term.factor,
+                None => constant += factor,
                 Some(name) => match terms.iter_mut().find(|(n, _)| n == name) {
-                    Some((_, f)) => *f += term.factor,
-                    None => terms.push((name.clone(), term.factor)),
+                    Some((_, f)) => *f += factor,
+                    None => terms.push((name.clone(), factor)),
                 },
             }
         }
@@ -190,7 +201,7 @@ enum TermError {
 }
 
 fn parse_term(text: &str) -> Result<Term, TermError> {
-    let mut term = Term { factor: 1.0, dimension: None, parameter: None };
+    let mut term = Term { factor: 1.0, dimension: None, turns: None, parameter: None };
     let mut rest = text;
     let mut divide = false;
     loop {
@@ -210,6 +221,8 @@ fn parse_term(text: &str) -> Result<Term, TermError> {
                 term.factor *= unit.factor.powi(power);
                 let d = term.dimension.unwrap_or_default();
                 let u = unit.dimension;
+                // Two units in a term multiply to something that is no plain frequency.
+                term.turns = unit.turns.filter(|_| term.dimension.is_none() && !divide);
                 term.dimension = Some(if divide { d.quotient(u) } else { d.product(u) });
             }
             rest = rest[end..].trim_start();
@@ -300,7 +313,7 @@ impl fmt::Display for Scalar {
 impl Serialize for Scalar {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self.terms.as_slice() {
-            [Term { factor, dimension: None, parameter: None }] => serializer.serialize_f64(*factor),
+            [Term { factor, dimension: None, parameter: None, .. }] => serializer.serialize_f64(*factor),
             _ => serializer.serialize_str(&self.text),
         }
     }
@@ -373,6 +386,21 @@ mod tests {
         assert_eq!(affine("1e-1*m-e", "kg").1, [("m".to_string(), 0.1), ("e".to_string(), -1.0)]);
         assert_eq!(affine("10 N*m/rad", "N m").0, 10.0);
         assert_eq!(affine("6 kg/m / 2", "kg/m").0, 3.0);
+    }
+
+    #[test]
+    fn a_frequency_is_given_in_turns_or_in_angles() {
+        use std::f64::consts::TAU;
+        assert!((affine("80.752 rad/s", "Hz").0 - 80.752 / TAU).abs() < 1e-14);
+        assert!((affine("720 rpm", "Hz").0 - 12.0).abs() < 1e-14);
+        assert!((affine("720 deg/s", "Hz").0 - 2.0).abs() < 1e-14);
+        assert_eq!(affine("12", "Hz").0, 12.0);
+        assert_eq!(affine("2 * 6 kHz", "Hz").0, 12e3);
+        // Where no frequency is meant, an angle is a number.
+        assert_eq!(affine("3 rad/s", "1/s").0, 3.0);
+        assert_eq!(affine("10 N m/rad", "N m").0, 10.0);
+        let error = Scalar::parse("12 1/s").unwrap().constant_in("Hz").unwrap_err().to_string();
+        assert_eq!(error, "the unit of `12 1/s` does not fit: expected Hz, rpm or rad/s (1/s may be Hz and rad/s)");
     }
 
     #[test]

@@ -35,6 +35,15 @@ pub(crate) enum Repeated {
     Last,
 }
 
+/// Which of the matrices of local axes in universal files are axes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum MatrixAxes {
+    /// Rows.
+    Rows,
+    /// Columns, as LMS and Simcenter Test.Lab write them.
+    Columns,
+}
+
 /// Answers to what measurement files may leave open; nothing is guessed.
 #[derive(Debug, Args)]
 pub(crate) struct Measurement {
@@ -50,6 +59,12 @@ pub(crate) struct Measurement {
     /// Which of several functions of one pair of points counts.
     #[arg(long, value_enum)]
     pub(crate) duplicates: Option<Repeated>,
+    /// Unit of the frequencies, whatever the files say: Hz, kHz, rad/s, deg/s, rpm.
+    #[arg(long, value_name = "UNIT")]
+    pub(crate) frequency_unit: Option<String>,
+    /// Which of the matrices of local axes (dataset 2420) are axes; by the program that wrote the file when absent.
+    #[arg(long, value_enum)]
+    pub(crate) local_axes: Option<MatrixAxes>,
     /// Direction of channels that do not know theirs: `+x` ... `-z`.
     #[arg(long, allow_hyphen_values = true, value_name = "AXIS")]
     pub(crate) direction: Option<String>,

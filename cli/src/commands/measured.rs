@@ -1,8 +1,8 @@
 //! What the verbs on measurements share: reading files, answers to their questions, findings.
 
-use crate::args::{MeasuredQuantity, Measurement, Repeated};
+use crate::args::{MatrixAxes, MeasuredQuantity, Measurement, Repeated};
 use crate::output::{Failure, style};
-use retune::data::convert::{Duplicates, FrfOptions, UnitsFrom};
+use retune::data::convert::{Duplicates, FrfOptions, LocalAxes, UnitsFrom};
 use retune::data::{DEFAULT_DAMPING_SD, DEFAULT_FREQUENCY_SD, DEFAULT_SHAPE_SD};
 use retune::data::{
     FrfQuantity, FrfSet, GeometryFrame, MeasurementOptions, Measurements, ModalSet, Origin, RelativeSd, Sensor,
@@ -10,7 +10,7 @@ use retune::data::{
 };
 use retune::identify::health::{Finding, Level};
 use retune::report::text::{Style, Tone, number, paragraph, printable};
-use retune::units::Scalar;
+use retune::units::{FrequencyUnit, Scalar};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -29,6 +29,11 @@ pub(crate) fn read(files: &[PathBuf], args: &Measurement) -> Result<Measurements
                 Some(Repeated::First) => Duplicates::First,
                 Some(Repeated::Last) => Duplicates::Last,
             },
+            frequency_unit: args.frequency_unit.as_deref().map(frequency_unit).transpose()?,
+            local_axes: args.local_axes.map(|axes| match axes {
+                MatrixAxes::Rows => LocalAxes::Rows,
+                MatrixAxes::Columns => LocalAxes::Columns,
+            }),
         },
         unit: args.unit.clone(),
         geometry_units: args.geometry_units.as_deref().map(units).transpose()?,
@@ -77,6 +82,13 @@ pub(crate) fn held_modes(found: &Measurements, modes: &ModalSet, origin: &Origin
 
 fn units(name: &str) -> Result<UnitsFrom, Failure> {
     UnitsFrom::from_name(name).map_err(Failure::text)
+}
+
+fn frequency_unit(text: &str) -> Result<FrequencyUnit, Failure> {
+    FrequencyUnit::of_label(text).ok_or_else(|| {
+        let names = FrequencyUnit::NAMES.join(", ");
+        Failure::text(format!("--frequency-unit {text}: expected a unit of frequencies, such as {names}"))
+    })
 }
 
 /// The library's word for a quantity.

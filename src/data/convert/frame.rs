@@ -5,14 +5,87 @@
 //! 2420    global = row 1 · x + row 2 · y + row 3 · z + row 4
 //! ```
 //!
-//! The text of dataset 2420 does not say whether rows or columns are the axes; rows are what SDynPy (Sandia National
-//! Laboratories) and this module take them for. Angles of cylindrical and spherical coordinates are in degrees.
+//! The text of dataset 2420 does not say whether rows or columns of its matrix are the axes. Rows are what SDynPy (Sandia National
+//! Laboratories) takes them for; LMS and Simcenter Test.Lab write columns: the same test in local and in global axes agrees with
+//! columns alone, and so do the normals of surfaces in their files. [`LocalAxes`] states it; [`super::neighbours`] weighs it by the
+//! geometry. Angles of cylindrical and spherical coordinates are in degrees.
 
 use crate::data::Point;
 use crate::data::uff::{CoordinateSystem, Dataset, PartSystem, UniversalFile};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-type Vector = [f64; 3];
+/// Which of the matrices of dataset 2420 are axes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum LocalAxes {
+    /// Rows.
+    Rows,
+    /// Columns.
+    Columns,
+}
+
+impl LocalAxes {
+    /// As it is written in options.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Rows => "rows",
+            Self::Columns => "columns",
+        }
+    }
+
+    pub(super) fn other(self) -> Self {
+        match self {
+            Self::Rows => Self::Columns,
+            Self::Columns => Self::Rows,
+        }
+    }
+}
+
+/// Which reading a file calls for, and why.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Reading {
+    pub(super) axes: LocalAxes,
+    pub(super) why: Why,
+}
+
+/// Why a reading was taken.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Why {
+    /// The user says so.
+    Option,
+    /// The program that wrote the file is known.
+    Program,
+    /// Nothing says anything.
+    Default,
+}
+
+/// How the matrices of a file are read.
+pub(super) fn reading(file: &UniversalFile, option: Option<LocalAxes>) -> Reading {
+    /// Programs that write rows.
+    const ROWS: [&str; 2] = ["retune", "OpenModal"];
+    if let Some(axes) = option {
+        return Reading { axes, why: Why::Option };
+    }
+    for dataset in &file.datasets {
+        let Dataset::Header(header) = dataset else { continue };
+        let texts = [&header.program, &header.database_program, &header.description, &header.model_name];
+        let is_testlab = texts.iter().any(|t| {
+            let plain: String = t.chars().filter(|c| c.is_ascii_alphanumeric()).collect();
+            plain.to_ascii_lowercase().contains("testlab")
+        });
+        if is_testlab {
+            return Reading { axes: LocalAxes::Columns, why: Why::Program };
+        }
+        if ROWS.contains(&header.program.as_str()) {
+            return Reading { axes: LocalAxes::Rows, why: Why::Program };
+        }
+    }
+    Reading { axes: LocalAxes::Rows, why: Why::Default }
+}
+
+pub(super) type Vector = [f64; 3];
 
 /// A coordinate system in global axes.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -21,7 +94,7 @@ pub(super) struct Frame {
     kind: i64,
     origin: Vector,
     /// Unit vectors.
-    axes: [Vector; 3],
+    pub(super) axes: [Vector; 3],
 }
 
 impl Frame {
@@ -74,8 +147,12 @@ impl Frame {
         Some(Frame { kind: s.kind, origin, axes: [x, cross(z, x), z] })
     }
 
-    fn of_matrix(s: &PartSystem) -> Option<Frame> {
+    pub(super) fn of_matrix(s: &PartSystem, reading: LocalAxes) -> Option<Frame> {
         let [x, y, z, origin] = s.rows;
+        let [x, y, z] = match reading {
+            LocalAxes::Rows => [x, y, z],
+            LocalAxes::Columns => std::array::from_fn(|i| [x[i], y[i], z[i]]),
+        };
         let axes = [unit(x)?, unit(y)?, unit(z)?];
         // Single-precision matrices are orthogonal to about 1e-7.
         let is_orthogonal = [(0, 1), (0, 2), (1, 2)].iter().all(|(i, j)| dot(axes[*i], axes[*j]).abs() < 1.0e-4);
@@ -84,14 +161,18 @@ impl Frame {
 }
 
 /// The frames of files by their numbers; those that make no sense are missing.
-pub(super) fn frames(files: &[&UniversalFile]) -> BTreeMap<i64, Frame> {
+pub(super) fn frames(files: &[&UniversalFile], option: Option<LocalAxes>) -> BTreeMap<i64, Frame> {
     let mut by_points: BTreeMap<i64, &CoordinateSystem> = BTreeMap::new();
     let mut found = BTreeMap::from([(0, Frame::GLOBAL)]);
-    for dataset in files.iter().flat_map(|f| &f.datasets) {
+    let datasets = files.iter().flat_map(|f| {
+        let axes = reading(f, option).axes;
+        f.datasets.iter().map(move |d| (axes, d))
+    });
+    for (axes, dataset) in datasets {
         match dataset {
             Dataset::CoordinateSystems(list) => by_points.extend(list.iter().map(|s| (s.number, s))),
             Dataset::Part(part) => {
-                found.extend(part.systems.iter().filter_map(|s| Some((s.label, Frame::of_matrix(s)?))));
+                found.extend(part.systems.iter().filter_map(|s| Some((s.label, Frame::of_matrix(s, axes)?))));
             }
             _ => {}
         }
@@ -114,19 +195,19 @@ pub(super) fn frames(files: &[&UniversalFile]) -> BTreeMap<i64, Frame> {
     found
 }
 
-fn minus(a: Vector, b: Vector) -> Vector {
+pub(super) fn minus(a: Vector, b: Vector) -> Vector {
     std::array::from_fn(|i| a[i] - b[i])
 }
 
-fn dot(a: Vector, b: Vector) -> f64 {
+pub(super) fn dot(a: Vector, b: Vector) -> f64 {
     a.iter().zip(b).map(|(x, y)| x * y).sum()
 }
 
-fn cross(a: Vector, b: Vector) -> Vector {
+pub(super) fn cross(a: Vector, b: Vector) -> Vector {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
-fn unit(v: Vector) -> Option<Vector> {
+pub(super) fn unit(v: Vector) -> Option<Vector> {
     let length = dot(v, v).sqrt();
     (length.is_finite() && length > 0.0).then(|| v.map(|x| x / length))
 }
@@ -170,7 +251,7 @@ mod tests {
         };
         let list = vec![system(1, 2, [1.0, 0.0, 0.0]), system(2, 0, [5.0, 0.0, 0.0]), system(3, 3, [0.0; 3])];
         let file = UniversalFile { datasets: vec![Dataset::CoordinateSystems(list)] };
-        let found = frames(&[&file]);
+        let found = frames(&[&file], None);
         assert_eq!(found.len(), 3);
         assert!(close(found[&2].axes[0], [-1.0, 0.0, 0.0]) && close(found[&2].axes[1], [0.0, 1.0, 0.0]));
         assert!(close(found[&1].origin, [4.0, 0.0, 0.0]) && close(found[&1].axes[0], [1.0, 0.0, 0.0]));

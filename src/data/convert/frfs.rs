@@ -1,6 +1,8 @@
 //! Functions of universal files to frequency response functions.
 
 use super::ConvertError;
+use super::frame::LocalAxes;
+use super::frequency::{AxisNotes, hertz, points_hz};
 use super::geometry::{PlacedNode, placed_nodes};
 use super::grid::{GridOf, check, common};
 use super::spectra::spectrum;
@@ -8,6 +10,7 @@ use super::units::{Question, UnitSystem, UnitsFrom, agreed, force_unit, note, ra
 use crate::data::uff::{Dataset, Entity, Function, Level, Note, Ordinate, UniversalFile};
 use crate::data::{Channel, FrfQuantity, FrfSet, Point, Spectrum};
 use crate::linalg::Complex;
+use crate::units::FrequencyUnit;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
@@ -30,8 +33,13 @@ pub enum Duplicates {
 pub struct FrfOptions {
     /// Where units come from.
     pub units: UnitsFrom,
-    /// The quantity of functions that do not say theirs, and the one to read when there are several.
+    /// The quantity of functions that do not say theirs, and the one to read when there are several. It overrules what all functions
+    /// say only beside [`UnitsFrom::System`], because the unit of another quantity says nothing of this one.
     pub quantity: Option<FrfQuantity>,
+    /// The unit of frequencies; it counts before what the files say.
+    pub frequency_unit: Option<FrequencyUnit>,
+    /// Whether rows or columns of dataset 2420 are axes; by the program that wrote the file when absent.
+    pub local_axes: Option<LocalAxes>,
     /// What to do with repeated functions.
     pub duplicates: Duplicates,
 }
@@ -53,24 +61,64 @@ pub(super) const FREQUENCY: i64 = 18;
 pub(super) const REACTION_FORCE: i64 = 9;
 pub(super) const EXCITATION_FORCE: i64 = 13;
 
-/// One end: name of the point and direction code; sorted by label.
+/// One end: name of the point and direction code; sorted by component and label.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct End {
+    component: String,
     node: i64,
     name: String,
     direction: i64,
 }
 
-impl End {
-    pub(super) fn of(entity: &Entity) -> Self {
-        let is_named = !matches!(entity.name.as_str(), "" | "NONE");
-        let name = if entity.node == 0 && is_named { entity.name.clone() } else { entity.node.to_string() };
-        Self { node: entity.node, name, direction: entity.direction }
+/// How points are called.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Naming {
+    /// By the number of the node.
+    Number,
+    /// By component and number, `wing.12`: the same number is there under several names.
+    ComponentAndNumber,
+}
+
+impl Naming {
+    /// Components count where one number stands under several names, among the responses or among the references; a name that says what
+    /// a signal is (`Force`, `Acc`) stands at one side only.
+    pub(super) fn of<'a>(functions: impl Iterator<Item = &'a Function> + Clone) -> Self {
+        let is_repeated = |side: fn(&Function) -> &Entity| {
+            let mut names: BTreeMap<i64, &str> = BTreeMap::new();
+            functions.clone().map(side).filter(|e| e.node != 0 && is_named(e)).any(|e| {
+                let first = *names.entry(e.node).or_insert(&e.name);
+                first != e.name
+            })
+        };
+        if is_repeated(|f| &f.response) || is_repeated(|f| &f.reference) {
+            Self::ComponentAndNumber
+        } else {
+            Self::Number
+        }
     }
 }
 
-fn title(f: &Function) -> String {
-    format!("{}:{} / {}:{}", f.response.node, f.response.direction, f.reference.node, f.reference.direction)
+fn is_named(entity: &Entity) -> bool {
+    !matches!(entity.name.as_str(), "" | "NONE")
+}
+
+impl End {
+    pub(super) fn of(entity: &Entity, naming: Naming) -> Self {
+        let (node, direction) = (entity.node, entity.direction);
+        if !is_named(entity) || (node != 0 && naming == Naming::Number) {
+            return Self { component: String::new(), node, name: node.to_string(), direction };
+        }
+        let name = if node == 0 { entity.name.clone() } else { format!("{}.{node}", entity.name) };
+        Self { component: entity.name.clone(), node, name, direction }
+    }
+
+    fn title(&self) -> String {
+        format!("{}:{}", self.name, self.direction)
+    }
+}
+
+fn title(f: &Function, naming: Naming) -> String {
+    format!("{} / {}", End::of(&f.response, naming).title(), End::of(&f.reference, naming).title())
 }
 
 pub(super) fn quantity_of(data_type: i64) -> Option<FrfQuantity> {
@@ -89,6 +137,8 @@ struct Measured<'a> {
     reference: End,
     /// SI value of one.
     scale: f64,
+    /// Hz in one of its abscissa.
+    hertz: f64,
 }
 
 /// Reads the frequency response functions, coherences and spectra of universal files.
@@ -124,9 +174,32 @@ pub fn frfs(files: &[&UniversalFile], options: &FrfOptions) -> Result<FrfImport,
     };
     let of_type = |t: i64| functions.iter().filter(move |(.., f)| f.function_type == t);
 
-    let stated: Vec<(&UniversalFile, usize, &Function, Option<FrfQuantity>)> =
+    let naming = Naming::of(functions.iter().map(|(.., f)| *f).filter(|f| matches!(f.function_type, FRF | COHERENCE)));
+    if naming == Naming::ComponentAndNumber {
+        let seen = "one number under several names of components";
+        notes.push(note(Level::Info, 58, seen, "points are called by both, `component.number`"));
+    }
+    let mut stated: Vec<(&UniversalFile, usize, &Function, Option<FrfQuantity>)> =
         of_type(FRF).map(|(file, i, f)| (*file, *i, *f, stated_quantity(f))).collect();
     let kinds: BTreeSet<i32> = stated.iter().filter_map(|(.., q)| q.map(FrfQuantity::order)).collect();
+    if let (Some(wanted), Some((.., f, Some(own)))) = (options.quantity, stated.first())
+        && stated.iter().all(|(.., q)| q.is_some_and(|q| q != wanted))
+    {
+        if !matches!(options.units, UnitsFrom::System(_)) {
+            return Err(ConvertError::Contradiction {
+                option: "quantity",
+                wanted: word(wanted).to_owned(),
+                said: format!("{} (data type {}{})", word(*own), f.axes[1].data_type, labelled(&f.axes[1].units)),
+                remedy: format!(
+                    "leave the option out, or, where the file is wrong, state the units too: `--units SI --quantity {}`",
+                    word(wanted)
+                ),
+            });
+        }
+        let seen = format!("functions that say they are {}", kinds_in_words(&kinds));
+        notes.push(note(Level::Warning, 58, seen, format!("they are read as {}, as the options say", word(wanted))));
+        stated.iter_mut().for_each(|s| s.3 = None);
+    }
     if options.quantity.is_none() && (kinds.len() > 1 || stated.iter().any(|(.., q)| q.is_none())) {
         let text = if kinds.len() > 1 {
             "the functions are of several quantities"
@@ -142,6 +215,7 @@ pub fn frfs(files: &[&UniversalFile], options: &FrfOptions) -> Result<FrfImport,
     let quantity =
         options.quantity.or_else(|| stated.iter().find_map(|(.., q)| *q)).unwrap_or(FrfQuantity::Accelerance);
 
+    let mut axis_notes = AxisNotes::default();
     let (mut left_out, mut rotations) = (0, 0);
     let mut measured: BTreeMap<(End, End), Measured<'_>> = BTreeMap::new();
     for (file, i, f, own) in stated {
@@ -161,20 +235,24 @@ pub fn frfs(files: &[&UniversalFile], options: &FrfOptions) -> Result<FrfImport,
                 f64::NAN
             }
         };
-        let (response, reference) = (End::of(&f.response), End::of(&f.reference));
+        let hertz = hertz(&f.axes[0], options.frequency_unit.as_ref(), &mut axis_notes).unwrap_or_else(|question| {
+            ask(question);
+            1.0
+        });
+        let (response, reference) = (End::of(&f.response, naming), End::of(&f.reference, naming));
         let key = (reference.clone(), response.clone());
         if measured.contains_key(&key) {
             match options.duplicates {
                 Duplicates::Ask => ask(Question {
                     option: "duplicates",
-                    text: format!("`{}` is there more than once", title(f)),
+                    text: format!("`{}` is there more than once", title(f, naming)),
                     answers: vec!["first".to_owned(), "last".to_owned()],
                 }),
                 Duplicates::First => continue,
                 Duplicates::Last => {}
             }
         }
-        measured.insert(key, Measured { function: f, response, reference, scale });
+        measured.insert(key, Measured { function: f, response, reference, scale, hertz });
     }
     for (count, seen) in [(left_out, "functions of another quantity"), (rotations, "functions of rotations or moments")]
     {
@@ -192,17 +270,39 @@ pub fn frfs(files: &[&UniversalFile], options: &FrfOptions) -> Result<FrfImport,
         return Err(ConvertError::Questions(questions));
     }
 
-    let axes = placed_nodes(files, &mut notes);
+    let axes = placed_nodes(files, options.local_axes, &mut notes);
     if axes.is_empty() {
         notes.push(note(Level::Info, 58, "no nodes in the files", "directions count as along global axes"));
     }
     let channel = |end: &End| channel_of(end, &axes);
 
-    let mut set = assemble(&measured, quantity, &channel, &mut notes)?;
+    let mut set = assemble(&measured, quantity, (&channel, naming), &mut notes)?;
     let coherences: Vec<&Function> = of_type(COHERENCE).map(|(.., f)| *f).collect();
-    add_coherences(&mut set, &coherences, &mut notes)?;
-    let spectra = functions.iter().filter_map(|(file, i, f)| spectrum(file, *i, f, options, &channel)).collect();
+    add_coherences(&mut set, &coherences, (options, naming), &mut axis_notes, &mut notes)?;
+    let mut spectra = Vec::new();
+    for (file, i, f) in &functions {
+        match spectrum(file, *i, f, options, &channel, &mut axis_notes) {
+            Some(Ok(spectrum)) => spectra.push(spectrum),
+            Some(Err(question)) => notes.push(note(Level::Warning, 58, question.text, "the spectrum was left out")),
+            None => {}
+        }
+    }
+    notes.extend(axis_notes.each().map(|(seen, assumed)| note(Level::Info, 58, seen, assumed)));
     Ok(FrfImport { frfs: set.frfs, spectra, notes })
+}
+
+fn word(quantity: FrfQuantity) -> &'static str {
+    ["receptance", "mobility", "accelerance"][quantity.order() as usize]
+}
+
+fn kinds_in_words(orders: &BTreeSet<i32>) -> String {
+    let words = [FrfQuantity::Receptance, FrfQuantity::Mobility, FrfQuantity::Accelerance];
+    let list: Vec<&str> = words.into_iter().filter(|q| orders.contains(&q.order())).map(word).collect();
+    list.join(" and ")
+}
+
+fn labelled(units: &str) -> String {
+    if matches!(units, "" | "NONE") { String::new() } else { format!(", label `{units}`") }
 }
 
 /// Which functions there are, in words: "2 time records (type 1)".
@@ -225,26 +325,34 @@ fn held(types: &[i64]) -> String {
 
 /// The channel of an end: its direction in global axes, where the axes of its node are known.
 fn channel_of(end: &End, nodes: &BTreeMap<i64, PlacedNode>) -> Channel {
-    let local =
-        if end.node == 0 { Some(Point::GLOBAL) } else { nodes.get(&end.node).map_or(Some(Point::GLOBAL), |n| n.axes) };
-    let axis = usize::try_from(end.direction.abs() - 1).ok().filter(|i| *i < 3);
+    let local = nodes.get(&end.node).filter(|_| end.node != 0).map_or(Point::GLOBAL, |n| n.axes);
+    let axis = end.direction.checked_abs().and_then(|d| usize::try_from(d - 1).ok()).filter(|i| *i < 3);
     let sign = if end.direction < 0 { -1.0 } else { 1.0 };
-    Channel { name: end.name.clone(), direction: local.zip(axis).map(|(a, i)| a[i].map(|x| sign * x)) }
+    Channel { name: end.name.clone(), direction: axis.map(|i| local[i].map(|x| sign * x)) }
 }
 
 /// The spectra of universal files that hold no frequency response function.
-pub(in crate::data) fn spectra(files: &[&UniversalFile], options: &FrfOptions) -> Vec<Spectrum> {
-    let axes = placed_nodes(files, &mut Vec::new());
+///
+/// # Errors
+/// A question where the unit of a frequency axis is not understood.
+pub(in crate::data) fn spectra(
+    files: &[&UniversalFile],
+    options: &FrfOptions,
+) -> Result<(Vec<Spectrum>, Vec<Note>), ConvertError> {
+    let axes = placed_nodes(files, options.local_axes, &mut Vec::new());
     let channel = |end: &End| channel_of(end, &axes);
+    let mut axis_notes = AxisNotes::default();
     let of = |(file, i, d): (&UniversalFile, usize, &Dataset)| match d {
-        Dataset::Function(f) => spectrum(file, i, f, options, &channel),
+        Dataset::Function(f) => spectrum(file, i, f, options, &channel, &mut axis_notes),
         _ => None,
     };
-    files
+    let list = files
         .iter()
         .flat_map(|file| file.datasets.iter().enumerate().map(move |(i, d)| (*file, i, d)))
         .filter_map(of)
-        .collect()
+        .collect::<Result<Vec<_>, Question>>()
+        .map_err(|q| ConvertError::Questions(vec![q]))?;
+    Ok((list, axis_notes.each().map(|(seen, assumed)| note(Level::Info, 58, seen, assumed)).collect()))
 }
 
 /// The quantity that a function states by its data type or by the labels of its axes.
@@ -289,14 +397,15 @@ struct Filled {
 fn assemble(
     measured: &BTreeMap<(End, End), Measured<'_>>,
     quantity: FrfQuantity,
-    channel: &dyn Fn(&End) -> Channel,
+    (channel, naming): (&dyn Fn(&End) -> Channel, Naming),
     notes: &mut Vec<Note>,
 ) -> Result<Filled, ConvertError> {
-    let grids: Vec<GridOf> =
-        measured.values().map(|m| GridOf { name: title(m.function), points: m.function.points() }).collect();
+    let grid = |m: &Measured<'_>| GridOf { name: title(m.function, naming), points: points_hz(m.function, m.hertz) };
+    let grids: Vec<GridOf> = measured.values().map(grid).collect();
     grids.iter().try_for_each(check)?;
     if measured.values().any(|m| m.function.axes[0].data_type != FREQUENCY) {
-        notes.push(note(Level::Info, 58, "functions whose abscissa is not said to be frequency", "it counts as Hz"));
+        let seen = "functions whose abscissa is not said to be frequency";
+        notes.push(note(Level::Info, 58, seen, "it counts as one, in Hz where it has no unit"));
     }
     let (frequencies_hz, indices) = common(&grids)?;
     let most = grids.iter().map(|g| g.points.len()).max().unwrap_or(0);
@@ -343,10 +452,16 @@ fn assemble(
     Ok(Filled { frfs, references, responses })
 }
 
-fn add_coherences(set: &mut Filled, functions: &[&Function], notes: &mut Vec<Note>) -> Result<(), ConvertError> {
+fn add_coherences(
+    set: &mut Filled,
+    functions: &[&Function],
+    (options, naming): (&FrfOptions, Naming),
+    axis_notes: &mut AxisNotes,
+    notes: &mut Vec<Note>,
+) -> Result<(), ConvertError> {
     let mut lost = 0;
     for f in functions {
-        let (response, reference) = (End::of(&f.response), End::of(&f.reference));
+        let (response, reference) = (End::of(&f.response, naming), End::of(&f.reference, naming));
         let b = set.responses.binary_search(&response).ok();
         let a = match set.references.binary_search(&reference) {
             Ok(a) => Some(a),
@@ -358,7 +473,9 @@ fn add_coherences(set: &mut Filled, functions: &[&Function], notes: &mut Vec<Not
             lost += 1;
             continue;
         };
-        let own = GridOf { name: format!("coherence {}", title(f)), points: f.points() };
+        let hertz = hertz(&f.axes[0], options.frequency_unit.as_ref(), axis_notes)
+            .map_err(|question| ConvertError::Questions(vec![question]))?;
+        let own = GridOf { name: format!("coherence {}", title(f, naming)), points: points_hz(f, hertz) };
         check(&own)?;
         let ours = GridOf { name: "the functions".to_owned(), points: set.frfs.frequencies_hz.clone() };
         let Ok((lines, indices)) = common(&[ours, own]) else {

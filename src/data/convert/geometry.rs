@@ -1,22 +1,28 @@
 //! Nodes, coordinate systems, trace lines and elements to geometry, and back.
 
 use super::ConvertError;
-use super::frame::{Frame, frames};
+use super::frame::{Frame, LocalAxes, frames};
+use super::neighbours::weigh;
 use super::units::{UnitsFrom, note, plain_system, units_at};
-use crate::data::uff::{Dataset, Level, Node, Note, Part, PartSystem, TraceLine, Units, UniversalFile};
+use crate::data::uff::{Dataset, Header, Level, Node, Note, Part, PartSystem, TraceLine, Units, UniversalFile};
 use crate::data::{Geometry, Line, Point};
 use std::collections::BTreeMap;
 
 /// A node in global axes, in the units of its file.
 pub(super) struct PlacedNode {
     pub(super) position: [f64; 3],
-    /// `None` if its displacement system is not in the files.
-    pub(super) axes: Option<[[f64; 3]; 3]>,
+    /// Axes of its displacements.
+    pub(super) axes: [[f64; 3]; 3],
 }
 
-/// The nodes of files by label; the last of several with one label counts.
-pub(super) fn placed_nodes(files: &[&UniversalFile], notes: &mut Vec<Note>) -> BTreeMap<i64, PlacedNode> {
-    let frames = frames(files);
+/// The nodes of files by label; the last of several with one label counts. A system that no dataset defines is the global one:
+/// programs number it 1 and do not write it.
+pub(super) fn placed_nodes(
+    files: &[&UniversalFile],
+    local_axes: Option<LocalAxes>,
+    notes: &mut Vec<Note>,
+) -> BTreeMap<i64, PlacedNode> {
+    let frames = frames(files, local_axes);
     let mut placed = BTreeMap::new();
     let (mut repeated, mut lost_axes, mut lost_places, mut exported) = (0, 0, 0, 0);
     for dataset in files.iter().flat_map(|f| &f.datasets) {
@@ -32,8 +38,9 @@ pub(super) fn placed_nodes(files: &[&UniversalFile], notes: &mut Vec<Note>) -> B
             let is_moved = |f: &Frame| *f != Frame::GLOBAL;
             exported += usize::from(!is_local && frames.get(&node.definition_cs).is_some_and(is_moved));
             let position = frame.unwrap_or(&Frame::GLOBAL).position(node.position);
-            let axes = frames.get(&node.displacement_cs).map(|f| f.axes_at(position));
-            lost_axes += usize::from(axes.is_none());
+            let own = frames.get(&node.displacement_cs);
+            lost_axes += usize::from(own.is_none());
+            let axes = own.unwrap_or(&Frame::GLOBAL).axes_at(position);
             repeated += usize::from(placed.insert(node.label, PlacedNode { position, axes }).is_some());
         }
     }
@@ -45,12 +52,17 @@ pub(super) fn placed_nodes(files: &[&UniversalFile], notes: &mut Vec<Note>) -> B
             "nodes of dataset 2411 with an export system of their own",
             "their coordinates are those of the part",
         ),
-        (lost_axes, "nodes with a displacement system that is not in the file", "their axes are not known"),
+        (
+            lost_axes,
+            "nodes with a displacement system that no dataset defines (18, 2420)",
+            "it counts as the global one",
+        ),
     ] {
         if count > 0 {
             notes.push(note(Level::Warning, 2411, format!("{count} {seen}"), assumed));
         }
     }
+    weigh(files, local_axes, &placed, notes);
     placed
 }
 
@@ -58,15 +70,20 @@ pub(super) fn placed_nodes(files: &[&UniversalFile], notes: &mut Vec<Note>) -> B
 ///
 /// * `files` - files that share labels of nodes
 /// * `units` - where the unit of length comes from
+/// * `local_axes` - how matrices of local axes are read; by the program that wrote them when absent
 ///
 /// Points are sorted by label. Trace lines become lines, cut where the pen is lifted; elements become lines along their
 /// edges.
 ///
 /// # Errors
 /// [`ConvertError::Nothing`] without nodes, [`ConvertError::Questions`] without unit.
-pub fn geometry(files: &[&UniversalFile], units: &UnitsFrom) -> Result<(Geometry, Vec<Note>), ConvertError> {
+pub fn geometry(
+    files: &[&UniversalFile],
+    units: &UnitsFrom,
+    local_axes: Option<LocalAxes>,
+) -> Result<(Geometry, Vec<Note>), ConvertError> {
     let mut notes = Vec::new();
-    let placed = placed_nodes(files, &mut notes);
+    let placed = placed_nodes(files, local_axes, &mut notes);
     if placed.is_empty() {
         return Err(ConvertError::Nothing { what: "nodes (datasets 15, 2411)", found: found(files) });
     }
@@ -79,7 +96,7 @@ pub fn geometry(files: &[&UniversalFile], units: &UnitsFrom) -> Result<(Geometry
         .map(|(label, node)| Point {
             name: label.to_string(),
             position_m: node.position.map(|x| x * system.length),
-            axes: node.axes.unwrap_or(Point::GLOBAL),
+            axes: node.axes,
         })
         .collect();
     let mut lines = Vec::new();
@@ -114,7 +131,7 @@ pub fn geometry(files: &[&UniversalFile], units: &UnitsFrom) -> Result<(Geometry
 }
 
 /// The edges of an element as polylines; its corner nodes only, for the linear kinds.
-fn edges(descriptor: i64, nodes: &[i64]) -> Vec<Vec<i64>> {
+pub(super) fn edges(descriptor: i64, nodes: &[i64]) -> Vec<Vec<i64>> {
     let paths: &[&[usize]] = match (descriptor, nodes.len()) {
         (111, 4) => &[&[0, 1, 2, 0, 3, 1], &[3, 2]],
         (112, 6) => &[&[0, 1, 2, 0, 3, 4, 5, 3], &[1, 4], &[2, 5]],
@@ -167,7 +184,7 @@ pub(super) fn labels<'a>(names: impl Iterator<Item = &'a str> + Clone) -> BTreeM
     labels
 }
 
-/// Writes geometry as datasets 164, 2420, 2411 and 82, in SI.
+/// Writes geometry as datasets 164, 151, 2420, 2411 and 82, in SI.
 ///
 /// A name that is a number is the label of its node; others get free labels, in the order of the points.
 pub fn geometry_file(geometry: &Geometry) -> UniversalFile {
@@ -197,6 +214,8 @@ pub fn geometry_file(geometry: &Geometry) -> UniversalFile {
     }
     let mut datasets = vec![si()];
     if !systems.is_empty() {
+        // Who wrote the file says that rows are axes.
+        datasets.push(Dataset::Header(Header { program: "retune".to_owned(), ..Header::default() }));
         datasets.push(Dataset::Part(Part { uid: 1, name: "test".to_owned(), systems }));
     }
     let names: Vec<i64> = nodes.iter().map(|n| n.label).collect();
@@ -222,8 +241,8 @@ mod tests {
         let ours = Geometry { points, lines };
         let bytes = crate::data::uff::write(&geometry_file(&ours)).unwrap().0;
         let file = crate::data::uff::read(&bytes).unwrap().0;
-        let (back, notes) = geometry(&[&file], &UnitsFrom::File).unwrap();
-        assert!(notes.is_empty());
+        let (back, notes) = geometry(&[&file], &UnitsFrom::File, None).unwrap();
+        assert!(notes.is_empty(), "{notes:?}");
         assert_eq!(back.lines, ours.lines);
         for (a, b) in back.points.iter().zip(&ours.points) {
             assert_eq!((&a.name, a.position_m), (&b.name, b.position_m));
@@ -238,16 +257,16 @@ mod tests {
         let Some(folder) = crate::data::shared_data("uff_samples") else { return };
         let open = |name: &str| crate::data::uff::read(&std::fs::read(folder.join(name)).unwrap()).unwrap().0;
         let oros = open("mesh_Oros-modal_uff15_uff2412.uff");
-        let error = geometry(&[&oros], &UnitsFrom::File).unwrap_err();
+        let error = geometry(&[&oros], &UnitsFrom::File, None).unwrap_err();
         assert!(matches!(&error, ConvertError::Questions(q) if q[0].option == "units"), "{error}");
         let mm = super::super::UnitSystem::from_name("mm-N-s").unwrap();
-        let (g, _) = geometry(&[&oros], &UnitsFrom::System(mm)).unwrap();
+        let (g, _) = geometry(&[&oros], &UnitsFrom::System(mm), None).unwrap();
         let p = g.point("7").unwrap();
         assert!((p.position_m[0] + 0.051619).abs() < 1.0e-15);
 
         // LMS Test.Lab: user-defined units with factors 1; every node has a system of its own with x along -x.
         let lms = open("TestLab 161 164 18 15 82.uff");
-        let (g, notes) = geometry(&[&lms], &UnitsFrom::File).unwrap();
+        let (g, notes) = geometry(&[&lms], &UnitsFrom::File, None).unwrap();
         assert!(notes.is_empty(), "{notes:?}");
         assert_eq!((g.points.len(), g.point("1").unwrap().position_m), (36, [-2.4, -0.95, 0.0]));
         // Six digits in the file.

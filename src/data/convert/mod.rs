@@ -12,14 +12,17 @@
 //! Start reading at [`FrfOptions`].
 
 mod frame;
+mod frequency;
 mod frf_file;
 mod frfs;
 mod geometry;
 mod grid;
 mod modes;
+mod neighbours;
 mod spectra;
 mod units;
 
+pub use frame::LocalAxes;
 pub use frf_file::frf_file;
 pub(in crate::data) use frfs::spectra;
 pub use frfs::{Duplicates, FrfImport, FrfOptions, frfs};
@@ -75,6 +78,18 @@ pub enum ConvertError {
     NotAlongAnAxis {
         /// The channel.
         name: String,
+    },
+    /// An option says another thing than the file.
+    #[error("the option `{option}` says {wanted}, but the file says {said}; {remedy}")]
+    Contradiction {
+        /// The option.
+        option: &'static str,
+        /// What it says.
+        wanted: String,
+        /// What the file says.
+        said: String,
+        /// What to do.
+        remedy: String,
     },
     /// Something of a file of values is wrong.
     #[error("{what}: {why}")]

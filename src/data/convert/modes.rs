@@ -1,8 +1,8 @@
 //! Datasets 55 and 2414 to modes, and back.
 
-use super::ConvertError;
 use super::geometry::{found, labels, placed_nodes, si};
-use super::units::{UnitsFrom, note, plain_system, units_at};
+use super::units::{note, plain_system, units_at};
+use super::{ConvertError, FrfOptions};
 use crate::data::uff::{AnalysisData, DataAtNodes, Dataset, Entry, Level, Note, UniversalFile};
 use crate::data::{ModalSet, ModeRecord, Point, ShapeChannel};
 use crate::element::Dof;
@@ -34,7 +34,8 @@ struct Raw {
 /// ```
 ///
 /// * `files` - files that share labels of nodes
-/// * `units` - where units come from; needed only where displacements stand beside rotations or modal masses are given
+/// * `options` - where units come from; needed only where displacements stand beside rotations or modal masses are given; and how
+///   local axes are read
 ///
 /// Channels whose value is exactly 0 in every mode count as not measured, because a file must fill unused directions
 /// with zeros; a note says how many. A hysteretic damping ratio without viscous one counts half. Modes come sorted by
@@ -42,7 +43,7 @@ struct Raw {
 ///
 /// # Errors
 /// [`ConvertError::Nothing`] without modes, [`ConvertError::Questions`] for a missing unit.
-pub fn modes(files: &[&UniversalFile], units: &UnitsFrom) -> Result<(ModalSet, Vec<Note>), ConvertError> {
+pub fn modes(files: &[&UniversalFile], options: &FrfOptions) -> Result<(ModalSet, Vec<Note>), ConvertError> {
     let mut notes = Vec::new();
     let mut raw = Vec::new();
     let mut stated = None;
@@ -74,20 +75,20 @@ pub fn modes(files: &[&UniversalFile], units: &UnitsFrom) -> Result<(ModalSet, V
     let has_mass = raw.iter().any(|m| m.modal_mass.is_some() || m.modal_a.is_some() || m.modal_b.is_some());
     let (length, force) = if is_mixed || has_mass {
         let what = if is_mixed { "displacements beside rotations" } else { "modal masses" };
-        let system = plain_system(stated, units, what).map_err(|q| ConvertError::Questions(vec![q]))?;
+        let system = plain_system(stated, &options.units, what).map_err(|q| ConvertError::Questions(vec![q]))?;
         (system.length, system.force)
     } else {
         // The scale of a shape is free: no unit is needed.
         (1.0, 1.0)
     };
-    let nodes = placed_nodes(files, &mut notes);
+    let nodes = placed_nodes(files, options.local_axes, &mut notes);
     if nodes.is_empty() {
         notes.push(note(Level::Info, 55, "no nodes in the files", "directions count as along global axes"));
     }
     let channels = used
         .iter()
         .map(|(node, dof)| {
-            let axes = nodes.get(node).and_then(|n| n.axes).unwrap_or(Point::GLOBAL);
+            let axes = nodes.get(node).map_or(Point::GLOBAL, |n| n.axes);
             ShapeChannel { point: node.to_string(), dof: *dof, direction: axes[dof.axis()] }
         })
         .collect();
@@ -253,6 +254,7 @@ pub fn modes_file(set: &ModalSet) -> UniversalFile {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::data::convert::UnitsFrom;
 
     fn channel(point: &str, dof: Dof) -> ShapeChannel {
         ShapeChannel { point: point.to_owned(), dof, direction: Point::GLOBAL[dof.axis()] }
@@ -277,7 +279,7 @@ mod tests {
         };
         let bytes = crate::data::uff::write(&modes_file(&set)).unwrap().0;
         let file = crate::data::uff::read(&bytes).unwrap().0;
-        let (back, notes) = modes(&[&file], &UnitsFrom::File).unwrap();
+        let (back, notes) = modes(&[&file], &FrfOptions::default()).unwrap();
         assert_eq!(notes.len(), 2, "{notes:?}"); // unused directions; no nodes
         assert_eq!(back.channels, set.channels);
         assert_eq!(back.modes[0], set.modes[0]);
@@ -305,10 +307,11 @@ mod tests {
         };
         let mut file = modes_file(&set);
         file.datasets.remove(0);
-        let error = modes(&[&file], &UnitsFrom::File).unwrap_err();
+        let error = modes(&[&file], &FrfOptions::default()).unwrap_err();
         assert!(matches!(error, ConvertError::Questions(_)));
         let mm = crate::data::convert::UnitSystem::from_name("mm-N-s").unwrap();
-        let (si, _) = modes(&[&file], &UnitsFrom::System(mm)).unwrap();
+        let options = FrfOptions { units: UnitsFrom::System(mm), ..FrfOptions::default() };
+        let (si, _) = modes(&[&file], &options).unwrap();
         assert_eq!((si.modes[0].shape[0].re, si.modes[0].shape[1].re), (0.5, 1.0));
         assert!((si.modes[0].modal_mass.unwrap() - 0.5).abs() < 1.0e-15);
     }
@@ -317,10 +320,10 @@ mod tests {
     fn the_sample_modes_are_read() {
         let Some(folder) = crate::data::shared_data("uff_samples") else { return };
         let open = |name: &str| crate::data::uff::read(&std::fs::read(folder.join(name)).unwrap()).unwrap().0;
-        let (set, _) = modes(&[&open("uff55_translation.uff")], &UnitsFrom::File).unwrap();
+        let (set, _) = modes(&[&open("uff55_translation.uff")], &FrfOptions::default()).unwrap();
         let frequencies: Vec<f64> = set.modes.iter().map(|m| m.frequency_hz).collect();
         assert_eq!((frequencies, set.channels.len()), (vec![10.0, 12.0, 13.0], 12));
-        let (set, notes) = modes(&[&open("uff55_translation_rotation.uff")], &UnitsFrom::File).unwrap();
+        let (set, notes) = modes(&[&open("uff55_translation_rotation.uff")], &FrfOptions::default()).unwrap();
         assert_eq!((set.modes[0].frequency_hz, set.channels.len()), (97.013, 129));
         assert!(notes[0].seen.contains("129 of 258"), "{}", notes[0]);
     }

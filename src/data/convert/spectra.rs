@@ -1,18 +1,20 @@
 //! Functions of universal files that are spectra.
 
-use super::frfs::{EXCITATION_FORCE, End, FrfOptions, REACTION_FORCE, quantity_of};
-use super::units::{UnitSystem, UnitsFrom, units_at};
+use super::frequency::{AxisNotes, hertz, points_hz};
+use super::frfs::{EXCITATION_FORCE, End, FrfOptions, Naming, REACTION_FORCE, quantity_of};
+use super::units::{Question, UnitSystem, UnitsFrom, units_at};
 use crate::data::uff::{Axis, Function, UniversalFile};
 use crate::data::{Channel, Spectrum, SpectrumKind, SpectrumUnit};
 
-/// A function that is a spectrum; in SI where types and units say so.
+/// A function that is a spectrum; in SI where types and units say so. A question where the unit of its frequencies is not understood.
 pub(super) fn spectrum(
     file: &UniversalFile,
     index: usize,
     f: &Function,
     options: &FrfOptions,
     channel: &dyn Fn(&End) -> Channel,
-) -> Option<Spectrum> {
+    notes: &mut AxisNotes,
+) -> Option<Result<Spectrum, Question>> {
     let kind = match f.function_type {
         2 => SpectrumKind::Auto,
         3 => SpectrumKind::Cross,
@@ -46,12 +48,16 @@ pub(super) fn spectrum(
         Some((scale, unit)) => (scale, SpectrumUnit::Si(unit)),
         None => (1.0, SpectrumUnit::AsInFile(label.to_owned())),
     };
-    Some(Spectrum {
+    let hertz = match hertz(&f.axes[0], options.frequency_unit.as_ref(), notes) {
+        Ok(hertz) => hertz,
+        Err(question) => return Some(Err(question)),
+    };
+    Some(Ok(Spectrum {
         kind,
-        response: channel(&End::of(&f.response)),
-        reference: (f.reference.node != 0).then(|| channel(&End::of(&f.reference))),
-        frequencies_hz: f.points(),
+        response: channel(&End::of(&f.response, Naming::Number)),
+        reference: (f.reference.node != 0).then(|| channel(&End::of(&f.reference, Naming::Number))),
+        frequencies_hz: points_hz(f, hertz),
         values: f.ordinate.to_complex().into_iter().map(|v| v * scale).collect(),
         unit,
-    })
+    }))
 }

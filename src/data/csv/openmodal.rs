@@ -10,7 +10,7 @@
 
 use super::{Columns, CsvError, Row, Sheet, function};
 use crate::data::Point;
-use crate::data::uff::{Dataset, Entity, Node, Part, PartSystem, UniversalFile};
+use crate::data::uff::{Dataset, Entity, Header, Node, Part, PartSystem, UniversalFile};
 use std::path::Path;
 
 /// Reads an exported folder as a universal file without units, for [`frfs`](crate::data::convert::frfs) and
@@ -91,7 +91,13 @@ fn nodes(sheet: &Sheet<'_>) -> Result<Vec<Dataset>, CsvError> {
             position: triple(row, ["x", "y", "z"])?,
         });
     }
-    Ok(vec![Dataset::Part(Part { uid: 1, name: "OpenModal".to_owned(), systems }), Dataset::Nodes2411(nodes)])
+    // The name of the program says that rows are axes.
+    let header = Header { program: "OpenModal".to_owned(), ..Header::default() };
+    Ok(vec![
+        Dataset::Header(header),
+        Dataset::Part(Part { uid: 1, name: "OpenModal".to_owned(), systems }),
+        Dataset::Nodes2411(nodes),
+    ])
 }
 
 #[cfg(test)]
@@ -118,7 +124,7 @@ mod tests {
         assert_eq!(set.frequencies_hz[1], 0.31252000128008195);
         assert_eq!(set.at(1, 0, 17), Complex::new(0.013806162435433523, -0.018278758473542614));
         let inches = UnitsFrom::System(UnitSystem::from_name("in-lbf-s").unwrap());
-        let (geometry, _) = geometry(&[&file], &inches).unwrap();
+        let (geometry, _) = geometry(&[&file], &inches, None).unwrap();
         assert!((geometry.point("4").unwrap().position_m[1] - 12.0 * 0.0254).abs() < 1.0e-15);
     }
 }

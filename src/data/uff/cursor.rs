@@ -84,6 +84,15 @@ impl<'a, 'n> Cursor<'a, 'n> {
         }
     }
 
+    /// A record of integers at the head of an entry: a label, and what belongs to it. What stands behind the numbers is a comment.
+    pub(super) fn head(&mut self, text: &str, widths: &[usize], what: &str) -> Result<Numbers, Fault> {
+        let plain = without_comment(text);
+        if plain.len() < text.trim_end().len() {
+            self.note_once(Level::Info, "text behind the numbers of a record", "it is a comment");
+        }
+        self.split(plain, widths, what)
+    }
+
     /// A record of numbers, split.
     pub(super) fn split(&mut self, text: &str, widths: &[usize], what: &str) -> Result<Numbers, Fault> {
         let Some(record) = numeric_record(text, widths) else {
@@ -164,9 +173,23 @@ impl Numbers {
     }
 }
 
+/// A record of integers without the comment behind them: programs write the name of a node there.
+fn without_comment(text: &str) -> &str {
+    let mut before = None;
+    for (at, c) in text.char_indices() {
+        let is_mark = matches!(c, '%' | '#' | '!' | '$');
+        let is_word = c.is_alphabetic() && before.is_none_or(char::is_whitespace);
+        if (is_mark || is_word) && text[..at].bytes().any(|b| b.is_ascii_digit()) {
+            return text[..at].trim_end();
+        }
+        before = Some(c);
+    }
+    text
+}
+
 /// Whether a line holds a single integer: the label of the next node.
 pub(super) fn is_label(text: &str) -> bool {
-    let mut tokens = text.split_ascii_whitespace();
+    let mut tokens = without_comment(text).split_ascii_whitespace();
     let first = tokens.next().unwrap_or("x");
     tokens.next().is_none() && first.bytes().all(|b| b.is_ascii_digit())
 }

@@ -3,7 +3,7 @@
 use super::cursor::{Cursor, Fault, never};
 use super::fields::{column, parse_float, parse_int};
 use super::note::{Level, quote};
-use super::scan::Block;
+use super::scan::{Block, binary_fields};
 use super::sink::Sink;
 use super::{Abscissa, Axis, ByteOrder, Entity, FloatFormat, Function, Ordinate, Precision, Storage, float_formats};
 use crate::linalg::Complex;
@@ -142,8 +142,8 @@ fn read_binary(
     announced: usize,
     cursor: &mut Cursor<'_, '_>,
 ) -> (Vec<f64>, Storage) {
-    let field = |start, width| parse_int(column(id_line, start, width)).unwrap_or(0);
-    let order = match field(7, 6) {
+    let [order, format, records, _] = binary_fields(id_line).map(|f| f.unwrap_or(0));
+    let order = match order {
         1 => ByteOrder::Little,
         2 => ByteOrder::Big,
         other => {
@@ -151,7 +151,7 @@ fn read_binary(
             ByteOrder::Little
         }
     };
-    let format = match field(13, 6) {
+    let format = match format {
         1 => FloatFormat::DecVms,
         2 => FloatFormat::Ieee,
         3 => FloatFormat::Ibm370,
@@ -160,8 +160,8 @@ fn read_binary(
             FloatFormat::Ieee
         }
     };
-    if field(19, 12) != 11 {
-        cursor.note(Level::Info, format!("{} text records announced", field(19, 12)), "11 were read");
+    if records != 11 {
+        cursor.note(Level::Info, format!("{records} text records announced"), "11 were read");
     }
     let sizes = layout.bytes_per_point();
     let exact = sizes.iter().find(|s| s.checked_mul(announced) == Some(payload.len()));

@@ -137,7 +137,7 @@ impl<'a> Scanner<'a> {
                 continue;
             }
             let text = decode(line).0;
-            if dataset_number(&text).is_some() {
+            if dataset_number(&text).is_some() && !continues_with_number(&text) {
                 self.begun = Some(indent);
                 let at = self.lines.number;
                 notes.push(Level::Warning, at, number, "the end mark is missing", "the next start mark ends it");
@@ -168,7 +168,7 @@ impl<'a> Scanner<'a> {
         let bytes = self.lines.bytes;
         let from = self.lines.offset;
         let line_number = self.lines.number;
-        let stated = parse_int(column(id_line, 31, 12)).and_then(|n| usize::try_from(n).ok());
+        let stated = binary_fields(id_line)[3].and_then(|n| usize::try_from(n).ok());
         let implied = payload_sizes(&decode(record_7).0);
         let followed_by_end = |size: &usize| from.checked_add(*size).is_some_and(|to| end_mark_at(bytes, to).is_some());
         let size = implied.iter().copied().chain(stated).find(followed_by_end);
@@ -202,7 +202,8 @@ pub(super) fn delimiter(line: &[u8]) -> Option<usize> {
     rest.iter().all(|b| b.is_ascii_whitespace() || *b == 0).then_some(indent)
 }
 
-/// Number and binary flag of a line such as `    58` or `    58b     1     2 ...`.
+/// Number and binary flag of a line such as `    58`, `    55   %NODAL VALUES` or `    58b     1     2 ...`: its first word; the rest is a
+/// comment.
 fn dataset_number(line: &str) -> Option<(i64, bool)> {
     let text = line.trim();
     let digits = text.bytes().take_while(u8::is_ascii_digit).count();
@@ -211,11 +212,32 @@ fn dataset_number(line: &str) -> Option<(i64, bool)> {
     }
     let number = text[..digits].parse().ok()?;
     let rest = &text[digits..];
-    match rest.bytes().next() {
-        None => Some((number, false)),
-        Some(b'b' | b'B') => Some((number, number == 58)),
+    let ends_word = |c: Option<char>| c.is_none_or(|c| !(c.is_alphanumeric() || matches!(c, '.' | '+' | '-' | '_')));
+    let mut after = rest.chars();
+    match after.next() {
+        Some('b' | 'B') if ends_word(after.next()) => Some((number, number == 58)),
+        first if ends_word(first) => Some((number, false)),
         _ => None,
     }
+}
+
+/// Whether a number follows the first word: a record of numbers rather than the number of a dataset with a comment.
+fn continues_with_number(line: &str) -> bool {
+    let mut words = line.split_whitespace();
+    let is_binary = words.next().is_some_and(|w| w.ends_with(['b', 'B']));
+    !is_binary && words.next().is_some_and(|w| super::fields::parse_float(w).is_some())
+}
+
+/// Fields 2 to 5 of the line with the number of a binary dataset: byte order, floating-point format, number of text records, bytes of the
+/// values; by columns, else by the blanks between them.
+pub(super) fn binary_fields(id_line: &str) -> [Option<i64>; 4] {
+    let by_columns =
+        [(7, 6), (13, 6), (19, 12), (31, 12)].map(|(start, width)| parse_int(column(id_line, start, width)));
+    if by_columns.iter().all(Option::is_some) {
+        return by_columns;
+    }
+    let mut words = id_line.split_whitespace().skip(1).map_while(parse_int);
+    std::array::from_fn(|_| words.next())
 }
 
 /// Possible lengths of the values of a binary dataset 58, by its record 7.
@@ -292,6 +314,24 @@ mod tests {
         let (found, notes) = numbers(b"hello\n    -1\n    15\nab\n");
         assert_eq!(found, [(15, 3)]);
         assert_eq!(notes.len(), 2);
+    }
+
+    #[test]
+    fn what_follows_the_number_of_a_dataset_is_a_comment() {
+        for line in ["    55   %VALEURS AUX NOEUDS", "    55 12 values", "    55,nodes", "    55\t# 5"] {
+            assert_eq!(dataset_number(line), Some((55, false)), "{line}");
+        }
+        for line in ["    58b     1     2          11          32  % text", "    58B"] {
+            assert_eq!(dataset_number(line), Some((58, true)), "{line}");
+        }
+        for line in ["    5.5", "  1.0E+00  2.0", "    55x", "    58bar", "     1-2", "abc"] {
+            assert_eq!(dataset_number(line), None, "{line}");
+        }
+        assert_eq!(binary_fields("    58b 1 2 11 32 % 5"), [1, 2, 11, 32].map(Some));
+        assert_eq!(binary_fields("    58b  % text"), [None; 4]);
+        // A record of numbers behind an end mark is no dataset.
+        let (found, _) = numbers(b"    -1\n    15\nab\n    -1\n    82 1 2\ncd\n    -1\n    55 % x\ne\n    -1\n");
+        assert_eq!(found, [(15, 3), (55, 2)]);
     }
 
     #[test]

@@ -2,9 +2,9 @@
 
 use super::{DirectionSpec, Reader};
 use crate::catalogue::did_you_mean;
-use crate::data::convert::{Duplicates, FrfOptions, UnitsFrom, ratio_unit};
+use crate::data::convert::{Duplicates, FrfOptions, LocalAxes, UnitsFrom, ratio_unit};
 use crate::data::{FrfFit, FrfQuantity, Measured, MeasurementOptions, Place, StaticLoad, StaticReading, StaticTest};
-use crate::units::Scalar;
+use crate::units::{FrequencyUnit, Scalar};
 use crate::yaml::{Problem, child};
 use indexmap::IndexMap;
 use schemars::JsonSchema;
@@ -90,6 +90,12 @@ pub struct FrfSpec {
     /// Which of several functions of one pair of points counts.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub duplicates: Option<Duplicates>,
+    /// Unit of the frequencies, whatever the files say: `Hz`, `kHz`, `rad/s`, `deg/s`, `rpm`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub frequency_unit: Option<String>,
+    /// Whether the `rows` or the `columns` of local axes (dataset 2420) are axes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub local_axes: Option<LocalAxes>,
     /// Only lines in these bands: `[[4 Hz, 7 Hz], [15 Hz, 22 Hz]]`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub bands: Vec<[Scalar; 2]>,
@@ -221,7 +227,21 @@ impl Reader<'_> {
             self.error("frfs.units", reason);
             UnitsFrom::default()
         });
-        let frf = FrfOptions { units, quantity: f.quantity, duplicates: f.duplicates.unwrap_or_default() };
+        let frequency_unit = f.frequency_unit.as_deref().and_then(|text| {
+            let unit = FrequencyUnit::of_label(text);
+            if unit.is_none() {
+                let names = FrequencyUnit::NAMES.join(", ");
+                self.error("frfs.frequency_unit", format_args!("`{text}` is no unit of frequencies, such as {names}"));
+            }
+            unit
+        });
+        let frf = FrfOptions {
+            units,
+            quantity: f.quantity,
+            duplicates: f.duplicates.unwrap_or_default(),
+            frequency_unit,
+            local_axes: f.local_axes,
+        };
         let reading = MeasurementOptions { frf, unit: f.unit.clone(), ..MeasurementOptions::default() };
         FrfFit { files: f.files.clone(), reading, bands_hz, relative_sd, loss_factor }
     }

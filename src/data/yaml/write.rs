@@ -93,6 +93,8 @@ pub fn write_test(data: &TestData) -> String {
         units: f.reading.frf.units.name().map(str::to_string),
         quantity: f.reading.frf.quantity,
         duplicates: Some(f.reading.frf.duplicates).filter(|d| *d != Duplicates::Ask),
+        frequency_unit: f.reading.frf.frequency_unit.as_ref().map(|u| u.name.clone()),
+        local_axes: f.reading.frf.local_axes,
         bands: f.bands_hz.iter().map(|b| b.map(|v| si(v, "Hz"))).collect(),
         sd: Some(Scalar::constant(f.relative_sd)),
         loss_factor: f.loss_factor.map(Scalar::constant),
