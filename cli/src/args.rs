@@ -1,11 +1,12 @@
 //! The command line, as clap reads it.
 
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{Arg, Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 
 mod correlation;
 mod diagnosis;
 mod measured;
+mod values;
 
 pub(crate) use correlation::{Compare, Placement, Pretest, Sensitivity};
 pub(crate) use diagnosis::{Add, Benchmark, BenchmarkWhat, Diagnose, Learn, Undo};
@@ -14,16 +15,27 @@ pub(crate) use measured::{Health, Identify, Map, MatrixAxes, MeasuredQuantity, M
 /// Updates finite-element models of structures to vibration tests, and finds the physics that the models miss.
 #[derive(Debug, Parser)]
 #[command(name = "retune", version, propagate_version = true, max_term_width = 100)]
-#[command(after_help = "Exit codes: 0 done; 1 finished, but a criterion or a fit falls short; 2 wrong input; 70 a bug.
+#[command(
+    after_help = "Exit codes: 0 done; 1 finished, but a criterion or a fit falls short; 2 wrong input, or an output that cannot be written;
+70 a bug; 130 stopped before there was a result.
 
 Examples:
   retune check models/bff.yaml
   retune identify run1.unv run2.unv -o test.yaml
   retune compare models/bff.yaml models/bff_gvt.yaml
-  retune update models/bff.yaml models/bff_gvt.yaml -o updated.yaml")]
+  retune update models/bff.yaml models/bff_gvt.yaml -o updated.yaml"
+)]
 pub(crate) struct Cli {
     #[command(subcommand)]
     pub(crate) command: Command,
+}
+
+/// Reads the command line. A negative number is a value and no option, so that its range is what is told.
+pub(crate) fn parse() -> Result<Cli, clap::Error> {
+    let numbers = |arg: Arg| if arg.get_action().takes_values() { arg.allow_negative_numbers(true) } else { arg };
+    let mut command = Cli::command().mut_subcommands(|verb| verb.mut_args(numbers));
+    let matches = command.try_get_matches_from_mut(std::env::args_os())?;
+    Cli::from_arg_matches(&matches).map_err(|e| e.format(&mut command))
 }
 
 #[derive(Debug, Subcommand)]
@@ -149,10 +161,10 @@ pub(crate) struct Update {
     #[arg(long, default_value_t = 0)]
     pub(crate) seed: u64,
     /// Largest number of evaluations.
-    #[arg(long)]
+    #[arg(long, value_parser = clap::value_parser!(u64).range(1..))]
     pub(crate) budget: Option<u64>,
     /// Search on a reduced model whose frequencies are right to this part within the bounds; for large models.
-    #[arg(long, value_name = "TOLERANCE", num_args = 0..=1, require_equals = true, default_missing_value = "1e-4")]
+    #[arg(long, value_name = "TOLERANCE", num_args = 0..=1, require_equals = true, default_missing_value = "1e-4", value_parser = values::tolerance)]
     pub(crate) reduced: Option<f64>,
     /// Keep the state of the search in this file.
     #[arg(long)]
@@ -197,7 +209,7 @@ pub(crate) struct Sample {
     #[arg(long, value_name = "FILE")]
     pub(crate) objective: Option<PathBuf>,
     /// Sample with a reduced model whose frequencies are right to this part within the bounds; for large models.
-    #[arg(long, value_name = "TOLERANCE", num_args = 0..=1, require_equals = true, default_missing_value = "1e-4")]
+    #[arg(long, value_name = "TOLERANCE", num_args = 0..=1, require_equals = true, default_missing_value = "1e-4", value_parser = values::tolerance)]
     pub(crate) reduced: Option<f64>,
     /// Seed of all random numbers.
     #[arg(long, default_value_t = 0)]

@@ -1,32 +1,36 @@
-//! Reading files with problems shown in place, and writing without losing anything.
+//! Reading models and tests, with problems shown in place.
 
+use crate::ledger;
 use crate::output::{Failure, warn};
 use retune::correlation::{check_functions, check_sensors as check, with_sensor_masses};
-use retune::data::{FrfFit, TestData, read_measurements, read_test};
+use retune::data::{FrfFit, TestData, read_test};
 use retune::model::{Model, ParametricModel, Registry, doubts, load_configuration};
 use retune::objective::is_damped;
-use retune::report::text::{number, printable};
+use retune::report::text::number;
 use retune::update::{FirstLook, UpdateError, slip_of_unit};
 use retune::yaml::{Problem, Severity, SourceMap};
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
-/// Files above this size are not YAML that a person wrote.
-const LARGEST: u64 = 256 << 20;
+/// Files above this size are not YAML that a person wrote: 64 MiB.
+const LARGEST: u64 = 64 << 20;
 
 /// The text of a file.
 pub(crate) fn read(path: &Path) -> Result<String, Failure> {
+    read_at_most(path, LARGEST)
+}
+
+/// The text of a file of so many bytes at most.
+pub(crate) fn read_at_most(path: &Path, largest: u64) -> Result<String, Failure> {
     let fail = |e: &dyn std::fmt::Display| Failure::text(format!("cannot read {}: {e}", path.display()));
-    let size = std::fs::metadata(path).map_err(|e| fail(&e))?.len();
-    if size > LARGEST {
-        return Err(fail(&format_args!("it has {size} bytes, more than the {LARGEST} that are read")));
-    }
-    let bytes = std::fs::read(path).map_err(|e| fail(&e))?;
+    let bytes = ledger::read(path, largest).map_err(|e| fail(&e))?;
     let text = String::from_utf8(bytes).map_err(|e| {
         let at = e.utf8_error().valid_up_to();
         let line = std::str::from_utf8(&e.as_bytes()[..at]).unwrap_or_default().matches('\n').count() + 1;
         fail(&format_args!("it is not UTF-8 text (byte {at}, line {line}); save it as UTF-8"))
     })?;
+    if let Some(at) = text.find('\0') {
+        return Err(fail(&format_args!("it is no text: byte {at} is zero")));
+    }
     // Editors of Windows put a mark there that is no text.
     Ok(text.strip_prefix('\u{feff}').map(str::to_string).unwrap_or(text))
 }
@@ -52,7 +56,7 @@ pub(crate) fn tested_model(
     warnings.extend(SourceMap::of(&text).place(doubts(&model)));
     if model.dof_map().n_dof() <= QUICK {
         if let Ok(Some(slip)) = slip_of_unit(&model, test) {
-            eprintln!("warning: {}: {slip}", test_path.display());
+            warning!("{}: {slip}", test_path.display());
         }
         if configuration.is_none() && test.configuration.is_none() {
             suggest_configuration(&model, &text, test, test_path);
@@ -76,8 +80,8 @@ fn suggest_configuration(model: &Model, text: &str, test: &TestData, test_path: 
     };
     let better = names.iter().filter_map(|name| Some((look(name)?, name))).filter(|(l, _)| l.is_far_better(&own, FAR));
     if let Some((best, name)) = better.min_by(|a, b| a.0.chi_squared.total_cmp(&b.0.chi_squared)) {
-        eprintln!(
-            "warning: {}: it names no configuration; before any update `{name}` explains it {} times better than the base model: is `configuration: {name}` missing?",
+        warning!(
+            "{}: it names no configuration; before any update `{name}` explains it {} times better than the base model: is `configuration: {name}` missing?",
             test_path.display(),
             number(own.chi_squared / best.chi_squared)
         );
@@ -124,9 +128,9 @@ pub(crate) fn test(path: &Path) -> Result<(TestData, Vec<Problem>, String), Fail
                     let place = Problem::error("frfs.files", why);
                     Failure::problems(path, &text, &SourceMap::of(&text).place(vec![place]))
                 };
-                let found = read_measurements(&files, None, &fit.reading).map_err(|e| refused(&e))?;
+                let found = ledger::measurements(&files, None, &fit.reading).map_err(|e| refused(&e))?;
                 for (file, note) in &found.notes {
-                    eprintln!("note: {}: {}", file.display(), printable(note));
+                    note!("{}: {note}", file.display());
                 }
                 test.frfs = found.frfs;
                 if test.frfs.is_none() {
@@ -150,7 +154,7 @@ pub(crate) fn loaded(model: Model, test: &TestData, wanted: bool) -> Result<Mode
         };
     }
     if !wanted {
-        eprintln!("note: the sensors weigh {:.1} g together; `--sensor-masses` puts them into the model", 1e3 * total);
+        note!("the sensors weigh {:.1} g together; `--sensor-masses` puts them into the model", 1e3 * total);
         return Ok(model);
     }
     let (model, _) = Model::new(spec, &Registry::builtin())
@@ -203,12 +207,12 @@ fn settle_loss_factor(model: &Model, test: &mut TestData) {
     }
     fit.loss_factor = usual;
     match usual {
-        Some(eta) => eprintln!(
-            "note: frfs: no `loss_factor` is given, and the model has no damping: {} is taken, twice the median of the measured damping ratios",
+        Some(eta) => note!(
+            "frfs: no `loss_factor` is given, and the model has no damping: {} is taken, twice the median of the measured damping ratios",
             number(eta)
         ),
-        None => eprintln!(
-            "note: frfs: no `loss_factor` is given, the model has no damping, and none was measured: near resonances its amplitudes will be too large"
+        None => note!(
+            "frfs: no `loss_factor` is given, the model has no damping, and none was measured: near resonances its amplitudes will be too large"
         ),
     }
 }
@@ -227,38 +231,4 @@ pub(crate) fn check_sensors(model: &Model, test: &TestData, path: &Path, text: &
         return Err(Failure::problems(path, text, &problems));
     }
     Ok(problems)
-}
-
-/// Refuses an output that exists, or whose folder cannot be written, before any work is done.
-pub(crate) fn check_output(path: &Path, force: bool) -> Result<(), Failure> {
-    check_room(path, force, 4096)
-}
-
-/// Like [`check_output`], for an output of this many bytes: a full disk too is reported before the work starts.
-pub(crate) fn check_room(path: &Path, force: bool, bytes: usize) -> Result<(), Failure> {
-    if path.exists() && !force {
-        return Err(Failure::text(format!("{} exists; give --force to overwrite it", path.display())));
-    }
-    let probe = temporary(path);
-    let filled = std::fs::File::create(&probe).and_then(|mut file| {
-        file.write_all(&vec![b'\n'; bytes])?;
-        file.sync_all()
-    });
-    let removed = std::fs::remove_file(&probe);
-    filled.and(removed).map_err(|e| Failure::text(format!("cannot write {}: {e}", path.display())))
-}
-
-/// Writes a file whole or not at all.
-pub(crate) fn write(path: &Path, text: &str) -> Result<(), Failure> {
-    let temporary = temporary(path);
-    std::fs::write(&temporary, text).and_then(|()| std::fs::rename(&temporary, path)).map_err(|e| {
-        let _ = std::fs::remove_file(&temporary);
-        Failure::text(format!("cannot write {}: {e}", path.display()))
-    })
-}
-
-fn temporary(path: &Path) -> std::path::PathBuf {
-    let mut name = path.file_name().unwrap_or_default().to_os_string();
-    name.push(format!(".{}.part", std::process::id()));
-    path.with_file_name(name)
 }

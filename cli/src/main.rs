@@ -1,17 +1,28 @@
 //! The `retune` command.
 //!
-//! Exit codes: 0 done; 1 finished, but a criterion or a fit falls short; 2 wrong input; 70 a bug of ours.
+//! Exit codes: 0 done; 1 finished, but a criterion or a fit falls short; 2 wrong input, or an output that cannot be written; 70 a bug
+//! of ours; 130 stopped before there was a result.
+
+// A stream that is closed or full must not end the program: `output` writes to both.
+#![deny(clippy::print_stdout, clippy::print_stderr)]
+
+#[macro_use]
+mod output;
 
 mod args;
 mod commands;
 mod files;
-mod output;
+mod interrupt;
+mod ledger;
 mod page;
 mod progress;
 mod uncertain;
+mod writing;
 
 use args::{Cli, Command};
-use clap::Parser;
+use output::{print, tell, tell_kept};
+use retune::report::text::printable;
+use std::io::IsTerminal as _;
 use std::process::ExitCode;
 
 /// Done.
@@ -20,19 +31,38 @@ const DONE: u8 = 0;
 const SHORT: u8 = 1;
 /// Wrong input.
 const WRONG_INPUT: u8 = 2;
+/// Stopped before there was a result: the number that shells give to Ctrl-C.
+const STOPPED: u8 = 130;
 /// A bug of ours.
 const BUG: u8 = 70;
 /// Stack of a thread, bytes: that of a main thread.
 const STACK: usize = 8 << 20;
 
 fn main() -> ExitCode {
-    let cli = match Cli::try_parse() {
-        Ok(cli) => cli,
-        Err(e) => {
-            let _ = e.print();
-            return ExitCode::from(if e.use_stderr() { WRONG_INPUT } else { DONE });
-        }
+    interrupt::watch();
+    let code = match args::parse() {
+        Ok(cli) => perform(&cli),
+        Err(e) => answer(&e),
     };
+    ExitCode::from(if tell_kept() && code != BUG { WRONG_INPUT } else { code })
+}
+
+/// Help, the version, or why the command line is wrong.
+fn answer(e: &clap::Error) -> u8 {
+    let text = e.render();
+    if e.use_stderr() {
+        // The message quotes what was typed.
+        let plain: Vec<String> = text.to_string().trim_end().lines().map(printable).collect();
+        tell(&plain.join("\n"));
+        WRONG_INPUT
+    } else {
+        let is_coloured = std::io::stdout().is_terminal() && std::env::var_os("NO_COLOR").is_none();
+        print(&if is_coloured { text.ansi().to_string() } else { text.to_string() });
+        DONE
+    }
+}
+
+fn perform(cli: &Cli) -> u8 {
     let run = || match &cli.command {
         Command::Check(a) => commands::check::run(a),
         Command::Modes(a) => commands::modes::run(a),
@@ -59,16 +89,15 @@ fn main() -> ExitCode {
     // A search hands hundreds of short batches a second to the threads of the pool: it runs on one of them itself.
     let _ = rayon::ThreadPoolBuilder::new().stack_size(STACK).build_global();
     let on_pool = || rayon::scope(|_| run());
-    let code = match std::panic::catch_unwind(std::panic::AssertUnwindSafe(on_pool)) {
+    match std::panic::catch_unwind(std::panic::AssertUnwindSafe(on_pool)) {
         Ok(Ok(code)) => code,
         Ok(Err(failure)) => {
             failure.print();
-            WRONG_INPUT
+            if interrupt::was_stopped() { STOPPED } else { WRONG_INPUT }
         }
         Err(_) => {
-            eprintln!("retune: this is a bug in retune; please report it with the command and its files");
+            tell("retune: this is a bug in retune; please report it with the command and its files");
             BUG
         }
-    };
-    ExitCode::from(code)
+    }
 }

@@ -1,12 +1,13 @@
 //! What goes to the terminal.
 
 use retune::report::text::agreement::{ratio, wrapped};
-use retune::report::text::{Align, Cell, Style, Table, Tone};
+use retune::report::text::{Align, Cell, Style, Table, Tone, printable};
 use retune::update::{Assessment, ModeAgreement};
 use retune::yaml::{Problem, Severity};
 use std::fmt::Write as _;
 use std::io::{IsTerminal, Write as _};
 use std::path::Path;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// A failure that is ready to print.
 #[derive(Debug)]
@@ -16,8 +17,8 @@ pub(crate) struct Failure {
 
 impl Failure {
     /// One line.
-    pub(crate) fn text(text: impl Into<String>) -> Self {
-        Self { text: format!("retune: {}", text.into()) }
+    pub(crate) fn text(text: impl AsRef<str>) -> Self {
+        Self { text: format!("retune: {}", shortened(&printable(text.as_ref()), LONGEST_FAILURE)) }
     }
 
     /// Problems of a file, each with the line it stands in.
@@ -27,7 +28,7 @@ impl Failure {
 
     /// Prints it to standard error.
     pub(crate) fn print(&self) {
-        eprintln!("{}", self.text.trim_end());
+        tell(self.text.trim_end());
     }
 }
 
@@ -46,8 +47,23 @@ impl<E: std::error::Error> From<E> for Failure {
     }
 }
 
-/// Characters of a message, at most.
+/// Characters of a problem of a file, at most.
 const LONGEST: usize = 600;
+/// Characters of a failure, at most: it may list what has to be stated.
+const LONGEST_FAILURE: usize = 2400;
+
+/// A text cut after so many characters.
+fn shortened(text: &str, longest: usize) -> String {
+    match text.char_indices().nth(longest) {
+        Some((end, _)) => format!("{} …", &text[..end]),
+        None => text.to_string(),
+    }
+}
+
+/// A path as it is shown: what could move the cursor is escaped.
+pub(crate) fn shown(path: &Path) -> String {
+    printable(&path.display().to_string())
+}
 
 /// Problems as `file:line:column: error: path: message`, each followed by its line with a caret.
 pub(crate) fn render_problems(path: &Path, source: &str, problems: &[Problem]) -> String {
@@ -57,21 +73,18 @@ pub(crate) fn render_problems(path: &Path, source: &str, problems: &[Problem]) -
     problems.sort_by_key(|p| (std::cmp::Reverse(p.severity), p.location));
     for p in &problems {
         let tone = if p.severity == Severity::Error { Tone::Bad } else { Tone::Warning };
-        let mut text = p.render(&path.display().to_string());
         // A file that is something else altogether is quoted whole.
-        if let Some((end, _)) = text.char_indices().nth(LONGEST) {
-            text.truncate(end);
-            text.push_str(" …");
-        }
+        let text = shortened(&printable(&p.render(&path.display().to_string())), LONGEST);
         let word = if p.severity == Severity::Error { "error:" } else { "warning:" };
         let _ = writeln!(out, "{}", text.replacen(word, &style.paint(tone, word), 1));
         let line = p.location.and_then(|at| source.lines().nth(at.line - 1).map(|l| (at, l)));
         if let Some((at, line)) = line.filter(|(_, l)| !l.trim().is_empty()) {
             let number = format!("{:>5} | ", at.line);
             let (shown, column) = around(&line.replace('\t', " "), at.column - 1);
-            let shown = retune::report::text::printable(&shown);
-            let _ = writeln!(out, "{}{shown}", style.paint(Tone::Dim, &number));
-            let _ = writeln!(out, "{}{}", " ".repeat(number.len() + column), style.paint(tone, "^"));
+            let before: String = shown.chars().take(column).collect();
+            let _ = writeln!(out, "{}{}", style.paint(Tone::Dim, &number), printable(&shown));
+            let indent = number.len() + printable(&before).chars().count();
+            let _ = writeln!(out, "{}{}", " ".repeat(indent), style.paint(tone, "^"));
         }
     }
     let count = |s: Severity| problems.iter().filter(|p| p.severity == s).count();
@@ -105,8 +118,28 @@ pub(crate) fn totals(errors: usize, warnings: usize) -> String {
 /// Prints warnings of a file to standard error.
 pub(crate) fn warn(path: &Path, source: &str, problems: &[Problem]) {
     if !problems.is_empty() {
-        eprint!("{}", render_problems(path, source, problems));
+        tell(render_problems(path, source, problems).trim_end());
     }
+}
+
+/// Prints lines to standard error; where nobody reads them any more nothing happens.
+pub(crate) fn tell(lines: &str) {
+    let _ = writeln!(std::io::stderr(), "{lines}");
+}
+
+/// Prints a note, as `format!` makes it, to standard error.
+macro_rules! note {
+    ($($text:tt)*) => { $crate::output::tell_of("note", format!($($text)*)) };
+}
+
+/// Prints a warning, as `format!` makes it, to standard error.
+macro_rules! warning {
+    ($($text:tt)*) => { $crate::output::tell_of("warning", format!($($text)*)) };
+}
+
+/// Prints `note: ...` or `warning: ...` to standard error, one line that holds no control characters.
+pub(crate) fn tell_of(word: &str, text: impl AsRef<str>) {
+    tell(&format!("{word}: {}", shortened(&printable(text.as_ref()), LONGEST_FAILURE)));
 }
 
 /// How to write to a stream.
@@ -122,10 +155,45 @@ pub(crate) fn reference_style() -> Style {
     Style { width: 10_000, ..style(&std::io::stdout()) }
 }
 
-/// Prints text to standard output; a closed pipe ends the program quietly.
+/// What became of standard output, and of outputs that could not be written.
+#[derive(Default)]
+struct Lost {
+    /// Nobody reads standard output any more, or it cannot be written.
+    is_closed: bool,
+    failures: Vec<Failure>,
+}
+
+static LOST: Mutex<Lost> = Mutex::new(Lost { is_closed: false, failures: Vec::new() });
+
+fn lost() -> MutexGuard<'static, Lost> {
+    LOST.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Keeps a failure until the end, so that it takes nothing else along.
+pub(crate) fn keep(failure: Failure) {
+    lost().failures.push(failure);
+}
+
+/// Tells the failures that were kept; whether there are any.
+pub(crate) fn tell_kept() -> bool {
+    let failures = std::mem::take(&mut lost().failures);
+    failures.iter().for_each(Failure::print);
+    !failures.is_empty()
+}
+
+/// Prints text to standard output. One who has read enough may close a pipe; what cannot be written for another reason is a failure
+/// that is told at the end. Neither keeps the verb from its work: files are written all the same.
 pub(crate) fn print(text: &str) {
-    if std::io::stdout().write_all(text.as_bytes()).is_err() {
-        std::process::exit(0);
+    let mut lost = lost();
+    if lost.is_closed {
+        return;
+    }
+    let mut out = std::io::stdout().lock();
+    if let Err(e) = out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        lost.is_closed = true;
+        if e.kind() != std::io::ErrorKind::BrokenPipe {
+            lost.failures.push(Failure::text(format!("cannot write to the standard output: {e}")));
+        }
     }
 }
 

@@ -1,11 +1,10 @@
 //! Writing a report: the page, its data, single figures, files for ParaView; and where everything came from.
 
-use crate::files;
-use crate::output::{Failure, print};
+use crate::output::{Failure, keep, print, shown};
+use crate::{ledger, writing};
 use retune::report::data::{FileRecord, Named, ReportData};
+use retune::report::text::printable;
 use retune::report::{figures, html, json, paraview};
-use sha2::{Digest, Sha256};
-use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 /// Where the parts of a report go.
@@ -26,27 +25,29 @@ pub(crate) struct Outputs<'a> {
 impl Outputs<'_> {
     /// Refuses what exists or cannot be written, before any work is done.
     pub(crate) fn check(&self) -> Result<(), Failure> {
-        self.page.into_iter().chain(self.json).try_for_each(|path| files::check_output(path, self.force))
+        self.page.into_iter().chain(self.json).try_for_each(|path| writing::check_output(path, self.force))
     }
 
     /// Writes everything asked for, and says what was written.
     pub(crate) fn write(&self, data: &ReportData) -> Result<Vec<String>, Failure> {
         let mut written = Vec::new();
         if let Some(path) = self.page {
-            files::write(path, &html(data)?)?;
-            written.push(path.display().to_string());
+            if writing::write(path, &html(data)?) {
+                written.push(shown(path));
+            }
         }
         if let Some(path) = self.json {
-            files::write(path, &json(data)?)?;
-            written.push(path.display().to_string());
+            if writing::write(path, &json(data)?) {
+                written.push(shown(path));
+            }
         }
         if let Some(folder) = self.svg {
             let list: Vec<_> = figures(data).into_iter().map(|f| (format!("{}.svg", f.name), f.svg)).collect();
-            written.push(into_folder(folder, &list, self.force)?);
+            written.extend(into_folder(folder, &list, self.force));
         }
         if let Some(folder) = self.vtk {
             let list: Vec<_> = paraview(data)?.into_iter().map(|f| (f.name, f.content)).collect();
-            written.push(into_folder(folder, &list, self.force)?);
+            written.extend(into_folder(folder, &list, self.force));
         }
         Ok(written)
     }
@@ -59,48 +60,48 @@ pub(crate) fn announce(written: &[String]) {
     }
 }
 
-fn into_folder(folder: &Path, list: &[(String, String)], force: bool) -> Result<String, Failure> {
-    std::fs::create_dir_all(folder).map_err(|e| Failure::text(format!("cannot make {}: {e}", folder.display())))?;
-    for (name, _) in list {
-        files::check_output(&folder.join(name), force)?;
+fn into_folder(folder: &Path, list: &[(String, String)], force: bool) -> Option<String> {
+    if let Err(e) = std::fs::create_dir_all(folder) {
+        keep(Failure::text(format!("cannot make {}: {e}", shown(folder))));
+        return None;
     }
-    for (name, text) in list {
-        files::write(&folder.join(name), text)?;
-    }
-    Ok(format!("{} files in {}", list.len(), folder.display()))
+    let one = |(name, text): &(String, String)| {
+        let path = folder.join(name);
+        writing::check_output(&path, force).map_err(keep).is_ok() && writing::write(&path, text)
+    };
+    let n = list.iter().filter(|entry| one(entry)).count();
+    (n > 0).then(|| format!("{n} files in {}", shown(folder)))
 }
 
 /// Records the files, the command, the seed and the versions in a report.
-pub(crate) fn provenance(data: &mut ReportData, read: &[(&str, &Path)], seed: Option<u64>) -> Result<(), Failure> {
-    for (role, path) in read {
-        let bytes = std::fs::read(path).map_err(|e| Failure::text(format!("cannot read {}: {e}", path.display())))?;
-        data.meta.files.push(FileRecord {
-            role: (*role).into(),
-            path: path.display().to_string(),
-            sha256: hex(&Sha256::digest(&bytes)),
-        });
+///
+/// * `read` - the files and folders that the command names, with their roles; what they led to besides is recorded too
+pub(crate) fn provenance(data: &mut ReportData, read: &[(&str, &Path)], seed: Option<u64>) {
+    let mut left = ledger::everything_read();
+    let mut record = |role: &str, path: &Path, sha256: String| {
+        data.meta.files.push(FileRecord { role: role.into(), path: shown(path), sha256 });
+    };
+    for (role, named) in read {
+        // A folder stands for its files.
+        let (own, others): (Vec<_>, Vec<_>) = left.into_iter().partition(|(path, _)| path.starts_with(named));
+        left = others;
+        own.into_iter().for_each(|(path, sha256)| record(role, &path, sha256));
     }
+    left.into_iter().for_each(|(path, sha256)| record("read besides", &path, sha256));
     data.meta.commands.push(command());
     data.meta.versions.push(Named::new("report schema", data.schema.to_string()));
     if let Some(seed) = seed {
         data.meta.seeds.push(Named::new("all random numbers", seed.to_string()));
     }
-    Ok(())
-}
-
-fn hex(bytes: &[u8]) -> String {
-    bytes.iter().fold(String::new(), |mut text, b| {
-        let _ = write!(text, "{b:02x}");
-        text
-    })
 }
 
 /// The command line as a shell would read it again.
 fn command() -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=:,@%+".contains(c);
-    let quoted = |word: String| {
+    let quoted = |word: std::ffi::OsString| {
+        let word = printable(&word.to_string_lossy());
         if !word.is_empty() && word.chars().all(plain) { word } else { format!("'{}'", word.replace('\'', "'\\''")) }
     };
-    let words = std::env::args().skip(1).map(quoted);
+    let words = std::env::args_os().skip(1).map(quoted);
     std::iter::once("retune".to_string()).chain(words).collect::<Vec<_>>().join(" ")
 }

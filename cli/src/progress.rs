@@ -1,11 +1,10 @@
 //! Progress of a search on standard error: cost, speed, time left.
 
+use crate::output::tell;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use retune::diagnosis::Listener;
 use retune::optim::{Observer, Pace, Progress};
-use std::io::Write;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 /// A line of a log comes so often.
@@ -39,8 +38,7 @@ impl Spinner {
         let (begun, log) = (Instant::now(), Log::default());
         Listener::new(move |what| {
             if let Some(line) = log.line(begun.elapsed(), what) {
-                // A log that nobody reads any more ends no run.
-                let _ = writeln!(std::io::stderr(), "{line}");
+                tell(&line);
             }
         })
     }
@@ -96,20 +94,6 @@ impl Observer for Line {
             self.pace.evaluations_per_s(p)
         ));
     }
-}
-
-/// A flag that Ctrl-C sets; a second Ctrl-C ends the program at once.
-pub(crate) fn cancel_flag() -> Arc<AtomicBool> {
-    let flag = Arc::new(AtomicBool::new(false));
-    let seen = Arc::clone(&flag);
-    // Without a handler Ctrl-C ends the program at once, as usual.
-    let _ = ctrlc::set_handler(move || {
-        if seen.swap(true, Ordering::SeqCst) {
-            std::process::exit(130);
-        }
-        eprintln!("\nstopping; once more Ctrl-C ends at once");
-    });
-    flag
 }
 
 /// A bar over a known number of things; silent when standard error is no terminal.

@@ -17,6 +17,7 @@ mod arrays;
 
 use super::convert::{self, ConvertError, FrfOptions, Question, UnitsFrom};
 use super::csv::{self, CsvError, CsvFrfOptions, ShapeTable, Sheet, openmodal, read_frfs, read_shapes};
+use super::file::read_file;
 use super::uff::{Dataset, UffError, UniversalFile};
 use super::{
     Channel, FrfSet, Geometry, ModalSet, ModeRecord, Point, ShapeChannel, Spectrum, SpectrumKind, SpectrumUnit, lvm,
@@ -168,6 +169,9 @@ enum Content {
     Spectra(Vec<Spectrum>),
 }
 
+/// How the bytes of a file are got: its path, and how many bytes it may have.
+pub type Open<'a> = dyn FnMut(&Path, u64) -> std::io::Result<Vec<u8>> + 'a;
+
 /// Reads measurement files.
 ///
 /// * `files` - functions, spectra, and geometry where the same files hold it
@@ -180,6 +184,19 @@ pub fn read_measurements(
     geometry: Option<&Path>,
     options: &MeasurementOptions,
 ) -> Result<Measurements, MeasurementError> {
+    read_measurements_by(&mut read_file, files, geometry, options)
+}
+
+/// As [`read_measurements`], with bytes got in a way of the caller's: one who keeps account of what was read.
+///
+/// # Errors
+/// As [`read_measurements`].
+pub fn read_measurements_by(
+    open: &mut Open<'_>,
+    files: &[PathBuf],
+    geometry: Option<&Path>,
+    options: &MeasurementOptions,
+) -> Result<Measurements, MeasurementError> {
     let mut found = Measurements::default();
     let mut universal: Vec<UniversalFile> = Vec::new();
     let mut arrays: Vec<npy::Array> = Vec::new();
@@ -187,7 +204,7 @@ pub fn read_measurements(
     let mut set: Option<FrfSet> = None;
     let mut vectors: Vec<(f64, Vec<Complex<f64>>)> = Vec::new();
     for path in files {
-        match content(path, options, &mut found)? {
+        match content(open, path, options, &mut found)? {
             Content::Universal(file) => universal.push(file),
             Content::Frfs(frfs) if set.is_none() => set = Some(frfs),
             Content::Points(list) => points.extend(list),
@@ -268,7 +285,7 @@ pub fn read_measurements(
     found.frfs = set;
     let units = options.geometry_units.as_ref().unwrap_or(&options.frf.units);
     found.geometry = match geometry {
-        Some(path) => Some(match content(path, options, &mut Measurements::default())? {
+        Some(path) => Some(match content(open, path, options, &mut Measurements::default())? {
             Content::Universal(file) => convert::geometry(&[&file], units, options.frf.local_axes)?.0,
             Content::Points(points) => Geometry { points, lines: Vec::new() },
             _ => {
@@ -328,18 +345,19 @@ fn rename<'a>(list: impl Iterator<Item = &'a mut String>, names: &BTreeMap<Strin
     }
 }
 
-fn content(path: &Path, options: &MeasurementOptions, found: &mut Measurements) -> Result<Content, MeasurementError> {
+fn content(
+    open: &mut Open<'_>,
+    path: &Path,
+    options: &MeasurementOptions,
+    found: &mut Measurements,
+) -> Result<Content, MeasurementError> {
     let shown = || path.display().to_string();
     let fail = |reason: String| MeasurementError::File { path: shown(), reason };
-    let meta = std::fs::metadata(path).map_err(|e| fail(e.to_string()))?;
-    if meta.is_dir() {
-        let file = openmodal::read(path).map_err(|source| MeasurementError::Csv { path: shown(), source })?;
+    if path.is_dir() {
+        let file = openmodal::read_by(open, path).map_err(|source| MeasurementError::Csv { path: shown(), source })?;
         return Ok(Content::Universal(file));
     }
-    if meta.len() > LARGEST {
-        return Err(fail(format!("it has {} bytes, more than the {LARGEST} that are read", meta.len())));
-    }
-    let bytes = std::fs::read(path).map_err(|e| fail(e.to_string()))?;
+    let bytes = open(path, LARGEST).map_err(|e| fail(e.to_string()))?;
     if bytes.starts_with(b"\x93NUMPY") {
         return npy::read(&bytes)
             .map(|a| Content::Arrays(vec![a]))

@@ -5,6 +5,7 @@
 
 pub mod convert;
 pub mod csv;
+mod file;
 mod frf;
 mod geometry;
 mod geometry_frame;
@@ -19,11 +20,12 @@ mod test;
 pub mod uff;
 mod yaml;
 
+pub use file::read_file;
 pub use frf::{Channel, FrfQuantity, FrfSet};
 pub use geometry::{Geometry, Line, Point};
 pub use geometry_frame::GeometryFrame;
 pub use joined::{Joined, joined};
-pub use measurement::{MeasurementError, MeasurementOptions, Measurements, read_measurements};
+pub use measurement::{MeasurementError, MeasurementOptions, Measurements, Open, read_measurements, read_measurements_by};
 pub use modal_set::{ModalSet, ModeRecord, RelativeSd, ShapeChannel};
 pub use spectrum::{Spectrum, SpectrumKind, SpectrumUnit};
 pub use test::{

@@ -46,9 +46,7 @@ pub enum OptimError {
         value: f64,
     },
     /// No point had a finite cost.
-    #[error(
-        "none of the {evaluations} points tried has a finite cost ({termination}); check that the model can be solved inside the bounds"
-    )]
+    #[error("{}", without_point(*evaluations, *termination))]
     NoFinitePoint {
         /// Number of points tried.
         evaluations: u64,
@@ -56,7 +54,7 @@ pub enum OptimError {
         termination: super::Termination,
     },
     /// The user stopped what has no result before its end.
-    #[error("stopped by the user")]
+    #[error("stopped by the user before its end: it has no result yet")]
     Cancelled,
     /// The linearization fails where the cost does not.
     #[error("optimizer `{method}` needs derivatives, and they cannot be had at its start")]
@@ -97,6 +95,17 @@ impl OptimError {
     ) -> Self {
         Self::Setting { method, setting, value: value.to_string(), expected: expected.to_owned() }
     }
+}
+
+/// Why there is no point.
+fn without_point(evaluations: u64, termination: super::Termination) -> String {
+    if evaluations == 0 && termination == super::Termination::Cancelled {
+        return "stopped by the user before the first evaluations were done: nothing was evaluated yet, and there is no best point"
+            .to_string();
+    }
+    format!(
+        "none of the {evaluations} points tried has a finite cost ({termination}); check that the model can be solved inside the bounds"
+    )
 }
 
 /// Why a checkpoint cannot be used.

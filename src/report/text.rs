@@ -287,10 +287,15 @@ pub fn paragraph(text: &str, indent: &str, width: usize) -> String {
     out
 }
 
-/// Text without control characters, which could move the cursor or recolour the terminal.
+/// Text with its control characters escaped as in Rust and JSON (`\\n`, `\\u{1b}`): they could move the cursor, recolour the terminal
+/// or turn the direction of writing.
 pub fn printable(text: &str) -> String {
-    let hidden = |c: char| c.is_control() || matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
-    text.chars().map(|c| if hidden(c) { '\u{fffd}' } else { c }).collect()
+    let hidden = |c: char| c.is_control() || matches!(c, '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
+    let mut out = String::with_capacity(text.len());
+    for c in text.chars() {
+        if hidden(c) { out.extend(c.escape_default()) } else { out.push(c) }
+    }
+    out
 }
 
 /// At most `width` columns, cut with an ellipsis.

@@ -251,8 +251,13 @@ pub fn update_to_tests(
             let summary = reduction.summary(found.evaluations + found.linearizations, costs);
             let refine = Controls { cancel, ..Controls::default() };
             let refined =
-                reduced::refiner(settings.cost).minimize(&found.x, &mut refine.run(&objective, settings.seed))?;
-            (reduced::joined(found, refined), Some(summary))
+                reduced::refiner(settings.cost).minimize(&found.x, &mut refine.run(&objective, settings.seed));
+            let optimum = match refined {
+                // Stopped: what the reduced model has found stands, with the cost of the full one.
+                Err(OptimError::NoFinitePoint { evaluations: 0, .. }) => Optimum { cost: costs[1], ..found },
+                refined => reduced::joined(found, refined?),
+            };
+            (optimum, Some(summary))
         }
     };
 

@@ -1,6 +1,6 @@
 //! Comparing, planning a test, sensitivities.
 
-use super::{Loading, Measurement, Pairing};
+use super::{Loading, Measurement, Pairing, values};
 use clap::{Args, ValueEnum};
 use retune::update::MassReduction;
 use std::path::PathBuf;
@@ -73,19 +73,19 @@ pub(crate) struct Compare {
     #[arg(long, num_args = 1.., value_name = "FILES")]
     pub(crate) frf: Vec<PathBuf>,
     /// Edges of the bands of the functions, Hz; when absent the bands of the test file, else halfway between the test modes.
-    #[arg(long, num_args = 2.., value_name = "HZ")]
+    #[arg(long, num_args = 2.., value_name = "HZ", value_parser = values::not_negative)]
     pub(crate) bands: Vec<f64>,
     /// Judge by a criteria profile: a built-in name, or a YAML file with profiles (`file.yaml`, `file.yaml:NAME`).
     #[arg(long, value_name = "NAME|FILE")]
-    pub(crate) profile: Option<String>,
+    pub(crate) profile: Option<PathBuf>,
     /// How modes are paired.
     #[arg(long, value_enum, default_value_t = Pairing::Mac)]
     pub(crate) pairing: Pairing,
     /// Smallest MAC of a pair.
-    #[arg(long, default_value_t = 0.3)]
+    #[arg(long, default_value_t = 0.3, value_parser = values::mac)]
     pub(crate) min_mac: f64,
     /// Largest frequency ratio of a pair, as 1 + window.
-    #[arg(long, default_value_t = 0.5)]
+    #[arg(long, default_value_t = 0.5, value_parser = values::not_negative)]
     pub(crate) frequency_window: f64,
     #[command(flatten)]
     pub(crate) measurement: Measurement,
@@ -123,7 +123,7 @@ pub(crate) struct Pretest {
     #[arg(short = 'n', long, default_value_t = 6, value_parser = clap::value_parser!(u16).range(1..=200))]
     pub(crate) modes: u16,
     /// Number of sensors to choose; twice the modes when absent.
-    #[arg(long)]
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
     pub(crate) sensors: Option<u16>,
     /// How they are chosen; all ways side by side when absent.
     #[arg(long, value_enum)]
@@ -132,10 +132,10 @@ pub(crate) struct Pretest {
     #[arg(long, value_name = "TEST")]
     pub(crate) test: Option<PathBuf>,
     /// Standard deviation of a shape entry, of the largest entry.
-    #[arg(long, default_value = "2 %")]
+    #[arg(long, default_value = "2 %", allow_hyphen_values = true)]
     pub(crate) noise_shape: String,
     /// Standard deviation of a frequency.
-    #[arg(long, default_value = "0.5 %")]
+    #[arg(long, default_value = "0.5 %", allow_hyphen_values = true)]
     pub(crate) noise_frequency: String,
     /// Configuration of the model: a name under its `configurations`.
     #[arg(long, value_name = "NAME")]
@@ -159,7 +159,7 @@ pub(crate) struct Sensitivity {
     #[arg(short = 'n', long, default_value_t = 6, value_parser = clap::value_parser!(u16).range(1..=200))]
     pub(crate) modes: u16,
     /// Damping ratio of the functions.
-    #[arg(long, default_value = "1 %")]
+    #[arg(long, default_value = "1 %", allow_hyphen_values = true)]
     pub(crate) damping: String,
     /// Configuration of the model: a name under its `configurations`.
     #[arg(long, value_name = "NAME")]

@@ -1,5 +1,6 @@
 //! What is missing: diagnosing, adding, learning, and how good that is.
 
+use super::values;
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 
@@ -133,7 +134,7 @@ pub(crate) struct Benchmark {
     #[arg(long, default_value_t = 8)]
     pub(crate) modes: usize,
     /// The noise that is there, over the one that the test states.
-    #[arg(long, default_value_t = 1.0)]
+    #[arg(long, default_value_t = 1.0, value_parser = values::positive)]
     pub(crate) noise_factor: f64,
     /// Seed of all random numbers.
     #[arg(long, default_value_t = 1)]

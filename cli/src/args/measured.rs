@@ -1,19 +1,9 @@
 //! Measurement files: identifying modes, checking, mapping and imitating tests.
 
+use super::values;
 use clap::{Args, ValueEnum};
 use retune::identify::REPEATABILITY;
 use std::path::PathBuf;
-
-/// A percentage, from none to a hundred.
-fn percent(text: &str) -> Result<f64, String> {
-    let value: f64 =
-        text.trim_end_matches('%').trim().parse().map_err(|_| "a percentage such as 0.1 is expected".to_string())?;
-    if (0.0..100.0).contains(&value) {
-        Ok(value)
-    } else {
-        Err("a percentage from 0 to below 100 is expected".to_string())
-    }
-}
 
 /// What a frequency response function is: response over force.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -111,13 +101,13 @@ pub(crate) struct Identify {
     #[command(flatten)]
     pub(crate) measurement: Measurement,
     /// Limits of the band, Hz.
-    #[arg(long, num_args = 2, value_names = ["LOW", "HIGH"])]
+    #[arg(long, num_args = 2, value_names = ["LOW", "HIGH"], value_parser = values::not_negative)]
     pub(crate) band: Option<Vec<f64>>,
     /// How.
     #[arg(long, value_enum, default_value_t = Method::Plscf)]
     pub(crate) method: Method,
     /// Peaks of a spectrum without force: least height over the valleys beside them, dB.
-    #[arg(long, default_value_t = 10.0, value_name = "DB")]
+    #[arg(long, default_value_t = 10.0, value_name = "DB", value_parser = values::not_negative)]
     pub(crate) peak_height: f64,
     /// Poles of the highest model order of each octave.
     #[arg(long, default_value_t = 40, value_parser = clap::value_parser!(u16).range(2..=400))]
@@ -127,7 +117,7 @@ pub(crate) struct Identify {
     pub(crate) suspension: u16,
     /// What a repeated test would change, percent of a frequency, and ten times as much in a shape: the test file has it in its standard
     /// deviations; 0 leaves those of the lines alone.
-    #[arg(long, default_value_t = 100.0 * REPEATABILITY, value_name = "PERCENT", value_parser = percent)]
+    #[arg(long, default_value_t = 100.0 * REPEATABILITY, value_name = "PERCENT", value_parser = values::percent)]
     pub(crate) repeatability: f64,
     /// Model in which the sensors get their places, by `retune map`.
     #[arg(long)]
@@ -168,7 +158,7 @@ pub(crate) struct Health {
     #[arg(long, num_args = 1.., value_name = "FILES")]
     pub(crate) against: Vec<PathBuf>,
     /// Limits of the band, Hz.
-    #[arg(long, num_args = 2, value_names = ["LOW", "HIGH"])]
+    #[arg(long, num_args = 2, value_names = ["LOW", "HIGH"], value_parser = values::not_negative)]
     pub(crate) band: Option<Vec<f64>>,
     /// How many of the lowest modes are rigid-body modes on the suspension.
     #[arg(long, default_value_t = 0, value_name = "N")]
@@ -194,7 +184,7 @@ pub(crate) struct Map {
     #[arg(long, default_value = "5 mm", allow_hyphen_values = true)]
     pub(crate) tolerance: String,
     /// Longest rigid arm; a tenth of the diagonal of the model when absent.
-    #[arg(long)]
+    #[arg(long, allow_hyphen_values = true)]
     pub(crate) reach: Option<String>,
     /// Where to write the test with its sensors in place.
     #[arg(short, long, value_name = "TEST")]
@@ -234,7 +224,7 @@ pub(crate) struct Twin {
     #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u16).range(1..=2000))]
     pub(crate) modes: u16,
     /// Band of modes and functions, Hz.
-    #[arg(long, num_args = 2, value_names = ["LOW", "HIGH"])]
+    #[arg(long, num_args = 2, value_names = ["LOW", "HIGH"], value_parser = values::not_negative)]
     pub(crate) band: Option<Vec<f64>>,
     /// Frequency lines of the functions.
     #[arg(long, default_value_t = 1025, value_parser = clap::value_parser!(u16).range(2..))]
@@ -246,25 +236,25 @@ pub(crate) struct Twin {
     #[arg(long, value_enum)]
     pub(crate) quantity: Option<MeasuredQuantity>,
     /// Standard deviation of frequencies.
-    #[arg(long, default_value = "0 %")]
+    #[arg(long, default_value = "0 %", allow_hyphen_values = true)]
     pub(crate) noise_frequency: String,
     /// Standard deviation of damping ratios.
-    #[arg(long, default_value = "0 %")]
+    #[arg(long, default_value = "0 %", allow_hyphen_values = true)]
     pub(crate) noise_damping: String,
     /// Standard deviation of shape entries, of the largest entry.
-    #[arg(long, default_value = "0 %")]
+    #[arg(long, default_value = "0 %", allow_hyphen_values = true)]
     pub(crate) noise_shape: String,
     /// Noise of the force, of the force.
-    #[arg(long, default_value = "0 %")]
+    #[arg(long, default_value = "0 %", allow_hyphen_values = true)]
     pub(crate) noise_force: String,
     /// Noise of each response, of its root mean square.
-    #[arg(long, default_value = "0 %")]
+    #[arg(long, default_value = "0 %", allow_hyphen_values = true)]
     pub(crate) noise_response: String,
     /// Averages of the functions.
     #[arg(long, default_value_t = 16, value_parser = clap::value_parser!(u16).range(1..=10000))]
     pub(crate) averages: u16,
     /// Damping ratio of every mode.
-    #[arg(long, default_value = "1 %")]
+    #[arg(long, default_value = "1 %", allow_hyphen_values = true)]
     pub(crate) damping: String,
     /// A parameter of the model: `m8_13=70g`.
     #[arg(long, value_name = "PARAMETER=VALUE")]

@@ -1,10 +1,11 @@
 //! `retune add` and `retune undo`
 
 use crate::args::{Add, Undo};
-use crate::output::{Failure, print, warn};
-use crate::{DONE, files};
+use crate::output::{Failure, print, shown, warn};
+use crate::{DONE, files, writing};
 use retune::diagnosis::{FAULTS, sensor_loads};
 use retune::effect::{Context, Effects, PatchError, Structure, undo};
+use retune::report::text::printable;
 use std::path::Path;
 
 pub(crate) fn run(args: &Add) -> Result<u8, Failure> {
@@ -25,9 +26,9 @@ pub(crate) fn run(args: &Add) -> Result<u8, Failure> {
         return Ok(DONE);
     }
     let edited = candidate.patch.add_to_text(&text, &candidate.id(), &args.because)?;
-    let output = output(&args.model, args.output.as_deref(), args.force)?;
-    files::write(output, &edited)?;
-    print(&format!("{}: {} added at its neutral value\n", output.display(), candidate.id()));
+    if let Some(output) = write(&args.model, args.output.as_deref(), args.force, &edited)? {
+        print(&format!("{}: {} added at its neutral value\n", shown(output), candidate.id()));
+    }
     Ok(DONE)
 }
 
@@ -43,21 +44,30 @@ fn refused(effect: &str, error: PatchError) -> Failure {
     }
 }
 
-/// The model file, or another one, which must not exist yet or may be overwritten.
-fn output<'a>(model: &'a Path, other: Option<&'a Path>, force: bool) -> Result<&'a Path, Failure> {
-    let Some(other) = other else { return Ok(model) };
-    files::check_output(other, force || other == model)?;
-    Ok(other)
+/// Writes the model file anew, or another one, which must not exist yet or may be overwritten; where it was written.
+fn write<'a>(model: &'a Path, other: Option<&'a Path>, force: bool, text: &str) -> Result<Option<&'a Path>, Failure> {
+    let is_model = |path: &Path| matches!((path.canonicalize(), model.canonicalize()), (Ok(a), Ok(b)) if a == b);
+    match other.filter(|path| !is_model(path)) {
+        None => {
+            let path = other.unwrap_or(model);
+            writing::edit(path, text)?;
+            Ok(Some(path))
+        }
+        Some(path) => {
+            writing::check_output(path, force)?;
+            Ok(writing::write(path, text).then_some(path))
+        }
+    }
 }
 
 pub(crate) fn run_undo(args: &Undo) -> Result<u8, Failure> {
     let text = files::read(&args.model)?;
     let undone = undo(&text)?;
-    let output = output(&args.model, args.output.as_deref(), args.force)?;
-    files::write(output, &undone.text)?;
-    print(&format!("{}: {} taken out\n", output.display(), undone.entry.add));
+    if let Some(output) = write(&args.model, args.output.as_deref(), args.force, &undone.text)? {
+        print(&format!("{}: {} taken out\n", shown(output), printable(&undone.entry.add)));
+    }
     for path in undone.missing {
-        eprintln!("warning: `{path}` was gone already");
+        warning!("`{path}` was gone already");
     }
     Ok(DONE)
 }

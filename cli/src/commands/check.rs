@@ -1,7 +1,7 @@
 //! `retune check`
 
 use crate::args::Check;
-use crate::output::{Failure, print, print_json, render_problems, style, totals};
+use crate::output::{Failure, print, print_json, render_problems, style, tell, totals};
 use crate::{DONE, WRONG_INPUT, files};
 use retune::model::{MassProperties, ParametricModel, Registry, Soundness, lint, load_configuration};
 use retune::report::text::number;
@@ -45,7 +45,7 @@ pub(crate) fn run(args: &Check) -> Result<u8, Failure> {
     } else {
         print(&describe(&model, mass.as_ref(), &sound));
         if !problems.is_empty() {
-            eprint!("\n{}", render_problems(&args.model, &text, &problems));
+            tell(&format!("\n{}", render_problems(&args.model, &text, &problems).trim_end()));
         }
         let n_warnings = problems.iter().filter(|p| p.severity == Severity::Warning).count();
         let style = style(&std::io::stdout());

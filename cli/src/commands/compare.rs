@@ -95,21 +95,21 @@ fn one(args: &Compare, path: &Path, profile: Option<&CriteriaProfile>) -> Result
 }
 
 /// A profile by its name, by its file, or by both: `file.yaml:NAME`.
-fn profile(word: &str) -> Result<CriteriaProfile, Failure> {
+fn profile(path: &Path) -> Result<CriteriaProfile, Failure> {
     let is_file = |path: &str| {
         let yaml = Path::new(path)
             .extension()
             .is_some_and(|e| e.eq_ignore_ascii_case("yaml") || e.eq_ignore_ascii_case("yml"));
         yaml || path.contains(std::path::MAIN_SEPARATOR)
     };
-    let (file, name) = match word.rsplit_once(':') {
-        Some((file, name)) if is_file(file) => (Some(file), Some(name)),
-        _ if is_file(word) => (Some(word), None),
-        _ => (None, Some(word)),
+    let (file, name) = match path.to_str().map(|word| (word, word.rsplit_once(':'))) {
+        Some((_, Some((file, name)))) if is_file(file) => (Some(Path::new(file)), Some(name)),
+        Some((word, _)) if !is_file(word) => (None, Some(word)),
+        _ => (Some(path), None),
     };
-    let text = file.map(|f| files::read(Path::new(f))).transpose()?;
+    let text = file.map(files::read).transpose()?;
     load_profile(text.as_deref(), name).map_err(|e| match file {
-        Some(file) => Failure::text(format!("{file}: {e}")),
+        Some(file) => Failure::text(format!("{}: {e}", file.display())),
         None => Failure::from(e),
     })
 }

@@ -2,10 +2,12 @@
 
 use crate::DONE;
 use crate::args::{Cli, Completions};
-use crate::output::Failure;
+use crate::output::{Failure, print};
 use clap::CommandFactory;
 
 pub(crate) fn run(args: &Completions) -> Result<u8, Failure> {
-    clap_complete::generate(args.shell, &mut Cli::command(), "retune", &mut std::io::stdout());
+    let mut script = Vec::new();
+    clap_complete::generate(args.shell, &mut Cli::command(), "retune", &mut script);
+    print(&String::from_utf8_lossy(&script));
     Ok(DONE)
 }

@@ -36,7 +36,7 @@ pub(crate) fn run(args: &Diagnose) -> Result<u8, Failure> {
         let assessment = assess_for_report(&first.model, &first.model.parameters().nominal(), &first.test)?;
         let mut data = of_comparison(Case { model: &first.model, test: &first.test, assessment: &assessment })?;
         add_diagnosis(&mut data, &d, &first.model, &together);
-        about_files(&mut data, &all, &args.model, &args.tests, args.seed)?;
+        about_files(&mut data, &all, &args.model, &args.tests, args.seed);
         let written = outputs.write(&data)?;
         if !args.json {
             announce(&written);
@@ -57,13 +57,7 @@ pub(super) fn head(model: &str, all: &[Tested]) -> String {
 }
 
 /// Warnings and provenance of a page about several tests.
-pub(super) fn about_files(
-    data: &mut ReportData,
-    all: &[Tested],
-    model: &Path,
-    tests: &[PathBuf],
-    seed: u64,
-) -> Result<(), Failure> {
+pub(super) fn about_files(data: &mut ReportData, all: &[Tested], model: &Path, tests: &[PathBuf], seed: u64) {
     data.meta.warnings.extend(all.iter().flat_map(|t| t.warnings.clone()));
     if all.len() > 1 {
         let names: Vec<&str> = all.iter().map(|t| t.test.name.as_str()).collect();
@@ -75,5 +69,5 @@ pub(super) fn about_files(
     }
     let mut read: Vec<(&str, &Path)> = vec![("model", model)];
     read.extend(tests.iter().map(|t| ("test", t.as_path())));
-    provenance(data, &read, Some(seed))
+    provenance(data, &read, Some(seed));
 }

@@ -2,8 +2,8 @@
 
 use super::measured::{band, findings_json, findings_text, functions, has_fault, held_modes, read, wrapped};
 use crate::args::{Identify, Method};
-use crate::output::{Failure, print, print_json, style, warn};
-use crate::{DONE, SHORT, files};
+use crate::output::{Failure, print, print_json, shown, style, warn};
+use crate::{DONE, SHORT, files, writing};
 use retune::correlation::{MappingOptions, map_points, place_sensors};
 use retune::data::{FrfSet, Measurements, ModalSet, Origin, SpectrumKind, TestData, TestMode, write_test};
 use retune::identify::health::{check_shapes, check_test};
@@ -25,7 +25,7 @@ const PEAKS_SHOWN: usize = 30;
 
 pub(crate) fn run(args: &Identify) -> Result<u8, Failure> {
     if let Some(output) = &args.output {
-        files::check_output(output, args.force)?;
+        writing::check_output(output, args.force)?;
     }
     let found = read(&args.files, &args.measurement)?;
     if found.frfs.is_none() && !found.spectra.is_empty() {
@@ -100,7 +100,7 @@ pub(crate) fn run(args: &Identify) -> Result<u8, Failure> {
         test.sensors = sensors;
         test.modes = modes;
         place(args, &mut test, &found)?;
-        write(output, &test, args.json)?;
+        write(output, &test, args.json);
     }
     Ok(if has_fault(&findings) { SHORT } else { DONE })
 }
@@ -160,7 +160,7 @@ fn take_over(args: &Identify, found: &Measurements, modes: &ModalSet) -> Result<
         test.sensors = sensors;
         test.modes = modes.into_iter().skip(usize::from(args.suspension)).collect();
         place(args, &mut test, found)?;
-        write(output, &test, args.json)?;
+        write(output, &test, args.json);
     }
     Ok(if has_fault(&findings) { SHORT } else { DONE })
 }
@@ -228,7 +228,7 @@ fn peaks(args: &Identify, found: &Measurements) -> Result<u8, Failure> {
         }
         let mut test = test_data(args, found, "Peaks of a response spectrum; no force was measured.".to_string());
         test.modes = peak_modes(&all[0].1, &origin(args, found));
-        write(output, &test, args.json)?;
+        write(output, &test, args.json);
     }
     Ok(DONE)
 }
@@ -283,17 +283,15 @@ fn place(args: &Identify, test: &mut TestData, found: &Measurements) -> Result<(
     let points = super::map::points_of(test);
     let mapping = map_points(&model, &points, MappingOptions::default());
     for name in place_sensors(test, &mapping) {
-        eprintln!("warning: sensor `{name}` has no place in the model and is left out");
+        warning!("sensor `{name}` has no place in the model and is left out");
     }
     Ok(())
 }
 
-fn write(path: &Path, test: &TestData, is_json: bool) -> Result<(), Failure> {
-    files::write(path, &write_test(test))?;
-    if !is_json {
-        print(&format!("\nwritten: {}\n", path.display()));
+fn write(path: &Path, test: &TestData, is_json: bool) {
+    if writing::write(path, &write_test(test)) && !is_json {
+        print(&format!("\nwritten: {}\n", shown(path)));
     }
-    Ok(())
 }
 
 fn head(frfs: &FrfSet, found: &Measurements) -> String {

@@ -3,10 +3,10 @@
 use super::diagnose::{about_files, head};
 use crate::args::Learn;
 use crate::files::{self, Tested};
-use crate::output::{Failure, print, print_json, style};
+use crate::output::{Failure, print, print_json, shown, style};
 use crate::page::{Outputs, announce};
 use crate::progress::Spinner;
-use crate::{DONE, SHORT};
+use crate::{DONE, SHORT, writing};
 use retune::data::{TestData, joined, write_test};
 use retune::diagnosis::{Estimate, Learned, Settings, Step, Verdict, learn_from_tests};
 use retune::effect::{Candidate, set_parameter_values};
@@ -24,8 +24,8 @@ pub(crate) fn run(args: &Learn) -> Result<u8, Failure> {
         _ => stem.with_extension(format!("test.{}.yaml", k + 1)),
     };
     if let Some(stem) = &args.output {
-        (0..=usize::from(args.limit)).try_for_each(|step| files::check_output(&step_file(stem, step), args.force))?;
-        (0..args.tests.len()).try_for_each(|k| files::check_output(&test_file(stem, k), args.force))?;
+        (0..=usize::from(args.limit)).try_for_each(|step| writing::check_output(&step_file(stem, step), args.force))?;
+        (0..args.tests.len()).try_for_each(|k| writing::check_output(&test_file(stem, k), args.force))?;
     }
     let all = files::tested(&args.model, &args.tests, None)?;
     let (model, _, model_text) = files::model(&args.model, None)?;
@@ -41,8 +41,9 @@ pub(crate) fn run(args: &Learn) -> Result<u8, Failure> {
         for (i, step) in learned.steps.iter().enumerate() {
             present.retain(|c| !step.dropped.contains(&c.id()));
             let path = step_file(stem, i);
-            files::write(&path, &step_text(&model_text, &present, step)?)?;
-            written.push(path);
+            if writing::write(&path, &step_text(&model_text, &present, step)?) {
+                written.push(path);
+            }
             present.extend(step.added.clone());
         }
     }
@@ -50,8 +51,9 @@ pub(crate) fn run(args: &Learn) -> Result<u8, Failure> {
     if let Some(stem) = args.output.as_ref().filter(|_| is_corrected) {
         for (k, test) in learned.tests.iter().enumerate() {
             let path = test_file(stem, k);
-            files::write(&path, &write_test(test))?;
-            written.push(path);
+            if writing::write(&path, &write_test(test)) {
+                written.push(path);
+            }
         }
     }
     let cases: Vec<(&Model, &TestData)> = all.iter().map(|t| (&t.model, &t.test)).collect();
@@ -66,12 +68,12 @@ pub(crate) fn run(args: &Learn) -> Result<u8, Failure> {
     } else {
         print(&in_words(&learned, &model, &all, &misfit_before_any_fit(&cases)?, usize::from(args.limit)));
         for path in &written {
-            print(&format!("written: {}\n", path.display()));
+            print(&format!("written: {}\n", shown(path)));
         }
     }
     if args.report.is_some() {
         let mut data = of_learning(&cases, &learned)?;
-        about_files(&mut data, &all, &args.model, &args.tests, args.seed)?;
+        about_files(&mut data, &all, &args.model, &args.tests, args.seed);
         let written = outputs.write(&data)?;
         if !args.json {
             announce(&written);

@@ -2,8 +2,8 @@
 
 use super::measured::{read, scalar};
 use crate::args::Map;
-use crate::output::{Failure, print, print_json, style, warn};
-use crate::{DONE, SHORT, files};
+use crate::output::{Failure, print, print_json, shown, style, warn};
+use crate::{DONE, SHORT, files, writing};
 use retune::correlation::{Mapping, MappingOptions, PlaceKind, map_points, place_sensors};
 use retune::data::{Place, TestData, write_test};
 use retune::report::text::{Align, Cell, Style, Table, Tone};
@@ -12,7 +12,7 @@ use std::fmt::Write as _;
 
 pub(crate) fn run(args: &Map) -> Result<u8, Failure> {
     if let Some(output) = &args.output {
-        files::check_output(output, args.force)?;
+        writing::check_output(output, args.force)?;
     }
     let options = MappingOptions {
         tolerance: scalar("--tolerance", &args.tolerance, "m")?,
@@ -52,9 +52,8 @@ pub(crate) fn run(args: &Map) -> Result<u8, Failure> {
             return Err(Failure::text("a geometry has no modes to write; give a test file"));
         };
         place_sensors(test, &mapping);
-        files::write(output, &write_test(test))?;
-        if !args.json {
-            print(&format!("\nwritten: {}\n", output.display()));
+        if writing::write(output, &write_test(test)) && !args.json {
+            print(&format!("\nwritten: {}\n", shown(output)));
         }
     }
     Ok(if mapping.points_left.is_empty() { DONE } else { SHORT })

@@ -1,12 +1,13 @@
 //! What the verbs on measurements share: reading files, answers to their questions, findings.
 
 use crate::args::{MatrixAxes, MeasuredQuantity, Measurement, Repeated};
+use crate::ledger;
 use crate::output::{Failure, style};
 use retune::data::convert::{Duplicates, FrfOptions, LocalAxes, UnitsFrom};
 use retune::data::{DEFAULT_DAMPING_SD, DEFAULT_FREQUENCY_SD, DEFAULT_SHAPE_SD};
 use retune::data::{
     FrfQuantity, FrfSet, GeometryFrame, MeasurementOptions, Measurements, ModalSet, Origin, RelativeSd, Sensor,
-    TestMode, read_measurements,
+    TestMode,
 };
 use retune::identify::health::{Finding, Level};
 use retune::report::text::{Style, Tone, number, paragraph, printable};
@@ -41,10 +42,10 @@ pub(crate) fn read(files: &[PathBuf], args: &Measurement) -> Result<Measurements
     };
     let frame = args.frame.as_deref().map(GeometryFrame::parse).transpose();
     let frame = frame.map_err(|e| Failure::text(format!("--frame: {e}")))?;
-    let mut found = read_measurements(files, args.geometry.as_deref(), &options)?;
+    let mut found = ledger::measurements(files, args.geometry.as_deref(), &options)?;
     for (path, note) in &found.notes {
         let place = if path.as_os_str().is_empty() { String::new() } else { format!("{}: ", path.display()) };
-        eprintln!("note: {place}{}", printable(note));
+        note!("{place}{note}");
     }
     if let Some(frame) = frame {
         if let Some(geometry) = &mut found.geometry {
@@ -103,7 +104,7 @@ pub(crate) fn quantity(q: MeasuredQuantity) -> FrfQuantity {
 fn axis(text: &str) -> Result<[f64; 3], Failure> {
     let wrong = || Failure::text(format!("--direction {text}: expected `+x`, `-x` ... `-z`"));
     let sign = if text.starts_with('-') { -1.0 } else { 1.0 };
-    let letter = text.trim_start_matches(['+', '-']);
+    let letter = text.strip_prefix(['+', '-']).unwrap_or(text);
     let i = ["x", "y", "z"].iter().position(|a| *a == letter).ok_or_else(wrong)?;
     let mut direction = [0.0; 3];
     direction[i] = sign;

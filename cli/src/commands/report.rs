@@ -72,7 +72,7 @@ pub(crate) fn run(args: &Report) -> Result<u8, Failure> {
         read.extend(args.frf.iter().map(|path| ("frequency responses", path.clone())));
     }
     let read: Vec<(&str, &Path)> = read.iter().map(|(role, path)| (*role, path.as_path())).collect();
-    provenance(&mut data, &read, args.diagnose.then_some(args.seed))?;
+    provenance(&mut data, &read, args.diagnose.then_some(args.seed));
     let written = outputs.write(&data)?;
     if written.is_empty() {
         print(&text::summary(&data, &style(&std::io::stdout())));
@@ -94,6 +94,9 @@ fn say_verdict(data: &ReportData) {
         }
     }
 }
+
+/// Bytes of a history of learning, at most: 256 MiB.
+const LARGEST_HISTORY: u64 = 256 << 20;
 
 /// What `--learn` names.
 enum History {
@@ -120,7 +123,7 @@ fn history_of(path: &Path) -> Result<History, Failure> {
             Ok(History::Versions(list))
         };
     }
-    let text = files::read(path)?;
+    let text = files::read_at_most(path, LARGEST_HISTORY)?;
     let wrong = |e: &dyn std::fmt::Display| {
         Failure::text(format!("{} is no output of `retune learn --json`: {e}", path.display()))
     };

@@ -2,10 +2,10 @@
 
 use super::update::{objective, reduced_json, reduced_text, tolerance};
 use crate::args::Sample;
-use crate::output::{Failure, print, print_json, style};
-use crate::progress::cancel_flag;
+use crate::interrupt::{before_search, stop_flag};
+use crate::output::{self, Failure, print, print_json, style};
 use crate::uncertain::folded;
-use crate::{DONE, files};
+use crate::{DONE, files, writing};
 use retune::correlation::correlations;
 use retune::model::ParametricModel;
 use retune::objective::Scaling;
@@ -19,6 +19,7 @@ use std::fmt::Write as _;
 const QUANTILES: [f64; 5] = [0.05, 0.25, 0.5, 0.75, 0.95];
 
 pub(crate) fn run(args: &Sample) -> Result<u8, Failure> {
+    before_search(BEFORE);
     let all = files::tested(&args.model, &args.tests, args.configuration.as_deref())?;
     let settings = Settings {
         objective: objective(args.objective.as_deref())?,
@@ -26,11 +27,10 @@ pub(crate) fn run(args: &Sample) -> Result<u8, Failure> {
         ..Settings::default()
     };
     if let Some(output) = &args.output {
-        files::check_output(output, args.force)?;
+        writing::check_output(output, args.force)?;
     }
     let cases: Vec<TestCase<'_>> = all.iter().map(|t| TestCase { model: &t.model, test: &t.test }).collect();
-    let sampler =
-        Tmcmc { n_samples: args.samples as usize, seed: args.seed, cancel: cancel_flag(), ..Tmcmc::default() };
+    let sampler = Tmcmc { n_samples: args.samples as usize, seed: args.seed, cancel: stop_flag(), ..Tmcmc::default() };
     let (found, reduced) = sample_posterior(&cases, &settings, &sampler)?;
     let model = &all[0].model;
     let scaling = Scaling::new(model);
@@ -40,9 +40,8 @@ pub(crate) fn run(args: &Sample) -> Result<u8, Failure> {
         let [lower, _] = p.bounds.unwrap_or([p.value; 2]);
         p.display(lower + x * scaling.width()[j])
     };
-    if let Some(output) = &args.output {
-        files::write(output, &table(&found, model, &scaling, &shown))?;
-    }
+    let table = table(&found, model, &scaling, &shown);
+    let written = args.output.as_ref().filter(|output| writing::write(output, &table));
     let rho = correlations(&found.covariance());
     let mean = found.mean();
     let name = |j: usize| model.parameters().get(scaling.free()[j]).name.as_str();
@@ -100,12 +99,15 @@ pub(crate) fn run(args: &Sample) -> Result<u8, Failure> {
     if let Some(r) = &reduced {
         out += &folded(reduced_text(r).trim_start(), &style(&std::io::stdout()));
     }
-    if let Some(output) = &args.output {
-        let _ = writeln!(out, "written: {}", output.display());
+    if let Some(output) = written {
+        let _ = writeln!(out, "written: {}", output::shown(output));
     }
     print(&out);
     Ok(DONE)
 }
+
+/// What Ctrl-C means before there are samples.
+const BEFORE: &str = "stopped before sampling began: nothing was evaluated yet, and nothing was written";
 
 /// The samples as CSV: parameters in the units of the tables, and half the squared misfit.
 fn table(

@@ -2,8 +2,8 @@
 
 use super::measured::{band, quantity, scalar};
 use crate::args::{MeasuredQuantity, Twin};
-use crate::output::{Failure, print, print_json, warn};
-use crate::{DONE, files};
+use crate::output::{Failure, print, print_json, shown, warn};
+use crate::{DONE, files, writing};
 use retune::catalogue::did_you_mean;
 use retune::correlation::sensor_position;
 use retune::data::convert::{frf_file, geometry_file};
@@ -16,7 +16,7 @@ use std::path::Path;
 
 pub(crate) fn run(args: &Twin) -> Result<u8, Failure> {
     for output in args.output.iter().chain(&args.frf) {
-        files::check_output(output, args.force)?;
+        writing::check_output(output, args.force)?;
     }
     if args.output.is_none() && args.frf.is_none() {
         return Err(Failure::text(
@@ -58,13 +58,14 @@ pub(crate) fn run(args: &Twin) -> Result<u8, Failure> {
         test.description = format!("SYNTHETIC: every number was {story}");
         test.configuration.clone_from(&args.configuration);
         n_modes = Some(test.modes.len());
-        files::write(output, &write_test(&test))?;
-        summary.push(format!(
-            "written: {} ({} synthetic modes at {} sensors)",
-            output.display(),
-            test.modes.len(),
-            sensors.len()
-        ));
+        if writing::write(output, &write_test(&test)) {
+            summary.push(format!(
+                "written: {} ({} synthetic modes at {} sensors)",
+                shown(output),
+                test.modes.len(),
+                sensors.len()
+            ));
+        }
     }
     let mut n_functions = None;
     if let Some(output) = &args.frf {
@@ -162,9 +163,9 @@ fn functions(
     Ok(twin_frfs(model, theta, sensors, options, &frf)?)
 }
 
-fn write_functions(path: &Path, set: &FrfSet, model: &Model, sensors: &[Sensor], story: &str) -> Result<(), Failure> {
+fn write_functions(path: &Path, set: &FrfSet, model: &Model, sensors: &[Sensor], story: &str) -> Result<bool, Failure> {
     if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv")) {
-        return files::write(path, &format!("# SYNTHETIC: {story}\n{}", csv::write_frfs(set)));
+        return Ok(writing::write(path, &format!("# SYNTHETIC: {story}\n{}", csv::write_frfs(set))));
     }
     let functions = frf_file(set, Storage::Ascii)
         .map_err(|e| Failure::text(format!("{e}; write a table instead: `--frf FILE.csv`")))?;
@@ -191,8 +192,8 @@ fn write_functions(path: &Path, set: &FrfSet, model: &Model, sensors: &[Sensor],
     let (bytes, notes) = uff::write(&UniversalFile { datasets })?;
     // Rounding in the last digit of a double is no news.
     for note in notes.iter().filter(|n| n.level > uff::Level::Info) {
-        eprintln!("note: {note}");
+        note!("{note}");
     }
     let text = String::from_utf8(bytes).map_err(|e| Failure::text(format!("universal file: {e}")))?;
-    files::write(path, &text)
+    Ok(writing::write(path, &text))
 }

@@ -2,10 +2,11 @@
 
 use super::compare::{functions_json, origins, pair_json, readings_json, summary, unpaired_json};
 use crate::args::{Cost, Pairing, Update};
-use crate::output::{Failure, pairs, print, print_json, style};
+use crate::interrupt::{before_search, stop_flag};
+use crate::output::{Failure, pairs, print, print_json, shown, style};
 use crate::page::{Outputs, announce, provenance};
-use crate::progress::{Line, cancel_flag};
-use crate::{DONE, SHORT, files, uncertain};
+use crate::progress::Line;
+use crate::{DONE, SHORT, files, uncertain, writing};
 use retune::correlation::PairBy;
 use retune::effect::set_parameter_values;
 use retune::optim::{Checkpoint, OptimizerSpec};
@@ -21,7 +22,11 @@ pub(crate) fn objective(path: Option<&Path>) -> Result<ObjectiveSpec, Failure> {
     ObjectiveSpec::read(&text).map_err(|problems| Failure::problems(path, &text, &problems))
 }
 
+/// What Ctrl-C means before there is a best point.
+const BEFORE: &str = "stopped before the search began: nothing was evaluated yet, and nothing was written";
+
 pub(crate) fn run(args: &Update) -> Result<u8, Failure> {
+    before_search(BEFORE);
     let mut all = files::tested(&args.model, &args.tests, args.configuration.as_deref())?;
     for tested in &mut all {
         tested.model = files::loaded(tested.model.clone(), &tested.test, args.loading.sensor_masses)?;
@@ -29,7 +34,7 @@ pub(crate) fn run(args: &Update) -> Result<u8, Failure> {
     let objective = objective(args.objective.as_deref())?;
     if let Some(output) = &args.output {
         // New values may be longer than the old ones.
-        files::check_room(output, args.force, all[0].model_text.len() + 4096)?;
+        writing::check_room(output, args.force, all[0].model_text.len() + 4096)?;
     }
     let outputs = Outputs { page: args.report.as_ref(), force: args.force, ..Outputs::default() };
     outputs.check()?;
@@ -49,12 +54,15 @@ pub(crate) fn run(args: &Update) -> Result<u8, Failure> {
         objective,
         reduced: tolerance(args.reduced)?,
     };
+    if let Some(path) = &args.checkpoint {
+        writing::reserve(path)?;
+    }
     let checkpoint = match &args.checkpoint {
         Some(path) if args.resume => Some(Checkpoint::resume(path)?),
         Some(path) => Some(Checkpoint::create(path)?),
         None => None,
     };
-    let cancel = cancel_flag();
+    let cancel = stop_flag();
     let mut line = Line::new();
     let controls =
         Controls { budget: args.budget, cancel: Some(cancel), observer: Some(&mut line), evaluator: None, checkpoint };
@@ -62,10 +70,11 @@ pub(crate) fn run(args: &Update) -> Result<u8, Failure> {
     let result = update_to_tests(&cases, &settings, controls);
     drop(line);
     let u = result?;
+    let mut is_written = false;
     if let Some(output) = &args.output {
         let values: Vec<(&str, f64)> =
             u.parameters.iter().filter(|p| p.lower.is_some()).map(|p| (p.name.as_str(), p.after_si)).collect();
-        files::write(output, &set_parameter_values(&all[0].model_text, &values)?)?;
+        is_written = writing::write(output, &set_parameter_values(&all[0].model_text, &values)?);
     }
     let mut assessed: Vec<(&Assessment, &Assessment)> = vec![(&u.before, &u.after)];
     assessed.extend(u.further.iter().map(|f| (&f.before, &f.after)));
@@ -138,8 +147,8 @@ pub(crate) fn run(args: &Update) -> Result<u8, Failure> {
         }
         out += "\n";
         out += &uncertain::parameters(&u, &style);
-        if let Some(output) = &args.output {
-            out += &format!("\nwritten: {}\n", output.display());
+        if let Some(output) = args.output.as_ref().filter(|_| is_written) {
+            out += &format!("\nwritten: {}\n", shown(output));
         }
         print(&out);
     }
@@ -155,14 +164,14 @@ pub(crate) fn run(args: &Update) -> Result<u8, Failure> {
         let read: Vec<(&str, &Path)> = std::iter::once(("model", args.model.as_path()))
             .chain(args.tests.iter().map(|path| ("test", path.as_path())))
             .collect();
-        provenance(&mut data, &read, Some(args.seed))?;
+        provenance(&mut data, &read, Some(args.seed));
         let written = outputs.write(&data)?;
         if !args.json {
             announce(&written);
         }
     }
     for warning in &u.optimum.warnings {
-        eprintln!("warning: {warning}");
+        warning!("{warning}");
     }
     Ok(if assessed.iter().all(|(_, a)| a.unpaired_test.is_empty()) && u.optimum.cost.is_finite() {
         DONE

@@ -9,9 +9,12 @@
 //! `info_openmodal.csv` is not read: its unit factors are 1 whatever the units are, so that units must be stated.
 
 use super::{Columns, CsvError, Row, Sheet, function};
-use crate::data::Point;
 use crate::data::uff::{Dataset, Entity, Header, Node, Part, PartSystem, UniversalFile};
+use crate::data::{Open, Point, read_file};
 use std::path::Path;
+
+/// Tables larger than this are not read: 256 MiB.
+const LARGEST: u64 = 256 << 20;
 
 /// Reads an exported folder as a universal file without units, for [`frfs`](crate::data::convert::frfs) and
 /// [`geometry`](crate::data::convert::geometry).
@@ -19,6 +22,14 @@ use std::path::Path;
 /// # Errors
 /// [`CsvError::File`] for a missing table; others with line and column.
 pub fn read(folder: &Path) -> Result<UniversalFile, CsvError> {
+    read_by(&mut read_file, folder)
+}
+
+/// As [`read`], with bytes got in a way of the caller's.
+pub(crate) fn read_by(open: &mut Open<'_>, folder: &Path) -> Result<UniversalFile, CsvError> {
+    let mut open = |path: &Path| -> Result<Vec<u8>, CsvError> {
+        open(path, LARGEST).map_err(|e| CsvError::File { path: path.display().to_string(), reason: e.to_string() })
+    };
     let mut datasets = Vec::new();
     let geometry = folder.join("geometry_openmodal.csv");
     if geometry.exists() {
@@ -52,10 +63,6 @@ pub fn read(folder: &Path) -> Result<UniversalFile, CsvError> {
         datasets.push(Dataset::from(function));
     }
     Ok(UniversalFile { datasets })
-}
-
-fn open(path: &Path) -> Result<Vec<u8>, CsvError> {
-    std::fs::read(path).map_err(|e| CsvError::File { path: path.display().to_string(), reason: e.to_string() })
 }
 
 fn nodes(sheet: &Sheet<'_>) -> Result<Vec<Dataset>, CsvError> {
