@@ -11,8 +11,8 @@ use retune::update::{FirstLook, UpdateError, slip_of_unit};
 use retune::yaml::{Problem, Severity, SourceMap};
 use std::path::{Path, PathBuf};
 
-/// Files above this size are not YAML that a person wrote: 64 MiB.
-const LARGEST: u64 = 64 << 20;
+/// Files above this size are not YAML that a person wrote: 16 MiB take seconds and a gigabyte to parse.
+const LARGEST: u64 = 16 << 20;
 
 /// The text of a file.
 pub(crate) fn read(path: &Path) -> Result<String, Failure> {
@@ -217,9 +217,28 @@ fn settle_loss_factor(model: &Model, test: &mut TestData) {
     }
 }
 
-/// Whether a file is a test file: its first key says so.
+/// A file of ours.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Kind {
+    /// `retune: 1`
+    Model,
+    /// `retune_test: 1`
+    Test,
+}
+
+/// Which file of ours a file is, if it is one: its first key says so.
+pub(crate) fn kind(path: &Path) -> Option<Kind> {
+    let text = if path.is_dir() { return None } else { read(path).ok()? };
+    text.lines().find_map(|line| match line.split(':').next() {
+        Some("retune") => Some(Kind::Model),
+        Some("retune_test") => Some(Kind::Test),
+        _ => None,
+    })
+}
+
+/// Whether a file is a test file.
 pub(crate) fn is_test(path: &Path) -> bool {
-    read(path).is_ok_and(|text| text.lines().any(|l| l.starts_with("retune_test:")))
+    kind(path) == Some(Kind::Test)
 }
 
 /// The problems of a test's sensors on a model: warnings to show, or a failure.

@@ -60,6 +60,8 @@ struct ReadFile {
 #[derive(Debug, Clone)]
 struct Claim {
     path: PathBuf,
+    /// Without links.
+    resolved: PathBuf,
     identity: Identity,
     /// Whether the file may be one that was read: an edit.
     is_edit: bool,
@@ -100,7 +102,8 @@ pub(crate) fn read(path: &Path, largest: u64) -> io::Result<Vec<u8>> {
     let mut ledger = ledger();
     let claim = ledger.claims.iter().find(|c| !c.is_edit && Some(&c.identity) == identity.as_ref());
     if let Some(claim) = claim {
-        return Err(refused(format!("it is read, and {} would be written over it", shown(&claim.path))));
+        let text = format!("the output {} would be written over it; write to another file", shown(&claim.path));
+        return Err(refused(text));
     }
     if let Some(before) = ledger.read.iter().find(|r| r.path == path) {
         return if before.sha256 == sha256 {
@@ -136,7 +139,7 @@ pub(crate) fn measurements(
 ///
 /// # Errors
 /// It was read, unless this is an edit of it; another output has it.
-pub(crate) fn claim(path: &Path, identity: Identity, right: Right) -> Result<(), Failure> {
+pub(crate) fn claim(path: &Path, resolved: &Path, identity: Identity, right: Right) -> Result<(), Failure> {
     let is_edit = right == Right::Edit;
     let mut ledger = ledger();
     if let Some(r) = ledger.read.iter().find(|r| !is_edit && r.identity.as_ref() == Some(&identity)) {
@@ -147,13 +150,19 @@ pub(crate) fn claim(path: &Path, identity: Identity, right: Right) -> Result<(),
         )));
     }
     if let Some(c) = ledger.claims.iter().find(|c| c.identity == identity) {
+        let how = if c.resolved == resolved { "" } else { " on a disk that does not tell capitals from small letters" };
+        let (one, other) = (shown(&c.path), shown(path));
         return Err(Failure::text(format!(
-            "{} and {} are one file, or one on a disk that does not tell capitals from small letters; give each output its own name",
-            shown(&c.path),
-            shown(path)
+            "two outputs go to one file{how}: {one} and {other}; give each a name of its own"
         )));
     }
-    ledger.claims.push(Claim { path: path.to_path_buf(), identity, is_edit, replaces: right != Right::New });
+    ledger.claims.push(Claim {
+        path: path.to_path_buf(),
+        resolved: resolved.to_path_buf(),
+        identity,
+        is_edit,
+        replaces: right != Right::New,
+    });
     Ok(())
 }
 

@@ -20,7 +20,7 @@ mod uncertain;
 mod writing;
 
 use args::{Cli, Command};
-use output::{print, tell, tell_kept};
+use output::{LONGEST, print, shortened, tell, tell_kept};
 use retune::report::text::printable;
 use std::io::IsTerminal as _;
 use std::process::ExitCode;
@@ -52,7 +52,8 @@ fn answer(e: &clap::Error) -> u8 {
     let text = e.render();
     if e.use_stderr() {
         // The message quotes what was typed.
-        let plain: Vec<String> = text.to_string().trim_end().lines().map(printable).collect();
+        let plain: Vec<String> =
+            text.to_string().trim_end().lines().map(|line| shortened(&printable(line), LONGEST)).collect();
         tell(&plain.join("\n"));
         WRONG_INPUT
     } else {

@@ -48,12 +48,12 @@ impl<E: std::error::Error> From<E> for Failure {
 }
 
 /// Characters of a problem of a file, at most.
-const LONGEST: usize = 600;
+pub(crate) const LONGEST: usize = 600;
 /// Characters of a failure, at most: it may list what has to be stated.
 const LONGEST_FAILURE: usize = 2400;
 
 /// A text cut after so many characters.
-fn shortened(text: &str, longest: usize) -> String {
+pub(crate) fn shortened(text: &str, longest: usize) -> String {
     match text.char_indices().nth(longest) {
         Some((end, _)) => format!("{} …", &text[..end]),
         None => text.to_string(),

@@ -82,7 +82,7 @@ fn enter(path: &Path, resolved: &Path, meta: Option<&Metadata>, right: Right) ->
         return Err(unwritable(path, "the file is write-protected"));
     }
     match Identity::of(resolved, meta) {
-        Some(identity) => ledger::claim(path, identity, right),
+        Some(identity) => ledger::claim(path, resolved, identity, right),
         None => Ok(()),
     }
 }

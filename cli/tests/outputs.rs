@@ -135,12 +135,12 @@ const VERBS: &[(&str, &[&str])] = &[
     ("check model.yaml", &[]),
     ("check model.yaml --json", &[]),
     ("modes model.yaml", &[]),
-    ("identify shapes.csv --direction +z -o {}identified.yaml", &["identified.yaml"]),
-    ("health shapes.csv --direction +z", &[]),
+    ("identify shapes.csv --direction +z --units SI -o {}identified.yaml", &["identified.yaml"]),
+    ("health shapes.csv --direction +z --units SI", &[]),
     ("map model.yaml test.yaml -o {}mapped.yaml", &["mapped.yaml"]),
     ("twin model.yaml -o {}twin.yaml --modes 2 --frf {}twin.csv --band 1 30 --lines 20", &["twin.yaml", "twin.csv"]),
     ("compare model.yaml test.yaml", &[]),
-    ("pretest model.yaml -n 2", &[]),
+    ("pretest model.yaml -n 2 --sensors 2", &[]),
     ("sensitivity model.yaml test.yaml -n 2", &[]),
     ("update model.yaml test.yaml -o {}updated.yaml --report {}updated.html", &["updated.yaml", "updated.html"]),
     ("update model.yaml test.yaml --json -o {}u.yaml --report {}u.html", &["u.yaml", "u.html"]),
@@ -306,12 +306,12 @@ fn no_output_is_an_input_or_another_output_under_any_name() {
         ("update model.yaml test.yaml --force -o hard", "hard"),
         ("update model.yaml test.yaml --force --report here/test.yaml", "here/test.yaml"),
         ("update model.yaml with.yaml --force -o frfs.csv", "frfs.csv"),
-        ("identify shapes.csv --direction +z --force -o shapes.csv", "shapes.csv"),
+        ("identify shapes.csv --direction +z --units SI --force -o shapes.csv", "shapes.csv"),
         ("map model.yaml test.yaml --force -o test.yaml", "test.yaml"),
         ("twin model.yaml --force -o model.yaml", "model.yaml"),
         ("report model.yaml test.yaml --force --json test.yaml", "test.yaml"),
         ("sample model.yaml test.yaml --force -o test.yaml", "test.yaml"),
-        ("add model.yaml sensor-mass@all --test test.yaml --force -o test.yaml", "test.yaml"),
+        ("add model.yaml sensor-mass@whole --test test.yaml --force -o test.yaml", "test.yaml"),
         ("update model.yaml test.yaml -o x --report x", "one file"),
         ("update model.yaml test.yaml -o x --report here/x", "one file"),
         ("update model.yaml test.yaml -o x --report ./X", "one file"),
@@ -440,12 +440,12 @@ fn paths_that_are_not_utf_8_work_in_every_verb() {
     for line in [
         "check %m.yaml",
         "modes %m.yaml",
-        "identify %s.csv --direction +z -o %identified.yaml",
-        "health %s.csv --direction +z",
+        "identify %s.csv --direction +z --units SI -o %identified.yaml",
+        "health %s.csv --direction +z --units SI",
         "map %m.yaml %t.yaml -o %mapped.yaml",
         "twin %m.yaml -o %twin.yaml --modes 2 --frf %twin.csv --band 1 30 --lines 20 --sensors %t.yaml",
         "compare %m.yaml %t.yaml --profile %p.yaml",
-        "pretest %m.yaml -n 2 --test %t.yaml",
+        "pretest %m.yaml -n 2 --sensors 2 --test %t.yaml",
         "sensitivity %m.yaml %t.yaml -n 2",
         "update %m.yaml %t.yaml -o %updated.yaml --report %updated.html --checkpoint %state",
         "sample %m.yaml %t.yaml --samples 50 -o %samples.csv",
@@ -480,7 +480,7 @@ fn control_characters_in_names_are_shown_escaped() {
     let f = Folder::new("control");
     let odd = "a\u{1b}[31m\nb\u{7}.yaml";
     let is_clean = |text: &str| !text.chars().any(|c| c.is_control() && c != '\n');
-    let nodes = MODEL.replace("tip", "\"t\\e[31m\\np\"");
+    let nodes = MODEL.replace("tip_mass", "m").replace("tip", "\"t\\e[31m\\np\"");
     let wrong = nodes.replace("chain: [root, middle", "chain: [root, \"m\\e[2Jiddle\"");
     for text in
         [None, Some("not: [a model"), Some("retune_test: 1\nname: x\n"), Some(wrong.as_str()), Some(nodes.as_str())]
@@ -623,4 +623,29 @@ fn the_inode_of_a_file_changes_and_its_owner_does_not() {
     let mut text = String::new();
     open.read_to_string(&mut text).unwrap();
     assert_eq!(text, "old");
+}
+
+#[test]
+fn options_that_contradict_the_files_or_each_other_are_named() {
+    let f = Folder::new("contradictions");
+    for (line, word) in [
+        (
+            "identify shapes.csv --units SI --direction +z --band 3 30",
+            "`--band` and `--method` identify modes from functions",
+        ),
+        ("identify shapes.csv --units SI --direction +z --method circle", "these files hold modes"),
+        ("identify test.yaml", "test.yaml is a test file, which holds modes already"),
+        ("identify model.yaml", "model.yaml is a model file"),
+        ("health model.yaml", "model.yaml is a model file"),
+        ("health test.yaml --direction +z", "--direction is for measurement files"),
+        ("map model.yaml test.yaml --units SI", "--units is for measurement files"),
+        ("twin model.yaml -o x --lines 50", "--frf"),
+        ("twin model.yaml -o x --exciter tip", "--frf"),
+        ("add model.yaml point-mass@tip --dry-run -o x", "cannot be used with"),
+        ("update test.yaml model.yaml", "this is a model file; a test file begins with `retune_test: 1`"),
+    ] {
+        let said = f.run(line);
+        assert!(said.code == 2 && said.err.contains(word), "{line}: {said:?}");
+        assert!(!f.path("x").exists());
+    }
 }

@@ -272,8 +272,14 @@ pub fn read_measurements_by(
         rename(set.references.iter_mut().chain(&mut set.responses).map(|c| &mut c.name), &names);
     }
     if let (Some(set), Some(direction)) = (&mut set, options.direction) {
+        let mut is_used = false;
         for channel in set.references.iter_mut().chain(&mut set.responses) {
+            is_used |= channel.direction.is_none();
             channel.direction.get_or_insert(direction);
+        }
+        if !is_used {
+            let text = "every channel states its own direction: the one that you give (`--direction`) is not used";
+            found.notes.push((PathBuf::new(), text.to_string()));
         }
     }
     if let Some(set) = &mut set {

@@ -25,7 +25,9 @@ pub use frf::{Channel, FrfQuantity, FrfSet};
 pub use geometry::{Geometry, Line, Point};
 pub use geometry_frame::GeometryFrame;
 pub use joined::{Joined, joined};
-pub use measurement::{MeasurementError, MeasurementOptions, Measurements, Open, read_measurements, read_measurements_by};
+pub use measurement::{
+    MeasurementError, MeasurementOptions, Measurements, Open, read_measurements, read_measurements_by,
+};
 pub use modal_set::{ModalSet, ModeRecord, RelativeSd, ShapeChannel};
 pub use spectrum::{Spectrum, SpectrumKind, SpectrumUnit};
 pub use test::{

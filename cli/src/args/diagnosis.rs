@@ -54,7 +54,7 @@ pub(crate) struct Add {
     #[arg(long)]
     pub(crate) force: bool,
     /// Print the edits and change nothing.
-    #[arg(long)]
+    #[arg(long, conflicts_with_all = ["output", "force"])]
     pub(crate) dry_run: bool,
 }
 

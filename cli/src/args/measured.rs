@@ -69,6 +69,40 @@ pub(crate) struct Measurement {
     pub(crate) frame: Option<String>,
 }
 
+impl Measurement {
+    /// The options that are given.
+    pub(crate) fn given(&self) -> Vec<&'static str> {
+        // Named one by one, so that a new option is not forgotten here.
+        let Self {
+            units,
+            quantity,
+            unit,
+            duplicates,
+            frequency_unit,
+            local_axes,
+            direction,
+            geometry,
+            geometry_units,
+            frame,
+        } = self;
+        [
+            ("--units", units.is_some()),
+            ("--quantity", quantity.is_some()),
+            ("--unit", unit.is_some()),
+            ("--duplicates", duplicates.is_some()),
+            ("--frequency-unit", frequency_unit.is_some()),
+            ("--local-axes", local_axes.is_some()),
+            ("--direction", direction.is_some()),
+            ("--geometry", geometry.is_some()),
+            ("--geometry-units", geometry_units.is_some()),
+            ("--frame", frame.is_some()),
+        ]
+        .into_iter()
+        .filter_map(|(name, is_given)| is_given.then_some(name))
+        .collect()
+    }
+}
+
 /// How modes are identified.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Method {
@@ -227,13 +261,13 @@ pub(crate) struct Twin {
     #[arg(long, num_args = 2, value_names = ["LOW", "HIGH"], value_parser = values::not_negative)]
     pub(crate) band: Option<Vec<f64>>,
     /// Frequency lines of the functions.
-    #[arg(long, default_value_t = 1025, value_parser = clap::value_parser!(u16).range(2..))]
+    #[arg(long, requires = "frf", default_value_t = 1025, value_parser = clap::value_parser!(u16).range(2..))]
     pub(crate) lines: u16,
     /// Sensors at which the force acts, one after the other; the first sensor when absent.
-    #[arg(long, num_args = 1.., value_name = "SENSOR")]
+    #[arg(long, requires = "frf", num_args = 1.., value_name = "SENSOR")]
     pub(crate) exciter: Vec<String>,
     /// What the functions are; accelerance when absent.
-    #[arg(long, value_enum)]
+    #[arg(long, requires = "frf", value_enum)]
     pub(crate) quantity: Option<MeasuredQuantity>,
     /// Standard deviation of frequencies.
     #[arg(long, default_value = "0 %", allow_hyphen_values = true)]
@@ -245,13 +279,13 @@ pub(crate) struct Twin {
     #[arg(long, default_value = "0 %", allow_hyphen_values = true)]
     pub(crate) noise_shape: String,
     /// Noise of the force, of the force.
-    #[arg(long, default_value = "0 %", allow_hyphen_values = true)]
+    #[arg(long, requires = "frf", default_value = "0 %", allow_hyphen_values = true)]
     pub(crate) noise_force: String,
     /// Noise of each response, of its root mean square.
-    #[arg(long, default_value = "0 %", allow_hyphen_values = true)]
+    #[arg(long, requires = "frf", default_value = "0 %", allow_hyphen_values = true)]
     pub(crate) noise_response: String,
     /// Averages of the functions.
-    #[arg(long, default_value_t = 16, value_parser = clap::value_parser!(u16).range(1..=10000))]
+    #[arg(long, requires = "frf", default_value_t = 16, value_parser = clap::value_parser!(u16).range(1..=10000))]
     pub(crate) averages: u16,
     /// Damping ratio of every mode.
     #[arg(long, default_value = "1 %", allow_hyphen_values = true)]

@@ -1,6 +1,6 @@
 //! `retune health`
 
-use super::measured::{band, findings_json, findings_text, functions, has_fault, held_modes, read};
+use super::measured::{band, findings_json, findings_text, functions, has_fault, held_modes, read, refuse_answers};
 use crate::args::Health;
 use crate::output::{Failure, print, print_json, style, warn};
 use crate::{DONE, SHORT, files};
@@ -26,6 +26,7 @@ fn findings(args: &Health) -> Result<Vec<Finding>, Failure> {
     if let [path] = &args.files[..]
         && files::is_test(path)
     {
+        refuse_answers(path, &args.measurement)?;
         let (test, warnings, text) = files::test(path)?;
         warn(path, &text, &warnings);
         return if args.against.is_empty() {

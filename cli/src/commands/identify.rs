@@ -107,6 +107,11 @@ pub(crate) fn run(args: &Identify) -> Result<u8, Failure> {
 
 /// Modes that the files themselves hold: shown, checked and written as they are.
 fn take_over(args: &Identify, found: &Measurements, modes: &ModalSet) -> Result<u8, Failure> {
+    if args.band.is_some() || args.method != Method::Plscf {
+        return Err(Failure::text(
+            "`--band` and `--method` identify modes from functions; these files hold modes, which are taken over as they are",
+        ));
+    }
     let (sensors, modes) = held_modes(found, modes, &origin(args, found));
     let findings =
         if args.no_health { Vec::new() } else { check_shapes(&sensors, &modes, usize::from(args.suspension))? };

@@ -1,6 +1,6 @@
 //! `retune map`
 
-use super::measured::{read, scalar};
+use super::measured::{read, refuse_answers, scalar};
 use crate::args::Map;
 use crate::output::{Failure, print, print_json, shown, style, warn};
 use crate::{DONE, SHORT, files, writing};
@@ -23,6 +23,7 @@ pub(crate) fn run(args: &Map) -> Result<u8, Failure> {
         return Err(Failure::text("--tolerance and --reach must be zero or above"));
     }
     let (points, mut test) = if files::is_test(&args.test) {
+        refuse_answers(&args.test, &args.measurement)?;
         let (test, warnings, text) = files::test(&args.test)?;
         warn(&args.test, &text, &warnings);
         (points_of(&test), Some(test))

@@ -1,6 +1,7 @@
 //! What the verbs on measurements share: reading files, answers to their questions, findings.
 
 use crate::args::{MatrixAxes, MeasuredQuantity, Measurement, Repeated};
+use crate::files::{self, Kind};
 use crate::ledger;
 use crate::output::{Failure, style};
 use retune::data::convert::{Duplicates, FrfOptions, LocalAxes, UnitsFrom};
@@ -14,13 +15,21 @@ use retune::report::text::{Style, Tone, number, paragraph, printable};
 use retune::units::{FrequencyUnit, Scalar};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Longest line of running text.
 const LINE: usize = 100;
 
 /// Reads measurement files with the answers of the command line; notes go to standard error.
 pub(crate) fn read(files: &[PathBuf], args: &Measurement) -> Result<Measurements, Failure> {
+    for path in files {
+        let what = match files::kind(path) {
+            Some(Kind::Model) => "a model file",
+            Some(Kind::Test) => "a test file, which holds modes already",
+            None => continue,
+        };
+        return Err(Failure::text(format!("{} is {what}; measurement files are expected here", path.display())));
+    }
     let options = MeasurementOptions {
         frf: FrfOptions {
             units: args.units.as_deref().map_or(Ok(UnitsFrom::File), units)?,
@@ -59,6 +68,19 @@ pub(crate) fn read(files: &[PathBuf], args: &Measurement) -> Result<Measurements
         }
     }
     Ok(found)
+}
+
+/// Refuses answers about measurement files beside a test file.
+pub(crate) fn refuse_answers(path: &Path, args: &Measurement) -> Result<(), Failure> {
+    let given = args.given();
+    if given.is_empty() {
+        return Ok(());
+    }
+    Err(Failure::text(format!(
+        "{} is a test file, which states its units, places and directions itself; {} is for measurement files",
+        path.display(),
+        given.join(", ")
+    )))
 }
 
 /// The functions of measurements, or what there is instead.
