@@ -13,7 +13,10 @@ pub mod lvm;
 pub mod mat;
 mod measurement;
 mod modal_set;
+#[cfg(test)]
+mod mutate;
 pub mod npy;
+pub mod npz;
 mod spectrum;
 mod test;
 pub mod uff;
@@ -23,7 +26,7 @@ pub use frf::{Channel, FrfQuantity, FrfSet};
 pub use geometry::{Geometry, Line, Point};
 pub use geometry_frame::GeometryFrame;
 pub use joined::{Joined, joined};
-pub use measurement::{MeasurementError, MeasurementOptions, Measurements, read_measurements};
+pub use measurement::{MeasurementError, MeasurementOptions, Measurements, Roles, read_measurements};
 pub use modal_set::{ModalSet, ModeRecord, RelativeSd, ShapeChannel};
 pub use spectrum::{Spectrum, SpectrumKind, SpectrumUnit};
 pub use test::{
