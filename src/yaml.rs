@@ -3,7 +3,9 @@
 //! Shape errors (an unknown key, a wrong type) come from serde, one at a time, with their location. What only the
 //! meaning of the file can show is reported by the rooms that know it as [`Problem`]s with a path such as
 //! `beams.left_wing.chain[3]`; a [`SourceMap`] turns paths into lines and columns. This is the only place that names
-//! the YAML crates.
+//! the YAML crates. Merge keys, `<<: *anchor`, are understood.
+
+mod merge;
 
 use crate::catalogue::did_you_mean;
 use saphyr_parser::{Event, Parser, Span};
@@ -83,6 +85,9 @@ pub struct SourceMap {
     places: BTreeMap<String, Entry>,
     /// Path of a mapping or sequence -> paths of its entries, in file order.
     children: BTreeMap<String, Vec<String>>,
+    /// What stands in the text elsewhere than its path says: behind a merge key or an alias.
+    elsewhere: BTreeMap<String, Location>,
+    has_merges: bool,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -105,8 +110,8 @@ impl SourceMap {
     pub fn locate(&self, path: &str) -> Option<Location> {
         let mut path = path;
         loop {
-            if let Some(entry) = self.places.get(path) {
-                return Some(entry.key);
+            if let Some(at) = self.places.get(path).map(|e| e.key).or_else(|| self.elsewhere.get(path).copied()) {
+                return Some(at);
             }
             path = &path[..path.rfind(['.', '['])?];
         }
@@ -192,8 +197,14 @@ pub fn child(path: &str, key: &str) -> String {
 ///
 /// Errors: the YAML is not well formed, a key stands twice, the shape does not fit `T`.
 pub fn read<T: DeserializeOwned>(text: &str) -> Result<(T, SourceMap), Vec<Problem>> {
-    let map = source_map(text).map_err(|p| vec![p])?;
-    let value = serde_yaml::from_str::<T>(text).map_err(|e| vec![shape_error(&e, &map)])?;
+    let mut map = source_map(text).map_err(|p| vec![p])?;
+    if !map.has_merges {
+        let value = serde_yaml::from_str::<T>(text).map_err(|e| vec![shape_error(&e, &map, None)])?;
+        return Ok((value, map));
+    }
+    let written = merge::expanded(text).map_err(|p| vec![p])?;
+    map.elsewhere = written.places;
+    let value = serde_yaml::from_str::<T>(&written.text).map_err(|e| vec![shape_error(&e, &map, Some(&written.lines))])?;
     Ok((value, map))
 }
 
@@ -213,8 +224,9 @@ pub fn write<T: serde::Serialize>(value: &T) -> String {
     serde_yaml::to_string(value).unwrap_or_else(|e| panic!("a type that YAML cannot hold: {e}"))
 }
 
-/// serde's message, with its path split off and the nearest word added.
-fn shape_error(error: &serde_yaml::Error, map: &SourceMap) -> Problem {
+/// serde's message, with its path split off and the nearest word added; `lines` is where the lines of a text that was written out
+/// stand in the file.
+fn shape_error(error: &serde_yaml::Error, map: &SourceMap, lines: Option<&[Location]>) -> Problem {
     let text = error.to_string();
     let text = text.rfind(" at line ").map_or(text.as_str(), |i| &text[..i]);
     let (path, message) = match text.split_once(": ") {
@@ -234,8 +246,11 @@ fn shape_error(error: &serde_yaml::Error, map: &SourceMap) -> Problem {
             }
         }
     }
-    let location = error.location().map(|l| Location { line: l.line(), column: l.column() });
-    let at_path = map.places.get(&path).map(|e| e.key);
+    let location = error.location().and_then(|l| match lines {
+        Some(lines) => lines.get(l.line().saturating_sub(1)).copied(),
+        None => Some(Location { line: l.line(), column: l.column() }),
+    });
+    let at_path = map.places.get(&path).map(|e| e.key).or_else(|| map.elsewhere.get(&path).copied());
     Problem {
         severity: Severity::Error,
         location: at_path.or(location).or_else(|| map.locate(&path)),
@@ -292,6 +307,16 @@ fn in_words(message: &str) -> String {
 /// Nesting beyond this is no file that a person wrote; paths would grow with its square.
 const DEEPEST: usize = 64;
 
+/// An alias inside what it names, if this is one.
+fn cycle(event: &Event<'_>, anchors: &[usize], place: Location, text: &str) -> Result<(), Problem> {
+    let Event::Alias(anchor) = event else { return Ok(()) };
+    if !anchors.contains(anchor) {
+        return Ok(());
+    }
+    let message = format!("the alias `{text}` stands inside what it names, which would never end");
+    Err(Problem { location: Some(place), ..Problem::error("", message) })
+}
+
 /// What the builder of a [`SourceMap`] is inside of.
 enum Frame {
     Sequence { path: String, index: usize },
@@ -313,6 +338,8 @@ pub fn source_map(text: &str) -> Result<SourceMap, Problem> {
     offsets.push(text.len());
     let byte = |index: usize| offsets[index.min(offsets.len() - 1)];
     let mut open: Vec<(String, Entry)> = Vec::new();
+    // Of the collections that are open: their anchors.
+    let mut anchors: Vec<usize> = Vec::new();
     let mut n_documents = 0;
     for event in Parser::new_from_str(text) {
         let (event, span) = event.map_err(|e| {
@@ -334,6 +361,7 @@ pub fn source_map(text: &str) -> Result<SourceMap, Problem> {
                 let here = location(&span);
                 let scalar = matches!(event, Event::Scalar(..) | Event::Alias(_));
                 let (start, end) = (byte(span.start.index()), byte(span.end.index()));
+                cycle(&event, &anchors, here, text[start..end].trim())?;
                 let parent = match stack.last() {
                     Some(Frame::Sequence { path, .. } | Frame::Mapping { path, .. }) => Some(path.clone()),
                     None => None,
@@ -356,6 +384,7 @@ pub fn source_map(text: &str) -> Result<SourceMap, Problem> {
                             p.location = Some(here);
                             return Err(p);
                         }
+                        map.has_merges |= name == merge::KEY;
                         *key = Some((full, here, start));
                         continue;
                     }
@@ -373,6 +402,9 @@ pub fn source_map(text: &str) -> Result<SourceMap, Problem> {
                         return Err(p);
                     }
                     open.push((path.clone(), entry));
+                    if let Event::SequenceStart(anchor, _) | Event::MappingStart(anchor, _) = &event {
+                        anchors.push(*anchor);
+                    }
                     stack.push(match event {
                         Event::SequenceStart(..) => Frame::Sequence { path, index: 0 },
                         _ => Frame::Mapping { path, key: None },
@@ -381,6 +413,7 @@ pub fn source_map(text: &str) -> Result<SourceMap, Problem> {
             }
             Event::SequenceEnd | Event::MappingEnd => {
                 stack.pop();
+                anchors.pop();
                 if let Some((path, entry)) = open.pop() {
                     map.places.insert(path, Entry { end: byte(span.end.index()), ..entry });
                 }

@@ -3,6 +3,7 @@
 //! The columns of both sets are paired: column r of one belongs to column r of the other. A mode that a sensor did not
 //! measure (NaN) is left out for that sensor.
 
+use super::mac::unit_scale;
 use super::{ShapeScalar, modal_scale_factor};
 use crate::linalg::DMatrix;
 
@@ -31,8 +32,11 @@ pub fn comac<T: ShapeScalar>(phi_a: &DMatrix<T>, phi_x: &DMatrix<T>) -> Vec<Opti
     (0..phi_a.nrows())
         .map(|i| {
             let (mut cross, mut norm_a, mut norm_x) = (0.0, 0.0, 0.0);
+            let scale = |phi: &DMatrix<T>| unit_scale(phi.row(i).iter().copied());
+            let (scale_a, scale_x) = (scale(phi_a), scale(phi_x));
             for (&a, &x) in phi_a.row(i).iter().zip(phi_x.row(i).iter()) {
                 if a.is_measured() && x.is_measured() {
+                    let (a, x) = (a.scale(scale_a), x.scale(scale_x));
                     cross += a.modulus() * x.modulus();
                     norm_a += a.modulus_squared();
                     norm_x += x.modulus_squared();
@@ -88,7 +92,7 @@ pub fn enhanced_comac<T: ShapeScalar>(phi_a: &DMatrix<T>, phi_x: &DMatrix<T>) ->
         let factor = modal_scale_factor(a, x);
         let norm = common_norm(a, x);
         let modulus = factor.modulus();
-        if modulus > 0.0 && norm > 0.0 { factor.unscale(modulus * norm) } else { T::zero() }
+        if modulus > 0.0 && norm > 0.0 { factor.unscale(modulus).unscale(norm) } else { T::zero() }
     });
     (0..a.nrows())
         .map(|i| {
@@ -128,7 +132,8 @@ fn to_common_scale<T: ShapeScalar>(
 /// ‖v‖ over the entries measured in both.
 fn common_norm<T: ShapeScalar>(v: &[T], other: &[T]) -> f64 {
     let common = v.iter().zip(other).filter(|(a, b)| a.is_measured() && b.is_measured());
-    common.map(|(a, _)| a.modulus_squared()).sum::<f64>().sqrt()
+    let scale = unit_scale(v.iter().copied());
+    common.map(|(a, _)| a.scale(scale).modulus_squared()).sum::<f64>().sqrt() / scale
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@
 //! analytical set is converted to the quantity of the test by [`to_quantity`] first. A value that is not finite was not
 //! measured and is left out. Criteria by line look at all channels at one frequency, criteria by channel at all lines.
 
+use super::mac::unit_scale;
 use super::{CorrelationError, Misfit};
 use crate::data::{FrfQuantity, FrfSet};
 use crate::linalg::{Complex, DMatrix};
@@ -73,18 +74,24 @@ fn same_lines(a: &FrfSet, x: &FrfSet) -> Result<(), CorrelationError> {
     Ok(())
 }
 
-/// Hermitian sums of pairs of values that are both measured.
-#[derive(Debug, Clone, Copy, Default)]
+/// Hermitian sums of pairs of values that are both measured, each set scaled by a power of two of its own so that squares neither
+/// overflow nor vanish.
+#[derive(Debug, Clone, Copy)]
 struct Sums {
     cross: Complex<f64>,
     norm_a: f64,
     norm_x: f64,
+    scale_a: f64,
+    scale_x: f64,
 }
 
 impl Sums {
-    fn over(pairs: impl Iterator<Item = (Complex<f64>, Complex<f64>)>) -> Self {
-        let mut sums = Self::default();
-        for (a, x) in pairs.filter(|(a, x)| a.is_finite() && x.is_finite()) {
+    fn over(pairs: impl Iterator<Item = (Complex<f64>, Complex<f64>)> + Clone) -> Self {
+        let measured = pairs.filter(|(a, x)| a.is_finite() && x.is_finite());
+        let (scale_a, scale_x) =
+            (unit_scale(measured.clone().map(|p| p.0)), unit_scale(measured.clone().map(|p| p.1)));
+        let mut sums = Self { cross: Complex::new(0.0, 0.0), norm_a: 0.0, norm_x: 0.0, scale_a, scale_x };
+        for (a, x) in measured.map(|(a, x)| (a * scale_a, x * scale_x)) {
             sums.cross += x.conj() * a;
             sums.norm_a += a.norm_sqr();
             sums.norm_x += x.norm_sqr();
@@ -100,8 +107,15 @@ impl Sums {
 
     /// 2|x·a|/(|x|² + |a|²).
     fn scale(&self) -> Option<f64> {
-        let sum = self.norm_a + self.norm_x;
-        (sum > 0.0).then(|| (2.0 * self.cross.norm() / sum).min(1.0))
+        // Both in the scale of the larger set.
+        let common = match (self.norm_a > 0.0, self.norm_x > 0.0) {
+            (true, true) => self.scale_a.min(self.scale_x),
+            (true, false) => self.scale_a,
+            _ => self.scale_x,
+        };
+        let (of_a, of_x) = (common / self.scale_a, common / self.scale_x);
+        let sum = self.norm_a * of_a * of_a + self.norm_x * of_x * of_x;
+        (sum > 0.0).then(|| (2.0 * self.cross.norm() * of_a * of_x / sum).min(1.0))
     }
 }
 
@@ -418,7 +432,7 @@ struct Sum {
 
 impl Sum {
     fn add(&mut self, a: Complex<f64>, x: Complex<f64>, relative_variance: f64) {
-        let is_usable = a.is_finite() && x.is_finite() && a.norm_sqr() > 0.0 && x.norm_sqr() > 0.0;
+        let is_usable = a.is_finite() && x.is_finite() && a.norm() > 0.0 && x.norm() > 0.0;
         if !(is_usable && relative_variance.is_finite()) {
             return;
         }

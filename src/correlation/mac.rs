@@ -12,9 +12,37 @@ pub trait ShapeScalar: ComplexField<RealField = f64> + Copy {
     fn is_measured(self) -> bool {
         self.is_finite()
     }
+
+    /// Largest magnitude of the parts.
+    fn size(self) -> f64 {
+        self.real().abs().max(self.imaginary().abs())
+    }
 }
 impl ShapeScalar for f64 {}
 impl ShapeScalar for Complex<f64> {}
+
+/// The power of two that brings the largest of some values to between 1 and 2, so that their squares neither overflow nor vanish; a
+/// power of two, because it changes no digit. 1 for values that are all zero.
+pub(crate) fn unit_scale<T: ShapeScalar>(values: impl IntoIterator<Item = T>) -> f64 {
+    const EXPONENT: u64 = 0x7ff;
+    let largest = values.into_iter().filter(|v| v.is_measured()).map(ShapeScalar::size).fold(0.0, f64::max);
+    if largest == 0.0 {
+        return 1.0;
+    }
+    // Biased exponents e and 2046 - e are those of 2^k and 2^-k; subnormal numbers come as near as they can.
+    let exponent = (largest.to_bits() >> 52) & EXPONENT;
+    f64::from_bits((EXPONENT - 1 - exponent.clamp(1, EXPONENT - 2)) << 52)
+}
+
+/// Columns scaled by [`unit_scale`]; entries that were not measured stay as they are.
+fn unit_columns<T: ShapeScalar>(phi: &DMatrix<T>) -> DMatrix<T> {
+    let mut scaled = phi.clone();
+    for mut column in scaled.column_iter_mut() {
+        let scale = unit_scale(column.iter().copied());
+        column.apply(|v| *v = v.scale(scale));
+    }
+    scaled
+}
 
 /// Real shapes as complex ones, to compare a real model with a complex test.
 pub fn to_complex(shapes: &DMatrix<f64>) -> DMatrix<Complex<f64>> {
@@ -49,6 +77,7 @@ pub fn to_complex(shapes: &DMatrix<f64>) -> DMatrix<Complex<f64>> {
 pub fn mac_matrix<T: ShapeScalar>(phi_a: &DMatrix<T>, phi_x: &DMatrix<T>) -> DMatrix<f64> {
     let same_sensors = phi_a.nrows() == phi_x.nrows();
     assert!(same_sensors, "shapes at {} and at {} sensors", phi_a.nrows(), phi_x.nrows());
+    let (phi_a, phi_x) = (&unit_columns(phi_a), &unit_columns(phi_x));
     let complete = phi_a.iter().chain(phi_x.iter()).all(|v| v.is_measured());
     if complete {
         let squared_norms = |phi: &DMatrix<T>| phi.column_iter().map(|c| c.norm_squared()).collect::<Vec<_>>();
@@ -121,7 +150,9 @@ pub fn weighted_mac_matrix<T: ShapeScalar>(
     let n = phi_a.nrows();
     let fits = phi_x.nrows() == n && weight.shape() == (n, n);
     assert!(fits, "shapes at {n} and {} sensors, weight {:?}", phi_x.nrows(), weight.shape());
-    let weight = weight.map(T::from_real);
+    let (phi_a, phi_x) = (&unit_columns(phi_a), &unit_columns(phi_x));
+    let scale = unit_scale(weight.iter().copied());
+    let weight = weight.map(|w| T::from_real(w * scale));
     if phi_a.iter().chain(phi_x.iter()).all(|v| v.is_measured()) {
         let weighted_norms = |phi: &DMatrix<T>, weighted: &DMatrix<T>| {
             (0..phi.ncols()).map(|k| phi.column(k).dotc(&weighted.column(k)).real()).collect::<Vec<_>>()
@@ -165,13 +196,15 @@ pub fn modal_scale_factor<T: ShapeScalar>(phi_a: &[T], phi_x: &[T]) -> T {
     assert_eq!(phi_a.len(), phi_x.len(), "shapes at the same sensors");
     let mut cross = T::zero();
     let mut norm_a = 0.0;
+    let (scale_a, scale_x) = (unit_scale(phi_a.iter().copied()), unit_scale(phi_x.iter().copied()));
     for (&a, &x) in phi_a.iter().zip(phi_x) {
         if a.is_measured() && x.is_measured() {
-            cross += a.conjugate() * x;
+            let a = a.scale(scale_a);
+            cross += a.conjugate() * x.scale(scale_x);
             norm_a += a.modulus_squared();
         }
     }
-    if norm_a > 0.0 { cross.unscale(norm_a) } else { T::zero() }
+    if norm_a > 0.0 { cross.unscale(norm_a).scale(scale_a).unscale(scale_x) } else { T::zero() }
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! Greedy removal of sensors: which of them spoil a pair, or all pairs together.
 
 use super::ShapeScalar;
+use super::mac::unit_scale;
 use crate::linalg::DMatrix;
 
 /// One step of the removal.
@@ -64,9 +65,12 @@ fn macs<T: ShapeScalar>(phi_a: &DMatrix<T>, phi_x: &DMatrix<T>, kept: &[usize], 
     (0..phi_a.ncols())
         .map(|r| {
             let (mut cross, mut norm_a, mut norm_x) = (T::zero(), 0.0, 0.0);
+            let scale = |phi: &DMatrix<T>| unit_scale(phi.column(r).iter().copied());
+            let (scale_a, scale_x) = (scale(phi_a), scale(phi_x));
             for (position, &i) in kept.iter().enumerate() {
                 let (a, x) = (phi_a[(i, r)], phi_x[(i, r)]);
                 if Some(position) != left_out && a.is_measured() && x.is_measured() {
+                    let (a, x) = (a.scale(scale_a), x.scale(scale_x));
                     cross += a.conjugate() * x;
                     norm_a += a.modulus_squared();
                     norm_x += x.modulus_squared();

@@ -3,6 +3,7 @@
 //! Modes of nearly equal frequency are not defined one by one: any rotation in their common plane fits the test nearly
 //! as well. Their plane is defined, and principal angles compare planes.
 
+use super::mac::unit_scale;
 use super::{ModeList, PairedModes, ShapeScalar};
 use crate::linalg::{DMatrix, LinalgError, thin_svd};
 
@@ -66,6 +67,7 @@ fn embed<T: ShapeScalar>(phi: &DMatrix<T>, rows: &[usize]) -> DMatrix<f64> {
 fn orthonormal_basis(a: &DMatrix<f64>) -> Result<DMatrix<f64>, LinalgError> {
     let mut unit = a.clone();
     for mut column in unit.column_iter_mut() {
+        column.scale_mut(unit_scale(column.iter().copied()));
         let norm = column.norm();
         if norm > 0.0 {
             column.unscale_mut(norm);

@@ -7,13 +7,17 @@
 //! | table of points | the columns `point`, `x`, `y`, `z` |
 //! | table of shapes | the column `point`, and columns whose names hold a frequency, such as `bending 7.9 Hz` |
 //! | OpenModal export | a folder with `measurements_index.csv` |
-//! | NumPy arrays | `\x93NUMPY`: real (lines) in Hz, and complex (lines x responses) or (lines x references x responses) |
-//! | MATLAB file | `MATLAB`: two variables, either as NumPy arrays, or one frequency in Hz and its shape |
+//! | NumPy arrays | `\x93NUMPY`, each named as its file; or an archive of them, `PK`: functions or modes, see below |
+//! | MATLAB file | `MATLAB`, or the header of version 4: functions or modes, see below |
 //! | LabVIEW measurement | `LabVIEW Measurement`: spectra only |
 //!
-//! Several universal files and OpenModal folders make one set; of tables and arrays there can be one set only.
+//! Several universal files and OpenModal folders make one set; of tables and arrays there can be one set only. Of arrays, a vector
+//! whose name says frequency belongs with a complex array of functions, (lines x responses) in either order, or with shapes, (points x
+//! modes) in either order; [`Roles`] name them where their names do not.
 
 mod arrays;
+
+pub use arrays::Roles;
 
 use super::convert::{self, ConvertError, FrfOptions, Question, UnitsFrom};
 use super::csv::{self, CsvError, CsvFrfOptions, ShapeTable, Sheet, openmodal, read_frfs, read_shapes};
@@ -21,11 +25,11 @@ use super::file::read_file;
 use super::uff::{Dataset, UffError, UniversalFile};
 use super::{
     Channel, FrfSet, Geometry, ModalSet, ModeRecord, Point, ShapeChannel, Spectrum, SpectrumKind, SpectrumUnit, lvm,
-    mat, npy, uff,
+    mat, npy, npz, uff,
 };
 use crate::element::Dof;
 use crate::linalg::{Complex, DVector};
-use arrays::Variables;
+use arrays::{ModeTable, Variable, Workspace};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
@@ -40,6 +44,8 @@ pub struct MeasurementOptions {
     pub geometry_units: Option<UnitsFrom>,
     /// Direction of channels that do not know theirs: a unit vector in the axes of the geometry.
     pub direction: Option<[f64; 3]>,
+    /// What variables of files of arrays are, where their names do not say it.
+    pub variables: Roles,
 }
 
 /// What measurement files hold.
@@ -73,7 +79,7 @@ pub enum MeasurementError {
     },
     /// A file of no known kind.
     #[error(
-        "`{path}` is no universal file, no table with a column `frequency_hz` or `point`, no NumPy array, no MATLAB file and no LabVIEW measurement{hint}"
+        "`{path}` is no universal file, no table with a column `frequency_hz` or `point`, no NumPy array, no .npz archive, no MATLAB file and no LabVIEW measurement{hint}"
     )]
     Unknown {
         /// The path.
@@ -104,6 +110,14 @@ pub enum MeasurementError {
         path: String,
         /// Why.
         source: npy::NpyError,
+    },
+    /// An archive of arrays.
+    #[error("`{path}`: {source}")]
+    Npz {
+        /// The path.
+        path: String,
+        /// Why.
+        source: npz::NpzError,
     },
     /// A MATLAB file.
     #[error("`{path}`: {source}")]
@@ -141,9 +155,6 @@ pub enum MeasurementError {
         /// Why.
         source: lvm::LvmError,
     },
-    /// Arrays that do not fit together.
-    #[error("arrays: {0}")]
-    Arrays(String),
     /// Sets that cannot be joined.
     #[error("`{path}` holds functions beside those of the other files; read tables and arrays one set at a time")]
     SecondSet {
@@ -163,8 +174,7 @@ enum Content {
     Universal(UniversalFile),
     Frfs(FrfSet),
     Points(Vec<Point>),
-    Arrays(Vec<npy::Array>),
-    Mode(f64, Vec<Complex<f64>>),
+    Arrays(Workspace),
     Shapes(ShapeTable),
     Spectra(Vec<Spectrum>),
 }
@@ -199,21 +209,24 @@ pub fn read_measurements_by(
 ) -> Result<Measurements, MeasurementError> {
     let mut found = Measurements::default();
     let mut universal: Vec<UniversalFile> = Vec::new();
-    let mut arrays: Vec<npy::Array> = Vec::new();
+    let mut arrays = Workspace::default();
+    let mut has_arrays = false;
+    let mut tables: Vec<ModeTable> = Vec::new();
     let mut points: Vec<Point> = Vec::new();
     let mut set: Option<FrfSet> = None;
-    let mut vectors: Vec<(f64, Vec<Complex<f64>>)> = Vec::new();
     for path in files {
         match content(open, path, options, &mut found)? {
             Content::Universal(file) => universal.push(file),
             Content::Frfs(frfs) if set.is_none() => set = Some(frfs),
             Content::Points(list) => points.extend(list),
-            Content::Arrays(list) => arrays.extend(list),
-            Content::Mode(_, v) if vectors.first().is_some_and(|first| first.1.len() != v.len()) => {
-                let (expected, found) = (vectors[0].1.len(), v.len());
-                return Err(MeasurementError::Shapes { path: path.display().to_string(), expected, found });
-            }
-            Content::Mode(hz, v) => vectors.push((hz, v)),
+            // A file that is complete stands for itself; what others hold belongs together.
+            Content::Arrays(own) => match own.read(options)? {
+                Some(read) => take(read, path, &mut found, &mut set, &mut tables)?,
+                None => {
+                    has_arrays = true;
+                    arrays.extend(own);
+                }
+            },
             Content::Shapes(table) if found.modes.is_none() => {
                 points.extend(table.points);
                 found.modes = Some(table.modes);
@@ -224,15 +237,15 @@ pub fn read_measurements_by(
             Content::Spectra(list) => found.spectra.extend(list),
         }
     }
-    let second = || MeasurementError::SecondSet { path: "NumPy arrays".to_string() };
-    if !arrays.is_empty() {
-        if set.is_some() {
-            return Err(second());
-        }
-        set = Some(arrays::functions(&arrays, &options.frf)?);
+    if has_arrays {
+        let read = arrays.read(options)?.ok_or_else(|| arrays.question())?;
+        take(read, Path::new("NumPy arrays"), &mut found, &mut set, &mut tables)?;
     }
-    if !vectors.is_empty() {
-        found.modes = Some(of_vectors(vectors, options.direction)?);
+    if !tables.is_empty() {
+        if found.modes.is_some() {
+            return Err(MeasurementError::SecondSet { path: "arrays of modes".to_string() });
+        }
+        found.modes = Some(of_tables(tables, options.direction)?);
     }
     let references: Vec<&UniversalFile> = universal.iter().collect();
     let has_functions = universal.iter().any(|f| f.datasets.iter().any(|d| matches!(d, Dataset::Function(_))));
@@ -365,9 +378,15 @@ fn content(
     }
     let bytes = open(path, LARGEST).map_err(|e| fail(e.to_string()))?;
     if bytes.starts_with(b"\x93NUMPY") {
-        return npy::read(&bytes)
-            .map(|a| Content::Arrays(vec![a]))
-            .map_err(|source| MeasurementError::Npy { path: shown(), source });
+        let array = npy::read(&bytes).map_err(|source| MeasurementError::Npy { path: shown(), source })?;
+        let name = path.file_stem().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+        let variables = vec![Variable { name, array, is_matlab: false }];
+        return Ok(Content::Arrays(Workspace { variables, others: Vec::new() }));
+    }
+    if npz::is_zip(&bytes) {
+        let list = npz::read(&bytes).map_err(|source| MeasurementError::Npz { path: shown(), source })?;
+        let variables = list.into_iter().map(|(name, array)| Variable { name, array, is_matlab: false }).collect();
+        return Ok(Content::Arrays(Workspace { variables, others: Vec::new() }));
     }
     if bytes.starts_with(b"LabVIEW Measurement") {
         let channels = lvm::read(&bytes).map_err(|source| MeasurementError::Lvm { path: shown(), source })?;
@@ -388,15 +407,10 @@ fn content(
         }
         return Ok(Content::Spectra(channels.into_iter().map(spectrum_of).collect()));
     }
-    if bytes.starts_with(b"MATLAB") {
-        let list = mat::read(&bytes).map_err(|source| MeasurementError::Mat { path: shown(), source })?;
-        let (variables, [f, h]) = arrays::variables(&list)?;
-        let text = format!("variable `{f}` is taken for frequencies in Hz and `{h}` for what belongs to them");
-        found.notes.push((path.to_path_buf(), text));
-        return Ok(match variables {
-            Variables::Functions(arrays) => Content::Arrays(arrays),
-            Variables::Mode(hz, shape) => Content::Mode(hz, shape),
-        });
+    if mat::is_mat(&bytes) {
+        let held = mat::read(&bytes).map_err(|source| MeasurementError::Mat { path: shown(), source })?;
+        found.notes.extend(held.notes.into_iter().map(|n| (path.to_path_buf(), n)));
+        return Ok(Content::Arrays(arrays::of_matlab(held.variables)));
     }
     let body = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes);
     let mut lines = body.split(|b| *b == b'\n').map(<[u8]>::trim_ascii);
@@ -445,25 +459,64 @@ fn says_synthetic(text: &[u8]) -> bool {
     text.to_ascii_lowercase().windows(9).any(|w| w == b"synthetic")
 }
 
-/// Modes from vectors of one length: points 1, 2, ..., all along one direction.
-fn of_vectors(
-    vectors: Vec<(f64, Vec<Complex<f64>>)>,
-    direction: Option<[f64; 3]>,
-) -> Result<ModalSet, MeasurementError> {
-    let Some(direction) = direction else {
-        return Err(ConvertError::Questions(vec![Question {
-            option: "direction",
-            text: "the direction of the shapes is not stated".to_string(),
-            answers: ["+x", "+y", "+z"].map(String::from).to_vec(),
-        }])
-        .into());
+/// Takes what arrays of a file are.
+fn take(
+    read: arrays::Found,
+    path: &Path,
+    found: &mut Measurements,
+    set: &mut Option<FrfSet>,
+    tables: &mut Vec<ModeTable>,
+) -> Result<(), MeasurementError> {
+    let shown = || path.display().to_string();
+    found.notes.extend(read.notes.into_iter().map(|n| (path.to_path_buf(), n)));
+    if let Some(functions) = read.functions {
+        if set.is_some() {
+            return Err(MeasurementError::SecondSet { path: shown() });
+        }
+        *set = Some(functions);
+    }
+    if let Some(table) = read.modes {
+        if let Some(first) = tables.first().filter(|first| first.points.len() != table.points.len()) {
+            let (expected, found) = (first.points.len(), table.points.len());
+            return Err(MeasurementError::Shapes { path: shown(), expected, found });
+        }
+        tables.push(table);
+    }
+    Ok(())
+}
+
+/// Modes of tables of one size: points with three components each along x, y, z, or all along one direction.
+fn of_tables(tables: Vec<ModeTable>, direction: Option<[f64; 3]>) -> Result<ModalSet, MeasurementError> {
+    let has_components = tables.iter().all(|t| t.has_components);
+    let axes: Vec<(Dof, [f64; 3])> = match direction {
+        _ if has_components => (0..3).map(|i| (Dof::ALL[i], Point::GLOBAL[i])).collect(),
+        Some(d) => {
+            let dof = Dof::ALL[(0..3).max_by(|a, b| d[*a].abs().total_cmp(&d[*b].abs())).unwrap_or(2)];
+            vec![(dof, d)]
+        }
+        None => {
+            return Err(ConvertError::Questions(vec![Question {
+                option: "direction",
+                text: "the direction of the shapes is not stated".to_string(),
+                answers: ["+x", "+y", "+z"].map(String::from).to_vec(),
+            }])
+            .into());
+        }
     };
-    let n = vectors.first().map_or(0, |v| v.1.len());
-    let dof = Dof::ALL[(0..3).max_by(|a, b| direction[*a].abs().total_cmp(&direction[*b].abs())).unwrap_or(2)];
-    let channels = (1..=n).map(|k| ShapeChannel { point: k.to_string(), dof, direction }).collect();
-    let mut modes: Vec<ModeRecord> =
-        vectors.into_iter().map(|(hz, v)| ModeRecord::new(None, hz, DVector::from_vec(v))).collect();
-    modes.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
+    let points = tables.first().map(|t| t.points.clone()).unwrap_or_default();
+    let channels: Vec<ShapeChannel> = points
+        .iter()
+        .flat_map(|point| axes.iter().map(move |(dof, d)| ShapeChannel { point: point.clone(), dof: *dof, direction: *d }))
+        .collect();
+    let mut modes = Vec::new();
+    for (hz, damping_ratio, shape) in tables.into_iter().flat_map(|t| t.modes) {
+        if shape.len() != channels.len() {
+            let text = "some shapes have three components a point, others one".to_string();
+            return Err(ConvertError::Unusable { what: "the files of modes".to_string(), why: text }.into());
+        }
+        modes.push(ModeRecord { damping_ratio, ..ModeRecord::new(None, hz, DVector::from_vec(shape)) });
+    }
+    modes.sort_by(|a: &ModeRecord, b| a.frequency_hz.total_cmp(&b.frequency_hz));
     Ok(ModalSet { channels, modes })
 }
 

@@ -14,7 +14,10 @@ pub mod lvm;
 pub mod mat;
 mod measurement;
 mod modal_set;
+#[cfg(test)]
+mod mutate;
 pub mod npy;
+pub mod npz;
 mod spectrum;
 mod test;
 pub mod uff;
@@ -26,7 +29,7 @@ pub use geometry::{Geometry, Line, Point};
 pub use geometry_frame::GeometryFrame;
 pub use joined::{Joined, joined};
 pub use measurement::{
-    MeasurementError, MeasurementOptions, Measurements, Open, read_measurements, read_measurements_by,
+    MeasurementError, MeasurementOptions, Measurements, Open, Roles, read_measurements, read_measurements_by,
 };
 pub use modal_set::{ModalSet, ModeRecord, RelativeSd, ShapeChannel};
 pub use spectrum::{Spectrum, SpectrumKind, SpectrumUnit};

@@ -46,6 +46,10 @@ pub(crate) struct Measurement {
     /// Unit of the functions of a table without a row of units, such as `m/s2/N`.
     #[arg(long)]
     pub(crate) unit: Option<String>,
+    /// What variables of MATLAB and NumPy files are, where their names do not say it: `frequency=wn,shapes=V`,
+    /// `frequency=x,functions=Hre+Him`; `functions=H:lines-responses-references` also says what runs along the axes.
+    #[arg(long, value_name = "ROLE=NAME,...")]
+    pub(crate) variables: Option<String>,
     /// Which of several functions of one pair of points counts.
     #[arg(long, value_enum)]
     pub(crate) duplicates: Option<Repeated>,

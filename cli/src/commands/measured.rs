@@ -7,8 +7,8 @@ use crate::output::{Failure, style};
 use retune::data::convert::{Duplicates, FrfOptions, LocalAxes, UnitsFrom};
 use retune::data::{DEFAULT_DAMPING_SD, DEFAULT_FREQUENCY_SD, DEFAULT_SHAPE_SD};
 use retune::data::{
-    FrfQuantity, FrfSet, GeometryFrame, MeasurementOptions, Measurements, ModalSet, Origin, RelativeSd, Sensor,
-    TestMode,
+    FrfQuantity, FrfSet, GeometryFrame, MeasurementOptions, Measurements, ModalSet, Origin, RelativeSd, Roles,
+    Sensor, TestMode,
 };
 use retune::identify::health::{Finding, Level};
 use retune::report::text::{Style, Tone, number, paragraph, printable};
@@ -48,6 +48,7 @@ pub(crate) fn read(files: &[PathBuf], args: &Measurement) -> Result<Measurements
         unit: args.unit.clone(),
         geometry_units: args.geometry_units.as_deref().map(units).transpose()?,
         direction: args.direction.as_deref().map(axis).transpose()?,
+        variables: variables(args.variables.as_deref())?,
     };
     let frame = args.frame.as_deref().map(GeometryFrame::parse).transpose();
     let frame = frame.map_err(|e| Failure::text(format!("--frame: {e}")))?;
@@ -110,8 +111,12 @@ fn units(name: &str) -> Result<UnitsFrom, Failure> {
 fn frequency_unit(text: &str) -> Result<FrequencyUnit, Failure> {
     FrequencyUnit::of_label(text).ok_or_else(|| {
         let names = FrequencyUnit::NAMES.join(", ");
-        Failure::text(format!("--frequency-unit {text}: expected a unit of frequencies, such as {names}"))
+        Failure::text(format!("--frequency-unit {}: expected a unit of frequencies, such as {names}", printable(text)))
     })
+}
+
+fn variables(text: Option<&str>) -> Result<Roles, Failure> {
+    text.map_or(Ok(Roles::default()), Roles::parse).map_err(|e| Failure::text(format!("--variables: {e}")))
 }
 
 /// The library's word for a quantity.

@@ -349,23 +349,8 @@ mod tests {
 
     #[test]
     fn mutated_files_do_no_harm() {
-        use rand::{Rng, RngExt, SeedableRng};
-        let seed: Vec<u8> = write_frfs(&set()).replace("Hz,m/s/N,", "Hz,g/N,").into_bytes();
-        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(7);
-        let mut read_at_all = 0;
-        for _ in 0..5_000 {
-            let mut bytes = seed.clone();
-            for _ in 0..rng.random_range(1..4) {
-                let at = rng.random_range(0..bytes.len());
-                match rng.random_range(0..3) {
-                    0 => bytes[at] = rng.next_u32() as u8,
-                    1 => bytes[at] = b"\t,;\n.0-9'()"[rng.random_range(0..11)],
-                    _ => bytes.truncate(at + 1),
-                }
-            }
-            read_at_all +=
-                u32::from(read_frfs(&bytes, &CsvFrfOptions { unit: Some("g/N".into()), reference: None }).is_ok());
-        }
-        assert!(read_at_all > 0);
+        let seed: Vec<u8> = write_frfs(&set()).replace("m/s/N", "g/N").into_bytes();
+        let options = CsvFrfOptions { unit: Some("g/N".into()), reference: None };
+        crate::data::mutate::all(&[seed], 5_000, |bytes| read_frfs(bytes, &options).is_ok());
     }
 }

@@ -1,7 +1,8 @@
 //! The elements of a MATLAB file.
 
-use super::{MI_MATRIX, MatError};
+use super::{MI_COMPRESSED, MI_MATRIX, MatError};
 use crate::linalg::Complex;
+use std::cell::Cell;
 
 /// A value of MATLAB; arrays with the first index fastest.
 #[derive(Debug, Clone, PartialEq)]
@@ -49,16 +50,52 @@ pub enum Value {
     Other,
 }
 
+/// What the values of a file may still take in memory: a file that unfolds and widens cannot ask for more.
+#[derive(Debug)]
+pub(super) struct Budget {
+    limit: usize,
+    left: Cell<usize>,
+}
+
+impl Budget {
+    pub(super) fn new(limit: usize) -> Self {
+        Self { limit, left: Cell::new(limit) }
+    }
+
+    /// Bytes that are left.
+    pub(super) fn left(&self) -> usize {
+        self.left.get()
+    }
+
+    /// Takes `count` values of `each` bytes, before they are stored.
+    pub(super) fn take(&self, count: usize, each: usize) -> Result<(), MatError> {
+        let left = count.checked_mul(each).and_then(|bytes| self.left.get().checked_sub(bytes));
+        self.left.set(left.ok_or(MatError::TooLarge { limit: self.limit })?);
+        Ok(())
+    }
+
+    /// Gives bytes back that are stored no longer.
+    pub(super) fn give(&self, bytes: usize) {
+        self.left.set(self.limit.min(self.left.get() + bytes));
+    }
+}
+
 /// Bytes being read.
 #[derive(Debug, Clone)]
 pub(super) struct Bytes<'a> {
     rest: &'a [u8],
     is_big: bool,
+    budget: &'a Budget,
 }
 
 impl<'a> Bytes<'a> {
-    pub(super) fn new(rest: &'a [u8], is_big: bool) -> Self {
-        Self { rest, is_big }
+    pub(super) fn new(rest: &'a [u8], is_big: bool, budget: &'a Budget) -> Self {
+        Self { rest, is_big, budget }
+    }
+
+    /// Other bytes of the same file.
+    fn inside(&self, rest: &'a [u8]) -> Self {
+        Self { rest, ..self.clone() }
     }
 
     pub(super) fn is_empty(&self) -> bool {
@@ -76,10 +113,14 @@ impl<'a> Bytes<'a> {
         if self.is_big { bytes.iter().fold(0, join) } else { bytes.iter().rev().fold(0, join) }
     }
 
+    /// Type of the next element.
+    pub(super) fn peek(&self, what: &'static str) -> Result<u32, MatError> {
+        self.clone().take(4, what).map(|tag| self.join(tag) as u32)
+    }
+
     /// Type and data of the next element, with the bytes that fill it up to a multiple of eight; at the outermost level
     /// compressed elements are not filled up.
     pub(super) fn element(&mut self, what: &'static str, is_outermost: bool) -> Result<(u32, &'a [u8]), MatError> {
-        const COMPRESSED: u32 = 15;
         let tag = self.take(4, what)?;
         let tag = self.join(tag) as u32;
         if tag >> 16 != 0 {
@@ -91,7 +132,7 @@ impl<'a> Bytes<'a> {
         let size = self.take(4, what)?;
         let size = self.join(size) as usize;
         let data = self.take(size, what)?;
-        if !(is_outermost && tag == COMPRESSED) {
+        if !(is_outermost && tag == MI_COMPRESSED) {
             let padding = size.next_multiple_of(8) - size;
             self.rest = self.rest.get(padding..).unwrap_or(&[]);
         }
@@ -108,6 +149,7 @@ impl<'a> Bytes<'a> {
             9 | 12 | 13 => 8,
             _ => return Ok(None),
         };
+        self.budget.take(data.len() / width, size_of::<f64>())?;
         let number = |bytes: &[u8]| {
             let b = self.join(bytes);
             match kind {
@@ -126,15 +168,63 @@ impl<'a> Bytes<'a> {
     /// Non-negative integers of an element.
     fn counts(&mut self, what: &'static str) -> Result<Option<Vec<usize>>, MatError> {
         let Some(numbers) = self.numbers(what)? else { return Ok(None) };
+        self.budget.take(numbers.len(), size_of::<usize>())?;
         Ok(numbers.iter().map(|v| (*v >= 0.0 && v.fract() == 0.0).then_some(*v as usize)).collect())
     }
 }
 
 /// Cells and structures nest at most so deep.
 const DEEPEST: usize = 32;
+/// A file that is wrong throughout is told so often.
+const MOST_NOTES: usize = 20;
+
+/// Reads the array that begins here, tag and all; `None` for an element that is none.
+///
+/// An array states its length twice: in its tag, and by the lengths of its parts. Where they differ the parts hold, with a
+/// note; only of an array whose parts are not all understood is the tag trusted.
+pub(super) fn array<'a>(
+    input: &mut Bytes<'a>,
+    depth: usize,
+    notes: &mut Vec<String>,
+) -> Result<Option<(String, Value)>, MatError> {
+    const TAG: usize = 8;
+    let head = |bytes: &[u8]| {
+        let kind = input.join(bytes.get(..4)?) as u32;
+        Some((kind, input.join(bytes.get(4..TAG)?) as usize))
+    };
+    let Some((MI_MATRIX, stated)) = head(input.rest) else {
+        return input.element("an array", false).map(|_| None);
+    };
+    let begins_here = |bytes: &[u8]| bytes.is_empty() || head(bytes).is_some_and(|h| matches!(h.0, MI_MATRIX | MI_COMPRESSED));
+    let all = &input.rest[TAG..];
+    let body = &all[..stated.min(all.len())];
+    let parse = |bytes: &'a [u8], notes: &mut Vec<String>| {
+        let mut inner = input.inside(bytes);
+        read(&mut inner, depth, notes).map(|found| (found, bytes.len() - inner.rest.len()))
+    };
+    let known = notes.len();
+    let (found, used) = match parse(body, notes) {
+        // Only here: a retry at every depth would double the work at each.
+        Err(MatError::Truncated { .. }) if depth == 0 && body.len() < all.len() => {
+            notes.truncate(known);
+            parse(all, notes)?
+        }
+        other => other?,
+    };
+    let is_whole = !matches!(found.1, Value::Other) && stated != 0;
+    let trusts_parts = stated > all.len()
+        || used > stated
+        || (is_whole && used < stated && begins_here(&all[used..]) && !begins_here(&all[stated..]));
+    if trusts_parts && notes.len() < MOST_NOTES {
+        let name = if found.0.is_empty() { "an array inside another".to_string() } else { format!("variable `{}`", found.0) };
+        notes.push(format!("{name} states a length of {stated} bytes, its parts take {used}; the parts are taken"));
+    }
+    input.rest = &all[if trusts_parts { used } else { stated.next_multiple_of(TAG).min(all.len()) }..];
+    Ok(Some(found))
+}
 
 /// Reads name and value from the inside of a matrix element.
-pub(super) fn read(input: &mut Bytes<'_>, depth: usize) -> Result<(String, Value), MatError> {
+fn read(input: &mut Bytes<'_>, depth: usize, notes: &mut Vec<String>) -> Result<(String, Value), MatError> {
     let malformed = |name: &str, why: &'static str| MatError::Malformed { name: name.to_owned(), why };
     if input.is_empty() {
         return Ok((String::new(), Value::Real { dims: vec![0, 0], values: Vec::new() }));
@@ -158,10 +248,10 @@ pub(super) fn read(input: &mut Bytes<'_>, depth: usize) -> Result<(String, Value
     let count = count.ok_or_else(|| malformed(&name, "its dimensions are too large"))?;
     let value = match class {
         1 => {
-            let values = children(input, count, &name, depth)?;
+            let values = children(input, count, &name, depth, notes)?;
             Value::Cell { dims, values }
         }
-        2 => structure(input, dims, count, &name, depth)?,
+        2 => structure(input, dims, count, &name, depth, notes)?,
         4 => text(input, &dims, count, &name)?,
         5 => sparse(input, &dims, is_complex, &name)?,
         6..=15 => {
@@ -170,6 +260,7 @@ pub(super) fn read(input: &mut Bytes<'_>, depth: usize) -> Result<(String, Value
             if is_complex {
                 let im = input.numbers("the imaginary parts of an array")?.filter(|v| v.len() == count);
                 let im = im.ok_or_else(|| malformed(&name, "its imaginary parts do not fit its dimensions"))?;
+                input.budget.take(count, size_of::<Complex<f64>>())?;
                 let values = values.iter().zip(im).map(|(re, im)| Complex::new(*re, im)).collect();
                 Value::Complex { dims, values }
             } else {
@@ -182,18 +273,28 @@ pub(super) fn read(input: &mut Bytes<'_>, depth: usize) -> Result<(String, Value
 }
 
 /// The arrays inside a cell array or structure.
-fn children(input: &mut Bytes<'_>, count: usize, name: &str, depth: usize) -> Result<Vec<Value>, MatError> {
+fn children(
+    input: &mut Bytes<'_>,
+    count: usize,
+    name: &str,
+    depth: usize,
+    notes: &mut Vec<String>,
+) -> Result<Vec<Value>, MatError> {
     const LEAST_BYTES: usize = 8;
     if count > input.rest.len() / LEAST_BYTES {
         return Err(MatError::Malformed { name: name.to_owned(), why: "it announces more values than there are" });
     }
+    // Twice: a structure sorts them by field.
+    input.budget.take(count, 2 * size_of::<Value>())?;
     let mut values = Vec::with_capacity(count);
     for _ in 0..count {
-        let (kind, data) = input.element("a cell or field", false)?;
-        if kind != MI_MATRIX {
-            return Err(MatError::Malformed { name: name.to_owned(), why: "a cell or field is no array" });
+        if input.is_empty() {
+            return Err(MatError::Truncated { what: "a cell or field" });
         }
-        values.push(read(&mut Bytes::new(data, input.is_big), depth + 1)?.1);
+        let Some((_, value)) = array(input, depth + 1, notes)? else {
+            return Err(MatError::Malformed { name: name.to_owned(), why: "a cell or field is no array" });
+        };
+        values.push(value);
     }
     Ok(values)
 }
@@ -204,17 +305,19 @@ fn structure(
     count: usize,
     name: &str,
     depth: usize,
+    notes: &mut Vec<String>,
 ) -> Result<Value, MatError> {
     let malformed = |why| MatError::Malformed { name: name.to_owned(), why };
     let width = input.counts("the length of field names")?.and_then(|w| w.first().copied()).filter(|w| *w > 0);
     let width = width.ok_or_else(|| malformed("the length of its field names is missing"))?;
     let (_, names) = input.element("the field names", false)?;
+    input.budget.take(names.len() / width, width + size_of::<(String, Vec<Value>)>())?;
     let names: Vec<String> = names
         .chunks_exact(width)
         .map(|n| n.iter().take_while(|b| **b != 0).map(|b| char::from(*b)).collect())
         .collect();
     let total = count.checked_mul(names.len()).ok_or_else(|| malformed("its dimensions are too large"))?;
-    let values = children(input, total, name, depth)?;
+    let values = children(input, total, name, depth, notes)?;
     let mut fields: Vec<(String, Vec<Value>)> = names.into_iter().map(|n| (n, Vec::new())).collect();
     let n_fields = fields.len();
     for (i, value) in values.into_iter().enumerate() {
@@ -228,6 +331,7 @@ fn text(input: &mut Bytes<'_>, dims: &[usize], count: usize, name: &str) -> Resu
     let malformed = |why| MatError::Malformed { name: name.to_owned(), why };
     let mut ahead = input.clone();
     let (kind, data) = ahead.element("text", false)?;
+    input.budget.take(data.len(), 2 * size_of::<char>() + size_of::<u16>())?;
     let units: Vec<char> = if kind == UTF_8 {
         *input = ahead;
         String::from_utf8_lossy(data).chars().collect()
@@ -261,6 +365,7 @@ fn sparse(input: &mut Bytes<'_>, dims: &[usize], is_complex: bool, name: &str) -
     if !is_sound {
         return Err(malformed("the parts of a sparse matrix do not fit each other"));
     }
+    input.budget.take(re.len(), size_of::<(usize, usize, Complex<f64>)>())?;
     let mut entries = Vec::with_capacity(re.len());
     for (column, range) in starts.windows(2).enumerate() {
         for k in range[0]..range[1] {

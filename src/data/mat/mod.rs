@@ -1,4 +1,4 @@
-//! MATLAB files of version 5 (`save -v6`, `-v7`): the named variables of a workspace.
+//! MATLAB files of version 5 (`save -v6`, `-v7`) and 4 (`-v4`): the named variables of a workspace.
 //!
 //! Read: numeric arrays (all integer and floating types, complex, logical), text, cells, structures, sparse matrices;
 //! either byte order; compressed or not. Function handles, objects and tables come as [`Value::Other`]. Values come in
@@ -6,26 +6,35 @@
 //!
 //! An own reader, because the crates there are either print to the terminal and leave out structures and text without
 //! a word, or bind a C library. Counts are checked against the bytes there are before anything is stored, nesting is
-//! limited, and a compressed variable may not unfold beyond a limit.
+//! limited, and all that unfolds or widens comes out of one budget of memory.
 //!
-//! Source: The MathWorks, MAT-File Format, R2023b, chapter "MAT-File Level 5 File Format".
+//! Source: The MathWorks, MAT-File Format, R2023b, chapters "Level 5 MAT-Files" and "Level 4 MAT-Files".
 
 mod matrix;
+mod version4;
 
 pub use matrix::Value;
 
-use matrix::Bytes;
+use matrix::{Budget, Bytes};
 
 /// Why a MATLAB file cannot be read.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum MatError {
     /// Not the format.
-    #[error("this is no MATLAB file of version 5")]
+    #[error("this is no MATLAB file of version 4 or 5")]
     NotMat,
     /// HDF5.
-    #[error("this is a MATLAB file of version 7.3 (HDF5); save it with `save(name, '-v7')`")]
+    #[error("this is a MATLAB file of version 7.3 or another HDF5 file, which is not read; in MATLAB load it and save it with `save(name, '-v7')`")]
     Version73,
+    /// Floating-point numbers of machines of the past.
+    #[error("variable `{name}` has the numbers of a {machine}, which are not read; save it again in a MATLAB of today")]
+    Machine {
+        /// The variable.
+        name: String,
+        /// The machine.
+        machine: &'static str,
+    },
     /// Bytes missing.
     #[error("the file ends within {what}")]
     Truncated {
@@ -33,65 +42,109 @@ pub enum MatError {
         what: &'static str,
     },
     /// A part that contradicts itself.
-    #[error("variable `{name}`: {why}")]
+    #[error("variable `{}`: {why}", name.escape_debug())]
     Malformed {
         /// The variable, as far as known.
         name: String,
         /// What is wrong.
         why: &'static str,
     },
-    /// A compressed variable that cannot be unfolded, or unfolds beyond the limit.
-    #[error("a compressed variable is damaged or larger than {limit} bytes")]
-    Compressed {
-        /// The limit.
+    /// A compressed variable that cannot be unfolded.
+    #[error("a compressed variable is damaged")]
+    Compressed,
+    /// Values that take more memory than there may be.
+    #[error("its values take more than {} MiB in memory; save the variables that are needed alone, or in several files", limit >> 20)]
+    TooLarge {
+        /// The limit, bytes.
         limit: usize,
     },
 }
 
-/// A compressed variable may not unfold beyond this.
-const MOST_UNFOLDED: usize = 1 << 30;
+/// What a file holds.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Workspace {
+    /// Names and values, in their order.
+    pub variables: Vec<(String, Value)>,
+    /// What was odd.
+    pub notes: Vec<String>,
+}
+
+/// Unfolded and widened, the values of a file may take this much memory, or four times the file where that is more.
+pub(in crate::data) const MOST_MEMORY: usize = 512 << 20;
 /// No compression unfolds beyond this ratio (deflate, 258 bytes for two bits).
-const MOST_RATIO: usize = 1032;
+pub(in crate::data) const MOST_RATIO: usize = 1032;
 
 const MI_MATRIX: u32 = 14;
 const MI_COMPRESSED: u32 = 15;
+const HEADER: usize = 128;
+
+/// Byte order of a file of version 5.
+fn is_big(bytes: &[u8]) -> Option<bool> {
+    match bytes.get(126..HEADER)? {
+        b"IM" => Some(false),
+        b"MI" => Some(true),
+        _ => None,
+    }
+}
+
+fn is_hdf5(bytes: &[u8]) -> bool {
+    const SIGNATURE: &[u8] = b"\x89HDF\r\n\x1a\n";
+    // The superblock stands at the beginning, or behind a block of 512 bytes that is the user's.
+    bytes.starts_with(SIGNATURE) || bytes.get(512..).is_some_and(|b| b.starts_with(SIGNATURE)) || bytes.starts_with(b"MATLAB 7.3")
+}
+
+/// Whether a file is one of MATLAB, of any version, by its first bytes.
+pub fn is_mat(bytes: &[u8]) -> bool {
+    bytes.starts_with(b"MATLAB")
+        || is_hdf5(bytes)
+        || (is_big(bytes).is_some() && matches!(&bytes[124..126], [0, 1] | [1, 0]))
+        || version4::is_version4(bytes)
+}
 
 /// Reads the variables of a file, in their order.
-pub fn read(bytes: &[u8]) -> Result<Vec<(String, Value)>, MatError> {
-    const HEADER: usize = 128;
-    let Some((header, rest)) = bytes.split_at_checked(HEADER) else { return Err(MatError::NotMat) };
-    let is_hdf = bytes.starts_with(b"\x89HDF") || bytes.get(512..516) == Some(b"\x89HDF");
-    if is_hdf || header.starts_with(b"MATLAB 7.3") {
+///
+/// # Errors
+/// [`MatError`]: another format, parts that contradict each other, values that take too much memory.
+pub fn read(bytes: &[u8]) -> Result<Workspace, MatError> {
+    if is_hdf5(bytes) {
         return Err(MatError::Version73);
     }
-    let is_big = match &header[126..128] {
-        b"IM" => false,
-        b"MI" => true,
-        _ => return Err(MatError::NotMat),
-    };
-    let mut variables = Vec::new();
-    let mut input = Bytes::new(rest, is_big);
+    let budget = Budget::new(MOST_MEMORY.max(bytes.len().saturating_mul(4)));
+    if version4::is_version4(bytes) {
+        return version4::read(bytes, &budget);
+    }
+    let is_big = is_big(bytes).ok_or(MatError::NotMat)?;
+    let mut found = Workspace::default();
+    let mut input = Bytes::new(&bytes[HEADER..], is_big, &budget);
     while !input.is_empty() {
-        let (kind, data) = input.element("a variable", true)?;
-        match kind {
-            MI_MATRIX => variables.push(matrix::read(&mut Bytes::new(data, is_big), 0)?),
+        let variable = match input.peek("a variable")? {
             MI_COMPRESSED => {
-                let limit = MOST_UNFOLDED.min(data.len().saturating_mul(MOST_RATIO));
-                let unfolded = miniz_oxide::inflate::decompress_to_vec_zlib_with_limit(data, limit)
-                    .map_err(|_| MatError::Compressed { limit })?;
-                let mut inner = Bytes::new(&unfolded, is_big);
-                let (kind, data) = inner.element("a compressed variable", true)?;
-                if kind == MI_MATRIX {
-                    variables.push(matrix::read(&mut Bytes::new(data, is_big), 0)?);
-                }
+                let (_, data) = input.element("a variable", true)?;
+                let limit = budget.left().min(data.len().saturating_mul(MOST_RATIO));
+                let unfolded = unfold(data, limit).ok_or(MatError::Compressed)?.ok_or(MatError::TooLarge { limit: MOST_MEMORY })?;
+                budget.take(unfolded.len(), 1)?;
+                let variable = matrix::array(&mut Bytes::new(&unfolded, is_big, &budget), 0, &mut found.notes)?;
+                budget.give(unfolded.len());
+                variable
             }
             // Other elements at this level hold nothing of the workspace.
-            _ => {}
-        }
+            _ => matrix::array(&mut input, 0, &mut found.notes)?,
+        };
+        found.variables.extend(variable);
     }
     // The workspace of objects has no name.
-    variables.retain(|(name, _)| !name.is_empty());
-    Ok(variables)
+    found.variables.retain(|(name, _)| !name.is_empty());
+    Ok(found)
+}
+
+/// The bytes of a zlib stream: `None` if it is damaged, `Some(None)` if it unfolds beyond a limit.
+fn unfold(data: &[u8], limit: usize) -> Option<Option<Vec<u8>>> {
+    use miniz_oxide::inflate::{TINFLStatus, decompress_to_vec_zlib_with_limit};
+    match decompress_to_vec_zlib_with_limit(data, limit) {
+        Ok(bytes) => Some(Some(bytes)),
+        Err(e) if e.status == TINFLStatus::HasMoreOutput => Some(None),
+        Err(_) => None,
+    }
 }
 
 #[cfg(test)]
@@ -109,27 +162,27 @@ mod tests {
     #[test]
     fn real_files_have_the_values_that_scipy_reads() {
         let Some(bytes) = open("maewing1_geri/gvt_mode_shapes/fst.mat") else { return };
-        let variables = read(&bytes).unwrap();
+        let variables = read(&bytes).unwrap().variables;
         let Value::Real { dims, values } = &variables[1].1 else { panic!("real") };
         assert_eq!((variables[1].0.as_str(), dims.as_slice(), values.len()), ("modeshape2", &[28, 1][..], 28));
         assert_eq!((values[0], values[27]), (-0.051188020134289566, -0.10902515688043009));
 
         let bytes = open("cruise_missile_wing/mode_shapes/1stNaturalFreq18.mat").unwrap();
-        let variables = read(&bytes).unwrap();
+        let variables = read(&bytes).unwrap().variables;
         let Value::Complex { dims, values } = &variables[0].1 else { panic!("complex") };
         assert_eq!((variables[0].0.as_str(), dims.as_slice()), ("U1", &[18, 1][..]));
         assert_eq!(values[17], Complex::new(0.47000110015547586, 9.736232673257463e-15));
 
         // Mass in kg and others, as a structure.
         let bytes = open("bff_fem/AircraftData_v02.mat").unwrap();
-        let variables = read(&bytes).unwrap();
+        let variables = read(&bytes).unwrap().variables;
         let Value::Structure { fields, .. } = &variables[0].1 else { panic!("structure") };
         let names: Vec<&str> = fields.iter().map(|(name, _)| name.as_str()).collect();
         assert_eq!(names, ["s", "c", "cg", "b", "mAC", "IB"]);
         assert_eq!(fields[4].1[0], Value::Real { dims: vec![1, 1], values: vec![5.439190332702895] });
 
         let bytes = open("cruise_missile_wing/fe_beam/WingBeamforMAC.mat").unwrap();
-        let variables = read(&bytes).unwrap();
+        let variables = read(&bytes).unwrap().variables;
         let find = |name: &str| &variables.iter().find(|(n, _)| n == name).unwrap().1;
         let Value::Sparse { rows, columns, entries } = find("K") else { panic!("K") };
         assert_eq!((*rows, *columns, entries.len()), (141, 141, 1627));
@@ -164,7 +217,7 @@ mod tests {
 
     #[test]
     fn the_other_byte_order_and_small_elements_are_read() {
-        let variables = read(&big_endian()).unwrap();
+        let variables = read(&big_endian()).unwrap().variables;
         let values = [(1.0, 0.0), (2.0, 0.0), (3.0, 0.0), (-1.0, 5.0)].map(|(re, im)| Complex::new(re, im)).to_vec();
         assert_eq!(variables, [("ab".to_owned(), Value::Complex { dims: vec![2, 2], values })]);
     }

@@ -97,8 +97,12 @@ fn likeness(a: &[Complex<f64>], b: &[Complex<f64>]) -> f64 {
     if both().count() < 3 {
         return f64::NAN;
     }
-    let cross: Complex<f64> = both().map(|(x, y)| x.conj() * y).sum();
-    let (own, other) = both().fold((0.0, 0.0), |(s, t), (x, y)| (s + x.norm_sqr(), t + y.norm_sqr()));
+    // Shapes have any scale: by their largest entries before anything is squared.
+    let largest = |list: &[Complex<f64>]| list.iter().map(|v| v.norm()).filter(|v| v.is_finite()).fold(0.0, f64::max);
+    let (p, q) = (largest(a), largest(b));
+    let scaled = || both().map(|(x, y)| (x / p, y / q));
+    let cross: Complex<f64> = scaled().map(|(x, y)| x.conj() * y).sum();
+    let (own, other) = scaled().fold((0.0, 0.0), |(s, t), (x, y)| (s + x.norm_sqr(), t + y.norm_sqr()));
     cross.norm_sqr() / (own * other)
 }
 

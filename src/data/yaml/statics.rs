@@ -3,7 +3,7 @@
 use super::{DirectionSpec, Reader};
 use crate::catalogue::did_you_mean;
 use crate::data::convert::{Duplicates, FrfOptions, LocalAxes, UnitsFrom, ratio_unit};
-use crate::data::{FrfFit, FrfQuantity, Measured, MeasurementOptions, Place, StaticLoad, StaticReading, StaticTest};
+use crate::data::{FrfFit, FrfQuantity, Measured, MeasurementOptions, Place, Roles, StaticLoad, StaticReading, StaticTest};
 use crate::units::{FrequencyUnit, Scalar};
 use crate::yaml::{Problem, child};
 use indexmap::IndexMap;
@@ -96,6 +96,9 @@ pub struct FrfSpec {
     /// Whether the `rows` or the `columns` of local axes (dataset 2420) are axes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub local_axes: Option<LocalAxes>,
+    /// What variables of files of arrays are, where their names do not say it: `frequency=x,functions=H`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub variables: Option<String>,
     /// Only lines in these bands: `[[4 Hz, 7 Hz], [15 Hz, 22 Hz]]`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub bands: Vec<[Scalar; 2]>,
@@ -242,7 +245,11 @@ impl Reader<'_> {
             frequency_unit,
             local_axes: f.local_axes,
         };
-        let reading = MeasurementOptions { frf, unit: f.unit.clone(), ..MeasurementOptions::default() };
+        let variables = f.variables.as_deref().map_or(Ok(Roles::default()), Roles::parse).unwrap_or_else(|reason| {
+            self.error("frfs.variables", reason);
+            Roles::default()
+        });
+        let reading = MeasurementOptions { frf, unit: f.unit.clone(), variables, ..MeasurementOptions::default() };
         FrfFit { files: f.files.clone(), reading, bands_hz, relative_sd, loss_factor }
     }
 }

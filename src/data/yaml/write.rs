@@ -95,6 +95,7 @@ pub fn write_test(data: &TestData) -> String {
         duplicates: Some(f.reading.frf.duplicates).filter(|d| *d != Duplicates::Ask),
         frequency_unit: f.reading.frf.frequency_unit.as_ref().map(|u| u.name.clone()),
         local_axes: f.reading.frf.local_axes,
+        variables: Some(f.reading.variables.text().to_string()).filter(|t| !t.is_empty()),
         bands: f.bands_hz.iter().map(|b| b.map(|v| si(v, "Hz"))).collect(),
         sd: Some(Scalar::constant(f.relative_sd)),
         loss_factor: f.loss_factor.map(Scalar::constant),
