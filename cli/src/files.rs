@@ -2,7 +2,7 @@
 
 use crate::output::{Failure, warn};
 use retune::correlation::{check_functions, check_sensors as check, with_sensor_masses};
-use retune::data::{FrfFit, TestData, read_measurements, read_test};
+use retune::data::{FrfFit, TestData, read_bytes, read_measurements, read_test};
 use retune::model::{Model, ParametricModel, Registry, doubts, load_configuration};
 use retune::objective::is_damped;
 use retune::report::text::{number, printable};
@@ -17,11 +17,7 @@ const LARGEST: u64 = 256 << 20;
 /// The text of a file.
 pub(crate) fn read(path: &Path) -> Result<String, Failure> {
     let fail = |e: &dyn std::fmt::Display| Failure::text(format!("cannot read {}: {e}", path.display()));
-    let size = std::fs::metadata(path).map_err(|e| fail(&e))?.len();
-    if size > LARGEST {
-        return Err(fail(&format_args!("it has {size} bytes, more than the {LARGEST} that are read")));
-    }
-    let bytes = std::fs::read(path).map_err(|e| fail(&e))?;
+    let bytes = read_bytes(path, LARGEST).map_err(|e| fail(&e))?;
     let text = String::from_utf8(bytes).map_err(|e| {
         let at = e.utf8_error().valid_up_to();
         let line = std::str::from_utf8(&e.as_bytes()[..at]).unwrap_or_default().matches('\n').count() + 1;

@@ -3,6 +3,7 @@
 //! A [`TestData`] is what a test file holds after reading, in SI. Readers and writers of foreign formats stand in
 //! files of their own and produce or consume the same types.
 
+mod bytes;
 pub mod convert;
 pub mod csv;
 mod frf;
@@ -14,11 +15,14 @@ pub mod mat;
 mod measurement;
 mod modal_set;
 pub mod npy;
+pub mod punch;
+mod skew;
 mod spectrum;
 mod test;
 pub mod uff;
 mod yaml;
 
+pub use bytes::read_bytes;
 pub use frf::{Channel, FrfQuantity, FrfSet};
 pub use geometry::{Geometry, Line, Point};
 pub use geometry_frame::GeometryFrame;

@@ -417,7 +417,7 @@ fn assemble(
     let references = distinct(measured.values().map(|m| &m.reference).collect());
     let responses = distinct(measured.values().map(|m| &m.response).collect());
     // Memory for pairs that were not measured stays within a small multiple of that for those that were.
-    if references.len() * responses.len() > 64 * measured.len() {
+    if is_too_sparse(measured.len(), references.len() * responses.len(), frequencies_hz.len()) {
         let (references, responses) = (references.len(), responses.len());
         return Err(ConvertError::TooSparse { measured: measured.len(), references, responses });
     }
@@ -450,6 +450,13 @@ fn assemble(
         ));
     }
     Ok(Filled { frfs, references, responses })
+}
+
+/// Whether a matrix of pairs is so empty that holding it whole asks for memory out of proportion to what was measured.
+pub(in crate::data) fn is_too_sparse(measured: usize, pairs: usize, lines: usize) -> bool {
+    /// 512 MiB of values are held whatever their filling.
+    const MOST: usize = 1 << 25;
+    pairs > 64 * measured || (pairs > 4 * measured && pairs.saturating_mul(lines) > MOST)
 }
 
 fn add_coherences(

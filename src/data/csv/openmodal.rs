@@ -9,9 +9,12 @@
 //! `info_openmodal.csv` is not read: its unit factors are 1 whatever the units are, so that units must be stated.
 
 use super::{Columns, CsvError, Row, Sheet, function};
-use crate::data::Point;
 use crate::data::uff::{Dataset, Entity, Header, Node, Part, PartSystem, UniversalFile};
+use crate::data::{Point, read_bytes};
 use std::path::Path;
+
+/// Tables of an export above this size are not read.
+const LARGEST: u64 = 256 << 20;
 
 /// Reads an exported folder as a universal file without units, for [`frfs`](crate::data::convert::frfs) and
 /// [`geometry`](crate::data::convert::geometry).
@@ -55,7 +58,7 @@ pub fn read(folder: &Path) -> Result<UniversalFile, CsvError> {
 }
 
 fn open(path: &Path) -> Result<Vec<u8>, CsvError> {
-    std::fs::read(path).map_err(|e| CsvError::File { path: path.display().to_string(), reason: e.to_string() })
+    read_bytes(path, LARGEST).map_err(|reason| CsvError::File { path: path.display().to_string(), reason })
 }
 
 fn nodes(sheet: &Sheet<'_>) -> Result<Vec<Dataset>, CsvError> {
