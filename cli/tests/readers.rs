@@ -68,12 +68,17 @@ impl Drop for Folder {
     }
 }
 
-/// The directions of the sensors of a test file, in its order.
+/// The directions of the sensors of a test file, in its order: `+z`, or `[a, b, c]`.
 fn directions(test: &str) -> Vec<String> {
     let rest = test.lines().skip_while(|l| !l.starts_with("sensors:")).skip(1);
-    let own = rest.take_while(|l| l.starts_with(' '));
-    let text = own.collect::<Vec<_>>().join("\n");
-    text.split("direction:").skip(1).map(|d| d.trim_start().split(['\n', '}']).next().unwrap().to_owned()).collect()
+    let own: Vec<&str> = rest.take_while(|l| l.starts_with(' ')).map(str::trim).collect();
+    let mut found = Vec::new();
+    for (k, line) in own.iter().enumerate() {
+        let Some(word) = line.strip_prefix("direction:") else { continue };
+        let list = || own[k + 1..].iter().map_while(|l| l.strip_prefix("- ")).collect::<Vec<_>>().join(", ");
+        found.push(if word.is_empty() { format!("[{}]", list()) } else { word.trim().to_owned() });
+    }
+    found
 }
 
 #[track_caller]
@@ -315,7 +320,7 @@ fn a_point_that_is_there_twice_is_told() {
     let folder = Folder::with("twice", "model.yaml", model);
     fs::write(folder.0.join("points.csv"), "point,x,y,z\n1,0,0,0\n1,1,0,0\n").unwrap();
     let said = folder.run("map model.yaml points.csv --geometry-units SI");
-    assert!(said.err.contains("1 points whose name was there before; the last one counts"), "{said:?}");
+    assert!(said.err.contains("1 point whose name was there before; the last one counts"), "{said:?}");
     fs::write(folder.0.join("f.unv"), STRIP).unwrap();
     let said = folder.run("identify f.unv --geometry points.csv --geometry-units SI --no-health");
     assert!(said.code == 0 && said.err.contains("was there before"), "{said:?}");

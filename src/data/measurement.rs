@@ -225,6 +225,15 @@ pub fn read_measurements(
         }
         set = Some(arrays::functions(&arrays, &options.frf)?);
     }
+    if let (Some(unit), None, false) = (&options.unit, &set, universal.is_empty()) {
+        return Err(ConvertError::Contradiction {
+            option: "unit",
+            wanted: unit.clone(),
+            said: "the unit of each function itself, for it is no table".to_string(),
+            remedy: "the units of universal files are answered by `--units`".to_string(),
+        }
+        .into());
+    }
     if !vectors.is_empty() {
         found.modes = Some(of_vectors(vectors, options.direction)?);
     }

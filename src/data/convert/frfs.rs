@@ -216,6 +216,7 @@ pub fn frfs(files: &[&UniversalFile], options: &FrfOptions) -> Result<FrfImport,
         options.quantity.or_else(|| stated.iter().find_map(|(.., q)| *q)).unwrap_or(FrfQuantity::Accelerance);
 
     let mut axis_notes = AxisNotes::default();
+    let mut overruled: BTreeSet<(String, String)> = BTreeSet::new();
     let (mut left_out, mut rotations) = (0, 0);
     let mut measured: BTreeMap<(End, End), Measured<'_>> = BTreeMap::new();
     for (file, i, f, own) in stated {
@@ -228,6 +229,11 @@ pub fn frfs(files: &[&UniversalFile], options: &FrfOptions) -> Result<FrfImport,
             continue;
         }
         let system = units_at(file, i).and_then(UnitSystem::from_dataset);
+        if let (Some(own), UnitsFrom::System(wanted)) = (&system, &options.units)
+            && !is_same_system(own, wanted)
+        {
+            overruled.insert((own.name.clone(), wanted.name.clone()));
+        }
         let scale = match scale_of(f, quantity, system.as_ref(), &options.units) {
             Ok(scale) => scale,
             Err(question) => {
@@ -259,6 +265,9 @@ pub fn frfs(files: &[&UniversalFile], options: &FrfOptions) -> Result<FrfImport,
         if count > 0 {
             notes.push(note(Level::Warning, 58, format!("{count} {seen}"), "they were left out"));
         }
+    }
+    for (own, wanted) in overruled {
+        notes.push(note(Level::Warning, 164, format!("units of {own}"), format!("the option says {wanted}, and counts")));
     }
     if measured.is_empty() {
         return Err(ConvertError::Nothing {
@@ -293,6 +302,11 @@ pub fn frfs(files: &[&UniversalFile], options: &FrfOptions) -> Result<FrfImport,
 
 fn word(quantity: FrfQuantity) -> &'static str {
     ["receptance", "mobility", "accelerance"][quantity.order() as usize]
+}
+
+fn is_same_system(a: &UnitSystem, b: &UnitSystem) -> bool {
+    const AGREE: f64 = 1e-3;
+    (a.length / b.length - 1.0).abs() < AGREE && (a.force / b.force - 1.0).abs() < AGREE
 }
 
 fn kinds_in_words(orders: &BTreeSet<i32>) -> String {

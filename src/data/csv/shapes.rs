@@ -150,7 +150,8 @@ pub fn read_points(bytes: &[u8], units: &UnitsFrom) -> Result<(Vec<Point>, Vec<S
         list.put(&row.cells[name], places.position(&sheet, row)?);
     }
     if repeated > 0 {
-        notes.push(format!("{repeated} points whose name was there before; the last one counts"));
+        let points = if repeated == 1 { "point" } else { "points" };
+        notes.push(format!("{repeated} {points} whose name was there before; the last one counts"));
     }
     Ok((list.points, notes))
 }
@@ -247,12 +248,12 @@ pub fn read_shapes(
         channels.push(ShapeChannel { point: name.to_string(), dof: Dof::ALL[axis], direction: own });
         rows.push(row);
     }
-    for (count, what) in [
-        (repeated, "rows whose point and direction were there before"),
-        (list.moved, "points that were there before at another place"),
+    for (count, one, several) in [
+        (repeated, "row whose point and direction were there before", "rows whose point and direction were there before"),
+        (list.moved, "point that was there before at another place", "points that were there before at another place"),
     ] {
         if count > 0 {
-            notes.push(format!("{count} {what}; the last one counts"));
+            notes.push(format!("{count} {}; the last one counts", if count == 1 { one } else { several }));
         }
     }
     let mut records: Vec<ModeRecord> = Vec::new();
@@ -325,7 +326,7 @@ mod tests {
         let si = UnitsFrom::System(UnitSystem::from_name("SI").unwrap());
         let (points, notes) = read_points(b"point,x,y,z\n1,0,0,0\n2,5,0,0\n1,1,0,0\n", &si).unwrap();
         assert_eq!((points.len(), points[0].position_m), (2, [1.0, 0.0, 0.0]));
-        assert_eq!(notes, ["1 points whose name was there before; the last one counts"]);
+        assert_eq!(notes, ["1 point whose name was there before; the last one counts"]);
         let text = b"point,x,y,z,direction,1 Hz,1 Hz\n1,0,0,0,+z,1,2\n1,0,0,0,+x,3,4\n1,0,1,0,+z,5,6\n";
         let (table, notes) = read_shapes(text, &si, None).unwrap();
         assert_eq!(notes.len(), 3, "{notes:?}");
