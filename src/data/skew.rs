@@ -97,7 +97,7 @@ fn told(list: &[(String, Combination)]) -> Option<String> {
 }
 
 /// Combines responses that are components of one skew sensor, and says so.
-pub(super) fn combine_functions(set: &mut FrfSet) -> Option<String> {
+pub(in crate::data) fn combine_functions(set: &mut FrfSet) -> Option<String> {
     let (n_references, n_lines) = (set.references.len(), set.n_lines());
     let rows = |response: usize| -> Vec<Complex<f64>> {
         let cells = (0..n_lines).flat_map(|line| (0..n_references).map(move |a| (line, a)));
@@ -136,7 +136,7 @@ fn retain<T>(list: &mut Vec<T>, keep: &[bool]) {
 }
 
 /// Combines rows of shapes that are components of one skew sensor, and says so.
-pub(super) fn combine_modes(set: &mut ModalSet) -> Option<String> {
+pub(in crate::data) fn combine_modes(set: &mut ModalSet) -> Option<String> {
     let rows = |at: usize| set.modes.iter().map(|m| m.shape[at]).filter(|v| !v.re.is_nan()).collect();
     let moved = set.channels.iter().enumerate().filter(|(_, c)| !c.dof.is_rotation());
     let list = combinations(moved.map(|(i, c)| (i, c.point.as_str(), c.direction)), rows, FEWEST_MODES);

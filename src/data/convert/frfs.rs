@@ -267,7 +267,12 @@ pub fn frfs(files: &[&UniversalFile], options: &FrfOptions) -> Result<FrfImport,
         }
     }
     for (own, wanted) in overruled {
-        notes.push(note(Level::Warning, 164, format!("units of {own}"), format!("the option says {wanted}, and counts")));
+        notes.push(note(
+            Level::Warning,
+            164,
+            format!("units of {own}"),
+            format!("the option says {wanted}, and counts"),
+        ));
     }
     if measured.is_empty() {
         return Err(ConvertError::Nothing {

@@ -249,7 +249,11 @@ pub fn read_shapes(
         rows.push(row);
     }
     for (count, one, several) in [
-        (repeated, "row whose point and direction were there before", "rows whose point and direction were there before"),
+        (
+            repeated,
+            "row whose point and direction were there before",
+            "rows whose point and direction were there before",
+        ),
         (list.moved, "point that was there before at another place", "points that were there before at another place"),
     ] {
         if count > 0 {

@@ -173,7 +173,8 @@ fn without_comment(text: &str) -> &str {
     let (mut before, mut has_digit) = (None, false);
     for (at, c) in text.char_indices() {
         // Several `#` stand for a number without room.
-        let is_mark = matches!(c, '%' | '!' | '$') || (c == '#' && before != Some('#') && !text[at..].starts_with("##"));
+        let is_mark =
+            matches!(c, '%' | '!' | '$') || (c == '#' && before != Some('#') && !text[at..].starts_with("##"));
         let is_number = || text[at..].split_whitespace().next().and_then(parse_float).is_some();
         let is_word = c.is_alphabetic() && before.is_none_or(char::is_whitespace) && !is_number();
         if has_digit && (is_mark || is_word) {

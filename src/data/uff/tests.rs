@@ -570,6 +570,31 @@ fn seeds() -> Vec<Vec<u8>> {
     random.chain(real).collect()
 }
 
+/// What a file means is found or refused, with whatever units.
+fn make_sense_of(file: &UniversalFile) {
+    use crate::data::convert::{self, Duplicates, FrfOptions, LocalAxes, UnitSystem, UnitsFrom};
+    let options = FrfOptions {
+        units: UnitSystem::from_name("SI").map_or(UnitsFrom::File, UnitsFrom::System),
+        quantity: Some(crate::data::FrfQuantity::Accelerance),
+        duplicates: Duplicates::Last,
+        frequency_unit: crate::units::FrequencyUnit::of_label("Hz"),
+        local_axes: None,
+    };
+    if let Ok(mut import) = convert::frfs(&[file], &options) {
+        import.frfs.drop_empty_lines();
+        crate::data::skew::combine_functions(&mut import.frfs);
+        assert_eq!(
+            import.frfs.h.len(),
+            import.frfs.n_lines() * import.frfs.references.len() * import.frfs.responses.len()
+        );
+    }
+    if let Ok((mut modes, _)) = convert::modes(&[file], &options) {
+        crate::data::skew::combine_modes(&mut modes);
+        assert!(modes.modes.iter().all(|m| m.shape.len() == modes.channels.len()));
+    }
+    let _ = convert::geometry(&[file], &options.units, Some(LocalAxes::Columns));
+}
+
 /// 20,000 mutated files; `RETUNE_FUZZ_CASES` sets another number.
 #[test]
 fn mutated_files_are_read_without_panic_and_come_back() {
@@ -584,6 +609,7 @@ fn mutated_files_are_read_without_panic_and_come_back() {
         let start = std::time::Instant::now();
         if let Ok((file, _)) = read(&bytes) {
             read_at_all += 1;
+            make_sense_of(&file);
             // Whatever was understood can be written, and what was written is understood in the same way: rounding and
             // the blanks for line ends inside unread lines happen in the first two rounds, the third changes nothing.
             let round = |bytes: &[u8]| write(&read(bytes).unwrap_or_else(|e| panic!("run {run}: {e}")).0);
