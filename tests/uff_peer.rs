@@ -100,7 +100,8 @@ fn as_pyuff(dataset: &Dataset) -> Value {
             "z": component(&d.entries, 2, true),
         }),
         Dataset::Function(f) => function_as_pyuff(f),
-        Dataset::Unknown { .. } => json!({}),
+        // pyuff does not know these.
+        Dataset::Qualifiers(_) | Dataset::Unknown { .. } => json!({}),
     };
     set["type"] = json!(dataset.number());
     set

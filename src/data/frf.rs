@@ -100,25 +100,16 @@ impl FrfSet {
         if !is_measured.contains(&true) || !keep.contains(&false) {
             return Vec::new();
         }
-        let mut cell = 0;
-        let mut keep_cell = || {
-            cell += 1;
-            keep[(cell - 1) / width]
-        };
-        self.h.retain(|_| keep_cell());
+        let by_cell = || keep.iter().flat_map(|k| std::iter::repeat_n(*k, width));
+        let mut cells = by_cell();
+        self.h.retain(|_| cells.next() == Some(true));
         if let Some(coherence) = &mut self.coherence {
-            let mut cell = 0;
-            coherence.retain(|_| {
-                cell += 1;
-                keep[(cell - 1) / width]
-            });
+            let mut cells = by_cell();
+            coherence.retain(|_| cells.next() == Some(true));
         }
         let dropped = self.frequencies_hz.iter().zip(&keep).filter(|(_, keep)| !**keep).map(|(f, _)| *f).collect();
-        let mut line = 0;
-        self.frequencies_hz.retain(|_| {
-            line += 1;
-            keep[line - 1]
-        });
+        let mut lines = keep.iter();
+        self.frequencies_hz.retain(|_| lines.next() == Some(&true));
         dropped
     }
 

@@ -3,9 +3,10 @@
 //! | file | recognised by |
 //! |---|---|
 //! | universal file | a line `    -1` |
-//! | table of this crate | the column `frequency_hz` |
+//! | table of functions | a column `frequency_hz`, `Frequency [Hz]`, ... |
 //! | table of points | the columns `point`, `x`, `y`, `z` |
 //! | table of shapes | the column `point`, and columns whose names hold a frequency, such as `bending 7.9 Hz` |
+//! | punch file of Nastran or OptiStruct | `$TITLE`, `$EIGENVECTOR`: real modes, computed |
 //! | OpenModal export | a folder with `measurements_index.csv` |
 //! | NumPy arrays | `\x93NUMPY`, each named as its file; or an archive of them, `PK`: functions or modes, see below |
 //! | MATLAB file | `MATLAB`, or the header of version 4: functions or modes, see below |
@@ -16,20 +17,22 @@
 //! modes) in either order; [`Roles`] name them where their names do not.
 
 mod arrays;
+mod labview;
 
 pub use arrays::Roles;
 
 use super::convert::{self, ConvertError, FrfOptions, Question, UnitsFrom};
-use super::csv::{self, CsvError, CsvFrfOptions, ShapeTable, Sheet, openmodal, read_frfs, read_shapes};
+use super::csv::{self, CsvError, CsvFrfOptions, ShapeTable, openmodal, read_frfs, read_points, read_shapes};
 use super::file::read_file;
 use super::uff::{Dataset, UffError, UniversalFile};
 use super::{
     Channel, FrfSet, Geometry, ModalSet, ModeRecord, Point, ShapeChannel, Spectrum, SpectrumKind, SpectrumUnit, lvm,
-    mat, npy, npz, uff,
+    mat, npy, npz, punch, skew, uff,
 };
 use crate::element::Dof;
 use crate::linalg::{Complex, DVector};
 use arrays::{ModeTable, Variable, Workspace};
+use labview::{is_negative, says_decibel, spectrum_of};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
@@ -63,6 +66,8 @@ pub struct Measurements {
     pub notes: Vec<(PathBuf, String)>,
     /// Whether a file says of itself that it was computed.
     pub is_synthetic: bool,
+    /// σ of an exponential window exp(-σ t) that the files say was laid over the signals (dataset 1858), 1/s.
+    pub exponential_window: Option<f64>,
 }
 
 /// Why measurement files cannot be read.
@@ -85,7 +90,7 @@ pub enum MeasurementError {
         /// The path.
         path: String,
         /// What it may be instead, and what to do.
-        hint: &'static str,
+        hint: String,
     },
     /// A universal file.
     #[error("`{path}`: {source}")]
@@ -102,6 +107,14 @@ pub enum MeasurementError {
         path: String,
         /// Why.
         source: CsvError,
+    },
+    /// A punch file.
+    #[error("`{path}`: {source}")]
+    Punch {
+        /// The path.
+        path: String,
+        /// Why.
+        source: punch::PunchError,
     },
     /// An array.
     #[error("`{path}`: {source}")]
@@ -241,6 +254,15 @@ pub fn read_measurements_by(
         let read = arrays.read(options)?.ok_or_else(|| arrays.question())?;
         take(read, Path::new("NumPy arrays"), &mut found, &mut set, &mut tables)?;
     }
+    if let (Some(unit), None, false) = (&options.unit, &set, universal.is_empty()) {
+        return Err(ConvertError::Contradiction {
+            option: "unit",
+            wanted: unit.clone(),
+            said: "the unit of each function itself, for it is no table".to_string(),
+            remedy: "the units of universal files are answered by `--units`".to_string(),
+        }
+        .into());
+    }
     if !tables.is_empty() {
         if found.modes.is_some() {
             return Err(MeasurementError::SecondSet { path: "arrays of modes".to_string() });
@@ -280,6 +302,10 @@ pub fn read_measurements_by(
         Err(e) if set.is_some() => found.notes.push((PathBuf::new(), format!("the modes are left out: {e}"))),
         Err(e) => return Err(e.into()),
     }
+    if let Some(modes) = &mut found.modes {
+        found.notes.extend(skew::combine_modes(modes).map(|text| (PathBuf::new(), text)));
+    }
+    found.exponential_window = exponential_window(&universal, &mut found.notes);
     let names = own_names(&universal);
     if let Some(set) = &mut set {
         rename(set.references.iter_mut().chain(&mut set.responses).map(|c| &mut c.name), &names);
@@ -296,6 +322,7 @@ pub fn read_measurements_by(
         }
     }
     if let Some(set) = &mut set {
+        found.notes.extend(skew::combine_functions(set).map(|text| (PathBuf::new(), text)));
         let dropped = set.drop_empty_lines();
         if !dropped.is_empty() {
             found.notes.push((PathBuf::new(), left_out(&dropped)));
@@ -303,12 +330,17 @@ pub fn read_measurements_by(
     }
     found.frfs = set;
     let units = options.geometry_units.as_ref().unwrap_or(&options.frf.units);
+    let mut of_geometry = Measurements::default();
     found.geometry = match geometry {
-        Some(path) => Some(match content(open, path, options, &mut Measurements::default())? {
-            Content::Universal(file) => convert::geometry(&[&file], units, options.frf.local_axes)?.0,
+        Some(path) => Some(match content(open, path, options, &mut of_geometry)? {
+            Content::Universal(file) => {
+                let (geometry, notes) = convert::geometry(&[&file], units, options.frf.local_axes)?;
+                of_geometry.notes.extend(notes.iter().map(|n| (path.to_path_buf(), n.to_string())));
+                geometry
+            }
             Content::Points(points) => Geometry { points, lines: Vec::new() },
             _ => {
-                let hint = "; a geometry is a universal file with nodes, or a table `point,x,y,z`";
+                let hint = "; a geometry is a universal file with nodes, or a table `point,x,y,z`".to_string();
                 return Err(MeasurementError::Unknown { path: path.display().to_string(), hint });
             }
         }),
@@ -328,10 +360,31 @@ pub fn read_measurements_by(
     if let Some(geometry) = &mut found.geometry {
         rename(geometry.points.iter_mut().map(|p| &mut p.name), &names);
     }
+    found.notes.append(&mut of_geometry.notes);
     // Functions, modes and geometry look at the same nodes.
     let mut said = BTreeSet::new();
     found.notes.retain(|note| said.insert(note.clone()));
     Ok(found)
+}
+
+/// The damping factor of the exponential window, where the files state one.
+fn exponential_window(files: &[UniversalFile], notes: &mut Vec<(PathBuf, String)>) -> Option<f64> {
+    let rates = files.iter().flat_map(|f| &f.datasets).filter_map(|d| match d {
+        Dataset::Qualifiers(q) => q.exponential_window(),
+        _ => None,
+    });
+    let (least, most) = rates.fold((f64::INFINITY, 0.0_f64), |(a, b), r| (a.min(r), b.max(r)));
+    if most <= 0.0 {
+        return None;
+    }
+    if most / least > 1.0 + 1e-6 {
+        let text = format!(
+            "dataset 1858 states exponential windows with damping factors from {least} to {most} 1/s: none is taken out"
+        );
+        notes.push((PathBuf::new(), text));
+        return None;
+    }
+    Some(most)
 }
 
 /// Lines without values, in words.
@@ -412,38 +465,58 @@ fn content(
         found.notes.extend(held.notes.into_iter().map(|n| (path.to_path_buf(), n)));
         return Ok(Content::Arrays(arrays::of_matlab(held.variables)));
     }
-    let body = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes);
-    let mut lines = body.split(|b| *b == b'\n').map(<[u8]>::trim_ascii);
-    let first = lines.clone().find(|l| !l.is_empty() && !l.starts_with(b"#")).unwrap_or_default();
-    let names: Vec<&[u8]> = first.split(|b| matches!(b, b',' | b';' | b'\t' | b'"')).map(<[u8]>::trim_ascii).collect();
-    if names.contains(&&b"frequency_hz"[..]) {
-        found.is_synthetic |= lines.take_while(|l| l.starts_with(b"#")).any(says_synthetic);
-        let csv = CsvFrfOptions { unit: options.unit.clone(), reference: None };
-        let frfs = read_frfs(&bytes, &csv).map_err(|source| MeasurementError::Csv { path: shown(), source })?;
+    if punch::is_punch(&bytes) {
+        let (file, notes) = punch::read(&bytes).map_err(|source| MeasurementError::Punch { path: shown(), source })?;
+        found.notes.extend(notes.into_iter().map(|n| (path.to_path_buf(), n)));
+        found.is_synthetic = true;
+        return Ok(Content::Universal(file));
+    }
+    let names = csv::names_of(&bytes);
+    let of_table = |source: CsvError| match source {
+        CsvError::Convert(e @ (ConvertError::Questions(_) | ConvertError::Contradiction { .. })) => e.into(),
+        source => MeasurementError::Csv { path: shown(), source },
+    };
+    let geometry_units = options.geometry_units.as_ref().unwrap_or(&options.frf.units);
+    let has_points = names.iter().any(|n| csv::is_point(n));
+    let is_shapes = has_points && names.iter().any(|n| csv::is_mode(n));
+    let is_points = has_points && names.iter().filter(|n| csv::coordinate(n).is_some()).count() >= 2;
+    let is_functions = !is_shapes && !is_points && names.len() > 1 && names.iter().any(|n| csv::is_frequency(n));
+    if is_shapes || is_functions || is_points {
+        let text = csv::text_of(&bytes).map_err(of_table)?;
+        found.is_synthetic |= text.lines().take_while(|l| l.starts_with('#')).any(|l| says_synthetic(l.as_bytes()));
+    }
+    let mut note = |notes: Vec<String>| found.notes.extend(notes.into_iter().map(|n| (path.to_path_buf(), n)));
+    if is_functions {
+        let csv = CsvFrfOptions {
+            unit: options.unit.clone(),
+            reference: None,
+            quantity: options.frf.quantity,
+            frequency_unit: options.frf.frequency_unit.clone(),
+            duplicates: options.frf.duplicates,
+        };
+        let (frfs, notes) = read_frfs(&bytes, &csv).map_err(of_table)?;
+        note(notes);
         return Ok(Content::Frfs(frfs));
     }
-    if names.contains(&&b"point"[..]) && names.iter().any(|n| csv::frequency_of(n).is_some()) {
-        let table =
-            read_shapes(&bytes, options.geometry_units.as_ref().unwrap_or(&options.frf.units), options.direction);
-        return match table {
-            Ok((table, notes)) => {
-                found.is_synthetic |=
-                    body.split(|b| *b == b'\n').take_while(|l| l.starts_with(b"#")).any(says_synthetic);
-                found.notes.extend(notes.into_iter().map(|n| (path.to_path_buf(), n)));
-                Ok(Content::Shapes(table))
-            }
-            Err(CsvError::Convert(e @ ConvertError::Questions(_))) => Err(e.into()),
-            Err(source) => Err(MeasurementError::Csv { path: shown(), source }),
-        };
+    if is_shapes {
+        let (table, notes) = read_shapes(&bytes, geometry_units, options.direction).map_err(of_table)?;
+        note(notes);
+        return Ok(Content::Shapes(table));
     }
-    if [&b"point"[..], b"x", b"y", b"z"].iter().all(|n| names.contains(n)) {
-        return points(&bytes, options).map(Content::Points).map_err(|e| match e {
-            PointsError::Csv(source) => MeasurementError::Csv { path: shown(), source },
-            PointsError::Units(question) => ConvertError::Questions(vec![question]).into(),
+    if is_points {
+        let (points, notes) = read_points(&bytes, geometry_units).map_err(of_table)?;
+        note(notes);
+        return Ok(Content::Points(points));
+    }
+    if let Some(encoding) = csv::wide_without_mark(&bytes) {
+        return Err(MeasurementError::Unknown {
+            path: shown(),
+            hint: format!("; it seems to be {encoding}: save it as UTF-8"),
         });
     }
+    let mut lines = bytes.split(|b| *b == b'\n').map(<[u8]>::trim_ascii);
     if !lines.any(|l| l == b"-1") {
-        return Err(MeasurementError::Unknown { path: shown(), hint: "" });
+        return Err(MeasurementError::Unknown { path: shown(), hint: String::new() });
     }
     let (file, notes) = uff::read(&bytes).map_err(|source| MeasurementError::Uff { path: shown(), source })?;
     found.notes.extend(notes.iter().map(|n| (path.to_path_buf(), n.to_string())));
@@ -518,58 +591,6 @@ fn of_tables(tables: Vec<ModeTable>, direction: Option<[f64; 3]>) -> Result<Moda
     }
     modes.sort_by(|a: &ModeRecord, b| a.frequency_hz.total_cmp(&b.frequency_hz));
     Ok(ModalSet { channels, modes })
-}
-
-enum PointsError {
-    Csv(CsvError),
-    Units(Question),
-}
-
-/// A table of points with coordinates in the stated unit of length.
-fn points(bytes: &[u8], options: &MeasurementOptions) -> Result<Vec<Point>, PointsError> {
-    let UnitsFrom::System(system) = options.geometry_units.as_ref().unwrap_or(&options.frf.units) else {
-        return Err(PointsError::Units(Question {
-            option: "geometry-units",
-            text: "the unit of the coordinates is not stated".to_string(),
-            answers: convert::UnitSystem::NAMES.map(String::from).to_vec(),
-        }));
-    };
-    let sheet = Sheet::read(bytes).map_err(PointsError::Csv)?;
-    let column = |name| sheet.column(name).map_err(PointsError::Csv);
-    let name = column("point")?;
-    let at = [column("x")?, column("y")?, column("z")?];
-    let mut points: Vec<Point> = Vec::with_capacity(sheet.rows.len());
-    for row in &sheet.rows {
-        let mut position_m = [0.0; 3];
-        for (value, column) in position_m.iter_mut().zip(at) {
-            *value = sheet.number(row, column).map_err(PointsError::Csv)? * system.length;
-        }
-        points.push(Point { name: row.cells[name].to_string(), position_m, axes: Point::GLOBAL });
-    }
-    Ok(points)
-}
-
-fn says_decibel(unit: &str) -> bool {
-    unit.to_lowercase().starts_with("db")
-}
-
-/// An amplitude is never negative; decibels of a small one are.
-fn is_negative(channel: &lvm::LvmChannel) -> bool {
-    !channel.y.is_empty() && channel.y.iter().all(|y| *y < 0.0)
-}
-
-/// A channel whose x is frequency; decibels become amplitudes.
-fn spectrum_of(channel: lvm::LvmChannel) -> Spectrum {
-    let is_decibel = says_decibel(&channel.y_unit) || is_negative(&channel);
-    let amplitude = |y: f64| if is_decibel { 10.0_f64.powf(y / 20.0) } else { y };
-    Spectrum {
-        kind: SpectrumKind::Linear,
-        response: Channel { name: channel.name, direction: None },
-        reference: None,
-        frequencies_hz: channel.x,
-        values: channel.y.into_iter().map(|y| Complex::new(amplitude(y), 0.0)).collect(),
-        unit: SpectrumUnit::AsInFile(channel.y_unit),
-    }
 }
 
 #[cfg(test)]

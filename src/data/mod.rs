@@ -18,6 +18,8 @@ mod modal_set;
 mod mutate;
 pub mod npy;
 pub mod npz;
+pub mod punch;
+mod skew;
 mod spectrum;
 mod test;
 pub mod uff;

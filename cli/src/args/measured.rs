@@ -153,6 +153,10 @@ pub(crate) struct Identify {
     /// How many of the lowest modes are rigid-body modes on the suspension: checked as such, not written.
     #[arg(long, default_value_t = 0, value_name = "N")]
     pub(crate) suspension: u16,
+    /// Exponential window that was laid over the signals, whose damping is taken out: its rate, `5 1/s`, or time constant, `0.2 s`; `none`
+    /// leaves it in. By dataset 1858 of a universal file when absent.
+    #[arg(long, value_name = "RATE")]
+    pub(crate) exponential_window: Option<String>,
     /// What a repeated test would change, percent of a frequency, and ten times as much in a shape: the test file has it in its standard
     /// deviations; 0 leaves those of the lines alone.
     #[arg(long, default_value_t = 100.0 * REPEATABILITY, value_name = "PERCENT", value_parser = values::percent)]

@@ -9,9 +9,10 @@ use retune::data::{FrfSet, Measurements, ModalSet, Origin, SpectrumKind, TestDat
 use retune::identify::health::{check_shapes, check_test};
 use retune::identify::{
     Identification, IdentifyOptions, PeakOptions, SpectrumPeak, add_repeatability, circle_modes, cmif, complexity,
-    identify, peak_modes, quadrature_modes, sensors, spectrum_peaks, test_modes,
+    identify, peak_modes, quadrature_modes, remove_exponential_window, sensors, spectrum_peaks, test_modes,
 };
 use retune::report::text::{Align, Cell, Style, Table, Tone};
+use retune::units::Scalar;
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 use std::path::Path;
@@ -53,6 +54,7 @@ pub(crate) fn run(args: &Identify) -> Result<u8, Failure> {
         Method::Circle => circle_modes(frfs, 0, &identification.modes, &origin)?,
         Method::Quadrature => quadrature_modes(frfs, 0, &identification.modes, &origin)?,
     };
+    let window = take_out_window(args, &found, &mut modes)?;
     if args.json {
         print_json(&json!({
             "method": word(args.method),
@@ -66,6 +68,7 @@ pub(crate) fn run(args: &Identify) -> Result<u8, Failure> {
             "references": frfs.references.iter().map(|c| c.name.clone()).collect::<Vec<_>>(),
             "lines": frfs.n_lines(),
             "is_synthetic": found.is_synthetic,
+            "exponential_window_per_s": window,
             "pieces": identification.segments.iter().map(piece_json).collect::<Vec<_>>(),
             "findings": findings_json(&findings),
         }));
@@ -87,7 +90,7 @@ pub(crate) fn run(args: &Identify) -> Result<u8, Failure> {
         let description = format!(
             "Identified by {} from {} lines, {:.4} to {:.4} Hz, {} responses, {} references; complex shapes, largest entry 1. \
              Standard deviations are those of the lines and {} % of a frequency, ten times that of a shape, for what a repeated \
-             test would change.",
+             test would change.{}",
             word(args.method),
             frfs.n_lines(),
             frfs.frequencies_hz.first().copied().unwrap_or(0.0),
@@ -95,6 +98,9 @@ pub(crate) fn run(args: &Identify) -> Result<u8, Failure> {
             frfs.responses.len(),
             frfs.references.len(),
             args.repeatability,
+            window.map_or_else(String::new, |w| format!(
+                " The damping of an exponential window of {w} 1/s is taken out."
+            )),
         );
         let mut test = test_data(args, &found, description);
         test.sensors = sensors;
@@ -103,6 +109,54 @@ pub(crate) fn run(args: &Identify) -> Result<u8, Failure> {
         write(output, &test, args.json);
     }
     Ok(if has_fault(&findings) { SHORT } else { DONE })
+}
+
+/// Takes the damping of an exponential window out of the modes; gives its rate, 1/s.
+fn take_out_window(args: &Identify, found: &Measurements, modes: &mut [TestMode]) -> Result<Option<f64>, Failure> {
+    let stated = args.exponential_window.as_deref().map(window_rate).transpose()?;
+    let Some(rate) = stated.unwrap_or(found.exponential_window) else { return Ok(None) };
+    let mut corrected = modes.to_vec();
+    let lost = remove_exponential_window(&mut corrected, rate);
+    if stated.is_none() {
+        if !lost.is_empty() {
+            eprintln!(
+                "warning: dataset 1858 states an exponential window with the damping factor {rate}; as a rate in 1/s it is more than the damping of {} of {} modes, so that nothing is taken out; state it with `--exponential-window`",
+                lost.len(),
+                modes.len()
+            );
+            return Ok(None);
+        }
+        eprintln!(
+            "note: dataset 1858 states an exponential window with the damping factor {rate}, taken as a rate in 1/s: its damping is taken out; `--exponential-window none` leaves it in"
+        );
+    }
+    for hz in lost {
+        eprintln!(
+            "warning: the mode at {hz:.3} Hz has no more damping than the window of {rate} 1/s adds: its damping ratio is left out"
+        );
+    }
+    modes.clone_from_slice(&corrected);
+    Ok(Some(rate))
+}
+
+/// The rate of an exponential window: itself, or one over its time constant; `none` is none.
+fn window_rate(text: &str) -> Result<Option<f64>, Failure> {
+    if text.trim() == "none" {
+        return Ok(None);
+    }
+    let wrong = |why: &dyn std::fmt::Display| {
+        Failure::text(format!(
+            "--exponential-window {text}: {why}; give a rate, `5 1/s`, a time constant, `0.2 s`, or `none`"
+        ))
+    };
+    let value = Scalar::parse(text).map_err(|e| wrong(&e))?;
+    let rate = match (value.constant_in("1/s"), value.constant_in("s")) {
+        (Ok(_), Ok(_)) => return Err(wrong(&"it has no unit")),
+        (Ok(rate), _) => rate,
+        (_, Ok(constant)) => 1.0 / constant,
+        (Err(e), _) => return Err(wrong(&e)),
+    };
+    if rate.is_finite() && rate > 0.0 { Ok(Some(rate)) } else { Err(wrong(&"it must be above zero")) }
 }
 
 /// Modes that the files themselves hold: shown, checked and written as they are.

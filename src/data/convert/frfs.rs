@@ -216,6 +216,7 @@ pub fn frfs(files: &[&UniversalFile], options: &FrfOptions) -> Result<FrfImport,
         options.quantity.or_else(|| stated.iter().find_map(|(.., q)| *q)).unwrap_or(FrfQuantity::Accelerance);
 
     let mut axis_notes = AxisNotes::default();
+    let mut overruled: BTreeSet<(String, String)> = BTreeSet::new();
     let (mut left_out, mut rotations) = (0, 0);
     let mut measured: BTreeMap<(End, End), Measured<'_>> = BTreeMap::new();
     for (file, i, f, own) in stated {
@@ -228,6 +229,11 @@ pub fn frfs(files: &[&UniversalFile], options: &FrfOptions) -> Result<FrfImport,
             continue;
         }
         let system = units_at(file, i).and_then(UnitSystem::from_dataset);
+        if let (Some(own), UnitsFrom::System(wanted)) = (&system, &options.units)
+            && !is_same_system(own, wanted)
+        {
+            overruled.insert((own.name.clone(), wanted.name.clone()));
+        }
         let scale = match scale_of(f, quantity, system.as_ref(), &options.units) {
             Ok(scale) => scale,
             Err(question) => {
@@ -259,6 +265,14 @@ pub fn frfs(files: &[&UniversalFile], options: &FrfOptions) -> Result<FrfImport,
         if count > 0 {
             notes.push(note(Level::Warning, 58, format!("{count} {seen}"), "they were left out"));
         }
+    }
+    for (own, wanted) in overruled {
+        notes.push(note(
+            Level::Warning,
+            164,
+            format!("units of {own}"),
+            format!("the option says {wanted}, and counts"),
+        ));
     }
     if measured.is_empty() {
         return Err(ConvertError::Nothing {
@@ -293,6 +307,11 @@ pub fn frfs(files: &[&UniversalFile], options: &FrfOptions) -> Result<FrfImport,
 
 fn word(quantity: FrfQuantity) -> &'static str {
     ["receptance", "mobility", "accelerance"][quantity.order() as usize]
+}
+
+fn is_same_system(a: &UnitSystem, b: &UnitSystem) -> bool {
+    const AGREE: f64 = 1e-3;
+    (a.length / b.length - 1.0).abs() < AGREE && (a.force / b.force - 1.0).abs() < AGREE
 }
 
 fn kinds_in_words(orders: &BTreeSet<i32>) -> String {
@@ -417,7 +436,7 @@ fn assemble(
     let references = distinct(measured.values().map(|m| &m.reference).collect());
     let responses = distinct(measured.values().map(|m| &m.response).collect());
     // Memory for pairs that were not measured stays within a small multiple of that for those that were.
-    if references.len() * responses.len() > 64 * measured.len() {
+    if is_too_sparse(measured.len(), references.len() * responses.len(), frequencies_hz.len()) {
         let (references, responses) = (references.len(), responses.len());
         return Err(ConvertError::TooSparse { measured: measured.len(), references, responses });
     }
@@ -450,6 +469,13 @@ fn assemble(
         ));
     }
     Ok(Filled { frfs, references, responses })
+}
+
+/// Whether a matrix of pairs is so empty that holding it whole asks for memory out of proportion to what was measured.
+pub(in crate::data) fn is_too_sparse(measured: usize, pairs: usize, lines: usize) -> bool {
+    /// 512 MiB of values are held whatever their filling.
+    const MOST: usize = 1 << 25;
+    pairs > 64 * measured || (pairs > 4 * measured && pairs.saturating_mul(lines) > MOST)
 }
 
 fn add_coherences(

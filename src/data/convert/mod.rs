@@ -24,8 +24,8 @@ mod units;
 
 pub use frame::LocalAxes;
 pub use frf_file::frf_file;
-pub(in crate::data) use frfs::spectra;
 pub use frfs::{Duplicates, FrfImport, FrfOptions, frfs};
+pub(in crate::data) use frfs::{is_too_sparse, spectra};
 pub use geometry::{geometry, geometry_file};
 pub use modes::{modes, modes_file};
 pub use units::{Question, UnitSystem, UnitsFrom, force_unit, ratio_unit, response_unit};

@@ -13,8 +13,11 @@ use super::units::note;
 use crate::data::uff::{Dataset, Level, Node, Note, PartSystem, UniversalFile};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Most nodes that are asked.
+/// Most nodes that are asked, and fewest in a large file.
 const MOST_NODES: usize = 200;
+const FEWEST_NODES: usize = 8;
+/// Distances that are computed without anybody waiting for it.
+const MOST_DISTANCES: usize = 20_000_000;
 /// Neighbours of a node without lines.
 const NEAREST: usize = 6;
 /// Least alignment of an axis that lies along a normal or a tangent.
@@ -57,7 +60,9 @@ pub(super) fn weigh(
     }
     let Some((.., reading)) = nodes.first().copied() else { return };
     let lines = lines(files);
-    let step = nodes.len().div_ceil(MOST_NODES);
+    // Each asked node may look at all others.
+    let most = (MOST_DISTANCES / placed.len().max(1)).clamp(FEWEST_NODES, MOST_NODES);
+    let step = nodes.len().div_ceil(most);
     let (mut taken, mut other) = (0, 0);
     for (label, system, reading) in nodes.iter().step_by(step) {
         let Some(at) = placed.get(label) else { continue };
@@ -133,7 +138,10 @@ fn direction(
         let square = |p: Vector| dot(minus(p, at), minus(p, at));
         let mut near: Vec<(f64, Vector)> =
             placed.iter().filter(|(l, _)| **l != label).map(|(_, n)| (square(n.position), n.position)).collect();
-        near.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let nearest = NEAREST.min(near.len().saturating_sub(1));
+        if !near.is_empty() {
+            near.select_nth_unstable_by(nearest, |a, b| a.0.total_cmp(&b.0));
+        }
         edges = near.iter().take(NEAREST).filter_map(|(_, p)| unit(minus(*p, at))).collect();
     }
     let pairs = edges.iter().enumerate().flat_map(|(i, a)| edges[..i].iter().map(move |b| cross(*a, *b)));

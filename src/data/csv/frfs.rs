@@ -1,10 +1,12 @@
 //! Frequency response functions in tables.
 
-use super::{CsvError, Sheet};
-use crate::data::convert::{ConvertError, Question, ratio_unit};
+use super::header::{Part, channel, frequency_column, part_name, radians};
+use super::{CsvError, Row, Sheet};
+use crate::data::convert::{ConvertError, Duplicates, Question, is_too_sparse, ratio_unit};
 use crate::data::uff::{Abscissa, Axis, Entity, Function, Ordinate, Precision, Storage};
 use crate::data::{Channel, FrfQuantity, FrfSet};
 use crate::linalg::Complex;
+use crate::units::FrequencyUnit;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
@@ -15,29 +17,18 @@ pub struct CsvFrfOptions {
     pub unit: Option<String>,
     /// The reference of columns that name none.
     pub reference: Option<Channel>,
+    /// What the functions are; it must not contradict their unit.
+    pub quantity: Option<FrfQuantity>,
+    /// The unit of frequencies; it counts before what the table says.
+    pub frequency_unit: Option<FrequencyUnit>,
+    /// What to do with several columns of one function.
+    pub duplicates: Duplicates,
 }
 
 /// The name of a point that has none.
 const UNNAMED_REFERENCE: &str = "force";
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Part {
-    Re,
-    Im,
-    Coherence,
-}
-
-/// `12.+z` to name and direction.
-fn channel(text: &str) -> Channel {
-    let split = text.rsplit_once('.').and_then(|(name, direction)| {
-        let sign = if direction.starts_with('-') { -1.0 } else { 1.0 };
-        let axis = ["x", "y", "z"].iter().position(|a| *a == direction.trim_start_matches(['+', '-']))?;
-        let mut vector = [0.0; 3];
-        vector[axis] = sign;
-        Some(Channel { name: name.to_owned(), direction: Some(vector) })
-    });
-    split.unwrap_or_else(|| Channel { name: text.to_owned(), direction: None })
-}
+/// The name of the response in a table of one function.
+const UNNAMED_RESPONSE: &str = "response";
 
 /// Distinct channels in the order of their first appearance.
 #[derive(Default)]
@@ -55,49 +46,69 @@ impl<'a> Channels<'a> {
     }
 }
 
-/// Reads a table of frequency response functions in the layout of this module.
+/// A column of a function.
+struct Column<'a> {
+    at: usize,
+    part: Part,
+    /// Unit in brackets.
+    unit: Option<&'a str>,
+    reference: usize,
+    response: usize,
+}
+
+/// Where the frequencies stand, and Hz in one of them.
+struct Frequencies {
+    column: usize,
+    hertz: f64,
+}
+
+/// Reads a table of frequency response functions in the layout of this module, and says what was taken for granted.
 ///
 /// # Errors
-/// [`CsvError`] with line and column; [`ConvertError::Questions`] inside it if the unit is not stated.
-pub fn read_frfs(bytes: &[u8], options: &CsvFrfOptions) -> Result<FrfSet, CsvError> {
+/// [`CsvError`] with line and column; [`ConvertError::Questions`] inside it if a unit is not stated or a function is there twice,
+/// [`ConvertError::Contradiction`] if an option says another quantity than the units.
+pub fn read_frfs(bytes: &[u8], options: &CsvFrfOptions) -> Result<(FrfSet, Vec<String>), CsvError> {
+    let mut notes = Vec::new();
     let mut sheet = Sheet::read(bytes)?;
-    let frequency = sheet.column("frequency_hz")?;
-    let has_units = sheet.rows.first().is_some_and(|r| sheet.parse(&r.cells[frequency]).is_none());
+    let column = match sheet.names.iter().position(|n| frequency_column(n).is_some()) {
+        Some(column) => column,
+        None => sheet.column("frequency_hz")?,
+    };
+    let has_units = sheet.rows.first().is_some_and(|r| sheet.parse(&r.cells[column]).is_none());
     let units = if has_units { Some(sheet.rows.remove(0)) } else { None };
-    if let Some(row) = &units
-        && row.cells[frequency] != "Hz"
-    {
-        return Err(CsvError::Cell {
-            line: row.line,
-            column: frequency + 1,
-            name: "frequency_hz".to_owned(),
-            text: row.cells[frequency].to_string(),
-            expected: "`Hz` (row of units) or a number",
-        });
-    }
+    let hertz = hertz(&sheet, column, units.as_ref(), options, &mut notes)?;
+    let frequency = Frequencies { column, hertz };
     let (mut references, mut responses) = (Channels::default(), Channels::default());
-    let mut columns = Vec::new();
-    for (i, name) in sheet.names.iter().enumerate().filter(|(i, _)| *i != frequency) {
-        let wrong = || CsvError::ColumnName {
+    let mut columns: Vec<Column<'_>> = Vec::new();
+    for (at, name) in sheet.names.iter().enumerate().filter(|(i, _)| *i != column) {
+        let found = part_name(name).ok_or_else(|| CsvError::ColumnName {
             name: name.to_string(),
-            expected: "its name must end with `:re`, `:im` or `:coh`",
-        };
-        let (pair, part) = name.rsplit_once(':').ok_or_else(wrong)?;
-        let part = match part {
-            "re" => Part::Re,
-            "im" => Part::Im,
-            "coh" => Part::Coherence,
-            _ => return Err(wrong()),
-        };
-        let (response, reference) = pair.split_once('/').map_or((pair, None), |(a, b)| (a, Some(b)));
-        let unnamed = || Channel { name: UNNAMED_REFERENCE.to_owned(), direction: None };
+            expected: "its name must end with `:re`, `:im`, `:amp`, `:phase_deg`, `:phase_rad` or `:coh`",
+        })?;
+        let (response, reference) = found.pair.split_once('/').map_or((found.pair, None), |(a, b)| (a, Some(b)));
+        let unnamed = |name: &str| Channel { name: name.to_owned(), direction: None };
         let a = match reference {
             Some(text) => references.index_of(text, || channel(text)),
-            None => references.index_of("", || options.reference.clone().unwrap_or_else(unnamed)),
+            None => references.index_of("", || options.reference.clone().unwrap_or_else(|| unnamed(UNNAMED_REFERENCE))),
         };
-        columns.push((i, part, a, responses.index_of(response, || channel(response))));
+        let make = || if response.is_empty() { unnamed(UNNAMED_RESPONSE) } else { channel(response) };
+        let b = responses.index_of(response, make);
+        let unit = found.unit.filter(|_| !matches!(found.part, Part::Phase(_)));
+        columns.push(Column { at, part: found.part, unit, reference: a, response: b });
     }
+    settle_repeated(&sheet, &mut columns, options)?;
+    check_partners(&sheet, &columns)?;
     let (quantity, scales) = scales(&sheet, units.as_ref(), &columns, options)?;
+    if let Some(wanted) = options.quantity.filter(|q| *q != quantity) {
+        let word = |q: FrfQuantity| ["receptance", "mobility", "accelerance"][q.order() as usize];
+        return Err(ConvertError::Contradiction {
+            option: "quantity",
+            wanted: word(wanted).to_owned(),
+            said: format!("{} by its units", word(quantity)),
+            remedy: "leave the option out, or correct the units in the table".to_owned(),
+        }
+        .into());
+    }
     let mut set = FrfSet {
         quantity,
         frequencies_hz: Vec::with_capacity(sheet.rows.len()),
@@ -107,21 +118,157 @@ pub fn read_frfs(bytes: &[u8], options: &CsvFrfOptions) -> Result<FrfSet, CsvErr
         coherence: None,
         n_averages: None,
     };
+    fill(&mut set, &sheet, &frequency, &columns, &scales)?;
+    Ok((set, notes))
+}
+
+/// Hz in one unit of the frequencies: by the option, the name of their column, or the row of units.
+fn hertz(
+    sheet: &Sheet<'_>,
+    column: usize,
+    units: Option<&Row<'_>>,
+    options: &CsvFrfOptions,
+    notes: &mut Vec<String>,
+) -> Result<f64, CsvError> {
+    let name = &sheet.names[column];
+    let by_name = frequency_column(name).flatten();
+    let mut said = by_name;
+    if let Some(row) = units {
+        let text = row.cells[column].as_ref();
+        let own = FrequencyUnit::of_label(text);
+        let is_same = |a: &FrequencyUnit, b: &FrequencyUnit| (a.hertz / b.hertz - 1.0).abs() < 1e-9;
+        let is_other = own.as_ref().zip(said.as_ref()).is_some_and(|(a, b)| !is_same(a, b));
+        if !text.is_empty() && (own.is_none() || is_other) && options.frequency_unit.is_none() {
+            return Err(CsvError::Cell {
+                line: row.line,
+                column: column + 1,
+                name: name.to_string(),
+                text: text.to_owned(),
+                expected: if is_other {
+                    "the unit of the name"
+                } else {
+                    "`Hz`, `kHz`, `rad/s`, `rpm` (row of units) or a number"
+                },
+            });
+        }
+        said = own.or(said);
+    }
+    match (&options.frequency_unit, said) {
+        (Some(own), said) => {
+            if let Some(said) = said.filter(|s| (s.hertz / own.hertz - 1.0).abs() > 1e-9) {
+                notes.push(format!(
+                    "the table says that its frequencies are in {}; the option says {}, and counts",
+                    said.name, own.name
+                ));
+            }
+            Ok(own.hertz)
+        }
+        (None, Some(said)) => {
+            if said.hertz != 1.0 {
+                notes.push(format!("frequencies in {} were converted to Hz", said.name));
+            }
+            Ok(said.hertz)
+        }
+        (None, None) => Err(ConvertError::Questions(vec![Question {
+            option: "frequency-unit",
+            text: format!("column `{name}` does not state the unit of its frequencies"),
+            answers: FrequencyUnit::NAMES.map(String::from).to_vec(),
+        }])
+        .into()),
+    }
+}
+
+/// What kind of part a column is; the two of a pair make a function.
+fn kind(part: Part) -> usize {
+    match part {
+        Part::Re => 0,
+        Part::Im => 1,
+        Part::Amplitude => 2,
+        Part::Phase(_) => 3,
+        Part::Coherence => 4,
+    }
+}
+
+/// Keeps one of several columns of one part of one function, as the option says.
+fn settle_repeated(sheet: &Sheet<'_>, columns: &mut Vec<Column<'_>>, options: &CsvFrfOptions) -> Result<(), CsvError> {
+    let key = |c: &Column<'_>| (c.reference, c.response, kind(c.part));
+    let mut first: BTreeMap<(usize, usize, usize), usize> = BTreeMap::new();
+    let mut drop = vec![false; columns.len()];
+    for (k, column) in columns.iter().enumerate() {
+        let Some(&before) = first.get(&key(column)) else {
+            first.insert(key(column), k);
+            continue;
+        };
+        match options.duplicates {
+            Duplicates::Ask => {
+                return Err(ConvertError::Questions(vec![Question {
+                    option: "duplicates",
+                    text: format!("the column `{}` is there more than once", sheet.names[column.at]),
+                    answers: vec!["first".to_owned(), "last".to_owned()],
+                }])
+                .into());
+            }
+            Duplicates::First => drop[k] = true,
+            Duplicates::Last => {
+                drop[before] = true;
+                first.insert(key(column), k);
+            }
+        }
+    }
+    let mut k = 0;
+    columns.retain(|_| {
+        k += 1;
+        !drop[k - 1]
+    });
+    Ok(())
+}
+
+/// A real part needs its imaginary part, an amplitude its phase, and one function is given in one way.
+fn check_partners(sheet: &Sheet<'_>, columns: &[Column<'_>]) -> Result<(), CsvError> {
+    let mut parts: BTreeMap<(usize, usize), [Option<usize>; 5]> = BTreeMap::new();
+    for c in columns {
+        parts.entry((c.reference, c.response)).or_default()[kind(c.part)] = Some(c.at);
+    }
+    for own in parts.values() {
+        let wrong = |at: Option<usize>, expected| {
+            at.map_or(Ok(()), |at| Err(CsvError::ColumnName { name: sheet.names[at].to_string(), expected }))
+        };
+        match own {
+            [Some(_), Some(_), None, None, _] | [None, None, Some(_), Some(_), _] | [None, None, None, None, _] => {}
+            [re @ Some(_), None, ..] => wrong(*re, "the column of its imaginary part is missing")?,
+            [None, im @ Some(_), ..] => wrong(*im, "the column of its real part is missing")?,
+            [_, _, amplitude @ Some(_), None, _] => wrong(*amplitude, "the column of its phase is missing")?,
+            [None, None, None, phase @ Some(_), _] => wrong(*phase, "the column of its amplitude is missing")?,
+            [_, _, amplitude, phase, _] => {
+                wrong(amplitude.or(*phase), "its real and imaginary part are there too; leave one of the two out")?;
+            }
+        }
+    }
+    Ok(())
+}
+
+fn fill(
+    set: &mut FrfSet,
+    sheet: &Sheet<'_>,
+    frequency: &Frequencies,
+    columns: &[Column<'_>],
+    scales: &[f64],
+) -> Result<(), CsvError> {
     let cells_per_line = set.references.len() * set.responses.len();
-    if cells_per_line > 64 * columns.len() {
+    if is_too_sparse(columns.len(), cells_per_line, sheet.rows.len()) {
         let (references, responses) = (set.references.len(), set.responses.len());
         return Err(ConvertError::TooSparse { measured: columns.len() / 2, references, responses }.into());
     }
-    let has_coherence = columns.iter().any(|(_, part, ..)| *part == Part::Coherence);
+    let has_coherence = columns.iter().any(|c| c.part == Part::Coherence);
     let mut coherence = Vec::new();
     for (line, row) in sheet.rows.iter().enumerate() {
-        let f = sheet.number(row, frequency)?;
+        let f = sheet.number(row, frequency.column)? * frequency.hertz;
         if !f.is_finite() || set.frequencies_hz.last().is_some_and(|last| f <= *last) {
             return Err(CsvError::Cell {
                 line: row.line,
-                column: frequency + 1,
-                name: "frequency_hz".to_owned(),
-                text: row.cells[frequency].to_string(),
+                column: frequency.column + 1,
+                name: sheet.names[frequency.column].to_string(),
+                text: row.cells[frequency.column].to_string(),
                 expected: "a frequency above the one before",
             });
         }
@@ -130,44 +277,55 @@ pub fn read_frfs(bytes: &[u8], options: &CsvFrfOptions) -> Result<FrfSet, CsvErr
         if has_coherence {
             coherence.resize(set.h.len(), f64::NAN);
         }
-        for ((i, part, a, b), scale) in columns.iter().zip(&scales) {
+        // Amplitude and phase stand as real and imaginary part until both are there.
+        for (column, scale) in columns.iter().zip(scales) {
             // An empty cell is a value that was not measured.
-            let value = if row.cells[*i].is_empty() { f64::NAN } else { sheet.number(row, *i)? };
-            let cell = set.index(line, *a, *b);
-            match part {
-                Part::Re => set.h[cell].re = value * scale,
-                Part::Im => set.h[cell].im = value * scale,
+            let value = if row.cells[column.at].is_empty() { f64::NAN } else { sheet.number(row, column.at)? };
+            let cell = set.index(line, column.reference, column.response);
+            match column.part {
+                Part::Re | Part::Amplitude => set.h[cell].re = value * scale,
+                Part::Im | Part::Phase(_) => set.h[cell].im = value * scale,
                 Part::Coherence => coherence[cell] = value,
             }
         }
+        for column in columns.iter().filter(|c| c.part == Part::Amplitude) {
+            let cell = set.index(line, column.reference, column.response);
+            let Complex { re: amplitude, im: phase } = set.h[cell];
+            set.h[cell] = Complex::new(amplitude * phase.cos(), amplitude * phase.sin());
+        }
     }
     set.coherence = has_coherence.then_some(coherence);
-    Ok(set)
+    Ok(())
 }
-
-type Column = (usize, Part, usize, usize);
 
 /// The quantity of all functions and the SI value of one unit in each column.
 fn scales(
     sheet: &Sheet<'_>,
-    units: Option<&super::Row<'_>>,
-    columns: &[Column],
+    units: Option<&Row<'_>>,
+    columns: &[Column<'_>],
     options: &CsvFrfOptions,
 ) -> Result<(FrfQuantity, Vec<f64>), CsvError> {
     let mut quantity = None;
     let mut scales = Vec::with_capacity(columns.len());
-    for (i, part, ..) in columns {
-        if *part == Part::Coherence {
+    for column in columns {
+        let name = &sheet.names[column.at];
+        let in_row = units.map(|r| r.cells[column.at].as_ref()).filter(|u| !u.is_empty());
+        if column.part == Part::Coherence {
             scales.push(1.0);
             continue;
         }
-        let own = units.map(|r| r.cells[*i].as_ref()).filter(|u| !u.is_empty());
+        if let Part::Phase(by_name) = column.part {
+            let scale = by_name.or(in_row.and_then(radians)).ok_or_else(|| CsvError::ColumnName {
+                name: name.to_string(),
+                expected: "the unit of a phase must be stated: `:phase_deg` or `:phase_rad`, or `deg` or `rad` in the row of units",
+            })?;
+            scales.push(scale);
+            continue;
+        }
+        let own = in_row.or(column.unit);
         let label = match (own, options.unit.as_deref()) {
             (Some(own), Some(stated)) if ratio_unit(own) != ratio_unit(stated) => {
-                return Err(ask(format!(
-                    "column `{}` has the unit `{own}`, the option says `{stated}`",
-                    sheet.names[*i]
-                )));
+                return Err(ask(format!("column `{name}` has the unit `{own}`, the option says `{stated}`")));
             }
             (Some(label), _) | (None, Some(label)) => label,
             (None, None) => return Err(ask("the table does not state the unit of its functions".to_owned())),
@@ -177,7 +335,7 @@ fn scales(
         };
         if quantity.is_some_and(|known| known != q) {
             return Err(CsvError::ColumnName {
-                name: sheet.names[*i].to_string(),
+                name: name.to_string(),
                 expected: "all functions of a table must be of one quantity",
             });
         }
@@ -310,11 +468,12 @@ mod tests {
     fn a_written_table_reads_back_bit_for_bit() {
         let text = write_frfs(&set());
         assert!(text.starts_with("frequency_hz,1.+z/1.+z:re,1.+z/1.+z:im,1.+z/1.+z:coh,tip.left.-x/1.+z:re,"));
-        let back = read_frfs(text.as_bytes(), &CsvFrfOptions::default()).unwrap();
+        let (back, notes) = read_frfs(text.as_bytes(), &CsvFrfOptions::default()).unwrap();
         assert_eq!(back, set());
+        assert!(notes.is_empty(), "{notes:?}");
         let semicolons = text.replace(',', ";").replace('.', ",").replace(",+", ".+").replace(",-", ".-");
         let semicolons = semicolons.replace("tip,left", "tip.left");
-        assert_eq!(read_frfs(semicolons.as_bytes(), &CsvFrfOptions::default()).unwrap(), set());
+        assert_eq!(read_frfs(semicolons.as_bytes(), &CsvFrfOptions::default()).unwrap().0, set());
     }
 
     #[test]
@@ -322,8 +481,8 @@ mod tests {
         let text = b"frequency_hz,a:re,a:im\n1,2,3\n2,4,5\n";
         let error = read_frfs(text, &CsvFrfOptions::default()).unwrap_err();
         assert!(matches!(&error, CsvError::Convert(ConvertError::Questions(q)) if q[0].option == "unit"), "{error}");
-        let options = CsvFrfOptions { unit: Some("g/N".into()), reference: None };
-        let set = read_frfs(text, &options).unwrap();
+        let options = CsvFrfOptions { unit: Some("g/N".into()), ..CsvFrfOptions::default() };
+        let (set, _) = read_frfs(text, &options).unwrap();
         assert_eq!((set.quantity, set.h[1]), (FrfQuantity::Accelerance, Complex::new(4.0 * 9.80665, 5.0 * 9.80665)));
         assert_eq!(set.references[0].name, "force");
         let contradiction = b"frequency_hz,a:re,a:im\nHz,m/s2/N,m/s2/N\n1,2,3\n";
@@ -333,14 +492,17 @@ mod tests {
     #[test]
     fn wrong_tables_are_refused_with_their_place() {
         let read = |text: &str| {
-            let options = CsvFrfOptions { unit: Some("m/N".into()), reference: None };
+            let options = CsvFrfOptions { unit: Some("m/N".into()), ..CsvFrfOptions::default() };
             read_frfs(text.as_bytes(), &options).unwrap_err().to_string()
         };
         assert_eq!(
             read("frequency_hz,a:re,a:im\n1,2,3\n1,2,3\n"),
             "line 3, column 1 (`frequency_hz`): `1` where a frequency above the one before should stand"
         );
-        assert_eq!(read("frequency_hz,a\n1,2\n"), "column `a`: its name must end with `:re`, `:im` or `:coh`");
+        assert_eq!(
+            read("frequency_hz,a\n1,2\n"),
+            "column `a`: its name must end with `:re`, `:im`, `:amp`, `:phase_deg`, `:phase_rad` or `:coh`"
+        );
         assert_eq!(
             read("frequency_hz,a:re,a:im\n1,2,3\n2,two,3\n"),
             "line 3, column 2 (`a:re`): `two` where a number should stand"
@@ -348,9 +510,62 @@ mod tests {
     }
 
     #[test]
+    fn amplitude_and_phase_make_a_function() {
+        let read = |text: &str| read_frfs(text.as_bytes(), &CsvFrfOptions::default()).map(|(set, _)| set);
+        let set = read("frequency_hz,a.+z/a.+z:amp,a.+z/a.+z:phase_deg\nHz,mm/s2/N,\n1,2000,90\n2,1000,-180\n3,,5\n")
+            .unwrap();
+        assert!((set.at(0, 0, 0) - Complex::new(0.0, 2.0)).norm() < 1e-15);
+        assert!((set.at(1, 0, 0) - Complex::new(-1.0, 0.0)).norm() < 1e-15);
+        assert!(set.at(2, 0, 0).re.is_nan());
+        let other = read("Frequency [Hz];Amplitude [m/s2/N];Phase [rad]\n1,5;2,0;1,5707963267948966\n").unwrap();
+        assert!((other.at(0, 0, 0) - Complex::new(0.0, 2.0)).norm() < 1e-15);
+        assert_eq!((other.frequencies_hz[0], other.responses[0].name.as_str()), (1.5, "response"));
+        let row = read("f,p:amp,p:phase\nrad/s,m/N,deg\n6.283185307179586,1,180\n").unwrap();
+        assert!((row.at(0, 0, 0).re + 1.0).abs() < 1e-15 && (row.frequencies_hz[0] - 1.0).abs() < 1e-15);
+        for (text, why) in [
+            ("frequency_hz,p:amp,p:phase\nHz,m/N,\n1,1,2\n", "unit of a phase must be stated"),
+            ("frequency_hz,p:amp\nHz,m/N\n1,1\n", "phase is missing"),
+            ("frequency_hz,p:re\nHz,m/N\n1,1\n", "imaginary part is missing"),
+            ("frequency_hz,p:re,p:im,p:amp,p:phase_rad\nHz,m/N,m/N,m/N,rad\n1,1,1,1,1\n", "leave one of the two out"),
+            ("frequency,p:re,p:im\n,m/N,m/N\n1,1,1\n", "frequency-unit"),
+            ("frequency_hz,p:re,p:im\nrad/s,m/N,m/N\n1,1,1\n", "the unit of the name"),
+            ("frequency_hz,p:re,p:im,p:re\nHz,m/N,m/N,m/N\n1,1,1,2\n", "duplicates"),
+        ] {
+            let error = read(text).unwrap_err().to_string();
+            assert!(error.contains(why), "{text}: {error}");
+        }
+    }
+
+    #[test]
+    fn options_settle_what_is_there_twice_or_refuse_what_contradicts() {
+        let text = b"frequency_hz,p:re,p:im,p:re\nHz,m/N,m/N,m/N\n1,1,1,2\n";
+        let read = |options: CsvFrfOptions| read_frfs(text, &options);
+        for (duplicates, value) in [(Duplicates::First, 1.0), (Duplicates::Last, 2.0)] {
+            let (set, _) = read(CsvFrfOptions { duplicates, ..CsvFrfOptions::default() }).unwrap();
+            assert_eq!(set.h[0].re, value);
+        }
+        let quantity = Some(FrfQuantity::Mobility);
+        let error =
+            read(CsvFrfOptions { quantity, duplicates: Duplicates::First, ..CsvFrfOptions::default() }).unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "the option `quantity` says mobility, but the file says receptance by its units; leave the option out, or correct the units in the table"
+        );
+        let rad = FrequencyUnit::of_label("rad/s");
+        let own = CsvFrfOptions { frequency_unit: rad, duplicates: Duplicates::First, ..CsvFrfOptions::default() };
+        let (set, notes) = read(own).unwrap();
+        assert!((set.frequencies_hz[0] * std::f64::consts::TAU - 1.0).abs() < 1e-15);
+        assert!(notes[0].contains("the option says rad/s"), "{notes:?}");
+    }
+
+    #[test]
     fn mutated_files_do_no_harm() {
-        let seed: Vec<u8> = write_frfs(&set()).replace("m/s/N", "g/N").into_bytes();
-        let options = CsvFrfOptions { unit: Some("g/N".into()), reference: None };
-        crate::data::mutate::all(&[seed], 5_000, |bytes| read_frfs(bytes, &options).is_ok());
+        let polar = "sep=;\nFrequency [rad/s];1+z/1+z phase [deg];1+z/1+z amp [g/N];2 coh;2 phase_rad;2 mag [g/N];\n1,5;2;3,5;0,9;1;2;\n";
+        let wide: Vec<u8> = [0xff, 0xfe].into_iter().chain(polar.encode_utf16().flat_map(u16::to_le_bytes)).collect();
+        let seeds = [write_frfs(&set()).replace("Hz,m/s/N,", "Hz,g/N,").into_bytes(), polar.as_bytes().to_vec(), wide];
+        let options = CsvFrfOptions { unit: Some("g/N".into()), ..CsvFrfOptions::default() };
+        for seed in seeds {
+            crate::data::mutate::all(&[seed], 3_000, |bytes| read_frfs(bytes, &options).is_ok());
+        }
     }
 }

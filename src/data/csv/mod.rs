@@ -8,11 +8,16 @@
 //! 0.5,0.001,-0.002,0.99,...                                       values
 //! ```
 //!
-//! * A column is `<response>[.<direction>][/<reference>[.<direction>]]:<part>`; direction `+x`, `-x`, ... in global axes;
-//!   part `re`, `im`, and optionally `coh` for the coherence.
-//! * Delimiter `,`, `;` or tab, whichever is most frequent in the first line. With `;` or tab a decimal comma is
-//!   understood. Cells may be quoted. Lines that are blank or start with `#` are skipped.
+//! * A column is `<response>[.<direction>][/<reference>[.<direction>]]:<part>`; direction `+x`, `-x`, ... in global axes, also
+//!   `12+z`; part `re` and `im`, or `amp` and `phase_deg` or `phase_rad`, and optionally `coh` for the coherence. Words of other
+//!   programs are understood: `tip real`, `Amplitude [g/N]`, `tip phase (deg)`; a table of one function needs no name of a point.
+//! * The column of frequencies is `frequency_hz`, `Frequency [rad/s]`, `f`, ...; its name or the row of units states its unit, else it
+//!   is asked about.
+//! * Text is UTF-8, or UTF-16 with a byte order mark. A first line `sep=;` is the delimiter; else that of `,`, `;`, tab is, which cuts
+//!   header and first row alike. Decimals have a point, or a comma throughout, in cells that are quoted where the comma separates.
+//!   Lines that are blank or start with `#` are skipped, and so are columns at the end without name and content.
 //! * The unit of a function is one of response over force, such as `m/s2/N`, `g/N`, `mm/N`; it is not guessed.
+//! * A function or a point that is there twice: columns are asked about, of points the last one counts, with a note.
 //!
 //! [`read_shapes`] reads a table of shapes, points down and modes across.
 //!
@@ -20,14 +25,22 @@
 //! Errors name the line and the column.
 
 mod frfs;
+mod header;
 pub mod openmodal;
 mod shapes;
 mod sheet;
 
 pub use frfs::{Columns, CsvFrfOptions, function, read_frfs, write_frfs};
-pub(in crate::data) use shapes::frequency_of;
-pub use shapes::{ShapeTable, read_shapes};
-pub use sheet::{Row, Sheet};
+pub(in crate::data) use header::is_mode;
+pub use shapes::{ShapeTable, read_points, read_shapes};
+pub(in crate::data) use shapes::{coordinate, is_point};
+pub use sheet::{Row, Sheet, text_of};
+pub(in crate::data) use sheet::{names_of, wide_without_mark};
+
+/// Whether the name of a column says that it holds frequencies.
+pub(in crate::data) fn is_frequency(name: &str) -> bool {
+    header::frequency_column(name).is_some()
+}
 
 use super::convert::ConvertError;
 
@@ -39,10 +52,12 @@ pub enum CsvError {
     #[error("the table is empty; the first line must name the columns")]
     Empty,
     /// Text that is not UTF-8.
-    #[error("line {line}: bytes that are not UTF-8; save the table as UTF-8")]
-    NotUtf8 {
+    #[error("line {line}: the table is not UTF-8 but {found}; save it as UTF-8")]
+    Encoding {
         /// Line of the file.
         line: usize,
+        /// What it seems to be.
+        found: String,
     },
     /// A row of another length.
     #[error("line {line}: {found} cells, the first line has {expected}")]

@@ -5,18 +5,20 @@
 //! 1,15,18,0,+z,-0.0326,0.0512,0.001
 //! ```
 //!
-//! * `point` names the point; several rows of one point are several directions.
-//! * Coordinates are columns that begin with `x`, `y`, `z`, alone or followed by `_` or a blank; a last word `m`, `mm`, `cm`, `in`
-//!   or `ft` states their unit. All three or none may be there, or two: the third is 0 then.
+//! * `point` (also `node`, `sensor`) names the point; several rows of one point are several directions.
+//! * Coordinates are columns that begin with `x`, `y`, `z`, alone or followed by `_`, a blank or a bracket; a last word `m`, `mm`, `cm`,
+//!   `in` or `ft` states their unit. All three or none may be there, or two: the third is 0 then.
 //! * `direction` is `+x`, `-x` ... `-z`; without the column it must be stated.
-//! * A column whose name holds a number before `Hz` is a mode of that frequency; the rest of the name is its label. `:im` at the
-//!   end marks imaginary parts, `:re` may mark real ones. A blank cell was not measured.
+//! * A column whose name holds a number before `Hz` (or `kHz`, `rad/s`, `rpm`) is a mode of that frequency, written with the decimal
+//!   mark of the table; the rest of the name is its label. `:im` at the end marks imaginary parts, `:re` may mark real ones. A blank cell was not measured.
 
-use super::{CsvError, Sheet};
+use super::header::{is_mode, mode_name};
+use super::{CsvError, Row, Sheet};
 use crate::data::convert::{ConvertError, Question, UnitSystem, UnitsFrom};
 use crate::data::{ModalSet, ModeRecord, Point, ShapeChannel};
 use crate::element::Dof;
 use crate::linalg::{Complex, DVector};
+use std::collections::BTreeMap;
 
 /// What a table of shapes holds.
 #[derive(Debug, Clone, PartialEq)]
@@ -35,32 +37,19 @@ struct ModeColumn {
     is_imaginary: bool,
 }
 
-/// The frequency in the name of a column: the number before `Hz`, with the label that is left.
-pub(in crate::data) fn frequency_of(name: &[u8]) -> Option<f64> {
-    std::str::from_utf8(name).ok().and_then(mode_name).map(|m| m.0)
+/// Whether a column names points.
+pub(in crate::data) fn is_point(name: &str) -> bool {
+    matches!(name.trim().to_lowercase().as_str(), "point" | "node" | "sensor")
 }
 
-/// Frequency, label, and whether it is an imaginary part.
-fn mode_name(name: &str) -> Option<(f64, String, bool)> {
-    let (body, is_imaginary) = match name.rsplit_once(':') {
-        Some((body, "im")) => (body, true),
-        Some((body, "re")) => (body, false),
-        _ => (name, false),
-    };
-    let head = body.trim_end().strip_suffix("Hz").or_else(|| body.trim_end().strip_suffix("hz"))?.trim_end();
-    let number = &head[head.trim_end_matches(|c: char| c.is_ascii_digit() || c == '.').len()..];
-    let hz = number.parse::<f64>().ok().filter(|f| f.is_finite() && *f > 0.0)?;
-    let label = head[..head.len() - number.len()].trim_end_matches(['_', ' ', '-']).trim().to_string();
-    Some((hz, label, is_imaginary))
-}
-
-/// Axis and unit of length of a column of coordinates.
-fn coordinate(name: &str) -> Option<(usize, Option<f64>)> {
-    let axis = ["x", "y", "z"].iter().position(|a| name.starts_with(a))?;
-    if name.len() > 1 && !name[1..].starts_with(['_', ' ']) {
+/// Axis and unit of length of a column of coordinates: `x`, `y_in`, `z (mm)`, `x left mm`.
+pub(in crate::data) fn coordinate(name: &str) -> Option<(usize, Option<f64>)> {
+    let lower = name.trim().to_lowercase();
+    let axis = ["x", "y", "z"].iter().position(|a| lower.starts_with(a))?;
+    if lower.len() > 1 && !lower[1..].starts_with(['_', ' ', '(', '[', '/']) {
         return None;
     }
-    let unit = match name.rsplit(['_', ' ']).next() {
+    let unit = match lower.rsplit(['_', ' ', '(', '[', '/']).next().map(|u| u.trim_end_matches([')', ']'])) {
         Some("m") => Some(1.0),
         Some("cm") => Some(0.01),
         Some("mm") => Some(1e-3),
@@ -71,12 +60,116 @@ fn coordinate(name: &str) -> Option<(usize, Option<f64>)> {
     Some((axis, unit))
 }
 
+fn ask(option: &'static str, text: &str, answers: &[&str]) -> CsvError {
+    let answers = answers.iter().map(|a| (*a).to_string()).collect();
+    ConvertError::Questions(vec![Question { option, text: text.to_string(), answers }]).into()
+}
+
+/// Columns of coordinates, with the SI value of one unit in each.
+struct Places([Option<(usize, f64)>; 3]);
+
+impl Places {
+    /// Finds them; one of three may be missing.
+    fn of(sheet: &Sheet<'_>, units: &UnitsFrom, notes: &mut Vec<String>) -> Result<Option<Self>, CsvError> {
+        let mut places: [Option<(usize, Option<f64>)>; 3] = [None; 3];
+        for (column, name) in sheet.names.iter().enumerate().filter(|(_, n)| !is_mode(n)) {
+            if let Some((axis, unit)) = coordinate(name) {
+                places[axis] = Some((column, unit));
+            }
+        }
+        if places.iter().flatten().count() < 2 {
+            return Ok(None);
+        }
+        if let Some(axis) = places.iter().position(Option::is_none) {
+            notes.push(format!("no column for {}: it is 0 for all points", ["x", "y", "z"][axis]));
+        }
+        let mut scaled = [None; 3];
+        for (own, place) in scaled.iter_mut().zip(places) {
+            let Some((column, unit)) = place else { continue };
+            let stated = unit.or(match units {
+                UnitsFrom::System(system) => Some(system.length),
+                _ => None,
+            });
+            let Some(scale) = stated else {
+                return Err(ask("geometry-units", "the unit of the coordinates is not stated", &UnitSystem::NAMES));
+            };
+            *own = Some((column, scale));
+        }
+        Ok(Some(Self(scaled)))
+    }
+
+    fn position(&self, sheet: &Sheet<'_>, row: &Row<'_>) -> Result<[f64; 3], CsvError> {
+        let mut position_m = [0.0; 3];
+        for (value, place) in position_m.iter_mut().zip(self.0) {
+            if let Some((column, scale)) = place {
+                *value = sheet.finite(row, column)? * scale;
+            }
+        }
+        Ok(position_m)
+    }
+}
+
+/// Points by name; the last row of several counts, as the last of several nodes of one label does.
+#[derive(Default)]
+struct PointList {
+    points: Vec<Point>,
+    index: BTreeMap<String, usize>,
+    moved: usize,
+}
+
+impl PointList {
+    fn put(&mut self, name: &str, position_m: [f64; 3]) {
+        if let Some(&at) = self.index.get(name) {
+            self.moved += usize::from(self.points[at].position_m != position_m);
+            self.points[at].position_m = position_m;
+            return;
+        }
+        self.index.insert(name.to_string(), self.points.len());
+        self.points.push(Point { name: name.to_string(), position_m, axes: Point::GLOBAL });
+    }
+}
+
+/// Reads a table of points, `point,x,y,z`, and says what was taken for granted.
+///
+/// * `units` - unit of the coordinates where the names of their columns state none
+///
+/// # Errors
+/// Cells that are no numbers; [`ConvertError::Questions`] for a unit that is not stated.
+pub fn read_points(bytes: &[u8], units: &UnitsFrom) -> Result<(Vec<Point>, Vec<String>), CsvError> {
+    let sheet = Sheet::read(bytes)?;
+    let name = point_column(&sheet)?;
+    let mut notes = Vec::new();
+    let Some(places) = Places::of(&sheet, units, &mut notes)? else {
+        sheet.column("x")?;
+        return Ok((Vec::new(), notes));
+    };
+    let mut list = PointList::default();
+    let mut repeated = 0;
+    for row in &sheet.rows {
+        repeated += usize::from(list.index.contains_key(row.cells[name].as_ref()));
+        list.put(&row.cells[name], places.position(&sheet, row)?);
+    }
+    if repeated > 0 {
+        let points = if repeated == 1 { "point" } else { "points" };
+        notes.push(format!("{repeated} {points} whose name was there before; the last one counts"));
+    }
+    Ok((list.points, notes))
+}
+
+fn point_column(sheet: &Sheet<'_>) -> Result<usize, CsvError> {
+    sheet.names.iter().position(|n| is_point(n)).map_or_else(|| sheet.column("point"), Ok)
+}
+
+fn is_direction(name: &str) -> bool {
+    matches!(name.trim().to_lowercase().as_str(), "direction" | "dir")
+}
+
 fn direction_of(text: &str) -> Option<[f64; 3]> {
     let (sign, axis) = match text.as_bytes() {
         [b'-', rest @ ..] => (-1.0, rest),
         [b'+', rest @ ..] | rest => (1.0, rest),
     };
-    let at = [b"x", b"y", b"z"].iter().position(|a| a.as_slice() == axis)?;
+    let at = [b"x", b"y", b"z"].iter().position(|a| a.eq_ignore_ascii_case(axis))?;
     let mut d = [0.0; 3];
     d[at] = sign;
     Some(d)
@@ -95,86 +188,94 @@ pub fn read_shapes(
     direction: Option<[f64; 3]>,
 ) -> Result<(ShapeTable, Vec<String>), CsvError> {
     let sheet = Sheet::read(bytes)?;
-    let point = sheet.column("point")?;
-    let (mut modes, mut places, mut notes) = (Vec::new(), [None; 3], Vec::new());
+    let point = point_column(&sheet)?;
+    let mut notes = Vec::new();
+    let mut modes: Vec<ModeColumn> = Vec::new();
     for (column, name) in sheet.names.iter().enumerate() {
-        if let Some((hz, label, is_imaginary)) = mode_name(name) {
+        if let Some(mode) = mode_name(name, sheet.decimal_comma) {
+            let super::header::ModeName { hz, label, is_imaginary } = mode?;
+            let is_same = |m: &ModeColumn| (m.hz, &m.label, m.is_imaginary) == (hz, &label, is_imaginary);
+            if let Some(before) = modes.iter().position(is_same) {
+                notes.push(format!("the column `{name}` is there more than once; the last one counts"));
+                modes.remove(before);
+            }
             modes.push(ModeColumn { column, label, hz, is_imaginary });
-        } else if let Some((axis, unit)) = coordinate(name) {
-            places[axis] = Some((column, unit));
-        } else if !matches!(name.as_ref(), "point" | "direction") {
+        } else if coordinate(name).is_none() && !is_point(name) && !is_direction(name) {
             notes.push(format!("column `{name}` is neither a coordinate nor a mode, and is left out"));
         }
     }
-    let directions = sheet.names.iter().position(|n| n == "direction");
-    let ask = |option, text: &str, answers: &[&str]| {
-        let answers = answers.iter().map(|a| (*a).to_string()).collect();
-        CsvError::from(ConvertError::Questions(vec![Question { option, text: text.to_string(), answers }]))
-    };
+    if let Some(lost) = modes
+        .iter()
+        .find(|m| m.is_imaginary && !modes.iter().any(|r| !r.is_imaginary && r.hz == m.hz && r.label == m.label))
+    {
+        let name = sheet.names[lost.column].to_string();
+        return Err(CsvError::ColumnName { name, expected: "the column of its real part is missing" });
+    }
+    let directions = sheet.names.iter().position(|n| is_direction(n));
     if directions.is_none() && direction.is_none() {
         return Err(ask("direction", "the direction of the shapes is not stated", &["+x", "+y", "+z"]));
     }
-    let is_placed = places.iter().flatten().count() >= 2;
-    if is_placed && let Some(axis) = places.iter().position(Option::is_none) {
-        notes.push(format!("no column for {}: it is 0 for all points", ["x", "y", "z"][axis]));
-    }
-    let mut scale = [0.0; 3];
-    for (axis, place) in places.iter().enumerate().filter(|_| is_placed) {
-        let stated = place.and_then(|(_, unit)| unit).or(match units {
-            UnitsFrom::System(system) => Some(system.length),
-            _ => None,
-        });
-        scale[axis] = match (place, stated) {
-            (Some(_), Some(scale)) => scale,
-            (Some(_), None) => {
-                return Err(ask("geometry-units", "the unit of the coordinates is not stated", &UnitSystem::NAMES));
-            }
-            (None, _) => 0.0,
-        };
-    }
-    let (mut channels, mut points): (Vec<ShapeChannel>, Vec<Point>) = (Vec::new(), Vec::new());
+    let places = Places::of(&sheet, units, &mut notes)?;
+    let mut channels: Vec<ShapeChannel> = Vec::new();
+    let mut list = PointList::default();
+    // The row of each channel, and the channels by point and direction.
+    let mut rows: Vec<&Row<'_>> = Vec::new();
+    let mut index: BTreeMap<(&str, [u64; 3]), usize> = BTreeMap::new();
+    let mut repeated = 0;
     for row in &sheet.rows {
-        let name = row.cells[point].to_string();
+        let name = row.cells[point].as_ref();
         let own = match directions {
             None => direction,
             Some(column) => Some(direction_of(&row.cells[column]).ok_or_else(|| CsvError::Cell {
                 line: row.line,
                 column: column + 1,
-                name: "direction".to_string(),
+                name: sheet.names[column].to_string(),
                 text: row.cells[column].to_string(),
                 expected: "`+x`, `-x` ... `-z`",
             })?),
         };
         let own = own.unwrap_or([0.0, 0.0, 1.0]);
+        if let Some(places) = &places {
+            list.put(name, places.position(&sheet, row)?);
+        }
+        if let Some(&before) = index.get(&(name, own.map(f64::to_bits))) {
+            repeated += 1;
+            rows[before] = row;
+            continue;
+        }
+        index.insert((name, own.map(f64::to_bits)), rows.len());
         let axis = (0..3).max_by(|a, b| own[*a].abs().total_cmp(&own[*b].abs())).unwrap_or(2);
-        channels.push(ShapeChannel { point: name.clone(), dof: Dof::ALL[axis], direction: own });
-        if is_placed && !points.iter().any(|p| p.name == name) {
-            let mut position_m = [0.0; 3];
-            for (axis, place) in places.iter().enumerate() {
-                if let Some((column, _)) = place {
-                    position_m[axis] = sheet.number(row, *column)? * scale[axis];
-                }
-            }
-            points.push(Point { name, position_m, axes: Point::GLOBAL });
+        channels.push(ShapeChannel { point: name.to_string(), dof: Dof::ALL[axis], direction: own });
+        rows.push(row);
+    }
+    for (count, one, several) in [
+        (
+            repeated,
+            "row whose point and direction were there before",
+            "rows whose point and direction were there before",
+        ),
+        (list.moved, "point that was there before at another place", "points that were there before at another place"),
+    ] {
+        if count > 0 {
+            notes.push(format!("{count} {}; the last one counts", if count == 1 { one } else { several }));
         }
     }
     let mut records: Vec<ModeRecord> = Vec::new();
     for mode in modes.iter().filter(|m| !m.is_imaginary) {
         let imaginary = modes.iter().find(|m| m.is_imaginary && m.hz == mode.hz && m.label == mode.label);
-        let cell = |row, column: usize| {
-            let row: &super::Row<'_> = row;
+        let cell = |row: &Row<'_>, column: usize| {
             if row.cells[column].is_empty() { Ok(f64::NAN) } else { sheet.number(row, column) }
         };
-        let shape = sheet
-            .rows
+        let shape = rows
             .iter()
+            .copied()
             .map(|row| Ok(Complex::new(cell(row, mode.column)?, imaginary.map_or(Ok(0.0), |m| cell(row, m.column))?)))
             .collect::<Result<Vec<_>, CsvError>>()?;
         let label = (!mode.label.is_empty()).then(|| mode.label.clone());
         records.push(ModeRecord::new(label, mode.hz, DVector::from_vec(shape)));
     }
     records.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
-    Ok((ShapeTable { modes: ModalSet { channels, modes: records }, points }, notes))
+    Ok((ShapeTable { modes: ModalSet { channels, modes: records }, points: list.points }, notes))
 }
 
 #[cfg(test)]
@@ -209,10 +310,57 @@ mod tests {
     }
 
     #[test]
-    fn names_of_columns_that_are_no_modes() {
-        for name in ["Hz", "frequency_hz", "-Hz", "é7 Hz!", "x", "0 Hz", "Hz:im"] {
-            assert!(mode_name(name).is_none(), "{name}");
+    fn a_decimal_comma_in_the_header_is_one_and_other_units_are_converted() {
+        let text =
+            b"Node;X (mm);y_mm;z_mm;bending 7,9 Hz;second 49,1 Hz;third 0,5 kHz\n1;0;0;0;0;0;1\n2;100;0;0;0,1;-0,4;1\n";
+        let z = Some([0.0, 0.0, 1.0]);
+        let (table, notes) = read_shapes(text, &UnitsFrom::File, z).unwrap();
+        let hz: Vec<f64> = table.modes.modes.iter().map(|m| m.frequency_hz).collect();
+        assert_eq!((hz, notes.len()), (vec![7.9, 49.1, 500.0], 0));
+        assert_eq!(table.points[1].position_m, [0.1, 0.0, 0.0]);
+        // The cells have points, the header a comma: thousands or decimals?
+        let error = read_shapes(b"point;bending 7,9 Hz\n1;0.5\n", &UnitsFrom::File, z).unwrap_err().to_string();
+        assert!(error.contains("`bending 7,9 Hz`"), "{error}");
+        let quoted = read_shapes(b"point,\"bending 7,9 Hz\"\n1,\"0,5\"\n", &UnitsFrom::File, z).unwrap().0;
+        assert_eq!((quoted.modes.modes[0].frequency_hz, quoted.modes.modes[0].shape[0].re), (7.9, 0.5));
+    }
+
+    #[test]
+    fn what_is_there_twice_is_told_and_the_last_one_counts() {
+        let si = UnitsFrom::System(UnitSystem::from_name("SI").unwrap());
+        let (points, notes) = read_points(b"point,x,y,z\n1,0,0,0\n2,5,0,0\n1,1,0,0\n", &si).unwrap();
+        assert_eq!((points.len(), points[0].position_m), (2, [1.0, 0.0, 0.0]));
+        assert_eq!(notes, ["1 point whose name was there before; the last one counts"]);
+        let text = b"point,x,y,z,direction,1 Hz,1 Hz\n1,0,0,0,+z,1,2\n1,0,0,0,+x,3,4\n1,0,1,0,+z,5,6\n";
+        let (table, notes) = read_shapes(text, &si, None).unwrap();
+        assert_eq!(notes.len(), 3, "{notes:?}");
+        assert_eq!(table.points[0].position_m, [0.0, 1.0, 0.0]);
+        let shape = &table.modes.modes[0].shape;
+        assert_eq!((shape.len(), shape[0].re, shape[1].re), (2, 6.0, 4.0));
+        assert!(read_points(b"point,x,y,z\n1,nan,0,0\n", &si).is_err());
+        assert!(read_points(b"point,x\n1,0\n", &si).unwrap().0.is_empty());
+    }
+
+    #[test]
+    fn mutated_tables_do_no_harm() {
+        use rand::{Rng, RngExt, SeedableRng};
+        let seed = "sep=;\npoint;x_mm;y_mm;direction;bending 7,9 Hz;twist 1,6e1 Hz:re;twist 1,6e1 Hz:im;\n1;0;0,5;+z;1,5;2;0;\n1;0;0;-x;1;2;3;\n";
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(5);
+        let mut read = 0;
+        for _ in 0..6_000 {
+            let mut bytes = seed.as_bytes().to_vec();
+            for _ in 0..rng.random_range(1..4) {
+                let at = rng.random_range(0..bytes.len());
+                match rng.random_range(0..3) {
+                    0 => bytes[at] = rng.next_u32() as u8,
+                    1 => bytes[at] = b"\t,;\n.0-9'()"[rng.random_range(0..11)],
+                    _ => bytes.truncate(at + 1),
+                }
+            }
+            let si = UnitsFrom::System(UnitSystem::from_name("SI").unwrap());
+            read += u32::from(read_shapes(&bytes, &si, Some([0.0, 0.0, 1.0])).is_ok());
+            let _ = read_points(&bytes, &si);
         }
-        assert_eq!(mode_name("é7.5 Hz"), Some((7.5, "é".to_string(), false)));
+        assert!(read > 0);
     }
 }

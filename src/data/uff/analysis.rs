@@ -93,7 +93,7 @@ fn read_entries(
     // One integer alone on a line is the next label, unless a single value per node may look the same.
     let stop: fn(&str) -> bool = if columns.len() == 1 { is_label } else { super::cursor::never };
     while let Some(text) = cursor.filled_record() {
-        let n = cursor.head(&text, columns, "a label")?;
+        let n = cursor.split(&text, columns, "a label")?;
         let head: Vec<i64> = (0..columns.len()).map(|i| n.int(i)).collect();
         let Some(count) = width(&head) else {
             return Err(cursor.fault(format!("a head {head:?} that announces no values")));

@@ -1,6 +1,6 @@
 //! Reads the records of one dataset, with a memory for oddities.
 
-use super::fields::{FloatLine, NumericRecord, column, numeric_record, parse_int, push_floats};
+use super::fields::{FloatLine, NumericRecord, column, numeric_record, parse_float, parse_int, push_floats};
 use super::note::{Level, Notes, quote};
 use super::scan::{Lines, decode};
 use std::borrow::Cow;
@@ -84,18 +84,13 @@ impl<'a, 'n> Cursor<'a, 'n> {
         }
     }
 
-    /// A record of integers at the head of an entry: a label, and what belongs to it. What stands behind the numbers is a comment.
-    pub(super) fn head(&mut self, text: &str, widths: &[usize], what: &str) -> Result<Numbers, Fault> {
+    /// A record of numbers, split. What stands behind the numbers is a comment.
+    pub(super) fn split(&mut self, text: &str, widths: &[usize], what: &str) -> Result<Numbers, Fault> {
         let plain = without_comment(text);
         if plain.len() < text.trim_end().len() {
             self.note_once(Level::Info, "text behind the numbers of a record", "it is a comment");
         }
-        self.split(plain, widths, what)
-    }
-
-    /// A record of numbers, split.
-    pub(super) fn split(&mut self, text: &str, widths: &[usize], what: &str) -> Result<Numbers, Fault> {
-        let Some(record) = numeric_record(text, widths) else {
+        let Some(record) = numeric_record(plain, widths) else {
             return Err(self.fault(format!("{} where {what} should stand", quote(text))));
         };
         if record.by_blanks {
@@ -173,15 +168,19 @@ impl Numbers {
     }
 }
 
-/// A record of integers without the comment behind them: programs write the name of a node there.
+/// A record of numbers without the comment behind them: programs write the name of a node there.
 fn without_comment(text: &str) -> &str {
-    let mut before = None;
+    let (mut before, mut has_digit) = (None, false);
     for (at, c) in text.char_indices() {
-        let is_mark = matches!(c, '%' | '#' | '!' | '$');
-        let is_word = c.is_alphabetic() && before.is_none_or(char::is_whitespace);
-        if (is_mark || is_word) && text[..at].bytes().any(|b| b.is_ascii_digit()) {
+        // Several `#` stand for a number without room.
+        let is_mark =
+            matches!(c, '%' | '!' | '$') || (c == '#' && before != Some('#') && !text[at..].starts_with("##"));
+        let is_number = || text[at..].split_whitespace().next().and_then(parse_float).is_some();
+        let is_word = c.is_alphabetic() && before.is_none_or(char::is_whitespace) && !is_number();
+        if has_digit && (is_mark || is_word) {
             return text[..at].trim_end();
         }
+        has_digit |= c.is_ascii_digit();
         before = Some(c);
     }
     text
@@ -218,7 +217,7 @@ impl Cursor<'_, '_> {
         let mut values = Vec::new();
         while values.len() < count {
             let Some(text) = self.record() else { break };
-            if push_ints(&text, &mut values).is_none() {
+            if push_ints(without_comment(&text), &mut values).is_none() {
                 return Err(self.fault(format!("{} is no list of integers", quote(&text))));
             }
         }

@@ -31,7 +31,7 @@ fn is_beam(descriptor: i64) -> bool {
 pub(super) fn read_2412(cursor: &mut Cursor<'_, '_>) -> Result<Vec<Element>, Fault> {
     let mut elements = Vec::new();
     while let Some(text) = cursor.filled_record() {
-        let head = cursor.head(&text, &[10; 6], "the head of an element")?;
+        let head = cursor.split(&text, &[10; 6], "the head of an element")?;
         let descriptor = head.int(1);
         let beam = if is_beam(descriptor) {
             let n = cursor.numbers(&[10; 3], "the beam record of an element")?;

@@ -12,6 +12,7 @@
 //! | 2412 | elements | label, kind, tables, color, beam record, nodes |
 //! | 82 | trace line | number, color, name, nodes (0 lifts the pen) |
 //! | 18, 2420 | coordinate systems | numbers, kind, color, name, points or matrix |
+//! | 1858 | qualifiers of functions | all records |
 //! | 151, 164 | header, units | names, programs, dates; code and factors (SI value = value / factor) |
 //! | 55, 2414 | shapes, analysis data | all parameters, values at nodes (2414: on elements too), real or complex |
 //! | 58, 58b | functions | all eleven records; text or binary, either byte order, IEEE, DEC VMS or IBM 370 floats |
@@ -42,6 +43,7 @@ mod function;
 mod header;
 mod nodes;
 mod note;
+mod qualifiers;
 mod scan;
 mod sink;
 mod systems;
@@ -55,6 +57,7 @@ pub use function::{Abscissa, Axis, ByteOrder, Entity, Function, Ordinate, Precis
 pub use header::{Header, Stamp, Units};
 pub use nodes::Node;
 pub use note::{Level, Note};
+pub use qualifiers::Qualifiers;
 pub use systems::{CoordinateSystem, Part, PartSystem};
 
 use cursor::{Cursor, Fault};
@@ -87,6 +90,8 @@ pub enum Dataset {
     AnalysisData(AnalysisData),
     /// 58: function at nodal DOF.
     Function(Box<Function>),
+    /// 1858: qualifiers of functions.
+    Qualifiers(Box<Qualifiers>),
     /// Any other dataset, or one that could not be read.
     Unknown {
         /// Its number.
@@ -111,6 +116,7 @@ impl Dataset {
             Dataset::DataAtNodes(_) => 55,
             Dataset::AnalysisData(_) => 2414,
             Dataset::Function(_) => 58,
+            Dataset::Qualifiers(_) => 1858,
             Dataset::Unknown { number, .. } => *number,
         }
     }
@@ -200,6 +206,7 @@ fn read_known(block: &Block<'_>, cursor: &mut Cursor<'_, '_>) -> Option<Result<D
         55 => analysis::read_55(cursor).map(Dataset::DataAtNodes),
         2414 => analysis::read_2414(cursor).map(Dataset::AnalysisData),
         58 => d58::read(block, cursor).map(Dataset::from),
+        1858 => qualifiers::read_1858(cursor).map(|q| Dataset::Qualifiers(Box::new(q))),
         _ => return None,
     })
 }
@@ -231,6 +238,7 @@ pub fn write(file: &UniversalFile) -> Result<(Vec<u8>, Vec<Note>), UffError> {
             Dataset::DataAtNodes(v) => analysis::write_55(v, &mut sink),
             Dataset::AnalysisData(v) => analysis::write_2414(v, &mut sink),
             Dataset::Function(v) => d58::write(v, &mut sink),
+            Dataset::Qualifiers(v) => qualifiers::write_1858(v, &mut sink),
             Dataset::Unknown { number, lines } => {
                 sink.begin(*number);
                 for line in lines {

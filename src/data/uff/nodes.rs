@@ -26,7 +26,7 @@ pub(super) fn read_15(cursor: &mut Cursor<'_, '_>) -> Vec<Node> {
     const COLUMNS: [usize; 7] = [10, 10, 10, 10, 13, 13, 13];
     let mut nodes = Vec::new();
     while let Some(text) = cursor.filled_record() {
-        match cursor.head(&text, &COLUMNS, "a node") {
+        match cursor.split(&text, &COLUMNS, "a node") {
             Ok(n) if n.filled() == COLUMNS.len() => nodes.push(Node {
                 label: n.int(0),
                 definition_cs: n.int(1),
@@ -46,7 +46,7 @@ pub(super) fn read_2411(cursor: &mut Cursor<'_, '_>) -> Result<Vec<Node>, Fault>
     const COLUMNS: [usize; 3] = [25; 3];
     let mut nodes = Vec::new();
     while let Some(text) = cursor.filled_record() {
-        let labels = cursor.head(&text, &LABELS, "the label of a node")?;
+        let labels = cursor.split(&text, &LABELS, "the label of a node")?;
         let Some(text) = cursor.filled_record() else {
             cursor.note(Level::Warning, format!("node {} has no coordinates", labels.int(0)), "it was left out");
             break;

@@ -312,6 +312,20 @@ fn dataset() -> impl Strategy<Value = Dataset> {
         let (model_name, description, database_program, created, saved, program, written) = h;
         Dataset::Header(Header { model_name, description, database_program, created, saved, program, written })
     });
+    let reals = || prop::collection::vec(decimal(8), 5);
+    let numbers = prop::collection::vec(0..99_i64, 18);
+    let qualifiers = (numbers, reals(), reals(), reals(), text()).prop_map(|(n, z, user, levels, remark)| {
+        let five = |v: Vec<f64>| std::array::from_fn(|i| v[i]);
+        Dataset::Qualifiers(Box::new(Qualifiers {
+            set: std::array::from_fn(|i| n[i]),
+            form: std::array::from_fn(|i| n[6 + i]),
+            z: five(z),
+            user: five(user),
+            levels: five(levels),
+            directions: "NONE  NONE".to_owned(),
+            remark,
+        }))
+    });
     let unknown = (3000..4000_i64, prop::collection::vec("[ -~]{0,40}x", 0..5))
         .prop_map(|(number, lines)| Dataset::Unknown { number, lines });
     prop_oneof![
@@ -324,6 +338,7 @@ fn dataset() -> impl Strategy<Value = Dataset> {
         units,
         header,
         unknown,
+        qualifiers,
         shape_strategy(),
         analysis_strategy(),
         function_strategy().prop_map(Dataset::from),
@@ -497,10 +512,12 @@ fn false_counts_do_not_ask_for_memory() {
 
 /// Mutates a file: bytes changed, removed, repeated, pieces of other files, counts replaced.
 fn mutate(seed: &[u8], other: &[u8], rng: &mut ChaCha8Rng) -> Vec<u8> {
-    const WORDS: [&[u8]; 12] = [
+    const WORDS: [&[u8]; 14] = [
         b"    -1\n",
         b"    -1\n    -1\n",
         b"    58b     2     3          11           8\n",
+        b"    55 % 1 text\n",
+        b"  1858\n",
         b"9999999999",
         b"-1",
         b"\r",
@@ -553,6 +570,31 @@ fn seeds() -> Vec<Vec<u8>> {
     random.chain(real).collect()
 }
 
+/// What a file means is found or refused, with whatever units.
+fn make_sense_of(file: &UniversalFile) {
+    use crate::data::convert::{self, Duplicates, FrfOptions, LocalAxes, UnitSystem, UnitsFrom};
+    let options = FrfOptions {
+        units: UnitSystem::from_name("SI").map_or(UnitsFrom::File, UnitsFrom::System),
+        quantity: Some(crate::data::FrfQuantity::Accelerance),
+        duplicates: Duplicates::Last,
+        frequency_unit: crate::units::FrequencyUnit::of_label("Hz"),
+        local_axes: None,
+    };
+    if let Ok(mut import) = convert::frfs(&[file], &options) {
+        import.frfs.drop_empty_lines();
+        crate::data::skew::combine_functions(&mut import.frfs);
+        assert_eq!(
+            import.frfs.h.len(),
+            import.frfs.n_lines() * import.frfs.references.len() * import.frfs.responses.len()
+        );
+    }
+    if let Ok((mut modes, _)) = convert::modes(&[file], &options) {
+        crate::data::skew::combine_modes(&mut modes);
+        assert!(modes.modes.iter().all(|m| m.shape.len() == modes.channels.len()));
+    }
+    let _ = convert::geometry(&[file], &options.units, Some(LocalAxes::Columns));
+}
+
 /// 20,000 mutated files; `RETUNE_FUZZ_CASES` sets another number.
 #[test]
 fn mutated_files_are_read_without_panic_and_come_back() {
@@ -567,6 +609,7 @@ fn mutated_files_are_read_without_panic_and_come_back() {
         let start = std::time::Instant::now();
         if let Ok((file, _)) = read(&bytes) {
             read_at_all += 1;
+            make_sense_of(&file);
             // Whatever was understood can be written, and what was written is understood in the same way: rounding and
             // the blanks for line ends inside unread lines happen in the first two rounds, the third changes nothing.
             let round = |bytes: &[u8]| write(&read(bytes).unwrap_or_else(|e| panic!("run {run}: {e}")).0);
