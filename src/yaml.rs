@@ -204,7 +204,8 @@ pub fn read<T: DeserializeOwned>(text: &str) -> Result<(T, SourceMap), Vec<Probl
     }
     let written = merge::expanded(text).map_err(|p| vec![p])?;
     map.elsewhere = written.places;
-    let value = serde_yaml::from_str::<T>(&written.text).map_err(|e| vec![shape_error(&e, &map, Some(&written.lines))])?;
+    let value =
+        serde_yaml::from_str::<T>(&written.text).map_err(|e| vec![shape_error(&e, &map, Some(&written.lines))])?;
     Ok((value, map))
 }
 

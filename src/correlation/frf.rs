@@ -88,8 +88,7 @@ struct Sums {
 impl Sums {
     fn over(pairs: impl Iterator<Item = (Complex<f64>, Complex<f64>)> + Clone) -> Self {
         let measured = pairs.filter(|(a, x)| a.is_finite() && x.is_finite());
-        let (scale_a, scale_x) =
-            (unit_scale(measured.clone().map(|p| p.0)), unit_scale(measured.clone().map(|p| p.1)));
+        let (scale_a, scale_x) = (unit_scale(measured.clone().map(|p| p.0)), unit_scale(measured.clone().map(|p| p.1)));
         let mut sums = Self { cross: Complex::new(0.0, 0.0), norm_a: 0.0, norm_x: 0.0, scale_a, scale_x };
         for (a, x) in measured.map(|(a, x)| (a * scale_a, x * scale_x)) {
             sums.cross += x.conj() * a;

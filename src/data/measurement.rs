@@ -26,11 +26,10 @@ use super::csv::{self, CsvError, CsvFrfOptions, ShapeTable, openmodal, read_frfs
 use super::file::read_file;
 use super::uff::{Dataset, UffError, UniversalFile};
 use super::{
-    Channel, FrfSet, Geometry, ModalSet, ModeRecord, Point, ShapeChannel, Spectrum, SpectrumKind, SpectrumUnit, lvm,
-    mat, npy, npz, punch, skew, uff,
+    FrfSet, Geometry, ModalSet, ModeRecord, Point, ShapeChannel, Spectrum, lvm, mat, npy, npz, punch, skew, uff,
 };
 use crate::element::Dof;
-use crate::linalg::{Complex, DVector};
+use crate::linalg::DVector;
 use arrays::{ModeTable, Variable, Workspace};
 use labview::{is_negative, says_decibel, spectrum_of};
 use std::collections::{BTreeMap, BTreeSet};
@@ -579,7 +578,9 @@ fn of_tables(tables: Vec<ModeTable>, direction: Option<[f64; 3]>) -> Result<Moda
     let points = tables.first().map(|t| t.points.clone()).unwrap_or_default();
     let channels: Vec<ShapeChannel> = points
         .iter()
-        .flat_map(|point| axes.iter().map(move |(dof, d)| ShapeChannel { point: point.clone(), dof: *dof, direction: *d }))
+        .flat_map(|point| {
+            axes.iter().map(move |(dof, d)| ShapeChannel { point: point.clone(), dof: *dof, direction: *d })
+        })
         .collect();
     let mut modes = Vec::new();
     for (hz, damping_ratio, shape) in tables.into_iter().flat_map(|t| t.modes) {

@@ -70,10 +70,11 @@ fn read_within(bytes: &[u8], limit: usize) -> Result<Vec<(String, Array)>, NpzEr
             CompressionMethod::STORE => data,
             CompressionMethod::DEFLATE => {
                 let most = left.min(data.len().saturating_mul(MOST_RATIO).saturating_add(MOST_RATIO));
-                unfolded = miniz_oxide::inflate::decompress_to_vec_with_limit(data, most).map_err(|e| match e.status {
-                    miniz_oxide::inflate::TINFLStatus::HasMoreOutput => NpzError::TooLarge(limit),
-                    _ => wrong("its compressed bytes are damaged"),
-                })?;
+                unfolded =
+                    miniz_oxide::inflate::decompress_to_vec_with_limit(data, most).map_err(|e| match e.status {
+                        miniz_oxide::inflate::TINFLStatus::HasMoreOutput => NpzError::TooLarge(limit),
+                        _ => wrong("its compressed bytes are damaged"),
+                    })?;
                 &unfolded[..]
             }
             _ => return Err(wrong("it is compressed by a method other than deflate, which NumPy does not write")),
@@ -119,7 +120,8 @@ mod tests {
     #[test]
     fn stored_and_deflated_arrays_come_with_their_names() {
         let (f, h) = (array(&[1.0, 2.0]), array(&[0.5; 300]));
-        let bytes = archive(&[("f.npy", &npy::write(&f), false), ("note.txt", b"x", false), ("h.npy", &npy::write(&h), true)]);
+        let bytes =
+            archive(&[("f.npy", &npy::write(&f), false), ("note.txt", b"x", false), ("h.npy", &npy::write(&h), true)]);
         assert!(is_zip(&bytes));
         assert_eq!(read(&bytes).unwrap(), [("f".to_string(), f), ("h".to_string(), h)]);
     }

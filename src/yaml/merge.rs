@@ -130,7 +130,9 @@ fn quoted(value: &str) -> String {
     for c in value.chars() {
         match c {
             '"' | '\\' => out.extend(['\\', c]),
-            c if c.is_control() || matches!(c, '\u{feff}' | '\u{2028}' | '\u{2029}') => out += &format!("\\U{:08x}", u32::from(c)),
+            c if c.is_control() || matches!(c, '\u{feff}' | '\u{2028}' | '\u{2029}') => {
+                out += &format!("\\U{:08x}", u32::from(c))
+            }
             c => out.push(c),
         }
     }
@@ -283,7 +285,9 @@ d: *b
             refused(&TEXT.replace("width: 2.5", "width: two").replace("width: 3", "list: []")),
             "f:2:18: error: a.width: found the text `two`, expected a number"
         );
-        assert!(refused(&TEXT.replace("width: 3", "widht: 3")).starts_with("f:5:3: error: b.widht: unknown key `widht`"));
+        assert!(
+            refused(&TEXT.replace("width: 3", "widht: 3")).starts_with("f:5:3: error: b.widht: unknown key `widht`")
+        );
         assert_eq!(refused("a: &a {width: 1}\nb: {<<: *a}\n"), "f:1:1: error: a: missing key `name`");
         assert!(refused("a: {<<: 3}\n").starts_with("f:1:5: error: `<<` takes a map"));
         assert!(refused("a: {<<: [3]}\n").starts_with("f:1:5: error: `<<` takes a map"));

@@ -7,8 +7,8 @@ use crate::output::{Failure, style};
 use retune::data::convert::{Duplicates, FrfOptions, LocalAxes, UnitsFrom};
 use retune::data::{DEFAULT_DAMPING_SD, DEFAULT_FREQUENCY_SD, DEFAULT_SHAPE_SD};
 use retune::data::{
-    FrfQuantity, FrfSet, GeometryFrame, MeasurementOptions, Measurements, ModalSet, Origin, RelativeSd, Roles,
-    Sensor, TestMode,
+    FrfQuantity, FrfSet, GeometryFrame, MeasurementOptions, Measurements, ModalSet, Origin, RelativeSd, Roles, Sensor,
+    TestMode,
 };
 use retune::identify::health::{Finding, Level};
 use retune::report::text::{Style, Tone, number, paragraph, printable};

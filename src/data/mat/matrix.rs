@@ -195,7 +195,8 @@ pub(super) fn array<'a>(
     let Some((MI_MATRIX, stated)) = head(input.rest) else {
         return input.element("an array", false).map(|_| None);
     };
-    let begins_here = |bytes: &[u8]| bytes.is_empty() || head(bytes).is_some_and(|h| matches!(h.0, MI_MATRIX | MI_COMPRESSED));
+    let begins_here =
+        |bytes: &[u8]| bytes.is_empty() || head(bytes).is_some_and(|h| matches!(h.0, MI_MATRIX | MI_COMPRESSED));
     let all = &input.rest[TAG..];
     let body = &all[..stated.min(all.len())];
     let parse = |bytes: &'a [u8], notes: &mut Vec<String>| {
@@ -216,7 +217,8 @@ pub(super) fn array<'a>(
         || used > stated
         || (is_whole && used < stated && begins_here(&all[used..]) && !begins_here(&all[stated..]));
     if trusts_parts && notes.len() < MOST_NOTES {
-        let name = if found.0.is_empty() { "an array inside another".to_string() } else { format!("variable `{}`", found.0) };
+        let name =
+            if found.0.is_empty() { "an array inside another".to_string() } else { format!("variable `{}`", found.0) };
         notes.push(format!("{name} states a length of {stated} bytes, its parts take {used}; the parts are taken"));
     }
     input.rest = &all[if trusts_parts { used } else { stated.next_multiple_of(TAG).min(all.len()) }..];

@@ -25,7 +25,9 @@ pub enum MatError {
     #[error("this is no MATLAB file of version 4 or 5")]
     NotMat,
     /// HDF5.
-    #[error("this is a MATLAB file of version 7.3 or another HDF5 file, which is not read; in MATLAB load it and save it with `save(name, '-v7')`")]
+    #[error(
+        "this is a MATLAB file of version 7.3 or another HDF5 file, which is not read; in MATLAB load it and save it with `save(name, '-v7')`"
+    )]
     Version73,
     /// Floating-point numbers of machines of the past.
     #[error("variable `{name}` has the numbers of a {machine}, which are not read; save it again in a MATLAB of today")]
@@ -90,7 +92,9 @@ fn is_big(bytes: &[u8]) -> Option<bool> {
 fn is_hdf5(bytes: &[u8]) -> bool {
     const SIGNATURE: &[u8] = b"\x89HDF\r\n\x1a\n";
     // The superblock stands at the beginning, or behind a block of 512 bytes that is the user's.
-    bytes.starts_with(SIGNATURE) || bytes.get(512..).is_some_and(|b| b.starts_with(SIGNATURE)) || bytes.starts_with(b"MATLAB 7.3")
+    bytes.starts_with(SIGNATURE)
+        || bytes.get(512..).is_some_and(|b| b.starts_with(SIGNATURE))
+        || bytes.starts_with(b"MATLAB 7.3")
 }
 
 /// Whether a file is one of MATLAB, of any version, by its first bytes.
@@ -121,7 +125,9 @@ pub fn read(bytes: &[u8]) -> Result<Workspace, MatError> {
             MI_COMPRESSED => {
                 let (_, data) = input.element("a variable", true)?;
                 let limit = budget.left().min(data.len().saturating_mul(MOST_RATIO));
-                let unfolded = unfold(data, limit).ok_or(MatError::Compressed)?.ok_or(MatError::TooLarge { limit: MOST_MEMORY })?;
+                let unfolded = unfold(data, limit)
+                    .ok_or(MatError::Compressed)?
+                    .ok_or(MatError::TooLarge { limit: MOST_MEMORY })?;
                 budget.take(unfolded.len(), 1)?;
                 let variable = matrix::array(&mut Bytes::new(&unfolded, is_big, &budget), 0, &mut found.notes)?;
                 budget.give(unfolded.len());

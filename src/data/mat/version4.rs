@@ -127,10 +127,8 @@ mod tests {
     /// A matrix of version 4: code of the type, rows, columns, name, bytes of its numbers.
     fn matrix(code: u32, rows: u32, columns: u32, is_complex: bool, name: &str, data: &[u8]) -> Vec<u8> {
         let integer = |v: u32| if code >= 1000 { v.to_be_bytes() } else { v.to_le_bytes() };
-        let mut bytes: Vec<u8> = [code, rows, columns, u32::from(is_complex), name.len() as u32 + 1]
-            .into_iter()
-            .flat_map(integer)
-            .collect();
+        let mut bytes: Vec<u8> =
+            [code, rows, columns, u32::from(is_complex), name.len() as u32 + 1].into_iter().flat_map(integer).collect();
         bytes.extend(name.as_bytes());
         bytes.push(0);
         bytes.extend(data);

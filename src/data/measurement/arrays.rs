@@ -129,7 +129,8 @@ impl Workspace {
             return Err(ConvertError::Questions(questions).into());
         }
         let left = list.iter().enumerate().filter(|(i, _)| !used.contains(i)).map(|(_, v)| v.name.as_str());
-        let left: Vec<String> = left.chain(self.others.iter().map(String::as_str)).map(|n| format!("`{}`", n.escape_debug())).collect();
+        let left: Vec<String> =
+            left.chain(self.others.iter().map(String::as_str)).map(|n| format!("`{}`", n.escape_debug())).collect();
         if !left.is_empty() {
             found.notes.push(format!("left out: {}", listed(&left)));
         }

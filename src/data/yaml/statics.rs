@@ -3,7 +3,9 @@
 use super::{DirectionSpec, Reader};
 use crate::catalogue::did_you_mean;
 use crate::data::convert::{Duplicates, FrfOptions, LocalAxes, UnitsFrom, ratio_unit};
-use crate::data::{FrfFit, FrfQuantity, Measured, MeasurementOptions, Place, Roles, StaticLoad, StaticReading, StaticTest};
+use crate::data::{
+    FrfFit, FrfQuantity, Measured, MeasurementOptions, Place, Roles, StaticLoad, StaticReading, StaticTest,
+};
 use crate::units::{FrequencyUnit, Scalar};
 use crate::yaml::{Problem, child};
 use indexmap::IndexMap;

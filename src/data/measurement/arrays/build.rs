@@ -117,7 +117,10 @@ pub(super) fn functions(
 
 /// Frequencies and damping ratios of eigenvalues, with the index of each: poles λ in 1/s, |λ| = ω, ζ = -Re λ/|λ|; real ones are
 /// ω² in rad²/s². Of a pair of conjugate poles the one with the positive imaginary part counts.
-fn of_eigenvalues(variable: &Variable, notes: &mut Vec<String>) -> Result<Vec<(usize, f64, Option<f64>)>, MeasurementError> {
+fn of_eigenvalues(
+    variable: &Variable,
+    notes: &mut Vec<String>,
+) -> Result<Vec<(usize, f64, Option<f64>)>, MeasurementError> {
     let name = variable.name.escape_debug();
     match &variable.array.values {
         npy::Values::Real(list) => {
@@ -134,7 +137,10 @@ fn of_eigenvalues(variable: &Variable, notes: &mut Vec<String>) -> Result<Vec<(u
             let is_kept = |z: &Complex<f64>| z.im >= 0.0 || !has_partner(z);
             let kept: Vec<(usize, &Complex<f64>)> = list.iter().enumerate().filter(|(_, z)| is_kept(z)).collect();
             if kept.len() < list.len() {
-                notes.push(format!("{} poles of `{name}` are conjugates of others and are left out", list.len() - kept.len()));
+                notes.push(format!(
+                    "{} poles of `{name}` are conjugates of others and are left out",
+                    list.len() - kept.len()
+                ));
             }
             let growing = kept.iter().filter(|(_, z)| z.re > 0.0).count();
             if growing > 0 {
@@ -158,11 +164,9 @@ pub(super) fn modes(
     let before = questions.len();
     let mut modes = match picked.source {
         Source::Eigenvalues(i) => of_eigenvalues(&list[i], notes)?,
-        Source::Frequencies(i) => hertz(&list[i], options, notes, questions)
-            .into_iter()
-            .enumerate()
-            .map(|(i, hz)| (i, hz, None))
-            .collect(),
+        Source::Frequencies(i) => {
+            hertz(&list[i], options, notes, questions).into_iter().enumerate().map(|(i, hz)| (i, hz, None)).collect()
+        }
     };
     notes.push(format!("variable `{}` is taken for their shapes", variable.name.escape_debug()));
     notes.extend(picked.notes.iter().cloned());
@@ -170,7 +174,10 @@ pub(super) fn modes(
         return Ok(None);
     }
     if let Some((i, hz, _)) = modes.iter().find(|m| !(m.1 >= 0.0 && m.1.is_finite())) {
-        return Err(unusable(&list[picked.source.variable()], format!("value {} is {hz}, which is no frequency", i + 1)));
+        return Err(unusable(
+            &list[picked.source.variable()],
+            format!("value {} is {hz}, which is no frequency", i + 1),
+        ));
     }
     let n_rigid = modes.iter().filter(|m| m.1 == 0.0).count();
     if n_rigid > 0 {
@@ -204,7 +211,9 @@ pub(super) fn modes(
     };
     let shape = |mode: usize| (0..n_points * components).map(|k| at(mode, k)).collect::<Vec<_>>();
     let table = modes.iter().map(|(i, hz, damping)| (*hz, *damping, shape(*i))).collect();
-    if let Some((k, _)) = modes.iter().enumerate().find(|(_, m)| shape(m.0).iter().all(|v| v.norm() == 0.0 || !v.is_finite())) {
+    if let Some((k, _)) =
+        modes.iter().enumerate().find(|(_, m)| shape(m.0).iter().all(|v| v.norm() == 0.0 || !v.is_finite()))
+    {
         return Err(unusable(variable, format!("the shape of mode {} is zero at every point", k + 1)));
     }
     let numbered = || (1..=n_points).map(|k| k.to_string()).collect::<Vec<_>>();

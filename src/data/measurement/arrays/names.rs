@@ -66,7 +66,11 @@ pub(super) fn says(name: &str) -> Says {
     let (own, outer) = name.rsplit_once('.').map_or((name, None), |(outer, own)| (own, Some(outer)));
     match (says_alone(own), outer) {
         // `freq.values`, `frf.data`
-        (Says::Nothing, Some(outer)) if matches!(own.to_lowercase().as_str(), "value" | "values" | "data" | "y" | "val") => says(outer),
+        (Says::Nothing, Some(outer))
+            if matches!(own.to_lowercase().as_str(), "value" | "values" | "data" | "y" | "val") =>
+        {
+            says(outer)
+        }
         (said, _) => said,
     }
 }
@@ -146,7 +150,8 @@ pub(super) fn stem(real: &str, imaginary: &str) -> Option<String> {
     let [a, b] = [real, imaginary].map(str::to_lowercase);
     let pairs = [("real", "imag"), ("real", "imaginary"), ("re", "im"), ("r", "i")];
     pairs.iter().find_map(|(re, im)| {
-        let ending = || a.strip_suffix(re).filter(|stem| b.strip_suffix(im) == Some(*stem)).map(|s| real.get(..s.len()));
+        let ending =
+            || a.strip_suffix(re).filter(|stem| b.strip_suffix(im) == Some(*stem)).map(|s| real.get(..s.len()));
         let beginning =
             || a.strip_prefix(re).filter(|stem| b.strip_prefix(im) == Some(*stem)).map(|_| real.get(re.len()..));
         let stem = ending().or_else(beginning)??;
@@ -161,33 +166,83 @@ mod tests {
 
     #[test]
     fn names_say_what_they_are() {
-        for name in ["f", "freq", "freq2", "freqx", "freqExp", "test_frequency", "FN", "f_n", "natFreqs", "modes.freq", "FHz", "freq.values"] {
+        for name in [
+            "f",
+            "freq",
+            "freq2",
+            "freqx",
+            "freqExp",
+            "test_frequency",
+            "FN",
+            "f_n",
+            "natFreqs",
+            "modes.freq",
+            "FHz",
+            "freq.values",
+        ] {
             assert_eq!(says(name), Says::Frequency(1.0), "{name}");
         }
-        for (name, hertz) in
-            [("omega", 1.0 / TAU), ("w", 1.0 / TAU), ("freq_rad", 1.0 / TAU), ("f_kHz", 1e3), ("freq_rpm", 1.0 / 60.0), ("omega_Hz", 1.0)]
-        {
+        for (name, hertz) in [
+            ("omega", 1.0 / TAU),
+            ("w", 1.0 / TAU),
+            ("freq_rad", 1.0 / TAU),
+            ("f_kHz", 1e3),
+            ("freq_rpm", 1.0 / 60.0),
+            ("omega_Hz", 1.0),
+        ] {
             assert_eq!(says(name), Says::Frequency(hertz), "{name}");
         }
-        for name in ["phi", "psiExp_m", "modeshape2", "modeShapes", "test_mode", "eigenvectors", "Phi_exp", "modes.shape", "mode"] {
+        for name in [
+            "phi",
+            "psiExp_m",
+            "modeshape2",
+            "modeShapes",
+            "test_mode",
+            "eigenvectors",
+            "Phi_exp",
+            "modes.shape",
+            "mode",
+        ] {
             assert_eq!(says(name), Says::Shapes, "{name}");
         }
         for name in ["H", "FRF", "frequency_response", "Hre", "data.H"] {
             let expected = if name == "Hre" { Says::Nothing } else { Says::Functions };
             assert_eq!(says(name), expected, "{name}");
         }
-        for name in ["nrb", "selist", "U1", "a", "f_max", "freqmax", "n_modes", "fs", "f_s", "df", "freq_sd", "mode_names", "modal_mass", "x"] {
+        for name in [
+            "nrb",
+            "selist",
+            "U1",
+            "a",
+            "f_max",
+            "freqmax",
+            "n_modes",
+            "fs",
+            "f_s",
+            "df",
+            "freq_sd",
+            "mode_names",
+            "modal_mass",
+            "x",
+        ] {
             assert_eq!(says(name), Says::Nothing, "{name}");
         }
         assert_eq!((says("dampExp"), says("zeta_percent")), (Says::Damping(1.0), Says::Damping(0.01)));
-        assert_eq!((says("lambda"), says("poles"), says("nodes")), (Says::Eigenvalues, Says::Eigenvalues, Says::Points));
+        assert_eq!(
+            (says("lambda"), says("poles"), says("nodes")),
+            (Says::Eigenvalues, Says::Eigenvalues, Says::Points)
+        );
     }
 
     #[test]
     fn parts_of_a_complex_array_are_paired() {
-        for (re, im, expected) in
-            [("Hre", "Him", "H"), ("H_real", "H_imag", "H"), ("re_H", "im_H", "H"), ("Hr", "Hi", "H"), ("real", "imag", "real + imag")]
-        {
+        for (re, im, expected) in [
+            ("Hre", "Him", "H"),
+            ("H_real", "H_imag", "H"),
+            ("re_H", "im_H", "H"),
+            ("Hr", "Hi", "H"),
+            ("real", "imag", "real + imag"),
+        ] {
             assert_eq!(stem(re, im).as_deref(), Some(expected), "{re}");
             assert_eq!(stem(im, re), None, "{re}");
         }

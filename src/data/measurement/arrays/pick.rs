@@ -252,7 +252,10 @@ impl Picker<'_> {
             Some(i) => vec![i],
             // The shapes and poles that are taken for modes are none.
             None => (0..self.list.len())
-                .filter(|i| self.list[*i].is_complex() && !matches!(self.says[*i], Says::Shapes | Says::Eigenvalues | Says::Damping(_)))
+                .filter(|i| {
+                    self.list[*i].is_complex()
+                        && !matches!(self.says[*i], Says::Shapes | Says::Eigenvalues | Says::Damping(_))
+                })
                 .filter(|i| !self.roles.list.iter().any(|n| n.name == self.list[*i].name))
                 .collect(),
         };
@@ -297,8 +300,7 @@ impl Picker<'_> {
                 _ => Ok(None),
             };
         }
-        let name =
-            |p: &(usize, usize)| format!("frequency={},functions={}", self.list[p.0].name, self.list[p.1].name);
+        let name = |p: &(usize, usize)| format!("frequency={},functions={}", self.list[p.0].name, self.list[p.1].name);
         let Some((frequency, values)) = only(found, "functions", name)? else { return Ok(None) };
         self.axes_of(frequency, values).map(Some)
     }
@@ -330,7 +332,9 @@ impl Picker<'_> {
         }
         let rest: Vec<usize> = (0..axes.len()).filter(|a| *a != lines).collect();
         let named: Vec<Axis> = stated.iter().copied().filter(|a| *a != Axis::Lines).collect();
-        if named.iter().any(|a| !matches!(a, Axis::Responses | Axis::References)) || (!named.is_empty() && named.len() != rest.len()) {
+        if named.iter().any(|a| !matches!(a, Axis::Responses | Axis::References))
+            || (!named.is_empty() && named.len() != rest.len())
+        {
             return Err(wrong("its axes are `lines`, `responses` and `references`, each that is longer than one"));
         }
         let (responses, references) = match (rest.as_slice(), named.as_slice()) {

@@ -88,7 +88,11 @@ impl Roles {
             let word = word.trim();
             let Some(&(_, role)) = ROLES.iter().find(|r| r.0 == word) else {
                 let hint = did_you_mean(word, words());
-                return Err(format!("`{}` is no role of a variable{hint}; there are {}", word.escape_debug(), words().join(", ")));
+                return Err(format!(
+                    "`{}` is no role of a variable{hint}; there are {}",
+                    word.escape_debug(),
+                    words().join(", ")
+                ));
             };
             if list.iter().any(|n| n.role == role) {
                 return Err(format!("`{word}` is given twice"));
@@ -131,7 +135,8 @@ pub(super) fn find<V: Borrow<Variable>>(list: &[V], name: &str) -> Result<usize,
     list.iter().position(|v| v.borrow().name == name).ok_or_else(|| {
         let hint = did_you_mean(name, list.iter().map(|v| v.borrow().name.as_str()));
         let held = super::listed(&list.iter().map(|v| v.borrow().label()).collect::<Vec<_>>());
-        let why = format!("there is no such variable{hint}; there are {}", if held.is_empty() { "none" } else { &held });
+        let why =
+            format!("there is no such variable{hint}; there are {}", if held.is_empty() { "none" } else { &held });
         ConvertError::Unusable { what: format!("`{}`", name.escape_debug()), why }.into()
     })
 }
@@ -169,11 +174,15 @@ pub(super) fn joined<'a>(list: &'a [Variable], roles: &Roles) -> Result<Vec<Cow<
         let other = &list[*j];
         let (npy::Values::Real(re), npy::Values::Real(im)) = (&variable.array.values, &other.array.values) else {
             let why = "a real and an imaginary part are real arrays".to_string();
-            return Err(ConvertError::Unusable { what: format!("{} and {}", variable.label(), other.label()), why }.into());
+            return Err(
+                ConvertError::Unusable { what: format!("{} and {}", variable.label(), other.label()), why }.into()
+            );
         };
         if variable.array.shape != other.array.shape {
             let why = "a real and an imaginary part have one size".to_string();
-            return Err(ConvertError::Unusable { what: format!("{} and {}", variable.label(), other.label()), why }.into());
+            return Err(
+                ConvertError::Unusable { what: format!("{} and {}", variable.label(), other.label()), why }.into()
+            );
         }
         let values = re.iter().zip(im).map(|(re, im)| Complex::new(*re, *im)).collect();
         let array = npy::Array { shape: variable.array.shape.clone(), values: npy::Values::Complex(values) };

@@ -18,7 +18,11 @@ fn real(name: &str, shape: &[usize], values: &[f64]) -> Variable {
 fn complex(name: &str, shape: &[usize]) -> Variable {
     let n: usize = shape.iter().product();
     let values = (0..n).map(|k| Complex::new(k as f64, 1.0)).collect();
-    Variable { name: name.into(), array: Array { shape: shape.to_vec(), values: Values::Complex(values) }, is_matlab: true }
+    Variable {
+        name: name.into(),
+        array: Array { shape: shape.to_vec(), values: Values::Complex(values) },
+        is_matlab: true,
+    }
 }
 
 fn options(roles: &str) -> MeasurementOptions {
@@ -181,7 +185,8 @@ fn nothing_is_taken_because_it_fits() {
     assert!(read(list.clone(), "").unwrap().is_none());
     let text = Workspace { variables: list, others: vec!["note".into()] }.question().to_string();
     assert!(text.contains("nrb (1 x 1), selist (1 x 2), note (no array of numbers)"), "{text}");
-    let two = vec![real("freq", &[2], &[1.0, 2.0]), real("phi_a", &[3, 2], &[1.0; 6]), real("phi_b", &[3, 2], &[1.0; 6])];
+    let two =
+        vec![real("freq", &[2], &[1.0, 2.0]), real("phi_a", &[3, 2], &[1.0; 6]), real("phi_b", &[3, 2], &[1.0; 6])];
     assert!(refusal(two, "").contains("frequency=freq,shapes=phi_b"));
     let wrong = vec![real("freq", &[2], &[1.0, 2.0]), real("V", &[3, 4], &[1.0; 12])];
     assert!(refusal(wrong, "shapes=V").contains("no axis of it has the length of freq (2)"));
