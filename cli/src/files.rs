@@ -1,7 +1,7 @@
 //! Reading files with problems shown in place, and writing without losing anything.
 
 use crate::output::{Failure, warn};
-use retune::correlation::{check_functions, check_sensors as check, with_sensor_masses};
+use retune::correlation::{check_functions, check_sensors as check, corrected_functions, with_sensor_masses};
 use retune::data::{FrfFit, TestData, read_measurements, read_test};
 use retune::model::{Model, ParametricModel, Registry, doubts, load_configuration};
 use retune::objective::is_damped;
@@ -128,7 +128,7 @@ pub(crate) fn test(path: &Path) -> Result<(TestData, Vec<Problem>, String), Fail
                 for (file, note) in &found.notes {
                     eprintln!("note: {}: {}", file.display(), printable(note));
                 }
-                test.frfs = found.frfs;
+                test.frfs = found.frfs.map(|set| corrected_functions(set, &test.sensors, &test.corrections));
                 if test.frfs.is_none() {
                     return Err(refused(&"these files hold no frequency response functions"));
                 }

@@ -4,6 +4,7 @@
 //! files of their own and produce or consume the same types.
 
 pub mod convert;
+mod correction;
 pub mod csv;
 mod frf;
 mod geometry;
@@ -19,6 +20,7 @@ mod test;
 pub mod uff;
 mod yaml;
 
+pub use correction::Correction;
 pub use frf::{Channel, FrfQuantity, FrfSet};
 pub use geometry::{Geometry, Line, Point};
 pub use geometry_frame::GeometryFrame;

@@ -8,6 +8,7 @@ pub use statics::{DEFAULT_FRF_SD, DEFAULT_STATIC_SD};
 pub use write::write_test;
 
 use self::statics::{FrfSpec, StaticTestSpec};
+use super::Correction;
 use super::test::{MassProperty, MassQuantity, Measured, Origin, Place, Sensor, TestData, TestMode};
 use crate::catalogue::did_you_mean;
 use crate::linalg::{Complex, DVector};
@@ -60,6 +61,9 @@ pub struct TestSpec {
     /// Frequency response functions that a fit may use.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub frfs: Option<FrfSpec>,
+    /// What has been taken out of the readings, and functions from files still have.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub corrections: Vec<Correction>,
     /// Measured mass properties: `mass`, `cg_x` ... `cg_z`, `inertia_xx` ... `inertia_yz`.
     #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
     pub mass_properties: IndexMap<String, MassPropertySpec>,
@@ -300,6 +304,26 @@ pub fn schema() -> serde_json::Value {
     schemars::schema_for!(TestSpec).to_value()
 }
 
+/// Standard deviations over their value beyond which nothing is measured, or everything exactly: squares of their ratios have no digits left.
+const SENSIBLE_SD: [f64; 2] = [1e-15, 1e9];
+
+fn is_sensible_sd(sd: f64, value: f64) -> bool {
+    let [least, most] = SENSIBLE_SD;
+    // Beside a value of zero any size may be meant, as long as its square is a number.
+    let size = if value == 0.0 { 1.0 } else { value.abs() };
+    (least * size..=most * size).contains(&sd)
+}
+
+fn senseless_sd(sd: f64, unit: &str, value: f64) -> String {
+    let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
+    let advice = if sd > value.abs() {
+        "a value that says nothing is left out"
+    } else {
+        "nothing is known so well; write what repeated measurements scatter by"
+    };
+    format!("a standard deviation of {sd:e}{unit} for a value of {value}{unit}: {advice}")
+}
+
 struct Reader<'a> {
     spec: &'a TestSpec,
     problems: Vec<Problem>,
@@ -328,7 +352,11 @@ impl Reader<'_> {
         if number <= 0.0 {
             self.error(path, "a standard deviation must be above zero");
         }
-        if percent { number * value.abs() } else { number }
+        let sd = if percent { number * value.abs() } else { number };
+        if number > 0.0 && !is_sensible_sd(sd, value) {
+            self.error(path, senseless_sd(sd, unit, value));
+        }
+        sd
     }
 
     fn origin(&mut self, source: &str, path: &str) -> Origin {
@@ -381,6 +409,7 @@ impl Reader<'_> {
         let mass_properties = spec.mass_properties.iter().filter_map(|(name, p)| self.mass_property(name, p)).collect();
         let static_tests = spec.static_tests.iter().map(|(name, t)| self.static_test(name, t)).collect();
         let frf_fit = spec.frfs.as_ref().map(|f| self.frf_fit(f));
+        self.check_corrections(&sensors);
         TestData {
             name: spec.name.clone(),
             description: spec.description.clone(),
@@ -391,6 +420,23 @@ impl Reader<'_> {
             static_tests,
             frfs: None,
             frf_fit,
+            corrections: spec.corrections.clone(),
+        }
+    }
+
+    fn check_corrections(&mut self, sensors: &[Sensor]) {
+        for (k, correction) in self.spec.corrections.iter().enumerate() {
+            let path = format!("corrections[{k}]");
+            if let Some(problem) = correction.problem() {
+                self.error(&path, problem);
+            }
+            let others = correction.exchanged_with.iter().chain(&correction.acted_at);
+            for name in std::iter::once(&correction.sensor).chain(others) {
+                if !sensors.iter().any(|s| s.name == *name) {
+                    let suggestion = did_you_mean(name, sensors.iter().map(|s| s.name.as_str()));
+                    self.error(&path, format_args!("the test has no sensor `{name}`{suggestion}"));
+                }
+            }
         }
     }
 
@@ -522,6 +568,8 @@ impl Reader<'_> {
             (Some(list), None, _) => {
                 if list.iter().any(|v| !(*v > 0.0 && v.is_finite())) {
                     self.error(child(path, "sds"), "standard deviations must be above zero");
+                } else if let Some(sd) = list.iter().find(|sd| !is_sensible_sd(**sd, largest)) {
+                    self.error(child(path, "sds"), senseless_sd(*sd, "1", largest));
                 }
                 DVector::from_vec(list.clone())
             }

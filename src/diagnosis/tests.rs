@@ -2,6 +2,7 @@
 
 mod frame;
 mod tower;
+mod verdicts;
 
 use super::*;
 use crate::data::{Sensor, read_test};
@@ -201,7 +202,7 @@ fn what_a_bound_leaves_is_seen() {
     assert!(d.p_value < 0.01 && d.probability_none < 0.01, "{} {}", d.p_value, d.probability_none);
     let all: Vec<&String> = std::iter::once(&d.hypotheses[0].id).chain(&d.hypotheses[0].tied_with).collect();
     assert!(all.iter().any(|id| *id == "softening@whole"), "{all:?}");
-    assert!(d.warnings.iter().any(|w| w == "a parameter of the fitted base sits on a bound: E"), "{:?}", d.warnings);
+    assert!(d.warnings.iter().any(|w| w == "parameter E of the fitted model sits on its bound"), "{:?}", d.warnings);
 }
 
 /// The known mass of a second test that is not what the file says.
