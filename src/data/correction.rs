@@ -12,6 +12,9 @@
 //!   - {sensor: p2, acted_at: p4}           # the force that was stated at p2 acted at p4
 //! ```
 
+use super::Sensor;
+use crate::catalogue::did_you_mean;
+use crate::yaml::Problem;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -45,7 +48,7 @@ impl Correction {
     }
 
     /// Why it says nothing, if it does: it has to say one thing, with a number that can be divided by.
-    pub fn problem(&self) -> Option<&'static str> {
+    fn problem(&self) -> Option<&'static str> {
         let said = [
             self.factor.is_some(),
             self.exchanged_with.is_some(),
@@ -59,4 +62,21 @@ impl Correction {
         let is_bad = |f: f64| f == 0.0 || !f.is_finite();
         self.factor.is_some_and(is_bad).then_some("a factor is finite and not zero")
     }
+}
+
+/// What is wrong with the corrections of a test file, with their paths.
+pub(super) fn problems(corrections: &[Correction], sensors: &[Sensor]) -> Vec<Problem> {
+    let mut out = Vec::new();
+    for (k, correction) in corrections.iter().enumerate() {
+        let path = format!("corrections[{k}]");
+        out.extend(correction.problem().map(|problem| Problem::error(path.clone(), problem)));
+        let others = correction.exchanged_with.iter().chain(&correction.acted_at);
+        for name in std::iter::once(&correction.sensor).chain(others) {
+            if !sensors.iter().any(|s| s.name == *name) {
+                let suggestion = did_you_mean(name, sensors.iter().map(|s| s.name.as_str()));
+                out.push(Problem::error(path.clone(), format_args!("the test has no sensor `{name}`{suggestion}")));
+            }
+        }
+    }
+    out
 }

@@ -8,7 +8,7 @@ pub use statics::{DEFAULT_FRF_SD, DEFAULT_STATIC_SD};
 pub use write::write_test;
 
 use self::statics::{FrfSpec, StaticTestSpec};
-use super::Correction;
+use super::correction::{self, Correction};
 use super::test::{MassProperty, MassQuantity, Measured, Origin, Place, Sensor, TestData, TestMode};
 use crate::catalogue::did_you_mean;
 use crate::linalg::{Complex, DVector};
@@ -304,26 +304,6 @@ pub fn schema() -> serde_json::Value {
     schemars::schema_for!(TestSpec).to_value()
 }
 
-/// Standard deviations over their value beyond which nothing is measured, or everything exactly: squares of their ratios have no digits left.
-const SENSIBLE_SD: [f64; 2] = [1e-15, 1e9];
-
-fn is_sensible_sd(sd: f64, value: f64) -> bool {
-    let [least, most] = SENSIBLE_SD;
-    // Beside a value of zero any size may be meant, as long as its square is a number.
-    let size = if value == 0.0 { 1.0 } else { value.abs() };
-    (least * size..=most * size).contains(&sd)
-}
-
-fn senseless_sd(sd: f64, unit: &str, value: f64) -> String {
-    let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
-    let advice = if sd > value.abs() {
-        "a value that says nothing is left out"
-    } else {
-        "nothing is known so well; write what repeated measurements scatter by"
-    };
-    format!("a standard deviation of {sd:e}{unit} for a value of {value}{unit}: {advice}")
-}
-
 struct Reader<'a> {
     spec: &'a TestSpec,
     problems: Vec<Problem>,
@@ -353,8 +333,8 @@ impl Reader<'_> {
             self.error(path, "a standard deviation must be above zero");
         }
         let sd = if percent { number * value.abs() } else { number };
-        if number > 0.0 && !is_sensible_sd(sd, value) {
-            self.error(path, senseless_sd(sd, unit, value));
+        if number > 0.0 && !doubts::is_sensible_sd(sd, value) {
+            self.error(path, doubts::senseless_sd(sd, unit, value));
         }
         sd
     }
@@ -409,7 +389,7 @@ impl Reader<'_> {
         let mass_properties = spec.mass_properties.iter().filter_map(|(name, p)| self.mass_property(name, p)).collect();
         let static_tests = spec.static_tests.iter().map(|(name, t)| self.static_test(name, t)).collect();
         let frf_fit = spec.frfs.as_ref().map(|f| self.frf_fit(f));
-        self.check_corrections(&sensors);
+        self.problems.extend(correction::problems(&spec.corrections, &sensors));
         TestData {
             name: spec.name.clone(),
             description: spec.description.clone(),
@@ -421,22 +401,6 @@ impl Reader<'_> {
             frfs: None,
             frf_fit,
             corrections: spec.corrections.clone(),
-        }
-    }
-
-    fn check_corrections(&mut self, sensors: &[Sensor]) {
-        for (k, correction) in self.spec.corrections.iter().enumerate() {
-            let path = format!("corrections[{k}]");
-            if let Some(problem) = correction.problem() {
-                self.error(&path, problem);
-            }
-            let others = correction.exchanged_with.iter().chain(&correction.acted_at);
-            for name in std::iter::once(&correction.sensor).chain(others) {
-                if !sensors.iter().any(|s| s.name == *name) {
-                    let suggestion = did_you_mean(name, sensors.iter().map(|s| s.name.as_str()));
-                    self.error(&path, format_args!("the test has no sensor `{name}`{suggestion}"));
-                }
-            }
         }
     }
 
@@ -568,8 +532,8 @@ impl Reader<'_> {
             (Some(list), None, _) => {
                 if list.iter().any(|v| !(*v > 0.0 && v.is_finite())) {
                     self.error(child(path, "sds"), "standard deviations must be above zero");
-                } else if let Some(sd) = list.iter().find(|sd| !is_sensible_sd(**sd, largest)) {
-                    self.error(child(path, "sds"), senseless_sd(*sd, "1", largest));
+                } else if let Some(sd) = list.iter().find(|sd| !doubts::is_sensible_sd(**sd, largest)) {
+                    self.error(child(path, "sds"), doubts::senseless_sd(*sd, "1", largest));
                 }
                 DVector::from_vec(list.clone())
             }
@@ -666,5 +630,43 @@ mass_properties:
         assert_eq!(family_of_label("A2T"), Some("antisymmetric"));
         assert_eq!(family_of_label("Anti 1st Torsion"), Some("antisymmetric"));
         assert_eq!(family_of_label("Shell mode"), None);
+    }
+
+    /// Sizes beyond all sense are refused where they stand, whatever they are the standard deviation of.
+    #[test]
+    fn senseless_standard_deviations_are_refused() {
+        for (from, to, path) in [
+            ("frequency_sd: 0.3 %", "frequency_sd: 1e100 Hz", "modes[0].frequency_sd"),
+            ("frequency_sd: 0.3 %", "frequency_sd: 1e80 Hz", "modes[0].frequency_sd"),
+            ("frequency_sd: 0.3 %", "frequency_sd: 1e-100 Hz", "modes[0].frequency_sd"),
+            ("frequency_sd: 0.3 %", "frequency_sd: 1e20 %", "modes[0].frequency_sd"),
+            ("damping: 1.5 %", "damping: 1.5 %, damping_sd: 1e60", "modes[0].damping_sd"),
+            ("sd: 2 %}", "sd: 1e30}", "modes[0].shape.sd"),
+            ("sd: 2 %}", "sds: [0.02, 1e90]}", "modes[0].shape.sds"),
+        ] {
+            let text = TEXT.replacen(from, to, 1);
+            assert!(text != TEXT, "{from}");
+            let problems = read_test(&text).unwrap_err();
+            assert!(
+                problems.iter().any(|p| p.path == path && p.message.contains("a standard deviation of")),
+                "{to}: {problems:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn corrections_name_sensors_and_say_one_thing() {
+        let with = |line: &str| read_test(&format!("{TEXT}corrections:\n  - {line}\n"));
+        let sensor = read_test(TEXT).unwrap().0.sensors[0].name.clone();
+        assert_eq!(with(&format!("{{sensor: {sensor}, factor: -1}}")).unwrap().0.corrections.len(), 1);
+        for (line, word) in [
+            ("{sensor: nobody, factor: -1}".to_string(), "no sensor `nobody`"),
+            (format!("{{sensor: {sensor}}}"), "says one of"),
+            (format!("{{sensor: {sensor}, factor: 0}}"), "not zero"),
+            (format!("{{sensor: {sensor}, factor: 2, reads_nothing: true}}"), "says one of"),
+        ] {
+            let problems = with(&line).unwrap_err();
+            assert!(problems.iter().any(|p| p.message.contains(word)), "{line}: {problems:?}");
+        }
     }
 }

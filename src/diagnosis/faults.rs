@@ -389,7 +389,8 @@ impl Fault {
             Change::Axis(_) | Change::Tilted(_) => vec![turned(s)],
             Change::Turned(other) => vec![turned(s), turned(*other)],
             Change::DrivingPoint { reference, .. } => {
-                let stated = test.frfs.as_ref().and_then(|set| channel_sensor(&set.references[*reference], &test.sensors));
+                let stated =
+                    test.frfs.as_ref().and_then(|set| channel_sensor(&set.references[*reference], &test.sensors));
                 let one = |stated: Sensor| Correction {
                     sensor: stated.name,
                     acted_at: Some(name(s)),

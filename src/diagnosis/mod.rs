@@ -168,7 +168,7 @@ pub struct HypothesisResult {
     /// ln of its prior odds, half for "nothing is missing".
     #[serde(default)]
     pub ln_odds: f64,
-    /// ln of its Bayes factor against the base. Where two are named, against the other alone; where more are, against those before it.
+    /// ln of its Bayes factor against the base; against the other alone where two are named.
     pub ln_bayes: f64,
     /// Σ ((model - test)/σ)² without it: of what its Bayes factor is against.
     pub misfit_before: f64,
@@ -316,8 +316,7 @@ fn investigate(
     if weight.is_none() && base.scatter.s2 > 1.0 && !better_than_noise(&base, &refits.hypotheses)? {
         let factor = base.scatter.s2.sqrt();
         // Noise that is hardly believable has to stand against several things that are wrong at the stated noise, too.
-        let at_stated_noise =
-            if factor > MOST_NOISE { Some(conclude(&base, &mut refits, settings)?) } else { None };
+        let at_stated_noise = if factor > MOST_NOISE { Some(conclude(&base, &mut refits, settings)?) } else { None };
         if let Some(diagnosis) = at_stated_noise.filter(|d| d.verdict.names_hypotheses()) {
             return Ok(Investigation { diagnosis, base, refits: refits.hypotheses });
         }

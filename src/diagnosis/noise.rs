@@ -137,9 +137,9 @@ pub(super) fn worst_shape(fit: &Fit, weight: f64, seed: u64) -> Option<WorstShap
         .collect();
     // The fitted shape in the scale of the test.
     let scaled = |own: &[[f64; 3]]| -> Vec<[f64; 2]> {
-        let (cross, sum) = own.iter().fold((0.0, 0.0), |(c, o), [model, test, w]| {
-            (c + model * test * w * w, o + model * model * w * w)
-        });
+        let (cross, sum) = own
+            .iter()
+            .fold((0.0, 0.0), |(c, o), [model, test, w]| (c + model * test * w * w, o + model * model * w * w));
         own.iter().map(|[model, _, w]| [model * cross / sum, 1.0 / (w * weight)]).collect()
     };
     let expected: Vec<Vec<[f64; 2]>> = shapes.iter().map(|(_, own)| scaled(own)).collect();
@@ -148,14 +148,12 @@ pub(super) fn worst_shape(fit: &Fit, weight: f64, seed: u64) -> Option<WorstShap
         .map(|draw| {
             let mut rng = ChaCha8Rng::seed_from_u64(seed);
             rng.set_stream(draw as u64);
-            let of = |shape: &Vec<[f64; 2]>| {
-                1.0 - mac(shape.iter().map(|[value, sd]| (*value, value + sd * rng.normal())))
-            };
+            let of =
+                |shape: &Vec<[f64; 2]>| 1.0 - mac(shape.iter().map(|[value, sd]| (*value, value + sd * rng.normal())));
             expected.iter().map(of).collect()
         })
         .collect();
-    let means: Vec<f64> =
-        (0..shapes.len()).map(|k| draws.iter().map(|d| d[k]).sum::<f64>() / DRAWS as f64).collect();
+    let means: Vec<f64> = (0..shapes.len()).map(|k| draws.iter().map(|d| d[k]).sum::<f64>() / DRAWS as f64).collect();
     let largest = |d: &Vec<f64>| d.iter().zip(&means).map(|(d, mean)| d / mean).fold(0.0, f64::max);
     let mut by_chance: Vec<f64> = draws.iter().map(largest).collect();
     by_chance.sort_by(f64::total_cmp);
@@ -170,8 +168,7 @@ pub(super) fn worst_shape(fit: &Fit, weight: f64, seed: u64) -> Option<WorstShap
 
 /// (x·y)²/(x·x y·y)
 fn mac(entries: impl Iterator<Item = (f64, f64)>) -> f64 {
-    let [cross, xx, yy] =
-        entries.fold([0.0; 3], |[c, xx, yy], (x, y)| [c + x * y, xx + x * x, yy + y * y]);
+    let [cross, xx, yy] = entries.fold([0.0; 3], |[c, xx, yy], (x, y)| [c + x * y, xx + x * x, yy + y * y]);
     if xx * yy > 0.0 { cross * cross / (xx * yy) } else { 0.0 }
 }
 

@@ -17,14 +17,14 @@
 use super::base::Stage;
 use super::evidence::{EACH_REMAINDER, REMAINDER, degrees_of_freedom, goodness_of_fit, held_out, something_else};
 use super::joint::together;
-use super::next_measurement::next_measurements;
 use super::learn::WORTH_A_TRY;
+use super::next_measurement::next_measurements;
 use super::noise::{DRAWS, whiteness, worst_shape};
 use super::odds::{Odds, Probabilities, ln_mean, ln_odds_of_noise, ln_odds_of_none};
 use super::pairs::{Pair, pair};
 use super::refit::{Refit, Refits, Tried, merge, refit, refit_these};
-use super::several::{Chain, chain};
 use super::screen::project;
+use super::several::{Chain, chain};
 use super::spread::{self, Fitted, Spread};
 use super::warnings::warnings;
 use super::words::{of_noise_or_model, of_one, of_several, of_two, place_of};
@@ -134,11 +134,12 @@ fn conclude_once(
         }
         (0..refits.len()).filter(|&k| k != i && is_tied(&refits[k])).map(|k| refits[k].id(&base.scene)).collect()
     };
-    let alone: Vec<HypothesisResult> =
-        (0..refits.len()).map(|i| result(base, &refits[i], odds.of(&refits[i]), held_before, p.each(i), tied_ids(i))).collect();
+    let alone: Vec<HypothesisResult> = (0..refits.len())
+        .map(|i| result(base, &refits[i], odds.of(&refits[i]), held_before, p.each(i), tied_ids(i)))
+        .collect();
     let hypotheses = match (&pair, &chain) {
         (Some(pair), _) => beside_each_other(pair, &odds, &p, alone)?,
-        (None, Some(chain)) => one_on_the_other(chain, &odds, &p, alone)?,
+        (None, Some(_)) => first_of_several(&p, alone),
         (None, None) => alone,
     };
     let together = together_of(base, &p, &odds, pair.as_ref(), chain.as_ref());
@@ -222,7 +223,14 @@ struct Answer {
 
 impl Default for Answer {
     fn default() -> Self {
-        Self { verdict: Verdict::Unexplained, chosen: 0, remainder: String::new(), spread: None, pair: None, chain: None }
+        Self {
+            verdict: Verdict::Unexplained,
+            chosen: 0,
+            remainder: String::new(),
+            spread: None,
+            pair: None,
+            chain: None,
+        }
     }
 }
 
@@ -261,24 +269,13 @@ fn beside_each_other(
     Ok(out)
 }
 
-/// What is told of a chain: each member beside those before it, then the others alone.
-fn one_on_the_other(
-    chain: &Chain,
-    odds: &Odds<'_>,
-    p: &Probabilities,
-    alone: Vec<HypothesisResult>,
-) -> Result<Vec<HypothesisResult>, DiagnosisError> {
-    let mut out: Vec<HypothesisResult> = Vec::new();
-    for (stage, r) in &chain.members {
-        let held_before: f64 = held_out(&stage.fit, stage.weight)?.iter().sum();
-        let known = alone.iter().find(|h| h.id == r.id(&stage.scene));
-        let own = known.map_or(0.0, |h| h.probability);
-        // What the first is tied with alone is known; of the others it is not.
-        let tied = known.filter(|_| out.is_empty()).map_or_else(Vec::new, |h| h.tied_with.clone());
-        out.push(result(stage, r, odds.of(r), held_before, (own + p.several()).min(1.0), tied));
+/// What is told of a chain: the first is one of those that are wrong. What was found on top of it is not sought again beside the others, so
+/// that it is no more probable than alone.
+fn first_of_several(p: &Probabilities, mut alone: Vec<HypothesisResult>) -> Vec<HypothesisResult> {
+    if let Some(first) = alone.first_mut() {
+        first.probability = (first.probability + p.several()).min(1.0);
     }
-    out.extend(alone.into_iter().filter(|h| !chain.ids().contains(&h.id)));
-    Ok(out)
+    alone
 }
 
 /// What several hypotheses of the catalogue say together, if any were looked at.
@@ -297,11 +294,8 @@ fn together_of(
         (None, Some(chain)) => chain.members.iter().map(|m| &m.1).collect(),
         (None, None) => Vec::new(),
     };
-    let ln_odds = if members.is_empty() {
-        2.0 * odds.of_something_else()
-    } else {
-        members.iter().map(|r| odds.of(r)).sum()
-    };
+    let ln_odds =
+        if members.is_empty() { 2.0 * odds.of_something_else() } else { members.iter().map(|r| odds.of(r)).sum() };
     Some(Together {
         ids: members.iter().map(|r| r.id(&base.scene)).collect(),
         probability: p.several(),

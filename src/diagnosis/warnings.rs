@@ -133,7 +133,9 @@ pub(super) fn warnings(base: &Stage, named: &[&Refit], best: Option<&Refit>) -> 
     match on_bounds.as_slice() {
         [] => {}
         [one] => out.push(format!("parameter {one} of the fitted model sits on its bound")),
-        many => out.push(format!("{} parameters of the fitted model sit on their bounds: {}", many.len(), many.join(", "))),
+        many => {
+            out.push(format!("{} parameters of the fitted model sit on their bounds: {}", many.len(), many.join(", ")))
+        }
     }
     Warnings { all: out, finer_mesh }
 }

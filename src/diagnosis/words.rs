@@ -104,7 +104,9 @@ pub(super) fn of_noise_or_model(base: &Stage, shape: Option<&WorstShape>) -> Str
     let (what, factor) = (what(base), base.noise_factor());
     let agreement = shape.map(|s| {
         let mode = base.scene.mode_name(s.mode);
-        (format!("{mode} has a MAC of {:.2}", s.mac), format!("gives {:.2} or more", s.least), s.mac < s.least)
+        // Shapes that agree well differ in the digits after the nines.
+        let [mac, least] = [s.mac, s.least].map(|v| if v > 0.98 { format!("{v:.4}") } else { format!("{v:.2}") });
+        (format!("{mode} has a MAC of {mac}"), format!("gives {least} or more"), s.mac < s.least)
     });
     let reason = match agreement {
         _ if factor <= 1.0 && shape.is_none() => format!("the model explains {what} at its stated noise"),
@@ -160,6 +162,7 @@ pub(super) fn of_several(chain: &Chain, hypotheses: &[HypothesisResult]) -> Stri
         _ => "missing from the model",
     };
     format!(
-        "several things are wrong; first {first} ({what}), and beside it {rest} explain the rest; `retune learn` goes on from the first{tie}"
+        "several things are wrong; first {first} ({what}); with {rest} beside it the rest looks like noise, and `retune learn` goes on, one at a \
+         time{tie}"
     )
 }

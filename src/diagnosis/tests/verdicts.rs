@@ -84,7 +84,8 @@ fn noise_far_beyond_the_stated_one_is_no_explanation() {
         assert_eq!(d.verdict, verdict, "{factor}: {}", d.sentence);
         assert!((d.noise_factor / factor - 1.0).abs() < 0.25, "{factor}: {}", d.noise_factor);
         if verdict == Verdict::NoiseOrModel {
-            let words = ["the stated noise or the model is wrong", "times as large as stated", "has a MAC of", "or more"];
+            let words =
+                ["the stated noise or the model is wrong", "times as large as stated", "has a MAC of", "or more"];
             assert!(words.iter().all(|w| d.sentence.contains(w)), "{}", d.sentence);
             assert!(d.sentence.contains(&format!("{:.1} times", d.noise_factor)), "{}", d.sentence);
         }
@@ -97,7 +98,8 @@ fn noise_far_beyond_the_stated_one_is_no_explanation() {
 fn a_shape_that_agrees_less_than_noise_lets_it_is_found() {
     use crate::diagnosis::noise::worst_shape;
     let (base, mut test) = of_frame(FRAME, 5);
-    let fit = |test: &TestData| stage(Scene::new(&base, &[test]).unwrap(), &[], 1.0, &Settings::default(), None).unwrap().fit;
+    let fit =
+        |test: &TestData| stage(Scene::new(&base, &[test]).unwrap(), &[], 1.0, &Settings::default(), None).unwrap().fit;
     let right = worst_shape(&fit(&test), 1.0, 1).unwrap();
     assert!(right.p_value > 0.01 && right.mac > right.least, "{right:?}");
     let shape = test.modes[4].shape.as_mut().unwrap();
@@ -159,7 +161,8 @@ fn three_things_that_are_wrong_are_told_and_learnt() {
     let (base, mut test) = of_frame(&hidden, 3);
     let turned = test.sensors.iter().position(|s| s.name == "corner_right.ux").unwrap();
     test.modes.iter_mut().filter_map(|m| m.shape.as_mut()).for_each(|shape| shape[turned] = -shape[turned]);
-    let right = ["point-mass@quarter_right", "root-flexibility@left_column.1:foot_left.rz", "sensor-sign@corner_right.ux"];
+    let right =
+        ["point-mass@quarter_right", "root-flexibility@left_column.1:foot_left.rz", "sensor-sign@corner_right.ux"];
     let d = told(&base, &test);
     assert_eq!(d.verdict, Verdict::SeveralEffects, "{}", d.sentence);
     assert!(right.contains(&d.hypotheses[0].id.as_str()), "{}", d.hypotheses[0].id);

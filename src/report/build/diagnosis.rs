@@ -84,7 +84,7 @@ pub fn diagnosis(found: &diagnosis::Diagnosis, model: &Model, test: &TestData) -
     if let Some(all) = &found.together {
         let (kind, summary) = match all.ids.as_slice() {
             [] => ("several of the catalogue together".to_string(), "Two or more of these hypotheses at once."),
-            ids => (format!("{} together", ids.join(" + ")), "All that are named, at once."),
+            ids => (format!("{} together", ids.join(" + ")), "All of these, at once."),
         };
         let mut together = rest(Category::Other, "together", &kind, summary, all.probability);
         together.log_bayes_factor = Some(all.ln_bayes);
@@ -92,7 +92,8 @@ pub fn diagnosis(found: &diagnosis::Diagnosis, model: &Model, test: &TestData) -
         hypotheses.push(together);
     }
     // The hypothesis that the verdict is about stays first, even where a tied one is a little more probable.
-    let n_named = found.together.as_ref().map_or(1, |t| t.ids.len().max(1));
+    // Of two both, of more the first.
+    let n_named = if found.together.as_ref().is_some_and(|t| t.ids.len() == 2) { 2 } else { 1 };
     let split = if found.verdict.names_hypotheses() { n_named.min(found.hypotheses.len()) } else { 0 };
     hypotheses[split..].sort_by(|a, b| b.probability.unwrap_or(0.0).total_cmp(&a.probability.unwrap_or(0.0)));
     let tied: Vec<String> = found
@@ -370,9 +371,10 @@ pub(super) fn verdict(d: &Diagnosis) -> Verdict {
     let pair = best.and_then(|h| Some((h, h.misfit_before?, h.misfit_after?)));
     let (value, label) = match (pair, d.misfit) {
         // Of two, each has what it adds to the other.
-        (Some((_, _, after)), Some(base)) if d.outcome == Outcome::SeveralEffects => {
-            (format!("{} → {}", number(base), number(after)), format!("misfit without and with all that are named{floor}"))
-        }
+        (Some((_, _, after)), Some(base)) if d.outcome == Outcome::SeveralEffects => (
+            format!("{} → {}", number(base), number(after)),
+            format!("misfit without and with all that are named{floor}"),
+        ),
         (Some((h, before, after)), _) => {
             (format!("{} → {}", number(before), number(after)), format!("misfit without and with {}{floor}", h.id))
         }

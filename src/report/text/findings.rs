@@ -53,20 +53,23 @@ pub fn diagnosis(d: &Diagnosis, style: &Style) -> String {
     out.push('\n');
     out.push_str(&hypotheses(d, style));
     let held = d.hypotheses.iter().any(|h| h.held_out_after.is_some());
-    let mut legend = "P: prior odds times Bayes factor, over the sum of all; ln B: against the fitted model; misfit: sum of \
+    let mut legend =
+        "P: prior odds times Bayes factor, over the sum of all; ln B: against the fitted model; misfit: sum of \
                       ((model - test)/sd)² after a refit"
-        .to_string();
+            .to_string();
     if held {
         legend += "; held out: every mode predicted from the others";
     }
+    // Of two both are named, of more the first.
+    let is_of_more = |h: &Hypothesis| h.id == "together" && h.kind.matches(" + ").count() > 1;
     let n_named = match d.outcome {
-        Outcome::SeveralEffects => d.hypotheses.iter().find(|h| h.id == "together").map_or(2, |h| h.kind.matches(" + ").count() + 1),
+        Outcome::SeveralEffects if !d.hypotheses.iter().any(is_of_more) => 2,
         _ => 1,
     };
     if d.outcome == Outcome::SeveralEffects {
         legend += match n_named {
             2 => "; the first two: P of being one of the two, ln B against the other alone",
-            _ => "; those named: P of being one of them, ln B against those above it",
+            _ => "; the first: P of being one of those that are wrong",
         };
     }
     out.push('\n');
