@@ -128,6 +128,7 @@ fn the_wing_and_its_beam_grid() {
         static_tests: Vec::new(),
         frfs: None,
         frf_fit: None,
+        corrections: Vec::new(),
     };
     let grid = model("cruise_missile_wing.yaml", None);
     let options = PairingOptions { by: PairBy::Mac, min_mac: 0.3, frequency_window: 1.0, same_family_only: false };

@@ -2,7 +2,7 @@
 
 use crate::ledger;
 use crate::output::{Failure, warn};
-use retune::correlation::{check_functions, check_sensors as check, with_sensor_masses};
+use retune::correlation::{check_functions, check_sensors as check, corrected_functions, with_sensor_masses};
 use retune::data::{FrfFit, TestData, read_test};
 use retune::model::{Model, ParametricModel, Registry, doubts, load_configuration};
 use retune::objective::is_damped;
@@ -132,7 +132,7 @@ pub(crate) fn test(path: &Path) -> Result<(TestData, Vec<Problem>, String), Fail
                 for (file, note) in &found.notes {
                     note!("{}: {note}", file.display());
                 }
-                test.frfs = found.frfs;
+                test.frfs = found.frfs.map(|set| corrected_functions(set, &test.sensors, &test.corrections));
                 if test.frfs.is_none() {
                     return Err(refused(&"these files hold no frequency response functions"));
                 }

@@ -285,7 +285,7 @@ impl Noise {
                 weights.extend(kept(symmetric_values(&Gram::new(self.block(mode, members)).matrix)?.as_slice()));
             }
             let noise = ChiSquareSum::new(weights);
-            let (mean, deviation) = (noise.mean(), noise.variance().sqrt());
+            let (mean, deviation) = (noise.mean(), noise.standard_deviation());
             let place = Place {
                 name: name.clone(),
                 energy,
@@ -323,7 +323,7 @@ impl Noise {
         const CLEAR: f64 = 1e-3;
         // The energy that each place must reach, and the probability that it does; one without noise reaches nothing.
         let event = |noise: &ChiSquareSum| {
-            let (mean, sd) = (noise.mean(), noise.variance().sqrt());
+            let (mean, sd) = (noise.mean(), noise.standard_deviation());
             let level = mean + sd * largest;
             if sd > 0.0 { (level, noise.tail(level)) } else { (f64::INFINITY, 0.0) }
         };
@@ -436,15 +436,25 @@ struct Lift {
 
 /// Standard normal z with Σ λ z² ≥ `level`, exactly: drawn with variances 1/(1 - 2 λ t) and taken with probability
 /// exp(-t (Σ λ z² - level)).
+///
+/// Where weights and level lie so far apart that rounding lets no draw through, the last one is stretched to the level: there the energy of
+/// all that reach it is the level itself, but for digits that are not there.
 fn above(weights: &[f64], level: f64, tilt: f64, gaussian: &mut Gaussian) -> Vec<f64> {
+    /// With the right tilt one of some ten draws is taken.
+    const TRIES: usize = 10_000;
     let tilt = tilt.max(0.0);
-    loop {
+    let mut last = (vec![0.0; weights.len()], 0.0);
+    for _ in 0..TRIES {
         let z: Vec<f64> = weights.iter().map(|w| gaussian.next() / (1.0 - 2.0 * w * tilt).sqrt()).collect();
         let energy: f64 = weights.iter().zip(&z).map(|(w, z)| w * z * z).sum();
         if energy >= level && gaussian.uniform() <= (-tilt * (energy - level)).exp() {
             return z;
         }
+        last = (z, energy);
     }
+    let (z, energy) = last;
+    let stretch = (level / energy).sqrt();
+    if stretch.is_finite() { z.into_iter().map(|z| z * stretch).collect() } else { z }
 }
 
 impl ExpandedMode<'_> {

@@ -4,6 +4,7 @@
 //! files of their own and produce or consume the same types.
 
 pub mod convert;
+mod correction;
 pub mod csv;
 mod file;
 mod frf;
@@ -25,6 +26,7 @@ mod test;
 pub mod uff;
 mod yaml;
 
+pub use correction::Correction;
 pub use file::read_file;
 pub use frf::{Channel, FrfQuantity, FrfSet};
 pub use geometry::{Geometry, Line, Point};

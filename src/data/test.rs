@@ -1,6 +1,6 @@
 //! The content of a test file.
 
-use super::{FrfSet, MeasurementOptions};
+use super::{Correction, FrfSet, MeasurementOptions};
 use crate::linalg::{Complex, DVector};
 
 /// Where a number comes from.
@@ -212,6 +212,8 @@ pub struct TestData {
     pub frfs: Option<FrfSet>,
     /// How they enter a fit, when they do.
     pub frf_fit: Option<FrfFit>,
+    /// What has been taken out of the readings, and functions from files still have.
+    pub corrections: Vec<Correction>,
 }
 
 impl TestData {

@@ -8,6 +8,7 @@ pub use statics::{DEFAULT_FRF_SD, DEFAULT_STATIC_SD};
 pub use write::write_test;
 
 use self::statics::{FrfSpec, StaticTestSpec};
+use super::correction::{self, Correction};
 use super::test::{MassProperty, MassQuantity, Measured, Origin, Place, Sensor, TestData, TestMode};
 use crate::catalogue::did_you_mean;
 use crate::linalg::{Complex, DVector};
@@ -60,6 +61,9 @@ pub struct TestSpec {
     /// Frequency response functions that a fit may use.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub frfs: Option<FrfSpec>,
+    /// What has been taken out of the readings, and functions from files still have.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub corrections: Vec<Correction>,
     /// Measured mass properties: `mass`, `cg_x` ... `cg_z`, `inertia_xx` ... `inertia_yz`.
     #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
     pub mass_properties: IndexMap<String, MassPropertySpec>,
@@ -328,7 +332,11 @@ impl Reader<'_> {
         if number <= 0.0 {
             self.error(path, "a standard deviation must be above zero");
         }
-        if percent { number * value.abs() } else { number }
+        let sd = if percent { number * value.abs() } else { number };
+        if number > 0.0 && !doubts::is_sensible_sd(sd, value) {
+            self.error(path, doubts::senseless_sd(sd, unit, value));
+        }
+        sd
     }
 
     fn origin(&mut self, source: &str, path: &str) -> Origin {
@@ -381,6 +389,7 @@ impl Reader<'_> {
         let mass_properties = spec.mass_properties.iter().filter_map(|(name, p)| self.mass_property(name, p)).collect();
         let static_tests = spec.static_tests.iter().map(|(name, t)| self.static_test(name, t)).collect();
         let frf_fit = spec.frfs.as_ref().map(|f| self.frf_fit(f));
+        self.problems.extend(correction::problems(&spec.corrections, &sensors));
         TestData {
             name: spec.name.clone(),
             description: spec.description.clone(),
@@ -391,6 +400,7 @@ impl Reader<'_> {
             static_tests,
             frfs: None,
             frf_fit,
+            corrections: spec.corrections.clone(),
         }
     }
 
@@ -522,6 +532,8 @@ impl Reader<'_> {
             (Some(list), None, _) => {
                 if list.iter().any(|v| !(*v > 0.0 && v.is_finite())) {
                     self.error(child(path, "sds"), "standard deviations must be above zero");
+                } else if let Some(sd) = list.iter().find(|sd| !doubts::is_sensible_sd(**sd, largest)) {
+                    self.error(child(path, "sds"), doubts::senseless_sd(*sd, "1", largest));
                 }
                 DVector::from_vec(list.clone())
             }
@@ -618,5 +630,43 @@ mass_properties:
         assert_eq!(family_of_label("A2T"), Some("antisymmetric"));
         assert_eq!(family_of_label("Anti 1st Torsion"), Some("antisymmetric"));
         assert_eq!(family_of_label("Shell mode"), None);
+    }
+
+    /// Sizes beyond all sense are refused where they stand, whatever they are the standard deviation of.
+    #[test]
+    fn senseless_standard_deviations_are_refused() {
+        for (from, to, path) in [
+            ("frequency_sd: 0.3 %", "frequency_sd: 1e100 Hz", "modes[0].frequency_sd"),
+            ("frequency_sd: 0.3 %", "frequency_sd: 1e80 Hz", "modes[0].frequency_sd"),
+            ("frequency_sd: 0.3 %", "frequency_sd: 1e-100 Hz", "modes[0].frequency_sd"),
+            ("frequency_sd: 0.3 %", "frequency_sd: 1e20 %", "modes[0].frequency_sd"),
+            ("damping: 1.5 %", "damping: 1.5 %, damping_sd: 1e60", "modes[0].damping_sd"),
+            ("sd: 2 %}", "sd: 1e30}", "modes[0].shape.sd"),
+            ("sd: 2 %}", "sds: [0.02, 1e90]}", "modes[0].shape.sds"),
+        ] {
+            let text = TEXT.replacen(from, to, 1);
+            assert!(text != TEXT, "{from}");
+            let problems = read_test(&text).unwrap_err();
+            assert!(
+                problems.iter().any(|p| p.path == path && p.message.contains("a standard deviation of")),
+                "{to}: {problems:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn corrections_name_sensors_and_say_one_thing() {
+        let with = |line: &str| read_test(&format!("{TEXT}corrections:\n  - {line}\n"));
+        let sensor = read_test(TEXT).unwrap().0.sensors[0].name.clone();
+        assert_eq!(with(&format!("{{sensor: {sensor}, factor: -1}}")).unwrap().0.corrections.len(), 1);
+        for (line, word) in [
+            ("{sensor: nobody, factor: -1}".to_string(), "no sensor `nobody`"),
+            (format!("{{sensor: {sensor}}}"), "says one of"),
+            (format!("{{sensor: {sensor}, factor: 0}}"), "not zero"),
+            (format!("{{sensor: {sensor}, factor: 2, reads_nothing: true}}"), "says one of"),
+        ] {
+            let problems = with(&line).unwrap_err();
+            assert!(problems.iter().any(|p| p.message.contains(word)), "{line}: {problems:?}");
+        }
     }
 }

@@ -1,6 +1,6 @@
 //! Which faults a test could show: those of every sensor, of pairs of sensors, of modes, and of frequency responses.
 
-use super::faults::{AXES, Change, Fault, across, response_of};
+use super::faults::{AXES, Change, FREQUENCY_SD, Fault, across, response_of};
 use super::scene::Scene;
 use crate::correlation::channel_sensor;
 use crate::data::Place;
@@ -18,6 +18,10 @@ const ALONG: f64 = 0.9;
 const NEIGHBOURS: usize = 4;
 
 /// Every fault that these data could show.
+///
+/// What takes a reading out of the data must leave most of them: a sensor that is dead among sensors of which more than half read, a
+/// frequency that is mistyped among frequencies of which more than half are right. With more such faults the data say nothing that a model
+/// could be wrong about.
 pub(super) fn faults(scene: &Scene) -> Vec<Fault> {
     let test = &scene.test;
     let n = test.sensors.len();
@@ -25,9 +29,13 @@ pub(super) fn faults(scene: &Scene) -> Vec<Fault> {
     let add = |out: &mut Vec<Fault>, sensor, change| out.push(Fault::of(sensor, change));
     // A single reading of a channel in one mode is no channel.
     if test.modes.iter().filter(|m| m.shape.is_some()).count() >= 1 && n >= 3 {
+        let reads = |s: usize| test.modes.iter().any(|m| m.shape.as_ref().is_some_and(|v| !v[s].re.is_nan()));
+        let may_be_dead = leaves_most((0..n).filter(|&s| reads(s)).count(), n);
         for s in 0..n {
             for change in [Change::Sign, Change::Gain, Change::Dead, Change::Noisy] {
-                add(&mut out, s, change);
+                if change != Change::Dead || may_be_dead {
+                    add(&mut out, s, change);
+                }
             }
         }
         for s in 0..n {
@@ -54,8 +62,14 @@ pub(super) fn faults(scene: &Scene) -> Vec<Fault> {
         for a in case.modes().skip(1) {
             add(&mut out, a - 1, Change::Order(a - 1, a));
         }
-        if case.modes().len() >= FEWEST_FREQUENCIES {
-            case.modes().for_each(|m| add(&mut out, m, Change::Frequency(m)));
+        // One that is known worse than a slip would make it says nothing.
+        let is_known = |m: &usize| {
+            let f = test.modes[*m].frequency_hz;
+            f.sd < FREQUENCY_SD * f.value
+        };
+        let known: Vec<usize> = case.modes().filter(is_known).collect();
+        if known.len() >= FEWEST_FREQUENCIES && leaves_most(known.len(), case.modes().len()) {
+            known.into_iter().for_each(|m| add(&mut out, m, Change::Frequency(m)));
         }
     }
     for (case, tested) in scene.cases.iter().enumerate() {
@@ -75,6 +89,11 @@ pub(super) fn faults(scene: &Scene) -> Vec<Fault> {
         }
     }
     out
+}
+
+/// Whether more than half of all readings are left when one of those that count is taken out.
+fn leaves_most(counting: usize, all: usize) -> bool {
+    2 * (counting - counting.min(1)) > all
 }
 
 /// The same faults in one test alone, where several tests have the sensor: cables are plugged anew for each.

@@ -19,8 +19,8 @@
 //! has residual (g c φ - t)/σ, which is the residual of t/g with σ/g: so a gain is a changed test too.
 
 use super::scene::{Case, Scene};
-use crate::correlation::channel_sensor;
-use crate::data::{Channel, FrfSet, Place, Sensor, TestData};
+use crate::correlation::{channel_sensor, corrected_functions};
+use crate::data::{Channel, Correction, FrfSet, Place, Sensor, TestData};
 use crate::linalg::Complex;
 use crate::model::{GLOBAL, plus, unit};
 
@@ -277,10 +277,7 @@ impl Fault {
                 f.sd *= LOOSE;
                 return out;
             }
-            Change::Axis(_) | Change::Position { .. } => {
-                out.sensors[s] = self.sensor(&test.sensors);
-                return out;
-            }
+            Change::Axis(_) | Change::Position { .. } => out.sensors[s] = self.sensor(&test.sensors),
             Change::Turned(_) | Change::Tilted(_) => {
                 let (sin, cos) = number.sin_cos();
                 let (d, e) = (test.sensors[s].direction, self.sensor(&test.sensors).direction);
@@ -288,21 +285,17 @@ impl Fault {
                 if let Change::Turned(other) = self.change {
                     out.sensors[other].direction = [0, 1, 2].map(|k| cos * e[k] - sin * d[k]);
                 }
-                return out;
-            }
-            Change::DrivingPoint { reference, .. } => {
-                if let Some(set) = &mut out.frfs {
-                    let Sensor { name, direction, .. } = test.sensors[s].clone();
-                    set.references[*reference] = Channel { name, direction: Some(direction) };
-                }
-                return out;
             }
             _ => {}
         }
-        if let Some(set) = &mut out.frfs {
-            self.correct_functions(set, &test.sensors, number);
+        let corrections = self.corrections(test, number);
+        out.frfs = out.frfs.take().map(|set| corrected_functions(set, &out.sensors, &corrections));
+        if let (Change::DrivingPoint { reference, .. }, Some(set)) = (&self.change, &mut out.frfs) {
+            let Sensor { name, direction, .. } = test.sensors[s].clone();
+            set.references[*reference] = Channel { name, direction: Some(direction) };
         }
-        if self.change == Change::FunctionGain {
+        out.corrections.extend(corrections);
+        if self.is_of_functions_alone() || !self.changes_shapes() {
             return out;
         }
         for mode in &mut out.modes {
@@ -374,30 +367,38 @@ impl Fault {
         matches!(self.change, Change::Gain | Change::FunctionGain)
     }
 
-    /// The same in the functions whose response is the sensor.
-    fn correct_functions(&self, set: &mut FrfSet, sensors: &[Sensor], number: f64) {
-        let channel = |sensor: usize, set: &FrfSet| response_of(set, sensors, sensor);
-        let Some(own) = channel(self.sensor, set) else { return };
-        let other = match self.change {
-            Change::Swap(other) => channel(other, set),
-            _ => None,
-        };
-        for line in 0..set.n_lines() {
-            for reference in 0..set.references.len() {
-                let i = set.index(line, reference, own);
-                match self.change {
-                    Change::Sign => set.h[i] = -set.h[i],
-                    Change::Gain | Change::FunctionGain => set.h[i] /= number,
-                    Change::Dead => set.h[i] = Complex::new(f64::NAN, f64::NAN),
-                    Change::Swap(_) => {
-                        if let Some(other) = other {
-                            let j = set.index(line, reference, other);
-                            set.h.swap(i, j);
-                        }
-                    }
-                    _ => {}
-                }
+    fn is_of_functions_alone(&self) -> bool {
+        matches!(self.change, Change::FunctionGain | Change::DrivingPoint { .. })
+    }
+
+    fn changes_shapes(&self) -> bool {
+        matches!(self.change, Change::Sign | Change::Swap(_) | Change::Gain | Change::Dead | Change::Noisy)
+    }
+
+    /// What has to be done to functions for it, those of the test and those that are read beside it.
+    fn corrections(&self, test: &TestData, number: f64) -> Vec<Correction> {
+        let name = |s: usize| test.sensors[s].name.clone();
+        let of = |s: usize| Correction { sensor: name(s), ..Correction::default() };
+        let turned = |s: usize| Correction { stated: Some(test.sensors[s].direction), ..of(s) };
+        let s = self.sensor;
+        match &self.change {
+            Change::Sign => vec![Correction::factor(&name(s), -1.0)],
+            Change::Gain | Change::FunctionGain => vec![Correction::factor(&name(s), number)],
+            Change::Dead => vec![Correction { reads_nothing: true, ..of(s) }],
+            Change::Swap(other) => vec![Correction { exchanged_with: Some(name(*other)), ..of(s) }],
+            Change::Axis(_) | Change::Tilted(_) => vec![turned(s)],
+            Change::Turned(other) => vec![turned(s), turned(*other)],
+            Change::DrivingPoint { reference, .. } => {
+                let stated =
+                    test.frfs.as_ref().and_then(|set| channel_sensor(&set.references[*reference], &test.sensors));
+                let one = |stated: Sensor| Correction {
+                    sensor: stated.name,
+                    acted_at: Some(name(s)),
+                    ..Correction::default()
+                };
+                stated.map(one).into_iter().collect()
             }
+            Change::Position { .. } | Change::Noisy | Change::Order(..) | Change::Frequency(_) => Vec::new(),
         }
     }
 }

@@ -68,7 +68,7 @@ pub struct Learned {
 
 /// The share of what noise does not explain that an addition has to take away where a change of many parts explains the test as well:
 /// then the best of the catalogue may be the first of several, and only the end of the way tells.
-const WORTH_A_TRY: f64 = 1.0 / 3.0;
+pub(super) const WORTH_A_TRY: f64 = 1.0 / 3.0;
 
 /// Where to go back to from an attempt.
 struct Back {
@@ -141,8 +141,9 @@ pub fn learn_from_tests(
         // What is spread over all elements is learnt as one effect after another only where each explains much.
         let is_spread = step.diagnosis.spread.is_some();
         let excess = step.misfit - step.diagnosis.degrees_of_freedom / found.base.weight.powi(2);
-        let worthwhile = step.diagnosis.verdict != Verdict::Adequate
+        let worthwhile = !step.diagnosis.verdict.is_about_noise()
             && best.is_some_and(|b| !is_spread || step.misfit - b.misfit > WORTH_A_TRY * excess)
+            && (is_spread || step.diagnosis.probability_only_other < 0.5)
             && best.is_some_and(|b| b.ln_bayes > STRONG)
             && step.diagnosis.p_value < settings.alarm_level.max(f64::from(u8::from(!fit.unpaired.is_empty())));
         let Some(best) = best.filter(|_| worthwhile && round < limit) else {
@@ -183,10 +184,9 @@ pub fn learn_from_tests(
             dropped = prune(model, &mut scene, &mut starts, &mut effects, weight.unwrap_or(1.0))?;
         }
     }
-    let is_named = |v: Verdict| !matches!(v, Verdict::Adequate | Verdict::Unexplained);
     let is_explained = steps.last().is_some_and(|s| {
         let verdict = s.diagnosis.verdict;
-        verdict == Verdict::Adequate || stopped_for_tie && is_named(verdict)
+        verdict == Verdict::Adequate || stopped_for_tie && verdict.names_hypotheses()
     });
     let mut attempt = None;
     if let Some(back) = back.filter(|b| !is_explained || b.ln_added < b.ln_spread + STRONG) {

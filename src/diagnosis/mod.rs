@@ -32,6 +32,7 @@ mod refit;
 mod refit_fault;
 mod scene;
 mod screen;
+mod several;
 mod short_fit;
 mod spread;
 #[cfg(test)]
@@ -41,6 +42,7 @@ mod valley;
 mod verdict;
 mod warnings;
 mod wider;
+mod words;
 
 pub use base::sensor_loads;
 pub use error::DiagnosisError;
@@ -60,7 +62,7 @@ use refit::{Refit, Tried, refit};
 use scene::Scene;
 use serde::{Deserialize, Serialize};
 use valley::in_the_lowest_valley;
-use verdict::{better_than_noise, conclude};
+use verdict::{MOST_NOISE, better_than_noise, conclude};
 
 /// How to diagnose.
 #[derive(Debug, Clone)]
@@ -93,10 +95,13 @@ pub enum Verdict {
     MissingEffect,
     /// A fault of the measurement explains it.
     MeasurementFault,
-    /// One hypothesis is needed and does not suffice; a second one helps.
+    /// One hypothesis does not suffice; two or more together do.
     SeveralEffects,
     /// Something is missing that is not in the catalogue.
     Unexplained,
+    /// The model explains the data only with noise of more than twice the stated size, or with shapes that agree less than noise lets them:
+    /// the stated noise or the model is wrong.
+    NoiseOrModel,
 }
 
 impl Verdict {
@@ -108,7 +113,18 @@ impl Verdict {
             Verdict::MeasurementFault => "measurement-fault",
             Verdict::SeveralEffects => "several-effects",
             Verdict::Unexplained => "unexplained",
+            Verdict::NoiseOrModel => "noise-or-model",
         }
+    }
+
+    /// Whether hypotheses are named, not noise or nothing.
+    pub fn names_hypotheses(self) -> bool {
+        matches!(self, Verdict::MissingEffect | Verdict::MeasurementFault | Verdict::SeveralEffects)
+    }
+
+    /// Whether noise is said to explain the test, believed or not.
+    pub fn is_about_noise(self) -> bool {
+        matches!(self, Verdict::Adequate | Verdict::NoiseOrModel)
     }
 }
 
@@ -146,11 +162,15 @@ pub struct HypothesisResult {
     pub name: String,
     /// Nodes, elements or sensors.
     pub location: String,
-    /// Probability among all hypotheses, "none" and "something else"; that of being one of the two where two are named.
+    /// Probability among all hypotheses, "none" and "something else": exp(ln odds + ln B) over the sum of these. Where several are named
+    /// together, that of being one of them.
     pub probability: f64,
-    /// ln of its Bayes factor against the base, or against the other alone where two are named.
+    /// ln of its prior odds, half for "nothing is missing".
+    #[serde(default)]
+    pub ln_odds: f64,
+    /// ln of its Bayes factor against the base; against the other alone where two are named.
     pub ln_bayes: f64,
-    /// Σ ((model - test)/σ)² without it: of the base, or with the other alone where two are named.
+    /// Σ ((model - test)/σ)² without it: of what its Bayes factor is against.
     pub misfit_before: f64,
     /// The same with it, everything refitted.
     pub misfit_after: f64,
@@ -174,6 +194,21 @@ pub struct HypothesisResult {
     pub limit_of: Vec<String>,
     /// The edit of the model file, or what to do about the fault.
     pub patch: String,
+}
+
+/// Several hypotheses of the catalogue together.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Together {
+    /// Their ids, if they are named.
+    pub ids: Vec<String>,
+    /// Probability of several together, of all combinations that were compared.
+    pub probability: f64,
+    /// ln of their prior odds: those of each multiplied.
+    pub ln_odds: f64,
+    /// ln of their Bayes factor against the base.
+    pub ln_bayes: f64,
+    /// Σ ((model - test)/σ)² with all of them.
+    pub misfit_after: Option<f64>,
 }
 
 /// The result of a diagnosis; the fields of `--json`.
@@ -202,8 +237,26 @@ pub struct Diagnosis {
     pub screened_faults: usize,
     /// Probability that nothing is missing.
     pub probability_none: f64,
-    /// Probability of something outside the catalogue.
+    /// ln of its Bayes factor against the base at its odds: zero, or what the p-value of the alarm leaves it at least.
+    #[serde(default)]
+    pub ln_bayes_none: f64,
+    /// ln of its prior odds.
+    #[serde(default)]
+    pub ln_odds_none: f64,
+    /// Probability of something outside the catalogue, alone or beside a hypothesis.
     pub probability_other: f64,
+    /// ln of its Bayes factor against the base.
+    #[serde(default)]
+    pub ln_bayes_other: f64,
+    /// ln of its prior odds, alone.
+    #[serde(default)]
+    pub ln_odds_other: f64,
+    /// Probability of something outside the catalogue alone, with none of the hypotheses beside it.
+    #[serde(default)]
+    pub probability_only_other: f64,
+    /// Several hypotheses together, where such were compared.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub together: Option<Together>,
     /// Refitted hypotheses by descending probability.
     pub hypotheses: Vec<HypothesisResult>,
     /// Measurements that would separate what is tied, best first.
@@ -261,8 +314,14 @@ fn investigate(
     let (base, mut refits) = in_the_lowest_valley(base, refits, settings)?;
     // Larger noise than stated is a hypothesis like the others: it is taken where none explains the test better.
     if weight.is_none() && base.scatter.s2 > 1.0 && !better_than_noise(&base, &refits.hypotheses)? {
-        let larger = base.scatter.s2.sqrt().recip();
-        let again = stage(base.scene.clone(), std::slice::from_ref(&base.fit.x), larger, settings, Some(&base.seen()))?;
+        let factor = base.scatter.s2.sqrt();
+        // Noise that is hardly believable has to stand against several things that are wrong at the stated noise, too.
+        let at_stated_noise = if factor > MOST_NOISE { Some(conclude(&base, &mut refits, settings)?) } else { None };
+        if let Some(diagnosis) = at_stated_noise.filter(|d| d.verdict.names_hypotheses()) {
+            return Ok(Investigation { diagnosis, base, refits: refits.hypotheses });
+        }
+        let again =
+            stage(base.scene.clone(), std::slice::from_ref(&base.fit.x), factor.recip(), settings, Some(&base.seen()))?;
         let mut found = refit(&again, false)?;
         let diagnosis = conclude(&again, &mut found, settings)?;
         // What is named may leave less than noise of that size: then the misfit of a wrong base was taken for scatter.
@@ -276,7 +335,7 @@ fn investigate(
 
 /// Whether what is named leaves clearly less than the noise that it was judged by.
 fn leaves_too_little(base: &base::Stage, found: &Diagnosis) -> bool {
-    let is_named = !matches!(found.verdict, Verdict::Adequate | Verdict::Unexplained);
+    let is_named = found.verdict.names_hypotheses();
     let left = found.hypotheses.first().map_or(f64::INFINITY, |h| h.misfit_after * base.weight * base.weight);
     is_named && p_of_less(left, found.degrees_of_freedom) < REMAINDER
 }
@@ -285,6 +344,7 @@ fn leaves_too_little(base: &base::Stage, found: &Diagnosis) -> bool {
 fn result(
     base: &base::Stage,
     r: &Refit,
+    ln_odds: f64,
     held_out_before: f64,
     probability: f64,
     tied: Vec<String>,
@@ -300,6 +360,7 @@ fn result(
         name: r.name().to_string(),
         location,
         probability,
+        ln_odds,
         ln_bayes: r.ln_bayes,
         misfit_before: base.fit.misfit,
         misfit_after: r.misfit,

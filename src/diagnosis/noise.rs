@@ -104,6 +104,74 @@ pub(super) fn scatter(scene: &Scene, fit: &Fit, q: &DMatrix<f64>, directions: &D
     Scatter { s2, whiteness_p }
 }
 
+/// The pair of shapes that agrees least, beside what noise does to it.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct WorstShape {
+    pub(super) mode: usize,
+    /// MAC of the pair.
+    pub(super) mac: f64,
+    /// What noise leaves of it at least, in all but one of the draws.
+    pub(super) least: f64,
+    /// P of a pair that agrees as little, among all, if it were noise.
+    pub(super) p_value: f64,
+}
+
+/// Compares the MAC of every pair with that of the fitted shape and the same shape with noise. None where no pair has shapes.
+///
+/// ```text
+/// d_m = (1 - MAC_m)/mean of 1 - MAC_m over the draws,     statistic: the largest d_m of all modes
+/// ```
+///
+/// * `weight` - the stated standard deviation over that of the noise
+pub(super) fn worst_shape(fit: &Fit, weight: f64, seed: u64) -> Option<WorstShape> {
+    /// Entries of a shape below which its MAC is one whatever it is.
+    const FEWEST: usize = 2;
+    let shapes: Vec<(usize, Vec<[f64; 3]>)> = (0..fit.rows.n_modes)
+        .filter(|_| fit.rows.has_shapes)
+        .filter_map(|m| {
+            let entry = |s: usize| [fit.shapes[(s, m)], fit.test_shapes[(s, m)], fit.inverse_sd[(s, m)]];
+            let own: Vec<[f64; 3]> = (0..fit.rows.n_sensors).map(entry).filter(|e| e[2] > 0.0).collect();
+            let is_seen = own.iter().any(|e| e[0] != 0.0) && own.iter().any(|e| e[1] != 0.0);
+            (own.len() >= FEWEST && is_seen).then_some((m, own))
+        })
+        .collect();
+    // The fitted shape in the scale of the test.
+    let scaled = |own: &[[f64; 3]]| -> Vec<[f64; 2]> {
+        let (cross, sum) = own
+            .iter()
+            .fold((0.0, 0.0), |(c, o), [model, test, w]| (c + model * test * w * w, o + model * model * w * w));
+        own.iter().map(|[model, _, w]| [model * cross / sum, 1.0 / (w * weight)]).collect()
+    };
+    let expected: Vec<Vec<[f64; 2]>> = shapes.iter().map(|(_, own)| scaled(own)).collect();
+    let draws: Vec<Vec<f64>> = (0..DRAWS)
+        .into_par_iter()
+        .map(|draw| {
+            let mut rng = ChaCha8Rng::seed_from_u64(seed);
+            rng.set_stream(draw as u64);
+            let of =
+                |shape: &Vec<[f64; 2]>| 1.0 - mac(shape.iter().map(|[value, sd]| (*value, value + sd * rng.normal())));
+            expected.iter().map(of).collect()
+        })
+        .collect();
+    let means: Vec<f64> = (0..shapes.len()).map(|k| draws.iter().map(|d| d[k]).sum::<f64>() / DRAWS as f64).collect();
+    let largest = |d: &Vec<f64>| d.iter().zip(&means).map(|(d, mean)| d / mean).fold(0.0, f64::max);
+    let mut by_chance: Vec<f64> = draws.iter().map(largest).collect();
+    by_chance.sort_by(f64::total_cmp);
+    let of_pair = |(k, (mode, own)): (usize, &(usize, Vec<[f64; 3]>))| {
+        let mac = mac(own.iter().map(|[model, test, _]| (*model, *test)));
+        ((1.0 - mac) / means[k], *mode, mac, means[k])
+    };
+    let (worst, mode, mac, mean) = shapes.iter().enumerate().map(of_pair).max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let least = (1.0 - mean * by_chance.get(DRAWS - 2)?).max(0.0);
+    Some(WorstShape { mode, mac, least, p_value: p_value(&by_chance, worst) })
+}
+
+/// (x·y)²/(x·x y·y)
+fn mac(entries: impl Iterator<Item = (f64, f64)>) -> f64 {
+    let [cross, xx, yy] = entries.fold([0.0; 3], |[c, xx, yy], (x, y)| [c + x * y, xx + x * x, yy + y * y]);
+    if xx * yy > 0.0 { cross * cross / (xx * yy) } else { 0.0 }
+}
+
 /// P of the correlation of neighbouring sensors in a projected residual.
 pub(super) fn whiteness(scene: &Scene, fit: &Fit, q: &DMatrix<f64>, seed: u64) -> f64 {
     let noisy = fit.noisy_rows();

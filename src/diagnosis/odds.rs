@@ -3,11 +3,15 @@
 //! * Half for "nothing is missing"; the other half in equal shares for every kind that could have been seen and for "something
 //!   else", and inside a kind in equal shares for its places.
 //! * "Something else" is a random vector in the residual, or a change that is [spread](super::spread) over all elements; these ways
-//!   of describing it share its odds.
-//! * A second effect has the same odds again, given the first. Where two are named, each has the probability of the pairs that have it,
-//!   beside its own: these add up to more than one.
-//! * Stated probabilities obey the tests: "nothing" is not less probable than the p-value of the alarm allows, and what a
-//!   hypothesis leaves that does not look like noise speaks for "something else", see [`most_against`].
+//!   of describing it share its odds. It may be there alone or beside a hypothesis; then the odds of both multiply.
+//! * A second effect has the same odds again, given the first. Where several are named, each is stated with the probability of all
+//!   combinations that have it, beside its own: these add up to more than one.
+//! * Noise larger than stated belongs to "nothing is missing", with the odds of its [factor](ln_odds_of_noise); "something else" makes the same
+//!   residuals at the stated noise.
+//! * Two p-values enter as Bayes factors, see [`most_against`]: "nothing" has at least what the p-value of the alarm leaves it, and what a
+//!   hypothesis leaves that does not look like noise speaks for "something else" beside it.
+//!
+//! So every probability is prior odds times Bayes factor over the sum of all, and every ln B is against the fitted base.
 
 use super::base::Stage;
 use super::noise::DRAWS;
@@ -19,15 +23,22 @@ pub(super) struct Odds<'a> {
     places: BTreeMap<&'a str, usize>,
 }
 
-/// Probabilities of "none", of "something else" and of every refitted hypothesis.
+/// ln of prior odds times Bayes factor, against the base, of all that is compared. Every probability that is stated is one of these over
+/// their sum, and every ln B one of these less the ln of its odds.
 pub(super) struct Probabilities {
-    pub(super) none: f64,
-    pub(super) other: f64,
-    pub(super) each: Vec<f64>,
-    /// Of two together, where two are named.
-    pub(super) pairs: f64,
-    /// ln of the sum of all odds times Bayes factors.
-    pub(super) ln_sum: f64,
+    ln_none: f64,
+    ln_other: f64,
+    ln_each: Vec<f64>,
+    /// Of each hypothesis beside something outside the catalogue.
+    ln_beside: Vec<f64>,
+    /// Of several hypotheses of the catalogue together.
+    ln_several: f64,
+    ln_odds_of_something_else: f64,
+}
+
+/// ln of the prior odds of "nothing is missing".
+pub(super) fn ln_odds_of_none() -> f64 {
+    0.5_f64.ln()
 }
 
 impl<'a> Odds<'a> {
@@ -67,72 +78,139 @@ impl<'a> Odds<'a> {
 
     /// * `other` - ln of the Bayes factor of something else
     pub(super) fn probabilities(&self, base: &Stage, refits: &[Refit], other: f64) -> Probabilities {
-        let mut ln = vec![0.5_f64.ln(), self.of_something_else() + other];
-        ln.extend(refits.iter().map(|r| self.of(r) + r.ln_bayes));
-        let top = ln.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        let weights: Vec<f64> = ln.iter().map(|l| (l - top).exp()).collect();
-        let rest: f64 = weights[1..].iter().sum();
+        let ln_other = self.of_something_else() + other;
+        let ln_each: Vec<f64> = refits.iter().map(|r| self.of(r) + r.ln_bayes).collect();
         // A p-value without a draw beyond the observed one is only a bound of itself.
         let least = if base.p_value > 1.0 / DRAWS as f64 { most_against(base.p_value) } else { 0.0 };
-        let none = weights[0].max(least * rest);
-        let sum = none + rest;
+        let rest = ln_sum(&[ln_each.as_slice(), &[ln_other]].concat());
         Probabilities {
-            none: none / sum,
-            other: weights[1] / sum,
-            each: weights[2..].iter().map(|w| w / sum).collect(),
-            pairs: 0.0,
-            ln_sum: top + sum.ln(),
+            ln_none: ln_odds_of_none().max(least.ln() + rest),
+            ln_other,
+            ln_beside: vec![f64::NEG_INFINITY; ln_each.len()],
+            ln_each,
+            ln_several: f64::NEG_INFINITY,
+            ln_odds_of_something_else: self.of_something_else(),
         }
     }
 }
 
 impl Probabilities {
+    /// Of something outside the catalogue, alone or beside a hypothesis: ln of odds times Bayes factors.
+    fn ln_all_other(&self) -> f64 {
+        ln_sum(&[self.ln_beside.as_slice(), &[self.ln_other]].concat())
+    }
+
+    fn of(&self, ln: f64) -> f64 {
+        let all = [self.ln_none, self.ln_all_other(), self.ln_several, ln_sum(&self.ln_each)];
+        (ln - ln_sum(&all)).exp()
+    }
+
+    /// That nothing is missing.
+    pub(super) fn none(&self) -> f64 {
+        self.of(self.ln_none)
+    }
+
+    /// Of something outside the catalogue, alone or beside a hypothesis.
+    pub(super) fn other(&self) -> f64 {
+        self.of(self.ln_all_other())
+    }
+
+    /// That all that is wrong is outside the catalogue.
+    pub(super) fn only_other(&self) -> f64 {
+        self.of(self.ln_other)
+    }
+
+    /// Of a hypothesis alone.
+    pub(super) fn each(&self, i: usize) -> f64 {
+        self.of(self.ln_each[i])
+    }
+
+    /// Of several hypotheses of the catalogue together.
+    pub(super) fn several(&self) -> f64 {
+        self.of(self.ln_several)
+    }
+
+    /// ln of odds times Bayes factors of several hypotheses of the catalogue together.
+    pub(super) fn ln_several(&self) -> f64 {
+        self.ln_several
+    }
+
+    /// ln of the Bayes factor of "nothing is missing" against the base with its odds: more than zero where the p-value of the alarm leaves it
+    /// more than its odds do.
+    pub(super) fn ln_bayes_of_none(&self) -> f64 {
+        self.ln_none - ln_odds_of_none()
+    }
+
+    /// ln of the Bayes factor of something outside the catalogue, alone or beside a hypothesis.
+    pub(super) fn ln_bayes_of_other(&self) -> f64 {
+        self.ln_all_other() - self.ln_odds_of_something_else
+    }
+
     /// Brings hypotheses into the order of their probabilities.
     pub(super) fn sort(&mut self, refits: &mut Vec<Refit>) {
         let mut order: Vec<usize> = (0..refits.len()).collect();
-        order.sort_by(|&a, &b| self.each[b].total_cmp(&self.each[a]).then(a.cmp(&b)));
+        order.sort_by(|&a, &b| self.ln_each[b].total_cmp(&self.ln_each[a]).then(a.cmp(&b)));
         *refits = order.iter().map(|&i| refits[i].clone()).collect();
-        self.each = order.iter().map(|&i| self.each[i]).collect();
+        self.ln_each = order.iter().map(|&i| self.ln_each[i]).collect();
+        self.ln_beside = order.iter().map(|&i| self.ln_beside[i]).collect();
     }
 
-    /// With pairs among what is compared.
+    /// The hypothesis of this rank goes first.
+    pub(super) fn put_first(&mut self, chosen: usize) {
+        self.ln_each[..=chosen].rotate_right(1);
+        self.ln_beside[..=chosen].rotate_right(1);
+    }
+
+    /// A hypothesis more.
     ///
-    /// * `ln_two` - ln of the sum of their odds times Bayes factors
-    pub(super) fn with_pairs(&mut self, ln_two: f64) {
-        let top = ln_two.max(self.ln_sum);
-        let (two, one) = ((ln_two - top).exp(), (self.ln_sum - top).exp());
-        for p in self.each.iter_mut().chain([&mut self.none, &mut self.other]) {
-            *p *= one / (one + two);
-        }
-        self.pairs = two / (one + two);
+    /// * `ln` - of its odds times its Bayes factor
+    pub(super) fn push(&mut self, ln: f64) {
+        self.ln_each.push(ln);
+        self.ln_beside.push(f64::NEG_INFINITY);
     }
 
-    /// The same for two that are not named: their share goes to the first.
-    pub(super) fn with_a_pair(&mut self, first: usize, ln_two: f64) {
-        self.with_pairs(ln_two);
-        self.each[first] += std::mem::take(&mut self.pairs);
+    /// With several hypotheses together among what is compared.
+    ///
+    /// * `ln` - of the sum of their odds times Bayes factors
+    pub(super) fn with_several(&mut self, ln: f64) {
+        self.ln_several = self.ln_several.max(ln);
     }
 
     /// "Nothing is missing" where what the base leaves does not look like noise, with p.
     pub(super) fn deny(&mut self, p: f64) {
-        let most = most_against(p) / (1.0 + most_against(p));
-        let lost = (self.none - most).max(0.0);
-        self.none -= lost;
-        self.other += lost;
+        self.ln_other = self.ln_other.max(self.ln_none + ln_against(p));
     }
 
-    /// A hypothesis that leaves more than noise, with p, may be there beside something else, or be its image: even odds.
-    pub(super) fn doubt(&mut self, i: usize, p: f64) {
-        let lost = 0.5 * self.each[i] * (1.0 - most_against(p));
-        self.each[i] -= lost;
-        self.other += lost;
+    /// A hypothesis that leaves more than noise, with p, may be there beside something else.
+    ///
+    /// * `ln_bayes` - ln of the Bayes factor of something else in what it leaves
+    pub(super) fn doubt(&mut self, i: usize, p: f64, ln_bayes: f64) {
+        let speaks = ln_bayes.max(ln_against(p));
+        self.ln_beside[i] = self.ln_each[i] + self.ln_odds_of_something_else + speaks;
     }
+}
+
+/// ln of the Bayes factor for something else that a p-value of a hypothesis may mean, see [`most_against`].
+fn ln_against(p: f64) -> f64 {
+    /// Draws show no smaller p-value, and a mode without a partner has none.
+    const LEAST: f64 = 1e-6;
+    -most_against(p.max(LEAST)).ln()
 }
 
 /// ln Σ exp.
 pub(super) fn ln_sum(terms: &[f64]) -> f64 {
     let top = terms.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     if top == f64::NEG_INFINITY { top } else { top + terms.iter().map(|t| (t - top).exp()).sum::<f64>().ln() }
+}
+
+/// ln of the odds of noise that is k times as large as stated, against noise as stated: ln k is half-normal with a standard deviation of ln 2.
+/// Who states a standard deviation is wrong by a factor of two now and then, and hardly ever by one of eight.
+///
+/// ```text
+/// -½ (ln k/ln 2)²
+/// ```
+pub(super) fn ln_odds_of_noise(factor: f64) -> f64 {
+    -0.5 * (factor.max(1.0).ln() / std::f64::consts::LN_2).powi(2)
 }
 
 /// ln of the mean of exp.

@@ -1,7 +1,7 @@
 //! Full refits of faults of the measurement: base parameters, and the fault's own number profiled.
 
 use super::base::{FaultScore, Stage};
-use super::evidence::{held_out, ln_evidence};
+use super::evidence::{degrees_of_freedom, held_out, ln_evidence};
 use super::faults::{Change, FREQUENCY_SD, Fault, GAIN_SD, LN_SLIP, LOOSE, TURN_SD, response_of};
 use super::fit::{Fit, STEPS, fit, fit_from};
 use super::refit::{NINETY, Refit, STARTS, Tried};
@@ -12,6 +12,8 @@ use crate::linalg::DVector;
 
 /// Rounds of fitting the base with the number, then the number with the base.
 const ROUNDS: usize = 4;
+/// Degrees of freedom that the other data must have where a frequency is taken out, but for rounding: one is tested.
+const LEFT: f64 = 0.9;
 /// Most that a sensor is turned in a round, rad.
 const MOST_TURN: f64 = 0.5;
 
@@ -58,6 +60,10 @@ pub(super) fn refit_fault(
             }
             scene = stage.scene.corrected(fault, number);
             found = fit(&scene, std::slice::from_ref(&found.x), w)?;
+        }
+        // Its own row is free now. Where the others are as many as the parameters that fit them, they do not tell that it is wrong.
+        if degrees_of_freedom(&found, &found.basis()?) - 1.0 < LEFT {
+            return Err(DiagnosisError::NoStart);
         }
         let h = (w * known.value / known.sd).powi(2) + FREQUENCY_SD.powi(-2);
         extra -= cost_of_number(number.ln(), FREQUENCY_SD, h);

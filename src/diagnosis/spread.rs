@@ -105,23 +105,22 @@ impl fmt::Display for Spread {
         const SHOWN: usize = 4;
         let properties = self.properties();
         let what: Vec<String> = properties.iter().map(ToString::to_string).collect();
-        let (what, verb) = (what.join(" and "), if what.len() > 1 { "differ" } else { "differs" });
+        let (what, verb) = (what.join(" and "), if what.len() > 1 { "vary" } else { "varies" });
         let percent = 100.0 * self.rms();
         write!(
             f,
-            "{what} that {verb} from part to part, by {percent:.0} % on average, leaves a misfit of {:.0}",
+            "a model whose {what} {verb} from part to part, by {percent:.0} % rms, leaves a misfit of {:.0}",
             self.misfit
         )?;
-        let most: Vec<String> = self.clear().take(SHOWN).map(|c| c.in_words(properties.len() > 1)).collect();
-        if most.is_empty() { Ok(()) } else { write!(f, "; the most in {}", most.join(", ")) }
+        let most: Vec<String> = self.clear().take(SHOWN).map(|c| c.in_words()).collect();
+        if most.is_empty() { Ok(()) } else { write!(f, ", most of all the {}", most.join(", ")) }
     }
 }
 
 impl SpreadFactor {
-    /// `left_wing.2 (+21 %)`, with the property before it if asked for.
-    fn in_words(&self, with_property: bool) -> String {
-        let property = if with_property { format!("{} of ", self.property) } else { String::new() };
-        format!("{property}{} ({:+.0} %)", self.part, 100.0 * (self.factor - 1.0))
+    /// `stiffness of left_wing.2 (+21 %)`
+    fn in_words(&self) -> String {
+        format!("{} of {} ({:+.0} %)", self.property, self.part, 100.0 * (self.factor - 1.0))
     }
 }
 

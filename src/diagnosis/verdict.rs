@@ -9,32 +9,38 @@
 //!   an image: one that is tied with it and predicts better stands before it, and two are sought as well and named where they are more
 //!   probable.
 //! * Else a second hypothesis is sought on top of the best, and each of the two again [beside the other](super::pairs); with a gain above 3, held-out modes predicted better than by the base,
-//!   and noise as remainder the verdict is `several-effects`, else `unexplained`.
+//!   and noise as remainder the verdict is `several-effects`. Where two do not suffice either, [more](super::several) are added one by one. If
+//!   these leave no noise, or are not clearly more probable than something outside the catalogue, the verdict is `unexplained`.
+//! * What is called adequate needs noise of at most twice the stated size, and shapes that agree as well as shapes with such noise do; else
+//!   the stated noise or the model is wrong, and the verdict is `noise-or-model`.
 
 use super::base::Stage;
 use super::evidence::{EACH_REMAINDER, REMAINDER, degrees_of_freedom, goodness_of_fit, held_out, something_else};
-use super::fit::Fit;
 use super::joint::together;
+use super::learn::WORTH_A_TRY;
 use super::next_measurement::next_measurements;
-use super::noise::whiteness;
-use super::odds::{Odds, Probabilities, ln_mean};
+use super::noise::{DRAWS, whiteness, worst_shape};
+use super::odds::{Odds, Probabilities, ln_mean, ln_odds_of_noise, ln_odds_of_none};
 use super::pairs::{Pair, pair};
 use super::refit::{Refit, Refits, Tried, merge, refit, refit_these};
-use super::scene::Scene;
 use super::screen::project;
+use super::several::{Chain, chain};
 use super::spread::{self, Fitted, Spread};
-use super::warnings::{leaves_damping_aside, number, warnings};
-use super::{Diagnosis, DiagnosisError, HypothesisResult, Kind, Settings, Verdict, result};
-use crate::linalg::{DMatrix, DVector};
+use super::warnings::warnings;
+use super::words::{of_noise_or_model, of_one, of_several, of_two, place_of};
+use super::{Diagnosis, DiagnosisError, HypothesisResult, Settings, Together, Verdict, result};
+use crate::linalg::DVector;
 use std::collections::BTreeSet;
 
 /// ln of the Bayes factor that is called strong (Kass and Raftery 1995: 20 to 1).
 pub(super) const STRONG: f64 = 3.0;
+/// Noise that is larger than this many times the stated one is no explanation: then the stated noise or the model is wrong.
+pub(super) const MOST_NOISE: f64 = 2.0;
 /// Tied hypotheses that are checked for what they leave.
 const CHECKED: usize = 3;
 
 /// What the tests say of what remains.
-struct Remainder {
+pub(super) struct Remainder {
     passes: bool,
     /// Whether all modes have partners and the misfit is below the median of what noise gives.
     is_small: bool,
@@ -44,7 +50,7 @@ struct Remainder {
 
 impl Remainder {
     /// What is smaller than the stated noise needs no explanation, though a third effect may still be seen in it.
-    fn needs_nothing_more(&self) -> bool {
+    pub(super) fn needs_nothing_more(&self) -> bool {
         self.passes || self.is_small
     }
 }
@@ -80,17 +86,26 @@ fn conclude_once(
     let alarm = base.p_value < settings.alarm_level - REMAINDER || !base.fit.unpaired.is_empty();
     let best_bayes = refits.iter().map(|r| r.ln_bayes).fold(f64::NEG_INFINITY, f64::max);
     let is_tied = |r: &Refit| r.ln_bayes > best_bayes - STRONG && r.ln_bayes > 0.0;
-    let ways: Vec<f64> =
+    let mut ways: Vec<f64> =
         std::iter::once(something_else(&base.residual, dof)).chain(spreads.iter().map(|s| s.spread.ln_bayes)).collect();
+    // A random vector at the stated noise makes the same residuals as larger noise does, without its odds.
+    ways.extend((base.noise_factor() > 1.0).then(|| -ln_odds_of_noise(base.noise_factor())));
     let held_before: f64 = held_out(&base.fit, base.weight)?.iter().sum();
     let odds = Odds::new(base);
     let other = ln_mean(&ways);
     let mut p = odds.probabilities(base, refits, other);
     p.sort(refits);
-    let leads = p.each.first().is_some_and(|p| *p > 0.5);
-    let strong = best_bayes > STRONG && p.none < 0.5;
-    let Answer { verdict, mut chosen, remainder, spread, pair } = if looks_like_noise && !(alarm && strong) {
-        Answer { verdict: Verdict::Adequate, ..Answer::default() }
+    let leads = !refits.is_empty() && p.each(0) > 0.5;
+    let strong = best_bayes > STRONG && p.none() < 0.5;
+    let shape = worst_shape(&base.fit, base.weight, settings.seed.wrapping_add(3));
+    let Answer { verdict, mut chosen, remainder, spread, pair, chain } = if looks_like_noise && !(alarm && strong) {
+        let is_poor = shape.as_ref().is_some_and(|s| s.p_value < EACH_REMAINDER);
+        if is_poor {
+            p.deny(1.0 / DRAWS as f64);
+        }
+        let is_believed = !is_poor && base.noise_factor() <= MOST_NOISE;
+        let verdict = if is_believed { Verdict::Adequate } else { Verdict::NoiseOrModel };
+        Answer { verdict, ..Answer::default() }
     } else if !alarm || !strong {
         p.deny(if base.fit.unpaired.is_empty() { (2.0 * fits.min(white)).min(1.0) } else { 0.0 });
         Answer { remainder: place_of(&base.scene, &base.fit, &base.q), ..Answer::default() }
@@ -99,18 +114,19 @@ fn conclude_once(
         let else_ln = odds.of_something_else() + other;
         name(base, refits, &tied, &Else { odds: &odds, ln: else_ln, spreads, held_before }, &mut p, settings)?
     };
-    if let Some(pair) = &pair {
-        let id = pair.first.id(&base.scene);
+    let first = pair.as_ref().map(|pair| &pair.first).or(chain.as_ref().map(|chain| &chain.members[0].1));
+    if let Some(first) = first {
+        let id = first.id(&base.scene);
         chosen = refits.iter().position(|r| r.id(&base.scene) == id).unwrap_or_else(|| {
-            refits.push(pair.first.clone());
-            p.each.push(0.0);
+            p.push(odds.of(first) + first.ln_bayes);
+            refits.push(first.clone());
             refits.len() - 1
         });
     }
     // The hypothesis that leaves noise stands first, also where another is a little more probable and does not.
     if chosen > 0 {
         refits[..=chosen].rotate_right(1);
-        p.each[..=chosen].rotate_right(1);
+        p.put_first(chosen);
     }
     let tied_ids = |i: usize| -> Vec<String> {
         if !is_tied(&refits[i]) {
@@ -118,30 +134,48 @@ fn conclude_once(
         }
         (0..refits.len()).filter(|&k| k != i && is_tied(&refits[k])).map(|k| refits[k].id(&base.scene)).collect()
     };
-    let alone: Vec<HypothesisResult> =
-        (0..refits.len()).map(|i| result(base, &refits[i], held_before, p.each[i], tied_ids(i))).collect();
-    let hypotheses = match &pair {
-        Some(pair) => beside_each_other(pair, &p, alone)?,
-        None => alone,
+    let alone: Vec<HypothesisResult> = (0..refits.len())
+        .map(|i| result(base, &refits[i], odds.of(&refits[i]), held_before, p.each(i), tied_ids(i)))
+        .collect();
+    let hypotheses = match (&pair, &chain) {
+        (Some(pair), _) => beside_each_other(pair, &odds, &p, alone)?,
+        (None, Some(_)) => first_of_several(&p, alone),
+        (None, None) => alone,
     };
-    let next = if alarm && strong && verdict != Verdict::Adequate {
+    let together = together_of(base, &p, &odds, pair.as_ref(), chain.as_ref());
+    let next = if alarm && strong && !verdict.is_about_noise() {
         next_measurements(base, refits, best_bayes - STRONG)?
     } else {
         Vec::new()
     };
-    let named: Vec<&Refit> = match (&pair, verdict) {
-        (Some(pair), _) => pair.firsts.first().into_iter().chain(pair.seconds.first()).collect(),
-        (None, Verdict::Adequate) => Vec::new(),
-        (None, _) => refits.first().into_iter().collect(),
+    let named: Vec<&Refit> = match (&pair, &chain, verdict) {
+        (Some(pair), ..) => pair.firsts.first().into_iter().chain(pair.seconds.first()).collect(),
+        (None, Some(chain), _) => chain.members.iter().map(|m| &m.1).collect(),
+        (None, None, Verdict::Adequate | Verdict::NoiseOrModel) => Vec::new(),
+        (None, None, _) => refits.first().into_iter().collect(),
     };
-    let told = warnings(base, &named);
-    let mut sentence = match &pair {
-        Some(pair) => sentence_of_two(pair, &hypotheses),
-        None if spread.is_some() => format!("no single effect explains the test; {remainder}"),
-        None => sentence(verdict, hypotheses.first(), leads, base, &remainder),
+    // What explains the test best, with all that is named in it.
+    let best = match (&pair, &chain) {
+        (Some(pair), _) => pair.seconds.first(),
+        (None, Some(chain)) => Some(chain.last()),
+        (None, None) => named.first().copied().filter(|r| r.ln_bayes > STRONG),
     };
-    if told.mesh_is_too_coarse && verdict != Verdict::Adequate {
-        sentence += "; refine the mesh first: it errs by more than the data do";
+    let told = warnings(base, &named, best);
+    let noise = (base.noise_factor() > MOST_NOISE).then(|| base.noise_factor());
+    let mut sentence = match (&pair, &chain, verdict) {
+        (Some(pair), ..) => of_two(pair, &hypotheses),
+        (None, Some(chain), _) => of_several(chain, &hypotheses),
+        (None, None, Verdict::NoiseOrModel) => of_noise_or_model(base, shape.as_ref()),
+        (None, None, _) if spread.is_some() => format!("no single effect explains the test; {remainder}"),
+        (None, None, _) => of_one(verdict, hypotheses.first(), leads, base, &remainder),
+    };
+    if let Some(factor) = noise.filter(|_| !verdict.is_about_noise()) {
+        sentence += &format!(
+            "; all this with noise {factor:.1} times as large as stated, so that the stated noise is wrong as well, or more is missing"
+        );
+    }
+    if let Some(better) = &told.finer_mesh {
+        sentence += &format!("; refine the mesh first: {better}");
     }
     let diagnosis = Diagnosis {
         verdict,
@@ -154,8 +188,14 @@ fn conclude_once(
         screened_effects: base.screened.len(),
         visible_effects: base.effects.len(),
         screened_faults: base.faults.len(),
-        probability_none: p.none,
-        probability_other: p.other,
+        probability_none: p.none(),
+        ln_bayes_none: p.ln_bayes_of_none(),
+        ln_odds_none: ln_odds_of_none(),
+        probability_other: p.other(),
+        ln_bayes_other: p.ln_bayes_of_other(),
+        ln_odds_other: odds.of_something_else(),
+        probability_only_other: p.only_other(),
+        together,
         hypotheses,
         next_measurements: next,
         spread,
@@ -177,17 +217,27 @@ struct Answer {
     spread: Option<Spread>,
     /// The two, if two are named.
     pair: Option<Pair>,
+    /// All, if more than two are named.
+    chain: Option<Chain>,
 }
 
 impl Default for Answer {
     fn default() -> Self {
-        Self { verdict: Verdict::Unexplained, chosen: 0, remainder: String::new(), spread: None, pair: None }
+        Self {
+            verdict: Verdict::Unexplained,
+            chosen: 0,
+            remainder: String::new(),
+            spread: None,
+            pair: None,
+            chain: None,
+        }
     }
 }
 
 /// What is told of two hypotheses: the two, what the data cannot tell from one of them beside the other, and the others alone.
 fn beside_each_other(
     pair: &Pair,
+    odds: &Odds<'_>,
     p: &Probabilities,
     alone: Vec<HypothesisResult>,
 ) -> Result<Vec<HypothesisResult>, DiagnosisError> {
@@ -203,7 +253,7 @@ fn beside_each_other(
         let one = |(k, r): (usize, &&Refit)| {
             let others = (0..ids.len()).filter(|&i| i != k).map(|i| ids[i].clone()).collect();
             let own = alone.iter().find(|h| h.id == ids[k]).map_or(0.0, |h| h.probability);
-            result(stage, r, held_before, (own + p.pairs * pair.share(&ids[k])).min(1.0), others)
+            result(stage, r, odds.of(r), held_before, (own + p.several() * pair.share(&ids[k])).min(1.0), others)
         };
         let told: Vec<HypothesisResult> = tied.iter().enumerate().map(one).collect();
         Ok(told)
@@ -219,25 +269,40 @@ fn beside_each_other(
     Ok(out)
 }
 
-/// * `hypotheses` - of [`beside_each_other`]
-fn sentence_of_two(pair: &Pair, hypotheses: &[HypothesisResult]) -> String {
-    let [first, second, ..] = hypotheses else { return String::new() };
-    let what = |h: &HypothesisResult| match h.kind {
-        Kind::Effect => format!("{} is missing", h.id),
-        Kind::Fault => format!("{}: the measurement", h.id),
+/// What is told of a chain: the first is one of those that are wrong. What was found on top of it is not sought again beside the others, so
+/// that it is no more probable than alone.
+fn first_of_several(p: &Probabilities, mut alone: Vec<HypothesisResult>) -> Vec<HypothesisResult> {
+    if let Some(first) = alone.first_mut() {
+        first.probability = (first.probability + p.several()).min(1.0);
+    }
+    alone
+}
+
+/// What several hypotheses of the catalogue say together, if any were looked at.
+fn together_of(
+    base: &Stage,
+    p: &Probabilities,
+    odds: &Odds<'_>,
+    pair: Option<&Pair>,
+    chain: Option<&Chain>,
+) -> Option<Together> {
+    if p.ln_several() == f64::NEG_INFINITY {
+        return None;
+    }
+    let members: Vec<&Refit> = match (pair, chain) {
+        (Some(pair), _) => std::iter::once(&pair.first).chain(pair.seconds.first()).collect(),
+        (None, Some(chain)) => chain.members.iter().map(|m| &m.1).collect(),
+        (None, None) => Vec::new(),
     };
-    let ties = |h: &HypothesisResult| match h.tied_with.len() {
-        0 => String::new(),
-        1 => format!("; {} cannot be told from {}", h.tied_with[0], h.id),
-        n => format!("; {n} others cannot be told from {}", h.id),
-    };
-    let both = match (first.kind, second.kind) {
-        (Kind::Effect, Kind::Effect) => format!("{} and {} are missing together", first.id, second.id),
-        (Kind::Fault, Kind::Fault) => format!("{} and {}: the measurement, not the model", first.id, second.id),
-        _ => format!("{}, and {}", what(first), what(second)),
-    };
-    let perhaps = if pair.share(&first.id).min(pair.share(&second.id)) > 0.5 { "" } else { "perhaps " };
-    format!("{perhaps}{both}, and neither suffices alone{}{}", ties(first), ties(second))
+    let ln_odds =
+        if members.is_empty() { 2.0 * odds.of_something_else() } else { members.iter().map(|r| odds.of(r)).sum() };
+    Some(Together {
+        ids: members.iter().map(|r| r.id(&base.scene)).collect(),
+        probability: p.several(),
+        ln_odds,
+        ln_bayes: p.ln_several() - ln_odds,
+        misfit_after: members.last().map(|r| r.misfit),
+    })
 }
 
 /// What speaks for something else.
@@ -271,7 +336,7 @@ fn name(
     let mut failed: Vec<(usize, Remainder)> = Vec::new();
     let mut on_first = None;
     let mut doubted = None;
-    let may_be_named = p.other < 0.5;
+    let may_be_named = p.other() < 0.5;
     // What imitates something else fits the modes it was fitted to; the others it predicts worse than the base does.
     let predicts = |r: &Refit| r.held_out < otherwise.held_before;
     for &i in tied.iter().take(if may_be_named { CHECKED } else { 1 }) {
@@ -307,16 +372,24 @@ fn name(
         let least = if doubted.is_some() { otherwise.ln.max(weight(&refits[chosen])) } else { otherwise.ln };
         let ln_two = weight(&first) + odds.of_a_second(&more);
         let two = pair(base, refits, first, (on_first, more), odds, settings)?;
-        if let Some(two) = two.filter(|two| two.ln_all > least && predicts(&two.seconds[0]))
-            && remains(&two.on_first, &two.seconds[0], settings)?.0.needs_nothing_more()
-        {
-            p.with_pairs(two.ln_all);
+        let is_probable = two.as_ref().is_some_and(|two| two.ln_all > least && predicts(&two.seconds[0]));
+        let leaves_noise = match two.as_ref().filter(|_| is_probable) {
+            Some(two) => remains(&two.on_first, &two.seconds[0], settings)?.0.needs_nothing_more(),
+            None => false,
+        };
+        if leaves_noise && let Some(two) = two {
+            p.with_several(two.ln_all);
             let ids = [two.first.id(&base.scene), two.seconds[0].id(&base.scene)];
             let remainder = format!("beside {}: {}", ids[0], ids[1]);
             return Ok(Answer { verdict: Verdict::SeveralEffects, remainder, pair: Some(two), ..Answer::default() });
         }
         if doubted.is_none() {
-            p.with_a_pair(chosen, ln_two);
+            p.with_several(ln_two);
+            let found = two.map(|two| longer(base, two, odds, otherwise.ln, settings)).transpose()?.flatten();
+            if let Some(found) = found {
+                p.with_several(found.ln_all);
+                return Ok(Answer { verdict: Verdict::SeveralEffects, chain: Some(found), ..Answer::default() });
+            }
         }
     }
     if let Some(answer) = doubted {
@@ -327,7 +400,8 @@ fn name(
             Some(f) => f.1.p_value,
             None => r.p_value()?,
         };
-        p.doubt(i, left);
+        let q = r.fit.basis()?;
+        p.doubt(i, left, something_else(&project(&q, &r.fit.r), degrees_of_freedom(&r.fit, &q)));
     }
     let spread = otherwise.spread(&refits[chosen]);
     let remainder = match spread {
@@ -338,15 +412,34 @@ fn name(
     Ok(Answer { chosen, remainder, spread: spread.cloned(), ..Answer::default() })
 }
 
+/// A chain that goes on from two hypotheses that do not suffice, where these take away much: else they are images of what is spread.
+fn longer(
+    base: &Stage,
+    two: Pair,
+    odds: &Odds<'_>,
+    ln_else: f64,
+    settings: &Settings,
+) -> Result<Option<Chain>, DiagnosisError> {
+    let Pair { first, on_first, seconds, .. } = two;
+    let Some(second) = seconds.into_iter().next() else { return Ok(None) };
+    let excess = base.fit.misfit - degrees_of_freedom(&base.fit, &base.q) / (base.weight * base.weight);
+    if base.fit.misfit - second.misfit < WORTH_A_TRY * excess {
+        return Ok(None);
+    }
+    chain((base.clone(), first), (on_first, second), odds, ln_else, settings)
+}
+
 /// Whether a hypothesis that leaves noise explains the test better than noise s2 times as large as stated does:
 ///
 /// ```text
 /// ln B(s2) = ½ χ² (1 - 1/s2) - ½ n ln s2 - ½ ln n      for n degrees of freedom, with the prior odds of "nothing is missing"
+///                                                        and those of noise that is so much larger
 /// ```
 pub(super) fn better_than_noise(base: &Stage, refits: &[Refit]) -> Result<bool, DiagnosisError> {
     let (n, s2) = (degrees_of_freedom(&base.fit, &base.q).max(1.0), base.scatter.s2);
     let chi2 = base.residual.norm_squared();
-    let noise = 0.5_f64.ln() + 0.5 * (chi2 * (1.0 - 1.0 / s2) - n * s2.ln() - n.ln());
+    let odds_of_noise = ln_odds_of_none() + ln_odds_of_noise(s2.sqrt());
+    let noise = odds_of_noise + 0.5 * (chi2 * (1.0 - 1.0 / s2) - n * s2.ln() - n.ln());
     let odds = Odds::new(base);
     for r in refits.iter().filter(|r| odds.of(r) + r.ln_bayes > noise) {
         if r.leaves_noise()? {
@@ -363,7 +456,7 @@ fn is_noise(fits: f64, white: f64, level: f64) -> bool {
 }
 
 /// Screens again with a hypothesis in the base.
-fn remains(base: &Stage, r: &Refit, settings: &Settings) -> Result<(Remainder, Stage), DiagnosisError> {
+pub(super) fn remains(base: &Stage, r: &Refit, settings: &Settings) -> Result<(Remainder, Stage), DiagnosisError> {
     let second = base.with(r, settings)?;
     let fits = goodness_of_fit(&second.fit, &second.q);
     let white = whiteness(&second.scene, &second.fit, &second.q, settings.seed.wrapping_add(2));
@@ -375,62 +468,4 @@ fn remains(base: &Stage, r: &Refit, settings: &Settings) -> Result<(Remainder, S
     let text = if passes { String::new() } else { place_of(&second.scene, &second.fit, &second.q) };
     let is_small = fits > 0.5 && second.fit.unpaired.is_empty();
     Ok((Remainder { passes, is_small, p_value, text }, second))
-}
-
-/// The modes and sensors that carry the most of a projected residual.
-fn place_of(scene: &Scene, fit: &Fit, q: &DMatrix<f64>) -> String {
-    let r = project(q, &fit.r);
-    let rows = fit.rows;
-    let mut modes: Vec<(f64, usize)> = (0..rows.n_modes)
-        .map(|m| (fit.mode_rows(m).iter().map(|&i| r[i] * r[i]).sum::<f64>() / fit.mode_rows(m).len() as f64, m))
-        .collect();
-    modes.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-    let words: Vec<String> = modes.iter().take(3).map(|(v, m)| format!("{} ({v:.1})", scene.mode_name(*m))).collect();
-    let mut out = format!("mean square of what remains: {}", words.join(", "));
-    if rows.has_shapes {
-        let mut sensors: Vec<(f64, usize)> = (0..rows.n_sensors)
-            .map(|s| ((0..rows.n_modes).map(|m| r[rows.shape(m, s)].powi(2)).sum::<f64>() / rows.n_modes as f64, s))
-            .collect();
-        sensors.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-        let words: Vec<String> =
-            sensors.iter().take(4).map(|(v, s)| format!("{} ({v:.1})", scene.test.sensors[*s].name)).collect();
-        out += &format!("; at sensors {}", words.join(", "));
-    }
-    if !fit.unpaired.is_empty() {
-        let modes: Vec<String> = fit.unpaired.iter().map(|&m| scene.mode_name(m)).collect();
-        out += &format!("; no partner for {}", modes.join(", "));
-    }
-    out
-}
-
-/// * `leads` - whether the best was more probable than all else before its remainder was tested
-fn sentence(verdict: Verdict, best: Option<&HypothesisResult>, leads: bool, base: &Stage, remainder: &str) -> String {
-    let id = best.map_or("", |b| b.id.as_str());
-    let likely = best.is_some_and(|b| b.probability > 0.5);
-    let tie = match best.map_or(&[][..], |b| &b.tied_with) {
-        [] => String::new(),
-        [other] => format!("; {other} cannot be told from it"),
-        others => format!("; {} others cannot be told from it", others.len()),
-    };
-    let what = if leaves_damping_aside(base) { "the test without its damping" } else { "the test" };
-    match verdict {
-        Verdict::Adequate if base.noise_factor() > 1.0 => {
-            format!("the model explains {what} if its noise is {:.2} times the stated one", base.noise_factor())
-        }
-        Verdict::Adequate => format!("the model explains {what} at its stated noise"),
-        Verdict::MissingEffect if likely => format!("{id} is missing, and what remains looks like noise{tie}"),
-        Verdict::MissingEffect => {
-            format!("something is missing, perhaps {id}, with which what remains looks like noise{tie}")
-        }
-        Verdict::MeasurementFault if likely => format!("{id}: the measurement, not the model{tie}"),
-        Verdict::MeasurementFault => format!("perhaps {id}: the measurement, not the model{tie}"),
-        Verdict::Unexplained | Verdict::SeveralEffects => match best.filter(|b| b.ln_bayes > STRONG && leads) {
-            Some(b) => format!(
-                "{id} takes the misfit from {} to {} and what remains is in nothing of the catalogue; {remainder}",
-                number(b.misfit_before),
-                number(b.misfit_after)
-            ),
-            None => format!("nothing in the catalogue explains the test; {remainder}"),
-        },
-    }
 }

@@ -2,10 +2,11 @@
 
 use super::DiagnosisError;
 use super::base::Stage;
-use super::fit::ON_BOUND;
+use super::fit::{Fit, ON_BOUND, fit_from};
 use super::mesh::{FINER, functions_moved, mesh_errors, modes, refined};
 use super::refit::{Refit, Tried};
-use super::scene::Case;
+use super::scene::{Case, Scene};
+use super::verdict::STRONG;
 use crate::model::{Model, ParametricModel};
 use crate::objective::Scaling;
 
@@ -27,43 +28,43 @@ struct MeshError {
     is_serious: bool,
 }
 
-fn mesh_error(base: &Stage) -> Option<MeshError> {
-    let theta = &base.fit.theta;
+/// Of the model of a scene at a fit.
+fn mesh_error(scene: &Scene, fit: &Fit) -> Option<MeshError> {
     let (mut bad, mut moved) = (Vec::new(), 0.0_f64);
-    for case in &base.scene.cases {
-        let Ok(fine) = refined(&case.model, theta, FINER) else { continue };
-        bad.extend(falsified(base, case, &fine).unwrap_or_default());
-        moved = moved.max(functions_moved(&case.model, &fine, theta, &case.test).unwrap_or(0.0));
+    for case in &scene.cases {
+        let Ok(fine) = refined(&case.model, &fit.theta, FINER) else { continue };
+        bad.extend(falsified(scene, fit, case, &fine).unwrap_or_default());
+        moved = moved.max(functions_moved(&case.model, &fine, &fit.theta, &case.test).unwrap_or(0.0));
     }
     let mut words = Vec::new();
     if !bad.is_empty() {
         let each: Vec<&str> = bad.iter().map(|(text, _)| text.as_str()).collect();
-        words.push(format!("frequencies are too high: {}", each.join(", ")));
+        words.push(format!("raises the frequencies of {}", each.join(", ")));
     }
     // One standard deviation of all that the functions say.
     if moved > 1.0 {
-        words.push(format!("it moves the functions by {} standard deviations, taken together", number(moved)));
+        words.push(format!("moves the functions by {} standard deviations, taken together", number(moved)));
     }
     (!words.is_empty()).then(|| MeshError {
-        text: format!("the mesh is too coarse, {}; subdivide the beams", words.join(", and ")),
+        text: format!("the mesh is coarse: it {}; subdivide the beams", words.join(" and ")),
         is_serious: moved > 3.0 || bad.iter().any(|(_, deviations)| *deviations > 1.0),
     })
 }
 
 /// Those of one test, in words and in standard deviations.
-fn falsified(base: &Stage, case: &Case, fine: &Model) -> Result<Vec<(String, f64)>, DiagnosisError> {
+fn falsified(scene: &Scene, fit: &Fit, case: &Case, fine: &Model) -> Result<Vec<(String, f64)>, DiagnosisError> {
     let n = case.modes().len();
-    let errors = mesh_errors(&case.model, fine, &base.fit.theta, 2 * n)?;
-    let frequencies = modes(&case.model, &base.fit.theta, 2 * n)?;
+    let errors = mesh_errors(&case.model, fine, &fit.theta, 2 * n)?;
+    let frequencies = modes(&case.model, &fit.theta, 2 * n)?;
     let hz: Vec<f64> = frequencies.elastic().map(|i| frequencies.frequency_hz(i)).collect();
     let in_words = |m: usize| {
         let partner = (0..hz.len()).min_by(|&a, &b| {
-            let d = |i: usize| (hz[i] - base.fit.frequencies[m]).abs();
+            let d = |i: usize| (hz[i] - fit.frequencies[m]).abs();
             d(a).total_cmp(&d(b))
         })?;
-        let measured = &base.scene.test.modes[m].frequency_hz;
+        let measured = &scene.test.modes[m].frequency_hz;
         let error = *errors.get(partner)?;
-        let name = base.scene.mode_name(m);
+        let name = scene.mode_name(m);
         let deviations = error * measured.value / measured.sd;
         (deviations > 1.0 / 3.0).then(|| (format!("{name} by {:.2} %", 100.0 * error), deviations))
     };
@@ -73,46 +74,53 @@ fn falsified(base: &Stage, case: &Case, fine: &Model) -> Result<Vec<(String, f64
 /// What is to be known before an answer is trusted.
 pub(super) struct Warnings {
     pub(super) all: Vec<String>,
-    /// Whether the mesh errs by more than the data do.
-    pub(super) mesh_is_too_coarse: bool,
+    /// What a finer mesh does for the misfit, where it explains the test better: then the mesh comes first.
+    pub(super) finer_mesh: Option<String>,
 }
 
 /// * `named` - the hypotheses that are named
-pub(super) fn warnings(base: &Stage, named: &[&Refit]) -> Warnings {
+/// * `best` - what explains the test best with all that is named in it, if anything is: there the mesh is judged
+pub(super) fn warnings(base: &Stage, named: &[&Refit], best: Option<&Refit>) -> Warnings {
     // What is missing may take modes away, or the base may be in a wrong valley: it stands first.
     let mut out: Vec<String> = unseen_modes(base).into_iter().collect();
-    let (serious, slight) = match mesh_error(base) {
-        Some(mesh) if mesh.is_serious => (Some(mesh.text), None),
-        Some(mesh) => (None, Some(mesh.text)),
-        None => (None, None),
-    };
-    let mesh_is_too_coarse = serious.is_some();
-    out.extend(serious);
+    let (scene, fit) = best.map_or((&base.scene, &base.fit), |r| (&r.scene, &r.fit));
+    let (mut slight, mut finer_mesh) = (None, None);
+    if let Some(mesh) = mesh_error(scene, fit) {
+        if mesh.is_serious {
+            finer_mesh = finer_mesh_explains(scene, fit, base.weight);
+            out.push(mesh.text);
+        } else {
+            slight = Some(mesh.text);
+        }
+    }
     if !base.fit.rows.has_shapes {
         out.push(
             "frequencies alone rarely tell which effect is missing; measure shapes or frequency responses".to_string(),
         );
     }
     if base.noise_factor() > 1.0 {
-        out.push(format!("the scatter is {:.2} times the stated standard deviations", base.noise_factor()));
+        out.push(format!(
+            "the residuals scatter {:.2} times as much as the standard deviations of the test say; check these",
+            base.noise_factor()
+        ));
     }
     if base.scene.cases.iter().any(|c| c.test.frfs.is_some() && c.test.frf_fit.is_none()) {
-        out.push("frequency responses are not used: the test has no `frfs` block that says how".to_string());
+        out.push(
+            "frequency responses are not used, because the test has no `frfs` block that says how; add one".to_string(),
+        );
     }
     if leaves_damping_aside(base) {
         out.push(
-            "damping ratios are not used: the model has no damping; give members `stiffness_damping` or `mass_damping` under `overrides`"
+            "damping ratios are not used, because the model has no damping; give members `stiffness_damping` or `mass_damping` under \
+             `overrides`"
                 .to_string(),
         );
     }
     out.extend(slight);
     out.extend(named.iter().filter_map(|r| more_than_doubled(base, r)));
-    out.extend(
-        named
-            .iter()
-            .filter(|r| !r.limit_of.is_empty())
-            .map(|r| format!("{} says the same as {} with fewer numbers", r.id(&base.scene), r.limit_of.join(", "))),
-    );
+    out.extend(named.iter().filter(|r| !r.limit_of.is_empty()).map(|r| {
+        format!("{} explains the test as well as {} with fewer numbers", r.id(&base.scene), r.limit_of.join(", "))
+    }));
     out.extend(named.iter().flat_map(|r| beyond_bounds(base, r)));
     let model = base.scene.model();
     let on_bounds: Vec<&str> = Scaling::new(model)
@@ -124,10 +132,36 @@ pub(super) fn warnings(base: &Stage, named: &[&Refit]) -> Warnings {
         .collect();
     match on_bounds.as_slice() {
         [] => {}
-        [one] => out.push(format!("a parameter of the fitted base sits on a bound: {one}")),
-        many => out.push(format!("{} parameters of the fitted base sit on a bound: {}", many.len(), many.join(", "))),
+        [one] => out.push(format!("parameter {one} of the fitted model sits on its bound")),
+        many => {
+            out.push(format!("{} parameters of the fitted model sit on their bounds: {}", many.len(), many.join(", ")))
+        }
     }
-    Warnings { all: out, mesh_is_too_coarse }
+    Warnings { all: out, finer_mesh }
+}
+
+/// Whether a finer mesh explains the test better, by more than 3 in ln evidence, in words.
+fn finer_mesh_explains(scene: &Scene, fit: &Fit, weight: f64) -> Option<String> {
+    /// Steps of the fit: the mesh moves an optimum little.
+    const STEPS: usize = 12;
+    let mut file = (*scene.file).clone();
+    for case in &scene.cases {
+        let fine = refined(&case.model, &fit.theta, FINER).ok()?;
+        for (name, member) in &fine.spec().beams {
+            if let Some(own) = file.beams.get_mut(name) {
+                own.subdivide = member.subdivide;
+            }
+        }
+    }
+    let fine = scene.with_file(file, scene.added.clone()).ok()?;
+    let found = fit_from(&fine, std::slice::from_ref(&fit.x), weight, 1, STEPS).ok()?;
+    (found.phi < fit.phi - STRONG).then(|| {
+        format!(
+            "with {FINER} elements for each the misfit is {} instead of {}",
+            number(found.misfit),
+            number(fit.misfit)
+        )
+    })
 }
 
 /// Sizes of a hypothesis that the data press against their bounds, though these leave room for what is physical.
@@ -144,7 +178,7 @@ fn beyond_bounds(base: &Stage, r: &Refit) -> Vec<String> {
     });
     let in_words = |(_, e): (_, &super::Estimate)| {
         format!(
-            "the estimate of {} sits on its bound, {} {}: the data ask for more than is thought possible",
+            "the estimate of {} sits on its bound, {} {}: the data call for a value beyond it",
             r.id(&base.scene),
             number(e.value),
             e.unit
@@ -160,7 +194,7 @@ fn more_than_doubled(base: &Stage, r: &Refit) -> Option<String> {
     let largest = r.estimates.iter().filter(|_| is_change).map(|e| e.value).fold(0.0, f64::max);
     (largest > 1.0).then(|| {
         format!(
-            "{} is {:.1} times as stiff as the file says: perhaps a brace or a second load path that the model lacks",
+            "{} makes the part {:.1} times as stiff as the file says: perhaps the model lacks a brace or a second load path there",
             r.id(&base.scene),
             1.0 + largest
         )
@@ -175,13 +209,13 @@ fn unseen_modes(base: &Stage) -> Option<String> {
         all.iter().filter(move |hz| **hz > lowest).map(|hz| format!("{hz:.4} Hz")).collect::<Vec<_>>()
     };
     let unseen: Vec<String> = base.fit.overlooked.iter().zip(&base.scene.cases).flat_map(in_band).collect();
-    let (what, verb) = match unseen.len() {
+    let (what, them) = match unseen.len() {
         0 => return None,
-        1 => ("a mode", "has"),
-        _ => ("modes", "have"),
+        1 => ("a mode", "it"),
+        _ => ("modes", "them"),
     };
     Some(format!(
-        "the fitted model has {what} inside the tested band that {verb} no partner in the test: {}; overlooked there, or not as the model has it",
+        "the fitted model has {what} inside the tested band that the test lacks, at {}: the test overlooked {them}, or the model is wrong about {them}",
         unseen.join(", ")
     ))
 }

@@ -295,6 +295,7 @@ pub fn twin_modes(
         static_tests: Vec::new(),
         frfs: None,
         frf_fit: None,
+        corrections: Vec::new(),
     })
 }
 

@@ -4,7 +4,7 @@ use super::measured;
 use crate::args::{Compare, Pairing};
 use crate::output::{Failure, pairs, print, print_json, style, warn};
 use crate::{DONE, SHORT, files};
-use retune::correlation::{CriteriaProfile, Identifiability, Judgement, PairBy, PairingOptions};
+use retune::correlation::{CriteriaProfile, Identifiability, Judgement, PairBy, PairingOptions, corrected_functions};
 use retune::data::{Origin, TestData};
 use retune::model::{Model, ParametricModel};
 use retune::objective::Comparison;
@@ -213,10 +213,11 @@ impl Parts {
 /// The measured functions, those that the test file names or those of `--frf`, beside the model's.
 fn functions(args: &Compare, comparison: &Comparison<'_>, a: &Assessment) -> Result<Option<Functions>, Failure> {
     let test = comparison.test();
-    let found;
+    let corrected;
     let (set, mut options) = if !args.frf.is_empty() {
-        found = measured::read(&args.frf, &args.measurement)?;
-        (measured::functions(&found)?, FunctionsOptions::default())
+        let found = measured::read(&args.frf, &args.measurement)?;
+        corrected = corrected_functions(measured::functions(&found)?.clone(), &test.sensors, &test.corrections);
+        (&corrected, FunctionsOptions::default())
     } else if let (Some(set), Some(fit)) = (&test.frfs, &test.frf_fit) {
         (set, FunctionsOptions::of_fit(fit))
     } else if args.bands.is_empty() {

@@ -309,6 +309,7 @@ fn test_data(args: &Identify, found: &Measurements, description: String) -> Test
         static_tests: Vec::new(),
         frfs: None,
         frf_fit: None,
+        corrections: Vec::new(),
     }
 }
 

@@ -165,7 +165,10 @@ fn why_it_ends(learned: &Learned, last: &Step, limit: usize) -> String {
         );
     }
     match last.diagnosis.verdict {
-        Verdict::Adequate => "done: what remains looks like noise".to_string(),
+        Verdict::Adequate => "done: the rest looks like noise".to_string(),
+        Verdict::NoiseOrModel => {
+            "stopped: the rest is noise only if there is more of it than can be believed".to_string()
+        }
         _ if learned.stopped_for_tie => String::new(),
         // A step for every addition, and the last.
         _ if learned.steps.len() > limit => format!("stopped after {limit} additions: --limit allows no more"),

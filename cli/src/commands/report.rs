@@ -5,6 +5,7 @@ use crate::args::Report;
 use crate::output::{Failure, print, style, warn};
 use crate::page::{Outputs, announce, provenance};
 use crate::{DONE, files};
+use retune::correlation::corrected_functions;
 use retune::data::TestData;
 use retune::diagnosis::{Settings, diagnose};
 use retune::model::{Model, ParametricModel};
@@ -68,7 +69,8 @@ pub(crate) fn run(args: &Report) -> Result<u8, Failure> {
     if !args.frf.is_empty() {
         let found = measured::read(&args.frf, &args.measurement)?;
         let origin = if found.is_synthetic { "synthetic" } else { "measured" };
-        add_responses(&mut data, case, before, measured::functions(&found)?, origin)?;
+        let set = corrected_functions(measured::functions(&found)?.clone(), &test.sensors, &test.corrections);
+        add_responses(&mut data, case, before, &set, origin)?;
         read.extend(args.frf.iter().map(|path| ("frequency responses", path.clone())));
     }
     let read: Vec<(&str, &Path)> = read.iter().map(|(role, path)| (*role, path.as_path())).collect();

@@ -13,6 +13,28 @@ const DAMPING: f64 = 0.5;
 /// Squared cosine above which two shapes are one.
 const ALIKE: f64 = 0.98;
 
+/// Standard deviations over their value beyond which nothing is measured, or everything exactly: squares of their ratios have no digits left.
+const SENSIBLE_SD: [f64; 2] = [1e-15, 1e9];
+
+/// Whether a standard deviation can be meant for a value.
+pub(super) fn is_sensible_sd(sd: f64, value: f64) -> bool {
+    let [least, most] = SENSIBLE_SD;
+    // Beside a value of zero any size may be meant, as long as its square is a number.
+    let size = if value == 0.0 { 1.0 } else { value.abs() };
+    (least * size..=most * size).contains(&sd)
+}
+
+/// What is wrong with one that cannot.
+pub(super) fn senseless_sd(sd: f64, unit: &str, value: f64) -> String {
+    let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
+    let advice = if sd > value.abs() {
+        "a value that says nothing is left out"
+    } else {
+        "nothing is known so well; write what repeated measurements scatter by"
+    };
+    format!("a standard deviation of {sd:e}{unit} for a value of {value}{unit}: {advice}")
+}
+
 /// Doubtful things of a test, with their paths.
 pub(super) fn doubts(data: &TestData) -> Vec<Problem> {
     let mut out = numbers(&data.modes);

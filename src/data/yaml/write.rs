@@ -134,6 +134,7 @@ pub fn write_test(data: &TestData) -> String {
         modes,
         static_tests,
         frfs,
+        corrections: data.corrections.clone(),
         mass_properties,
     })
 }

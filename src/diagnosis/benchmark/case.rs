@@ -258,7 +258,7 @@ fn compare(out: &mut Outcome, found: &Investigation, case: &Case) {
     out.verdict = Some(d.verdict);
     out.p_value = d.p_value;
     out.noise_factor = d.noise_factor;
-    let named = matches!(d.verdict, Verdict::MissingEffect | Verdict::MeasurementFault | Verdict::SeveralEffects);
+    let named = d.verdict.names_hypotheses();
     if let Some(first) = d.hypotheses.first() {
         out.found.clone_from(&first.name);
         out.found_id.clone_from(&first.id);

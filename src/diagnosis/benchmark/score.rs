@@ -95,7 +95,7 @@ impl Score {
         for o in outcomes.iter().filter(|o| o.verdict.is_some()) {
             let answer = match o.verdict {
                 Some(Verdict::Adequate) => "adequate".to_string(),
-                Some(Verdict::Unexplained) => "unexplained".to_string(),
+                Some(v @ (Verdict::Unexplained | Verdict::NoiseOrModel)) => v.word().to_string(),
                 _ => o.found.clone(),
             };
             *confusion.entry(o.name.clone()).or_default().entry(answer).or_default() += 1;

@@ -44,18 +44,24 @@ pub fn diagnosis(found: &diagnosis::Diagnosis, model: &Model, test: &TestData) -
         "The model is complete, and its misfit is chance.",
         found.probability_none,
     ));
+    if let Some(none) = hypotheses.last_mut() {
+        none.log_bayes_factor = Some(found.ln_bayes_none);
+        if found.noise_factor > 1.0 {
+            none.kind = format!("nothing is missing, with noise {:.1} times as large as stated", found.noise_factor);
+        }
+    }
     let mut other = rest(
         Category::Other,
         "other",
         "something outside the catalogue",
-        "An effect that the catalogue does not have.",
+        "Something that the catalogue does not have, alone or beside one of these hypotheses.",
         found.probability_other,
     );
+    other.log_bayes_factor = Some(found.ln_bayes_other);
     if let Some(spread) = &found.spread {
         let what: Vec<String> = spread.properties().iter().map(ToString::to_string).collect();
         other.kind = format!("no single effect: {} of many parts", what.join(" and "));
         other.summary = sentence(&spread.to_string());
-        other.log_bayes_factor = Some(spread.ln_bayes);
         other.misfit_after = Some(spread.misfit);
         let mut parts: Vec<&str> = spread.clear().map(|f| f.part.as_str()).collect();
         parts.sort_unstable();
@@ -75,9 +81,20 @@ pub fn diagnosis(found: &diagnosis::Diagnosis, model: &Model, test: &TestData) -
     }
     let remainder_place = found.spread.is_some().then(|| other.place.clone());
     hypotheses.push(other);
+    if let Some(all) = &found.together {
+        let (kind, summary) = match all.ids.as_slice() {
+            [] => ("several of the catalogue together".to_string(), "Two or more of these hypotheses at once."),
+            ids => (format!("{} together", ids.join(" + ")), "All of these, at once."),
+        };
+        let mut together = rest(Category::Other, "together", &kind, summary, all.probability);
+        together.log_bayes_factor = Some(all.ln_bayes);
+        together.misfit_after = all.misfit_after;
+        hypotheses.push(together);
+    }
     // The hypothesis that the verdict is about stays first, even where a tied one is a little more probable.
-    let is_named = !matches!(found.verdict, diagnosis::Verdict::Adequate | diagnosis::Verdict::Unexplained);
-    let split = usize::from(is_named && !found.hypotheses.is_empty());
+    // Of two both, of more the first.
+    let n_named = if found.together.as_ref().is_some_and(|t| t.ids.len() == 2) { 2 } else { 1 };
+    let split = if found.verdict.names_hypotheses() { n_named.min(found.hypotheses.len()) } else { 0 };
     hypotheses[split..].sort_by(|a, b| b.probability.unwrap_or(0.0).total_cmp(&a.probability.unwrap_or(0.0)));
     let tied: Vec<String> = found
         .hypotheses
@@ -128,6 +145,7 @@ fn outcome(found: &diagnosis::Diagnosis) -> Outcome {
         Verdict::MeasurementFault => Outcome::MeasurementFault,
         Verdict::SeveralEffects => Outcome::SeveralEffects,
         Verdict::Unexplained => Outcome::Unexplained,
+        Verdict::NoiseOrModel => Outcome::NoiseOrModel,
     }
 }
 
@@ -349,20 +367,21 @@ pub(super) fn diagnoses(steps: &[LearningStep], model: &Model, test: &TestData) 
 /// The answer of a diagnosis, with the misfit before and after what it proposes.
 pub(super) fn verdict(d: &Diagnosis) -> Verdict {
     let floor = d.degrees_of_freedom.map_or_else(String::new, |f| format!("; noise alone leaves about {}", number(f)));
-    let best = d.hypotheses.first().filter(|_| d.outcome != Outcome::Adequate);
+    let best = d.hypotheses.first().filter(|_| !matches!(d.outcome, Outcome::Adequate | Outcome::NoiseOrModel));
     let pair = best.and_then(|h| Some((h, h.misfit_before?, h.misfit_after?)));
     let (value, label) = match (pair, d.misfit) {
         // Of two, each has what it adds to the other.
-        (Some((_, _, after)), Some(base)) if d.outcome == Outcome::SeveralEffects => {
-            (format!("{} → {}", number(base), number(after)), format!("misfit without and with both{floor}"))
-        }
+        (Some((_, _, after)), Some(base)) if d.outcome == Outcome::SeveralEffects => (
+            format!("{} → {}", number(base), number(after)),
+            format!("misfit without and with all that are named{floor}"),
+        ),
         (Some((h, before, after)), _) => {
             (format!("{} → {}", number(before), number(after)), format!("misfit without and with {}{floor}", h.id))
         }
         (None, Some(m)) => (number(m), format!("misfit of the fitted model{floor}")),
         (None, None) => (String::new(), String::new()),
     };
-    let chance = d.p_value.filter(|_| d.outcome != Outcome::Adequate);
+    let chance = d.p_value.filter(|_| !matches!(d.outcome, Outcome::Adequate | Outcome::NoiseOrModel));
     let chance = chance.map_or_else(String::new, |p| format!(" Chance alone does as well in {}.", odds(p)));
     Verdict {
         sentence: sentence(&d.sentence) + &chance,
@@ -371,7 +390,7 @@ pub(super) fn verdict(d: &Diagnosis) -> Verdict {
         level: match d.outcome {
             Outcome::Adequate => Level::Good,
             Outcome::MissingEffect | Outcome::MeasurementFault | Outcome::Tied => Level::Warning,
-            Outcome::SeveralEffects | Outcome::Unexplained => Level::Bad,
+            Outcome::SeveralEffects | Outcome::Unexplained | Outcome::NoiseOrModel => Level::Bad,
         },
     }
 }

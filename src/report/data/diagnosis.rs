@@ -28,12 +28,14 @@ pub enum Outcome {
     MissingEffect,
     /// A fault of the measurement explains it.
     MeasurementFault,
-    /// One hypothesis is needed and does not suffice; a second one helps.
+    /// One hypothesis does not suffice; two or more together do.
     SeveralEffects,
     /// Several hypotheses explain it equally well.
     Tied,
     /// None of the hypotheses explains it.
     Unexplained,
+    /// The model explains it only with noise that is not believable: the stated noise or the model is wrong.
+    NoiseOrModel,
 }
 
 /// The result of a diagnosis.

@@ -26,6 +26,7 @@ pub fn diagnosis(d: &Diagnosis, style: &Style) -> String {
         Outcome::Tied => ("!", "tied", Tone::Warning),
         Outcome::SeveralEffects => ("✕", "several effects", Tone::Bad),
         Outcome::Unexplained => ("✕", "unexplained", Tone::Bad),
+        Outcome::NoiseOrModel => ("✕", "noise or model", Tone::Bad),
     };
     let lead = format!("{sign} {word}: ");
     for (i, line) in broken(&format!("{lead}{}", printable(&d.sentence)), style.width).iter().enumerate() {
@@ -52,23 +53,34 @@ pub fn diagnosis(d: &Diagnosis, style: &Style) -> String {
     out.push('\n');
     out.push_str(&hypotheses(d, style));
     let held = d.hypotheses.iter().any(|h| h.held_out_after.is_some());
-    let mut legend = "misfit: sum of ((model - test)/sd)² after a refit".to_string();
+    let mut legend =
+        "P: prior odds times Bayes factor, over the sum of all; ln B: against the fitted model; misfit: sum of \
+                      ((model - test)/sd)² after a refit"
+            .to_string();
     if held {
         legend += "; held out: every mode predicted from the others";
     }
+    // Of two both are named, of more the first.
+    let is_of_more = |h: &Hypothesis| h.id == "together" && h.kind.matches(" + ").count() > 1;
+    let n_named = match d.outcome {
+        Outcome::SeveralEffects if !d.hypotheses.iter().any(is_of_more) => 2,
+        _ => 1,
+    };
     if d.outcome == Outcome::SeveralEffects {
-        legend += "; P: of being one of the two; ln B of these: against the other alone";
+        legend += match n_named {
+            2 => "; the first two: P of being one of the two, ln B against the other alone",
+            _ => "; the first: P of being one of those that are wrong",
+        };
     }
     out.push('\n');
     for line in wrap(&legend, style.width) {
         let _ = writeln!(out, "{}", style.paint(Tone::Dim, &line));
     }
     let is_named = |h: &Hypothesis| match d.outcome {
-        Outcome::Adequate => false,
+        Outcome::Adequate | Outcome::NoiseOrModel => false,
         Outcome::Unexplained => h.probability.is_some_and(|p| p > 0.5),
         _ => true,
     };
-    let n_named = if d.outcome == Outcome::SeveralEffects { 2 } else { 1 };
     for best in d.hypotheses.iter().take(n_named).filter(|h| is_named(h) && !h.patch.is_empty()) {
         let what = if best.category == Category::Effect { "retune add MODEL " } else { "to do about " };
         let needs_sensors = Effects::builtin().find(&best.kind).is_some_and(Effect::needs_sensors);

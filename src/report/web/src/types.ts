@@ -121,7 +121,7 @@ export interface Measurement {
 }
 export interface Diagnosis {
   title: string;
-  outcome: "adequate" | "missing-effect" | "measurement-fault" | "several-effects" | "tied" | "unexplained";
+  outcome: "adequate" | "missing-effect" | "measurement-fault" | "several-effects" | "tied" | "unexplained" | "noise-or-model";
   sentence: string; p_value: Num; alarm_level: Num; screened: Num; tried: string;
   misfit: Num; degrees_of_freedom: Num; noise_factor: Num;
   hypotheses: Hypothesis[]; next_measurements: Measurement[]; remainder: string; remainder_place: Place | null;

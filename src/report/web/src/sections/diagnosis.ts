@@ -7,8 +7,8 @@ import type { Diagnosis, Hypothesis, Place, Structure } from "../types";
 
 const OUTCOMES = {
   "adequate": ["good", "the model explains the test"], "missing-effect": ["warning", "a missing effect is found"],
-  "measurement-fault": ["warning", "a fault of the measurement is found"], "several-effects": ["bad", "one effect does not suffice"], "tied": ["warning", "several hypotheses explain it equally well"],
-  "unexplained": ["bad", "not explained"],
+  "measurement-fault": ["warning", "a fault of the measurement is found"], "several-effects": ["bad", "several things are wrong"], "tied": ["warning", "several hypotheses explain it equally well"],
+  "unexplained": ["bad", "not explained"], "noise-or-model": ["bad", "the stated noise or the model is wrong"],
 } as const;
 
 const CATEGORIES: Record<Hypothesis["category"], string> = {
