@@ -119,20 +119,20 @@ fn take_out_window(args: &Identify, found: &Measurements, modes: &mut [TestMode]
     let lost = remove_exponential_window(&mut corrected, rate);
     if stated.is_none() {
         if !lost.is_empty() {
-            eprintln!(
-                "warning: dataset 1858 states an exponential window with the damping factor {rate}; as a rate in 1/s it is more than the damping of {} of {} modes, so that nothing is taken out; state it with `--exponential-window`",
+            warning!(
+                "dataset 1858 states an exponential window with the damping factor {rate}; as a rate in 1/s it is more than the damping of {} of {} modes, so that nothing is taken out; state it with `--exponential-window`",
                 lost.len(),
                 modes.len()
             );
             return Ok(None);
         }
-        eprintln!(
-            "note: dataset 1858 states an exponential window with the damping factor {rate}, taken as a rate in 1/s: its damping is taken out; `--exponential-window none` leaves it in"
+        note!(
+            "dataset 1858 states an exponential window with the damping factor {rate}, taken as a rate in 1/s: its damping is taken out; `--exponential-window none` leaves it in"
         );
     }
     for hz in lost {
-        eprintln!(
-            "warning: the mode at {hz:.3} Hz has no more damping than the window of {rate} 1/s adds: its damping ratio is left out"
+        warning!(
+            "the mode at {hz:.3} Hz has no more damping than the window of {rate} 1/s adds: its damping ratio is left out"
         );
     }
     modes.clone_from_slice(&corrected);
