@@ -58,7 +58,8 @@ pub(crate) fn tested_model(
         if let Ok(Some(slip)) = slip_of_unit(&model, test) {
             warning!("{}: {slip}", test_path.display());
         }
-        if configuration.is_none() && test.configuration.is_none() {
+        let is_few = model.spec().configurations.len() <= FEW;
+        if configuration.is_none() && test.configuration.is_none() && is_few {
             suggest_configuration(&model, &text, test, test_path);
         }
     }
@@ -67,6 +68,9 @@ pub(crate) fn tested_model(
 
 /// Models that are solved once more without anybody waiting for it.
 const QUICK: usize = 1000;
+
+/// Configurations that are tried without anybody waiting for it.
+const FEW: usize = 30;
 
 /// Says so when another configuration explains a test far better that names none.
 fn suggest_configuration(model: &Model, text: &str, test: &TestData, test_path: &Path) {

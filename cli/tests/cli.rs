@@ -110,8 +110,14 @@ fn a_sound_model_is_done_and_described() {
     assert_eq!(said.code, 0, "{said:?}");
     assert!(said.out.contains("sound") && said.out.contains("0.9"), "{said:?}");
     let json = folder.json("check model.yaml --json");
-    let fields = ["ok", "errors", "warnings", "mass_kg", "cg_m", "inertia_kg_m2", "n_dof", "n_rigid_body_modes"];
+    let fields =
+        ["ok", "errors", "warnings", "mass_kg", "cg_m", "inertia_kg_m2", "n_dof", "n_rigid_body_modes", "axes"];
     assert_has(&json, &fields);
+    // The axes of the sections, with where they come from.
+    let first = &json["axes"][0];
+    assert_eq!((&first["element"], &first["is_default"]), (&"strip.1".into(), &true.into()), "{json}");
+    assert_eq!(first["z"].to_string(), "[0.0,0.0,1.0]", "{json}");
+    assert!(said.out.contains("z of the section +z (default), y +y: strip"), "{said:?}");
     assert_eq!((&json["ok"], &json["n_dof"], &json["n_rigid_body_modes"]), (&true.into(), &4.into(), &0.into()));
     assert!((json["mass_kg"].as_f64().unwrap() - 0.9).abs() < 1e-12);
     // The fields are there for a wrong model too.
@@ -120,6 +126,24 @@ fn a_sound_model_is_done_and_described() {
     assert_has(&json, &fields);
     assert_eq!(json["ok"], Value::Bool(false));
     assert!(json["errors"][0].to_string().contains("did you mean `middle`?"), "{json}");
+}
+
+/// A wing on nothing is an error that says so; doubts without an error are not called sound.
+#[test]
+fn a_broken_structure_is_not_sound() {
+    let folder = Folder::new("broken");
+    let body = "retune: 1\nname: b\nsections:\n  s: {E: 70 GPa, nu: 0.3, density: 2700 kg/m3, shape: {circle: {diameter: 20 mm}}}\n";
+    let nodes = "nodes: {a: [0, 0, 0], b: [1 m, 0, 0], r: [1 m, 0, 0], t: [1 m, 1 m, 0]}\n";
+    let beams = "beams: {body: {nodes: [a, b], section: s}, wing: {nodes: [r, t], section: s}}\nsupports: {root: {node: a}}\n";
+    folder.write("wing.yaml", format!("{body}{nodes}{beams}"));
+    let said = folder.run("check wing.yaml");
+    assert!(said.code == 2 && said.err.contains("a part hangs on nothing") && said.out.contains("not usable"), "{said:?}");
+    folder.write("joined.yaml", format!("{body}{nodes}{beams}rigid_links: {{joint: {{master: b, slaves: [r]}}}}\n"));
+    let said = folder.run("check joined.yaml");
+    assert!(said.code == 0 && said.out.contains("sound: 0 errors, 0 warnings"), "{said:?}");
+    folder.write("far.yaml", format!("{body}{}{beams}rigid_links: {{joint: {{master: b, slaves: [r]}}}}\n", nodes.replace("t: [1 m, 1 m, 0]", "t: [1 m, 600, 0]")));
+    let said = folder.run("check far.yaml");
+    assert!(said.out.contains("usable, with doubts") && said.err.contains("`t` lies 600 m away from the others"), "{said:?}");
 }
 
 #[test]

@@ -312,6 +312,14 @@ fn a_twin_knows_parameters_patches_faults_and_seeds() {
     };
     // Twice the stiffness is √2 in frequency; a mass at the tip lowers it.
     assert!((first(&twin("--set EI=40N*m2")) / first(&base) - 2.0_f64.sqrt()).abs() < 1e-9);
+    // A plain number is in the unit of the file, and what was understood is said; in another unit it is converted.
+    let said = folder.run("twin model.yaml --sensors sensors.yaml -o t.yaml --force --modes 3 --set EI=40");
+    assert!(said.code == 0 && said.err.contains("note: --set EI=40: read as 40.00 N m2"), "{said:?}");
+    let plain = first(&folder.read("t.yaml"));
+    folder.write("kilo.yaml", MODEL.replace("value: 20 N m2, bounds: [5 N m2, 40 N m2]", "value: 0.02 kN m2, bounds: [0.005 kN m2, 0.04 kN m2]"));
+    let said = folder.run("twin kilo.yaml --sensors sensors.yaml -o t.yaml --force --modes 3 --set EI=0.04");
+    assert!(said.code == 0 && said.err.contains("read as 0.04000 kN m2"), "{said:?}");
+    assert!((first(&folder.read("t.yaml")) / plain - 1.0).abs() < 1e-9);
     folder.write("hidden.yaml", "masses: {ballast: {node: n6, mass: 50 g}}\n");
     let patched = twin("--patch hidden.yaml");
     assert!(first(&patched) < 0.9 * first(&base) && patched.contains("hidden.yaml"));
@@ -319,6 +327,9 @@ fn a_twin_knows_parameters_patches_faults_and_seeds() {
     for (extra, word) in [
         ("--set EJ=1", "did you mean `EI`?"),
         ("--set EI", "parameter=value"),
+        ("--set EI=40000", "40000 N m2 is outside the bounds of `EI`, 5.000 N m2 to 40.00 N m2"),
+        ("--set EI=4N*mm2", "is outside the bounds of `EI`"),
+        ("--set EI=4GPa", "EI"),
         ("--fault sign:q2", "q2"),
         ("--fault loud:p2", "loud"),
         ("--patch nowhere.yaml", "nowhere.yaml"),

@@ -14,8 +14,11 @@ use statrs::distribution::{ContinuousCDF, Normal};
 pub struct SingleChange {
     /// Name of the element (or group).
     pub name: String,
-    /// Relative change of its stiffness that fits best: -0.2 says that the structure has 20 % less than the model.
+    /// Relative change of its stiffness that fits best: -0.2 says that the structure has 20 % less than the model. It stays within ±1:
+    /// less than no stiffness there is not, and far beyond twice of it the linear estimate says nothing.
     pub change: f64,
+    /// Whether the change stands at ±1, and the linear estimate beyond.
+    pub is_limited: bool,
     /// Its standard deviation from the noise of the test.
     pub sd: f64,
     /// change/sd: a standard normal number under noise alone.
@@ -40,8 +43,10 @@ pub struct SingleChanges {
 /// The best single change, element by element.
 ///
 /// ```text
-/// r(δ) = r + d δ,    δ = -dᵀr/dᵀd,    σ_δ = 1/‖d‖,    z = δ/σ_δ,    χ² falls by z²
+/// r(δ) = r + d δ,    δ = -dᵀr/dᵀd,    σ_δ = 1/‖d‖,    z = δ/σ_δ,    χ² falls by z² - (z - δ'/σ_δ)²
 /// ```
+///
+/// with δ' = δ within ±1.
 ///
 /// * `residuals` - (model - test)/σ, free scales taken out, (n_data)
 /// * `effects` - ∂r/∂δ of each element as columns, δ relative, (n_data x n_elements)
@@ -78,17 +83,24 @@ pub fn single_changes(
     let mut changes: Vec<SingleChange> = seen
         .iter()
         .zip(scores.iter())
-        .map(|(&e, &z)| SingleChange {
-            name: names[e].clone(),
-            change: z / norms[e],
-            sd: 1.0 / norms[e],
-            z,
-            p_value: (2.0 * normal.sf(z.abs())).min(1.0),
-            share: if chi_squared > 0.0 { z * z / chi_squared } else { 0.0 },
+        .map(|(&e, &z)| {
+            let free = z / norms[e];
+            let change = free.clamp(-1.0, 1.0);
+            let falls = z * z - (z - change * norms[e]).powi(2);
+            SingleChange {
+                name: names[e].clone(),
+                change,
+                is_limited: change != free,
+                sd: 1.0 / norms[e],
+                z,
+                p_value: (2.0 * normal.sf(z.abs())).min(1.0),
+                share: if chi_squared > 0.0 { falls / chi_squared } else { 0.0 },
+            }
         })
         .collect();
     changes.sort_by(|a, b| b.z.abs().total_cmp(&a.z.abs()));
     let p_family = changes.first().map_or(1.0, |best| family(best, &units));
+    changes.sort_by(|a, b| b.share.total_cmp(&a.share));
     Ok(SingleChanges { changes, p_family, chi_squared })
 }
 
@@ -130,16 +142,30 @@ mod tests {
         (0..n).map(|i| format!("e{i}")).collect()
     }
 
-    /// By hand: d = (2, 0) and (0, 1), r = (1, -3): δ = -1/2 and 3, z = -1 and 3, shares 1/10 and 9/10.
+    /// By hand: d = (2, 0) and (0, 1), r = (1, -0.3): δ = -1/2 and 0.3, z = -1 and 0.3, shares 1/1.09 and 0.09/1.09.
     #[test]
     fn the_change_by_hand() {
         let effects = DMatrix::from_row_slice(2, 3, &[2.0, 0.0, 0.0, 0.0, 1.0, 0.0]);
-        let found = single_changes(&nalgebra::dvector![1.0, -3.0], &effects, &names(3)).unwrap();
+        let found = single_changes(&nalgebra::dvector![1.0, -0.3], &effects, &names(3)).unwrap();
         let best = &found.changes[0];
-        assert_eq!((best.name.as_str(), best.change, best.sd, best.z), ("e1", 3.0, 1.0, 3.0));
-        assert!((best.share - 0.9).abs() < 1e-15 && (best.p_value - 0.0026997960632601866).abs() < 1e-12);
-        assert_eq!((found.changes.len(), found.changes[1].change), (2, -0.5));
+        assert_eq!((best.name.as_str(), best.change, best.sd, best.z), ("e0", -0.5, 0.5, -1.0));
+        assert!((best.share - 1.0 / 1.09).abs() < 1e-15 && (best.p_value - 0.317_310_507_862_914).abs() < 1e-12);
+        assert_eq!((found.changes.len(), found.changes[1].change), (2, 0.3));
         assert!(single_changes(&nalgebra::dvector![1.0], &effects, &names(3)).is_err());
+    }
+
+    /// Less than no stiffness there is not: δ = -86 becomes -1, which takes away 86² - 85² of 86² + 3², and δ = 3 becomes 1, 9 - 4 of it;
+    /// z and its probability stay those of the linear estimate.
+    #[test]
+    fn a_change_beyond_all_of_the_stiffness_is_not_followed() {
+        let effects = DMatrix::from_row_slice(2, 2, &[1.0, 0.0, 0.0, 1.0]);
+        let found = single_changes(&nalgebra::dvector![86.0, -3.0], &effects, &names(2)).unwrap();
+        let (best, second) = (&found.changes[0], &found.changes[1]);
+        let chi_squared = 86.0_f64.powi(2) + 9.0;
+        assert_eq!((best.change, best.is_limited, best.z), (-1.0, true, -86.0));
+        assert!((best.share - (86.0_f64.powi(2) - 85.0_f64.powi(2)) / chi_squared).abs() < 1e-15);
+        assert_eq!((second.change, second.is_limited, second.z), (1.0, true, 3.0));
+        assert!((second.share - 5.0 / chi_squared).abs() < 1e-15);
     }
 
     /// The largest of 20 independent |z| has P = 1 - (1 - p)^20; of 20 equal columns it has P = p.

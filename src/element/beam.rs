@@ -6,7 +6,7 @@ mod section;
 #[cfg(test)]
 mod statics;
 
-use super::{Axes, Dof, Element, ElementError, ElementInput, Lack, Property, Sample, value};
+use super::{Axes, Dof, Element, ElementError, ElementInput, Lack, Property, Sample, StrainParts, value};
 use crate::linalg::SymMatrix;
 use section::{PROPERTIES, Plane, Section};
 
@@ -129,6 +129,31 @@ fn rigid_ended_stiffness(section: &Section) -> SymMatrix {
         k.add_outer(-coupling, &plus(twist, -1.0, &beta));
     }
     k
+}
+
+/// The stiffness in its natural modes, with what the ends and the axial force make of them; half of the bend-twist coupling to either.
+fn strain_parts(section: &Section) -> StrainParts {
+    let to_ends = ends(section);
+    let l = section.length;
+    let on_nodes = |row| from_nodes(row, section, to_ends.as_ref());
+    let [mut axial, mut bending, mut torsion] = [(); 3].map(|()| SymMatrix::zeros(12));
+    axial.add_outer(section.ea / l, &on_nodes(difference(0)));
+    let twist = on_nodes(difference(3));
+    torsion.add_outer(section.gj / l, &twist);
+    for (p, plane) in PLANES.iter().enumerate() {
+        let ei = section.ei[p];
+        let (alpha, beta) = bending_modes(plane, l);
+        let (alpha, beta) = (on_nodes(alpha), on_nodes(beta));
+        bending.add_outer(ei / l, &beta);
+        bending.add_outer(3.0 * ei / (l * (1.0 + section.phi(p))), &alpha);
+        let coupling = 0.25 * section.bend_twist[p] / l;
+        for part in [&mut bending, &mut torsion] {
+            part.add_outer(coupling, &plus(twist, 1.0, &beta));
+            part.add_outer(-coupling, &plus(twist, -1.0, &beta));
+        }
+    }
+    add_geometric(&mut bending, section, to_ends.as_ref());
+    StrainParts { axial, bending, torsion, springs: SymMatrix::zeros(12) }
 }
 
 /// Adds the geometric stiffness P ∫ (v'² + w'²) dx of the displacement between the ends.
@@ -267,6 +292,24 @@ impl Element for Beam {
     fn weighed_mass(&self, input: &ElementInput<'_>) -> Result<Option<SymMatrix>, ElementError> {
         let in_fluid = value!(input, air_mass_y).is_some() || value!(input, air_mass_z).is_some();
         if in_fluid { Section::read(input).map(|section| Some(section_mass(&section))) } else { Ok(None) }
+    }
+
+    fn strain_parts(&self, input: &ElementInput<'_>) -> Result<Option<StrainParts>, ElementError> {
+        let section = Section::read(input)?;
+        let mut parts = strain_parts(&section);
+        if section.end_compliance.iter().any(|c| *c != 0.0) {
+            let known = [&parts.axial, &parts.bending, &parts.torsion].into_iter();
+            parts.springs = known.fold(self.stiffness(input)?, |rest, part| rest.combine(part, |r, p| r - p));
+        }
+        Ok(Some(parts))
+    }
+
+    fn mass_axis(&self, input: &ElementInput<'_>) -> [f64; 2] {
+        [value!(input, mass_offset_y), value!(input, mass_offset_z)].map(|v| v.unwrap_or(0.0))
+    }
+
+    fn preloads(&self) -> &'static [&'static str] {
+        &["axial_force"]
     }
 
     /// The shape functions themselves, on the node line; with flexible ends `xi` = 0 is the end of the beam, which the

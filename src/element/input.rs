@@ -41,7 +41,8 @@ impl Domain {
 /// One property of an element: a word in YAML, its unit and what it may be.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Property {
-    /// The word in YAML.
+    /// The word in YAML. One that begins with `end1_` or `end2_` is of an end: of the elements of a member only the first or the last has
+    /// it.
     pub name: &'static str,
     /// Its SI unit as text: words of `kg m s N Pa rad` with exponents, at most one slash (`"Pa"`, `"kg m2"`,
     /// `"rad/(N m)"`), or `"1"`. [`super::conformance`] holds the matrices to it.

@@ -96,7 +96,8 @@ impl fmt::Display for Dof {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Axes {
     /// x from the first node to the second, z as near as possible to the `orientation` vector of the file (default:
-    /// global z, or global y for an element along global z), y completing the right-handed frame.
+    /// global z, or global y for an element along global z; close to global z there is none), y completing the right-handed
+    /// frame.
     AlongNodes,
     /// Global axes, or the element's own `axes` where the file gives them.
     Given,
@@ -154,6 +155,23 @@ pub trait Element: fmt::Debug + Send + Sync {
         Ok(rows)
     }
 
+    /// The stiffness in parts by kind of strain, which sum to [`Self::stiffness`]; `None`, the default, where it is not known.
+    fn strain_parts(&self, input: &ElementInput<'_>) -> Result<Option<StrainParts>, ElementError> {
+        let _ = input;
+        Ok(None)
+    }
+
+    /// (y, z) of the line on which the mass lies, from the line between the nodes, m; of an element along its nodes.
+    fn mass_axis(&self, input: &ElementInput<'_>) -> [f64; 2] {
+        let _ = input;
+        [0.0; 2]
+    }
+
+    /// Properties that are preloads: the stiffness is K_E + P K_P in each, and too large a one makes it buckle.
+    fn preloads(&self) -> &'static [&'static str] {
+        &[]
+    }
+
     /// What this input leaves without resistance although the element is there to resist it: the caller, who knows which
     /// dofs are active, refuses those. A beam without `Iz` reports `uy` and `rz`. Nothing by default.
     fn lacks(&self, input: &ElementInput<'_>) -> Vec<Lack> {
@@ -165,6 +183,19 @@ pub trait Element: fmt::Debug + Send + Sync {
     fn samples(&self) -> Vec<Sample> {
         Vec::new()
     }
+}
+
+/// A stiffness by kinds of strain, each in element axes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StrainParts {
+    /// Stretching.
+    pub axial: SymMatrix,
+    /// Bending, with shear and the axial force in it.
+    pub bending: SymMatrix,
+    /// Torsion.
+    pub torsion: SymMatrix,
+    /// Springs inside the element, as of flexible ends.
+    pub springs: SymMatrix,
 }
 
 /// A dof, in element axes, that the element ought to resist and does not, because a property is absent.

@@ -7,6 +7,7 @@ pub mod reduction;
 mod sensitivity;
 mod solve;
 mod sparse;
+mod stability;
 
 pub use frf::{ModalDamping, accelerance, synthesize};
 pub use sensitivity::{
@@ -15,3 +16,4 @@ pub use sensitivity::{
 };
 pub use solve::{ModalError, Modes, SolveOptions, solve, solve_all, typical_shift};
 pub use sparse::{Effort, Neighbour, mode_derivative_sparse, solve_sparse};
+pub use stability::unstable_directions;

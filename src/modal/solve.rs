@@ -1,5 +1,6 @@
 //! Lowest modes of a structure, free or supported.
 
+use super::stability::{check_stable, dense_unstable_or};
 use crate::linalg::{
     DMatrix, DVector, Eigenpairs, LinalgError, ShiftedPencil, lowest_modes, lowest_values, symmetric_eigen,
 };
@@ -61,6 +62,14 @@ pub enum ModalError {
     /// The numerical kernel refuses.
     #[error(transparent)]
     Linalg(#[from] LinalgError),
+    /// Negative stiffness: the structure does not stay where it is.
+    #[error(
+        "the structure is not stable: its stiffness matrix is negative in {n} independent motion(s); a compression beyond buckling or a negative stiffness makes it so"
+    )]
+    Unstable {
+        /// Number of motions, at least.
+        n: usize,
+    },
     /// No dof can move.
     #[error("no dof can move: everything is supported or nothing has stiffness or mass")]
     NoDof,
@@ -87,15 +96,21 @@ pub enum ModalError {
 ///   rigid-body modes of this structure is found from their strain energy
 ///
 /// Rigid-body modes come out with λ = 0 exactly and the geometric shape; elastic shapes are M-orthogonal to them.
+///
+/// # Errors
+/// [`ModalError::Unstable`] where a λ is negative, as of a buckled structure; the others of [`ModalError`].
 pub fn solve(
     stiffness: &DMatrix<f64>,
     mass: &DMatrix<f64>,
     rigid_motions: &DMatrix<f64>,
     options: SolveOptions,
 ) -> Result<Modes, ModalError> {
-    let (rigid, shift) = prepare(stiffness, mass, rigid_motions, options)?;
-    let pairs = lowest_modes(stiffness, mass, rigid.ncols() + options.n_elastic, shift)?;
-    Ok(sorted(mass, &rigid, &pairs, shift))
+    let solved = || {
+        let (rigid, shift) = prepare(stiffness, mass, rigid_motions, options)?;
+        let pairs = lowest_modes(stiffness, mass, rigid.ncols() + options.n_elastic, shift)?;
+        sorted(stiffness, mass, &rigid, &pairs, shift)
+    };
+    solved().map_err(|e| dense_unstable_or(e, stiffness))
 }
 
 /// [`solve`], and the complete basis that the modes are of.
@@ -105,10 +120,13 @@ pub fn solve_all(
     rigid_motions: &DMatrix<f64>,
     options: SolveOptions,
 ) -> Result<(Modes, ShiftedPencil), ModalError> {
-    let (rigid, shift) = prepare(stiffness, mass, rigid_motions, options)?;
-    let pencil = ShiftedPencil::new(stiffness, mass, shift)?;
-    let pairs = Eigenpairs::lowest_of(&pencil, rigid.ncols() + options.n_elastic);
-    Ok((sorted(mass, &rigid, &pairs, shift), pencil))
+    let solved = || {
+        let (rigid, shift) = prepare(stiffness, mass, rigid_motions, options)?;
+        let pencil = ShiftedPencil::new(stiffness, mass, shift)?;
+        let pairs = Eigenpairs::lowest_of(&pencil, rigid.ncols() + options.n_elastic);
+        Ok((sorted(stiffness, mass, &rigid, &pairs, shift)?, pencil))
+    };
+    solved().map_err(|e| dense_unstable_or(e, stiffness))
 }
 
 /// Rigid-body modes and the shift.
@@ -131,7 +149,13 @@ fn prepare(
 }
 
 /// The modes among eigenpairs: rigid-body modes as given, and what is left of the others across them.
-fn sorted(mass: &DMatrix<f64>, rigid: &DMatrix<f64>, pairs: &Eigenpairs, shift: f64) -> Modes {
+fn sorted(
+    stiffness: &DMatrix<f64>,
+    mass: &DMatrix<f64>,
+    rigid: &DMatrix<f64>,
+    pairs: &Eigenpairs,
+    shift: f64,
+) -> Result<Modes, ModalError> {
     let n_rigid = rigid.ncols();
     // How much of each vector is a rigid motion, in the mass norm: the n_rigid largest are the rigid-body modes.
     let along = (mass * rigid).transpose() * &pairs.vectors;
@@ -157,7 +181,9 @@ fn sorted(mass: &DMatrix<f64>, rigid: &DMatrix<f64>, pairs: &Eigenpairs, shift: 
             lambda[n_rigid + k] = value;
         }
     }
-    Modes { lambda, shapes, n_rigid, n_mechanism }
+    let modes = Modes { lambda, shapes, n_rigid, n_mechanism };
+    check_stable(&modes, |x| stiffness.abs() * x)?;
+    Ok(modes)
 }
 
 /// Refuses NaN and infinity before they reach an iteration that would never end.
@@ -264,6 +290,14 @@ pub fn typical_shift(
     mass: &DMatrix<f64>,
     rigid_motions: &DMatrix<f64>,
 ) -> Result<f64, ModalError> {
+    shift_by_search(stiffness, mass, rigid_motions).map_err(|e| dense_unstable_or(e, stiffness))
+}
+
+fn shift_by_search(
+    stiffness: &DMatrix<f64>,
+    mass: &DMatrix<f64>,
+    rigid_motions: &DMatrix<f64>,
+) -> Result<f64, ModalError> {
     let n = stiffness.nrows();
     check_finite(stiffness, mass)?;
     let n_rigid = rigid_body_modes(stiffness, mass, rigid_motions)?.ncols();
@@ -279,10 +313,10 @@ pub fn typical_shift(
     let mut shift = 1e-3 * least;
     for _ in 0..3 {
         let values = lowest_values(stiffness, mass, n_rigid + 12, shift)?;
-        let mut magnitudes: Vec<f64> = values.iter().map(|v| v.abs()).collect();
-        magnitudes.sort_by(f64::total_cmp);
+        let mut values: Vec<f64> = values.iter().copied().collect();
+        values.sort_by(|a, b| a.abs().total_cmp(&b.abs()));
         // The first λ beyond the rigid ones that is no rounding noise of the shift.
-        let Some(first) = magnitudes.into_iter().skip(n_rigid).find(|v| *v > 1e-9 * shift) else { return Ok(shift) };
+        let Some(first) = values.into_iter().skip(n_rigid).find(|v| *v > 1e-9 * shift) else { return Ok(shift) };
         let ratio = first / shift;
         shift = first;
         if (0.1..10.0).contains(&ratio) {

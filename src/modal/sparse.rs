@@ -2,6 +2,7 @@
 
 use super::ModeDerivative;
 use super::solve::{ModalError, Modes, SolveOptions, Symmetric, rigid_body_modes};
+use super::stability::{check_stable, unstable_or};
 use crate::linalg::sparse::{SparseOptions, SparsePlan, SparseSym, lowest_sparse_modes, solve_beside_mode};
 use crate::linalg::{DMatrix, DVector, LinalgError};
 
@@ -55,7 +56,7 @@ pub struct Effort {
 /// ```
 ///
 /// # Errors
-/// [`ModalError::TooFine`] where that is above 0.002; those of [`super::solve`].
+/// [`ModalError::TooFine`] where that is above 0.002; [`ModalError::Unstable`] where a λ is negative; those of [`super::solve`].
 pub fn solve_sparse(
     plan: &SparsePlan,
     stiffness: &SparseSym,
@@ -89,7 +90,7 @@ pub fn solve_sparse(
     };
     let start = near.map(|n| n.shapes).filter(|s| s.ncols() > 0);
     let found = lowest_sparse_modes(plan, stiffness, mass, &rigid, start, &sparse)
-        .map_err(|e| rounding_or(e, stiffness, mass))?;
+        .map_err(|e| rounding_or(e, plan, stiffness, mass))?;
     let count = n_rigid + found.values.len();
     let mut lambda = DVector::zeros(count);
     let mut shapes = DMatrix::zeros(n, count);
@@ -112,11 +113,13 @@ pub fn solve_sparse(
             return Err(ModalError::TooFine { n, uncertainty });
         }
     }
-    Ok((Modes { lambda, shapes, n_rigid, n_mechanism }, Effort { shift: found.shift, steps: found.steps }))
+    let modes = Modes { lambda, shapes, n_rigid, n_mechanism };
+    check_stable(&modes, |x| stiffness.abs().mul(x))?;
+    Ok((modes, Effort { shift: found.shift, steps: found.steps }))
 }
 
-/// A failure to factor or to count that rounding explains: with ε of the largest K/M above the shift.
-fn rounding_or(error: LinalgError, stiffness: &SparseSym, mass: &SparseSym) -> ModalError {
+/// A failure to factor or to count that rounding explains, with ε of the largest K/M above the shift, or an instability.
+fn rounding_or(error: LinalgError, plan: &SparsePlan, stiffness: &SparseSym, mass: &SparseSym) -> ModalError {
     let n = stiffness.n();
     let (LinalgError::NotPositiveDefinite { shift: scale, .. } | LinalgError::MissedModes { below: scale, .. }) = error
     else {
@@ -125,7 +128,10 @@ fn rounding_or(error: LinalgError, stiffness: &SparseSym, mass: &SparseSym) -> M
     let massive = (0..n).filter(|&i| mass.diagonal(i) > 0.0);
     let stiffest = massive.map(|i| stiffness.diagonal(i) / mass.diagonal(i)).fold(0.0, f64::max);
     let uncertainty = f64::EPSILON * stiffest / scale.abs();
-    if uncertainty > MOST_UNCERTAIN { ModalError::TooFine { n, uncertainty } } else { error.into() }
+    match unstable_or(error.into(), plan, stiffness) {
+        ModalError::Linalg(_) if uncertainty > MOST_UNCERTAIN => ModalError::TooFine { n, uncertainty },
+        error => error,
+    }
 }
 
 /// [`super::mode_derivative`] for sparse matrices.

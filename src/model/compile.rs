@@ -3,6 +3,7 @@
 use super::assembly::{
     AffineMass, AffinePart, Connection, add_basis, add_element, affine_part, number, sparse_system, symmetrise, touched,
 };
+use super::buckling::CriticalPreload;
 use super::character::{ModeCharacter, characters, mirror_rows};
 use super::configuration::load_configuration;
 use super::constraint::{Elimination, active, eliminate};
@@ -143,7 +144,10 @@ impl Model {
             let proportional = elements[e].stiffness_damping.is_some() || elements[e].mass_damping.is_some();
             damped |= proportional || !element_matrices(&elements[e], &base)?.damping.is_zero();
         }
-        let mirror = match mirror_rows(&geometry, &dofs).transpose() {
+        let reflection = mirror_rows(&geometry, &dofs);
+        let difference = reflection.as_ref().and_then(|r| r.difference.as_ref());
+        problems.extend(difference.map(|text| Problem::warning("symmetry", text)));
+        let mirror = match reflection.map(|r| r.rows).transpose() {
             Ok(rows) => rows,
             Err(which) => {
                 problems.push(Problem::warning("symmetry", format!("{which}; modes get no symmetry names")));
@@ -210,6 +214,29 @@ impl Model {
         (&c.rows, &c.b)
     }
 
+    /// Whether the matrices of an element are no polynomials of θ, and so not in the affine part.
+    pub(super) fn is_general(&self, element: usize) -> bool {
+        self.general.binary_search(&element).is_ok()
+    }
+
+    pub(super) fn connection(&self, element: usize) -> &Connection {
+        &self.connections[element]
+    }
+
+    pub(super) fn affine_part(&self) -> &AffinePart {
+        &self.affine
+    }
+
+    /// What supports that give add to the matrices, were these the elements.
+    pub(super) fn support_matrices(
+        &self,
+        elements: &[PlacedElement],
+        theta: &[f64],
+    ) -> Result<Option<(&Connection, ElementMatrices)>, ModelError> {
+        let of = |s: &'_ ElasticSupports| s.matrices(elements, &self.connections, theta);
+        self.elastic_supports.as_ref().map(|s| Ok((s.connection(), of(s)?))).transpose()
+    }
+
     fn is_polynomial(&self) -> bool {
         self.general.is_empty() && self.elastic_supports.is_none()
     }
@@ -225,9 +252,7 @@ impl Model {
         theta: &[f64],
     ) -> impl Iterator<Item = Result<(&Connection, ElementMatrices), ModelError>> {
         let of_element = |&e: &usize| Ok((&self.connections[e], element_matrices(&self.elements[e], theta)?));
-        let of_supports = |s: &'_ ElasticSupports| s.matrices(&self.elements, &self.connections, theta);
-        let supports = self.elastic_supports.iter().map(move |s| Ok((s.connection(), of_supports(s)?)));
-        self.general.iter().map(of_element).chain(supports)
+        self.general.iter().map(of_element).chain(self.support_matrices(&self.elements, theta).transpose())
     }
 
     /// ∂/∂θ_j of the matrices of everything that is no polynomial and depends on the parameter, by differences.
@@ -393,6 +418,10 @@ impl ParametricModel for Model {
 
     fn element_names(&self) -> Vec<&str> {
         self.sets.keys().map(String::as_str).collect()
+    }
+
+    fn critical_preload(&self, theta: &[f64]) -> Result<Option<CriticalPreload>, ModelError> {
+        self.critical_preload_at(theta)
     }
 
     fn mirror(&self) -> Option<&[(usize, f64)]> {

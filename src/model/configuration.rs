@@ -7,6 +7,7 @@ use super::spec::{ConfigurationSpec, ModelSpec, Named};
 use crate::catalogue::did_you_mean;
 use crate::yaml::{self, Problem, Severity, SourceMap, child};
 use serde_json::Value;
+use std::collections::HashSet;
 
 /// Reads and builds one configuration of the model of a file; the base model when `configuration` is absent.
 ///
@@ -52,9 +53,15 @@ impl ModelSpec {
             let text = format!("the model has no configuration `{name}` (it has: {list}){suggestion}");
             return Err(Problem::error("configurations", text));
         };
+        let mut base = self.clone();
+        base.configurations.clear();
+        base.with_configuration(name, configuration)
+    }
+
+    /// * `self` - the base model
+    fn with_configuration(&self, name: &str, configuration: &ConfigurationSpec) -> Result<ModelSpec, Problem> {
         let path = child("configurations", name);
         let mut spec = self.clone();
-        spec.configurations.clear();
         spec.name = format!("{}, {name}", self.name);
         let mut changes_mass = !configuration.masses.is_empty();
         for (i, gone) in configuration.without.iter().enumerate() {
@@ -167,7 +174,27 @@ pub(super) fn member_number(name: &str, entry: &str) -> Option<usize> {
 
 /// Checks what the configurations of a file take away and put there; their elements are checked when one is built.
 pub(super) fn check(spec: &ModelSpec, problems: &mut Vec<Problem>) {
-    problems.extend(spec.configurations.keys().filter_map(|name| spec.configured(name).err()));
+    if spec.configurations.is_empty() {
+        return;
+    }
+    let removable: HashSet<&str> = spec.removable().into_iter().collect();
+    let mut base = spec.clone();
+    base.configurations.clear();
+    for (name, configuration) in &spec.configurations {
+        let ConfigurationSpec { without, supports, springs, masses, overrides, .. } = configuration;
+        let distinct: HashSet<&String> = without.iter().collect();
+        let is_known = distinct.len() == without.len() && without.iter().all(|n| removable.contains(n.as_str()));
+        // With what is taken away go the overrides of it: of several names one may be gone already.
+        let is_known = is_known && (without.len() < 2 || !without.iter().any(|n| spec.overrides.contains_key(n)));
+        let is_new = !supports.keys().any(|n| spec.supports.contains_key(n))
+            && !springs.keys().any(|n| spec.springs.contains_key(n))
+            && !masses.keys().any(|n| spec.masses.contains_key(n))
+            && !overrides.keys().any(|n| spec.overrides.contains_key(n));
+        // Names that are there to be taken away, and others that are free, need no copy of the model to be right.
+        if !(is_known && is_new) {
+            problems.extend(base.with_configuration(name, configuration).err());
+        }
+    }
 }
 
 fn add<T: Clone>(to: &mut Named<T>, from: &Named<T>, path: &str) -> Result<(), Problem> {

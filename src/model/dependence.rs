@@ -9,8 +9,9 @@ use super::parameter::ParameterSet;
 use super::place::PlacedElement;
 use super::value::Value;
 use super::{ElementMatrices, ModelError};
-use crate::element::ElementInput;
+use crate::element::{ElementInput, StrainParts};
 use crate::linalg::SymMatrix;
+use std::collections::HashMap;
 
 /// Most samples of a grid: three parameters to the second power, or two to the third with room.
 const MOST_SAMPLES: usize = 27;
@@ -44,6 +45,21 @@ pub(super) fn element_matrices(element: &PlacedElement, theta: &[f64]) -> Result
         }
     }
     Ok(ElementMatrices { stiffness, mass, weighed_mass, damping })
+}
+
+/// The stiffness of one element at θ by kinds of strain, in its axes; `None` where the element does not know them.
+pub(super) fn strain_parts(element: &PlacedElement, theta: &[f64]) -> Result<Option<StrainParts>, ModelError> {
+    let values = element.values_at(theta);
+    let input = ElementInput { points: &element.points, values: &values };
+    let wrap = |source| ModelError::Element { element: element.name.clone(), path: element.path.clone(), source };
+    let parts = element.kind.strain_parts(&input).map_err(wrap)?;
+    Ok(parts.map(|mut parts| {
+        if let Some(f) = &element.stiffness_factor {
+            let all = [&mut parts.axial, &mut parts.bending, &mut parts.torsion, &mut parts.springs];
+            all.into_iter().for_each(|part| part.scale(f.at(theta)));
+        }
+        parts
+    }))
 }
 
 /// The mass of one element at θ as scales see it, in its axes: [`ElementMatrices::weighed`] without the other matrices.
@@ -142,7 +158,8 @@ pub(super) fn dependence(element: &PlacedElement, parameters: &ParameterSet) -> 
         return Ok(Dependence::Affine(at_base, Vec::new()));
     }
     let steps = used.iter().map(|&p| step(parameters, p, base[p])).collect();
-    let mut samples = Samples { element, base, steps, known: vec![(vec![0.0; used.len()], at_base)], used };
+    let places = HashMap::from([(Vec::new(), 0)]);
+    let mut samples = Samples { element, base, steps, known: vec![at_base], places, used };
     let found = affine(&mut samples).or_else(|| polynomial(&mut samples));
     Ok(found.unwrap_or(Dependence::General))
 }
@@ -154,22 +171,27 @@ struct Samples<'a> {
     /// The parameters it depends on, and how far each is moved.
     used: Vec<usize>,
     steps: Vec<f64>,
-    /// Fractions of the steps, and the matrices there; the first at the base.
-    known: Vec<(Vec<f64>, ElementMatrices)>,
+    /// The matrices at the points looked at; the first at the base.
+    known: Vec<ElementMatrices>,
+    /// Fractions of the steps other than zero, by place in `used`, and where in `known` the matrices are.
+    places: HashMap<Vec<(usize, u64)>, usize>,
 }
 
 impl Samples<'_> {
     /// The place in `known` of the matrices at some fractions of the steps; `None` where the element has none.
     fn at(&mut self, fractions: &[f64]) -> Option<usize> {
-        if let Some(place) = self.known.iter().position(|k| k.0 == fractions) {
-            return Some(place);
+        let moved = fractions.iter().enumerate().filter(|(_, f)| **f != 0.0);
+        let key: Vec<(usize, u64)> = moved.map(|(k, f)| (k, f.to_bits())).collect();
+        if let Some(place) = self.places.get(&key) {
+            return Some(*place);
         }
         let mut theta = self.base.clone();
         for ((&p, step), fraction) in self.used.iter().zip(&self.steps).zip(fractions) {
             theta[p] += fraction * step;
         }
         let matrices = element_matrices(self.element, &theta).ok()?;
-        self.known.push((fractions.to_vec(), matrices));
+        self.known.push(matrices);
+        self.places.insert(key, self.known.len() - 1);
         Some(self.known.len() - 1)
     }
 
@@ -185,7 +207,7 @@ impl Samples<'_> {
         for check in CHECKS {
             let fractions: Vec<f64> = (0..self.used.len()).map(|k| check[k % 3]).collect();
             let place = self.at(&fractions)?;
-            if !self.known[place].1.is_close(&predicted(self, &fractions), AGREEMENT) {
+            if !self.known[place].is_close(&predicted(self, &fractions), AGREEMENT) {
                 return Some(false);
             }
         }
@@ -199,11 +221,11 @@ fn affine(samples: &mut Samples<'_>) -> Option<Dependence> {
     let mut slopes = Vec::with_capacity(n);
     for k in 0..n {
         let place = samples.at_group(&[k], std::iter::once(1.0))?;
-        let (moved, at_base, step) = (&samples.known[place].1, &samples.known[0].1, samples.steps[k]);
+        let (moved, at_base, step) = (&samples.known[place], &samples.known[0], samples.steps[k]);
         slopes.push(moved.combine(at_base, |a, b| clean(a - b, a.abs() + b.abs()) / step));
     }
     let predicted = |samples: &Samples<'_>, fractions: &[f64]| {
-        let mut sum = samples.known[0].1.clone();
+        let mut sum = samples.known[0].clone();
         for ((slope, step), fraction) in slopes.iter().zip(&samples.steps).zip(fractions) {
             sum = sum.combine(slope, |s, a| s + fraction * step * a);
         }
@@ -212,7 +234,7 @@ fn affine(samples: &mut Samples<'_>) -> Option<Dependence> {
     if !samples.agree(predicted)? {
         return None;
     }
-    let mut constant = samples.known[0].1.clone();
+    let mut constant = samples.known[0].clone();
     for (slope, &p) in slopes.iter().zip(&samples.used) {
         constant = constant.combine(slope, |c, s| clean(c - samples.base[p] * s, c.abs()));
     }
@@ -240,7 +262,7 @@ impl Group {
             let places = (0..size).map(|k| samples.at_group(of, grid(k).into_iter())).collect::<Option<_>>()?;
             let group = Self { places, ..group };
             let predicted = weighted(samples, &group.places, &group.weights(&check));
-            if samples.known[beside].1.is_close(&predicted, AGREEMENT) {
+            if samples.known[beside].is_close(&predicted, AGREEMENT) {
                 return Some(group);
             }
         }
@@ -285,7 +307,7 @@ impl Group {
 fn polynomial(samples: &mut Samples<'_>) -> Option<Dependence> {
     let groups = groups(samples)?.into_iter().map(|of| Group::new(samples, &of)).collect::<Option<Vec<_>>>()?;
     let predicted = |samples: &Samples<'_>, fractions: &[f64]| {
-        let at_base = &samples.known[0].1;
+        let at_base = &samples.known[0];
         let mut sum = at_base.clone();
         for group in &groups {
             let own: Vec<f64> = group.of.iter().map(|&k| fractions[k]).collect();
@@ -298,26 +320,48 @@ fn polynomial(samples: &mut Samples<'_>) -> Option<Dependence> {
         return None;
     }
     let terms = groups.iter().flat_map(|g| g.terms(samples)).collect();
-    Some(Dependence::Polynomial(samples.known[0].1.clone(), terms))
+    Some(Dependence::Polynomial(samples.known[0].clone(), terms))
 }
 
-/// Groups of parameters, as places in [`Samples::used`], between which no mixed difference is seen.
+/// Groups of parameters, as places in [`Samples::used`], between which no mixed difference is seen; `None` where one is larger than any grid.
 fn groups(samples: &mut Samples<'_>) -> Option<Vec<Vec<usize>>> {
     let n = samples.used.len();
     let mut group: Vec<usize> = (0..n).collect();
-    for i in 0..n {
-        for j in 0..i {
-            let places = [&[i, j][..], &[i], &[j]].map(|of| samples.at_group(of, of.iter().map(|_| 1.0)));
-            let [both, first, second] = [places[0]?, places[1]?, places[2]?];
-            let apart = weighted(samples, &[first, second, 0], &[1.0, 1.0, -1.0]);
-            if !samples.known[both].1.is_close(&apart, AGREEMENT) {
-                let (from, to) = (group[i], group[j]);
-                group.iter_mut().filter(|g| **g == from).for_each(|g| *g = to);
-            }
+    for i in 1..n {
+        let all: Vec<usize> = (0..i).collect();
+        let mut partners = Vec::new();
+        partners_of(samples, i, &all, &mut partners)?;
+        for j in partners {
+            let (from, to) = (group[i], group[j]);
+            group.iter_mut().filter(|g| **g == from).for_each(|g| *g = to);
         }
+        // Not even the lowest degree has a grid for it.
+        let own = group[..=i].iter().filter(|g| **g == group[i]).count();
+        2_usize.checked_pow(own as u32).filter(|size| *size <= MOST_SAMPLES)?;
     }
     let members = |g: usize| (0..n).filter(|&k| group[k] == g).collect::<Vec<_>>();
     Some((0..n).map(members).filter(|m| !m.is_empty()).collect())
+}
+
+/// Which of some parameters have a mixed difference with parameter i: all of them moved together tell whether any has, halves which.
+fn partners_of(samples: &mut Samples<'_>, i: usize, of: &[usize], found: &mut Vec<usize>) -> Option<()> {
+    if found.len() > MOST_SAMPLES {
+        return None;
+    }
+    let moved = |samples: &mut Samples<'_>, of: &[usize]| samples.at_group(of, of.iter().map(|_| 1.0));
+    let with: Vec<usize> = of.iter().copied().chain([i]).collect();
+    let (both, first, second) = (moved(samples, &with)?, moved(samples, of)?, moved(samples, &[i])?);
+    let apart = weighted(samples, &[first, second, 0], &[1.0, 1.0, -1.0]);
+    if samples.known[both].is_close(&apart, AGREEMENT) {
+        return Some(());
+    }
+    if of.len() == 1 {
+        found.push(of[0]);
+        return Some(());
+    }
+    let (left, right) = of.split_at(of.len() / 2);
+    partners_of(samples, i, left, found)?;
+    partners_of(samples, i, right, found)
 }
 
 /// Lagrange's polynomials of the nodes at t.
@@ -351,10 +395,10 @@ fn by_powers(nodes: &[f64]) -> Vec<Vec<f64>> {
 /// Σ w A over some of the samples; an entry that is rounding of its terms is zero.
 fn weighted(samples: &Samples<'_>, places: &[usize], weights: &[f64]) -> ElementMatrices {
     let of = |matrix: fn(&ElementMatrices) -> &SymMatrix| {
-        let n = matrix(&samples.known[0].1).n();
+        let n = matrix(&samples.known[0]).n();
         let (mut sum, mut size) = (vec![0.0; n * (n + 1) / 2], vec![0.0; n * (n + 1) / 2]);
         for (&place, w) in places.iter().zip(weights).filter(|(_, w)| **w != 0.0) {
-            for ((s, z), a) in sum.iter_mut().zip(&mut size).zip(matrix(&samples.known[place].1).lower()) {
+            for ((s, z), a) in sum.iter_mut().zip(&mut size).zip(matrix(&samples.known[place]).lower()) {
                 *s += w * a;
                 *z += (w * a).abs();
             }
@@ -362,7 +406,7 @@ fn weighted(samples: &Samples<'_>, places: &[usize], weights: &[f64]) -> Element
         sum.iter_mut().zip(&size).for_each(|(s, z)| *s = clean(*s, *z));
         SymMatrix::from_lower(n, &sum)
     };
-    let has_weighed = places.iter().all(|&p| samples.known[p].1.weighed_mass.is_some());
+    let has_weighed = places.iter().all(|&p| samples.known[p].weighed_mass.is_some());
     ElementMatrices {
         stiffness: of(|m| &m.stiffness),
         mass: of(|m| &m.mass),

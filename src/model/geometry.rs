@@ -1,10 +1,10 @@
 //! Places of nodes and axes of frames: from the rules of the file to global coordinates.
 
-use super::spec::{FrameSpec, LineSpec, ModelSpec, NodeSpec, OneOrThree};
+use super::spec::{FrameSpec, LineSpec, ModelSpec, NodeRule, NodeSpec, OneOrThree};
 use crate::catalogue::did_you_mean;
 use crate::units::{Scalar, ScalarError};
 use crate::yaml::{Problem, child};
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 
 /// A vector in global axes, m.
 pub(crate) type Vector = [f64; 3];
@@ -78,12 +78,27 @@ pub struct Geometry {
     pub frames: BTreeMap<String, Frame>,
     /// Mirror plane: axis index and coordinate.
     pub mirror: Option<(usize, f64)>,
+    index: HashMap<String, usize>,
 }
 
 impl Geometry {
     /// Index of a node.
     pub fn node(&self, name: &str) -> Option<usize> {
-        self.names.iter().position(|n| n == name)
+        self.index.get(name).copied()
+    }
+
+    /// Adds a node, and returns its index; of several of one name the first is the one that is found.
+    pub(super) fn add(&mut self, name: String, position: Vector) -> usize {
+        let index = self.names.len();
+        self.index.entry(name.clone()).or_insert(index);
+        self.names.push(name);
+        self.positions.push(position);
+        index
+    }
+
+    /// The largest dimension of the structure, m.
+    pub fn size(&self) -> f64 {
+        extent(&self.positions)
     }
 
     /// The mirror image of a point in the symmetry plane.
@@ -95,35 +110,75 @@ impl Geometry {
     }
 }
 
-/// Which of some points stands at the mirror image of each: of several at one place, the first has the first at the mirrored place,
-/// and so on. Points nearer than 1e-6 of the largest coordinate are at one place.
-///
-/// * `mirrored` - the image of a point
-pub(crate) fn images(points: &[Vector], mirrored: impl Fn(Vector) -> Option<Vector>) -> Vec<Option<usize>> {
-    let near = 1e-6 * points.iter().flatten().map(|c| c.abs()).fold(0.0, f64::max);
-    let width = if near > 0.0 { 8.0 * near } else { 1.0 };
-    let cell = |p: Vector| p.map(|c| (c / width).floor() as i64);
-    let mut in_cell: HashMap<[i64; 3], Vec<usize>> = HashMap::new();
-    for (i, &p) in points.iter().enumerate() {
-        in_cell.entry(cell(p)).or_default().push(i);
+/// The largest dimension of a set of points, m; zero of none.
+pub(crate) fn extent(positions: &[Vector]) -> f64 {
+    (0..3)
+        .map(|i| {
+            let (low, high) =
+                positions.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), p| (l.min(p[i]), h.max(p[i])));
+            high - low
+        })
+        .fold(0.0, f64::max)
+}
+
+/// Points in cells, to find those near a place.
+#[derive(Debug)]
+pub(super) struct Near<'a> {
+    points: &'a [Vector],
+    width: f64,
+    cells: HashMap<[i64; 3], Vec<usize>>,
+}
+
+impl<'a> Near<'a> {
+    /// * `distance` - about how far will be looked
+    pub(super) fn new(points: &'a [Vector], distance: f64) -> Self {
+        let width = if distance > 0.0 { 8.0 * distance } else { 1.0 };
+        let mut near = Self { points, width, cells: HashMap::new() };
+        for (i, &p) in points.iter().enumerate() {
+            near.cells.entry(near.cell(p)).or_default().push(i);
+        }
+        near
     }
-    let at = |place: Vector| {
-        let (low, high) = (cell(place.map(|c| c - near)), cell(place.map(|c| c + near)));
+
+    fn cell(&self, p: Vector) -> [i64; 3] {
+        p.map(|c| (c / self.width).floor() as i64)
+    }
+
+    /// The points whose coordinates are all within a distance of a place, by index.
+    pub(super) fn within(&self, place: Vector, distance: f64) -> Vec<usize> {
+        let (low, high) = (self.cell(place.map(|c| c - distance)), self.cell(place.map(|c| c + distance)));
         let mut found = Vec::new();
         for x in low[0]..=high[0] {
             for y in low[1]..=high[1] {
                 for z in low[2]..=high[2] {
-                    found.extend(in_cell.get(&[x, y, z]).into_iter().flatten().copied());
+                    found.extend(self.cells.get(&[x, y, z]).into_iter().flatten().copied());
                 }
             }
         }
-        found.retain(|&i| points[i].iter().zip(place).all(|(a, b)| (a - b).abs() <= near));
+        found.retain(|&i| self.points[i].iter().zip(place).all(|(a, b)| (a - b).abs() <= distance));
         found.sort_unstable();
         found
-    };
+    }
+}
+
+/// How far from the mirror image of a point its partner may stand, of the size of the structure.
+pub(crate) const NEAR_IMAGE: f64 = 1e-4;
+
+/// Which of some points stands at the mirror image of each: the nearest within [`NEAR_IMAGE`] of the size; of several at one place, the first
+/// has the first at the mirrored place, and so on. Points nearer than 1e-6 of the size are at one place.
+///
+/// * `mirrored` - the image of a point
+pub(crate) fn images(points: &[Vector], mirrored: impl Fn(Vector) -> Option<Vector>) -> Vec<Option<usize>> {
+    let size = extent(points);
+    let (near, same) = (NEAR_IMAGE * size, 1e-6 * size);
+    let grid = Near::new(points, near);
     let image = |i: usize| {
-        let rank = at(points[i]).iter().position(|&j| j == i)?;
-        at(mirrored(points[i])?).get(rank).copied()
+        let place = mirrored(points[i])?;
+        let distance = |j: &usize| dot(minus(points[*j], place), minus(points[*j], place)).sqrt();
+        let found = grid.within(place, near);
+        let least = found.iter().map(distance).fold(f64::INFINITY, f64::min);
+        let rank = grid.within(points[i], same).iter().position(|&j| j == i)?;
+        found.into_iter().filter(|j| distance(j) <= least + same).nth(rank)
     };
     (0..points.len()).map(image).collect()
 }
@@ -170,8 +225,7 @@ pub(super) fn resolve(spec: &ModelSpec, problems: &mut Vec<Problem>) -> Geometry
     let mut placed: BTreeMap<String, Option<Vector>> = BTreeMap::new();
     let mut positions = Vec::new();
     for name in spec.nodes.keys() {
-        let mut visiting = Vec::new();
-        let Some(position) = resolver.place(name, &mut placed, &mut visiting, problems) else {
+        let Some(position) = resolver.place(name, &mut placed, problems) else {
             positions.push([f64::NAN; 3]);
             continue;
         };
@@ -185,8 +239,9 @@ pub(super) fn resolve(spec: &ModelSpec, problems: &mut Vec<Problem>) -> Geometry
         }
         positions.push(position.map(|v| v.clamp(-FARTHEST, FARTHEST)));
     }
-    geometry.names = spec.nodes.keys().cloned().collect();
-    geometry.positions = positions;
+    for (name, position) in spec.nodes.keys().zip(positions) {
+        geometry.add(name.clone(), position);
+    }
     geometry
 }
 
@@ -258,42 +313,71 @@ struct Resolver<'a> {
 }
 
 impl Resolver<'_> {
-    /// The place of a node, found once: a node without one is complained of once.
+    /// The place of a node, found once: a node without one is complained of once. Those that its rule names come first, on a list of
+    /// their own and not by recursion: a chain of rules may be as long as the file.
     fn place(
         &self,
         name: &str,
         placed: &mut BTreeMap<String, Option<Vector>>,
-        visiting: &mut Vec<String>,
         problems: &mut Vec<Problem>,
     ) -> Option<Vector> {
-        if let Some(p) = placed.get(name) {
-            return *p;
+        let mut open = vec![name];
+        let mut is_open = HashSet::from([name]);
+        while let Some(&current) = open.last() {
+            let next = self.named(current).find(|n| !placed.contains_key(*n));
+            match next.filter(|_| !placed.contains_key(current)) {
+                Some(next) if is_open.contains(next) => {
+                    let from = open.iter().position(|n| *n == next).unwrap_or(0);
+                    let path = child("nodes", next);
+                    let chain = shortened(&open[from..]);
+                    problems.push(Problem::error(
+                        path,
+                        format_args!("its place depends on itself: {chain} -> `{next}`"),
+                    ));
+                    placed.insert(next.to_string(), None);
+                }
+                Some(next) => {
+                    open.push(next);
+                    is_open.insert(next);
+                }
+                None => {
+                    if !placed.contains_key(current) {
+                        let position = self.follow(current, placed, problems);
+                        placed.insert(current.to_string(), position);
+                    }
+                    open.pop();
+                    is_open.remove(current);
+                }
+            }
         }
-        let position = self.follow(name, placed, visiting, problems);
-        placed.insert(name.to_string(), position);
-        position
+        placed.get(name).copied().flatten()
     }
 
-    /// Follows the rule of a node.
+    /// The nodes of the file that the rule of a node names.
+    fn named(&self, name: &str) -> impl Iterator<Item = &str> {
+        let rule = match self.spec.nodes.get(name) {
+            Some(NodeSpec::Rule(rule)) => Some(rule).filter(|r| rules(r) == 1),
+            _ => None,
+        };
+        let names = rule.into_iter().flat_map(|r| {
+            let one = r.mirror.iter().chain(&r.from);
+            one.chain(r.between.iter().flatten()).map(String::as_str)
+        });
+        names.filter(|n| self.spec.nodes.contains_key(*n))
+    }
+
+    /// Follows the rule of a node, whose nodes have their places.
     fn follow(
         &self,
         name: &str,
-        placed: &mut BTreeMap<String, Option<Vector>>,
-        visiting: &mut Vec<String>,
+        placed: &BTreeMap<String, Option<Vector>>,
         problems: &mut Vec<Problem>,
     ) -> Option<Vector> {
         let path = child("nodes", name);
         let position = match self.spec.nodes.get(name)? {
             NodeSpec::At(position) => vector(position, "m", &path, problems),
             NodeSpec::Rule(rule) => {
-                let rules = [
-                    rule.line.is_some(),
-                    rule.frame.is_some(),
-                    rule.mirror.is_some(),
-                    rule.from.is_some(),
-                    rule.between.is_some(),
-                ];
-                if rules.iter().filter(|r| **r).count() != 1 {
+                if rules(rule) != 1 {
                     problems.push(Problem::error(
                         &path,
                         "give exactly one of `line`, `frame`, `mirror`, `from`, `between`, or a position `[x, y, z]`",
@@ -310,18 +394,9 @@ impl Resolver<'_> {
                         problems.push(Problem::error(child(&path, word), format_args!("`{word}` goes with {owner}")));
                     }
                 }
-                if visiting.iter().any(|n| n == name) {
-                    let chain = visiting.join("` -> `");
-                    problems.push(Problem::error(
-                        &path,
-                        format_args!("its place depends on itself: `{chain}` -> `{name}`"),
-                    ));
-                    return None;
-                }
-                visiting.push(name.to_string());
-                let mut other = |key: &str, other: &str, problems: &mut Vec<Problem>| {
+                let other = |key: &str, other: &str, problems: &mut Vec<Problem>| {
                     if self.spec.nodes.contains_key(other) {
-                        self.place(other, placed, visiting, problems)
+                        placed.get(other).copied().flatten()
                     } else {
                         problems.push(unknown(&child(&path, key), "node", other, self.spec.nodes.keys()));
                         None
@@ -390,6 +465,30 @@ impl Resolver<'_> {
         };
         Some(position)
     }
+}
+
+/// How many rules for its place an entry has.
+fn rules(rule: &NodeRule) -> usize {
+    let given = [
+        rule.line.is_some(),
+        rule.frame.is_some(),
+        rule.mirror.is_some(),
+        rule.from.is_some(),
+        rule.between.is_some(),
+    ];
+    given.into_iter().filter(|g| *g).count()
+}
+
+/// "`a` -> `b` -> ... -> `z`", at most a line of it.
+fn shortened(names: &[&str]) -> String {
+    const SHOWN: usize = 6;
+    let quoted = |n: &&str| format!("`{n}`");
+    if names.len() <= SHOWN {
+        return names.iter().map(quoted).collect::<Vec<_>>().join(" -> ");
+    }
+    let (first, last) = (&names[..SHOWN / 2], &names[names.len() - SHOWN / 2..]);
+    let join = |part: &[&str]| part.iter().map(quoted).collect::<Vec<_>>().join(" -> ");
+    format!("{} -> ({} more) -> {}", join(first), names.len() - SHOWN, join(last))
 }
 
 /// "node `n6a` is not defined; did you mean `n6`?"

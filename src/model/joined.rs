@@ -3,6 +3,7 @@
 use super::ParametricModel;
 use super::compile::Model;
 use crate::element::Dof;
+use std::collections::{HashMap, HashSet};
 
 /// Nodes joined by elements, rigid links and constraints, and to the ground by supports and springs.
 #[derive(Debug)]
@@ -10,13 +11,16 @@ pub(crate) struct Joined {
     /// A node of the same body, by node; the last is the ground.
     body: Vec<usize>,
     held: Vec<bool>,
+    /// Whether a support holds some of its dofs.
+    supported: Vec<bool>,
 }
 
 impl Joined {
     /// * `without` - elements that are left out
     pub(crate) fn new(model: &Model, without: &[usize]) -> Self {
         let n = model.geometry().names.len();
-        let mut joined = Self { body: (0..=n).collect(), held: vec![false; n] };
+        let mut joined = Self { body: (0..=n).collect(), held: vec![false; n], supported: vec![false; n] };
+        let without: HashSet<usize> = without.iter().copied().collect();
         for (_, element) in model.elements().iter().enumerate().filter(|(e, _)| !without.contains(e)) {
             joined.join(&element.nodes);
             // A spring of one node stands on the ground, a mass on nothing.
@@ -36,7 +40,13 @@ impl Joined {
         let stands =
             |&n: &usize| [Dof::Ux, Dof::Uy, Dof::Uz].into_iter().all(|d| model.dof_map().express(n, d).is_empty());
         for support in model.spec().supports.values() {
-            support.nodes().filter_map(index).filter(stands).for_each(|node| joined.join(&[n, node]));
+            let holds = support.fixed.as_ref().is_none_or(|all| !all.is_empty());
+            for node in support.nodes().filter_map(index) {
+                joined.supported[node] |= holds;
+                if stands(&node) {
+                    joined.join(&[n, node]);
+                }
+            }
         }
         joined
     }
@@ -46,7 +56,7 @@ impl Joined {
             if let Some(held) = self.held.get_mut(node) {
                 *held = true;
             }
-            let (a, b) = (self.root(nodes[0]), self.root(node));
+            let (a, b) = (self.shortened(nodes[0]), self.shortened(node));
             self.body[b] = a;
         }
     }
@@ -54,6 +64,15 @@ impl Joined {
     /// The node that stands for the body of a node.
     fn root(&self, mut node: usize) -> usize {
         while self.body[node] != node {
+            node = self.body[node];
+        }
+        node
+    }
+
+    /// [`Self::root`], and a shorter way to it for the next time.
+    fn shortened(&mut self, mut node: usize) -> usize {
+        while self.body[node] != node {
+            self.body[node] = self.body[self.body[node]];
             node = self.body[node];
         }
         node
@@ -69,16 +88,19 @@ impl Joined {
         self.root(a) == self.root(b)
     }
 
-    /// Nodes of every body but the largest, which is the one on the ground where there is a ground, by body.
+    /// Nodes of every body that hangs on nothing, by body: not on the largest, which is the one on the ground where there is a
+    /// ground, and on no support, not even one of some dofs.
     pub(crate) fn apart(&self) -> Vec<Vec<usize>> {
         let ground = self.body.len() - 1;
         let mut bodies: Vec<(usize, Vec<usize>)> = Vec::new();
+        let mut place_of: HashMap<usize, usize> = HashMap::new();
         for node in (0..ground).filter(|&n| self.held[n]) {
             let root = self.root(node);
-            match bodies.iter_mut().find(|(r, _)| *r == root) {
-                Some((_, nodes)) => nodes.push(node),
-                None => bodies.push((root, vec![node])),
+            let place = *place_of.entry(root).or_insert(bodies.len());
+            if place == bodies.len() {
+                bodies.push((root, Vec::new()));
             }
+            bodies[place].1.push(node);
         }
         let main = bodies
             .iter()
@@ -87,6 +109,7 @@ impl Joined {
         if let Some(main) = main.map(|(k, _)| k) {
             bodies.remove(main);
         }
-        bodies.into_iter().map(|(_, nodes)| nodes).collect()
+        let is_free = |nodes: &Vec<usize>| !nodes.iter().any(|&n| self.supported[n]);
+        bodies.into_iter().map(|(_, nodes)| nodes).filter(is_free).collect()
     }
 }

@@ -1,7 +1,12 @@
 //! What an engineer would want to be told about a model that can be built.
 
+mod sizes;
+mod stability;
+mod symmetry;
+
 use super::compile::Model;
 use super::dependence::interior_point;
+use super::geometry::Near;
 use super::joined::Joined;
 use super::{ModelError, ParametricModel};
 use crate::element::Dof;
@@ -9,6 +14,7 @@ use crate::linalg::sparse::SparseSym;
 use crate::modal::{ModalError, SolveOptions};
 use crate::units::Unit;
 use crate::yaml::{Problem, child};
+use std::collections::{HashMap, HashSet};
 
 /// The state of a model at its estimates, for `check`.
 #[derive(Debug, Clone)]
@@ -21,31 +27,34 @@ pub struct Soundness {
     pub n_rigid_body_modes: usize,
     /// Number of mechanisms: motions without stiffness that are not rigid-body motions.
     pub n_mechanisms: usize,
+    /// How many times its preload the structure bears at the estimates; `None` without a preload, or where it bears any.
+    pub buckling_factor: Option<f64>,
 }
 
 /// Looks for mechanisms, empty and massless dofs, dangling and duplicate nodes, bad conditioning, parameters without
 /// effect, values that look wrong by powers of ten.
 pub fn lint(model: &Model) -> Result<Soundness, ModelError> {
-    let mut s = Soundness { warnings: Vec::new(), errors: Vec::new(), n_rigid_body_modes: 0, n_mechanisms: 0 };
+    let mut s = Soundness {
+        warnings: Vec::new(),
+        errors: Vec::new(),
+        n_rigid_body_modes: 0,
+        n_mechanisms: 0,
+        buckling_factor: None,
+    };
     nodes(model, &mut s);
     magnitudes(model, &mut s);
     parameters(model, &mut s)?;
     motion(model, &mut s)?;
+    stability::stability(model, &mut s)?;
+    s.warnings.extend(symmetry::symmetry(model)?);
     targets(model, &mut s)?;
     Ok(s)
 }
 
-/// What makes every result doubtful and shows before anything is solved: a size that no structure has, parts that hang on nothing.
+/// What makes every result doubtful and shows before anything is solved: sizes that no structure has, parts that hang on nothing.
 pub fn doubts(model: &Model) -> Vec<Problem> {
-    size(model).into_iter().chain(apart(model)).collect()
-}
-
-fn size(model: &Model) -> Option<Problem> {
-    let size = extent(&model.geometry().positions);
-    let is_odd = size > 1000.0 || (size > 0.0 && size < 1e-3);
-    is_odd.then(|| {
-        Problem::warning("nodes", format_args!("the structure is {size:.3e} m long: are the nodes in metres?"))
-    })
+    let warned = apart(model).map(|p| Problem::warning(p.path, p.message));
+    sizes::sizes(model).into_iter().chain(warned).collect()
 }
 
 fn nodes(model: &Model, s: &mut Soundness) {
@@ -70,44 +79,33 @@ fn nodes(model: &Model, s: &mut Soundness) {
             ));
         }
     }
-    let size = extent(&geometry.positions);
-    let mut order: Vec<usize> = (0..geometry.names.len()).collect();
-    order.sort_by(|&a, &b| geometry.positions[a][0].total_cmp(&geometry.positions[b][0]));
-    let joined = |a: usize, b: usize| {
-        model.elements().iter().any(|e| e.nodes.contains(&a) && e.nodes.contains(&b))
-            || spec.rigid_links.values().any(|l| {
-                let all: Vec<Option<usize>> = std::iter::once(&l.master).chain(&l.slaves).map(named).collect();
-                all.contains(&Some(a)) && all.contains(&Some(b))
-            })
-    };
-    for (k, &a) in order.iter().enumerate() {
-        for &b in
-            order[k + 1..].iter().take_while(|&&b| geometry.positions[b][0] - geometry.positions[a][0] <= 1e-6 * size)
-        {
-            let d = super::geometry::minus(geometry.positions[a], geometry.positions[b]);
-            if super::geometry::dot(d, d).sqrt() <= 1e-6 * size && !joined(a, b) {
-                let (first, second) = (a.min(b), a.max(b));
-                s.warnings.push(Problem::warning(
-                    child("nodes", &geometry.names[second]),
-                    format_args!(
-                        "nodes `{}` and `{}` are at the same place and nothing joins them",
-                        geometry.names[first], geometry.names[second]
-                    ),
-                ));
-            }
+    let mut joined: HashSet<[usize; 2]> = HashSet::new();
+    model.elements().iter().filter(|e| e.nodes.len() > 1).for_each(|e| {
+        joined.extend([[e.nodes[0], e.nodes[1]], [e.nodes[1], e.nodes[0]]]);
+    });
+    let mut links_of: HashMap<usize, Vec<usize>> = HashMap::new();
+    for (i, link) in spec.rigid_links.values().enumerate() {
+        let all = std::iter::once(&link.master).chain(&link.slaves).filter_map(named);
+        all.for_each(|n| links_of.entry(n).or_default().push(i));
+    }
+    let none = Vec::new();
+    let links = |n: usize| links_of.get(&n).unwrap_or(&none);
+    let are_joined = |a: usize, b: usize| joined.contains(&[a, b]) || links(a).iter().any(|l| links(b).contains(l));
+    let near = 1e-6 * geometry.size();
+    let grid = Near::new(&geometry.positions, near);
+    for second in 0..geometry.names.len() {
+        let beside = grid.within(geometry.positions[second], near);
+        let first = beside.into_iter().take_while(|&first| first < second).find(|&first| !are_joined(first, second));
+        if let Some(first) = first {
+            s.warnings.push(Problem::warning(
+                child("nodes", &geometry.names[second]),
+                format_args!(
+                    "nodes `{}` and `{}` are at the same place and nothing joins them",
+                    geometry.names[first], geometry.names[second]
+                ),
+            ));
         }
     }
-}
-
-/// The largest dimension of a set of points, m; zero of none.
-pub(crate) fn extent(positions: &[[f64; 3]]) -> f64 {
-    (0..3)
-        .map(|i| {
-            let (low, high) =
-                positions.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), p| (l.min(p[i]), h.max(p[i])));
-            high - low
-        })
-        .fold(0.0, f64::max)
 }
 
 /// Properties far outside what structures are made of. The ranges are wide: from soft foam to diamond, from balsa to osmium.
@@ -158,7 +156,7 @@ fn magnitudes(model: &Model, s: &mut Soundness) {
             }
         }
     }
-    s.warnings.extend(size(model));
+    s.warnings.extend(sizes::sizes(model));
     for p in model.parameters().iter() {
         if let Some([lower, upper]) = p.bounds
             && lower > 0.0
@@ -234,7 +232,7 @@ fn motion(model: &Model, s: &mut Soundness) -> Result<(), ModelError> {
     let apart = apart(model);
     match super::solve_modes(model, &theta, SolveOptions { n_elastic: 12, shift: None }) {
         Ok(modes) => {
-            s.warnings.extend(apart);
+            s.errors.extend(apart);
             s.n_rigid_body_modes = modes.n_rigid;
             s.n_mechanisms = modes.n_mechanism;
             for i in 0..modes.n_mechanism {
@@ -277,8 +275,12 @@ fn motion(model: &Model, s: &mut Soundness) -> Result<(), ModelError> {
         Err(ModelError::Modal(ModalError::Linalg(crate::linalg::LinalgError::NotPositiveDefinite { row, .. }))) => {
             s.errors.push(Problem::error(row_path(model, row), format_args!("the motion of `{}` is not determined: it, or a combination of dofs with it, has neither stiffness nor mass", dofs.row_name(row))));
         }
+        Err(e @ ModelError::Buckled(..)) => {
+            let place = if let ModelError::Buckled(c, _) = &e { child(&c.path, c.property) } else { String::new() };
+            s.errors.push(Problem::error(place, e));
+        }
         // Bodies that fly alone look like rounding to a solver that expects one.
-        Err(e) => s.errors.push(apart.map_or_else(|| Problem::error("", e), |p| Problem::error(p.path, p.message))),
+        Err(e) => s.errors.push(apart.unwrap_or_else(|| Problem::error("", e))),
     }
     Ok(())
 }
@@ -289,7 +291,7 @@ fn apart(model: &Model) -> Option<Problem> {
     let first = *bodies.first()?.first()?;
     let names: Vec<String> = bodies.concat().iter().map(|&n| model.geometry().names[n].clone()).collect();
     let what = if bodies.len() == 1 { "a part hangs".to_string() } else { format!("{} parts hang", bodies.len()) };
-    Some(Problem::warning(
+    Some(Problem::error(
         child("nodes", &model.geometry().names[first]),
         format_args!("{what} on nothing: no element, rigid link or support joins {} to the rest", list(&names)),
     ))

@@ -79,17 +79,19 @@ fn attached(spec: &ModelSpec) -> HashSet<String> {
     links.extend(spec.rigid_links.values().map(|l| std::iter::once(&l.master).chain(&l.slaves).collect()));
     links.extend(spec.constraints.values().map(|c| c.terms.iter().map(|t| &t.node).collect()));
     // Springs to ground hold nothing that has no stiffness of its own.
-    loop {
-        let mut grown = false;
-        for link in &links {
-            if link.iter().any(|n| out.contains(*n)) {
-                for n in link {
-                    grown |= out.insert((*n).clone());
+    let mut links_of: HashMap<&String, Vec<usize>> = HashMap::new();
+    for (i, link) in links.iter().enumerate() {
+        link.iter().for_each(|n| links_of.entry(n).or_default().push(i));
+    }
+    let mut reached: Vec<String> = out.iter().cloned().collect();
+    while let Some(node) = reached.pop() {
+        for i in links_of.remove(&node).unwrap_or_default() {
+            for n in std::mem::take(&mut links[i]) {
+                if out.insert(n.clone()) {
+                    reached.push(n.clone());
                 }
             }
         }
-        if !grown {
-            return out;
-        }
     }
+    out
 }

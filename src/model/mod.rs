@@ -6,6 +6,7 @@
 //! write another around any other solver.
 
 mod assembly;
+mod buckling;
 mod character;
 mod compile;
 mod configuration;
@@ -15,6 +16,8 @@ mod dof_map;
 mod elastic_support;
 #[cfg(test)]
 mod elastic_support_tests;
+#[cfg(test)]
+mod ends_tests;
 mod geometry;
 mod joined;
 mod lint;
@@ -28,19 +31,21 @@ mod reduced;
 mod registry;
 mod solver;
 pub mod spec;
+#[cfg(test)]
+mod stability_tests;
 mod system;
 mod value;
 
 pub use assembly::{AffineMass, AffinePart, Basis, Entry};
+pub use buckling::CriticalPreload;
 pub use character::{ModeCharacter, ModeLabel, family, label_modes, symmetry_index};
 pub use compile::{Model, Target, Targets, load};
 pub use configuration::load_configuration;
 pub use dependence::Monomial;
 pub use dof_map::{DofMap, rigid_motion};
 pub use geometry::{Frame, Geometry};
-pub(crate) use geometry::{GLOBAL, dot, images, minus, plus, unit};
+pub(crate) use geometry::{GLOBAL, dot, extent, images, minus, plus, unit};
 pub(crate) use joined::Joined;
-pub(crate) use lint::extent;
 pub use lint::{Soundness, doubts, lint};
 pub use mass_properties::MassProperties;
 pub use parameter::{Parameter, ParameterSet};
@@ -136,6 +141,12 @@ pub trait ParametricModel: std::fmt::Debug + Send + Sync {
     /// Names that [`Self::point`] knows.
     fn element_names(&self) -> Vec<&str> {
         Vec::new()
+    }
+
+    /// The preload at which the structure buckles at θ; `None` where it bears any, or has none.
+    fn critical_preload(&self, theta: &[f64]) -> Result<Option<CriticalPreload>, ModelError> {
+        let _ = theta;
+        Ok(None)
     }
 
     /// Row -> (row of its mirror image, sign), if the model has a plane of symmetry.
@@ -262,10 +273,28 @@ pub enum ModelError {
         /// The largest number.
         most: usize,
     },
+    /// The preload is too large.
+    #[error("{}", buckled(.0, *.1))]
+    Buckled(CriticalPreload, usize),
     /// It has no modes.
     #[error(transparent)]
     Modal(#[from] ModalError),
     /// A model around another solver failed.
     #[error("{0}")]
     External(String),
+}
+
+/// "the structure buckles under its preload: ..."
+fn buckled(critical: &CriticalPreload, n: usize) -> String {
+    let CriticalPreload { factor, element, property, value, unit, .. } = critical;
+    let motions = if n == 1 { "1 motion".to_string() } else { format!("{n} motions") };
+    let (stated, borne) = (buckling::quantity(*value, unit), buckling::quantity(factor * value, unit));
+    if *factor < 1e-6 {
+        return format!(
+            "the structure has a motion that nothing but its preload resists, and the preload drives it on (`{property}` of element `{element}` is {stated}): support that motion, or balance the compression by tension beside it"
+        );
+    }
+    format!(
+        "the structure buckles under its preload: `{property}` of element `{element}` is {stated}, and it bears {borne}, {factor:.4} of that (the stiffness is negative in {motions}); lower the compression, or stiffen the structure"
+    )
 }

@@ -1,5 +1,7 @@
 //! From the entries of the file to placed elements: nodes, axes, and property values as functions of θ.
 
+mod axes;
+mod ends;
 mod lumps;
 mod overrides;
 mod parameters;
@@ -14,11 +16,11 @@ use super::parameter::ParameterSet;
 use super::registry::Registry;
 use super::spec::{MemberSpec, ModelSpec, Named, SectionSpec};
 use super::value::{Affine, Value};
-use crate::element::{Axes, Element};
+use crate::element::{Axes, Element, ElementInput};
 use crate::units::Scalar;
 use crate::units::{Dimension, Unit};
 use crate::yaml::{Problem, child};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 
 /// An element in its place.
 #[derive(Debug, Clone)]
@@ -31,6 +33,8 @@ pub struct PlacedElement {
     pub nodes: Vec<usize>,
     /// Its axes.
     pub axes: Rotation,
+    /// Whether the file states the direction of its z axis; else it is the default.
+    pub is_oriented: bool,
     /// Positions of its nodes in its axes, relative to the first, m.
     pub points: Vec<[f64; 3]>,
     /// Its property values, in the order of the type's properties.
@@ -66,6 +70,11 @@ impl PlacedElement {
         self.expressions().any(|v| v.parameters().any(|p| p == j))
     }
 
+    /// (y, z) of the line on which its mass lies, in its axes, m.
+    pub(super) fn mass_axis(&self, theta: &[f64]) -> [f64; 2] {
+        self.kind.mass_axis(&ElementInput { points: &self.points, values: &self.values_at(theta) })
+    }
+
     /// Its property values at θ.
     pub(super) fn values_at(&self, theta: &[f64]) -> Vec<Option<f64>> {
         self.values.iter().map(|v| v.as_ref().map(|v| v.at(theta))).collect()
@@ -96,6 +105,7 @@ pub(super) fn place(spec: &ModelSpec, registry: &Registry, problems: &mut Vec<Pr
         geometry,
         elements: Vec::new(),
         sets: BTreeMap::new(),
+        stretches: HashMap::new(),
         compliances: Vec::new(),
         problems,
     };
@@ -109,6 +119,7 @@ pub(super) fn place(spec: &ModelSpec, registry: &Registry, problems: &mut Vec<Pr
     placer.overrides();
     placer.supports();
     let Placer { geometry, elements, sets, compliances, .. } = placer;
+    axes::check(&elements, &parameters, problems);
     Placed { geometry, parameters, elements, sets, compliances }
 }
 
@@ -128,6 +139,8 @@ struct Placer<'a> {
     geometry: Geometry,
     elements: Vec<PlacedElement>,
     sets: BTreeMap<String, Vec<usize>>,
+    /// Name of a member, a part or a group -> the stretches of elements that it is made of, each from its first end to its second.
+    stretches: HashMap<String, Vec<Vec<usize>>>,
     compliances: Vec<Compliance>,
     problems: &'a mut Vec<Problem>,
 }
@@ -228,8 +241,7 @@ impl Placer<'_> {
                     ));
                     return None;
                 };
-                let near =
-                    entry.orientation.unwrap_or(if x[2].abs() > 0.9999 { [0.0, 1.0, 0.0] } else { [0.0, 0.0, 1.0] });
+                let near = entry.orientation.unwrap_or_else(|| axes::default_near_z(x));
                 let Some(axes) = axes_along(along, near) else {
                     let path = child(entry.path, "orientation");
                     if !self.problems.iter().any(|p| p.path == path) {
@@ -260,6 +272,7 @@ impl Placer<'_> {
             kind: entry.kind,
             nodes,
             axes,
+            is_oriented: entry.orientation.is_some(),
             points,
             values: entry.values.clone(),
             stiffness_factor: None,
@@ -337,6 +350,8 @@ impl Placer<'_> {
                 );
                 continue;
             }
+            let whole = self.elements.len();
+            let is_chain = member.chain.is_some();
             for (i, (nodes, paths)) in pairs.iter().enumerate() {
                 let found: Vec<Option<usize>> = (0..2)
                     .map(|k| {
@@ -367,7 +382,15 @@ impl Placer<'_> {
                     let known = set.last().copied();
                     set.extend(made.iter().filter(|e| known.is_none_or(|last| last < **e)));
                 }
+                if !is_chain && !single {
+                    self.stretches.entry(name.clone()).or_default().push(made.clone());
+                }
+                self.stretches.insert(element, vec![made]);
             }
+            if is_chain {
+                self.stretches.insert(name.clone(), vec![(whole..self.elements.len()).collect()]);
+            }
+            self.keep_ends(name);
         }
     }
 
@@ -375,8 +398,6 @@ impl Placer<'_> {
     fn interior(&mut self, element: &str, part: u32, parts: u32, a: usize, b: usize) -> usize {
         let (pa, pb) = (self.geometry.positions[a], self.geometry.positions[b]);
         let f = f64::from(part) / f64::from(parts);
-        self.geometry.names.push(format!("{element}/{part}"));
-        self.geometry.positions.push(super::geometry::plus(pa, f, minus(pb, pa)));
-        self.geometry.names.len() - 1
+        self.geometry.add(format!("{element}/{part}"), super::geometry::plus(pa, f, minus(pb, pa)))
     }
 }

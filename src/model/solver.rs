@@ -118,7 +118,14 @@ impl ModalSolver {
     /// For solutions near θ.
     ///
     /// * `n_elastic` - about how many elastic modes will be asked for
+    ///
+    /// # Errors
+    /// As [`solve_modes`].
     pub fn new(model: &dyn ParametricModel, theta: &[f64], n_elastic: usize) -> Result<Self, ModelError> {
+        Self::first(model, theta, n_elastic).map_err(|e| explained(model, theta, e))
+    }
+
+    fn first(model: &dyn ParametricModel, theta: &[f64], n_elastic: usize) -> Result<Self, ModelError> {
         let rigid_motions = model.dof_map().rigid_motions();
         let n_dof = model.dof_map().n_dof();
         if n_dof >= SPARSE_FROM {
@@ -289,13 +296,30 @@ fn covers(plan: &SparsePlan, system: &SparseSystem) -> bool {
     plan.covers(&system.stiffness) && plan.covers(&system.mass)
 }
 
-fn plan(model: &dyn ParametricModel, system: &SparseSystem) -> Result<SparsePlan, ModelError> {
+pub(super) fn plan(model: &dyn ParametricModel, system: &SparseSystem) -> Result<SparsePlan, ModelError> {
     let node: Vec<usize> = model.dof_map().rows().iter().map(|r| r.0).collect();
     Ok(SparsePlan::new(&system.stiffness, &system.mass, &node).map_err(modal::ModalError::from)?)
 }
 
 /// The modes of a model at one θ, dense or sparse as its size asks.
+///
+/// # Errors
+/// [`ModelError::Buckled`] where a preload makes the structure unstable, [`modal::ModalError::Unstable`] where something else does;
+/// the others of the solution.
 pub fn solve_modes(model: &dyn ParametricModel, theta: &[f64], options: SolveOptions) -> Result<Modes, ModelError> {
+    solved(model, theta, options).map_err(|e| explained(model, theta, e))
+}
+
+/// An instability with the preload that causes it.
+fn explained(model: &dyn ParametricModel, theta: &[f64], error: ModelError) -> ModelError {
+    let ModelError::Modal(modal::ModalError::Unstable { n }) = error else { return error };
+    match model.critical_preload(theta) {
+        Ok(Some(critical)) if critical.factor <= 1.0 => ModelError::Buckled(critical, n),
+        _ => error,
+    }
+}
+
+fn solved(model: &dyn ParametricModel, theta: &[f64], options: SolveOptions) -> Result<Modes, ModelError> {
     let motions = model.dof_map().rigid_motions();
     if model.dof_map().n_dof() < SPARSE_FROM {
         let system = model.assemble(theta)?;

@@ -201,10 +201,12 @@ pub struct MemberSpec {
     /// Section with its properties.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub section: Option<String>,
-    /// Properties beside or instead of those of the section.
+    /// Properties beside or instead of those of the section. Those of ends (`end1_`, `end2_`) are of the ends of the chain, or of
+    /// each of `pairs`; of the parts of `subdivide` the first and the last have them.
     #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
     pub properties: SectionSpec,
-    /// A direction near the element's z axis; global z (for an element along z: global y) when absent.
+    /// A direction near the element's z axis; global z (for an element along z: global y) when absent. Within 3 degrees of global z it
+    /// must be stated, unless the section is the same all round.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub orientation: Option<[f64; 3]>,
     /// Number of elements to make of each (a finer mesh with the same properties).

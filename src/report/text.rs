@@ -379,6 +379,19 @@ pub fn cost_history(evaluations: &[u64], best: &[f64], width: usize) -> String {
     format!("{ends}{}{tail}", sparkline(&values, room))
 }
 
+/// A frequency: four decimals, or six significant digits where four decimals would lose them.
+pub fn hertz(value: f64) -> String {
+    let size = value.abs();
+    if size == 0.0 || size >= 0.1 || !value.is_finite() {
+        return format!("{value:.4}");
+    }
+    if size < 1e-4 {
+        return format!("{value:.5e}");
+    }
+    let decimals = (5.0 - size.log10().floor()) as usize;
+    format!("{value:.decimals$}")
+}
+
 /// Four significant digits; powers of ten outside 1e-3 to 1e6.
 pub fn number(value: f64) -> String {
     let size = value.abs();

@@ -300,7 +300,7 @@ pub(crate) struct Twin {
     /// Damping ratio of every mode.
     #[arg(long, default_value = "1 %", allow_hyphen_values = true)]
     pub(crate) damping: String,
-    /// A parameter of the model: `m8_13=70g`.
+    /// A parameter of the model: `m8_13=70g`; a number without a unit is in the unit of the model file.
     #[arg(long, value_name = "PARAMETER=VALUE")]
     pub(crate) set: Vec<String>,
     /// A partial model file laid over the model: what the test has and the model lacks.

@@ -3,8 +3,11 @@
 use crate::args::Check;
 use crate::output::{Failure, print, print_json, render_problems, style, tell, totals};
 use crate::{DONE, WRONG_INPUT, files};
-use retune::model::{MassProperties, ParametricModel, Registry, Soundness, lint, load_configuration};
-use retune::report::text::number;
+use retune::element::{Axes, Dof};
+use retune::model::{
+    MassProperties, Model, ParametricModel, PlacedElement, Registry, Soundness, lint, load_configuration,
+};
+use retune::report::text::{Tone, number};
 use retune::yaml::{Problem, Severity};
 use serde_json::json;
 use std::fmt::Write as _;
@@ -18,7 +21,7 @@ pub(crate) fn run(args: &Check) -> Result<u8, Failure> {
                 "ok": false,
                 "errors": list(&problems, Severity::Error),
                 "warnings": list(&problems, Severity::Warning),
-                "mass_kg": null, "cg_m": null, "inertia_kg_m2": null, "n_dof": null, "n_rigid_body_modes": null,
+                "mass_kg": null, "cg_m": null, "inertia_kg_m2": null, "n_dof": null, "n_rigid_body_modes": null, "axes": null,
             }));
             return Ok(WRONG_INPUT);
         }
@@ -41,6 +44,14 @@ pub(crate) fn run(args: &Check) -> Result<u8, Failure> {
             "n_dof": model.dof_map().n_dof(),
             "n_rigid_body_modes": sound.n_rigid_body_modes,
             "n_mechanisms": sound.n_mechanisms,
+            "buckling_factor": sound.buckling_factor,
+            "axes": axes(&model).map(|e| json!({
+                "element": e.name,
+                "x": e.axes[0],
+                "y": e.axes[1],
+                "z": e.axes[2],
+                "is_default": !e.is_oriented,
+            })).collect::<Vec<_>>(),
         }));
     } else {
         print(&describe(&model, mass.as_ref(), &sound));
@@ -49,8 +60,11 @@ pub(crate) fn run(args: &Check) -> Result<u8, Failure> {
         }
         let n_warnings = problems.iter().filter(|p| p.severity == Severity::Warning).count();
         let style = style(&std::io::stdout());
-        let verdict = if ok { "sound" } else { "not usable" };
-        let tone = if ok { retune::report::text::Tone::Good } else { retune::report::text::Tone::Bad };
+        let (verdict, tone) = match (sound.errors.len(), n_warnings) {
+            (0, 0) => ("sound", Tone::Good),
+            (0, _) => ("usable, with doubts", Tone::Warning),
+            _ => ("not usable", Tone::Bad),
+        };
         print(&format!("\n{}: {}\n", style.paint(tone, verdict), totals(sound.errors.len(), n_warnings)));
     }
     Ok(if ok { DONE } else { WRONG_INPUT })
@@ -71,7 +85,7 @@ fn list(problems: &[Problem], severity: Severity) -> Vec<serde_json::Value> {
         .collect()
 }
 
-fn describe(model: &retune::model::Model, mass: Option<&MassProperties>, sound: &Soundness) -> String {
+fn describe(model: &Model, mass: Option<&MassProperties>, sound: &Soundness) -> String {
     let mut out = String::new();
     let spec = model.spec();
     let parameters = model.parameters();
@@ -103,5 +117,53 @@ fn describe(model: &retune::model::Model, mass: Option<&MassProperties>, sound: 
             number(i[2][2])
         );
     }
+    if let Some(factor) = sound.buckling_factor {
+        let _ = writeln!(out, "  preload  it buckles at {} times its preload", number(factor));
+    }
+    describe_axes(model, &mut out);
     out
+}
+
+/// Elements whose section has a direction.
+fn axes(model: &Model) -> impl Iterator<Item = &PlacedElement> {
+    let bends = |e: &PlacedElement| e.kind.nodes().iter().flat_map(|n| n.iter()).any(|d| *d == Dof::Ry);
+    model.elements().iter().filter(move |e| e.kind.axes() == Axes::AlongNodes && bends(e))
+}
+
+/// How the sections of the members lie: members of one direction on one line.
+fn describe_axes(model: &Model, out: &mut String) {
+    const LINES: usize = 12;
+    let mut lines: Vec<(String, Vec<&str>)> = Vec::new();
+    for e in axes(model) {
+        let entry = e.path.split_once('.').map_or(e.path.as_str(), |(_, name)| name);
+        let how = if e.is_oriented { "stated" } else { "default" };
+        let text = format!("z of the section {} ({how}), y {}", direction(e.axes[2]), direction(e.axes[1]));
+        match lines.iter_mut().find(|l| l.0 == text) {
+            Some((_, names)) if names.contains(&entry) => {}
+            Some((_, names)) => names.push(entry),
+            None => lines.push((text, vec![entry])),
+        }
+        if lines.len() > LINES {
+            break;
+        }
+    }
+    for (i, (text, names)) in lines.iter().take(LINES).enumerate() {
+        let more = if names.len() > 4 { format!(" and {} more", names.len() - 4) } else { String::new() };
+        let head = if i == 0 { "axes" } else { "" };
+        let _ = writeln!(out, "  {head:<8} {text}: {}{more}", names[..names.len().min(4)].join(", "));
+    }
+    if lines.len() > LINES {
+        let _ = writeln!(out, "           and more, all of them in --json");
+    }
+}
+
+/// `+z`, or the components of a direction that is along no global axis.
+fn direction(v: [f64; 3]) -> String {
+    for (c, axis) in v.into_iter().zip(["x", "y", "z"]) {
+        if c.abs() > 1.0 - 1e-9 {
+            return format!("{}{axis}", if c > 0.0 { '+' } else { '-' });
+        }
+    }
+    let [x, y, z] = v.map(|c| format!("{:.3}", if c.abs() < 5e-4 { 0.0 } else { c }));
+    format!("[{x}, {y}, {z}]")
 }

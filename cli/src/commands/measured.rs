@@ -11,6 +11,7 @@ use retune::data::{
     TestMode,
 };
 use retune::identify::health::{Finding, Level};
+use retune::model::Parameter;
 use retune::report::text::{Style, Tone, number, paragraph, printable};
 use retune::units::{FrequencyUnit, Scalar};
 use serde_json::{Value, json};
@@ -142,6 +143,37 @@ fn axis(text: &str) -> Result<[f64; 3], Failure> {
 pub(crate) fn scalar(option: &str, text: &str, unit: &str) -> Result<f64, Failure> {
     let value = Scalar::parse(text).map_err(|e| Failure::text(format!("{option}: {e}")))?;
     value.constant_in(unit).map_err(|e| Failure::text(format!("{option}: {e}")))
+}
+
+/// The value of a parameter from the command line, SI: a plain number is in the unit that the file declares for it, and what was understood
+/// is said; a value outside its bounds is refused.
+pub(crate) fn parameter_value(option: &str, text: &str, parameter: &Parameter) -> Result<f64, Failure> {
+    let name = &parameter.name;
+    let unit = &parameter.unit;
+    let shown = |si: f64| format!("{} {unit}", number(parameter.display(si))).trim_end().to_string();
+    let value = Scalar::parse(text).map_err(|e| Failure::text(format!("{option} {name}: {e}")))?;
+    let is_plain = value.terms().iter().all(|t| t.dimension.is_none() && t.parameter.is_none());
+    let value = if is_plain {
+        let value = parameter.unit_factor * value.terms().iter().map(|t| t.factor).sum::<f64>();
+        if !unit.is_empty() && unit != "1" {
+            eprintln!("note: {option} {name}={text}: read as {}, the unit of `{name}` in the model file", shown(value));
+        }
+        value
+    } else {
+        value.constant_in(unit).map_err(|e| Failure::text(format!("{option} {name}: {e}")))?
+    };
+    match parameter.bounds {
+        // A bound itself may be rounded on its way through a unit.
+        Some([lower, upper]) if value < lower - 1e-9 * lower.abs() || value > upper + 1e-9 * upper.abs() => {
+            Err(Failure::text(format!(
+                "{option} {name}={text}: {} is outside the bounds of `{name}`, {} to {}: check the unit, or widen `bounds` in the model file",
+                shown(value),
+                shown(lower),
+                shown(upper)
+            )))
+        }
+        _ => Ok(value),
+    }
 }
 
 /// Two limits of a band.

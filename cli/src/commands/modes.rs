@@ -5,7 +5,7 @@ use crate::output::{Failure, print, print_json, style, warn};
 use crate::{DONE, files};
 use retune::modal::SolveOptions;
 use retune::model::{ParametricModel, solve_modes};
-use retune::report::text::{Align, Table};
+use retune::report::text::{Align, Table, hertz};
 use retune::update::name_modes;
 use serde_json::json;
 
@@ -33,7 +33,7 @@ pub(crate) fn run(args: &Modes) -> Result<u8, Failure> {
             let torsion = m.torsion.filter(|_| i >= modes.n_rigid);
             table.row([
                 (i + 1).to_string().into(),
-                format!("{:.4}", m.frequency_hz).into(),
+                hertz(m.frequency_hz).into(),
                 m.label.as_str().into(),
                 torsion.map_or_else(String::new, |t| format!("{:.0} %", 100.0 * t)).into(),
             ]);

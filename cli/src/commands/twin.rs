@@ -1,6 +1,6 @@
 //! `retune twin`
 
-use super::measured::{band, quantity, scalar};
+use super::measured::{band, parameter_value, quantity, scalar};
 use crate::args::{MeasuredQuantity, Twin};
 use crate::output::{Failure, print, print_json, shown, warn};
 use crate::{DONE, files, writing};
@@ -131,7 +131,7 @@ fn theta(model: &Model, set: &[String]) -> Result<Vec<f64>, Failure> {
         let index = parameters.index_of(name.trim()).ok_or_else(|| {
             Failure::text(format!("--set: no parameter `{name}`{}", did_you_mean(name, parameters.names())))
         })?;
-        theta[index] = scalar(&format!("--set {name}"), value, &parameters.get(index).unit)?;
+        theta[index] = parameter_value("--set", value, parameters.get(index))?;
     }
     Ok(theta)
 }

@@ -43,3 +43,25 @@ pub fn solve_shifted(
     }
     Ok(out)
 }
+
+/// Number of negative eigenvalues of K + aM, by the inertia of its factorisation; `None` if a pivot is not a number.
+///
+/// By Sylvester's law of inertia it is the number of λ below -a of K φ = λ M φ, and of directions without mass in which K is
+/// negative.
+///
+/// * `plan` - of a pattern that covers `k` and `m`
+///
+/// # Errors
+/// [`LinalgError::OutOfMemory`].
+///
+/// # Panics
+/// If the plan's pattern does not cover the matrices.
+pub fn count_negative(
+    plan: &SparsePlan,
+    k: &SparseSym,
+    m: &SparseSym,
+    shift: f64,
+) -> Result<Option<usize>, LinalgError> {
+    let factor = plan.structure.indefinite(&plan.pencil(k, m).shifted(shift), plan.structure.values()?)?;
+    Ok(factor.negative())
+}

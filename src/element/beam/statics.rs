@@ -63,6 +63,33 @@ fn with(more: &[(&'static str, f64)]) -> Vec<(&'static str, f64)> {
 /// finite element based structural model of a small flexible aircraft, AIAA SciTech 2015, equations (5) and (6) with
 /// the sign of entry (2,5) corrected; E 56 GPa, G 234 MPa, 0.62 kg/m, section 76.2 mm x 6.5 mm, numbers computed
 /// independently in double precision. Its dofs are w, th = dw/dx = -ry, ph = +rx.
+/// The parts by kind of strain sum to the stiffness, with every coupling, preload and flexible ends; a part does no work on the motion of
+/// another kind.
+#[test]
+fn the_strain_parts_sum_to_the_stiffness() {
+    for sample in Beam.samples() {
+        for flexible in [false, true] {
+            let mut sample = sample.clone();
+            if flexible {
+                sample.given.extend([("end1_compliance_ry", 1e-3), ("end2_compliance_rx", 2e-3), ("axial_force", -40.0)]);
+            }
+            let mut seen = Vec::new();
+            sample.given.retain(|g| !seen.contains(&g.0) && { seen.push(g.0); true });
+            let values = sample.values(Beam.properties()).unwrap();
+            let input = ElementInput { points: &sample.points, values: &values };
+            let (k, parts) = (Beam.stiffness(&input).unwrap(), Beam.strain_parts(&input).unwrap().unwrap());
+            let size = k.lower().iter().fold(0.0_f64, |s, v| s.max(v.abs()));
+            for i in 0..12 {
+                for j in 0..=i {
+                    let sum: f64 = [&parts.axial, &parts.bending, &parts.torsion, &parts.springs].iter().map(|p| p.get(i, j)).sum();
+                    assert!((sum - k.get(i, j)).abs() < 1e-12 * size, "{i} {j}");
+                }
+            }
+            assert!(flexible || parts.springs.is_zero());
+        }
+    }
+}
+
 #[test]
 fn gupta_2015_wing_element() {
     let (length, mu) = (0.12064999999999998, 0.62);

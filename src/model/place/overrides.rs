@@ -14,9 +14,13 @@ impl Placer<'_> {
                 continue;
             }
             let mut all = Vec::new();
+            let mut stretches: Vec<Vec<usize>> = Vec::new();
             for (i, member) in members.iter().enumerate() {
                 match self.sets.get(member) {
-                    Some(set) if member != name => all.extend(set),
+                    Some(set) if member != name => {
+                        all.extend(set);
+                        stretches.extend(self.stretches(member));
+                    }
                     _ => {
                         let suggestion = did_you_mean(member, self.sets.keys().map(String::as_str));
                         self.error(
@@ -29,6 +33,7 @@ impl Placer<'_> {
             all.sort_unstable();
             all.dedup();
             self.sets.insert(name.clone(), all);
+            self.stretches.insert(name.clone(), stretches);
         }
     }
 
@@ -40,10 +45,11 @@ impl Placer<'_> {
             } else {
                 change.of.iter().enumerate().map(|(i, n)| (format!("{path}.of[{i}]"), n.as_str())).collect()
             };
-            let mut sets = Vec::new();
+            let (mut sets, mut names) = (Vec::new(), Vec::new());
             for (at, target) in targets {
                 if let Some(set) = self.sets.get(target) {
                     sets.push(set.clone());
+                    names.push(target);
                 } else {
                     let suggestion = did_you_mean(target, self.sets.keys().map(String::as_str));
                     let hint = if change.of.is_empty() { "; or name what it changes with `of: [...]`" } else { "" };
@@ -54,7 +60,7 @@ impl Placer<'_> {
             elements.sort_unstable();
             elements.dedup();
             if !elements.is_empty() {
-                self.override_properties(change, &path, &elements);
+                self.override_properties(change, &path, &names, &elements);
                 self.override_factors(change, &path, &elements);
                 self.taper(change, &path, &sets);
             }
@@ -73,17 +79,20 @@ impl Placer<'_> {
         true
     }
 
-    pub(super) fn override_properties(&mut self, change: &OverrideSpec, path: &str, elements: &[usize]) {
+    pub(super) fn override_properties(
+        &mut self,
+        change: &OverrideSpec,
+        path: &str,
+        names: &[&str],
+        elements: &[usize],
+    ) {
         for (what, given) in [("set", &change.set), ("scale", &change.scale), ("add", &change.add)] {
             for (property, scalar) in given {
                 let path = format!("{path}.{what}.{property}");
                 if !self.any_has(elements, property, &path) {
                     continue;
                 }
-                for &e in elements {
-                    if !self.at_end(elements, e, property) {
-                        continue;
-                    }
+                for e in self.acted_on(names, elements, property) {
                     let kind = self.elements[e].kind;
                     let Some(i) = kind.properties().iter().position(|p| p.name == property) else { continue };
                     let unit = if what == "scale" { "1" } else { kind.properties()[i].unit };
@@ -105,20 +114,6 @@ impl Placer<'_> {
                 }
             }
         }
-    }
-
-    /// Whether a property of an end belongs to this part: the ends of a subdivided element are those of its first and last
-    /// part.
-    fn at_end(&self, elements: &[usize], e: usize, property: &str) -> bool {
-        let is_first = property.starts_with("end1_");
-        if !is_first && !property.starts_with("end2_") {
-            return true;
-        }
-        let Some(parts) = self.elements[e].name.rsplit_once('/').and_then(|(whole, _)| self.sets.get(whole)) else {
-            return true;
-        };
-        let is_whole = parts.iter().all(|p| elements.contains(p));
-        !is_whole || (if is_first { parts.first() } else { parts.last() }) == Some(&e)
     }
 
     pub(super) fn override_factors(&mut self, change: &OverrideSpec, path: &str, elements: &[usize]) {

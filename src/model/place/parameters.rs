@@ -49,14 +49,14 @@ pub(in crate::model) fn parameters(
                 }
             } else if dimension.is_none()
                 && unit.is_some_and(|u| u.dimension != Dimension::NONE && u.factor != 1.0)
-                && p.unit.is_none()
                 && s.terms().iter().any(|t| t.factor != 0.0)
             {
                 let unit = unit_text.as_deref().unwrap_or("1");
+                let others = if p.unit.is_some() { "this parameter is" } else { "others of this parameter are" };
                 problems.push(Problem::error(
                     &path,
                     format_args!(
-                        "`{}` has no unit while others of this parameter are in {unit}; write `{} {unit}`",
+                        "`{}` has no unit while {others} in {unit}; write `{} {unit}`",
                         s.text(),
                         s.text()
                     ),

@@ -170,6 +170,11 @@ pub(super) fn structure(model: &Model, theta: &[f64], test: &TestData) -> Result
                 properties,
             });
         } else {
+            if e.kind.axes() == Axes::AlongNodes && e.kind.nodes().concat().contains(&Dof::Ry) {
+                let [x, y, z] = e.axes[2].map(|c| format!("{:.3}", if c.abs() < 5e-4 { 0.0 } else { c }));
+                let how = if e.is_oriented { "stated" } else { "default" };
+                properties.push(Property::new("z axis of the section", format!("{x}, {y}, {z} ({how})")));
+            }
             let group = group(e).to_string();
             let kind = if e.kind.axes() == Axes::AlongNodes { "beam".into() } else { e.kind.name().to_string() };
             elements.push(Element {

@@ -1,7 +1,7 @@
 //! Where a model and a test disagree, on a terminal: one line each for the short answer, a table each for the long one.
 
 use super::{Align, Cell, Style, Table, Tone, number, paragraph, printable, wrap};
-use crate::correlation::{CriteriaProfile, Identifiability, Judgement, Localization, Misfit, SingleChanges, odds};
+use crate::correlation::{CriteriaProfile, Identifiability, Judgement, Localization, Misfit, SingleChange, SingleChanges, odds};
 use crate::update::{ChannelAgreement, Functions, ModelFunctions, Orthogonality, Places, Sensitivities, SensorReport};
 use std::fmt::Write as _;
 
@@ -185,12 +185,23 @@ pub fn places_line(out: &mut String, places: &Places, style: &Style) {
 fn alone(changes: &SingleChanges) -> String {
     changes.changes.first().map_or_else(String::new, |c| {
         let share = format!("{:.0} %", 100.0 * c.share);
-        if c.share >= 0.5 {
-            format!("{} with {:+.0} % of stiffness alone explains {share} of it", c.name, 100.0 * c.change)
-        } else {
-            format!("No single stiffness explains it: the best, {}, {share}", c.name)
+        let name = &c.name;
+        match (c.share >= 0.5, c.is_limited, c.change < 0.0) {
+            (true, false, _) => format!("{name} with {:+.0} % of stiffness alone explains {share} of it", 100.0 * c.change),
+            (true, true, true) => format!("{name} without any stiffness would explain {share} of it"),
+            (true, true, false) => format!("{name} with twice its stiffness would explain {share} of it"),
+            (false, ..) => format!("No single stiffness explains it: the best, {name}, {share}"),
         }
     })
+}
+
+/// The change of one stiffness: `-20 ± 3 %`, or where that would be more than all of it.
+fn change(c: &SingleChange) -> String {
+    match (c.is_limited, c.change < 0.0) {
+        (false, _) => format!("{:+.0} ± {:.0} %", 100.0 * c.change, 100.0 * c.sd),
+        (true, true) => "all of it gone".to_string(),
+        (true, false) => "above +100 %".to_string(),
+    }
 }
 
 /// Elements and groups, ranked.
@@ -212,7 +223,8 @@ pub fn places_tables(out: &mut String, places: &Places, style: &Style) {
         out,
         "error: root of the energy of the residual over the strain energy there, about the relative error of the stiffness. \
          over noise: that energy over what noise alone gives. alone: the change of this stiffness that by itself explains \
-         most, and its share of chi-squared; modes closer than 5 % are left out of that. Mass errors look alike.",
+         most, and its share of chi-squared, by a linear estimate that is not followed beyond -100 % and +100 %; modes closer than 5 % are \
+         left out of that. Mass errors look alike.",
         style,
     );
     let head = "share of strain energy, by group and pair (test mode)";
@@ -236,7 +248,7 @@ fn ranked(out: &mut String, what: &str, l: &Localization, changes: &SingleChange
         ("explains", Align::Right),
     ]);
     for p in l.places.iter().take(ROWS) {
-        let change = changes.changes.iter().find(|c| c.name == p.name);
+        let single = changes.changes.iter().find(|c| c.name == p.name);
         let over = if p.noise_mean > 0.0 { number(p.energy / p.noise_mean) } else { "–".into() };
         let tone = if p.p_value < SIGNIFICANCE { Tone::Warning } else { Tone::Plain };
         table.row([
@@ -244,8 +256,8 @@ fn ranked(out: &mut String, what: &str, l: &Localization, changes: &SingleChange
             format!("{:.1} %", 100.0 * p.relative_energy.max(0.0).sqrt()).into(),
             over.into(),
             Cell::new(odds(p.p_value), tone),
-            change.map_or_else(|| "–".into(), |c| format!("{:+.0} ± {:.0} %", 100.0 * c.change, 100.0 * c.sd).into()),
-            change.map_or_else(|| "–".into(), |c| format!("{:.0} %", 100.0 * c.share).into()),
+            single.map_or_else(|| "–".into(), |c| change(c).into()),
+            single.map_or_else(|| "–".into(), |c| format!("{:.0} %", 100.0 * c.share).into()),
         ]);
     }
     out.push_str(&table.render(style));

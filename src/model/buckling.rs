@@ -1,0 +1,131 @@
+//! Loss of stability under preload.
+//!
+//! With s times all preloads the stiffness is K_E + s K_P. The critical factor is the least s > 0 at which it stops being positive; the
+//! s for which it is positive form an interval, so that bisection on the inertia of a factorisation finds its end.
+
+use super::ParametricModel;
+use super::assembly::{Connection, sparse_system};
+use super::compile::Model;
+use super::dependence::element_matrices;
+use super::place::PlacedElement;
+use super::solver::plan;
+use super::system::SparseSystem;
+use super::value::{Affine, Value};
+use super::{ElementMatrices, ModelError};
+use crate::modal::unstable_directions;
+
+/// The preload at which a structure buckles.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CriticalPreload {
+    /// How many times its preload it bears: below 1 it has buckled.
+    pub factor: f64,
+    /// Element with the largest compression.
+    pub element: String,
+    /// Path of its entry in the file, or of its section.
+    pub path: String,
+    /// Property that is the preload.
+    pub property: &'static str,
+    /// Its value, SI, compression negative.
+    pub value: f64,
+    /// Unit of it.
+    pub unit: &'static str,
+}
+
+/// Largest factor that is looked for.
+const FARTHEST: f64 = 1e3;
+/// Halvings of the interval of the factor.
+const HALVINGS: usize = 24;
+
+impl Model {
+    /// Whether some element states a preload.
+    pub(super) fn is_preloaded(&self) -> bool {
+        self.elements().iter().any(|e| preloads(e).next().is_some())
+    }
+
+    /// Whether the stiffness at θ is positive but for rigid motions and mechanisms.
+    pub(super) fn is_stable(&self, theta: &[f64]) -> Result<bool, ModelError> {
+        is_positive(self, &self.assemble_sparse(theta)?)
+    }
+
+    pub(super) fn critical_preload_at(&self, theta: &[f64]) -> Result<Option<CriticalPreload>, ModelError> {
+        let Some((element, property, value, unit)) = self.largest_preload(theta) else { return Ok(None) };
+        let is_stable = |factor: f64| is_positive(self, &self.assemble_preloaded(theta, factor)?);
+        if !is_stable(0.0)? {
+            return Ok(None);
+        }
+        let (mut low, mut high) = (0.0, 1.0);
+        while is_stable(high)? {
+            (low, high) = (high, 2.0 * high);
+            if high > FARTHEST {
+                return Ok(None);
+            }
+        }
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (low + high);
+            if is_stable(middle)? { low = middle } else { high = middle }
+        }
+        let path = element.section.as_ref().map_or(element.path.clone(), |s| crate::yaml::child("sections", s));
+        Ok(Some(CriticalPreload { factor: high, element: element.name.clone(), path, property, value, unit }))
+    }
+
+    /// The largest compression, or where there is none the largest preload: its element, property, value, and unit.
+    fn largest_preload(&self, theta: &[f64]) -> Option<(&PlacedElement, &'static str, f64, &'static str)> {
+        let of = |e: &'_ PlacedElement| {
+            let all = preloads(e).map(|i| (i, e.values[i].as_ref().map_or(0.0, |v| v.at(theta))));
+            all.filter(|p| p.1 != 0.0).min_by(|a, b| a.1.total_cmp(&b.1))
+        };
+        let all = self.elements().iter().filter_map(|e| of(e).map(|(i, value)| (e, i, value)));
+        let (e, i, value) = all.min_by(|a, b| a.2.total_cmp(&b.2))?;
+        let property = &e.kind.properties()[i];
+        Some((e, property.name, value, property.unit))
+    }
+
+    /// The matrices at θ with all preloads times a factor.
+    fn assemble_preloaded(&self, theta: &[f64], factor: f64) -> Result<SparseSystem, ModelError> {
+        let scaled = |e: &PlacedElement| {
+            let mut e = e.clone();
+            for i in preloads(&e).collect::<Vec<_>>() {
+                let value = e.values[i].as_ref().map_or(0.0, |v| v.at(theta));
+                e.values[i] = Some(Value::of(Affine { constant: factor * value, terms: Vec::new() }));
+            }
+            e
+        };
+        let elements: Vec<PlacedElement> = self.elements().iter().map(scaled).collect();
+        let mut all: Vec<(&Connection, ElementMatrices)> = Vec::new();
+        for (i, (now, own)) in elements.iter().zip(self.elements()).enumerate() {
+            let matrices = element_matrices(now, theta)?;
+            if self.is_general(i) {
+                all.push((self.connection(i), matrices));
+            } else if preloads(own).next().is_some() {
+                let change = matrices.combine(&element_matrices(own, theta)?, |a, b| a - b);
+                all.push((self.connection(i), change));
+            }
+        }
+        all.extend(self.support_matrices(&elements, theta)?);
+        let bases: Vec<_> = self.affine_part().at(theta).collect();
+        Ok(sparse_system(self.dof_map().n_dof(), false, &bases, &all))
+    }
+}
+
+/// Indices of the preloads among the properties of an element that are stated.
+fn preloads(e: &PlacedElement) -> impl Iterator<Item = usize> + '_ {
+    let names = e.kind.preloads();
+    let properties = e.kind.properties().iter().enumerate();
+    properties.filter(move |(i, p)| names.contains(&p.name) && e.values[*i].is_some()).map(|(i, _)| i)
+}
+
+fn is_positive(model: &Model, system: &SparseSystem) -> Result<bool, ModelError> {
+    let plan = plan(model, system)?;
+    let negative = unstable_directions(&plan, &system.stiffness).map_err(crate::modal::ModalError::from)?;
+    Ok(negative == Some(0))
+}
+
+/// Four significant digits of a number with its unit.
+pub(super) fn quantity(value: f64, unit: &str) -> String {
+    let size = value.abs();
+    if size != 0.0 && !(1e-3..1e6).contains(&size) {
+        return format!("{value:.3e} {unit}");
+    }
+    let decimals = if size > 0.0 { (3.0 - size.log10().floor()).max(0.0) as usize } else { 0 };
+    format!("{value:.decimals$} {unit}")
+}

@@ -1,0 +1,46 @@
+//! Properties of the ends of members: those of its first and its last element.
+
+use super::Placer;
+
+/// Which end of an element a property is of: `end1_compliance_ry` of the first.
+fn side(property: &str) -> Option<usize> {
+    ["end1_", "end2_"].iter().position(|prefix| property.starts_with(prefix))
+}
+
+impl Placer<'_> {
+    /// Takes the properties of ends away from the elements of a member that are not at its ends.
+    pub(super) fn keep_ends(&mut self, name: &str) {
+        for stretch in self.stretches(name) {
+            for &e in &stretch {
+                let element = &mut self.elements[e];
+                for (property, value) in element.kind.properties().iter().zip(&mut element.values) {
+                    if side(property.name).is_some_and(|side| Self::end(&stretch, side) != Some(e)) {
+                        *value = None;
+                    }
+                }
+            }
+        }
+    }
+
+    /// Which of the elements of some names a change of a property acts on: all, or those at the ends of the named members.
+    ///
+    /// * `elements` - all elements of the names
+    pub(super) fn acted_on(&self, names: &[&str], elements: &[usize], property: &str) -> Vec<usize> {
+        let Some(side) = side(property) else { return elements.to_vec() };
+        let stretches = names.iter().flat_map(|name| self.stretches(name));
+        let mut ends: Vec<usize> = stretches.filter_map(|stretch| Self::end(&stretch, side)).collect();
+        ends.sort_unstable();
+        ends.dedup();
+        ends
+    }
+
+    /// The stretches of a member, a part or a group; each element for itself of anything else.
+    pub(super) fn stretches(&self, name: &str) -> Vec<Vec<usize>> {
+        let each = || self.sets.get(name).into_iter().flatten().map(|&e| vec![e]).collect();
+        self.stretches.get(name).cloned().unwrap_or_else(each)
+    }
+
+    fn end(stretch: &[usize], side: usize) -> Option<usize> {
+        if side == 0 { stretch.first().copied() } else { stretch.last().copied() }
+    }
+}
