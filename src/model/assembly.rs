@@ -9,7 +9,7 @@ use super::dependence::{Dependence, Monomial, element_matrices, interior_point, 
 use super::dof_map::DofMap;
 use super::mass_properties::add_rigid_mass;
 use super::parameter::ParameterSet;
-use super::place::PlacedElement;
+use super::placed_element::PlacedElement;
 use super::system::{SparseSystem, System};
 use crate::element::Dof;
 use crate::linalg::sparse::SparseSym;

@@ -6,30 +6,14 @@
 use super::ParametricModel;
 use super::assembly::{Connection, sparse_system};
 use super::compile::Model;
+use super::critical_preload::CriticalPreload;
 use super::dependence::element_matrices;
-use super::place::PlacedElement;
+use super::placed_element::PlacedElement;
 use super::solver::plan;
 use super::system::SparseSystem;
 use super::value::{Affine, Value};
 use super::{ElementMatrices, ModelError};
 use crate::modal::unstable_directions;
-
-/// The preload at which a structure buckles.
-#[derive(Debug, Clone, PartialEq)]
-pub struct CriticalPreload {
-    /// How many times its preload it bears: below 1 it has buckled.
-    pub factor: f64,
-    /// Element with the largest compression.
-    pub element: String,
-    /// Path of its entry in the file, or of its section.
-    pub path: String,
-    /// Property that is the preload.
-    pub property: &'static str,
-    /// Its value, SI, compression negative.
-    pub value: f64,
-    /// Unit of it.
-    pub unit: &'static str,
-}
 
 /// Largest factor that is looked for.
 const FARTHEST: f64 = 1e3;
@@ -118,14 +102,4 @@ fn is_positive(model: &Model, system: &SparseSystem) -> Result<bool, ModelError>
     let plan = plan(model, system)?;
     let negative = unstable_directions(&plan, &system.stiffness).map_err(crate::modal::ModalError::from)?;
     Ok(negative == Some(0))
-}
-
-/// Four significant digits of a number with its unit.
-pub(super) fn quantity(value: f64, unit: &str) -> String {
-    let size = value.abs();
-    if size != 0.0 && !(1e-3..1e6).contains(&size) {
-        return format!("{value:.3e} {unit}");
-    }
-    let decimals = if size > 0.0 { (3.0 - size.log10().floor()).max(0.0) as usize } else { 0 };
-    format!("{value:.decimals$} {unit}")
 }

@@ -3,9 +3,8 @@
 use super::assembly::{
     AffineMass, AffinePart, Connection, add_basis, add_element, affine_part, number, sparse_system, symmetrise, touched,
 };
-use super::buckling::CriticalPreload;
-use super::character::{ModeCharacter, characters, mirror_rows};
-use super::configuration::load_configuration;
+use super::critical_preload::CriticalPreload;
+use super::character::{ModeCharacter, mirror_rows};
 use super::constraint::{Elimination, active, eliminate};
 use super::dependence::{Dependence, central_difference, dependence, element_matrices, interior_point, weighed_mass};
 use super::dof_map::DofMap;
@@ -13,14 +12,15 @@ use super::elastic_support::ElasticSupports;
 use super::geometry::{Geometry, minus};
 use super::mass_properties::{MassProperties, add_rigid_mass};
 use super::parameter::ParameterSet;
-use super::place::{Placed, PlacedElement, place};
+use super::place::{Placed, place};
+use super::placed_element::PlacedElement;
 use super::registry::Registry;
 use super::spec::{ModelSpec, TargetSpec};
 use super::system::{SparseSystem, System};
 use super::{ElementMatrices, MOST_DENSE_DOFS, ModelError, ParametricModel, PointMotion};
 use crate::element::{Dof, ElementInput};
 use crate::linalg::{DMatrix, SymMatrix};
-use crate::yaml::{Problem, Severity, SourceMap, child};
+use crate::yaml::{Problem, Severity, child};
 use std::collections::{BTreeMap, HashSet};
 
 /// A mass property that an update has to respect, in SI.
@@ -61,13 +61,6 @@ pub struct Model {
     damped: bool,
     targets: Targets,
     mirror: Option<Vec<(usize, f64)>>,
-}
-
-/// Reads and builds a model from the text of a file, with the warnings found on the way.
-///
-/// Errors: every problem of the file, each with its place; warnings among them.
-pub fn load(text: &str, registry: &Registry) -> Result<(Model, Vec<Problem>, SourceMap), Vec<Problem>> {
-    load_configuration(text, None, registry)
 }
 
 impl Model {
@@ -434,7 +427,7 @@ impl ParametricModel for Model {
         shapes: &DMatrix<f64>,
         n_rigid: usize,
     ) -> Result<Option<Vec<ModeCharacter>>, ModelError> {
-        characters(self, theta, shapes, n_rigid).map(Some)
+        self.characters_at(theta, shapes, n_rigid).map(Some)
     }
 
     fn targets(&self) -> Targets {

@@ -1,37 +1,11 @@
 //! Variants of one structure: other boundary conditions by name, and hidden changes by an overlay.
 
-use super::Registry;
-use super::compile::Model;
-use super::loose::drop_loose;
+use super::loose::{drop_loose, member_number};
 use super::spec::{ConfigurationSpec, ModelSpec, Named};
 use crate::catalogue::did_you_mean;
-use crate::yaml::{self, Problem, Severity, SourceMap, child};
+use crate::yaml::{self, Problem, child};
 use serde_json::Value;
 use std::collections::HashSet;
-
-/// Reads and builds one configuration of the model of a file; the base model when `configuration` is absent.
-///
-/// Errors: as [`load`](super::load); an unknown configuration, or one that takes away what is not there.
-pub fn load_configuration(
-    text: &str,
-    configuration: Option<&str>,
-    registry: &Registry,
-) -> Result<(Model, Vec<Problem>, SourceMap), Vec<Problem>> {
-    let (mut spec, map) = yaml::read::<ModelSpec>(text).map_err(|problems| {
-        yaml::mistaken(text, problems, "retune_test", "this is a test file; a model file begins with `retune: 1`")
-    })?;
-    if let Some(name) = configuration {
-        spec = spec.configured(name).map_err(|p| map.place(vec![p]))?;
-    }
-    match Model::new(spec, registry) {
-        Ok((model, warnings)) => {
-            // Supports on one side are what a configuration is for; that they end the symmetry is no surprise.
-            let is_new = |p: &Problem| configuration.is_none() || p.path != "symmetry" || p.severity == Severity::Error;
-            Ok((model, map.place(warnings.into_iter().filter(is_new).collect()), map))
-        }
-        Err(problems) => Err(map.place(problems)),
-    }
-}
 
 impl ModelSpec {
     /// The structure under other boundary conditions: what `without` names is gone, with the masses, springs and links that hang
@@ -167,11 +141,6 @@ impl ModelSpec {
     }
 }
 
-/// The number k of `entry.k`.
-pub(super) fn member_number(name: &str, entry: &str) -> Option<usize> {
-    name.strip_prefix(entry)?.strip_prefix('.')?.parse().ok()
-}
-
 /// Checks what the configurations of a file take away and put there; their elements are checked when one is built.
 pub(super) fn check(spec: &ModelSpec, problems: &mut Vec<Problem>) {
     if spec.configurations.is_empty() {
@@ -228,7 +197,7 @@ fn merge(to: &mut Value, from: Value) {
 mod tests {
     use super::*;
     use crate::modal::{SolveOptions, solve};
-    use crate::model::ParametricModel;
+    use crate::model::{Model, ParametricModel, Registry, load_configuration};
 
     const TEXT: &str = "
 retune: 1

@@ -4,16 +4,13 @@
 //! constraints are rows of one homogeneous system A u = 0; each row is reduced by the rows before it and eliminates
 //! one dof, the one it asks for where that is still free, else its largest. No penalty and no stiff beam is involved.
 
-use super::dof_map::rigid_motion;
-use super::elastic_support::Compliance;
+use super::dof_map::{Combination, rigid_motion};
 use super::geometry::{Geometry, minus, unknown};
+use super::placed_element::Compliance;
 use super::spec::{DofName, ModelSpec};
 use crate::element::Dof;
 use crate::yaml::{Problem, child};
 use std::collections::{BTreeMap, HashMap};
-
-/// Combination of dofs: (dof, factor), sorted by dof.
-pub(super) type Combination = Vec<(usize, f64)>;
 
 /// The elimination in progress.
 #[derive(Debug, Default)]

@@ -6,7 +6,7 @@
 //! the grid.
 
 use super::parameter::ParameterSet;
-use super::place::PlacedElement;
+use super::placed_element::PlacedElement;
 use super::value::Value;
 use super::{ElementMatrices, ModelError};
 use crate::element::{ElementInput, StrainParts};

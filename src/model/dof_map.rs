@@ -1,8 +1,10 @@
 //! Rows of K and M, and how every dof of every node follows from them.
 
-use super::constraint::Combination;
 use crate::element::Dof;
 use crate::linalg::{DMatrix, DVector};
+
+/// Combination of dofs: (dof, factor), sorted by dof.
+pub(super) type Combination = Vec<(usize, f64)>;
 
 /// The independent dofs q and the map u = T q to all dofs of all nodes; it does not depend on θ.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,22 +1,14 @@
 //! Supports that give: dofs held by springs of a compliance, condensed.
 
 use super::assembly::{Connection, motion_in_axes, place};
-use super::constraint::{Combination, Elimination};
+use super::constraint::Elimination;
 use super::dependence::{central_difference, element_matrices};
-use super::place::PlacedElement;
+use super::dof_map::Combination;
+use super::placed_element::{Compliance, PlacedElement};
 use super::value::Value;
 use super::{ElementMatrices, ModelError};
 use crate::element::Dof;
 use crate::linalg::{DMatrix, DVector, SymMatrix};
-
-/// A held dof and how much it gives.
-#[derive(Debug, Clone)]
-pub(super) struct Compliance {
-    /// 6 node + dof.
-    pub(super) dof: usize,
-    /// m/N or rad/(N m).
-    pub(super) value: Value,
-}
 
 /// What the compliances of supports add to the matrices of the rigid supports.
 ///

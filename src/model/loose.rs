@@ -1,6 +1,5 @@
 //! What hangs on nothing after a part of a structure was taken away.
 
-use super::configuration::member_number;
 use super::spec::{ModelSpec, SpringSpec};
 use std::collections::{HashMap, HashSet};
 
@@ -60,6 +59,11 @@ pub(super) fn drop_loose(spec: &mut ModelSpec, before: &ModelSpec) -> bool {
         }
     });
     had_mass
+}
+
+/// The number k of `entry.k`.
+pub(super) fn member_number(name: &str, entry: &str) -> Option<usize> {
+    name.strip_prefix(entry)?.strip_prefix('.')?.parse().ok()
 }
 
 /// Nodes that are connected to a beam, a bar, an element or a support.

@@ -11,6 +11,7 @@ mod character;
 mod compile;
 mod configuration;
 mod constraint;
+mod critical_preload;
 mod dependence;
 mod dof_map;
 mod elastic_support;
@@ -21,12 +22,15 @@ mod ends_tests;
 mod geometry;
 mod joined;
 mod lint;
+mod load;
 mod loose;
 mod mass_properties;
+mod motion_kinds;
 #[cfg(test)]
 mod override_tests;
 mod parameter;
 mod place;
+mod placed_element;
 mod reduced;
 mod registry;
 mod solver;
@@ -37,19 +41,19 @@ mod system;
 mod value;
 
 pub use assembly::{AffineMass, AffinePart, Basis, Entry};
-pub use buckling::CriticalPreload;
 pub use character::{ModeCharacter, ModeLabel, family, label_modes, symmetry_index};
-pub use compile::{Model, Target, Targets, load};
-pub use configuration::load_configuration;
+pub use compile::{Model, Target, Targets};
+pub use critical_preload::CriticalPreload;
 pub use dependence::Monomial;
 pub use dof_map::{DofMap, rigid_motion};
 pub use geometry::{Frame, Geometry};
 pub(crate) use geometry::{GLOBAL, dot, extent, images, minus, plus, unit};
 pub(crate) use joined::Joined;
 pub use lint::{Soundness, doubts, lint};
+pub use load::{load, load_configuration};
 pub use mass_properties::MassProperties;
 pub use parameter::{Parameter, ParameterSet};
-pub use place::PlacedElement;
+pub use placed_element::PlacedElement;
 pub use reduced::{ReducedModel, ReducedOptions};
 pub use registry::Registry;
 pub use solver::{Matrices, ModalSolver, differentiate_in_clusters, solve_modes};
@@ -274,7 +278,7 @@ pub enum ModelError {
         most: usize,
     },
     /// The preload is too large.
-    #[error("{}", buckled(.0, *.1))]
+    #[error("{}", critical_preload::buckled(.0, *.1))]
     Buckled(CriticalPreload, usize),
     /// It has no modes.
     #[error(transparent)]
@@ -282,19 +286,4 @@ pub enum ModelError {
     /// A model around another solver failed.
     #[error("{0}")]
     External(String),
-}
-
-/// "the structure buckles under its preload: ..."
-fn buckled(critical: &CriticalPreload, n: usize) -> String {
-    let CriticalPreload { factor, element, property, value, unit, .. } = critical;
-    let motions = if n == 1 { "1 motion".to_string() } else { format!("{n} motions") };
-    let (stated, borne) = (buckling::quantity(*value, unit), buckling::quantity(factor * value, unit));
-    if *factor < 1e-6 {
-        return format!(
-            "the structure has a motion that nothing but its preload resists, and the preload drives it on (`{property}` of element `{element}` is {stated}): support that motion, or balance the compression by tension beside it"
-        );
-    }
-    format!(
-        "the structure buckles under its preload: `{property}` of element `{element}` is {stated}, and it bears {borne}, {factor:.4} of that (the stiffness is negative in {motions}); lower the compression, or stiffen the structure"
-    )
 }

@@ -10,76 +10,17 @@ mod supports;
 
 pub(super) use parameters::parameters;
 
-use super::elastic_support::Compliance;
 use super::geometry::{Geometry, Rotation, axes_along, minus, unit, unknown};
 use super::parameter::ParameterSet;
+use super::placed_element::{Compliance, PlacedElement};
 use super::registry::Registry;
 use super::spec::{MemberSpec, ModelSpec, Named, SectionSpec};
 use super::value::{Affine, Value};
-use crate::element::{Axes, Element, ElementInput};
+use crate::element::{Axes, Element};
 use crate::units::Scalar;
 use crate::units::{Dimension, Unit};
 use crate::yaml::{Problem, child};
 use std::collections::{BTreeMap, HashMap};
-
-/// An element in its place.
-#[derive(Debug, Clone)]
-pub struct PlacedElement {
-    /// Its name: that of its entry, or `entry.2` for the second of a chain, or `entry.2/1` for a part of it.
-    pub name: String,
-    /// Its type.
-    pub kind: &'static dyn Element,
-    /// Indices of its nodes.
-    pub nodes: Vec<usize>,
-    /// Its axes.
-    pub axes: Rotation,
-    /// Whether the file states the direction of its z axis; else it is the default.
-    pub is_oriented: bool,
-    /// Positions of its nodes in its axes, relative to the first, m.
-    pub points: Vec<[f64; 3]>,
-    /// Its property values, in the order of the type's properties.
-    pub values: Vec<Option<Value>>,
-    /// Factor on its stiffness.
-    pub stiffness_factor: Option<Value>,
-    /// Factor on its mass.
-    pub mass_factor: Option<Value>,
-    /// Viscous damping per stiffness, s: C = ... + factor K.
-    pub stiffness_damping: Option<Value>,
-    /// Viscous damping per mass, 1/s: C = ... + factor M.
-    pub mass_damping: Option<Value>,
-    /// Path of its entry in the file.
-    pub path: String,
-    /// Name of its section, if any.
-    pub section: Option<String>,
-}
-
-impl PlacedElement {
-    /// Everything that θ may move in it: property values and factors.
-    pub(super) fn expressions(&self) -> impl Iterator<Item = &Value> {
-        self.values
-            .iter()
-            .flatten()
-            .chain(&self.stiffness_factor)
-            .chain(&self.mass_factor)
-            .chain(&self.stiffness_damping)
-            .chain(&self.mass_damping)
-    }
-
-    /// Whether any of it depends on parameter `j`.
-    pub(super) fn depends_on(&self, j: usize) -> bool {
-        self.expressions().any(|v| v.parameters().any(|p| p == j))
-    }
-
-    /// (y, z) of the line on which its mass lies, in its axes, m.
-    pub(super) fn mass_axis(&self, theta: &[f64]) -> [f64; 2] {
-        self.kind.mass_axis(&ElementInput { points: &self.points, values: &self.values_at(theta) })
-    }
-
-    /// Its property values at θ.
-    pub(super) fn values_at(&self, theta: &[f64]) -> Vec<Option<f64>> {
-        self.values.iter().map(|v| v.as_ref().map(|v| v.at(theta))).collect()
-    }
-}
 
 /// What the file describes, before assembly.
 #[derive(Debug, Clone)]

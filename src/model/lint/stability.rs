@@ -1,8 +1,8 @@
 //! Preloads against what makes a structure buckle.
 
 use super::Soundness;
-use crate::model::buckling::quantity;
 use crate::model::compile::Model;
+use crate::model::critical_preload::quantity;
 use crate::model::dependence::interior_point;
 use crate::model::{ModelError, ParametricModel};
 use crate::yaml::Problem;

@@ -1,11 +1,11 @@
 //! Axes of elements along their nodes where the file does not state them, and where that default is arbitrary.
 
-use super::PlacedElement;
 use crate::element::Axes;
 use crate::linalg::SymMatrix;
 use crate::model::dependence::{element_matrices, interior_point, step};
 use crate::model::geometry::{Rotation, Vector, axes_along, cross, dot, plus};
 use crate::model::parameter::ParameterSet;
+use crate::model::placed_element::PlacedElement;
 use crate::yaml::{Problem, child};
 use std::collections::HashSet;
 

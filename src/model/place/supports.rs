@@ -3,7 +3,7 @@
 use super::Placer;
 use crate::catalogue::did_you_mean;
 use crate::element::Dof;
-use crate::model::elastic_support::Compliance;
+use crate::model::placed_element::Compliance;
 use crate::model::value::Value;
 use crate::yaml::child;
 
