@@ -1,7 +1,8 @@
 //! A member that the structure does not have, or that is broken.
 
 use super::location::Location;
-use super::patch::{Builder, Patch, PatchError, scalar};
+use super::edit::{PatchError, scalar};
+use super::patch::{Builder, Patch};
 use super::structure::{Part, PartKind, Structure, entries};
 use super::{About, Effect};
 use crate::model::Joined;

@@ -1,7 +1,8 @@
 //! A static axial force.
 
 use super::location::Location;
-use super::patch::{Builder, Patch, PatchError, entry};
+use super::edit::PatchError;
+use super::patch::{Builder, Patch, entry};
 use super::structure::{Structure, entries};
 use super::{About, Effect};
 use crate::element::Dof;

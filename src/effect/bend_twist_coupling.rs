@@ -1,7 +1,8 @@
 //! Elastic coupling of bending and torsion.
 
 use super::location::Location;
-use super::patch::{Builder, Patch, PatchError, entry, times};
+use super::edit::PatchError;
+use super::patch::{Builder, Patch, entry, times};
 use super::structure::Structure;
 use super::{About, Effect};
 use crate::element::Dof;

@@ -1,7 +1,8 @@
 //! A bending stiffness that is locally wrong.
 
 use super::location::Location;
-use super::patch::{Builder, Patch, PatchError, entry};
+use super::edit::PatchError;
+use super::patch::{Builder, Patch, entry};
 use super::structure::{Structure, entries};
 use super::torsion_stiffness_change::rigidity;
 use super::{About, Effect};

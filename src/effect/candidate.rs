@@ -1,7 +1,8 @@
 //! Effects in their places on one model, ready to be tried.
 
 use super::location::{BASE, Location};
-use super::patch::{NewParameter, Patch, PatchError};
+use super::edit::{NewParameter, PatchError};
+use super::patch::Patch;
 use super::structure::{Context, Structure};
 use super::{Belongs, Effect, Effects};
 use crate::model::{Model, ParametricModel, Registry};

@@ -1,7 +1,8 @@
 //! The patch of every effect that puts a spring between a member's end and its node.
 
 use super::location::{BENDING, Location};
-use super::patch::{Builder, Patch, PatchError, entry};
+use super::edit::PatchError;
+use super::patch::{Builder, Patch, entry};
 use super::structure::Structure;
 use crate::element::Dof;
 use crate::model::spec::OverrideSpec;

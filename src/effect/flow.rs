@@ -20,7 +20,7 @@ pub(super) fn flow(value: &Value) -> String {
         }
         Value::Array(list) => format!("[{}]", list.iter().map(flow).collect::<Vec<_>>().join(", ")),
         Value::String(text) => word(text),
-        Value::Number(n) => n.as_f64().map_or_else(|| n.to_string(), super::text::number),
+        Value::Number(n) => n.as_f64().map_or_else(|| n.to_string(), number),
         other => other.to_string(),
     }
 }
@@ -48,6 +48,18 @@ pub(super) fn word(text: &str) -> String {
         && !text.contains(" #")
         && !text.contains(|c: char| ",[]{}".contains(c) || c.is_control());
     if plain { text.to_string() } else { Value::String(text.to_string()).to_string() }
+}
+
+/// A number as people write it: shortest decimal that reads back equal, with an exponent where that is shorter.
+pub(super) fn number(value: f64) -> String {
+    let size = value.abs();
+    if value == 0.0 {
+        "0".to_string()
+    } else if (1e-4..1e7).contains(&size) {
+        format!("{value}")
+    } else {
+        format!("{value:e}")
+    }
 }
 
 #[cfg(test)]

@@ -1,7 +1,8 @@
 //! A dashpot to ground.
 
 use super::location::Location;
-use super::patch::{Builder, Edit, Patch, PatchError, entry};
+use super::edit::{Edit, PatchError};
+use super::patch::{Builder, Patch, entry};
 use super::structure::Structure;
 use super::{About, Belongs, Effect};
 use crate::element::Dof;

@@ -2,7 +2,8 @@
 
 use super::end_flexibility::flexible_end;
 use super::location::Location;
-use super::patch::{Patch, PatchError};
+use super::edit::PatchError;
+use super::patch::Patch;
 use super::structure::{Joint, Structure};
 use super::{About, Effect};
 use crate::element::Dof;

@@ -27,6 +27,7 @@ mod bending_stiffness_change;
 mod candidate;
 pub mod conformance;
 mod distributed_mass;
+mod edit;
 mod end_flexibility;
 mod flow;
 mod ground_dashpot;
@@ -59,7 +60,8 @@ mod torsion_stiffness_change;
 
 pub use candidate::{Candidate, Configured, Patched, candidates, candidates_in, candidates_on_wider_places};
 pub use location::{BASE, Location, LocationKind};
-pub use patch::{Edit, NewParameter, Patch, PatchError};
+pub use edit::{Edit, NewParameter, PatchError};
+pub use patch::Patch;
 pub use structure::{Context, Part, PartKind, Rigidity, SensorLoad, Structure};
 pub use text::{Undone, set_parameter_values, undo};
 

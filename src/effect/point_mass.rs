@@ -1,7 +1,8 @@
 //! A mass that the model lacks at a node.
 
 use super::location::Location;
-use super::patch::{Builder, Edit, Patch, PatchError, body_at, scalar};
+use super::edit::{Edit, PatchError, scalar};
+use super::patch::{Builder, Patch, body_at};
 use super::structure::Structure;
 use super::{About, Effect};
 use crate::element::Dof;

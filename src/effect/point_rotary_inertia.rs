@@ -1,7 +1,8 @@
 //! A moment of inertia that the model lacks at a node.
 
 use super::location::Location;
-use super::patch::{Builder, Edit, Patch, PatchError, body_at, entry};
+use super::edit::{Edit, PatchError};
+use super::patch::{Builder, Patch, body_at, entry};
 use super::structure::Structure;
 use super::{About, Effect};
 use crate::element::Dof;

@@ -2,7 +2,8 @@
 
 use super::end_flexibility::flexible_end;
 use super::location::{Location, LocationKind};
-use super::patch::{Builder, Edit, Patch, PatchError, entry, node_or_nodes};
+use super::edit::{Edit, PatchError};
+use super::patch::{Builder, Patch, entry, node_or_nodes};
 use super::structure::{Joint, Structure};
 use super::{About, Belongs, Effect};
 use crate::element::Dof;

@@ -1,7 +1,8 @@
 //! Rotary inertia of the cross-sections of members.
 
 use super::location::Location;
-use super::patch::{Builder, Patch, PatchError, entry};
+use super::edit::PatchError;
+use super::patch::{Builder, Patch, entry};
 use super::structure::{Structure, entries};
 use super::{About, Effect};
 use crate::element::Dof;

@@ -1,7 +1,8 @@
 //! The mass of the accelerometers.
 
 use super::location::Location;
-use super::patch::{Builder, Edit, Patch, PatchError, scalar};
+use super::edit::{Edit, PatchError, scalar};
+use super::patch::{Builder, Patch};
 use super::structure::{SensorLoad, Structure};
 use super::{About, Belongs, Effect};
 use crate::element::Dof;

@@ -1,7 +1,8 @@
 //! All members softer or stiffer together.
 
 use super::location::Location;
-use super::patch::{Builder, Patch, PatchError, scalar};
+use super::edit::{PatchError, scalar};
+use super::patch::{Builder, Patch};
 use super::structure::Structure;
 use super::{About, Effect};
 use crate::model::spec::OverrideSpec;

@@ -1,7 +1,8 @@
 //! A body on a spring at a node, in translation or in rotation: what `sprung-mass` and `sprung-inertia` share.
 
 use super::location::Location;
-use super::patch::{Builder, Edit, NewParameter, Patch, PatchError, body_at, entry, round, scalar};
+use super::edit::{Edit, NewParameter, PatchError, scalar};
+use super::patch::{Builder, Patch, body_at, entry, round};
 use super::structure::Structure;
 use crate::element::Dof;
 use crate::model::ParametricModel;

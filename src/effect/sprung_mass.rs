@@ -1,7 +1,8 @@
 //! A mass on a spring: stores, equipment, liquids.
 
 use super::location::Location;
-use super::patch::{Patch, PatchError};
+use super::edit::PatchError;
+use super::patch::Patch;
 use super::sprung::{store_locations, store_patch};
 use super::structure::Structure;
 use super::{About, Effect};

@@ -1,7 +1,8 @@
 //! A stiffness that is locally wrong.
 
 use super::location::Location;
-use super::patch::{Builder, Patch, PatchError, entry, scalar};
+use super::edit::{PatchError, scalar};
+use super::patch::{Builder, Patch, entry};
 use super::structure::{PartKind, Structure, entries};
 use super::{About, Effect};
 use crate::element::Dof;

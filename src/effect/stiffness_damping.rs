@@ -1,7 +1,8 @@
 //! Internal damping of members.
 
 use super::location::Location;
-use super::patch::{Builder, Patch, PatchError, scalar};
+use super::edit::{PatchError, scalar};
+use super::patch::{Builder, Patch};
 use super::structure::{PartKind, Structure, entries};
 use super::{About, Effect};
 use crate::model::spec::OverrideSpec;

@@ -7,7 +7,7 @@ mod places;
 mod scale;
 
 use super::location::{ALL_AXES, BENDING, Location, LocationKind};
-use super::patch::PatchError;
+use super::edit::PatchError;
 use crate::element::Dof;
 use crate::linalg::DMatrix;
 use crate::model::{Model, ParametricModel, dot, extent};

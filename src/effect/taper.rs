@@ -1,7 +1,8 @@
 //! Properties that vary along a chain.
 
 use super::location::Location;
-use super::patch::{Builder, Patch, PatchError, entry, scalar, times};
+use super::edit::{PatchError, scalar};
+use super::patch::{Builder, Patch, entry, times};
 use super::structure::{Part, PartKind, Structure};
 use super::torsion_stiffness_change::rigidity;
 use super::{About, Effect};

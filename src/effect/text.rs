@@ -3,8 +3,8 @@
 //! An entry is added as a line at the end of its block, in the indentation of its siblings; a block that does not exist
 //! is added in its usual place. Every result is read again and compared with what was meant.
 
-use super::flow::{self, flow, word};
-use super::patch::{Edit, Patch, PatchError};
+use super::edit::{Edit, PatchError};
+use super::flow::{self, flow, number, word};
 use crate::catalogue::did_you_mean;
 use crate::model::spec::{HistoryEntry, ModelSpec};
 use crate::units::Scalar;
@@ -51,13 +51,13 @@ fn read(text: &str) -> Result<(ModelSpec, SourceMap), PatchError> {
     yaml::read::<ModelSpec>(text).map_err(PatchError::Unreadable)
 }
 
-/// A text with the edits of a patch, and with a history entry.
-pub(super) fn add(text: &str, patch: &Patch, history: Option<HistoryEntry>) -> Result<String, PatchError> {
-    let (spec, _) = read(text)?;
-    let mut wanted = patch.apply(&spec)?;
+/// A text with edits, and with a history entry.
+pub(super) fn add(text: &str, edits: &[Edit], history: Option<HistoryEntry>) -> Result<String, PatchError> {
+    let (mut wanted, _) = read(text)?;
+    edits.iter().try_for_each(|e| e.apply(&mut wanted))?;
     let mut out = text.to_string();
     let mut inserted = Vec::new();
-    for edit in &patch.edits {
+    for edit in edits {
         out = insert_edit(&out, edit)?;
         inserted.push(child(&edit.block(), edit.name()));
     }
@@ -412,16 +412,4 @@ fn shortest(si: f64, factor: f64) -> String {
         .map(|digits| format!("{value:.digits$e}").parse::<f64>().unwrap_or(value))
         .find(|v| (v * factor - si).abs() <= 1e-15 * si.abs())
         .map_or_else(|| number(value), number)
-}
-
-/// A number as people write it: shortest decimal that reads back equal, with an exponent where that is shorter.
-pub(super) fn number(value: f64) -> String {
-    let size = value.abs();
-    if value == 0.0 {
-        "0".to_string()
-    } else if (1e-4..1e7).contains(&size) {
-        format!("{value}")
-    } else {
-        format!("{value:e}")
-    }
 }
