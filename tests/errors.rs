@@ -306,20 +306,31 @@ fn long_models_are_built_in_seconds() {
     let n = 20_000;
     let head = "retune: 1\nname: long\nactive_dofs: [uz, ry]\n";
     let names = |from: usize| (from..n).map(|i| format!("n{i}")).collect::<Vec<_>>().join(", ");
-    let beam = format!("beams: {{m: {{chain: [{}], properties: {{EIy: 1 N m2, mass_per_length: 1 kg/m}}}}}}\n", names(0));
+    let beam =
+        format!("beams: {{m: {{chain: [{}], properties: {{EIy: 1 N m2, mass_per_length: 1 kg/m}}}}}}\n", names(0));
     let rules = |rule: &dyn Fn(usize) -> String| (0..n).map(|i| format!("  n{i}: {}\n", rule(i))).collect::<String>();
     let line = rules(&|i| format!("[{i} mm, 0, 0]"));
     // Every node beside the next one, so that the first place needs all others.
-    let backwards = rules(&|i| if i + 1 == n { "[0, 0, 0]".into() } else { format!("{{from: n{}, offset: [-1 mm, 0, 0]}}", i + 1) });
+    let backwards = rules(&|i| {
+        if i + 1 == n { "[0, 0, 0]".into() } else { format!("{{from: n{}, offset: [-1 mm, 0, 0]}}", i + 1) }
+    });
     let links = |order: &dyn Fn(usize) -> usize| {
-        (1..n).map(|k| order(k)).map(|i| format!("  l{i}: {{master: n{i}, slaves: [n{}]}}\n", i - 1)).collect::<String>()
+        (1..n)
+            .map(|k| order(k))
+            .map(|i| format!("  l{i}: {{master: n{i}, slaves: [n{}]}}\n", i - 1))
+            .collect::<String>()
     };
-    let spring = format!("springs: {{s: {{node: n{}, k: {{uz: 1 N/m, ry: 1 N m/rad}}}}}}\nmasses: {{m: {{node: n0, mass: 1 kg}}}}\n", n - 1);
+    let spring = format!(
+        "springs: {{s: {{node: n{}, k: {{uz: 1 N/m, ry: 1 N m/rad}}}}}}\nmasses: {{m: {{node: n0, mass: 1 kg}}}}\n",
+        n - 1
+    );
     let small = "nodes: {a: [0, 0, 0], b: [1 m, 0, 0]}\nbeams: {m: {nodes: [a, b], properties: {EIy: 1 N m2, mass_per_length: 1 kg/m}}}\nsupports: {s: {node: a}}\n";
     let parameters: String = (0..160).map(|i| format!("  p{i}: {{value: 1, bounds: [0.5, 2]}}\n")).collect();
     let factors: String = (0..160).map(|i| format!("  f{i}: {{of: [m], scale: {{EIy: p{i}}}}}\n")).collect();
-    let addends: String = (0..80).map(|i| format!("  f{i}: {{of: [m], add: {{EIy: p{i}, mass_per_length: p{}}}}}\n", i + 80)).collect();
-    let configurations: String = (0..5000).map(|i| format!("  c{i}: {{without: [s], supports: {{t{i}: {{node: b}}}}}}\n")).collect();
+    let addends: String =
+        (0..80).map(|i| format!("  f{i}: {{of: [m], add: {{EIy: p{i}, mass_per_length: p{}}}}}\n", i + 80)).collect();
+    let configurations: String =
+        (0..5000).map(|i| format!("  c{i}: {{without: [s], supports: {{t{i}: {{node: b}}}}}}\n")).collect();
     for (what, text) in [
         ("a chain", format!("{head}nodes:\n{line}{beam}supports: {{s: {{node: n0}}}}\n")),
         ("places from places", format!("{head}nodes:\n{backwards}{beam}supports: {{s: {{node: n0}}}}\n")),

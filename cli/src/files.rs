@@ -35,13 +35,21 @@ pub(crate) fn read_at_most(path: &Path, largest: u64) -> Result<String, Failure>
     Ok(text.strip_prefix('\u{feff}').map(str::to_string).unwrap_or(text))
 }
 
-/// A model in one of its configurations, and its warnings.
+/// A model in one of its configurations, and its warnings, with what makes every result of it doubtful.
 pub(crate) fn model(path: &Path, configuration: Option<&str>) -> Result<(Model, Vec<Problem>, String), Failure> {
     let text = read(path)?;
     match load_configuration(&text, configuration, &Registry::builtin()) {
-        Ok((model, warnings, _)) => Ok((model, warnings, text)),
+        Ok((model, warnings, map)) => {
+            let warnings = with_doubts(&model, warnings, &map);
+            Ok((model, warnings, text))
+        }
         Err(problems) => Err(Failure::problems(path, &text, &problems)),
     }
+}
+
+fn with_doubts(model: &Model, mut warnings: Vec<Problem>, map: &SourceMap) -> Vec<Problem> {
+    warnings.extend(map.place(doubts(model)));
+    warnings
 }
 
 /// A model in the configuration asked for, else in the one that the test was made in; a loss factor that the test leaves to the model
@@ -51,9 +59,8 @@ pub(crate) fn tested_model(
     configuration: Option<&str>,
     (test, test_path, test_text): (&mut TestData, &Path, &str),
 ) -> Result<(Model, Vec<Problem>, String), Failure> {
-    let (model, mut warnings, text) = configured_model(path, configuration, (test, test_path, test_text))?;
+    let (model, warnings, text) = configured_model(path, configuration, (test, test_path, test_text))?;
     settle_loss_factor(&model, test);
-    warnings.extend(SourceMap::of(&text).place(doubts(&model)));
     if model.dof_map().n_dof() <= QUICK {
         if let Ok(Some(slip)) = slip_of_unit(&model, test) {
             warning!("{}: {slip}", test_path.display());
@@ -100,7 +107,10 @@ fn configured_model(
     if let (None, Some(name)) = (configuration, &test.configuration) {
         let text = read(path)?;
         return match load_configuration(&text, Some(name), &Registry::builtin()) {
-            Ok((model, warnings, _)) => Ok((model, warnings, text)),
+            Ok((model, warnings, map)) => {
+                let warnings = with_doubts(&model, warnings, &map);
+                Ok((model, warnings, text))
+            }
             // An unknown name is the test's mistake.
             Err(problems) if problems.iter().any(|p| p.path == "configurations") => {
                 let renamed = problems.into_iter().map(|p| Problem::error("configuration", p.message)).collect();

@@ -1,7 +1,7 @@
 //! What goes to the terminal.
 
 use retune::report::text::agreement::{ratio, wrapped};
-use retune::report::text::{Align, Cell, Style, Table, Tone, printable};
+use retune::report::text::{Align, Cell, Style, Table, Tone, hertz, printable};
 use retune::update::{Assessment, ModeAgreement};
 use retune::yaml::{Problem, Severity};
 use std::fmt::Write as _;
@@ -231,8 +231,8 @@ pub(crate) fn pairs(a: &Assessment, agreement: Option<&[ModeAgreement]>, style: 
         let mac = p.mac.map_or_else(|| "–".to_string(), |m| format!("{m:.3}"));
         let mac_tone = if p.mac.is_some_and(|m| m < 0.9) { Tone::Warning } else { Tone::Plain };
         row.extend([
-            format!("{:.3}", p.test_hz).into(),
-            format!("{:.3}", p.model_hz).into(),
+            hertz(p.test_hz, 3).into(),
+            hertz(p.model_hz, 3).into(),
             Cell::new(format!("{:+.2} %", p.error_percent), error_tone),
             Cell::new(mac, mac_tone),
         ]);

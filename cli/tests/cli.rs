@@ -134,16 +134,29 @@ fn a_broken_structure_is_not_sound() {
     let folder = Folder::new("broken");
     let body = "retune: 1\nname: b\nsections:\n  s: {E: 70 GPa, nu: 0.3, density: 2700 kg/m3, shape: {circle: {diameter: 20 mm}}}\n";
     let nodes = "nodes: {a: [0, 0, 0], b: [1 m, 0, 0], r: [1 m, 0, 0], t: [1 m, 1 m, 0]}\n";
-    let beams = "beams: {body: {nodes: [a, b], section: s}, wing: {nodes: [r, t], section: s}}\nsupports: {root: {node: a}}\n";
+    let beams =
+        "beams: {body: {nodes: [a, b], section: s}, wing: {nodes: [r, t], section: s}}\nsupports: {root: {node: a}}\n";
     folder.write("wing.yaml", format!("{body}{nodes}{beams}"));
     let said = folder.run("check wing.yaml");
-    assert!(said.code == 2 && said.err.contains("a part hangs on nothing") && said.out.contains("not usable"), "{said:?}");
+    assert!(
+        said.code == 2 && said.err.contains("a part hangs on nothing") && said.out.contains("not usable"),
+        "{said:?}"
+    );
     folder.write("joined.yaml", format!("{body}{nodes}{beams}rigid_links: {{joint: {{master: b, slaves: [r]}}}}\n"));
     let said = folder.run("check joined.yaml");
     assert!(said.code == 0 && said.out.contains("sound: 0 errors, 0 warnings"), "{said:?}");
-    folder.write("far.yaml", format!("{body}{}{beams}rigid_links: {{joint: {{master: b, slaves: [r]}}}}\n", nodes.replace("t: [1 m, 1 m, 0]", "t: [1 m, 600, 0]")));
+    folder.write(
+        "far.yaml",
+        format!(
+            "{body}{}{beams}rigid_links: {{joint: {{master: b, slaves: [r]}}}}\n",
+            nodes.replace("t: [1 m, 1 m, 0]", "t: [1 m, 600, 0]")
+        ),
+    );
     let said = folder.run("check far.yaml");
-    assert!(said.out.contains("usable, with doubts") && said.err.contains("`t` lies 600 m away from the others"), "{said:?}");
+    assert!(
+        said.out.contains("usable, with doubts") && said.err.contains("`t` lies 600 m away from the others"),
+        "{said:?}"
+    );
 }
 
 #[test]

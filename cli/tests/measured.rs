@@ -316,7 +316,13 @@ fn a_twin_knows_parameters_patches_faults_and_seeds() {
     let said = folder.run("twin model.yaml --sensors sensors.yaml -o t.yaml --force --modes 3 --set EI=40");
     assert!(said.code == 0 && said.err.contains("note: --set EI=40: read as 40.00 N m2"), "{said:?}");
     let plain = first(&folder.read("t.yaml"));
-    folder.write("kilo.yaml", MODEL.replace("value: 20 N m2, bounds: [5 N m2, 40 N m2]", "value: 0.02 kN m2, bounds: [0.005 kN m2, 0.04 kN m2]"));
+    folder.write(
+        "kilo.yaml",
+        MODEL.replace(
+            "value: 20 N m2, bounds: [5 N m2, 40 N m2]",
+            "value: 0.02 kN m2, bounds: [0.005 kN m2, 0.04 kN m2]",
+        ),
+    );
     let said = folder.run("twin kilo.yaml --sensors sensors.yaml -o t.yaml --force --modes 3 --set EI=0.04");
     assert!(said.code == 0 && said.err.contains("read as 0.04000 kN m2"), "{said:?}");
     assert!((first(&folder.read("t.yaml")) / plain - 1.0).abs() < 1e-9);

@@ -1,7 +1,7 @@
 //! A member that the structure does not have, or that is broken.
 
-use super::location::Location;
 use super::edit::{PatchError, scalar};
+use super::location::Location;
 use super::patch::{Builder, Patch};
 use super::structure::{Part, PartKind, Structure, entries};
 use super::{About, Effect};

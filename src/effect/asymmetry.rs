@@ -1,7 +1,7 @@
 //! Left and right that are not alike.
 
-use super::location::Location;
 use super::edit::{PatchError, scalar};
+use super::location::Location;
 use super::patch::{Builder, Patch};
 use super::structure::{PartKind, Structure};
 use super::{About, Effect};

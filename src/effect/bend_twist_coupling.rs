@@ -1,7 +1,7 @@
 //! Elastic coupling of bending and torsion.
 
-use super::location::Location;
 use super::edit::PatchError;
+use super::location::Location;
 use super::patch::{Builder, Patch, entry, times};
 use super::structure::Structure;
 use super::{About, Effect};

@@ -1,7 +1,7 @@
 //! A bending stiffness that is locally wrong.
 
-use super::location::Location;
 use super::edit::PatchError;
+use super::location::Location;
 use super::patch::{Builder, Patch, entry};
 use super::structure::{Structure, entries};
 use super::torsion_stiffness_change::rigidity;

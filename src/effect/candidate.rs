@@ -1,7 +1,7 @@
 //! Effects in their places on one model, ready to be tried.
 
-use super::location::{BASE, Location};
 use super::edit::{NewParameter, PatchError};
+use super::location::{BASE, Location};
 use super::patch::Patch;
 use super::structure::{Context, Structure};
 use super::{Belongs, Effect, Effects};

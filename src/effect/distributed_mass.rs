@@ -1,7 +1,7 @@
 //! Mass along members that the model lacks.
 
-use super::location::Location;
 use super::edit::PatchError;
+use super::location::Location;
 use super::patch::{Builder, Patch, entry};
 use super::structure::{PartKind, Structure, entries};
 use super::{About, Effect};

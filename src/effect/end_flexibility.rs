@@ -1,7 +1,7 @@
 //! The patch of every effect that puts a spring between a member's end and its node.
 
-use super::location::{BENDING, Location};
 use super::edit::PatchError;
+use super::location::{BENDING, Location};
 use super::patch::{Builder, Patch, entry};
 use super::structure::Structure;
 use crate::element::Dof;

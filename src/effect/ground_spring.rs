@@ -1,7 +1,7 @@
 //! A spring to ground: suspension, cables, contact.
 
-use super::location::Location;
 use super::edit::{Edit, PatchError};
+use super::location::Location;
 use super::patch::{Builder, Patch, entry};
 use super::structure::Structure;
 use super::{About, Belongs, Effect};

@@ -1,8 +1,8 @@
 //! A joint between members that gives.
 
+use super::edit::PatchError;
 use super::end_flexibility::flexible_end;
 use super::location::Location;
-use super::edit::PatchError;
 use super::patch::Patch;
 use super::structure::{Joint, Structure};
 use super::{About, Effect};

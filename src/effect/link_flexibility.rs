@@ -1,8 +1,8 @@
 //! A link that the model has as rigid and that gives.
 
+use super::edit::PatchError;
 use super::end_flexibility::flexible_end;
 use super::location::Location;
-use super::edit::PatchError;
 use super::patch::Patch;
 use super::structure::{Joint, Structure};
 use super::{About, Effect};

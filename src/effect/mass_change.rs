@@ -1,7 +1,7 @@
 //! The known mass of one test that is not what the file says.
 
-use super::location::Location;
 use super::edit::{PatchError, scalar};
+use super::location::Location;
 use super::patch::{Builder, Patch};
 use super::structure::{PartKind, Structure, entries};
 use super::{About, Effect};

@@ -1,7 +1,7 @@
 //! Damping by the surrounding air.
 
-use super::location::Location;
 use super::edit::{PatchError, scalar};
+use super::location::Location;
 use super::patch::{Builder, Patch};
 use super::structure::{Structure, entries};
 use super::{About, Effect};

@@ -1,7 +1,7 @@
 //! A mass axis that is not the elastic axis.
 
-use super::location::Location;
 use super::edit::PatchError;
+use super::location::Location;
 use super::patch::{Builder, Patch, entry, times};
 use super::structure::{Part, PartKind, Structure};
 use super::{About, Effect};

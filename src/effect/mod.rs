@@ -59,8 +59,8 @@ mod text;
 mod torsion_stiffness_change;
 
 pub use candidate::{Candidate, Configured, Patched, candidates, candidates_in, candidates_on_wider_places};
-pub use location::{BASE, Location, LocationKind};
 pub use edit::{Edit, NewParameter, PatchError};
+pub use location::{BASE, Location, LocationKind};
 pub use patch::Patch;
 pub use structure::{Context, Part, PartKind, Rigidity, SensorLoad, Structure};
 pub use text::{Undone, set_parameter_values, undo};

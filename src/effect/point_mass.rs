@@ -1,7 +1,7 @@
 //! A mass that the model lacks at a node.
 
-use super::location::Location;
 use super::edit::{Edit, PatchError, scalar};
+use super::location::Location;
 use super::patch::{Builder, Patch, body_at};
 use super::structure::Structure;
 use super::{About, Effect};

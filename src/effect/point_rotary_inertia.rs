@@ -1,7 +1,7 @@
 //! A moment of inertia that the model lacks at a node.
 
-use super::location::Location;
 use super::edit::{Edit, PatchError};
+use super::location::Location;
 use super::patch::{Builder, Patch, body_at, entry};
 use super::structure::Structure;
 use super::{About, Effect};

@@ -1,8 +1,8 @@
 //! A support that gives.
 
+use super::edit::{Edit, PatchError};
 use super::end_flexibility::flexible_end;
 use super::location::{Location, LocationKind};
-use super::edit::{Edit, PatchError};
 use super::patch::{Builder, Patch, entry, node_or_nodes};
 use super::structure::{Joint, Structure};
 use super::{About, Belongs, Effect};

@@ -1,7 +1,7 @@
 //! The mass of the accelerometers.
 
-use super::location::Location;
 use super::edit::{Edit, PatchError, scalar};
+use super::location::Location;
 use super::patch::{Builder, Patch};
 use super::structure::{SensorLoad, Structure};
 use super::{About, Belongs, Effect};

@@ -1,7 +1,7 @@
 //! Shear deformation of members.
 
-use super::location::Location;
 use super::edit::PatchError;
+use super::location::Location;
 use super::patch::{Builder, Patch, entry};
 use super::structure::{Structure, entries};
 use super::{About, Effect};

@@ -1,7 +1,7 @@
 //! All members softer or stiffer together.
 
-use super::location::Location;
 use super::edit::{PatchError, scalar};
+use super::location::Location;
 use super::patch::{Builder, Patch};
 use super::structure::Structure;
 use super::{About, Effect};

@@ -1,7 +1,7 @@
 //! A body on a spring at a node, in translation or in rotation: what `sprung-mass` and `sprung-inertia` share.
 
-use super::location::Location;
 use super::edit::{Edit, NewParameter, PatchError, scalar};
+use super::location::Location;
 use super::patch::{Builder, Patch, body_at, entry, round};
 use super::structure::Structure;
 use crate::element::Dof;

@@ -1,7 +1,7 @@
 //! A moment of inertia on a torsion spring: control surfaces.
 
-use super::location::Location;
 use super::edit::PatchError;
+use super::location::Location;
 use super::patch::Patch;
 use super::sprung::{store_locations, store_patch};
 use super::structure::Structure;

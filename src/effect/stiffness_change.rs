@@ -1,7 +1,7 @@
 //! A stiffness that is locally wrong.
 
-use super::location::Location;
 use super::edit::{PatchError, scalar};
+use super::location::Location;
 use super::patch::{Builder, Patch, entry};
 use super::structure::{PartKind, Structure, entries};
 use super::{About, Effect};

@@ -1,7 +1,7 @@
 //! Internal damping of members.
 
-use super::location::Location;
 use super::edit::{PatchError, scalar};
+use super::location::Location;
 use super::patch::{Builder, Patch};
 use super::structure::{PartKind, Structure, entries};
 use super::{About, Effect};

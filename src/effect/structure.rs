@@ -6,8 +6,8 @@ mod mirror;
 mod places;
 mod scale;
 
-use super::location::{ALL_AXES, BENDING, Location, LocationKind};
 use super::edit::PatchError;
+use super::location::{ALL_AXES, BENDING, Location, LocationKind};
 use crate::element::Dof;
 use crate::linalg::DMatrix;
 use crate::model::{Model, ParametricModel, dot, extent};

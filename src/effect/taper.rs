@@ -1,7 +1,7 @@
 //! Properties that vary along a chain.
 
-use super::location::Location;
 use super::edit::{PatchError, scalar};
+use super::location::Location;
 use super::patch::{Builder, Patch, entry, times};
 use super::structure::{Part, PartKind, Structure};
 use super::torsion_stiffness_change::rigidity;

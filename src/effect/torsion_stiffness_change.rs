@@ -1,7 +1,7 @@
 //! A torsional stiffness that is locally wrong.
 
-use super::location::Location;
 use super::edit::PatchError;
+use super::location::Location;
 use super::patch::{Builder, Patch, entry};
 use super::structure::{Part, Structure, entries};
 use super::{About, Effect};

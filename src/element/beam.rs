@@ -153,7 +153,21 @@ fn strain_parts(section: &Section) -> StrainParts {
         }
     }
     add_geometric(&mut bending, section, to_ends.as_ref());
-    StrainParts { axial, bending, torsion, springs: SymMatrix::zeros(12) }
+    // What the springs at the ends hold: δ²/c, with δ = u - T u between a node and its end.
+    for (i, t_row) in to_ends.iter().flatten().enumerate() {
+        let compliance = section.end_compliance[i];
+        if compliance > 0.0 {
+            let mut opening = t_row.map(|t| -t);
+            opening[i] += 1.0;
+            let part = match i % 6 {
+                0 => &mut axial,
+                3 => &mut torsion,
+                _ => &mut bending,
+            };
+            part.add_outer(1.0 / compliance, &opening);
+        }
+    }
+    StrainParts { axial, bending, torsion }
 }
 
 /// Adds the geometric stiffness P ∫ (v'² + w'²) dx of the displacement between the ends.
@@ -295,13 +309,7 @@ impl Element for Beam {
     }
 
     fn strain_parts(&self, input: &ElementInput<'_>) -> Result<Option<StrainParts>, ElementError> {
-        let section = Section::read(input)?;
-        let mut parts = strain_parts(&section);
-        if section.end_compliance.iter().any(|c| *c != 0.0) {
-            let known = [&parts.axial, &parts.bending, &parts.torsion].into_iter();
-            parts.springs = known.fold(self.stiffness(input)?, |rest, part| rest.combine(part, |r, p| r - p));
-        }
-        Ok(Some(parts))
+        Section::read(input).map(|section| Some(strain_parts(&section)))
     }
 
     fn mass_axis(&self, input: &ElementInput<'_>) -> [f64; 2] {

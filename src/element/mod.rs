@@ -185,7 +185,7 @@ pub trait Element: fmt::Debug + Send + Sync {
     }
 }
 
-/// A stiffness by kinds of strain, each in element axes.
+/// A stiffness by kinds of strain, each in element axes; springs at the ends count as the strain that they add to.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StrainParts {
     /// Stretching.
@@ -194,8 +194,6 @@ pub struct StrainParts {
     pub bending: SymMatrix,
     /// Torsion.
     pub torsion: SymMatrix,
-    /// Springs inside the element, as of flexible ends.
-    pub springs: SymMatrix,
 }
 
 /// A dof, in element axes, that the element ought to resist and does not, because a property is absent.

@@ -2,6 +2,7 @@
 
 use super::dof_map::DofMap;
 use super::geometry::{Geometry, NEAR_IMAGE, dot, images, minus};
+use super::value::quantity;
 use crate::element::Dof;
 use std::collections::BTreeMap;
 
@@ -142,11 +143,11 @@ pub(super) fn mirror_rows(geometry: &Geometry, dofs: &DofMap) -> Option<Reflecti
             let place = geometry.mirrored(positions[node]).unwrap_or_default().map(|x| x + 0.0);
             let nearest = (0..positions.len()).min_by(|&a, &b| off(node, a).total_cmp(&off(node, b))).unwrap_or(node);
             format!(
-                "no node stands at the mirror image of `{}`, {place:?} m; the nearest, `{}`, is {:.3e} m off, and {:.0e} m would do",
+                "no node stands at the mirror image of `{}`, {place:?} m; the nearest, `{}`, is {} off, and {} would do",
                 name(node),
                 name(nearest),
-                off(node, nearest),
-                NEAR_IMAGE * size
+                quantity(off(node, nearest), "m"),
+                quantity(NEAR_IMAGE * size, "m")
             )
         })?;
         let row = row_of.get(&(partner, dof as usize)).ok_or_else(|| {
@@ -156,11 +157,13 @@ pub(super) fn mirror_rows(geometry: &Geometry, dofs: &DofMap) -> Option<Reflecti
         let flips = (dof.axis() == axis) != dof.is_rotation();
         Ok((*row, if flips { -1.0 } else { 1.0 }))
     };
-    let pairs = images.iter().enumerate().filter_map(|(node, image)| image.map(|other| (node, other, off(node, other))));
+    let pairs =
+        images.iter().enumerate().filter_map(|(node, image)| image.map(|other| (node, other, off(node, other))));
     let farthest = pairs.max_by(|a, b| a.2.total_cmp(&b.2).then(b.0.cmp(&a.0)));
     let difference = farthest.filter(|(_, _, off)| *off > ROUNDING * size).map(|(node, other, off)| {
         format!(
-            "the halves differ by up to {off:.3e} m: `{}` stands that far from the mirror image of `{}`; they count as symmetric",
+            "the halves differ by up to {}: `{}` stands that far from the mirror image of `{}`; they count as symmetric",
+            quantity(off, "m"),
             name(other),
             name(node)
         )

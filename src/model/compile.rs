@@ -3,9 +3,9 @@
 use super::assembly::{
     AffineMass, AffinePart, Connection, add_basis, add_element, affine_part, number, sparse_system, symmetrise, touched,
 };
-use super::critical_preload::CriticalPreload;
 use super::character::{ModeCharacter, mirror_rows};
 use super::constraint::{Elimination, active, eliminate};
+use super::critical_preload::CriticalPreload;
 use super::dependence::{Dependence, central_difference, dependence, element_matrices, interior_point, weighed_mass};
 use super::dof_map::DofMap;
 use super::elastic_support::ElasticSupports;

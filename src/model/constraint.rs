@@ -44,7 +44,9 @@ impl Elimination {
     /// Adds the row Σ factor · dof = 0; its first dof is eliminated if it can be.
     pub(super) fn constrain(&mut self, row: &[(usize, f64)]) -> RowOutcome {
         let scale = row.iter().map(|t| t.1.abs()).fold(0.0, f64::max);
-        row.iter().for_each(|t| self.resolve(t.0));
+        for (dof, _) in row {
+            self.resolve(*dof);
+        }
         let mut reduced: BTreeMap<usize, f64> = BTreeMap::new();
         for &(dof, factor) in row {
             self.add(&mut reduced, dof, factor);
@@ -82,7 +84,8 @@ impl Elimination {
                 waiting.pop();
                 continue;
             };
-            let is_final = |d: &usize| self.expressions.get(d).is_none_or(|e| !e.iter().any(|t| self.is_eliminated(t.0)));
+            let is_final =
+                |d: &usize| self.expressions.get(d).is_none_or(|e| !e.iter().any(|t| self.is_eliminated(t.0)));
             let before = waiting.len();
             let open: Vec<usize> = expression.iter().map(|t| t.0).filter(|d| !is_final(d)).collect();
             waiting.extend(open);
@@ -91,7 +94,9 @@ impl Elimination {
             }
             if expression.iter().any(|t| self.is_eliminated(t.0)) {
                 let mut sum = BTreeMap::new();
-                expression.iter().for_each(|&(d, f)| self.add(&mut sum, d, f));
+                for &(d, f) in expression {
+                    self.add(&mut sum, d, f);
+                }
                 self.expressions.insert(dof, sum.into_iter().filter(|(_, f)| *f != 0.0).collect());
             }
             waiting.pop();
@@ -106,7 +111,9 @@ impl Elimination {
     fn finish(&mut self) {
         let mut all: Vec<usize> = self.expressions.keys().copied().collect();
         all.sort_unstable();
-        all.into_iter().for_each(|dof| self.resolve(dof));
+        for dof in all {
+            self.resolve(dof);
+        }
     }
 
     /// A dof as a combination of dofs that are not eliminated, once [`Self::finish`] is done.

@@ -1,5 +1,7 @@
 //! The preload at which a structure buckles, and how it is told.
 
+use super::value::quantity;
+
 /// The preload at which a structure buckles.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CriticalPreload {
@@ -30,14 +32,4 @@ pub(super) fn buckled(critical: &CriticalPreload, n: usize) -> String {
     format!(
         "the structure buckles under its preload: `{property}` of element `{element}` is {stated}, and it bears {borne}, {factor:.4} of that (the stiffness is negative in {motions}); lower the compression, or stiffen the structure"
     )
-}
-
-/// Four significant digits of a number with its unit.
-pub(super) fn quantity(value: f64, unit: &str) -> String {
-    let size = value.abs();
-    if size != 0.0 && !(1e-3..1e6).contains(&size) {
-        return format!("{value:.3e} {unit}");
-    }
-    let decimals = if size > 0.0 { (3.0 - size.log10().floor()).max(0.0) as usize } else { 0 };
-    format!("{value:.decimals$} {unit}")
 }

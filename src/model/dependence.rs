@@ -55,8 +55,9 @@ pub(super) fn strain_parts(element: &PlacedElement, theta: &[f64]) -> Result<Opt
     let parts = element.kind.strain_parts(&input).map_err(wrap)?;
     Ok(parts.map(|mut parts| {
         if let Some(f) = &element.stiffness_factor {
-            let all = [&mut parts.axial, &mut parts.bending, &mut parts.torsion, &mut parts.springs];
-            all.into_iter().for_each(|part| part.scale(f.at(theta)));
+            for part in [&mut parts.axial, &mut parts.bending, &mut parts.torsion] {
+                part.scale(f.at(theta));
+            }
         }
         parts
     }))

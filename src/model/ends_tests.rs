@@ -49,6 +49,9 @@ fn the_end_of_a_chain_is_that_of_its_first_and_last_element() {
 fn every_pair_and_every_single_member_has_its_own_ends() {
     let pairs = built(&format!("m: {{pairs: [[a, b], [b, c], [c, d]], section: s, {HINGE}, subdivide: 2}}"), "");
     assert_eq!(hinged(&pairs), ["m.1/1", "m.1/2", "m.2/1", "m.2/2", "m.3/1", "m.3/2"]);
-    let single = built(&format!("m: {{nodes: [a, d], section: s, {HINGE}, subdivide: 3}}, n: {{chain: [b, c], section: s}}"), "");
+    let single = built(
+        &format!("m: {{nodes: [a, d], section: s, {HINGE}, subdivide: 3}}, n: {{chain: [b, c], section: s}}"),
+        "",
+    );
     assert_eq!(hinged(&single), ["m/1", "m/3"]);
 }

@@ -330,10 +330,8 @@ impl Resolver<'_> {
                     let from = open.iter().position(|n| *n == next).unwrap_or(0);
                     let path = child("nodes", next);
                     let chain = shortened(&open[from..]);
-                    problems.push(Problem::error(
-                        path,
-                        format_args!("its place depends on itself: {chain} -> `{next}`"),
-                    ));
+                    problems
+                        .push(Problem::error(path, format_args!("its place depends on itself: {chain} -> `{next}`")));
                     placed.insert(next.to_string(), None);
                 }
                 Some(next) => {
@@ -469,13 +467,8 @@ impl Resolver<'_> {
 
 /// How many rules for its place an entry has.
 fn rules(rule: &NodeRule) -> usize {
-    let given = [
-        rule.line.is_some(),
-        rule.frame.is_some(),
-        rule.mirror.is_some(),
-        rule.from.is_some(),
-        rule.between.is_some(),
-    ];
+    let given =
+        [rule.line.is_some(), rule.frame.is_some(), rule.mirror.is_some(), rule.from.is_some(), rule.between.is_some()];
     given.into_iter().filter(|g| *g).count()
 }
 
@@ -495,4 +488,31 @@ fn shortened(names: &[&str]) -> String {
 pub(super) fn unknown<'a>(path: &str, what: &str, name: &str, known: impl IntoIterator<Item = &'a String>) -> Problem {
     let suggestion = did_you_mean(name, known.into_iter().map(String::as_str));
     Problem::error(path, format_args!("{what} `{name}` is not defined{suggestion}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of(points: &[Vector]) -> Vec<Option<usize>> {
+        images(points, |[x, y, z]| Some([x, -y, z]))
+    }
+
+    /// Halves that differ by half of a ten thousandth of the size belong together, by twice of it they do not.
+    #[test]
+    fn images_are_found_within_a_ten_thousandth_of_the_size() {
+        let wing = |off: f64| of(&[[0.0, -1.0, 0.0], [0.0, 0.0, 0.0], [off, 1.0, 0.0]]);
+        assert_eq!(wing(1e-4), [Some(2), Some(1), Some(0)]);
+        assert_eq!(wing(4e-4), [None, Some(1), None]);
+    }
+
+    /// A mesh finer than that still has the nearest as its image, and nodes at one place their own order.
+    #[test]
+    fn the_nearest_of_several_is_the_image() {
+        let n = 20_000;
+        let fine: Vec<Vector> = (0..=n).map(|i| [0.0, f64::from(i - n / 2) / f64::from(n), 0.0]).collect();
+        assert!(of(&fine).iter().enumerate().all(|(i, image)| *image == Some(n as usize - i)));
+        let joints = [[0.0, -1.0, 0.0], [0.0, -1.0, 0.0], [0.0, 1.0, 1e-5], [0.0, 1.0, 1e-5]];
+        assert_eq!(of(&joints), [Some(2), Some(3), Some(0), Some(1)]);
+    }
 }

@@ -232,9 +232,13 @@ fn motion(model: &Model, s: &mut Soundness) -> Result<(), ModelError> {
     let apart = apart(model);
     match super::solve_modes(model, &theta, SolveOptions { n_elastic: 12, shift: None }) {
         Ok(modes) => {
-            s.errors.extend(apart);
             s.n_rigid_body_modes = modes.n_rigid;
             s.n_mechanisms = modes.n_mechanism;
+            // What moves without stiffness is the part that hangs on nothing.
+            if let Some(apart) = apart {
+                s.errors.push(apart);
+                return Ok(());
+            }
             for i in 0..modes.n_mechanism {
                 let shape = modes.shapes.column(modes.n_rigid + i);
                 let mut order: Vec<usize> = (0..n).collect();

@@ -85,7 +85,9 @@ fn attached(spec: &ModelSpec) -> HashSet<String> {
     // Springs to ground hold nothing that has no stiffness of its own.
     let mut links_of: HashMap<&String, Vec<usize>> = HashMap::new();
     for (i, link) in links.iter().enumerate() {
-        link.iter().for_each(|n| links_of.entry(n).or_default().push(i));
+        for n in link {
+            links_of.entry(n).or_default().push(i);
+        }
     }
     let mut reached: Vec<String> = out.iter().cloned().collect();
     while let Some(node) = reached.pop() {

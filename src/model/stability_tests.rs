@@ -33,12 +33,12 @@ fn a_buckled_column_has_its_critical_load_and_no_modes() {
                 let error = modes(&model).unwrap_err();
                 let ModelError::Buckled(critical, n) = &error else { panic!("{error}") };
                 let borne = critical.factor * critical.value;
-                // The error of the cubic element in a buckling load is of the fourth power of its length.
-                assert!((borne / -euler - 1.0).abs() < 3e-5, "{parts} parts, {times}: {borne} against {euler}");
+                // The error of the cubic element in a buckling load is of the fourth power of its length: 3.3e-5 with eight.
+                assert!((borne / -euler - 1.0).abs() < 5e-5, "{parts} parts, {times}: {borne} against {euler}");
                 // Loads of the higher forms: n² times the first pinned, (2n - 1)² times clamped.
                 let forms = (1..20).map(|k| if supports == PINNED { k * k } else { (2 * k - 1) * (2 * k - 1) });
                 let expected = forms.filter(|f| f64::from(*f) < times).count();
-                assert!(*n >= 1 && *n <= expected, "{parts} parts, {times}: {n} of {expected}");
+                assert_eq!(*n, expected, "{parts} parts, {times}");
                 assert!(error.to_string().contains("`axial_force` of element `ab/1`"), "{error}");
             }
             let model = column(&format!("{} N", -0.9 * euler), parts, supports);
@@ -51,13 +51,14 @@ fn a_buckled_column_has_its_critical_load_and_no_modes() {
     }
 }
 
-/// f² = f0² (1 - P/P_cr) for the pinned column: 90 % of the load leaves 31.6 % of the frequency.
+/// f² = f0² (1 - P/P_cr) for the pinned column: 91.2 % of the load leaves 29.7 % of the frequency, and makes of an error e of P_cr one of
+/// 5.2 e, 1.7e-4 of the 3.3e-5 of eight elements.
 #[test]
 fn a_column_short_of_buckling_keeps_its_frequency() {
     let f0 = PI / 2.0 * 10.0;
     let model = column("-900 N", 8, PINNED);
     let exact = f0 * (1.0 - 900.0 / (PI * PI * 100.0)).sqrt();
-    assert!((modes(&model).unwrap()[0] / exact - 1.0).abs() < 1e-4);
+    assert!((modes(&model).unwrap()[0] / exact - 1.0).abs() < 2e-4);
 }
 
 #[test]
@@ -86,7 +87,7 @@ fn a_bound_beyond_buckling_is_remarked_on() {
     let model = column("P", 8, PINNED);
     let said = remarks(&model);
     assert!(said.len() == 1 && said[0].contains("buckles where `P` is -987.0 N"), "{said:?}");
-    assert_eq!(remarks(&column("0.79 P", 8, PINNED)), [""; 0]);
+    assert_eq!(remarks(&column("0.79 * P", 8, PINNED)), [""; 0]);
 }
 
 /// A negative stiffness that is no preload is no buckling load, and no modes either.

@@ -59,3 +59,13 @@ impl Value {
         self.factors.iter().chain(&self.addends).flat_map(|a| a.terms.iter().map(|t| t.0))
     }
 }
+
+/// Four significant digits of a number with its unit.
+pub(super) fn quantity(value: f64, unit: &str) -> String {
+    let size = value.abs();
+    if size != 0.0 && !(1e-3..1e6).contains(&size) {
+        return format!("{value:.3e} {unit}");
+    }
+    let decimals = if size > 0.0 { (3.0 - size.log10().floor()).max(0.0) as usize } else { 0 };
+    format!("{value:.decimals$} {unit}")
+}

@@ -379,17 +379,18 @@ pub fn cost_history(evaluations: &[u64], best: &[f64], width: usize) -> String {
     format!("{ends}{}{tail}", sparkline(&values, room))
 }
 
-/// A frequency: four decimals, or six significant digits where four decimals would lose them.
-pub fn hertz(value: f64) -> String {
+/// A frequency with these decimals, or where they would lose digits, two significant digits more than that.
+pub fn hertz(value: f64, decimals: usize) -> String {
     let size = value.abs();
-    if size == 0.0 || size >= 0.1 || !value.is_finite() {
-        return format!("{value:.4}");
+    let places = decimals as i32;
+    if size == 0.0 || !value.is_finite() || size >= 10_f64.powi(3 - places) {
+        return format!("{value:.decimals$}");
     }
     if size < 1e-4 {
-        return format!("{value:.5e}");
+        return format!("{value:.*e}", decimals + 1);
     }
-    let decimals = (5.0 - size.log10().floor()) as usize;
-    format!("{value:.decimals$}")
+    let digits = f64::from(places + 1) - size.log10().floor();
+    format!("{value:.*}", digits as usize)
 }
 
 /// Four significant digits; powers of ten outside 1e-3 to 1e6.
@@ -462,6 +463,14 @@ mod tests {
             }
         }
         out
+    }
+
+    #[test]
+    fn a_low_frequency_keeps_its_digits() {
+        let four: Vec<String> = [16.450_41, 0.1, 0.051_234_567, 9.4321e-5, 0.0].iter().map(|f| hertz(*f, 4)).collect();
+        assert_eq!(four, ["16.4504", "0.1000", "0.0512346", "9.43210e-5", "0.0000"]);
+        let three: Vec<String> = [1_234.567_89, 1.0, 0.280_312_3].iter().map(|f| hertz(*f, 3)).collect();
+        assert_eq!(three, ["1234.568", "1.000", "0.28031"]);
     }
 
     #[test]

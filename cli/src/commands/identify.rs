@@ -11,7 +11,7 @@ use retune::identify::{
     Identification, IdentifyOptions, PeakOptions, SpectrumPeak, add_repeatability, circle_modes, cmif, complexity,
     identify, peak_modes, quadrature_modes, remove_exponential_window, sensors, spectrum_peaks, test_modes,
 };
-use retune::report::text::{Align, Cell, Style, Table, Tone};
+use retune::report::text::{Align, Cell, Style, Table, Tone, hertz};
 use retune::units::Scalar;
 use serde_json::{Value, json};
 use std::fmt::Write as _;
@@ -193,7 +193,7 @@ fn take_over(args: &Identify, found: &Measurements, modes: &ModalSet) -> Result<
             let mpc = m.shape.as_ref().map_or(f64::NAN, |s| complexity(s).mpc);
             table.row([
                 (k + 1).to_string().into(),
-                format!("{:.4}", m.frequency_hz.value).into(),
+                hertz(m.frequency_hz.value, 4).into(),
                 m.damping_ratio.map_or_else(|| "–".to_string(), |z| format!("{:.3} %", 100.0 * z.value)).into(),
                 format!("{mpc:.3}").into(),
                 retune::report::text::printable(m.label.as_deref().unwrap_or_default()).into(),
@@ -406,7 +406,7 @@ fn table(modes: &[TestMode], identification: &Identification, n_suspension: usiz
         let damping = |v: Option<f64>| v.map_or_else(|| "–".to_string(), |z| format!("{:.3} %", 100.0 * z));
         table.row([
             (k + 1).to_string().into(),
-            format!("{:.4}", t.frequency_hz.value).into(),
+            hertz(t.frequency_hz.value, 4).into(),
             format!("{:.1e}", t.frequency_hz.sd).into(),
             damping(t.damping_ratio.map(|z| z.value)).into(),
             damping(t.damping_ratio.map(|z| z.sd)).into(),

@@ -156,7 +156,7 @@ pub(crate) fn parameter_value(option: &str, text: &str, parameter: &Parameter) -
     let value = if is_plain {
         let value = parameter.unit_factor * value.terms().iter().map(|t| t.factor).sum::<f64>();
         if !unit.is_empty() && unit != "1" {
-            eprintln!("note: {option} {name}={text}: read as {}, the unit of `{name}` in the model file", shown(value));
+            note!("{option} {name}={text}: read as {}, the unit of `{name}` in the model file", shown(value));
         }
         value
     } else {

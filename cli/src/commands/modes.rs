@@ -33,7 +33,7 @@ pub(crate) fn run(args: &Modes) -> Result<u8, Failure> {
             let torsion = m.torsion.filter(|_| i >= modes.n_rigid);
             table.row([
                 (i + 1).to_string().into(),
-                hertz(m.frequency_hz).into(),
+                hertz(m.frequency_hz, 4).into(),
                 m.label.as_str().into(),
                 torsion.map_or_else(String::new, |t| format!("{:.0} %", 100.0 * t)).into(),
             ]);

@@ -5,7 +5,7 @@ use crate::args::{Placement, Pretest as Arguments};
 use crate::output::{Failure, print, print_json, style, warn};
 use crate::{DONE, files};
 use retune::correlation::SensorChoice;
-use retune::report::text::{Align, Style, Table, Tone, number, wrap};
+use retune::report::text::{Align, Style, Table, Tone, hertz, number, wrap};
 use retune::update::{Pretest, PretestOptions, pretest};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
@@ -70,11 +70,8 @@ fn as_text(plan: &Pretest, args: &Arguments, style: &Style) -> String {
     columns.push(("most kinetic energy", Align::Left));
     let mut table = Table::new(columns);
     for (k, m) in plan.modes.iter().enumerate() {
-        let mut row = vec![
-            (k + 1).to_string().into(),
-            format!("{:.3}", m.mode.frequency_hz).into(),
-            m.mode.label.as_str().into(),
-        ];
+        let mut row =
+            vec![(k + 1).to_string().into(), hertz(m.mode.frequency_hz, 3).into(), m.mode.label.as_str().into()];
         if is_held {
             row.extend(m.effective_mass.iter().map(|v| format!("{:.0} %", 100.0 * v).into()));
         }

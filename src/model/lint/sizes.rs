@@ -9,10 +9,10 @@ use crate::model::{ParametricModel, PlacedElement};
 use crate::yaml::{Problem, child};
 use std::collections::HashMap;
 
-/// How many times farther than the others some nodes lie, from the middle of all, to be worth a remark; and if a member that reaches them is
-/// [`SLENDER`] as well.
-const FAR: f64 = 100.0;
+/// How many times farther than the others, from the middle of all, some nodes lie that are worth a remark: those that a member reaches
+/// which is [`SLENDER`], and those that no member of known depth reaches.
 const FAR_AND_SLENDER: f64 = 10.0;
+const FAR: f64 = 100.0;
 /// Length over depth that no single member has.
 const SLENDER: f64 = 1_000.0;
 /// Length over depth that no structure has.
@@ -63,9 +63,15 @@ fn outlying(model: &Model) -> Option<Problem> {
     let gap = gap.max_by(|&a, &b| ratio(a).total_cmp(&ratio(b)))?;
     let (near, far) = order.split_at(gap);
     let mut is_far = vec![false; n];
-    far.iter().for_each(|&i| is_far[i] = true);
-    let reaches = || members(model).into_values().any(|m| m.slenderness > SLENDER && m.touches(&is_far));
-    if ratio(gap) < FAR_AND_SLENDER || (ratio(gap) < FAR && !reaches()) {
+    for &i in far {
+        is_far[i] = true;
+    }
+    if ratio(gap) < FAR_AND_SLENDER {
+        return None;
+    }
+    let reaching = members(model).into_values().filter(|m| m.touches(&is_far)).map(|m| m.slenderness);
+    let is_odd = reaching.reduce(f64::max).map_or(ratio(gap) >= FAR, |slenderness| slenderness > SLENDER);
+    if !is_odd {
         return None;
     }
     let near: Vec<[f64; 3]> = near.iter().map(|&i| positions[i]).collect();
@@ -168,15 +174,8 @@ fn depths(model: &Model) -> Vec<Problem> {
 
 /// Offsets of masses and of section axes that leave the structure.
 fn offsets(model: &Model) -> Vec<Problem> {
-    const OFFSETS: [&str; 7] = [
-        "offset_x",
-        "offset_y",
-        "offset_z",
-        "mass_offset_y",
-        "mass_offset_z",
-        "shear_centre_y",
-        "shear_centre_z",
-    ];
+    const OFFSETS: [&str; 7] =
+        ["offset_x", "offset_y", "offset_z", "mass_offset_y", "mass_offset_z", "shear_centre_y", "shear_centre_z"];
     let theta = interior_point(model.parameters());
     let size = model.geometry().size();
     let mut out: Vec<Problem> = Vec::new();
@@ -235,7 +234,10 @@ mod tests {
     use crate::model::{Registry, load};
 
     fn said(text: &str) -> Vec<String> {
-        sizes(&load(text, &Registry::builtin()).unwrap().0).into_iter().map(|p| format!("{}: {}", p.path, p.message)).collect()
+        sizes(&load(text, &Registry::builtin()).unwrap().0)
+            .into_iter()
+            .map(|p| format!("{}: {}", p.path, p.message))
+            .collect()
     }
 
     /// A metre in five nodes with a tip that the caller places, a section of 10 mm by 50 mm.
@@ -253,7 +255,10 @@ mod tests {
             assert_eq!(said(&cantilever("600 mm", more)), [""; 0]);
             let all = said(&cantilever("600", more));
             assert_eq!(all.len(), 1, "{all:?}");
-            assert!(all[0].starts_with("nodes.e: `e` lies 600 m away from the others, which lie within 0.5 m"), "{all:?}");
+            assert!(
+                all[0].starts_with("nodes.e: `e` lies 600 m away from the others, which lie within 0.5 m"),
+                "{all:?}"
+            );
         }
         // 20 times as far as the rest, and 2 000 depths long.
         assert_eq!(said(&cantilever("20", "")).len(), 1);

@@ -2,8 +2,8 @@
 
 use super::Soundness;
 use crate::model::compile::Model;
-use crate::model::critical_preload::quantity;
 use crate::model::dependence::interior_point;
+use crate::model::value::quantity;
 use crate::model::{ModelError, ParametricModel};
 use crate::yaml::Problem;
 

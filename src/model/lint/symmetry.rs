@@ -31,7 +31,11 @@ pub(super) fn symmetry(model: &Model) -> Result<Vec<Problem>, ModelError> {
             if mirror[row].0 == row {
                 problem = Problem::warning(
                     row_path(model, row),
-                    format_args!("the {name} at `{}`, which stands in the plane of `symmetry`, couples with the two halves differently, by {}", dofs.row_name(row), percent(size)),
+                    format_args!(
+                        "the {name} at `{}`, which stands in the plane of `symmetry`, couples with the two halves differently, by {}",
+                        dofs.row_name(row),
+                        percent(size)
+                    ),
                 );
             }
             out.push(problem);

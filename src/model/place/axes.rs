@@ -64,7 +64,11 @@ pub(super) fn check(elements: &[PlacedElement], parameters: &ParameterSet, probl
         let changes_rule = !e.is_oriented && is_vertical(e.axes[0]) != is_vertical(f.axes[0]);
         if (changes_rule || turn.abs() > TURNED_OVER) && differs(f, turn, &thetas) {
             said.insert(&e.path);
-            let why = if changes_rule { " (its default z axis is near global y where it is vertical, near global z elsewhere)" } else { "" };
+            let why = if changes_rule {
+                " (its default z axis is near global y where it is vertical, near global z elsewhere)"
+            } else {
+                ""
+            };
             problems.push(Problem::warning(
                 &e.path,
                 format_args!(
@@ -99,9 +103,10 @@ fn angle(from: &Rotation, to: &Rotation) -> f64 {
 
 /// Whether the matrices of an element are others when its section is turned about x.
 fn differs(element: &PlacedElement, turn: f64, thetas: &[Vec<f64>]) -> bool {
-    thetas.iter().filter_map(|theta| element_matrices(element, theta).ok()).any(|m| {
-        [&m.stiffness, &m.mass].into_iter().any(|a| is_changed(a, turn))
-    })
+    thetas
+        .iter()
+        .filter_map(|theta| element_matrices(element, theta).ok())
+        .any(|m| [&m.stiffness, &m.mass].into_iter().any(|a| is_changed(a, turn)))
 }
 
 fn is_changed(a: &SymMatrix, turn: f64) -> bool {
@@ -117,7 +122,7 @@ fn is_changed(a: &SymMatrix, turn: f64) -> bool {
     let size = |i: usize| {
         let group = i - i % 3;
         let of = |k: usize| dense[(k, k)].abs().max(turned[(k, k)].abs());
-        if i % 3 == 0 { of(i) } else { of(group + 1).max(of(group + 2)) }
+        if i.is_multiple_of(3) { of(i) } else { of(group + 1).max(of(group + 2)) }
     };
     (0..n).any(|i| (0..=i).any(|j| (dense[(i, j)] - turned[(i, j)]).abs() > ALIKE * (size(i) * size(j)).sqrt()))
 }

@@ -55,11 +55,7 @@ pub(in crate::model) fn parameters(
                 let others = if p.unit.is_some() { "this parameter is" } else { "others of this parameter are" };
                 problems.push(Problem::error(
                     &path,
-                    format_args!(
-                        "`{}` has no unit while {others} in {unit}; write `{} {unit}`",
-                        s.text(),
-                        s.text()
-                    ),
+                    format_args!("`{}` has no unit while {others} in {unit}; write `{} {unit}`", s.text(), s.text()),
                 ));
             }
             if s.terms().iter().any(|t| t.parameter.is_some()) {

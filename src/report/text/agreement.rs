@@ -1,7 +1,9 @@
 //! Where a model and a test disagree, on a terminal: one line each for the short answer, a table each for the long one.
 
 use super::{Align, Cell, Style, Table, Tone, number, paragraph, printable, wrap};
-use crate::correlation::{CriteriaProfile, Identifiability, Judgement, Localization, Misfit, SingleChange, SingleChanges, odds};
+use crate::correlation::{
+    CriteriaProfile, Identifiability, Judgement, Localization, Misfit, SingleChange, SingleChanges, odds,
+};
 use crate::update::{ChannelAgreement, Functions, ModelFunctions, Orthogonality, Places, Sensitivities, SensorReport};
 use std::fmt::Write as _;
 
@@ -187,7 +189,9 @@ fn alone(changes: &SingleChanges) -> String {
         let share = format!("{:.0} %", 100.0 * c.share);
         let name = &c.name;
         match (c.share >= 0.5, c.is_limited, c.change < 0.0) {
-            (true, false, _) => format!("{name} with {:+.0} % of stiffness alone explains {share} of it", 100.0 * c.change),
+            (true, false, _) => {
+                format!("{name} with {:+.0} % of stiffness alone explains {share} of it", 100.0 * c.change)
+            }
             (true, true, true) => format!("{name} without any stiffness would explain {share} of it"),
             (true, true, false) => format!("{name} with twice its stiffness would explain {share} of it"),
             (false, ..) => format!("No single stiffness explains it: the best, {name}, {share}"),
