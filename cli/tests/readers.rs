@@ -343,13 +343,11 @@ fn the_damping_of_an_exponential_window_is_taken_out() {
         }
         (re, im)
     };
-    let rows: String = (1..400)
-        .map(|k| 0.25 * f64::from(k))
-        .map(|f| {
-            let (re, im) = value(f);
-            format!("{f},{re:e},{im:e}\n")
-        })
-        .collect();
+    let mut rows = String::new();
+    for f in (1..400).map(|k| 0.25 * f64::from(k)) {
+        let (re, im) = value(f);
+        rows += &format!("{f},{re:e},{im:e}\n");
+    }
     let folder = Folder::with("window", "f.csv", format!("frequency_hz,1.+z/1.+z:re,1.+z/1.+z:im\nHz,m/N,m/N\n{rows}"));
     let damping = |option: &[&str]| -> (Vec<f64>, Said) {
         let said = folder.words(&[&["identify", "f.csv", "--json", "--no-health"], option].concat());
@@ -368,8 +366,11 @@ fn the_damping_of_an_exponential_window_is_taken_out() {
 
     // The same from dataset 1858 of a universal file.
     let lines: Vec<f64> = (1..400).map(|k| value(0.25 * f64::from(k))).flat_map(|(a, b)| [a, b]).collect();
-    let values: String =
-        lines.chunks(4).map(|c| c.iter().map(|v| format!("{v:>20.12E}")).collect::<String>() + "\n").collect();
+    let mut values = String::new();
+    for line in lines.chunks(4) {
+        line.iter().for_each(|v| values += &format!("{v:>20.12E}"));
+        values.push('\n');
+    }
     let qualifiers = format!(
         "    -1\n  1858\n{}\n{}\n{}\n{}\n{}\nNONE  NONE\nNONE\n    -1\n",
         format!("{:>12}", 1).repeat(6),

@@ -131,7 +131,7 @@ fn hertz(
     notes: &mut Vec<String>,
 ) -> Result<f64, CsvError> {
     let name = &sheet.names[column];
-    let by_name = frequency_column(name).flatten();
+    let by_name = frequency_column(name).and_then(|f| f.unit);
     let mut said = by_name;
     if let Some(row) = units {
         let text = row.cells[column].as_ref();

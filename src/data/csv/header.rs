@@ -106,10 +106,17 @@ pub(super) fn channel(text: &str) -> Channel {
     Channel { name: name.to_owned(), direction: Some(direction) }
 }
 
+/// What the name of a column of frequencies says.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct FrequencyName {
+    /// The unit, where it is in the name.
+    pub(super) unit: Option<FrequencyUnit>,
+}
+
 /// Whether a column holds frequencies; with the unit that its name states.
 ///
 /// `frequency_hz`, `Frequency [rad/s]`, `f / Hz`, `omega`, `freq`.
-pub(super) fn frequency_column(name: &str) -> Option<Option<FrequencyUnit>> {
+pub(super) fn frequency_column(name: &str) -> Option<FrequencyName> {
     const WORDS: [&str; 10] = ["frequencies", "frequency", "frequenz", "freq.", "freq", "frq", "omega", "f", "w", "ω"];
     let lower = name.trim().to_lowercase();
     let rest = WORDS.iter().find_map(|word| {
@@ -118,7 +125,7 @@ pub(super) fn frequency_column(name: &str) -> Option<Option<FrequencyUnit>> {
     })?;
     let unit = rest.trim_matches([' ', '_', '/', '[', ']', '(', ')', ',']);
     if unit.is_empty() {
-        return Some(None);
+        return Some(FrequencyName { unit: None });
     }
     let spelled = match unit {
         "rad_s" | "rads" | "rad_per_s" => "rad/s",
@@ -127,7 +134,7 @@ pub(super) fn frequency_column(name: &str) -> Option<Option<FrequencyUnit>> {
     };
     // Lower case makes a millihertz of a megahertz, which nobody means here.
     let unit = FrequencyUnit::of_label(spelled).filter(|_| spelled != "mhz")?;
-    Some(Some(unit))
+    Some(FrequencyName { unit: Some(unit) })
 }
 
 /// The name of a column that is a mode.
@@ -252,7 +259,7 @@ mod tests {
 
     #[test]
     fn columns_of_frequencies_state_their_unit() {
-        let unit = |name| frequency_column(name).map(|u| u.map(|u| u.hertz));
+        let unit = |name| frequency_column(name).map(|f| f.unit.map(|u| u.hertz));
         for name in ["frequency_hz", "Frequency [Hz]", "f/Hz", "Freq (Hz)", "frequency / Hz"] {
             assert_eq!(unit(name), Some(Some(1.0)), "{name}");
         }
