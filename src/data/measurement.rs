@@ -599,6 +599,7 @@ mod tests {
     use super::*;
     use crate::data::FrfQuantity;
     use crate::data::convert::UnitSystem;
+    use crate::linalg::Complex;
 
     fn folder(name: &str) -> PathBuf {
         let folder = std::env::temp_dir().join(format!("retune-measurement-{name}-{}", std::process::id()));
