@@ -482,7 +482,17 @@ mod tests {
 
     #[test]
     fn names_of_any_kind_read_back_as_written() {
-        let names = ["blade.1/1", "a,b;\"c\"", "two\nlines\r\t", " edge ", "back\\slash\\x2f", "left.x", "a.+z", "μ/é", "[g/N] re:im"];
+        let names = [
+            "blade.1/1",
+            "a,b;\"c\"",
+            "two\nlines\r\t",
+            " edge ",
+            "back\\slash\\x2f",
+            "left.x",
+            "a.+z",
+            "μ/é",
+            "[g/N] re:im",
+        ];
         for (i, name) in names.iter().enumerate() {
             for direction in [None, Some([0.0, 0.0, -1.0]), Some([0.6, 0.0, 0.8])] {
                 let mut set = set();

@@ -44,7 +44,8 @@ fn escaped(name: &str) -> String {
     let mut out = String::with_capacity(name.len());
     for (i, c) in name.chars().enumerate() {
         let is_edge = i == 0 || i + 1 == n;
-        let has_meaning = matches!(c, '/' | ',' | ';' | ':' | '"' | '\\' | '[' | ']' | '(' | ')') || c.is_ascii_control();
+        let has_meaning =
+            matches!(c, '/' | ',' | ';' | ':' | '"' | '\\' | '[' | ']' | '(' | ')') || c.is_ascii_control();
         if has_meaning || (is_edge && c == ' ') {
             let _ = write!(out, "\\x{:02x}", u32::from(c));
         } else {
