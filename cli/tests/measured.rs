@@ -240,9 +240,25 @@ fn shapes_of_matlab_and_of_tables_go_through_health_identify_and_map() {
     folder.write("short.mat", mat(&[("freq", 1, 1, vec![5.0]), ("phi", 3, 1, vec![1.0, 2.0, 3.0])]));
     let said = folder.run("health a.mat short.mat --direction +z");
     assert!(said.code == 2 && said.err.contains("3 points, the other files have 9"), "{said:?}");
+    // Sets of modes, in one file, with damping; a scalar beside a vector is none.
+    let both = [shape(1.5), shape(4.6)].concat();
+    let set = [("freqExp", 2, 1, vec![5.0, 12.0]), ("psiExp_m", 9, 2, both), ("dampExp", 1, 2, vec![0.01, 0.02])];
+    folder.write("set.mat", mat(&set));
+    folder.done("identify set.mat --direction +z -o set.yaml");
+    let text = folder.read("set.yaml");
+    assert!(text.contains("frequency: 12.0 Hz") && text.contains("damping: 0.02"), "{text}");
+    folder.write("pair.mat", mat(&[("nrb", 1, 1, vec![6.0]), ("selist", 1, 2, vec![0.0, 100.0])]));
+    let said = folder.run("identify pair.mat --direction +z");
+    assert!(said.code == 2 && said.err.contains("nrb (1 x 1), selist (1 x 2)"), "{said:?}");
+    folder.write("named.mat", mat(&[("x", 1, 1, vec![31.4159]), ("V", 9, 1, shape(1.5))]));
+    let line = "identify named.mat --direction +z --variables frequency=x,shapes=V";
+    let said = folder.run(line);
+    assert!(said.code == 2 && said.err.contains("`frequency-unit`"), "{said:?}");
+    folder.done(&format!("{line} --frequency-unit rad/s -o named.yaml"));
+    assert!(folder.read("named.yaml").contains("frequency: 4.9999"), "{}", folder.read("named.yaml"));
     folder.write("odd.mat", mat(&[("a", 2, 2, vec![1.0; 4])]));
     let said = folder.run("health odd.mat --direction +z");
-    assert!(said.code == 2 && said.err.contains("variables a;"), "{said:?}");
+    assert!(said.code == 2 && said.err.contains("a (2 x 2)") && said.err.contains("`variables`"), "{said:?}");
 
     let rows: Vec<String> = (1..=6).map(|i| format!("{i},{i}00,0,0,+z,{},{}\n", i * i, 3 - i)).collect();
     let rows = rows.concat();

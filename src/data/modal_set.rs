@@ -1,5 +1,6 @@
 //! Modes as foreign files hold them: shapes at points and dofs, without sensors and uncertainties.
 
+use super::test::usable_scale;
 use super::{Geometry, Measured, Origin, Place, Sensor, TestMode};
 use crate::element::Dof;
 use crate::linalg::{Complex, DVector};
@@ -95,13 +96,16 @@ impl ModalSet {
         let measured = |value: f64, relative: f64| Measured { value, sd: relative * value.abs(), sd_is_default: true };
         let mode = |m: &ModeRecord| {
             let largest = m.shape.iter().map(|v| v.norm()).filter(|v| v.is_finite()).fold(0.0, f64::max);
+            let mut shape = m.shape.clone();
+            let mut shape_sd = DVector::from_element(shape.len(), sd.shape * largest);
+            usable_scale(&mut shape, &mut shape_sd);
             TestMode {
                 label: m.label.clone(),
                 frequency_hz: measured(m.frequency_hz, sd.frequency),
                 damping_ratio: m.damping_ratio.map(|z| measured(z, sd.damping)),
                 origin: origin.clone(),
-                shape: Some(m.shape.clone()),
-                shape_sd: Some(DVector::from_element(m.shape.len(), sd.shape * largest)),
+                shape: Some(shape),
+                shape_sd: Some(shape_sd),
                 shape_origin: Some(origin.clone()),
             }
         };

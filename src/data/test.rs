@@ -223,3 +223,17 @@ impl TestData {
         self.modes.is_empty() && self.mass_properties.is_empty() && self.static_tests.is_empty() && !has_functions
     }
 }
+
+/// Brings a shape, whose scale is free, to one in which squares are numbers: by a power of two, which changes no digit, and only where
+/// its largest entry is beyond 1e±60. Its standard deviations are in the same scale.
+pub(in crate::data) fn usable_scale(shape: &mut DVector<Complex<f64>>, sd: &mut DVector<f64>) {
+    const USUAL: std::ops::Range<f64> = 1e-60..1e60;
+    const MOST: f64 = 1000.0;
+    let size = |v: &Complex<f64>| v.re.abs().max(v.im.abs());
+    let largest = shape.iter().map(size).filter(|v| v.is_finite()).fold(0.0, f64::max);
+    if largest > 0.0 && !USUAL.contains(&largest) {
+        let scale = (-largest.log2().floor()).clamp(-MOST, MOST).exp2();
+        shape.apply(|v| *v *= scale);
+        sd.apply(|v| *v *= scale);
+    }
+}

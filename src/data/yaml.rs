@@ -9,7 +9,7 @@ pub use write::write_test;
 
 use self::statics::{FrfSpec, StaticTestSpec};
 use super::correction::{self, Correction};
-use super::test::{MassProperty, MassQuantity, Measured, Origin, Place, Sensor, TestData, TestMode};
+use super::test::{MassProperty, MassQuantity, Measured, Origin, Place, Sensor, TestData, TestMode, usable_scale};
 use crate::catalogue::did_you_mean;
 use crate::linalg::{Complex, DVector};
 use crate::units::Scalar;
@@ -511,7 +511,7 @@ impl Reader<'_> {
             }
         }
         let entry = |list: &[Option<f64>], i: usize| list[i].unwrap_or(f64::NAN);
-        let shape = DVector::from_fn(n, |i, _| {
+        let mut shape = DVector::from_fn(n, |i, _| {
             Complex::new(entry(&s.real, i), s.imaginary.as_ref().map_or(0.0, |im| entry(im, i)))
         });
         if shape.iter().any(|v| v.re.is_infinite() || v.im.is_infinite()) {
@@ -528,7 +528,7 @@ impl Reader<'_> {
             self.error(child(path, "real"), why);
             return None;
         }
-        let sd = match (&s.sds, &s.sd, &defaults.shape_sd) {
+        let mut sd = match (&s.sds, &s.sd, &defaults.shape_sd) {
             (Some(list), None, _) => {
                 if list.iter().any(|v| !(*v > 0.0 && v.is_finite())) {
                     self.error(child(path, "sds"), "standard deviations must be above zero");
@@ -545,6 +545,7 @@ impl Reader<'_> {
             (None, None, Some(sd)) => DVector::from_element(n, self.sd(sd, "1", largest, "defaults.shape_sd")),
             (None, None, None) => DVector::from_element(n, DEFAULT_SHAPE_SD * largest),
         };
+        usable_scale(&mut shape, &mut sd);
         Some((shape, sd))
     }
 
@@ -622,6 +623,18 @@ mass_properties:
         assert_eq!(write_test(&again), write_test(&data));
         assert_eq!(format!("{:?}", again.modes[1]), format!("{:?}", data.modes[1]));
         assert_eq!(again.sensors, data.sensors);
+    }
+
+    #[test]
+    fn a_shape_of_any_scale_has_squares() {
+        let small = TEXT.replace("real: [1, -0.5], sd: 2 %", "real: [1e-200, -5e-201], sd: 2 %");
+        let large = TEXT.replace("real: [1, -0.5], sd: 2 %", "real: [1e250, -5e249], sds: [2e248, 2e248]");
+        for text in [small, large] {
+            let mode = read_test(&text).unwrap().0.modes.swap_remove(1);
+            let (shape, sd) = (mode.shape.unwrap(), mode.shape_sd.unwrap());
+            assert!(shape[0].re >= 1.0 && shape[0].re < 2.0 && (shape[1].re / shape[0].re + 0.5).abs() < 1e-15);
+            assert!((sd[0] / shape[0].re - 0.02).abs() < 1e-15);
+        }
     }
 
     #[test]

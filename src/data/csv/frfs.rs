@@ -1,6 +1,7 @@
 //! Frequency response functions in tables.
 
-use super::header::{Part, channel, frequency_column, part_name, radians};
+use super::header::{Part, frequency_column, part_name, radians};
+use super::names::{channel, ends, label};
 use super::{CsvError, Row, Sheet};
 use crate::data::convert::{ConvertError, Duplicates, Question, is_too_sparse, ratio_unit};
 use crate::data::uff::{Abscissa, Axis, Entity, Function, Ordinate, Precision, Storage};
@@ -85,7 +86,10 @@ pub fn read_frfs(bytes: &[u8], options: &CsvFrfOptions) -> Result<(FrfSet, Vec<S
             name: name.to_string(),
             expected: "its name must end with `:re`, `:im`, `:amp`, `:phase_deg`, `:phase_rad` or `:coh`",
         })?;
-        let (response, reference) = found.pair.split_once('/').map_or((found.pair, None), |(a, b)| (a, Some(b)));
+        let (response, reference) = ends(found.pair).ok_or_else(|| CsvError::ColumnName {
+            name: name.to_string(),
+            expected: "which `/` stands between response and reference? write those in names as `\\x2f`",
+        })?;
         let unnamed = |name: &str| Channel { name: name.to_owned(), direction: None };
         let a = match reference {
             Some(text) => references.index_of(text, || channel(text)),
@@ -365,7 +369,7 @@ pub fn write_frfs(set: &FrfSet) -> String {
     let mut names = String::from("frequency_hz");
     let mut units = String::from("Hz");
     for (a, b) in &pairs {
-        let pair = format!("{}/{}", set.responses[*b].label(), set.references[*a].label()).replace([',', '"'], "_");
+        let pair = format!("{}/{}", label(&set.responses[*b]), label(&set.references[*a]));
         let _ = write!(names, ",{pair}:re,{pair}:im");
         let _ = write!(units, ",{unit},{unit}");
         if set.coherence.is_some() {
@@ -474,6 +478,39 @@ mod tests {
         let semicolons = text.replace(',', ";").replace('.', ",").replace(",+", ".+").replace(",-", ".-");
         let semicolons = semicolons.replace("tip,left", "tip.left");
         assert_eq!(read_frfs(semicolons.as_bytes(), &CsvFrfOptions::default()).unwrap().0, set());
+    }
+
+    #[test]
+    fn names_of_any_kind_read_back_as_written() {
+        let names = [
+            "blade.1/1",
+            "a,b;\"c\"",
+            "two\nlines\r\t",
+            " edge ",
+            "back\\slash\\x2f",
+            "left.x",
+            "a.+z",
+            "μ/é",
+            "[g/N] re:im",
+        ];
+        for (i, name) in names.iter().enumerate() {
+            for direction in [None, Some([0.0, 0.0, -1.0]), Some([0.6, 0.0, 0.8])] {
+                let mut set = set();
+                set.responses[1] = Channel { name: (*name).to_string(), direction };
+                set.references[0] = Channel { name: names[(i + 1) % names.len()].to_string(), direction: None };
+                let (back, _) = read_frfs(write_frfs(&set).as_bytes(), &CsvFrfOptions::default()).unwrap();
+                let axis = direction.filter(|d| d[0] == 0.0);
+                assert_eq!(back.responses[1], Channel { direction: axis, ..set.responses[1].clone() }, "{name:?}");
+                assert_eq!((&back.references, &back.h[3]), (&set.references, &set.h[3]), "{name:?}");
+            }
+        }
+        // Names that are not escaped, of inner nodes as people write them.
+        let text = "frequency_hz,blade.1/1.+z/blade.1/2.-z:re,blade.1/1.+z/blade.1/2.-z:im\n1,2,3\n";
+        let options = CsvFrfOptions { unit: Some("m/N".into()), ..CsvFrfOptions::default() };
+        let (set, _) = read_frfs(text.as_bytes(), &options).unwrap();
+        assert_eq!((set.responses[0].name.as_str(), set.references[0].name.as_str()), ("blade.1/1", "blade.1/2"));
+        let error = read_frfs(b"frequency_hz,a/b/c:re,a/b/c:im\n1,2,3\n", &options).unwrap_err();
+        assert!(error.to_string().contains("which `/` stands between"), "{error}");
     }
 
     #[test]

@@ -10,7 +10,8 @@
 //!
 //! * A column is `<response>[.<direction>][/<reference>[.<direction>]]:<part>`; direction `+x`, `-x`, ... in global axes, also
 //!   `12+z`; part `re` and `im`, or `amp` and `phase_deg` or `phase_rad`, and optionally `coh` for the coherence. Words of other
-//!   programs are understood: `tip real`, `Amplitude [g/N]`, `tip phase (deg)`; a table of one function needs no name of a point.
+//!   programs are understood: `tip real`, `Amplitude [g/N]`, `tip phase (deg)`; a table of one function needs no name of a point. In names, what has a meaning here is
+//!   written `\x2f`, with the digits of its code.
 //! * The column of frequencies is `frequency_hz`, `Frequency [rad/s]`, `f`, ...; its name or the row of units states its unit, else it
 //!   is asked about.
 //! * Text is UTF-8, or UTF-16 with a byte order mark. A first line `sep=;` is the delimiter; else that of `,`, `;`, tab is, which cuts
@@ -26,6 +27,7 @@
 
 mod frfs;
 mod header;
+mod names;
 pub mod openmodal;
 mod shapes;
 mod sheet;

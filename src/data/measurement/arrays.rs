@@ -143,7 +143,8 @@ impl Workspace {
         list.extend(self.others.iter().map(|n| format!("{} (no array of numbers)", n.escape_debug())));
         let held = if list.is_empty() { "there are none".to_string() } else { listed(&list) };
         let text = format!("the names of the variables do not say which of them are meant: {held}");
-        let answers = ["frequency=NAME,shapes=NAME", "frequency=NAME,functions=NAME"].map(String::from).to_vec();
+        let answers = ["frequency=NAME,shapes=NAME", "eigenvalues=NAME,shapes=NAME", "frequency=NAME,functions=NAME"];
+        let answers = answers.map(String::from).to_vec();
         ConvertError::Questions(vec![Question { option: "variables", text, answers }]).into()
     }
 }

@@ -130,7 +130,9 @@ fn frequency(words: &[String]) -> Option<f64> {
     if !is_named && !is_rate {
         return None;
     }
-    Some(if is(&["khz"]) {
+    // `f_kHz` comes apart before its capital.
+    let is_kilo = is(&["khz"]) || words.windows(2).any(|w| w[0] == "k" && w[1] == "hz");
+    Some(if is_kilo {
         1e3
     } else if is(&["hz", "fhz"]) {
         1.0
