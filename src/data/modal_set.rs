@@ -1,6 +1,6 @@
 //! Modes as foreign files hold them: shapes at points and dofs, without sensors and uncertainties.
 
-use super::{Geometry, Measured, Origin, Place, Sensor, TestMode};
+use super::{Geometry, Measured, Origin, Place, Sensor, Standing, TestMode};
 use crate::element::Dof;
 use crate::linalg::{Complex, DVector};
 
@@ -103,6 +103,7 @@ impl ModalSet {
                 shape: Some(m.shape.clone()),
                 shape_sd: Some(DVector::from_element(m.shape.len(), sd.shape * largest)),
                 shape_origin: Some(origin.clone()),
+                standing: Standing::Open,
             }
         };
         self.modes.iter().map(mode).collect()

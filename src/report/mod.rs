@@ -18,7 +18,7 @@ mod vtk;
 mod fixture;
 
 pub use build::{
-    Case, LearningStep, add_before, add_diagnosis, add_learning, add_responses, assess_for_report, diagnosis,
+    Case, LearningStep, add_before, add_diagnosis, add_learning, add_responses, assess_for_report, assess_paired, diagnosis,
     learning_steps, misfit_before_any_fit, of_comparison, of_learning, of_update, steps,
 };
 pub use data::{ReportData, ReportError};
