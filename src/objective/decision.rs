@@ -34,7 +34,7 @@ const LONGEST: f64 = 1.2;
 /// A parameter moves by this share of its interval, or of its value where that is less, before a test has told anything.
 const SPREAD_OF_INTERVAL: f64 = 0.5;
 const SPREAD_OF_VALUE: f64 = 0.3;
-/// Modes of the model up to this factor beyond the measured band may be partners.
+/// Modes of the model up to this factor beyond the measured band may be partners, where frequencies tell and the user gives no window.
 const BEYOND: f64 = 2.5;
 /// A sensor has a noise of its own above so many times the median, and as many standard deviations.
 const SPOILT: f64 = 4.0;
@@ -337,9 +337,10 @@ impl Inference<'_> {
         let test = c.test();
         let measured_hz = side.open.iter().map(|&i| test.modes[i].frequency_hz.value);
         let (low, high) = measured_hz.fold((f64::INFINITY, 0.0_f64), |(l, h), f| (l.min(f), h.max(f)));
+        let everywhere = self.options.misread > 0.0 || self.options.frequency_window.is_finite();
         let is_near = |a: usize| {
             let f = prediction.frequencies_hz[a];
-            (f > low / BEYOND && f < high * BEYOND) || side.given.contains(&Some(a))
+            everywhere || (f > low / BEYOND && f < high * BEYOND) || side.given.contains(&Some(a))
         };
         let modes: Vec<usize> = (0..prediction.frequencies_hz.len()).filter(|&a| is_near(a)).collect();
         let names = if with_labels && side.needs_names { names(c, &theta, &prediction) } else { None };

@@ -9,6 +9,9 @@ use crate::data::{Standing, TestData};
 use crate::linalg::DVector;
 use crate::objective::{Comparison, Deciding, Scaling, decide, decide_by_rule, starting_point};
 
+/// Share of frequencies that tell nothing in a comparison: its model has not been updated, and may be off by any factor. Shapes pair then.
+const FAR_OFF: f64 = 0.05;
+
 /// How modes are paired.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct HowToPair {
@@ -91,7 +94,7 @@ pub fn paired_at(comparison: &Comparison<'_>, theta: &[f64], how: &HowToPair) ->
     let scaling = Scaling::new(comparison.model());
     let x = scaling.x(theta);
     let decision = if how.infers() {
-        decide(std::slice::from_ref(comparison), &x, how.deciding(false, 0.0))?
+        decide(std::slice::from_ref(comparison), &x, how.deciding(false, FAR_OFF))?
     } else {
         decide_by_rule(std::slice::from_ref(comparison), &x, Deciding { moves: false, ..Deciding::default() })?
     };

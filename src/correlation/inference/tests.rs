@@ -73,12 +73,12 @@ fn a_named_partner_is_taken_and_kept_from_others() {
 /// Against all one-to-one matchings, counted: exact where one mode is measured, and near for two by two.
 #[test]
 fn marginals_are_those_of_all_matchings() {
-    let one = DMatrix::from_row_slice(1, 3, &[1.0, -0.5, 2.0]);
-    let sum = 1.0 + one.iter().map(|v: &f64| v.exp()).sum::<f64>();
+    let one: DMatrix<f64> = DMatrix::from_row_slice(1, 3, &[1.0, -0.5, 2.0]);
+    let sum = 1.0 + one.iter().map(|v| v.exp()).sum::<f64>();
     for a in 0..3 {
         assert!((marginals(&one)[(0, a)] - one[(0, a)].exp() / sum).abs() < 1e-9);
     }
-    let two = DMatrix::from_row_slice(2, 2, &[3.0, 0.0, 2.0, 1.0]);
+    let two: DMatrix<f64> = DMatrix::from_row_slice(2, 2, &[3.0, 0.0, 2.0, 1.0]);
     let e = |i: usize, a: usize| two[(i, a)].exp();
     let all = 1.0 + e(0, 0) + e(0, 1) + e(1, 0) + e(1, 1) + e(0, 0) * e(1, 1) + e(0, 1) * e(1, 0);
     let exact = (e(0, 0) + e(0, 0) * e(1, 1)) / all;
