@@ -126,9 +126,7 @@ fn one_mode_less_pairs_the_others_as_before() {
             less.modes.remove(out);
             let found = fitted(&model, &less);
             assert!(found.after.unpaired_test.is_empty(), "{name}, seed {seed}: {:?}", found.after.unpaired_test);
-            let partner = |u: &Update, hz: f64| {
-                u.after.pairs.iter().find(|p| p.test_hz == hz).map(|p| p.model_mode)
-            };
+            let partner = |u: &Update, hz: f64| u.after.pairs.iter().find(|p| p.test_hz == hz).map(|p| p.model_mode);
             for m in &less.modes {
                 let hz = m.frequency_hz.value;
                 assert_eq!(partner(&found, hz), partner(&clean, hz), "{name}, seed {seed}: {hz} Hz");
@@ -203,7 +201,8 @@ fn a_few_symmetry_labels_force_no_pair() {
     let mut test = twin(&model, 8, 2);
     for (i, mode) in test.modes.iter_mut().enumerate() {
         (mode.shape, mode.shape_sd) = (None, None);
-        mode.label = [None, Some("Anti"), None, None, Some("symmetric")][i.min(4)].filter(|_| i < 5).map(str::to_string);
+        mode.label =
+            [None, Some("Anti"), None, None, Some("symmetric")][i.min(4)].filter(|_| i < 5).map(str::to_string);
     }
     let paired = paired_test(&model, None, &test, &HowToPair::default()).unwrap();
     let comparison = compared(&model, &paired, &HowToPair::default()).unwrap();

@@ -234,7 +234,10 @@ impl Pairings {
         // Most pairs are hopeless with any form; what is left is little.
         let mut left = self.clone();
         let corners = CORNERS.map(|form| self.ln_odds(form, misread));
-        left.allowed.iter_mut().enumerate().for_each(|(k, is)| *is &= corners.iter().any(|c| c.as_slice()[k] > HOPELESS));
+        left.allowed
+            .iter_mut()
+            .enumerate()
+            .for_each(|(k, is)| *is &= corners.iter().any(|c| c.as_slice()[k] > HOPELESS));
         let score = |i: usize, j: usize| {
             let odds = left.ln_odds(Form { tau: FORMS[i], k: FACTORS[j] }, misread);
             score(&odds, &best(&odds)) - PER_DOUBLING * (i + j) as f64
@@ -282,7 +285,6 @@ impl Pairings {
         }
         (h, g)
     }
-
 }
 
 impl Terms {

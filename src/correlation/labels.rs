@@ -75,7 +75,8 @@ impl Label {
         let words: Vec<&str> = lower.split(|c: char| !c.is_alphanumeric()).filter(|w| !w.is_empty()).collect();
         // A word with the one and the two that follow: `in plane`, `out of plane`.
         let run = |i: usize, n: usize| words.get(i..i + n).map(<[&str]>::concat).unwrap_or_default();
-        let runs: Vec<String> = (0..words.len()).flat_map(|i| (1..=3).map(move |n| (i, n))).map(|(i, n)| run(i, n)).collect();
+        let runs: Vec<String> =
+            (0..words.len()).flat_map(|i| (1..=3).map(move |n| (i, n))).map(|(i, n)| run(i, n)).collect();
         let begins = |start: &str| runs.iter().any(|r| r.starts_with(start));
         let mut out = Self {
             text: lower.trim().to_string(),
@@ -95,7 +96,8 @@ impl Label {
         if word.len() > 5 || !word.chars().any(|c| c.is_ascii_digit()) {
             return;
         }
-        let rest = word.strip_prefix(['s', 'a']).filter(|r| r.starts_with(|c: char| c.is_ascii_digit())).unwrap_or(word);
+        let rest =
+            word.strip_prefix(['s', 'a']).filter(|r| r.starts_with(|c: char| c.is_ascii_digit())).unwrap_or(word);
         let digits: String = rest.chars().filter(char::is_ascii_digit).collect();
         let letters: String = rest.chars().filter(|c| !c.is_ascii_digit()).collect();
         let (motion, direction) = match letters.as_str() {

@@ -89,7 +89,8 @@ pub(super) fn investigate(
     scene.how = settings.pairing;
     let (decided, x) = settled(&scene, settings)?;
     let found = |standing: &Standing| matches!(standing, Standing::Aside { foreign: Some(_), .. });
-    let foreign: Vec<usize> = (0..decided.test.modes.len()).filter(|&m| found(&decided.test.modes[m].standing)).collect();
+    let foreign: Vec<usize> =
+        (0..decided.test.modes.len()).filter(|&m| found(&decided.test.modes[m].standing)).collect();
     let without = investigate_these(decided, starts, x.as_ref(), weight, settings)?;
     // Shapes tell whether a hypothesis explains a mode; a frequency alone can be had from any.
     if !foreign.iter().any(|&m| scene.test.modes[m].shape.is_some()) || !brings_modes(&without) {

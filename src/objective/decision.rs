@@ -14,9 +14,7 @@
 use super::prediction::{Comparison, Prediction};
 use super::scaling::Scaling;
 use crate::catalogue::did_you_mean;
-use crate::correlation::{
-    CorrelationError, Form, Label, MeasuredMode, Modelled, Pairings, best, marginals,
-};
+use crate::correlation::{CorrelationError, Form, Label, MeasuredMode, Modelled, Pairings, best, marginals};
 use crate::data::{Partner, Standing, TestData};
 use crate::linalg::{DMatrix, DVector};
 use crate::model::{ModeLabel, label_modes};
@@ -345,11 +343,8 @@ impl Inference<'_> {
         let modes: Vec<usize> = (0..prediction.frequencies_hz.len()).filter(|&a| is_near(a)).collect();
         let names = if with_labels && side.needs_names { names(c, &theta, &prediction) } else { None };
         let free = self.scaling.free();
-        let derivative = if free.is_empty() {
-            None
-        } else {
-            Some(c.differentiate_modes(&theta, &prediction, free, &modes)?)
-        };
+        let derivative =
+            if free.is_empty() { None } else { Some(c.differentiate_modes(&theta, &prediction, free, &modes)?) };
         let n_sensors = prediction.at_sensors.nrows();
         let width = self.scaling.width();
         let modelled: Vec<Modelled> = modes
@@ -412,7 +407,8 @@ impl Inference<'_> {
                 let spread = self.spread(&inverse);
                 let odds = |l: &Look| l.pairings.spread(&spread).ln_odds(*form, self.options.misread);
                 let pairs: Vec<_> = looks.iter().map(|l| best(&odds(l))).collect();
-                let parts = looks.iter().zip(&pairs).map(|(l, p)| l.pairings.normal_equations(p, *form, self.options.misread));
+                let parts =
+                    looks.iter().zip(&pairs).map(|(l, p)| l.pairings.normal_equations(p, *form, self.options.misread));
                 (x, inverse) = self.step_of(&x, parts).unwrap_or((x, inverse));
             }
         }
@@ -421,7 +417,11 @@ impl Inference<'_> {
 
     /// A step with the pairs and the model form that were found.
     fn step(&self, found: &Found, pairs: &[Vec<Option<usize>>]) -> Option<(DVector<f64>, DMatrix<f64>)> {
-        let parts = found.sides.iter().zip(pairs).map(|(s, p)| s.look.pairings.normal_equations(p, s.form, self.options.misread));
+        let parts = found
+            .sides
+            .iter()
+            .zip(pairs)
+            .map(|(s, p)| s.look.pairings.normal_equations(p, s.form, self.options.misread));
         self.step_of(&found.x, parts)
     }
 
@@ -525,8 +525,7 @@ impl Inference<'_> {
                     count[s] += 1;
                 }
             }
-            let rms: Vec<f64> =
-                square.iter().zip(&count).map(|(q, c)| (q / f64::from((*c).max(1))).sqrt()).collect();
+            let rms: Vec<f64> = square.iter().zip(&count).map(|(q, c)| (q / f64::from((*c).max(1))).sqrt()).collect();
             let mut known: Vec<f64> = rms.iter().zip(&count).filter(|(_, c)| **c > 0).map(|(r, _)| *r).collect();
             known.sort_by(f64::total_cmp);
             let Some(&median) = known.get(known.len() / 2) else { return factors };
@@ -597,7 +596,8 @@ impl Inference<'_> {
         let f = mode.frequency_hz.value;
         let n = p.frequencies_hz.len();
         let by = |of: &dyn Fn(usize) -> f64| (0..n).max_by(|&a, &b| of(a).total_cmp(&of(b)));
-        let likeness = |a: usize| if mode.shape.is_some() { p.mac[(a, i)] } else { -(p.frequencies_hz[a] / f).ln().abs() };
+        let likeness =
+            |a: usize| if mode.shape.is_some() { p.mac[(a, i)] } else { -(p.frequencies_hz[a] / f).ln().abs() };
         let Some(a) = by(&likeness) else { return (None, "the model has no mode to compare with".into()) };
         let name = at.look.names.as_ref().map(|names| names[a].long.as_str());
         let gates = self.gates();
@@ -605,10 +605,10 @@ impl Inference<'_> {
             return (None, gate.reason(&gates, c, p, i, a, name));
         }
         let called = called(p, a, name);
-        let taken = at.pairs.iter().position(|q| q.is_some_and(|q| at.look.modes[q] == a)).filter(|&other| other != row);
-        let taken = taken.map_or_else(String::new, |other| {
-            format!(", which is the partner of test mode {}", side.open[other] + 1)
-        });
+        let taken =
+            at.pairs.iter().position(|q| q.is_some_and(|q| at.look.modes[q] == a)).filter(|&other| other != row);
+        let taken = taken
+            .map_or_else(String::new, |other| format!(", which is the partner of test mode {}", side.open[other] + 1));
         let best = if mode.shape.is_some() {
             format!("its largest MAC is {:.2}, with {called}{taken}", p.mac[(a, i)])
         } else {

@@ -19,7 +19,8 @@ use crate::identify::real_shape;
 use crate::linalg::{Complex, DMatrix};
 use crate::model::{Model, ParametricModel, Target};
 use crate::update::{
-    AssessedPair, Assessment, HowToPair, ParameterChange, Uncertainty, Update, UpdateError, assess, compared, paired_test,
+    AssessedPair, Assessment, HowToPair, ParameterChange, Uncertainty, Update, UpdateError, assess, compared,
+    paired_test,
 };
 
 /// A model and a test that it was compared with.

@@ -182,7 +182,9 @@ pub fn assess(comparison: &Comparison<'_>, theta: &[f64]) -> Result<Assessment, 
                 flags,
                 probability: match &mode.standing {
                     // Of the pair that was inferred: a fit may have paired the mode anew since.
-                    Standing::Found { model_mode, probability, .. } if *model_mode == p.analytical => Some(*probability),
+                    Standing::Found { model_mode, probability, .. } if *model_mode == p.analytical => {
+                        Some(*probability)
+                    }
                     _ => None,
                 },
             }

@@ -385,7 +385,8 @@ impl Settled {
         let all = || tests.iter().flat_map(|t| &t.modes);
         let has_other = tests.iter().any(TestData::has_more_than_modes);
         if all().next().is_some() && !has_other && all().all(|m| m.standing.is_aside()) {
-            let reasons = all().enumerate().filter_map(|(i, m)| Some(format!("mode {}: {}", i + 1, m.standing.reason()?)));
+            let reasons =
+                all().enumerate().filter_map(|(i, m)| Some(format!("mode {}: {}", i + 1, m.standing.reason()?)));
             return Err(UpdateError::NoPartner { reasons: reasons.take(6).collect::<Vec<_>>().join("; ") });
         }
         Ok(Self { tests, x: how.infers().then_some(x) })

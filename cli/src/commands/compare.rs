@@ -10,10 +10,10 @@ use retune::model::{Model, ParametricModel};
 use retune::objective::Comparison;
 use retune::report::text::{Style, agreement};
 use retune::update::{
-    AssessedPair, AssessedReading, Assessment, Functions, FunctionsOptions, MassReduction, ModeAgreement,
-    HowToPair, Orthogonality, Places, PlacesOptions, Sensitivities, SensitivityOptions, SensorReport, UnpairedMode,
-    UpdateError, assess, compare_functions, compared, judge, load_profile, mode_agreement, orthogonality, paired_test, places, sensitivities,
-    sensor_agreement,
+    AssessedPair, AssessedReading, Assessment, Functions, FunctionsOptions, HowToPair, MassReduction, ModeAgreement,
+    Orthogonality, Places, PlacesOptions, Sensitivities, SensitivityOptions, SensorReport, UnpairedMode, UpdateError,
+    assess, compare_functions, compared, judge, load_profile, mode_agreement, orthogonality, paired_test, places,
+    sensitivities, sensor_agreement,
 };
 use serde_json::{Value, json};
 use std::path::Path;

@@ -10,8 +10,8 @@ use retune::diagnosis::{Settings, diagnose};
 use retune::model::{Model, ParametricModel};
 use retune::report::data::ReportData;
 use retune::report::{
-    Case, LearningStep, add_before, add_diagnosis, add_learning, add_responses, assess_paired,
-    misfit_before_any_fit, of_comparison, steps, text,
+    Case, LearningStep, add_before, add_diagnosis, add_learning, add_responses, assess_paired, misfit_before_any_fit,
+    of_comparison, steps, text,
 };
 use retune::update::Assessment;
 use std::path::{Path, PathBuf};

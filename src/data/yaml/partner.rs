@@ -30,7 +30,9 @@ impl<'de> Deserialize<'de> for PartnerSpec {
             }
             fn visit_str<E: de::Error>(self, text: &str) -> Result<PartnerSpec, E> {
                 if text.trim().is_empty() {
-                    return Err(E::custom("the name of a mode is empty; leave `pair_with` out if the partner is not known"));
+                    return Err(E::custom(
+                        "the name of a mode is empty; leave `pair_with` out if the partner is not known",
+                    ));
                 }
                 Ok(PartnerSpec(Partner::Label(text.trim().to_string())))
             }

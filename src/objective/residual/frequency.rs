@@ -36,9 +36,10 @@ impl Residual for Frequency {
     fn evaluate(&self, at: &Point<'_>, out: &mut [f64]) {
         for (i, mode) in at.comparison.test().modes.iter().enumerate() {
             let alone = if at.comparison.is_aside(i) { 0.0 } else { NO_PARTNER };
-            out[i] = at.prediction.partner(i).map_or(alone, |a| {
-                (at.prediction.frequencies_hz[a] - mode.frequency_hz.value) / mode.frequency_hz.sd
-            });
+            out[i] = at
+                .prediction
+                .partner(i)
+                .map_or(alone, |a| (at.prediction.frequencies_hz[a] - mode.frequency_hz.value) / mode.frequency_hz.sd);
         }
     }
 
