@@ -10,7 +10,7 @@ pub use write::write_test;
 
 use self::partner::PartnerSpec;
 use self::statics::{FrfSpec, StaticTestSpec};
-use super::test::{MassProperty, MassQuantity, Measured, Origin, Place, Sensor, Standing, TestData, TestMode};
+use super::test::{MassProperty, MassQuantity, Measured, Origin, Place, Sensor, TestData, TestMode};
 use crate::catalogue::did_you_mean;
 use crate::linalg::{Complex, DVector};
 use crate::units::Scalar;
@@ -495,23 +495,6 @@ impl Reader<'_> {
         }
     }
 
-    /// What the user says of the mode.
-    fn standing(&mut self, m: &ModeSpec, path: &str) -> Standing {
-        if m.pair_with.is_some() && (!m.is_used || m.foreign) {
-            let other = if m.foreign { "`foreign: true`" } else { "`use: false`" };
-            self.error(
-                child(path, "pair_with"),
-                format_args!("the mode has a partner here and none by {other}; leave one of them out"),
-            );
-        }
-        match &m.pair_with {
-            _ if m.foreign => Standing::Foreign,
-            _ if !m.is_used => Standing::Unused,
-            Some(PartnerSpec(partner)) => Standing::With(partner.clone()),
-            None => Standing::Open,
-        }
-    }
-
     fn shape(
         &mut self,
         s: &ShapeSpec,
@@ -611,7 +594,7 @@ pub fn family_of_label(label: &str) -> Option<&'static str> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::data::Partner;
+    use crate::data::{Partner, Standing};
 
     const TEXT: &str = "
 retune_test: 1

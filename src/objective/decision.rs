@@ -11,13 +11,18 @@
 //! What comes out is a set of measured modes. The fit itself is plain least squares of that set: among what is of the structure it pairs
 //! anew at every point, and what is not costs nothing and pulls nothing.
 
+mod gates;
+mod partner;
+
+use self::gates::{Gates, called, probability};
+pub(crate) use self::gates::why_unpaired;
+use self::partner::{names, resolve};
 use super::prediction::{Comparison, Prediction};
 use super::scaling::Scaling;
-use crate::catalogue::did_you_mean;
 use crate::correlation::{CorrelationError, Form, Label, MeasuredMode, Modelled, Pairings, best, marginals};
-use crate::data::{Partner, Standing, TestData};
+use crate::data::{Standing, TestData};
 use crate::linalg::{DMatrix, DVector};
-use crate::model::{ModeLabel, label_modes};
+use crate::model::ModeLabel;
 use std::sync::Arc;
 
 /// Model form of the steps, with the factor of the noise of shapes.
@@ -209,40 +214,6 @@ impl<'a> Side<'a> {
         }
         Ok(Self { comparison, open, labels, given, needs_names })
     }
-}
-
-/// Names of the elastic modes of a prediction; none where the model cannot tell.
-fn names(comparison: &Comparison<'_>, theta: &[f64], p: &Prediction) -> Option<Vec<ModeLabel>> {
-    let characters = comparison.model().characters(theta, &p.modes.shapes, p.modes.n_rigid).ok()??;
-    Some(label_modes(&characters).split_off(p.modes.n_rigid))
-}
-
-/// The elastic mode, from 0, that a user means.
-fn resolve(
-    comparison: &Comparison<'_>,
-    theta: &[f64],
-    test_mode: usize,
-    partner: &Partner,
-) -> Result<usize, CorrelationError> {
-    let p = comparison.predict(theta).map_err(|e| CorrelationError::Model(e.to_string()))?;
-    let refused = |reason: String| CorrelationError::Partner { mode: test_mode + 1, reason };
-    let n = p.frequencies_hz.len();
-    let label = match partner {
-        Partner::Number(k) if (1..=n).contains(k) => return Ok(k - 1),
-        Partner::Number(k) => return Err(refused(format!("{k} is no mode of the model: modes 1 to {n} are compared"))),
-        Partner::Label(label) => label,
-    };
-    let Some(named) = names(comparison, theta, &p) else {
-        return Err(refused(format!(
-            "`{label}` is no number, and the modes of this model have no names; give the number from `retune modes`"
-        )));
-    };
-    let is_name = |m: &ModeLabel| m.long.eq_ignore_ascii_case(label) || m.short.eq_ignore_ascii_case(label);
-    if let Some(k) = named.iter().position(is_name) {
-        return Ok(k);
-    }
-    let suggestion = did_you_mean(label, named.iter().map(|m| m.long.as_str()));
-    Err(refused(format!("no mode of the model is called `{label}`{suggestion}; `retune modes` lists them")))
 }
 
 /// What is seen of one test at a point.
@@ -615,101 +586,5 @@ impl Inference<'_> {
             format!("the nearest in frequency is {called}{taken}")
         };
         (Some(foreign), format!("foreign with probability {}: {best}", probability(foreign)))
-    }
-}
-
-/// A probability as people read it.
-fn probability(p: f64) -> String {
-    if p > 0.999 { "above 0.999".into() } else { format!("{p:.3}") }
-}
-
-/// A mode of the model in a sentence.
-fn called(p: &Prediction, a: usize, name: Option<&str>) -> String {
-    let f = p.frequencies_hz[a];
-    name.map_or_else(|| format!("mode {} of the model at {}", a + 1, hz(f)), |name| format!("`{name}` at {}", hz(f)))
-}
-
-/// A frequency with four digits at least.
-fn hz(f: f64) -> String {
-    let digits = (3 - f.abs().max(1e-12).log10().floor() as i32).clamp(0, 6) as usize;
-    let text = format!("{f:.digits$}");
-    let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
-    format!("{text} Hz")
-}
-
-/// The limits of a user.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Gates {
-    min_mac: f64,
-    window: f64,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Gate {
-    Window,
-    Mac,
-}
-
-impl Gates {
-    /// Which of them a pair does not pass.
-    fn closed(self, c: &Comparison<'_>, p: &Prediction, test_mode: usize, a: usize) -> Option<Gate> {
-        let mode = &c.test().modes[test_mode];
-        let (f_a, f_x) = (p.frequencies_hz[a], mode.frequency_hz.value);
-        if f_a.max(f_x) > (1.0 + self.window) * f_a.min(f_x) {
-            return Some(Gate::Window);
-        }
-        (mode.shape.is_some() && p.mac[(a, test_mode)] < self.min_mac).then_some(Gate::Mac)
-    }
-}
-
-impl Gate {
-    fn reason(
-        self,
-        gates: &Gates,
-        c: &Comparison<'_>,
-        p: &Prediction,
-        test_mode: usize,
-        a: usize,
-        name: Option<&str>,
-    ) -> String {
-        let f = c.test().modes[test_mode].frequency_hz.value;
-        match self {
-            Self::Window => format!(
-                "outside the frequency window: {} against {}; `--frequency-window` widens it",
-                hz(f),
-                hz(p.frequencies_hz[a])
-            ),
-            Self::Mac => format!(
-                "its largest MAC is {:.2}, with {}, below {}; `--min-mac` lowers the limit",
-                p.mac[(a, test_mode)],
-                called(p, a, name),
-                gates.min_mac
-            ),
-        }
-    }
-}
-
-/// Why the rule and the gates of a comparison leave a measured mode without a partner, where nothing else tells.
-pub(crate) fn why_unpaired(c: &Comparison<'_>, p: &Prediction, test_mode: usize) -> String {
-    let mode = &c.test().modes[test_mode];
-    let f = mode.frequency_hz.value;
-    let likeness = |a: usize| match &mode.shape {
-        Some(_) => p.mac[(a, test_mode)],
-        None => -(p.frequencies_hz[a] / f).ln().abs(),
-    };
-    let n = p.frequencies_hz.len();
-    let Some(a) = (0..n).max_by(|&a, &b| likeness(a).total_cmp(&likeness(b))) else {
-        return "the model has no mode to compare with".into();
-    };
-    let gates = Gates { min_mac: c.pairing().min_mac, window: c.pairing().frequency_window };
-    if let Some(gate) = gates.closed(c, p, test_mode, a) {
-        return gate.reason(&gates, c, p, test_mode, a, None);
-    }
-    match p.pairs.pairs.iter().find(|q| q.analytical == a) {
-        Some(q) => format!("{} is the partner of test mode {}", called(p, a, None), q.experimental + 1),
-        None if mode.shape.is_none() && c.has_shapes() => {
-            "it has no shape, and this rule pairs by shapes; `--pairing probable` uses frequency and label too".into()
-        }
-        None => format!("{} is of another symmetry than its label tells", called(p, a, None)),
     }
 }

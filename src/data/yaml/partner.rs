@@ -1,6 +1,8 @@
 //! `pair_with`: the mode of the model that a user names.
 
-use crate::data::Partner;
+use super::{ModeSpec, Reader};
+use crate::data::{Partner, Standing};
+use crate::yaml::child;
 use schemars::JsonSchema;
 use serde::de::{self, Deserializer, Visitor};
 use serde::ser::Serializer;
@@ -61,5 +63,24 @@ impl JsonSchema for PartnerSpec {
             "description": "The name of a mode of the model, or its number from 1",
             "anyOf": [{"type": "string", "minLength": 1}, {"type": "integer", "minimum": 1}]
         })
+    }
+}
+
+impl Reader<'_> {
+    /// What the user says of the mode.
+    pub(super) fn standing(&mut self, m: &ModeSpec, path: &str) -> Standing {
+        if m.pair_with.is_some() && (!m.is_used || m.foreign) {
+            let other = if m.foreign { "`foreign: true`" } else { "`use: false`" };
+            self.error(
+                child(path, "pair_with"),
+                format_args!("the mode has a partner here and none by {other}; leave one of them out"),
+            );
+        }
+        match &m.pair_with {
+            _ if m.foreign => Standing::Foreign,
+            _ if !m.is_used => Standing::Unused,
+            Some(PartnerSpec(partner)) => Standing::With(partner.clone()),
+            None => Standing::Open,
+        }
     }
 }
