@@ -1,6 +1,8 @@
 //! The command line, as clap reads it.
 
 use clap::{Arg, Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
+use retune::correlation::PairBy;
+use retune::update::HowToPair;
 use std::path::PathBuf;
 
 mod correlation;
@@ -95,14 +97,44 @@ pub(crate) struct Modes {
 }
 
 /// How modes of model and test are paired.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
 pub(crate) enum Pairing {
+    /// The most probable pairs by shape, frequency, label and symmetry together; what is not of the structure has none.
+    #[default]
+    Probable,
     /// Optimal assignment on MAC alone.
     Mac,
-    /// On MAC times how near the frequencies are, beyond an octave: for least squares where the test has shapes.
+    /// On MAC times how near the frequencies are, beyond an octave.
     NearMac,
     /// By order of frequency, within symmetry classes where labels tell them.
     Order,
+}
+
+/// How modes are paired, and within which limits.
+#[derive(Debug, Clone, Copy, Args)]
+pub(crate) struct PairingOptions {
+    /// How modes are paired; `pair_with`, `use` and `foreign` of a mode in the test file stand above it.
+    #[arg(long, value_enum, value_name = "RULE")]
+    pub(crate) pairing: Option<Pairing>,
+    /// Smallest MAC of a pair.
+    #[arg(long, value_name = "MAC", value_parser = values::mac)]
+    pub(crate) min_mac: Option<f64>,
+    /// Largest frequency ratio of a pair, as 1 + window.
+    #[arg(long, value_name = "WINDOW", value_parser = values::not_negative)]
+    pub(crate) frequency_window: Option<f64>,
+}
+
+impl PairingOptions {
+    /// For the library.
+    pub(crate) fn how(self) -> HowToPair {
+        let by = match self.pairing {
+            None | Some(Pairing::Probable) => None,
+            Some(Pairing::Mac) => Some(PairBy::Mac),
+            Some(Pairing::NearMac) => Some(PairBy::NearMac),
+            Some(Pairing::Order) => Some(PairBy::Order),
+        };
+        HowToPair { by, min_mac: self.min_mac, frequency_window: self.frequency_window }
+    }
 }
 
 /// What the test had and the model file has not.
@@ -149,9 +181,8 @@ pub(crate) struct Update {
     /// A file with terms and weights, loss, regularisation and limits of the least-squares cost.
     #[arg(long, value_name = "FILE")]
     pub(crate) objective: Option<PathBuf>,
-    /// How modes are paired; by MAC, without shapes and for frequencies alone by order.
-    #[arg(long, value_enum)]
-    pub(crate) pairing: Option<Pairing>,
+    #[command(flatten)]
+    pub(crate) pairing: PairingOptions,
     /// A method of `retune list optimizers`, or YAML with settings.
     #[arg(long)]
     pub(crate) optimizer: Option<String>,
@@ -208,6 +239,8 @@ pub(crate) struct Sample {
     /// A file with terms and weights, loss, regularisation and limits of the least-squares cost.
     #[arg(long, value_name = "FILE")]
     pub(crate) objective: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) pairing: PairingOptions,
     /// Sample with a reduced model whose frequencies are right to this part within the bounds; for large models.
     #[arg(long, value_name = "TOLERANCE", num_args = 0..=1, require_equals = true, default_missing_value = "1e-4", value_parser = values::tolerance)]
     pub(crate) reduced: Option<f64>,
@@ -254,6 +287,8 @@ pub(crate) struct Report {
     /// Measurement files with frequency response functions, to show beside those of the model.
     #[arg(long, num_args = 1.., value_name = "FILE")]
     pub(crate) frf: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(crate) pairing: PairingOptions,
     #[command(flatten)]
     pub(crate) measurement: Measurement,
     /// The report's data as JSON.

@@ -1,9 +1,12 @@
 //! What goes to the terminal.
 
+use retune::data::TestData;
+use retune::diagnosis::BasePairs;
 use retune::report::text::agreement::{ratio, wrapped};
 use retune::report::text::{Align, Cell, Style, Table, Tone, hertz, printable};
 use retune::update::{Assessment, ModeAgreement};
 use retune::yaml::{Problem, Severity};
+use serde_json::{Value, json};
 use std::fmt::Write as _;
 use std::io::{IsTerminal, Write as _};
 use std::path::Path;
@@ -220,6 +223,10 @@ pub(crate) fn pairs(a: &Assessment, agreement: Option<&[ModeAgreement]>, style: 
     if agreement.is_some() {
         columns.push(("chi2/n", Align::Right));
     }
+    let is_inferred = a.pairs.iter().any(|p| p.probability.is_some());
+    if is_inferred {
+        columns.push(("P", Align::Right));
+    }
     columns.extend([("model mode", Align::Left), ("", Align::Left)]);
     let mut table = Table::new(columns);
     for (k, p) in a.pairs.iter().enumerate() {
@@ -239,6 +246,10 @@ pub(crate) fn pairs(a: &Assessment, agreement: Option<&[ModeAgreement]>, style: 
         if let Some(m) = agreement.and_then(|a| a.get(k)) {
             row.push(ratio(&m.misfit).into());
         }
+        if is_inferred {
+            let tone = if p.probability.is_some_and(|v| v < 0.9) { Tone::Warning } else { Tone::Plain };
+            row.push(Cell::new(p.probability.map_or_else(|| "–".to_string(), probability), tone));
+        }
         // A name that says nothing new takes no room.
         let name = if p.test_label.as_ref() == Some(&p.model_label) { "same" } else { &p.model_label };
         row.extend([name.into(), Cell::new(flags(p), Tone::Warning)]);
@@ -248,10 +259,8 @@ pub(crate) fn pairs(a: &Assessment, agreement: Option<&[ModeAgreement]>, style: 
     out += &readings(a, style);
     for u in &a.unpaired_test {
         let label = u.label.as_deref().map(|l| format!(" ({l})")).unwrap_or_default();
-        let best = u.best.map_or_else(String::new, |(m, mac)| {
-            format!("; best: {} at {:.3} Hz, MAC {mac:.2}", a.model_modes[m].label, a.model_modes[m].frequency_hz)
-        });
-        let text = format!("no partner: test mode {} at {:.3} Hz{label}{best}", u.mode + 1, u.frequency_hz);
+        let why = u.reason.as_deref().map(|r| format!(": {r}")).unwrap_or_default();
+        let text = format!("no partner: test mode {} at {:.3} Hz{label}{why}", u.mode + 1, u.frequency_hz);
         wrapped(&mut out, &text, style);
     }
     for u in &a.unpaired_model {
@@ -270,6 +279,106 @@ pub(crate) fn pairs(a: &Assessment, agreement: Option<&[ModeAgreement]>, style: 
         let _ = writeln!(out, "swapped: in the model the test modes come in the order {}", order.join(" "));
     }
     out
+}
+
+/// A probability in a column.
+fn probability(p: f64) -> String {
+    if p > 0.999 { ">0.999".into() } else { format!("{p:.3}") }
+}
+
+/// Columns of a MAC matrix side by side.
+const MAC_COLUMNS: usize = 12;
+/// Rows of a MAC matrix, at most.
+const MAC_ROWS: usize = 24;
+
+/// The MAC of every measured shape with the modes of the model.
+pub(crate) fn mac_matrix(a: &Assessment, test: &TestData, style: &Style) -> String {
+    let partner = |j: usize| a.pairs.iter().find(|p| p.test_mode == j).map(|p| p.model_mode);
+    let hz: Vec<f64> = a.model_modes.iter().map(|m| m.frequency_hz).collect();
+    matrix(&hz, test, &|i, j| a.mac[(i, j)], &partner, style)
+}
+
+/// The pairs and the MAC of a diagnosis, at its fitted base.
+pub(crate) fn base_pairs(pairs: &BasePairs, test: &TestData, style: &Style) -> String {
+    let mut table = Table::new([
+        ("#", Align::Right),
+        ("test Hz", Align::Right),
+        ("model Hz", Align::Right),
+        ("MAC", Align::Right),
+        ("P", Align::Right),
+        ("", Align::Left),
+    ]);
+    for (k, m) in pairs.modes.iter().enumerate() {
+        let number = |v: Option<f64>| v.map_or_else(|| "–".to_string(), |v| format!("{v:.3}"));
+        let hz = m.model_mode.and_then(|a| pairs.model_hz.get(a - 1).copied());
+        let state = if m.model_mode.is_some() { "" } else { "no partner" };
+        table.row([
+            (k + 1).to_string().into(),
+            format!("{:.3}", m.test_hz).into(),
+            number(hz).into(),
+            number(m.mac).into(),
+            m.probability.map_or_else(|| "–".to_string(), probability).into(),
+            Cell::new(state, Tone::Warning),
+        ]);
+    }
+    let mut out = format!("pairs of the fitted model with {}\n", pairs.test) + &table.render(style);
+    for (k, m) in pairs.modes.iter().enumerate() {
+        if let Some(reason) = &m.reason {
+            wrapped(&mut out, &format!("no partner: test mode {} at {:.3} Hz: {reason}", k + 1, m.test_hz), style);
+        }
+    }
+    let partner = |j: usize| pairs.modes.get(j).and_then(|m| m.model_mode).map(|a| a - 1);
+    out + &matrix(&pairs.model_hz, test, &|i, j| pairs.mac[i][j], &partner, style)
+}
+
+/// A MAC matrix, rows modes of the model up to the last that matters, pairs marked.
+fn matrix(
+    model_hz: &[f64],
+    test: &TestData,
+    mac: &dyn Fn(usize, usize) -> f64,
+    partner: &dyn Fn(usize) -> Option<usize>,
+    style: &Style,
+) -> String {
+    let shaped: Vec<usize> = (0..test.modes.len()).filter(|&j| test.modes[j].shape.is_some()).collect();
+    if shaped.is_empty() || model_hz.is_empty() {
+        return String::new();
+    }
+    let highest = test.modes.iter().map(|m| m.frequency_hz.value).fold(0.0, f64::max);
+    let last = shaped.iter().filter_map(|&j| partner(j)).max().unwrap_or(0);
+    let near = model_hz.iter().filter(|f| **f <= 1.2 * highest).count();
+    let rows = near.max(last + 1).max(1).min(model_hz.len());
+    let shown = rows.min(MAC_ROWS.max(last + 1));
+    let mut out = String::new();
+    for block in shaped.chunks(MAC_COLUMNS) {
+        let heads: Vec<String> = block.iter().map(|&j| format!("{}", j + 1)).collect();
+        let mut columns = vec![("MAC", Align::Right), ("model Hz", Align::Right)];
+        columns.extend(heads.iter().map(|h| (h.as_str(), Align::Right)));
+        let mut table = Table::new(columns);
+        for i in 0..shown {
+            let mut row: Vec<Cell> = vec![(i + 1).to_string().into(), format!("{:.3}", model_hz[i]).into()];
+            row.extend(block.iter().map(|&j| {
+                let tone = if partner(j) == Some(i) { Tone::Good } else { Tone::Plain };
+                Cell::new(format!("{:.2}", mac(i, j)), tone)
+            }));
+            table.row(row);
+        }
+        out += "\n";
+        out += &table.render(style);
+    }
+    if shown < rows {
+        let _ = writeln!(out, "{} higher modes of the model are in --json", rows - shown);
+    }
+    out
+}
+
+/// The MAC matrix with what its rows and columns are.
+pub(crate) fn mac_matrix_json(a: &Assessment, test: &TestData) -> Value {
+    let rows: Vec<Vec<f64>> = a.mac.row_iter().map(|r| r.iter().copied().collect()).collect();
+    json!({
+        "model_hz": a.model_modes.iter().map(|m| m.frequency_hz).collect::<Vec<_>>(),
+        "test_hz": test.modes.iter().map(|m| m.frequency_hz.value).collect::<Vec<_>>(),
+        "values": rows,
+    })
 }
 
 /// Readings of static tests beside those of the model.

@@ -12,6 +12,8 @@ mod expansion;
 mod frf;
 mod gamma_quantile;
 mod identifiability;
+mod inference;
+mod labels;
 mod loading;
 mod localization;
 mod mac;
@@ -42,6 +44,8 @@ pub use identifiability::{
     CollinearGroup, CoupledGroup, Identifiability, Information, collinear_groups, correlations, covariance,
     identifiability, information,
 };
+pub(crate) use inference::{Form, Measured as MeasuredMode, Modelled, Pairings, best, marginals};
+pub(crate) use labels::Label;
 pub use loading::{Transducer, transducers, with_sensor_masses};
 pub use localization::{
     ElementMatrix, ExpandedMode, Localization, Place, by_group, element_energies, group_matrices, localize,
@@ -53,7 +57,8 @@ pub use mapping::{Leftover, MappedPoint, Mapping, MappingOptions, PlaceKind, map
 pub use observe::{check_sensors, observation_matrix, observation_matrix_at, sensor_position, varying_sensors};
 pub use orthogonality::{auto_orthogonality, cross_orthogonality, generalized_mass};
 pub use pairing::{
-    ModeList, ModePair, PairBy, PairFlag, PairedModes, PairingOptions, Tracked, Unpaired, pair_modes, track,
+    ModeList, ModePair, PairBy, PairFlag, PairedModes, PairingOptions, Plan, Tracked, Unpaired, pair_modes,
+    pair_planned_modes, track,
 };
 pub(crate) use partners::PartnerSearch;
 pub use pretest::{
@@ -117,6 +122,14 @@ pub enum CorrelationError {
         name: String,
         /// "; did you mean ...?" or nothing.
         suggestion: String,
+    },
+    /// A partner that a user has named is none.
+    #[error("pair_with of test mode {mode}: {reason}")]
+    Partner {
+        /// The test mode, from 1.
+        mode: usize,
+        /// Why not.
+        reason: String,
     },
     /// The model failed.
     #[error("the model cannot be evaluated: {0}")]

@@ -81,6 +81,21 @@ impl Default for PairingOptions {
     }
 }
 
+/// What is settled about a measured mode before the rule pairs the others.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Plan {
+    /// Nothing: the rule pairs it.
+    #[default]
+    Free,
+    /// It has no partner.
+    Aside,
+    /// Its partner is this mode of the model.
+    Fixed(usize),
+    /// Its partner is the mode of this number, by frequency from 0, among those of its family that no rule has taken: a mode without a
+    /// shape beside others with shapes, or one whose place in the order is known.
+    Ranked(usize),
+}
+
 /// What is odd about a pair.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
@@ -203,8 +218,21 @@ pub fn pair_modes(
     experimental: &ModeList<'_>,
     options: &PairingOptions,
 ) -> PairedModes {
+    pair_planned_modes(mac, analytical, experimental, options, &[])
+}
+
+/// The same where something is settled about some of the measured modes.
+///
+/// * `plans` - of every measured mode; empty where nothing is settled
+pub fn pair_planned_modes(
+    mac: &DMatrix<f64>,
+    analytical: &ModeList<'_>,
+    experimental: &ModeList<'_>,
+    options: &PairingOptions,
+    plans: &[Plan],
+) -> PairedModes {
     let (n_a, n_x) = mac.shape();
-    let judge = Judge { mac, analytical, experimental, options };
+    let judge = Judge { mac, analytical, experimental, options, plans };
     let mut partners = match options.by {
         PairBy::Mac | PairBy::NearMac => judge.by_mac(),
         PairBy::Order => judge.by_order(),
@@ -214,6 +242,14 @@ pub fn pair_modes(
     partners.sort_by_key(|&(_, j)| rank[j]);
     if options.by == PairBy::NearMac {
         uncross(&mut partners, |i| analytical.frequency(i), |i, j| judge.weight(i, j));
+    }
+    if plans.iter().any(|p| *p != Plan::Free) {
+        let order = analytical.by_frequency(n_a);
+        let mut taken = vec![false; n_a];
+        partners.iter().for_each(|p| taken[p.0] = true);
+        let is_same = |i: usize, j: usize| !options.same_family_only || judge.is_same_family(i, j);
+        add_planned(plans, &order, &mut taken, is_same, &mut partners);
+        partners.sort_by_key(|&(_, j)| rank[j]);
     }
     let pairs: Vec<ModePair> = partners.iter().map(|&(i, j)| judge.pair(i, j)).collect();
 
@@ -232,6 +268,39 @@ pub fn pair_modes(
         }),
         swapped: inversions(&pairs, analytical, experimental),
         pairs,
+    }
+}
+
+/// Adds what the plans say to the pairs of the rule.
+///
+/// * `order` - modes of the model by ascending frequency
+/// * `taken` - those that the rule has paired; those of plans are added
+/// * `is_same_family` - (mode of the model, measured mode)
+pub(super) fn add_planned(
+    plans: &[Plan],
+    order: &[usize],
+    taken: &mut [bool],
+    is_same_family: impl Fn(usize, usize) -> bool,
+    pairs: &mut Vec<(usize, usize)>,
+) {
+    for (j, plan) in plans.iter().enumerate() {
+        if let Plan::Fixed(i) = *plan
+            && i < taken.len()
+        {
+            taken[i] = true;
+            pairs.push((i, j));
+        }
+    }
+    // Ranks count what the rule has left, so those that are handed out here stay in the count.
+    let by_rule = pairs.len();
+    for (j, plan) in plans.iter().enumerate() {
+        let Plan::Ranked(rank) = *plan else { continue };
+        let is_left = |i: usize| pairs[..by_rule].iter().all(|p| p.0 != i) && is_same_family(i, j);
+        let mut left = order.iter().copied().filter(|&i| is_left(i)).skip(rank);
+        if let Some(i) = left.find(|&i| !taken[i]) {
+            taken[i] = true;
+            pairs.push((i, j));
+        }
     }
 }
 
@@ -275,9 +344,20 @@ struct Judge<'a> {
     analytical: &'a ModeList<'a>,
     experimental: &'a ModeList<'a>,
     options: &'a PairingOptions,
+    plans: &'a [Plan],
 }
 
 impl Judge<'_> {
+    /// Whether the rule pairs a measured mode.
+    fn is_free(&self, j: usize) -> bool {
+        self.plans.get(j).is_none_or(|p| *p == Plan::Free)
+    }
+
+    /// Whether a mode of the model is left to the rule.
+    fn is_open(&self, i: usize) -> bool {
+        !self.plans.contains(&Plan::Fixed(i))
+    }
+
     fn is_near(&self, i: usize, j: usize) -> bool {
         let (f_a, f_x) = (self.analytical.frequency(i), self.experimental.frequency(j));
         let window = self.options.frequency_window;
@@ -294,7 +374,9 @@ impl Judge<'_> {
 
     fn is_allowed(&self, i: usize, j: usize) -> bool {
         let mac = self.mac[(i, j)];
-        mac > 0.0
+        self.is_free(j)
+            && self.is_open(i)
+            && mac > 0.0
             && mac >= self.options.min_mac
             && self.is_near(i, j)
             && (self.is_same_family(i, j) || !self.options.same_family_only)
@@ -346,7 +428,8 @@ impl Judge<'_> {
                     }
                 };
                 if partner[j].is_none()
-                    && let Some(i) = rows.iter().copied().find(|&i| !is_taken[i] && fits(i))
+                    && self.is_free(j)
+                    && let Some(i) = rows.iter().copied().find(|&i| !is_taken[i] && self.is_open(i) && fits(i))
                 {
                     is_taken[i] = true;
                     partner[j] = Some(i);
@@ -361,7 +444,8 @@ impl Judge<'_> {
         let mut pairs = Vec::new();
         for j in 0..self.mac.ncols() {
             let Some(label) = self.experimental.label(j) else { continue };
-            let partner = (0..self.mac.nrows()).find(|&i| !taken[i] && self.analytical.label(i) == Some(label));
+            let is_partner = |i: &usize| !taken[*i] && self.is_open(*i) && self.analytical.label(*i) == Some(label);
+            let partner = (0..self.mac.nrows()).find(|i| self.is_free(j) && is_partner(i));
             if let Some(i) = partner {
                 taken[i] = true;
                 pairs.push((i, j));

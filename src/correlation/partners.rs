@@ -3,7 +3,7 @@
 //! Nothing is allocated after the first candidate. Families are small numbers here, 0 for an unknown one.
 
 use super::assignment::Assigner;
-use super::pairing::{PairBy, PairingOptions, TIE_BREAK, nearness, uncross};
+use super::pairing::{PairBy, PairingOptions, Plan, TIE_BREAK, add_planned, nearness, uncross};
 
 /// The measured side of many pairings, and their memory.
 #[derive(Debug)]
@@ -11,6 +11,12 @@ pub(crate) struct PartnerSearch {
     options: PairingOptions,
     frequencies: Vec<f64>,
     families: Vec<u8>,
+    plans: Vec<Plan>,
+    has_plans: bool,
+    /// 0, 1, 2 ...: the modes of the model come by ascending frequency.
+    ascending: Vec<usize>,
+    /// Place of every test mode in `order`.
+    rank: Vec<usize>,
     /// Test modes by ascending frequency.
     order: Vec<usize>,
     /// Cost of each pair, (n_test x n_model), row by row.
@@ -23,14 +29,23 @@ pub(crate) struct PartnerSearch {
 
 impl PartnerSearch {
     /// For test modes with these frequencies (Hz) and families; `None` for pairing by label, which needs labels.
-    pub(crate) fn new(frequencies: &[f64], families: &[u8], options: PairingOptions) -> Option<Self> {
+    ///
+    /// * `plans` - what is settled about the test modes; empty where nothing is
+    pub(crate) fn new(frequencies: &[f64], families: &[u8], options: PairingOptions, plans: &[Plan]) -> Option<Self> {
         if options.by == PairBy::Label {
             return None;
         }
         let mut order: Vec<usize> = (0..frequencies.len()).collect();
         order.sort_by(|&i, &j| frequencies[i].total_cmp(&frequencies[j]));
+        let mut rank = vec![0; order.len()];
+        order.iter().enumerate().for_each(|(k, &j)| rank[j] = k);
+        let plans: Vec<Plan> = (0..frequencies.len()).map(|j| plans.get(j).copied().unwrap_or_default()).collect();
         Some(Self {
             options,
+            has_plans: plans.iter().any(|p| *p != Plan::Free),
+            plans,
+            ascending: Vec::new(),
+            rank,
             frequencies: frequencies.to_vec(),
             families: families.to_vec(),
             order,
@@ -57,12 +72,30 @@ impl PartnerSearch {
             PairBy::Mac | PairBy::NearMac => self.by_mac(frequencies, families, mac, out),
             PairBy::Order | PairBy::Label => self.by_order(frequencies.len(), families, out),
         }
+        if self.has_plans {
+            self.add_planned(families, out);
+        }
     }
 
     /// Whether the families let a pair be made by MAC.
     pub(crate) fn is_same_family(&self, family: u8, test_mode: usize) -> bool {
         let other = self.families[test_mode];
         !self.options.same_family_only || family == 0 || other == 0 || family == other
+    }
+
+    /// What is settled.
+    fn add_planned(&mut self, families: &[u8], out: &mut Vec<(usize, usize)>) {
+        let n_model = families.len();
+        self.taken.clear();
+        self.taken.resize(n_model, false);
+        out.iter().for_each(|p| self.taken[p.0] = true);
+        self.ascending.clear();
+        self.ascending.extend(0..n_model);
+        let (own, gated) = (&self.families, self.options.same_family_only);
+        let is_same = |i: usize, j: usize| !gated || families[i] == 0 || own[j] == 0 || families[i] == own[j];
+        add_planned(&self.plans, &self.ascending, &mut self.taken, is_same, out);
+        let rank = &self.rank;
+        out.sort_unstable_by_key(|&(_, j)| rank[j]);
     }
 
     fn by_mac<'a>(
@@ -82,6 +115,11 @@ impl PartnerSearch {
         // Where every test mode prefers another model mode, these are the best pairs; else an assignment decides.
         let mut contested = false;
         for (j, costs) in self.cost.chunks_exact_mut(n_model.max(1)).enumerate() {
+            if self.plans[j] != Plan::Free {
+                costs.fill(0.0);
+                self.cheapest.push(n_model);
+                continue;
+            }
             let (measured, own) = (self.frequencies[j], self.families[j]);
             for (((cost, &value), &hz), &family) in costs.iter_mut().zip(mac(j)).zip(frequencies).zip(families) {
                 let (low, high) = (hz.min(measured), hz.max(measured));
@@ -97,6 +135,15 @@ impl PartnerSearch {
                 for ((cost, &value), &hz) in costs.iter_mut().zip(mac(j)).zip(frequencies) {
                     if *cost < 0.0 {
                         *cost += value * (1.0 - nearness(hz.min(measured), hz.max(measured)));
+                    }
+                }
+            }
+            if self.has_plans {
+                for plan in &self.plans {
+                    if let Plan::Fixed(i) = *plan
+                        && i < n_model
+                    {
+                        costs[i] = 0.0;
                     }
                 }
             }
@@ -141,6 +188,13 @@ impl PartnerSearch {
         self.taken.resize(n_model, false);
         self.cheapest.clear();
         self.cheapest.resize(self.frequencies.len(), n_model);
+        for plan in &self.plans {
+            if let Plan::Fixed(i) = *plan
+                && i < n_model
+            {
+                self.taken[i] = true;
+            }
+        }
         let gated = self.options.same_family_only;
         for is_known in [true, false] {
             for &j in &self.order {
@@ -154,6 +208,7 @@ impl PartnerSearch {
                     }
                 };
                 if self.cheapest[j] == n_model
+                    && self.plans[j] == Plan::Free
                     && let Some(i) = (0..n_model).find(|&i| !self.taken[i] && fits(i))
                 {
                     self.taken[i] = true;
@@ -167,7 +222,7 @@ impl PartnerSearch {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{ModeList, pair_modes};
+    use super::super::{ModeList, pair_planned_modes};
     use super::*;
     use crate::linalg::DMatrix;
     use proptest::prelude::*;
@@ -182,6 +237,7 @@ mod tests {
             model_families in prop::collection::vec(0_u8..3, 9),
             test_families in prop::collection::vec(0_u8..3, 7),
             gates in (0.0_f64..0.6, 0_usize..3, any::<bool>(), 0_usize..3),
+            plans in prop::collection::vec(0_usize..12, 7),
         ) {
             let (min_mac, window, same_family_only, by) = gates;
             let options = PairingOptions {
@@ -197,14 +253,24 @@ mod tests {
                 codes.iter().map(|c| [None, Some("a".to_string()), Some("b".to_string())][*c as usize].clone()).collect()
             };
             let (a, x) = (names(&model_families[..n_model]), names(&test_families[..n_test]));
-            let paired = pair_modes(
+            // At most one mode is fixed to each.
+            let plans: Vec<Plan> = (0..n_test)
+                .map(|j| match plans[j] {
+                    0 => Plan::Aside,
+                    1 if j < n_model => Plan::Fixed(j),
+                    2 => Plan::Ranked(j % 3),
+                    _ => Plan::Free,
+                })
+                .collect();
+            let paired = pair_planned_modes(
                 &mac,
                 &ModeList { frequencies_hz: &model, labels: &[], families: &a },
                 &ModeList { frequencies_hz: &test, labels: &[], families: &x },
                 &options,
+                &plans,
             );
             let expected: Vec<(usize, usize)> = paired.pairs.iter().map(|p| (p.analytical, p.experimental)).collect();
-            let mut search = PartnerSearch::new(&test, &test_families[..n_test], options).expect("not by label");
+            let mut search = PartnerSearch::new(&test, &test_families[..n_test], options, &plans).expect("not by label");
             let mut found = Vec::new();
             for _ in 0..2 {
                 search.find(&model, &model_families[..n_model], |j| &mac.as_slice()[j * n_model..][..n_model], &mut found);

@@ -1,7 +1,7 @@
 //! Modes as foreign files hold them: shapes at points and dofs, without sensors and uncertainties.
 
 use super::test::usable_scale;
-use super::{Geometry, Measured, Origin, Place, Sensor, TestMode};
+use super::{Geometry, Measured, Origin, Place, Sensor, Standing, TestMode};
 use crate::element::Dof;
 use crate::linalg::{Complex, DVector};
 
@@ -107,6 +107,7 @@ impl ModalSet {
                 shape: Some(shape),
                 shape_sd: Some(shape_sd),
                 shape_origin: Some(origin.clone()),
+                standing: Standing::Open,
             }
         };
         self.modes.iter().map(mode).collect()

@@ -85,6 +85,71 @@ impl Sensor {
     }
 }
 
+/// The mode of the model that a user names as the partner of a measured one.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Partner {
+    /// The n-th elastic mode of the model at its estimates, from 1.
+    Number(usize),
+    /// Its name there: `2nd Vertical Bending` or `S1B`.
+    Label(String),
+}
+
+/// What a measured mode is taken for.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub enum Standing {
+    /// Open: the pairing decides.
+    #[default]
+    Open,
+    /// The user leaves it out (`use: false`).
+    Unused,
+    /// The user says that it is not of the structure (`foreign: true`).
+    Foreign,
+    /// The user names its partner (`pair_with`).
+    With(Partner),
+    /// The pairing has found it to be of the structure. Not written to files.
+    Found {
+        /// Its partner among the elastic modes of the model, from 0, where that was decided.
+        model_mode: usize,
+        /// Number of that mode, from 0, among those of its symmetry that no shape of the test takes: for a mode without a shape.
+        rank: usize,
+        /// Symmetry of that mode, where the label of the test denies it.
+        family: Option<String>,
+        /// Whether this very mode is the partner at every point; otherwise pairs are free among what was found.
+        is_fixed: bool,
+        /// Probability of the pair.
+        probability: f64,
+    },
+    /// The pairing has found no partner: it is left aside. Not written to files.
+    Aside {
+        /// Probability that it is not of the structure, where that was inferred.
+        foreign: Option<f64>,
+        /// Why it has no partner.
+        reason: String,
+    },
+}
+
+impl Standing {
+    /// Whether the mode takes part in nothing.
+    pub fn is_aside(&self) -> bool {
+        matches!(self, Self::Unused | Self::Foreign | Self::Aside { .. })
+    }
+
+    /// Whether the user has left the mode out, or said that it is foreign.
+    pub fn is_left_out(&self) -> bool {
+        matches!(self, Self::Unused | Self::Foreign)
+    }
+
+    /// Why a mode has no partner, where it was put aside.
+    pub fn reason(&self) -> Option<String> {
+        match self {
+            Self::Unused => Some("the test file leaves it out (`use: false`)".into()),
+            Self::Foreign => Some("the test file says that it is not of the structure (`foreign: true`)".into()),
+            Self::Aside { reason, .. } => Some(reason.clone()),
+            Self::Open | Self::With(_) | Self::Found { .. } => None,
+        }
+    }
+}
+
 /// One measured mode.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TestMode {
@@ -102,6 +167,8 @@ pub struct TestMode {
     pub shape_sd: Option<DVector<f64>>,
     /// Where the shape comes from.
     pub shape_origin: Option<Origin>,
+    /// What it is taken for.
+    pub standing: Standing,
 }
 
 /// A mass property that can be measured.
@@ -217,6 +284,11 @@ pub struct TestData {
 }
 
 impl TestData {
+    /// Whether there is something beside modes that a model could be compared with.
+    pub fn has_more_than_modes(&self) -> bool {
+        !Self { modes: Vec::new(), ..self.clone() }.has_nothing()
+    }
+
     /// Whether there is nothing in it that a model could be compared with.
     pub fn has_nothing(&self) -> bool {
         let has_functions = self.frfs.is_some() && self.frf_fit.is_some();

@@ -1,12 +1,14 @@
 //! The YAML test file: sensors, modes with uncertainties and origins, mass properties.
 
 mod doubts;
+mod partner;
 mod statics;
 mod write;
 
 pub use statics::{DEFAULT_FRF_SD, DEFAULT_STATIC_SD};
 pub use write::write_test;
 
+use self::partner::PartnerSpec;
 use self::statics::{FrfSpec, StaticTestSpec};
 use super::correction::{self, Correction};
 use super::test::{MassProperty, MassQuantity, Measured, Origin, Place, Sensor, TestData, TestMode, usable_scale};
@@ -224,6 +226,20 @@ pub struct ModeSpec {
     /// Shape at the sensors.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shape: Option<ShapeSpec>,
+    /// Its partner in the model, for a pairing that the user knows better: the name of the model's mode, or its number among the elastic
+    /// modes, as `retune modes` lists them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pair_with: Option<PartnerSpec>,
+    /// `false` leaves the mode out of every comparison and fit.
+    #[serde(default = "yes", rename = "use", skip_serializing_if = "Clone::clone")]
+    pub is_used: bool,
+    /// `true` for a mode that is not of the structure: of a suspension, a shaker, a neighbour.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub foreign: bool,
+}
+
+fn yes() -> bool {
+    true
 }
 
 /// A measured shape.
@@ -472,6 +488,7 @@ impl Reader<'_> {
             None => origin.clone(),
         });
         let (shape, shape_sd) = shape.unzip();
+        let standing = self.standing(m, path);
         TestMode {
             label: m.label.clone(),
             frequency_hz: Measured {
@@ -484,6 +501,7 @@ impl Reader<'_> {
             shape,
             shape_sd,
             shape_origin,
+            standing,
         }
     }
 
@@ -576,10 +594,11 @@ pub fn family_of_label(label: &str) -> Option<&'static str> {
         let mut c = lower.chars();
         c.next() == Some(letter) && c.next().is_some_and(|d| d.is_ascii_digit()) && lower.chars().count() <= 4
     };
-    if lower.starts_with("sym") || short('s') {
-        Some("symmetric")
-    } else if lower.starts_with("anti") || lower.starts_with("asym") || short('a') {
+    let begins = |start: &str| lower.split(|c: char| !c.is_alphabetic()).any(|word| word.starts_with(start));
+    if begins("anti") || begins("asym") || begins("unsym") || short('a') {
         Some("antisymmetric")
+    } else if begins("sym") || short('s') {
+        Some("symmetric")
     } else {
         None
     }
@@ -588,6 +607,7 @@ pub fn family_of_label(label: &str) -> Option<&'static str> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::data::{Partner, Standing};
 
     const TEXT: &str = "
 retune_test: 1
@@ -638,10 +658,43 @@ mass_properties:
     }
 
     #[test]
+    fn the_users_word_about_a_mode_reads_strictly_and_is_written_back() {
+        let with = |keys: &str| TEXT.replace("  - {frequency: 2,", &format!("  - {{{keys}, frequency: 2,"));
+        for (keys, standing) in [
+            ("pair_with: 2nd Vertical Bending", Standing::With(Partner::Label("2nd Vertical Bending".into()))),
+            ("pair_with: 3", Standing::With(Partner::Number(3))),
+            ("pair_with: '3'", Standing::With(Partner::Label("3".into()))),
+            ("use: false", Standing::Unused),
+            ("use: true", Standing::Open),
+            ("foreign: true", Standing::Foreign),
+        ] {
+            let (data, _) = read_test(&with(keys)).unwrap();
+            assert_eq!(data.modes[0].standing, standing, "{keys}");
+            let (again, _) = read_test(&write_test(&data)).unwrap();
+            assert_eq!(again.modes[0].standing, standing, "{keys}, written");
+        }
+        for (keys, text) in [
+            ("pair_with: 0", "numbered from 1"),
+            ("pair_with: -2", "numbered from 1"),
+            ("pair_with: 1.5", "or its number from 1"),
+            ("pair_with: ''", "is empty"),
+            ("use: maybe", "bool"),
+            ("foreign: true, pair_with: 3", "leave one of them out"),
+            ("use: false, pair_with: 3", "leave one of them out"),
+        ] {
+            let problems = read_test(&with(keys)).unwrap_err();
+            assert!(problems.iter().any(|p| p.message.contains(text)), "{keys}: {problems:?}");
+            assert!(problems[0].location.is_some(), "{keys}");
+        }
+    }
+
+    #[test]
     fn labels_tell_the_symmetry() {
         assert_eq!(family_of_label("Sym 1st Bending"), Some("symmetric"));
         assert_eq!(family_of_label("A2T"), Some("antisymmetric"));
         assert_eq!(family_of_label("Anti 1st Torsion"), Some("antisymmetric"));
+        assert_eq!(family_of_label("1st bending, anti-symmetric"), Some("antisymmetric"));
+        assert_eq!(family_of_label("2nd symmetric torsion"), Some("symmetric"));
         assert_eq!(family_of_label("Shell mode"), None);
     }
 

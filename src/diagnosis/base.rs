@@ -151,11 +151,33 @@ pub(super) fn stage(
     settings: &Settings,
     seen: Option<&Seen<'_>>,
 ) -> Result<Stage, DiagnosisError> {
+    stage_of(scene, (starts, None), weight, settings, seen)
+}
+
+/// The same with one more start: where the parameters came while the pairs were decided.
+pub(super) fn stage_begun(
+    scene: Scene,
+    starts: &[DVector<f64>],
+    begun: Option<&DVector<f64>>,
+    weight: f64,
+    settings: &Settings,
+) -> Result<Stage, DiagnosisError> {
+    stage_of(scene, (starts, begun), weight, settings, None)
+}
+
+fn stage_of(
+    scene: Scene,
+    (starts, begun): (&[DVector<f64>], Option<&DVector<f64>>),
+    weight: f64,
+    settings: &Settings,
+    seen: Option<&Seen<'_>>,
+) -> Result<Stage, DiagnosisError> {
     let mut all = starts.to_vec();
     all.push(scene.start());
     if starts.is_empty() {
         all.extend(box_starts(&scene, BOX_STARTS, settings.seed));
     }
+    all.extend(begun.cloned());
     settings.listener.say("fitting the model as it is");
     let base = fit(&scene, &all, weight)?;
     let placed = placed(&scene, settings);

@@ -43,8 +43,10 @@ pub(super) struct Fit {
     pub(super) inverse_sd: DMatrix<f64>,
     /// Frequencies of the partners, NaN without.
     pub(super) frequencies: Vec<f64>,
-    /// Measured modes without a partner.
+    /// Measured modes without a partner that should have one.
     pub(super) unpaired: Vec<usize>,
+    /// Whether each measured mode is aside: foreign, or left out.
+    pub(super) aside: Vec<bool>,
     /// Pairs of measured modes whose partners are so close that their shapes are turned to the test: each has a free angle.
     pub(super) turned: Vec<(usize, usize)>,
     /// Frequencies of modes that each test should have seen, Hz.
@@ -194,6 +196,7 @@ fn at(posed: &Posed<'_>, x: DVector<f64>) -> Result<Fit, DiagnosisError> {
     let mut modes_at = vec![DVector::zeros(0); m];
     let mut frequencies = vec![f64::NAN; m];
     let mut unpaired = Vec::new();
+    let mut aside = vec![false; m];
     let mut turned = Vec::new();
     let mut unseen = Vec::new();
     for part in &posed.parts {
@@ -215,9 +218,12 @@ fn at(posed: &Posed<'_>, x: DVector<f64>) -> Result<Fit, DiagnosisError> {
                     inverse_sd[(s, mode)] = 1.0 / sd[i];
                 }
             }
+            aside[mode] = part.comparison.is_aside(k);
             let Some(a) = prediction.partner(k) else {
                 modes_at[mode] = DVector::zeros(prediction.modes.shapes.nrows());
-                unpaired.push(mode);
+                if !aside[mode] {
+                    unpaired.push(mode);
+                }
                 continue;
             };
             part.sensors.iter().enumerate().for_each(|(i, &s)| shapes[(s, mode)] = prediction.at_sensors[(i, a)]);
@@ -241,6 +247,7 @@ fn at(posed: &Posed<'_>, x: DVector<f64>) -> Result<Fit, DiagnosisError> {
         inverse_sd,
         frequencies,
         unpaired,
+        aside,
         turned,
         overlooked: unseen,
     })
@@ -323,7 +330,7 @@ impl Fit {
         (0..rows.len())
             .map(|i| {
                 if i < rows.n_modes {
-                    true
+                    !self.aside[i]
                 } else if rows.has_shapes && i < rows.shape(rows.n_modes, 0) {
                     let k = i - rows.n_modes;
                     self.inverse_sd[(k % rows.n_sensors, k / rows.n_sensors)] > 0.0

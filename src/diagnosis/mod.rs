@@ -17,6 +17,7 @@ mod evidence;
 mod fault_places;
 mod faults;
 mod fit;
+mod foreign;
 mod joint;
 mod learn;
 mod listener;
@@ -47,6 +48,7 @@ mod words;
 pub use base::sensor_loads;
 pub use error::DiagnosisError;
 pub use faults::{FAULTS, FaultKind};
+pub use foreign::{BasePair, BasePairs, ForeignMode};
 pub use learn::{Attempt, Learned, Step, learn, learn_from_tests};
 pub use listener::Listener;
 pub use next_measurement::NextMeasurement;
@@ -56,7 +58,8 @@ use crate::data::TestData;
 use crate::effect::Effects;
 use crate::linalg::DVector;
 use crate::model::Model;
-use base::stage;
+use crate::update::HowToPair;
+use base::{stage, stage_begun};
 use evidence::{REMAINDER, p_of_less};
 use refit::{Refit, Tried, refit};
 use scene::Scene;
@@ -71,6 +74,8 @@ pub struct Settings {
     pub effects: Effects,
     /// Whether measurement faults are tried.
     pub faults: bool,
+    /// How modes are paired.
+    pub pairing: HowToPair,
     /// Seed of all random numbers.
     pub seed: u64,
     /// Probability of a false alarm that is accepted, above 0.01: so much of it goes to the tests of what remains.
@@ -81,7 +86,14 @@ pub struct Settings {
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { effects: Effects::builtin(), faults: true, seed: 0, alarm_level: 0.05, listener: Listener::default() }
+        Self {
+            effects: Effects::builtin(),
+            faults: true,
+            pairing: HowToPair::default(),
+            seed: 0,
+            alarm_level: 0.05,
+            listener: Listener::default(),
+        }
     }
 }
 
@@ -266,6 +278,12 @@ pub struct Diagnosis {
     pub spread: Option<Spread>,
     /// Measured modes without a partner in the fitted base, from 1.
     pub unpaired_modes: Vec<usize>,
+    /// Measured modes that take part in nothing: foreign ones, and those that the user has left out.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub foreign_modes: Vec<ForeignMode>,
+    /// The pairs of every test at the fitted base.
+    #[serde(default)]
+    pub pairs: Vec<BasePairs>,
     /// Where what remains after the best hypothesis sits; empty if it looks like noise.
     pub remainder: String,
     /// Where the data allow less than one might think.
@@ -309,7 +327,23 @@ fn investigate(
     if scene.test.modes.is_empty() {
         return Err(DiagnosisError::NoModes);
     }
-    let base = stage(scene, starts, weight.unwrap_or(1.0), settings, None)?;
+    foreign::investigate(scene, starts, weight, settings)
+}
+
+/// The same with the modes as they stand.
+///
+/// * `begun` - where the parameters came while the pairs were decided
+fn investigate_these(
+    scene: Scene,
+    starts: &[DVector<f64>],
+    begun: Option<&DVector<f64>>,
+    weight: Option<f64>,
+    settings: &Settings,
+) -> Result<Investigation, DiagnosisError> {
+    if scene.test.modes.iter().all(|m| m.standing.is_aside()) {
+        return Err(DiagnosisError::NoModes);
+    }
+    let base = stage_begun(scene, starts, begun, weight.unwrap_or(1.0), settings)?;
     let refits = refit(&base, false)?;
     let (base, mut refits) = in_the_lowest_valley(base, refits, settings)?;
     // Larger noise than stated is a hypothesis like the others: it is taken where none explains the test better.

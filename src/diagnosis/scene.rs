@@ -20,13 +20,14 @@
 
 use super::DiagnosisError;
 use super::faults::{Change, Fault};
-use crate::correlation::{CorrelationError, PairBy, PairingOptions, sensor_position};
+use crate::correlation::{CorrelationError, sensor_position};
 use crate::data::{Joined, TestData, joined};
 use crate::effect::{NewParameter, PatchError};
 use crate::linalg::DVector;
 use crate::model::spec::ModelSpec;
 use crate::model::{ModalSolver, Model, ParametricModel, Registry};
 use crate::objective::{Comparison, Scaling, is_damped};
+use crate::update::{HowToPair, as_given};
 use std::sync::{Arc, OnceLock};
 
 /// A prior without a stated standard deviation: this share of the interval.
@@ -83,11 +84,9 @@ impl Case {
     }
 
     /// Model and test made comparable, paired with open gates, by shapes where there are any.
-    fn comparison(&self) -> Result<Comparison<'_>, CorrelationError> {
-        let by = if self.test.modes.iter().any(|m| m.shape.is_some()) { PairBy::NearMac } else { PairBy::Order };
-        let pairing = PairingOptions { by, min_mac: 0.0, frequency_window: f64::INFINITY, same_family_only: true };
+    fn comparison(&self, how: &HowToPair) -> Result<Comparison<'_>, CorrelationError> {
         let known = self.solver.get().or(self.like.as_ref()).cloned();
-        let made = Comparison::sharing(&self.model, &self.test, pairing, known)?;
+        let made = Comparison::sharing(&self.model, &self.test, how.rule(&self.test), known)?;
         self.solver.get_or_init(|| made.solver().clone());
         Ok(made)
     }
@@ -129,6 +128,8 @@ pub(super) struct Scene {
     pub(super) added: Vec<NewParameter>,
     /// Whether the model as it was given has damping: then ratios are compared, also with effects that bring none.
     pub(super) is_damped: bool,
+    /// How modes are paired.
+    pub(super) how: HowToPair,
 }
 
 impl Scene {
@@ -165,7 +166,7 @@ impl Scene {
             .zip(first_mode.into_iter().zip(sensors))
             .map(|((model, test), (first_mode, sensors))| Case::new(model, test, first_mode, sensors))
             .collect();
-        Self { file, cases, test: Arc::new(test), added, is_damped }
+        Self { file, cases, test: Arc::new(test), added, is_damped, how: HowToPair::default() }
     }
 
     /// The same tests and another file, with the sizes that effects have brought into it.
@@ -184,7 +185,18 @@ impl Scene {
         for (new, case) in scene.cases.iter_mut().zip(&self.cases) {
             (new.solver, new.like) = (case.solver.clone(), case.like.clone());
         }
+        scene.how = self.how;
         scene
+    }
+
+    /// The same with other standings of the modes.
+    pub(super) fn with_modes(&self, tests: Vec<TestData>) -> Self {
+        self.with_tests(tests.into_iter().map(Arc::new).collect())
+    }
+
+    /// The same with modes that stand as the user says, whatever was found.
+    pub(super) fn as_given(&self) -> Self {
+        self.with_tests(self.cases.iter().map(|c| Arc::new(as_given(&c.test))).collect())
     }
 
     /// With a fault taken out of the data. `number` is the gain, or κ.
@@ -253,7 +265,7 @@ impl Scene {
 
     /// Models and tests made comparable, in the order of the tests.
     pub(super) fn comparisons(&self) -> Result<Vec<Comparison<'_>>, DiagnosisError> {
-        Ok(self.cases.iter().map(Case::comparison).collect::<Result<_, _>>()?)
+        Ok(self.cases.iter().map(|c| c.comparison(&self.how)).collect::<Result<_, _>>()?)
     }
 
     /// Whether frequency responses enter a fit.

@@ -200,6 +200,8 @@ fn conclude_once(
         next_measurements: next,
         spread,
         unpaired_modes: base.fit.unpaired.iter().map(|m| m + 1).collect(),
+        foreign_modes: Vec::new(),
+        pairs: Vec::new(),
         remainder,
         warnings: told.all,
     };

@@ -6,7 +6,7 @@ use super::complexity::real_shape;
 use super::mode::IdentifiedMode;
 use super::quadrature::{QuadratureForm, quadrature_shapes};
 use super::spectrum::SpectrumPeak;
-use crate::data::{FrfQuantity, FrfSet, Geometry, Measured, Origin, Place, Sensor, TestMode};
+use crate::data::{FrfQuantity, FrfSet, Geometry, Measured, Origin, Place, Sensor, Standing, TestMode};
 use crate::linalg::{Complex, DVector};
 
 /// A circle that misses its points by more than this share of its radius is no single mode.
@@ -67,6 +67,7 @@ pub fn test_modes(modes: &[IdentifiedMode], origin: &Origin) -> Vec<TestMode> {
             shape: Some(shape),
             shape_sd: Some(sd),
             shape_origin: Some(origin.clone()),
+            standing: Standing::Open,
         }
     };
     modes.iter().map(mode).collect()
@@ -199,6 +200,7 @@ pub fn peak_modes(peaks: &[SpectrumPeak], origin: &Origin) -> Vec<TestMode> {
         shape: None,
         shape_sd: None,
         shape_origin: None,
+        standing: Standing::Open,
     };
     peaks.iter().map(mode).collect()
 }
@@ -229,6 +231,7 @@ mod tests {
             shape: Some(shape),
             shape_sd: Some(DVector::from_vec(vec![0.015, 0.0, 1.0])),
             shape_origin: None,
+            standing: Standing::Open,
         }];
         add_repeatability(&mut modes, 0.6e-3);
         assert!((modes[0].frequency_hz.sd - 0.05).abs() < 1e-15);

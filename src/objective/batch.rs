@@ -208,7 +208,7 @@ impl Compiled {
     fn new(comparison: &Comparison<'_>, scaling: &Scaling, needs_shapes: bool) -> Option<Self> {
         let model = comparison.model();
         let families: Vec<u8> = comparison.families().iter().map(|f| code(f.as_deref())).collect();
-        PartnerSearch::new(comparison.frequencies(), &families, *comparison.pairing())?;
+        PartnerSearch::new(comparison.frequencies(), &families, *comparison.pairing(), comparison.plans())?;
         // In the middle of the bounds nothing vanishes by chance: no mass, no spring.
         let centre = comparison.predict(&scaling.centre()).ok()?;
         if centre.modes.n_mechanism > 0 {
@@ -299,7 +299,7 @@ impl Compiled {
                 responses: OnceLock::new(),
             },
             residuals: DVector::zeros(0),
-            search: PartnerSearch::new(&self.frequencies, &self.families, *comparison.pairing())?,
+            search: PartnerSearch::new(&self.frequencies, &self.families, *comparison.pairing(), comparison.plans())?,
             partners: Vec::with_capacity(self.tests.len()),
             families: vec![0; n_modes],
             norms: vec![0.0; n_modes],

@@ -6,6 +6,7 @@
 mod augmented;
 mod batch;
 mod close_modes;
+mod decision;
 mod least_squares;
 mod loss;
 mod paper;
@@ -19,6 +20,8 @@ mod statics;
 mod walls;
 
 pub use augmented::{Augmented, Wall};
+pub(crate) use decision::why_unpaired;
+pub use decision::{Deciding, Decision, decide, decide_by_rule};
 pub use least_squares::LeastSquares;
 pub(crate) use loss::Choice;
 pub use loss::Loss;

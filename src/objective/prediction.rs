@@ -5,10 +5,10 @@ use super::recent::Recent;
 use super::responses::FrfRows;
 use super::{EvalError, statics};
 use crate::correlation::{
-    CorrelationError, ModeList, ModePair, PairedModes, PairingOptions, mac_matrix, observation_matrix,
-    observation_matrix_at, pair_modes, varying_sensors,
+    CorrelationError, ModeList, ModePair, PairedModes, PairingOptions, Plan, mac_matrix, observation_matrix,
+    observation_matrix_at, pair_planned_modes, varying_sensors,
 };
-use crate::data::{Sensor, TestData, family_of_label};
+use crate::data::{Sensor, Standing, TestData, TestMode, family_of_label};
 use crate::linalg::{Complex, DMatrix, DVector, ShiftedPencil};
 use crate::modal::{ModeDerivative, Modes};
 use crate::model::{
@@ -33,6 +33,8 @@ pub struct Comparison<'a> {
     frequencies: Vec<f64>,
     families: Vec<Option<String>>,
     pairing: PairingOptions,
+    /// What is settled about the test modes.
+    plans: Vec<Plan>,
     /// Loads of the static tests as columns, (n_dof x n_tests).
     loads: DMatrix<f64>,
     /// Whether the model has dashpots.
@@ -143,10 +145,14 @@ impl<'a> Comparison<'a> {
                 (Arc::new(solver), is_damped)
             }
         };
-        let shapes = real_shapes(test);
+        let mut shapes = real_shapes(test);
+        // What is aside turns no mode of the model to itself and is compared with none.
+        let aside = test.modes.iter().enumerate().filter(|(_, m)| m.standing.is_aside());
+        let aside: Vec<usize> = aside.map(|(j, _)| j).collect();
+        aside.iter().for_each(|&j| shapes.column_mut(j).fill(f64::NAN));
         let frequencies: Vec<f64> = test.modes.iter().map(|m| m.frequency_hz.value).collect();
-        let families =
-            test.modes.iter().map(|m| m.label.as_deref().and_then(family_of_label).map(str::to_string)).collect();
+        let families = test.modes.iter().map(family_of).collect();
+        let plans = test.modes.iter().map(plan_of).collect();
         let responses = FrfRows::new(model, test)?;
         let n_dof = model.dof_map().n_dof();
         let dense_only =
@@ -168,6 +174,7 @@ impl<'a> Comparison<'a> {
             frequencies,
             families,
             pairing,
+            plans,
             loads,
             is_damped,
             responses,
@@ -208,6 +215,16 @@ impl<'a> Comparison<'a> {
     /// Symmetry of the test modes, as far as their labels tell it.
     pub(super) fn families(&self) -> &[Option<String>] {
         &self.families
+    }
+
+    /// What is settled about the test modes before they are paired.
+    pub fn plans(&self) -> &[Plan] {
+        &self.plans
+    }
+
+    /// Whether a test mode takes part in nothing: it is foreign, or left out.
+    pub fn is_aside(&self, test_mode: usize) -> bool {
+        self.plans[test_mode] == Plan::Aside
     }
 
     /// Loads of the static tests as columns, (n_dof x n_tests).
@@ -276,11 +293,12 @@ impl<'a> Comparison<'a> {
         let at_sensors = &*sensors * modes.shapes.columns(elastic.start, elastic.len());
         let mut mac = mac_matrix(&at_sensors, &self.shapes);
         mac.iter_mut().filter(|v| v.is_nan()).for_each(|v| *v = 0.0);
-        let pairs = pair_modes(
+        let pairs = pair_planned_modes(
             &mac,
             &ModeList { frequencies_hz: &frequencies_hz, labels: &[], families: &families },
             &ModeList { frequencies_hz: &self.frequencies, labels: &[], families: &self.families },
             &self.pairing,
+            &self.plans,
         );
         let mass_properties =
             self.model.mass_properties(theta).map_err(|e| EvalError::Unsolvable { reason: e.to_string() })?;
@@ -354,17 +372,32 @@ impl<'a> Comparison<'a> {
         prediction: &Prediction,
         free: &[usize],
     ) -> Result<PredictionDerivative, EvalError> {
-        let failed = |e: ModelError| EvalError::Unsolvable { reason: e.to_string() };
         let paired: Vec<usize> = prediction.pairs.pairs.iter().map(|p| p.analytical).collect();
-        let of_modes = self.mode_derivatives(theta, prediction, free, &paired).map_err(failed)?;
+        let derivative = self.differentiate_modes(theta, prediction, free, &paired)?;
+        match paired.iter().find(|&&mode| derivative.modes[mode].is_none()) {
+            Some(mode) => Err(EvalError::Unsolvable {
+                reason: format!("mode {} is double and has no shape derivative", mode + 1),
+            }),
+            None => Ok(derivative),
+        }
+    }
+
+    /// Derivatives of some elastic modes of a prediction; none for a double one.
+    pub(super) fn differentiate_modes(
+        &self,
+        theta: &[f64],
+        prediction: &Prediction,
+        free: &[usize],
+        wanted: &[usize],
+    ) -> Result<PredictionDerivative, EvalError> {
+        let failed = |e: ModelError| EvalError::Unsolvable { reason: e.to_string() };
+        let of_modes = self.mode_derivatives(theta, prediction, free, wanted).map_err(failed)?;
         let sensors = self.sensors_at(theta)?;
         let slopes = if self.varying.is_empty() { Vec::new() } else { self.slopes_of_rows(theta, free)? };
         let mut modes = vec![None; prediction.frequencies_hz.len()];
-        for (mode, d) in paired.into_iter().zip(of_modes) {
+        for (&mode, d) in wanted.iter().zip(of_modes) {
             let lambda = prediction.modes.lambda[prediction.modes.n_rigid + mode];
-            let d = d.ok_or_else(|| EvalError::Unsolvable {
-                reason: format!("mode {} is double and has no shape derivative", mode + 1),
-            })?;
+            let Some(d) = d else { continue };
             // f = √λ / 2π, so ∂f = ∂λ f / 2λ.
             let f = prediction.frequencies_hz[mode];
             let mut at_sensors = &*sensors * d.shape;
@@ -435,6 +468,24 @@ pub fn starting_point(model: &dyn ParametricModel) -> Vec<f64> {
 /// Whether a model has damping of its own at its estimates.
 pub fn is_damped(model: &dyn ParametricModel) -> bool {
     model.assemble(&starting_point(model)).is_ok_and(|system| system.damping.is_some())
+}
+
+/// The symmetry of a test mode: as its label tells, unless the pairing has found that it is wrong.
+fn family_of(mode: &TestMode) -> Option<String> {
+    match &mode.standing {
+        Standing::Found { family: Some(family), .. } => Some(family.clone()),
+        _ => mode.label.as_deref().and_then(family_of_label).map(str::to_string),
+    }
+}
+
+/// What the standing of a test mode settles.
+fn plan_of(mode: &TestMode) -> Plan {
+    match &mode.standing {
+        standing if standing.is_aside() => Plan::Aside,
+        Standing::Found { model_mode, is_fixed: true, .. } => Plan::Fixed(*model_mode),
+        Standing::Found { rank, .. } if mode.shape.is_none() => Plan::Ranked(*rank),
+        _ => Plan::Free,
+    }
 }
 
 /// Complex test shapes turned by the phase that makes them as real as can be, then their real parts.

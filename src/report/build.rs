@@ -12,16 +12,16 @@ use super::data::{
     Modes, Named, Pair, Parameter, ReportData, Step, Steps, TestMode, Verdict,
 };
 use super::text::number;
-use crate::correlation::{
-    CorrelationError, PairBy, PairingOptions, comac, odds, probability_of_frequency, probability_of_mac,
-};
+use crate::correlation::{CorrelationError, comac, odds, probability_of_frequency, probability_of_mac};
 use crate::data::{FrfSet, Origin, TestData, joined};
 use crate::diagnosis::Learned;
 use crate::identify::real_shape;
 use crate::linalg::{Complex, DMatrix};
 use crate::model::{Model, ParametricModel, Target};
-use crate::objective::Comparison as Comparing;
-use crate::update::{AssessedPair, Assessment, ParameterChange, Uncertainty, Update, UpdateError, assess};
+use crate::update::{
+    AssessedPair, Assessment, HowToPair, ParameterChange, Uncertainty, Update, UpdateError, assess, compared,
+    paired_test,
+};
 
 /// A model and a test that it was compared with.
 #[derive(Debug, Clone, Copy)]
@@ -34,15 +34,21 @@ pub struct Case<'a> {
     pub assessment: &'a Assessment,
 }
 
-/// Compares a model at θ with a test as a report shows it: paired by shapes where there are any, else by order.
+/// Compares a model at θ with a test as a report shows it, with inferred pairs.
 pub fn assess_for_report(model: &Model, theta: &[f64], test: &TestData) -> Result<Assessment, UpdateError> {
-    let by = pair_by(test);
-    let comparison = Comparing::new(model, test, PairingOptions { by, ..PairingOptions::default() })?;
-    assess(&comparison, theta)
+    assess_paired(model, theta, test, &HowToPair::default())
 }
 
-fn pair_by(test: &TestData) -> PairBy {
-    if test.modes.iter().any(|m| m.shape.is_some()) { PairBy::Mac } else { PairBy::Order }
+/// The same, paired as a user asks.
+pub fn assess_paired(
+    model: &Model,
+    theta: &[f64],
+    test: &TestData,
+    how: &HowToPair,
+) -> Result<Assessment, UpdateError> {
+    let paired = paired_test(model, Some(theta), test, how)?;
+    let comparison = compared(model, &paired, how)?;
+    assess(&comparison, theta)
 }
 
 /// The report of a comparison.
@@ -212,15 +218,11 @@ pub fn of_learning(cases: &[(&Model, &TestData)], learned: &Learned) -> Result<R
     Ok(data)
 }
 
-/// Misfit of the values of the file, in total and per mode through all tests, with every measured mode paired as the fits pair
-/// them.
+/// Misfit of the values of the file, in total and per mode through all tests.
 pub fn misfit_before_any_fit(cases: &[(&Model, &TestData)]) -> Result<(f64, Vec<f64>), UpdateError> {
     let (mut total, mut per_mode) = (0.0, Vec::new());
     for &(model, test) in cases {
-        let by = pair_by(test);
-        let open = PairingOptions { by, min_mac: 0.0, frequency_window: f64::INFINITY, same_family_only: true };
-        let comparison = Comparing::new(model, test, open)?;
-        let a = assess(&comparison, &crate::objective::starting_point(model))?;
+        let a = assess_for_report(model, &crate::objective::starting_point(model), test)?;
         total += a.misfit.chi_squared;
         per_mode.extend(a.misfit_per_mode);
     }

@@ -18,8 +18,8 @@ mod vtk;
 mod fixture;
 
 pub use build::{
-    Case, LearningStep, add_before, add_diagnosis, add_learning, add_responses, assess_for_report, diagnosis,
-    learning_steps, misfit_before_any_fit, of_comparison, of_learning, of_update, steps,
+    Case, LearningStep, add_before, add_diagnosis, add_learning, add_responses, assess_for_report, assess_paired,
+    diagnosis, learning_steps, misfit_before_any_fit, of_comparison, of_learning, of_update, steps,
 };
 pub use data::{ReportData, ReportError};
 pub use html::{html, json};

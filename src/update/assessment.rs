@@ -2,11 +2,11 @@
 
 use super::UpdateError;
 use crate::correlation::{CorrelationError, Misfit, PairFlag};
-use crate::data::{StaticReading, StaticTest};
+use crate::data::{Standing, StaticReading, StaticTest, TestMode};
 use crate::linalg::{DMatrix, ShiftedPencil};
 use crate::modal::Modes;
 use crate::model::{MassProperties, ModeLabel, ModelError, ParametricModel, label_modes};
-use crate::objective::{Comparison, LeastSquares, PaperCost, Prediction, static_readings};
+use crate::objective::{Comparison, LeastSquares, PaperCost, Prediction, static_readings, why_unpaired};
 
 /// A mode of the model with its name.
 #[derive(Debug, Clone, PartialEq)]
@@ -44,6 +44,8 @@ pub struct AssessedPair {
     pub model_label: String,
     /// What is odd about it.
     pub flags: Vec<PairFlag>,
+    /// Probability of the pair, where it was inferred; one where the test file names it.
+    pub probability: Option<f64>,
 }
 
 /// A mode without a partner.
@@ -57,6 +59,12 @@ pub struct UnpairedMode {
     pub label: Option<String>,
     /// The largest MAC with any mode of the other list, and that mode.
     pub best: Option<(usize, f64)>,
+    /// Why a test mode has no partner.
+    pub reason: Option<String>,
+    /// Probability that a test mode is not of the structure, where that was inferred.
+    pub foreign: Option<f64>,
+    /// Whether the user has left it out, or said that it is foreign.
+    pub by_user: bool,
 }
 
 /// A reading of a static test beside the model's.
@@ -172,6 +180,13 @@ pub fn assess(comparison: &Comparison<'_>, theta: &[f64]) -> Result<Assessment, 
                 test_label: mode.label.clone(),
                 model_label: model_modes[p.analytical].label.clone(),
                 flags,
+                probability: match &mode.standing {
+                    // Of the pair that was inferred: a fit may have paired the mode anew since.
+                    Standing::Found { model_mode, probability, .. } if *model_mode == p.analytical => {
+                        Some(*probability)
+                    }
+                    _ => None,
+                },
             }
         })
         .collect();
@@ -183,7 +198,15 @@ pub fn assess(comparison: &Comparison<'_>, theta: &[f64]) -> Result<Assessment, 
             mode: u.index,
             frequency_hz: test.modes[u.index].frequency_hz.value,
             label: test.modes[u.index].label.clone(),
-            best: u.best,
+            best: u.best.filter(|_| test.modes[u.index].shape.is_some()),
+            reason: Some(
+                test.modes[u.index].standing.reason().unwrap_or_else(|| why_unpaired(comparison, &prediction, u.index)),
+            ),
+            foreign: match test.modes[u.index].standing {
+                Standing::Aside { foreign, .. } => foreign,
+                _ => None,
+            },
+            by_user: test.modes[u.index].standing.is_left_out(),
         })
         .collect();
     let highest = test.modes.iter().map(|m| m.frequency_hz.value).fold(0.0, f64::max);
@@ -197,6 +220,9 @@ pub fn assess(comparison: &Comparison<'_>, theta: &[f64]) -> Result<Assessment, 
             frequency_hz: prediction.frequencies_hz[u.index],
             label: Some(model_modes[u.index].label.clone()),
             best: u.best,
+            reason: None,
+            foreign: None,
+            by_user: false,
         })
         .collect();
     let least_squares = LeastSquares::new(comparison);
@@ -241,13 +267,16 @@ fn misfit(
     let test = comparison.test();
     let n_modes = test.modes.len();
     let shapes = comparison.shapes();
+    // A mode that is aside is no datum; the shapes of such modes are blank here.
+    let is_used = |m: &&TestMode| !m.standing.is_aside();
     let measured = shapes.iter().filter(|v| !v.is_nan()).count();
-    let with_shape = test.modes.iter().filter(|m| m.shape.is_some()).count();
+    let n_used = test.modes.iter().filter(is_used).count();
+    let with_shape = test.modes.iter().filter(is_used).filter(|m| m.shape.is_some()).count();
     let n_rows = n_modes + if comparison.has_shapes() { shapes.len() } else { 0 };
     let of_modes: f64 = residuals[..n_rows].iter().map(|r| r * r).sum();
     let of_readings: f64 = readings.iter().map(|r| ((r.model - r.measured) / r.sd).powi(2)).sum();
     let n_angles = prediction.n_free_angles(|mode| test.modes[mode].shape.is_some());
-    let n_of_modes = (n_modes + measured).saturating_sub(with_shape + n_angles);
+    let n_of_modes = (n_used + measured).saturating_sub(with_shape + n_angles);
     let (of_functions, n_of_functions) = functions.map_or((0.0, 0), |f| (f.chi_squared, f.n_values));
     Misfit::new(of_modes + of_readings + of_functions, n_of_modes + readings.len() + n_of_functions)
 }

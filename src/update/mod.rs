@@ -6,6 +6,7 @@ mod assessment;
 mod correlate;
 mod objective;
 mod objective_spec;
+mod pairing;
 mod pretest;
 mod reduced;
 mod regularization;
@@ -22,6 +23,8 @@ pub use correlate::{
     sensor_agreement, slip_of_unit,
 };
 pub use objective_spec::{LimitSpec, ObjectiveSpec, Regularization};
+pub(crate) use pairing::as_given;
+pub use pairing::{HowToPair, compared, paired_at, paired_test};
 pub use pretest::{Pretest, PretestOptions, TargetMode, pretest};
 pub use reduced::ReducedSearch;
 pub use settings::{Cost, Settings};
@@ -31,6 +34,7 @@ pub use uncertainty::{Basis, Held, Inseparable, IntervalMethod, ParameterUncerta
 use self::reduced::ReducedCases;
 use crate::correlation::CorrelationError;
 use crate::data::TestData;
+use crate::linalg::DVector;
 use crate::model::{ModelError, ParametricModel};
 use crate::objective::{Augmented, Comparison, EvalError, Objective, Scaling};
 use crate::optim::{Checkpoint, Evaluator, Observer, OptimError, Optimizer, Optimum, Posterior, Run, Tmcmc};
@@ -116,6 +120,14 @@ pub enum UpdateError {
         "the test has nothing to compare with: no modes, no static tests, no mass properties, no functions under `frfs`"
     )]
     NoData,
+    /// Nothing of the test is of the model.
+    #[error(
+        "no measured mode has a probable partner in the model, so there is nothing to fit: {reasons}; does the test belong to this structure, in these units? `retune compare` shows the MAC, and `pair_with` in the test file names partners"
+    )]
+    NoPartner {
+        /// Of the first modes, why.
+        reasons: String,
+    },
     /// Tests of different structures.
     #[error(
         "the model of the test `{test}` has other parameters than that of the first test; a fit to several tests needs one model with configurations"
@@ -218,12 +230,11 @@ pub fn update_to_tests(
     settings: &Settings,
     controls: Controls<'_>,
 ) -> Result<Update, UpdateError> {
+    let settled = Settled::new(cases, settings)?;
+    let cases = &settled.cases(cases)[..];
     let comparisons = compare_all(cases, settings)?;
     let model = comparisons[0].model();
     let scaling = Scaling::new(model);
-    if scaling.is_empty() {
-        return Err(UpdateError::NothingFree);
-    }
     let assess_all = |theta: &[f64]| comparisons.iter().map(|c| assess(c, theta)).collect::<Result<Vec<_>, _>>();
     let before = assess_all(&model.parameters().nominal())?;
 
@@ -237,16 +248,21 @@ pub fn update_to_tests(
     let weight = regularization::weight(regularization, &data, &start, &walls)?;
     let objective = Augmented::new(&data, weight, start.clone(), walls.clone());
     let cost_before = objective.cost(&start)?;
+    // Where the pairs were found the parameters are near them: a fit that starts there does not stick on its way.
+    let begin = match &settled.x {
+        Some(x) if objective.cost(x).is_ok_and(|cost| cost < cost_before) => x,
+        _ => &start,
+    };
     let optimizer = settings.optimizer();
     let (optimum, reduced) = match settings.reduced {
-        None => (optimizer.minimize(&start, &mut controls.run(&objective, settings.seed))?, None),
+        None => (optimizer.minimize(begin, &mut controls.run(&objective, settings.seed))?, None),
         Some(tolerance) => {
             let cancel = controls.cancel.clone();
             let reduction = ReducedCases::new(cases, tolerance)?;
             let comparisons = compare_all(&reduction.cases(), settings)?;
             let data = objective::stack(&comparisons, settings, settings.cost);
             let on_reduced = Augmented::new(&data, weight, start.clone(), walls.clone());
-            let found = optimizer.minimize(&start, &mut controls.run(&on_reduced, settings.seed))?;
+            let found = optimizer.minimize(begin, &mut controls.run(&on_reduced, settings.seed))?;
             let costs = [found.cost, objective.cost(&found.x)?];
             let summary = reduction.summary(found.evaluations + found.linearizations, costs);
             let refine = Controls { cancel, ..Controls::default() };
@@ -310,7 +326,12 @@ pub fn sample_posterior(
     settings: &Settings,
     sampler: &Tmcmc,
 ) -> Result<(Posterior, Option<ReducedSearch>), UpdateError> {
-    let Some(tolerance) = settings.reduced else { return Ok((sample(cases, settings, sampler)?.0, None)) };
+    let Some(tolerance) = settings.reduced else {
+        let settled = Settled::new(cases, settings)?;
+        return Ok((sample(&settled.cases(cases), settings, sampler)?.0, None));
+    };
+    let settled = Settled::new(cases, settings)?;
+    let cases = &settled.cases(cases)[..];
     let reduction = ReducedCases::new(cases, tolerance)?;
     let (found, weight) = sample(&reduction.cases(), settings, sampler)?;
     let best = (0..found.costs.len()).min_by(|&a, &b| found.costs[a].total_cmp(&found.costs[b]));
@@ -340,6 +361,41 @@ fn sample(cases: &[TestCase<'_>], settings: &Settings, sampler: &Tmcmc) -> Resul
     let start = scaling.x(&crate::objective::starting_point(model));
     let weight = regularization::weight(settings.objective.regularization, &data, &start, &walls)?;
     Ok((sampler.sample(&Augmented::new(&data, weight, start, walls))?, weight))
+}
+
+/// The tests of a fit with the standing of their modes.
+struct Settled {
+    tests: Vec<TestData>,
+    /// Where the parameters have come with the pairs.
+    x: Option<DVector<f64>>,
+}
+
+impl Settled {
+    /// Decides which modes are of the structure.
+    fn new(cases: &[TestCase<'_>], settings: &Settings) -> Result<Self, UpdateError> {
+        let comparisons = compare_all(cases, settings)?;
+        let model = comparisons[0].model();
+        let scaling = Scaling::new(model);
+        if scaling.is_empty() {
+            return Err(UpdateError::NothingFree);
+        }
+        let start = scaling.x(&crate::objective::starting_point(model));
+        let how = settings.how(cases[0].test);
+        let (tests, x) = how.settle(&comparisons, &start, 0.0)?;
+        let all = || tests.iter().flat_map(|t| &t.modes);
+        let has_other = tests.iter().any(TestData::has_more_than_modes);
+        if all().next().is_some() && !has_other && all().all(|m| m.standing.is_aside()) {
+            let reasons =
+                all().enumerate().filter_map(|(i, m)| Some(format!("mode {}: {}", i + 1, m.standing.reason()?)));
+            return Err(UpdateError::NoPartner { reasons: reasons.take(6).collect::<Vec<_>>().join("; ") });
+        }
+        Ok(Self { tests, x: how.infers().then_some(x) })
+    }
+
+    /// The models with these tests.
+    fn cases<'a>(&'a self, cases: &[TestCase<'a>]) -> Vec<TestCase<'a>> {
+        cases.iter().zip(&self.tests).map(|(c, test)| TestCase { model: c.model, test }).collect()
+    }
 }
 
 /// Models and tests made comparable, after a check that they belong together.

@@ -1,6 +1,6 @@
 //! What to minimise, how modes are paired, by which method.
 
-use super::ObjectiveSpec;
+use super::{HowToPair, ObjectiveSpec};
 use crate::correlation::{PairBy, PairingOptions};
 use crate::data::TestData;
 use crate::optim::{OptimizerSpec, Sequence};
@@ -24,9 +24,9 @@ pub enum Cost {
 pub struct Settings {
     /// The cost.
     pub cost: Cost,
-    /// How modes are paired; where the test has shapes by MAC and nearness of frequencies, for the paper's cost by MAC alone, and for
-    /// lack of shapes by order within symmetry families.
-    pub pairing: Option<PairBy>,
+    /// How modes are paired: inferred for least squares; for the paper's cost by MAC alone, and for frequencies, or for lack of shapes,
+    /// by order within symmetry families, as published.
+    pub pairing: HowToPair,
     /// The method; `auto` for least squares, [`Sequence::global_then_local`] for the paper's cost,
     /// [`Sequence::many_starts_then_local`] for frequencies.
     pub optimizer: Option<OptimizerSpec>,
@@ -40,14 +40,23 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// The pairing with open gates: an update must see every measured mode at every θ.
+    /// How modes are paired under this cost.
+    pub(super) fn how(&self, test: &TestData) -> HowToPair {
+        let has_shapes = test.modes.iter().any(|m| m.shape.is_some());
+        let published = match self.cost {
+            Cost::LeastSquares => None,
+            Cost::Paper if has_shapes => Some(PairBy::Mac),
+            Cost::Paper | Cost::Frequencies => Some(PairBy::Order),
+        };
+        HowToPair { by: self.pairing.by.or(published), ..self.pairing }
+    }
+
+    /// The rule with open gates: a fit sees every mode that was found to be of the structure, at every θ.
     pub fn pairing(&self, test: &TestData) -> PairingOptions {
-        let by = self.pairing.unwrap_or(match self.cost {
-            Cost::LeastSquares if test.modes.iter().any(|m| m.shape.is_some()) => PairBy::NearMac,
-            Cost::Paper if test.modes.iter().any(|m| m.shape.is_some()) => PairBy::Mac,
-            _ => PairBy::Order,
-        });
-        PairingOptions { by, min_mac: 0.0, frequency_window: f64::INFINITY, same_family_only: true }
+        match self.how(test).by {
+            Some(by) => PairingOptions { by, ..self.pairing.rule(test) },
+            None => self.pairing.rule(test),
+        }
     }
 
     /// The method.

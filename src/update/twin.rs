@@ -7,7 +7,7 @@
 use super::name_modes;
 use crate::catalogue::did_you_mean;
 use crate::correlation::{CorrelationError, observation_matrix_at};
-use crate::data::{Channel, FrfQuantity, FrfSet, Measured, Origin, Place, Sensor, TestData, TestMode};
+use crate::data::{Channel, FrfQuantity, FrfSet, Measured, Origin, Place, Sensor, Standing, TestData, TestMode};
 use crate::element::Dof;
 use crate::linalg::{Complex, DMatrix, DVector};
 use crate::modal::{ModalDamping, Modes, SolveOptions, synthesize};
@@ -279,6 +279,7 @@ pub fn twin_modes(
                 .then(|| DVector::from_element(shape.len(), options.shape_noise)),
             shape: is_visible.then_some(shape),
             shape_origin: is_visible.then(|| origin.clone()),
+            standing: Standing::Open,
         });
     }
     if out.is_empty() {

@@ -1,6 +1,6 @@
 //! Comparing, planning a test, sensitivities.
 
-use super::{Loading, Measurement, Pairing, values};
+use super::{Loading, Measurement, PairingOptions, values};
 use clap::{Args, ValueEnum};
 use retune::update::MassReduction;
 use std::path::PathBuf;
@@ -78,15 +78,8 @@ pub(crate) struct Compare {
     /// Judge by a criteria profile: a built-in name, or a YAML file with profiles (`file.yaml`, `file.yaml:NAME`).
     #[arg(long, value_name = "NAME|FILE")]
     pub(crate) profile: Option<PathBuf>,
-    /// How modes are paired.
-    #[arg(long, value_enum, default_value_t = Pairing::Mac)]
-    pub(crate) pairing: Pairing,
-    /// Smallest MAC of a pair.
-    #[arg(long, default_value_t = 0.3, value_parser = values::mac)]
-    pub(crate) min_mac: f64,
-    /// Largest frequency ratio of a pair, as 1 + window.
-    #[arg(long, default_value_t = 0.5, value_parser = values::not_negative)]
-    pub(crate) frequency_window: f64,
+    #[command(flatten)]
+    pub(crate) pairing: PairingOptions,
     #[command(flatten)]
     pub(crate) measurement: Measurement,
     /// Configuration of the model: a name under its `configurations`; that which the test names when absent.

@@ -1,6 +1,6 @@
 //! What is missing: diagnosing, adding, learning, and how good that is.
 
-use super::values;
+use super::{PairingOptions, values};
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 
@@ -16,6 +16,8 @@ pub(crate) struct Diagnose {
     /// Test files; each is compared with the model in the configuration that it names, all with the same parameters.
     #[arg(required = true, num_args = 1.., value_name = "TEST")]
     pub(crate) tests: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(crate) pairing: PairingOptions,
     /// Seed of all random numbers.
     #[arg(long, default_value_t = 0)]
     pub(crate) seed: u64,
@@ -95,6 +97,8 @@ pub(crate) struct Learn {
     /// Write a page with pictures: the error falling step by step, every diagnosis, the last model.
     #[arg(long, value_name = "PAGE")]
     pub(crate) report: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) pairing: PairingOptions,
     /// Seed of all random numbers.
     #[arg(long, default_value_t = 0)]
     pub(crate) seed: u64,

@@ -1,19 +1,19 @@
 //! `retune compare`
 
 use super::measured;
-use crate::args::{Compare, Pairing};
-use crate::output::{Failure, pairs, print, print_json, style, warn};
+use crate::args::Compare;
+use crate::output::{Failure, mac_matrix, mac_matrix_json, pairs, print, print_json, style, warn};
 use crate::{DONE, SHORT, files};
-use retune::correlation::{CriteriaProfile, Identifiability, Judgement, PairBy, PairingOptions, corrected_functions};
+use retune::correlation::{CriteriaProfile, Identifiability, Judgement, corrected_functions};
 use retune::data::{Origin, TestData};
 use retune::model::{Model, ParametricModel};
 use retune::objective::Comparison;
 use retune::report::text::{Style, agreement};
 use retune::update::{
-    AssessedPair, AssessedReading, Assessment, Functions, FunctionsOptions, MassReduction, ModeAgreement,
+    AssessedPair, AssessedReading, Assessment, Functions, FunctionsOptions, HowToPair, MassReduction, ModeAgreement,
     Orthogonality, Places, PlacesOptions, Sensitivities, SensitivityOptions, SensorReport, UnpairedMode, UpdateError,
-    assess, compare_functions, judge, load_profile, mode_agreement, orthogonality, places, sensitivities,
-    sensor_agreement,
+    assess, compare_functions, compared, judge, load_profile, mode_agreement, orthogonality, paired_test, places,
+    sensitivities, sensor_agreement,
 };
 use serde_json::{Value, json};
 use std::path::Path;
@@ -24,16 +24,12 @@ const REMOVED: usize = 5;
 const LARGE: usize = 600;
 
 pub(crate) fn run(args: &Compare) -> Result<u8, Failure> {
-    for (word, value) in [("--min-mac", args.min_mac), ("--frequency-window", args.frequency_window)] {
-        if value.is_nan() || value < 0.0 {
-            return Err(Failure::text(format!("{word} is {value}; it must be zero or above")));
-        }
-    }
+    let how = args.pairing.how();
     if args.bands.windows(2).any(|w| w[0] >= w[1]) {
         return Err(Failure::text(format!("--bands {:?}: give ascending frequencies in Hz", args.bands)));
     }
     let profile = args.profile.as_deref().map(profile).transpose()?;
-    let all = args.tests.iter().map(|path| one(args, path, profile.as_ref())).collect::<Result<Vec<_>, _>>()?;
+    let all = args.tests.iter().map(|path| one(args, path, &how, profile.as_ref())).collect::<Result<Vec<_>, _>>()?;
     if args.json {
         let mut values: Vec<&Value> = all.iter().map(|s| &s.json).collect();
         match values.as_slice() {
@@ -53,7 +49,7 @@ struct Shown {
     passed: bool,
 }
 
-fn one(args: &Compare, path: &Path, profile: Option<&CriteriaProfile>) -> Result<Shown, Failure> {
+fn one(args: &Compare, path: &Path, how: &HowToPair, profile: Option<&CriteriaProfile>) -> Result<Shown, Failure> {
     let (mut test, mut test_warnings, test_text) = files::test(path)?;
     let (model, model_warnings, model_text) =
         files::tested_model(&args.model, args.configuration.as_deref(), (&mut test, path, &test_text))?;
@@ -61,17 +57,11 @@ fn one(args: &Compare, path: &Path, profile: Option<&CriteriaProfile>) -> Result
     let model = files::loaded(model, &test, args.loading.sensor_masses)?;
     warn(&args.model, &model_text, &model_warnings);
     warn(path, &test_text, &test_warnings);
-    let by = match args.pairing {
-        Pairing::Mac if test.modes.iter().any(|m| m.shape.is_some()) => PairBy::Mac,
-        Pairing::NearMac if test.modes.iter().any(|m| m.shape.is_some()) => PairBy::NearMac,
-        _ => PairBy::Order,
-    };
-    let options =
-        PairingOptions { by, min_mac: args.min_mac, frequency_window: args.frequency_window, same_family_only: true };
     if test.has_nothing() {
         return Err(Failure::text(format!("{}: {}", path.display(), UpdateError::NoData)));
     }
-    let comparison = Comparison::new(&model, &test, options)?;
+    let test = paired_test(&model, None, &test, how)?;
+    let comparison = compared(&model, &test, how)?;
     let a = assess(&comparison, &model.parameters().nominal())?;
     let parts = Parts::of(args, &model, &comparison, &a)?;
     let judgement = profile.map(|p| judge(&comparison, &a, parts.orthogonality.as_ref().ok(), p));
@@ -84,6 +74,7 @@ fn one(args: &Compare, path: &Path, profile: Option<&CriteriaProfile>) -> Result
     let mut out = format!("model  {}\ntest   {}\n", model.spec().name, test.name);
     out += &format!("data   {}\n\n", origins(&test).join("; "));
     out += &pairs(&a, Some(&parts.modes), &style);
+    out += &mac_matrix(&a, &test, &style);
     for text in summary(&a).lines() {
         agreement::wrapped(&mut out, text, &style);
     }
@@ -252,6 +243,7 @@ fn as_json(test: &TestData, a: &Assessment, parts: &Parts, judged: Option<(&Crit
     json!({
         "pairs": a.pairs.iter().map(pair_json).collect::<Vec<_>>(),
         "unpaired_test": a.unpaired_test.iter().map(unpaired_json).collect::<Vec<_>>(),
+        "mac": mac_matrix_json(a, test),
         "unpaired_model": a.unpaired_model.iter().map(unpaired_json).collect::<Vec<_>>(),
         "static_readings": readings_json(a),
         "functions_of_fit": functions_json(a),
@@ -349,12 +341,20 @@ pub(crate) fn pair_json(p: &AssessedPair) -> Value {
         "model_mode": p.model_mode + 1,
         "test_label": p.test_label,
         "model_label": p.model_label,
+        "probability": p.probability,
         "flags": p.flags,
     })
 }
 
 pub(crate) fn unpaired_json(u: &UnpairedMode) -> Value {
-    json!({"mode": u.mode + 1, "frequency_hz": u.frequency_hz, "label": u.label, "best_mac": u.best.map(|b| b.1)})
+    json!({
+        "mode": u.mode + 1,
+        "frequency_hz": u.frequency_hz,
+        "label": u.label,
+        "best_mac": u.best.map(|b| b.1),
+        "foreign_probability": u.foreign,
+        "reason": u.reason,
+    })
 }
 
 pub(crate) fn readings_json(a: &Assessment) -> Value {

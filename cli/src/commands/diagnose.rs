@@ -3,25 +3,31 @@
 use super::compare::origins;
 use crate::args::Diagnose;
 use crate::files::{self, Tested};
-use crate::output::{Failure, print, print_json, style};
+use crate::output::{Failure, base_pairs, print, print_json, style};
 use crate::page::{Outputs, announce, provenance};
 use crate::progress::Spinner;
 use crate::{DONE, SHORT};
 use retune::data::{TestData, joined};
 use retune::diagnosis::{Settings, Verdict, diagnose_tests};
 use retune::model::ParametricModel;
-use retune::report::{Case, ReportData, add_diagnosis, assess_for_report, diagnosis, of_comparison, text};
+use retune::report::{Case, ReportData, add_diagnosis, assess_paired, diagnosis, of_comparison, text};
 use std::path::{Path, PathBuf};
 
 pub(crate) fn run(args: &Diagnose) -> Result<u8, Failure> {
+    let how = args.pairing.how();
     let outputs = Outputs { page: args.report.as_ref(), force: args.force, ..Outputs::default() };
     outputs.check()?;
     let all = files::tested(&args.model, &args.tests, None)?;
     let (model, ..) = files::model(&args.model, None)?;
     let tests: Vec<&TestData> = all.iter().map(|t| &t.test).collect();
     let spinner = Spinner::new();
-    let settings =
-        Settings { seed: args.seed, faults: !args.no_faults, listener: spinner.listener(), ..Settings::default() };
+    let settings = Settings {
+        seed: args.seed,
+        faults: !args.no_faults,
+        pairing: how,
+        listener: spinner.listener(),
+        ..Settings::default()
+    };
     let found = diagnose_tests(&model, &tests, &settings);
     drop(spinner);
     let d = found?;
@@ -30,10 +36,12 @@ pub(crate) fn run(args: &Diagnose) -> Result<u8, Failure> {
         print_json(&serde_json::to_value(&d)?);
     } else {
         let found = diagnosis(&d, &first.model, &together);
-        print(&(head(&model.spec().name, &all) + "\n" + &text::diagnosis(&found, &style(&std::io::stdout()))));
+        let style = style(&std::io::stdout());
+        let pairs: String = d.pairs.iter().zip(&all).map(|(p, t)| base_pairs(p, &t.test, &style)).collect();
+        print(&(head(&model.spec().name, &all) + "\n" + &text::diagnosis(&found, &style) + "\n" + &pairs));
     }
     if args.report.is_some() {
-        let assessment = assess_for_report(&first.model, &first.model.parameters().nominal(), &first.test)?;
+        let assessment = assess_paired(&first.model, &first.model.parameters().nominal(), &first.test, &how)?;
         let mut data = of_comparison(Case { model: &first.model, test: &first.test, assessment: &assessment })?;
         add_diagnosis(&mut data, &d, &first.model, &together);
         about_files(&mut data, &all, &args.model, &args.tests, args.seed);

@@ -30,8 +30,9 @@ pub(crate) fn run(args: &Learn) -> Result<u8, Failure> {
     let all = files::tested(&args.model, &args.tests, None)?;
     let (model, _, model_text) = files::model(&args.model, None)?;
     let tests: Vec<&TestData> = all.iter().map(|t| &t.test).collect();
+    let how = args.pairing.how();
     let spinner = Spinner::new();
-    let settings = Settings { seed: args.seed, listener: spinner.listener(), ..Settings::default() };
+    let settings = Settings { seed: args.seed, pairing: how, listener: spinner.listener(), ..Settings::default() };
     let found = learn_from_tests(&model, &tests, &settings, args.take_best, usize::from(args.limit));
     drop(spinner);
     let learned = found?;

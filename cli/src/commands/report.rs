@@ -11,8 +11,8 @@ use retune::diagnosis::{Settings, diagnose};
 use retune::model::{Model, ParametricModel};
 use retune::report::data::ReportData;
 use retune::report::{
-    Case, LearningStep, add_before, add_diagnosis, add_learning, add_responses, assess_for_report,
-    misfit_before_any_fit, of_comparison, steps, text,
+    Case, LearningStep, add_before, add_diagnosis, add_learning, add_responses, assess_paired, misfit_before_any_fit,
+    of_comparison, steps, text,
 };
 use retune::update::Assessment;
 use std::path::{Path, PathBuf};
@@ -33,7 +33,8 @@ pub(crate) fn run(args: &Report) -> Result<u8, Failure> {
     warn(&args.model, &model_text, &warnings);
     warn(&args.test, &test_text, &test_warnings);
 
-    let assessment = assess_for_report(&model, &model.parameters().nominal(), &test)?;
+    let how = args.pairing.how();
+    let assessment = assess_paired(&model, &model.parameters().nominal(), &test, &how)?;
     let case = Case { model: &model, test: &test, assessment: &assessment };
     let mut data = of_comparison(case)?;
     data.meta.warnings.extend(warnings.iter().chain(&test_warnings).map(|p| p.message.clone()));
@@ -58,7 +59,7 @@ pub(crate) fn run(args: &Report) -> Result<u8, Failure> {
         read.extend(args.learn.iter().map(|path| ("history of learning", path.clone())));
     }
     if args.diagnose {
-        let settings = Settings { seed: args.seed, ..Settings::default() };
+        let settings = Settings { seed: args.seed, pairing: how, ..Settings::default() };
         add_diagnosis(&mut data, &diagnose(&model, &test, &settings)?, &model, &test);
     }
     let before = earlier.first().map(|(_, model, a)| Case { model, test: &test, assessment: a });
@@ -138,7 +139,7 @@ fn history_of(path: &Path) -> Result<History, Failure> {
 fn version(args: &Report, path: &Path, test: &TestData) -> Result<(String, Model, Assessment), Failure> {
     let configuration = args.configuration.as_deref().or(test.configuration.as_deref());
     let (model, ..) = files::model(path, configuration)?;
-    let assessment = assess_for_report(&model, &model.parameters().nominal(), test)?;
+    let assessment = assess_paired(&model, &model.parameters().nominal(), test, &args.pairing.how())?;
     Ok((name(path), model, assessment))
 }
 

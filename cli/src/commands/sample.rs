@@ -23,6 +23,7 @@ pub(crate) fn run(args: &Sample) -> Result<u8, Failure> {
     let all = files::tested(&args.model, &args.tests, args.configuration.as_deref())?;
     let settings = Settings {
         objective: objective(args.objective.as_deref())?,
+        pairing: args.pairing.how(),
         reduced: tolerance(args.reduced)?,
         ..Settings::default()
     };

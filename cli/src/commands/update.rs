@@ -1,13 +1,12 @@
 //! `retune update`
 
 use super::compare::{functions_json, origins, pair_json, readings_json, summary, unpaired_json};
-use crate::args::{Cost, Pairing, Update};
+use crate::args::{Cost, Update};
 use crate::interrupt::{before_search, stop_flag};
-use crate::output::{Failure, pairs, print, print_json, shown, style};
+use crate::output::{Failure, mac_matrix, mac_matrix_json, pairs, print, print_json, shown, style};
 use crate::page::{Outputs, announce, provenance};
 use crate::progress::Line;
 use crate::{DONE, SHORT, files, uncertain, writing};
-use retune::correlation::PairBy;
 use retune::effect::set_parameter_values;
 use retune::optim::{Checkpoint, OptimizerSpec};
 use retune::report::text::cost_history;
@@ -44,11 +43,7 @@ pub(crate) fn run(args: &Update) -> Result<u8, Failure> {
             Cost::Paper => update::Cost::Paper,
             Cost::Frequencies => update::Cost::Frequencies,
         },
-        pairing: args.pairing.map(|p| match p {
-            Pairing::Mac => PairBy::Mac,
-            Pairing::NearMac => PairBy::NearMac,
-            Pairing::Order => PairBy::Order,
-        }),
+        pairing: args.pairing.how(),
         optimizer: args.optimizer.as_deref().map(optimizer).transpose()?,
         seed: args.seed,
         objective,
@@ -96,6 +91,7 @@ pub(crate) fn run(args: &Update) -> Result<u8, Failure> {
                 "configuration": t.test.configuration,
                 "pairs": after.pairs.iter().map(pair_json).collect::<Vec<_>>(),
                 "unpaired_test": after.unpaired_test.iter().map(unpaired_json).collect::<Vec<_>>(),
+                "mac": mac_matrix_json(after, &t.test),
                 "static_readings": readings_json(after),
                 "functions_of_fit": functions_json(after),
                 "chi_squared": after.misfit.chi_squared,
@@ -103,6 +99,7 @@ pub(crate) fn run(args: &Update) -> Result<u8, Failure> {
             })).collect::<Vec<_>>(),
             "pairs": u.after.pairs.iter().map(pair_json).collect::<Vec<_>>(),
             "unpaired_test": u.after.unpaired_test.iter().map(unpaired_json).collect::<Vec<_>>(),
+            "mac": mac_matrix_json(&u.after, &all[0].test),
             "chi_squared": u.after.misfit.chi_squared,
             "n_data": u.after.misfit.n_data,
             "costs_by_batch_kernel": u.optimum.paths.batch,
@@ -143,6 +140,7 @@ pub(crate) fn run(args: &Update) -> Result<u8, Failure> {
         for (t, (_, after)) in all.iter().zip(&assessed) {
             out += &format!("\nafter{}\n", named(t, all.len()));
             out += &pairs(after, None, &style);
+            out += &mac_matrix(after, &t.test, &style);
             out += &summary(after);
         }
         out += "\n";
@@ -173,7 +171,7 @@ pub(crate) fn run(args: &Update) -> Result<u8, Failure> {
     for warning in &u.optimum.warnings {
         warning!("{warning}");
     }
-    Ok(if assessed.iter().all(|(_, a)| a.unpaired_test.is_empty()) && u.optimum.cost.is_finite() {
+    Ok(if assessed.iter().all(|(_, a)| a.unpaired_test.iter().all(|u| u.by_user)) && u.optimum.cost.is_finite() {
         DONE
     } else {
         SHORT

@@ -1,9 +1,11 @@
 //! Writing test files.
 
 use super::statics::{FrfSpec, StaticLoadSpec, StaticReadingSpec, StaticTestSpec};
-use super::{DirectionSpec, MassPropertySpec, ModeSpec, SensorSpec, ShapeSpec, SourceKind, SourceSpec, TestSpec};
+use super::{
+    DirectionSpec, MassPropertySpec, ModeSpec, PartnerSpec, SensorSpec, ShapeSpec, SourceKind, SourceSpec, TestSpec,
+};
 use crate::data::convert::Duplicates;
-use crate::data::{Origin, Place, Sensor, StaticLoad, StaticReading, TestData};
+use crate::data::{Origin, Place, Sensor, Standing, StaticLoad, StaticReading, TestData};
 use crate::linalg::Complex;
 use crate::units::Scalar;
 use crate::yaml;
@@ -53,6 +55,12 @@ pub fn write_test(data: &TestData) -> String {
                 damping_sd: m.damping_ratio.filter(|d| !d.sd_is_default).map(|d| Scalar::constant(d.sd)),
                 source: source(&m.origin),
                 shape,
+                pair_with: match &m.standing {
+                    Standing::With(partner) => Some(PartnerSpec(partner.clone())),
+                    _ => None,
+                },
+                is_used: m.standing != Standing::Unused,
+                foreign: m.standing == Standing::Foreign,
             }
         })
         .collect();

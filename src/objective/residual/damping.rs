@@ -1,7 +1,7 @@
 //! Modal damping ratios.
 
 use super::super::prediction::{Comparison, PredictionDerivative};
-use super::{Point, Residual, UNPAIRED};
+use super::{Point, Residual};
 use crate::linalg::DMatrix;
 
 /// r = (ζ_model - ζ_test)/σ for every mode with a measured ratio, where the model has dashpots.
@@ -51,7 +51,7 @@ impl Residual for Damping {
     fn evaluate(&self, at: &Point<'_>, out: &mut [f64]) {
         for (o, i) in out.iter_mut().zip(measured(at.comparison)) {
             let Some(test) = at.comparison.test().modes[i].damping_ratio else { continue };
-            *o = at.prediction.partner(i).map_or(UNPAIRED, |a| (ratio(at, a) - test.value) / test.sd);
+            *o = at.prediction.partner(i).map_or(0.0, |a| (ratio(at, a) - test.value) / test.sd);
         }
     }
 

@@ -1,10 +1,10 @@
 //! Natural frequencies.
 
 use super::super::prediction::{Comparison, PredictionDerivative};
-use super::{Point, Residual, UNPAIRED};
+use super::{NO_PARTNER, Point, Residual};
 use crate::linalg::DMatrix;
 
-/// r = (f_model - f_test)/σ_f for every measured mode; [`UNPAIRED`] where it has no partner.
+/// r = (f_model - f_test)/σ_f for every measured mode; zero for one that is aside, [`NO_PARTNER`] where the model has none for it.
 #[derive(Debug, Clone, Copy)]
 pub struct Frequency;
 
@@ -35,9 +35,11 @@ impl Residual for Frequency {
 
     fn evaluate(&self, at: &Point<'_>, out: &mut [f64]) {
         for (i, mode) in at.comparison.test().modes.iter().enumerate() {
-            out[i] = at.prediction.partner(i).map_or(UNPAIRED, |a| {
-                (at.prediction.frequencies_hz[a] - mode.frequency_hz.value) / mode.frequency_hz.sd
-            });
+            let alone = if at.comparison.is_aside(i) { 0.0 } else { NO_PARTNER };
+            out[i] = at
+                .prediction
+                .partner(i)
+                .map_or(alone, |a| (at.prediction.frequencies_hz[a] - mode.frequency_hz.value) / mode.frequency_hz.sd);
         }
     }
 

@@ -4,7 +4,7 @@ use super::super::prediction::{Comparison, PredictionDerivative};
 use super::{Point, Residual};
 use crate::linalg::DMatrix;
 
-/// r = √(1 - MAC)/σ with σ = 0.1 for every measured mode with a shape; 1/σ where it has no partner.
+/// r = √(1 - MAC)/σ with σ = 0.1 for every measured mode with a shape; 1/σ where the model has no partner for it, zero where it is aside.
 ///
 /// √(1 - MAC) is the sine of the angle between the shapes, so the term is smooth where they differ; it has a kink where
 /// they agree, where [`super::Shape`] is the better term. σ = 0.1 is a MAC of 0.99.
@@ -40,7 +40,7 @@ impl Residual for Mac {
 
     fn evaluate(&self, at: &Point<'_>, out: &mut [f64]) {
         for (i, mode) in at.comparison.test().modes.iter().enumerate() {
-            out[i] = match (mode.shape.is_some(), at.prediction.partner(i)) {
+            out[i] = match (mode.shape.is_some() && !at.comparison.is_aside(i), at.prediction.partner(i)) {
                 (false, _) => 0.0,
                 (true, Some(a)) => (1.0 - at.prediction.mac[(a, i)]).max(0.0).sqrt() / SIGMA,
                 (true, None) => 1.0 / SIGMA,

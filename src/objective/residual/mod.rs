@@ -98,8 +98,9 @@ pub struct Point<'a> {
     pub prediction: &'a Prediction,
 }
 
-/// Residual of a measured mode for which the model has no partner, in standard deviations: bad, and constant.
-pub const UNPAIRED: f64 = 20.0;
+/// Residual of the frequency of a measured mode for which the model has too few modes, √(2 ln(1/e)) with e = 0.03 as for a mode that
+/// is not of the structure: bounded, and constant. Its shape and damping, and all of a mode that is aside, have none.
+pub const NO_PARTNER: f64 = 2.648;
 
 #[cfg(test)]
 mod tests;

@@ -1,7 +1,7 @@
 //! Mode shapes at the sensors.
 
 use super::super::prediction::{Comparison, PredictionDerivative};
-use super::{Point, Residual, UNPAIRED};
+use super::{Point, Residual};
 use crate::linalg::{DMatrix, DVector};
 
 /// r_k = (c φ_model,k - φ_test,k)/σ_k with the scale c of each mode free.
@@ -64,18 +64,11 @@ impl Residual for Shape {
         for mode in 0..at.comparison.test().modes.len() {
             let rows = measured(at.comparison, mode);
             let out = &mut out[n * mode..n * (mode + 1)];
-            match at.prediction.partner(mode) {
-                Some(a) => {
-                    let phi = at.prediction.at_sensors.column(a);
-                    let (c, _) = scale(rows.clone(), |k| phi[k]);
-                    for (k, test, w) in rows {
-                        out[k] = (c * phi[k] - test) * w;
-                    }
-                }
-                None => {
-                    let share = UNPAIRED / (rows.clone().count() as f64).sqrt();
-                    rows.for_each(|(k, ..)| out[k] = share);
-                }
+            let Some(a) = at.prediction.partner(mode) else { continue };
+            let phi = at.prediction.at_sensors.column(a);
+            let (c, _) = scale(rows.clone(), |k| phi[k]);
+            for (k, test, w) in rows {
+                out[k] = (c * phi[k] - test) * w;
             }
         }
     }

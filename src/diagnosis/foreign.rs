@@ -1,0 +1,161 @@
+//! Measured modes that are not of the structure.
+//!
+//! They are decided at the base, once, so that all hypotheses are compared on the same data. There the model may lack an effect of any
+//! size: what it misses is taken for model form, and its true modes stay. A mode that one hypothesis explains together with all others
+//! (a body on a spring brings one) is no foreign one: then the diagnosis with all modes is the answer.
+
+use super::scene::Scene;
+use super::{DiagnosisError, Investigation, Settings, Verdict, investigate_these};
+use crate::data::Standing;
+use crate::linalg::DVector;
+use crate::objective::{Comparison, decide, decide_by_rule};
+use serde::{Deserialize, Serialize};
+
+/// Share of frequencies that are noted wrongly: with the shape of a mode of the model that is a fault of the measurement and no foreign
+/// mode.
+const MISREAD: f64 = 0.01;
+/// Fewest modes to be of the structure, as a share: where more are not, the model is wrong as a whole.
+const FEWEST: f64 = 0.5;
+
+/// A measured mode without a partner, and why.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ForeignMode {
+    /// The mode, from 1, through all tests.
+    pub mode: usize,
+    /// Hz.
+    pub frequency_hz: f64,
+    /// Its name in the test.
+    pub label: Option<String>,
+    /// Probability that it is not of the structure; none where the user or a limit of theirs has put it aside.
+    pub probability: Option<f64>,
+    /// Why it has no partner.
+    pub reason: String,
+}
+
+/// The pairs of one test at the fitted base.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct BasePairs {
+    /// The test.
+    pub test: String,
+    /// Frequencies of the modes of the fitted base, Hz.
+    pub model_hz: Vec<f64>,
+    /// MAC, a row for each of them, a column for each measured mode.
+    pub mac: Vec<Vec<f64>>,
+    /// A measured mode each, in their order.
+    pub modes: Vec<BasePair>,
+}
+
+/// A measured mode at the fitted base.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct BasePair {
+    /// Hz.
+    pub test_hz: f64,
+    /// Number of its partner, from 1.
+    pub model_mode: Option<usize>,
+    /// Their MAC, where the mode has a shape.
+    pub mac: Option<f64>,
+    /// Probability of the pair that was inferred before the fit.
+    pub probability: Option<f64>,
+    /// Why there is no partner.
+    pub reason: Option<String>,
+}
+
+/// The scene with the standing of every mode, and where the parameters have come with the pairs.
+fn settled(scene: &Scene, settings: &Settings) -> Result<(Scene, Option<DVector<f64>>), DiagnosisError> {
+    let given = scene.as_given();
+    let comparisons = given.comparisons()?;
+    let how = &settings.pairing;
+    let (decision, moved) = if how.infers() {
+        (decide(&comparisons, &given.start(), how.deciding(true, MISREAD))?, true)
+    } else {
+        (decide_by_rule(&comparisons, &given.start(), how.deciding(false, 0.0))?, false)
+    };
+    let (kept, all) = decision.kept();
+    if (kept as f64) < FEWEST * all as f64 {
+        drop(comparisons);
+        return Ok((given, None));
+    }
+    let tests = comparisons.iter().enumerate().map(|(k, c)| decision.applied(k, c.test())).collect();
+    Ok((given.with_modes(tests), moved.then_some(decision.x)))
+}
+
+/// [`investigate_these`] with the modes that are of the structure.
+pub(super) fn investigate(
+    mut scene: Scene,
+    starts: &[DVector<f64>],
+    weight: Option<f64>,
+    settings: &Settings,
+) -> Result<Investigation, DiagnosisError> {
+    scene.how = settings.pairing;
+    let (decided, x) = settled(&scene, settings)?;
+    let found = |standing: &Standing| matches!(standing, Standing::Aside { foreign: Some(_), .. });
+    let foreign: Vec<usize> =
+        (0..decided.test.modes.len()).filter(|&m| found(&decided.test.modes[m].standing)).collect();
+    let without = investigate_these(decided, starts, x.as_ref(), weight, settings)?;
+    // Shapes tell whether a hypothesis explains a mode; a frequency alone can be had from any.
+    if !foreign.iter().any(|&m| scene.test.modes[m].shape.is_some()) || !brings_modes(&without) {
+        return named(without);
+    }
+    let all = investigate_these(scene.as_given(), starts, None, weight, settings)?;
+    let explains = matches!(all.diagnosis.verdict, Verdict::MissingEffect | Verdict::MeasurementFault)
+        && all.diagnosis.hypotheses.first().is_some_and(|h| h.probability > 0.5);
+    named(if explains { all } else { without })
+}
+
+/// Whether an effect that brings modes of its own was screened.
+fn brings_modes(found: &Investigation) -> bool {
+    found.base.screened.iter().any(|s| s.candidate.parameters.iter().any(|p| !p.grid.is_empty()))
+}
+
+/// With what has no partner named.
+fn named(mut found: Investigation) -> Result<Investigation, DiagnosisError> {
+    let scene = &found.base.scene;
+    let mut foreign = Vec::new();
+    for (m, mode) in scene.test.modes.iter().enumerate() {
+        let Some(reason) = mode.standing.reason() else { continue };
+        let probability = match mode.standing {
+            Standing::Aside { foreign, .. } => foreign,
+            _ => None,
+        };
+        let (frequency_hz, label) = (mode.frequency_hz.value, mode.label.clone());
+        foreign.push(ForeignMode { mode: m + 1, frequency_hz, label, probability, reason });
+    }
+    let of_inference: Vec<String> = foreign
+        .iter()
+        .filter(|f| f.probability.is_some())
+        .map(|f| format!("{} at {:.4} Hz is {}", scene.mode_name(f.mode - 1), f.frequency_hz, f.reason))
+        .collect();
+    if !of_inference.is_empty() {
+        found.diagnosis.sentence += &format!("; {}", of_inference.join("; "));
+    }
+    let comparisons = scene.comparisons()?;
+    let theta = &found.base.fit.theta;
+    found.diagnosis.pairs = comparisons.iter().map(|c| base_pairs(c, theta)).collect::<Result<_, _>>()?;
+    drop(comparisons);
+    found.diagnosis.foreign_modes = foreign;
+    Ok(found)
+}
+
+fn base_pairs(c: &Comparison<'_>, theta: &[f64]) -> Result<BasePairs, DiagnosisError> {
+    let p = c.predict(theta)?;
+    let test = c.test();
+    let mode = |(m, mode): (usize, &crate::data::TestMode)| {
+        let partner = p.partner(m);
+        BasePair {
+            test_hz: mode.frequency_hz.value,
+            model_mode: partner.map(|a| a + 1),
+            mac: partner.filter(|_| mode.shape.is_some()).map(|a| p.mac[(a, m)]),
+            probability: match mode.standing {
+                Standing::Found { probability, .. } => partner.map(|_| probability),
+                _ => None,
+            },
+            reason: mode.standing.reason(),
+        }
+    };
+    Ok(BasePairs {
+        test: test.name.clone(),
+        model_hz: p.frequencies_hz.clone(),
+        mac: p.mac.row_iter().map(|r| r.iter().copied().collect()).collect(),
+        modes: test.modes.iter().enumerate().map(mode).collect(),
+    })
+}

@@ -1,0 +1,590 @@
+//! Which measured modes are of the structure, and which modes of the model they are: decided before a fit.
+//!
+//! A fit that pairs at every point can be dragged by a mode that is not of the structure, and one that starts far pairs wrongly. So
+//! the pairs are inferred ([`crate::correlation`], `inference`) while the parameters move by Gauss-Newton steps, first with much model
+//! form, which lets far pairs be made, then with less:
+//!
+//! ```text
+//! τ = 0.10, 0.03, 0.01, 0.003 with k = 8, 4, 2, 1, two steps each;  then τ and k by their evidence, until the pairs stay
+//! ```
+//!
+//! What comes out is a set of measured modes. The fit itself is plain least squares of that set: among what is of the structure it pairs
+//! anew at every point, and what is not costs nothing and pulls nothing.
+
+mod gates;
+mod partner;
+
+use self::gates::{Gates, called, probability};
+pub(crate) use self::gates::why_unpaired;
+use self::partner::{names, resolve};
+use super::prediction::{Comparison, Prediction};
+use super::scaling::Scaling;
+use crate::correlation::{CorrelationError, Form, Label, MeasuredMode, Modelled, Pairings, best, marginals};
+use crate::data::{Standing, TestData};
+use crate::linalg::{DMatrix, DVector};
+use crate::model::ModeLabel;
+use std::sync::Arc;
+
+/// Model form of the steps, with the factor of the noise of shapes.
+const STEPS: [Form; 4] = [form(0.10, 8.0), form(0.03, 4.0), form(0.01, 2.0), form(0.003, 1.0)];
+/// The same for a second try, slower.
+const SLOW_STEPS: [Form; 6] =
+    [form(0.2, 8.0), form(0.1, 8.0), form(0.05, 4.0), form(0.02, 4.0), form(0.01, 2.0), form(0.005, 1.0)];
+/// Rounds with estimated model form, at most.
+const ROUNDS: usize = 4;
+/// Longest step, in prior standard deviations.
+const LONGEST: f64 = 1.2;
+/// A parameter moves by this share of its interval, or of its value where that is less, before a test has told anything.
+const SPREAD_OF_INTERVAL: f64 = 0.5;
+const SPREAD_OF_VALUE: f64 = 0.3;
+/// Modes of the model up to this factor beyond the measured band may be partners, where frequencies tell and the user gives no window.
+const BEYOND: f64 = 2.5;
+/// A sensor has a noise of its own above so many times the median, and as many standard deviations.
+const SPOILT: f64 = 4.0;
+/// Probabilities of a sure pair, and of a sure foreign mode to be of the structure.
+const SURE: f64 = 0.9;
+const SURELY_NOT: f64 = 0.01;
+
+const fn form(tau: f64, k: f64) -> Form {
+    Form { tau, k }
+}
+
+/// How pairs are decided.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Deciding {
+    /// Smallest MAC of a pair.
+    pub min_mac: f64,
+    /// g of the relative frequency window, as in [`crate::correlation::PairingOptions`].
+    pub frequency_window: f64,
+    /// Share of frequencies that may be noted wrongly: such a mode is of the structure by its shape alone. Zero for a plain fit, which it
+    /// would pull; above zero where that is a hypothesis.
+    pub misread: f64,
+    /// Whether parameters move; otherwise the pairs are those at the estimates.
+    pub moves: bool,
+}
+
+impl Default for Deciding {
+    fn default() -> Self {
+        Self { min_mac: 0.0, frequency_window: f64::INFINITY, misread: 0.0, moves: true }
+    }
+}
+
+/// What was decided.
+#[derive(Debug, Clone)]
+pub struct Decision {
+    /// Where the parameters have come, in the unit box.
+    pub x: DVector<f64>,
+    /// The standing of every mode of every test.
+    pub standings: Vec<Vec<Standing>>,
+}
+
+impl Decision {
+    /// A test with its modes as decided.
+    pub fn applied(&self, k: usize, test: &TestData) -> TestData {
+        let mut out = test.clone();
+        out.modes.iter_mut().zip(&self.standings[k]).for_each(|(m, s)| m.standing = s.clone());
+        out
+    }
+
+    /// Number of modes with a partner, and of all that were to have one.
+    pub fn kept(&self) -> (usize, usize) {
+        let all = || self.standings.iter().flatten();
+        let kept = all().filter(|s| !s.is_aside()).count();
+        (kept, kept + all().filter(|s| matches!(s, Standing::Aside { .. })).count())
+    }
+}
+
+/// Decides which modes of some tests of one structure have which partners.
+///
+/// * `comparisons` - of the tests, all with the same parameters
+/// * `start` - the estimates, in the unit box
+///
+/// # Errors
+/// The model cannot be solved at its estimates; `pair_with` names a mode that the model does not have, or one mode twice.
+pub fn decide(
+    comparisons: &[Comparison<'_>],
+    start: &DVector<f64>,
+    options: Deciding,
+) -> Result<Decision, CorrelationError> {
+    let Some(first) = comparisons.first() else { return Ok(Decision { x: start.clone(), standings: Vec::new() }) };
+    let scaling = Scaling::new(first.model());
+    let theta = scaling.theta(start);
+    let sides = comparisons.iter().map(|c| Side::new(c, &theta)).collect::<Result<Vec<_>, _>>()?;
+    let inference = Inference { sides, scaling: &scaling, start, sd: spreads(first, &scaling), options };
+    let unsolvable = |e: super::EvalError| CorrelationError::Model(e.to_string());
+    if !options.moves || scaling.is_empty() {
+        let found = inference.settled(start.clone(), inference.prior()).map_err(unsolvable)?;
+        return Ok(inference.decision(&found, !options.moves));
+    }
+    let mut found = inference.annealed(&STEPS, true).map_err(unsolvable)?;
+    if !found.is_sure() {
+        // Labels may lead astray, and a slower way may lead elsewhere.
+        if let Ok(other) = inference.annealed(&SLOW_STEPS, false)
+            && other.score > found.score
+        {
+            found = other;
+        }
+    }
+    Ok(inference.decision(&found, false))
+}
+
+/// The same by the rule of the comparisons instead of inference: what the gates leave without a partner at the start is aside, and the
+/// partners that the user names are fixed.
+///
+/// # Errors
+/// As [`decide`].
+pub fn decide_by_rule(
+    comparisons: &[Comparison<'_>],
+    start: &DVector<f64>,
+    gates: Deciding,
+) -> Result<Decision, CorrelationError> {
+    let mut standings = Vec::with_capacity(comparisons.len());
+    for c in comparisons {
+        let theta = Scaling::new(c.model()).theta(start);
+        let p = c.predict(&theta).map_err(|e| CorrelationError::Model(e.to_string()))?;
+        let side = Side::new(c, &theta)?;
+        let mut own: Vec<Standing> = c.test().modes.iter().map(|m| m.standing.clone()).collect();
+        for (&i, given) in side.open.iter().zip(&side.given) {
+            if let Some(model_mode) = *given {
+                own[i] = Standing::Found { model_mode, rank: 0, family: None, is_fixed: true, probability: 1.0 };
+                continue;
+            }
+            let Some(pair) = p.pairs.pairs.iter().find(|q| q.experimental == i) else { continue };
+            let what = Gates { min_mac: gates.min_mac, window: gates.frequency_window };
+            if let Some(gate) = what.closed(c, &p, i, pair.analytical) {
+                own[i] = Standing::Aside { foreign: None, reason: gate.reason(&what, c, &p, i, pair.analytical, None) };
+            }
+        }
+        standings.push(own);
+    }
+    Ok(Decision { x: start.clone(), standings })
+}
+
+/// Prior standard deviation of every free parameter, in the unit box.
+fn spreads(comparison: &Comparison<'_>, scaling: &Scaling) -> DVector<f64> {
+    let parameters = comparison.model().parameters();
+    let sd = |k: usize| {
+        let p = parameters.get(scaling.free()[k]);
+        let width = scaling.width()[k];
+        let by_value = SPREAD_OF_VALUE * p.value.abs() / width;
+        let own = if by_value > 0.0 { by_value.min(SPREAD_OF_INTERVAL) } else { SPREAD_OF_INTERVAL };
+        p.prior_sd.map_or(own, |sd| own.min(sd / width)).max(1e-6)
+    };
+    DVector::from_fn(scaling.len(), |k, _| sd(k))
+}
+
+/// One test.
+struct Side<'a> {
+    comparison: &'a Comparison<'a>,
+    /// Test modes that are to be paired.
+    open: Vec<usize>,
+    labels: Vec<Option<Label>>,
+    /// Partners that the user has named, of each of them.
+    given: Vec<Option<usize>>,
+    needs_names: bool,
+}
+
+impl<'a> Side<'a> {
+    fn new(comparison: &'a Comparison<'a>, theta: &[f64]) -> Result<Self, CorrelationError> {
+        let modes = &comparison.test().modes;
+        let open: Vec<usize> = (0..modes.len()).filter(|&i| !modes[i].standing.is_aside()).collect();
+        let labels: Vec<Option<Label>> = open.iter().map(|&i| modes[i].label.as_deref().map(Label::read)).collect();
+        let needs_names = labels.iter().any(Option::is_some);
+        let mut given = Vec::with_capacity(open.len());
+        for &i in &open {
+            let found = match &modes[i].standing {
+                Standing::With(partner) => resolve(comparison, theta, i, partner)?,
+                Standing::Found { model_mode, is_fixed: true, .. } => *model_mode,
+                _ => {
+                    given.push(None);
+                    continue;
+                }
+            };
+            if let Some(other) = given.iter().position(|g| *g == Some(found)) {
+                return Err(CorrelationError::Partner {
+                    mode: i + 1,
+                    reason: format!(
+                        "mode {} of the model is the partner of test mode {} already; a mode has one partner",
+                        found + 1,
+                        open[other] + 1
+                    ),
+                });
+            }
+            given.push(Some(found));
+        }
+        Ok(Self { comparison, open, labels, given, needs_names })
+    }
+}
+
+/// What is seen of one test at a point.
+struct Look {
+    prediction: Arc<Prediction>,
+    /// Modes of the model that may be partners, by index among the elastic ones.
+    modes: Vec<usize>,
+    names: Option<Vec<ModeLabel>>,
+    pairings: Pairings,
+}
+
+/// Where the inference has come.
+struct Found {
+    x: DVector<f64>,
+    score: f64,
+    sides: Vec<FoundSide>,
+}
+
+struct FoundSide {
+    look: Look,
+    form: Form,
+    /// Partners of the open modes, by position in [`Look::modes`].
+    pairs: Vec<Option<usize>>,
+    /// P of every pair.
+    p: DMatrix<f64>,
+}
+
+impl FoundSide {
+    fn foreign(&self, row: usize) -> f64 {
+        (1.0 - self.p.row(row).sum()).clamp(0.0, 1.0)
+    }
+}
+
+impl Found {
+    fn is_sure(&self) -> bool {
+        let is_sure = |side: &FoundSide| {
+            let decided = side.pairs.iter().enumerate().all(|(i, a)| match a {
+                Some(a) => side.p[(i, *a)] > SURE,
+                None => side.foreign(i) > 1.0 - SURELY_NOT,
+            });
+            let paired = side.pairs.iter().flatten().count();
+            side.form == Form::NONE && decided && 2 * paired >= side.pairs.len()
+        };
+        self.sides.iter().all(is_sure)
+    }
+}
+
+struct Inference<'a> {
+    sides: Vec<Side<'a>>,
+    scaling: &'a Scaling,
+    start: &'a DVector<f64>,
+    sd: DVector<f64>,
+    options: Deciding,
+}
+
+impl Inference<'_> {
+    /// The inverse covariance of the parameters before the test.
+    fn prior(&self) -> DMatrix<f64> {
+        DMatrix::from_diagonal(&self.sd.map(|s| 1.0 / (s * s)))
+    }
+
+    /// C^½ of an inverse covariance.
+    fn spread(&self, inverse: &DMatrix<f64>) -> DMatrix<f64> {
+        let n = self.sd.len();
+        let covariance = inverse.clone().cholesky().map(|c| c.inverse());
+        let factor = covariance.and_then(nalgebra::Cholesky::new).map(|c| c.l());
+        factor.unwrap_or_else(|| DMatrix::from_diagonal(&self.sd)).resize(n, n, 0.0)
+    }
+
+    fn looks(
+        &self,
+        x: &DVector<f64>,
+        with_labels: bool,
+        factors: Option<&[Vec<f64>]>,
+    ) -> Result<Vec<Look>, super::EvalError> {
+        let factors = |k: usize| factors.map(|all| all[k].as_slice());
+        self.sides.iter().enumerate().map(|(k, side)| self.look(side, x, with_labels, factors(k))).collect()
+    }
+
+    fn look(
+        &self,
+        side: &Side<'_>,
+        x: &DVector<f64>,
+        with_labels: bool,
+        factors: Option<&[f64]>,
+    ) -> Result<Look, super::EvalError> {
+        let c = side.comparison;
+        let theta = self.scaling.theta(x);
+        let prediction = c.predict(&theta)?;
+        let test = c.test();
+        let measured_hz = side.open.iter().map(|&i| test.modes[i].frequency_hz.value);
+        let (low, high) = measured_hz.fold((f64::INFINITY, 0.0_f64), |(l, h), f| (l.min(f), h.max(f)));
+        let everywhere = self.options.misread > 0.0 || self.options.frequency_window.is_finite();
+        let is_near = |a: usize| {
+            let f = prediction.frequencies_hz[a];
+            everywhere || (f > low / BEYOND && f < high * BEYOND) || side.given.contains(&Some(a))
+        };
+        let modes: Vec<usize> = (0..prediction.frequencies_hz.len()).filter(|&a| is_near(a)).collect();
+        let names = if with_labels && side.needs_names { names(c, &theta, &prediction) } else { None };
+        let free = self.scaling.free();
+        let derivative =
+            if free.is_empty() { None } else { Some(c.differentiate_modes(&theta, &prediction, free, &modes)?) };
+        let n_sensors = prediction.at_sensors.nrows();
+        let width = self.scaling.width();
+        let modelled: Vec<Modelled> = modes
+            .iter()
+            .map(|&a| {
+                let f = prediction.frequencies_hz[a];
+                let (mut d_ln_f, mut d_shape) = (DVector::zeros(free.len()), DMatrix::zeros(n_sensors, free.len()));
+                if let Some((df, d_phi)) = derivative.as_ref().and_then(|d| d.modes[a].as_ref()) {
+                    for (j, w) in width.iter().enumerate() {
+                        d_ln_f[j] = df[j] * w / f;
+                        d_shape.set_column(j, &(d_phi.column(j) * *w));
+                    }
+                }
+                let label = names.as_ref().map(|n| Label::read(&n[a].long));
+                let shape = prediction.at_sensors.column(a).into_owned();
+                Modelled { frequency: f, shape, d_ln_f, d_shape, label }
+            })
+            .collect();
+        let shapes: Vec<Option<Vec<f64>>> = side
+            .open
+            .iter()
+            .map(|&i| test.modes[i].shape.is_some().then(|| c.shapes().column(i).iter().copied().collect()))
+            .collect();
+        let measured: Vec<MeasuredMode<'_>> = side
+            .open
+            .iter()
+            .enumerate()
+            .map(|(k, &i)| MeasuredMode {
+                frequency: (test.modes[i].frequency_hz.value, test.modes[i].frequency_hz.sd),
+                shape: shapes[k].as_deref(),
+                shape_sd: test.modes[i].shape_sd.as_ref().map(|s| s.as_slice()),
+                label: side.labels[k].as_ref(),
+            })
+            .collect();
+        let given: Vec<Option<usize>> =
+            side.given.iter().map(|g| g.and_then(|g| modes.iter().position(|&a| a == g))).collect();
+        let ones = vec![1.0; n_sensors];
+        let gates = self.gates();
+        let is_allowed = |k: usize, at: usize| gates.closed(c, &prediction, side.open[k], modes[at]).is_none();
+        let pairings = Pairings::new(&measured, &modelled, factors.unwrap_or(&ones), is_allowed, given);
+        Ok(Look { prediction, modes, names, pairings })
+    }
+
+    fn gates(&self) -> Gates {
+        Gates { min_mac: self.options.min_mac, window: self.options.frequency_window }
+    }
+
+    /// Gauss-Newton from the estimates, with less and less model form, then with that of largest evidence.
+    fn annealed(&self, steps: &[Form], with_labels: bool) -> Result<Found, super::EvalError> {
+        let mut x = self.start.clone();
+        let mut inverse = self.prior();
+        for form in steps {
+            for _ in 0..2 {
+                let looks = match self.looks(&x, with_labels, None) {
+                    Ok(looks) => looks,
+                    // Where the model cannot be solved the way ends; what is known so far counts.
+                    Err(_) if x != *self.start => return self.settled(self.start.clone(), self.prior()),
+                    Err(e) => return Err(e),
+                };
+                let spread = self.spread(&inverse);
+                let odds = |l: &Look| l.pairings.spread(&spread).ln_odds(*form, self.options.misread);
+                let pairs: Vec<_> = looks.iter().map(|l| best(&odds(l))).collect();
+                let parts =
+                    looks.iter().zip(&pairs).map(|(l, p)| l.pairings.normal_equations(p, *form, self.options.misread));
+                (x, inverse) = self.step_of(&x, parts).unwrap_or((x, inverse));
+            }
+        }
+        self.settled(x, inverse)
+    }
+
+    /// A step with the pairs and the model form that were found.
+    fn step(&self, found: &Found, pairs: &[Vec<Option<usize>>]) -> Option<(DVector<f64>, DMatrix<f64>)> {
+        let parts = found
+            .sides
+            .iter()
+            .zip(pairs)
+            .map(|(s, p)| s.look.pairings.normal_equations(p, s.form, self.options.misread));
+        self.step_of(&found.x, parts)
+    }
+
+    /// One step, and the inverse covariance of the parameters there; none where the equations are singular.
+    fn step_of(
+        &self,
+        x: &DVector<f64>,
+        parts: impl Iterator<Item = (DMatrix<f64>, DVector<f64>)>,
+    ) -> Option<(DVector<f64>, DMatrix<f64>)> {
+        let prior = self.prior();
+        let (mut h, mut g) = (prior.clone(), prior * (self.start - x));
+        for (own_h, own_g) in parts {
+            h += own_h;
+            g += own_g;
+        }
+        let mut dx = h.clone().cholesky()?.solve(&g);
+        let longest = dx.iter().zip(self.sd.iter()).map(|(d, s)| (d / s).abs()).fold(0.0, f64::max);
+        if longest > LONGEST {
+            dx *= LONGEST / longest;
+        }
+        let moved = (x + dx).map(|v| v.clamp(0.0, 1.0));
+        moved.iter().all(|v| v.is_finite()).then_some((moved, h))
+    }
+
+    /// Model form by its evidence, pairs and steps with it until they stay.
+    fn settled(&self, mut x: DVector<f64>, mut inverse: DMatrix<f64>) -> Result<Found, super::EvalError> {
+        let mut rounds = if self.options.moves && !self.sd.is_empty() { ROUNDS } else { 0 };
+        let mut factors: Option<Vec<Vec<f64>>> = None;
+        let mut before: Option<Vec<Vec<Option<usize>>>> = None;
+        loop {
+            let looks = match self.looks(&x, true, factors.as_deref()) {
+                Err(_) if x != *self.start => {
+                    x.copy_from(self.start);
+                    self.looks(&x, true, factors.as_deref())?
+                }
+                looks => looks?,
+            };
+            let mut found = self.judged(x.clone(), looks, &inverse);
+            if factors.is_none() {
+                // A channel that is wrong must not make the shapes foreign.
+                factors = self.spoilt(&found);
+                if factors.is_some() {
+                    found = self.judged(x.clone(), self.looks(&x, true, factors.as_deref())?, &inverse);
+                }
+            }
+            if rounds == 0 {
+                return Ok(found);
+            }
+            rounds -= 1;
+            let pairs: Vec<_> = found.sides.iter().map(|s| s.pairs.clone()).collect();
+            let Some((moved, h)) = self.step(&found, &pairs) else { return Ok(found) };
+            let far = (&moved - &x).iter().zip(self.sd.iter()).map(|(d, s)| (d / s).abs()).fold(0.0, f64::max);
+            if before.as_ref() == Some(&pairs) && far < 1e-3 {
+                // One more look with the covariance of these pairs.
+                rounds = 0;
+            }
+            (x, inverse) = (moved, h);
+            before = Some(pairs);
+        }
+    }
+
+    /// Pairs, their probabilities and the model form at a point.
+    fn judged(&self, x: DVector<f64>, looks: Vec<Look>, inverse: &DMatrix<f64>) -> Found {
+        let spread = self.spread(inverse);
+        let away = (&x - self.start).component_div(&self.sd);
+        let mut score = -0.5 * away.norm_squared();
+        let sides = looks
+            .into_iter()
+            .map(|look| {
+                let spread = look.pairings.spread(&spread);
+                let (form, own) = spread.form(self.options.misread);
+                score += own;
+                let odds = spread.ln_odds(form, self.options.misread);
+                FoundSide { form, pairs: best(&odds), p: marginals(&odds), look }
+            })
+            .collect();
+        Found { x, score, sides }
+    }
+
+    /// Factors of the noise of every sensor, where one stands out among the pairs of a test whose shapes need more noise than stated.
+    fn spoilt(&self, found: &Found) -> Option<Vec<Vec<f64>>> {
+        let mut any = false;
+        let one = |(side, at): (&Side<'_>, &FoundSide)| {
+            let n = side.comparison.shapes().nrows();
+            let mut factors = vec![1.0; n];
+            if at.form.k <= 1.0 {
+                return factors;
+            }
+            let (mut square, mut count) = (vec![0.0; n], vec![0_u32; n]);
+            for (row, a) in at.pairs.iter().enumerate() {
+                let i = side.open[row];
+                let (Some(a), Some(sd)) = (a, &side.comparison.test().modes[i].shape_sd) else { continue };
+                let phi = at.look.prediction.at_sensors.column(at.look.modes[*a]);
+                let y = side.comparison.shapes().column(i);
+                let rows: Vec<usize> = (0..n).filter(|&s| y[s].is_finite()).collect();
+                let own: f64 = rows.iter().map(|&s| phi[s] * phi[s]).sum();
+                let cross: f64 = rows.iter().map(|&s| phi[s] * y[s]).sum();
+                let scale = if own > 0.0 { cross / own } else { 0.0 };
+                for s in rows {
+                    square[s] += ((y[s] - scale * phi[s]) / sd[s]).powi(2);
+                    count[s] += 1;
+                }
+            }
+            let rms: Vec<f64> = square.iter().zip(&count).map(|(q, c)| (q / f64::from((*c).max(1))).sqrt()).collect();
+            let mut known: Vec<f64> = rms.iter().zip(&count).filter(|(_, c)| **c > 0).map(|(r, _)| *r).collect();
+            known.sort_by(f64::total_cmp);
+            let Some(&median) = known.get(known.len() / 2) else { return factors };
+            for (factor, r) in factors.iter_mut().zip(&rms) {
+                if *r > SPOILT * median && *r > SPOILT {
+                    *factor = *r;
+                    any = true;
+                }
+            }
+            factors
+        };
+        let all: Vec<Vec<f64>> = self.sides.iter().zip(&found.sides).map(one).collect();
+        any.then_some(all)
+    }
+
+    fn decision(&self, found: &Found, is_fixed: bool) -> Decision {
+        let one = |(side, at): (&Side<'_>, &FoundSide)| self.standings(side, at, is_fixed);
+        Decision { x: found.x.clone(), standings: self.sides.iter().zip(&found.sides).map(one).collect() }
+    }
+
+    fn standings(&self, side: &Side<'_>, at: &FoundSide, is_fixed: bool) -> Vec<Standing> {
+        let c = side.comparison;
+        let modes = &c.test().modes;
+        let p = &at.look.prediction;
+        let mut out: Vec<Standing> = modes.iter().map(|m| m.standing.clone()).collect();
+        // What shapes and the user take: a mode without a shape is counted among the rest.
+        let by_shape: Vec<usize> = (0..side.open.len())
+            .filter(|&row| modes[side.open[row]].shape.is_some() || side.given[row].is_some())
+            .filter_map(|row| at.pairs[row].map(|a| at.look.modes[a]))
+            .collect();
+        for (row, &i) in side.open.iter().enumerate() {
+            let foreign = at.foreign(row);
+            let partner = at.pairs[row].filter(|_| side.given[row].is_some() || foreign < 0.5);
+            out[i] = match partner {
+                Some(at_a) => {
+                    let a = at.look.modes[at_a];
+                    let told = side.labels[row].as_ref().and_then(Label::family);
+                    let family = p.families[a].clone().filter(|f| told.is_some_and(|t| t != f));
+                    let own = family.as_deref().or(told);
+                    let is_like = |b: usize| {
+                        !c.pairing().same_family_only
+                            || own.is_none()
+                            || p.families[b].is_none()
+                            || p.families[b].as_deref() == own
+                    };
+                    let rank = (0..a).filter(|b| !by_shape.contains(b) && is_like(*b)).count();
+                    let is_fixed = is_fixed || side.given[row].is_some();
+                    let probability = if side.given[row].is_some() { 1.0 } else { at.p[(row, at_a)] };
+                    Standing::Found { model_mode: a, rank, family, is_fixed, probability }
+                }
+                // It may be one of two and is of the structure all the same: the fit pairs it.
+                None if foreign < 0.5 => Standing::Open,
+                None => {
+                    let (foreign, reason) = self.why(side, at, row, foreign);
+                    Standing::Aside { foreign, reason }
+                }
+            };
+        }
+        out
+    }
+
+    /// Why a mode has no partner, and the probability that it is foreign where no gate of the user decides.
+    fn why(&self, side: &Side<'_>, at: &FoundSide, row: usize, foreign: f64) -> (Option<f64>, String) {
+        let c = side.comparison;
+        let p = &at.look.prediction;
+        let i = side.open[row];
+        let mode = &c.test().modes[i];
+        let f = mode.frequency_hz.value;
+        let n = p.frequencies_hz.len();
+        let by = |of: &dyn Fn(usize) -> f64| (0..n).max_by(|&a, &b| of(a).total_cmp(&of(b)));
+        let likeness =
+            |a: usize| if mode.shape.is_some() { p.mac[(a, i)] } else { -(p.frequencies_hz[a] / f).ln().abs() };
+        let Some(a) = by(&likeness) else { return (None, "the model has no mode to compare with".into()) };
+        let name = at.look.names.as_ref().map(|names| names[a].long.as_str());
+        let gates = self.gates();
+        if let Some(gate) = gates.closed(c, p, i, a) {
+            return (None, gate.reason(&gates, c, p, i, a, name));
+        }
+        let called = called(p, a, name);
+        let taken =
+            at.pairs.iter().position(|q| q.is_some_and(|q| at.look.modes[q] == a)).filter(|&other| other != row);
+        let taken = taken
+            .map_or_else(String::new, |other| format!(", which is the partner of test mode {}", side.open[other] + 1));
+        let best = if mode.shape.is_some() {
+            format!("its largest MAC is {:.2}, with {called}{taken}", p.mac[(a, i)])
+        } else {
+            format!("the nearest in frequency is {called}{taken}")
+        };
+        (Some(foreign), format!("foreign with probability {}: {best}", probability(foreign)))
+    }
+}

@@ -1,0 +1,145 @@
+//! How modes are paired: one answer for every verb.
+//!
+//! By default the pairs are inferred, see [`decide`]. A user may ask for a rule instead, give gates to either, and name partners, foreign
+//! modes and unused ones in the test file.
+
+use super::UpdateError;
+use crate::correlation::{PairBy, PairingOptions};
+use crate::data::{Standing, TestData};
+use crate::linalg::DVector;
+use crate::objective::{Comparison, Deciding, Scaling, decide, decide_by_rule, starting_point};
+
+/// Share of frequencies that tell nothing in a comparison: its model has not been updated, and may be off by any factor. Shapes pair then.
+const FAR_OFF: f64 = 0.05;
+
+/// How modes are paired.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct HowToPair {
+    /// The rule; inference where none is given.
+    pub by: Option<PairBy>,
+    /// Smallest MAC of a pair.
+    pub min_mac: Option<f64>,
+    /// g of the relative frequency window: f_a/f_x within [1/(1+g), 1+g].
+    pub frequency_window: Option<f64>,
+}
+
+impl HowToPair {
+    /// The rule by which a fit pairs, at every point, what was found to be of the structure.
+    pub(crate) fn rule(&self, test: &TestData) -> PairingOptions {
+        let has_shapes = test.modes.iter().any(|m| m.shape.is_some());
+        let by = match self.by {
+            None | Some(PairBy::Mac | PairBy::NearMac) if !has_shapes => PairBy::Order,
+            None => PairBy::NearMac,
+            Some(by) => by,
+        };
+        PairingOptions { by, min_mac: 0.0, frequency_window: f64::INFINITY, same_family_only: true }
+    }
+
+    /// The same for a comparison, where the gates of a rule flag or forbid a pair: the usual ones where none are given.
+    pub(crate) fn gated_rule(&self, test: &TestData) -> PairingOptions {
+        let usual = PairingOptions::default();
+        let (min_mac, window) = match self.by {
+            None => (0.0, f64::INFINITY),
+            Some(_) => (usual.min_mac, usual.frequency_window),
+        };
+        PairingOptions {
+            min_mac: self.min_mac.unwrap_or(min_mac),
+            frequency_window: self.frequency_window.unwrap_or(window),
+            ..self.rule(test)
+        }
+    }
+
+    /// Whether pairs are inferred.
+    pub(crate) fn infers(&self) -> bool {
+        self.by.is_none()
+    }
+
+    /// How inference is asked.
+    pub(crate) fn deciding(&self, moves: bool, misread: f64) -> Deciding {
+        Deciding {
+            min_mac: self.min_mac.unwrap_or(0.0),
+            frequency_window: self.frequency_window.unwrap_or(f64::INFINITY),
+            misread,
+            moves,
+        }
+    }
+
+    /// Decides which modes of some tests are of the structure, for a fit; with it comes where the parameters have gone for that.
+    ///
+    /// * `misread` - share of frequencies that may be noted wrongly
+    ///
+    /// # Errors
+    /// As [`decide`].
+    pub(crate) fn settle(
+        &self,
+        comparisons: &[Comparison<'_>],
+        start: &DVector<f64>,
+        misread: f64,
+    ) -> Result<(Vec<TestData>, DVector<f64>), UpdateError> {
+        let decision = if self.infers() {
+            decide(comparisons, start, self.deciding(true, misread))?
+        } else {
+            decide_by_rule(comparisons, start, self.deciding(false, 0.0))?
+        };
+        let tests = comparisons.iter().enumerate().map(|(k, c)| decision.applied(k, c.test())).collect();
+        Ok((tests, decision.x))
+    }
+}
+
+/// A test with the standing of its modes at a θ, for a comparison.
+///
+/// # Errors
+/// As [`decide`].
+pub fn paired_at(comparison: &Comparison<'_>, theta: &[f64], how: &HowToPair) -> Result<TestData, UpdateError> {
+    let scaling = Scaling::new(comparison.model());
+    let x = scaling.x(theta);
+    let decision = if how.infers() {
+        decide(std::slice::from_ref(comparison), &x, how.deciding(false, FAR_OFF))?
+    } else {
+        decide_by_rule(std::slice::from_ref(comparison), &x, Deciding { moves: false, ..Deciding::default() })?
+    };
+    Ok(decision.applied(0, comparison.test()))
+}
+
+/// A model and a test made comparable as `how` says, at the estimates of the model: what a comparison shows.
+///
+/// The test that comes back has the standing of its modes; compare with that.
+///
+/// # Errors
+/// As [`decide`]; the sensors have no place on the model.
+pub fn paired_test(
+    model: &dyn crate::model::ParametricModel,
+    theta: Option<&[f64]>,
+    test: &TestData,
+    how: &HowToPair,
+) -> Result<TestData, UpdateError> {
+    if test.modes.iter().all(|m| m.standing.is_aside()) {
+        return Ok(test.clone());
+    }
+    let comparison = Comparison::new(model, test, how.gated_rule(test))?;
+    let estimates = starting_point(model);
+    paired_at(&comparison, theta.unwrap_or(&estimates), how)
+}
+
+/// The model's own comparison for a test that was paired: by the rule and gates of `how`.
+///
+/// # Errors
+/// The sensors have no place on the model.
+pub fn compared<'a>(
+    model: &'a dyn crate::model::ParametricModel,
+    test: &'a TestData,
+    how: &HowToPair,
+) -> Result<Comparison<'a>, UpdateError> {
+    Ok(Comparison::new(model, test, how.gated_rule(test))?)
+}
+
+/// A test whose modes stand as its user says, whatever was found.
+pub(crate) fn as_given(test: &TestData) -> TestData {
+    let mut out = test.clone();
+    for mode in &mut out.modes {
+        if matches!(mode.standing, Standing::Aside { .. } | Standing::Found { is_fixed: false, .. }) {
+            mode.standing = Standing::Open;
+        }
+    }
+    out
+}

@@ -1,0 +1,246 @@
+//! A measured mode that is not of the structure, or one that is missing, must not move a right model.
+//!
+//! A few modes on each structure by default; 200 each with `RETUNE_SLOW=1`.
+
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use retune::data::{Measured, Origin, Partner, Standing, TestData, TestMode};
+use retune::diagnosis::benchmark::STRUCTURES;
+use retune::linalg::{Complex, DVector};
+use retune::model::{Model, ParametricModel, Registry, load};
+use retune::objective::starting_point;
+use retune::optim::Draw;
+use retune::update::{
+    Controls, HowToPair, Settings, TwinOptions, Update, assess, compared, node_sensors, paired_test, twin_modes, update,
+};
+
+/// Noise that the tests state and have.
+const FREQUENCY: f64 = 0.003;
+const SHAPE: f64 = 0.02;
+
+fn n_each() -> u64 {
+    if std::env::var("RETUNE_SLOW").as_deref() == Ok("1") { 200 } else { 2 }
+}
+
+fn model(text: &str) -> Model {
+    load(text, &Registry::builtin()).expect("a model of the repository").0
+}
+
+/// A twin of a model whose parameters are some percent off.
+fn twin(model: &Model, n_modes: usize, seed: u64) -> TestData {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut theta = starting_point(model);
+    for (value, p) in theta.iter_mut().zip(model.parameters().iter()) {
+        if let Some([lower, upper]) = p.bounds {
+            let moved = *value * (1.0 + 0.08 * (2.0 * rng.unit() - 1.0));
+            *value = moved.clamp(lower + 0.02 * (upper - lower), upper - 0.02 * (upper - lower));
+        }
+    }
+    let options = TwinOptions {
+        n_modes,
+        frequency_noise: FREQUENCY,
+        shape_noise: SHAPE,
+        damping: 0.0,
+        seed,
+        ..TwinOptions::default()
+    };
+    twin_modes(model, &theta, &node_sensors(model), &options, "a twin").expect("a twin")
+}
+
+/// A mode of any frequency in and about the band, and any shape.
+fn foreign(test: &TestData, seed: u64) -> TestMode {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed + 7_000);
+    let all = || test.modes.iter().map(|m| m.frequency_hz.value);
+    let (low, high) = (all().fold(f64::INFINITY, f64::min) / 1.3, 1.3 * all().fold(0.0, f64::max));
+    let frequency = low * (high / low).powf(rng.unit());
+    let shape: Vec<f64> = test.sensors.iter().map(|_| rng.normal()).collect();
+    let largest = shape.iter().fold(0.0_f64, |a, v| a.max(v.abs()));
+    let origin = Origin::Synthetic("foreign".into());
+    TestMode {
+        label: None,
+        frequency_hz: Measured { value: frequency, sd: FREQUENCY * frequency, sd_is_default: false },
+        damping_ratio: None,
+        origin: origin.clone(),
+        shape: Some(DVector::from_iterator(shape.len(), shape.iter().map(|v| Complex::new(v / largest, 0.0)))),
+        shape_sd: Some(DVector::from_element(shape.len(), SHAPE)),
+        shape_origin: Some(origin),
+        standing: Standing::Open,
+    }
+}
+
+/// With one mode more, in its place.
+fn with(test: &TestData, mode: TestMode) -> (TestData, usize) {
+    let mut out = test.clone();
+    let at = out.modes.partition_point(|m| m.frequency_hz.value < mode.frequency_hz.value);
+    out.modes.insert(at, mode);
+    (out, at)
+}
+
+fn fitted(model: &Model, test: &TestData) -> Update {
+    update(model, test, &Settings::default(), Controls::default()).expect("a fit")
+}
+
+/// Largest change of an estimate, in standard deviations of the fit without it.
+fn pull(without: &Update, other: &Update) -> (f64, String) {
+    let mut most = (0.0, String::new());
+    for p in &without.uncertainty.parameters {
+        let value = |u: &Update| u.parameters.iter().find(|q| q.name == p.name).map(|q| q.after_si);
+        if let (Some(sd), Some(a), Some(b)) = (p.sd, value(without), value(other))
+            && (a - b).abs() / sd > most.0
+        {
+            most = ((a - b).abs() / sd, p.name.clone());
+        }
+    }
+    most
+}
+
+#[test]
+fn one_arbitrary_mode_more_pulls_nothing() {
+    for (name, text) in STRUCTURES {
+        let model = model(text);
+        for seed in 0..n_each() {
+            let test = twin(&model, 7, seed);
+            let clean = fitted(&model, &test);
+            let (more, at) = with(&test, foreign(&test, seed));
+            let found = fitted(&model, &more);
+            let (most, which) = pull(&clean, &found);
+            assert!(most < 1.0, "{name}, seed {seed}: {which} moves by {most} standard deviations");
+            let unpaired: Vec<usize> = found.after.unpaired_test.iter().map(|u| u.mode).collect();
+            assert_eq!(unpaired, [at], "{name}, seed {seed}: {:?}", found.after.unpaired_test);
+            assert!(found.after.unpaired_test[0].foreign.is_some_and(|p| p > 0.9), "{name}, seed {seed}");
+        }
+    }
+}
+
+/// One mode less tells less: estimates move by what the mode told, which is noise of the size that the fit without it states (its
+/// standard deviations, three and a half for the largest of all parameters and structures), and no pair changes.
+#[test]
+fn one_mode_less_pairs_the_others_as_before() {
+    for (name, text) in STRUCTURES {
+        let model = model(text);
+        for seed in 0..n_each() {
+            let test = twin(&model, 7, seed);
+            let clean = fitted(&model, &test);
+            let out = seed as usize % test.modes.len();
+            let mut less = test.clone();
+            less.modes.remove(out);
+            let found = fitted(&model, &less);
+            assert!(found.after.unpaired_test.is_empty(), "{name}, seed {seed}: {:?}", found.after.unpaired_test);
+            let partner = |u: &Update, hz: f64| u.after.pairs.iter().find(|p| p.test_hz == hz).map(|p| p.model_mode);
+            for m in &less.modes {
+                let hz = m.frequency_hz.value;
+                assert_eq!(partner(&found, hz), partner(&clean, hz), "{name}, seed {seed}: {hz} Hz");
+            }
+            let (most, which) = pull(&found, &clean);
+            assert!(most < 3.5, "{name}, seed {seed}: {which} moves by {most} standard deviations");
+        }
+    }
+}
+
+fn frame() -> Model {
+    model(STRUCTURES.iter().find(|s| s.0 == "frame").expect("the frame").1)
+}
+
+/// The mode of 78.8 Hz with a shape of its own: it was paired with 447 Hz and dragged the first mode from 18.60 to 14.53 Hz.
+#[test]
+fn a_foreign_mode_of_the_frame_drags_nothing() {
+    let model = frame();
+    for seed in 0..4 {
+        let test = twin(&model, 6, seed);
+        let mut mode = foreign(&test, seed);
+        (mode.frequency_hz.value, mode.frequency_hz.sd) = (78.8, FREQUENCY * 78.8);
+        let (more, _) = with(&test, mode);
+        let (clean, found) = (fitted(&model, &test), fitted(&model, &more));
+        let (a, b) = (clean.after.pairs[0].model_hz, found.after.pairs[0].model_hz);
+        assert!((a / b - 1.0).abs() < 1e-4, "{a} Hz, with the foreign mode {b} Hz");
+        assert_eq!(found.after.unpaired_test.len(), 1);
+        let reason = found.after.unpaired_test[0].reason.clone().unwrap_or_default();
+        assert!(reason.contains("foreign with probability") && reason.contains("its largest MAC is"), "{reason}");
+    }
+}
+
+/// A mode known by its frequency alone finds its partner among modes with shapes.
+#[test]
+fn a_mode_without_a_shape_is_paired_by_frequency() {
+    for (name, text) in STRUCTURES {
+        let model = model(text);
+        let test = twin(&model, 7, 3);
+        let clean = fitted(&model, &test);
+        for out in [1, 4] {
+            let mut half = test.clone();
+            (half.modes[out].shape, half.modes[out].shape_sd) = (None, None);
+            let found = fitted(&model, &half);
+            let of = |u: &Update| u.after.pairs.iter().map(|p| (p.test_mode, p.model_mode)).collect::<Vec<_>>();
+            assert_eq!(of(&found), of(&clean), "{name}, without the shape of mode {}", out + 1);
+            assert!(found.after.misfit.p_value > 1e-3, "{name}: {}", found.after.misfit);
+        }
+    }
+}
+
+/// Labels that are all wrong do not pair a mode that has a shape.
+#[test]
+fn wrong_labels_lose_to_shapes() {
+    let model = model(STRUCTURES.iter().find(|s| s.0 == "aeroplane").expect("the aeroplane").1);
+    let test = twin(&model, 7, 5);
+    let clean = fitted(&model, &test);
+    let mut wrong = test.clone();
+    let labels: Vec<_> = test.modes.iter().map(|m| m.label.clone()).collect();
+    let n = labels.len();
+    for (i, mode) in wrong.modes.iter_mut().enumerate() {
+        mode.label.clone_from(&labels[(i + 1) % n]);
+    }
+    let found = fitted(&model, &wrong);
+    let of = |u: &Update| u.after.pairs.iter().map(|p| (p.test_mode, p.model_mode)).collect::<Vec<_>>();
+    assert_eq!(of(&found), of(&clean));
+}
+
+/// Two symmetry labels of eight force nothing: frequencies without shapes stay with their neighbours.
+#[test]
+fn a_few_symmetry_labels_force_no_pair() {
+    let model = model(STRUCTURES.iter().find(|s| s.0 == "aeroplane").expect("the aeroplane").1);
+    let mut test = twin(&model, 8, 2);
+    for (i, mode) in test.modes.iter_mut().enumerate() {
+        (mode.shape, mode.shape_sd) = (None, None);
+        mode.label =
+            [None, Some("Anti"), None, None, Some("symmetric")][i.min(4)].filter(|_| i < 5).map(str::to_string);
+    }
+    let paired = paired_test(&model, None, &test, &HowToPair::default()).unwrap();
+    let comparison = compared(&model, &paired, &HowToPair::default()).unwrap();
+    let found = assess(&comparison, &starting_point(&model)).unwrap();
+    assert!(!found.pairs.is_empty());
+    for p in &found.pairs {
+        assert!(p.error_percent.abs() < 40.0, "{} Hz with {} Hz", p.test_hz, p.model_hz);
+    }
+}
+
+/// The user's word stands above all, and what it names must exist.
+#[test]
+fn the_users_word_pairs() {
+    let model = frame();
+    let mut test = twin(&model, 6, 1);
+    test.modes[2].standing = Standing::With(Partner::Number(4));
+    test.modes[3].standing = Standing::Unused;
+    test.modes[4].standing = Standing::Foreign;
+    let found = fitted(&model, &test);
+    assert!(found.after.pairs.iter().any(|p| (p.test_mode, p.model_mode) == (2, 3)));
+    let unpaired: Vec<usize> = found.after.unpaired_test.iter().map(|u| u.mode).collect();
+    assert!(unpaired.contains(&3) && unpaired.contains(&4), "{unpaired:?}");
+    test.modes[2].standing = Standing::With(Partner::Number(400));
+    let error = update(&model, &test, &Settings::default(), Controls::default()).unwrap_err().to_string();
+    assert!(error.contains("400 is no mode of the model"), "{error}");
+}
+
+/// Gates tell what they keep out, and how to open them.
+#[test]
+fn gates_say_what_they_keep_out() {
+    let model = frame();
+    let mut test = twin(&model, 6, 1);
+    let hz = 1.5 * test.modes[5].frequency_hz.value;
+    (test.modes[5].frequency_hz.value, test.modes[5].frequency_hz.sd) = (hz, FREQUENCY * hz);
+    let how = HowToPair { frequency_window: Some(0.3), ..HowToPair::default() };
+    let paired = paired_test(&model, None, &test, &how).unwrap();
+    let comparison = compared(&model, &paired, &how).unwrap();
+    let found = assess(&comparison, &starting_point(&model)).unwrap();
+    let reason = found.unpaired_test[0].reason.clone().unwrap_or_default();
+    assert!(reason.contains("outside the frequency window") && reason.contains("`--frequency-window`"), "{reason}");
+}
