@@ -107,6 +107,11 @@ pub enum SensorChange {
         /// By what.
         factor: f64,
     },
+    /// One sensor reads nothing but noise.
+    Dead {
+        /// Its index.
+        sensor: usize,
+    },
     /// One sensor says nothing of the structure.
     Drop {
         /// Its index.
@@ -119,7 +124,7 @@ impl SensorChange {
         match self {
             Self::Turn { sensors } => sensors.clone(),
             Self::Swap { sensors } => sensors.to_vec(),
-            Self::Scale { sensor, .. } | Self::Drop { sensor } => vec![*sensor],
+            Self::Scale { sensor, .. } | Self::Dead { sensor } | Self::Drop { sensor } => vec![*sensor],
         }
     }
 }
@@ -328,7 +333,7 @@ impl Check<'_> {
         let n = self.sensors.len();
         let original: Vec<(DVector<f64>, DVector<f64>)> =
             self.shapes.iter().map(|s| (s.y.clone(), s.noise.clone())).collect();
-        let n_edits = 3 * n + n * n.saturating_sub(1) / 2 + self.groups.len();
+        let n_edits = 4 * n + n * n.saturating_sub(1) / 2 + self.groups.len();
         let threshold = (n_edits.max(1) as f64 / ALPHA).ln();
         let mut changes: Vec<(SensorChange, f64)> = Vec::new();
         let mut rivals: Vec<Vec<SensorChange>> = Vec::new();
@@ -428,7 +433,7 @@ impl Check<'_> {
                     let d = (s - 1.0) * y(m, k);
                     2.0 * d * state.x[m][k] + d * d * v(m, k, k)
                 };
-                note(3 * k, SensorChange::Turn { sensors: vec![k] }, self.total(&state, |m| (scaled(m, -1.0), 0.0)));
+                note(4 * k, SensorChange::Turn { sensors: vec![k] }, self.total(&state, |m| (scaled(m, -1.0), 0.0)));
                 let (mut slope, mut curve) = (0.0, 0.0);
                 for m in 0..m {
                     slope += y(m, k) * state.x[m][k];
@@ -440,16 +445,23 @@ impl Check<'_> {
                     // The entries are those of a density stretched by 1/s; s itself is estimated.
                     let value = self.total(&state, |m| (scaled(m, factor), 0.0)) + m as f64 * factor.abs().ln()
                         - 0.5 * ((m * n).max(1) as f64).ln();
-                    note(3 * k + 1, SensorChange::Scale { sensor: k, factor }, value);
+                    note(4 * k + 1, SensorChange::Scale { sensor: k, factor }, value);
                 }
                 let free = |m: usize| {
                     let wide = (3.0 * self.shapes[m].rms).powi(2);
                     let own = v(m, k, k);
                     (-state.x[m][k].powi(2) * wide / (1.0 + wide * own), (1.0 + wide * own).ln())
                 };
-                note(3 * k + 2, SensorChange::Drop { sensor: k }, self.total(&state, free));
+                note(4 * k + 2, SensorChange::Drop { sensor: k }, self.total(&state, free));
+                // Noise about zero in its place: the others alone, and the entry by its own noise.
+                let factor = FACTORS[point % FACTORS.len()];
+                let dead = |m: usize| {
+                    let (own, noise) = (v(m, k, k), factor * self.shapes[m].noise[k]);
+                    ((y(m, k) / noise).powi(2) - state.x[m][k].powi(2) / own, own.ln() + 2.0 * noise.ln())
+                };
+                note(4 * k + 3, SensorChange::Dead { sensor: k }, self.total(&state, dead));
             }
-            at += 3 * n;
+            at += 4 * n;
             for k in 0..n {
                 for l in 0..k {
                     if !dropped.contains(&k) && !dropped.contains(&l) {
@@ -492,14 +504,14 @@ impl Check<'_> {
                 SensorChange::Turn { sensors } => sensors.iter().for_each(|&k| s.y[k] = -s.y[k]),
                 SensorChange::Swap { sensors: [k, l] } => s.y.swap_rows(*k, *l),
                 SensorChange::Scale { sensor, factor } => s.y[*sensor] *= factor,
-                SensorChange::Drop { sensor } => {
+                SensorChange::Dead { sensor } | SensorChange::Drop { sensor } => {
                     s.y[*sensor] = 0.0;
                     s.noise[*sensor] = NOTHING * s.rms;
                     s.densities = densities(s, elastic, rigid);
                 }
             }
         }
-        if let SensorChange::Drop { sensor } = edit {
+        if let SensorChange::Dead { sensor } | SensorChange::Drop { sensor } = edit {
             dropped.push(*sensor);
         }
     }
@@ -599,6 +611,12 @@ impl Check<'_> {
                 name(*sensor),
                 format!("sensor {} has the wrong gain: its entries times {factor:.3} fit", name(*sensor)),
                 "compare the sensitivity of the channel with its calibration sheet and correct it; leave the sensor out if no cause is found",
+            ),
+            SensorChange::Dead { sensor } => (
+                "dead-entry",
+                name(*sensor),
+                format!("sensor {} reads nothing but noise where the structure moves", name(*sensor)),
+                "check the cable and the mounting; leave the sensor out of the test file",
             ),
             SensorChange::Drop { sensor } => (
                 "does-not-fit",
