@@ -56,7 +56,8 @@ fn findings(args: &Health) -> Result<Vec<Finding>, Failure> {
         findings.extend(judged(args, sensors, modes, options)?);
         return Ok(findings);
     }
-    of_functions(args, &found, &shape_functions(&found)?, options)
+    let frfs = shape_functions(&found)?;
+    of_functions(args, &found, &frfs, options)
 }
 
 /// What the model says of sensors that files of measurements hold.
