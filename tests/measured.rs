@@ -7,7 +7,7 @@
 use retune::correlation::{PairBy, PairingOptions};
 use retune::data::convert::{FrfOptions, UnitSystem, UnitsFrom};
 use retune::data::{MeasurementOptions, Origin, Place, TestData, read_measurements, read_test};
-use retune::identify::health::{Level, check_test};
+use retune::identify::health::{HealthOptions, Level, check_test};
 use retune::identify::{Identification, IdentifyOptions, identify, sensors, test_modes};
 use retune::modal::{SolveOptions, solve};
 use retune::model::{Model, ParametricModel, Registry, load_configuration};
@@ -92,7 +92,13 @@ fn the_wing_has_nine_modes_and_a_wrong_driving_point() {
         let near = identification.modes.iter().map(|m| (m.frequency_hz.value / f - 1.0).abs()).fold(1.0, f64::min);
         assert!(near < 0.01, "no mode near {f} Hz");
     }
-    let findings = check_test(found.frfs.as_ref().unwrap(), Some(&identification), found.geometry.as_ref(), 0).unwrap();
+    let findings = check_test(
+        found.frfs.as_ref().unwrap(),
+        Some(&identification),
+        found.geometry.as_ref(),
+        HealthOptions::default(),
+    )
+    .unwrap();
     let driving: Vec<_> = findings.iter().filter(|f| f.code.contains("driving-point")).collect();
     assert!(driving.iter().any(|f| f.level == Level::Fault && f.subject.contains('1')), "{findings:#?}");
 }

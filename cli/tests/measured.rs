@@ -576,3 +576,109 @@ fn every_sample_is_read_or_explained() {
         assert!(said.code == 0 || said.code == 2 && said.err.len() > 40, "{path}: {said:?}");
     }
 }
+
+/// Four complex modes with their conjugates are four modes; a pole that grows is a finding, and the file that is written can be read.
+#[test]
+fn conjugate_and_growing_poles_become_a_test_that_can_be_read() {
+    let folder = Folder::new("poles");
+    let mode = |re: f64, im: f64, number: usize| {
+        let head = format!(
+            "    -1\n    55\nNONE\nNONE\nNONE\nNONE\nNONE\n         1         3         2         8         5         3\n         2         6         1{number:10}\n"
+        );
+        let mut text = format!("{head}{re:13.5E}{im:13.5E}{0:13.5E}{0:13.5E}{0:13.5E}{0:13.5E}\n", 0.0);
+        for node in 1..=5_u32 {
+            let x = f64::from(node) * (number.div_ceil(2) as f64);
+            let (a, b) = (x.sin(), 0.01 * x.cos() * im.signum());
+            text += &format!("{node:10}\n{0:13.5E}{0:13.5E}{0:13.5E}{0:13.5E}{a:13.5E}{b:13.5E}\n", 0.0);
+        }
+        text + "    -1\n"
+    };
+    let file = |first: f64| {
+        [(first, 219.6), (-6.0, 632.0), (-9.0, 969.0)]
+            .iter()
+            .enumerate()
+            .map(|(k, (re, im))| mode(*re, *im, 2 * k + 1) + &mode(*re, -im, 2 * k + 2))
+            .collect::<String>()
+    };
+    folder.write("modes.unv", &file(-2.2));
+    let json = folder.json("health modes.unv --json");
+    assert!(!codes(&json).contains(&"double-mode".to_string()), "{json}");
+    let said = folder.done("identify modes.unv -o t.yaml");
+    assert!(said.out.contains("3 modes") && said.err.contains("conjugate"), "{said:?}");
+    folder.write("grows.unv", &file(2.2));
+    assert!(codes(&folder.json("health grows.unv --json")).contains(&"growing-mode".to_string()));
+    folder.done("identify grows.unv -o grows.yaml");
+    let test = folder.read("grows.yaml");
+    assert_eq!(test.matches("damping:").count(), 2, "{test}");
+    folder.done("health grows.yaml");
+}
+
+/// A hammer that hits six points past one accelerometer, as a table: the test file has the six as sensors, and the same shapes as the test the other
+/// way round.
+#[test]
+fn a_roving_hammer_gives_a_test_with_the_points_that_were_hit() {
+    let folder = Folder::new("roving");
+    folder.done(
+        "twin model.yaml --sensors sensors.yaml --frf all.csv --exciter p1 p2 p3 p4 p5 p6 --band 10 600 --lines 2049 --noise-response 0.2%",
+    );
+    let text = folder.read("all.csv");
+    let is_kept = |name: &str| name == "frequency_hz" || name.starts_with("p6.");
+    let keep: Vec<usize> =
+        text.lines().next().unwrap().split(',').enumerate().filter(|(_, n)| is_kept(n)).map(|c| c.0).collect();
+    assert!(keep.len() > 12, "{:?}", text.lines().next());
+    let rows: Vec<String> = text
+        .lines()
+        .map(|l| {
+            let cells: Vec<&str> = l.split(',').collect();
+            keep.iter().map(|&k| cells[k]).collect::<Vec<_>>().join(",")
+        })
+        .collect();
+    folder.write("roving.csv", &(rows.join("\n") + "\n"));
+    let said = folder.done("identify roving.csv -o t.yaml --no-health");
+    assert!(said.err.contains("by reciprocity") && said.out.contains("6 responses"), "{said:?}");
+    let test = folder.read("t.yaml");
+    for name in ["p1", "p2", "p3", "p4", "p5", "p6"] {
+        assert!(test.contains(&format!("{name}:")), "{test}");
+    }
+    folder.done("map model.yaml sensors.yaml -o placed.yaml --force");
+    let direct = folder.json("identify all.csv --json --no-health");
+    let roving = folder.json("identify roving.csv --json --no-health");
+    assert_eq!(frequencies(&direct).len(), frequencies(&roving).len());
+    for (a, b) in frequencies(&direct).iter().zip(frequencies(&roving)) {
+        assert!((a / b - 1.0).abs() < 1e-4, "{a} {b}");
+    }
+}
+
+/// With a model the sensor that is turned over is named, the good ones are not, and the advice can be followed to its end.
+#[test]
+fn health_with_a_model_names_the_turned_sensor() {
+    let folder = Folder::new("by-model");
+    let twin = |extra: &str| {
+        folder.done(&format!(
+            "twin model.yaml --sensors sensors.yaml -o t.yaml --force --modes 4 --noise-shape 1% --noise-frequency 0.1% --set EI=23N*m2 {extra}"
+        ));
+    };
+    let warned = |line: &str| -> Vec<(String, String)> {
+        let json = folder.json(line);
+        let all = json["findings"].as_array().unwrap().iter().filter(|f| f["level"] != "info");
+        all.map(|f| (f["code"].as_str().unwrap().to_string(), f["subject"].as_str().unwrap().to_string())).collect()
+    };
+    twin("");
+    assert!(warned("health t.yaml --model model.yaml --json").is_empty());
+    twin("--fault sign:p3");
+    let expected = [("sign-flipped".to_string(), "p3".to_string())];
+    assert_eq!(warned("health t.yaml --model model.yaml --json"), expected);
+    let said = folder.done("health t.yaml --model model.yaml");
+    assert!(said.out.contains("reverse the direction") && !said.out.contains("give the model"), "{}", said.out);
+    // What it says to do, done: nothing is left to say.
+    let test = folder.read("t.yaml");
+    let turned: String = test
+        .lines()
+        .map(|l| if l.trim_start().starts_with("p3:") { l.replace("+z", "-z") } else { l.to_string() } + "\n")
+        .collect();
+    assert_ne!(test, turned, "{test}");
+    folder.write("t.yaml", &turned);
+    assert!(warned("health t.yaml --model model.yaml --json").is_empty());
+    let said = folder.run("health t.yaml --model nowhere.yaml");
+    assert!(said.code == 2 && said.err.contains("nowhere.yaml"), "{said:?}");
+}

@@ -75,6 +75,33 @@ impl FrfSet {
         (line * self.references.len() + reference) * self.responses.len() + response
     }
 
+    /// The set with the points that roved as responses: where more references than responses were measured, as with a hammer that roves and
+    /// sensors that stay, references and responses change places by reciprocity, H_oi = H_io. Shapes are then at the points that were
+    /// hit.
+    pub fn by_reciprocity(&self) -> std::borrow::Cow<'_, Self> {
+        let (n_ref, n_res) = (self.references.len(), self.responses.len());
+        let is_measured = |i: usize, o: usize| {
+            (0..self.n_lines()).any(|l| {
+                let h = self.at(l, i, o);
+                h.is_finite() && h.norm_sqr() > 0.0
+            })
+        };
+        let references = (0..n_ref).filter(|&i| (0..n_res).any(|o| is_measured(i, o))).count();
+        let responses = (0..n_res).filter(|&o| (0..n_ref).any(|i| is_measured(i, o))).count();
+        if references <= responses {
+            return std::borrow::Cow::Borrowed(self);
+        }
+        std::borrow::Cow::Owned(Self {
+            quantity: self.quantity,
+            frequencies_hz: self.frequencies_hz.clone(),
+            references: self.responses.clone(),
+            responses: self.references.clone(),
+            h: turn(&self.h, n_ref, n_res),
+            coherence: self.coherence.as_ref().map(|c| turn(c, n_ref, n_res)),
+            n_averages: self.n_averages,
+        })
+    }
+
     /// The value at a line, reference and response.
     pub fn at(&self, line: usize, reference: usize, response: usize) -> Complex<f64> {
         self.h[self.index(line, reference, response)]
@@ -128,6 +155,15 @@ impl FrfSet {
         }
         (missing, all)
     }
+}
+
+/// (lines x references x responses) to (lines x responses x references).
+fn turn<T: Copy>(values: &[T], n_ref: usize, n_res: usize) -> Vec<T> {
+    let size = (n_ref * n_res).max(1);
+    values
+        .chunks(size)
+        .flat_map(|line| (0..n_res).flat_map(move |o| (0..n_ref).map(move |i| line[i * n_res + o])))
+        .collect()
 }
 
 #[cfg(test)]

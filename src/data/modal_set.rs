@@ -23,7 +23,7 @@ pub struct ModeRecord {
     pub label: Option<String>,
     /// Natural frequency, Hz; of a complex mode the modulus of its eigenvalue over 2π.
     pub frequency_hz: f64,
-    /// Damping ratio, 1.
+    /// Damping ratio as the file states it, 1; a pole that grows has a negative one.
     pub damping_ratio: Option<f64>,
     /// Shape at the channels, displacements in m and rotations in rad for one scale; NaN where nothing was measured.
     pub shape: DVector<Complex<f64>>,
@@ -91,7 +91,7 @@ impl ModalSet {
     }
 
     /// The modes as a test file holds them, at [`ModalSet::sensors`], with standard deviations that are marked as
-    /// defaults.
+    /// defaults. A damping ratio that no vibrating mode of a passive structure has, below 0 or from 1 on, is left out.
     pub fn test_modes(&self, origin: &Origin, sd: RelativeSd) -> Vec<TestMode> {
         let measured = |value: f64, relative: f64| Measured { value, sd: relative * value.abs(), sd_is_default: true };
         let mode = |m: &ModeRecord| {
@@ -102,7 +102,7 @@ impl ModalSet {
             TestMode {
                 label: m.label.clone(),
                 frequency_hz: measured(m.frequency_hz, sd.frequency),
-                damping_ratio: m.damping_ratio.map(|z| measured(z, sd.damping)),
+                damping_ratio: m.damping_ratio.filter(|z| (0.0..1.0).contains(z)).map(|z| measured(z, sd.damping)),
                 origin: origin.clone(),
                 shape: Some(shape),
                 shape_sd: Some(shape_sd),

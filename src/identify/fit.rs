@@ -20,6 +20,7 @@
 use super::IdentifyError;
 use super::band::Band;
 use super::basis::{Basis, data, row_weights, weigh};
+use super::common::{Common, common_noise};
 use super::plscf::Pole;
 use crate::linalg::{Complex, DMatrix, DVector, thin_qr};
 use rayon::prelude::*;
@@ -153,6 +154,9 @@ pub(super) struct Fit {
     /// -2 ln L + (number of fitted quantities) ln (number of data of an output): the Bayesian information criterion.
     pub(super) bic: f64,
     pub(super) is_converged: bool,
+    left: Left,
+    /// What the channels of a reference have in common in their noise, once asked for; `covariance` and `inflation` then contain it.
+    pub(super) common: Option<Common>,
 }
 
 fn solve_group(
@@ -411,7 +415,8 @@ fn assemble(band: &Band, poles: Poles, terms: ResidualTerms, groups: &[Linear], 
             covariance[(a, b)] *= unit(a) * unit(b);
         }
     }
-    let (inflation, level) = inflation(band, &poles, terms, groups, y, &sigma);
+    let left = Left::new(band, &poles, terms, groups, y, &sigma);
+    let (inflation, level) = left.inflation(band, &poles, None);
     let (bic, is_converged) = (f64::NAN, false);
     Fit {
         poles,
@@ -427,73 +432,117 @@ fn assemble(band: &Band, poles: Poles, terms: ResidualTerms, groups: &[Linear], 
         level,
         bic,
         is_converged,
+        left,
+        common: None,
     }
 }
 
-/// How much larger than the white-noise sd the truth is likely to be near each resonance.
-///
-/// ```text
-/// factor² = (local mean of |e|²/σ²) (1 + ρ)/(1 - ρ),   ρ = lag-one correlation of the residual over lines
-/// ```
-/// each counted only when it exceeds its own chance level by two standard deviations. White noise gives 1; an
-/// imperfect structure (friction, drift, leakage) leaves a residual that is larger and smoother at its peaks. Returns the
-/// factors, and the same squared without the test of significance.
-///
-/// Source: R. T. Birge, The calculation of errors by the method of least squares, Phys. Rev. 40, 1932, for the ratio;
-/// the variance inflation of first-order autoregressive noise is textbook (Bayley and Hammersley, 1946).
-fn inflation(
-    band: &Band,
-    poles: &Poles,
-    terms: ResidualTerms,
-    groups: &[Linear],
-    y: &DMatrix<f64>,
-    sigma: &[f64],
-) -> (Vec<f64>, Vec<f64>) {
-    let n_l = band.n_lines();
-    let basis = Basis { band, poles, terms, omega_ref: band.omega[n_l - 1] };
-    let a = basis.matrix(false);
-    // Per line: Σ |e|²/σ² and Σ Re(e_l* e_(l+1))/σ² over outputs and inputs.
-    let (mut power, mut product) = (vec![0.0; n_l], vec![0.0; n_l]);
-    for group in groups {
-        let model = &a * &group.c;
-        for (k, o) in group.outputs.clone().enumerate() {
-            let weights = row_weights(band, o);
-            for i in 0..band.n_inputs() {
-                let e = |l: usize| {
-                    let row = 2 * (i * n_l + l);
-                    let w = weights.as_ref().map_or(1.0, |w| w[row]) / sigma[o].max(f64::MIN_POSITIVE);
-                    Complex::new(y[(row, o)] - model[(row, k)], y[(row + 1, o)] - model[(row + 1, k)]) * w
-                };
-                let mut here = e(0);
-                for l in 0..n_l {
-                    power[l] += here.norm_sqr();
-                    if l + 1 < n_l {
-                        let next = e(l + 1);
-                        product[l] += (here.conj() * next).re;
-                        here = next;
+/// What a fit leaves over, per line, in units of its noise.
+#[derive(Debug, Clone)]
+struct Left {
+    /// Σ |e|²/σ² over outputs and inputs.
+    power: Vec<f64>,
+    /// Σ Re(e_l* e_(l+1))/σ² over the same.
+    product: Vec<f64>,
+}
+
+impl Left {
+    fn new(
+        band: &Band,
+        poles: &Poles,
+        terms: ResidualTerms,
+        groups: &[Linear],
+        y: &DMatrix<f64>,
+        sigma: &[f64],
+    ) -> Self {
+        let n_l = band.n_lines();
+        let basis = Basis { band, poles, terms, omega_ref: band.omega[n_l - 1] };
+        let a = basis.matrix(false);
+        let (mut power, mut product) = (vec![0.0; n_l], vec![0.0; n_l]);
+        for group in groups {
+            let model = &a * &group.c;
+            for (k, o) in group.outputs.clone().enumerate() {
+                let weights = row_weights(band, o);
+                for i in 0..band.n_inputs() {
+                    let e = |l: usize| {
+                        let row = 2 * (i * n_l + l);
+                        let w = weights.as_ref().map_or(1.0, |w| w[row]) / sigma[o].max(f64::MIN_POSITIVE);
+                        Complex::new(y[(row, o)] - model[(row, k)], y[(row + 1, o)] - model[(row + 1, k)]) * w
+                    };
+                    let mut here = e(0);
+                    for l in 0..n_l {
+                        power[l] += here.norm_sqr();
+                        if l + 1 < n_l {
+                            let next = e(l + 1);
+                            product[l] += (here.conj() * next).re;
+                            here = next;
+                        }
                     }
                 }
             }
         }
+        Self { power, product }
     }
-    let functions = (band.n_outputs() * band.n_inputs()) as f64;
-    poles
-        .values
-        .iter()
-        .map(|p| {
-            let (centre, half) = (p.norm(), -2.0 * p.re);
-            let nearest = band.omega.partition_point(|w| *w < centre).min(n_l - 1);
-            let from = band.omega.partition_point(|w| *w < centre - half).min(nearest.saturating_sub(6));
-            let to = band.omega.partition_point(|w| *w <= centre + half).max(nearest + 7).min(n_l);
-            let count = 2.0 * functions * (to - from) as f64;
-            let total: f64 = power[from..to].iter().sum();
-            let level = total / count;
-            let correlation = product[from..to.max(from + 2) - 1].iter().sum::<f64>() / total.max(f64::MIN_POSITIVE);
-            // For white noise the level has sd √(2/count) and the correlation sd 1/√count.
-            let significant = if level > 1.0 + 2.0 * (2.0 / count).sqrt() { level } else { 1.0 };
-            let rho = if correlation > 2.0 / count.sqrt() { correlation.min(0.95) } else { 0.0 };
-            let smoothness = (1.0 + rho) / (1.0 - rho);
-            ((significant * smoothness).sqrt(), level.max(f64::MIN_POSITIVE) * smoothness)
-        })
-        .unzip()
+
+    /// How much larger than the sd of the noise model the truth is likely to be near each resonance.
+    ///
+    /// ```text
+    /// factor² = (local mean of |e|² over its expectation) (1 + ρ)/(1 - ρ),   ρ = lag-one correlation of the residual over lines
+    /// ```
+    /// each counted only when it exceeds its own chance level by two standard deviations. Noise as the model has it gives 1; an
+    /// imperfect structure (friction, drift, leakage) leaves a residual that is larger and smoother at its peaks. Returns the
+    /// factors, and the same squared without the test of significance.
+    ///
+    /// Source: R. T. Birge, The calculation of errors by the method of least squares, Phys. Rev. 40, 1932, for the ratio;
+    /// the variance inflation of first-order autoregressive noise is textbook (Bayley and Hammersley, 1946).
+    fn inflation(&self, band: &Band, poles: &Poles, common: Option<&Common>) -> (Vec<f64>, Vec<f64>) {
+        let n_l = band.n_lines();
+        let functions = (band.n_outputs() * band.n_inputs()) as f64;
+        poles
+            .values
+            .iter()
+            .map(|p| {
+                let (centre, half) = (p.norm(), -2.0 * p.re);
+                let nearest = band.omega.partition_point(|w| *w < centre).min(n_l - 1);
+                let from = band.omega.partition_point(|w| *w < centre - half).min(nearest.saturating_sub(6));
+                let to = band.omega.partition_point(|w| *w <= centre + half).max(nearest + 7).min(n_l);
+                let white = 2.0 * functions * (to - from) as f64;
+                let sum = |v: &[f64]| v[from..to].iter().sum::<f64>();
+                // Expected power, and the number of independent values in it: all of them when the noise is white.
+                let (expected, count) = common.map_or((white, white), |c| {
+                    let expected = sum(&c.expected);
+                    (expected, 2.0 * expected * expected / sum(&c.spread).max(f64::MIN_POSITIVE))
+                });
+                let total = sum(&self.power);
+                let level = total / expected;
+                let correlation =
+                    self.product[from..to.max(from + 2) - 1].iter().sum::<f64>() / total.max(f64::MIN_POSITIVE);
+                // For white noise the level has sd √(2/count) and the correlation sd 1/√count.
+                let significant = if level > 1.0 + 2.0 * (2.0 / count).sqrt() { level } else { 1.0 };
+                let rho = if correlation > 2.0 / count.sqrt() { correlation.min(0.95) } else { 0.0 };
+                let smoothness = (1.0 + rho) / (1.0 - rho);
+                ((significant * smoothness).sqrt(), level.max(f64::MIN_POSITIVE) * smoothness)
+            })
+            .unzip()
+    }
+}
+
+impl Fit {
+    /// The same fit with covariances that hold where the channels of a reference have noise in common; see [`common_noise`].
+    pub(super) fn with_common_noise(mut self, band: &Band) -> Result<Self, IdentifyError> {
+        let Some(common) = common_noise(band, &self)? else { return Ok(self) };
+        let n = self.covariance.nrows();
+        for (k, &(r, _)) in self.poles.unknowns().iter().enumerate() {
+            // Every row with the lines of its own mode; a pair of modes shares those of the first.
+            for a in [2 * k, 2 * k + 1] {
+                for b in 0..n {
+                    self.covariance[(a, b)] =
+                        common.white[(a, b)] + common.theta[r].row(a).dot(&common.theta[r].row(b));
+                }
+            }
+        }
+        (self.inflation, self.level) = self.left.inflation(band, &self.poles, Some(&common));
+        self.common = Some(common);
+        Ok(self)
+    }
 }

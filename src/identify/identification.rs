@@ -154,8 +154,8 @@ pub fn identify(frfs: &FrfSet, options: &IdentifyOptions) -> Result<Identificati
                 )
             })
             .collect();
-        let pieces = found.into_iter().collect::<Result<Vec<_>, _>>()?;
-        let windows = known
+        let mut pieces = found.into_iter().collect::<Result<Vec<_>, _>>()?;
+        let mut windows = known
             .par_iter()
             .filter_map(|c| Some(window(&whole, c, c.window?, &known, options)))
             .collect::<Result<Vec<_>, _>>()?;
@@ -169,6 +169,10 @@ pub fn identify(frfs: &FrfSet, options: &IdentifyOptions) -> Result<Identificati
             discarded[k].extend(p.discarded.iter().cloned());
         }
         if matches!(search, Search::None) {
+            pieces.par_iter_mut().chain(&mut windows).try_for_each(|p| -> Result<(), IdentifyError> {
+                p.fit = p.fit.take().map(|f| f.with_common_noise(&p.band)).transpose()?;
+                Ok(())
+            })?;
             return Ok(finish(frfs, &cores, (pieces, windows), diagrams, discarded));
         }
     }

@@ -14,6 +14,7 @@ mod band;
 mod basis;
 mod circle;
 mod cmif;
+mod common;
 mod complexity;
 mod error;
 mod exponential_window;

@@ -125,7 +125,9 @@ fn mode(
     let l = DVector::from_vec(fit.poles.participation[r].clone());
     let scale = psi.iter().copied().fold(Complex::new(0.0, 0.0), |a, x| if x.norm() > a.norm() { x } else { a });
     let scale = if scale.norm() > 0.0 { scale } else { Complex::new(1.0, 0.0) };
-    let spread = scale_free(&psi, &fit.local[r], &fit.slope[r], &fit.covariance);
+    let white = fit.common.as_ref().map_or(&fit.covariance, |c| &c.white);
+    let local = fit.common.as_ref().map_or(&fit.local, |c| &c.local);
+    let spread = scale_free(&psi, &local[r], &fit.slope[r], white, fit.common.as_ref().map(|c| &c.shapes[r]));
     let output_sd: Vec<f64> =
         spread.iter().map(|v| v[0].midpoint(v[2]).max(0.0).sqrt() * inflation / scale.norm()).collect();
     // Variance along the line of the shape: the real part after turning.
@@ -203,13 +205,15 @@ fn mode(
 /// Covariances (rr, ri, ii) of the entries of ψ with the common complex scale projected out.
 ///
 /// ```text
-/// δψ -> (I - ψψᴴ/ψᴴψ) δψ,   cov δψ = blockdiag(local) + S C Sᵀ
+/// δψ -> (I - ψψᴴ/ψᴴψ) δψ,   cov δψ = blockdiag(local) + S C Sᵀ + F Fᵀ
 /// ```
+/// F, where there is one, holds what noise common to all channels does line by line.
 fn scale_free(
     psi: &DVector<Complex<f64>>,
     local: &[[f64; 3]],
     slope: &DMatrix<f64>,
     c: &DMatrix<f64>,
+    of_all: Option<&DMatrix<f64>>,
 ) -> Vec<[f64; 3]> {
     let n = psi.len();
     let norm = psi.norm();
@@ -222,8 +226,9 @@ fn scale_free(
         if k % 2 == 0 { x.re } else { x.im }
     });
     let root = c.clone().cholesky().map_or_else(|| DMatrix::zeros(c.nrows(), c.ncols()), |x| x.l());
-    let common = slope * root;
-    let common = &common - &v * v.tr_mul(&common);
+    let free = |common: DMatrix<f64>| &common - &v * v.tr_mul(&common);
+    let common = free(slope * root);
+    let of_all = of_all.map(|f| free(f.clone()));
     // local V, (2n x 2), and Vᵀ local V.
     let lv = DMatrix::from_fn(2 * n, 2, |k, j| {
         let s = local[k / 2];
@@ -238,7 +243,8 @@ fn scale_free(
                 let (p, q) = (2 * o + a, 2 * o + b);
                 let cross: f64 = (0..2).map(|j| lv[(p, j)] * v[(q, j)] + v[(p, j)] * lv[(q, j)]).sum();
                 let inner: f64 = (0..2).map(|j| vvlv[(p, j)] * v[(q, j)]).sum();
-                own - cross + inner + common.row(p).dot(&common.row(q))
+                let lines = of_all.as_ref().map_or(0.0, |f| f.row(p).dot(&f.row(q)));
+                own - cross + inner + common.row(p).dot(&common.row(q)) + lines
             };
             [entry(0, 0, local[o][0]), entry(0, 1, local[o][1]), entry(1, 1, local[o][2])]
         })
@@ -260,8 +266,21 @@ fn residue_spread(fit: &Fit, r: usize, o: usize, psi: Complex<f64>, l: Complex<f
         rows[(1, 2 * k)] += psi.im;
         rows[(1, 2 * k + 1)] += psi.re;
     }
-    let common = (&rows * &fit.covariance * rows.transpose()).trace();
-    let own = (fit.local[r][o][0] + fit.local[r][o][2]) * l.norm_sqr();
+    let white = fit.common.as_ref().map_or(&fit.covariance, |c| &c.white);
+    let mut common = (&rows * white * rows.transpose()).trace();
+    if let Some(c) = &fit.common {
+        // Of the common noise ψ has its own part beside that through the unknowns.
+        let psi_part = c.shapes[r].rows(2 * o, 2);
+        for j in 0..psi_part.ncols() {
+            let mut value = Complex::new(psi_part[(0, j)], psi_part[(1, j)]) * l;
+            if let Some(k) = entry {
+                value += psi * Complex::new(c.theta[r][(2 * k, j)], c.theta[r][(2 * k + 1, j)]);
+            }
+            common += value.norm_sqr();
+        }
+    }
+    let local = fit.common.as_ref().map_or(&fit.local, |c| &c.local)[r][o];
+    let own = (local[0] + local[2]) * l.norm_sqr();
     common.midpoint(own).max(0.0).sqrt()
 }
 

@@ -4,6 +4,7 @@
 
 mod assessment;
 mod correlate;
+mod momentum;
 mod objective;
 mod objective_spec;
 mod pairing;
@@ -22,6 +23,7 @@ pub use correlate::{
     frf_sensitivities, judge, load_profile, member_stiffnesses, mode_agreement, orthogonality, places, sensitivities,
     sensor_agreement, slip_of_unit,
 };
+pub use momentum::{SensorChange, SensorCheck, ShapeMomentum, check_sensors_by_model};
 pub use objective_spec::{LimitSpec, ObjectiveSpec, Regularization};
 pub(crate) use pairing::as_given;
 pub use pairing::{HowToPair, compared, paired_at, paired_test};

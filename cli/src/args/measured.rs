@@ -189,6 +189,7 @@ pub(crate) struct Identify {
   retune health run1.unv --geometry points.unv
   retune health test.yaml
   retune health shapes.csv --direction +z
+  retune health test.yaml --model models/bff.yaml
   retune health monday.unv --against friday.unv
 
 Exit code 1 when the data contradict themselves.")]
@@ -207,6 +208,12 @@ pub(crate) struct Health {
     /// How many of the lowest modes are rigid-body modes on the suspension.
     #[arg(long, default_value_t = 0, value_name = "N")]
     pub(crate) suspension: u16,
+    /// Model that judges signs, swaps and gains of the sensors in place of their neighbours; it need not be updated.
+    #[arg(long)]
+    pub(crate) model: Option<PathBuf>,
+    /// Configuration of the model; that which the test names when absent.
+    #[arg(long, value_name = "NAME", requires = "model")]
+    pub(crate) configuration: Option<String>,
     /// Print JSON instead of text.
     #[arg(long)]
     pub(crate) json: bool,

@@ -6,6 +6,7 @@ use crate::output::{Failure, mac_matrix, mac_matrix_json, pairs, print, print_js
 use crate::{DONE, SHORT, files};
 use retune::correlation::{CriteriaProfile, Identifiability, Judgement, corrected_functions};
 use retune::data::{Origin, TestData};
+use retune::identify::health::Level;
 use retune::model::{Model, ParametricModel};
 use retune::objective::Comparison;
 use retune::report::text::{Style, agreement};
@@ -64,10 +65,18 @@ fn one(args: &Compare, path: &Path, how: &HowToPair, profile: Option<&CriteriaPr
     let comparison = compared(&model, &test, how)?;
     let a = assess(&comparison, &model.parameters().nominal())?;
     let parts = Parts::of(args, &model, &comparison, &a)?;
+    // Warnings of the sensors alone: what cannot be decided is for `health`.
+    let is_asked = args.all || model.dof_map().n_dof() <= LARGE;
+    let mut suspects = Vec::new();
+    if is_asked && test.modes.iter().any(|m| m.shape.is_some()) {
+        suspects = measured::by_model(&model, &test, 0)?;
+        suspects.retain(|f| f.level > Level::Info);
+    }
     let judgement = profile.map(|p| judge(&comparison, &a, parts.orthogonality.as_ref().ok(), p));
     let passed = judgement.as_ref().is_none_or(|j| j.passed);
     if args.json {
-        let json = as_json(&test, &a, &parts, profile.zip(judgement.as_ref()));
+        let mut json = as_json(&test, &a, &parts, profile.zip(judgement.as_ref()));
+        json["suspect_sensors"] = measured::findings_json(&suspects);
         return Ok(Shown { json, text: String::new(), passed });
     }
     let style = style(&std::io::stdout());
@@ -79,6 +88,10 @@ fn one(args: &Compare, path: &Path, how: &HowToPair, profile: Option<&CriteriaPr
         agreement::wrapped(&mut out, text, &style);
     }
     parts.write(&mut out, args, &style);
+    if !suspects.is_empty() {
+        out += "\nsensors against the motions of the model\n";
+        out += &measured::findings_text(&suspects, &style);
+    }
     if let Some((profile, judgement)) = profile.zip(judgement.as_ref()) {
         agreement::judgement(&mut out, judgement, profile, &style);
     }

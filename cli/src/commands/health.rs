@@ -1,12 +1,15 @@
 //! `retune health`
 
-use super::measured::{band, findings_json, findings_text, functions, has_fault, held_modes, read, refuse_answers};
+use super::map::points_of;
+use super::measured::{
+    band, by_model, findings_json, findings_text, has_fault, held_modes, place, read, refuse_answers, shape_functions,
+};
 use crate::args::Health;
 use crate::output::{Failure, print, print_json, style, warn};
 use crate::{DONE, SHORT, files};
-use retune::data::{FrfSet, Measurements, Origin};
-use retune::identify::health::{Finding, check_shapes, check_test, compare_runs};
-use retune::identify::{IdentifyOptions, identify};
+use retune::data::{FrfSet, Measurements, Origin, Sensor, TestData, TestMode};
+use retune::identify::health::{Finding, HealthOptions, check_damping, check_shapes, check_test, compare_runs};
+use retune::identify::{IdentifyOptions, identify, sensors, test_modes};
 use serde_json::json;
 
 pub(crate) fn run(args: &Health) -> Result<u8, Failure> {
@@ -21,44 +24,81 @@ pub(crate) fn run(args: &Health) -> Result<u8, Failure> {
 }
 
 fn findings(args: &Health) -> Result<Vec<Finding>, Failure> {
-    let n_suspension = usize::from(args.suspension);
+    let options = HealthOptions { n_suspension: usize::from(args.suspension), has_model: args.model.is_some() };
     let two_runs = || Failure::text("--against compares functions of two runs; these files hold modes");
     if let [path] = &args.files[..]
         && files::is_test(path)
     {
         refuse_answers(path, &args.measurement)?;
-        let (test, warnings, text) = files::test(path)?;
+        let (mut test, warnings, text) = files::test(path)?;
         warn(path, &text, &warnings);
-        return if args.against.is_empty() {
-            Ok(check_shapes(&test.sensors, &test.modes, n_suspension)?)
-        } else {
-            Err(two_runs())
-        };
+        if !args.against.is_empty() {
+            return Err(two_runs());
+        }
+        let mut findings = check_shapes(&test.sensors, &test.modes, options)?;
+        if let Some(model_path) = &args.model {
+            let (model, warnings, model_text) =
+                files::tested_model(model_path, args.configuration.as_deref(), (&mut test, path, &text))?;
+            warn(model_path, &model_text, &warnings);
+            warn(path, &text, &files::check_sensors(&model, &test, path, &text)?);
+            findings.extend(by_model(&model, &test, options.n_suspension)?);
+        }
+        return Ok(findings);
     }
     let found = read(&args.files, &args.measurement)?;
     if let (None, Some(modes)) = (&found.frfs, &found.modes) {
+        if !args.against.is_empty() {
+            return Err(two_runs());
+        }
+        let damping = check_damping(&modes.modes);
         let (sensors, modes) = held_modes(&found, modes, &Origin::Measured(String::new()));
-        return if args.against.is_empty() {
-            Ok(check_shapes(&sensors, &modes, n_suspension)?)
-        } else {
-            Err(two_runs())
-        };
+        let mut findings = [damping, check_shapes(&sensors, &modes, options)?].concat();
+        findings.extend(judged(args, sensors, modes, options)?);
+        return Ok(findings);
     }
-    of_functions(args, &found, functions(&found)?)
+    let frfs = shape_functions(&found)?;
+    of_functions(args, &found, &frfs, options)
 }
 
-fn of_functions(args: &Health, found: &Measurements, frfs: &FrfSet) -> Result<Vec<Finding>, Failure> {
+/// What the model says of sensors that files of measurements hold.
+fn judged(
+    args: &Health,
+    sensors: Vec<Sensor>,
+    modes: Vec<TestMode>,
+    options: HealthOptions,
+) -> Result<Vec<Finding>, Failure> {
+    let Some(path) = &args.model else { return Ok(Vec::new()) };
+    let (model, warnings, text) = files::model(path, args.configuration.as_deref())?;
+    warn(path, &text, &warnings);
+    let mut test = TestData { sensors, modes, ..TestData::default() };
+    if !points_of(&test).is_empty() {
+        place(&model, &mut test);
+    }
+    by_model(&model, &test, options.n_suspension)
+}
+
+fn of_functions(
+    args: &Health,
+    found: &Measurements,
+    frfs: &FrfSet,
+    health: HealthOptions,
+) -> Result<Vec<Finding>, Failure> {
     let options = IdentifyOptions { band_hz: band(args.band.as_deref())?, ..IdentifyOptions::default() };
     let identification = identify(frfs, &options)?;
-    let mut findings = check_test(frfs, Some(&identification), found.geometry.as_ref(), usize::from(args.suspension))?;
+    let mut findings = check_test(frfs, Some(&identification), found.geometry.as_ref(), health)?;
+    if args.model.is_some() {
+        let sensors = sensors(frfs, found.geometry.as_ref(), None)?;
+        let modes = test_modes(&identification.modes, &Origin::Measured(String::new()));
+        findings.extend(judged(args, sensors, modes, health)?);
+    }
     if !args.against.is_empty() {
         let other = read(&args.against, &args.measurement)?;
-        let other = functions(&other)?;
+        let other = shape_functions(&other)?;
         let names: Vec<String> = frfs.responses.iter().map(|c| c.name.clone()).collect();
         if other.responses.iter().map(|c| &c.name).ne(&names) {
             return Err(Failure::text("the runs have different responses; they cannot be compared"));
         }
-        let second = identify(other, &options)?;
+        let second = identify(&other, &options)?;
         findings.extend(compare_runs(&identification.modes, &second.modes, &names));
     }
     Ok(findings)

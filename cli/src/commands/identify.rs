@@ -1,16 +1,18 @@
 //! `retune identify`
 
-use super::measured::{band, findings_json, findings_text, functions, has_fault, held_modes, read, wrapped};
+use super::measured::{
+    band, by_model, findings_json, findings_text, has_fault, held_modes, place, read, shape_functions, wrapped,
+};
 use crate::args::{Identify, Method};
 use crate::output::{Failure, print, print_json, shown, style, warn};
 use crate::{DONE, SHORT, files, writing};
-use retune::correlation::{MappingOptions, map_points, place_sensors};
 use retune::data::{FrfSet, Measurements, ModalSet, Origin, SpectrumKind, TestData, TestMode, write_test};
-use retune::identify::health::{check_shapes, check_test};
+use retune::identify::health::{HealthOptions, check_damping, check_shapes, check_test};
 use retune::identify::{
     Identification, IdentifyOptions, PeakOptions, SpectrumPeak, add_repeatability, circle_modes, cmif, complexity,
     identify, peak_modes, quadrature_modes, remove_exponential_window, sensors, spectrum_peaks, test_modes,
 };
+use retune::model::Model;
 use retune::report::text::{Align, Cell, Style, Table, Tone, hertz};
 use retune::units::Scalar;
 use serde_json::{Value, json};
@@ -35,7 +37,8 @@ pub(crate) fn run(args: &Identify) -> Result<u8, Failure> {
     if let (None, Some(modes)) = (&found.frfs, &found.modes) {
         return take_over(args, &found, modes);
     }
-    let frfs = functions(&found)?;
+    let turned = shape_functions(&found)?;
+    let frfs = turned.as_ref();
     let options = IdentifyOptions {
         band_hz: band(args.band.as_deref())?,
         max_order: usize::from(args.order),
@@ -43,11 +46,6 @@ pub(crate) fn run(args: &Identify) -> Result<u8, Failure> {
     };
     let identification = identify(frfs, &options)?;
     let n_suspension = usize::from(args.suspension);
-    let findings = if args.no_health {
-        Vec::new()
-    } else {
-        check_test(frfs, Some(&identification), found.geometry.as_ref(), n_suspension)?
-    };
     let origin = origin(args, &found);
     let mut modes = match args.method {
         Method::Plscf => test_modes(&identification.modes, &origin),
@@ -55,6 +53,22 @@ pub(crate) fn run(args: &Identify) -> Result<u8, Failure> {
         Method::Quadrature => quadrature_modes(frfs, 0, &identification.modes, &origin)?,
     };
     let window = take_out_window(args, &found, &mut modes)?;
+    let mut test = None;
+    if args.output.is_some() || args.model.is_some() {
+        let sensors = sensors(frfs, found.geometry.as_ref(), None)?;
+        test = Some(TestData { sensors, modes: modes.clone(), ..test_data(args, &found, String::new()) });
+    }
+    let model =
+        args.model.as_deref().zip(test.as_mut()).map(|(path, test)| placed(args, path, test, &found)).transpose()?;
+    let mut findings = Vec::new();
+    if !args.no_health {
+        let options = HealthOptions { n_suspension, has_model: model.is_some() };
+        findings = check_test(frfs, Some(&identification), found.geometry.as_ref(), options)?;
+        if let (Some(model), Some(test)) = (&model, &test) {
+            findings.extend(by_model(model, test, n_suspension)?);
+            findings.sort_by_key(|f| std::cmp::Reverse(f.level));
+        }
+    }
     if args.json {
         print_json(&json!({
             "method": word(args.method),
@@ -83,11 +97,10 @@ pub(crate) fn run(args: &Identify) -> Result<u8, Failure> {
         }
         print(&out);
     }
-    if let Some(output) = &args.output {
-        let sensors = sensors(frfs, found.geometry.as_ref(), None)?;
-        modes.drain(..n_suspension.min(modes.len()));
-        add_repeatability(&mut modes, args.repeatability / 100.0);
-        let description = format!(
+    if let (Some(output), Some(mut test)) = (&args.output, test) {
+        test.modes.drain(..n_suspension.min(test.modes.len()));
+        add_repeatability(&mut test.modes, args.repeatability / 100.0);
+        test.description = format!(
             "Identified by {} from {} lines, {:.4} to {:.4} Hz, {} responses, {} references; complex shapes, largest entry 1. \
              Standard deviations are those of the lines and {} % of a frequency, ten times that of a shape, for what a repeated \
              test would change.{}",
@@ -102,10 +115,6 @@ pub(crate) fn run(args: &Identify) -> Result<u8, Failure> {
                 " The damping of an exponential window of {w} 1/s is taken out."
             )),
         );
-        let mut test = test_data(args, &found, description);
-        test.sensors = sensors;
-        test.modes = modes;
-        place(args, &mut test, &found)?;
         write(output, &test, args.json);
     }
     Ok(if has_fault(&findings) { SHORT } else { DONE })
@@ -166,9 +175,22 @@ fn take_over(args: &Identify, found: &Measurements, modes: &ModalSet) -> Result<
             "`--band` and `--method` identify modes from functions; these files hold modes, which are taken over as they are",
         ));
     }
+    let damping = check_damping(&modes.modes);
     let (sensors, modes) = held_modes(found, modes, &origin(args, found));
-    let findings =
-        if args.no_health { Vec::new() } else { check_shapes(&sensors, &modes, usize::from(args.suspension))? };
+    let n_suspension = usize::from(args.suspension);
+    let description = "Modes as the file holds them; it states no standard deviations, so those are defaults.";
+    let mut test =
+        TestData { sensors: sensors.clone(), modes: modes.clone(), ..test_data(args, found, description.to_string()) };
+    let model = args.model.as_deref().map(|path| placed(args, path, &mut test, found)).transpose()?;
+    let mut findings = Vec::new();
+    if !args.no_health {
+        let options = HealthOptions { n_suspension, has_model: model.is_some() };
+        findings = [damping, check_shapes(&sensors, &modes, options)?].concat();
+        if let Some(model) = &model {
+            findings.extend(by_model(model, &test, n_suspension)?);
+            findings.sort_by_key(|f| std::cmp::Reverse(f.level));
+        }
+    }
     if args.json {
         print_json(&json!({
             "method": "as in the file",
@@ -214,11 +236,7 @@ fn take_over(args: &Identify, found: &Measurements, modes: &ModalSet) -> Result<
         print(&out);
     }
     if let Some(output) = &args.output {
-        let description = "Modes as the file holds them; it states no standard deviations, so those are defaults.";
-        let mut test = test_data(args, found, description.to_string());
-        test.sensors = sensors;
-        test.modes = modes.into_iter().skip(usize::from(args.suspension)).collect();
-        place(args, &mut test, found)?;
+        test.modes.drain(..n_suspension.min(test.modes.len()));
         write(output, &test, args.json);
     }
     Ok(if has_fault(&findings) { SHORT } else { DONE })
@@ -330,9 +348,8 @@ fn word(method: Method) -> &'static str {
     }
 }
 
-/// Sensors to their places in a model, when one is given.
-fn place(args: &Identify, test: &mut TestData, found: &Measurements) -> Result<(), Failure> {
-    let Some(path) = &args.model else { return Ok(()) };
+/// The model, with the sensors of the test at their places in it.
+fn placed(args: &Identify, path: &Path, test: &mut TestData, found: &Measurements) -> Result<Model, Failure> {
     let (model, warnings, text) = files::model(path, args.configuration.as_deref())?;
     warn(path, &text, &warnings);
     if found.geometry.is_none() {
@@ -340,12 +357,8 @@ fn place(args: &Identify, test: &mut TestData, found: &Measurements) -> Result<(
             "the positions of the points are not known, so they have no place in the model; give `--geometry FILE`",
         ));
     }
-    let points = super::map::points_of(test);
-    let mapping = map_points(&model, &points, MappingOptions::default());
-    for name in place_sensors(test, &mapping) {
-        warning!("sensor `{name}` has no place in the model and is left out");
-    }
-    Ok(())
+    place(&model, test);
+    Ok(model)
 }
 
 fn write(path: &Path, test: &TestData, is_json: bool) {

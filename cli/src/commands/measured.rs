@@ -4,17 +4,20 @@ use crate::args::{MatrixAxes, MeasuredQuantity, Measurement, Repeated};
 use crate::files::{self, Kind};
 use crate::ledger;
 use crate::output::{Failure, style};
+use retune::correlation::{MappingOptions, map_points, place_sensors};
 use retune::data::convert::{Duplicates, FrfOptions, LocalAxes, UnitsFrom};
 use retune::data::{DEFAULT_DAMPING_SD, DEFAULT_FREQUENCY_SD, DEFAULT_SHAPE_SD};
 use retune::data::{
     FrfQuantity, FrfSet, GeometryFrame, MeasurementOptions, Measurements, ModalSet, Origin, RelativeSd, Roles, Sensor,
-    TestMode,
+    TestData, TestMode,
 };
 use retune::identify::health::{Finding, Level};
-use retune::model::Parameter;
+use retune::model::{Model, Parameter, ParametricModel};
 use retune::report::text::{Style, Tone, number, paragraph, printable};
 use retune::units::{FrequencyUnit, Scalar};
+use retune::update::check_sensors_by_model;
 use serde_json::{Value, json};
+use std::borrow::Cow;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
@@ -103,6 +106,35 @@ pub(crate) fn functions(found: &Measurements) -> Result<&FrfSet, Failure> {
 pub(crate) fn held_modes(found: &Measurements, modes: &ModalSet, origin: &Origin) -> (Vec<Sensor>, Vec<TestMode>) {
     let sd = RelativeSd { frequency: DEFAULT_FREQUENCY_SD, damping: DEFAULT_DAMPING_SD, shape: DEFAULT_SHAPE_SD };
     (modes.placed_sensors(found.geometry.as_ref()), modes.test_modes(origin, sd))
+}
+
+/// The functions with the points that roved as responses.
+pub(crate) fn shape_functions(found: &Measurements) -> Result<Cow<'_, FrfSet>, Failure> {
+    let set = functions(found)?;
+    let turned = set.by_reciprocity();
+    if matches!(turned, Cow::Owned(_)) {
+        note!(
+            "the force roved over {} points and {} sensor{} stayed: shapes are at the points of the force, by reciprocity",
+            set.references.len(),
+            set.responses.len(),
+            if set.responses.len() == 1 { "" } else { "s" }
+        );
+    }
+    Ok(turned)
+}
+
+/// Gives the sensors of a test their places in a model, where their positions are known; those without are named and left out.
+pub(crate) fn place(model: &Model, test: &mut TestData) {
+    let mapping = map_points(model, &super::map::points_of(test), MappingOptions::default());
+    for name in place_sensors(test, &mapping) {
+        warning!("sensor `{name}` has no place in the model and is left out");
+    }
+}
+
+/// What a model says of the sensors of a test.
+pub(crate) fn by_model(model: &Model, test: &TestData, n_suspension: usize) -> Result<Vec<Finding>, Failure> {
+    let theta = model.parameters().nominal();
+    Ok(check_sensors_by_model(model, &theta, &test.sensors, &test.modes, n_suspension)?.findings)
 }
 
 fn units(name: &str) -> Result<UnitsFrom, Failure> {

@@ -23,6 +23,8 @@ struct Raw {
     modal_mass: Option<f64>,
     modal_a: Option<Complex<f64>>,
     modal_b: Option<Complex<f64>>,
+    /// λ of a complex mode, rad/s.
+    pole: Option<Complex<f64>>,
     values: BTreeMap<(i64, Dof), Complex<f64>>,
 }
 
@@ -39,7 +41,8 @@ struct Raw {
 ///
 /// Channels whose value is exactly 0 in every mode count as not measured, because a file must fill unused directions
 /// with zeros; a note says how many. A hysteretic damping ratio without viscous one counts half. Modes come sorted by
-/// frequency.
+/// frequency. Of two conjugate poles the one with the negative imaginary part is left out, since λ, φ and λ*, φ* are one motion;
+/// one without its partner is turned into it. A real pole does not vibrate and is left out.
 ///
 /// # Errors
 /// [`ConvertError::Nothing`] without modes, [`ConvertError::Questions`] for a missing unit.
@@ -60,6 +63,7 @@ pub fn modes(files: &[&UniversalFile], options: &FrfOptions) -> Result<(ModalSet
             }
         }
     }
+    one_of_each_pair(&mut raw, &mut notes);
     if raw.is_empty() {
         return Err(ConvertError::Nothing { what: "modes (datasets 55, 2414)", found: found(files) });
     }
@@ -109,6 +113,51 @@ pub fn modes(files: &[&UniversalFile], options: &FrfOptions) -> Result<(ModalSet
         .collect();
     modes.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
     Ok((ModalSet { channels, modes }, notes))
+}
+
+/// Two poles nearer than this share of their modulus are the same number, written with six digits.
+const SAME_POLE: f64 = 1e-4;
+
+/// Leaves one mode for each pair of conjugate poles, with a positive imaginary part, and none for a real pole.
+fn one_of_each_pair(raw: &mut Vec<Raw>, notes: &mut Vec<Note>) {
+    let is_real = |m: &Raw| m.pole.is_some_and(|p| p.im == 0.0 && p.re != 0.0);
+    let n_real = raw.iter().filter(|m| is_real(m)).count();
+    raw.retain(|m| !is_real(m));
+    // Each partner once: the poles of two modes at one frequency are two pairs.
+    let mut has_partner = vec![false; raw.len()];
+    let mut is_copy = vec![false; raw.len()];
+    for k in 0..raw.len() {
+        let Some(pole) = raw[k].pole.filter(|p| p.im < 0.0) else { continue };
+        let distance = |j: &usize| raw[*j].pole.map_or(f64::INFINITY, |p| (p - pole.conj()).norm());
+        let nearest = (0..raw.len()).filter(|j| !has_partner[*j]).min_by(|a, b| distance(a).total_cmp(&distance(b)));
+        if let Some(j) = nearest.filter(|j| distance(j) <= SAME_POLE * pole.norm()) {
+            (has_partner[j], is_copy[k]) = (true, true);
+        }
+    }
+    let n_copies = is_copy.iter().filter(|c| **c).count();
+    let mut is_copy = is_copy.into_iter();
+    raw.retain(|_| !is_copy.next().unwrap_or(false));
+    let mut n_turned = 0;
+    for m in raw.iter_mut().filter(|m| m.pole.is_some_and(|p| p.im < 0.0)) {
+        n_turned += 1;
+        m.pole = m.pole.map(|p| p.conj());
+        (m.modal_a, m.modal_b) = (m.modal_a.map(|v| v.conj()), m.modal_b.map(|v| v.conj()));
+        m.values.values_mut().for_each(|v| *v = v.conj());
+    }
+    let counted = |n: usize, one: &str, many: &str| if n == 1 { format!("1 {one}") } else { format!("{n} {many}") };
+    if n_copies > 0 {
+        let seen =
+            counted(n_copies, "pole that is the conjugate of another", "poles that are the conjugates of others");
+        notes.push(note(Level::Info, 55, seen, "each pair is one mode"));
+    }
+    if n_turned > 0 {
+        let seen = counted(n_turned, "pole with a negative imaginary part", "poles with a negative imaginary part");
+        notes.push(note(Level::Info, 55, seen, "its conjugate, the same motion, was read instead"));
+    }
+    if n_real > 0 {
+        let seen = counted(n_real, "real pole", "real poles");
+        notes.push(note(Level::Warning, 55, seen, "a motion that does not vibrate is no mode; left out"));
+    }
 }
 
 fn of_55(d: &DataAtNodes, notes: &mut Vec<Note>) -> Option<Raw> {
@@ -183,7 +232,7 @@ fn raw_mode(
             }
             let damping_ratio = given(viscous).or(given(hysteretic).map(|eta| 0.5 * eta));
             let (modal_a, modal_b) = (None, None);
-            Raw { label, frequency_hz, damping_ratio, modal_mass: given(mass), modal_a, modal_b, values }
+            Raw { label, frequency_hz, damping_ratio, modal_mass: given(mass), modal_a, modal_b, pole: None, values }
         }
         Parameters::Complex([re, im, a_re, a_im, b_re, b_im]) => {
             let omega = re.hypot(im);
@@ -195,6 +244,7 @@ fn raw_mode(
                 modal_mass: None,
                 modal_a: given(Complex::new(a_re, a_im)),
                 modal_b: given(Complex::new(b_re, b_im)),
+                pole: Some(Complex::new(re, im)),
                 values,
             }
         }
@@ -314,6 +364,46 @@ mod tests {
         let (si, _) = modes(&[&file], &options).unwrap();
         assert_eq!((si.modes[0].shape[0].re, si.modes[0].shape[1].re), (0.5, 1.0));
         assert!((si.modes[0].modal_mass.unwrap() - 0.5).abs() < 1.0e-15);
+    }
+
+    /// λ and λ* with φ and φ* are one mode; a negative imaginary part alone is the other half; a real pole is none. Two modes at one
+    /// frequency are two pairs.
+    #[test]
+    fn conjugate_poles_are_one_mode() {
+        let pole = |re: f64, im: f64, number: i64| {
+            Dataset::DataAtNodes(DataAtNodes {
+                ids: std::array::from_fn(|_| "NONE".to_owned()),
+                model_type: 1,
+                analysis_type: COMPLEX_FIRST_ORDER,
+                characteristic: 2,
+                specific_type: DISPLACEMENT,
+                data_type: 5,
+                values_per_node: 3,
+                integers: vec![0, number],
+                reals: vec![re, im, 0.0, im.signum(), 0.0, 0.0],
+                entries: vec![Entry { head: vec![1], values: vec![0.0, 0.0, 0.0, 0.0, 1.0, 0.5 * im.signum()] }],
+            })
+        };
+        let file = |poles: &[(f64, f64)]| UniversalFile {
+            datasets: poles.iter().zip(1..).map(|(p, k)| pole(p.0, p.1, k)).collect(),
+        };
+        let si = crate::data::convert::UnitSystem::from_name("SI").unwrap();
+        let options = FrfOptions { units: UnitsFrom::System(si), ..FrfOptions::default() };
+        let read = |poles: &[(f64, f64)]| modes(&[&file(poles)], &options).unwrap();
+        let (set, notes) = read(&[(-1.0, 100.0), (-1.0, -100.000_01), (-2.0, -300.0), (-50.0, 0.0), (3.0, 400.0)]);
+        assert_eq!(set.modes.len(), 3);
+        assert_eq!(notes.iter().filter(|n| n.seen.contains("pole")).count(), 3, "{notes:?}");
+        for m in &set.modes {
+            assert!((m.shape[0].im, m.modal_a.unwrap().im) == (0.5, 1.0), "{m:?}");
+        }
+        assert!(set.modes[2].damping_ratio.unwrap() < 0.0);
+        let (set, _) = read(&[(-1.0, 100.0), (-1.0, -100.0), (-1.0, 100.001), (-1.0, -100.001)]);
+        assert_eq!(set.modes.len(), 2);
+        // What a test file could not hold is left out of it.
+        let sd = crate::data::RelativeSd { frequency: 0.01, damping: 0.1, shape: 0.01 };
+        let (set, _) = read(&[(-1.0, 100.0), (3.0, 400.0)]);
+        let test = set.test_modes(&crate::data::Origin::Measured(String::new()), sd);
+        assert!(test[0].damping_ratio.is_some() && test[1].damping_ratio.is_none());
     }
 
     #[test]

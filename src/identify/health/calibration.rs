@@ -110,7 +110,11 @@ fn stretched(modes: &[TrueMode], factor: f64) -> Vec<TrueMode> {
 
 fn alarms(frfs: &FrfSet) -> Vec<Finding> {
     let found = identify(frfs, &IdentifyOptions::default()).unwrap();
-    check_test(frfs, Some(&found), None, 0).unwrap().into_iter().filter(|f| f.level > Level::Info).collect()
+    check_test(frfs, Some(&found), None, HealthOptions::default())
+        .unwrap()
+        .into_iter()
+        .filter(|f| f.level > Level::Info)
+        .collect()
 }
 
 /// Sixty healthy tests: at most three raise any alarm. If the true rate of alarms were 10 % or more, three or fewer of sixty
@@ -326,7 +330,8 @@ fn a_stiff_suspension_is_named_and_a_soft_one_is_not() {
             let mut frfs = measured(&all, &references, top);
             disturb(&mut frfs, &mut rng);
             let found = identify(&frfs, &IdentifyOptions::default()).unwrap();
-            let findings = check_test(&frfs, Some(&found), None, 1).unwrap();
+            let findings =
+                check_test(&frfs, Some(&found), None, HealthOptions { n_suspension: 1, has_model: false }).unwrap();
             findings.into_iter().filter(|f| f.level > Level::Info).collect::<Vec<_>>()
         };
         let quiet = with(soft);

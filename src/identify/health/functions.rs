@@ -3,6 +3,7 @@
 use super::super::IdentifyError;
 use super::super::band::check_layout;
 use super::super::mode::driving_points;
+use super::driving_point::{noise, weigh};
 use super::{Finding, Level};
 use crate::data::FrfSet;
 use crate::linalg::Complex;
@@ -10,17 +11,18 @@ use crate::linalg::Complex;
 /// Share of negative power at a driving point that noise explains: with 10 % noise of the rms it stays below 0.02.
 const NEGATIVE_SHARE: f64 = 0.1;
 
-/// Relative difference of reciprocal functions that is taken without a word: sensor calibration is good to 5 %.
+/// Difference of reciprocal functions, relative to their mean, that is taken without a word: calibrations are good to 5 %.
 const RECIPROCITY: f64 = 0.1;
 
 /// Checks functions for missing values, dead channels, driving points that feed energy back, and reciprocity.
 ///
 /// **Driving point.** A passive structure takes up power at every frequency: Re Y(ω) >= 0 for its driving-point mobility Y.
-/// The share of negative power is q = Σ_(P<0) P² / Σ P², with P = Re(i^(1-n) H) of the measured quantity. A driving point has q near 0, one with a
-/// reversed sensor or force q near 1, another point something between.
+/// The share of negative power is q = Σ_(P<0) P² / Σ P², with P = Re(i^(1-n) H) of the measured quantity. A driving point has q near 0. Where it has not,
+/// four causes are weighed by the data (see `driving_point`): a reversed sign, the conjugate, another quantity, a delay; none of them: another point.
 ///
 /// **Reciprocity.** H_ij = H_ji for pairs measured both ways, when both signs are taken into account:
-/// δ = |H_ij - H_ji| / (|H_ij| + |H_ji|) in 2-norms over lines.
+/// δ = |H_ij - H_ji| / ½(|H_ij| + |H_ji|) in 2-norms over lines, less the noise that neighbouring lines show. Where a factor of one of the
+/// two leaves no difference, the finding states it.
 ///
 /// # Errors
 /// A set whose lengths disagree.
@@ -77,27 +79,36 @@ fn driving_point(frfs: &FrfSet, o: usize, i: usize, sign: f64) -> Option<Finding
         return None;
     }
     let name = &frfs.responses[o].name;
-    let is_reversed = share >= 1.0 - NEGATIVE_SHARE;
-    Some(Finding {
-        level: Level::Fault,
-        code: if is_reversed { "driving-point-reversed" } else { "driving-point-not-passive" },
-        subject: name.clone(),
-        evidence: vec![("share of negative power", share)],
-        text: if is_reversed {
+    let weighed = weigh(frfs, o, i, sign);
+    let fitting = weighed.fitting();
+    let mut evidence = vec![("share of negative power", share), ("misfit as stated", weighed.as_stated)];
+    evidence.extend(weighed.causes.iter().map(|(cause, misfit)| (cause.evidence(), *misfit)));
+    let (code, text, remedy) = match &fitting[..] {
+        [] => (
+            "driving-point-not-passive",
             format!(
-                "the driving point {name} feeds energy back at nearly every resonance: its sensor or the force is reversed"
+                "{name} feeds energy back, and neither another sign nor the conjugate, another quantity or a delay makes it a passive point, so \
+                 it cannot be the driving point"
+            ),
+            "correct the point of excitation; until then no shape can be scaled by mass",
+        ),
+        [cause] => {
+            (cause.code(), format!("the driving point {name} feeds energy back: {}", cause.text()), cause.remedy())
+        }
+        several => {
+            let list: Vec<String> = several.iter().map(|c| c.text()).collect();
+            (
+                "driving-point-undecided",
+                format!(
+                    "the driving point {name} feeds energy back, and the data fit each of these causes: {}",
+                    list.join("; or ")
+                ),
+                "find out which it is from the set-up (signs of the channels, quantity and convention of the export, trigger), correct that one \
+                 and no other, and read the functions again",
             )
-        } else {
-            format!(
-                "{name} feeds energy back at some resonances and takes it up at others, so it cannot be the driving point"
-            )
-        },
-        remedy: if is_reversed {
-            "reverse the sign of the sensor or of the force in the test file"
-        } else {
-            "correct the point of excitation; until then no shape can be scaled by mass"
-        },
-    })
+        }
+    };
+    Some(Finding { level: Level::Fault, code, subject: name.clone(), evidence, text, remedy })
 }
 
 fn reciprocity(frfs: &FrfSet) -> Vec<Finding> {
@@ -108,36 +119,73 @@ fn reciprocity(frfs: &FrfSet) -> Vec<Finding> {
             if ia == ib {
                 continue;
             }
-            let sign = sa * sb;
-            let (mut difference, mut sum, mut x, mut y) = (0.0, 0.0, 0.0_f64, 0.0_f64);
-            for l in 0..frfs.n_lines() {
-                let (p, q) = (frfs.at(l, ib, oa) * sign, frfs.at(l, ia, ob));
-                if p.is_finite() && q.is_finite() {
-                    difference += (p - q).norm_sqr();
-                    sum += (p + q).norm_sqr();
-                    x += p.norm_sqr();
-                    y += q.norm_sqr();
-                }
-            }
-            let scale = x.sqrt() + y.sqrt();
-            if scale <= 0.0 || difference.sqrt() <= RECIPROCITY * scale {
+            let lines: Vec<(Complex<f64>, Complex<f64>)> = (0..frfs.n_lines())
+                .map(|l| (frfs.at(l, ib, oa) * (sa * sb), frfs.at(l, ia, ob)))
+                .filter(|(p, q)| p.is_finite() && q.is_finite())
+                .collect();
+            let (p, q): (Vec<_>, Vec<_>) = lines.iter().copied().unzip();
+            let size = |v: &[Complex<f64>]| v.iter().map(Complex::norm_sqr).sum::<f64>();
+            let mean = 0.5 * (size(&p).sqrt() + size(&q).sqrt());
+            if mean <= 0.0 {
                 continue;
             }
-            let (delta, opposite, gain) = (difference.sqrt() / scale, sum.sqrt() / scale, (x / y).sqrt());
-            let (na, nb) = (&frfs.responses[oa].name, &frfs.responses[ob].name);
+            // What the noise from line to line leaves of a difference is no difference of the structure.
+            let power = |h: &[Complex<f64>]| noise(h).iter().map(|s| 2.0 * s * s).sum::<f64>();
+            let (noise_p, noise_q) = (power(&p), power(&q));
+            let apart = |gain: f64| {
+                let total: f64 = lines.iter().map(|(p, q)| (p - q * gain).norm_sqr()).sum();
+                (total - noise_p - gain * gain * noise_q).max(0.0).sqrt() / mean
+            };
+            let delta = apart(1.0);
+            if delta <= RECIPROCITY {
+                continue;
+            }
+            let together: f64 = lines.iter().map(|(p, q)| (q.conj() * p).re).sum();
+            let mut gain = together.signum() * (size(&p) - noise_p).max(0.0).sqrt()
+                / (size(&q) - noise_q).max(f64::MIN_POSITIVE).sqrt();
+            let (opposite, scaled) = (apart(-1.0), apart(gain));
+            let (mut na, mut nb) = (&frfs.responses[oa].name, &frfs.responses[ob].name);
+            // Said of the larger one over the smaller one.
+            if gain.abs() < 1.0 && gain != 0.0 {
+                gain = 1.0 / gain;
+                (na, nb) = (nb, na);
+            }
+            let both = format!("the functions {na} over {nb} and {nb} over {na}");
             let is_opposite = opposite <= RECIPROCITY;
+            let is_gain = !is_opposite && scaled <= RECIPROCITY.min(0.5 * delta);
+            let (text, remedy) = if is_opposite {
+                (
+                    format!("{both} are equal but of opposite sign"),
+                    "reverse one of the two forces or sensors: the driving points say which, since each must take up power",
+                )
+            } else if is_gain {
+                (
+                    format!(
+                        "{both} differ by {:.0} % of their mean, and a gain explains it: their ratio is {gain:.3}",
+                        100.0 * delta
+                    ),
+                    "compare the sensitivities of both force channels and of both sensors with their calibration, and correct the one that is off \
+                     by this ratio",
+                )
+            } else {
+                (
+                    format!("{both} differ by {:.0} % of their mean, and no gain explains it", 100.0 * delta),
+                    "look for a wrong point or direction, a frequency that moved between the two runs, or a nonlinearity (two levels of force); \
+                     if none is found, identify from one reference alone",
+                )
+            };
             findings.push(Finding {
                 level: if is_opposite { Level::Fault } else { Level::Warning },
                 code: if is_opposite { "reciprocity-sign" } else { "reciprocity" },
                 subject: format!("{na} / {nb}"),
-                evidence: vec![("relative difference", delta), ("difference with opposite sign", opposite), ("ratio of rms", gain)],
-                text: if is_opposite {
-                    format!("the functions {na} over {nb} and {nb} over {na} are equal but of opposite sign")
-                } else {
-                    format!("the functions {na} over {nb} and {nb} over {na} differ by {:.0} %", 100.0 * delta)
-                },
-                remedy: "check signs and calibration of both force channels and both sensors; a ratio of rms far from 1 is a gain, \
-                         a ratio near 1 a shift of frequency, a wrong point or a nonlinearity",
+                evidence: vec![
+                    ("relative difference", delta),
+                    ("difference with opposite sign", opposite),
+                    ("ratio", gain),
+                    ("difference beside that ratio", scaled),
+                ],
+                text,
+                remedy,
             });
         }
     }

@@ -306,25 +306,56 @@ fn zero_entries(sensors: &[SensorGeometry], shapes: &DMatrix<f64>) -> Vec<Findin
 fn describe(a: &Accepted, sensors: &[SensorGeometry], group: &[usize], against: &str) -> Finding {
     let name = |i: usize| sensors[group[i]].name.clone();
     let mut evidence = vec![("log evidence", a.evidence), ("needed", a.threshold)];
-    let (code, subject, text, remedy) = match a.edit {
+    let (code, subject, mut text, remedy) = match a.edit {
         Edit::Flip(k) => {
             let text = format!("sensor {} has the wrong sign: turned around it fits {against}", name(k));
-            ("sign-flipped", name(k), text, "reverse the direction of the sensor in the test file")
+            (
+                "sign-flipped",
+                name(k),
+                text,
+                "have it decided by a model with `--model`, or push the structure by hand beside it: if the first swing is against its direction, reverse \
+             the direction in the test file",
+            )
         }
         Edit::Swap(k, l) => {
             let text = format!("sensors {} and {} are swapped: exchanged they fit {against}", name(l), name(k));
-            ("channels-swapped", format!("{} / {}", name(l), name(k)), text, "exchange the two channels")
+            (
+                "channels-swapped",
+                format!("{} / {}", name(l), name(k)),
+                text,
+                "have it decided by a model with `--model`, or follow the two cables; exchange the channels if they are crossed",
+            )
         }
         Edit::Scale(k, s) => {
             evidence.push(("factor that would fit", s));
             let text = format!("sensor {} has the wrong gain: multiplied by {s:.3} it fits {against}", name(k));
-            ("gain", name(k), text, "check sensitivity and range of the channel")
+            (
+                "gain",
+                name(k),
+                text,
+                "compare sensitivity and range of the channel with its calibration sheet, and correct the one that is off",
+            )
         }
         Edit::Drop(k) => {
             let text = format!("sensor {} does not fit {against}, whatever its sign and gain", name(k));
-            ("does-not-fit", name(k), text, "check position, axis and cable of the sensor; leave it out if in doubt")
+            (
+                "does-not-fit",
+                name(k),
+                text,
+                "look at place, axis and cable of the sensor; leave it out of the test if they are as stated",
+            )
         }
     };
+    if !a.rivals.is_empty() {
+        let one = |e: &Edit| match *e {
+            Edit::Flip(k) => format!("{} is turned over", name(k)),
+            Edit::Swap(k, l) => format!("{} and {} are swapped", name(l), name(k)),
+            Edit::Scale(k, _) => format!("{} has the wrong gain", name(k)),
+            Edit::Drop(k) => format!("{} does not fit", name(k)),
+        };
+        let list: Vec<String> = a.rivals.iter().map(one).collect();
+        text += &format!("; the data fit nearly as well if {}", list.join(", or if "));
+    }
     Finding { level: Level::Warning, code, subject, evidence, text, remedy }
 }
 
@@ -337,6 +368,7 @@ fn not_decided(sensors: &[SensorGeometry], which: &mut [usize]) -> Finding {
         subject: format!("{} sensors", names.len()),
         evidence: vec![("sensors", names.len() as f64)],
         text: format!("a wrong sign could not be seen without a model at: {}", names.join(", ")),
-        remedy: "compare with a model, or measure a rigid-body motion",
+        remedy: "give the model with `--model`, which may decide; without one, push the structure by hand beside each of them: the first swing must \
+                 have the sign of its direction",
     }
 }

@@ -41,13 +41,28 @@ pub(super) struct Prior {
     pub(super) rank: usize,
 }
 
+/// Evidence by which an edit of other sensors may fall short of the best one and still be named beside it: tempered odds of 20.
+const RIVAL: f64 = 1.5;
+
+impl Edit {
+    /// The sensors that it touches.
+    pub(super) fn touches(self) -> Vec<usize> {
+        match self {
+            Edit::Flip(k) | Edit::Scale(k, _) | Edit::Drop(k) => vec![k],
+            Edit::Swap(k, l) => vec![k, l],
+        }
+    }
+}
+
 /// An accepted edit with its tempered log-likelihood ratio.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(super) struct Accepted {
     pub(super) edit: Edit,
     pub(super) evidence: f64,
     /// What has to be exceeded.
     pub(super) threshold: f64,
+    /// Edits of other sensors that are nearly as likely, best first.
+    pub(super) rivals: Vec<Edit>,
 }
 
 /// Accepts the best edit, applies it, and goes on, up to a quarter of the sensors. Returns the edits, and for each sensor whether
@@ -64,11 +79,20 @@ pub(super) fn search(priors: &[Prior], shapes: &DMatrix<f64>) -> (Vec<Accepted>,
     let threshold = ((3 * n + n * n.saturating_sub(1) / 2) as f64 / ALPHA).ln();
     let mut accepted: Vec<Accepted> = Vec::new();
     while accepted.len() < n.div_ceil(4) {
-        let Some((edit, evidence)) = best(priors, &phi) else { break };
+        let ranked = ranked(priors, &phi);
+        let Some(&(edit, evidence)) = ranked.first() else { break };
         if evidence <= threshold {
             break;
         }
-        accepted.push(Accepted { edit, evidence, threshold });
+        let own = edit.touches();
+        let mut rivals: Vec<Edit> = Vec::new();
+        for (other, _) in ranked.iter().take_while(|(_, e)| *e > evidence - RIVAL) {
+            let touched = other.touches();
+            if touched.iter().all(|k| !own.contains(k)) && rivals.iter().all(|r| r.touches() != touched) {
+                rivals.push(*other);
+            }
+        }
+        accepted.push(Accepted { edit, evidence, threshold, rivals });
         apply(priors, &mut phi, edit);
     }
     let now = likelihood(priors, &phi);
@@ -97,8 +121,8 @@ fn likelihood(priors: &[Prior], phi: &DMatrix<f64>) -> f64 {
     priors.iter().map(|p| log_likelihood(p, energy(p, phi), phi.ncols())).fold(f64::NEG_INFINITY, f64::max)
 }
 
-/// The best edit and its tempered evidence.
-fn best(priors: &[Prior], phi: &DMatrix<f64>) -> Option<(Edit, f64)> {
+/// All edits with their tempered evidence, best first.
+fn ranked(priors: &[Prior], phi: &DMatrix<f64>) -> Vec<(Edit, f64)> {
     let (n, m) = phi.shape();
     let mut ranked: Vec<(Edit, f64)> = Vec::new();
     let mut note = |at: usize, edit: Edit, value: f64| {
@@ -144,7 +168,9 @@ fn best(priors: &[Prior], phi: &DMatrix<f64>) -> Option<(Edit, f64)> {
         }
     }
     let now = likelihood(priors, phi);
-    ranked.into_iter().map(|(e, v)| (e, TEMPER * (v - now))).max_by(|a, b| a.1.total_cmp(&b.1))
+    let mut ranked: Vec<(Edit, f64)> = ranked.into_iter().map(|(e, v)| (e, TEMPER * (v - now))).collect();
+    ranked.sort_by(|a, b| b.1.total_cmp(&a.1));
+    ranked
 }
 
 fn apply(priors: &[Prior], phi: &mut DMatrix<f64>, edit: Edit) {

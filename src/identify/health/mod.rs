@@ -9,9 +9,11 @@
 //! - [`check_geometry`]: with the positions of the sensors: sign, gain, swap, dead entries, by the smoothness of the shapes.
 //! - [`check_rigid_body`]: with measured rigid-body shapes: the same, sharper, and wrong axes.
 //! - [`check_test`]: all of these that one test allows; [`check_shapes`]: those that need shapes only.
+//! - [`check_damping`]: modes of a file whose damping no passive structure has.
 //! - [`compare_runs`]: shifts of frequency between runs: drift or mass loading.
 //! - [`check_suspension`]: are the rigid-body modes far enough below the first elastic one?
 
+mod driving_point;
 mod functions;
 mod geometry;
 mod hypotheses;
@@ -21,9 +23,9 @@ mod whole;
 
 pub use functions::check_functions;
 pub use geometry::{SensorGeometry, check_geometry, check_rigid_body};
-pub use modes::{check_modes, check_suspension};
+pub use modes::{check_damping, check_modes, check_suspension};
 pub use runs::compare_runs;
-pub use whole::{check_shapes, check_test};
+pub use whole::{HealthOptions, check_shapes, check_test};
 
 /// How serious a finding is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

@@ -4,8 +4,9 @@ use super::super::band::median;
 use super::super::identification::Identification;
 use super::super::mode::{IdentifiedMode, driving_points};
 use super::super::stabilisation::mac;
+use super::driving_point::{Cause, weigh};
 use super::{Finding, Level};
-use crate::data::FrfSet;
+use crate::data::{FrfSet, ModeRecord};
 use crate::linalg::{Complex, DVector};
 
 /// Standard deviations from which the sign of a residue counts.
@@ -110,17 +111,39 @@ fn driving_point(frfs: &FrfSet, modes: &[IdentifiedMode], o: usize, i: usize, si
         ("modes with negative residue", negative as f64),
         ("chance that random signs agree", chance),
     ];
+    // The residues are those of the quantity that is stated; where another one or the conjugate explains the function, they mean nothing.
+    let weighed = weigh(frfs, o, i, sign);
+    let fitting = weighed.fitting();
+    if let [cause @ (Cause::Conjugate | Cause::Quantity(_) | Cause::Delay(_))] = fitting[..] {
+        return Some(Finding {
+            level: Level::Fault,
+            code: cause.code(),
+            subject: name.clone(),
+            evidence: [
+                evidence,
+                vec![("misfit as stated", weighed.as_stated), (cause.evidence(), weighed.causes[0].1)],
+            ]
+            .concat(),
+            text: format!(
+                "{negative} of {count} modes have a negative residue at the driving point {name}: {}",
+                cause.text()
+            ),
+            remedy: cause.remedy(),
+        });
+    }
     if positive == 0 {
         let is_certain = count >= 3;
+        let others: Vec<String> = fitting.iter().filter(|c| **c != Cause::Sign).map(|c| c.text()).collect();
+        let or = if others.is_empty() { String::new() } else { format!("; or {}", others.join("; or ")) };
         return Some(Finding {
             level: if is_certain { Level::Fault } else { Level::Warning },
             code: "driving-point-reversed",
             subject: name.clone(),
             evidence,
             text: format!(
-                "all {negative} modes have a negative residue at the driving point {name}: its sensor or the force is reversed"
+                "all {negative} modes have a negative residue at the driving point {name}: its sensor or the force is reversed{or}"
             ),
-            remedy: "reverse the sign of the sensor or of the force in the test file",
+            remedy: "reverse the sign of the sensor or of the force in the test file, unless the set-up says that another cause named is the one",
         });
     }
     // Which points could be the driving point: one sign in every mode, most modes first.
@@ -233,6 +256,37 @@ pub(super) fn pairs(modes: &[Shape<'_>]) -> Vec<Finding> {
                 });
             }
         }
+    }
+    findings
+}
+
+/// Checks the damping of modes that a file holds: a passive structure has no negative one, and a mode that vibrates none from 1 on.
+///
+/// The frequency and the shape of such a mode remain; its damping says nothing and is left out of a test file.
+pub fn check_damping(modes: &[ModeRecord]) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    for m in modes {
+        let Some(zeta) = m.damping_ratio.filter(|z| !(0.0..1.0).contains(z)) else { continue };
+        let subject = format!("{:.2} Hz", m.frequency_hz);
+        let evidence = vec![("damping ratio", zeta)];
+        let is_growing = zeta < 0.0;
+        findings.push(Finding {
+            level: Level::Warning,
+            code: if is_growing { "growing-mode" } else { "overdamped-mode" },
+            text: if is_growing {
+                format!(
+                    "the mode at {subject} has a negative damping ratio ({:.3} %): its pole has a positive real part, and the vibration of \
+                     a passive structure does not grow; its damping is left out",
+                    100.0 * zeta
+                )
+            } else {
+                format!("the mode at {subject} has a damping ratio of {zeta:.3}, and a motion that vibrates has one below 1; its damping is left out")
+            },
+            subject,
+            evidence,
+            remedy: "leave the mode out of the test file if it is a pole that fits noise; frequency and shape can be used where the program \
+                     that wrote the file shows it in a stable column",
+        });
     }
     findings
 }

@@ -1,0 +1,707 @@
+//! Sensors against a model, without a fit: does the shape of every mode lie where the model's motions and the noise allow it?
+//!
+//! **Momentum.** An elastic shape φ of a free structure is orthogonal in M to its rigid-body motions, for momentum and angular momentum of a free
+//! vibration vanish whatever the stiffness:
+//!
+//! ```text
+//! Φ_rᵀ M φ = 0
+//! ```
+//! A measured shape y has no entries between the sensors, so it is expanded in the motions of the model, φ = Φ_r a + Φ_e b. With M-orthonormal modes
+//! a is the momentum itself. The flexible part is the one of smallest dynamic residual: mode j of the model takes part in a measured mode at ω
+//! with a prior standard deviation of
+//!
+//! ```text
+//! A c_j,   c_j = min(1, 2 τ √(λ_j ω²) / |λ_j - ω²|)
+//! y ~ N(0, V),   V = (k σ)² + A² Σ c_j² (S φ_j)(S φ_j)ᵀ + (ρ A)² S Φ_r Φ_rᵀ Sᵀ
+//! ```
+//! A is the amplitude of the shape, τ the error of the model's stiffness, k a factor on the stated noise, ρ² = (1 %)² + (τ/2)² what a suspension at
+//! a tenth of the frequency and an error of the masses as large as that of the stiffness leave. τ and k are the likeliest of a grid, common to all shapes; nothing is fitted. A shape that is not of the structure
+//! (likelier as noise of its own size) does not count.
+//!
+//! The momentum that the data require is a = (RᵀW⁻¹R)⁻¹RᵀW⁻¹y, R = S Φ_r, W = V without its last term, and χ² = aᵀ(cov a + ρ²A²)⁻¹a
+//! has as many degrees of freedom as the sensors see rigid-body motions.
+//!
+//! **Which sensor.** A fault is an edit of the entries of all shapes at once: a sensor or a group of sensors on one body turned over, two
+//! exchanged, one scaled, one that says nothing. The edit that raises the likelihood most, by more than the number of edits tried and shapes that
+//! depend on each other allow, is named with the momentum before and after; others nearly as likely are named with it. The likelihood contains the
+//! momentum, and the shapes of the model besides: so the search serves supported structures too, where no momentum is conserved.
+//!
+//! Sources: L. Meirovitch, Analytical Methods in Vibrations, 1967, section 5-9 (orthogonality to rigid-body modes); the prior over modes is the
+//! first-order perturbation of modes by a change of stiffness (R. L. Fox, M. P. Kapoor, AIAA J. 6, 1968).
+
+use crate::correlation::{CorrelationError, observation_matrix_at};
+use crate::data::{Place, Sensor, TestMode};
+use crate::identify::health::{Finding, Level};
+use crate::identify::real_shape;
+use crate::linalg::{DMatrix, DVector};
+use crate::modal::SolveOptions;
+use crate::model::{Model, ParametricModel, solve_modes};
+use std::collections::BTreeMap;
+use std::f64::consts::TAU;
+
+/// Stiffness errors of the grid.
+const ERRORS: [f64; 5] = [0.01, 0.03, 0.1, 0.2, 0.4];
+/// Factors on the stated noise.
+const FACTORS: [f64; 5] = [1.0, 2.0, 4.0, 8.0, 16.0];
+/// Rigid-body motion that a suspension leaves in an elastic shape.
+const SUSPENSION: f64 = 0.01;
+/// Rigid-body motion that an error of the masses leaves, for an error of the model of 1: δM moves a = -Φ_rᵀ δM φ, half where it sits on one side.
+const OF_MASSES: f64 = 0.5;
+
+/// Standard deviation of rigid-body motion in a shape of size 1, at an error of the model.
+fn rigid_share(error: f64) -> f64 {
+    SUSPENSION.hypot(OF_MASSES * error)
+}
+/// Odds that a mode is not of the structure.
+const FOREIGN: f64 = 0.03;
+/// Least noise of an entry, relative to the root mean square of its shape.
+const LEAST_NOISE: f64 = 1e-3;
+/// Factor on log-likelihood ratios, for shapes whose errors depend on each other; see `identify::health`.
+const TEMPER: f64 = 0.5;
+/// Chance of a false alarm in one search.
+const ALPHA: f64 = 0.01;
+/// Log-likelihood by which another edit may fall short and still be named beside the best one: odds of 20.
+const RIVAL: f64 = 3.0;
+/// A gain within this factor of 1 is calibration and no fault.
+const LEAST_GAIN: f64 = 1.3;
+/// Level of the test of momentum.
+const MOMENTUM_LEVEL: f64 = 1e-4;
+
+/// The rigid-body momentum that a measured shape requires.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct ShapeMomentum {
+    /// Index of the test mode.
+    pub test_mode: usize,
+    /// Share of rigid-body motion in the expanded shape, |a|²/(|a|² + |b|²), as measured.
+    pub share: f64,
+    /// The same after the changes that were accepted.
+    pub share_after: f64,
+    /// The share that noise, errors of the model and a suspension make expect.
+    pub expected_share: f64,
+    /// χ² of the momentum, before anything was changed.
+    pub chi_squared: f64,
+    /// The same after the changes that were accepted.
+    pub chi_squared_after: f64,
+    /// Its degrees of freedom: rigid-body motions that the sensors see.
+    pub degrees_of_freedom: usize,
+}
+
+/// What would put the entries of all shapes right.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[serde(rename_all = "kebab-case", tag = "change")]
+pub enum SensorChange {
+    /// These sensors are turned over: one, or a group on one body.
+    Turn {
+        /// Their indices.
+        sensors: Vec<usize>,
+    },
+    /// Two sensors are exchanged.
+    Swap {
+        /// Their indices.
+        sensors: [usize; 2],
+    },
+    /// One sensor is multiplied.
+    Scale {
+        /// Its index.
+        sensor: usize,
+        /// By what.
+        factor: f64,
+    },
+    /// One sensor reads nothing but noise.
+    Dead {
+        /// Its index.
+        sensor: usize,
+    },
+    /// One sensor says nothing of the structure.
+    Drop {
+        /// Its index.
+        sensor: usize,
+    },
+}
+
+impl SensorChange {
+    fn touches(&self) -> Vec<usize> {
+        match self {
+            Self::Turn { sensors } => sensors.clone(),
+            Self::Swap { sensors } => sensors.to_vec(),
+            Self::Scale { sensor, .. } | Self::Dead { sensor } | Self::Drop { sensor } => vec![*sensor],
+        }
+    }
+}
+
+/// The check of a test's sensors against a model.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct SensorCheck {
+    /// Per shape that counts; empty for a supported structure.
+    pub momentum: Vec<ShapeMomentum>,
+    /// Accepted changes, each with its tempered log-likelihood ratio.
+    pub changes: Vec<(SensorChange, f64)>,
+    /// Indices of the test modes whose shapes fit nothing of the model.
+    pub foreign: Vec<usize>,
+    /// Indices of sensors whose wrong sign would not be seen.
+    pub undecided: Vec<usize>,
+    /// Probability of so much momentum by chance, before and after the changes.
+    pub chance: [f64; 2],
+    /// The same in words.
+    #[serde(skip)]
+    pub findings: Vec<Finding>,
+}
+
+/// One shape at one point of the grid.
+struct Density {
+    inverse: DMatrix<f64>,
+    log_det: f64,
+}
+
+/// A measured shape with what its density needs.
+struct Shape {
+    test_mode: usize,
+    y: DVector<f64>,
+    noise: DVector<f64>,
+    rms: f64,
+    /// Amplitude A.
+    amplitude: f64,
+    /// c_j at each error.
+    shares: Vec<DVector<f64>>,
+    /// By error, then factor.
+    densities: Vec<Density>,
+}
+
+/// Noise of an entry that says nothing, in units of the shape's root mean square.
+const NOTHING: f64 = 1e3;
+
+impl Shape {
+    /// Log-density of the entries as noise of their own size, but for n/2 ln 2π.
+    fn of_none(&self) -> f64 {
+        let one = |s: &f64| if *s >= NOTHING * self.rms { 2.0 * s.ln() } else { 1.0 + 2.0 * self.rms.ln() };
+        -0.5 * self.noise.iter().map(one).sum::<f64>()
+    }
+}
+
+/// Checks the sensors of a test against a model at θ.
+///
+/// * `modes` - by ascending frequency; those without a shape do not count
+/// * `n_suspension` - how many of the lowest are rigid-body modes on the suspension, which have momentum and do not count
+///
+/// # Errors
+/// A sensor without place in the model; a model without modes.
+pub fn check_sensors_by_model(
+    model: &Model,
+    theta: &[f64],
+    sensors: &[Sensor],
+    modes: &[TestMode],
+    n_suspension: usize,
+) -> Result<SensorCheck, CorrelationError> {
+    let failed = |e: &dyn std::fmt::Display| CorrelationError::Model(e.to_string());
+    let observed = observation_matrix_at(model, sensors, theta)?;
+    let n_elastic = (3 * modes.len() + 20).min(model.dof_map().n_dof());
+    let found = solve_modes(model, theta, SolveOptions { n_elastic, shift: None }).map_err(|e| failed(&e))?;
+    let rigid = &observed * found.shapes.columns(0, found.n_rigid);
+    let elastic = &observed * found.shapes.columns(found.n_rigid, found.len() - found.n_rigid);
+    let lambda: Vec<f64> = found.elastic().map(|r| found.lambda[r]).collect();
+    let mut shapes: Vec<Shape> =
+        modes.iter().enumerate().skip(n_suspension).filter_map(|(k, m)| shape(k, m, &elastic, &lambda)).collect();
+    for s in &mut shapes {
+        s.densities = densities(s, &elastic, &rigid);
+    }
+    Ok(Check { sensors, modes, rigid: &rigid, elastic: &elastic, groups: groups(model, sensors), shapes }.run())
+}
+
+fn shape(test_mode: usize, mode: &TestMode, elastic: &DMatrix<f64>, lambda: &[f64]) -> Option<Shape> {
+    let measured = mode.shape.as_ref()?;
+    let real = real_shape(measured);
+    let known: Vec<bool> = real.iter().map(|v| v.is_finite()).collect();
+    let n_known = known.iter().filter(|k| **k).count();
+    let y = DVector::from_fn(real.len(), |i, _| if known[i] { real[i] } else { 0.0 });
+    let rms = (y.norm_squared() / n_known.max(1) as f64).sqrt();
+    if n_known < 3 || !(rms > 0.0 && rms.is_finite()) || real.len() != elastic.nrows() {
+        return None;
+    }
+    // Turned to a real shape, the scale stays that of the entries, and so do their deviations.
+    let stated = |i: usize| mode.shape_sd.as_ref().map_or(0.05 * rms, |sd| sd[i]);
+    // What was not measured may be anything.
+    let noise =
+        DVector::from_fn(y.len(), |i, _| if known[i] { stated(i).max(LEAST_NOISE * rms) } else { NOTHING * rms });
+    let at = (TAU * mode.frequency_hz.value).powi(2);
+    let share = |error: f64| {
+        DVector::from_fn(lambda.len(), |j, _| {
+            let gap = (lambda[j] - at).abs().max(f64::MIN_POSITIVE);
+            (2.0 * error * (lambda[j].max(0.0) * at).sqrt() / gap).min(1.0)
+        })
+    };
+    let shares: Vec<DVector<f64>> = ERRORS.iter().map(|e| share(*e)).collect();
+    // The size of a unit of the modes that are near.
+    let near = share(0.1);
+    let (mut size, mut weight) = (0.0, 0.0);
+    for j in 0..lambda.len() {
+        size += near[j].powi(2) * elastic.column(j).norm_squared();
+        weight += near[j].powi(2);
+    }
+    let amplitude = (y.norm_squared() * weight / size).sqrt();
+    amplitude.is_finite().then(|| Shape { test_mode, y, noise, rms, amplitude, shares, densities: Vec::new() })
+}
+
+/// V⁻¹ and ln det V over the grid, by Woodbury's identity.
+fn densities(shape: &Shape, elastic: &DMatrix<f64>, rigid: &DMatrix<f64>) -> Vec<Density> {
+    let mut out = Vec::with_capacity(ERRORS.len() * FACTORS.len());
+    for (share, error) in shape.shares.iter().zip(ERRORS) {
+        let columns = columns(shape, share, elastic, Some((rigid, rigid_share(error))));
+        for factor in FACTORS {
+            out.push(density(&shape.noise, factor, &columns));
+        }
+    }
+    out
+}
+
+/// Columns w of V = D + w wᵀ.
+fn columns(
+    shape: &Shape,
+    share: &DVector<f64>,
+    elastic: &DMatrix<f64>,
+    rigid: Option<(&DMatrix<f64>, f64)>,
+) -> DMatrix<f64> {
+    let (n, q) = elastic.shape();
+    let n_rigid = rigid.map_or(0, |(r, _)| r.ncols());
+    DMatrix::from_fn(n, q + n_rigid, |i, j| match rigid {
+        Some((rigid, own)) if j >= q => own * shape.amplitude * rigid[(i, j - q)],
+        _ => share[j] * shape.amplitude * elastic[(i, j)],
+    })
+}
+
+fn density(noise: &DVector<f64>, factor: f64, columns: &DMatrix<f64>) -> Density {
+    let n = noise.len();
+    let weight: Vec<f64> = noise.iter().map(|s| 1.0 / (factor * s).powi(2)).collect();
+    let weighted = DMatrix::from_fn(n, columns.ncols(), |i, j| weight[i] * columns[(i, j)]);
+    let inner = DMatrix::identity(columns.ncols(), columns.ncols()) + columns.tr_mul(&weighted);
+    let log_noise: f64 = -weight.iter().map(|w| w.ln()).sum::<f64>();
+    // I + wᵀ D⁻¹ w is positive definite; where rounding says otherwise the noise alone is left, which no data like.
+    let Some(cholesky) = inner.cholesky() else {
+        return Density { inverse: DMatrix::from_diagonal(&DVector::from_vec(weight)), log_det: f64::INFINITY };
+    };
+    let log_det = log_noise + 2.0 * cholesky.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>();
+    let mut inverse = -(&weighted * cholesky.solve(&weighted.transpose()));
+    for (i, w) in weight.iter().enumerate() {
+        inverse[(i, i)] += w;
+    }
+    Density { inverse, log_det }
+}
+
+/// Sensors on one body, where it has two or more and not all of them: a chain or an element, its nodes included.
+fn groups(model: &Model, sensors: &[Sensor]) -> Vec<Vec<usize>> {
+    let entry = |name: &str| name.split('.').next().unwrap_or(name).to_string();
+    let mut of_node: BTreeMap<usize, String> = BTreeMap::new();
+    for e in model.elements() {
+        for node in &e.nodes {
+            of_node.entry(*node).or_insert_with(|| entry(&e.name));
+        }
+    }
+    let mut bodies: BTreeMap<String, Vec<usize>> = BTreeMap::new();
+    for (i, s) in sensors.iter().enumerate() {
+        let body = match &s.place {
+            Place::Element { element, .. } => Some(entry(element)),
+            Place::Node { node, .. } => model.geometry().node(node).and_then(|n| of_node.get(&n).cloned()),
+        };
+        if let Some(body) = body {
+            bodies.entry(body).or_default().push(i);
+        }
+    }
+    let mut list: Vec<Vec<usize>> =
+        bodies.into_values().filter(|g| g.len() >= 2 && 2 * g.len() <= sensors.len()).collect();
+    list.sort();
+    list.dedup();
+    list
+}
+
+struct Check<'a> {
+    sensors: &'a [Sensor],
+    modes: &'a [TestMode],
+    rigid: &'a DMatrix<f64>,
+    elastic: &'a DMatrix<f64>,
+    groups: Vec<Vec<usize>>,
+    shapes: Vec<Shape>,
+}
+
+/// The quadratic forms of all shapes at one point of the grid.
+struct State<'a> {
+    density: Vec<&'a Density>,
+    x: Vec<DVector<f64>>,
+    form: Vec<f64>,
+}
+
+impl Check<'_> {
+    fn run(mut self) -> SensorCheck {
+        let n = self.sensors.len();
+        let original: Vec<(DVector<f64>, DVector<f64>)> =
+            self.shapes.iter().map(|s| (s.y.clone(), s.noise.clone())).collect();
+        let n_edits = 4 * n + n * n.saturating_sub(1) / 2 + self.groups.len();
+        let threshold = (n_edits.max(1) as f64 / ALPHA).ln();
+        let mut changes: Vec<(SensorChange, f64)> = Vec::new();
+        let mut rivals: Vec<Vec<SensorChange>> = Vec::new();
+        let mut dropped: Vec<usize> = Vec::new();
+        while !self.shapes.is_empty() && changes.len() < n.div_ceil(4) {
+            let ranked = self.ranked(&dropped);
+            let Some((best, evidence)) = ranked.first().cloned() else { break };
+            if evidence <= threshold {
+                break;
+            }
+            let own = best.touches();
+            let near = ranked.iter().skip(1).take_while(|(_, e)| *e > evidence - TEMPER * RIVAL);
+            let mut others: Vec<SensorChange> = Vec::new();
+            for (edit, _) in near.filter(|(e, _)| e.touches().iter().all(|k| !own.contains(k))) {
+                if others.iter().all(|o| o.touches() != edit.touches()) {
+                    others.push(edit.clone());
+                }
+            }
+            self.apply(&best, &mut dropped);
+            changes.push((best, evidence));
+            rivals.push(others);
+        }
+        let undecided = self.undecided(&dropped, threshold);
+        let at = self.best_point();
+        let is_foreign: Vec<bool> = self.shapes.iter().map(|s| Self::is_foreign(s, at)).collect();
+        let foreign: Vec<usize> =
+            self.shapes.iter().zip(&is_foreign).filter(|(_, f)| **f).map(|(s, _)| s.test_mode).collect();
+        let mut momentum = Vec::new();
+        for ((s, before), _) in self.shapes.iter().zip(&original).zip(&is_foreign).filter(|(_, f)| !**f) {
+            momentum.extend(self.momentum(s, before, at));
+        }
+        let total = |of: fn(&ShapeMomentum) -> f64| {
+            let dof: usize = momentum.iter().map(|m| m.degrees_of_freedom).sum();
+            // Errors of the masses are the same in all shapes: half of the sum, as in the search.
+            if dof == 0 { 1.0 } else { chance(TEMPER * momentum.iter().map(of).sum::<f64>(), dof) }
+        };
+        let chance = [total(|m| m.chi_squared), total(|m| m.chi_squared_after)];
+        let mut check = SensorCheck { momentum, changes, foreign, undecided, chance, findings: Vec::new() };
+        check.findings = self.findings(&check, &rivals, threshold);
+        check
+    }
+
+    fn state(&self, point: usize) -> State<'_> {
+        let density: Vec<&Density> = self.shapes.iter().map(|s| &s.densities[point]).collect();
+        let x: Vec<DVector<f64>> = self.shapes.iter().zip(&density).map(|(s, d)| &d.inverse * &s.y).collect();
+        let form = self.shapes.iter().zip(&x).map(|(s, x)| s.y.dot(x)).collect();
+        State { density, x, form }
+    }
+
+    /// ln of the mixture of the model's density and one that knows nothing.
+    fn mixture(shape: &Shape, form: f64, log_det: f64) -> f64 {
+        let of_model = (1.0 - FOREIGN).ln() - 0.5 * (form + log_det);
+        let of_none = FOREIGN.ln() + shape.of_none();
+        let top = of_model.max(of_none);
+        top + ((of_model - top).exp() + (of_none - top).exp()).ln()
+    }
+
+    fn is_foreign(shape: &Shape, point: usize) -> bool {
+        let d = &shape.densities[point];
+        let form = shape.y.dot(&(&d.inverse * &shape.y));
+        FOREIGN.ln() + shape.of_none() > (1.0 - FOREIGN).ln() - 0.5 * (form + d.log_det)
+    }
+
+    fn total(&self, state: &State<'_>, change: impl Fn(usize) -> (f64, f64)) -> f64 {
+        (0..self.shapes.len())
+            .map(|m| {
+                let (form, log_det) = change(m);
+                Self::mixture(&self.shapes[m], state.form[m] + form, state.density[m].log_det + log_det)
+            })
+            .sum()
+    }
+
+    fn best_point(&self) -> usize {
+        let value = |p: usize| self.total(&self.state(p), |_| (0.0, 0.0));
+        (0..ERRORS.len() * FACTORS.len()).max_by(|a, b| value(*a).total_cmp(&value(*b))).unwrap_or(0)
+    }
+
+    /// All edits by their tempered log-likelihood ratio, best first.
+    fn ranked(&self, dropped: &[usize]) -> Vec<(SensorChange, f64)> {
+        let n = self.sensors.len();
+        let m = self.shapes.len();
+        let mut now = f64::NEG_INFINITY;
+        let mut best: BTreeMap<usize, (SensorChange, f64)> = BTreeMap::new();
+        let mut note = |at: usize, edit: SensorChange, value: f64| match best.get_mut(&at) {
+            Some(known) if known.1 >= value => {}
+            Some(known) => *known = (edit, value),
+            None => drop(best.insert(at, (edit, value))),
+        };
+        for point in 0..ERRORS.len() * FACTORS.len() {
+            let state = self.state(point);
+            now = now.max(self.total(&state, |_| (0.0, 0.0)));
+            let y = |m: usize, k: usize| self.shapes[m].y[k];
+            let v = |m: usize, i: usize, j: usize| state.density[m].inverse[(i, j)];
+            let mut at = 0;
+            for k in (0..n).filter(|k| !dropped.contains(k)) {
+                let scaled = |m: usize, s: f64| {
+                    let d = (s - 1.0) * y(m, k);
+                    2.0 * d * state.x[m][k] + d * d * v(m, k, k)
+                };
+                note(4 * k, SensorChange::Turn { sensors: vec![k] }, self.total(&state, |m| (scaled(m, -1.0), 0.0)));
+                let (mut slope, mut curve) = (0.0, 0.0);
+                for m in 0..m {
+                    slope += y(m, k) * state.x[m][k];
+                    curve += y(m, k).powi(2) * v(m, k, k);
+                }
+                let factor = if curve > 0.0 { 1.0 - slope / curve } else { 1.0 };
+                let is_gain = factor.abs() > 1e-3 && !(1.0 / LEAST_GAIN..LEAST_GAIN).contains(&factor.abs());
+                if is_gain {
+                    // The entries are those of a density stretched by 1/s; s itself is estimated.
+                    let value = self.total(&state, |m| (scaled(m, factor), 0.0)) + m as f64 * factor.abs().ln()
+                        - 0.5 * ((m * n).max(1) as f64).ln();
+                    note(4 * k + 1, SensorChange::Scale { sensor: k, factor }, value);
+                }
+                let free = |m: usize| {
+                    let wide = (3.0 * self.shapes[m].rms).powi(2);
+                    let own = v(m, k, k);
+                    (-state.x[m][k].powi(2) * wide / (1.0 + wide * own), (1.0 + wide * own).ln())
+                };
+                note(4 * k + 2, SensorChange::Drop { sensor: k }, self.total(&state, free));
+                // Noise about zero in its place: the others alone, and the entry by its own noise.
+                let factor = FACTORS[point % FACTORS.len()];
+                let dead = |m: usize| {
+                    let (own, noise) = (v(m, k, k), factor * self.shapes[m].noise[k]);
+                    ((y(m, k) / noise).powi(2) - state.x[m][k].powi(2) / own, own.ln() + 2.0 * noise.ln())
+                };
+                note(4 * k + 3, SensorChange::Dead { sensor: k }, self.total(&state, dead));
+            }
+            at += 4 * n;
+            for k in 0..n {
+                for l in 0..k {
+                    if !dropped.contains(&k) && !dropped.contains(&l) {
+                        let change = |m: usize| {
+                            let d = y(m, l) - y(m, k);
+                            (
+                                2.0 * d * (state.x[m][k] - state.x[m][l])
+                                    + d * d * (v(m, k, k) + v(m, l, l) - 2.0 * v(m, k, l)),
+                                0.0,
+                            )
+                        };
+                        note(at, SensorChange::Swap { sensors: [l, k] }, self.total(&state, change));
+                    }
+                    at += 1;
+                }
+            }
+            for group in &self.groups {
+                let change = |m: usize| {
+                    let mut form = 0.0;
+                    for &i in group {
+                        form -= 4.0 * y(m, i) * state.x[m][i];
+                        form += 4.0 * group.iter().map(|&j| y(m, i) * v(m, i, j) * y(m, j)).sum::<f64>();
+                    }
+                    (form, 0.0)
+                };
+                note(at, SensorChange::Turn { sensors: group.clone() }, self.total(&state, change));
+                at += 1;
+            }
+        }
+        let mut ranked: Vec<(SensorChange, f64)> =
+            best.into_values().map(|(e, value)| (e, TEMPER * (value - now))).filter(|e| e.1.is_finite()).collect();
+        ranked.sort_by(|a, b| b.1.total_cmp(&a.1));
+        ranked
+    }
+
+    fn apply(&mut self, edit: &SensorChange, dropped: &mut Vec<usize>) {
+        let (elastic, rigid) = (self.elastic, self.rigid);
+        for s in &mut self.shapes {
+            match edit {
+                SensorChange::Turn { sensors } => sensors.iter().for_each(|&k| s.y[k] = -s.y[k]),
+                SensorChange::Swap { sensors: [k, l] } => s.y.swap_rows(*k, *l),
+                SensorChange::Scale { sensor, factor } => s.y[*sensor] *= factor,
+                SensorChange::Dead { sensor } | SensorChange::Drop { sensor } => {
+                    s.y[*sensor] = 0.0;
+                    s.noise[*sensor] = NOTHING * s.rms;
+                    s.densities = densities(s, elastic, rigid);
+                }
+            }
+        }
+        if let SensorChange::Dead { sensor } | SensorChange::Drop { sensor } = edit {
+            dropped.push(*sensor);
+        }
+    }
+
+    /// Sensors whose wrong sign would not be seen.
+    fn undecided(&self, dropped: &[usize], threshold: f64) -> Vec<usize> {
+        let n = self.sensors.len();
+        if self.shapes.is_empty() {
+            return (0..n).collect();
+        }
+        let (mut now, mut turned) = (f64::NEG_INFINITY, vec![f64::NEG_INFINITY; n]);
+        for point in 0..ERRORS.len() * FACTORS.len() {
+            let state = self.state(point);
+            now = now.max(self.total(&state, |_| (0.0, 0.0)));
+            for (k, value) in turned.iter_mut().enumerate() {
+                let change = |m: usize| {
+                    let d = -2.0 * self.shapes[m].y[k];
+                    (2.0 * d * state.x[m][k] + d * d * state.density[m].inverse[(k, k)], 0.0)
+                };
+                *value = value.max(self.total(&state, change));
+            }
+        }
+        (0..n).filter(|k| !dropped.contains(k) && TEMPER * (now - turned[*k]) <= threshold).collect()
+    }
+
+    /// The momentum of a shape, before (entries and noise) and after the changes, with the noise and the errors of point `at`.
+    fn momentum(&self, s: &Shape, before: &(DVector<f64>, DVector<f64>), at: usize) -> Option<ShapeMomentum> {
+        if self.rigid.ncols() == 0 {
+            return None;
+        }
+        let (share, factor) = (&s.shares[at / FACTORS.len()], FACTORS[at % FACTORS.len()]);
+        let columns = columns(s, share, self.elastic, None);
+        let allowed = (rigid_share(ERRORS[at / FACTORS.len()]) * s.amplitude).powi(2);
+        // χ², its degrees of freedom, the share of rigid-body motion and its expectation.
+        let seen = |y: &DVector<f64>, noise: &DVector<f64>| {
+            let inverse = density(noise, factor, &columns).inverse;
+            let weighted = &inverse * self.rigid;
+            let svd = self.rigid.tr_mul(&weighted).svd(true, false);
+            let u = svd.u?;
+            let largest = svd.singular_values.max();
+            let right = weighted.tr_mul(y);
+            let (mut chi_squared, mut dof, mut size, mut variance) = (0.0, 0, 0.0, 0.0);
+            let mut motion = DVector::zeros(self.rigid.ncols());
+            for j in (0..svd.singular_values.len()).filter(|&j| svd.singular_values[j] > 1e-9 * largest) {
+                let value = u.column(j).dot(&right) / svd.singular_values[j];
+                let own = 1.0 / svd.singular_values[j] + allowed;
+                chi_squared += value * value / own;
+                size += value * value;
+                variance += own;
+                dof += 1;
+                motion += u.column(j) * value;
+            }
+            let flexible = columns.tr_mul(&(&inverse * (y - self.rigid * motion)));
+            let b: f64 = (0..flexible.len()).map(|j| (flexible[j] * share[j] * s.amplitude).powi(2)).sum();
+            Some((chi_squared, dof, size / (size + b), variance / (variance + b)))
+        };
+        let (chi_squared, _, share_before, expected_share) = seen(&before.0, &before.1)?;
+        let (chi_squared_after, degrees_of_freedom, share_after, _) = seen(&s.y, &s.noise)?;
+        Some(ShapeMomentum {
+            test_mode: s.test_mode,
+            share: share_before,
+            share_after,
+            expected_share,
+            chi_squared,
+            chi_squared_after,
+            degrees_of_freedom,
+        })
+    }
+
+    fn describe(&self, edit: &SensorChange) -> (&'static str, String, String, &'static str) {
+        let name = |k: usize| self.sensors[k].name.clone();
+        match edit {
+            SensorChange::Turn { sensors } if sensors.len() == 1 => (
+                "sign-flipped",
+                name(sensors[0]),
+                format!("sensor {} has the wrong sign", name(sensors[0])),
+                "reverse the direction of the sensor in the test file, and run this check again: it then finds nothing here",
+            ),
+            SensorChange::Turn { sensors } => {
+                let list: Vec<String> = sensors.iter().map(|&k| name(k)).collect();
+                let list = list.join(", ");
+                (
+                    "group-flipped",
+                    list.clone(),
+                    format!("the sensors {list}, which stand on one body, have the wrong sign together"),
+                    "reverse the directions of these sensors in the test file, and run this check again: it then finds nothing here",
+                )
+            }
+            SensorChange::Swap { sensors: [k, l] } => (
+                "channels-swapped",
+                format!("{} / {}", name(*k), name(*l)),
+                format!("sensors {} and {} are swapped", name(*k), name(*l)),
+                "exchange the places of the two sensors in the test file",
+            ),
+            SensorChange::Scale { sensor, factor } => (
+                "gain",
+                name(*sensor),
+                format!("sensor {} has the wrong gain: its entries times {factor:.3} fit", name(*sensor)),
+                "compare the sensitivity of the channel with its calibration sheet and correct it; leave the sensor out if no cause is found",
+            ),
+            SensorChange::Dead { sensor } => (
+                "dead-entry",
+                name(*sensor),
+                format!("sensor {} reads nothing but noise where the structure moves", name(*sensor)),
+                "check the cable and the mounting; leave the sensor out of the test file",
+            ),
+            SensorChange::Drop { sensor } => (
+                "does-not-fit",
+                name(*sensor),
+                format!("sensor {} does not fit the motions of the model, whatever its sign and gain", name(*sensor)),
+                "look at its place and axis on the structure; leave it out of the test file if they are as stated",
+            ),
+        }
+    }
+
+    fn findings(&self, check: &SensorCheck, rivals: &[Vec<SensorChange>], threshold: f64) -> Vec<Finding> {
+        let mut findings = Vec::new();
+        let dof: usize = check.momentum.iter().map(|m| m.degrees_of_freedom).sum();
+        let per_dof = |of: fn(&ShapeMomentum) -> f64| check.momentum.iter().map(of).sum::<f64>() / dof.max(1) as f64;
+        let (before, after) = (per_dof(|m| m.chi_squared), per_dof(|m| m.chi_squared_after));
+        for ((edit, evidence), rivals) in check.changes.iter().zip(rivals) {
+            let (code, subject, mut text, remedy) = self.describe(edit);
+            text += ": so changed the shapes fit the motions of the model";
+            if !rivals.is_empty() {
+                let list: Vec<String> = rivals.iter().map(|r| self.describe(r).2).collect();
+                text += &format!("; the data fit nearly as well if {}", list.join(", or if "));
+            }
+            let mut numbers = vec![("log evidence", *evidence), ("needed", threshold)];
+            if dof > 0 {
+                numbers.extend([("momentum, χ² per degree of freedom", before), ("after the changes", after)]);
+            }
+            findings.push(Finding { level: Level::Warning, code, subject, evidence: numbers, text, remedy });
+        }
+        if dof > 0 && check.chance[1] < MOMENTUM_LEVEL {
+            let worst = check.momentum.iter().max_by(|a, b| a.chi_squared_after.total_cmp(&b.chi_squared_after));
+            if let Some(w) = worst {
+                let hz = self.modes[w.test_mode].frequency_hz.value;
+                // A remark: wrong masses of a model that was never updated do the same, and no sensor is accused.
+                findings.push(Finding {
+                    level: Level::Info,
+                    code: "rigid-body-momentum",
+                    subject: format!("{hz:.2} Hz"),
+                    evidence: vec![
+                        ("share of rigid-body motion", w.share_after),
+                        ("share that noise and model allow", w.expected_share),
+                        ("χ² per degree of freedom", after),
+                        ("chance", check.chance[1]),
+                    ],
+                    text: format!(
+                        "the shapes have momentum that a free vibration cannot have, most at {hz:.2} Hz ({:.1} % rigid-body motion, noise and model \
+                         allow {:.1} %), and no change of one sensor removes it",
+                        100.0 * w.share_after,
+                        100.0 * w.expected_share
+                    ),
+                    remedy: "compare mass and centre of gravity of the model with weighings, and the suspension's frequencies with a tenth of the first \
+                             elastic one; what remains then is the model's mass distribution, which `retune diagnose` examines",
+                });
+            }
+        }
+        for &m in &check.foreign {
+            let hz = self.modes[m].frequency_hz.value;
+            findings.push(Finding {
+                level: Level::Info,
+                code: "foreign-shape",
+                subject: format!("{hz:.2} Hz"),
+                evidence: vec![("frequency", hz)],
+                text: format!("the shape at {hz:.2} Hz fits no motion of the model near this frequency, so it was not used to judge the sensors"),
+                remedy: "none for the sensors; `retune compare` shows which mode of the model comes nearest",
+            });
+        }
+        if !check.undecided.is_empty() {
+            let names: Vec<&str> = check.undecided.iter().map(|&k| self.sensors[k].name.as_str()).collect();
+            findings.push(Finding {
+                level: Level::Info,
+                code: "sign-not-decidable",
+                subject: format!("{} sensors", names.len()),
+                evidence: vec![("sensors", names.len() as f64)],
+                text: format!("these shapes and this model do not show a wrong sign at: {}", names.join(", ")),
+                remedy: "push the structure by hand beside each of them: the first swing must have the sign of its direction",
+            });
+        }
+        findings
+    }
+}
+
+/// Chance that χ² of so many degrees of freedom is exceeded.
+fn chance(chi_squared: f64, dof: usize) -> f64 {
+    use statrs::distribution::{ChiSquared, ContinuousCDF};
+    ChiSquared::new(dof as f64).map_or(1.0, |d| d.sf(chi_squared))
+}
+
+#[cfg(test)]
+mod tests;
