@@ -597,7 +597,6 @@ fn of_tables(tables: Vec<ModeTable>, direction: Option<[f64; 3]>) -> Result<Moda
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::linalg::Complex;
     use crate::data::FrfQuantity;
     use crate::data::convert::UnitSystem;
     use crate::linalg::Complex;
