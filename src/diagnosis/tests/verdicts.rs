@@ -41,7 +41,9 @@ fn probabilities_are_odds_times_bayes_factors() {
     }
     let all: Vec<(&str, &Diagnosis)> =
         outcomes.iter().filter_map(|o| Some((o.id.as_str(), o.diagnosis.as_ref()?))).collect();
-    assert!(["nothing", "scattered-mass", "sensor-sign", "mass-offset"].iter().all(|w| all.iter().any(|c| c.0.contains(w))));
+    assert!(
+        ["nothing", "scattered-mass", "sensor-sign", "mass-offset"].iter().all(|w| all.iter().any(|c| c.0.contains(w)))
+    );
     for (id, d) in all {
         assert!(departure(d) < 1e-9, "{id}: {} {d:#?}", departure(d));
         let together = d.together.as_ref().map_or(0.0, |t| t.probability);
