@@ -206,7 +206,7 @@ fn a_search_on_a_reduced_model_ends_where_the_full_one_does() {
     assert!(found.optimum.cost <= reduced.costs[1]);
 
     let sampler = retune::optim::Tmcmc { n_samples: 300, seed: 5, ..retune::optim::Tmcmc::default() };
-    let (posterior, reduced) = retune::update::sample_posterior(
+    let retune::update::Sampled { posterior, reduced, .. } = retune::update::sample_posterior(
         &[retune::update::TestCase { model: &model, test: &test }],
         &Settings { reduced: Some(1e-5), ..Settings::default() },
         &sampler,

@@ -1,7 +1,7 @@
 //! Parameters of an update with their uncertainties, as text and as JSON.
 
 use retune::report::text::{Align, Cell, Style, Table, Tone, brief, number, paragraph};
-use retune::update::{IntervalMethod, ParameterChange, ParameterUncertainty, Uncertainty, Update};
+use retune::update::{Alternative, IntervalMethod, ParameterChange, ParameterUncertainty, Uncertainty, Update};
 use serde_json::{Map, Value, json};
 use std::fmt::Write as _;
 
@@ -130,6 +130,12 @@ fn remarks(u: &Update) -> String {
             let _ = writeln!(out, "{} is correlated with {}", p.name, words.join(", "));
         }
     }
+    let without: Vec<String> =
+        c.parameters.iter().filter_map(|p| Some(format!("{} ({})", p.name, p.why_no_sd()?))).collect();
+    if n > 1 && !without.is_empty() {
+        let _ = writeln!(out, "no standard deviation and no correlation: {}", without.join(", "));
+    }
+    out += &alternatives(u);
     let on_bounds: Vec<_> = u.parameters.iter().filter(|p| p.at_bound && p.lower.is_some()).collect();
     if !on_bounds.is_empty() {
         let _ = writeln!(
@@ -163,9 +169,44 @@ fn remarks(u: &Update) -> String {
     out
 }
 
+/// Other sets of parameters that fit as well, each with its intervals.
+fn alternatives(u: &Update) -> String {
+    let (first, others) = match u.alternatives.as_slice() {
+        [] => return String::new(),
+        [_] => ("another set of parameters fits", "it"),
+        _ => ("other sets of parameters fit", "them"),
+    };
+    let mut out = format!("\n{first} as well; nothing in the data chooses between {others} and the one above\n");
+    for a in &u.alternatives {
+        let value = |p: &ParameterChange| {
+            let k = a.uncertainty.parameters.iter().find(|k| k.name == p.name)?;
+            let [low, high] = k.interval.map(number);
+            Some(format!("{} = {} {} ({low} … {high})", p.name, number(p.after), p.unit))
+        };
+        let values: Vec<String> = a.parameters.iter().filter_map(value).collect();
+        let _ = writeln!(
+            out,
+            "  {}; squared misfit {:.2} in place of {:.2}",
+            values.join(", "),
+            2.0 * a.cost,
+            2.0 * u.optimum.cost
+        );
+    }
+    out
+}
+
+/// `alternatives[]` of `retune update --json`.
+pub(crate) fn alternatives_json(u: &Update) -> Value {
+    let one = |a: &Alternative| json!({"cost": a.cost, "starts": a.n_starts, "parameters": listed(&a.parameters, &a.uncertainty)});
+    u.alternatives.iter().map(one).collect()
+}
+
 /// `parameters[]` of `retune update --json`.
 pub(crate) fn parameters_json(u: &Update) -> Value {
-    let c = &u.uncertainty;
+    listed(&u.parameters, &u.uncertainty)
+}
+
+fn listed(parameters: &[ParameterChange], c: &Uncertainty) -> Value {
     let one = |p: &retune::update::ParameterChange| {
         let mut entry = json!({
             "name": p.name, "unit": p.unit, "before": p.before, "after": p.after,
@@ -178,7 +219,7 @@ pub(crate) fn parameters_json(u: &Update) -> Value {
         }
         entry
     };
-    u.parameters.iter().map(one).collect()
+    parameters.iter().map(one).collect()
 }
 
 fn known_json(p: &ParameterUncertainty) -> Map<String, Value> {
@@ -187,6 +228,7 @@ fn known_json(p: &ParameterUncertainty) -> Map<String, Value> {
         .map(|h| json!({"bound": if h.is_upper { "upper" } else { "lower" }, "would_be": h.would_be, "gain": h.gain}));
     let entries = [
         ("sd", json!(p.sd)),
+        ("why_no_sd", json!(p.why_no_sd())),
         ("interval", json!(p.interval)),
         ("interval_ends_at_bound", json!(p.ends_at_bound)),
         ("interval_method", json!(p.method.word())),
@@ -196,11 +238,11 @@ fn known_json(p: &ParameterUncertainty) -> Map<String, Value> {
     entries.into_iter().map(|(k, v)| (k.to_string(), v)).collect()
 }
 
-/// Correlations with the other parameters that have a standard deviation.
+/// Correlations with the other parameters; null where one of the two has no standard deviation.
 fn correlations_json(c: &Uncertainty, i: usize) -> Value {
-    let others =
-        (0..c.parameters.len()).filter(|&j| j != i && c.parameters[i].sd.is_some() && c.parameters[j].sd.is_some());
-    Value::Object(others.map(|j| (c.parameters[j].name.clone(), json!(c.correlations[(i, j)]))).collect())
+    let others = (0..c.parameters.len()).filter(|&j| j != i);
+    let known = |j: usize| Some(c.correlations[(i, j)]).filter(|rho| rho.is_finite());
+    Value::Object(others.map(|j| (c.parameters[j].name.clone(), json!(known(j)))).collect())
 }
 
 /// `unidentifiable[]` of `retune update --json`.

@@ -571,3 +571,56 @@ fn killed_and_resumed_runs_end_with_the_same_file() {
     assert_eq!(folder.read("killed.yaml"), folder.read("whole.yaml"));
     assert_eq!(fs::read(&state).unwrap(), fs::read(folder.0.join("whole.state")).unwrap());
 }
+
+const SPRINGS: &str = "\
+retune: 1
+name: Two masses on springs
+active_dofs: [uz]
+parameters:
+  k1: {value: 3000 N/m, bounds: [1000 N/m, 9000 N/m]}
+  k2: {value: 900 N/m, bounds: [100 N/m, 3000 N/m]}
+nodes: {a: [0, 0, 0], b: [1 m, 0, 0]}
+springs: {g: {node: a, k: {uz: k1}}, ab: {nodes: [a, b], k: {uz: k2}}}
+masses: {ma: {node: a, mass: 1 kg}, mb: {node: b, mass: 1 kg}}
+";
+
+const TWO_FREQUENCIES: &str = "\
+retune_test: 1
+name: t
+sources: {a: {kind: measured, text: an example}}
+modes:
+  - {frequency: 4.398934 Hz, frequency_sd: 0.5 %, source: a}
+  - {frequency: 11.516560 Hz, frequency_sd: 0.5 %, source: a}
+";
+
+/// (4000, 1000) and (2000, 2000) N/m give the same two frequencies.
+#[test]
+fn both_sets_of_parameters_are_told() {
+    let folder = Folder::new("both-sets");
+    folder.write("springs.yaml", SPRINGS).write("two.yaml", TWO_FREQUENCIES);
+    let said = folder.run("update springs.yaml two.yaml");
+    assert!(said.out.contains("another set of parameters fits as well") && said.err.is_empty(), "{said:?}");
+    assert!(said.out.contains("another one as low"), "{said:?}");
+    let json = folder.json("update springs.yaml two.yaml --json");
+    let other = &json["alternatives"][0];
+    let values = [&json["parameters"][0]["after"], &other["parameters"][0]["after"]].map(|v| v.as_f64().unwrap());
+    assert!((values[0] - values[1]).abs() > 1900.0 && other["parameters"][1]["interval"][0].is_number(), "{json:#}");
+    let said = folder.run("sample springs.yaml two.yaml");
+    assert!(said.out.contains("the posterior has 2 peaks") && said.out.contains("(standard error)"), "{said:?}");
+}
+
+/// E and I act through their product: no standard deviation, and null in place of a correlation.
+#[test]
+fn what_is_not_seen_alone_has_no_correlation() {
+    let folder = Folder::new("not-alone");
+    let product = "E: {value: 2e9 Pa, bounds: [1e9 Pa, 4e9 Pa]}\n  I: {value: 1e-8 m4, bounds: [0.5e-8 m4, 2e-8 m4]}";
+    let model = MODEL.replace("EI: {value: 20 N m2, bounds: [5 N m2, 40 N m2]}", product);
+    folder.write("product.yaml", model.replace("EIy: EI", "E: E, Iy: I"));
+    let json = folder.json("update product.yaml test.yaml --json");
+    let e = &json["parameters"][0];
+    assert!(e["correlations"]["I"].is_null() && keys(&e["correlations"]).contains(&"I"), "{e}");
+    assert!(e["sd"].is_null() && e["why_no_sd"] == "not seen alone", "{e}");
+    let said = folder.run("update product.yaml test.yaml");
+    let line = "no standard deviation and no correlation: E (not seen alone), I (not seen alone)";
+    assert!(said.out.contains(line), "{said:?}");
+}

@@ -166,6 +166,30 @@ fn a_plan_and_its_json() {
     assert!(plan["next"][0]["nats"].as_f64().unwrap() > 0.0);
 }
 
+/// Eight places: the default of twelve sensors does not fit, four places not even six modes. What is asked for is refused in numbers.
+#[test]
+fn the_defaults_of_a_plan_fit_the_model() {
+    let folder = std::env::temp_dir().join(format!("retune-plan-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let text = "retune: 1\nname: cantilever\nactive_dofs: [uz, ry]\nparameters: {E: {value: 70 GPa, bounds: [50 GPa, 90 GPa]}}\n\
+sections: {s: {E: E, density: 2700 kg/m3, shape: {rectangle: {width: 40 mm, height: 10 mm}}}}\n\
+nodes: {n0: [0, 0, 0], n1: [0.2 m, 0, 0], n2: [0.4 m, 0, 0], n3: [0.6 m, 0, 0], n4: [0.8 m, 0, 0]}\n\
+beams: {ab: {chain: [n0, n1, n2, n3, n4], section: s, subdivide: 2}}\nsupports: {c: {node: n0}}\n";
+    std::fs::write(folder.join("eight.yaml"), text).unwrap();
+    std::fs::write(folder.join("four.yaml"), text.replace(", subdivide: 2", "")).unwrap();
+    for (name, modes, sensors) in [("eight", 6, 8), ("four", 4, 4)] {
+        let (code, out, err) = run(&format!("pretest {name}.yaml --json"), "80", &folder);
+        assert_eq!(code, 0, "{err}");
+        let plan: Value = serde_json::from_str(&out).unwrap();
+        assert_eq!(plan["modes"].as_array().unwrap().len(), modes);
+        assert_eq!(plan["sensors"]["autoMAC"]["sensors"].as_array().unwrap().len(), sensors);
+    }
+    let (code, _, err) = run("pretest eight.yaml --sensors 12", "80", &folder);
+    let right = "number of sensors to keep is 12; it must be at least 6, as there are target modes, and at most 8, as there are places";
+    assert!(code == 2 && err.contains(right), "{err}");
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
 #[test]
 fn sensitivities_as_table_and_json() {
     let (code, out, err) = said("sensitivity frame.yaml");

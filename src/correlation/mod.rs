@@ -102,7 +102,7 @@ pub enum CorrelationError {
         mode: usize,
     },
     /// A number lies outside its range.
-    #[error("{what} is {value:e}; it must be {expected}")]
+    #[error("{what} is {}; it must be {expected}", crate::units::plain(*value))]
     Range {
         /// What the number means.
         what: &'static str,
@@ -110,6 +110,16 @@ pub enum CorrelationError {
         value: f64,
         /// The allowed range, in words.
         expected: &'static str,
+    },
+    /// A number of things that there are too few or too many of.
+    #[error("{what} is {value}; it must be {expected}")]
+    Count {
+        /// What is counted.
+        what: &'static str,
+        /// How many.
+        value: usize,
+        /// The allowed range, in words and numbers.
+        expected: String,
     },
     /// A sensor sits where the model has nothing.
     #[error("sensor `{sensor}` sits on {what} `{name}`, which the model does not have{suggestion}")]

@@ -54,10 +54,10 @@ fn off_diagonal(phi: &DMatrix<f64>) -> f64 {
 pub fn effective_independence(phi: &DMatrix<f64>, n_keep: usize) -> Result<SensorChoice, CorrelationError> {
     let (n, n_modes) = phi.shape();
     if n_keep < n_modes || n_keep > n {
-        return Err(CorrelationError::Range {
+        return Err(CorrelationError::Count {
             what: "number of sensors to keep",
-            value: n_keep as f64,
-            expected: "at least the number of target modes and at most the number of candidates",
+            value: n_keep,
+            expected: format!("at least {n_modes}, as there are target modes, and at most {n}, as there are places"),
         });
     }
     let mut kept: Vec<usize> = (0..n).collect();
@@ -95,10 +95,10 @@ pub fn sensors_by_auto_mac(
 ) -> Result<SensorChoice, CorrelationError> {
     let n = phi.nrows();
     if n_keep > n || start.iter().any(|&i| i >= n) {
-        return Err(CorrelationError::Range {
+        return Err(CorrelationError::Count {
             what: "number of sensors to keep",
-            value: n_keep as f64,
-            expected: "at most the number of candidates, and the first ones among these",
+            value: n_keep,
+            expected: format!("at most {n}, as there are places, and the first ones among these"),
         });
     }
     // Modes count equally whatever their scale.

@@ -78,7 +78,7 @@ impl Sensor {
             name: "load".to_string(),
             place: load.place.clone(),
             direction: load.direction,
-            offset: None,
+            offset: load.offset,
             is_rotation: load.is_moment,
             mass: None,
         }
@@ -211,6 +211,8 @@ pub struct StaticTest {
 pub struct StaticLoad {
     /// Where it acts.
     pub place: Place,
+    /// Rigid arm in global axes from the node or point of its place to the load, m; only where the place has no position.
+    pub offset: Option<[f64; 3]>,
     /// Direction in global axes, of unit length.
     pub direction: [f64; 3],
     /// Whether it is a moment about the direction instead of a force along it.

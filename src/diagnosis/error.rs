@@ -11,8 +11,10 @@ use crate::optim::OptimError;
 #[non_exhaustive]
 pub enum DiagnosisError {
     /// Nothing to compare with.
-    #[error("the test has no modes to compare with (`retune identify` finds them in its functions)")]
-    NoModes,
+    #[error(
+        "the test has nothing to compare with: no modes (`retune identify` finds them in functions), no static tests, no mass properties"
+    )]
+    NoData,
     /// No start of a fit could be evaluated.
     #[error("no start of the fit can be evaluated")]
     NoStart,

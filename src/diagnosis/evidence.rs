@@ -65,16 +65,22 @@ pub(super) fn upper(z: f64) -> f64 {
 /// R. D. Cook, S. Weisberg, Residuals and Influence in Regression, 1982, section 3.4.
 pub(super) fn held_out(fit: &Fit, weight: f64) -> Result<Vec<f64>, DiagnosisError> {
     let (_, covariance) = fit.hessian()?;
-    (0..fit.rows.n_modes)
-        .map(|mode| {
-            let rows = fit.mode_rows(mode);
-            let j = fit.j.select_rows(&rows);
-            let r = DVector::from_iterator(rows.len(), rows.iter().map(|&i| fit.r[i]));
-            let a = DMatrix::identity(rows.len(), rows.len()) - &j * &covariance * j.transpose();
-            let e = a.lu().solve(&r).ok_or(DiagnosisError::Singular)?;
-            Ok(e.norm_squared() / (weight * weight))
-        })
-        .collect()
+    (0..fit.rows.n_modes).map(|mode| left_out(fit, &covariance, &fit.mode_rows(mode), weight)).collect()
+}
+
+/// The same of all modes and of every static reading, added.
+pub(super) fn held_out_in_all(fit: &Fit, weight: f64) -> Result<f64, DiagnosisError> {
+    let (_, covariance) = fit.hessian()?;
+    let readings = fit.statics.iter().map(|s| left_out(fit, &covariance, &[s.row], weight));
+    Ok(held_out(fit, weight)?.iter().sum::<f64>() + readings.sum::<Result<f64, _>>()?)
+}
+
+fn left_out(fit: &Fit, covariance: &DMatrix<f64>, rows: &[usize], weight: f64) -> Result<f64, DiagnosisError> {
+    let j = fit.j.select_rows(rows);
+    let r = DVector::from_iterator(rows.len(), rows.iter().map(|&i| fit.r[i]));
+    let a = DMatrix::identity(rows.len(), rows.len()) - &j * covariance * j.transpose();
+    let e = a.lu().solve(&r).ok_or(DiagnosisError::Singular)?;
+    Ok(e.norm_squared() / (weight * weight))
 }
 
 /// Degrees of freedom of the measured rows: entries less scales less what the parameters take.

@@ -2,7 +2,7 @@
 
 use super::DiagnosisError;
 use super::overlooked::overlooked;
-use super::posed::{Posed, Rows};
+use super::posed::{Posed, Rows, StaticRow};
 use super::scene::Scene;
 use crate::linalg::{DMatrix, DVector, ThinQr, thin_qr};
 use crate::objective::{Comparison, Linearization, Objective};
@@ -34,6 +34,8 @@ pub(super) struct Fit {
     /// Σ over measured rows of ((model - test)/σ)², with the stated σ.
     pub(super) misfit: f64,
     pub(super) rows: Rows,
+    /// Rows of static readings.
+    pub(super) statics: Vec<StaticRow>,
     /// Shapes of the partners at the sensors, zero columns without partner, (n_sensor x n_mode).
     pub(super) shapes: DMatrix<f64>,
     /// Mass-normalised shape of every mode's partner on the dofs of its model, zero without partner.
@@ -241,6 +243,7 @@ fn at(posed: &Posed<'_>, x: DVector<f64>) -> Result<Fit, DiagnosisError> {
         phi,
         misfit,
         rows,
+        statics: posed.statics.clone(),
         shapes,
         modes_at,
         test_shapes,

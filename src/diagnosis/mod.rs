@@ -292,7 +292,7 @@ pub struct Diagnosis {
 
 /// Finds what a model lacks to explain a test.
 ///
-/// Errors: no modes, a sensor without a place on the model, a model that cannot be solved anywhere.
+/// Errors: nothing to compare with, a sensor without a place on the model, a model that cannot be solved anywhere.
 pub fn diagnose(model: &Model, test: &TestData, settings: &Settings) -> Result<Diagnosis, DiagnosisError> {
     diagnose_tests(model, &[test], settings)
 }
@@ -324,8 +324,8 @@ fn investigate(
     weight: Option<f64>,
     settings: &Settings,
 ) -> Result<Investigation, DiagnosisError> {
-    if scene.test.modes.is_empty() {
-        return Err(DiagnosisError::NoModes);
+    if scene.cases.iter().all(|c| c.test.has_nothing()) {
+        return Err(DiagnosisError::NoData);
     }
     foreign::investigate(scene, starts, weight, settings)
 }

@@ -127,7 +127,11 @@ fn proposals(base: &Stage) -> (Vec<Proposal>, Vec<f64>) {
         let m = case.modes().len();
         let places = places(&case.model);
         let of = if base.scene.cases.len() > 1 { format!(" ({})", case.test.name) } else { String::new() };
+        // Without modes there is none to see with one more sensor, mass or spring.
         let mut add = |what: String, place: &str, sds: Vec<f64>| {
+            if sds.is_empty() {
+                return;
+            }
             let rows = (sd.len()..sd.len() + sds.len()).collect();
             sd.extend(sds);
             out.push(Proposal { what: what + &of, place: place.to_string(), rows });
@@ -138,7 +142,8 @@ fn proposals(base: &Stage) -> (Vec<Proposal>, Vec<f64>) {
             let what = format!("one more accelerometer at {} along {}", names[node], AXES[k]);
             add(what, &names[node], vec![SHAPE_SD; m]);
         }
-        add(format!("the frequencies of the next {NEXT_MODES} modes"), "", vec![FREQUENCY_SD; NEXT_MODES]);
+        let which = if m > 0 { "next" } else { "first" };
+        add(format!("the frequencies of the {which} {NEXT_MODES} modes"), "", vec![FREQUENCY_SD; NEXT_MODES]);
         for &(node, k) in &places {
             let (name, along) = (&names[node], AXES[k]);
             let what = format!("the same modes with {} kg added at {name} (seen along {along})", number(mass));
@@ -240,9 +245,9 @@ fn predict_case(
             out.push(scale[m] * motion(&base_names[node], axis, partners[m]));
         }
     }
-    let highest = partners.iter().copied().max().unwrap_or(0);
-    for k in 1..=NEXT_MODES {
-        out.push(p.frequencies_hz.get(highest + k).map_or(0.0, |f| f.ln()));
+    let first = partners.iter().copied().max().map_or(0, |highest| highest + 1);
+    for k in first..first + NEXT_MODES {
+        out.push(p.frequencies_hz.get(k).map_or(0.0, |f| f.ln()));
     }
     let added = added_mass(base, case);
     for &(node, axis) in &places {

@@ -198,7 +198,7 @@ fn evenness(fit: &Fit, q: &DMatrix<f64>, seed: u64) -> f64 {
     let noisy = fit.noisy_rows();
     let modes: Vec<Vec<usize>> = (0..fit.rows.n_modes).map(|m| fit.mode_rows(m)).collect();
     let sensors = channels(fit, &noisy);
-    let kinds: Vec<Vec<usize>> = vec![sensors[0].clone(), sensors[1..].concat()];
+    let kinds = kinds(fit, &noisy).to_vec();
     let groups: Vec<Vec<Vec<usize>>> =
         [modes, sensors, kinds].into_iter().filter(|g| g.iter().filter(|rows| !rows.is_empty()).count() > 1).collect();
     let of = |r: &DVector<f64>| -> Vec<f64> { groups.iter().map(|g| dispersion(r, g)).collect() };
@@ -225,25 +225,28 @@ fn dispersion(r: &DVector<f64>, groups: &[Vec<usize>]) -> f64 {
     }
 }
 
-/// Rows of each sensor over all modes, and of the frequencies.
+/// Rows of the frequencies, of each sensor over all modes, and of the static readings, as far as there are any.
 fn channels(fit: &Fit, noisy: &[bool]) -> Vec<Vec<usize>> {
-    let mut out = vec![(0..fit.rows.n_modes).collect::<Vec<usize>>()];
-    if fit.rows.has_shapes {
-        for s in 0..fit.rows.n_sensors {
-            let rows: Vec<usize> = (0..fit.rows.n_modes).map(|m| fit.rows.shape(m, s)).filter(|&r| noisy[r]).collect();
-            if !rows.is_empty() {
-                out.push(rows);
-            }
-        }
-    }
-    out
+    let [frequencies, shapes, statics] = kinds(fit, noisy);
+    let of_sensor =
+        |s: usize| shapes.iter().copied().filter(move |&i| (i - fit.rows.n_modes) % fit.rows.n_sensors == s);
+    let sensors = (0..fit.rows.n_sensors).map(|s| of_sensor(s).collect());
+    std::iter::once(frequencies).chain(sensors).chain([statics]).filter(|c: &Vec<usize>| !c.is_empty()).collect()
+}
+
+/// Rows of the frequencies, of the shapes, and of the static readings.
+fn kinds(fit: &Fit, noisy: &[bool]) -> [Vec<usize>; 3] {
+    let rows = fit.rows;
+    let end = if rows.has_shapes { rows.shape(rows.n_modes, 0) } else { rows.n_modes };
+    let shapes = (rows.n_modes..end).filter(|&i| noisy[i]).collect();
+    [(0..rows.n_modes).collect(), shapes, fit.statics.iter().map(|s| s.row).collect()]
 }
 
 fn median_square(r: &DVector<f64>, channels: &[Vec<usize>]) -> f64 {
     let mut means: Vec<f64> =
         channels.iter().map(|c| c.iter().map(|&i| r[i] * r[i]).sum::<f64>() / c.len() as f64).collect();
     means.sort_by(f64::total_cmp);
-    means[means.len() / 2]
+    means.get(means.len() / 2).copied().unwrap_or(0.0)
 }
 
 /// Pairs (sensor, nearest sensor of about the same direction).

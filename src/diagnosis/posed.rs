@@ -38,6 +38,15 @@ pub(super) struct Posed<'a> {
     priors: Vec<Prior>,
     pub(super) weight: f64,
     pub(super) rows: Rows,
+    pub(super) statics: Vec<StaticRow>,
+}
+
+/// The row of a static reading.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct StaticRow {
+    pub(super) row: usize,
+    /// `static deflection at tip in bending`, of several tests with the name of its own.
+    pub(super) name: String,
 }
 
 /// The rows of one test.
@@ -63,6 +72,7 @@ impl<'a> Posed<'a> {
         let owner = scene.cases.iter().position(|c| c.model.targets() != Targets::default());
         let mut targets = 0;
         let mut parts = Vec::with_capacity(comparisons.len());
+        let mut statics = Vec::new();
         for (k, (comparison, case)) in comparisons.iter().zip(&scene.cases).enumerate() {
             let own_shapes = comparison.has_shapes();
             let mut terms: Vec<&dyn Residual> = vec![&Frequency];
@@ -72,6 +82,14 @@ impl<'a> Posed<'a> {
             let mut further: Vec<&dyn Residual> = vec![&MassPropertyResidual, &StaticDeflection, &StaticAngle, &FrfLog];
             if scene.is_damped {
                 further.push(&Damping);
+            }
+            let mut first = measured + MassPropertyResidual.len(comparison);
+            for term in [&StaticDeflection as &dyn Residual, &StaticAngle] {
+                let of = if comparisons.len() > 1 { format!(" of {}", case.test.name) } else { String::new() };
+                let own = (0..term.len(comparison))
+                    .map(|i| StaticRow { row: first + i, name: term.row_name(comparison, i) + &of });
+                statics.extend(own);
+                first += term.len(comparison);
             }
             let n_further: usize = further.iter().map(|t| t.len(comparison)).sum();
             terms.extend(further);
@@ -93,7 +111,7 @@ impl<'a> Posed<'a> {
             parts[owner].rows.extend(measured..measured + targets);
         }
         let rows = Rows { n_modes, n_sensors, measured, targets, priors: priors.len(), has_shapes };
-        Self { parts, priors, weight, rows }
+        Self { parts, priors, weight, rows, statics }
     }
 
     /// Residuals of all tests in the order of the rows.

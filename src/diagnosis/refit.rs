@@ -1,7 +1,7 @@
 //! Full refits of the best hypotheses: base parameters and size together.
 
 use super::base::{FaultScore, Stage, box_starts};
-use super::evidence::{REMAINDER, goodness_of_fit, held_out, ln_evidence};
+use super::evidence::{REMAINDER, goodness_of_fit, held_out_in_all, ln_evidence};
 use super::faults::Fault;
 use super::fit::{Fit, fit_in_rounds};
 use super::nested::leave_out_wider;
@@ -432,7 +432,7 @@ fn refit_effect(stage: &Stage, score: &Score, bases: &[DVector<f64>], base: f64)
     let fit = fit_in_rounds(&scene, &starts(stage, score, bases), stage.weight, effort(candidate), STARTS)?;
     let evidence = ln_evidence(&fit)? + scene.ln_size_priors(&candidate.parameters);
     let estimates = estimates(&scene, &fit, &candidate.parameters)?;
-    let held_out = held_out(&fit, stage.weight)?.iter().sum();
+    let held_out = held_out_in_all(&fit, stage.weight)?;
     let misfit = fit.misfit;
     let (overlooked, ln_overlooked) = brought(&stage.fit, &fit);
     Ok(Refit {

@@ -1,7 +1,7 @@
 //! Full refits of faults of the measurement: base parameters, and the fault's own number profiled.
 
 use super::base::{FaultScore, Stage};
-use super::evidence::{degrees_of_freedom, held_out, ln_evidence};
+use super::evidence::{degrees_of_freedom, held_out_in_all, ln_evidence};
 use super::faults::{Change, FREQUENCY_SD, Fault, GAIN_SD, LN_SLIP, LOOSE, TURN_SD, response_of};
 use super::fit::{Fit, STEPS, fit, fit_from};
 use super::refit::{NINETY, Refit, STARTS, Tried};
@@ -140,7 +140,7 @@ pub(super) fn refit_fault(
         extra -= 0.5 * own + dead_functions(&stage.scene, fault);
         misfit += own / (w * w);
     }
-    let held_out = held_out(&found, w)?.iter().sum();
+    let held_out = held_out_in_all(&found, w)?;
     let ln_bayes = ln_evidence(&found)? + extra - base;
     let tried = Tried::Fault(fault.clone());
     let ln_odds = if let Change::Frequency(_) = fault.change { LN_SLIP } else { 0.0 };

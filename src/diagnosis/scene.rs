@@ -144,7 +144,7 @@ impl Scene {
         };
         let models = tests.iter().map(|t| of(t)).collect::<Result<Vec<Model>, _>>()?;
         if models.is_empty() {
-            return Err(DiagnosisError::NoModes);
+            return Err(DiagnosisError::NoData);
         }
         let is_damped = models.iter().any(|m| is_damped(m));
         let tests = tests.iter().map(|&t| Arc::new(t.clone())).collect();

@@ -15,7 +15,9 @@
 //!   the stated noise or the model is wrong, and the verdict is `noise-or-model`.
 
 use super::base::Stage;
-use super::evidence::{EACH_REMAINDER, REMAINDER, degrees_of_freedom, goodness_of_fit, held_out, something_else};
+use super::evidence::{
+    EACH_REMAINDER, REMAINDER, degrees_of_freedom, goodness_of_fit, held_out_in_all, something_else,
+};
 use super::joint::together;
 use super::learn::WORTH_A_TRY;
 use super::next_measurement::next_measurements;
@@ -90,7 +92,7 @@ fn conclude_once(
         std::iter::once(something_else(&base.residual, dof)).chain(spreads.iter().map(|s| s.spread.ln_bayes)).collect();
     // A random vector at the stated noise makes the same residuals as larger noise does, without its odds.
     ways.extend((base.noise_factor() > 1.0).then(|| -ln_odds_of_noise(base.noise_factor())));
-    let held_before: f64 = held_out(&base.fit, base.weight)?.iter().sum();
+    let held_before = held_out_in_all(&base.fit, base.weight)?;
     let odds = Odds::new(base);
     let other = ln_mean(&ways);
     let mut p = odds.probabilities(base, refits, other);
@@ -244,7 +246,7 @@ fn beside_each_other(
     alone: Vec<HypothesisResult>,
 ) -> Result<Vec<HypothesisResult>, DiagnosisError> {
     let tell = |stage: &Stage, list: &[Refit]| -> Result<Vec<HypothesisResult>, DiagnosisError> {
-        let held_before: f64 = held_out(&stage.fit, stage.weight)?.iter().sum();
+        let held_before = held_out_in_all(&stage.fit, stage.weight)?;
         let best = list.iter().map(|r| r.ln_bayes).fold(f64::NEG_INFINITY, f64::max);
         let is_tied = |r: &Refit| r.ln_bayes > best - STRONG && r.ln_bayes > 0.0;
         // The member itself, which is the most probable of these, first.

@@ -93,7 +93,7 @@ pub(super) fn warnings(base: &Stage, named: &[&Refit], best: Option<&Refit>) -> 
             slight = Some(mesh.text);
         }
     }
-    if !base.fit.rows.has_shapes {
+    if base.fit.rows.n_modes > 0 && !base.fit.rows.has_shapes {
         out.push(
             "frequencies alone rarely tell which effect is missing; measure shapes or frequency responses".to_string(),
         );

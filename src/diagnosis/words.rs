@@ -21,6 +21,10 @@ pub(super) fn place_of(scene: &Scene, fit: &Fit, q: &DMatrix<f64>) -> String {
         .collect();
     modes.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
     let words: Vec<String> = modes.iter().take(3).map(|(v, m)| format!("{} ({v:.1})", scene.mode_name(*m))).collect();
+    let mut statics: Vec<(f64, &str)> = fit.statics.iter().map(|s| (r[s.row] * r[s.row], s.name.as_str())).collect();
+    statics.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let words: Vec<String> =
+        words.into_iter().chain(statics.iter().take(3).map(|(v, name)| format!("{name} ({v:.1})"))).collect();
     let mut out = format!("the residual (mean square) is largest in {}", words.join(", "));
     if rows.has_shapes {
         let mut sensors: Vec<(f64, usize)> = (0..rows.n_sensors)

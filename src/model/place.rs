@@ -64,11 +64,6 @@ pub(super) fn place(spec: &ModelSpec, registry: &Registry, problems: &mut Vec<Pr
     Placed { geometry, parameters, elements, sets, compliances }
 }
 
-/// A number as people write it: `-7850`, `0.05`, and powers of ten only where they are shorter.
-fn plain(value: f64) -> String {
-    if value == 0.0 || (1e-3..1e5).contains(&value.abs()) { format!("{value}") } else { format!("{value:e}") }
-}
-
 /// A model of 10⁶ dofs has that many; a misspelt `subdivide` is refused before it fills the memory.
 const MOST_ELEMENTS: usize = 400_000;
 

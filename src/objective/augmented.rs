@@ -4,13 +4,34 @@ use super::{EvalError, Linearization, Objective, PathCounts, Walls};
 use crate::linalg::{DMatrix, DVector};
 use std::fmt;
 
-/// A linear inequality over the unit box, `slope · x <= limit`, scaled so that the expression spans one over the box.
+/// A linear inequality of the parameters, scaled so that the expression spans one over the box.
+///
+/// ```text
+/// slope · u <= limit,   u = (θ - lower)/(upper - lower):  u = x,  u = (e^(dx) - 1)/(e^d - 1) in the logarithm, d = ln(upper/lower)
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Wall {
-    /// Coefficients of x.
+    /// Coefficients of u.
     pub slope: DVector<f64>,
     /// The largest value.
     pub limit: f64,
+    /// [`Scaling::decades`](super::Scaling::decades) of x.
+    pub decades: Vec<Option<f64>>,
+}
+
+impl Wall {
+    /// t = (slope · u - limit)/0.001.
+    fn excess(&self, x: &DVector<f64>) -> f64 {
+        let share = |(&x, decades): (&f64, &Option<f64>)| decades.map_or(x, |d| (x * d).exp_m1() / d.exp_m1());
+        let u = DVector::from_iterator(x.len(), x.iter().zip(&self.decades).map(share));
+        (self.slope.dot(&u) - self.limit) / WIDTH
+    }
+
+    /// ∂t/∂x.
+    fn gradient(&self, x: &DVector<f64>) -> DVector<f64> {
+        let slope = |k: usize| self.decades[k].map_or(1.0, |d| d * (x[k] * d).exp() / d.exp_m1());
+        DVector::from_fn(x.len(), |k, _| self.slope[k] * slope(k) / WIDTH)
+    }
 }
 
 /// An objective with a pull towards x0 of a given weight, and walls.
@@ -51,7 +72,7 @@ impl<'a> Augmented<'a> {
     fn rows(&self, x: &DVector<f64>) -> DVector<f64> {
         let ridge = (0..self.n_ridge()).map(|j| self.weight.sqrt() * (x[j] - self.centre[j]));
         let walls = self.walls.iter().map(|w| {
-            let t = (w.slope.dot(x) - w.limit) / WIDTH;
+            let t = w.excess(x);
             t.max(0.0) + (-t.abs()).exp().ln_1p()
         });
         DVector::from_iterator(self.n_ridge() + self.walls.len(), ridge.chain(walls))
@@ -85,9 +106,8 @@ impl Objective for Augmented<'_> {
             jacobian[(n + j, j)] = self.weight.sqrt();
         }
         for (k, w) in self.walls.iter().enumerate() {
-            let t = (w.slope.dot(x) - w.limit) / WIDTH;
-            let slope = 1.0 / (1.0 + (-t).exp()) / WIDTH;
-            jacobian.set_row(n + self.n_ridge() + k, &(w.slope.transpose() * slope));
+            let slope = 1.0 / (1.0 + (-w.excess(x)).exp());
+            jacobian.set_row(n + self.n_ridge() + k, &(w.gradient(x).transpose() * slope));
         }
         Ok(Linearization { residuals, jacobian })
     }
@@ -145,7 +165,7 @@ mod tests {
 
     #[test]
     fn rows_and_derivatives_agree_with_the_formula() {
-        let wall = Wall { slope: DVector::from_vec(vec![0.5, 0.5]), limit: 0.6 };
+        let wall = Wall { slope: DVector::from_vec(vec![0.5, 0.5]), limit: 0.6, decades: vec![None; 2] };
         let o = Augmented::new(&Nothing, 4.0, DVector::from_vec(vec![0.5, 0.25]), vec![wall]);
         for (x, wall) in [([0.6, 0.6], std::f64::consts::LN_2), ([0.5, 0.5], 0.0), ([0.7, 0.7], 100.0)] {
             let x = DVector::from_row_slice(&x);
@@ -156,5 +176,18 @@ mod tests {
             assert!((&l.jacobian - by_difference).amax() < 1e-4 * l.jacobian.amax());
             assert!((o.cost(&x).unwrap() - 0.5 * l.residuals.norm_squared()).abs() < 1e-12);
         }
+    }
+
+    /// θ of 1 to 1e4 in the logarithm: 0.9 θ/9999 + 0.1 x2 <= 0.6 has its edge where θ says so.
+    #[test]
+    fn a_wall_is_straight_in_the_parameter_and_not_in_its_logarithm() {
+        let wall =
+            Wall { slope: DVector::from_vec(vec![0.9, 0.1]), limit: 0.6, decades: vec![Some(1e4_f64.ln()), None] };
+        let o = Augmented::new(&Nothing, 0.0, DVector::zeros(2), vec![wall]);
+        let edge = DVector::from_vec(vec![(1.0 + 9999.0 * 0.55 / 0.9_f64).ln() / 1e4_f64.ln(), 0.5]);
+        let l = o.linearize(&edge).unwrap();
+        assert!((l.residuals[0] - std::f64::consts::LN_2).abs() < 1e-9, "{}", l.residuals[0]);
+        let by_difference = difference(1, &edge, |x| o.residuals(x)).unwrap().jacobian;
+        assert!((&l.jacobian - by_difference).amax() < 1e-4 * l.jacobian.amax());
     }
 }

@@ -291,6 +291,7 @@ impl Compiled {
                 modes: Modes { lambda: DVector::zeros(0), shapes: DMatrix::zeros(0, 0), n_rigid: 0, n_mechanism: 0 },
                 frequencies_hz: vec![0.0; n_modes],
                 at_sensors: DMatrix::zeros(self.n_sensors, n_modes),
+                sensors: None,
                 families: Vec::new(),
                 clusters: Vec::new(),
                 mac: DMatrix::zeros(n_modes, self.tests.len()),

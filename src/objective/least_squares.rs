@@ -45,6 +45,13 @@ impl<'a> LeastSquares<'a> {
         Self { comparison, scaling, terms, weights, loss: Loss::Squares, batch: BatchPath::default() }
     }
 
+    /// With another map between x and θ, such as that [of a search](Scaling::for_search).
+    #[must_use]
+    pub fn with_scaling(mut self, scaling: Scaling) -> Self {
+        self.scaling = scaling;
+        self
+    }
+
     /// With a loss for the terms that compare with data; priors and targets keep their squares.
     #[must_use]
     pub fn with_loss(mut self, loss: Loss) -> Self {
@@ -190,8 +197,8 @@ impl Objective for LeastSquares<'_> {
             jacobian.rows_mut(start, len).copy_from(&block);
             start += len;
         }
-        for (mut column, width) in jacobian.column_iter_mut().zip(self.scaling.width()) {
-            column *= *width;
+        for (mut column, slope) in jacobian.column_iter_mut().zip(self.scaling.slopes(&theta)) {
+            column *= slope;
         }
         if !self.is_plain() {
             self.weigh(&mut residuals, Some(&mut jacobian));

@@ -47,6 +47,13 @@ impl<'a> PaperCost<'a> {
         Self { mac_weight: 0.0, divisor: 1.0, ..Self::new(comparison) }
     }
 
+    /// With another map between x and θ, such as that [of a search](Scaling::for_search).
+    #[must_use]
+    pub fn with_scaling(mut self, scaling: Scaling) -> Self {
+        self.scaling = scaling;
+        self
+    }
+
     /// The map between x and θ.
     pub fn scaling(&self) -> &Scaling {
         &self.scaling
@@ -194,8 +201,8 @@ impl Objective for PaperCost<'_> {
         let mut block = DMatrix::zeros(TargetResidual.len(self.comparison), n_free);
         TargetResidual.differentiate(&self.point(&theta, &prediction), &derivative, &mut block);
         jacobian.rows_mut(n + n * n_sensors, block.nrows()).copy_from(&block);
-        for (mut column, width) in jacobian.column_iter_mut().zip(self.scaling.width()) {
-            column *= *width;
+        for (mut column, slope) in jacobian.column_iter_mut().zip(self.scaling.slopes(&theta)) {
+            column *= slope;
         }
         Ok(Linearization { residuals, jacobian })
     }

@@ -57,6 +57,8 @@ pub struct Prediction {
     pub frequencies_hz: Vec<f64>,
     /// Elastic shapes at the sensors, (n_sensor x n_elastic).
     pub at_sensors: DMatrix<f64>,
+    /// The observation matrix where it depends on θ.
+    pub(super) sensors: Option<DMatrix<f64>>,
     /// Symmetry of each elastic mode.
     pub families: Vec<Option<String>>,
     /// Elastic modes so close that only the space of each run of them is determined; their shapes are those nearest the test.
@@ -302,11 +304,16 @@ impl<'a> Comparison<'a> {
         );
         let mass_properties =
             self.model.mass_properties(theta).map_err(|e| EvalError::Unsolvable { reason: e.to_string() })?;
+        let sensors = match sensors {
+            Cow::Borrowed(_) => None,
+            Cow::Owned(sensors) => Some(sensors),
+        };
         Ok(Prediction {
             matrices,
             modes,
             frequencies_hz,
             at_sensors,
+            sensors,
             families,
             clusters,
             mac,
@@ -332,6 +339,24 @@ impl<'a> Comparison<'a> {
         let sensors: Vec<Sensor> = self.varying.iter().map(|&i| self.test.sensors[i].clone()).collect();
         let rows = observation_matrix_at(self.model, &sensors, theta);
         rows.map_err(|e| EvalError::Unsolvable { reason: e.to_string() })
+    }
+
+    /// The observation matrix of a prediction.
+    pub(super) fn sensors_of<'b>(&'b self, prediction: &'b Prediction) -> &'b DMatrix<f64> {
+        prediction.sensors.as_ref().unwrap_or(&self.sensors)
+    }
+
+    /// Derivatives of the whole matrix, by differences; none where it does not depend on θ.
+    pub(super) fn slopes_of_sensors(&self, theta: &[f64], free: &[usize]) -> Result<Vec<DMatrix<f64>>, EvalError> {
+        if self.varying.is_empty() {
+            return Ok(Vec::new());
+        }
+        let whole = |rows: DMatrix<f64>| {
+            let mut all = DMatrix::zeros(self.sensors.nrows(), self.sensors.ncols());
+            self.varying.iter().zip(rows.row_iter()).for_each(|(&i, row)| all.set_row(i, &row));
+            all
+        };
+        Ok(self.slopes_of_rows(theta, free)?.into_iter().map(whole).collect())
     }
 
     /// Derivatives of these rows, by differences inside the bounds: smooth functions, and a step of 1e-6 of the interval.

@@ -19,13 +19,15 @@ use crate::linalg::DVector;
 pub struct Auto {
     /// Starts of the local method, at most, 1 to 10000.
     pub starts: usize,
+    /// Starts before they may end early because further optima are improbable.
+    pub fewest: usize,
     /// Evaluations of the global search at most; 0 for none.
     pub insurance: u64,
 }
 
 impl Default for Auto {
     fn default() -> Self {
-        Self { starts: 24, insurance: 1000 }
+        Self { starts: 24, fewest: 8, insurance: 1000 }
     }
 }
 
@@ -78,7 +80,7 @@ struct Report {
 impl Auto {
     fn search(&self, start: &DVector<f64>, report: &mut Report, run: &mut Run<'_>) -> Result<Termination, Stop> {
         let local = LevenbergMarquardt::default();
-        let multistart = Multistart { starts: self.starts, ..Multistart::default() };
+        let multistart = Multistart { starts: self.starts, fewest: self.fewest, ..Multistart::default() };
         // a third of a limited budget is left to the insurance and the refinement
         let share = run.remaining().map_or(u64::MAX, |n| n - n / 3);
         let found = run.within(share, |run| multistart.minimize(start, run));

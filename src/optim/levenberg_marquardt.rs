@@ -59,6 +59,8 @@ const WORTHWHILE: f64 = 1e-4;
 const SMALLEST_DAMPING: f64 = 1e-12;
 /// Above this damping a step is rounding.
 const LARGEST_DAMPING: f64 = 1e16;
+/// Where a start that cannot be evaluated is moved, as shares of the way to the middle of the box.
+const TOWARDS_MIDDLE: [f64; 5] = [0.0, 0.01, 0.1, 0.3, 1.0];
 /// A column is scaled at least as one of this relative norm, so that a parameter without influence stays put.
 const SMALLEST_COLUMN: f64 = 1e-10;
 /// Cosine between the residual and the model's reachable directions at which nothing is left to gain.
@@ -88,13 +90,8 @@ impl LevenbergMarquardt {
     }
 
     fn search(&self, start: DVector<f64>, run: &mut Run<'_>) -> Result<Termination, Stop> {
-        let mut x = start;
-        let mut cost = run.cost(&x)?;
         let walls = run.walls();
-        let mut model = match run.linearize(&x)?.and_then(|l| Model::new(l, &walls)) {
-            Ok(model) => model,
-            Err(source) => return Err(OptimError::Linearization { method: ABOUT.name, source }.into()),
-        };
+        let (mut x, mut cost, mut model) = Self::begin(start, &walls, run)?;
         let mut scale = DVector::zeros(x.len());
         let (mut damping, mut growth) = (self.damping, 2.0);
         let mut trial = x.clone();
@@ -104,7 +101,7 @@ impl LevenbergMarquardt {
                 return Ok(Termination::GradientVanishes);
             }
             model.enlarge(&mut scale);
-            let promising = loop {
+            let next = loop {
                 let step = model.step(&x, &scale, damping);
                 for j in 0..x.len() {
                     trial[j] = (x[j] + step[j]).clamp(0.0, 1.0);
@@ -117,12 +114,18 @@ impl LevenbergMarquardt {
                 // relative reductions, so that a cost other than ½ rᵀr can be compared with the model of ½ rᵀr
                 let achieved = if cost.is_finite() { (cost - trial_cost) / cost.abs().max(NO_COST) } else { 1.0 };
                 if trial_cost < cost && achieved >= WORTHWHILE * promised {
-                    let gain = achieved / promised;
-                    damping *= (1.0 - (2.0 * gain - 1.0).powi(3)).clamp(1.0 / 9.0, 2.0);
-                    damping = damping.max(SMALLEST_DAMPING);
-                    growth = 2.0;
-                    cost = trial_cost;
-                    break promised.max(achieved) > self.tolerance;
+                    if promised.max(achieved) <= self.tolerance || trial_cost <= NO_COST {
+                        return Ok(Termination::ReductionVanishes);
+                    }
+                    // A point without derivatives is no place to go on from: a shorter step may reach another.
+                    if let Ok(next) = run.linearize(&trial)?.and_then(|l| Model::new(l, &walls)) {
+                        let gain = achieved / promised;
+                        damping *= (1.0 - (2.0 * gain - 1.0).powi(3)).clamp(1.0 / 9.0, 2.0);
+                        damping = damping.max(SMALLEST_DAMPING);
+                        growth = 2.0;
+                        cost = trial_cost;
+                        break next;
+                    }
                 }
                 if promised <= self.tolerance {
                     return Ok(Termination::ReductionVanishes);
@@ -134,15 +137,24 @@ impl LevenbergMarquardt {
                 }
             };
             x.copy_from(&trial);
-            if !promising || cost <= NO_COST {
-                return Ok(Termination::ReductionVanishes);
-            }
-            model = match run.linearize(&x)?.and_then(|l| Model::new(l, &walls)) {
-                Ok(model) => model,
-                Err(_) => return Ok(Termination::Stalled),
-            };
+            model = next;
         }
         Ok(Termination::PlanDone)
+    }
+
+    /// The start, or the nearest point towards the middle of the box that can be evaluated.
+    fn begin(start: DVector<f64>, walls: &Walls, run: &mut Run<'_>) -> Result<(DVector<f64>, f64, Model), Stop> {
+        let mut failure = None;
+        for share in TOWARDS_MIDDLE {
+            let x = start.map(|v| v + share * (0.5 - v));
+            let cost = run.cost(&x)?;
+            match run.linearize(&x)?.and_then(|l| Model::new(l, walls)) {
+                Ok(model) => return Ok((x, cost, model)),
+                Err(source) => failure = failure.or(Some(source)),
+            }
+        }
+        let source = failure.unwrap_or(EvalError::NotFinite { name: "residuals or Jacobian".into() });
+        Err(OptimError::Linearization { method: ABOUT.name, source }.into())
     }
 }
 

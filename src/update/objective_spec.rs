@@ -124,7 +124,12 @@ impl ObjectiveSpec {
     }
 
     /// The least-squares objective of one comparison; parameters' own terms only where `owns_parameters`.
-    pub(super) fn least_squares<'a>(&self, comparison: &'a Comparison<'a>, owns_parameters: bool) -> LeastSquares<'a> {
+    pub(super) fn least_squares<'a>(
+        &self,
+        comparison: &'a Comparison<'a>,
+        scaling: &Scaling,
+        owns_parameters: bool,
+    ) -> LeastSquares<'a> {
         let mut objective = LeastSquares::new(comparison);
         if !self.terms.is_empty() {
             let chosen = RESIDUALS.iter().copied().filter(|r| {
@@ -135,17 +140,20 @@ impl ObjectiveSpec {
         if !owns_parameters {
             objective = objective.without(|r| !r.is_data());
         }
+        let objective = objective.with_scaling(scaling.clone());
         objective.with_weights(|name| self.terms.get(name).copied()).with_loss(self.loss)
     }
 
     /// The inequalities over the unit box.
     ///
+    /// * `scaling` - from the box to the parameters of the model
+    ///
     /// # Errors
     /// An expression that names an unknown parameter, has the wrong unit, or has no limit.
-    pub fn walls(&self, model: &dyn ParametricModel) -> Result<Vec<Wall>, Vec<Problem>> {
+    pub fn walls(&self, model: &dyn ParametricModel, scaling: &Scaling) -> Result<Vec<Wall>, Vec<Problem>> {
         let (mut walls, mut problems) = (Vec::new(), Vec::new());
         for (i, limit) in self.limits.iter().enumerate() {
-            match limit.walls(model) {
+            match limit.walls(model, scaling) {
                 Ok(own) => walls.extend(own),
                 Err(text) => problems.push(Problem::error(format!("limits[{i}]"), text)),
             }
@@ -155,9 +163,8 @@ impl ObjectiveSpec {
 }
 
 impl LimitSpec {
-    fn walls(&self, model: &dyn ParametricModel) -> Result<Vec<Wall>, String> {
+    fn walls(&self, model: &dyn ParametricModel, scaling: &Scaling) -> Result<Vec<Wall>, String> {
         let parameters = model.parameters();
-        let scaling = Scaling::new(model);
         let mut names = self.expression.parameters();
         if let Some(unknown) = names.find(|n| parameters.index_of(n).is_none()) {
             let suggestion = did_you_mean(unknown, parameters.names());
@@ -188,12 +195,13 @@ impl LimitSpec {
             return Err("no free parameter stands in the expression".to_string());
         }
         let value = |s: &Scalar| s.constant_in(&unit).map_err(|e| e.to_string());
+        let wall = |slope, limit| Wall { slope, limit, decades: scaling.decades().to_vec() };
         let mut walls = Vec::new();
         if let Some(most) = &self.at_most {
-            walls.push(Wall { slope: &slope / span, limit: (value(most)? - base) / span });
+            walls.push(wall(&slope / span, (value(most)? - base) / span));
         }
         if let Some(least) = &self.at_least {
-            walls.push(Wall { slope: -&slope / span, limit: (base - value(least)?) / span });
+            walls.push(wall(-&slope / span, (base - value(least)?) / span));
         }
         if walls.is_empty() {
             return Err("give `at_most`, `at_least` or both".to_string());
@@ -242,7 +250,7 @@ masses: {m: {node: p, mass: a}, n: {node: q, mass: b}}
         let walls = |expression: &str, most: &str| {
             let expression = Scalar::parse(expression).unwrap();
             let limit = LimitSpec { expression, at_most: Some(Scalar::parse(most).unwrap()), at_least: None };
-            ObjectiveSpec { limits: vec![limit], ..ObjectiveSpec::default() }.walls(&model)
+            ObjectiveSpec { limits: vec![limit], ..ObjectiveSpec::default() }.walls(&model, &Scaling::new(&model))
         };
         let found = walls("a + 2*b", "3500 g").unwrap();
         assert!((found[0].slope[0] - 1.0 / 7.0).abs() < 1e-15 && (found[0].slope[1] - 6.0 / 7.0).abs() < 1e-15);

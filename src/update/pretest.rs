@@ -14,15 +14,18 @@ use crate::objective::{EvalError, Scaling, matrix_derivatives};
 /// What is planned.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PretestOptions {
-    /// Elastic target modes.
-    pub n_modes: usize,
-    /// Sensors to choose.
-    pub n_sensors: usize,
+    /// Elastic target modes; six when absent, or as many as there are places for sensors.
+    pub n_modes: Option<usize>,
+    /// Sensors to choose; when absent twice the target modes, or as many as there are places.
+    pub n_sensors: Option<usize>,
     /// Standard deviation of a shape entry, of the largest entry.
     pub shape_noise: f64,
     /// Relative standard deviation of a frequency.
     pub frequency_noise: f64,
 }
+
+/// Target modes where nobody says how many.
+const USUAL_MODES: usize = 6;
 
 /// A target mode.
 #[derive(Debug, Clone, PartialEq)]
@@ -78,13 +81,15 @@ pub fn pretest(
     let failed = |e: &dyn std::fmt::Display| UpdateError::Start(EvalError::Unsolvable { reason: e.to_string() });
     let system = model.assemble(&theta).map_err(|e| failed(&e))?;
     let rigid = model.dof_map().rigid_motions();
-    let n_elastic = options.n_modes.min(model.dof_map().n_dof());
+    let candidates = node_sensors(model);
+    // A default is what the model has room for; what is asked for is refused where it has not.
+    let n_modes = options.n_modes.unwrap_or_else(|| USUAL_MODES.min(candidates.len()));
+    let n_elastic = n_modes.min(model.dof_map().n_dof());
     let modes = solve(&system.stiffness, &system.mass, &rigid, SolveOptions { n_elastic, shift: None })
         .map_err(|e| failed(&e))?;
     let named = name_modes(model, &theta, &modes).map_err(|e| failed(&e))?;
     let targets: Vec<usize> = modes.elastic().skip(modes.n_mechanism).collect();
     let shapes = modes.shapes.select_columns(&targets);
-    let candidates = node_sensors(model);
     let s = observation_matrix(model, &candidates)?;
     let phi = &s * &shapes;
 
@@ -102,7 +107,7 @@ pub fn pretest(
     };
     let target_modes: Vec<TargetMode> = targets.iter().enumerate().map(target).collect();
 
-    let n = options.n_sensors;
+    let n = options.n_sensors.unwrap_or_else(|| (2 * targets.len()).min(candidates.len()));
     let by_independence = effective_independence(&phi, n)?;
     let observed = observation_matrix(model, given)? * &shapes;
     let given_choice = (!given.is_empty()).then(|| {

@@ -24,6 +24,11 @@ const UNSEEN: f64 = 1e-7;
 /// A parameter on its bound counts as held by it when crossing its interval would cost at least this at first order.
 const HELD: f64 = 1e-2;
 
+/// A parameter is on its bound within this share of its interval,
+const NEAR: f64 = 1e-6;
+/// and within so many standard deviations, the others known.
+const NEAR_IN_SD: f64 = 1e-2;
+
 /// The check of the quadratic model: the largest part of the rise by which the cost may differ from it.
 const CURVED: f64 = 0.25;
 
@@ -32,7 +37,8 @@ const CURVED: f64 = 0.25;
 pub struct Uncertainty {
     /// The free parameters, in the order of the model.
     pub parameters: Vec<ParameterUncertainty>,
-    /// Correlations of those with a standard deviation; zero elsewhere, one on the diagonal.
+    /// Correlations of those with a standard deviation; NaN for the others, which have none (see
+    /// [`ParameterUncertainty::why_no_sd`]).
     pub correlations: DMatrix<f64>,
     /// Number of combinations of parameters that the data and priors see.
     pub rank: usize,
@@ -57,6 +63,8 @@ pub struct ParameterUncertainty {
     pub ends_at_bound: [bool; 2],
     /// Where the interval comes from.
     pub method: IntervalMethod,
+    /// Whether it sits on a bound: no farther from it than a hundredth of a standard deviation.
+    pub on_bound: bool,
     /// The bound that holds it, if one does.
     pub held: Option<Held>,
 }
@@ -65,6 +73,15 @@ impl ParameterUncertainty {
     /// Whether the data leave the whole interval between the bounds open.
     pub fn is_undetermined(&self) -> bool {
         self.ends_at_bound == [true, true]
+    }
+
+    /// Why it has no standard deviation, and so no correlation with others; `None` where it has one.
+    pub fn why_no_sd(&self) -> Option<&'static str> {
+        match (self.sd, self.held) {
+            (Some(_), _) => None,
+            (None, Some(_)) => Some("held by a bound"),
+            (None, None) => Some("not seen alone"),
+        }
     }
 }
 
@@ -122,6 +139,7 @@ pub enum Basis {
 /// ```
 ///
 /// * `objective` - residuals in standard deviations; its cost is half their squared sum
+/// * `scaling` - of the objective, from the unit box to the parameters of the model
 /// * `x` - the optimum, in the unit box
 /// * `basis` - whether that is the minimum of this objective
 ///
@@ -140,6 +158,7 @@ pub enum Basis {
 pub fn uncertainty(
     objective: &dyn Objective,
     model: &dyn ParametricModel,
+    scaling: &Scaling,
     x: &DVector<f64>,
     basis: Basis,
 ) -> Result<Uncertainty, UpdateError> {
@@ -158,14 +177,17 @@ pub fn uncertainty(
         ));
     }
     let gradient = at.jacobian.tr_mul(&at.residuals);
-    let is_held = |j: usize| (x[j] <= 1e-6 && gradient[j] > HELD) || (x[j] >= 1.0 - 1e-6 && gradient[j] < -HELD);
-    let held: Vec<bool> = (0..n).map(is_held).collect();
+    // The share alone would put 4000 N/m in 0 ... 1e12 N/m on its bound.
+    let is_on = |distance: f64, j: usize| distance <= NEAR && distance * at.jacobian.column(j).norm() <= NEAR_IN_SD;
+    let on: Vec<[bool; 2]> = (0..n).map(|j| [is_on(x[j], j), is_on(1.0 - x[j], j)]).collect();
+    let held: Vec<bool> =
+        (0..n).map(|j| (on[j][0] && gradient[j] > HELD) || (on[j][1] && gradient[j] < -HELD)).collect();
     let open: Vec<usize> = (0..n).filter(|&j| !held[j]).collect();
     let of_open = at.jacobian.select_columns(&open);
     let known = information(&of_open, None, UNSEEN)?;
     let rho = correlations(&covariance(&of_open, None, UNSEEN)?);
     let mut sd = vec![None; n];
-    let mut correlation = DMatrix::identity(n, n);
+    let mut correlation = DMatrix::from_element(n, n, f64::NAN);
     for (a, &i) in open.iter().enumerate() {
         sd[i] = known[a].sd;
         for (b, &j) in open.iter().enumerate() {
@@ -187,35 +209,40 @@ pub fn uncertainty(
         }
     };
 
-    let scaling = Scaling::new(model);
     let parameters = model.parameters();
     let names: Vec<String> = scaling.free().iter().map(|&i| parameters.get(i).name.clone()).collect();
     let theta = scaling.theta(x);
+    let slopes = scaling.slopes(&theta);
     let in_tables = |j: usize, x_j: f64| {
         let p = parameters.get(scaling.free()[j]);
-        p.display(theta[scaling.free()[j]] + (x_j - x[j]) * scaling.width()[j])
+        p.display(match scaling.decades()[j] {
+            Some(_) => scaling.value(j, x_j),
+            None => theta[scaling.free()[j]] + (x_j - x[j]) * scaling.width()[j],
+        })
     };
     let list = (0..n)
         .map(|j| {
             let p = parameters.get(scaling.free()[j]);
-            let span = p.display(scaling.width()[j]);
+            let span = p.display(slopes[j]);
             ParameterUncertainty {
                 name: p.name.clone(),
                 sd: sd[j].map(|s| s * span.abs()),
                 interval: [in_tables(j, ends[j][0].x), in_tables(j, ends[j][1].x)],
                 ends_at_bound: [ends[j][0].is_bound, ends[j][1].is_bound],
                 method: methods[j],
+                on_bound: on[j] != [false, false],
                 held: held[j].then(|| {
                     let set: Vec<usize> = open.iter().copied().chain([j]).collect();
                     let (step, gain) = beyond(&at.jacobian.select_columns(&set), gradient[j]);
-                    let is_upper = x[j] > 0.5;
-                    Held { is_upper, would_be: step.map(|s| in_tables(j, x[j] + s)), gain }
+                    let is_upper = on[j][1];
+                    let would_be = step.map(|s| in_tables(j, x[j] + s)).filter(|v| v.is_finite());
+                    Held { is_upper, would_be, gain }
                 }),
             }
         })
         .collect();
-    let seen = identifiability(&at.jacobian, &names, Some(scaling.width()), UNSEEN)?;
-    let inseparable = shared::inseparable(model, &theta, &scaling, &seen);
+    let seen = identifiability(&at.jacobian, &names, Some(&slopes), UNSEEN)?;
+    let inseparable = shared::inseparable(model, &theta, scaling, &seen);
     Ok(Uncertainty { parameters: list, correlations: correlation, rank: seen.rank, inseparable, evaluations, remarks })
 }
 

@@ -256,8 +256,12 @@ fn a_profile_passes_the_truth_and_fails_the_guess() {
 #[test]
 fn a_test_is_planned() {
     let model = model("frame.yaml");
-    let options =
-        retune::update::PretestOptions { n_modes: 4, n_sensors: 8, shape_noise: 0.02, frequency_noise: 0.005 };
+    let options = retune::update::PretestOptions {
+        n_modes: Some(4),
+        n_sensors: Some(8),
+        shape_noise: 0.02,
+        frequency_noise: 0.005,
+    };
     let plan = pretest(&model, &[], &options).unwrap();
     assert_eq!((plan.by_independence.kept.len(), plan.modes.len()), (8, 4));
     assert!(plan.by_auto_mac.largest_off_diagonal < 0.2);

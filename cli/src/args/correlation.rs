@@ -112,10 +112,10 @@ pub(crate) enum Placement {
 pub(crate) struct Pretest {
     /// Model file.
     pub(crate) model: PathBuf,
-    /// Number of target modes.
-    #[arg(short = 'n', long, default_value_t = 6, value_parser = clap::value_parser!(u16).range(1..=200))]
-    pub(crate) modes: u16,
-    /// Number of sensors to choose; twice the modes when absent.
+    /// Number of target modes; six when absent, or as many as there are places for sensors.
+    #[arg(short = 'n', long, value_parser = clap::value_parser!(u16).range(1..=200))]
+    pub(crate) modes: Option<u16>,
+    /// Number of sensors to choose; when absent twice the modes, or as many as there are places.
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
     pub(crate) sensors: Option<u16>,
     /// How they are chosen; all ways side by side when absent.

@@ -237,10 +237,11 @@ fn functions(args: &Compare, comparison: &Comparison<'_>, a: &Assessment) -> Res
 
 /// The last lines of a comparison.
 pub(crate) fn summary(a: &Assessment) -> String {
-    format!(
-        "\nerror is (model - test)/test: plus means that the model is too high\n{}\ncost of MAC and frequencies (Gupta et al. 2015, equation (4) / 2n): {:.4}\n",
-        a.misfit, a.paper_cost
-    )
+    let mut out = format!("\nerror is (model - test)/test: plus means that the model is too high\n{}\n", a.misfit);
+    if !(a.pairs.is_empty() && a.unpaired_test.is_empty()) {
+        out += &format!("cost of MAC and frequencies (Gupta et al. 2015, equation (4) / 2n): {:.4}\n", a.paper_cost);
+    }
+    out
 }
 
 fn as_json(test: &TestData, a: &Assessment, parts: &Parts, judged: Option<(&CriteriaProfile, &Judgement)>) -> Value {

@@ -29,10 +29,9 @@ pub(crate) fn run(args: &Arguments) -> Result<u8, Failure> {
         let value = scalar(word, text, "1")?;
         if value > 0.0 { Ok(value) } else { Err(Failure::text(format!("{word} is {text}; it must be above zero"))) }
     };
-    let modes = usize::from(args.modes);
     let options = PretestOptions {
-        n_modes: modes,
-        n_sensors: args.sensors.map_or(2 * modes, usize::from),
+        n_modes: args.modes.map(usize::from),
+        n_sensors: args.sensors.map(usize::from),
         shape_noise: positive("--noise-shape", &args.noise_shape)?,
         frequency_noise: positive("--noise-frequency", &args.noise_frequency)?,
     };

@@ -11,7 +11,7 @@ use retune::model::ParametricModel;
 use retune::objective::Scaling;
 use retune::optim::{Posterior, Tmcmc};
 use retune::report::text::{Align, Table, number};
-use retune::update::{Settings, TestCase, sample_posterior};
+use retune::update::{Peak, Sampled, Settings, TestCase, sample_posterior};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 
@@ -32,7 +32,7 @@ pub(crate) fn run(args: &Sample) -> Result<u8, Failure> {
     }
     let cases: Vec<TestCase<'_>> = all.iter().map(|t| TestCase { model: &t.model, test: &t.test }).collect();
     let sampler = Tmcmc { n_samples: args.samples as usize, seed: args.seed, cancel: stop_flag(), ..Tmcmc::default() };
-    let (found, reduced) = sample_posterior(&cases, &settings, &sampler)?;
+    let Sampled { posterior: found, peaks, reduced } = sample_posterior(&cases, &settings, &sampler)?;
     let model = &all[0].model;
     let scaling = Scaling::new(model);
     let shown = |j: usize, x: f64| {
@@ -66,6 +66,7 @@ pub(crate) fn run(args: &Sample) -> Result<u8, Failure> {
             "stages": found.n_stages,
             "evaluations": found.evaluations,
             "acceptance": found.acceptance,
+            "peaks": peaks.iter().map(|p| peak_json(p, &name, &unit)).collect::<Vec<_>>(),
             "reduced": reduced.as_ref().map(reduced_json),
             "lowest_cost": found.costs.iter().copied().fold(f64::INFINITY, f64::min),
         }));
@@ -89,7 +90,7 @@ pub(crate) fn run(args: &Sample) -> Result<u8, Failure> {
     out += &rows.render(&style(&std::io::stdout()));
     let _ = writeln!(
         out,
-        "\nln Z = {:.2} ± {:.2}, the evidence of the model over its bounds\n{} samples after {} stages and {} evaluations; {:.0} % of the last steps accepted",
+        "\nln Z = {:.2} ± {:.2} (standard error), the evidence of the model over its bounds\n{} samples after {} stages and {} evaluations; {:.0} % of the last steps accepted",
         found.log_evidence,
         found.log_evidence_se,
         found.samples.len(),
@@ -97,6 +98,9 @@ pub(crate) fn run(args: &Sample) -> Result<u8, Failure> {
         found.evaluations,
         100.0 * found.acceptance
     );
+    if !peaks.is_empty() {
+        out += &folded(&peaks_text(&peaks, &name, &unit), &style(&std::io::stdout()));
+    }
     if let Some(r) = &reduced {
         out += &folded(reduced_text(r).trim_start(), &style(&std::io::stdout()));
     }
@@ -109,6 +113,25 @@ pub(crate) fn run(args: &Sample) -> Result<u8, Failure> {
 
 /// What Ctrl-C means before there are samples.
 const BEFORE: &str = "stopped before sampling began: nothing was evaluated yet, and nothing was written";
+
+/// The peaks of a posterior, a line each.
+fn peaks_text<'a>(peaks: &[Peak], name: &dyn Fn(usize) -> &'a str, unit: &dyn Fn(usize) -> &'a str) -> String {
+    let mut out = format!(
+        "\nthe posterior has {} peaks with nothing probable between them; the means and standard deviations above are of all together\n",
+        peaks.len()
+    );
+    for p in peaks {
+        let value = |k: usize| format!("{} = {} ± {} {}", name(k), number(p.mean[k]), number(p.sd[k]), unit(k));
+        let values: Vec<String> = (0..p.mean.len()).map(|k| value(k).trim_end().to_string()).collect();
+        let _ = writeln!(out, "  {:.0} % of the samples: {}", 100.0 * p.share, values.join(", "));
+    }
+    out
+}
+
+fn peak_json<'a>(p: &Peak, name: &dyn Fn(usize) -> &'a str, unit: &dyn Fn(usize) -> &'a str) -> Value {
+    let one = |k: usize| json!({"name": name(k), "unit": unit(k), "mean": p.mean[k], "sd": p.sd[k]});
+    json!({"share": p.share, "parameters": (0..p.mean.len()).map(one).collect::<Vec<_>>()})
+}
 
 /// The samples as CSV: parameters in the units of the tables, and half the squared misfit.
 fn table(

@@ -80,6 +80,7 @@ pub(crate) fn run(args: &Update) -> Result<u8, Failure> {
             "evaluations": u.optimum.evaluations + u.optimum.linearizations,
             "termination": u.optimum.termination.text(),
             "parameters": uncertain::parameters_json(&u),
+            "alternatives": uncertain::alternatives_json(&u),
             "unidentifiable": uncertain::unidentifiable_json(&u.uncertainty),
             "rank": u.uncertainty.rank,
             "remarks": u.uncertainty.remarks,

@@ -57,7 +57,8 @@ pub struct SparseModes {
 /// * `known` - M-orthonormal modes with λ = 0 that are known, as the rigid-body modes are from geometry (n x known)
 /// * `start` - shapes to begin with, such as the modes of a neighbouring candidate (n x any number)
 ///
-/// Fewer modes come out where the rank of M allows no more. The same input gives the same bits.
+/// Fewer modes come out where the rank of M allows no more, and none where none is wanted: the matrices are factored all the
+/// same, so that what has no answer is told. The same input gives the same bits.
 ///
 /// # Errors
 /// [`LinalgError::NotPositiveDefinite`] if K + aM is not; [`LinalgError::MissedModes`] if the count finds more modes than
@@ -279,7 +280,8 @@ impl Search<'_> {
 
 /// The first gap above the wanted modes: how many modes lie below it, and its middle.
 fn gap(ritz: &Ritz, wanted: usize, shift: f64, tolerance: f64) -> Option<(usize, f64)> {
-    for j in wanted..ritz.theta.len() - 1 {
+    // Where none is wanted the count still needs one below its gap.
+    for j in wanted.max(1)..ritz.theta.len().saturating_sub(1) {
         let (low, high) = (ritz.theta[j - 1] - ritz.residual[j - 1], ritz.theta[j] + ritz.residual[j]);
         // In λ + a = 1/θ: a part of 10⁻³ is far above rounding of the count, and most spectra have it soon.
         if low > 0.0 && high < low * (1.0 - 1e-3) {

@@ -165,15 +165,15 @@ impl Reader<'_> {
                 let told = self.problems.len();
                 let own = self.sensor(sensor, &spec);
                 self.problems.truncate(told);
-                Some((own.place, own.is_rotation, Some(own.direction)))
+                Some((own.place, own.offset, own.is_rotation, Some(own.direction)))
             }
-            (None, Some(node)) => Some((Place::Node { node: node.clone(), position: None }, false, None)),
+            (None, Some(node)) => Some((Place::Node { node: node.clone(), position: None }, None, false, None)),
             _ => {
                 self.error(path, "give exactly one of `sensor` and `node`");
                 None
             }
         };
-        let (place, at_rotation, of_sensor) = at?;
+        let (place, offset, at_rotation, of_sensor) = at?;
         let own = l.direction.map(|d| d.0);
         let down = [0.0, 0.0, -1.0];
         let (value, is_moment, direction) = match (&l.weight, &l.force, &l.moment) {
@@ -196,7 +196,7 @@ impl Reader<'_> {
             self.error(path, format_args!("the {what} needs a `direction`"));
             return None;
         };
-        Some(StaticLoad { place, direction, is_moment, value })
+        Some(StaticLoad { place, offset, direction, is_moment, value })
     }
 
     pub(super) fn frf_fit(&mut self, f: &FrfSpec) -> FrfFit {

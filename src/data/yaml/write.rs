@@ -149,7 +149,7 @@ pub fn write_test(data: &TestData) -> String {
 
 /// A load at the sensor that stands in its place, else on its node.
 fn load(l: &StaticLoad, sensors: &[Sensor], si: &dyn Fn(f64, &str) -> Scalar) -> StaticLoadSpec {
-    let sensor = sensors.iter().find(|s| s.place == l.place).map(|s| s.name.clone());
+    let sensor = sensors.iter().find(|s| s.place == l.place && s.offset == l.offset).map(|s| s.name.clone());
     let node = match &l.place {
         Place::Node { node, .. } if sensor.is_none() => Some(node.clone()),
         _ => None,

@@ -1,12 +1,13 @@
 //! Property values of elements: sections, cross-sections, domains.
 
-use super::{Placer, plain};
+use super::Placer;
 use crate::catalogue::did_you_mean;
 use crate::element::{Domain, Element};
 use crate::model::geometry::constant;
 use crate::model::spec::{SectionSpec, SectionValue, ShapeSpec};
 use crate::model::value::{Affine, Value};
 use crate::units::Scalar;
+use crate::units::plain;
 use crate::yaml::{Problem, child};
 
 impl Placer<'_> {

@@ -457,3 +457,38 @@ fn a_point_outside_the_box_is_refused() {
         "an optimizer asked for a point whose parameter 0 is 1.2; it must be between 0 and 1"
     );
 }
+
+/// r = exp(x) - exp(½), which has a cost everywhere and derivatives only where the function says so.
+struct Patchy<F>(F);
+
+impl<F: Fn(f64) -> bool + Send + Sync> Objective for Patchy<F> {
+    fn n_parameters(&self) -> usize {
+        1
+    }
+    fn n_residuals(&self) -> usize {
+        1
+    }
+    fn residuals(&self, x: &DVector<f64>) -> Result<DVector<f64>, EvalError> {
+        Ok(DVector::from_element(1, x[0].exp() - 0.5_f64.exp()))
+    }
+    fn linearize(&self, x: &DVector<f64>) -> Result<Linearization, EvalError> {
+        if !(self.0)(x[0]) {
+            return Err(EvalError::NotFinite { name: "slope".into() });
+        }
+        let slope = crate::linalg::DMatrix::from_element(1, 1, x[0].exp());
+        Ok(Linearization { residuals: self.residuals(x)?, jacobian: slope })
+    }
+}
+
+/// A start without derivatives is moved towards the middle, and a step to a point without them is a rejected one: neither ends the search.
+#[test]
+fn points_without_derivatives_do_not_end_a_descent() {
+    let from = |x: f64, objective: &dyn Objective| {
+        LevenbergMarquardt::default().minimize(&DVector::from_element(1, x), &mut Run::new(objective)).unwrap()
+    };
+    let found = from(0.05, &Patchy(|x: f64| x > 0.08));
+    assert!((found.x[0] - 0.5).abs() < 1e-9, "{}", found.x[0]);
+    // From 0.95 the first step leads to 0.587, where there is no slope.
+    let found = from(0.95, &Patchy(|x: f64| !(0.56..0.62).contains(&x)));
+    assert!((found.x[0] - 0.5).abs() < 1e-9, "{}", found.x[0]);
+}

@@ -1,7 +1,7 @@
 //! Modes, pairs and frequency responses of model and test.
 
 use super::{Floats, Spectrum};
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 
 /// Mode shapes of both sides.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -131,8 +131,15 @@ pub struct LabelledMatrix {
     pub rows: Vec<String>,
     /// Names of the columns.
     pub columns: Vec<String>,
-    /// Row after row.
+    /// Row after row; what has no value is NaN, in JSON null, on the page blank.
+    #[serde(deserialize_with = "with_gaps")]
     pub values: Vec<Vec<f64>>,
+}
+
+/// Rows of numbers and nulls.
+fn with_gaps<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<Vec<f64>>, D::Error> {
+    let rows = Vec::<Vec<Option<f64>>>::deserialize(deserializer)?;
+    Ok(rows.into_iter().map(|row| row.into_iter().map(|v| v.unwrap_or(f64::NAN)).collect()).collect())
 }
 
 /// Frequency response functions of test and model on common lines.

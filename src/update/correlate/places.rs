@@ -181,9 +181,9 @@ pub fn places(
 /// A change of a fifth in one member moves a frequency by some per cent: two modes nearer than that may change places.
 const CLOSE: f64 = 0.05;
 
-/// Residuals of the paired modes, and what a relative change of each member's stiffness does to them.
+/// Residuals of the paired modes and of the static readings, and what a relative change of each member's stiffness does to them.
 ///
-/// A frequency and then a shape with its scale taken out, pair by pair: all standard normal under noise alone. Modes whose
+/// A frequency and then a shape with its scale taken out, pair by pair, then the readings: all standard normal under noise alone. Modes whose
 /// frequency is within [`CLOSE`] of another's are left out: a small change turns them into each other, and nothing about
 /// that is linear.
 ///
@@ -245,6 +245,10 @@ fn effects(
         }
         blocks.push(block);
     }
+    if let Some((own, block)) = static_effects(comparison, a, members) {
+        residuals.extend(own);
+        blocks.push(block);
+    }
     let mut effects = DMatrix::zeros(residuals.len(), members.len());
     let mut first = 0;
     for block in blocks {
@@ -252,4 +256,33 @@ fn effects(
         first += block.nrows();
     }
     (DVector::from_vec(residuals), effects)
+}
+
+/// Residuals of the static readings, and what a relative change of each member's stiffness does to them; none without readings.
+///
+/// ```text
+/// ∂reading/∂δ_e = -λᵀ K_e u,    K u = f,   K λ = s
+/// ```
+fn static_effects(
+    comparison: &Comparison<'_>,
+    a: &Assessment,
+    members: &[ElementMatrix],
+) -> Option<(Vec<f64>, DMatrix<f64>)> {
+    if a.readings.is_empty() {
+        return None;
+    }
+    let factor = a.prediction.system().ok()?.stiffness.clone().cholesky()?;
+    let u = factor.solve(comparison.loads());
+    let tests = &comparison.test().static_tests;
+    let measured = tests.iter().enumerate().flat_map(|(k, t)| t.readings.iter().map(move |r| (k, r)));
+    let mut block = DMatrix::zeros(a.readings.len(), members.len());
+    for (row, (k, reading)) in measured.enumerate() {
+        let adjoint = factor.solve(&comparison.sensors().row(reading.sensor).transpose());
+        let energy = |m: &ElementMatrix| -> f64 {
+            let at = |v: &[f64]| DVector::from_iterator(m.dofs.len(), m.dofs.iter().map(|&d| v[d]));
+            at(adjoint.as_slice()).dot(&(&m.matrix * at(u.column(k).as_slice())))
+        };
+        members.iter().enumerate().for_each(|(e, m)| block[(row, e)] = -energy(m) / reading.measured.sd);
+    }
+    Some((a.readings.iter().map(|r| (r.model - r.measured) / r.sd).collect(), block))
 }

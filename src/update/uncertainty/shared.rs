@@ -64,7 +64,7 @@ fn mass_gradients(model: &dyn ParametricModel, theta: &[f64], scaling: &Scaling)
     };
     let n = scaling.len();
     let mut out: Vec<(String, DVector<f64>)> = Vec::new();
-    for (column, (&j, width)) in scaling.free().iter().zip(scaling.width()).enumerate() {
+    for (column, (&j, width)) in scaling.free().iter().zip(scaling.slopes(theta)).enumerate() {
         let shifted = |sign: f64| {
             let mut theta = theta.to_vec();
             theta[j] += sign * 1e-6 * width;
