@@ -288,13 +288,13 @@ pub struct TestData {
 impl TestData {
     /// Whether there is something beside modes that a model could be compared with.
     pub fn has_more_than_modes(&self) -> bool {
-        !Self { modes: Vec::new(), ..self.clone() }.has_nothing()
+        let has_functions = self.frfs.is_some() && self.frf_fit.is_some();
+        !self.mass_properties.is_empty() || !self.static_tests.is_empty() || has_functions
     }
 
     /// Whether there is nothing in it that a model could be compared with.
     pub fn has_nothing(&self) -> bool {
-        let has_functions = self.frfs.is_some() && self.frf_fit.is_some();
-        self.modes.is_empty() && self.mass_properties.is_empty() && self.static_tests.is_empty() && !has_functions
+        self.modes.is_empty() && !self.has_more_than_modes()
     }
 }
 

@@ -15,6 +15,11 @@ pub enum DiagnosisError {
         "the test has nothing to compare with: no modes (`retune identify` finds them in functions), no static tests, no mass properties"
     )]
     NoData,
+    /// Nothing of the test is of the model.
+    #[error(
+        "no measured mode has a probable partner in the model, so there is nothing to diagnose: does the test belong to this structure, in these units? `retune compare` shows the MAC, and `pair_with` in the test file names partners"
+    )]
+    NoPartner,
     /// No start of a fit could be evaluated.
     #[error("no start of the fit can be evaluated")]
     NoStart,

@@ -340,8 +340,9 @@ fn investigate_these(
     weight: Option<f64>,
     settings: &Settings,
 ) -> Result<Investigation, DiagnosisError> {
-    if scene.test.modes.iter().all(|m| m.standing.is_aside()) {
-        return Err(DiagnosisError::NoModes);
+    let is_aside = scene.test.modes.iter().all(|m| m.standing.is_aside());
+    if is_aside && !scene.cases.iter().any(|c| c.test.has_more_than_modes()) {
+        return Err(DiagnosisError::NoPartner);
     }
     let base = stage_begun(scene, starts, begun, weight.unwrap_or(1.0), settings)?;
     let refits = refit(&base, false)?;

@@ -14,8 +14,8 @@
 mod gates;
 mod partner;
 
-use self::gates::{Gates, called, probability};
 pub(crate) use self::gates::why_unpaired;
+use self::gates::{Gates, called, probability};
 use self::partner::{names, resolve};
 use super::prediction::{Comparison, Prediction};
 use super::scaling::Scaling;

@@ -18,7 +18,6 @@ use crate::diagnosis::Learned;
 use crate::identify::real_shape;
 use crate::linalg::{Complex, DMatrix};
 use crate::model::{Model, ParametricModel, Target};
-use crate::objective::Comparison as Comparing;
 use crate::update::{
     Alternative, AssessedPair, Assessment, HowToPair, ParameterChange, ParameterUncertainty, Uncertainty, Update,
     UpdateError, assess, compared, paired_test,
