@@ -160,12 +160,14 @@ impl Pairings {
     /// * `factors` - of the standard deviations of every sensor's readings
     /// * `is_allowed` - (test mode, mode of the model)
     /// * `given` - partners that the user has named
+    /// * `n_parameters` - of the derivatives; a test without modes has as many
     pub(crate) fn new(
         measured: &[Measured<'_>],
         modelled: &[Modelled],
         factors: &[f64],
         is_allowed: impl Fn(usize, usize) -> bool,
         given: Vec<Option<usize>>,
+        n_parameters: usize,
     ) -> Self {
         let band = measured.iter().map(|m| m.frequency.0);
         let (low, high) = band.fold((f64::INFINITY, 0.0_f64), |(l, h), f| (l.min(f), h.max(f)));
@@ -187,7 +189,6 @@ impl Pairings {
             .zip(&units)
             .map(|(m, u)| (0..modelled.len()).map(|a| Terms::new(m, u.as_ref(), modelled, a)).collect())
             .collect();
-        let n_parameters = modelled.first().map_or(0, |m| m.d_ln_f.len());
         // A mode that the user has paired takes no other, and no other takes its partner.
         let is_free = |i: usize, a: usize| given[i].is_none() && !given.contains(&Some(a));
         let allowed = DMatrix::from_fn(measured.len(), modelled.len(), |i, a| is_free(i, a) && is_allowed(i, a));

@@ -408,11 +408,8 @@ fn name(
         p.doubt(i, left, something_else(&project(&q, &r.fit.r), degrees_of_freedom(&r.fit, &q)));
     }
     let spread = otherwise.spread(&refits[chosen]);
-    let remainder = match spread {
-        Some(spread) => spread.to_string(),
-        None if found.passes => place_of(&base.scene, &base.fit, &base.q),
-        None => found.text.clone(),
-    };
+    let place = if found.passes { place_of(&base.scene, &base.fit, &base.q) } else { found.text.clone() };
+    let remainder = spread.map_or_else(|| place.clone(), |spread| format!("{spread}; {place}"));
     Ok(Answer { chosen, remainder, spread: spread.cloned(), ..Answer::default() })
 }
 

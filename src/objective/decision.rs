@@ -355,7 +355,7 @@ impl Inference<'_> {
         let ones = vec![1.0; n_sensors];
         let gates = self.gates();
         let is_allowed = |k: usize, at: usize| gates.closed(c, &prediction, side.open[k], modes[at]).is_none();
-        let pairings = Pairings::new(&measured, &modelled, factors.unwrap_or(&ones), is_allowed, given);
+        let pairings = Pairings::new(&measured, &modelled, factors.unwrap_or(&ones), is_allowed, given, free.len());
         Ok(Look { prediction, modes, names, pairings })
     }
 

@@ -29,7 +29,7 @@ fn pairings(tests: &[(f64, Option<Vec<f64>>)], model: &[Modelled], given: Vec<Op
             label: None,
         })
         .collect();
-    Pairings::new(&measured, model, &vec![1.0; n], |_, _| true, given).spread(&DMatrix::from_element(1, 1, 0.3))
+    Pairings::new(&measured, model, &vec![1.0; n], |_, _| true, given, 1).spread(&DMatrix::from_element(1, 1, 0.3))
 }
 
 fn of(mode: usize, n: usize) -> Option<Vec<f64>> {

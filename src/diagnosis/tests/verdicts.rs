@@ -49,7 +49,8 @@ fn probabilities_are_odds_times_bayes_factors() {
         let together = d.together.as_ref().map_or(0.0, |t| t.probability);
         let named: &[String] = d.together.as_ref().map_or(&[], |t| &t.ids);
         let alone: f64 = d.hypotheses.iter().filter(|h| !named.contains(&h.id)).map(|h| h.probability).sum();
-        assert!(alone + together + d.probability_none + d.probability_other < 1.0 + 1e-9, "{id}");
+        let sum = alone + together + d.probability_none + d.probability_other;
+        assert!(sum < 1.0 + 1e-9, "{id}: {alone} + {together} + {} + {}", d.probability_none, d.probability_other);
         match d.verdict {
             Verdict::MissingEffect | Verdict::MeasurementFault | Verdict::SeveralEffects => {
                 assert!(d.probability_none < 0.5 && d.probability_only_other < 0.5, "{id}: {}", d.sentence);
