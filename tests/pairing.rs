@@ -76,8 +76,12 @@ fn with(test: &TestData, mode: TestMode) -> (TestData, usize) {
     (out, at)
 }
 
+fn probable() -> Settings {
+    Settings { pairing: HowToPair::probable(), ..Settings::default() }
+}
+
 fn fitted(model: &Model, test: &TestData) -> Update {
-    update(model, test, &Settings::default(), Controls::default()).expect("a fit")
+    update(model, test, &probable(), Controls::default()).expect("a fit")
 }
 
 /// Largest change of an estimate, in standard deviations of the fit without it.
@@ -204,8 +208,8 @@ fn a_few_symmetry_labels_force_no_pair() {
         mode.label =
             [None, Some("Anti"), None, None, Some("symmetric")][i.min(4)].filter(|_| i < 5).map(str::to_string);
     }
-    let paired = paired_test(&model, None, &test, &HowToPair::default()).unwrap();
-    let comparison = compared(&model, &paired, &HowToPair::default()).unwrap();
+    let paired = paired_test(&model, None, &test, &HowToPair::probable()).unwrap();
+    let comparison = compared(&model, &paired, &HowToPair::probable()).unwrap();
     let found = assess(&comparison, &starting_point(&model)).unwrap();
     assert!(!found.pairs.is_empty());
     for p in &found.pairs {
@@ -226,7 +230,7 @@ fn the_users_word_pairs() {
     let unpaired: Vec<usize> = found.after.unpaired_test.iter().map(|u| u.mode).collect();
     assert!(unpaired.contains(&3) && unpaired.contains(&4), "{unpaired:?}");
     test.modes[2].standing = Standing::With(Partner::Number(400));
-    let error = update(&model, &test, &Settings::default(), Controls::default()).unwrap_err().to_string();
+    let error = update(&model, &test, &probable(), Controls::default()).unwrap_err().to_string();
     assert!(error.contains("400 is no mode of the model"), "{error}");
 }
 
@@ -237,7 +241,7 @@ fn gates_say_what_they_keep_out() {
     let mut test = twin(&model, 6, 1);
     let hz = 1.5 * test.modes[5].frequency_hz.value;
     (test.modes[5].frequency_hz.value, test.modes[5].frequency_hz.sd) = (hz, FREQUENCY * hz);
-    let how = HowToPair { frequency_window: Some(0.3), ..HowToPair::default() };
+    let how = HowToPair { frequency_window: Some(0.3), ..HowToPair::probable() };
     let paired = paired_test(&model, None, &test, &how).unwrap();
     let comparison = compared(&model, &paired, &how).unwrap();
     let found = assess(&comparison, &starting_point(&model)).unwrap();

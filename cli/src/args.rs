@@ -97,10 +97,9 @@ pub(crate) struct Modes {
 }
 
 /// How modes of model and test are paired.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Pairing {
     /// The most probable pairs by shape, frequency, label and symmetry together; what is not of the structure has none.
-    #[default]
     Probable,
     /// Optimal assignment on MAC alone.
     Mac,
@@ -113,7 +112,8 @@ pub(crate) enum Pairing {
 /// How modes are paired, and within which limits.
 #[derive(Debug, Clone, Copy, Args)]
 pub(crate) struct PairingOptions {
-    /// How modes are paired; `pair_with`, `use` and `foreign` of a mode in the test file stand above it.
+    /// How modes are paired: by MAC in a comparison, by MAC and nearness of frequencies in a fit, by order without shapes when absent.
+    /// `pair_with`, `use` and `foreign` of a mode in the test file stand above it.
     #[arg(long, value_enum, value_name = "RULE")]
     pub(crate) pairing: Option<Pairing>,
     /// Smallest MAC of a pair.
@@ -127,13 +127,14 @@ pub(crate) struct PairingOptions {
 impl PairingOptions {
     /// For the library.
     pub(crate) fn how(self) -> HowToPair {
+        let infer = self.pairing == Some(Pairing::Probable);
         let by = match self.pairing {
             None | Some(Pairing::Probable) => None,
             Some(Pairing::Mac) => Some(PairBy::Mac),
             Some(Pairing::NearMac) => Some(PairBy::NearMac),
             Some(Pairing::Order) => Some(PairBy::Order),
         };
-        HowToPair { by, min_mac: self.min_mac, frequency_window: self.frequency_window }
+        HowToPair { infer, by, min_mac: self.min_mac, frequency_window: self.frequency_window }
     }
 }
 

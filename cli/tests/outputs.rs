@@ -593,7 +593,7 @@ fn numbers_out_of_range_are_refused_with_the_range() {
         ("identify shapes.csv --repeatability 100", "from 0 to below 100"),
         ("identify shapes.csv --peak-height NaN", "zero or above"),
         ("identify shapes.csv --order 1", "2..=400"),
-        ("twin model.yaml -o x --noise-shape -5%", "zero or above"),
+        ("twin model.yaml -o x --noise-shape -5%", "at least 0"),
         ("twin model.yaml -o x --damping nan", "--damping"),
         ("twin model.yaml -o x --averages 0", "1..=10000"),
         ("map model.yaml test.yaml --tolerance -5mm", "zero or above"),

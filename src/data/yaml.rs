@@ -1,10 +1,12 @@
 //! The YAML test file: sensors, modes with uncertainties and origins, mass properties.
 
 mod doubts;
+mod family;
 mod partner;
 mod statics;
 mod write;
 
+pub use family::family_of_label;
 pub use statics::{DEFAULT_FRF_SD, DEFAULT_STATIC_SD};
 pub use write::write_test;
 
@@ -584,23 +586,6 @@ impl Reader<'_> {
             measured: Measured { value, sd: sd.unwrap_or(default), sd_is_default: sd.is_none() },
             origin,
         })
-    }
-}
-
-/// The symmetry that a label tells: `Sym 1st Bending`, `S1B`, `Anti 2nd Torsion`, `A2T`.
-pub fn family_of_label(label: &str) -> Option<&'static str> {
-    let lower = label.to_lowercase();
-    let short = |letter: char| {
-        let mut c = lower.chars();
-        c.next() == Some(letter) && c.next().is_some_and(|d| d.is_ascii_digit()) && lower.chars().count() <= 4
-    };
-    let begins = |start: &str| lower.split(|c: char| !c.is_alphabetic()).any(|word| word.starts_with(start));
-    if begins("anti") || begins("asym") || begins("unsym") || short('a') {
-        Some("antisymmetric")
-    } else if begins("sym") || short('s') {
-        Some("symmetric")
-    } else {
-        None
     }
 }
 

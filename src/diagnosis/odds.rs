@@ -101,8 +101,11 @@ impl Probabilities {
     }
 
     fn of(&self, ln: f64) -> f64 {
-        let all = [self.ln_none, self.ln_all_other(), self.ln_several, ln_sum(&self.ln_each)];
-        (ln - ln_sum(&all)).exp()
+        // Each against the largest, and then their sum: evidences of 10⁸ have no digits left for a sum of logarithms.
+        let rest = [self.ln_none, self.ln_other, self.ln_several];
+        let all = || rest.iter().chain(&self.ln_beside).chain(&self.ln_each);
+        let top = all().copied().fold(f64::NEG_INFINITY, f64::max);
+        (ln - top).exp() / all().map(|l| (l - top).exp()).sum::<f64>()
     }
 
     /// That nothing is missing.

@@ -29,33 +29,19 @@
 //! Sources: L. Meirovitch, Analytical Methods in Vibrations, 1967, section 5-9 (orthogonality to rigid-body modes); the prior over modes is the
 //! first-order perturbation of modes by a change of stiffness (R. L. Fox, M. P. Kapoor, AIAA J. 6, 1968).
 
+mod density;
+
+use self::density::{Density, ERRORS, FACTORS, NOTHING, Shape, columns, densities, density, rigid_share, shape};
 use crate::correlation::{CorrelationError, observation_matrix_at};
 use crate::data::{Place, Sensor, TestMode};
 use crate::identify::health::{Finding, Level};
-use crate::identify::real_shape;
 use crate::linalg::{DMatrix, DVector};
 use crate::modal::SolveOptions;
 use crate::model::{Model, ParametricModel, solve_modes};
 use std::collections::BTreeMap;
-use std::f64::consts::TAU;
 
-/// Stiffness errors of the grid.
-const ERRORS: [f64; 5] = [0.01, 0.03, 0.1, 0.2, 0.4];
-/// Factors on the stated noise.
-const FACTORS: [f64; 5] = [1.0, 2.0, 4.0, 8.0, 16.0];
-/// Rigid-body motion that a suspension leaves in an elastic shape.
-const SUSPENSION: f64 = 0.01;
-/// Rigid-body motion that an error of the masses leaves, for an error of the model of 1: δM moves a = -Φ_rᵀ δM φ, half where it sits on one side.
-const OF_MASSES: f64 = 0.5;
-
-/// Standard deviation of rigid-body motion in a shape of size 1, at an error of the model.
-fn rigid_share(error: f64) -> f64 {
-    SUSPENSION.hypot(OF_MASSES * error)
-}
 /// Odds that a mode is not of the structure.
 const FOREIGN: f64 = 0.03;
-/// Least noise of an entry, relative to the root mean square of its shape.
-const LEAST_NOISE: f64 = 1e-3;
 /// Factor on log-likelihood ratios, for shapes whose errors depend on each other; see `identify::health`.
 const TEMPER: f64 = 0.5;
 /// Chance of a false alarm in one search.
@@ -147,37 +133,6 @@ pub struct SensorCheck {
     pub findings: Vec<Finding>,
 }
 
-/// One shape at one point of the grid.
-struct Density {
-    inverse: DMatrix<f64>,
-    log_det: f64,
-}
-
-/// A measured shape with what its density needs.
-struct Shape {
-    test_mode: usize,
-    y: DVector<f64>,
-    noise: DVector<f64>,
-    rms: f64,
-    /// Amplitude A.
-    amplitude: f64,
-    /// c_j at each error.
-    shares: Vec<DVector<f64>>,
-    /// By error, then factor.
-    densities: Vec<Density>,
-}
-
-/// Noise of an entry that says nothing, in units of the shape's root mean square.
-const NOTHING: f64 = 1e3;
-
-impl Shape {
-    /// Log-density of the entries as noise of their own size, but for n/2 ln 2π.
-    fn of_none(&self) -> f64 {
-        let one = |s: &f64| if *s >= NOTHING * self.rms { 2.0 * s.ln() } else { 1.0 + 2.0 * self.rms.ln() };
-        -0.5 * self.noise.iter().map(one).sum::<f64>()
-    }
-}
-
 /// Checks the sensors of a test against a model at θ.
 ///
 /// * `modes` - by ascending frequency; those without a shape do not count
@@ -205,85 +160,6 @@ pub fn check_sensors_by_model(
         s.densities = densities(s, &elastic, &rigid);
     }
     Ok(Check { sensors, modes, rigid: &rigid, elastic: &elastic, groups: groups(model, sensors), shapes }.run())
-}
-
-fn shape(test_mode: usize, mode: &TestMode, elastic: &DMatrix<f64>, lambda: &[f64]) -> Option<Shape> {
-    let measured = mode.shape.as_ref()?;
-    let real = real_shape(measured);
-    let known: Vec<bool> = real.iter().map(|v| v.is_finite()).collect();
-    let n_known = known.iter().filter(|k| **k).count();
-    let y = DVector::from_fn(real.len(), |i, _| if known[i] { real[i] } else { 0.0 });
-    let rms = (y.norm_squared() / n_known.max(1) as f64).sqrt();
-    if n_known < 3 || !(rms > 0.0 && rms.is_finite()) || real.len() != elastic.nrows() {
-        return None;
-    }
-    // Turned to a real shape, the scale stays that of the entries, and so do their deviations.
-    let stated = |i: usize| mode.shape_sd.as_ref().map_or(0.05 * rms, |sd| sd[i]);
-    // What was not measured may be anything.
-    let noise =
-        DVector::from_fn(y.len(), |i, _| if known[i] { stated(i).max(LEAST_NOISE * rms) } else { NOTHING * rms });
-    let at = (TAU * mode.frequency_hz.value).powi(2);
-    let share = |error: f64| {
-        DVector::from_fn(lambda.len(), |j, _| {
-            let gap = (lambda[j] - at).abs().max(f64::MIN_POSITIVE);
-            (2.0 * error * (lambda[j].max(0.0) * at).sqrt() / gap).min(1.0)
-        })
-    };
-    let shares: Vec<DVector<f64>> = ERRORS.iter().map(|e| share(*e)).collect();
-    // The size of a unit of the modes that are near.
-    let near = share(0.1);
-    let (mut size, mut weight) = (0.0, 0.0);
-    for j in 0..lambda.len() {
-        size += near[j].powi(2) * elastic.column(j).norm_squared();
-        weight += near[j].powi(2);
-    }
-    let amplitude = (y.norm_squared() * weight / size).sqrt();
-    amplitude.is_finite().then(|| Shape { test_mode, y, noise, rms, amplitude, shares, densities: Vec::new() })
-}
-
-/// V⁻¹ and ln det V over the grid, by Woodbury's identity.
-fn densities(shape: &Shape, elastic: &DMatrix<f64>, rigid: &DMatrix<f64>) -> Vec<Density> {
-    let mut out = Vec::with_capacity(ERRORS.len() * FACTORS.len());
-    for (share, error) in shape.shares.iter().zip(ERRORS) {
-        let columns = columns(shape, share, elastic, Some((rigid, rigid_share(error))));
-        for factor in FACTORS {
-            out.push(density(&shape.noise, factor, &columns));
-        }
-    }
-    out
-}
-
-/// Columns w of V = D + w wᵀ.
-fn columns(
-    shape: &Shape,
-    share: &DVector<f64>,
-    elastic: &DMatrix<f64>,
-    rigid: Option<(&DMatrix<f64>, f64)>,
-) -> DMatrix<f64> {
-    let (n, q) = elastic.shape();
-    let n_rigid = rigid.map_or(0, |(r, _)| r.ncols());
-    DMatrix::from_fn(n, q + n_rigid, |i, j| match rigid {
-        Some((rigid, own)) if j >= q => own * shape.amplitude * rigid[(i, j - q)],
-        _ => share[j] * shape.amplitude * elastic[(i, j)],
-    })
-}
-
-fn density(noise: &DVector<f64>, factor: f64, columns: &DMatrix<f64>) -> Density {
-    let n = noise.len();
-    let weight: Vec<f64> = noise.iter().map(|s| 1.0 / (factor * s).powi(2)).collect();
-    let weighted = DMatrix::from_fn(n, columns.ncols(), |i, j| weight[i] * columns[(i, j)]);
-    let inner = DMatrix::identity(columns.ncols(), columns.ncols()) + columns.tr_mul(&weighted);
-    let log_noise: f64 = -weight.iter().map(|w| w.ln()).sum::<f64>();
-    // I + wᵀ D⁻¹ w is positive definite; where rounding says otherwise the noise alone is left, which no data like.
-    let Some(cholesky) = inner.cholesky() else {
-        return Density { inverse: DMatrix::from_diagonal(&DVector::from_vec(weight)), log_det: f64::INFINITY };
-    };
-    let log_det = log_noise + 2.0 * cholesky.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>();
-    let mut inverse = -(&weighted * cholesky.solve(&weighted.transpose()));
-    for (i, w) in weight.iter().enumerate() {
-        inverse[(i, i)] += w;
-    }
-    Density { inverse, log_det }
 }
 
 /// Sensors on one body, where it has two or more and not all of them: a chain or an element, its nodes included.

@@ -1,7 +1,8 @@
 //! How modes are paired: one answer for every verb.
 //!
-//! By default the pairs are inferred, see [`decide`]. A user may ask for a rule instead, give gates to either, and name partners, foreign
-//! modes and unused ones in the test file.
+//! By default pairs follow a rule: in a comparison the largest total MAC within gates, in a fit MAC and nearness of frequencies without gates,
+//! and the order of frequencies where the test has no shapes. A user may ask for another rule or for pairs that are inferred, see [`decide`],
+//! give gates to either, and name partners, foreign modes and unused ones in the test file.
 
 use super::UpdateError;
 use crate::correlation::{PairBy, PairingOptions};
@@ -15,7 +16,9 @@ const FAR_OFF: f64 = 0.05;
 /// How modes are paired.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct HowToPair {
-    /// The rule; inference where none is given.
+    /// Whether pairs are inferred, with modes that are of no structure among them.
+    pub infer: bool,
+    /// The rule where they are not; the usual one where none is given.
     pub by: Option<PairBy>,
     /// Smallest MAC of a pair.
     pub min_mac: Option<f64>,
@@ -24,6 +27,11 @@ pub struct HowToPair {
 }
 
 impl HowToPair {
+    /// Pairs that are inferred.
+    pub fn probable() -> Self {
+        Self { infer: true, ..Self::default() }
+    }
+
     /// The rule by which a fit pairs, at every point, what was found to be of the structure.
     pub(crate) fn rule(&self, test: &TestData) -> PairingOptions {
         let has_shapes = test.modes.iter().any(|m| m.shape.is_some());
@@ -37,21 +45,22 @@ impl HowToPair {
 
     /// The same for a comparison, where the gates of a rule flag or forbid a pair: the usual ones where none are given.
     pub(crate) fn gated_rule(&self, test: &TestData) -> PairingOptions {
+        if self.infer {
+            let (min_mac, window) = (self.min_mac.unwrap_or(0.0), self.frequency_window.unwrap_or(f64::INFINITY));
+            return PairingOptions { min_mac, frequency_window: window, ..self.rule(test) };
+        }
         let usual = PairingOptions::default();
-        let (min_mac, window) = match self.by {
-            None => (0.0, f64::INFINITY),
-            Some(_) => (usual.min_mac, usual.frequency_window),
-        };
+        let by = Self { by: Some(self.by.unwrap_or(PairBy::Mac)), ..*self };
         PairingOptions {
-            min_mac: self.min_mac.unwrap_or(min_mac),
-            frequency_window: self.frequency_window.unwrap_or(window),
-            ..self.rule(test)
+            min_mac: self.min_mac.unwrap_or(usual.min_mac),
+            frequency_window: self.frequency_window.unwrap_or(usual.frequency_window),
+            ..by.rule(test)
         }
     }
 
     /// Whether pairs are inferred.
     pub(crate) fn infers(&self) -> bool {
-        self.by.is_none()
+        self.infer
     }
 
     /// How inference is asked.

@@ -18,6 +18,10 @@ const SENSIBLE_SD: [f64; 2] = [1e-15, 1e9];
 
 /// Whether a standard deviation can be meant for a value.
 pub(super) fn is_sensible_sd(sd: f64, value: f64) -> bool {
+    // A share of nothing is nothing: then the value itself is wrong, which is said elsewhere.
+    if sd == 0.0 && value == 0.0 {
+        return true;
+    }
     let [least, most] = SENSIBLE_SD;
     // Beside a value of zero any size may be meant, as long as its square is a number.
     let size = if value == 0.0 { 1.0 } else { value.abs() };
