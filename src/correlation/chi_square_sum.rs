@@ -16,7 +16,9 @@ impl ChiSquareSum {
     pub(super) fn new(mut weights: Vec<f64>) -> Self {
         let largest = weights.iter().copied().filter(|w| w.is_finite()).fold(0.0, f64::max);
         weights.retain(|w| *w > 1e-12 * largest && w.is_finite());
-        weights.iter_mut().for_each(|w| *w /= largest);
+        for w in &mut weights {
+            *w /= largest;
+        }
         Self { weights, largest }
     }
 

@@ -246,7 +246,9 @@ pub fn pair_planned_modes(
     if plans.iter().any(|p| *p != Plan::Free) {
         let order = analytical.by_frequency(n_a);
         let mut taken = vec![false; n_a];
-        partners.iter().for_each(|p| taken[p.0] = true);
+        for p in &partners {
+            taken[p.0] = true;
+        }
         let is_same = |i: usize, j: usize| !options.same_family_only || judge.is_same_family(i, j);
         add_planned(plans, &order, &mut taken, is_same, &mut partners);
         partners.sort_by_key(|&(_, j)| rank[j]);

@@ -88,7 +88,9 @@ impl PartnerSearch {
         let n_model = families.len();
         self.taken.clear();
         self.taken.resize(n_model, false);
-        out.iter().for_each(|p| self.taken[p.0] = true);
+        for p in &out {
+            self.taken[p.0] = true;
+        }
         self.ascending.clear();
         self.ascending.extend(0..n_model);
         let (own, gated) = (&self.families, self.options.same_family_only);

@@ -170,7 +170,7 @@ mod tests {
 
     fn file(kind: &str) -> String {
         let mut text = String::from("$TITLE   = A BEAM\n$SUBTITLE=\n$LABEL   =\n");
-        for (number, lambda, z) in [(1, 0.0, 1.0), (2, 3947.841_760_435_743, 0.25), (3, 15_791.367_041_742_97, -0.5)] {
+        for (number, lambda, z) in [(1, 0.0, 1.0), (2, 3_947.841_760_435_743, 0.25), (3, 15_791.367_041_742_97, -0.5)] {
             text += &format!(
                 "$EIGENVECTOR\n{kind}\n$SUBCASE ID =           1\n$EIGENVALUE = {lambda:.7E}  MODE = {number:5}\n"
             );

@@ -27,7 +27,7 @@ struct Combination {
 
 /// The factors d of rows that are one signal, if they are.
 fn one_signal(rows: &[Vec<Complex<f64>>], fewest: usize) -> Option<Vec<f64>> {
-    let energy: Vec<f64> = rows.iter().map(|r| r.iter().map(|v| v.norm_sqr()).sum()).collect();
+    let energy: Vec<f64> = rows.iter().map(|r| r.iter().map(Complex::norm_sqr).sum()).collect();
     let largest = (0..rows.len()).max_by(|a, b| energy[*a].total_cmp(&energy[*b]))?;
     let base = &rows[largest];
     let is_whole = rows.iter().all(|r| r.len() == base.len() && r.iter().all(|v| v.is_finite()));

@@ -69,7 +69,9 @@ pub(super) fn faults(scene: &Scene) -> Vec<Fault> {
         };
         let known: Vec<usize> = case.modes().filter(is_known).collect();
         if known.len() >= FEWEST_FREQUENCIES && leaves_most(known.len(), case.modes().len()) {
-            known.into_iter().for_each(|m| add(&mut out, m, Change::Frequency(m)));
+            for m in known {
+                add(&mut out, m, Change::Frequency(m));
+            }
         }
     }
     for (case, tested) in scene.cases.iter().enumerate() {

@@ -112,7 +112,7 @@ impl fmt::Display for Spread {
             "a model whose {what} {verb} from part to part, by {percent:.0} % rms, leaves a misfit of {:.0}",
             self.misfit
         )?;
-        let most: Vec<String> = self.clear().take(SHOWN).map(|c| c.in_words()).collect();
+        let most: Vec<String> = self.clear().take(SHOWN).map(SpreadFactor::in_words).collect();
         if most.is_empty() { Ok(()) } else { write!(f, ", most of all the {}", most.join(", ")) }
     }
 }

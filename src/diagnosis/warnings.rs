@@ -134,7 +134,7 @@ pub(super) fn warnings(base: &Stage, named: &[&Refit], best: Option<&Refit>) -> 
         [] => {}
         [one] => out.push(format!("parameter {one} of the fitted model sits on its bound")),
         many => {
-            out.push(format!("{} parameters of the fitted model sit on their bounds: {}", many.len(), many.join(", ")))
+            out.push(format!("{} parameters of the fitted model sit on their bounds: {}", many.len(), many.join(", ")));
         }
     }
     Warnings { all: out, finer_mesh }

@@ -346,7 +346,7 @@ impl Inference<'_> {
             .map(|(k, &i)| MeasuredMode {
                 frequency: (test.modes[i].frequency_hz.value, test.modes[i].frequency_hz.sd),
                 shape: shapes[k].as_deref(),
-                shape_sd: test.modes[i].shape_sd.as_ref().map(|s| s.as_slice()),
+                shape_sd: test.modes[i].shape_sd.as_ref().map(DVector::as_slice),
                 label: side.labels[k].as_ref(),
             })
             .collect();

@@ -151,7 +151,9 @@ impl<'a> Comparison<'a> {
         // What is aside turns no mode of the model to itself and is compared with none.
         let aside = test.modes.iter().enumerate().filter(|(_, m)| m.standing.is_aside());
         let aside: Vec<usize> = aside.map(|(j, _)| j).collect();
-        aside.iter().for_each(|&j| shapes.column_mut(j).fill(f64::NAN));
+        for &j in &aside {
+            shapes.column_mut(j).fill(f64::NAN);
+        }
         let frequencies: Vec<f64> = test.modes.iter().map(|m| m.frequency_hz.value).collect();
         let families = test.modes.iter().map(family_of).collect();
         let plans = test.modes.iter().map(plan_of).collect();

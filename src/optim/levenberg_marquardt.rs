@@ -143,6 +143,7 @@ impl LevenbergMarquardt {
     }
 
     /// The start, or the nearest point towards the middle of the box that can be evaluated.
+    #[expect(clippy::needless_pass_by_value, reason = "the start is given away")]
     fn begin(start: DVector<f64>, walls: &Walls, run: &mut Run<'_>) -> Result<(DVector<f64>, f64, Model), Stop> {
         let mut failure = None;
         for share in TOWARDS_MIDDLE {

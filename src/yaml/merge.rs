@@ -131,7 +131,7 @@ fn quoted(value: &str) -> String {
         match c {
             '"' | '\\' => out.extend(['\\', c]),
             c if c.is_control() || matches!(c, '\u{feff}' | '\u{2028}' | '\u{2029}') => {
-                out += &format!("\\U{:08x}", u32::from(c))
+                out += &format!("\\U{:08x}", u32::from(c));
             }
             c => out.push(c),
         }

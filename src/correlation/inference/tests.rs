@@ -39,7 +39,7 @@ fn of(mode: usize, n: usize) -> Option<Vec<f64>> {
 #[test]
 fn true_modes_are_paired_and_a_foreign_one_is_not() {
     let model = modelled(6, 12);
-    let random: Vec<f64> = (0..12).map(|i| ((37 * i * i + 11) as f64).sin()).collect();
+    let random: Vec<f64> = (0..12).map(|i| f64::from(37 * i * i + 11).sin()).collect();
     let tests = [(10.6, of(1, 12)), (20.5, of(2, 12)), (24.0, Some(random)), (30.2, of(3, 12)), (41.0, None)];
     let p = pairings(&tests, &model, vec![None; 5]);
     let (form, _) = p.form(0.0);

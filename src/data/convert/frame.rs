@@ -72,7 +72,7 @@ pub(super) fn reading(file: &UniversalFile, option: Option<LocalAxes>) -> Readin
         let Dataset::Header(header) = dataset else { continue };
         let texts = [&header.program, &header.database_program, &header.description, &header.model_name];
         let is_testlab = texts.iter().any(|t| {
-            let plain: String = t.chars().filter(|c| c.is_ascii_alphanumeric()).collect();
+            let plain: String = t.chars().filter(char::is_ascii_alphanumeric).collect();
             plain.to_ascii_lowercase().contains("testlab")
         });
         if is_testlab {

@@ -72,7 +72,9 @@ fn said(axis: &Axis) -> Option<String> {
 pub(super) fn points_hz(f: &Function, hertz: f64) -> Vec<f64> {
     let mut points = f.points();
     if hertz != 1.0 {
-        points.iter_mut().for_each(|x| *x *= hertz);
+        for x in points.iter_mut() {
+            *x *= hertz;
+        }
     }
     points
 }

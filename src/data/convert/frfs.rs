@@ -82,6 +82,7 @@ pub(super) enum Naming {
 impl Naming {
     /// Components count where one number stands under several names, among the responses or among the references; a name that says what
     /// a signal is (`Force`, `Acc`) stands at one side only.
+    #[expect(clippy::needless_pass_by_value, reason = "an iterator that is cloned for each pass")]
     pub(super) fn of<'a>(functions: impl Iterator<Item = &'a Function> + Clone) -> Self {
         let is_repeated = |side: fn(&Function) -> &Entity| {
             let mut names: BTreeMap<i64, &str> = BTreeMap::new();
@@ -198,7 +199,9 @@ pub fn frfs(files: &[&UniversalFile], options: &FrfOptions) -> Result<FrfImport,
         }
         let seen = format!("functions that say they are {}", kinds_in_words(&kinds));
         notes.push(note(Level::Warning, 58, seen, format!("they are read as {}, as the options say", word(wanted))));
-        stated.iter_mut().for_each(|s| s.3 = None);
+        for s in &mut stated {
+            s.3 = None;
+        }
     }
     if options.quantity.is_none() && (kinds.len() > 1 || stated.iter().any(|(.., q)| q.is_none())) {
         let text = if kinds.len() > 1 {

@@ -144,6 +144,7 @@ pub fn read(bytes: &[u8]) -> Result<Workspace, MatError> {
 }
 
 /// The bytes of a zlib stream: `None` if it is damaged, `Some(None)` if it unfolds beyond a limit.
+#[expect(clippy::option_option, reason = "damaged and too large are two answers")]
 fn unfold(data: &[u8], limit: usize) -> Option<Option<Vec<u8>>> {
     use miniz_oxide::inflate::{TINFLStatus, decompress_to_vec_zlib_with_limit};
     match decompress_to_vec_zlib_with_limit(data, limit) {

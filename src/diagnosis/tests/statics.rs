@@ -151,7 +151,7 @@ fn what_remains_names_the_readings() {
     let truth = model(CANTILEVER);
     let mut test = bench(&truth, ON_CANTILEVER, 5);
     let reading = &mut test.static_tests[1].readings[0].measured;
-    reading.value = -4.0 * reading.value;
+    reading.value *= -4.0;
     let d = diagnose(&truth, &test, &Settings::default()).unwrap();
     assert_ne!(d.verdict, Verdict::Adequate);
     assert!(d.remainder.contains("static deflection at s1 in middle"), "{}", d.remainder);

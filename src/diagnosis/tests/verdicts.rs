@@ -1,11 +1,14 @@
 //! Stories of answers that must not be believed: noise that is no noise, faults that explain the data away, several things at once; and that
 //! probabilities, Bayes factors and verdicts agree.
 
+#![allow(clippy::format_collect, reason = "texts of a few lines, where reading matters more than one allocation")]
+
 use super::frame::told;
 use super::*;
 use crate::data::Correction;
 use crate::diagnosis::benchmark::{Plan, benchmark};
 use crate::diagnosis::faults::{Change, Fault};
+use crate::effect::Candidate;
 
 const FRAME: &str = include_str!("../../../models/frame.yaml");
 
@@ -175,7 +178,7 @@ fn three_things_that_are_wrong_are_told_and_learnt() {
     let learned = learn(&base, &test, &Settings::default(), false, 6).unwrap();
     let steps = &learned.steps;
     let mut found: Vec<String> =
-        steps.iter().filter_map(|s| s.added.as_ref().map(|c| c.id()).or_else(|| s.corrected.clone())).collect();
+        steps.iter().filter_map(|s| s.added.as_ref().map(Candidate::id).or_else(|| s.corrected.clone())).collect();
     found.sort();
     let last = steps.last().unwrap();
     assert_eq!(found, right, "{}", last.diagnosis.sentence);

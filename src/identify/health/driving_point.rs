@@ -142,7 +142,7 @@ pub(super) fn weigh(frfs: &FrfSet, o: usize, i: usize, sign: f64) -> Weighed {
     let misfit =
         |values: &[Complex<f64>], order: i32, poles: &[Complex<f64>]| misfit(&omega, values, order, poles, &noise);
     let negative: Vec<Complex<f64>> = h.iter().map(|x| -x).collect();
-    let conjugate: Vec<Complex<f64>> = h.iter().map(|x| x.conj()).collect();
+    let conjugate: Vec<Complex<f64>> = h.iter().map(Complex::conj).collect();
     let mut causes =
         vec![(Cause::Sign, misfit(&negative, n, &own)), (Cause::Conjugate, misfit(&conjugate, n, &poles(&conjugate)))];
     for q in [FrfQuantity::Receptance, FrfQuantity::Mobility, FrfQuantity::Accelerance] {

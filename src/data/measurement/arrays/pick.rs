@@ -229,7 +229,7 @@ impl Picker<'_> {
                 let &[mode_axis] = with.as_slice() else { return None };
                 let rest: Vec<usize> = (0..3).filter(|a| *a != mode_axis).collect();
                 let component = match [axes[rest[0]], axes[rest[1]]] {
-                    [3, 3] | [_, 3] => rest[1],
+                    [_, 3] => rest[1],
                     [3, _] => rest[0],
                     _ => return None,
                 };
