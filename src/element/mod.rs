@@ -17,6 +17,8 @@ mod ground_spring;
 mod input;
 mod joint;
 mod point_mass;
+mod shell;
+mod solid;
 mod spring;
 #[cfg(test)]
 mod tests;
@@ -35,8 +37,19 @@ catalogue! {
     beam::Beam,
     bushing::Bushing,
     ground_spring::GroundSpring,
+    solid::Hex20,
+    solid::Hex8,
+    solid::Hex8Reduced,
     point_mass::PointMass,
+    solid::Pyramid13,
+    solid::Pyramid5,
+    shell::Shell3,
+    shell::Shell4,
     spring::Spring,
+    solid::Tet10,
+    solid::Tet4,
+    solid::Wedge15,
+    solid::Wedge6,
 }
 
 /// The element of [`ELEMENTS`] with this name.
@@ -146,6 +159,10 @@ pub trait Element: fmt::Debug + Send + Sync {
     ///
     /// (6) = (6 x 12) (12). By default linear between two nodes, and the node itself of an element with one.
     fn interpolate(&self, input: &ElementInput<'_>, xi: f64) -> Result<[[f64; 12]; 6], ElementError> {
+        let (expected, given) = (self.nodes().len(), input.points.len());
+        if given != expected {
+            return Err(ElementError::NodeCount { expected, given });
+        }
         let far = if input.points.len() > 1 { xi } else { 0.0 };
         let mut rows = [[0.0; 12]; 6];
         for (d, row) in rows.iter_mut().enumerate() {
@@ -212,6 +229,12 @@ pub enum ElementError {
     /// Two nodes at one place.
     #[error("its nodes are at the same place, so it has no length and no axis; a `bushing` joins such nodes")]
     ZeroLength,
+    /// A solid or a shell whose volume or area is not positive somewhere.
+    #[error(
+        "it is flat or turned inside out at a point of its integration: two of its nodes are at one place, or they are not in the order of \
+         the sketch in `retune explain`"
+    )]
+    Inverted,
     /// Too few or too many nodes.
     #[error("it joins {expected} node(s), not {given}")]
     NodeCount {

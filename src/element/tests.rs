@@ -111,8 +111,13 @@ fn no_input_panics() {
                 let mut values = start.clone();
                 values[i] = Some(number);
                 for x in [0.5, 0.0, 1e-200, 1e200, f64::NAN] {
-                    let points = [[0.0; 3], [x, 0.0, 0.0]];
-                    let input = ElementInput { points: &points[..count], values: &values };
+                    let line = [[0.0; 3], [x, 0.0, 0.0]];
+                    let points: Vec<[f64; 3]> = match count {
+                        1 | 2 => line[..count].to_vec(),
+                        // The element itself, at extreme sizes.
+                        _ => element.samples()[0].points.iter().map(|p| p.map(|v| 2.0 * x * v)).collect(),
+                    };
+                    let input = ElementInput { points: &points, values: &values };
                     let _ = (element.stiffness(&input), element.mass(&input), element.damping(&input));
                     let _ = (element.interpolate(&input, 0.3), element.lacks(&input));
                 }

@@ -1,0 +1,180 @@
+//! Stiffness and mass of a flat shell, carried to its nodes.
+
+use super::super::ElementError;
+use super::Input;
+use super::material::{self, Section, mass_of, offset};
+use super::plane::{DOFS, Flat, Plane, Row};
+use crate::linalg::{DMatrix, SymMatrix};
+
+type Vector = [f64; 3];
+
+fn minus(a: Vector, b: Vector) -> Vector {
+    std::array::from_fn(|i| a[i] - b[i])
+}
+
+fn dot(a: Vector, b: Vector) -> f64 {
+    (0..3).map(|i| a[i] * b[i]).sum()
+}
+
+fn cross(a: Vector, b: Vector) -> Vector {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+/// The vector over its length, refused where it has none.
+fn unit(a: Vector) -> Result<Vector, ElementError> {
+    let length = dot(a, a).sqrt();
+    if length.is_finite() && length > 1e-150 { Ok(a.map(|v| v / length)) } else { Err(ElementError::Inverted) }
+}
+
+/// The mean plane of the nodes.
+struct Frame {
+    /// Axes x, y and the normal, in element axes.
+    axes: [Vector; 3],
+    /// Nodes in the plane.
+    at: Vec<[f64; 2]>,
+    /// Height of the nodes over the plane.
+    height: Vec<f64>,
+    /// From the plane's x axis to that of the element's axes, projected onto the plane; to y where x is normal to it.
+    material_angle: f64,
+}
+
+impl Frame {
+    /// The plane through the mean of the nodes along both diagonals (of three nodes: their plane), x along the first edge.
+    fn new(points: &[Vector]) -> Result<Self, ElementError> {
+        let n = points.len();
+        let centre: Vector = std::array::from_fn(|i| points.iter().map(|p| p[i]).sum::<f64>() / n as f64);
+        let (p, q) = (
+            minus(points[2], points[0]),
+            if n == 4 { minus(points[3], points[1]) } else { minus(points[2], points[1]) },
+        );
+        let normal = unit(cross(p, q))?;
+        let edge = minus(points[1], points[0]);
+        let along = dot(edge, normal);
+        let x = unit(std::array::from_fn(|i| edge[i] - along * normal[i]))?;
+        let y = cross(normal, x);
+        let of_plane = |p: &Vector| minus(*p, centre);
+        // 1e-6: nearer to the normal, rounding would choose the direction.
+        let reference = if normal[0].abs() < 1.0 - 1e-6 { [1.0, 0.0, 0.0] } else { [0.0, 1.0, 0.0] };
+        Ok(Self {
+            at: points.iter().map(of_plane).map(|p| [dot(p, x), dot(p, y)]).collect(),
+            height: points.iter().map(of_plane).map(|p| dot(p, normal)).collect(),
+            material_angle: dot(reference, y).atan2(dot(reference, x)),
+            axes: [x, y, normal],
+        })
+    }
+
+    /// Dofs of the mid-surface in the plane's axes from those of a node, which stands `arm` below it along the normal:
+    /// u_s = R (u + θ × arm n), θ_s = R θ.
+    fn carry(&self, arm: f64) -> [[f64; DOFS]; DOFS] {
+        let [x, y, normal] = self.axes;
+        let mut t = [[0.0; DOFS]; DOFS];
+        for (row, axis) in [x, y, normal].into_iter().enumerate() {
+            // axis · (θ × n) = θ · (n × axis)
+            let turned = cross(normal, axis);
+            for k in 0..3 {
+                t[row][k] = axis[k];
+                t[row][3 + k] = arm * turned[k];
+                t[3 + row][3 + k] = axis[k];
+            }
+        }
+        t
+    }
+
+    /// Tᵀ A T, (6 nodes) x (6 nodes).
+    fn to_nodes(&self, a: &DMatrix<f64>, offset: f64) -> SymMatrix {
+        let n = self.at.len();
+        let mut t = DMatrix::zeros(DOFS * n, DOFS * n);
+        for (k, height) in self.height.iter().enumerate() {
+            let block = self.carry(offset - height);
+            for i in 0..DOFS {
+                for j in 0..DOFS {
+                    t[(DOFS * k + i, DOFS * k + j)] = block[i][j];
+                }
+            }
+        }
+        let carried = t.tr_mul(&(a * &t));
+        let mut out = SymMatrix::zeros(DOFS * n);
+        for i in 0..DOFS * n {
+            for j in 0..=i {
+                out.add(i, j, 0.5 * (carried[(i, j)] + carried[(j, i)]));
+            }
+        }
+        out
+    }
+}
+
+/// Adds w Σ_ab row_a D_ab row_bᵀ.
+fn add_energy<const N: usize>(k: &mut DMatrix<f64>, rows: &[Row; N], d: &[[f64; N]; N], w: f64) {
+    let n = k.nrows();
+    for i in 0..n {
+        let stress: [f64; N] = std::array::from_fn(|b| w * (0..N).map(|a| rows[a][i] * d[a][b]).sum::<f64>());
+        if stress.iter().all(|s| *s == 0.0) {
+            continue;
+        }
+        for j in 0..n {
+            k[(i, j)] += (0..N).map(|b| stress[b] * rows[b][j]).sum::<f64>();
+        }
+    }
+}
+
+/// Stiffness, (6 nodes) x (6 nodes), in element axes.
+///
+/// Errors: a material that is not complete or stores no energy; an element without area, or folded over.
+pub(super) fn stiffness(plane: &'static Plane, input: &Input<'_>) -> Result<SymMatrix, ElementError> {
+    let frame = Frame::new(input.points)?;
+    let flat = Flat { plane, at: &frame.at };
+    let n = DOFS * frame.at.len();
+    let Some(section) = material::section(input, frame.material_angle)? else {
+        for (xi, _) in (plane.rules[0])() {
+            flat.local(xi)?;
+        }
+        return Ok(SymMatrix::zeros(n));
+    };
+    let Section { membrane, bending, shear, drilling } = section;
+    let mut k = DMatrix::zeros(n, n);
+    for (xi, weight) in (plane.rules[0])() {
+        let at = flat.local(xi)?;
+        let [xx, yy, xy, drill] = flat.membrane(&at);
+        add_energy(&mut k, &[xx, yy, xy], &membrane, weight * at.det);
+        add_energy(&mut k, &[drill], &[[drilling]], weight * at.det);
+    }
+    for (xi, weight) in (plane.rules[1])() {
+        let at = flat.local(xi)?;
+        add_energy(&mut k, &flat.bending(&at), &bending, weight * at.det);
+    }
+    for (xi, weight) in (plane.rules[2])() {
+        let at = flat.local(xi)?;
+        add_energy(&mut k, &flat.shear(xi, &at), &shear, weight * at.det);
+    }
+    Ok(frame.to_nodes(&k, offset(input)))
+}
+
+/// Mass, (6 nodes) x (6 nodes), in element axes: displacements by the functions of the corners, rotary inertia ρ t³/12 about both axes in
+/// the plane, none about the normal; lumped, a share of the area's mass at every node and no rotary inertia.
+pub(super) fn mass(plane: &'static Plane, input: &Input<'_>) -> Result<SymMatrix, ElementError> {
+    material::check(input)?;
+    let frame = Frame::new(input.points)?;
+    let flat = Flat { plane, at: &frame.at };
+    let [per_area, rotary, lumping] = mass_of(input)?;
+    let nodes = frame.at.len();
+    let mut m = DMatrix::zeros(DOFS * nodes, DOFS * nodes);
+    for (xi, weight) in (plane.rules[3])() {
+        let at = flat.local(xi)?;
+        let area = weight * at.det;
+        for i in 0..nodes {
+            for d in 0..3 {
+                m[(DOFS * i + d, DOFS * i + d)] += lumping * area * per_area * at.n[i];
+            }
+            for j in 0..nodes {
+                let both = (1.0 - lumping) * area * at.n[i] * at.n[j];
+                for d in 0..3 {
+                    m[(DOFS * i + d, DOFS * j + d)] += per_area * both;
+                }
+                for d in 3..5 {
+                    m[(DOFS * i + d, DOFS * j + d)] += rotary * both;
+                }
+            }
+        }
+    }
+    Ok(frame.to_nodes(&m, offset(input)))
+}

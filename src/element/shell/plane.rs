@@ -1,0 +1,152 @@
+//! Strains of a plane element from the dofs of its nodes in the plane's axes.
+//!
+//! Dofs of a node: u, v, w, θx, θy, θz. Signs: γxz = ∂w/∂x + θy, γyz = ∂w/∂y - θx, κxx = ∂θy/∂x, κyy = -∂θx/∂y, κxy = ∂θy/∂y - ∂θx/∂x.
+
+use super::super::ElementError;
+
+/// Dofs of a node.
+pub(super) const DOFS: usize = 6;
+/// Dofs of the larger element.
+const MOST: usize = 4 * DOFS;
+
+/// A strain as a combination of the dofs of the nodes.
+pub(super) type Row = [f64; MOST];
+
+/// A point of a rule: natural coordinates and weight.
+pub(super) type Point = ([f64; 2], f64);
+
+/// What makes a plane element: its functions and the points at which it is integrated.
+pub(super) struct Plane {
+    /// Functions of the corners and their natural derivatives.
+    pub(super) corner: fn([f64; 2]) -> ([f64; 4], [[f64; 2]; 4]),
+    /// Functions of the middles of the edges (edge k goes from node k to the next), one in the middle, and their derivatives.
+    pub(super) edge: fn([f64; 2]) -> [[f64; 2]; 4],
+    /// Covariant transverse shears along ξ and η, assumed from tying points.
+    pub(super) shear: fn(&Flat<'_>, [f64; 2]) -> [Row; 2],
+    /// Points for membrane and drilling, bending, transverse shear, mass.
+    pub(super) rules: [fn() -> Vec<Point>; 4],
+}
+
+/// An element in its mean plane.
+pub(super) struct Flat<'a> {
+    pub(super) plane: &'a Plane,
+    /// Corners, m.
+    pub(super) at: &'a [[f64; 2]],
+}
+
+/// Gradients at a point.
+pub(super) struct Local {
+    /// N of the corners.
+    pub(super) n: [f64; 4],
+    /// ∂N/∂x, ∂N/∂y of the corners.
+    pub(super) d: [[f64; 2]; 4],
+    /// The same of the edges' functions.
+    edge: [[f64; 2]; 4],
+    /// J⁻¹, rows x and y.
+    pub(super) inverse: [[f64; 2]; 2],
+    /// Element of area over the weight.
+    pub(super) det: f64,
+}
+
+impl Flat<'_> {
+    pub(super) fn n_nodes(&self) -> usize {
+        self.at.len()
+    }
+
+    /// ∂x/∂ξ, ∂y/∂ξ; ∂x/∂η, ∂y/∂η.
+    pub(super) fn tangents(&self, xi: [f64; 2]) -> [[f64; 2]; 2] {
+        let (_, d) = (self.plane.corner)(xi);
+        let mut j = [[0.0; 2]; 2];
+        for (d, p) in d.iter().zip(self.at) {
+            for a in 0..2 {
+                for b in 0..2 {
+                    j[a][b] += d[a] * p[b];
+                }
+            }
+        }
+        j
+    }
+
+    /// Errors: the element is flat or folded over there.
+    pub(super) fn local(&self, xi: [f64; 2]) -> Result<Local, ElementError> {
+        let j = self.tangents(xi);
+        let det = j[0][0] * j[1][1] - j[0][1] * j[1][0];
+        let size = j[0][0].hypot(j[0][1]) * j[1][0].hypot(j[1][1]);
+        if !(det > 1e-9 * size && det.is_finite()) {
+            return Err(ElementError::Inverted);
+        }
+        let inverse = [[j[1][1] / det, -j[0][1] / det], [-j[1][0] / det, j[0][0] / det]];
+        let turned = |d: &[f64; 2]| [0, 1].map(|i: usize| inverse[i][0] * d[0] + inverse[i][1] * d[1]);
+        let (n, d) = (self.plane.corner)(xi);
+        let edge = (self.plane.edge)(xi);
+        Ok(Local { n, d: d.map(|d| turned(&d)), edge: edge.map(|d| turned(&d)), inverse, det })
+    }
+
+    /// εxx, εyy, γxy of the membrane and the drilling strain: corners bilinear, edges by Allman's parabola.
+    ///
+    /// ```text
+    /// (u, v) = Σ N_i (u_i, v_i) + Σ_k S_k (θ_j - θ_i)/8 (y_j - y_i, x_i - x_j),   edge k from i to j
+    /// drilling = Σ N_i θ_i - (∂v/∂x - ∂u/∂y)/2
+    /// ```
+    pub(super) fn membrane(&self, at: &Local) -> [Row; 4] {
+        let mut rows = [[0.0; MOST]; 4];
+        let mut add = |dof: usize, gradient: &[f64; 2], direction: [f64; 2], factor: f64| {
+            let [x, y] = gradient.map(|g| g * factor);
+            rows[0][dof] += x * direction[0];
+            rows[1][dof] += y * direction[1];
+            rows[2][dof] += y * direction[0] + x * direction[1];
+            rows[3][dof] += 0.5 * (y * direction[0] - x * direction[1]);
+        };
+        let n = self.n_nodes();
+        for i in 0..n {
+            add(DOFS * i, &at.d[i], [1.0, 0.0], 1.0);
+            add(DOFS * i + 1, &at.d[i], [0.0, 1.0], 1.0);
+            let (p, q) = (self.at[i], self.at[(i + 1) % n]);
+            let across = [q[1] - p[1], p[0] - q[0]];
+            add(DOFS * ((i + 1) % n) + 5, &at.edge[i], across, 0.125);
+            add(DOFS * i + 5, &at.edge[i], across, -0.125);
+        }
+        for i in 0..n {
+            rows[3][DOFS * i + 5] += at.n[i];
+        }
+        rows
+    }
+
+    /// κxx, κyy, κxy.
+    pub(super) fn bending(&self, at: &Local) -> [Row; 3] {
+        let mut rows = [[0.0; MOST]; 3];
+        for i in 0..self.n_nodes() {
+            let [x, y] = at.d[i];
+            rows[0][DOFS * i + 4] = x;
+            rows[1][DOFS * i + 3] = -y;
+            rows[2][DOFS * i + 4] = y;
+            rows[2][DOFS * i + 3] = -x;
+        }
+        rows
+    }
+
+    /// The covariant transverse shear along a natural direction, as the functions of the corners say it:
+    /// ∂w/∂ξ + ∂x/∂ξ θy - ∂y/∂ξ θx.
+    pub(super) fn covariant_shear(&self, xi: [f64; 2], along: usize) -> Row {
+        let (n, d) = (self.plane.corner)(xi);
+        let [x, y] = self.tangents(xi)[along];
+        let mut row = [0.0; MOST];
+        for i in 0..self.n_nodes() {
+            row[DOFS * i + 2] = d[i][along];
+            row[DOFS * i + 3] = -y * n[i];
+            row[DOFS * i + 4] = x * n[i];
+        }
+        row
+    }
+
+    /// γxz, γyz from the assumed covariant shears.
+    pub(super) fn shear(&self, xi: [f64; 2], at: &Local) -> [Row; 2] {
+        let natural = (self.plane.shear)(self, xi);
+        [0, 1].map(|i: usize| blend(&natural, at.inverse[i]))
+    }
+}
+
+/// a₀ row₀ + a₁ row₁.
+pub(super) fn blend(rows: &[Row; 2], a: [f64; 2]) -> Row {
+    std::array::from_fn(|k| a[0] * rows[0][k] + a[1] * rows[1][k])
+}

@@ -1,0 +1,226 @@
+//! Stiffness and mass of an isoparametric solid.
+
+use super::super::ElementError;
+use super::material::{Elasticity, elasticity, mass_of};
+use super::{At, Enrichment, Family, Input};
+use crate::linalg::SymMatrix;
+
+/// Three vectors as rows.
+type Three = [[f64; 3]; 3];
+
+fn determinant(j: &Three) -> f64 {
+    j[0][0] * (j[1][1] * j[2][2] - j[1][2] * j[2][1]) - j[0][1] * (j[1][0] * j[2][2] - j[1][2] * j[2][0])
+        + j[0][2] * (j[1][0] * j[2][1] - j[1][1] * j[2][0])
+}
+
+/// The inverse of a matrix of this determinant.
+fn inverse(j: &Three, det: f64) -> Three {
+    let minor = |a: usize, b: usize, c: usize, d: usize| j[a][b] * j[c][d] - j[a][d] * j[c][b];
+    let adjugate = [
+        [minor(1, 1, 2, 2), -minor(0, 1, 2, 2), minor(0, 1, 1, 2)],
+        [-minor(1, 0, 2, 2), minor(0, 0, 2, 2), -minor(0, 0, 1, 2)],
+        [minor(1, 0, 2, 1), -minor(0, 0, 2, 1), minor(0, 0, 1, 1)],
+    ];
+    adjugate.map(|row| row.map(|v| v / det))
+}
+
+/// J_ij = ∂x_j/∂ξ_i.
+fn jacobian(at: &At, points: &[[f64; 3]]) -> Three {
+    let mut j = [[0.0; 3]; 3];
+    for (d, p) in at.d.iter().zip(points) {
+        for a in 0..3 {
+            for b in 0..3 {
+                j[a][b] += d[a] * p[b];
+            }
+        }
+    }
+    j
+}
+
+/// The determinant of the Jacobian at a point, refused where it is not positive: the element is turned inside out there, or flat.
+fn volume_ratio(j: &Three) -> Result<f64, ElementError> {
+    let det = determinant(j);
+    // A flat element has rounding to either side of zero.
+    let size: f64 = j.iter().map(|row| row.iter().map(|v| v * v).sum::<f64>().sqrt()).product();
+    if det > 1e-12 * size && det.is_finite() { Ok(det) } else { Err(ElementError::Inverted) }
+}
+
+/// ∂N/∂x of every function, and the element of volume.
+fn gradients(at: &At, points: &[[f64; 3]]) -> Result<(Vec<[f64; 3]>, f64), ElementError> {
+    let j = jacobian(at, points);
+    let det = volume_ratio(&j)?;
+    let inverse = inverse(&j, det);
+    Ok((at.d.iter().map(|d| turned(&inverse, d)).collect(), det * at.weight))
+}
+
+/// J⁻¹ ∂N/∂ξ.
+fn turned(inverse: &Three, d: &[f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|i| (0..3).map(|k| inverse[i][k] * d[k]).sum())
+}
+
+/// Rows of B for the displacement `axis` of a function with gradient g: strains xx yy zz xy yz zx.
+fn strain(g: &[f64; 3], axis: usize) -> [f64; 6] {
+    let [x, y, z] = *g;
+    match axis {
+        0 => [x, 0.0, 0.0, y, 0.0, z],
+        1 => [0.0, y, 0.0, x, z, 0.0],
+        _ => [0.0, 0.0, z, 0.0, y, x],
+    }
+}
+
+/// Adds w Bᵀ D B over functions i ≥ j, three displacements each, into a full matrix of `size` rows, lower triangle.
+fn add_energy(k: &mut [f64], size: usize, gradients: &[[f64; 3]], d: &Elasticity, w: f64) {
+    let columns: Vec<[f64; 6]> = gradients.iter().flat_map(|g| (0..3).map(move |axis| strain(g, axis))).collect();
+    for (i, row) in columns.iter().enumerate() {
+        let stress: [f64; 6] = std::array::from_fn(|a| w * (0..6).map(|b| d[a][b] * row[b]).sum::<f64>());
+        for (j, column) in columns.iter().enumerate().take(i + 1) {
+            k[i * size + j] += (0..6).map(|a| stress[a] * column[a]).sum::<f64>();
+        }
+    }
+}
+
+/// Stiffness, (6 nodes) x (6 nodes), zero at rotations.
+///
+/// Errors: a material that is not complete or stores no energy; an element that is inverted or flat at a point of the rule.
+pub(super) fn stiffness(family: &Family, input: &Input<'_>) -> Result<SymMatrix, ElementError> {
+    let n = input.points.len();
+    let Some(d) = elasticity(input)? else {
+        for at in &family.stiffness {
+            volume_ratio(&jacobian(at, input.points))?;
+        }
+        return Ok(SymMatrix::zeros(6 * n));
+    };
+    let extra = if family.enrichment == Enrichment::IncompatibleModes { 3 } else { 0 };
+    let size = 3 * (n + extra);
+    let mut k = vec![0.0; size * size];
+    let centre = if extra > 0 { Some(centre(input.points)?) } else { None };
+    for at in &family.stiffness {
+        let (mut gradients, w) = gradients(at, input.points)?;
+        if let Some((inverse, det)) = &centre {
+            // ∂(1 - ξ²)/∂x with the Jacobian of the centre, so that constant strains do no work on them.
+            let ratio = det * at.weight / w;
+            for axis in 0..3 {
+                let mut slope = [0.0; 3];
+                slope[axis] = -2.0 * at.xi[axis] * ratio;
+                gradients.push(turned(inverse, &slope));
+            }
+        }
+        add_energy(&mut k, size, &gradients, &d, w);
+    }
+    if family.enrichment == Enrichment::Hourglass {
+        add_hourglass(&mut k, size, input.points, &d)?;
+    }
+    condense(&mut k, size, 3 * n)?;
+    let mut out = SymMatrix::zeros(6 * n);
+    for i in 0..3 * n {
+        for j in 0..=i {
+            out.add(6 * (i / 3) + i % 3, 6 * (j / 3) + j % 3, k[i * size + j]);
+        }
+    }
+    Ok(out)
+}
+
+/// J⁻¹ and det J of a hexahedron in its centre.
+fn centre(points: &[[f64; 3]]) -> Result<(Three, f64), ElementError> {
+    let at = At::new(super::hex8::shape, [0.0; 3], 8.0);
+    let j = jacobian(&at, points);
+    let det = volume_ratio(&j)?;
+    Ok((inverse(&j, det), det))
+}
+
+/// Eliminates the rows from `kept` on, last first: K_ij -= K_ia K_ja / K_aa.
+fn condense(k: &mut [f64], size: usize, kept: usize) -> Result<(), ElementError> {
+    for a in (kept..size).rev() {
+        let pivot = k[a * size + a];
+        // A combination of incompatible modes always strains an element that is not flat.
+        if pivot <= 0.0 || !pivot.is_finite() {
+            return Err(ElementError::Inverted);
+        }
+        for i in 0..a {
+            let factor = k[a * size + i] / pivot;
+            for j in 0..=i {
+                k[i * size + j] -= factor * k[a * size + j];
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The patterns of displacements of eight nodes that a point in the centre takes for nothing: ηζ, ζξ, ξη, ξηζ.
+const HOURGLASS: [[f64; 8]; 4] = [
+    [1.0, 1.0, -1.0, -1.0, -1.0, -1.0, 1.0, 1.0],
+    [1.0, -1.0, -1.0, 1.0, -1.0, 1.0, 1.0, -1.0],
+    [1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0],
+    [-1.0, 1.0, -1.0, 1.0, 1.0, -1.0, 1.0, -1.0],
+];
+
+/// Share of the largest stiffness against an hourglass pattern: between the patterns without resistance (0) and full integration,
+/// which locks in bending. D. P. Flanagan and T. Belytschko (1981) use 0.05 for their κ.
+const HOURGLASS_SHARE: f64 = 0.05;
+
+/// Adds κ c V Σ_i |∂N_i/∂x|² γ γᵀ for each of the four patterns, orthogonal to linear fields:
+///
+/// ```text
+/// γ = (h - Σ_axis (h·x_axis) ∂N/∂x_axis)/8        c = λ + 2 μ, the largest modulus along an axis
+/// ```
+///
+/// # Source
+/// D. P. Flanagan, T. Belytschko, A uniform strain hexahedron and quadrilateral with orthogonal hourglass control, Int. J. Numer.
+/// Meth. Engng 17 (1981) 679-706, stiffness form.
+fn add_hourglass(k: &mut [f64], size: usize, points: &[[f64; 3]], d: &Elasticity) -> Result<(), ElementError> {
+    let at = At::new(super::hex8::shape, [0.0; 3], 8.0);
+    let (g, volume) = gradients(&at, points)?;
+    let modulus = d[0][0].max(d[1][1]).max(d[2][2]);
+    let squares: f64 = g.iter().flatten().map(|v| v * v).sum();
+    let factor = HOURGLASS_SHARE * modulus * volume * squares;
+    for h in &HOURGLASS {
+        let along: [f64; 3] = std::array::from_fn(|axis| h.iter().zip(points).map(|(h, p)| h * p[axis]).sum());
+        let gamma: [f64; 8] =
+            std::array::from_fn(|i| (h[i] - (0..3).map(|axis| along[axis] * g[i][axis]).sum::<f64>()) / 8.0);
+        for axis in 0..3 {
+            for i in 0..8 {
+                for j in 0..=i {
+                    k[(3 * i + axis) * size + 3 * j + axis] += factor * gamma[i] * gamma[j];
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Mass, (6 nodes) x (6 nodes), zero at rotations: (1 - s) ∫ ρ N_i N_j dV + s × the diagonal scaled to the whole mass.
+///
+/// # Source
+/// Diagonal scaling: E. Hinton, T. Rock, O. C. Zienkiewicz, A note on mass lumping and related processes in the finite element
+/// method, Earthquake Engng Struct. Dyn. 4 (1976) 245-249.
+pub(super) fn mass(family: &Family, input: &Input<'_>) -> Result<SymMatrix, ElementError> {
+    let n = input.points.len();
+    // A material that could not be is refused by the mass too, so that an element is whole or not at all.
+    elasticity(input)?;
+    let (density, lumping) = mass_of(input);
+    let mut consistent = vec![0.0; n * n];
+    let mut total = 0.0;
+    for at in &family.mass {
+        let w = density * at.weight * volume_ratio(&jacobian(at, input.points))?;
+        total += w;
+        for i in 0..n {
+            for j in 0..=i {
+                consistent[i * n + j] += w * at.n[i] * at.n[j];
+            }
+        }
+    }
+    let trace: f64 = (0..n).map(|i| consistent[i * n + i]).sum();
+    let mut out = SymMatrix::zeros(6 * n);
+    for i in 0..n {
+        for j in 0..=i {
+            let mut m = (1.0 - lumping) * consistent[i * n + j];
+            if i == j && trace > 0.0 {
+                m += lumping * consistent[i * n + i] * total / trace;
+            }
+            for axis in 0..3 {
+                out.add(6 * i + axis, 6 * j + axis, m);
+            }
+        }
+    }
+    Ok(out)
+}
