@@ -88,7 +88,7 @@ impl PartnerSearch {
         let n_model = families.len();
         self.taken.clear();
         self.taken.resize(n_model, false);
-        for p in out.iter() {
+        for p in &*out {
             self.taken[p.0] = true;
         }
         self.ascending.clear();
