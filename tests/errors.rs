@@ -316,7 +316,7 @@ fn long_models_are_built_in_seconds() {
     });
     let links = |order: &dyn Fn(usize) -> usize| {
         (1..n)
-            .map(|k| order(k))
+            .map(order)
             .map(|i| format!("  l{i}: {{master: n{i}, slaves: [n{}]}}\n", i - 1))
             .collect::<String>()
     };

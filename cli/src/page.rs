@@ -31,15 +31,15 @@ impl Outputs<'_> {
     /// Writes everything asked for, and says what was written.
     pub(crate) fn write(&self, data: &ReportData) -> Result<Vec<String>, Failure> {
         let mut written = Vec::new();
-        if let Some(path) = self.page {
-            if writing::write(path, &html(data)?) {
-                written.push(shown(path));
-            }
+        if let Some(path) = self.page
+            && writing::write(path, &html(data)?)
+        {
+            written.push(shown(path));
         }
-        if let Some(path) = self.json {
-            if writing::write(path, &json(data)?) {
-                written.push(shown(path));
-            }
+        if let Some(path) = self.json
+            && writing::write(path, &json(data)?)
+        {
+            written.push(shown(path));
         }
         if let Some(folder) = self.svg {
             let list: Vec<_> = figures(data).into_iter().map(|f| (format!("{}.svg", f.name), f.svg)).collect();
@@ -85,9 +85,13 @@ pub(crate) fn provenance(data: &mut ReportData, read: &[(&str, &Path)], seed: Op
         // A folder stands for its files.
         let (own, others): (Vec<_>, Vec<_>) = left.into_iter().partition(|(path, _)| path.starts_with(named));
         left = others;
-        own.into_iter().for_each(|(path, sha256)| record(role, &path, sha256));
+        for (path, sha256) in own {
+            record(role, &path, sha256);
+        }
     }
-    left.into_iter().for_each(|(path, sha256)| record("read besides", &path, sha256));
+    for (path, sha256) in left {
+        record("read besides", &path, sha256);
+    }
     data.meta.commands.push(command());
     data.meta.versions.push(Named::new("report schema", data.schema.to_string()));
     if let Some(seed) = seed {

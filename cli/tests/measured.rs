@@ -600,12 +600,12 @@ fn conjugate_and_growing_poles_become_a_test_that_can_be_read() {
             .map(|(k, (re, im))| mode(*re, *im, 2 * k + 1) + &mode(*re, -im, 2 * k + 2))
             .collect::<String>()
     };
-    folder.write("modes.unv", &file(-2.2));
+    folder.write("modes.unv", file(-2.2));
     let json = folder.json("health modes.unv --json");
     assert!(!codes(&json).contains(&"double-mode".to_string()), "{json}");
     let said = folder.done("identify modes.unv -o t.yaml");
     assert!(said.out.contains("3 modes") && said.err.contains("conjugate"), "{said:?}");
-    folder.write("grows.unv", &file(2.2));
+    folder.write("grows.unv", file(2.2));
     assert!(codes(&folder.json("health grows.unv --json")).contains(&"growing-mode".to_string()));
     folder.done("identify grows.unv -o grows.yaml");
     let test = folder.read("grows.yaml");
@@ -622,7 +622,7 @@ fn a_roving_hammer_gives_a_test_with_the_points_that_were_hit() {
         "twin model.yaml --sensors sensors.yaml --frf all.csv --exciter p1 p2 p3 p4 p5 p6 --band 10 600 --lines 2049 --noise-response 0.2%",
     );
     let text: String =
-        folder.read("all.csv").lines().filter(|l| !l.starts_with('#')).map(|l| format!("{l}\n")).collect();
+        folder.read("all.csv").lines().filter(|l| !l.starts_with('#')).flat_map(|l| [l.to_owned(), "\n".into()]).collect();
     let is_kept = |name: &str| name == "frequency_hz" || name.starts_with("p6.");
     let keep: Vec<usize> =
         text.lines().next().unwrap().split(',').enumerate().filter(|(_, n)| is_kept(n)).map(|c| c.0).collect();

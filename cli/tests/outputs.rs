@@ -396,9 +396,11 @@ fn hashes_are_those_of_the_bytes_that_were_read() {
     });
     let said = f.run("report model test --json r.json");
     assert_eq!(said.code, 0, "{said:?}");
-    pipes.into_iter().for_each(|p| p.join().unwrap());
+    for pipe in pipes {
+        pipe.join().unwrap();
+    }
     let data: Value = serde_json::from_str(&f.read("r.json")).unwrap();
-    let hash = |text: &str| Sha256::digest(text).iter().map(|b| format!("{b:02x}")).collect::<String>();
+    let hash = |text: &str| Sha256::digest(text).iter().map(|b| format!("{b:02x}")).collect::<Vec<_>>().concat();
     let found: Vec<(&str, &str)> = data["meta"]["files"]
         .as_array()
         .unwrap()

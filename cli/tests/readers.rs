@@ -368,17 +368,24 @@ fn the_damping_of_an_exponential_window_is_taken_out() {
     let lines: Vec<f64> = (1..400).map(|k| value(0.25 * f64::from(k))).flat_map(|(a, b)| [a, b]).collect();
     let mut values = String::new();
     for line in lines.chunks(4) {
-        line.iter().for_each(|v| values += &format!("{v:>20.12E}"));
+        for v in line {
+            values += &format!("{v:>20.12E}");
+        }
         values.push('\n');
     }
-    let qualifiers = format!(
-        "    -1\n  1858\n{}\n{}\n{}\n{}\n{}\nNONE  NONE\nNONE\n    -1\n",
+    let wide = |v: f64| format!("{v:>15.7E}");
+    let zeros = |n: usize| wide(0.0).repeat(n);
+    let whole = |v: i32, n: usize| format!("{v:>6}").repeat(n);
+    let qualifiers = [
+        "    -1\n  1858".to_owned(),
         format!("{:>12}", 1).repeat(6),
-        format!("{:>6}{:>6}{}", 0, 4, format!("{:>6}", 0).repeat(10)),
-        format!("{:>15.7E}", 0.0).repeat(5),
-        format!("{}{:>15.7E}", format!("{:>15.7E}", 0.0).repeat(4), rate),
-        format!("{:>15.7E}", 0.0).repeat(5),
-    );
+        [whole(0, 1), whole(4, 1), whole(0, 10)].concat(),
+        zeros(5),
+        zeros(4) + &wide(rate),
+        zeros(5),
+        "NONE  NONE\nNONE\n    -1\n".to_owned(),
+    ]
+    .join("\n");
     let axis = |t: i32| format!("{t:>10}    0    0    0 NONE                 NONE\n");
     let unv = format!(
         "    -1\n   164\n         1SI                           1\n  1.0D+00  1.0D+00  1.0D+00\n  2.7D+02\n    -1\n{qualifiers}\

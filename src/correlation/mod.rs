@@ -44,7 +44,7 @@ pub use identifiability::{
     CollinearGroup, CoupledGroup, Identifiability, Information, collinear_groups, correlations, covariance,
     identifiability, information,
 };
-pub(crate) use inference::{Form, Measured as MeasuredMode, Modelled, Pairings, best, marginals};
+pub(crate) use inference::{Form, Level, Measured as MeasuredMode, Modelled, Pairings, best, level, marginals};
 pub(crate) use labels::Label;
 pub use loading::{Transducer, transducers, with_sensor_masses};
 pub use localization::{

@@ -14,10 +14,6 @@ use serde::{Deserialize, Serialize};
 /// Share of frequencies that are noted wrongly: with the shape of a mode of the model that is a fault of the measurement and no foreign
 /// mode.
 const MISREAD: f64 = 0.01;
-/// Fewest modes to be of the structure, as a share: where more are not, the model is wrong as a whole. Frequencies alone say less: a wrong
-/// form of the model misses some of them as a foreign mode would.
-const FEWEST: f64 = 0.5;
-const FEWEST_BY_FREQUENCY: f64 = 0.75;
 
 /// A measured mode without a partner, and why.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -72,13 +68,6 @@ fn settled(scene: &Scene, settings: &Settings) -> Result<(Scene, Option<DVector<
     } else {
         (decide_by_rule(&comparisons, &given.start(), how.deciding(false, 0.0))?, false)
     };
-    let (kept, all) = decision.kept();
-    let has_shapes = comparisons.iter().any(Comparison::has_shapes);
-    let fewest = if has_shapes { FEWEST } else { FEWEST_BY_FREQUENCY };
-    if (kept as f64) < fewest * all as f64 {
-        drop(comparisons);
-        return Ok((given, None));
-    }
     let tests = comparisons.iter().enumerate().map(|(k, c)| decision.applied(k, c.test())).collect();
     Ok((given.with_modes(tests), moved.then_some(decision.x)))
 }

@@ -5,7 +5,7 @@
 //! form, which lets far pairs be made, then with less:
 //!
 //! ```text
-//! τ = 0.10, 0.03, 0.01, 0.003 with k = 8, 4, 2, 1, two steps each;  then τ and k by their evidence, until the pairs stay
+//! τ = 0.1, 0.025, 0.006, 0 with k = 8, 4, 2, 1, two steps each;  then τ and k by their evidence, until the pairs stay
 //! ```
 //!
 //! What comes out is a set of measured modes. The fit itself is plain least squares of that set: among what is of the structure it pairs
@@ -19,17 +19,16 @@ use self::gates::{Gates, called, probability};
 use self::partner::{names, resolve};
 use super::prediction::{Comparison, Prediction};
 use super::scaling::Scaling;
-use crate::correlation::{CorrelationError, Form, Label, MeasuredMode, Modelled, Pairings, best, marginals};
+use crate::correlation::{CorrelationError, Form, Label, Level, MeasuredMode, Modelled, Pairings, best, level, marginals};
 use crate::data::{Standing, TestData};
 use crate::linalg::{DMatrix, DVector};
 use crate::model::ModeLabel;
 use std::sync::Arc;
 
 /// Model form of the steps, with the factor of the noise of shapes.
-const STEPS: [Form; 4] = [form(0.10, 8.0), form(0.03, 4.0), form(0.01, 2.0), form(0.003, 1.0)];
+const STEPS: [Level; 4] = [level(3, 3), level(2, 2), level(1, 1), level(0, 0)];
 /// The same for a second try, slower.
-const SLOW_STEPS: [Form; 6] =
-    [form(0.2, 8.0), form(0.1, 8.0), form(0.05, 4.0), form(0.02, 4.0), form(0.01, 2.0), form(0.005, 1.0)];
+const SLOW_STEPS: [Level; 6] = [level(4, 3), level(3, 3), level(3, 2), level(2, 2), level(1, 1), level(0, 0)];
 /// Rounds with estimated model form, at most.
 const ROUNDS: usize = 4;
 /// Longest step, in prior standard deviations.
@@ -41,13 +40,13 @@ const SPREAD_OF_VALUE: f64 = 0.3;
 const BEYOND: f64 = 2.5;
 /// A sensor has a noise of its own above so many times the median, and as many standard deviations.
 const SPOILT: f64 = 4.0;
+/// Fewest modes of a test that a fit may leave it, as a share: where more have no partner, the model is wrong as a whole and all stay.
+/// Frequencies alone say less: a wrong form of the model misses some of them as a foreign mode would be missed.
+const FEWEST: f64 = 0.5;
+const FEWEST_BY_FREQUENCY: f64 = 0.75;
 /// Probabilities of a sure pair, and of a sure foreign mode to be of the structure.
 const SURE: f64 = 0.9;
 const SURELY_NOT: f64 = 0.01;
-
-const fn form(tau: f64, k: f64) -> Form {
-    Form { tau, k }
-}
 
 /// How pairs are decided.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -85,13 +84,6 @@ impl Decision {
         out.modes.iter_mut().zip(&self.standings[k]).for_each(|(m, s)| m.standing = s.clone());
         out
     }
-
-    /// Number of modes with a partner, and of all that were to have one.
-    pub fn kept(&self) -> (usize, usize) {
-        let all = || self.standings.iter().flatten();
-        let kept = all().filter(|s| !s.is_aside()).count();
-        (kept, kept + all().filter(|s| matches!(s, Standing::Aside { .. })).count())
-    }
 }
 
 /// Decides which modes of some tests of one structure have which partners.
@@ -110,6 +102,10 @@ pub fn decide(
     let scaling = Scaling::new(first.model());
     let theta = scaling.theta(start);
     let sides = comparisons.iter().map(|c| Side::new(c, &theta)).collect::<Result<Vec<_>, _>>()?;
+    if sides.iter().all(|s| s.open.is_empty()) {
+        let given = |s: &Side<'_>| s.comparison.test().modes.iter().map(|m| m.standing.clone()).collect();
+        return Ok(Decision { x: start.clone(), standings: sides.iter().map(given).collect() });
+    }
     let inference = Inference { sides, scaling: &scaling, start, sd: spreads(first, &scaling), options };
     let unsolvable = |e: super::EvalError| CorrelationError::Model(e.to_string());
     if !options.moves || scaling.is_empty() {
@@ -234,14 +230,19 @@ struct Found {
 
 struct FoundSide {
     look: Look,
-    form: Form,
-    /// Partners of the open modes, by position in [`Look::modes`].
-    pairs: Vec<Option<usize>>,
+    /// Model form of all pairs.
+    level: Level,
+    /// Partners of the open modes, by position in [`Look::modes`], with the model form of each.
+    pairs: Vec<Option<(usize, Form)>>,
     /// P of every pair.
     p: DMatrix<f64>,
 }
 
 impl FoundSide {
+    fn partners(&self) -> Vec<Option<usize>> {
+        self.pairs.iter().map(|p| p.map(|(a, _)| a)).collect()
+    }
+
     fn foreign(&self, row: usize) -> f64 {
         (1.0 - self.p.row(row).sum()).clamp(0.0, 1.0)
     }
@@ -251,11 +252,11 @@ impl Found {
     fn is_sure(&self) -> bool {
         let is_sure = |side: &FoundSide| {
             let decided = side.pairs.iter().enumerate().all(|(i, a)| match a {
-                Some(a) => side.p[(i, *a)] > SURE,
+                Some((a, _)) => side.p[(i, *a)] > SURE,
                 None => side.foreign(i) > 1.0 - SURELY_NOT,
             });
             let paired = side.pairs.iter().flatten().count();
-            side.form == Form::NONE && decided && 2 * paired >= side.pairs.len()
+            side.level.is_none() && decided && 2 * paired >= side.pairs.len()
         };
         self.sides.iter().all(is_sure)
     }
@@ -364,10 +365,10 @@ impl Inference<'_> {
     }
 
     /// Gauss-Newton from the estimates, with less and less model form, then with that of largest evidence.
-    fn annealed(&self, steps: &[Form], with_labels: bool) -> Result<Found, super::EvalError> {
+    fn annealed(&self, steps: &[Level], with_labels: bool) -> Result<Found, super::EvalError> {
         let mut x = self.start.clone();
         let mut inverse = self.prior();
-        for form in steps {
+        for level in steps {
             for _ in 0..2 {
                 let looks = match self.looks(&x, with_labels, None) {
                     Ok(looks) => looks,
@@ -376,10 +377,12 @@ impl Inference<'_> {
                     Err(e) => return Err(e),
                 };
                 let spread = self.spread(&inverse);
-                let odds = |l: &Look| l.pairings.spread(&spread).ln_odds(*form, self.options.misread);
-                let pairs: Vec<_> = looks.iter().map(|l| best(&odds(l))).collect();
-                let parts =
-                    looks.iter().zip(&pairs).map(|(l, p)| l.pairings.normal_equations(p, *form, self.options.misread));
+                let misread = self.options.misread;
+                let parts = looks.iter().map(|l| {
+                    let seen = l.pairings.seen(Some(&spread), misread);
+                    let pairs = seen.with_forms(&best(&seen.ln_odds(*level)), *level);
+                    l.pairings.normal_equations(&pairs, misread)
+                });
                 (x, inverse) = self.step_of(&x, parts).unwrap_or((x, inverse));
             }
         }
@@ -387,12 +390,9 @@ impl Inference<'_> {
     }
 
     /// A step with the pairs and the model form that were found.
-    fn step(&self, found: &Found, pairs: &[Vec<Option<usize>>]) -> Option<(DVector<f64>, DMatrix<f64>)> {
-        let parts = found
-            .sides
-            .iter()
-            .zip(pairs)
-            .map(|(s, p)| s.look.pairings.normal_equations(p, s.form, self.options.misread));
+    fn step(&self, found: &Found) -> Option<(DVector<f64>, DMatrix<f64>)> {
+        let parts =
+            found.sides.iter().map(|s| s.look.pairings.normal_equations(&s.pairs, self.options.misread));
         self.step_of(&found.x, parts)
     }
 
@@ -442,8 +442,8 @@ impl Inference<'_> {
                 return Ok(found);
             }
             rounds -= 1;
-            let pairs: Vec<_> = found.sides.iter().map(|s| s.pairs.clone()).collect();
-            let Some((moved, h)) = self.step(&found, &pairs) else { return Ok(found) };
+            let pairs: Vec<_> = found.sides.iter().map(FoundSide::partners).collect();
+            let Some((moved, h)) = self.step(&found) else { return Ok(found) };
             let far = (&moved - &x).iter().zip(self.sd.iter()).map(|(d, s)| (d / s).abs()).fold(0.0, f64::max);
             if before.as_ref() == Some(&pairs) && far < 1e-3 {
                 // One more look with the covariance of these pairs.
@@ -456,17 +456,18 @@ impl Inference<'_> {
 
     /// Pairs, their probabilities and the model form at a point.
     fn judged(&self, x: DVector<f64>, looks: Vec<Look>, inverse: &DMatrix<f64>) -> Found {
-        let spread = self.spread(inverse);
+        let spread = self.options.moves.then(|| self.spread(inverse));
         let away = (&x - self.start).component_div(&self.sd);
         let mut score = -0.5 * away.norm_squared();
         let sides = looks
             .into_iter()
             .map(|look| {
-                let spread = look.pairings.spread(&spread);
-                let (form, own) = spread.form(self.options.misread);
+                let seen = look.pairings.seen(spread.as_ref(), self.options.misread);
+                let (level, own) = seen.level();
                 score += own;
-                let odds = spread.ln_odds(form, self.options.misread);
-                FoundSide { form, pairs: best(&odds), p: marginals(&odds), look }
+                let odds = seen.ln_odds(level);
+                let pairs = seen.with_forms(&best(&odds), level);
+                FoundSide { level, pairs, p: marginals(&odds), look }
             })
             .collect();
         Found { x, score, sides }
@@ -478,11 +479,11 @@ impl Inference<'_> {
         let one = |(side, at): (&Side<'_>, &FoundSide)| {
             let n = side.comparison.shapes().nrows();
             let mut factors = vec![1.0; n];
-            if at.form.k <= 1.0 {
+            if !at.level.is_noisy() {
                 return factors;
             }
             let (mut square, mut count) = (vec![0.0; n], vec![0_u32; n]);
-            for (row, a) in at.pairs.iter().enumerate() {
+            for (row, a) in at.partners().iter().enumerate() {
                 let i = side.open[row];
                 let (Some(a), Some(sd)) = (a, &side.comparison.test().modes[i].shape_sd) else { continue };
                 let phi = at.look.prediction.at_sensors.column(at.look.modes[*a]);
@@ -513,8 +514,21 @@ impl Inference<'_> {
     }
 
     fn decision(&self, found: &Found, is_fixed: bool) -> Decision {
-        let one = |(side, at): (&Side<'_>, &FoundSide)| self.standings(side, at, is_fixed);
-        Decision { x: found.x.clone(), standings: self.sides.iter().zip(&found.sides).map(one).collect() }
+        let mut any = false;
+        let mut one = |(side, at): (&Side<'_>, &FoundSide)| {
+            let out = self.standings(side, at, is_fixed);
+            let kept = side.open.iter().filter(|&&i| !out[i].is_aside()).count();
+            let modes = &side.comparison.test().modes;
+            let fewest = if side.comparison.has_shapes() { FEWEST } else { FEWEST_BY_FREQUENCY };
+            if self.options.moves && (kept as f64) < fewest * side.open.len() as f64 {
+                return modes.iter().map(|m| m.standing.clone()).collect();
+            }
+            any |= kept > 0;
+            out
+        };
+        let standings = self.sides.iter().zip(&found.sides).map(&mut one).collect();
+        let x = if any { found.x.clone() } else { self.start.clone() };
+        Decision { x, standings }
     }
 
     fn standings(&self, side: &Side<'_>, at: &FoundSide, is_fixed: bool) -> Vec<Standing> {
@@ -525,11 +539,11 @@ impl Inference<'_> {
         // What shapes and the user take: a mode without a shape is counted among the rest.
         let by_shape: Vec<usize> = (0..side.open.len())
             .filter(|&row| modes[side.open[row]].shape.is_some() || side.given[row].is_some())
-            .filter_map(|row| at.pairs[row].map(|a| at.look.modes[a]))
+            .filter_map(|row| at.pairs[row].map(|(a, _)| at.look.modes[a]))
             .collect();
         for (row, &i) in side.open.iter().enumerate() {
             let foreign = at.foreign(row);
-            let partner = at.pairs[row].filter(|_| side.given[row].is_some() || foreign < 0.5);
+            let partner = at.pairs[row].map(|(a, _)| a).filter(|_| side.given[row].is_some() || foreign < 0.5);
             out[i] = match partner {
                 Some(at_a) => {
                     let a = at.look.modes[at_a];
@@ -577,7 +591,7 @@ impl Inference<'_> {
         }
         let called = called(p, a, name);
         let taken =
-            at.pairs.iter().position(|q| q.is_some_and(|q| at.look.modes[q] == a)).filter(|&other| other != row);
+            at.pairs.iter().position(|q| q.is_some_and(|(q, _)| at.look.modes[q] == a)).filter(|&other| other != row);
         let taken = taken
             .map_or_else(String::new, |other| format!(", which is the partner of test mode {}", side.open[other] + 1));
         let best = if mode.shape.is_some() {

@@ -21,7 +21,7 @@ pub(crate) fn run(args: &Benchmark) -> Result<u8, Failure> {
         )));
     }
     if args.modes == 0 {
-        return Err(Failure::text("--modes 0: a test has at least one mode".to_string()));
+        return Err(Failure::text("--modes 0: a test has at least one mode"));
     }
     let plan = Plan {
         structures: args.structure.clone(),

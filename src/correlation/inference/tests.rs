@@ -1,4 +1,6 @@
+use super::terms::COUPLING;
 use super::*;
+use std::f64::consts::TAU;
 
 /// Shapes of a string at n sensors.
 fn shape(mode: usize, n: usize) -> DVector<f64> {
@@ -29,7 +31,12 @@ fn pairings(tests: &[(f64, Option<Vec<f64>>)], model: &[Modelled], given: Vec<Op
             label: None,
         })
         .collect();
-    Pairings::new(&measured, model, &vec![1.0; n], |_, _| true, given, 1).spread(&DMatrix::from_element(1, 1, 0.3))
+    Pairings::new(&measured, model, &vec![1.0; n], |_, _| true, given, 1)
+}
+
+/// The spread of the parameter.
+fn spread() -> DMatrix<f64> {
+    DMatrix::from_element(1, 1, 0.3)
 }
 
 fn of(mode: usize, n: usize) -> Option<Vec<f64>> {
@@ -42,8 +49,8 @@ fn true_modes_are_paired_and_a_foreign_one_is_not() {
     let random: Vec<f64> = (0..12).map(|i| f64::from(37 * i * i + 11).sin()).collect();
     let tests = [(10.6, of(1, 12)), (20.5, of(2, 12)), (24.0, Some(random)), (30.2, of(3, 12)), (41.0, None)];
     let p = pairings(&tests, &model, vec![None; 5]);
-    let (form, _) = p.form(0.0);
-    let odds = p.ln_odds(form, 0.0);
+    let seen = p.seen(Some(&spread()), 0.0);
+    let odds = seen.ln_odds(seen.level().0);
     assert_eq!(best(&odds), [Some(0), Some(1), None, Some(2), Some(3)]);
     let p = marginals(&odds);
     assert!(p[(0, 0)] > 0.99 && p[(3, 2)] > 0.99 && p[(4, 3)] > 0.5, "{p}");
@@ -56,8 +63,8 @@ fn a_misread_frequency_keeps_its_shape() {
     let model = modelled(6, 12);
     let tests = [(10.0, of(1, 12)), (20.0, of(2, 12)), (3.1, of(3, 12)), (40.0, of(4, 12))];
     let p = pairings(&tests, &model, vec![None; 4]);
-    assert_eq!(best(&p.ln_odds(Form::NONE, 0.01)), [Some(0), Some(1), Some(2), Some(3)]);
-    assert_eq!(best(&p.ln_odds(Form::NONE, 0.0)), [Some(0), Some(1), None, Some(3)]);
+    assert_eq!(best(&p.seen(Some(&spread()), 0.01).ln_odds(Level::NONE)), [Some(0), Some(1), Some(2), Some(3)]);
+    assert_eq!(best(&p.seen(Some(&spread()), 0.0).ln_odds(Level::NONE)), [Some(0), Some(1), None, Some(3)]);
 }
 
 #[test]
@@ -65,7 +72,7 @@ fn a_named_partner_is_taken_and_kept_from_others() {
     let model = modelled(4, 12);
     let tests = [(10.0, of(1, 12)), (20.0, of(2, 12))];
     let p = pairings(&tests, &model, vec![Some(1), None]);
-    let pairs = best(&p.ln_odds(Form::NONE, 0.0));
+    let pairs = best(&p.seen(Some(&spread()), 0.0).ln_odds(Level::NONE));
     assert_eq!(pairs[0], Some(1));
     assert_ne!(pairs[1], Some(1));
 }
@@ -101,7 +108,7 @@ fn the_density_is_that_of_the_dense_covariance() {
     let form = Form { tau: 0.02, k: 2.0 };
     let tests = [(20.9, Some(y.clone()))];
     let p = pairings(&tests, &model, vec![None]);
-    let found = p.terms[0][1].ln_density(form, true);
+    let found = p.terms[0][1].spread(&spread()).ln_density(form, true);
     // Dense: rows frequency, then sensors.
     let y = DVector::from_vec(y);
     let (length, u) = (y.norm(), model[1].shape.clone().normalize());

@@ -72,7 +72,7 @@ fn said(axis: &Axis) -> Option<String> {
 pub(super) fn points_hz(f: &Function, hertz: f64) -> Vec<f64> {
     let mut points = f.points();
     if hertz != 1.0 {
-        for x in points.iter_mut() {
+        for x in &mut *points {
             *x *= hertz;
         }
     }

@@ -15,10 +15,13 @@ pub(super) type Row = [f64; MOST];
 /// A point of a rule: natural coordinates and weight.
 pub(super) type Point = ([f64; 2], f64);
 
+/// Functions of the corners and their natural derivatives, at a point.
+pub(super) type Functions = ([f64; 4], [[f64; 2]; 4]);
+
 /// What makes a plane element: its functions and the points at which it is integrated.
 pub(super) struct Plane {
     /// Functions of the corners and their natural derivatives.
-    pub(super) corner: fn([f64; 2]) -> ([f64; 4], [[f64; 2]; 4]),
+    pub(super) corner: fn([f64; 2]) -> Functions,
     /// Functions of the middles of the edges (edge k goes from node k to the next), one in the middle, and their derivatives.
     pub(super) edge: fn([f64; 2]) -> [[f64; 2]; 4],
     /// Covariant transverse shears along ξ and η, assumed from tying points.
