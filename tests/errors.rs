@@ -315,10 +315,7 @@ fn long_models_are_built_in_seconds() {
         if i + 1 == n { "[0, 0, 0]".into() } else { format!("{{from: n{}, offset: [-1 mm, 0, 0]}}", i + 1) }
     });
     let links = |order: &dyn Fn(usize) -> usize| {
-        (1..n)
-            .map(order)
-            .map(|i| format!("  l{i}: {{master: n{i}, slaves: [n{}]}}\n", i - 1))
-            .collect::<String>()
+        (1..n).map(order).map(|i| format!("  l{i}: {{master: n{i}, slaves: [n{}]}}\n", i - 1)).collect::<String>()
     };
     let spring = format!(
         "springs: {{s: {{node: n{}, k: {{uz: 1 N/m, ry: 1 N m/rad}}}}}}\nmasses: {{m: {{node: n0, mass: 1 kg}}}}\n",

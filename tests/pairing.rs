@@ -23,7 +23,9 @@ fn n_each() -> u64 {
 }
 
 fn model(text: &str) -> Model {
-    load(text, &Registry::builtin()).expect("a model of the repository").0
+    // A twin with other masses is not as heavy as the file says that its structure is.
+    let text = text.split("\n\n").filter(|part| !part.starts_with("targets:")).collect::<Vec<_>>().join("\n\n");
+    load(&text, &Registry::builtin()).expect("a model of the repository").0
 }
 
 /// A twin of a model whose parameters are some percent off.
@@ -88,7 +90,7 @@ fn fitted(model: &Model, test: &TestData) -> Update {
 fn pull(without: &Update, other: &Update) -> (f64, String) {
     let mut most = (0.0, String::new());
     for p in &without.uncertainty.parameters {
-        let value = |u: &Update| u.parameters.iter().find(|q| q.name == p.name).map(|q| q.after_si);
+        let value = |u: &Update| u.parameters.iter().find(|q| q.name == p.name).map(|q| q.after);
         if let (Some(sd), Some(a), Some(b)) = (p.sd, value(without), value(other))
             && (a - b).abs() / sd > most.0
         {
@@ -100,6 +102,7 @@ fn pull(without: &Update, other: &Update) -> (f64, String) {
 
 #[test]
 fn one_arbitrary_mode_more_pulls_nothing() {
+    let mut wrong = Vec::new();
     for (name, text) in STRUCTURES {
         let model = model(text);
         for seed in 0..n_each() {
@@ -108,12 +111,16 @@ fn one_arbitrary_mode_more_pulls_nothing() {
             let (more, at) = with(&test, foreign(&test, seed));
             let found = fitted(&model, &more);
             let (most, which) = pull(&clean, &found);
-            assert!(most < 1.0, "{name}, seed {seed}: {which} moves by {most} standard deviations");
+            if most > 1.0 {
+                wrong.push(format!("{name}, seed {seed}: {which} moves by {most:.1} standard deviations"));
+            }
             let unpaired: Vec<usize> = found.after.unpaired_test.iter().map(|u| u.mode).collect();
-            assert_eq!(unpaired, [at], "{name}, seed {seed}: {:?}", found.after.unpaired_test);
-            assert!(found.after.unpaired_test[0].foreign.is_some_and(|p| p > 0.9), "{name}, seed {seed}");
+            if unpaired != [at] || found.after.unpaired_test[0].foreign.is_none_or(|p| p < 0.9) {
+                wrong.push(format!("{name}, seed {seed}: {at} is foreign, not {:?}", found.after.unpaired_test));
+            }
         }
     }
+    assert!(wrong.is_empty(), "{} wrong:\n{}", wrong.len(), wrong.join("\n"));
 }
 
 /// One mode less tells less: estimates move by what the mode told, which is noise of the size that the fit without it states (its
@@ -130,7 +137,9 @@ fn one_mode_less_pairs_the_others_as_before() {
             less.modes.remove(out);
             let found = fitted(&model, &less);
             assert!(found.after.unpaired_test.is_empty(), "{name}, seed {seed}: {:?}", found.after.unpaired_test);
-            let partner = |u: &Update, hz: f64| u.after.pairs.iter().find(|p| p.test_hz == hz).map(|p| p.model_mode);
+            // By name: torsion of the free beam, which no sensor sees, may come to lie on either side of a mode.
+            let partner =
+                |u: &Update, hz: f64| u.after.pairs.iter().find(|p| p.test_hz == hz).map(|p| p.model_label.clone());
             for m in &less.modes {
                 let hz = m.frequency_hz.value;
                 assert_eq!(partner(&found, hz), partner(&clean, hz), "{name}, seed {seed}: {hz} Hz");

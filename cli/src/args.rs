@@ -112,10 +112,9 @@ pub(crate) enum Pairing {
 /// How modes are paired, and within which limits.
 #[derive(Debug, Clone, Copy, Args)]
 pub(crate) struct PairingOptions {
-    /// How modes are paired: by MAC in a comparison, by MAC and nearness of frequencies in a fit, by order without shapes when absent.
-    /// `pair_with`, `use` and `foreign` of a mode in the test file stand above it.
-    #[arg(long, value_enum, value_name = "RULE")]
-    pub(crate) pairing: Option<Pairing>,
+    /// How modes are paired. `pair_with`, `use` and `foreign` of a mode in the test file stand above it.
+    #[arg(long, value_enum, value_name = "RULE", default_value = "probable")]
+    pub(crate) pairing: Pairing,
     /// Smallest MAC of a pair.
     #[arg(long, value_name = "MAC", value_parser = values::mac)]
     pub(crate) min_mac: Option<f64>,
@@ -127,14 +126,13 @@ pub(crate) struct PairingOptions {
 impl PairingOptions {
     /// For the library.
     pub(crate) fn how(self) -> HowToPair {
-        let infer = self.pairing == Some(Pairing::Probable);
         let by = match self.pairing {
-            None | Some(Pairing::Probable) => None,
-            Some(Pairing::Mac) => Some(PairBy::Mac),
-            Some(Pairing::NearMac) => Some(PairBy::NearMac),
-            Some(Pairing::Order) => Some(PairBy::Order),
+            Pairing::Probable => None,
+            Pairing::Mac => Some(PairBy::Mac),
+            Pairing::NearMac => Some(PairBy::NearMac),
+            Pairing::Order => Some(PairBy::Order),
         };
-        HowToPair { infer, by, min_mac: self.min_mac, frequency_window: self.frequency_window }
+        HowToPair { by, min_mac: self.min_mac, frequency_window: self.frequency_window }
     }
 }
 

@@ -621,8 +621,12 @@ fn a_roving_hammer_gives_a_test_with_the_points_that_were_hit() {
     folder.done(
         "twin model.yaml --sensors sensors.yaml --frf all.csv --exciter p1 p2 p3 p4 p5 p6 --band 10 600 --lines 2049 --noise-response 0.2%",
     );
-    let text: String =
-        folder.read("all.csv").lines().filter(|l| !l.starts_with('#')).flat_map(|l| [l.to_owned(), "\n".into()]).collect();
+    let text: String = folder
+        .read("all.csv")
+        .lines()
+        .filter(|l| !l.starts_with('#'))
+        .flat_map(|l| [l.to_owned(), "\n".into()])
+        .collect();
     let is_kept = |name: &str| name == "frequency_hz" || name.starts_with("p6.");
     let keep: Vec<usize> =
         text.lines().next().unwrap().split(',').enumerate().filter(|(_, n)| is_kept(n)).map(|c| c.0).collect();

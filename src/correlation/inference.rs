@@ -1,17 +1,19 @@
 //! Which mode of a model a measured mode is, or that it is none of them, as inference.
 //!
 //! A test mode i has a partner a among the modes of the model, each used once, or none: then it is foreign (a suspension, a
-//! shaker, a neighbour, a spurious pole). With y the measured shape of unit length at n sensors, u that of the model, P = I - u uᵀ:
+//! shaker, a neighbour, a spurious pole). With y the measured shape of unit length at n sensors, u that of the model, P = I - u uᵀ,
+//! c = |uᵀy|, as what changes u changes y by that share:
 //!
 //! ```text
 //! z        = [(ln f_i - ln f_a)/s_f ; P y/(k s)],      cov z = I + W Wᵀ
-//! W        = [J_f ; P J_u] C^½                          what the parameters may still move, in frequency and shape together;
+//! W        = [J_f ; c P J_u/(k s)] C^½                  what the parameters may still move, in frequency and shape together;
 //!                                                       a shape by 0.3 rad in all
 //!          | [τ/s_f ; 0]                                model form in frequency
-//!          | [0 ; P φ_b c_ab/|φ_a|/(k s)]               model form in shape: modes mix, close ones most
+//!          | [0 ; c P φ_b c_ab/|φ_a|/(k s)]             model form in shape: modes mix, close ones most
 //! c_ab     = min(1, 2 ρ τ √(λ_a λ_b)/|λ_a - λ_b|)
 //! ln p     = -½ zᵀ cov⁻¹ z - ½ ln det cov - ln(s_f √2π) - (n-1) ln(√2π k s)
 //! ln p₀    = -ln(band) + ln Γ(n/2) - n/2 ln π           foreign: any frequency of the band, any shape
+//! k s √(n-1) ≤ 0.6                                      shapes that are farther apart are not alike
 //! L_ia     = ln p - ln p₀ + ln((1 - e)/(e N)) + label   N modes of the model, e = 0.03
 //! ```
 //!

@@ -1,8 +1,9 @@
 //! Measured modes that are not of the structure.
 //!
 //! They are decided at the base, once, so that all hypotheses are compared on the same data. There the model may lack an effect of any
-//! size: what it misses is taken for model form, and its true modes stay. A mode that one hypothesis explains together with all others
-//! (a body on a spring brings one) is no foreign one: then the diagnosis with all modes is the answer.
+//! size: what it misses is taken for model form, and its true modes stay. A mode that hypotheses explain together with all others, to the
+//! noise (a body on a spring brings one, a joint that gives changes one), is no foreign one: then the diagnosis with all modes is the
+//! answer, as one cause is more probable than two.
 
 use super::scene::Scene;
 use super::{DiagnosisError, Investigation, Settings, Verdict, investigate_these};
@@ -86,18 +87,13 @@ pub(super) fn investigate(
         (0..decided.test.modes.len()).filter(|&m| found(&decided.test.modes[m].standing)).collect();
     let without = investigate_these(decided, starts, x.as_ref(), weight, settings)?;
     // Shapes tell whether a hypothesis explains a mode; a frequency alone can be had from any.
-    if !foreign.iter().any(|&m| scene.test.modes[m].shape.is_some()) || !brings_modes(&without) {
+    if !foreign.iter().any(|&m| scene.test.modes[m].shape.is_some()) {
         return named(without);
     }
     let all = investigate_these(scene.as_given(), starts, None, weight, settings)?;
-    let explains = matches!(all.diagnosis.verdict, Verdict::MissingEffect | Verdict::MeasurementFault)
-        && all.diagnosis.hypotheses.first().is_some_and(|h| h.probability > 0.5);
+    let explains =
+        matches!(all.diagnosis.verdict, Verdict::MissingEffect | Verdict::MeasurementFault | Verdict::SeveralEffects);
     named(if explains { all } else { without })
-}
-
-/// Whether an effect that brings modes of its own was screened.
-fn brings_modes(found: &Investigation) -> bool {
-    found.base.screened.iter().any(|s| s.candidate.parameters.iter().any(|p| !p.grid.is_empty()))
 }
 
 /// With what has no partner named.

@@ -15,7 +15,7 @@ use std::sync::{Mutex, OnceLock, PoisonError};
 use super::PathCounts;
 use super::prediction::{Comparison, Prediction};
 use super::scaling::Scaling;
-use crate::correlation::{ModePair, PairedModes, PartnerSearch};
+use crate::correlation::{ModePair, PairedModes, PartnerSearch, UNSEEN, hide_unseen};
 use crate::linalg::batch::{
     AffineEntry, AffinePencil, BATCH, BatchError, BatchModel, BatchModes, BatchOptions, Mirror, Outcome, Workspace,
     detect_mirror,
@@ -392,6 +392,9 @@ impl Compiled {
                 _ => [2, 0, 1][(modes.parity(lane, j) + 1) as usize],
             };
         }
+        if self.has_shapes {
+            hide_unseen(&mut p.at_sensors);
+        }
     }
 
     /// MAC of the pairs that the families allow, zero for the others, from the products that the kernel has formed.
@@ -402,9 +405,11 @@ impl Compiled {
         (modes, lane): (&BatchModes, usize),
         p: &mut Prediction,
     ) {
+        let own = |i: usize| modes.products(lane, i).last().copied().unwrap_or(0.0);
+        let least = UNSEEN * UNSEEN * (0..families.len()).map(own).fold(0.0, f64::max);
         for (i, &family) in families.iter().enumerate() {
             let Some((&own, products)) = modes.products(lane, i).split_last() else { continue };
-            let over_own = if own > 0.0 { 1.0 / own } else { 0.0 };
+            let over_own = if own > 0.0 && own >= least { 1.0 / own } else { 0.0 };
             for (j, (product, test)) in products.iter().zip(&self.tests).enumerate() {
                 let is_compared = search.is_same_family(family, j);
                 let mac = product * product * over_own * test.over_square;

@@ -25,6 +25,9 @@ const CLOSE: f64 = 0.005;
 pub(super) const DOUBLE: f64 = 1e-6;
 /// How far beside the measured band, as a factor, a mode may lie whose shape is turned: none beyond an octave is a partner.
 const OCTAVE: f64 = 2.0;
+/// A shape that is smaller at the sensors than this share of the others of its cluster is not turned, nor is a space whose shapes at the
+/// sensors are parallel but for this: the test does not tell by what angle.
+const SEEN: f64 = 1e-3;
 /// Share of a test shape that a space must explain for its modes to be turned to it.
 const EXPLAINED: f64 = 0.5;
 
@@ -72,6 +75,19 @@ pub(super) fn clusters(
     out
 }
 
+/// The modes of each cluster that the sensors see, where these are two at least.
+///
+/// * `shapes` - of all elastic modes
+/// * `sensors` - the observation matrix, (n_sensor x n_dof)
+pub(super) fn seen(clusters: Vec<Vec<usize>>, shapes: &DMatrix<f64>, sensors: &DMatrix<f64>) -> Vec<Vec<usize>> {
+    let one = |cluster: Vec<usize>| {
+        let length: Vec<f64> = cluster.iter().map(|&k| (sensors * shapes.column(k)).norm()).collect();
+        let least = SEEN * length.iter().copied().fold(0.0, f64::max);
+        cluster.into_iter().zip(length).filter(|(_, l)| *l > least).map(|(k, _)| k).collect::<Vec<_>>()
+    };
+    clusters.into_iter().map(one).filter(|c| c.len() > 1).collect()
+}
+
 /// Turns the shapes of a cluster to those of the test.
 ///
 /// * `tests` - real test shapes, NaN where not measured, (n_sensor x n_tests)
@@ -105,8 +121,11 @@ fn explain(seen: &DMatrix<f64>, tests: &DMatrix<f64>, test: usize) -> Option<(f6
     }
     let phi = seen.select_rows(&measured);
     let t = DVector::from_iterator(measured.len(), measured.iter().map(|&i| tests[(i, test)]));
-    let gram = phi.tr_mul(&phi);
-    let b = gram.cholesky()?.solve(&phi.tr_mul(&t));
+    let svd = phi.clone().svd(true, true);
+    if svd.singular_values.min() < SEEN * svd.singular_values.max() {
+        return None;
+    }
+    let b = svd.solve(&t, 0.0).ok()?;
     let share = (&phi * &b).norm_squared() / t.norm_squared();
     let length = b.norm();
     (share > EXPLAINED && length > 0.0).then(|| (share, b / length))

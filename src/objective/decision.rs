@@ -19,7 +19,9 @@ use self::gates::{Gates, called, probability};
 use self::partner::{names, resolve};
 use super::prediction::{Comparison, Prediction};
 use super::scaling::Scaling;
-use crate::correlation::{CorrelationError, Form, Label, Level, MeasuredMode, Modelled, Pairings, best, level, marginals};
+use crate::correlation::{
+    CorrelationError, Form, Label, Level, MeasuredMode, Modelled, Pairings, best, level, marginals,
+};
 use crate::data::{Standing, TestData};
 use crate::linalg::{DMatrix, DVector};
 use crate::model::ModeLabel;
@@ -391,8 +393,7 @@ impl Inference<'_> {
 
     /// A step with the pairs and the model form that were found.
     fn step(&self, found: &Found) -> Option<(DVector<f64>, DMatrix<f64>)> {
-        let parts =
-            found.sides.iter().map(|s| s.look.pairings.normal_equations(&s.pairs, self.options.misread));
+        let parts = found.sides.iter().map(|s| s.look.pairings.normal_equations(&s.pairs, self.options.misread));
         self.step_of(&found.x, parts)
     }
 

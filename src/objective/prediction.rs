@@ -1,12 +1,12 @@
 //! What a model predicts of a test: modes at the sensors, pairs with the measured modes, mass properties.
 
-use super::close_modes::{Closeness, DOUBLE, clusters, turn};
+use super::close_modes::{Closeness, DOUBLE, clusters, seen, turn};
 use super::recent::Recent;
 use super::responses::FrfRows;
 use super::{EvalError, statics};
 use crate::correlation::{
-    CorrelationError, ModeList, ModePair, PairedModes, PairingOptions, Plan, mac_matrix, observation_matrix,
-    observation_matrix_at, pair_planned_modes, varying_sensors,
+    CorrelationError, ModeList, ModePair, PairedModes, PairingOptions, Plan, hide_unseen, mac_matrix,
+    observation_matrix, observation_matrix_at, pair_planned_modes, varying_sensors,
 };
 use crate::data::{Sensor, Standing, TestData, TestMode, family_of_label};
 use crate::linalg::{Complex, DMatrix, DVector, ShiftedPencil};
@@ -287,14 +287,17 @@ impl<'a> Comparison<'a> {
         let frequencies_hz: Vec<f64> = elastic.clone().map(|i| modes.frequency_hz(i)).collect();
         let sensors = self.sensors_at(theta)?;
         let mut families = self.families_of(&modes);
-        let clusters = clusters(&frequencies_hz, self.closeness(), |a, b| families[a] == families[b]);
+        let mut clusters = clusters(&frequencies_hz, self.closeness(), |a, b| families[a] == families[b]);
         if self.has_shapes() && !clusters.is_empty() {
+            let shapes = modes.shapes.columns(elastic.start, elastic.len()).into_owned();
+            clusters = seen(clusters, &shapes, &sensors);
             for cluster in &clusters {
                 turn(&mut modes, cluster, &sensors, &self.shapes);
             }
             families = self.families_of(&modes);
         }
-        let at_sensors = &*sensors * modes.shapes.columns(elastic.start, elastic.len());
+        let mut at_sensors = &*sensors * modes.shapes.columns(elastic.start, elastic.len());
+        hide_unseen(&mut at_sensors);
         let mut mac = mac_matrix(&at_sensors, &self.shapes);
         mac.iter_mut().filter(|v| v.is_nan()).for_each(|v| *v = 0.0);
         let pairs = pair_planned_modes(

@@ -1,8 +1,7 @@
 //! How modes are paired: one answer for every verb.
 //!
-//! By default pairs follow a rule: in a comparison the largest total MAC within gates, in a fit MAC and nearness of frequencies without gates,
-//! and the order of frequencies where the test has no shapes. A user may ask for another rule or for pairs that are inferred, see [`decide`],
-//! give gates to either, and name partners, foreign modes and unused ones in the test file.
+//! Pairs are inferred, see [`decide`]. A user may ask for a rule instead, give gates to either, and name partners, foreign modes and
+//! unused ones in the test file.
 
 use super::UpdateError;
 use crate::correlation::{PairBy, PairingOptions};
@@ -14,11 +13,9 @@ use crate::objective::{Comparison, Deciding, Scaling, decide, decide_by_rule, st
 const FAR_OFF: f64 = 0.05;
 
 /// How modes are paired.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HowToPair {
-    /// Whether pairs are inferred, with modes that are of no structure among them.
-    pub infer: bool,
-    /// The rule where they are not; the usual one where none is given.
+    /// The rule; none where pairs are inferred, with modes that are not of the structure among them.
     pub by: Option<PairBy>,
     /// Smallest MAC of a pair.
     pub min_mac: Option<f64>,
@@ -26,10 +23,21 @@ pub struct HowToPair {
     pub frequency_window: Option<f64>,
 }
 
+impl Default for HowToPair {
+    fn default() -> Self {
+        Self::probable()
+    }
+}
+
 impl HowToPair {
     /// Pairs that are inferred.
-    pub fn probable() -> Self {
-        Self { infer: true, ..Self::default() }
+    pub const fn probable() -> Self {
+        Self { by: None, min_mac: None, frequency_window: None }
+    }
+
+    /// Pairs by a rule.
+    pub const fn by_rule(by: PairBy) -> Self {
+        Self { by: Some(by), min_mac: None, frequency_window: None }
     }
 
     /// The rule by which a fit pairs, at every point, what was found to be of the structure.
@@ -45,22 +53,18 @@ impl HowToPair {
 
     /// The same for a comparison, where the gates of a rule flag or forbid a pair: the usual ones where none are given.
     pub(crate) fn gated_rule(&self, test: &TestData) -> PairingOptions {
-        if self.infer {
-            let (min_mac, window) = (self.min_mac.unwrap_or(0.0), self.frequency_window.unwrap_or(f64::INFINITY));
-            return PairingOptions { min_mac, frequency_window: window, ..self.rule(test) };
-        }
         let usual = PairingOptions::default();
-        let by = Self { by: Some(self.by.unwrap_or(PairBy::Mac)), ..*self };
+        let gates = if self.infers() { (0.0, f64::INFINITY) } else { (usual.min_mac, usual.frequency_window) };
         PairingOptions {
-            min_mac: self.min_mac.unwrap_or(usual.min_mac),
-            frequency_window: self.frequency_window.unwrap_or(usual.frequency_window),
-            ..by.rule(test)
+            min_mac: self.min_mac.unwrap_or(gates.0),
+            frequency_window: self.frequency_window.unwrap_or(gates.1),
+            ..self.rule(test)
         }
     }
 
     /// Whether pairs are inferred.
     pub(crate) fn infers(&self) -> bool {
-        self.infer
+        self.by.is_none()
     }
 
     /// How inference is asked.

@@ -114,6 +114,7 @@ fn the_density_is_that_of_the_dense_covariance() {
     let (length, u) = (y.norm(), model[1].shape.clone().normalize());
     let s = 0.02 / length;
     let y = y / length;
+    let c = u.dot(&y).abs();
     let project = |v: DVector<f64>| &v - &u * u.dot(&v);
     let rows = |f: f64, v: DVector<f64>| {
         let mut out = DVector::zeros(n + 1);
@@ -123,11 +124,12 @@ fn the_density_is_that_of_the_dense_covariance() {
     };
     let norm = model[1].shape.norm();
     let z = rows((20.9_f64 / 20.0).ln(), y);
-    let mut columns = vec![rows(0.15, model[1].d_shape.column(0) * (0.3 / norm)), rows(form.tau, DVector::zeros(n))];
+    let mut columns =
+        vec![rows(0.15, model[1].d_shape.column(0) * (0.3 * c / norm)), rows(form.tau, DVector::zeros(n))];
     for b in [0, 2] {
         let (la, lb) = (400.0_f64, (10.0 * (b + 1) as f64).powi(2));
-        let c = (2.0 * COUPLING * form.tau * (la * lb).sqrt() / (la - lb).abs()).min(1.0);
-        columns.push(rows(0.0, &model[b].shape * (c / norm)));
+        let mixed = (2.0 * COUPLING * form.tau * (la * lb).sqrt() / (la - lb).abs()).min(1.0);
+        columns.push(rows(0.0, &model[b].shape * (c * mixed / norm)));
     }
     let w = DMatrix::from_columns(&columns);
     let covariance = DMatrix::identity(n + 1, n + 1) + &w * w.transpose();

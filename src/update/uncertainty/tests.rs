@@ -262,7 +262,7 @@ fn an_outlier_is_outvoted_by_a_robust_loss() {
     let error = |loss: &str| {
         let objective = crate::update::ObjectiveSpec::read(loss).unwrap();
         // By order: inference would call the mode foreign before any loss sees it.
-        let pairing = HowToPair { by: Some(PairBy::Order), ..HowToPair::default() };
+        let pairing = HowToPair::by_rule(PairBy::Order);
         let settings = Settings { pairing, objective, ..Settings::default() };
         let u = update(&model, &test, &settings, Controls::default()).unwrap();
         (u.parameters[0].after - 75.0).abs() / 75.0
