@@ -223,7 +223,9 @@ pub(crate) fn pairs(a: &Assessment, agreement: Option<&[ModeAgreement]>, style: 
     if agreement.is_some() {
         columns.push(("chi2/n", Align::Right));
     }
-    let is_inferred = a.pairs.iter().any(|p| p.probability.is_some());
+    // Where all are sure, a line says so.
+    let is_sure = a.pairs.iter().all(|p| p.probability.is_some_and(|p| p > SURE));
+    let is_inferred = !is_sure && a.pairs.iter().any(|p| p.probability.is_some());
     if is_inferred {
         columns.push(("P", Align::Right));
     }
@@ -256,6 +258,9 @@ pub(crate) fn pairs(a: &Assessment, agreement: Option<&[ModeAgreement]>, style: 
         table.row(row);
     }
     let mut out = if a.pairs.is_empty() { String::new() } else { table.render(style) };
+    if is_sure && !a.pairs.is_empty() {
+        let _ = writeln!(out, "each of these pairs has a probability above {SURE}");
+    }
     out += &readings(a, style);
     for u in &a.unpaired_test {
         let label = u.label.as_deref().map(|l| format!(" ({l})")).unwrap_or_default();
@@ -281,9 +286,12 @@ pub(crate) fn pairs(a: &Assessment, agreement: Option<&[ModeAgreement]>, style: 
     out
 }
 
+/// Above this a probability is not told to more digits.
+const SURE: f64 = 0.999;
+
 /// A probability in a column.
 fn probability(p: f64) -> String {
-    if p > 0.999 { ">0.999".into() } else { format!("{p:.3}") }
+    if p > SURE { format!(">{SURE}") } else { format!("{p:.3}") }
 }
 
 /// Columns of a MAC matrix side by side.

@@ -645,7 +645,6 @@ fn a_roving_hammer_gives_a_test_with_the_points_that_were_hit() {
     for name in ["p1", "p2", "p3", "p4", "p5", "p6"] {
         assert!(test.contains(&format!("{name}:")), "{test}");
     }
-    folder.done("map model.yaml sensors.yaml -o placed.yaml --force");
     let direct = folder.json("identify all.csv --json --no-health");
     let roving = folder.json("identify roving.csv --json --no-health");
     assert_eq!(frequencies(&direct).len(), frequencies(&roving).len());

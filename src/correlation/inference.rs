@@ -49,6 +49,9 @@ const LEAST_FREQUENCY_SD: f64 = 2e-4;
 const LEAST_SHAPE_SD: f64 = 2e-3;
 /// L of a pair that the user has named.
 const GIVEN: f64 = 1e6;
+/// A pair whose frequencies are farther apart than so many standard deviations with the largest model form would pull a fit as a foreign
+/// mode does, however alike the shapes.
+const FARTHEST: f64 = 3.0;
 /// L below which a pair takes part in no assignment, and levels at which it is looked at.
 const HOPELESS: f64 = -10.0;
 const CORNERS: [Level; 6] = [level(0, 0), level(1, 1), level(2, 2), level(3, 3), level(3, 4), level(4, 5)];
@@ -204,6 +207,9 @@ impl Pairings {
                     return None;
                 }
                 let t = self.terms[i][a].spread(spread);
+                if misread <= 0.0 && t.is_beyond(FARTHEST, TAUS[TAUS.len() - 1]) {
+                    return None;
+                }
                 let ln_odds = |at: Level| self.ln_density(&t, at.form(), misread) - self.none[i] + prior + t.label;
                 if CORNERS.iter().all(|c| ln_odds(*c) < HOPELESS) {
                     return None;

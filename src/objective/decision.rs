@@ -13,6 +13,7 @@
 
 mod gates;
 mod partner;
+mod spoilt;
 
 pub(crate) use self::gates::why_unpaired;
 use self::gates::{Gates, called, probability};
@@ -40,12 +41,11 @@ const SPREAD_OF_INTERVAL: f64 = 0.5;
 const SPREAD_OF_VALUE: f64 = 0.3;
 /// Modes of the model up to this factor beyond the measured band may be partners, where frequencies tell and the user gives no window.
 const BEYOND: f64 = 2.5;
-/// A sensor has a noise of its own above so many times the median, and as many standard deviations.
-const SPOILT: f64 = 4.0;
 /// Fewest modes of a test that a fit may leave it, as a share: where more have no partner, the model is wrong as a whole and all stay.
-/// Frequencies alone say less: a wrong form of the model misses some of them as a foreign mode would be missed.
+/// Frequencies alone say less: a wrong form of the model misses some of them as a foreign mode would be missed. Of them those that stay must
+/// be more than the parameters, by this number at least, to confirm the model.
 const FEWEST: f64 = 0.5;
-const FEWEST_BY_FREQUENCY: f64 = 0.75;
+const SPARE: usize = 3;
 /// Probabilities of a sure pair, and of a sure foreign mode to be of the structure.
 const SURE: f64 = 0.9;
 const SURELY_NOT: f64 = 0.01;
@@ -474,54 +474,15 @@ impl Inference<'_> {
         Found { x, score, sides }
     }
 
-    /// Factors of the noise of every sensor, where one stands out among the pairs of a test whose shapes need more noise than stated.
-    fn spoilt(&self, found: &Found) -> Option<Vec<Vec<f64>>> {
-        let mut any = false;
-        let one = |(side, at): (&Side<'_>, &FoundSide)| {
-            let n = side.comparison.shapes().nrows();
-            let mut factors = vec![1.0; n];
-            if !at.level.is_noisy() {
-                return factors;
-            }
-            let (mut square, mut count) = (vec![0.0; n], vec![0_u32; n]);
-            for (row, a) in at.partners().iter().enumerate() {
-                let i = side.open[row];
-                let (Some(a), Some(sd)) = (a, &side.comparison.test().modes[i].shape_sd) else { continue };
-                let phi = at.look.prediction.at_sensors.column(at.look.modes[*a]);
-                let y = side.comparison.shapes().column(i);
-                let rows: Vec<usize> = (0..n).filter(|&s| y[s].is_finite()).collect();
-                let own: f64 = rows.iter().map(|&s| phi[s] * phi[s]).sum();
-                let cross: f64 = rows.iter().map(|&s| phi[s] * y[s]).sum();
-                let scale = if own > 0.0 { cross / own } else { 0.0 };
-                for s in rows {
-                    square[s] += ((y[s] - scale * phi[s]) / sd[s]).powi(2);
-                    count[s] += 1;
-                }
-            }
-            let rms: Vec<f64> = square.iter().zip(&count).map(|(q, c)| (q / f64::from((*c).max(1))).sqrt()).collect();
-            let mut known: Vec<f64> = rms.iter().zip(&count).filter(|(_, c)| **c > 0).map(|(r, _)| *r).collect();
-            known.sort_by(f64::total_cmp);
-            let Some(&median) = known.get(known.len() / 2) else { return factors };
-            for (factor, r) in factors.iter_mut().zip(&rms) {
-                if *r > SPOILT * median && *r > SPOILT {
-                    *factor = *r;
-                    any = true;
-                }
-            }
-            factors
-        };
-        let all: Vec<Vec<f64>> = self.sides.iter().zip(&found.sides).map(one).collect();
-        any.then_some(all)
-    }
-
     fn decision(&self, found: &Found, is_fixed: bool) -> Decision {
         let mut any = false;
         let mut one = |(side, at): (&Side<'_>, &FoundSide)| {
             let out = self.standings(side, at, is_fixed);
             let kept = side.open.iter().filter(|&&i| !out[i].is_aside()).count();
             let modes = &side.comparison.test().modes;
-            let fewest = if side.comparison.has_shapes() { FEWEST } else { FEWEST_BY_FREQUENCY };
-            if self.options.moves && (kept as f64) < fewest * side.open.len() as f64 {
+            let spare = if side.comparison.has_shapes() { 0 } else { self.scaling.len() + SPARE };
+            let fewest = (FEWEST * side.open.len() as f64).max(spare as f64);
+            if self.options.moves && (kept as f64) < fewest {
                 return modes.iter().map(|m| m.standing.clone()).collect();
             }
             any |= kept > 0;

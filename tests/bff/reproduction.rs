@@ -386,7 +386,7 @@ fn check_reads_sensibly() {
         ("bff.yaml", &["parameters.mu_fuselage.value"][..], &["sections.wing.G", "targets.cg.x"][..]),
         ("bff_updated.yaml", &[], &["sections.wing.G"]),
         // Its right wing is 2 % softer, though the file declares its symmetry.
-        ("bff_truth.yaml", &[], &["sections.wing.G", "nodes.n1"]),
+        ("bff_truth.yaml", &[], &["sections.wing.G", "nodes.n1", "symmetry"]),
     ] {
         let (model, at_load, _) = load(&text(file), &Registry::builtin()).unwrap();
         let soundness = lint(&model).unwrap();

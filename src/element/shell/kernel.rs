@@ -142,9 +142,11 @@ pub(super) fn stiffness(plane: &'static Plane, input: &Input<'_>) -> Result<SymM
         let at = flat.local(xi)?;
         add_energy(&mut k, &flat.bending(&at), &bending, weight * at.det);
     }
+    let thickness2 = material::thickness(input)?.powi(2);
+    let softened = thickness2 / (thickness2 + plane.softening * flat.longest_edge().powi(2));
     for (xi, weight) in (plane.rules[2])() {
         let at = flat.local(xi)?;
-        add_energy(&mut k, &flat.shear(xi, &at), &shear, weight * at.det);
+        add_energy(&mut k, &flat.shear(xi, &at), &shear, softened * weight * at.det);
     }
     Ok(frame.to_nodes(&k, offset(input)))
 }

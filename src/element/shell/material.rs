@@ -136,7 +136,7 @@ pub(super) fn section(input: &ElementInput<'_>, material_angle: f64) -> Result<O
     }))
 }
 
-fn thickness(input: &ElementInput<'_>) -> Result<f64, ElementError> {
+pub(super) fn thickness(input: &ElementInput<'_>) -> Result<f64, ElementError> {
     value!(input, thickness).ok_or(ElementError::Missing { name: "thickness", why: "a shell needs its thickness" })
 }
 

@@ -26,6 +26,8 @@ pub(super) struct Plane {
     pub(super) edge: fn([f64; 2]) -> [[f64; 2]; 4],
     /// Covariant transverse shears along ξ and η, assumed from tying points.
     pub(super) shear: fn(&Flat<'_>, [f64; 2]) -> [Row; 2],
+    /// α of the transverse shear stiffness times t²/(t² + α h²), h the longest edge.
+    pub(super) softening: f64,
     /// Points for membrane and drilling, bending, transverse shear, mass.
     pub(super) rules: [fn() -> Vec<Point>; 4],
 }
@@ -126,6 +128,16 @@ impl Flat<'_> {
             rows[2][DOFS * i + 3] = -x;
         }
         rows
+    }
+
+    /// Length of the longest edge, m.
+    pub(super) fn longest_edge(&self) -> f64 {
+        let n = self.n_nodes();
+        let edge = |i: usize| {
+            let (a, b) = (self.at[i], self.at[(i + 1) % n]);
+            (b[0] - a[0]).hypot(b[1] - a[1])
+        };
+        (0..n).map(edge).fold(0.0, f64::max)
     }
 
     /// The covariant transverse shear along a natural direction, as the functions of the corners say it:

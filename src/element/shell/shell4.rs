@@ -43,7 +43,7 @@ fn three() -> Vec<Point> {
     gauss(&[(-x, 5.0 / 9.0), (0.0, 8.0 / 9.0), (x, 5.0 / 9.0)])
 }
 
-static PLANE: Plane = Plane { corner, edge, shear, rules: [three, two, two, two] };
+static PLANE: Plane = Plane { corner, edge, shear, softening: 0.0, rules: [three, two, two, two] };
 
 fn samples() -> Vec<Sample> {
     let flat = [[0.0, 0.0, 0.0], [0.2, 0.02, 0.0], [0.23, 0.17, 0.0], [0.03, 0.15, 0.0]];
