@@ -308,6 +308,9 @@ pub(crate) fn mac_matrix(a: &Assessment, test: &TestData, style: &Style) -> Stri
 
 /// The pairs and the MAC of a diagnosis, at its fitted base.
 pub(crate) fn base_pairs(pairs: &BasePairs, test: &TestData, style: &Style) -> String {
+    if pairs.modes.is_empty() {
+        return String::new();
+    }
     let mut table = Table::new([
         ("#", Align::Right),
         ("test Hz", Align::Right),
