@@ -131,6 +131,9 @@ pub(crate) struct Benchmark {
     /// Twins with every change outside the catalogue, on each structure.
     #[arg(long, default_value_t = 1)]
     pub(crate) outside: usize,
+    /// Modes of no structure that are added to every test.
+    #[arg(long, default_value_t = 0)]
+    pub(crate) foreign: usize,
     /// Sensors of a test, as far as a structure has places for them.
     #[arg(long, default_value_t = 28)]
     pub(crate) sensors: usize,

@@ -29,6 +29,7 @@ pub(crate) fn run(args: &Benchmark) -> Result<u8, Failure> {
         effects: args.effects,
         faults: args.faults,
         outside: args.outside,
+        foreign: args.foreign,
         sensors: args.sensors,
         modes: args.modes,
         noise_factor: args.noise_factor,
@@ -128,6 +129,8 @@ fn score(s: &Score) -> String {
     line("visible faults: kind and sensor first", s.faults_right, "≥ 90 %");
     line("visible changes outside the catalogue: called adequate", s.outside_adequate, "0 %");
     line("visible changes outside the catalogue: unexplained", s.outside_unexplained, "≥ 60 %");
+    line("modes of no structure: named as such", s.foreign_named, "≥ 98 %");
+    line("modes of the structure: called foreign", s.true_lost, "≤ 2 %");
     let _ = writeln!(
         out,
         "\nexpected calibration error {:.3} (bar 0.08); stated, right, cases:",

@@ -1,6 +1,7 @@
 //! One twin and the answer it got.
 
 use super::Plan;
+use super::foreign::{self, with_foreign};
 use super::hidden::{OUTSIDE, TURN, Truth, rng};
 use super::structures::Specimen;
 use crate::data::TestData;
@@ -93,6 +94,10 @@ pub struct Outcome {
     pub sizes: Vec<f64>,
     /// The misfit that a refit of what was hidden leaves.
     pub misfit_of_truth: f64,
+    /// Of the modes that are not of the structure: how many were named, and how many there are.
+    pub foreign_named: [usize; 2],
+    /// Of the modes that are: how many were called foreign, and how many there are.
+    pub true_lost: [usize; 2],
     /// The whole answer, where a single case was asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub diagnosis: Option<Diagnosis>,
@@ -197,13 +202,18 @@ impl Specimen {
             noise_factor: 1.0,
             sizes: truth.sizes.clone(),
             misfit_of_truth: base.misfit - gain,
+            foreign_named: [0, 0],
+            true_lost: [0, 0],
             diagnosis: None,
         };
         if class != "nothing" && !out.visible {
             return Ok(Some(out));
         }
+        let (test, added) = with_foreign(&truth.test, plan, case.seed);
+        let scene = Scene::new(&self.model, &[&test])?;
         let found = investigate(scene, &[], None, &Settings { seed: case.seed, ..settings.clone() })?;
         compare(&mut out, &found, case);
+        foreign::compare(&mut out, &found.diagnosis, &added, test.modes.len());
         out.diagnosis = plan.only.is_some().then_some(found.diagnosis);
         Ok(Some(out))
     }

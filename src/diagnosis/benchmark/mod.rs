@@ -9,6 +9,7 @@
 //! hand. Sensors are chosen by effective independence, modes by what the coarse mesh resolves.
 
 mod case;
+mod foreign;
 mod hidden;
 mod score;
 mod structures;
@@ -35,6 +36,8 @@ pub struct Plan {
     pub faults: usize,
     /// Twins with every change outside the catalogue, on each structure.
     pub outside: usize,
+    /// Modes of any frequency in and about the band and any shape that are added to every test: none is of the structure.
+    pub foreign: usize,
     /// Sensors of a test, as far as the structure has places for them; at least as many as modes.
     pub sensors: usize,
     /// Modes of a test, at most.
@@ -59,6 +62,7 @@ impl Default for Plan {
             effects: 1,
             faults: 1,
             outside: 1,
+            foreign: 0,
             sensors: 28,
             modes: 8,
             frequency_noise: 0.003,

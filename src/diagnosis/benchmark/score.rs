@@ -19,6 +19,10 @@ impl Share {
         cases.fold(Self { count: 0, of: 0 }, |s, o| Self { count: s.count + usize::from(is(o)), of: s.of + 1 })
     }
 
+    fn sum(counts: impl Iterator<Item = [usize; 2]>) -> Self {
+        counts.fold(Self { count: 0, of: 0 }, |s, [count, of]| Self { count: s.count + count, of: s.of + of })
+    }
+
     /// The share; NaN of nothing.
     pub fn value(self) -> f64 {
         self.count as f64 / self.of as f64
@@ -78,6 +82,10 @@ pub struct Score {
     pub outside_unexplained: Share,
     /// Visible effects: at least nine tenths of the error gone after the first hypothesis.
     pub error_removed: Share,
+    /// Modes that are not of the structure and were named.
+    pub foreign_named: Share,
+    /// Modes of the structure that were called foreign.
+    pub true_lost: Share,
     /// Of all that was diagnosed.
     pub calibration: Calibration,
     /// Per hidden name: what was found, how often.
@@ -126,6 +134,8 @@ impl Score {
             outside_adequate: Share::of(seen("outside"), |o| !alarmed(o)),
             outside_unexplained: Share::of(seen("outside"), |o| o.verdict == Some(Verdict::Unexplained)),
             error_removed: Share::of(seen("effect"), |o| o.removed >= 0.9),
+            foreign_named: Share::sum(outcomes.iter().map(|o| o.foreign_named)),
+            true_lost: Share::sum(outcomes.iter().map(|o| o.true_lost)),
             calibration: Calibration::new(outcomes.iter().filter(|o| o.verdict.is_some())),
             confusion,
             structures,
