@@ -6,15 +6,19 @@
 //! answer, as one cause is more probable than two.
 
 use super::scene::Scene;
-use super::{DiagnosisError, Investigation, Settings, Verdict, investigate_these};
+use super::{Diagnosis, DiagnosisError, Investigation, Settings, Verdict, investigate_these};
 use crate::data::Standing;
 use crate::linalg::DVector;
 use crate::objective::{Comparison, decide, decide_by_rule};
 use serde::{Deserialize, Serialize};
+use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// Share of frequencies that are noted wrongly: with the shape of a mode of the model that is a fault of the measurement and no foreign
 /// mode.
 const MISREAD: f64 = 0.01;
+
+/// What explains all modes leaves a misfit that noise exceeds in this share of tests, or more.
+const BY_CHANCE: f64 = 1e-3;
 
 /// A measured mode without a partner, and why.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -91,9 +95,18 @@ pub(super) fn investigate(
         return named(without);
     }
     let all = investigate_these(scene.as_given(), starts, None, weight, settings)?;
-    let explains =
-        matches!(all.diagnosis.verdict, Verdict::MissingEffect | Verdict::MeasurementFault | Verdict::SeveralEffects);
-    named(if explains { all } else { without })
+    named(if explains_all(&all.diagnosis) { all } else { without })
+}
+
+/// Whether what is named leaves noise.
+fn explains_all(d: &Diagnosis) -> bool {
+    let after = match d.verdict {
+        Verdict::MissingEffect | Verdict::MeasurementFault => d.hypotheses.first().map(|h| h.misfit_after),
+        Verdict::SeveralEffects => d.together.as_ref().and_then(|t| t.misfit_after),
+        _ => None,
+    };
+    let spare = d.degrees_of_freedom.max(1.0);
+    after.is_some_and(|after| 1.0 - ChiSquared::new(spare).map_or(0.0, |c| c.cdf(after)) > BY_CHANCE)
 }
 
 /// With what has no partner named.
