@@ -1,6 +1,6 @@
 //! NumPy `.npz` files: named arrays in a ZIP archive (`numpy.savez`, `numpy.savez_compressed`).
 //!
-//! Each entry `name.npy` is an array in the format of [`npy`](super::npy), stored or deflated; others are passed over. Sizes and
+//! Each entry `name.npy` is an array in the format of `npy`, stored or deflated; others are passed over. Sizes and
 //! checksums are checked, and what the arrays take in memory against a limit.
 //!
 //! Source: NumPy documentation, numpy.lib.format; PKWARE, APPNOTE 6.3.10.

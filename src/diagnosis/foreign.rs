@@ -98,13 +98,10 @@ pub(super) fn investigate(
     named(if explains_all(&all.diagnosis) { all } else { without })
 }
 
-/// Whether what is named leaves noise.
+/// Whether one effect leaves noise of the stated size: faults, several changes and larger noise explain anything.
 fn explains_all(d: &Diagnosis) -> bool {
-    let after = match d.verdict {
-        Verdict::MissingEffect | Verdict::MeasurementFault => d.hypotheses.first().map(|h| h.misfit_after),
-        Verdict::SeveralEffects => d.together.as_ref().and_then(|t| t.misfit_after),
-        _ => None,
-    };
+    let is_one = d.verdict == Verdict::MissingEffect && d.noise_factor <= 1.0;
+    let after = d.hypotheses.first().filter(|_| is_one).map(|h| h.misfit_after);
     let spare = d.degrees_of_freedom.max(1.0);
     after.is_some_and(|after| 1.0 - ChiSquared::new(spare).map_or(0.0, |c| c.cdf(after)) > BY_CHANCE)
 }
