@@ -4,9 +4,8 @@
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use retune::data::{Measured, Origin, Partner, Standing, TestData, TestMode};
-use retune::diagnosis::benchmark::STRUCTURES;
-use retune::linalg::{Complex, DVector};
+use retune::data::{Partner, Standing, TestData, TestMode};
+use retune::diagnosis::benchmark::{STRUCTURES, foreign_mode};
 use retune::model::{Model, ParametricModel, Registry, load};
 use retune::objective::starting_point;
 use retune::optim::Draw;
@@ -49,25 +48,9 @@ fn twin(model: &Model, n_modes: usize, seed: u64) -> TestData {
     twin_modes(model, &theta, &node_sensors(model), &options, "a twin").expect("a twin")
 }
 
-/// A mode of any frequency in and about the band, and any shape.
+/// A mode of no structure.
 fn foreign(test: &TestData, seed: u64) -> TestMode {
-    let mut rng = ChaCha8Rng::seed_from_u64(seed + 7_000);
-    let all = || test.modes.iter().map(|m| m.frequency_hz.value);
-    let (low, high) = (all().fold(f64::INFINITY, f64::min) / 1.3, 1.3 * all().fold(0.0, f64::max));
-    let frequency = low * (high / low).powf(rng.unit());
-    let shape: Vec<f64> = test.sensors.iter().map(|_| rng.normal()).collect();
-    let largest = shape.iter().fold(0.0_f64, |a, v| a.max(v.abs()));
-    let origin = Origin::Synthetic("foreign".into());
-    TestMode {
-        label: None,
-        frequency_hz: Measured { value: frequency, sd: FREQUENCY * frequency, sd_is_default: false },
-        damping_ratio: None,
-        origin: origin.clone(),
-        shape: Some(DVector::from_iterator(shape.len(), shape.iter().map(|v| Complex::new(v / largest, 0.0)))),
-        shape_sd: Some(DVector::from_element(shape.len(), SHAPE)),
-        shape_origin: Some(origin),
-        standing: Standing::Open,
-    }
+    foreign_mode(test, &mut ChaCha8Rng::seed_from_u64(seed + 7_000), FREQUENCY, SHAPE)
 }
 
 /// With one mode more, in its place.

@@ -1,15 +1,15 @@
 //! Measured modes that are not of the structure.
 //!
 //! They are decided at the base, once, so that all hypotheses are compared on the same data. There the model may lack an effect of any
-//! size: what it misses is taken for model form, and its true modes stay. A mode that hypotheses explain together with all others, to the
-//! noise (a body on a spring brings one, a joint that gives changes one), is no foreign one: then the diagnosis with all modes is the
-//! answer, as one cause is more probable than two.
+//! size: what it misses is taken for model form, and its true modes stay. A mode that one effect explains together with all
+//! others, to the stated noise (a body on a spring brings one, a joint that gives changes one), is no foreign one: then the diagnosis with all
+//! modes is the answer, as one cause is more probable than two.
 
 use super::scene::Scene;
 use super::{Diagnosis, DiagnosisError, Investigation, Settings, Verdict, investigate_these};
 use crate::data::Standing;
 use crate::linalg::DVector;
-use crate::objective::{Comparison, decide, decide_by_rule};
+use crate::objective::Comparison;
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
@@ -67,14 +67,8 @@ pub struct BasePair {
 fn settled(scene: &Scene, settings: &Settings) -> Result<(Scene, Option<DVector<f64>>), DiagnosisError> {
     let given = scene.as_given();
     let comparisons = given.comparisons()?;
-    let how = &settings.pairing;
-    let (decision, moved) = if how.infers() {
-        (decide(&comparisons, &given.start(), how.deciding(true, MISREAD))?, true)
-    } else {
-        (decide_by_rule(&comparisons, &given.start(), how.deciding(false, 0.0))?, false)
-    };
-    let tests = comparisons.iter().enumerate().map(|(k, c)| decision.applied(k, c.test())).collect();
-    Ok((given.with_modes(tests), moved.then_some(decision.x)))
+    let (tests, x) = settings.pairing.settle(&comparisons, &given.start(), MISREAD)?;
+    Ok((given.with_modes(tests), settings.pairing.infers().then_some(x)))
 }
 
 /// [`investigate_these`] with the modes that are of the structure.

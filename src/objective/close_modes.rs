@@ -77,13 +77,13 @@ pub(super) fn clusters(
 
 /// The modes of each cluster that the sensors see, where these are two at least.
 ///
-/// * `shapes` - of all elastic modes
 /// * `sensors` - the observation matrix, (n_sensor x n_dof)
-pub(super) fn seen(clusters: Vec<Vec<usize>>, shapes: &DMatrix<f64>, sensors: &DMatrix<f64>) -> Vec<Vec<usize>> {
-    let one = |cluster: Vec<usize>| {
-        let length: Vec<f64> = cluster.iter().map(|&k| (sensors * shapes.column(k)).norm()).collect();
-        let least = SEEN * length.iter().copied().fold(0.0, f64::max);
-        cluster.into_iter().zip(length).filter(|(_, l)| *l > least).map(|(k, _)| k).collect::<Vec<_>>()
+pub(super) fn seen(clusters: Vec<Vec<usize>>, modes: &Modes, sensors: &DMatrix<f64>) -> Vec<Vec<usize>> {
+    let one = |mut cluster: Vec<usize>| {
+        let length = |k: &usize| (sensors * modes.shapes.column(modes.n_rigid + k)).norm();
+        let least = SEEN * cluster.iter().map(length).fold(0.0, f64::max);
+        cluster.retain(|k| length(k) > least);
+        cluster
     };
     clusters.into_iter().map(one).filter(|c| c.len() > 1).collect()
 }

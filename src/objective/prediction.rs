@@ -289,8 +289,7 @@ impl<'a> Comparison<'a> {
         let mut families = self.families_of(&modes);
         let mut clusters = clusters(&frequencies_hz, self.closeness(), |a, b| families[a] == families[b]);
         if self.has_shapes() && !clusters.is_empty() {
-            let shapes = modes.shapes.columns(elastic.start, elastic.len()).into_owned();
-            clusters = seen(clusters, &shapes, &sensors);
+            clusters = seen(clusters, &modes, &sensors);
             for cluster in &clusters {
                 turn(&mut modes, cluster, &sensors, &self.shapes);
             }

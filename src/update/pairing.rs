@@ -4,7 +4,7 @@
 //! unused ones in the test file.
 
 use super::UpdateError;
-use crate::correlation::{PairBy, PairingOptions};
+use crate::correlation::{CorrelationError, PairBy, PairingOptions};
 use crate::data::{Standing, TestData};
 use crate::linalg::DVector;
 use crate::objective::{Comparison, Deciding, Scaling, decide, decide_by_rule, starting_point};
@@ -88,7 +88,7 @@ impl HowToPair {
         comparisons: &[Comparison<'_>],
         start: &DVector<f64>,
         misread: f64,
-    ) -> Result<(Vec<TestData>, DVector<f64>), UpdateError> {
+    ) -> Result<(Vec<TestData>, DVector<f64>), CorrelationError> {
         let decision = if self.infers() {
             decide(comparisons, start, self.deciding(true, misread))?
         } else {

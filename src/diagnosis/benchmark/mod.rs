@@ -16,6 +16,7 @@ mod structures;
 
 use case::Case;
 pub use case::Outcome;
+pub use foreign::foreign_mode;
 pub use score::{Calibration, Score, Share};
 pub use structures::{STRUCTURES, Specimen};
 
