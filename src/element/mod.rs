@@ -16,6 +16,7 @@ pub mod conformance;
 mod ground_spring;
 mod input;
 mod joint;
+mod meshed;
 mod point_mass;
 mod shell;
 mod solid;

@@ -1,5 +1,6 @@
 //! Properties of a shell and what they make of it: rigidities of a section of unit width.
 
+use super::super::meshed::{Given, given};
 use super::super::{Dof, Domain, ElementError, ElementInput, Lack, Property, value};
 
 /// Properties of every shell.
@@ -74,37 +75,22 @@ fn material(input: &ElementInput<'_>) -> Result<Option<Material>, ElementError> 
         ("G13", value!(input, G13)),
         ("G23", value!(input, G23)),
     ];
-    let (e, nu) = (value!(input, E), value!(input, nu));
-    if let Some((name, _)) = orthotropic.iter().find(|(_, v)| v.is_some()) {
-        let twice = [("E", e), ("nu", nu)].into_iter().find(|(_, v)| v.is_some());
-        if let Some((first, _)) = twice {
-            return Err(ElementError::Redundant { first, second: name });
-        }
-        let mut given = [0.0; 6];
-        for (slot, (name, value)) in given.iter_mut().zip(orthotropic) {
-            *slot = value.ok_or(ElementError::Missing { name, why: ORTHOTROPIC })?;
-        }
-        let [e1, e2, nu12, g12, g13, g23] = given;
-        let rest = 1.0 - nu12 * nu12 * e2 / e1;
-        if rest <= 0.0 {
-            let expected = "so small that every stress stores energy: nu12² < E1/E2";
-            return Err(ElementError::OutOfDomain { name: "nu12", value: nu12, expected });
-        }
-        let coupling = nu12 * e2 / rest;
-        let plane = [[e1 / rest, coupling, 0.0], [coupling, e2 / rest, 0.0], [0.0, 0.0, g12]];
-        return Ok(Some(Material { plane, along: g13, across: g23 }));
-    }
-    match (e, nu) {
-        (None, None) => Ok(None),
-        (Some(_), None) => Err(ElementError::Missing { name: "nu", why: ISOTROPIC }),
-        (None, Some(_)) => Err(ElementError::Missing { name: "E", why: ISOTROPIC }),
-        (Some(e), Some(nu)) => {
-            if !(nu > -1.0 && nu < 0.5) {
-                return Err(ElementError::OutOfDomain { name: "nu", value: nu, expected: "above -1 and below 0.5" });
-            }
+    match given([value!(input, E), value!(input, nu)], orthotropic, [ISOTROPIC, ORTHOTROPIC])? {
+        Given::Nothing => Ok(None),
+        Given::Isotropic([e, nu]) => {
             let (a, g) = (e / (1.0 - nu * nu), e / (2.0 * (1.0 + nu)));
             let plane = [[a, nu * a, 0.0], [nu * a, a, 0.0], [0.0, 0.0, g]];
             Ok(Some(Material { plane, along: g, across: g }))
+        }
+        Given::Orthotropic([e1, e2, nu12, g12, g13, g23]) => {
+            let rest = 1.0 - nu12 * nu12 * e2 / e1;
+            if rest <= 0.0 {
+                let expected = "so small that every stress stores energy: nu12² < E1/E2";
+                return Err(ElementError::OutOfDomain { name: "nu12", value: nu12, expected });
+            }
+            let coupling = nu12 * e2 / rest;
+            let plane = [[e1 / rest, coupling, 0.0], [coupling, e2 / rest, 0.0], [0.0, 0.0, g12]];
+            Ok(Some(Material { plane, along: g13, across: g23 }))
         }
     }
 }

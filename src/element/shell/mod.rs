@@ -46,62 +46,18 @@ fn samples(flat: &[[f64; 3]], area: f64, warped: &[[f64; 3]], warped_area: f64) 
     ]
 }
 
-/// A shell element: a unit struct and its [`super::Element`], from the functions of its plane.
+/// A shell element, from the functions of its plane.
 macro_rules! shell {
     ($type:ident, $name:literal, $nodes:literal, $summary:literal, $text:literal) => {
-        #[doc = include_str!($text)]
-        #[derive(Debug, Clone, Copy)]
-        pub struct $type;
-
-        impl crate::element::Element for $type {
-            fn name(&self) -> &'static str {
-                $name
-            }
-
-            fn summary(&self) -> &'static str {
-                $summary
-            }
-
-            fn theory(&self) -> &'static str {
-                concat!(include_str!($text), "\n", include_str!("shell.md"))
-            }
-
-            fn nodes(&self) -> &'static [&'static [crate::element::Dof]] {
-                &[super::ALL; $nodes]
-            }
-
-            fn properties(&self) -> &'static [crate::element::Property] {
-                super::material::PROPERTIES
-            }
-
-            fn axes(&self) -> crate::element::Axes {
-                crate::element::Axes::Given
-            }
-
-            fn stiffness(
-                &self,
-                input: &crate::element::ElementInput<'_>,
-            ) -> Result<crate::linalg::SymMatrix, crate::element::ElementError> {
-                input.check(self)?;
-                super::kernel::stiffness(&PLANE, input)
-            }
-
-            fn mass(
-                &self,
-                input: &crate::element::ElementInput<'_>,
-            ) -> Result<crate::linalg::SymMatrix, crate::element::ElementError> {
-                input.check(self)?;
-                super::kernel::mass(&PLANE, input)
-            }
-
-            fn lacks(&self, input: &crate::element::ElementInput<'_>) -> Vec<crate::element::Lack> {
-                super::material::lacks(input)
-            }
-
-            fn samples(&self) -> Vec<crate::element::Sample> {
-                samples()
-            }
-        }
+        crate::element::meshed::meshed!(
+            $type,
+            $name,
+            [super::ALL; $nodes],
+            $summary,
+            [$text, "shell.md"],
+            PLANE,
+            samples()
+        );
     };
 }
 use shell;

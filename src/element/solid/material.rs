@@ -1,5 +1,6 @@
 //! The material of a solid: isotropic, or orthotropic along the element's axes.
 
+use super::super::meshed::{Given, given};
 use super::super::{Dof, Domain, ElementError, ElementInput, Lack, Property, value};
 
 /// Properties of every solid.
@@ -27,7 +28,8 @@ pub(super) const PROPERTIES: &[Property] = &[
 /// Elasticity, rows and columns xx yy zz xy yz zx with engineering shear strains, Pa.
 pub(super) type Elasticity = [[f64; 6]; 6];
 
-const INDEPENDENT: &str = "an orthotropic solid needs E1, E2, E3, nu12, nu13, nu23, G12, G13 and G23";
+const ISOTROPIC: &str = "an isotropic solid needs `E` and `nu`";
+const ORTHOTROPIC: &str = "an orthotropic solid needs E1, E2, E3, nu12, nu13, nu23, G12, G13 and G23";
 
 /// The elasticity of an input; `None` where it says nothing of stiffness: then the element is mass alone.
 pub(super) fn elasticity(input: &ElementInput<'_>) -> Result<Option<Elasticity>, ElementError> {
@@ -42,32 +44,14 @@ pub(super) fn elasticity(input: &ElementInput<'_>) -> Result<Option<Elasticity>,
         ("G13", value!(input, G13)),
         ("G23", value!(input, G23)),
     ];
-    let (e, nu) = (value!(input, E), value!(input, nu));
-    if let Some((name, _)) = orthotropic.iter().find(|(_, v)| v.is_some()) {
-        if e.is_some() {
-            return Err(ElementError::Redundant { first: "E", second: name });
-        }
-        if nu.is_some() {
-            return Err(ElementError::Redundant { first: "nu", second: name });
-        }
-        let mut given = [0.0; 9];
-        for (slot, (name, value)) in given.iter_mut().zip(orthotropic) {
-            *slot = value.ok_or(ElementError::Missing { name, why: INDEPENDENT })?;
-        }
-        return orthotropic_of(given).map(Some);
-    }
-    match (e, nu) {
-        (None, None) => Ok(None),
-        (Some(_), None) => Err(ElementError::Missing { name: "nu", why: "an isotropic solid needs `E` and `nu`" }),
-        (None, Some(_)) => Err(ElementError::Missing { name: "E", why: "an isotropic solid needs `E` and `nu`" }),
-        (Some(e), Some(nu)) => isotropic_of(e, nu).map(Some),
+    match given([value!(input, E), value!(input, nu)], orthotropic, [ISOTROPIC, ORTHOTROPIC])? {
+        Given::Nothing => Ok(None),
+        Given::Isotropic([e, nu]) => Ok(Some(isotropic_of(e, nu))),
+        Given::Orthotropic(all) => orthotropic_of(all).map(Some),
     }
 }
 
-fn isotropic_of(e: f64, nu: f64) -> Result<Elasticity, ElementError> {
-    if !(nu > -1.0 && nu < 0.5) {
-        return Err(ElementError::OutOfDomain { name: "nu", value: nu, expected: "above -1 and below 0.5" });
-    }
+fn isotropic_of(e: f64, nu: f64) -> Elasticity {
     let shear = e / (2.0 * (1.0 + nu));
     let lambda = e * nu / ((1.0 + nu) * (1.0 - 2.0 * nu));
     let mut d = [[0.0; 6]; 6];
@@ -78,7 +62,7 @@ fn isotropic_of(e: f64, nu: f64) -> Result<Elasticity, ElementError> {
         d[i][i] = lambda + 2.0 * shear;
         d[3 + i][3 + i] = shear;
     }
-    Ok(d)
+    d
 }
 
 /// The inverse of the compliance [1/E_i, -ν_ij/E_i], refused where it stores no energy.
@@ -130,7 +114,7 @@ mod tests {
     fn orthotropic_contains_isotropic() {
         let (e, nu) = (70e9, 0.3);
         let g = e / (2.0 * (1.0 + nu));
-        let (a, b) = (isotropic_of(e, nu).unwrap(), orthotropic_of([e, e, e, nu, nu, nu, g, g, g]).unwrap());
+        let (a, b) = (isotropic_of(e, nu), orthotropic_of([e, e, e, nu, nu, nu, g, g, g]).unwrap());
         for i in 0..6 {
             for j in 0..6 {
                 assert!((a[i][j] - b[i][j]).abs() < 1e-12 * e, "{i}{j}");
@@ -145,9 +129,8 @@ mod tests {
 
     #[test]
     fn impossible_materials_are_refused() {
-        assert!(
-            isotropic_of(1.0, 0.5).is_err() && isotropic_of(1.0, -1.0).is_err() && isotropic_of(1.0, 0.4999).is_ok()
-        );
+        let isotropic = |nu| given([Some(1.0), Some(nu)], [("E1", None)], [ISOTROPIC, ORTHOTROPIC]);
+        assert!(isotropic(0.5).is_err() && isotropic(-1.0).is_err() && isotropic(0.4999).is_ok());
         assert!(orthotropic_of([1.0, 10.0, 1.0, 0.5, 0.0, 0.0, 1.0, 1.0, 1.0]).is_err());
     }
 }

@@ -109,62 +109,18 @@ fn sample(nodes: &[[f64; 3]], parent_volume: f64) -> [Sample; 2] {
     ]
 }
 
-/// A solid element: a unit struct and its [`super::Element`], from its family.
+/// A solid element, from its family.
 macro_rules! solid {
     ($type:ident, $name:literal, $nodes:literal, $summary:literal, $text:literal, $volume:expr) => {
-        #[doc = include_str!($text)]
-        #[derive(Debug, Clone, Copy)]
-        pub struct $type;
-
-        impl crate::element::Element for $type {
-            fn name(&self) -> &'static str {
-                $name
-            }
-
-            fn summary(&self) -> &'static str {
-                $summary
-            }
-
-            fn theory(&self) -> &'static str {
-                concat!(include_str!($text), "\n", include_str!("solid.md"))
-            }
-
-            fn nodes(&self) -> &'static [&'static [crate::element::Dof]] {
-                &[super::TRANSLATIONS; $nodes]
-            }
-
-            fn properties(&self) -> &'static [crate::element::Property] {
-                super::material::PROPERTIES
-            }
-
-            fn axes(&self) -> crate::element::Axes {
-                crate::element::Axes::Given
-            }
-
-            fn stiffness(
-                &self,
-                input: &crate::element::ElementInput<'_>,
-            ) -> Result<crate::linalg::SymMatrix, crate::element::ElementError> {
-                input.check(self)?;
-                super::kernel::stiffness(&FAMILY, input)
-            }
-
-            fn mass(
-                &self,
-                input: &crate::element::ElementInput<'_>,
-            ) -> Result<crate::linalg::SymMatrix, crate::element::ElementError> {
-                input.check(self)?;
-                super::kernel::mass(&FAMILY, input)
-            }
-
-            fn lacks(&self, input: &crate::element::ElementInput<'_>) -> Vec<crate::element::Lack> {
-                super::material::lacks(input)
-            }
-
-            fn samples(&self) -> Vec<crate::element::Sample> {
-                super::sample(&NODES, $volume).to_vec()
-            }
-        }
+        crate::element::meshed::meshed!(
+            $type,
+            $name,
+            [super::TRANSLATIONS; $nodes],
+            $summary,
+            [$text, "solid.md"],
+            FAMILY,
+            super::sample(&NODES, $volume).to_vec()
+        );
     };
 }
 use solid;
