@@ -1,8 +1,8 @@
 //! Measured modes that are not of the structure.
 //!
 //! They are decided at the base, once, so that all hypotheses are compared on the same data. There the model may lack an effect of any
-//! size: what it misses is taken for model form, and its true modes stay. A mode that one effect explains together with all
-//! others, to the stated noise (a body on a spring brings one, a joint that gives changes one), is no foreign one: then the diagnosis with all
+//! size: what it misses is taken for model form, and its true modes stay. A mode that one cause explains together with all
+//! others, to the stated noise (a body on a spring brings one, a sensor turned over changes one), is no foreign one: then the diagnosis with all
 //! modes is the answer, as one cause is more probable than two.
 
 use super::scene::Scene;
@@ -92,9 +92,9 @@ pub(super) fn investigate(
     named(if explains_all(&all.diagnosis) { all } else { without })
 }
 
-/// Whether one effect leaves noise of the stated size: faults, several changes and larger noise explain anything.
+/// Whether one cause, an effect or a fault, leaves noise of the stated size: several changes and larger noise explain anything.
 fn explains_all(d: &Diagnosis) -> bool {
-    let is_one = d.verdict == Verdict::MissingEffect && d.noise_factor <= 1.0;
+    let is_one = matches!(d.verdict, Verdict::MissingEffect | Verdict::MeasurementFault) && d.noise_factor <= 1.0;
     let after = d.hypotheses.first().filter(|_| is_one).map(|h| h.misfit_after);
     let spare = d.degrees_of_freedom.max(1.0);
     after.is_some_and(|after| 1.0 - ChiSquared::new(spare).map_or(0.0, |c| c.cdf(after)) > BY_CHANCE)
