@@ -224,7 +224,7 @@ pub(crate) fn pairs(a: &Assessment, agreement: Option<&[ModeAgreement]>, style: 
         columns.push(("chi2/n", Align::Right));
     }
     // Where all are sure, a line says so.
-    let is_sure = a.pairs.iter().all(|p| p.probability.is_some_and(|p| p > SURE));
+    let is_sure = a.pairs.iter().all(|p| p.probability.is_some_and(|v| v > SURE));
     let is_inferred = !is_sure && a.pairs.iter().any(|p| p.probability.is_some());
     if is_inferred {
         columns.push(("P", Align::Right));
@@ -260,6 +260,9 @@ pub(crate) fn pairs(a: &Assessment, agreement: Option<&[ModeAgreement]>, style: 
     let mut out = if a.pairs.is_empty() { String::new() } else { table.render(style) };
     if is_sure && !a.pairs.is_empty() {
         let _ = writeln!(out, "each of these pairs has a probability above {SURE}");
+    }
+    for doubt in a.pairs.iter().filter_map(retune::update::AssessedPair::doubt) {
+        wrapped(&mut out, &doubt, style);
     }
     out += &readings(a, style);
     for u in &a.unpaired_test {
@@ -322,7 +325,11 @@ pub(crate) fn base_pairs(pairs: &BasePairs, test: &TestData, style: &Style) -> S
     for (k, m) in pairs.modes.iter().enumerate() {
         let number = |v: Option<f64>| v.map_or_else(|| "–".to_string(), |v| format!("{v:.3}"));
         let hz = m.model_mode.and_then(|a| pairs.model_hz.get(a - 1).copied());
-        let state = if m.model_mode.is_some() { "" } else { "no partner" };
+        let state = match m.model_mode {
+            None => "no partner",
+            Some(_) if m.by_user => "by `pair_with`",
+            Some(_) => "",
+        };
         table.row([
             (k + 1).to_string().into(),
             format!("{:.3}", m.test_hz).into(),
@@ -432,15 +439,12 @@ fn functions(a: &Assessment) -> String {
 
 fn flags(p: &retune::update::AssessedPair) -> String {
     use retune::correlation::PairFlag;
-    let words: Vec<&str> = p
-        .flags
-        .iter()
-        .map(|f| match f {
-            PairFlag::LowMac => "low MAC",
-            PairFlag::FarFrequency => "far apart",
-            PairFlag::DifferentFamily => "different symmetry!",
-            PairFlag::Ambiguous => "ambiguous",
-        })
-        .collect();
-    words.join(", ")
+    let by_user = p.by_user.then_some("by `pair_with`");
+    let words = p.flags.iter().map(|f| match f {
+        PairFlag::LowMac => "low MAC",
+        PairFlag::FarFrequency => "far apart",
+        PairFlag::DifferentFamily => "different symmetry!",
+        PairFlag::Ambiguous => "ambiguous",
+    });
+    by_user.into_iter().chain(words).collect::<Vec<&str>>().join(", ")
 }

@@ -52,6 +52,8 @@ const GIVEN: f64 = 1e6;
 /// A pair whose frequencies are farther apart than so many standard deviations with the largest model form would pull a fit as a foreign
 /// mode does, however alike the shapes.
 const FARTHEST: f64 = 3.0;
+/// Mean of |ln f_i/f_a| where a model that has not been updated is far off.
+const FAR: f64 = 0.5;
 /// L below which a pair takes part in no assignment, and levels at which it is looked at.
 const HOPELESS: f64 = -10.0;
 const CORNERS: [Level; 6] = [level(0, 0), level(1, 1), level(2, 2), level(3, 3), level(3, 4), level(4, 5)];
@@ -144,7 +146,7 @@ pub(crate) struct Pairings {
     none: Vec<f64>,
     ln_band: f64,
     n_parameters: usize,
-    /// Pairs that the user's gates let be.
+    /// Pairs that the user's limits and the partners that they have named let be.
     allowed: DMatrix<bool>,
     /// Pairs that the user has given.
     given: Vec<Option<usize>>,
@@ -194,41 +196,33 @@ impl Pairings {
     /// What every pair says with each model form.
     ///
     /// * `spread` - C^½, lower triangular; none where the parameters stand
-    /// * `misread` - share of frequencies that are noted wrongly: then the shape alone tells; none for a fit, which they would pull
+    /// * `misread` - share of frequencies that tell nothing: then the shape alone tells; none for a fit, which they would pull. Where
+    ///   parameters move they are noted wrongly, as any frequency of the band; where they stand the model is far off, by [`FAR`]
     pub(crate) fn seen(&self, spread: Option<&DMatrix<f64>>, misread: f64) -> Seen<'_> {
         let zero = DMatrix::zeros(self.n_parameters, self.n_parameters);
+        let stands = spread.is_none();
         let spread = spread.unwrap_or(&zero);
         let (n, m) = self.allowed.shape();
         let prior = ((1.0 - FOREIGN) / (FOREIGN * m.max(1) as f64)).ln();
         let table = (0..n * m)
             .map(|k| {
                 let (i, a) = (k / m, k % m);
-                if !self.allowed[(i, a)] {
+                let is_given = self.given[i] == Some(a);
+                if self.given[i].is_some() && !is_given {
                     return None;
                 }
                 let t = self.terms[i][a].spread(spread);
-                if misread <= 0.0 && t.is_beyond(FARTHEST, TAUS[TAUS.len() - 1]) {
-                    return None;
-                }
-                let ln_odds = |at: Level| self.ln_density(&t, at.form(), misread) - self.none[i] + prior + t.label;
-                if CORNERS.iter().all(|c| ln_odds(*c) < HOPELESS) {
+                let ln_misread = if stands { t.ln_far(FAR) } else { -self.ln_band };
+                let ln_odds =
+                    |at: Level| ln_density(&t, at.form(), misread, ln_misread) - self.none[i] + prior + t.label;
+                let is_beyond = || misread <= 0.0 && t.is_beyond(FARTHEST, TAUS[TAUS.len() - 1]);
+                if !is_given && (is_beyond() || CORNERS.iter().all(|c| ln_odds(*c) < HOPELESS)) {
                     return None;
                 }
                 Some(Box::new(std::array::from_fn(|tau| std::array::from_fn(|k| ln_odds(level(tau, k))))))
             })
             .collect();
         Seen { pairings: self, table }
-    }
-
-    /// ln p of a pair, whose frequency may be noted wrongly.
-    fn ln_density(&self, t: &Terms, form: Form, misread: f64) -> f64 {
-        let own = t.ln_density(form, true);
-        if misread <= 0.0 || t.shape.is_none() {
-            return own;
-        }
-        let by_shape = misread.ln() - self.ln_band + t.ln_density(form, false);
-        let by_both = (1.0 - misread).ln() + own;
-        by_shape.max(by_both) + (-(by_shape - by_both).abs()).exp().ln_1p()
     }
 
     /// JᵀV⁻¹J and JᵀV⁻¹z of the pairs, V with noise and each pair's model form and without the spread of the parameters.
@@ -251,6 +245,17 @@ impl Pairings {
     }
 }
 
+/// ln p of a pair, whose frequency tells nothing in a share of tests and has `ln_misread` then.
+fn ln_density(t: &Terms, form: Form, misread: f64, ln_misread: f64) -> f64 {
+    let own = t.ln_density(form, true);
+    if misread <= 0.0 || t.shape.is_none() {
+        return own;
+    }
+    let by_shape = misread.ln() + ln_misread + t.ln_density(form, false);
+    let by_both = (1.0 - misread).ln() + own;
+    by_shape.max(by_both) + (-(by_shape - by_both).abs()).exp().ln_1p()
+}
+
 /// L of a pair with each τ and k of the grid.
 type Grid = [[f64; FACTORS.len()]; TAUS.len()];
 
@@ -267,18 +272,35 @@ impl Seen<'_> {
         self.table[i * self.pairings.allowed.ncols() + a].as_deref()
     }
 
-    /// L where the model form of all is `all`, (n_test x n_model); -∞ where a gate or the user forbids a pair.
+    /// L where the model form of all is `all`, (n_test x n_model); -∞ where a limit or the user forbids a pair.
     pub(crate) fn ln_odds(&self, all: Level) -> DMatrix<f64> {
         let (n, m) = self.pairings.allowed.shape();
-        DMatrix::from_fn(n, m, |i, a| {
-            if self.pairings.given[i] == Some(a) {
-                return GIVEN;
-            }
-            let Some(grid) = self.grid(i, a) else { return f64::NEG_INFINITY };
-            let most = levels(all).map(|own| grid[own.tau][own.k] + own.ln_weight(all)).fold(f64::MIN, f64::max);
-            let sum: f64 = levels(all).map(|own| (grid[own.tau][own.k] + own.ln_weight(all) - most).exp()).sum();
-            most + sum.ln()
+        DMatrix::from_fn(n, m, |i, a| match self.pairings.given[i] {
+            Some(given) if given == a => GIVEN,
+            _ if self.pairings.allowed[(i, a)] => self.ln_odds_of(i, a, all),
+            _ => f64::NEG_INFINITY,
         })
+    }
+
+    /// L of a pair by what is measured alone, whatever the user's word and limits say of it.
+    pub(crate) fn ln_odds_of(&self, i: usize, a: usize, all: Level) -> f64 {
+        let Some(grid) = self.grid(i, a) else { return f64::NEG_INFINITY };
+        let most = levels(all).map(|own| grid[own.tau][own.k] + own.ln_weight(all)).fold(f64::MIN, f64::max);
+        let sum: f64 = levels(all).map(|own| (grid[own.tau][own.k] + own.ln_weight(all) - most).exp()).sum();
+        most + sum.ln()
+    }
+
+    /// L of the partner that is given, where there is one.
+    pub(crate) fn ln_odds_of_given(&self, i: usize, all: Level) -> Option<f64> {
+        self.pairings.given[i].map(|a| self.ln_odds_of(i, a, all))
+    }
+
+    /// The mode of largest L among those that a limit or a given partner forbids, with its L.
+    pub(crate) fn likeliest_forbidden(&self, i: usize, all: Level) -> Option<(usize, f64)> {
+        let allowed = &self.pairings.allowed;
+        let is_open = self.pairings.given[i].is_none();
+        let forbidden = (0..allowed.ncols()).filter(|&a| is_open && !allowed[(i, a)]);
+        forbidden.map(|a| (a, self.ln_odds_of(i, a, all))).max_by(|x, y| x.1.total_cmp(&y.1))
     }
 
     /// The model form of all with the largest evidence of the best assignment, and that.

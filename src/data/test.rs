@@ -116,8 +116,10 @@ pub enum Standing {
         family: Option<String>,
         /// Whether this very mode is the partner at every point; otherwise pairs are free among what was found.
         is_fixed: bool,
-        /// Probability of the pair.
+        /// Probability of the pair; of one that the user has named, by what is measured alone.
         probability: f64,
+        /// Whether the user has named it.
+        by_user: bool,
     },
     /// The pairing has found no partner: it is left aside. Not written to files.
     Aside {

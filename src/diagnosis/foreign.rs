@@ -5,8 +5,13 @@
 //! others, to the stated noise (a body on a spring brings one, a sensor turned over changes one), is no foreign one: then the diagnosis with all
 //! modes is the answer, as one cause is more probable than two.
 
+use super::base::stage_begun;
+use super::evidence::degrees_of_freedom;
+use super::refit::refit;
 use super::scene::Scene;
-use super::{Diagnosis, DiagnosisError, Investigation, Settings, Verdict, investigate_these};
+use super::valley::in_the_lowest_valley;
+use super::verdict::conclude;
+use super::{DiagnosisError, Investigation, Settings, Verdict, investigate_these};
 use crate::data::Standing;
 use crate::linalg::DVector;
 use crate::objective::Comparison;
@@ -57,8 +62,11 @@ pub struct BasePair {
     pub model_mode: Option<usize>,
     /// Their MAC, where the mode has a shape.
     pub mac: Option<f64>,
-    /// Probability of the pair that was inferred before the fit.
+    /// Probability of the pair that was inferred before the fit; of one that the test file names, by what is measured alone.
     pub probability: Option<f64>,
+    /// Whether the test file names it (`pair_with`).
+    #[serde(default)]
+    pub by_user: bool,
     /// Why there is no partner.
     pub reason: Option<String>,
 }
@@ -83,21 +91,34 @@ pub(super) fn investigate(
     let found = |standing: &Standing| matches!(standing, Standing::Aside { foreign: Some(_), .. });
     let foreign: Vec<usize> =
         (0..decided.test.modes.len()).filter(|&m| found(&decided.test.modes[m].standing)).collect();
-    let without = investigate_these(decided, starts, x.as_ref(), weight, settings)?;
     // Shapes tell whether a hypothesis explains a mode; a frequency alone can be had from any.
-    if !foreign.iter().any(|&m| scene.test.modes[m].shape.is_some()) {
-        return named(without);
+    let has_shape = foreign.iter().any(|&m| scene.test.modes[m].shape.is_some());
+    if has_shape && let Some(found) = by_one_cause(scene.as_given(), starts, weight, settings)? {
+        return named(found);
     }
-    let all = investigate_these(scene.as_given(), starts, None, weight, settings)?;
-    named(if explains_all(&all.diagnosis) { all } else { without })
+    named(investigate_these(decided, starts, x.as_ref(), weight, settings)?)
 }
 
-/// Whether one cause, an effect or a fault, leaves noise of the stated size: several changes and larger noise explain anything.
-fn explains_all(d: &Diagnosis) -> bool {
-    let is_one = matches!(d.verdict, Verdict::MissingEffect | Verdict::MeasurementFault) && d.noise_factor <= 1.0;
-    let after = d.hypotheses.first().filter(|_| is_one).map(|h| h.misfit_after);
-    let spare = d.degrees_of_freedom.max(1.0);
-    after.is_some_and(|after| 1.0 - ChiSquared::new(spare).map_or(0.0, |c| c.cdf(after)) > BY_CHANCE)
+/// The diagnosis with all modes, where one cause explains them to the stated noise: several changes and larger noise explain anything.
+fn by_one_cause(
+    scene: Scene,
+    starts: &[DVector<f64>],
+    weight: Option<f64>,
+    settings: &Settings,
+) -> Result<Option<Investigation>, DiagnosisError> {
+    let base = stage_begun(scene, starts, None, weight.unwrap_or(1.0), settings)?;
+    let refits = refit(&base, false)?;
+    let (base, mut refits) = in_the_lowest_valley(base, refits, settings)?;
+    let spare = degrees_of_freedom(&base.fit, &base.q).max(1.0);
+    let noise = ChiSquared::new(spare).ok();
+    let explains = |misfit: f64| noise.is_some_and(|c| 1.0 - c.cdf(misfit) > BY_CHANCE);
+    if !refits.hypotheses.iter().any(|r| r.overlooked == 0 && explains(r.misfit)) {
+        return Ok(None);
+    }
+    let diagnosis = conclude(&base, &mut refits, settings)?;
+    let is_one = matches!(diagnosis.verdict, Verdict::MissingEffect | Verdict::MeasurementFault);
+    let is_explained = is_one && diagnosis.hypotheses.first().is_some_and(|h| explains(h.misfit_after));
+    Ok(is_explained.then_some(Investigation { diagnosis, base, refits: refits.hypotheses }))
 }
 
 /// With what has no partner named.
@@ -142,13 +163,15 @@ fn base_pairs(c: &Comparison<'_>, theta: &[f64]) -> Result<BasePairs, DiagnosisE
                 Standing::Found { probability, .. } => partner.map(|_| probability),
                 _ => None,
             },
+            by_user: matches!(mode.standing, Standing::Found { by_user: true, .. } | Standing::With(_)),
             reason: mode.standing.reason(),
         }
     };
+    let mac = c.mac_of_all(&p);
     Ok(BasePairs {
         test: test.name.clone(),
         model_hz: p.frequencies_hz.clone(),
-        mac: p.mac.row_iter().map(|r| r.iter().copied().collect()).collect(),
+        mac: mac.row_iter().map(|r| r.iter().copied().collect()).collect(),
         modes: test.modes.iter().enumerate().map(mode).collect(),
     })
 }

@@ -14,9 +14,10 @@
 mod gates;
 mod partner;
 mod spoilt;
+mod standing;
 
 pub(crate) use self::gates::why_unpaired;
-use self::gates::{Gates, called, probability};
+use self::gates::{Gates, Told};
 use self::partner::{names, resolve};
 use super::prediction::{Comparison, Prediction};
 use super::scaling::Scaling;
@@ -144,13 +145,23 @@ pub fn decide_by_rule(
         let mut own: Vec<Standing> = c.test().modes.iter().map(|m| m.standing.clone()).collect();
         for (&i, given) in side.open.iter().zip(&side.given) {
             if let Some(model_mode) = *given {
-                own[i] = Standing::Found { model_mode, rank: 0, family: None, is_fixed: true, probability: 1.0 };
+                own[i] = Standing::Found {
+                    model_mode,
+                    rank: 0,
+                    family: None,
+                    is_fixed: true,
+                    probability: 1.0,
+                    by_user: true,
+                };
                 continue;
             }
             let Some(pair) = p.pairs.pairs.iter().find(|q| q.experimental == i) else { continue };
             let what = Gates { min_mac: gates.min_mac, window: gates.frequency_window };
             if let Some(gate) = what.closed(c, &p, i, pair.analytical) {
-                own[i] = Standing::Aside { foreign: None, reason: gate.reason(&what, c, &p, i, pair.analytical, None) };
+                own[i] = Standing::Aside {
+                    foreign: None,
+                    reason: gate.reason(&what, c, &p, i, pair.analytical, Told::default()),
+                };
             }
         }
         standings.push(own);
@@ -177,8 +188,9 @@ struct Side<'a> {
     /// Test modes that are to be paired.
     open: Vec<usize>,
     labels: Vec<Option<Label>>,
-    /// Partners that the user has named, of each of them.
+    /// Partners that are given, of each of them, and whether it was the user.
     given: Vec<Option<usize>>,
+    by_user: Vec<bool>,
     needs_names: bool,
 }
 
@@ -188,6 +200,8 @@ impl<'a> Side<'a> {
         let open: Vec<usize> = (0..modes.len()).filter(|&i| !modes[i].standing.is_aside()).collect();
         let labels: Vec<Option<Label>> = open.iter().map(|&i| modes[i].label.as_deref().map(Label::read)).collect();
         let needs_names = labels.iter().any(Option::is_some);
+        let is_users = |s: &Standing| matches!(s, Standing::With(_) | Standing::Found { by_user: true, .. });
+        let by_user = open.iter().map(|&i| is_users(&modes[i].standing)).collect();
         let mut given = Vec::with_capacity(open.len());
         for &i in &open {
             let found = match &modes[i].standing {
@@ -210,7 +224,7 @@ impl<'a> Side<'a> {
             }
             given.push(Some(found));
         }
-        Ok(Self { comparison, open, labels, given, needs_names })
+        Ok(Self { comparison, open, labels, given, by_user, needs_names })
     }
 }
 
@@ -238,6 +252,10 @@ struct FoundSide {
     pairs: Vec<Option<(usize, Form)>>,
     /// P of every pair.
     p: DMatrix<f64>,
+    /// L of the given partner of every open mode, by what is measured alone.
+    of_given: Vec<Option<f64>>,
+    /// The likeliest pair of every open mode, with its L, among those that only a limit or a given partner forbids.
+    forbidden: Vec<Option<(usize, f64)>>,
 }
 
 impl FoundSide {
@@ -468,7 +486,10 @@ impl Inference<'_> {
                 score += own;
                 let odds = seen.ln_odds(level);
                 let pairs = seen.with_forms(&best(&odds), level);
-                FoundSide { level, pairs, p: marginals(&odds), look }
+                let n = odds.nrows();
+                let of_given = (0..n).map(|i| seen.ln_odds_of_given(i, level)).collect();
+                let forbidden = (0..n).map(|i| seen.likeliest_forbidden(i, level)).collect();
+                FoundSide { level, pairs, p: marginals(&odds), of_given, forbidden, look }
             })
             .collect();
         Found { x, score, sides }
@@ -477,13 +498,20 @@ impl Inference<'_> {
     fn decision(&self, found: &Found, is_fixed: bool) -> Decision {
         let mut any = false;
         let mut one = |(side, at): (&Side<'_>, &FoundSide)| {
-            let out = self.standings(side, at, is_fixed);
+            let mut out = self.standings(side, at, is_fixed);
             let kept = side.open.iter().filter(|&&i| !out[i].is_aside()).count();
-            let modes = &side.comparison.test().modes;
+            // What a limit of the user puts aside stays there.
+            let is_inferred = |s: &Standing| matches!(s, Standing::Aside { foreign: Some(_), .. });
+            let inferred = out.iter().filter(|s| is_inferred(s)).count();
             let spare = if side.comparison.has_shapes() { 0 } else { self.scaling.len() + SPARE };
-            let fewest = (FEWEST * side.open.len() as f64).max(spare as f64);
+            let fewest = (FEWEST * (kept + inferred) as f64).max(spare as f64);
             if self.options.moves && (kept as f64) < fewest {
-                return modes.iter().map(|m| m.standing.clone()).collect();
+                let modes = side.comparison.test().modes.iter();
+                out.iter_mut()
+                    .zip(modes)
+                    .filter(|(s, _)| !matches!(s, Standing::Aside { foreign: None, .. }))
+                    .for_each(|(s, mode)| *s = mode.standing.clone());
+                return out;
             }
             any |= kept > 0;
             out
@@ -491,76 +519,5 @@ impl Inference<'_> {
         let standings = self.sides.iter().zip(&found.sides).map(&mut one).collect();
         let x = if any { found.x.clone() } else { self.start.clone() };
         Decision { x, standings }
-    }
-
-    fn standings(&self, side: &Side<'_>, at: &FoundSide, is_fixed: bool) -> Vec<Standing> {
-        let c = side.comparison;
-        let modes = &c.test().modes;
-        let p = &at.look.prediction;
-        let mut out: Vec<Standing> = modes.iter().map(|m| m.standing.clone()).collect();
-        // What shapes and the user take: a mode without a shape is counted among the rest.
-        let by_shape: Vec<usize> = (0..side.open.len())
-            .filter(|&row| modes[side.open[row]].shape.is_some() || side.given[row].is_some())
-            .filter_map(|row| at.pairs[row].map(|(a, _)| at.look.modes[a]))
-            .collect();
-        for (row, &i) in side.open.iter().enumerate() {
-            let foreign = at.foreign(row);
-            let partner = at.pairs[row].map(|(a, _)| a).filter(|_| side.given[row].is_some() || foreign < 0.5);
-            out[i] = match partner {
-                Some(at_a) => {
-                    let a = at.look.modes[at_a];
-                    let told = side.labels[row].as_ref().and_then(Label::family);
-                    let family = p.families[a].clone().filter(|f| told.is_some_and(|t| t != f));
-                    let own = family.as_deref().or(told);
-                    let is_like = |b: usize| {
-                        !c.pairing().same_family_only
-                            || own.is_none()
-                            || p.families[b].is_none()
-                            || p.families[b].as_deref() == own
-                    };
-                    let rank = (0..a).filter(|b| !by_shape.contains(b) && is_like(*b)).count();
-                    let is_fixed = is_fixed || side.given[row].is_some();
-                    let probability = if side.given[row].is_some() { 1.0 } else { at.p[(row, at_a)] };
-                    Standing::Found { model_mode: a, rank, family, is_fixed, probability }
-                }
-                // It may be one of two and is of the structure all the same: the fit pairs it.
-                None if foreign < 0.5 => Standing::Open,
-                None => {
-                    let (foreign, reason) = self.why(side, at, row, foreign);
-                    Standing::Aside { foreign, reason }
-                }
-            };
-        }
-        out
-    }
-
-    /// Why a mode has no partner, and the probability that it is foreign where no gate of the user decides.
-    fn why(&self, side: &Side<'_>, at: &FoundSide, row: usize, foreign: f64) -> (Option<f64>, String) {
-        let c = side.comparison;
-        let p = &at.look.prediction;
-        let i = side.open[row];
-        let mode = &c.test().modes[i];
-        let f = mode.frequency_hz.value;
-        let n = p.frequencies_hz.len();
-        let by = |of: &dyn Fn(usize) -> f64| (0..n).max_by(|&a, &b| of(a).total_cmp(&of(b)));
-        let likeness =
-            |a: usize| if mode.shape.is_some() { p.mac[(a, i)] } else { -(p.frequencies_hz[a] / f).ln().abs() };
-        let Some(a) = by(&likeness) else { return (None, "the model has no mode to compare with".into()) };
-        let name = at.look.names.as_ref().map(|names| names[a].long.as_str());
-        let gates = self.gates();
-        if let Some(gate) = gates.closed(c, p, i, a) {
-            return (None, gate.reason(&gates, c, p, i, a, name));
-        }
-        let called = called(p, a, name);
-        let taken =
-            at.pairs.iter().position(|q| q.is_some_and(|(q, _)| at.look.modes[q] == a)).filter(|&other| other != row);
-        let taken = taken
-            .map_or_else(String::new, |other| format!(", which is the partner of test mode {}", side.open[other] + 1));
-        let best = if mode.shape.is_some() {
-            format!("its largest MAC is {:.2}, with {called}{taken}", p.mac[(a, i)])
-        } else {
-            format!("the nearest in frequency is {called}{taken}")
-        };
-        (Some(foreign), format!("foreign with probability {}: {best}", probability(foreign)))
     }
 }

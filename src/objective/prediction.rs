@@ -63,7 +63,7 @@ pub struct Prediction {
     pub families: Vec<Option<String>>,
     /// Elastic modes so close that only the space of each run of them is determined; their shapes are those nearest the test.
     pub clusters: Vec<Vec<usize>>,
-    /// MAC, rows elastic modes, columns test modes; zero where a test mode has no shape.
+    /// MAC, rows elastic modes, columns test modes; zero where a test mode has no shape or is aside ([`Comparison::mac_of_all`]).
     pub mac: DMatrix<f64>,
     /// Pairs of elastic modes (analytical) with test modes (experimental).
     pub pairs: PairedModes,
@@ -206,6 +206,11 @@ impl<'a> Comparison<'a> {
         &self.shapes
     }
 
+    /// MAC with the shapes of all test modes, those that take part in nothing too: rows elastic modes, columns test modes.
+    pub fn mac_of_all(&self, p: &Prediction) -> DMatrix<f64> {
+        mac_with(&p.at_sensors, &real_shapes(self.test))
+    }
+
     /// Whether any test mode has a shape.
     pub fn has_shapes(&self) -> bool {
         self.test.modes.iter().any(|m| m.shape.is_some())
@@ -297,8 +302,7 @@ impl<'a> Comparison<'a> {
         }
         let mut at_sensors = &*sensors * modes.shapes.columns(elastic.start, elastic.len());
         hide_unseen(&mut at_sensors);
-        let mut mac = mac_matrix(&at_sensors, &self.shapes);
-        mac.iter_mut().filter(|v| v.is_nan()).for_each(|v| *v = 0.0);
+        let mac = mac_with(&at_sensors, &self.shapes);
         let pairs = pair_planned_modes(
             &mac,
             &ModeList { frequencies_hz: &frequencies_hz, labels: &[], families: &families },
@@ -536,4 +540,9 @@ fn real_shapes(test: &TestData) -> DMatrix<f64> {
         }
     }
     shapes
+}
+
+/// MAC of shapes at the sensors with measured ones; zero where there is none.
+fn mac_with(at_sensors: &DMatrix<f64>, measured: &DMatrix<f64>) -> DMatrix<f64> {
+    mac_matrix(at_sensors, measured).map(|v| if v.is_nan() { 0.0 } else { v })
 }

@@ -44,8 +44,27 @@ pub struct AssessedPair {
     pub model_label: String,
     /// What is odd about it.
     pub flags: Vec<PairFlag>,
-    /// Probability of the pair, where it was inferred; one where the test file names it.
+    /// Probability of the pair, where it was inferred; of one that the test file names, by what is measured alone.
     pub probability: Option<f64>,
+    /// Whether the test file names it (`pair_with`).
+    pub by_user: bool,
+}
+
+impl AssessedPair {
+    /// What speaks against a pair that the test file names, where what is measured does.
+    pub fn doubt(&self) -> Option<String> {
+        let p = self.probability.filter(|p| self.by_user && *p < 0.5)?;
+        let mac = self.mac.map_or_else(String::new, |m| format!("their MAC is {m:.2} and "));
+        Some(format!(
+            "`pair_with` pairs test mode {} at {:.4} Hz with {} at {:.4} Hz: {mac}the frequency is {:+.1} % off; by what is measured the pair has a probability of {}",
+            self.test_mode + 1,
+            self.test_hz,
+            self.model_label,
+            self.model_hz,
+            self.error_percent,
+            if p < 1e-3 { "less than 0.001".to_string() } else { format!("{p:.3}") }
+        ))
+    }
 }
 
 /// A mode without a partner.
@@ -187,9 +206,12 @@ pub fn assess(comparison: &Comparison<'_>, theta: &[f64]) -> Result<Assessment, 
                     }
                     _ => None,
                 },
+                by_user: matches!(mode.standing, Standing::Found { by_user: true, .. } | Standing::With(_)),
             }
         })
         .collect();
+    let mac = comparison.mac_of_all(&prediction);
+    let best = |values: &mut dyn Iterator<Item = f64>| values.enumerate().max_by(|x, y| x.1.total_cmp(&y.1));
     let unpaired_test = prediction
         .pairs
         .unpaired_experimental
@@ -198,7 +220,7 @@ pub fn assess(comparison: &Comparison<'_>, theta: &[f64]) -> Result<Assessment, 
             mode: u.index,
             frequency_hz: test.modes[u.index].frequency_hz.value,
             label: test.modes[u.index].label.clone(),
-            best: u.best.filter(|_| test.modes[u.index].shape.is_some()),
+            best: best(&mut mac.column(u.index).iter().copied()).filter(|_| test.modes[u.index].shape.is_some()),
             reason: Some(
                 test.modes[u.index].standing.reason().unwrap_or_else(|| why_unpaired(comparison, &prediction, u.index)),
             ),
@@ -219,7 +241,7 @@ pub fn assess(comparison: &Comparison<'_>, theta: &[f64]) -> Result<Assessment, 
             mode: u.index,
             frequency_hz: prediction.frequencies_hz[u.index],
             label: Some(model_modes[u.index].label.clone()),
-            best: u.best,
+            best: best(&mut mac.row(u.index).iter().copied()),
             reason: None,
             foreign: None,
             by_user: false,
@@ -245,7 +267,7 @@ pub fn assess(comparison: &Comparison<'_>, theta: &[f64]) -> Result<Assessment, 
         misfit,
         misfit_per_mode,
         mass_properties: prediction.mass_properties,
-        mac: prediction.mac.clone(),
+        mac,
         pairs,
         unpaired_test,
         unpaired_model,

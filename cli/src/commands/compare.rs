@@ -356,6 +356,7 @@ pub(crate) fn pair_json(p: &AssessedPair) -> Value {
         "test_label": p.test_label,
         "model_label": p.model_label,
         "probability": p.probability,
+        "by_user": p.by_user,
         "flags": p.flags,
     })
 }

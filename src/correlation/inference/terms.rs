@@ -125,6 +125,13 @@ impl Terms {
         self.z * self.z > deviations * deviations * variance
     }
 
+    /// ln of the density of ln f_i that decays with the distance of the frequencies (Laplace), whatever noise and parameters say.
+    ///
+    /// * `mean` - of |ln f_i/f_a|
+    pub(super) fn ln_far(&self, mean: f64) -> f64 {
+        -(self.z * self.sd).abs() / mean - (2.0 * mean).ln()
+    }
+
     /// Number of parameters.
     fn p(&self) -> usize {
         self.slope.len()

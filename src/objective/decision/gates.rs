@@ -7,10 +7,25 @@ pub(super) fn probability(p: f64) -> String {
     if p > 0.999 { "above 0.999".into() } else { format!("{p:.3}") }
 }
 
-/// A mode of the model in a sentence.
-pub(super) fn called(p: &Prediction, a: usize, name: Option<&str>) -> String {
-    let f = p.frequencies_hz[a];
-    name.map_or_else(|| format!("mode {} of the model at {}", a + 1, hz(f)), |name| format!("`{name}` at {}", hz(f)))
+/// How a sentence speaks of a mode of the model.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Told<'a> {
+    /// Its name.
+    pub(super) name: Option<&'a str>,
+    /// Whether the parameters have moved from the estimates, and with them its frequency.
+    pub(super) fitted: bool,
+}
+
+impl Told<'_> {
+    fn at(self, f: f64) -> String {
+        if self.fitted { format!("{} once fitted", hz(f)) } else { hz(f) }
+    }
+
+    /// The mode in a sentence.
+    pub(super) fn called(self, p: &Prediction, a: usize) -> String {
+        let f = self.at(p.frequencies_hz[a]);
+        self.name.map_or_else(|| format!("mode {} of the model at {f}", a + 1), |name| format!("`{name}` at {f}"))
+    }
 }
 
 /// A frequency with four digits at least.
@@ -56,19 +71,20 @@ impl Gate {
         p: &Prediction,
         test_mode: usize,
         a: usize,
-        name: Option<&str>,
+        told: Told<'_>,
     ) -> String {
         let f = c.test().modes[test_mode].frequency_hz.value;
         match self {
             Self::Window => format!(
-                "outside the frequency window: {} against {}; `--frequency-window` widens it",
+                "outside the frequency window of {:.4} %: {} against {}; `--frequency-window` widens it",
+                100.0 * gates.window,
                 hz(f),
-                hz(p.frequencies_hz[a])
+                told.at(p.frequencies_hz[a])
             ),
             Self::Mac => format!(
                 "its largest MAC is {:.2}, with {}, below {}; `--min-mac` lowers the limit",
                 p.mac[(a, test_mode)],
-                called(p, a, name),
+                told.called(p, a),
                 gates.min_mac
             ),
         }
@@ -89,13 +105,13 @@ pub(crate) fn why_unpaired(c: &Comparison<'_>, p: &Prediction, test_mode: usize)
     };
     let gates = Gates { min_mac: c.pairing().min_mac, window: c.pairing().frequency_window };
     if let Some(gate) = gates.closed(c, p, test_mode, a) {
-        return gate.reason(&gates, c, p, test_mode, a, None);
+        return gate.reason(&gates, c, p, test_mode, a, Told::default());
     }
     match p.pairs.pairs.iter().find(|q| q.analytical == a) {
-        Some(q) => format!("{} is the partner of test mode {}", called(p, a, None), q.experimental + 1),
+        Some(q) => format!("{} is the partner of test mode {}", Told::default().called(p, a), q.experimental + 1),
         None if mode.shape.is_none() && c.has_shapes() => {
             "it has no shape, and this rule pairs by shapes; `--pairing probable` uses frequency and label too".into()
         }
-        None => format!("{} is of another symmetry than its label tells", called(p, a, None)),
+        None => format!("{} is of another symmetry than its label tells", Told::default().called(p, a)),
     }
 }
