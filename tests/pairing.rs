@@ -240,3 +240,67 @@ fn gates_say_what_they_keep_out() {
     let reason = found.unpaired_test[0].reason.clone().unwrap_or_default();
     assert!(reason.contains("outside the frequency window") && reason.contains("`--frequency-window`"), "{reason}");
 }
+
+/// A limit of the user stays one in a fit, however many modes it puts aside, and a mode that is foreign anyway keeps its probability.
+#[test]
+fn a_narrow_window_of_the_user_wins_in_a_fit() {
+    let model = frame();
+    let test = twin(&model, 6, 1);
+    let (more, at) = with(&test, foreign(&test, 1));
+    let narrow =
+        Settings { pairing: HowToPair { frequency_window: Some(1e-5), ..HowToPair::probable() }, ..probable() };
+    let settled = update(&model, &more, &narrow, Controls::default());
+    let reasons: Vec<String> = match settled {
+        Ok(found) => found.after.unpaired_test.iter().map(|u| u.reason.clone().unwrap_or_default()).collect(),
+        Err(e) => vec![e.to_string()],
+    };
+    assert!(reasons.iter().any(|r| r.contains("the frequency window of 0.001 %")), "{reasons:?}");
+    let wide = Settings { pairing: HowToPair { min_mac: Some(0.5), ..HowToPair::probable() }, ..probable() };
+    let found = update(&model, &more, &wide, Controls::default()).unwrap().after;
+    assert_eq!(found.unpaired_test.len(), 1);
+    let lost = &found.unpaired_test[0];
+    assert_eq!(lost.mode, at);
+    assert!(lost.foreign.is_some_and(|p| p > 0.9), "{lost:?}");
+    assert!(!lost.reason.as_deref().unwrap_or_default().contains("--min-mac"), "{lost:?}");
+    // What takes no part has its MAC all the same.
+    let largest = found.mac.column(at).max();
+    assert!(largest > 0.0 && lost.best.is_some_and(|b| b.1 == largest), "{lost:?}");
+}
+
+/// A partner that the user gives to the wrong mode is used, and its own mode says where it went.
+#[test]
+fn a_wrong_partner_of_the_user_is_told() {
+    let model = frame();
+    let mut test = twin(&model, 6, 1);
+    let (more, at) = with(&test, foreign(&test, 1));
+    test = more;
+    test.modes[at].standing = Standing::With(Partner::Number(1));
+    let found = fitted(&model, &test).after;
+    let forced = found.pairs.iter().find(|p| p.test_mode == at).unwrap();
+    assert!(forced.by_user && forced.probability.is_some_and(|p| p < 0.01), "{forced:?}");
+    assert!(forced.doubt().is_some_and(|d| d.contains("`pair_with`") && d.contains("MAC")));
+    let lost = found.unpaired_test.iter().find(|u| u.mode != at).unwrap();
+    let reason = lost.reason.clone().unwrap_or_default();
+    assert!(lost.foreign.is_none() && reason.contains("which `pair_with` gives to test mode"), "{reason}");
+    assert!(found.pairs.iter().all(|p| p.test_mode == at || p.doubt().is_none()));
+}
+
+/// A model that has not been updated may be off by a factor, and not by a hundred where the shapes are hardly alike.
+#[test]
+fn a_comparison_pairs_no_mode_at_an_absurd_distance() {
+    for (name, text) in STRUCTURES {
+        let model = model(text);
+        for seed in 0..4 {
+            let test = twin(&model, 6, seed);
+            let mut mode = foreign(&test, 40 + seed);
+            let hz = mode.frequency_hz.value / 60.0;
+            (mode.frequency_hz.value, mode.frequency_hz.sd) = (hz, FREQUENCY * hz);
+            let (more, at) = with(&test, mode);
+            let paired = paired_test(&model, None, &more, &HowToPair::probable()).unwrap();
+            let comparison = compared(&model, &paired, &HowToPair::probable()).unwrap();
+            let found = assess(&comparison, &starting_point(&model)).unwrap();
+            let lost: Vec<usize> = found.unpaired_test.iter().map(|u| u.mode).collect();
+            assert_eq!(lost, [at], "{name}, seed {seed}");
+        }
+    }
+}

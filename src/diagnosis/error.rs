@@ -20,6 +20,15 @@ pub enum DiagnosisError {
         "no measured mode has a probable partner in the model, so there is nothing to diagnose: does the test belong to this structure, in these units? `retune compare` shows the MAC, and `pair_with` in the test file names partners"
     )]
     NoPartner,
+    /// The frequencies of a test are in another unit than it says.
+    #[error("{slip} No diagnosis is made of them: correct the unit in the test file, or the model")]
+    Unit {
+        /// The common factor, and what was probably done.
+        slip: String,
+    },
+    /// A test and its model cannot be compared.
+    #[error(transparent)]
+    Update(#[from] crate::update::UpdateError),
     /// No start of a fit could be evaluated.
     #[error("no start of the fit can be evaluated")]
     NoStart,

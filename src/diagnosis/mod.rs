@@ -59,6 +59,7 @@ use crate::effect::Effects;
 use crate::linalg::DVector;
 use crate::model::Model;
 use crate::update::HowToPair;
+use crate::update::slip_of_unit;
 use base::{stage, stage_begun};
 use evidence::{REMAINDER, p_of_less};
 use refit::{Refit, Tried, refit};
@@ -326,6 +327,11 @@ fn investigate(
 ) -> Result<Investigation, DiagnosisError> {
     if scene.cases.iter().all(|c| c.test.has_nothing()) {
         return Err(DiagnosisError::NoData);
+    }
+    for case in &scene.cases {
+        if let Some(slip) = slip_of_unit(&case.model, &case.test)? {
+            return Err(DiagnosisError::Unit { slip });
+        }
     }
     foreign::investigate(scene, starts, weight, settings)
 }

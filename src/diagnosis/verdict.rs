@@ -38,6 +38,8 @@ use std::collections::BTreeSet;
 pub(super) const STRONG: f64 = 3.0;
 /// Noise that is larger than this many times the stated one is no explanation: then the stated noise or the model is wrong.
 pub(super) const MOST_NOISE: f64 = 2.0;
+/// Above this the probability that nothing is missing is told beside what is named.
+const DOUBT: f64 = 0.05;
 /// Tied hypotheses that are checked for what they leave.
 const CHECKED: usize = 3;
 
@@ -98,7 +100,9 @@ fn conclude_once(
     let mut p = odds.probabilities(base, refits, other);
     p.sort(refits);
     let leads = !refits.is_empty() && p.each(0) > 0.5;
-    let strong = best_bayes > STRONG && p.none() < 0.5;
+    // What is named is more probable than nothing, it or what the data cannot tell from it.
+    let of_the_tied: f64 = (0..refits.len()).filter(|&i| is_tied(&refits[i])).map(|i| p.each(i)).sum();
+    let strong = best_bayes > STRONG && p.none() < of_the_tied.max(p.other());
     let shape = worst_shape(&base.fit, base.weight, settings.seed.wrapping_add(3));
     let Answer { verdict, mut chosen, remainder, spread, pair, chain } = if looks_like_noise && !(alarm && strong) {
         let is_poor = shape.as_ref().is_some_and(|s| s.p_value < EACH_REMAINDER);
@@ -175,6 +179,9 @@ fn conclude_once(
         sentence += &format!(
             "; all this with noise {factor:.1} times as large as stated, so that the stated noise is wrong as well, or more is missing"
         );
+    }
+    if verdict.names_hypotheses() && p.none() > DOUBT {
+        sentence += &format!("; that nothing is missing has a probability of {:.0} %", 100.0 * p.none());
     }
     if let Some(better) = &told.finer_mesh {
         sentence += &format!("; refine the mesh first: {better}");

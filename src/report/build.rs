@@ -474,6 +474,7 @@ fn comparison(case: Case<'_>, comac: Option<Floats>) -> Comparison {
     Comparison {
         pairs: pairs(assessment, test),
         unpaired_test: assessment.unpaired_test.iter().map(|u| u.mode).collect(),
+        unpaired_reasons: assessment.unpaired_test.iter().map(|u| u.reason.clone().unwrap_or_default()).collect(),
         unpaired_model: assessment.unpaired_model.iter().map(|u| u.mode).collect(),
         criteria: "frequency within 5 %, MAC at least 0.9".into(),
         frequency_band: FREQUENCY_TOLERANCE,

@@ -10,7 +10,9 @@ use crate::{DONE, SHORT, files, uncertain, writing};
 use retune::effect::set_parameter_values;
 use retune::optim::{Checkpoint, OptimizerSpec};
 use retune::report::text::cost_history;
-use retune::update::{self, Assessment, Controls, ObjectiveSpec, ReducedSearch, Settings, TestCase, update_to_tests};
+use retune::update::{
+    self, Assessment, Controls, ObjectiveSpec, ReducedSearch, Settings, TestCase, UnpairedMode, update_to_tests,
+};
 use serde_json::json;
 use std::path::Path;
 
@@ -172,11 +174,16 @@ pub(crate) fn run(args: &Update) -> Result<u8, Failure> {
     for warning in &u.optimum.warnings {
         warning!("{warning}");
     }
-    Ok(if assessed.iter().all(|(_, a)| a.unpaired_test.iter().all(|u| u.by_user)) && u.optimum.cost.is_finite() {
-        DONE
-    } else {
-        SHORT
-    })
+    // What is not of the structure leaves the fit as good as it is.
+    let is_lost = |u: &&UnpairedMode| !u.by_user && u.foreign.is_none();
+    let lost: usize = assessed.iter().map(|(_, a)| a.unpaired_test.iter().filter(is_lost).count()).sum();
+    if lost > 0 {
+        let (modes, have) = if lost == 1 { ("mode", "has") } else { ("modes", "have") };
+        warning!(
+            "{lost} measured {modes} of the structure {have} no partner and took no part in the fit; the exit code is {SHORT}"
+        );
+    }
+    Ok(if lost == 0 && u.optimum.cost.is_finite() { DONE } else { SHORT })
 }
 
 /// A tolerance of reduced models.

@@ -23,7 +23,8 @@ pub fn check_modes(frfs: &FrfSet, identification: &Identification) -> Vec<Findin
         .iter()
         .map(|m| Shape { hz: m.frequency_hz.value, zeta: m.damping_ratio.value, shape: &m.shape })
         .collect();
-    findings.extend(pairs(&shapes));
+    let directions: Vec<Option<[f64; 3]>> = frfs.responses.iter().map(|c| c.direction).collect();
+    findings.extend(pairs(&shapes, &directions));
     findings
 }
 
@@ -202,8 +203,30 @@ pub(super) struct Shape<'a> {
     pub(super) shape: &'a DVector<Complex<f64>>,
 }
 
-/// Pairs of modes with nearly the same shape.
-pub(super) fn pairs(modes: &[Shape<'_>]) -> Vec<Finding> {
+/// tr(T_m T_n) of two shapes with T = Σ |φ_k|² d_k d_kᵀ/Σ |φ_k|², 0 where they move in perpendicular directions and 1 where both move in
+/// one; none where a channel that moves has no direction.
+fn common_direction(m: &Shape<'_>, n: &Shape<'_>, directions: &[Option<[f64; 3]>]) -> Option<f64> {
+    let tensor = |shape: &DVector<Complex<f64>>| {
+        let mut t = [[0.0; 3]; 3];
+        let mut sum = 0.0;
+        for (v, d) in shape.iter().zip(directions).filter(|(v, _)| v.is_finite() && v.norm_sqr() > 0.0) {
+            let d = (*d)?;
+            sum += v.norm_sqr();
+            for (i, row) in t.iter_mut().enumerate() {
+                row.iter_mut().zip(d).for_each(|(t, dj)| *t += v.norm_sqr() * d[i] * dj);
+            }
+        }
+        Some(t.map(|row| row.map(|v| v / sum)))
+    };
+    let (a, b) = (tensor(m.shape)?, tensor(n.shape)?);
+    Some(a.iter().flatten().zip(b.iter().flatten()).map(|(x, y)| x * y).sum())
+}
+
+/// Pairs of modes with nearly the same shape, and pairs that share one: seen by other channels each, which is no wonder where they move in
+/// perpendicular directions, as the two planes of a beam do.
+///
+/// * `directions` - of the channels, where known
+pub(super) fn pairs(modes: &[Shape<'_>], directions: &[Option<[f64; 3]>]) -> Vec<Finding> {
     let mut findings = Vec::new();
     for (b, m) in modes.iter().enumerate() {
         for n in &modes[..b] {
@@ -226,7 +249,8 @@ pub(super) fn pairs(modes: &[Shape<'_>]) -> Vec<Finding> {
             let overlap: f64 = x.iter().zip(&y).map(|(x, y)| x.norm() * y.norm()).sum();
             let size = |v: &[Complex<f64>]| v.iter().map(Complex::norm_sqr).sum::<f64>().sqrt();
             let overlap = overlap / (size(&x) * size(&y));
-            if overlap < 0.3 && gap < 0.05 {
+            let is_split = || common_direction(m, n, directions).is_none_or(|c| c > 0.3);
+            if overlap < 0.3 && gap < 0.05 && is_split() {
                 findings.push(Finding {
                     level: Level::Warning,
                     code: "split-mode",

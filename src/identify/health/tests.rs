@@ -5,7 +5,7 @@ use crate::data::{FrfQuantity, FrfSet};
 use crate::identify::tests::synthetic::{TrueMode, add_noise, lines, normal_pair, synthesise};
 use crate::identify::tests::wing::{data_folder, read_csv, wing_frfs};
 use crate::identify::{IdentifyOptions, identify};
-use crate::linalg::{Complex, DMatrix};
+use crate::linalg::{Complex, DMatrix, DVector};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
@@ -394,4 +394,22 @@ fn hostile_shapes_do_not_panic() {
     let _ = check_geometry(&same, &shapes).unwrap();
     let _ = check_rigid_body(&same, &shapes).unwrap();
     assert!(check_geometry(&sensors[..3], &shapes).is_err());
+}
+
+/// Two planes of one shaft: the second mode is seen by other channels because it moves in another direction.
+#[test]
+fn modes_in_perpendicular_directions_are_no_split_mode() {
+    let shape = |in_x: f64, in_y: f64| {
+        let value = |i: usize| [in_x, in_y][i / 4] * (0.3 + i as f64 % 4.0);
+        DVector::from_fn(8, |i, _| Complex::new(value(i), 0.0))
+    };
+    let (a, b) = (shape(1.0, 0.05), shape(-0.04, 1.0));
+    let of = |hz: f64, shape| super::modes::Shape { hz, zeta: 0.01, shape };
+    let modes = [of(40.0, &a), of(40.9, &b)];
+    let along = |x: [f64; 3], y: [f64; 3]| (0..8).map(|i| Some([x, y][i / 4])).collect::<Vec<_>>();
+    let perpendicular = along([1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
+    assert!(super::modes::pairs(&modes, &perpendicular).is_empty());
+    let parallel = along([1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]);
+    assert_eq!(super::modes::pairs(&modes, &parallel)[0].code, "split-mode");
+    assert_eq!(super::modes::pairs(&modes, &[None; 8])[0].code, "split-mode");
 }

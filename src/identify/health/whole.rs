@@ -105,7 +105,8 @@ pub fn check_shapes(
             shape,
         })
         .collect();
-    let mut found = pairs(&all);
+    let directions: Vec<Option<[f64; 3]>> = sensors.iter().map(|s| Some(s.direction)).collect();
+    let mut found = pairs(&all, &directions);
     let hz: Vec<f64> = modes.iter().map(|m| m.frequency_hz.value).collect();
     let (low, high) = hz.split_at(options.n_suspension.min(hz.len()));
     if !low.is_empty() {

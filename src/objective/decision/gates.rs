@@ -28,12 +28,15 @@ impl Told<'_> {
     }
 }
 
-/// A frequency with four digits at least.
+/// A number with four digits at least.
+fn plain(v: f64) -> String {
+    let digits = (3 - v.abs().max(1e-12).log10().floor() as i32).clamp(0, 6) as usize;
+    let text = format!("{v:.digits$}");
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_string() } else { text }
+}
+
 fn hz(f: f64) -> String {
-    let digits = (3 - f.abs().max(1e-12).log10().floor() as i32).clamp(0, 6) as usize;
-    let text = format!("{f:.digits$}");
-    let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
-    format!("{text} Hz")
+    format!("{} Hz", plain(f))
 }
 
 /// The limits of a user.
@@ -76,8 +79,8 @@ impl Gate {
         let f = c.test().modes[test_mode].frequency_hz.value;
         match self {
             Self::Window => format!(
-                "outside the frequency window of {:.4} %: {} against {}; `--frequency-window` widens it",
-                100.0 * gates.window,
+                "outside the frequency window of {} %: {} against {}; `--frequency-window` widens it",
+                plain(100.0 * gates.window),
                 hz(f),
                 told.at(p.frequencies_hz[a])
             ),

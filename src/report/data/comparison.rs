@@ -75,6 +75,9 @@ pub struct Comparison {
     pub pairs_before: Vec<Pair>,
     /// Test modes without a partner, as indices into `modes.test`.
     pub unpaired_test: Vec<usize>,
+    /// Why each of them has none, as a clause.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub unpaired_reasons: Vec<String>,
     /// Model modes without a partner, as indices into `modes.model`.
     pub unpaired_model: Vec<usize>,
     /// Which criteria decide pass or fail, in words: `frequency within 5 %, MAC at least 0.9`.

@@ -169,6 +169,10 @@ impl ReportData {
         for &k in &c.unpaired_test {
             index(|| "comparison.unpaired_test".into(), k, "modes.test", n_test)?;
         }
+        if !c.unpaired_reasons.is_empty() {
+            let (found, expected) = (c.unpaired_reasons.len(), c.unpaired_test.len());
+            length("comparison.unpaired_reasons".into(), found, expected, "one a test mode without a partner")?;
+        }
         for &k in &c.unpaired_model {
             index(|| "comparison.unpaired_model".into(), k, "modes.model", n_model)?;
         }

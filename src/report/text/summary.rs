@@ -1,5 +1,6 @@
 //! A report on a terminal: the verdict first, then what the page shows, in tables.
 
+use super::agreement::wrapped;
 use super::{Align, Cell, Style, Table, Tone, cost_history, findings, number, percent, printable, shorten, wrap};
 use crate::report::data::{Bound, Comparison, Level, Localization, ReportData, Update};
 use std::fmt::Write as _;
@@ -131,26 +132,17 @@ fn pairs(out: &mut String, data: &ReportData, c: &Comparison, style: &Style) {
         "{}",
         style.paint(Tone::Dim, "error = (model - test)/test: plus means that the model is too high")
     );
-    let names = |list: Vec<(&str, f64)>| {
-        list.iter().map(|(l, f)| format!("{} ({} Hz)", printable(l), number(*f))).collect::<Vec<_>>().join(", ")
-    };
-    let test: Vec<_> = c
-        .unpaired_test
-        .iter()
-        .filter_map(|i| data.modes.test.get(*i))
-        .map(|m| (m.label.as_str(), m.frequency_hz))
-        .collect();
-    let model: Vec<_> = c
-        .unpaired_model
-        .iter()
-        .filter_map(|i| data.modes.model.get(*i))
-        .map(|m| (m.label.as_str(), m.frequency_hz))
-        .collect();
-    for (who, list) in [("test", test), ("model", model)] {
-        if !list.is_empty() {
-            let _ =
-                writeln!(out, "{}", shorten(&format!("{who} modes without a partner: {}", names(list)), style.width));
-        }
+    let name = |label: &str, hz: f64| format!("{} ({} Hz)", printable(label), number(hz));
+    for (k, i) in c.unpaired_test.iter().enumerate() {
+        let Some(mode) = data.modes.test.get(*i) else { continue };
+        let why = c.unpaired_reasons.get(k).filter(|r| !r.is_empty()).map_or_else(String::new, |r| format!(": {r}"));
+        wrapped(out, &format!("test mode without a partner: {}{why}", name(&mode.label, mode.frequency_hz)), style);
+    }
+    let model: Vec<_> = c.unpaired_model.iter().filter_map(|i| data.modes.model.get(*i)).collect();
+    if !model.is_empty() {
+        let names: Vec<_> = model.iter().map(|m| name(&m.label, m.frequency_hz)).collect();
+        let text = format!("model modes without a partner: {}", names.join(", "));
+        let _ = writeln!(out, "{}", shorten(&text, style.width));
     }
 }
 

@@ -71,7 +71,7 @@ export interface LabelledMatrix {
   title: string; row_axis: string; column_axis: string; rows: string[]; columns: string[]; values: Num[][];
 }
 export interface Comparison {
-  pairs: Pair[]; pairs_before: Pair[]; unpaired_test: number[]; unpaired_model: number[];
+  pairs: Pair[]; pairs_before: Pair[]; unpaired_test: number[]; unpaired_reasons?: string[]; unpaired_model: number[];
   criteria: string; frequency_band: number;
   mac: LabelledMatrix | null; mac_before: LabelledMatrix | null;
   comac: Floats | null; comac_before: Floats | null;

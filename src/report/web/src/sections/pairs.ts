@@ -40,12 +40,15 @@ function pairTable(c: Comparison): HTMLElement {
 }
 
 function unpaired(c: Comparison, modes: Modes): HTMLElement | null {
-  const line = (title: string, list: { label: string; frequency_hz: number }[]): HTMLElement | null => list.length
-    ? h("p", {}, h("strong", {}, `${title}: `), list.map((m) => `${m.label} (${significant(m.frequency_hz, 4)} Hz)`).join(", ")) : null;
-  const test = c.unpaired_test.map((i) => modes.test[i]).filter((m) => m != null);
+  const name = (m: { label: string; frequency_hz: number }): string => `${m.label} (${significant(m.frequency_hz, 4)} Hz)`;
+  const test = c.unpaired_test.flatMap((i, k) => {
+    const m = modes.test[i], why = c.unpaired_reasons?.[k];
+    return m == null ? [] : [h("p", {}, h("strong", {}, "Test mode without a partner: "), name(m), why ? `: ${why}` : "")];
+  });
   const model = c.unpaired_model.map((i) => modes.model[i]).filter((m) => m != null);
-  return test.length + model.length
-    ? h("div", { class: "unpaired" }, line("Test modes without a partner", test), line("Model modes without a partner", model)) : null;
+  const others = model.length
+    ? h("p", {}, h("strong", {}, "Model modes without a partner: "), model.map(name).join(", ")) : null;
+  return test.length + model.length ? h("div", { class: "unpaired" }, ...test, others) : null;
 }
 
 function macCard(title: string, m: LabelledMatrix, path: string, pairs: Pair[]): HTMLElement {
