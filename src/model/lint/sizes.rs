@@ -5,6 +5,7 @@ use crate::element::Axes;
 use crate::model::compile::Model;
 use crate::model::dependence::interior_point;
 use crate::model::geometry::extent;
+use crate::model::value::quantity;
 use crate::model::{ParametricModel, PlacedElement};
 use crate::yaml::{Problem, child};
 use std::collections::HashMap;
@@ -37,7 +38,10 @@ fn whole(model: &Model) -> Option<Problem> {
     let size = model.geometry().size();
     let is_odd = size > 1000.0 || (size > 0.0 && size < 1e-3);
     is_odd.then(|| {
-        Problem::warning("nodes", format_args!("the structure is {size:.3e} m long: are the nodes in metres?"))
+        Problem::warning(
+            "nodes",
+            format_args!("the structure is {} long: are the nodes in metres?", quantity(size, "m")),
+        )
     })
 }
 
