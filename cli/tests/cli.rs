@@ -369,7 +369,7 @@ fn functions_of_a_test_enter_the_fit() {
         (vec![*names, first], "unit: kg, ", 2, "`kg` is no unit of response over force"),
         (vec![*names, first], &format!("unit: {unit}, "), 0, "functions: "),
         (vec![*names, first], "units: feet, ", 2, "`feet` is no system of units; there are SI"),
-        (vec![*names, *units, &gap.join(","), others[0]], "", 0, "values are empty or no numbers; they are left out"),
+        (vec![*names, *units, &gap.join(","), others[0]], "", 0, "values left out: empty or no numbers"),
         (vec![*names, *units], "", 2, "these functions have no line"),
         (
             vec![*names, *units, first],
