@@ -183,10 +183,14 @@ fn wrong_input_is_2_with_file_line_and_column() {
 fn files_that_cannot_be_read_are_named() {
     let folder = Folder::new("unreadable");
     folder.write("binary.yaml", [0x66, 0xff, 0xfe, 0x00]).write("empty.yaml", "");
+    let wide: Vec<u8> = MODEL.encode_utf16().flat_map(u16::to_le_bytes).collect();
+    folder.write("wide.yaml", [&[0xff, 0xfe], &wide[..]].concat()).write("bare.yaml", wide);
     for (line, word) in [
         ("check nowhere.yaml", "nowhere.yaml"),
         ("check .", "cannot read ."),
         ("check binary.yaml", "not UTF-8 text (byte 1, line 1) but perhaps"),
+        ("check wide.yaml", "it is UTF-16 (little endian), not UTF-8; save it as UTF-8"),
+        ("check bare.yaml", "it is UTF-16 (little endian) without a byte order mark, not UTF-8"),
         ("check empty.yaml", "empty"),
         ("compare model.yaml nowhere.yaml", "nowhere.yaml"),
         ("check test.yaml", "this is a test file"),

@@ -332,6 +332,13 @@ mod tests {
     }
 
     #[test]
+    fn numbers_in_other_characters_have_their_value() {
+        let sheet = Sheet::read("a;b\n−1,5;５\n2,25;7\n".as_bytes()).unwrap();
+        let values: Vec<f64> = (0..2).map(|c| sheet.number(&sheet.rows[0], c).unwrap()).collect();
+        assert_eq!(values, [-1.5, 5.0]);
+    }
+
+    #[test]
     fn separators_of_thousands_are_no_decimal_marks() {
         for text in ["a,b\n\"1,200\",\"12,500\"\n", "a;b\n1,200.5;1\n1,5;2\n", "a;b\n1,5;2\n1.250;3\n"] {
             let sheet = Sheet::read(text.as_bytes()).unwrap();

@@ -254,6 +254,17 @@ mod tests {
     }
 
     #[test]
+    fn a_size_is_said_without_powers_of_ten() {
+        let text = "retune: 1\nname: c\nnodes: {a: [0, 0, 0], b: [5000, 0, 0]}\n\
+                    beams: {m: {nodes: [a, b], properties: {EA: 1e6, EIy: 10, EIz: 10, GJ: 10, mass_per_length: 1}}}\nsupports: {r: {node: a}}\n";
+        assert!(
+            said(text).iter().any(|s| s == "nodes: the structure is 5000 m long: are the nodes in metres?"),
+            "{:?}",
+            said(text)
+        );
+    }
+
+    #[test]
     fn a_node_without_its_unit_is_found_and_one_with_it_is_not() {
         for more in ["", ", subdivide: 4"] {
             assert_eq!(said(&cantilever("600 mm", more)), [""; 0]);
