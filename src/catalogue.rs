@@ -3,6 +3,8 @@
 //! `catalogue!` declares the members of a folder and the list that everything else iterates: the command line, the
 //! documentation, the conformance tests. [`nearest`] finds the right word behind a misspelt one.
 
+use std::borrow::Cow;
+
 /// Declares a list of stateless members of a trait, each in a module of its own.
 ///
 /// ```text
@@ -49,9 +51,44 @@ pub fn did_you_mean<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str
     nearest(word, candidates).map_or_else(String::new, |c| format!("; did you mean `{c}`?"))
 }
 
+/// A count with its noun: `1 node`, `2 nodes`, `1 frequency`, `2 frequencies`.
+pub fn counted(n: usize, noun: &str) -> String {
+    format!("{n} {}", plural(n, noun))
+}
+
+/// A noun as it stands behind a count.
+pub fn plural(n: usize, noun: &str) -> Cow<'_, str> {
+    let vowel_before = |stem: &str| stem.ends_with(['a', 'e', 'o', 'u']);
+    if n == 1 {
+        Cow::Borrowed(noun)
+    } else if let Some(stem) = noun.strip_suffix('y').filter(|stem| !vowel_before(stem)) {
+        Cow::Owned(format!("{stem}ies"))
+    } else if let Some(stem) = noun.strip_suffix("um") {
+        Cow::Owned(format!("{stem}a"))
+    } else if noun.ends_with(['s', 'x']) || noun.ends_with("ch") || noun.ends_with("sh") {
+        Cow::Owned(format!("{noun}es"))
+    } else {
+        Cow::Owned(format!("{noun}s"))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn nouns_follow_their_count() {
+        for (n, noun, expected) in [
+            (1, "node", "1 node"),
+            (0, "node", "0 nodes"),
+            (2, "frequency", "2 frequencies"),
+            (2, "array", "2 arrays"),
+            (3, "spectrum", "3 spectra"),
+            (2, "mass", "2 masses"),
+        ] {
+            assert_eq!(counted(n, noun), expected);
+        }
+    }
 
     #[test]
     fn the_nearest_word_is_found_and_far_ones_are_not() {

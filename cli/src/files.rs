@@ -7,7 +7,7 @@ use retune::data::{FrfFit, TestData, read_test};
 use retune::model::{Model, ParametricModel, Registry, doubts, load_configuration};
 use retune::objective::is_damped;
 use retune::report::text::number;
-use retune::update::{FirstLook, UpdateError, slip_of_unit};
+use retune::update::{FirstLook, UpdateError, slip_of_unit, slips_of_readings};
 use retune::yaml::{Problem, Severity, SourceMap};
 use std::path::{Path, PathBuf};
 
@@ -26,13 +26,39 @@ pub(crate) fn read_at_most(path: &Path, largest: u64) -> Result<String, Failure>
     let text = String::from_utf8(bytes).map_err(|e| {
         let at = e.utf8_error().valid_up_to();
         let line = std::str::from_utf8(&e.as_bytes()[..at]).unwrap_or_default().matches('\n').count() + 1;
-        fail(&format_args!("it is not UTF-8 text (byte {at}, line {line}); save it as UTF-8"))
+        match wide(e.as_bytes()) {
+            Some(found) => fail(&format_args!("it is {found}, not UTF-8; save it as UTF-8")),
+            None => fail(&format_args!(
+                "it is not UTF-8 text (byte {at}, line {line}) but perhaps Windows-1252 or Latin-1; save it as UTF-8"
+            )),
+        }
     })?;
+    if let Some(found) = wide(text.as_bytes()) {
+        return Err(fail(&format_args!("it is {found}, not UTF-8; save it as UTF-8")));
+    }
     if let Some(at) = text.find('\0') {
         return Err(fail(&format_args!("it is no text: byte {at} is zero")));
     }
     // Editors of Windows put a mark there that is no text.
     Ok(text.strip_prefix('\u{feff}').map(str::to_string).unwrap_or(text))
+}
+
+/// The encoding of text with two or four bytes a letter, which Windows calls Unicode: by its mark, or by every other byte being zero.
+fn wide(bytes: &[u8]) -> Option<&'static str> {
+    let zeros = |phase: usize| bytes.iter().take(64).skip(phase).step_by(2).filter(|b| **b == 0).count();
+    let most = bytes.len().min(64) / 2;
+    match bytes {
+        [0xff, 0xfe, 0, 0, ..] | [0, 0, 0xfe, 0xff, ..] => Some("UTF-32"),
+        [0xff, 0xfe, ..] => Some("UTF-16 (little endian)"),
+        [0xfe, 0xff, ..] => Some("UTF-16 (big endian)"),
+        _ if most >= 2 && zeros(1) * 10 >= most * 9 && zeros(0) == 0 => {
+            Some("UTF-16 (little endian) without a byte order mark")
+        }
+        _ if most >= 2 && zeros(0) * 10 >= most * 9 && zeros(1) == 0 => {
+            Some("UTF-16 (big endian) without a byte order mark")
+        }
+        _ => None,
+    }
 }
 
 /// A model in one of its configurations, and its warnings, with what makes every result of it doubtful.
@@ -63,6 +89,9 @@ pub(crate) fn tested_model(
     settle_loss_factor(&model, test);
     if model.dof_map().n_dof() <= QUICK {
         if let Ok(Some(slip)) = slip_of_unit(&model, test) {
+            warning!("{}: {slip}", test_path.display());
+        }
+        for slip in slips_of_readings(&model, test).unwrap_or_default() {
             warning!("{}: {slip}", test_path.display());
         }
         let is_few = model.spec().configurations.len() <= FEW;
@@ -143,9 +172,6 @@ pub(crate) fn test(path: &Path) -> Result<(TestData, Vec<Problem>, String), Fail
                     Failure::problems(path, &text, &SourceMap::of(&text).place(vec![place]))
                 };
                 let found = ledger::measurements(&files, None, &fit.reading).map_err(|e| refused(&e))?;
-                for (file, note) in &found.notes {
-                    note!("{}: {note}", file.display());
-                }
                 test.frfs = found.frfs.map(|set| corrected_functions(set, &test.sensors, &test.corrections));
                 if test.frfs.is_none() {
                     return Err(refused(&"these files hold no frequency response functions"));

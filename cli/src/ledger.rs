@@ -3,6 +3,7 @@
 
 use crate::output::{Failure, shown};
 use retune::data::{MeasurementError, MeasurementOptions, Measurements, read_file, read_measurements_by};
+use retune::identify::reversed_time;
 use sha2::{Digest, Sha256};
 use std::fmt::Write as _;
 use std::fs::Metadata;
@@ -126,13 +127,23 @@ fn within(bytes: Vec<u8>, largest: u64) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// [`retune::data::read_measurements`] with all that it reads entered.
+/// [`retune::data::read_measurements`] with all that it reads entered, the functions for exp(+iωt), notes on standard error.
 pub(crate) fn measurements(
     files: &[PathBuf],
     geometry: Option<&Path>,
     options: &MeasurementOptions,
 ) -> Result<Measurements, MeasurementError> {
-    read_measurements_by(&mut read, files, geometry, options)
+    let mut found = read_measurements_by(&mut read, files, geometry, options)?;
+    for (path, note) in &found.notes {
+        let place = if path.as_os_str().is_empty() { String::new() } else { format!("{}: ", path.display()) };
+        note!("{place}{note}");
+    }
+    if let Some(forward) = found.frfs.as_ref().and_then(reversed_time) {
+        found.frfs = Some(forward);
+        found.is_time_reversed = true;
+        warning!("the functions are written for exp(-iωt): the imaginary parts of all of them are reversed");
+    }
+    Ok(found)
 }
 
 /// Enters a file that shall be written.

@@ -1,5 +1,6 @@
 //! What goes to the terminal.
 
+use retune::catalogue::counted;
 use retune::data::TestData;
 use retune::diagnosis::BasePairs;
 use retune::report::text::agreement::{ratio, wrapped};
@@ -114,8 +115,7 @@ fn around(line: &str, column: usize) -> (String, usize) {
 
 /// "2 errors, 1 warning"
 pub(crate) fn totals(errors: usize, warnings: usize) -> String {
-    let word = |n: usize, w: &str| format!("{n} {w}{}", if n == 1 { "" } else { "s" });
-    format!("{}, {}", word(errors, "error"), word(warnings, "warning"))
+    format!("{}, {}", counted(errors, "error"), counted(warnings, "warning"))
 }
 
 /// Prints warnings of a file to standard error.

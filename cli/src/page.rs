@@ -2,6 +2,7 @@
 
 use crate::output::{Failure, keep, print, shown};
 use crate::{ledger, writing};
+use retune::catalogue::counted;
 use retune::report::data::{FileRecord, Named, ReportData};
 use retune::report::text::printable;
 use retune::report::{figures, html, json, paraview};
@@ -70,7 +71,7 @@ fn into_folder(folder: &Path, list: &[(String, String)], force: bool) -> Option<
         writing::check_output(&path, force).map_err(keep).is_ok() && writing::write(&path, text)
     };
     let n = list.iter().filter(|entry| one(entry)).count();
-    (n > 0).then(|| format!("{n} files in {}", shown(folder)))
+    (n > 0).then(|| format!("{} in {}", counted(n, "file"), shown(folder)))
 }
 
 /// Records the files, the command, the seed and the versions in a report.

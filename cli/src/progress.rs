@@ -2,6 +2,7 @@
 
 use crate::output::tell;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use retune::catalogue::counted;
 use retune::diagnosis::Listener;
 use retune::optim::{Observer, Pace, Progress};
 use std::sync::{Mutex, PoisonError};
@@ -87,9 +88,9 @@ impl Observer for Line {
     fn progress(&mut self, p: &Progress<'_>) {
         let left = self.pace.seconds_left(p).map_or_else(String::new, |s| format!(", at most {s:.0} s left"));
         self.bar.set_message(format!(
-            "{}: {} evaluations, cost {:.6}, {:.0}/s{left}",
+            "{}: {}, cost {:.6}, {:.0}/s{left}",
             p.method,
-            p.evaluations,
+            counted(p.evaluations as usize, "evaluation"),
             p.cost,
             self.pace.evaluations_per_s(p)
         ));

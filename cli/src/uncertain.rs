@@ -109,7 +109,7 @@ fn remarks(u: &Update) -> String {
     for g in &c.inseparable {
         let names = g.parameters.join(", ");
         let _ = match g.n_numbers {
-            0 => writeln!(out, "{names}: no effect on the data"),
+            0 => writeln!(out, "{names}: no effect on the data near these values"),
             1 => writeln!(out, "{names} act only through {}", g.combinations[0]),
             k => writeln!(out, "{names} act only through {k} numbers: {}", g.combinations.join("; ")),
         };
@@ -120,7 +120,11 @@ fn remarks(u: &Update) -> String {
     let undetermined: Vec<&str> =
         c.parameters.iter().filter(|p| p.is_undetermined()).map(|p| p.name.as_str()).collect();
     if !undetermined.is_empty() {
-        let _ = writeln!(out, "not determined, any value between the bounds fits: {}", undetermined.join(", "));
+        let _ = writeln!(
+            out,
+            "not determined, near these values the data set no limit inside the bounds: {}",
+            undetermined.join(", ")
+        );
     }
     for (i, p) in c.parameters.iter().enumerate() {
         let strong = (i + 1..n).filter(|&j| c.correlations[(i, j)].abs() >= STRONG);

@@ -215,9 +215,9 @@ fn arrays_are_read_when_their_questions_are_answered() {
     folder.write("f.npy", npy("<f8", "(800,)", &f));
     folder.write("h.npy", npy("<c16", "(800, 3)", &h));
     let said = folder.run("identify f.npy h.npy");
-    assert!(said.code == 2 && said.err.contains("`units`"), "{said:?}");
+    assert!(said.code == 2 && said.err.contains("`--units`"), "{said:?}");
     let said = folder.run("identify f.npy h.npy --units SI");
-    assert!(said.code == 2 && said.err.contains("`quantity`"), "{said:?}");
+    assert!(said.code == 2 && said.err.contains("`--quantity`"), "{said:?}");
     let line = "identify f.npy h.npy --units SI --quantity accelerance --direction +z";
     let found = folder.json(&format!("{line} --json"));
     let modes = frequencies(&found);
@@ -233,7 +233,7 @@ fn shapes_of_matlab_and_of_tables_go_through_health_identify_and_map() {
     folder.write("a.mat", mat(&[("freq", 1, 1, vec![5.0]), ("phi", 9, 1, shape(1.5))]));
     folder.write("b.mat", mat(&[("freq", 1, 1, vec![12.0]), ("phi", 9, 1, shape(4.6))]));
     let said = folder.run("health a.mat b.mat");
-    assert!(said.code == 2 && said.err.contains("`direction`"), "{said:?}");
+    assert!(said.code == 2 && said.err.contains("`--direction`"), "{said:?}");
     folder.done("health a.mat b.mat --direction +z");
     folder.done("identify a.mat b.mat --direction +z -o test.yaml");
     assert_eq!(folder.read("test.yaml").matches("frequency:").count(), 2);
@@ -253,12 +253,12 @@ fn shapes_of_matlab_and_of_tables_go_through_health_identify_and_map() {
     folder.write("named.mat", mat(&[("x", 1, 1, vec![31.4159]), ("V", 9, 1, shape(1.5))]));
     let line = "identify named.mat --direction +z --variables frequency=x,shapes=V";
     let said = folder.run(line);
-    assert!(said.code == 2 && said.err.contains("`frequency-unit`"), "{said:?}");
+    assert!(said.code == 2 && said.err.contains("`--frequency-unit`"), "{said:?}");
     folder.done(&format!("{line} --frequency-unit rad/s -o named.yaml"));
     assert!(folder.read("named.yaml").contains("frequency: 4.9999"), "{}", folder.read("named.yaml"));
     folder.write("odd.mat", mat(&[("a", 2, 2, vec![1.0; 4])]));
     let said = folder.run("health odd.mat --direction +z");
-    assert!(said.code == 2 && said.err.contains("a (2 x 2)") && said.err.contains("`variables`"), "{said:?}");
+    assert!(said.code == 2 && said.err.contains("a (2 x 2)") && said.err.contains("`--variables`"), "{said:?}");
 
     let rows: Vec<String> = (1..=6).map(|i| format!("{i},{i}00,0,0,+z,{},{}\n", i * i, 3 - i)).collect();
     let rows = rows.concat();

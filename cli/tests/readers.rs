@@ -181,7 +181,44 @@ fn lines_that_no_function_has_are_left_out() {
         let folder = Folder::with(name, "f.unv", text);
         let (modes, said) = folder.modes("f.unv");
         close(&modes, &MODES_HZ, 1e-3);
-        assert!(said.err.contains("no value at one line, 0 Hz"), "{said:?}");
+        assert!(said.err.contains("not every function has a value at 0 Hz; this line is left out"), "{said:?}");
+    }
+}
+
+/// The strip for exp(-iωt), with its driving point and without: the modes are those of the strip, and a finding says so.
+#[test]
+fn the_sign_of_time_is_found_without_a_driving_point() {
+    // The numbers of records 13 on: real and imaginary parts, 13 columns each.
+    let mut is_data = 0;
+    let conjugate: String = STRIP
+        .lines()
+        .map(|line| {
+            is_data = match (line.trim(), is_data) {
+                ("58", _) => 1,
+                ("-1", _) | (_, 0) => 0,
+                (_, n) => n + 1,
+            };
+            if is_data <= 12 {
+                return format!("{line}\n");
+            }
+            let fields: Vec<&str> = line.split_whitespace().collect();
+            let turned = fields.iter().enumerate().map(|(k, f)| match (k % 2, f.strip_prefix('-')) {
+                (0, _) => format!("{f:>13}"),
+                (_, Some(rest)) => format!("{rest:>13}"),
+                (_, None) => format!("{:>13}", format!("-{f}")),
+            });
+            turned.collect::<String>() + "\n"
+        })
+        .collect();
+    // The force at a point that no sensor has.
+    let elsewhere = conjugate.replace(" NONE               1   3\n", " NONE               9   3\n");
+    for text in [&conjugate, &elsewhere] {
+        let folder = Folder::with("conjugate", "f.unv", text);
+        let (modes, said) = folder.modes("f.unv");
+        close(&modes, &MODES_HZ, 1e-3);
+        assert!(said.err.contains("exp(-iωt)"), "{said:?}");
+        let said = folder.run("health f.unv --json");
+        assert!(said.out.contains("functions-conjugate"), "{said:?}");
     }
 }
 
@@ -320,7 +357,7 @@ fn a_point_that_is_there_twice_is_told() {
     let folder = Folder::with("twice", "model.yaml", model);
     fs::write(folder.0.join("points.csv"), "point,x,y,z\n1,0,0,0\n1,1,0,0\n").unwrap();
     let said = folder.run("map model.yaml points.csv --geometry-units SI");
-    assert!(said.err.contains("1 point whose name was there before; the last one counts"), "{said:?}");
+    assert!(said.err.contains("1 point whose name was there before: `1` in line 3; the last one counts"), "{said:?}");
     fs::write(folder.0.join("f.unv"), STRIP).unwrap();
     let said = folder.run("identify f.unv --geometry points.csv --geometry-units SI --no-health");
     assert!(said.code == 0 && said.err.contains("was there before"), "{said:?}");
@@ -363,6 +400,8 @@ fn the_damping_of_an_exponential_window_is_taken_out() {
     assert!(lost[0].is_nan() && lost[1] > 0.0 && said.err.contains("damping ratio is left out"), "{said:?}");
     let said = folder.words(&["identify", "f.csv", "--exponential-window", "3"]);
     assert!(said.code == 2 && said.err.contains("it has no unit"), "{said:?}");
+    let said = folder.words(&["identify", "f.csv", "--exponential-window", "2 Hz"]);
+    assert!(said.code == 2 && said.err.contains("it is a frequency"), "{said:?}");
 
     // The same from dataset 1858 of a universal file.
     let lines: Vec<f64> = (1..400).map(|k| value(0.25 * f64::from(k))).flat_map(|(a, b)| [a, b]).collect();

@@ -130,7 +130,7 @@ pub fn check_functions(model: &dyn ParametricModel, test: &TestData) -> Vec<Prob
     }
     let (missing, all) = set.missing();
     if missing > 0 {
-        let text = format!("{missing} of {all} values are empty or no numbers; they are left out");
+        let text = format!("{missing} of {all} values left out: empty or no numbers");
         problems.push(Problem::warning(PATH, text));
     }
     let mut channels: Vec<&Channel> = Vec::new();

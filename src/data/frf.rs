@@ -83,7 +83,7 @@ impl FrfSet {
         let is_measured = |i: usize, o: usize| {
             (0..self.n_lines()).any(|l| {
                 let h = self.at(l, i, o);
-                h.is_finite() && h.norm_sqr() > 0.0
+                h.is_finite() && h != Complex::ZERO
             })
         };
         let references = (0..n_ref).filter(|&i| (0..n_res).any(|o| is_measured(i, o))).count();
@@ -164,6 +164,24 @@ fn turn<T: Copy>(values: &[T], n_ref: usize, n_res: usize) -> Vec<T> {
         .chunks(size)
         .flat_map(|line| (0..n_res).flat_map(move |o| (0..n_ref).map(move |i| line[i * n_res + o])))
         .collect()
+}
+
+/// The lines of [`FrfSet::drop_empty_lines`] in words.
+pub(super) fn left_out(dropped: &[f64]) -> String {
+    // The line at 0 Hz goes where one function lacks it, any other where all do.
+    let elastic: Vec<f64> = dropped.iter().copied().filter(|f| *f != 0.0).collect();
+    let of_zero = "not every function has a value at 0 Hz; this line is left out";
+    let of_others = match &elastic[..] {
+        [] => return of_zero.to_string(),
+        [one] => format!("no function has a value at {one} Hz; this line is left out"),
+        [first, ..] => {
+            format!(
+                "no function has a value at {} lines, the first of them {first} Hz; these are left out",
+                elastic.len()
+            )
+        }
+    };
+    if elastic.len() == dropped.len() { of_others } else { format!("{of_zero}; {of_others}") }
 }
 
 #[cfg(test)]

@@ -67,6 +67,8 @@ pub struct Measurements {
     pub is_synthetic: bool,
     /// σ of an exponential window exp(-σ t) that the files say was laid over the signals (dataset 1858), 1/s.
     pub exponential_window: Option<f64>,
+    /// Whether the functions were written for exp(-iωt), and their imaginary parts have been reversed since they were read.
+    pub is_time_reversed: bool,
 }
 
 /// Why measurement files cannot be read.
@@ -324,7 +326,7 @@ pub fn read_measurements_by(
         found.notes.extend(skew::combine_functions(set).map(|text| (PathBuf::new(), text)));
         let dropped = set.drop_empty_lines();
         if !dropped.is_empty() {
-            found.notes.push((PathBuf::new(), left_out(&dropped)));
+            found.notes.push((PathBuf::new(), super::frf::left_out(&dropped)));
         }
     }
     found.frfs = set;
@@ -384,15 +386,6 @@ fn exponential_window(files: &[UniversalFile], notes: &mut Vec<(PathBuf, String)
         return None;
     }
     Some(most)
-}
-
-/// Lines without values, in words.
-fn left_out(dropped: &[f64]) -> String {
-    let first = dropped.first().copied().unwrap_or_default();
-    match dropped.len() {
-        1 => format!("the functions have no value at one line, {first} Hz; it was left out"),
-        n => format!("the functions have no value at {n} lines, the first of them at {first} Hz; these were left out"),
-    }
 }
 
 /// Names behind the labels of nodes, in files that this crate wrote: there the entity of a function is the name of its point.

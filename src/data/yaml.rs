@@ -14,7 +14,7 @@ use self::partner::PartnerSpec;
 use self::statics::{FrfSpec, StaticTestSpec};
 use super::correction::{self, Correction};
 use super::test::{MassProperty, MassQuantity, Measured, Origin, Place, Sensor, TestData, TestMode, usable_scale};
-use crate::catalogue::did_you_mean;
+use crate::catalogue::{counted, did_you_mean};
 use crate::linalg::{Complex, DVector};
 use crate::units::Scalar;
 use crate::yaml::{self, Problem, Severity, child};
@@ -523,8 +523,9 @@ impl Reader<'_> {
                 self.error(
                     child(path, key),
                     format_args!(
-                        "{len} value{} for {n} sensors; `.nan` stands where a sensor did not measure",
-                        if len == 1 { "" } else { "s" }
+                        "{} for {}; `.nan` stands where a sensor did not measure",
+                        counted(len, "value"),
+                        counted(n, "sensor")
                     ),
                 );
                 return None;

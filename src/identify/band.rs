@@ -1,5 +1,6 @@
 //! The lines, channels and weights of a fit: what the methods see of an [`FrfSet`].
 
+use super::gaps::{Gap, gaps};
 use super::{IdentifyError, Weighting};
 use crate::data::FrfSet;
 use crate::linalg::Complex;
@@ -32,6 +33,10 @@ pub(super) struct Band {
     pub(super) profile: Option<Vec<f64>>,
     /// Estimate of the noise sd (per real component) of each output from the roughness over lines.
     pub(super) roughness: Vec<f64>,
+    /// What `h` is divided by, see [`unit_of`]; what is given to the outside is multiplied by it.
+    pub(super) scale: f64,
+    /// Functions that lack lines.
+    pub(super) gaps: Vec<Gap>,
 }
 
 impl Band {
@@ -59,7 +64,7 @@ impl Band {
         self.variance.as_ref().map(|v| &v[at..at + self.n_lines()])
     }
 
-    /// Selects the lines in `band_hz` and the functions measured in full.
+    /// Selects the lines in `band_hz` and the functions measured in full. Lines that a few functions lack are left out of all (see `gaps`).
     pub(super) fn select(
         frfs: &FrfSet,
         band_hz: Option<(f64, f64)>,
@@ -77,8 +82,9 @@ impl Band {
         if lines.is_empty() {
             return Err(IdentifyError::TooFewLines { found: 0, needed: 6 });
         }
+        let (gaps, lines) = gaps(frfs, &lines)?;
         let is_measured = |i: usize, o: usize| lines.iter().all(|&l| frfs.at(l, i, o).is_finite());
-        let is_alive = |i: usize, o: usize| lines.iter().any(|&l| frfs.at(l, i, o).norm_sqr() > 0.0);
+        let is_alive = |i: usize, o: usize| lines.iter().any(|&l| frfs.at(l, i, o) != Complex::ZERO);
         let measured: Vec<bool> = (0..n_ref * n_res).map(|k| is_measured(k / n_res, k % n_res)).collect();
         let is_ok = |i: usize, o: usize| measured[i * n_res + o];
         // References that no response has measured do not count; of the rest, every input must be there.
@@ -101,18 +107,23 @@ impl Band {
             return Err(IdentifyError::NoCompleteFunction { references: n_ref, responses: n_res });
         }
         let n_lines = lines.len();
+        let scale = unit_of(outputs.iter().flat_map(|&o| inputs.iter().map(move |&i| (i, o))).flat_map(|(i, o)| {
+            let (r, s) = pair(i, o);
+            lines.iter().map(move |&l| frfs.at(l, r, s))
+        }));
         let mut h = Vec::with_capacity(n_lines * inputs.len() * outputs.len());
         let mut variance = Vec::new();
         let coherence = frfs.coherence.as_ref().filter(|_| weighting == Weighting::Coherence);
         for &o in &outputs {
             for &i in &inputs {
                 let (r, s) = pair(i, o);
-                h.extend(lines.iter().map(|&l| frfs.at(l, r, s)));
+                h.extend(lines.iter().map(|&l| frfs.at(l, r, s) / scale));
                 if let Some(coherence) = coherence {
                     let raw: Vec<f64> = lines
                         .iter()
                         .map(|&l| {
-                            variance_from_coherence(frfs.at(l, r, s), coherence[frfs.index(l, r, s)], frfs.n_averages)
+                            let value = frfs.at(l, r, s) / scale;
+                            variance_from_coherence(value, coherence[frfs.index(l, r, s)], frfs.n_averages)
                         })
                         .collect();
                     variance.extend(smooth_variance(&raw));
@@ -129,6 +140,8 @@ impl Band {
             variance: coherence.map(|_| variance),
             profile: None,
             roughness: Vec::new(),
+            scale,
+            gaps,
         };
         band.roughness = (0..band.n_outputs()).map(|o| band.roughness_of(o)).collect();
         Ok(band)
@@ -150,6 +163,7 @@ impl Band {
             profile: None,
             inputs: self.inputs.clone(),
             outputs: self.outputs.clone(),
+            gaps: Vec::new(),
             ..*self
         };
         part.roughness = (0..part.n_outputs()).map(|o| part.roughness_of(o)).collect();
@@ -223,6 +237,25 @@ impl Band {
         }
         worst
     }
+}
+
+/// The power of two next to the rms of the finite values: functions divided by it have squares and fourth powers within the range of numbers,
+/// and keep every bit. 1 where all are zero.
+pub(super) fn unit_of(values: impl Iterator<Item = Complex<f64>> + Clone) -> f64 {
+    let values = values.filter(|h| h.is_finite());
+    let largest = values.clone().map(|h| h.re.abs().max(h.im.abs())).fold(0.0, f64::max);
+    if largest <= 0.0 {
+        return 1.0;
+    }
+    let (sum, n) = values.fold((0.0, 0.0), |(sum, n), h| (sum + (h / largest).norm_sqr(), n + 1.0));
+    // Within the range of normal numbers, as its inverse is.
+    2.0_f64.powi((largest.log2() + 0.5 * f64::log2(sum / n)).round().clamp(-1000.0, 1000.0) as i32)
+}
+
+/// The set with an rms near 1.
+pub(super) fn in_units(frfs: &FrfSet) -> FrfSet {
+    let unit = unit_of(frfs.h.iter().copied());
+    FrfSet { h: frfs.h.iter().map(|h| h / unit).collect(), ..frfs.clone() }
 }
 
 /// The vectors of the set must have the lengths that its channels and lines promise.

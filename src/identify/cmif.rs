@@ -1,7 +1,8 @@
 //! The complex mode indicator function: singular values of the FRF matrix, line by line.
 
 use super::IdentifyError;
-use super::band::check_layout;
+use super::band::unit_of;
+use super::gaps::gaps;
 use crate::data::FrfSet;
 use crate::linalg::DMatrix;
 
@@ -20,7 +21,8 @@ pub struct Cmif {
 /// H(ω) = U S Vᴴ  (responses x references):   CMIF_k(ω) = s_k(ω)
 /// ```
 /// A peak of the first value is a mode; a peak of the second at the same line is a second mode at that frequency, which
-/// only a test with several references can show. Functions with NaN anywhere are left out, responses first.
+/// only a test with several references can show. Lines that a few functions lack are left out, and functions that lack many, responses
+/// first.
 ///
 /// # Errors
 /// A set whose lengths disagree.
@@ -29,26 +31,29 @@ pub struct Cmif {
 /// C. Y. Shih, Y. G. Tsuei, R. J. Allemang, D. L. Brown, Complex mode indication function and its applications to
 /// spatial domain parameter estimation, Mech. Syst. Signal Process. 2, 1988.
 pub fn cmif(frfs: &FrfSet) -> Result<Cmif, IdentifyError> {
-    check_layout(frfs)?;
-    let (n_ref, n_res, n_l) = (frfs.references.len(), frfs.responses.len(), frfs.n_lines());
-    let is_full = |i: usize, o: usize| (0..n_l).all(|l| frfs.at(l, i, o).is_finite());
+    let all: Vec<usize> = (0..frfs.n_lines()).collect();
+    let (_, lines) = gaps(frfs, &all)?;
+    let unit = unit_of(frfs.h.iter().copied());
+    let (n_ref, n_res) = (frfs.references.len(), frfs.responses.len());
+    let is_full = |i: usize, o: usize| lines.iter().all(|&l| frfs.at(l, i, o).is_finite());
     let references: Vec<usize> = (0..n_ref).filter(|&i| (0..n_res).any(|o| is_full(i, o))).collect();
     let responses: Vec<usize> = (0..n_res).filter(|&o| references.iter().all(|&i| is_full(i, o))).collect();
     let rank = references.len().min(responses.len());
     if rank == 0 {
         return Err(IdentifyError::NoCompleteFunction { references: n_ref, responses: n_res });
     }
-    let mut values = DMatrix::zeros(n_l, rank);
-    for l in 0..n_l {
-        let h = DMatrix::from_fn(responses.len(), references.len(), |o, i| frfs.at(l, references[i], responses[o]));
+    let mut values = DMatrix::zeros(lines.len(), rank);
+    for (row, &l) in lines.iter().enumerate() {
+        let h =
+            DMatrix::from_fn(responses.len(), references.len(), |o, i| frfs.at(l, references[i], responses[o]) / unit);
         // The Gram matrix of the smaller side: half of the digits are enough for an indicator, and it is real time.
         let gram = if references.len() <= responses.len() { h.ad_mul(&h) } else { &h * h.adjoint() };
         let mut s: Vec<f64> =
             if rank == 1 { vec![gram[(0, 0)].re] } else { gram.symmetric_eigenvalues().iter().copied().collect() };
         s.sort_by(|a, b| b.total_cmp(a));
         for (k, x) in s.into_iter().enumerate() {
-            values[(l, k)] = x.max(0.0).sqrt();
+            values[(row, k)] = x.max(0.0).sqrt() * unit;
         }
     }
-    Ok(Cmif { frequencies_hz: frfs.frequencies_hz.clone(), values })
+    Ok(Cmif { frequencies_hz: lines.iter().map(|&l| frfs.frequencies_hz[l]).collect(), values })
 }

@@ -3,6 +3,7 @@
 use super::IdentifyError;
 use super::band::Band;
 use super::fit::{Fit, ResidualTerms};
+use super::gaps::Gap;
 use super::mode::{IdentifiedMode, modes};
 use super::rounds::{Candidate, Piece, Search, merge, model, piece, window};
 use super::scan::LEAST_CONTRIBUTION;
@@ -111,6 +112,8 @@ pub struct Identification {
     pub modes: Vec<IdentifiedMode>,
     /// The pieces of the band, ascending.
     pub segments: Vec<Segment>,
+    /// Functions that lack lines of the band, and what was done about it.
+    pub gaps: Vec<Gap>,
 }
 
 /// Identifies the modes of a structure from its frequency response functions.
@@ -128,7 +131,9 @@ pub struct Identification {
 /// matched filter for sharp resonances of a few lines; a last one fits every piece again with the poles of its neighbours
 /// known.
 ///
-/// No mode found is a result, not an error; the diagrams then show why.
+/// No mode found is a result, not an error; the diagrams then show why. A function that lacks lines keeps its place when these are few: they
+/// are then left out of all functions; else the function is left out. `gaps` tells of both. The unit of the functions, however large or
+/// small, has no influence on the poles.
 ///
 /// # Errors
 /// A set whose lengths disagree, a band without enough lines, no function measured in full.
@@ -173,10 +178,13 @@ pub fn identify(frfs: &FrfSet, options: &IdentifyOptions) -> Result<Identificati
                 p.fit = p.fit.take().map(|f| f.with_common_noise(&p.band)).transpose()?;
                 Ok(())
             })?;
-            return Ok(finish(frfs, &cores, (pieces, windows), diagrams, discarded));
+            return Ok(Identification {
+                gaps: whole.gaps,
+                ..finish(frfs, &cores, (pieces, windows), diagrams, discarded)
+            });
         }
     }
-    Ok(Identification { modes: Vec::new(), segments: Vec::new() })
+    Ok(Identification { modes: Vec::new(), segments: Vec::new(), gaps: whole.gaps })
 }
 
 fn finish(
@@ -222,7 +230,7 @@ fn finish(
     }
     all.sort_by(|a, b| a.frequency_hz.value.total_cmp(&b.frequency_hz.value));
     drop_copies(&mut all, &mut segments);
-    Identification { modes: all, segments }
+    Identification { modes: all, segments, gaps: Vec::new() }
 }
 
 /// Least number of channels for which one shape means one mode: random shapes reach a MAC of 0.9 with a chance below 1 %.
@@ -323,7 +331,7 @@ fn levels(frfs: &FrfSet, band: &Band, fit: Option<&Fit>) -> (Vec<f64>, Vec<f64>)
             count[response] += 1.0;
         }
     }
-    let root = |x: Vec<f64>| x.iter().zip(&count).map(|(x, c)| (x / c).sqrt()).collect();
+    let root = |x: Vec<f64>| x.iter().zip(&count).map(|(x, c)| (x / c).sqrt() * band.scale).collect();
     (root(noise), root(power))
 }
 
@@ -343,7 +351,9 @@ impl Identification {
                     let (response, reference) = if band.is_transposed { (i, o) } else { (o, i) };
                     if response < n_responses && reference < n_references {
                         let zero = Complex::new(0.0, 0.0);
-                        let value = fit.as_ref().map_or(zero, |fit| model(fit, band.order, band.n_inputs(), k, j, s));
+                        let value = fit
+                            .as_ref()
+                            .map_or(zero, |fit| model(fit, band.order, band.n_inputs(), k, j, s) * band.scale);
                         h[(line * n_references + reference) * n_responses + response] = value;
                     }
                 }

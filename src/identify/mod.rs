@@ -12,6 +12,7 @@
 
 mod band;
 mod basis;
+mod causality;
 mod circle;
 mod cmif;
 mod common;
@@ -19,6 +20,7 @@ mod complexity;
 mod error;
 mod exponential_window;
 mod fit;
+mod gaps;
 pub mod health;
 mod identification;
 mod mode;
@@ -31,12 +33,14 @@ mod spectrum;
 mod stabilisation;
 mod to_test;
 
+pub use causality::reversed_time;
 pub use circle::{CircleFit, HalfPower, circle_fit, half_power_damping};
 pub use cmif::{Cmif, cmif};
 pub use complexity::{Complexity, NormalModes, complexity, normal_modes, real_shape};
 pub use error::IdentifyError;
 pub use exponential_window::remove_exponential_window;
 pub use fit::ResidualTerms;
+pub use gaps::Gap;
 pub use identification::{Discarded, Identification, IdentifyOptions, Segment, Segments, Weighting, identify};
 pub use mode::{IdentifiedMode, MassNormalised, driving_points};
 pub use plscf::Pole;

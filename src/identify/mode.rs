@@ -171,7 +171,7 @@ fn mode(
         for (j, &i) in band.inputs.iter().enumerate() {
             let (response, reference) = if band.is_transposed { (i, o) } else { (o, i) };
             let entry = unknowns.iter().position(|&u| u == (r, Some(j)));
-            residue_sd[(response, reference)] = residue_spread(fit, r, k, psi[k], l[j], entry) * inflation;
+            residue_sd[(response, reference)] = residue_spread(fit, r, k, psi[k], l[j], entry) * inflation * band.scale;
         }
     }
     let (shape, shape_sd, participation, participation_sd) = if band.is_transposed {
@@ -190,7 +190,7 @@ fn mode(
         shape_sd,
         participation,
         participation_sd,
-        residue_scale: scale,
+        residue_scale: scale * band.scale,
         residue_sd,
         normal_shape,
         normal_shape_sd,

@@ -4,5 +4,6 @@ mod bff;
 mod methods;
 pub(super) mod synthetic;
 mod truth;
+mod variants;
 mod weak;
 pub(super) mod wing;

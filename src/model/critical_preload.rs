@@ -1,6 +1,7 @@
 //! The preload at which a structure buckles, and how it is told.
 
 use super::value::quantity;
+use crate::catalogue::counted;
 
 /// The preload at which a structure buckles.
 #[derive(Debug, Clone, PartialEq)]
@@ -22,11 +23,11 @@ pub struct CriticalPreload {
 /// "the structure buckles under its preload: ..."
 pub(super) fn buckled(critical: &CriticalPreload, n: usize) -> String {
     let CriticalPreload { factor, element, property, value, unit, .. } = critical;
-    let motions = if n == 1 { "1 motion".to_string() } else { format!("{n} motions") };
+    let motions = counted(n, "motion");
     let (stated, borne) = (quantity(*value, unit), quantity(factor * value, unit));
     if *factor < 1e-6 {
         return format!(
-            "the structure has a motion that nothing but its preload resists, and the preload drives it on (`{property}` of element `{element}` is {stated}): support that motion, or balance the compression by tension beside it"
+            "nothing holds the structure against a motion that its preload drives on, such as the rotation of a free column under compression (`{property}` of element `{element}` is {stated}): support that motion, or balance the compression by tension beside it"
         );
     }
     format!(

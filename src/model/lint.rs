@@ -8,7 +8,9 @@ use super::compile::Model;
 use super::dependence::interior_point;
 use super::geometry::Near;
 use super::joined::Joined;
+use super::value::quantity;
 use super::{ModelError, ParametricModel};
+use crate::catalogue::counted;
 use crate::element::Dof;
 use crate::linalg::sparse::SparseSym;
 use crate::modal::{ModalError, SolveOptions};
@@ -125,7 +127,7 @@ fn magnitudes(model: &Model, s: &mut Soundness) {
                 if property.name == name && value != 0.0 && !(low..=high).contains(&value) && !seen.contains(&key) {
                     s.warnings.push(Problem::warning(
                         child(&path, name),
-                        format_args!("`{name}` is {value:.3e} {unit}; no structural material is below {low:.0e} or above {high:.0e} {unit}: is the unit right?"),
+                        format_args!("`{name}` is {}; no structural material is below {low:.0e} or above {high:.0e} {unit}: is the unit right?", quantity(value, unit)),
                     ));
                     seen.push(key);
                 }
@@ -138,7 +140,12 @@ fn magnitudes(model: &Model, s: &mut Soundness) {
                 if one > sum * (1.0 + 1e-9) {
                     s.warnings.push(Problem::warning(
                         format!("{path}.inertia.{name}"),
-                        format_args!("the inertia {name} of `{}` is {one:.3e} kg m2, more than the sum {sum:.3e} of the other two: no body has that", e.name),
+                        format_args!(
+                            "the inertia {name} of `{}` is {}, more than the sum {} of the other two: no body has that",
+                            e.name,
+                            quantity(one, "kg m2"),
+                            quantity(sum, "kg m2")
+                        ),
                     ));
                 }
             }
@@ -212,7 +219,11 @@ fn motion(model: &Model, s: &mut Soundness) -> Result<(), ModelError> {
     if !massless.is_empty() {
         s.warnings.push(Problem::warning(
             "",
-            format_args!("{} has no mass; it is condensed exactly: {}", count(massless.len(), "dof"), list(&massless)),
+            format_args!(
+                "{} has no mass; it is condensed exactly: {}",
+                counted(massless.len(), "dof"),
+                list(&massless)
+            ),
         ));
     }
     if !empty.is_empty() {
@@ -263,7 +274,7 @@ fn motion(model: &Model, s: &mut Soundness) -> Result<(), ModelError> {
                     row_path(model, order[0]),
                     format_args!(
                         "the structure is supported and still has {} without stiffness, mostly in {}",
-                        count(modes.n_rigid, "motion"),
+                        counted(modes.n_rigid, "motion"),
                         list(&names)
                     ),
                 ));
@@ -355,10 +366,6 @@ fn targets(model: &Model, s: &mut Soundness) -> Result<(), ModelError> {
 fn row_path(model: &Model, row: usize) -> String {
     let (node, _): (usize, Dof) = model.dof_map().rows()[row];
     child("nodes", &model.geometry().names[node])
-}
-
-fn count(n: usize, word: &str) -> String {
-    if n == 1 { format!("1 {word}") } else { format!("{n} {word}s") }
 }
 
 /// "`a`, `b` and 3 more"

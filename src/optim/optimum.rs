@@ -1,5 +1,6 @@
 use std::fmt::{self, Write as _};
 
+use crate::catalogue::counted;
 use serde::Serialize;
 
 use crate::linalg::DVector;
@@ -132,21 +133,34 @@ const NO_COST: f64 = 1e-8;
 /// Other optima that are listed in words.
 const OTHERS: usize = 4;
 
+/// A cost with five significant digits; powers of ten where it is very small or large.
+fn short(cost: f64) -> String {
+    let size = cost.abs();
+    if size != 0.0 && !(1e-3..1e6).contains(&size) {
+        return format!("{cost:.4e}");
+    }
+    let decimals = if size > 0.0 { (4.0 - size.log10().floor()).clamp(0.0, 7.0) as usize } else { 0 };
+    format!("{cost:.decimals$}")
+}
+
 impl Optimum {
     /// How many starts found the best optimum and which others exist, in words; nothing if there was one start.
     ///
-    /// For example: "7 of 10 starts found the best optimum (cost 0.1550); others: 0.1586 (2 starts), 0.2010 (1 start)".
+    /// For example: "7 of 10 starts found the best optimum (cost 0.1550); other optima: 0.1586 (2 starts), 0.2010 (1 start)".
     pub fn starts_in_words(&self) -> Option<String> {
         let (best, others) = self.optima.split_first()?;
         let n_starts: usize = self.optima.iter().map(|o| o.n_starts).sum();
-        let mut text =
-            format!("{} of {n_starts} starts found the best optimum (cost {:.4e})", best.n_starts, best.cost);
+        let mut text = format!(
+            "{} of {} found the best optimum (cost {})",
+            best.n_starts,
+            counted(n_starts, "start"),
+            short(best.cost)
+        );
         for (i, other) in others.iter().take(OTHERS).enumerate() {
-            let lead = if i == 0 { "; others: " } else { ", " };
-            let plural = if other.n_starts == 1 { "" } else { "s" };
+            let lead = if i == 0 { "; other optima: " } else { ", " };
             let is_equal = other.cost - best.cost <= ROUNDING * best.cost.abs() + NO_COST;
-            let cost = if is_equal { "another one as low".to_string() } else { format!("{:.4e}", other.cost) };
-            let _ = write!(text, "{lead}{cost} ({} start{plural})", other.n_starts);
+            let cost = if is_equal { "one with the same cost".to_string() } else { short(other.cost) };
+            let _ = write!(text, "{lead}{cost} ({})", counted(other.n_starts, "start"));
         }
         if others.len() > OTHERS {
             let _ = write!(text, " and {} worse", others.len() - OTHERS);

@@ -12,6 +12,7 @@ use super::data::{
     Modes, Named, Pair, Parameter, ReportData, Step, Steps, TestMode, Verdict,
 };
 use super::text::number;
+use crate::catalogue::counted;
 use crate::correlation::{CorrelationError, comac, odds, probability_of_frequency, probability_of_mac};
 use crate::data::{FrfSet, Origin, TestData, joined};
 use crate::diagnosis::Learned;
@@ -107,7 +108,12 @@ pub fn of_update(model: &Model, test: &TestData, update: &Update) -> Result<Repo
     data.meta.warnings.extend(update.alternatives.iter().map(|a| alternative(a, optimum.cost)));
     data.steps = Some(steps(&[("initial", &update.before), ("updated", &update.after)], test));
     data.meta.title.clone_from(&test.name);
-    data.meta.subtitle = format!("update of: {} ({}, {evaluations} evaluations)", model.spec().name, optimum.method);
+    data.meta.subtitle = format!(
+        "update of: {} ({}, {})",
+        model.spec().name,
+        optimum.method,
+        counted(evaluations as usize, "evaluation")
+    );
     if let Some(v) = &mut data.meta.verdict {
         let (before, after) = (&update.before.misfit, &update.after.misfit);
         v.number = format!("{} → {}", number(before.chi_squared), number(after.chi_squared));

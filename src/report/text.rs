@@ -11,6 +11,7 @@ mod summary;
 pub use findings::{diagnosis, steps};
 pub use summary::summary;
 
+use crate::catalogue::counted;
 use unicode_width::{UnicodeWidthChar, UnicodeWidthStr};
 
 /// How to write: with colour or not, and how wide.
@@ -365,7 +366,8 @@ pub fn cost_history(evaluations: &[u64], best: &[f64], width: usize) -> String {
     let points: Vec<(u64, f64)> =
         evaluations.iter().copied().zip(best.iter().copied()).filter(|p| p.1.is_finite()).collect();
     let (Some(first), Some(last)) = (points.first(), points.last()) else { return String::new() };
-    let (ends, tail) = (format!("{} ", number(first.1)), format!(" {}  {} evaluations", number(last.1), last.0));
+    let (ends, tail) =
+        (format!("{} ", number(first.1)), format!(" {}  {}", number(last.1), counted(last.0 as usize, "evaluation")));
     let room = width.saturating_sub(ends.width() + tail.width()).clamp(8, 60);
     let span = (last.0 - first.0.min(last.0)).max(1) as f64;
     // The best cost at evenly spaced evaluations: a long stage must look long.

@@ -1,8 +1,11 @@
 //! Numbers in files: units, and scalars that may name parameters.
 
+mod digits;
 mod scalar;
+mod spellings;
 mod unit;
 
+pub use digits::ascii_numbers;
 pub use scalar::{Scalar, ScalarError, Term};
 pub use unit::{Dimension, FrequencyUnit, Unit, UnitError};
 

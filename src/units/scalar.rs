@@ -7,6 +7,8 @@
 //! Terms are joined by `+` and `-`; a term is a number, a number with a unit, a parameter, or a product of these with at
 //! most one parameter. A number without a unit is in SI.
 
+use super::digits::{ascii_numbers, look_alike};
+use super::spellings;
 use super::unit::{Dimension, Unit, UnitError};
 use serde::de::{self, Deserialize, Deserializer, Visitor};
 use serde::ser::{Serialize, Serializer};
@@ -139,9 +141,13 @@ pub enum ScalarError {
 }
 
 fn parse_terms(text: &str) -> Result<Vec<Term>, ScalarError> {
-    let malformed = |why: String| ScalarError::Malformed { text: text.trim().to_string(), why };
+    let malformed = |why: String| {
+        let why = look_alike(text).unwrap_or(why);
+        ScalarError::Malformed { text: text.trim().to_string(), why }
+    };
     let mut terms = Vec::new();
-    let mut rest = text.trim();
+    let numbers = ascii_numbers(text);
+    let mut rest = numbers.trim();
     if rest.is_empty() {
         return Err(malformed("it is empty".to_string()));
     }
@@ -295,7 +301,9 @@ fn unit_end(text: &str) -> usize {
             let next = text[i + 1..].trim_start();
             let word_end = next.find(|c: char| !is_name(c)).unwrap_or(next.len());
             let word = &next[..word_end];
-            let is_unit = number_length(next) == 0 && Unit::parse(word).is_ok_and(|_| !word.is_empty());
+            // Full words are units after a number only: here they may be parameters.
+            let is_name = word.is_empty() || spellings::of_word(word).is_some();
+            let is_unit = number_length(next) == 0 && !is_name && Unit::parse(word).is_ok();
             if !is_unit && !next.starts_with('(') {
                 return i;
             }

@@ -7,6 +7,7 @@
 //!
 //! Only frequencies know angles: there `rad/s` is 1/2π of a hertz, see [`Unit::hertz`].
 
+use super::spellings;
 use crate::catalogue::did_you_mean;
 use std::borrow::Cow;
 use std::f64::consts::TAU;
@@ -92,7 +93,7 @@ const UNITS: &[(&str, f64, i8, i8, i8)] = &[
     ("Hz", 1.0, 0, 0, -1), ("mHz", 1e-3, 0, 0, -1), ("kHz", 1e3, 0, 0, -1), ("MHz", 1e6, 0, 0, -1), ("rpm", 1.0 / 60.0, 0, 0, -1),
     ("g0", GRAVITY, 1, 0, -2),
     ("N", 1.0, 1, 1, -2), ("mN", 1e-3, 1, 1, -2), ("kN", 1e3, 1, 1, -2), ("MN", 1e6, 1, 1, -2), ("lbf", POUND * GRAVITY, 1, 1, -2),
-    ("kip", 1e3 * POUND * GRAVITY, 1, 1, -2),
+    ("kgf", GRAVITY, 1, 1, -2), ("dyn", 1e-5, 1, 1, -2), ("daN", 10.0, 1, 1, -2), ("kip", 1e3 * POUND * GRAVITY, 1, 1, -2),
     ("Pa", 1.0, -1, 1, -2), ("hPa", 1e2, -1, 1, -2), ("kPa", 1e3, -1, 1, -2), ("MPa", 1e6, -1, 1, -2), ("GPa", 1e9, -1, 1, -2),
     ("bar", 1e5, -1, 1, -2), ("psi", POUND * GRAVITY / (INCH * INCH), -1, 1, -2), ("ksi", 1e3 * POUND * GRAVITY / (INCH * INCH), -1, 1, -2),
     ("Msi", 1e6 * POUND * GRAVITY / (INCH * INCH), -1, 1, -2),
@@ -142,6 +143,9 @@ impl Unit {
     pub fn parse(text: &str) -> Result<Unit, UnitError> {
         let malformed = |why| UnitError::Malformed { text: text.trim().to_string(), why };
         let normal = if text.is_ascii() { Cow::Borrowed(text) } else { Cow::Owned(text.nfkc().collect::<String>()) };
+        if let Some(name) = spellings::of_whole(normal.trim()) {
+            return Unit::parse(name);
+        }
         let mut unit = Unit::ONE;
         // Powers of angles and of turns.
         let (mut angle, mut turn) = (0i8, 0i8);
@@ -193,11 +197,12 @@ impl Unit {
                     let (power, after) =
                         read_power(after).ok_or_else(|| malformed("a power must be between -9 and 9"))?;
                     let name = name.replace('μ', "u");
-                    let &(_, factor, length, mass, time) = known(&name)
+                    let &(name, factor, length, mass, time) = known(&name)
+                        .or_else(|| spellings::of_word(&name).and_then(known))
                         .ok_or_else(|| UnitError::Unknown { suggestion: suggestion(&name), name: name.clone() })?;
                     let power = power * sign * group_sign;
-                    angle = angle.saturating_add(if ANGLES.contains(&name.as_str()) { power } else { 0 });
-                    turn = turn.saturating_add(if TURNS.contains(&name.as_str()) { power } else { 0 });
+                    angle = angle.saturating_add(if ANGLES.contains(&name) { power } else { 0 });
+                    turn = turn.saturating_add(if TURNS.contains(&name) { power } else { 0 });
                     unit.factor *= factor.powi(i32::from(power));
                     unit.dimension = unit.dimension.times(Dimension { length, mass, time }, power);
                     sign = 1;
@@ -248,6 +253,9 @@ fn known(name: &str) -> Option<&'static (&'static str, f64, i8, i8, i8)> {
 
 /// The unit that a typing error meant, as a clause for a message; none of another prefix, which would be wrong by powers of ten.
 fn suggestion(name: &str) -> String {
+    if let Some(meant) = spellings::ambiguous(name) {
+        return format!("; did you mean {meant}?");
+    }
     let two = name.char_indices().skip(1).find(|(at, _)| {
         let (a, b) = name.split_at(*at);
         // `m` at the front is a prefix that the unit does not have here, `mPa`.
@@ -288,9 +296,8 @@ impl FrequencyUnit {
         let name = label.trim().trim_matches(['[', ']', '(', ')']).trim();
         let hertz = Unit::parse(name).ok().and_then(|u| u.hertz()).or_else(|| {
             Some(match name.to_lowercase().as_str() {
-                "hz" | "hertz" | "cps" | "cycles/s" | "cycle/s" | "cycles/sec" | "c/s" | "rev/sec" | "rps" => 1.0,
+                "hz" | "c/s" | "rev/sec" | "rps" => 1.0,
                 "khz" | "kilohertz" => 1e3,
-                "rpm" | "r/min" | "1/min" | "min^-1" | "u/min" | "cpm" => 1.0 / 60.0,
                 "krpm" => 1e3 / 60.0,
                 "rad/s" | "rad/sec" | "radian/s" | "radians/s" | "rad/second" | "radians/sec" | "rads/s" => 1.0 / TAU,
                 "deg/s" | "deg/sec" | "degrees/s" | "°/s" => 1.0 / 360.0,

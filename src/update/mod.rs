@@ -26,7 +26,7 @@ pub use correlate::{
     ModeAgreement, ModelFunctions, Orthogonality, ParameterInformation, Places, PlacesError, PlacesOptions,
     ReferenceShift, Sensitivities, SensitivityOptions, SensorAgreement, SensorReport, compare_functions,
     frf_sensitivities, judge, load_profile, member_stiffnesses, mode_agreement, orthogonality, places, sensitivities,
-    sensor_agreement, slip_of_unit,
+    sensor_agreement, slip_of_unit, slips_of_readings,
 };
 pub use momentum::{SensorChange, SensorCheck, ShapeMomentum, check_sensors_by_model};
 pub use objective_spec::{LimitSpec, ObjectiveSpec, Regularization};

@@ -2,8 +2,9 @@
 
 use super::{ModeName, UpdateError, name_modes, node_sensors};
 use crate::correlation::{
-    DrivingPoint, Gain, SensorChoice, effective_independence, effective_masses, kinetic_energy_shares,
-    observation_matrix, rank_driving_points, rank_next_measurements, sensors_by_auto_mac, sensors_by_kinetic_energy,
+    CorrelationError, DrivingPoint, Gain, SensorChoice, effective_independence, effective_masses,
+    kinetic_energy_shares, observation_matrix, rank_driving_points, rank_next_measurements, sensors_by_auto_mac,
+    sensors_by_kinetic_energy,
 };
 use crate::data::Sensor;
 use crate::linalg::DMatrix;
@@ -84,11 +85,33 @@ pub fn pretest(
     let candidates = node_sensors(model);
     // A default is what the model has room for; what is asked for is refused where it has not.
     let n_modes = options.n_modes.unwrap_or_else(|| USUAL_MODES.min(candidates.len()));
-    let n_elastic = n_modes.min(model.dof_map().n_dof());
-    let modes = solve(&system.stiffness, &system.mass, &rigid, SolveOptions { n_elastic, shift: None })
-        .map_err(|e| failed(&e))?;
+    let count = |most: usize, why: &str| CorrelationError::Count {
+        what: "number of target modes",
+        value: n_modes,
+        expected: format!("at most {most}, {why}"),
+    };
+    if n_modes > candidates.len() {
+        return Err(count(
+            candidates.len(),
+            "as there are places for sensors: fewer sensors than modes cannot tell them apart",
+        )
+        .into());
+    }
+    let n_dof = model.dof_map().n_dof();
+    let lowest = |n: usize| {
+        let options = SolveOptions { n_elastic: n.min(n_dof), shift: None };
+        solve(&system.stiffness, &system.mass, &rigid, options).map_err(|e| failed(&e))
+    };
+    let mut modes = lowest(n_modes)?;
+    if modes.n_mechanism > 0 {
+        // Mechanisms are no targets.
+        modes = lowest(n_modes + modes.n_mechanism)?;
+    }
     let named = name_modes(model, &theta, &modes).map_err(|e| failed(&e))?;
     let targets: Vec<usize> = modes.elastic().skip(modes.n_mechanism).collect();
+    if options.n_modes.is_some_and(|n| n > targets.len()) {
+        return Err(count(targets.len(), "as the model has elastic modes").into());
+    }
     let shapes = modes.shapes.select_columns(&targets);
     let s = observation_matrix(model, &candidates)?;
     let phi = &s * &shapes;

@@ -2,14 +2,14 @@
 
 use super::*;
 use retune::correlation::{BUILTIN_PROFILES, find_profile, observation_matrix};
-use retune::data::FrfQuantity;
+use retune::data::{FrfQuantity, Measured, Origin, StaticLoad, StaticReading, StaticTest};
 use retune::linalg::{Complex, DMatrix};
 use retune::modal::{SolveOptions, solve};
-use retune::objective::{Comparison, starting_point};
+use retune::objective::{Comparison, starting_point, static_readings};
 use retune::update::{
     FunctionsOptions, MassReduction, ModelFunctions, SensitivityOptions, TwinFrfOptions, assess, compare_functions,
     frf_sensitivities, judge, load_profile, orthogonality, pretest, sensitivities, sensor_agreement, slip_of_unit,
-    twin_frfs,
+    slips_of_readings, twin_frfs,
 };
 
 /// The eight inertial parameters of the centre body act through four numbers (mass, first and second moments and roll
@@ -192,6 +192,41 @@ fn a_slip_of_the_unit_of_frequencies_is_seen() {
     assert_eq!(slip_of_unit(&model, &test).unwrap(), None);
 }
 
+/// Static readings in mm, written as m, are a common factor between two units; right ones are not.
+#[test]
+fn a_slip_of_the_unit_of_readings_is_seen() {
+    let model = model("frame.yaml");
+    let sensors = sensors("frame.yaml", &model);
+    let mut test = twin(&model, &sensors, 4, (0.003, 0.02), 1);
+    let load = StaticLoad {
+        place: sensors[0].place.clone(),
+        offset: None,
+        direction: sensors[0].direction,
+        is_moment: false,
+        value: 10.0,
+    };
+    let reading =
+        |value: f64| StaticReading { sensor: 0, measured: Measured { value, sd: 1e-6, sd_is_default: false } };
+    let origin = Origin::Measured("bench".to_string());
+    test.static_tests =
+        vec![StaticTest { name: "pull".to_string(), loads: vec![load], readings: vec![reading(1.0)], origin }];
+    let predicted = {
+        let comparison = Comparison::new(&model, &test, PairingOptions::default()).unwrap();
+        static_readings(&comparison, &comparison.predict(&model.parameters().nominal()).unwrap())[0]
+    };
+    for (factor, question) in
+        [(1.05, None), (1000.0, Some("are they mm, written as m")), (25.4, Some("are they mm, written as in"))]
+    {
+        test.static_tests[0].readings = vec![reading(factor * predicted)];
+        let found = slips_of_readings(&model, &test).unwrap();
+        assert_eq!(
+            found.first().map(|text| text.contains(question.unwrap_or("no"))),
+            question.map(|_| true),
+            "{found:?}"
+        );
+    }
+}
+
 /// With the mass at all dofs the model's own modes are orthogonal to rounding, and so is a noise-free test; every
 /// reduction that exists agrees on the low modes of the frame.
 #[test]
@@ -262,6 +297,9 @@ fn a_test_is_planned() {
         shape_noise: 0.02,
         frequency_noise: 0.005,
     };
+    let many = retune::update::PretestOptions { n_modes: Some(10_000), ..options.clone() };
+    let refused = pretest(&model, &[], &many).unwrap_err().to_string();
+    assert!(refused.contains("number of target modes is 10000; it must be at most"), "{refused}");
     let plan = pretest(&model, &[], &options).unwrap();
     assert_eq!((plan.by_independence.kept.len(), plan.modes.len()), (8, 4));
     assert!(plan.by_auto_mac.largest_off_diagonal < 0.2);

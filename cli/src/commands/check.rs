@@ -3,6 +3,7 @@
 use crate::args::Check;
 use crate::output::{Failure, print, print_json, render_problems, style, tell, totals};
 use crate::{DONE, WRONG_INPUT, files};
+use retune::catalogue::counted;
 use retune::element::{Axes, Dof};
 use retune::model::{
     MassProperties, Model, ParametricModel, PlacedElement, Registry, Soundness, lint, load_configuration,
@@ -92,11 +93,11 @@ fn describe(model: &Model, mass: Option<&MassProperties>, sound: &Soundness) -> 
     let _ = writeln!(out, "{}", spec.name);
     let _ = writeln!(
         out,
-        "  {} nodes, {} elements, {} dofs, {} parameters ({} with bounds)",
-        model.geometry().names.len(),
-        model.elements().len(),
-        model.dof_map().n_dof(),
-        parameters.len(),
+        "  {}, {}, {}, {} ({} with bounds)",
+        counted(model.geometry().names.len(), "node"),
+        counted(model.elements().len(), "element"),
+        counted(model.dof_map().n_dof(), "dof"),
+        counted(parameters.len(), "parameter"),
         parameters.free().len()
     );
     let mechanisms = match sound.n_mechanisms {

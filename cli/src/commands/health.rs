@@ -8,7 +8,9 @@ use crate::args::Health;
 use crate::output::{Failure, print, print_json, style, warn};
 use crate::{DONE, SHORT, files};
 use retune::data::{FrfSet, Measurements, Origin, Sensor, TestData, TestMode};
-use retune::identify::health::{Finding, HealthOptions, check_damping, check_shapes, check_test, compare_runs};
+use retune::identify::health::{
+    Finding, HealthOptions, check_damping, check_shapes, check_test, compare_runs, reversed_time_finding,
+};
 use retune::identify::{IdentifyOptions, identify, sensors, test_modes};
 use serde_json::json;
 
@@ -86,6 +88,7 @@ fn of_functions(
     let options = IdentifyOptions { band_hz: band(args.band.as_deref())?, ..IdentifyOptions::default() };
     let identification = identify(frfs, &options)?;
     let mut findings = check_test(frfs, Some(&identification), found.geometry.as_ref(), health)?;
+    findings.extend(found.is_time_reversed.then(reversed_time_finding));
     if args.model.is_some() {
         let sensors = sensors(frfs, found.geometry.as_ref(), None)?;
         let modes = test_modes(&identification.modes, &Origin::Measured(String::new()));

@@ -6,8 +6,11 @@ use super::measured::{
 use crate::args::{Identify, Method};
 use crate::output::{Failure, print, print_json, shown, style, warn};
 use crate::{DONE, SHORT, files, writing};
+use retune::catalogue::counted;
 use retune::data::{FrfSet, Measurements, ModalSet, Origin, SpectrumKind, TestData, TestMode, write_test};
-use retune::identify::health::{HealthOptions, check_damping, check_shapes, check_test};
+use retune::identify::health::{
+    HealthOptions, check_damping, check_identification, check_shapes, check_test, reversed_time_finding,
+};
 use retune::identify::{
     Identification, IdentifyOptions, PeakOptions, SpectrumPeak, add_repeatability, circle_modes, cmif, complexity,
     identify, peak_modes, quadrature_modes, remove_exponential_window, sensors, spectrum_peaks, test_modes,
@@ -61,13 +64,19 @@ pub(crate) fn run(args: &Identify) -> Result<u8, Failure> {
     let model =
         args.model.as_deref().zip(test.as_mut()).map(|(path, test)| placed(args, path, test, &found)).transpose()?;
     let mut findings = Vec::new();
-    if !args.no_health {
+    if args.no_health {
+        // What was left out, and why there is nothing, is no question of health.
+        for finding in check_identification(frfs, &identification) {
+            warning!("{}", finding.text);
+        }
+    } else {
         let options = HealthOptions { n_suspension, has_model: model.is_some() };
         findings = check_test(frfs, Some(&identification), found.geometry.as_ref(), options)?;
+        findings.extend(found.is_time_reversed.then(reversed_time_finding));
         if let (Some(model), Some(test)) = (&model, &test) {
             findings.extend(by_model(model, test, n_suspension)?);
-            findings.sort_by_key(|f| std::cmp::Reverse(f.level));
         }
+        findings.sort_by_key(|f| std::cmp::Reverse(f.level));
     }
     if args.json {
         print_json(&json!({
@@ -101,15 +110,15 @@ pub(crate) fn run(args: &Identify) -> Result<u8, Failure> {
         test.modes.drain(..n_suspension.min(test.modes.len()));
         add_repeatability(&mut test.modes, args.repeatability / 100.0);
         test.description = format!(
-            "Identified by {} from {} lines, {:.4} to {:.4} Hz, {} responses, {} references; complex shapes, largest entry 1. \
+            "Identified by {} from {}, {:.4} to {:.4} Hz, {}, {}; complex shapes, largest entry 1. \
              Standard deviations are those of the lines and {} % of a frequency, ten times that of a shape, for what a repeated \
              test would change.{}",
             word(args.method),
-            frfs.n_lines(),
+            counted(frfs.n_lines(), "line"),
             frfs.frequencies_hz.first().copied().unwrap_or(0.0),
             frfs.frequencies_hz.last().copied().unwrap_or(0.0),
-            frfs.responses.len(),
-            frfs.references.len(),
+            counted(frfs.responses.len(), "response"),
+            counted(frfs.references.len(), "reference"),
             args.repeatability,
             window.map_or_else(String::new, |w| format!(
                 " The damping of an exponential window of {w} 1/s is taken out."
@@ -117,7 +126,7 @@ pub(crate) fn run(args: &Identify) -> Result<u8, Failure> {
         );
         write(output, &test, args.json);
     }
-    Ok(if has_fault(&findings) { SHORT } else { DONE })
+    Ok(if has_fault(&findings) || modes.is_empty() { SHORT } else { DONE })
 }
 
 /// Takes the damping of an exponential window out of the modes; gives its rate, 1/s.
@@ -159,6 +168,10 @@ fn window_rate(text: &str) -> Result<Option<f64>, Failure> {
         ))
     };
     let value = Scalar::parse(text).map_err(|e| wrong(&e))?;
+    // Hz and rpm count turns; an angle a second, rad/s, is the unit of the real part of a pole.
+    if value.terms().iter().any(|t| t.turns == Some(1.0)) {
+        return Err(wrong(&"it is a frequency, and the window has a rate of decay, exp(-σt)"));
+    }
     let rate = match (value.constant_in("1/s"), value.constant_in("s")) {
         (Ok(_), Ok(_)) => return Err(wrong(&"it has no unit")),
         (Ok(rate), _) => rate,
@@ -222,10 +235,9 @@ fn take_over(args: &Identify, found: &Measurements, modes: &ModalSet) -> Result<
             ]);
         }
         let mut out = format!(
-            "The files hold {} mode{} at {} sensors{}, taken over as they are.\n\n",
-            modes.len(),
-            if modes.len() == 1 { "" } else { "s" },
-            sensors.len(),
+            "The files hold {} at {}{}, taken over as they are.\n\n",
+            counted(modes.len(), "mode"),
+            counted(sensors.len(), "sensor"),
             if found.is_synthetic { " (synthetic)" } else { "" }
         );
         out += &table.render(&style);
@@ -375,11 +387,11 @@ fn head(frfs: &FrfSet, found: &Measurements) -> String {
     };
     let f = &frfs.frequencies_hz;
     format!(
-        "{what}{}: {} responses x {} references\n{} lines from {:.3} to {:.3} Hz{}\n\n",
+        "{what}{}: {} x {}\n{} from {:.3} to {:.3} Hz{}\n\n",
         if found.is_synthetic { " (synthetic)" } else { "" },
-        frfs.responses.len(),
-        frfs.references.len(),
-        f.len(),
+        counted(frfs.responses.len(), "response"),
+        counted(frfs.references.len(), "reference"),
+        counted(f.len(), "line"),
         f.first().copied().unwrap_or(0.0),
         f.last().copied().unwrap_or(0.0),
         if frfs.coherence.is_some() { ", weighted by coherence" } else { "" },
@@ -453,7 +465,7 @@ fn diagram(frfs: &FrfSet, identification: &Identification) -> Result<String, Fai
         let shown: Vec<String> = list.iter().take(20).map(|p| format!("{:.1}", p.frequency_hz)).collect();
         let more =
             if list.len() > shown.len() { format!(" and {} more", list.len() - shown.len()) } else { String::new() };
-        let text = format!("CMIF {}: {} peaks, {}{more}", k + 1, list.len(), shown.join(" "));
+        let text = format!("CMIF {}: {}, {}{more}", k + 1, counted(list.len(), "peak"), shown.join(" "));
         out += &wrapped(&text, "    ");
     }
     for s in &identification.segments {
@@ -462,9 +474,11 @@ fn diagram(frfs: &FrfSet, identification: &Identification) -> Result<String, Fai
         let orders = s.diagrams.iter().map(|d| d.orders.last().copied().unwrap_or(0)).max().unwrap_or(0);
         let _ = writeln!(
             out,
-            "{:.2} to {:.2} Hz: {poles} poles up to order {orders}, {chosen} stable columns, {} discarded{}",
+            "{:.2} to {:.2} Hz: {} up to order {orders}, {}, {} discarded{}",
             s.core_hz.0,
             s.core_hz.1,
+            counted(poles, "pole"),
+            counted(chosen, "stable column"),
             s.discarded.len(),
             if s.is_converged { "" } else { ", the fit did not converge" }
         );

@@ -4,6 +4,7 @@ use super::measured::{read, refuse_answers, scalar};
 use crate::args::Map;
 use crate::output::{Failure, print, print_json, shown, style, warn};
 use crate::{DONE, SHORT, files, writing};
+use retune::catalogue::counted;
 use retune::correlation::{Mapping, MappingOptions, PlaceKind, map_points, place_sensors};
 use retune::data::{Place, TestData, write_test};
 use retune::report::text::{Align, Cell, Style, Table, Tone};
@@ -114,14 +115,14 @@ fn text_of(mapping: &Mapping, tolerance: f64, style: &Style) -> String {
     let count = |kind: PlaceKind| mapping.points.iter().filter(|p| p.kind == kind).count();
     let _ = writeln!(
         out,
-        "{} points within {:.1} mm of a node, {} of an element, {} by rigid arms up to {:.0} mm, {} without place; {} nodes not measured",
-        count(PlaceKind::OnNode),
+        "{} within {:.1} mm of a node, {} of an element, {} by rigid arms up to {:.0} mm, {} without place; {} not measured",
+        counted(count(PlaceKind::OnNode), "point"),
         1e3 * tolerance,
         count(PlaceKind::OnElement),
         count(PlaceKind::ArmFromNode) + count(PlaceKind::ArmFromElement),
         1e3 * mapping.reach,
         mapping.points_left.len(),
-        mapping.nodes_left.len()
+        counted(mapping.nodes_left.len(), "node")
     );
     out
 }

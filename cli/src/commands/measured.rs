@@ -4,12 +4,13 @@ use crate::args::{MatrixAxes, MeasuredQuantity, Measurement, Repeated};
 use crate::files::{self, Kind};
 use crate::ledger;
 use crate::output::{Failure, style};
+use retune::catalogue::counted;
 use retune::correlation::{MappingOptions, map_points, place_sensors};
 use retune::data::convert::{Duplicates, FrfOptions, LocalAxes, UnitsFrom};
 use retune::data::{DEFAULT_DAMPING_SD, DEFAULT_FREQUENCY_SD, DEFAULT_SHAPE_SD};
 use retune::data::{
-    FrfQuantity, FrfSet, GeometryFrame, MeasurementOptions, Measurements, ModalSet, Origin, RelativeSd, Roles, Sensor,
-    TestData, TestMode,
+    FrfQuantity, FrfSet, GeometryFrame, MeasurementError, MeasurementOptions, Measurements, ModalSet, Origin,
+    RelativeSd, Roles, Sensor, TestData, TestMode,
 };
 use retune::identify::health::{Finding, Level};
 use retune::model::{Model, Parameter, ParametricModel};
@@ -56,11 +57,10 @@ pub(crate) fn read(files: &[PathBuf], args: &Measurement) -> Result<Measurements
     };
     let frame = args.frame.as_deref().map(GeometryFrame::parse).transpose();
     let frame = frame.map_err(|e| Failure::text(format!("--frame: {e}")))?;
-    let mut found = ledger::measurements(files, args.geometry.as_deref(), &options)?;
-    for (path, note) in &found.notes {
-        let place = if path.as_os_str().is_empty() { String::new() } else { format!("{}: ", path.display()) };
-        note!("{place}{note}");
-    }
+    let mut found = ledger::measurements(files, args.geometry.as_deref(), &options).map_err(|e| match e {
+        MeasurementError::Convert(e) => Failure::text(e.on_command_line()),
+        other => Failure::from(other),
+    })?;
     if let Some(frame) = frame {
         if let Some(geometry) = &mut found.geometry {
             frame.place(geometry);
@@ -92,9 +92,12 @@ pub(crate) fn refuse_answers(path: &Path, args: &Measurement) -> Result<(), Fail
 pub(crate) fn functions(found: &Measurements) -> Result<&FrfSet, Failure> {
     found.frfs.as_ref().ok_or_else(|| {
         let held = if !found.spectra.is_empty() {
-            format!("{} spectra: no force was measured", found.spectra.len())
+            format!("{}: no force was measured", counted(found.spectra.len(), "spectrum"))
         } else if let Some(geometry) = &found.geometry {
-            format!("a geometry of {} points; give it to `--geometry`, or to `retune map`", geometry.points.len())
+            format!(
+                "a geometry of {}; give it to `--geometry`, or to `retune map`",
+                counted(geometry.points.len(), "point")
+            )
         } else {
             "nothing that this reads; the notes say what was left out".to_string()
         };
@@ -114,10 +117,9 @@ pub(crate) fn shape_functions(found: &Measurements) -> Result<Cow<'_, FrfSet>, F
     let turned = set.by_reciprocity();
     if matches!(turned, Cow::Owned(_)) {
         note!(
-            "the force roved over {} points and {} sensor{} stayed: shapes are at the points of the force, by reciprocity",
-            set.references.len(),
-            set.responses.len(),
-            if set.responses.len() == 1 { "" } else { "s" }
+            "the force roved over {} and {} stayed: shapes are at the points of the force, by reciprocity",
+            counted(set.references.len(), "point"),
+            counted(set.responses.len(), "sensor")
         );
     }
     Ok(turned)
@@ -222,6 +224,11 @@ pub(crate) fn has_fault(findings: &[Finding]) -> bool {
     findings.iter().any(|f| f.level == Level::Fault)
 }
 
+/// A number of the evidence: a count without decimals.
+fn evidence_text(value: f64) -> String {
+    if value.fract() == 0.0 && value.abs() < 1e6 { format!("{value:.0}") } else { number(value) }
+}
+
 /// Findings, worst first, each with its evidence and what to do.
 pub(crate) fn findings_text(findings: &[Finding], style: &Style) -> String {
     if findings.is_empty() {
@@ -238,15 +245,13 @@ pub(crate) fn findings_text(findings: &[Finding], style: &Style) -> String {
         let text = wrapped(&format!("{}: {}", f.level.word(), printable(&f.text)), "    ");
         out += &text.replacen(f.level.word(), &style.paint(tone, f.level.word()), 1);
         let evidence: Vec<String> =
-            f.evidence.iter().map(|(name, value)| format!("{name} {}", number(*value))).collect();
-        out += &wrapped(&format!("    {}: {}", f.code, evidence.join(", ")), "        ");
+            f.evidence.iter().map(|(name, value)| format!("{name} {}", evidence_text(*value))).collect();
+        let colon = if evidence.is_empty() { "" } else { ": " };
+        out += &wrapped(&format!("    {}{colon}{}", f.code, evidence.join(", ")), "        ");
         out += &wrapped(&format!("    to do: {}", f.remedy), "        ");
     }
     let count = |level: Level| findings.iter().filter(|f| f.level == level).count();
-    let word = |level: Level, name: &str| {
-        let n = count(level);
-        format!("{n} {name}{}", if n == 1 { "" } else { "s" })
-    };
+    let word = |level: Level, name: &str| counted(count(level), name);
     let _ = writeln!(
         out,
         "{}, {}, {}",

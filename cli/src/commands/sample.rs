@@ -6,6 +6,7 @@ use crate::interrupt::{before_search, stop_flag};
 use crate::output::{self, Failure, print, print_json, style};
 use crate::uncertain::folded;
 use crate::{DONE, files, writing};
+use retune::catalogue::counted;
 use retune::correlation::correlations;
 use retune::model::ParametricModel;
 use retune::objective::Scaling;
@@ -90,12 +91,12 @@ pub(crate) fn run(args: &Sample) -> Result<u8, Failure> {
     out += &rows.render(&style(&std::io::stdout()));
     let _ = writeln!(
         out,
-        "\nln Z = {:.2} ± {:.2} (standard error), the evidence of the model over its bounds\n{} samples after {} stages and {} evaluations; {:.0} % of the last steps accepted",
+        "\nln Z = {:.2} ± {:.2} (standard error), the evidence of the model over its bounds\n{} after {} and {}; {:.0} % of the last steps accepted",
         found.log_evidence,
         found.log_evidence_se,
-        found.samples.len(),
-        found.n_stages,
-        found.evaluations,
+        counted(found.samples.len(), "sample"),
+        counted(found.n_stages, "stage"),
+        counted(found.evaluations as usize, "evaluation"),
         100.0 * found.acceptance
     );
     if !peaks.is_empty() {

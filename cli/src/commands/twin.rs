@@ -4,6 +4,7 @@ use super::measured::{band, parameter_value, quantity, scalar};
 use crate::args::{MeasuredQuantity, Twin};
 use crate::output::{Failure, print, print_json, shown, warn};
 use crate::{DONE, files, writing};
+use retune::catalogue::counted;
 use retune::catalogue::did_you_mean;
 use retune::correlation::sensor_position;
 use retune::data::convert::{frf_file, geometry_file};
@@ -60,10 +61,10 @@ pub(crate) fn run(args: &Twin) -> Result<u8, Failure> {
         n_modes = Some(test.modes.len());
         if writing::write(output, &write_test(&test)) {
             summary.push(format!(
-                "written: {} ({} synthetic modes at {} sensors)",
+                "written: {} ({} at {})",
                 shown(output),
-                test.modes.len(),
-                sensors.len()
+                counted(test.modes.len(), "synthetic mode"),
+                counted(sensors.len(), "sensor")
             ));
         }
     }
@@ -73,10 +74,10 @@ pub(crate) fn run(args: &Twin) -> Result<u8, Failure> {
         n_functions = Some(set.references.len() * set.responses.len());
         write_functions(output, &set, &model, &sensors, &story)?;
         summary.push(format!(
-            "written: {} ({} synthetic functions of {} lines)",
+            "written: {} ({} of {})",
             output.display(),
-            set.references.len() * set.responses.len(),
-            set.n_lines()
+            counted(set.references.len() * set.responses.len(), "synthetic function"),
+            counted(set.n_lines(), "line")
         ));
     }
     if args.json {

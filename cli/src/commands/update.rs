@@ -7,6 +7,7 @@ use crate::output::{Failure, mac_matrix, mac_matrix_json, pairs, print, print_js
 use crate::page::{Outputs, announce, provenance};
 use crate::progress::Line;
 use crate::{DONE, SHORT, files, uncertain, writing};
+use retune::catalogue::counted;
 use retune::effect::set_parameter_values;
 use retune::optim::{Checkpoint, OptimizerSpec};
 use retune::report::text::cost_history;
@@ -127,8 +128,9 @@ pub(crate) fn run(args: &Update) -> Result<u8, Failure> {
         let paths = u.optimum.paths;
         if paths.batch > 0 {
             out += &format!(
-                "       {} costs by the batch kernel, {} by the reference path\n",
-                paths.batch, paths.reference
+                "       {} by the fast kernel, {} by the full computation that checks it\n",
+                counted(paths.batch as usize, "candidate"),
+                paths.reference
             );
         }
         if let Some(r) = &u.reduced {
@@ -198,14 +200,14 @@ pub(crate) fn tolerance(given: Option<f64>) -> Result<Option<f64>, Failure> {
 
 /// What reduced models had to do with a result.
 pub(crate) fn reduced_text(r: &ReducedSearch) -> String {
-    let dofs: Vec<String> = r.dofs.iter().map(|(full, own)| format!("{own} of {full} dofs")).collect();
+    let dofs: Vec<String> = r.dofs.iter().map(|(full, own)| format!("{own} of {}", counted(*full, "dof"))).collect();
     format!(
-        "       reduced model: {} from {} samples, frequencies within {:.0e} (estimated{}); {} evaluations; cost at its best point {:.6}, of the full model {:.6}\n",
+        "       reduced model: {} from {} samples, frequencies within {:.0e} (estimated{}); {}; cost at its best point {:.6}, of the full model {:.6}\n",
         dofs.join(", "),
         r.n_samples,
         r.accuracy,
         if r.accuracy > r.tolerance { format!("; {:.0e} was asked for", r.tolerance) } else { String::new() },
-        r.evaluations,
+        counted(r.evaluations as usize, "evaluation"),
         r.costs[0],
         r.costs[1]
     )

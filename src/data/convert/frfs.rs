@@ -7,6 +7,7 @@ use super::geometry::{PlacedNode, placed_nodes};
 use super::grid::{GridOf, check, common};
 use super::spectra::spectrum;
 use super::units::{Question, UnitSystem, UnitsFrom, agreed, force_unit, note, ratio_unit, response_unit, units_at};
+use crate::catalogue::counted;
 use crate::data::uff::{Dataset, Entity, Function, Level, Note, Ordinate, UniversalFile};
 use crate::data::{Channel, FrfQuantity, FrfSet, Point, Spectrum};
 use crate::linalg::Complex;
@@ -331,17 +332,17 @@ fn labelled(units: &str) -> String {
 fn held(types: &[i64]) -> String {
     let kinds: BTreeSet<i64> = types.iter().copied().collect();
     let word = |kind: i64| match kind {
-        1 => "time records",
-        2 => "auto spectra",
-        3 => "cross spectra",
-        4 => "frequency response functions that cannot be used",
-        6 => "coherences",
-        9 => "power spectral densities",
-        12 => "spectra",
-        _ => "functions",
+        1 => "time record",
+        2 => "auto spectrum",
+        3 => "cross spectrum",
+        4 => "unusable frequency response function",
+        6 => "coherence",
+        9 => "power spectral density",
+        12 => "spectrum",
+        _ => "function",
     };
     let count = |kind: i64| types.iter().filter(|t| **t == kind).count();
-    let list: Vec<String> = kinds.iter().map(|k| format!("{} {} (type {k})", count(*k), word(*k))).collect();
+    let list: Vec<String> = kinds.iter().map(|k| format!("{} (type {k})", counted(count(*k), word(*k)))).collect();
     if list.is_empty() { "no functions".to_string() } else { list.join(", ") }
 }
 

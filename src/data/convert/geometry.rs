@@ -4,6 +4,7 @@ use super::ConvertError;
 use super::frame::{Frame, LocalAxes, frames};
 use super::neighbours::weigh;
 use super::units::{UnitsFrom, note, plain_system, units_at};
+use crate::catalogue::counted;
 use crate::data::uff::{Dataset, Header, Level, Node, Note, Part, PartSystem, TraceLine, Units, UniversalFile};
 use crate::data::{Geometry, Line, Point};
 use std::collections::BTreeMap;
@@ -124,7 +125,7 @@ pub fn geometry(
         }
     }
     if unknown > 0 {
-        let seen = format!("{unknown} nodes of lines and elements that are not defined");
+        let seen = format!("{} of lines and elements not defined", counted(unknown, "node"));
         notes.push(note(Level::Warning, 82, seen, "the lines go on without them"));
     }
     Ok((Geometry { points, lines }, notes))

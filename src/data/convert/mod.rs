@@ -35,10 +35,10 @@ pub use units::{Question, UnitSystem, UnitsFrom, force_unit, ratio_unit, respons
 #[non_exhaustive]
 pub enum ConvertError {
     /// The user must say what the file does not.
-    #[error("the file leaves questions open: {}", questions(.0))]
+    #[error("the file leaves questions open: {}", questions(.0, ""))]
     Questions(Vec<Question>),
     /// The file holds none of what was asked for.
-    #[error("no {what}; there are {found}")]
+    #[error("no {what}; the file holds {found}")]
     Nothing {
         /// What was asked for.
         what: &'static str,
@@ -101,8 +101,18 @@ pub enum ConvertError {
     },
 }
 
-fn questions(list: &[Question]) -> String {
+fn questions(list: &[Question], lead: &str) -> String {
     let text: Vec<String> =
-        list.iter().map(|q| format!("{} (option `{}`: {})", q.text, q.option, q.answers.join(" | "))).collect();
+        list.iter().map(|q| format!("{} (option `{lead}{}`: {})", q.text, q.option, q.answers.join(" | "))).collect();
     text.join("; ")
+}
+
+impl ConvertError {
+    /// As the error reads where the answers are options of a command: `--units`.
+    pub fn on_command_line(&self) -> String {
+        match self {
+            Self::Questions(list) => format!("the file leaves questions open: {}", questions(list, "--")),
+            other => other.to_string(),
+        }
+    }
 }

@@ -10,6 +10,7 @@
 use super::frame::{Frame, LocalAxes, Reading, Vector, Why, cross, dot, minus, reading, unit};
 use super::geometry::{PlacedNode, edges};
 use super::units::note;
+use crate::catalogue::counted;
 use crate::data::uff::{Dataset, Level, Node, Note, PartSystem, UniversalFile};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -97,7 +98,7 @@ pub(super) fn weigh(
     } else {
         format!("the neighbours of {taken} of {votes} nodes agree")
     };
-    let seen = format!("{} nodes with local axes", nodes.len());
+    let seen = format!("{} with local axes", counted(nodes.len(), "node"));
     let assumed = format!(
         "the {word} of their matrices were read as axes, {why}; {evidence}; `--local-axes {opposite}` reads the {opposite}"
     );

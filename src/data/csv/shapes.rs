@@ -14,6 +14,7 @@
 
 use super::header::{is_mode, mode_name};
 use super::{CsvError, Row, Sheet};
+use crate::catalogue::counted;
 use crate::data::convert::{ConvertError, Question, UnitSystem, UnitsFrom};
 use crate::data::{ModalSet, ModeRecord, Point, ShapeChannel};
 use crate::element::Dof;
@@ -114,13 +115,15 @@ impl Places {
 struct PointList {
     points: Vec<Point>,
     index: BTreeMap<String, usize>,
-    moved: usize,
+    moved: Vec<String>,
 }
 
 impl PointList {
-    fn put(&mut self, name: &str, position_m: [f64; 3]) {
+    fn put(&mut self, name: &str, position_m: [f64; 3], row: &Row<'_>) {
         if let Some(&at) = self.index.get(name) {
-            self.moved += usize::from(self.points[at].position_m != position_m);
+            if self.points[at].position_m != position_m {
+                self.moved.push(in_line(name, row));
+            }
             self.points[at].position_m = position_m;
             return;
         }
@@ -144,16 +147,30 @@ pub fn read_points(bytes: &[u8], units: &UnitsFrom) -> Result<(Vec<Point>, Vec<S
         return Ok((Vec::new(), notes));
     };
     let mut list = PointList::default();
-    let mut repeated = 0;
+    let mut repeated: Vec<String> = Vec::new();
     for row in &sheet.rows {
-        repeated += usize::from(list.index.contains_key(row.cells[name].as_ref()));
-        list.put(&row.cells[name], places.position(&sheet, row)?);
+        let point = row.cells[name].as_ref();
+        if list.index.contains_key(point) {
+            repeated.push(in_line(point, row));
+        }
+        list.put(&row.cells[name], places.position(&sheet, row)?, row);
     }
-    if repeated > 0 {
-        let points = if repeated == 1 { "point" } else { "points" };
-        notes.push(format!("{repeated} {points} whose name was there before; the last one counts"));
-    }
+    notes.extend(told(&repeated, "point", "whose name was there before"));
     Ok((list.points, notes))
+}
+
+/// Rows that were there before, by name.
+fn told(repeated: &[String], what: &str, how: &str) -> Option<String> {
+    const SHOWN: usize = 4;
+    let shown = repeated[..repeated.len().min(SHOWN)].join(", ");
+    let more = if repeated.len() > SHOWN { format!(" and {} more", repeated.len() - SHOWN) } else { String::new() };
+    let counted = counted(repeated.len(), what);
+    (!repeated.is_empty()).then(|| format!("{counted} {how}: {shown}{more}; the last one counts"))
+}
+
+/// A name and where it stands.
+fn in_line(name: &str, row: &Row<'_>) -> String {
+    format!("`{}` in line {}", name.escape_debug(), row.line)
 }
 
 fn point_column(sheet: &Sheet<'_>) -> Result<usize, CsvError> {
@@ -221,7 +238,7 @@ pub fn read_shapes(
     // The row of each channel, and the channels by point and direction.
     let mut rows: Vec<&Row<'_>> = Vec::new();
     let mut index: BTreeMap<(&str, [u64; 3]), usize> = BTreeMap::new();
-    let mut repeated = 0;
+    let mut repeated: Vec<String> = Vec::new();
     for row in &sheet.rows {
         let name = row.cells[point].as_ref();
         let own = match directions {
@@ -236,10 +253,10 @@ pub fn read_shapes(
         };
         let own = own.unwrap_or([0.0, 0.0, 1.0]);
         if let Some(places) = &places {
-            list.put(name, places.position(&sheet, row)?);
+            list.put(name, places.position(&sheet, row)?, row);
         }
         if let Some(&before) = index.get(&(name, own.map(f64::to_bits))) {
-            repeated += 1;
+            repeated.push(in_line(name, row));
             rows[before] = row;
             continue;
         }
@@ -248,18 +265,8 @@ pub fn read_shapes(
         channels.push(ShapeChannel { point: name.to_string(), dof: Dof::ALL[axis], direction: own });
         rows.push(row);
     }
-    for (count, one, several) in [
-        (
-            repeated,
-            "row whose point and direction were there before",
-            "rows whose point and direction were there before",
-        ),
-        (list.moved, "point that was there before at another place", "points that were there before at another place"),
-    ] {
-        if count > 0 {
-            notes.push(format!("{count} {}; the last one counts", if count == 1 { one } else { several }));
-        }
-    }
+    notes.extend(told(&repeated, "row", "whose point and direction were there before"));
+    notes.extend(told(&list.moved, "row", "whose point was there before at another place"));
     let mut records: Vec<ModeRecord> = Vec::new();
     for mode in modes.iter().filter(|m| !m.is_imaginary) {
         let imaginary = modes.iter().find(|m| m.is_imaginary && m.hz == mode.hz && m.label == mode.label);
@@ -330,10 +337,11 @@ mod tests {
         let si = UnitsFrom::System(UnitSystem::from_name("SI").unwrap());
         let (points, notes) = read_points(b"point,x,y,z\n1,0,0,0\n2,5,0,0\n1,1,0,0\n", &si).unwrap();
         assert_eq!((points.len(), points[0].position_m), (2, [1.0, 0.0, 0.0]));
-        assert_eq!(notes, ["1 point whose name was there before; the last one counts"]);
+        assert_eq!(notes, ["1 point whose name was there before: `1` in line 4; the last one counts"]);
         let text = b"point,x,y,z,direction,1 Hz,1 Hz\n1,0,0,0,+z,1,2\n1,0,0,0,+x,3,4\n1,0,1,0,+z,5,6\n";
         let (table, notes) = read_shapes(text, &si, None).unwrap();
         assert_eq!(notes.len(), 3, "{notes:?}");
+        assert!(notes[1].starts_with("1 row whose point and direction were there before: `1` in line 4"), "{notes:?}");
         assert_eq!(table.points[0].position_m, [0.0, 1.0, 0.0]);
         let shape = &table.modes.modes[0].shape;
         assert_eq!((shape.len(), shape[0].re, shape[1].re), (2, 6.0, 4.0));

@@ -2,6 +2,7 @@
 
 use super::CsvError;
 use crate::catalogue::did_you_mean;
+use crate::units::ascii_numbers;
 use std::borrow::Cow;
 
 /// The text of a table: UTF-8 with or without a byte order mark, or UTF-16 with one.
@@ -187,6 +188,7 @@ impl<'a> Sheet<'a> {
 /// A number with a point or, where the table has decimal commas or nothing says otherwise, with a comma; `None` where the mark may be one
 /// of thousands.
 pub(super) fn decimal(text: &str, comma: Option<bool>) -> Option<f64> {
+    let text = &*ascii_numbers(text);
     if text.contains(',') {
         let is_decimal = comma == Some(true) && text.matches(',').count() == 1 && !text.contains('.');
         return if is_decimal { text.replace(',', ".").parse().ok() } else { None };
@@ -220,6 +222,7 @@ fn decimal_comma(width: usize, rows: &[Row<'_>], delimiter: char) -> Option<bool
     let mut is_certain = delimiter != ',';
     for row in rows {
         for (column, cell) in row.cells.iter().enumerate() {
+            let cell = ascii_numbers(cell);
             let marks = cell.bytes().filter(|b| matches!(b, b',' | b'.')).count();
             let is_number = marks > 0
                 && cell.bytes().all(|b| b.is_ascii_digit() || matches!(b, b',' | b'.' | b'-' | b'+' | b'e' | b'E'));
@@ -229,7 +232,7 @@ fn decimal_comma(width: usize, rows: &[Row<'_>], delimiter: char) -> Option<bool
             let has_comma = cell.contains(',');
             commas[column] += usize::from(has_comma);
             points[column] += usize::from(cell.contains('.'));
-            is_certain |= has_comma && marks == 1 && !is_of_thousands(cell, ',');
+            is_certain |= has_comma && marks == 1 && !is_of_thousands(&cell, ',');
         }
     }
     let is_mixed = commas.iter().zip(&points).any(|(c, p)| *c > 0 && *p > 0);
@@ -326,6 +329,13 @@ mod tests {
         assert_eq!((quoted.delimiter, quoted.number(&quoted.rows[0], 1).unwrap()), (',', 12.25));
         let other = Sheet::read(b"a,b;c\n1.5,2\n").unwrap();
         assert_eq!((other.delimiter, other.decimal_comma), (',', Some(false)));
+    }
+
+    #[test]
+    fn numbers_in_other_characters_have_their_value() {
+        let sheet = Sheet::read("a;b\n−1,5;５\n2,25;7\n".as_bytes()).unwrap();
+        let values: Vec<f64> = (0..2).map(|c| sheet.number(&sheet.rows[0], c).unwrap()).collect();
+        assert_eq!(values, [-1.5, 5.0]);
     }
 
     #[test]

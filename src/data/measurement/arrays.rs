@@ -5,13 +5,15 @@
 //!
 //! | what | arrays |
 //! |---|---|
-//! | functions | a real vector of frequencies (lines) and a complex array, (lines x responses) or with references as a third axis |
+//! | functions | a real vector of frequencies (lines) and a complex array, (lines x responses) or with references or components as a third axis, or a vector for each function |
 //! | modes | frequencies (modes) or poles, shapes (points x modes), (points x 3 x modes), and damping ratios where there are |
 //!
-//! Vectors may be rows or columns, axes are found by their length, and two real arrays may be real and imaginary part.
+//! Vectors may be rows or columns, axes are found by their length, and two real arrays may be real and imaginary part,
+//! or amplitude and phase.
 
 mod build;
 mod flatten;
+mod join;
 mod names;
 mod pick;
 mod roles;
@@ -106,12 +108,13 @@ impl Workspace {
 
     /// Reads functions and modes; `None` where the names say of neither what it is.
     pub(super) fn read(&self, options: &MeasurementOptions) -> Result<Option<Found>, MeasurementError> {
-        let list = roles::joined(&self.variables, &options.variables)?;
+        let mut notes = Vec::new();
+        let list = join::joined(&self.variables, &options.variables, &mut notes)?;
         let pick = Pick::new(&list, &options.variables)?;
         if pick.functions.is_none() && pick.modes.is_none() {
             return Ok(None);
         }
-        let mut found = Found::default();
+        let mut found = Found { notes, ..Found::default() };
         let mut questions = Vec::new();
         let mut used = Vec::new();
         if let Some(picked) = &pick.functions {

@@ -6,6 +6,7 @@ use super::note::{Level, quote};
 use super::scan::{Block, binary_fields};
 use super::sink::Sink;
 use super::{Abscissa, Axis, ByteOrder, Entity, FloatFormat, Function, Ordinate, Precision, Storage, float_formats};
+use crate::catalogue::counted;
 use crate::linalg::Complex;
 
 /// Columns of record 7.
@@ -92,7 +93,7 @@ pub(super) fn read(block: &Block<'_>, cursor: &mut Cursor<'_, '_>) -> Result<Fun
     };
     let points = numbers.len() / layout.per_point();
     if points != announced {
-        let seen = format!("{announced} points announced, {points} present");
+        let seen = format!("{} announced, {points} present", counted(announced, "point"));
         cursor.note(Level::Warning, seen, "the points present were read");
     }
     let chunks = || numbers.chunks_exact(layout.per_point());

@@ -3,6 +3,7 @@
 use super::cursor::{Cursor, Fault};
 use super::note::Level;
 use super::sink::Sink;
+use crate::catalogue::counted;
 
 /// An element.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -42,7 +43,7 @@ pub(super) fn read_2412(cursor: &mut Cursor<'_, '_>) -> Result<Vec<Element>, Fau
         let count = usize::try_from(head.int(5)).unwrap_or(0);
         let mut nodes = cursor.ints(count)?;
         if nodes.len() != count {
-            let seen = format!("element {} with {} nodes, {count} announced", head.int(0), nodes.len());
+            let seen = format!("element {} with {}, {count} announced", head.int(0), counted(nodes.len(), "node"));
             cursor.note(Level::Warning, seen, "at most the announced ones were kept");
             nodes.truncate(count);
         }
@@ -91,13 +92,13 @@ pub(super) fn read_82(cursor: &mut Cursor<'_, '_>) -> Result<TraceLine, Fault> {
     let announced = usize::try_from(head.int(1)).unwrap_or(0);
     let mut nodes = cursor.ints(usize::MAX)?;
     if nodes.len() < announced {
-        let seen = format!("{announced} nodes announced, {} present", nodes.len());
+        let seen = format!("{} announced, {} present", counted(announced, "node"), nodes.len());
         cursor.note(Level::Warning, seen, "the nodes present were read");
     } else if nodes[announced..].iter().all(|n| *n == 0) {
         // Some writers fill the last record with zeros.
         nodes.truncate(announced);
     } else {
-        let seen = format!("{announced} nodes announced, {} present", nodes.len());
+        let seen = format!("{} announced, {} present", counted(announced, "node"), nodes.len());
         cursor.note(Level::Warning, seen, "all nodes present were read");
     }
     Ok(TraceLine { number: head.int(0), color: head.int(2), name, nodes })

@@ -2,6 +2,7 @@
 
 use super::fields::{column, numeric_record, parse_int};
 use super::note::{Level, Notes, quote};
+use crate::catalogue::counted;
 use std::borrow::Cow;
 
 /// One dataset as it stands in the file.
@@ -107,7 +108,7 @@ impl<'a> Scanner<'a> {
             stray += usize::from(!line.iter().all(u8::is_ascii_whitespace));
         };
         if stray > 0 {
-            notes.push(Level::Warning, first, None, format!("{stray} lines outside datasets"), "ignored");
+            notes.push(Level::Warning, first, None, format!("{} outside datasets", counted(stray, "line")), "ignored");
         }
         found
     }

@@ -1,7 +1,8 @@
 //! Checks of the functions themselves, before any identification.
 
 use super::super::IdentifyError;
-use super::super::band::check_layout;
+use super::super::band::{check_layout, in_units};
+use super::super::gaps::lines_text;
 use super::super::mode::driving_points;
 use super::driving_point::{noise, weigh};
 use super::{Finding, Level};
@@ -28,11 +29,15 @@ const RECIPROCITY: f64 = 0.1;
 /// A set whose lengths disagree.
 pub fn check_functions(frfs: &FrfSet) -> Result<Vec<Finding>, IdentifyError> {
     check_layout(frfs)?;
+    // Every measure is a ratio; in these units no square leaves the range of numbers.
+    let frfs = &in_units(frfs);
     let mut findings = Vec::new();
     for (o, response) in frfs.responses.iter().enumerate() {
         for (i, reference) in frfs.references.iter().enumerate() {
             let values = || (0..frfs.n_lines()).map(|l| frfs.at(l, i, o));
-            let missing = values().filter(|h| !h.is_finite()).count();
+            let lost: Vec<f64> =
+                frfs.frequencies_hz.iter().zip(values()).filter(|(_, h)| !h.is_finite()).map(|(f, _)| *f).collect();
+            let missing = lost.len();
             let subject = || format!("{} / {}", response.name, reference.name);
             if missing > 0 && missing < frfs.n_lines() {
                 findings.push(Finding {
@@ -40,11 +45,11 @@ pub fn check_functions(frfs: &FrfSet) -> Result<Vec<Finding>, IdentifyError> {
                     code: "missing-lines",
                     subject: subject(),
                     evidence: vec![("lines missing", missing as f64), ("lines", frfs.n_lines() as f64)],
-                    text: format!("function {} lacks {missing} of {} lines", subject(), frfs.n_lines()),
+                    text: format!("function {} lacks {}", subject(), lines_text(&lost, frfs.n_lines())),
                     remedy: "restrict the band to lines that every channel has, or leave the channel out",
                 });
             }
-            if missing == 0 && frfs.n_lines() > 0 && values().all(|h| h.norm_sqr() == 0.0) {
+            if missing == 0 && frfs.n_lines() > 0 && values().all(|h| h == Complex::ZERO) {
                 findings.push(Finding {
                     level: Level::Fault,
                     code: "dead-channel",

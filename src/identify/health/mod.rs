@@ -6,6 +6,7 @@
 //! - [`check_functions`]: missing and dead functions, driving points that feed energy back, reciprocity.
 //! - [`check_modes`]: noisy and dead channels, signs of driving-point residues, double modes, modes that the sensors
 //!   cannot tell apart.
+//! - [`check_identification`]: functions that lack lines, an identification without a mode.
 //! - [`check_geometry`]: with the positions of the sensors: sign, gain, swap, dead entries, by the smoothness of the shapes.
 //! - [`check_rigid_body`]: with measured rigid-body shapes: the same, sharper, and wrong axes.
 //! - [`check_test`]: all of these that one test allows; [`check_shapes`]: those that need shapes only.
@@ -18,12 +19,14 @@ mod functions;
 mod geometry;
 mod hypotheses;
 mod modes;
+mod outcome;
 mod runs;
 mod whole;
 
 pub use functions::check_functions;
 pub use geometry::{SensorGeometry, check_geometry, check_rigid_body};
 pub use modes::{check_damping, check_modes, check_suspension};
+pub use outcome::{check_identification, reversed_time_finding};
 pub use runs::compare_runs;
 pub use whole::{HealthOptions, check_shapes, check_test};
 

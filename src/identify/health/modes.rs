@@ -6,6 +6,7 @@ use super::super::mode::{IdentifiedMode, driving_points};
 use super::super::stabilisation::mac;
 use super::driving_point::{Cause, weigh};
 use super::{Finding, Level};
+use crate::catalogue::counted;
 use crate::data::{FrfSet, ModeRecord};
 use crate::linalg::{Complex, DVector};
 
@@ -40,13 +41,15 @@ pub fn check_modes(frfs: &FrfSet, identification: &Identification) -> Vec<Findin
 /// standard deviations (a chance of 2e-4 for a normal number) and by a factor of 10. Dead: ν above 0.8 while the median
 /// channel has it below 0.4.
 fn channels(frfs: &FrfSet, identification: &Identification) -> Vec<Finding> {
+    let largest =
+        identification.segments.iter().flat_map(|s| &s.rms).copied().filter(|x| x.is_finite()).fold(0.0, f64::max);
     let (shares, powers): (Vec<f64>, Vec<f64>) = (0..frfs.responses.len())
         .map(|o| {
             let (mut noise, mut power) = (0.0, 0.0);
             for s in &identification.segments {
                 if s.noise_sd.get(o).is_some_and(|x| x.is_finite()) {
-                    noise += 2.0 * s.noise_sd[o].powi(2);
-                    power += s.rms[o].powi(2);
+                    noise += 2.0 * (s.noise_sd[o] / largest).powi(2);
+                    power += (s.rms[o] / largest).powi(2);
                 }
             }
             if power > 0.0 { (noise / power, noise) } else { (f64::NAN, f64::NAN) }
@@ -163,7 +166,7 @@ fn driving_point(frfs: &FrfSet, modes: &[IdentifiedMode], o: usize, i: usize, si
             .take(4)
             .map(|(m, k, reversed)| {
                 let with = if *reversed { " with reversed sign" } else { "" };
-                format!("{}{with} ({m} modes)", frfs.responses[*k].name)
+                format!("{}{with} ({})", frfs.responses[*k].name, counted(*m, "mode"))
             })
             .collect();
         format!("one sign in all modes: {}", names.join(", "))

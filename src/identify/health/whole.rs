@@ -2,7 +2,8 @@
 
 use super::modes::{Shape, pairs};
 use super::{
-    Finding, Level, SensorGeometry, check_functions, check_geometry, check_modes, check_rigid_body, check_suspension,
+    Finding, Level, SensorGeometry, check_functions, check_geometry, check_identification, check_modes,
+    check_rigid_body, check_suspension,
 };
 use crate::data::{FrfSet, Geometry, Place, Sensor, TestMode};
 use crate::identify::{Identification, IdentifiedMode, IdentifyError, real_shape};
@@ -32,6 +33,9 @@ pub fn check_test(
 ) -> Result<Vec<Finding>, IdentifyError> {
     let mut found = check_functions(frfs)?;
     if let Some(identification) = identification {
+        // The identification says of missing lines what it did about them.
+        found.retain(|f| f.code != "missing-lines");
+        found.extend(check_identification(frfs, identification));
         let named: Vec<(&'static str, String)> = found.iter().map(|f| (f.code, f.subject.clone())).collect();
         // The functions and the modes speak of one cause once, and where the functions name another cause than a wrong point or sign, the
         // residues of the modes are of a function that is not what it says.

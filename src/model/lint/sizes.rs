@@ -5,6 +5,7 @@ use crate::element::Axes;
 use crate::model::compile::Model;
 use crate::model::dependence::interior_point;
 use crate::model::geometry::extent;
+use crate::model::value::quantity;
 use crate::model::{ParametricModel, PlacedElement};
 use crate::yaml::{Problem, child};
 use std::collections::HashMap;
@@ -37,7 +38,10 @@ fn whole(model: &Model) -> Option<Problem> {
     let size = model.geometry().size();
     let is_odd = size > 1000.0 || (size > 0.0 && size < 1e-3);
     is_odd.then(|| {
-        Problem::warning("nodes", format_args!("the structure is {size:.3e} m long: are the nodes in metres?"))
+        Problem::warning(
+            "nodes",
+            format_args!("the structure is {} long: are the nodes in metres?", quantity(size, "m")),
+        )
     })
 }
 
@@ -247,6 +251,17 @@ mod tests {
              nodes: {{a: [0, 0, 0], b: [0.2, 0, 0], c: [0.4, 0, 0], d: [0.5, 0, 0], e: [{tip}, 0, 0]}}\n\
              beams: {{m: {{chain: [a, b, c, d, e], section: s{more}}}}}\nsupports: {{root: {{node: a}}}}\n"
         )
+    }
+
+    #[test]
+    fn a_size_is_said_without_powers_of_ten() {
+        let text = "retune: 1\nname: c\nnodes: {a: [0, 0, 0], b: [5000, 0, 0]}\n\
+                    beams: {m: {nodes: [a, b], properties: {EA: 1e6, EIy: 10, EIz: 10, GJ: 10, mass_per_length: 1}}}\nsupports: {r: {node: a}}\n";
+        assert!(
+            said(text).iter().any(|s| s == "nodes: the structure is 5000 m long: are the nodes in metres?"),
+            "{:?}",
+            said(text)
+        );
     }
 
     #[test]

@@ -1,9 +1,9 @@
 //! Slips of units and configurations that a comparison shows.
 
 use crate::correlation::{PairBy, PairingOptions};
-use crate::data::TestData;
+use crate::data::{StaticReading, StaticTest, TestData};
 use crate::model::ParametricModel;
-use crate::objective::{Comparison, starting_point};
+use crate::objective::{Comparison, starting_point, static_readings};
 use crate::update::{UpdateError, assess};
 use std::f64::consts::TAU;
 
@@ -16,6 +16,30 @@ const SLIPS: [(f64, &str); 6] = [
     (1000.0, "is there a unit missing, or a mass of the model in g that was read as kg?"),
     (0.001, "are they kHz, written as Hz?"),
 ];
+/// Factors between static displacements in two units, or under loads in two, and what was probably done; with the readings that must agree
+/// before a factor that a wrong stiffness may also have is named.
+const SLIPS_OF_DISPLACEMENTS: [(f64, usize, &str); 10] = [
+    (1000.0, 1, "are they mm, written as m, or is a load in kN, written as N?"),
+    (0.001, 1, "are they m, written as mm, or is a load in N, written as kN?"),
+    (1e6, 1, "are they um, written as m?"),
+    (25.4, 1, "are they mm, written as in?"),
+    (1.0 / 25.4, 1, "are they in, written as mm?"),
+    (1.0 / 0.0254, 1, "are they in, written as m?"),
+    (0.0254, 1, "are they m, written as in?"),
+    (9.806_65, 2, "is a load in kgf, written as N?"),
+    (1.0 / 9.806_65, 2, "is a load in N, written as kgf?"),
+    (4.448_22, 2, "is a load in lbf, written as N?"),
+];
+/// The same of rotations.
+const SLIPS_OF_ROTATIONS: [(f64, usize, &str); 4] = [
+    (360.0 / TAU, 1, "are they degrees, written as rad?"),
+    (TAU / 360.0, 1, "are they rad, written as degrees?"),
+    (1000.0, 1, "are they mrad, written as rad?"),
+    (0.001, 1, "are they rad, written as mrad?"),
+];
+/// How far a factor of readings may be from a slip: 25.4 and 39.4 are not confused.
+const NEAR_READING: f64 = 1.2;
+
 /// MAC of pairs that are certain.
 const CERTAIN: f64 = 0.9;
 /// How far a common factor may be from a slip, and the pairs from each other.
@@ -49,6 +73,51 @@ pub fn slip_of_unit(model: &dyn ParametricModel, test: &TestData) -> Result<Opti
     Ok(slip.filter(|_| n >= ENOUGH && agree).map(|(_, question)| {
         format!("the frequencies of the test are {mean:.3} times the model's in all {n} certain pairs: {question}")
     }))
+}
+
+/// Factors between the static readings of a test and those of a model, in words, where all readings of a kind in one static test have one that
+/// lies between two units.
+///
+/// # Errors
+/// The sensors have no place on the model; it cannot be solved.
+pub fn slips_of_readings(model: &dyn ParametricModel, test: &TestData) -> Result<Vec<String>, UpdateError> {
+    if test.static_tests.is_empty() {
+        return Ok(Vec::new());
+    }
+    let comparison = Comparison::new(model, test, PairingOptions::default())?;
+    let prediction = comparison.predict(&starting_point(model)).map_err(UpdateError::Start)?;
+    let predicted = static_readings(&comparison, &prediction);
+    let measured = test.static_tests.iter().flat_map(|t| t.readings.iter().map(move |r| (t, r)));
+    let all: Vec<(&StaticTest, &StaticReading, f64)> =
+        measured.zip(predicted).map(|((t, r), model)| (t, r, r.measured.value / model)).collect();
+    let mut found = Vec::new();
+    for t in &test.static_tests {
+        for (is_rotation, what) in [(false, "displacements"), (true, "rotations")] {
+            let ratios: Vec<f64> = all
+                .iter()
+                .filter(|(of, r, _)| std::ptr::eq(*of, t) && test.sensors[r.sensor].is_rotation == is_rotation)
+                .map(|(.., ratio)| *ratio)
+                .collect();
+            let slips = if is_rotation { &SLIPS_OF_ROTATIONS[..] } else { &SLIPS_OF_DISPLACEMENTS[..] };
+            let is_near = |factor: f64| ratios.iter().all(|r| *r > 0.0 && (r / factor).ln().abs() < NEAR_READING.ln());
+            let slip = slips.iter().find(|(factor, enough, _)| ratios.len() >= *enough && is_near(*factor));
+            if let Some((_, _, question)) = slip {
+                let mean = (ratios.iter().map(|r| r.ln()).sum::<f64>() / ratios.len() as f64).exp();
+                found.push(format!(
+                    "the {what} of the static test `{}` are {} times the model's: {question}",
+                    t.name,
+                    plain(mean)
+                ));
+            }
+        }
+    }
+    Ok(found)
+}
+
+/// Three significant digits.
+fn plain(factor: f64) -> String {
+    let decimals = (2.0 - factor.log10().floor()).clamp(0.0, 9.0) as usize;
+    format!("{factor:.decimals$}")
 }
 
 /// How a model agrees with a test before any update.

@@ -174,5 +174,5 @@ fn samples_are_read_or_asked_about() {
     assert_eq!((back.frfs.quantity, back.frfs.n_lines()), (FrfQuantity::Accelerance, 6));
     assert_eq!(back.frfs.h[5], Complex::new(3.75037, 2.93363));
     let error = frfs(&[&open("sample_dataset58_psd.uff")], &FrfOptions::default()).unwrap_err();
-    assert!(error.to_string().contains("1 power spectral densities (type 9)"), "{error}");
+    assert!(error.to_string().contains("1 power spectral density (type 9)"), "{error}");
 }

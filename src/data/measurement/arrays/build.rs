@@ -3,6 +3,7 @@
 use super::names::{Says, says};
 use super::pick::{Functions, Modes, Source};
 use super::{MeasurementError, MeasurementOptions, ModeTable, Variable};
+use crate::catalogue::counted;
 use crate::data::convert::{ConvertError, Question, UnitSystem, UnitsFrom};
 use crate::data::{Channel, FrfSet, npy};
 use crate::linalg::Complex;
@@ -94,11 +95,19 @@ pub(super) fn functions(
     let steps = strides(&axes);
     let length = |axis: Option<usize>| axis.map_or(1, |a| axes[a]);
     let step = |axis: Option<usize>| axis.map_or(0, |a| steps[a]);
-    let (n_references, n_responses) = (length(picked.references), length(picked.responses));
+    let (n_references, n_points, n_components) =
+        (length(picked.references), length(picked.responses), length(picked.components));
+    let n_responses = n_points * n_components;
     let order: Vec<usize> = (0..frequencies_hz.len())
         .flat_map(|line| (0..n_references).map(move |a| (line, a)))
         .flat_map(|(line, a)| (0..n_responses).map(move |b| (line, a, b)))
-        .map(|(line, a, b)| line * steps[picked.lines] + a * step(picked.references) + b * step(picked.responses))
+        .map(|(line, a, b)| {
+            let (point, component) = (b / n_components, b % n_components);
+            line * steps[picked.lines]
+                + a * step(picked.references)
+                + point * step(picked.responses)
+                + component * step(picked.components)
+        })
         .collect();
     let scale = system.response(quantity) / system.force;
     let channels = |prefix: &str, n: usize| {
@@ -107,7 +116,17 @@ pub(super) fn functions(
     Ok(Some(FrfSet {
         quantity,
         references: channels("force", n_references),
-        responses: channels("p", n_responses),
+        responses: if picked.components.is_some() {
+            (0..n_responses)
+                .map(|b| {
+                    let axis = b % n_components;
+                    let direction = Some([0, 1, 2].map(|k| if k == axis { 1.0 } else { 0.0 }));
+                    Channel { name: format!("p{}", b / n_components + 1), direction }
+                })
+                .collect()
+        } else {
+            channels("p", n_responses)
+        },
         h: order.iter().map(|k| variable.at(*k) * scale).collect(),
         coherence: picked.coherence.map(|c| order.iter().map(|k| list[c].at(*k).re).collect()),
         frequencies_hz,
@@ -138,15 +157,12 @@ fn of_eigenvalues(
             let kept: Vec<(usize, &Complex<f64>)> = list.iter().enumerate().filter(|(_, z)| is_kept(z)).collect();
             if kept.len() < list.len() {
                 notes.push(format!(
-                    "{} poles of `{name}` are conjugates of others and are left out",
-                    list.len() - kept.len()
+                    "{} of `{name}` left out: conjugates of others",
+                    counted(list.len() - kept.len(), "pole")
                 ));
             }
-            let growing = kept.iter().filter(|(_, z)| z.re > 0.0).count();
-            if growing > 0 {
-                notes.push(format!("{growing} poles of `{name}` grow (positive real part): their damping is left out"));
-            }
-            let damping = |z: &Complex<f64>| Some(-z.re / z.norm()).filter(|d| (0.0..1.0).contains(d));
+            // Of a pole that grows it is negative, which the checks of the modes tell.
+            let damping = |z: &Complex<f64>| Some(-z.re / z.norm()).filter(|d| d.is_finite());
             Ok(kept.into_iter().map(|(i, z)| (i, z.norm() / TAU, damping(z))).collect())
         }
     }
@@ -181,7 +197,7 @@ pub(super) fn modes(
     }
     let n_rigid = modes.iter().filter(|m| m.1 == 0.0).count();
     if n_rigid > 0 {
-        notes.push(format!("{n_rigid} modes at 0 Hz (rigid bodies) are left out"));
+        notes.push(format!("{} at 0 Hz left out: rigid bodies", counted(n_rigid, "mode")));
         modes.retain(|m| m.1 > 0.0);
     }
     if let Some(i) = picked.damping {

@@ -147,19 +147,94 @@ fn frequency(words: &[String]) -> Option<f64> {
     })
 }
 
-/// What is left of two names that are those of a real and an imaginary part: `H` of `Hre` and `Him`, of `H_real` and `H_imag`.
-pub(super) fn stem(real: &str, imaginary: &str) -> Option<String> {
-    let [a, b] = [real, imaginary].map(str::to_lowercase);
-    let pairs = [("real", "imag"), ("real", "imaginary"), ("re", "im"), ("r", "i")];
-    pairs.iter().find_map(|(re, im)| {
-        let ending =
-            || a.strip_suffix(re).filter(|stem| b.strip_suffix(im) == Some(*stem)).map(|s| real.get(..s.len()));
-        let beginning =
-            || a.strip_prefix(re).filter(|stem| b.strip_prefix(im) == Some(*stem)).map(|_| real.get(re.len()..));
-        let stem = ending().or_else(beginning)??;
-        let stem = stem.trim_matches(['_', '.', ' ']);
-        Some(if stem.is_empty() { format!("{real} + {imaginary}") } else { stem.to_string() })
+/// How two real arrays make a complex one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Parts {
+    /// Real and imaginary part.
+    Cartesian,
+    /// Amplitude and phase, in the unit that the name states.
+    Polar(Option<PhaseUnit>),
+}
+
+/// Unit of a phase.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum PhaseUnit {
+    Degrees,
+    Radians,
+}
+
+const CARTESIAN: &[(&str, &str)] = &[("real", "imag"), ("real", "imaginary"), ("re", "im"), ("r", "i")];
+const AMPLITUDES: &[&str] = &["abs", "amplitude", "amp", "ampl", "magnitude", "mag", "modulus"];
+const PHASES: &[&str] = &["phase", "ph", "angle", "ang", "arg"];
+
+/// What two names that are those of parts of one complex array say: what is left of them, and which parts they are. `H` of `Hre` and `Him`, of
+/// `H_real` and `H_imag`, of `H_abs` and `H_phase_deg`.
+pub(super) fn stem(first: &str, second: &str) -> Option<(String, Parts)> {
+    let cartesian = CARTESIAN.iter().map(|pair| (*pair, second, Parts::Cartesian));
+    let (bare, unit) = without_unit(second);
+    let polar = AMPLITUDES
+        .iter()
+        .flat_map(|a| PHASES.iter().map(move |p| (*a, *p)))
+        .map(|pair| (pair, bare, Parts::Polar(unit)));
+    cartesian.chain(polar).find_map(|((of_first, of_second), second, parts)| {
+        let [a, b] = [first, second].map(str::to_lowercase);
+        let ending = || {
+            a.strip_suffix(of_first)
+                .filter(|stem| b.strip_suffix(of_second) == Some(*stem))
+                .map(|s| first.get(..s.len()))
+        };
+        let beginning = || {
+            a.strip_prefix(of_first)
+                .filter(|stem| b.strip_prefix(of_second) == Some(*stem))
+                .map(|_| first.get(of_first.len()..))
+        };
+        let stem = ending().or_else(beginning)??.trim_matches(['_', '.', ' ']);
+        Some((if stem.is_empty() { format!("{first} + {second}") } else { stem.to_string() }, parts))
     })
+}
+
+/// A name without the unit of a phase at its end.
+fn without_unit(name: &str) -> (&str, Option<PhaseUnit>) {
+    let lower = name.to_lowercase();
+    let units = [
+        ("degrees", PhaseUnit::Degrees),
+        ("deg", PhaseUnit::Degrees),
+        ("radians", PhaseUnit::Radians),
+        ("rad", PhaseUnit::Radians),
+    ];
+    units
+        .iter()
+        .find_map(|(word, unit)| {
+            let length = lower.strip_suffix(word)?.len();
+            Some((name.get(..length)?.trim_end_matches(['_', '.', ' ']), Some(*unit)))
+        })
+        .unwrap_or((name, None))
+}
+
+/// Which parts two variables are that the user puts together: amplitude and phase where their names say so, else real and imaginary part.
+pub(super) fn parts_of(first: &str, second: &str) -> Parts {
+    let (bare, unit) = without_unit(second);
+    let says = |name: &str, list: &[&str]| {
+        words(name).iter().any(|w| list.contains(&w.as_str()))
+            || list.iter().any(|part| part.len() > 2 && name.to_lowercase().ends_with(part))
+    };
+    if says(first, AMPLITUDES) && says(bare, PHASES) { Parts::Polar(unit) } else { Parts::Cartesian }
+}
+
+/// The letters and the numbers of the name of one function of many: `H`, 2, 1 of `H21`, `H_2_1`, `H2_1`; `FRF`, 3 of `FRF_3`.
+pub(super) fn numbered(name: &str) -> Option<(String, Vec<usize>)> {
+    let at = name.find(|c: char| c.is_ascii_digit())?;
+    let (letters, rest) = name.split_at(at);
+    let parts: Vec<&str> = rest.split(['_', ',', '.', ' ']).collect();
+    let number = |text: &str| (!text.is_empty() && text.len() < 7).then(|| text.parse().ok()).flatten();
+    let numbers: Vec<usize> = match parts.as_slice() {
+        // Two digits are those of two channels; three may be anything.
+        [one] if one.len() == 2 => one.chars().map(|c| c.to_digit(10).map(|d| d as usize)).collect::<Option<_>>()?,
+        [one] if one.len() == 1 => vec![number(one)?],
+        [one, other] => vec![number(one)?, number(other)?],
+        _ => return None,
+    };
+    Some((letters.trim_end_matches(['_', '.', ' ']).to_string(), numbers)).filter(|(letters, _)| !letters.is_empty())
 }
 
 #[cfg(test)]
@@ -238,16 +313,33 @@ mod tests {
 
     #[test]
     fn parts_of_a_complex_array_are_paired() {
-        for (re, im, expected) in [
-            ("Hre", "Him", "H"),
-            ("H_real", "H_imag", "H"),
-            ("re_H", "im_H", "H"),
-            ("Hr", "Hi", "H"),
-            ("real", "imag", "real + imag"),
+        use Parts::{Cartesian, Polar};
+        for (first, second, expected, parts) in [
+            ("Hre", "Him", "H", Cartesian),
+            ("H_real", "H_imag", "H", Cartesian),
+            ("re_H", "im_H", "H", Cartesian),
+            ("Hr", "Hi", "H", Cartesian),
+            ("real", "imag", "real + imag", Cartesian),
+            ("FRF_abs", "FRF_phase", "FRF", Polar(None)),
+            ("H_mag", "H_phase_deg", "H", Polar(Some(PhaseUnit::Degrees))),
+            ("magH", "angH", "H", Polar(None)),
+            ("H.amplitude", "H.phase_rad", "H", Polar(Some(PhaseUnit::Radians))),
         ] {
-            assert_eq!(stem(re, im).as_deref(), Some(expected), "{re}");
-            assert_eq!(stem(im, re), None, "{re}");
+            assert_eq!(stem(first, second), Some((expected.to_string(), parts)), "{first}");
+            assert_eq!(stem(second, first), None, "{first}");
         }
-        assert_eq!((stem("Hre", "Gim"), stem("f", "H")), (None, None));
+        assert_eq!((stem("Hre", "Gim"), stem("f", "H"), stem("H_abs", "G_phase")), (None, None, None));
+        assert_eq!((parts_of("A_abs", "B_phase"), parts_of("A", "B")), (Polar(None), Cartesian));
+    }
+
+    #[test]
+    fn numbers_of_one_function_of_many_are_read() {
+        let of = |name: &str| numbered(name).map(|(letters, n)| format!("{letters} {n:?}"));
+        for (name, expected) in [("H21", "H [2, 1]"), ("H_12_3", "H [12, 3]"), ("FRF_3", "FRF [3]"), ("h1", "h [1]")] {
+            assert_eq!(of(name).as_deref(), Some(expected), "{name}");
+        }
+        for name in ["H", "H123", "12", "H1a", "H_1_2_3"] {
+            assert_eq!(of(name), None, "{name}");
+        }
     }
 }

@@ -16,6 +16,8 @@ pub(super) struct Functions {
     pub(super) lines: usize,
     pub(super) responses: Option<usize>,
     pub(super) references: Option<usize>,
+    /// Three components at each of the responses, which are points then.
+    pub(super) components: Option<usize>,
     /// What was assumed of the axes.
     pub(super) notes: Vec<String>,
 }
@@ -141,7 +143,7 @@ impl Picker<'_> {
         let mut found = Vec::new();
         for source in &sources {
             for shape in &shapes {
-                found.extend(self.modes_of(*source, *shape));
+                found.extend(self.modes_of(*source, *shape)?);
             }
         }
         if found.is_empty() {
@@ -173,16 +175,16 @@ impl Picker<'_> {
     }
 
     /// Modes of these two variables, if their sizes fit.
-    fn modes_of(&self, source: Source, shapes: usize) -> Option<Modes> {
+    fn modes_of(&self, source: Source, shapes: usize) -> Result<Option<Modes>, MeasurementError> {
         let from = &self.list[source.variable()];
         let n = match (source, &from.array.values) {
-            (Source::Frequencies(_), _) => from.vector()?.len(),
+            (Source::Frequencies(_), _) => from.vector().map_or(0, <[f64]>::len),
             (Source::Eigenvalues(_), npy::Values::Real(v)) if from.axes().len() <= 1 => v.len(),
             (Source::Eigenvalues(_), npy::Values::Complex(v)) if from.axes().len() <= 1 => v.len(),
-            _ => return None,
+            _ => return Ok(None),
         };
         if n == 0 || source.variable() == shapes {
-            return None;
+            return Ok(None);
         }
         let variable = &self.list[shapes];
         let axes = variable.axes();
@@ -203,7 +205,7 @@ impl Picker<'_> {
             (1, 1) => {}
             (2, 1) if axes.contains(&3) => {
                 // One mode with three components a point.
-                let component = axes.iter().rposition(|n| *n == 3)?;
+                let component = axes.iter().rposition(|n| *n == 3).unwrap_or(1);
                 (modes.component_axis, modes.point_axis) = (Some(component), 1 - component);
             }
             (2, _) => {
@@ -218,35 +220,64 @@ impl Picker<'_> {
                         ));
                         *axis
                     }
-                    _ => return None,
+                    _ => return Ok(None),
                 };
                 if axes[mode_axis] != n {
-                    return None;
+                    return Ok(None);
                 }
                 (modes.mode_axis, modes.point_axis) = (Some(mode_axis), 1 - mode_axis);
             }
             (3, _) => {
-                let &[mode_axis] = with.as_slice() else { return None };
-                let rest: Vec<usize> = (0..3).filter(|a| *a != mode_axis).collect();
-                let component = match [axes[rest[0]], axes[rest[1]]] {
-                    [_, 3] => rest[1],
-                    [3, _] => rest[0],
-                    _ => return None,
-                };
+                // A mode axis of the right length, another axis of three components.
+                let fits = |mode: usize, component: usize| mode != component && axes[mode] == n && axes[component] == 3;
+                let mut ways: Vec<(usize, usize)> =
+                    (0..3).flat_map(|m| (0..3).map(move |c| (m, c))).filter(|(m, c)| fits(*m, *c)).collect();
+                ways.retain(|(m, c)| {
+                    [(Axis::Modes, *m), (Axis::Components, *c), (Axis::Points, 3 - m - c)]
+                        .iter()
+                        .all(|(axis, place)| at(*axis).is_none_or(|stated| stated == *place))
+                });
+                let is_one_mode_axis = ways.iter().all(|w| w.0 == ways[0].0);
+                if ways.len() > 1 && is_one_mode_axis {
+                    // The documented order.
+                    ways.retain(|(m, c)| *c > 3 - m - c);
+                    let name = variable.name.escape_debug();
+                    modes.notes.push(format!(
+                        "`{name}` has three points: its components x, y and z are taken to run along the later axis; `--variables shapes={name}:AXIS-AXIS-AXIS` of modes, points, components says otherwise"
+                    ));
+                } else if ways.len() > 1 {
+                    let orders = ways.iter().map(|(m, c)| {
+                        let word = |axis: usize| match axis {
+                            a if a == *m => "modes",
+                            a if a == *c => "components",
+                            _ => "points",
+                        };
+                        let name = variable.name.escape_debug();
+                        format!("shapes={name}:{}-{}-{}", word(0), word(1), word(2))
+                    });
+                    let text = format!(
+                        "which axis of {} are the modes, and which the components x, y and z?",
+                        variable.label()
+                    );
+                    let question = Question { option: "variables", text, answers: orders.collect() };
+                    return Err(ConvertError::Questions(vec![question]).into());
+                }
+                let [(mode_axis, component), ..] = ways[..] else { return Ok(None) };
                 modes.mode_axis = Some(mode_axis);
                 modes.component_axis = Some(component);
-                modes.point_axis = rest[0] + rest[1] - component;
+                modes.point_axis = 3 - mode_axis - component;
             }
-            _ => return None,
+            _ => return Ok(None),
         }
-        Some(modes)
+        Ok(Some(modes))
     }
 
     fn functions(&self, modes: Option<&Modes>) -> Result<Option<Functions>, MeasurementError> {
         let stated = self.stated(Role::Functions)?;
         let values: Vec<usize> = match stated {
             Some(i) if !self.list[i].is_complex() => {
-                let why = "functions are complex; name a real and an imaginary part as `functions=REAL+IMAGINARY`";
+                let why = "functions are complex; name a real and an imaginary part as `functions=REAL+IMAGINARY`, an amplitude and a phase as \
+                           `functions=AMPLITUDE+PHASE`";
                 return Err(unusable(&self.list[i], why.to_string()));
             }
             Some(i) => vec![i],
@@ -332,16 +363,28 @@ impl Picker<'_> {
         }
         let rest: Vec<usize> = (0..axes.len()).filter(|a| *a != lines).collect();
         let named: Vec<Axis> = stated.iter().copied().filter(|a| *a != Axis::Lines).collect();
-        if named.iter().any(|a| !matches!(a, Axis::Responses | Axis::References))
-            || (!named.is_empty() && named.len() != rest.len())
-        {
-            return Err(wrong("its axes are `lines`, `responses` and `references`, each that is longer than one"));
+        let is_double = named.contains(&Axis::Responses) && named.contains(&Axis::Points);
+        if named.contains(&Axis::Modes) || is_double || (!named.is_empty() && named.len() != rest.len()) {
+            return Err(wrong(
+                "its axes are `lines`, `responses` and `references`, or `lines`, `points` and `components`, each that is longer than one",
+            ));
+        }
+        let components = named.iter().position(|a| *a == Axis::Components).map(|k| rest[k]);
+        if let Some(axis) = components.filter(|a| axes[*a] != 3) {
+            return Err(wrong(&format!(
+                "its axis of components has length {}; components are three, along x, y and z",
+                axes[axis]
+            )));
         }
         let (responses, references) = match (rest.as_slice(), named.as_slice()) {
-            ([], _) => (None, None),
+            ([], _) | ([_], [Axis::Components]) => (None, None),
             ([a], [Axis::References]) => (None, Some(*a)),
+            ([a, b], [Axis::Components, other] | [other, Axis::Components]) => {
+                let own = if named[0] == Axis::Components { *b } else { *a };
+                if *other == Axis::References { (None, Some(own)) } else { (Some(own), None) }
+            }
             ([a], _) => (Some(*a), None),
-            ([a, b], [Axis::Responses, _]) => (Some(*a), Some(*b)),
+            ([a, b], [Axis::Responses | Axis::Points, _]) => (Some(*a), Some(*b)),
             ([a, b], [Axis::References, _]) => (Some(*b), Some(*a)),
             // The documented order of arrays of NumPy; MATLAB's own functions have the other.
             ([a, b], _) if !variable.is_matlab && lines == 0 => {
@@ -358,13 +401,18 @@ impl Picker<'_> {
                     ["responses-references", "references-responses"]
                 };
                 let text = format!("which axis of {} are the responses, and which the references?", variable.label());
-                let answers = orders.map(|o| format!("functions={name}:{o}")).to_vec();
+                let mut answers = orders.map(|o| format!("functions={name}:{o}")).to_vec();
+                for (k, words) in [(0, "components-points"), (1, "points-components")] {
+                    if axes[rest[k]] == 3 && rest.len() == 2 {
+                        answers.push(format!("functions={name}:{}{words}", if lines == 0 { "lines-" } else { "" }));
+                    }
+                }
                 return Err(ConvertError::Questions(vec![Question { option: "variables", text, answers }]).into());
             }
         };
         let coherence = self.candidates(Role::Coherence, |s| s == Says::Coherence)?;
         let is_beside = |i: &usize| !self.list[*i].is_complex() && self.list[*i].axes() == axes;
         let coherence = coherence.into_iter().find(is_beside);
-        Ok(Functions { frequency, values, coherence, lines, responses, references, notes })
+        Ok(Functions { frequency, values, coherence, lines, responses, references, components, notes })
     }
 }

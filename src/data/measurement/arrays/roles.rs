@@ -1,11 +1,9 @@
 //! What the user says that variables are.
 
-use super::{MeasurementError, Variable, names};
+use super::{MeasurementError, Variable};
 use crate::catalogue::did_you_mean;
 use crate::data::convert::ConvertError;
-use crate::data::npy;
-use crate::linalg::Complex;
-use std::borrow::{Borrow, Cow};
+use std::borrow::Borrow;
 use std::fmt;
 
 /// What a variable may be.
@@ -37,14 +35,16 @@ pub(super) enum Axis {
     Responses,
     References,
     Points,
+    Components,
     Modes,
 }
 
-const AXES: [(&str, Axis); 5] = [
+const AXES: [(&str, Axis); 6] = [
     ("lines", Axis::Lines),
     ("responses", Axis::Responses),
     ("references", Axis::References),
     ("points", Axis::Points),
+    ("components", Axis::Components),
     ("modes", Axis::Modes),
 ];
 
@@ -53,8 +53,8 @@ const AXES: [(&str, Axis); 5] = [
 pub(super) struct Named {
     pub(super) role: Role,
     pub(super) name: String,
-    /// The variable of its imaginary part.
-    imaginary: Option<String>,
+    /// The variable of its imaginary part, or of its phase.
+    pub(super) imaginary: Option<String>,
     /// What runs along its axes, in order; empty where that is left open.
     pub(super) axes: Vec<Axis>,
 }
@@ -63,8 +63,9 @@ pub(super) struct Named {
 ///
 /// ```text
 /// frequency=wn,shapes=V,damping=z        modes; shapes=V:modes-points says what runs along the axes
-/// frequency=x,functions=Hre+Him          functions of a real and an imaginary part
+/// frequency=x,functions=Hre+Him          functions of a real and an imaginary part, or of an amplitude and a phase
 /// functions=H:lines-responses-references the order of the axes
+/// functions=H:lines-points-components    components along x, y and z at each point
 /// eigenvalues=lam,shapes=V               poles in 1/s, or real ω² in rad²/s²
 /// ```
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -139,54 +140,4 @@ pub(super) fn find<V: Borrow<Variable>>(list: &[V], name: &str) -> Result<usize,
             format!("there is no such variable{hint}; there are {}", if held.is_empty() { "none" } else { &held });
         ConvertError::Unusable { what: format!("`{}`", name.escape_debug()), why }.into()
     })
-}
-
-/// The variables with real and imaginary parts put together: those that the user names, and those whose names say so.
-pub(super) fn joined<'a>(list: &'a [Variable], roles: &Roles) -> Result<Vec<Cow<'a, Variable>>, MeasurementError> {
-    /// Beyond this the names of a file are not compared with one another.
-    const MOST: usize = 500;
-    let mut pairs: Vec<(usize, usize, String)> = Vec::new();
-    for named in &roles.list {
-        if let Some(imaginary) = &named.imaginary {
-            pairs.push((find(list, &named.name)?, find(list, imaginary)?, named.name.clone()));
-        }
-    }
-    for (i, a) in list.iter().enumerate().filter(|_| list.len() <= MOST) {
-        for (j, b) in list.iter().enumerate() {
-            let is_taken = pairs.iter().any(|p| [p.0, p.1].iter().any(|k| *k == i || *k == j));
-            if i == j || is_taken || a.is_complex() || b.is_complex() || a.array.shape != b.array.shape {
-                continue;
-            }
-            if let Some(stem) = names::stem(&a.name, &b.name) {
-                pairs.push((i, j, stem));
-            }
-        }
-    }
-    let mut out = Vec::with_capacity(list.len());
-    for (i, variable) in list.iter().enumerate() {
-        if pairs.iter().any(|p| p.1 == i) {
-            continue;
-        }
-        let Some((_, j, name)) = pairs.iter().find(|p| p.0 == i) else {
-            out.push(Cow::Borrowed(variable));
-            continue;
-        };
-        let other = &list[*j];
-        let (npy::Values::Real(re), npy::Values::Real(im)) = (&variable.array.values, &other.array.values) else {
-            let why = "a real and an imaginary part are real arrays".to_string();
-            return Err(
-                ConvertError::Unusable { what: format!("{} and {}", variable.label(), other.label()), why }.into()
-            );
-        };
-        if variable.array.shape != other.array.shape {
-            let why = "a real and an imaginary part have one size".to_string();
-            return Err(
-                ConvertError::Unusable { what: format!("{} and {}", variable.label(), other.label()), why }.into()
-            );
-        }
-        let values = re.iter().zip(im).map(|(re, im)| Complex::new(*re, *im)).collect();
-        let array = npy::Array { shape: variable.array.shape.clone(), values: npy::Values::Complex(values) };
-        out.push(Cow::Owned(Variable { name: name.clone(), array, is_matlab: variable.is_matlab }));
-    }
-    Ok(out)
 }

@@ -96,6 +96,83 @@ fn real_and_imaginary_parts_are_put_together() {
 }
 
 #[test]
+fn amplitude_and_phase_are_put_together() {
+    let h = Complex::from_polar(2.0, 2.5);
+    let parts = |amplitude: &str, phase: &str, one: f64| {
+        let phases = [0.0, -0.1, 2.5].map(|p| p * one);
+        vec![real("f", &[3], &F), real(amplitude, &[3, 1], &[1.0, 1.0, 2.0]), real(phase, &[3, 1], &phases)]
+    };
+    let degree = 180.0 / std::f64::consts::PI;
+    for (amplitude, phase, one, roles) in [
+        ("FRF_abs", "FRF_phase", 1.0, ""),
+        ("FRF_abs", "FRF_phase", 1.0, "functions=FRF_abs+FRF_phase"),
+        ("H_mag", "H_phase_deg", degree, ""),
+        ("H_mag", "H_ang", degree, ""),
+    ] {
+        let set = functions(parts(amplitude, phase, one), roles);
+        assert!((set.at(2, 0, 0) - h).norm() < 1e-12, "{amplitude} {phase}");
+    }
+    // 25 is no phase of one unit rather than of the other, and amplitudes in dB are none.
+    assert!(refusal(parts("H_mag", "H_phase", 10.0), "").contains("does not say its unit"));
+    let mut decibel = parts("H_mag", "H_phase", 1.0);
+    decibel[1] = real("H_mag", &[3, 1], &[-20.0, 3.0, 1.0]);
+    assert!(refusal(decibel, "").contains("dB"));
+}
+
+#[test]
+fn vectors_of_one_function_each_are_taken_together_by_their_numbers() {
+    let vector = |name: &str, k: f64| Variable {
+        name: name.into(),
+        array: Array { shape: vec![3, 1], values: Values::Complex(vec![Complex::new(k, 0.0); 3]) },
+        is_matlab: true,
+    };
+    let list = |names: &[(&str, f64)]| {
+        let mut all = vec![real("f", &[3], &F)];
+        all.extend(names.iter().map(|(n, k)| vector(n, *k)));
+        all
+    };
+    let found = read(list(&[("H31", 3.0), ("H11", 1.0), ("H21", 2.0)]), "").unwrap().unwrap();
+    let set = found.functions.unwrap();
+    assert_eq!(
+        (set.references.len(), (0..3).map(|o| set.at(0, 0, o).re).collect::<Vec<_>>()),
+        (1, vec![1.0, 2.0, 3.0])
+    );
+    assert!(found.notes.iter().any(|n| n.contains("`H11`, `H21`, `H31` are taken together")), "{:?}", found.notes);
+    let set = functions(list(&[("H_1_1", 11.0), ("H_1_2", 12.0), ("H_2_1", 21.0), ("H_2_2", 22.0)]), "");
+    assert_eq!((set.at(0, 1, 0).re, set.at(0, 0, 1).re), (12.0, 21.0));
+    // One named by the user, or a table with a hole, is not stacked.
+    assert_eq!(functions(list(&[("H11", 1.0), ("H21", 2.0)]), "functions=H11").responses.len(), 1);
+    assert!(
+        refusal(list(&[("H11", 1.0), ("H21", 2.0), ("H22", 3.0)]), "")
+            .contains("several variables may be the functions")
+    );
+}
+
+#[test]
+fn components_may_be_an_axis_of_functions_and_are_asked_for_among_modes() {
+    let list = || vec![real("f", &[4], &[1.0, 2.0, 3.0, 4.0]), complex("H", &[4, 2, 3])];
+    assert!(refusal(list(), "").contains("functions=H:lines-points-components"));
+    let set = functions(list(), "functions=H:lines-points-components");
+    // Line 1, point 2, component y.
+    assert_eq!((set.responses.len(), set.at(1, 0, 4).re), (6, 10.0));
+    assert_eq!((set.responses[4].name.as_str(), set.responses[4].direction), ("p2", Some([0.0, 1.0, 0.0])));
+    // Three modes with three components at each of four points.
+    let values: Vec<f64> = (0..36).map(f64::from).collect();
+    let list = || vec![real("freq", &[3], &F), real("phi", &[4, 3, 3], &values)];
+    let text = refusal(list(), "");
+    assert!(
+        text.contains("shapes=phi:points-components-modes") && text.contains("shapes=phi:points-modes-components"),
+        "{text}"
+    );
+    let first = |roles: &str| {
+        let modes = read(list(), roles).unwrap().unwrap().modes.unwrap();
+        modes.modes[1].2.iter().take(4).map(|v| v.re).collect::<Vec<_>>()
+    };
+    assert_eq!(first("shapes=phi:points-components-modes"), [1.0, 4.0, 7.0, 10.0]);
+    assert_eq!(first("shapes=phi:points-modes-components"), [3.0, 4.0, 5.0, 12.0]);
+}
+
+#[test]
 fn frequencies_are_in_the_unit_of_their_name_or_asked_about() {
     use std::f64::consts::TAU;
     for (name, one) in [("f", 1.0), ("omega", 1.0 / TAU), ("freq_rpm", 1.0 / 60.0), ("f_kHz", 1e3)] {
@@ -172,6 +249,11 @@ fn poles_give_frequencies_and_damping_once_for_each_pair() {
     let modes = read(list, "").unwrap().unwrap().modes.unwrap().modes;
     assert_eq!(modes.len(), 1);
     assert!((modes[0].0 / 10.0 - 1.0).abs() < 1e-12 && (modes[0].1.unwrap() / z - 1.0).abs() < 1e-12);
+    // A pole that grows keeps its sign: the checks of the modes tell of it.
+    let growing = Values::Complex(vec![Complex::new(z * w, w), Complex::new(-z * w, 2.0 * w)]);
+    let poles = Variable { name: "poles".into(), array: Array { shape: vec![2, 1], values: growing }, is_matlab: true };
+    let modes = read(vec![poles, complex("psi", &[3, 2])], "").unwrap().unwrap().modes.unwrap().modes;
+    assert!(modes[0].1.unwrap() < -0.019 && modes[1].1.unwrap() > 0.0);
     // Real eigenvalues may be many things: only when they are named.
     let list = || vec![real("lambda", &[2], &[w * w, 4.0 * w * w]), real("psi", &[3, 2], &[1.0; 6])];
     assert!(read(list(), "").unwrap().is_none());
