@@ -1,15 +1,15 @@
-//! Greedy removal of sensors: which of them spoil a pair, or all pairs together.
+//! Greedy removal or turning of sensors: which of them spoil a pair, or all pairs together.
 
 use super::ShapeScalar;
 use super::mac::unit_scale;
 use crate::linalg::DMatrix;
 
-/// One step of the removal.
+/// One step of the removal, or of turning over.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct SensorRemoval {
-    /// The sensor that was taken away, a row of the shapes.
+    /// The sensor that was taken away or turned over, a row of the shapes.
     pub sensor: usize,
-    /// Mean MAC of the pairs without it and all removed before it.
+    /// Mean MAC of the pairs with this and all steps before it.
     pub mean_mac: f64,
     /// MAC of each pair then.
     pub mac: Vec<f64>,
@@ -40,38 +40,69 @@ pub fn spoiling_sensors<T: ShapeScalar>(
     phi_x: &DMatrix<T>,
     n_removed: usize,
 ) -> Vec<SensorRemoval> {
-    assert_eq!(phi_a.shape(), phi_x.shape(), "paired shapes at the same sensors");
-    let mut kept: Vec<usize> = (0..phi_a.nrows()).collect();
-    let mut mean_mac = mean(&macs(phi_a, phi_x, &kept, None));
-    let mut removals = Vec::new();
-    while removals.len() < n_removed && kept.len() > 2 {
-        let mut best: Option<(usize, f64, Vec<f64>)> = None;
-        for position in 0..kept.len() {
-            let without = macs(phi_a, phi_x, &kept, Some(position));
-            let value = mean(&without);
-            if best.as_ref().is_none_or(|(_, b, _)| value > *b) {
-                best = Some((position, value, without));
-            }
-        }
-        let Some((position, value, mac)) = best.filter(|(_, value, _)| *value > mean_mac) else { break };
-        mean_mac = value;
-        removals.push(SensorRemoval { sensor: kept.remove(position), mean_mac, mac });
-    }
-    removals
+    greedy(phi_a, phi_x, Change::Removed, n_removed, 0.0)
 }
 
-/// MAC of each pair over the kept sensors without the one at `left_out`.
-fn macs<T: ShapeScalar>(phi_a: &DMatrix<T>, phi_x: &DMatrix<T>, kept: &[usize], left_out: Option<usize>) -> Vec<f64> {
+/// The sensors whose turning over raises the mean MAC of the pairs most, one after the other, as [`spoiling_sensors`].
+///
+/// * `least` - gain in the mean MAC of each step; a model that is wrong lets a MAC rise a little with the sign of any entry near a node
+///
+/// # Panics
+/// If the shapes of the matrices differ.
+pub fn turned_sensors<T: ShapeScalar>(phi_a: &DMatrix<T>, phi_x: &DMatrix<T>, least: f64) -> Vec<SensorRemoval> {
+    greedy(phi_a, phi_x, Change::Turned, phi_a.nrows(), least)
+}
+
+/// What is tried with a sensor.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Change {
+    Removed,
+    Turned,
+}
+
+fn greedy<T: ShapeScalar>(
+    phi_a: &DMatrix<T>,
+    phi_x: &DMatrix<T>,
+    change: Change,
+    most: usize,
+    least: f64,
+) -> Vec<SensorRemoval> {
+    assert_eq!(phi_a.shape(), phi_x.shape(), "paired shapes at the same sensors");
+    let changed = if change == Change::Removed { 0.0 } else { -1.0 };
+    let mut weights = vec![1.0; phi_a.nrows()];
+    let mut mean_mac = mean(&macs(phi_a, phi_x, &weights));
+    let mut steps = Vec::new();
+    while steps.len() < most && weights.iter().filter(|w| **w != 0.0).count() > 2 {
+        let mut best: Option<(usize, f64, Vec<f64>)> = None;
+        for sensor in (0..weights.len()).filter(|&i| weights[i] > 0.0).collect::<Vec<_>>() {
+            weights[sensor] = changed;
+            let with = macs(phi_a, phi_x, &weights);
+            weights[sensor] = 1.0;
+            let value = mean(&with);
+            if best.as_ref().is_none_or(|(_, b, _)| value > *b) {
+                best = Some((sensor, value, with));
+            }
+        }
+        let Some((sensor, value, mac)) = best.filter(|(_, value, _)| *value > mean_mac + least) else { break };
+        mean_mac = value;
+        weights[sensor] = changed;
+        steps.push(SensorRemoval { sensor, mean_mac, mac });
+    }
+    steps
+}
+
+/// MAC of each pair with weights of the sensors: 1 as measured, -1 turned over, 0 without it.
+fn macs<T: ShapeScalar>(phi_a: &DMatrix<T>, phi_x: &DMatrix<T>, weights: &[f64]) -> Vec<f64> {
     (0..phi_a.ncols())
         .map(|r| {
             let (mut cross, mut norm_a, mut norm_x) = (T::zero(), 0.0, 0.0);
             let scale = |phi: &DMatrix<T>| unit_scale(phi.column(r).iter().copied());
             let (scale_a, scale_x) = (scale(phi_a), scale(phi_x));
-            for (position, &i) in kept.iter().enumerate() {
+            for (i, &w) in weights.iter().enumerate().filter(|(_, w)| **w != 0.0) {
                 let (a, x) = (phi_a[(i, r)], phi_x[(i, r)]);
-                if Some(position) != left_out && a.is_measured() && x.is_measured() {
+                if a.is_measured() && x.is_measured() {
                     let (a, x) = (a.scale(scale_a), x.scale(scale_x));
-                    cross += a.conjugate() * x;
+                    cross += (a.conjugate() * x).scale(w);
                     norm_a += a.modulus_squared();
                     norm_x += x.modulus_squared();
                 }
@@ -101,6 +132,18 @@ mod tests {
         assert_eq!(sensors, [7, 2]);
         assert!(removals[1].mac.iter().all(|m| (m - 1.0).abs() < 1e-14));
         assert!(removals.iter().skip(2).all(|r| r.mean_mac - removals[1].mean_mac < 1e-14));
+    }
+
+    #[test]
+    fn turned_sensors_are_found_and_no_other() {
+        let a = DMatrix::from_fn(12, 3, |i, j| (0.25 * (i + 1) as f64 * (j + 1) as f64).sin());
+        let mut x = a.map(|v| v + 0.01);
+        assert!(turned_sensors(&a, &x, 0.01).is_empty());
+        x.row_mut(7).neg_mut();
+        x.row_mut(10).neg_mut();
+        let mut found: Vec<usize> = turned_sensors(&a, &x, 0.01).iter().map(|r| r.sensor).collect();
+        found.sort_unstable();
+        assert_eq!(found, [7, 10]);
     }
 
     #[test]

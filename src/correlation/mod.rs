@@ -53,7 +53,7 @@ pub use localization::{
 };
 pub use mac::{ShapeScalar, auto_mac, mac_matrix, modal_scale_factor, to_complex, weighted_mac_matrix};
 pub(crate) use mac::{UNSEEN, hide_unseen};
-pub use macco::{SensorRemoval, spoiling_sensors};
+pub use macco::{SensorRemoval, spoiling_sensors, turned_sensors};
 pub use mapping::{Leftover, MappedPoint, Mapping, MappingOptions, PlaceKind, map_points, place_sensors};
 pub use observe::{check_sensors, observation_matrix, observation_matrix_at, sensor_position, varying_sensors};
 pub use orthogonality::{auto_orthogonality, cross_orthogonality, generalized_mass};

@@ -280,7 +280,7 @@ pub struct Diagnosis {
     /// Measured modes without a partner in the fitted base, from 1.
     pub unpaired_modes: Vec<usize>,
     /// Measured modes that take part in nothing: foreign ones, and those that the user has left out.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[serde(default)]
     pub foreign_modes: Vec<ForeignMode>,
     /// The pairs of every test at the fitted base.
     #[serde(default)]

@@ -4,9 +4,9 @@ use super::measured;
 use crate::args::Compare;
 use crate::output::{Failure, mac_matrix, mac_matrix_json, pairs, print, print_json, style, warn};
 use crate::{DONE, SHORT, files};
-use retune::correlation::{CriteriaProfile, Identifiability, Judgement, corrected_functions};
+use retune::correlation::{CriteriaProfile, Identifiability, Judgement, SensorRemoval, corrected_functions};
 use retune::data::{Origin, TestData};
-use retune::identify::health::Level;
+use retune::identify::health::{Level, check_silent};
 use retune::model::{Model, ParametricModel};
 use retune::objective::Comparison;
 use retune::report::text::{Style, agreement};
@@ -71,6 +71,7 @@ fn one(args: &Compare, path: &Path, how: &HowToPair, profile: Option<&CriteriaPr
     if is_asked && test.modes.iter().any(|m| m.shape.is_some()) {
         suspects = measured::by_model(&model, &test, 0)?;
         suspects.retain(|f| f.level > Level::Info);
+        suspects.extend(check_silent(&test.sensors, &test.modes));
     }
     let judgement = profile.map(|p| judge(&comparison, &a, parts.orthogonality.as_ref().ok(), p));
     let passed = judgement.as_ref().is_none_or(|j| j.passed);
@@ -306,12 +307,12 @@ fn or_why<T>(part: &Result<T, String>, write: impl Fn(&T) -> Value) -> Value {
 }
 
 fn sensors_json(s: &SensorReport) -> Value {
-    let removals: Vec<Value> = s
-        .removals
-        .iter()
-        .map(|r| json!({"sensor": s.sensors[r.sensor].sensor, "mean_mac": r.mean_mac, "mac": r.mac}))
-        .collect();
-    json!({"sensors": s.sensors, "mean_mac": s.mean_mac, "removals": removals})
+    let steps = |list: &[SensorRemoval]| -> Vec<Value> {
+        list.iter()
+            .map(|r| json!({"sensor": s.sensors[r.sensor].sensor, "mean_mac": r.mean_mac, "mac": r.mac}))
+            .collect()
+    };
+    json!({"sensors": s.sensors, "mean_mac": s.mean_mac, "removals": steps(&s.removals), "turned_over": steps(&s.turns)})
 }
 
 /// What a test tells of the parameters.

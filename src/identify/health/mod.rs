@@ -10,6 +10,7 @@
 //! - [`check_geometry`]: with the positions of the sensors: sign, gain, swap, dead entries, by the smoothness of the shapes.
 //! - [`check_rigid_body`]: with measured rigid-body shapes: the same, sharper, and wrong axes.
 //! - [`check_test`]: all of these that one test allows; [`check_shapes`]: those that need shapes only.
+//! - [`check_silent`]: channels that read nothing in some modes.
 //! - [`check_damping`]: modes of a file whose damping no passive structure has.
 //! - [`compare_runs`]: shifts of frequency between runs: drift or mass loading.
 //! - [`check_suspension`]: are the rigid-body modes far enough below the first elastic one?
@@ -21,6 +22,7 @@ mod hypotheses;
 mod modes;
 mod outcome;
 mod runs;
+mod silent;
 mod whole;
 
 pub use functions::check_functions;
@@ -28,6 +30,7 @@ pub use geometry::{SensorGeometry, check_geometry, check_rigid_body};
 pub use modes::{check_damping, check_modes, check_suspension};
 pub use outcome::{check_identification, reversed_time_finding};
 pub use runs::compare_runs;
+pub use silent::check_silent;
 pub use whole::{HealthOptions, check_shapes, check_test};
 
 /// How serious a finding is.

@@ -413,3 +413,46 @@ fn modes_in_perpendicular_directions_are_no_split_mode() {
     assert_eq!(super::modes::pairs(&modes, &parallel)[0].code, "split-mode");
     assert_eq!(super::modes::pairs(&modes, &[None; 8])[0].code, "split-mode");
 }
+
+/// A channel whose cable was off in some modes is found, and a healthy one near a node is not.
+#[test]
+fn a_channel_that_reads_nothing_in_some_modes_is_found() {
+    use crate::data::{Measured, Origin, Place, Standing, TestMode};
+    let sensors: Vec<crate::data::Sensor> = (0..12)
+        .map(|i| crate::data::Sensor {
+            name: format!("p{i}"),
+            place: Place::Node { node: format!("n{i}"), position: None },
+            offset: None,
+            direction: [0.0, 0.0, 1.0],
+            is_rotation: false,
+            mass: None,
+        })
+        .collect();
+    let mode = |k: usize, origin: Origin| TestMode {
+        label: None,
+        frequency_hz: Measured { value: 10.0 * k as f64, sd: 0.1, sd_is_default: false },
+        damping_ratio: None,
+        origin: origin.clone(),
+        shape: Some(DVector::from_fn(12, |i, _| {
+            Complex::new((0.3 * k as f64 * (i + 1) as f64).sin() + 0.02 * ((7 * i + 3 * k) as f64).sin(), 0.0)
+        })),
+        shape_sd: Some(DVector::from_element(12, 0.02)),
+        shape_origin: Some(origin),
+        standing: Standing::Open,
+    };
+    let all = |origin: &Origin| (1..5).map(|k| mode(k, origin.clone())).collect::<Vec<_>>();
+    let measured = Origin::Measured("a test".into());
+    let mut modes = all(&measured);
+    assert!(check_silent(&sensors, &modes).is_empty());
+    for m in [1, 3] {
+        modes[m].shape.as_mut().unwrap()[5] = Complex::new(1e-5, 0.0);
+    }
+    let found = check_silent(&sensors, &modes);
+    assert!(has(&found, "silent-in-modes", "p5") && found.len() == 1, "{found:?}");
+    // Computed shapes are exactly zero where symmetry says so.
+    let mut computed = all(&Origin::Synthetic("a model".into()));
+    for m in [1, 3] {
+        computed[m].shape.as_mut().unwrap()[5] = Complex::new(0.0, 0.0);
+    }
+    assert!(check_silent(&sensors, &computed).is_empty());
+}

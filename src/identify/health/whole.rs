@@ -3,7 +3,7 @@
 use super::modes::{Shape, pairs};
 use super::{
     Finding, Level, SensorGeometry, check_functions, check_geometry, check_identification, check_modes,
-    check_rigid_body, check_suspension,
+    check_rigid_body, check_silent, check_suspension,
 };
 use crate::data::{FrfSet, Geometry, Place, Sensor, TestMode};
 use crate::identify::{Identification, IdentifiedMode, IdentifyError, real_shape};
@@ -111,6 +111,7 @@ pub fn check_shapes(
         .collect();
     let directions: Vec<Option<[f64; 3]>> = sensors.iter().map(|s| Some(s.direction)).collect();
     let mut found = pairs(&all, &directions);
+    found.extend(check_silent(sensors, modes));
     let hz: Vec<f64> = modes.iter().map(|m| m.frequency_hz.value).collect();
     let (low, high) = hz.split_at(options.n_suspension.min(hz.len()));
     if !low.is_empty() {

@@ -50,7 +50,7 @@ pub fn sensors_line(out: &mut String, report: &SensorReport, style: &Style) {
     let mut worst: Vec<_> = report.sensors.iter().filter(|s| s.misfit.p_value < SIGNIFICANCE).collect();
     worst.sort_by(|a, b| b.misfit.chi_squared.total_cmp(&a.misfit.chi_squared));
     let n = report.sensors.len();
-    let text = if worst.is_empty() {
+    let mut text = if worst.is_empty() {
         format!("none of the {n} reads more than noise explains")
     } else {
         let names: Vec<String> = worst
@@ -60,6 +60,12 @@ pub fn sensors_line(out: &mut String, report: &SensorReport, style: &Style) {
             .collect();
         format!("{} of {n} read more than noise explains; most: {}", worst.len(), names.join(", "))
     };
+    if let Some(last) = report.turns.last() {
+        let names: Vec<&str> = report.turns.iter().map(|t| report.sensors[t.sensor].sensor.as_str()).collect();
+        let (before, after) = (report.mean_mac, last.mean_mac);
+        text +=
+            &format!("; turned over, {} would raise the mean MAC from {before:.2} to {after:.2}", names.join(" and "));
+    }
     line(out, "sensors", &text, style);
 }
 

@@ -3,7 +3,7 @@
 use super::{paired_shapes, pairs_with_shapes, shape_sd};
 use crate::correlation::{
     CorrelationError, Misfit, SensorRemoval, ShapeResidual, comac, enhanced_comac, scaled_comac, sensor_misfits,
-    shape_residual, spoiling_sensors,
+    shape_residual, spoiling_sensors, turned_sensors,
 };
 use crate::objective::Comparison;
 use crate::update::Assessment;
@@ -32,7 +32,12 @@ pub struct SensorReport {
     pub mean_mac: f64,
     /// Sensors whose removal raises the mean MAC most, one after the other (MACCO).
     pub removals: Vec<SensorRemoval>,
+    /// Sensors that raise it by 0.01 each and more where they are turned over, one after the other.
+    pub turns: Vec<SensorRemoval>,
 }
+
+/// Gain in the mean MAC for which a sensor is called turned over.
+const LEAST_TURN: f64 = 0.01;
 
 /// How one pair agrees, against noise.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
@@ -87,6 +92,7 @@ pub fn sensor_agreement(
         sensors: sensors.collect(),
         mean_mac,
         removals: spoiling_sensors(&model, &test, n_removed),
+        turns: turned_sensors(&model, &test, LEAST_TURN),
     }))
 }
 
