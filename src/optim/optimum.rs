@@ -150,12 +150,11 @@ impl Optimum {
     pub fn starts_in_words(&self) -> Option<String> {
         let (best, others) = self.optima.split_first()?;
         let n_starts: usize = self.optima.iter().map(|o| o.n_starts).sum();
-        let mut text = format!(
-            "{} of {} found the best optimum (cost {})",
-            best.n_starts,
-            counted(n_starts, "start"),
-            short(best.cost)
-        );
+        let (starts, cost) = (counted(n_starts, "start"), short(best.cost));
+        let mut text = match best.n_starts {
+            0 => format!("none of {starts} found the best optimum (cost {cost}), another stage of the search did"),
+            n => format!("{n} of {starts} found the best optimum (cost {cost})"),
+        };
         for (i, other) in others.iter().take(OTHERS).enumerate() {
             let lead = if i == 0 { "; other optima: " } else { ", " };
             let is_equal = other.cost - best.cost <= ROUNDING * best.cost.abs() + NO_COST;

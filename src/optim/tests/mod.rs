@@ -77,6 +77,11 @@ fn multistart_says_how_many_starts_found_which_optimum() {
     // parameters that cannot be told apart do not multiply optima
     let flat = minimize(&OptimizerSpec::by_name("multistart").unwrap(), &problems::rank_deficient(), 1);
     assert_eq!(flat.starts_in_words().unwrap(), "8 of 8 starts found the best optimum (cost 0.50000)");
+    let mut elsewhere = flat.clone();
+    elsewhere.optima.push(elsewhere.optima[0].clone());
+    elsewhere.optima[0].n_starts = 0;
+    let words = elsewhere.starts_in_words().unwrap();
+    assert!(words.starts_with("none of 8 starts found the best optimum (cost 0.50000), another stage"), "{words}");
 }
 
 #[test]
