@@ -40,7 +40,7 @@ pub fn spoiling_sensors<T: ShapeScalar>(
     phi_x: &DMatrix<T>,
     n_removed: usize,
 ) -> Vec<SensorRemoval> {
-    greedy(phi_a, phi_x, Change::Removed, n_removed, 0.0)
+    greedy(phi_a, phi_x, 0.0, n_removed, 0.0)
 }
 
 /// The sensors whose turning over raises the mean MAC of the pairs most, one after the other, as [`spoiling_sensors`].
@@ -50,25 +50,20 @@ pub fn spoiling_sensors<T: ShapeScalar>(
 /// # Panics
 /// If the shapes of the matrices differ.
 pub fn turned_sensors<T: ShapeScalar>(phi_a: &DMatrix<T>, phi_x: &DMatrix<T>, least: f64) -> Vec<SensorRemoval> {
-    greedy(phi_a, phi_x, Change::Turned, phi_a.nrows(), least)
+    greedy(phi_a, phi_x, -1.0, phi_a.nrows(), least)
 }
 
-/// What is tried with a sensor.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Change {
-    Removed,
-    Turned,
-}
-
+/// Steps that raise the mean MAC most, each by more than `least`.
+///
+/// * `changed` - the weight of a sensor that is changed, as of [`macs`]
 fn greedy<T: ShapeScalar>(
     phi_a: &DMatrix<T>,
     phi_x: &DMatrix<T>,
-    change: Change,
+    changed: f64,
     most: usize,
     least: f64,
 ) -> Vec<SensorRemoval> {
     assert_eq!(phi_a.shape(), phi_x.shape(), "paired shapes at the same sensors");
-    let changed = if change == Change::Removed { 0.0 } else { -1.0 };
     let mut weights = vec![1.0; phi_a.nrows()];
     let mut mean_mac = mean(&macs(phi_a, phi_x, &weights));
     let mut steps = Vec::new();

@@ -141,6 +141,11 @@ impl Standing {
         matches!(self, Self::Unused | Self::Foreign)
     }
 
+    /// Whether the user has named its partner.
+    pub fn is_named(&self) -> bool {
+        matches!(self, Self::With(_) | Self::Found { by_user: true, .. })
+    }
+
     /// Why a mode has no partner, where it was put aside.
     pub fn reason(&self) -> Option<String> {
         match self {

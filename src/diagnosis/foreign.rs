@@ -163,7 +163,7 @@ fn base_pairs(c: &Comparison<'_>, theta: &[f64]) -> Result<BasePairs, DiagnosisE
                 Standing::Found { probability, .. } => partner.map(|_| probability),
                 _ => None,
             },
-            by_user: matches!(mode.standing, Standing::Found { by_user: true, .. } | Standing::With(_)),
+            by_user: mode.standing.is_named(),
             reason: mode.standing.reason(),
         }
     };

@@ -200,8 +200,7 @@ impl<'a> Side<'a> {
         let open: Vec<usize> = (0..modes.len()).filter(|&i| !modes[i].standing.is_aside()).collect();
         let labels: Vec<Option<Label>> = open.iter().map(|&i| modes[i].label.as_deref().map(Label::read)).collect();
         let needs_names = labels.iter().any(Option::is_some);
-        let is_users = |s: &Standing| matches!(s, Standing::With(_) | Standing::Found { by_user: true, .. });
-        let by_user = open.iter().map(|&i| is_users(&modes[i].standing)).collect();
+        let by_user = open.iter().map(|&i| modes[i].standing.is_named()).collect();
         let mut given = Vec::with_capacity(open.len());
         for &i in &open {
             let found = match &modes[i].standing {

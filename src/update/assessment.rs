@@ -206,7 +206,7 @@ pub fn assess(comparison: &Comparison<'_>, theta: &[f64]) -> Result<Assessment, 
                     }
                     _ => None,
                 },
-                by_user: matches!(mode.standing, Standing::Found { by_user: true, .. } | Standing::With(_)),
+                by_user: mode.standing.is_named(),
             }
         })
         .collect();
