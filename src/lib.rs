@@ -16,6 +16,7 @@ pub mod data;
 pub mod diagnosis;
 pub mod effect;
 pub mod element;
+pub mod fault;
 pub mod identify;
 pub mod modal;
 pub mod model;

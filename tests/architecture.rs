@@ -18,7 +18,8 @@ const IMPORTS: &[(&str, &[&str])] = &[
     ("model", &["linalg", "catalogue", "units", "yaml", "element", "modal"]),
     ("data", &["linalg", "catalogue", "units", "yaml", "element"]),
     // level 3
-    ("identify", &["linalg", "catalogue", "modal", "data"]),
+    ("fault", &["linalg", "catalogue", "model", "data"]),
+    ("identify", &["linalg", "catalogue", "modal", "data", "fault"]),
     ("effect", &["linalg", "catalogue", "units", "yaml", "element", "model", "modal"]),
     ("correlation", &["linalg", "catalogue", "units", "yaml", "element", "model", "modal", "data"]),
     // level 4
@@ -38,6 +39,7 @@ const IMPORTS: &[(&str, &[&str])] = &[
             "model",
             "data",
             "identify",
+            "fault",
             "effect",
             "correlation",
             "objective",
@@ -57,6 +59,7 @@ const IMPORTS: &[(&str, &[&str])] = &[
             "model",
             "data",
             "identify",
+            "fault",
             "effect",
             "correlation",
             "objective",
@@ -77,6 +80,7 @@ const IMPORTS: &[(&str, &[&str])] = &[
             "model",
             "data",
             "identify",
+            "fault",
             "effect",
             "correlation",
             "objective",

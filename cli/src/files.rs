@@ -2,8 +2,8 @@
 
 use crate::ledger;
 use crate::output::{Failure, warn};
-use retune::correlation::{check_functions, check_sensors as check, corrected_functions, with_sensor_masses};
-use retune::data::{FrfFit, TestData, read_test};
+use retune::correlation::{check_functions, check_sensors as check, with_sensor_masses};
+use retune::data::{FrfFit, TestData, corrected_functions, read_test};
 use retune::model::{Model, ParametricModel, Registry, doubts, load_configuration};
 use retune::objective::is_damped;
 use retune::report::text::number;

@@ -345,15 +345,15 @@ fn a_twin_knows_parameters_patches_faults_and_seeds() {
     folder.write("hidden.yaml", "masses: {ballast: {node: n6, mass: 50 g}}\n");
     let patched = twin("--patch hidden.yaml");
     assert!(first(&patched) < 0.9 * first(&base) && patched.contains("hidden.yaml"));
-    assert!(twin("--fault sign:p2").contains("sign:p2"));
+    assert!(twin("--fault sensor-sign@p2").contains("sensor-sign@p2"));
     for (extra, word) in [
         ("--set EJ=1", "did you mean `EI`?"),
         ("--set EI", "parameter=value"),
         ("--set EI=40000", "40000 N m2 is outside the bounds of `EI`, 5.000 N m2 to 40.00 N m2"),
         ("--set EI=4N*mm2", "is outside the bounds of `EI`"),
         ("--set EI=4GPa", "EI"),
-        ("--fault sign:q2", "q2"),
-        ("--fault loud:p2", "loud"),
+        ("--fault sensor-sign@q2", "did you mean `p2`?"),
+        ("--fault sensor-loud@p2", "there is no fault `sensor-loud`"),
         ("--patch nowhere.yaml", "nowhere.yaml"),
         ("--noise-shape 2kg", "--noise-shape"),
         ("--band 5 1", "--band"),
@@ -378,12 +378,12 @@ fn faults_of_sensors_are_found_and_exit_with_1() {
     let healthy = folder.json("health f.unv --json");
     assert_eq!(healthy["ok"], true, "{healthy}");
     assert_eq!(folder.run("health f.unv").code, 0);
-    twin("--fault dead:p2");
-    assert!(codes(&folder.json("health f.unv --json")).contains(&"dead-channel".to_string()));
+    twin("--fault sensor-dead@p2");
+    assert!(codes(&folder.json("health f.unv --json")).contains(&"sensor-dead".to_string()));
     assert_eq!(folder.run("health f.unv").code, 1);
     assert_eq!(folder.run("identify f.unv -o t.yaml").code, 1);
     assert!(folder.path("t.yaml").exists());
-    twin("--fault sign:p6");
+    twin("--fault sensor-sign@p6");
     assert!(codes(&folder.json("health f.unv --json")).contains(&"driving-point-reversed".to_string()));
     twin("");
     folder.done("twin model.yaml --sensors sensors.yaml --frf g.unv --exciter p6 --band 10 600 --lines 2049 --noise-response 0.5% --set EI=20.4N*m2 --seed 9");
@@ -560,7 +560,7 @@ fn the_dead_point_of_geri_by_commands() {
         assert_eq!(said.code, 1, "{said:?}");
         let json: Value = serde_json::from_str(&said.out).unwrap();
         let dead: Vec<&Value> =
-            json["findings"].as_array().unwrap().iter().filter(|f| f["code"] == "dead-entry").collect();
+            json["findings"].as_array().unwrap().iter().filter(|f| f["code"] == "sensor-dead").collect();
         assert!(dead.len() == 1 && dead[0]["subject"] == "10", "{json}");
     }
 }
@@ -669,8 +669,8 @@ fn health_with_a_model_names_the_turned_sensor() {
     };
     twin("");
     assert!(warned("health t.yaml --model model.yaml --json").is_empty());
-    twin("--fault sign:p3");
-    let expected = [("sign-flipped".to_string(), "p3".to_string())];
+    twin("--fault sensor-sign@p3");
+    let expected = [("sensor-sign".to_string(), "p3".to_string())];
     assert_eq!(warned("health t.yaml --model model.yaml --json"), expected);
     let said = folder.done("health t.yaml --model model.yaml");
     assert!(said.out.contains("reverse the direction") && !said.out.contains("give the model"), "{}", said.out);

@@ -29,7 +29,7 @@ mod statistics;
 mod subspace;
 mod union;
 
-pub use channels::{channel_sensor, check_functions, corrected_functions, fitted_channel};
+pub use channels::{check_functions, fitted_channel};
 pub use comac::{comac, enhanced_comac, scaled_comac};
 pub use criteria::{
     BUILTIN_PROFILES, Check, CriteriaError, CriteriaProfile, Evidence, Judgement, ModeMarks, PairEvidence,

@@ -9,7 +9,7 @@
 //!   - {sensor: p3, exchanged_with: p7}     # the channels of the two are exchanged
 //!   - {sensor: p5, reads_nothing: true}    # its functions are noise
 //!   - {sensor: p6, stated: [0, 0, 1]}      # the direction that was stated for it; `sensors` has the right one
-//!   - {sensor: p2, acted_at: p4}           # the force that was stated at p2 acted at p4
+//!   - {sensor: p2, acted_at: p4}           # the force that was stated at p2, a sensor or a node, acted at p4
 //! ```
 
 use super::Sensor;
@@ -36,7 +36,7 @@ pub struct Correction {
     /// The direction that was stated for it, a unit vector: a channel along it reads along the direction of the sensor.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stated: Option<[f64; 3]>,
-    /// The force that was stated at it acted at this sensor.
+    /// The force that was stated at it, a sensor or a node, acted at this sensor.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub acted_at: Option<String>,
 }
@@ -70,8 +70,10 @@ pub(super) fn problems(corrections: &[Correction], sensors: &[Sensor]) -> Vec<Pr
     for (k, correction) in corrections.iter().enumerate() {
         let path = format!("corrections[{k}]");
         out.extend(correction.problem().map(|problem| Problem::error(path.clone(), problem)));
+        // A force may have been stated at a node without a sensor.
+        let own = Some(&correction.sensor).filter(|_| correction.acted_at.is_none());
         let others = correction.exchanged_with.iter().chain(&correction.acted_at);
-        for name in std::iter::once(&correction.sensor).chain(others) {
+        for name in own.into_iter().chain(others) {
             if !sensors.iter().any(|s| s.name == *name) {
                 let suggestion = did_you_mean(name, sensors.iter().map(|s| s.name.as_str()));
                 out.push(Problem::error(path.clone(), format_args!("the test has no sensor `{name}`{suggestion}")));

@@ -3,6 +3,7 @@
 //! A [`TestData`] is what a test file holds after reading, in SI. Readers and writers of foreign formats stand in
 //! files of their own and produce or consume the same types.
 
+mod channels;
 pub mod convert;
 mod correction;
 pub mod csv;
@@ -26,6 +27,8 @@ mod test;
 pub mod uff;
 mod yaml;
 
+pub(crate) use channels::{PARALLEL, cosine};
+pub use channels::{channel_sensor, corrected_functions};
 pub use correction::Correction;
 pub use file::read_file;
 pub use frf::{Channel, FrfQuantity, FrfSet};

@@ -13,10 +13,10 @@
 //! P. J. Huber, Robust Statistics, 1981, chapter 7 (iterative re-weighting).
 
 use super::DiagnosisError;
-use super::faults::{Change, Fault};
 use super::fit::{Fit, evaluate, fit, fit_from, phi_of};
 use super::scene::Scene;
 use super::traces::shape_rows;
+use crate::fault::{Number, PlacedFault};
 use crate::linalg::{DMatrix, DVector};
 use crate::objective::Scaling;
 use rayon::prelude::*;
@@ -49,7 +49,7 @@ pub(super) fn aside(scene: &Scene, base: &Fit, weight: f64) -> Result<Vec<Fit>, 
     let mut without: Vec<(f64, Fit)> = (0..base.rows.n_sensors)
         .into_par_iter()
         .filter_map(|sensor| {
-            let rest = scene.corrected(&Fault::of(sensor, Change::Dead), 1.0);
+            let rest = scene.corrected(&PlacedFault::silenced(sensor), 1.0);
             let found = fit_from(&rest, &starts, weight, starts.len(), FEW_STEPS).ok()?;
             Some((found.misfit, with_all_channels(scene, &found, weight).ok()?))
         })
@@ -64,7 +64,7 @@ pub(super) fn aside(scene: &Scene, base: &Fit, weight: f64) -> Result<Vec<Fit>, 
 ///
 /// A gross fault leads MAC to pair the wrong modes; corrected first, it does not. With functions, whose lines cost more than all that is
 /// found so, nothing is looked at.
-pub(super) fn when_corrected(scene: &Scene, base: &Fit, weight: f64, faults: &[Fault]) -> Vec<(usize, f64)> {
+pub(super) fn when_corrected(scene: &Scene, base: &Fit, weight: f64, faults: &[PlacedFault]) -> Vec<(usize, f64)> {
     if scene.has_functions() || !base.rows.has_shapes {
         return Vec::new();
     }
@@ -79,11 +79,9 @@ pub(super) fn when_corrected(scene: &Scene, base: &Fit, weight: f64, faults: &[F
     faults
         .par_iter()
         .enumerate()
-        .filter(|(_, fault)| {
-            !fault.is_gain() && !fault.is_angle() && !matches!(fault.change, Change::Dead | Change::Noisy)
-        })
+        .filter(|(_, fault)| matches!(fault.number(), Number::None | Number::Frequency { .. }))
         .filter_map(|(index, fault)| {
-            let corrected = scene.corrected(fault, 1.0);
+            let corrected = scene.corrected(fault, fault.number().neutral());
             let comparisons = corrected.comparisons().ok()?;
             let phi = |(x, theta, solved): &(DVector<f64>, Vec<f64>, Vec<_>)| {
                 comparisons.iter().zip(solved).try_for_each(|(c, modes)| c.predict_solved(theta, modes)).ok()?;

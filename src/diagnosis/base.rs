@@ -2,7 +2,6 @@
 
 use super::aside::{aside, when_corrected};
 use super::evidence::{REMAINDER, goodness_of_fit};
-use super::faults::Fault;
 use super::fit::{Fit, evaluate, fit};
 use super::noise::{Scatter, best_scores, p_value, scatter};
 use super::refit::Refit;
@@ -13,6 +12,7 @@ use super::{DiagnosisError, Listener, Settings};
 use crate::correlation::{CorrelationError, Transducer, transducers};
 use crate::data::Sensor;
 use crate::effect::{Candidate, Configured, Context, Effects, SensorLoad, candidates_in, candidates_on_wider_places};
+use crate::fault::PlacedFault;
 use crate::linalg::{DMatrix, DVector};
 use crate::model::Model;
 use crate::optim::Draw;
@@ -57,7 +57,7 @@ pub(super) struct Stage {
     pub(super) directions: Directions,
     /// Effects by descending score.
     pub(super) effects: Vec<Score>,
-    pub(super) faults: Vec<Fault>,
+    pub(super) faults: Vec<PlacedFault>,
     /// Faults by descending score.
     pub(super) fault_scores: Vec<FaultScore>,
     /// Where fits lie that a bad channel could not pull aside.
@@ -192,7 +192,7 @@ fn stage_of(
     let residual = project(&q, &base.r);
     let effects = directions.rank(&residual);
     settings.listener.say("screening faults of the measurement");
-    let list = if settings.faults { faults_at(&scene, &base) } else { Vec::new() };
+    let list = faults_at(&scene, &base, &settings.faults);
     let seen: Vec<(usize, Trace)> = traces(&scene, &base, weight, &list)
         .into_iter()
         .enumerate()
@@ -203,7 +203,7 @@ fn stage_of(
         .map(|(index, t)| FaultScore {
             index: *index,
             t: t.score(&residual),
-            number: t.number(&residual, list[*index].neutral()),
+            number: t.number(&residual, list[*index].number().neutral()),
             aside: None,
         })
         .collect();
@@ -223,7 +223,12 @@ fn stage_of(
         for (index, trace) in traces(&scene, other, weight, &list).into_iter().enumerate() {
             let Some(trace) = trace else { continue };
             let t = (trace.score(&other.r) - excess).max(0.0);
-            take(FaultScore { index, t, number: trace.number(&other.r, list[index].neutral()), aside: Some(k) });
+            take(FaultScore {
+                index,
+                t,
+                number: trace.number(&other.r, list[index].number().neutral()),
+                aside: Some(k),
+            });
         }
     }
     if !others.is_empty() {

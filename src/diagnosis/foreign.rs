@@ -13,6 +13,7 @@ use super::valley::in_the_lowest_valley;
 use super::verdict::conclude;
 use super::{DiagnosisError, Investigation, Settings, Verdict, investigate_these};
 use crate::data::Standing;
+use crate::fault::Tests;
 use crate::linalg::DVector;
 use crate::objective::Comparison;
 use serde::{Deserialize, Serialize};
@@ -137,7 +138,7 @@ fn named(mut found: Investigation) -> Result<Investigation, DiagnosisError> {
     let of_inference: Vec<String> = foreign
         .iter()
         .filter(|f| f.probability.is_some())
-        .map(|f| format!("{} at {:.4} Hz is {}", scene.mode_name(f.mode - 1), f.frequency_hz, f.reason))
+        .map(|f| format!("{} at {:.4} Hz is {}", scene.mode(f.mode - 1), f.frequency_hz, f.reason))
         .collect();
     if !of_inference.is_empty() {
         found.diagnosis.sentence += &format!("; {}", of_inference.join("; "));

@@ -14,8 +14,6 @@ mod base;
 pub mod benchmark;
 mod error;
 mod evidence;
-mod fault_places;
-mod faults;
 mod fit;
 mod foreign;
 mod joint;
@@ -47,7 +45,6 @@ mod words;
 
 pub use base::sensor_loads;
 pub use error::DiagnosisError;
-pub use faults::{FAULTS, FaultKind};
 pub use foreign::{BasePair, BasePairs, ForeignMode};
 pub use learn::{Attempt, Learned, Step, learn, learn_from_tests};
 pub use listener::Listener;
@@ -56,6 +53,7 @@ pub use spread::{Property, Spread, SpreadFactor};
 
 use crate::data::TestData;
 use crate::effect::Effects;
+use crate::fault::Faults;
 use crate::linalg::DVector;
 use crate::model::Model;
 use crate::update::HowToPair;
@@ -73,8 +71,8 @@ use verdict::{MOST_NOISE, better_than_noise, conclude};
 pub struct Settings {
     /// The effects to try.
     pub effects: Effects,
-    /// Whether measurement faults are tried.
-    pub faults: bool,
+    /// The faults of the measurement to try.
+    pub faults: Faults,
     /// How modes are paired.
     pub pairing: HowToPair,
     /// Seed of all random numbers.
@@ -89,7 +87,7 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             effects: Effects::builtin(),
-            faults: true,
+            faults: Faults::builtin(),
             pairing: HowToPair::default(),
             seed: 0,
             alarm_level: 0.05,

@@ -2,9 +2,9 @@
 
 use super::base::Stage;
 use super::evidence::degrees_of_freedom;
-use super::faults::Change;
 use super::refit::{Refit, Tried};
 use super::verdict::STRONG;
+use crate::fault::{Number, PlacedFault};
 
 /// Leaves out what another hypothesis says more simply and about as well: a body on a stiff spring that is a point mass, a sensor of large
 /// noise that is upside down. The simpler one keeps the id of what explains the test nearly as well.
@@ -40,7 +40,8 @@ fn is_wider(tried: &Tried, other: &Tried) -> bool {
                 || is_same_kind && a.location.has_more_axes_than(&b.location)
         }
         (Tried::Fault(a), Tried::Fault(b)) => {
-            a.change == Change::Noisy && b.change != Change::Noisy && a.only == b.only && b.is_of_sensor(a.sensor)
+            let is_noise = |f: &PlacedFault| f.number() == Number::Scatter;
+            is_noise(a) && !is_noise(b) && a.only == b.only && b.is_of_channel(a.at.sensor())
         }
         _ => false,
     }

@@ -9,14 +9,13 @@
 
 use super::DiagnosisError;
 use super::base::Stage;
-use super::faults::AXES;
 use super::fit::Fit;
 use super::refit::{Refit, Tried};
 use super::scene::Case;
 use super::warnings::number;
 use crate::element::Dof;
 use crate::linalg::{DMatrix, DVector};
-use crate::model::{Model, ParametricModel};
+use crate::model::{AXES, Model, ParametricModel};
 use crate::objective::{Comparison, Scaling};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};

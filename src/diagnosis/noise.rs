@@ -16,6 +16,7 @@ use super::fit::Fit;
 use super::scene::Scene;
 use super::screen::{Directions, project};
 use super::traces::Trace;
+use crate::fault::Tests;
 use crate::linalg::{DMatrix, DVector, thin_svd};
 use crate::optim::Draw;
 use rand::SeedableRng;

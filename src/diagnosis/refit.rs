@@ -2,7 +2,6 @@
 
 use super::base::{FaultScore, Stage, box_starts};
 use super::evidence::{REMAINDER, goodness_of_fit, held_out_in_all, ln_evidence};
-use super::faults::Fault;
 use super::fit::{Fit, fit_in_rounds};
 use super::nested::leave_out_wider;
 use super::overlooked::brought;
@@ -15,6 +14,7 @@ use super::verdict::STRONG;
 use super::wider::{beyond_the_best, in_all_axes, may_be_wider, on_wider_places};
 use super::{DiagnosisError, Estimate};
 use crate::effect::{Candidate, NewParameter};
+use crate::fault::PlacedFault;
 use crate::linalg::DVector;
 use crate::model::ParametricModel;
 use crate::objective::Scaling;
@@ -51,7 +51,7 @@ pub(super) const NINETY: f64 = 1.6449;
 #[derive(Debug, Clone)]
 pub(super) enum Tried {
     Effect(Candidate),
-    Fault(Fault),
+    Fault(PlacedFault),
 }
 
 /// A refitted hypothesis.

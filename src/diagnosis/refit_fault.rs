@@ -2,12 +2,12 @@
 
 use super::base::{FaultScore, Stage};
 use super::evidence::{degrees_of_freedom, held_out_in_all, ln_evidence};
-use super::faults::{Change, FREQUENCY_SD, Fault, GAIN_SD, LN_SLIP, LOOSE, TURN_SD, response_of};
 use super::fit::{Fit, STEPS, fit, fit_from};
 use super::refit::{NINETY, Refit, STARTS, Tried};
 use super::scene::Scene;
 use super::traces::number_slope;
 use super::{DiagnosisError, Estimate};
+use crate::fault::{LOOSE, Number, PlacedFault, response_of};
 use crate::linalg::DVector;
 
 /// Rounds of fitting the base with the number, then the number with the base.
@@ -28,124 +28,195 @@ pub(super) fn refit_fault(
     base: f64,
 ) -> Result<Refit, DiagnosisError> {
     let fault = &stage.faults[score.index];
-    let (w, s) = (stage.weight, fault.sensor);
     let starts: Vec<_> = score.aside.iter().map(|&k| &stage.aside[k]).chain(bases).cloned().collect();
-    let mut number = score.number;
-    let mut scene = stage.scene.corrected(fault, number);
-    let mut found = fit_from(&scene, &starts, w, STARTS, STEPS)?;
-    let readings = |fit: &Fit| -> Vec<(f64, f64, f64)> {
-        // c φ/σ, t/σ with the original data, and the residual, of the measured modes of this sensor
-        fault
-            .modes(&stage.scene)
-            .filter(|&m| stage.fit.inverse_sd[(s, m)] > 0.0)
-            .map(|m| {
-                let i = fit.rows.shape(m, s);
-                let t = stage.fit.test_shapes[(s, m)] * stage.fit.inverse_sd[(s, m)] * w;
-                let own = fit.test_shapes[(s, m)] * fit.inverse_sd[(s, m)] * w;
-                (fit.r[i] + own, t, fit.r[i])
-            })
-            .collect()
+    let scene = stage.scene.corrected(fault, score.number);
+    let fit = fit_from(&scene, &starts, stage.weight, STARTS, STEPS)?;
+    let mut found = Numbered { stage, fault, number: score.number, scene, fit };
+    let Told { ln_number, estimate, silent } = match fault.number() {
+        Number::None => Told::default(),
+        Number::Factor { sd } => found.factor(sd)?,
+        Number::Angle { sd } => found.angle(sd)?,
+        Number::Frequency { sd } => found.frequency(sd)?,
+        Number::Scatter => found.scatter()?,
+        Number::Silence => found.silence(),
     };
-    let has_functions = stage.scene.has_functions();
-    // Gain and κ are profiled: each round fits the base with the number, then the number with the base.
-    let mut extra = 0.0;
-    let mut estimates = Vec::new();
-    if let Change::Frequency(m) = fault.change {
-        let known = stage.scene.test.modes[m].frequency_hz;
-        // Its partner may be another where the shapes alone decide.
-        for _ in 0..2 {
-            number = known.value / found.frequencies[m];
-            if !(number.is_finite() && number > 0.0) {
-                return Err(DiagnosisError::NoStart);
-            }
-            scene = stage.scene.corrected(fault, number);
-            found = fit(&scene, std::slice::from_ref(&found.x), w)?;
-        }
-        // Its own row is free now. Where the others are as many as the parameters that fit them, they do not tell that it is wrong.
-        if degrees_of_freedom(&found, &found.basis()?) - 1.0 < LEFT {
-            return Err(DiagnosisError::NoStart);
-        }
-        let h = (w * known.value / known.sd).powi(2) + FREQUENCY_SD.powi(-2);
-        extra -= cost_of_number(number.ln(), FREQUENCY_SD, h);
-        let slope = found.j.row(m).transpose();
-        let (_, covariance) = found.hessian()?;
-        let sd = slope.dot(&(covariance * &slope)).sqrt() * LOOSE * known.sd / number / w;
-        let value = found.frequencies[m];
-        estimates.push(estimate("frequency", value, "Hz", sd));
+    let Numbered { scene, fit, .. } = found;
+    Ok(Refit {
+        tried: Tried::Fault(fault.clone()),
+        ln_bayes: ln_evidence(&fit)? + ln_number - base,
+        estimates: estimate.into_iter().collect(),
+        held_out: held_out_in_all(&fit, stage.weight)?,
+        misfit: fit.misfit + silent,
+        overlooked: 0,
+        ln_odds: fault.fault.ln_odds(),
+        limit_of: Vec::new(),
+        scene,
+        fit,
+    })
+}
+
+/// What the number of a fault adds to the evidence, and what it is.
+#[derive(Default)]
+struct Told {
+    /// Of its prior and its width, or of what its likelihood costs.
+    ln_number: f64,
+    estimate: Option<Estimate>,
+    /// Σ (reading/σ)² of readings that are taken for noise.
+    silent: f64,
+}
+
+/// A reading of the sensor of a fault in one mode, over its weighted standard deviation.
+struct Reading {
+    /// What the model says, c φ/σ, with the present correction.
+    seen: f64,
+    /// What was measured.
+    measured: f64,
+    residual: f64,
+}
+
+/// A fault with its number, and the fit of the base with both.
+struct Numbered<'a> {
+    stage: &'a Stage,
+    fault: &'a PlacedFault,
+    number: f64,
+    scene: Scene,
+    fit: Fit,
+}
+
+impl Numbered<'_> {
+    /// Takes another number and fits the base with it.
+    fn fit_with(&mut self, number: f64) -> Result<(), DiagnosisError> {
+        self.number = number;
+        self.scene = self.stage.scene.corrected(self.fault, number);
+        self.fit = fit(&self.scene, std::slice::from_ref(&self.fit.x), self.stage.weight)?;
+        Ok(())
     }
-    if fault.is_angle() {
+
+    /// The measured readings of its sensor.
+    fn readings(&self) -> Vec<Reading> {
+        let (stage, fit, s) = (self.stage, &self.fit, self.fault.at.sensor());
+        let tests = (0..stage.scene.cases.len()).filter(|&k| self.fault.is_in(k));
+        let modes = tests.flat_map(|k| stage.scene.cases[k].modes());
+        let reading = |m: usize| {
+            let residual = fit.r[fit.rows.shape(m, s)];
+            Reading {
+                seen: residual + fit.test_shapes[(s, m)] * fit.inverse_sd[(s, m)] * stage.weight,
+                measured: stage.fit.test_shapes[(s, m)] * stage.fit.inverse_sd[(s, m)] * stage.weight,
+                residual,
+            }
+        };
+        modes.filter(|&m| stage.fit.inverse_sd[(s, m)] > 0.0).map(reading).collect()
+    }
+
+    /// ∂r/∂ln g, or ∂r/∂α.
+    fn slope(&self) -> Result<DVector<f64>, DiagnosisError> {
+        number_slope(&self.stage.scene, &self.fit, self.stage.weight, self.fault, self.number)
+    }
+
+    /// Rounds of fitting the number with the base, then the base with the number, until it stays.
+    fn alternate(&mut self, next: impl Fn(&Self) -> Result<f64, DiagnosisError>) -> Result<(), DiagnosisError> {
         for _ in 0..ROUNDS {
-            let slope = number_slope(&stage.scene, &found, w, fault, number)?;
-            let step = -(slope.dot(&found.r) + number / TURN_SD.powi(2)) / (slope.norm_squared() + TURN_SD.powi(-2));
+            let next = next(self)?;
+            if !next.is_finite() || next == 0.0 || (next / self.number - 1.0).abs() < 1e-4 {
+                break;
+            }
+            self.fit_with(next)?;
+        }
+        Ok(())
+    }
+
+    /// A gain: the best with the base as it is, of shapes g = t·seen/seen·seen.
+    fn factor(&mut self, sd: f64) -> Result<Told, DiagnosisError> {
+        let has_functions = self.stage.scene.has_functions();
+        self.alternate(|now| {
+            if has_functions {
+                let slope = now.slope()?;
+                let step = -slope.dot(&now.fit.r) / slope.norm_squared().max(f64::MIN_POSITIVE);
+                return Ok(now.number * step.clamp(-1.0, 1.0).exp());
+            }
+            let sums = |(c, o): (f64, f64), r: &Reading| (c + r.seen * r.measured, o + r.seen * r.seen);
+            let (cross, own) = now.readings().iter().fold((0.0, 0.0), sums);
+            Ok(now.number.abs() * if own > 0.0 { cross / own } else { 1.0 })
+        })?;
+        let own = if has_functions {
+            self.slope()?.norm_squared()
+        } else {
+            self.readings().iter().map(|r| r.seen * r.seen).sum()
+        };
+        let h = own + sd.powi(-2);
+        let mut ln_number = -cost_of_number(self.number.abs().ln(), sd, h);
+        // A negative gain is a sign and a gain: two numbers for one.
+        if self.number < 0.0 {
+            ln_number -= std::f64::consts::LN_2 + 0.5 * sd.powi(-2);
+        }
+        let estimate = Some(estimate("gain", self.number, "1", self.number.abs() / h.sqrt()));
+        Ok(Told { ln_number, estimate, silent: 0.0 })
+    }
+
+    fn angle(&mut self, sd: f64) -> Result<Told, DiagnosisError> {
+        for _ in 0..ROUNDS {
+            let slope = self.slope()?;
+            let step = -(slope.dot(&self.fit.r) + self.number / sd.powi(2)) / (slope.norm_squared() + sd.powi(-2));
             if !step.is_finite() || step.abs() < 1e-5 {
                 break;
             }
-            number += step.clamp(-MOST_TURN, MOST_TURN);
-            scene = stage.scene.corrected(fault, number);
-            found = fit(&scene, std::slice::from_ref(&found.x), w)?;
+            self.fit_with(self.number + step.clamp(-MOST_TURN, MOST_TURN))?;
         }
-        let h = number_slope(&stage.scene, &found, w, fault, number)?.norm_squared() + TURN_SD.powi(-2);
-        extra -= cost_of_number(number, TURN_SD, h);
-        estimates.push(estimate("angle", number.to_degrees(), "deg", h.powf(-0.5).to_degrees()));
+        let h = self.slope()?.norm_squared() + sd.powi(-2);
+        let ln_number = -cost_of_number(self.number, sd, h);
+        let estimate = estimate("angle", self.number.to_degrees(), "deg", h.powf(-0.5).to_degrees());
+        Ok(Told { ln_number, estimate: Some(estimate), silent: 0.0 })
     }
-    if fault.is_gain() || fault.change == Change::Noisy {
-        for _ in 0..ROUNDS {
-            let now = readings(&found);
-            let next = if fault.is_gain() && has_functions {
-                let slope = number_slope(&stage.scene, &found, w, fault, number)?;
-                number * (-slope.dot(&found.r) / slope.norm_squared().max(f64::MIN_POSITIVE)).clamp(-1.0, 1.0).exp()
-            } else if fault.is_gain() {
-                // g c φ with the present g is `seen`, and t the reading: the best new gain is g t·seen/seen·seen.
-                let (cross, own) = now.iter().fold((0.0, 0.0), |(c, o), (seen, t, _)| (c + seen * t, o + seen * seen));
-                number.abs() * if own > 0.0 { cross / own } else { 1.0 }
-            } else {
-                let mean = now.iter().map(|(_, _, r)| r * r).sum::<f64>() / now.len().max(1) as f64;
-                (number * mean.sqrt()).max(1.0)
-            };
-            if !next.is_finite() || next == 0.0 || (next / number - 1.0).abs() < 1e-4 {
-                break;
+
+    /// A frequency that the model tells from all other data.
+    fn frequency(&mut self, sd: f64) -> Result<Told, DiagnosisError> {
+        let Some(&m) = self.fault.at.modes().first() else { return Err(DiagnosisError::NoStart) };
+        let known = self.stage.scene.test.modes[m].frequency_hz;
+        // Its partner may be another where the shapes alone decide.
+        for _ in 0..2 {
+            let number = known.value / self.fit.frequencies[m];
+            if !(number.is_finite() && number > 0.0) {
+                return Err(DiagnosisError::NoStart);
             }
-            number = next;
-            scene = stage.scene.corrected(fault, number);
-            found = fit(&scene, std::slice::from_ref(&found.x), w)?;
+            self.fit_with(number)?;
         }
-        let now = readings(&found);
-        let parameter = if fault.is_gain() { "gain" } else { "factor on the standard deviation" };
-        let sd;
-        if fault.is_gain() {
-            let own = if has_functions {
-                number_slope(&stage.scene, &found, w, fault, number)?.norm_squared()
-            } else {
-                now.iter().map(|(seen, ..)| seen * seen).sum()
-            };
-            let h = own + GAIN_SD.powi(-2);
-            let ln_g = number.abs().ln();
-            // A negative gain is a sign and a gain: two numbers for one.
-            extra -= cost_of_number(ln_g, GAIN_SD, h);
-            if number < 0.0 {
-                extra -= std::f64::consts::LN_2 + 0.5 * GAIN_SD.powi(-2);
-            }
-            sd = number.abs() / h.sqrt();
-        } else {
-            let m = now.len() as f64;
-            let ln_k = number.ln();
-            extra -= m * ln_k + 0.5 * ln_k * ln_k + 0.5 * (2.0 * m + 1.0).ln() - std::f64::consts::LN_2;
-            sd = number / (2.0 * m + 1.0).sqrt();
+        // Its own row is free now. Where the others are as many as the parameters that fit them, they do not tell that it is wrong.
+        if degrees_of_freedom(&self.fit, &self.fit.basis()?) - 1.0 < LEFT {
+            return Err(DiagnosisError::NoStart);
         }
-        estimates.push(estimate(parameter, number, "1", sd));
+        let w = self.stage.weight;
+        let h = (w * known.value / known.sd).powi(2) + sd.powi(-2);
+        let slope = self.fit.j.row(m).transpose();
+        let (_, covariance) = self.fit.hessian()?;
+        let sd_hz = slope.dot(&(covariance * &slope)).sqrt() * LOOSE * known.sd / self.number / w;
+        let estimate = estimate("frequency", self.fit.frequencies[m], "Hz", sd_hz);
+        Ok(Told { ln_number: -cost_of_number(self.number.ln(), sd, h), estimate: Some(estimate), silent: 0.0 })
     }
-    let mut misfit = found.misfit;
-    if fault.change == Change::Dead {
-        let own: f64 = readings(&found).iter().map(|(_, t, _)| t * t).sum();
-        extra -= 0.5 * own + dead_functions(&stage.scene, fault);
-        misfit += own / (w * w);
+
+    /// A factor κ on standard deviations: the root mean square of the residuals.
+    fn scatter(&mut self) -> Result<Told, DiagnosisError> {
+        self.alternate(|now| {
+            let readings = now.readings();
+            let sum: f64 = readings.iter().map(|r| r.residual * r.residual).sum();
+            Ok((now.number * (sum / readings.len().max(1) as f64).sqrt()).max(1.0))
+        })?;
+        let m = self.readings().len() as f64;
+        let ln_k = self.number.ln();
+        let ln_number = -(m * ln_k + 0.5 * ln_k * ln_k + 0.5 * (2.0 * m + 1.0).ln() - std::f64::consts::LN_2);
+        let sd = self.number / (2.0 * m + 1.0).sqrt();
+        Ok(Told {
+            ln_number,
+            estimate: Some(estimate("factor on the standard deviation", self.number, "1", sd)),
+            silent: 0.0,
+        })
     }
-    let held_out = held_out_in_all(&found, w)?;
-    let ln_bayes = ln_evidence(&found)? + extra - base;
-    let tried = Tried::Fault(fault.clone());
-    let ln_odds = if let Change::Frequency(_) = fault.change { LN_SLIP } else { 0.0 };
-    let limit_of = Vec::new();
-    Ok(Refit { tried, scene, fit: found, ln_bayes, estimates, held_out, misfit, overlooked: 0, ln_odds, limit_of })
+
+    /// Readings as noise about zero.
+    fn silence(&self) -> Told {
+        let own: f64 = self.readings().iter().map(|r| r.measured * r.measured).sum();
+        let functions = dead_functions(&self.stage.scene, self.fault);
+        Told { ln_number: -(0.5 * own + functions), estimate: None, silent: own / self.stage.weight.powi(2) }
+    }
 }
 
 /// What a number x ~ N(0, `sd`²) takes from ln evidence, by Laplace's method: ½ (x/sd)² + ½ ln(h sd²).
@@ -166,12 +237,12 @@ fn estimate(parameter: &str, value: f64, unit: &str, sd: f64) -> Estimate {
 /// ```text
 /// Σ ln(s/σ) + ½ ((ln|H| - mean)/s)²,    s = π/√24, the standard deviation of the logarithm of a complex Gaussian's modulus
 /// ```
-fn dead_functions(scene: &Scene, fault: &Fault) -> f64 {
+fn dead_functions(scene: &Scene, fault: &PlacedFault) -> f64 {
     let spread = std::f64::consts::PI / 24.0_f64.sqrt();
     let mut cost = 0.0;
-    for case in fault.cases(scene) {
+    for case in scene.cases.iter().enumerate().filter(|(k, _)| fault.is_in(*k)).map(|(_, case)| case) {
         let (Some(set), Some(fit)) = (&case.test.frfs, &case.test.frf_fit) else { continue };
-        let own = case.sensors.iter().position(|&s| s == fault.sensor);
+        let own = case.sensors.iter().position(|&s| s == fault.at.sensor());
         let Some(response) = own.and_then(|k| response_of(set, &case.test.sensors, k)) else { continue };
         let used = (0..set.n_lines()).filter(|&l| fit.uses(set.frequencies_hz[l]));
         let logs: Vec<f64> = used

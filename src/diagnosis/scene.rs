@@ -19,10 +19,10 @@
 //! The priors keep the problem regular where data cannot tell parameters apart, and they are what an evidence needs.
 
 use super::DiagnosisError;
-use super::faults::{Change, Fault};
 use crate::correlation::{CorrelationError, sensor_position};
 use crate::data::{Joined, TestData, joined};
 use crate::effect::{NewParameter, PatchError};
+use crate::fault::{Bench, PlacedFault, Tests};
 use crate::linalg::DVector;
 use crate::model::spec::ModelSpec;
 use crate::model::{ModalSolver, Model, ParametricModel, Registry};
@@ -94,26 +94,6 @@ impl Case {
     /// Numbers of its modes.
     pub(super) fn modes(&self) -> std::ops::Range<usize> {
         self.first_mode..self.first_mode + self.test.modes.len()
-    }
-
-    /// A fault in the numbers of this test; none where it is about sensors or modes of other tests.
-    ///
-    /// * `number` - its own among the tests
-    fn own(&self, fault: &Fault, number: usize) -> Option<Fault> {
-        if !fault.is_in(number) {
-            return None;
-        }
-        let sensor = |s: usize| self.sensors.iter().position(|&k| k == s);
-        let mode = |m: usize| self.modes().contains(&m).then(|| m - self.first_mode);
-        let (first, change) = match fault.change {
-            Change::Order(a, b) => (mode(a)?, Change::Order(mode(a)?, mode(b)?)),
-            Change::Frequency(m) => (mode(m)?, Change::Frequency(mode(m)?)),
-            Change::Swap(other) => (sensor(fault.sensor)?, Change::Swap(sensor(other)?)),
-            Change::Turned(other) => (sensor(fault.sensor)?, Change::Turned(sensor(other)?)),
-            Change::DrivingPoint { case, .. } if case != number => return None,
-            ref change => (sensor(fault.sensor)?, change.clone()),
-        };
-        Some(Fault::of(first, change))
     }
 }
 
@@ -199,13 +179,24 @@ impl Scene {
         self.with_tests(self.cases.iter().map(|c| Arc::new(as_given(&c.test))).collect())
     }
 
-    /// With a fault taken out of the data. `number` is the gain, or κ.
-    pub(super) fn corrected(&self, fault: &Fault, number: f64) -> Self {
-        let correct = |(k, case): (usize, &Case)| match case.own(fault, k) {
-            Some(own) => Arc::new(own.apply(&case.test, number)),
+    /// With a fault taken out of the data.
+    ///
+    /// * `number` - that of the fault
+    pub(super) fn corrected(&self, fault: &PlacedFault, number: f64) -> Self {
+        let correct = |(k, case): (usize, &Case)| match fault.within(self, k) {
+            Some(own) => Arc::new(own.taken_out_of(&case.test, number)),
             None => case.test.clone(),
         };
         self.with_tests(self.cases.iter().enumerate().map(correct).collect())
+    }
+
+    /// The tests, and where things stand in them.
+    pub(super) fn bench(&self) -> Bench<'_> {
+        // Nodes stand at the same places in every configuration.
+        let geometry = self.model().geometry();
+        let nodes = geometry.names.iter().cloned().zip(geometry.positions.iter().copied());
+        let nodes = nodes.take(self.model().spec().nodes.len()).collect();
+        Bench { tests: self, positions: self.sensor_positions().ok(), nodes }
     }
 
     /// With factors on the standard deviations of every sensor's readings.
@@ -225,11 +216,6 @@ impl Scene {
         &self.cases[0].model
     }
 
-    /// The test of a mode.
-    pub(super) fn case_of_mode(&self, mode: usize) -> &Case {
-        self.cases.iter().find(|c| c.modes().contains(&mode)).unwrap_or(&self.cases[0])
-    }
-
     /// The first test that has a sensor.
     pub(super) fn case_of_sensor(&self, sensor: usize) -> &Case {
         self.cases.iter().find(|c| c.sensors.contains(&sensor)).unwrap_or(&self.cases[0])
@@ -244,23 +230,6 @@ impl Scene {
     pub(super) fn sensor_positions(&self) -> Result<Vec<[f64; 3]>, CorrelationError> {
         let at = |(s, sensor)| sensor_position(&self.case_of_sensor(s).model, sensor);
         self.test.sensors.iter().enumerate().map(at).collect()
-    }
-
-    /// Whether two sensors stand in one test.
-    pub(super) fn are_together(&self, a: usize, b: usize) -> bool {
-        self.cases.iter().any(|c| c.sensors.contains(&a) && c.sensors.contains(&b))
-    }
-
-    /// `mode 3`, of several tests `mode 3 of bench test`.
-    pub(super) fn mode_name(&self, mode: usize) -> String {
-        let case = self.case_of_mode(mode);
-        let name = format!("mode {}", mode - case.first_mode + 1);
-        if self.cases.len() > 1 { format!("{name} of {}", case.test.name) } else { name }
-    }
-
-    /// The name of a reference of a test's frequency responses.
-    pub(super) fn reference(&self, case: usize, reference: usize) -> &str {
-        self.cases[case].test.frfs.as_ref().map_or("", |set| set.references[reference].name.as_str())
     }
 
     /// Models and tests made comparable, in the order of the tests.
@@ -329,6 +298,28 @@ impl Scene {
                 Some(tails + sides - priors[k].scale.ln())
             })
             .sum()
+    }
+}
+
+impl Tests for Scene {
+    fn all(&self) -> &TestData {
+        &self.test
+    }
+
+    fn count(&self) -> usize {
+        self.cases.len()
+    }
+
+    fn test(&self, test: usize) -> &TestData {
+        &self.cases[test].test
+    }
+
+    fn modes_of(&self, test: usize) -> std::ops::Range<usize> {
+        self.cases[test].modes()
+    }
+
+    fn sensors_of(&self, test: usize) -> &[usize] {
+        &self.cases[test].sensors
     }
 }
 

@@ -238,7 +238,11 @@ fn a_mode_that_the_test_overlooked_is_noted() {
         .collect();
     let mut test = twin_modes(&base, &middle(&base), &sensors, &noise(7, 9), "twin").unwrap();
     let overlooked = test.modes.remove(3).frequency_hz.value;
-    let settings = Settings { effects: crate::effect::Effects::none(), faults: false, ..Settings::default() };
+    let settings = Settings {
+        effects: crate::effect::Effects::none(),
+        faults: crate::fault::Faults::none(),
+        ..Settings::default()
+    };
     let d = diagnose(&base, &test, &settings).unwrap();
     let noted: Vec<&String> = d.warnings.iter().filter(|w| w.contains("inside the tested band")).collect();
     assert_eq!(noted.len(), 1, "{:?}", d.warnings);

@@ -1,14 +1,14 @@
 //! What a fault of the measurement would change at a fit, by re-weighting rows: its screening.
 
 use super::DiagnosisError;
-use super::fault_places::faults;
-use super::faults::{Change, Fault};
 use super::fit::Fit;
 use super::posed::Posed;
 use super::scene::{Prior, Scene};
 use super::screen::project;
 use crate::correlation::observation_matrix;
-use crate::linalg::{DMatrix, DVector};
+use crate::data::Sensor;
+use crate::fault::{At, Faults, Number, PlacedFault};
+use crate::linalg::{Complex, DMatrix, DVector};
 use rayon::prelude::*;
 
 /// What a fault explains at the base fit.
@@ -40,23 +40,33 @@ pub(super) fn shape_rows(phi: &[f64], test: &[f64], inverse_sd: &[f64]) -> Vec<f
 }
 
 /// What each fault would change at the fit; `None` where the model cannot tell (it has no motion in that direction).
-pub(super) fn traces(scene: &Scene, fit: &Fit, weight: f64, faults: &[Fault]) -> Vec<Option<Trace>> {
+pub(super) fn traces(scene: &Scene, fit: &Fit, weight: f64, faults: &[PlacedFault]) -> Vec<Option<Trace>> {
     faults.par_iter().map(|fault| trace(scene, fit, weight, fault)).collect()
 }
 
 /// Modes in which the sensor of a fault counts at a fit.
-fn measured_modes(scene: &Scene, fit: &Fit, fault: &Fault) -> Vec<usize> {
-    fault.modes(scene).filter(|&m| fit.inverse_sd[(fault.sensor, m)] > 0.0 && !fit.unpaired.contains(&m)).collect()
+fn measured_modes(scene: &Scene, fit: &Fit, fault: &PlacedFault) -> Vec<usize> {
+    let of_tests = (0..scene.cases.len()).filter(|&k| fault.is_in(k)).flat_map(|k| scene.cases[k].modes());
+    let sensor = fault.at.sensor();
+    of_tests.filter(|&m| fit.inverse_sd[(sensor, m)] > 0.0 && !fit.unpaired.contains(&m)).collect()
 }
 
-/// What a sensor of another axis or place, or along the direction of a tilt, would read of the modes of the model; `None` where nothing
-/// moves it.
-fn readings(scene: &Scene, fit: &Fit, fault: &Fault) -> Option<Vec<f64>> {
-    let sensor = fault.sensor(&scene.test.sensors);
+/// What the sensors that a fault has moved or turned would read of the modes of the model: the sensor, and a reading for every mode. `None` where
+/// nothing moves one of them.
+fn readings_in_truth(scene: &Scene, fit: &Fit, fault: &PlacedFault, number: f64) -> Option<Vec<(usize, Vec<f64>)>> {
+    let stated = &scene.test.sensors;
+    let sensors = fault.sensors_in_truth(stated, number);
+    let moved = (0..sensors.len()).filter(|&s| sensors[s] != stated[s]);
+    moved.map(|s| Some((s, readings_of(scene, fit, fault, (s, &sensors[s]))?))).collect()
+}
+
+/// What a sensor reads of the modes of the model; `None` where nothing moves it.
+fn readings_of(scene: &Scene, fit: &Fit, fault: &PlacedFault, (s, sensor): (usize, &Sensor)) -> Option<Vec<f64>> {
     let mut readings = vec![0.0; fit.rows.n_modes];
     let mut moves = false;
-    for case in fault.cases(scene).filter(|c| c.sensors.contains(&fault.sensor)) {
-        let row = observation_matrix(&case.model, std::slice::from_ref(&sensor)).ok()?;
+    let having = scene.cases.iter().enumerate().filter(|(k, c)| fault.is_in(*k) && c.sensors.contains(&s));
+    for (_, case) in having {
+        let row = observation_matrix(&case.model, std::slice::from_ref(sensor)).ok()?;
         moves |= row.amax() > 0.0;
         case.modes().for_each(|m| readings[m] = (&row * &fit.modes_at[m])[0]);
     }
@@ -64,95 +74,105 @@ fn readings(scene: &Scene, fit: &Fit, fault: &Fault) -> Option<Vec<f64>> {
 }
 
 /// Every fault that the test could show at a fit.
-pub(super) fn faults_at(scene: &Scene, fit: &Fit) -> Vec<Fault> {
-    faults(scene).into_iter().filter(|fault| !reads_noise_only(scene, fit, fault)).collect()
+pub(super) fn faults_at(scene: &Scene, fit: &Fit, faults: &Faults) -> Vec<PlacedFault> {
+    let all = faults.placed(&scene.bench());
+    all.into_par_iter().filter(|fault| !reads_noise_only(scene, fit, fault)).collect()
 }
 
 /// Whether a sensor along another axis would read noise only, less than three standard deviations in all modes together: it cannot be told
 /// from a dead one, and that is what it is called.
-fn reads_noise_only(scene: &Scene, fit: &Fit, fault: &Fault) -> bool {
+fn reads_noise_only(scene: &Scene, fit: &Fit, fault: &PlacedFault) -> bool {
     const SEEN: f64 = 9.0;
-    if !matches!(fault.change, Change::Axis(_)) || scene.has_functions() {
+    let At::Axis(s, _) = fault.at else { return false };
+    if fault.number() != Number::None || scene.has_functions() {
         return false;
     }
     let modes = measured_modes(scene, fit, fault);
     if modes.is_empty() {
         return false;
     }
-    let Some(readings) = readings(scene, fit, fault) else { return true };
-    let s = fault.sensor;
+    let Some(readings) = readings_in_truth(scene, fit, fault, fault.number().neutral()) else { return true };
     let signal = |&m: &usize| {
-        let column = |a: &DMatrix<f64>| -> Vec<f64> { a.column(m).iter().copied().collect() };
-        let (mut phi, test, w) = (column(&fit.shapes), column(&fit.test_shapes), column(&fit.inverse_sd));
-        phi[s] = readings[m];
-        (shape_rows(&phi, &test, &w)[s] + test[s] * w[s]).powi(2)
+        let mut mode = ReadMode::of(fit, m);
+        for (s, of_modes) in &readings {
+            mode.model[*s] = of_modes[m];
+        }
+        (mode.rows()[s] + mode.test[s] * mode.inverse_sd[s]).powi(2)
     };
     modes.iter().map(signal).sum::<f64>() < SEEN
 }
 
-fn trace(scene: &Scene, fit: &Fit, weight: f64, fault: &Fault) -> Option<Trace> {
-    let rows = fit.rows;
-    let s = fault.sensor;
-    if let Change::DrivingPoint { .. } = fault.change {
-        return driving_point(scene, fit, weight, fault).ok();
+/// What the model and the test have of a mode at all sensors, and 1/σ.
+struct ReadMode {
+    model: Vec<f64>,
+    test: Vec<f64>,
+    inverse_sd: Vec<f64>,
+}
+
+impl ReadMode {
+    fn of(fit: &Fit, mode: usize) -> Self {
+        let column = |a: &DMatrix<f64>| -> Vec<f64> { a.column(mode).iter().copied().collect() };
+        Self { model: column(&fit.shapes), test: column(&fit.test_shapes), inverse_sd: column(&fit.inverse_sd) }
     }
-    if (fault.is_gain() || fault.is_angle()) && scene.has_functions() {
-        return number_slope(scene, fit, weight, fault, fault.neutral()).ok().map(Trace::Free);
+
+    /// Its weighted residual, with its free scale.
+    fn rows(&self) -> Vec<f64> {
+        shape_rows(&self.model, &self.test, &self.inverse_sd)
     }
-    let mut delta = DVector::zeros(fit.r.len());
-    if let Change::Order(a, b) = fault.change {
-        let modes = &scene.test.modes;
-        for (own, other) in [(a, b), (b, a)] {
-            let f = modes[other].frequency_hz;
-            delta[own] = weight * (fit.frequencies[own] - f.value) / f.sd - fit.r[own];
+
+    /// Without a fault of its test.
+    fn without(mut self, fault: &PlacedFault, number: f64) -> Self {
+        let mut shape: Vec<Complex<f64>> = self.test.iter().map(|t| Complex::new(*t, 0.0)).collect();
+        let mut sd: Vec<f64> = self.inverse_sd.iter().map(|w| w.recip()).collect();
+        fault.fault.shape(&fault.at, number, &mut shape, Some(&mut sd));
+        self.test = shape.iter().map(|t| t.re).collect();
+        self.inverse_sd = sd.iter().map(|sd| sd.recip()).collect();
+        self
+    }
+}
+
+fn trace(scene: &Scene, fit: &Fit, weight: f64, fault: &PlacedFault) -> Option<Trace> {
+    let number = fault.number();
+    let is_of_functions = !fault.at.is_of_channels() && fault.at.modes().is_empty();
+    match number {
+        Number::None if is_of_functions => return of_functions(scene, fit, weight, fault).ok(),
+        Number::Factor { .. } | Number::Angle { .. } if is_of_functions || scene.has_functions() => {
+            return number_slope(scene, fit, weight, fault, number.neutral()).ok().map(Trace::Free);
         }
-        return delta.iter().all(|v| v.is_finite()).then_some(Trace::Fixed(delta));
+        Number::Frequency { .. } => return of_frequency(scene, fit, weight, fault),
+        _ if !fault.at.is_of_channels() => return of_mode_list(scene, fit, weight, fault),
+        _ => {}
     }
-    if let Change::Frequency(m) = fault.change {
-        let f = scene.test.modes[m].frequency_hz;
-        delta[m] = weight * f.value / f.sd;
-        return fit.frequencies[m].is_finite().then_some(Trace::Free(delta));
-    }
+    let (rows, s) = (fit.rows, fault.at.sensor());
     let measured = measured_modes(scene, fit, fault);
     if measured.is_empty() {
         return None;
     }
-    let replaced = match &fault.change {
-        Change::Axis(_) | Change::Position { .. } | Change::Tilted(_) => Some(readings(scene, fit, fault)?),
-        _ => None,
-    };
-    match fault.change {
-        Change::Noisy => return Some(Trace::Block(measured.iter().map(|&m| rows.shape(m, s)).collect())),
-        Change::Dead => {
-            let readings =
-                measured.iter().map(|&m| weight * fit.test_shapes[(s, m)] * fit.inverse_sd[(s, m)]).collect();
-            return Some(Trace::Replaced(measured.iter().map(|&m| rows.shape(m, s)).collect(), readings));
+    let own_rows = || measured.iter().map(|&m| rows.shape(m, s)).collect();
+    match number {
+        Number::Scatter => return Some(Trace::Block(own_rows())),
+        Number::Silence => {
+            let reading = |&m: &usize| weight * fit.test_shapes[(s, m)] * fit.inverse_sd[(s, m)];
+            return Some(Trace::Replaced(own_rows(), measured.iter().map(reading).collect()));
         }
         _ => {}
     }
+    // A factor is looked at in its logarithm.
+    let moved = match number {
+        Number::Factor { .. } => STEP.exp(),
+        Number::Angle { .. } => STEP,
+        _ => number.neutral(),
+    };
+    let is_free = number != Number::None;
+    let elsewhere = readings_in_truth(scene, fit, fault, moved)?;
+    let mut delta = DVector::zeros(fit.r.len());
     for &m in &measured {
-        let column = |a: &DMatrix<f64>| -> Vec<f64> { a.column(m).iter().copied().collect() };
-        let (mut phi, mut test, mut w) = (column(&fit.shapes), column(&fit.test_shapes), column(&fit.inverse_sd));
-        let before = fault.is_angle().then(|| shape_rows(&phi, &test, &w));
-        match &fault.change {
-            Change::Gain => {
-                let r = shape_rows(&phi, &test, &w);
-                // c φ/σ of this sensor: its reading as the model sees it.
-                delta[rows.shape(m, s)] = weight * (r[s] + test[s] * w[s]);
-                continue;
-            }
-            Change::Sign => test[s] = -test[s],
-            Change::Swap(other) => {
-                test.swap(s, *other);
-                w.swap(s, *other);
-            }
-            Change::Turned(other) => {
-                (phi[s], phi[*other]) = (phi[s] + STEP * phi[*other], phi[*other] - STEP * phi[s]);
-            }
-            Change::Tilted(_) => phi[s] += STEP * replaced.as_ref()?[m],
-            _ => phi[s] = replaced.as_ref()?[m],
+        let mut mode = ReadMode::of(fit, m);
+        let before = is_free.then(|| mode.rows());
+        for (s, readings) in &elsewhere {
+            mode.model[*s] = readings[m];
         }
-        for (k, v) in shape_rows(&phi, &test, &w).into_iter().enumerate() {
+        for (k, v) in mode.without(fault, moved).rows().into_iter().enumerate() {
             let row = rows.shape(m, k);
             delta[row] = match &before {
                 Some(before) => weight * (v - before[k]) / STEP,
@@ -160,27 +180,50 @@ fn trace(scene: &Scene, fit: &Fit, weight: f64, fault: &Fault) -> Option<Trace> 
             };
         }
     }
-    if fault.change == Change::Gain || fault.is_angle() {
+    if is_free {
         return Some(Trace::Free(delta));
     }
     (delta.norm() > super::screen::VISIBLE).then_some(Trace::Fixed(delta))
 }
 
-/// What another place of the force changes in the functions.
-fn driving_point(scene: &Scene, fit: &Fit, weight: f64, fault: &Fault) -> Result<Trace, DiagnosisError> {
-    let delta = corrected_rows(scene, fit, weight, fault, 1.0)? - &fit.r;
+/// What a fault changes in the frequencies of the list.
+fn of_mode_list(scene: &Scene, fit: &Fit, weight: f64, fault: &PlacedFault) -> Option<Trace> {
+    let mut modes = scene.test.modes.clone();
+    fault.fault.modes(&fault.at, fault.number().neutral(), &mut modes);
+    let mut delta = DVector::zeros(fit.r.len());
+    for m in fault.at.modes() {
+        let f = modes[m].frequency_hz;
+        delta[m] = weight * (fit.frequencies[m] - f.value) / f.sd - fit.r[m];
+    }
+    delta.iter().all(|v| v.is_finite()).then_some(Trace::Fixed(delta))
+}
+
+/// ∂r/∂ln g of a factor on a frequency.
+fn of_frequency(scene: &Scene, fit: &Fit, weight: f64, fault: &PlacedFault) -> Option<Trace> {
+    let mut delta = DVector::zeros(fit.r.len());
+    for m in fault.at.modes() {
+        let f = scene.test.modes[m].frequency_hz;
+        delta[m] = weight * f.value / f.sd;
+    }
+    fault.at.modes().iter().all(|&m| fit.frequencies[m].is_finite()).then_some(Trace::Free(delta))
+}
+
+/// What a fault of frequency responses changes in them.
+fn of_functions(scene: &Scene, fit: &Fit, weight: f64, fault: &PlacedFault) -> Result<Trace, DiagnosisError> {
+    let delta = corrected_rows(scene, fit, weight, fault, fault.number().neutral())? - &fit.r;
     Ok(Trace::Fixed(of_measured(fit, delta)))
 }
 
-/// ∂r/∂ln g of a gain, or ∂r/∂α of an angle, at a fit whose test it has corrected by `number`.
+/// ∂r/∂ln g of a factor, or ∂r/∂α of an angle, at a fit whose test it has corrected by `number`.
 pub(super) fn number_slope(
     scene: &Scene,
     fit: &Fit,
     weight: f64,
-    fault: &Fault,
+    fault: &PlacedFault,
     number: f64,
 ) -> Result<DVector<f64>, DiagnosisError> {
-    let moved = |h: f64| if fault.is_gain() { number * h.exp() } else { number + h };
+    let is_factor = matches!(fault.number(), Number::Factor { .. });
+    let moved = |h: f64| if is_factor { number * h.exp() } else { number + h };
     let [above, below] = [STEP, -STEP].map(|h| corrected_rows(scene, fit, weight, fault, moved(h)));
     Ok(of_measured(fit, (above? - below?) / (2.0 * STEP)))
 }
@@ -190,7 +233,7 @@ fn corrected_rows(
     scene: &Scene,
     fit: &Fit,
     weight: f64,
-    fault: &Fault,
+    fault: &PlacedFault,
     number: f64,
 ) -> Result<DVector<f64>, DiagnosisError> {
     let changed = scene.corrected(fault, number);

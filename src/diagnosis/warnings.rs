@@ -7,6 +7,7 @@ use super::mesh::{FINER, functions_moved, mesh_errors, modes, refined};
 use super::refit::{Refit, Tried};
 use super::scene::{Case, Scene};
 use super::verdict::STRONG;
+use crate::fault::Tests;
 use crate::model::{Model, ParametricModel};
 use crate::objective::Scaling;
 
@@ -64,7 +65,7 @@ fn falsified(scene: &Scene, fit: &Fit, case: &Case, fine: &Model) -> Result<Vec<
         })?;
         let measured = &scene.test.modes[m].frequency_hz;
         let error = *errors.get(partner)?;
-        let name = scene.mode_name(m);
+        let name = scene.mode(m);
         let deviations = error * measured.value / measured.sd;
         (deviations > 1.0 / 3.0).then(|| (format!("{name} by {:.2} %", 100.0 * error), deviations))
     };

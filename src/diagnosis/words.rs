@@ -10,6 +10,7 @@ use super::several::Chain;
 use super::verdict::STRONG;
 use super::warnings::{leaves_damping_aside, number};
 use super::{HypothesisResult, Kind, Verdict};
+use crate::fault::Tests;
 use crate::linalg::DMatrix;
 
 /// The modes and sensors that carry the most of a projected residual.
@@ -20,7 +21,7 @@ pub(super) fn place_of(scene: &Scene, fit: &Fit, q: &DMatrix<f64>) -> String {
         .map(|m| (fit.mode_rows(m).iter().map(|&i| r[i] * r[i]).sum::<f64>() / fit.mode_rows(m).len() as f64, m))
         .collect();
     modes.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-    let words: Vec<String> = modes.iter().take(3).map(|(v, m)| format!("{} ({v:.1})", scene.mode_name(*m))).collect();
+    let words: Vec<String> = modes.iter().take(3).map(|(v, m)| format!("{} ({v:.1})", scene.mode(*m))).collect();
     let mut statics: Vec<(f64, &str)> = fit.statics.iter().map(|s| (r[s.row] * r[s.row], s.name.as_str())).collect();
     statics.sort_by(|a, b| b.0.total_cmp(&a.0));
     let words: Vec<String> =
@@ -36,7 +37,7 @@ pub(super) fn place_of(scene: &Scene, fit: &Fit, q: &DMatrix<f64>) -> String {
         out += &format!(" and at the sensors {}", words.join(", "));
     }
     if !fit.unpaired.is_empty() {
-        let modes: Vec<String> = fit.unpaired.iter().map(|&m| scene.mode_name(m)).collect();
+        let modes: Vec<String> = fit.unpaired.iter().map(|&m| scene.mode(m)).collect();
         let verb = if modes.len() == 1 { "has" } else { "have" };
         out += &format!("; {} {verb} no partner in the model", modes.join(", "));
     }
@@ -107,7 +108,7 @@ fn what(base: &Stage) -> &'static str {
 pub(super) fn of_noise_or_model(base: &Stage, shape: Option<&WorstShape>) -> String {
     let (what, factor) = (what(base), base.noise_factor());
     let agreement = shape.map(|s| {
-        let mode = base.scene.mode_name(s.mode);
+        let mode = base.scene.mode(s.mode);
         // Shapes that agree well differ in the digits after the nines.
         let [mac, least] = [s.mac, s.least].map(|v| if v > 0.98 { format!("{v:.4}") } else { format!("{v:.2}") });
         (format!("{mode} has a MAC of {mac}"), format!("gives {least} or more"), s.mac < s.least)

@@ -15,6 +15,9 @@ pub(crate) type Rotation = [[f64; 3]; 3];
 /// Global axes.
 pub(crate) const GLOBAL: Rotation = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
+/// Names of the global axes.
+pub(crate) const AXES: [&str; 3] = ["x", "y", "z"];
+
 /// a - b.
 pub(crate) fn minus(a: Vector, b: Vector) -> Vector {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]

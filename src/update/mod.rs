@@ -36,7 +36,7 @@ pub use peaks::Peak;
 pub use pretest::{Pretest, PretestOptions, TargetMode, pretest};
 pub use reduced::ReducedSearch;
 pub use settings::{Cost, Settings};
-pub use twin::{SensorFault, TwinError, TwinFrfOptions, TwinOptions, node_sensors, twin_frfs, twin_modes};
+pub use twin::{TwinError, TwinFault, TwinFrfOptions, TwinOptions, node_sensors, twin_frfs, twin_modes};
 pub use uncertainty::{Basis, Held, Inseparable, IntervalMethod, ParameterUncertainty, Uncertainty, uncertainty};
 
 use self::reduced::ReducedCases;

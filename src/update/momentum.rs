@@ -34,6 +34,7 @@ mod density;
 use self::density::{Density, ERRORS, FACTORS, NOTHING, Shape, columns, densities, density, rigid_share, shape};
 use crate::correlation::{CorrelationError, observation_matrix_at};
 use crate::data::{Place, Sensor, TestMode};
+use crate::fault::{Fault, SensorDead, SensorGain, SensorSign, SensorSwap};
 use crate::identify::health::{Finding, Level};
 use crate::linalg::{DMatrix, DVector};
 use crate::modal::SolveOptions;
@@ -461,7 +462,7 @@ impl Check<'_> {
         let name = |k: usize| self.sensors[k].name.clone();
         match edit {
             SensorChange::Turn { sensors } if sensors.len() == 1 => (
-                "sign-flipped",
+                SensorSign.name(),
                 name(sensors[0]),
                 format!("sensor {} has the wrong sign", name(sensors[0])),
                 "reverse the direction of the sensor in the test file, and run this check again: it then finds nothing here",
@@ -477,19 +478,19 @@ impl Check<'_> {
                 )
             }
             SensorChange::Swap { sensors: [k, l] } => (
-                "channels-swapped",
+                SensorSwap.name(),
                 format!("{} / {}", name(*k), name(*l)),
                 format!("sensors {} and {} are swapped", name(*k), name(*l)),
                 "exchange the places of the two sensors in the test file",
             ),
             SensorChange::Scale { sensor, factor } => (
-                "gain",
+                SensorGain.name(),
                 name(*sensor),
                 format!("sensor {} has the wrong gain: its entries times {factor:.3} fit", name(*sensor)),
                 "compare the sensitivity of the channel with its calibration sheet and correct it; leave the sensor out if no cause is found",
             ),
             SensorChange::Dead { sensor } => (
-                "dead-entry",
+                SensorDead.name(),
                 name(*sensor),
                 format!("sensor {} reads nothing but noise where the structure moves", name(*sensor)),
                 "check the cable and the mounting; leave the sensor out of the test file",

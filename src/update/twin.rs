@@ -1,21 +1,26 @@
-//! Synthetic tests: modes and frequency responses of a model at sensors, with noise and sensor faults.
+//! Synthetic tests: modes and frequency responses of a model at sensors, with noise and faults of the measurement.
 //!
 //! For tests of this crate, for examples, and for planning: what would a test with these sensors and this noise tell? Everything
 //! is seeded; modes, and functions of each exciter, have random streams of their own, so that one does not change when
 //! another is left out. Everything that is written says that it is synthetic.
+
+mod fault;
+
+pub use fault::TwinFault;
 
 use super::name_modes;
 use crate::catalogue::did_you_mean;
 use crate::correlation::{CorrelationError, observation_matrix_at};
 use crate::data::{Channel, FrfQuantity, FrfSet, Measured, Origin, Place, Sensor, Standing, TestData, TestMode};
 use crate::element::Dof;
-use crate::linalg::{Complex, DMatrix, DVector};
+use crate::fault::FaultError;
+use crate::linalg::{Complex, DVector};
 use crate::modal::{ModalDamping, Modes, SolveOptions, synthesize};
 use crate::model::{ModelError, ParametricModel, solve_modes};
 use crate::optim::Draw;
+use fault::Inflicted;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use std::str::FromStr;
 
 /// Functions are superposed from at most this many elastic modes.
 const MOST_MODES: usize = 400;
@@ -42,8 +47,8 @@ pub struct TwinOptions {
     pub damping_noise: f64,
     /// Standard deviation of shape entries, relative to the largest entry.
     pub shape_noise: f64,
-    /// Faults of sensors.
-    pub faults: Vec<SensorFault>,
+    /// Faults of the measurement.
+    pub faults: Vec<TwinFault>,
     /// Seed of all random numbers.
     pub seed: u64,
 }
@@ -81,83 +86,6 @@ pub struct TwinFrfOptions {
     pub n_averages: usize,
 }
 
-/// Something wrong with a sensor or its cable.
-#[derive(Debug, Clone, PartialEq)]
-pub enum SensorFault {
-    /// Mounted upside down: `sign:p11`.
-    Sign(String),
-    /// Wrong sensitivity, by a factor: `gain:p5,1.5`.
-    Gain(String, f64),
-    /// Two cables interchanged: `swap:p3,p4`.
-    Swap(String, String),
-    /// Nothing but noise: `dead:p10`.
-    Dead(String),
-    /// Mounted along another direction than the file says: `axis:p7,+x`.
-    Axis(String, [f64; 3]),
-}
-
-impl SensorFault {
-    /// The sensors it names.
-    fn sensors(&self) -> Vec<&str> {
-        match self {
-            SensorFault::Sign(a) | SensorFault::Gain(a, _) | SensorFault::Dead(a) | SensorFault::Axis(a, _) => vec![a],
-            SensorFault::Swap(a, b) => vec![a, b],
-        }
-    }
-}
-
-impl std::fmt::Display for SensorFault {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            SensorFault::Sign(a) => write!(f, "sign:{a}"),
-            SensorFault::Gain(a, factor) => write!(f, "gain:{a},{factor}"),
-            SensorFault::Swap(a, b) => write!(f, "swap:{a},{b}"),
-            SensorFault::Dead(a) => write!(f, "dead:{a}"),
-            SensorFault::Axis(a, d) => write!(f, "axis:{a},[{} {} {}]", d[0], d[1], d[2]),
-        }
-    }
-}
-
-impl FromStr for SensorFault {
-    type Err = TwinError;
-
-    fn from_str(text: &str) -> Result<Self, TwinError> {
-        let wrong = || TwinError::Fault { text: text.to_string() };
-        let (kind, rest) = text.split_once(':').ok_or_else(wrong)?;
-        let two = || rest.rsplit_once(',').map(|(a, b)| (a.trim().to_string(), b.trim())).ok_or_else(wrong);
-        let one = || {
-            let name = rest.trim();
-            if name.is_empty() { Err(wrong()) } else { Ok(name.to_string()) }
-        };
-        Ok(match kind.trim() {
-            "sign" => SensorFault::Sign(one()?),
-            "dead" => SensorFault::Dead(one()?),
-            "gain" => {
-                let (name, factor) = two()?;
-                let factor: f64 = factor.parse().map_err(|_| wrong())?;
-                if !factor.is_finite() {
-                    return Err(wrong());
-                }
-                SensorFault::Gain(name, factor)
-            }
-            "swap" => {
-                let (a, b) = two()?;
-                SensorFault::Swap(a, b.to_string())
-            }
-            "axis" => {
-                let (name, axis) = two()?;
-                let sign = if axis.starts_with('-') { -1.0 } else { 1.0 };
-                let letter = axis.trim_start_matches(['+', '-']);
-                let i = ["x", "y", "z"].iter().position(|a| *a == letter).ok_or_else(wrong)?;
-                let mut direction = [0.0; 3];
-                direction[i] = sign;
-                SensorFault::Axis(name, direction)
-            }
-            _ => return Err(wrong()),
-        })
-    }
-}
-
 /// Why there is no synthetic test.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -168,13 +96,16 @@ pub enum TwinError {
     /// The model has no matrices or no modes.
     #[error(transparent)]
     Model(#[from] ModelError),
-    /// A fault that is not understood.
-    #[error(
-        "fault `{text}` is not understood; write `sign:SENSOR`, `gain:SENSOR,FACTOR`, `swap:SENSOR,SENSOR`, `dead:SENSOR` or `axis:SENSOR,+x`"
-    )]
+    /// A fault that is not in the catalogue, or not at this place.
+    #[error(transparent)]
+    Place(#[from] FaultError),
+    /// A fault with a wrong number.
+    #[error("fault `{text}`: {problem}")]
     Fault {
-        /// The text.
+        /// The fault.
         text: String,
+        /// What is wrong.
+        problem: &'static str,
     },
     /// A name that no sensor has.
     #[error("there is no sensor `{name}`{suggestion}")]
@@ -227,7 +158,7 @@ pub fn node_sensors(model: &dyn ParametricModel) -> Vec<Sensor> {
 /// ```text
 /// f = f_r (1 + ε_f n),   ψ_k = φ_k + ε_ψ max|φ| n      n standard normal, φ scaled to a largest entry of 1
 /// ```
-/// Faults act on φ before the noise. Rigid-body modes, and modes that no sensor sees, are left out.
+/// Faults act on φ before the noise, and on the list of modes after it. Rigid-body modes, and modes that no sensor sees, are left out.
 ///
 /// * `origin` - how the numbers came about, for the file
 ///
@@ -243,7 +174,8 @@ pub fn twin_modes(
     check(options, sensors)?;
     let n = if options.band_hz.is_some() { MOST_MODES } else { options.n_modes };
     let modes = modes(model, theta, n)?;
-    let at = faulty(model, theta, sensors, &options.faults)? * &modes.shapes;
+    let faults = Inflicted::new(model, sensors, &options.faults, options.n_modes)?;
+    let at = faults.observe(model, theta, sensors)? * &modes.shapes;
     let named = name_modes(model, theta, &modes)?;
     let mut rng = ChaCha8Rng::seed_from_u64(options.seed);
     rng.set_stream(MODES_STREAM);
@@ -266,7 +198,7 @@ pub fn twin_modes(
         let frequency = f * (1.0 + options.frequency_noise * rng.normal());
         let damping = options.damping * (1.0 + options.damping_noise * rng.normal());
         let shape = DVector::from_fn(column.len(), |i, _| {
-            Complex::new(column[i] / scale + options.shape_noise * rng.normal(), 0.0)
+            Complex::new(column[i] / scale + options.shape_noise * faults.noise(i) * rng.normal(), 0.0)
         });
         let is_visible = shape.iter().any(|v| v.re != 0.0);
         out.push(TestMode {
@@ -286,6 +218,7 @@ pub fn twin_modes(
         return Err(TwinError::Nothing("the model has no elastic mode in the band"));
     }
     out.sort_by(|a, b| a.frequency_hz.value.total_cmp(&b.frequency_hz.value));
+    faults.put_into_list(&mut out)?;
     Ok(TestData {
         name: String::new(),
         description: String::new(),
@@ -339,8 +272,10 @@ pub fn twin_frfs(
     let modes = modes(model, theta, MOST_MODES)?;
     let exciters = frf.exciters.iter().map(|name| index(sensors, name)).collect::<Result<Vec<_>, _>>()?;
     let forces: Vec<Sensor> = exciters.iter().map(|&i| sensors[i].clone()).collect();
-    let responses = faulty(model, theta, sensors, &options.faults)?;
-    let references = observation_matrix_at(model, &forces, theta)?;
+    let faults = Inflicted::new(model, sensors, &options.faults, MOST_MODES)?;
+    let responses = faults.observe(model, theta, sensors)?;
+    let acting: Vec<Sensor> = exciters.iter().map(|&i| sensors[faults.acts_at(i)].clone()).collect();
+    let references = observation_matrix_at(model, &acting, theta)?;
     let damping = ModalDamping::uniform(modes.len(), options.damping);
     let h = synthesize(&modes, &damping, &responses, &references, lines, frf.quantity.order());
     let channel = |s: &Sensor| Channel { name: s.name.clone(), direction: Some(s.direction) };
@@ -353,18 +288,15 @@ pub fn twin_frfs(
         coherence: None,
         n_averages: None,
     };
-    let dead: Vec<bool> = sensors
-        .iter()
-        .map(|s| options.faults.iter().any(|f| matches!(f, SensorFault::Dead(name) if *name == s.name)))
-        .collect();
+    faults.put_into_functions(&mut set, sensors);
     if frf.force_noise > 0.0 || frf.response_noise > 0.0 {
-        estimate(&mut set, frf, &dead, options.seed);
+        estimate(&mut set, frf, &faults, options.seed);
     }
     Ok(set)
 }
 
 /// Replaces exact functions by estimates from noisy averages.
-fn estimate(set: &mut FrfSet, frf: &TwinFrfOptions, dead: &[bool], seed: u64) {
+fn estimate(set: &mut FrfSet, frf: &TwinFrfOptions, faults: &Inflicted, seed: u64) {
     let (n_lines, n_responses) = (set.n_lines(), set.responses.len());
     let mut coherence = vec![1.0; set.h.len()];
     for reference in 0..set.references.len() {
@@ -377,10 +309,11 @@ fn estimate(set: &mut FrfSet, frf: &TwinFrfOptions, dead: &[bool], seed: u64) {
             })
             .collect();
         // A dead channel has the noise of a typical one.
-        let mut alive: Vec<f64> = rms.iter().zip(dead).filter(|(_, d)| !**d).map(|(r, _)| *r).collect();
+        let dead: Vec<bool> = (0..n_responses).map(|k| faults.is_silent(k)).collect();
+        let mut alive: Vec<f64> = rms.iter().zip(&dead).filter(|(_, d)| !**d).map(|(r, _)| *r).collect();
         alive.sort_by(f64::total_cmp);
         let typical = alive.get(alive.len() / 2).copied().unwrap_or(1.0);
-        rms.iter_mut().zip(dead).filter(|(_, d)| **d).for_each(|(r, _)| *r = typical);
+        rms.iter_mut().zip(&dead).filter(|(_, d)| **d).for_each(|(r, _)| *r = typical);
         let mut cross = vec![Complex::new(0.0, 0.0); n_responses];
         let mut auto = vec![0.0; n_responses];
         for line in 0..n_lines {
@@ -392,7 +325,7 @@ fn estimate(set: &mut FrfSet, frf: &TwinFrfOptions, dead: &[bool], seed: u64) {
                 let measured = force + complex_normal(&mut rng) * frf.force_noise;
                 force_power += measured.norm_sqr();
                 for k in 0..n_responses {
-                    let noise = complex_normal(&mut rng) * (frf.response_noise * rms[k]);
+                    let noise = complex_normal(&mut rng) * (frf.response_noise * faults.noise(k) * rms[k]);
                     let x = set.at(line, reference, k) * force + noise;
                     cross[k] += x * measured.conj();
                     auto[k] += x.norm_sqr();
@@ -425,34 +358,6 @@ fn modes(model: &dyn ParametricModel, theta: &[f64], n_elastic: usize) -> Result
     Ok(solve_modes(model, theta, SolveOptions { n_elastic, shift: None })?)
 }
 
-/// The observation matrix of sensors with faults.
-fn faulty(
-    model: &dyn ParametricModel,
-    theta: &[f64],
-    sensors: &[Sensor],
-    faults: &[SensorFault],
-) -> Result<DMatrix<f64>, TwinError> {
-    let mut mounted = sensors.to_vec();
-    for fault in faults {
-        if let SensorFault::Axis(name, direction) = fault {
-            mounted[index(sensors, name)?].direction = *direction;
-        }
-    }
-    let mut rows = observation_matrix_at(model, &mounted, theta)?;
-    for fault in faults {
-        match fault {
-            SensorFault::Sign(name) => rows.row_mut(index(sensors, name)?).neg_mut(),
-            SensorFault::Gain(name, factor) => {
-                rows.row_mut(index(sensors, name)?).scale_mut(*factor);
-            }
-            SensorFault::Swap(a, b) => rows.swap_rows(index(sensors, a)?, index(sensors, b)?),
-            SensorFault::Dead(name) => rows.row_mut(index(sensors, name)?).fill(0.0),
-            SensorFault::Axis(..) => {}
-        }
-    }
-    Ok(rows)
-}
-
 fn index(sensors: &[Sensor], name: &str) -> Result<usize, TwinError> {
     sensors.iter().position(|s| s.name == name).ok_or_else(|| TwinError::NoSensor {
         name: name.to_string(),
@@ -475,9 +380,6 @@ fn check(options: &TwinOptions, sensors: &[Sensor]) -> Result<(), TwinError> {
         ("damping", options.damping),
     ] {
         range(what, value, (0.0..1.0).contains(&value), "at least 0 and below 1")?;
-    }
-    for name in options.faults.iter().flat_map(SensorFault::sensors) {
-        index(sensors, name)?;
     }
     Ok(())
 }

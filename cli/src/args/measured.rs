@@ -253,12 +253,12 @@ pub(crate) struct Map {
     pub(crate) json: bool,
 }
 
-/// Make synthetic test data from a model: modes and functions at sensors, with noise, sensor faults and hidden changes.
+/// Make synthetic test data from a model: modes and functions at sensors, with noise, faults of the measurement and hidden changes.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   retune twin models/bff_truth.yaml -o twin.yaml --sensors models/bff_gvt.yaml --noise-frequency '0.3 %' --noise-shape '2 %'
   retune twin models/bff_truth.yaml --frf twin.unv --sensors models/bff_gvt.yaml --exciter p12 --band 3 35 --noise-response '1 %'
-  retune twin models/bff.yaml -o twin.yaml --set m8_13=70g --patch hidden.yaml --fault sign:p11 --fault swap:p3,p4")]
+  retune twin models/bff.yaml -o twin.yaml --set m8_13=70g --patch hidden.yaml --fault sensor-sign@p11 --fault sensor-swap@p3+p4")]
 pub(crate) struct Twin {
     /// Model file.
     pub(crate) model: PathBuf,
@@ -313,7 +313,8 @@ pub(crate) struct Twin {
     /// A partial model file laid over the model: what the test has and the model lacks.
     #[arg(long, value_name = "FILE")]
     pub(crate) patch: Option<PathBuf>,
-    /// A fault: sign:SENSOR, gain:SENSOR,FACTOR, swap:SENSOR,SENSOR, dead:SENSOR, axis:SENSOR,+x.
+    /// A fault of the measurement, with its number where it has one: sensor-sign@p11, sensor-gain@p5=1.5, sensor-turned@p1.x+p1.y=10 (degrees);
+    /// `retune list faults` has them all.
     #[arg(long, value_name = "FAULT")]
     pub(crate) fault: Vec<String>,
     /// Seed of all random numbers.

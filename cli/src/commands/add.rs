@@ -3,8 +3,9 @@
 use crate::args::{Add, Undo};
 use crate::output::{Failure, print, shown, warn};
 use crate::{DONE, files, writing};
-use retune::diagnosis::{FAULTS, sensor_loads};
+use retune::diagnosis::sensor_loads;
 use retune::effect::{Context, Effects, PatchError, Structure, undo};
+use retune::fault::{FAULTS, Fault};
 use retune::report::text::printable;
 use std::path::Path;
 
@@ -36,7 +37,7 @@ pub(crate) fn run(args: &Add) -> Result<u8, Failure> {
 fn refused(effect: &str, error: PatchError) -> Failure {
     let name = effect.split('@').next().unwrap_or_default();
     match error {
-        PatchError::UnknownEffect { .. } if FAULTS.iter().any(|f| f.name == name) => Failure::text(format!(
+        PatchError::UnknownEffect { .. } if FAULTS.iter().any(|f| Fault::name(*f) == name) => Failure::text(format!(
             "`{name}` is a fault of the measurement and no effect of the structure: mend it in the test file (`retune explain {name}`)"
         )),
         PatchError::NoSensors { .. } => Failure::text(format!("{error} by `--test TEST`")),

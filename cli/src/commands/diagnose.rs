@@ -9,6 +9,7 @@ use crate::progress::Spinner;
 use crate::{DONE, SHORT};
 use retune::data::{TestData, joined};
 use retune::diagnosis::{Settings, Verdict, diagnose_tests};
+use retune::fault::Faults;
 use retune::model::ParametricModel;
 use retune::report::{Case, ReportData, add_diagnosis, assess_paired, diagnosis, of_comparison, text};
 use std::path::{Path, PathBuf};
@@ -23,7 +24,7 @@ pub(crate) fn run(args: &Diagnose) -> Result<u8, Failure> {
     let spinner = Spinner::new();
     let settings = Settings {
         seed: args.seed,
-        faults: !args.no_faults,
+        faults: if args.no_faults { Faults::none() } else { Faults::builtin() },
         pairing: how,
         listener: spinner.listener(),
         ..Settings::default()

@@ -5,9 +5,9 @@ use crate::args::Explain;
 use crate::output::{Failure, print, reference_style};
 use retune::catalogue::did_you_mean;
 use retune::correlation::{BUILTIN_PROFILES, parse_profiles};
-use retune::diagnosis::FAULTS;
 use retune::effect::{EFFECTS, Effect};
 use retune::element::{ELEMENTS, Element};
+use retune::fault::{FAULTS, Fault};
 use retune::objective::{RESIDUALS, Residual};
 use retune::optim::OPTIMIZERS;
 use retune::report::text::{Align, Table};
@@ -33,8 +33,9 @@ pub(crate) fn run(args: &Explain) -> Result<u8, Failure> {
         ));
         print(&format!("Confused with: {}\n\nSources\n", about.confusable.join(", ")));
         about.references.iter().for_each(|s| print(&format!("  {s}\n")));
-    } else if let Some(f) = FAULTS.iter().find(|f| f.name == name) {
-        print(&format!("{name}: {}\n\nTrace: {}\n", f.summary, f.signature));
+    } else if let Some(f) = FAULTS.iter().find(|f| Fault::name(**f) == name) {
+        let about = f.about();
+        print(&format!("{name}: {}\n\nTrace: {}\n", about.summary, about.signature));
     } else if let Some(profile) = profiles.iter().find(|p| p.name == name) {
         let text = retune::yaml::write(&[profile]);
         print(&format!(
@@ -47,7 +48,7 @@ pub(crate) fn run(args: &Explain) -> Result<u8, Failure> {
             .iter()
             .map(|e| Element::name(*e))
             .chain(EFFECTS.iter().map(|e| Effect::name(*e)))
-            .chain(FAULTS.iter().map(|f| f.name))
+            .chain(FAULTS.iter().map(|f| Fault::name(*f)))
             .chain(OPTIMIZERS.iter().map(|o| o.name))
             .chain(profiles.iter().map(|p| p.name.as_str()))
             .chain(RESIDUALS.iter().map(|r| Residual::name(*r)));

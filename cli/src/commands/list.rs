@@ -4,9 +4,9 @@ use crate::DONE;
 use crate::args::{List, ListOf};
 use crate::output::{Failure, print, print_json, reference_style};
 use retune::correlation::{BUILTIN_PROFILES, parse_profiles};
-use retune::diagnosis::FAULTS;
 use retune::effect::{EFFECTS, Effect};
 use retune::element::{ELEMENTS, Element};
+use retune::fault::{FAULTS, Fault};
 use retune::objective::{RESIDUALS, Residual};
 use retune::optim::OPTIMIZERS;
 use retune::report::text::{Align, Table};
@@ -18,7 +18,7 @@ pub(crate) fn run(args: &List) -> Result<u8, Failure> {
         ListOf::Elements => ELEMENTS.iter().map(|e| (Element::name(*e), e.summary())).collect(),
         ListOf::Residuals => RESIDUALS.iter().map(|r| (Residual::name(*r), r.summary())).collect(),
         ListOf::Effects => EFFECTS.iter().map(|e| (Effect::name(*e), e.about().summary)).collect(),
-        ListOf::Faults => FAULTS.iter().map(|f| (f.name, f.summary)).collect(),
+        ListOf::Faults => FAULTS.iter().map(|f| (Fault::name(*f), f.about().summary)).collect(),
         ListOf::Profiles => profiles.iter().map(|p| (p.name.as_str(), p.source.as_str())).collect(),
         ListOf::Optimizers => OPTIMIZERS.iter().map(|o| (o.name, o.summary)).collect(),
     };

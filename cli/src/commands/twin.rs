@@ -11,7 +11,7 @@ use retune::data::convert::{frf_file, geometry_file};
 use retune::data::uff::{self, Dataset, Storage, UniversalFile};
 use retune::data::{FrfSet, Geometry, Point, Sensor, csv, write_test};
 use retune::model::{Model, ParametricModel, Registry};
-use retune::update::{SensorFault, TwinFrfOptions, TwinOptions, node_sensors, twin_frfs, twin_modes};
+use retune::update::{TwinFault, TwinFrfOptions, TwinOptions, node_sensors, twin_frfs, twin_modes};
 use serde_json::json;
 use std::path::Path;
 
@@ -45,7 +45,7 @@ pub(crate) fn run(args: &Twin) -> Result<u8, Failure> {
         damping: scalar("--damping", &args.damping, "1")?,
         damping_noise: scalar("--noise-damping", &args.noise_damping, "1")?,
         shape_noise: scalar("--noise-shape", &args.noise_shape, "1")?,
-        faults: args.fault.iter().map(|f| f.parse()).collect::<Result<Vec<SensorFault>, _>>()?,
+        faults: args.fault.iter().map(|f| f.parse()).collect::<Result<Vec<TwinFault>, _>>()?,
         seed: args.seed,
     };
     let story = story(args, &model);
@@ -106,7 +106,7 @@ fn story(args: &Twin, model: &Model) -> String {
         add(format!("with {set}"));
     }
     for fault in &args.fault {
-        add(format!("with the sensor fault {fault}"));
+        add(format!("with the fault {fault}"));
     }
     add(format!(
         "noise {} of frequencies and {} of shapes, seed {}",

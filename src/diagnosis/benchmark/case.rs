@@ -2,10 +2,9 @@
 
 use super::Plan;
 use super::foreign::{self, with_foreign};
-use super::hidden::{OUTSIDE, TURN, Truth, rng};
+use super::hidden::{Hidden, OUTSIDE, TURN, Truth, rng};
 use super::structures::Specimen;
 use crate::data::TestData;
-use crate::diagnosis::faults::{Change, Fault};
 use crate::diagnosis::fit::{Fit, evaluate, fit};
 use crate::diagnosis::refit::with_effect;
 use crate::diagnosis::scene::Scene;
@@ -13,6 +12,7 @@ use crate::diagnosis::screen::project;
 use crate::diagnosis::traces::{faults_at, traces};
 use crate::diagnosis::{Diagnosis, DiagnosisError, Investigation, Kind, Settings, Verdict, investigate};
 use crate::effect::{Candidate, Context, candidates};
+use crate::fault::{Number, PlacedFault, SingleTest};
 use crate::linalg::DVector;
 use crate::objective::Scaling;
 use crate::optim::Draw;
@@ -23,19 +23,6 @@ use std::collections::BTreeMap;
 pub(super) const VISIBLE_GAIN: f64 = 30.0;
 /// Two hypotheses whose projected traces have a larger cosine than this say the same about these data.
 const ALIKE: f64 = 0.99;
-
-/// What a twin hides.
-#[derive(Debug, Clone)]
-pub(super) enum Hidden {
-    /// Nothing: the model is right, but for its parameters and its mesh.
-    Nothing,
-    /// An effect of the catalogue.
-    Effect(Candidate),
-    /// A fault of the measurement.
-    Fault(Fault),
-    /// A change of the structure that no effect makes.
-    Outside(&'static str),
-}
 
 /// A twin to be made and diagnosed.
 #[derive(Debug, Clone)]
@@ -111,7 +98,7 @@ impl Case {
             Hidden::Effect(c) => c.id(),
             Hidden::Fault(f) => {
                 let test = TestData { sensors: specimen.sensors.clone(), ..TestData::default() };
-                Scene::new(&specimen.model, &[&test]).map_or_else(|_| f.name().to_string(), |s| f.id(&s))
+                f.id(&SingleTest::new(&test))
             }
             Hidden::Outside(kind) => (*kind).to_string(),
         }
@@ -136,7 +123,7 @@ impl Specimen {
         let mut kinds: BTreeMap<&str, Vec<Hidden>> = BTreeMap::new();
         let scene = Scene::new(&self.model, &[&test]);
         if let Ok((scene, base)) = scene.and_then(|s| fit(&s, &[s.start()], 1.0).map(|f| (s, f))) {
-            let list = faults_at(&scene, &base);
+            let list = faults_at(&scene, &base, &settings.faults);
             let seen = traces(&scene, &base, 1.0, &list);
             for (f, _) in list.into_iter().zip(seen).filter(|(_, t)| t.is_some()) {
                 kinds.entry(f.name()).or_default().push(Hidden::Fault(f));
@@ -253,12 +240,13 @@ fn misfit_of(truth: &Truth) -> Result<f64, DiagnosisError> {
 }
 
 /// The misfit with the fault taken out of the data; of a channel that is wrong in a way with a number, without the channel.
-fn corrected(scene: &Scene, fault: &Fault, base: &Fit) -> Result<f64, DiagnosisError> {
-    let whole = Fault { change: Change::Dead, ..fault.clone() };
-    let clean = match fault.change {
-        Change::Gain | Change::Noisy | Change::Dead => scene.corrected(&whole, 1.0),
-        _ if fault.is_angle() => scene.corrected(fault, TURN),
-        _ => scene.corrected(fault, 1.0),
+fn corrected(scene: &Scene, fault: &PlacedFault, base: &Fit) -> Result<f64, DiagnosisError> {
+    let clean = match fault.number() {
+        Number::Factor { .. } | Number::Scatter | Number::Silence => {
+            scene.corrected(&PlacedFault { only: fault.only, ..PlacedFault::silenced(fault.at.sensor()) }, 1.0)
+        }
+        Number::Angle { .. } => scene.corrected(fault, TURN),
+        Number::None | Number::Frequency { .. } => scene.corrected(fault, fault.number().neutral()),
     };
     Ok(fit(&clean, &[scene.start(), base.x.clone()], 1.0)?.misfit)
 }

@@ -1,13 +1,12 @@
 //! What a twin hides: the truth as an edit of the refined model, or as a fault of its data.
 
 use super::Plan;
-use super::case::Hidden;
 use super::structures::Specimen;
 use crate::data::{MassProperty, MassQuantity, Measured, Origin, TestData};
 use crate::diagnosis::DiagnosisError;
-use crate::diagnosis::faults::{Change, Fault};
 use crate::diagnosis::mesh::{build, unsolvable};
 use crate::effect::Candidate;
+use crate::fault::{Number, PlacedFault};
 use crate::linalg::Complex;
 use crate::model::spec::{ModelSpec, OverrideSpec};
 use crate::model::{Model, ParametricModel};
@@ -44,6 +43,19 @@ fn point(model: &Model, rng: &mut ChaCha8Rng) -> Vec<f64> {
         .collect()
 }
 
+/// What a twin hides.
+#[derive(Debug, Clone)]
+pub(super) enum Hidden {
+    /// Nothing: the model is right, but for its parameters and its mesh.
+    Nothing,
+    /// An effect of the catalogue.
+    Effect(Candidate),
+    /// A fault of the measurement.
+    Fault(PlacedFault),
+    /// A change of the structure that no effect makes.
+    Outside(&'static str),
+}
+
 /// A twin with its truth.
 pub(super) struct Truth {
     pub(super) test: TestData,
@@ -72,13 +84,10 @@ impl Specimen {
         };
         let truth = build(spec)?;
         // The sensors stand where the real structure has them, which a fault may keep secret.
-        let mut sensors = self.sensors.clone();
-        if let Hidden::Fault(f) = hidden
-            && (f.is_angle() || matches!(f.change, Change::Axis(_) | Change::Position { .. }))
-        {
-            let probe = TestData { sensors: sensors.clone(), ..TestData::default() };
-            sensors = f.apply(&probe, TURN).sensors;
-        }
+        let sensors = match hidden {
+            Hidden::Fault(fault) => fault.sensors_in_truth(&self.sensors, TURN),
+            _ => self.sensors.clone(),
+        };
         let options = TwinOptions {
             n_modes: self.n_modes,
             damping: 0.0,
@@ -227,32 +236,20 @@ fn size(candidate: &Candidate, rng: &mut ChaCha8Rng) -> Vec<f64> {
         .collect()
 }
 
-/// Puts a fault into the data.
-fn spoil(test: &mut TestData, fault: &Fault, plan: &Plan, rng: &mut ChaCha8Rng) {
-    let s = fault.sensor;
-    match &fault.change {
-        // Sensors that measure elsewhere were there when the twin was made; the twins have no functions.
-        Change::Axis(_)
-        | Change::Turned(_)
-        | Change::Tilted(_)
-        | Change::Position { .. }
-        | Change::DrivingPoint { .. }
-        | Change::FunctionGain => {}
-        Change::Sign | Change::Swap(_) | Change::Order(..) => *test = fault.apply(test, 1.0),
-        Change::Frequency(m) => {
-            test.modes[*m].frequency_hz.value *= if rng.unit() < 0.5 { 0.95 } else { 1.05 };
-        }
-        Change::Gain => {
-            let gain = if rng.unit() < 0.5 { 0.7 } else { 1.4 };
+/// Puts a fault into the data; sensors that measure elsewhere were there when the twin was made.
+fn spoil(test: &mut TestData, fault: &PlacedFault, plan: &Plan, rng: &mut ChaCha8Rng) {
+    let mut either = |a: f64, b: f64| if rng.unit() < 0.5 { a } else { b };
+    match fault.number() {
+        Number::None => fault.put_into(test, fault.number().neutral()),
+        Number::Factor { .. } => fault.put_into(test, either(0.7, 1.4)),
+        Number::Frequency { .. } => fault.put_into(test, either(0.95, 1.05)),
+        Number::Angle { .. } => {}
+        Number::Scatter | Number::Silence => {
+            let is_dead = fault.number() == Number::Silence;
+            let s = fault.at.sensor();
             for shape in test.modes.iter_mut().filter_map(|m| m.shape.as_mut()) {
-                shape[s] *= gain;
-            }
-        }
-        Change::Dead | Change::Noisy => {
-            let dead = fault.change == Change::Dead;
-            for shape in test.modes.iter_mut().filter_map(|m| m.shape.as_mut()) {
-                let noise = rng.normal() * plan.shape_noise * if dead { 1.0 } else { NOISY };
-                let kept = if dead { Complex::new(0.0, 0.0) } else { shape[s] };
+                let noise = rng.normal() * plan.shape_noise * if is_dead { 1.0 } else { NOISY };
+                let kept = if is_dead { Complex::new(0.0, 0.0) } else { shape[s] };
                 shape[s] = kept + Complex::new(noise, 0.0);
             }
         }

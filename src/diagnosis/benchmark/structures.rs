@@ -4,12 +4,11 @@ use super::Plan;
 use crate::correlation::{effective_independence, observation_matrix};
 use crate::data::{Place, Sensor};
 use crate::diagnosis::DiagnosisError;
-use crate::diagnosis::faults::AXES;
 use crate::diagnosis::mesh::{FINER, build, mesh_errors, modes, refined, seen, unsolvable};
 use crate::element::Dof;
 use crate::linalg::DMatrix;
 use crate::model::spec::ModelSpec;
-use crate::model::{GLOBAL, Model, ParametricModel, Registry, extent, load, minus, unit};
+use crate::model::{AXES, GLOBAL, Model, ParametricModel, Registry, extent, load, minus, unit};
 use crate::update::node_sensors;
 
 /// Name and model file.

@@ -7,7 +7,6 @@ use super::frame::told;
 use super::*;
 use crate::data::Correction;
 use crate::diagnosis::benchmark::{Plan, benchmark};
-use crate::diagnosis::faults::{Change, Fault};
 use crate::effect::Candidate;
 
 const FRAME: &str = include_str!("../../../models/frame.yaml");
@@ -190,16 +189,16 @@ fn three_things_that_are_wrong_are_told_and_learnt() {
 /// Faults as they are taken out of a test are taken out of functions that are read beside it, after the test has been written and read.
 #[test]
 fn functions_beside_a_corrected_test_are_corrected_too() {
-    use crate::correlation::corrected_functions;
-    use crate::data::write_test;
+    use crate::data::{corrected_functions, write_test};
+    use crate::fault::{At, PlacedFault, SensorAxis, SensorGain, SensorSign, SensorSwap};
     let clean = of_strip(true);
     let (set, mut test) = (clean.frfs.clone().unwrap(), TestData { frfs: None, frf_fit: None, ..clean.clone() });
     test.sensors[0].direction = [1.0, 0.0, 0.0];
     let faults = [
-        (Fault::of(1, Change::Sign), 1.0),
-        (Fault::of(2, Change::Gain), 1.25),
-        (Fault::of(2, Change::Swap(3)), 1.0),
-        (Fault::of(0, Change::Axis(2)), 1.0),
+        (PlacedFault::new(&SensorSign, At::Sensor(1)), 1.0),
+        (PlacedFault::new(&SensorGain, At::Sensor(2)), 1.25),
+        (PlacedFault::new(&SensorSwap, At::Sensors(2, 3)), 1.0),
+        (PlacedFault::new(&SensorAxis, At::Axis(0, 2)), 1.0),
     ];
     // The functions as those faults make them, from the last to the first.
     let mut spoiled = set.clone();
@@ -211,7 +210,7 @@ fn functions_beside_a_corrected_test_are_corrected_too() {
     }
     spoiled.responses[0].direction = Some([1.0, 0.0, 0.0]);
     for (fault, number) in &faults {
-        test = fault.apply(&test, *number);
+        test = fault.taken_out_of(&test, *number);
     }
     let read = read_test(&write_test(&test)).unwrap().0;
     assert_eq!(read.corrections, test.corrections);

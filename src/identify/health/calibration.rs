@@ -159,7 +159,7 @@ fn faults_in_three_structures_are_found() {
                 noisy.h[at] += normal_pair(&mut rng) * sd;
             }
         }
-        tell("noisy channel", &noisy, &["noisy-channel", "dead-channel"]);
+        tell("noisy channel", &noisy, &["sensor-noisy", "sensor-dead"]);
         let mut reversed = clean.clone();
         for h in &mut reversed.h {
             *h = -*h;

@@ -7,6 +7,7 @@ use super::super::mode::driving_points;
 use super::driving_point::{noise, weigh};
 use super::{Finding, Level};
 use crate::data::FrfSet;
+use crate::fault::{Fault, SensorDead};
 use crate::linalg::Complex;
 
 /// Share of negative power at a driving point that noise explains: with 10 % noise of the rms it stays below 0.02.
@@ -52,7 +53,7 @@ pub fn check_functions(frfs: &FrfSet) -> Result<Vec<Finding>, IdentifyError> {
             if missing == 0 && frfs.n_lines() > 0 && values().all(|h| h == Complex::ZERO) {
                 findings.push(Finding {
                     level: Level::Fault,
-                    code: "dead-channel",
+                    code: SensorDead.name(),
                     subject: response.name.clone(),
                     evidence: vec![("rms", 0.0)],
                     text: format!("function {} is zero in every line", subject()),

@@ -2,6 +2,7 @@
 
 use super::hypotheses::{Accepted, Edit, Prior, search};
 use super::{Finding, Level};
+use crate::fault::{Fault, SensorAxis, SensorDead, SensorGain, SensorSign, SensorSwap};
 use crate::identify::IdentifyError;
 use crate::linalg::{DMatrix, symmetric_eigen, thin_qr};
 
@@ -116,7 +117,7 @@ pub fn check_rigid_body(sensors: &[SensorGeometry], shapes: &DMatrix<f64>) -> Re
         findings.push(match (axis, a.edit) {
             (Some((name, misfit)), Edit::Drop(i) | Edit::Scale(i, _)) => Finding {
                 level: Level::Fault,
-                code: "wrong-axis",
+                code: SensorAxis.name(),
                 subject: sensors[group[i]].name.clone(),
                 evidence: vec![
                     ("relative misfit along that axis", misfit),
@@ -288,7 +289,7 @@ fn zero_entries(sensors: &[SensorGeometry], shapes: &DMatrix<f64>) -> Vec<Findin
         if dead >= 2 {
             findings.push(Finding {
                 level: Level::Fault,
-                code: "dead-entry",
+                code: SensorDead.name(),
                 subject: sensors[k].name.clone(),
                 evidence: vec![("shapes with a zero entry", f64::from(dead)), ("smallest entry over rms", smallest)],
                 text: format!(
@@ -310,7 +311,7 @@ fn describe(a: &Accepted, sensors: &[SensorGeometry], group: &[usize], against: 
         Edit::Flip(k) => {
             let text = format!("sensor {} has the wrong sign: turned around it fits {against}", name(k));
             (
-                "sign-flipped",
+                SensorSign.name(),
                 name(k),
                 text,
                 "have it decided by a model with `--model`, or push the structure by hand beside it: if the first swing is against its direction, reverse \
@@ -320,7 +321,7 @@ fn describe(a: &Accepted, sensors: &[SensorGeometry], group: &[usize], against: 
         Edit::Swap(k, l) => {
             let text = format!("sensors {} and {} are swapped: exchanged they fit {against}", name(l), name(k));
             (
-                "channels-swapped",
+                SensorSwap.name(),
                 format!("{} / {}", name(l), name(k)),
                 text,
                 "have it decided by a model with `--model`, or follow the two cables; exchange the channels if they are crossed",
@@ -330,7 +331,7 @@ fn describe(a: &Accepted, sensors: &[SensorGeometry], group: &[usize], against: 
             evidence.push(("factor that would fit", s));
             let text = format!("sensor {} has the wrong gain: multiplied by {s:.3} it fits {against}", name(k));
             (
-                "gain",
+                SensorGain.name(),
                 name(k),
                 text,
                 "compare sensitivity and range of the channel with its calibration sheet, and correct the one that is off",

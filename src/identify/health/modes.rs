@@ -8,6 +8,7 @@ use super::driving_point::{Cause, weigh};
 use super::{Finding, Level};
 use crate::catalogue::counted;
 use crate::data::{FrfSet, ModeRecord};
+use crate::fault::{Fault, SensorDead, SensorNoisy};
 use crate::linalg::{Complex, DVector};
 
 /// Standard deviations from which the sign of a residue counts.
@@ -65,7 +66,7 @@ fn channels(frfs: &FrfSet, identification: &Identification) -> Vec<Finding> {
         if nu > 0.8 && middle.exp() < 0.4 {
             findings.push(Finding {
                 level: Level::Fault,
-                code: "dead-channel",
+                code: SensorDead.name(),
                 subject: name.clone(),
                 evidence,
                 text: format!("channel {name} shows no resonance: {:.0} % of its power is explained by no mode", 100.0 * nu.min(1.0)),
@@ -74,7 +75,7 @@ fn channels(frfs: &FrfSet, identification: &Identification) -> Vec<Finding> {
         } else if nu > 0.01 && nu.ln() > limit && powers[o].ln() > power_limit {
             findings.push(Finding {
                 level: Level::Warning,
-                code: "noisy-channel",
+                code: SensorNoisy.name(),
                 subject: name.clone(),
                 evidence,
                 text: format!(

@@ -83,9 +83,9 @@ fn sign_swap_and_gain_are_found_by_smoothness() {
         scaled.row_mut(k).scale_mut(10.0);
         let pair = format!("s{} / s{}", k.min(other) + 1, k.max(other) + 1);
         let cases = [
-            ("sign-flipped", format!("s{}", k + 1), flipped),
-            ("channels-swapped", pair, swapped),
-            ("gain", format!("s{}", k + 1), scaled),
+            ("sensor-sign", format!("s{}", k + 1), flipped),
+            ("sensor-swap", pair, swapped),
+            ("sensor-gain", format!("s{}", k + 1), scaled),
         ];
         for (c, (code, subject, data)) in cases.into_iter().enumerate() {
             let findings = check_geometry(&sensors, &data).unwrap();
@@ -137,19 +137,19 @@ fn rigid_body_motion_shows_sign_gain_swap_and_axis() {
     assert!(alarms <= 1, "{alarms} false alarms of 50");
     let mut data = noisy(&shapes, 0.03, 99);
     data.row_mut(4).neg_mut();
-    assert!(has(&check_rigid_body(&sensors, &data).unwrap(), "sign-flipped", "s5"));
+    assert!(has(&check_rigid_body(&sensors, &data).unwrap(), "sensor-sign", "s5"));
     let mut data = noisy(&shapes, 0.03, 99);
     data.swap_rows(2, 11);
-    assert!(has(&check_rigid_body(&sensors, &data).unwrap(), "channels-swapped", "s3 / s12"));
+    assert!(has(&check_rigid_body(&sensors, &data).unwrap(), "sensor-swap", "s3 / s12"));
     let mut data = noisy(&shapes, 0.03, 99);
     data.row_mut(7).scale_mut(9.81);
-    assert!(has(&check_rigid_body(&sensors, &data).unwrap(), "gain", "s8"));
+    assert!(has(&check_rigid_body(&sensors, &data).unwrap(), "sensor-gain", "s8"));
     let mut data = noisy(&shapes, 0.03, 99);
     for (m, x) in read(9, [0.0, 1.0, 0.0]).into_iter().enumerate() {
         data[(9, m)] = x;
     }
     assert!(
-        has(&check_rigid_body(&sensors, &data).unwrap(), "wrong-axis", "s10"),
+        has(&check_rigid_body(&sensors, &data).unwrap(), "sensor-axis", "s10"),
         "{:?}",
         check_rigid_body(&sensors, &data)
     );
@@ -291,8 +291,8 @@ fn dead_and_noisy_channels_are_found() {
         frfs.h[loud] += normal_pair(&mut rng) * 1.0;
     }
     let findings = check_modes(&frfs, &identify(&frfs, &IdentifyOptions::default()).unwrap());
-    assert!(has(&findings, "dead-channel", "p4"), "{findings:?}");
-    assert!(has(&findings, "noisy-channel", "p7"), "{findings:?}");
+    assert!(has(&findings, "sensor-dead", "p4"), "{findings:?}");
+    assert!(has(&findings, "sensor-noisy", "p7"), "{findings:?}");
 }
 
 #[test]
@@ -377,8 +377,8 @@ fn the_dead_point_of_a_flying_wing_is_found() {
         .collect();
     let shapes = DMatrix::from_fn(rows.len(), 4, |k, m| rows[k][3 + m]);
     let findings = check_geometry(&sensors, &shapes).unwrap();
-    assert!(has(&findings, "dead-entry", "10"));
-    assert_eq!(findings.iter().filter(|f| f.code == "dead-entry").count(), 1);
+    assert!(has(&findings, "sensor-dead", "10"));
+    assert_eq!(findings.iter().filter(|f| f.code == "sensor-dead").count(), 1);
 }
 
 #[test]

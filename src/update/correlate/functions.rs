@@ -3,10 +3,10 @@
 use super::test_mode_name;
 use crate::correlation::Misfit;
 use crate::correlation::{
-    CorrelationError, band_residuals, channel_sensor, frac, frequency_shift, is_driving_point, local_amplitude,
-    observation_matrix, signatures,
+    CorrelationError, band_residuals, frac, frequency_shift, is_driving_point, local_amplitude, observation_matrix,
+    signatures,
 };
-use crate::data::{Channel, FrfFit, FrfSet, Sensor};
+use crate::data::{Channel, FrfFit, FrfSet, Sensor, channel_sensor};
 use crate::linalg::{Complex, DMatrix};
 use crate::modal::{ModalDamping, SolveOptions, synthesize};
 use crate::model::solve_modes;

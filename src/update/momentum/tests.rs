@@ -3,7 +3,7 @@
 use super::*;
 use crate::data::read_test;
 use crate::model::{Registry, load};
-use crate::update::{SensorFault, TwinOptions, node_sensors, twin_modes};
+use crate::update::{TwinFault, TwinOptions, node_sensors, twin_modes};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -34,12 +34,12 @@ fn structure(kind: usize) -> (Model, Vec<Sensor>) {
 }
 
 /// The shapes of a truth whose free parameters are drawn within ±15 % (and the bounds), with 2 % noise and 0.2 % of the frequencies.
-fn measured(m: &Model, sensors: &[Sensor], faults: Vec<SensorFault>, seed: u64) -> Vec<TestMode> {
+fn measured(m: &Model, sensors: &[Sensor], faults: Vec<TwinFault>, seed: u64) -> Vec<TestMode> {
     measured_of(m, 0.15, sensors, faults, seed)
 }
 
 /// The same with another spread of the parameters.
-fn measured_of(m: &Model, spread: f64, sensors: &[Sensor], faults: Vec<SensorFault>, seed: u64) -> Vec<TestMode> {
+fn measured_of(m: &Model, spread: f64, sensors: &[Sensor], faults: Vec<TwinFault>, seed: u64) -> Vec<TestMode> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let theta: Vec<f64> = m
         .parameters()
@@ -80,9 +80,9 @@ fn study(kind: usize, fault: &str, seeds: std::ops::Range<u64>) -> Count {
             continue;
         }
         let (faults, touched) = match fault {
-            "sign" => (vec![SensorFault::Sign(name(a))], vec![a]),
-            "swap" => (vec![SensorFault::Swap(name(a), name(b))], vec![a, b]),
-            "dead" => (vec![SensorFault::Dead(name(a))], vec![a]),
+            "sign" => (vec![TwinFault::new(&format!("sensor-sign@{}", name(a)))], vec![a]),
+            "swap" => (vec![TwinFault::new(&format!("sensor-swap@{}+{}", name(a), name(b)))], vec![a, b]),
+            "dead" => (vec![TwinFault::new(&format!("sensor-dead@{}", name(a)))], vec![a]),
             _ => (Vec::new(), Vec::new()),
         };
         let spread = if fault == "exact" { 0.0 } else { 0.15 };
@@ -125,7 +125,7 @@ fn planted_faults_on_free_structures_are_named() {
 #[test]
 fn an_elastic_shape_has_no_momentum() {
     let (m, sensors) = structure(2);
-    let exact = |faults: Vec<SensorFault>| {
+    let exact = |faults: Vec<TwinFault>| {
         let options = TwinOptions { n_modes: 5, faults, ..TwinOptions::default() };
         twin_modes(&m, &m.parameters().nominal(), &sensors, &options, "test").unwrap().modes
     };
@@ -134,8 +134,8 @@ fn an_elastic_shape_has_no_momentum() {
     assert!(clean.changes.is_empty() && clean.chance[0] > 0.5, "{clean:?}");
     assert!(clean.momentum.iter().all(|s| s.share < 1e-6), "{:?}", clean.momentum);
     let tip = sensors.iter().find(|s| s.name.starts_with("b4") && s.name.ends_with("uz")).unwrap();
-    let turned = check(&m, &sensors, &exact(vec![SensorFault::Sign(tip.name.clone())]));
-    assert_eq!(turned.findings[0].code, "sign-flipped");
+    let turned = check(&m, &sensors, &exact(vec![TwinFault::new(&format!("sensor-sign@{}", tip.name))]));
+    assert_eq!(turned.findings[0].code, "sensor-sign");
     assert_eq!(turned.findings[0].subject, tip.name);
     assert!(turned.chance[0] < 1e-6 && turned.chance[1] > 0.5, "{:?}", turned.chance);
 }
@@ -145,7 +145,7 @@ fn an_elastic_shape_has_no_momentum() {
 fn a_body_turned_over_is_one_fault() {
     let (m, sensors) = structure(2);
     let on_right: Vec<&Sensor> = sensors.iter().filter(|s| s.name.starts_with('b')).collect();
-    let faults = on_right.iter().map(|s| SensorFault::Sign(s.name.clone())).collect();
+    let faults = on_right.iter().map(|s| TwinFault::new(&format!("sensor-sign@{}", s.name))).collect();
     let found = check(&m, &sensors, &measured(&m, &sensors, faults, 5));
     let codes: Vec<&str> = found.findings.iter().map(|f| f.code).collect();
     assert_eq!(codes.first(), Some(&"group-flipped"), "{:?}", found.findings);
@@ -156,7 +156,7 @@ fn a_body_turned_over_is_one_fault() {
 fn sensors_of_a_supported_structure_are_judged_too() {
     let m = model("frame.yaml");
     let sensors = node_sensors(&m);
-    let modes = measured(&m, &sensors, vec![SensorFault::Sign(sensors[3].name.clone())], 3);
+    let modes = measured(&m, &sensors, vec![TwinFault::new(&format!("sensor-sign@{}", sensors[3].name))], 3);
     let found = check(&m, &sensors, &modes);
     assert!(found.momentum.is_empty());
     assert_eq!(found.findings[0].subject, sensors[3].name, "{:?}", found.findings);

@@ -69,18 +69,29 @@ fn faults_act_on_the_reading() {
         let s = t.modes[1].shape.as_ref().unwrap();
         s[k].re / s[3].re
     };
-    assert!((ratio(&with("sign:b"), 0) + ratio(&exact, 0)).abs() < 1e-12);
-    assert!((ratio(&with("gain:c,1.5"), 1) - 1.5 * ratio(&exact, 1)).abs() < 1e-12);
-    assert!((ratio(&with("swap:b,c"), 0) - ratio(&exact, 1)).abs() < 1e-12);
-    assert!(ratio(&with("dead:d"), 2).abs() < 1e-12);
-    assert!(ratio(&with("axis:d,+x"), 2).abs() < 1e-12);
-    for wrong in ["sign", "gain:b", "gain:b,x", "axis:b,w", "lost:b", "sign:"] {
-        assert!(wrong.parse::<SensorFault>().is_err(), "{wrong}");
-    }
+    assert!((ratio(&with("sensor-sign@b"), 0) + ratio(&exact, 0)).abs() < 1e-12);
+    assert!((ratio(&with("sensor-gain@c=1.5"), 1) - 1.5 * ratio(&exact, 1)).abs() < 1e-12);
+    assert!((ratio(&with("sensor-swap@b+c"), 0) - ratio(&exact, 1)).abs() < 1e-12);
+    assert!(ratio(&with("sensor-dead@d"), 2).abs() < 1e-12);
+    assert!(ratio(&with("sensor-axis@d.x"), 2).abs() < 1e-12);
     let model = model();
-    let options = TwinOptions { faults: vec!["sign:bb".parse().unwrap()], ..TwinOptions::default() };
-    let error = twin_modes(&model, &[], &node_sensors(&model), &options, "").unwrap_err();
-    assert!(error.to_string().contains("did you mean `b`"), "{error}");
+    let refused = |fault: &str| {
+        let options = TwinOptions { faults: vec![fault.parse()?], ..TwinOptions::default() };
+        twin_modes(&model, &[], &node_sensors(&model), &options, "").map(|_| ())
+    };
+    for (wrong, said) in [
+        ("sensor-sing@b", "did you mean `sensor-sign`?"),
+        ("sensor-sign@bb", "did you mean `b`?"),
+        ("sensor-sign", "it can be at b, c, d, e"),
+        ("sensor-sign@b=2", "it has no number"),
+        ("sensor-gain@b", "it needs a factor"),
+        ("sensor-gain@b=x", "stands a number"),
+        ("sensor-axis@b.w", "it can be at"),
+        ("mode-frequency@mode 90=1.1", "cannot be at `mode 90`"),
+    ] {
+        let error = refused(wrong).unwrap_err().to_string();
+        assert!(error.contains(said), "{wrong}: {error}");
+    }
 }
 
 #[test]

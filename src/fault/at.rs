@@ -1,0 +1,121 @@
+//! Where a fault is.
+
+use super::Tests;
+use crate::data::Place;
+use crate::model::AXES;
+
+/// Where a fault is, by the numbers of sensors and modes through all tests of a structure, from 0.
+#[derive(Debug, Clone, PartialEq)]
+pub enum At {
+    /// A sensor.
+    Sensor(usize),
+    /// Two sensors.
+    Sensors(usize, usize),
+    /// A sensor and a global axis: 0, 1, 2.
+    Axis(usize, usize),
+    /// A sensor and another place for it.
+    Place {
+        /// The sensor.
+        sensor: usize,
+        /// Where it is instead.
+        place: Place,
+        /// Its offset there, m.
+        offset: Option<[f64; 3]>,
+        /// The place in words.
+        name: String,
+    },
+    /// A mode.
+    Mode(usize),
+    /// Two modes.
+    Modes(usize, usize),
+    /// A sensor as a response of the functions of a test.
+    Response {
+        /// The sensor.
+        sensor: usize,
+        /// The test, from 0.
+        test: usize,
+    },
+    /// A reference of the functions of a test, and the sensor where the force acted instead.
+    Reference {
+        /// The sensor.
+        sensor: usize,
+        /// The test, from 0.
+        test: usize,
+        /// The reference, from 0.
+        reference: usize,
+    },
+}
+
+impl At {
+    /// The sensors that it is about.
+    pub fn sensors(&self) -> Vec<usize> {
+        match *self {
+            At::Sensor(s) | At::Axis(s, _) | At::Place { sensor: s, .. } => vec![s],
+            At::Response { sensor, .. } | At::Reference { sensor, .. } => vec![sensor],
+            At::Sensors(a, b) => vec![a, b],
+            At::Mode(_) | At::Modes(..) => Vec::new(),
+        }
+    }
+
+    /// The sensor that it is about, the first of two; 0 where it is about modes.
+    pub fn sensor(&self) -> usize {
+        self.sensors().first().copied().unwrap_or(0)
+    }
+
+    /// The modes that it is about.
+    pub fn modes(&self) -> Vec<usize> {
+        match *self {
+            At::Mode(m) => vec![m],
+            At::Modes(a, b) => vec![a, b],
+            _ => Vec::new(),
+        }
+    }
+
+    /// Whether it is about the channels of a sensor: what it reads, where, and along what.
+    pub fn is_of_channels(&self) -> bool {
+        matches!(self, At::Sensor(_) | At::Sensors(..) | At::Axis(..) | At::Place { .. })
+    }
+
+    /// The only test that can have it, where the place says so.
+    pub fn test(&self) -> Option<usize> {
+        match *self {
+            At::Response { test, .. } | At::Reference { test, .. } => Some(test),
+            _ => None,
+        }
+    }
+
+    /// The same in other numbers; none where one of them has none.
+    pub fn renumbered(
+        &self,
+        sensor: impl Fn(usize) -> Option<usize>,
+        mode: impl Fn(usize) -> Option<usize>,
+    ) -> Option<Self> {
+        Some(match self.clone() {
+            At::Sensor(s) => At::Sensor(sensor(s)?),
+            At::Sensors(a, b) => At::Sensors(sensor(a)?, sensor(b)?),
+            At::Axis(s, axis) => At::Axis(sensor(s)?, axis),
+            At::Place { sensor: s, place, offset, name } => At::Place { sensor: sensor(s)?, place, offset, name },
+            At::Mode(m) => At::Mode(mode(m)?),
+            At::Modes(a, b) => At::Modes(mode(a)?, mode(b)?),
+            At::Response { sensor: s, test } => At::Response { sensor: sensor(s)?, test },
+            At::Reference { sensor: s, test, reference } => At::Reference { sensor: sensor(s)?, test, reference },
+        })
+    }
+
+    /// In words of the tests: `p11`, `p3+p4`, `p7.z`, `p2:n5`, `mode 3`.
+    pub fn words(&self, tests: &dyn Tests) -> String {
+        let name = |s: usize| tests.sensor(s);
+        match self {
+            At::Sensor(s) => name(*s).to_string(),
+            At::Response { sensor, test } => tests.with_test(name(*sensor), *test),
+            At::Sensors(a, b) => format!("{}+{}", name(*a), name(*b)),
+            At::Axis(s, axis) => format!("{}.{}", name(*s), AXES[*axis]),
+            At::Place { sensor, name: place, .. } => format!("{}:{place}", name(*sensor)),
+            At::Mode(m) => tests.mode(*m),
+            At::Modes(a, b) => format!("{}+{}", tests.mode(*a), tests.mode(*b)),
+            At::Reference { sensor, test, reference } => {
+                format!("{}:{}", tests.reference(*test, *reference), name(*sensor))
+            }
+        }
+    }
+}
