@@ -46,7 +46,7 @@ impl Fault for SensorInG {
         }
     }
 
-    fn put_into_shape(&self, at: &At, _: f64, shape: &mut [Complex<f64>], _: Option<&mut [f64]>) {
+    fn put_into_shape(&self, at: &At, _: f64, shape: &mut [Complex<f64>]) {
         shape[at.sensor()] /= G;
     }
 

@@ -51,3 +51,7 @@ pub enum DiagnosisError {
     #[error(transparent)]
     Patch(#[from] PatchError),
 }
+
+pub(super) fn unsolvable(reason: impl std::fmt::Display) -> DiagnosisError {
+    EvalError::Unsolvable { reason: reason.to_string() }.into()
+}

@@ -5,18 +5,21 @@
 //! others, to the stated noise (a body on a spring brings one, a sensor turned over changes one), is no foreign one: then the diagnosis with all
 //! modes is the answer, as one cause is more probable than two.
 
-use super::base::stage_begun;
-use super::evidence::degrees_of_freedom;
-use super::refit::refit;
-use super::scene::Scene;
-use super::valley::in_the_lowest_valley;
-use super::verdict::conclude;
-use super::{DiagnosisError, Investigation, Settings, Verdict, investigate_these};
+use super::answer::{Investigation, investigate_these};
+use super::error::DiagnosisError;
+use super::problem::evidence::degrees_of_freedom;
+use super::problem::scene::Scene;
+use super::result::{BasePair, BasePairs, ForeignMode, Verdict};
+use super::screen::stage::stage_begun;
+use super::search::basin::in_the_lowest_valley;
+use super::search::singles::refit;
+use super::settings::Settings;
+use super::verdict::decide::conclude;
 use crate::data::Standing;
 use crate::fault::Tests;
 use crate::linalg::DVector;
 use crate::objective::Comparison;
-use serde::{Deserialize, Serialize};
+use crate::update::slip_of_unit;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// Share of frequencies that are noted wrongly: with the shape of a mode of the model that is a fault of the measurement and no foreign
@@ -26,52 +29,6 @@ const MISREAD: f64 = 0.01;
 /// What explains all modes leaves a misfit that noise exceeds in this share of tests, or more.
 const BY_CHANCE: f64 = 1e-3;
 
-/// A measured mode without a partner, and why.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct ForeignMode {
-    /// The mode, from 1, through all tests.
-    pub mode: usize,
-    /// Hz.
-    pub frequency_hz: f64,
-    /// Its name in the test.
-    pub label: Option<String>,
-    /// Probability that it is not of the structure; none where the user or a limit of theirs has put it aside.
-    pub probability: Option<f64>,
-    /// Why it has no partner.
-    pub reason: String,
-}
-
-/// The pairs of one test at the fitted base.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-pub struct BasePairs {
-    /// The test.
-    pub test: String,
-    /// Frequencies of the modes of the fitted base, Hz.
-    pub model_hz: Vec<f64>,
-    /// MAC, a row for each of them, a column for each measured mode.
-    pub mac: Vec<Vec<f64>>,
-    /// A measured mode each, in their order.
-    pub modes: Vec<BasePair>,
-}
-
-/// A measured mode at the fitted base.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct BasePair {
-    /// Hz.
-    pub test_hz: f64,
-    /// Number of its partner, from 1.
-    pub model_mode: Option<usize>,
-    /// Their MAC, where the mode has a shape.
-    pub mac: Option<f64>,
-    /// Probability of the pair that was inferred before the fit; of one that the test file names, by what is measured alone.
-    pub probability: Option<f64>,
-    /// Whether the test file names it (`pair_with`).
-    #[serde(default)]
-    pub by_user: bool,
-    /// Why there is no partner.
-    pub reason: Option<String>,
-}
-
 /// The scene with the standing of every mode, and where the parameters have come with the pairs.
 fn settled(scene: &Scene, settings: &Settings) -> Result<(Scene, Option<DVector<f64>>), DiagnosisError> {
     let given = scene.as_given();
@@ -80,8 +37,8 @@ fn settled(scene: &Scene, settings: &Settings) -> Result<(Scene, Option<DVector<
     Ok((given.with_modes(tests), settings.pairing.infers().then_some(x)))
 }
 
-/// [`investigate_these`] with the modes that are of the structure.
-pub(super) fn investigate(
+/// The same with the modes that are of the structure.
+fn with_modes_of_the_structure(
     mut scene: Scene,
     starts: &[DVector<f64>],
     weight: Option<f64>,
@@ -175,4 +132,25 @@ fn base_pairs(c: &Comparison<'_>, theta: &[f64]) -> Result<BasePairs, DiagnosisE
         mac: mac.row_iter().map(|r| r.iter().copied().collect()).collect(),
         modes: test.modes.iter().enumerate().map(mode).collect(),
     })
+}
+
+/// The whole investigation: units first, then the standing of every mode, then what is missing.
+///
+/// * `starts` - of the fit beside the estimates and points of the box
+/// * `weight` - 1 over the factor on the stated standard deviations; sought where there is none
+pub(super) fn investigate(
+    scene: Scene,
+    starts: &[DVector<f64>],
+    weight: Option<f64>,
+    settings: &Settings,
+) -> Result<Investigation, DiagnosisError> {
+    if scene.cases.iter().all(|c| c.test.has_nothing()) {
+        return Err(DiagnosisError::NoData);
+    }
+    for case in &scene.cases {
+        if let Some(slip) = slip_of_unit(&case.model, &case.test)? {
+            return Err(DiagnosisError::Unit { slip });
+        }
+    }
+    with_modes_of_the_structure(scene, starts, weight, settings)
 }

@@ -1,12 +1,15 @@
 //! Learning: diagnose, add the best effect, refit, until nothing more is justified.
 
-use super::evidence::{held_out, ln_evidence};
-use super::fit::fit;
-use super::odds::Odds;
-use super::refit::{Tried, estimates};
-use super::scene::Scene;
-use super::verdict::STRONG;
-use super::{Diagnosis, DiagnosisError, Estimate, Settings, Verdict, investigate};
+use super::error::DiagnosisError;
+use super::foreign::investigate;
+use super::problem::evidence::{STRONG, held_out, ln_evidence};
+use super::problem::fit::fit;
+use super::problem::scene::{Scene, with_effect};
+use super::result::{Diagnosis, Verdict};
+use super::search::hypothesis::{Estimate, Tried, estimates};
+use super::search::prior::Odds;
+use super::search::several::WORTH_A_TRY;
+use super::settings::Settings;
 use crate::data::TestData;
 use crate::effect::{Candidate, Context, Effects, Structure};
 use crate::linalg::DVector;
@@ -65,10 +68,6 @@ pub struct Learned {
     /// What was tried beyond the last step.
     pub attempt: Option<Attempt>,
 }
-
-/// The share of what noise does not explain that an addition has to take away where a change of many parts explains the test as well:
-/// then the best of the catalogue may be the first of several, and only the end of the way tells.
-pub(super) const WORTH_A_TRY: f64 = 1.0 / 3.0;
 
 /// Where to go back to from an attempt.
 struct Back {
@@ -237,7 +236,7 @@ fn prune(
         let mut rest = effects.clone();
         let gone = rest.remove(k);
         let bare = scene.with_file(model.spec().clone(), Vec::new())?;
-        let Ok(smaller) = rest.iter().try_fold(bare, |s, c| super::refit::with_effect(&s, c)) else {
+        let Ok(smaller) = rest.iter().try_fold(bare, |s, c| with_effect(&s, c)) else {
             k += 1;
             continue;
         };

@@ -91,8 +91,8 @@ pub trait Fault: fmt::Debug + Send + Sync {
     }
 
     /// Puts it into a shape: the inverse of [`Self::shape`], for synthetic tests.
-    fn put_into_shape(&self, at: &At, number: f64, shape: &mut [Complex<f64>], sd: Option<&mut [f64]>) {
-        self.shape(at, self.number().inverse(number), shape, sd);
+    fn put_into_shape(&self, at: &At, number: f64, shape: &mut [Complex<f64>]) {
+        self.shape(at, self.number().inverse(number), shape, None);
     }
 
     /// Puts the sensors where, or along what, they are in truth.

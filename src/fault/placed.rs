@@ -176,16 +176,17 @@ impl PlacedFault {
         out
     }
 
-    /// Puts the fault into the readings and the list of modes of a test. The sensors stay where the test says they are: the readings of one that is elsewhere [in
+    /// Puts the fault into the readings and the list of modes of a test. Standard deviations stay as stated: who states them does not know of
+    /// the fault. The sensors stay where the test says they are: the readings of one that is elsewhere [in
     /// truth](Self::sensors_in_truth) have to be measured there.
     pub fn put_into(&self, test: &mut TestData, number: f64) {
         self.fault.modes(&self.at, self.number().inverse(number), &mut test.modes);
-        in_shapes(test, |shape, sd| self.fault.put_into_shape(&self.at, number, shape, sd));
+        in_shapes(test, |shape, _| self.fault.put_into_shape(&self.at, number, shape));
     }
 
     /// Puts the fault into what sensors read of one motion.
     pub fn put_into_readings(&self, readings: &mut [Complex<f64>], number: f64) {
-        self.fault.put_into_shape(&self.at, number, readings, None);
+        self.fault.put_into_shape(&self.at, number, readings);
     }
 }
 

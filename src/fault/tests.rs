@@ -142,7 +142,8 @@ fn a_fault_that_is_put_in_is_taken_out() {
         }
         let there = placed.sensors_in_truth(&clean.sensors, number);
         changes |= there != clean.sensors || mended.frfs != clean.frfs;
-        assert!(changes, "{id} changes nothing");
+        // One that is in the noise changes no reading.
+        assert!(changes || placed.number() == Number::Scatter, "{id} changes nothing");
         if let Number::Angle { .. } = placed.number() {
             let back = placed.sensors_in_truth(&there, -number);
             for (found, right) in back.iter().zip(&clean.sensors) {

@@ -4,7 +4,7 @@ use super::Plan;
 use super::case::Outcome;
 use super::hidden::rng;
 use crate::data::{Measured, Origin, Standing, TestData, TestMode};
-use crate::diagnosis::Diagnosis;
+use crate::diagnosis::result::Diagnosis;
 use crate::linalg::{Complex, DVector};
 use crate::optim::Draw;
 

@@ -3,8 +3,9 @@
 use super::Plan;
 use super::structures::Specimen;
 use crate::data::{MassProperty, MassQuantity, Measured, Origin, TestData};
-use crate::diagnosis::DiagnosisError;
-use crate::diagnosis::mesh::{build, unsolvable};
+use crate::diagnosis::error::DiagnosisError;
+use crate::diagnosis::error::unsolvable;
+use crate::diagnosis::problem::mesh::build;
 use crate::effect::Candidate;
 use crate::fault::{Number, PlacedFault};
 use crate::linalg::Complex;

@@ -20,7 +20,8 @@ pub use foreign::foreign_mode;
 pub use score::{Calibration, Score, Share};
 pub use structures::{STRUCTURES, Specimen};
 
-use super::{DiagnosisError, Settings};
+use crate::diagnosis::error::DiagnosisError;
+use crate::diagnosis::settings::Settings;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 

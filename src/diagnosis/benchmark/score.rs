@@ -1,7 +1,7 @@
 //! The score: shares with their counts, calibration, confusion.
 
 use super::case::Outcome;
-use crate::diagnosis::Verdict;
+use crate::diagnosis::result::Verdict;
 use serde::Serialize;
 use std::collections::BTreeMap;
 

@@ -3,8 +3,8 @@
 use super::Plan;
 use crate::correlation::{effective_independence, observation_matrix};
 use crate::data::{Place, Sensor};
-use crate::diagnosis::DiagnosisError;
-use crate::diagnosis::mesh::{FINER, build, mesh_errors, modes, refined, seen, unsolvable};
+use crate::diagnosis::error::{DiagnosisError, unsolvable};
+use crate::diagnosis::problem::mesh::{FINER, build, mesh_errors, modes, refined, seen};
 use crate::element::Dof;
 use crate::linalg::DMatrix;
 use crate::model::spec::ModelSpec;

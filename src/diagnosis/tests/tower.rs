@@ -3,11 +3,11 @@
 
 use super::frame::told;
 use super::*;
-use crate::diagnosis::base::stage;
-use crate::diagnosis::fit::evaluate;
-use crate::diagnosis::refit::refit;
-use crate::diagnosis::scene::Scene;
-use crate::diagnosis::valley::lower_valley;
+use crate::diagnosis::problem::fit::evaluate;
+use crate::diagnosis::problem::scene::Scene;
+use crate::diagnosis::screen::stage::stage;
+use crate::diagnosis::search::basin::lower_valley;
+use crate::diagnosis::search::singles::refit;
 use crate::effect::{Context, Structure};
 use crate::linalg::DVector;
 

@@ -101,7 +101,7 @@ fn noise_far_beyond_the_stated_one_is_no_explanation() {
 /// The MAC that noise leaves is that of shapes with the noise: a pair that agrees less is found, one that agrees as well is not.
 #[test]
 fn a_shape_that_agrees_less_than_noise_lets_it_is_found() {
-    use crate::diagnosis::noise::worst_shape;
+    use crate::diagnosis::screen::noise::worst_shape;
     let (base, mut test) = of_frame(FRAME, 5);
     let fit =
         |test: &TestData| stage(Scene::new(&base, &[test]).unwrap(), &[], 1.0, &Settings::default(), None).unwrap().fit;

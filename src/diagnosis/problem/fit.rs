@@ -1,0 +1,373 @@
+//! The optimum of a scene, and what a screening needs of it.
+
+use super::missed::overlooked;
+use super::rows::{Posed, Rows, StaticRow};
+use super::scene::Scene;
+use crate::diagnosis::error::DiagnosisError;
+use crate::linalg::{DMatrix, DVector, ThinQr, thin_qr};
+use crate::objective::{Comparison, Linearization, Objective};
+use crate::optim::{LevenbergMarquardt, Optimizer, Run};
+use rayon::prelude::*;
+
+/// Steps of a fit, at most.
+pub(crate) const STEPS: usize = 60;
+
+/// Steps after which the best starts are chosen.
+const FIRST_STEPS: usize = 4;
+
+/// Of Φ: a tenth of a unit of ln evidence is far below what any decision rests on.
+const TOLERANCE: f64 = 1e-7;
+
+/// A parameter nearer to its bound than this share of the interval sits on it.
+pub(crate) const ON_BOUND: f64 = 1e-6;
+
+/// An optimum and what belongs to it.
+#[derive(Debug, Clone)]
+pub(crate) struct Fit {
+    pub(crate) x: DVector<f64>,
+    pub(crate) theta: Vec<f64>,
+    /// Weighted rows r and their Jacobian.
+    pub(crate) r: DVector<f64>,
+    pub(crate) j: DMatrix<f64>,
+    /// Φ.
+    pub(crate) phi: f64,
+    /// Σ over measured rows of ((model - test)/σ)², with the stated σ.
+    pub(crate) misfit: f64,
+    pub(crate) rows: Rows,
+    /// Rows of static readings.
+    pub(crate) statics: Vec<StaticRow>,
+    /// Shapes of the partners at the sensors, zero columns without partner, (n_sensor x n_mode).
+    pub(crate) shapes: DMatrix<f64>,
+    /// Mass-normalised shape of every mode's partner on the dofs of its model, zero without partner.
+    pub(crate) modes_at: Vec<DVector<f64>>,
+    /// Real test shapes and 1/σ of every entry, zero where not measured.
+    pub(crate) test_shapes: DMatrix<f64>,
+    pub(crate) inverse_sd: DMatrix<f64>,
+    /// Frequencies of the partners, NaN without.
+    pub(crate) frequencies: Vec<f64>,
+    /// Measured modes without a partner that should have one.
+    pub(crate) unpaired: Vec<usize>,
+    /// Whether each measured mode is aside: foreign, or left out.
+    pub(crate) aside: Vec<bool>,
+    /// Pairs of measured modes whose partners are so close that their shapes are turned to the test: each has a free angle.
+    pub(crate) turned: Vec<(usize, usize)>,
+    /// Frequencies of modes that each test should have seen, Hz.
+    pub(crate) overlooked: Vec<Vec<f64>>,
+}
+
+/// Fits a scene from several starts and keeps the lowest; the first of equal ones.
+///
+/// Errors: no start can be evaluated.
+pub(crate) fn fit(scene: &Scene, starts: &[DVector<f64>], weight: f64) -> Result<Fit, DiagnosisError> {
+    fit_from(scene, starts, weight, starts.len(), STEPS)
+}
+
+/// The same from the lowest of every group of starts: of more than `few`, those go on that are best after a few steps.
+///
+/// Starts that look best may all lie in one valley; those of different groups hardly do.
+///
+/// * `groups` - starts that belong together, all as many
+/// * `of_each` - how many of a group
+pub(crate) fn fit_in_rounds(
+    scene: &Scene,
+    groups: &[Vec<DVector<f64>>],
+    weight: f64,
+    of_each: usize,
+    few: usize,
+) -> Result<Fit, DiagnosisError> {
+    if groups.len() * of_each <= few || scene.has_functions() {
+        return fit_from(scene, &groups.concat(), weight, few, STEPS);
+    }
+    let comparisons = scene.comparisons()?;
+    let posed = Posed::new(scene, &comparisons, scene.priors(), weight);
+    let method = LevenbergMarquardt { steps: FIRST_STEPS, tolerance: TOLERANCE, ..LevenbergMarquardt::default() };
+    let chosen: Vec<DVector<f64>> = groups.iter().flat_map(|group| lowest(&posed, group, of_each)).collect();
+    let mut begun: Vec<(f64, DVector<f64>)> = chosen
+        .par_iter()
+        .filter_map(|start| method.minimize(start, &mut Run::new(&posed)).map(|o| (o.cost, o.x)).ok())
+        .collect();
+    begun.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let begun: Vec<DVector<f64>> = begun.into_iter().take(few).map(|(_, x)| x).collect();
+    fit_from(scene, &begun, weight, few, STEPS)
+}
+
+/// The same from the first start and those with the lowest objective, `most` in all, with at most `steps` steps each.
+pub(crate) fn fit_from(
+    scene: &Scene,
+    starts: &[DVector<f64>],
+    weight: f64,
+    most: usize,
+    steps: usize,
+) -> Result<Fit, DiagnosisError> {
+    let comparisons = scene.comparisons()?;
+    let posed = Posed::new(scene, &comparisons, scene.priors(), weight);
+    let x = if posed.n_parameters() == 0 {
+        DVector::zeros(0)
+    } else {
+        let method = LevenbergMarquardt { steps, tolerance: TOLERANCE, ..LevenbergMarquardt::default() };
+        let mut chosen = lowest(&posed, starts, most);
+        if scene.has_functions() {
+            chosen = through_modes(scene, &posed, chosen, weight, &method);
+        }
+        let found: Vec<_> = chosen
+            .par_iter()
+            .map(|start| method.minimize(start, &mut Run::new(&posed)).map(|o| (o.cost, o.x)))
+            .collect();
+        let mut best: Option<(f64, DVector<f64>)> = None;
+        let mut failure = None;
+        for result in found {
+            match result {
+                Ok((cost, x)) if best.as_ref().is_none_or(|b| cost < b.0) => best = Some((cost, x)),
+                Ok(_) => {}
+                Err(e) => failure = Some(e),
+            }
+        }
+        match (best, failure) {
+            (Some((_, x)), _) => x,
+            (None, Some(e)) => return Err(e.into()),
+            (None, None) => return Err(DiagnosisError::NoStart),
+        }
+    };
+    at(&posed, x)
+}
+
+/// Starts from where the modes alone lead, where frequency responses agree better there.
+///
+/// Amplitudes have a valley for every resonance that may be taken for another: a start that is a bandwidth away ends in a wrong one. The
+/// modes have been paired by their shapes, and a fit to them costs little.
+fn through_modes(
+    scene: &Scene,
+    posed: &Posed<'_>,
+    starts: Vec<DVector<f64>>,
+    weight: f64,
+    method: &LevenbergMarquardt,
+) -> Vec<DVector<f64>> {
+    let of_modes = scene.without_functions();
+    let Ok(comparisons) = of_modes.comparisons() else { return starts };
+    let modes = Posed::new(&of_modes, &comparisons, scene.priors(), weight);
+    let method = LevenbergMarquardt { steps: method.steps.max(FEWEST_STEPS), ..*method };
+    let cost = |x: &DVector<f64>| posed.cost(x).unwrap_or(f64::INFINITY);
+    let through = |start: DVector<f64>| match method.minimize(&start, &mut Run::new(&modes)) {
+        Ok(found) if cost(&found.x) < cost(&start) => found.x,
+        _ => start,
+    };
+    starts.into_par_iter().map(through).collect()
+}
+
+/// Steps of a fit to the modes, at least: those are cheap.
+const FEWEST_STEPS: usize = 8;
+
+/// The first of the points, then those with the lowest objective, in that order.
+fn lowest(posed: &Posed<'_>, points: &[DVector<f64>], most: usize) -> Vec<DVector<f64>> {
+    if points.len() <= most {
+        return points.to_vec();
+    }
+    let mut costs: Vec<(f64, usize)> =
+        points.par_iter().enumerate().skip(1).map(|(i, x)| (posed.cost(x).unwrap_or(f64::INFINITY), i)).collect();
+    costs.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    std::iter::once(0).chain(costs.iter().map(|c| c.1)).take(most).map(|i| points[i].clone()).collect()
+}
+
+/// The problem at a point, without a fit.
+pub(crate) fn evaluate(scene: &Scene, x: DVector<f64>, weight: f64) -> Result<Fit, DiagnosisError> {
+    let comparisons = scene.comparisons()?;
+    at(&Posed::new(scene, &comparisons, scene.priors(), weight), x)
+}
+
+/// Φ of a scene at a point, without derivatives.
+///
+/// * `comparisons` - of the scene
+pub(crate) fn phi_of(
+    scene: &Scene,
+    comparisons: &[Comparison<'_>],
+    x: &DVector<f64>,
+    weight: f64,
+) -> Result<f64, DiagnosisError> {
+    let posed = Posed::new(scene, comparisons, scene.priors(), weight);
+    Ok(0.5 * posed.residuals(x)?.norm_squared())
+}
+
+fn at(posed: &Posed<'_>, x: DVector<f64>) -> Result<Fit, DiagnosisError> {
+    let Linearization { residuals: r, jacobian: j } = posed.linearize(&x)?;
+    let theta = posed.scaling().theta(&x);
+    let rows = posed.rows;
+    let (n, m) = (rows.n_sensors, rows.n_modes);
+    let mut shapes = DMatrix::zeros(n, m);
+    let mut test_shapes = DMatrix::zeros(n, m);
+    let mut inverse_sd = DMatrix::zeros(n, m);
+    let mut modes_at = vec![DVector::zeros(0); m];
+    let mut frequencies = vec![f64::NAN; m];
+    let mut unpaired = Vec::new();
+    let mut aside = vec![false; m];
+    let mut turned = Vec::new();
+    let mut unseen = Vec::new();
+    for part in &posed.parts {
+        let prediction = part.comparison.predict(&theta)?;
+        unseen.push(overlooked(part.comparison, &prediction));
+        let n_own = part.comparison.test().modes.len();
+        for cluster in prediction.clusters.iter().filter(|_| part.comparison.has_shapes()) {
+            let is_in = |k: &usize| prediction.partner(*k).is_some_and(|a| cluster.contains(&a));
+            let own: Vec<usize> = (0..n_own).filter(is_in).map(|k| part.first_mode + k).collect();
+            let pairs = own.iter().enumerate().flat_map(|(i, &a)| own[i + 1..].iter().map(move |&b| (a, b)));
+            turned.extend(pairs);
+        }
+        for (k, tested) in part.comparison.test().modes.iter().enumerate() {
+            let mode = part.first_mode + k;
+            for (i, &s) in part.sensors.iter().enumerate() {
+                let reading = part.comparison.shapes()[(i, k)];
+                if let Some(sd) = tested.shape_sd.as_ref().filter(|_| !reading.is_nan()) {
+                    test_shapes[(s, mode)] = reading;
+                    inverse_sd[(s, mode)] = 1.0 / sd[i];
+                }
+            }
+            aside[mode] = part.comparison.is_aside(k);
+            let Some(a) = prediction.partner(k) else {
+                modes_at[mode] = DVector::zeros(prediction.modes.shapes.nrows());
+                if !aside[mode] {
+                    unpaired.push(mode);
+                }
+                continue;
+            };
+            part.sensors.iter().enumerate().for_each(|(i, &s)| shapes[(s, mode)] = prediction.at_sensors[(i, a)]);
+            modes_at[mode] = prediction.modes.shapes.column(prediction.modes.n_rigid + a).into_owned();
+            frequencies[mode] = prediction.frequencies_hz[a];
+        }
+    }
+    let misfit = r.rows(0, rows.measured).norm_squared() / (posed.weight * posed.weight);
+    let phi = 0.5 * r.norm_squared();
+    Ok(Fit {
+        x,
+        theta,
+        r,
+        j,
+        phi,
+        misfit,
+        rows,
+        statics: posed.statics.clone(),
+        shapes,
+        modes_at,
+        test_shapes,
+        inverse_sd,
+        frequencies,
+        unpaired,
+        aside,
+        turned,
+        overlooked: unseen,
+    })
+}
+
+impl Fit {
+    /// An orthonormal basis of what a refit of the parameters and of the scale of every shape can absorb, to first order.
+    ///
+    /// A parameter that the data push against its bound absorbs nothing more, and what it leaves is part of the misfit.
+    pub(crate) fn basis(&self) -> Result<DMatrix<f64>, DiagnosisError> {
+        let columns = self.j.column_iter().zip(self.x.iter());
+        let can_move = |(column, x): &(_, &f64)| {
+            let slope = self.r.dot(column);
+            !(**x < ON_BOUND && slope > 0.0 || **x > 1.0 - ON_BOUND && slope < 0.0)
+        };
+        let mut columns: Vec<DVector<f64>> = columns.filter(can_move).map(|(column, _)| column.into_owned()).collect();
+        for mode in 0..self.rows.n_modes {
+            if let Some(scale) = self.scale_direction(mode) {
+                columns.push(scale);
+            }
+        }
+        columns.extend(self.turned.iter().filter_map(|&(a, b)| self.angle_direction(a, b)));
+        if columns.is_empty() {
+            return Ok(DMatrix::zeros(self.rows.len(), 0));
+        }
+        Ok(thin_qr(&DMatrix::from_columns(&columns))?.q)
+    }
+
+    /// The direction of the free scale of a shape: φ/σ.
+    fn scale_direction(&self, mode: usize) -> Option<DVector<f64>> {
+        if !self.rows.has_shapes {
+            return None;
+        }
+        let mut v = DVector::zeros(self.rows.len());
+        for s in 0..self.rows.n_sensors {
+            v[self.rows.shape(mode, s)] = self.shapes[(s, mode)] * self.inverse_sd[(s, mode)];
+        }
+        let norm = v.norm();
+        (norm > 0.0).then(|| v / norm)
+    }
+
+    /// The direction of the free angle between two shapes: c_a φ_b/σ in the rows of a, -c_b φ_a/σ in those of b, with the scales c
+    /// of the shapes.
+    fn angle_direction(&self, a: usize, b: usize) -> Option<DVector<f64>> {
+        let scale = |m: usize| {
+            let (mut cross, mut own) = (0.0, 0.0);
+            for s in 0..self.rows.n_sensors {
+                let w = self.inverse_sd[(s, m)].powi(2);
+                cross += w * self.shapes[(s, m)] * self.test_shapes[(s, m)];
+                own += w * self.shapes[(s, m)].powi(2);
+            }
+            if own > 0.0 { cross / own } else { 0.0 }
+        };
+        let (ca, cb) = (scale(a), scale(b));
+        let mut v = DVector::zeros(self.rows.len());
+        for s in 0..self.rows.n_sensors {
+            v[self.rows.shape(a, s)] = ca * self.shapes[(s, b)] * self.inverse_sd[(s, a)];
+            v[self.rows.shape(b, s)] = -cb * self.shapes[(s, a)] * self.inverse_sd[(s, b)];
+        }
+        let norm = v.norm();
+        (norm > 0.0).then(|| v / norm)
+    }
+
+    /// ln det H and the inverse of H.
+    pub(crate) fn hessian(&self) -> Result<(f64, DMatrix<f64>), DiagnosisError> {
+        let n = self.j.ncols();
+        if n == 0 {
+            return Ok((0.0, DMatrix::zeros(0, 0)));
+        }
+        let ThinQr { r, .. } = thin_qr(&self.j)?;
+        let ln_det = 2.0 * r.diagonal().iter().map(|d| d.abs().ln()).sum::<f64>();
+        let inverse = r.solve_upper_triangular(&DMatrix::identity(n, n)).ok_or(DiagnosisError::Singular)?;
+        Ok((ln_det, &inverse * inverse.transpose()))
+    }
+
+    /// Which rows carry noise: measured entries that exist; a target or prior row is no measurement but a prior row has
+    /// the scatter of its prior.
+    pub(crate) fn noisy_rows(&self) -> Vec<bool> {
+        let rows = self.rows;
+        (0..rows.len())
+            .map(|i| {
+                if i < rows.n_modes {
+                    !self.aside[i]
+                } else if rows.has_shapes && i < rows.shape(rows.n_modes, 0) {
+                    let k = i - rows.n_modes;
+                    self.inverse_sd[(k % rows.n_sensors, k / rows.n_sensors)] > 0.0
+                } else {
+                    i < rows.measured || i >= rows.measured + rows.targets
+                }
+            })
+            .collect()
+    }
+
+    /// Rows of the frequency and the shape of a mode.
+    pub(crate) fn mode_rows(&self, mode: usize) -> Vec<usize> {
+        let mut rows = vec![mode];
+        if self.rows.has_shapes {
+            let noisy = self.noisy_rows();
+            rows.extend((0..self.rows.n_sensors).map(|s| self.rows.shape(mode, s)).filter(|&r| noisy[r]));
+        }
+        rows
+    }
+}
+
+/// The weighted residual of one mode's shape with its free scale, at its measured sensors.
+pub(crate) fn shape_rows(phi: &[f64], test: &[f64], inverse_sd: &[f64]) -> Vec<f64> {
+    let (mut cross, mut own) = (0.0, 0.0);
+    for k in 0..phi.len() {
+        let w = inverse_sd[k] * inverse_sd[k];
+        cross += w * phi[k] * test[k];
+        own += w * phi[k] * phi[k];
+    }
+    let c = if own > 0.0 { cross / own } else { 0.0 };
+    (0..phi.len()).map(|k| (c * phi[k] - test[k]) * inverse_sd[k]).collect()
+}
+
+/// v - Q Qᵀ v.
+pub(crate) fn project(q: &DMatrix<f64>, v: &DVector<f64>) -> DVector<f64> {
+    v - q * q.tr_mul(v)
+}

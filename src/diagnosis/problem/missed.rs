@@ -1,0 +1,26 @@
+//! Modes of a model that a test should have seen: an effect that brings one is believed less.
+
+use crate::objective::{Comparison, Prediction};
+
+/// Largest mass-normalised motion at a sensor of a mode that is seen well, as a share of the median of the modes that are paired: a force
+/// at such a sensor makes a tenth of their response.
+const SEEN: f64 = 0.3;
+
+/// Frequencies of modes, Hz, up to the highest tested one, that the sensors see well and no measured mode is paired with; none where the
+/// test has no shapes.
+pub(crate) fn overlooked(comparison: &Comparison<'_>, p: &Prediction) -> Vec<f64> {
+    if !comparison.has_shapes() {
+        return Vec::new();
+    }
+    let highest = comparison.test().modes.iter().map(|m| m.frequency_hz.value).fold(0.0, f64::max);
+    let peak = |a: usize| p.at_sensors.column(a).amax();
+    let mut known: Vec<f64> = p.pairs.pairs.iter().map(|pair| peak(pair.analytical)).collect();
+    known.sort_by(f64::total_cmp);
+    let Some(&typical) = known.get(known.len() / 2) else { return Vec::new() };
+    let is_overlooked = |&a: &usize| {
+        p.frequencies_hz[a] < highest
+            && p.pairs.pairs.iter().all(|pair| pair.analytical != a)
+            && peak(a) > SEEN * typical
+    };
+    (0..p.frequencies_hz.len()).filter(is_overlooked).map(|a| p.frequencies_hz[a]).collect()
+}

@@ -1,0 +1,11 @@
+//! What is solved: structures against their tests as one least-squares problem with priors, its optimum, and the evidence of that.
+//!
+//! `scene` poses it, `rows` are its residuals, `fit` finds the optimum, `evidence` weighs it; `missed` finds modes that the test should have seen, `mesh`
+//! what the mesh falsifies.
+
+pub(crate) mod evidence;
+pub(crate) mod fit;
+pub(crate) mod mesh;
+pub(crate) mod missed;
+pub(crate) mod rows;
+pub(crate) mod scene;

@@ -1,0 +1,183 @@
+//! The rows of the least-squares problem of a scene, and their derivatives.
+
+use super::scene::{Prior, Scene};
+use crate::linalg::{DMatrix, DVector};
+use crate::model::{ParametricModel, Targets};
+use crate::objective::residual::{
+    Damping, Frequency, FrfLog, MassPropertyResidual, Shape, StaticAngle, StaticDeflection, TargetResidual,
+};
+use crate::objective::{Comparison, EvalError, LeastSquares, Linearization, Objective, Residual, Scaling};
+
+/// The rows of the problem.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Rows {
+    pub(crate) n_modes: usize,
+    pub(crate) n_sensors: usize,
+    /// Rows of measured data; targets and priors follow.
+    pub(crate) measured: usize,
+    pub(crate) targets: usize,
+    pub(crate) priors: usize,
+    pub(crate) has_shapes: bool,
+}
+
+impl Rows {
+    pub(crate) fn len(self) -> usize {
+        self.measured + self.targets + self.priors
+    }
+
+    /// Row of a shape entry.
+    pub(crate) fn shape(self, mode: usize, sensor: usize) -> usize {
+        self.n_modes + mode * self.n_sensors + sensor
+    }
+}
+
+/// The objective Φ.
+#[derive(Debug)]
+pub(crate) struct Posed<'a> {
+    pub(crate) parts: Vec<Part<'a>>,
+    priors: Vec<Prior>,
+    pub(crate) weight: f64,
+    pub(crate) rows: Rows,
+    pub(crate) statics: Vec<StaticRow>,
+}
+
+/// The row of a static reading.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct StaticRow {
+    pub(crate) row: usize,
+    /// `static deflection at tip in bending`, of several tests with the name of its own.
+    pub(crate) name: String,
+}
+
+/// The rows of one test.
+#[derive(Debug)]
+pub(crate) struct Part<'a> {
+    pub(crate) comparison: &'a Comparison<'a>,
+    data: LeastSquares<'a>,
+    /// Where each of its rows stands among all.
+    rows: Vec<usize>,
+    pub(crate) first_mode: usize,
+    pub(crate) sensors: &'a [usize],
+}
+
+impl<'a> Posed<'a> {
+    /// Frequencies of all tests, shapes where a test has them, mass properties, static deflections and angles, amplitudes of
+    /// frequency responses where the test says that a fit uses them, and damping ratios if the model is damped; then targets
+    /// and priors.
+    pub(crate) fn new(scene: &'a Scene, comparisons: &'a [Comparison<'a>], priors: Vec<Prior>, weight: f64) -> Self {
+        let (n_modes, n_sensors) = (scene.test.modes.len(), scene.test.sensors.len());
+        let has_shapes = comparisons.iter().any(Comparison::has_shapes);
+        let mut measured = n_modes + if has_shapes { n_modes * n_sensors } else { 0 };
+        // Targets belong to the parameters and not to a test: they count once.
+        let owner = scene.cases.iter().position(|c| c.model.targets() != Targets::default());
+        let mut targets = 0;
+        let mut parts = Vec::with_capacity(comparisons.len());
+        let mut statics = Vec::new();
+        for (k, (comparison, case)) in comparisons.iter().zip(&scene.cases).enumerate() {
+            let own_shapes = comparison.has_shapes();
+            let mut terms: Vec<&dyn Residual> = vec![&Frequency];
+            if own_shapes {
+                terms.push(&Shape);
+            }
+            let mut further: Vec<&dyn Residual> = vec![&MassPropertyResidual, &StaticDeflection, &StaticAngle, &FrfLog];
+            if scene.is_damped {
+                further.push(&Damping);
+            }
+            let mut first = measured + MassPropertyResidual.len(comparison);
+            for term in [&StaticDeflection as &dyn Residual, &StaticAngle] {
+                let of = if comparisons.len() > 1 { format!(" of {}", case.test.name) } else { String::new() };
+                let own = (0..term.len(comparison))
+                    .map(|i| StaticRow { row: first + i, name: term.row_name(comparison, i) + &of });
+                statics.extend(own);
+                first += term.len(comparison);
+            }
+            let n_further: usize = further.iter().map(|t| t.len(comparison)).sum();
+            terms.extend(further);
+            let mut rows: Vec<usize> = case.modes().collect();
+            if own_shapes {
+                let shape = |m: usize| case.sensors.iter().map(move |s| n_modes + m * n_sensors + s);
+                rows.extend(case.modes().flat_map(shape));
+            }
+            rows.extend(measured..measured + n_further);
+            measured += n_further;
+            if owner == Some(k) {
+                terms.push(&TargetResidual);
+                targets = TargetResidual.len(comparison);
+            }
+            let data = LeastSquares::with_terms(comparison, terms);
+            parts.push(Part { comparison, data, rows, first_mode: case.first_mode, sensors: &case.sensors });
+        }
+        if let Some(owner) = owner {
+            parts[owner].rows.extend(measured..measured + targets);
+        }
+        let rows = Rows { n_modes, n_sensors, measured, targets, priors: priors.len(), has_shapes };
+        Self { parts, priors, weight, rows, statics }
+    }
+
+    /// Residuals of all tests in the order of the rows.
+    fn gather(&self, of: impl Fn(&Part<'a>) -> Result<DVector<f64>, EvalError>) -> Result<DVector<f64>, EvalError> {
+        let mut all = DVector::zeros(self.rows.measured + self.rows.targets);
+        for part in &self.parts {
+            let own = of(part)?;
+            part.rows.iter().zip(own.iter()).for_each(|(&i, v)| all[i] = *v);
+        }
+        Ok(all)
+    }
+
+    pub(crate) fn scaling(&self) -> &Scaling {
+        self.parts[0].data.scaling()
+    }
+
+    fn extend(&self, data: &DVector<f64>, x: &DVector<f64>) -> DVector<f64> {
+        let n = data.len();
+        DVector::from_fn(self.rows.len(), |i, _| {
+            if i < self.rows.measured {
+                data[i] * self.weight
+            } else if i < n {
+                data[i]
+            } else {
+                self.priors[i - n].row(x[i - n]).0
+            }
+        })
+    }
+
+    /// Weighted rows of data and targets at θ, priors zero.
+    pub(crate) fn data_rows(&self, theta: &[f64]) -> Result<DVector<f64>, EvalError> {
+        let own = |p: &Part<'a>| Ok(p.data.residuals_of(theta, &*p.comparison.predict(theta)?));
+        let mut r = self.gather(own)?.resize_vertically(self.rows.len(), 0.0);
+        r.rows_mut(0, self.rows.measured).scale_mut(self.weight);
+        if r.iter().all(|v| v.is_finite()) { Ok(r) } else { Err(EvalError::NotFinite { name: "data".into() }) }
+    }
+}
+
+impl Objective for Posed<'_> {
+    fn n_parameters(&self) -> usize {
+        self.priors.len()
+    }
+
+    fn n_residuals(&self) -> usize {
+        self.rows.len()
+    }
+
+    fn residuals(&self, x: &DVector<f64>) -> Result<DVector<f64>, EvalError> {
+        Ok(self.extend(&self.gather(|p| p.data.residuals(x))?, x))
+    }
+
+    fn linearize(&self, x: &DVector<f64>) -> Result<Linearization, EvalError> {
+        let n = self.rows.measured + self.rows.targets;
+        let mut residuals = DVector::zeros(n);
+        let mut jacobian = DMatrix::zeros(self.rows.len(), x.len());
+        for part in &self.parts {
+            let own = part.data.linearize(x)?;
+            for (k, &i) in part.rows.iter().enumerate() {
+                residuals[i] = own.residuals[k];
+                jacobian.set_row(i, &own.jacobian.row(k));
+            }
+        }
+        jacobian.rows_mut(0, self.rows.measured).scale_mut(self.weight);
+        for (j, prior) in self.priors.iter().enumerate() {
+            jacobian[(n + j, j)] = prior.row(x[j]).1;
+        }
+        Ok(Linearization { residuals: self.extend(&residuals, x), jacobian })
+    }
+}

@@ -1,0 +1,268 @@
+//! The base fit with its screening: all that is known before any hypothesis is refitted.
+
+use super::effects::{Directions, Score, Screened, Seen, screen, screen_again};
+use super::noise::{Scatter, best_scores, p_value, scatter};
+use super::robust::{aside, when_corrected};
+use super::traces::{FaultScore, Trace, faults_at, traces};
+use crate::correlation::{CorrelationError, Transducer, transducers};
+use crate::data::Sensor;
+use crate::diagnosis::error::DiagnosisError;
+use crate::diagnosis::listener::Listener;
+use crate::diagnosis::problem::evidence::{REMAINDER, goodness_of_fit};
+use crate::diagnosis::problem::fit::{Fit, evaluate, fit, project};
+use crate::diagnosis::problem::scene::{Scene, box_starts};
+use crate::diagnosis::settings::Settings;
+use crate::effect::{Candidate, Configured, Context, Effects, SensorLoad, candidates_in, candidates_on_wider_places};
+use crate::fault::PlacedFault;
+use crate::linalg::{DMatrix, DVector};
+use crate::model::Model;
+
+/// ln of the odds of a wider place against one of the file: the simpler stands where the data do not ask for more.
+const LN_WIDER: f64 = -3.0;
+/// Starts in the box beside the estimates.
+const BOX_STARTS: usize = 5;
+
+/// A scene, fitted and screened.
+#[derive(Clone)]
+pub(crate) struct Stage {
+    pub(crate) scene: Scene,
+    pub(crate) fit: Fit,
+    /// 1/√s2.
+    pub(crate) weight: f64,
+    pub(crate) q: DMatrix<f64>,
+    pub(crate) screened: Vec<Screened>,
+    /// Their projected columns.
+    pub(crate) directions: Directions,
+    /// Effects by descending score.
+    pub(crate) effects: Vec<Score>,
+    pub(crate) faults: Vec<PlacedFault>,
+    /// Faults by descending score.
+    pub(crate) fault_scores: Vec<FaultScore>,
+    /// Where fits lie that a bad channel could not pull aside.
+    pub(crate) aside: Vec<DVector<f64>>,
+    /// What this fit says of the scatter, in units of the weight.
+    pub(crate) scatter: Scatter,
+    /// P(best score >= observed).
+    pub(crate) p_value: f64,
+    /// The projected residual.
+    pub(crate) residual: DVector<f64>,
+    pub(crate) listener: Listener,
+    /// The effects to try.
+    pub(crate) catalogue: Effects,
+    /// ln of the odds of its effects against those of their kind at a place of the file.
+    pub(crate) ln_odds: f64,
+}
+
+impl Stage {
+    /// What a stage on top of this one need not evaluate again.
+    pub(crate) fn seen(&self) -> Seen<'_> {
+        Seen { screened: &self.screened, fit: &self.fit, weight: self.weight }
+    }
+
+    /// The id of a screened effect.
+    pub(crate) fn id(&self, score: &Score) -> String {
+        self.screened[score.index].candidate.id()
+    }
+
+    /// Effects at wider places than those of the file.
+    ///
+    /// * `near` - nodes, elements, members, spans or ends that they have to touch; none for all places
+    pub(crate) fn wider_candidates(
+        &self,
+        near: Option<&[String]>,
+        is_wanted: impl Fn(&Candidate) -> bool,
+    ) -> Vec<Candidate> {
+        let all = in_configurations(&self.scene, |tested| candidates_on_wider_places(tested, &self.catalogue, near));
+        all.into_iter().filter(is_wanted).collect()
+    }
+
+    /// The same with these effects at wider places instead of its own.
+    pub(crate) fn on_wider(&self, placed: Vec<Candidate>) -> Stage {
+        Stage { ln_odds: LN_WIDER, ..self.clone() }.screening(placed)
+    }
+
+    /// The same effects as they are seen from another point of the base.
+    pub(crate) fn seen_from(&self, x: &DVector<f64>) -> Result<Stage, DiagnosisError> {
+        let fit = evaluate(&self.scene, x.clone(), self.weight)?;
+        let q = fit.basis()?;
+        let residual = project(&q, &fit.r);
+        let placed = self.screened.iter().map(|s| s.candidate.clone()).collect();
+        Ok(Stage { fit, q, residual, ..self.clone() }.screening(placed))
+    }
+
+    /// This stage with these effects instead of its own, screened at its fit.
+    fn screening(mut self, placed: Vec<Candidate>) -> Stage {
+        self.screened = screen(&self.scene, &self.fit, self.weight, placed, &self.listener);
+        self.directions = Directions::new(&self.screened, &self.q, self.fit.r.len());
+        self.effects = self.directions.rank(&self.residual);
+        self
+    }
+
+    /// How many times the stated standard deviations the noise is taken to be.
+    pub(crate) fn noise_factor(&self) -> f64 {
+        1.0 / self.weight
+    }
+}
+
+/// Fits and screens a scene.
+///
+/// * `starts` - starts of the fit beside the estimates and points of the box
+/// * `weight` - 1/√s2
+/// * `seen` - of a stage that this one stands on
+pub(crate) fn stage(
+    scene: Scene,
+    starts: &[DVector<f64>],
+    weight: f64,
+    settings: &Settings,
+    seen: Option<&Seen<'_>>,
+) -> Result<Stage, DiagnosisError> {
+    stage_of(scene, (starts, None), weight, settings, seen)
+}
+
+/// The same with one more start: where the parameters came while the pairs were decided.
+pub(crate) fn stage_begun(
+    scene: Scene,
+    starts: &[DVector<f64>],
+    begun: Option<&DVector<f64>>,
+    weight: f64,
+    settings: &Settings,
+) -> Result<Stage, DiagnosisError> {
+    stage_of(scene, (starts, begun), weight, settings, None)
+}
+
+fn stage_of(
+    scene: Scene,
+    (starts, begun): (&[DVector<f64>], Option<&DVector<f64>>),
+    weight: f64,
+    settings: &Settings,
+    seen: Option<&Seen<'_>>,
+) -> Result<Stage, DiagnosisError> {
+    let mut all = starts.to_vec();
+    all.push(scene.start());
+    if starts.is_empty() {
+        all.extend(box_starts(&scene, BOX_STARTS, settings.seed));
+    }
+    all.extend(begun.cloned());
+    settings.listener.say("fitting the model as it is");
+    let base = fit(&scene, &all, weight)?;
+    let placed = placed(&scene, settings);
+    let q = base.basis()?;
+    let listener = &settings.listener;
+    let screened = match seen {
+        Some(seen) => screen_again(&scene, &base, &q, weight, placed, seen, listener),
+        None => screen(&scene, &base, weight, placed, listener),
+    };
+    let directions = Directions::new(&screened, &q, base.r.len());
+    let scatter = scatter(&scene, &base, &q, &directions, settings.seed);
+    let residual = project(&q, &base.r);
+    let effects = directions.rank(&residual);
+    settings.listener.say("screening faults of the measurement");
+    let list = faults_at(&scene, &base, &settings.faults);
+    let seen: Vec<(usize, Trace)> = traces(&scene, &base, weight, &list)
+        .into_iter()
+        .enumerate()
+        .filter_map(|(i, t)| t.map(|t| (i, t.projected(&q))))
+        .collect();
+    let mut fault_scores: Vec<FaultScore> = seen
+        .iter()
+        .map(|(index, t)| FaultScore {
+            index: *index,
+            t: t.score(&residual),
+            number: t.number(&residual, list[*index].number().neutral()),
+            aside: None,
+        })
+        .collect();
+    // A gross fault has pulled the fit aside; at a fit that it could not pull, its trace is whole.
+    let others = if !list.is_empty() && goodness_of_fit(&base, &q) < REMAINDER {
+        aside(&scene, &base, weight)?
+    } else {
+        Vec::new()
+    };
+    let mut take = |found: FaultScore| match fault_scores.iter_mut().find(|f| f.index == found.index) {
+        Some(f) if found.t > f.t => *f = found,
+        Some(_) => {}
+        None => fault_scores.push(found),
+    };
+    for (k, other) in others.iter().enumerate() {
+        let excess = 2.0 * (other.phi - base.phi);
+        for (index, trace) in traces(&scene, other, weight, &list).into_iter().enumerate() {
+            let Some(trace) = trace else { continue };
+            let t = (trace.score(&other.r) - excess).max(0.0);
+            take(FaultScore {
+                index,
+                t,
+                number: trace.number(&other.r, list[index].number().neutral()),
+                aside: Some(k),
+            });
+        }
+    }
+    if !others.is_empty() {
+        for (index, t) in when_corrected(&scene, &base, weight, &list) {
+            take(FaultScore { t, ..FaultScore::unscored(index) });
+        }
+    }
+    fault_scores.sort_by(|a, b| b.t.total_cmp(&a.t).then(a.index.cmp(&b.index)));
+    settings.listener.say("simulating what noise alone would give");
+    let null_traces: Vec<Trace> = seen.into_iter().map(|(_, t)| t).collect();
+    let draws = best_scores(&base, &q, &directions, &null_traces, settings.seed.wrapping_add(1));
+    let best = effects.first().map_or(0.0, |s| s.t).max(fault_scores.first().map_or(0.0, |f| f.t));
+    let p = p_value(&draws, best);
+    Ok(Stage {
+        scene,
+        fit: base,
+        weight,
+        q,
+        screened,
+        directions,
+        effects,
+        faults: list,
+        fault_scores,
+        aside: others.into_iter().map(|f| f.x).collect(),
+        scatter,
+        p_value: p,
+        residual,
+        listener: settings.listener.clone(),
+        catalogue: settings.effects.clone(),
+        ln_odds: 0.0,
+    })
+}
+
+/// What carries the sensors of a test, for effects of their mass.
+///
+/// # Errors
+/// A sensor names a node or element that the model does not have.
+pub fn sensor_loads(model: &Model, sensors: &[Sensor]) -> Result<Vec<SensorLoad>, CorrelationError> {
+    let load = |t: Transducer| t.shares.into_iter().map(move |(node, share)| SensorLoad { node, share, arm: t.arm });
+    Ok(transducers(model, sensors)?.into_iter().flat_map(load).collect())
+}
+
+/// Every effect at every place of the structure, in the configurations that were tested.
+fn placed(scene: &Scene, settings: &Settings) -> Vec<Candidate> {
+    in_configurations(scene, |tested| candidates_in(tested, &settings.effects))
+}
+
+/// What `list` finds on the configurations that were tested.
+fn in_configurations(scene: &Scene, list: impl Fn(&[Configured<'_>]) -> Vec<Candidate>) -> Vec<Candidate> {
+    let mut configurations: Vec<(Option<&str>, &Model, Context)> = Vec::new();
+    for case in &scene.cases {
+        // The scene was built with these sensors, so each has its place.
+        let sensors = sensor_loads(&case.model, &case.test.sensors).unwrap_or_default();
+        let frequencies_hz: Vec<f64> = case.test.modes.iter().map(|m| m.frequency_hz.value).collect();
+        match configurations.iter_mut().find(|c| c.0 == scene.configuration(case)) {
+            Some((_, _, known)) => {
+                let new: Vec<SensorLoad> = sensors.into_iter().filter(|s| !known.sensors.contains(s)).collect();
+                known.sensors.extend(new);
+                known.frequencies_hz.extend(frequencies_hz);
+            }
+            None => {
+                let here = scene.configuration(case).and_then(|name| scene.file.configurations.get(name));
+                let own_masses = here.map_or_else(Vec::new, |c| c.masses.keys().cloned().collect());
+                let context = Context { sensors, frequencies_hz, own_masses };
+                configurations.push((scene.configuration(case), &case.model, context));
+            }
+        }
+    }
+    let tested: Vec<Configured<'_>> =
+        configurations.iter().map(|(name, model, context)| Configured { name: *name, model, context }).collect();
+    list(&tested)
+}

@@ -1,0 +1,77 @@
+//! Is the base in the valley where it belongs?
+//!
+//! A fit may end in a wrong valley, and what is added to it then seems to explain what only takes it out of there. So the base is fitted once
+//! more from where hypotheses and changes of every element have brought its parameters.
+
+use super::hypothesis::Refit;
+use super::run::merge;
+use super::singles::{Refits, refit};
+use super::starts::STARTS;
+use crate::diagnosis::error::DiagnosisError;
+use crate::diagnosis::problem::evidence::{REMAINDER, goodness_of_fit, ln_evidence};
+use crate::diagnosis::problem::fit::fit_in_rounds;
+use crate::diagnosis::problem::scene::box_starts;
+use crate::diagnosis::screen::stage::{Stage, stage};
+use crate::diagnosis::settings::Settings;
+use crate::linalg::DVector;
+
+/// Times that the base moves to a lower valley.
+const MOVES: usize = 2;
+/// Hypotheses whose base may lead there; half as many points of the box.
+const WAYS: usize = 24;
+/// A valley is lower by this in Φ, one in ln evidence.
+const LOWER: f64 = 1.0;
+/// And by this share of what the best hypothesis brings: a valley that brings less is one more wrong one.
+const SHARE: f64 = 0.5;
+
+/// The base and its refits, from where the base is lowest.
+pub(crate) fn in_the_lowest_valley(
+    mut base: Stage,
+    mut refits: Refits,
+    settings: &Settings,
+) -> Result<(Stage, Refits), DiagnosisError> {
+    for _ in 0..MOVES {
+        let Some(lower) = lower_valley(&base, &refits, settings)? else { break };
+        (base, refits) = from_there(base, refits, lower, settings)?;
+    }
+    Ok((base, refits))
+}
+
+/// Where the base fits better than its fit does, if what a hypothesis or a change of every element has made of its parameters leads there.
+pub(crate) fn lower_valley(
+    base: &Stage,
+    refits: &Refits,
+    settings: &Settings,
+) -> Result<Option<DVector<f64>>, DiagnosisError> {
+    if goodness_of_fit(&base.fit, &base.q) >= REMAINDER {
+        return Ok(None);
+    }
+    let n = base.fit.x.len();
+    let mut best: Vec<&Refit> = refits.hypotheses.iter().collect();
+    best.sort_by(|a, b| b.ln_bayes.total_cmp(&a.ln_bayes));
+    let mut ways = vec![base.fit.x.clone()];
+    ways.extend(refits.spreads.iter().map(|s| s.base.clone()));
+    ways.extend(best.into_iter().take(WAYS).map(|r| r.fit.x.rows(0, n).into_owned()));
+    ways.extend(box_starts(&base.scene, WAYS / 2, settings.seed.wrapping_add(1)));
+    let ways: Vec<Vec<DVector<f64>>> = ways.into_iter().map(|x| vec![x]).collect();
+    let found = fit_in_rounds(&base.scene, &ways, base.weight, 1, STARTS)?;
+    let least = refits.hypotheses.iter().map(|r| r.fit.phi).fold(base.fit.phi, f64::min);
+    let enough = LOWER.max(SHARE * (base.fit.phi - least));
+    Ok((found.phi < base.fit.phi - enough).then_some(found.x))
+}
+
+/// The base and its refits where it is lower, with what was found where it was.
+fn from_there(
+    before: Stage,
+    found: Refits,
+    lower: DVector<f64>,
+    settings: &Settings,
+) -> Result<(Stage, Refits), DiagnosisError> {
+    let ln_before = ln_evidence(&before.fit)?;
+    let base = stage(before.scene, &[lower], before.weight, settings, None)?;
+    let ln_base = ln_evidence(&base.fit)?;
+    let mut refits = refit(&base, false)?;
+    let against = |r: Refit| Refit { ln_bayes: r.ln_bayes + ln_before - ln_base, ..r };
+    merge(&base, &mut refits.hypotheses, found.hypotheses.into_iter().map(against).collect());
+    Ok((base, refits))
+}

@@ -1,0 +1,21 @@
+//! Proposes hypotheses and fits them in full.
+//!
+//! `hypothesis` is one after its fit, `starts` and `run` fit many, `fault_number` those of the measurement, `short_fit` tells which of many deserve it. `singles`
+//! searches for one cause; `spread`, `wider`, `nested` and `basin` are its steps. `pairs`, `joint` and `several` search for more than one, by `prior` odds
+//! and by what `remainder` says of the rest.
+
+pub(crate) mod basin;
+pub(crate) mod fault_number;
+pub(crate) mod hypothesis;
+pub(crate) mod joint;
+pub(crate) mod nested;
+pub(crate) mod pairs;
+pub(crate) mod prior;
+pub(crate) mod remainder;
+pub(crate) mod run;
+pub(crate) mod several;
+pub(crate) mod short_fit;
+pub(crate) mod singles;
+pub(crate) mod spread;
+pub(crate) mod starts;
+pub(crate) mod wider;

@@ -1,0 +1,130 @@
+//! Refits of many hypotheses, in parallel and in a fixed order.
+
+use super::fault_number::refit_fault;
+use super::hypothesis::{Refit, Tried, estimates};
+use super::starts::{STARTS, effort, starts};
+use crate::diagnosis::error::DiagnosisError;
+use crate::diagnosis::problem::evidence::{brought, held_out_in_all, ln_evidence};
+use crate::diagnosis::problem::fit::fit_in_rounds;
+use crate::diagnosis::problem::scene::with_effect;
+use crate::diagnosis::screen::effects::Score;
+use crate::diagnosis::screen::stage::{Stage, stage};
+use crate::diagnosis::screen::traces::FaultScore;
+use crate::diagnosis::settings::Settings;
+use crate::effect::Candidate;
+use crate::linalg::DVector;
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+
+/// Effects of every kind that are refitted where none leaves noise.
+const OF_EVERY_KIND: usize = 2;
+/// Effects like the best, or around it, that are tried with a few steps.
+pub(crate) const NEAR: usize = 60;
+
+/// What is refitted: an effect with the values of the base from which it starts, or a fault.
+#[derive(Clone, Copy)]
+pub(crate) enum Job<'a> {
+    Effect(&'a Score, &'a [DVector<f64>]),
+    Fault(&'a FaultScore, &'a [DVector<f64>]),
+}
+
+pub(crate) fn run(stage: &Stage, jobs: &[Job<'_>], base: f64) -> Vec<Refit> {
+    let work = stage.listener.work("refitting the best hypotheses", jobs.len());
+    let done: Vec<Option<Refit>> = jobs
+        .par_iter()
+        .map(|job| {
+            let found = match job {
+                Job::Effect(score, bases) => refit_effect(stage, score, bases, base).ok(),
+                Job::Fault(score, bases) => refit_fault(stage, score, bases, base).ok(),
+            };
+            work.step();
+            found
+        })
+        .collect();
+    done.into_iter().flatten().collect()
+}
+
+fn refit_effect(stage: &Stage, score: &Score, bases: &[DVector<f64>], base: f64) -> Result<Refit, DiagnosisError> {
+    let candidate = &stage.screened[score.index].candidate;
+    let scene = with_effect(&stage.scene, candidate)?;
+    let fit = fit_in_rounds(&scene, &starts(stage, score, bases), stage.weight, effort(candidate), STARTS)?;
+    let evidence = ln_evidence(&fit)? + scene.ln_size_priors(&candidate.parameters);
+    let estimates = estimates(&scene, &fit, &candidate.parameters)?;
+    let held_out = held_out_in_all(&fit, stage.weight)?;
+    let misfit = fit.misfit;
+    let (overlooked, ln_overlooked) = brought(&stage.fit, &fit);
+    Ok(Refit {
+        tried: Tried::Effect(candidate.clone()),
+        scene,
+        fit,
+        ln_bayes: evidence - base + ln_overlooked,
+        estimates,
+        held_out,
+        misfit,
+        overlooked,
+        ln_odds: stage.ln_odds,
+        limit_of: Vec::new(),
+    })
+}
+
+/// Refits hypotheses on another stage; those that cannot be fitted there are left out.
+pub(crate) fn refit_these(
+    stage: &Stage,
+    these: &[&Tried],
+    bases: &[DVector<f64>],
+) -> Result<Vec<Refit>, DiagnosisError> {
+    let base = ln_evidence(&stage.fit)?;
+    let score_of = |stage: &Stage, c: &Candidate| stage.effects.iter().find(|s| stage.id(s) == c.id()).copied();
+    let (mut scores, mut faults, mut elsewhere) = (Vec::new(), Vec::new(), Vec::new());
+    for tried in these {
+        match tried {
+            // What acts at a wider place is screened only where it is sought.
+            Tried::Effect(c) => match score_of(stage, c) {
+                Some(score) => scores.push(score),
+                None => elsewhere.push(c.clone()),
+            },
+            Tried::Fault(f) => {
+                let Some(i) = stage.faults.iter().position(|g| g == f) else { continue };
+                let known = stage.fault_scores.iter().find(|f| f.index == i).copied();
+                faults.push(known.unwrap_or(FaultScore::unscored(i)));
+            }
+        }
+    }
+    let effects = scores.iter().map(|s| Job::Effect(s, bases));
+    let jobs: Vec<Job<'_>> = effects.chain(faults.iter().map(|f| Job::Fault(f, bases))).collect();
+    let mut done = run(stage, &jobs, base);
+    if !elsewhere.is_empty() {
+        let stage = stage.on_wider(elsewhere);
+        let jobs: Vec<Job<'_>> = stage.effects.iter().map(|s| Job::Effect(s, bases)).collect();
+        done.extend(run(&stage, &jobs, base));
+    }
+    Ok(done)
+}
+
+/// Takes over what is new or better.
+pub(crate) fn merge(stage: &Stage, done: &mut Vec<Refit>, found: Vec<Refit>) {
+    for r in found {
+        match done.iter_mut().find(|d| d.id(&stage.scene) == r.id(&stage.scene)) {
+            Some(d) if r.ln_bayes > d.ln_bayes => *d = r,
+            Some(_) => {}
+            None => done.push(r),
+        }
+    }
+}
+
+/// The first few of a ranking, and the first two of every other kind: a kind with many places, and two sizes at each, would take all; and of
+/// a place and its mirror image on a nearly symmetric structure a few steps do not tell which is right.
+pub(crate) fn best_and_of_every_kind<'a>(stage: &Stage, ranked: Vec<&'a Score>, few: usize) -> Vec<&'a Score> {
+    let mut seen: BTreeMap<&str, usize> = BTreeMap::new();
+    let mut is_wanted = |&(k, s): &(usize, &Score)| {
+        let count = seen.entry(stage.screened[s.index].candidate.effect.name()).or_default();
+        *count += 1;
+        k < few || *count <= OF_EVERY_KIND
+    };
+    ranked.into_iter().enumerate().filter(|r| is_wanted(r)).map(|(_, s)| s).collect()
+}
+
+/// A stage with a hypothesis in its scene, fitted and screened.
+pub(crate) fn stage_with(base: &Stage, r: &Refit, settings: &Settings) -> Result<Stage, DiagnosisError> {
+    stage(r.scene.clone(), std::slice::from_ref(&r.fit.x), base.weight, settings, Some(&base.seen()))
+}

@@ -1,0 +1,76 @@
+//! Several things that are wrong at once, one found on top of the other.
+//!
+//! Where no hypothesis suffices, and no two, the search goes on from the best: what explains most of the rest is added, until the rest looks
+//! like noise. All that was added has to be more probable than a change of many parts, which explains much as well:
+//!
+//! ```text
+//! ln odds B = Σ_k (ln odds_k + ln B(k | all before it))  >  ln odds B (something else) + 3
+//! ```
+
+use super::hypothesis::Refit;
+use super::prior::Odds;
+use super::remainder::remains;
+use super::singles::refit;
+use crate::diagnosis::error::DiagnosisError;
+use crate::diagnosis::problem::evidence::STRONG;
+use crate::diagnosis::screen::stage::Stage;
+use crate::diagnosis::settings::Settings;
+
+/// The share of what noise does not explain that an addition has to take away where a change of many parts explains the test as well:
+/// then the best of the catalogue may be the first of several, and only the end of the way tells.
+pub(crate) const WORTH_A_TRY: f64 = 1.0 / 3.0;
+/// Hypotheses of a chain, at most.
+const MOST: usize = 5;
+
+/// Hypotheses, each fitted on top of those before it, that leave noise together.
+pub(crate) struct Chain {
+    /// Each with the stage that it was fitted on.
+    pub(crate) members: Vec<(Stage, Refit)>,
+    /// ln of odds times Bayes factors of all together.
+    pub(crate) ln_all: f64,
+}
+
+impl Chain {
+    /// The ids in the order in which they were found.
+    pub(crate) fn ids(&self) -> Vec<String> {
+        self.members.iter().map(|(stage, r)| r.id(&stage.scene)).collect()
+    }
+
+    /// The last one, with all in it.
+    pub(crate) fn last(&self) -> &Refit {
+        &self.members[self.members.len() - 1].1
+    }
+}
+
+/// A chain that begins with two hypotheses and leaves noise, if there is one.
+///
+/// * `first` - with the stage that it was fitted on
+/// * `second` - with the stage that has the first in it
+/// * `ln_else` - ln of odds times Bayes factor of something outside the catalogue
+pub(crate) fn chain(
+    first: (Stage, Refit),
+    second: (Stage, Refit),
+    odds: &Odds<'_>,
+    ln_else: f64,
+    settings: &Settings,
+) -> Result<Option<Chain>, DiagnosisError> {
+    let weight = |r: &Refit| odds.of(r) + r.ln_bayes;
+    let mut members = vec![first, second];
+    while let Some((stage, last)) = members.last() {
+        let (left, with_all) = remains(stage, last, settings)?;
+        if left.needs_nothing_more() {
+            let ln_all = members.iter().map(|(_, r)| weight(r)).sum();
+            return Ok((ln_all > ln_else + STRONG).then_some(Chain { members, ln_all }));
+        }
+        if members.len() == MOST || with_all.p_value >= settings.alarm_level {
+            return Ok(None);
+        }
+        let known: Vec<String> = members.iter().map(|(stage, r)| r.id(&stage.scene)).collect();
+        let more = refit(&with_all, true)?.hypotheses.into_iter();
+        let is_new = |r: &Refit| r.ln_bayes > STRONG && !known.contains(&r.id(&with_all.scene));
+        let next = more.filter(is_new).max_by(|a, b| weight(a).total_cmp(&weight(b)));
+        let Some(next) = next else { return Ok(None) };
+        members.push((with_all, next));
+    }
+    Ok(None)
+}
