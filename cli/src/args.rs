@@ -11,7 +11,7 @@ mod measured;
 mod values;
 
 pub(crate) use correlation::{Compare, Placement, Pretest, Sensitivity};
-pub(crate) use diagnosis::{Add, Benchmark, BenchmarkWhat, Diagnose, Learn, Undo};
+pub(crate) use diagnosis::{Add, Benchmark, BenchmarkWhat, Diagnose, Learn, SearchOptions, Undo};
 pub(crate) use measured::{Health, Identify, Map, MatrixAxes, MeasuredQuantity, Measurement, Method, Repeated, Twin};
 
 /// Updates finite-element models of structures to vibration tests, and finds the physics that the models miss.

@@ -26,6 +26,16 @@ pub enum DiagnosisError {
         /// The common factor, and what was probably done.
         slip: String,
     },
+    /// Effects were to be tried at a place that the structure does not have.
+    #[error(
+        "the model has no node, element, member, chain or group `{name}` at which effects could be tried{suggestion}"
+    )]
+    Place {
+        /// The name.
+        name: String,
+        /// "; did you mean ...?" or nothing.
+        suggestion: String,
+    },
     /// A test and its model cannot be compared.
     #[error(transparent)]
     Update(#[from] crate::update::UpdateError),

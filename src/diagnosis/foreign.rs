@@ -15,7 +15,9 @@ use super::search::basin::in_the_lowest_valley;
 use super::search::singles::refit;
 use super::settings::Settings;
 use super::verdict::decide::conclude;
+use crate::catalogue::did_you_mean;
 use crate::data::Standing;
+use crate::effect::{Context, Structure};
 use crate::fault::Tests;
 use crate::linalg::DVector;
 use crate::objective::Comparison;
@@ -51,7 +53,11 @@ fn with_modes_of_the_structure(
         (0..decided.test.modes.len()).filter(|&m| found(&decided.test.modes[m].standing)).collect();
     // Shapes tell whether a hypothesis explains a mode; a frequency alone can be had from any.
     let has_shape = foreign.iter().any(|&m| scene.test.modes[m].shape.is_some());
-    if has_shape && let Some(found) = by_one_cause(scene.as_given(), starts, weight, settings)? {
+    let has_time = !settings.until.is_over();
+    if has_shape
+        && has_time
+        && let Some(found) = by_one_cause(scene.as_given(), starts, weight, settings)?
+    {
         return named(found);
     }
     named(investigate_these(decided, starts, x.as_ref(), weight, settings)?)
@@ -152,5 +158,24 @@ pub(super) fn investigate(
             return Err(DiagnosisError::Unit { slip });
         }
     }
-    with_modes_of_the_structure(scene, starts, weight, settings)
+    check_places(&scene, settings)?;
+    let mut found = with_modes_of_the_structure(scene, starts, weight, settings)?;
+    if settings.until.was_cut() {
+        found.diagnosis.is_partial = true;
+        found.diagnosis.sentence += "; the search was stopped before its end: this is the best answer so far";
+    }
+    Ok(found)
+}
+
+/// Whether the structure has every place that effects are to be tried at.
+fn check_places(scene: &Scene, settings: &Settings) -> Result<(), DiagnosisError> {
+    let context = Context::default();
+    let structures: Vec<Structure<'_>> = scene.cases.iter().map(|c| Structure::new(&c.model, &context)).collect();
+    for name in &settings.places {
+        if !structures.iter().any(|s| s.has_place(name)) {
+            let known = structures.iter().flat_map(Structure::place_names);
+            return Err(DiagnosisError::Place { suggestion: did_you_mean(name, known), name: name.clone() });
+        }
+    }
+    Ok(())
 }

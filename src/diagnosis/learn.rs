@@ -145,7 +145,8 @@ pub fn learn_from_tests(
             && (is_spread || step.diagnosis.probability_only_other < 0.5)
             && best.is_some_and(|b| b.ln_bayes > STRONG)
             && step.diagnosis.p_value < settings.alarm_level.max(f64::from(u8::from(!fit.unpaired.is_empty())));
-        let Some(best) = best.filter(|_| worthwhile && round < limit) else {
+        let has_time = !settings.until.is_over();
+        let Some(best) = best.filter(|_| worthwhile && has_time && round < limit) else {
             steps.push(step);
             break;
         };

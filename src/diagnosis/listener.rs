@@ -6,20 +6,66 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 type Tell = dyn Fn(&str) + Send + Sync;
 
+type Took = dyn Fn(&StepTaken) + Send + Sync;
+
 /// Told what is being done, in words: `screening effects, 120 of 340`. Called from any thread.
 #[derive(Clone, Default)]
-pub struct Listener(Option<Arc<Tell>>);
+pub struct Listener {
+    tell: Option<Arc<Tell>>,
+    took: Option<Arc<Took>>,
+}
+
+/// A step of a search that has been taken.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StepTaken {
+    /// What it did.
+    pub step: &'static str,
+    /// Sizes of the hypotheses that stand in the base: none for the model as it is.
+    pub beside: Vec<String>,
+    /// Hypotheses that it fitted, in full or with a few steps.
+    pub fitted: usize,
+    /// Hypotheses that are known after it.
+    pub known: usize,
+    /// The best of these: its id, ln of its Bayes factor, and the misfit that it leaves.
+    pub best: Option<(String, f64, f64)>,
+}
+
+impl fmt::Display for StepTaken {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if !self.beside.is_empty() {
+            write!(f, "beside {}: ", self.beside.join(", "))?;
+        }
+        write!(f, "{}: {} fitted, {} known", self.step, self.fitted, self.known)?;
+        match &self.best {
+            Some((id, ln_bayes, misfit)) => write!(f, "; {id} leads with ln B {ln_bayes:.1}, misfit {misfit:.1}"),
+            None => Ok(()),
+        }
+    }
+}
 
 impl Listener {
     /// One that is told.
     pub fn new(tell: impl Fn(&str) + Send + Sync + 'static) -> Self {
-        Self(Some(Arc::new(tell)))
+        Self { tell: Some(Arc::new(tell)), took: None }
+    }
+
+    /// The same, told of every step of the search, too.
+    #[must_use]
+    pub fn with_steps(self, took: impl Fn(&StepTaken) + Send + Sync + 'static) -> Self {
+        Self { took: Some(Arc::new(took)), ..self }
     }
 
     /// Says one thing.
     pub(super) fn say(&self, what: &str) {
-        if let Some(tell) = &self.0 {
+        if let Some(tell) = &self.tell {
             tell(what);
+        }
+    }
+
+    /// Tells a step.
+    pub(super) fn took(&self, step: &StepTaken) {
+        if let Some(took) = &self.took {
+            took(step);
         }
     }
 
@@ -31,7 +77,7 @@ impl Listener {
 
 impl fmt::Debug for Listener {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(if self.0.is_some() { "Listener(..)" } else { "Listener" })
+        f.write_str(if self.tell.is_some() { "Listener(..)" } else { "Listener" })
     }
 }
 
@@ -47,7 +93,7 @@ impl Work<'_> {
     /// One more is done.
     pub(super) fn step(&self) {
         let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
-        if self.listener.0.is_some() {
+        if self.listener.tell.is_some() {
             self.listener.say(&format!("{}, {done} of {}", self.what, self.total));
         }
     }

@@ -28,11 +28,12 @@ mod search;
 mod settings;
 #[cfg(test)]
 mod tests;
+mod until;
 mod verdict;
 
 pub use error::DiagnosisError;
 pub use learn::{Attempt, Learned, Step, learn, learn_from_tests};
-pub use listener::Listener;
+pub use listener::{Listener, StepTaken};
 pub use result::{
     BasePair, BasePairs, Diagnosis, ForeignMode, HypothesisResult, Kind, NextMeasurement, Together, Verdict,
 };
@@ -40,6 +41,7 @@ pub use screen::stage::sensor_loads;
 pub use search::hypothesis::Estimate;
 pub use search::spread::{Property, Spread, SpreadFactor};
 pub use settings::Settings;
+pub use until::Until;
 
 use crate::data::TestData;
 use crate::model::Model;

@@ -182,6 +182,9 @@ pub struct Diagnosis {
     pub remainder: String,
     /// Where the data allow less than one might think.
     pub warnings: Vec<String>,
+    /// Whether the search was stopped before its end: then this is the best answer so far.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub is_partial: bool,
 }
 
 /// A measured mode without a partner, and why.

@@ -1,6 +1,7 @@
 //! How to diagnose.
 
 use super::listener::Listener;
+use super::until::Until;
 use crate::effect::Effects;
 use crate::fault::Faults;
 use crate::update::HowToPair;
@@ -10,6 +11,8 @@ use crate::update::HowToPair;
 pub struct Settings {
     /// The effects to try.
     pub effects: Effects,
+    /// Names of nodes, elements, members, chains or groups: effects are tried where they have a node or an element of these; of none, everywhere.
+    pub places: Vec<String>,
     /// The faults of the measurement to try.
     pub faults: Faults,
     /// How modes are paired.
@@ -20,17 +23,21 @@ pub struct Settings {
     pub alarm_level: f64,
     /// Told what is being done.
     pub listener: Listener,
+    /// Until when it may search.
+    pub until: Until,
 }
 
 impl Default for Settings {
     fn default() -> Self {
         Self {
             effects: Effects::builtin(),
+            places: Vec::new(),
             faults: Faults::builtin(),
             pairing: HowToPair::default(),
             seed: 0,
             alarm_level: 0.05,
             listener: Listener::default(),
+            until: Until::the_end(),
         }
     }
 }

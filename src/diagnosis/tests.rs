@@ -5,8 +5,12 @@ mod statics;
 mod tower;
 mod verdicts;
 
+use super::screen::stage::{Stage, stage};
+use super::search::run::stage_with;
+use super::search::singles::refit;
 use super::*;
 use crate::data::{Sensor, read_test};
+use crate::effect::Effects;
 use crate::model::{ParametricModel, Registry, load};
 use crate::update::{TwinOptions, twin_modes};
 
@@ -131,11 +135,10 @@ fn what_another_stage_has_seen_changes_no_order() {
     let base = stage(Scene::new(&model(&wing()), &[&test]).unwrap(), &[], 1.0, &settings, None).unwrap();
     let hypotheses = refit(&base, false).unwrap().hypotheses;
     for r in hypotheses.iter().take(2) {
-        let again = base.with(r, &settings).unwrap();
+        let again = stage_with(&base, r, &settings).unwrap();
         let whole = stage(r.scene.clone(), std::slice::from_ref(&r.fit.x), 1.0, &settings, None).unwrap();
         assert_eq!(again.fit.x, whole.fit.x);
-        let best =
-            |s: &base::Stage| -> Vec<(String, f64)> { s.effects.iter().take(8).map(|e| (s.id(e), e.t)).collect() };
+        let best = |s: &Stage| -> Vec<(String, f64)> { s.effects.iter().take(8).map(|e| (s.id(e), e.t)).collect() };
         assert_eq!(best(&again), best(&whole));
         assert!((again.p_value - whole.p_value).abs() < 0.05, "{} {}", again.p_value, whole.p_value);
     }

@@ -4,11 +4,29 @@ use super::{PairingOptions, values};
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 
+/// What is tried, and for how long. Ctrl-C ends a search with the best answer so far.
+#[derive(Debug, Args)]
+pub(crate) struct SearchOptions {
+    /// Only these effects: point-mass,joint-flexibility.
+    #[arg(long, value_name = "EFFECT", value_delimiter = ',')]
+    pub(crate) effects: Vec<String>,
+    /// Effects only where they have a node or an element of these: nodes, elements, members, chains, groups.
+    #[arg(long, value_name = "PLACE", value_delimiter = ',')]
+    pub(crate) places: Vec<String>,
+    /// Answer after this time with the best so far: 60s, 5min.
+    #[arg(long, value_name = "TIME")]
+    pub(crate) budget: Option<String>,
+    /// Tell every step of the search on standard error: what it fitted, and what leads after it.
+    #[arg(long)]
+    pub(crate) trace: bool,
+}
+
 /// What is missing? Physical effects and measurement faults with probabilities, estimates and ties.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   retune diagnose models/bff.yaml models/bff_gvt.yaml
   retune diagnose models/bff.yaml models/bff_gvt.yaml --report diagnosis.html
+  retune diagnose models/bff.yaml models/bff_gvt.yaml --effects point-mass,mass-offset --places left_wing --budget 60s --trace
   retune diagnose models/bff.yaml models/bff_gvt.yaml models/bff_bench.yaml")]
 pub(crate) struct Diagnose {
     /// Model file.
@@ -24,10 +42,15 @@ pub(crate) struct Diagnose {
     /// Trust the measurement: try effects only.
     #[arg(long)]
     pub(crate) no_faults: bool,
+    #[command(flatten)]
+    pub(crate) search: SearchOptions,
+    /// Write the diagnosis as JSON.
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
     /// Write a page with pictures: the hypotheses on the structure, beside the comparison.
     #[arg(long, value_name = "PAGE")]
     pub(crate) report: Option<PathBuf>,
-    /// Overwrite an existing page.
+    /// Overwrite existing outputs.
     #[arg(long)]
     pub(crate) force: bool,
     /// Print JSON instead of text.
@@ -91,6 +114,8 @@ pub(crate) struct Learn {
     /// Take the most probable of tied effects instead of stopping.
     #[arg(long)]
     pub(crate) take_best: bool,
+    #[command(flatten)]
+    pub(crate) search: SearchOptions,
     /// Largest number of effects.
     #[arg(long, default_value_t = 5)]
     pub(crate) limit: u8,

@@ -1,23 +1,29 @@
 //! `retune diagnose`
 
 use super::compare::origins;
-use crate::args::Diagnose;
+use super::measured::scalar;
+use crate::args::{Diagnose, SearchOptions};
 use crate::files::{self, Tested};
-use crate::output::{Failure, base_pairs, print, print_json, style};
+use crate::interrupt::stop_flag;
+use crate::output::{Failure, base_pairs, print, print_json, shown, style, tell};
 use crate::page::{Outputs, announce, provenance};
 use crate::progress::Spinner;
-use crate::{DONE, SHORT};
+use crate::{DONE, SHORT, writing};
+use retune::catalogue::did_you_mean;
 use retune::data::{TestData, joined};
-use retune::diagnosis::{Settings, Verdict, diagnose_tests};
+use retune::diagnosis::{Settings, Until, Verdict, diagnose_tests};
+use retune::effect::{Effect, Effects};
 use retune::fault::Faults;
 use retune::model::ParametricModel;
 use retune::report::{Case, ReportData, add_diagnosis, assess_paired, diagnosis, of_comparison, text};
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
 pub(crate) fn run(args: &Diagnose) -> Result<u8, Failure> {
     let how = args.pairing.how();
     let outputs = Outputs { page: args.report.as_ref(), force: args.force, ..Outputs::default() };
     outputs.check()?;
+    args.output.iter().try_for_each(|path| writing::check_output(path, args.force))?;
     let all = files::tested(&args.model, &args.tests, None)?;
     let (model, ..) = files::model(&args.model, None)?;
     let tests: Vec<&TestData> = all.iter().map(|t| &t.test).collect();
@@ -26,8 +32,7 @@ pub(crate) fn run(args: &Diagnose) -> Result<u8, Failure> {
         seed: args.seed,
         faults: if args.no_faults { Faults::none() } else { Faults::builtin() },
         pairing: how,
-        listener: spinner.listener(),
-        ..Settings::default()
+        ..search_settings(&args.search, &spinner)?
     };
     let found = diagnose_tests(&model, &tests, &settings);
     drop(spinner);
@@ -41,6 +46,12 @@ pub(crate) fn run(args: &Diagnose) -> Result<u8, Failure> {
         let pairs: String = d.pairs.iter().zip(&all).map(|(p, t)| base_pairs(p, &t.test, &style)).collect();
         print(&(head(&model.spec().name, &all) + "\n" + &text::diagnosis(&found, &style) + "\n" + &pairs));
     }
+    if let Some(path) = &args.output {
+        let text = serde_json::to_string_pretty(&d)? + "\n";
+        if writing::write(path, &text) && !args.json {
+            announce(&[shown(path)]);
+        }
+    }
     if args.report.is_some() {
         let assessment = assess_paired(&first.model, &first.model.parameters().nominal(), &first.test, &how)?;
         let mut data = of_comparison(Case { model: &first.model, test: &first.test, assessment: &assessment })?;
@@ -51,7 +62,34 @@ pub(crate) fn run(args: &Diagnose) -> Result<u8, Failure> {
             announce(&written);
         }
     }
-    Ok(if d.verdict == Verdict::Adequate { DONE } else { SHORT })
+    Ok(if d.verdict == Verdict::Adequate && !d.is_partial { DONE } else { SHORT })
+}
+
+/// What is tried and for how long, and who is told.
+pub(super) fn search_settings(options: &SearchOptions, spinner: &Spinner) -> Result<Settings, Failure> {
+    let mut effects = if options.effects.is_empty() { Effects::builtin() } else { Effects::none() };
+    for name in &options.effects {
+        let known = Effects::builtin();
+        let Some(effect) = known.find(name) else {
+            let suggestion = did_you_mean(name, known.iter().map(Effect::name));
+            let text = format!("there is no effect `{name}`{suggestion} (`retune list effects` has them all)");
+            return Err(Failure::text(text));
+        };
+        effects = effects.with(effect);
+    }
+    let mut until = Until::the_end().stopped_by(stop_flag());
+    if let Some(text) = &options.budget {
+        let seconds = scalar("--budget", text, "s")?;
+        let budget = Duration::try_from_secs_f64(seconds).ok().filter(|b| !b.is_zero());
+        let wrong = || Failure::text(format!("--budget {text}: a time above zero is expected: 60s, 5min"));
+        until = until.elapsed(budget.ok_or_else(wrong)?);
+    }
+    let mut listener = spinner.listener();
+    if options.trace {
+        let begun = Instant::now();
+        listener = listener.with_steps(move |step| tell(&format!("{:7.1} s  {step}", begun.elapsed().as_secs_f64())));
+    }
+    Ok(Settings { effects, places: options.places.clone(), listener, until, ..Settings::default() })
 }
 
 /// The model and the tests, a line each.

@@ -1,6 +1,6 @@
 //! `retune learn`
 
-use super::diagnose::{about_files, head};
+use super::diagnose::{about_files, head, search_settings};
 use crate::args::Learn;
 use crate::files::{self, Tested};
 use crate::output::{Failure, print, print_json, shown, style};
@@ -32,7 +32,7 @@ pub(crate) fn run(args: &Learn) -> Result<u8, Failure> {
     let tests: Vec<&TestData> = all.iter().map(|t| &t.test).collect();
     let how = args.pairing.how();
     let spinner = Spinner::new();
-    let settings = Settings { seed: args.seed, pairing: how, listener: spinner.listener(), ..Settings::default() };
+    let settings = Settings { seed: args.seed, pairing: how, ..search_settings(&args.search, &spinner)? };
     let found = learn_from_tests(&model, &tests, &settings, args.take_best, usize::from(args.limit));
     drop(spinner);
     let learned = found?;

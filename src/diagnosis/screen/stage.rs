@@ -7,15 +7,16 @@ use super::traces::{FaultScore, Trace, faults_at, traces};
 use crate::correlation::{CorrelationError, Transducer, transducers};
 use crate::data::Sensor;
 use crate::diagnosis::error::DiagnosisError;
-use crate::diagnosis::listener::Listener;
 use crate::diagnosis::problem::evidence::{REMAINDER, goodness_of_fit};
 use crate::diagnosis::problem::fit::{Fit, evaluate, fit, project};
 use crate::diagnosis::problem::scene::{Scene, box_starts};
 use crate::diagnosis::settings::Settings;
-use crate::effect::{Candidate, Configured, Context, Effects, SensorLoad, candidates_in, candidates_on_wider_places};
+use crate::effect::{Candidate, Configured, Context, SensorLoad, Structure, candidates_in, candidates_on_wider_places};
 use crate::fault::PlacedFault;
 use crate::linalg::{DMatrix, DVector};
 use crate::model::Model;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// ln of the odds of a wider place against one of the file: the simpler stands where the data do not ask for more.
 const LN_WIDER: f64 = -3.0;
@@ -46,9 +47,10 @@ pub(crate) struct Stage {
     pub(crate) p_value: f64,
     /// The projected residual.
     pub(crate) residual: DVector<f64>,
-    pub(crate) listener: Listener,
-    /// The effects to try.
-    pub(crate) catalogue: Effects,
+    /// How it was asked for.
+    pub(crate) settings: Settings,
+    /// Hypotheses that were fitted from here, in full or with a few steps.
+    pub(crate) fitted: Arc<AtomicUsize>,
     /// ln of the odds of its effects against those of their kind at a place of the file.
     pub(crate) ln_odds: f64,
 }
@@ -57,6 +59,13 @@ impl Stage {
     /// What a stage on top of this one need not evaluate again.
     pub(crate) fn seen(&self) -> Seen<'_> {
         Seen { screened: &self.screened, fit: &self.fit, weight: self.weight }
+    }
+
+    /// Counts a hypothesis that is fitted, if there is time for it.
+    pub(crate) fn may_fit(&self) -> bool {
+        let may = !self.settings.until.is_over();
+        self.fitted.fetch_add(usize::from(may), Ordering::Relaxed);
+        may
     }
 
     /// The id of a screened effect.
@@ -72,7 +81,9 @@ impl Stage {
         near: Option<&[String]>,
         is_wanted: impl Fn(&Candidate) -> bool,
     ) -> Vec<Candidate> {
-        let all = in_configurations(&self.scene, |tested| candidates_on_wider_places(tested, &self.catalogue, near));
+        let all = in_configurations(&self.scene, &self.settings.places, |tested| {
+            candidates_on_wider_places(tested, &self.settings.effects, near)
+        });
         all.into_iter().filter(is_wanted).collect()
     }
 
@@ -92,7 +103,7 @@ impl Stage {
 
     /// This stage with these effects instead of its own, screened at its fit.
     fn screening(mut self, placed: Vec<Candidate>) -> Stage {
-        self.screened = screen(&self.scene, &self.fit, self.weight, placed, &self.listener);
+        self.screened = screen(&self.scene, &self.fit, self.weight, placed, &self.settings.listener);
         self.directions = Directions::new(&self.screened, &self.q, self.fit.r.len());
         self.effects = self.directions.rank(&self.residual);
         self
@@ -221,8 +232,8 @@ fn stage_of(
         scatter,
         p_value: p,
         residual,
-        listener: settings.listener.clone(),
-        catalogue: settings.effects.clone(),
+        settings: settings.clone(),
+        fitted: Arc::default(),
         ln_odds: 0.0,
     })
 }
@@ -238,11 +249,15 @@ pub fn sensor_loads(model: &Model, sensors: &[Sensor]) -> Result<Vec<SensorLoad>
 
 /// Every effect at every place of the structure, in the configurations that were tested.
 fn placed(scene: &Scene, settings: &Settings) -> Vec<Candidate> {
-    in_configurations(scene, |tested| candidates_in(tested, &settings.effects))
+    in_configurations(scene, &settings.places, |tested| candidates_in(tested, &settings.effects))
 }
 
-/// What `list` finds on the configurations that were tested.
-fn in_configurations(scene: &Scene, list: impl Fn(&[Configured<'_>]) -> Vec<Candidate>) -> Vec<Candidate> {
+/// What `list` finds on the configurations that were tested, as far as it has one of the places; of none, everything.
+fn in_configurations(
+    scene: &Scene,
+    places: &[String],
+    list: impl Fn(&[Configured<'_>]) -> Vec<Candidate>,
+) -> Vec<Candidate> {
     let mut configurations: Vec<(Option<&str>, &Model, Context)> = Vec::new();
     for case in &scene.cases {
         // The scene was built with these sensors, so each has its place.
@@ -264,5 +279,10 @@ fn in_configurations(scene: &Scene, list: impl Fn(&[Configured<'_>]) -> Vec<Cand
     }
     let tested: Vec<Configured<'_>> =
         configurations.iter().map(|(name, model, context)| Configured { name: *name, model, context }).collect();
-    list(&tested)
+    let mut found = list(&tested);
+    if !places.is_empty() {
+        let structures: Vec<Structure<'_>> = tested.iter().map(|c| Structure::new(c.model, c.context)).collect();
+        found.retain(|c| structures.iter().any(|s| s.touches(&c.location, places)));
+    }
+    found
 }

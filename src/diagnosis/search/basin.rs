@@ -3,9 +3,9 @@
 //! A fit may end in a wrong valley, and what is added to it then seems to explain what only takes it out of there. So the base is fitted once
 //! more from where hypotheses and changes of every element have brought its parameters.
 
+use super::board::{Refits, merge};
 use super::hypothesis::Refit;
-use super::run::merge;
-use super::singles::{Refits, refit};
+use super::singles::refit;
 use super::starts::STARTS;
 use crate::diagnosis::error::DiagnosisError;
 use crate::diagnosis::problem::evidence::{REMAINDER, goodness_of_fit, ln_evidence};
@@ -31,6 +31,9 @@ pub(crate) fn in_the_lowest_valley(
     settings: &Settings,
 ) -> Result<(Stage, Refits), DiagnosisError> {
     for _ in 0..MOVES {
+        if base.settings.until.is_over() {
+            break;
+        }
         let Some(lower) = lower_valley(&base, &refits, settings)? else { break };
         (base, refits) = from_there(base, refits, lower, settings)?;
     }

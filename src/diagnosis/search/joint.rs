@@ -60,6 +60,9 @@ pub(crate) fn together(
     ln_known: f64,
     settings: &Settings,
 ) -> Result<Option<WithFirst>, DiagnosisError> {
+    if base.settings.until.is_over() {
+        return Ok(None);
+    }
     let ln_base = ln_evidence(&base.fit)?;
     let candidate = |s: &Score| &base.screened[s.index].candidate;
     let ln = |j: &Joint| {
@@ -95,9 +98,12 @@ fn fitted(stage: &Stage, bases: &[DVector<f64>]) -> Vec<Joint> {
         let new: Vec<[Score; 2]> = ranked(seen).into_iter().filter(is_new).collect();
         pairs.extend(new.into_iter().map(|pair| (seen, pair)));
     }
-    let work = stage.listener.work("looking at two effects together", pairs.len());
+    let work = stage.settings.listener.work("looking at two effects together", pairs.len());
     let begin = |(seen, scores): &(&Stage, [Score; 2])| {
         let add = |scene: Scene, s: &Score| with_effect(&scene, &stage.screened[s.index].candidate);
+        if !stage.may_fit() {
+            return None;
+        }
         let found = scores.iter().try_fold(stage.scene.clone(), add).and_then(|scene| {
             let fit = fit_from(&scene, &starts(seen, scores), stage.weight, STARTS, FIRST_STEPS)?;
             Ok(Joint { scores: *scores, scene, fit })

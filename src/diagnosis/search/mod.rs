@@ -1,10 +1,11 @@
 //! Proposes hypotheses and fits them in full.
 //!
 //! `hypothesis` is one after its fit, `starts` and `run` fit many, `fault_number` those of the measurement, `short_fit` tells which of many deserve it. `singles`
-//! searches for one cause; `spread`, `wider`, `nested` and `basin` are its steps. `pairs`, `joint` and `several` search for more than one, by `prior` odds
+//! searches for one cause, step by step on a `board`; `spread`, `wider`, `nested` and `basin` are what its steps do. `pairs`, `joint` and `several` search for more than one, by `prior` odds
 //! and by what `remainder` says of the rest.
 
 pub(crate) mod basin;
+pub(crate) mod board;
 pub(crate) mod fault_number;
 pub(crate) mod hypothesis;
 pub(crate) mod joint;

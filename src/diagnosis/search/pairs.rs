@@ -90,6 +90,9 @@ pub(crate) fn pair(
     let mut now = (first, on_first, seconds);
     order(&mut now.2);
     for exchange in 0..=EXCHANGES {
+        if base.settings.until.is_over() {
+            return Ok(None);
+        }
         let (first, on_first, seconds) = now;
         let Some(second) = seconds.first().and_then(alone) else { return Ok(None) };
         let on_second = with(&second)?;

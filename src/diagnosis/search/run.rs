@@ -29,10 +29,13 @@ pub(crate) enum Job<'a> {
 }
 
 pub(crate) fn run(stage: &Stage, jobs: &[Job<'_>], base: f64) -> Vec<Refit> {
-    let work = stage.listener.work("refitting the best hypotheses", jobs.len());
+    let work = stage.settings.listener.work("refitting the best hypotheses", jobs.len());
     let done: Vec<Option<Refit>> = jobs
         .par_iter()
         .map(|job| {
+            if !stage.may_fit() {
+                return None;
+            }
             let found = match job {
                 Job::Effect(score, bases) => refit_effect(stage, score, bases, base).ok(),
                 Job::Fault(score, bases) => refit_fault(stage, score, bases, base).ok(),
@@ -99,17 +102,6 @@ pub(crate) fn refit_these(
         done.extend(run(&stage, &jobs, base));
     }
     Ok(done)
-}
-
-/// Takes over what is new or better.
-pub(crate) fn merge(stage: &Stage, done: &mut Vec<Refit>, found: Vec<Refit>) {
-    for r in found {
-        match done.iter_mut().find(|d| d.id(&stage.scene) == r.id(&stage.scene)) {
-            Some(d) if r.ln_bayes > d.ln_bayes => *d = r,
-            Some(_) => {}
-            None => done.push(r),
-        }
-    }
 }
 
 /// The first few of a ranking, and the first two of every other kind: a kind with many places, and two sizes at each, would take all; and of

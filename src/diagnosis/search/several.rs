@@ -62,7 +62,7 @@ pub(crate) fn chain(
             let ln_all = members.iter().map(|(_, r)| weight(r)).sum();
             return Ok((ln_all > ln_else + STRONG).then_some(Chain { members, ln_all }));
         }
-        if members.len() == MOST || with_all.p_value >= settings.alarm_level {
+        if members.len() == MOST || stage.settings.until.is_over() || with_all.p_value >= settings.alarm_level {
             return Ok(None);
         }
         let known: Vec<String> = members.iter().map(|(stage, r)| r.id(&stage.scene)).collect();

@@ -16,9 +16,9 @@ const FURTHER_STEPS: usize = 4;
 
 /// Effects by what a few steps leave: two for each, the rest for the better half; those that cannot be fitted left out.
 pub(crate) fn shortest<'a>(stage: &Stage, effects: &[&'a Score], bases: &[DVector<f64>]) -> Vec<&'a Score> {
-    let work = stage.listener.work("looking at further effects", effects.len());
+    let work = stage.settings.listener.work("looking at further effects", effects.len());
     let begin = |&score: &&'a Score| {
-        let begun = ShortFit::begin(stage, score, bases).ok();
+        let begun = if stage.may_fit() { ShortFit::begin(stage, score, bases).ok() } else { None };
         work.step();
         begun
     };

@@ -1,13 +1,14 @@
-//! Full refits of the best hypotheses: base parameters and size together.
+//! The search for one cause: full fits of the best hypotheses, base parameters and size together.
 
+use super::board::{Board, Refits};
 use super::hypothesis::{Refit, Tried};
 use super::nested::leave_out_wider;
-use super::run::{Job, NEAR, best_and_of_every_kind, merge, run};
+use super::run::{Job, NEAR, best_and_of_every_kind, run};
 use super::short_fit::shortest;
-use super::spread::{self, Fitted, spreads};
+use super::spread::{self, spreads};
 use super::wider::{beyond_the_best, in_all_axes, may_be_wider, on_wider_places};
 use crate::diagnosis::error::DiagnosisError;
-use crate::diagnosis::problem::evidence::{REMAINDER, STRONG, goodness_of_fit, ln_evidence};
+use crate::diagnosis::problem::evidence::STRONG;
 use crate::diagnosis::problem::scene::box_starts;
 use crate::diagnosis::screen::effects::Score;
 use crate::diagnosis::screen::stage::Stage;
@@ -33,13 +34,6 @@ const SPREAD_FROM: usize = 3;
 /// Hypotheses that are polished: the best, and of as many kinds the best.
 const POLISHED: usize = 3;
 const POLISHED_KINDS: usize = 6;
-/// What was refitted.
-pub(crate) struct Refits {
-    /// By descending evidence.
-    pub(crate) hypotheses: Vec<Refit>,
-    /// Changes of every element; none where the base looks right.
-    pub(crate) spreads: Vec<Fitted>,
-}
 
 /// Which effects deserve a refit: the best, one of every other kind that comes near, and stores where a mode is unpaired.
 pub(crate) fn chosen_effects(stage: &Stage, limit: usize) -> Vec<Score> {
@@ -51,10 +45,8 @@ pub(crate) fn chosen_effects(stage: &Stage, limit: usize) -> Vec<Score> {
         *seen.entry(kind(s)).or_default() += 1;
     }
     for s in stage.effects.iter().skip(limit) {
-        let store = !stage.fit.unpaired.is_empty() && !stage.screened[s.index].candidate.parameters[0].grid.is_empty();
-        let store = store
-            || (!stage.fit.unpaired.is_empty()
-                && stage.screened[s.index].candidate.parameters.iter().any(|p| !p.grid.is_empty()));
+        let has_grid = stage.screened[s.index].candidate.parameters.iter().any(|p| !p.grid.is_empty());
+        let store = has_grid && !stage.fit.unpaired.is_empty();
         let count = seen.entry(kind(s)).or_default();
         if (*count == 0 && s.t > 0.5 * best) || (store && *count < 4) {
             *count += 1;
@@ -73,82 +65,160 @@ pub(crate) fn chosen_effects(stage: &Stage, limit: usize) -> Vec<Score> {
     out
 }
 
-/// Refits the best effects and faults of a stage, in parallel, in a fixed order; what cannot be fitted is left out.
-///
-/// First-order scores mislead where an effect is large or the base has been pulled far. So:
-/// * Where none of them leaves noise, every other effect is fitted with a few steps, and the best of those in full, with the
-///   best of every kind; and the best few of every kind of fault.
-/// * What is like the best, in kind or place, is fitted once more from where the best has brought the base, until nothing
-///   better comes; what leaves nearly the trace of the best is fitted too, so that ties are complete.
-pub(crate) fn refit(stage: &Stage, few: bool) -> Result<Refits, DiagnosisError> {
-    let base = ln_evidence(&stage.fit)?;
-    let limit = if few { BEST / 2 } else { BEST };
-    let mut bases = vec![stage.fit.x.clone(), stage.scene.start()];
-    let scores = chosen_effects(stage, limit);
-    let faults = chosen_faults(stage);
-    let jobs: Vec<Job<'_>> =
-        scores.iter().map(|s| Job::Effect(s, &bases)).chain(faults.iter().map(|&f| Job::Fault(f, &bases))).collect();
-    let mut done = run(stage, &jobs, base);
-    done.sort_by(|a, b| b.ln_bayes.total_cmp(&a.ln_bayes));
-    let is_poor = goodness_of_fit(&stage.fit, &stage.q) < REMAINDER;
-    let is_strong = done.first().is_some_and(|r| r.ln_bayes > STRONG);
-    if few || !(is_poor || is_strong) {
-        leave_out_wider(stage, &mut done);
-        return Ok(Refits { hypotheses: done, spreads: Vec::new() });
-    }
-    let n = stage.fit.x.len();
-    let best = done.iter().take(SPREAD_FROM).map(|r| r.fit.x.rows(0, n).into_owned());
-    let spreads = spreads(stage, &bases.iter().cloned().chain(best).collect::<Vec<_>>())?;
-    if is_poor && !leaves_noise(&done)? {
-        // A spread can follow most changes of a structure, and brings the base near its truth.
-        bases.extend(spread::best(&spreads).map(|s| s.base.clone()));
-        let all: Vec<&Score> = stage.effects.iter().take(SHORT_FITS).collect();
-        let near = best_and_of_every_kind(stage, shortest(stage, &all, &bases), limit);
-        let mut more: Vec<Job<'_>> = near.into_iter().map(|s| Job::Effect(s, &bases)).collect();
-        let further = further_faults(stage, &faults);
-        more.extend(further.iter().map(|f| Job::Fault(f, &bases)));
-        merge(stage, &mut done, run(stage, &more, base));
-    }
-    if is_poor && !leaves_noise(&done)? && may_be_wider(stage, &spreads, &done) {
-        let found = on_wider_places(stage, &bases, limit, base);
-        merge(stage, &mut done, found);
-    }
-    around_the_best(stage, &mut done, base)?;
-    let found = beyond_the_best(stage, &done, base);
-    merge(stage, &mut done, found);
-    let found = in_all_axes(stage, &done, base);
-    merge(stage, &mut done, found);
-    if !leaves_noise(&done)? {
-        polish(stage, &mut done, base)?;
-    }
-    complete_ties(stage, &mut done, base);
-    leave_out_wider(stage, &mut done);
-    done.sort_by(|a, b| b.ln_bayes.total_cmp(&a.ln_bayes));
-    Ok(Refits { hypotheses: done, spreads })
+/// A step of the search for one cause.
+pub(crate) struct Step {
+    /// What it does, as a trace tells it.
+    name: &'static str,
+    /// Whether it is worth taking with what has been found.
+    when: fn(&Board<'_>) -> Result<bool, DiagnosisError>,
+    /// Finds more.
+    take: fn(&mut Board<'_>) -> Result<(), DiagnosisError>,
 }
 
-/// Refits what leaves nearly the trace of the best hypotheses and was not chosen: a tie that is not shown is a wrong answer.
-fn complete_ties(stage: &Stage, done: &mut Vec<Refit>, base: f64) {
-    let Some(best) = done.iter().max_by(|a, b| a.ln_bayes.total_cmp(&b.ln_bayes)) else { return };
-    let bases = [best.fit.x.rows(0, stage.fit.x.len()).into_owned(), stage.fit.x.clone()];
+/// The search for one cause, step by step.
+///
+/// First-order scores mislead where an effect is large or the base has been pulled far. So where none of the best leaves noise, every other effect is
+/// fitted with a few steps, and the best of those in full, with the best of every kind. What is like the best, in kind or place, is fitted once
+/// more from where the best has brought the base; what leaves nearly its trace is fitted too, so that ties are complete.
+pub(crate) const SEARCH: &[Step] = &[
+    Step { name: "the best of the screening", when: always, take: screened },
+    Step { name: "every part a little", when: is_worth_more, take: every_part },
+    Step { name: "every other effect and fault", when: is_poor_and_unexplained, take: every_other },
+    Step { name: "extended places", when: extended_may_explain, take: extended },
+    Step { name: "like the best", when: is_worth_more, take: like_the_best },
+    Step { name: "beyond the place of the best", when: is_worth_more, take: beyond_the_place },
+    Step { name: "about all axes", when: is_worth_more, take: about_all_axes },
+    Step { name: "the best from other basins", when: is_unexplained, take: from_other_basins },
+    Step { name: "what is tied with the best", when: is_worth_more, take: complete_ties },
+];
+
+/// Searches a stage; what cannot be fitted is left out.
+///
+/// * `few` - the best of the screening alone, and fewer of them
+pub(crate) fn refit(stage: &Stage, few: bool) -> Result<Refits, DiagnosisError> {
+    let mut board = Board::new(stage, if few { BEST / 2 } else { BEST }, few)?;
+    for step in SEARCH {
+        if !stage.settings.until.is_over() && (step.when)(&board)? {
+            let before = board.work();
+            (step.take)(&mut board)?;
+            stage.settings.listener.took(&board.told(step.name, before));
+        }
+    }
+    let mut done = board.found;
+    leave_out_wider(stage, &mut done.hypotheses);
+    done.hypotheses.sort_by(|a, b| b.ln_bayes.total_cmp(&a.ln_bayes));
+    Ok(done)
+}
+
+#[expect(clippy::unnecessary_wraps, reason = "as the other conditions")]
+fn always(_: &Board<'_>) -> Result<bool, DiagnosisError> {
+    Ok(true)
+}
+
+/// The base leaves more than noise, or something is strong.
+#[expect(clippy::unnecessary_wraps, reason = "as the other conditions")]
+fn is_worth_more(board: &Board<'_>) -> Result<bool, DiagnosisError> {
+    Ok(!board.few && (board.is_poor() || board.best().is_some_and(|r| r.ln_bayes > STRONG)))
+}
+
+fn is_unexplained(board: &Board<'_>) -> Result<bool, DiagnosisError> {
+    Ok(is_worth_more(board)? && !board.leaves_noise()?)
+}
+
+fn is_poor_and_unexplained(board: &Board<'_>) -> Result<bool, DiagnosisError> {
+    Ok(board.is_poor() && is_unexplained(board)?)
+}
+
+fn extended_may_explain(board: &Board<'_>) -> Result<bool, DiagnosisError> {
+    Ok(is_poor_and_unexplained(board)? && may_be_wider(board.stage, &board.found.spreads, &board.found.hypotheses))
+}
+
+/// Fits the effects and faults that the screening puts first.
+#[expect(clippy::unnecessary_wraps, reason = "as the other steps")]
+fn screened(board: &mut Board<'_>) -> Result<(), DiagnosisError> {
+    let stage = board.stage;
+    let (scores, faults) = (chosen_effects(stage, board.most), chosen_faults(stage));
+    let effects = scores.iter().map(|s| Job::Effect(s, &board.bases));
+    let jobs: Vec<Job<'_>> = effects.chain(faults.iter().map(|&f| Job::Fault(f, &board.bases))).collect();
+    let found = run(stage, &jobs, board.ln_base);
+    board.add(found);
+    board.found.hypotheses.sort_by(|a, b| b.ln_bayes.total_cmp(&a.ln_bayes));
+    Ok(())
+}
+
+/// Fits a change of every part. It can follow most changes of a structure, and brings the base near its truth.
+fn every_part(board: &mut Board<'_>) -> Result<(), DiagnosisError> {
+    let best: Vec<DVector<f64>> = board.found.hypotheses.iter().take(SPREAD_FROM).map(|r| board.base_of(r)).collect();
+    board.found.spreads = spreads(board.stage, &[board.bases.clone(), best].concat())?;
+    Ok(())
+}
+
+/// Fits every other effect with a few steps, the best of these and of every kind in full; and the faults that were left.
+#[expect(clippy::unnecessary_wraps, reason = "as the other steps")]
+fn every_other(board: &mut Board<'_>) -> Result<(), DiagnosisError> {
+    let stage = board.stage;
+    board.bases.extend(spread::best(&board.found.spreads).map(|s| s.base.clone()));
+    let all: Vec<&Score> = stage.effects.iter().take(SHORT_FITS).collect();
+    let near = best_and_of_every_kind(stage, shortest(stage, &all, &board.bases), board.most);
+    let further = further_faults(stage, &chosen_faults(stage));
+    let effects = near.into_iter().map(|s| Job::Effect(s, &board.bases));
+    let jobs: Vec<Job<'_>> = effects.chain(further.iter().map(|f| Job::Fault(f, &board.bases))).collect();
+    let found = run(stage, &jobs, board.ln_base);
+    board.add(found);
+    Ok(())
+}
+
+/// Fits effects at extended places.
+#[expect(clippy::unnecessary_wraps, reason = "as the other steps")]
+fn extended(board: &mut Board<'_>) -> Result<(), DiagnosisError> {
+    let found = on_wider_places(board.stage, &board.bases, board.most, board.ln_base);
+    board.add(found);
+    Ok(())
+}
+
+/// Fits the leading effect on neighbouring spans.
+#[expect(clippy::unnecessary_wraps, reason = "as the other steps")]
+fn beyond_the_place(board: &mut Board<'_>) -> Result<(), DiagnosisError> {
+    let found = beyond_the_best(board.stage, &board.found.hypotheses, board.ln_base);
+    board.add(found);
+    Ok(())
+}
+
+/// Fits what acts about one axis and explains much about all of its place.
+#[expect(clippy::unnecessary_wraps, reason = "as the other steps")]
+fn about_all_axes(board: &mut Board<'_>) -> Result<(), DiagnosisError> {
+    let found = in_all_axes(board.stage, &board.found.hypotheses, board.ln_base);
+    board.add(found);
+    Ok(())
+}
+
+/// Fits what leaves nearly the trace of the best hypotheses and was not chosen: a tie that is not shown is a wrong answer.
+#[expect(clippy::unnecessary_wraps, reason = "as the other steps")]
+fn complete_ties(board: &mut Board<'_>) -> Result<(), DiagnosisError> {
+    let stage = board.stage;
+    let Some(best) = board.best() else { return Ok(()) };
+    let bases = [board.base_of(best), stage.fit.x.clone()];
     let score_of = |r: &Refit| match &r.tried {
         Tried::Effect(c) => stage.effects.iter().find(|s| stage.id(s) == c.id()),
         Tried::Fault(_) => None,
     };
-    let tied: Vec<(usize, usize)> = done
+    let hypotheses = &board.found.hypotheses;
+    let tied: Vec<(usize, usize)> = hypotheses
         .iter()
         .filter(|r| r.ln_bayes > best.ln_bayes - STRONG)
         .filter_map(score_of)
         .map(|s| (s.index, s.column))
         .collect();
-    let known: BTreeSet<usize> = done.iter().filter_map(score_of).map(|s| s.index).collect();
+    let known: BTreeSet<usize> = hypotheses.iter().filter_map(score_of).map(|s| s.index).collect();
     let alike = stage.directions.alike(&tied).into_iter().filter(|i| !known.contains(i));
     let jobs: Vec<Job<'_>> = alike
         .filter_map(|index| stage.effects.iter().find(|s| s.index == index))
         .take(NEAR)
         .map(|s| Job::Effect(s, &bases))
         .collect();
-    done.extend(run(stage, &jobs, base));
+    let found = run(stage, &jobs, board.ln_base);
+    board.add(found);
+    Ok(())
 }
 
 /// Faults that deserve a refit: the best, and one of every other kind that comes near.
@@ -186,25 +256,17 @@ fn further_faults(stage: &Stage, but: &[&FaultScore]) -> Vec<FaultScore> {
     out
 }
 
-/// Whether any hypothesis that is better than the base leaves no more than noise.
-fn leaves_noise(done: &[Refit]) -> Result<bool, DiagnosisError> {
-    for r in done.iter().filter(|r| r.ln_bayes > 0.0) {
-        if r.leaves_noise()? {
-            return Ok(true);
-        }
-    }
-    Ok(false)
-}
-
-/// Fits what is like the best effect, in kind or place, from where the best has brought the base.
-fn around_the_best(stage: &Stage, done: &mut Vec<Refit>, base: f64) -> Result<(), DiagnosisError> {
+/// Fits what is like the best effect, in kind or place, from where the best has brought the base, until nothing better comes.
+#[expect(clippy::unnecessary_wraps, reason = "as the other steps")]
+fn like_the_best(board: &mut Board<'_>) -> Result<(), DiagnosisError> {
+    let stage = board.stage;
     for _ in 0..ROUNDS {
-        let Some(best) = done.iter().max_by(|a, b| a.ln_bayes.total_cmp(&b.ln_bayes)) else { return Ok(()) };
+        let Some(best) = board.best() else { return Ok(()) };
         let (Tried::Effect(found), before) = (&best.tried, best.ln_bayes) else { return Ok(()) };
         if before < STRONG {
             return Ok(());
         }
-        let bases = [best.fit.x.rows(0, stage.fit.x.len()).into_owned()];
+        let bases = [board.base_of(best)];
         let like = |s: &&Score| {
             let c = &stage.screened[s.index].candidate;
             let is_found = c.id() == found.id();
@@ -213,21 +275,23 @@ fn around_the_best(stage: &Stage, done: &mut Vec<Refit>, base: f64) -> Result<()
         let near: Vec<&Score> = stage.effects.iter().filter(like).take(NEAR).collect();
         let near = shortest(stage, &near, &bases);
         let jobs: Vec<Job<'_>> = near.into_iter().take(BEST).map(|s| Job::Effect(s, &bases)).collect();
-        merge(stage, done, run(stage, &jobs, base));
-        let after = done.iter().map(|r| r.ln_bayes).fold(f64::NEG_INFINITY, f64::max);
-        if after < before + STRONG {
+        let found = run(stage, &jobs, board.ln_base);
+        board.add(found);
+        if board.best().is_none_or(|best| best.ln_bayes < before + STRONG) {
             return Ok(());
         }
     }
     Ok(())
 }
 
-/// Fits the best few once more from where every other hypothesis has brought the base, and from points of the box: with the
-/// wrong basin none would leave noise.
-fn polish(stage: &Stage, done: &mut Vec<Refit>, base: f64) -> Result<(), DiagnosisError> {
-    done.sort_by(|a, b| b.ln_bayes.total_cmp(&a.ln_bayes));
-    let n = stage.fit.x.len();
-    let mut bases: Vec<DVector<f64>> = done.iter().take(BEST).map(|r| r.fit.x.rows(0, n).into_owned()).collect();
+/// Fits the best few once more from where every other hypothesis has brought the base, and from points of the box: in the wrong basin none would
+/// leave noise.
+#[expect(clippy::unnecessary_wraps, reason = "as the other steps")]
+fn from_other_basins(board: &mut Board<'_>) -> Result<(), DiagnosisError> {
+    let stage = board.stage;
+    board.found.hypotheses.sort_by(|a, b| b.ln_bayes.total_cmp(&a.ln_bayes));
+    let hypotheses = &board.found.hypotheses;
+    let mut bases: Vec<DVector<f64>> = hypotheses.iter().take(BEST).map(|r| board.base_of(r)).collect();
     bases.extend(box_starts(&stage.scene, BEST, 0));
     let faults: Vec<FaultScore> = (0..stage.faults.len()).map(FaultScore::unscored).collect();
     let mut kinds: Vec<&str> = Vec::new();
@@ -238,7 +302,7 @@ fn polish(stage: &Stage, done: &mut Vec<Refit>, base: f64) -> Result<(), Diagnos
         }
         is_new || *k < POLISHED
     };
-    let jobs: Vec<Job<'_>> = done
+    let jobs: Vec<Job<'_>> = hypotheses
         .iter()
         .enumerate()
         .filter(|r| is_polished(r))
@@ -250,7 +314,7 @@ fn polish(stage: &Stage, done: &mut Vec<Refit>, base: f64) -> Result<(), Diagnos
             Tried::Fault(f) => Some(Job::Fault(&faults[stage.faults.iter().position(|g| g == f)?], &bases)),
         })
         .collect();
-    let found = run(stage, &jobs, base);
-    merge(stage, done, found);
+    let found = run(stage, &jobs, board.ln_base);
+    board.add(found);
     Ok(())
 }

@@ -133,7 +133,7 @@ pub(crate) struct Fitted {
 /// * `bases` - values of the parameters of the base from which to start
 pub(crate) fn spreads(stage: &Stage, bases: &[DVector<f64>]) -> Result<Vec<Fitted>, DiagnosisError> {
     let base = ln_evidence(&stage.fit)?;
-    let work = stage.listener.work("fitting changes of every element", FIELDS.len() * SCALES.len());
+    let work = stage.settings.listener.work("fitting changes of every element", FIELDS.len() * SCALES.len());
     let of = |properties: &&[Property]| {
         let parts: Vec<(Property, String)> =
             properties.iter().flat_map(|&p| parts(stage, p).into_iter().map(move |name| (p, name))).collect();
@@ -144,6 +144,9 @@ pub(crate) fn spreads(stage: &Stage, bases: &[DVector<f64>]) -> Result<Vec<Fitte
         let mut found: Vec<(f64, Fit)> = Vec::new();
         // From the middle: each is a start of the next.
         for scale in [SCALES[1], SCALES[0], SCALES[2]] {
+            if stage.settings.until.is_over() {
+                break;
+            }
             if let Ok((evidence, fit)) = fit_spread(stage, &parts, scale, &starts) {
                 starts = vec![fit.x.clone()];
                 found.push((evidence, fit));

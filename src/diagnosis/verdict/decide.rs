@@ -26,14 +26,15 @@ use crate::diagnosis::problem::fit::project;
 use crate::diagnosis::result::{Diagnosis, HypothesisResult, Kind, Together, Verdict};
 use crate::diagnosis::screen::noise::{DRAWS, whiteness, worst_shape};
 use crate::diagnosis::screen::stage::Stage;
+use crate::diagnosis::search::board::{Refits, merge};
 use crate::diagnosis::search::hypothesis::{Refit, Tried};
 use crate::diagnosis::search::joint::together;
 use crate::diagnosis::search::pairs::{Pair, pair};
 use crate::diagnosis::search::prior::{Odds, ln_odds_of_noise, ln_odds_of_none};
 use crate::diagnosis::search::remainder::{Remainder, is_noise, place_of, remains};
-use crate::diagnosis::search::run::{merge, refit_these};
+use crate::diagnosis::search::run::refit_these;
 use crate::diagnosis::search::several::{Chain, WORTH_A_TRY, chain};
-use crate::diagnosis::search::singles::{Refits, refit};
+use crate::diagnosis::search::singles::refit;
 use crate::diagnosis::search::spread::{self, Fitted, Spread};
 use crate::diagnosis::settings::Settings;
 use crate::linalg::DVector;
@@ -200,6 +201,7 @@ fn conclude_once(
         pairs: Vec::new(),
         remainder,
         warnings: told.all,
+        is_partial: false,
     };
     Ok((diagnosis, pair))
 }
