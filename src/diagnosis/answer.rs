@@ -5,7 +5,7 @@ use super::problem::evidence::{REMAINDER, p_of_less};
 use super::problem::scene::Scene;
 use super::result::Diagnosis;
 use super::screen::stage::{Stage, stage, stage_begun};
-use super::search::basin::in_the_lowest_valley;
+use super::search::basin::in_the_lowest_basin;
 use super::search::hypothesis::Refit;
 use super::search::singles::refit;
 use super::settings::Settings;
@@ -35,7 +35,7 @@ pub(super) fn investigate_these(
     }
     let base = stage_begun(scene, starts, begun, weight.unwrap_or(1.0), settings)?;
     let refits = refit(&base, false)?;
-    let (base, mut refits) = in_the_lowest_valley(base, refits, settings)?;
+    let (base, mut refits) = in_the_lowest_basin(base, refits, settings)?;
     // Larger noise than stated is a hypothesis like the others: it is taken where none explains the test better.
     if weight.is_none() && base.scatter.s2 > 1.0 && !better_than_noise(&base, &refits.hypotheses)? {
         let factor = base.scatter.s2.sqrt();

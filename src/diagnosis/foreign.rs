@@ -11,7 +11,7 @@ use super::problem::evidence::degrees_of_freedom;
 use super::problem::scene::Scene;
 use super::result::{BasePair, BasePairs, ForeignMode, Verdict};
 use super::screen::stage::stage_begun;
-use super::search::basin::in_the_lowest_valley;
+use super::search::basin::in_the_lowest_basin;
 use super::search::singles::refit;
 use super::settings::Settings;
 use super::verdict::decide::conclude;
@@ -72,11 +72,11 @@ fn by_one_cause(
 ) -> Result<Option<Investigation>, DiagnosisError> {
     let base = stage_begun(scene, starts, None, weight.unwrap_or(1.0), settings)?;
     let refits = refit(&base, false)?;
-    let (base, mut refits) = in_the_lowest_valley(base, refits, settings)?;
+    let (base, mut refits) = in_the_lowest_basin(base, refits, settings)?;
     let spare = degrees_of_freedom(&base.fit, &base.q).max(1.0);
     let noise = ChiSquared::new(spare).ok();
     let explains = |misfit: f64| noise.is_some_and(|c| 1.0 - c.cdf(misfit) > BY_CHANCE);
-    if !refits.hypotheses.iter().any(|r| r.overlooked == 0 && explains(r.misfit)) {
+    if !refits.hypotheses.iter().any(|r| r.missed == 0 && explains(r.misfit)) {
         return Ok(None);
     }
     let diagnosis = conclude(&base, &mut refits, settings)?;

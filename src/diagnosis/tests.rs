@@ -240,7 +240,7 @@ fn a_mode_that_the_test_overlooked_is_noted() {
         .filter(|s| matches!(&s.place, crate::data::Place::Node { node, .. } if node.starts_with('n')))
         .collect();
     let mut test = twin_modes(&base, &middle(&base), &sensors, &noise(7, 9), "twin").unwrap();
-    let overlooked = test.modes.remove(3).frequency_hz.value;
+    let missed = test.modes.remove(3).frequency_hz.value;
     let settings = Settings {
         effects: crate::effect::Effects::none(),
         faults: crate::fault::Faults::none(),
@@ -250,7 +250,7 @@ fn a_mode_that_the_test_overlooked_is_noted() {
     let noted: Vec<&String> = d.warnings.iter().filter(|w| w.contains("inside the tested band")).collect();
     assert_eq!(noted.len(), 1, "{:?}", d.warnings);
     let hz: Vec<f64> = noted[0].split_whitespace().filter_map(|w| w.trim_end_matches(',').parse().ok()).collect();
-    assert!(hz.len() == 1 && (hz[0] / overlooked - 1.0).abs() < 0.02, "{hz:?} {overlooked}");
+    assert!(hz.len() == 1 && (hz[0] / missed - 1.0).abs() < 0.02, "{hz:?} {missed}");
 }
 
 /// A stiffness that is lost from the middle of one entry of the file to the end of the next.

@@ -125,14 +125,14 @@ pub(crate) fn ln_mean(terms: &[f64]) -> f64 {
     ln_sum(terms) - (terms.len() as f64).ln()
 }
 
-/// ln of the odds that a test overlooks a mode that its sensors see well, among those that it lists: one of twenty.
-const LN_OVERLOOKED: f64 = -3.0;
+/// ln of the odds that a test misses a mode that its sensors see well, among those that it lists: one of twenty.
+const LN_MISSED: f64 = -3.0;
 
 /// How many modes more than the base a fit has that the test should have seen, and ln of the odds of that.
-pub(crate) fn brought(base: &Fit, fit: &Fit) -> (usize, f64) {
-    let all = |fit: &Fit| fit.overlooked.iter().map(Vec::len).sum::<usize>();
+pub(crate) fn missed_more(base: &Fit, fit: &Fit) -> (usize, f64) {
+    let all = |fit: &Fit| fit.missed.iter().map(Vec::len).sum::<usize>();
     let more = all(fit).saturating_sub(all(base));
-    (more, LN_OVERLOOKED * more as f64)
+    (more, LN_MISSED * more as f64)
 }
 
 #[cfg(test)]

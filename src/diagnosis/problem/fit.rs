@@ -1,6 +1,6 @@
 //! The optimum of a scene, and what a screening needs of it.
 
-use super::missed::overlooked;
+use super::missed::missed_modes;
 use super::rows::{Posed, Rows, StaticRow};
 use super::scene::Scene;
 use crate::diagnosis::error::DiagnosisError;
@@ -52,7 +52,7 @@ pub(crate) struct Fit {
     /// Pairs of measured modes whose partners are so close that their shapes are turned to the test: each has a free angle.
     pub(crate) turned: Vec<(usize, usize)>,
     /// Frequencies of modes that each test should have seen, Hz.
-    pub(crate) overlooked: Vec<Vec<f64>>,
+    pub(crate) missed: Vec<Vec<f64>>,
 }
 
 /// Fits a scene from several starts and keeps the lowest; the first of equal ones.
@@ -64,7 +64,7 @@ pub(crate) fn fit(scene: &Scene, starts: &[DVector<f64>], weight: f64) -> Result
 
 /// The same from the lowest of every group of starts: of more than `few`, those go on that are best after a few steps.
 ///
-/// Starts that look best may all lie in one valley; those of different groups hardly do.
+/// Starts that look best may all lie in one basin; those of different groups hardly do.
 ///
 /// * `groups` - starts that belong together, all as many
 /// * `of_each` - how many of a group
@@ -133,7 +133,7 @@ pub(crate) fn fit_from(
 
 /// Starts from where the modes alone lead, where frequency responses agree better there.
 ///
-/// Amplitudes have a valley for every resonance that may be taken for another: a start that is a bandwidth away ends in a wrong one. The
+/// Amplitudes have a basin for every resonance that may be taken for another: a start that is a bandwidth away ends in a wrong one. The
 /// modes have been paired by their shapes, and a fit to them costs little.
 fn through_modes(
     scene: &Scene,
@@ -203,7 +203,7 @@ fn at(posed: &Posed<'_>, x: DVector<f64>) -> Result<Fit, DiagnosisError> {
     let mut unseen = Vec::new();
     for part in &posed.parts {
         let prediction = part.comparison.predict(&theta)?;
-        unseen.push(overlooked(part.comparison, &prediction));
+        unseen.push(missed_modes(part.comparison, &prediction));
         let n_own = part.comparison.test().modes.len();
         for cluster in prediction.clusters.iter().filter(|_| part.comparison.has_shapes()) {
             let is_in = |k: &usize| prediction.partner(*k).is_some_and(|a| cluster.contains(&a));
@@ -252,7 +252,7 @@ fn at(posed: &Posed<'_>, x: DVector<f64>) -> Result<Fit, DiagnosisError> {
         unpaired,
         aside,
         turned,
-        overlooked: unseen,
+        missed: unseen,
     })
 }
 

@@ -8,7 +8,7 @@ const SEEN: f64 = 0.3;
 
 /// Frequencies of modes, Hz, up to the highest tested one, that the sensors see well and no measured mode is paired with; none where the
 /// test has no shapes.
-pub(crate) fn overlooked(comparison: &Comparison<'_>, p: &Prediction) -> Vec<f64> {
+pub(crate) fn missed_modes(comparison: &Comparison<'_>, p: &Prediction) -> Vec<f64> {
     if !comparison.has_shapes() {
         return Vec::new();
     }
@@ -17,10 +17,10 @@ pub(crate) fn overlooked(comparison: &Comparison<'_>, p: &Prediction) -> Vec<f64
     let mut known: Vec<f64> = p.pairs.pairs.iter().map(|pair| peak(pair.analytical)).collect();
     known.sort_by(f64::total_cmp);
     let Some(&typical) = known.get(known.len() / 2) else { return Vec::new() };
-    let is_overlooked = |&a: &usize| {
+    let is_missed = |&a: &usize| {
         p.frequencies_hz[a] < highest
             && p.pairs.pairs.iter().all(|pair| pair.analytical != a)
             && peak(a) > SEEN * typical
     };
-    (0..p.frequencies_hz.len()).filter(is_overlooked).map(|a| p.frequencies_hz[a]).collect()
+    (0..p.frequencies_hz.len()).filter(is_missed).map(|a| p.frequencies_hz[a]).collect()
 }

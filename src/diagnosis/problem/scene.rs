@@ -287,7 +287,7 @@ impl Scene {
             .collect()
     }
 
-    /// ln of the normalisers of the priors of sizes that an effect has brought, beside the 1/√2π of every Gaussian, which
+    /// ln of the normalisers of the priors of sizes that an effect has missed_more, beside the 1/√2π of every Gaussian, which
     /// Laplace's method takes back.
     pub(crate) fn ln_size_priors(&self, sizes: &[NewParameter]) -> f64 {
         let parameters = self.model().parameters();

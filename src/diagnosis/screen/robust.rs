@@ -35,7 +35,7 @@ const FEWEST: usize = 4;
 ///
 /// They start from the fit and from the estimates of the model, because a gross fault may have led the fit to pair the wrong
 /// modes.
-pub(crate) fn aside(scene: &Scene, base: &Fit, weight: f64) -> Result<Vec<Fit>, DiagnosisError> {
+pub(crate) fn robust_fits(scene: &Scene, base: &Fit, weight: f64) -> Result<Vec<Fit>, DiagnosisError> {
     if !base.rows.has_shapes || base.rows.n_sensors < FEWEST {
         return Ok(Vec::new());
     }

@@ -2,7 +2,7 @@
 
 use super::effects::{Directions, Score, Screened, Seen, screen, screen_again};
 use super::noise::{Scatter, best_scores, p_value, scatter};
-use super::robust::{aside, when_corrected};
+use super::robust::{robust_fits, when_corrected};
 use super::traces::{FaultScore, Trace, faults_at, traces};
 use crate::correlation::{CorrelationError, Transducer, transducers};
 use crate::data::Sensor;
@@ -40,7 +40,7 @@ pub(crate) struct Stage {
     /// Faults by descending score.
     pub(crate) fault_scores: Vec<FaultScore>,
     /// Where fits lie that a bad channel could not pull aside.
-    pub(crate) aside: Vec<DVector<f64>>,
+    pub(crate) robust: Vec<DVector<f64>>,
     /// What this fit says of the scatter, in units of the weight.
     pub(crate) scatter: Scatter,
     /// P(best score >= observed).
@@ -180,12 +180,12 @@ fn stage_of(
             index: *index,
             t: t.score(&residual),
             number: t.number(&residual, list[*index].number().neutral()),
-            aside: None,
+            robust: None,
         })
         .collect();
     // A gross fault has pulled the fit aside; at a fit that it could not pull, its trace is whole.
     let others = if !list.is_empty() && goodness_of_fit(&base, &q) < REMAINDER {
-        aside(&scene, &base, weight)?
+        robust_fits(&scene, &base, weight)?
     } else {
         Vec::new()
     };
@@ -203,7 +203,7 @@ fn stage_of(
                 index,
                 t,
                 number: trace.number(&other.r, list[index].number().neutral()),
-                aside: Some(k),
+                robust: Some(k),
             });
         }
     }
@@ -228,7 +228,7 @@ fn stage_of(
         effects,
         faults: list,
         fault_scores,
-        aside: others.into_iter().map(|f| f.x).collect(),
+        robust: others.into_iter().map(|f| f.x).collect(),
         scatter,
         p_value: p,
         residual,

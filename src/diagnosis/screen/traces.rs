@@ -288,13 +288,13 @@ pub(crate) struct FaultScore {
     pub(crate) t: f64,
     /// The gain, or κ, that fits best.
     pub(crate) number: f64,
-    /// Which of the fits aside it was found at; none for the fit itself.
-    pub(crate) aside: Option<usize>,
+    /// Which of the robust fits it was found at; none for the fit itself.
+    pub(crate) robust: Option<usize>,
 }
 
 impl FaultScore {
     /// A fault that is tried whatever its first-order score.
     pub(crate) fn unscored(index: usize) -> Self {
-        Self { index, t: 0.0, number: 1.0, aside: None }
+        Self { index, t: 0.0, number: 1.0, robust: None }
     }
 }

@@ -1,6 +1,6 @@
-//! Is the base in the valley where it belongs?
+//! Is the base in the basin where it belongs?
 //!
-//! A fit may end in a wrong valley, and what is added to it then seems to explain what only takes it out of there. So the base is fitted once
+//! A fit may end in a wrong basin, and what is added to it then seems to explain what only takes it out of there. So the base is fitted once
 //! more from where hypotheses and changes of every element have brought its parameters.
 
 use super::board::{Refits, merge};
@@ -15,17 +15,17 @@ use crate::diagnosis::screen::stage::{Stage, stage};
 use crate::diagnosis::settings::Settings;
 use crate::linalg::DVector;
 
-/// Times that the base moves to a lower valley.
+/// Times that the base moves to a lower basin.
 const MOVES: usize = 2;
 /// Hypotheses whose base may lead there; half as many points of the box.
 const WAYS: usize = 24;
-/// A valley is lower by this in Φ, one in ln evidence.
+/// A basin is lower by this in Φ, one in ln evidence.
 const LOWER: f64 = 1.0;
-/// And by this share of what the best hypothesis brings: a valley that brings less is one more wrong one.
+/// And by this share of what the best hypothesis brings: a basin that brings less is one more wrong one.
 const SHARE: f64 = 0.5;
 
 /// The base and its refits, from where the base is lowest.
-pub(crate) fn in_the_lowest_valley(
+pub(crate) fn in_the_lowest_basin(
     mut base: Stage,
     mut refits: Refits,
     settings: &Settings,
@@ -34,14 +34,14 @@ pub(crate) fn in_the_lowest_valley(
         if base.settings.until.is_over() {
             break;
         }
-        let Some(lower) = lower_valley(&base, &refits, settings)? else { break };
+        let Some(lower) = lower_basin(&base, &refits, settings)? else { break };
         (base, refits) = from_there(base, refits, lower, settings)?;
     }
     Ok((base, refits))
 }
 
 /// Where the base fits better than its fit does, if what a hypothesis or a change of every element has made of its parameters leads there.
-pub(crate) fn lower_valley(
+pub(crate) fn lower_basin(
     base: &Stage,
     refits: &Refits,
     settings: &Settings,

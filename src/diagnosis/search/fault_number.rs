@@ -29,7 +29,7 @@ pub(crate) fn refit_fault(
     base: f64,
 ) -> Result<Refit, DiagnosisError> {
     let fault = &stage.faults[score.index];
-    let starts: Vec<_> = score.aside.iter().map(|&k| &stage.aside[k]).chain(bases).cloned().collect();
+    let starts: Vec<_> = score.robust.iter().map(|&k| &stage.robust[k]).chain(bases).cloned().collect();
     let scene = stage.scene.corrected(fault, score.number);
     let fit = fit_from(&scene, &starts, stage.weight, STARTS, STEPS)?;
     let mut found = Numbered { stage, fault, number: score.number, scene, fit };
@@ -48,7 +48,7 @@ pub(crate) fn refit_fault(
         estimates: estimate.into_iter().collect(),
         held_out: held_out_in_all(&fit, stage.weight)?,
         misfit: fit.misfit + silent,
-        overlooked: 0,
+        missed: 0,
         ln_odds: fault.fault.ln_odds(),
         limit_of: Vec::new(),
         scene,

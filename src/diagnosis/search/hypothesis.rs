@@ -46,7 +46,7 @@ pub(crate) struct Refit {
     /// Misfit including the cost of data that a fault declares worthless.
     pub(crate) misfit: f64,
     /// Modes that it brings and that the test should have seen.
-    pub(crate) overlooked: usize,
+    pub(crate) missed: usize,
     /// ln of its odds against those of its kind.
     pub(crate) ln_odds: f64,
     /// Ids of wider hypotheses that say the same with more numbers, and were left out for it.
@@ -66,9 +66,9 @@ impl Refit {
         Ok(goodness_of_fit(&self.fit, &self.fit.basis()?))
     }
 
-    /// Whether noise alone gives as much as it leaves, and the test need not have overlooked a mode.
+    /// Whether noise alone gives as much as it leaves, and the test need not have missed a mode.
     pub(crate) fn leaves_noise(&self) -> Result<bool, DiagnosisError> {
-        Ok(self.overlooked == 0 && self.p_value()? > REMAINDER)
+        Ok(self.missed == 0 && self.p_value()? > REMAINDER)
     }
 
     pub(crate) fn name(&self) -> &'static str {

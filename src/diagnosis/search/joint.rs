@@ -15,7 +15,7 @@ use super::prior::Odds;
 use super::run::{refit_these, stage_with};
 use super::singles::refit;
 use crate::diagnosis::error::DiagnosisError;
-use crate::diagnosis::problem::evidence::{brought, ln_evidence};
+use crate::diagnosis::problem::evidence::{ln_evidence, missed_more};
 use crate::diagnosis::problem::fit::{Fit, STEPS, fit_from};
 use crate::diagnosis::problem::scene::{Scene, with_effect};
 use crate::diagnosis::screen::effects::{Score, VISIBLE};
@@ -69,7 +69,9 @@ pub(crate) fn together(
         let each =
             |s: &Score| odds.of_kind(candidate(s).effect.name()) + j.scene.ln_size_priors(&candidate(s).parameters);
         Some(
-            ln_evidence(&j.fit).ok()? - ln_base + brought(&base.fit, &j.fit).1 + j.scores.iter().map(each).sum::<f64>(),
+            ln_evidence(&j.fit).ok()? - ln_base
+                + missed_more(&base.fit, &j.fit).1
+                + j.scores.iter().map(each).sum::<f64>(),
         )
     };
     let fitted = fitted(base, bases);

@@ -4,7 +4,7 @@ use super::fault_number::refit_fault;
 use super::hypothesis::{Refit, Tried, estimates};
 use super::starts::{STARTS, effort, starts};
 use crate::diagnosis::error::DiagnosisError;
-use crate::diagnosis::problem::evidence::{brought, held_out_in_all, ln_evidence};
+use crate::diagnosis::problem::evidence::{held_out_in_all, ln_evidence, missed_more};
 use crate::diagnosis::problem::fit::fit_in_rounds;
 use crate::diagnosis::problem::scene::with_effect;
 use crate::diagnosis::screen::effects::Score;
@@ -55,16 +55,16 @@ fn refit_effect(stage: &Stage, score: &Score, bases: &[DVector<f64>], base: f64)
     let estimates = estimates(&scene, &fit, &candidate.parameters)?;
     let held_out = held_out_in_all(&fit, stage.weight)?;
     let misfit = fit.misfit;
-    let (overlooked, ln_overlooked) = brought(&stage.fit, &fit);
+    let (missed, ln_missed) = missed_more(&stage.fit, &fit);
     Ok(Refit {
         tried: Tried::Effect(candidate.clone()),
         scene,
         fit,
-        ln_bayes: evidence - base + ln_overlooked,
+        ln_bayes: evidence - base + ln_missed,
         estimates,
         held_out,
         misfit,
-        overlooked,
+        missed,
         ln_odds: stage.ln_odds,
         limit_of: Vec::new(),
     })

@@ -9,7 +9,7 @@
 //! determine. So a single effect is preferred where one explains the test, and a spread where it would take several.
 //!
 //! A spread can follow most changes of a structure, so that it brings the parameters of the base near their truth where a large effect has
-//! pulled the fit into a wrong valley: hypotheses are fitted again from there.
+//! pulled the fit into a wrong basin: hypotheses are fitted again from there.
 
 use super::hypothesis::NINETY;
 use crate::diagnosis::error::{DiagnosisError, unsolvable};

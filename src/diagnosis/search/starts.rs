@@ -26,7 +26,7 @@ pub(crate) fn starts(stage: &Stage, score: &Score, bases: &[DVector<f64>]) -> Ve
     bases.iter().map(|x| sizes.iter().map(|v| join(x, v)).collect()).collect()
 }
 
-/// A body on a spring has two sizes, and a valley for every mode that it may be tuned to.
+/// A body on a spring has two sizes, and a basin for every mode that it may be tuned to.
 pub(crate) fn effort(candidate: &Candidate) -> usize {
     if candidate.parameters.iter().any(|p| !p.grid.is_empty()) { 2 } else { 1 }
 }

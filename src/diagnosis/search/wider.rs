@@ -20,11 +20,11 @@ const AROUND: usize = 9;
 const WITH_ALL_AXES: usize = 12;
 
 /// Whether something at a wider place could explain more than the best so far: about what the spreads do, which have every span
-/// among them. What needs a mode that the test has overlooked does not count.
+/// among them. What needs a mode that the test has missed does not count.
 pub(crate) fn may_be_wider(stage: &Stage, spreads: &[Fitted], done: &[Refit]) -> bool {
     let least = spreads.iter().map(|s| s.spread.misfit).fold(f64::INFINITY, f64::min);
     let most = 0.5 * stage.weight * stage.weight * (stage.fit.misfit - least);
-    done.iter().filter(|r| r.overlooked == 0).all(|r| r.ln_bayes < most)
+    done.iter().filter(|r| r.missed == 0).all(|r| r.ln_bayes < most)
 }
 
 /// Refits the best effects at wider places.

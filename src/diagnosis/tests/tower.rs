@@ -1,4 +1,4 @@
-//! Stories of a tower that carries a body, and of a portal that stands on short stubs: places that are wide, supports that are soft, valleys that
+//! Stories of a tower that carries a body, and of a portal that stands on short stubs: places that are wide, supports that are soft, basins that
 //! are wrong.
 
 use super::frame::told;
@@ -6,7 +6,7 @@ use super::*;
 use crate::diagnosis::problem::fit::evaluate;
 use crate::diagnosis::problem::scene::Scene;
 use crate::diagnosis::screen::stage::stage;
-use crate::diagnosis::search::basin::lower_valley;
+use crate::diagnosis::search::basin::lower_basin;
 use crate::diagnosis::search::singles::refit;
 use crate::effect::{Context, Structure};
 use crate::linalg::DVector;
@@ -95,11 +95,11 @@ fn a_base_leaves_a_wrong_valley() {
     let settings = Settings::default();
     let right = stage(Scene::new(&base, &[&test]).unwrap(), &[], 1.0, &settings, None).unwrap();
     let refits = refit(&right, false).unwrap();
-    assert!(lower_valley(&right, &refits, &settings).unwrap().is_none());
+    assert!(lower_basin(&right, &refits, &settings).unwrap().is_none());
     let aside = DVector::from_element(2, 0.9);
     let mut wrong = right.clone();
     wrong.fit = evaluate(&wrong.scene, aside, 1.0).unwrap();
     wrong.q = wrong.fit.basis().unwrap();
-    let found = lower_valley(&wrong, &refits, &settings).unwrap().unwrap();
+    let found = lower_basin(&wrong, &refits, &settings).unwrap().unwrap();
     assert!((found - right.fit.x).amax() < 1e-3);
 }

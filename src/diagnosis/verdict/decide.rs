@@ -48,7 +48,7 @@ const DOUBT: f64 = 0.05;
 const CHECKED: usize = 3;
 
 /// The diagnosis of what was refitted. Where two are named, each alone is fitted once more from where the two have brought the base, and if
-/// that is much better, all is concluded anew: neither may suffice alone because it was fitted in a wrong valley.
+/// that is much better, all is concluded anew: neither may suffice alone because it was fitted in a wrong basin.
 pub(crate) fn conclude(base: &Stage, refits: &mut Refits, settings: &Settings) -> Result<Diagnosis, DiagnosisError> {
     let (diagnosis, pair) = conclude_once(base, refits, settings)?;
     let Some(pair) = pair else { return Ok(diagnosis) };
@@ -341,8 +341,8 @@ fn name(
     let predicts = |r: &Refit| r.held_out < otherwise.held_before;
     for &i in tied.iter().take(if may_be_named { CHECKED } else { 1 }) {
         let (found, stage) = remains(base, &refits[i], settings)?;
-        // What needs a mode that the test has overlooked is not put before what is more probable.
-        let is_believed = found.passes && (refits[i].overlooked == 0 || i == tied[0]);
+        // What needs a mode that the test has missed is not put before what is more probable.
+        let is_believed = found.passes && (refits[i].missed == 0 || i == tied[0]);
         if is_believed && may_be_named {
             let verdict = match refits[i].tried {
                 Tried::Effect(_) => Verdict::MissingEffect,

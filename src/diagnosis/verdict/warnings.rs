@@ -72,7 +72,7 @@ pub(crate) struct Warnings {
 /// * `named` - the hypotheses that are named
 /// * `best` - what explains the test best with all that is named in it, if anything is: there the mesh is judged
 pub(crate) fn warnings(base: &Stage, named: &[&Refit], best: Option<&Refit>) -> Warnings {
-    // What is missing may take modes away, or the base may be in a wrong valley: it stands first.
+    // What is missing may take modes away, or the base may be in a wrong basin: it stands first.
     let mut out: Vec<String> = unseen_modes(base).into_iter().collect();
     let (scene, fit) = best.map_or((&base.scene, &base.fit), |r| (&r.scene, &r.fit));
     let (mut slight, mut finer_mesh) = (None, None);
@@ -199,14 +199,14 @@ fn unseen_modes(base: &Stage) -> Option<String> {
         let lowest = tested.fold(f64::INFINITY, f64::min);
         all.iter().filter(move |hz| **hz > lowest).map(|hz| format!("{hz:.4} Hz")).collect::<Vec<_>>()
     };
-    let unseen: Vec<String> = base.fit.overlooked.iter().zip(&base.scene.cases).flat_map(in_band).collect();
+    let unseen: Vec<String> = base.fit.missed.iter().zip(&base.scene.cases).flat_map(in_band).collect();
     let (what, them) = match unseen.len() {
         0 => return None,
         1 => ("a mode", "it"),
         _ => ("modes", "them"),
     };
     Some(format!(
-        "the fitted model has {what} inside the tested band that the test lacks, at {}: the test overlooked {them}, or the model is wrong about {them}",
+        "the fitted model has {what} inside the tested band that the test lacks, at {}: the test missed {them}, or the model is wrong about {them}",
         unseen.join(", ")
     ))
 }
