@@ -12,6 +12,7 @@ use super::problem::scene::Scene;
 use super::result::{BasePair, BasePairs, ForeignMode, Verdict};
 use super::screen::stage::stage_begun;
 use super::search::basin::in_the_lowest_basin;
+use super::search::one_cause::may_be_one_cause;
 use super::search::singles::refit;
 use super::settings::Settings;
 use super::verdict::decide::conclude;
@@ -53,9 +54,13 @@ fn with_modes_of_the_structure(
         (0..decided.test.modes.len()).filter(|&m| found(&decided.test.modes[m].standing)).collect();
     // Shapes tell whether a hypothesis explains a mode; a frequency alone can be had from any.
     let has_shape = foreign.iter().any(|&m| scene.test.modes[m].shape.is_some());
-    let has_time = !settings.until.is_over();
+    let is_possible = || match &x {
+        Some(x) => may_be_one_cause(&decided, x, &foreign, settings),
+        None => Ok(true),
+    };
     if has_shape
-        && has_time
+        && !settings.until.is_over()
+        && is_possible()?
         && let Some(found) = by_one_cause(scene.as_given(), starts, weight, settings)?
     {
         return named(found);

@@ -273,6 +273,18 @@ impl<'a> Structure<'a> {
             || if at_ends.is_empty() { share(&ends(&own_elements), &nodes) } else { share(&at_ends, &nodes) }
     }
 
+    /// The nodes that a location has, those of its elements among them; all where it names nothing.
+    pub fn nodes_of(&self, at: &Location) -> Vec<usize> {
+        let all = 0..self.model.geometry().names.len();
+        let of_elements =
+            at.names.iter().flat_map(|n| self.elements_of(n)).flat_map(|e| &self.model.elements()[e].nodes);
+        let named = at.names.iter().filter_map(|n| self.model.geometry().node(n));
+        let mut out: Vec<usize> = of_elements.copied().chain(named).collect();
+        out.sort_unstable();
+        out.dedup();
+        if out.is_empty() { all.collect() } else { out }
+    }
+
     /// Whether effects can be at something of this name.
     pub fn has_place(&self, name: &str) -> bool {
         self.part(name).is_some() || self.end(name).is_some() || self.model.geometry().node(name).is_some()

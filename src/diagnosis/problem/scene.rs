@@ -87,7 +87,7 @@ impl Case {
     }
 
     /// Model and test made comparable, paired with open gates, by shapes where there are any.
-    fn comparison(&self, how: &HowToPair) -> Result<Comparison<'_>, CorrelationError> {
+    pub(crate) fn comparison(&self, how: &HowToPair) -> Result<Comparison<'_>, CorrelationError> {
         let known = self.solver.get().or(self.like.as_ref()).cloned();
         let made = Comparison::sharing(&self.model, &self.test, how.rule(&self.test), known)?;
         self.solver.get_or_init(|| made.solver().clone());

@@ -248,7 +248,7 @@ pub fn sensor_loads(model: &Model, sensors: &[Sensor]) -> Result<Vec<SensorLoad>
 }
 
 /// Every effect at every place of the structure, in the configurations that were tested.
-fn placed(scene: &Scene, settings: &Settings) -> Vec<Candidate> {
+pub(crate) fn placed(scene: &Scene, settings: &Settings) -> Vec<Candidate> {
     in_configurations(scene, &settings.places, |tested| candidates_in(tested, &settings.effects))
 }
 

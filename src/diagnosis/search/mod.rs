@@ -2,7 +2,7 @@
 //!
 //! `hypothesis` is one after its fit, `starts` and `run` fit many, `fault_number` those of the measurement, `short_fit` tells which of many deserve it. `singles`
 //! searches for one cause, step by step on a `board`; `spread`, `wider`, `nested` and `basin` are what its steps do. `pairs`, `joint` and `several` search for more than one, by `prior` odds
-//! and by what `remainder` says of the rest.
+//! and by what `remainder` says of the rest. `one_cause` looks whether a search is worth its time where modes look foreign.
 
 pub(crate) mod basin;
 pub(crate) mod board;
@@ -10,6 +10,7 @@ pub(crate) mod fault_number;
 pub(crate) mod hypothesis;
 pub(crate) mod joint;
 pub(crate) mod nested;
+pub(crate) mod one_cause;
 pub(crate) mod pairs;
 pub(crate) mod prior;
 pub(crate) mod remainder;

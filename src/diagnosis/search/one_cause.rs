@@ -1,0 +1,185 @@
+//! Could one cause make the modes that look foreign? A look before the search for it, which takes longer than the diagnosis itself.
+//!
+//! A single cause that brings a mode of shape y at a frequency ω is one of these:
+//!
+//! * A fault of one or two sensors, or of a frequency: without the two worst sensors y is a mode of the model, at any frequency.
+//! * A change at a few dofs B: K φ - ω² M φ = -ΔZ φ has forces at B alone, so whatever the size of the change
+//!
+//! ```text
+//! φ = H(ω) B q,    H = (K - ω² M)⁻¹        y lies in the span of the columns of S H(ω) B, S the rows of the sensors
+//! ```
+//!
+//! * A change of many parts: then one of its sizes gives the model a mode like y, near that frequency.
+//!
+//! All is asked at the fit without those modes, with room for what the parameters still move.
+
+use super::starts::start_sizes;
+use crate::correlation::observation_matrix_at;
+use crate::diagnosis::error::DiagnosisError;
+use crate::diagnosis::problem::scene::{Case, Scene, with_effect};
+use crate::diagnosis::screen::effects::Screened;
+use crate::diagnosis::screen::stage::placed;
+use crate::diagnosis::settings::Settings;
+use crate::effect::{Candidate, Context, Structure};
+use crate::element::Dof;
+use crate::linalg::{DMatrix, DVector, thin_qr};
+use crate::model::ParametricModel;
+use crate::objective::Scaling;
+use rayon::prelude::*;
+use std::f64::consts::TAU;
+
+/// MAC above which a mode is one of the model, two sensors left out.
+const IS_A_MODE: f64 = 0.8;
+/// Sensors that one fault can spoil.
+const SPOILED: usize = 2;
+/// Share of a shape that a change explains, above what as many random columns would: the parameters still move.
+const EXPLAINS: f64 = 0.6;
+/// Rows that must be left where a shape is put together from columns.
+const LEFT: usize = 4;
+/// A change of many parts is tried at a few sizes, between which a frequency moves by less than this in its logarithm.
+const NEAR: f64 = 0.4;
+/// Dofs up to which the receptance is computed.
+const MOST_DOFS: usize = 1500;
+
+/// A shape that looks foreign, as it was measured.
+struct Unknown<'a> {
+    case: &'a Case,
+    omega: f64,
+    /// Sensors where it was measured, and its entries there.
+    sensors: Vec<usize>,
+    shape: DVector<f64>,
+}
+
+/// Whether a single cause could make every one of these modes; so too where that cannot be told.
+///
+/// * `scene` - without these modes
+/// * `x` - parameters that fit the others
+/// * `modes` - those that look foreign, of which those with a shape tell
+pub(crate) fn may_be_one_cause(
+    scene: &Scene,
+    x: &DVector<f64>,
+    modes: &[usize],
+    settings: &Settings,
+) -> Result<bool, DiagnosisError> {
+    let theta = Scaling::new(scene.model()).theta(x);
+    let unknown: Vec<Unknown<'_>> = modes.iter().filter_map(|&m| unknown(scene, m)).collect();
+    if unknown.is_empty() || unknown.iter().any(|u| u.case.model.dof_map().n_dof() > MOST_DOFS) {
+        return Ok(true);
+    }
+    let mut strange = Vec::new();
+    for u in unknown {
+        if !is_a_mode(scene, &theta, &u)? {
+            strange.push(u);
+        }
+    }
+    if strange.is_empty() {
+        return Ok(true);
+    }
+    let candidates = placed(scene, settings);
+    let reach = strange.iter().map(|u| receptance(u, &theta)).collect::<Result<Vec<_>, _>>()?;
+    let could = |c: &Candidate| {
+        strange.iter().zip(&reach).all(|(u, h)| match h.as_ref().and_then(|h| at_few_dofs(u, h, c)) {
+            Some(explains) => explains,
+            None => at_some_size(scene, &theta, u, c).unwrap_or(true),
+        })
+    };
+    Ok(candidates.par_iter().any(could))
+}
+
+fn unknown(scene: &Scene, mode: usize) -> Option<Unknown<'_>> {
+    let case = scene.cases.iter().find(|c| c.modes().contains(&mode))?;
+    let measured = &case.test.modes[mode - case.first_mode];
+    let shape = measured.shape.as_ref()?;
+    let sensors: Vec<usize> = (0..shape.len()).filter(|&s| !shape[s].re.is_nan()).collect();
+    let entries = DVector::from_iterator(sensors.len(), sensors.iter().map(|&s| shape[s].re));
+    Some(Unknown { case, omega: TAU * measured.frequency_hz.value, sensors, shape: entries })
+}
+
+/// Whether a shape is a mode of the model, at any frequency, but for the worst sensors.
+fn is_a_mode(scene: &Scene, theta: &[f64], u: &Unknown<'_>) -> Result<bool, DiagnosisError> {
+    let comparison = u.case.comparison(&scene.how)?;
+    let prediction = comparison.predict(theta)?;
+    let like = |column: usize| {
+        let model: Vec<f64> = u.sensors.iter().map(|&s| prediction.at_sensors[(s, column)]).collect();
+        without_the_worst(&model, u.shape.as_slice()) > IS_A_MODE
+    };
+    Ok((0..prediction.at_sensors.ncols()).any(like))
+}
+
+/// MAC without the sensors whose loss raises it most.
+fn without_the_worst(model: &[f64], test: &[f64]) -> f64 {
+    let mut left: Vec<usize> = (0..test.len()).collect();
+    for _ in 0..SPOILED.min(test.len().saturating_sub(LEFT)) {
+        let without = |k: usize| mac(left.iter().filter(|&&i| i != k).map(|&i| (model[i], test[i])));
+        let Some(&worst) = left.iter().max_by(|&&a, &&b| without(a).total_cmp(&without(b))) else { break };
+        left.retain(|&i| i != worst);
+    }
+    mac(left.iter().map(|&i| (model[i], test[i])))
+}
+
+fn mac(entries: impl Iterator<Item = (f64, f64)>) -> f64 {
+    let sums = |[c, a, b]: [f64; 3], (x, y): (f64, f64)| [c + x * y, a + x * x, b + y * y];
+    let [cross, own, other] = entries.fold([0.0; 3], sums);
+    if own * other > 0.0 { cross * cross / (own * other) } else { 0.0 }
+}
+
+/// S H(ω), (n_sensor x n_dof), at the sensors that measured; none where ω is a frequency of the model.
+fn receptance(u: &Unknown<'_>, theta: &[f64]) -> Result<Option<DMatrix<f64>>, DiagnosisError> {
+    let model = &u.case.model;
+    let system = model.assemble(theta).map_err(crate::diagnosis::error::unsolvable)?;
+    let rows = observation_matrix_at(model, &u.case.test.sensors, theta)?.select_rows(&u.sensors);
+    let dynamic = system.stiffness - system.mass * (u.omega * u.omega);
+    // H is symmetric: its rows at the sensors are solutions for loads there.
+    Ok(dynamic.lu().solve(&rows.transpose()).map(|h| h.transpose()).filter(|h| h.iter().all(|v| v.is_finite())))
+}
+
+/// Whether forces at the dofs of a candidate's place give the shape; none where it has too many.
+fn at_few_dofs(u: &Unknown<'_>, h: &DMatrix<f64>, candidate: &Candidate) -> Option<bool> {
+    let context = Context::default();
+    let structure = Structure::new(&u.case.model, &context);
+    let nodes = structure.nodes_of(&candidate.location);
+    let dofs = u.case.model.dof_map();
+    let mut columns: Vec<DVector<f64>> = Vec::new();
+    for node in nodes {
+        for dof in Dof::ALL {
+            let rows = dofs.express(node, dof);
+            if !rows.is_empty() {
+                let zero = DVector::zeros(h.nrows());
+                columns.push(rows.iter().fold(zero, |sum, &(row, factor)| sum + factor * h.column(row)));
+            }
+        }
+        if columns.len() + LEFT > u.shape.len() {
+            return None;
+        }
+    }
+    if columns.is_empty() {
+        return None;
+    }
+    // Columns of rotations and displacements have other units.
+    let scaled: Vec<DVector<f64>> = columns.into_iter().filter_map(|c| c.try_normalize(0.0)).collect();
+    let q = thin_qr(&DMatrix::from_columns(&scaled)).ok()?.q;
+    let share = q.tr_mul(&u.shape).norm_squared() / u.shape.norm_squared();
+    let (n, r) = (u.shape.len() as f64, q.ncols() as f64);
+    Some(1.0 - (1.0 - share) * n / (n - r) > EXPLAINS)
+}
+
+/// Whether a candidate of some size gives the model a mode like this one.
+fn at_some_size(scene: &Scene, theta: &[f64], u: &Unknown<'_>, candidate: &Candidate) -> Result<bool, DiagnosisError> {
+    let changed = with_effect(scene, candidate)?;
+    let own = scene.cases.iter().position(|c| std::ptr::eq(c, u.case)).unwrap_or(0);
+    let comparison = changed.cases[own].comparison(&scene.how)?;
+    let screened = Screened { candidate: candidate.clone(), columns: Vec::new() };
+    for sizes in start_sizes(candidate, &screened, None) {
+        let Ok(prediction) = comparison.predict(&[theta, &sizes].concat()) else { continue };
+        let like = |(a, hz): (usize, &f64)| {
+            let is_near = (TAU * hz / u.omega).ln().abs() < NEAR;
+            is_near
+                && mac(u.sensors.iter().enumerate().map(|(i, &s)| (prediction.at_sensors[(s, a)], u.shape[i])))
+                    > EXPLAINS
+        };
+        if prediction.frequencies_hz.iter().enumerate().any(like) {
+            return Ok(true);
+        }
+    }
+    Ok(false)
+}
