@@ -79,6 +79,8 @@ pub struct Geometry {
     /// Mirror plane: axis index and coordinate.
     pub mirror: Option<(usize, f64)>,
     index: HashMap<String, usize>,
+    /// Those that are no points but coordinates of superelements, sorted.
+    coordinates: Vec<usize>,
 }
 
 impl Geometry {
@@ -94,6 +96,18 @@ impl Geometry {
         self.names.push(name);
         self.positions.push(position);
         index
+    }
+
+    /// Adds a coordinate that is no motion of a point, as a node of which the first dof is meant.
+    pub(super) fn add_coordinate(&mut self, name: String, near: Vector) -> usize {
+        let index = self.add(name, near);
+        self.coordinates.push(index);
+        index
+    }
+
+    /// Whether a node is no point but a coordinate of a superelement.
+    pub fn is_coordinate(&self, node: usize) -> bool {
+        self.coordinates.binary_search(&node).is_ok()
     }
 
     /// The largest dimension of the structure, m.
@@ -243,6 +257,12 @@ pub(super) fn resolve(spec: &ModelSpec, problems: &mut Vec<Problem>) -> Geometry
         geometry.add(name.clone(), position);
     }
     geometry
+}
+
+/// The axes of the frames of a file that are sound.
+pub(super) fn axes_of_frames(spec: &ModelSpec) -> BTreeMap<String, Rotation> {
+    let resolved = |(name, frame): (&String, _)| Some((name.clone(), resolve_frame(frame, "", &mut Vec::new())?.axes));
+    spec.frames.iter().filter_map(resolved).collect()
 }
 
 fn resolve_frame(frame: &FrameSpec, path: &str, problems: &mut Vec<Problem>) -> Option<Frame> {

@@ -40,6 +40,8 @@ impl Structure<'_> {
     /// * `alike` - whether what is at a node and at its partner can share parameters
     fn all_nodes(&self, accept: impl Fn(usize) -> bool, alike: impl Fn(usize, usize) -> bool) -> Vec<Location> {
         let partner = |i: usize| self.node_partner[i].filter(|&j| j < self.n_nodes() && accept(j) && alike(i, j));
+        let accept = |i: usize| self.model.is_site(i) && accept(i);
+        let partner = |i: usize| partner(i).filter(|&j| self.model.is_site(j));
         arrange((0..self.n_nodes()).filter(|&i| accept(i)), partner)
             .into_iter()
             .map(|nodes| {
