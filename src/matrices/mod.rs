@@ -13,6 +13,7 @@ mod calculix;
 mod element_matrices;
 mod error;
 mod harwell_boeing;
+mod inspect;
 mod matlab;
 mod matrix;
 mod matrix_market;
@@ -24,6 +25,7 @@ mod text;
 mod write;
 
 pub use error::MatrixError;
+pub use inspect::{Inspection, RIGID, inspect, suspected_length};
 pub use matrix::{Contents, DofRow, Entry, Label, Matrix, Symmetric, SymmetryError};
 pub use write::{MatrixFormat, write};
 

@@ -128,7 +128,7 @@ impl Model {
             let (n, keeping) = (geometry.names.len(), Elimination::keeping(6 * geometry.names.len()));
             // What is wrong in the file is known already.
             let released = eliminate(&spec, &geometry, keeping, &compliances, &rows, &mut Vec::new());
-            ElasticSupports::new(compliances, &released, n, &elements, &connections)
+            ElasticSupports::new(compliances, &released, n, &elements, &connections, &dofs)
         };
         let (affine, rigid_mass) =
             affine_part(&elements, &dependences, &connections, &dofs, &geometry.positions, interior_point(&parameters));

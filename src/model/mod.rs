@@ -20,6 +20,7 @@ mod elastic_support_tests;
 #[cfg(test)]
 mod ends_tests;
 mod entry;
+mod export;
 mod exported;
 mod geometry;
 mod joined;
@@ -53,6 +54,7 @@ pub use critical_preload::CriticalPreload;
 pub use dependence::Monomial;
 pub use dof_map::{DofMap, rigid_motion};
 pub use entry::Entry;
+pub use export::{ExportError, ExportReduction, MatrixExport, export_matrices};
 pub use geometry::{Frame, Geometry};
 pub(crate) use geometry::{GLOBAL, dot, extent, images, minus, plus, unit};
 pub(crate) use joined::Joined;

@@ -89,6 +89,8 @@ pub struct PlacedMatrices {
     pub c: Option<Arc<Symmetric>>,
     /// Factor on the damping, which no override changes; one where there is none.
     pub(super) damping_factor: Option<Value>,
+    /// Whether it is the stiffness of a preload, and its factor that of the preload.
+    pub(super) is_preload: bool,
 }
 
 /// How every dof follows from the rows of a model.
@@ -105,6 +107,14 @@ impl PlacedMatrices {
         nodes.sort_unstable();
         nodes.dedup();
         nodes
+    }
+
+    /// Whether it resists, or drives on, a displacement or a rotation of a node along a global axis.
+    pub(crate) fn has_stiffness(&self, node: usize, dof: Dof) -> bool {
+        let wanted = 6 * node + dof as usize;
+        let acts: Vec<bool> = self.dofs.iter().map(|d| d.node == node && d.parts().any(|p| p.0 == wanted)).collect();
+        let diagonal = |e: &&crate::matrices::Entry| e.row == e.column && acts[e.row as usize];
+        self.k.iter().flat_map(|k| &k.lower).filter(diagonal).any(|e| e.value != 0.0)
     }
 
     /// Marks the dofs of nodes, 6 per node, that it acts on.
@@ -166,6 +176,11 @@ impl PlacedMatrices {
 }
 
 impl Follows {
+    /// Per dof: (row, factor).
+    pub(super) fn all(&self) -> &[Combination] {
+        &self.0
+    }
+
     /// Tᵀ A T: entries of the lower triangle, several of one place among them.
     pub(super) fn reduce(&self, a: &Symmetric) -> Vec<Entry> {
         let mut out = Vec::with_capacity(a.lower.len());

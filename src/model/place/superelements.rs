@@ -91,6 +91,9 @@ impl Placer<'_> {
             {
                 let matrices = ExportedMatrices { k: Some(k.clone()), ..ExportedMatrices::default() };
                 let element = self.matrices(part.clone(), &path, &dofs, &matrices, Some(Value::of(factor)));
+                if let Some(matrices) = &mut self.elements[element].matrices {
+                    matrices.is_preload = true;
+                }
                 self.sets.insert(part, vec![element]);
             }
         }
@@ -293,7 +296,7 @@ impl Placer<'_> {
             mass_damping: None,
             path: path.to_string(),
             section: None,
-            matrices: Some(PlacedMatrices { dofs: dofs.clone(), k, m, c, damping_factor: factor }),
+            matrices: Some(PlacedMatrices { dofs: dofs.clone(), k, m, c, damping_factor: factor, is_preload: false }),
         });
         self.elements.len() - 1
     }
