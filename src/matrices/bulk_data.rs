@@ -68,6 +68,9 @@ impl MatrixReader for BulkData {
             g.finish(&mut contents)?;
         }
         if contents.matrices.is_empty() && contents.positions.is_empty() {
+            if let Some(note) = contents.notes.first() {
+                return Err(MatrixError::broken(FORMAT, note));
+            }
             return Err(MatrixError::broken(FORMAT, "it has no DMIG card with entries and no GRID card"));
         }
         Ok(contents)

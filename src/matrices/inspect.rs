@@ -115,39 +115,47 @@ fn inertia(a: &Symmetric) -> Result<Option<[usize; 2]>, LinalgError> {
     Ok(negative.zip(not_positive).map(|(n, p)| [n, p.saturating_sub(n)]))
 }
 
-/// The unit of length in which waves would run through the structure at the speed of sound in metals, if one does.
+/// The unit of length in which waves would run through the structure as in metals, if there is one.
 ///
-/// √(k_ii/m_ii) of displacements times the distance to the next node is about that speed, 5 km/s, whatever the units of mass and force;
-/// the median over the nodes counts, within a factor of three.
+/// √(k_ii/m_ii) times the distance to the nearest node, of the stiffest displacement of a node, is some twice the speed of sound, 5 km/s, whatever
+/// the units of mass and force; the median over the nodes counts. Metres, inches and millimetres are told apart, nothing finer.
 pub fn suspected_length(k: &Symmetric, m: &Symmetric, dofs: &[DofRow]) -> Option<&'static str> {
     /// Words, and how many metres each is.
-    const UNITS: [(&str, f64); 5] = [("m", 1.0), ("mm", 1e-3), ("in", 0.0254), ("cm", 0.01), ("ft", 0.3048)];
-    const SOUND: f64 = 5_000.0;
+    const UNITS: [(&str, f64); 3] = [("m", 1.0), ("mm", 1e-3), ("in", 0.0254)];
+    const USUAL: f64 = 12_000.0;
+    /// Less than half the way from one unit to the next.
+    const WITHIN: f64 = 4.5;
     let diagonal = |a: &Symmetric| -> HashMap<usize, f64> {
         a.lower.iter().filter(|e| e.row == e.column).map(|e| (e.row as usize, e.value)).collect()
     };
     let (stiffness, mass) = (diagonal(k), diagonal(m));
     let position = |i: usize| dofs.get(i)?.position;
     // The nearest node that it is coupled to.
-    let mut nearest: HashMap<usize, f64> = HashMap::new();
+    let mut nearest: HashMap<&str, f64> = HashMap::new();
     for e in &k.lower {
         let (i, j) = (e.row as usize, e.column as usize);
         let (Some(p), Some(q)) = (position(i), position(j)) else { continue };
         let distance = (0..3).map(|c| (p[c] - q[c]).powi(2)).sum::<f64>().sqrt();
         if distance > 0.0 {
             for i in [i, j] {
-                nearest.entry(i).and_modify(|d| *d = d.min(distance)).or_insert(distance);
+                let own = nearest.entry(dofs[i].label.node.as_str()).or_insert(distance);
+                *own = own.min(distance);
             }
         }
     }
-    let speed = |i: usize| {
-        let is_displacement = dofs[i].label.dof.is_some_and(|d| !d.is_rotation());
-        let ratio = stiffness.get(&i)? / mass.get(&i).filter(|m| **m > 0.0)?;
-        Some(ratio.sqrt() * nearest.get(&i)?).filter(|v| is_displacement && v.is_finite() && *v > 0.0)
-    };
-    let mut speeds: Vec<f64> = (0..dofs.len()).filter_map(speed).collect();
+    let mut fastest: HashMap<&str, f64> = HashMap::new();
+    for (i, row) in dofs.iter().enumerate().filter(|(_, r)| r.label.dof.is_some_and(|d| !d.is_rotation())) {
+        let node = row.label.node.as_str();
+        let (Some(k), Some(m), Some(distance)) = (stiffness.get(&i), mass.get(&i), nearest.get(node)) else { continue };
+        let speed = (k / m).sqrt() * distance;
+        if speed.is_finite() && speed > 0.0 {
+            let own = fastest.entry(node).or_insert(speed);
+            *own = own.max(speed);
+        }
+    }
+    let mut speeds: Vec<f64> = fastest.into_values().collect();
     speeds.sort_by(f64::total_cmp);
     let median = *speeds.get(speeds.len() / 2)?;
-    let off = |unit: &(&str, f64)| (median * unit.1 / SOUND).ln().abs();
-    UNITS.into_iter().min_by(|a, b| off(a).total_cmp(&off(b))).filter(|u| off(u) < 3.0_f64.ln()).map(|u| u.0)
+    let off = |unit: &(&str, f64)| (median * unit.1 / USUAL).ln().abs();
+    UNITS.into_iter().min_by(|a, b| off(a).total_cmp(&off(b))).filter(|u| off(u) < WITHIN.ln()).map(|u| u.0)
 }

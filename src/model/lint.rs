@@ -73,8 +73,11 @@ fn nodes(model: &Model, s: &mut Soundness) {
     for c in spec.constraints.values() {
         c.terms.iter().filter_map(|t| named(&t.node)).for_each(|n| used[n] = true);
     }
+    // Points that a superelement recovers follow from its dofs.
+    let follows =
+        |i: usize| i >= spec.nodes.len() && Dof::ALL.iter().any(|d| !model.dof_map().express(i, *d).is_empty());
     for (i, name) in geometry.names.iter().enumerate() {
-        if !used[i] {
+        if !used[i] && !follows(i) {
             s.warnings.push(Problem::warning(
                 child("nodes", name),
                 format_args!("node `{name}` is used by no element and no link"),

@@ -171,7 +171,29 @@ impl PlacedMatrices {
                 }
             }
         }
+        complete(&mut sum);
         sum
+    }
+}
+
+/// Adds to a mass of rigid motions what directions would have in which no dof moves: as if the mass stood there at its centre.
+fn complete(rigid: &mut SymMatrix) {
+    let present: Vec<usize> = (0..3).filter(|&t| rigid.get(t, t) != 0.0).collect();
+    if present.is_empty() || present.len() == 3 {
+        return;
+    }
+    let mass = present.iter().map(|&t| rigid.get(t, t)).sum::<f64>() / present.len() as f64;
+    // About axis r the displacement along t is that of the coordinate c: (t, r, c, sign).
+    const MOMENTS: [(usize, usize, usize, f64); 6] =
+        [(1, 5, 0, 1.0), (2, 4, 0, -1.0), (2, 3, 1, 1.0), (0, 5, 1, -1.0), (0, 4, 2, 1.0), (1, 3, 2, -1.0)];
+    let centre: [f64; 3] = std::array::from_fn(|c| {
+        let known = MOMENTS.iter().filter(|m| m.2 == c && present.contains(&m.0));
+        let all: Vec<f64> = known.map(|&(t, r, _, sign)| sign * rigid.get(t, r) / mass).collect();
+        if all.is_empty() { 0.0 } else { all.iter().sum::<f64>() / all.len() as f64 }
+    });
+    for t in (0..3).filter(|t| !present.contains(t)) {
+        let motion: [f64; 6] = std::array::from_fn(|j| rigid_motion(centre, j)[t]);
+        rigid.add_outer(mass, &motion);
     }
 }
 

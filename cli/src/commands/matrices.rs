@@ -89,8 +89,10 @@ pub(crate) fn run(args: &Matrices) -> Result<u8, Failure> {
     }
     match unit {
         Some(unit) => {
-            let _ =
-                writeln!(out, "lengths are in {unit}, if this is metal: sound would run through it at about 5 km/s");
+            let _ = writeln!(
+                out,
+                "lengths are in {unit}, if this is metal: waves would run through it about as fast as they do"
+            );
         }
         None if seen.iter().any(|s| s.found.rigid.is_some()) => {
             let _ = writeln!(
