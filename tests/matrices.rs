@@ -116,12 +116,13 @@ fn a_model_of_matrices_alone_is_the_model() {
             1e-11,
         ),
         // Ten digits of entries that cancel in rigid motions.
-        (MatrixFormat::Dmig, "k: {file: g.pch, matrix: K}, m: {file: g.pch, matrix: M}", 2e-5),
+        (MatrixFormat::Dmig, "k: {file: g.pch, matrix: K}, m: {file: g.pch, matrix: M}, free: true", 2e-5),
     ] {
         let files = files_of(&export, "g", format);
         let text = format!("retune: 1\nname: matrices\nsuperelements:\n  g: {{{entry}}}\n");
         let model = with(&text, &files);
         assert_same(&elastic(&model, &[], 16), &expected, tolerance);
+        assert_eq!(retune::model::lint(&model).unwrap().n_rigid_body_modes, 6, "{format:?}");
         // Nodes that follow from others come back by their matrix.
         let text = text.replace("}\n", ", recovery: {matrix: g_r_R.mtx, dofs: g_r_dofs.csv}}\n");
         if format == MatrixFormat::MatrixMarket {
@@ -488,6 +489,18 @@ fn what_does_not_fit_is_said_with_its_place() {
         let text = said(&model(entry));
         assert!(text.contains(&format!("{path}: ")) && text.contains(words), "{entry}\n{text}");
     }
+    // What is held is not made free.
+    let pinned = "k: t2_K.mtx, m: t2_M.mtx, dofs: t2_dofs.csv, free: true";
+    assert!(try_with(&model(pinned), &files).is_ok());
+    let mut held = files.clone();
+    let text = String::from_utf8(files["t2_K.mtx"].clone()).unwrap();
+    let line = text.lines().find(|l| l.starts_with("1 1 ")).unwrap();
+    held.insert(
+        "t2_K.mtx".into(),
+        text.replace(line, &format!("1 1 {:e}", 2.0 * line[4..].parse::<f64>().unwrap())).into_bytes(),
+    );
+    let problems = try_with(&model(pinned), &held).unwrap_err();
+    assert!(problems[0].message.contains("it is held"), "{problems:?}");
     // Without a folder there are no files.
     let problems = load(&model("k: t2_K.mtx, dofs: t2_dofs.csv"), &Registry::builtin()).unwrap_err();
     assert!(problems[0].message.contains("no folder is known"), "{problems:?}");
@@ -573,7 +586,8 @@ fn a_hidden_mass_a_joint_and_a_flipped_sensor_are_found_at_superelements() {
     let mut test = measured(&base, &base);
     let at = test.sensors.iter().position(|s| s.name == "mast.m2.ux").unwrap();
     for mode in &mut test.modes {
-        mode.shape[at] = -mode.shape[at];
+        let shape = mode.shape.as_mut().unwrap();
+        shape[at] = -shape[at];
     }
     let d = diagnose(&base, &test, &Settings::default()).unwrap();
     assert_eq!(

@@ -12,7 +12,7 @@ use crate::yaml::{self, SourceMap, child};
 use serde_json::Value;
 
 /// The blocks of a model file in their usual order.
-const ORDER: [&str; 24] = [
+const ORDER: [&str; 25] = [
     "retune",
     "name",
     "description",
@@ -29,6 +29,7 @@ const ORDER: [&str; 24] = [
     "bushings",
     "masses",
     "elements",
+    "superelements",
     "overrides",
     "rigid_links",
     "supports",

@@ -7,10 +7,11 @@
 //! ```
 //!
 //! Cards in fields of 8 or 16 columns or separated by commas. Component 0 is a scalar point: a modal coordinate. Of a symmetric matrix either
-//! triangle is given. `GRID` cards in coordinate systems other than the basic one are refused: their axes stand elsewhere.
+//! triangle is given. Positions and directions of `GRID` cards in other coordinate systems (CORD2R, CORD2C, CORD2S) are turned into the basic one.
 //!
 //! Source: MSC.Nastran Quick Reference Guide, DMIG, GRID, EXTSEOUT.
 
+use super::coordinate_systems::{self, BASIC, Kind, Systems};
 use super::matrix::{Numbered, dof};
 use super::text::{Lines, columns, number};
 use super::{Contents, Entry, File, Label, Matrix, MatrixError, MatrixReader};
@@ -51,17 +52,22 @@ impl MatrixReader for BulkData {
         let mut contents = Contents::default();
         let mut growing: Vec<Growing> = Vec::new();
         let mut index: HashMap<String, usize> = HashMap::new();
-        let mut systems = 0;
+        let (mut systems, mut grids) = (Systems::default(), Vec::new());
         while let Some(card) = cards.next() {
             match card.name.as_str() {
                 "DMIG" => dmig(&card, &mut growing, &mut index)?,
-                "GRID" => systems += usize::from(!grid(&card, &mut contents)?),
+                "GRID" => grids.push(Grid::of(&card)?),
+                "CORD2R" | "CORD2C" | "CORD2S" => system(&card, &mut systems)?,
                 _ => {}
             }
         }
-        if systems > 0 {
+        let mut unknown = 0;
+        for grid in grids {
+            unknown += usize::from(grid.place(&systems, &mut contents).is_none());
+        }
+        if unknown > 0 {
             contents.notes.push(format!(
-                "{systems} GRID cards refer to a coordinate system other than the basic one, whose axes are not read; their positions are left out"
+                "{unknown} GRID cards refer to a coordinate system that no CORD2R, CORD2C or CORD2S card of the file gives; they are left out"
             ));
         }
         for g in growing {
@@ -303,19 +309,57 @@ impl Growing {
     }
 }
 
-/// A GRID card; whether its position is in the basic system.
-fn grid(card: &Card, contents: &mut Contents) -> Result<bool, MatrixError> {
-    let is_basic = |field: &str| matches!(field, "" | "0");
-    if !is_basic(card.field(1)) || !is_basic(card.field(5)) {
-        return Ok(false);
+/// A GRID card.
+struct Grid {
+    name: String,
+    system: i64,
+    at: [f64; 3],
+    /// System of its displacements.
+    output: i64,
+}
+
+impl Grid {
+    fn of(card: &Card) -> Result<Self, MatrixError> {
+        let number = |i: usize| if card.field(i).is_empty() { Some(0.0) } else { number(card.field(i)) };
+        let system = |i: usize| if card.field(i).is_empty() { Some(0) } else { card.whole(i) };
+        let (Some(point), Some(x), Some(y), Some(z)) = (label(card.field(0), "0"), number(2), number(3), number(4))
+        else {
+            return Err(card.wrong("`GRID point system x y z system`"));
+        };
+        let (Some(own), Some(output)) = (system(1), system(5)) else {
+            return Err(card.wrong("`GRID point system x y z system`"));
+        };
+        // A fluid point has a pressure and no directions.
+        Ok(Self { name: point.node, system: own, at: [x, y, z], output: output.max(0) })
     }
+
+    fn place(self, systems: &Systems, contents: &mut Contents) -> Option<()> {
+        let at = systems.place(self.system, self.at)?;
+        let axes = systems.axes(self.output, at)?;
+        if axes != BASIC {
+            contents.axes.push((self.name.clone(), axes));
+        }
+        contents.positions.push((self.name, at));
+        Some(())
+    }
+}
+
+/// A coordinate system.
+fn system(card: &Card, systems: &mut Systems) -> Result<(), MatrixError> {
     let at = |i: usize| if card.field(i).is_empty() { Some(0.0) } else { number(card.field(i)) };
-    let point = label(card.field(0), "0");
-    let (Some(point), Some(x), Some(y), Some(z)) = (point, at(2), at(3), at(4)) else {
-        return Err(card.wrong("`GRID point system x y z`"));
+    let all: Option<Vec<f64>> = (2..11).map(at).collect();
+    let reference = if card.field(1).is_empty() { Some(0) } else { card.whole(1) };
+    let (Some(number), Some(reference), Some(v)) = (card.whole(0), reference, all) else {
+        return Err(card.wrong("a coordinate system: number, reference, and three points"));
     };
-    contents.positions.push((point.node, [x, y, z]));
-    Ok(true)
+    let kind = match card.name.as_str() {
+        "CORD2R" => Kind::Rectangular,
+        "CORD2C" => Kind::Cylindrical,
+        _ => Kind::Spherical,
+    };
+    let points = [[v[0], v[1], v[2]], [v[3], v[4], v[5]], [v[6], v[7], v[8]]];
+    systems.add(number, coordinate_systems::Card { kind, reference, points });
+    Ok(())
 }
 
 /// Writes matrices as DMIG cards in wide fields with their dofs, and the positions of the points as GRID cards.

@@ -206,6 +206,8 @@ pub struct Contents {
     pub dofs: Vec<DofRow>,
     /// Nodes and their positions.
     pub positions: Vec<(String, [f64; 3])>,
+    /// Directions of the dofs of nodes, as rows, where they are not those of the global axes.
+    pub axes: Vec<(String, [[f64; 3]; 3])>,
     /// What was odd, or left out.
     pub notes: Vec<String>,
 }

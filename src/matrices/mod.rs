@@ -10,6 +10,7 @@ mod abaqus;
 mod ansys;
 mod bulk_data;
 mod calculix;
+mod coordinate_systems;
 mod element_matrices;
 mod error;
 mod harwell_boeing;

@@ -12,7 +12,7 @@ use super::elastic_support::ElasticSupports;
 use super::geometry::{Geometry, minus};
 use super::mass_properties::{MassProperties, add_rigid_mass};
 use super::parameter::ParameterSet;
-use super::place::{Placed, nodes_without_effects, place};
+use super::place::{Placed, left_out_of_effects, place};
 use super::placed_element::PlacedElement;
 use super::registry::Registry;
 use super::spec::{ModelSpec, TargetSpec};
@@ -190,9 +190,9 @@ impl Model {
         self.n_named
     }
 
-    /// Where effects are not looked for although they could act there, a sentence for each superelement.
-    pub fn nodes_without_effects(&self) -> Vec<String> {
-        nodes_without_effects(&self.spec)
+    /// What effects leave out of superelements, a sentence each.
+    pub fn left_out_of_effects(&self) -> Vec<String> {
+        left_out_of_effects(&self.spec)
     }
 
     /// Whether a node is one of the file, or one of a superelement at which effects are looked for.

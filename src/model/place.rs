@@ -10,7 +10,7 @@ mod superelements;
 mod supports;
 
 pub(super) use parameters::parameters;
-pub(super) use superelements::nodes_without_effects;
+pub(super) use superelements::left_out_of_effects;
 
 use super::geometry::{Geometry, Rotation, axes_along, minus, unit, unknown};
 use super::parameter::ParameterSet;

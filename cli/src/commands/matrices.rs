@@ -7,7 +7,7 @@ use retune::catalogue::counted;
 use retune::matrices::{Contents, DofRow, File, Inspection, Matrix, RIGID, inspect, read, reader_of, suspected_length};
 use retune::report::text::number;
 use serde_json::{Value, json};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
@@ -41,11 +41,14 @@ pub(crate) fn run(args: &Matrices) -> Result<u8, Failure> {
         let of_dofs = file.contents.dofs.iter().filter_map(|r| Some((r.label.node.as_str(), r.position?)));
         positions.extend(of_dofs);
     }
+    let turned: HashSet<&str> = all.iter().flat_map(|f| &f.contents.axes).map(|(n, _)| n.as_str()).collect();
     let table: &[DofRow] = all.iter().rev().map(|f| &f.contents.dofs[..]).find(|d| !d.is_empty()).unwrap_or(&[]);
     let dofs_of = |matrix: &Matrix| -> Vec<DofRow> {
         let placed = |row: &DofRow| DofRow {
+            // Directions of its own are a frame of its own: rigid motions are not looked at.
+            frame: row.frame.clone().or_else(|| turned.contains(row.label.node.as_str()).then(String::new)),
             position: row.position.or_else(|| positions.get(row.label.node.as_str()).copied()),
-            ..row.clone()
+            label: row.label.clone(),
         };
         if matrix.rows.is_empty() {
             return table.iter().map(placed).collect();
@@ -72,7 +75,7 @@ pub(crate) fn run(args: &Matrices) -> Result<u8, Failure> {
     }
     let mut out = String::new();
     for file in &all {
-        let Contents { matrices, dofs, positions, notes } = &file.contents;
+        let Contents { matrices, dofs, positions, notes, .. } = &file.contents;
         let mut holds = Vec::new();
         for (n, word) in [(matrices.len(), "matrix"), (dofs.len(), "dof"), (positions.len(), "position")] {
             if n > 0 {

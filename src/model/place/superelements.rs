@@ -302,15 +302,25 @@ impl Placer<'_> {
     }
 }
 
-/// Where effects are not looked for although they could act there: a sentence for each superelement.
-pub(in crate::model) fn nodes_without_effects(spec: &ModelSpec) -> Vec<String> {
-    let told = |(name, entry): (&String, &SuperelementSpec)| {
-        let exported = entry.loaded.0.as_ref()?;
+/// What effects leave out of superelements, a sentence each.
+pub(in crate::model) fn left_out_of_effects(spec: &ModelSpec) -> Vec<String> {
+    let mut told = Vec::new();
+    let names: Vec<String> = spec.superelements.keys().map(|n| format!("`{n}`")).collect();
+    if !names.is_empty() {
+        told.push(format!(
+            "what superelements are made of is not known: effects change the whole of {} or their `terms`, and act at their nodes; tapers, offsets, shear and the like have no place in them",
+            names.join(", ")
+        ));
+    }
+    for (name, entry) in &spec.superelements {
+        let Some(exported) = entry.loaded.0.as_ref() else { continue };
         let n = exported.nodes.iter().filter(|n| n.position.is_some()).count();
         let looked = entry.effect_nodes.as_ref().map_or(MOST_SITES, Vec::len);
-        (n > looked).then(|| {
-            format!("effects are looked for at {looked} of the {n} nodes of superelement `{name}`; `effect_nodes: [...]` names which")
-        })
-    };
-    spec.superelements.iter().filter_map(told).collect()
+        if n > looked {
+            told.push(format!(
+                "effects are looked for at {looked} of the {n} nodes of superelement `{name}`; `effect_nodes: [...]` names which"
+            ));
+        }
+    }
+    told
 }

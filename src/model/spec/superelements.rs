@@ -37,6 +37,10 @@ pub struct SuperelementSpec {
     /// Units of the files; SI when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub units: Option<UnitsSpec>,
+    /// Whether nothing holds it by itself: what the digits of its files leave of stiffness against rigid motions is taken out, which makes its
+    /// stiffness a full matrix; up to 3 000 dofs.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub free: bool,
     /// Frame in which it stands; global axes when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub frame: Option<String>,

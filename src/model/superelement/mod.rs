@@ -1,6 +1,7 @@
 //! From the files that a superelement names to its matrices, in SI and in its own axes.
 
 mod files;
+mod free;
 mod terms;
 mod units;
 
@@ -111,6 +112,7 @@ impl Reading<'_, '_> {
             all.push(picked.map(|p| self.in_si(&p, key, &dofs, scale)).transpose().ok()?);
         }
         let [k, m, c, preload] = <[Option<Arc<Symmetric>>; 4]>::try_from(all).ok()?;
+        let k = if entry.free { Some(self.freed(k.as_deref(), &exported_dofs, &exported_nodes)?) } else { k };
         let base = ExportedMatrices { k, m, c };
         let terms = self.terms(entry, &dofs, &units, &base)?;
         let mut exported =
@@ -164,14 +166,15 @@ impl Reading<'_, '_> {
         base: &[(&str, Option<&MatrixSpec>)],
         picked: impl Iterator<Item = &'p Picked> + Clone,
     ) -> Option<(Vec<DofRow>, Positions)> {
-        let mut positions: HashMap<String, [f64; 3]> = HashMap::new();
+        let mut positions = Positions::new();
         let mut rows: Vec<DofRow> = Vec::new();
         for (key, file) in [("dofs", &entry.dofs), ("nodes", &entry.nodes)] {
             let Some(file) = file else { continue };
             let contents = self.contents(key, file)?;
-            positions.extend(contents.positions.iter().cloned());
+            positions.extend(places_of(&contents));
             if key == "nodes" {
-                positions.extend(contents.dofs.iter().filter_map(|r| Some((r.label.node.clone(), r.position?))));
+                positions
+                    .extend(contents.dofs.iter().filter_map(|r| Some((r.label.node.clone(), (r.position?, None)))));
                 continue;
             }
             let of_matrices = contents.matrices.iter().find(|m| !m.rows.is_empty()).map(|m| &m.rows);
@@ -186,9 +189,10 @@ impl Reading<'_, '_> {
             }
         }
         for p in picked.clone() {
-            for (name, at) in &p.contents.positions {
-                positions.entry(name.clone()).or_insert(*at);
-            }
+            // What was said first holds.
+            let mut own = places_of(&p.contents);
+            own.extend(std::mem::take(&mut positions));
+            positions = own;
         }
         if rows.is_empty() {
             // Where matrices say their dofs, those of all of them: a mass matrix may lack what has no mass.
@@ -208,7 +212,7 @@ impl Reading<'_, '_> {
     fn dofs(
         &mut self,
         rows: &[DofRow],
-        positions: &HashMap<String, [f64; 3]>,
+        positions: &Positions,
         units: &Units,
     ) -> Option<(Dofs, Vec<ExportedNode>, Vec<ExportedDof>)> {
         let mut nodes: Vec<ExportedNode> = Vec::new();
@@ -232,7 +236,7 @@ impl Reading<'_, '_> {
     fn dof_of(
         &mut self,
         row: &DofRow,
-        positions: &HashMap<String, [f64; 3]>,
+        positions: &Positions,
         units: &Units,
         nodes: &mut Vec<ExportedNode>,
         node_of: &mut HashMap<String, usize>,
@@ -240,7 +244,7 @@ impl Reading<'_, '_> {
         let name = &row.label.node;
         let axis = match (&row.frame, row.label.dof) {
             (_, None) => [0.0; 3],
-            (None, Some(dof)) => GLOBAL[dof.axis()],
+            (None, Some(dof)) => positions.get(name).and_then(|p| p.1).unwrap_or(GLOBAL)[dof.axis()],
             (Some(frame), Some(dof)) => {
                 let Some(axes) = self.axes.get(frame) else {
                     let suggestion = did_you_mean(frame, self.axes.keys().map(String::as_str));
@@ -260,7 +264,7 @@ impl Reading<'_, '_> {
         let position = match row.label.dof {
             None => None,
             Some(_) => {
-                let Some(at) = row.position.or_else(|| positions.get(name).copied()) else {
+                let Some(at) = row.position.or_else(|| positions.get(name).map(|p| p.0)) else {
                     self.error("", format_args!("node `{name}` has no position: give the columns x, y, z in the table of dofs, or `nodes: FILE` (a CSV file with node, x, y, z, an input file with *NODE, a deck with GRID)"));
                     return None;
                 };
@@ -333,6 +337,28 @@ impl Reading<'_, '_> {
         Ok(Arc::new(out))
     }
 
+    /// The stiffness of a free part.
+    fn freed(&mut self, k: Option<&Symmetric>, dofs: &[ExportedDof], nodes: &[ExportedNode]) -> Option<Arc<Symmetric>> {
+        let freed = k.filter(|k| k.n <= free::MOST_DOFS).and_then(|k| free::freed(k, dofs, nodes));
+        match freed {
+            Some((k, change)) if change <= free::MOST_CHANGE => Some(Arc::new(k)),
+            Some((_, change)) => {
+                self.error("free", format_args!("it is held: entries would change by {change:.1e} of their scale, which is no rounding of numbers"));
+                None
+            }
+            None => {
+                self.error(
+                    "free",
+                    format_args!(
+                        "it needs a stiffness without negative entries on its diagonal, of up to {} dofs",
+                        free::MOST_DOFS
+                    ),
+                );
+                None
+            }
+        }
+    }
+
     fn recovery(
         &mut self,
         recovery: &super::spec::RecoverySpec,
@@ -342,7 +368,7 @@ impl Reading<'_, '_> {
     ) -> Option<()> {
         let picked = self.pick("recovery.matrix", &recovery.matrix)?;
         let contents = self.contents("recovery.dofs", &recovery.dofs)?;
-        let positions: HashMap<String, [f64; 3]> = contents.positions.iter().cloned().collect();
+        let positions = places_of(&contents);
         let matrix = picked.matrix();
         if matrix.n_rows != contents.dofs.len() {
             self.error(
@@ -381,12 +407,22 @@ impl Reading<'_, '_> {
     }
 }
 
+/// Positions and directions of a file.
+fn places_of(contents: &Contents) -> Positions {
+    let axes: HashMap<&str, Axes> = contents.axes.iter().map(|(n, a)| (n.as_str(), *a)).collect();
+    let place = |(name, at): &(String, [f64; 3])| (name.clone(), (*at, axes.get(name.as_str()).copied()));
+    contents.positions.iter().map(place).collect()
+}
+
 fn unplaced(label: &Label) -> DofRow {
     DofRow { label: label.clone(), position: None, frame: None }
 }
 
-/// Positions of nodes by name, in the units of the files.
-type Positions = HashMap<String, [f64; 3]>;
+/// Positions of nodes by name, in the units of the files, and the directions of their dofs where those are no global ones.
+type Positions = HashMap<String, ([f64; 3], Option<Axes>)>;
+
+/// Directions as rows.
+type Axes = [[f64; 3]; 3];
 
 /// One matrix of a file.
 struct Picked {
