@@ -266,6 +266,7 @@ pub fn undo(text: &str) -> Result<Undone, PatchError> {
             (None, "springs") => drop(spec.springs.shift_remove(name)),
             (None, "elements") => drop(spec.elements.shift_remove(name)),
             (None, "overrides") => drop(spec.overrides.shift_remove(name)),
+            (None, "supports") => drop(spec.supports.shift_remove(name)),
             (None, _) => drop(spec.rigid_links.shift_remove(name)),
         }
     }

@@ -1,6 +1,6 @@
 //! Places of nodes and axes of frames: from the rules of the file to global coordinates.
 
-use super::spec::{FrameSpec, LineSpec, ModelSpec, NodeRule, NodeSpec, OneOrThree};
+use super::spec::{FrameSpec, LineSpec, ModelSpec, NodeRule, NodeSpec, OneOrThree, SuperelementSpec};
 use crate::catalogue::did_you_mean;
 use crate::units::{Scalar, ScalarError};
 use crate::yaml::{Problem, child};
@@ -65,6 +65,48 @@ impl Frame {
     pub fn to_global(&self, p: Vector) -> Vector {
         (0..3).fold(self.origin, |sum, i| plus(sum, p[i], self.axes[i]))
     }
+}
+
+/// Where a superelement stands: mirrored across an axis of its own, then turned and moved.
+pub(super) struct Stand {
+    frame: Frame,
+    mirror: Option<usize>,
+}
+
+impl Stand {
+    /// `None` where its frame is not known.
+    pub(super) fn of(entry: &SuperelementSpec, frames: &BTreeMap<String, Frame>) -> Option<Self> {
+        let global = Frame { origin: [0.0; 3], axes: GLOBAL };
+        let frame = entry.frame.as_ref().map_or(Some(global), |name| frames.get(name).copied())?;
+        Some(Self { frame, mirror: entry.mirror.map(|axis| axis as usize) })
+    }
+
+    pub(super) fn is_mirrored(&self) -> bool {
+        self.mirror.is_some()
+    }
+
+    /// A direction of its own in global axes.
+    pub(super) fn direction(&self, mut v: Vector) -> Vector {
+        if let Some(normal) = self.mirror {
+            v[normal] = -v[normal];
+        }
+        (0..3).fold([0.0; 3], |sum, i| plus(sum, v[i], self.frame.axes[i]))
+    }
+
+    /// A place of its own in global coordinates.
+    pub(super) fn place(&self, p: Vector) -> Vector {
+        plus(self.direction(p), 1.0, self.frame.origin)
+    }
+}
+
+/// The place of a node of a superelement, `wing.12`.
+fn on_superelement(spec: &ModelSpec, geometry: &Geometry, name: &str) -> Option<Vector> {
+    spec.superelements.iter().find_map(|(own, entry)| {
+        let label = name.strip_prefix(own.as_str())?.strip_prefix('.')?;
+        let exported = entry.loaded.0.as_ref()?;
+        let position = exported.nodes.iter().find(|n| n.name == label)?.position?;
+        Some(Stand::of(entry, &geometry.frames)?.place(position))
+    })
 }
 
 /// Everything that has a place.
@@ -415,6 +457,8 @@ impl Resolver<'_> {
                 let other = |key: &str, other: &str, problems: &mut Vec<Problem>| {
                     if self.spec.nodes.contains_key(other) {
                         placed.get(other).copied().flatten()
+                    } else if let Some(place) = on_superelement(self.spec, self.geometry, other) {
+                        Some(place)
                     } else {
                         problems.push(unknown(&child(&path, key), "node", other, self.spec.nodes.keys()));
                         None

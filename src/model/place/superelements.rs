@@ -4,7 +4,7 @@ use super::Placer;
 use crate::catalogue::did_you_mean;
 use crate::element::Dof;
 use crate::model::exported::{Exported, ExportedDof, ExportedMatrices, ExportedTerm};
-use crate::model::geometry::{GLOBAL, Near, Vector, constant, dot, extent, minus, plus};
+use crate::model::geometry::{GLOBAL, Near, Stand, Vector, constant, dot, extent, minus, plus};
 use crate::model::placed_element::PlacedElement;
 use crate::model::placed_matrices::{PlacedDof, PlacedMatrices, Superelement};
 use crate::model::spec::{ModelSpec, SuperelementSpec};
@@ -18,29 +18,13 @@ const MOST_SITES: usize = 100;
 /// How far a node of the model may stand from the node of a superelement that it is attached to, of the size of the latter.
 const OFF: f64 = 1e-4;
 
-/// Where a superelement stands.
-struct Stand {
-    origin: Vector,
-    axes: [Vector; 3],
-    mirror: Option<usize>,
-}
-
-impl Stand {
-    /// A direction, or a place relative to the origin, in global axes.
-    fn direction(&self, mut v: Vector) -> Vector {
-        if let Some(normal) = self.mirror {
-            v[normal] = -v[normal];
-        }
-        (0..3).fold([0.0; 3], |sum, i| plus(sum, v[i], self.axes[i]))
-    }
-
-    fn dof(&self, dof: &ExportedDof, nodes: &[usize]) -> PlacedDof {
-        let turned = self.direction(dof.axis);
-        // A rotation is mirrored as an axial vector.
-        let is_axial = self.mirror.is_some() && dof.dof.is_some_and(Dof::is_rotation);
-        let axis = if is_axial { turned.map(|c| -c) } else { turned };
-        PlacedDof { node: nodes[dof.node], dof: dof.dof, axis }
-    }
+/// A dof in its place.
+fn placed(stand: &Stand, dof: &ExportedDof, nodes: &[usize]) -> PlacedDof {
+    let turned = stand.direction(dof.axis);
+    // A rotation is mirrored as an axial vector.
+    let is_axial = stand.is_mirrored() && dof.dof.is_some_and(Dof::is_rotation);
+    let axis = if is_axial { turned.map(|c| -c) } else { turned };
+    PlacedDof { node: nodes[dof.node], dof: dof.dof, axis }
 }
 
 impl Placer<'_> {
@@ -58,13 +42,13 @@ impl Placer<'_> {
         let Some(stand) = self.stand(entry, path) else { return };
         let n_before = self.geometry.names.len();
         let Some(nodes) = self.nodes_of(name, entry, exported, &stand, path) else { return };
-        let dofs: Vec<PlacedDof> = exported.dofs.iter().map(|d| stand.dof(d, &nodes)).collect();
+        let dofs: Vec<PlacedDof> = exported.dofs.iter().map(|d| placed(&stand, d, &nodes)).collect();
         for (dof, terms) in &exported.recovered {
-            let mut row: Vec<(usize, f64)> = stand.dof(dof, &nodes).parts().collect();
+            let mut row: Vec<(usize, f64)> = placed(&stand, dof, &nodes).parts().collect();
             row.extend(terms.iter().flat_map(|&(j, f)| dofs[j].parts().map(move |(i, a)| (i, -f * a))));
             self.rows.push(row);
         }
-        let recovered: Vec<PlacedDof> = exported.recovered.iter().map(|(d, _)| stand.dof(d, &nodes)).collect();
+        let recovered: Vec<PlacedDof> = exported.recovered.iter().map(|(d, _)| placed(&stand, d, &nodes)).collect();
         self.hold_what_is_missing(n_before, dofs.iter().chain(&recovered));
         let sites = self.sites(entry, exported, &nodes, n_before, path);
         self.sites.extend(sites);
@@ -100,16 +84,14 @@ impl Placer<'_> {
     }
 
     fn stand(&mut self, entry: &SuperelementSpec, path: &str) -> Option<Stand> {
-        let mirror = entry.mirror.map(|axis| axis as usize);
-        let Some(name) = &entry.frame else { return Some(Stand { origin: [0.0; 3], axes: GLOBAL, mirror }) };
-        let Some(frame) = self.geometry.frames.get(name) else {
+        let stand = Stand::of(entry, &self.geometry.frames);
+        if let (None, Some(name)) = (&stand, &entry.frame)
+            && !self.spec.frames.contains_key(name)
+        {
             let suggestion = did_you_mean(name, self.spec.frames.keys().map(String::as_str));
-            if !self.spec.frames.contains_key(name) {
-                self.error(child(path, "frame"), format_args!("frame `{name}` is not defined{suggestion}"));
-            }
-            return None;
-        };
-        Some(Stand { origin: frame.origin, axes: frame.axes, mirror })
+            self.error(child(path, "frame"), format_args!("frame `{name}` is not defined{suggestion}"));
+        }
+        stand
     }
 
     /// The node of the model for each of its nodes: attached, found near, or new.
@@ -121,8 +103,7 @@ impl Placer<'_> {
         stand: &Stand,
         path: &str,
     ) -> Option<Vec<usize>> {
-        let places: Vec<Option<Vector>> =
-            exported.nodes.iter().map(|n| n.position.map(|p| plus(stand.direction(p), 1.0, stand.origin))).collect();
+        let places: Vec<Option<Vector>> = exported.nodes.iter().map(|n| n.position.map(|p| stand.place(p))).collect();
         let known: Vec<Vector> = places.iter().flatten().copied().collect();
         let size = extent(&known);
         let within = match &entry.attach_within {

@@ -2,6 +2,7 @@
 
 mod files;
 mod free;
+mod rounding;
 mod terms;
 mod units;
 
@@ -57,9 +58,6 @@ fn source(entry: &SuperelementSpec) -> SuperelementSpec {
     }
 }
 
-/// Coupling of a modal coordinate and a node up to this part of their own entries is rounding.
-const ROUNDING: f64 = 1e-13;
-
 /// Whether two entries say the same of their matrices.
 pub(super) fn have_same_source(a: &SuperelementSpec, b: &SuperelementSpec) -> bool {
     source(a) == source(b)
@@ -112,6 +110,9 @@ impl Reading<'_, '_> {
             all.push(picked.map(|p| self.in_si(&p, key, &dofs, scale)).transpose().ok()?);
         }
         let [k, m, c, preload] = <[Option<Arc<Symmetric>>; 4]>::try_from(all).ok()?;
+        let is_modal: Vec<bool> = exported_dofs.iter().map(|d| d.dof.is_none()).collect();
+        let clean = |k: &Arc<Symmetric>, m: &Arc<Symmetric>| rounding::without_rounding(k, m, &is_modal).map(Arc::new);
+        let k = k.as_ref().zip(m.as_ref()).and_then(|(k, m)| clean(k, m)).or(k);
         let k = if entry.free { Some(self.freed(k.as_deref(), &exported_dofs, &exported_nodes)?) } else { k };
         let base = ExportedMatrices { k, m, c };
         let terms = self.terms(entry, &dofs, &units, &base)?;
@@ -312,15 +313,6 @@ impl Reading<'_, '_> {
             (e.row, e.column) = (row.max(column), row.min(column));
             e.value *= scale * (dofs.to_file[row as usize] * dofs.to_file[column as usize]);
         }
-        let diagonal: HashMap<u32, f64> =
-            out.lower.iter().filter(|e| e.row == e.column).map(|e| (e.row, e.value.abs())).collect();
-        // Modes of a reduced model have no stiffness in common with its nodes: what a solver left there is rounding, and would hold
-        // rigid motions.
-        let is_modal = |i: u32| dofs.labels[i as usize].dof.is_none();
-        let size = |i: u32| diagonal.get(&i).copied().unwrap_or(0.0);
-        out.lower.retain(|e| {
-            is_modal(e.row) == is_modal(e.column) || e.value.abs() > ROUNDING * (size(e.row) * size(e.column)).sqrt()
-        });
         if !places.is_sorted() {
             out.lower.sort_by_key(|e| (e.column, e.row));
         }
