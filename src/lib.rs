@@ -10,6 +10,7 @@
 //! Where to start reading: [`element`] for the textbook matrices, [`model`] for the YAML file and its assembly,
 //! [`objective`] for what is compared, [`optim`] for how it is minimised. `ARCHITECTURE.md` draws the whole house.
 
+pub mod arrays;
 pub mod catalogue;
 pub mod correlation;
 pub mod data;
@@ -18,6 +19,7 @@ pub mod effect;
 pub mod element;
 pub mod fault;
 pub mod identify;
+pub mod matrices;
 pub mod modal;
 pub mod model;
 pub mod objective;

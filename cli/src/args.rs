@@ -7,11 +7,13 @@ use std::path::PathBuf;
 
 mod correlation;
 mod diagnosis;
+mod matrices;
 mod measured;
 mod values;
 
 pub(crate) use correlation::{Compare, Placement, Pretest, Sensitivity};
 pub(crate) use diagnosis::{Add, Benchmark, BenchmarkWhat, Diagnose, Learn, SearchOptions, Undo};
+pub(crate) use matrices::{Export, Matrices, Reduction};
 pub(crate) use measured::{Health, Identify, Map, MatrixAxes, MeasuredQuantity, Measurement, Method, Repeated, Twin};
 
 /// Updates finite-element models of structures to vibration tests, and finds the physics that the models miss.
@@ -59,6 +61,8 @@ pub(crate) enum Command {
     Undo(Undo),
     Learn(Learn),
     Benchmark(Benchmark),
+    Matrices(Matrices),
+    Export(Export),
     Schema(Schema),
     List(List),
     Explain(Explain),
@@ -343,9 +347,11 @@ pub(crate) enum ListOf {
     Faults,
     /// Criteria profiles of `retune compare --profile`.
     Profiles,
+    /// Formats of matrices of other solvers.
+    Matrices,
 }
 
-/// What there is: elements, residuals, optimizers, effects, faults, profiles.
+/// What there is: elements, residuals, optimizers, effects, faults, profiles, formats of matrices.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  retune list elements")]
 pub(crate) struct List {

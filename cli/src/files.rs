@@ -4,7 +4,7 @@ use crate::ledger;
 use crate::output::{Failure, warn};
 use retune::correlation::{check_functions, check_sensors as check, with_sensor_masses};
 use retune::data::{FrfFit, TestData, corrected_functions, read_test};
-use retune::model::{Model, ParametricModel, Registry, doubts, load_configuration};
+use retune::model::{Model, ParametricModel, Registry, doubts, load_in};
 use retune::objective::is_damped;
 use retune::report::text::number;
 use retune::update::{FirstLook, UpdateError, slip_of_unit, slips_of_readings};
@@ -61,10 +61,28 @@ fn wide(bytes: &[u8]) -> Option<&'static str> {
     }
 }
 
+/// Files of matrices of 10⁶ dofs have gigabytes.
+const LARGEST_MATRICES: u64 = 8 << 30;
+
+/// The bytes of a file of matrices.
+pub(crate) fn matrices(path: &Path) -> std::io::Result<Vec<u8>> {
+    ledger::read(path, LARGEST_MATRICES)
+}
+
+/// A model from the text of its file; what its superelements name is read from beside it.
+pub(crate) fn load(
+    path: &Path,
+    text: &str,
+    configuration: Option<&str>,
+) -> Result<(Model, Vec<Problem>, SourceMap), Vec<Problem>> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    load_in(text, configuration, &Registry::builtin(), &mut |file| matrices(&folder.join(file)))
+}
+
 /// A model in one of its configurations, and its warnings, with what makes every result of it doubtful.
 pub(crate) fn model(path: &Path, configuration: Option<&str>) -> Result<(Model, Vec<Problem>, String), Failure> {
     let text = read(path)?;
-    match load_configuration(&text, configuration, &Registry::builtin()) {
+    match load(path, &text, configuration) {
         Ok((model, warnings, map)) => {
             let warnings = with_doubts(&model, warnings, &map);
             Ok((model, warnings, text))
@@ -96,7 +114,7 @@ pub(crate) fn tested_model(
         }
         let is_few = model.spec().configurations.len() <= FEW;
         if configuration.is_none() && test.configuration.is_none() && is_few {
-            suggest_configuration(&model, &text, test, test_path);
+            suggest_configuration(&model, (path, &text), test, test_path);
         }
     }
     Ok((model, warnings, text))
@@ -109,13 +127,13 @@ const QUICK: usize = 1000;
 const FEW: usize = 30;
 
 /// Says so when another configuration explains a test far better that names none.
-fn suggest_configuration(model: &Model, text: &str, test: &TestData, test_path: &Path) {
+fn suggest_configuration(model: &Model, (model_path, text): (&Path, &str), test: &TestData, test_path: &Path) {
     /// How many times better: parameters that are still to be updated leave much in every configuration.
     const FAR: f64 = 4.0;
     let names: Vec<String> = model.spec().configurations.keys().cloned().collect();
     let Ok(own) = FirstLook::new(model, test) else { return };
     let look = |name: &String| {
-        let (model, ..) = load_configuration(text, Some(name), &Registry::builtin()).ok()?;
+        let (model, ..) = load(model_path, text, Some(name)).ok()?;
         FirstLook::new(&model, test).ok()
     };
     let better = names.iter().filter_map(|name| Some((look(name)?, name))).filter(|(l, _)| l.is_far_better(&own, FAR));
@@ -135,7 +153,7 @@ fn configured_model(
 ) -> Result<(Model, Vec<Problem>, String), Failure> {
     if let (None, Some(name)) = (configuration, &test.configuration) {
         let text = read(path)?;
-        return match load_configuration(&text, Some(name), &Registry::builtin()) {
+        return match load(path, &text, Some(name)) {
             Ok((model, warnings, map)) => {
                 let warnings = with_doubts(&model, warnings, &map);
                 Ok((model, warnings, text))

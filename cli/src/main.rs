@@ -82,6 +82,8 @@ fn perform(cli: &Cli) -> u8 {
         Command::Undo(a) => commands::add::run_undo(a),
         Command::Learn(a) => commands::learn::run(a),
         Command::Benchmark(a) => commands::benchmark::run(a),
+        Command::Matrices(a) => commands::matrices::run(a),
+        Command::Export(a) => commands::export::run(a),
         Command::Schema(a) => commands::schema::run(a),
         Command::List(a) => commands::list::run(a),
         Command::Explain(a) => commands::explain::run(a),

@@ -56,14 +56,20 @@ pub(crate) fn edit(path: &Path, text: &str) -> Result<(), Failure> {
         Target::File { path: resolved, meta } => enter(path, &resolved, meta.as_ref(), Right::Edit)?,
         _ => return Err(unwritable(path, "it is no regular file that could be edited; give `-o FILE`")),
     }
-    try_to_write(path, text).map_err(|e| unwritable(path, &e))
+    try_to_write(path, text.as_bytes()).map_err(|e| unwritable(path, &e))
 }
 
 /// Writes an output whole or not at all. Where that fails the work is not lost for the others: the failure is kept, told at the end,
 /// and the answer is `false`.
 #[must_use]
 pub(crate) fn write(path: &Path, text: &str) -> bool {
-    let written = try_to_write(path, text).map_err(|e| unwritable(path, &e));
+    write_bytes(path, text.as_bytes())
+}
+
+/// [`write`] of what is no text.
+#[must_use]
+pub(crate) fn write_bytes(path: &Path, bytes: &[u8]) -> bool {
+    let written = try_to_write(path, bytes).map_err(|e| unwritable(path, &e));
     match written {
         Ok(()) => true,
         Err(failure) => {
@@ -150,16 +156,16 @@ fn is_standard_output(_: &Path, _: &Metadata) -> bool {
     false
 }
 
-fn try_to_write(path: &Path, text: &str) -> Result<(), String> {
+fn try_to_write(path: &Path, bytes: &[u8]) -> Result<(), String> {
     let (resolved, meta) = match target(path)? {
         Target::File { path, meta } => (path, meta),
         Target::StandardOutput => {
-            print(text);
+            print(&String::from_utf8_lossy(bytes));
             return Ok(());
         }
         Target::Stream => {
             let mut stream = OpenOptions::new().write(true).open(path).map_err(|e| e.to_string())?;
-            return match stream.write_all(text.as_bytes()).and_then(|()| stream.flush()) {
+            return match stream.write_all(bytes).and_then(|()| stream.flush()) {
                 // Who reads a pipe may go when it has read enough.
                 Err(e) if e.kind() != ErrorKind::BrokenPipe => Err(e.to_string()),
                 _ => Ok(()),
@@ -170,7 +176,7 @@ fn try_to_write(path: &Path, text: &str) -> Result<(), String> {
     let mut temporary = Temporary::new(folder(&resolved)).map_err(|e| e.to_string())?;
     let fill = |temporary: &mut Temporary| {
         let file = temporary.file()?;
-        file.write_all(text.as_bytes())?;
+        file.write_all(bytes)?;
         if let Some(meta) = &meta {
             // The owner can be kept by few; the permissions by all.
             #[cfg(unix)]

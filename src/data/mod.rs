@@ -13,13 +13,8 @@ mod geometry;
 mod geometry_frame;
 mod joined;
 pub mod lvm;
-pub mod mat;
 mod measurement;
 mod modal_set;
-#[cfg(test)]
-mod mutate;
-pub mod npy;
-pub mod npz;
 pub mod punch;
 mod skew;
 mod spectrum;
@@ -27,6 +22,7 @@ mod test;
 pub mod uff;
 mod yaml;
 
+pub use crate::arrays::{mat, npy, npz};
 pub(crate) use channels::{PARALLEL, cosine};
 pub use channels::{channel_sensor, corrected_functions};
 pub use correction::Correction;
@@ -49,15 +45,5 @@ pub use yaml::{
     TestSpec, family_of_label, read_test, schema, write_test,
 };
 
-/// A folder of the real data that some tests use, if it is on this machine: in `RETUNE_DATA`, or beside the project.
 #[cfg(test)]
-pub(crate) fn shared_data(folder: &str) -> Option<std::path::PathBuf> {
-    let beside = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data");
-    let root = std::env::var_os("RETUNE_DATA").map_or(beside, std::path::PathBuf::from);
-    let path = root.join(folder);
-    if path.exists() {
-        return Some(path);
-    }
-    eprintln!("skipped: {} is not there; set RETUNE_DATA to the folder of the real data", path.display());
-    None
-}
+pub(crate) use crate::arrays::{mutate, shared_data};

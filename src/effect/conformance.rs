@@ -29,13 +29,20 @@ pub fn check(effects: &Effects, text: &str, registry: &Registry, context: &Conte
         Ok((model, _, _)) => model,
         Err(problems) => return problems.iter().map(ToString::to_string).collect(),
     };
+    check_on(effects, &model, text, registry, context)
+}
+
+/// [`check`] of a model that was read from files too: with superelements.
+///
+/// * `text` - of the model file
+pub fn check_on(effects: &Effects, model: &Model, text: &str, registry: &Registry, context: &Context) -> Vec<String> {
     let mut failures: Vec<String> = effects.iter().flat_map(|e| about(e, effects)).collect();
-    let all = candidates(&model, effects, context);
-    let again = candidates(&model, effects, context);
+    let all = candidates(model, effects, context);
+    let again = candidates(model, effects, context);
     if all.len() != again.len() || all.iter().zip(&again).any(|(a, b)| a.id() != b.id() || a.patch != b.patch) {
         failures.push("the candidates of one model differ between two calls".to_string());
     }
-    let structure = super::Structure::new(&model, context);
+    let structure = super::Structure::new(model, context);
     for effect in effects.iter() {
         for at in effect.locations(&structure) {
             if let Err(e) = effect.patch(&structure, &at) {
@@ -48,9 +55,9 @@ pub fn check(effects: &Effects, text: &str, registry: &Registry, context: &Conte
     for (i, candidate) in all.iter().enumerate() {
         let mut fail = |what: String| failures.push(format!("{}: {what}", candidate.id()));
         names(candidate, &mut fail);
-        match candidate.build(&model, registry) {
+        match candidate.build(model, registry) {
             Err(e) => fail(e.to_string()),
-            Ok(patched) => matrices(&base, &model, &patched, &theta, &mut fail),
+            Ok(patched) => matrices(&base, model, &patched, &theta, &mut fail),
         }
         round_trip(candidate, text, model.spec(), &mut fail);
         let next = &all[(i + 1) % all.len()];

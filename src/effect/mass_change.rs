@@ -37,9 +37,8 @@ impl Effect for MassChange {
 
     fn locations(&self, structure: &Structure<'_>) -> Vec<Location> {
         structure.places(|p| {
-            p.kind == PartKind::Mass
-                && structure.context().is_own_mass(&p.name)
-                && p.elements.iter().any(|&e| structure.is_heavy(e))
+            let is_own = p.kind == PartKind::Mass && structure.context().is_own_mass(&p.name);
+            (is_own || structure.is_of_matrices(p)) && p.elements.iter().any(|&e| structure.is_heavy(e))
         })
     }
 

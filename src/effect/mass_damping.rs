@@ -32,7 +32,9 @@ impl Effect for MassDamping {
     }
 
     fn locations(&self, structure: &Structure<'_>) -> Vec<Location> {
-        let mut all = structure.members(|p| p.elements.iter().any(|&e| structure.is_heavy(e)));
+        let mut all = structure.places(|p| {
+            (p.is_member || structure.is_of_matrices(p)) && p.elements.iter().any(|&e| structure.is_heavy(e))
+        });
         if heavy_entries(structure).len() > 1 {
             all.push(Location::whole());
         }
@@ -56,6 +58,7 @@ impl Effect for MassDamping {
 fn heavy_entries(structure: &Structure<'_>) -> Vec<String> {
     let spec = structure.model().spec();
     let members = spec.beams.keys().chain(spec.bars.keys()).chain(spec.elements.keys()).chain(spec.masses.keys());
+    let members = members.chain(spec.superelements.keys());
     let heavy = |name: &&String| {
         structure.model().element_set(name).is_some_and(|set| set.iter().any(|&e| structure.is_heavy(e)))
     };

@@ -342,9 +342,9 @@ impl<'a> Structure<'a> {
         &self.model.geometry().names[node]
     }
 
-    /// Number of nodes that stand in the file; those of finer meshes come after them.
+    /// Number of nodes of the file and of superelements; those of finer meshes come after them.
     pub fn n_nodes(&self) -> usize {
-        self.model.spec().nodes.len()
+        self.model.n_named_nodes()
     }
 
     /// Whether a dof of a node moves.
@@ -446,6 +446,11 @@ impl<'a> Structure<'a> {
         self.heavy[element]
     }
 
+    /// Whether a part is a superelement or a term of one.
+    pub fn is_of_matrices(&self, part: &Part) -> bool {
+        part.elements.iter().all(|&e| self.model.elements()[e].matrices.is_some())
+    }
+
     /// Length of an element, m; zero for one on a single node.
     pub fn length(&self, element: usize) -> f64 {
         self.model.elements()[element].points.get(1).map_or(0.0, |p| p[0].hypot(p[1]).hypot(p[2]))
@@ -522,7 +527,7 @@ impl<'a> Structure<'a> {
     /// Names of the entries of the file whose elements strain: members, springs, other elements, each once.
     pub(super) fn stiff_entries(&self, with_springs: bool) -> Vec<String> {
         let spec = self.model.spec();
-        let members = spec.beams.keys().chain(spec.bars.keys());
+        let members = spec.beams.keys().chain(spec.bars.keys()).chain(spec.superelements.keys());
         let others = spec.springs.keys().chain(spec.bushings.keys()).chain(spec.elements.keys());
         let all: Vec<&String> = if with_springs { members.chain(others).collect() } else { members.collect() };
         all.into_iter()
@@ -568,6 +573,14 @@ impl<'a> Structure<'a> {
 
     fn look_at_elements(&mut self) {
         for (i, e) in self.model.elements().iter().enumerate() {
+            if let Some(matrices) = &e.matrices {
+                let (has_stiffness, has_mass) = (matrices.k.is_some(), matrices.m.is_some());
+                self.moves.push(vec![true; 6]);
+                self.strains.push(vec![has_stiffness; 6]);
+                self.stiff.push(has_stiffness);
+                self.heavy.push(has_mass);
+                continue;
+            }
             let n = 6 * e.nodes.len();
             let (_, b) = self.model.element_motion(i);
             let Ok(matrices) = self.model.element_matrices(i, &self.theta) else {

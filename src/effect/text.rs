@@ -12,7 +12,7 @@ use crate::yaml::{self, SourceMap, child};
 use serde_json::Value;
 
 /// The blocks of a model file in their usual order.
-const ORDER: [&str; 24] = [
+const ORDER: [&str; 25] = [
     "retune",
     "name",
     "description",
@@ -29,6 +29,7 @@ const ORDER: [&str; 24] = [
     "bushings",
     "masses",
     "elements",
+    "superelements",
     "overrides",
     "rigid_links",
     "supports",
@@ -265,6 +266,7 @@ pub fn undo(text: &str) -> Result<Undone, PatchError> {
             (None, "springs") => drop(spec.springs.shift_remove(name)),
             (None, "elements") => drop(spec.elements.shift_remove(name)),
             (None, "overrides") => drop(spec.overrides.shift_remove(name)),
+            (None, "supports") => drop(spec.supports.shift_remove(name)),
             (None, _) => drop(spec.rigid_links.shift_remove(name)),
         }
     }

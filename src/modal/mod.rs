@@ -2,6 +2,7 @@
 //!
 //! Matrices in, modes out: nothing here knows nodes or parameters. Start at [`solve`].
 
+mod craig_bampton;
 mod frf;
 pub mod reduction;
 mod sensitivity;
@@ -9,6 +10,7 @@ mod solve;
 mod sparse;
 mod stability;
 
+pub use craig_bampton::craig_bampton;
 pub use frf::{ModalDamping, accelerance, synthesize};
 pub use sensitivity::{
     MatrixDerivative, ModeDerivative, cluster_derivative, eigenvalue_derivative, mode_derivative,

@@ -7,25 +7,18 @@ use super::ElementMatrices;
 use super::constraint::Elimination;
 use super::dependence::{Dependence, Monomial, element_matrices, interior_point, step};
 use super::dof_map::DofMap;
+use super::entry::{Entry, merge};
+use super::geometry::Geometry;
 use super::mass_properties::add_rigid_mass;
 use super::parameter::ParameterSet;
 use super::placed_element::PlacedElement;
+use super::polynomial::Polynomial;
 use super::system::{SparseSystem, System};
+use super::value::Value;
 use crate::element::Dof;
 use crate::linalg::sparse::SparseSym;
 use crate::linalg::{DMatrix, SymMatrix};
 use std::collections::BTreeMap;
-
-/// One entry of a basis matrix: lower triangle, row ≥ column.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Entry {
-    /// Row.
-    pub row: usize,
-    /// Column.
-    pub column: usize,
-    /// Its value per unit of the parameter (or, in the constant part, its value).
-    pub value: f64,
-}
 
 /// Sparse K, M, C of one basis matrix.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -149,6 +142,10 @@ pub(super) fn touched(
     let mut touched = vec![false; 6 * n_nodes];
     let base = interior_point(parameters);
     for (element, dependence) in elements.iter().zip(dependences) {
+        if let Some(matrices) = &element.matrices {
+            matrices.touch(&mut touched);
+            continue;
+        }
         let parts: Vec<ElementMatrices> = match dependence {
             Dependence::Affine(..) | Dependence::Polynomial(..) => dependence.parts().into_iter().cloned().collect(),
             Dependence::General => {
@@ -180,7 +177,7 @@ pub(super) fn touched(
 }
 
 /// Numbers the independent dofs that any element acts on, in the order of nodes and dofs.
-pub(super) fn number(names: &[String], positions: &[[f64; 3]], touched: &[bool], elimination: &Elimination) -> DofMap {
+pub(super) fn number(geometry: &Geometry, touched: &[bool], elimination: &Elimination) -> DofMap {
     let n = touched.len();
     let mut needed = vec![false; n];
     let full: Vec<_> = (0..n).map(|dof| elimination.express(dof)).collect();
@@ -199,7 +196,8 @@ pub(super) fn number(names: &[String], positions: &[[f64; 3]], touched: &[bool],
         .into_iter()
         .map(|c| c.into_iter().filter(|t| needed[t.0]).map(|(d, f)| (row_of[d], f)).collect())
         .collect();
-    DofMap::new(names.to_vec(), positions.to_vec(), rows, full)
+    let coordinates = (0..geometry.names.len()).filter(|&n| geometry.is_coordinate(n)).collect();
+    DofMap::new(geometry.names.clone(), geometry.positions.clone(), rows, full).with_coordinates(coordinates)
 }
 
 /// The affine part of a model and its masses of rigid motion.
@@ -209,11 +207,12 @@ pub(super) fn affine_part(
     elements: &[PlacedElement],
     dependences: &[Dependence],
     connections: &[Connection],
+    dofs: &DofMap,
     positions: &[[f64; 3]],
     origin: Vec<f64>,
 ) -> (AffinePart, AffineMass) {
-    let mut linear = vec![(Basis::default(), SymMatrix::zeros(6)); origin.len() + 1];
-    let mut products: BTreeMap<Monomial, (Basis, SymMatrix)> = BTreeMap::new();
+    let mut linear: Vec<Part> = vec![(Basis::default(), SymMatrix::zeros(6)); origin.len() + 1];
+    let mut products: BTreeMap<Monomial, Part> = BTreeMap::new();
     for ((element, dependence), connection) in elements.iter().zip(dependences).zip(connections) {
         let at: Vec<[f64; 3]> = element.nodes.iter().map(|&n| positions[n]).collect();
         let add = |(basis, rigid): &mut (Basis, SymMatrix), matrices: &ElementMatrices| {
@@ -230,6 +229,9 @@ pub(super) fn affine_part(
             }
             add_rigid_mass(rigid, 1.0, matrices.weighed(), &element.axes, &at);
         };
+        if element.matrices.is_some() {
+            continue;
+        }
         match dependence {
             Dependence::Affine(constant, slopes) => {
                 add(&mut linear[0], constant);
@@ -246,6 +248,9 @@ pub(super) fn affine_part(
             }
             Dependence::General => {}
         }
+    }
+    for element in elements.iter().filter(|e| e.matrices.is_some()) {
+        add_matrices(element, dofs, positions, &origin, &mut linear, &mut products);
     }
     let merged = |mut basis: Basis| {
         for list in [&mut basis.stiffness, &mut basis.mass, &mut basis.damping] {
@@ -271,6 +276,92 @@ pub(super) fn affine_part(
     (part, mass)
 }
 
+/// A basis and its 6 x 6 mass matrix of rigid motions.
+type Part = (Basis, SymMatrix);
+
+/// Adds the matrices of a superelement, or of a term of one, to the parts of their powers:
+///
+/// ```text
+/// K = c_K(θ) K_k,    M = c_M(θ) M_k,    C = c_C(θ) C_k + β(θ) c_K(θ) K_k + α(θ) c_M(θ) M_k
+/// ```
+fn add_matrices(
+    element: &PlacedElement,
+    dofs: &DofMap,
+    positions: &[[f64; 3]],
+    origin: &[f64],
+    linear: &mut [Part],
+    products: &mut BTreeMap<Monomial, Part>,
+) {
+    let Some(matrices) = &element.matrices else { return };
+    let follows = matrices.follows(dofs);
+    let of = |value: &Option<Value>| Polynomial::of(value.as_ref(), origin);
+    let (stiffness, mass) = (of(&element.stiffness_factor), of(&element.mass_factor));
+    // Damping in proportion, which is zero where nothing is said.
+    let proportional =
+        |value: &Option<Value>, of: &Polynomial| value.as_ref().map(|v| Polynomial::of(Some(v), origin).times(of));
+    let damping = of(&matrices.damping_factor);
+    let (by_stiffness, by_mass) =
+        (proportional(&element.stiffness_damping, &stiffness), proportional(&element.mass_damping, &mass));
+    let uses: [(&Option<_>, Vec<(Kind, Polynomial)>); 3] = [
+        (
+            &matrices.k,
+            [Some((Kind::Stiffness, stiffness)), by_stiffness.map(|p| (Kind::Damping, p))]
+                .into_iter()
+                .flatten()
+                .collect(),
+        ),
+        (&matrices.m, [Some((Kind::Mass, mass)), by_mass.map(|p| (Kind::Damping, p))].into_iter().flatten().collect()),
+        (&matrices.c, vec![(Kind::Damping, damping)]),
+    ];
+    for (matrix, uses) in uses {
+        let Some(matrix) = matrix else { continue };
+        let mut entries = follows.reduce(matrix);
+        merge(&mut entries);
+        let rigid = uses.iter().any(|u| u.0 == Kind::Mass).then(|| matrices.rigid(matrix, positions));
+        for (kind, polynomial) in uses {
+            let add = |part: &mut Part, factor: f64| {
+                if factor == 0.0 {
+                    return;
+                }
+                let list = match kind {
+                    Kind::Stiffness => &mut part.0.stiffness,
+                    Kind::Mass => &mut part.0.mass,
+                    Kind::Damping => &mut part.0.damping,
+                };
+                list.extend(entries.iter().map(|e| Entry { value: factor * e.value, ..*e }));
+                if let Some(rigid) = rigid.as_ref().filter(|_| kind == Kind::Mass) {
+                    part.1.add_scaled(factor, rigid);
+                }
+            };
+            if let Some((constant, slopes)) = polynomial.slopes(origin) {
+                add(&mut linear[0], constant);
+                for (j, slope) in slopes {
+                    add(&mut linear[j + 1], slope);
+                }
+                continue;
+            }
+            for (monomial, factor) in polynomial.terms() {
+                if monomial.powers.is_empty() {
+                    add(&mut linear[0], factor);
+                } else {
+                    add(
+                        products.entry(monomial.clone()).or_insert_with(|| (Basis::default(), SymMatrix::zeros(6))),
+                        factor,
+                    );
+                }
+            }
+        }
+    }
+}
+
+/// Which matrix of a model.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    Stiffness,
+    Mass,
+    Damping,
+}
+
 fn push(list: &mut Vec<Entry>, connection: &Connection, reduced: &DMatrix<f64>) {
     for (i, &row) in connection.rows.iter().enumerate() {
         for (j, &column) in connection.rows.iter().enumerate().take(i + 1) {
@@ -280,18 +371,6 @@ fn push(list: &mut Vec<Entry>, connection: &Connection, reduced: &DMatrix<f64>) 
             }
         }
     }
-}
-
-/// Sorts by place and sums entries of one place, in the order they came.
-fn merge(list: &mut Vec<Entry>) {
-    list.sort_by_key(|e| (e.row, e.column));
-    list.dedup_by(|later, kept| {
-        let same = later.row == kept.row && later.column == kept.column;
-        if same {
-            kept.value += later.value;
-        }
-        same
-    });
 }
 
 /// Adds `factor` times a basis to the lower triangles of a system.

@@ -4,10 +4,11 @@
 //! s for which it is positive form an interval, so that bisection on the inertia of a factorisation finds its end.
 
 use super::ParametricModel;
-use super::assembly::{Connection, sparse_system};
+use super::assembly::{Basis, Connection, sparse_system};
 use super::compile::Model;
 use super::critical_preload::CriticalPreload;
 use super::dependence::element_matrices;
+use super::entry::Entry;
 use super::placed_element::PlacedElement;
 use super::solver::plan;
 use super::system::SparseSystem;
@@ -23,7 +24,7 @@ const HALVINGS: usize = 24;
 impl Model {
     /// Whether some element states a preload.
     pub(super) fn is_preloaded(&self) -> bool {
-        self.elements().iter().any(|e| preloads(e).next().is_some())
+        self.elements().iter().any(|e| preloads(e).next().is_some() || is_exported(e))
     }
 
     /// Whether the stiffness at θ is positive but for rigid motions and mechanisms.
@@ -54,12 +55,16 @@ impl Model {
 
     /// The largest compression, or where there is none the largest preload: its element, property, value, and unit.
     fn largest_preload(&self, theta: &[f64]) -> Option<(&PlacedElement, &'static str, f64, &'static str)> {
+        let of_exported = || {
+            let e = self.elements().iter().find(|e| is_exported(e))?;
+            Some((e, "factor", e.stiffness_factor.as_ref().map_or(1.0, |f| f.at(theta)), ""))
+        };
         let of = |e: &'_ PlacedElement| {
             let all = preloads(e).map(|i| (i, e.values[i].as_ref().map_or(0.0, |v| v.at(theta))));
             all.filter(|p| p.1 != 0.0).min_by(|a, b| a.1.total_cmp(&b.1))
         };
         let all = self.elements().iter().filter_map(|e| of(e).map(|(i, value)| (e, i, value)));
-        let (e, i, value) = all.min_by(|a, b| a.2.total_cmp(&b.2))?;
+        let Some((e, i, value)) = all.min_by(|a, b| a.2.total_cmp(&b.2)) else { return of_exported() };
         let property = &e.kind.properties()[i];
         Some((e, property.name, value, property.unit))
     }
@@ -86,9 +91,22 @@ impl Model {
             }
         }
         all.extend(self.support_matrices(&elements, theta)?);
-        let bases: Vec<_> = self.affine_part().at(theta).collect();
+        // Of an exported preload what is more than once.
+        let mut more = Basis::default();
+        for e in self.elements().iter().filter(|e| is_exported(e)) {
+            let own = e.stiffness_factor.as_ref().map_or(1.0, |f| f.at(theta));
+            let Some(matrices) = &e.matrices else { continue };
+            let entries = matrices.k.iter().flat_map(|k| matrices.follows(self.dof_map()).reduce(k));
+            more.stiffness.extend(entries.map(|e| Entry { value: (factor - 1.0) * own * e.value, ..e }));
+        }
+        let bases: Vec<_> = self.affine_part().at(theta).chain([(&more, 1.0)]).collect();
         Ok(sparse_system(self.dof_map().n_dof(), false, &bases, &all))
     }
+}
+
+/// Whether it is the stiffness of a preload that another solver has written.
+fn is_exported(e: &PlacedElement) -> bool {
+    e.matrices.as_ref().is_some_and(|m| m.is_preload)
 }
 
 /// Indices of the preloads among the properties of an element that are stated.

@@ -19,6 +19,8 @@ pub struct ModeCharacter {
     pub axial: f64,
     /// Share of strain energy in springs and bushings.
     pub springs: f64,
+    /// Share of strain energy in superelements, whose kinds of strain are not known.
+    pub matrices: f64,
     /// Share of motion (sum of squares of displacements of the sections at nodes, on the line of their mass) along each global
     /// axis.
     pub direction: [f64; 3],
@@ -57,6 +59,13 @@ impl ModeCharacter {
             ("X", "Extension")
         } else if self.springs > 0.5 {
             ("K", "on Springs")
+        } else if self.matrices > 0.5 {
+            let most = (0..3).max_by(|&a, &b| self.direction[a].total_cmp(&self.direction[b])).unwrap_or(2);
+            if self.names_direction {
+                [("MX", "Fore-aft Mode"), ("MY", "Lateral Mode"), ("MZ", "Vertical Mode")][most]
+            } else {
+                ("M", "Mode")
+            }
         } else if self.names_direction {
             let most = (0..3).max_by(|&a, &b| self.direction[a].total_cmp(&self.direction[b])).unwrap_or(2);
             [("BX", "Fore-aft Bending"), ("BY", "Lateral Bending"), ("BZ", "Vertical Bending")][most]
@@ -128,6 +137,10 @@ pub(super) fn mirror_rows(geometry: &Geometry, dofs: &DofMap) -> Option<Reflecti
     const ROUNDING: f64 = 1e-6;
     let (axis, _) = geometry.mirror?;
     let positions = dofs.positions();
+    if let Some(node) = (0..positions.len()).find(|&n| geometry.is_coordinate(n)) {
+        let why = format!("`{}` is a coordinate of a superelement, which has no mirror image", geometry.names[node]);
+        return Some(Reflection { rows: Err(why), difference: None });
+    }
     let images = images(positions, |p| geometry.mirrored(p));
     let row_of: BTreeMap<(usize, usize), usize> =
         dofs.rows().iter().enumerate().map(|(row, &(node, dof))| ((node, dof as usize), row)).collect();

@@ -12,7 +12,7 @@ use super::elastic_support::ElasticSupports;
 use super::geometry::{Geometry, minus};
 use super::mass_properties::{MassProperties, add_rigid_mass};
 use super::parameter::ParameterSet;
-use super::place::{Placed, place};
+use super::place::{Placed, left_out_of_effects, place};
 use super::placed_element::PlacedElement;
 use super::registry::Registry;
 use super::spec::{ModelSpec, TargetSpec};
@@ -61,6 +61,8 @@ pub struct Model {
     damped: bool,
     targets: Targets,
     mirror: Option<Vec<(usize, f64)>>,
+    sites: Vec<usize>,
+    n_named: usize,
 }
 
 impl Model {
@@ -75,13 +77,14 @@ impl Model {
                 format_args!("this program reads version 1 of the format, not {}", spec.retune),
             ));
         }
-        if spec.nodes.is_empty() {
-            problems.push(Problem::error("nodes", "a model needs nodes"));
+        if spec.nodes.is_empty() && spec.superelements.is_empty() {
+            problems.push(Problem::error("nodes", "a model needs nodes, or superelements that have some"));
         }
+        super::superelement::check(&spec, &mut problems);
         super::configuration::check(&spec, &mut problems);
         let placed = place(&spec, registry, &mut problems);
         let targets = targets(&spec, &mut problems);
-        let elimination = eliminate(&spec, &placed.geometry, Elimination::default(), &[], &mut problems);
+        let elimination = eliminate(&spec, &placed.geometry, Elimination::default(), &[], &placed.rows, &mut problems);
         // What is wrong in a section is found once for every element of it.
         let mut said = HashSet::new();
         problems.retain(|p| said.insert((p.path.clone(), p.message.clone())));
@@ -111,10 +114,10 @@ impl Model {
         elimination: &Elimination,
         problems: &mut Vec<Problem>,
     ) -> Result<Self, ModelError> {
-        let Placed { geometry, parameters, elements, sets, compliances } = placed;
+        let Placed { geometry, parameters, elements, sets, compliances, rows, sites, n_named } = placed;
         let dependences = elements.iter().map(|e| dependence(e, &parameters)).collect::<Result<Vec<_>, _>>()?;
         let touched = touched(&elements, &dependences, &parameters, geometry.names.len());
-        let dofs = number(&geometry.names, &geometry.positions, &touched, elimination);
+        let dofs = number(&geometry, &touched, elimination);
         if dofs.n_dof() == 0 {
             problems.push(Problem::warning("", "every dof is supported or inactive: nothing can move"));
         }
@@ -124,11 +127,11 @@ impl Model {
         } else {
             let (n, keeping) = (geometry.names.len(), Elimination::keeping(6 * geometry.names.len()));
             // What is wrong in the file is known already.
-            let released = eliminate(&spec, &geometry, keeping, &compliances, &mut Vec::new());
-            ElasticSupports::new(compliances, &released, n, &elements, &connections)
+            let released = eliminate(&spec, &geometry, keeping, &compliances, &rows, &mut Vec::new());
+            ElasticSupports::new(compliances, &released, n, &elements, &connections, &dofs)
         };
         let (affine, rigid_mass) =
-            affine_part(&elements, &dependences, &connections, &geometry.positions, interior_point(&parameters));
+            affine_part(&elements, &dependences, &connections, &dofs, &geometry.positions, interior_point(&parameters));
         let general: Vec<usize> =
             (0..elements.len()).filter(|&i| matches!(dependences[i], Dependence::General)).collect();
         let base = interior_point(&parameters);
@@ -162,6 +165,8 @@ impl Model {
             damped,
             targets,
             mirror,
+            sites,
+            n_named,
         })
     }
 
@@ -178,6 +183,21 @@ impl Model {
     /// Its elements.
     pub fn elements(&self) -> &[PlacedElement] {
         &self.elements
+    }
+
+    /// Number of nodes that have names: those of the file, then those of superelements; the inner ones of subdivided members come after.
+    pub(crate) fn n_named_nodes(&self) -> usize {
+        self.n_named
+    }
+
+    /// What effects leave out of superelements, a sentence each.
+    pub fn left_out_of_effects(&self) -> Vec<String> {
+        left_out_of_effects(&self.spec)
+    }
+
+    /// Whether a node is one of the file, or one of a superelement at which effects are looked for.
+    pub(crate) fn is_site(&self, node: usize) -> bool {
+        node < self.spec.nodes.len() || self.sites.binary_search(&node).is_ok()
     }
 
     /// Indices of the elements of a name: an element, a chain, a mass or a group.
@@ -274,7 +294,8 @@ impl Model {
 
     /// The part of a subdivided element at a fraction of its length, and the fraction of the part: all parts are equal in length.
     fn part_at(&self, element: &str, fraction: f64) -> Option<(usize, f64)> {
-        let parts = self.sets.get(element).filter(|parts| !parts.is_empty())?;
+        let has_points = |parts: &&Vec<usize>| parts.first().is_some_and(|&e| !self.elements[e].nodes.is_empty());
+        let parts = self.sets.get(element).filter(has_points)?;
         let at = fraction * parts.len() as f64;
         let part = (at.floor() as usize).min(parts.len() - 1);
         Some((parts[part], at - part as f64))
@@ -410,7 +431,8 @@ impl ParametricModel for Model {
     }
 
     fn element_names(&self) -> Vec<&str> {
-        self.sets.keys().map(String::as_str).collect()
+        let has_points = |set: &&Vec<usize>| set.iter().all(|&e| self.elements[e].matrices.is_none());
+        self.sets.iter().filter(|(_, set)| has_points(set)).map(|(name, _)| name.as_str()).collect()
     }
 
     fn critical_preload(&self, theta: &[f64]) -> Result<Option<CriticalPreload>, ModelError> {

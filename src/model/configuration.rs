@@ -2,6 +2,7 @@
 
 use super::loose::{drop_loose, member_number};
 use super::spec::{ConfigurationSpec, ModelSpec, Named};
+use super::superelement::have_same_source;
 use crate::catalogue::did_you_mean;
 use crate::yaml::{self, Problem, child};
 use serde_json::Value;
@@ -42,7 +43,7 @@ impl ModelSpec {
             let carries_mass = spec.remove(gone).ok_or_else(|| {
                 let suggestion = did_you_mean(gone, self.removable());
                 let text = format!(
-                    "`{gone}` is no support, spring, bushing, mass, rigid link, constraint, beam, bar, element or override{suggestion}"
+                    "`{gone}` is no support, spring, bushing, mass, rigid link, constraint, beam, bar, element, superelement or override{suggestion}"
                 );
                 Problem::error(format!("{path}.without[{i}]"), text)
             })?;
@@ -79,7 +80,14 @@ impl ModelSpec {
             |e: serde_json::Error| vec![Problem::error("", format_args!("the patched model is no model: {e}"))];
         let mut whole = serde_json::to_value(self).map_err(failed)?;
         merge(&mut whole, patch);
-        serde_json::from_value(whole).map_err(failed)
+        let mut spec: ModelSpec = serde_json::from_value(whole).map_err(failed)?;
+        // What was read from files stays, where the patch names the same.
+        for (name, entry) in &mut spec.superelements {
+            if let Some(own) = self.superelements.get(name).filter(|own| have_same_source(own, entry)) {
+                entry.loaded = own.loaded.clone();
+            }
+        }
+        Ok(spec)
     }
 
     /// Takes one entry away; whether it may have carried mass, or `None` when there is none of that name.
@@ -96,6 +104,7 @@ impl ModelSpec {
         let had_mass = self.masses.shift_remove(name).is_some()
             || self.beams.shift_remove(name).is_some()
             || self.bars.shift_remove(name).is_some()
+            || self.superelements.shift_remove(name).is_some()
             || self.elements.shift_remove(name).is_some();
         if had_mass {
             self.forget(|n| (n != name && member_number(n, name).is_none()).then(|| n.to_string()));
@@ -136,6 +145,7 @@ impl ModelSpec {
         names.extend(self.beams.keys().map(String::as_str));
         names.extend(self.bars.keys().map(String::as_str));
         names.extend(self.elements.keys().map(String::as_str));
+        names.extend(self.superelements.keys().map(String::as_str));
         names.extend(self.overrides.keys().map(String::as_str));
         names
     }

@@ -134,22 +134,27 @@ pub(super) fn active(spec: &ModelSpec) -> [bool; 6] {
 /// All constraints of a file.
 ///
 /// * `released` - held dofs of which the i-th is held to dof 6 `n_nodes` + i instead of zero
+/// * `rows` - sums of dofs that are zero because superelements say so
 pub(super) fn eliminate(
     spec: &ModelSpec,
     geometry: &Geometry,
     mut elimination: Elimination,
     released: &[Compliance],
+    rows: &[Vec<(usize, f64)>],
     problems: &mut Vec<Problem>,
 ) -> Elimination {
     let active = active(spec);
-    for dof in (0..6 * geometry.names.len()).filter(|d| !active[d % 6]) {
+    for dof in (0..6 * geometry.names.len()).filter(|d| !active[d % 6] && !geometry.is_coordinate(d / 6)) {
         elimination.fix(dof);
+    }
+    for row in rows {
+        elimination.constrain(row);
     }
     let all = [DofName::Ux, DofName::Uy, DofName::Uz, DofName::Rx, DofName::Ry, DofName::Rz];
     let find = |name: &str, path: &str, problems: &mut Vec<Problem>| {
         let found = geometry.node(name);
         if found.is_none() {
-            problems.push(unknown(path, "node", name, spec.nodes.keys()));
+            problems.push(unknown(path, "node", name, &geometry.names));
         }
         found
     };

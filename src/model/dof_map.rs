@@ -17,6 +17,8 @@ pub struct DofMap {
     full: Vec<Combination>,
     /// Rigid motions, where the rows are no dofs of nodes.
     motions: Option<DMatrix<f64>>,
+    /// Nodes that are no points but coordinates of superelements, sorted.
+    coordinates: Vec<usize>,
 }
 
 impl DofMap {
@@ -26,7 +28,19 @@ impl DofMap {
         rows: Vec<(usize, Dof)>,
         full: Vec<Combination>,
     ) -> Self {
-        Self { node_names, positions, rows, full, motions: None }
+        Self { node_names, positions, rows, full, motions: None, coordinates: Vec::new() }
+    }
+
+    /// With the nodes that are no points but coordinates, sorted: no rigid motion moves them.
+    #[must_use]
+    pub(super) fn with_coordinates(mut self, coordinates: Vec<usize>) -> Self {
+        self.coordinates = coordinates;
+        self
+    }
+
+    /// Whether a node is no point but a coordinate of a superelement.
+    pub fn is_coordinate(&self, node: usize) -> bool {
+        self.coordinates.binary_search(&node).is_ok()
     }
 
     /// A map for a model that is not made of nodes and elements: one row per (node, dof), no constraint.
@@ -39,7 +53,7 @@ impl DofMap {
             full[6 * node + dof as usize] = vec![(row, 1.0)];
         }
         let (node_names, positions) = nodes.into_iter().unzip();
-        Self { node_names, positions, rows, full, motions: None }
+        Self { node_names, positions, rows, full, motions: None, coordinates: Vec::new() }
     }
 
     /// The map of a model whose rows are coefficients of vectors, q = V y; a row is named after the largest entry of its vector.
@@ -59,6 +73,7 @@ impl DofMap {
             rows: basis.column_iter().map(|v| self.rows[v.icamax()]).collect(),
             full: self.full.iter().map(on_rows).collect(),
             motions: Some(motions.clone()),
+            coordinates: self.coordinates.clone(),
         }
     }
 
@@ -103,9 +118,14 @@ impl DofMap {
         &self.full[6 * node + dof as usize]
     }
 
-    /// The displacements and rotations of all nodes that belong to q: (nodes x 6).
+    /// The displacements and rotations of all nodes that belong to q: (nodes x 6); zero where a node is a coordinate.
     pub fn expand(&self, q: &DVector<f64>) -> DMatrix<f64> {
-        DMatrix::from_fn(self.n_nodes(), 6, |node, d| self.full[6 * node + d].iter().map(|&(row, f)| f * q[row]).sum())
+        DMatrix::from_fn(self.n_nodes(), 6, |node, d| {
+            if self.is_coordinate(node) {
+                return 0.0;
+            }
+            self.full[6 * node + d].iter().map(|&(row, f)| f * q[row]).sum()
+        })
     }
 
     /// The values of q when the structure moves as a rigid body: translations along and rotations about the global axes
@@ -116,6 +136,9 @@ impl DofMap {
         }
         DMatrix::from_fn(self.n_dof(), 6, |row, motion| {
             let (node, dof) = self.rows[row];
+            if self.is_coordinate(node) {
+                return 0.0;
+            }
             rigid_motion(self.positions[node], motion)[dof as usize]
         })
     }

@@ -3,8 +3,9 @@
 use super::assembly::{Connection, motion_in_axes, place};
 use super::constraint::Elimination;
 use super::dependence::{central_difference, element_matrices};
-use super::dof_map::Combination;
+use super::dof_map::{Combination, DofMap};
 use super::placed_element::{Compliance, PlacedElement};
+use super::placed_matrices::PlacedMatrices;
 use super::value::Value;
 use super::{ElementMatrices, ModelError};
 use crate::element::Dof;
@@ -25,6 +26,8 @@ pub(super) struct ElasticSupports {
     compliances: Vec<Value>,
     /// Elements that s moves, with their motion u_e = B_s s, (6 nodes) x (n_s), in their axes.
     elements: Vec<(usize, DMatrix<f64>)>,
+    /// Superelements that s moves.
+    bodies: Vec<Body>,
     /// Per dof of every node, its part of s.
     nodes: Vec<Combination>,
     /// The rows that those elements touch, with the unit matrix.
@@ -43,6 +46,7 @@ impl ElasticSupports {
         n_nodes: usize,
         elements: &[PlacedElement],
         connections: &[Connection],
+        dofs: &DofMap,
     ) -> Option<Self> {
         let (n_s, first) = (compliances.len(), 6 * n_nodes);
         let of_springs = |dof: usize| -> Combination {
@@ -56,19 +60,23 @@ impl ElasticSupports {
             .filter(|(_, e)| e.nodes.iter().any(|n| (6 * n..6 * n + 6).any(|dof| !nodes[dof].is_empty())))
             .map(|(i, e)| (i, motion(e)))
             .collect();
-        if moved.is_empty() {
+        let bodies: Vec<Body> =
+            elements.iter().enumerate().filter_map(|(i, e)| Body::new(i, e.matrices.as_ref()?, &nodes, dofs)).collect();
+        if moved.is_empty() && bodies.is_empty() {
             return None;
         }
         let mut rows: Vec<usize> = moved.iter().flat_map(|(e, _)| connections[*e].rows.iter().copied()).collect();
+        rows.extend(bodies.iter().flat_map(Body::rows));
         rows.sort_unstable();
         rows.dedup();
         let compliances: Vec<Value> = compliances.into_iter().map(|c| c.value).collect();
-        let of_elements = moved.iter().flat_map(|(e, _)| elements[*e].expressions());
+        let all = moved.iter().map(|m| m.0).chain(bodies.iter().map(|b| b.element));
+        let of_elements = all.flat_map(|e| elements[e].expressions());
         let mut parameters: Vec<usize> = compliances.iter().chain(of_elements).flat_map(Value::parameters).collect();
         parameters.sort_unstable();
         parameters.dedup();
         let b = DMatrix::identity(rows.len(), rows.len());
-        Some(Self { compliances, elements: moved, nodes, connection: Connection { rows, b }, parameters })
+        Some(Self { compliances, elements: moved, bodies, nodes, connection: Connection { rows, b }, parameters })
     }
 
     /// How their matrices lie in the rows.
@@ -124,7 +132,8 @@ impl ElasticSupports {
         };
         let blocks = |s: f64| self.blocks(elements, connections, &at(s));
         let now = blocks(0.0)?;
-        let slopes = if self.elements.iter().any(|(e, _)| elements[*e].depends_on(j)) {
+        let mut all = self.elements.iter().map(|m| m.0).chain(self.bodies.iter().map(|b| b.element));
+        let slopes = if all.any(|e| elements[e].depends_on(j)) {
             central_difference(blocks, step, |a, b, width| {
                 std::array::from_fn(|i| Block {
                     own: (&a[i].own - &b[i].own) / width,
@@ -244,6 +253,9 @@ impl ElasticSupports {
                 }
             }
         }
+        for body in &self.bodies {
+            body.add(&elements[body.element], theta, &self.connection.rows, &mut blocks);
+        }
         Ok(blocks)
     }
 }
@@ -257,6 +269,67 @@ fn solve(c: &DMatrix<f64>, k: &Block, a: &DMatrix<f64>) -> DMatrix<f64> {
 fn symmetric_part(a: &DMatrix<f64>) -> SymMatrix {
     let lower: Vec<f64> = (0..a.nrows()).flat_map(|i| (0..=i).map(move |j| 0.5 * (a[(i, j)] + a[(j, i)]))).collect();
     SymMatrix::from_lower(a.nrows(), &lower)
+}
+
+/// A superelement, or a term of one, that the held dofs move: the entries of its matrices that they touch.
+#[derive(Debug, Clone)]
+struct Body {
+    element: usize,
+    /// Per dof of it, its part of s and its rows.
+    held: Vec<Combination>,
+    rows: Vec<Combination>,
+    /// Of K, M and C.
+    entries: [Vec<crate::matrices::Entry>; 3],
+}
+
+impl Body {
+    fn new(element: usize, matrices: &PlacedMatrices, nodes: &[Combination], dofs: &DofMap) -> Option<Self> {
+        let held: Vec<Combination> = matrices
+            .dofs
+            .iter()
+            .map(|d| d.parts().flat_map(|(i, a)| nodes[i].iter().map(move |&(s, f)| (s, a * f))).collect())
+            .collect();
+        if held.iter().all(Vec::is_empty) {
+            return None;
+        }
+        let touches =
+            |e: &&crate::matrices::Entry| !held[e.row as usize].is_empty() || !held[e.column as usize].is_empty();
+        let entries = [&matrices.k, &matrices.m, &matrices.c]
+            .map(|a| a.iter().flat_map(|a| &a.lower).filter(touches).copied().collect());
+        Some(Self { element, rows: matrices.follows(dofs).all().to_vec(), held, entries })
+    }
+
+    /// The rows between which and the held dofs it has entries.
+    fn rows(&self) -> impl Iterator<Item = usize> + '_ {
+        let dofs = self.entries.iter().flatten().flat_map(|e| [e.row, e.column]);
+        dofs.flat_map(|d| self.rows[d as usize].iter().map(|t| t.0))
+    }
+
+    fn add(&self, element: &PlacedElement, theta: &[f64], rows: &[usize], blocks: &mut [Block; 3]) {
+        let at = |v: &Option<Value>, absent: f64| v.as_ref().map_or(absent, |v| v.at(theta));
+        let (stiffness, mass) = (at(&element.stiffness_factor, 1.0), at(&element.mass_factor, 1.0));
+        let damping = element.matrices.as_ref().map_or(0.0, |m| at(&m.damping_factor, 1.0));
+        let uses = [
+            (0, 0, stiffness),
+            (1, 1, mass),
+            (2, 2, damping),
+            (0, 2, stiffness * at(&element.stiffness_damping, 0.0)),
+            (1, 2, mass * at(&element.mass_damping, 0.0)),
+        ];
+        for (from, to, factor) in uses.into_iter().filter(|u| u.2 != 0.0) {
+            let block = &mut blocks[to];
+            for e in &self.entries[from] {
+                let (i, j, value) = (e.row as usize, e.column as usize, factor * e.value);
+                let pairs = [(i, j), (j, i)];
+                for &(a, b) in &pairs[..if i == j { 1 } else { 2 }] {
+                    for &(s, f) in &self.held[a] {
+                        self.held[b].iter().for_each(|&(t, g)| block.own[(s, t)] += value * f * g);
+                        self.rows[b].iter().for_each(|&(r, g)| block.between[(s, place(rows, r))] += value * f * g);
+                    }
+                }
+            }
+        }
+    }
 }
 
 /// A matrix between the held dofs (n_s x n_s), and between them and the rows (n_s x n_q).

@@ -1,6 +1,6 @@
 //! Places of nodes and axes of frames: from the rules of the file to global coordinates.
 
-use super::spec::{FrameSpec, LineSpec, ModelSpec, NodeRule, NodeSpec, OneOrThree};
+use super::spec::{FrameSpec, LineSpec, ModelSpec, NodeRule, NodeSpec, OneOrThree, SuperelementSpec};
 use crate::catalogue::did_you_mean;
 use crate::units::{Scalar, ScalarError};
 use crate::yaml::{Problem, child};
@@ -70,6 +70,48 @@ impl Frame {
     }
 }
 
+/// Where a superelement stands: mirrored across an axis of its own, then turned and moved.
+pub(super) struct Stand {
+    frame: Frame,
+    mirror: Option<usize>,
+}
+
+impl Stand {
+    /// `None` where its frame is not known.
+    pub(super) fn of(entry: &SuperelementSpec, frames: &BTreeMap<String, Frame>) -> Option<Self> {
+        let global = Frame { origin: [0.0; 3], axes: GLOBAL };
+        let frame = entry.frame.as_ref().map_or(Some(global), |name| frames.get(name).copied())?;
+        Some(Self { frame, mirror: entry.mirror.map(|axis| axis as usize) })
+    }
+
+    pub(super) fn is_mirrored(&self) -> bool {
+        self.mirror.is_some()
+    }
+
+    /// A direction of its own in global axes.
+    pub(super) fn direction(&self, mut v: Vector) -> Vector {
+        if let Some(normal) = self.mirror {
+            v[normal] = -v[normal];
+        }
+        (0..3).fold([0.0; 3], |sum, i| plus(sum, v[i], self.frame.axes[i]))
+    }
+
+    /// A place of its own in global coordinates.
+    pub(super) fn place(&self, p: Vector) -> Vector {
+        plus(self.direction(p), 1.0, self.frame.origin)
+    }
+}
+
+/// The place of a node of a superelement, `wing.12`.
+fn on_superelement(spec: &ModelSpec, geometry: &Geometry, name: &str) -> Option<Vector> {
+    spec.superelements.iter().find_map(|(own, entry)| {
+        let label = name.strip_prefix(own.as_str())?.strip_prefix('.')?;
+        let exported = entry.loaded.0.as_ref()?;
+        let position = exported.nodes.iter().find(|n| n.name == label)?.position?;
+        Some(Stand::of(entry, &geometry.frames)?.place(position))
+    })
+}
+
 /// Everything that has a place.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Geometry {
@@ -82,6 +124,8 @@ pub struct Geometry {
     /// Mirror plane: axis index and coordinate.
     pub mirror: Option<(usize, f64)>,
     index: HashMap<String, usize>,
+    /// Those that are no points but coordinates of superelements, sorted.
+    coordinates: Vec<usize>,
 }
 
 impl Geometry {
@@ -97,6 +141,18 @@ impl Geometry {
         self.names.push(name);
         self.positions.push(position);
         index
+    }
+
+    /// Adds a coordinate that is no motion of a point, as a node of which the first dof is meant.
+    pub(super) fn add_coordinate(&mut self, name: String, near: Vector) -> usize {
+        let index = self.add(name, near);
+        self.coordinates.push(index);
+        index
+    }
+
+    /// Whether a node is no point but a coordinate of a superelement.
+    pub fn is_coordinate(&self, node: usize) -> bool {
+        self.coordinates.binary_search(&node).is_ok()
     }
 
     /// The largest dimension of the structure, m.
@@ -246,6 +302,12 @@ pub(super) fn resolve(spec: &ModelSpec, problems: &mut Vec<Problem>) -> Geometry
         geometry.add(name.clone(), position);
     }
     geometry
+}
+
+/// The axes of the frames of a file that are sound.
+pub(super) fn axes_of_frames(spec: &ModelSpec) -> BTreeMap<String, Rotation> {
+    let resolved = |(name, frame): (&String, _)| Some((name.clone(), resolve_frame(frame, "", &mut Vec::new())?.axes));
+    spec.frames.iter().filter_map(resolved).collect()
 }
 
 fn resolve_frame(frame: &FrameSpec, path: &str, problems: &mut Vec<Problem>) -> Option<Frame> {
@@ -398,6 +460,8 @@ impl Resolver<'_> {
                 let other = |key: &str, other: &str, problems: &mut Vec<Problem>| {
                     if self.spec.nodes.contains_key(other) {
                         placed.get(other).copied().flatten()
+                    } else if let Some(place) = on_superelement(self.spec, self.geometry, other) {
+                        Some(place)
                     } else {
                         problems.push(unknown(&child(&path, key), "node", other, self.spec.nodes.keys()));
                         None

@@ -22,7 +22,7 @@ impl Joined {
         let mut joined = Self { body: (0..=n).collect(), held: vec![false; n], supported: vec![false; n] };
         let without: HashSet<usize> = without.iter().copied().collect();
         for (_, element) in model.elements().iter().enumerate().filter(|(e, _)| !without.contains(e)) {
-            joined.join(&element.nodes);
+            joined.join(&element.joined());
             // A spring of one node stands on the ground, a mass on nothing.
             if element.nodes.len() == 1 && element.kind.name() != "mass" {
                 joined.join(&[n, element.nodes[0]]);

@@ -64,7 +64,7 @@ fn nodes(model: &Model, s: &mut Soundness) {
     let spec = model.spec();
     let mut used = vec![false; geometry.names.len()];
     for e in model.elements() {
-        e.nodes.iter().for_each(|&n| used[n] = true);
+        e.joined().iter().for_each(|&n| used[n] = true);
     }
     let named = |name: &String| geometry.node(name);
     for link in spec.rigid_links.values() {
@@ -73,8 +73,11 @@ fn nodes(model: &Model, s: &mut Soundness) {
     for c in spec.constraints.values() {
         c.terms.iter().filter_map(|t| named(&t.node)).for_each(|n| used[n] = true);
     }
+    // Points that a superelement recovers follow from its dofs.
+    let follows =
+        |i: usize| i >= spec.nodes.len() && Dof::ALL.iter().any(|d| !model.dof_map().express(i, *d).is_empty());
     for (i, name) in geometry.names.iter().enumerate() {
-        if !used[i] {
+        if !used[i] && !follows(i) {
             s.warnings.push(Problem::warning(
                 child("nodes", name),
                 format_args!("node `{name}` is used by no element and no link"),
@@ -92,7 +95,10 @@ fn nodes(model: &Model, s: &mut Soundness) {
     }
     let none = Vec::new();
     let links = |n: usize| links_of.get(&n).unwrap_or(&none);
-    let are_joined = |a: usize, b: usize| joined.contains(&[a, b]) || links(a).iter().any(|l| links(b).contains(l));
+    let are_coordinates = |a: usize, b: usize| geometry.is_coordinate(a) || geometry.is_coordinate(b);
+    let are_joined = |a: usize, b: usize| {
+        are_coordinates(a, b) || joined.contains(&[a, b]) || links(a).iter().any(|l| links(b).contains(l))
+    };
     let near = 1e-6 * geometry.size();
     let grid = Near::new(&geometry.positions, near);
     for second in 0..geometry.names.len() {
@@ -314,7 +320,7 @@ fn apart(model: &Model) -> Option<Problem> {
 
 fn possible_rigid_modes(model: &Model) -> usize {
     let mut active = [false; 6];
-    for &(_, dof) in model.dof_map().rows() {
+    for &(_, dof) in model.dof_map().rows().iter().filter(|(node, _)| !model.dof_map().is_coordinate(*node)) {
         active[dof as usize] = true;
     }
     // Rotations follow from displacements across the axis where rotations are no dofs themselves.

@@ -76,6 +76,7 @@ fn attached(spec: &ModelSpec) -> HashSet<String> {
         out.extend(member.chain.iter().flatten().cloned());
     }
     out.extend(spec.elements.values().flat_map(|e| e.nodes.iter().cloned()));
+    out.extend(on_superelements(spec));
     for s in spec.supports.values() {
         out.extend(s.nodes().cloned());
     }
@@ -97,6 +98,27 @@ fn attached(spec: &ModelSpec) -> HashSet<String> {
                     reached.push(n.clone());
                 }
             }
+        }
+    }
+    out
+}
+
+/// Nodes of superelements that the file names, and those that are, or may be, attached to them.
+fn on_superelements(spec: &ModelSpec) -> Vec<String> {
+    let is_own = |node: &&String| {
+        let of = |name: &String| node.strip_prefix(name.as_str()).is_some_and(|rest| rest.starts_with('.'));
+        spec.superelements.keys().any(of)
+    };
+    let springs = spec.springs.values().chain(spec.bushings.values());
+    let named = springs.flat_map(|s| s.node.iter().chain(s.nodes.iter().flatten()));
+    let named = named.chain(spec.masses.values().flat_map(|m| m.node.iter().chain(m.nodes.iter().flatten())));
+    let named = named.chain(spec.rigid_links.values().flat_map(|l| std::iter::once(&l.master).chain(&l.slaves)));
+    let named = named.chain(spec.constraints.values().flat_map(|c| c.terms.iter().map(|t| &t.node)));
+    let mut out: Vec<String> = named.filter(is_own).cloned().collect();
+    for entry in spec.superelements.values() {
+        out.extend(entry.attach.keys().cloned());
+        if entry.attach_within.is_some() {
+            out.extend(spec.nodes.keys().cloned());
         }
     }
     out

@@ -53,9 +53,18 @@ impl Model {
         shapes: &DMatrix<f64>,
         n_rigid: usize,
     ) -> Result<Vec<ModeCharacter>, ModelError> {
-        let mut energies = vec![[0.0; 4]; shapes.ncols()]; // axial, bending, torsion, springs
+        let mut energies = vec![[0.0; 5]; shapes.ncols()]; // axial, bending, torsion, springs, matrices
         let mut motions = Motions::new(self.dof_map().n_nodes(), shapes.ncols());
         for (i, e) in self.elements().iter().enumerate() {
+            if let Some(matrices) = &e.matrices {
+                let factor = e.stiffness_factor.as_ref().map_or(1.0, |f| f.at(theta));
+                let Some(k) = &matrices.k else { continue };
+                let follows = matrices.follows(self.dof_map());
+                for (energy, q) in energies.iter_mut().zip(shapes.column_iter()) {
+                    energy[4] += factor * follows.energy(k, q.as_slice());
+                }
+                continue;
+            }
             let parts = strain_parts(e, theta)?;
             let k = if parts.is_none() { Some(self.element_matrices(i, theta)?.stiffness) } else { None };
             let is_line = e.kind.axes() == Axes::AlongNodes;
@@ -89,7 +98,8 @@ impl Model {
             }
         }
         let dofs = self.dof_map();
-        let moves = |axis: usize| dofs.rows().iter().any(|r| !r.1.is_rotation() && r.1.axis() == axis);
+        let is_along = |r: &(usize, Dof), axis: usize| !r.1.is_rotation() && r.1.axis() == axis;
+        let moves = |axis: usize| dofs.rows().iter().any(|r| is_along(r, axis) && !dofs.is_coordinate(r.0));
         let names_direction = (0..3).filter(|a| moves(*a)).count() > 1;
         let mut out = Vec::with_capacity(energies.len());
         for (mode, (energy, q)) in energies.iter().zip(shapes.column_iter()).enumerate() {
@@ -97,10 +107,10 @@ impl Model {
             c.symmetry = self.mirror().map(|m| symmetry_index(m, |i| q[i]));
             let total: f64 = energy.iter().sum();
             if total > 0.0 && !c.is_rigid {
-                [c.axial, c.bending, c.torsion, c.springs] = energy.map(|e| e / total);
+                [c.axial, c.bending, c.torsion, c.springs, c.matrices] = energy.map(|e| e / total);
             }
             let mut square = [0.0; 3];
-            for node in 0..dofs.n_nodes() {
+            for node in (0..dofs.n_nodes()).filter(|&n| !dofs.is_coordinate(n)) {
                 let own = |axis: usize| -> f64 {
                     dofs.express(node, Dof::ALL[axis]).iter().map(|&(row, f)| f * q[row]).sum::<f64>().powi(2)
                 };

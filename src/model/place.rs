@@ -6,9 +6,11 @@ mod lumps;
 mod overrides;
 mod parameters;
 mod section;
+mod superelements;
 mod supports;
 
 pub(super) use parameters::parameters;
+pub(super) use superelements::left_out_of_effects;
 
 use super::geometry::{Geometry, Rotation, axes_along, minus, unit, unknown};
 use super::parameter::ParameterSet;
@@ -32,6 +34,12 @@ pub(super) struct Placed {
     pub(super) sets: BTreeMap<String, Vec<usize>>,
     /// How much held dofs give.
     pub(super) compliances: Vec<Compliance>,
+    /// Sums of dofs of nodes, 6 node + dof, that are zero because superelements say so.
+    pub(super) rows: Vec<Vec<(usize, f64)>>,
+    /// Nodes of superelements at which effects are looked for.
+    pub(super) sites: Vec<usize>,
+    /// Number of nodes that have names: those of the file and of superelements.
+    pub(super) n_named: usize,
 }
 
 /// Places everything; all problems are collected.
@@ -48,8 +56,12 @@ pub(super) fn place(spec: &ModelSpec, registry: &Registry, problems: &mut Vec<Pr
         sets: BTreeMap::new(),
         stretches: HashMap::new(),
         compliances: Vec::new(),
+        rows: Vec::new(),
+        sites: Vec::new(),
         problems,
     };
+    placer.superelements();
+    let n_named = placer.geometry.names.len();
     placer.members("beams", &spec.beams, "beam");
     placer.members("bars", &spec.bars, "bar");
     placer.springs("springs", &spec.springs);
@@ -59,9 +71,11 @@ pub(super) fn place(spec: &ModelSpec, registry: &Registry, problems: &mut Vec<Pr
     placer.groups();
     placer.overrides();
     placer.supports();
-    let Placer { geometry, elements, sets, compliances, .. } = placer;
+    let Placer { geometry, elements, sets, compliances, rows, sites, .. } = placer;
+    let mut sites = sites;
+    sites.sort_unstable();
     axes::check(&elements, &parameters, problems);
-    Placed { geometry, parameters, elements, sets, compliances }
+    Placed { geometry, parameters, elements, sets, compliances, rows, sites, n_named }
 }
 
 /// A model of 10⁶ dofs has that many; a misspelt `subdivide` is refused before it fills the memory.
@@ -78,6 +92,8 @@ struct Placer<'a> {
     /// Name of a member, a part or a group -> the stretches of elements that it is made of, each from its first end to its second.
     stretches: HashMap<String, Vec<Vec<usize>>>,
     compliances: Vec<Compliance>,
+    rows: Vec<Vec<(usize, f64)>>,
+    sites: Vec<usize>,
     problems: &'a mut Vec<Problem>,
 }
 
@@ -99,7 +115,7 @@ impl Placer<'_> {
     fn node(&mut self, name: &str, path: &str) -> Option<usize> {
         let found = self.geometry.node(name);
         if found.is_none() {
-            self.problems.push(unknown(path, "node", name, self.spec.nodes.keys()));
+            self.problems.push(unknown(path, "node", name, &self.geometry.names));
         }
         found
     }
@@ -217,6 +233,7 @@ impl Placer<'_> {
             mass_damping: None,
             path: entry.path.to_string(),
             section: entry.section.map(str::to_string),
+            matrices: None,
         });
         self.sets.entry(name).or_default().push(index);
         Some(index)

@@ -1,8 +1,10 @@
 //! Elements and held dofs in their places, with property values as functions of θ.
 
 use super::geometry::Rotation;
+use super::placed_matrices::PlacedMatrices;
 use super::value::Value;
 use crate::element::{Element, ElementInput};
+use std::borrow::Cow;
 
 /// An element in its place.
 #[derive(Debug, Clone)]
@@ -33,6 +35,8 @@ pub struct PlacedElement {
     pub path: String,
     /// Name of its section, if any.
     pub section: Option<String>,
+    /// Matrices of another solver, of a superelement or a term of one; it has no nodes of its own then, and its type no matrices.
+    pub matrices: Option<PlacedMatrices>,
 }
 
 impl PlacedElement {
@@ -45,6 +49,11 @@ impl PlacedElement {
             .chain(&self.mass_factor)
             .chain(&self.stiffness_damping)
             .chain(&self.mass_damping)
+    }
+
+    /// All nodes that it acts on, those of a superelement among them.
+    pub fn joined(&self) -> Cow<'_, [usize]> {
+        self.matrices.as_ref().map_or(Cow::Borrowed(&self.nodes[..]), |m| Cow::Owned(m.nodes()))
     }
 
     /// Whether any of it depends on parameter `j`.

@@ -29,10 +29,11 @@ mod tests;
 
 use self::residual::Residual;
 use self::span::Span;
-use super::assembly::{AffineMass, AffinePart, Basis, Entry, add_basis, symmetrise};
+use super::assembly::{AffineMass, AffinePart, Basis, add_basis, symmetrise};
 use super::character::ModeCharacter;
 use super::dependence::interior_point;
 use super::dof_map::DofMap;
+use super::entry::Entry;
 use super::mass_properties::MassProperties;
 use super::parameter::ParameterSet;
 use super::system::System;

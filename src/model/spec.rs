@@ -5,9 +5,13 @@
 
 mod places;
 mod sections;
+mod superelements;
 
 pub use places::{FrameSpec, LineSpec, NodeRule, NodeSpec, OneOrThree, RotateSpec};
 pub use sections::{BoxSpec, CircleSpec, RectangleSpec, SectionSpec, SectionValue, ShapeSpec, TubeSpec};
+pub use superelements::{
+    ExportSpec, MatrixSpec, NodeLabel, PreloadSpec, RecoverySpec, SuperelementSpec, TermSpec, UnitsSpec,
+};
 
 use crate::element::Dof;
 use crate::units::Scalar;
@@ -44,7 +48,8 @@ pub struct ModelSpec {
     /// Straight lines to put nodes on.
     #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
     pub lines: Named<LineSpec>,
-    /// Nodes.
+    /// Nodes; a model of superelements alone may have none.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
     pub nodes: Named<NodeSpec>,
     /// Sets of element properties.
     #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
@@ -67,6 +72,9 @@ pub struct ModelSpec {
     /// Elements of any other type, a user's own among them.
     #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
     pub elements: Named<ElementSpec>,
+    /// Parts whose matrices come from files of other solvers.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub superelements: Named<SuperelementSpec>,
     /// Changes of single elements or groups against their sections.
     #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
     pub overrides: Named<OverrideSpec>,

@@ -161,7 +161,8 @@ pub fn name_modes(model: &dyn ParametricModel, theta: &[f64], modes: &Modes) -> 
                 Some(l) => (l[i].long.clone(), l[i].short.clone(), l[i].family),
                 None => (format!("mode {}", i + 1), (i + 1).to_string(), None),
             };
-            let torsion = characters.as_ref().map(|c| c[i].torsion);
+            // What kind of strain a superelement has is not known.
+            let torsion = characters.as_ref().map(|c| &c[i]).filter(|c| c.matrices == 0.0).map(|c| c.torsion);
             ModeName { frequency_hz: modes.frequency_hz(i), label, short, family, torsion }
         })
         .collect())

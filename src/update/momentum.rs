@@ -168,7 +168,7 @@ fn groups(model: &Model, sensors: &[Sensor]) -> Vec<Vec<usize>> {
     let entry = |name: &str| name.split('.').next().unwrap_or(name).to_string();
     let mut of_node: BTreeMap<usize, String> = BTreeMap::new();
     for e in model.elements() {
-        for node in &e.nodes {
+        for node in e.joined().iter() {
             of_node.entry(*node).or_insert_with(|| entry(&e.name));
         }
     }

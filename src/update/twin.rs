@@ -135,7 +135,7 @@ pub enum TwinError {
 pub fn node_sensors(model: &dyn ParametricModel) -> Vec<Sensor> {
     let dofs = model.dof_map();
     let mut sensors = Vec::new();
-    for (index, node) in dofs.node_names().iter().enumerate() {
+    for (index, node) in dofs.node_names().iter().enumerate().filter(|(n, _)| !dofs.is_coordinate(*n)) {
         let moving: Vec<Dof> = Dof::ALL[..3].iter().copied().filter(|d| !dofs.express(index, *d).is_empty()).collect();
         for dof in &moving {
             let mut direction = [0.0; 3];

@@ -5,9 +5,7 @@ use crate::output::{Failure, print, print_json, render_problems, style, tell, to
 use crate::{DONE, WRONG_INPUT, files};
 use retune::catalogue::counted;
 use retune::element::{Axes, Dof};
-use retune::model::{
-    MassProperties, Model, ParametricModel, PlacedElement, Registry, Soundness, lint, load_configuration,
-};
+use retune::model::{MassProperties, Model, ParametricModel, PlacedElement, Soundness, lint};
 use retune::report::text::{Tone, number};
 use retune::yaml::{Problem, Severity};
 use serde_json::json;
@@ -15,7 +13,7 @@ use std::fmt::Write as _;
 
 pub(crate) fn run(args: &Check) -> Result<u8, Failure> {
     let text = files::read(&args.model)?;
-    let (model, warnings, map) = match load_configuration(&text, args.configuration.as_deref(), &Registry::builtin()) {
+    let (model, warnings, map) = match files::load(&args.model, &text, args.configuration.as_deref()) {
         Ok(loaded) => loaded,
         Err(problems) if args.json => {
             print_json(&json!({

@@ -26,6 +26,9 @@ pub(crate) fn run(args: &Diagnose) -> Result<u8, Failure> {
     args.output.iter().try_for_each(|path| writing::check_output(path, args.force))?;
     let all = files::tested(&args.model, &args.tests, None)?;
     let (model, ..) = files::model(&args.model, None)?;
+    for what in model.left_out_of_effects() {
+        note!("{what}");
+    }
     let tests: Vec<&TestData> = all.iter().map(|t| &t.test).collect();
     let spinner = Spinner::new();
     let settings = Settings {

@@ -7,6 +7,7 @@ use retune::correlation::{BUILTIN_PROFILES, parse_profiles};
 use retune::effect::{EFFECTS, Effect};
 use retune::element::{ELEMENTS, Element};
 use retune::fault::{FAULTS, Fault};
+use retune::matrices::{MATRIX_READERS, MatrixReader};
 use retune::objective::{RESIDUALS, Residual};
 use retune::optim::OPTIMIZERS;
 use retune::report::text::{Align, Table};
@@ -20,6 +21,7 @@ pub(crate) fn run(args: &List) -> Result<u8, Failure> {
         ListOf::Effects => EFFECTS.iter().map(|e| (Effect::name(*e), e.about().summary)).collect(),
         ListOf::Faults => FAULTS.iter().map(|f| (Fault::name(*f), f.about().summary)).collect(),
         ListOf::Profiles => profiles.iter().map(|p| (p.name.as_str(), p.source.as_str())).collect(),
+        ListOf::Matrices => MATRIX_READERS.iter().map(|r| (MatrixReader::name(*r), r.summary())).collect(),
         ListOf::Optimizers => OPTIMIZERS.iter().map(|o| (o.name, o.summary)).collect(),
     };
     if args.json {
@@ -31,7 +33,9 @@ pub(crate) fn run(args: &List) -> Result<u8, Failure> {
             table.row([name.into(), summary.into()]);
         }
         print(&table.render(&reference_style()));
-        print("\n`retune explain NAME` tells more\n");
+        if args.of != ListOf::Matrices {
+            print("\n`retune explain NAME` tells more\n");
+        }
     }
     Ok(DONE)
 }

@@ -41,6 +41,11 @@ impl Structure<'_> {
                 None => push(name, PartKind::Mass, false),
             }
         }
+        for (name, superelement) in &spec.superelements {
+            let kind = if superelement.terms.is_empty() { PartKind::Element } else { PartKind::Group };
+            push(name, kind, false);
+            superelement.terms.keys().for_each(|term| push(&format!("{name}.{term}"), PartKind::Element, false));
+        }
         spec.groups.keys().for_each(|name| push(name, PartKind::Group, true));
         // A group of the same elements as a part before it is the same place; so is a line that has a name.
         parts.extend(self.list_lines());
@@ -91,7 +96,7 @@ impl Structure<'_> {
             spec.rigid_links.values().any(|l| l.master == name || l.slaves.iter().any(|s| s == name))
         };
         let mut at: Vec<Vec<usize>> = vec![Vec::new(); self.model.geometry().names.len()];
-        elements.iter().enumerate().for_each(|(i, e)| e.nodes.iter().for_each(|&n| at[n].push(i)));
+        elements.iter().enumerate().for_each(|(i, e)| e.joined().iter().for_each(|&n| at[n].push(i)));
         let mut ends = Vec::new();
         for (i, e) in elements.iter().enumerate().filter(|(i, _)| self.is_beam(*i) && self.deforms(*i)) {
             for (k, &node) in e.nodes.iter().enumerate().filter(|(_, n)| **n < self.n_nodes()) {

@@ -70,11 +70,11 @@ pub(super) fn element_partners(model: &Model, node_partners: &[Option<usize>]) -
     let elements = model.elements();
     let mut by_nodes: BTreeMap<(&str, Vec<usize>), Vec<usize>> = BTreeMap::new();
     for (i, e) in elements.iter().enumerate() {
-        by_nodes.entry((e.kind.name(), sorted(&e.nodes))).or_default().push(i);
+        by_nodes.entry((e.kind.name(), sorted(&e.joined()))).or_default().push(i);
     }
     let image = |(i, e): (usize, &PlacedElement)| {
-        let rank = by_nodes.get(&(e.kind.name(), sorted(&e.nodes)))?.iter().position(|j| *j == i)?;
-        let nodes: Option<Vec<usize>> = e.nodes.iter().map(|&n| node_partners[n]).collect();
+        let rank = by_nodes.get(&(e.kind.name(), sorted(&e.joined())))?.iter().position(|j| *j == i)?;
+        let nodes: Option<Vec<usize>> = e.joined().iter().map(|&n| node_partners[n]).collect();
         by_nodes.get(&(e.kind.name(), sorted(&nodes?)))?.get(rank).copied()
     };
     elements.iter().enumerate().map(image).collect()

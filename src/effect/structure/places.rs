@@ -40,6 +40,8 @@ impl Structure<'_> {
     /// * `alike` - whether what is at a node and at its partner can share parameters
     fn all_nodes(&self, accept: impl Fn(usize) -> bool, alike: impl Fn(usize, usize) -> bool) -> Vec<Location> {
         let partner = |i: usize| self.node_partner[i].filter(|&j| j < self.n_nodes() && accept(j) && alike(i, j));
+        let accept = |i: usize| self.model.is_site(i) && accept(i);
+        let partner = |i: usize| partner(i).filter(|&j| self.model.is_site(j));
         arrange((0..self.n_nodes()).filter(|&i| accept(i)), partner)
             .into_iter()
             .map(|nodes| {
@@ -83,11 +85,14 @@ impl Structure<'_> {
             let by_link = spec.rigid_links.values().any(|l| l.master == *node || l.slaves.contains(node));
             by_link || spec.constraints.values().any(|c| c.terms.iter().any(|t| t.node == *node))
         };
-        let on = |n: usize| model.elements().iter().enumerate().filter(move |(_, e)| e.nodes.contains(&n));
+        let on = |n: usize| model.elements().iter().enumerate().filter(move |(_, e)| e.joined().contains(&n));
         let are_several = |n: usize| on(n).filter(|(e, _)| self.deforms(*e)).nth(1).is_some();
         // Whether what is there would resist the motion that the support prevents.
         let resists = |n: usize, dof: Dof| {
             on(n).any(|(i, e)| {
+                if let Some(matrices) = &e.matrices {
+                    return matrices.has_stiffness(n, dof);
+                }
                 let Ok(matrices) = model.element_matrices(i, &self.theta) else { return false };
                 let node = e.nodes.iter().position(|node| *node == n).unwrap_or_default();
                 let first = 6 * node + if dof.is_rotation() { 3 } else { 0 };
@@ -100,7 +105,8 @@ impl Structure<'_> {
             let accept = |n: usize| {
                 let name = &model.geometry().names[n];
                 let is_held = !self.node_moves(n, dof) && holds(name, dof);
-                is_held && (is_linked(name) || are_several(n) && resists(n, dof))
+                let is_of_body = |n: usize| on(n).any(|(_, e)| e.matrices.is_some());
+                is_held && (is_linked(name) || (are_several(n) || is_of_body(n)) && resists(n, dof))
             };
             all.extend(self.nodes(accept).into_iter().map(|at| at.along(dof.name())));
         }

@@ -26,7 +26,7 @@ fn group(e: &PlacedElement) -> &str {
 /// Index of each element of the model among the drawn elements; `None` for a point mass.
 fn drawn(model: &Model) -> Vec<Option<usize>> {
     let mut next = 0..;
-    model.elements().iter().map(|e| if is_mass(e) { None } else { next.next() }).collect()
+    model.elements().iter().map(|e| if is_mass(e) || e.matrices.is_some() { None } else { next.next() }).collect()
 }
 
 /// Finds places by name.
@@ -105,7 +105,7 @@ impl<'a> Places<'a> {
         for &e in set {
             match self.drawn[e] {
                 Some(i) => place.elements.push(i),
-                None => place.nodes.extend(&self.model.elements()[e].nodes),
+                None => place.nodes.extend(self.model.elements()[e].joined().iter()),
             }
         }
         true
@@ -143,7 +143,8 @@ pub(super) fn structure(model: &Model, theta: &[f64], test: &TestData) -> Result
     let names: Vec<&str> = model.parameters().names().collect();
     let mut elements = Vec::new();
     let mut masses = Vec::new();
-    for e in model.elements() {
+    // What a superelement is made of is not known.
+    for e in model.elements().iter().filter(|e| e.matrices.is_none()) {
         let mut properties = Vec::new();
         let mut parameters: Vec<String> = Vec::new();
         for (p, v) in e.kind.properties().iter().zip(&e.values) {

@@ -66,6 +66,17 @@ pub enum PlacesError {
 pub fn member_stiffnesses(model: &Model, theta: &[f64]) -> Result<Vec<ElementMatrix>, ModelError> {
     let mut parts = Vec::new();
     for (i, element) in model.elements().iter().enumerate() {
+        if element.matrices.is_some() {
+            if let Some((dofs, matrix)) = model.superelement_stiffness(i, theta) {
+                parts.push(ElementMatrix {
+                    name: element.name.clone(),
+                    group: Some(element.name.clone()),
+                    dofs,
+                    matrix,
+                });
+            }
+            continue;
+        }
         let stiffness = model.element_matrices(i, theta)?.stiffness;
         let (rows, b) = model.element_motion(i);
         if stiffness.is_zero() || rows.is_empty() {

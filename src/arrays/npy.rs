@@ -118,6 +118,29 @@ pub fn read(bytes: &[u8]) -> Result<Array, NpyError> {
     Ok(Array { shape, values })
 }
 
+/// The one word that a file of text holds: of type `|S3` or `<U3`, without dimensions; `None` of any other file.
+pub fn read_word(bytes: &[u8]) -> Option<String> {
+    let rest = bytes.strip_prefix(MAGIC)?;
+    let (length, rest) = match rest {
+        [1, _, a, b, rest @ ..] => (usize::from(u16::from_le_bytes([*a, *b])), rest),
+        [2 | 3, _, a, b, c, d, rest @ ..] => (u32::from_le_bytes([*a, *b, *c, *d]) as usize, rest),
+        _ => return None,
+    };
+    let (header, data) = rest.split_at_checked(length)?;
+    let header = std::str::from_utf8(header).ok()?;
+    let (_, descr) = header.split_once("'descr'")?;
+    let (descr, _) = descr.trim_start().strip_prefix(':')?.trim_start().strip_prefix('\'')?.split_once('\'')?;
+    let is_scalar = header.split_once("'shape'")?.1.trim_start().strip_prefix(':')?.trim_start().starts_with("()");
+    let letters: Vec<u32> = match descr.as_bytes() {
+        _ if !is_scalar => return None,
+        [b'|', b'S', ..] => data.iter().map(|b| u32::from(*b)).collect(),
+        [b'<', b'U', ..] => data.chunks_exact(4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect(),
+        [b'>', b'U', ..] => data.chunks_exact(4).map(|b| u32::from_be_bytes([b[0], b[1], b[2], b[3]])).collect(),
+        _ => return None,
+    };
+    letters.into_iter().take_while(|c| *c != 0).take(64).map(char::from_u32).collect()
+}
+
 /// Kind (`f`, `c`, `i`, `u`, `b`), byte order and bytes of each part of a type such as `<f8`, `>c16`, `|u1`.
 fn number_type(descr: &str) -> Option<(char, bool, usize)> {
     let (order, rest) = match descr.as_bytes() {
@@ -166,7 +189,7 @@ fn half(bits: u16) -> f64 {
 }
 
 /// Values whose first index runs fastest, to those whose last one does.
-pub(super) fn to_c_order<T: Copy>(shape: &[usize], values: Vec<T>) -> Vec<T> {
+pub(crate) fn to_c_order<T: Copy>(shape: &[usize], values: Vec<T>) -> Vec<T> {
     if shape.len() < 2 {
         return values;
     }
@@ -201,7 +224,14 @@ pub fn write(array: &Array) -> Vec<u8> {
     let per_value = if descr == "<c16" { 2 } else { 1 };
     assert_eq!(array.shape.iter().product::<usize>() * per_value, floats.len(), "shape and values");
     let shape: Vec<String> = array.shape.iter().map(|d| format!("{d},")).collect();
-    let mut header = format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': ({}), }}", shape.concat());
+    let mut bytes = header(descr, &shape.concat());
+    bytes.extend(floats.iter().flat_map(|v| v.to_le_bytes()));
+    bytes
+}
+
+/// What stands before the values of an array of version 1; `shape` is `2,3,`.
+fn header(descr: &str, shape: &str) -> Vec<u8> {
+    let mut header = format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': ({shape}), }}");
     // Data begin at a multiple of 64 bytes, after the magic, version and length (10 bytes) and a line end.
     let padding = 63 - (header.len() + 10) % 64;
     header.extend(std::iter::repeat_n(' ', padding));
@@ -211,7 +241,20 @@ pub fn write(array: &Array) -> Vec<u8> {
     let length = u16::try_from(header.len()).expect("the shape is short");
     bytes.extend(length.to_le_bytes());
     bytes.extend(header.as_bytes());
-    bytes.extend(floats.iter().flat_map(|v| v.to_le_bytes()));
+    bytes
+}
+
+/// Writes whole numbers as `<i8`, one dimension.
+pub fn write_integers(values: &[i64]) -> Vec<u8> {
+    let mut bytes = header("<i8", &format!("{},", values.len()));
+    bytes.extend(values.iter().flat_map(|v| v.to_le_bytes()));
+    bytes
+}
+
+/// Writes a word of ASCII letters as `|S`, without dimensions: [`read_word`] reads it.
+pub fn write_word(word: &str) -> Vec<u8> {
+    let mut bytes = header(&format!("|S{}", word.len()), "");
+    bytes.extend(word.as_bytes());
     bytes
 }
 
@@ -291,6 +334,6 @@ mod tests {
     #[test]
     fn mutated_files_do_no_harm() {
         let seed = write(&Array { shape: vec![2, 3], values: Values::Real(vec![1.0, 2.0, 3.0, 4.0, 5.0, 6.0]) });
-        crate::data::mutate::all(&[seed], 5_000, |bytes| read(bytes).is_ok());
+        crate::arrays::mutate::all(&[seed], 5_000, |bytes| read(bytes).is_ok());
     }
 }

@@ -50,10 +50,39 @@ pub fn is_zip(bytes: &[u8]) -> bool {
 /// # Errors
 /// [`NpzError`].
 pub fn read(bytes: &[u8]) -> Result<Vec<(String, Array)>, NpzError> {
-    read_within(bytes, MOST_MEMORY.max(bytes.len().saturating_mul(4)))
+    read_within(bytes, limit(bytes))
+}
+
+/// Reads an archive in which words stand beside arrays: the arrays, and the words, each by its name.
+///
+/// # Errors
+/// [`NpzError`].
+#[expect(clippy::type_complexity, reason = "two lists of named things")]
+pub fn read_with_words(bytes: &[u8]) -> Result<(Vec<(String, Array)>, Vec<(String, String)>), NpzError> {
+    let mut words = Vec::new();
+    let arrays = unfold(bytes, limit(bytes), |name, data| {
+        let word = npy::read_word(data);
+        words.extend(word.iter().map(|w| (name.to_owned(), w.clone())));
+        word.is_some()
+    })?;
+    Ok((arrays, words))
+}
+
+/// What the arrays of an archive may take in memory.
+fn limit(bytes: &[u8]) -> usize {
+    MOST_MEMORY.max(bytes.len().saturating_mul(4))
 }
 
 fn read_within(bytes: &[u8], limit: usize) -> Result<Vec<(String, Array)>, NpzError> {
+    unfold(bytes, limit, |_, _| false)
+}
+
+/// * `taken` - whether an entry, by its name and its bytes, is no array to be read
+fn unfold(
+    bytes: &[u8],
+    limit: usize,
+    mut taken: impl FnMut(&str, &[u8]) -> bool,
+) -> Result<Vec<(String, Array)>, NpzError> {
     let broken = |e: rawzip::Error| NpzError::Archive(e.to_string());
     let mut left = limit;
     let archive = ZipArchive::from_slice(bytes).map_err(broken)?;
@@ -81,6 +110,9 @@ fn read_within(bytes: &[u8], limit: usize) -> Result<Vec<(String, Array)>, NpzEr
         };
         let seen = ZipVerification { crc: rawzip::crc32(data), uncompressed_size: data.len() as u64 };
         found.claim_verifier().valid(seen).map_err(|_| wrong("its size or checksum is wrong: the file is damaged"))?;
+        if taken(&name, data) {
+            continue;
+        }
         let array = npy::read(data).map_err(|source| NpzError::Array { name: name.clone(), source })?;
         left = left.checked_sub(array.n_bytes()).ok_or(NpzError::TooLarge(limit))?;
         arrays.push((name, array));
@@ -88,10 +120,33 @@ fn read_within(bytes: &[u8], limit: usize) -> Result<Vec<(String, Array)>, NpzEr
     if arrays.is_empty() { Err(NpzError::NoArrays) } else { Ok(arrays) }
 }
 
+/// Writes an archive of arrays, stored without compression: name and bytes of each `.npy` file.
+///
+/// # Panics
+/// If a name is longer than 65 535 bytes.
+pub fn write(entries: &[(&str, Vec<u8>)]) -> Vec<u8> {
+    use std::io::Write as _;
+    let mut bytes = Vec::new();
+    let mut zip = rawzip::ZipArchiveWriter::new(&mut bytes);
+    for (name, data) in entries {
+        let mut entry = || {
+            let path = format!("{name}.npy");
+            let (mut entry, config) = zip.new_file(&path).compression_method(CompressionMethod::STORE).start()?;
+            let mut writer = config.wrap(&mut entry);
+            writer.write_all(data)?;
+            let (_, descriptor) = writer.finish()?;
+            entry.finish(descriptor)
+        };
+        entry().expect("memory takes every entry");
+    }
+    zip.finish().expect("memory takes a directory");
+    bytes
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::data::npy::Values;
+    use crate::arrays::npy::Values;
     use rawzip::ZipArchiveWriter;
     use std::io::Write as _;
 
@@ -151,6 +206,6 @@ mod tests {
     fn mutated_files_do_no_harm() {
         let (f, h) = (npy::write(&array(&[1.0, 2.0])), npy::write(&array(&[0.5; 30])));
         let seeds = [archive(&[("f.npy", &f, false), ("h.npy", &h, true)]), archive(&[("f.npy", &f, true)])];
-        crate::data::mutate::all(&seeds, 5_000, |bytes| read(bytes).is_ok());
+        crate::arrays::mutate::all(&seeds, 5_000, |bytes| read(bytes).is_ok());
     }
 }

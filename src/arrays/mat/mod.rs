@@ -72,9 +72,9 @@ pub struct Workspace {
 }
 
 /// Unfolded and widened, the values of a file may take this much memory, or four times the file where that is more.
-pub(in crate::data) const MOST_MEMORY: usize = 512 << 20;
+pub(crate) const MOST_MEMORY: usize = 512 << 20;
 /// No compression unfolds beyond this ratio (deflate, 258 bytes for two bits).
-pub(in crate::data) const MOST_RATIO: usize = 1032;
+pub(crate) const MOST_RATIO: usize = 1032;
 
 const MI_MATRIX: u32 = 14;
 const MI_COMPRESSED: u32 = 15;
@@ -161,7 +161,7 @@ mod tests {
     use rand::{Rng, RngExt, SeedableRng};
 
     fn open(path: &str) -> Option<Vec<u8>> {
-        let path = crate::data::shared_data(path)?;
+        let path = crate::arrays::shared_data(path)?;
         Some(std::fs::read(path).unwrap())
     }
 
