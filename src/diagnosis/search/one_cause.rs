@@ -32,8 +32,11 @@ use std::f64::consts::TAU;
 const IS_A_MODE: f64 = 0.8;
 /// Sensors that one fault can spoil.
 const SPOILED: usize = 2;
-/// Share of a shape that a change explains, above what as many random columns would: the parameters still move.
-const EXPLAINS: f64 = 0.6;
+/// Share of a shape that a change at a few dofs explains, above what as many random columns would: the parameters still move. Of a random shape of 12
+/// entries six columns explain as much once in a thousand.
+const EXPLAINS: f64 = 0.9;
+/// MAC of a mode that a change of many parts may make into this one: its sizes are a few.
+const ALIKE: f64 = 0.8;
 /// Rows that must be left where a shape is put together from columns.
 const LEFT: usize = 4;
 /// A change of many parts is tried at a few sizes, between which a frequency moves by less than this in its logarithm.
@@ -174,8 +177,7 @@ fn at_some_size(scene: &Scene, theta: &[f64], u: &Unknown<'_>, candidate: &Candi
         let like = |(a, hz): (usize, &f64)| {
             let is_near = (TAU * hz / u.omega).ln().abs() < NEAR;
             is_near
-                && mac(u.sensors.iter().enumerate().map(|(i, &s)| (prediction.at_sensors[(s, a)], u.shape[i])))
-                    > EXPLAINS
+                && mac(u.sensors.iter().enumerate().map(|(i, &s)| (prediction.at_sensors[(s, a)], u.shape[i]))) > ALIKE
         };
         if prediction.frequencies_hz.iter().enumerate().any(like) {
             return Ok(true);
