@@ -616,3 +616,28 @@ fn an_overlay_keeps_the_matrices() {
     let masses = [&heavier, &base].map(|m| m.mass_properties(&[]).unwrap().unwrap().mass);
     assert!((masses[0] - masses[1] - 1.0).abs() < 1e-12);
 }
+
+/// K and M of a published wing, in a file of MATLAB that holds the frequencies of its authors too.
+#[test]
+fn matrices_of_a_published_wing_have_the_frequencies_of_its_authors() {
+    let beside = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data");
+    let root = std::env::var_os("RETUNE_DATA").map_or(beside, std::path::PathBuf::from);
+    let Ok(bytes) = std::fs::read(root.join("cruise_missile_wing/fe_beam/WingBeamforMAC.mat")) else {
+        eprintln!("skipped: the wing is not there; set RETUNE_DATA to the folder of the real data");
+        return;
+    };
+    let held = retune::arrays::mat::read(&bytes).unwrap();
+    let (_, value) = held.variables.iter().find(|(name, _)| name == "fs").unwrap();
+    let retune::arrays::mat::Value::Real { values, .. } = value else { panic!("{value:?}") };
+    // What its 75 rows are is not in the file.
+    let rows: Vec<String> = (1..=75).map(|i| format!("r{i},modal\n")).collect();
+    let files = Files::from([
+        ("wing.mat".to_string(), bytes),
+        ("dofs.csv".to_string(), format!("node,dof\n{}", rows.concat()).into_bytes()),
+    ]);
+    let text = "retune: 1\nname: wing\nsuperelements: {w: {k: {file: wing.mat, matrix: Kr}, m: {file: wing.mat, matrix: Mr}, dofs: dofs.csv}}\n";
+    let found = elastic(&with(text, &files), &[], 12);
+    let mut expected = values.clone();
+    expected.sort_by(f64::total_cmp);
+    assert_same(&found, &expected[..12], 1e-8);
+}

@@ -2,7 +2,7 @@
 //! SciPy, pyyeti and pyNastran.
 //!
 //! Needs `python3` (or what `RETUNE_PYTHON` names) with the packages, and `ccx` (or what `RETUNE_CCX` names); what is not there is skipped with
-//! a message, unless `RETUNE_PEERS=1` demands all of it. `RETUNE_PYNASTRAN` names the folder of the test files `pyNastran/op4/test`.
+//! a message, unless `RETUNE_MATRIX_PEERS=1` demands all of it. `RETUNE_PYNASTRAN` names the folder of the test files `pyNastran/op4/test`.
 
 use retune::matrices::{MatrixFormat, read, write};
 use retune::modal::SolveOptions;
@@ -22,7 +22,10 @@ fn peer_is_there(name: &str) -> bool {
     if answer.as_ref().is_ok_and(|o| o.status.success()) {
         return true;
     }
-    assert!(std::env::var("RETUNE_PEERS").as_deref() != Ok("1"), "RETUNE_PEERS=1, but {name} does not run: {answer:?}");
+    assert!(
+        std::env::var("RETUNE_MATRIX_PEERS").as_deref() != Ok("1"),
+        "RETUNE_MATRIX_PEERS=1, but {name} does not run: {answer:?}"
+    );
     eprintln!("skipped: {name} is not there");
     false
 }

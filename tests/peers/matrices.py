@@ -18,7 +18,7 @@ def write(folder, name, text):
         f.write(text)
 
 
-def lowest(k, m, n, sigma=-1.0):
+def lowest(k, m, n):
     """Frequencies in Hz of the n lowest modes."""
     import numpy as np
     import scipy.linalg
@@ -211,8 +211,7 @@ def probe(name):
     __import__({"skfem": "skfem", "opensees": "openseespy.opensees", "pyyeti": "pyyeti", "check": "pyNastran"}[name])
     if name == "check":
         __import__("pyyeti")
-    if name != "ccx":
-        __import__("scipy.sparse")
+    __import__("scipy.sparse")
     return True
 
 

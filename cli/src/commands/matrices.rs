@@ -4,7 +4,9 @@ use crate::args::Matrices;
 use crate::output::{Failure, print, print_json, shown};
 use crate::{DONE, files};
 use retune::catalogue::counted;
-use retune::matrices::{Contents, DofRow, File, Inspection, Matrix, RIGID, inspect, read, reader_of, suspected_length};
+use retune::matrices::{
+    Contents, DofRow, File, Inspection, Matrix, RIGID, SymmetryError, inspect, read, reader_of, suspected_length,
+};
 use retune::report::text::number;
 use serde_json::{Value, json};
 use std::collections::{HashMap, HashSet};
@@ -133,6 +135,8 @@ fn describe(s: &Seen<'_>, out: &mut String) {
         Ok(_) => {
             let _ = writeln!(out, "    symmetric{}", if m.is_one_triangle { ", one triangle stored" } else { "" });
         }
+        // Its size says that it is rectangular.
+        Err(SymmetryError::NotSquare { .. }) => {}
         Err(e) => {
             let _ = writeln!(out, "    {e}");
         }

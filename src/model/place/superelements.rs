@@ -167,8 +167,8 @@ impl Placer<'_> {
         Some(nodes)
     }
 
-    /// At a node of its own that has some of its displacements, or of its rotations, along directions that are not global, the others do not
-    /// move: left free they would be motions without stiffness and mass.
+    /// A node of its own that has some of its displacements, or some of its rotations, does not move along the others: they were held where the
+    /// matrices were made, and left free they would be motions without stiffness.
     fn hold_what_is_missing<'d>(&mut self, n_before: usize, dofs: impl Iterator<Item = &'d PlacedDof>) {
         let mut of: BTreeMap<(usize, bool), Vec<Vector>> = BTreeMap::new();
         for dof in dofs.filter(|d| d.node >= n_before) {
@@ -176,9 +176,8 @@ impl Placer<'_> {
                 of.entry((dof.node, d.is_rotation())).or_default().push(dof.axis);
             }
         }
-        let is_global = |axis: &Vector| axis.iter().any(|c| c.abs() > 1.0 - 1e-12);
         for ((node, is_rotation), axes) in of {
-            if axes.len() >= 3 || axes.iter().all(is_global) {
+            if axes.len() >= 3 {
                 continue;
             }
             let first = 6 * node + if is_rotation { 3 } else { 0 };
