@@ -12,7 +12,7 @@ use crate::yaml::{self, SourceMap, child};
 use serde_json::Value;
 
 /// The blocks of a model file in their usual order.
-const ORDER: [&str; 24] = [
+const ORDER: [&str; 26] = [
     "retune",
     "name",
     "description",
@@ -31,11 +31,13 @@ const ORDER: [&str; 24] = [
     "elements",
     "overrides",
     "rigid_links",
+    "weighted_links",
     "supports",
     "constraints",
     "groups",
     "targets",
     "configurations",
+    "imported",
     "history",
 ];
 

@@ -39,6 +39,7 @@ pub mod spec;
 mod stability_tests;
 mod system;
 mod value;
+mod weighted_link;
 
 pub use assembly::{AffineMass, AffinePart, Basis, Entry};
 pub use character::{ModeCharacter, ModeLabel, family, label_modes, symmetry_index};
@@ -47,7 +48,7 @@ pub use critical_preload::CriticalPreload;
 pub use dependence::Monomial;
 pub use dof_map::{DofMap, rigid_motion};
 pub use geometry::{Frame, Geometry};
-pub(crate) use geometry::{GLOBAL, dot, extent, images, minus, plus, unit};
+pub(crate) use geometry::{GLOBAL, cross, dot, extent, images, minus, plus, unit};
 pub(crate) use joined::Joined;
 pub use lint::{Soundness, doubts, lint};
 pub use load::{load, load_configuration};
