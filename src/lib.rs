@@ -13,9 +13,11 @@
 pub mod catalogue;
 pub mod correlation;
 pub mod data;
+pub mod deck;
 pub mod diagnosis;
 pub mod effect;
 pub mod element;
+pub mod exchange;
 pub mod identify;
 pub mod modal;
 pub mod model;

@@ -68,6 +68,8 @@ fn perform(cli: &Cli) -> u8 {
         Command::Check(a) => commands::check::run(a),
         Command::Modes(a) => commands::modes::run(a),
         Command::Identify(a) => commands::identify::run(a),
+        Command::Export(a) => commands::export::run(a),
+        Command::Import(a) => commands::import::run(a),
         Command::Health(a) => commands::health::run(a),
         Command::Map(a) => commands::map::run(a),
         Command::Twin(a) => commands::twin::run(a),

@@ -16,7 +16,7 @@ pub mod mat;
 mod measurement;
 mod modal_set;
 #[cfg(test)]
-mod mutate;
+pub(crate) mod mutate;
 pub mod npy;
 pub mod npz;
 pub mod punch;

@@ -6,7 +6,7 @@ use rand::{Rng, RngExt, SeedableRng};
 /// still be read, or the mutations say nothing.
 ///
 /// * `read` - whether it takes the bytes
-pub(in crate::data) fn all(seeds: &[Vec<u8>], rounds: u32, read: impl Fn(&[u8]) -> bool) {
+pub(crate) fn all(seeds: &[Vec<u8>], rounds: u32, read: impl Fn(&[u8]) -> bool) {
     let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(7);
     let mut read_at_all = 0;
     for seed in seeds {

@@ -1,14 +1,17 @@
 //! One file per verb.
 
 pub(crate) mod add;
+pub(crate) mod against;
 pub(crate) mod benchmark;
 pub(crate) mod check;
 pub(crate) mod compare;
 pub(crate) mod completions;
 pub(crate) mod diagnose;
 pub(crate) mod explain;
+pub(crate) mod export;
 pub(crate) mod health;
 pub(crate) mod identify;
+pub(crate) mod import;
 pub(crate) mod learn;
 pub(crate) mod list;
 pub(crate) mod map;
