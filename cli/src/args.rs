@@ -6,14 +6,18 @@ use retune::update::HowToPair;
 use std::path::PathBuf;
 
 mod correlation;
+mod deck;
 mod diagnosis;
+mod export;
 mod matrices;
 mod measured;
 mod values;
 
 pub(crate) use correlation::{Compare, Placement, Pretest, Sensitivity};
+pub(crate) use deck::{Import, ParametersOf};
 pub(crate) use diagnosis::{Add, Benchmark, BenchmarkWhat, Diagnose, Learn, SearchOptions, Undo};
-pub(crate) use matrices::{Export, Matrices, Reduction};
+pub(crate) use export::{Export, Reduction};
+pub(crate) use matrices::Matrices;
 pub(crate) use measured::{Health, Identify, Map, MatrixAxes, MeasuredQuantity, Measurement, Method, Repeated, Twin};
 
 /// Updates finite-element models of structures to vibration tests, and finds the physics that the models miss.
@@ -48,6 +52,8 @@ pub(crate) enum Command {
     Modes(Modes),
     Identify(Identify),
     Health(Health),
+    Import(Import),
+    Export(Export),
     Map(Map),
     Twin(Twin),
     Compare(Compare),
@@ -62,7 +68,6 @@ pub(crate) enum Command {
     Learn(Learn),
     Benchmark(Benchmark),
     Matrices(Matrices),
-    Export(Export),
     Schema(Schema),
     List(List),
     Explain(Explain),
@@ -71,13 +76,24 @@ pub(crate) enum Command {
 
 /// Is the model sound? Mass, centre of gravity, inertia, rigid-body modes, and everything doubtful.
 #[derive(Debug, Args)]
-#[command(after_help = "Example:\n  retune check models/bff.yaml")]
+#[command(
+    after_help = "Examples:\n  retune check models/bff.yaml\n  retune check wing.yaml --against wing.f06 wing.op2"
+)]
 pub(crate) struct Check {
     /// Model file.
     pub(crate) model: PathBuf,
     /// Configuration of the model: a name under its `configurations`.
     #[arg(long, value_name = "NAME")]
     pub(crate) configuration: Option<String>,
+    /// Hold the model against what a solver computed of the deck that it was imported from: `.f06`, `.op2`, `.pch`.
+    #[arg(long, value_name = "RESULTS", num_args = 1..)]
+    pub(crate) against: Vec<PathBuf>,
+    /// Largest relative difference of frequencies that `--against` lets pass.
+    #[arg(long, value_name = "PART", default_value_t = 1e-5, requires = "against")]
+    pub(crate) tolerance: f64,
+    /// Elastic modes that `--against` compares.
+    #[arg(short = 'n', long, value_name = "MODES", default_value_t = 20, requires = "against", value_parser = clap::value_parser!(u16).range(1..=500))]
+    pub(crate) number: u16,
     /// Print JSON instead of text.
     #[arg(long)]
     pub(crate) json: bool,

@@ -12,7 +12,7 @@ use retune::yaml::{Problem, Severity, SourceMap};
 use std::path::{Path, PathBuf};
 
 /// Files above this size are not YAML that a person wrote: 16 MiB take seconds and a gigabyte to parse.
-const LARGEST: u64 = 16 << 20;
+pub(crate) const LARGEST: u64 = 16 << 20;
 
 /// The text of a file.
 pub(crate) fn read(path: &Path) -> Result<String, Failure> {

@@ -25,6 +25,12 @@ impl Failure {
         Self { text: format!("retune: {}", shortened(&printable(text.as_ref()), LONGEST_FAILURE)) }
     }
 
+    /// Several lines, each shortened by itself.
+    pub(crate) fn lines(lines: &[String]) -> Self {
+        let lines: Vec<String> = lines.iter().map(|line| shortened(&printable(line), LONGEST)).collect();
+        Self { text: format!("retune: {}", lines.join("\n        ")) }
+    }
+
     /// Problems of a file, each with the line it stands in.
     pub(crate) fn problems(path: &Path, source: &str, problems: &[Problem]) -> Self {
         Self { text: render_problems(path, source, problems) }

@@ -12,7 +12,7 @@ use crate::yaml::{self, SourceMap, child};
 use serde_json::Value;
 
 /// The blocks of a model file in their usual order.
-const ORDER: [&str; 25] = [
+const ORDER: [&str; 27] = [
     "retune",
     "name",
     "description",
@@ -32,11 +32,13 @@ const ORDER: [&str; 25] = [
     "superelements",
     "overrides",
     "rigid_links",
+    "weighted_links",
     "supports",
     "constraints",
     "groups",
     "targets",
     "configurations",
+    "imported",
     "history",
 ];
 

@@ -49,6 +49,12 @@ fn on_nodes(mut row: Row, [y, z]: [f64; 2]) -> Row {
     row
 }
 
+/// The stretch of the neutral axis, from dofs of the elastic axis: `u + ry dz - rz dy`, second end minus first.
+fn stretch(section: &Section) -> Row {
+    let [dy, dz] = section.neutral_axis;
+    plus(plus(difference(0), dz, &difference(4)), -dy, &difference(5))
+}
+
 /// The difference of dof `d` between the ends, second minus first.
 fn difference(d: usize) -> Row {
     let mut row = [0.0; 12];
@@ -94,6 +100,15 @@ fn elastic_axis(section: &Section, xi: f64) -> [Row; 6] {
             rows[r][dof] = s * sign * slope[k];
         }
     }
+    // It is the neutral axis whose displacement along x is linear.
+    for (d, arm) in [(4, section.neutral_axis[1]), (5, -section.neutral_axis[0])] {
+        if arm != 0.0 {
+            let turn = rows[d];
+            rows[0] = plus(rows[0], -arm, &turn);
+            rows[0][d] += arm * (1.0 - xi);
+            rows[0][6 + d] += arm * xi;
+        }
+    }
     rows
 }
 
@@ -115,7 +130,7 @@ fn rigid_ended_stiffness(section: &Section) -> SymMatrix {
     let on_nodes = |row| on_nodes(row, section.shear_centre);
     let twist = on_nodes(difference(3));
     let mut k = SymMatrix::zeros(12);
-    k.add_outer(section.ea / l, &on_nodes(difference(0)));
+    k.add_outer(section.ea / l, &on_nodes(stretch(section)));
     k.add_outer(section.gj / l, &twist);
     for (p, plane) in PLANES.iter().enumerate() {
         let ei = section.ei[p];
@@ -137,7 +152,7 @@ fn strain_parts(section: &Section) -> StrainParts {
     let l = section.length;
     let on_nodes = |row| from_nodes(row, section, to_ends.as_ref());
     let [mut axial, mut bending, mut torsion] = [(); 3].map(|()| SymMatrix::zeros(12));
-    axial.add_outer(section.ea / l, &on_nodes(difference(0)));
+    axial.add_outer(section.ea / l, &on_nodes(stretch(section)));
     let twist = on_nodes(difference(3));
     torsion.add_outer(section.gj / l, &twist);
     for (p, plane) in PLANES.iter().enumerate() {
@@ -246,17 +261,27 @@ fn ends(section: &Section) -> Option<[Row; 12]> {
     flexible.then(|| condense_ends(&mut rigid_ended_stiffness(section), section)).flatten()
 }
 
-/// Kinetic energy of the section over the displacement that the stiffness implies.
+/// Kinetic energy of the section over the displacement that the stiffness implies; of the share that is lumped, half at each node.
 fn section_mass(section: &Section) -> SymMatrix {
     let to_ends = ends(section);
     let [ey, ez] = section.shear_centre;
     let [my, mz] = section.mass_offset;
     let mut m = SymMatrix::zeros(12);
-    for (xi, weight) in GAUSS {
+    let half = 0.5 * section.lumping * section.length;
+    for node in [0, 6].into_iter().filter(|_| half > 0.0) {
+        let own: [Row; 6] = std::array::from_fn(|d| std::array::from_fn(|i| f64::from(u8::from(i == node + d))));
+        for (row, inertia) in beside(own, section.mass_offset).into_iter().zip(section.inertia) {
+            if inertia != 0.0 {
+                m.add_outer(half * inertia, &row);
+            }
+        }
+    }
+    let consistent = (1.0 - section.lumping) * section.length;
+    for (xi, weight) in GAUSS.into_iter().filter(|_| consistent > 0.0) {
         let mass_axis = beside(elastic_axis(section, xi), [my - ey, mz - ez]);
         for (row, inertia) in mass_axis.into_iter().zip(section.inertia) {
             if inertia != 0.0 {
-                m.add_outer(weight * section.length * inertia, &from_nodes(row, section, to_ends.as_ref()));
+                m.add_outer(weight * consistent * inertia, &from_nodes(row, section, to_ends.as_ref()));
             }
         }
     }

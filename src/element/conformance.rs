@@ -244,7 +244,7 @@ fn rigid_motion(
             });
         }
     }
-    if !element.lacks(input).is_empty() || k.iter().all(|x| *x == 0.0) {
+    if element.is_scalar() || !element.lacks(input).is_empty() || k.iter().all(|x| *x == 0.0) {
         return;
     }
     let touched = touched(element);
@@ -272,6 +272,9 @@ fn rigid_motion(
 /// The mass seen by rigid motions, Rᵀ M R (6 x 6) = [m I, -m [c]x; m [c]x, J], is that of a real body.
 fn rigid_body(element: &dyn Element, sample: &Sample, b: &DMatrix<f64>, report: &mut Report) {
     let rule = "mass";
+    if element.is_scalar() {
+        return;
+    }
     let all = touched(element);
     let moves: Vec<usize> = (0..3).filter(|&d| (d..all.len()).step_by(6).all(|i| all[i])).collect();
     let size = sample.mass.abs().max(f64::MIN_POSITIVE);

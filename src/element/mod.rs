@@ -16,8 +16,10 @@ pub mod conformance;
 mod ground_spring;
 mod input;
 mod joint;
+mod mass_matrix;
 mod meshed;
 mod point_mass;
+mod scalar_spring;
 mod shell;
 mod solid;
 mod spring;
@@ -41,9 +43,11 @@ catalogue! {
     solid::Hex20,
     solid::Hex8,
     solid::Hex8Reduced,
+    mass_matrix::MassMatrix,
     point_mass::PointMass,
     solid::Pyramid13,
     solid::Pyramid5,
+    scalar_spring::ScalarSpring,
     shell::Shell3,
     shell::Shell4,
     spring::Spring,
@@ -195,6 +199,12 @@ pub trait Element: fmt::Debug + Send + Sync {
     fn lacks(&self, input: &ElementInput<'_>) -> Vec<Lack> {
         let _ = input;
         Vec::new()
+    }
+
+    /// Whether its matrices act along motions that its properties name, and not on a body: [`conformance`] then asks neither that it
+    /// resist all but rigid motion nor that its mass be the same in every direction.
+    fn is_scalar(&self) -> bool {
+        false
     }
 
     /// Typical inputs, which together give every property: for [`conformance`] and for examples in the documentation.

@@ -115,16 +115,29 @@ pub(super) fn motion_in_axes<'a>(
 ) -> DMatrix<f64> {
     let mut b = DMatrix::zeros(6 * element.nodes.len(), n_columns);
     for (k, &node) in element.nodes.iter().enumerate() {
+        let arm = element.arm(k);
         for i in 0..6 {
             for global in 0..3 {
                 let direction = element.axes[i % 3][global];
                 for &(coordinate, factor) in terms(node, Dof::ALL[global + 3 * (i / 3)]) {
                     b[(6 * k + i, column(coordinate))] += direction * factor;
                 }
+                // The end of an arm r moves by u + θ × r.
+                for (turn, lever) in turns(global, arm).into_iter().filter(|t| i < 3 && t.1 != 0.0) {
+                    for &(coordinate, factor) in terms(node, turn) {
+                        b[(6 * k + i, column(coordinate))] += direction * lever * factor;
+                    }
+                }
             }
         }
     }
     b
+}
+
+/// The rotations that move the end of an arm along a global axis, with their levers: (θ × r) of that axis.
+fn turns(axis: usize, arm: [f64; 3]) -> [(Dof, f64); 2] {
+    let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
+    [(Dof::ALL[3 + next], arm[last]), (Dof::ALL[3 + last], -arm[next])]
 }
 
 /// Where a row stands among sorted ones.
@@ -167,6 +180,8 @@ pub(super) fn touched(
                     for global in 0..3 {
                         if element.axes[i % 3][global].abs() > 1e-12 {
                             touched[6 * node + 3 * (i / 3) + global] = true;
+                            let levers = turns(global, element.arm(k)).into_iter().filter(|t| i < 3 && t.1 != 0.0);
+                            levers.for_each(|(turn, _)| touched[6 * node + turn as usize] = true);
                         }
                     }
                 }
@@ -214,7 +229,7 @@ pub(super) fn affine_part(
     let mut linear: Vec<Part> = vec![(Basis::default(), SymMatrix::zeros(6)); origin.len() + 1];
     let mut products: BTreeMap<Monomial, Part> = BTreeMap::new();
     for ((element, dependence), connection) in elements.iter().zip(dependences).zip(connections) {
-        let at: Vec<[f64; 3]> = element.nodes.iter().map(|&n| positions[n]).collect();
+        let at = element.ends(positions);
         let add = |(basis, rigid): &mut (Basis, SymMatrix), matrices: &ElementMatrices| {
             for (list, matrix) in [
                 (&mut basis.stiffness, &matrices.stiffness),

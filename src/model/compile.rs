@@ -331,8 +331,8 @@ impl Model {
                 }
             }
         }
-        let first = self.geometry.positions[e.nodes[0]];
-        let last = self.geometry.positions[e.nodes[e.nodes.len() - 1]];
+        let ends = e.ends(&self.geometry.positions);
+        let (first, last) = (ends[0], ends[ends.len() - 1]);
         Ok(PointMotion { rows, position: super::geometry::plus(first, fraction, minus(last, first)) })
     }
 }
@@ -404,7 +404,7 @@ impl ParametricModel for Model {
         }
         for &e in &self.general {
             let element = &self.elements[e];
-            let at: Vec<[f64; 3]> = element.nodes.iter().map(|&n| self.geometry.positions[n]).collect();
+            let at = element.ends(&self.geometry.positions);
             add_rigid_mass(&mut rigid, 1.0, &weighed_mass(element, theta)?, &element.axes, &at);
         }
         Ok(Some(MassProperties::from_rigid_mass(&rigid)))

@@ -96,6 +96,7 @@ impl ModelSpec {
             || self.springs.shift_remove(name).is_some()
             || self.bushings.shift_remove(name).is_some()
             || self.rigid_links.shift_remove(name).is_some()
+            || self.weighted_links.shift_remove(name).is_some()
             || self.constraints.shift_remove(name).is_some();
         if was_massless {
             self.forget(|n| (n != name).then(|| n.to_string()));
@@ -140,6 +141,7 @@ impl ModelSpec {
         names.extend(self.springs.keys().map(String::as_str));
         names.extend(self.bushings.keys().map(String::as_str));
         names.extend(self.rigid_links.keys().map(String::as_str));
+        names.extend(self.weighted_links.keys().map(String::as_str));
         names.extend(self.constraints.keys().map(String::as_str));
         names.extend(self.masses.keys().map(String::as_str));
         names.extend(self.beams.keys().map(String::as_str));

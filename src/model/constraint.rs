@@ -190,6 +190,12 @@ pub(super) fn eliminate(
             }
         }
     }
+    for (name, link) in &spec.weighted_links {
+        let rows = super::weighted_link::rows((name, link), geometry, spec, problems);
+        for row in rows.iter().filter(|row| active[row[0].0 % 6]) {
+            elimination.constrain(row);
+        }
+    }
     for (name, constraint) in &spec.constraints {
         let path = child("constraints", name);
         let mut row = Vec::new();

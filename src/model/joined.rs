@@ -33,6 +33,10 @@ impl Joined {
             let nodes: Vec<usize> = std::iter::once(&link.master).chain(&link.slaves).filter_map(index).collect();
             joined.join(&nodes);
         }
+        for link in model.spec().weighted_links.values() {
+            let nodes: Vec<usize> = link.nodes().filter_map(index).collect();
+            joined.join(&nodes);
+        }
         for constraint in model.spec().constraints.values() {
             let nodes: Vec<usize> = constraint.terms.iter().filter_map(|t| index(&t.node)).collect();
             joined.join(&nodes);

@@ -70,6 +70,9 @@ fn nodes(model: &Model, s: &mut Soundness) {
     for link in spec.rigid_links.values() {
         std::iter::once(&link.master).chain(&link.slaves).filter_map(named).for_each(|n| used[n] = true);
     }
+    for link in spec.weighted_links.values() {
+        link.nodes().filter_map(named).for_each(|n| used[n] = true);
+    }
     for c in spec.constraints.values() {
         c.terms.iter().filter_map(|t| named(&t.node)).for_each(|n| used[n] = true);
     }

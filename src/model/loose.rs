@@ -18,6 +18,7 @@ pub(super) fn drop_loose(spec: &mut ModelSpec, before: &ModelSpec) -> bool {
     spec.springs.retain(|_, s| !hangs(s));
     spec.bushings.retain(|_, s| !hangs(s));
     spec.constraints.retain(|_, c| !c.terms.iter().any(|t| is_loose(&t.node)));
+    spec.weighted_links.retain(|_, link| !link.nodes().any(is_loose));
     spec.rigid_links.retain(|_, link| {
         link.slaves.retain(|s| !is_loose(s));
         !is_loose(&link.master) && !link.slaves.is_empty()
@@ -82,6 +83,7 @@ fn attached(spec: &ModelSpec) -> HashSet<String> {
     }
     links.extend(spec.springs.values().chain(spec.bushings.values()).map(|s| s.nodes.iter().flatten().collect()));
     links.extend(spec.rigid_links.values().map(|l| std::iter::once(&l.master).chain(&l.slaves).collect()));
+    links.extend(spec.weighted_links.values().map(|l| l.nodes().collect()));
     links.extend(spec.constraints.values().map(|c| c.terms.iter().map(|t| &t.node).collect()));
     // Springs to ground hold nothing that has no stiffness of its own.
     let mut links_of: HashMap<&String, Vec<usize>> = HashMap::new();

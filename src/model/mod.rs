@@ -46,6 +46,7 @@ mod superelement;
 mod superelement_stiffness;
 mod system;
 mod value;
+mod weighted_link;
 
 pub use assembly::{AffineMass, AffinePart, Basis};
 pub use character::{ModeCharacter, ModeLabel, family, label_modes, symmetry_index};
@@ -55,7 +56,7 @@ pub use dependence::Monomial;
 pub use dof_map::{DofMap, rigid_motion};
 pub use entry::Entry;
 pub use export::{ExportError, ExportReduction, MatrixExport, export_matrices};
-pub(crate) use geometry::{AXES, GLOBAL, dot, extent, images, minus, plus, unit};
+pub(crate) use geometry::{AXES, GLOBAL, cross, dot, extent, images, minus, plus, unit};
 pub use geometry::{Frame, Geometry};
 pub(crate) use joined::Joined;
 pub use lint::{Soundness, doubts, lint};

@@ -12,7 +12,7 @@ mod supports;
 pub(super) use parameters::parameters;
 pub(super) use superelements::left_out_of_effects;
 
-use super::geometry::{Geometry, Rotation, axes_along, minus, unit, unknown};
+use super::geometry::{Geometry, Rotation, axes_along, minus, plus, unit, unknown, vector};
 use super::parameter::ParameterSet;
 use super::placed_element::{Compliance, PlacedElement};
 use super::registry::Registry;
@@ -105,6 +105,8 @@ struct Entry<'a> {
     values: Vec<Option<Value>>,
     orientation: Option<[f64; 3]>,
     frame: Option<&'a str>,
+    /// Rigid arms from its nodes to its ends, global, m; none where it is empty.
+    arms: Vec<[f64; 3]>,
 }
 
 impl Placer<'_> {
@@ -173,12 +175,14 @@ impl Placer<'_> {
             }
         }
         let values = self.values(kind, &sets);
-        Entry { path, kind, section, values, orientation: None, frame: None }
+        Entry { path, kind, section, values, orientation: None, frame: None, arms: Vec::new() }
     }
 
     /// Adds an element on nodes; `name` is claimed by the caller.
     fn add(&mut self, name: String, entry: &Entry<'_>, nodes: Vec<usize>) -> Option<usize> {
-        let positions: Vec<_> = nodes.iter().map(|&i| self.geometry.positions[i]).collect();
+        let arm = |k: usize| entry.arms.get(k).copied().unwrap_or_default();
+        let positions: Vec<_> =
+            nodes.iter().enumerate().map(|(k, &i)| plus(self.geometry.positions[i], 1.0, arm(k))).collect();
         if positions.iter().flatten().any(|v| v.is_nan()) {
             return None; // its node has no place, which is said there
         }
@@ -223,6 +227,7 @@ impl Placer<'_> {
             name: name.clone(),
             kind: entry.kind,
             nodes,
+            arms: entry.arms.clone(),
             axes,
             is_oriented: entry.orientation.is_some(),
             points,
@@ -257,6 +262,7 @@ impl Placer<'_> {
             }
             let mut entry = self.entry(&path, kind, member.section.as_deref(), &member.properties);
             entry.orientation = member.orientation;
+            let arms = member.offsets.as_ref().map(|both| self.arms(both, &path));
             let (pairs, single) = match (&member.nodes, &member.pairs, &member.chain) {
                 (Some(nodes), None, None) => {
                     (vec![(nodes.clone(), [child(&path, "nodes[0]"), child(&path, "nodes[1]")])], true)
@@ -323,7 +329,13 @@ impl Placer<'_> {
                 let first = self.elements.len();
                 let mut previous = a;
                 for part in 1..=parts {
-                    let next = if part == parts { b } else { self.interior(&element, part, parts, a, b) };
+                    let ends = arms.as_deref().unwrap_or(&[[0.0; 3]; 2]);
+                    let next = if part == parts { b } else { self.interior(&element, [part, parts], [a, b], ends) };
+                    if arms.is_some() {
+                        // Nodes inside lie on the element itself.
+                        let at = |is_end: bool, k: usize| if is_end { ends[k] } else { [0.0; 3] };
+                        entry.arms = vec![at(part == 1, 0), at(part == parts, 1)];
+                    }
                     let part_name = if parts == 1 { element.clone() } else { format!("{element}/{part}") };
                     self.add(part_name, &entry, vec![previous, next]);
                     previous = next;
@@ -347,10 +359,17 @@ impl Placer<'_> {
         }
     }
 
+    /// Rigid arms at both nodes, m.
+    fn arms(&mut self, offsets: &[[Scalar; 3]; 2], path: &str) -> Vec<[f64; 3]> {
+        let at = |k: usize| format!("{path}.offsets[{k}]");
+        offsets.iter().enumerate().map(|(k, v)| vector(v, "m", &at(k), self.problems)).collect()
+    }
+
     /// A node inside a subdivided element.
-    fn interior(&mut self, element: &str, part: u32, parts: u32, a: usize, b: usize) -> usize {
-        let (pa, pb) = (self.geometry.positions[a], self.geometry.positions[b]);
+    fn interior(&mut self, element: &str, [part, parts]: [u32; 2], [a, b]: [usize; 2], arms: &[[f64; 3]]) -> usize {
+        let positions = &self.geometry.positions;
+        let (pa, pb) = (plus(positions[a], 1.0, arms[0]), plus(positions[b], 1.0, arms[1]));
         let f = f64::from(part) / f64::from(parts);
-        self.geometry.add(format!("{element}/{part}"), super::geometry::plus(pa, f, minus(pb, pa)))
+        self.geometry.add(format!("{element}/{part}"), plus(pa, f, minus(pb, pa)))
     }
 }

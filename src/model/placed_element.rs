@@ -1,6 +1,6 @@
 //! Elements and held dofs in their places, with property values as functions of θ.
 
-use super::geometry::Rotation;
+use super::geometry::{Rotation, Vector, plus};
 use super::placed_matrices::PlacedMatrices;
 use super::value::Value;
 use crate::element::{Element, ElementInput};
@@ -15,6 +15,8 @@ pub struct PlacedElement {
     pub kind: &'static dyn Element,
     /// Indices of its nodes.
     pub nodes: Vec<usize>,
+    /// Rigid arms from its nodes to its ends, global, m; none where it is empty.
+    pub arms: Vec<[f64; 3]>,
     /// Its axes.
     pub axes: Rotation,
     /// Whether the file states the direction of its z axis; else it is the default.
@@ -61,13 +63,25 @@ impl PlacedElement {
         self.expressions().any(|v| v.parameters().any(|p| p == j))
     }
 
+    /// The rigid arm at one of its nodes, global, m.
+    pub(super) fn arm(&self, k: usize) -> Vector {
+        self.arms.get(k).copied().unwrap_or_default()
+    }
+
+    /// Where its ends are, global, m.
+    ///
+    /// * `positions` - of the nodes of the model
+    pub(super) fn ends(&self, positions: &[Vector]) -> Vec<Vector> {
+        self.nodes.iter().enumerate().map(|(k, &n)| plus(positions[n], 1.0, self.arm(k))).collect()
+    }
+
     /// (y, z) of the line on which its mass lies, in its axes, m.
     pub(super) fn mass_axis(&self, theta: &[f64]) -> [f64; 2] {
         self.kind.mass_axis(&ElementInput { points: &self.points, values: &self.values_at(theta) })
     }
 
     /// Its property values at θ.
-    pub(super) fn values_at(&self, theta: &[f64]) -> Vec<Option<f64>> {
+    pub(crate) fn values_at(&self, theta: &[f64]) -> Vec<Option<f64>> {
         self.values.iter().map(|v| v.as_ref().map(|v| v.at(theta))).collect()
     }
 }

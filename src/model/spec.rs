@@ -3,10 +3,12 @@
 //! Everything is named, and names are keys of maps, so that a file reads well, an editor can complete it, and a change
 //! touches one line. Numbers are [`Scalar`]s: with units, and with parameters where properties are meant.
 
+mod links;
 mod places;
 mod sections;
 mod superelements;
 
+pub use links::{ImportedSpec, WeightedLinkSpec, WeightedNodes};
 pub use places::{FrameSpec, LineSpec, NodeRule, NodeSpec, OneOrThree, RotateSpec};
 pub use sections::{BoxSpec, CircleSpec, RectangleSpec, SectionSpec, SectionValue, ShapeSpec, TubeSpec};
 pub use superelements::{
@@ -81,6 +83,9 @@ pub struct ModelSpec {
     /// Rigid links: slave nodes that follow a master as one rigid body, exactly.
     #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
     pub rigid_links: Named<RigidLinkSpec>,
+    /// Weighted links: a node that follows the mean motion of others, without stiffening them.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub weighted_links: Named<WeightedLinkSpec>,
     /// Supports: dofs that do not move.
     #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
     pub supports: Named<SupportSpec>,
@@ -96,6 +101,9 @@ pub struct ModelSpec {
     /// Other boundary conditions of the same structure, by name.
     #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
     pub configurations: Named<ConfigurationSpec>,
+    /// The deck that the model was imported from: what `export` needs to write changes back.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub imported: Option<ImportedSpec>,
     /// What `add` did to this file, oldest first.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub history: Vec<HistoryEntry>,
@@ -217,6 +225,9 @@ pub struct MemberSpec {
     /// must be stated, unless the section is the same all round.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub orientation: Option<[f64; 3]>,
+    /// Rigid arms from both nodes of each element to its ends, global axes: `[[0, 2 mm, 0], [0, 2 mm, 0]]`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub offsets: Option<[[Scalar; 3]; 2]>,
     /// Number of elements to make of each (a finer mesh with the same properties).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub subdivide: Option<u32>,
@@ -241,6 +252,9 @@ pub struct SpringSpec {
     /// Frame whose axes the directions refer to; global when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub frame: Option<String>,
+    /// Rigid arms from both nodes to the ends of the spring, global axes; a bushing then lies between the ends.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub offsets: Option<[[Scalar; 3]; 2]>,
     /// Of a bushing: where between the nodes its centre is, 0 to 1; 0.5 when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub location: Option<Scalar>,

@@ -34,6 +34,16 @@ pub(super) fn tolerance(text: &str) -> Result<f64, String> {
     in_range(text, |v| (1e-9..=0.1).contains(&v), "from 1e-9 to 0.1, the relative error of frequencies")
 }
 
+/// A system of units by its word.
+pub(super) fn system(text: &str) -> Result<&'static retune::exchange::System, String> {
+    use retune::exchange::{SYSTEMS, system_by_name};
+    system_by_name(text).ok_or_else(|| {
+        let words = SYSTEMS.iter().map(|s| s.name);
+        let suggestion = retune::catalogue::did_you_mean(text, words.clone());
+        format!("it is one of {}{suggestion}", words.collect::<Vec<_>>().join(", "))
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::{mac, not_negative, percent, positive, tolerance};

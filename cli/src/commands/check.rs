@@ -32,6 +32,9 @@ pub(crate) fn run(args: &Check) -> Result<u8, Failure> {
     problems.extend(map.place(sound.errors.clone()));
     let mass = model.mass_properties(&model.parameters().nominal())?;
     let ok = sound.errors.is_empty();
+    if !args.against.is_empty() && ok {
+        return super::against::run(args, &model);
+    }
     if args.json {
         print_json(&json!({
             "ok": ok,

@@ -1,6 +1,7 @@
 //! One file per verb.
 
 pub(crate) mod add;
+pub(crate) mod against;
 pub(crate) mod benchmark;
 pub(crate) mod check;
 pub(crate) mod compare;
@@ -8,8 +9,11 @@ pub(crate) mod completions;
 pub(crate) mod diagnose;
 pub(crate) mod explain;
 pub(crate) mod export;
+mod export_deck;
+mod export_matrices;
 pub(crate) mod health;
 pub(crate) mod identify;
+pub(crate) mod import;
 pub(crate) mod learn;
 pub(crate) mod list;
 pub(crate) mod map;

@@ -32,10 +32,10 @@ pub(super) const PROPERTIES: &[Property] = &[
     positive("Iy", "m4", "second moment of area about y: bending in the x-z plane, displacement uz"),
     positive("Iz", "m4", "second moment of area about z: bending in the x-y plane, displacement uy"),
     positive("J", "m4", "torsion constant"),
-    positive("EA", "N", "axial rigidity, instead of `E` and `A`"),
-    positive("EIy", "N m2", "bending rigidity about y, instead of `E` and `Iy`"),
-    positive("EIz", "N m2", "bending rigidity about z, instead of `E` and `Iz`"),
-    positive("GJ", "N m2", "torsional rigidity, instead of `G` and `J`"),
+    non_negative("EA", "N", "axial rigidity, instead of `E` and `A`"),
+    non_negative("EIy", "N m2", "bending rigidity about y, instead of `E` and `Iy`"),
+    non_negative("EIz", "N m2", "bending rigidity about z, instead of `E` and `Iz`"),
+    non_negative("GJ", "N m2", "torsional rigidity, instead of `G` and `J`"),
     positive("kappa_y", "1", "shear correction factor along y: shear rigidity kappa G A; absent: no shear deformation"),
     positive("kappa_z", "1", "shear correction factor along z: shear rigidity kappa G A; absent: no shear deformation"),
     non_negative("shear_compliance_y", "1/N", "1/(kappa G A) along y, instead of `kappa_y` (default 0: none)"),
@@ -68,8 +68,16 @@ pub(super) const PROPERTIES: &[Property] = &[
     any("mass_offset_z", "m", "z of the mass axis from the node line (default 0)"),
     any("shear_centre_y", "m", "y of the elastic axis from the node line (default 0)"),
     any("shear_centre_z", "m", "z of the elastic axis from the node line (default 0)"),
+    any("neutral_axis_y", "m", "y of the axis that tension stretches, from the node line (default: the elastic axis)"),
+    any("neutral_axis_z", "m", "z of the axis that tension stretches, from the node line (default: the elastic axis)"),
     any("bend_twist_y", "N m2", "coupling rigidity between curvature about y and twist rate (default 0)"),
     any("bend_twist_z", "N m2", "coupling rigidity between curvature about z and twist rate (default 0)"),
+    Property::new(
+        "lumping",
+        "1",
+        Domain::Fraction,
+        "0 for the consistent mass (when absent), 1 for one lumped at both ends, a mean of both between",
+    ),
     any("axial_force", "N", "preload, tension positive: geometric stiffness (default 0)"),
     non_negative("end1_compliance_ux", "m/N", "flexibility of the joint at node 1 along x (default 0: rigid)"),
     non_negative("end1_compliance_uy", "m/N", "flexibility of the joint at node 1 along y (default 0: rigid)"),
@@ -111,6 +119,10 @@ pub(super) struct Section {
     /// (y, z) of the elastic axis and of the mass axis from the node line, m.
     pub shear_centre: [f64; 2],
     pub mass_offset: [f64; 2],
+    /// (y, z) of the axis that tension stretches, from the elastic axis, m.
+    pub neutral_axis: [f64; 2],
+    /// Share of the mass that is lumped at the ends.
+    pub lumping: f64,
     /// Of the twelve dofs, m/N and rad/(N m).
     pub end_compliance: [f64; 12],
 }
@@ -198,6 +210,8 @@ impl Section {
         let polar = value!(input, polar_inertia_per_length).unwrap_or(density.unwrap_or(0.0) * section_inertia);
         let rotary = [value!(input, rotary_inertia_y), value!(input, rotary_inertia_z)].map(|v| v.unwrap_or(0.0));
         let pair = |y: Option<f64>, z: Option<f64>| [y.unwrap_or(0.0), z.unwrap_or(0.0)];
+        let shear_centre = pair(value!(input, shear_centre_y), value!(input, shear_centre_z));
+        let from_centre = |axis: Option<f64>, centre: f64| axis.map_or(0.0, |at| at - centre);
 
         let section = Self {
             length,
@@ -220,7 +234,12 @@ impl Section {
             axial_force: value!(input, axial_force).unwrap_or(0.0),
             inertia: [mass, mass, mass, polar, rotary[0], rotary[1]],
             air,
-            shear_centre: pair(value!(input, shear_centre_y), value!(input, shear_centre_z)),
+            shear_centre,
+            neutral_axis: [
+                from_centre(value!(input, neutral_axis_y), shear_centre[0]),
+                from_centre(value!(input, neutral_axis_z), shear_centre[1]),
+            ],
+            lumping: value!(input, lumping).unwrap_or(0.0),
             mass_offset: pair(value!(input, mass_offset_y), value!(input, mass_offset_z)),
             end_compliance: std::array::from_fn(|d| input.values[END_COMPLIANCE + d].unwrap_or(0.0)),
         };
@@ -302,6 +321,9 @@ pub(super) fn samples() -> Vec<Sample> {
         ("mass_offset_z", -0.01),
         ("shear_centre_y", -0.03),
         ("shear_centre_z", 0.005),
+        ("neutral_axis_y", 0.01),
+        ("neutral_axis_z", -0.02),
+        ("lumping", 0.4),
         ("bend_twist_y", 200.0),
         ("bend_twist_z", -300.0),
     ];

@@ -480,7 +480,7 @@ fn contradictions_are_refused_with_the_remedy() {
         refusal(&[("EIy", 1.0), ("bend_twist_y", 0.1)]),
         "property `GJ` is missing: the bend-twist coupling needs bending and torsional rigidity"
     );
-    assert_eq!(refusal(&[("EA", -7.0)]), "property `EA` is -7; it must be a finite number above zero");
+    assert_eq!(refusal(&[("EA", -7.0)]), "property `EA` is -7; it must be a finite number, zero or above");
 }
 
 /// K is linear in every rigidity, coupling and the preload; M in every mass property.
@@ -539,4 +539,43 @@ fn poissons_ratio_gives_the_shear_modulus() {
     assert!(refusal(&given(&[("nu", 0.3), ("G", 27e9)])).contains("nu"));
     assert!(refusal(&given(&[("nu", 0.6)])).contains("at most 0.5"));
     assert!(refusal(&[("nu", 0.3), ("J", 7e-8), ("mass_per_length", 1.0)]).contains('E'));
+}
+
+/// Tension P at the shear centre of a cantilever whose neutral axis lies at (y, z): it bends by P z and P y about its axes,
+/// rotations -P z L/EIy and P y L/EIz at the tip, and the load point moves by P L (1/EA + z²/EIy + y²/EIz).
+#[test]
+fn tension_beside_the_neutral_axis_bends() {
+    let (l, p, y, z) = (0.8, 500.0, 0.03, -0.02);
+    let u = tip(l, &with(&[("neutral_axis_y", y), ("neutral_axis_z", z)]), [p, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    close(u[0], p * l * (1.0 / 4e6 + z * z / 900.0 + y * y / 5000.0), 1e-11);
+    close(u[4], -p * z * l / 900.0, 1e-11);
+    close(u[5], p * y * l / 5000.0, 1e-11);
+    // Where the elastic axis is, it is that of before.
+    let apart = with(&[("shear_centre_y", y), ("neutral_axis_y", y), ("mass_per_length", 0.5)]);
+    let alone = with(&[("shear_centre_y", y), ("mass_per_length", 0.5)]);
+    assert_eq!(matrices(l, &apart), matrices(l, &alone));
+}
+
+/// Lumped mass: half of everything at either node, on the mass axis, whatever the ends do; in between a mean.
+#[test]
+fn lumped_mass_stands_at_the_nodes() {
+    let given = |s: f64| {
+        let more =
+            [("mass_per_length", 3.0), ("polar_inertia_per_length", 0.2), ("mass_offset_y", 0.1), ("lumping", s)];
+        with(&[&more[..], &[("end1_compliance_ry", 1.0)]].concat())
+    };
+    let (l, m) = (0.8, 0.5 * 0.8 * 3.0);
+    let lumped = matrices(l, &given(1.0)).1;
+    for first in [0, 6] {
+        for d in 0..3 {
+            close(lumped[(first + d, first + d)], m, 1e-14);
+        }
+        close(lumped[(first + 3, first + 3)], 0.5 * 0.8 * 0.2 + m * 0.01, 1e-14);
+        close(lumped[(first + 2, first + 3)], m * 0.1, 1e-14);
+        close(lumped[(first, first + 5)], -m * 0.1, 1e-14);
+        assert_eq!(lumped[(first + 1, first + 5)], 0.0);
+    }
+    assert_eq!(lumped.view((0, 6), (6, 6)).abs().max(), 0.0);
+    let mean = 0.5 * (matrices(l, &given(0.0)).1 + &lumped);
+    assert!((matrices(l, &given(0.5)).1 - mean).abs().max() < 1e-14);
 }

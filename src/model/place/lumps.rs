@@ -59,6 +59,7 @@ impl Placer<'_> {
                 values: self.values(kind, &[(&properties, path.clone())]),
                 orientation: None,
                 frame: spring.frame.as_deref(),
+                arms: Vec::new(),
             };
             // Properties are `k_uz` in the catalogue and `k: {uz: ...}` in the file.
             for p in &mut self.problems[before..] {
@@ -66,7 +67,11 @@ impl Placer<'_> {
                     p.path = p.path.replacen(&format!("{path}.{prefix}_"), &format!("{path}.{prefix}."), 1);
                 }
             }
-            entry.frame = spring.frame.as_deref();
+            match (&spring.offsets, nodes.len()) {
+                (Some(offsets), 2) => entry.arms = self.arms(offsets, &path),
+                (Some(_), _) => self.error(child(&path, "offsets"), "`offsets` are of the two `nodes` of a spring"),
+                (None, _) => {}
+            }
             let indices: Vec<Option<usize>> = nodes.iter().map(|(n, p)| self.node(n, p)).collect();
             if let Some(indices) = indices.into_iter().collect::<Option<Vec<_>>>() {
                 self.add(name.clone(), &entry, indices);
@@ -101,8 +106,15 @@ impl Placer<'_> {
                     1,
                 );
             }
-            let entry =
-                Entry { path: &path, kind, section: None, values, orientation: None, frame: mass.frame.as_deref() };
+            let entry = Entry {
+                path: &path,
+                kind,
+                section: None,
+                values,
+                orientation: None,
+                frame: mass.frame.as_deref(),
+                arms: Vec::new(),
+            };
             let single = mass.node.is_some();
             for (i, (node, node_path)) in nodes.iter().enumerate() {
                 let Some(index) = self.node(node, node_path) else { continue };

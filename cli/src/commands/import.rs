@@ -1,0 +1,110 @@
+//! `retune import`
+
+use crate::args::{Import, ParametersOf};
+use crate::output::{Failure, print, shown};
+use crate::{DONE, WRONG_INPUT, files, ledger, writing};
+use retune::deck::{Deck, DeckError};
+use retune::exchange::{ImportOptions, Imported, Quantity, SYSTEMS, import};
+use retune::modal::SolveOptions;
+use retune::model::{Model, ParametricModel, Registry, load, solve_modes};
+use retune::report::text::number;
+use std::fmt::Write as _;
+use std::path::Path;
+
+/// Bytes of one file of a deck, at most.
+const LARGEST: u64 = 1 << 30;
+
+/// Reads a deck with everything that it includes.
+pub(super) fn read(path: &Path) -> Result<Deck, Failure> {
+    Deck::read(path, &mut |p| ledger::read(p, LARGEST)).map_err(|e| Failure::text(e.to_string()))
+}
+
+/// Errors of a deck, one a line.
+pub(super) fn failed(errors: &[DeckError]) -> Failure {
+    let lines: Vec<String> = errors.iter().map(ToString::to_string).collect();
+    Failure::lines(&lines)
+}
+
+pub(crate) fn run(args: &Import) -> Result<u8, Failure> {
+    for output in args.output.iter().chain(&args.test) {
+        writing::check_output(output, args.force)?;
+    }
+    let deck = read(&args.deck)?;
+    let options = |system| ImportOptions {
+        system,
+        subcase: args.subcase,
+        parameter_per_property: args.parameters == Some(ParametersOf::Properties),
+    };
+    let Some(system) = args.units else {
+        let imported = import(&deck, options(&SYSTEMS[0])).map_err(|e| failed(&e))?;
+        print(&choices(&imported)?);
+        return Ok(WRONG_INPUT);
+    };
+    let imported = import(&deck, options(system)).map_err(|e| failed(&e))?;
+    print(&imported.report.to_string());
+    let Some(output) = &args.output else {
+        return Err(Failure::text("nothing to write: give `-o MODEL.yaml`"));
+    };
+    if writing::write(output, &imported.text) {
+        print(&format!("written     {}\n", shown(output)));
+    }
+    match (&args.test, &imported.test) {
+        (Some(path), Some(test)) => {
+            if writing::write(path, test) {
+                print(&format!("written     {}\n", shown(path)));
+            }
+        }
+        (Some(path), None) => {
+            return Err(Failure::text(format!(
+                "{}: not written, because the deck asks for no frequencies (DRESP1 FREQ)",
+                shown(path)
+            )));
+        }
+        (None, Some(_)) => {
+            print("notes       the deck asks for frequencies: `--test FILE` writes them as a test file\n");
+        }
+        (None, None) => {}
+    }
+    if imported.text.len() as u64 > files::LARGEST {
+        print("notes       the model file is larger than 16 MiB, more than other verbs read: give a coarser mesh\n");
+        return Ok(DONE);
+    }
+    // The model is whole, or the import has a fault: said with the line of the file.
+    match load(&imported.text, &Registry::builtin()) {
+        Ok(_) => Ok(DONE),
+        Err(problems) => Err(Failure::problems(output, &imported.text, &problems)),
+    }
+}
+
+/// What the deck would be in every system of units.
+fn choices(imported: &Imported) -> Result<String, Failure> {
+    let model = match load(&imported.text, &Registry::builtin()) {
+        Ok((model, ..)) => model,
+        Err(problems) => return Err(Failure::problems(Path::new("model.yaml"), &imported.text, &problems)),
+    };
+    let theta = model.parameters().nominal();
+    let mass = model.mass_properties(&theta)?.map_or(0.0, |m| m.mass);
+    let size = model.geometry().size();
+    let mut out = String::from("A deck does not say its units, and they are not guessed. It is\n\n");
+    let _ = writeln!(out, "  --units     mass                 size                 units");
+    for system in SYSTEMS {
+        let (m, l) = (system.factor(Quantity::Mass), system.factor(Quantity::Length));
+        let mass = format!("{} kg", number(mass * m));
+        let size = format!("{} m", number(size * l));
+        let _ = writeln!(out, "  {:<11} {mass:<20} {size:<20} {}", system.name, system.summary);
+    }
+    let _ = match first_frequency(&model) {
+        Some(f) => {
+            writeln!(out, "\nThe first elastic mode is at {} Hz in each of them, if the units are coherent.", number(f))
+        }
+        None => writeln!(out, "\nThe first elastic mode is not computed."),
+    };
+    out.push_str("Give the one that the structure has.\n");
+    Ok(out)
+}
+
+fn first_frequency(model: &Model) -> Option<f64> {
+    let theta = model.parameters().nominal();
+    let modes = solve_modes(model, &theta, SolveOptions { n_elastic: 1, shift: None }).ok()?;
+    (modes.len() > modes.n_rigid).then(|| modes.frequency_hz(modes.n_rigid))
+}

@@ -1,0 +1,353 @@
+//! What was learnt, back into the deck: the fields whose values changed, and nothing else.
+//!
+//! Not the text of the model file is compared but the models: the deck is imported once more, and every element of the updated model is
+//! held against its own as it was, so that it does not matter by which parameters, overrides or effects a value came about. A value has
+//! its field on the card of the element, of its property or of its material. Where a card serves elements that no longer agree, a copy
+//! with a new number is added and those that changed refer to it. What was added to the model becomes cards in one block; what has no card
+//! is refused by name.
+
+mod added;
+mod cards;
+
+use super::nastran::{Bound, ImportOptions, Imported, Origins, import};
+use super::system::{Quantity, System, system_by_name};
+use crate::catalogue::counted;
+use crate::deck::{CardId, Changes, Deck, DeckError};
+use crate::element::Property;
+use crate::model::{Model, ModelSpec, ParametricModel, PlacedElement, Registry, load};
+use std::collections::{BTreeMap, HashMap};
+
+/// A deck with what was learnt in it.
+#[derive(Debug, Clone)]
+pub struct Exported {
+    /// The text of every file of the deck, in the order of [`Deck::sources`].
+    pub files: Vec<String>,
+    /// What changed, one line each: card, field, old and new value.
+    pub changes: Vec<String>,
+    /// Cards that were added.
+    pub added: Vec<String>,
+    /// Largest relative difference between a value of the model and the digits that its field holds.
+    pub rounding: f64,
+}
+
+/// Why a model has no deck.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ExportError {
+    /// The model was not imported.
+    #[error(
+        "the model file has no `imported` block: it was not made by `retune import`, so nothing says which card a value belongs to"
+    )]
+    NotImported,
+    /// The deck does not give the model that it was imported as.
+    #[error("the deck gives no model any more: {0}")]
+    Deck(DeckError),
+    /// The imported text is no model.
+    #[error("the deck gives a model with mistakes: {0}")]
+    Model(String),
+    /// What has no card, each with the reason.
+    #[error("{}", .0.join("\n"))]
+    Refused(Vec<String>),
+}
+
+/// Values that differ by less are the same: the same text gives the same bits, and sums of products differ by rounding.
+const SAME: f64 = 1e-12;
+
+/// A heading above the cards that are added.
+pub(super) const HEADING: &str = "$ --- added by retune ---";
+
+/// Writes the values of an updated model into the deck that it was imported from.
+///
+/// # Errors
+/// A model of another origin; changes that no card can hold, all of them by name.
+pub fn export(deck: &Deck, updated: &Model) -> Result<Exported, ExportError> {
+    let spec = updated.spec();
+    let imported = spec.imported.as_ref().ok_or(ExportError::NotImported)?;
+    let system = system_by_name(&imported.units).ok_or_else(|| {
+        ExportError::Refused(vec![format!("imported.units: `{}` is no system of units", imported.units)])
+    })?;
+    let options = ImportOptions {
+        system,
+        subcase: imported.subcase,
+        parameter_per_property: imported.parameters.as_deref() == Some("properties"),
+    };
+    let (base, before) = model_of(deck, options)?;
+    let mut work = Work {
+        deck,
+        system,
+        origins: &before.origins,
+        next: before.origins.largest,
+        changes: Changes::default(),
+        told: Vec::new(),
+        refused: Vec::new(),
+        wanted: BTreeMap::new(),
+        rewritten: Vec::new(),
+        rounding: 0.0,
+    };
+    work.same_structure(base.spec(), spec);
+    work.variables(&base, updated);
+    work.elements(&base, updated);
+    work.write();
+    added::write(&mut work, &base, updated);
+    if !work.refused.is_empty() {
+        return Err(ExportError::Refused(work.refused));
+    }
+    let files = work.changes.apply(deck, HEADING);
+    Ok(Exported { files, changes: work.told, added: work.changes.added().to_vec(), rounding: work.rounding })
+}
+
+fn model_of(deck: &Deck, options: ImportOptions) -> Result<(Model, Imported), ExportError> {
+    let imported = import(deck, options).map_err(|e| ExportError::Deck(e[0].clone()))?;
+    match load(&imported.text, &Registry::builtin()) {
+        Ok((model, ..)) => Ok((model, imported)),
+        Err(problems) => Err(ExportError::Model(problems.first().map_or_else(String::new, |p| p.message.clone()))),
+    }
+}
+
+/// What an element wants of the fields that it depends on.
+#[derive(Debug, Clone)]
+pub(super) struct Wish {
+    pub element: String,
+    /// Value in the deck's unit; the old one where it did not change.
+    pub value: f64,
+    pub is_new: bool,
+}
+
+pub(super) struct Work<'a> {
+    pub deck: &'a Deck,
+    pub system: &'static System,
+    pub origins: &'a Origins,
+    /// The largest number of the deck.
+    pub next: u32,
+    pub changes: Changes,
+    pub told: Vec<String>,
+    pub refused: Vec<String>,
+    /// Card and field -> what its elements want.
+    pub wanted: BTreeMap<(CardId, usize), (&'static str, Vec<Wish>)>,
+    /// Elements whose whole property is written anew, with their new values.
+    pub rewritten: Vec<(String, Vec<(String, f64)>)>,
+    pub rounding: f64,
+}
+
+impl Work<'_> {
+    fn refuse(&mut self, what: String) {
+        if !self.refused.contains(&what) {
+            self.refused.push(what);
+        }
+    }
+
+    /// Supports, links and constraints have to be as they were.
+    fn same_structure(&mut self, base: &ModelSpec, updated: &ModelSpec) {
+        fn differences<T: PartialEq>(
+            room: &str,
+            base: &crate::model::spec::Named<T>,
+            updated: &crate::model::spec::Named<T>,
+            out: &mut Vec<String>,
+        ) {
+            for (name, entry) in base {
+                match updated.get(name) {
+                    None => out.push(format!("{room}.{name}: it was taken out, and export does not delete cards")),
+                    Some(now) if now != entry => {
+                        out.push(format!("{room}.{name}: it changed, and no field holds that; edit the card"));
+                    }
+                    Some(_) => {}
+                }
+            }
+            for name in updated.keys().filter(|n| !base.contains_key(*n)) {
+                out.push(format!(
+                    "{room}.{name}: it was added, and export writes no card for it; add it to the deck by hand"
+                ));
+            }
+        }
+        let mut out = Vec::new();
+        differences("supports", &base.supports, &updated.supports, &mut out);
+        differences("rigid_links", &base.rigid_links, &updated.rigid_links, &mut out);
+        differences("weighted_links", &base.weighted_links, &updated.weighted_links, &mut out);
+        differences("constraints", &base.constraints, &updated.constraints, &mut out);
+        self.refused.extend(out);
+    }
+
+    fn elements(&mut self, base: &Model, updated: &Model) {
+        let (theta0, theta) = (base.parameters().nominal(), updated.parameters().nominal());
+        let now: HashMap<&str, &PlacedElement> = updated.elements().iter().map(|e| (e.name.as_str(), e)).collect();
+        let size = base.geometry().size();
+        for (i, name) in base.geometry().names.iter().enumerate() {
+            let old = base.geometry().positions[i];
+            match updated.geometry().node(name).map(|n| updated.geometry().positions[n]) {
+                None => self.refuse(format!("nodes.{name}: it was taken out, and export does not delete cards")),
+                Some(new) if (0..3).any(|k| (new[k] - old[k]).abs() > 1e-10 * size) => self.moved(name, new),
+                Some(_) => {}
+            }
+        }
+        for element in base.elements() {
+            let Some(new) = now.get(element.name.as_str()) else {
+                self.refuse(format!("{}: it was taken out or divided, and export does not delete cards", element.path));
+                continue;
+            };
+            let names = |m: &Model, e: &PlacedElement| -> Vec<String> {
+                e.nodes.iter().map(|n| m.geometry().names[*n].clone()).collect()
+            };
+            let turned =
+                element.axes.iter().flatten().zip(new.axes.iter().flatten()).any(|(a, b)| (a - b).abs() > 1e-9);
+            let moved =
+                element.arms.iter().flatten().zip(new.arms.iter().flatten()).any(|(a, b)| (a - b).abs() > 1e-10 * size);
+            let other_kind = element.kind.name() != new.kind.name() || names(base, element) != names(updated, new);
+            if other_kind || turned || moved || element.arms.len() != new.arms.len() {
+                self.refuse(format!("{}: its nodes, axes or offsets changed, and export writes values only", new.path));
+                continue;
+            }
+            if new.stiffness_damping.is_some() || new.mass_damping.is_some() {
+                self.refuse(format!("{}: damping of an element has no field on its cards", new.path));
+            }
+            self.values(element, new, &theta0, &theta);
+        }
+    }
+
+    /// Design variables of the deck take the values of their parameters.
+    fn variables(&mut self, base: &Model, updated: &Model) {
+        let mut names: Vec<(&String, CardId)> = self.origins.variables.iter().map(|(n, c)| (n, *c)).collect();
+        names.sort_by_key(|n| n.1);
+        for (name, card) in names {
+            let of = |m: &Model| m.parameters().index_of(name).map(|i| m.parameters().nominal()[i]);
+            match (of(base), of(updated)) {
+                (Some(old), Some(new)) if (old - new).abs() > SAME * old.abs().max(new.abs()) => {
+                    self.put((card, 4, "XINIT"), new);
+                }
+                (Some(_), None) => {
+                    self.refuse(format!("parameters.{name}: it was taken out, and the deck's design variable stays"));
+                }
+                _ => {}
+            }
+        }
+    }
+
+    fn moved(&mut self, name: &str, position: [f64; 3]) {
+        let Some(&card) = self.origins.grids.get(name) else { return };
+        let read = self.deck.card(card);
+        if !matches!(read.text(3), "" | "0") {
+            self.refuse(format!(
+                "nodes.{name}: it moved, and its GRID stands in a coordinate system of its own; edit the card"
+            ));
+            return;
+        }
+        let metre = self.system.factor(Quantity::Length);
+        for (k, label) in ["X1", "X2", "X3"].into_iter().enumerate() {
+            let value = position[k] / metre;
+            let old = read.real_or(4 + k, label, 0.0).unwrap_or(0.0);
+            if (value - old).abs() > 1e-10 * (value.abs() + old.abs()) {
+                self.put((card, 4 + k, label), value);
+            }
+        }
+    }
+
+    /// The new values of one element, with the factors on its whole stiffness and mass in them.
+    fn values(&mut self, old: &PlacedElement, new: &PlacedElement, theta0: &[f64], theta: &[f64]) {
+        let properties = old.kind.properties();
+        let value = |e: &PlacedElement, i: usize, at: &[f64]| e.values[i].as_ref().map(|v| v.at(at));
+        let factor = |v: &Option<crate::model::Value>, at: &[f64]| v.as_ref().map_or(1.0, |v| v.at(at));
+        let k = factor(&new.stiffness_factor, theta) / factor(&old.stiffness_factor, theta0);
+        let m = factor(&new.mass_factor, theta) / factor(&old.mass_factor, theta0);
+        let mut wanted: Vec<(usize, Option<f64>, Option<f64>)> = Vec::new();
+        for i in 0..properties.len() {
+            let (before, mut after) = (value(old, i, theta0), value(new, i, theta));
+            after = after.map(|v| v * scale(&properties[i], k, m));
+            wanted.push((i, before, after));
+        }
+        if (k != 1.0 || m != 1.0) && !scales(old.kind.name()) {
+            self.refuse(format!("{}: a factor on the whole matrix of a {} has no field", new.path, old.kind.name()));
+            return;
+        }
+        let Some(origin) = self.origins.elements.get(&old.name) else {
+            self.refuse(format!("{}: nothing says which card it comes from", new.path));
+            return;
+        };
+        let section = origin.section.as_ref().and_then(|s| self.origins.sections.get(s));
+        let bounds: Vec<&Bound> = origin.bounds.iter().chain(section.into_iter().flatten()).collect();
+        let bound_of = |name: &str| bounds.iter().find(|b| b.property == name).copied();
+        let is_same = |a: Option<f64>, b: Option<f64>| match (a, b) {
+            (Some(a), Some(b)) => (a - b).abs() <= SAME * a.abs().max(b.abs()),
+            (None, Some(b)) => b == 0.0,
+            (Some(a), None) => a == 0.0,
+            (None, None) => true,
+        };
+        let changed: Vec<usize> = wanted.iter().filter(|w| !is_same(w.1, w.2)).map(|w| w.0).collect();
+        // A Poisson's ratio that gives G stands for it: E alone carries a factor.
+        if changed.iter().any(|&i| bound_of(properties[i].name).is_none()) {
+            let all: Vec<(String, f64)> =
+                wanted.iter().filter_map(|w| w.2.map(|v| (properties[w.0].name.to_string(), v))).collect();
+            let unbound: Vec<&str> =
+                changed.iter().map(|&i| properties[i].name).filter(|n| bound_of(n).is_none()).collect();
+            if cards::can_rewrite(self.deck, origin, &unbound) {
+                self.rewritten.push((old.name.clone(), all));
+            } else {
+                self.refuse(format!(
+                    "{}: `{}` has no field on the cards of {}",
+                    new.path,
+                    unbound.join("`, `"),
+                    old.name
+                ));
+            }
+            return;
+        }
+        for &(i, before, after) in &wanted {
+            let Some(bound) = bound_of(properties[i].name) else { continue };
+            let (Some(after), is_new) = (after.or(Some(0.0)), changed.contains(&i)) else { continue };
+            let value = if is_new { after } else { before.unwrap_or(0.0) } / bound.factor;
+            let wish = Wish { element: old.name.clone(), value, is_new };
+            self.wanted.entry((bound.card, bound.field)).or_insert((bound.name, Vec::new())).1.push(wish);
+        }
+    }
+
+    /// Writes a number into a field and tells of it.
+    pub(super) fn put(&mut self, (card, field, name): (CardId, usize, &'static str), value: f64) {
+        let read = self.deck.card(card);
+        let old = read.text(field).to_string();
+        match self.changes.real(self.deck, (card, field, name), value) {
+            Ok(text) => {
+                self.rounded(value, &text);
+                let (file, line) = read.place();
+                let old = if old.is_empty() { "empty".to_string() } else { old };
+                self.told.push(format!("{file}:{line}: {} {}, {name}: {old} -> {text}", read.name(), read.text(2)));
+            }
+            Err(e) => self.refuse(e.to_string()),
+        }
+    }
+
+    pub(super) fn rounded(&mut self, value: f64, text: &str) {
+        let written = crate::deck::parse_real(text).unwrap_or(0.0);
+        if value != 0.0 {
+            self.rounding = self.rounding.max((written / value - 1.0).abs());
+        }
+    }
+
+    pub(super) fn number(&mut self) -> u32 {
+        self.next += 1;
+        self.next
+    }
+}
+
+impl Exported {
+    /// One line of what was done.
+    pub fn summary(&self) -> String {
+        let cards = self.added.iter().filter(|l| !l.starts_with(['*', '$'])).count();
+        format!("{} changed, {} added", counted(self.changes.len(), "field"), counted(cards, "card"))
+    }
+}
+
+/// Factor of a property where the whole stiffness is multiplied by `k` and the whole mass by `m`: moduli and spring constants carry the
+/// one, densities and masses the other.
+fn scale(property: &Property, k: f64, m: f64) -> f64 {
+    match property.name {
+        "E" | "G" | "E1" | "E2" | "E3" | "G12" | "G13" | "G23" | "EA" | "EIy" | "EIz" | "GJ" | "k" => k,
+        "density" | "mass" | "added_mass_per_length" | "mass_per_length" | "mass_per_area" => m,
+        name if name.starts_with("k_") => k,
+        name if name.starts_with("inertia_") || name.starts_with("m_") => m,
+        "polar_inertia_per_length" | "rotary_inertia_y" | "rotary_inertia_z" => m,
+        _ => 1.0,
+    }
+}
+
+/// Kinds of elements of which [`scale`] knows every property.
+fn scales(kind: &str) -> bool {
+    !matches!(kind, "bar")
+}

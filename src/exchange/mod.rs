@@ -1,0 +1,17 @@
+//! Models and the decks of other programs: import, proof that both are one model, and export of what was learnt.
+//!
+//! [`import`] turns a Nastran deck into the text of a model file and says what was read, left out and approximated. [`read_results`] reads
+//! what the solver itself computed (.f06, .op2, .pch), [`compare_results`] holds a model against it. [`export`] writes the values of an
+//! updated model back into the fields of the deck, every other byte kept.
+
+mod against;
+mod export;
+mod nastran;
+mod results;
+mod system;
+
+pub use against::{Agreement, MassAgreement, ModeAgreement, compare_results};
+pub use export::{ExportError, Exported, export};
+pub use nastran::{CARDS, CardRule, ImportOptions, ImportReport, Imported, Treatment, import};
+pub use results::{ResultMode, ResultsError, SolverResults, read_results};
+pub use system::{Quantity, SYSTEMS, System, system_by_name};

@@ -1,0 +1,324 @@
+//! Design variables of SOL 200: DESVAR, DLINK, DVPREL1, DVMREL1, DVCREL1 as parameters of the model.
+
+use super::importer::Importer;
+use super::names::slug;
+use super::writer::{Block, computed, exact, map, with_unit};
+use super::{CardRule, left_out, refused, used};
+use crate::deck::{CardId, Deck, DeckError};
+use std::collections::{BTreeMap, HashMap, HashSet};
+
+pub(super) const CARDS: &[CardRule] = &[
+    used("DESVAR", "parameters"),
+    used("DLINK", "parameters"),
+    used("DVPREL1", "parameters"),
+    used("DVMREL1", "parameters"),
+    used("DVCREL1", "parameters"),
+    left_out("DDVAL", "discrete values of design variables"),
+    left_out("DOPTPRM", "how the optimiser works"),
+    left_out("DSCREEN", "how the optimiser works"),
+    left_out("MODTRAK", "how the optimiser works"),
+    used("DRESP1", "targets"),
+    used("DRESP2", "targets"),
+    refused("DRESP3", "responses of external programs are not read"),
+    used("DEQATN", "targets"),
+    used("DCONSTR", "targets"),
+    used("DCONADD", "targets"),
+    left_out("DTABLE", "constants of equations"),
+    refused("DVPREL2", "properties by equations are not read; give DVPREL1"),
+    refused("DVMREL2", "materials by equations are not read; give DVMREL1"),
+    refused("DVCREL2", "connections by equations are not read; give DVCREL1"),
+    refused("DVGRID", "shapes as design variables are not read"),
+    refused("DVSHAP", "shapes as design variables are not read"),
+    refused("DVBSHAP", "shapes as design variables are not read"),
+    refused("TOPVAR", "topology is not read"),
+];
+
+/// A design variable.
+#[derive(Debug, Clone)]
+struct Variable {
+    card: CardId,
+    id: u32,
+    name: String,
+    label: String,
+    value: f64,
+    bounds: Option<[f64; 2]>,
+}
+
+/// A field as C0 + Σ c_i x_i.
+#[derive(Debug, Clone, Default)]
+struct Relation {
+    constant: f64,
+    terms: Vec<(usize, f64)>,
+}
+
+/// The design model of a deck.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Design {
+    variables: Vec<Variable>,
+    relations: HashMap<(CardId, usize), Relation>,
+    used: std::cell::RefCell<HashSet<(CardId, usize)>>,
+    places: BTreeMap<(CardId, usize), CardId>,
+    /// Relations to fields that are no properties of an element: offsets, coordinates.
+    left: BTreeMap<String, usize>,
+}
+
+/// Number of the field that a name means on a card.
+fn field_of(card: &str, name: &str) -> Option<usize> {
+    let name = name.to_uppercase();
+    let name = name.strip_suffix("(A)").unwrap_or(&name);
+    let list: &[(&str, usize)] = match card {
+        "PBEAM" => &[("A", 4), ("I1", 5), ("IZ", 5), ("I2", 6), ("IY", 6), ("I12", 7), ("J", 8), ("NSM", 9)],
+        "PBAR" => &[("A", 4), ("I1", 5), ("I2", 6), ("J", 7), ("NSM", 8), ("K1", 18), ("K2", 19), ("I12", 20)],
+        "PROD" => &[("A", 4), ("J", 5), ("NSM", 7)],
+        "PSHELL" => &[("T", 4), ("12I/T**3", 6), ("TS/T", 8), ("NSM", 9)],
+        "PBUSH" => &[("K1", 4), ("K2", 5), ("K3", 6), ("K4", 7), ("K5", 8), ("K6", 9)],
+        "PELAS" => &[("K1", 3), ("K", 3), ("K2", 7)],
+        "MAT1" => &[("E", 3), ("G", 4), ("NU", 5), ("RHO", 6)],
+        "MAT8" => &[("E1", 3), ("E2", 4), ("NU12", 5), ("G12", 6), ("G1Z", 7), ("G2Z", 8), ("RHO", 9)],
+        "CONM2" => &[
+            ("M", 5),
+            ("X1", 6),
+            ("X2", 7),
+            ("X3", 8),
+            ("I11", 10),
+            ("I21", 11),
+            ("I22", 12),
+            ("I31", 13),
+            ("I32", 14),
+            ("I33", 15),
+        ],
+        "CONM1" => &[
+            ("M11", 5),
+            ("M21", 6),
+            ("M22", 7),
+            ("M31", 8),
+            ("M32", 9),
+            ("M33", 10),
+            ("M41", 11),
+            ("M42", 12),
+            ("M43", 13),
+            ("M44", 14),
+            ("M51", 15),
+            ("M52", 16),
+            ("M53", 17),
+            ("M54", 18),
+            ("M55", 19),
+            ("M61", 20),
+            ("M62", 21),
+            ("M63", 22),
+            ("M64", 23),
+            ("M65", 24),
+            ("M66", 25),
+        ],
+        "PMASS" | "CMASS2" => &[("M", 3)],
+        "CELAS2" => &[("K", 3)],
+        "CONROD" => &[("A", 6), ("J", 7), ("NSM", 9)],
+        _ => &[],
+    };
+    list.iter().find(|l| l.0 == name).map(|l| l.1)
+}
+
+impl Design {
+    pub(super) fn read(deck: &Deck) -> Result<Self, DeckError> {
+        let mut design = Self::default();
+        let mut by_id: HashMap<u32, usize> = HashMap::new();
+        let mut taken: HashSet<String> = HashSet::new();
+        let mut links = Vec::new();
+        let mut wanted: HashMap<(&'static str, u32), Vec<CardId>> = HashMap::new();
+        for id in deck.cards() {
+            match deck.name(id) {
+                "DESVAR" => {
+                    let card = deck.card(id);
+                    let number = card.id_at(2, "ID")?;
+                    let label = card.text(3).to_string();
+                    let mut name = slug(&label).unwrap_or_else(|| format!("x_{number}"));
+                    if !taken.insert(name.clone()) {
+                        name = format!("{name}_{number}");
+                        taken.insert(name.clone());
+                    }
+                    let (value, low, high) =
+                        (card.real(4, "XINIT")?, card.optional_real(5, "XLB")?, card.optional_real(6, "XUB")?);
+                    let bounds = match (low, high) {
+                        (None, None) => None,
+                        (low, high) => Some([low.unwrap_or(-1e20), high.unwrap_or(1e20)]),
+                    };
+                    if let Some([low, high]) = bounds.filter(|[low, high]| !(*low <= value && value <= *high)) {
+                        return Err(card.error(
+                            Some((4, "XINIT")),
+                            format_args!("{value} is not between the bounds {low} and {high}"),
+                        ));
+                    }
+                    if by_id.insert(number, design.variables.len()).is_some() {
+                        return Err(card.error(Some((2, "ID")), format_args!("DESVAR {number} stands twice")));
+                    }
+                    design.variables.push(Variable { card: id, id: number, name, label, value, bounds });
+                }
+                "DLINK" => links.push(id),
+                "DVPREL1" | "DVMREL1" | "DVCREL1" => {
+                    let card = deck.card(id);
+                    if let Some(kind) = known(card.text(3)) {
+                        wanted.insert((kind, card.id_at(4, "ID")?), Vec::new());
+                    }
+                }
+                _ => {}
+            }
+        }
+        if design.variables.is_empty() {
+            return Ok(design);
+        }
+        for id in deck.cards() {
+            if let Some(kind) = known(deck.name(id)) {
+                let number = deck.card(id).id_at(2, "ID")?;
+                if let Some(list) = wanted.get_mut(&(kind, number)) {
+                    list.push(id);
+                }
+            }
+        }
+        // A variable that follows others is written in these.
+        let mut linked: HashMap<usize, Relation> = HashMap::new();
+        for id in links {
+            let card = deck.card(id);
+            let find = |n: usize| -> Result<usize, DeckError> {
+                let number = card.id_at(n, "DVID")?;
+                by_id
+                    .get(&number)
+                    .copied()
+                    .ok_or_else(|| card.error(Some((n, "DVID")), format_args!("there is no DESVAR {number}")))
+            };
+            let dependent = find(3)?;
+            let (constant, factor) = (card.real_or(4, "C0", 0.0)?, card.real_or(5, "CMULT", 1.0)?);
+            let mut terms = Vec::new();
+            let mut n = 6;
+            while n <= card.len() {
+                if !card.is_blank(n) {
+                    terms.push((find(n)?, factor * card.real(n + 1, "C")?));
+                }
+                n += 2;
+            }
+            linked.insert(dependent, Relation { constant, terms });
+        }
+        for id in deck.cards() {
+            let (first, expected) = match deck.name(id) {
+                "DVPREL1" => (10, "property"),
+                "DVMREL1" => (10, "material"),
+                "DVCREL1" => (10, "element"),
+                _ => continue,
+            };
+            let card = deck.card(id);
+            let (kind, number) = (card.text(3).to_uppercase(), card.id_at(4, "ID")?);
+            let field = known(&kind).and_then(|k| Some((k, field_of(&kind, card.text(5))?)));
+            let Some((known_kind, field)) = field else {
+                let what = format!("{} to {} of {kind}", deck.name(id), shown(card.text(5)));
+                *design.left.entry(what).or_default() += 1;
+                continue;
+            };
+            let targets = wanted.get(&(known_kind, number)).and_then(|t| t.first());
+            let Some(&target) = targets else {
+                return Err(card.error(Some((4, "ID")), format_args!("there is no {expected} {kind} {number}")));
+            };
+            let mut relation = Relation { constant: card.real_or(8, "C0", 0.0)?, terms: Vec::new() };
+            let mut n = first;
+            while n <= card.len() {
+                if !card.is_blank(n) {
+                    let number = card.id_at(n, "DVID")?;
+                    let variable = by_id.get(&number).copied();
+                    let variable = variable
+                        .ok_or_else(|| card.error(Some((n, "DVID")), format_args!("there is no DESVAR {number}")))?;
+                    let factor =
+                        if card.text(n + 1).eq_ignore_ascii_case("PVAL") { 1.0 } else { card.real(n + 1, "COEF")? };
+                    match linked.get(&variable) {
+                        Some(link) => {
+                            relation.constant += factor * link.constant;
+                            relation.terms.extend(link.terms.iter().map(|(v, c)| (*v, c * factor)));
+                        }
+                        None => relation.terms.push((variable, factor)),
+                    }
+                }
+                n += 2;
+            }
+            design.places.insert((target, field), id);
+            design.relations.insert((target, field), relation);
+        }
+        Ok(design)
+    }
+
+    /// The expression of a field, if it follows variables.
+    pub(super) fn expression(&self, card: CardId, field: usize, unit: &str, scale: f64) -> Option<String> {
+        let relation = self.relations.get(&(card, field))?;
+        self.used.borrow_mut().insert((card, field));
+        let mut text = String::new();
+        if relation.constant != 0.0 {
+            text.push_str(&with_unit(&computed(relation.constant * scale), unit));
+        }
+        for (variable, factor) in &relation.terms {
+            let factor = factor * scale;
+            let size = with_unit(&computed(factor.abs()), unit);
+            let sign = match (text.is_empty(), factor < 0.0) {
+                (true, true) => "-",
+                (true, false) => "",
+                (false, true) => " - ",
+                (false, false) => " + ",
+            };
+            let name = &self.variables[*variable].name;
+            let product = if size == "1" { name.clone() } else { format!("{size} * {name}") };
+            text.push_str(&format!("{sign}{product}"));
+        }
+        Some(text)
+    }
+}
+
+/// Kinds of cards that can follow a variable.
+fn known(kind: &str) -> Option<&'static str> {
+    const KINDS: [&str; 13] = [
+        "PBEAM", "PBAR", "PROD", "PSHELL", "PBUSH", "PELAS", "PMASS", "MAT1", "MAT8", "CONM2", "CONM1", "CMASS2",
+        "CELAS2",
+    ];
+    KINDS.iter().find(|k| k.eq_ignore_ascii_case(kind)).copied()
+}
+
+fn shown(text: &str) -> String {
+    text.chars().filter(|c| !c.is_control()).take(16).collect()
+}
+
+impl Importer<'_> {
+    /// Parameters of the variables that any field follows.
+    pub(super) fn write_design(&mut self) {
+        let used = self.design.used.borrow().clone();
+        let mut named: HashSet<usize> = HashSet::new();
+        for place in self.design.places.keys().filter(|p| used.contains(p)) {
+            named.extend(self.design.relations[place].terms.iter().map(|t| t.0));
+        }
+        let left: Vec<String> = self
+            .design
+            .places
+            .iter()
+            .filter(|(place, _)| !used.contains(place))
+            .map(|(_, id)| format!("{} {}", self.deck.name(*id), self.deck.card(*id).text(2)))
+            .collect();
+        if !left.is_empty() {
+            let shown = left.iter().take(5).cloned().collect::<Vec<_>>().join(", ");
+            let more = if left.len() > 5 { format!(" and {} more", left.len() - 5) } else { String::new() };
+            self.report.note(format!("relations to fields that no element uses are left out: {shown}{more}"));
+        }
+        for (what, count) in self.design.left.clone() {
+            self.report.note(format!(
+                "{count} relations {what} are left out: no parameter can stand there; the card's own value holds"
+            ));
+        }
+        for (i, v) in self.design.variables.clone().into_iter().enumerate() {
+            if !named.contains(&i) {
+                continue;
+            }
+            self.origins.variables.insert(v.name.clone(), v.card);
+            let mut items = vec![("value", exact(v.value))];
+            if let Some([low, high]) = v.bounds {
+                items.push(("bounds", format!("[{}, {}]", exact(low), exact(high))));
+            }
+            items.push((
+                "description",
+                format!("\"DESVAR {} {}\"", v.id, super::writer::clean(&v.label).replace(['"', '\\'], "")),
+            ));
+            self.out.entry(Block::Parameters, &v.name, &map(&items), "");
+        }
+    }
+}

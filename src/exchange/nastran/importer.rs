@@ -1,0 +1,429 @@
+//! The pass over the cards of a deck.
+
+use super::coordinates::{Coord, GLOBAL_COORD};
+use super::design::Design;
+use super::names::{Taken, heading, property_name, slug, worth_keeping};
+use super::report::ImportReport;
+use super::writer::{Block, Writer, clean, exact, list, map};
+use super::{Treatment, rule};
+use crate::catalogue::{counted, did_you_mean};
+use crate::deck::{CardId, Deck, DeckError};
+use crate::exchange::system::System;
+use std::collections::{BTreeMap, HashMap, HashSet};
+
+/// How a deck is to be read.
+#[derive(Debug, Clone, Copy)]
+pub struct ImportOptions {
+    /// The units of its numbers.
+    pub system: &'static System,
+    /// The subcase whose constraints hold; the first when absent.
+    pub subcase: Option<u32>,
+    /// Whether every property gets a parameter, a factor on its stiffness between a half and two.
+    pub parameter_per_property: bool,
+}
+
+/// A model file made of a deck.
+#[derive(Debug, Clone)]
+pub struct Imported {
+    /// Its text.
+    pub text: String,
+    /// What was read, left out and approximated.
+    pub report: ImportReport,
+    /// A test file with the frequencies that an optimisation of the deck asks for, where there is one.
+    pub test: Option<String>,
+    pub(in crate::exchange) origins: Origins,
+}
+
+/// A property of an element and the field that it comes from: SI = factor · field.
+#[derive(Debug, Clone, PartialEq)]
+pub(in crate::exchange) struct Bound {
+    /// The property of the element in retune.
+    pub property: String,
+    pub card: CardId,
+    pub field: usize,
+    pub name: &'static str,
+    pub factor: f64,
+}
+
+/// Where an element comes from.
+#[derive(Debug, Clone, Default)]
+pub(in crate::exchange) struct ElementOrigin {
+    pub card: Option<CardId>,
+    pub property: Option<CardId>,
+    pub section: Option<String>,
+    pub bounds: Vec<Bound>,
+}
+
+/// Where entries of the model file come from.
+#[derive(Debug, Clone, Default)]
+pub(in crate::exchange) struct Origins {
+    pub elements: HashMap<String, ElementOrigin>,
+    pub sections: HashMap<String, Vec<Bound>>,
+    pub grids: HashMap<String, CardId>,
+    /// Cards of design variables, by parameter.
+    pub variables: HashMap<String, CardId>,
+    /// Mass in SI of one unit of the deck's mass fields over that of its system.
+    pub wtmass: f64,
+    /// The largest number of an element, a grid, a property, a material.
+    pub largest: u32,
+}
+
+/// Numbers that must be found: one space of numbers per kind.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(super) enum Space {
+    Grid,
+    Coordinates,
+    Property,
+    Material,
+    PointMass,
+}
+
+impl Space {
+    fn of(name: &str) -> Option<Self> {
+        Some(match name {
+            "GRID" => Space::Grid,
+            "CORD2R" | "CORD2C" | "CORD2S" => Space::Coordinates,
+            "MAT1" | "MAT2" | "MAT3" | "MAT8" | "MAT9" | "MAT10" | "MATHP" => Space::Material,
+            "PMASS" => Space::PointMass,
+            _ if name.starts_with('P')
+                && matches!(rule(name).map(|r| r.treatment), Some(Treatment::Used(_) | Treatment::Refused(_))) =>
+            {
+                Space::Property
+            }
+            _ => return None,
+        })
+    }
+}
+
+/// A grid point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Grid {
+    /// Basic coordinates, in the deck's unit.
+    pub position: [f64; 3],
+    /// Coordinate system of its displacements.
+    pub cd: u32,
+}
+
+/// One entry with its values, and where they come from.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Values {
+    pub items: Vec<(String, String)>,
+    pub bounds: Vec<Bound>,
+}
+
+/// Errors of one deck that are told at once.
+const MOST_ERRORS: usize = 20;
+
+pub(super) struct Importer<'a> {
+    pub deck: &'a Deck,
+    pub options: ImportOptions,
+    pub report: ImportReport,
+    pub out: Writer,
+    pub origins: Origins,
+    pub design: Design,
+    /// Mass of the deck's fields times this is that of its system of units.
+    pub wtmass: f64,
+    /// Whether masses are coupled (`PARAM,COUPMASS`) and not lumped.
+    pub coupled: bool,
+    /// Sets of SPC and of MPC that hold.
+    pub spc: HashSet<u32>,
+    pub mpc: HashSet<u32>,
+    pub coords: HashMap<u32, Coord>,
+    pub frames: HashMap<u32, String>,
+    pub names: Taken,
+    pub params: HashMap<String, String>,
+    /// GRDSET, BAROR, BEAMOR.
+    pub defaults: HashMap<&'a str, CardId>,
+    pub index: HashMap<(Space, u32), CardId>,
+    pub grids: HashMap<u32, Grid>,
+    pub sections: HashMap<(u32, &'static str), String>,
+    pub groups: BTreeMap<usize, (String, Vec<String>)>,
+    pub group_at: HashMap<String, usize>,
+    pub pending: Vec<String>,
+    pub heading: Option<String>,
+    /// Names of properties that a preprocessor wrote.
+    pub named: HashMap<u32, String>,
+    pub elements: HashMap<u32, CardId>,
+    /// Nodes whose displacements have axes of their own, by frame.
+    pub turned: BTreeMap<String, Vec<String>>,
+}
+
+/// Turns a deck into the text of a model file.
+///
+/// # Errors
+/// Every card that cannot be read, twenty at most, each with file, line, card, field and what was expected.
+pub fn import(deck: &Deck, options: ImportOptions) -> Result<Imported, Vec<DeckError>> {
+    let mut importer = Importer::new(deck, options).map_err(|e| vec![e])?;
+    let errors = importer.read_all();
+    if !errors.is_empty() {
+        return Err(errors);
+    }
+    let test = importer.responses().map_err(|e| vec![e])?;
+    Ok(importer.finish(test))
+}
+
+impl<'a> Importer<'a> {
+    fn new(deck: &'a Deck, options: ImportOptions) -> Result<Self, DeckError> {
+        let mut importer = Self {
+            deck,
+            options,
+            report: ImportReport { files: deck.sources().len(), ..ImportReport::default() },
+            out: Writer::new(),
+            origins: Origins::default(),
+            design: Design::default(),
+            wtmass: 1.0,
+            coupled: false,
+            spc: HashSet::new(),
+            mpc: HashSet::new(),
+            coords: HashMap::from([(0, GLOBAL_COORD)]),
+            frames: HashMap::new(),
+            names: Taken::default(),
+            params: HashMap::new(),
+            defaults: HashMap::new(),
+            index: HashMap::new(),
+            grids: HashMap::new(),
+            sections: HashMap::new(),
+            groups: BTreeMap::new(),
+            group_at: HashMap::new(),
+            pending: Vec::new(),
+            heading: None,
+            named: HashMap::new(),
+            elements: HashMap::new(),
+            turned: BTreeMap::new(),
+        };
+        importer.look_ahead()?;
+        Ok(importer)
+    }
+
+    /// What later cards refer to: numbers, coordinate systems, grids, parameters of the solver, sets, design variables.
+    fn look_ahead(&mut self) -> Result<(), DeckError> {
+        let deck = self.deck;
+        let mut grids = Vec::new();
+        for id in deck.cards() {
+            let name = deck.name(id);
+            match name {
+                "PARAM" => {
+                    let card = deck.card(id);
+                    self.params.insert(card.text(2).to_uppercase(), card.text(3).to_string());
+                    match card.text(2).to_uppercase().as_str() {
+                        "WTMASS" => self.wtmass = card.real(3, "V1")?,
+                        "COUPMASS" => self.coupled = card.integer_or(3, "V1", -1)? > 0,
+                        _ => {}
+                    }
+                }
+                "GRDSET" | "BAROR" | "BEAMOR" => {
+                    self.defaults.insert(name, id);
+                }
+                "CORD1R" | "CORD1C" | "CORD1S" => {
+                    let card = deck.card(id);
+                    for first in [2, 6] {
+                        if let Some(cid) = card.optional_id(first, "CID")? {
+                            self.claim(Space::Coordinates, cid, id, first)?;
+                        }
+                    }
+                }
+                "PELAS" => {
+                    let card = deck.card(id);
+                    for first in [2, 6] {
+                        if let Some(pid) = card.optional_id(first, "PID")? {
+                            self.claim(Space::Property, pid, id, first)?;
+                        }
+                    }
+                }
+                "PMASS" => {
+                    let card = deck.card(id);
+                    for first in [2, 4, 6, 8] {
+                        if let Some(pid) = card.optional_id(first, "PID")? {
+                            self.claim(Space::PointMass, pid, id, first)?;
+                        }
+                    }
+                }
+                _ => {
+                    if let Some(space) = Space::of(name) {
+                        let number = deck.card(id).id_at(2, "ID")?;
+                        self.claim(space, number, id, 2)?;
+                        if space == Space::Grid {
+                            grids.push(number);
+                        }
+                    }
+                }
+            }
+        }
+        if !(self.wtmass > 0.0 && self.wtmass.is_finite()) {
+            return Err(DeckError {
+                file: deck.sources()[0].name().to_string(),
+                line: 0,
+                card: "PARAM WTMASS".into(),
+                field: None,
+                message: "it must be above zero".into(),
+            });
+        }
+        self.origins.wtmass = self.wtmass;
+        for id in grids {
+            self.grid_at(id, 0)?;
+        }
+        self.choose_sets()?;
+        self.design = Design::read(deck)?;
+        let mut names: Vec<(u32, String)> = Vec::new();
+        for comment in deck.comments() {
+            let text = deck.comment(comment);
+            let lower = text.get(..text.len().min(64)).unwrap_or_default().to_lowercase();
+            if !["femap", "hmname prop", "for region :"].iter().any(|mark| lower.contains(mark)) {
+                continue;
+            }
+            // The property that stands right behind it.
+            let following = deck
+                .cards()
+                .skip(comment.before as usize)
+                .take(400)
+                .find(|c| Space::of(deck.name(*c)) == Some(Space::Property));
+            if let Some(pid) = following.and_then(|c| deck.card(c).id_at(2, "PID").ok()) {
+                names.extend(property_name(text, pid).map(|n| (pid, n)));
+            }
+        }
+        self.named.extend(names);
+        Ok(())
+    }
+
+    fn claim(&mut self, space: Space, number: u32, card: CardId, field: usize) -> Result<(), DeckError> {
+        self.origins.largest = self.origins.largest.max(number);
+        if let Some(first) = self.index.insert((space, number), card) {
+            let (one, other) = (self.deck.card(first), self.deck.card(card));
+            // Grids and coordinate systems may stand twice if they are the same.
+            let is_same =
+                one.name() == other.name() && (1..=one.len().max(other.len())).all(|n| one.text(n) == other.text(n));
+            if !(is_same && matches!(space, Space::Grid | Space::Coordinates)) {
+                let (file, line) = one.place();
+                let text = format!("the number {number} stands already at {file}:{line}, {}", one.name());
+                return Err(other.error(Some((field, "ID")), text));
+            }
+        }
+        Ok(())
+    }
+
+    fn read_all(&mut self) -> Vec<DeckError> {
+        let deck = self.deck;
+        let mut errors = Vec::new();
+        let mut next_comment = 0;
+        let mut last = "";
+        let mut unknown: BTreeMap<&str, (CardId, usize)> = BTreeMap::new();
+        for (i, id) in deck.cards().enumerate() {
+            let comments = deck.comments();
+            let mut has_comment = false;
+            while next_comment < comments.len() && comments[next_comment].before as usize <= i {
+                let text = deck.comment(&comments[next_comment]);
+                if worth_keeping(text) {
+                    self.pending.push(clean(text));
+                    self.heading = slug(heading(text));
+                    has_comment = true;
+                }
+                next_comment += 1;
+            }
+            let name = deck.name(id);
+            if name != last && !has_comment {
+                self.heading = None;
+            }
+            last = name;
+            let Some(rule) = rule(name) else {
+                unknown.entry(name).or_insert((id, 0)).1 += 1;
+                continue;
+            };
+            let card = deck.card(id);
+            let counts = |list: &mut BTreeMap<String, (usize, &'static str)>, what| {
+                list.entry(name.to_string()).or_insert((0, what)).0 += 1;
+            };
+            match rule.treatment {
+                Treatment::Read(becomes, reader) => {
+                    counts(&mut self.report.read, becomes);
+                    // What is wrong in a property is found once for every element of it.
+                    if let Some(e) = (reader.0)(self, &card).err().filter(|e| !errors.contains(e)) {
+                        errors.push(e);
+                    }
+                }
+                Treatment::Used(gives) => counts(&mut self.report.read, gives),
+                Treatment::LeftOut(why) => {
+                    counts(&mut self.report.left_out, why);
+                    self.pending.clear();
+                }
+                Treatment::Refused(why) => errors.push(card.error(None, why)),
+            }
+            if errors.len() >= MOST_ERRORS {
+                break;
+            }
+        }
+        for (name, (first, count)) in unknown {
+            let known = super::CARDS.iter().copied().flatten().map(|r| r.name);
+            let suggestion = did_you_mean(name, known);
+            let more = if count > 1 { format!(" ({count} of them)") } else { String::new() };
+            errors.push(deck.error(first, None, format_args!("no card of this name is known{more}{suggestion}")));
+        }
+        if errors.is_empty() && self.out.is_empty(Block::Nodes) {
+            let file = deck.sources()[0].name().to_string();
+            let message = "the deck has no GRID".to_string();
+            errors.push(DeckError { file, line: 0, card: String::new(), field: None, message });
+        }
+        errors
+    }
+
+    fn finish(mut self, test: Option<String>) -> Imported {
+        let groups = std::mem::take(&mut self.groups);
+        if self.options.parameter_per_property {
+            self.parameters_of_properties(&groups);
+        }
+        self.write_design();
+        for (name, members) in groups.values().filter(|g| g.1.len() > 1 || g.0.starts_with('p')) {
+            self.out.entry(Block::Groups, name, &list(members), "");
+        }
+        let deck = self.deck;
+        let file = deck.sources()[0].path().file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
+        let quoted = |text: &str| format!("\"{}\"", clean(text).replace('\\', "\\\\").replace('"', "\\\""));
+        let mut imported = vec![
+            ("from", quoted(&file)),
+            ("format", "nastran".to_string()),
+            ("units", self.options.system.name.to_string()),
+        ];
+        if self.wtmass != 1.0 {
+            imported.push(("wtmass", exact(self.wtmass)));
+        }
+        let turned: Vec<(String, String)> = self.turned.iter().map(|(f, nodes)| (f.clone(), list(nodes))).collect();
+        if !turned.is_empty() {
+            imported.push(("displacement_frames", map(&turned)));
+        }
+        imported.extend(self.options.subcase.map(|s| ("subcase", s.to_string())));
+        if self.options.parameter_per_property {
+            imported.push(("parameters", "properties".to_string()));
+        }
+        for (key, value) in imported {
+            self.out.entry(Block::Imported, key, &value, "");
+        }
+        let title = deck.case_control().value("TITLE", self.options.subcase).unwrap_or(&file).to_string();
+        let cards: usize = self.report.read.values().map(|r| r.0).sum();
+        let mut head = format!(
+            "# Made by `retune import {}` from {} in {}; units {}.\n",
+            clean(&file),
+            counted(cards, "card"),
+            counted(deck.sources().len(), "file"),
+            self.options.system.name
+        );
+        for what in self.report.approximated.keys() {
+            head.push_str(&format!("# Approximated: {}\n", clean(what)));
+        }
+        head.push_str(&format!("retune: 1\nname: {}\n", quoted(if title.trim().is_empty() { &file } else { &title })));
+        self.report.notes.sort();
+        Imported { text: self.out.finish(&head), report: self.report, test, origins: self.origins }
+    }
+
+    fn parameters_of_properties(&mut self, groups: &BTreeMap<usize, (String, Vec<String>)>) {
+        for (name, _) in groups.values().filter(|g| self.group_at.contains_key(&format!("property {}", g.0))) {
+            let parameter = format!("{name}_stiffness");
+            let value = format!("{{value: 1, bounds: [0.5, 2], description: factor on the stiffness of {name}}}");
+            self.out.entry(Block::Parameters, &parameter, &value, "");
+            self.out.entry(Block::Overrides, name, &format!("{{stiffness: {parameter}}}"), "");
+        }
+    }
+}
+
+/// Name of the node of a grid.
+pub(super) fn node(id: u32) -> String {
+    format!("n{id}")
+}

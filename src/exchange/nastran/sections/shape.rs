@@ -1,0 +1,191 @@
+//! Shapes of PBARL and PBEAML, by closed forms.
+//!
+//! Source: W. C. Young, R. G. Budynas, Roark's Formulas for Stress and Strain, 2002, tables A.1 and 10.1; S. P. Timoshenko, J. N. Goodier,
+//! Theory of Elasticity, 1970, article 109, for torsion of a rectangle. Shear factors as in the tables of the solver's manual.
+
+use crate::deck::{Card, DeckError};
+use std::f64::consts::PI;
+
+/// Properties of a shape.
+pub(super) struct Shape {
+    pub area: f64,
+    /// About z: bending in the first plane, x-y.
+    pub i1: f64,
+    pub i2: f64,
+    pub j: f64,
+    pub shear: [f64; 2],
+    pub nsm: f64,
+    pub nsm_field: Option<(usize, &'static str)>,
+    pub is_tapered: bool,
+    /// Whether its centroid is not its shear centre.
+    pub is_open: bool,
+}
+
+/// Torsion constant of a solid rectangle, to rounding.
+fn rectangle_j(width: f64, height: f64) -> f64 {
+    let (a, b) = (width.max(height), width.min(height));
+    let sum: f64 = (0..40).map(|i| f64::from(2 * i + 1)).map(|n| (n * PI * a / (2.0 * b)).tanh() / n.powi(5)).sum();
+    a * b.powi(3) / 3.0 * (1.0 - 192.0 * b / (PI.powi(5) * a) * sum)
+}
+
+/// Parts of a section: (width along z, height along y, y of its middle, z of its middle), negative widths for holes.
+fn composed(parts: &[[f64; 4]]) -> [f64; 3] {
+    let area: f64 = parts.iter().map(|p| p[0] * p[1]).sum();
+    let centre = |i: usize| parts.iter().map(|p| p[0] * p[1] * p[i]).sum::<f64>() / area;
+    let (y, z) = (centre(2), centre(3));
+    let i1 = parts.iter().map(|p| p[0] * p[1] * (p[1] * p[1] / 12.0 + (p[2] - y).powi(2))).sum();
+    let i2 = parts.iter().map(|p| p[0] * p[1] * (p[0] * p[0] / 12.0 + (p[3] - z).powi(2))).sum();
+    [area, i1, i2]
+}
+
+pub(super) fn read(card: &Card<'_>) -> Result<Shape, DeckError> {
+    let kind = card.text(5).to_uppercase();
+    let count = match kind.as_str() {
+        "ROD" => 1,
+        "BAR" | "TUBE" => 2,
+        "BOX" | "H" | "T" | "CHAN" | "I1" => 4,
+        "I" => 6,
+        _ => {
+            let shown: String = kind.chars().filter(|c| !c.is_control()).take(16).collect();
+            let text = format!(
+                "the shape `{shown}` is not read; known are ROD, TUBE, BAR, BOX, I, I1, H, T, CHAN; give a PBAR or PBEAM with A, I1, I2, J"
+            );
+            return Err(card.error(Some((5, "TYPE")), text));
+        }
+    };
+    let mut d = [0.0; 6];
+    for (i, slot) in d.iter_mut().enumerate().take(count) {
+        *slot = card.real(10 + i, "DIM")?;
+        if *slot <= 0.0 && !(kind == "TUBE" && i == 1 && *slot == 0.0) {
+            return Err(card.error(Some((10 + i, "DIM")), "a dimension must be above zero"));
+        }
+    }
+    let wrong = |n: usize, text: &str| Err(card.error(Some((9 + n, "DIM")), text));
+    let bar = 5.0 / 6.0;
+    let ([area, i1, i2], j, shear) = match kind.as_str() {
+        "ROD" => {
+            let r4 = d[0].powi(4);
+            ([PI * d[0] * d[0], PI / 4.0 * r4, PI / 4.0 * r4], PI / 2.0 * r4, [0.9, 0.9])
+        }
+        "TUBE" => {
+            if d[1] >= d[0] {
+                return wrong(2, "the inner radius must be below the outer one");
+            }
+            let i = PI / 4.0 * (d[0].powi(4) - d[1].powi(4));
+            ([PI * (d[0] * d[0] - d[1] * d[1]), i, i], 2.0 * i, [0.5, 0.5])
+        }
+        "BAR" => (composed(&[[d[0], d[1], 0.0, 0.0]]), rectangle_j(d[0], d[1]), [bar, bar]),
+        "BOX" => {
+            let [w, h, t1, t2, ..] = d;
+            let (wi, hi) = (w - 2.0 * t2, h - 2.0 * t1);
+            if wi <= 0.0 || hi <= 0.0 {
+                return wrong(3, "the walls leave no hole");
+            }
+            let (wm, hm) = (w - t2, h - t1);
+            let j = 2.0 * t1 * t2 * (wm * hm).powi(2) / (w * t2 + h * t1 - t1 * t1 - t2 * t2);
+            let shear = [hi * 2.0 * t2 / (w * h - wi * hi), wi * 2.0 * t1 / (w * h - wi * hi)];
+            (composed(&[[w, h, 0.0, 0.0], [-wi, hi, 0.0, 0.0]]), j, shear)
+        }
+        "I" => {
+            // Height, width below, width above, web, flange below, flange above.
+            let [h, w1, w2, tw, t1, t2] = d;
+            let web = h - t1 - t2;
+            if web <= 0.0 {
+                return wrong(1, "the flanges leave no web");
+            }
+            let parts = [[w1, t1, 0.5 * t1, 0.0], [tw, web, t1 + 0.5 * web, 0.0], [w2, t2, h - 0.5 * t2, 0.0]];
+            let middle = h - 0.5 * (t1 + t2);
+            let area = composed(&parts)[0];
+            let j = (w1 * t1.powi(3) + w2 * t2.powi(3) + middle * tw.powi(3)) / 3.0;
+            (composed(&parts), j, [tw * web / area, (w1 * t1 + w2 * t2) * bar / area])
+        }
+        "I1" => {
+            // Flange beside the web, web, height of the web, height in all.
+            let [f, tw, web, h, ..] = d;
+            if h <= web {
+                return wrong(4, "the height in all must be above that of the web");
+            }
+            let t = 0.5 * (h - web);
+            let w = f + tw;
+            let parts = [[w, t, -0.5 * (web + t), 0.0], [tw, web, 0.0, 0.0], [w, t, 0.5 * (web + t), 0.0]];
+            let area = composed(&parts)[0];
+            let j = (2.0 * w * t.powi(3) + (h - t) * tw.powi(3)) / 3.0;
+            (composed(&parts), j, [tw * web / area, 2.0 * w * t * bar / area])
+        }
+        "H" => {
+            // Width between the flanges, both flanges, height, thickness of the bridge.
+            let [b, f, h, t, ..] = d;
+            let half = 0.5 * f;
+            let side = 0.5 * (b + half);
+            let parts = [[half, h, 0.0, -side], [b, t, 0.0, 0.0], [half, h, 0.0, side]];
+            let area = composed(&parts)[0];
+            let j = (2.0 * h * half.powi(3) + b * t.powi(3)) / 3.0;
+            (composed(&parts), j, [f * h * bar / area, b * t / area])
+        }
+        "T" => {
+            let [w, h, tf, tw, ..] = d;
+            if h <= tf {
+                return wrong(2, "the height must be above that of the flange");
+            }
+            let parts = [[w, tf, 0.0, 0.0], [tw, h - tf, -0.5 * h, 0.0]];
+            let area = composed(&parts)[0];
+            let j = (w * tf.powi(3) + (h - 0.5 * tf) * tw.powi(3)) / 3.0;
+            (composed(&parts), j, [tw * (h - tf) / area, w * tf * bar / area])
+        }
+        "CHAN" => {
+            let [w, h, tw, tf, ..] = d;
+            if h <= 2.0 * tf || w <= tw {
+                return wrong(3, "web and flanges do not fit into width and height");
+            }
+            let side = 0.5 * w - 0.5 * tw;
+            let parts = [[w, tf, 0.5 * (h - tf), 0.0], [tw, h - 2.0 * tf, 0.0, -side], [w, tf, -0.5 * (h - tf), 0.0]];
+            let area = composed(&parts)[0];
+            let j = (2.0 * (w - 0.5 * tw) * tf.powi(3) + (h - tf) * tw.powi(3)) / 3.0;
+            (composed(&parts), j, [tw * (h - 2.0 * tf) / area, 2.0 * tf * (w - tw) / area])
+        }
+        _ => {
+            let text = format!("the shape `{kind}` is not read; give a PBAR or PBEAM with A, I1, I2, J");
+            return Err(card.error(Some((5, "TYPE")), text));
+        }
+    };
+    let nsm_at = 10 + count;
+    // Behind the first end of a PBEAML stand stations.
+    let second = (0..count).map(|i| card.text(nsm_at + 3 + i)).any(|t| !t.is_empty());
+    let is_tapered = card.name() == "PBEAML" && second;
+    let is_open = matches!(kind.as_str(), "T" | "CHAN") || (kind == "I" && (d[1] != d[2] || d[4] != d[5]));
+    let (i1, i2) = if kind == "BAR" { (d[0] * d[1].powi(3) / 12.0, d[1] * d[0].powi(3) / 12.0) } else { (i1, i2) };
+    Ok(Shape {
+        area,
+        i1,
+        i2,
+        j,
+        shear,
+        nsm: card.real_or(nsm_at, "NSM", 0.0)?,
+        nsm_field: Some((nsm_at, "NSM")),
+        is_tapered,
+        is_open,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// a b³ times 0.1406 for a square, 0.229 for two to one, 0.291 for five to one (Timoshenko and Goodier, table 7).
+    #[test]
+    fn torsion_of_a_rectangle_is_that_of_the_tables() {
+        for (ratio, factor) in [(1.0, 0.1406), (2.0, 0.229), (5.0, 0.291)] {
+            assert!((rectangle_j(ratio, 1.0) / ratio - factor).abs() < 5e-4, "{ratio}");
+        }
+    }
+
+    #[test]
+    fn composed_sections_are_about_their_centre() {
+        let [area, i1, i2] = composed(&[[2.0, 1.0, 0.5, 0.0], [2.0, 1.0, 1.5, 0.0]]);
+        assert!(
+            (area - 4.0).abs() < 1e-15
+                && (i1 - 2.0 * 8.0 / 12.0).abs() < 1e-15
+                && (i2 - 2.0 * 8.0 / 12.0).abs() < 1e-15
+        );
+    }
+}

@@ -1,0 +1,346 @@
+//! Plates and shells.
+
+use super::coordinates::Coord;
+use super::importer::{Importer, Values};
+use super::materials::{density, isotropic};
+use super::writer::{Block, computed, map, with_unit};
+use super::{CardRule, read, refused, used};
+use crate::deck::{Card, DeckError};
+use crate::exchange::system::Quantity as Q;
+use crate::model::{cross, dot, minus, plus, unit};
+
+pub(super) const CARDS: &[CardRule] = &[
+    read("CQUAD4", "shells", shell),
+    read("CTRIA3", "shells", shell),
+    read("CQUADR", "shells", shell),
+    read("CTRIAR", "shells", shell),
+    used("PSHELL", "shells"),
+    used("PCOMP", "shells"),
+    refused("PCOMPG", "laminates by global plies are not read; give a PCOMP of one material, or PSHELL"),
+    refused("CQUAD8", "quadratic shells are not read; give CQUAD4"),
+    refused("CTRIA6", "quadratic shells are not read; give CTRIA3"),
+    refused("CQUAD", "hyperelastic plane elements are not read"),
+    refused("CSHEAR", "shear panels are not read; give a CQUAD4"),
+    refused("CTRIAX", "axisymmetric elements are not read"),
+    refused("CTRIAX6", "axisymmetric elements are not read"),
+    refused("CQUADX", "axisymmetric elements are not read"),
+    refused("CONEAX", "axisymmetric elements are not read"),
+    refused("PSHEAR", "shear panels are not read"),
+    refused("PLPLANE", "hyperelastic plane elements are not read"),
+];
+
+fn shell<'a>(importer: &mut Importer<'a>, card: &Card<'a>) -> Result<(), DeckError> {
+    let count = if card.name().starts_with("CQUAD") { 4 } else { 3 };
+    let property = importer.property(card, 3, &["PSHELL", "PCOMP", "PCOMPG"])?;
+    let mut grids = Vec::new();
+    for i in 0..count {
+        grids.push(importer.grid(card, 4 + i, "G")?);
+    }
+    let section = section(importer, card, &property)?;
+    let points: Vec<[f64; 3]> = grids.iter().map(|g| g.1.position).collect();
+    let normal = match count {
+        4 => cross(minus(points[2], points[0]), minus(points[3], points[1])),
+        _ => cross(minus(points[1], points[0]), minus(points[2], points[0])),
+    };
+    let normal = unit(normal).ok_or_else(|| card.error(None, "its grids span no area"))?;
+    let mut values = Values::default();
+    values.items.push(("type".into(), format!("shell{count}")));
+    values
+        .items
+        .push(("nodes".into(), format!("[{}]", grids.iter().map(|g| g.0.as_str()).collect::<Vec<_>>().join(", "))));
+    values.items.push(("section".into(), section.name.clone()));
+    let (theta, offset) = (4 + count, 5 + count);
+    let mut own = Vec::new();
+    if section.is_directed {
+        let base = card.text(theta);
+        let angle = if base.is_empty() || base.contains('.') {
+            let x = minus(points[1], points[0]);
+            from_global(normal, x) + card.real_or(theta, "THETA", 0.0)?.to_radians()
+        } else {
+            let (_, coord): (u32, Coord) = importer.coord(card, theta, "MCID")?;
+            from_global(normal, coord.axes_at(points[0])[0])
+        };
+        own.push(("angle".to_string(), format!("{} rad", computed(angle + section.ply_angle))));
+    }
+    let mut zoffs = card.optional_real(offset, "ZOFFS")?.unwrap_or(0.0);
+    zoffs += section.offset;
+    if zoffs != 0.0 {
+        own.push(("offset".to_string(), importer.length(zoffs)));
+    }
+    let first = 12;
+    for n in first..first + count {
+        let Some(t) = card.optional_real(n, "T")? else { continue };
+        if card.integer_or(first - 1, "TFLAG", 0)? != 0 || section.thickness.is_none_or(|own| own != t) {
+            importer.report.approximate("thicknesses at the corners of shells are left out: the property's holds");
+        }
+    }
+    if !own.is_empty() {
+        values.items.push(("properties".into(), map(&own)));
+    }
+    importer.element(Block::Elements, card, values, Some(&property), Some(&section.name)).map(|_| ())
+}
+
+/// The angle about the normal from global x, projected (from y where it is normal), to a direction, rad.
+fn from_global(normal: [f64; 3], direction: [f64; 3]) -> f64 {
+    let projected = |v: [f64; 3]| plus(v, -dot(v, normal), normal);
+    let x = projected([1.0, 0.0, 0.0]);
+    let x = if dot(x, x) > 1e-12 { x } else { projected([0.0, 1.0, 0.0]) };
+    let d = projected(direction);
+    dot(cross(x, d), normal).atan2(dot(x, d))
+}
+
+struct ShellSection {
+    name: String,
+    /// Whether its material has a direction.
+    is_directed: bool,
+    /// Of the plies, from the direction of the element, rad.
+    ply_angle: f64,
+    /// From the grids to the mid-surface.
+    offset: f64,
+    thickness: Option<f64>,
+}
+
+fn section<'a>(importer: &mut Importer<'a>, card: &Card<'a>, property: &Card<'a>) -> Result<ShellSection, DeckError> {
+    if property.name() == "PCOMP" {
+        return laminate(importer, property);
+    }
+    if property.name() != "PSHELL" {
+        return Err(card.error(Some((3, "PID")), "laminates by global plies are not read"));
+    }
+    let thickness = property.optional_real(4, "T")?;
+    let at = |importer: &Importer<'a>| importer.material(property, 3, &["MAT1", "MAT8", "MAT2"]);
+    if property.is_blank(3) {
+        return Err(property.error(Some((3, "MID1")), "a shell without membrane is not read"));
+    }
+    let material = at(importer)?;
+    let name = importer.section(property, "shell", |importer| {
+        let t = property.real(4, "T")?;
+        if t <= 0.0 {
+            return Err(property.error(Some((4, "T")), "the thickness must be above zero"));
+        }
+        let mid1 = property.id_at(3, "MID1")?;
+        let mut values = Values::default();
+        elastic(importer, &material, &mut values)?;
+        importer.put(&mut values, ("thickness", "thickness"), (property, 4, "T"), t, (Q::Length, 1.0));
+        // Another material bends or shears as the plate's own times the ratio of the moduli: the face sheets and the core of a sandwich.
+        let of =
+            |importer: &mut Importer<'a>, field: usize, name: &'static str| -> Result<Option<[f64; 2]>, DeckError> {
+                let Some(other) = property.optional_id(field, name)? else { return Ok(None) };
+                if other == mid1 {
+                    return Ok(Some([1.0; 2]));
+                }
+                let ratio = importer.ratio(mid1, other);
+                let text = "another material is read where both are isotropic (MAT1)";
+                ratio.map(Some).ok_or_else(|| property.error(Some((field, name)), text))
+            };
+        let membrane_only = property.text(5) == "-1" || property.is_blank(5);
+        let bending = if membrane_only { None } else { of(importer, 5, "MID2")? };
+        match bending {
+            Some([plate, _]) => {
+                let factor = property.real_or(6, "12I/T**3", 1.0)?;
+                if factor <= 0.0 {
+                    return Err(property.error(Some((6, "12I/T**3")), "it must be above zero"));
+                }
+                if plate != 1.0 {
+                    values.items.push(("bending_factor".into(), computed(factor * plate)));
+                } else if factor != 1.0 {
+                    let from = (property, 6, "12I/T**3");
+                    importer.put(&mut values, ("bending_factor", "bending_factor"), from, factor, (Q::Number, 1.0));
+                }
+            }
+            None => {
+                // A membrane: what bends it is next to nothing.
+                values.items.push(("bending_factor".into(), "1e-6".into()));
+                importer.report.approximate("shells without bending (MID2 empty) have a millionth of it");
+            }
+        }
+        match of(importer, 7, "MID3")? {
+            None => importer.report.approximate(
+                "shells without transverse shear (MID3 empty) have the 5/6 of a solid plate: softer by (t/length)²",
+            ),
+            Some([_, shear]) => {
+                let factor = property.real_or(8, "TS/T", 5.0 / 6.0)?;
+                if factor <= 0.0 {
+                    return Err(property.error(Some((8, "TS/T")), "it must be above zero"));
+                }
+                if shear != 1.0 {
+                    values.items.push(("shear_factor".into(), computed(factor * shear)));
+                } else if !property.is_blank(8) {
+                    let from = (property, 8, "TS/T");
+                    importer.put(&mut values, ("shear_factor", "shear_factor"), from, factor, (Q::Number, 1.0));
+                }
+            }
+        }
+        if property.optional_id(12, "MID4")?.is_some() {
+            return Err(property
+                .error(Some((12, "MID4")), "coupling of membrane and bending by a material is not read; give ZOFFS"));
+        }
+        density(importer, &material, &mut values)?;
+        let nsm = property.real_or(9, "NSM", 0.0)?;
+        if nsm < 0.0 {
+            return Err(property.error(Some((9, "NSM")), "it must not be negative"));
+        }
+        if nsm > 0.0 {
+            importer.put(
+                &mut values,
+                ("mass_per_area", "mass_per_area"),
+                (property, 9, "NSM"),
+                nsm,
+                (Q::MassPerArea, importer.wtmass),
+            );
+        }
+        lumped(importer, &mut values);
+        Ok(values)
+    })?;
+    let is_directed = material.name() != "MAT1";
+    Ok(ShellSection { name, is_directed, ply_angle: 0.0, offset: 0.0, thickness })
+}
+
+fn lumped(importer: &mut Importer<'_>, values: &mut Values) {
+    if !importer.coupled {
+        values.items.push(("lumping".into(), "1".into()));
+    }
+    importer
+        .report
+        .note("shells and solids are retune's own: equal to the deck's as the mesh gets finer, not to the digits");
+}
+
+/// Elastic constants of a shell's material.
+fn elastic(importer: &mut Importer<'_>, material: &Card<'_>, values: &mut Values) -> Result<(), DeckError> {
+    let stress = (Q::Stress, 1.0);
+    match material.name() {
+        "MAT1" => {
+            let m = isotropic(material)?;
+            let (Some(e), Some(g)) = (m.e, m.g) else {
+                return Err(material.error(Some((3, "E")), "a shell needs two of E, G and NU"));
+            };
+            let nu = m.nu.unwrap_or(e / (2.0 * g) - 1.0);
+            // Three constants that contradict each other are kept as the solver keeps them.
+            if (g / (e / (2.0 * (1.0 + nu))) - 1.0).abs() > 1e-3 {
+                values.items.push(("E1".into(), importer.stress(e)));
+                values.items.push(("E2".into(), importer.stress(e)));
+                values.items.push(("nu12".into(), computed(nu)));
+                for key in ["G12", "G13", "G23"] {
+                    values.items.push((key.into(), importer.stress(g)));
+                }
+                return Ok(());
+            }
+            if material.is_blank(3) {
+                values.items.push(("E".into(), importer.stress(e)));
+            } else {
+                importer.put(values, ("E", "E"), (material, 3, "E"), e, stress);
+            }
+            if material.is_blank(5) {
+                values.items.push(("nu".into(), computed(nu)));
+            } else {
+                importer.put(values, ("nu", "nu"), (material, 5, "NU"), nu, (Q::Number, 1.0));
+            }
+        }
+        "MAT8" => {
+            let real = |n: usize, name| material.real(n, name);
+            let (e1, e2, nu12) = (real(3, "E1")?, real(4, "E2")?, material.real_or(5, "NU12", 0.0)?);
+            let g12 = real(6, "G12")?;
+            importer.put(values, ("E1", "E1"), (material, 3, "E1"), e1, stress);
+            importer.put(values, ("E2", "E2"), (material, 4, "E2"), e2, stress);
+            importer.put(values, ("nu12", "nu12"), (material, 5, "NU12"), nu12, (Q::Number, 1.0));
+            importer.put(values, ("G12", "G12"), (material, 6, "G12"), g12, stress);
+            for (n, key, name) in [(7, "G13", "G1Z"), (8, "G23", "G2Z")] {
+                match material.optional_real(n, name)?.filter(|g| *g > 0.0) {
+                    Some(g) => importer.put(values, (key, key), (material, n, name), g, stress),
+                    None => {
+                        importer.report.approximate("MAT8 without transverse shear moduli have G12 there");
+                        values.items.push((key.into(), importer.stress(g12)));
+                    }
+                }
+            }
+        }
+        _ => return Err(material.error(None, "anisotropic shells are not read; give MAT1 or MAT8")),
+    }
+    Ok(())
+}
+
+impl Importer<'_> {
+    /// Plate modulus E/(1 - nu²) and shear modulus of a material over those of another, both isotropic.
+    fn ratio(&mut self, one: u32, other: u32) -> Option<[f64; 2]> {
+        let find = |id| {
+            let card = self.find(super::importer::Space::Material, id).filter(|m| m.name() == "MAT1")?;
+            let m = isotropic(&card).ok()?;
+            let (e, g) = (m.e?, m.g?);
+            Some((e, g, m.nu.unwrap_or(e / (2.0 * g) - 1.0)))
+        };
+        let ((e1, g1, nu1), (e2, g2, nu2)) = (find(one)?, find(other)?);
+        if (nu1 - nu2).abs() > 1e-3 {
+            self.report.approximate("shells whose materials differ in Poisson's ratio bend with that of the membrane");
+        }
+        let plate = |e: f64, nu: f64| e / (1.0 - nu * nu);
+        let ratio = [plate(e2, nu2) / plate(e1, nu1), g2 / g1];
+        ratio.iter().all(|r| r.is_finite() && *r > 0.0).then_some(ratio)
+    }
+}
+
+/// PCOMP: read where its plies make one plate, all of one material and angle.
+fn laminate<'a>(importer: &mut Importer<'a>, property: &Card<'a>) -> Result<ShellSection, DeckError> {
+    let symmetric = property.text(9).to_uppercase();
+    let mut plies: Vec<(u32, f64, f64)> = Vec::new();
+    let mut n = 10;
+    while n <= property.len() {
+        if property.is_blank(n) && property.is_blank(n + 1) && property.is_blank(n + 2) {
+            n += 4;
+            continue;
+        }
+        let last = plies.last().copied();
+        let mid = match (property.optional_id(n, "MID")?, last) {
+            (Some(mid), _) => mid,
+            (None, Some(last)) => last.0,
+            (None, None) => property.id_at(n, "MID")?,
+        };
+        let t = match (property.optional_real(n + 1, "T")?, last) {
+            (Some(t), _) => t,
+            (None, Some(last)) => last.1,
+            (None, None) => property.real(n + 1, "T")?,
+        };
+        plies.push((mid, t, property.real_or(n + 2, "THETA", 0.0)?));
+        n += 4;
+    }
+    let Some(&(mid, _, angle)) = plies.first() else {
+        return Err(property.error(Some((10, "MID1")), "it has no plies"));
+    };
+    let fits = |p: &(u32, f64, f64)| p.0 == mid && p.2 == angle;
+    if !plies.iter().all(fits) || !matches!(symmetric.as_str(), "" | "SYM") {
+        return Err(property.error(
+            None,
+            "a laminate of several materials or angles is not read; give PSHELL with equivalent properties",
+        ));
+    }
+    let twice = if symmetric == "SYM" { 2.0 } else { 1.0 };
+    let total = twice * plies.iter().map(|p| p.1).sum::<f64>();
+    if total <= 0.0 {
+        return Err(property.error(Some((11, "T1")), "the thickness must be above zero"));
+    }
+    let found = importer.find(super::importer::Space::Material, mid);
+    let material =
+        found.ok_or_else(|| property.error(Some((10, "MID1")), format_args!("there is no material {mid}")))?;
+    let z0 = property.real_or(3, "Z0", -0.5 * total)?;
+    let name = importer.section(property, "shell", |importer| {
+        let mut values = Values::default();
+        elastic(importer, &material, &mut values)?;
+        values.items.push(("thickness".into(), with_unit(&computed(total), importer.unit(Q::Length))));
+        density(importer, &material, &mut values)?;
+        let nsm = property.real_or(4, "NSM", 0.0)?;
+        if nsm > 0.0 {
+            importer.put(
+                &mut values,
+                ("mass_per_area", "mass_per_area"),
+                (property, 4, "NSM"),
+                nsm,
+                (Q::MassPerArea, importer.wtmass),
+            );
+        }
+        lumped(importer, &mut values);
+        Ok(values)
+    })?;
+    let is_directed = material.name() != "MAT1";
+    let offset = z0 + 0.5 * total;
+    let offset = if offset.abs() < 1e-12 * total { 0.0 } else { offset };
+    Ok(ShellSection { name, is_directed, ply_angle: angle.to_radians(), offset, thickness: Some(total) })
+}
