@@ -266,6 +266,7 @@ impl Placer<'_> {
             name,
             kind: &Superelement,
             nodes: Vec::new(),
+            arms: Vec::new(),
             axes: GLOBAL,
             is_oriented: false,
             points: Vec::new(),
