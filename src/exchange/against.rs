@@ -101,7 +101,8 @@ pub fn compare_results(model: &Model, results: &SolverResults, most: usize) -> R
         // Eigenvalues of rigid-body modes are rounding.
         let lowest = own.lambda.iter().skip(first).copied().next().unwrap_or(0.0);
         let is_rigid = |lambda: f64| lambda < (1e-6 * lowest).max(NO_FREQUENCY);
-        let rigid = results.modes.iter().filter(|m| is_rigid(m.eigenvalue)).count();
+        // Massless dofs have eigenvalues without bound of either sign.
+        let rigid = results.modes.iter().filter(|m| is_rigid(m.eigenvalue.abs())).count();
         n_rigid = (Some(rigid).filter(|_| results.kind != "punch"), first);
         // What a SUPORT names has no frequency for the solver, whatever weak springs hold it.
         let bottom = results.modes.iter().find(|m| !is_rigid(m.eigenvalue)).map_or(0.0, ResultMode::frequency_hz);

@@ -1,7 +1,7 @@
 //! One twin and the answer it got.
 
 use super::Plan;
-use super::foreign::{self, with_foreign};
+use super::foreign::{named_and_lost, with_foreign};
 use super::hidden::{Hidden, OUTSIDE, TURN, Truth, rng};
 use super::structures::Specimen;
 use crate::data::TestData;
@@ -204,7 +204,7 @@ impl Specimen {
         let scene = Scene::new(&self.model, &[&test])?;
         let found = investigate(scene, &[], None, &Settings { seed: case.seed, ..settings.clone() })?;
         compare(&mut out, &found, case);
-        foreign::compare(&mut out, &found.diagnosis, &added, test.modes.len());
+        [out.foreign_named, out.true_lost] = named_and_lost(&found.diagnosis, &added, test.modes.len());
         out.diagnosis = plan.only.is_some().then_some(found.diagnosis);
         Ok(Some(out))
     }

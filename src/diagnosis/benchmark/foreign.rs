@@ -1,7 +1,6 @@
 //! Modes that are not of the structure: a suspension, a shaker, a neighbour, a spurious pole.
 
 use super::Plan;
-use super::case::Outcome;
 use super::hidden::rng;
 use crate::data::{Measured, Origin, Standing, TestData, TestMode};
 use crate::diagnosis::result::Diagnosis;
@@ -50,9 +49,10 @@ pub(super) fn with_foreign(test: &TestData, plan: &Plan, seed: u64) -> (TestData
     (out, which)
 }
 
-/// Notes which of them were named, and which true modes were.
-pub(super) fn compare(out: &mut Outcome, diagnosis: &Diagnosis, added: &[usize], modes: usize) {
+/// Of the modes that are not of the structure, how many were named and how many there are; the same of those that are, which were lost.
+pub(super) fn named_and_lost(diagnosis: &Diagnosis, added: &[usize], modes: usize) -> [[usize; 2]; 2] {
     let named: Vec<usize> = diagnosis.foreign_modes.iter().map(|f| f.mode - 1).collect();
-    out.foreign_named = [added.iter().filter(|m| named.contains(m)).count(), added.len()];
-    out.true_lost = [named.iter().filter(|m| !added.contains(m)).count(), modes - added.len()];
+    let right = added.iter().filter(|m| named.contains(m)).count();
+    let lost = named.iter().filter(|m| !added.contains(m)).count();
+    [[right, added.len()], [lost, modes - added.len()]]
 }

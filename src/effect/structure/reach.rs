@@ -1,0 +1,52 @@
+//! What a place reaches: its nodes, and whether it touches others.
+
+use super::Structure;
+use crate::effect::Location;
+
+impl Structure<'_> {
+    /// Whether a location is at one of these nodes or elements, or has one of them.
+    ///
+    /// * `names` - of nodes, elements, members, chains, groups, spans or ends
+    pub fn touches(&self, at: &Location, names: &[String]) -> bool {
+        let reach = |names: &[String]| -> (Vec<usize>, Vec<usize>) {
+            let elements: Vec<usize> = names.iter().flat_map(|n| self.elements_of(n)).collect();
+            let geometry = self.model.geometry();
+            let named = names.iter().filter_map(|n| geometry.node(n));
+            (elements, named.collect())
+        };
+        let ((own_elements, own_nodes), (elements, nodes)) = (reach(&at.names), reach(names));
+        let ends = |of: &[usize]| -> Vec<usize> {
+            of.iter().flat_map(|&e| self.model.elements()[e].nodes.iter().copied()).collect()
+        };
+        let share = |a: &[usize], b: &[usize]| a.iter().any(|x| b.contains(x));
+        let at_ends = at.names.iter().filter_map(|n| self.end(n)).map(|end| end.node).collect::<Vec<_>>();
+        at.names.iter().any(|n| names.contains(n))
+            || share(&own_elements, &elements)
+            || share(&own_nodes, &nodes)
+            || share(&own_nodes, &ends(&elements))
+            || if at_ends.is_empty() { share(&ends(&own_elements), &nodes) } else { share(&at_ends, &nodes) }
+    }
+
+    /// The nodes that a location has, those of its elements among them; all where it names nothing.
+    pub fn nodes_of(&self, at: &Location) -> Vec<usize> {
+        let all = 0..self.model.geometry().names.len();
+        let of_elements =
+            at.names.iter().flat_map(|n| self.elements_of(n)).flat_map(|e| &self.model.elements()[e].nodes);
+        let named = at.names.iter().filter_map(|n| self.model.geometry().node(n));
+        let mut out: Vec<usize> = of_elements.copied().chain(named).collect();
+        out.sort_unstable();
+        out.dedup();
+        if out.is_empty() { all.collect() } else { out }
+    }
+
+    /// Whether effects can be at something of this name.
+    pub fn has_place(&self, name: &str) -> bool {
+        self.part(name).is_some() || self.end(name).is_some() || self.model.geometry().node(name).is_some()
+    }
+
+    /// The names of parts and of the nodes of the file.
+    pub fn place_names(&self) -> impl Iterator<Item = &str> {
+        let nodes = self.model.geometry().names.iter().take(self.n_nodes());
+        self.parts.iter().map(|p| p.name.as_str()).chain(nodes.map(String::as_str))
+    }
+}
