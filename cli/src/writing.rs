@@ -66,7 +66,7 @@ pub(crate) fn write(path: &Path, text: &str) -> bool {
     write_bytes(path, text.as_bytes())
 }
 
-/// [`write`] of what is no text.
+/// [`write()`] of what is no text.
 #[must_use]
 pub(crate) fn write_bytes(path: &Path, bytes: &[u8]) -> bool {
     let written = try_to_write(path, bytes).map_err(|e| unwritable(path, &e));
