@@ -325,6 +325,38 @@ fn several_tests_an_objective_and_a_posterior() {
     assert!(rows.lines().next().unwrap().ends_with(",cost"));
 }
 
+/// What is tried can be narrowed, a search can be cut short, and then says so.
+#[test]
+fn a_diagnosis_can_be_narrowed_and_cut_short() {
+    let folder = Folder::new("narrowed");
+    let twin = "twin model.yaml -o t.yaml --modes 4 --noise-frequency 0.3% --noise-shape 2% --set lump=250g";
+    assert_eq!(folder.run(twin).code, 0);
+    folder.write(
+        "light.yaml",
+        MODEL
+            .replace("masses: {tip_mass: {node: tip, mass: lump}}\n", "")
+            .replace("  lump: {value: 100 g, bounds: [0 g, 300 g]}\n", ""),
+    );
+    let narrow =
+        folder.json("diagnose light.yaml t.yaml --no-faults --effects point-mass --places tip --json -o d.json");
+    assert_eq!((&narrow["screened_effects"], &narrow["screened_faults"]), (&1.into(), &0.into()));
+    assert_eq!(narrow["hypotheses"][0]["id"], "point-mass@tip", "{narrow}");
+    let kept: Value = serde_json::from_str(&folder.read("d.json")).unwrap();
+    assert_eq!(kept, narrow);
+    assert!(narrow["is_partial"].is_null());
+    let cut = folder.run("diagnose light.yaml t.yaml --budget 1ms --trace");
+    assert!(cut.code == 1 && cut.out.contains("this is the") && cut.out.contains("nothing that was tried"), "{cut:?}");
+    for (options, word) in [
+        ("--effects point-mas", "did you mean `point-mass`?"),
+        ("--places tipp", "did you mean `tip`?"),
+        ("--budget 0s", "a time above zero"),
+        ("--budget 3kg", "--budget"),
+    ] {
+        let said = folder.run(&format!("diagnose light.yaml t.yaml {options}"));
+        assert!(said.code == 2 && said.err.contains(word), "{options}: {said:?}");
+    }
+}
+
 /// Synthetic functions of a stiffer beam: with modes, alone, and with channels that are nowhere.
 #[test]
 fn functions_of_a_test_enter_the_fit() {

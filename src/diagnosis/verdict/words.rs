@@ -30,6 +30,8 @@ pub(crate) fn of_one(
     let id = best.map_or("", |b| b.id.as_str());
     let likely = best.is_some_and(|b| b.probability > 0.5);
     let tie = tie("it", best.map_or(&[], |b| &b.tied_with));
+    // A search that was cut short has not asked the whole catalogue.
+    let nothing = if base.settings.until.was_cut() { "nothing that was tried" } else { "nothing in the catalogue" };
     match verdict {
         Verdict::Adequate | Verdict::NoiseOrModel => {
             let what = what(base);
@@ -55,11 +57,11 @@ pub(crate) fn of_one(
         Verdict::MeasurementFault => format!("perhaps the measurement is at fault, not the model: {id}{tie}"),
         Verdict::Unexplained | Verdict::SeveralEffects => match best.filter(|b| b.ln_bayes > STRONG && leads) {
             Some(b) => format!(
-                "{id} reduces the misfit from {} to {}, but nothing in the catalogue explains the rest; {remainder}",
+                "{id} reduces the misfit from {} to {}, but {nothing} explains the rest; {remainder}",
                 number(b.misfit_before),
                 number(b.misfit_after)
             ),
-            None => format!("nothing in the catalogue explains the test; {remainder}"),
+            None => format!("{nothing} explains the test; {remainder}"),
         },
     }
 }
