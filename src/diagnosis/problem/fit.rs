@@ -371,3 +371,9 @@ pub(crate) fn shape_rows(phi: &[f64], test: &[f64], inverse_sd: &[f64]) -> Vec<f
 pub(crate) fn project(q: &DMatrix<f64>, v: &DVector<f64>) -> DVector<f64> {
     v - q * q.tr_mul(v)
 }
+
+/// (x·y)²/(x·x y·y)
+pub(crate) fn mac(entries: impl Iterator<Item = (f64, f64)>) -> f64 {
+    let [cross, xx, yy] = entries.fold([0.0; 3], |[c, xx, yy], (x, y)| [c + x * y, xx + x * x, yy + y * y]);
+    if xx * yy > 0.0 { cross * cross / (xx * yy) } else { 0.0 }
+}

@@ -14,7 +14,7 @@
 use super::effects::Directions;
 use super::traces::Trace;
 use crate::diagnosis::problem::evidence::degrees_of_freedom;
-use crate::diagnosis::problem::fit::{Fit, project};
+use crate::diagnosis::problem::fit::{Fit, mac, project};
 use crate::diagnosis::problem::scene::Scene;
 use crate::fault::Tests;
 use crate::linalg::{DMatrix, DVector, thin_svd};
@@ -165,12 +165,6 @@ pub(crate) fn worst_shape(fit: &Fit, weight: f64, seed: u64) -> Option<WorstShap
     let (worst, mode, mac, mean) = shapes.iter().enumerate().map(of_pair).max_by(|a, b| a.0.total_cmp(&b.0))?;
     let least = (1.0 - mean * by_chance.get(DRAWS - 2)?).max(0.0);
     Some(WorstShape { mode, mac, least, p_value: p_value(&by_chance, worst) })
-}
-
-/// (x·y)²/(x·x y·y)
-fn mac(entries: impl Iterator<Item = (f64, f64)>) -> f64 {
-    let [cross, xx, yy] = entries.fold([0.0; 3], |[c, xx, yy], (x, y)| [c + x * y, xx + x * x, yy + y * y]);
-    if xx * yy > 0.0 { cross * cross / (xx * yy) } else { 0.0 }
 }
 
 /// P of the correlation of neighbouring sensors in a projected residual.

@@ -16,6 +16,7 @@
 use super::starts::start_sizes;
 use crate::correlation::observation_matrix_at;
 use crate::diagnosis::error::DiagnosisError;
+use crate::diagnosis::problem::fit::mac;
 use crate::diagnosis::problem::scene::{Case, Scene, with_effect};
 use crate::diagnosis::screen::effects::Screened;
 use crate::diagnosis::screen::stage::placed;
@@ -118,12 +119,6 @@ fn without_the_worst(model: &[f64], test: &[f64]) -> f64 {
         left.retain(|&i| i != worst);
     }
     mac(left.iter().map(|&i| (model[i], test[i])))
-}
-
-fn mac(entries: impl Iterator<Item = (f64, f64)>) -> f64 {
-    let sums = |[c, a, b]: [f64; 3], (x, y): (f64, f64)| [c + x * y, a + x * x, b + y * y];
-    let [cross, own, other] = entries.fold([0.0; 3], sums);
-    if own * other > 0.0 { cross * cross / (own * other) } else { 0.0 }
 }
 
 /// S H(ω), (n_sensor x n_dof), at the sensors that measured; none where ω is a frequency of the model.

@@ -180,20 +180,20 @@ fn section<'a>(importer: &mut Importer<'a>, card: &Card<'a>, property: &Card<'a>
         if nsm < 0.0 {
             return Err(property.error(Some((9, "NSM")), "it must not be negative"));
         }
-        if nsm > 0.0 {
-            importer.put(
-                &mut values,
-                ("mass_per_area", "mass_per_area"),
-                (property, 9, "NSM"),
-                nsm,
-                (Q::MassPerArea, importer.wtmass),
-            );
-        }
+        non_structural(importer, &mut values, (property, 9), nsm);
         lumped(importer, &mut values);
         Ok(values)
     })?;
     let is_directed = material.name() != "MAT1";
     Ok(ShellSection { name, is_directed, ply_angle: 0.0, offset: 0.0, thickness })
+}
+
+/// Mass that carries no load, where there is any.
+fn non_structural(importer: &mut Importer<'_>, values: &mut Values, (property, field): (&Card<'_>, usize), nsm: f64) {
+    if nsm > 0.0 {
+        let scale = (Q::MassPerArea, importer.wtmass);
+        importer.put(values, ("mass_per_area", "mass_per_area"), (property, field, "NSM"), nsm, scale);
+    }
 }
 
 fn lumped(importer: &mut Importer<'_>, values: &mut Values) {
@@ -327,15 +327,7 @@ fn laminate<'a>(importer: &mut Importer<'a>, property: &Card<'a>) -> Result<Shel
         values.items.push(("thickness".into(), with_unit(&computed(total), importer.unit(Q::Length))));
         density(importer, &material, &mut values)?;
         let nsm = property.real_or(4, "NSM", 0.0)?;
-        if nsm > 0.0 {
-            importer.put(
-                &mut values,
-                ("mass_per_area", "mass_per_area"),
-                (property, 4, "NSM"),
-                nsm,
-                (Q::MassPerArea, importer.wtmass),
-            );
-        }
+        non_structural(importer, &mut values, (property, 4), nsm);
         lumped(importer, &mut values);
         Ok(values)
     })?;
