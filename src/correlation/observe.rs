@@ -55,17 +55,42 @@ fn observe(
     sensors: &[Sensor],
     theta: Option<&[f64]>,
 ) -> Result<DMatrix<f64>, CorrelationError> {
-    let dofs = model.dof_map();
-    if sensors.len().saturating_mul(dofs.n_dof()) > MOST_ENTRIES {
+    let n_dof = model.dof_map().n_dof();
+    if sensors.len().saturating_mul(n_dof) > MOST_ENTRIES {
         return Err(CorrelationError::Model(format!(
             "{} sensors on a model of {} dofs are too many: choose at most {} sensors",
             sensors.len(),
-            dofs.n_dof(),
-            MOST_ENTRIES / dofs.n_dof()
+            n_dof,
+            MOST_ENTRIES / n_dof
         )));
     }
-    let mut s = DMatrix::zeros(sensors.len(), dofs.n_dof());
-    for (i, sensor) in sensors.iter().enumerate() {
+    let mut s = DMatrix::zeros(sensors.len(), n_dof);
+    for (i, row) in rows(model, sensors, theta)?.into_iter().enumerate() {
+        for (column, factor) in row {
+            s[(i, column)] += factor;
+        }
+    }
+    Ok(s)
+}
+
+/// The rows of [`observation_matrix`] as sums, (column, factor) of each entry; a column may come several times.
+///
+/// # Errors
+/// As [`observation_matrix`].
+pub fn observation_rows(
+    model: &dyn ParametricModel,
+    sensors: &[Sensor],
+) -> Result<Vec<Vec<(usize, f64)>>, CorrelationError> {
+    rows(model, sensors, None)
+}
+
+fn rows(
+    model: &dyn ParametricModel,
+    sensors: &[Sensor],
+    theta: Option<&[f64]>,
+) -> Result<Vec<Vec<(usize, f64)>>, CorrelationError> {
+    let mut all = Vec::with_capacity(sensors.len());
+    for sensor in sensors {
         let (point, position) = locate(model, sensor, theta)?;
         let arm = position.map_or(sensor.offset.unwrap_or([0.0; 3]), |p| [0, 1, 2].map(|k| p[k] - point.position[k]));
         let d = sensor.direction;
@@ -76,13 +101,12 @@ fn observe(
             let about = [arm[1] * d[2] - arm[2] * d[1], arm[2] * d[0] - arm[0] * d[2], arm[0] * d[1] - arm[1] * d[0]];
             [d[0], d[1], d[2], about[0], about[1], about[2]]
         };
-        for (list, weight) in point.rows.iter().zip(weights) {
-            for &(row, factor) in list {
-                s[(i, row)] += weight * factor;
-            }
-        }
+        let of = |(list, weight): (&Vec<(usize, f64)>, f64)| -> Vec<(usize, f64)> {
+            list.iter().map(|&(row, factor)| (row, weight * factor)).collect()
+        };
+        all.push(point.rows.iter().zip(weights).flat_map(of).collect());
     }
-    Ok(s)
+    Ok(all)
 }
 
 /// Checks the sensors of a test against a model: all problems at once, with their paths in the test file.

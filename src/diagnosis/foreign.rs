@@ -159,10 +159,11 @@ pub(super) fn investigate(
         return Err(DiagnosisError::NoData);
     }
     for case in &scene.cases {
-        if let Some(slip) = slip_of_unit(&case.model, &case.test)? {
+        if let Some(slip) = slip_of_unit(&*case.model, &case.test)? {
             return Err(DiagnosisError::Unit { slip });
         }
     }
+    let scene = scene.in_full()?;
     check_places(&scene, settings)?;
     let mut found = with_modes_of_the_structure(scene, starts, weight, settings)?;
     if settings.until.was_cut() {

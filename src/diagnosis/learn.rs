@@ -4,7 +4,8 @@ use super::error::DiagnosisError;
 use super::foreign::investigate;
 use super::problem::evidence::{STRONG, held_out, ln_evidence};
 use super::problem::fit::fit;
-use super::problem::scene::{Scene, with_effect};
+use super::problem::changed::with_effect;
+use super::problem::scene::Scene;
 use super::result::{Diagnosis, Verdict};
 use super::search::hypothesis::{Estimate, Tried, estimates};
 use super::search::prior::Odds;
@@ -13,7 +14,7 @@ use super::settings::Settings;
 use crate::data::TestData;
 use crate::effect::{Candidate, Context, Effects, Structure};
 use crate::linalg::DVector;
-use crate::model::{Model, ParametricModel};
+use crate::model::Model;
 
 /// A step of learning.
 #[derive(Debug, Clone)]
@@ -126,7 +127,7 @@ pub fn learn_from_tests(
             diagnosis: found.diagnosis,
             added: None,
             corrected: None,
-            model: scene.model().clone(),
+            model: scene.model_in_full()?,
             theta: fit.theta.clone(),
             misfit: fit.misfit,
             misfit_per_mode: per_mode,
@@ -167,7 +168,7 @@ pub fn learn_from_tests(
             back.ln_added += odds.of(best) + best.ln_bayes;
         }
         step.tie = ties;
-        scene = best.scene.clone();
+        scene = best.scene.clone().in_full()?;
         starts = vec![best.fit.x.clone()];
         match &best.tried {
             Tried::Effect(c) => {
@@ -237,18 +238,18 @@ fn prune(
         let mut rest = effects.clone();
         let gone = rest.remove(k);
         let bare = scene.with_file(model.spec().clone(), Vec::new())?;
-        let Ok(smaller) = rest.iter().try_fold(bare, |s, c| with_effect(&s, c)) else {
+        let Ok(smaller) = rest.iter().try_fold(bare, |s, c| with_effect(&s, c)?.in_full()) else {
             k += 1;
             continue;
         };
         let keep: Vec<f64> = smaller
-            .model()
+            .solved()
             .parameters()
             .free()
             .iter()
             .filter_map(|&i| {
-                let name = &smaller.model().parameters().get(i).name;
-                let all = scene.model().parameters();
+                let name = &smaller.solved().parameters().get(i).name;
+                let all = scene.solved().parameters();
                 let position = all.free().iter().position(|&f| all.get(f).name == *name)?;
                 Some(starts[0][position])
             })

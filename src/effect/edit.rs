@@ -6,6 +6,7 @@ use crate::model::spec::{
     ConfigurationSpec, ElementSpec, MassSpec, ModelSpec, Named, NodeSpec, OverrideSpec, ParameterSpec, RigidLinkSpec,
     SpringSpec, SupportSpec,
 };
+use crate::model::Parameter;
 use crate::units::Scalar;
 use crate::yaml::{self, Problem};
 use serde::{Deserialize, Serialize};
@@ -35,6 +36,19 @@ impl NewParameter {
     /// Whether the neutral value lies on a bound, so that the size has one sign only.
     pub fn one_sided(&self) -> bool {
         self.bounds.contains(&self.neutral)
+    }
+
+    /// As a parameter of a model.
+    pub(crate) fn parameter(&self) -> Parameter {
+        Parameter {
+            name: self.name.clone(),
+            unit: self.unit.clone(),
+            unit_factor: 1.0,
+            value: self.neutral,
+            bounds: Some(self.bounds),
+            prior_sd: None,
+            description: self.description.clone(),
+        }
     }
 
     fn spec(&self) -> ParameterSpec {
@@ -237,6 +251,12 @@ fn of_configuration(configuration: &str, block: &str) -> String {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PatchError {
+    /// A large model is changed by elements and supports alone.
+    #[error("`{id}` changes more of a model of this size than elements and supports, and cannot be tried on it")]
+    NotOnLarge {
+        /// The effect and its place.
+        id: String,
+    },
     /// A name that no effect has.
     #[error("unknown effect `{name}`{suggestion} (see `retune list effects`)")]
     UnknownEffect {

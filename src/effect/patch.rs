@@ -51,8 +51,13 @@ impl Patch {
     /// The model with the edits; everything else, and the order of everything else, is as it was.
     pub fn apply(&self, spec: &ModelSpec) -> Result<ModelSpec, PatchError> {
         let mut spec = spec.clone();
-        self.edits.iter().try_for_each(|e| e.apply(&mut spec))?;
+        self.add_to(&mut spec)?;
         Ok(spec)
+    }
+
+    /// Makes the edits; those before one that is refused are made.
+    pub fn add_to(&self, spec: &mut ModelSpec) -> Result<(), PatchError> {
+        self.edits.iter().try_for_each(|e| e.apply(spec))
     }
 
     /// The text of a model file with the edits: one line for each, in its block, all other bytes as they were.

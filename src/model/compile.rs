@@ -236,6 +236,14 @@ impl Model {
         &self.connections[element]
     }
 
+    pub(super) fn elements_and_connections(&self) -> (&[PlacedElement], &[Connection]) {
+        (&self.elements, &self.connections)
+    }
+
+    pub(super) fn elastic_supports(&self) -> Option<&ElasticSupports> {
+        self.elastic_supports.as_ref()
+    }
+
     pub(super) fn affine_part(&self) -> &AffinePart {
         &self.affine
     }
@@ -248,6 +256,21 @@ impl Model {
     ) -> Result<Option<(&Connection, ElementMatrices)>, ModelError> {
         let of = |s: &'_ ElasticSupports| s.matrices(elements, &self.connections, theta);
         self.elastic_supports.as_ref().map(|s| Ok((s.connection(), of(s)?))).transpose()
+    }
+
+    /// Rᵀ M R of the six rigid motions about the origin at θ, (6 x 6).
+    pub fn rigid_mass(&self, theta: &[f64]) -> Result<SymMatrix, ModelError> {
+        let mut rigid = SymMatrix::zeros(6);
+        let masses = self.rigid_mass.linear.iter().chain(&self.rigid_mass.products);
+        for (mass, (_, factor)) in masses.zip(self.affine.at(theta)) {
+            rigid.add_scaled(factor, mass);
+        }
+        for &e in &self.general {
+            let element = &self.elements[e];
+            let at = element.ends(&self.geometry.positions);
+            add_rigid_mass(&mut rigid, 1.0, &weighed_mass(element, theta)?, &element.axes, &at);
+        }
+        Ok(rigid)
     }
 
     fn is_polynomial(&self) -> bool {
@@ -397,17 +420,7 @@ impl ParametricModel for Model {
     }
 
     fn mass_properties(&self, theta: &[f64]) -> Result<Option<MassProperties>, ModelError> {
-        let mut rigid = SymMatrix::zeros(6);
-        let masses = self.rigid_mass.linear.iter().chain(&self.rigid_mass.products);
-        for (mass, (_, factor)) in masses.zip(self.affine.at(theta)) {
-            rigid.add_scaled(factor, mass);
-        }
-        for &e in &self.general {
-            let element = &self.elements[e];
-            let at = element.ends(&self.geometry.positions);
-            add_rigid_mass(&mut rigid, 1.0, &weighed_mass(element, theta)?, &element.axes, &at);
-        }
-        Ok(Some(MassProperties::from_rigid_mass(&rigid)))
+        Ok(Some(MassProperties::from_rigid_mass(&self.rigid_mass(theta)?)))
     }
 
     fn point(&self, element: &str, fraction: f64) -> Result<Option<PointMotion>, ModelError> {

@@ -77,6 +77,16 @@ impl DofMap {
         }
     }
 
+    /// The map of a model whose rows are coordinates of vectors and of no node.
+    ///
+    /// * `motions` - the coordinates of the rigid motions, (n x 6)
+    pub(super) fn of_coordinates(n: usize, motions: &DMatrix<f64>) -> Self {
+        let rows = vec![(0, Dof::Ux); n];
+        let (node_names, positions) = (vec!["coordinates".to_string()], vec![[0.0; 3]]);
+        let full = vec![Vec::new(); 6];
+        Self { node_names, positions, rows, full, motions: Some(motions.clone()), coordinates: vec![0] }
+    }
+
     /// Number of independent dofs: the size of K and M.
     pub fn n_dof(&self) -> usize {
         self.rows.len()

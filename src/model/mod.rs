@@ -7,6 +7,7 @@
 
 mod assembly;
 mod buckling;
+mod change;
 mod character;
 mod compile;
 mod configuration;
@@ -42,6 +43,7 @@ mod solver;
 pub mod spec;
 #[cfg(test)]
 mod stability_tests;
+mod stand_in;
 mod superelement;
 mod superelement_stiffness;
 mod system;
@@ -49,6 +51,7 @@ mod value;
 mod weighted_link;
 
 pub use assembly::{AffineMass, AffinePart, Basis};
+pub use change::{Additions, Change};
 pub use character::{ModeCharacter, ModeLabel, family, label_modes, symmetry_index};
 pub use compile::{Model, Target, Targets};
 pub use critical_preload::CriticalPreload;
@@ -69,6 +72,7 @@ pub use reduced::{ReducedModel, ReducedOptions};
 pub use registry::Registry;
 pub use solver::{Matrices, ModalSolver, differentiate_in_clusters, solve_modes};
 pub use spec::{ModelSpec, schema};
+pub use stand_in::StandIn;
 pub use system::{SparseSystem, System};
 pub use value::{Affine, Value};
 

@@ -145,6 +145,11 @@ impl<'a> ReducedModel<'a> {
         &self.samples
     }
 
+    /// a of X = K + aM, in which the basis is orthonormal.
+    pub fn shift(&self) -> f64 {
+        self.residual.shift()
+    }
+
     /// V: dofs of the full model from those of this one, q = V y, (n_dof x n_reduced).
     pub fn basis(&self) -> &DMatrix<f64> {
         &self.basis

@@ -74,6 +74,30 @@ pub struct Prediction {
 }
 
 impl Prediction {
+    /// The same modes at other frequencies and with other shapes at the sensors, as far as those tell: as in a batch.
+    ///
+    /// * `frequencies_hz`, `at_sensors` - of the elastic modes
+    pub(crate) fn moved(
+        &self,
+        frequencies_hz: Vec<f64>,
+        at_sensors: DMatrix<f64>,
+        mass_properties: Option<MassProperties>,
+    ) -> Self {
+        Self {
+            matrices: Matrices::Dense(System::zeros(0, false)),
+            modes: Modes { lambda: DVector::zeros(0), shapes: DMatrix::zeros(0, 0), n_rigid: 0, n_mechanism: 0 },
+            frequencies_hz,
+            at_sensors,
+            sensors: None,
+            families: Vec::new(),
+            clusters: self.clusters.clone(),
+            mac: self.mac.clone(),
+            pairs: self.pairs.clone(),
+            mass_properties,
+            responses: OnceLock::new(),
+        }
+    }
+
     /// K, M and C as dense matrices.
     ///
     /// # Errors
@@ -130,10 +154,39 @@ impl<'a> Comparison<'a> {
         pairing: PairingOptions,
         solver: Option<Arc<ModalSolver>>,
     ) -> Result<Self, CorrelationError> {
-        let failed = |e: ModelError| CorrelationError::Model(e.to_string());
         let sensors = observation_matrix(model, &test.sensors)?;
+        let varying = varying_sensors(model, &test.sensors, &starting_point(model));
+        Self::observed(model, test, pairing, solver, (sensors, varying))
+    }
+
+    /// The same of a model that has no nodes, only coordinates, with its observation matrix.
+    pub(crate) fn of_stand_in(
+        model: &'a dyn ParametricModel,
+        test: &'a TestData,
+        pairing: PairingOptions,
+        solver: Option<Arc<ModalSolver>>,
+        sensors: DMatrix<f64>,
+    ) -> Result<Self, CorrelationError> {
+        let further =
+            [("static tests", !test.static_tests.is_empty()), ("frequency responses", test.frf_fit.is_some())];
+        if let Some((what, _)) = further.iter().find(|(_, used)| *used) {
+            return Err(CorrelationError::Model(format!(
+                "{what} need more than the modes of a model with more than {MOST_DENSE_DOFS} dofs: subdivide less, or leave the {what} out of the test file"
+            )));
+        }
+        Self::observed(model, test, pairing, solver, (sensors, Vec::new()))
+    }
+
+    /// * `sensors` - the observation matrix, and the sensors whose rows depend on θ
+    fn observed(
+        model: &'a dyn ParametricModel,
+        test: &'a TestData,
+        pairing: PairingOptions,
+        solver: Option<Arc<ModalSolver>>,
+        (sensors, varying): (DMatrix<f64>, Vec<usize>),
+    ) -> Result<Self, CorrelationError> {
+        let failed = |e: ModelError| CorrelationError::Model(e.to_string());
         let start = starting_point(model);
-        let varying = varying_sensors(model, &test.sensors, &start);
         // Twice the measured modes and some more: partners may sit higher, and unmeasured modes lie between.
         let n_elastic = 2 * test.modes.len() + 4;
         let (solver, is_damped) = match solver.filter(|s| s.serves(model)) {
@@ -500,7 +553,7 @@ pub fn starting_point(model: &dyn ParametricModel) -> Vec<f64> {
 
 /// Whether a model has damping of its own at its estimates.
 pub fn is_damped(model: &dyn ParametricModel) -> bool {
-    model.assemble(&starting_point(model)).is_ok_and(|system| system.damping.is_some())
+    model.assemble_sparse(&starting_point(model)).is_ok_and(|system| system.damping.is_some())
 }
 
 /// The symmetry of a test mode: as its label tells, unless the pairing has found that it is wrong.

@@ -112,8 +112,28 @@ impl Structure {
                 default(),
             )
             .map_err(|LltError::NonPositivePivot { index }| FactorError::Pivot(index))?;
+        Ok(Factor { structure: self, values, work: self.work() })
+    }
+
+    /// Room for [`Self::solve`].
+    pub(super) fn work(&self) -> Vec<Row> {
         let longest = self.supernodal().nnz_per_super().iter().copied().max().unwrap_or(0);
-        Ok(Factor { structure: self, values, work: vec![[0.0; WIDTH]; longest] })
+        vec![[0.0; WIDTH]; longest]
+    }
+
+    /// a⁻¹ X with the values of a Cholesky factor, overwriting X.
+    pub(super) fn solve(&self, values: &[f64], x: &mut [Row], work: &mut [Row]) {
+        let s = self.supernodal();
+        let supernodes = Supernodes {
+            begin: s.supernode_begin(),
+            end: s.supernode_end(),
+            row_start: s.col_ptr_for_row_idx(),
+            row_count: s.nnz_per_super(),
+            rows: s.row_idx(),
+            value_start: s.col_ptr_for_val(),
+            values,
+        };
+        solve(&supernodes, x, work);
     }
 
     /// L, B with a = L B Lᵀ for an `a` that may be indefinite.
@@ -234,17 +254,7 @@ pub(super) struct Factor<'a> {
 impl Factor<'_> {
     /// a⁻¹ X, overwriting X.
     pub(super) fn solve(&mut self, x: &mut [Row]) {
-        let s = self.structure.supernodal();
-        let supernodes = Supernodes {
-            begin: s.supernode_begin(),
-            end: s.supernode_end(),
-            row_start: s.col_ptr_for_row_idx(),
-            row_count: s.nnz_per_super(),
-            rows: s.row_idx(),
-            value_start: s.col_ptr_for_val(),
-            values: &self.values,
-        };
-        solve(&supernodes, x, &mut self.work);
+        self.structure.solve(&self.values, x, &mut self.work);
     }
 
     /// The memory of its values, for the next factor.

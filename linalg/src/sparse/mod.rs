@@ -18,4 +18,4 @@ pub use derivative::solve_beside_mode;
 pub use matrix::SparseSym;
 pub use modes::{SparseModes, SparseOptions, backward_error, lowest_sparse_modes};
 pub use plan::SparsePlan;
-pub use shifted::{count_negative, solve_shifted};
+pub use shifted::{PencilFactor, count_negative, solve_indefinite, solve_shifted};

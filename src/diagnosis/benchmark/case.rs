@@ -11,7 +11,7 @@ use crate::diagnosis::foreign::investigate;
 use crate::diagnosis::problem::fit::project;
 use crate::diagnosis::problem::fit::{Fit, evaluate, fit};
 use crate::diagnosis::problem::scene::Scene;
-use crate::diagnosis::problem::scene::with_effect;
+use crate::diagnosis::problem::changed::with_effect;
 use crate::diagnosis::result::{Diagnosis, Kind, Verdict};
 use crate::diagnosis::screen::traces::{faults_at, traces};
 use crate::diagnosis::settings::Settings;

@@ -1,8 +1,10 @@
 //! What is solved: structures against their tests as one least-squares problem with priors, its optimum, and the evidence of that.
 //!
 //! `scene` poses it, `rows` are its residuals, `fit` finds the optimum, `evidence` weighs it; `missed` finds modes that the test should have seen, `mesh`
-//! what the mesh falsifies.
+//! what the mesh falsifies. `changed` puts effects into a scene, `changes` keeps those of large models.
 
+pub(crate) mod changed;
+pub(crate) mod changes;
 pub(crate) mod evidence;
 pub(crate) mod fit;
 pub(crate) mod mesh;

@@ -6,7 +6,7 @@ use crate::model::{ParametricModel, Targets};
 use crate::objective::residual::{
     Damping, Frequency, FrfLog, MassPropertyResidual, Shape, StaticAngle, StaticDeflection, TargetResidual,
 };
-use crate::objective::{Comparison, EvalError, LeastSquares, Linearization, Objective, Residual, Scaling};
+use crate::objective::{Comparison, EvalError, LeastSquares, Linearization, Objective, Prediction, Residual, Scaling};
 
 /// The rows of the problem.
 #[derive(Debug, Clone, Copy)]
@@ -115,10 +115,13 @@ impl<'a> Posed<'a> {
     }
 
     /// Residuals of all tests in the order of the rows.
-    fn gather(&self, of: impl Fn(&Part<'a>) -> Result<DVector<f64>, EvalError>) -> Result<DVector<f64>, EvalError> {
+    fn gather(
+        &self,
+        of: impl Fn(usize, &Part<'a>) -> Result<DVector<f64>, EvalError>,
+    ) -> Result<DVector<f64>, EvalError> {
         let mut all = DVector::zeros(self.rows.measured + self.rows.targets);
-        for part in &self.parts {
-            let own = of(part)?;
+        for (k, part) in self.parts.iter().enumerate() {
+            let own = of(k, part)?;
             part.rows.iter().zip(own.iter()).for_each(|(&i, v)| all[i] = *v);
         }
         Ok(all)
@@ -143,7 +146,17 @@ impl<'a> Posed<'a> {
 
     /// Weighted rows of data and targets at θ, priors zero.
     pub(crate) fn data_rows(&self, theta: &[f64]) -> Result<DVector<f64>, EvalError> {
-        let own = |p: &Part<'a>| Ok(p.data.residuals_of(theta, &*p.comparison.predict(theta)?));
+        let predictions = self.parts.iter().map(|p| p.comparison.predict(theta)).collect::<Result<Vec<_>, _>>()?;
+        self.rows_of(theta, &predictions)
+    }
+
+    /// The same of predictions that are known, one a test.
+    pub(crate) fn rows_of(
+        &self,
+        theta: &[f64],
+        predictions: &[impl std::ops::Deref<Target = Prediction>],
+    ) -> Result<DVector<f64>, EvalError> {
+        let own = |k: usize, p: &Part<'a>| Ok(p.data.residuals_of(theta, &predictions[k]));
         let mut r = self.gather(own)?.resize_vertically(self.rows.len(), 0.0);
         r.rows_mut(0, self.rows.measured).scale_mut(self.weight);
         if r.iter().all(|v| v.is_finite()) { Ok(r) } else { Err(EvalError::NotFinite { name: "data".into() }) }
@@ -160,7 +173,7 @@ impl Objective for Posed<'_> {
     }
 
     fn residuals(&self, x: &DVector<f64>) -> Result<DVector<f64>, EvalError> {
-        Ok(self.extend(&self.gather(|p| p.data.residuals(x))?, x))
+        Ok(self.extend(&self.gather(|_, p| p.data.residuals(x))?, x))
     }
 
     fn linearize(&self, x: &DVector<f64>) -> Result<Linearization, EvalError> {

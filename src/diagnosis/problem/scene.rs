@@ -18,14 +18,16 @@
 //!
 //! The priors keep the problem regular where data cannot tell parameters apart, and they are what an evidence needs.
 
-use crate::correlation::{CorrelationError, sensor_position};
-use crate::data::{Joined, TestData, joined};
+use super::changes::Changes;
+use crate::correlation::{CorrelationError, observation_matrix, observation_rows, sensor_position};
+use crate::data::{Joined, Sensor, TestData, joined};
 use crate::diagnosis::error::DiagnosisError;
-use crate::effect::{Candidate, NewParameter, PatchError};
+use crate::effect::{NewParameter, Patch, PatchError};
+use crate::element::Dof;
 use crate::fault::{Bench, PlacedFault, Tests};
-use crate::linalg::DVector;
+use crate::linalg::{DMatrix, DVector};
 use crate::model::spec::ModelSpec;
-use crate::model::{ModalSolver, Model, ParametricModel, Registry};
+use crate::model::{MOST_DENSE_DOFS, ModalSolver, Model, ModelError, ParametricModel, Registry, StandIn};
 use crate::objective::{Comparison, Scaling, is_damped};
 use crate::optim::Draw;
 use crate::update::{HowToPair, as_given};
@@ -33,6 +35,10 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use std::sync::{Arc, OnceLock};
 
+/// Models of more dofs are stood in for.
+const LARGE: usize = MOST_DENSE_DOFS;
+/// Estimated relative error of a frequency of a stand-in: a tenth of what a good test can measure.
+const TOLERANCE: f64 = 1e-4;
 /// A prior without a stated standard deviation: this share of the interval.
 const WEAK: f64 = 0.5;
 
@@ -65,10 +71,12 @@ impl Prior {
 /// A test with the model in the configuration that was tested, and where its modes and sensors stand among those of all.
 #[derive(Debug, Clone)]
 pub(crate) struct Case {
-    pub(crate) model: Model,
+    pub(crate) model: Arc<Model>,
     pub(crate) test: Arc<TestData>,
     pub(crate) first_mode: usize,
     pub(crate) sensors: Vec<usize>,
+    /// What is solved in the place of a large model, with the changes that the scene has made to it.
+    pub(crate) stand_in: Option<Arc<StandIn>>,
     /// What solves the model, once it has been compared.
     solver: Arc<OnceLock<Arc<ModalSolver>>>,
     /// The same of the model that this one was made from: most changes leave the dofs as they are.
@@ -76,20 +84,60 @@ pub(crate) struct Case {
 }
 
 impl Case {
-    fn new(model: Model, test: Arc<TestData>, first_mode: usize, sensors: Vec<usize>) -> Self {
-        Self { model, test, first_mode, sensors, solver: Arc::default(), like: None }
+    fn new(model: Arc<Model>, test: Arc<TestData>, first_mode: usize, sensors: Vec<usize>) -> Self {
+        Self { model, test, first_mode, sensors, stand_in: None, solver: Arc::default(), like: None }
     }
 
     /// The same test with another model.
-    fn with_model(&self, model: Model) -> Self {
+    fn with_model(&self, model: Arc<Model>) -> Self {
         let like = self.solver.get().or(self.like.as_ref()).cloned();
         Self { like, ..Self::new(model, self.test.clone(), self.first_mode, self.sensors.clone()) }
+    }
+
+    /// The same test and model with a change of its stand-in.
+    pub(super) fn with_stand_in(&self, stand_in: StandIn) -> Self {
+        Self { stand_in: Some(Arc::new(stand_in)), ..self.with_model(self.model.clone()) }
+    }
+
+    /// What is solved: the model, or what stands in for it.
+    pub(crate) fn solved(&self) -> &dyn ParametricModel {
+        match &self.stand_in {
+            Some(stand_in) => &**stand_in,
+            None => &*self.model,
+        }
+    }
+
+    /// The observation matrix of sensors on the rows of what is solved.
+    ///
+    /// # Errors
+    /// A sensor without a place on the model.
+    pub(crate) fn observe(&self, sensors: &[Sensor]) -> Result<DMatrix<f64>, CorrelationError> {
+        match &self.stand_in {
+            Some(stand_in) => Ok(stand_in.observed(&observation_rows(&*self.model, sensors)?)),
+            None => observation_matrix(&*self.model, sensors),
+        }
+    }
+
+    /// A dof of a node of the file as a sum of rows of what is solved.
+    pub(crate) fn rows_of(&self, node: &str, dof: Dof) -> Option<Vec<(usize, f64)>> {
+        let dofs = if self.stand_in.is_some() { self.model.dof_map() } else { self.solved().dof_map() };
+        let rows = dofs.express(dofs.node(node)?, dof).to_vec();
+        Some(match &self.stand_in {
+            Some(stand_in) => stand_in.observed(&[rows]).row(0).iter().copied().enumerate().collect(),
+            None => rows,
+        })
     }
 
     /// Model and test made comparable, paired with open gates, by shapes where there are any.
     pub(crate) fn comparison(&self, how: &HowToPair) -> Result<Comparison<'_>, CorrelationError> {
         let known = self.solver.get().or(self.like.as_ref()).cloned();
-        let made = Comparison::sharing(&self.model, &self.test, how.rule(&self.test), known)?;
+        let rule = how.rule(&self.test);
+        let made = match &self.stand_in {
+            Some(stand_in) => {
+                Comparison::of_stand_in(&**stand_in, &self.test, rule, known, self.observe(&self.test.sensors)?)?
+            }
+            None => Comparison::sharing(&*self.model, &self.test, rule, known)?,
+        };
         self.solver.get_or_init(|| made.solver().clone());
         Ok(made)
     }
@@ -113,6 +161,10 @@ pub(crate) struct Scene {
     pub(crate) is_damped: bool,
     /// How modes are paired.
     pub(crate) how: HowToPair,
+    /// Changes that were made to stand-ins and not to the file.
+    pub(super) patches: Vec<Patch>,
+    /// The same, placed, where models are large.
+    pub(super) changes: Arc<Changes>,
 }
 
 impl Scene {
@@ -125,18 +177,18 @@ impl Scene {
             Some(_) => in_configuration(model.spec(), test),
             None => Ok(model.clone()),
         };
-        let models = tests.iter().map(|t| of(t)).collect::<Result<Vec<Model>, _>>()?;
+        let models = shared(tests, |t| configuration(model.spec(), t).map(str::to_string), |t| of(t))?;
         if models.is_empty() {
             return Err(DiagnosisError::NoData);
         }
-        let is_damped = models.iter().any(|m| is_damped(m));
+        let is_damped = models.iter().any(|m| is_damped(&**m));
         let tests = tests.iter().map(|&t| Arc::new(t.clone())).collect();
-        Ok(Self::of(Arc::new(model.spec().clone()), models, tests, Vec::new(), is_damped))
+        Self::of(Arc::new(model.spec().clone()), models, tests, Vec::new(), is_damped).with_stand_ins()
     }
 
     fn of(
         file: Arc<ModelSpec>,
-        models: Vec<Model>,
+        models: Vec<Arc<Model>>,
         tests: Vec<Arc<TestData>>,
         added: Vec<NewParameter>,
         is_damped: bool,
@@ -149,16 +201,46 @@ impl Scene {
             .zip(first_mode.into_iter().zip(sensors))
             .map(|((model, test), (first_mode, sensors))| Case::new(model, test, first_mode, sensors))
             .collect();
-        Self { file, cases, test: Arc::new(test), added, is_damped, how: HowToPair::default() }
+        let (how, patches, changes) = (HowToPair::default(), Vec::new(), Arc::default());
+        Self { file, cases, test: Arc::new(test), added, is_damped, how, patches, changes }
+    }
+
+    /// Whether stand-ins are solved.
+    pub(crate) fn is_large(&self) -> bool {
+        self.cases.iter().any(|c| c.stand_in.is_some())
+    }
+
+    /// With stand-ins for models that are large.
+    fn with_stand_ins(mut self) -> Result<Self, DiagnosisError> {
+        let largest = self.cases.iter().map(|c| c.model.dof_map().n_dof()).max().unwrap_or(0);
+        if largest <= LARGE {
+            return Ok(self);
+        }
+        let failed = |e: ModelError| CorrelationError::Model(e.to_string());
+        let n_modes = 2 * self.cases.iter().map(|c| c.test.modes.len()).max().unwrap_or(0) + 4;
+        let mut made: Vec<StandIn> = Vec::new();
+        for case in &mut self.cases {
+            let known = made.iter().find(|s| Arc::ptr_eq(s.model(), &case.model)).cloned();
+            let stand_in = match known {
+                Some(known) => known,
+                None => StandIn::new(&case.model, n_modes, TOLERANCE).map_err(failed)?,
+            };
+            made.push(stand_in.clone());
+            *case = case.with_stand_in(stand_in);
+        }
+        Ok(self)
     }
 
     /// The same tests and another file, with the sizes that effects have brought into it.
     ///
     /// Errors: the file is no model in one of the configurations.
     pub(crate) fn with_file(&self, file: ModelSpec, added: Vec<NewParameter>) -> Result<Self, DiagnosisError> {
-        let models = self.cases.iter().map(|c| in_configuration(&file, &c.test)).collect::<Result<Vec<_>, _>>()?;
+        let tests: Vec<&TestData> = self.cases.iter().map(|c| &*c.test).collect();
+        let key = |t: &TestData| configuration(&file, t).map(str::to_string);
+        let models = shared(&tests, key, |t| in_configuration(&file, t))?;
         let cases = self.cases.iter().zip(models).map(|(case, model)| case.with_model(model)).collect();
-        Ok(Self { file: Arc::new(file), cases, added, ..self.clone() })
+        let (patches, changes) = (Vec::new(), Arc::default());
+        Self { file: Arc::new(file), cases, added, patches, changes, ..self.clone() }.with_stand_ins()
     }
 
     /// The same with other tests of the same modes.
@@ -167,8 +249,9 @@ impl Scene {
         let mut scene = Self::of(self.file.clone(), models, tests, self.added.clone(), self.is_damped);
         for (new, case) in scene.cases.iter_mut().zip(&self.cases) {
             (new.solver, new.like) = (case.solver.clone(), case.like.clone());
+            new.stand_in.clone_from(&case.stand_in);
         }
-        scene.how = self.how;
+        (scene.how, scene.patches, scene.changes) = (self.how, self.patches.clone(), self.changes.clone());
         scene
     }
 
@@ -214,9 +297,14 @@ impl Scene {
         self.with_tests(self.cases.iter().map(weigh).collect())
     }
 
-    /// The model of the first test: all have the same parameters.
+    /// The model of the first test, without the changes that were made to its stand-in.
     pub(crate) fn model(&self) -> &Model {
         &self.cases[0].model
+    }
+
+    /// What is solved in the first test: in all it has the same parameters.
+    pub(crate) fn solved(&self) -> &dyn ParametricModel {
+        self.cases[0].solved()
     }
 
     /// The first test that has a sensor.
@@ -231,7 +319,7 @@ impl Scene {
 
     /// Where the sensors sit, m.
     pub(crate) fn sensor_positions(&self) -> Result<Vec<[f64; 3]>, CorrelationError> {
-        let at = |(s, sensor)| sensor_position(&self.case_of_sensor(s).model, sensor);
+        let at = |(s, sensor)| sensor_position(&*self.case_of_sensor(s).model, sensor);
         self.test.sensors.iter().enumerate().map(at).collect()
     }
 
@@ -256,12 +344,12 @@ impl Scene {
 
     /// The estimates of the model, moved into their bounds, in the unit box.
     pub(crate) fn start(&self) -> DVector<f64> {
-        Scaling::new(self.model()).x(&crate::objective::starting_point(self.model()))
+        Scaling::new(self.solved()).x(&crate::objective::starting_point(self.solved()))
     }
 
     /// The prior of each free parameter.
     pub(crate) fn priors(&self) -> Vec<Prior> {
-        let parameters = self.model().parameters();
+        let parameters = self.solved().parameters();
         let centre = self.start();
         let free = parameters.free();
         free.iter()
@@ -290,7 +378,7 @@ impl Scene {
     /// ln of the normalisers of the priors of sizes that an effect has missed_more, beside the 1/√2π of every Gaussian, which
     /// Laplace's method takes back.
     pub(crate) fn ln_size_priors(&self, sizes: &[NewParameter]) -> f64 {
-        let parameters = self.model().parameters();
+        let parameters = self.solved().parameters();
         let (free, priors) = (parameters.free(), self.priors());
         sizes
             .iter()
@@ -327,12 +415,12 @@ impl Tests for Scene {
 }
 
 /// The configuration of a file in which a test was made.
-fn configuration<'a>(file: &ModelSpec, test: &'a TestData) -> Option<&'a str> {
+pub(super) fn configuration<'a>(file: &ModelSpec, test: &'a TestData) -> Option<&'a str> {
     test.configuration.as_deref().filter(|_| !file.configurations.is_empty())
 }
 
 /// The model of a file in the configuration of a test.
-fn in_configuration(file: &ModelSpec, test: &TestData) -> Result<Model, DiagnosisError> {
+pub(super) fn in_configuration(file: &ModelSpec, test: &TestData) -> Result<Model, DiagnosisError> {
     let spec = match configuration(file, test) {
         Some(name) => file.configured(name).map_err(|p| PatchError::Refused(vec![p]))?,
         None => file.clone(),
@@ -340,10 +428,25 @@ fn in_configuration(file: &ModelSpec, test: &TestData) -> Result<Model, Diagnosi
     Ok(Model::new(spec, &Registry::builtin()).map_err(PatchError::Refused)?.0)
 }
 
-/// The scene with an effect in it.
-pub(crate) fn with_effect(scene: &Scene, candidate: &Candidate) -> Result<Scene, DiagnosisError> {
-    let added = [scene.added.clone(), candidate.parameters.clone()].concat();
-    scene.with_file(candidate.patch.apply(&scene.file)?, added)
+/// The models of tests, one for all that were made in the same configuration.
+fn shared<E>(
+    tests: &[&TestData],
+    configuration: impl Fn(&TestData) -> Option<String>,
+    model: impl Fn(&TestData) -> Result<Model, E>,
+) -> Result<Vec<Arc<Model>>, E> {
+    let mut made: Vec<(Option<String>, Arc<Model>)> = Vec::new();
+    let mut out = Vec::with_capacity(tests.len());
+    for test in tests {
+        let key = configuration(test);
+        if let Some((_, known)) = made.iter().find(|(k, _)| *k == key) {
+            out.push(known.clone());
+            continue;
+        }
+        let new = Arc::new(model(test)?);
+        made.push((key, new.clone()));
+        out.push(new);
+    }
+    Ok(out)
 }
 
 /// Points of the box around which a fit may start: drawn in the middle half, where models can usually be solved.

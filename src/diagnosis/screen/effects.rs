@@ -12,15 +12,15 @@
 use crate::diagnosis::listener::Listener;
 use crate::diagnosis::problem::fit::{Fit, project};
 use crate::diagnosis::problem::rows::Posed;
-use crate::diagnosis::problem::scene::{Prior, Scene, with_effect};
+use crate::diagnosis::problem::changed::with_effect;
+use crate::diagnosis::problem::scene::{Prior, Scene};
 use crate::effect::{Candidate, NewParameter};
 use crate::linalg::{DMatrix, DVector};
-use crate::model::ParametricModel;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 /// The small step, as a share of the typical size: about the cube root of rounding.
-const SMALL: f64 = 0.01;
+pub(crate) const SMALL: f64 = 0.01;
 /// Below this length of Δr' at the typical size, in standard deviations, an effect has no trace in these data.
 pub(crate) const VISIBLE: f64 = 0.1;
 
@@ -183,7 +183,7 @@ pub(crate) fn steps(candidate: &Candidate) -> Vec<(Vec<f64>, bool)> {
 /// `scene` has the candidate in it.
 fn columns(scene: &Scene, fit: &Fit, weight: f64, candidate: &Candidate) -> Option<Vec<Column>> {
     let comparisons = scene.comparisons().ok()?;
-    let priors = vec![Prior::NONE; scene.model().parameters().free().len()];
+    let priors = vec![Prior::NONE; scene.solved().parameters().free().len()];
     let posed = Posed::new(scene, &comparisons, priors, weight);
     let theta = |values: &[f64]| [&fit.theta, values].concat();
     let (n, rows) = (fit.r.len(), fit.rows);

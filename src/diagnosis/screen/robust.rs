@@ -70,7 +70,7 @@ pub(crate) fn when_corrected(scene: &Scene, base: &Fit, weight: f64, faults: &[P
     // A fault leaves the model as it is, so its modes are solved once.
     let Ok(comparisons) = scene.comparisons() else { return Vec::new() };
     let solve = |x: DVector<f64>| {
-        let theta = Scaling::new(scene.model()).theta(&x);
+        let theta = Scaling::new(scene.solved()).theta(&x);
         let solved = comparisons.iter().map(|c| c.solve(&theta)).collect::<Result<Vec<_>, _>>().ok()?;
         Some((x, theta, solved))
     };

@@ -1,6 +1,7 @@
 //! The base fit with its screening: all that is known before any hypothesis is refitted.
 
-use super::effects::{Directions, Score, Screened, Seen, screen, screen_again};
+use super::adjoint::screen;
+use super::effects::{Directions, Score, Screened, Seen, screen_again};
 use super::noise::{Scatter, best_scores, p_value, scatter};
 use super::robust::{robust_fits, when_corrected};
 use super::traces::{FaultScore, Trace, faults_at, traces};
@@ -88,7 +89,7 @@ impl Stage {
     }
 
     /// The same with these effects at wider places instead of its own.
-    pub(crate) fn on_wider(&self, placed: Vec<Candidate>) -> Stage {
+    pub(crate) fn on_wider(&self, placed: Vec<Candidate>) -> Result<Stage, DiagnosisError> {
         Stage { ln_odds: LN_WIDER, ..self.clone() }.screening(placed)
     }
 
@@ -98,15 +99,15 @@ impl Stage {
         let q = fit.basis()?;
         let residual = project(&q, &fit.r);
         let placed = self.screened.iter().map(|s| s.candidate.clone()).collect();
-        Ok(Stage { fit, q, residual, ..self.clone() }.screening(placed))
+        Stage { fit, q, residual, ..self.clone() }.screening(placed)
     }
 
     /// This stage with these effects instead of its own, screened at its fit.
-    fn screening(mut self, placed: Vec<Candidate>) -> Stage {
-        self.screened = screen(&self.scene, &self.fit, self.weight, placed, &self.settings.listener);
+    fn screening(mut self, placed: Vec<Candidate>) -> Result<Stage, DiagnosisError> {
+        self.screened = screen(&self.scene, &self.fit, self.weight, placed, &self.settings.listener)?;
         self.directions = Directions::new(&self.screened, &self.q, self.fit.r.len());
         self.effects = self.directions.rank(&self.residual);
-        self
+        Ok(self)
     }
 
     /// How many times the stated standard deviations the noise is taken to be.
@@ -148,6 +149,7 @@ fn stage_of(
     settings: &Settings,
     seen: Option<&Seen<'_>>,
 ) -> Result<Stage, DiagnosisError> {
+    let scene = scene.in_full()?;
     let mut all = starts.to_vec();
     all.push(scene.start());
     if starts.is_empty() {
@@ -160,8 +162,8 @@ fn stage_of(
     let q = base.basis()?;
     let listener = &settings.listener;
     let screened = match seen {
-        Some(seen) => screen_again(&scene, &base, &q, weight, placed, seen, listener),
-        None => screen(&scene, &base, weight, placed, listener),
+        Some(seen) if !scene.is_large() => screen_again(&scene, &base, &q, weight, placed, seen, listener),
+        _ => screen(&scene, &base, weight, placed, listener)?,
     };
     let directions = Directions::new(&screened, &q, base.r.len());
     let scatter = scatter(&scene, &base, &q, &directions, settings.seed);

@@ -1,7 +1,6 @@
 //! What a fault of the measurement would change at a fit, by re-weighting rows: its screening.
 
 use super::effects::VISIBLE;
-use crate::correlation::observation_matrix;
 use crate::data::Sensor;
 use crate::diagnosis::error::DiagnosisError;
 use crate::diagnosis::problem::fit::{Fit, project, shape_rows};
@@ -54,7 +53,7 @@ fn readings_of(scene: &Scene, fit: &Fit, fault: &PlacedFault, (s, sensor): (usiz
     let mut moves = false;
     let having = scene.cases.iter().enumerate().filter(|(k, c)| fault.is_in(*k) && c.sensors.contains(&s));
     for (_, case) in having {
-        let row = observation_matrix(&case.model, std::slice::from_ref(sensor)).ok()?;
+        let row = case.observe(std::slice::from_ref(sensor)).ok()?;
         moves |= row.amax() > 0.0;
         case.modes().for_each(|m| readings[m] = (&row * &fit.modes_at[m])[0]);
     }

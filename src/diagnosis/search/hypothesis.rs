@@ -6,7 +6,6 @@ use crate::diagnosis::problem::fit::Fit;
 use crate::diagnosis::problem::scene::Scene;
 use crate::effect::{Candidate, NewParameter};
 use crate::fault::PlacedFault;
-use crate::model::ParametricModel;
 use crate::objective::Scaling;
 use serde::{Deserialize, Serialize};
 
@@ -82,8 +81,8 @@ impl Refit {
 /// Estimates with 90 % intervals, clipped to the bounds.
 pub(crate) fn estimates(scene: &Scene, fit: &Fit, of: &[NewParameter]) -> Result<Vec<Estimate>, DiagnosisError> {
     let (_, covariance) = fit.hessian()?;
-    let parameters = scene.model().parameters();
-    let free = Scaling::new(scene.model()).free().to_vec();
+    let parameters = scene.solved().parameters();
+    let free = Scaling::new(scene.solved()).free().to_vec();
     let mut out = Vec::new();
     for p in of {
         let Some(index) = parameters.index_of(&p.name) else { continue };

@@ -17,7 +17,8 @@ use super::starts::start_sizes;
 use crate::correlation::observation_matrix_at;
 use crate::diagnosis::error::DiagnosisError;
 use crate::diagnosis::problem::fit::mac;
-use crate::diagnosis::problem::scene::{Case, Scene, with_effect};
+use crate::diagnosis::problem::changed::with_effect;
+use crate::diagnosis::problem::scene::{Case, Scene};
 use crate::diagnosis::screen::effects::Screened;
 use crate::diagnosis::screen::stage::placed;
 use crate::diagnosis::settings::Settings;
@@ -65,7 +66,7 @@ pub(crate) fn may_be_one_cause(
     modes: &[usize],
     settings: &Settings,
 ) -> Result<bool, DiagnosisError> {
-    let theta = Scaling::new(scene.model()).theta(x);
+    let theta = Scaling::new(scene.solved()).theta(x);
     let unknown: Vec<Unknown<'_>> = modes.iter().filter_map(|&m| unknown(scene, m)).collect();
     if unknown.is_empty() || unknown.iter().any(|u| u.case.model.dof_map().n_dof() > MOST_DOFS) {
         return Ok(true);
@@ -123,7 +124,7 @@ fn without_the_worst(model: &[f64], test: &[f64]) -> f64 {
 
 /// S H(ω), (n_sensor x n_dof), at the sensors that measured; none where ω is a frequency of the model.
 fn receptance(u: &Unknown<'_>, theta: &[f64]) -> Result<Option<DMatrix<f64>>, DiagnosisError> {
-    let model = &u.case.model;
+    let model = &*u.case.model;
     let system = model.assemble(theta).map_err(crate::diagnosis::error::unsolvable)?;
     let rows = observation_matrix_at(model, &u.case.test.sensors, theta)?.select_rows(&u.sensors);
     let dynamic = system.stiffness - system.mass * (u.omega * u.omega);

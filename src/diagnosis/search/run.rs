@@ -6,7 +6,7 @@ use super::starts::{STARTS, effort, starts};
 use crate::diagnosis::error::DiagnosisError;
 use crate::diagnosis::problem::evidence::{held_out_in_all, ln_evidence, missed_more};
 use crate::diagnosis::problem::fit::fit_in_rounds;
-use crate::diagnosis::problem::scene::with_effect;
+use crate::diagnosis::problem::changed::with_effect;
 use crate::diagnosis::screen::effects::Score;
 use crate::diagnosis::screen::stage::{Stage, stage};
 use crate::diagnosis::screen::traces::FaultScore;
@@ -97,7 +97,7 @@ pub(crate) fn refit_these(
     let jobs: Vec<Job<'_>> = effects.chain(faults.iter().map(|f| Job::Fault(f, bases))).collect();
     let mut done = run(stage, &jobs, base);
     if !elsewhere.is_empty() {
-        let stage = stage.on_wider(elsewhere);
+        let stage = stage.on_wider(elsewhere)?;
         let jobs: Vec<Job<'_>> = stage.effects.iter().map(|s| Job::Effect(s, bases)).collect();
         done.extend(run(&stage, &jobs, base));
     }

@@ -3,7 +3,8 @@
 use super::starts::{effort, starts};
 use crate::diagnosis::error::DiagnosisError;
 use crate::diagnosis::problem::fit::fit_from;
-use crate::diagnosis::problem::scene::{Scene, with_effect};
+use crate::diagnosis::problem::changed::with_effect;
+use crate::diagnosis::problem::scene::Scene;
 use crate::diagnosis::screen::effects::Score;
 use crate::diagnosis::screen::stage::Stage;
 use crate::linalg::DVector;

@@ -132,6 +132,10 @@ pub(crate) struct Fitted {
 ///
 /// * `bases` - values of the parameters of the base from which to start
 pub(crate) fn spreads(stage: &Stage, bases: &[DVector<f64>]) -> Result<Vec<Fitted>, DiagnosisError> {
+    // A stand-in has no room for as many shapes as there are parts.
+    if stage.scene.is_large() {
+        return Ok(Vec::new());
+    }
     let base = ln_evidence(&stage.fit)?;
     let work = stage.settings.listener.work("fitting changes of every element", FIELDS.len() * SCALES.len());
     let of = |properties: &&[Property]| {

@@ -31,7 +31,7 @@ pub(crate) fn may_be_wider(stage: &Stage, spreads: &[Fitted], done: &[Refit]) ->
 ///
 /// * `base` - ln evidence of the base
 pub(crate) fn on_wider_places(stage: &Stage, bases: &[DVector<f64>], limit: usize, base: f64) -> Vec<Refit> {
-    let wider = stage.on_wider(stage.wider_candidates(None, |_| true));
+    let Ok(wider) = stage.on_wider(stage.wider_candidates(None, |_| true)) else { return Vec::new() };
     let all: Vec<&Score> = wider.effects.iter().take(NEAR).collect();
     let best = best_and_of_every_kind(&wider, shortest(&wider, &all, bases), limit);
     let jobs: Vec<Job<'_>> = best.into_iter().map(|s| Job::Effect(s, bases)).collect();
@@ -55,7 +55,7 @@ pub(crate) fn beyond_the_best(stage: &Stage, done: &[Refit], base: f64) -> Vec<R
             && (at.direction(), &at.configuration, at.names.len())
                 == (there.direction(), &there.configuration, there.names.len())
     };
-    let wider = stage.on_wider(stage.wider_candidates(Some(&there.names), is_like));
+    let Ok(wider) = stage.on_wider(stage.wider_candidates(Some(&there.names), is_like)) else { return Vec::new() };
     let bases = [best.fit.x.rows(0, stage.fit.x.len()).into_owned()];
     let like: Vec<&Score> = wider.effects.iter().take(NEAR).collect();
     let like = if like.len() > AROUND { shortest(&wider, &like, &bases) } else { like };
@@ -89,7 +89,7 @@ pub(crate) fn in_all_axes(stage: &Stage, done: &[Refit], base: f64) -> Vec<Refit
     let mut wanted = stage.wider_candidates(Some(&near), |c| rank(c).is_some());
     wanted.sort_by_key(rank);
     wanted.truncate(WITH_ALL_AXES);
-    let wider = stage.on_wider(wanted);
+    let Ok(wider) = stage.on_wider(wanted) else { return Vec::new() };
     let n = stage.fit.x.len();
     let base_of =
         |s: &Score| rank(&wider.screened[s.index].candidate).map(|k| [best[k].0.fit.x.rows(0, n).into_owned()]);

@@ -9,7 +9,6 @@
 
 use super::words::number;
 use crate::diagnosis::error::DiagnosisError;
-use crate::diagnosis::problem::fit::Fit;
 use crate::diagnosis::problem::scene::Case;
 use crate::diagnosis::result::NextMeasurement;
 use crate::diagnosis::screen::stage::Stage;
@@ -95,11 +94,15 @@ fn separation(a: &(DVector<f64>, DMatrix<f64>), b: &(DVector<f64>, DMatrix<f64>)
     }
 }
 
+/// Nodes at which a next measurement is sought, at most: of more, every k-th.
+const MOST_NODES: usize = 600;
+
 /// Nodes and directions where a sensor could stand.
 fn places(model: &Model) -> Vec<(usize, usize)> {
     let dofs = model.dof_map();
     let n = model.spec().nodes.len();
     (0..n)
+        .step_by(n.div_ceil(MOST_NODES).max(1))
         .flat_map(|node| (0..3).map(move |axis| (node, axis)))
         .filter(|&(node, axis)| !dofs.express(node, Dof::ALL[axis]).is_empty())
         .collect()
@@ -165,8 +168,8 @@ fn added_spring(base: &Stage, case: &Case) -> f64 {
 /// The prediction vector of a hypothesis and its derivative times the root of the covariance.
 fn view(base: &Stage, r: &Refit, n: usize) -> Result<(DVector<f64>, DMatrix<f64>), DiagnosisError> {
     let comparisons = r.scene.comparisons()?;
-    let scaling = Scaling::new(r.scene.model());
-    let at = |x: &DVector<f64>| predict(base, &r.fit, &comparisons, &scaling.theta(x), n);
+    let scaling = Scaling::new(r.scene.solved());
+    let at = |x: &DVector<f64>| predict(base, r, &comparisons, &scaling.theta(x), n);
     let g = at(&r.fit.x)?;
     let (_, covariance) = r.fit.hessian()?;
     let mut derivative = DMatrix::zeros(n, r.fit.x.len());
@@ -184,14 +187,14 @@ fn view(base: &Stage, r: &Refit, n: usize) -> Result<(DVector<f64>, DMatrix<f64>
 
 fn predict(
     base: &Stage,
-    fit: &Fit,
+    r: &Refit,
     comparisons: &[Comparison<'_>],
     theta: &[f64],
     n: usize,
 ) -> Result<DVector<f64>, DiagnosisError> {
     let mut out = Vec::with_capacity(n);
-    for (comparison, case) in comparisons.iter().zip(&base.scene.cases) {
-        predict_case(base, case, fit, comparison, theta, &mut out)?;
+    for (k, comparison) in comparisons.iter().enumerate() {
+        predict_case(base, k, r, comparison, theta, &mut out)?;
     }
     Ok(DVector::from_vec(out))
 }
@@ -199,20 +202,19 @@ fn predict(
 /// The predictions of one test.
 fn predict_case(
     base: &Stage,
-    case: &Case,
-    fit: &Fit,
+    case: usize,
+    r: &Refit,
     comparison: &Comparison<'_>,
     theta: &[f64],
     out: &mut Vec<f64>,
 ) -> Result<(), DiagnosisError> {
     let p = comparison.predict(theta)?;
-    let dofs = comparison.model().dof_map();
+    let (case, solved, fit) = (&base.scene.cases[case], &r.scene.cases[case], &r.fit);
     let base_names = &case.model.geometry().names;
     let n_modes = case.test.modes.len();
     let partners: Vec<usize> = (0..n_modes).map(|m| p.partner(m).unwrap_or(0)).collect();
     let motion = |node: &str, axis: usize, elastic: usize| -> f64 {
-        let Some(index) = dofs.node(node) else { return f64::NAN };
-        let row = dofs.express(index, Dof::ALL[axis]);
+        let Some(row) = solved.rows_of(node, Dof::ALL[axis]) else { return f64::NAN };
         row.iter().map(|&(i, f)| f * p.modes.shapes[(i, p.modes.n_rigid + elastic)]).sum()
     };
     // Shapes in the scale of the test: largest reading 1, sign by the base of this hypothesis.

@@ -9,7 +9,7 @@ use crate::diagnosis::problem::scene::{Case, Scene};
 use crate::diagnosis::screen::stage::Stage;
 use crate::diagnosis::search::hypothesis::{Estimate, Refit, Tried};
 use crate::fault::Tests;
-use crate::model::{Model, ParametricModel};
+use crate::model::Model;
 use crate::objective::Scaling;
 
 /// What the mesh falsifies: modes by more than a third of their standard deviation, functions by more than one.
@@ -22,7 +22,7 @@ struct MeshError {
 /// Of the model of a scene at a fit.
 fn mesh_error(scene: &Scene, fit: &Fit) -> Option<MeshError> {
     let (mut bad, mut moved) = (Vec::new(), 0.0_f64);
-    for case in &scene.cases {
+    for case in scene.cases.iter().filter(|c| c.stand_in.is_none()) {
         let Ok(fine) = refined(&case.model, &fit.theta, FINER) else { continue };
         bad.extend(falsified(scene, fit, case, &fine).unwrap_or_default());
         moved = moved.max(functions_moved(&case.model, &fine, &fit.theta, &case.test).unwrap_or(0.0));
@@ -113,7 +113,7 @@ pub(crate) fn warnings(base: &Stage, named: &[&Refit], best: Option<&Refit>) -> 
         format!("{} explains the test as well as {} with fewer numbers", r.id(&base.scene), r.limit_of.join(", "))
     }));
     out.extend(named.iter().flat_map(|r| beyond_bounds(base, r)));
-    let model = base.scene.model();
+    let model = base.scene.solved();
     let on_bounds: Vec<&str> = Scaling::new(model)
         .free()
         .iter()
@@ -135,6 +135,9 @@ pub(crate) fn warnings(base: &Stage, named: &[&Refit], best: Option<&Refit>) -> 
 fn finer_mesh_explains(scene: &Scene, fit: &Fit, weight: f64) -> Option<String> {
     /// Steps of the fit: the mesh moves an optimum little.
     const STEPS: usize = 12;
+    if scene.is_large() {
+        return None;
+    }
     let mut file = (*scene.file).clone();
     for case in &scene.cases {
         let fine = refined(&case.model, &fit.theta, FINER).ok()?;

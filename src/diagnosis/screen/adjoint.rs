@@ -1,0 +1,305 @@
+//! The screening of a large model: what every placed change would do to the modes at the sensors, to first order, from a few solutions.
+//!
+//! ```text
+//! f_i = Σ_e B_eᵀ (Δk_e - λ_i Δm_e) B_e φ_i                     the force of a change on mode i: local
+//! δλ_i = φ_i · f_i,    δ(s·φ_i) = -z_is · f_i - ½ (φ_iᵀ ΔM φ_i) s·φ_i
+//! (K - λ_i M) z_is = s  across the modes,    z_is += Σ_j φ_j (s·φ_j)/(λ_j - λ_i)   over the other modes, far ones and rigid ones
+//! ```
+//!
+//! z belongs to a mode and a sensor; a change takes products of its own few rows. Modes so close to i that the test turns them are left out of the
+//! sum: a turn among them is free. Coordinates that a change brings are condensed at λ_i, so that a body on a spring acts as it does at that
+//! frequency. All columns are slopes: a change of the typical size may be far from linear, and only a refit tells.
+//!
+//! # Source
+//! R. L. Fox, M. P. Kapoor, Rates of change of eigenvalues and eigenvectors, AIAA Journal 6(12), 1968; R. B. Nelson, Simplified calculation of
+//! eigenvector derivatives, AIAA Journal 14(9), 1976, in its adjoint form.
+
+use super::effects::{Column, SMALL, Screened, screen as screen_each, steps};
+use crate::correlation::{CorrelationError, observation_rows};
+use crate::diagnosis::error::DiagnosisError;
+use crate::diagnosis::listener::Listener;
+use crate::diagnosis::problem::fit::Fit;
+use crate::diagnosis::problem::rows::Posed;
+use crate::diagnosis::problem::scene::{Case, Prior, Scene};
+use crate::effect::Candidate;
+use crate::linalg::sparse::{SparsePlan, solve_indefinite};
+use crate::linalg::{DMatrix, DVector, SymMatrix};
+use crate::model::{Change, ElementMatrices, MassProperties, ModelError, ParametricModel, SparseSystem};
+use crate::objective::{Comparison, Prediction};
+use rayon::prelude::*;
+use std::sync::Arc;
+
+/// Where (K - σM) is factored instead of at λ, as a share of λ beside it: the matrix is regular there, and what lies across the modes differs by
+/// about this share of it.
+const BESIDE: f64 = 1e-3;
+/// Frequencies nearer than this share are those of close modes.
+const CLOSE: f64 = 0.02;
+/// Shapes and frequencies are moved by this share at most, and the columns are scaled back: they are slopes.
+const MOVED: f64 = 1e-3;
+
+/// The modes of a case, and what a force on the structure does to them at the sensors.
+struct Adjoint {
+    prediction: Arc<Prediction>,
+    /// Paired modes: elastic mode, λ, shape on the rows.
+    modes: Vec<(usize, f64, DVector<f64>)>,
+    /// zᵀ of each, (n_sensors x n_dof).
+    answers: Vec<DMatrix<f64>>,
+    /// Parameters of the model.
+    theta: Vec<f64>,
+    mass: Option<SymMatrix>,
+}
+
+/// [`super::effects::screen`], of a large model by its adjoint solutions.
+pub(crate) fn screen(
+    scene: &Scene,
+    fit: &Fit,
+    weight: f64,
+    candidates: Vec<Candidate>,
+    listener: &Listener,
+) -> Result<Vec<Screened>, DiagnosisError> {
+    if scene.is_large() {
+        screen_large(scene, fit, weight, candidates, listener)
+    } else {
+        Ok(screen_each(scene, fit, weight, candidates, listener))
+    }
+}
+
+fn screen_large(
+    scene: &Scene,
+    fit: &Fit,
+    weight: f64,
+    candidates: Vec<Candidate>,
+    listener: &Listener,
+) -> Result<Vec<Screened>, DiagnosisError> {
+    listener.say("placing effects");
+    scene.place(&candidates);
+    let comparisons = scene.comparisons()?;
+    let priors = vec![Prior::NONE; scene.solved().parameters().free().len()];
+    let posed = Posed::new(scene, &comparisons, priors, weight);
+    listener.say("solving for the sensors");
+    let of = |(case, comparison): (&Case, &Comparison<'_>)| Adjoint::new(case, comparison, &fit.theta);
+    let adjoints = scene.cases.iter().zip(&comparisons).map(of).collect::<Result<Vec<_>, _>>()?;
+    let work = listener.work("screening effects", candidates.len());
+    let screened = |candidate: Candidate| {
+        let changes: Vec<Option<Arc<Change>>> = scene.cases.iter().map(|c| scene.change(c, &candidate)).collect();
+        let columns = steps(&candidate)
+            .into_iter()
+            .filter(|(values, _)| is_slope(&candidate, values))
+            .filter_map(|(values, one_sided)| {
+                let delta = column(&posed, fit, &adjoints, &changes, &values)?;
+                Some(Column { delta, one_sided, values })
+            })
+            .collect();
+        work.step();
+        Screened { candidate, columns }
+    };
+    Ok(candidates.into_par_iter().map(screened).collect())
+}
+
+/// Whether a step is one that a slope needs: the small one, or one of a grid.
+fn is_slope(candidate: &Candidate, values: &[f64]) -> bool {
+    let parameters = &candidate.parameters;
+    let is_small = |(p, v): (&crate::effect::NewParameter, &f64)| {
+        (v - p.neutral).abs() <= 1.5 * SMALL * (p.typical - p.neutral).abs()
+    };
+    parameters.iter().any(|p| !p.grid.is_empty()) || parameters.iter().zip(values).all(is_small)
+}
+
+/// Δr of a change of these sizes, to first order; `None` where it is none of the elements or leaves no number.
+fn column(
+    posed: &Posed<'_>,
+    fit: &Fit,
+    adjoints: &[Adjoint],
+    changes: &[Option<Arc<Change>>],
+    values: &[f64],
+) -> Option<DVector<f64>> {
+    let moves: Vec<Moved> = adjoints
+        .iter()
+        .zip(changes)
+        .map(|(adjoint, change)| adjoint.moved(change.as_ref()?, values))
+        .collect::<Option<_>>()?;
+    let largest = moves.iter().map(|m| m.largest).fold(0.0, f64::max);
+    if !largest.is_finite() {
+        return None;
+    }
+    let share = if largest > MOVED { MOVED / largest } else { 1.0 };
+    let predictions: Vec<Box<Prediction>> =
+        adjoints.iter().zip(&moves).map(|(adjoint, moved)| Box::new(adjoint.at(moved, share))).collect();
+    let r = posed.rows_of(&fit.theta, &predictions).ok()?;
+    let cut = fit.rows.measured + fit.rows.targets;
+    let mut delta = DVector::zeros(fit.r.len());
+    for i in 0..cut {
+        // A target that is met is no datum; how far an effect may push it is decided by the refit.
+        let inactive = i >= fit.rows.measured && fit.r[i] == 0.0;
+        delta[i] = if inactive { 0.0 } else { (r[i] - fit.r[i]) / share };
+    }
+    delta.iter().all(|v| v.is_finite()).then_some(delta)
+}
+
+/// What a change does to the modes.
+struct Moved {
+    /// Relative change of the frequency of each paired mode.
+    frequencies: Vec<f64>,
+    /// Change of its shape at the sensors.
+    shapes: Vec<DVector<f64>>,
+    /// The largest of all, relative.
+    largest: f64,
+    /// Rᵀ ΔM R of the six rigid motions.
+    mass: Option<SymMatrix>,
+}
+
+impl Adjoint {
+    fn new(case: &Case, comparison: &Comparison<'_>, theta: &[f64]) -> Result<Self, DiagnosisError> {
+        let failed = |e: ModelError| DiagnosisError::from(CorrelationError::Model(e.to_string()));
+        let Some(stand_in) = &case.stand_in else { return Err(DiagnosisError::NoStart) };
+        let prediction = comparison.predict(theta)?;
+        let model = &*case.model;
+        let theta = theta[..model.parameters().len()].to_vec();
+        let system = model.assemble_sparse(&theta).map_err(failed)?;
+        let shapes = stand_in.expanded(&prediction.modes.shapes);
+        let n_modes = case.test.modes.len();
+        let paired: Vec<usize> = (0..n_modes).filter_map(|m| prediction.partner(m)).collect();
+        let rows = observation_rows(model, &case.test.sensors)?;
+        let plan = stand_in.plan();
+        let solve = |&elastic: &usize| answers(&system, plan, &shapes, &prediction, elastic, &rows);
+        let answers = paired.par_iter().map(solve).collect::<Result<Vec<_>, _>>()?;
+        let first = prediction.modes.n_rigid;
+        let mode = |&a: &usize| (a, prediction.modes.lambda[first + a], shapes.column(first + a).into_owned());
+        let modes = paired.iter().map(mode).collect();
+        let mass = prediction.mass_properties.is_some().then(|| model.rigid_mass(&theta)).transpose().map_err(failed)?;
+        Ok(Self { prediction, modes, answers, theta, mass })
+    }
+
+    /// What a change of these sizes does, to first order.
+    fn moved(&self, change: &Change, sizes: &[f64]) -> Option<Moved> {
+        let matrices: Vec<ElementMatrices> =
+            (0..change.len()).map(|k| change.matrices(k, &self.theta, sizes)).collect::<Result<_, _>>().ok()?;
+        let local = Local::new(change, &matrices, self.answers.first().map_or(0, DMatrix::ncols));
+        let (mut frequencies, mut shapes, mut largest) = (Vec::new(), Vec::new(), 0.0_f64);
+        for ((elastic, lambda, phi), answers) in self.modes.iter().zip(&self.answers) {
+            let (force, growth) = local.force(*lambda, phi)?;
+            let slope: f64 = local.rows.iter().zip(force.iter()).map(|(&row, f)| phi[row] * f).sum();
+            let now = self.prediction.at_sensors.column(*elastic);
+            let mut shape = now * (-0.5 * growth);
+            for (&row, f) in local.rows.iter().zip(force.iter()) {
+                shape.axpy(-f, &answers.column(row), 1.0);
+            }
+            let relative = 0.5 * slope / lambda;
+            let size = now.amax();
+            largest = largest.max(relative.abs()).max(if size > 0.0 { shape.amax() / size } else { 0.0 });
+            frequencies.push(relative);
+            shapes.push(shape);
+        }
+        let mass = self.mass.as_ref().and_then(|_| change.rigid_mass(&self.theta, sizes).ok());
+        Some(Moved { frequencies, shapes, largest, mass })
+    }
+
+    /// The prediction with a share of what a change does.
+    fn at(&self, moved: &Moved, share: f64) -> Prediction {
+        let mut frequencies = self.prediction.frequencies_hz.clone();
+        let mut at_sensors = self.prediction.at_sensors.clone();
+        for (k, (elastic, ..)) in self.modes.iter().enumerate() {
+            frequencies[*elastic] *= 1.0 + share * moved.frequencies[k];
+            let mut column = at_sensors.column_mut(*elastic);
+            column.axpy(share, &moved.shapes[k], 1.0);
+        }
+        let mass = self.mass.as_ref().map(|base| {
+            let mut all = base.clone();
+            moved.mass.iter().for_each(|more| all.add_scaled(share, more));
+            MassProperties::from_rigid_mass(&all)
+        });
+        self.prediction.moved(frequencies, at_sensors, mass)
+    }
+}
+
+/// zᵀ of one mode, (n_sensors x n_dof).
+fn answers(
+    system: &SparseSystem,
+    plan: &SparsePlan,
+    shapes: &DMatrix<f64>,
+    prediction: &Prediction,
+    elastic: usize,
+    rows: &[Vec<(usize, f64)>],
+) -> Result<DMatrix<f64>, DiagnosisError> {
+    let modes = &prediction.modes;
+    let own = modes.n_rigid + elastic;
+    let lambda = modes.lambda[own];
+    let n = shapes.nrows();
+    let mut forces: DMatrix<f64> = DMatrix::zeros(n, rows.len());
+    for (s, row) in rows.iter().enumerate() {
+        for &(i, factor) in row {
+            forces[(i, s)] += factor;
+        }
+    }
+    let read = shapes.tr_mul(&forces);
+    let m_shapes = system.mass.mul(shapes);
+    // Across all modes that are known.
+    forces -= &m_shapes * &read;
+    let sigma = lambda * (1.0 - BESIDE);
+    let mut z = solve_indefinite(plan, &system.stiffness, &system.mass, -sigma, &forces)
+        .map_err(|e| CorrelationError::Model(e.to_string()))?;
+    let along = m_shapes.tr_mul(&z);
+    z -= shapes * along;
+    for (j, phi) in shapes.column_iter().enumerate() {
+        let gap = modes.lambda[j] - lambda;
+        if j == own || gap.abs() < 2.0 * CLOSE * lambda {
+            continue;
+        }
+        z.ger(1.0 / gap, &phi, &read.row(j).transpose(), 1.0);
+    }
+    Ok(z.transpose())
+}
+
+/// A change on the rows that it touches.
+struct Local {
+    /// Rows of the model.
+    rows: Vec<usize>,
+    stiffness: DMatrix<f64>,
+    mass: DMatrix<f64>,
+}
+
+impl Local {
+    /// * `n` - rows of the model
+    fn new(change: &Change, matrices: &[ElementMatrices], n: usize) -> Self {
+        let mut all: Vec<usize> = (0..change.len()).flat_map(|k| change.motion(k).0.iter().copied()).collect();
+        all.sort_unstable();
+        all.dedup();
+        let size = all.len();
+        let place = |row: usize| all.partition_point(|r| *r < row);
+        let (mut stiffness, mut mass) = (DMatrix::zeros(size, size), DMatrix::zeros(size, size));
+        for (k, own) in matrices.iter().enumerate() {
+            let (rows, b) = change.motion(k);
+            for (all, a) in [(&mut stiffness, &own.stiffness), (&mut mass, &own.mass)] {
+                if a.is_zero() {
+                    continue;
+                }
+                let local = b.transpose() * (a.to_dense() * b);
+                for (i, &row) in rows.iter().enumerate() {
+                    for (j, &column) in rows.iter().enumerate() {
+                        all[(place(row), place(column))] += local[(i, j)];
+                    }
+                }
+            }
+        }
+        all.retain(|row| *row < n);
+        Self { rows: all, stiffness, mass }
+    }
+
+    /// (ΔK - λ ΔM) φ with new coordinates condensed, and φᵀ ΔM φ.
+    fn force(&self, lambda: f64, phi: &DVector<f64>) -> Option<(DVector<f64>, f64)> {
+        let (old, size) = (self.rows.len(), self.stiffness.nrows());
+        let own = DVector::from_iterator(old, self.rows.iter().map(|&row| phi[row]));
+        let dynamic = &self.stiffness - &self.mass * lambda;
+        let mut force = dynamic.view((0, 0), (old, old)) * &own;
+        let mut motion = own.clone();
+        if size > old {
+            let inner = dynamic.view((old, old), (size - old, size - old)).into_owned();
+            let drive = dynamic.view((old, 0), (size - old, old)) * &own;
+            let answer = -inner.lu().solve(&drive)?;
+            force += dynamic.view((0, old), (old, size - old)) * &answer;
+            motion = DVector::from_iterator(size, own.iter().chain(answer.iter()).copied());
+        }
+        let growth = motion.dot(&(&self.mass * &motion));
+        Some((force, growth))
+    }
+}

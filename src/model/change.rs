@@ -1,0 +1,381 @@
+//! What entries that are added to a file change in the matrices of its model, element by element.
+//!
+//! ```text
+//! K(θ, s) = K(θ) + Σ_e B_eᵀ (k_e(θ, s) - k_e(θ)) B_e,    M and C alike
+//! ```
+//!
+//! over the elements that depend on the sizes s of the change or that it brings: an override, a mass, a spring, a body on a spring, a support
+//! that gives. Nothing of it grows with the model, once the longer file is placed: [`Additions`] places many changes at once, each with
+//! parameters of its own, and takes each out as if the others were not there.
+
+use super::assembly::{Connection, motion_in_axes, place as place_of};
+use super::constraint::{Elimination, eliminate};
+use super::dependence::{central_difference, element_matrices};
+use super::dof_map::Combination;
+use super::elastic_support::ElasticSupports;
+use super::mass_properties::add_rigid_mass;
+use super::place::{Placed, place};
+use super::placed_element::{Compliance, PlacedElement};
+use super::registry::Registry;
+use super::spec::ModelSpec;
+use super::value::{Affine, Value};
+use super::{ElementMatrices, Model, ModelError, ParametricModel};
+use crate::element::Dof;
+use crate::linalg::{DMatrix, SymMatrix};
+use crate::yaml::Severity;
+use std::collections::{BTreeMap, HashMap};
+use std::sync::Arc;
+
+/// A file with many changes, placed.
+#[derive(Debug)]
+pub struct Additions {
+    model: Arc<Model>,
+    placed: Placed,
+    elimination: Elimination,
+    /// Index in θ of a parameter.
+    index_of: HashMap<String, usize>,
+    /// Elements that depend on a parameter of a change, by its index.
+    users: HashMap<usize, Vec<usize>>,
+    /// Elements of the model by name.
+    known: HashMap<String, usize>,
+    /// Paths of what is wrong in the file.
+    refused: Vec<String>,
+}
+
+impl Additions {
+    /// Places a file that is the model's with more entries and parameters, the parameters last.
+    pub fn new(model: &Arc<Model>, longer: &ModelSpec, registry: &Registry) -> Self {
+        let mut problems = Vec::new();
+        let placed = place(longer, registry, &mut problems);
+        let elimination =
+            eliminate(longer, &placed.geometry, Elimination::default(), &[], &placed.rows, &mut problems);
+        let n = model.parameters().len();
+        let mut users: HashMap<usize, Vec<usize>> = HashMap::new();
+        for (e, element) in placed.elements.iter().enumerate() {
+            let mut of: Vec<usize> = element.expressions().flat_map(Value::parameters).filter(|&p| p >= n).collect();
+            of.sort_unstable();
+            of.dedup();
+            for p in of {
+                users.entry(p).or_default().push(e);
+            }
+        }
+        let index_of = placed.parameters.names().enumerate().map(|(i, name)| (name.to_string(), i)).collect();
+        let known = model.elements().iter().enumerate().map(|(i, e)| (e.name.clone(), i)).collect();
+        let wrong = problems.into_iter().filter(|p| p.severity == Severity::Error);
+        let refused = wrong.map(|p| p.path).collect();
+        Self { model: model.clone(), placed, elimination, index_of, users, known, refused }
+    }
+
+    /// The change that some parameters bring; `None` where the file refuses one of its entries, or it changes more than elements and how
+    /// much supports give.
+    ///
+    /// * `parameters` - their names, in the order of the sizes
+    /// * `entries` - names of everything that the change adds
+    /// * `typical` - sizes of an order that is expected
+    pub fn change(&self, parameters: &[&str], entries: &[&str], typical: &[f64]) -> Option<Change> {
+        if self.refused.iter().any(|path| entries.iter().any(|name| path.contains(name))) {
+            return None;
+        }
+        let n = self.model.parameters().len();
+        let own: Vec<usize> = parameters.iter().map(|p| self.index_of.get(*p).copied()).collect::<Option<_>>()?;
+        let neutral: Vec<f64> = own.iter().map(|&p| self.placed.parameters.get(p).value).collect();
+        // A parameter of another change stands at its neutral value.
+        let alone = |value: &Value| value.with_parameters(&|p| match own.iter().position(|o| *o == p) {
+            Some(k) => Ok(n + k),
+            None if p < n => Ok(p),
+            None => Err(self.placed.parameters.get(p).value),
+        });
+        let mut touched: Vec<usize> = own.iter().filter_map(|p| self.users.get(p)).flatten().copied().collect();
+        touched.sort_unstable();
+        touched.dedup();
+        let mut new = NewCoordinates { additions: self, found: BTreeMap::new() };
+        let mut parts: Vec<Part> = Vec::new();
+        for e in touched {
+            let mut element = self.placed.elements[e].clone();
+            if element.matrices.is_some() {
+                return None;
+            }
+            for value in element.values.iter_mut().flatten() {
+                *value = alone(value);
+            }
+            for factor in [
+                &mut element.stiffness_factor,
+                &mut element.mass_factor,
+                &mut element.stiffness_damping,
+                &mut element.mass_damping,
+            ] {
+                *factor = factor.as_ref().map(alone);
+            }
+            let before = self.known.get(&element.name).copied();
+            let connection = match before {
+                Some(e) => self.model.connection(e).clone(),
+                None => new.connection(&element)?,
+            };
+            parts.push(Part { connection, kind: PartKind::Element { ends: element.ends(&self.placed.geometry.positions), element: Box::new(element), before } });
+        }
+        parts.extend(self.supports(&own, &alone)?);
+        let change = Change { model: self.model.clone(), parts, n_new: new.found.len(), neutral };
+        change.without_idle_coordinates(typical)
+    }
+
+    /// Supports that give with the change, as they are with and without it; nothing where it has none.
+    fn supports(&self, own: &[usize], alone: &dyn Fn(&Value) -> Value) -> Option<Vec<Part>> {
+        let is_own = |c: &&Compliance| c.value.parameters().any(|p| own.contains(&p));
+        if !self.placed.compliances.iter().any(|c| is_own(&c)) {
+            return Some(Vec::new());
+        }
+        let geometry = self.model.geometry();
+        // Compliances of dofs that only other changes make give are zero.
+        let moved = |c: &Compliance| {
+            let node = geometry.node(&self.placed.geometry.names[c.dof / 6])?;
+            Some(Compliance { dof: 6 * node + c.dof % 6, value: alone(&c.value) })
+        };
+        // What only other changes make give does not give here.
+        let gives = |c: &Compliance| c.value.parameters().next().is_some() || c.value.at(&[]) != 0.0;
+        let all: Vec<Compliance> = self.placed.compliances.iter().map(moved).collect::<Option<_>>()?;
+        let compliances: Vec<Compliance> = all.into_iter().filter(gives).collect();
+        let n_nodes = geometry.names.len();
+        // A node of another change may have shifted rows of superelements.
+        if !self.placed.rows.is_empty() && self.placed.geometry.names.len() != n_nodes {
+            return None;
+        }
+        let keeping = Elimination::keeping(6 * n_nodes);
+        let rows = &self.placed.rows;
+        let released = eliminate(self.model.spec(), geometry, keeping, &compliances, rows, &mut Vec::new());
+        let (elements, connections) = self.model.elements_and_connections();
+        let after =
+            ElasticSupports::new(compliances, &released, n_nodes, elements, connections, self.model.dof_map())?;
+        let part = |supports: &ElasticSupports, sign: f64| Part {
+            connection: supports.connection().clone(),
+            kind: PartKind::Supports { supports: Arc::new(supports.clone()), sign },
+        };
+        let before = self.model.elastic_supports().map(|s| part(s, -1.0));
+        Some([part(&after, 1.0)].into_iter().chain(before).collect())
+    }
+}
+
+/// Dofs of nodes that the model does not have.
+struct NewCoordinates<'a> {
+    additions: &'a Additions,
+    /// (6 node + dof of the longer file) -> coordinate.
+    found: BTreeMap<usize, usize>,
+}
+
+impl NewCoordinates<'_> {
+    /// How an element that the model does not have hangs on its rows and on new coordinates; `None` if it is on nothing.
+    fn connection(&mut self, element: &PlacedElement) -> Option<Connection> {
+        let nodes: BTreeMap<usize, [Combination; 6]> =
+            element.nodes.iter().map(|&n| (n, Dof::ALL.map(|dof| self.terms(n, dof)))).collect();
+        let of = |node: usize, dof: Dof| &nodes[&node][dof as usize][..];
+        let mut rows: Vec<usize> = nodes.values().flatten().flatten().map(|t| t.0).collect();
+        rows.sort_unstable();
+        rows.dedup();
+        let b = motion_in_axes(element, rows.len(), of, |row| place_of(&rows, row));
+        Some(Connection { rows, b })
+    }
+
+    /// A dof of a node of the longer file in rows of the model, and in new coordinates behind them.
+    fn terms(&mut self, node: usize, dof: Dof) -> Combination {
+        let Additions { model, placed, elimination, .. } = self.additions;
+        let dofs = model.dof_map();
+        let on_model = |node: usize| model.geometry().node(&placed.geometry.names[node]);
+        if let Some(known) = on_model(node) {
+            return dofs.express(known, dof).to_vec();
+        }
+        let mut sum: BTreeMap<usize, f64> = BTreeMap::new();
+        for (d, factor) in elimination.express(6 * node + dof as usize) {
+            match on_model(d / 6) {
+                Some(known) => {
+                    let terms = dofs.express(known, Dof::ALL[d % 6]);
+                    for &(row, f) in terms {
+                        *sum.entry(row).or_default() += factor * f;
+                    }
+                }
+                None => {
+                    let next = self.found.len();
+                    let coordinate = *self.found.entry(d).or_insert(next);
+                    *sum.entry(dofs.n_dof() + coordinate).or_default() += factor;
+                }
+            }
+        }
+        sum.into_iter().collect()
+    }
+}
+
+/// A change of the matrices of a model, with sizes of its own.
+#[derive(Debug, Clone)]
+pub struct Change {
+    model: Arc<Model>,
+    parts: Vec<Part>,
+    n_new: usize,
+    neutral: Vec<f64>,
+}
+
+/// An element that a change alters or brings, or the supports.
+#[derive(Debug, Clone)]
+struct Part {
+    connection: Connection,
+    kind: PartKind,
+}
+
+#[derive(Debug, Clone)]
+enum PartKind {
+    /// With the element of the model that it alters, and where its ends are, global, m.
+    Element { element: Box<PlacedElement>, before: Option<usize>, ends: Vec<[f64; 3]> },
+    Supports { supports: Arc<ElasticSupports>, sign: f64 },
+}
+
+impl Change {
+    /// Number of its elements.
+    pub fn len(&self) -> usize {
+        self.parts.len()
+    }
+
+    /// Whether it changes nothing.
+    pub fn is_empty(&self) -> bool {
+        self.parts.is_empty()
+    }
+
+    /// Number of coordinates that it brings; they stand behind the rows of the model.
+    pub fn n_new(&self) -> usize {
+        self.n_new
+    }
+
+    /// Number of its sizes.
+    pub fn n_sizes(&self) -> usize {
+        self.neutral.len()
+    }
+
+    /// How the dofs of one of its elements follow from rows and new coordinates, u_e = B q\[rows\].
+    pub fn motion(&self, part: usize) -> (&[usize], &DMatrix<f64>) {
+        let c = &self.parts[part].connection;
+        (&c.rows, &c.b)
+    }
+
+    /// What one of its elements adds to K, M and C in its axes.
+    ///
+    /// * `theta` - the parameters of the model
+    pub fn matrices(&self, part: usize, theta: &[f64], sizes: &[f64]) -> Result<ElementMatrices, ModelError> {
+        let all = [theta, sizes].concat();
+        let (elements, connections) = self.model.elements_and_connections();
+        match &self.parts[part].kind {
+            PartKind::Element { element, before, .. } => {
+                let after = element_matrices(element, &all)?;
+                let Some(e) = before else { return Ok(after) };
+                Ok(after.combine(&element_matrices(&elements[*e], theta)?, |a, b| a - b))
+            }
+            PartKind::Supports { supports, sign } => {
+                let of = supports.matrices(elements, connections, &all)?;
+                Ok(of.combine(&of, |a, _| sign * a))
+            }
+        }
+    }
+
+    /// Whether one of its elements depends on a parameter of the model or, behind those, on a size.
+    pub fn depends_on(&self, part: usize, j: usize) -> bool {
+        match &self.parts[part].kind {
+            PartKind::Element { element, before, .. } => {
+                element.depends_on(j) || before.is_some_and(|e| self.model.elements()[e].depends_on(j))
+            }
+            PartKind::Supports { supports, .. } => supports.depends_on(j),
+        }
+    }
+
+    /// ∂/∂θ_j of [`Self::matrices`], by differences.
+    ///
+    /// * `j` - of the parameters of the model with the sizes behind them
+    pub fn slopes(
+        &self,
+        part: usize,
+        theta: &[f64],
+        sizes: &[f64],
+        j: usize,
+        step: f64,
+    ) -> Result<ElementMatrices, ModelError> {
+        let at = |s: f64| {
+            let (mut theta, mut sizes) = (theta.to_vec(), sizes.to_vec());
+            if j < theta.len() {
+                theta[j] += s * step;
+            } else {
+                sizes[j - theta.len()] += s * step;
+            }
+            self.matrices(part, &theta, &sizes)
+        };
+        central_difference(at, step, |a, b, width| a.combine(&b, |a, b| (a - b) / width))
+    }
+
+    /// Rᵀ ΔM R of the six rigid motions about the origin, (6 x 6).
+    pub fn rigid_mass(&self, theta: &[f64], sizes: &[f64]) -> Result<SymMatrix, ModelError> {
+        let mut rigid = SymMatrix::zeros(6);
+        self.add_rigid_mass(&mut rigid, theta, sizes)?;
+        Ok(rigid)
+    }
+
+    /// Adds Rᵀ M R of the six rigid motions of what it brings.
+    pub(super) fn add_rigid_mass(
+        &self,
+        rigid: &mut SymMatrix,
+        theta: &[f64],
+        sizes: &[f64],
+    ) -> Result<(), ModelError> {
+        for (k, part) in self.parts.iter().enumerate() {
+            let PartKind::Element { element, ends, .. } = &part.kind else { continue };
+            add_rigid_mass(rigid, 1.0, self.matrices(k, theta, sizes)?.weighed(), &element.axes, ends);
+        }
+        Ok(())
+    }
+
+    /// Without the coordinates that nothing holds and that nothing is heavy in.
+    fn without_idle_coordinates(mut self, typical: &[f64]) -> Option<Self> {
+        let n = self.model.dof_map().n_dof();
+        if self.n_new == 0 {
+            return Some(self);
+        }
+        let theta = super::dependence::interior_point(self.model.parameters());
+        let mut used = vec![false; self.n_new];
+        for k in 0..self.parts.len() {
+            let matrices = self.matrices(k, &theta, typical).ok()?;
+            let Connection { rows, b } = &self.parts[k].connection;
+            for (j, row) in rows.iter().enumerate().filter(|(_, row)| **row >= n) {
+                let motion = b.column(j);
+                let acts = |a: &SymMatrix| (a.to_dense() * motion).amax() > 0.0;
+                used[row - n] |= acts(&matrices.stiffness) || acts(&matrices.mass);
+            }
+        }
+        let place: Vec<usize> = used
+            .iter()
+            .scan(0, |next, used| {
+                *next += usize::from(*used);
+                Some(*next - usize::from(*used))
+            })
+            .collect();
+        for part in &mut self.parts {
+            let Connection { rows, b } = &part.connection;
+            let kept: Vec<usize> = (0..rows.len()).filter(|&j| rows[j] < n || used[rows[j] - n]).collect();
+            let row = |&j: &usize| if rows[j] < n { rows[j] } else { n + place[rows[j] - n] };
+            part.connection = Connection { rows: kept.iter().map(row).collect(), b: b.select_columns(&kept) };
+        }
+        self.n_new = used.iter().filter(|u| **u).count();
+        Some(self)
+    }
+}
+
+impl Value {
+    /// With other parameters, or with their values in their places.
+    fn with_parameters(&self, of: &dyn Fn(usize) -> Result<usize, f64>) -> Self {
+        let changed = |affine: &Affine| {
+            let mut out = Affine { constant: affine.constant, terms: Vec::new() };
+            for &(p, factor) in &affine.terms {
+                match of(p) {
+                    Ok(q) => out.terms.push((q, factor)),
+                    Err(value) => out.constant += factor * value,
+                }
+            }
+            out
+        };
+        Self {
+            factors: self.factors.iter().map(changed).collect(),
+            addends: self.addends.iter().map(changed).collect(),
+        }
+    }
+}

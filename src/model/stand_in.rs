@@ -1,0 +1,510 @@
+//! A large model with changes, on few coordinates: what a diagnosis fits in its place.
+//!
+//! ```text
+//! q ≈ V y + W z,    K_r(θ, s) = [V W]ᵀ (K(θ) + Σ_e B_eᵀ Δk_e(θ, s) B_e) [V W],    M_r and C_r alike
+//! ```
+//!
+//! V is the basis of a [`ReducedModel`]: rigid motions, modes and their derivatives, within the bounds of the parameters. W are static shapes
+//! X⁻¹ F, X = K + aM, under the forces F that the change can exert: the range of its matrices where its elements touch few dofs, else what they
+//! exert on the modes. So a change of any size is represented exactly in statics, and its resonances through V. Coordinates that a change brings
+//! (a body on a spring) are coordinates here too.
+
+use super::assembly::{AffinePart, Basis, add_basis, symmetrise};
+use super::change::Change;
+use super::dependence::interior_point;
+use super::dof_map::DofMap;
+use super::entry::Entry;
+use super::mass_properties::MassProperties;
+use super::parameter::{Parameter, ParameterSet};
+use super::reduced::{ReducedModel, ReducedOptions};
+use super::solver::plan;
+use super::system::System;
+use super::{ElementMatrices, Model, ModelError, ParametricModel, Targets};
+use crate::linalg::sparse::{PencilFactor, SparsePlan, SparseSym};
+use crate::linalg::{DMatrix, DVector, SymMatrix, symmetric_eigen};
+use crate::modal::ModalError;
+use std::sync::Arc;
+
+/// Most static shapes of a change.
+const MOST_SHAPES: usize = 12;
+/// Up to this many touched dofs a change has the shapes of all forces that it can exert.
+const FEW_ROWS: usize = 36;
+/// Forces below this part of the largest are rounding, or of no account.
+const NEGLIGIBLE: f64 = 1e-7;
+
+/// The matrices of one term of a model.
+#[derive(Debug)]
+struct Term {
+    stiffness: Option<SparseSym>,
+    mass: Option<SparseSym>,
+    damping: Option<SparseSym>,
+}
+
+/// What all stand-ins of one model share.
+#[derive(Debug)]
+struct Common {
+    model: Arc<Model>,
+    /// V, (n_dof x n_basis), orthonormal in X.
+    basis: DMatrix<f64>,
+    /// In the order of [`AffinePart::bases`].
+    terms: Vec<Term>,
+    affine: AffinePart,
+    plan: Arc<SparsePlan>,
+    factor: PencilFactor,
+    shift: f64,
+    /// Coordinates of the rigid motions, (n_basis x 6).
+    motions: DMatrix<f64>,
+    accuracy: f64,
+    is_damped: bool,
+}
+
+/// A change on the coordinates of a stand-in.
+#[derive(Debug, Clone)]
+struct Placed {
+    change: Arc<Change>,
+    /// Where its sizes stand behind the parameters of the model.
+    first_size: usize,
+    /// B of every element on the coordinates.
+    motions: Vec<DMatrix<f64>>,
+}
+
+/// A large model on few coordinates, with changes.
+#[derive(Debug, Clone)]
+pub struct StandIn {
+    common: Arc<Common>,
+    parameters: ParameterSet,
+    changes: Vec<Placed>,
+    /// W, (n_dof x n_extra).
+    extra: Arc<DMatrix<f64>>,
+    /// Coordinates of changes that are no combinations of dofs.
+    n_new: usize,
+    affine: AffinePart,
+    dofs: DofMap,
+}
+
+impl StandIn {
+    /// Of a model as it is.
+    ///
+    /// * `n_modes` - elastic modes that are to be right
+    /// * `tolerance` - largest estimated relative error of a frequency
+    ///
+    /// # Errors
+    /// [`ModelError::NotPolynomial`]; those of a solution of the model.
+    pub fn new(model: &Arc<Model>, n_modes: usize, tolerance: f64) -> Result<Self, ModelError> {
+        let reduced =
+            ReducedModel::new(&**model, ReducedOptions { n_modes, tolerance, ..ReducedOptions::default() })?;
+        let affine = reduced.affine().cloned().ok_or(ModelError::NotPolynomial)?;
+        let full = model.affine().ok_or(ModelError::NotPolynomial)?;
+        let n = model.dof_map().n_dof();
+        let matrix = |list: &[Entry]| {
+            let entries = list.iter().map(|e| (e.row, e.column, e.value));
+            (!list.is_empty()).then(|| SparseSym::from_triplets(n, entries))
+        };
+        let term = |b: &Basis| Term {
+            stiffness: matrix(&b.stiffness),
+            mass: matrix(&b.mass),
+            damping: matrix(&b.damping),
+        };
+        let terms = full.bases().map(term).collect();
+        let theta = interior_point(model.parameters());
+        let system = model.assemble_sparse(&theta)?;
+        let plan = Arc::new(plan(&**model, &system)?);
+        let shift = reduced.shift();
+        let factor =
+            PencilFactor::new(plan.clone(), &system.stiffness, &system.mass, shift).map_err(ModalError::from)?;
+        let motions = reduced.dof_map().rigid_motions();
+        let dofs = DofMap::of_coordinates(reduced.basis().ncols(), &motions);
+        let common = Common {
+            model: model.clone(),
+            basis: reduced.basis().clone(),
+            terms,
+            affine: affine.clone(),
+            plan,
+            factor,
+            shift,
+            motions,
+            accuracy: reduced.accuracy(),
+            is_damped: system.damping.is_some(),
+        };
+        Ok(Self {
+            common: Arc::new(common),
+            parameters: model.parameters().clone(),
+            changes: Vec::new(),
+            extra: Arc::new(DMatrix::zeros(n, 0)),
+            n_new: 0,
+            affine,
+            dofs,
+        })
+    }
+
+    /// Largest estimated relative error of a frequency of the model without changes, within the bounds.
+    pub fn accuracy(&self) -> f64 {
+        self.common.accuracy
+    }
+
+    /// The model that it stands for, without the changes.
+    pub fn model(&self) -> &Arc<Model> {
+        &self.common.model
+    }
+
+    /// The elimination order of the model.
+    pub fn plan(&self) -> &SparsePlan {
+        &self.common.plan
+    }
+
+    /// With one more change, whose sizes follow the parameters.
+    ///
+    /// * `sizes` - the parameters that the change brings
+    /// * `typical` - sizes of an order that is expected
+    ///
+    /// # Errors
+    /// An element of the change has no matrices at these sizes.
+    pub fn with(&self, change: &Arc<Change>, sizes: &[Parameter], typical: &[f64]) -> Result<Self, ModelError> {
+        let n = self.common.model.dof_map().n_dof();
+        let theta = interior_point(self.common.model.parameters());
+        let matrices: Vec<ElementMatrices> =
+            (0..change.len()).map(|k| change.matrices(k, &theta, typical)).collect::<Result<_, _>>()?;
+        let (forces, scales) = self.forces(change, &matrices);
+        // W across V and the shapes that are there, orthonormal in X: X W = F.
+        let mut shapes = self.common.factor.solve(&forces);
+        let along = self.common.basis.tr_mul(&forces);
+        shapes -= &self.common.basis * &along;
+        let mut gram = shapes.tr_mul(&forces);
+        if self.extra.ncols() > 0 {
+            let along = self.extra.tr_mul(&forces);
+            shapes -= &*self.extra * &along;
+            gram = shapes.tr_mul(&forces);
+        }
+        gram = (&gram + gram.transpose()) * 0.5;
+        let largest = gram.diagonal().amax();
+        let eigen = symmetric_eigen(&gram).map_err(ModalError::from)?;
+        let kept = eigen.values.iter().zip(eigen.vectors.column_iter()).filter(|(v, _)| **v > NEGLIGIBLE * largest && **v > 0.0);
+        let columns: Vec<DVector<f64>> = kept.map(|(v, u)| &shapes * u / v.sqrt()).collect();
+        let mut extra = (*self.extra).clone();
+        for column in columns {
+            let at = extra.ncols();
+            extra = extra.insert_column(at, 0.0);
+            extra.set_column(at, &column);
+        }
+        let mut out = self.clone();
+        out.parameters = ParameterSet::new(self.parameters.iter().cloned().chain(sizes.iter().cloned()).collect());
+        let grown = extra.ncols() - self.extra.ncols();
+        let m = self.common.basis.ncols();
+        let size = m + extra.ncols() + self.n_new + change.n_new();
+        out.extra = Arc::new(extra);
+        out.n_new = self.n_new + change.n_new();
+        // Coordinates of earlier changes stand behind all shapes.
+        let moved = |b: &DMatrix<f64>| {
+            let mut wider = DMatrix::zeros(b.nrows(), size);
+            let first = m + self.extra.ncols();
+            wider.columns_mut(0, first).copy_from(&b.columns(0, first));
+            wider.columns_mut(first + grown, self.n_new).copy_from(&b.columns(first, self.n_new));
+            wider
+        };
+        let w = out.extra.columns(self.extra.ncols(), grown).into_owned();
+        for placed in &mut out.changes {
+            let own = placed.change.clone();
+            for (k, b) in placed.motions.iter_mut().enumerate() {
+                let mut wider = moved(b);
+                let (rows, motion) = own.motion(k);
+                for (j, &row) in rows.iter().enumerate().filter(|(_, row)| **row < n) {
+                    for c in 0..grown {
+                        wider.column_mut(m + self.extra.ncols() + c).axpy(w[(row, c)], &motion.column(j), 1.0);
+                    }
+                }
+                *b = wider;
+            }
+        }
+        let motions = (0..change.len())
+            .map(|k| {
+                let (rows, motion) = change.motion(k);
+                let on_rows = DMatrix::from_fn(rows.len(), size, |i, c| {
+                    let row = rows[i];
+                    if row >= n {
+                        let own = m + out.extra.ncols() + self.n_new + (row - n);
+                        return if c == own { scales[row - n] } else { 0.0 };
+                    }
+                    if c < m {
+                        self.common.basis[(row, c)]
+                    } else if c < m + out.extra.ncols() {
+                        out.extra[(row, c - m)]
+                    } else {
+                        0.0
+                    }
+                });
+                motion * on_rows
+            })
+            .collect();
+        let first_size = self.parameters.len() - self.common.model.parameters().len();
+        out.changes.push(Placed { change: change.clone(), first_size, motions });
+        out.affine = out.projected();
+        let mut rigid = DMatrix::zeros(size, 6);
+        rigid.rows_mut(0, m).copy_from(&self.common.motions);
+        out.dofs = DofMap::of_coordinates(size, &rigid);
+        Ok(out)
+    }
+
+    /// Forces of a change on the rows, (n x few), and the scales of its new coordinates.
+    fn forces(&self, change: &Change, matrices: &[ElementMatrices]) -> (DMatrix<f64>, Vec<f64>) {
+        let n = self.common.model.dof_map().n_dof();
+        let mut touched: Vec<usize> = (0..change.len()).flat_map(|k| change.motion(k).0.iter().copied()).collect();
+        touched.sort_unstable();
+        touched.dedup();
+        let old = touched.partition_point(|row| *row < n);
+        let place = |row: usize| touched.partition_point(|r| *r < row);
+        let mut scales = vec![1.0; change.n_new()];
+        let columns = if touched.len() <= FEW_ROWS {
+            // All that it can exert: the columns of its matrices.
+            let mut k_all: DMatrix<f64> = DMatrix::zeros(touched.len(), touched.len());
+            let mut m_all: DMatrix<f64> = k_all.clone();
+            for (part, own) in matrices.iter().enumerate() {
+                let (rows, b) = change.motion(part);
+                for (all, a) in [(&mut k_all, &own.stiffness), (&mut m_all, &own.mass)] {
+                    if a.is_zero() {
+                        continue;
+                    }
+                    let local = b.transpose() * a.to_dense() * b;
+                    for (i, &row) in rows.iter().enumerate() {
+                        for (j, &column) in rows.iter().enumerate() {
+                            all[(place(row), place(column))] += local[(i, j)];
+                        }
+                    }
+                }
+            }
+            for (c, scale) in scales.iter_mut().enumerate() {
+                let at = place(n + c);
+                let x = k_all[(at, at)] + self.common.shift * m_all[(at, at)];
+                if x > 0.0 {
+                    *scale = x.sqrt().recip();
+                }
+            }
+            let m_all = m_all * self.common.shift;
+            let width = 2 * touched.len();
+            let mut both = DMatrix::zeros(old, width);
+            both.columns_mut(0, touched.len()).copy_from(&k_all.rows(0, old));
+            both.columns_mut(touched.len(), touched.len()).copy_from(&m_all.rows(0, old));
+            both
+        } else {
+            // What it exerts on the vectors of the basis, of which the modes are combinations.
+            let v = &self.common.basis;
+            let mut both = DMatrix::zeros(old, 2 * v.ncols());
+            for (part, own) in matrices.iter().enumerate() {
+                let (rows, b) = change.motion(part);
+                let known: Vec<usize> = (0..rows.len()).filter(|&j| rows[j] < n).collect();
+                let motion = b.select_columns(&known);
+                let local = &motion * DMatrix::from_fn(known.len(), v.ncols(), |i, c| v[(rows[known[i]], c)]);
+                for (first, a, factor) in
+                    [(0, &own.stiffness, 1.0), (v.ncols(), &own.mass, self.common.shift)]
+                {
+                    if a.is_zero() {
+                        continue;
+                    }
+                    let force = motion.transpose() * (a.to_dense() * &local) * factor;
+                    for (i, &j) in known.iter().enumerate() {
+                        let mut row = both.view_mut((place(rows[j]), first), (1, v.ncols()));
+                        row += force.row(i);
+                    }
+                }
+            }
+            both
+        };
+        (self.leading(&columns, &touched[..old]), scales)
+    }
+
+    /// The leading directions of some forces, of unit length, on all rows.
+    fn leading(&self, columns: &DMatrix<f64>, rows: &[usize]) -> DMatrix<f64> {
+        let n = self.common.model.dof_map().n_dof();
+        // Forces and moments are as large as their stiffness makes them: each row by its own.
+        let weight: Vec<f64> = (0..columns.nrows()).map(|i| columns.row(i).norm()).collect();
+        let scaled = DMatrix::from_fn(columns.nrows(), columns.ncols(), |i, j| {
+            if weight[i] > 0.0 { columns[(i, j)] / weight[i].sqrt() } else { 0.0 }
+        });
+        let gram = &scaled * scaled.transpose();
+        let Ok(eigen) = symmetric_eigen(&gram) else { return DMatrix::zeros(n, 0) };
+        let mut found: Vec<(f64, DVector<f64>)> =
+            eigen.values.iter().zip(eigen.vectors.column_iter()).map(|(v, u)| (*v, u.into_owned())).collect();
+        found.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let largest = found.first().map_or(0.0, |f| f.0);
+        let kept: Vec<DVector<f64>> = found
+            .into_iter()
+            .take(MOST_SHAPES)
+            .filter(|f| f.0 > NEGLIGIBLE * NEGLIGIBLE * largest && f.0 > 0.0)
+            .map(|(_, u)| DVector::from_fn(u.len(), |i, _| u[i] * weight[i].sqrt()))
+            .collect();
+        let mut out = DMatrix::zeros(n, kept.len());
+        for (c, force) in kept.iter().enumerate() {
+            let norm = force.norm();
+            rows.iter().zip(force.iter()).for_each(|(&row, f)| out[(row, c)] = f / norm);
+        }
+        out
+    }
+
+    /// The terms of the model on all coordinates.
+    fn projected(&self) -> AffinePart {
+        let (v, w) = (&self.common.basis, &*self.extra);
+        let m = v.ncols();
+        let grow = |basis: &Basis, term: &Term| {
+            let of = |list: &[Entry], a: &Option<SparseSym>| -> Vec<Entry> {
+                let mut out = list.to_vec();
+                let Some(a) = a else { return out };
+                let aw = a.mul(w);
+                let (beside, own) = (v.tr_mul(&aw), w.tr_mul(&aw));
+                for row in 0..w.ncols() {
+                    let all = beside.column(row);
+                    out.extend(all.iter().enumerate().map(|(column, &value)| Entry { row: m + row, column, value }));
+                    out.extend((0..=row).map(|column| Entry {
+                        row: m + row,
+                        column: m + column,
+                        value: own[(row, column)],
+                    }));
+                }
+                out
+            };
+            Basis {
+                stiffness: of(&basis.stiffness, &term.stiffness),
+                mass: of(&basis.mass, &term.mass),
+                damping: of(&basis.damping, &term.damping),
+            }
+        };
+        let affine = &self.common.affine;
+        let mut terms = self.common.terms.iter();
+        let mut next = |basis: &Basis| match terms.next() {
+            Some(term) => grow(basis, term),
+            None => basis.clone(),
+        };
+        AffinePart {
+            constant: next(&affine.constant),
+            parameters: affine.parameters.iter().map(&mut next).collect(),
+            products: affine.products.iter().map(|(monomial, basis)| (monomial.clone(), next(basis))).collect(),
+            origin: affine.origin.clone(),
+        }
+    }
+
+    /// Rows of the model on the coordinates: an observation matrix S becomes S \[V W 0\].
+    ///
+    /// * `rows` - (row, factor) of each
+    pub fn observed(&self, rows: &[Vec<(usize, f64)>]) -> DMatrix<f64> {
+        let (m, extra) = (self.common.basis.ncols(), self.extra.ncols());
+        DMatrix::from_fn(rows.len(), self.dofs.n_dof(), |i, c| {
+            let of = |row: usize| {
+                if c < m {
+                    self.common.basis[(row, c)]
+                } else if c < m + extra {
+                    self.extra[(row, c - m)]
+                } else {
+                    0.0
+                }
+            };
+            rows[i].iter().map(|&(row, factor)| factor * of(row)).sum()
+        })
+    }
+
+    /// Motions of the model from those of its coordinates, (n_dof x any number).
+    pub fn expanded(&self, y: &DMatrix<f64>) -> DMatrix<f64> {
+        let (m, extra) = (self.common.basis.ncols(), self.extra.ncols());
+        &self.common.basis * y.rows(0, m) + &*self.extra * y.rows(m, extra)
+    }
+
+    fn of_model<'a>(&self, theta: &'a [f64]) -> (&'a [f64], &'a [f64]) {
+        theta.split_at(self.common.model.parameters().len())
+    }
+
+    fn check(&self, theta: &[f64]) -> Result<(), ModelError> {
+        let expected = self.parameters.len();
+        if theta.len() == expected { Ok(()) } else { Err(ModelError::WrongLength { expected, given: theta.len() }) }
+    }
+}
+
+/// Adds Bᵀ a B to the lower triangles.
+fn add(system: &mut System, b: &DMatrix<f64>, matrices: &ElementMatrices) {
+    let into = |target: &mut DMatrix<f64>, a: &SymMatrix| {
+        if !a.is_zero() {
+            *target += b.transpose() * (a.to_dense() * b);
+        }
+    };
+    into(&mut system.stiffness, &matrices.stiffness);
+    into(&mut system.mass, &matrices.mass);
+    if let Some(c) = &mut system.damping {
+        into(c, &matrices.damping);
+    }
+}
+
+impl ParametricModel for StandIn {
+    fn parameters(&self) -> &ParameterSet {
+        &self.parameters
+    }
+
+    fn dof_map(&self) -> &DofMap {
+        &self.dofs
+    }
+
+    fn assemble(&self, theta: &[f64]) -> Result<System, ModelError> {
+        let mut system = System::zeros(self.dofs.n_dof(), self.common.is_damped);
+        self.assemble_into(theta, &mut system)?;
+        Ok(system)
+    }
+
+    fn assemble_into(&self, theta: &[f64], system: &mut System) -> Result<(), ModelError> {
+        self.check(theta)?;
+        let (own, sizes) = self.of_model(theta);
+        system.clear();
+        for (basis, factor) in self.affine.at(own) {
+            add_basis(system, basis, factor);
+        }
+        for placed in &self.changes {
+            let sizes = &sizes[placed.first_size..placed.first_size + placed.change.n_sizes()];
+            for (k, b) in placed.motions.iter().enumerate() {
+                add(system, b, &placed.change.matrices(k, own, sizes)?);
+            }
+        }
+        symmetrise(system);
+        Ok(())
+    }
+
+    fn assemble_derivative(&self, theta: &[f64], j: usize) -> Result<System, ModelError> {
+        self.check(theta)?;
+        let (own, sizes) = self.of_model(theta);
+        let mut system = System::zeros(self.dofs.n_dof(), self.common.is_damped);
+        if j < own.len() {
+            for (basis, factor) in self.affine.derivative(own, j) {
+                add_basis(&mut system, basis, factor);
+            }
+        }
+        // A step of about the cube root of rounding balances truncation and cancellation.
+        let scale = self.parameters.get(j).bounds.map_or(theta[j].abs(), |[l, u]| u - l);
+        let step = 1e-5 * if scale > 0.0 { scale } else { 1.0 };
+        for placed in &self.changes {
+            let (first, count) = (placed.first_size, placed.change.n_sizes());
+            let local = match j.checked_sub(own.len()) {
+                None => j,
+                Some(k) if (first..first + count).contains(&k) => own.len() + k - first,
+                Some(_) => continue,
+            };
+            let sizes = &sizes[first..first + count];
+            for (k, b) in placed.motions.iter().enumerate().filter(|(k, _)| placed.change.depends_on(*k, local)) {
+                add(&mut system, b, &placed.change.slopes(k, own, sizes, local, step)?);
+            }
+        }
+        symmetrise(&mut system);
+        Ok(system)
+    }
+
+    fn mass_properties(&self, theta: &[f64]) -> Result<Option<MassProperties>, ModelError> {
+        self.check(theta)?;
+        let (own, sizes) = self.of_model(theta);
+        let mut rigid = self.common.model.rigid_mass(own)?;
+        for placed in &self.changes {
+            let sizes = &sizes[placed.first_size..placed.first_size + placed.change.n_sizes()];
+            placed.change.add_rigid_mass(&mut rigid, own, sizes)?;
+        }
+        Ok(Some(MassProperties::from_rigid_mass(&rigid)))
+    }
+
+    fn targets(&self) -> Targets {
+        self.common.model.targets()
+    }
+
+    fn affine(&self) -> Option<&AffinePart> {
+        self.changes.is_empty().then_some(&self.affine)
+    }
+}
