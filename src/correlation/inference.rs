@@ -104,6 +104,11 @@ impl Level {
         self == Self::NONE
     }
 
+    /// Steps of the grid by which the noise of the shapes is larger than stated.
+    pub(crate) fn noise_step(self) -> usize {
+        self.k
+    }
+
     /// Whether the shapes have more noise than stated.
     pub(crate) fn is_noisy(self) -> bool {
         self.k > 0

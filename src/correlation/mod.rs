@@ -55,11 +55,13 @@ pub use mac::{ShapeScalar, auto_mac, mac_matrix, modal_scale_factor, to_complex,
 pub(crate) use mac::{UNSEEN, hide_unseen};
 pub use macco::{SensorRemoval, spoiling_sensors, turned_sensors};
 pub use mapping::{Leftover, MappedPoint, Mapping, MappingOptions, PlaceKind, map_points, place_sensors};
-pub use observe::{check_sensors, observation_matrix, observation_matrix_at, observation_rows, sensor_position, varying_sensors};
+pub use observe::{
+    check_sensors, observation_matrix, observation_matrix_at, observation_rows, sensor_position, varying_sensors,
+};
 pub use orthogonality::{auto_orthogonality, cross_orthogonality, generalized_mass};
 pub use pairing::{
-    ModeList, ModePair, PairBy, PairFlag, PairedModes, PairingOptions, Plan, Tracked, Unpaired, pair_modes,
-    pair_planned_modes, track,
+    ModeList, ModePair, PairBy, PairFlag, PairedModes, PairingOptions, Plan, Tracked, Unpaired, pair_alike_modes,
+    pair_modes, pair_planned_modes, track,
 };
 pub(crate) use partners::PartnerSearch;
 pub use pretest::{

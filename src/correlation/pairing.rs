@@ -231,8 +231,22 @@ pub fn pair_planned_modes(
     options: &PairingOptions,
     plans: &[Plan],
 ) -> PairedModes {
+    pair_alike_modes(mac, mac, analytical, experimental, options, plans)
+}
+
+/// The same where more than the shapes at the sensors tells which mode is which.
+///
+/// * `likeness` - what the rules by MAC go by in its place, in [0, 1], (n_a x n_x), finite
+pub fn pair_alike_modes(
+    mac: &DMatrix<f64>,
+    likeness: &DMatrix<f64>,
+    analytical: &ModeList<'_>,
+    experimental: &ModeList<'_>,
+    options: &PairingOptions,
+    plans: &[Plan],
+) -> PairedModes {
     let (n_a, n_x) = mac.shape();
-    let judge = Judge { mac, analytical, experimental, options, plans };
+    let judge = Judge { mac, likeness, analytical, experimental, options, plans };
     let mut partners = match options.by {
         PairBy::Mac | PairBy::NearMac => judge.by_mac(),
         PairBy::Order => judge.by_order(),
@@ -343,6 +357,7 @@ fn largest(values: &[f64]) -> Option<(usize, f64)> {
 
 struct Judge<'a> {
     mac: &'a DMatrix<f64>,
+    likeness: &'a DMatrix<f64>,
     analytical: &'a ModeList<'a>,
     experimental: &'a ModeList<'a>,
     options: &'a PairingOptions,
@@ -375,7 +390,7 @@ impl Judge<'_> {
     }
 
     fn is_allowed(&self, i: usize, j: usize) -> bool {
-        let mac = self.mac[(i, j)];
+        let mac = self.likeness[(i, j)];
         self.is_free(j)
             && self.is_open(i)
             && mac > 0.0
@@ -402,7 +417,7 @@ impl Judge<'_> {
             }
             _ => 1.0,
         };
-        self.mac[(i, j)] * near + TIE_BREAK * self.closeness(i, j)
+        self.likeness[(i, j)] * near + TIE_BREAK * self.closeness(i, j)
     }
 
     fn by_mac(&self) -> Vec<(usize, usize)> {

@@ -1,7 +1,9 @@
 //! The content of a test file.
 
 use super::{Correction, FrfSet, MeasurementOptions};
+use crate::element::Dof;
 use crate::linalg::{Complex, DVector};
+use std::sync::Arc;
 
 /// Where a number comes from.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -94,6 +96,18 @@ pub enum Partner {
     Label(String),
 }
 
+/// A mode of the model that a fit finds again wherever its frequency goes: by the momentum M φ of its shape φ, as φ'ᵀ M φ is nearly one for
+/// the mode φ' that continues it and nearly zero for every other.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Reference {
+    /// Nodes and dofs of the momentum.
+    pub dofs: Arc<Vec<(String, Dof)>>,
+    /// M φ, (n_dofs), φ of unit modal mass.
+    pub momentum: Vec<f64>,
+    /// Whether nothing else counts: the user has named the mode, or it has no measured shape.
+    pub alone: bool,
+}
+
 /// What a measured mode is taken for.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub enum Standing {
@@ -120,6 +134,8 @@ pub enum Standing {
         probability: f64,
         /// Whether the user has named it.
         by_user: bool,
+        /// What a fit follows it by, where the sensors do not tell the modes of the model apart, or the mode is known by its name.
+        reference: Option<Arc<Reference>>,
     },
     /// The pairing has found no partner: it is left aside. Not written to files.
     Aside {
@@ -139,6 +155,11 @@ impl Standing {
     /// Whether the user has left the mode out, or said that it is foreign.
     pub fn is_left_out(&self) -> bool {
         matches!(self, Self::Unused | Self::Foreign)
+    }
+
+    /// Whether a fit follows the mode by the whole shape of its partner.
+    pub fn is_followed(&self) -> bool {
+        matches!(self, Self::Found { reference: Some(_), .. })
     }
 
     /// Whether the user has named its partner.

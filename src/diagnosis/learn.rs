@@ -2,9 +2,9 @@
 
 use super::error::DiagnosisError;
 use super::foreign::investigate;
+use super::problem::changed::with_effect;
 use super::problem::evidence::{STRONG, held_out, ln_evidence};
 use super::problem::fit::fit;
-use super::problem::changed::with_effect;
 use super::problem::scene::Scene;
 use super::result::{Diagnosis, Verdict};
 use super::search::hypothesis::{Estimate, Tried, estimates};

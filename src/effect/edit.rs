@@ -2,11 +2,11 @@
 
 use super::flow;
 use crate::catalogue::did_you_mean;
+use crate::model::Parameter;
 use crate::model::spec::{
     ConfigurationSpec, ElementSpec, MassSpec, ModelSpec, Named, NodeSpec, OverrideSpec, ParameterSpec, RigidLinkSpec,
     SpringSpec, SupportSpec,
 };
-use crate::model::Parameter;
 use crate::units::Scalar;
 use crate::yaml::{self, Problem};
 use serde::{Deserialize, Serialize};

@@ -10,10 +10,11 @@
 
 use super::assembly::{Connection, motion_in_axes, place as place_of};
 use super::constraint::{Elimination, eliminate};
-use super::dependence::{central_difference, element_matrices};
+use super::dependence::{Dependence, Monomial, central_difference, dependence, element_matrices};
 use super::dof_map::Combination;
 use super::elastic_support::ElasticSupports;
 use super::mass_properties::add_rigid_mass;
+use super::parameter::{Parameter, ParameterSet};
 use super::place::{Placed, place};
 use super::placed_element::{Compliance, PlacedElement};
 use super::registry::Registry;
@@ -47,8 +48,7 @@ impl Additions {
     pub fn new(model: &Arc<Model>, longer: &ModelSpec, registry: &Registry) -> Self {
         let mut problems = Vec::new();
         let placed = place(longer, registry, &mut problems);
-        let elimination =
-            eliminate(longer, &placed.geometry, Elimination::default(), &[], &placed.rows, &mut problems);
+        let elimination = eliminate(longer, &placed.geometry, Elimination::default(), &[], &placed.rows, &mut problems);
         let n = model.parameters().len();
         let mut users: HashMap<usize, Vec<usize>> = HashMap::new();
         for (e, element) in placed.elements.iter().enumerate() {
@@ -80,11 +80,13 @@ impl Additions {
         let own: Vec<usize> = parameters.iter().map(|p| self.index_of.get(*p).copied()).collect::<Option<_>>()?;
         let neutral: Vec<f64> = own.iter().map(|&p| self.placed.parameters.get(p).value).collect();
         // A parameter of another change stands at its neutral value.
-        let alone = |value: &Value| value.with_parameters(&|p| match own.iter().position(|o| *o == p) {
-            Some(k) => Ok(n + k),
-            None if p < n => Ok(p),
-            None => Err(self.placed.parameters.get(p).value),
-        });
+        let alone = |value: &Value| {
+            value.with_parameters(&|p| match own.iter().position(|o| *o == p) {
+                Some(k) => Ok(n + k),
+                None if p < n => Ok(p),
+                None => Err(self.placed.parameters.get(p).value),
+            })
+        };
         let mut touched: Vec<usize> = own.iter().filter_map(|p| self.users.get(p)).flatten().copied().collect();
         touched.sort_unstable();
         touched.dedup();
@@ -111,7 +113,14 @@ impl Additions {
                 Some(e) => self.model.connection(e).clone(),
                 None => new.connection(&element)?,
             };
-            parts.push(Part { connection, kind: PartKind::Element { ends: element.ends(&self.placed.geometry.positions), element: Box::new(element), before } });
+            parts.push(Part {
+                connection,
+                kind: PartKind::Element {
+                    ends: element.ends(&self.placed.geometry.positions),
+                    element: Box::new(element),
+                    before,
+                },
+            });
         }
         parts.extend(self.supports(&own, &alone)?);
         let change = Change { model: self.model.clone(), parts, n_new: new.found.len(), neutral };
@@ -143,8 +152,7 @@ impl Additions {
         let rows = &self.placed.rows;
         let released = eliminate(self.model.spec(), geometry, keeping, &compliances, rows, &mut Vec::new());
         let (elements, connections) = self.model.elements_and_connections();
-        let after =
-            ElasticSupports::new(compliances, &released, n_nodes, elements, connections, self.model.dof_map())?;
+        let after = ElasticSupports::new(compliances, &released, n_nodes, elements, connections, self.model.dof_map())?;
         let part = |supports: &ElasticSupports, sign: f64| Part {
             connection: supports.connection().clone(),
             kind: PartKind::Supports { supports: Arc::new(supports.clone()), sign },
@@ -221,8 +229,15 @@ struct Part {
 #[derive(Debug, Clone)]
 enum PartKind {
     /// With the element of the model that it alters, and where its ends are, global, m.
-    Element { element: Box<PlacedElement>, before: Option<usize>, ends: Vec<[f64; 3]> },
-    Supports { supports: Arc<ElasticSupports>, sign: f64 },
+    Element {
+        element: Box<PlacedElement>,
+        before: Option<usize>,
+        ends: Vec<[f64; 3]>,
+    },
+    Supports {
+        supports: Arc<ElasticSupports>,
+        sign: f64,
+    },
 }
 
 impl Change {
@@ -271,6 +286,23 @@ impl Change {
         }
     }
 
+    /// What one of its elements adds, as terms that are summed with the powers of the parameters of the model, with the sizes behind them; `None`
+    /// where it is no polynomial.
+    ///
+    /// * `sizes` - the parameters that the change brings
+    ///
+    /// A term that is marked counts its parameter from zero, any other from its origin.
+    pub(super) fn terms(&self, part: usize, sizes: &[Parameter]) -> Option<Vec<(Monomial, bool, ElementMatrices)>> {
+        let PartKind::Element { element, before, .. } = &self.parts[part].kind else { return None };
+        let own = self.model.parameters();
+        let all = ParameterSet::new(own.iter().cloned().chain(sizes.iter().cloned()).collect());
+        let mut out = terms_of(dependence(element, &all).ok()?, 1.0)?;
+        if let Some(e) = before {
+            out.extend(terms_of(dependence(&self.model.elements()[*e], own).ok()?, -1.0)?);
+        }
+        Some(out)
+    }
+
     /// Whether one of its elements depends on a parameter of the model or, behind those, on a size.
     pub fn depends_on(&self, part: usize, j: usize) -> bool {
         match &self.parts[part].kind {
@@ -312,12 +344,7 @@ impl Change {
     }
 
     /// Adds Rᵀ M R of the six rigid motions of what it brings.
-    pub(super) fn add_rigid_mass(
-        &self,
-        rigid: &mut SymMatrix,
-        theta: &[f64],
-        sizes: &[f64],
-    ) -> Result<(), ModelError> {
+    pub(super) fn add_rigid_mass(&self, rigid: &mut SymMatrix, theta: &[f64], sizes: &[f64]) -> Result<(), ModelError> {
         for (k, part) in self.parts.iter().enumerate() {
             let PartKind::Element { element, ends, .. } = &part.kind else { continue };
             add_rigid_mass(rigid, 1.0, self.matrices(k, theta, sizes)?.weighed(), &element.axes, ends);
@@ -360,6 +387,21 @@ impl Change {
     }
 }
 
+fn terms_of(dependence: Dependence, sign: f64) -> Option<Vec<(Monomial, bool, ElementMatrices)>> {
+    let signed = |matrices: ElementMatrices| matrices.combine(&matrices, |a, _| sign * a);
+    let (constant, rest) = match dependence {
+        Dependence::Affine(constant, slopes) => {
+            let term = |(j, a)| (Monomial { powers: vec![(j, 1)] }, true, signed(a));
+            (constant, slopes.into_iter().map(term).collect::<Vec<_>>())
+        }
+        Dependence::Polynomial(constant, terms) => {
+            (constant, terms.into_iter().map(|(monomial, a)| (monomial, false, signed(a))).collect())
+        }
+        Dependence::General => return None,
+    };
+    Some([vec![(Monomial::default(), false, signed(constant))], rest].concat())
+}
+
 impl Value {
     /// With other parameters, or with their values in their places.
     fn with_parameters(&self, of: &dyn Fn(usize) -> Result<usize, f64>) -> Self {
@@ -373,9 +415,11 @@ impl Value {
             }
             out
         };
+        let is = |affine: &Affine, value: f64| affine.terms.is_empty() && affine.constant == value;
+        // Factors of one and addends of zero are those of other changes.
         Self {
-            factors: self.factors.iter().map(changed).collect(),
-            addends: self.addends.iter().map(changed).collect(),
+            factors: self.factors.iter().map(changed).filter(|a| !is(a, 1.0)).collect(),
+            addends: self.addends.iter().map(changed).filter(|a| !is(a, 0.0)).collect(),
         }
     }
 }

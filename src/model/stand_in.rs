@@ -11,7 +11,7 @@
 
 use super::assembly::{AffinePart, Basis, add_basis, symmetrise};
 use super::change::Change;
-use super::dependence::interior_point;
+use super::dependence::{Monomial, interior_point};
 use super::dof_map::DofMap;
 use super::entry::Entry;
 use super::mass_properties::MassProperties;
@@ -23,6 +23,7 @@ use super::{ElementMatrices, Model, ModelError, ParametricModel, Targets};
 use crate::linalg::sparse::{PencilFactor, SparsePlan, SparseSym};
 use crate::linalg::{DMatrix, DVector, SymMatrix, symmetric_eigen};
 use crate::modal::ModalError;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// Most static shapes of a change.
@@ -58,14 +59,24 @@ struct Common {
     is_damped: bool,
 }
 
-/// A change on the coordinates of a stand-in.
+/// A change, and where its sizes stand behind the parameters of the model.
 #[derive(Debug, Clone)]
 struct Placed {
     change: Arc<Change>,
-    /// Where its sizes stand behind the parameters of the model.
     first_size: usize,
-    /// B of every element on the coordinates.
-    motions: Vec<DMatrix<f64>>,
+    /// Scales of its new coordinates, and where those begin among all new ones.
+    scales: Vec<f64>,
+    first_new: usize,
+}
+
+/// An element of a change whose matrices are no polynomials, on the coordinates.
+#[derive(Debug, Clone)]
+struct General {
+    /// Numbers of the change and of the element in it.
+    change: usize,
+    part: usize,
+    /// B on the coordinates.
+    motion: DMatrix<f64>,
 }
 
 /// A large model on few coordinates, with changes.
@@ -79,6 +90,7 @@ pub struct StandIn {
     /// Coordinates of changes that are no combinations of dofs.
     n_new: usize,
     affine: AffinePart,
+    general: Vec<General>,
     dofs: DofMap,
 }
 
@@ -91,8 +103,7 @@ impl StandIn {
     /// # Errors
     /// [`ModelError::NotPolynomial`]; those of a solution of the model.
     pub fn new(model: &Arc<Model>, n_modes: usize, tolerance: f64) -> Result<Self, ModelError> {
-        let reduced =
-            ReducedModel::new(&**model, ReducedOptions { n_modes, tolerance, ..ReducedOptions::default() })?;
+        let reduced = ReducedModel::new(&**model, ReducedOptions { n_modes, tolerance, ..ReducedOptions::default() })?;
         let affine = reduced.affine().cloned().ok_or(ModelError::NotPolynomial)?;
         let full = model.affine().ok_or(ModelError::NotPolynomial)?;
         let n = model.dof_map().n_dof();
@@ -100,11 +111,8 @@ impl StandIn {
             let entries = list.iter().map(|e| (e.row, e.column, e.value));
             (!list.is_empty()).then(|| SparseSym::from_triplets(n, entries))
         };
-        let term = |b: &Basis| Term {
-            stiffness: matrix(&b.stiffness),
-            mass: matrix(&b.mass),
-            damping: matrix(&b.damping),
-        };
+        let term =
+            |b: &Basis| Term { stiffness: matrix(&b.stiffness), mass: matrix(&b.mass), damping: matrix(&b.damping) };
         let terms = full.bases().map(term).collect();
         let theta = interior_point(model.parameters());
         let system = model.assemble_sparse(&theta)?;
@@ -133,6 +141,7 @@ impl StandIn {
             extra: Arc::new(DMatrix::zeros(n, 0)),
             n_new: 0,
             affine,
+            general: Vec::new(),
             dofs,
         })
     }
@@ -160,7 +169,6 @@ impl StandIn {
     /// # Errors
     /// An element of the change has no matrices at these sizes.
     pub fn with(&self, change: &Arc<Change>, sizes: &[Parameter], typical: &[f64]) -> Result<Self, ModelError> {
-        let n = self.common.model.dof_map().n_dof();
         let theta = interior_point(self.common.model.parameters());
         let matrices: Vec<ElementMatrices> =
             (0..change.len()).map(|k| change.matrices(k, &theta, typical)).collect::<Result<_, _>>()?;
@@ -178,7 +186,11 @@ impl StandIn {
         gram = (&gram + gram.transpose()) * 0.5;
         let largest = gram.diagonal().amax();
         let eigen = symmetric_eigen(&gram).map_err(ModalError::from)?;
-        let kept = eigen.values.iter().zip(eigen.vectors.column_iter()).filter(|(v, _)| **v > NEGLIGIBLE * largest && **v > 0.0);
+        let kept = eigen
+            .values
+            .iter()
+            .zip(eigen.vectors.column_iter())
+            .filter(|(v, _)| **v > NEGLIGIBLE * largest && **v > 0.0);
         let columns: Vec<DVector<f64>> = kept.map(|(v, u)| &shapes * u / v.sqrt()).collect();
         let mut extra = (*self.extra).clone();
         for column in columns {
@@ -188,60 +200,30 @@ impl StandIn {
         }
         let mut out = self.clone();
         out.parameters = ParameterSet::new(self.parameters.iter().cloned().chain(sizes.iter().cloned()).collect());
-        let grown = extra.ncols() - self.extra.ncols();
         let m = self.common.basis.ncols();
         let size = m + extra.ncols() + self.n_new + change.n_new();
         out.extra = Arc::new(extra);
         out.n_new = self.n_new + change.n_new();
-        // Coordinates of earlier changes stand behind all shapes.
-        let moved = |b: &DMatrix<f64>| {
-            let mut wider = DMatrix::zeros(b.nrows(), size);
-            let first = m + self.extra.ncols();
-            wider.columns_mut(0, first).copy_from(&b.columns(0, first));
-            wider.columns_mut(first + grown, self.n_new).copy_from(&b.columns(first, self.n_new));
-            wider
-        };
-        let w = out.extra.columns(self.extra.ncols(), grown).into_owned();
-        for placed in &mut out.changes {
-            let own = placed.change.clone();
-            for (k, b) in placed.motions.iter_mut().enumerate() {
-                let mut wider = moved(b);
-                let (rows, motion) = own.motion(k);
-                for (j, &row) in rows.iter().enumerate().filter(|(_, row)| **row < n) {
-                    for c in 0..grown {
-                        wider.column_mut(m + self.extra.ncols() + c).axpy(w[(row, c)], &motion.column(j), 1.0);
-                    }
-                }
-                *b = wider;
-            }
-        }
-        let motions = (0..change.len())
-            .map(|k| {
-                let (rows, motion) = change.motion(k);
-                let on_rows = DMatrix::from_fn(rows.len(), size, |i, c| {
-                    let row = rows[i];
-                    if row >= n {
-                        let own = m + out.extra.ncols() + self.n_new + (row - n);
-                        return if c == own { scales[row - n] } else { 0.0 };
-                    }
-                    if c < m {
-                        self.common.basis[(row, c)]
-                    } else if c < m + out.extra.ncols() {
-                        out.extra[(row, c - m)]
-                    } else {
-                        0.0
-                    }
-                });
-                motion * on_rows
-            })
-            .collect();
         let first_size = self.parameters.len() - self.common.model.parameters().len();
-        out.changes.push(Placed { change: change.clone(), first_size, motions });
-        out.affine = out.projected();
+        out.changes.push(Placed { change: change.clone(), first_size, scales, first_new: self.n_new });
         let mut rigid = DMatrix::zeros(size, 6);
         rigid.rows_mut(0, m).copy_from(&self.common.motions);
         out.dofs = DofMap::of_coordinates(size, &rigid);
+        out.project();
         Ok(out)
+    }
+
+    /// B of an element of a change on the coordinates.
+    fn motion(&self, placed: &Placed, part: usize) -> DMatrix<f64> {
+        let (n, m, extra) = (self.common.basis.nrows(), self.common.basis.ncols(), self.extra.ncols());
+        let (rows, b) = placed.change.motion(part);
+        let on_rows = DMatrix::from_fn(rows.len(), self.dofs.n_dof(), |i, c| match rows[i].checked_sub(n) {
+            Some(new) if c == m + extra + placed.first_new + new => placed.scales[new],
+            None if c < m => self.common.basis[(rows[i], c)],
+            None if c < m + extra => self.extra[(rows[i], c - m)],
+            _ => 0.0,
+        });
+        b * on_rows
     }
 
     /// Forces of a change on the rows, (n x few), and the scales of its new coordinates.
@@ -293,9 +275,7 @@ impl StandIn {
                 let known: Vec<usize> = (0..rows.len()).filter(|&j| rows[j] < n).collect();
                 let motion = b.select_columns(&known);
                 let local = &motion * DMatrix::from_fn(known.len(), v.ncols(), |i, c| v[(rows[known[i]], c)]);
-                for (first, a, factor) in
-                    [(0, &own.stiffness, 1.0), (v.ncols(), &own.mass, self.common.shift)]
-                {
+                for (first, a, factor) in [(0, &own.stiffness, 1.0), (v.ncols(), &own.mass, self.common.shift)] {
                     if a.is_zero() {
                         continue;
                     }
@@ -339,45 +319,70 @@ impl StandIn {
         out
     }
 
-    /// The terms of the model on all coordinates.
-    fn projected(&self) -> AffinePart {
-        let (v, w) = (&self.common.basis, &*self.extra);
-        let m = v.ncols();
-        let grow = |basis: &Basis, term: &Term| {
-            let of = |list: &[Entry], a: &Option<SparseSym>| -> Vec<Entry> {
-                let mut out = list.to_vec();
-                let Some(a) = a else { return out };
-                let aw = a.mul(w);
-                let (beside, own) = (v.tr_mul(&aw), w.tr_mul(&aw));
-                for row in 0..w.ncols() {
-                    let all = beside.column(row);
-                    out.extend(all.iter().enumerate().map(|(column, &value)| Entry { row: m + row, column, value }));
-                    out.extend((0..=row).map(|column| Entry {
-                        row: m + row,
-                        column: m + column,
-                        value: own[(row, column)],
-                    }));
-                }
-                out
-            };
-            Basis {
-                stiffness: of(&basis.stiffness, &term.stiffness),
-                mass: of(&basis.mass, &term.mass),
-                damping: of(&basis.damping, &term.damping),
+    /// Finds the terms of the model and of its changes on all coordinates.
+    fn project(&mut self) {
+        let size = self.dofs.n_dof();
+        let own = self.common.model.parameters().len();
+        let mut sum = Sum::new(size, self.parameters.len());
+        sum.origin = interior_point(&self.parameters);
+        let terms = self.common.affine.bases().zip(&self.common.terms);
+        let grown: Vec<[DMatrix<f64>; 3]> = terms.map(|(basis, term)| self.grown(basis, term)).collect();
+        let mut grown = grown.into_iter();
+        let mut next = |into: &mut [DMatrix<f64>; 3]| {
+            if let Some(from) = grown.next() {
+                into.iter_mut().zip(from).for_each(|(a, b)| *a += b);
             }
         };
-        let affine = &self.common.affine;
-        let mut terms = self.common.terms.iter();
-        let mut next = |basis: &Basis| match terms.next() {
-            Some(term) => grow(basis, term),
-            None => basis.clone(),
-        };
-        AffinePart {
-            constant: next(&affine.constant),
-            parameters: affine.parameters.iter().map(&mut next).collect(),
-            products: affine.products.iter().map(|(monomial, basis)| (monomial.clone(), next(basis))).collect(),
-            origin: affine.origin.clone(),
+        next(&mut sum.constant);
+        (0..own).for_each(|j| next(sum.parameter(j)));
+        for (monomial, _) in &self.common.affine.products {
+            next(sum.product(monomial));
         }
+        let mut general = Vec::new();
+        for (k, placed) in self.changes.iter().enumerate() {
+            let first = own + placed.first_size;
+            let sizes: Vec<Parameter> =
+                (first..first + placed.change.n_sizes()).map(|j| self.parameters.get(j).clone()).collect();
+            for part in 0..placed.change.len() {
+                let motion = self.motion(placed, part);
+                let Some(terms) = placed.change.terms(part, &sizes) else {
+                    general.push(General { change: k, part, motion });
+                    continue;
+                };
+                let at = |j: usize| if j < own { j } else { j + placed.first_size };
+                for (monomial, is_linear, matrices) in terms {
+                    let into = match monomial.powers.as_slice() {
+                        [] => &mut sum.constant,
+                        [(j, 1)] if is_linear => sum.parameter(at(*j)),
+                        powers => {
+                            let powers = powers.iter().map(|&(j, p)| (at(j), p)).collect();
+                            sum.product(&Monomial { powers })
+                        }
+                    };
+                    add(into, &motion, &matrices);
+                }
+            }
+        }
+        self.affine = sum.into_affine();
+        self.general = general;
+    }
+
+    /// A term of the model on all coordinates: K, M, C.
+    fn grown(&self, basis: &Basis, term: &Term) -> [DMatrix<f64>; 3] {
+        let (v, w, size) = (&self.common.basis, &*self.extra, self.dofs.n_dof());
+        let m = v.ncols();
+        let of = |list: &[Entry], a: &Option<SparseSym>| {
+            let mut out = DMatrix::zeros(size, size);
+            for e in list {
+                out[(e.row, e.column)] = e.value;
+            }
+            let Some(a) = a else { return out };
+            let aw = a.mul(w);
+            out.view_mut((m, 0), (w.ncols(), m)).copy_from(&aw.tr_mul(v));
+            out.view_mut((m, m), (w.ncols(), w.ncols())).copy_from(&w.tr_mul(&aw));
+            out
+        };
+        [of(&basis.stiffness, &term.stiffness), of(&basis.mass, &term.mass), of(&basis.damping, &term.damping)]
     }
 
     /// Rows of the model on the coordinates: an observation matrix S becomes S \[V W 0\].
@@ -415,11 +420,66 @@ impl StandIn {
     }
 }
 
-/// Adds Bᵀ a B to the lower triangles.
-fn add(system: &mut System, b: &DMatrix<f64>, matrices: &ElementMatrices) {
+/// Terms of K, M and C as they are summed, lower triangles.
+struct Sum {
+    size: usize,
+    constant: [DMatrix<f64>; 3],
+    parameters: Vec<Option<[DMatrix<f64>; 3]>>,
+    products: BTreeMap<Monomial, [DMatrix<f64>; 3]>,
+    origin: Vec<f64>,
+}
+
+impl Sum {
+    fn new(size: usize, n_parameters: usize) -> Self {
+        let parameters = vec![None; n_parameters];
+        Self { size, constant: zeros(size), parameters, products: BTreeMap::new(), origin: Vec::new() }
+    }
+
+    fn parameter(&mut self, j: usize) -> &mut [DMatrix<f64>; 3] {
+        self.parameters[j].get_or_insert_with(|| zeros(self.size))
+    }
+
+    fn product(&mut self, monomial: &Monomial) -> &mut [DMatrix<f64>; 3] {
+        self.products.entry(monomial.clone()).or_insert_with(|| zeros(self.size))
+    }
+
+    fn into_affine(self) -> AffinePart {
+        let entries = |a: &DMatrix<f64>| -> Vec<Entry> {
+            let lower = (0..a.nrows()).flat_map(|row| (0..=row).map(move |column| (row, column)));
+            lower
+                .map(|(row, column)| Entry { row, column, value: a[(row, column)] })
+                .filter(|e| e.value != 0.0)
+                .collect()
+        };
+        let basis =
+            |[k, m, c]: &[DMatrix<f64>; 3]| Basis { stiffness: entries(k), mass: entries(m), damping: entries(c) };
+        AffinePart {
+            constant: basis(&self.constant),
+            parameters: self.parameters.iter().map(|p| p.as_ref().map_or_else(Basis::default, basis)).collect(),
+            products: self.products.iter().map(|(monomial, all)| (monomial.clone(), basis(all))).collect(),
+            origin: self.origin,
+        }
+    }
+}
+
+fn zeros(size: usize) -> [DMatrix<f64>; 3] {
+    [(); 3].map(|()| DMatrix::zeros(size, size))
+}
+
+/// Adds Bᵀ a B of an element's K, M and C.
+fn add(into: &mut [DMatrix<f64>; 3], b: &DMatrix<f64>, matrices: &ElementMatrices) {
+    for (target, a) in into.iter_mut().zip([&matrices.stiffness, &matrices.mass, &matrices.damping]) {
+        if !a.is_zero() {
+            *target += b.tr_mul(&(a.to_dense() * b));
+        }
+    }
+}
+
+/// The same into a system.
+fn add_to(system: &mut System, b: &DMatrix<f64>, matrices: &ElementMatrices) {
     let into = |target: &mut DMatrix<f64>, a: &SymMatrix| {
         if !a.is_zero() {
-            *target += b.transpose() * (a.to_dense() * b);
+            *target += b.tr_mul(&(a.to_dense() * b));
         }
     };
     into(&mut system.stiffness, &matrices.stiffness);
@@ -448,14 +508,13 @@ impl ParametricModel for StandIn {
         self.check(theta)?;
         let (own, sizes) = self.of_model(theta);
         system.clear();
-        for (basis, factor) in self.affine.at(own) {
+        for (basis, factor) in self.affine.at(theta) {
             add_basis(system, basis, factor);
         }
-        for placed in &self.changes {
+        for g in &self.general {
+            let placed = &self.changes[g.change];
             let sizes = &sizes[placed.first_size..placed.first_size + placed.change.n_sizes()];
-            for (k, b) in placed.motions.iter().enumerate() {
-                add(system, b, &placed.change.matrices(k, own, sizes)?);
-            }
+            add_to(system, &g.motion, &placed.change.matrices(g.part, own, sizes)?);
         }
         symmetrise(system);
         Ok(())
@@ -465,24 +524,23 @@ impl ParametricModel for StandIn {
         self.check(theta)?;
         let (own, sizes) = self.of_model(theta);
         let mut system = System::zeros(self.dofs.n_dof(), self.common.is_damped);
-        if j < own.len() {
-            for (basis, factor) in self.affine.derivative(own, j) {
-                add_basis(&mut system, basis, factor);
-            }
+        for (basis, factor) in self.affine.derivative(theta, j) {
+            add_basis(&mut system, basis, factor);
         }
         // A step of about the cube root of rounding balances truncation and cancellation.
         let scale = self.parameters.get(j).bounds.map_or(theta[j].abs(), |[l, u]| u - l);
         let step = 1e-5 * if scale > 0.0 { scale } else { 1.0 };
-        for placed in &self.changes {
+        for g in &self.general {
+            let placed = &self.changes[g.change];
             let (first, count) = (placed.first_size, placed.change.n_sizes());
             let local = match j.checked_sub(own.len()) {
                 None => j,
                 Some(k) if (first..first + count).contains(&k) => own.len() + k - first,
                 Some(_) => continue,
             };
-            let sizes = &sizes[first..first + count];
-            for (k, b) in placed.motions.iter().enumerate().filter(|(k, _)| placed.change.depends_on(*k, local)) {
-                add(&mut system, b, &placed.change.slopes(k, own, sizes, local, step)?);
+            if placed.change.depends_on(g.part, local) {
+                let slope = placed.change.slopes(g.part, own, &sizes[first..first + count], local, step)?;
+                add_to(&mut system, &g.motion, &slope);
             }
         }
         symmetrise(&mut system);
@@ -505,6 +563,6 @@ impl ParametricModel for StandIn {
     }
 
     fn affine(&self) -> Option<&AffinePart> {
-        self.changes.is_empty().then_some(&self.affine)
+        self.general.is_empty().then_some(&self.affine)
     }
 }

@@ -103,10 +103,12 @@ const NO_COST: f64 = 1e-12;
 struct Compiled {
     model: BatchModel,
     n_sensors: usize,
+    /// Rows of the sensors and of what is followed.
+    n_read: usize,
     /// Whether the kernel gives the products of shapes with those of the test, and the shapes themselves.
     has_products: bool,
     has_shapes: bool,
-    /// Whether the dofs follow the sensors in the observed shapes, to find the families from them.
+    /// Whether the dofs come behind those rows in the observed shapes, to find the families from them.
     has_dofs: bool,
     tests: Vec<TestShape>,
     /// Test modes as the search for partners knows them: frequencies, family codes.
@@ -190,6 +192,7 @@ struct Bench {
     partners: Vec<(usize, usize)>,
     families: Vec<u8>,
     norms: Vec<f64>,
+    likeness: DMatrix<f64>,
     rigid: SymMatrix,
 }
 
@@ -224,12 +227,20 @@ impl Compiled {
         }
         let has_dofs = model.mirror().is_some() && halves.is_none();
         let (n, n_sensors) = (pencil.n, comparison.sensors().nrows());
-        let sensors = DMatrix::from_fn(n_sensors + if has_dofs { n } else { 0 }, n, |i, j| {
-            if i < n_sensors { comparison.sensors()[(i, j)] } else { f64::from(u8::from(i - n_sensors == j)) }
+        let followed = comparison.followed();
+        let n_read = n_sensors + followed.len();
+        let sensors = DMatrix::from_fn(n_read + if has_dofs { n } else { 0 }, n, |i, j| {
+            if i < n_sensors {
+                comparison.sensors()[(i, j)]
+            } else if i < n_read {
+                followed.rows()[(i - n_sensors, j)]
+            } else {
+                f64::from(u8::from(i - n_read == j))
+            }
         });
         let tests: Vec<TestShape> = comparison.shapes().column_iter().map(|c| TestShape::new(c.as_slice())).collect();
         // A shape with gaps is compared where it was measured: its partner's length depends on it.
-        let has_products = !has_dofs && tests.iter().all(|t| t.mask.is_none() || t.norm == 0.0);
+        let has_products = !has_dofs && followed.len() == 0 && tests.iter().all(|t| t.mask.is_none() || t.norm == 0.0);
         let options = BatchOptions {
             n_modes: centre.frequencies_hz.len(),
             rigid: centre.modes.shapes.columns(0, centre.modes.n_rigid).into_owned(),
@@ -259,6 +270,7 @@ impl Compiled {
         Some(Self {
             model: batch.ok()?,
             n_sensors,
+            n_read,
             has_products,
             has_shapes: needs_shapes || !has_products,
             has_dofs,
@@ -304,6 +316,7 @@ impl Compiled {
             partners: Vec::with_capacity(self.tests.len()),
             families: vec![0; n_modes],
             norms: vec![0.0; n_modes],
+            likeness: DMatrix::zeros(n_modes, self.tests.len()),
             rigid: SymMatrix::zeros(6),
         })
     }
@@ -356,8 +369,9 @@ impl Compiled {
             } else {
                 self.correlate(&bench.families, &bench.search, p, &mut bench.norms);
             }
-            let (mac, n) = (p.mac.as_slice(), p.mac.nrows());
-            bench.search.find(&p.frequencies_hz, &bench.families, |j| &mac[j * n..][..n], &mut bench.partners);
+            let likeness = self.likeness(comparison, (modes, lane), &p.mac, &mut bench.likeness);
+            let (likeness, n) = (likeness.as_slice(), p.mac.nrows());
+            bench.search.find(&p.frequencies_hz, &bench.families, |j| &likeness[j * n..][..n], &mut bench.partners);
             p.pairs.pairs.clear();
             p.pairs.pairs.extend(bench.partners.iter().map(|&(i, j)| ModePair {
                 analytical: i,
@@ -386,15 +400,35 @@ impl Compiled {
                 p.at_sensors.column_mut(j).copy_from_slice(&shape[..self.n_sensors]);
             }
             families[j] = match comparison.model().mirror() {
-                Some(mirror) if self.has_dofs => {
-                    code(family(symmetry_index(mirror, |row| shape[self.n_sensors + row])))
-                }
+                Some(mirror) if self.has_dofs => code(family(symmetry_index(mirror, |row| shape[self.n_read + row]))),
                 _ => [2, 0, 1][(modes.parity(lane, j) + 1) as usize],
             };
         }
         if self.has_shapes {
             hide_unseen(&mut p.at_sensors);
         }
+    }
+
+    /// What pairs are made by: the MAC, mixed with how far the modes continue those that are followed.
+    fn likeness<'m>(
+        &self,
+        comparison: &Comparison<'_>,
+        (modes, lane): (&BatchModes, usize),
+        mac: &'m DMatrix<f64>,
+        own: &'m mut DMatrix<f64>,
+    ) -> &'m DMatrix<f64> {
+        let followed = comparison.followed();
+        if followed.len() == 0 {
+            return mac;
+        }
+        own.copy_from(mac);
+        for i in 0..mac.nrows() {
+            let shape = modes.shape(lane, i);
+            for k in 0..followed.len() {
+                followed.mix(k, i, shape[self.n_sensors + k], own);
+            }
+        }
+        own
     }
 
     /// MAC of the pairs that the families allow, zero for the others, from the products that the kernel has formed.

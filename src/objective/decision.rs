@@ -35,6 +35,9 @@ const STEPS: [Level; 4] = [level(3, 3), level(2, 2), level(1, 1), level(0, 0)];
 const SLOW_STEPS: [Level; 6] = [level(4, 3), level(3, 3), level(3, 2), level(2, 2), level(1, 1), level(0, 0)];
 /// Rounds with estimated model form, at most.
 const ROUNDS: usize = 4;
+/// A step may lose so much in ln probability, and is halved down to this share.
+const SLACK: f64 = 2.0;
+const SHORTEST: f64 = 0.1;
 /// Longest step, in prior standard deviations.
 const LONGEST: f64 = 1.2;
 /// A parameter moves by this share of its interval, or of its value where that is less, before a test has told anything.
@@ -152,6 +155,7 @@ pub fn decide_by_rule(
                     is_fixed: true,
                     probability: 1.0,
                     by_user: true,
+                    reference: None,
                 };
                 continue;
             }
@@ -205,6 +209,7 @@ impl<'a> Side<'a> {
         for &i in &open {
             let found = match &modes[i].standing {
                 Standing::With(partner) => resolve(comparison, theta, i, partner)?,
+                Standing::Found { reference: Some(_), is_fixed: true, .. } => continued(comparison, theta, i)?,
                 Standing::Found { model_mode, is_fixed: true, .. } => *model_mode,
                 _ => {
                     given.push(None);
@@ -225,6 +230,14 @@ impl<'a> Side<'a> {
         }
         Ok(Self { comparison, open, labels, given, by_user, needs_names })
     }
+}
+
+/// The mode of the model at θ that continues the one that a test mode is followed by.
+fn continued(comparison: &Comparison<'_>, theta: &[f64], mode: usize) -> Result<usize, CorrelationError> {
+    let p = comparison.predict(theta).map_err(|e| CorrelationError::Model(e.to_string()))?;
+    let likeness = comparison.likeness(&p);
+    let best = (0..likeness.nrows()).max_by(|&a, &b| likeness[(a, mode)].total_cmp(&likeness[(b, mode)]));
+    Ok(best.unwrap_or(0))
 }
 
 /// What is seen of one test at a point.
@@ -384,28 +397,57 @@ impl Inference<'_> {
     }
 
     /// Gauss-Newton from the estimates, with less and less model form, then with that of largest evidence.
+    ///
+    /// A step is shortened until the pairs that are the best where it ends are as probable as those where it began: a compliance is far from
+    /// linear, and a whole step may lose the mode that it was to explain.
     fn annealed(&self, steps: &[Level], with_labels: bool) -> Result<Found, super::EvalError> {
         let mut x = self.start.clone();
         let mut inverse = self.prior();
-        for level in steps {
+        let mut looks = self.looks(&x, with_labels, None)?;
+        for &level in steps {
             for _ in 0..2 {
-                let looks = match self.looks(&x, with_labels, None) {
-                    Ok(looks) => looks,
-                    // Where the model cannot be solved the way ends; what is known so far counts.
-                    Err(_) if x != *self.start => return self.settled(self.start.clone(), self.prior()),
-                    Err(e) => return Err(e),
-                };
                 let spread = self.spread(&inverse);
                 let misread = self.options.misread;
                 let parts = looks.iter().map(|l| {
                     let seen = l.pairings.seen(Some(&spread), misread);
-                    let pairs = seen.with_forms(&best(&seen.ln_odds(*level)), *level);
+                    let pairs = seen.with_forms(&best(&seen.ln_odds(level)), level);
                     l.pairings.normal_equations(&pairs, misread)
                 });
-                (x, inverse) = self.step_of(&x, parts).unwrap_or((x, inverse));
+                let Some((moved, h)) = self.step_of(&x, parts) else { continue };
+                let least = self.score_at(&x, &looks, &spread, level) - SLACK;
+                let mut share = 1.0;
+                let mut is_solved = false;
+                while share > SHORTEST {
+                    let tried = &x + (&moved - &x) * share;
+                    if let Ok(there) = self.looks(&tried, with_labels, None) {
+                        is_solved = true;
+                        if self.score_at(&tried, &there, &spread, level) >= least {
+                            (x, looks) = (tried, there);
+                            break;
+                        }
+                    }
+                    share *= 0.5;
+                }
+                if !is_solved {
+                    // Where the model cannot be solved the way ends; what is known at the estimates counts.
+                    return self.settled(self.start.clone(), self.prior());
+                }
+                inverse = h;
             }
         }
         self.settled(x, inverse)
+    }
+
+    /// ln of the probability of the best pairs at a point, with its prior.
+    fn score_at(&self, x: &DVector<f64>, looks: &[Look], spread: &DMatrix<f64>, level: Level) -> f64 {
+        let away = (x - self.start).component_div(&self.sd);
+        let of = |l: &Look| {
+            let seen = l.pairings.seen(Some(spread), self.options.misread);
+            let odds = seen.ln_odds(level);
+            let pairs = best(&odds);
+            pairs.iter().enumerate().filter_map(|(i, a)| a.map(|a| odds[(i, a)])).sum::<f64>()
+        };
+        looks.iter().map(of).sum::<f64>() - 0.5 * away.norm_squared()
     }
 
     /// A step with the pairs and the model form that were found.
@@ -439,6 +481,7 @@ impl Inference<'_> {
     fn settled(&self, mut x: DVector<f64>, mut inverse: DMatrix<f64>) -> Result<Found, super::EvalError> {
         let mut rounds = if self.options.moves && !self.sd.is_empty() { ROUNDS } else { 0 };
         let mut factors: Option<Vec<Vec<f64>>> = None;
+        let mut is_first = true;
         let mut before: Option<Vec<Vec<Option<usize>>>> = None;
         loop {
             let looks = match self.looks(&x, true, factors.as_deref()) {
@@ -454,7 +497,10 @@ impl Inference<'_> {
                 factors = self.spoilt(&found);
                 if factors.is_some() {
                     found = self.judged(x.clone(), self.looks(&x, true, factors.as_deref())?, &inverse);
+                } else if is_first && let Some(better) = self.without_one(&found, &inverse)? {
+                    (factors, found) = (Some(better.0), better.1);
                 }
+                is_first = false;
             }
             if rounds == 0 {
                 return Ok(found);
@@ -509,6 +555,8 @@ impl Inference<'_> {
                 out.iter_mut()
                     .zip(modes)
                     .filter(|(s, _)| !matches!(s, Standing::Aside { foreign: None, .. }))
+                    // What a name has paired is followed all the same.
+                    .filter(|(s, _)| !s.is_followed())
                     .for_each(|(s, mode)| *s = mode.standing.clone());
                 return out;
             }

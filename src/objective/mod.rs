@@ -7,6 +7,7 @@ mod augmented;
 mod batch;
 mod close_modes;
 mod decision;
+mod followed;
 mod least_squares;
 mod loss;
 mod paper;

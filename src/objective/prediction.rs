@@ -1,12 +1,13 @@
 //! What a model predicts of a test: modes at the sensors, pairs with the measured modes, mass properties.
 
 use super::close_modes::{Closeness, DOUBLE, clusters, seen, turn};
+use super::followed::Followed;
 use super::recent::Recent;
 use super::responses::FrfRows;
 use super::{EvalError, statics};
 use crate::correlation::{
     CorrelationError, ModeList, ModePair, PairedModes, PairingOptions, Plan, hide_unseen, mac_matrix,
-    observation_matrix, observation_matrix_at, pair_planned_modes, varying_sensors,
+    observation_matrix, observation_matrix_at, pair_alike_modes, varying_sensors,
 };
 use crate::data::{Sensor, Standing, TestData, TestMode, family_of_label};
 use crate::linalg::{Complex, DMatrix, DVector, ShiftedPencil};
@@ -40,6 +41,8 @@ pub struct Comparison<'a> {
     /// Whether the model has dashpots.
     is_damped: bool,
     responses: Option<FrfRows>,
+    /// What modes of the model are followed by.
+    followed: Followed,
     recent: Recent,
 }
 
@@ -235,6 +238,7 @@ impl<'a> Comparison<'a> {
             loads,
             is_damped,
             responses,
+            followed: Followed::new(model, test),
             recent: Recent::new(n_dof),
         })
     }
@@ -309,6 +313,17 @@ impl<'a> Comparison<'a> {
         &self.solver
     }
 
+    /// What modes of the model are followed by.
+    pub(super) fn followed(&self) -> &Followed {
+        &self.followed
+    }
+
+    /// How much every elastic mode of a prediction is taken for the partner of every test mode, in [0, 1], (n_elastic x n_test): the MAC, and
+    /// where a mode is followed how far it continues what is followed.
+    pub(super) fn likeness(&self, p: &Prediction) -> DMatrix<f64> {
+        self.followed.likeness(&p.mac, &p.modes).unwrap_or_else(|| p.mac.clone())
+    }
+
     /// K, M, C and the modes at θ.
     pub(crate) fn solve(&self, theta: &[f64]) -> Result<(Matrices, Modes), EvalError> {
         let solved = self.solver.solve(self.model, theta, self.n_elastic);
@@ -356,8 +371,10 @@ impl<'a> Comparison<'a> {
         let mut at_sensors = &*sensors * modes.shapes.columns(elastic.start, elastic.len());
         hide_unseen(&mut at_sensors);
         let mac = mac_with(&at_sensors, &self.shapes);
-        let pairs = pair_planned_modes(
+        let likeness = self.followed.likeness(&mac, &modes);
+        let pairs = pair_alike_modes(
             &mac,
+            likeness.as_ref().unwrap_or(&mac),
             &ModeList { frequencies_hz: &frequencies_hz, labels: &[], families: &families },
             &ModeList { frequencies_hz: &self.frequencies, labels: &[], families: &self.families },
             &self.pairing,
@@ -568,6 +585,7 @@ fn family_of(mode: &TestMode) -> Option<String> {
 fn plan_of(mode: &TestMode) -> Plan {
     match &mode.standing {
         standing if standing.is_aside() => Plan::Aside,
+        Standing::Found { reference: Some(_), .. } => Plan::Free,
         Standing::Found { model_mode, is_fixed: true, .. } => Plan::Fixed(*model_mode),
         Standing::Found { rank, .. } if mode.shape.is_none() => Plan::Ranked(*rank),
         _ => Plan::Free,

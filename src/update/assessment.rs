@@ -201,8 +201,10 @@ pub fn assess(comparison: &Comparison<'_>, theta: &[f64]) -> Result<Assessment, 
                 model_label: model_modes[p.analytical].label.clone(),
                 flags,
                 probability: match &mode.standing {
-                    // Of the pair that was inferred: a fit may have paired the mode anew since.
-                    Standing::Found { model_mode, probability, .. } if *model_mode == p.analytical => {
+                    // Of the pair that was inferred: a fit may have paired the mode anew since, unless it has followed it.
+                    Standing::Found { model_mode, probability, reference, .. }
+                        if *model_mode == p.analytical || reference.is_some() =>
+                    {
                         Some(*probability)
                     }
                     _ => None,

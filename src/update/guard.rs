@@ -2,7 +2,7 @@
 
 use super::uncertainty::RISE_90;
 use super::{Assessment, Controls, ParameterChange};
-use crate::linalg::DVector;
+use crate::linalg::{DVector, symmetric_eigen};
 use crate::objective::Objective;
 use crate::optim::{Multistart, Optimizer, OptimizerSpec, Optimum, Termination};
 
@@ -45,6 +45,36 @@ pub(super) fn no_worse<P: PartialEq>(
         optimum.termination = Termination::Stalled;
     }
     (optimum, Some([before, after]))
+}
+
+/// Directions in which the misfit bends less than this share of the stiffest are seen by no datum.
+const UNSEEN: f64 = 1e-14;
+
+/// The optimum with what no datum sees as it was at the start: a search from several points leaves it anywhere.
+///
+/// ```text
+/// x - N Nᵀ (x - x_start),    N the null space of the Jacobian at x
+/// ```
+///
+/// It is taken where the cost stays, as it need not where the null space is curved.
+pub(super) fn unseen_as_before(mut optimum: Optimum, objective: &dyn Objective, start: &DVector<f64>) -> Optimum {
+    let Ok(seen) = objective.linearize(&optimum.x) else { return optimum };
+    let gram = seen.jacobian.tr_mul(&seen.jacobian);
+    let Ok(eigen) = symmetric_eigen(&gram) else { return optimum };
+    let least = UNSEEN * eigen.values.amax();
+    let moved = &optimum.x - start;
+    let mut x = optimum.x.clone();
+    for (_, n) in eigen.values.iter().zip(eigen.vectors.column_iter()).filter(|(v, _)| **v <= least) {
+        x.axpy(-n.dot(&moved), &n, 1.0);
+    }
+    let x = x.map(|v| v.clamp(0.0, 1.0));
+    if x != optimum.x
+        && let Ok(cost) = objective.cost(&x)
+        && cost <= optimum.cost * (1.0 + ROUNDING) + NOTHING
+    {
+        (optimum.x, optimum.cost) = (x, cost);
+    }
+    optimum
 }
 
 /// What was refused, in words.

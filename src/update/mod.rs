@@ -292,6 +292,11 @@ pub fn update_to_tests(
         }
     };
 
+    let optimum = if settings.cost == Cost::LeastSquares {
+        guard::unseen_as_before(optimum, &objective, &start)
+    } else {
+        optimum
+    };
     let tried = optimum.x.clone();
     let partners = |x: &DVector<f64>| {
         let theta = scaling.theta(x);

@@ -42,9 +42,9 @@ impl HowToPair {
 
     /// The rule by which a fit pairs, at every point, what was found to be of the structure.
     pub(crate) fn rule(&self, test: &TestData) -> PairingOptions {
-        let has_shapes = test.modes.iter().any(|m| m.shape.is_some());
+        let has_likeness = test.modes.iter().any(|m| m.shape.is_some() || m.standing.is_followed());
         let by = match self.by {
-            None | Some(PairBy::Mac | PairBy::NearMac) if !has_shapes => PairBy::Order,
+            None | Some(PairBy::Mac | PairBy::NearMac) if !has_likeness => PairBy::Order,
             None => PairBy::NearMac,
             Some(by) => by,
         };

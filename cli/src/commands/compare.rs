@@ -6,7 +6,6 @@ use crate::output::{Failure, mac_matrix, mac_matrix_json, pairs, print, print_js
 use crate::{DONE, SHORT, files};
 use retune::correlation::{CriteriaProfile, Identifiability, Judgement, SensorRemoval};
 use retune::data::{Origin, TestData, corrected_functions};
-use retune::identify::health::{Level, check_silent};
 use retune::model::{Model, ParametricModel};
 use retune::objective::Comparison;
 use retune::report::text::{Style, agreement};
@@ -22,7 +21,7 @@ use std::path::Path;
 /// Sensors that MACCO takes away.
 const REMOVED: usize = 5;
 /// Above this number of dofs the places and the parameters take seconds and wait to be asked for.
-const LARGE: usize = 600;
+pub(super) const LARGE: usize = 600;
 
 pub(crate) fn run(args: &Compare) -> Result<u8, Failure> {
     let how = args.pairing.how();
@@ -65,14 +64,9 @@ fn one(args: &Compare, path: &Path, how: &HowToPair, profile: Option<&CriteriaPr
     let comparison = compared(&model, &test, how)?;
     let a = assess(&comparison, &model.parameters().nominal())?;
     let parts = Parts::of(args, &model, &comparison, &a)?;
-    // Warnings of the sensors alone: what cannot be decided is for `health`.
     let is_asked = args.all || model.dof_map().n_dof() <= LARGE;
-    let mut suspects = Vec::new();
-    if is_asked && test.modes.iter().any(|m| m.shape.is_some()) {
-        suspects = measured::by_model(&model, &test, 0)?;
-        suspects.retain(|f| f.level > Level::Info);
-        suspects.extend(check_silent(&test.sensors, &test.modes));
-    }
+    let theta = model.parameters().nominal();
+    let suspects = if is_asked { measured::suspects(&model, &theta, &test)? } else { Vec::new() };
     let judgement = profile.map(|p| judge(&comparison, &a, parts.orthogonality.as_ref().ok(), p));
     let passed = judgement.as_ref().is_none_or(|j| j.passed);
     if args.json {

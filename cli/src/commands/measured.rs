@@ -12,7 +12,7 @@ use retune::data::{
     FrfQuantity, FrfSet, GeometryFrame, MeasurementError, MeasurementOptions, Measurements, ModalSet, Origin,
     RelativeSd, Roles, Sensor, TestData, TestMode,
 };
-use retune::identify::health::{Finding, Level};
+use retune::identify::health::{Finding, Level, check_silent};
 use retune::model::{Model, Parameter, ParametricModel};
 use retune::report::text::{Style, Tone, number, paragraph, printable};
 use retune::units::{FrequencyUnit, Scalar};
@@ -137,6 +137,17 @@ pub(crate) fn place(model: &Model, test: &mut TestData) {
 pub(crate) fn by_model(model: &Model, test: &TestData, n_suspension: usize) -> Result<Vec<Finding>, Failure> {
     let theta = model.parameters().nominal();
     Ok(check_sensors_by_model(model, &theta, &test.sensors, &test.modes, n_suspension)?.findings)
+}
+
+/// What is wrong with the sensors of a test, as the motions of a model at θ tell; what cannot be decided is for `health`.
+pub(crate) fn suspects(model: &Model, theta: &[f64], test: &TestData) -> Result<Vec<Finding>, Failure> {
+    if test.modes.iter().all(|m| m.shape.is_none()) {
+        return Ok(Vec::new());
+    }
+    let mut found = check_sensors_by_model(model, theta, &test.sensors, &test.modes, 0)?.findings;
+    found.retain(|f| f.level > Level::Info);
+    found.extend(check_silent(&test.sensors, &test.modes));
+    Ok(found)
 }
 
 fn units(name: &str) -> Result<UnitsFrom, Failure> {

@@ -1,6 +1,7 @@
 //! `retune update`
 
 use super::compare::{functions_json, origins, pair_json, readings_json, summary, unpaired_json};
+use super::measured::{findings_json, findings_text, suspects};
 use crate::args::{Cost, Update};
 use crate::interrupt::{before_search, stop_flag};
 use crate::output::{Failure, mac_matrix, mac_matrix_json, pairs, print, print_json, shown, style};
@@ -9,6 +10,7 @@ use crate::progress::Line;
 use crate::{DONE, SHORT, files, uncertain, writing};
 use retune::catalogue::counted;
 use retune::effect::set_parameter_values;
+use retune::model::ParametricModel;
 use retune::optim::{Checkpoint, OptimizerSpec};
 use retune::report::text::cost_history;
 use retune::update::{
@@ -74,6 +76,10 @@ pub(crate) fn run(args: &Update) -> Result<u8, Failure> {
             u.parameters.iter().filter(|p| p.lower.is_some()).map(|p| (p.name.as_str(), p.after_si)).collect();
         is_written = writing::write(output, &set_parameter_values(&all[0].model_text, &values)?);
     }
+    let theta: Vec<f64> = u.parameters.iter().map(|p| p.after_si).collect();
+    let is_small = |t: &files::Tested| t.model.dof_map().n_dof() <= super::compare::LARGE;
+    let of = |t: &files::Tested| if is_small(t) { suspects(&t.model, &theta, &t.test) } else { Ok(Vec::new()) };
+    let suspects = all.iter().map(of).collect::<Result<Vec<_>, _>>()?;
     let mut assessed: Vec<(&Assessment, &Assessment)> = vec![(&u.before, &u.after)];
     assessed.extend(u.further.iter().map(|f| (&f.before, &f.after)));
     if args.json {
@@ -90,7 +96,7 @@ pub(crate) fn run(args: &Update) -> Result<u8, Failure> {
             "uncertainty_evaluations": u.uncertainty.evaluations,
             "regularization_weight": u.regularization,
             "reduced": u.reduced.as_ref().map(reduced_json),
-            "tests": all.iter().zip(&assessed).map(|(t, (_, after))| json!({
+            "tests": all.iter().zip(&assessed).enumerate().map(|(k, (t, (_, after)))| json!({
                 "name": t.test.name,
                 "configuration": t.test.configuration,
                 "pairs": after.pairs.iter().map(pair_json).collect::<Vec<_>>(),
@@ -98,6 +104,7 @@ pub(crate) fn run(args: &Update) -> Result<u8, Failure> {
                 "mac": mac_matrix_json(after, &t.test),
                 "static_readings": readings_json(after),
                 "functions_of_fit": functions_json(after),
+                "suspect_sensors": findings_json(&suspects[k]),
                 "chi_squared": after.misfit.chi_squared,
                 "n_data": after.misfit.n_data,
             })).collect::<Vec<_>>(),
@@ -147,6 +154,10 @@ pub(crate) fn run(args: &Update) -> Result<u8, Failure> {
             out += &pairs(after, None, &style);
             out += &mac_matrix(after, &t.test, &style);
             out += &summary(after);
+        }
+        for (t, found) in all.iter().zip(&suspects).filter(|(_, found)| !found.is_empty()) {
+            out += &format!("\nsensors against the motions of the fitted model{}\n", named(t, all.len()));
+            out += &findings_text(found, &style);
         }
         out += "\n";
         out += &uncertain::parameters(&u, &style);

@@ -32,8 +32,7 @@ impl Scene {
             if self.cases[..k].iter().any(|c| self.configuration(c) == of.as_deref()) {
                 continue;
             }
-            let new: Vec<&Candidate> =
-                candidates.iter().filter(|c| !self.changes.has(&(of.clone(), c.id()))).collect();
+            let new: Vec<&Candidate> = candidates.iter().filter(|c| !self.changes.has(&(of.clone(), c.id()))).collect();
             let found: Vec<(String, Option<Arc<Change>>)> =
                 new.chunks(AT_ONCE).flat_map(|chunk| self.placed_in(case, chunk)).collect();
             self.changes.extend(found.into_iter().map(|(id, change)| ((of.clone(), id), change)));

@@ -161,6 +161,8 @@ pub(crate) struct Scene {
     pub(crate) is_damped: bool,
     /// How modes are paired.
     pub(crate) how: HowToPair,
+    /// Models of more dofs are stood in for.
+    pub(super) large: usize,
     /// Changes that were made to stand-ins and not to the file.
     pub(super) patches: Vec<Patch>,
     /// The same, placed, where models are large.
@@ -202,7 +204,7 @@ impl Scene {
             .map(|((model, test), (first_mode, sensors))| Case::new(model, test, first_mode, sensors))
             .collect();
         let (how, patches, changes) = (HowToPair::default(), Vec::new(), Arc::default());
-        Self { file, cases, test: Arc::new(test), added, is_damped, how, patches, changes }
+        Self { file, cases, test: Arc::new(test), added, is_damped, how, large: LARGE, patches, changes }
     }
 
     /// Whether stand-ins are solved.
@@ -210,10 +212,17 @@ impl Scene {
         self.cases.iter().any(|c| c.stand_in.is_some())
     }
 
+    /// The same with stand-ins for models of more dofs than these.
+    #[cfg(test)]
+    pub(crate) fn large_from(mut self, dofs: usize) -> Result<Self, DiagnosisError> {
+        self.large = dofs;
+        self.with_stand_ins()
+    }
+
     /// With stand-ins for models that are large.
     fn with_stand_ins(mut self) -> Result<Self, DiagnosisError> {
         let largest = self.cases.iter().map(|c| c.model.dof_map().n_dof()).max().unwrap_or(0);
-        if largest <= LARGE {
+        if largest <= self.large {
             return Ok(self);
         }
         let failed = |e: ModelError| CorrelationError::Model(e.to_string());
@@ -251,7 +260,8 @@ impl Scene {
             (new.solver, new.like) = (case.solver.clone(), case.like.clone());
             new.stand_in.clone_from(&case.stand_in);
         }
-        (scene.how, scene.patches, scene.changes) = (self.how, self.patches.clone(), self.changes.clone());
+        (scene.how, scene.large) = (self.how, self.large);
+        (scene.patches, scene.changes) = (self.patches.clone(), self.changes.clone());
         scene
     }
 

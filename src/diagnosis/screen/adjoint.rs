@@ -166,7 +166,8 @@ impl Adjoint {
         let first = prediction.modes.n_rigid;
         let mode = |&a: &usize| (a, prediction.modes.lambda[first + a], shapes.column(first + a).into_owned());
         let modes = paired.iter().map(mode).collect();
-        let mass = prediction.mass_properties.is_some().then(|| model.rigid_mass(&theta)).transpose().map_err(failed)?;
+        let mass =
+            prediction.mass_properties.is_some().then(|| model.rigid_mass(&theta)).transpose().map_err(failed)?;
         Ok(Self { prediction, modes, answers, theta, mass })
     }
 
@@ -251,55 +252,60 @@ fn answers(
 }
 
 /// A change on the rows that it touches.
-struct Local {
-    /// Rows of the model.
+struct Local<'a> {
+    change: &'a Change,
+    matrices: &'a [ElementMatrices],
+    /// Rows of the model, then new coordinates.
     rows: Vec<usize>,
-    stiffness: DMatrix<f64>,
-    mass: DMatrix<f64>,
+    /// Number of rows of the model among them.
+    old: usize,
 }
 
-impl Local {
+impl<'a> Local<'a> {
     /// * `n` - rows of the model
-    fn new(change: &Change, matrices: &[ElementMatrices], n: usize) -> Self {
-        let mut all: Vec<usize> = (0..change.len()).flat_map(|k| change.motion(k).0.iter().copied()).collect();
-        all.sort_unstable();
-        all.dedup();
-        let size = all.len();
-        let place = |row: usize| all.partition_point(|r| *r < row);
-        let (mut stiffness, mut mass) = (DMatrix::zeros(size, size), DMatrix::zeros(size, size));
-        for (k, own) in matrices.iter().enumerate() {
-            let (rows, b) = change.motion(k);
-            for (all, a) in [(&mut stiffness, &own.stiffness), (&mut mass, &own.mass)] {
-                if a.is_zero() {
-                    continue;
-                }
-                let local = b.transpose() * (a.to_dense() * b);
-                for (i, &row) in rows.iter().enumerate() {
-                    for (j, &column) in rows.iter().enumerate() {
-                        all[(place(row), place(column))] += local[(i, j)];
-                    }
+    fn new(change: &'a Change, matrices: &'a [ElementMatrices], n: usize) -> Self {
+        let mut rows: Vec<usize> = (0..change.len()).flat_map(|k| change.motion(k).0.iter().copied()).collect();
+        rows.sort_unstable();
+        rows.dedup();
+        let old = rows.partition_point(|row| *row < n);
+        Self { change, matrices, rows, old }
+    }
+
+    /// Σ Bᵀ a B x on the rows, of K and M.
+    fn times(&self, x: &DVector<f64>) -> [DVector<f64>; 2] {
+        let mut out = [(); 2].map(|()| DVector::zeros(self.rows.len()));
+        for (k, own) in self.matrices.iter().enumerate() {
+            let (rows, b) = self.change.motion(k);
+            let places: Vec<usize> = rows.iter().map(|row| self.rows.partition_point(|r| r < row)).collect();
+            let local = b * DVector::from_iterator(places.len(), places.iter().map(|&i| x[i]));
+            for (sum, a) in out.iter_mut().zip([&own.stiffness, &own.mass]) {
+                if !a.is_zero() {
+                    let force = b.tr_mul(&(a.to_dense() * &local));
+                    places.iter().zip(force.iter()).for_each(|(&i, f)| sum[i] += f);
                 }
             }
         }
-        all.retain(|row| *row < n);
-        Self { rows: all, stiffness, mass }
+        out
     }
 
     /// (ΔK - λ ΔM) φ with new coordinates condensed, and φᵀ ΔM φ.
     fn force(&self, lambda: f64, phi: &DVector<f64>) -> Option<(DVector<f64>, f64)> {
-        let (old, size) = (self.rows.len(), self.stiffness.nrows());
-        let own = DVector::from_iterator(old, self.rows.iter().map(|&row| phi[row]));
-        let dynamic = &self.stiffness - &self.mass * lambda;
-        let mut force = dynamic.view((0, 0), (old, old)) * &own;
-        let mut motion = own.clone();
+        let (old, size) = (self.old, self.rows.len());
+        let mut motion = DVector::from_fn(size, |i, _| if i < old { phi[self.rows[i]] } else { 0.0 });
+        let [mut k_phi, mut m_phi] = self.times(&motion);
         if size > old {
-            let inner = dynamic.view((old, old), (size - old, size - old)).into_owned();
-            let drive = dynamic.view((old, 0), (size - old, old)) * &own;
-            let answer = -inner.lu().solve(&drive)?;
-            force += dynamic.view((0, old), (old, size - old)) * &answer;
-            motion = DVector::from_iterator(size, own.iter().chain(answer.iter()).copied());
+            let mut inner = DMatrix::zeros(size - old, size - old);
+            for c in old..size {
+                let unit = DVector::from_fn(size, |i, _| f64::from(u8::from(i == c)));
+                let [k, m] = self.times(&unit);
+                inner.set_column(c - old, &(k - m * lambda).rows(old, size - old));
+            }
+            let drive = (&k_phi - &m_phi * lambda).rows(old, size - old).into_owned();
+            let answer = inner.lu().solve(&drive)?;
+            motion.rows_mut(old, size - old).copy_from(&-answer);
+            [k_phi, m_phi] = self.times(&motion);
         }
-        let growth = motion.dot(&(&self.mass * &motion));
-        Some((force, growth))
+        let growth = motion.dot(&m_phi);
+        Some(((k_phi - m_phi * lambda).rows(0, old).into_owned(), growth))
     }
 }

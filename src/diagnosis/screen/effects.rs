@@ -10,9 +10,9 @@
 //! only Δr'·r' < 0 counts.
 
 use crate::diagnosis::listener::Listener;
+use crate::diagnosis::problem::changed::with_effect;
 use crate::diagnosis::problem::fit::{Fit, project};
 use crate::diagnosis::problem::rows::Posed;
-use crate::diagnosis::problem::changed::with_effect;
 use crate::diagnosis::problem::scene::{Prior, Scene};
 use crate::effect::{Candidate, NewParameter};
 use crate::linalg::{DMatrix, DVector};

@@ -16,8 +16,8 @@
 use super::starts::start_sizes;
 use crate::correlation::observation_matrix_at;
 use crate::diagnosis::error::DiagnosisError;
-use crate::diagnosis::problem::fit::mac;
 use crate::diagnosis::problem::changed::with_effect;
+use crate::diagnosis::problem::fit::mac;
 use crate::diagnosis::problem::scene::{Case, Scene};
 use crate::diagnosis::screen::effects::Screened;
 use crate::diagnosis::screen::stage::placed;

@@ -2,8 +2,8 @@
 
 use super::starts::{effort, starts};
 use crate::diagnosis::error::DiagnosisError;
-use crate::diagnosis::problem::fit::fit_from;
 use crate::diagnosis::problem::changed::with_effect;
+use crate::diagnosis::problem::fit::fit_from;
 use crate::diagnosis::problem::scene::Scene;
 use crate::diagnosis::screen::effects::Score;
 use crate::diagnosis::screen::stage::Stage;

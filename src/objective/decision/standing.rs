@@ -3,7 +3,29 @@
 use super::gates::{Told, probability};
 use super::{FoundSide, Inference, Side};
 use crate::correlation::Label;
-use crate::data::Standing;
+use crate::data::{Reference, Standing};
+use crate::element::Dof;
+use std::sync::Arc;
+
+/// Whether a mode is known by its name: the user has paired it, or it has no shape and a label.
+fn is_named(side: &Side<'_>, row: usize) -> bool {
+    let has_shape = side.comparison.test().modes[side.open[row]].shape.is_some();
+    side.given[row].is_some() || (!has_shape && side.labels[row].is_some())
+}
+
+/// Modes of the model with a larger MAC at the sensors are alike there: what noise and parameters change may pair either.
+const ALIKE: f64 = 0.5;
+
+/// Whether another mode of the model is like the partner of a mode at the sensors that measured it.
+fn is_alike(side: &Side<'_>, at: &FoundSide, row: usize, partner: usize) -> bool {
+    let read = side.comparison.shapes().column(side.open[row]).into_owned();
+    let shapes = &at.look.prediction.at_sensors;
+    let seen: Vec<usize> = (0..read.len()).filter(|&s| read[s].is_finite()).collect();
+    let product = |a: usize, b: usize| seen.iter().map(|&s| shapes[(s, a)] * shapes[(s, b)]).sum::<f64>();
+    let own = product(partner, partner);
+    let mac = |other: usize| product(partner, other).powi(2) / (own * product(other, other));
+    at.look.modes.iter().any(|&other| other != partner && mac(other) > ALIKE)
+}
 
 /// The probability of what has these ln odds.
 fn logistic(ln_odds: f64) -> f64 {
@@ -19,9 +41,10 @@ impl Inference<'_> {
         let mut out: Vec<Standing> = modes.iter().map(|m| m.standing.clone()).collect();
         // What shapes and the user take: a mode without a shape is counted among the rest.
         let by_shape: Vec<usize> = (0..side.open.len())
-            .filter(|&row| modes[side.open[row]].shape.is_some() || side.given[row].is_some())
+            .filter(|&row| modes[side.open[row]].shape.is_some() || is_named(side, row))
             .filter_map(|row| at.pairs[row].map(|(a, _)| at.look.modes[a]))
             .collect();
+        let mut dofs = None;
         for (row, &i) in side.open.iter().enumerate() {
             let foreign = at.foreign(row);
             let partner = at.pairs[row].map(|(a, _)| a).filter(|_| side.given[row].is_some() || foreign < 0.5);
@@ -40,7 +63,9 @@ impl Inference<'_> {
                     let rank = (0..a).filter(|b| !by_shape.contains(b) && is_like(*b)).count();
                     let is_fixed = is_fixed || side.given[row].is_some();
                     let probability = at.of_given[row].map_or_else(|| at.p[(row, at_a)], logistic);
-                    Standing::Found { model_mode: a, rank, family, is_fixed, probability, by_user: side.by_user[row] }
+                    let reference = self.reference(side, at, row, a, &mut dofs);
+                    let by_user = side.by_user[row];
+                    Standing::Found { model_mode: a, rank, family, is_fixed, probability, by_user, reference }
                 }
                 // It may be one of two and is of the structure all the same: the fit pairs it.
                 None if foreign < 0.5 => Standing::Open,
@@ -51,6 +76,32 @@ impl Inference<'_> {
             };
         }
         out
+    }
+
+    /// What a fit follows the partner of a mode by; none where the shapes at the sensors tell it from the other modes of the model, or a mode
+    /// without a shape and a name is counted.
+    fn reference(
+        &self,
+        side: &Side<'_>,
+        at: &FoundSide,
+        row: usize,
+        partner: usize,
+        dofs: &mut Option<Arc<Vec<(String, Dof)>>>,
+    ) -> Option<Arc<Reference>> {
+        let is_named = is_named(side, row);
+        if !self.options.moves || !(is_named || is_alike(side, at, row, partner)) {
+            return None;
+        }
+        let c = side.comparison;
+        let p = &at.look.prediction;
+        let map = c.model().dof_map();
+        let dofs = dofs.get_or_insert_with(|| {
+            let names = map.node_names();
+            Arc::new(map.rows().iter().map(|&(node, dof)| (names[node].clone(), dof)).collect())
+        });
+        let shape = p.modes.shapes.columns(p.modes.n_rigid + partner, 1).into_owned();
+        let momentum = p.matrices.mass_times(&shape).as_slice().to_vec();
+        Some(Arc::new(Reference { dofs: dofs.clone(), momentum, alone: is_named }))
     }
 
     /// Why a mode has no partner, and the probability that it is foreign where nothing that the user has said decides.

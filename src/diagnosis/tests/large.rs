@@ -1,0 +1,164 @@
+//! Large models: changes by elements, what stands in for a model, and the adjoint screening, each against the patched model in full.
+
+use super::*;
+use crate::diagnosis::problem::changed::with_effect;
+use crate::diagnosis::problem::fit::evaluate;
+use crate::diagnosis::problem::scene::Scene;
+use crate::diagnosis::screen::adjoint::screen;
+use crate::effect::{Candidate, Context, candidates};
+use crate::linalg::{DMatrix, DVector};
+use crate::model::{ModalSolver, System};
+use crate::update::node_sensors;
+
+/// Models whose matrices are polynomials of their parameters, with members, bodies, links and supports.
+const MODELS: [(&str, &str); 3] = [
+    ("aeroplane", include_str!("../../../models/garteur.yaml")),
+    ("frame", include_str!("../../../models/frame.yaml")),
+    ("cantilever", include_str!("../../../models/cantilever.yaml")),
+];
+
+fn placed(model: &Model) -> Vec<Candidate> {
+    candidates(model, &Effects::builtin(), &Context::default())
+}
+
+/// A scene with a synthetic test of six modes at every node, and stand-ins.
+fn scene(model: &Model) -> Scene {
+    let mut sensors = node_sensors(model);
+    sensors.truncate(24);
+    let test = twin_modes(model, &middle(model), &sensors, &noise(6, 3), "twin").unwrap();
+    Scene::new(model, &[&test]).unwrap().large_from(0).unwrap()
+}
+
+/// Σ Bᵀ a B of a change on the rows of its model.
+fn assembled(scene: &Scene, candidate: &Candidate, theta: &[f64], sizes: &[f64]) -> Option<[DMatrix<f64>; 2]> {
+    let case = &scene.cases[0];
+    let change = scene.change(case, candidate)?;
+    if change.n_new() > 0 {
+        return None;
+    }
+    let n = case.model.dof_map().n_dof();
+    let mut sum = [(); 2].map(|()| DMatrix::zeros(n, n));
+    for part in 0..change.len() {
+        let (rows, b) = change.motion(part);
+        let own = change.matrices(part, theta, sizes).unwrap();
+        for (sum, a) in sum.iter_mut().zip([&own.stiffness, &own.mass]) {
+            let local = b.transpose() * a.to_dense() * b;
+            for (i, &row) in rows.iter().enumerate() {
+                for (j, &column) in rows.iter().enumerate() {
+                    sum[(row, column)] += local[(i, j)];
+                }
+            }
+        }
+    }
+    Some(sum)
+}
+
+/// The matrices of a change are the difference of those of the patched model and the model, whatever else is placed with it.
+#[test]
+fn a_change_is_what_the_patch_does() {
+    for (name, text) in MODELS {
+        let model = model(text);
+        let scene = scene(&model);
+        let all = placed(&model);
+        scene.place(&all);
+        let theta = middle(&model);
+        let before = model.assemble(&theta).unwrap();
+        let (mut compared, mut missing) = (0, Vec::new());
+        for candidate in all.iter().step_by(3) {
+            let patched = candidate.build(&model, &Registry::builtin()).unwrap();
+            let sizes: Vec<f64> = candidate.parameters.iter().map(|p| p.typical).collect();
+            let Some([k, m]) = assembled(&scene, candidate, &theta, &sizes) else {
+                if scene.change(&scene.cases[0], candidate).is_none() {
+                    missing.push(candidate.id());
+                }
+                continue;
+            };
+            if patched.model.dof_map() != model.dof_map() {
+                continue;
+            }
+            let System { stiffness, mass, .. } = patched.model.assemble(&patched.theta(&theta, &sizes)).unwrap();
+            for (own, full, of) in
+                [(k, stiffness - &before.stiffness, &before.stiffness), (m, mass - &before.mass, &before.mass)]
+            {
+                // Each row in units of its own diagonal.
+                let size = |i: usize, j: usize| (of[(i, i)].abs() * of[(j, j)].abs()).sqrt().max(1e-12);
+                let worst = (0..own.nrows())
+                    .flat_map(|i| (0..own.ncols()).map(move |j| (i, j)))
+                    .map(|(i, j)| (own[(i, j)] - full[(i, j)]).abs() / size(i, j))
+                    .fold(0.0, f64::max);
+                assert!(worst < 1e-9, "{name}: {} differs by {worst:e}", candidate.id());
+            }
+            compared += 1;
+        }
+        assert!(compared > 20, "{name}: {compared}");
+        assert!(missing.is_empty(), "{name}: {missing:?}");
+    }
+}
+
+/// With an effect of its typical size a stand-in has the frequencies of the patched model, where they may lie among those it is made for.
+#[test]
+fn a_stand_in_has_the_frequencies_of_the_patched_model() {
+    for (name, text) in MODELS {
+        let model = model(text);
+        let base = scene(&model);
+        let all = placed(&model);
+        base.place(&all);
+        let theta = middle(&model);
+        let mut seen = std::collections::BTreeSet::new();
+        for candidate in all.iter().filter(|c| seen.insert((c.effect.name(), c.location.to_string().len() % 3))) {
+            let changed = with_effect(&base, candidate).unwrap();
+            let patched = candidate.build(&model, &Registry::builtin()).unwrap();
+            let sizes: Vec<f64> = candidate.parameters.iter().map(|p| p.typical).collect();
+            let at = patched.theta(&theta, &sizes);
+            let frequencies = |m: &dyn ParametricModel| -> Vec<f64> {
+                let (_, modes) = ModalSolver::new(m, &at, 8).unwrap().solve(m, &at, 8).unwrap();
+                modes.elastic().map(|i| modes.frequency_hz(i)).collect()
+            };
+            let (own, full) = (frequencies(changed.solved()), frequencies(&patched.model));
+            for (k, (a, b)) in own.iter().zip(&full).take(6).enumerate() {
+                let off = (a / b - 1.0).abs();
+                assert!(off < 3e-4, "{name}: mode {} with {}: {a} Hz against {b} Hz", k + 1, candidate.id());
+            }
+        }
+    }
+}
+
+/// The adjoint columns are those of differences: the same direction and length.
+#[test]
+fn adjoint_columns_are_those_of_differences() {
+    for (name, text) in MODELS {
+        let model = model(text);
+        let large = scene(&model);
+        let small = Scene::new(&model, &[&large.cases[0].test]).unwrap();
+        let x = small.start();
+        let (fit, of_stand_in) = (evaluate(&small, x.clone(), 1.0).unwrap(), evaluate(&large, x, 1.0).unwrap());
+        let all: Vec<Candidate> = placed(&model).into_iter().step_by(5).collect();
+        let listener = Settings::default().listener;
+        let full = screen(&small, &fit, 1.0, all.clone(), &listener).unwrap();
+        let adjoint = screen(&large, &of_stand_in, 1.0, all, &listener).unwrap();
+        let mut compared = 0;
+        for (a, b) in adjoint.iter().zip(&full) {
+            let id = a.candidate.id();
+            if a.candidate.parameters.iter().any(|p| !p.grid.is_empty()) {
+                continue;
+            }
+            for column in &a.columns {
+                let other = b.columns.iter().find(|c| c.values == column.values);
+                let Some(DVector { .. }) = other.map(|c| &c.delta) else { continue };
+                let other = &other.unwrap().delta;
+                // What the smallest step does beyond rounding of the residuals.
+                if other.norm() < 0.02 {
+                    continue;
+                }
+                let cosine = column.delta.dot(other) / (column.delta.norm() * other.norm());
+                let ratio = column.delta.norm() / other.norm();
+                assert!(
+                    cosine > 0.98 && (ratio - 1.0).abs() < 0.1,
+                    "{name}: {id}: cosine {cosine:.4}, ratio {ratio:.4}"
+                );
+                compared += 1;
+            }
+        }
+        assert!(compared > 15, "{name}: {compared}");
+    }
+}
