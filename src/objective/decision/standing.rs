@@ -16,7 +16,10 @@ fn is_named(side: &Side<'_>, row: usize) -> bool {
 /// Modes of the model with a larger MAC at the sensors are alike there: what noise and parameters change may pair either.
 const ALIKE: f64 = 0.5;
 
-/// Whether another mode of the model is like the partner of a mode at the sensors that measured it.
+/// Another mode whose MAC with the measured one is above that of the partner less this may take its place.
+const NEARLY: f64 = 0.2;
+
+/// Whether another mode of the model is like the partner of a mode at the sensors that measured it, or like the measured mode itself.
 fn is_alike(side: &Side<'_>, at: &FoundSide, row: usize, partner: usize) -> bool {
     let read = side.comparison.shapes().column(side.open[row]).into_owned();
     let shapes = &at.look.prediction.at_sensors;
@@ -24,7 +27,9 @@ fn is_alike(side: &Side<'_>, at: &FoundSide, row: usize, partner: usize) -> bool
     let product = |a: usize, b: usize| seen.iter().map(|&s| shapes[(s, a)] * shapes[(s, b)]).sum::<f64>();
     let own = product(partner, partner);
     let mac = |other: usize| product(partner, other).powi(2) / (own * product(other, other));
-    at.look.modes.iter().any(|&other| other != partner && mac(other) > ALIKE)
+    let measured = at.look.prediction.mac.column(side.open[row]);
+    let is_rival = |other: usize| mac(other) > ALIKE || measured[other] > measured[partner] - NEARLY;
+    at.look.modes.iter().any(|&other| other != partner && is_rival(other))
 }
 
 /// The probability of what has these ln odds.
