@@ -200,7 +200,10 @@ mod tests {
 
     #[test]
     fn what_a_bar_lacks_is_named() {
-        assert_eq!(Bar.lacks(&input(&[Some(2e11), None, None, None, None, None])), [Lack { dof: Dof::Ux, property: "A" }]);
+        assert_eq!(
+            Bar.lacks(&input(&[Some(2e11), None, None, None, None, None])),
+            [Lack { dof: Dof::Ux, property: "A" }]
+        );
         assert_eq!(Bar.lacks(&input(&[None, Some(1e-4), None, None, Some(7800.0), None])), []);
         assert_eq!(
             Bar.mass(&input(&[None, None, Some(1e6), None, Some(7800.0), None])).unwrap_err().to_string(),
