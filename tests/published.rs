@@ -252,11 +252,11 @@ const ASCE: [[[f64; 6]; 3]; 7] = [
     [[9.2650, 11.7913, 16.2702, 25.2445, 32.0063, 38.5286], [8.4550, 9.1806, 14.4708, 23.1488, 25.9458, 36.6513], [8.3418, 9.0474, 14.2897, 22.8969, 25.6283, 36.2514]],
 ];
 
-/// `models/asce.yaml` with each damage pattern laid over it, in each configuration: all frequencies to their last digit, so within half of it.
+/// `models/asce/frame.yaml` with each damage pattern laid over it, in each configuration: all frequencies to their last digit, so within half of it.
 #[test]
 fn the_asce_frame_has_the_frequencies_of_its_generator() {
     let read = |file: &str| std::fs::read_to_string(format!("{}/models/{file}", env!("CARGO_MANIFEST_DIR"))).unwrap();
-    let (undamaged, warnings, _) = load(&read("asce.yaml"), &Registry::builtin()).unwrap();
+    let (undamaged, warnings, _) = load(&read("asce/frame.yaml"), &Registry::builtin()).unwrap();
     assert!(warnings.is_empty(), "{warnings:?}");
     for (pattern, variants) in ASCE.iter().enumerate() {
         let spec = match pattern {
