@@ -13,6 +13,12 @@ const PROPERTIES: &[Property] = &[
     Property::new("EA", "N", Domain::Positive, "axial rigidity, instead of `E` and `A`"),
     Property::new("mass_per_length", "kg/m", Domain::NonNegative, "mass per length"),
     Property::new("density", "kg/m3", Domain::NonNegative, "density, instead of `mass_per_length`; needs `A`"),
+    Property::new(
+        "lumping",
+        "1",
+        Domain::Fraction,
+        "0 for the consistent mass (when absent), 1 for one lumped at both ends, a mean of both between",
+    ),
 ];
 
 /// A rigidity given directly or as the product of a modulus and a section constant; `None` unless one way is complete.
@@ -123,9 +129,11 @@ impl Element for Bar {
     fn mass(&self, input: &ElementInput<'_>) -> Result<SymMatrix, ElementError> {
         let (_, mass_per_length, length) = read(input)?;
         let sixth = mass_per_length * length / 6.0;
+        let lumping = value!(input, lumping).unwrap_or(0.0);
+        let (own, other) = (2.0 + lumping, 1.0 - lumping);
         let mut m = SymMatrix::zeros(12);
         for d in 0..3 {
-            for (i, j, weight) in [(d, d, 2.0), (6 + d, d, 1.0), (6 + d, 6 + d, 2.0)] {
+            for (i, j, weight) in [(d, d, own), (6 + d, d, other), (6 + d, 6 + d, own)] {
                 m.add(i, j, weight * sixth);
             }
         }
@@ -149,7 +157,7 @@ impl Element for Bar {
     fn samples(&self) -> Vec<Sample> {
         let points = || vec![[0.0; 3], [0.8, 0.0, 0.0]];
         let steel = vec![("E", 210e9), ("A", 1e-4), ("density", 7850.0)];
-        let cable = vec![("EA", 2e6), ("mass_per_length", 0.4)];
+        let cable = vec![("EA", 2e6), ("mass_per_length", 0.4), ("lumping", 0.3)];
         vec![
             Sample { points: points(), given: steel, mass: 7850.0 * 1e-4 * 0.8, free: true },
             Sample { points: points(), given: cable, mass: 0.4 * 0.8, free: true },
@@ -168,7 +176,7 @@ mod tests {
     /// EA/L along the line and nothing across; m L/3 and m L/6 in every direction: K.-J. Bathe, Finite Element Procedures.
     #[test]
     fn bathe_truss_element() {
-        let values = [Some(2e11), Some(1e-4), None, Some(1.2), None];
+        let values = [Some(2e11), Some(1e-4), None, Some(1.2), None, None];
         let (k, m) = (Bar.stiffness(&input(&values)).unwrap(), Bar.mass(&input(&values)).unwrap());
         assert_eq!((k.get(0, 0), k.get(0, 6), k.get(6, 6)), (4e7, -4e7, 4e7));
         for d in 0..3 {
@@ -177,12 +185,28 @@ mod tests {
         }
     }
 
+    /// Half of the mass at each end, in every direction; between the two the mean, with the same mass in every rigid translation.
+    #[test]
+    fn a_lumped_bar_has_half_of_its_mass_at_each_end() {
+        for (lumping, own, other) in [(1.0, 0.3, 0.0), (0.5, 0.25, 0.05)] {
+            let values = [Some(2e11), Some(1e-4), None, Some(1.2), None, Some(lumping)];
+            let m = Bar.mass(&input(&values)).unwrap();
+            for d in 0..3 {
+                assert!((m.get(d, d) - own).abs() < 1e-15 && (m.get(6 + d, 6 + d) - own).abs() < 1e-15);
+                assert!((m.get(d, 6 + d) - other).abs() < 1e-15);
+            }
+        }
+    }
+
     #[test]
     fn what_a_bar_lacks_is_named() {
-        assert_eq!(Bar.lacks(&input(&[Some(2e11), None, None, None, None])), [Lack { dof: Dof::Ux, property: "A" }]);
-        assert_eq!(Bar.lacks(&input(&[None, Some(1e-4), None, None, Some(7800.0)])), []);
         assert_eq!(
-            Bar.mass(&input(&[None, None, Some(1e6), None, Some(7800.0)])).unwrap_err().to_string(),
+            Bar.lacks(&input(&[Some(2e11), None, None, None, None, None])),
+            [Lack { dof: Dof::Ux, property: "A" }]
+        );
+        assert_eq!(Bar.lacks(&input(&[None, Some(1e-4), None, None, Some(7800.0), None])), []);
+        assert_eq!(
+            Bar.mass(&input(&[None, None, Some(1e6), None, Some(7800.0), None])).unwrap_err().to_string(),
             "property `A` is missing: `density` becomes mass per length by the cross-section area; or give \
              `mass_per_length`"
         );
