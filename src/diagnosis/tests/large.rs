@@ -6,7 +6,7 @@ use crate::diagnosis::problem::fit::evaluate;
 use crate::diagnosis::problem::scene::Scene;
 use crate::diagnosis::screen::adjoint::screen;
 use crate::effect::{Candidate, Context, candidates};
-use crate::linalg::{DMatrix, DVector};
+use crate::linalg::DMatrix;
 use crate::model::{ModalSolver, System};
 use crate::update::node_sensors;
 
@@ -104,22 +104,26 @@ fn a_stand_in_has_the_frequencies_of_the_patched_model() {
         let all = placed(&model);
         base.place(&all);
         let theta = middle(&model);
-        let mut seen = std::collections::BTreeSet::new();
+        let (mut seen, mut wrong) = (std::collections::BTreeSet::new(), Vec::new());
         for candidate in all.iter().filter(|c| seen.insert((c.effect.name(), c.location.to_string().len() % 3))) {
             let changed = with_effect(&base, candidate).unwrap();
             let patched = candidate.build(&model, &Registry::builtin()).unwrap();
             let sizes: Vec<f64> = candidate.parameters.iter().map(|p| p.typical).collect();
             let at = patched.theta(&theta, &sizes);
-            let frequencies = |m: &dyn ParametricModel| -> Vec<f64> {
-                let (_, modes) = ModalSolver::new(m, &at, 8).unwrap().solve(m, &at, 8).unwrap();
-                modes.elastic().map(|i| modes.frequency_hz(i)).collect()
+            let frequencies = |m: &dyn ParametricModel| -> Option<Vec<f64>> {
+                let (_, modes) = ModalSolver::new(m, &at, 8).ok()?.solve(m, &at, 8).ok()?;
+                Some(modes.elastic().map(|i| modes.frequency_hz(i)).collect())
             };
-            let (own, full) = (frequencies(changed.solved()), frequencies(&patched.model));
-            for (k, (a, b)) in own.iter().zip(&full).take(6).enumerate() {
-                let off = (a / b - 1.0).abs();
-                assert!(off < 3e-4, "{name}: mode {} with {}: {a} Hz against {b} Hz", k + 1, candidate.id());
+            // A preload of its typical size may buckle a thin member.
+            let Some(full) = frequencies(&patched.model) else { continue };
+            let own = frequencies(changed.solved()).unwrap_or_default();
+            let off = |(a, b): (&f64, &f64)| (a / b - 1.0).abs();
+            let worst = own.iter().zip(&full).take(6).map(off).fold(0.0, f64::max);
+            if own.len() < 6 || worst > 3e-4 {
+                wrong.push(format!("{}: {worst:.1e} of {}", candidate.id(), own.len()));
             }
         }
+        assert!(wrong.is_empty(), "{name}: {wrong:#?}");
     }
 }
 
@@ -136,7 +140,7 @@ fn adjoint_columns_are_those_of_differences() {
         let listener = Settings::default().listener;
         let full = screen(&small, &fit, 1.0, all.clone(), &listener).unwrap();
         let adjoint = screen(&large, &of_stand_in, 1.0, all, &listener).unwrap();
-        let mut compared = 0;
+        let (mut compared, mut wrong) = (0, Vec::new());
         for (a, b) in adjoint.iter().zip(&full) {
             let id = a.candidate.id();
             if a.candidate.parameters.iter().any(|p| !p.grid.is_empty()) {
@@ -144,21 +148,20 @@ fn adjoint_columns_are_those_of_differences() {
             }
             for column in &a.columns {
                 let other = b.columns.iter().find(|c| c.values == column.values);
-                let Some(DVector { .. }) = other.map(|c| &c.delta) else { continue };
-                let other = &other.unwrap().delta;
+                let Some(other) = other.map(|c| &c.delta) else { continue };
                 // What the smallest step does beyond rounding of the residuals.
                 if other.norm() < 0.02 {
                     continue;
                 }
                 let cosine = column.delta.dot(other) / (column.delta.norm() * other.norm());
                 let ratio = column.delta.norm() / other.norm();
-                assert!(
-                    cosine > 0.98 && (ratio - 1.0).abs() < 0.1,
-                    "{name}: {id}: cosine {cosine:.4}, ratio {ratio:.4}"
-                );
+                if cosine < 0.98 || (ratio - 1.0).abs() > 0.1 {
+                    wrong.push(format!("{id}: {:.2e}, cosine {cosine:.4}, ratio {ratio:.4}", other.norm()));
+                }
                 compared += 1;
             }
         }
+        assert!(wrong.is_empty(), "{name}: of {compared} {wrong:#?}");
         assert!(compared > 15, "{name}: {compared}");
     }
 }
