@@ -2,10 +2,13 @@
 //!
 //! [`assess`] compares at one θ; [`update`] is the whole fit, readable from top to bottom.
 
+mod agreement;
 mod alternatives;
 mod assessment;
 mod correlate;
 mod guard;
+mod identified;
+mod marginals;
 mod momentum;
 mod objective;
 mod objective_spec;
@@ -14,11 +17,14 @@ mod peaks;
 mod pretest;
 mod reduced;
 mod regularization;
+mod search;
 mod settings;
+mod tested;
 mod twin;
 mod uncertainty;
 mod valley;
 
+pub use agreement::{Agreement, AgreementOptions, agreement, sensors_by_model};
 pub use alternatives::Alternative;
 pub use assessment::{AssessedPair, AssessedReading, Assessment, ModeName, UnpairedMode, assess, name_modes};
 pub use correlate::{
@@ -28,6 +34,11 @@ pub use correlate::{
     frf_sensitivities, judge, load_profile, member_stiffnesses, mode_agreement, orthogonality, places, sensitivities,
     sensor_agreement, slip_of_unit, slips_of_readings,
 };
+pub use identified::{
+    About, Identified, IdentifySettings, Method, Way, Window, held_modes, identify_test, instead, place, points_of,
+    with_roving_responses,
+};
+pub use marginals::{Marginal, QUANTILES, marginals, sampled_values};
 pub use momentum::{SensorChange, SensorCheck, ShapeMomentum, check_sensors_by_model};
 pub use objective_spec::{LimitSpec, ObjectiveSpec, Regularization};
 pub(crate) use pairing::as_given;
@@ -35,13 +46,16 @@ pub use pairing::{HowToPair, compared, paired_at, paired_test};
 pub use peaks::Peak;
 pub use pretest::{Pretest, PretestOptions, TargetMode, pretest};
 pub use reduced::ReducedSearch;
+pub use search::with_objective;
 pub use settings::{Cost, Settings};
-pub use twin::{TwinError, TwinFault, TwinFrfOptions, TwinOptions, node_sensors, twin_frfs, twin_modes};
+pub use tested::{Remark, check_on_model, loaded, meet};
+pub use twin::{TwinError, TwinFault, TwinFrfOptions, TwinOptions, TwinStory, node_sensors, twin_frfs, twin_modes};
 pub use uncertainty::{Basis, Held, Inseparable, IntervalMethod, ParameterUncertainty, Uncertainty, uncertainty};
 
 use self::reduced::ReducedCases;
 use crate::correlation::CorrelationError;
 use crate::data::TestData;
+use crate::identify::IdentifyError;
 use crate::linalg::DVector;
 use crate::model::{ModelError, Parameter, ParametricModel};
 use crate::objective::{Augmented, Comparison, EvalError, Objective, Scaling};
@@ -130,6 +144,18 @@ pub enum UpdateError {
         "the test has nothing to compare with: no modes, no static tests, no mass properties, no functions under `frfs`"
     )]
     NoData,
+    /// Bands of functions that there are not.
+    #[error("there are no functions for these bands; give their files by `--frf`, or in the test")]
+    NoFunctions,
+    /// Measurements without anything to identify modes from.
+    #[error("the files hold no frequency response functions, but {0}")]
+    NoMeasurements(String),
+    /// Points that cannot be placed in a model.
+    #[error("the positions of the points are not known, so they have no place in the model; give `--geometry FILE`")]
+    NoPositions,
+    /// Modes cannot be identified.
+    #[error(transparent)]
+    Identify(#[from] IdentifyError),
     /// Nothing of the test is of the model.
     #[error(
         "no measured mode has a probable partner in the model, so there is nothing to fit: {reasons}; does the test belong to this structure, in these units? `retune compare` shows the MAC, and `pair_with` in the test file names partners"

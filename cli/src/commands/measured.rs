@@ -5,19 +5,13 @@ use crate::files::{self, Kind};
 use crate::ledger;
 use crate::output::{Failure, style};
 use retune::catalogue::counted;
-use retune::correlation::{MappingOptions, map_points, place_sensors};
 use retune::data::convert::{Duplicates, FrfOptions, LocalAxes, UnitsFrom};
-use retune::data::{DEFAULT_DAMPING_SD, DEFAULT_FREQUENCY_SD, DEFAULT_SHAPE_SD};
-use retune::data::{
-    FrfQuantity, FrfSet, GeometryFrame, MeasurementError, MeasurementOptions, Measurements, ModalSet, Origin,
-    RelativeSd, Roles, Sensor, TestData, TestMode,
-};
+use retune::data::{FrfQuantity, FrfSet, GeometryFrame, MeasurementError, MeasurementOptions, Measurements, Roles};
 use retune::identify::health::{Finding, Level};
-use retune::model::{Model, Parameter, ParametricModel};
+use retune::model::Parameter;
 use retune::report::text::{Style, Tone, number, paragraph, printable};
 use retune::units::{FrequencyUnit, Scalar};
-use retune::update::check_sensors_by_model;
-use serde_json::{Value, json};
+use retune::update::{Remark, UpdateError, instead, with_roving_responses};
 use std::borrow::Cow;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -90,53 +84,25 @@ pub(crate) fn refuse_answers(path: &Path, args: &Measurement) -> Result<(), Fail
 
 /// The functions of measurements, or what there is instead.
 pub(crate) fn functions(found: &Measurements) -> Result<&FrfSet, Failure> {
-    found.frfs.as_ref().ok_or_else(|| {
-        let held = if !found.spectra.is_empty() {
-            format!("{}: no force was measured", counted(found.spectra.len(), "spectrum"))
-        } else if let Some(geometry) = &found.geometry {
-            format!(
-                "a geometry of {}; give it to `--geometry`, or to `retune map`",
-                counted(geometry.points.len(), "point")
-            )
-        } else {
-            "nothing that this reads; the notes say what was left out".to_string()
-        };
-        Failure::text(format!("the files hold no frequency response functions, but {held}"))
-    })
-}
-
-/// Sensors and modes of a file that holds modes, with the standard deviations of the documented defaults.
-pub(crate) fn held_modes(found: &Measurements, modes: &ModalSet, origin: &Origin) -> (Vec<Sensor>, Vec<TestMode>) {
-    let sd = RelativeSd { frequency: DEFAULT_FREQUENCY_SD, damping: DEFAULT_DAMPING_SD, shape: DEFAULT_SHAPE_SD };
-    (modes.placed_sensors(found.geometry.as_ref()), modes.test_modes(origin, sd))
+    found.frfs.as_ref().ok_or_else(|| UpdateError::NoMeasurements(instead(found)).into())
 }
 
 /// The functions with the points that roved as responses.
 pub(crate) fn shape_functions(found: &Measurements) -> Result<Cow<'_, FrfSet>, Failure> {
-    let set = functions(found)?;
-    let turned = set.by_reciprocity();
-    if matches!(turned, Cow::Owned(_)) {
-        note!(
-            "the force roved over {} and {} stayed: shapes are at the points of the force, by reciprocity",
-            counted(set.references.len(), "point"),
-            counted(set.responses.len(), "sensor")
-        );
-    }
-    Ok(turned)
+    let (set, remark) = with_roving_responses(functions(found)?);
+    remarks(None, remark.as_slice());
+    Ok(set)
 }
 
-/// Gives the sensors of a test their places in a model, where their positions are known; those without are named and left out.
-pub(crate) fn place(model: &Model, test: &mut TestData) {
-    let mapping = map_points(model, &super::map::points_of(test), MappingOptions::default());
-    for name in place_sensors(test, &mapping) {
-        warning!("sensor `{name}` has no place in the model and is left out");
+/// Tells remarks, with the file that they are about.
+pub(crate) fn remarks(about: Option<&Path>, remarks: &[Remark]) {
+    let place = about.map_or_else(String::new, |path| format!("{}: ", path.display()));
+    for remark in remarks {
+        match remark {
+            Remark::Note(text) => note!("{text}"),
+            Remark::Warning(text) => warning!("{place}{text}"),
+        }
     }
-}
-
-/// What a model says of the sensors of a test.
-pub(crate) fn by_model(model: &Model, test: &TestData, n_suspension: usize) -> Result<Vec<Finding>, Failure> {
-    let theta = model.parameters().nominal();
-    Ok(check_sensors_by_model(model, &theta, &test.sensors, &test.modes, n_suspension)?.findings)
 }
 
 fn units(name: &str) -> Result<UnitsFrom, Failure> {
@@ -265,16 +231,4 @@ pub(crate) fn findings_text(findings: &[Finding], style: &Style) -> String {
 /// Text broken between words at the width of the terminal; lines after the first begin with `indent`.
 pub(crate) fn wrapped(text: &str, indent: &str) -> String {
     paragraph(text, indent, style(&std::io::stdout()).width.min(LINE))
-}
-
-/// Findings for programs.
-pub(crate) fn findings_json(findings: &[Finding]) -> Value {
-    let one = |f: &Finding| {
-        let evidence: serde_json::Map<String, Value> =
-            f.evidence.iter().map(|(name, value)| ((*name).to_string(), json!(value))).collect();
-        json!({
-            "level": f.level.word(), "code": f.code, "subject": f.subject, "evidence": evidence, "text": f.text, "remedy": f.remedy,
-        })
-    };
-    findings.iter().map(one).collect()
 }
