@@ -8,6 +8,7 @@ use crate::correlation::{CorrelationError, check_functions, check_sensors, with_
 use crate::data::{FrfFit, TestData};
 use crate::model::{Model, ParametricModel, Registry};
 use crate::objective::is_damped;
+use crate::units::four_digits;
 use crate::yaml::Problem;
 
 /// Models that are solved once more without anybody waiting for it.
@@ -74,7 +75,7 @@ fn settle_loss_factor(model: &Model, test: &mut TestData) -> Option<String> {
     Some(match usual {
         Some(eta) => format!(
             "frfs: no `loss_factor` is given, and the model has no damping: {} is taken, twice the median of the measured damping ratios",
-            digits(eta)
+            four_digits(eta)
         ),
         None => "frfs: no `loss_factor` is given, the model has no damping, and none was measured: near resonances its amplitudes will be too large"
             .to_string(),
@@ -90,7 +91,7 @@ fn better_configuration(model: &Model, test: &TestData, configured: &dyn Fn(&str
     let (best, name) = better.min_by(|a, b| a.0.chi_squared.total_cmp(&b.0.chi_squared))?;
     Some(format!(
         "it names no configuration; before any update `{name}` explains it {} times better than the base model: is `configuration: {name}` missing?",
-        digits(own.chi_squared / best.chi_squared)
+        four_digits(own.chi_squared / best.chi_squared)
     ))
 }
 
@@ -113,13 +114,4 @@ pub fn loaded(model: &Model, test: &TestData) -> Result<Option<(Model, f64)>, Co
     let (model, _) = Model::new(spec, &Registry::builtin())
         .map_err(|p| CorrelationError::Model(p.first().map_or(String::new(), |p| p.message.clone())))?;
     Ok(Some((model, total)))
-}
-
-/// Four digits that count, of a number above zero.
-fn digits(value: f64) -> String {
-    if !(value.is_finite() && value > 0.0) {
-        return crate::units::plain(value);
-    }
-    let decimals = (3.0 - value.log10().floor()).max(0.0) as usize;
-    format!("{value:.decimals$}")
 }

@@ -5,12 +5,12 @@ use crate::files::{self, Kind};
 use crate::ledger;
 use crate::output::{Failure, style};
 use retune::catalogue::counted;
-use retune::data::convert::{Duplicates, FrfOptions, LocalAxes, UnitsFrom};
-use retune::data::{FrfQuantity, FrfSet, GeometryFrame, MeasurementError, MeasurementOptions, Measurements, Roles};
+use retune::data::convert::{Duplicates, LocalAxes};
+use retune::data::{Answers, FrfQuantity, FrfSet, MeasurementError, Measurements};
 use retune::identify::health::{Finding, Level};
 use retune::model::Parameter;
 use retune::report::text::{Style, Tone, number, paragraph, printable};
-use retune::units::{FrequencyUnit, Scalar};
+use retune::units::Scalar;
 use retune::update::{Remark, UpdateError, instead, with_roving_responses};
 use std::borrow::Cow;
 use std::fmt::Write as _;
@@ -29,42 +29,32 @@ pub(crate) fn read(files: &[PathBuf], args: &Measurement) -> Result<Measurements
         };
         return Err(Failure::text(format!("{} is {what}; measurement files are expected here", path.display())));
     }
-    let options = MeasurementOptions {
-        frf: FrfOptions {
-            units: args.units.as_deref().map_or(Ok(UnitsFrom::File), units)?,
-            quantity: args.quantity.map(quantity),
-            duplicates: match args.duplicates {
-                None => Duplicates::Ask,
-                Some(Repeated::First) => Duplicates::First,
-                Some(Repeated::Last) => Duplicates::Last,
-            },
-            frequency_unit: args.frequency_unit.as_deref().map(frequency_unit).transpose()?,
-            local_axes: args.local_axes.map(|axes| match axes {
-                MatrixAxes::Rows => LocalAxes::Rows,
-                MatrixAxes::Columns => LocalAxes::Columns,
-            }),
+    let answers = Answers {
+        units: args.units.as_deref(),
+        quantity: args.quantity.map(quantity),
+        unit: args.unit.as_deref(),
+        duplicates: match args.duplicates {
+            None => Duplicates::Ask,
+            Some(Repeated::First) => Duplicates::First,
+            Some(Repeated::Last) => Duplicates::Last,
         },
-        unit: args.unit.clone(),
-        geometry_units: args.geometry_units.as_deref().map(units).transpose()?,
-        direction: args.direction.as_deref().map(axis).transpose()?,
-        variables: variables(args.variables.as_deref())?,
+        frequency_unit: args.frequency_unit.as_deref(),
+        local_axes: args.local_axes.map(|axes| match axes {
+            MatrixAxes::Rows => LocalAxes::Rows,
+            MatrixAxes::Columns => LocalAxes::Columns,
+        }),
+        direction: args.direction.as_deref(),
+        geometry_units: args.geometry_units.as_deref(),
+        variables: args.variables.as_deref(),
+        frame: args.frame.as_deref(),
     };
-    let frame = args.frame.as_deref().map(GeometryFrame::parse).transpose();
-    let frame = frame.map_err(|e| Failure::text(format!("--frame: {e}")))?;
+    let (options, frame) = answers.options().map_err(Failure::text)?;
     let mut found = ledger::measurements(files, args.geometry.as_deref(), &options).map_err(|e| match e {
         MeasurementError::Convert(e) => Failure::text(e.on_command_line()),
         other => Failure::from(other),
     })?;
     if let Some(frame) = frame {
-        if let Some(geometry) = &mut found.geometry {
-            frame.place(geometry);
-        }
-        if let Some(set) = &mut found.frfs {
-            frame.turn_functions(set);
-        }
-        if let Some(modes) = &mut found.modes {
-            frame.turn_modes(modes);
-        }
+        found.turn(&frame);
     }
     Ok(found)
 }
@@ -105,21 +95,6 @@ pub(crate) fn remarks(about: Option<&Path>, remarks: &[Remark]) {
     }
 }
 
-fn units(name: &str) -> Result<UnitsFrom, Failure> {
-    UnitsFrom::from_name(name).map_err(Failure::text)
-}
-
-fn frequency_unit(text: &str) -> Result<FrequencyUnit, Failure> {
-    FrequencyUnit::of_label(text).ok_or_else(|| {
-        let names = FrequencyUnit::NAMES.join(", ");
-        Failure::text(format!("--frequency-unit {}: expected a unit of frequencies, such as {names}", printable(text)))
-    })
-}
-
-fn variables(text: Option<&str>) -> Result<Roles, Failure> {
-    text.map_or(Ok(Roles::default()), Roles::parse).map_err(|e| Failure::text(format!("--variables: {e}")))
-}
-
 /// The library's word for a quantity.
 pub(crate) fn quantity(q: MeasuredQuantity) -> FrfQuantity {
     match q {
@@ -127,16 +102,6 @@ pub(crate) fn quantity(q: MeasuredQuantity) -> FrfQuantity {
         MeasuredQuantity::Mobility => FrfQuantity::Mobility,
         MeasuredQuantity::Accelerance => FrfQuantity::Accelerance,
     }
-}
-
-fn axis(text: &str) -> Result<[f64; 3], Failure> {
-    let wrong = || Failure::text(format!("--direction {text}: expected `+x`, `-x` ... `-z`"));
-    let sign = if text.starts_with('-') { -1.0 } else { 1.0 };
-    let letter = text.strip_prefix(['+', '-']).unwrap_or(text);
-    let i = ["x", "y", "z"].iter().position(|a| *a == letter).ok_or_else(wrong)?;
-    let mut direction = [0.0; 3];
-    direction[i] = sign;
-    Ok(direction)
 }
 
 /// A number with a unit from the command line: `--tolerance "5 mm"`.
@@ -148,32 +113,12 @@ pub(crate) fn scalar(option: &str, text: &str, unit: &str) -> Result<f64, Failur
 /// The value of a parameter from the command line, SI: a plain number is in the unit that the file declares for it, and what was understood
 /// is said; a value outside its bounds is refused.
 pub(crate) fn parameter_value(option: &str, text: &str, parameter: &Parameter) -> Result<f64, Failure> {
-    let name = &parameter.name;
-    let unit = &parameter.unit;
-    let shown = |si: f64| format!("{} {unit}", number(parameter.display(si))).trim_end().to_string();
-    let value = Scalar::parse(text).map_err(|e| Failure::text(format!("{option} {name}: {e}")))?;
-    let is_plain = value.terms().iter().all(|t| t.dimension.is_none() && t.parameter.is_none());
-    let value = if is_plain {
-        let value = parameter.unit_factor * value.terms().iter().map(|t| t.factor).sum::<f64>();
-        if !unit.is_empty() && unit != "1" {
-            note!("{option} {name}={text}: read as {}, the unit of `{name}` in the model file", shown(value));
-        }
-        value
-    } else {
-        value.constant_in(unit).map_err(|e| Failure::text(format!("{option} {name}: {e}")))?
-    };
-    match parameter.bounds {
-        // A bound itself may be rounded on its way through a unit.
-        Some([lower, upper]) if value < lower - 1e-9 * lower.abs() || value > upper + 1e-9 * upper.abs() => {
-            Err(Failure::text(format!(
-                "{option} {name}={text}: {} is outside the bounds of `{name}`, {} to {}: check the unit, or widen `bounds` in the model file",
-                shown(value),
-                shown(lower),
-                shown(upper)
-            )))
-        }
-        _ => Ok(value),
+    let (value, is_plain) = parameter.parse(text).map_err(|e| Failure::text(format!("{option} {e}")))?;
+    if is_plain && !parameter.unit.is_empty() && parameter.unit != "1" {
+        let (name, shown) = (&parameter.name, number(parameter.display(value)));
+        note!("{option} {name}={text}: read as {shown} {}, the unit of `{name}` in the model file", parameter.unit);
     }
+    Ok(value)
 }
 
 /// Two limits of a band.
