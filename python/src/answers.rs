@@ -70,8 +70,9 @@ impl Compared {
 
 /// The report of a comparison at the estimates.
 pub(crate) fn compared(tested: &Tested, how: &HowToPair) -> Result<retune::report::ReportData, Wrong> {
-    let assessment = assess_paired(&tested.model, &tested.model.parameters().nominal(), &tested.test, how)?;
-    let mut data = of_comparison(Case { model: &tested.model, test: &tested.test, assessment: &assessment })?;
+    let model = tested.model.file()?;
+    let assessment = assess_paired(model, &model.parameters().nominal(), &tested.test, how)?;
+    let mut data = of_comparison(Case { model, test: &tested.test, assessment: &assessment })?;
     data.meta.warnings.extend(warnings_of(std::slice::from_ref(tested)));
     Ok(data)
 }
@@ -120,7 +121,7 @@ impl Updated {
 
     /// The model file with the values of the optimum.
     fn model(&self, py: Python<'_>) -> PyResult<Model> {
-        let source = &self.made.source;
+        let source = self.made.source()?;
         let edit = || {
             let free = self.update.parameters.iter().filter(|p| p.lower.is_some());
             let values: Vec<(&str, f64)> = free.map(|p| (p.name.as_str(), p.after_si)).collect();
@@ -133,7 +134,7 @@ impl Updated {
     fn page(&self, py: Python<'_>) -> PyResult<String> {
         let (first, u) = (&self.all[0], &self.update);
         let work = || {
-            let mut data = of_update(&first.model, &first.test, u)?;
+            let mut data = of_update(first.model.file()?, &first.test, u)?;
             data.meta.warnings.extend(u.uncertainty.remarks.iter().cloned());
             if self.all.len() > 1 {
                 let n = self.all.len();
@@ -160,18 +161,18 @@ impl Sampled {
     }
 
     fn json(&self) -> String {
-        answer::sampled(&self.sampled, &*self.all[0].model).to_string()
+        answer::sampled(&self.sampled, self.all[0].model.parametric()).to_string()
     }
 
     /// Names and units of the free parameters.
     fn names(&self) -> Vec<(String, String)> {
-        let all = marginals(&self.sampled.posterior, &*self.all[0].model);
+        let all = marginals(&self.sampled.posterior, self.all[0].model.parametric());
         all.into_iter().map(|m| (m.name, m.unit)).collect()
     }
 
     /// (n_samples x n_free), in the units of the parameters.
     fn samples<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        arrays::matrix(py, sampled_values(&self.sampled.posterior, &*self.all[0].model))
+        arrays::matrix(py, sampled_values(&self.sampled.posterior, self.all[0].model.parametric()))
     }
 
     /// Cost of each sample.
@@ -204,7 +205,7 @@ impl Diagnosed {
         let work = || {
             let mut data = compared(first, &self.how)?;
             let tests: Vec<&TestData> = self.all.iter().map(|t| &t.test).collect();
-            add_diagnosis(&mut data, &self.diagnosis, &first.model, &joined(&tests).test);
+            add_diagnosis(&mut data, &self.diagnosis, first.model.file()?, &joined(&tests).test);
             data.meta.warnings.extend(warnings_of(&self.all[1..]));
             self.made.page(data)
         };
@@ -232,7 +233,7 @@ impl Learned {
 
     /// The model of every step.
     fn models(&self, py: Python<'_>) -> PyResult<Vec<Model>> {
-        let source = &self.made.source;
+        let source = self.made.source()?;
         let edit = || {
             let texts = self.learned.model_texts(&source.text)?;
             let new = |text| Source::new(text, source.home.edited(), source.configuration.clone());
@@ -248,7 +249,10 @@ impl Learned {
     }
 
     fn page(&self, py: Python<'_>) -> PyResult<String> {
-        let cases: Vec<(&model::Model, &TestData)> = self.all.iter().map(|t| (&*t.model, &t.test)).collect();
+        let mut cases: Vec<(&model::Model, &TestData)> = Vec::with_capacity(self.all.len());
+        for t in &self.all {
+            cases.push((t.model.file()?, &t.test));
+        }
         let work = || {
             let mut data = of_learning(&cases, &self.learned)?;
             data.meta.warnings.extend(warnings_of(&self.all));

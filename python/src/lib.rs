@@ -6,6 +6,7 @@
 mod answers;
 mod arrays;
 mod error;
+mod external;
 mod model;
 mod objective;
 mod page;
@@ -22,6 +23,8 @@ mod _core {
 
     #[pymodule_export]
     use super::answers::{Compared, Diagnosed, Identified, Learned, Sampled, Twin, Updated};
+    #[pymodule_export]
+    use super::external::External;
     #[pymodule_export]
     use super::model::Model;
     #[pymodule_export]

@@ -5,15 +5,13 @@
 
 use crate::arrays;
 use crate::error::Wrong;
-use crate::model::Model;
 use crate::running::{Stops, run};
 use crate::test::Test;
-use crate::tested::{Pairing, all_tested, cases};
+use crate::tested::{Given, Pairing, all_tested, cases};
 use crate::verbs::settings;
 use numpy::{PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use retune::linalg::{DMatrix, DVector};
-use retune::model::ParametricModel as _;
 use retune::objective::{EvalError, Linearization};
 use retune::optim::{Ask, AskTell, Evaluator as _, OptimError, Problem, Threads};
 use retune::update::with_objective;
@@ -58,7 +56,7 @@ impl Objective {
     #[expect(clippy::too_many_arguments, reason = "Python gives them by name")]
     fn new(
         py: Python<'_>,
-        model: PyRef<'_, Model>,
+        model: Given,
         tests: Vec<PyRef<'_, Test>>,
         cost: &str,
         objective: Option<&str>,
@@ -67,10 +65,9 @@ impl Objective {
         sensor_masses: bool,
     ) -> PyResult<Self> {
         let settings = settings(cost, objective, &pairing, None, 0, None)?;
-        let source = Arc::clone(&model.0);
         let tests: Vec<_> = tests.iter().map(|t| Arc::clone(&t.0)).collect();
         run(py, None, Stops::Never, move |_| {
-            let all = all_tested(&source, &tests, configuration.as_deref(), Some(sensor_masses))?;
+            let all = all_tested(&model, &tests, configuration.as_deref(), Some(sensor_masses))?;
             let remarks = all.iter().flat_map(|t| t.remarks.clone()).collect();
             let (ask, questions) = channel();
             let (answers, told) = channel();
@@ -79,7 +76,7 @@ impl Objective {
                 let serve = |objective: &dyn retune::objective::Objective,
                              scaling: &retune::objective::Scaling,
                              start: &DVector<f64>| {
-                    let parameters = all[0].model.parameters();
+                    let parameters = all[0].model.parametric().parameters();
                     let names = scaling.free().iter().map(|&i| parameters.get(i).name.clone()).collect();
                     let n_residuals = objective.n_residuals();
                     let _ = stands.send(Ok(Standing { names, n_residuals, start: start.clone() }));

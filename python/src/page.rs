@@ -3,6 +3,7 @@
 use crate::error::Wrong;
 use crate::model::{Home, Source};
 use crate::test::TestSource;
+use crate::tested::Given;
 use retune::report::data::{FileRecord, Named, ReportData};
 use retune::report::html;
 use std::sync::Arc;
@@ -10,7 +11,7 @@ use std::sync::Arc;
 /// What a result was made of, for its page.
 #[derive(Debug, Clone)]
 pub(crate) struct Made {
-    pub(crate) source: Arc<Source>,
+    pub(crate) given: Given,
     pub(crate) tests: Vec<Arc<TestSource>>,
     /// The call, in Python.
     pub(crate) call: &'static str,
@@ -25,12 +26,22 @@ impl Made {
                 data.meta.files.push(FileRecord { role: role.into(), path, sha256 });
             }
         };
-        record("model", &self.source.home);
+        if let Given::File(source) = &self.given {
+            record("model", &source.home);
+        }
         self.tests.iter().for_each(|t| record("test", &t.home));
         data.meta.commands.push(self.call.to_string());
         data.meta.versions.push(Named::new("report schema", data.schema.to_string()));
         if let Some(seed) = self.seed {
             data.meta.seeds.push(Named::new("all random numbers", seed.to_string()));
+        }
+    }
+
+    /// The file that was given.
+    pub(crate) fn source(&self) -> Result<&Arc<Source>, Wrong> {
+        match &self.given {
+            Given::File(source) => Ok(source),
+            Given::External(model) => Err(Wrong::text(format!("{} is no model file", model.name))),
         }
     }
 

@@ -1,22 +1,71 @@
 //! Models and tests brought together, as the command does it.
 
 use crate::error::Wrong;
+use crate::external::{External, ExternalModel};
 use crate::model::Source;
 use crate::test::TestSource;
 use pyo3::prelude::*;
 use retune::catalogue::did_you_mean;
 use retune::correlation::PairBy;
 use retune::data::{Sensor, TestData};
-use retune::model::Model;
+use retune::model::{Model, ParametricModel};
 use retune::update::{HowToPair, Remark, TestCase, UpdateError, check_on_model, loaded, meet};
 use retune::yaml::{Problem, Severity, SourceMap};
 use std::sync::Arc;
+
+/// The model of a verb.
+#[derive(Debug, Clone)]
+pub(crate) enum Given {
+    /// Of a file or text.
+    File(Arc<Source>),
+    /// Around a solver of the user's.
+    External(Arc<ExternalModel>),
+}
+
+impl<'py> FromPyObject<'_, 'py> for Given {
+    type Error = PyErr;
+
+    fn extract(object: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        if let Ok(model) = object.cast::<crate::model::Model>() {
+            return Ok(Self::File(Arc::clone(&model.get().0)));
+        }
+        Ok(Self::External(Arc::clone(&object.cast::<External>()?.get().0)))
+    }
+}
+
+/// A model that was tested.
+#[derive(Debug, Clone)]
+pub(crate) enum Structure {
+    File(Arc<Model>),
+    External(Arc<ExternalModel>),
+}
+
+impl Structure {
+    /// For fits.
+    pub(crate) fn parametric(&self) -> &dyn ParametricModel {
+        match self {
+            Self::File(model) => &**model,
+            Self::External(model) => &**model,
+        }
+    }
+
+    /// For what asks a model about its elements.
+    pub(crate) fn file(&self) -> Result<&Model, Wrong> {
+        match self {
+            Self::File(model) => Ok(model),
+            Self::External(model) => {
+                let name = &model.name;
+                Err(Wrong::text(format!("{name} has no elements that are known here: this needs a model file")))
+            }
+        }
+    }
+}
 
 /// A test, and the model in its configuration.
 #[derive(Debug, Clone)]
 pub(crate) struct Tested {
     pub(crate) test: TestData,
-    pub(crate) model: Arc<Model>,
+    pub(crate) model: Structure,
     /// What is to be told, as (category, text): `note` or `warning`.
     pub(crate) remarks: Vec<(&'static str, String)>,
 }
@@ -56,7 +105,7 @@ pub(crate) fn tested(
     }
     let shown = |p: &Problem| p.render(file.as_deref().unwrap_or(&data.name));
     remarks.extend(problems.iter().map(|p| ("warning", shown(p))));
-    let Some(wanted) = sensor_masses else { return Ok(Tested { test: data, model, remarks }) };
+    let Some(wanted) = sensor_masses else { return Ok(Tested { test: data, model: Structure::File(model), remarks }) };
     match loaded(&model, &data)? {
         None if wanted => return Err(Wrong::text("no sensor of the test states a `mass`")),
         Some((with, _)) if wanted => model = Arc::new(with),
@@ -66,12 +115,12 @@ pub(crate) fn tested(
         }
         None => {}
     }
-    Ok(Tested { test: data, model, remarks })
+    Ok(Tested { test: data, model: Structure::File(model), remarks })
 }
 
 /// [`tested`] for several tests; one that is given twice would count twice.
 pub(crate) fn all_tested(
-    source: &Source,
+    given: &Given,
     tests: &[Arc<TestSource>],
     configuration: Option<&str>,
     sensor_masses: Option<bool>,
@@ -88,12 +137,29 @@ pub(crate) fn all_tested(
             )));
         }
     }
-    tests.iter().map(|test| tested(source, test, configuration, sensor_masses)).collect()
+    let one = |test: &Arc<TestSource>| match given {
+        Given::File(source) => tested(source, test, configuration, sensor_masses),
+        Given::External(model) => {
+            if test.data.has_nothing() {
+                return Err(UpdateError::NoData.into());
+            }
+            // Another solver has its own configurations, and its sensors stand on its nodes.
+            if configuration.is_some() || sensor_masses == Some(true) {
+                let name = &model.name;
+                return Err(Wrong::text(format!(
+                    "{name} is no model file: it has no configurations, and takes no masses"
+                )));
+            }
+            let model = Structure::External(Arc::clone(model));
+            Ok(Tested { test: test.data.clone(), model, remarks: Vec::new() })
+        }
+    };
+    tests.iter().map(one).collect()
 }
 
 /// For the library.
 pub(crate) fn cases(all: &[Tested]) -> Vec<TestCase<'_>> {
-    all.iter().map(|t| TestCase { model: &*t.model, test: &t.test }).collect()
+    all.iter().map(|t| TestCase { model: t.model.parametric(), test: &t.test }).collect()
 }
 
 /// Sensors by their names.

@@ -6,7 +6,7 @@ use crate::model::{Model, quantity_of};
 use crate::page::Made;
 use crate::running::{Job, Stops, run};
 use crate::test::{Frfs, Test, TestSource};
-use crate::tested::{Pairing, Tested, all_tested, cases, tested};
+use crate::tested::{Given, Pairing, Tested, all_tested, cases, tested};
 use pyo3::prelude::*;
 use retune::catalogue::did_you_mean;
 use retune::correlation::SensorChoice;
@@ -32,8 +32,8 @@ use std::time::Duration;
 type Tests<'py> = Vec<PyRef<'py, Test>>;
 type OneProgress<'a, 'py> = Option<&'a Bound<'py, PyAny>>;
 
-fn made(model: &Model, tests: &[Arc<TestSource>], call: &'static str, seed: Option<u64>) -> Made {
-    Made { source: Arc::clone(&model.0), tests: tests.to_vec(), call, seed }
+fn made(given: &Given, tests: &[Arc<TestSource>], call: &'static str, seed: Option<u64>) -> Made {
+    Made { given: given.clone(), tests: tests.to_vec(), call, seed }
 }
 
 fn sources(tests: &Tests<'_>) -> Vec<Arc<TestSource>> {
@@ -77,11 +77,11 @@ pub(crate) fn compare(
     }
     let profile = profile.map(|(text, name)| load_profile(text.as_deref(), name.as_deref()));
     let profile = profile.transpose().map_err(Wrong::from)?;
-    let (source, tests) = (Arc::clone(&model.0), sources(&tests));
-    let made = made(&model, &tests, "retune.compare", None);
+    let (given, tests) = (Given::File(Arc::clone(&model.0)), sources(&tests));
+    let made = made(&given, &tests, "retune.compare", None);
     let set = frfs.map(|f| Arc::clone(&f.set));
     run(py, None, Stops::Never, move |_| {
-        let all = all_tested(&source, &tests, configuration.as_deref(), Some(sensor_masses))?;
+        let all = all_tested(&given, &tests, configuration.as_deref(), Some(sensor_masses))?;
         let one = |t: &Tested| {
             let set =
                 set.as_ref().map(|set| corrected_functions((**set).clone(), &t.test.sensors, &t.test.corrections));
@@ -95,7 +95,7 @@ pub(crate) fn compare(
                 band_edges_hz: &bands,
                 profile: profile.as_ref(),
             };
-            Ok::<_, Wrong>(agreement(&t.model, &t.test, &options)?)
+            Ok::<_, Wrong>(agreement(t.model.file()?, &t.test, &options)?)
         };
         let parts = all.iter().map(one).collect::<Result<Vec<_>, _>>()?;
         Ok(Compared { parts, all, profile, how, made })
@@ -135,7 +135,7 @@ pub(crate) fn settings(
 #[expect(clippy::too_many_arguments, reason = "Python gives them by name")]
 pub(crate) fn update(
     py: Python<'_>,
-    model: PyRef<'_, Model>,
+    model: Given,
     tests: Tests<'_>,
     cost: &str,
     objective: Option<&str>,
@@ -151,10 +151,10 @@ pub(crate) fn update(
     progress: OneProgress<'_, '_>,
 ) -> PyResult<Updated> {
     let settings = settings(cost, objective, &pairing, optimizer, seed, reduced)?;
-    let (source, tests) = (Arc::clone(&model.0), sources(&tests));
-    let made = made(&model, &tests, "retune.update", Some(seed));
+    let (given, tests) = (model, sources(&tests));
+    let made = made(&given, &tests, "retune.update", Some(seed));
     run(py, progress, Stops::WithItsBest, move |job| {
-        let all = all_tested(&source, &tests, configuration.as_deref(), Some(sensor_masses))?;
+        let all = all_tested(&given, &tests, configuration.as_deref(), Some(sensor_masses))?;
         let checkpoint = match &checkpoint {
             Some(path) if resume => Some(Checkpoint::resume(path)?),
             Some(path) => Some(Checkpoint::create(path)?),
@@ -179,7 +179,7 @@ pub(crate) fn update(
 #[expect(clippy::too_many_arguments, reason = "Python gives them by name")]
 pub(crate) fn sample(
     py: Python<'_>,
-    model: PyRef<'_, Model>,
+    model: Given,
     tests: Tests<'_>,
     samples: usize,
     objective: Option<&str>,
@@ -193,9 +193,9 @@ pub(crate) fn sample(
     }
     // The seed is of the sampler alone, as in the command.
     let settings = settings("least-squares", objective, &pairing, None, 0, reduced)?;
-    let (source, tests) = (Arc::clone(&model.0), sources(&tests));
+    let (given, tests) = (model, sources(&tests));
     run(py, None, Stops::WithItsBest, move |job| {
-        let all = all_tested(&source, &tests, configuration.as_deref(), None)?;
+        let all = all_tested(&given, &tests, configuration.as_deref(), None)?;
         let sampler = Tmcmc { n_samples: samples, seed, cancel: Arc::clone(&job.stop), ..Tmcmc::default() };
         let sampled = sample_posterior(&cases(&all), &settings, &sampler)?;
         Ok(Sampled { sampled, all })
@@ -253,13 +253,14 @@ impl SearchOptions {
 /// The model of the file and the tests, each with the model in its configuration.
 type Scene = (Arc<Structure>, Vec<Tested>);
 
-fn scene(model: &Arc<crate::model::Source>, tests: &[Arc<TestSource>]) -> Result<Scene, Wrong> {
+fn scene(given: &Given, tests: &[Arc<TestSource>]) -> Result<Scene, Wrong> {
+    let Given::File(model) = given else { return Err(Wrong::text("a diagnosis needs a model file")) };
     if let Some(name) = &model.configuration {
         return Err(Wrong::text(format!(
             "the model is in its configuration `{name}`; a diagnosis takes the base model, and each test names its configuration"
         )));
     }
-    Ok((Arc::clone(&model.model), all_tested(model, tests, None, None)?))
+    Ok((Arc::clone(&model.model), all_tested(given, tests, None, None)?))
 }
 
 /// `retune diagnose`
@@ -272,10 +273,10 @@ pub(crate) fn diagnose(
     options: SearchOptions,
     progress: OneProgress<'_, '_>,
 ) -> PyResult<Diagnosed> {
-    let (source, tests) = (Arc::clone(&model.0), sources(&tests));
-    let made = made(&model, &tests, "retune.diagnose", Some(options.seed));
+    let (given, tests) = (Given::File(Arc::clone(&model.0)), sources(&tests));
+    let made = made(&given, &tests, "retune.diagnose", Some(options.seed));
     run(py, progress, Stops::WithItsBest, move |job| {
-        let (base, all) = scene(&source, &tests)?;
+        let (base, all) = scene(&given, &tests)?;
         let settings = options.settings(job)?;
         let data: Vec<&TestData> = all.iter().map(|t| &t.test).collect();
         let diagnosis = diagnose_tests(&base, &data, &settings)?;
@@ -295,10 +296,10 @@ pub(crate) fn learn(
     limit: u8,
     progress: OneProgress<'_, '_>,
 ) -> PyResult<Learned> {
-    let (source, tests) = (Arc::clone(&model.0), sources(&tests));
-    let made = made(&model, &tests, "retune.learn", Some(options.seed));
+    let (given, tests) = (Given::File(Arc::clone(&model.0)), sources(&tests));
+    let made = made(&given, &tests, "retune.learn", Some(options.seed));
     run(py, progress, Stops::WithItsBest, move |job| {
-        let (base, all) = scene(&source, &tests)?;
+        let (base, all) = scene(&given, &tests)?;
         let settings = options.settings(job)?;
         let data: Vec<&TestData> = all.iter().map(|t| &t.test).collect();
         let learned = learn_from_tests(&base, &data, &settings, take_best, usize::from(limit))?;
@@ -669,12 +670,13 @@ pub(crate) fn report(
 ) -> PyResult<(String, String, Remarks)> {
     let how = pairing.how()?;
     let (source, test) = (Arc::clone(&model.0), Arc::clone(&test.0));
-    let made = made(&model, std::slice::from_ref(&test), "retune.report", diagnose.then_some(seed));
+    let made =
+        made(&Given::File(Arc::clone(&source)), std::slice::from_ref(&test), "retune.report", diagnose.then_some(seed));
     let before = before.map(|m| Arc::clone(&m.0));
     let frfs = frfs.map(|f| (Arc::clone(&f.set), f.is_synthetic));
     run(py, progress, Stops::WithItsBest, move |job| {
         let tested = tested(&source, &test, configuration.as_deref(), None)?;
-        let (structure, data_of_test) = (&*tested.model, &tested.test);
+        let (structure, data_of_test) = (tested.model.file()?, &tested.test);
         let mut data = compared(&tested, &how)?;
         let earlier = before.map(|b| {
             let at = b.model.parameters().nominal();
