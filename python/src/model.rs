@@ -231,6 +231,20 @@ impl Model {
         Ok((frequencies, arrays::matrix(py, found.shapes)?, found.n_rigid, found.n_mechanism))
     }
 
+    /// What the solution alone takes, s, the mean of some calls: a test holds `modes` to it.
+    fn seconds_of_modes(&self, py: Python<'_>, n: usize, calls: u32) -> PyResult<f64> {
+        let theta = self.0.theta(None)?;
+        let options = SolveOptions { n_elastic: n, shift: None };
+        let work = || {
+            let begun = std::time::Instant::now();
+            for _ in 0..calls {
+                std::hint::black_box(solve_modes(&*self.0.model, &theta, options)?);
+            }
+            Ok::<_, Wrong>(begun.elapsed().as_secs_f64() / f64::from(calls.max(1)))
+        };
+        Ok(py.detach(work)?)
+    }
+
     /// `retune modes --json`.
     #[pyo3(signature = (theta, n))]
     fn mode_names(&self, py: Python<'_>, theta: Option<PyReadonlyArray1<'_, f64>>, n: usize) -> PyResult<String> {
