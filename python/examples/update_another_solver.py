@@ -54,18 +54,18 @@ def by_opensees(young: float, spring: float) -> tuple[Matrix, Matrix]:
 
     ops.wipe()
     ops.model("basic", "-ndm", 2, "-ndf", 3)
-    tags = {name: k + 1 for k, name in enumerate(NODES)}
+    tags = {name: j + 1 for j, name in enumerate(NODES)}
     for name, (x, _, z) in NODES.items():
         ops.node(tags[name], x, z)
-    for k, foot in enumerate(("left", "right")):
-        ops.node(10 + k, *(NODES[foot][i] for i in (0, 2)))
-        ops.fix(10 + k, 1, 1, 1)
+    for j, foot in enumerate(("left", "right")):
+        ops.node(10 + j, *(NODES[foot][i] for i in (0, 2)))
+        ops.fix(10 + j, 1, 1, 1)
         ops.fix(tags[foot], 1, 1, 0)
-        ops.uniaxialMaterial("Elastic", k + 1, spring)
-        ops.element("zeroLength", 10 + k, 10 + k, tags[foot], "-mat", k + 1, "-dir", 6)
+        ops.uniaxialMaterial("Elastic", j + 1, spring)
+        ops.element("zeroLength", 10 + j, 10 + j, tags[foot], "-mat", j + 1, "-dir", 6)
     ops.geomTransf("Linear", 1)
-    for k, (a, b) in enumerate(MEMBERS):
-        ops.element("elasticBeamColumn", k + 1, tags[a], tags[b], AREA, young, INERTIA, 1, "-mass", DENSITY * AREA, "-cMass")
+    for j, (a, b) in enumerate(MEMBERS):
+        ops.element("elasticBeamColumn", j + 1, tags[a], tags[b], AREA, young, INERTIA, 1, "-mass", DENSITY * AREA, "-cMass")
     ops.system("FullGeneral")
     ops.numberer("Plain")
     ops.constraints("Plain")
@@ -107,13 +107,14 @@ class Portal(retune.ParametricModel):
 portal = Portal()
 print("solver:", portal.solver.__name__)
 # What a laboratory would give: the first four modes of another frame, with noise.
-k, m = by_numpy(212e9, 3.1e6)
-values, shapes = np.linalg.eig(np.linalg.solve(m, k))
-order = np.argsort(values.real)[:4]
+stiffness, mass = by_numpy(212e9, 3.1e6)
+inverse = np.linalg.inv(np.linalg.cholesky(mass))
+values, vectors = np.linalg.eigh(inverse @ stiffness @ inverse.T)
+shapes = inverse.T @ vectors[:, :4]
 noise = np.random.default_rng(0)
-measured = np.sqrt(values.real[order]) / (2 * np.pi) * (1 + 0.002 * noise.normal(size=4))
+measured = np.sqrt(values[:4]) / (2 * np.pi) * (1 + 0.002 * noise.normal(size=4))
 sensors = [d for d in DOFS if not d.endswith("ry")]
-at_sensors = shapes.real[[DOFS.index(d) for d in sensors]][:, order]
+at_sensors = shapes[[DOFS.index(d) for d in sensors]]
 test = retune.Test.from_arrays(
     measured,
     shapes=at_sensors / np.abs(at_sensors).max(axis=0),

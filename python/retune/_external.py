@@ -106,5 +106,6 @@ def _three(found: tuple[Matrix, Matrix] | tuple[Matrix, Matrix, Matrix | None]) 
 
 
 def _dense(a: Matrix) -> Floats:
-    values = a.toarray() if hasattr(a, "toarray") else a
+    to_dense = getattr(a, "toarray", None)
+    values: Any = a if to_dense is None else to_dense()
     return np.asarray(values, dtype=np.float64)

@@ -6,7 +6,7 @@ import html
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 import numpy as np
 
@@ -16,9 +16,6 @@ from ._frfs import Frfs
 from ._html import framed, heat, number, table
 from ._model import Model
 from ._test import Test
-
-if TYPE_CHECKING:
-    from arviz import InferenceData
 
 
 class Result:
@@ -334,7 +331,7 @@ class Posterior(Result):
         """Its standard error."""
         return float(self._dict["log_evidence_se"])
 
-    def to_arviz(self, *others: Posterior) -> InferenceData:
+    def to_arviz(self, *others: Posterior) -> Any:
         """ArviZ ``InferenceData``: this run and others, with other seeds, are the chains. Needs ArviZ; R-hat and ESS are then its own.
 
         Samples of one run are members of one population, weighed and moved together: between runs, and only there, R-hat tells whether they

@@ -73,7 +73,10 @@ def serve(model: Model | PathLike, tests: Tests, port: int = 4242, *, modes: int
 
     served = Served(model, tests, modes=modes, **options)
 
-    class Bridge(umbridge.Model):  # type: ignore[misc]
+    # Its methods are typed by what the base class answers.
+    base: Any = umbridge.Model
+
+    class Bridge(base):  # type: ignore[misc]
         def __init__(self, name: Name) -> None:
             super().__init__(name)
             self._name: Name = name

@@ -89,7 +89,7 @@ pub(crate) struct Updated {
 impl Updated {
     fn remarks(&self) -> Remarks {
         let mut all = remarks_of(&self.all);
-        all.extend(self.update.optimum.warnings.iter().map(|w| ("warning", w.to_string())));
+        all.extend(self.update.optimum.warnings.iter().map(|w| ("warning", w.clone())));
         all
     }
 

@@ -3,6 +3,9 @@
 //! Thin and private: it converts arguments, runs the workflows of the library with the GIL released, and keeps their results; names,
 //! defaults and documentation for users are in `python/retune`. Start reading at `running`, then `verbs`.
 
+// PyO3 hands arguments over by value.
+#![allow(clippy::needless_pass_by_value)]
+
 mod answers;
 mod arrays;
 mod error;
@@ -61,7 +64,7 @@ fn catalogue(list: &str) -> PyResult<Vec<&'static str>> {
     use retune::effect::{Effect, Effects};
     use retune::fault::{FAULTS, Fault};
     Ok(match list {
-        "elements" => retune::model::Registry::builtin().elements().map(|e| e.name()).collect(),
+        "elements" => retune::model::Registry::builtin().elements().map(retune::element::Element::name).collect(),
         "effects" => Effects::builtin().iter().map(Effect::name).collect(),
         "faults" => FAULTS.iter().map(|f| Fault::name(*f)).collect(),
         "optimizers" => retune::optim::OPTIMIZERS.iter().map(|o| o.name).collect(),

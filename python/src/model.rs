@@ -18,6 +18,7 @@ use retune::report::answer;
 use retune::update::{TwinFrfOptions, TwinOptions, name_modes, node_sensors, twin_frfs};
 use retune::yaml::Problem;
 use sha2::{Digest as _, Sha256};
+use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -72,7 +73,10 @@ pub(crate) fn read(path: &Path) -> Result<(String, String), Wrong> {
         problems: vec![Problem::error("", format!("cannot read it: {e}"))],
     };
     let bytes = read_file(path, LARGEST).map_err(|e| wrong(&e))?;
-    let sha256 = Sha256::digest(&bytes).iter().map(|b| format!("{b:02x}")).collect();
+    let sha256 = Sha256::digest(&bytes).iter().fold(String::new(), |mut text, b| {
+        let _ = write!(text, "{b:02x}");
+        text
+    });
     Ok((retune::yaml::text_of(bytes).map_err(|e| wrong(&e))?, sha256))
 }
 
@@ -116,6 +120,8 @@ impl Source {
 pub(crate) struct Model(pub(crate) Arc<Source>);
 
 type Triplets<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<i64>>, Bound<'py, PyArray1<i64>>);
+/// Frequencies, shapes, numbers of rigid-body modes and mechanisms.
+type Solved<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>, usize, usize);
 type Parameters = Vec<(String, String, f64, f64, Option<[f64; 2]>, Option<f64>, String)>;
 type Mass = (f64, [f64; 3], [[f64; 3]; 3]);
 
@@ -219,12 +225,7 @@ impl Model {
 
     /// Frequencies, Hz; shapes, (n_dof x n_modes); numbers of rigid-body modes and of mechanisms.
     #[pyo3(signature = (theta, n))]
-    fn modes<'py>(
-        &self,
-        py: Python<'py>,
-        theta: Option<PyReadonlyArray1<'_, f64>>,
-        n: usize,
-    ) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>, usize, usize)> {
+    fn modes<'py>(&self, py: Python<'py>, theta: Option<PyReadonlyArray1<'_, f64>>, n: usize) -> PyResult<Solved<'py>> {
         let theta = self.0.theta(theta.as_ref())?;
         let found = self.solve(py, &theta, n)?;
         let frequencies = arrays::vector(py, found.frequencies_hz());

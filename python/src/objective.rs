@@ -34,6 +34,9 @@ enum Answer {
     Theta(Vec<f64>),
 }
 
+/// Residuals and Jacobian.
+type Linearized<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>);
+
 /// What is known of an objective when it stands.
 struct Standing {
     names: Vec<String>,
@@ -129,11 +132,7 @@ impl Objective {
     }
 
     /// Residuals and their Jacobian, (n_residuals x n_free).
-    fn linearize<'py>(
-        &self,
-        py: Python<'py>,
-        x: PyReadonlyArray1<'_, f64>,
-    ) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>)> {
+    fn linearize<'py>(&self, py: Python<'py>, x: PyReadonlyArray1<'_, f64>) -> PyResult<Linearized<'py>> {
         match self.ask(py, Question::Linearize(self.x(&x)?))? {
             Answer::Linearization(found) => {
                 let Linearization { residuals, jacobian } = found.map_err(Wrong::from)?;
@@ -237,7 +236,7 @@ impl Search {
             Done(DVector<f64>, f64, u64, &'static str),
         }
         let matrix = |points: &[DVector<f64>]| {
-            let n = points.first().map_or(0, |p| p.len());
+            let n = points.first().map_or(0, DVector::len);
             DMatrix::from_fn(points.len(), n, |i, j| points[i][j])
         };
         let asked = py.detach(|| {

@@ -54,9 +54,9 @@ pub fn meet(
     }
     let mut warn = |text: String| remarks.push(Remark::Warning(text));
     if let Ok(Some(slip)) = slip_of_unit(model, test) {
-        warn(slip.to_string());
+        warn(slip);
     }
-    slips_of_readings(model, test).unwrap_or_default().into_iter().for_each(|slip| warn(slip.to_string()));
+    slips_of_readings(model, test).unwrap_or_default().into_iter().for_each(&mut warn);
     let is_few = model.spec().configurations.len() <= FEW;
     if !is_asked && test.configuration.is_none() && is_few {
         better_configuration(model, test, configured).into_iter().for_each(warn);
