@@ -6,8 +6,6 @@ retune pairs modes, fits, and says how certain the parameters are.
 
 from __future__ import annotations
 
-import importlib.util
-
 import numpy as np
 import numpy.typing as npt
 
@@ -98,7 +96,13 @@ class Portal(retune.ParametricModel):
     ]
 
     def __init__(self) -> None:
-        self.solver = by_opensees if importlib.util.find_spec("openseespy") else by_numpy
+        try:
+            import openseespy.opensees  # noqa: F401
+        except (ImportError, RuntimeError) as e:  # the second where a library of the system is missing
+            print(f"skipped OpenSeesPy: {e}")
+            self.solver = by_numpy
+        else:
+            self.solver = by_opensees
 
     def assemble(self, theta: Matrix) -> tuple[Matrix, Matrix]:
         return self.solver(theta[0], theta[1])
