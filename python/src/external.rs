@@ -94,10 +94,11 @@ impl ExternalModel {
                     return Err(wrong(format!("{what} is {} x {}, and there are {n} rows", a.nrows(), a.ncols())));
                 }
                 let out = DMatrix::from_fn(n, n, |i, j| a[[i, j]]);
-                let size = out.amax();
-                if !size.is_finite() {
+                // The largest of some numbers says nothing of NaN among them.
+                if !out.iter().all(|v| v.is_finite()) {
                     return Err(wrong(format!("{what} has entries that are not finite")));
                 }
+                let size = out.amax();
                 let skew = (&out - out.transpose()).amax();
                 if skew > 1e-9 * size {
                     return Err(wrong(format!("{what} is not symmetric: entries differ by {skew:e} of {size:e}")));
