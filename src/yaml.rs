@@ -193,6 +193,48 @@ pub fn child(path: &str, key: &str) -> String {
     if path.is_empty() { key.to_string() } else { format!("{path}.{key}") }
 }
 
+/// The text of a file that a person wrote: UTF-8, without the mark that editors of Windows put before it.
+///
+/// # Errors
+/// What the bytes are instead.
+pub fn text_of(bytes: Vec<u8>) -> Result<String, String> {
+    let text = String::from_utf8(bytes).map_err(|e| {
+        let at = e.utf8_error().valid_up_to();
+        let line = std::str::from_utf8(&e.as_bytes()[..at]).unwrap_or_default().matches('\n').count() + 1;
+        match wide(e.as_bytes()) {
+            Some(found) => format!("it is {found}, not UTF-8; save it as UTF-8"),
+            None => format!(
+                "it is not UTF-8 text (byte {at}, line {line}) but perhaps Windows-1252 or Latin-1; save it as UTF-8"
+            ),
+        }
+    })?;
+    if let Some(found) = wide(text.as_bytes()) {
+        return Err(format!("it is {found}, not UTF-8; save it as UTF-8"));
+    }
+    if let Some(at) = text.find('\0') {
+        return Err(format!("it is no text: byte {at} is zero"));
+    }
+    Ok(text.strip_prefix('\u{feff}').map(str::to_string).unwrap_or(text))
+}
+
+/// The encoding of text with two or four bytes a letter, which Windows calls Unicode: by its mark, or by every other byte being zero.
+fn wide(bytes: &[u8]) -> Option<&'static str> {
+    let zeros = |phase: usize| bytes.iter().take(64).skip(phase).step_by(2).filter(|b| **b == 0).count();
+    let most = bytes.len().min(64) / 2;
+    match bytes {
+        [0xff, 0xfe, 0, 0, ..] | [0, 0, 0xfe, 0xff, ..] => Some("UTF-32"),
+        [0xff, 0xfe, ..] => Some("UTF-16 (little endian)"),
+        [0xfe, 0xff, ..] => Some("UTF-16 (big endian)"),
+        _ if most >= 2 && zeros(1) * 10 >= most * 9 && zeros(0) == 0 => {
+            Some("UTF-16 (little endian) without a byte order mark")
+        }
+        _ if most >= 2 && zeros(0) * 10 >= most * 9 && zeros(1) == 0 => {
+            Some("UTF-16 (big endian) without a byte order mark")
+        }
+        _ => None,
+    }
+}
+
 /// Reads a YAML text as a value of type `T`, with the places of everything in it.
 ///
 /// Errors: the YAML is not well formed, a key stands twice, the shape does not fit `T`.

@@ -3,7 +3,9 @@
 use clap::{Arg, Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 use retune::correlation::PairBy;
 use retune::update::HowToPair;
+use std::ffi::OsString;
 use std::path::PathBuf;
+use std::sync::OnceLock;
 
 mod correlation;
 mod deck;
@@ -38,11 +40,20 @@ pub(crate) struct Cli {
     pub(crate) command: Command,
 }
 
+/// The command line that was given, without the name of the program: a page states it.
+static GIVEN: OnceLock<Vec<OsString>> = OnceLock::new();
+
+/// The words of the command line, without the name of the program.
+pub(crate) fn given() -> &'static [OsString] {
+    GIVEN.get().map_or(&[], Vec::as_slice)
+}
+
 /// Reads the command line. A negative number is a value and no option, so that its range is what is told.
-pub(crate) fn parse() -> Result<Cli, clap::Error> {
+pub(crate) fn parse(words: Vec<OsString>) -> Result<Cli, clap::Error> {
     let numbers = |arg: Arg| if arg.get_action().takes_values() { arg.allow_negative_numbers(true) } else { arg };
     let mut command = Cli::command().mut_subcommands(|verb| verb.mut_args(numbers));
-    let matches = command.try_get_matches_from_mut(std::env::args_os())?;
+    GIVEN.get_or_init(|| words.iter().skip(1).cloned().collect());
+    let matches = command.try_get_matches_from_mut(words)?;
     Cli::from_arg_matches(&matches).map_err(|e| e.format(&mut command))
 }
 

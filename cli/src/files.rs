@@ -1,13 +1,11 @@
 //! Reading models and tests, with problems shown in place.
 
+use crate::commands::measured::remarks;
 use crate::ledger;
 use crate::output::{Failure, warn};
-use retune::correlation::{check_functions, check_sensors as check, with_sensor_masses};
-use retune::data::{FrfFit, TestData, corrected_functions, read_test};
-use retune::model::{Model, ParametricModel, Registry, doubts, load_in};
-use retune::objective::is_damped;
-use retune::report::text::number;
-use retune::update::{FirstLook, UpdateError, slip_of_unit, slips_of_readings};
+use retune::data::{TestData, corrected_functions, read_test};
+use retune::model::{Model, Registry, doubts, load_in};
+use retune::update::{UpdateError, check_on_model, loaded as with_masses, meet};
 use retune::yaml::{Problem, Severity, SourceMap};
 use std::path::{Path, PathBuf};
 
@@ -23,42 +21,7 @@ pub(crate) fn read(path: &Path) -> Result<String, Failure> {
 pub(crate) fn read_at_most(path: &Path, largest: u64) -> Result<String, Failure> {
     let fail = |e: &dyn std::fmt::Display| Failure::text(format!("cannot read {}: {e}", path.display()));
     let bytes = ledger::read(path, largest).map_err(|e| fail(&e))?;
-    let text = String::from_utf8(bytes).map_err(|e| {
-        let at = e.utf8_error().valid_up_to();
-        let line = std::str::from_utf8(&e.as_bytes()[..at]).unwrap_or_default().matches('\n').count() + 1;
-        match wide(e.as_bytes()) {
-            Some(found) => fail(&format_args!("it is {found}, not UTF-8; save it as UTF-8")),
-            None => fail(&format_args!(
-                "it is not UTF-8 text (byte {at}, line {line}) but perhaps Windows-1252 or Latin-1; save it as UTF-8"
-            )),
-        }
-    })?;
-    if let Some(found) = wide(text.as_bytes()) {
-        return Err(fail(&format_args!("it is {found}, not UTF-8; save it as UTF-8")));
-    }
-    if let Some(at) = text.find('\0') {
-        return Err(fail(&format_args!("it is no text: byte {at} is zero")));
-    }
-    // Editors of Windows put a mark there that is no text.
-    Ok(text.strip_prefix('\u{feff}').map(str::to_string).unwrap_or(text))
-}
-
-/// The encoding of text with two or four bytes a letter, which Windows calls Unicode: by its mark, or by every other byte being zero.
-fn wide(bytes: &[u8]) -> Option<&'static str> {
-    let zeros = |phase: usize| bytes.iter().take(64).skip(phase).step_by(2).filter(|b| **b == 0).count();
-    let most = bytes.len().min(64) / 2;
-    match bytes {
-        [0xff, 0xfe, 0, 0, ..] | [0, 0, 0xfe, 0xff, ..] => Some("UTF-32"),
-        [0xff, 0xfe, ..] => Some("UTF-16 (little endian)"),
-        [0xfe, 0xff, ..] => Some("UTF-16 (big endian)"),
-        _ if most >= 2 && zeros(1) * 10 >= most * 9 && zeros(0) == 0 => {
-            Some("UTF-16 (little endian) without a byte order mark")
-        }
-        _ if most >= 2 && zeros(0) * 10 >= most * 9 && zeros(1) == 0 => {
-            Some("UTF-16 (big endian) without a byte order mark")
-        }
-        _ => None,
-    }
+    retune::yaml::text_of(bytes).map_err(|e| fail(&e))
 }
 
 /// Files of matrices of 10⁶ dofs have gigabytes.
@@ -104,46 +67,9 @@ pub(crate) fn tested_model(
     (test, test_path, test_text): (&mut TestData, &Path, &str),
 ) -> Result<(Model, Vec<Problem>, String), Failure> {
     let (model, warnings, text) = configured_model(path, configuration, (test, test_path, test_text))?;
-    settle_loss_factor(&model, test);
-    if model.dof_map().n_dof() <= QUICK {
-        if let Ok(Some(slip)) = slip_of_unit(&model, test) {
-            warning!("{}: {slip}", test_path.display());
-        }
-        for slip in slips_of_readings(&model, test).unwrap_or_default() {
-            warning!("{}: {slip}", test_path.display());
-        }
-        let is_few = model.spec().configurations.len() <= FEW;
-        if configuration.is_none() && test.configuration.is_none() && is_few {
-            suggest_configuration(&model, (path, &text), test, test_path);
-        }
-    }
+    let configured = |name: &str| load(path, &text, Some(name)).ok().map(|(model, ..)| model);
+    remarks(Some(test_path), &meet(&model, test, configuration.is_some(), &configured));
     Ok((model, warnings, text))
-}
-
-/// Models that are solved once more without anybody waiting for it.
-const QUICK: usize = 1000;
-
-/// Configurations that are tried without anybody waiting for it.
-const FEW: usize = 30;
-
-/// Says so when another configuration explains a test far better that names none.
-fn suggest_configuration(model: &Model, (model_path, text): (&Path, &str), test: &TestData, test_path: &Path) {
-    /// How many times better: parameters that are still to be updated leave much in every configuration.
-    const FAR: f64 = 4.0;
-    let names: Vec<String> = model.spec().configurations.keys().cloned().collect();
-    let Ok(own) = FirstLook::new(model, test) else { return };
-    let look = |name: &String| {
-        let (model, ..) = load(model_path, text, Some(name)).ok()?;
-        FirstLook::new(&model, test).ok()
-    };
-    let better = names.iter().filter_map(|name| Some((look(name)?, name))).filter(|(l, _)| l.is_far_better(&own, FAR));
-    if let Some((best, name)) = better.min_by(|a, b| a.0.chi_squared.total_cmp(&b.0.chi_squared)) {
-        warning!(
-            "{}: it names no configuration; before any update `{name}` explains it {} times better than the base model: is `configuration: {name}` missing?",
-            test_path.display(),
-            number(own.chi_squared / best.chi_squared)
-        );
-    }
 }
 
 fn configured_model(
@@ -203,21 +129,15 @@ pub(crate) fn test(path: &Path) -> Result<(TestData, Vec<Problem>, String), Fail
 
 /// The model with the masses of the sensors, when asked for; else a word about what they weigh.
 pub(crate) fn loaded(model: Model, test: &TestData, wanted: bool) -> Result<Model, Failure> {
-    let (spec, total) = with_sensor_masses(&model, &test.sensors)?;
-    if total <= 0.0 {
-        return if wanted {
-            Err(Failure::text("--sensor-masses: no sensor of the test states a `mass`"))
-        } else {
+    match with_masses(&model, test).map_err(|e| Failure::text(format!("--sensor-masses: {e}")))? {
+        None if wanted => Err(Failure::text("--sensor-masses: no sensor of the test states a `mass`")),
+        None => Ok(model),
+        Some((loaded, _)) if wanted => Ok(loaded),
+        Some((_, total)) => {
+            note!("the sensors weigh {:.1} g together; `--sensor-masses` puts them into the model", 1e3 * total);
             Ok(model)
-        };
+        }
     }
-    if !wanted {
-        note!("the sensors weigh {:.1} g together; `--sensor-masses` puts them into the model", 1e3 * total);
-        return Ok(model);
-    }
-    let (model, _) = Model::new(spec, &Registry::builtin())
-        .map_err(|p| Failure::text(format!("--sensor-masses: {}", p.first().map_or("", |p| p.message.as_str()))))?;
-    Ok(model)
 }
 
 /// A test, the model in its configuration, and the model's text.
@@ -256,25 +176,6 @@ pub(crate) fn tested(path: &Path, tests: &[PathBuf], configuration: Option<&str>
     Ok(all)
 }
 
-/// Gives the functions of a model without damping the loss factor that the measured damping ratios tell, where the file gives none.
-fn settle_loss_factor(model: &Model, test: &mut TestData) {
-    let usual = FrfFit::usual_loss_factor(&test.modes);
-    let Some(fit) = test.frf_fit.as_mut().filter(|fit| fit.loss_factor.is_none()) else { return };
-    if is_damped(model) {
-        return;
-    }
-    fit.loss_factor = usual;
-    match usual {
-        Some(eta) => note!(
-            "frfs: no `loss_factor` is given, and the model has no damping: {} is taken, twice the median of the measured damping ratios",
-            number(eta)
-        ),
-        None => note!(
-            "frfs: no `loss_factor` is given, the model has no damping, and none was measured: near resonances its amplitudes will be too large"
-        ),
-    }
-}
-
 /// A file of ours.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Kind {
@@ -301,9 +202,7 @@ pub(crate) fn is_test(path: &Path) -> bool {
 
 /// The problems of a test's sensors on a model: warnings to show, or a failure.
 pub(crate) fn check_sensors(model: &Model, test: &TestData, path: &Path, text: &str) -> Result<Vec<Problem>, Failure> {
-    let mut problems = check(model, &test.sensors);
-    problems.extend(check_functions(model, test));
-    let problems = SourceMap::of(text).place(problems);
+    let problems = SourceMap::of(text).place(check_on_model(model, test));
     if problems.iter().any(|p| p.severity == Severity::Error) {
         return Err(Failure::problems(path, text, &problems));
     }

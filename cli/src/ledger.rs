@@ -3,7 +3,7 @@
 
 use crate::output::{Failure, shown};
 use retune::data::{MeasurementError, MeasurementOptions, Measurements, read_file, read_measurements_by};
-use retune::identify::reversed_time;
+use retune::identify::forward_in_time;
 use sha2::{Digest, Sha256};
 use std::fmt::Write as _;
 use std::fs::Metadata;
@@ -138,9 +138,7 @@ pub(crate) fn measurements(
         let place = if path.as_os_str().is_empty() { String::new() } else { format!("{}: ", path.display()) };
         note!("{place}{note}");
     }
-    if let Some(forward) = found.frfs.as_ref().and_then(reversed_time) {
-        found.frfs = Some(forward);
-        found.is_time_reversed = true;
+    if forward_in_time(&mut found) {
         warning!("the functions are written for exp(-iωt): the imaginary parts of all of them are reversed");
     }
     Ok(found)

@@ -7,7 +7,6 @@ use retune::report::text::agreement::{ratio, wrapped};
 use retune::report::text::{Align, Cell, Style, Table, Tone, hertz, printable};
 use retune::update::{Assessment, ModeAgreement};
 use retune::yaml::{Problem, Severity};
-use serde_json::{Value, json};
 use std::fmt::Write as _;
 use std::io::{IsTerminal, Write as _};
 use std::path::Path;
@@ -393,16 +392,6 @@ fn matrix(
         let _ = writeln!(out, "{} higher modes of the model are in --json", rows - shown);
     }
     out
-}
-
-/// The MAC matrix with what its rows and columns are.
-pub(crate) fn mac_matrix_json(a: &Assessment, test: &TestData) -> Value {
-    let rows: Vec<Vec<f64>> = a.mac.row_iter().map(|r| r.iter().copied().collect()).collect();
-    json!({
-        "model_hz": a.model_modes.iter().map(|m| m.frequency_hz).collect::<Vec<_>>(),
-        "test_hz": test.modes.iter().map(|m| m.frequency_hz.value).collect::<Vec<_>>(),
-        "values": rows,
-    })
 }
 
 /// Readings of static tests beside those of the model.

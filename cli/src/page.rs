@@ -103,10 +103,10 @@ pub(crate) fn provenance(data: &mut ReportData, read: &[(&str, &Path)], seed: Op
 /// The command line as a shell would read it again.
 fn command() -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=:,@%+".contains(c);
-    let quoted = |word: std::ffi::OsString| {
+    let quoted = |word: &std::ffi::OsString| {
         let word = printable(&word.to_string_lossy());
         if !word.is_empty() && word.chars().all(plain) { word } else { format!("'{}'", word.replace('\'', "'\\''")) }
     };
-    let words = std::env::args_os().skip(1).map(quoted);
+    let words = crate::args::given().iter().map(quoted);
     std::iter::once("retune".to_string()).chain(words).collect::<Vec<_>>().join(" ")
 }

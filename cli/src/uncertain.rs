@@ -1,8 +1,7 @@
 //! Parameters of an update with their uncertainties, as text and as JSON.
 
 use retune::report::text::{Align, Cell, Style, Table, Tone, brief, number, paragraph};
-use retune::update::{Alternative, IntervalMethod, ParameterChange, ParameterUncertainty, Uncertainty, Update};
-use serde_json::{Map, Value, json};
+use retune::update::{IntervalMethod, ParameterChange, ParameterUncertainty, Update};
 use std::fmt::Write as _;
 
 /// Correlations below this are not worth a line.
@@ -197,62 +196,6 @@ fn alternatives(u: &Update) -> String {
         );
     }
     out
-}
-
-/// `alternatives[]` of `retune update --json`.
-pub(crate) fn alternatives_json(u: &Update) -> Value {
-    let one = |a: &Alternative| json!({"cost": a.cost, "starts": a.n_starts, "parameters": listed(&a.parameters, &a.uncertainty)});
-    u.alternatives.iter().map(one).collect()
-}
-
-/// `parameters[]` of `retune update --json`.
-pub(crate) fn parameters_json(u: &Update) -> Value {
-    listed(&u.parameters, &u.uncertainty)
-}
-
-fn listed(parameters: &[ParameterChange], c: &Uncertainty) -> Value {
-    let one = |p: &retune::update::ParameterChange| {
-        let mut entry = json!({
-            "name": p.name, "unit": p.unit, "before": p.before, "after": p.after,
-            "lower": p.lower, "upper": p.upper, "at_bound": p.at_bound,
-        });
-        let place = c.parameters.iter().position(|k| k.name == p.name);
-        if let (Some(i), Some(entry)) = (place, entry.as_object_mut()) {
-            entry.extend(known_json(&c.parameters[i]));
-            entry.insert("correlations".to_string(), correlations_json(c, i));
-        }
-        entry
-    };
-    parameters.iter().map(one).collect()
-}
-
-fn known_json(p: &ParameterUncertainty) -> Map<String, Value> {
-    let held = p
-        .held
-        .map(|h| json!({"bound": if h.is_upper { "upper" } else { "lower" }, "would_be": h.would_be, "gain": h.gain}));
-    let entries = [
-        ("sd", json!(p.sd)),
-        ("why_no_sd", json!(p.why_no_sd())),
-        ("interval", json!(p.interval)),
-        ("interval_ends_at_bound", json!(p.ends_at_bound)),
-        ("interval_method", json!(p.method.word())),
-        ("determined", json!(!p.is_undetermined())),
-        ("held", json!(held)),
-    ];
-    entries.into_iter().map(|(k, v)| (k.to_string(), v)).collect()
-}
-
-/// Correlations with the other parameters; null where one of the two has no standard deviation.
-fn correlations_json(c: &Uncertainty, i: usize) -> Value {
-    let others = (0..c.parameters.len()).filter(|&j| j != i);
-    let known = |j: usize| Some(c.correlations[(i, j)]).filter(|rho| rho.is_finite());
-    Value::Object(others.map(|j| (c.parameters[j].name.clone(), json!(known(j)))).collect())
-}
-
-/// `unidentifiable[]` of `retune update --json`.
-pub(crate) fn unidentifiable_json(c: &Uncertainty) -> Value {
-    let one = |g: &retune::update::Inseparable| json!({"parameters": g.parameters, "numbers": g.n_numbers, "combinations": g.combinations, "shared": g.shared});
-    c.inseparable.iter().map(one).collect()
 }
 
 #[cfg(test)]

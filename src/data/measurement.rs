@@ -18,8 +18,10 @@
 
 mod arrays;
 mod labview;
+mod words;
 
 pub use arrays::Roles;
+pub use words::Answers;
 
 use super::convert::{self, ConvertError, FrfOptions, Question, UnitsFrom};
 use super::csv::{self, CsvError, CsvFrfOptions, ShapeTable, openmodal, read_frfs, read_points, read_shapes};

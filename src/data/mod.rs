@@ -32,7 +32,7 @@ pub use geometry::{Geometry, Line, Point};
 pub use geometry_frame::GeometryFrame;
 pub use joined::{Joined, joined};
 pub use measurement::{
-    MeasurementError, MeasurementOptions, Measurements, Open, Roles, read_measurements, read_measurements_by,
+    Answers, MeasurementError, MeasurementOptions, Measurements, Open, Roles, read_measurements, read_measurements_by,
 };
 pub use modal_set::{ModalSet, ModeRecord, RelativeSd, ShapeChannel};
 pub use spectrum::{Spectrum, SpectrumKind, SpectrumUnit};

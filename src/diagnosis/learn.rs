@@ -12,7 +12,7 @@ use super::search::prior::Odds;
 use super::search::several::WORTH_A_TRY;
 use super::settings::Settings;
 use crate::data::TestData;
-use crate::effect::{Candidate, Context, Effects, Structure};
+use crate::effect::{Candidate, Context, Effects, PatchError, Structure, set_parameter_values};
 use crate::linalg::DVector;
 use crate::model::Model;
 
@@ -68,6 +68,31 @@ pub struct Learned {
     pub tests: Vec<TestData>,
     /// What was tried beyond the last step.
     pub attempt: Option<Attempt>,
+}
+
+impl Learned {
+    /// The model of every step as an edit of the model file that was learned from: effects added, parameters at their fitted values.
+    ///
+    /// * `original` - the text of that file
+    ///
+    /// # Errors
+    /// A text that is no model file, or not that one.
+    pub fn model_texts(&self, original: &str) -> Result<Vec<String>, PatchError> {
+        let mut present: Vec<&Candidate> = Vec::new();
+        let mut out = Vec::with_capacity(self.steps.len());
+        for step in &self.steps {
+            present.retain(|c| !step.dropped.contains(&c.id()));
+            let mut text = original.to_string();
+            for c in &present {
+                text = c.patch.add_to_text(&text, &c.id(), "found by retune learn")?;
+            }
+            let free = step.model.parameters().iter().zip(&step.theta).filter(|(p, _)| p.bounds.is_some());
+            let values: Vec<(&str, f64)> = free.map(|(p, v)| (p.name.as_str(), *v)).collect();
+            out.push(set_parameter_values(&text, &values)?);
+            present.extend(&step.added);
+        }
+        Ok(out)
+    }
 }
 
 /// Where to go back to from an attempt.

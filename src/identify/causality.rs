@@ -1,8 +1,18 @@
 //! The sign of time: are the functions written for exp(+iωt) or for exp(-iωt)?
 
 use super::{IdentifyOptions, identify};
-use crate::data::FrfSet;
+use crate::data::{FrfSet, Measurements};
 use crate::linalg::Complex;
+
+/// Reverses the imaginary parts of measured functions that are written for exp(-iωt), as [`reversed_time`] tells; whether it did.
+pub fn forward_in_time(found: &mut Measurements) -> bool {
+    if let Some(forward) = found.frfs.as_ref().and_then(reversed_time) {
+        found.frfs = Some(forward);
+        found.is_time_reversed = true;
+        return true;
+    }
+    false
+}
 
 /// The functions for exp(+iωt), where they are written for exp(-iωt); `None` where they are as they should be.
 ///

@@ -33,7 +33,7 @@ mod spectrum;
 mod stabilisation;
 mod to_test;
 
-pub use causality::reversed_time;
+pub use causality::{forward_in_time, reversed_time};
 pub use circle::{CircleFit, HalfPower, circle_fit, half_power_damping};
 pub use cmif::{Cmif, cmif};
 pub use complexity::{Complexity, NormalModes, complexity, normal_modes, real_shape};

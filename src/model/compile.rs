@@ -465,6 +465,10 @@ impl ParametricModel for Model {
         self.characters_at(theta, shapes, n_rigid).map(Some)
     }
 
+    fn of_file(&self) -> Option<&Model> {
+        Some(self)
+    }
+
     fn targets(&self) -> Targets {
         self.targets
     }

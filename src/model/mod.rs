@@ -186,6 +186,11 @@ pub trait ParametricModel: std::fmt::Debug + Send + Sync {
         Ok(None)
     }
 
+    /// The model of a file that this is, with its members and bodies.
+    fn of_file(&self) -> Option<&Model> {
+        None
+    }
+
     /// Mass properties that an update has to respect.
     fn targets(&self) -> Targets {
         Targets::default()

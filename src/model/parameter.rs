@@ -1,5 +1,7 @@
 //! Parameters: named numbers with bounds.
 
+use crate::units::{Scalar, four_digits};
+
 /// One parameter, in SI.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Parameter {
@@ -28,6 +30,34 @@ impl Parameter {
     /// A value in SI expressed in the unit of tables.
     pub fn display(&self, si: f64) -> f64 {
         si / self.unit_factor
+    }
+
+    /// A value as a user writes it, SI, and whether it was a plain number, which is in the unit that the file declares.
+    ///
+    /// # Errors
+    /// No number, another dimension, a value outside the bounds.
+    pub fn parse(&self, text: &str) -> Result<(f64, bool), String> {
+        let Self { name, unit, .. } = self;
+        let shown = |si: f64| format!("{} {unit}", four_digits(self.display(si))).trim_end().to_string();
+        let value = Scalar::parse(text).map_err(|e| format!("{name}: {e}"))?;
+        let is_plain = value.terms().iter().all(|t| t.dimension.is_none() && t.parameter.is_none());
+        let value = if is_plain {
+            self.unit_factor * value.terms().iter().map(|t| t.factor).sum::<f64>()
+        } else {
+            value.constant_in(unit).map_err(|e| format!("{name}: {e}"))?
+        };
+        match self.bounds {
+            // A bound itself may be rounded on its way through a unit.
+            Some([lower, upper]) if value < lower - 1e-9 * lower.abs() || value > upper + 1e-9 * upper.abs() => {
+                Err(format!(
+                    "{name}={text}: {} is outside the bounds of `{name}`, {} to {}: check the unit, or widen `bounds` in the model file",
+                    shown(value),
+                    shown(lower),
+                    shown(upper)
+                ))
+            }
+            _ => Ok((value, is_plain)),
+        }
     }
 
     /// Whether a value lies on a bound, within 1e-6 of the interval.

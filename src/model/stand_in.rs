@@ -53,8 +53,9 @@ struct Common {
     plan: Arc<SparsePlan>,
     factor: PencilFactor,
     shift: f64,
-    /// Coordinates of the rigid motions, (n_basis x 6).
+    /// Coordinates of the rigid motions, (n_basis x 6), and how many of the first coordinates they take.
     motions: DMatrix<f64>,
+    n_rigid: usize,
     accuracy: f64,
     is_damped: bool,
 }
@@ -130,6 +131,7 @@ impl StandIn {
             plan,
             factor,
             shift,
+            n_rigid: motions.row_iter().take_while(|row| row.amax() > 0.0).count(),
             motions,
             accuracy: reduced.accuracy(),
             is_damped: system.damping.is_some(),
@@ -359,7 +361,7 @@ impl StandIn {
                             sum.product(&Monomial { powers })
                         }
                     };
-                    add(into, &motion, &matrices);
+                    add(into, &motion, &matrices, self.common.n_rigid);
                 }
             }
         }
@@ -370,19 +372,28 @@ impl StandIn {
     /// A term of the model on all coordinates: K, M, C.
     fn grown(&self, basis: &Basis, term: &Term) -> [DMatrix<f64>; 3] {
         let (v, w, size) = (&self.common.basis, &*self.extra, self.dofs.n_dof());
-        let m = v.ncols();
-        let of = |list: &[Entry], a: &Option<SparseSym>| {
+        let (m, n_rigid) = (v.ncols(), self.common.n_rigid);
+        let of = |list: &[Entry], a: &Option<SparseSym>, strains: bool| {
             let mut out = DMatrix::zeros(size, size);
             for e in list {
                 out[(e.row, e.column)] = e.value;
             }
             let Some(a) = a else { return out };
             let aw = a.mul(w);
-            out.view_mut((m, 0), (w.ncols(), m)).copy_from(&aw.tr_mul(v));
+            let mut beside = aw.tr_mul(v);
+            // A rigid motion that the term does not strain meets no force of a shape either.
+            for j in (0..n_rigid).filter(|&j| strains && !list.iter().any(|e| e.row == j || e.column == j)) {
+                beside.column_mut(j).fill(0.0);
+            }
+            out.view_mut((m, 0), (w.ncols(), m)).copy_from(&beside);
             out.view_mut((m, m), (w.ncols(), w.ncols())).copy_from(&w.tr_mul(&aw));
             out
         };
-        [of(&basis.stiffness, &term.stiffness), of(&basis.mass, &term.mass), of(&basis.damping, &term.damping)]
+        [
+            of(&basis.stiffness, &term.stiffness, true),
+            of(&basis.mass, &term.mass, false),
+            of(&basis.damping, &term.damping, true),
+        ]
     }
 
     /// Rows of the model on the coordinates: an observation matrix S becomes S \[V W 0\].
@@ -467,26 +478,45 @@ fn zeros(size: usize) -> [DMatrix<f64>; 3] {
 }
 
 /// Adds Bᵀ a B of an element's K, M and C.
-fn add(into: &mut [DMatrix<f64>; 3], b: &DMatrix<f64>, matrices: &ElementMatrices) {
-    for (target, a) in into.iter_mut().zip([&matrices.stiffness, &matrices.mass, &matrices.damping]) {
-        if !a.is_zero() {
-            *target += b.tr_mul(&(a.to_dense() * b));
-        }
-    }
+fn add(into: &mut [DMatrix<f64>; 3], b: &DMatrix<f64>, matrices: &ElementMatrices, n_rigid: usize) {
+    let [k, m, c] = into;
+    add_to(k, b, &matrices.stiffness, n_rigid);
+    add_to(m, b, &matrices.mass, 0);
+    add_to(c, b, &matrices.damping, n_rigid);
 }
 
 /// The same into a system.
-fn add_to(system: &mut System, b: &DMatrix<f64>, matrices: &ElementMatrices) {
-    let into = |target: &mut DMatrix<f64>, a: &SymMatrix| {
-        if !a.is_zero() {
-            *target += b.tr_mul(&(a.to_dense() * b));
-        }
-    };
-    into(&mut system.stiffness, &matrices.stiffness);
-    into(&mut system.mass, &matrices.mass);
+fn add_to_system(system: &mut System, b: &DMatrix<f64>, matrices: &ElementMatrices, n_rigid: usize) {
+    add_to(&mut system.stiffness, b, &matrices.stiffness, n_rigid);
+    add_to(&mut system.mass, b, &matrices.mass, 0);
     if let Some(c) = &mut system.damping {
-        into(c, &matrices.damping);
+        add_to(c, b, &matrices.damping, n_rigid);
     }
+}
+
+/// Adds Bᵀ a B; forces of the first `n_rigid` coordinates, which are rigid motions, that are rounding are none.
+fn add_to(target: &mut DMatrix<f64>, b: &DMatrix<f64>, a: &SymMatrix, n_rigid: usize) {
+    const ROUNDING: f64 = 1e-9;
+    if a.is_zero() {
+        return;
+    }
+    let a = a.to_dense();
+    let mut force = &a * b;
+    let mut none = vec![false; n_rigid];
+    if n_rigid > 0 {
+        let size = a.abs() * b.columns(0, n_rigid).abs();
+        for (j, none) in none.iter_mut().enumerate() {
+            if force.column(j).amax() <= ROUNDING * size.column(j).amax() {
+                force.column_mut(j).fill(0.0);
+                *none = true;
+            }
+        }
+    }
+    let mut own = b.tr_mul(&force);
+    for (j, _) in none.iter().enumerate().filter(|(_, none)| **none) {
+        own.row_mut(j).fill(0.0);
+    }
+    *target += own;
 }
 
 impl ParametricModel for StandIn {
@@ -514,7 +544,7 @@ impl ParametricModel for StandIn {
         for g in &self.general {
             let placed = &self.changes[g.change];
             let sizes = &sizes[placed.first_size..placed.first_size + placed.change.n_sizes()];
-            add_to(system, &g.motion, &placed.change.matrices(g.part, own, sizes)?);
+            add_to_system(system, &g.motion, &placed.change.matrices(g.part, own, sizes)?, self.common.n_rigid);
         }
         symmetrise(system);
         Ok(())
@@ -540,7 +570,7 @@ impl ParametricModel for StandIn {
             };
             if placed.change.depends_on(g.part, local) {
                 let slope = placed.change.slopes(g.part, own, &sizes[first..first + count], local, step)?;
-                add_to(&mut system, &g.motion, &slope);
+                add_to_system(&mut system, &g.motion, &slope, self.common.n_rigid);
             }
         }
         symmetrise(&mut system);

@@ -1,12 +1,13 @@
 //! What people look at: one self-contained page, figures for a paper, files for ParaView, tables for a terminal.
 //!
 //! [`ReportData`] holds everything that a report shows, as plain data; [`html`] makes the page, [`json`] the data file,
-//! [`figures`] single pictures as SVG, [`paraview`] the files of model and modes, and [`text`] what a terminal prints.
+//! [`figures`] single pictures as SVG, [`paraview`] the files of model and modes, [`text`] what a terminal prints, and [`answer`] what `--json` does.
 //! Nothing here computes: numbers come in finished, and every output shows the same ones.
 //!
 //! The page is a script and a style sheet, built from TypeScript in `web/` at development time and embedded here; no
 //! user needs that build. Start reading at [`data`] for the content and at `web/src/main.ts` for the page.
 
+pub mod answer;
 mod build;
 pub mod data;
 mod html;

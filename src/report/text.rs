@@ -397,17 +397,7 @@ pub fn hertz(value: f64, decimals: usize) -> String {
 
 /// Four significant digits; powers of ten outside 1e-3 to 1e6.
 pub fn number(value: f64) -> String {
-    let size = value.abs();
-    if !value.is_finite() {
-        "–".into()
-    } else if size == 0.0 {
-        "0".into()
-    } else if !(1e-3..1e6).contains(&size) {
-        format!("{value:.3e}")
-    } else {
-        let decimals = (3.0 - size.log10().floor()).max(0.0) as usize;
-        format!("{value:.decimals$}")
-    }
+    crate::units::four_digits(value)
 }
 
 /// Three significant digits, for estimates with their intervals.

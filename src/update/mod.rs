@@ -2,10 +2,13 @@
 //!
 //! [`assess`] compares at one θ; [`update`] is the whole fit, readable from top to bottom.
 
+mod agreement;
 mod alternatives;
 mod assessment;
 mod correlate;
 mod guard;
+mod identified;
+mod marginals;
 mod momentum;
 mod objective;
 mod objective_spec;
@@ -14,11 +17,14 @@ mod peaks;
 mod pretest;
 mod reduced;
 mod regularization;
+mod search;
 mod settings;
+mod tested;
 mod twin;
 mod uncertainty;
 mod valley;
 
+pub use agreement::{Agreement, AgreementOptions, agreement, sensors_by_model};
 pub use alternatives::Alternative;
 pub use assessment::{AssessedPair, AssessedReading, Assessment, ModeName, UnpairedMode, assess, name_modes};
 pub use correlate::{
@@ -28,6 +34,11 @@ pub use correlate::{
     frf_sensitivities, judge, load_profile, member_stiffnesses, mode_agreement, orthogonality, places, sensitivities,
     sensor_agreement, slip_of_unit, slips_of_readings,
 };
+pub use identified::{
+    About, Identified, IdentifySettings, Method, Way, Window, held_modes, identify_test, instead, place, points_of,
+    with_roving_responses,
+};
+pub use marginals::{Marginal, QUANTILES, marginals, sampled_values};
 pub use momentum::{SensorChange, SensorCheck, ShapeMomentum, check_sensors_by_model};
 pub use objective_spec::{LimitSpec, ObjectiveSpec, Regularization};
 pub(crate) use pairing::as_given;
@@ -35,13 +46,17 @@ pub use pairing::{HowToPair, compared, paired_at, paired_test};
 pub use peaks::Peak;
 pub use pretest::{Pretest, PretestOptions, TargetMode, pretest};
 pub use reduced::ReducedSearch;
+pub use search::with_objective;
 pub use settings::{Cost, Settings};
-pub use twin::{TwinError, TwinFault, TwinFrfOptions, TwinOptions, node_sensors, twin_frfs, twin_modes};
+pub use tested::{Remark, check_on_model, loaded, meet};
+pub use twin::{TwinError, TwinFault, TwinFrfOptions, TwinOptions, TwinStory, node_sensors, twin_frfs, twin_modes};
 pub use uncertainty::{Basis, Held, Inseparable, IntervalMethod, ParameterUncertainty, Uncertainty, uncertainty};
 
 use self::reduced::ReducedCases;
 use crate::correlation::CorrelationError;
 use crate::data::TestData;
+use crate::identify::IdentifyError;
+use crate::identify::health::Finding;
 use crate::linalg::DVector;
 use crate::model::{ModelError, Parameter, ParametricModel};
 use crate::objective::{Augmented, Comparison, EvalError, Objective, Scaling};
@@ -69,6 +84,8 @@ pub struct Update {
     pub uncertainty: Uncertainty,
     /// Other sets of parameters that fit as well as these, best first; none for a cost that is no misfit.
     pub alternatives: Vec<Alternative>,
+    /// What the motions of the fitted model say of the sensors of every test; nothing of a model with many dofs.
+    pub suspects: Vec<Vec<Finding>>,
     /// The weight of the pull towards the estimates, where there is one.
     pub regularization: Option<f64>,
     /// The search on reduced models, where it was asked for; `optimum` then counts evaluations of the full ones.
@@ -130,6 +147,18 @@ pub enum UpdateError {
         "the test has nothing to compare with: no modes, no static tests, no mass properties, no functions under `frfs`"
     )]
     NoData,
+    /// Bands of functions that there are not.
+    #[error("there are no functions for these bands; give their files by `--frf`, or in the test")]
+    NoFunctions,
+    /// Measurements without anything to identify modes from.
+    #[error("the files hold no frequency response functions, but {0}")]
+    NoMeasurements(String),
+    /// Points that cannot be placed in a model.
+    #[error("the positions of the points are not known, so they have no place in the model; give `--geometry FILE`")]
+    NoPositions,
+    /// Modes cannot be identified.
+    #[error(transparent)]
+    Identify(#[from] IdentifyError),
     /// Nothing of the test is of the model.
     #[error(
         "no measured mode has a probable partner in the model, so there is nothing to fit: {reasons}; does the test belong to this structure, in these units? `retune compare` shows the MAC, and `pair_with` in the test file names partners"
@@ -335,6 +364,11 @@ pub fn update_to_tests(
         }
     }
     let parameters = changes(&theta, &uncertainty);
+    let of = |c: &TestCase<'_>| {
+        let is_small = c.model.dof_map().n_dof() <= agreement::LARGE;
+        if is_small { agreement::suspects(c.model, &theta, c.test) } else { Ok(Vec::new()) }
+    };
+    let suspects = cases.iter().map(of).collect::<Result<Vec<_>, _>>()?;
     let mut pairs = before.into_iter().zip(after);
     let Some((before, after)) = pairs.next() else { return Err(UpdateError::NoData) };
     let further = cases[1..].iter().zip(pairs);
@@ -350,6 +384,7 @@ pub fn update_to_tests(
         parameters,
         uncertainty,
         alternatives,
+        suspects,
         regularization,
         reduced,
     })

@@ -142,7 +142,7 @@ pub struct SensorCheck {
 /// # Errors
 /// A sensor without place in the model; a model without modes.
 pub fn check_sensors_by_model(
-    model: &Model,
+    model: &dyn ParametricModel,
     theta: &[f64],
     sensors: &[Sensor],
     modes: &[TestMode],
@@ -160,7 +160,15 @@ pub fn check_sensors_by_model(
     for s in &mut shapes {
         s.densities = densities(s, &elastic, &rigid);
     }
-    Ok(Check { sensors, modes, rigid: &rigid, elastic: &elastic, groups: groups(model, sensors), shapes }.run())
+    Ok(Check {
+        sensors,
+        modes,
+        rigid: &rigid,
+        elastic: &elastic,
+        groups: model.of_file().map_or_else(Vec::new, |m| groups(m, sensors)),
+        shapes,
+    }
+    .run())
 }
 
 /// Sensors on one body, where it has two or more and not all of them: a chain or an element, its nodes included.

@@ -63,6 +63,17 @@ pub struct Pretest {
     pub parameters: Vec<String>,
 }
 
+impl Pretest {
+    /// The ways to choose sensors, in the order in which they are told: name and choice.
+    pub fn choices(&self) -> [(&'static str, &SensorChoice); 3] {
+        [
+            ("effective independence", &self.by_independence),
+            ("autoMAC", &self.by_auto_mac),
+            ("kinetic energy", &self.by_kinetic_energy),
+        ]
+    }
+}
+
 /// Plans a test of a model at its estimates, moved into their bounds.
 ///
 /// * `given` - sensors that there are already; the next sensor is judged beside them, else beside those of effective

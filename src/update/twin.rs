@@ -69,6 +69,50 @@ impl Default for TwinOptions {
     }
 }
 
+/// How the numbers of a synthetic test came about, for the files that hold them.
+#[derive(Debug, Clone, Copy)]
+pub struct TwinStory<'a> {
+    /// Name of the model.
+    pub model: &'a str,
+    /// Name of its file.
+    pub file: &'a str,
+    /// Name of the file with the hidden changes.
+    pub patch: Option<&'a str>,
+    /// Parameters that were set: `m8_13=70g`.
+    pub set: &'a [String],
+    /// Faults of the measurement: `sensor-sign@p11`.
+    pub faults: &'a [String],
+    /// Noise of frequencies, in words.
+    pub noise_frequency: &'a str,
+    /// Noise of shapes, in words.
+    pub noise_shape: &'a str,
+    /// Seed of all random numbers.
+    pub seed: u64,
+}
+
+impl TwinStory<'_> {
+    /// In a sentence.
+    pub fn text(&self) -> String {
+        let mut parts = vec![format!("computed by `retune twin` from {} ({})", self.model, self.file)];
+        parts.extend(self.patch.map(|patch| format!("with the hidden changes of {patch}")));
+        parts.extend(self.set.iter().map(|set| format!("with {set}")));
+        parts.extend(self.faults.iter().map(|fault| format!("with the fault {fault}")));
+        parts.push(format!(
+            "noise {} of frequencies and {} of shapes, seed {}",
+            self.noise_frequency, self.noise_shape, self.seed
+        ));
+        parts.join(", ")
+    }
+
+    /// Writes it over a test of [`twin_modes`]: name, description, configuration.
+    pub fn sign(&self, test: &mut TestData, configuration: Option<&str>) {
+        let is_said = self.model.to_lowercase().contains("synthetic");
+        test.name = if is_said { self.model.to_string() } else { format!("{} (synthetic)", self.model) };
+        test.description = format!("SYNTHETIC: every number was {}", self.text());
+        test.configuration = configuration.map(str::to_string);
+    }
+}
+
 /// Lines, exciters and noise of synthetic functions.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TwinFrfOptions {

@@ -120,6 +120,16 @@ pub(crate) enum Method {
     Circle,
 }
 
+impl From<Method> for retune::update::Method {
+    fn from(method: Method) -> Self {
+        match method {
+            Method::Plscf => Self::Plscf,
+            Method::Quadrature => Self::Quadrature,
+            Method::Circle => Self::Circle,
+        }
+    }
+}
+
 /// Identify modes from frequency response functions: frequencies, damping, shapes, each with its standard deviation.
 ///
 /// Reads universal files, tables (column frequency_hz), OpenModal folders, NumPy arrays, MATLAB files; of a spectrum without

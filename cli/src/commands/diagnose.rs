@@ -1,6 +1,5 @@
 //! `retune diagnose`
 
-use super::compare::origins;
 use super::measured::scalar;
 use crate::args::{Diagnose, SearchOptions};
 use crate::files::{self, Tested};
@@ -15,7 +14,7 @@ use retune::diagnosis::{Settings, Until, Verdict, diagnose_tests};
 use retune::effect::{Effect, Effects};
 use retune::fault::Faults;
 use retune::model::ParametricModel;
-use retune::report::{Case, ReportData, add_diagnosis, assess_paired, diagnosis, of_comparison, text};
+use retune::report::{Case, ReportData, add_diagnosis, answer, assess_paired, diagnosis, of_comparison, text};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -101,7 +100,7 @@ pub(super) fn head(model: &str, all: &[Tested]) -> String {
     for t in all {
         let configuration = t.test.configuration.as_ref().filter(|_| all.len() > 1);
         let configuration = configuration.map_or_else(String::new, |c| format!(", configuration {c}"));
-        out += &format!("test   {}{configuration}\ndata   {}\n", t.test.name, origins(&t.test).join("; "));
+        out += &format!("test   {}{configuration}\ndata   {}\n", t.test.name, answer::data_origins(&t.test).join("; "));
     }
     out
 }

@@ -1,9 +1,6 @@
 //! `retune health`
 
-use super::map::points_of;
-use super::measured::{
-    band, by_model, findings_json, findings_text, has_fault, held_modes, place, read, refuse_answers, shape_functions,
-};
+use super::measured::{band, findings_text, has_fault, read, refuse_answers, remarks, shape_functions};
 use crate::args::Health;
 use crate::output::{Failure, print, print_json, style, warn};
 use crate::{DONE, SHORT, files};
@@ -12,13 +9,15 @@ use retune::identify::health::{
     Finding, HealthOptions, check_damping, check_shapes, check_test, compare_runs, reversed_time_finding,
 };
 use retune::identify::{IdentifyOptions, identify, sensors, test_modes};
+use retune::report::answer;
+use retune::update::{held_modes, place, points_of, sensors_by_model};
 use serde_json::json;
 
 pub(crate) fn run(args: &Health) -> Result<u8, Failure> {
     let mut findings = findings(args)?;
     findings.sort_by_key(|f| std::cmp::Reverse(f.level));
     if args.json {
-        print_json(&json!({"ok": !has_fault(&findings), "findings": findings_json(&findings)}));
+        print_json(&json!({"ok": !has_fault(&findings), "findings": answer::findings(&findings)}));
     } else {
         print(&findings_text(&findings, &style(&std::io::stdout())));
     }
@@ -43,7 +42,7 @@ fn findings(args: &Health) -> Result<Vec<Finding>, Failure> {
                 files::tested_model(model_path, args.configuration.as_deref(), (&mut test, path, &text))?;
             warn(model_path, &model_text, &warnings);
             warn(path, &text, &files::check_sensors(&model, &test, path, &text)?);
-            findings.extend(by_model(&model, &test, options.n_suspension)?);
+            findings.extend(sensors_by_model(&model, &test, options.n_suspension)?);
         }
         return Ok(findings);
     }
@@ -74,9 +73,9 @@ fn judged(
     warn(path, &text, &warnings);
     let mut test = TestData { sensors, modes, ..TestData::default() };
     if !points_of(&test).is_empty() {
-        place(&model, &mut test);
+        remarks(None, &place(&model, &mut test));
     }
-    by_model(&model, &test, options.n_suspension)
+    Ok(sensors_by_model(&model, &test, options.n_suspension)?)
 }
 
 fn of_functions(

@@ -1,24 +1,16 @@
 //! `retune identify`
 
-use super::measured::{
-    band, by_model, findings_json, findings_text, has_fault, held_modes, place, read, shape_functions, wrapped,
-};
+use super::measured::{band, findings_text, has_fault, read, remarks, wrapped};
 use crate::args::{Identify, Method};
 use crate::output::{Failure, print, print_json, shown, style, warn};
 use crate::{DONE, SHORT, files, writing};
 use retune::catalogue::counted;
-use retune::data::{FrfSet, Measurements, ModalSet, Origin, SpectrumKind, TestData, TestMode, write_test};
-use retune::identify::health::{
-    HealthOptions, check_damping, check_identification, check_shapes, check_test, reversed_time_finding,
-};
-use retune::identify::{
-    Identification, IdentifyOptions, PeakOptions, SpectrumPeak, add_repeatability, circle_modes, cmif, complexity,
-    identify, peak_modes, quadrature_modes, remove_exponential_window, sensors, spectrum_peaks, test_modes,
-};
-use retune::model::Model;
+use retune::data::{FrfSet, Measurements, TestData, TestMode, write_test};
+use retune::identify::{Identification, IdentifyOptions, PeakOptions, SpectrumPeak, cmif, complexity, spectrum_peaks};
+use retune::report::answer;
 use retune::report::text::{Align, Cell, Style, Table, Tone, hertz};
 use retune::units::Scalar;
-use serde_json::{Value, json};
+use retune::update::{About, Identified, IdentifySettings, Way, Window, identify_test};
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -34,127 +26,80 @@ pub(crate) fn run(args: &Identify) -> Result<u8, Failure> {
         writing::check_output(output, args.force)?;
     }
     let found = read(&args.files, &args.measurement)?;
-    if found.frfs.is_none() && !found.spectra.is_empty() {
-        return peaks(args, &found);
+    let is_held = found.frfs.is_none() && found.spectra.is_empty() && found.modes.is_some();
+    if is_held && (args.band.is_some() || args.method != Method::Plscf) {
+        return Err(Failure::text(
+            "`--band` and `--method` identify modes from functions; these files hold modes, which are taken over as they are",
+        ));
     }
-    if let (None, Some(modes)) = (&found.frfs, &found.modes) {
-        return take_over(args, &found, modes);
-    }
-    let turned = shape_functions(&found)?;
-    let frfs = turned.as_ref();
-    let options = IdentifyOptions {
-        band_hz: band(args.band.as_deref())?,
-        max_order: usize::from(args.order),
-        ..IdentifyOptions::default()
+    let settings = IdentifySettings {
+        options: IdentifyOptions {
+            band_hz: band(args.band.as_deref())?,
+            max_order: usize::from(args.order),
+            ..IdentifyOptions::default()
+        },
+        method: args.method.into(),
+        peak_height_db: args.peak_height,
+        n_suspension: usize::from(args.suspension),
+        window: match args.exponential_window.as_deref().map(window_rate).transpose()? {
+            None => Window::Stated,
+            Some(None) => Window::None,
+            Some(Some(rate)) => Window::Rate(rate),
+        },
+        repeatability: args.repeatability / 100.0,
+        checks_health: !args.no_health,
     };
-    let identification = identify(frfs, &options)?;
-    let n_suspension = usize::from(args.suspension);
-    let origin = origin(args, &found);
-    let mut modes = match args.method {
-        Method::Plscf => test_modes(&identification.modes, &origin),
-        Method::Circle => circle_modes(frfs, 0, &identification.modes, &origin)?,
-        Method::Quadrature => quadrature_modes(frfs, 0, &identification.modes, &origin)?,
-    };
-    let window = take_out_window(args, &found, &mut modes)?;
-    let mut test = None;
-    if args.output.is_some() || args.model.is_some() {
-        let sensors = sensors(frfs, found.geometry.as_ref(), None)?;
-        test = Some(TestData { sensors, modes: modes.clone(), ..test_data(args, &found, String::new()) });
-    }
-    let model =
-        args.model.as_deref().zip(test.as_mut()).map(|(path, test)| placed(args, path, test, &found)).transpose()?;
-    let mut findings = Vec::new();
-    if args.no_health {
-        // What was left out, and why there is nothing, is no question of health.
-        for finding in check_identification(frfs, &identification) {
-            warning!("{}", finding.text);
-        }
-    } else {
-        let options = HealthOptions { n_suspension, has_model: model.is_some() };
-        findings = check_test(frfs, Some(&identification), found.geometry.as_ref(), options)?;
-        findings.extend(found.is_time_reversed.then(reversed_time_finding));
-        if let (Some(model), Some(test)) = (&model, &test) {
-            findings.extend(by_model(model, test, n_suspension)?);
-        }
-        findings.sort_by_key(|f| std::cmp::Reverse(f.level));
-    }
+    let is_spectrum = found.frfs.is_none() && !found.spectra.is_empty();
+    let model = args.model.as_deref().filter(|_| !is_spectrum).map(|path| {
+        let (model, warnings, text) = files::model(path, args.configuration.as_deref())?;
+        warn(path, &text, &warnings);
+        Ok::<_, Failure>(model)
+    });
+    let model = model.transpose()?;
+    let identified = identify_test(&found, &about(args), model.as_ref(), &settings)?;
+    remarks(None, &identified.remarks);
     if args.json {
-        print_json(&json!({
-            "method": word(args.method),
-            "modes": modes.iter().zip(&identification.modes).map(|(t, m)| json!({
-                "frequency_hz": t.frequency_hz.value, "frequency_sd": t.frequency_hz.sd,
-                "damping": t.damping_ratio.map(|z| z.value), "damping_sd": t.damping_ratio.map(|z| z.sd),
-                "mpc": m.complexity.mpc, "mean_phase_deviation_deg": m.complexity.mean_phase_deviation_deg,
-                "sd_inflation": m.sd_inflation, "orders": m.n_orders,
-            })).collect::<Vec<_>>(),
-            "responses": frfs.responses.iter().map(|c| c.name.clone()).collect::<Vec<_>>(),
-            "references": frfs.references.iter().map(|c| c.name.clone()).collect::<Vec<_>>(),
-            "lines": frfs.n_lines(),
-            "is_synthetic": found.is_synthetic,
-            "exponential_window_per_s": window,
-            "pieces": identification.segments.iter().map(piece_json).collect::<Vec<_>>(),
-            "findings": findings_json(&findings),
-        }));
+        print_json(&answer::identified(&identified));
     } else {
         let style = style(&std::io::stdout());
-        let mut out = head(frfs, &found);
-        out += &table(&modes, &identification, n_suspension, &style);
-        out += &diagram(frfs, &identification)?;
-        if !args.no_health {
+        let mut out = match &identified.way {
+            Way::Functions { frfs, identification, .. } => {
+                head(frfs, &found)
+                    + &table(&identified.modes, identification, settings.n_suspension, &style)
+                    + &diagram(frfs, identification)?
+            }
+            Way::Held { channels } => held(&identified, channels.len(), &style),
+            Way::Peaks(all) => peaks(all, &style),
+        };
+        if !args.no_health && !is_spectrum {
             out += "\n";
-            out += &findings_text(&findings, &style);
+            out += &findings_text(&identified.findings, &style);
         }
         print(&out);
     }
-    if let (Some(output), Some(mut test)) = (&args.output, test) {
-        test.modes.drain(..n_suspension.min(test.modes.len()));
-        add_repeatability(&mut test.modes, args.repeatability / 100.0);
-        test.description = format!(
-            "Identified by {} from {}, {:.4} to {:.4} Hz, {}, {}; complex shapes, largest entry 1. \
-             Standard deviations are those of the lines and {} % of a frequency, ten times that of a shape, for what a repeated \
-             test would change.{}",
-            word(args.method),
-            counted(frfs.n_lines(), "line"),
-            frfs.frequencies_hz.first().copied().unwrap_or(0.0),
-            frfs.frequencies_hz.last().copied().unwrap_or(0.0),
-            counted(frfs.responses.len(), "response"),
-            counted(frfs.references.len(), "reference"),
-            args.repeatability,
-            window.map_or_else(String::new, |w| format!(
-                " The damping of an exponential window of {w} 1/s is taken out."
-            )),
-        );
-        write(output, &test, args.json);
+    if let Some(output) = &args.output {
+        if let Way::Peaks(all) = &identified.way
+            && all.len() != 1
+        {
+            return Err(Failure::text(format!("{} spectra: write a test file of one at a time", all.len())));
+        }
+        if let Some(lacks) = identified.test_lacks {
+            return Err(lacks.into());
+        }
+        write(output, &identified.test, args.json);
     }
-    Ok(if has_fault(&findings) || modes.is_empty() { SHORT } else { DONE })
+    let is_short = has_fault(&identified.findings) || (identified.modes.is_empty() && !is_spectrum && !is_held);
+    Ok(if is_short { SHORT } else { DONE })
 }
 
-/// Takes the damping of an exponential window out of the modes; gives its rate, 1/s.
-fn take_out_window(args: &Identify, found: &Measurements, modes: &mut [TestMode]) -> Result<Option<f64>, Failure> {
-    let stated = args.exponential_window.as_deref().map(window_rate).transpose()?;
-    let Some(rate) = stated.unwrap_or(found.exponential_window) else { return Ok(None) };
-    let mut corrected = modes.to_vec();
-    let lost = remove_exponential_window(&mut corrected, rate);
-    if stated.is_none() {
-        if !lost.is_empty() {
-            warning!(
-                "dataset 1858 states an exponential window with the damping factor {rate}; as a rate in 1/s it is more than the damping of {} of {} modes, so that nothing is taken out; state it with `--exponential-window`",
-                lost.len(),
-                modes.len()
-            );
-            return Ok(None);
-        }
-        note!(
-            "dataset 1858 states an exponential window with the damping factor {rate}, taken as a rate in 1/s: its damping is taken out; `--exponential-window none` leaves it in"
-        );
+/// What the test file says of itself.
+fn about(args: &Identify) -> About {
+    let stem = args.files.first().and_then(|f| f.file_stem()).map(|s| s.to_string_lossy().into_owned());
+    About {
+        name: args.name.clone().or(stem).unwrap_or_else(|| "test".to_string()),
+        sources: args.files.iter().filter_map(|f| Some(f.file_name()?.to_string_lossy().into_owned())).collect(),
+        configuration: args.configuration.clone(),
     }
-    for hz in lost {
-        warning!(
-            "the mode at {hz:.3} Hz has no more damping than the window of {rate} 1/s adds: its damping ratio is left out"
-        );
-    }
-    modes.clone_from_slice(&corrected);
-    Ok(Some(rate))
 }
 
 /// The rate of an exponential window: itself, or one over its time constant; `none` is none.
@@ -181,196 +126,69 @@ fn window_rate(text: &str) -> Result<Option<f64>, Failure> {
     if rate.is_finite() && rate > 0.0 { Ok(Some(rate)) } else { Err(wrong(&"it must be above zero")) }
 }
 
-/// Modes that the files themselves hold: shown, checked and written as they are.
-fn take_over(args: &Identify, found: &Measurements, modes: &ModalSet) -> Result<u8, Failure> {
-    if args.band.is_some() || args.method != Method::Plscf {
-        return Err(Failure::text(
-            "`--band` and `--method` identify modes from functions; these files hold modes, which are taken over as they are",
-        ));
-    }
-    let damping = check_damping(&modes.modes);
-    let (sensors, modes) = held_modes(found, modes, &origin(args, found));
-    let n_suspension = usize::from(args.suspension);
-    let description = "Modes as the file holds them; it states no standard deviations, so those are defaults.";
-    let mut test =
-        TestData { sensors: sensors.clone(), modes: modes.clone(), ..test_data(args, found, description.to_string()) };
-    let model = args.model.as_deref().map(|path| placed(args, path, &mut test, found)).transpose()?;
-    let mut findings = Vec::new();
-    if !args.no_health {
-        let options = HealthOptions { n_suspension, has_model: model.is_some() };
-        findings = [damping, check_shapes(&sensors, &modes, options)?].concat();
-        if let Some(model) = &model {
-            findings.extend(by_model(model, &test, n_suspension)?);
-            findings.sort_by_key(|f| std::cmp::Reverse(f.level));
-        }
-    }
-    if args.json {
-        print_json(&json!({
-            "method": "as in the file",
-            "modes": modes.iter().map(|t| json!({
-                "frequency_hz": t.frequency_hz.value, "damping": t.damping_ratio.map(|z| z.value), "label": t.label,
-                "mpc": t.shape.as_ref().map(|s| complexity(s).mpc),
-            })).collect::<Vec<_>>(),
-            "responses": sensors.iter().map(|s| s.name.clone()).collect::<Vec<_>>(),
-            "is_synthetic": found.is_synthetic,
-            "findings": findings_json(&findings),
-        }));
-    } else {
-        let style = style(&std::io::stdout());
-        let mut table = Table::new([
-            ("#", Align::Right),
-            ("Hz", Align::Right),
-            ("damping", Align::Right),
-            ("MPC", Align::Right),
-            ("label", Align::Left),
+/// Modes that the files themselves hold.
+fn held(found: &Identified, n_sensors: usize, style: &Style) -> String {
+    let mut table = Table::new([
+        ("#", Align::Right),
+        ("Hz", Align::Right),
+        ("damping", Align::Right),
+        ("MPC", Align::Right),
+        ("label", Align::Left),
+    ]);
+    for (k, m) in found.modes.iter().enumerate() {
+        let mpc = m.shape.as_ref().map_or(f64::NAN, |s| complexity(s).mpc);
+        table.row([
+            (k + 1).to_string().into(),
+            hertz(m.frequency_hz.value, 4).into(),
+            m.damping_ratio.map_or_else(|| "–".to_string(), |z| format!("{:.3} %", 100.0 * z.value)).into(),
+            format!("{mpc:.3}").into(),
+            retune::report::text::printable(m.label.as_deref().unwrap_or_default()).into(),
         ]);
-        for (k, m) in modes.iter().enumerate() {
-            let mpc = m.shape.as_ref().map_or(f64::NAN, |s| complexity(s).mpc);
-            table.row([
-                (k + 1).to_string().into(),
-                hertz(m.frequency_hz.value, 4).into(),
-                m.damping_ratio.map_or_else(|| "–".to_string(), |z| format!("{:.3} %", 100.0 * z.value)).into(),
-                format!("{mpc:.3}").into(),
-                retune::report::text::printable(m.label.as_deref().unwrap_or_default()).into(),
-            ]);
-        }
-        let mut out = format!(
-            "The files hold {} at {}{}, taken over as they are.\n\n",
-            counted(modes.len(), "mode"),
-            counted(sensors.len(), "sensor"),
-            if found.is_synthetic { " (synthetic)" } else { "" }
-        );
-        out += &table.render(&style);
-        if !args.no_health {
-            out += "\n";
-            out += &findings_text(&findings, &style);
-        }
-        print(&out);
     }
-    if let Some(output) = &args.output {
-        test.modes.drain(..n_suspension.min(test.modes.len()));
-        write(output, &test, args.json);
-    }
-    Ok(if has_fault(&findings) { SHORT } else { DONE })
+    let mut out = format!(
+        "The files hold {} at {}{}, taken over as they are.\n\n",
+        counted(found.modes.len(), "mode"),
+        counted(n_sensors, "sensor"),
+        if found.is_synthetic { " (synthetic)" } else { "" }
+    );
+    out += &table.render(style);
+    out
 }
 
 /// Spectra alone: frequencies of their peaks.
-fn peaks(args: &Identify, found: &Measurements) -> Result<u8, Failure> {
-    let mut all: Vec<(String, Vec<SpectrumPeak>)> = Vec::new();
-    for spectrum in &found.spectra {
-        let f = &spectrum.frequencies_hz;
-        let limits = (f.first().copied().unwrap_or(0.0), f.last().copied().unwrap_or(0.0));
-        let limits = band(args.band.as_deref())?.unwrap_or(limits);
-        // Of a power the root is an amplitude.
-        let is_power = spectrum.kind != SpectrumKind::Linear;
-        let amplitude: Vec<f64> =
-            spectrum.values.iter().map(|v| if is_power { v.norm().sqrt() } else { v.norm() }).collect();
-        let options = PeakOptions { min_height_db: args.peak_height, ..PeakOptions::resonances(limits) };
-        let found = spectrum_peaks(f, &amplitude, &options)?;
-        all.push((spectrum.response.name.clone(), found));
-    }
-    if args.json {
-        let one = |p: &SpectrumPeak| json!({"frequency_hz": p.frequency_hz, "frequency_sd": p.frequency_sd, "height_db": p.height_db, "damping_at_most": p.damping_ratio});
-        let spectra: Vec<Value> = all
-            .iter()
-            .map(|(name, list)| json!({"name": name, "peaks": list.iter().map(one).collect::<Vec<_>>()}))
-            .collect();
-        print_json(&json!({"method": "peaks", "spectra": spectra}));
-    } else {
-        let style = style(&std::io::stdout());
-        let mut out = String::from("No force was measured: frequencies of the peaks, without shapes.\n\n");
-        for (name, list) in &all {
-            let mut table = Table::new([
-                ("#", Align::Right),
-                ("Hz", Align::Right),
-                ("± sd", Align::Right),
-                ("over valleys", Align::Right),
-                ("damping below", Align::Right),
+fn peaks(all: &[(String, Vec<SpectrumPeak>)], style: &Style) -> String {
+    let mut out = String::from("No force was measured: frequencies of the peaks, without shapes.\n\n");
+    for (name, list) in all {
+        let mut table = Table::new([
+            ("#", Align::Right),
+            ("Hz", Align::Right),
+            ("± sd", Align::Right),
+            ("over valleys", Align::Right),
+            ("damping below", Align::Right),
+        ]);
+        let mut heights: Vec<f64> = list.iter().map(|p| p.height_db).collect();
+        heights.sort_by(|a, b| b.total_cmp(a));
+        let least = heights.get(PEAKS_SHOWN - 1).copied().unwrap_or(f64::NEG_INFINITY);
+        for (k, p) in list.iter().enumerate().filter(|(_, p)| p.height_db >= least) {
+            table.row([
+                (k + 1).to_string().into(),
+                format!("{:.3}", p.frequency_hz).into(),
+                format!("{:.3}", p.frequency_sd).into(),
+                format!("{:.1} dB", p.height_db).into(),
+                p.damping_ratio.map_or_else(|| "–".to_string(), |z| format!("{:.2} %", 100.0 * z)).into(),
             ]);
-            let mut heights: Vec<f64> = list.iter().map(|p| p.height_db).collect();
-            heights.sort_by(|a, b| b.total_cmp(a));
-            let least = heights.get(PEAKS_SHOWN - 1).copied().unwrap_or(f64::NEG_INFINITY);
-            for (k, p) in list.iter().enumerate().filter(|(_, p)| p.height_db >= least) {
-                table.row([
-                    (k + 1).to_string().into(),
-                    format!("{:.3}", p.frequency_hz).into(),
-                    format!("{:.3}", p.frequency_sd).into(),
-                    format!("{:.1} dB", p.height_db).into(),
-                    p.damping_ratio.map_or_else(|| "–".to_string(), |z| format!("{:.2} %", 100.0 * z)).into(),
-                ]);
-            }
-            let _ = writeln!(out, "spectrum {}", retune::report::text::printable(name));
-            out += &if list.is_empty() { "no peak was found\n".to_string() } else { table.render(&style) };
-            if list.len() > PEAKS_SHOWN {
-                let more = format!(
-                    "and {} lower ones; `--peak-height` or `--band` narrow the list, `--json` and `-o` hold all of it",
-                    list.len() - PEAKS_SHOWN
-                );
-                out += &wrapped(&more, "");
-            }
         }
-        print(&out);
-    }
-    if let Some(output) = &args.output {
-        if all.len() != 1 {
-            return Err(Failure::text(format!("{} spectra: write a test file of one at a time", all.len())));
+        let _ = writeln!(out, "spectrum {}", retune::report::text::printable(name));
+        out += &if list.is_empty() { "no peak was found\n".to_string() } else { table.render(style) };
+        if list.len() > PEAKS_SHOWN {
+            let more = format!(
+                "and {} lower ones; `--peak-height` or `--band` narrow the list, `--json` and `-o` hold all of it",
+                list.len() - PEAKS_SHOWN
+            );
+            out += &wrapped(&more, "");
         }
-        let mut test = test_data(args, found, "Peaks of a response spectrum; no force was measured.".to_string());
-        test.modes = peak_modes(&all[0].1, &origin(args, found));
-        write(output, &test, args.json);
     }
-    Ok(DONE)
-}
-
-fn test_data(args: &Identify, found: &Measurements, description: String) -> TestData {
-    let stem = args.files.first().and_then(|f| f.file_stem()).map(|s| s.to_string_lossy().into_owned());
-    let name = args.name.clone().or(stem).unwrap_or_else(|| "test".to_string());
-    TestData {
-        name: if found.is_synthetic && !name.to_lowercase().contains("synthetic") {
-            format!("{name} (synthetic)")
-        } else {
-            name
-        },
-        description,
-        configuration: args.configuration.clone(),
-        sensors: Vec::new(),
-        modes: Vec::new(),
-        mass_properties: Vec::new(),
-        static_tests: Vec::new(),
-        frfs: None,
-        frf_fit: None,
-        corrections: Vec::new(),
-    }
-}
-
-fn origin(args: &Identify, found: &Measurements) -> Origin {
-    let is_held = found.frfs.is_none() && found.modes.is_some();
-    let how = if is_held { "modes" } else { word(args.method) };
-    let names: Vec<String> =
-        args.files.iter().filter_map(|f| f.file_name()).map(|f| f.to_string_lossy().into_owned()).collect();
-    let text = format!("{how} of {}", names.join(", "));
-    if found.is_synthetic { Origin::Synthetic(text) } else { Origin::Measured(text) }
-}
-
-fn word(method: Method) -> &'static str {
-    match method {
-        Method::Plscf => "pLSCF and maximum likelihood",
-        Method::Quadrature => "quadrature picking",
-        Method::Circle => "circle fits",
-    }
-}
-
-/// The model, with the sensors of the test at their places in it.
-fn placed(args: &Identify, path: &Path, test: &mut TestData, found: &Measurements) -> Result<Model, Failure> {
-    let (model, warnings, text) = files::model(path, args.configuration.as_deref())?;
-    warn(path, &text, &warnings);
-    if found.geometry.is_none() {
-        return Err(Failure::text(
-            "the positions of the points are not known, so they have no place in the model; give `--geometry FILE`",
-        ));
-    }
-    place(&model, test);
-    Ok(model)
+    out
 }
 
 fn write(path: &Path, test: &TestData, is_json: bool) {
@@ -488,15 +306,4 @@ fn diagram(frfs: &FrfSet, identification: &Identification) -> Result<String, Fai
         }
     }
     Ok(out)
-}
-
-fn piece_json(s: &retune::identify::Segment) -> Value {
-    json!({
-        "from_hz": s.core_hz.0, "to_hz": s.core_hz.1, "is_converged": s.is_converged,
-        "poles": s.diagrams.iter().map(|d| d.poles.len()).sum::<usize>(),
-        "stable_columns": s.diagrams.iter().map(|d| d.chosen.len()).sum::<usize>(),
-        "discarded": s.discarded.iter().map(|d| json!({
-            "frequency_hz": d.frequency_hz, "damping": d.damping_ratio, "reason": d.reason,
-        })).collect::<Vec<_>>(),
-    })
 }

@@ -9,10 +9,8 @@ use crate::progress::Spinner;
 use crate::{DONE, SHORT, writing};
 use retune::data::{TestData, joined, write_test};
 use retune::diagnosis::{Estimate, Learned, Settings, Step, Verdict, learn_from_tests};
-use retune::effect::{Candidate, set_parameter_values};
-use retune::model::{Model, ParametricModel};
-use retune::report::{LearningStep, diagnosis, learning_steps, misfit_before_any_fit, of_learning, text};
-use serde_json::json;
+use retune::model::Model;
+use retune::report::{LearningStep, answer, diagnosis, learning_steps, misfit_before_any_fit, of_learning, text};
 use std::path::{Path, PathBuf};
 
 pub(crate) fn run(args: &Learn) -> Result<u8, Failure> {
@@ -38,14 +36,11 @@ pub(crate) fn run(args: &Learn) -> Result<u8, Failure> {
     let learned = found?;
     let mut written: Vec<PathBuf> = Vec::new();
     if let Some(stem) = &args.output {
-        let mut present: Vec<Candidate> = Vec::new();
-        for (i, step) in learned.steps.iter().enumerate() {
-            present.retain(|c| !step.dropped.contains(&c.id()));
+        for (i, text) in learned.model_texts(&model_text)?.iter().enumerate() {
             let path = step_file(stem, i);
-            if writing::write(&path, &step_text(&model_text, &present, step)?) {
+            if writing::write(&path, text) {
                 written.push(path);
             }
-            present.extend(step.added.clone());
         }
     }
     let is_corrected = learned.steps.iter().any(|s| s.corrected.is_some());
@@ -59,13 +54,8 @@ pub(crate) fn run(args: &Learn) -> Result<u8, Failure> {
     }
     let cases: Vec<(&Model, &TestData)> = all.iter().map(|t| (&t.model, &t.test)).collect();
     if args.json {
-        print_json(&json!({
-            "steps": learned.steps.iter().map(|s| serde_json::to_value(LearningStep::from(s))).collect::<Result<Vec<_>, _>>()?,
-            "effects": learned.effects.iter().map(Candidate::id).collect::<Vec<_>>(),
-            "stopped_for_tie": learned.stopped_for_tie,
-            "attempt": learned.attempt.as_ref().map(|a| json!({"tried": a.ids, "misfit": a.misfit})),
-            "written": written.iter().map(|p| p.display().to_string()).collect::<Vec<_>>(),
-        }));
+        let written: Vec<String> = written.iter().map(|p| p.display().to_string()).collect();
+        print_json(&answer::learned(&learned, &written)?);
     } else {
         print(&in_words(&learned, &model, &all, &misfit_before_any_fit(&cases)?, usize::from(args.limit)));
         for path in &written {
@@ -82,23 +72,6 @@ pub(crate) fn run(args: &Learn) -> Result<u8, Failure> {
     }
     let adequate = learned.steps.last().is_some_and(|s| s.diagnosis.verdict == Verdict::Adequate);
     Ok(if adequate { DONE } else { SHORT })
-}
-
-/// The model of a step as an edit of the user's file.
-fn step_text(original: &str, present: &[Candidate], step: &Step) -> Result<String, Failure> {
-    let mut out = original.to_string();
-    for c in present {
-        out = c.patch.add_to_text(&out, &c.id(), "found by retune learn")?;
-    }
-    let values: Vec<(&str, f64)> = step
-        .model
-        .parameters()
-        .iter()
-        .zip(&step.theta)
-        .filter(|(p, _)| p.bounds.is_some())
-        .map(|(p, v)| (p.name.as_str(), *v))
-        .collect();
-    Ok(set_parameter_values(&out, &values)?)
 }
 
 fn in_words(learned: &Learned, model: &Model, all: &[Tested], initial: &(f64, Vec<f64>), limit: usize) -> String {

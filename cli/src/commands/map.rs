@@ -6,8 +6,9 @@ use crate::output::{Failure, print, print_json, shown, style, warn};
 use crate::{DONE, SHORT, files, writing};
 use retune::catalogue::counted;
 use retune::correlation::{Mapping, MappingOptions, PlaceKind, map_points, place_sensors};
-use retune::data::{Place, TestData, write_test};
+use retune::data::{Place, write_test};
 use retune::report::text::{Align, Cell, Style, Table, Tone};
+use retune::update::points_of;
 use serde_json::json;
 use std::fmt::Write as _;
 
@@ -59,14 +60,6 @@ pub(crate) fn run(args: &Map) -> Result<u8, Failure> {
         }
     }
     Ok(if mapping.points_left.is_empty() { DONE } else { SHORT })
-}
-
-/// Names and positions of the sensors whose position is known.
-pub(crate) fn points_of(test: &TestData) -> Vec<(String, [f64; 3])> {
-    let position = |place: &Place| match place {
-        Place::Node { position, .. } | Place::Element { position, .. } => *position,
-    };
-    test.sensors.iter().filter_map(|s| Some((s.name.clone(), position(&s.place)?))).collect()
 }
 
 fn place(place: &Place) -> String {

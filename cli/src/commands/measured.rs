@@ -5,19 +5,13 @@ use crate::files::{self, Kind};
 use crate::ledger;
 use crate::output::{Failure, style};
 use retune::catalogue::counted;
-use retune::correlation::{MappingOptions, map_points, place_sensors};
-use retune::data::convert::{Duplicates, FrfOptions, LocalAxes, UnitsFrom};
-use retune::data::{DEFAULT_DAMPING_SD, DEFAULT_FREQUENCY_SD, DEFAULT_SHAPE_SD};
-use retune::data::{
-    FrfQuantity, FrfSet, GeometryFrame, MeasurementError, MeasurementOptions, Measurements, ModalSet, Origin,
-    RelativeSd, Roles, Sensor, TestData, TestMode,
-};
-use retune::identify::health::{Finding, Level, check_silent};
-use retune::model::{Model, Parameter, ParametricModel};
+use retune::data::convert::{Duplicates, LocalAxes};
+use retune::data::{Answers, FrfQuantity, FrfSet, MeasurementError, Measurements};
+use retune::identify::health::{Finding, Level};
+use retune::model::Parameter;
 use retune::report::text::{Style, Tone, number, paragraph, printable};
-use retune::units::{FrequencyUnit, Scalar};
-use retune::update::check_sensors_by_model;
-use serde_json::{Value, json};
+use retune::units::Scalar;
+use retune::update::{Remark, UpdateError, instead, with_roving_responses};
 use std::borrow::Cow;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -35,42 +29,32 @@ pub(crate) fn read(files: &[PathBuf], args: &Measurement) -> Result<Measurements
         };
         return Err(Failure::text(format!("{} is {what}; measurement files are expected here", path.display())));
     }
-    let options = MeasurementOptions {
-        frf: FrfOptions {
-            units: args.units.as_deref().map_or(Ok(UnitsFrom::File), units)?,
-            quantity: args.quantity.map(quantity),
-            duplicates: match args.duplicates {
-                None => Duplicates::Ask,
-                Some(Repeated::First) => Duplicates::First,
-                Some(Repeated::Last) => Duplicates::Last,
-            },
-            frequency_unit: args.frequency_unit.as_deref().map(frequency_unit).transpose()?,
-            local_axes: args.local_axes.map(|axes| match axes {
-                MatrixAxes::Rows => LocalAxes::Rows,
-                MatrixAxes::Columns => LocalAxes::Columns,
-            }),
+    let answers = Answers {
+        units: args.units.as_deref(),
+        quantity: args.quantity.map(quantity),
+        unit: args.unit.as_deref(),
+        duplicates: match args.duplicates {
+            None => Duplicates::Ask,
+            Some(Repeated::First) => Duplicates::First,
+            Some(Repeated::Last) => Duplicates::Last,
         },
-        unit: args.unit.clone(),
-        geometry_units: args.geometry_units.as_deref().map(units).transpose()?,
-        direction: args.direction.as_deref().map(axis).transpose()?,
-        variables: variables(args.variables.as_deref())?,
+        frequency_unit: args.frequency_unit.as_deref(),
+        local_axes: args.local_axes.map(|axes| match axes {
+            MatrixAxes::Rows => LocalAxes::Rows,
+            MatrixAxes::Columns => LocalAxes::Columns,
+        }),
+        direction: args.direction.as_deref(),
+        geometry_units: args.geometry_units.as_deref(),
+        variables: args.variables.as_deref(),
+        frame: args.frame.as_deref(),
     };
-    let frame = args.frame.as_deref().map(GeometryFrame::parse).transpose();
-    let frame = frame.map_err(|e| Failure::text(format!("--frame: {e}")))?;
+    let (options, frame) = answers.options().map_err(Failure::text)?;
     let mut found = ledger::measurements(files, args.geometry.as_deref(), &options).map_err(|e| match e {
         MeasurementError::Convert(e) => Failure::text(e.on_command_line()),
         other => Failure::from(other),
     })?;
     if let Some(frame) = frame {
-        if let Some(geometry) = &mut found.geometry {
-            frame.place(geometry);
-        }
-        if let Some(set) = &mut found.frfs {
-            frame.turn_functions(set);
-        }
-        if let Some(modes) = &mut found.modes {
-            frame.turn_modes(modes);
-        }
+        found.turn(&frame);
     }
     Ok(found)
 }
@@ -90,79 +74,25 @@ pub(crate) fn refuse_answers(path: &Path, args: &Measurement) -> Result<(), Fail
 
 /// The functions of measurements, or what there is instead.
 pub(crate) fn functions(found: &Measurements) -> Result<&FrfSet, Failure> {
-    found.frfs.as_ref().ok_or_else(|| {
-        let held = if !found.spectra.is_empty() {
-            format!("{}: no force was measured", counted(found.spectra.len(), "spectrum"))
-        } else if let Some(geometry) = &found.geometry {
-            format!(
-                "a geometry of {}; give it to `--geometry`, or to `retune map`",
-                counted(geometry.points.len(), "point")
-            )
-        } else {
-            "nothing that this reads; the notes say what was left out".to_string()
-        };
-        Failure::text(format!("the files hold no frequency response functions, but {held}"))
-    })
-}
-
-/// Sensors and modes of a file that holds modes, with the standard deviations of the documented defaults.
-pub(crate) fn held_modes(found: &Measurements, modes: &ModalSet, origin: &Origin) -> (Vec<Sensor>, Vec<TestMode>) {
-    let sd = RelativeSd { frequency: DEFAULT_FREQUENCY_SD, damping: DEFAULT_DAMPING_SD, shape: DEFAULT_SHAPE_SD };
-    (modes.placed_sensors(found.geometry.as_ref()), modes.test_modes(origin, sd))
+    found.frfs.as_ref().ok_or_else(|| UpdateError::NoMeasurements(instead(found)).into())
 }
 
 /// The functions with the points that roved as responses.
 pub(crate) fn shape_functions(found: &Measurements) -> Result<Cow<'_, FrfSet>, Failure> {
-    let set = functions(found)?;
-    let turned = set.by_reciprocity();
-    if matches!(turned, Cow::Owned(_)) {
-        note!(
-            "the force roved over {} and {} stayed: shapes are at the points of the force, by reciprocity",
-            counted(set.references.len(), "point"),
-            counted(set.responses.len(), "sensor")
-        );
+    let (set, remark) = with_roving_responses(functions(found)?);
+    remarks(None, remark.as_slice());
+    Ok(set)
+}
+
+/// Tells remarks, with the file that they are about.
+pub(crate) fn remarks(about: Option<&Path>, remarks: &[Remark]) {
+    let place = about.map_or_else(String::new, |path| format!("{}: ", path.display()));
+    for remark in remarks {
+        match remark {
+            Remark::Note(text) => note!("{text}"),
+            Remark::Warning(text) => warning!("{place}{text}"),
+        }
     }
-    Ok(turned)
-}
-
-/// Gives the sensors of a test their places in a model, where their positions are known; those without are named and left out.
-pub(crate) fn place(model: &Model, test: &mut TestData) {
-    let mapping = map_points(model, &super::map::points_of(test), MappingOptions::default());
-    for name in place_sensors(test, &mapping) {
-        warning!("sensor `{name}` has no place in the model and is left out");
-    }
-}
-
-/// What a model says of the sensors of a test.
-pub(crate) fn by_model(model: &Model, test: &TestData, n_suspension: usize) -> Result<Vec<Finding>, Failure> {
-    let theta = model.parameters().nominal();
-    Ok(check_sensors_by_model(model, &theta, &test.sensors, &test.modes, n_suspension)?.findings)
-}
-
-/// What is wrong with the sensors of a test, as the motions of a model at θ tell; what cannot be decided is for `health`.
-pub(crate) fn suspects(model: &Model, theta: &[f64], test: &TestData) -> Result<Vec<Finding>, Failure> {
-    if test.modes.iter().all(|m| m.shape.is_none()) {
-        return Ok(Vec::new());
-    }
-    let mut found = check_sensors_by_model(model, theta, &test.sensors, &test.modes, 0)?.findings;
-    found.retain(|f| f.level > Level::Info);
-    found.extend(check_silent(&test.sensors, &test.modes));
-    Ok(found)
-}
-
-fn units(name: &str) -> Result<UnitsFrom, Failure> {
-    UnitsFrom::from_name(name).map_err(Failure::text)
-}
-
-fn frequency_unit(text: &str) -> Result<FrequencyUnit, Failure> {
-    FrequencyUnit::of_label(text).ok_or_else(|| {
-        let names = FrequencyUnit::NAMES.join(", ");
-        Failure::text(format!("--frequency-unit {}: expected a unit of frequencies, such as {names}", printable(text)))
-    })
-}
-
-fn variables(text: Option<&str>) -> Result<Roles, Failure> {
-    text.map_or(Ok(Roles::default()), Roles::parse).map_err(|e| Failure::text(format!("--variables: {e}")))
 }
 
 /// The library's word for a quantity.
@@ -174,16 +104,6 @@ pub(crate) fn quantity(q: MeasuredQuantity) -> FrfQuantity {
     }
 }
 
-fn axis(text: &str) -> Result<[f64; 3], Failure> {
-    let wrong = || Failure::text(format!("--direction {text}: expected `+x`, `-x` ... `-z`"));
-    let sign = if text.starts_with('-') { -1.0 } else { 1.0 };
-    let letter = text.strip_prefix(['+', '-']).unwrap_or(text);
-    let i = ["x", "y", "z"].iter().position(|a| *a == letter).ok_or_else(wrong)?;
-    let mut direction = [0.0; 3];
-    direction[i] = sign;
-    Ok(direction)
-}
-
 /// A number with a unit from the command line: `--tolerance "5 mm"`.
 pub(crate) fn scalar(option: &str, text: &str, unit: &str) -> Result<f64, Failure> {
     let value = Scalar::parse(text).map_err(|e| Failure::text(format!("{option}: {e}")))?;
@@ -193,32 +113,12 @@ pub(crate) fn scalar(option: &str, text: &str, unit: &str) -> Result<f64, Failur
 /// The value of a parameter from the command line, SI: a plain number is in the unit that the file declares for it, and what was understood
 /// is said; a value outside its bounds is refused.
 pub(crate) fn parameter_value(option: &str, text: &str, parameter: &Parameter) -> Result<f64, Failure> {
-    let name = &parameter.name;
-    let unit = &parameter.unit;
-    let shown = |si: f64| format!("{} {unit}", number(parameter.display(si))).trim_end().to_string();
-    let value = Scalar::parse(text).map_err(|e| Failure::text(format!("{option} {name}: {e}")))?;
-    let is_plain = value.terms().iter().all(|t| t.dimension.is_none() && t.parameter.is_none());
-    let value = if is_plain {
-        let value = parameter.unit_factor * value.terms().iter().map(|t| t.factor).sum::<f64>();
-        if !unit.is_empty() && unit != "1" {
-            note!("{option} {name}={text}: read as {}, the unit of `{name}` in the model file", shown(value));
-        }
-        value
-    } else {
-        value.constant_in(unit).map_err(|e| Failure::text(format!("{option} {name}: {e}")))?
-    };
-    match parameter.bounds {
-        // A bound itself may be rounded on its way through a unit.
-        Some([lower, upper]) if value < lower - 1e-9 * lower.abs() || value > upper + 1e-9 * upper.abs() => {
-            Err(Failure::text(format!(
-                "{option} {name}={text}: {} is outside the bounds of `{name}`, {} to {}: check the unit, or widen `bounds` in the model file",
-                shown(value),
-                shown(lower),
-                shown(upper)
-            )))
-        }
-        _ => Ok(value),
+    let (value, is_plain) = parameter.parse(text).map_err(|e| Failure::text(format!("{option} {e}")))?;
+    if is_plain && !parameter.unit.is_empty() && parameter.unit != "1" {
+        let (name, shown) = (&parameter.name, number(parameter.display(value)));
+        note!("{option} {name}={text}: read as {shown} {}, the unit of `{name}` in the model file", parameter.unit);
     }
+    Ok(value)
 }
 
 /// Two limits of a band.
@@ -276,16 +176,4 @@ pub(crate) fn findings_text(findings: &[Finding], style: &Style) -> String {
 /// Text broken between words at the width of the terminal; lines after the first begin with `indent`.
 pub(crate) fn wrapped(text: &str, indent: &str) -> String {
     paragraph(text, indent, style(&std::io::stdout()).width.min(LINE))
-}
-
-/// Findings for programs.
-pub(crate) fn findings_json(findings: &[Finding]) -> Value {
-    let one = |f: &Finding| {
-        let evidence: serde_json::Map<String, Value> =
-            f.evidence.iter().map(|(name, value)| ((*name).to_string(), json!(value))).collect();
-        json!({
-            "level": f.level.word(), "code": f.code, "subject": f.subject, "evidence": evidence, "text": f.text, "remedy": f.remedy,
-        })
-    };
-    findings.iter().map(one).collect()
 }

@@ -5,9 +5,9 @@ use crate::output::{Failure, print, print_json, style, warn};
 use crate::{DONE, files};
 use retune::modal::SolveOptions;
 use retune::model::{ParametricModel, solve_modes};
+use retune::report::answer;
 use retune::report::text::{Align, Table, hertz};
 use retune::update::name_modes;
-use serde_json::json;
 
 pub(crate) fn run(args: &Modes) -> Result<u8, Failure> {
     let (model, warnings, text) = files::model(&args.model, args.configuration.as_deref())?;
@@ -17,11 +17,7 @@ pub(crate) fn run(args: &Modes) -> Result<u8, Failure> {
     let modes = solve_modes(&model, &theta, options)?;
     let named = name_modes(&model, &theta, &modes)?;
     if args.json {
-        let modes: Vec<_> = named
-            .iter()
-            .map(|m| json!({"frequency_hz": m.frequency_hz, "label": m.label, "short": m.short, "torsion_energy": m.torsion}))
-            .collect();
-        print_json(&json!({ "modes": modes }));
+        print_json(&answer::modes(&named));
     } else {
         let mut table = Table::new([
             ("mode", Align::Right),

@@ -5,9 +5,9 @@ use crate::args::{Placement, Pretest as Arguments};
 use crate::output::{Failure, print, print_json, style, warn};
 use crate::{DONE, files};
 use retune::correlation::SensorChoice;
+use retune::report::answer;
 use retune::report::text::{Align, Style, Table, Tone, hertz, number, wrap};
 use retune::update::{Pretest, PretestOptions, pretest};
-use serde_json::{Value, json};
 use std::fmt::Write as _;
 
 /// Rows of a ranked table.
@@ -37,7 +37,7 @@ pub(crate) fn run(args: &Arguments) -> Result<u8, Failure> {
     };
     let plan = pretest(&model, &given, &options)?;
     if args.json {
-        print_json(&as_json(&plan, args));
+        print_json(&answer::pretest(&plan, &choices(&plan, args.by)));
     } else {
         print(&as_text(&plan, args, &style(&std::io::stdout())));
     }
@@ -46,15 +46,9 @@ pub(crate) fn run(args: &Arguments) -> Result<u8, Failure> {
 
 /// The choices that are asked for.
 fn choices(plan: &Pretest, by: Option<Placement>) -> Vec<(&'static str, &SensorChoice)> {
-    [
-        (Placement::EffectiveIndependence, "effective independence", &plan.by_independence),
-        (Placement::AutoMac, "autoMAC", &plan.by_auto_mac),
-        (Placement::KineticEnergy, "kinetic energy", &plan.by_kinetic_energy),
-    ]
-    .into_iter()
-    .filter(|(which, ..)| by.is_none_or(|by| by == *which))
-    .map(|(_, name, choice)| (name, choice))
-    .collect()
+    let ways = [Placement::EffectiveIndependence, Placement::AutoMac, Placement::KineticEnergy];
+    let all = ways.into_iter().zip(plan.choices());
+    all.filter(|(way, _)| by.is_none_or(|by| by == *way)).map(|(_, choice)| choice).collect()
 }
 
 fn as_text(plan: &Pretest, args: &Arguments, style: &Style) -> String {
@@ -137,38 +131,4 @@ fn as_text(plan: &Pretest, args: &Arguments, style: &Style) -> String {
     }
     out += &table.render(style);
     out
-}
-
-fn as_json(plan: &Pretest, args: &Arguments) -> Value {
-    let name = |c: usize| plan.candidates[c].name.as_str();
-    let choice = |c: &SensorChoice| {
-        json!({
-            "sensors": c.kept.iter().map(|&i| name(i)).collect::<Vec<_>>(),
-            "steps": c.steps.iter().map(|(i, v)| json!([name(*i), v])).collect::<Vec<_>>(),
-            "largest_off_diagonal": c.largest_off_diagonal,
-            "ln_det_information": c.ln_det_information.is_finite().then_some(c.ln_det_information),
-        })
-    };
-    let chosen: serde_json::Map<String, Value> =
-        choices(plan, args.by).into_iter().map(|(method, c)| (method.replace(' ', "_"), choice(c))).collect();
-    json!({
-        "modes": plan.modes.iter().map(|m| json!({
-            "frequency_hz": m.mode.frequency_hz, "label": m.mode.label, "effective_mass": m.effective_mass,
-            "liveliest": m.liveliest.map(|(c, s)| json!({"at": name(c), "share": s})),
-        })).collect::<Vec<_>>(),
-        "candidates": plan.candidates.iter().map(|c| c.name.as_str()).collect::<Vec<_>>(),
-        "sensors": chosen,
-        "given": plan.given.map(|(off, n)| json!({"sensors": n, "largest_off_diagonal": off})),
-        "exciters": plan.exciters.iter().map(|(modes, points)| json!({
-            "modes": modes,
-            "places": points.iter().map(|p| json!({
-                "at": name(p.candidate), "optimum": p.optimum, "smallest": p.smallest,
-                "displacement": p.displacement, "acceleration": p.acceleration,
-            })).collect::<Vec<_>>(),
-        })).collect::<Vec<_>>(),
-        "next": plan.next.iter().map(|g| json!({
-            "at": name(g.candidate), "nats": g.nats,
-            "sd_ratio": plan.parameters.iter().zip(&g.sd_ratio).map(|(p, r)| (p.clone(), json!(r))).collect::<serde_json::Map<_, _>>(),
-        })).collect::<Vec<_>>(),
-    })
 }

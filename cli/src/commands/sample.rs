@@ -1,23 +1,18 @@
 //! `retune sample`
 
-use super::update::{objective, reduced_json, reduced_text, tolerance};
+use super::update::{objective, reduced_text, tolerance};
 use crate::args::Sample;
 use crate::interrupt::{before_search, stop_flag};
 use crate::output::{self, Failure, print, print_json, style};
 use crate::uncertain::folded;
 use crate::{DONE, files, writing};
 use retune::catalogue::counted;
-use retune::correlation::correlations;
 use retune::model::ParametricModel;
-use retune::objective::Scaling;
 use retune::optim::{Posterior, Tmcmc};
+use retune::report::answer;
 use retune::report::text::{Align, Table, number};
-use retune::update::{Peak, Sampled, Settings, TestCase, sample_posterior};
-use serde_json::{Value, json};
+use retune::update::{Marginal, Peak, Settings, TestCase, marginals, sample_posterior, sampled_values};
 use std::fmt::Write as _;
-
-/// Quantiles that are printed.
-const QUANTILES: [f64; 5] = [0.05, 0.25, 0.5, 0.75, 0.95];
 
 pub(crate) fn run(args: &Sample) -> Result<u8, Failure> {
     before_search(BEFORE);
@@ -33,54 +28,23 @@ pub(crate) fn run(args: &Sample) -> Result<u8, Failure> {
     }
     let cases: Vec<TestCase<'_>> = all.iter().map(|t| TestCase { model: &t.model, test: &t.test }).collect();
     let sampler = Tmcmc { n_samples: args.samples as usize, seed: args.seed, cancel: stop_flag(), ..Tmcmc::default() };
-    let Sampled { posterior: found, peaks, reduced } = sample_posterior(&cases, &settings, &sampler)?;
+    let sampled = sample_posterior(&cases, &settings, &sampler)?;
     let model = &all[0].model;
-    let scaling = Scaling::new(model);
-    let shown = |j: usize, x: f64| {
-        let i = scaling.free()[j];
-        let p = model.parameters().get(i);
-        let [lower, _] = p.bounds.unwrap_or([p.value; 2]);
-        p.display(lower + x * scaling.width()[j])
-    };
-    let table = table(&found, model, &scaling, &shown);
+    let table = table(&sampled.posterior, model);
     let written = args.output.as_ref().filter(|output| writing::write(output, &table));
-    let rho = correlations(&found.covariance());
-    let mean = found.mean();
-    let name = |j: usize| model.parameters().get(scaling.free()[j]).name.as_str();
-    let unit = |j: usize| model.parameters().get(scaling.free()[j]).unit.as_str();
-    let sd = |j: usize| (shown(j, found.covariance()[(j, j)].sqrt()) - shown(j, 0.0)).abs();
     if args.json {
-        let one = |j: usize| -> Value {
-            let others = (0..mean.len()).filter(|&k| k != j).map(|k| (name(k).to_string(), json!(rho[(j, k)])));
-            json!({
-                "name": name(j), "unit": unit(j), "mean": shown(j, mean[j]), "sd": sd(j),
-                "interval": [shown(j, found.quantile(j, 0.05)), shown(j, found.quantile(j, 0.95))],
-                "median": shown(j, found.quantile(j, 0.5)),
-                "correlations": Value::Object(others.collect()),
-            })
-        };
-        print_json(&json!({
-            "parameters": (0..mean.len()).map(one).collect::<Vec<_>>(),
-            "samples": found.samples.len(),
-            "log_evidence": found.log_evidence,
-            "log_evidence_se": found.log_evidence_se,
-            "stages": found.n_stages,
-            "evaluations": found.evaluations,
-            "acceptance": found.acceptance,
-            "peaks": peaks.iter().map(|p| peak_json(p, &name, &unit)).collect::<Vec<_>>(),
-            "reduced": reduced.as_ref().map(reduced_json),
-            "lowest_cost": found.costs.iter().copied().fold(f64::INFINITY, f64::min),
-        }));
+        print_json(&answer::sampled(&sampled, model));
         return Ok(DONE);
     }
+    let (found, marginals) = (&sampled.posterior, marginals(&sampled.posterior, model));
     let mut columns = vec![("parameter", Align::Left), ("mean", Align::Right), ("sd", Align::Right)];
     columns.extend(["5 %", "25 %", "50 %", "75 %", "95 %"].map(|q| (q, Align::Right)));
     columns.push(("unit", Align::Left));
     let mut rows = Table::new(columns);
-    for j in 0..mean.len() {
-        let mut row = vec![name(j).into(), number(shown(j, mean[j])).into(), number(sd(j)).into()];
-        row.extend(QUANTILES.map(|q| number(shown(j, found.quantile(j, q))).into()));
-        row.push(unit(j).into());
+    for m in &marginals {
+        let mut row = vec![m.name.as_str().into(), number(m.mean).into(), number(m.sd).into()];
+        row.extend(m.quantiles.map(|q| number(q).into()));
+        row.push(m.unit.as_str().into());
         rows.row(row);
     }
     let mut out = format!("model  {}\n", model.spec().name);
@@ -99,10 +63,10 @@ pub(crate) fn run(args: &Sample) -> Result<u8, Failure> {
         counted(found.evaluations as usize, "evaluation"),
         100.0 * found.acceptance
     );
-    if !peaks.is_empty() {
-        out += &folded(&peaks_text(&peaks, &name, &unit), &style(&std::io::stdout()));
+    if !sampled.peaks.is_empty() {
+        out += &folded(&peaks_text(&sampled.peaks, &marginals), &style(&std::io::stdout()));
     }
-    if let Some(r) = &reduced {
+    if let Some(r) = &sampled.reduced {
         out += &folded(reduced_text(r).trim_start(), &style(&std::io::stdout()));
     }
     if let Some(output) = written {
@@ -116,40 +80,30 @@ pub(crate) fn run(args: &Sample) -> Result<u8, Failure> {
 const BEFORE: &str = "stopped before sampling began: nothing was evaluated yet, and nothing was written";
 
 /// The peaks of a posterior, a line each.
-fn peaks_text<'a>(peaks: &[Peak], name: &dyn Fn(usize) -> &'a str, unit: &dyn Fn(usize) -> &'a str) -> String {
+fn peaks_text(peaks: &[Peak], all: &[Marginal]) -> String {
     let mut out = format!(
         "\nthe posterior has {} peaks with nothing probable between them; the means and standard deviations above are of all together\n",
         peaks.len()
     );
     for p in peaks {
-        let value = |k: usize| format!("{} = {} ± {} {}", name(k), number(p.mean[k]), number(p.sd[k]), unit(k));
-        let values: Vec<String> = (0..p.mean.len()).map(|k| value(k).trim_end().to_string()).collect();
+        let value = |(k, m): (usize, &Marginal)| {
+            format!("{} = {} ± {} {}", m.name, number(p.mean[k]), number(p.sd[k]), m.unit).trim_end().to_string()
+        };
+        let values: Vec<String> = all.iter().enumerate().map(value).collect();
         let _ = writeln!(out, "  {:.0} % of the samples: {}", 100.0 * p.share, values.join(", "));
     }
     out
 }
 
-fn peak_json<'a>(p: &Peak, name: &dyn Fn(usize) -> &'a str, unit: &dyn Fn(usize) -> &'a str) -> Value {
-    let one = |k: usize| json!({"name": name(k), "unit": unit(k), "mean": p.mean[k], "sd": p.sd[k]});
-    json!({"share": p.share, "parameters": (0..p.mean.len()).map(one).collect::<Vec<_>>()})
-}
-
 /// The samples as CSV: parameters in the units of the tables, and half the squared misfit.
-fn table(
-    found: &Posterior,
-    model: &dyn ParametricModel,
-    scaling: &Scaling,
-    shown: &dyn Fn(usize, f64) -> f64,
-) -> String {
-    let heads: Vec<String> = scaling
-        .free()
+fn table(found: &Posterior, model: &dyn ParametricModel) -> String {
+    let heads: Vec<String> = marginals(found, model)
         .iter()
-        .map(|&i| model.parameters().get(i))
-        .map(|p| if p.unit.is_empty() { p.name.clone() } else { format!("{} [{}]", p.name, p.unit) })
+        .map(|m| if m.unit.is_empty() { m.name.clone() } else { format!("{} [{}]", m.name, m.unit) })
         .collect();
     let mut out = format!("{},cost\n", heads.join(","));
-    for (x, cost) in found.samples.iter().zip(&found.costs) {
-        let values: Vec<String> = (0..x.len()).map(|j| format!("{:e}", shown(j, x[j]))).collect();
+    for (row, cost) in sampled_values(found, model).row_iter().zip(&found.costs) {
+        let values: Vec<String> = row.iter().map(|v| format!("{v:e}")).collect();
         let _ = writeln!(out, "{},{cost:e}", values.join(","));
     }
     out

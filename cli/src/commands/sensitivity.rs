@@ -1,6 +1,5 @@
 //! `retune sensitivity`
 
-use super::compare::parameters_json;
 use super::measured::scalar;
 use crate::args::Sensitivity as Arguments;
 use crate::output::{Failure, print, print_json, style, warn};
@@ -11,6 +10,7 @@ use retune::linalg::DMatrix;
 use retune::modal::{SolveOptions, solve};
 use retune::model::{Model, ParametricModel};
 use retune::objective::starting_point;
+use retune::report::answer;
 use retune::report::text::{Align, Cell, Style, Table, Tone, agreement, number};
 use retune::update::{
     FrfSensitivity, MASS_ROWS, Sensitivities, SensitivityOptions, frf_sensitivities, node_sensors, sensitivities,
@@ -187,6 +187,6 @@ fn as_json(s: &Sensitivities, functions: &FrfSensitivity) -> Value {
         "modes": s.modes.iter().map(|m| json!({"frequency_hz": m.frequency_hz, "label": m.label})).collect::<Vec<_>>(),
         "parameters": parameters,
         "function_lines_hz": functions.frequencies_hz,
-        "test": parameters_json(s),
+        "test": answer::parameter_information(s),
     })
 }

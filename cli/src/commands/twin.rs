@@ -11,8 +11,8 @@ use retune::data::convert::{frf_file, geometry_file};
 use retune::data::uff::{self, Dataset, Storage, UniversalFile};
 use retune::data::{FrfSet, Geometry, Point, Sensor, csv, write_test};
 use retune::model::{Model, ParametricModel, Registry};
-use retune::update::{TwinFault, TwinFrfOptions, TwinOptions, node_sensors, twin_frfs, twin_modes};
-use serde_json::json;
+use retune::report::answer;
+use retune::update::{TwinFault, TwinFrfOptions, TwinOptions, TwinStory, node_sensors, twin_frfs, twin_modes};
 use std::path::Path;
 
 pub(crate) fn run(args: &Twin) -> Result<u8, Failure> {
@@ -48,16 +48,24 @@ pub(crate) fn run(args: &Twin) -> Result<u8, Failure> {
         faults: args.fault.iter().map(|f| f.parse()).collect::<Result<Vec<TwinFault>, _>>()?,
         seed: args.seed,
     };
-    let story = story(args, &model);
+    let name = |path: &Path| path.file_name().map(|f| f.to_string_lossy().into_owned()).unwrap_or_default();
+    let (file, patch) = (name(&args.model), args.patch.as_deref().map(name));
+    let story = TwinStory {
+        model: &model.spec().name,
+        file: &file,
+        patch: patch.as_deref(),
+        set: &args.set,
+        faults: &args.fault,
+        noise_frequency: &args.noise_frequency,
+        noise_shape: &args.noise_shape,
+        seed: args.seed,
+    };
+    let source = story.text();
     let mut summary = Vec::new();
     let mut n_modes = None;
     if let Some(output) = &args.output {
-        let mut test = twin_modes(&model, &theta, &sensors, &options, &story)?;
-        let own = &model.spec().name;
-        let is_said = own.to_lowercase().contains("synthetic");
-        test.name = if is_said { own.clone() } else { format!("{own} (synthetic)") };
-        test.description = format!("SYNTHETIC: every number was {story}");
-        test.configuration.clone_from(&args.configuration);
+        let mut test = twin_modes(&model, &theta, &sensors, &options, &source)?;
+        story.sign(&mut test, args.configuration.as_deref());
         n_modes = Some(test.modes.len());
         if writing::write(output, &write_test(&test)) {
             summary.push(format!(
@@ -72,7 +80,7 @@ pub(crate) fn run(args: &Twin) -> Result<u8, Failure> {
     if let Some(output) = &args.frf {
         let set = functions(args, &model, &theta, &sensors, &options)?;
         n_functions = Some(set.references.len() * set.responses.len());
-        write_functions(output, &set, &model, &sensors, &story)?;
+        write_functions(output, &set, &model, &sensors, &source)?;
         summary.push(format!(
             "written: {} ({} of {})",
             output.display(),
@@ -81,38 +89,11 @@ pub(crate) fn run(args: &Twin) -> Result<u8, Failure> {
         ));
     }
     if args.json {
-        print_json(&json!({
-            "modes": n_modes, "functions": n_functions, "sensors": sensors.len(), "seed": args.seed,
-            "is_synthetic": true, "source": story,
-        }));
+        print_json(&answer::twin(n_modes, n_functions, sensors.len(), args.seed, &source));
     } else {
         print(&format!("{}\n", summary.join("\n")));
     }
     Ok(DONE)
-}
-
-/// How the numbers came about.
-fn story(args: &Twin, model: &Model) -> String {
-    let file = args.model.file_name().map(|f| f.to_string_lossy().into_owned()).unwrap_or_default();
-    let mut text = format!("computed by `retune twin` from {} ({file})", model.spec().name);
-    let mut add = |what: String| {
-        text += ", ";
-        text += &what;
-    };
-    if let Some(patch) = &args.patch {
-        add(format!("with the hidden changes of {}", patch.file_name().unwrap_or_default().to_string_lossy()));
-    }
-    for set in &args.set {
-        add(format!("with {set}"));
-    }
-    for fault in &args.fault {
-        add(format!("with the fault {fault}"));
-    }
-    add(format!(
-        "noise {} of frequencies and {} of shapes, seed {}",
-        args.noise_frequency, args.noise_shape, args.seed
-    ));
-    text
 }
 
 fn patched(model: &Model, path: &Path) -> Result<Model, Failure> {

@@ -1,22 +1,22 @@
 //! `retune update`
 
-use super::compare::{functions_json, origins, pair_json, readings_json, summary, unpaired_json};
-use super::measured::{findings_json, findings_text, suspects};
+use super::compare::summary;
+use super::measured::findings_text;
 use crate::args::{Cost, Update};
 use crate::interrupt::{before_search, stop_flag};
-use crate::output::{Failure, mac_matrix, mac_matrix_json, pairs, print, print_json, shown, style};
+use crate::output::{Failure, mac_matrix, pairs, print, print_json, shown, style};
 use crate::page::{Outputs, announce, provenance};
 use crate::progress::Line;
 use crate::{DONE, SHORT, files, uncertain, writing};
 use retune::catalogue::counted;
+use retune::data::TestData;
 use retune::effect::set_parameter_values;
-use retune::model::ParametricModel;
 use retune::optim::{Checkpoint, OptimizerSpec};
+use retune::report::answer;
 use retune::report::text::cost_history;
 use retune::update::{
     self, Assessment, Controls, ObjectiveSpec, ReducedSearch, Settings, TestCase, UnpairedMode, update_to_tests,
 };
-use serde_json::json;
 use std::path::Path;
 
 /// The objective of a file, or the default.
@@ -76,54 +76,18 @@ pub(crate) fn run(args: &Update) -> Result<u8, Failure> {
             u.parameters.iter().filter(|p| p.lower.is_some()).map(|p| (p.name.as_str(), p.after_si)).collect();
         is_written = writing::write(output, &set_parameter_values(&all[0].model_text, &values)?);
     }
-    let theta: Vec<f64> = u.parameters.iter().map(|p| p.after_si).collect();
-    let is_small = |t: &files::Tested| t.model.dof_map().n_dof() <= super::compare::LARGE;
-    let of = |t: &files::Tested| if is_small(t) { suspects(&t.model, &theta, &t.test) } else { Ok(Vec::new()) };
-    let suspects = all.iter().map(of).collect::<Result<Vec<_>, _>>()?;
     let mut assessed: Vec<(&Assessment, &Assessment)> = vec![(&u.before, &u.after)];
     assessed.extend(u.further.iter().map(|f| (&f.before, &f.after)));
     if args.json {
-        print_json(&json!({
-            "cost_before": u.cost_before,
-            "cost_after": u.optimum.cost,
-            "evaluations": u.optimum.evaluations + u.optimum.linearizations,
-            "termination": u.optimum.termination.text(),
-            "parameters": uncertain::parameters_json(&u),
-            "alternatives": uncertain::alternatives_json(&u),
-            "unidentifiable": uncertain::unidentifiable_json(&u.uncertainty),
-            "rank": u.uncertainty.rank,
-            "remarks": u.uncertainty.remarks,
-            "uncertainty_evaluations": u.uncertainty.evaluations,
-            "regularization_weight": u.regularization,
-            "reduced": u.reduced.as_ref().map(reduced_json),
-            "tests": all.iter().zip(&assessed).enumerate().map(|(k, (t, (_, after)))| json!({
-                "name": t.test.name,
-                "configuration": t.test.configuration,
-                "pairs": after.pairs.iter().map(pair_json).collect::<Vec<_>>(),
-                "unpaired_test": after.unpaired_test.iter().map(unpaired_json).collect::<Vec<_>>(),
-                "mac": mac_matrix_json(after, &t.test),
-                "static_readings": readings_json(after),
-                "functions_of_fit": functions_json(after),
-                "suspect_sensors": findings_json(&suspects[k]),
-                "chi_squared": after.misfit.chi_squared,
-                "n_data": after.misfit.n_data,
-            })).collect::<Vec<_>>(),
-            "pairs": u.after.pairs.iter().map(pair_json).collect::<Vec<_>>(),
-            "unpaired_test": u.after.unpaired_test.iter().map(unpaired_json).collect::<Vec<_>>(),
-            "mac": mac_matrix_json(&u.after, &all[0].test),
-            "chi_squared": u.after.misfit.chi_squared,
-            "n_data": u.after.misfit.n_data,
-            "costs_by_batch_kernel": u.optimum.paths.batch,
-            "costs_by_reference_path": u.optimum.paths.reference,
-            "warnings": u.optimum.warnings,
-        }));
+        let tests: Vec<&TestData> = all.iter().map(|t| &t.test).collect();
+        print_json(&answer::updated(&u, &tests));
     } else {
         let style = style(&std::io::stdout());
         let history: Vec<u64> = u.optimum.history.iter().map(|h| h.evaluations).collect();
         let costs: Vec<f64> = u.optimum.history.iter().map(|h| h.cost).collect();
         let mut out = format!("model  {}\n", all[0].model.spec().name);
         for t in &all {
-            out += &format!("test   {}\ndata   {}\n", t.test.name, origins(&t.test).join("; "));
+            out += &format!("test   {}\ndata   {}\n", t.test.name, answer::data_origins(&t.test).join("; "));
         }
         for (t, (before, _)) in all.iter().zip(&assessed) {
             out += &format!("\nbefore{}\n", named(t, all.len()));
@@ -155,7 +119,7 @@ pub(crate) fn run(args: &Update) -> Result<u8, Failure> {
             out += &mac_matrix(after, &t.test, &style);
             out += &summary(after);
         }
-        for (t, found) in all.iter().zip(&suspects).filter(|(_, found)| !found.is_empty()) {
+        for (t, found) in all.iter().zip(&u.suspects).filter(|(_, found)| !found.is_empty()) {
             out += &format!("\nsensors against the motions of the fitted model{}\n", named(t, all.len()));
             out += &findings_text(found, &style);
         }
@@ -222,18 +186,6 @@ pub(crate) fn reduced_text(r: &ReducedSearch) -> String {
         r.costs[0],
         r.costs[1]
     )
-}
-
-pub(crate) fn reduced_json(r: &ReducedSearch) -> serde_json::Value {
-    json!({
-        "dofs": r.dofs.iter().map(|d| d.1).collect::<Vec<_>>(),
-        "dofs_of_model": r.dofs.iter().map(|d| d.0).collect::<Vec<_>>(),
-        "samples": r.n_samples,
-        "accuracy": r.accuracy,
-        "evaluations": r.evaluations,
-        "cost": r.costs[0],
-        "cost_of_model": r.costs[1],
-    })
 }
 
 /// ": name" where there are several tests.

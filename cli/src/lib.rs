@@ -1,0 +1,110 @@
+//! The `retune` command, as a library: [`command`] is what the binary calls, and what the command of the Python package calls.
+//!
+//! Exit codes: 0 done; 1 finished, but a criterion or a fit falls short; 2 wrong input, or an output that cannot be written; 70 a bug
+//! of ours; 130 stopped before there was a result.
+
+// A stream that is closed or full must not end the program: `output` writes to both.
+#![deny(clippy::print_stdout, clippy::print_stderr)]
+
+#[macro_use]
+mod output;
+
+mod args;
+mod commands;
+mod files;
+mod interrupt;
+mod ledger;
+mod page;
+mod progress;
+mod uncertain;
+mod writing;
+
+use args::{Cli, Command};
+use output::{LONGEST, print, shortened, tell, tell_kept};
+use retune::report::text::printable;
+use std::ffi::OsString;
+use std::io::IsTerminal as _;
+
+/// Done.
+const DONE: u8 = 0;
+/// Finished, but a criterion or a fit falls short.
+const SHORT: u8 = 1;
+/// Wrong input.
+const WRONG_INPUT: u8 = 2;
+/// Stopped before there was a result: the number that shells give to Ctrl-C.
+const STOPPED: u8 = 130;
+/// A bug of ours.
+const BUG: u8 = 70;
+/// Stack of a thread, bytes: that of a main thread.
+const STACK: usize = 8 << 20;
+
+/// Performs a command line, and gives the exit code. Once a process: signals, the files that were read and the threads are of the process.
+///
+/// * `words` - the command line, the name of the program first
+pub fn command(words: Vec<OsString>) -> u8 {
+    interrupt::watch();
+    let code = match args::parse(words) {
+        Ok(cli) => perform(&cli),
+        Err(e) => answer(&e),
+    };
+    if tell_kept() && code != BUG { WRONG_INPUT } else { code }
+}
+
+/// Help, the version, or why the command line is wrong.
+fn answer(e: &clap::Error) -> u8 {
+    let text = e.render();
+    if e.use_stderr() {
+        // The message quotes what was typed.
+        let plain: Vec<String> =
+            text.to_string().trim_end().lines().map(|line| shortened(&printable(line), LONGEST)).collect();
+        tell(&plain.join("\n"));
+        WRONG_INPUT
+    } else {
+        let is_coloured = std::io::stdout().is_terminal() && std::env::var_os("NO_COLOR").is_none();
+        print(&if is_coloured { text.ansi().to_string() } else { text.to_string() });
+        DONE
+    }
+}
+
+fn perform(cli: &Cli) -> u8 {
+    let run = || match &cli.command {
+        Command::Check(a) => commands::check::run(a),
+        Command::Modes(a) => commands::modes::run(a),
+        Command::Identify(a) => commands::identify::run(a),
+        Command::Export(a) => commands::export::run(a),
+        Command::Import(a) => commands::import::run(a),
+        Command::Health(a) => commands::health::run(a),
+        Command::Map(a) => commands::map::run(a),
+        Command::Twin(a) => commands::twin::run(a),
+        Command::Compare(a) => commands::compare::run(a),
+        Command::Pretest(a) => commands::pretest::run(a),
+        Command::Sensitivity(a) => commands::sensitivity::run(a),
+        Command::Update(a) => commands::update::run(a),
+        Command::Sample(a) => commands::sample::run(a),
+        Command::Report(a) => commands::report::run(a),
+        Command::Diagnose(a) => commands::diagnose::run(a),
+        Command::Add(a) => commands::add::run(a),
+        Command::Undo(a) => commands::add::run_undo(a),
+        Command::Learn(a) => commands::learn::run(a),
+        Command::Benchmark(a) => commands::benchmark::run(a),
+        Command::Matrices(a) => commands::matrices::run(a),
+        Command::Schema(a) => commands::schema::run(a),
+        Command::List(a) => commands::list::run(a),
+        Command::Explain(a) => commands::explain::run(a),
+        Command::Completions(a) => commands::completions::run(a),
+    };
+    // A search hands hundreds of short batches a second to the threads of the pool: it runs on one of them itself.
+    let _ = rayon::ThreadPoolBuilder::new().stack_size(STACK).build_global();
+    let on_pool = || rayon::scope(|_| run());
+    match std::panic::catch_unwind(std::panic::AssertUnwindSafe(on_pool)) {
+        Ok(Ok(code)) => code,
+        Ok(Err(failure)) => {
+            failure.print();
+            if interrupt::was_stopped() { STOPPED } else { WRONG_INPUT }
+        }
+        Err(_) => {
+            tell("retune: this is a bug in retune; please report it with the command and its files");
+            BUG
+        }
+    }
+}

@@ -1,0 +1,88 @@
+"""Updates finite-element models of structures to vibration tests, and finds the physics that the models miss.
+
+The names are those of the command ``retune``: what ``retune update model.yaml test.yaml --json`` prints is
+``retune.update(model, test).to_dict()``. Values are SI unless a name or a unit says otherwise; frequencies are in Hz.
+
+>>> import retune
+>>> model = retune.Model.from_text('''
+... retune: 1
+... name: mass on a spring
+... parameters: {k: {value: 100 N/m, bounds: [10 N/m, 1000 N/m]}}
+... nodes: {a: [0, 0, 0]}
+... active_dofs: [uz]
+... springs: {support: {node: a, k: {uz: k}}}
+... masses: {block: {node: a, mass: 1 kg}}
+... ''')
+>>> test = retune.Test.from_arrays([2.0], frequency_sd=0.01, name="one mode")
+>>> result = retune.update(model, test)
+>>> round(result["k"].after, 2)  # k = m (2 pi f)^2
+157.91
+"""
+
+from ._core import __version__
+from ._errors import Problem, RetuneError, RetuneWarning
+from ._external import ParametricModel
+from ._frfs import Channel, Frfs, read_frfs
+from ._model import MassProperties, Matrices, Model, Modes, Parameter
+from ._objective import Objective, Optimum, Search
+from ._results import (
+    Comparison,
+    Diagnosis,
+    Hypothesis,
+    Identification,
+    Learning,
+    ParameterEstimate,
+    Pair,
+    Plan,
+    Posterior,
+    Report,
+    Result,
+    TwinResult,
+    UpdateResult,
+)
+from ._test import Sensor, Test, TestMode
+from ._verbs import compare, diagnose, identify, learn, pretest, report, sample, twin, update
+
+__all__ = [
+    "Channel",
+    "Comparison",
+    "Diagnosis",
+    "Frfs",
+    "Hypothesis",
+    "Identification",
+    "Learning",
+    "MassProperties",
+    "Matrices",
+    "Model",
+    "Modes",
+    "Objective",
+    "Optimum",
+    "Pair",
+    "Parameter",
+    "ParameterEstimate",
+    "ParametricModel",
+    "Plan",
+    "Posterior",
+    "Problem",
+    "Report",
+    "Result",
+    "RetuneError",
+    "RetuneWarning",
+    "Search",
+    "Sensor",
+    "Test",
+    "TestMode",
+    "TwinResult",
+    "UpdateResult",
+    "__version__",
+    "compare",
+    "diagnose",
+    "identify",
+    "learn",
+    "pretest",
+    "read_frfs",
+    "report",
+    "sample",
+    "twin",
+    "update",
+]

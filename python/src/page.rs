@@ -1,0 +1,53 @@
+//! The pages of results, and where everything came from.
+
+use crate::error::Wrong;
+use crate::model::{Home, Source};
+use crate::test::TestSource;
+use crate::tested::Given;
+use retune::report::data::{FileRecord, Named, ReportData};
+use retune::report::html;
+use std::sync::Arc;
+
+/// What a result was made of, for its page.
+#[derive(Debug, Clone)]
+pub(crate) struct Made {
+    pub(crate) given: Given,
+    pub(crate) tests: Vec<Arc<TestSource>>,
+    /// The call, in Python.
+    pub(crate) call: &'static str,
+    pub(crate) seed: Option<u64>,
+}
+
+impl Made {
+    /// Files with their hashes, the call, the seed and the versions.
+    pub(crate) fn sign(&self, data: &mut ReportData) {
+        let mut record = |role: &str, home: &Home| {
+            if let (Some(path), Some(sha256)) = (home.name(), home.sha256.clone()) {
+                data.meta.files.push(FileRecord { role: role.into(), path, sha256 });
+            }
+        };
+        if let Given::File(source) = &self.given {
+            record("model", &source.home);
+        }
+        self.tests.iter().for_each(|t| record("test", &t.home));
+        data.meta.commands.push(self.call.to_string());
+        data.meta.versions.push(Named::new("report schema", data.schema.to_string()));
+        if let Some(seed) = self.seed {
+            data.meta.seeds.push(Named::new("all random numbers", seed.to_string()));
+        }
+    }
+
+    /// The file that was given.
+    pub(crate) fn source(&self) -> Result<&Arc<Source>, Wrong> {
+        match &self.given {
+            Given::File(source) => Ok(source),
+            Given::External(model) => Err(Wrong::text(format!("{} is no model file", model.name))),
+        }
+    }
+
+    /// The page.
+    pub(crate) fn page(&self, mut data: ReportData) -> Result<String, Wrong> {
+        self.sign(&mut data);
+        Ok(html(&data)?)
+    }
+}

@@ -1,0 +1,715 @@
+//! The verbs: arguments in, results out, everything between by the library.
+
+use crate::answers::{Compared, Diagnosed, Identified, Learned, Sampled, Twin, Updated, compared};
+use crate::error::Wrong;
+use crate::model::{Model, quantity_of};
+use crate::page::Made;
+use crate::running::{Job, Stops, run};
+use crate::test::{Frfs, Test, TestSource};
+use crate::tested::{Given, Pairing, Tested, all_tested, cases, tested};
+use pyo3::prelude::*;
+use retune::catalogue::did_you_mean;
+use retune::correlation::SensorChoice;
+use retune::data::convert::Duplicates;
+use retune::data::{Answers, Measurements, TestData, corrected_functions, joined, read_measurements};
+use retune::diagnosis::{self, Listener, Until, diagnose_tests, learn_from_tests};
+use retune::effect::{Effect, Effects};
+use retune::fault::Faults;
+use retune::identify::{IdentifyOptions, forward_in_time};
+use retune::model::{Model as Structure, ParametricModel as _, Registry};
+use retune::optim::{Checkpoint, OptimizerSpec, Progress, Tmcmc};
+use retune::report::{Case, add_before, add_diagnosis, add_responses, answer, assess_paired, html, json};
+use retune::units::Scalar;
+use retune::update::{
+    self as workflows, About, AgreementOptions, Controls, Cost, IdentifySettings, MassReduction, Method, ObjectiveSpec,
+    PretestOptions, Settings, TwinFault, TwinFrfOptions, TwinOptions, TwinStory, Window, agreement, identify_test,
+    load_profile, node_sensors, sample_posterior, twin_frfs, twin_modes, update_to_tests,
+};
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Duration;
+
+type Tests<'py> = Vec<PyRef<'py, Test>>;
+type OneProgress<'a, 'py> = Option<&'a Bound<'py, PyAny>>;
+
+fn made(given: &Given, tests: &[Arc<TestSource>], call: &'static str, seed: Option<u64>) -> Made {
+    Made { given: given.clone(), tests: tests.to_vec(), call, seed }
+}
+
+fn sources(tests: &Tests<'_>) -> Vec<Arc<TestSource>> {
+    tests.iter().map(|t| Arc::clone(&t.0)).collect()
+}
+
+/// `retune compare`
+///
+/// * `profile` - text of a file with profiles, and a name
+#[pyfunction]
+#[pyo3(signature = (model, tests, pairing, reduction, everything, frfs, bands, profile, configuration, sensor_masses))]
+#[expect(clippy::too_many_arguments, reason = "Python gives them by name")]
+pub(crate) fn compare(
+    py: Python<'_>,
+    model: PyRef<'_, Model>,
+    tests: Tests<'_>,
+    pairing: Pairing,
+    reduction: &str,
+    everything: bool,
+    frfs: Option<PyRef<'_, Frfs>>,
+    bands: Vec<f64>,
+    profile: Option<(Option<String>, Option<String>)>,
+    configuration: Option<String>,
+    sensor_masses: bool,
+) -> PyResult<Compared> {
+    let how = pairing.how()?;
+    let reduction = match reduction {
+        "auto" => MassReduction::Auto,
+        "full" => MassReduction::Full,
+        "guyan" => MassReduction::Guyan,
+        "irs" => MassReduction::Irs,
+        "dynamic" => MassReduction::Dynamic,
+        "serep" => MassReduction::Serep,
+        other => {
+            let text = format!("reduction is `{other}`; it is auto, full, guyan, irs, dynamic or serep");
+            return Err(Wrong::text(text).into());
+        }
+    };
+    if bands.windows(2).any(|w| w[0] >= w[1]) {
+        return Err(Wrong::text(format!("bands are {bands:?}: give ascending frequencies in Hz")).into());
+    }
+    let profile = profile.map(|(text, name)| load_profile(text.as_deref(), name.as_deref()));
+    let profile = profile.transpose().map_err(Wrong::from)?;
+    let (given, tests) = (Given::File(Arc::clone(&model.0)), sources(&tests));
+    let made = made(&given, &tests, "retune.compare", None);
+    let set = frfs.map(|f| Arc::clone(&f.set));
+    run(py, None, Stops::Never, move |_| {
+        let all = all_tested(&given, &tests, configuration.as_deref(), Some(sensor_masses))?;
+        let one = |t: &Tested| {
+            let set =
+                set.as_ref().map(|set| corrected_functions((**set).clone(), &t.test.sensors, &t.test.corrections));
+            let options = AgreementOptions {
+                pairing: how,
+                reduction,
+                places: everything,
+                parameters: everything,
+                suspects: everything,
+                functions: set.as_ref(),
+                band_edges_hz: &bands,
+                profile: profile.as_ref(),
+            };
+            Ok::<_, Wrong>(agreement(t.model.file()?, &t.test, &options)?)
+        };
+        let parts = all.iter().map(one).collect::<Result<Vec<_>, _>>()?;
+        Ok(Compared { parts, all, profile, how, made })
+    })
+}
+
+/// Settings that update, sample and an objective share.
+pub(crate) fn settings(
+    cost: &str,
+    objective: Option<&str>,
+    pairing: &Pairing,
+    optimizer: Option<&str>,
+    seed: u64,
+    reduced: Option<f64>,
+) -> Result<Settings, Wrong> {
+    let cost = match cost {
+        "least-squares" => Cost::LeastSquares,
+        "paper" => Cost::Paper,
+        "frequencies" => Cost::Frequencies,
+        other => return Err(Wrong::text(format!("cost is `{other}`; it is least-squares, paper or frequencies"))),
+    };
+    if let Some(t) = reduced.filter(|t| !(1e-9..=0.1).contains(t)) {
+        return Err(Wrong::text(format!("reduced is {t}; it is a relative error of frequencies from 1e-9 to 0.1")));
+    }
+    let objective = match objective {
+        None => ObjectiveSpec::default(),
+        Some(text) => ObjectiveSpec::read(text).map_err(|p| Wrong::problems(Some("objective"), p))?,
+    };
+    let method = |text: &str| retune::yaml::read::<OptimizerSpec>(text).map(|(spec, _)| spec);
+    let optimizer = optimizer.map(method).transpose().map_err(|p| Wrong::problems(Some("optimizer"), p))?;
+    Ok(Settings { cost, pairing: pairing.how()?, optimizer, seed, objective, reduced })
+}
+
+/// `retune update`
+#[pyfunction]
+#[pyo3(signature = (model, tests, cost, objective, pairing, optimizer, seed, budget, reduced, checkpoint, resume, configuration, sensor_masses, progress))]
+#[expect(clippy::too_many_arguments, reason = "Python gives them by name")]
+pub(crate) fn update(
+    py: Python<'_>,
+    model: Given,
+    tests: Tests<'_>,
+    cost: &str,
+    objective: Option<&str>,
+    pairing: Pairing,
+    optimizer: Option<&str>,
+    seed: u64,
+    budget: Option<u64>,
+    reduced: Option<f64>,
+    checkpoint: Option<PathBuf>,
+    resume: bool,
+    configuration: Option<String>,
+    sensor_masses: bool,
+    progress: OneProgress<'_, '_>,
+) -> PyResult<Updated> {
+    let settings = settings(cost, objective, &pairing, optimizer, seed, reduced)?;
+    let (given, tests) = (model, sources(&tests));
+    let made = made(&given, &tests, "retune.update", Some(seed));
+    run(py, progress, Stops::WithItsBest, move |job| {
+        let all = all_tested(&given, &tests, configuration.as_deref(), Some(sensor_masses))?;
+        let checkpoint = match &checkpoint {
+            Some(path) if resume => Some(Checkpoint::resume(path)?),
+            Some(path) => Some(Checkpoint::create(path)?),
+            None => None,
+        };
+        let mut observer = |p: &Progress<'_>| job.tell(p.method.to_string(), Some(p.evaluations), Some(p.cost));
+        let controls = Controls {
+            budget,
+            cancel: Some(Arc::clone(&job.stop)),
+            observer: Some(&mut observer),
+            evaluator: None,
+            checkpoint,
+        };
+        let update = update_to_tests(&cases(&all), &settings, controls)?;
+        Ok(Updated { update, all, made })
+    })
+}
+
+/// `retune sample`
+#[pyfunction]
+#[pyo3(signature = (model, tests, samples, objective, pairing, seed, reduced, configuration))]
+#[expect(clippy::too_many_arguments, reason = "Python gives them by name")]
+pub(crate) fn sample(
+    py: Python<'_>,
+    model: Given,
+    tests: Tests<'_>,
+    samples: usize,
+    objective: Option<&str>,
+    pairing: Pairing,
+    seed: u64,
+    reduced: Option<f64>,
+    configuration: Option<String>,
+) -> PyResult<Sampled> {
+    if !(50..=1_000_000).contains(&samples) {
+        return Err(Wrong::text(format!("samples is {samples}; it is from 50 to 1000000")).into());
+    }
+    // The seed is of the sampler alone, as in the command.
+    let settings = settings("least-squares", objective, &pairing, None, 0, reduced)?;
+    let (given, tests) = (model, sources(&tests));
+    run(py, None, Stops::WithItsBest, move |job| {
+        let all = all_tested(&given, &tests, configuration.as_deref(), None)?;
+        let sampler = Tmcmc { n_samples: samples, seed, cancel: Arc::clone(&job.stop), ..Tmcmc::default() };
+        let sampled = sample_posterior(&cases(&all), &settings, &sampler)?;
+        Ok(Sampled { sampled, all })
+    })
+}
+
+/// What a diagnosis tries, and for how long.
+#[derive(FromPyObject)]
+pub(crate) struct SearchOptions {
+    #[pyo3(item)]
+    effects: Vec<String>,
+    #[pyo3(item)]
+    places: Vec<String>,
+    #[pyo3(item)]
+    budget: Option<f64>,
+    #[pyo3(item)]
+    seed: u64,
+    #[pyo3(item)]
+    faults: bool,
+    #[pyo3(item)]
+    pairing: Pairing,
+}
+
+impl SearchOptions {
+    fn settings(&self, job: &Job) -> Result<diagnosis::Settings, Wrong> {
+        let known = Effects::builtin();
+        let mut effects = if self.effects.is_empty() { Effects::builtin() } else { Effects::none() };
+        for name in &self.effects {
+            let found = known.find(name).ok_or_else(|| {
+                let suggestion = did_you_mean(name, known.iter().map(Effect::name));
+                Wrong::text(format!("there is no effect `{name}`{suggestion}"))
+            })?;
+            effects = effects.with(found);
+        }
+        let mut until = Until::the_end().stopped_by(Arc::clone(&job.stop));
+        if let Some(seconds) = self.budget {
+            let budget = Duration::try_from_secs_f64(seconds).ok().filter(|b| !b.is_zero());
+            let wrong = || Wrong::text(format!("budget is {seconds}; it is a time above zero, in seconds"));
+            until = until.elapsed(budget.ok_or_else(wrong)?);
+        }
+        let job = job.clone();
+        Ok(diagnosis::Settings {
+            effects,
+            places: self.places.clone(),
+            faults: if self.faults { Faults::builtin() } else { Faults::none() },
+            pairing: self.pairing.how()?,
+            seed: self.seed,
+            listener: Listener::new(move |what| job.tell(what.to_string(), None, None)),
+            until,
+            ..diagnosis::Settings::default()
+        })
+    }
+}
+
+/// The model of the file and the tests, each with the model in its configuration.
+type Scene = (Arc<Structure>, Vec<Tested>);
+
+fn scene(given: &Given, tests: &[Arc<TestSource>]) -> Result<Scene, Wrong> {
+    let Given::File(model) = given else { return Err(Wrong::text("a diagnosis needs a model file")) };
+    if let Some(name) = &model.configuration {
+        return Err(Wrong::text(format!(
+            "the model is in its configuration `{name}`; a diagnosis takes the base model, and each test names its configuration"
+        )));
+    }
+    Ok((Arc::clone(&model.model), all_tested(given, tests, None, None)?))
+}
+
+/// `retune diagnose`
+#[pyfunction]
+#[pyo3(signature = (model, tests, options, progress))]
+pub(crate) fn diagnose(
+    py: Python<'_>,
+    model: PyRef<'_, Model>,
+    tests: Tests<'_>,
+    options: SearchOptions,
+    progress: OneProgress<'_, '_>,
+) -> PyResult<Diagnosed> {
+    let (given, tests) = (Given::File(Arc::clone(&model.0)), sources(&tests));
+    let made = made(&given, &tests, "retune.diagnose", Some(options.seed));
+    run(py, progress, Stops::WithItsBest, move |job| {
+        let (base, all) = scene(&given, &tests)?;
+        let settings = options.settings(job)?;
+        let data: Vec<&TestData> = all.iter().map(|t| &t.test).collect();
+        let diagnosis = diagnose_tests(&base, &data, &settings)?;
+        Ok(Diagnosed { diagnosis, all, how: settings.pairing, made })
+    })
+}
+
+/// `retune learn`
+#[pyfunction]
+#[pyo3(signature = (model, tests, options, take_best, limit, progress))]
+pub(crate) fn learn(
+    py: Python<'_>,
+    model: PyRef<'_, Model>,
+    tests: Tests<'_>,
+    options: SearchOptions,
+    take_best: bool,
+    limit: u8,
+    progress: OneProgress<'_, '_>,
+) -> PyResult<Learned> {
+    let (given, tests) = (Given::File(Arc::clone(&model.0)), sources(&tests));
+    let made = made(&given, &tests, "retune.learn", Some(options.seed));
+    run(py, progress, Stops::WithItsBest, move |job| {
+        let (base, all) = scene(&given, &tests)?;
+        let settings = options.settings(job)?;
+        let data: Vec<&TestData> = all.iter().map(|t| &t.test).collect();
+        let learned = learn_from_tests(&base, &data, &settings, take_best, usize::from(limit))?;
+        Ok(Learned { learned, all, made })
+    })
+}
+
+/// `retune pretest`: the JSON.
+#[pyfunction]
+#[pyo3(signature = (model, modes, sensors, by, test, noise_shape, noise_frequency))]
+#[expect(clippy::too_many_arguments, reason = "Python gives them by name")]
+pub(crate) fn pretest(
+    py: Python<'_>,
+    model: PyRef<'_, Model>,
+    modes: Option<usize>,
+    sensors: Option<usize>,
+    by: Option<String>,
+    test: Option<PyRef<'_, Test>>,
+    noise_shape: &str,
+    noise_frequency: &str,
+) -> PyResult<String> {
+    let options = PretestOptions {
+        n_modes: modes,
+        n_sensors: sensors,
+        shape_noise: positive("noise_shape", noise_shape)?,
+        frequency_noise: positive("noise_frequency", noise_frequency)?,
+    };
+    const WAYS: [&str; 3] = ["effective-independence", "auto-mac", "kinetic-energy"];
+    if let Some(by) = by.as_deref().filter(|by| !WAYS.contains(by)) {
+        return Err(Wrong::text(format!("by is `{by}`; it is {}", WAYS.join(", "))).into());
+    }
+    let structure = Arc::clone(&model.0.model);
+    let given = test.map_or_else(Vec::new, |t| t.0.data.sensors.clone());
+    run(py, None, Stops::Never, move |_| {
+        let plan = workflows::pretest(&*structure, &given, &options)?;
+        let all = WAYS.into_iter().zip(plan.choices());
+        let chosen: Vec<(&str, &SensorChoice)> =
+            all.filter(|(way, _)| by.as_deref().is_none_or(|by| by == *way)).map(|(_, choice)| choice).collect();
+        Ok(answer::pretest(&plan, &chosen).to_string())
+    })
+}
+
+/// A number as a user writes it: `0.3 %`, `0.003`.
+fn scalar(name: &str, text: &str, unit: &str) -> Result<f64, Wrong> {
+    let value = Scalar::parse(text).map_err(|e| Wrong::text(format!("{name}: {e}")))?;
+    value.constant_in(unit).map_err(|e| Wrong::text(format!("{name}: {e}")))
+}
+
+fn positive(name: &str, text: &str) -> Result<f64, Wrong> {
+    let value = scalar(name, text, "1")?;
+    if value > 0.0 { Ok(value) } else { Err(Wrong::text(format!("{name} is {text}; it must be above zero"))) }
+}
+
+/// What a synthetic test is made with.
+#[derive(FromPyObject)]
+pub(crate) struct TwinArguments {
+    #[pyo3(item)]
+    modes: Option<usize>,
+    #[pyo3(item)]
+    band: Option<(f64, f64)>,
+    #[pyo3(item)]
+    lines: Option<Vec<f64>>,
+    #[pyo3(item)]
+    exciters: Vec<String>,
+    #[pyo3(item)]
+    quantity: String,
+    #[pyo3(item)]
+    noise_frequency: String,
+    #[pyo3(item)]
+    noise_damping: String,
+    #[pyo3(item)]
+    noise_shape: String,
+    #[pyo3(item)]
+    noise_force: String,
+    #[pyo3(item)]
+    noise_response: String,
+    #[pyo3(item)]
+    averages: usize,
+    #[pyo3(item)]
+    damping: String,
+    #[pyo3(item)]
+    set: Vec<(String, String)>,
+    #[pyo3(item)]
+    patch: Option<(String, String)>,
+    #[pyo3(item)]
+    faults: Vec<String>,
+    #[pyo3(item)]
+    seed: u64,
+}
+
+/// `retune twin`
+#[pyfunction]
+#[pyo3(signature = (model, sensors, arguments))]
+pub(crate) fn twin(
+    py: Python<'_>,
+    model: PyRef<'_, Model>,
+    sensors: Option<PyRef<'_, Test>>,
+    arguments: TwinArguments,
+) -> PyResult<Twin> {
+    let (source, given) = (Arc::clone(&model.0), sensors.map(|t| t.0.data.sensors.clone()));
+    run(py, None, Stops::Never, move |_| synthetic(&source, given, &arguments))
+}
+
+fn synthetic(
+    source: &crate::model::Source,
+    sensors: Option<Vec<retune::data::Sensor>>,
+    args: &TwinArguments,
+) -> Result<Twin, Wrong> {
+    let mut structure = Arc::clone(&source.model);
+    if let Some((name, text)) = &args.patch {
+        let wrong = |problems| Wrong::problems(Some(name), problems);
+        let spec = structure.spec().overlaid(text).map_err(wrong)?;
+        structure = Arc::new(Structure::new(spec, &Registry::builtin()).map_err(wrong)?.0);
+    }
+    let parameters = structure.parameters();
+    let mut theta = parameters.nominal();
+    for (name, value) in &args.set {
+        let index = parameters.index_of(name).ok_or_else(|| {
+            Wrong::text(format!("set: no parameter `{name}`{}", did_you_mean(name, parameters.names())))
+        })?;
+        theta[index] = parameters.get(index).parse(value).map_err(|e| Wrong::text(format!("set: {e}")))?.0;
+    }
+    let sensors = sensors.unwrap_or_else(|| node_sensors(&*structure));
+    let options = TwinOptions {
+        n_modes: args.modes.unwrap_or(10),
+        band_hz: args.band,
+        frequency_noise: scalar("noise_frequency", &args.noise_frequency, "1")?,
+        damping: scalar("damping", &args.damping, "1")?,
+        damping_noise: scalar("noise_damping", &args.noise_damping, "1")?,
+        shape_noise: scalar("noise_shape", &args.noise_shape, "1")?,
+        faults: args.faults.iter().map(|f| f.parse()).collect::<Result<Vec<TwinFault>, _>>()?,
+        seed: args.seed,
+    };
+    let set: Vec<String> = args.set.iter().map(|(name, value)| format!("{name}={value}")).collect();
+    let file = source.file_name();
+    let story = TwinStory {
+        model: &structure.spec().name,
+        file: &file,
+        patch: args.patch.as_ref().map(|p| p.0.as_str()),
+        set: &set,
+        faults: &args.faults,
+        noise_frequency: &args.noise_frequency,
+        noise_shape: &args.noise_shape,
+        seed: args.seed,
+    };
+    let text = story.text();
+    let mut test = None;
+    if args.modes.is_some() {
+        let mut data = twin_modes(&*structure, &theta, &sensors, &options, &text)?;
+        story.sign(&mut data, source.configuration.as_deref());
+        test = Some(Arc::new(TestSource::written(&data)?));
+    }
+    let mut frfs = None;
+    if let Some(lines) = &args.lines {
+        let exciters = if args.exciters.is_empty() {
+            sensors.first().map(|s| s.name.clone()).into_iter().collect()
+        } else {
+            args.exciters.clone()
+        };
+        let of_functions = TwinFrfOptions {
+            lines_hz: lines.clone(),
+            exciters,
+            quantity: quantity_of(&args.quantity)?,
+            force_noise: scalar("noise_force", &args.noise_force, "1")?,
+            response_noise: scalar("noise_response", &args.noise_response, "1")?,
+            n_averages: args.averages,
+        };
+        frfs = Some(Arc::new(twin_frfs(&*structure, &theta, &sensors, &options, &of_functions)?));
+    }
+    let n_modes = test.as_ref().map(|t| t.data.modes.len());
+    let n_functions = frfs.as_ref().map(|set| set.references.len() * set.responses.len());
+    let json = answer::twin(n_modes, n_functions, sensors.len(), args.seed, &text).to_string();
+    Ok(Twin { json, test, frfs })
+}
+
+/// Answers to what measurement files leave open.
+#[derive(FromPyObject)]
+pub(crate) struct ReadOptions {
+    #[pyo3(item)]
+    units: Option<String>,
+    #[pyo3(item)]
+    quantity: Option<String>,
+    #[pyo3(item)]
+    unit: Option<String>,
+    #[pyo3(item)]
+    duplicates: Option<String>,
+    #[pyo3(item)]
+    frequency_unit: Option<String>,
+    #[pyo3(item)]
+    direction: Option<String>,
+    #[pyo3(item)]
+    geometry: Option<PathBuf>,
+    #[pyo3(item)]
+    geometry_units: Option<String>,
+    #[pyo3(item)]
+    variables: Option<String>,
+    #[pyo3(item)]
+    frame: Option<String>,
+}
+
+type Remarks = Vec<(&'static str, String)>;
+
+impl ReadOptions {
+    fn read(&self, files: &[PathBuf]) -> Result<(Measurements, Remarks), Wrong> {
+        let answers = Answers {
+            units: self.units.as_deref(),
+            quantity: self.quantity.as_deref().map(quantity_of).transpose()?,
+            unit: self.unit.as_deref(),
+            duplicates: match self.duplicates.as_deref() {
+                None => Duplicates::Ask,
+                Some("first") => Duplicates::First,
+                Some("last") => Duplicates::Last,
+                Some(other) => return Err(Wrong::text(format!("duplicates is `{other}`; it is first or last"))),
+            },
+            frequency_unit: self.frequency_unit.as_deref(),
+            local_axes: None,
+            direction: self.direction.as_deref(),
+            geometry_units: self.geometry_units.as_deref(),
+            variables: self.variables.as_deref(),
+            frame: self.frame.as_deref(),
+        };
+        let (options, frame) = answers.options().map_err(Wrong::text)?;
+        let mut found = read_measurements(files, self.geometry.as_deref(), &options)?;
+        let mut remarks: Remarks = Vec::new();
+        for (path, note) in &found.notes {
+            let place = if path.as_os_str().is_empty() { String::new() } else { format!("{}: ", path.display()) };
+            remarks.push(("note", format!("{place}{note}")));
+        }
+        if forward_in_time(&mut found) {
+            let text = "the functions are written for exp(-iωt): the imaginary parts of all of them are reversed";
+            remarks.push(("warning", text.to_string()));
+        }
+        if let Some(frame) = frame {
+            found.turn(&frame);
+        }
+        Ok((found, remarks))
+    }
+}
+
+/// The frequency response functions of measurement files, with remarks.
+#[pyfunction]
+pub(crate) fn read_frfs(py: Python<'_>, files: Vec<PathBuf>, options: ReadOptions) -> PyResult<(Frfs, Remarks)> {
+    run(py, None, Stops::Never, move |_| {
+        let (found, remarks) = options.read(&files)?;
+        let instead = || workflows::UpdateError::NoMeasurements(workflows::instead(&found));
+        let set = found.frfs.clone().ok_or_else(instead)?;
+        Ok((Frfs { set: Arc::new(set), geometry: found.geometry, is_synthetic: found.is_synthetic }, remarks))
+    })
+}
+
+/// How modes are identified.
+#[derive(FromPyObject)]
+pub(crate) struct IdentifyArguments {
+    #[pyo3(item)]
+    band: Option<(f64, f64)>,
+    #[pyo3(item)]
+    method: String,
+    #[pyo3(item)]
+    peak_height: f64,
+    #[pyo3(item)]
+    order: usize,
+    #[pyo3(item)]
+    suspension: usize,
+    #[pyo3(item)]
+    exponential_window: Option<f64>,
+    #[pyo3(item)]
+    repeatability: f64,
+    #[pyo3(item)]
+    health: bool,
+    #[pyo3(item)]
+    name: Option<String>,
+    #[pyo3(item)]
+    configuration: Option<String>,
+}
+
+impl IdentifyArguments {
+    fn settings(&self) -> Result<IdentifySettings, Wrong> {
+        if let Some((low, high)) = self.band.filter(|(low, high)| !(low < high && *low >= 0.0)) {
+            return Err(Wrong::text(format!("band is ({low}, {high}): give two ascending frequencies in Hz")));
+        }
+        Ok(IdentifySettings {
+            options: IdentifyOptions { band_hz: self.band, max_order: self.order, ..IdentifyOptions::default() },
+            method: match self.method.as_str() {
+                "plscf" => Method::Plscf,
+                "quadrature" => Method::Quadrature,
+                "circle" => Method::Circle,
+                other => {
+                    return Err(Wrong::text(format!("method is `{other}`; it is plscf, quadrature or circle")));
+                }
+            },
+            peak_height_db: self.peak_height,
+            n_suspension: self.suspension,
+            window: match self.exponential_window {
+                None => Window::Stated,
+                Some(0.0) => Window::None,
+                Some(rate) if rate > 0.0 && rate.is_finite() => Window::Rate(rate),
+                Some(rate) => {
+                    return Err(Wrong::text(format!("exponential_window is {rate}; it is a rate in 1/s, 0 for none")));
+                }
+            },
+            repeatability: self.repeatability,
+            checks_health: self.health,
+        })
+    }
+}
+
+/// `retune identify`, of files or of functions.
+#[pyfunction]
+#[pyo3(signature = (files, frfs, options, arguments, model))]
+pub(crate) fn identify(
+    py: Python<'_>,
+    files: Vec<PathBuf>,
+    frfs: Option<PyRef<'_, Frfs>>,
+    options: ReadOptions,
+    arguments: IdentifyArguments,
+    model: Option<PyRef<'_, Model>>,
+) -> PyResult<Identified> {
+    let settings = arguments.settings()?;
+    let structure = model.map(|m| Arc::clone(&m.0.model));
+    let given = frfs.map(|f| Measurements {
+        frfs: Some((*f.set).clone()),
+        geometry: f.geometry.clone(),
+        is_synthetic: f.is_synthetic,
+        ..Measurements::default()
+    });
+    let stem = files.first().and_then(|f| f.file_stem()).map(|s| s.to_string_lossy().into_owned());
+    let about = About {
+        name: arguments.name.or(stem).unwrap_or_else(|| "test".to_string()),
+        sources: if given.is_some() {
+            vec!["arrays".to_string()]
+        } else {
+            files.iter().filter_map(|f| Some(f.file_name()?.to_string_lossy().into_owned())).collect()
+        },
+        configuration: arguments.configuration,
+    };
+    run(py, None, Stops::Never, move |_| {
+        let (found, mut remarks) = match given {
+            Some(mut found) => {
+                forward_in_time(&mut found);
+                (found, Vec::new())
+            }
+            None => options.read(&files)?,
+        };
+        let identified = identify_test(&found, &about, structure.as_deref(), &settings)?;
+        remarks.extend(identified.remarks.iter().map(|r| match r {
+            workflows::Remark::Note(text) => ("note", text.clone()),
+            workflows::Remark::Warning(text) => ("warning", text.clone()),
+        }));
+        Ok(Identified { identified, remarks })
+    })
+}
+
+/// `retune report`: the page and its data as JSON, with remarks.
+#[pyfunction]
+#[pyo3(signature = (model, test, before, diagnose, frfs, pairing, seed, configuration, progress))]
+#[expect(clippy::too_many_arguments, reason = "Python gives them by name")]
+pub(crate) fn report(
+    py: Python<'_>,
+    model: PyRef<'_, Model>,
+    test: PyRef<'_, Test>,
+    before: Option<PyRef<'_, Model>>,
+    diagnose: bool,
+    frfs: Option<PyRef<'_, Frfs>>,
+    pairing: Pairing,
+    seed: u64,
+    configuration: Option<String>,
+    progress: OneProgress<'_, '_>,
+) -> PyResult<(String, String, Remarks)> {
+    let how = pairing.how()?;
+    let (source, test) = (Arc::clone(&model.0), Arc::clone(&test.0));
+    let made =
+        made(&Given::File(Arc::clone(&source)), std::slice::from_ref(&test), "retune.report", diagnose.then_some(seed));
+    let before = before.map(|m| Arc::clone(&m.0));
+    let frfs = frfs.map(|f| (Arc::clone(&f.set), f.is_synthetic));
+    run(py, progress, Stops::WithItsBest, move |job| {
+        let tested = tested(&source, &test, configuration.as_deref(), None)?;
+        let (structure, data_of_test) = (tested.model.file()?, &tested.test);
+        let mut data = compared(&tested, &how)?;
+        let earlier = before.map(|b| {
+            let at = b.model.parameters().nominal();
+            assess_paired(&b.model, &at, data_of_test, &how).map(|assessment| (b, assessment))
+        });
+        let earlier = earlier.transpose()?;
+        if let Some((b, assessment)) = &earlier {
+            add_before(&mut data, &b.model, assessment, data_of_test);
+        }
+        if diagnose {
+            let job = job.clone();
+            let settings = diagnosis::Settings {
+                seed,
+                pairing: how,
+                until: Until::the_end().stopped_by(Arc::clone(&job.stop)),
+                listener: Listener::new(move |what| job.tell(what.to_string(), None, None)),
+                ..diagnosis::Settings::default()
+            };
+            let found = diagnosis::diagnose(structure, data_of_test, &settings)?;
+            add_diagnosis(&mut data, &found, structure, &joined(&[data_of_test]).test);
+        }
+        let assessment = assess_paired(structure, &structure.parameters().nominal(), data_of_test, &how)?;
+        let case = Case { model: structure, test: data_of_test, assessment: &assessment };
+        let before = earlier.as_ref().map(|(b, a)| Case { model: &b.model, test: data_of_test, assessment: a });
+        if let Some((set, is_synthetic)) = &frfs {
+            let origin = if *is_synthetic { "synthetic" } else { "measured" };
+            let set = corrected_functions((**set).clone(), &data_of_test.sensors, &data_of_test.corrections);
+            add_responses(&mut data, case, before, &set, origin)?;
+        } else if let Some(set) = &data_of_test.frfs {
+            let origin = data_of_test.modes.first().map_or("measured", |m| m.origin.word());
+            add_responses(&mut data, case, before, set, origin)?;
+        }
+        made.sign(&mut data);
+        Ok((html(&data)?, json(&data)?, tested.remarks.clone()))
+    })
+}
