@@ -14,7 +14,7 @@ use super::settings::Settings;
 use crate::data::TestData;
 use crate::effect::{Candidate, Context, Effects, PatchError, Structure, set_parameter_values};
 use crate::linalg::DVector;
-use crate::model::Model;
+use crate::model::{Model, ParametricModel};
 
 /// A step of learning.
 #[derive(Debug, Clone)]

@@ -7,6 +7,9 @@ use crate::objective::EvalError;
 /// A sensor has a noise of its own above so many times the median, and as many standard deviations.
 const SPOILT: f64 = 4.0;
 
+/// Factors on the noise of every sensor, of every test.
+pub(super) type Factors = Vec<Vec<f64>>;
+
 /// ln of the odds against a sensor whose readings tell nothing.
 const LN_ODDS: f64 = 6.0;
 /// Its noise over what is stated.
@@ -27,8 +30,8 @@ impl Inference<'_> {
         &self,
         found: &Found,
         inverse: &DMatrix<f64>,
-    ) -> Result<Option<(Vec<Vec<f64>>, Found)>, EvalError> {
-        let mut best: Option<(Vec<Vec<f64>>, Found)> = None;
+    ) -> Result<Option<(Factors, Found)>, EvalError> {
+        let mut best: Option<(Factors, Found)> = None;
         let none: Vec<Vec<f64>> = self.sides.iter().map(|s| vec![1.0; s.comparison.shapes().nrows()]).collect();
         for (k, (side, at)) in self.sides.iter().zip(&found.sides).enumerate() {
             let n = none[k].len();
@@ -50,7 +53,7 @@ impl Inference<'_> {
     }
 
     /// Factors of the noise of every sensor, where one stands out among the pairs of a test whose shapes need more noise than stated.
-    pub(super) fn spoilt(&self, found: &Found) -> Option<Vec<Vec<f64>>> {
+    pub(super) fn spoilt(&self, found: &Found) -> Option<Factors> {
         let mut any = false;
         let one = |(side, at): (&Side<'_>, &FoundSide)| {
             let n = side.comparison.shapes().nrows();
