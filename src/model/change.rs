@@ -11,7 +11,7 @@
 use super::assembly::{Connection, motion_in_axes, place as place_of};
 use super::constraint::{Elimination, eliminate};
 use super::dependence::{Dependence, Monomial, central_difference, dependence, element_matrices};
-use super::dof_map::Combination;
+use super::dof_map::{Combination, rigid_motion};
 use super::elastic_support::ElasticSupports;
 use super::mass_properties::add_rigid_mass;
 use super::parameter::{Parameter, ParameterSet};
@@ -123,7 +123,13 @@ impl Additions {
             });
         }
         parts.extend(self.supports(&own, &alone)?);
-        let change = Change { model: self.model.clone(), parts, n_new: new.found.len(), neutral };
+        let dof_of = |(&d, &coordinate): (&usize, &usize)| {
+            (coordinate, (self.placed.geometry.positions[d / 6], Dof::ALL[d % 6]))
+        };
+        let mut stand: Vec<_> = new.found.iter().map(dof_of).collect();
+        stand.sort_by_key(|s| s.0);
+        let new = stand.into_iter().map(|s| s.1).collect();
+        let change = Change { model: self.model.clone(), parts, new, neutral };
         change.without_idle_coordinates(typical)
     }
 
@@ -215,7 +221,8 @@ impl NewCoordinates<'_> {
 pub struct Change {
     model: Arc<Model>,
     parts: Vec<Part>,
-    n_new: usize,
+    /// Where the coordinates that it brings stand, m, and what they are.
+    new: Vec<([f64; 3], Dof)>,
     neutral: Vec<f64>,
 }
 
@@ -253,7 +260,13 @@ impl Change {
 
     /// Number of coordinates that it brings; they stand behind the rows of the model.
     pub fn n_new(&self) -> usize {
-        self.n_new
+        self.new.len()
+    }
+
+    /// What a new coordinate moves by in the six rigid motions about the origin.
+    pub(super) fn rigid_motions(&self, new: usize) -> [f64; 6] {
+        let (at, dof) = self.new[new];
+        std::array::from_fn(|motion| rigid_motion(at, motion)[dof as usize])
     }
 
     /// Number of its sizes.
@@ -355,11 +368,11 @@ impl Change {
     /// Without the coordinates that nothing holds and that nothing is heavy in.
     fn without_idle_coordinates(mut self, typical: &[f64]) -> Option<Self> {
         let n = self.model.dof_map().n_dof();
-        if self.n_new == 0 {
+        if self.new.is_empty() {
             return Some(self);
         }
         let theta = super::dependence::interior_point(self.model.parameters());
-        let mut used = vec![false; self.n_new];
+        let mut used = vec![false; self.new.len()];
         for k in 0..self.parts.len() {
             let matrices = self.matrices(k, &theta, typical).ok()?;
             let Connection { rows, b } = &self.parts[k].connection;
@@ -382,7 +395,8 @@ impl Change {
             let row = |&j: &usize| if rows[j] < n { rows[j] } else { n + place[rows[j] - n] };
             part.connection = Connection { rows: kept.iter().map(row).collect(), b: b.select_columns(&kept) };
         }
-        self.n_new = used.iter().filter(|u| **u).count();
+        let kept = used.iter().zip(std::mem::take(&mut self.new)).filter(|(used, _)| **used);
+        self.new = kept.map(|(_, at)| at).collect();
         Some(self)
     }
 }

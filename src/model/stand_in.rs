@@ -56,6 +56,8 @@ struct Common {
     /// Coordinates of the rigid motions, (n_basis x 6), and how many of the first coordinates they take.
     motions: DMatrix<f64>,
     n_rigid: usize,
+    /// The rigid vectors of the basis as sums of the six motions, (6 x n_rigid).
+    rigid_parts: DMatrix<f64>,
     accuracy: f64,
     is_damped: bool,
 }
@@ -121,7 +123,7 @@ impl StandIn {
         let shift = reduced.shift();
         let factor =
             PencilFactor::new(plan.clone(), &system.stiffness, &system.mass, shift).map_err(ModalError::from)?;
-        let motions = reduced.dof_map().rigid_motions();
+        let (n_rigid, motions, rigid_parts) = rigid(model, reduced.basis(), &reduced.dof_map().rigid_motions());
         let dofs = DofMap::of_coordinates(reduced.basis().ncols(), &motions);
         let common = Common {
             model: model.clone(),
@@ -131,7 +133,8 @@ impl StandIn {
             plan,
             factor,
             shift,
-            n_rigid: motions.row_iter().take_while(|row| row.amax() > 0.0).count(),
+            n_rigid,
+            rigid_parts,
             motions,
             accuracy: reduced.accuracy(),
             is_damped: system.damping.is_some(),
@@ -219,8 +222,14 @@ impl StandIn {
     fn motion(&self, placed: &Placed, part: usize) -> DMatrix<f64> {
         let (n, m, extra) = (self.common.basis.nrows(), self.common.basis.ncols(), self.extra.ncols());
         let (rows, b) = placed.change.motion(part);
+        // A new coordinate counts from where the rigid motions take it.
+        let rigid = |new: usize, c: usize| -> f64 {
+            let motions = placed.change.rigid_motions(new);
+            (0..6).map(|k| motions[k] * self.common.rigid_parts[(k, c)]).sum()
+        };
         let on_rows = DMatrix::from_fn(rows.len(), self.dofs.n_dof(), |i, c| match rows[i].checked_sub(n) {
             Some(new) if c == m + extra + placed.first_new + new => placed.scales[new],
+            Some(new) if c < self.common.n_rigid => rigid(new, c),
             None if c < m => self.common.basis[(rows[i], c)],
             None if c < m + extra => self.extra[(rows[i], c - m)],
             _ => 0.0,
@@ -429,6 +438,30 @@ impl StandIn {
         let expected = self.parameters.len();
         if theta.len() == expected { Ok(()) } else { Err(ModelError::WrongLength { expected, given: theta.len() }) }
     }
+}
+
+/// Number of the rigid vectors of a basis, coordinates of the six rigid motions, (n_basis x 6), and those vectors as sums of the motions, (6 x
+/// n_rigid): by least squares, as products with X lose digits of motions that K does not strain.
+///
+/// * `about` - the coordinates to some digits; zero for what is no motion of the structure
+fn rigid(model: &Model, basis: &DMatrix<f64>, about: &DMatrix<f64>) -> (usize, DMatrix<f64>, DMatrix<f64>) {
+    let n_rigid = about.row_iter().take_while(|row| row.amax() > 0.0).count();
+    let (mut coordinates, none) = (DMatrix::zeros(basis.ncols(), 6), DMatrix::zeros(6, n_rigid));
+    if n_rigid == 0 {
+        return (0, coordinates, none);
+    }
+    let v = basis.columns(0, n_rigid).into_owned();
+    let motions = model.dof_map().rigid_motions();
+    let Some(inverse) = v.tr_mul(&v).try_inverse() else { return (n_rigid, about.clone(), none) };
+    let all = inverse * v.tr_mul(&motions);
+    let left = &motions - &v * &all;
+    for k in (0..6).filter(|&k| left.column(k).amax() <= 1e-6 * motions.column(k).amax()) {
+        coordinates.view_mut((0, k), (n_rigid, 1)).copy_from(&all.column(k));
+    }
+    let own = coordinates.rows(0, n_rigid).into_owned();
+    let least = 1e-9 * own.amax();
+    let parts = if least > 0.0 { own.pseudo_inverse(least).unwrap_or(none) } else { none };
+    (n_rigid, coordinates, parts)
 }
 
 /// Terms of K, M and C as they are summed, lower triangles.

@@ -35,8 +35,7 @@ const STEPS: [Level; 4] = [level(3, 3), level(2, 2), level(1, 1), level(0, 0)];
 const SLOW_STEPS: [Level; 6] = [level(4, 3), level(3, 3), level(3, 2), level(2, 2), level(1, 1), level(0, 0)];
 /// Rounds with estimated model form, at most.
 const ROUNDS: usize = 4;
-/// A step may lose so much in ln probability, and is halved down to this share.
-const SLACK: f64 = 2.0;
+/// A step that loses a pair is halved down to this share.
 const SHORTEST: f64 = 0.1;
 /// Longest step, in prior standard deviations.
 const LONGEST: f64 = 1.2;
@@ -398,8 +397,8 @@ impl Inference<'_> {
 
     /// Gauss-Newton from the estimates, with less and less model form, then with that of largest evidence.
     ///
-    /// A step is shortened until the pairs that are the best where it ends are as probable as those where it began: a compliance is far from
-    /// linear, and a whole step may lose the mode that it was to explain.
+    /// A step that would lose a pair is shortened, if that keeps it: a compliance is far from linear, and a whole step may lose the mode that it
+    /// was to explain.
     fn annealed(&self, steps: &[Level], with_labels: bool) -> Result<Found, super::EvalError> {
         let mut x = self.start.clone();
         let mut inverse = self.prior();
@@ -414,40 +413,39 @@ impl Inference<'_> {
                     l.pairings.normal_equations(&pairs, misread)
                 });
                 let Some((moved, h)) = self.step_of(&x, parts) else { continue };
-                let least = self.score_at(&x, &looks, &spread, level) - SLACK;
+                let fewest = self.n_pairs(&looks, &spread, level);
+                let mut whole = None;
                 let mut share = 1.0;
-                let mut is_solved = false;
-                while share > SHORTEST {
+                let shorter = loop {
                     let tried = &x + (&moved - &x) * share;
-                    if let Ok(there) = self.looks(&tried, with_labels, None) {
-                        is_solved = true;
-                        if self.score_at(&tried, &there, &spread, level) >= least {
-                            (x, looks) = (tried, there);
-                            break;
-                        }
+                    match self.looks(&tried, with_labels, None) {
+                        Ok(there) if self.n_pairs(&there, &spread, level) >= fewest => break Some((tried, there)),
+                        Ok(there) => _ = whole.get_or_insert((tried, there)),
+                        Err(_) => {}
                     }
                     share *= 0.5;
-                }
-                if !is_solved {
-                    // Where the model cannot be solved the way ends; what is known at the estimates counts.
+                    if share < SHORTEST {
+                        break None;
+                    }
+                };
+                // Where the model cannot be solved the way ends; what is known at the estimates counts.
+                let Some(next) = shorter.or(whole) else {
                     return self.settled(self.start.clone(), self.prior());
-                }
+                };
+                (x, looks) = next;
                 inverse = h;
             }
         }
         self.settled(x, inverse)
     }
 
-    /// ln of the probability of the best pairs at a point, with its prior.
-    fn score_at(&self, x: &DVector<f64>, looks: &[Look], spread: &DMatrix<f64>, level: Level) -> f64 {
-        let away = (x - self.start).component_div(&self.sd);
+    /// Number of pairs that are made at a point.
+    fn n_pairs(&self, looks: &[Look], spread: &DMatrix<f64>, level: Level) -> usize {
         let of = |l: &Look| {
             let seen = l.pairings.seen(Some(spread), self.options.misread);
-            let odds = seen.ln_odds(level);
-            let pairs = best(&odds);
-            pairs.iter().enumerate().filter_map(|(i, a)| a.map(|a| odds[(i, a)])).sum::<f64>()
+            best(&seen.ln_odds(level)).iter().flatten().count()
         };
-        looks.iter().map(of).sum::<f64>() - 0.5 * away.norm_squared()
+        looks.iter().map(of).sum()
     }
 
     /// A step with the pairs and the model form that were found.

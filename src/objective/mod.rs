@@ -12,6 +12,7 @@ mod least_squares;
 mod loss;
 mod paper;
 mod prediction;
+mod real_shapes;
 mod recent;
 pub mod residual;
 mod responses;

@@ -2,6 +2,7 @@
 
 use super::close_modes::{Closeness, DOUBLE, clusters, seen, turn};
 use super::followed::Followed;
+use super::real_shapes::real_shapes;
 use super::recent::Recent;
 use super::responses::FrfRows;
 use super::{EvalError, statics};
@@ -590,27 +591,6 @@ fn plan_of(mode: &TestMode) -> Plan {
         Standing::Found { rank, .. } if mode.shape.is_none() => Plan::Ranked(*rank),
         _ => Plan::Free,
     }
-}
-
-/// Complex test shapes turned by the phase that makes them as real as can be, then their real parts.
-///
-/// The phase is half that of Σ ψ_k²: it maximises the sum of squares of the real parts.
-fn real_shapes(test: &TestData) -> DMatrix<f64> {
-    let n = test.sensors.len();
-    let mut shapes = DMatrix::from_element(n, test.modes.len(), f64::NAN);
-    for (j, mode) in test.modes.iter().enumerate() {
-        let Some(shape) = &mode.shape else { continue };
-        let square: Complex<f64> = shape.iter().filter(|v| !v.re.is_nan()).map(|v| v * v).sum();
-        let turn = if shape.iter().all(|v| v.im == 0.0 || v.im.is_nan()) {
-            Complex::new(1.0, 0.0)
-        } else {
-            Complex::from_polar(1.0, -0.5 * square.arg())
-        };
-        for i in 0..n {
-            shapes[(i, j)] = (shape[i] * turn).re;
-        }
-    }
-    shapes
 }
 
 /// MAC of shapes at the sensors with measured ones; zero where there is none.

@@ -2,11 +2,11 @@
 
 use super::*;
 use crate::diagnosis::problem::changed::with_effect;
-use crate::diagnosis::problem::fit::evaluate;
+use crate::diagnosis::problem::fit::{evaluate, project};
 use crate::diagnosis::problem::scene::Scene;
 use crate::diagnosis::screen::adjoint::screen;
 use crate::effect::{Candidate, Context, candidates};
-use crate::linalg::DMatrix;
+use crate::linalg::{DMatrix, DVector};
 use crate::model::{ModalSolver, System};
 use crate::update::node_sensors;
 
@@ -119,8 +119,10 @@ fn a_stand_in_has_the_frequencies_of_the_patched_model() {
             let own = frequencies(changed.solved()).unwrap_or_default();
             let off = |(a, b): (&f64, &f64)| (a / b - 1.0).abs();
             let worst = own.iter().zip(&full).take(6).map(off).fold(0.0, f64::max);
-            if own.len() < 6 || worst > 3e-4 {
-                wrong.push(format!("{}: {worst:.1e} of {}", candidate.id(), own.len()));
+            // A member that is gone leaves modes that few shapes represent.
+            let bar = if candidate.effect.name() == "absent-member" { 3e-3 } else { 3e-4 };
+            if own.len() < 6 || worst > bar {
+                wrong.push(format!("{}: {worst:.1e}: {own:.4?} against {full:.4?}", candidate.id()));
             }
         }
         assert!(wrong.is_empty(), "{name}: {wrong:#?}");
@@ -140,6 +142,7 @@ fn adjoint_columns_are_those_of_differences() {
         let listener = Settings::default().listener;
         let full = screen(&small, &fit, 1.0, all.clone(), &listener).unwrap();
         let adjoint = screen(&large, &of_stand_in, 1.0, all, &listener).unwrap();
+        let q = fit.basis().unwrap();
         let (mut compared, mut wrong) = (0, Vec::new());
         for (a, b) in adjoint.iter().zip(&full) {
             let id = a.candidate.id();
@@ -151,7 +154,8 @@ fn adjoint_columns_are_those_of_differences() {
                 let Some(other) = other.map(|c| &c.delta) else { continue };
                 // A target is a hinge: its row is no slope.
                 let n = fit.rows.measured;
-                let (own, other) = (column.delta.rows(0, n), other.rows(0, n));
+                let seen = |delta: &DVector<f64>| project(&q, delta).rows(0, n).into_owned();
+                let (own, other) = (seen(&column.delta), seen(other));
                 // What the smallest step does beyond rounding of the residuals.
                 if other.norm() < 0.2 {
                     continue;

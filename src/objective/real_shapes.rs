@@ -1,0 +1,25 @@
+//! Measured shapes as real numbers.
+
+use crate::data::TestData;
+use crate::linalg::{Complex, DMatrix};
+
+/// Complex test shapes turned by the phase that makes them as real as can be, then their real parts.
+///
+/// The phase is half that of Σ ψ_k²: it maximises the sum of squares of the real parts.
+pub(super) fn real_shapes(test: &TestData) -> DMatrix<f64> {
+    let n = test.sensors.len();
+    let mut shapes = DMatrix::from_element(n, test.modes.len(), f64::NAN);
+    for (j, mode) in test.modes.iter().enumerate() {
+        let Some(shape) = &mode.shape else { continue };
+        let square: Complex<f64> = shape.iter().filter(|v| !v.re.is_nan()).map(|v| v * v).sum();
+        let turn = if shape.iter().all(|v| v.im == 0.0 || v.im.is_nan()) {
+            Complex::new(1.0, 0.0)
+        } else {
+            Complex::from_polar(1.0, -0.5 * square.arg())
+        };
+        for i in 0..n {
+            shapes[(i, j)] = (shape[i] * turn).re;
+        }
+    }
+    shapes
+}
