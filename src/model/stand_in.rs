@@ -123,11 +123,15 @@ impl StandIn {
         let shift = reduced.shift();
         let factor =
             PencilFactor::new(plan.clone(), &system.stiffness, &system.mass, shift).map_err(ModalError::from)?;
-        let (n_rigid, motions, rigid_parts) = rigid(model, reduced.basis(), &reduced.dof_map().rigid_motions());
+        let mut basis = reduced.basis().clone();
+        let (n_rigid, motions, rigid_parts) = rigid(model, &basis, &reduced.dof_map().rigid_motions());
+        // Rigid to the last digit, so that a change that strains some motions leaves the others free.
+        let exact = model.dof_map().rigid_motions() * &rigid_parts;
+        basis.columns_mut(0, n_rigid).copy_from(&exact);
         let dofs = DofMap::of_coordinates(reduced.basis().ncols(), &motions);
         let common = Common {
             model: model.clone(),
-            basis: reduced.basis().clone(),
+            basis,
             terms,
             affine: affine.clone(),
             plan,
