@@ -133,21 +133,22 @@ fn a_stand_in_has_the_frequencies_of_the_patched_model() {
     }
 }
 
-/// The adjoint columns are those of differences: the same direction and length.
+/// The adjoint columns are those of differences: the same direction and length. Where they are not, the finite step is far from linear: a clamp
+/// gives altogether by a hundredth of the typical compliance, and modes 0.2 % apart, as the aeroplane has two, part otherwise than by a slope.
 #[test]
 fn adjoint_columns_are_those_of_differences() {
+    let (mut compared, mut wrong) = (0, Vec::new());
     for (name, text) in MODELS {
         let model = model(text);
         let large = scene(&model);
         let small = Scene::new(&model, &[&large.cases[0].test]).unwrap();
         let x = small.start();
         let (fit, of_stand_in) = (evaluate(&small, x.clone(), 1.0).unwrap(), evaluate(&large, x, 1.0).unwrap());
-        let all: Vec<Candidate> = placed(&model).into_iter().step_by(5).collect();
+        let all: Vec<Candidate> = placed(&model).into_iter().step_by(3).collect();
         let listener = Settings::default().listener;
         let full = screen(&small, &fit, 1.0, all.clone(), &listener).unwrap();
         let adjoint = screen(&large, &of_stand_in, 1.0, all, &listener).unwrap();
         let q = fit.basis().unwrap();
-        let (mut compared, mut wrong) = (0, Vec::new());
         for (a, b) in adjoint.iter().zip(&full) {
             let id = a.candidate.id();
             if a.candidate.parameters.iter().any(|p| !p.grid.is_empty()) {
@@ -167,13 +168,12 @@ fn adjoint_columns_are_those_of_differences() {
                 let cosine = own.dot(&other) / (own.norm() * other.norm());
                 let ratio = own.norm() / other.norm();
                 if cosine < 0.98 || (ratio - 1.0).abs() > 0.1 {
-                    wrong.push(format!("{id}: {:.2e}, cosine {cosine:.4}, ratio {ratio:.4}", other.norm()));
+                    wrong.push(format!("{name}: {id}: {:.2e}, cosine {cosine:.4}, ratio {ratio:.4}", other.norm()));
                 }
                 compared += 1;
             }
         }
-        // Modes 0.2 % apart, as the aeroplane has two, part otherwise by a finite step than by a slope.
-        assert!(5 * wrong.len() <= compared, "{name}: of {compared} {wrong:#?}");
-        assert!(compared > 5, "{name}: {compared}");
     }
+    assert!(6 * wrong.len() <= compared, "of {compared} {wrong:#?}");
+    assert!(compared > 30, "{compared}");
 }
