@@ -78,7 +78,6 @@ impl Additions {
         }
         let n = self.model.parameters().len();
         let own: Vec<usize> = parameters.iter().map(|p| self.index_of.get(*p).copied()).collect::<Option<_>>()?;
-        let neutral: Vec<f64> = own.iter().map(|&p| self.placed.parameters.get(p).value).collect();
         // A parameter of another change stands at its neutral value.
         let alone = |value: &Value| {
             value.with_parameters(&|p| match own.iter().position(|o| *o == p) {
@@ -129,7 +128,7 @@ impl Additions {
         let mut stand: Vec<_> = new.found.iter().map(dof_of).collect();
         stand.sort_by_key(|s| s.0);
         let new = stand.into_iter().map(|s| s.1).collect();
-        let change = Change { model: self.model.clone(), parts, new, neutral };
+        let change = Change { model: self.model.clone(), parts, new, n_sizes: own.len() };
         change.without_idle_coordinates(typical)
     }
 
@@ -223,7 +222,7 @@ pub struct Change {
     parts: Vec<Part>,
     /// Where the coordinates that it brings stand, m, and what they are.
     new: Vec<([f64; 3], Dof)>,
-    neutral: Vec<f64>,
+    n_sizes: usize,
 }
 
 /// An element that a change alters or brings, or the supports.
@@ -271,7 +270,7 @@ impl Change {
 
     /// Number of its sizes.
     pub fn n_sizes(&self) -> usize {
-        self.neutral.len()
+        self.n_sizes
     }
 
     /// How the dofs of one of its elements follow from rows and new coordinates, u_e = B q\[rows\].

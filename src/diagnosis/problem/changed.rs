@@ -8,6 +8,7 @@ use super::scene::{Case, Scene, configuration, in_configuration};
 use crate::correlation::CorrelationError;
 use crate::diagnosis::error::DiagnosisError;
 use crate::effect::{Candidate, Edit, NewParameter, PatchError};
+use crate::model::spec::ModelSpec;
 use crate::model::{Additions, Change, Model, ModelError, Parameter, Registry};
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -99,11 +100,7 @@ impl Scene {
         if self.patches.is_empty() {
             return Ok(self);
         }
-        let mut file = (*self.file).clone();
-        for patch in &self.patches {
-            patch.add_to(&mut file)?;
-        }
-        self.with_file(file, self.added.clone())
+        self.with_file(self.file_in_full()?, self.added.clone())
     }
 
     /// The model of the first test with all changes.
@@ -114,10 +111,12 @@ impl Scene {
         if self.patches.is_empty() {
             return Ok(self.model().clone());
         }
+        in_configuration(&self.file_in_full()?, &self.cases[0].test)
+    }
+
+    fn file_in_full(&self) -> Result<ModelSpec, DiagnosisError> {
         let mut file = (*self.file).clone();
-        for patch in &self.patches {
-            patch.add_to(&mut file)?;
-        }
-        in_configuration(&file, &self.cases[0].test)
+        self.patches.iter().try_for_each(|patch| patch.add_to(&mut file))?;
+        Ok(file)
     }
 }

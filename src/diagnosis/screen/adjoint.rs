@@ -160,8 +160,18 @@ impl Adjoint {
         let n_modes = case.test.modes.len();
         let paired: Vec<usize> = (0..n_modes).filter_map(|m| prediction.partner(m)).collect();
         let rows = observation_rows(model, &case.test.sensors)?;
-        let plan = stand_in.plan();
-        let solve = |&elastic: &usize| answers(&system, plan, &shapes, &prediction, elastic, &rows);
+        // Across all modes that are known; the same for every mode.
+        let mut forces: DMatrix<f64> = DMatrix::zeros(shapes.nrows(), rows.len());
+        for (s, row) in rows.iter().enumerate() {
+            for &(i, factor) in row {
+                forces[(i, s)] += factor;
+            }
+        }
+        let read = shapes.tr_mul(&forces);
+        let m_shapes = system.mass.mul(&shapes);
+        forces -= &m_shapes * &read;
+        let known = Known { system: &system, plan: stand_in.plan(), shapes: &shapes, m_shapes, forces, read };
+        let solve = |&elastic: &usize| known.answers(&prediction, elastic);
         let answers = paired.par_iter().map(solve).collect::<Result<Vec<_>, _>>()?;
         let first = prediction.modes.n_rigid;
         let mode = |&a: &usize| (a, prediction.modes.lambda[first + a], shapes.column(first + a).into_owned());
@@ -213,42 +223,39 @@ impl Adjoint {
     }
 }
 
-/// zᵀ of one mode, (n_sensors x n_dof).
-fn answers(
-    system: &SparseSystem,
-    plan: &SparsePlan,
-    shapes: &DMatrix<f64>,
-    prediction: &Prediction,
-    elastic: usize,
-    rows: &[Vec<(usize, f64)>],
-) -> Result<DMatrix<f64>, DiagnosisError> {
-    let modes = &prediction.modes;
-    let own = modes.n_rigid + elastic;
-    let lambda = modes.lambda[own];
-    let n = shapes.nrows();
-    let mut forces: DMatrix<f64> = DMatrix::zeros(n, rows.len());
-    for (s, row) in rows.iter().enumerate() {
-        for &(i, factor) in row {
-            forces[(i, s)] += factor;
+/// What the solutions of all modes share.
+struct Known<'a> {
+    system: &'a SparseSystem,
+    plan: &'a SparsePlan,
+    /// The modes that are known, rigid ones first, and M times them.
+    shapes: &'a DMatrix<f64>,
+    m_shapes: DMatrix<f64>,
+    /// Unit forces at the sensors across these modes, (n_dof x n_sensors), and what the sensors read of the modes.
+    forces: DMatrix<f64>,
+    read: DMatrix<f64>,
+}
+
+impl Known<'_> {
+    /// zᵀ of one mode, (n_sensors x n_dof).
+    fn answers(&self, prediction: &Prediction, elastic: usize) -> Result<DMatrix<f64>, DiagnosisError> {
+        let Self { system, plan, shapes, m_shapes, forces, read } = self;
+        let modes = &prediction.modes;
+        let own = modes.n_rigid + elastic;
+        let lambda = modes.lambda[own];
+        let sigma = lambda * (1.0 - BESIDE);
+        let mut z = solve_indefinite(plan, &system.stiffness, &system.mass, -sigma, forces)
+            .map_err(|e| CorrelationError::Model(e.to_string()))?;
+        let along = m_shapes.tr_mul(&z);
+        z -= *shapes * along;
+        for (j, phi) in shapes.column_iter().enumerate() {
+            let gap = modes.lambda[j] - lambda;
+            if j == own || gap.abs() < 2.0 * CLOSE * lambda {
+                continue;
+            }
+            z.ger(1.0 / gap, &phi, &read.row(j).transpose(), 1.0);
         }
+        Ok(z.transpose())
     }
-    let read = shapes.tr_mul(&forces);
-    let m_shapes = system.mass.mul(shapes);
-    // Across all modes that are known.
-    forces -= &m_shapes * &read;
-    let sigma = lambda * (1.0 - BESIDE);
-    let mut z = solve_indefinite(plan, &system.stiffness, &system.mass, -sigma, &forces)
-        .map_err(|e| CorrelationError::Model(e.to_string()))?;
-    let along = m_shapes.tr_mul(&z);
-    z -= shapes * along;
-    for (j, phi) in shapes.column_iter().enumerate() {
-        let gap = modes.lambda[j] - lambda;
-        if j == own || gap.abs() < 2.0 * CLOSE * lambda {
-            continue;
-        }
-        z.ger(1.0 / gap, &phi, &read.row(j).transpose(), 1.0);
-    }
-    Ok(z.transpose())
 }
 
 /// A change on the rows that it touches.
