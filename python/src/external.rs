@@ -6,7 +6,7 @@ use numpy::PyReadonlyArray2;
 use pyo3::prelude::*;
 use retune::element::Dof;
 use retune::linalg::DMatrix;
-use retune::model::{DofMap, ModelError, Parameter, ParameterSet, ParametricModel, System};
+use retune::model::{DofMap, ModelError, Parameter, ParameterSet, ParametricModel, System, assemble_difference};
 use std::sync::Arc;
 
 /// Matrices come from a function of Python, which takes the GIL for each call.
@@ -131,20 +131,6 @@ impl ParametricModel for ExternalModel {
         if let Some(derivative) = &self.derivative {
             return self.system(derivative, theta, Some(j));
         }
-        // A step of about the cube root of rounding balances truncation and cancellation.
-        let scale = self.parameters.get(j).bounds.map_or(theta[j].abs(), |[l, u]| u - l);
-        let step = 1e-5 * if scale > 0.0 { scale } else { 1.0 };
-        let shifted = |sign: f64| {
-            let mut theta = theta.to_vec();
-            theta[j] += sign * step;
-            self.assemble(&theta)
-        };
-        let (above, below) = (shifted(1.0)?, shifted(-1.0)?);
-        let slope = |a: DMatrix<f64>, b: DMatrix<f64>| (a - b) / (2.0 * step);
-        Ok(System {
-            stiffness: slope(above.stiffness, below.stiffness),
-            mass: slope(above.mass, below.mass),
-            damping: above.damping.zip(below.damping).map(|(a, b)| slope(a, b)),
-        })
+        assemble_difference(&self.parameters, theta, j, |theta| self.assemble(theta))
     }
 }

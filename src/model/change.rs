@@ -14,7 +14,7 @@ use super::dependence::{Dependence, Monomial, central_difference, dependence, el
 use super::dof_map::{Combination, rigid_motion};
 use super::elastic_support::ElasticSupports;
 use super::mass_properties::add_rigid_mass;
-use super::parameter::{Parameter, ParameterSet};
+use super::parameter::ParameterSet;
 use super::place::{Placed, place};
 use super::placed_element::{Compliance, PlacedElement};
 use super::registry::Registry;
@@ -273,6 +273,14 @@ impl Change {
         self.n_sizes
     }
 
+    /// Rows of the model that it touches, then its new coordinates.
+    pub fn rows(&self) -> Vec<usize> {
+        let mut rows: Vec<usize> = self.parts.iter().flat_map(|p| p.connection.rows.iter().copied()).collect();
+        rows.sort_unstable();
+        rows.dedup();
+        rows
+    }
+
     /// How the dofs of one of its elements follow from rows and new coordinates, u_e = B q\[rows\].
     pub fn motion(&self, part: usize) -> (&[usize], &DMatrix<f64>) {
         let c = &self.parts[part].connection;
@@ -301,14 +309,13 @@ impl Change {
     /// What one of its elements adds, as terms that are summed with the powers of the parameters of the model, with the sizes behind them; `None`
     /// where it is no polynomial.
     ///
-    /// * `sizes` - the parameters that the change brings
+    /// * `all` - the parameters of the model, then those that the change brings
     ///
     /// A term that is marked counts its parameter from zero, any other from its origin.
-    pub(super) fn terms(&self, part: usize, sizes: &[Parameter]) -> Option<Vec<(Monomial, bool, ElementMatrices)>> {
+    pub(super) fn terms(&self, part: usize, all: &ParameterSet) -> Option<Vec<(Monomial, bool, ElementMatrices)>> {
         let PartKind::Element { element, before, .. } = &self.parts[part].kind else { return None };
         let own = self.model.parameters();
-        let all = ParameterSet::new(own.iter().cloned().chain(sizes.iter().cloned()).collect());
-        let mut out = terms_of(dependence(element, &all).ok()?, 1.0)?;
+        let mut out = terms_of(dependence(element, all).ok()?, 1.0)?;
         if let Some(e) = before {
             out.extend(terms_of(dependence(&self.model.elements()[*e], own).ok()?, -1.0)?);
         }

@@ -294,9 +294,7 @@ impl Model {
     /// ∂/∂θ_j of the matrices of everything that is no polynomial and depends on the parameter, by differences.
     fn general_slopes(&self, theta: &[f64], j: usize) -> Result<Vec<(&Connection, ElementMatrices)>, ModelError> {
         let mut slopes = Vec::new();
-        let scale = self.parameters.get(j).bounds.map_or(theta[j].abs(), |[l, u]| u - l);
-        // A step of about the cube root of rounding balances truncation and cancellation.
-        let step = 1e-5 * if scale > 0.0 { scale } else { 1.0 };
+        let step = self.parameters.difference_step(theta, j);
         for &e in &self.general {
             let element = &self.elements[e];
             if element.depends_on(j) {

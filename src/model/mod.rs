@@ -115,21 +115,7 @@ pub trait ParametricModel: std::fmt::Debug + Send + Sync {
 
     /// ∂K/∂θ_j, ∂M/∂θ_j, ∂C/∂θ_j at θ. By default by central differences.
     fn assemble_derivative(&self, theta: &[f64], j: usize) -> Result<System, ModelError> {
-        // A step of about the cube root of rounding balances truncation and cancellation.
-        let scale = self.parameters().get(j).bounds.map_or(theta[j].abs(), |[l, u]| u - l);
-        let step = 1e-5 * if scale > 0.0 { scale } else { 1.0 };
-        let shifted = |sign: f64| {
-            let mut theta = theta.to_vec();
-            theta[j] += sign * step;
-            self.assemble(&theta)
-        };
-        let (above, below) = (shifted(1.0)?, shifted(-1.0)?);
-        let slope = |a: DMatrix<f64>, b: DMatrix<f64>| (a - b) / (2.0 * step);
-        Ok(System {
-            stiffness: slope(above.stiffness, below.stiffness),
-            mass: slope(above.mass, below.mass),
-            damping: above.damping.zip(below.damping).map(|(a, b)| slope(a, b)),
-        })
+        assemble_difference(self.parameters(), theta, j, |theta| self.assemble(theta))
     }
 
     /// Mass, centre of gravity and inertia at θ, if the model knows them.
@@ -206,6 +192,33 @@ pub trait ParametricModel: std::fmt::Debug + Send + Sync {
     fn affine(&self) -> Option<&AffinePart> {
         None
     }
+}
+
+/// ∂K/∂θ_j, ∂M/∂θ_j, ∂C/∂θ_j at θ by central differences.
+///
+/// * `assemble` - the matrices at a θ
+///
+/// # Errors
+/// Those of `assemble`.
+pub fn assemble_difference(
+    parameters: &ParameterSet,
+    theta: &[f64],
+    j: usize,
+    assemble: impl Fn(&[f64]) -> Result<System, ModelError>,
+) -> Result<System, ModelError> {
+    let step = parameters.difference_step(theta, j);
+    let shifted = |sign: f64| {
+        let mut theta = theta.to_vec();
+        theta[j] += sign * step;
+        assemble(&theta)
+    };
+    let (above, below) = (shifted(1.0)?, shifted(-1.0)?);
+    let slope = |a: DMatrix<f64>, b: DMatrix<f64>| (a - b) / (2.0 * step);
+    Ok(System {
+        stiffness: slope(above.stiffness, below.stiffness),
+        mass: slope(above.mass, below.mass),
+        damping: above.damping.zip(below.damping).map(|(a, b)| slope(a, b)),
+    })
 }
 
 /// How a point moves: displacements and rotations along global axes as combinations of rows.

@@ -114,6 +114,13 @@ impl ParameterSet {
         self.parameters.iter().map(|p| p.name.as_str())
     }
 
+    /// How far a parameter is moved for a derivative by differences: about the cube root of rounding, of its interval or of its value, balances
+    /// truncation and cancellation.
+    pub fn difference_step(&self, theta: &[f64], j: usize) -> f64 {
+        let scale = self.parameters[j].bounds.map_or(theta[j].abs(), |[l, u]| u - l);
+        1e-5 * if scale > 0.0 { scale } else { 1.0 }
+    }
+
     /// θ at the estimates.
     pub fn nominal(&self) -> Vec<f64> {
         self.parameters.iter().map(|p| p.value).collect()

@@ -11,7 +11,7 @@
 
 mod sum;
 
-use self::sum::{Sum, add, add_to_system, rigid};
+use self::sum::{Sum, add, of_system, rigid};
 use super::assembly::{AffinePart, Basis, add_basis, symmetrise};
 use super::change::Change;
 use super::dependence::{Monomial, interior_point};
@@ -60,7 +60,6 @@ struct Common {
     n_rigid: usize,
     /// The rigid vectors of the basis as sums of the six motions, (6 x n_rigid).
     rigid_parts: DMatrix<f64>,
-    accuracy: f64,
     is_damped: bool,
 }
 
@@ -142,7 +141,6 @@ impl StandIn {
             n_rigid,
             rigid_parts,
             motions,
-            accuracy: reduced.accuracy(),
             is_damped: system.damping.is_some(),
         };
         Ok(Self {
@@ -155,11 +153,6 @@ impl StandIn {
             general: Vec::new(),
             dofs,
         })
-    }
-
-    /// Largest estimated relative error of a frequency of the model without changes, within the bounds.
-    pub fn accuracy(&self) -> f64 {
-        self.common.accuracy
     }
 
     /// The model that it stands for, without the changes.
@@ -188,13 +181,12 @@ impl StandIn {
         let mut shapes = self.common.factor.solve(&forces);
         let along = self.common.basis.tr_mul(&forces);
         shapes -= &self.common.basis * &along;
-        let mut gram = shapes.tr_mul(&forces);
         if self.extra.ncols() > 0 {
             let along = self.extra.tr_mul(&forces);
             shapes -= &*self.extra * &along;
-            gram = shapes.tr_mul(&forces);
         }
-        gram = (&gram + gram.transpose()) * 0.5;
+        let gram = shapes.tr_mul(&forces);
+        let gram = (&gram + gram.transpose()) * 0.5;
         let largest = gram.diagonal().amax();
         let eigen = symmetric_eigen(&gram).map_err(ModalError::from)?;
         let kept = eigen
@@ -203,11 +195,10 @@ impl StandIn {
             .zip(eigen.vectors.column_iter())
             .filter(|(v, _)| **v > NEGLIGIBLE * largest && **v > 0.0);
         let columns: Vec<DVector<f64>> = kept.map(|(v, u)| &shapes * u / v.sqrt()).collect();
-        let mut extra = (*self.extra).clone();
-        for column in columns {
-            let at = extra.ncols();
-            extra = extra.insert_column(at, 0.0);
-            extra.set_column(at, &column);
+        let first = self.extra.ncols();
+        let mut extra = (*self.extra).clone().resize_horizontally(first + columns.len(), 0.0);
+        for (k, column) in columns.iter().enumerate() {
+            extra.set_column(first + k, column);
         }
         let mut out = self.clone();
         out.parameters = ParameterSet::new(self.parameters.iter().cloned().chain(sizes.iter().cloned()).collect());
@@ -226,7 +217,8 @@ impl StandIn {
 
     /// B of an element of a change on the coordinates.
     fn motion(&self, placed: &Placed, part: usize) -> DMatrix<f64> {
-        let (n, m, extra) = (self.common.basis.nrows(), self.common.basis.ncols(), self.extra.ncols());
+        let n = self.common.basis.nrows();
+        let first_new = self.common.basis.ncols() + self.extra.ncols() + placed.first_new;
         let (rows, b) = placed.change.motion(part);
         // A new coordinate counts from where the rigid motions take it.
         let rigid = |new: usize, c: usize| -> f64 {
@@ -234,21 +226,30 @@ impl StandIn {
             (0..6).map(|k| motions[k] * self.common.rigid_parts[(k, c)]).sum()
         };
         let on_rows = DMatrix::from_fn(rows.len(), self.dofs.n_dof(), |i, c| match rows[i].checked_sub(n) {
-            Some(new) if c == m + extra + placed.first_new + new => placed.scales[new],
+            Some(new) if c == first_new + new => placed.scales[new],
             Some(new) if c < self.common.n_rigid => rigid(new, c),
-            None if c < m => self.common.basis[(rows[i], c)],
-            None if c < m + extra => self.extra[(rows[i], c - m)],
+            None => self.entry(rows[i], c),
             _ => 0.0,
         });
         b * on_rows
     }
 
+    /// How much a row of the model moves with a coordinate: an entry of \[V W 0\].
+    fn entry(&self, row: usize, coordinate: usize) -> f64 {
+        let m = self.common.basis.ncols();
+        if coordinate < m {
+            self.common.basis[(row, coordinate)]
+        } else if coordinate < m + self.extra.ncols() {
+            self.extra[(row, coordinate - m)]
+        } else {
+            0.0
+        }
+    }
+
     /// Forces of a change on the rows, (n x few), and the scales of its new coordinates.
     fn forces(&self, change: &Change, matrices: &[ElementMatrices]) -> (DMatrix<f64>, Vec<f64>) {
         let n = self.common.model.dof_map().n_dof();
-        let mut touched: Vec<usize> = (0..change.len()).flat_map(|k| change.motion(k).0.iter().copied()).collect();
-        touched.sort_unstable();
-        touched.dedup();
+        let touched = change.rows();
         let old = touched.partition_point(|row| *row < n);
         let place = |row: usize| touched.partition_point(|r| *r < row);
         let mut scales = vec![1.0; change.n_new()];
@@ -358,11 +359,12 @@ impl StandIn {
         let mut general = Vec::new();
         for (k, placed) in self.changes.iter().enumerate() {
             let first = own + placed.first_size;
-            let sizes: Vec<Parameter> =
-                (first..first + placed.change.n_sizes()).map(|j| self.parameters.get(j).clone()).collect();
+            let sizes = self.parameters.iter().skip(first).take(placed.change.n_sizes());
+            let parameters = self.common.model.parameters().iter().chain(sizes).cloned().collect();
+            let parameters = ParameterSet::new(parameters);
             for part in 0..placed.change.len() {
                 let motion = self.motion(placed, part);
-                let Some(terms) = placed.change.terms(part, &sizes) else {
+                let Some(terms) = placed.change.terms(part, &parameters) else {
                     general.push(General { change: k, part, motion });
                     continue;
                 };
@@ -376,7 +378,7 @@ impl StandIn {
                             sum.product(&Monomial { powers })
                         }
                     };
-                    add(into, &motion, &matrices, self.common.n_rigid);
+                    add(into.each_mut().map(Some), &motion, &matrices, self.common.n_rigid);
                 }
             }
         }
@@ -415,18 +417,8 @@ impl StandIn {
     ///
     /// * `rows` - (row, factor) of each
     pub fn observed(&self, rows: &[Vec<(usize, f64)>]) -> DMatrix<f64> {
-        let (m, extra) = (self.common.basis.ncols(), self.extra.ncols());
         DMatrix::from_fn(rows.len(), self.dofs.n_dof(), |i, c| {
-            let of = |row: usize| {
-                if c < m {
-                    self.common.basis[(row, c)]
-                } else if c < m + extra {
-                    self.extra[(row, c - m)]
-                } else {
-                    0.0
-                }
-            };
-            rows[i].iter().map(|&(row, factor)| factor * of(row)).sum()
+            rows[i].iter().map(|&(row, factor)| factor * self.entry(row, c)).sum()
         })
     }
 
@@ -471,7 +463,8 @@ impl ParametricModel for StandIn {
         for g in &self.general {
             let placed = &self.changes[g.change];
             let sizes = &sizes[placed.first_size..placed.first_size + placed.change.n_sizes()];
-            add_to_system(system, &g.motion, &placed.change.matrices(g.part, own, sizes)?, self.common.n_rigid);
+            let matrices = placed.change.matrices(g.part, own, sizes)?;
+            add(of_system(system), &g.motion, &matrices, self.common.n_rigid);
         }
         symmetrise(system);
         Ok(())
@@ -484,9 +477,7 @@ impl ParametricModel for StandIn {
         for (basis, factor) in self.affine.derivative(theta, j) {
             add_basis(&mut system, basis, factor);
         }
-        // A step of about the cube root of rounding balances truncation and cancellation.
-        let scale = self.parameters.get(j).bounds.map_or(theta[j].abs(), |[l, u]| u - l);
-        let step = 1e-5 * if scale > 0.0 { scale } else { 1.0 };
+        let step = self.parameters.difference_step(theta, j);
         for g in &self.general {
             let placed = &self.changes[g.change];
             let (first, count) = (placed.first_size, placed.change.n_sizes());
@@ -497,7 +488,7 @@ impl ParametricModel for StandIn {
             };
             if placed.change.depends_on(g.part, local) {
                 let slope = placed.change.slopes(g.part, own, &sizes[first..first + count], local, step)?;
-                add_to_system(&mut system, &g.motion, &slope, self.common.n_rigid);
+                add(of_system(&mut system), &g.motion, &slope, self.common.n_rigid);
             }
         }
         symmetrise(&mut system);

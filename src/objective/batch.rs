@@ -13,16 +13,16 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, OnceLock, PoisonError};
 
 use super::PathCounts;
-use super::prediction::{Comparison, Prediction};
+use super::comparison::Comparison;
+use super::prediction::Prediction;
 use super::scaling::Scaling;
-use crate::correlation::{ModePair, PairedModes, PartnerSearch, UNSEEN, hide_unseen};
+use crate::correlation::{ModePair, PartnerSearch, UNSEEN, hide_unseen};
 use crate::linalg::batch::{
     AffineEntry, AffinePencil, BATCH, BatchError, BatchModel, BatchModes, BatchOptions, Mirror, Outcome, Workspace,
     detect_mirror,
 };
 use crate::linalg::{DMatrix, DVector, SymMatrix};
-use crate::modal::Modes;
-use crate::model::{AffinePart, Basis, Entry, MassProperties, Matrices, Monomial, System, family, symmetry_index};
+use crate::model::{AffinePart, Basis, Entry, MassProperties, Monomial, family, symmetry_index};
 
 /// Above this number of dofs of one family of shapes the reference path is no slower than the dense kernel.
 const MOST_DOFS: usize = 150;
@@ -298,19 +298,11 @@ impl Compiled {
             workspace: Workspace::new(&self.model, BATCH),
             theta: scaling.base().to_vec(),
             factors: std::array::from_fn(|_| vec![0.0; scaling.len() + self.products.monomials.len()]),
-            prediction: Prediction {
-                matrices: Matrices::Dense(System::zeros(0, false)),
-                modes: Modes { lambda: DVector::zeros(0), shapes: DMatrix::zeros(0, 0), n_rigid: 0, n_mechanism: 0 },
-                frequencies_hz: vec![0.0; n_modes],
-                at_sensors: DMatrix::zeros(self.n_sensors, n_modes),
-                sensors: None,
-                families: Vec::new(),
-                clusters: Vec::new(),
-                mac: DMatrix::zeros(n_modes, self.tests.len()),
-                pairs: PairedModes::default(),
-                mass_properties: None,
-                responses: OnceLock::new(),
-            },
+            prediction: Prediction::seen(
+                vec![0.0; n_modes],
+                DMatrix::zeros(self.n_sensors, n_modes),
+                DMatrix::zeros(n_modes, self.tests.len()),
+            ),
             residuals: DVector::zeros(0),
             search: PartnerSearch::new(&self.frequencies, &self.families, *comparison.pairing(), comparison.plans())?,
             partners: Vec::with_capacity(self.tests.len()),

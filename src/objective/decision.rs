@@ -19,7 +19,8 @@ mod standing;
 pub(crate) use self::gates::why_unpaired;
 use self::gates::{Gates, Told};
 use self::partner::{names, resolve};
-use super::prediction::{Comparison, Prediction};
+use super::comparison::Comparison;
+use super::prediction::Prediction;
 use super::scaling::Scaling;
 use crate::correlation::{
     CorrelationError, Form, Label, Level, MeasuredMode, Modelled, Pairings, best, level, marginals,

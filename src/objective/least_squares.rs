@@ -1,7 +1,8 @@
 //! Weighted least squares: cost = ½ Σ r², a list of residual terms.
 
 use super::batch::BatchPath;
-use super::prediction::{Comparison, Prediction};
+use super::comparison::Comparison;
+use super::prediction::Prediction;
 use super::residual::{
     Damping, Frequency, FrfLog, MassPropertyResidual, Point, Prior, RESIDUALS, Residual, Shape, StaticAngle,
     StaticDeflection, TargetResidual,

@@ -6,6 +6,7 @@
 mod augmented;
 mod batch;
 mod close_modes;
+mod comparison;
 mod decision;
 mod followed;
 mod least_squares;
@@ -22,13 +23,14 @@ mod statics;
 mod walls;
 
 pub use augmented::{Augmented, Wall};
+pub use comparison::{Comparison, is_damped, starting_point};
 pub(crate) use decision::why_unpaired;
 pub use decision::{Deciding, Decision, decide, decide_by_rule};
 pub use least_squares::LeastSquares;
 pub(crate) use loss::Choice;
 pub use loss::Loss;
 pub use paper::PaperCost;
-pub use prediction::{Comparison, Prediction, PredictionDerivative, is_damped, starting_point};
+pub use prediction::{Prediction, PredictionDerivative};
 pub use residual::{RESIDUALS, Residual};
 pub(crate) use responses::direct_responses;
 pub use scaling::{Scaling, matrix_derivatives};

@@ -1,7 +1,8 @@
 //! The cost of Gupta, Moreno, Pfifer and Balas, equation (4).
 
 use super::batch::BatchPath;
-use super::prediction::{Comparison, Prediction};
+use super::comparison::Comparison;
+use super::prediction::Prediction;
 use super::residual::{Point, Residual, TargetResidual, WIDTH, violations};
 use super::scaling::Scaling;
 use super::{EvalError, Linearization, Objective, PathCounts, Walls};

@@ -1,6 +1,7 @@
 //! Static tests of a model: loads, displacements under them, and their derivatives.
 
-use super::prediction::{Comparison, Prediction, starting_point};
+use super::comparison::{Comparison, starting_point};
+use super::prediction::Prediction;
 use super::residual::Point;
 use crate::correlation::{CorrelationError, observation_matrix};
 use crate::data::{Sensor, StaticReading, StaticTest, TestData};

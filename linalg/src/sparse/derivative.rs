@@ -34,7 +34,6 @@ pub fn solve_beside_mode(
         return Ok(Some(DMatrix::zeros(n, forces.ncols())));
     }
     let shifted = plan.pencil(k, m).shifted(-lambda);
-    let ordered = |x: &DMatrix<f64>| DMatrix::from_fn(n, x.ncols(), |i, j| x[(plan.order[i], j)]);
     let weight = |i: usize| shape[plan.order[i]].abs() * k.diagonal(plan.order[i]).max(0.0).sqrt();
     let fixed = (0..n).fold(0, |best, i| if weight(i) > weight(best) { i } else { best });
     let mut struck = shifted.clone();
@@ -48,7 +47,7 @@ pub fn solve_beside_mode(
             }
         }
     }
-    let mut right = ordered(forces);
+    let mut right = plan.ordered_rows(forces);
     let factor = plan.structure.indefinite(&struck, plan.structure.values()?)?;
     let strike = |x: &mut DMatrix<f64>| x.row_mut(fixed).fill(0.0);
     let mut z = right.clone();
@@ -64,9 +63,5 @@ pub fn solve_beside_mode(
     if !z.iter().all(|v| v.is_finite()) || right.amax() > 1e-8 * size {
         return Ok(None);
     }
-    let mut out = DMatrix::zeros(n, forces.ncols());
-    for (i, &row) in plan.order.iter().enumerate() {
-        out.row_mut(row).copy_from(&z.row(i));
-    }
-    Ok(Some(out))
+    Ok(Some(plan.restored_rows(&z)))
 }

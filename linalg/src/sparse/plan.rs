@@ -2,7 +2,7 @@
 
 use super::factor::Structure;
 use super::matrix::SparseSym;
-use crate::LinalgError;
+use crate::{DMatrix, LinalgError};
 
 /// Elimination order and structure of the factor of K + aM, for every K and M whose entries lie within one pattern.
 ///
@@ -98,6 +98,16 @@ impl SparsePlan {
             out.values[start + at.expect("an entry of the pattern the plan was made for")] += value;
         }
         out
+    }
+
+    /// Rows in the elimination order.
+    pub(super) fn ordered_rows(&self, x: &DMatrix<f64>) -> DMatrix<f64> {
+        DMatrix::from_fn(self.n(), x.ncols(), |i, j| x[(self.order[i], j)])
+    }
+
+    /// Rows in their own order, from those in the elimination order.
+    pub(super) fn restored_rows(&self, x: &DMatrix<f64>) -> DMatrix<f64> {
+        DMatrix::from_fn(self.n(), x.ncols(), |i, j| x[(self.place[i], j)])
     }
 
     /// Whether every entry of `a` lies within the pattern.

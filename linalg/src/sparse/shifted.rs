@@ -106,13 +106,9 @@ pub fn solve_indefinite(
     forces: &DMatrix<f64>,
 ) -> Result<DMatrix<f64>, LinalgError> {
     let factor = plan.structure.indefinite(&plan.pencil(k, m).shifted(shift), plan.structure.values()?)?;
-    let mut x = DMatrix::from_fn(plan.n(), forces.ncols(), |i, j| forces[(plan.order[i], j)]);
+    let mut x = plan.ordered_rows(forces);
     factor.solve(&mut x)?;
-    let mut out = DMatrix::zeros(plan.n(), forces.ncols());
-    for (place, &row) in plan.order.iter().enumerate() {
-        out.row_mut(row).copy_from(&x.row(place));
-    }
-    Ok(out)
+    Ok(plan.restored_rows(&x))
 }
 
 /// Number of negative eigenvalues of K + aM, by the inertia of its factorisation; `None` if a pivot is not a number.

@@ -271,9 +271,7 @@ struct Local<'a> {
 impl<'a> Local<'a> {
     /// * `n` - rows of the model
     fn new(change: &'a Change, matrices: &'a [ElementMatrices], n: usize) -> Self {
-        let mut rows: Vec<usize> = (0..change.len()).flat_map(|k| change.motion(k).0.iter().copied()).collect();
-        rows.sort_unstable();
-        rows.dedup();
+        let rows = change.rows();
         let old = rows.partition_point(|row| *row < n);
         Self { change, matrices, rows, old }
     }

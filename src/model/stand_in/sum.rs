@@ -78,20 +78,18 @@ fn zeros(size: usize) -> [DMatrix<f64>; 3] {
     [(); 3].map(|()| DMatrix::zeros(size, size))
 }
 
-/// Adds Bᵀ a B of an element's K, M and C.
-pub(super) fn add(into: &mut [DMatrix<f64>; 3], b: &DMatrix<f64>, matrices: &ElementMatrices, n_rigid: usize) {
-    let [k, m, c] = into;
-    add_to(k, b, &matrices.stiffness, n_rigid);
-    add_to(m, b, &matrices.mass, 0);
-    add_to(c, b, &matrices.damping, n_rigid);
+/// K, M and C of a system, to be added to.
+pub(super) fn of_system(system: &mut System) -> [Option<&mut DMatrix<f64>>; 3] {
+    [Some(&mut system.stiffness), Some(&mut system.mass), system.damping.as_mut()]
 }
 
-/// The same into a system.
-pub(super) fn add_to_system(system: &mut System, b: &DMatrix<f64>, matrices: &ElementMatrices, n_rigid: usize) {
-    add_to(&mut system.stiffness, b, &matrices.stiffness, n_rigid);
-    add_to(&mut system.mass, b, &matrices.mass, 0);
-    if let Some(c) = &mut system.damping {
-        add_to(c, b, &matrices.damping, n_rigid);
+/// Adds Bᵀ a B of an element's K, M and C.
+pub(super) fn add(into: [Option<&mut DMatrix<f64>>; 3], b: &DMatrix<f64>, matrices: &ElementMatrices, n_rigid: usize) {
+    let parts = [(&matrices.stiffness, n_rigid), (&matrices.mass, 0), (&matrices.damping, n_rigid)];
+    for (target, (a, n_rigid)) in into.into_iter().zip(parts) {
+        if let Some(target) = target {
+            add_to(target, b, a, n_rigid);
+        }
     }
 }
 

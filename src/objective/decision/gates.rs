@@ -1,6 +1,7 @@
 //! The limits that a user sets, and why a mode has no partner, in words.
 
-use crate::objective::prediction::{Comparison, Prediction};
+use crate::objective::comparison::Comparison;
+use crate::objective::prediction::Prediction;
 
 /// A probability as people read it.
 pub(super) fn probability(p: f64) -> String {

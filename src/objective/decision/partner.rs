@@ -4,7 +4,8 @@ use crate::catalogue::did_you_mean;
 use crate::correlation::CorrelationError;
 use crate::data::Partner;
 use crate::model::{ModeLabel, label_modes};
-use crate::objective::prediction::{Comparison, Prediction};
+use crate::objective::comparison::Comparison;
+use crate::objective::prediction::Prediction;
 
 /// Names of the elastic modes of a prediction; none where the model cannot tell.
 pub(super) fn names(comparison: &Comparison<'_>, theta: &[f64], p: &Prediction) -> Option<Vec<ModeLabel>> {

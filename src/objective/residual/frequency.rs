@@ -1,6 +1,7 @@
 //! Natural frequencies.
 
-use super::super::prediction::{Comparison, PredictionDerivative};
+use super::super::comparison::Comparison;
+use super::super::prediction::PredictionDerivative;
 use super::{NO_PARTNER, Point, Residual};
 use crate::linalg::DMatrix;
 

@@ -1,6 +1,7 @@
 //! Measured mass, centre of gravity and inertia.
 
-use super::super::prediction::{Comparison, PredictionDerivative};
+use super::super::comparison::Comparison;
+use super::super::prediction::PredictionDerivative;
 use super::{Point, Residual};
 use crate::data::MassQuantity;
 use crate::linalg::DMatrix;

@@ -14,7 +14,8 @@ mod targets;
 
 pub(crate) use targets::{WIDTH, violations};
 
-use super::prediction::{Comparison, Prediction, PredictionDerivative};
+use super::comparison::Comparison;
+use super::prediction::{Prediction, PredictionDerivative};
 use super::scaling::Scaling;
 use crate::catalogue::catalogue;
 use crate::linalg::DMatrix;

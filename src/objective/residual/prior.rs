@@ -1,6 +1,7 @@
 //! What is known of the parameters before the test.
 
-use super::super::prediction::{Comparison, PredictionDerivative};
+use super::super::comparison::Comparison;
+use super::super::prediction::PredictionDerivative;
 use super::{Point, Residual};
 use crate::linalg::DMatrix;
 

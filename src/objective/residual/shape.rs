@@ -1,6 +1,7 @@
 //! Mode shapes at the sensors.
 
-use super::super::prediction::{Comparison, PredictionDerivative};
+use super::super::comparison::Comparison;
+use super::super::prediction::PredictionDerivative;
 use super::{Point, Residual};
 use crate::linalg::{DMatrix, DVector};
 

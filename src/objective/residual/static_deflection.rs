@@ -1,6 +1,7 @@
 //! Static deflections.
 
-use super::super::prediction::{Comparison, PredictionDerivative};
+use super::super::comparison::Comparison;
+use super::super::prediction::PredictionDerivative;
 use super::super::statics;
 use super::{Point, Residual};
 use crate::linalg::DMatrix;

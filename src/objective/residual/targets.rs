@@ -1,6 +1,7 @@
 //! Mass properties that the model file asks an update to respect.
 
-use super::super::prediction::{Comparison, PredictionDerivative};
+use super::super::comparison::Comparison;
+use super::super::prediction::PredictionDerivative;
 use super::mass_properties::difference;
 use super::{Point, Residual};
 use crate::linalg::DMatrix;

@@ -1,0 +1,508 @@
+//! A model and a test made comparable: sensors as rows, real test shapes, which modes to compute, and what is predicted of them.
+
+use super::close_modes::{Closeness, DOUBLE, clusters, seen, turn};
+use super::followed::Followed;
+use super::prediction::{Prediction, PredictionDerivative};
+use super::real_shapes::real_shapes;
+use super::recent::Recent;
+use super::responses::FrfRows;
+use super::{EvalError, statics};
+use crate::correlation::{
+    CorrelationError, ModeList, PairingOptions, Plan, hide_unseen, mac_matrix, observation_matrix,
+    observation_matrix_at, pair_alike_modes, varying_sensors,
+};
+use crate::data::{Sensor, Standing, TestData, TestMode, family_of_label};
+use crate::linalg::{DMatrix, ShiftedPencil};
+use crate::modal::{ModeDerivative, Modes};
+use crate::model::{
+    MOST_DENSE_DOFS, Matrices, ModalSolver, ModelError, ParametricModel, differentiate_in_clusters, family,
+    symmetry_index,
+};
+use std::borrow::Cow;
+use std::sync::{Arc, OnceLock};
+
+/// A model and a test, made comparable: sensors as rows, real test shapes, the modes to compute.
+#[derive(Debug)]
+pub struct Comparison<'a> {
+    model: &'a dyn ParametricModel,
+    test: &'a TestData,
+    sensors: DMatrix<f64>,
+    /// Sensors whose rows depend on θ.
+    varying: Vec<usize>,
+    solver: Arc<ModalSolver>,
+    n_elastic: usize,
+    /// Real test shapes as columns, NaN where not measured; a mode without a shape is all NaN.
+    shapes: DMatrix<f64>,
+    frequencies: Vec<f64>,
+    families: Vec<Option<String>>,
+    pairing: PairingOptions,
+    /// What is settled about the test modes.
+    plans: Vec<Plan>,
+    /// Loads of the static tests as columns, (n_dof x n_tests).
+    loads: DMatrix<f64>,
+    /// Whether the model has dashpots.
+    is_damped: bool,
+    responses: Option<FrfRows>,
+    /// What modes of the model are followed by.
+    followed: Followed,
+    recent: Recent,
+}
+
+impl<'a> Comparison<'a> {
+    /// Makes a model and a test comparable.
+    ///
+    /// Errors: a sensor sits where the model has nothing; the model has no modes at its estimates.
+    pub fn new(
+        model: &'a dyn ParametricModel,
+        test: &'a TestData,
+        pairing: PairingOptions,
+    ) -> Result<Self, CorrelationError> {
+        Self::sharing(model, test, pairing, None)
+    }
+
+    /// The same with the solver of a comparison of a like model, if it [serves](ModalSolver::serves) this one too.
+    pub(crate) fn sharing(
+        model: &'a dyn ParametricModel,
+        test: &'a TestData,
+        pairing: PairingOptions,
+        solver: Option<Arc<ModalSolver>>,
+    ) -> Result<Self, CorrelationError> {
+        let sensors = observation_matrix(model, &test.sensors)?;
+        let varying = varying_sensors(model, &test.sensors, &starting_point(model));
+        Self::observed(model, test, pairing, solver, (sensors, varying))
+    }
+
+    /// The same of a model that has no nodes, only coordinates, with its observation matrix.
+    pub(crate) fn of_stand_in(
+        model: &'a dyn ParametricModel,
+        test: &'a TestData,
+        pairing: PairingOptions,
+        solver: Option<Arc<ModalSolver>>,
+        sensors: DMatrix<f64>,
+    ) -> Result<Self, CorrelationError> {
+        let further =
+            [("static tests", !test.static_tests.is_empty()), ("frequency responses", test.frf_fit.is_some())];
+        if let Some((what, _)) = further.iter().find(|(_, used)| *used) {
+            return Err(CorrelationError::Model(format!(
+                "{what} need more than the modes of a model with more than {MOST_DENSE_DOFS} dofs: subdivide less, or leave the {what} out of the test file"
+            )));
+        }
+        Self::observed(model, test, pairing, solver, (sensors, Vec::new()))
+    }
+
+    /// * `sensors` - the observation matrix, and the sensors whose rows depend on θ
+    fn observed(
+        model: &'a dyn ParametricModel,
+        test: &'a TestData,
+        pairing: PairingOptions,
+        solver: Option<Arc<ModalSolver>>,
+        (sensors, varying): (DMatrix<f64>, Vec<usize>),
+    ) -> Result<Self, CorrelationError> {
+        let failed = |e: ModelError| CorrelationError::Model(e.to_string());
+        let start = starting_point(model);
+        // Twice the measured modes and some more: partners may sit higher, and unmeasured modes lie between.
+        let n_elastic = 2 * test.modes.len() + 4;
+        let (solver, is_damped) = match solver.filter(|s| s.serves(model)) {
+            Some(solver) => {
+                let system = model.assemble_sparse(&start).map_err(failed)?;
+                (solver, system.damping.is_some())
+            }
+            None => {
+                let solver = ModalSolver::new(model, &start, n_elastic).map_err(failed)?;
+                let is_damped = solver.is_damped();
+                (Arc::new(solver), is_damped)
+            }
+        };
+        let mut shapes = real_shapes(test);
+        // What is aside turns no mode of the model to itself and is compared with none.
+        let aside = test.modes.iter().enumerate().filter(|(_, m)| m.standing.is_aside());
+        let aside: Vec<usize> = aside.map(|(j, _)| j).collect();
+        for &j in &aside {
+            shapes.column_mut(j).fill(f64::NAN);
+        }
+        let frequencies: Vec<f64> = test.modes.iter().map(|m| m.frequency_hz.value).collect();
+        let families = test.modes.iter().map(family_of).collect();
+        let plans = test.modes.iter().map(plan_of).collect();
+        let responses = FrfRows::new(model, test)?;
+        let n_dof = model.dof_map().n_dof();
+        let dense_only =
+            [("static tests", !test.static_tests.is_empty()), ("frequency responses", responses.is_some())];
+        if let Some((what, _)) = dense_only.iter().find(|(_, used)| *used && n_dof > MOST_DENSE_DOFS) {
+            return Err(CorrelationError::Model(format!(
+                "{what} need dense matrices of at most {MOST_DENSE_DOFS} dofs, and the model has {n_dof}: subdivide less, or leave the {what} out of the test file"
+            )));
+        }
+        let loads = statics::loads(model, test, &solver)?;
+        Ok(Self {
+            model,
+            test,
+            sensors,
+            varying,
+            solver,
+            n_elastic,
+            shapes,
+            frequencies,
+            families,
+            pairing,
+            plans,
+            loads,
+            is_damped,
+            responses,
+            followed: Followed::new(model, test),
+            recent: Recent::new(n_dof),
+        })
+    }
+
+    /// The model.
+    pub fn model(&self) -> &'a dyn ParametricModel {
+        self.model
+    }
+
+    /// The test.
+    pub fn test(&self) -> &'a TestData {
+        self.test
+    }
+
+    /// The observation matrix, (n_sensor x n_dof); rows that depend on θ in the middle of the bounds.
+    pub fn sensors(&self) -> &DMatrix<f64> {
+        &self.sensors
+    }
+
+    /// Real test shapes as columns, NaN where not measured.
+    pub fn shapes(&self) -> &DMatrix<f64> {
+        &self.shapes
+    }
+
+    /// MAC with the shapes of all test modes, those that take part in nothing too: rows elastic modes, columns test modes.
+    pub fn mac_of_all(&self, p: &Prediction) -> DMatrix<f64> {
+        mac_with(&p.at_sensors, &real_shapes(self.test))
+    }
+
+    /// Whether any test mode has a shape.
+    pub fn has_shapes(&self) -> bool {
+        self.test.modes.iter().any(|m| m.shape.is_some())
+    }
+
+    /// Frequencies of the test modes, Hz.
+    pub(super) fn frequencies(&self) -> &[f64] {
+        &self.frequencies
+    }
+
+    /// Symmetry of the test modes, as far as their labels tell it.
+    pub(super) fn families(&self) -> &[Option<String>] {
+        &self.families
+    }
+
+    /// What is settled about the test modes before they are paired.
+    pub fn plans(&self) -> &[Plan] {
+        &self.plans
+    }
+
+    /// Whether a test mode takes part in nothing: it is foreign, or left out.
+    pub fn is_aside(&self, test_mode: usize) -> bool {
+        self.plans[test_mode] == Plan::Aside
+    }
+
+    /// Loads of the static tests as columns, (n_dof x n_tests).
+    pub fn loads(&self) -> &DMatrix<f64> {
+        &self.loads
+    }
+
+    /// Whether the model has dashpots, so that it predicts damping.
+    pub fn is_damped(&self) -> bool {
+        self.is_damped
+    }
+
+    /// The frequency responses that a fit uses, when there are any.
+    pub(super) fn responses(&self) -> Option<&FrfRows> {
+        self.responses.as_ref()
+    }
+
+    /// What solves the model, for comparisons of like models.
+    pub(crate) fn solver(&self) -> &Arc<ModalSolver> {
+        &self.solver
+    }
+
+    /// What modes of the model are followed by.
+    pub(super) fn followed(&self) -> &Followed {
+        &self.followed
+    }
+
+    /// How much every elastic mode of a prediction is taken for the partner of every test mode, in [0, 1], (n_elastic x n_test): the MAC, and
+    /// where a mode is followed how far it continues what is followed.
+    pub(super) fn likeness(&self, p: &Prediction) -> DMatrix<f64> {
+        self.followed.likeness(&p.mac, &p.modes).unwrap_or_else(|| p.mac.clone())
+    }
+
+    /// K, M, C and the modes at θ.
+    pub(crate) fn solve(&self, theta: &[f64]) -> Result<(Matrices, Modes), EvalError> {
+        let solved = self.solver.solve(self.model, theta, self.n_elastic);
+        solved.map_err(|e| EvalError::Unsolvable { reason: e.to_string() })
+    }
+
+    /// [`Self::predict`] at a θ of which another comparison of the same model has [solved](Self::solve) the modes.
+    pub(crate) fn predict_solved(&self, theta: &[f64], solved: &(Matrices, Modes)) -> Result<(), EvalError> {
+        self.recent.get_or_make(theta, || self.predict_of(theta, solved.0.clone(), solved.1.clone())).map(|_| ())
+    }
+
+    /// How modes are paired.
+    pub fn pairing(&self) -> &PairingOptions {
+        &self.pairing
+    }
+
+    /// The prediction at θ; the last ones are remembered, since a search asks for the cost of a point and then for its derivatives.
+    pub fn predict(&self, theta: &[f64]) -> Result<Arc<Prediction>, EvalError> {
+        self.recent.get_or_make(theta, || {
+            let (matrices, modes) = self.solve(theta)?;
+            self.predict_of(theta, matrices, modes)
+        })
+    }
+
+    /// [`Self::predict`], and the complete basis that the modes are of, where the model is small enough to have one.
+    pub fn predict_all(&self, theta: &[f64]) -> Result<(Prediction, Option<ShiftedPencil>), EvalError> {
+        let solved = self.solver.solve_all(self.model, theta, self.n_elastic);
+        let (matrices, modes, basis) = solved.map_err(|e| EvalError::Unsolvable { reason: e.to_string() })?;
+        Ok((self.predict_of(theta, matrices, modes)?, basis))
+    }
+
+    fn predict_of(&self, theta: &[f64], matrices: Matrices, mut modes: Modes) -> Result<Prediction, EvalError> {
+        let elastic = modes.elastic();
+        let frequencies_hz: Vec<f64> = elastic.clone().map(|i| modes.frequency_hz(i)).collect();
+        let sensors = self.sensors_at(theta)?;
+        let mut families = self.families_of(&modes);
+        let mut clusters = clusters(&frequencies_hz, self.closeness(), |a, b| families[a] == families[b]);
+        if self.has_shapes() && !clusters.is_empty() {
+            clusters = seen(clusters, &modes, &sensors);
+            for cluster in &clusters {
+                turn(&mut modes, cluster, &sensors, &self.shapes);
+            }
+            families = self.families_of(&modes);
+        }
+        let mut at_sensors = &*sensors * modes.shapes.columns(elastic.start, elastic.len());
+        hide_unseen(&mut at_sensors);
+        let mac = mac_with(&at_sensors, &self.shapes);
+        let likeness = self.followed.likeness(&mac, &modes);
+        let pairs = pair_alike_modes(
+            &mac,
+            likeness.as_ref().unwrap_or(&mac),
+            &ModeList { frequencies_hz: &frequencies_hz, labels: &[], families: &families },
+            &ModeList { frequencies_hz: &self.frequencies, labels: &[], families: &self.families },
+            &self.pairing,
+            &self.plans,
+        );
+        let mass_properties =
+            self.model.mass_properties(theta).map_err(|e| EvalError::Unsolvable { reason: e.to_string() })?;
+        let sensors = match sensors {
+            Cow::Borrowed(_) => None,
+            Cow::Owned(sensors) => Some(sensors),
+        };
+        Ok(Prediction {
+            matrices,
+            modes,
+            frequencies_hz,
+            at_sensors,
+            sensors,
+            families,
+            clusters,
+            mac,
+            pairs,
+            mass_properties,
+            responses: OnceLock::new(),
+        })
+    }
+
+    /// The observation matrix at θ.
+    fn sensors_at(&self, theta: &[f64]) -> Result<Cow<'_, DMatrix<f64>>, EvalError> {
+        if self.varying.is_empty() {
+            return Ok(Cow::Borrowed(&self.sensors));
+        }
+        let mut sensors = self.sensors.clone();
+        let rows = self.varying_rows(theta)?;
+        self.varying.iter().zip(rows.row_iter()).for_each(|(&i, row)| sensors.set_row(i, &row));
+        Ok(Cow::Owned(sensors))
+    }
+
+    /// The rows that depend on θ.
+    fn varying_rows(&self, theta: &[f64]) -> Result<DMatrix<f64>, EvalError> {
+        let sensors: Vec<Sensor> = self.varying.iter().map(|&i| self.test.sensors[i].clone()).collect();
+        let rows = observation_matrix_at(self.model, &sensors, theta);
+        rows.map_err(|e| EvalError::Unsolvable { reason: e.to_string() })
+    }
+
+    /// The observation matrix of a prediction.
+    pub(super) fn sensors_of<'b>(&'b self, prediction: &'b Prediction) -> &'b DMatrix<f64> {
+        prediction.sensors.as_ref().unwrap_or(&self.sensors)
+    }
+
+    /// Derivatives of the whole matrix, by differences; none where it does not depend on θ.
+    pub(super) fn slopes_of_sensors(&self, theta: &[f64], free: &[usize]) -> Result<Vec<DMatrix<f64>>, EvalError> {
+        if self.varying.is_empty() {
+            return Ok(Vec::new());
+        }
+        let whole = |rows: DMatrix<f64>| {
+            let mut all = DMatrix::zeros(self.sensors.nrows(), self.sensors.ncols());
+            self.varying.iter().zip(rows.row_iter()).for_each(|(&i, row)| all.set_row(i, &row));
+            all
+        };
+        Ok(self.slopes_of_rows(theta, free)?.into_iter().map(whole).collect())
+    }
+
+    /// Derivatives of these rows, by differences inside the bounds: smooth functions, and a step of 1e-6 of the interval.
+    fn slopes_of_rows(&self, theta: &[f64], free: &[usize]) -> Result<Vec<DMatrix<f64>>, EvalError> {
+        let slope = |&j: &usize| {
+            let p = self.model.parameters().get(j);
+            let [lower, upper] = p.bounds.unwrap_or([theta[j] - p.value.abs(), theta[j] + p.value.abs()]);
+            let step = 1e-6 * (upper - lower).max(f64::MIN_POSITIVE);
+            let at = |value: f64| {
+                let mut moved = theta.to_vec();
+                moved[j] = value;
+                self.varying_rows(&moved)
+            };
+            let (below, above) = ((theta[j] - step).max(lower), (theta[j] + step).min(upper));
+            Ok((at(above)? - at(below)?) / (above - below))
+        };
+        free.iter().map(slope).collect()
+    }
+
+    /// Which modes of the model are turned to the test.
+    pub(super) fn closeness(&self) -> Closeness {
+        Closeness::new(&self.frequencies, self.has_shapes())
+    }
+
+    /// The symmetry of every elastic mode.
+    fn families_of(&self, modes: &Modes) -> Vec<Option<String>> {
+        let Some(mirror) = self.model.mirror() else { return vec![None; modes.elastic().len()] };
+        modes
+            .elastic()
+            .map(|mode| family(symmetry_index(mirror, |row| modes.shapes[(row, mode)])).map(str::to_string))
+            .collect()
+    }
+
+    /// Derivatives of the paired modes of a prediction with respect to the parameters `free`.
+    pub fn differentiate(
+        &self,
+        theta: &[f64],
+        prediction: &Prediction,
+        free: &[usize],
+    ) -> Result<PredictionDerivative, EvalError> {
+        let paired: Vec<usize> = prediction.pairs.pairs.iter().map(|p| p.analytical).collect();
+        let derivative = self.differentiate_modes(theta, prediction, free, &paired)?;
+        match paired.iter().find(|&&mode| derivative.modes[mode].is_none()) {
+            Some(mode) => Err(EvalError::Unsolvable {
+                reason: format!("mode {} is double and has no shape derivative", mode + 1),
+            }),
+            None => Ok(derivative),
+        }
+    }
+
+    /// Derivatives of some elastic modes of a prediction; none for a double one.
+    pub(super) fn differentiate_modes(
+        &self,
+        theta: &[f64],
+        prediction: &Prediction,
+        free: &[usize],
+        wanted: &[usize],
+    ) -> Result<PredictionDerivative, EvalError> {
+        let failed = |e: ModelError| EvalError::Unsolvable { reason: e.to_string() };
+        let of_modes = self.mode_derivatives(theta, prediction, free, wanted).map_err(failed)?;
+        let sensors = self.sensors_at(theta)?;
+        let slopes = if self.varying.is_empty() { Vec::new() } else { self.slopes_of_rows(theta, free)? };
+        let mut modes = vec![None; prediction.frequencies_hz.len()];
+        for (&mode, d) in wanted.iter().zip(of_modes) {
+            let lambda = prediction.modes.lambda[prediction.modes.n_rigid + mode];
+            let Some(d) = d else { continue };
+            // f = √λ / 2π, so ∂f = ∂λ f / 2λ.
+            let f = prediction.frequencies_hz[mode];
+            let mut at_sensors = &*sensors * d.shape;
+            let phi = prediction.modes.shapes.column(prediction.modes.n_rigid + mode);
+            for (j, slope) in slopes.iter().enumerate() {
+                let own = slope * phi;
+                self.varying.iter().zip(own.iter()).for_each(|(&i, v)| at_sensors[(i, j)] += v);
+            }
+            modes[mode] = Some((d.lambda * (f / (2.0 * lambda)), at_sensors));
+        }
+        Ok(PredictionDerivative { modes })
+    }
+
+    /// Derivatives of some elastic modes, `None` for a double one.
+    fn mode_derivatives(
+        &self,
+        theta: &[f64],
+        prediction: &Prediction,
+        free: &[usize],
+        modes: &[usize],
+    ) -> Result<Vec<Option<ModeDerivative>>, ModelError> {
+        let slopes = prediction.matrices.derivatives(self.model, theta, free)?;
+        self.derivatives_of_modes(prediction, &slopes, modes)
+    }
+
+    /// [`Self::mode_derivatives`] with the derivatives of the matrices at hand.
+    pub(super) fn derivatives_of_modes(
+        &self,
+        prediction: &Prediction,
+        slopes: &[Matrices],
+        modes: &[usize],
+    ) -> Result<Vec<Option<ModeDerivative>>, ModelError> {
+        let p = prediction;
+        let of = |elastic: &[usize]| -> Vec<usize> { elastic.iter().map(|i| p.modes.n_rigid + i).collect() };
+        let gap = |a: usize, b: usize| (p.frequencies_hz[a] - p.frequencies_hz[b]).abs();
+        // Modes of different symmetry may cross, and a double one may lie outside the band: beside its twin each has a derivative.
+        let twin = |mode: usize| {
+            let others = (0..p.frequencies_hz.len()).filter(|&k| k != mode);
+            others.min_by(|&a, &b| gap(a, mode).total_cmp(&gap(b, mode)))
+        };
+        let beside = |mode: usize, twin: usize| (of(&[mode, twin]), 0);
+        let place = |mode: usize| {
+            let own = |cluster: &Vec<usize>| Some((of(cluster), cluster.iter().position(|&k| k == mode)?));
+            let double = || twin(mode).filter(|&t| gap(t, mode) < DOUBLE * p.frequencies_hz[mode]);
+            p.clusters.iter().find_map(own).or_else(|| double().map(|t| beside(mode, t)))
+        };
+        let places: Vec<Option<(Vec<usize>, usize)>> = modes.iter().map(|&mode| place(mode)).collect();
+        let alone: Vec<usize> = modes.iter().zip(&places).filter(|(_, p)| p.is_none()).map(|(&mode, _)| mode).collect();
+        let together: Vec<(Vec<usize>, usize)> = places.iter().flatten().cloned().collect();
+        let mut alone = self.solver.differentiate(self.model, &p.matrices, slopes, &p.modes, &of(&alone))?.into_iter();
+        let mut together = differentiate_in_clusters(&p.matrices, slopes, &p.modes, &together)?.into_iter();
+        let next = |place: &Option<_>| if place.is_some() { together.next() } else { alone.next() };
+        let mut all: Vec<Option<ModeDerivative>> = places.iter().map(next).map(Option::flatten).collect();
+        for (&mode, derivative) in modes.iter().zip(&mut all).filter(|(_, d)| d.is_none()) {
+            let Some(twin) = twin(mode) else { continue };
+            let pair = [beside(mode, twin)];
+            *derivative = differentiate_in_clusters(&p.matrices, slopes, &p.modes, &pair)?.pop().flatten();
+        }
+        Ok(all)
+    }
+}
+
+/// The estimates, moved into their bounds.
+pub fn starting_point(model: &dyn ParametricModel) -> Vec<f64> {
+    model.parameters().iter().map(|p| p.bounds.map_or(p.value, |[l, u]| p.value.max(l).min(u))).collect()
+}
+
+/// Whether a model has damping of its own at its estimates.
+pub fn is_damped(model: &dyn ParametricModel) -> bool {
+    model.assemble_sparse(&starting_point(model)).is_ok_and(|system| system.damping.is_some())
+}
+
+/// The symmetry of a test mode: as its label tells, unless the pairing has found that it is wrong.
+fn family_of(mode: &TestMode) -> Option<String> {
+    match &mode.standing {
+        Standing::Found { family: Some(family), .. } => Some(family.clone()),
+        _ => mode.label.as_deref().and_then(family_of_label).map(str::to_string),
+    }
+}
+
+/// What the standing of a test mode settles.
+fn plan_of(mode: &TestMode) -> Plan {
+    match &mode.standing {
+        standing if standing.is_aside() => Plan::Aside,
+        Standing::Found { reference: Some(_), .. } => Plan::Free,
+        Standing::Found { model_mode, is_fixed: true, .. } => Plan::Fixed(*model_mode),
+        Standing::Found { rank, .. } if mode.shape.is_none() => Plan::Ranked(*rank),
+        _ => Plan::Free,
+    }
+}
+
+/// MAC of shapes at the sensors with measured ones; zero where there is none.
+fn mac_with(at_sensors: &DMatrix<f64>, measured: &DMatrix<f64>) -> DMatrix<f64> {
+    mac_matrix(at_sensors, measured).map(|v| if v.is_nan() { 0.0 } else { v })
+}
