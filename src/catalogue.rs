@@ -30,11 +30,12 @@ const LONGEST: usize = 100;
 
 /// The candidate closest to `word`, if it is close enough to be what a typing error meant.
 ///
-/// Closeness is the Damerau-Levenshtein distance, at most a third of the word's length (at least 1, at most 3),
-/// without regard to case. Ties go to the first candidate.
+/// Closeness is the Damerau-Levenshtein distance, at most a third of the word's length (at least 1, at most 3; none for a
+/// single letter), without regard to case. Ties go to the first candidate.
 pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let length = word.chars().count();
-    let limit = (length / 3).clamp(1, 3);
+    // Of one letter every other letter is a neighbour.
+    let limit = if length > 1 { (length / 3).clamp(1, 3) } else { 0 };
     let lower = word.to_lowercase();
     candidates
         .into_iter()

@@ -68,6 +68,9 @@ impl Misfit {
 impl fmt::Display for Misfit {
     /// "chi-squared 412 for 190 data: noise alone gives this in 1 of 10^17".
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.n_data == 0 {
+            return f.write_str("nothing was compared");
+        }
         write!(f, "chi-squared {:.*} for {} data: ", digits(self.chi_squared), self.chi_squared, self.n_data)?;
         if self.p_lower < 0.01 {
             write!(f, "noise alone gives so little in {} (are the standard deviations too large?)", odds(self.p_lower))

@@ -36,8 +36,8 @@ const BY_CHANCE: f64 = 1e-3;
 fn settled(scene: &Scene, settings: &Settings) -> Result<(Scene, Option<DVector<f64>>), DiagnosisError> {
     let given = scene.as_given();
     let comparisons = given.comparisons()?;
-    let (tests, x) = settings.pairing.settle(&comparisons, &given.start(), MISREAD)?;
-    Ok((given.with_modes(tests), settings.pairing.infers().then_some(x)))
+    let settled = settings.pairing.settle(&comparisons, &given.start(), MISREAD)?;
+    Ok((given.with_modes(settled.tests), settings.pairing.infers().then_some(settled.x)))
 }
 
 /// The same with the modes that are of the structure.

@@ -133,6 +133,11 @@ impl Placer<'_> {
 
     /// A scalar as a function of θ, in the unit of the property.
     fn affine(&mut self, scalar: &Scalar, unit: &str, path: &str) -> Option<Affine> {
+        if let Some(word) = scalar.words_behind_numbers().find(|word| self.parameters.index_of(word).is_some()) {
+            let text = scalar.text();
+            self.error(path, format_args!("`{word}` reads as a unit in `{text}`, and is a parameter as well; write the parameter first, `{word} * …`"));
+            return None;
+        }
         match scalar.affine_in(unit, &|name| self.dimensions.get(name).copied()) {
             Ok((constant, terms)) => {
                 let mut affine = Affine { constant, terms: Vec::new() };

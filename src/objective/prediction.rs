@@ -71,7 +71,7 @@ impl Prediction {
     /// K, M and C as dense matrices.
     ///
     /// # Errors
-    /// [`ModelError::TooLarge`] for a model with more than [`MOST_DENSE_DOFS`] dofs.
+    /// [`ModelError::TooLarge`] for a model with more than [`crate::model::MOST_DENSE_DOFS`] dofs.
     pub fn system(&self) -> Result<Cow<'_, System>, ModelError> {
         self.matrices.dense()
     }

@@ -63,6 +63,15 @@ impl Scalar {
         self.terms.iter().filter_map(|t| t.parameter.as_deref())
     }
 
+    /// Words that stand behind a number and a `*`, as units do, though a parameter may have been meant: `35 N m2 * m1`.
+    pub fn words_behind_numbers(&self) -> impl Iterator<Item = &str> {
+        let words = self.text.split('*').skip(1).map(|behind| {
+            let behind = behind.trim_start();
+            &behind[..behind.find(|c: char| !is_name(c)).unwrap_or(behind.len())]
+        });
+        words.filter(|word| !word.is_empty() && !self.parameters().any(|p| p == *word))
+    }
+
     /// Its value if it names no parameter, with the unit checked against `expected` (a unit such as `"kg/m"`).
     pub fn constant_in(&self, expected: &str) -> Result<f64, ScalarError> {
         let (constant, terms) = self.affine_in(expected, &|_| None)?;
@@ -133,7 +142,7 @@ pub enum ScalarError {
     #[error("{0}")]
     Unit(#[from] UnitError),
     /// A parameter where a constant is needed.
-    #[error("`{text}` depends on a parameter; only a constant can stand here")]
+    #[error("`{text}` is not a constant: a number with its unit stands here, and no parameter")]
     NotConstant {
         /// The text.
         text: String,

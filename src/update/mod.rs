@@ -20,6 +20,7 @@ mod regularization;
 mod search;
 mod settings;
 mod tested;
+mod trust;
 mod twin;
 mod uncertainty;
 mod valley;
@@ -52,6 +53,7 @@ pub use tested::{Remark, check_on_model, loaded, meet};
 pub use twin::{TwinError, TwinFault, TwinFrfOptions, TwinOptions, TwinStory, node_sensors, twin_frfs, twin_modes};
 pub use uncertainty::{Basis, Held, Inseparable, IntervalMethod, ParameterUncertainty, Uncertainty, uncertainty};
 
+use self::pairing::SettledPairs;
 use self::reduced::ReducedCases;
 use crate::correlation::CorrelationError;
 use crate::data::TestData;
@@ -86,6 +88,8 @@ pub struct Update {
     pub alternatives: Vec<Alternative>,
     /// What the motions of the fitted model say of the sensors of every test; nothing of a model with many dofs.
     pub suspects: Vec<Vec<Finding>>,
+    /// Names of the sensors of every test that took no part in the fit, as the motions of the model at the estimates contradict them.
+    pub left_out: Vec<Vec<String>>,
     /// The weight of the pull towards the estimates, where there is one.
     pub regularization: Option<f64>,
     /// The search on reduced models, where it was asked for; `optimum` then counts evaluations of the full ones.
@@ -270,6 +274,7 @@ pub fn update_to_tests(
     controls: Controls<'_>,
 ) -> Result<Update, UpdateError> {
     let settled = Settled::new(cases, settings)?;
+    let given = cases;
     let cases = &settled.cases(cases)[..];
     let comparisons = compare_all(cases, settings)?;
     let model = comparisons[0].model();
@@ -353,6 +358,7 @@ pub fn update_to_tests(
         uncertainty.remarks.extend(guard::pulled(&before, &after, is_misfit));
     }
     uncertainty.remarks.extend(doubt(cases, &after));
+    uncertainty.remarks.extend(settled.without());
     let changes = |theta: &[f64], certain: &Uncertainty| changes(model, theta, certain);
     let mut alternatives = Vec::new();
     if is_misfit && !cancel.as_ref().is_some_and(|c| c.load(std::sync::atomic::Ordering::Relaxed)) {
@@ -368,7 +374,7 @@ pub fn update_to_tests(
         let is_small = c.model.dof_map().n_dof() <= agreement::LARGE;
         if is_small { agreement::suspects(c.model, &theta, c.test) } else { Ok(Vec::new()) }
     };
-    let suspects = cases.iter().map(of).collect::<Result<Vec<_>, _>>()?;
+    let suspects = given.iter().map(of).collect::<Result<Vec<_>, _>>()?;
     let mut pairs = before.into_iter().zip(after);
     let Some((before, after)) = pairs.next() else { return Err(UpdateError::NoData) };
     let further = cases[1..].iter().zip(pairs);
@@ -385,6 +391,7 @@ pub fn update_to_tests(
         uncertainty,
         alternatives,
         suspects,
+        left_out: settled.left_out.clone(),
         regularization,
         reduced,
     })
@@ -473,6 +480,8 @@ fn sample(cases: &[TestCase<'_>], settings: &Settings, sampler: &Tmcmc) -> Resul
 /// The tests of a fit with the standing of their modes.
 struct Settled {
     tests: Vec<TestData>,
+    /// Names of the sensors of every test that take no part.
+    left_out: Vec<Vec<String>>,
     /// Where the parameters have come with the pairs.
     theta: Option<Vec<f64>>,
 }
@@ -488,7 +497,9 @@ impl Settled {
         }
         let start = scaling.x(&crate::objective::starting_point(model));
         let how = settings.how(cases[0].test);
-        let (tests, x) = how.settle(&comparisons, &start, 0.0)?;
+        let SettledPairs { tests, contradicted, x } = how.settle(&comparisons, &start, 0.0)?;
+        let tests: Vec<TestData> =
+            tests.iter().zip(&contradicted).map(|(test, sensors)| trust::without(test, sensors)).collect();
         let all = || tests.iter().flat_map(|t| &t.modes);
         let has_other = tests.iter().any(TestData::has_more_than_modes);
         if all().next().is_some() && !has_other && all().all(|m| m.standing.is_aside()) {
@@ -496,7 +507,28 @@ impl Settled {
                 all().enumerate().filter_map(|(i, m)| Some(format!("mode {}: {}", i + 1, m.standing.reason()?)));
             return Err(UpdateError::NoPartner { reasons: reasons.take(6).collect::<Vec<_>>().join("; ") });
         }
-        Ok(Self { tests, theta: how.infers().then(|| scaling.theta(&x)) })
+        let name = |(test, sensors): (&TestData, Vec<usize>)| {
+            sensors.into_iter().map(|s| test.sensors[s].name.clone()).collect()
+        };
+        let left_out = tests.iter().zip(contradicted).map(name).collect();
+        Ok(Self { tests, left_out, theta: how.infers().then(|| scaling.theta(&x)) })
+    }
+
+    /// Which sensors took no part, in words.
+    fn without(&self) -> Option<String> {
+        let many = self.tests.len() > 1;
+        let of = |(test, names): (&TestData, &Vec<String>)| {
+            let names = names.join(", ");
+            if many { format!("{names} of `{}`", test.name) } else { names }
+        };
+        let all: Vec<String> =
+            self.tests.iter().zip(&self.left_out).filter(|(_, names)| !names.is_empty()).map(of).collect();
+        (!all.is_empty()).then(|| {
+            format!(
+                "shapes at {} took no part in the fit: the motions of the model contradict them, whatever its stiffness; put the sensors right in the test file",
+                all.join(" and ")
+            )
+        })
     }
 
     /// The models with these tests.

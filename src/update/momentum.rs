@@ -107,7 +107,8 @@ pub enum SensorChange {
 }
 
 impl SensorChange {
-    fn touches(&self) -> Vec<usize> {
+    /// Indices of the sensors whose entries it changes.
+    pub fn touches(&self) -> Vec<usize> {
         match self {
             Self::Turn { sensors } => sensors.clone(),
             Self::Swap { sensors } => sensors.to_vec(),

@@ -3,11 +3,11 @@
 //! Pairs are inferred, see [`decide`]. A user may ask for a rule instead, give gates to either, and name partners, foreign modes and
 //! unused ones in the test file.
 
-use super::UpdateError;
+use super::{UpdateError, trust};
 use crate::correlation::{CorrelationError, PairBy, PairingOptions};
 use crate::data::{Standing, TestData};
 use crate::linalg::DVector;
-use crate::objective::{Comparison, Deciding, Scaling, decide, decide_by_rule, starting_point};
+use crate::objective::{Comparison, Deciding, Decision, Scaling, decide, decide_by_rule, starting_point};
 
 /// Share of frequencies that tell nothing in a comparison: its model has not been updated, and may be off by any factor. Shapes pair then.
 const FAR_OFF: f64 = 0.05;
@@ -77,7 +77,8 @@ impl HowToPair {
         }
     }
 
-    /// Decides which modes of some tests are of the structure, for a fit; with it comes where the parameters have gone for that.
+    /// Decides which modes of some tests are of the structure, for a fit, without the readings of sensors that the motions of the model
+    /// [contradict](trust).
     ///
     /// * `misread` - share of frequencies that may be noted wrongly
     ///
@@ -88,15 +89,49 @@ impl HowToPair {
         comparisons: &[Comparison<'_>],
         start: &DVector<f64>,
         misread: f64,
-    ) -> Result<(Vec<TestData>, DVector<f64>), CorrelationError> {
-        let decision = if self.infers() {
-            decide(comparisons, start, self.deciding(true, misread))?
+    ) -> Result<SettledPairs, CorrelationError> {
+        let n = comparisons.len();
+        let (decision, contradicted) = if self.infers() {
+            by_trusted_sensors(comparisons, start, self.deciding(true, misread))?
         } else {
-            decide_by_rule(comparisons, start, self.deciding(false, 0.0))?
+            (decide_by_rule(comparisons, start, self.deciding(false, 0.0))?, vec![Vec::new(); n])
         };
         let tests = comparisons.iter().enumerate().map(|(k, c)| decision.applied(k, c.test())).collect();
-        Ok((tests, decision.x))
+        Ok(SettledPairs { tests, contradicted, x: decision.x })
     }
+}
+
+/// Tests with the standing of their modes.
+pub(crate) struct SettledPairs {
+    /// All readings in them.
+    pub(crate) tests: Vec<TestData>,
+    /// Of every test, the sensors that took no part.
+    pub(crate) contradicted: Vec<Vec<usize>>,
+    /// Where the parameters have gone for it, in the unit box.
+    pub(crate) x: DVector<f64>,
+}
+
+/// [`decide`] without the readings of sensors that the motions of the model at the start contradict, and which these are.
+fn by_trusted_sensors(
+    comparisons: &[Comparison<'_>],
+    start: &DVector<f64>,
+    options: Deciding,
+) -> Result<(Decision, Vec<Vec<usize>>), CorrelationError> {
+    let Some(first) = comparisons.first() else { return Ok((decide(comparisons, start, options)?, Vec::new())) };
+    let theta = Scaling::new(first.model()).theta(start);
+    let contradicted: Vec<Vec<usize>> =
+        comparisons.iter().map(|c| trust::contradicted(c, &theta)).collect::<Result<_, _>>()?;
+    if contradicted.iter().all(Vec::is_empty) {
+        return Ok((decide(comparisons, start, options)?, contradicted));
+    }
+    let tests: Vec<TestData> =
+        comparisons.iter().zip(&contradicted).map(|(c, sensors)| trust::without(c.test(), sensors)).collect();
+    let trusted: Vec<Comparison<'_>> = comparisons
+        .iter()
+        .zip(&tests)
+        .map(|(c, test)| Comparison::new(c.model(), test, *c.pairing()))
+        .collect::<Result<_, _>>()?;
+    Ok((decide(&trusted, start, options)?, contradicted))
 }
 
 /// A test with the standing of its modes at a θ, for a comparison.
@@ -107,7 +142,7 @@ pub fn paired_at(comparison: &Comparison<'_>, theta: &[f64], how: &HowToPair) ->
     let scaling = Scaling::new(comparison.model());
     let x = scaling.x(theta);
     let decision = if how.infers() {
-        decide(std::slice::from_ref(comparison), &x, how.deciding(false, FAR_OFF))?
+        by_trusted_sensors(std::slice::from_ref(comparison), &x, how.deciding(false, FAR_OFF))?.0
     } else {
         decide_by_rule(std::slice::from_ref(comparison), &x, Deciding { moves: false, ..Deciding::default() })?
     };

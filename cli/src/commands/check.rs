@@ -6,7 +6,7 @@ use crate::{DONE, WRONG_INPUT, files};
 use retune::catalogue::counted;
 use retune::element::{Axes, Dof};
 use retune::model::{MassProperties, Model, ParametricModel, PlacedElement, Soundness, lint};
-use retune::report::text::{Tone, number};
+use retune::report::text::{Tone, number, printable};
 use retune::yaml::{Problem, Severity};
 use serde_json::json;
 use std::fmt::Write as _;
@@ -91,7 +91,7 @@ fn describe(model: &Model, mass: Option<&MassProperties>, sound: &Soundness) -> 
     let mut out = String::new();
     let spec = model.spec();
     let parameters = model.parameters();
-    let _ = writeln!(out, "{}", spec.name);
+    let _ = writeln!(out, "{}", printable(&spec.name));
     let _ = writeln!(
         out,
         "  {}, {}, {}, {} ({} with bounds)",

@@ -7,7 +7,7 @@ use crate::{DONE, SHORT, files};
 use retune::correlation::CriteriaProfile;
 use retune::data::corrected_functions;
 use retune::report::answer;
-use retune::report::text::{Style, agreement as words};
+use retune::report::text::{Style, agreement as words, printable};
 use retune::update::{Agreement, AgreementOptions, Assessment, HowToPair, UpdateError, agreement, load_profile};
 use serde_json::{Value, json};
 use std::path::Path;
@@ -74,7 +74,7 @@ fn one(args: &Compare, path: &Path, how: &HowToPair, profile: Option<&CriteriaPr
     }
     let (test, a) = (&parts.test, &parts.assessment);
     let style = style(&std::io::stdout());
-    let mut out = format!("model  {}\ntest   {}\n", model.spec().name, test.name);
+    let mut out = format!("model  {}\ntest   {}\n", printable(&model.spec().name), printable(&test.name));
     out += &format!("data   {}\n\n", answer::data_origins(test).join("; "));
     out += &pairs(a, Some(&parts.modes), &style);
     out += &mac_matrix(a, test, &style);

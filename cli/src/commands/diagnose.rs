@@ -96,11 +96,11 @@ pub(super) fn search_settings(options: &SearchOptions, spinner: &Spinner) -> Res
 
 /// The model and the tests, a line each.
 pub(super) fn head(model: &str, all: &[Tested]) -> String {
-    let mut out = format!("model  {model}\n");
+    let mut out = format!("model  {}\n", text::printable(model));
     for t in all {
         let configuration = t.test.configuration.as_ref().filter(|_| all.len() > 1);
         let configuration = configuration.map_or_else(String::new, |c| format!(", configuration {c}"));
-        out += &format!("test   {}{configuration}\ndata   {}\n", t.test.name, answer::data_origins(&t.test).join("; "));
+        out += &format!("test   {}{configuration}\ndata   {}\n", text::printable(&t.test.name), answer::data_origins(&t.test).join("; "));
     }
     out
 }

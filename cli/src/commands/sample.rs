@@ -10,7 +10,7 @@ use retune::catalogue::counted;
 use retune::model::ParametricModel;
 use retune::optim::{Posterior, Tmcmc};
 use retune::report::answer;
-use retune::report::text::{Align, Table, number};
+use retune::report::text::{Align, Table, number, printable};
 use retune::update::{Marginal, Peak, Settings, TestCase, marginals, sample_posterior, sampled_values};
 use std::fmt::Write as _;
 
@@ -47,7 +47,7 @@ pub(crate) fn run(args: &Sample) -> Result<u8, Failure> {
         row.push(m.unit.as_str().into());
         rows.row(row);
     }
-    let mut out = format!("model  {}\n", model.spec().name);
+    let mut out = format!("model  {}\n", printable(&model.spec().name));
     for t in &all {
         out += &format!("test   {}\n", t.test.name);
     }

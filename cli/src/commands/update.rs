@@ -13,7 +13,7 @@ use retune::data::TestData;
 use retune::effect::set_parameter_values;
 use retune::optim::{Checkpoint, OptimizerSpec};
 use retune::report::answer;
-use retune::report::text::cost_history;
+use retune::report::text::{cost_history, printable};
 use retune::update::{
     self, Assessment, Controls, ObjectiveSpec, ReducedSearch, Settings, TestCase, UnpairedMode, update_to_tests,
 };
@@ -85,9 +85,9 @@ pub(crate) fn run(args: &Update) -> Result<u8, Failure> {
         let style = style(&std::io::stdout());
         let history: Vec<u64> = u.optimum.history.iter().map(|h| h.evaluations).collect();
         let costs: Vec<f64> = u.optimum.history.iter().map(|h| h.cost).collect();
-        let mut out = format!("model  {}\n", all[0].model.spec().name);
+        let mut out = format!("model  {}\n", printable(&all[0].model.spec().name));
         for t in &all {
-            out += &format!("test   {}\ndata   {}\n", t.test.name, answer::data_origins(&t.test).join("; "));
+            out += &format!("test   {}\ndata   {}\n", printable(&t.test.name), answer::data_origins(&t.test).join("; "));
         }
         for (t, (before, _)) in all.iter().zip(&assessed) {
             out += &format!("\nbefore{}\n", named(t, all.len()));

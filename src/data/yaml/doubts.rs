@@ -32,7 +32,7 @@ pub(super) fn is_sensible_sd(sd: f64, value: f64) -> bool {
 pub(super) fn senseless_sd(sd: f64, unit: &str, value: f64) -> String {
     let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
     let advice = if sd > value.abs() {
-        "a value that says nothing is left out"
+        "leave out a value that says nothing"
     } else {
         "nothing is known so well; write what repeated measurements scatter by"
     };

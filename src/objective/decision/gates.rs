@@ -19,13 +19,13 @@ pub(super) struct Told<'a> {
 
 impl Told<'_> {
     fn at(self, f: f64) -> String {
-        if self.fitted { format!("{} once fitted", hz(f)) } else { hz(f) }
+        if self.fitted { format!("{} in the fitted model", hz(f)) } else { hz(f) }
     }
 
     /// The mode in a sentence.
     pub(super) fn called(self, p: &Prediction, a: usize) -> String {
         let f = self.at(p.frequencies_hz[a]);
-        self.name.map_or_else(|| format!("mode {} of the model at {f}", a + 1), |name| format!("`{name}` at {f}"))
+        self.name.map_or_else(|| if self.fitted { format!("mode {} at {f}", a + 1) } else { format!("mode {} of the model at {f}", a + 1) }, |name| format!("`{name}` at {f}"))
     }
 }
 

@@ -40,7 +40,9 @@ pub fn diagnosis(d: &Diagnosis, style: &Style) -> String {
     if let (Some(m), Some(dof)) = (d.misfit, d.degrees_of_freedom) {
         let p = d
             .p_value
-            .map_or_else(String::new, |p| format!("; in {} noise alone makes some hypothesis look as good", odds(p)));
+            .map_or_else(String::new, |p| {
+                format!("; in {} tests noise alone makes some hypothesis look as good as the best one here", odds(p))
+            });
         paragraph(
             &mut out,
             &format!("misfit of the fitted model {}, noise alone leaves about {}{p}", number(m), number(dof)),
