@@ -103,16 +103,6 @@ impl Level {
     pub(crate) fn is_none(self) -> bool {
         self == Self::NONE
     }
-
-    /// Steps of the grid by which the noise of the shapes is larger than stated.
-    pub(crate) fn noise_step(self) -> usize {
-        self.k
-    }
-
-    /// Whether the shapes have more noise than stated.
-    pub(crate) fn is_noisy(self) -> bool {
-        self.k > 0
-    }
 }
 
 /// A measured mode, as pairing sees it.
@@ -160,14 +150,12 @@ pub(crate) struct Pairings {
 impl Pairings {
     /// Of the modes of a test with modes of a model.
     ///
-    /// * `factors` - of the standard deviations of every sensor's readings
     /// * `is_allowed` - (test mode, mode of the model)
     /// * `given` - partners that the user has named
     /// * `n_parameters` - of the derivatives; a test without modes has as many
     pub(crate) fn new(
         measured: &[Measured<'_>],
         modelled: &[Modelled],
-        factors: &[f64],
         is_allowed: impl Fn(usize, usize) -> bool,
         given: Vec<Option<usize>>,
         n_parameters: usize,
@@ -176,7 +164,7 @@ impl Pairings {
         let (low, high) = band.fold((f64::INFINITY, 0.0_f64), |(l, h), f| (l.min(f), h.max(f)));
         // Half an octave beyond the highest and the lowest, and an octave at least.
         let ln_band = if high > 0.0 { ((high / low).ln() + 2.0_f64.ln()).ln() } else { 0.0 };
-        let units: Vec<_> = measured.iter().map(|m| unit(m, factors)).collect();
+        let units: Vec<_> = measured.iter().map(|m| unit(m)).collect();
         let none = units
             .iter()
             .map(|u| {

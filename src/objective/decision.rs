@@ -13,7 +13,6 @@
 
 mod gates;
 mod partner;
-mod spoilt;
 mod standing;
 
 pub(crate) use self::gates::why_unpaired;
@@ -316,23 +315,11 @@ impl Inference<'_> {
         factor.unwrap_or_else(|| DMatrix::from_diagonal(&self.sd)).resize(n, n, 0.0)
     }
 
-    fn looks(
-        &self,
-        x: &DVector<f64>,
-        with_labels: bool,
-        factors: Option<&[Vec<f64>]>,
-    ) -> Result<Vec<Look>, super::EvalError> {
-        let factors = |k: usize| factors.map(|all| all[k].as_slice());
-        self.sides.iter().enumerate().map(|(k, side)| self.look(side, x, with_labels, factors(k))).collect()
+    fn looks(&self, x: &DVector<f64>, with_labels: bool) -> Result<Vec<Look>, super::EvalError> {
+        self.sides.iter().map(|side| self.look(side, x, with_labels)).collect()
     }
 
-    fn look(
-        &self,
-        side: &Side<'_>,
-        x: &DVector<f64>,
-        with_labels: bool,
-        factors: Option<&[f64]>,
-    ) -> Result<Look, super::EvalError> {
+    fn look(&self, side: &Side<'_>, x: &DVector<f64>, with_labels: bool) -> Result<Look, super::EvalError> {
         let c = side.comparison;
         let theta = self.scaling.theta(x);
         let prediction = c.predict(&theta)?;
@@ -385,10 +372,9 @@ impl Inference<'_> {
             .collect();
         let given: Vec<Option<usize>> =
             side.given.iter().map(|g| g.and_then(|g| modes.iter().position(|&a| a == g))).collect();
-        let ones = vec![1.0; n_sensors];
         let gates = self.gates();
         let is_allowed = |k: usize, at: usize| gates.closed(c, &prediction, side.open[k], modes[at]).is_none();
-        let pairings = Pairings::new(&measured, &modelled, factors.unwrap_or(&ones), is_allowed, given, free.len());
+        let pairings = Pairings::new(&measured, &modelled, is_allowed, given, free.len());
         Ok(Look { prediction, modes, names, pairings })
     }
 
@@ -403,7 +389,7 @@ impl Inference<'_> {
     fn annealed(&self, steps: &[Level], with_labels: bool) -> Result<Found, super::EvalError> {
         let mut x = self.start.clone();
         let mut inverse = self.prior();
-        let mut looks = self.looks(&x, with_labels, None)?;
+        let mut looks = self.looks(&x, with_labels)?;
         for &level in steps {
             for _ in 0..2 {
                 let spread = self.spread(&inverse);
@@ -419,7 +405,7 @@ impl Inference<'_> {
                 let mut share = 1.0;
                 let shorter = loop {
                     let tried = &x + (&moved - &x) * share;
-                    match self.looks(&tried, with_labels, None) {
+                    match self.looks(&tried, with_labels) {
                         Ok(there) if self.n_pairs(&there, &spread, level) >= fewest => break Some((tried, there)),
                         Ok(there) => _ = whole.get_or_insert((tried, there)),
                         Err(_) => {}
@@ -479,28 +465,16 @@ impl Inference<'_> {
     /// Model form by its evidence, pairs and steps with it until they stay.
     fn settled(&self, mut x: DVector<f64>, mut inverse: DMatrix<f64>) -> Result<Found, super::EvalError> {
         let mut rounds = if self.options.moves && !self.sd.is_empty() { ROUNDS } else { 0 };
-        let mut factors: Option<Vec<Vec<f64>>> = None;
-        let mut is_first = true;
         let mut before: Option<Vec<Vec<Option<usize>>>> = None;
         loop {
-            let looks = match self.looks(&x, true, factors.as_deref()) {
+            let looks = match self.looks(&x, true) {
                 Err(_) if x != *self.start => {
                     x.copy_from(self.start);
-                    self.looks(&x, true, factors.as_deref())?
+                    self.looks(&x, true)?
                 }
                 looks => looks?,
             };
-            let mut found = self.judged(x.clone(), looks, &inverse);
-            if factors.is_none() {
-                // A channel that is wrong must not make the shapes foreign.
-                factors = self.spoilt(&found);
-                if factors.is_some() {
-                    found = self.judged(x.clone(), self.looks(&x, true, factors.as_deref())?, &inverse);
-                } else if is_first && let Some(better) = self.without_one(&found, &inverse)? {
-                    (factors, found) = (Some(better.0), better.1);
-                }
-                is_first = false;
-            }
+            let found = self.judged(x.clone(), looks, &inverse);
             if rounds == 0 {
                 return Ok(found);
             }

@@ -54,7 +54,7 @@ impl Shape {
 pub(super) type Unit = (Vec<usize>, DVector<f64>, DVector<f64>);
 
 /// Measured entries of a shape with the rows they stand in, over their length, and their standard deviations.
-pub(super) fn unit(mode: &Measured<'_>, factors: &[f64]) -> Option<Unit> {
+pub(super) fn unit(mode: &Measured<'_>) -> Option<Unit> {
     let shape = mode.shape?;
     let rows: Vec<usize> = (0..shape.len()).filter(|&i| shape[i].is_finite()).collect();
     let y = DVector::from_iterator(rows.len(), rows.iter().map(|&i| shape[i]));
@@ -64,7 +64,7 @@ pub(super) fn unit(mode: &Measured<'_>, factors: &[f64]) -> Option<Unit> {
     }
     let sd = |&i: &usize| {
         let stated = mode.shape_sd.map_or(SHAPE_SD * largest, |sd| sd[i]);
-        factors[i] * stated.max(LEAST_SHAPE_SD * largest) / length
+        stated.max(LEAST_SHAPE_SD * largest) / length
     };
     let sd = DVector::from_iterator(rows.len(), rows.iter().map(sd));
     Some((rows, y / length, sd))

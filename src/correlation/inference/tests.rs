@@ -31,7 +31,7 @@ fn pairings(tests: &[(f64, Option<Vec<f64>>)], model: &[Modelled], given: Vec<Op
             label: None,
         })
         .collect();
-    Pairings::new(&measured, model, &vec![1.0; n], |_, _| true, given, 1)
+    Pairings::new(&measured, model, |_, _| true, given, 1)
 }
 
 /// The spread of the parameter.

@@ -8,7 +8,7 @@ use crate::diagnosis::problem::evidence::ln_sum;
 use crate::diagnosis::screen::noise::DRAWS;
 use crate::diagnosis::screen::stage::Stage;
 use crate::diagnosis::search::hypothesis::Refit;
-use crate::diagnosis::search::prior::{Odds, ln_odds_of_none};
+use crate::diagnosis::search::prior::{Odds, ln_odds_of_noise, ln_odds_of_none};
 
 /// ln of prior odds times Bayes factor, against the base, of all that is compared. Every probability that is stated is one of these over
 /// their sum, and every ln B one of these less the ln of its odds.
@@ -18,6 +18,8 @@ pub(crate) struct Probabilities {
     ln_each: Vec<f64>,
     /// Of each hypothesis beside something outside the catalogue.
     ln_beside: Vec<f64>,
+    /// What the noise beyond the stated one says for something outside the catalogue beside a hypothesis.
+    ln_beside_noise: f64,
     /// Of several hypotheses of the catalogue together.
     ln_several: f64,
     ln_odds_of_something_else: f64,
@@ -31,11 +33,13 @@ impl Probabilities {
         // A p-value without a draw beyond the observed one is only a bound of itself.
         let least = if base.p_value > 1.0 / DRAWS as f64 { most_against(base.p_value) } else { 0.0 };
         let rest = ln_sum(&[ln_each.as_slice(), &[ln_other]].concat());
+        let ln_beside_noise = ln_beside_noise(odds, base.noise_factor());
         Self {
             ln_none: ln_odds_of_none().max(least.ln() + rest),
             ln_other,
-            ln_beside: vec![f64::NEG_INFINITY; ln_each.len()],
+            ln_beside: ln_each.iter().map(|ln| ln + ln_beside_noise).collect(),
             ln_each,
+            ln_beside_noise,
             ln_several: f64::NEG_INFINITY,
             ln_odds_of_something_else: odds.of_something_else(),
         }
@@ -115,7 +119,7 @@ impl Probabilities {
     /// * `ln` - of its odds times its Bayes factor
     pub(crate) fn push(&mut self, ln: f64) {
         self.ln_each.push(ln);
-        self.ln_beside.push(f64::NEG_INFINITY);
+        self.ln_beside.push(ln + self.ln_beside_noise);
     }
 
     /// With several hypotheses together among what is compared.
@@ -135,8 +139,18 @@ impl Probabilities {
     /// * `ln_bayes` - ln of the Bayes factor of something else in what it leaves
     pub(crate) fn doubt(&mut self, i: usize, p: f64, ln_bayes: f64) {
         let speaks = ln_bayes.max(ln_against(p));
-        self.ln_beside[i] = self.ln_each[i] + self.ln_odds_of_something_else + speaks;
+        self.ln_beside[i] = self.ln_each[i] + (self.ln_odds_of_something_else + speaks).max(self.ln_beside_noise);
     }
+}
+
+/// ln of the odds of something outside the catalogue at the stated noise beside a hypothesis, against that hypothesis with larger noise: both leave
+/// the same residuals, so that the odds of either decide.
+///
+/// ```text
+/// ln odds(something else) - ln odds(noise k times as large)
+/// ```
+fn ln_beside_noise(odds: &Odds<'_>, factor: f64) -> f64 {
+    if factor > 1.0 { odds.of_something_else() - ln_odds_of_noise(factor) } else { f64::NEG_INFINITY }
 }
 
 /// ln of the Bayes factor for something else that a p-value of a hypothesis may mean, see [`most_against`].

@@ -1,5 +1,6 @@
 //! The answer of a diagnosis in a sentence.
 
+use super::decide::MOST_NOISE;
 use crate::diagnosis::problem::evidence::STRONG;
 use crate::diagnosis::result::{HypothesisResult, Kind, Verdict};
 use crate::diagnosis::screen::noise::WorstShape;
@@ -34,12 +35,14 @@ pub(crate) fn of_one(
     let nothing = if base.settings.until.was_cut() { "nothing that was tried" } else { "nothing in the catalogue" };
     match verdict {
         Verdict::Adequate | Verdict::NoiseOrModel => {
-            let what = what(base);
             let explained = if base.noise_factor() > 1.0 {
-                format!("the model explains {what} if the noise is {:.2} times as large as stated", base.noise_factor())
+                format!(
+                    "the model explains the test if the noise is {:.2} times as large as stated",
+                    base.noise_factor()
+                )
             } else {
-                format!("the model explains {what} at its stated noise")
-            };
+                "the model explains the test at its stated noise".to_string()
+            } + without_damping(base);
             match best.filter(|b| b.probability > 0.5) {
                 Some(b) => format!(
                     "{explained}; {} would explain more of it (P {:.0} %), but no more than chance does",
@@ -53,8 +56,12 @@ pub(crate) fn of_one(
         Verdict::MissingEffect => {
             format!("something is missing, perhaps {id}: with it the rest looks like noise{tie}")
         }
-        Verdict::MeasurementFault if likely => format!("the measurement is at fault, not the model: {id}{tie}"),
-        Verdict::MeasurementFault => format!("perhaps the measurement is at fault, not the model: {id}{tie}"),
+        Verdict::MeasurementFault => {
+            let perhaps = if likely { "" } else { "perhaps " };
+            // Beside noise that is not believable the model may be wrong as well.
+            let alone = if base.noise_factor() > MOST_NOISE { "" } else { ", not the model" };
+            format!("{perhaps}the measurement is at fault{alone}: {id}{tie}")
+        }
         Verdict::Unexplained | Verdict::SeveralEffects => match best.filter(|b| b.ln_bayes > STRONG && leads) {
             Some(b) => format!(
                 "{id} reduces the misfit from {} to {}, but {nothing} explains the rest; {remainder}",
@@ -66,13 +73,13 @@ pub(crate) fn of_one(
     }
 }
 
-fn what(base: &Stage) -> &'static str {
-    if leaves_damping_aside(base) { "the test without its damping" } else { "the test" }
+fn without_damping(base: &Stage) -> &'static str {
+    if leaves_damping_aside(base) { ", damping aside, as the model has none" } else { "" }
 }
 
 /// Where the model would explain the test with noise that is not believable.
 pub(crate) fn of_noise_or_model(base: &Stage, shape: Option<&WorstShape>) -> String {
-    let (what, factor) = (what(base), base.noise_factor());
+    let (damping, factor) = (without_damping(base), base.noise_factor());
     let agreement = shape.map(|s| {
         let mode = base.scene.mode(s.mode);
         // Shapes that agree well differ in the digits after the nines.
@@ -80,20 +87,20 @@ pub(crate) fn of_noise_or_model(base: &Stage, shape: Option<&WorstShape>) -> Str
         (format!("{mode} has a MAC of {mac}"), format!("gives {least} or more"), s.mac < s.least)
     });
     let reason = match agreement {
-        _ if factor <= 1.0 && shape.is_none() => format!("the model explains {what} at its stated noise"),
+        _ if factor <= 1.0 && shape.is_none() => format!("the model explains the test at its stated noise"),
         Some((mac, least, _)) if factor <= 1.0 => {
             format!("{mac}, where noise of the stated size {least}")
         }
         Some((mac, least, true)) => format!(
-            "the model explains {what} only if the noise is {factor:.1} times as large as stated, and even then {mac}, where such noise {least}"
+            "the model explains the test only if the noise is {factor:.1} times as large as stated, and even then {mac}, where such noise {least}"
         ),
         Some((mac, least, false)) => format!(
-            "the model explains {what} only if the noise is {factor:.1} times as large as stated; {mac}, and such noise {least}"
+            "the model explains the test only if the noise is {factor:.1} times as large as stated; {mac}, and such noise {least}"
         ),
-        None => format!("the model explains {what} only if the noise is {factor:.1} times as large as stated"),
+        None => format!("the model explains the test only if the noise is {factor:.1} times as large as stated"),
     };
     format!(
-        "the stated noise or the model is wrong: {reason}; check the standard deviations of the test, and if they are right, the model lacks \
+        "the stated noise or the model is wrong: {reason}{damping}; check the standard deviations of the test, and if they are right, the model lacks \
          something that is not in the catalogue"
     )
 }

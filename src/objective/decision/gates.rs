@@ -25,7 +25,16 @@ impl Told<'_> {
     /// The mode in a sentence.
     pub(super) fn called(self, p: &Prediction, a: usize) -> String {
         let f = self.at(p.frequencies_hz[a]);
-        self.name.map_or_else(|| if self.fitted { format!("mode {} at {f}", a + 1) } else { format!("mode {} of the model at {f}", a + 1) }, |name| format!("`{name}` at {f}"))
+        self.name.map_or_else(
+            || {
+                if self.fitted {
+                    format!("mode {} at {f}", a + 1)
+                } else {
+                    format!("mode {} of the model at {f}", a + 1)
+                }
+            },
+            |name| format!("`{name}` at {f}"),
+        )
     }
 }
 
