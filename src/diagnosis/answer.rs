@@ -7,9 +7,10 @@ use super::result::Diagnosis;
 use super::screen::stage::{Stage, stage, stage_begun};
 use super::search::basin::in_the_lowest_basin;
 use super::search::hypothesis::Refit;
+use super::search::prior::MOST_NOISE;
 use super::search::singles::refit;
 use super::settings::Settings;
-use super::verdict::decide::{MOST_NOISE, better_than_noise, conclude};
+use super::verdict::decide::{better_than_noise, conclude};
 use crate::linalg::DVector;
 
 /// A diagnosis with what a next step needs.

@@ -37,7 +37,8 @@ fn settled(scene: &Scene, settings: &Settings) -> Result<(Scene, Option<DVector<
     let given = scene.as_given();
     let comparisons = given.comparisons()?;
     let settled = settings.pairing.settle(&comparisons, &given.start(), MISREAD)?;
-    Ok((given.with_modes(settled.tests), settings.pairing.infers().then_some(settled.x)))
+    let decided = given.with_modes(settled.tests).with_contradicted(&settled.contradicted);
+    Ok((decided, settings.pairing.infers().then_some(settled.x)))
 }
 
 /// The same with the modes that are of the structure.

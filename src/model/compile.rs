@@ -418,7 +418,7 @@ impl ParametricModel for Model {
     }
 
     fn mass_properties(&self, theta: &[f64]) -> Result<Option<MassProperties>, ModelError> {
-        Ok(Some(MassProperties::from_rigid_mass(&self.rigid_mass(theta)?)))
+        Ok(MassProperties::of_a_body(&self.rigid_mass(theta)?))
     }
 
     fn point(&self, element: &str, fraction: f64) -> Result<Option<PointMotion>, ModelError> {

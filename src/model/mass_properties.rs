@@ -44,6 +44,15 @@ impl MassProperties {
         Self { mass, cg, inertia }
     }
 
+    /// The same, if it is the mass of a body: entries that act along some axes only have neither one mass nor a centre of gravity.
+    pub fn of_a_body(rigid: &SymMatrix) -> Option<Self> {
+        const ROUNDING: f64 = 1e-9;
+        let own = [0, 1, 2].map(|i| rigid.get(i, i));
+        let size = own.iter().copied().fold(0.0, f64::max);
+        let is_one = own.iter().all(|m| (m - own[0]).abs() <= ROUNDING * size);
+        is_one.then(|| Self::from_rigid_mass(rigid))
+    }
+
     /// Moment of inertia about an axis through a point, parallel to global axis `axis`, kg m².
     pub fn moment_about(&self, axis: usize, point: [f64; 3]) -> f64 {
         let square: f64 = (0..3).filter(|i| *i != axis).map(|i| (self.cg[i] - point[i]).powi(2)).sum();

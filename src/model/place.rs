@@ -370,11 +370,15 @@ impl Placer<'_> {
         offsets.iter().enumerate().map(|(k, v)| vector(v, "m", &at(k), self.problems)).collect()
     }
 
-    /// A node inside a subdivided element.
+    /// A node inside a subdivided element, `element/part`; where the file has a node of that name, a prime more.
     fn interior(&mut self, element: &str, [part, parts]: [u32; 2], [a, b]: [usize; 2], arms: &[[f64; 3]]) -> usize {
         let positions = &self.geometry.positions;
         let (pa, pb) = (plus(positions[a], 1.0, arms[0]), plus(positions[b], 1.0, arms[1]));
         let f = f64::from(part) / f64::from(parts);
-        self.geometry.add(format!("{element}/{part}"), plus(pa, f, minus(pb, pa)))
+        let mut name = format!("{element}/{part}");
+        while self.geometry.node(&name).is_some() {
+            name.push('\'');
+        }
+        self.geometry.add(name, plus(pa, f, minus(pb, pa)))
     }
 }

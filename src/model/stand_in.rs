@@ -503,7 +503,7 @@ impl ParametricModel for StandIn {
             let sizes = &sizes[placed.first_size..placed.first_size + placed.change.n_sizes()];
             placed.change.add_rigid_mass(&mut rigid, own, sizes)?;
         }
-        Ok(Some(MassProperties::from_rigid_mass(&rigid)))
+        Ok(MassProperties::of_a_body(&rigid))
     }
 
     fn targets(&self) -> Targets {

@@ -20,7 +20,7 @@ pub(crate) fn run(args: &Check) -> Result<u8, Failure> {
                 "ok": false,
                 "errors": list(&problems, Severity::Error),
                 "warnings": list(&problems, Severity::Warning),
-                "mass_kg": null, "cg_m": null, "inertia_kg_m2": null, "n_dof": null, "n_rigid_body_modes": null, "axes": null,
+                "mass_kg": null, "mass_by_axis_kg": null, "cg_m": null, "inertia_kg_m2": null, "n_dof": null, "n_rigid_body_modes": null, "axes": null,
             }));
             return Ok(WRONG_INPUT);
         }
@@ -30,7 +30,10 @@ pub(crate) fn run(args: &Check) -> Result<u8, Failure> {
     let mut problems = warnings;
     problems.extend(map.place(sound.warnings.clone()));
     problems.extend(map.place(sound.errors.clone()));
-    let mass = model.mass_properties(&model.parameters().nominal())?;
+    let theta = model.parameters().nominal();
+    let mass = model.mass_properties(&theta)?;
+    let by_axis = if mass.is_none() { Some(model.rigid_mass(&theta)?) } else { None };
+    let by_axis = by_axis.map(|rigid| [0, 1, 2].map(|i| rigid.get(i, i)));
     let ok = sound.errors.is_empty();
     if !args.against.is_empty() && ok {
         return super::against::run(args, &model);
@@ -41,6 +44,7 @@ pub(crate) fn run(args: &Check) -> Result<u8, Failure> {
             "errors": list(&problems, Severity::Error),
             "warnings": list(&problems, Severity::Warning),
             "mass_kg": mass.map(|m| m.mass),
+            "mass_by_axis_kg": by_axis,
             "cg_m": mass.map(|m| m.cg),
             "inertia_kg_m2": mass.map(|m| m.inertia),
             "n_dof": model.dof_map().n_dof(),
@@ -56,7 +60,7 @@ pub(crate) fn run(args: &Check) -> Result<u8, Failure> {
             })).collect::<Vec<_>>(),
         }));
     } else {
-        print(&describe(&model, mass.as_ref(), &sound));
+        print(&describe(&model, mass.as_ref(), by_axis, &sound));
         if !problems.is_empty() {
             tell(&format!("\n{}", render_problems(&args.model, &text, &problems).trim_end()));
         }
@@ -87,7 +91,7 @@ fn list(problems: &[Problem], severity: Severity) -> Vec<serde_json::Value> {
         .collect()
 }
 
-fn describe(model: &Model, mass: Option<&MassProperties>, sound: &Soundness) -> String {
+fn describe(model: &Model, mass: Option<&MassProperties>, by_axis: Option<[f64; 3]>, sound: &Soundness) -> String {
     let mut out = String::new();
     let spec = model.spec();
     let parameters = model.parameters();
@@ -117,6 +121,13 @@ fn describe(model: &Model, mass: Option<&MassProperties>, sound: &Soundness) -> 
             number(i[0][0]),
             number(i[1][1]),
             number(i[2][2])
+        );
+    }
+    if let Some(by_axis) = by_axis {
+        let [x, y, z] = by_axis.map(number);
+        let _ = writeln!(
+            out,
+            "  mass     {x} kg along x, {y} kg along y, {z} kg along z: it differs by axis, so that it has no centre of gravity"
         );
     }
     if let Some(factor) = sound.buckling_factor {

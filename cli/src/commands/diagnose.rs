@@ -100,7 +100,11 @@ pub(super) fn head(model: &str, all: &[Tested]) -> String {
     for t in all {
         let configuration = t.test.configuration.as_ref().filter(|_| all.len() > 1);
         let configuration = configuration.map_or_else(String::new, |c| format!(", configuration {c}"));
-        out += &format!("test   {}{configuration}\ndata   {}\n", text::printable(&t.test.name), answer::data_origins(&t.test).join("; "));
+        out += &format!(
+            "test   {}{configuration}\ndata   {}\n",
+            text::printable(&t.test.name),
+            answer::data_origins(&t.test).join("; ")
+        );
     }
     out
 }

@@ -161,6 +161,8 @@ pub(crate) struct Scene {
     pub(crate) is_damped: bool,
     /// How modes are paired.
     pub(crate) how: HowToPair,
+    /// Sensors that the motions of the model contradict, whatever its stiffness.
+    pub(super) contradicted: Arc<Vec<usize>>,
     /// Models of more dofs are stood in for.
     pub(super) large: usize,
     /// Changes that were made to stand-ins and not to the file.
@@ -203,8 +205,18 @@ impl Scene {
             .zip(first_mode.into_iter().zip(sensors))
             .map(|((model, test), (first_mode, sensors))| Case::new(model, test, first_mode, sensors))
             .collect();
-        let (how, patches, changes) = (HowToPair::default(), Vec::new(), Arc::default());
-        Self { file, cases, test: Arc::new(test), added, is_damped, how, large: LARGE, patches, changes }
+        Self {
+            file,
+            cases,
+            test: Arc::new(test),
+            added,
+            is_damped,
+            how: HowToPair::default(),
+            contradicted: Arc::default(),
+            large: LARGE,
+            patches: Vec::new(),
+            changes: Arc::default(),
+        }
     }
 
     /// Whether stand-ins are solved.
@@ -261,6 +273,7 @@ impl Scene {
             new.stand_in.clone_from(&case.stand_in);
         }
         (scene.how, scene.large) = (self.how, self.large);
+        scene.contradicted = self.contradicted.clone();
         (scene.patches, scene.changes) = (self.patches.clone(), self.changes.clone());
         scene
     }
@@ -268,6 +281,18 @@ impl Scene {
     /// The same with other standings of the modes.
     pub(crate) fn with_modes(&self, tests: Vec<TestData>) -> Self {
         self.with_tests(tests.into_iter().map(Arc::new).collect())
+    }
+
+    /// The same with the sensors of every test that the motions of the model contradict.
+    pub(crate) fn with_contradicted(mut self, sensors: &[Vec<usize>]) -> Self {
+        let of = |(case, own): (&Case, &Vec<usize>)| own.iter().map(|&s| case.sensors[s]).collect::<Vec<_>>();
+        self.contradicted = Arc::new(self.cases.iter().zip(sensors).flat_map(of).collect());
+        self
+    }
+
+    /// Names of the sensors that the motions of the model contradict.
+    pub(crate) fn contradicted(&self) -> Vec<&str> {
+        self.contradicted.iter().map(|&s| self.test.sensors[s].name.as_str()).collect()
     }
 
     /// The same with modes that stand as the user says, whatever was found.

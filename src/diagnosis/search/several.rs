@@ -42,20 +42,17 @@ impl Chain {
     }
 }
 
-/// A chain that begins with two hypotheses and leaves noise, if there is one.
+/// A chain that begins with some hypotheses and leaves noise, if there is one.
 ///
-/// * `first` - with the stage that it was fitted on
-/// * `second` - with the stage that has the first in it
+/// * `members` - each with the stage that it was fitted on, which has those before it
 /// * `ln_else` - ln of odds times Bayes factor of something outside the catalogue
 pub(crate) fn chain(
-    first: (Stage, Refit),
-    second: (Stage, Refit),
+    mut members: Vec<(Stage, Refit)>,
     odds: &Odds<'_>,
     ln_else: f64,
     settings: &Settings,
 ) -> Result<Option<Chain>, DiagnosisError> {
     let weight = |r: &Refit| odds.of(r) + r.ln_bayes;
-    let mut members = vec![first, second];
     while let Some((stage, last)) = members.last() {
         let (left, with_all) = remains(stage, last, settings)?;
         if left.needs_nothing_more() {

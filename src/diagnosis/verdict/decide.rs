@@ -30,7 +30,7 @@ use crate::diagnosis::search::board::{Refits, merge};
 use crate::diagnosis::search::hypothesis::{Refit, Tried};
 use crate::diagnosis::search::joint::together;
 use crate::diagnosis::search::pairs::{Pair, pair};
-use crate::diagnosis::search::prior::{Odds, ln_odds_of_noise, ln_odds_of_none};
+use crate::diagnosis::search::prior::{MOST_NOISE, Odds, ln_odds_of_noise, ln_odds_of_none};
 use crate::diagnosis::search::remainder::{Remainder, is_noise, place_of, remains};
 use crate::diagnosis::search::run::refit_these;
 use crate::diagnosis::search::several::{Chain, WORTH_A_TRY, chain};
@@ -40,8 +40,6 @@ use crate::diagnosis::settings::Settings;
 use crate::linalg::DVector;
 use std::collections::BTreeSet;
 
-/// Noise that is larger than this many times the stated one is no explanation: then the stated noise or the model is wrong.
-pub(crate) const MOST_NOISE: f64 = 2.0;
 /// Above this the probability that nothing is missing is told beside what is named.
 const DOUBT: f64 = 0.05;
 /// Tied hypotheses that are checked for what they leave.
@@ -170,6 +168,14 @@ fn conclude_once(
     }
     if verdict.names_hypotheses() && p.none() > DOUBT {
         sentence += &format!("; that nothing is missing has a probability of {:.0} %", 100.0 * p.none());
+    }
+    let contradicted = base.scene.contradicted();
+    if verdict == Verdict::Unexplained && !contradicted.is_empty() {
+        sentence += &format!(
+            "; whatever the stiffness, the motions of the model contradict the shapes at {}: `retune health --model` says how, and \
+             that is to be put right first",
+            contradicted.join(", ")
+        );
     }
     if let Some(better) = &told.finer_mesh {
         sentence += &format!("; refine the mesh first: {better}");
@@ -423,7 +429,7 @@ fn longer(
     if base.fit.misfit - second.misfit < WORTH_A_TRY * excess {
         return Ok(None);
     }
-    chain((base.clone(), first), (on_first, second), odds, ln_else, settings)
+    chain(vec![(base.clone(), first), (on_first, second)], odds, ln_else, settings)
 }
 
 /// Whether a hypothesis that leaves noise explains the test better than noise s2 times as large as stated does:

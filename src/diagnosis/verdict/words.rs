@@ -1,11 +1,11 @@
 //! The answer of a diagnosis in a sentence.
 
-use super::decide::MOST_NOISE;
 use crate::diagnosis::problem::evidence::STRONG;
 use crate::diagnosis::result::{HypothesisResult, Kind, Verdict};
 use crate::diagnosis::screen::noise::WorstShape;
 use crate::diagnosis::screen::stage::Stage;
 use crate::diagnosis::search::pairs::Pair;
+use crate::diagnosis::search::prior::MOST_NOISE;
 use crate::diagnosis::search::several::Chain;
 use crate::fault::Tests;
 
@@ -87,7 +87,7 @@ pub(crate) fn of_noise_or_model(base: &Stage, shape: Option<&WorstShape>) -> Str
         (format!("{mode} has a MAC of {mac}"), format!("gives {least} or more"), s.mac < s.least)
     });
     let reason = match agreement {
-        _ if factor <= 1.0 && shape.is_none() => format!("the model explains the test at its stated noise"),
+        _ if factor <= 1.0 && shape.is_none() => "the model explains the test at its stated noise".to_string(),
         Some((mac, least, _)) if factor <= 1.0 => {
             format!("{mac}, where noise of the stated size {least}")
         }

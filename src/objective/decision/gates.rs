@@ -65,6 +65,11 @@ pub(super) enum Gate {
 }
 
 impl Gates {
+    /// Whether there are none.
+    pub(super) fn is_open(self) -> bool {
+        self.min_mac <= 0.0 && self.window == f64::INFINITY
+    }
+
     /// Which of them a pair does not pass.
     pub(super) fn closed(self, c: &Comparison<'_>, p: &Prediction, test_mode: usize, a: usize) -> Option<Gate> {
         let mode = &c.test().modes[test_mode];

@@ -32,6 +32,12 @@ fn is_alike(side: &Side<'_>, at: &FoundSide, row: usize, partner: usize) -> bool
     at.look.modes.iter().any(|&other| other != partner && is_rival(other))
 }
 
+/// MAC within this of the largest are as large.
+const AS_LIKE: f64 = 0.02;
+/// Shapes with a larger MAC are the same, and a mode farther off than this, as |ln f/f|, is told to be out of the reach of the parameters.
+const SAME: f64 = 0.9;
+const REACHED: f64 = 0.15;
+
 /// The probability of what has these ln odds.
 fn logistic(ln_odds: f64) -> f64 {
     1.0 / (1.0 + (-ln_odds).exp())
@@ -137,15 +143,30 @@ impl Inference<'_> {
                 return (None, Self::given_away(side, at, (i, side.open[other]), a, told(a)));
             }
         }
-        let by = |of: &dyn Fn(usize) -> f64| (0..n).max_by(|&a, &b| of(a).total_cmp(&of(b)));
-        let likeness =
-            |a: usize| if mode.shape.is_some() { p.mac[(a, i)] } else { -(p.frequencies_hz[a] / f).ln().abs() };
-        let Some(a) = by(&likeness) else { return (None, "the model has no mode to compare with".into()) };
+        let mac = |a: usize| if mode.shape.is_some() { p.mac[(a, i)] } else { 1.0 };
+        let largest = (0..n).map(mac).fold(0.0, f64::max);
+        // Of those that are as like the nearest in frequency.
+        let distance = |a: usize| (p.frequencies_hz[a] / f).ln().abs();
+        let as_like = (0..n).filter(|&a| mac(a) >= largest - AS_LIKE);
+        let Some(a) = as_like.min_by(|&a, &b| distance(a).total_cmp(&distance(b))) else {
+            return (None, "the model has no mode to compare with".into());
+        };
         let called = told(a).called(p, a);
         let taken = taken(a)
             .map_or_else(String::new, |other| format!(", which is the partner of test mode {}", side.open[other] + 1));
+        let is_far = self.options.moves && distance(a) > REACHED && taken.is_empty() && self.gates().is_open();
+        if mode.shape.is_some() && mac(a) > SAME && is_far {
+            let off = 100.0 * (p.frequencies_hz[a] / f - 1.0);
+            let text = format!(
+                "it has the shape of {called} (MAC {:.2}, {off:+.0} %), which no value of the parameters brings there: it is foreign with \
+                 probability {}, or the model lacks something, which `retune diagnose` looks for",
+                mac(a),
+                probability(foreign)
+            );
+            return (Some(foreign), text);
+        }
         let best = if mode.shape.is_some() {
-            format!("its largest MAC is {:.2}, with {called}{taken}", p.mac[(a, i)])
+            format!("its largest MAC is {:.2}, with {called}{taken}", mac(a))
         } else {
             format!("the nearest in frequency is {called}{taken}")
         };

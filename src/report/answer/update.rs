@@ -2,7 +2,6 @@
 
 use super::{assessment_mac, findings, functions, pair, readings, unpaired};
 use crate::data::TestData;
-use crate::identify::health::Finding;
 use crate::model::ParametricModel;
 use crate::update::{
     Alternative, Assessment, Inseparable, Marginal, ParameterChange, ParameterUncertainty, Peak, ReducedSearch,
@@ -15,7 +14,7 @@ use serde_json::{Map, Value, json};
 /// * `tests` - the tests of the fit, in their order
 pub fn updated(u: &Update, tests: &[&TestData]) -> Value {
     let assessed = std::iter::once(&u.after).chain(u.further.iter().map(|f| &f.after));
-    let one = |(((t, after), suspects), left_out): (((&&TestData, &Assessment), &Vec<Finding>), &Vec<String>)| {
+    let one = |(k, (t, after)): (usize, (&&TestData, &Assessment))| {
         json!({
             "name": t.name,
             "configuration": t.configuration,
@@ -24,8 +23,8 @@ pub fn updated(u: &Update, tests: &[&TestData]) -> Value {
             "mac": assessment_mac(after, t),
             "static_readings": readings(after),
             "functions_of_fit": functions(after),
-            "suspect_sensors": findings(suspects),
-            "sensors_left_out": left_out,
+            "suspect_sensors": findings(&u.suspects[k]),
+            "sensors_left_out": u.left_out[k],
             "chi_squared": after.misfit.chi_squared,
             "n_data": after.misfit.n_data,
         })
@@ -43,7 +42,7 @@ pub fn updated(u: &Update, tests: &[&TestData]) -> Value {
         "uncertainty_evaluations": u.uncertainty.evaluations,
         "regularization_weight": u.regularization,
         "reduced": u.reduced.as_ref().map(reduced),
-        "tests": tests.iter().zip(assessed).zip(&u.suspects).zip(&u.left_out).map(one).collect::<Vec<_>>(),
+        "tests": tests.iter().zip(assessed).enumerate().map(one).collect::<Vec<_>>(),
         "pairs": u.after.pairs.iter().map(pair).collect::<Vec<_>>(),
         "unpaired_test": u.after.unpaired_test.iter().map(unpaired).collect::<Vec<_>>(),
         "mac": tests.first().map(|t| assessment_mac(&u.after, t)),
