@@ -35,7 +35,7 @@
 
 mod terms;
 
-use self::terms::{Terms, unit};
+use self::terms::{Spread, Terms, unit};
 use super::assignment::assign;
 use super::labels::Label;
 use crate::linalg::{DMatrix, DVector};
@@ -239,9 +239,9 @@ impl Pairings {
 }
 
 /// ln p of a pair, whose frequency tells nothing in a share of tests and has `ln_misread` then.
-fn ln_density(t: &Terms, form: Form, misread: f64, ln_misread: f64) -> f64 {
+fn ln_density(t: &Spread, form: Form, misread: f64, ln_misread: f64) -> f64 {
     let own = t.ln_density(form, true);
-    if misread <= 0.0 || t.shape.is_none() {
+    if misread <= 0.0 || !t.has_shape() {
         return own;
     }
     let by_shape = misread.ln() + ln_misread + t.ln_density(form, false);

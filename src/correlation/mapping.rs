@@ -9,6 +9,7 @@
 //! test cannot see them.
 
 use crate::data::{Place, Sensor, TestData};
+use crate::element::Dof;
 use crate::model::{Model, ParametricModel};
 
 /// How far is near.
@@ -98,9 +99,19 @@ pub fn map_points(model: &Model, points: &[(String, [f64; 3])], options: Mapping
     let geometry = model.geometry();
     let reach = options.reach.unwrap_or_else(|| 0.1 * diagonal(&geometry.positions));
     let segments = segments(model);
+    let (dofs, n) = (model.dof_map(), geometry.positions.len());
+    let moves: Vec<bool> = (0..n).map(|i| Dof::ALL.iter().any(|d| !dofs.express(i, *d).is_empty())).collect();
     let mut mapping = Mapping { points: Vec::new(), points_left: Vec::new(), nodes_left: Vec::new(), reach };
     for (name, position) in points {
-        let node = nearest(geometry.positions.iter().map(|q| distance(*position, *q)));
+        let to = |i: usize| distance(*position, geometry.positions[i]);
+        let node = nearest((0..n).map(to));
+        // What cannot move is the place of a point that sits there, and of no other.
+        let node = match node {
+            Some((k, d)) if d > options.tolerance && !moves[k] => {
+                nearest((0..n).map(|i| if moves[i] { to(i) } else { f64::INFINITY }))
+            }
+            node => node,
+        };
         let on_element = nearest(segments.iter().map(|s| s.foot(*position).1));
         let Some((node, to_node)) = node else {
             mapping.points_left.push(Leftover { name: name.clone(), nearest: None, distance: f64::INFINITY });

@@ -254,6 +254,7 @@ fn motion(model: &Model, s: &mut Soundness) -> Result<(), ModelError> {
         Ok(modes) => {
             s.n_rigid_body_modes = modes.n_rigid;
             s.n_mechanisms = modes.n_mechanism;
+            s.warnings.extend(lost_digits(modes.elastic().map(|r| modes.lambda[r]).next(), k, m));
             // What moves without stiffness is the part that hangs on nothing.
             if let Some(apart) = apart {
                 s.errors.push(apart);
@@ -347,6 +348,32 @@ fn conditioning(model: &Model, k: &[f64], s: &mut Soundness) {
             ));
         }
     }
+}
+
+/// Digits that are lost between the ends of a spectrum: a frequency is known to ε (f_high/f_low)²/2 of itself at best, at the low end as at the
+/// high one, where the two are found from one factorisation.
+///
+/// * `lowest` - λ of the first elastic mode
+fn lost_digits(lowest: Option<f64>, k: &[f64], m: &[f64]) -> Option<Problem> {
+    /// Relative error that no test would see.
+    const UNSEEN: f64 = 1e-5;
+    let lowest = lowest.filter(|l| *l > 0.0)?;
+    // Rayleigh's quotient of one dof is below the highest λ.
+    let highest = k.iter().zip(m).filter(|(_, m)| **m > 0.0).map(|(k, m)| k / m).fold(0.0, f64::max);
+    let error = 0.5 * f64::EPSILON * highest / lowest;
+    let hz = |lambda: f64| quantity(lambda.sqrt() / std::f64::consts::TAU, "Hz");
+    (error > UNSEEN).then(|| {
+        Problem::warning(
+            "",
+            format_args!(
+                "the modes lie between {} and {} or more, so far apart that frequencies may be wrong by {:.0e} of themselves; make very stiff parts \
+                 `rigid_links`, or give light ones their mass",
+                hz(lowest),
+                hz(highest),
+                error
+            ),
+        )
+    })
 }
 
 fn targets(model: &Model, s: &mut Soundness) -> Result<(), ModelError> {

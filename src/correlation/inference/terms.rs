@@ -22,31 +22,48 @@ const MISREAD: f64 = 6.0;
 /// What is known of one pair, before model form and spread.
 #[derive(Debug, Clone)]
 pub(super) struct Terms {
-    /// (ln f_i - ln f_a)/s_f and ∂ ln f_a/∂x / s_f.
-    z: f64,
-    slope: DVector<f64>,
-    sd: f64,
+    frequency: Frequency,
     /// 2 ρ √(λ_a λ_b)/|λ_a - λ_b| of every mode that may mix into a.
     couplings: Vec<f64>,
-    pub(super) shape: Option<Shape>,
+    /// The columns [P J_u | P φ_b/|φ_a| | P y], each row over its standard deviation.
+    shape: Option<(DMatrix<f64>, ShapeNoise)>,
+    label: f64,
+}
+
+/// The same with what the parameters may do in at most one column more than there are sensors.
+#[derive(Debug, Clone)]
+pub(super) struct Spread {
+    frequency: Frequency,
+    couplings: Vec<f64>,
+    /// Products of the columns.
+    shape: Option<(DMatrix<f64>, ShapeNoise)>,
     pub(super) label: f64,
 }
 
-/// Products of the columns [P J_u | P φ_b/|φ_a| | P y], each row over its standard deviation.
+/// The frequencies of a pair.
 #[derive(Debug, Clone)]
-pub(super) struct Shape {
-    gram: DMatrix<f64>,
+struct Frequency {
+    /// (ln f_i - ln f_a)/s_f, and what the parameters do to it.
+    z: f64,
+    slope: DVector<f64>,
+    /// s_f.
+    sd: f64,
+}
+
+/// How well a shape is known.
+#[derive(Debug, Clone, Copy)]
+struct ShapeNoise {
     /// Number of sensors, and Σ ln s over them.
     n: f64,
     ln_sd: f64,
     /// Largest factor of the noise.
-    most_noise: f64,
+    most: f64,
 }
 
-impl Shape {
+impl ShapeNoise {
     /// k.
-    fn noise(&self, form: Form) -> f64 {
-        form.k.min(self.most_noise)
+    fn factor(&self, form: Form) -> f64 {
+        form.k.min(self.most)
     }
 }
 
@@ -87,7 +104,8 @@ impl Terms {
             (Some(measured), Some(model)) => measured.ln_odds(model),
             _ => 0.0,
         };
-        let mut out = Self { z, slope: &own.d_ln_f / sd, sd, couplings: Vec::new(), shape: None, label };
+        let frequency = Frequency { z, slope: &own.d_ln_f / sd, sd };
+        let mut out = Self { frequency, couplings: Vec::new(), shape: None, label };
         let Some((rows, y, s)) = u else { return out };
         let at = |v: &DVector<f64>| DVector::from_iterator(rows.len(), rows.iter().map(|&r| v[r]));
         let phi = at(&own.shape);
@@ -114,110 +132,58 @@ impl Terms {
         put(p + others.len(), y * sign);
         let ln_sd: f64 = s.iter().map(|v| v.ln()).sum();
         let n = n as f64;
-        let most_noise = (ASTRAY / ((ln_sd / n).exp() * (n - 1.0).sqrt())).max(1.0);
-        out.shape = Some(Shape { gram: columns.tr_mul(&columns), n, ln_sd, most_noise });
+        let most = (ASTRAY / ((ln_sd / n).exp() * (n - 1.0).sqrt())).max(1.0);
+        out.shape = Some((columns, ShapeNoise { n, ln_sd, most }));
         out
     }
 
-    /// Whether the frequencies are more than some standard deviations apart at a model form.
-    pub(super) fn is_beyond(&self, deviations: f64, tau: f64) -> bool {
-        let variance = 1.0 + (tau / self.sd).powi(2) + self.slope.norm_squared();
-        self.z * self.z > deviations * deviations * variance
-    }
-
-    /// ln of the density of ln f_i that decays with the distance of the frequencies (Laplace), whatever noise and parameters say.
+    /// With columns of C^½ instead of those of the parameters, where they turn the shape by [`TURN`] at most.
     ///
-    /// * `mean` - of |ln f_i/f_a|
-    pub(super) fn ln_far(&self, mean: f64) -> f64 {
-        -(self.z * self.sd).abs() / mean - (2.0 * mean).ln()
-    }
-
-    /// Number of parameters.
-    fn p(&self) -> usize {
-        self.slope.len()
-    }
-
-    /// c_ab.
-    fn mixing(&self, form: Form) -> Vec<f64> {
-        self.couplings.iter().map(|c| (c * form.tau).min(1.0)).collect()
-    }
-
-    /// The same with columns of C^½ instead of those of the parameters, where they turn the shape by [`TURN`] at most.
-    pub(super) fn spread(&self, spread: &DMatrix<f64>) -> Self {
-        let p = self.p();
-        let mut out = self.clone();
-        out.slope = spread.tr_mul(&self.slope);
-        if let Some(shape) = &mut out.shape {
-            let rest = shape.gram.ncols() - p;
-            let mut corner = spread.tr_mul(&shape.gram.view((0, 0), (p, p)).into_owned()) * spread;
-            let mut side = spread.tr_mul(&shape.gram.view((0, p), (p, rest)).into_owned());
+    /// There are as many as rows, at most: with A the columns, frequency first, and Aᵀ = Q R, A Aᵀ is Rᵀ R.
+    pub(super) fn spread(&self, spread: &DMatrix<f64>) -> Spread {
+        let p = spread.ncols();
+        let n = self.shape.as_ref().map_or(0, |(columns, _)| columns.nrows());
+        let mut a = DMatrix::zeros(1 + n, p);
+        a.row_mut(0).tr_copy_from(&spread.tr_mul(&self.frequency.slope));
+        if let Some((columns, noise)) = &self.shape {
+            let mut own = columns.columns(0, p) * spread;
             // The columns stand over the standard deviation of an entry.
-            let turn = (corner.trace().max(0.0)).sqrt() * (shape.ln_sd / shape.n).exp();
+            let turn = own.norm() * (noise.ln_sd / noise.n).exp();
             if turn > TURN {
-                corner *= (TURN / turn).powi(2);
-                side *= TURN / turn;
+                own *= TURN / turn;
             }
-            shape.gram.view_mut((0, 0), (p, p)).copy_from(&corner);
-            shape.gram.view_mut((0, p), (p, rest)).copy_from(&side);
-            shape.gram.view_mut((p, 0), (rest, p)).copy_from(&side.transpose());
+            a.rows_mut(1, n).copy_from(&own);
         }
-        out
-    }
-
-    /// ln p of the pair; without its frequency where `of_frequency` is not set.
-    pub(super) fn ln_density(&self, form: Form, of_frequency: bool) -> f64 {
-        let p = self.p();
-        let mixing = self.mixing(form);
-        let q = p + mixing.len() + 1;
-        let mut a = DMatrix::identity(q, q);
-        let mut b = DVector::zeros(q);
-        let (mut square, mut ln_norm) = (0.0, 0.0);
-        if of_frequency {
-            // Columns: parameters, mixing, model form in frequency.
-            let mut of_f = DVector::zeros(q);
-            of_f.rows_mut(0, p).copy_from(&self.slope);
-            of_f[q - 1] = form.tau / self.sd;
-            a += &of_f * of_f.transpose();
-            b += &of_f * self.z;
-            square += self.z * self.z;
-            ln_norm -= (self.sd * TAU.sqrt()).ln();
+        if p > 1 + n {
+            a = a.transpose().qr().r().transpose();
         }
-        if let Some(shape) = &self.shape {
-            let k = shape.noise(form);
-            let over = 1.0 / (k * k);
-            let scale = |i: usize| if i < p { 1.0 } else { mixing[i - p] };
-            let last = q - 1;
-            for j in 0..last {
-                for i in 0..last {
-                    a[(i, j)] += scale(i) * scale(j) * shape.gram[(i, j)] * over;
-                }
-                b[j] += scale(j) * shape.gram[(j, last)] * over;
-            }
-            square += shape.gram[(last, last)] * over;
-            let per_sensor = shape.ln_sd / shape.n + (k * TAU.sqrt()).ln();
-            ln_norm -= (shape.n - 1.0) * per_sensor;
-        }
-        let Some(factor) = a.cholesky() else { return f64::NEG_INFINITY };
-        let ln_det: f64 = 2.0 * factor.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>();
-        let chi2 = square - b.dot(&factor.solve(&b));
-        -0.5 * chi2.max(0.0) - 0.5 * ln_det + ln_norm
+        let frequency = Frequency { slope: a.row(0).transpose(), ..self.frequency };
+        let shape = self.shape.as_ref().map(|(columns, noise)| {
+            let rest = columns.columns(p, columns.ncols() - p);
+            let mut all = DMatrix::zeros(n, a.ncols() + rest.ncols());
+            all.columns_mut(0, a.ncols()).copy_from(&a.rows(1, n));
+            all.columns_mut(a.ncols(), rest.ncols()).copy_from(&rest);
+            (all.tr_mul(&all), *noise)
+        });
+        Spread { frequency, couplings: self.couplings.clone(), shape, label: self.label }
     }
 
     /// JᵀV⁻¹J and JᵀV⁻¹z, V of noise and model form.
     pub(super) fn normal_equations(&self, form: Form, may_be_misread: bool) -> (DMatrix<f64>, DVector<f64>) {
-        let p = self.p();
+        let Frequency { z, slope, sd } = &self.frequency;
+        let p = slope.len();
         // V of the frequency is 1 + (τ/s)².
-        let mut over_f = 1.0 / (1.0 + (form.tau / self.sd).powi(2));
-        if may_be_misread && self.shape.is_some() && self.z * self.z * over_f > MISREAD * MISREAD {
+        let mut over_f = 1.0 / (1.0 + (form.tau / sd).powi(2));
+        if may_be_misread && self.shape.is_some() && z * z * over_f > MISREAD * MISREAD {
             over_f = 0.0;
         }
-        let mut h = &self.slope * self.slope.transpose() * over_f;
-        let mut g = &self.slope * (self.z * over_f);
-        let Some(shape) = &self.shape else { return (h, g) };
-        let over = shape.noise(form).powi(-2);
-        let mixing = DVector::from_vec(self.mixing(form));
+        let mut h = slope * slope.transpose() * over_f;
+        let mut g = slope * (z * over_f);
+        let Some((columns, noise)) = &self.shape else { return (h, g) };
+        let over = noise.factor(form).powi(-2);
+        let mixing = DVector::from_vec(mixing(&self.couplings, form));
         let m = mixing.len();
-        let gram = &shape.gram;
+        let gram = columns.tr_mul(columns);
         let jj = gram.view((0, 0), (p, p)).into_owned() * over;
         let jz = gram.view((0, p + m), (p, 1)).column(0).into_owned() * over;
         let scale = DMatrix::from_diagonal(&mixing);
@@ -228,5 +194,71 @@ impl Terms {
         h += jj - &jw * factor.solve(&jw.transpose());
         g += jz - &jw * factor.solve(&wz);
         (h, g)
+    }
+}
+
+/// c_ab.
+fn mixing(couplings: &[f64], form: Form) -> Vec<f64> {
+    couplings.iter().map(|c| (c * form.tau).min(1.0)).collect()
+}
+
+impl Spread {
+    /// Whether there is a shape.
+    pub(super) fn has_shape(&self) -> bool {
+        self.shape.is_some()
+    }
+
+    /// Whether the frequencies are more than some standard deviations apart at a model form.
+    pub(super) fn is_beyond(&self, deviations: f64, tau: f64) -> bool {
+        let Frequency { z, slope, sd } = &self.frequency;
+        let variance = 1.0 + (tau / sd).powi(2) + slope.norm_squared();
+        z * z > deviations * deviations * variance
+    }
+
+    /// ln of the density of ln f_i that decays with the distance of the frequencies (Laplace), whatever noise and parameters say.
+    ///
+    /// * `mean` - of |ln f_i/f_a|
+    pub(super) fn ln_far(&self, mean: f64) -> f64 {
+        -(self.frequency.z * self.frequency.sd).abs() / mean - (2.0 * mean).ln()
+    }
+
+    /// ln p of the pair; without its frequency where `of_frequency` is not set.
+    pub(super) fn ln_density(&self, form: Form, of_frequency: bool) -> f64 {
+        let Frequency { z, slope, sd } = &self.frequency;
+        let p = slope.len();
+        let mixing = mixing(&self.couplings, form);
+        let q = p + mixing.len() + 1;
+        let mut a = DMatrix::identity(q, q);
+        let mut b = DVector::zeros(q);
+        let (mut square, mut ln_norm) = (0.0, 0.0);
+        if of_frequency {
+            // Columns: parameters, mixing, model form in frequency.
+            let mut of_f = DVector::zeros(q);
+            of_f.rows_mut(0, p).copy_from(slope);
+            of_f[q - 1] = form.tau / sd;
+            a += &of_f * of_f.transpose();
+            b += &of_f * *z;
+            square += z * z;
+            ln_norm -= (sd * TAU.sqrt()).ln();
+        }
+        if let Some((gram, noise)) = &self.shape {
+            let k = noise.factor(form);
+            let over = 1.0 / (k * k);
+            let scale = |i: usize| if i < p { 1.0 } else { mixing[i - p] };
+            let last = q - 1;
+            for j in 0..last {
+                for i in 0..last {
+                    a[(i, j)] += scale(i) * scale(j) * gram[(i, j)] * over;
+                }
+                b[j] += scale(j) * gram[(j, last)] * over;
+            }
+            square += gram[(last, last)] * over;
+            let per_sensor = noise.ln_sd / noise.n + (k * TAU.sqrt()).ln();
+            ln_norm -= (noise.n - 1.0) * per_sensor;
+        }
+        let Some(factor) = a.cholesky() else { return f64::NEG_INFINITY };
+        let ln_det: f64 = 2.0 * factor.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>();
+        let chi2 = square - b.dot(&factor.solve(&b));
+        -0.5 * chi2.max(0.0) - 0.5 * ln_det + ln_norm
     }
 }
