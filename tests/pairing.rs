@@ -106,6 +106,38 @@ fn one_arbitrary_mode_more_pulls_nothing() {
     assert!(wrong.is_empty(), "{} wrong:\n{}", wrong.len(), wrong.join("\n"));
 }
 
+/// One sensor turned over, the one that reads most: its readings take no part, it is named, and no estimate moves by a standard deviation.
+#[test]
+fn a_sensor_that_is_turned_over_pulls_nothing() {
+    let mut wrong = Vec::new();
+    for (name, text) in STRUCTURES {
+        let model = model(text);
+        for seed in 0..n_each() {
+            let test = twin(&model, 7, seed);
+            let clean = fitted(&model, &test);
+            let reads =
+                |s: usize| test.modes.iter().filter_map(|m| m.shape.as_ref()).map(|y| y[s].norm_sqr()).sum::<f64>();
+            let turned = (0..test.sensors.len()).max_by(|&a, &b| reads(a).total_cmp(&reads(b))).expect("sensors");
+            let mut faulty = test.clone();
+            for shape in faulty.modes.iter_mut().filter_map(|m| m.shape.as_mut()) {
+                shape[turned] = -shape[turned];
+            }
+            let found = fitted(&model, &faulty);
+            let (most, which) = pull(&clean, &found);
+            if most > 1.0 {
+                wrong.push(format!("{name}, seed {seed}: {which} moves by {most:.1} standard deviations"));
+            }
+            if found.left_out != [[test.sensors[turned].name.clone()]] || !clean.left_out.concat().is_empty() {
+                wrong.push(format!(
+                    "{name}, seed {seed}: {} is turned, not {:?}",
+                    test.sensors[turned].name, found.left_out
+                ));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{} wrong:\n{}", wrong.len(), wrong.join("\n"));
+}
+
 /// One mode less tells less: estimates move by what the mode told, which is noise of the size that the fit without it states (its
 /// standard deviations, three and a half for the largest of all parameters and structures), and no pair changes.
 #[test]

@@ -112,7 +112,11 @@ pub fn map_points(model: &Model, points: &[(String, [f64; 3])], options: Mapping
             }
             node => node,
         };
-        let on_element = nearest(segments.iter().map(|s| s.foot(*position).1));
+        let on_element = nearest(segments.iter().map(|s| {
+            let (at, distance) = s.foot(*position);
+            let end = s.end(at).is_some_and(|k| !moves[k]);
+            if end && distance > options.tolerance { f64::INFINITY } else { distance }
+        }));
         let Some((node, to_node)) = node else {
             mapping.points_left.push(Leftover { name: name.clone(), nearest: None, distance: f64::INFINITY });
             continue;
@@ -181,6 +185,8 @@ pub fn place_sensors(test: &mut TestData, mapping: &Mapping) -> Vec<String> {
 struct Segment {
     name: String,
     ends: [[f64; 3]; 2],
+    /// The nodes there.
+    nodes: [usize; 2],
     /// Which part of how many.
     part: (usize, usize),
 }
@@ -194,6 +200,17 @@ impl Segment {
         let dot: f64 = (0..3).map(|i| (p[i] - a[i]) * along[i]).sum();
         let s = if length > 0.0 { (dot / length).clamp(0.0, 1.0) } else { 0.0 };
         (s, distance(p, std::array::from_fn(|i| a[i] + s * along[i])))
+    }
+
+    /// The node where a point of the segment is one of its ends.
+    fn end(&self, s: f64) -> Option<usize> {
+        if s <= 0.0 {
+            Some(self.nodes[0])
+        } else if s >= 1.0 {
+            Some(self.nodes[1])
+        } else {
+            None
+        }
     }
 
     fn fraction(&self, s: f64) -> f64 {
@@ -215,7 +232,7 @@ fn segments(model: &Model) -> Vec<Segment> {
             continue;
         }
         let ends = [geometry.positions[a], geometry.positions[b]];
-        out.push(Segment { name: whole.to_string(), ends, part: (part, parts.len()) });
+        out.push(Segment { name: whole.to_string(), ends, nodes: [a, b], part: (part, parts.len()) });
     }
     out
 }
@@ -276,5 +293,16 @@ supports: {left: {node: a}}
         assert_eq!(m.points_left.iter().map(|p| p.name.as_str()).collect::<Vec<_>>(), ["far"]);
         assert!(m.nodes_left.iter().any(|n| n.name == "a"));
         assert!(!m.nodes_left.iter().any(|n| n.name == "c"));
+    }
+
+    /// A point beside the clamped node reads the nearest place that moves, and the node only where it sits on it.
+    #[test]
+    fn what_cannot_move_is_the_place_of_what_sits_on_it_alone() {
+        let m = mapped(&[("on", [0.0, 0.0, 0.0]), ("beside", [-0.02, 0.0, 0.0]), ("above", [0.01, 0.05, 0.0])]);
+        let place = |k: usize| m.points[k].place.clone();
+        assert_eq!(place(0), Place::Node { node: "a".into(), position: None });
+        let Place::Element { element, .. } = place(1) else { panic!("{:?}", m.points_left) };
+        assert_eq!((m.points.len(), element.as_str()), (2, "span.1"));
+        assert_eq!(m.points_left.len(), 1);
     }
 }

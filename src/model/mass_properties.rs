@@ -96,3 +96,25 @@ pub(super) fn add_rigid_mass(
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::model::{ParametricModel, Registry, load};
+
+    fn properties(mass: &str) -> Option<super::MassProperties> {
+        let text = format!(
+            "retune: 1\nname: rod\nnodes: {{a: [0, 0, 0], b: [2, 0, 0]}}\nbeams: {{r: {{nodes: [a, b], properties: {{EA: 1e6, GJ: 1, EIy: 1, EIz: 1, mass_per_length: 3 kg/m}}}}}}\n\
+             supports: {{left: {{node: a}}}}\nelements: {{s: {{type: mass_matrix, node: b, {mass}}}}}\n"
+        );
+        let model = load(&text, &Registry::builtin()).unwrap_or_else(|e| panic!("{e:?}")).0;
+        model.mass_properties(&model.parameters().nominal()).unwrap()
+    }
+
+    /// 6 kg of a rod at 1 m and 4 kg at 2 m; a mass of two directions only is no body's.
+    #[test]
+    fn what_differs_by_axis_is_no_body() {
+        let body = properties("properties: {m_ux_ux: 4, m_uy_uy: 4, m_uz_uz: 4}").unwrap();
+        assert!((body.mass - 10.0).abs() < 1e-12 && (body.cg[0] - 1.4).abs() < 1e-12, "{body:?}");
+        assert_eq!(properties("properties: {m_ux_ux: 4, m_uy_uy: 4}"), None);
+    }
+}
