@@ -87,7 +87,8 @@ pub(crate) fn run(args: &Update) -> Result<u8, Failure> {
         let costs: Vec<f64> = u.optimum.history.iter().map(|h| h.cost).collect();
         let mut out = format!("model  {}\n", printable(&all[0].model.spec().name));
         for t in &all {
-            out += &format!("test   {}\ndata   {}\n", printable(&t.test.name), answer::data_origins(&t.test).join("; "));
+            out +=
+                &format!("test   {}\ndata   {}\n", printable(&t.test.name), answer::data_origins(&t.test).join("; "));
         }
         for (t, (before, _)) in all.iter().zip(&assessed) {
             out += &format!("\nbefore{}\n", named(t, all.len()));

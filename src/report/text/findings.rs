@@ -38,11 +38,9 @@ pub fn diagnosis(d: &Diagnosis, style: &Style) -> String {
     }
     out.push('\n');
     if let (Some(m), Some(dof)) = (d.misfit, d.degrees_of_freedom) {
-        let p = d
-            .p_value
-            .map_or_else(String::new, |p| {
-                format!("; in {} tests noise alone makes some hypothesis look as good as the best one here", odds(p))
-            });
+        let p = d.p_value.map_or_else(String::new, |p| {
+            format!("; in {} tests noise alone makes some hypothesis look as good as the best one here", odds(p))
+        });
         paragraph(
             &mut out,
             &format!("misfit of the fitted model {}, noise alone leaves about {}{p}", number(m), number(dof)),
