@@ -362,15 +362,19 @@ fn lost_digits(lowest: Option<f64>, k: &[f64], m: &[f64]) -> Option<Problem> {
     let highest = k.iter().zip(m).filter(|(_, m)| **m > 0.0).map(|(k, m)| k / m).fold(0.0, f64::max);
     let error = 0.5 * f64::EPSILON * highest / lowest;
     let hz = |lambda: f64| quantity(lambda.sqrt() / std::f64::consts::TAU, "Hz");
+    let wrong = if error < 0.1 {
+        format!("may be wrong by {error:.0e} of themselves")
+    } else {
+        "may be nothing but rounding".into()
+    };
     (error > UNSEEN).then(|| {
         Problem::warning(
             "",
             format_args!(
-                "the modes lie between {} and {} or more, so far apart that frequencies may be wrong by {:.0e} of themselves; make very stiff parts \
+                "the modes lie between {} and {} or more, so far apart that frequencies {wrong}; make very stiff parts \
                  `rigid_links`, or give light ones their mass",
                 hz(lowest),
-                hz(highest),
-                error
+                hz(highest)
             ),
         )
     })
