@@ -1,6 +1,11 @@
-//! Linear least squares inside a box, by an active set.
+//! Linear least squares inside a box, by active sets.
 
 use crate::linalg::{DMatrix, DVector};
+
+/// A multiplier below this share of |b|, which no residual exceeds, is rounding.
+const ROUNDING: f64 = 1e-14;
+/// Rounds in which the number of wrong variables may fail to fall.
+const PATIENCE: usize = 3;
 
 /// The minimiser of a linear model inside a box.
 ///
@@ -9,13 +14,16 @@ use crate::linalg::{DMatrix, DVector};
 /// ```
 ///
 /// Variables are free or fixed on a bound. The free ones solve an unconstrained problem by a QR factorisation of their
-/// columns; if that leaves the box, the step is cut at the first bound, which fixes its variable; if not, the fixed
-/// variable whose multiplier pulls inwards the most is freed. Each round lowers the objective, so the set never repeats;
-/// a limit on the rounds guards against rounding.
+/// columns. First all that are wrong change sides at once, free ones outside the box and fixed ones whose multipliers pull inwards: a few
+/// factorisations suffice, however many bounds are met. Where that makes no progress one variable changes at a time: the step is cut at the
+/// first bound, which fixes its variable, and inside the box the fixed variable whose multiplier pulls inwards the most is freed. Each such round
+/// lowers the objective, so the set never repeats; a limit on the rounds guards against rounding.
 ///
 /// # Source
-/// P. B. Stark, R. L. Parker, Bounded-variable least-squares: an algorithm and applications, Computational Statistics 10,
-/// 1995; J. Nocedal, S. J. Wright, Numerical Optimization, 2nd ed., 2006, section 16.5.
+/// All at once: L. F. Portugal, J. J. Júdice, L. N. Vicente, A comparison of block pivoting and interior-point algorithms for linear least
+/// squares problems with nonnegative variables, Mathematics of Computation 63, 1994. One at a time: P. B. Stark, R. L. Parker,
+/// Bounded-variable least-squares: an algorithm and applications, Computational Statistics 10, 1995; J. Nocedal, S. J. Wright, Numerical
+/// Optimization, 2nd ed., 2006, section 16.5.
 pub fn bounded_least_squares(
     a: &DMatrix<f64>,
     b: &DVector<f64>,
@@ -24,11 +32,9 @@ pub fn bounded_least_squares(
 ) -> DVector<f64> {
     let n = a.ncols();
     let scale: Vec<f64> = a.column_iter().map(|c| c.norm()).collect();
-    let mut d = DVector::zeros(n);
-    // all that the gradient at zero does not push out of the box: mostly the right set, and else corrected
-    let mut free: Vec<usize> = {
-        let pull = a.tr_mul(b);
-        (0..n).filter(|&j| (pull[j] > 0.0 && upper[j] > 0.0) || (pull[j] < 0.0 && lower[j] < 0.0)).collect()
+    let (mut d, mut free) = match all_at_once(a, b, lower, upper, &scale) {
+        Ok(d) => return d,
+        Err(nearly) => nearly,
     };
     free_and_cut(a, b, lower, upper, &mut d, &mut free);
     // a variable that was just fixed by a step of length zero must not be freed at once
@@ -45,7 +51,7 @@ pub fn bounded_least_squares(
             .map(|j| (pull(j), j))
             .max_by(|x, y| x.0.total_cmp(&y.0).then(y.1.cmp(&x.1)));
         match candidate {
-            Some((pull, j)) if pull > 1e-14 * residual.norm() => free.push(j),
+            Some((pull, j)) if pull > ROUNDING * b.norm() => free.push(j),
             _ => return d,
         }
         barred = None;
@@ -57,6 +63,72 @@ pub fn bounded_least_squares(
         }
     }
     d
+}
+
+/// Where a variable is.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Side {
+    Free,
+    Lower,
+    Upper,
+}
+
+/// The minimiser by exchanges of all that is wrong; a point in the box and its free variables, where they come to no end.
+fn all_at_once(
+    a: &DMatrix<f64>,
+    b: &DVector<f64>,
+    lower: &DVector<f64>,
+    upper: &DVector<f64>,
+    scale: &[f64],
+) -> Result<DVector<f64>, (DVector<f64>, Vec<usize>)> {
+    let n = a.ncols();
+    let least = ROUNDING * b.norm();
+    let pull = a.tr_mul(b);
+    let mut sides: Vec<Side> = (0..n)
+        .map(|j| match pull[j] {
+            p if p <= 0.0 && lower[j] >= 0.0 => Side::Lower,
+            p if p >= 0.0 && upper[j] <= 0.0 => Side::Upper,
+            _ => Side::Free,
+        })
+        .collect();
+    let (mut fewest, mut patience) = (usize::MAX, PATIENCE);
+    loop {
+        let mut d = DVector::from_fn(n, |j, _| match sides[j] {
+            Side::Free => 0.0,
+            Side::Lower => lower[j],
+            Side::Upper => upper[j],
+        });
+        let free: Vec<usize> = (0..n).filter(|&j| sides[j] == Side::Free).collect();
+        if !free.is_empty() {
+            let Some(target) = solve_free(a, b, &d, &free) else { return Err((d, free)) };
+            free.iter().zip(target.iter()).for_each(|(&j, v)| d[j] = *v);
+        }
+        let residual = b - a * &d;
+        let mut wrong: Vec<(usize, Side)> = Vec::new();
+        for j in (0..n).filter(|&j| lower[j] < upper[j]) {
+            let inwards = |sign: f64| sign * a.column(j).dot(&residual) / scale[j].max(f64::MIN_POSITIVE) > least;
+            match sides[j] {
+                Side::Free if d[j] < lower[j] => wrong.push((j, Side::Lower)),
+                Side::Free if d[j] > upper[j] => wrong.push((j, Side::Upper)),
+                Side::Lower if inwards(1.0) => wrong.push((j, Side::Free)),
+                Side::Upper if inwards(-1.0) => wrong.push((j, Side::Free)),
+                _ => {}
+            }
+        }
+        if wrong.is_empty() {
+            return Ok(d);
+        }
+        if wrong.len() < fewest {
+            (fewest, patience) = (wrong.len(), PATIENCE);
+        } else if patience > 0 {
+            patience -= 1;
+        } else {
+            let d = DVector::from_fn(n, |j, _| d[j].clamp(lower[j], upper[j]));
+            let free = free.into_iter().filter(|&j| lower[j] < d[j] && d[j] < upper[j]).collect();
+            return Err((d, free));
+        }
+        wrong.into_iter().for_each(|(j, side)| sides[j] = side);
+    }
 }
 
 /// Moves the free variables to their least-squares values, fixing each that meets a bound on the way; gives the last one
