@@ -9,7 +9,8 @@
 mod added;
 mod cards;
 
-use super::nastran::{Bound, ImportOptions, Imported, Origins, import};
+use super::imported::{Bound, ImportOptions, Imported, Origins};
+use super::nastran::import;
 use super::system::{Quantity, System, system_by_name};
 use crate::catalogue::counted;
 use crate::deck::{CardId, Changes, Deck, DeckError};

@@ -6,12 +6,20 @@
 
 mod against;
 mod export;
+mod imported;
+mod motions;
+mod names;
 mod nastran;
+mod report;
 mod results;
+mod shapes;
 mod system;
+mod writer;
 
 pub use against::{Agreement, MassAgreement, ModeAgreement, compare_results};
 pub use export::{ExportError, Exported, export};
-pub use nastran::{CARDS, CardRule, ImportOptions, ImportReport, Imported, Treatment, import};
+pub use imported::{ImportOptions, Imported};
+pub use nastran::{CARDS, CardRule, Treatment, import};
+pub use report::ImportReport;
 pub use results::{ResultMode, ResultsError, SolverResults, read_results};
 pub use system::{Quantity, SYSTEMS, System, system_by_name};

@@ -1,11 +1,12 @@
 //! Grid points and coordinate systems.
 
 use super::importer::{Grid, Importer, Space, node};
-use super::writer::{Block, direction, exact, with_unit};
 use super::{CardRule, read, refused, used};
 use crate::deck::{Card, DeckError};
 use crate::element::Dof;
+use crate::exchange::motions::Placed;
 use crate::exchange::system::Quantity;
+use crate::exchange::writer::{Block, direction, exact, with_unit};
 use crate::model::{cross, dot, minus, plus, unit};
 
 pub(super) const CARDS: &[CardRule] = &[
@@ -189,17 +190,19 @@ impl<'a> Importer<'a> {
         self.coords.get(&grid.cd).map_or(GLOBAL_COORD.axes, |c| c.axes_at(grid.position))
     }
 
+    /// Where a grid is and the directions of its displacements.
+    pub(super) fn placed(&self, grid: &Grid) -> Placed {
+        Placed { position: grid.position, axes: self.displacement_axes(grid) }
+    }
+
     /// A component of a grid as dofs along global axes with their factors.
     pub(super) fn component(&self, grid: &Grid, component: usize) -> Vec<(Dof, f64)> {
-        let axes = self.displacement_axes(grid);
-        let first = 3 * (component / 3);
-        let row = axes[component % 3];
-        (0..3).filter(|i| row[*i].abs() > 1e-12).map(|i| (Dof::ALL[first + i], row[i])).collect()
+        self.placed(grid).component(component)
     }
 
     /// Whether components of a grid are along global axes.
     pub(super) fn is_global(&self, grid: &Grid) -> bool {
-        self.displacement_axes(grid) == GLOBAL_COORD.axes
+        self.placed(grid).is_global()
     }
 
     /// The frame of a coordinate system at a point, written when it is first named; `None` for global axes.

@@ -3,10 +3,10 @@
 use super::coordinates::Coord;
 use super::importer::{Importer, Values};
 use super::materials::{density, isotropic};
-use super::writer::{Block, computed, map, with_unit};
 use super::{CardRule, read, refused, used};
 use crate::deck::{Card, DeckError};
 use crate::exchange::system::Quantity as Q;
+use crate::exchange::writer::{Block, computed, map, with_unit};
 use crate::model::{cross, dot, minus, plus, unit};
 
 pub(super) const CARDS: &[CardRule] = &[
