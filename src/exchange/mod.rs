@@ -4,7 +4,9 @@
 //! what the solver itself computed (.f06, .op2, .pch), [`compare_results`] holds a model against it. [`export`] writes the values of an
 //! updated model back into the fields of the deck, every other byte kept.
 
+mod abaqus;
 mod against;
+mod coord;
 mod export;
 mod imported;
 mod motions;
@@ -16,9 +18,10 @@ mod shapes;
 mod system;
 mod writer;
 
+pub use abaqus::{KEYWORDS, KeywordRule, Use, import_keywords};
 pub use against::{Agreement, MassAgreement, ModeAgreement, compare_results};
 pub use export::{ExportError, Exported, export};
-pub use imported::{ImportOptions, Imported};
+pub use imported::{ImportOptions, Imported, Solver};
 pub use nastran::{CARDS, CardRule, Treatment, import};
 pub use report::ImportReport;
 pub use results::{ResultMode, ResultsError, SolverResults, read_results};

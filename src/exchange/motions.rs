@@ -2,7 +2,7 @@
 
 use super::writer::{computed, list};
 use crate::element::Dof;
-use crate::model::{minus, rigid_motion};
+use crate::model::{cross, dot, minus, plus, rigid_motion};
 
 /// Where a node is and the directions of its displacements, as rows.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -74,4 +74,13 @@ pub(super) fn constraint(terms: Vec<Term>, metre: f64) -> String {
         })
         .collect();
     format!("{{terms: {}}}", list(&terms))
+}
+
+/// The angle about the normal from global x, projected (from y where it is normal), to a direction, rad.
+pub(super) fn angle_from_global(normal: [f64; 3], direction: [f64; 3]) -> f64 {
+    let projected = |v: [f64; 3]| plus(v, -dot(v, normal), normal);
+    let x = projected([1.0, 0.0, 0.0]);
+    let x = if dot(x, x) > 1e-12 { x } else { projected([0.0, 1.0, 0.0]) };
+    let d = projected(direction);
+    dot(cross(x, d), normal).atan2(dot(x, d))
 }

@@ -10,6 +10,7 @@ pub(in crate::exchange) enum Block {
     Nodes,
     Sections,
     Beams,
+    Bars,
     Springs,
     Bushings,
     Masses,
@@ -24,12 +25,13 @@ pub(in crate::exchange) enum Block {
     Imported,
 }
 
-const BLOCKS: [&str; 17] = [
+const BLOCKS: [&str; 18] = [
     "parameters",
     "frames",
     "nodes",
     "sections",
     "beams",
+    "bars",
     "springs",
     "bushings",
     "masses",
@@ -49,16 +51,16 @@ const WIDTH: usize = 140;
 
 #[derive(Debug, Clone)]
 pub(in crate::exchange) struct Writer {
-    blocks: [String; 17],
+    blocks: [String; 18],
     /// Number of entries of each block.
-    counts: [usize; 17],
+    counts: [usize; 18],
     /// Comments that stand above the next entry of a block.
-    pending: [Vec<String>; 17],
+    pending: [Vec<String>; 18],
 }
 
 impl Writer {
     pub(in crate::exchange) fn new() -> Self {
-        Self { blocks: Default::default(), counts: [0; 17], pending: Default::default() }
+        Self { blocks: Default::default(), counts: [0; 18], pending: Default::default() }
     }
 
     /// A comment above the next entry of a block.
@@ -78,6 +80,14 @@ impl Writer {
         }
         self.blocks[i].push('\n');
         self.counts[i] += 1;
+    }
+
+    /// A parameter that multiplies the stiffness of a group, free between a half and two.
+    pub(in crate::exchange) fn factor_on_stiffness(&mut self, group: &str) {
+        let parameter = format!("{group}_stiffness");
+        let value = format!("{{value: 1, bounds: [0.5, 2], description: factor on the stiffness of {group}}}");
+        self.entry(Block::Parameters, &parameter, &value, "");
+        self.entry(Block::Overrides, group, &format!("{{stiffness: {parameter}}}"), "");
     }
 
     pub(in crate::exchange) fn is_empty(&self, block: Block) -> bool {
@@ -164,4 +174,16 @@ pub(in crate::exchange) fn map<K: AsRef<str>, V: AsRef<str>>(items: &[(K, V)]) -
 pub(in crate::exchange) fn direction(v: [f64; 3]) -> String {
     let shown = v.map(|c| computed(if c.abs() < 1e-15 { 0.0 } else { c }));
     format!("[{}]", shown.join(", "))
+}
+
+/// The entry of a frame: its origin as text and its axes, kept to the last bit.
+pub(in crate::exchange) fn frame(origin: impl std::fmt::Display, axes: [[f64; 3]; 3]) -> String {
+    let whole = |v: [f64; 3]| {
+        if v.iter().all(|c| *c == 0.0 || c.abs() == 1.0) {
+            direction(v)
+        } else {
+            format!("[{}]", v.map(exact).join(", "))
+        }
+    };
+    format!("{{origin: {origin}, x: {}, xy: {}}}", whole(axes[0]), whole(axes[1]))
 }

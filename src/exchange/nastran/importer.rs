@@ -1,12 +1,12 @@
 //! The pass over the cards of a deck.
 
-use super::coordinates::{Coord, GLOBAL_COORD};
 use super::design::Design;
 use super::names::{property_name, worth_keeping};
 use super::{Treatment, rule};
-use crate::catalogue::{counted, did_you_mean};
+use crate::catalogue::did_you_mean;
 use crate::deck::{CardId, Deck, DeckError};
-use crate::exchange::imported::{Bound, ImportOptions, Imported, Origins};
+use crate::exchange::coord::{Coord, GLOBAL_COORD};
+use crate::exchange::imported::{Bound, ImportOptions, Imported, Origins, head, quoted};
 use crate::exchange::names::{Taken, heading, slug};
 use crate::exchange::report::ImportReport;
 use crate::exchange::writer::{Block, Writer, clean, exact, list, map};
@@ -320,7 +320,6 @@ impl<'a> Importer<'a> {
         }
         let deck = self.deck;
         let file = deck.sources()[0].path().file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-        let quoted = |text: &str| format!("\"{}\"", clean(text).replace('\\', "\\\\").replace('"', "\\\""));
         let mut imported = vec![
             ("from", quoted(&file)),
             ("format", "nastran".to_string()),
@@ -341,28 +340,14 @@ impl<'a> Importer<'a> {
             self.out.entry(Block::Imported, key, &value, "");
         }
         let title = deck.case_control().value("TITLE", self.options.subcase).unwrap_or(&file).to_string();
-        let cards: usize = self.report.read.values().map(|r| r.0).sum();
-        let mut head = format!(
-            "# Made by `retune import {}` from {} in {}; units {}.\n",
-            clean(&file),
-            counted(cards, "card"),
-            counted(deck.sources().len(), "file"),
-            self.options.system.name
-        );
-        for what in self.report.approximated.keys() {
-            head.push_str(&format!("# Approximated: {}\n", clean(what)));
-        }
-        head.push_str(&format!("retune: 1\nname: {}\n", quoted(if title.trim().is_empty() { &file } else { &title })));
+        let head = head(&self.report, &file, self.options.system, &title);
         self.report.notes.sort();
         Imported { text: self.out.finish(&head), report: self.report, test, origins: self.origins }
     }
 
     fn parameters_of_properties(&mut self, groups: &BTreeMap<usize, (String, Vec<String>)>) {
         for (name, _) in groups.values().filter(|g| self.group_at.contains_key(&format!("property {}", g.0))) {
-            let parameter = format!("{name}_stiffness");
-            let value = format!("{{value: 1, bounds: [0.5, 2], description: factor on the stiffness of {name}}}");
-            self.out.entry(Block::Parameters, &parameter, &value, "");
-            self.out.entry(Block::Overrides, name, &format!("{{stiffness: {parameter}}}"), "");
+            self.out.factor_on_stiffness(name);
         }
     }
 }
