@@ -58,8 +58,10 @@ impl fmt::Display for ImportReport {
             }
         }
         for (i, (what, count)) in self.approximated.iter().enumerate() {
-            let head = if i == 0 { "approximated" } else { "" };
-            writeln!(f, "{head:<12}{what} ({})", counted(*count, self.entry))?;
+            let head = if i == 0 { "approximate" } else { "" };
+            // Of keywords it is elements that are counted.
+            let times = if self.entry == "card" { counted(*count, self.entry) } else { format!("{count} times") };
+            writeln!(f, "{head:<12}{what} ({times})")?;
         }
         for (i, note) in self.notes.iter().enumerate() {
             let head = if i == 0 { "notes" } else { "" };
