@@ -182,16 +182,19 @@ impl Pass {
                 continue;
             }
             if let Some((mut head, first)) = begun.take() {
-                if trimmed.starts_with('*') || trimmed.is_empty() {
-                    return Err(self.error(file, first, &head, "its line ends with a comma, and no parameter follows"));
+                // A comma at the end behind which no parameter comes means nothing.
+                let is_over = trimmed.starts_with('*') || trimmed.is_empty();
+                if !is_over {
+                    head.push_str(trimmed);
                 }
-                head.push_str(trimmed);
-                if trimmed.ends_with(',') {
+                if !is_over && trimmed.ends_with(',') {
                     begun = Some((head, first));
                 } else {
                     self.keyword((file, first), &head, read)?;
                 }
-                continue;
+                if !is_over {
+                    continue;
+                }
             }
             if trimmed.is_empty() {
                 // An empty line before another data line is one itself: springs along their own line have it in place of their dofs.

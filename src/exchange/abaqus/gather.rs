@@ -59,6 +59,22 @@ pub(super) struct Body {
 }
 
 impl Body {
+    /// Places of the nodes or elements whose numbers lie in a range, in the order of their numbers.
+    fn range(&self, what: &str, [from, to, by]: [u32; 3]) -> Vec<u32> {
+        let is_node = what == "NSET";
+        let (at, all) =
+            if is_node { (&self.node_at, self.nodes.len()) } else { (&self.element_at, self.elements.len()) };
+        if ((to - from) / by) as usize <= 4 * all {
+            return (from..=to).step_by(by as usize).filter_map(|id| at.get(&id).copied()).collect();
+        }
+        // A range that is much longer than the mesh is searched for, not counted through.
+        let id = |i: u32| if is_node { self.nodes[i as usize].0 } else { self.elements[i as usize].id };
+        let is_in = |i: &u32| (from..=to).contains(&id(*i)) && (id(*i) - from) % by == 0;
+        let mut found: Vec<u32> = (0..all as u32).filter(is_in).collect();
+        found.sort_unstable_by_key(|i| id(*i));
+        found
+    }
+
     pub(super) fn nodes_of(&self, e: &RawElement) -> &[u32] {
         &self.connectivity[e.first as usize..e.first as usize + e.kind.nodes]
     }
@@ -119,7 +135,7 @@ enum Scope {
 }
 
 /// Members of all sets together, at most: what `GENERATE` writes in a line must fit the memory.
-const MOST_MEMBERS: usize = 100_000_000;
+const MOST_MEMBERS: usize = 20_000_000;
 
 struct Gather {
     out: Gathered,
@@ -480,20 +496,10 @@ impl Gather {
                 if to < from {
                     return Err(line.error(Some((1, "last")), "it must not be below the first"));
                 }
-                if ((to - from) / by) as usize > MOST_MEMBERS {
-                    return Err(
-                        line.error(Some((1, "last")), format_args!("more than {MOST_MEMBERS} members in one set"))
-                    );
-                }
+                // Of a range those that exist count.
                 let body = &self.out.bodies[body];
-                let at = if what == "NSET" { &body.node_at } else { &body.element_at };
                 let before = members.len();
-                let mut next = Some(from);
-                while let Some(id) = next.filter(|id| *id <= to) {
-                    // Of a range those that exist count.
-                    members.extend(at.get(&id).map(|index| At { instance: here, index: *index }));
-                    next = id.checked_add(by);
-                }
+                members.extend(body.range(what, [from, to, by]).into_iter().map(|index| At { instance: here, index }));
                 if members.len() == before {
                     return Err(line.error(Some((0, "first")), "nothing that exists lies in this range"));
                 }
@@ -506,6 +512,9 @@ impl Gather {
                 }
                 let found = self.member(body, here, what, text);
                 members.extend(found.map_err(|m| line.error(Some((i, "member")), m))?);
+                if members.len() > MOST_MEMBERS {
+                    return Err(line.error(None, format_args!("more than {MOST_MEMBERS} members in one set")));
+                }
             }
         }
         let is_internal = k.parameter("INTERNAL").is_some();

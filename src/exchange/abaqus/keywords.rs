@@ -42,6 +42,7 @@ const NONLINEAR: &str = "nonlinear material";
 const HEAT: &str = "heat";
 const DAMPING: &str = "damping";
 const CONTACT: &str = "contact, which is not linear";
+const OPTIMISATION: &str = "optimisation by the solver";
 const GENERATED: &str =
     "nodes and elements that the solver generates are not read; give the deck that the preprocessor writes in full";
 
@@ -196,7 +197,61 @@ pub const KEYWORDS: &[KeywordRule] = &[
     left_out("CONTACTDAMPING", "CONTACT DAMPING", CONTACT),
     left_out("CONTACTCONTROLS", "CONTACT CONTROLS", CONTACT),
     left_out("GAPCONDUCTANCE", "GAP CONDUCTANCE", HEAT),
+    left_out("FLUIDCONSTANTS", "FLUID CONSTANTS", HEAT),
+    left_out("SPECIFICGASCONSTANT", "SPECIFIC GAS CONSTANT", HEAT),
+    left_out("ELECTRICALCONDUCTIVITY", "ELECTRICAL CONDUCTIVITY", HEAT),
+    left_out("MAGNETICPERMEABILITY", "MAGNETIC PERMEABILITY", HEAT),
+    left_out("VIEWFACTOR", "VIEWFACTOR", HEAT),
+    left_out("VALUESATINFINITY", "VALUES AT INFINITY", HEAT),
+    left_out("GAPHEATGENERATION", "GAP HEAT GENERATION", HEAT),
+    left_out("CFD", "CFD", STATICS),
+    left_out("ELECTROMAGNETICS", "ELECTROMAGNETICS", STATICS),
+    left_out("DESIGNVARIABLES", "DESIGN VARIABLES", OPTIMISATION),
+    left_out("DESIGNRESPONSE", "DESIGN RESPONSE", OPTIMISATION),
+    left_out("OBJECTIVE", "OBJECTIVE", OPTIMISATION),
+    left_out("CONSTRAINT", "CONSTRAINT", OPTIMISATION),
+    left_out("FEASIBLEDIRECTION", "FEASIBLE DIRECTION", OPTIMISATION),
+    left_out("GEOMETRICTOLERANCES", "GEOMETRIC TOLERANCES", OPTIMISATION),
+    left_out("ROBUSTDESIGN", "ROBUST DESIGN", OPTIMISATION),
+    left_out("DEPVAR", "DEPVAR", NONLINEAR),
+    left_out("MOHRCOULOMB", "MOHR COULOMB", NONLINEAR),
+    left_out("MOHRCOULOMBHARDENING", "MOHR COULOMB HARDENING", NONLINEAR),
+    left_out("DEFORMATIONPLASTICITY", "DEFORMATION PLASTICITY", NONLINEAR),
+    left_out("CHANGEPLASTIC", "CHANGE PLASTIC", NONLINEAR),
+    left_out("CHANGEFRICTION", "CHANGE FRICTION", CONTACT),
     // What a model of retune cannot hold.
+    refused(
+        "CHANGEMATERIAL",
+        "CHANGE MATERIAL",
+        "materials that change between steps are not read; give those of the vibration",
+    ),
+    refused(
+        "CHANGESOLIDSECTION",
+        "CHANGE SOLID SECTION",
+        "sections that change between steps are not read; give those of the vibration",
+    ),
+    refused(
+        "CHANGECONTACTTYPE",
+        "CHANGE CONTACT TYPE",
+        "contact joins surfaces that the model would leave apart; give a TIE",
+    ),
+    refused(
+        "SELECTCYCLICSYMMETRYMODES",
+        "SELECT CYCLIC SYMMETRY MODES",
+        "sectors of cyclic symmetry are not read; give the whole structure",
+    ),
+    refused("RETAINEDNODALDOFS", "RETAINED NODAL DOFS", "substructures come in by their matrices (`superelements`)"),
+    refused(
+        "SUBSTRUCTUREMATRIXOUTPUT",
+        "SUBSTRUCTURE MATRIX OUTPUT",
+        "substructures come in by their matrices (`superelements`)",
+    ),
+    refused("NETWORKMPC", "NETWORK MPC", "fluids are not read"),
+    refused("USERSECTION", "USER SECTION", "sections of the user have no constants in the deck"),
+    refused("REFINEMESH", "REFINE MESH", "a mesh that the solver refines is not read; give the refined deck"),
+    refused("USEREFINEDMESH", "USE REFINED MESH", "a mesh that the solver refines is not read; give the refined deck"),
+    refused("CRACKPROPAGATION", "CRACK PROPAGATION", "cracks that grow are not read"),
+    refused("INITIALSTRAININCREASE", "INITIAL STRAIN INCREASE", "states of another analysis are not read"),
     refused(
         "PARAMETER",
         "PARAMETER",

@@ -55,6 +55,9 @@ const fn kind(
 }
 
 const REDUCED: &str = "C3D8R have one point and an hourglass stiffness of retune's convention (hex8_reduced): on coarse meshes per cents from Abaqus";
+const WEDGE6: &str = "C3D6 have six points and the solvers' two: stiffer on coarse meshes";
+const WEDGE15: &str = "C3D15 have 21 points and the solvers' nine: equal as the mesh gets finer";
+const HEX8I: &str = "C3D8I have another set of incompatible modes: the solvers' on parallelepipeds, per mille apart on distorted elements";
 const HEX8: &str = "C3D8 are hex8 with incompatible modes, softer in bending than the solver's on coarse meshes";
 const HEX20: &str = "C3D20R are hex20 with all points: stiffer than the solver's on coarse meshes";
 const HYBRID: &str =
@@ -95,10 +98,10 @@ pub(super) const KINDS: &[Kind] = &[
     kind("C3D4", Family::Solid, 4, T4, true, ""),
     kind("C3D4H", Family::Solid, 4, T4, true, HYBRID),
     kind("C3D5", Family::Solid, 5, &[("pyramid5", first(5))], true, ""),
-    kind("C3D6", Family::Solid, 6, W6, true, ""),
+    kind("C3D6", Family::Solid, 6, W6, true, WEDGE6),
     kind("C3D6H", Family::Solid, 6, W6, true, HYBRID),
     kind("C3D8", Family::Solid, 8, H8, true, HEX8),
-    kind("C3D8I", Family::Solid, 8, H8, true, ""),
+    kind("C3D8I", Family::Solid, 8, H8, true, HEX8I),
     kind("C3D8R", Family::Solid, 8, H8R, true, REDUCED),
     kind("C3D8H", Family::Solid, 8, H8, true, HYBRID),
     kind("C3D8IH", Family::Solid, 8, H8, true, HYBRID),
@@ -108,7 +111,7 @@ pub(super) const KINDS: &[Kind] = &[
     kind("C3D10M", Family::Solid, 10, T10, false, MODIFIED),
     kind("C3D10I", Family::Solid, 10, T10, false, MODIFIED),
     kind("C3D10HS", Family::Solid, 10, T10, false, HYBRID),
-    kind("C3D15", Family::Solid, 15, W15, false, ""),
+    kind("C3D15", Family::Solid, 15, W15, false, WEDGE15),
     kind("C3D20", Family::Solid, 20, H20, false, ""),
     kind("C3D20R", Family::Solid, 20, H20, false, HEX20),
     kind("C3D20RI", Family::Solid, 20, H20, false, HEX20),

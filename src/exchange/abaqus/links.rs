@@ -13,6 +13,8 @@ use crate::model::{minus, unit};
 use std::collections::BTreeMap;
 
 const ALL: [bool; 6] = [true; 6];
+/// Types of multi-point constraints that are read.
+const MPCS: [&str; 5] = ["BEAM", "PIN", "TIE", "LINK", "LINEAR"];
 const TRANSLATIONS: [bool; 6] = [true, true, true, false, false, false];
 
 /// Ranges of dofs, one a line: `first, last`; all where there are none.
@@ -218,6 +220,11 @@ pub(super) fn mpc(importer: &mut Importer<'_>, k: &Keyword<'_>, instance: u32) -
                 nodes.push(importer.all.nodes(instance, line.text(i)).map_err(|m| line.error(Some((i, "nodes")), m))?);
             }
         }
+        if !MPCS.contains(&kind.as_str()) {
+            let text =
+                format!("multi-point constraints of the type {kind} are not read; known are {}", MPCS.join(", "));
+            return Err(line.error(Some((0, "type")), text));
+        }
         let wanted = if kind == "LINEAR" { 3 } else { 2 };
         if nodes.len() != wanted {
             return Err(
@@ -253,7 +260,8 @@ pub(super) fn mpc(importer: &mut Importer<'_>, k: &Keyword<'_>, instance: u32) -
                         .collect();
                     importer.constraint(&name, terms);
                 }
-                "LINEAR" => {
+                // LINEAR.
+                _ => {
                     // On the line between the others, by the fraction at which it stands.
                     let other = of(2);
                     let (a, b) = (importer.position(master), importer.position(other));
@@ -272,12 +280,6 @@ pub(super) fn mpc(importer: &mut Importer<'_>, k: &Keyword<'_>, instance: u32) -
                             .collect();
                         importer.constraint(&format!("{name}_{}", c + 1), terms);
                     }
-                }
-                other => {
-                    return Err(line.error(
-                        Some((0, "type")),
-                        format_args!("multi-point constraints of the type {other} are not read; known are BEAM, PIN, TIE, LINK, LINEAR"),
-                    ));
                 }
             }
         }

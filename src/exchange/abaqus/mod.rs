@@ -18,6 +18,8 @@ mod shells;
 mod solids;
 mod supports;
 mod surfaces;
+#[cfg(test)]
+mod tests;
 mod ties;
 
 pub use importer::import_keywords;

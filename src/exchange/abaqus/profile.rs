@@ -50,11 +50,11 @@ pub(super) fn read(k: &Keyword<'_>, shape: &str, line: &DataLine<'_>) -> Result<
     };
     let wrong = |i: usize, text: &str| Err(line.error(Some((i, "size")), text));
     Ok(match shape {
-        "RECT" => {
+        "RECT" | "RECTANGULAR" => {
             let [a, b] = sizes(line)?;
             plain(a * b, a * b.powi(3) / 12.0, b * a.powi(3) / 12.0, rectangle_j(a, b), 0.85)
         }
-        "CIRC" => {
+        "CIRC" | "CIRCULAR" => {
             let [r] = sizes(line)?;
             let i = PI / 4.0 * r.powi(4);
             Profile { is_round: true, ..plain(PI * r * r, i, i, 2.0 * i, 0.89) }
