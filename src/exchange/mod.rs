@@ -1,7 +1,7 @@
 //! Models and the decks of other programs: import, proof that both are one model, and export of what was learnt.
 //!
-//! [`import`] turns a Nastran deck into the text of a model file and says what was read, left out and approximated. [`read_results`] reads
-//! what the solver itself computed (.f06, .op2, .pch), [`compare_results`] holds a model against it. [`export`] writes the values of an
+//! [`import`] turns a Nastran deck, [`import_keywords`] one of Abaqus or CalculiX, into the text of a model file and says what was read, left
+//! out and approximated. [`read_results`] reads what the solver itself computed (.f06, .op2, .pch, .dat, .frd), [`compare_results`] holds a model against it. [`export`] writes the values of an
 //! updated model back into the fields of the deck, every other byte kept.
 
 mod abaqus;

@@ -1,7 +1,7 @@
 //! Axes: orientations of materials and springs, and displacement axes of nodes.
 
 use super::gather::{At, axes};
-use super::importer::Importer;
+use super::importer::{Importer, word};
 use crate::deck::{DeckError, Keyword};
 use crate::exchange::coord::{Coord, Kind};
 use crate::exchange::motions::Placed;
@@ -27,7 +27,7 @@ impl Orientation {
     }
 
     /// Its axes at a point, turned about its axis.
-    fn turned_at(&self, point: [f64; 3]) -> [[f64; 3]; 3] {
+    pub(super) fn turned_at(&self, point: [f64; 3]) -> [[f64; 3]; 3] {
         let mut axes = self.axes_at(point);
         let (p, q) = (self.axis % 3, (self.axis + 1) % 3);
         let (sin, cos) = self.angle.sin_cos();
@@ -99,17 +99,12 @@ impl Importer<'_> {
             return name.clone();
         }
         let name = self.deck.keyword(o.keyword).label("NAME").unwrap_or_default();
-        let name = self.word(&name, "orientation");
+        let name = word(&name, "orientation");
         let name = self.frame_names.unique(&name);
         let origin = if o.is_rectangular() { o.coord.origin } else { point };
         self.write_frame(&name, origin, o.turned_at(point));
         self.frames.insert(key, name.clone());
         name
-    }
-
-    /// Axes of an orientation at a point, turned about its axis.
-    pub(super) fn orientation_axes(&self, o: &Orientation, point: [f64; 3]) -> [[f64; 3]; 3] {
-        o.turned_at(point)
     }
 
     fn write_frame(&mut self, name: &str, origin: [f64; 3], axes: [[f64; 3]; 3]) {

@@ -126,6 +126,9 @@ pub(super) struct Gathered {
     pub left_out: BTreeMap<String, (usize, &'static str)>,
 }
 
+/// What stands right below a section and belongs to it.
+const SUB_OPTIONS: &[&str] = &["TRANSVERSESHEARSTIFFNESS", "TRANSVERSESHEAR", "CENTROID", "SHEARCENTER"];
+
 /// Where the pass stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Scope {
@@ -146,8 +149,8 @@ struct Gather {
     material: Option<String>,
     /// Axes in which coordinates of nodes stand (SYSTEM).
     system: Option<(Vector, [Vector; 3])>,
-    /// The keyword that sub-options belong to.
-    last_section: Option<usize>,
+    /// Name of the keyword before, to which sub-options belong.
+    previous: String,
     n_members: usize,
 }
 
@@ -166,7 +169,7 @@ pub(super) fn gather(deck: &KeywordDeck, most: usize) -> Result<Gathered, Vec<De
         step: None,
         material: None,
         system: None,
-        last_section: None,
+        previous: String::new(),
         n_members: 0,
     };
     let mut errors = Vec::new();
@@ -189,6 +192,7 @@ pub(super) fn gather(deck: &KeywordDeck, most: usize) -> Result<Gathered, Vec<De
             Use::Refused(why) => Err(keyword.error(why)),
         };
         errors.extend(result.err());
+        pass.previous = name.to_string();
         if errors.len() >= most {
             return Err(errors);
         }
@@ -227,11 +231,10 @@ impl Gather {
         match k.name() {
             "HEADING" => self.out.heading = Some(index),
             "PART" => self.part(k)?,
-            "ENDPART" => self.scope = Scope::Model,
+            "ENDPART" | "ENDINSTANCE" => self.scope = Scope::Model,
             "ASSEMBLY" => self.is_assembly = true,
             "ENDASSEMBLY" => self.is_assembly = false,
             "INSTANCE" => self.instance(k)?,
-            "ENDINSTANCE" => self.scope = Scope::Model,
             "NODE" => self.nodes(k)?,
             "ELEMENT" => self.elements(k)?,
             "NSET" => self.set(k, "NSET")?,
@@ -262,13 +265,18 @@ impl Gather {
                 self.out.steps.push(vec![index]);
             }
             "ENDSTEP" => return Err(k.error("no *STEP stands before it")),
-            "TRANSVERSESHEARSTIFFNESS" | "TRANSVERSESHEAR" | "CENTROID" | "SHEARCENTER" => {
-                if self.last_section.is_none() {
-                    return Err(k.error("it belongs below a *BEAM SECTION, *BEAM GENERAL SECTION or *SHELL SECTION"));
+            name if SUB_OPTIONS.contains(&name) => {
+                if !(self.previous.ends_with("SECTION") || SUB_OPTIONS.contains(&self.previous.as_str())) {
+                    return Err(
+                        k.error("it belongs right below a *BEAM SECTION, *BEAM GENERAL SECTION or *SHELL SECTION")
+                    );
                 }
-                self.body_mut().sections.push(index);
             }
-            "KINEMATIC" | "DISTRIBUTING" => self.body_mut().constraints.push(index),
+            "KINEMATIC" | "DISTRIBUTING" => {
+                if !matches!(self.previous.as_str(), "COUPLING" | "KINEMATIC" | "DISTRIBUTING") {
+                    return Err(k.error("it belongs right below a *COUPLING"));
+                }
+            }
             "TIE"
             | "COUPLING"
             | "MPC"
@@ -278,10 +286,7 @@ impl Gather {
             | "DISTRIBUTINGCOUPLING"
             | "KINEMATICCOUPLING" => self.body_mut().constraints.push(index),
             "FREQUENCY" => return Err(k.error("it belongs into a *STEP")),
-            _ => {
-                self.last_section = Some(index);
-                self.body_mut().sections.push(index);
-            }
+            _ => self.body_mut().sections.push(index),
         }
         Ok(())
     }
@@ -325,6 +330,9 @@ impl Gather {
     fn instance(&mut self, k: &Keyword<'_>) -> Result<(), DeckError> {
         if self.scope != Scope::Model {
             return Err(k.error("an instance stands within a part or an instance: *END INSTANCE is missing"));
+        }
+        if !self.is_assembly {
+            return Err(k.error("an instance belongs into an *ASSEMBLY"));
         }
         let name = k.needs("NAME")?;
         if self.out.instances.iter().any(|i| i.name == name) {

@@ -254,19 +254,6 @@ impl<'a> Importer<'a> {
         self.deck.keyword(e.keyword as usize).error(format_args!("element {}: {message}", e.id))
     }
 
-    /// A word for a name of the deck; that of the kind where there is none.
-    pub(super) fn word(&self, name: &str, kind: &str) -> String {
-        let name = name.rsplit('.').next().unwrap_or(name);
-        match slug(name) {
-            Some(word) if !name.starts_with('_') => word,
-            _ if name.is_empty() => kind.to_string(),
-            _ => {
-                let letters: String = name.chars().filter(char::is_ascii_alphanumeric).take(40).collect();
-                if letters.is_empty() { kind.to_string() } else { format!("{kind}_{}", letters.to_lowercase()) }
-            }
-        }
-    }
-
     fn write_nodes(&mut self) {
         for i in 0..self.all.instances.len() as u32 {
             let body = self.all.body(i);
@@ -375,18 +362,11 @@ impl<'a> Importer<'a> {
     }
 
     fn begin_group(&mut self, k: &Keyword<'_>, instance: u32, label: &str, family: Family) {
-        let word = self.section_word(k, label);
-        let name = self.element_names.unique(&format!("{}{word}", self.prefixes[instance as usize]));
+        let own = section_word(k, label);
+        let name = self.element_names.unique(&format!("{}{own}", self.prefixes[instance as usize]));
         let is_stiff =
             matches!(family, Family::Solid | Family::Shell | Family::Beam | Family::Truss | Family::Spring(_));
         self.groups.push((name, Vec::new(), is_stiff));
-    }
-
-    /// A name for a section: what CAE wrote above it, or its set.
-    fn section_word(&self, k: &Keyword<'_>, label: &str) -> String {
-        let above = k.comments().filter_map(|c| c.strip_prefix("Section:")).last();
-        let above = above.map(|c| c.split("  Profile:").next().unwrap_or(c)).and_then(|c| slug(heading(c)));
-        above.unwrap_or_else(|| self.word(label, "section"))
     }
 
     /// The section of a keyword for a kind of element, made when it is first asked for.
@@ -401,7 +381,7 @@ impl<'a> Importer<'a> {
         }
         let values = make(self)?;
         let label = k.label("ELSET").unwrap_or_default();
-        let name = self.section_names.unique(&self.section_word(k, &label));
+        let name = self.section_names.unique(&section_word(k, &label));
         self.out.entry(Block::Sections, &name, &crate::exchange::writer::map(&values), "");
         self.sections.insert((k.index(), variant), name.clone());
         Ok(name)
@@ -451,7 +431,7 @@ impl<'a> Importer<'a> {
                 if members.is_empty() || served.contains(&members) {
                     continue;
                 }
-                let word = format!("{}{}", self.prefixes[i as usize], self.word(name, "set"));
+                let word = format!("{}{}", self.prefixes[i as usize], word(name, "set"));
                 groups.push((self.element_names.unique(&word), members));
             }
         }
@@ -496,4 +476,24 @@ impl<'a> Importer<'a> {
         let head = head(&self.report, &file, self.options.system, &title);
         Imported { text: self.out.finish(&head), report: self.report, test: None, origins: Origins::default() }
     }
+}
+
+/// A word for a name of the deck; that of the kind where there is none.
+pub(super) fn word(name: &str, kind: &str) -> String {
+    let name = name.rsplit('.').next().unwrap_or(name);
+    match slug(name) {
+        Some(word) if !name.starts_with('_') => word,
+        _ if name.is_empty() => kind.to_string(),
+        _ => {
+            let letters: String = name.chars().filter(char::is_ascii_alphanumeric).take(40).collect();
+            if letters.is_empty() { kind.to_string() } else { format!("{kind}_{}", letters.to_lowercase()) }
+        }
+    }
+}
+
+/// A name for a section: what CAE wrote above it, or its set.
+fn section_word(k: &Keyword<'_>, label: &str) -> String {
+    let above = k.comments().filter_map(|c| c.strip_prefix("Section:")).last();
+    let above = above.map(|c| c.split("  Profile:").next().unwrap_or(c)).and_then(|c| slug(heading(c)));
+    above.unwrap_or_else(|| word(label, "section"))
 }

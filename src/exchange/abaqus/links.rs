@@ -1,7 +1,7 @@
 //! Nodes that follow others: COUPLING, MPC, RIGID BODY, EQUATION.
 
 use super::gather::At;
-use super::importer::Importer;
+use super::importer::{Importer, word};
 use super::kinds::Family;
 use super::surfaces::Surface;
 use crate::deck::{DataLine, DeckError, Keyword};
@@ -103,7 +103,7 @@ pub(super) fn coupling(importer: &mut Importer<'_>, k: &Keyword<'_>, instance: u
     let master = importer.one_node(k, instance, &k.needs("REFNODE")?)?;
     let surface = importer.surface(instance, &k.needs("SURFACE")?).map_err(|m| k.error(m))?;
     let name = k.label("CONSTRAINTNAME").unwrap_or_default();
-    let name = importer.word(&name, "coupling");
+    let name = word(&name, "coupling");
     let mut shares = importer.shares(&surface);
     if let Some(text) = k.parameter("INFLUENCERADIUS") {
         let radius: f64 = match text.parse() {
@@ -122,7 +122,7 @@ pub(super) fn coupling(importer: &mut Importer<'_>, k: &Keyword<'_>, instance: u
     let axes = match k.label("ORIENTATION") {
         Some(o) => {
             let o = importer.orientation(k, instance, &o)?;
-            Some(importer.orientation_axes(&o, importer.position(master)))
+            Some(o.turned_at(importer.position(master)))
         }
         None => None,
     };
@@ -165,7 +165,7 @@ pub(super) fn kinematic(importer: &mut Importer<'_>, k: &Keyword<'_>, instance: 
     let axes = match k.label("ORIENTATION") {
         Some(o) => {
             let o = importer.orientation(k, instance, &o)?;
-            Some(importer.orientation_axes(&o, importer.position(master)))
+            Some(o.turned_at(importer.position(master)))
         }
         None => None,
     };

@@ -125,6 +125,17 @@ fn elastic(importer: &mut Importer<'_>, k: &Keyword<'_>) -> Result<Elastic, Deck
     })
 }
 
+impl Material {
+    /// E and nu of a material that must be isotropic.
+    pub(super) fn isotropic(self, k: &Keyword<'_>) -> Result<[f64; 2], DeckError> {
+        match self.elastic {
+            Some(Elastic::Isotropic { e, nu }) => Ok([e, nu]),
+            Some(_) => Err(k.error("beams and trusses of directed materials are not read; give isotropic ones")),
+            None => Err(k.error("its material has no *ELASTIC")),
+        }
+    }
+}
+
 impl Elastic {
     pub(super) fn is_isotropic(&self) -> bool {
         matches!(self, Elastic::Isotropic { .. })
@@ -150,15 +161,6 @@ impl Importer<'_> {
             let suggestion = crate::catalogue::did_you_mean(name, self.materials.keys().map(String::as_str));
             k.error(format_args!("there is no material `{name}`{suggestion}"))
         })
-    }
-
-    /// E and nu of a material that must be isotropic.
-    pub(super) fn isotropic(&self, k: &Keyword<'_>, material: &Material) -> Result<[f64; 2], DeckError> {
-        match material.elastic {
-            Some(Elastic::Isotropic { e, nu }) => Ok([e, nu]),
-            Some(_) => Err(k.error("beams and trusses of directed materials are not read; give isotropic ones")),
-            None => Err(k.error("its material has no *ELASTIC")),
-        }
     }
 
     /// Elastic constants of a section of solids or shells.

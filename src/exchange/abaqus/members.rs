@@ -34,7 +34,7 @@ fn read(importer: &Importer<'_>, k: &Keyword<'_>, instance: u32) -> Result<BeamS
     let has_material = k.name() == "BEAMSECTION" || k.parameter("MATERIAL").is_some();
     let mut out = if has_material {
         let material = importer.material(k)?;
-        let [e, nu] = importer.isotropic(k, &material)?;
+        let [e, nu] = material.isotropic(k)?;
         BeamSection {
             profile,
             e,
@@ -223,7 +223,7 @@ pub(super) fn trusses(
     elements: &[super::gather::At],
 ) -> Result<(), DeckError> {
     let material = importer.material(k)?;
-    let [e, _] = importer.isotropic(k, &material)?;
+    let [e, _] = material.isotropic(k)?;
     // The area is one where it is not given.
     let area = match k.line(0).filter(|l| !l.is_empty()) {
         Some(line) => {

@@ -159,7 +159,7 @@ pub(super) fn springs(
                 for (prefix, sign, node, d) in [("a", -1.0, nodes[0], dofs[0]), ("b", 1.0, nodes[1], dofs[1])] {
                     let mut placed = importer.placed(node);
                     if let Some(o) = &orientation {
-                        placed.axes = importer.orientation_axes(o, placed.position);
+                        placed.axes = o.turned_at(placed.position);
                     }
                     for (dof, factor) in placed.component(d) {
                         let unit = if dof.is_rotation() { importer.unit(Q::Length) } else { "" };

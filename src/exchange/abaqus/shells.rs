@@ -95,6 +95,11 @@ pub(super) fn section(
     elements: &[super::gather::At],
 ) -> Result<(), DeckError> {
     let layer = layer(importer, k)?;
+    if let Some(below) = importer.deck.keywords().nth(k.index() + 1).filter(|b| b.name().starts_with("TRANSVERSESHEAR"))
+    {
+        let text = format!("*{} of shells is left out: they have the 5/6 G t of a solid plate", below.name());
+        importer.report.approximate(text);
+    }
     let is_directed = layer.material.elastic.is_some_and(|e| !e.is_isotropic());
     let orientation = match k.label("ORIENTATION").filter(|_| is_directed) {
         Some(name) => Some(importer.orientation(k, instance, &name)?),

@@ -1,7 +1,7 @@
 //! BOUNDARY, of the model and of the steps up to the one that is read.
 
 use super::gather::At;
-use super::importer::{Importer, Solver};
+use super::importer::{Importer, Solver, word};
 use crate::catalogue::did_you_mean;
 use crate::deck::{DataLine, DeckError, Keyword};
 use crate::exchange::motions;
@@ -122,8 +122,8 @@ fn read(importer: &mut Importer<'_>, k: &Keyword<'_>, holds: &mut Vec<Hold>) -> 
         match holds[first..].iter_mut().find(|h| h.nodes == nodes) {
             Some(hold) => (0..6).for_each(|i| hold.flags[i] |= flags[i]),
             None => {
-                let word = named.clone().unwrap_or_else(|| crate::deck::label(text));
-                let name = importer.word(&word, "boundary");
+                let name = named.clone().unwrap_or_else(|| crate::deck::label(text));
+                let name = word(&name, "boundary");
                 holds.push(Hold { name, nodes, flags });
             }
         }

@@ -7,7 +7,7 @@
 //! Source: P. Wriggers, Computational Contact Mechanics, 2006, section 9.2, node to segment.
 
 use super::gather::At;
-use super::importer::Importer;
+use super::importer::{Importer, word};
 use super::surfaces::{Face, Surface};
 use crate::deck::{DeckError, Keyword};
 use crate::element::Dof;
@@ -237,7 +237,7 @@ pub(super) fn tie(importer: &mut Importer<'_>, k: &Keyword<'_>, instance: u32) -
         Some("NO") => false,
         Some(_) => return Err(k.error("ADJUST must be YES or NO")),
     };
-    let name = importer.word(&k.label("NAME").unwrap_or_default(), "tie");
+    let name = word(&k.label("NAME").unwrap_or_default(), "tie");
     for line in k.lines().filter(|l| !l.is_empty()) {
         let get = |i: usize, what| {
             let text = line.text(i);
