@@ -84,13 +84,21 @@ pub fn is_keyword_deck(bytes: &[u8]) -> bool {
         .is_some_and(|l| l.starts_with(b"**") || (l.starts_with(b"*") && l.get(1).is_some_and(u8::is_ascii_alphabetic)))
 }
 
-/// A name as decks compare them: in capitals, unless it stands in quotation marks.
+/// A name as decks compare them: in capitals; what stands in quotation marks stays as it is, and keeps them where that matters. The label of
+/// a label is itself.
 pub fn label(text: &str) -> String {
-    let text = text.trim();
-    match text.strip_prefix('"') {
-        Some(rest) => rest.strip_suffix('"').unwrap_or(rest).to_string(),
-        None => text.to_uppercase(),
+    let mut out = String::with_capacity(text.len());
+    for (i, part) in text.trim().split('"').enumerate() {
+        // Every second part stands in quotation marks.
+        if i % 2 == 1 && part.to_uppercase() != part {
+            out.push('"');
+            out.push_str(part);
+            out.push('"');
+        } else {
+            out.push_str(&part.to_uppercase());
+        }
     }
+    out
 }
 
 impl KeywordDeck {
@@ -182,8 +190,8 @@ impl Pass {
                 continue;
             }
             if let Some((mut head, first)) = begun.take() {
-                // A comma at the end behind which no parameter comes means nothing.
-                let is_over = trimmed.starts_with('*') || trimmed.is_empty();
+                // A comma at the end behind which no parameter comes (it begins with a letter) means nothing.
+                let is_over = !trimmed.starts_with(|c: char| c.is_alphabetic());
                 if !is_over {
                     head.push_str(trimmed);
                 }

@@ -1,7 +1,7 @@
 //! Axes: orientations of materials and springs, and displacement axes of nodes.
 
-use super::gather::{At, axes};
 use super::importer::{Importer, word};
+use super::scopes::{At, axes};
 use crate::deck::{DeckError, Keyword};
 use crate::exchange::coord::{Coord, Kind};
 use crate::exchange::motions::Placed;

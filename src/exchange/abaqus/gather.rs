@@ -4,127 +4,12 @@
 //! body of a part by a rotation and a translation.
 
 use super::keywords::{Use, is_of_steps, rule};
-use super::kinds::{self, Kind};
+use super::kinds;
+use super::scopes::{At, Body, Gathered, Instance, OWN, RawElement, Vector, axes, own, sin_cos};
 use crate::catalogue::did_you_mean;
 use crate::deck::{DeckError, Keyword, KeywordDeck};
 use crate::model::{cross, dot, minus, plus, unit};
-use std::collections::{BTreeMap, HashMap};
-
-type Vector = [f64; 3];
-
-/// A node or an element: instance, and place in the body of its part.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub(super) struct At {
-    pub instance: u32,
-    pub index: u32,
-}
-
-/// In a set of a part: of whichever instance asks.
-const OWN: u32 = u32::MAX;
-
-#[derive(Debug, Clone)]
-pub(super) struct RawElement {
-    pub id: u32,
-    pub kind: &'static Kind,
-    /// The first of its nodes in the connectivity of its body.
-    pub first: u32,
-    /// The keyword that gives it.
-    pub keyword: u32,
-}
-
-/// A set, and whether a person named it.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Set {
-    pub members: Vec<At>,
-    pub is_internal: bool,
-}
-
-/// What stands in one scope.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Body {
-    pub nodes: Vec<(u32, Vector)>,
-    node_at: HashMap<u32, u32>,
-    pub elements: Vec<RawElement>,
-    element_at: HashMap<u32, u32>,
-    /// Places of nodes in `nodes`.
-    pub connectivity: Vec<u32>,
-    pub nsets: BTreeMap<String, Set>,
-    pub elsets: BTreeMap<String, Set>,
-    /// Keywords of surfaces and of orientations.
-    pub surfaces: BTreeMap<String, Vec<usize>>,
-    pub orientations: BTreeMap<String, usize>,
-    /// Keywords that give sections and properties of elements, and those that tie nodes, in order.
-    pub sections: Vec<usize>,
-    pub constraints: Vec<usize>,
-}
-
-impl Body {
-    /// Places of the nodes or elements whose numbers lie in a range, in the order of their numbers.
-    fn range(&self, what: &str, [from, to, by]: [u32; 3]) -> Vec<u32> {
-        let is_node = what == "NSET";
-        let (at, all) =
-            if is_node { (&self.node_at, self.nodes.len()) } else { (&self.element_at, self.elements.len()) };
-        if ((to - from) / by) as usize <= 4 * all {
-            return (from..=to).step_by(by as usize).filter_map(|id| at.get(&id).copied()).collect();
-        }
-        // A range that is much longer than the mesh is searched for, not counted through.
-        let id = |i: u32| if is_node { self.nodes[i as usize].0 } else { self.elements[i as usize].id };
-        let is_in = |i: &u32| (from..=to).contains(&id(*i)) && (id(*i) - from) % by == 0;
-        let mut found: Vec<u32> = (0..all as u32).filter(is_in).collect();
-        found.sort_unstable_by_key(|i| id(*i));
-        found
-    }
-
-    pub(super) fn nodes_of(&self, e: &RawElement) -> &[u32] {
-        &self.connectivity[e.first as usize..e.first as usize + e.kind.nodes]
-    }
-}
-
-/// A part in its place.
-#[derive(Debug, Clone)]
-pub(super) struct Instance {
-    /// Empty for the model itself.
-    pub name: String,
-    pub body: usize,
-    /// x' = R x + t, rows of R.
-    rotation: [Vector; 3],
-    translation: Vector,
-}
-
-impl Instance {
-    pub(super) fn place(&self, p: Vector) -> Vector {
-        let turned = self.turn(p);
-        std::array::from_fn(|i| turned[i] + self.translation[i])
-    }
-
-    pub(super) fn turn(&self, v: Vector) -> Vector {
-        self.rotation.map(|row| dot(row, v))
-    }
-
-    pub(super) fn is_moved(&self) -> bool {
-        self.translation != [0.0; 3] || self.is_turned()
-    }
-
-    pub(super) fn is_turned(&self) -> bool {
-        self.rotation != crate::model::GLOBAL
-    }
-}
-
-/// What stands outside of bodies.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Gathered {
-    pub bodies: Vec<Body>,
-    /// The model itself first.
-    pub instances: Vec<Instance>,
-    pub materials: BTreeMap<String, Vec<usize>>,
-    /// Boundary conditions of the model, and keywords of each step.
-    pub boundary: Vec<usize>,
-    pub steps: Vec<Vec<usize>>,
-    pub heading: Option<usize>,
-    /// Keywords that were read, by name: count and what they become.
-    pub read: BTreeMap<String, (usize, &'static str)>,
-    pub left_out: BTreeMap<String, (usize, &'static str)>,
-}
+use std::collections::BTreeMap;
 
 /// What stands right below a section and belongs to it.
 const SUB_OPTIONS: &[&str] = &["TRANSVERSESHEARSTIFFNESS", "TRANSVERSESHEAR", "CENTROID", "SHEARCENTER"];
@@ -183,7 +68,12 @@ pub(super) fn gather(deck: &KeywordDeck, most: usize) -> Result<Gathered, Vec<De
         let result = match rule.use_of {
             Use::Read(becomes) => {
                 pass.out.read.entry(rule.shown.to_string()).or_insert((0, becomes)).0 += 1;
-                pass.keyword(&keyword)
+                match super::keywords::unknown_parameter(&keyword) {
+                    None => pass.keyword(&keyword),
+                    Some((name, suggestion)) => {
+                        Err(keyword.error(format_args!("its parameter `{name}` is not known{suggestion}")))
+                    }
+                }
             }
             Use::LeftOut(why) => {
                 pass.out.left_out.entry(rule.shown.to_string()).or_insert((0, why)).0 += 1;
@@ -352,7 +242,7 @@ impl Gather {
             let (a, b, angle) = (line.vector(0, "a")?, line.vector(3, "b")?, line.real_or(6, "angle", 0.0)?);
             let axis = unit(minus(b, a));
             let axis = axis.ok_or_else(|| line.error(Some((3, "b")), "the points a and b of the axis are one"))?;
-            let (sin, cos) = angle.to_radians().sin_cos();
+            let [sin, cos] = sin_cos(angle);
             // Rodrigues' formula.
             let turn =
                 |v: Vector| plus(plus(v.map(|x| x * cos), sin, cross(axis, v)), (1.0 - cos) * dot(axis, v), axis);
@@ -378,7 +268,7 @@ impl Gather {
             let id = line.id(0, "node")?;
             let mut p = line.vector(1, "coordinate")?;
             if kind == "C" {
-                let (sin, cos) = p[1].to_radians().sin_cos();
+                let [sin, cos] = sin_cos(p[1]);
                 p = [p[0] * cos, p[0] * sin, p[2]];
             }
             if let Some((origin, axes)) = system {
@@ -558,92 +448,6 @@ impl Gather {
     }
 }
 
-/// A member of a set of a part, of the instance that asks.
-fn own(at: At, instance: u32) -> At {
-    if at.instance == OWN { At { instance, ..at } } else { at }
-}
-
-impl Gathered {
-    pub(super) fn body(&self, instance: u32) -> &Body {
-        &self.bodies[self.instances[instance as usize].body]
-    }
-
-    /// An instance and the name in it, of `instance.name`; `assembly.name` is the model's.
-    fn split<'n>(&self, name: &'n str) -> Option<(u32, &'n str)> {
-        let mut dots = name.match_indices('.');
-        dots.find_map(|(i, _)| {
-            let (head, rest) = (&name[..i], &name[i + 1..]);
-            let at = self.instances.iter().position(|k| k.name == head && !head.is_empty());
-            at.or((head == "ASSEMBLY").then_some(0)).map(|at| (at as u32, rest))
-        })
-    }
-
-    /// Nodes of a set or of a number, seen from an instance.
-    ///
-    /// # Errors
-    /// In words, with the nearest name.
-    pub(super) fn nodes(&self, instance: u32, text: &str) -> Result<Vec<At>, String> {
-        let body = self.body(instance);
-        if let Ok(id) = text.trim().parse::<u32>() {
-            let index = body.node_at.get(&id).ok_or_else(|| format!("there is no node {id}"))?;
-            return Ok(vec![At { instance, index: *index }]);
-        }
-        let name = crate::deck::label(text);
-        if let Some(set) = body.nsets.get(&name) {
-            return Ok(set.members.iter().map(|at| own(*at, instance)).collect());
-        }
-        match self.split(&name).filter(|_| instance == 0) {
-            Some((inner, rest)) => self.nodes(inner, rest),
-            None => Err(format!(
-                "there is no node set `{name}`{}",
-                did_you_mean(&name, body.nsets.keys().map(String::as_str))
-            )),
-        }
-    }
-
-    /// Elements of a set or of a number, seen from an instance.
-    ///
-    /// # Errors
-    /// In words, with the nearest name.
-    pub(super) fn elements(&self, instance: u32, text: &str) -> Result<Vec<At>, String> {
-        let body = self.body(instance);
-        if let Ok(id) = text.trim().parse::<u32>() {
-            let index = body.element_at.get(&id).ok_or_else(|| format!("there is no element {id}"))?;
-            return Ok(vec![At { instance, index: *index }]);
-        }
-        let name = crate::deck::label(text);
-        if let Some(set) = body.elsets.get(&name) {
-            return Ok(set.members.iter().map(|at| own(*at, instance)).collect());
-        }
-        match self.split(&name).filter(|_| instance == 0) {
-            Some((inner, rest)) => self.elements(inner, rest),
-            None => Err(format!(
-                "there is no element set `{name}`{}",
-                did_you_mean(&name, body.elsets.keys().map(String::as_str))
-            )),
-        }
-    }
-
-    /// Keywords of a surface, and the instance that it is seen from.
-    ///
-    /// # Errors
-    /// In words, with the nearest name.
-    pub(super) fn surface(&self, instance: u32, text: &str) -> Result<(u32, &[usize]), String> {
-        let name = crate::deck::label(text);
-        let body = self.body(instance);
-        if let Some(found) = body.surfaces.get(&name) {
-            return Ok((instance, found));
-        }
-        match self.split(&name).filter(|_| instance == 0) {
-            Some((inner, rest)) => self.surface(inner, rest),
-            None => Err(format!(
-                "there is no surface `{name}`{}",
-                did_you_mean(&name, body.surfaces.keys().map(String::as_str))
-            )),
-        }
-    }
-}
-
 /// Axes of coordinates by SYSTEM; nothing for the global ones.
 fn system(k: &Keyword<'_>) -> Result<Option<(Vector, [Vector; 3])>, DeckError> {
     let Some(line) = k.line(0) else { return Ok(None) };
@@ -655,13 +459,4 @@ fn system(k: &Keyword<'_>) -> Result<Option<(Vector, [Vector; 3])>, DeckError> {
     };
     let axes = axes(minus(b, a), minus(c, a));
     Ok(Some((a, axes.ok_or_else(|| line.error(Some((3, "b")), "its points give no axes: they lie on one line"))?)))
-}
-
-/// Axes with x along a direction and another in the x-y plane; nothing where both are along one line.
-pub(super) fn axes(x: Vector, xy: Vector) -> Option<[Vector; 3]> {
-    let x = unit(x)?;
-    let near = unit(xy)?;
-    let y = plus(near, -dot(near, x), x);
-    let y = unit(y).filter(|_| dot(y, y) > 1e-16)?;
-    Some([x, y, cross(x, y)])
 }

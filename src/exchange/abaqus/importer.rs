@@ -1,8 +1,9 @@
 //! From what stands in a deck to the text of a model file.
 
-use super::gather::{At, Gathered, gather};
+use super::gather::gather;
 use super::kinds::{Family, Kind};
 use super::materials::Material;
+use super::scopes::{At, Body, Gathered};
 use super::ties::{self, Tied};
 use super::{links, materials, members, points, shells, solids, supports};
 use crate::deck::{DeckError, Keyword, KeywordDeck};
@@ -181,7 +182,7 @@ impl<'a> Importer<'a> {
     }
 
     /// Keywords of all instances that stand in a list of their bodies.
-    fn keywords_of(&self, list: impl Fn(&super::gather::Body) -> &Vec<usize>) -> Vec<(u32, Keyword<'a>)> {
+    fn keywords_of(&self, list: impl Fn(&Body) -> &Vec<usize>) -> Vec<(u32, Keyword<'a>)> {
         let mut out = Vec::new();
         for i in 0..self.all.instances.len() as u32 {
             out.extend(list(self.all.body(i)).iter().map(|k| (i, self.deck.keyword(*k))));

@@ -345,3 +345,213 @@ pub(super) fn rule(name: &str) -> Option<&'static KeywordRule> {
 pub(super) fn is_of_steps(name: &str) -> bool {
     matches!(name, "BOUNDARY" | "FREQUENCY")
 }
+
+/// Parameters of keywords that are read: those that are honoured, and those that say nothing of small vibrations.
+const PARAMETERS: &[(&str, &[&str])] = &[
+    ("HEADING", &[]),
+    ("NODE", &["NSET", "SYSTEM", "INPUT"]),
+    ("ELEMENT", &["TYPE", "ELSET", "INPUT"]),
+    ("NSET", &["NSET", "ELSET", "GENERATE", "INSTANCE", "INTERNAL", "UNSORTED", "INPUT"]),
+    ("ELSET", &["ELSET", "GENERATE", "INSTANCE", "INTERNAL", "UNSORTED", "INPUT"]),
+    (
+        "SURFACE",
+        &[
+            "NAME",
+            "TYPE",
+            "INTERNAL",
+            "COMBINE",
+            "CROP",
+            "REGIONTYPE",
+            "INPUT",
+            "NOTHICK",
+            "NOOFFSET",
+            "TRIM",
+            "PROPERTY",
+        ],
+    ),
+    ("PART", &["NAME"]),
+    ("ENDPART", &[]),
+    ("ASSEMBLY", &["NAME"]),
+    ("ENDASSEMBLY", &[]),
+    ("INSTANCE", &["NAME", "PART"]),
+    ("ENDINSTANCE", &[]),
+    ("SYSTEM", &[]),
+    ("TRANSFORM", &["NSET", "TYPE"]),
+    ("ORIENTATION", &["NAME", "SYSTEM", "DEFINITION"]),
+    ("MATERIAL", &["NAME", "DESCRIPTION", "RTOL", "SRATEFACTOR"]),
+    ("ELASTIC", &["TYPE", "MODULI", "DEPENDENCIES", "INPUT"]),
+    ("DENSITY", &["DEPENDENCIES", "INPUT"]),
+    (
+        "SOLIDSECTION",
+        &["ELSET", "MATERIAL", "ORIENTATION", "COMPOSITE", "CONTROLS", "SYMMETRIC", "STACKDIRECTION", "LAYUP"],
+    ),
+    (
+        "SHELLSECTION",
+        &[
+            "ELSET",
+            "MATERIAL",
+            "ORIENTATION",
+            "COMPOSITE",
+            "OFFSET",
+            "CONTROLS",
+            "NODALTHICKNESS",
+            "SHELLTHICKNESS",
+            "STACKDIRECTION",
+            "POISSON",
+            "SECTIONINTEGRATION",
+            "TEMPERATURE",
+            "THICKNESSMODULUS",
+            "LAYUP",
+            "SYMMETRIC",
+            "DENSITY",
+        ],
+    ),
+    (
+        "SHELLGENERALSECTION",
+        &[
+            "ELSET",
+            "MATERIAL",
+            "ORIENTATION",
+            "COMPOSITE",
+            "OFFSET",
+            "CONTROLS",
+            "NODALTHICKNESS",
+            "SHELLTHICKNESS",
+            "STACKDIRECTION",
+            "POISSON",
+            "THICKNESSMODULUS",
+            "LAYUP",
+            "SYMMETRIC",
+            "DENSITY",
+            "USER",
+            "ZERO",
+            "BENDINGONLY",
+            "MEMBRANEONLY",
+        ],
+    ),
+    (
+        "BEAMSECTION",
+        &["ELSET", "MATERIAL", "SECTION", "POISSON", "TEMPERATURE", "ROTARYINERTIA", "OFFSET1", "OFFSET2", "LUMPED"],
+    ),
+    (
+        "BEAMGENERALSECTION",
+        &["ELSET", "MATERIAL", "SECTION", "DENSITY", "POISSON", "ZERO", "ROTARYINERTIA", "LUMPED", "DEPENDENCIES"],
+    ),
+    ("TRANSVERSESHEARSTIFFNESS", &[]),
+    ("TRANSVERSESHEAR", &[]),
+    ("CENTROID", &[]),
+    ("SHEARCENTER", &[]),
+    ("MASS", &["ELSET", "TYPE", "ORIENTATION", "ALPHA", "COMPOSITE"]),
+    ("ROTARYINERTIA", &["ELSET", "ORIENTATION", "ALPHA", "COMPOSITE"]),
+    ("SPRING", &["ELSET", "ORIENTATION", "NONLINEAR", "COMPLEXSTIFFNESS", "DEPENDENCIES", "RTOL"]),
+    ("DASHPOT", &["ELSET", "ORIENTATION", "NONLINEAR", "DEPENDENCIES"]),
+    (
+        "TIE",
+        &[
+            "NAME",
+            "ADJUST",
+            "POSITIONTOLERANCE",
+            "TYPE",
+            "NOROTATION",
+            "NOTHICKNESS",
+            "CYCLICSYMMETRY",
+            "MULTIPHYSICS",
+            "FLUIDSURFACE",
+            "TIEDNSET",
+        ],
+    ),
+    ("COUPLING", &["CONSTRAINTNAME", "REFNODE", "SURFACE", "INFLUENCERADIUS", "ORIENTATION"]),
+    ("KINEMATIC", &[]),
+    ("DISTRIBUTING", &["WEIGHTINGMETHOD", "COUPLING"]),
+    ("KINEMATICCOUPLING", &["REFNODE", "ORIENTATION"]),
+    ("DISTRIBUTINGCOUPLING", &["ELSET", "NSET"]),
+    ("MPC", &["USER", "MODE", "INPUT"]),
+    (
+        "RIGIDBODY",
+        &["REFNODE", "ELSET", "NSET", "TIENSET", "PINNSET", "ROTNODE", "POSITION", "ISOTHERMAL", "ANALYTICALSURFACE"],
+    ),
+    ("EQUATION", &["INPUT"]),
+    (
+        "BOUNDARY",
+        &[
+            "OP",
+            "TYPE",
+            "FIXED",
+            "AMPLITUDE",
+            "LOADCASE",
+            "USER",
+            "SUBMODEL",
+            "BASENAME",
+            "TIMEDELAY",
+            "REAL",
+            "IMAGINARY",
+            "REGIONTYPE",
+            "BLOCKING",
+            "STEP",
+            "INCREMENT",
+            "DATASET",
+        ],
+    ),
+    (
+        "STEP",
+        &[
+            "NAME",
+            "PERTURBATION",
+            "NLGEOM",
+            "INC",
+            "INCF",
+            "AMPLITUDE",
+            "UNSYMM",
+            "CONVERTSDI",
+            "EXTRAPOLATION",
+            "SOLVER",
+            "DIRECT",
+            "THERMALNETWORK",
+            "FREQUENCY",
+            "SUBSTRUCTURE",
+        ],
+    ),
+    ("ENDSTEP", &[]),
+    (
+        "FREQUENCY",
+        &[
+            "EIGENSOLVER",
+            "SIM",
+            "ACOUSTICCOUPLING",
+            "NORMALIZATION",
+            "NSET",
+            "SOLVER",
+            "STORAGE",
+            "GLOBAL",
+            "CYCMPC",
+            "PROPERTYEVALUATION",
+            "RESIDUALMODES",
+            "DAMPINGPROJECTION",
+            "NUMBERINTERVAL",
+            "RECOVER",
+            "ALPHA",
+        ],
+    ),
+];
+
+/// A parameter of a keyword that is read without knowing it: its name, and the nearest that is known.
+pub(super) fn unknown_parameter<'k>(keyword: &crate::deck::Keyword<'k>) -> Option<(&'k str, String)> {
+    let known = PARAMETERS.iter().find(|p| p.0 == keyword.name())?.1;
+    let other = keyword.parameters().find(|p| !known.contains(p))?;
+    Some((other, crate::catalogue::did_you_mean(other, known.iter().copied())))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_keyword_that_is_read_has_its_parameters() {
+        for rule in KEYWORDS.iter().filter(|r| matches!(r.use_of, Use::Read(_))) {
+            assert!(PARAMETERS.iter().any(|p| p.0 == rule.name), "{}", rule.name);
+        }
+        for (name, _) in PARAMETERS {
+            assert!(matches!(rule(name).map(|r| r.use_of), Some(Use::Read(_))), "{name}");
+        }
+    }
+}

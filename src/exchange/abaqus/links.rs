@@ -1,8 +1,8 @@
 //! Nodes that follow others: COUPLING, MPC, RIGID BODY, EQUATION.
 
-use super::gather::At;
 use super::importer::{Importer, word};
 use super::kinds::Family;
+use super::scopes::At;
 use super::surfaces::Surface;
 use crate::deck::{DataLine, DeckError, Keyword};
 use crate::element::Dof;
@@ -301,6 +301,9 @@ fn same(importer: &mut Importer<'_>, name: &str, slave: At, master: At, n: usize
 /// RIGID BODY: elements, and nodes that are tied or pinned to it.
 pub(super) fn rigid_body(importer: &mut Importer<'_>, k: &Keyword<'_>, instance: u32) -> Result<(), DeckError> {
     let master = importer.one_node(k, instance, &k.needs("REFNODE")?)?;
+    if k.parameter("ANALYTICALSURFACE").is_some() {
+        return Err(k.error("analytical surfaces are of contact, which is not linear; leave them out"));
+    }
     if k.label("POSITION").is_some_and(|p| p == "CENTEROFMASS") {
         return Err(k.error("POSITION=CENTER OF MASS moves the reference node; give it the place and leave this out"));
     }

@@ -23,6 +23,11 @@ struct BeamSection {
 }
 
 fn read(importer: &Importer<'_>, k: &Keyword<'_>, instance: u32) -> Result<BeamSection, DeckError> {
+    for offset in ["OFFSET1", "OFFSET2"] {
+        if k.parameter(offset).is_some_and(|v| v.parse() != Ok(0.0)) {
+            return Err(k.error(format_args!("{offset} is not read; give CENTROID of a BEAM GENERAL SECTION")));
+        }
+    }
     let shape: String = k.label("SECTION").unwrap_or_else(|| "GENERAL".to_string()).split_whitespace().collect();
     let line = k.needs_line(0, "the sizes of the section")?;
     let profile = profile::read(k, &shape, &line)?;
@@ -157,11 +162,16 @@ pub(super) fn beams(
     importer: &mut Importer<'_>,
     k: &Keyword<'_>,
     instance: u32,
-    elements: &[super::gather::At],
+    elements: &[super::scopes::At],
 ) -> Result<(), DeckError> {
     let beam = read(importer, k, instance)?;
     if beam.profile.centroid[1] != 0.0 && k.label("SECTION").as_deref() == Some("I") {
         importer.report.approximate("I sections whose flanges differ have their shear centre in the centroid");
+    }
+    if beam.profile.is_nearly_open {
+        importer.report.approximate(
+            "a BOX with a wall below a twentieth of another twists as an open section, and is read as closed",
+        );
     }
     if importer.options.solver == Solver::CalculiX {
         importer
@@ -172,7 +182,8 @@ pub(super) fn beams(
         let kind = importer.kind(*at);
         debug_assert!(kind.family == Family::Beam);
         let is_shear_flexible = !kind.name.starts_with("B33");
-        let is_lumped = kind.is_first_order && importer.options.solver == Solver::Abaqus;
+        let is_consistent = k.label("LUMPED").is_some_and(|l| l == "NO");
+        let is_lumped = kind.is_first_order && !is_consistent && importer.options.solver == Solver::Abaqus;
         let variant = match (is_shear_flexible, is_lumped) {
             (true, true) => "beam_lumped",
             (true, false) => "beam",
@@ -220,7 +231,7 @@ pub(super) fn beams(
 pub(super) fn trusses(
     importer: &mut Importer<'_>,
     k: &Keyword<'_>,
-    elements: &[super::gather::At],
+    elements: &[super::scopes::At],
 ) -> Result<(), DeckError> {
     let material = importer.material(k)?;
     let [e, _] = material.isotropic(k)?;

@@ -14,6 +14,7 @@ mod materials;
 mod members;
 mod points;
 mod profile;
+mod scopes;
 mod shells;
 mod solids;
 mod supports;

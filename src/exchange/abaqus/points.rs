@@ -1,8 +1,8 @@
 //! Masses, springs and dashpots.
 
-use super::gather::At;
 use super::importer::Importer;
 use super::kinds::{Family, Joined};
+use super::scopes::At;
 use crate::deck::{DataLine, DeckError, Keyword};
 use crate::element::Dof;
 use crate::exchange::system::Quantity as Q;

@@ -22,6 +22,8 @@ pub(super) struct Profile {
     pub centroid: [f64; 2],
     /// Whether it is the same all round.
     pub is_round: bool,
+    /// Whether it is a box of which one wall is next to nothing: it twists as an open section, and not about its centroid.
+    pub is_nearly_open: bool,
 }
 
 /// Sizes on a data line, all above zero.
@@ -47,6 +49,7 @@ pub(super) fn read(k: &Keyword<'_>, shape: &str, line: &DataLine<'_>) -> Result<
         shear,
         centroid: [0.0; 2],
         is_round: false,
+        is_nearly_open: false,
     };
     let wrong = |i: usize, text: &str| Err(line.error(Some((i, "size")), text));
     Ok(match shape {
@@ -85,7 +88,9 @@ pub(super) fn read(k: &Keyword<'_>, shape: &str, line: &DataLine<'_>) -> Result<
             let (c1, c2) = (at(0.5 * (t3 - t1)), at(0.5 * (t4 - t2)));
             // ∫ x1 x2 of the hole alone, about the common centroid.
             let i12 = -hole * 0.5 * (t3 - t1) * 0.5 * (t4 - t2) - area * c1 * c2;
-            Profile { i12, centroid: [c1, c2], ..plain(area, i11, i22, j, 0.44) }
+            let walls = [t1, t2, t3, t4];
+            let is_nearly_open = walls.iter().any(|t| walls.iter().any(|u| *t < 0.05 * u));
+            Profile { i12, centroid: [c1, c2], is_nearly_open, ..plain(area, i11, i22, j, 0.44) }
         }
         "I" => {
             // From the nodes down to the lower edge, height, widths below and above, flanges below and above, web.

@@ -24,7 +24,7 @@ fn thickness(line: &DataLine<'_>, i: usize) -> Result<f64, DeckError> {
 }
 
 fn layer(importer: &mut Importer<'_>, k: &Keyword<'_>) -> Result<Layer, DeckError> {
-    let unread = ["NODALTHICKNESS", "SHELLTHICKNESS", "USER", "STACKDIRECTION"];
+    let unread = ["NODALTHICKNESS", "SHELLTHICKNESS", "USER", "BENDINGONLY", "MEMBRANEONLY"];
     if let Some(name) = unread.into_iter().find(|p| k.parameter(p).is_some()) {
         return Err(
             k.error(format_args!("its parameter {name} is not read; give thickness and material on the section"))
@@ -83,7 +83,9 @@ fn laminate(importer: &mut Importer<'_>, k: &Keyword<'_>) -> Result<Layer, DeckE
             k.error("a laminate of several materials or angles is not read; give one with equivalent constants")
         );
     }
-    let total = plies.iter().map(|p| p.1).sum();
+    // Of a symmetric laminate one half is given.
+    let twice = if k.parameter("SYMMETRIC").is_some() { 2.0 } else { 1.0 };
+    let total = twice * plies.iter().map(|p| p.1).sum::<f64>();
     Ok(Layer { material, thickness: total, offset: 0.0, angle: angle.to_radians() })
 }
 
@@ -92,7 +94,7 @@ pub(super) fn section(
     importer: &mut Importer<'_>,
     k: &Keyword<'_>,
     instance: u32,
-    elements: &[super::gather::At],
+    elements: &[super::scopes::At],
 ) -> Result<(), DeckError> {
     let layer = layer(importer, k)?;
     if let Some(below) = importer.deck.keywords().nth(k.index() + 1).filter(|b| b.name().starts_with("TRANSVERSESHEAR"))

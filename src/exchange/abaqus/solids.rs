@@ -10,7 +10,7 @@ pub(super) fn section(
     importer: &mut Importer<'_>,
     k: &Keyword<'_>,
     instance: u32,
-    elements: &[super::gather::At],
+    elements: &[super::scopes::At],
 ) -> Result<(), DeckError> {
     if k.parameter("COMPOSITE").is_some() {
         return Err(k.error("laminated solids are not read; give one SOLID SECTION a layer of elements"));

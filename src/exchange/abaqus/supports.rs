@@ -1,7 +1,7 @@
 //! BOUNDARY, of the model and of the steps up to the one that is read.
 
-use super::gather::At;
 use super::importer::{Importer, Solver, word};
+use super::scopes::At;
 use crate::catalogue::did_you_mean;
 use crate::deck::{DataLine, DeckError, Keyword};
 use crate::exchange::motions;

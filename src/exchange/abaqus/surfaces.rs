@@ -1,8 +1,8 @@
 //! Surfaces: faces of elements, or nodes.
 
-use super::gather::At;
 use super::importer::Importer;
 use super::kinds::{self, Family};
+use super::scopes::At;
 use crate::deck::DeckError;
 use crate::model::{cross, dot, minus};
 use std::collections::{BTreeMap, HashMap};

@@ -6,8 +6,8 @@
 //!
 //! Source: P. Wriggers, Computational Contact Mechanics, 2006, section 9.2, node to segment.
 
-use super::gather::At;
 use super::importer::{Importer, word};
+use super::scopes::At;
 use super::surfaces::{Face, Surface};
 use crate::deck::{DeckError, Keyword};
 use crate::element::Dof;
