@@ -18,7 +18,7 @@ mod shapes;
 mod system;
 mod writer;
 
-pub use abaqus::{KEYWORDS, KeywordRule, Use, import_keywords};
+pub use abaqus::{KEYWORDS, KeywordRule, KeywordUse, import_keywords};
 pub use against::{Agreement, MassAgreement, ModeAgreement, compare_results};
 pub use export::{ExportError, Exported, export};
 pub use imported::{ImportOptions, Imported, Solver};

@@ -3,7 +3,7 @@
 //! A flat deck is one body. A deck of parts has a body for each, and one for the assembly and the model together; an instance places the
 //! body of a part by a rotation and a translation.
 
-use super::keywords::{Use, is_of_steps, rule};
+use super::keywords::{KeywordUse, is_of_steps, rule};
 use super::kinds;
 use super::scopes::{At, Body, Gathered, Instance, OWN, RawElement, Vector, axes, own, sin_cos};
 use crate::catalogue::did_you_mean;
@@ -66,7 +66,7 @@ pub(super) fn gather(deck: &KeywordDeck, most: usize) -> Result<Gathered, Vec<De
             continue;
         };
         let result = match rule.use_of {
-            Use::Read(becomes) => {
+            KeywordUse::Read(becomes) => {
                 pass.out.read.entry(rule.shown.to_string()).or_insert((0, becomes)).0 += 1;
                 match super::keywords::unknown_parameter(&keyword) {
                     None => pass.keyword(&keyword),
@@ -75,11 +75,11 @@ pub(super) fn gather(deck: &KeywordDeck, most: usize) -> Result<Gathered, Vec<De
                     }
                 }
             }
-            Use::LeftOut(why) => {
+            KeywordUse::LeftOut(why) => {
                 pass.out.left_out.entry(rule.shown.to_string()).or_insert((0, why)).0 += 1;
                 Ok(())
             }
-            Use::Refused(why) => Err(keyword.error(why)),
+            KeywordUse::Refused(why) => Err(keyword.error(why)),
         };
         errors.extend(result.err());
         pass.previous = name.to_string();

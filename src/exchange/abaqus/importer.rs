@@ -56,8 +56,8 @@ pub(super) struct Importer<'a> {
     prefixes: Vec<String>,
     /// The section of each element, by instance: a keyword and one, or zero.
     sectioned: Vec<Vec<u32>>,
-    /// Names of the elements of the model file that an element became.
-    written: HashMap<At, Vec<String>>,
+    /// Where the elements of the model file that an element became stand in their group: group, first, number.
+    written: HashMap<At, [u32; 3]>,
     sections: HashMap<(usize, &'static str), String>,
     /// Groups in the order in which they were made: name, members, whether it is of a section with stiffness.
     groups: Vec<(String, Vec<String>, bool)>,
@@ -349,10 +349,11 @@ impl<'a> Importer<'a> {
         let plain = if e.kind.becomes.len() > 1 { format!("{plain}_{}", part + 1) } else { plain };
         let name = self.element_names.unique(&plain);
         self.out.entry(block, &name, value, "");
+        let own = self.groups.len().saturating_sub(1) as u32;
         if let Some(group) = self.groups.last_mut() {
-            group.1.push(name.clone());
+            self.written.entry(at).or_insert([own, group.1.len() as u32, 0])[2] += 1;
+            group.1.push(name);
         }
-        self.written.entry(at).or_default().push(name);
     }
 
     /// Says how an element of retune differs.
@@ -410,34 +411,32 @@ impl<'a> Importer<'a> {
     // The end.
 
     fn write_groups(&mut self) {
-        let mut groups: Vec<(String, Vec<String>)> = Vec::new();
-        let served: HashSet<Vec<String>> = self.groups.iter().map(|g| g.1.clone()).collect();
-        for (name, members, _) in &self.groups {
-            groups.push((name.clone(), members.clone()));
+        for (name, members, _) in self.groups.iter().filter(|g| !g.1.is_empty()) {
+            self.out.entry(Block::Groups, name, &list(members), "");
         }
         for i in 0..self.all.instances.len() as u32 {
             let body = self.all.body(i);
-            let sets: Vec<(&String, Vec<At>)> = body
-                .elsets
-                .iter()
-                .filter(|(name, set)| !set.is_internal && !name.starts_with('_'))
-                .map(|(name, _)| (name, self.all.elements(i, name).unwrap_or_default()))
-                .collect();
-            for (name, elements) in sets {
-                let mut members: Vec<String> = Vec::new();
+            let named = body.elsets.iter().filter(|(name, set)| !set.is_internal && !name.starts_with('_'));
+            let names: Vec<String> = named.map(|(name, _)| name.clone()).collect();
+            for name in names {
                 let mut seen = HashSet::new();
-                for at in elements.into_iter().filter(|at| seen.insert(*at)) {
-                    members.extend(self.written.get(&at).into_iter().flatten().cloned());
+                let mut members: Vec<&String> = Vec::new();
+                for at in self.all.elements(i, &name).unwrap_or_default().into_iter().filter(|at| seen.insert(*at)) {
+                    if let Some([group, first, count]) = self.written.get(&at).map(|w| w.map(|v| v as usize)) {
+                        members.extend(&self.groups[group].1[first..first + count]);
+                    }
                 }
-                if members.is_empty() || served.contains(&members) {
+                // The set of a section is the section's group already.
+                let is_served = |g: &(String, Vec<String>, bool)| {
+                    g.1.len() == members.len() && g.1.iter().eq(members.iter().copied())
+                };
+                if members.is_empty() || self.groups.iter().any(is_served) {
                     continue;
                 }
-                let word = format!("{}{}", self.prefixes[i as usize], word(name, "set"));
-                groups.push((self.element_names.unique(&word), members));
+                let own = format!("{}{}", self.prefixes[i as usize], word(&name, "set"));
+                let own = self.element_names.unique(&own);
+                self.out.entry(Block::Groups, &own, &list(&members), "");
             }
-        }
-        for (name, members) in groups.iter().filter(|g| !g.1.is_empty()) {
-            self.out.entry(Block::Groups, name, &list(members), "");
         }
         if self.options.parameter_per_property {
             let stiff: Vec<String> =

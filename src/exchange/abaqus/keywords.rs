@@ -2,7 +2,7 @@
 
 /// What is done with a keyword.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Use {
+pub enum KeywordUse {
     /// It becomes part of the model: of which kind.
     Read(&'static str),
     /// It says nothing of small vibrations: what it is for.
@@ -19,19 +19,19 @@ pub struct KeywordRule {
     /// Name as manuals write it.
     pub shown: &'static str,
     /// What is done with it.
-    pub use_of: Use,
+    pub use_of: KeywordUse,
 }
 
 const fn read(name: &'static str, shown: &'static str, becomes: &'static str) -> KeywordRule {
-    KeywordRule { name, shown, use_of: Use::Read(becomes) }
+    KeywordRule { name, shown, use_of: KeywordUse::Read(becomes) }
 }
 
 const fn left_out(name: &'static str, shown: &'static str, why: &'static str) -> KeywordRule {
-    KeywordRule { name, shown, use_of: Use::LeftOut(why) }
+    KeywordRule { name, shown, use_of: KeywordUse::LeftOut(why) }
 }
 
 const fn refused(name: &'static str, shown: &'static str, why: &'static str) -> KeywordRule {
-    KeywordRule { name, shown, use_of: Use::Refused(why) }
+    KeywordRule { name, shown, use_of: KeywordUse::Refused(why) }
 }
 
 const OUTPUT: &str = "output";
@@ -547,11 +547,11 @@ mod tests {
 
     #[test]
     fn every_keyword_that_is_read_has_its_parameters() {
-        for rule in KEYWORDS.iter().filter(|r| matches!(r.use_of, Use::Read(_))) {
+        for rule in KEYWORDS.iter().filter(|r| matches!(r.use_of, KeywordUse::Read(_))) {
             assert!(PARAMETERS.iter().any(|p| p.0 == rule.name), "{}", rule.name);
         }
         for (name, _) in PARAMETERS {
-            assert!(matches!(rule(name).map(|r| r.use_of), Some(Use::Read(_))), "{name}");
+            assert!(matches!(rule(name).map(|r| r.use_of), Some(KeywordUse::Read(_))), "{name}");
         }
     }
 }

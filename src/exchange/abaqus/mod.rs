@@ -24,4 +24,4 @@ mod tests;
 mod ties;
 
 pub use importer::import_keywords;
-pub use keywords::{KEYWORDS, KeywordRule, Use};
+pub use keywords::{KEYWORDS, KeywordRule, KeywordUse};
