@@ -133,7 +133,9 @@ impl Gathered {
 
     /// An instance and the name in it, of `instance.name`; `assembly.name` is the model's.
     pub(super) fn split<'n>(&self, name: &'n str) -> Option<(u32, &'n str)> {
-        let mut dots = name.match_indices('.');
+        /// Names of two scopes and a set are shorter; each dot of a longer one would be a step down.
+        const LONGEST: usize = 1024;
+        let mut dots = name.match_indices('.').filter(|_| name.len() <= LONGEST);
         dots.find_map(|(i, _)| {
             let (head, rest) = (&name[..i], &name[i + 1..]);
             let at = self.instances.iter().position(|k| k.name == head && !head.is_empty());

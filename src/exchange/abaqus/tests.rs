@@ -136,7 +136,7 @@ BEAM, 5, 1
 fn mutated_decks_end() {
     let options =
         ImportOptions { system: &SYSTEMS[0], subcase: None, parameter_per_property: true, solver: Solver::Abaqus };
-    crate::data::mutate::all(&[PARTS.as_bytes().to_vec(), FLAT.as_bytes().to_vec()], 6000, |bytes| {
+    crate::data::mutate::all(&[PARTS.as_bytes().to_vec(), FLAT.as_bytes().to_vec()], 20_000, |bytes| {
         let deck = KeywordDeck::read(Path::new("deck.inp"), &mut |_| Ok(bytes.to_vec()));
         deck.is_ok_and(|deck| import_keywords(&deck, options).is_ok())
     });

@@ -161,4 +161,9 @@ mod tests {
         );
         assert!(matches!(read(&text), Err(ResultsError::Line { line: 26, .. })), "{:?}", read(&text));
     }
+
+    #[test]
+    fn mutated_files_end() {
+        crate::data::mutate::all(&[ABAQUS.as_bytes().to_vec()], 4000, |b| read(&String::from_utf8_lossy(b)).is_ok());
+    }
 }

@@ -75,3 +75,49 @@ pub(super) fn read(text: &str) -> Result<SolverResults, ResultsError> {
     }
     Ok(out)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// SYNTHETIC: the layout of CalculiX 2.20, numbers of nobody.
+    const MODES: &str = "    1C
+    1UUSER
+    2C                             2                                     1
+ -1         1 0.00000E+00 0.00000E+00 0.00000E+00
+ -1         2 1.00000E+00 0.00000E+00 0.00000E+00
+ -3
+    1PSTEP                         1           1           1
+    1PGM                2.000000E+00
+    1PGK                3.200000E+03
+    1PMODE                         1
+  100CL  101 6.36620E+00           2                     2    1MODAL      1
+ -4  DISP        4    1
+ -5  D1          1    2    1    0
+ -1         1 0.00000E+00 0.00000E+00 0.00000E+00
+ -1         2-1.00000E-01 2.50000E+00-3.00000E+02
+ -3
+ -4  STRESS      6    1
+ -1         1 9.00000E+00 9.00000E+00 9.00000E+00
+ -3
+ 9999
+";
+
+    #[test]
+    fn modes_have_their_eigenvalue_and_displacements() {
+        assert!(is_frd(MODES.as_bytes()));
+        let out = read(MODES).unwrap();
+        assert_eq!(out.modes.len(), 1);
+        assert_eq!(out.modes[0].eigenvalue, 1600.0);
+        assert_eq!(out.modes[0].shape[&2], [-0.1, 2.5, -300.0, 0.0, 0.0, 0.0]);
+        let cut = MODES.replace(" 2.50000E+00-3.00000E+02", " 2.50000E+00");
+        assert!(matches!(read(&cut), Err(ResultsError::Line { line: 15, .. })), "{:?}", read(&cut));
+        let binary = MODES.replace("1MODAL      1", "1MODAL      2");
+        assert!(read(&binary).unwrap_err().to_string().contains("binary records are not read"));
+    }
+
+    #[test]
+    fn mutated_files_end() {
+        crate::data::mutate::all(&[MODES.as_bytes().to_vec()], 4000, |b| read(&String::from_utf8_lossy(b)).is_ok());
+    }
+}
