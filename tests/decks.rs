@@ -6,7 +6,8 @@
 use retune::deck::Deck;
 use retune::element::Dof;
 use retune::exchange::{
-    ExportError, Exported, ImportOptions, Imported, compare_results, export, import, read_results, system_by_name,
+    ExportError, Exported, ImportOptions, Imported, Solver, compare_results, export, import, read_results,
+    system_by_name,
 };
 use retune::modal::SolveOptions;
 use retune::model::{Model, ParametricModel, Registry, load, solve_modes};
@@ -32,7 +33,12 @@ fn deck_of(text: &str) -> Deck {
 }
 
 fn options(units: &str) -> ImportOptions {
-    ImportOptions { system: system_by_name(units).unwrap(), subcase: None, parameter_per_property: false }
+    ImportOptions {
+        system: system_by_name(units).unwrap(),
+        subcase: None,
+        parameter_per_property: false,
+        solver: Solver::default(),
+    }
 }
 
 fn model_of(imported: &Imported) -> Model {

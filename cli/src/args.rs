@@ -16,7 +16,7 @@ mod measured;
 mod values;
 
 pub(crate) use correlation::{Compare, Placement, Pretest, Sensitivity};
-pub(crate) use deck::{Import, ParametersOf};
+pub(crate) use deck::{Import, ParametersOf, SolverOf};
 pub(crate) use diagnosis::{Add, Benchmark, BenchmarkWhat, Diagnose, Learn, SearchOptions, Undo};
 pub(crate) use export::{Export, Reduction};
 pub(crate) use matrices::Matrices;
@@ -96,7 +96,8 @@ pub(crate) struct Check {
     /// Configuration of the model: a name under its `configurations`.
     #[arg(long, value_name = "NAME")]
     pub(crate) configuration: Option<String>,
-    /// Hold the model against what a solver computed of the deck that it was imported from: `.f06`, `.op2`, `.pch`.
+    /// Hold the model against what a solver computed of the deck that it was imported from: `.f06`, `.op2`, `.pch` of Nastran, `.dat` of
+    /// Abaqus and CalculiX, `.frd` of CalculiX.
     #[arg(long, value_name = "RESULTS", num_args = 1..)]
     pub(crate) against: Vec<PathBuf>,
     /// Largest relative difference of frequencies that `--against` lets pass.

@@ -97,3 +97,42 @@ fn a_card_that_cannot_be_read_is_named_and_nothing_is_written() {
     );
     assert!(!at("wing.yaml").exists());
 }
+
+/// A mass on a spring in the manner of Abaqus; SYNTHETIC, f = √(k/m)/2π.
+#[test]
+fn a_deck_of_keywords_goes_in_and_is_proved() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    fs::write(
+        at("job.inp"),
+        "*Heading\n a mass on a spring\n*Node\n1, 0., 0., 0.\n*Element, type=MASS, elset=m\n1, 1\n*Mass, elset=m\n2.,\n\
+         *Element, type=SPRING1, elset=k\n2, 1\n*Spring, elset=k\n3\n800.\n** Name: guide Type: Displacement/Rotation\n*Boundary\n1, 1, 2\n1, 4, 6\n\
+         *Step, perturbation\n*Frequency\n1,\n*Node file\nU\n*End step\n",
+    )
+    .unwrap();
+    let lambda = 800.0 / 2.0_f64;
+    fs::write(
+        at("job.dat"),
+        format!(
+            "\n     E I G E N V A L U E   O U T P U T\n\n MODE NO    EIGENVALUE                       FREQUENCY\n\n      1   {lambda:.7E}   {:.7E}   {:.7E}   0.0000000E+00\n",
+            lambda.sqrt(),
+            lambda.sqrt() / TAU
+        ),
+    )
+    .unwrap();
+    let (code, out, err) = run(folder.path(), "import job.inp --units si -o job.yaml");
+    assert!(code == 0 && out.contains("1 SPRING") && out.contains("1 NODE FILE"), "{out}{err}");
+    let text = fs::read_to_string(at("job.yaml")).unwrap();
+    assert!(
+        text.contains("guide: {node: n1, fixed: [ux, uy, rx, ry, rz]}") && text.contains("format: abaqus"),
+        "{text}"
+    );
+    let (code, out, err) = run(folder.path(), "check job.yaml --against job.dat");
+    assert!(code == 0 && out.contains("the same model"), "{out}{err}");
+    let (code, out, _) = run(folder.path(), "import job.inp -o other.yaml");
+    assert!(code == 2 && out.contains("are not guessed"), "{out}");
+    let (code, _, err) = run(folder.path(), "import job.inp --units si --step 2 -o other.yaml");
+    assert!(code == 2 && err.contains("there is no step 2: the deck has 1"), "{err}");
+    let (code, _, err) = run(folder.path(), "export job.yaml --into job.inp -o new.inp");
+    assert!(code == 2 && err.contains("values are written back into decks of Nastran only"), "{err}");
+}

@@ -1,4 +1,5 @@
-//! Input decks of Nastran: files, executive and case control, cards with their fields, each with its place.
+//! Input decks of Nastran: files, executive and case control, cards with their fields, each with its place; and of Abaqus and CalculiX:
+//! keywords with their parameters and data lines ([`KeywordDeck`]).
 //!
 //! This room knows how a deck is written and nothing of what its cards mean: [`Deck::read`] follows INCLUDE, takes lines together to
 //! cards, and [`Deck::card`] gives the fields of one in small, large and free format alike. A field knows its file, line and columns,
@@ -8,6 +9,7 @@ mod card;
 mod case_control;
 mod change;
 mod field;
+mod keywords;
 mod lines;
 mod number;
 mod source;
@@ -18,6 +20,7 @@ pub use card::{Card, CardId, Cards};
 pub use case_control::{CaseControl, Subcase};
 pub use change::Changes;
 pub use field::{Field, Width};
+pub use keywords::{DataLine, Keyword, KeywordDeck, is_keyword_deck, label};
 pub use lines::Comment;
 pub use number::{parse_real, real_in};
 pub use source::{Include, Source};

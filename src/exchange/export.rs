@@ -9,7 +9,8 @@
 mod added;
 mod cards;
 
-use super::nastran::{Bound, ImportOptions, Imported, Origins, import};
+use super::imported::{Bound, ImportOptions, Imported, Origins, Solver};
+use super::nastran::import;
 use super::system::{Quantity, System, system_by_name};
 use crate::catalogue::counted;
 use crate::deck::{CardId, Changes, Deck, DeckError};
@@ -67,6 +68,7 @@ pub fn export(deck: &Deck, updated: &Model) -> Result<Exported, ExportError> {
         ExportError::Refused(vec![format!("imported.units: `{}` is no system of units", imported.units)])
     })?;
     let options = ImportOptions {
+        solver: Solver::default(),
         system,
         subcase: imported.subcase,
         parameter_per_property: imported.parameters.as_deref() == Some("properties"),

@@ -1,9 +1,12 @@
 //! What a solver computed: mass properties, eigenvalues and shapes, from its own output files.
 //!
-//! Three forms of Nastran: the printed output (.f06), the binary output (.op2), the punch file (.pch). Numbers are in the deck's own
-//! units, shapes along the displacement axes of their grids.
+//! Three forms of Nastran: the printed output (.f06), the binary output (.op2), the punch file (.pch); of Abaqus and CalculiX the printed
+//! output (.dat), of CalculiX the results of nodes (.frd). Numbers are in the deck's own units, shapes along the displacement axes of
+//! their grids, those of .frd along global axes.
 
+mod dat;
 mod f06;
+mod frd;
 mod op2;
 
 use crate::data::punch;
@@ -41,7 +44,7 @@ pub struct ResultMass {
 /// What a file holds.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct SolverResults {
-    /// What the file is: `f06`, `op2`, `punch`.
+    /// What the file is: `f06`, `op2`, `punch`, `dat`, `frd`.
     pub kind: &'static str,
     /// Mass properties.
     pub mass: Option<ResultMass>,
@@ -57,11 +60,14 @@ pub struct SolverResults {
 pub enum ResultsError {
     /// Another format.
     #[error(
-        "it is none of the files that Nastran writes: printed output (.f06), binary output (.op2), punch file (.pch)"
+        "it is none of the files that are known: printed output (.f06), binary output (.op2) and punch file (.pch) of Nastran, printed \
+         output (.dat) of Abaqus and CalculiX, results (.frd) of CalculiX"
     )]
     Unknown,
     /// Nothing to compare with.
-    #[error("it holds no eigenvalues and no mass properties; the deck asks for them by METHOD and PARAM,GRDPNT")]
+    #[error(
+        "it holds no eigenvalues and no mass properties; a Nastran deck asks for them by METHOD and PARAM,GRDPNT, an Abaqus deck by FREQUENCY"
+    )]
     Nothing,
     /// Text that is not understood.
     #[error("line {line}: {message}")]
@@ -93,6 +99,10 @@ pub fn read_results(bytes: &[u8]) -> Result<SolverResults, ResultsError> {
         op2::read(bytes)?
     } else if f06::is_f06(bytes) {
         f06::read(&String::from_utf8_lossy(bytes))?
+    } else if frd::is_frd(bytes) {
+        frd::read(&String::from_utf8_lossy(bytes))?
+    } else if dat::is_dat(bytes) {
+        dat::read(&String::from_utf8_lossy(bytes))?
     } else if punch::is_punch(bytes) {
         from_punch(bytes)?
     } else {

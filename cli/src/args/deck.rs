@@ -12,17 +12,28 @@ pub(crate) enum ParametersOf {
     Properties,
 }
 
-/// Turn a Nastran deck into a model file: members, masses, springs, links and sections with the names and comments of the deck.
+/// Whose deck of keywords it is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum SolverOf {
+    /// Abaqus.
+    Abaqus,
+    /// CalculiX.
+    Calculix,
+}
+
+/// Turn a deck of Nastran, Abaqus or CalculiX into a model file: members, masses, springs, links and sections with the names and comments of the deck.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   retune import wing.bdf --units in-lbf-s -o wing.yaml
   retune import wing.bdf --units mm-t-s --parameters properties -o wing.yaml
+  retune import bridge.inp --units si -o bridge.yaml
   retune check wing.yaml --against wing.f06
 
 Without --units the deck is read, and what each choice would mean is printed: a deck does not say its units. INCLUDE is followed. Design
-variables of SOL 200 become parameters. Cards that the model cannot hold are refused by name and place.")]
+variables of SOL 200 become parameters. Cards and keywords that the model cannot hold are refused by name
+and place.")]
 pub(crate) struct Import {
-    /// The deck: `.bdf`, `.dat`, `.nas`.
+    /// The deck of Nastran (`.bdf`, `.dat`, `.nas`), or of Abaqus or CalculiX (`.inp`).
     pub(crate) deck: PathBuf,
     /// Where to write the model file.
     #[arg(short, long)]
@@ -33,9 +44,12 @@ pub(crate) struct Import {
     /// Units of the numbers of the deck: `si`, `mm-t-s`, `in-lbf-s`, `ft-lbf-s`.
     #[arg(long, value_name = "SYSTEM", value_parser = values::system)]
     pub(crate) units: Option<&'static System>,
-    /// The subcase whose constraints hold; the first when absent.
-    #[arg(long, value_name = "N")]
+    /// The subcase whose constraints hold; the first when absent. Of Abaqus and CalculiX the step; the first with frequencies when absent.
+    #[arg(long, value_name = "N", visible_alias = "step")]
     pub(crate) subcase: Option<u32>,
+    /// Whose deck an `.inp` is, `abaqus` or `calculix`: masses of first-order elements are lumped in Abaqus, consistent in CalculiX.
+    #[arg(long, value_enum, value_name = "SOLVER", default_value = "abaqus")]
+    pub(crate) solver: SolverOf,
     /// What gets a parameter beside the design variables of the deck.
     #[arg(long, value_enum, value_name = "WHAT")]
     pub(crate) parameters: Option<ParametersOf>,

@@ -1,10 +1,10 @@
 //! `retune import`
 
-use crate::args::{Import, ParametersOf};
+use crate::args::{Import, ParametersOf, SolverOf};
 use crate::output::{Failure, print, shown};
 use crate::{DONE, WRONG_INPUT, files, ledger, writing};
-use retune::deck::{Deck, DeckError};
-use retune::exchange::{ImportOptions, Imported, Quantity, SYSTEMS, import};
+use retune::deck::{Deck, DeckError, KeywordDeck, is_keyword_deck};
+use retune::exchange::{ImportOptions, Imported, Quantity, SYSTEMS, Solver, import, import_keywords};
 use retune::modal::SolveOptions;
 use retune::model::{Model, ParametricModel, Registry, load, solve_modes};
 use retune::report::text::number;
@@ -14,13 +14,48 @@ use std::path::Path;
 /// Bytes of one file of a deck, at most.
 const LARGEST: u64 = 1 << 30;
 
-/// Reads a deck with everything that it includes.
+/// A deck of either kind.
+enum AnyDeck {
+    Cards(Deck),
+    Keywords(KeywordDeck),
+}
+
+impl AnyDeck {
+    /// Reads a deck with everything that it includes; its beginning says of which kind it is.
+    fn read(path: &Path) -> Result<Self, Failure> {
+        let failed = |e: DeckError| Failure::text(e.to_string());
+        let mut first = Some(ledger::read(path, LARGEST));
+        let is_keywords = matches!(&first, Some(Ok(bytes)) if is_keyword_deck(bytes));
+        let mut read = |p: &Path| first.take().unwrap_or_else(|| ledger::read(p, LARGEST));
+        Ok(if is_keywords {
+            Self::Keywords(KeywordDeck::read(path, &mut read).map_err(failed)?)
+        } else {
+            Self::Cards(Deck::read(path, &mut read).map_err(failed)?)
+        })
+    }
+
+    fn import(&self, options: ImportOptions) -> Result<Imported, Failure> {
+        match self {
+            Self::Cards(deck) => import(deck, options),
+            Self::Keywords(deck) => import_keywords(deck, options),
+        }
+        .map_err(|e| failed(&e))
+    }
+}
+
+/// Reads a deck of cards with everything that it includes.
 pub(super) fn read(path: &Path) -> Result<Deck, Failure> {
-    Deck::read(path, &mut |p| ledger::read(p, LARGEST)).map_err(|e| Failure::text(e.to_string()))
+    match AnyDeck::read(path)? {
+        AnyDeck::Cards(deck) => Ok(deck),
+        AnyDeck::Keywords(_) => Err(Failure::text(format!(
+            "{}: it is a deck of Abaqus or CalculiX, and values are written back into decks of Nastran only",
+            shown(path)
+        ))),
+    }
 }
 
 /// Errors of a deck, one a line.
-pub(super) fn failed(errors: &[DeckError]) -> Failure {
+fn failed(errors: &[DeckError]) -> Failure {
     let lines: Vec<String> = errors.iter().map(ToString::to_string).collect();
     Failure::lines(&lines)
 }
@@ -29,18 +64,22 @@ pub(crate) fn run(args: &Import) -> Result<u8, Failure> {
     for output in args.output.iter().chain(&args.test) {
         writing::check_output(output, args.force)?;
     }
-    let deck = read(&args.deck)?;
+    let deck = AnyDeck::read(&args.deck)?;
     let options = |system| ImportOptions {
         system,
         subcase: args.subcase,
         parameter_per_property: args.parameters == Some(ParametersOf::Properties),
+        solver: match args.solver {
+            SolverOf::Abaqus => Solver::Abaqus,
+            SolverOf::Calculix => Solver::CalculiX,
+        },
     };
     let Some(system) = args.units else {
-        let imported = import(&deck, options(&SYSTEMS[0])).map_err(|e| failed(&e))?;
+        let imported = deck.import(options(&SYSTEMS[0]))?;
         print(&choices(&imported)?);
         return Ok(WRONG_INPUT);
     };
-    let imported = import(&deck, options(system)).map_err(|e| failed(&e))?;
+    let imported = deck.import(options(system))?;
     print(&imported.report.to_string());
     let Some(output) = &args.output else {
         return Err(Failure::text("nothing to write: give `-o MODEL.yaml`"));

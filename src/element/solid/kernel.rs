@@ -188,9 +188,11 @@ fn add_hourglass(k: &mut [f64], size: usize, points: &[[f64; 3]], d: &Elasticity
     Ok(())
 }
 
-/// Mass, (6 nodes) x (6 nodes), zero at rotations: (1 - s) ∫ ρ N_i N_j dV + s × the diagonal scaled to the whole mass.
+/// Mass, (6 nodes) x (6 nodes), zero at rotations: (1 - s) ∫ ρ N_i N_j dV + s × the lumped one, ∫ ρ N_i dV of first order, which keeps the
+/// centre of gravity on any shape, and of second order, where that is negative at corners, the diagonal scaled to the whole mass.
 ///
 /// # Source
+/// Sums of rows: O. C. Zienkiewicz, R. L. Taylor, The Finite Element Method, volume 1, section on lumped mass.
 /// Diagonal scaling: E. Hinton, T. Rock, O. C. Zienkiewicz, A note on mass lumping and related processes in the finite element
 /// method, Earthquake Engng Struct. Dyn. 4 (1976) 245-249.
 pub(super) fn mass(family: &Family, input: &Input<'_>) -> Result<SymMatrix, ElementError> {
@@ -209,13 +211,20 @@ pub(super) fn mass(family: &Family, input: &Input<'_>) -> Result<SymMatrix, Elem
             }
         }
     }
-    let trace: f64 = (0..n).map(|i| consistent[i * n + i]).sum();
+    let at = |i: usize, j: usize| consistent[i.max(j) * n + i.min(j)];
+    let trace: f64 = (0..n).map(|i| at(i, i)).sum();
+    // Functions of first order are nowhere negative, and so are their integrals.
+    let lumped = |i: usize| match n {
+        ..=8 => (0..n).map(|j| at(i, j)).sum(),
+        _ if trace > 0.0 => at(i, i) * total / trace,
+        _ => 0.0,
+    };
     let mut out = SymMatrix::zeros(6 * n);
     for i in 0..n {
         for j in 0..=i {
             let mut m = (1.0 - lumping) * consistent[i * n + j];
-            if i == j && trace > 0.0 {
-                m += lumping * consistent[i * n + i] * total / trace;
+            if i == j {
+                m += lumping * lumped(i);
             }
             for axis in 0..3 {
                 out.add(6 * i + axis, 6 * j + axis, m);

@@ -149,3 +149,23 @@ fn inverted_and_flat_elements_are_refused() {
         }
     }
 }
+
+/// Lumped or not, a distorted element of first order has its mass and its static moments: Σ m_i x_i = ∫ ρ x dV.
+#[test]
+fn lumping_keeps_the_centre_of_gravity_of_first_order_elements() {
+    for element in SOLIDS.into_iter().filter(|e| e.nodes().len() <= 8) {
+        let points = distorted(element);
+        // Displacements of one direction, by one and by each coordinate: the mass and its moments.
+        let moments = |lumping: f64| -> [f64; 4] {
+            let values = sample_values(element, &[("E", 1.0), ("nu", 0.3), ("density", 2.0), ("lumping", lumping)]);
+            let m = element.mass(&ElementInput { points: &points, values: &values }).unwrap().to_dense();
+            let one = displaced(&points, |_| [1.0, 0.0, 0.0]);
+            let by = |axis: usize| one.dot(&(&m * displaced(&points, |p| [p[axis], 0.0, 0.0])));
+            [one.dot(&(&m * &one)), by(0), by(1), by(2)]
+        };
+        let (consistent, lumped) = (moments(0.0), moments(1.0));
+        for (a, b) in lumped.into_iter().zip(consistent) {
+            assert!((a - b).abs() < 1e-12 * consistent[0], "{}: {lumped:?} {consistent:?}", element.name());
+        }
+    }
+}

@@ -2,7 +2,7 @@
 
 use super::Work;
 use crate::deck::{CardId, Changes, Deck};
-use crate::exchange::nastran::ElementOrigin;
+use crate::exchange::imported::ElementOrigin;
 use crate::exchange::system::Quantity as Q;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::Path;

@@ -1,11 +1,12 @@
 //! Supports and multipoint constraints.
 
 use super::importer::{Grid, Importer, node};
-use super::writer::{Block, computed};
 use super::{CardRule, left_out, read, refused, used};
 use crate::deck::{Card, DeckError};
 use crate::element::Dof;
+use crate::exchange::motions;
 use crate::exchange::system::Quantity;
+use crate::exchange::writer::Block;
 use std::collections::{HashMap, HashSet};
 
 pub(super) const CARDS: &[CardRule] = &[
@@ -95,20 +96,15 @@ impl Importer<'_> {
     pub(super) fn hold(&mut self, name: &str, nodes: &[(String, Grid)], flags: [bool; 6]) {
         let all = flags.iter().all(|f| *f);
         // Components along global axes, all three of a kind, or else rows of their own.
-        let is_whole = |first: usize| flags[first] == flags[first + 1] && flags[first] == flags[first + 2];
-        let plain: Vec<&String> = nodes
-            .iter()
-            .filter(|(_, g)| all || (is_whole(0) && is_whole(3)) || self.is_global(g))
-            .map(|n| &n.0)
-            .collect();
+        let plain: Vec<&String> =
+            nodes.iter().filter(|(_, g)| motions::is_whole(flags) || self.is_global(g)).map(|n| &n.0).collect();
         if !plain.is_empty() {
             let nodes = if plain.len() == 1 {
                 format!("node: {}", plain[0])
             } else {
-                format!("nodes: {}", super::writer::list(&plain))
+                format!("nodes: {}", crate::exchange::writer::list(&plain))
             };
-            let dofs: Vec<&str> = Dof::ALL.into_iter().filter(|d| flags[*d as usize]).map(Dof::name).collect();
-            let fixed = if all { String::new() } else { format!(", fixed: [{}]", dofs.join(", ")) };
+            let fixed = if all { String::new() } else { format!(", fixed: {}", motions::dofs(flags)) };
             let name = self.names.unique(name);
             self.entry(Block::Supports, &name, &format!("{{{nodes}{fixed}}}"), "");
         }
@@ -124,20 +120,10 @@ impl Importer<'_> {
 
     /// Writes Σ factor · dof = 0.
     pub(super) fn constraint(&mut self, name: &str, terms: Vec<(String, Dof, f64)>) {
-        // Beside a displacement the factor of a rotation is a length, which a model file has in metres.
         let metre = self.options.system.factor(Quantity::Length);
-        let has_displacement = terms.iter().any(|t| !t.1.is_rotation());
-        let terms: Vec<String> = terms
-            .into_iter()
-            .filter(|t| t.2.abs() > 1e-15)
-            .map(|(node, dof, factor)| {
-                let factor = if has_displacement && dof.is_rotation() { factor * metre } else { factor };
-                let factor = if factor == 1.0 { String::new() } else { format!(", factor: {}", computed(factor)) };
-                format!("{{node: {node}, dof: {dof}{factor}}}")
-            })
-            .collect();
+        let value = motions::constraint(terms, metre);
         let name = self.names.unique(name);
-        self.entry(Block::Constraints, &name, &format!("{{terms: {}}}", super::writer::list(&terms)), "");
+        self.entry(Block::Constraints, &name, &value, "");
     }
 }
 

@@ -1,12 +1,14 @@
 //! Grid points and coordinate systems.
 
 use super::importer::{Grid, Importer, Space, node};
-use super::writer::{Block, direction, exact, with_unit};
 use super::{CardRule, read, refused, used};
 use crate::deck::{Card, DeckError};
 use crate::element::Dof;
+use crate::exchange::coord::{Coord, GLOBAL_COORD, Kind};
+use crate::exchange::motions::Placed;
 use crate::exchange::system::Quantity;
-use crate::model::{cross, dot, minus, plus, unit};
+use crate::exchange::writer::{Block, exact, with_unit};
+use crate::model::{cross, dot, minus, unit};
 
 pub(super) const CARDS: &[CardRule] = &[
     read("GRID", "nodes", grid),
@@ -21,61 +23,6 @@ pub(super) const CARDS: &[CardRule] = &[
     refused("SPOINT", "scalar points have no place in a model of nodes; use dofs of a GRID"),
     refused("EPOINT", "extra points belong to control systems, which a structural model has not"),
 ];
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Kind {
-    Rectangular,
-    Cylindrical,
-    Spherical,
-}
-
-/// A coordinate system in basic coordinates.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Coord {
-    kind: Kind,
-    origin: [f64; 3],
-    axes: [[f64; 3]; 3],
-}
-
-pub(super) const GLOBAL_COORD: Coord =
-    Coord { kind: Kind::Rectangular, origin: [0.0; 3], axes: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]] };
-
-impl Coord {
-    /// Basic coordinates of a point; angles are degrees.
-    fn to_basic(self, [a, b, c]: [f64; 3]) -> [f64; 3] {
-        let local = match self.kind {
-            Kind::Rectangular => [a, b, c],
-            Kind::Cylindrical => {
-                let (sin, cos) = b.to_radians().sin_cos();
-                [a * cos, a * sin, c]
-            }
-            Kind::Spherical => {
-                let ((st, ct), (sp, cp)) = (b.to_radians().sin_cos(), c.to_radians().sin_cos());
-                [a * st * cp, a * st * sp, a * ct]
-            }
-        };
-        (0..3).fold(self.origin, |sum, i| plus(sum, local[i], self.axes[i]))
-    }
-
-    /// Directions of its coordinates at a point, as rows.
-    pub(super) fn axes_at(self, point: [f64; 3]) -> [[f64; 3]; 3] {
-        let d = minus(point, self.origin);
-        let [x, y, z] = self.axes.map(|a| dot(a, d));
-        let of = |v: [f64; 3]| (0..3).fold([0.0; 3], |sum, i| plus(sum, v[i], self.axes[i]));
-        let rho = x.hypot(y);
-        // On the axis the first direction is that of the angle zero.
-        let (cos, sin) = if rho > 1e-12 * (rho + z.abs()).max(1e-300) { (x / rho, y / rho) } else { (1.0, 0.0) };
-        match self.kind {
-            Kind::Rectangular => self.axes,
-            Kind::Cylindrical => [of([cos, sin, 0.0]), of([-sin, cos, 0.0]), self.axes[2]],
-            Kind::Spherical => {
-                let r = rho.hypot(z);
-                let (ct, st) = if r > 0.0 { (z / r, rho / r) } else { (1.0, 0.0) };
-                [of([st * cos, st * sin, ct]), of([ct * cos, ct * sin, -st]), of([-sin, cos, 0.0])]
-            }
-        }
-    }
-}
 
 /// Coordinate systems that hang on each other, at most.
 const DEEPEST: u32 = 200;
@@ -189,17 +136,19 @@ impl<'a> Importer<'a> {
         self.coords.get(&grid.cd).map_or(GLOBAL_COORD.axes, |c| c.axes_at(grid.position))
     }
 
+    /// Where a grid is and the directions of its displacements.
+    pub(super) fn placed(&self, grid: &Grid) -> Placed {
+        Placed { position: grid.position, axes: self.displacement_axes(grid) }
+    }
+
     /// A component of a grid as dofs along global axes with their factors.
     pub(super) fn component(&self, grid: &Grid, component: usize) -> Vec<(Dof, f64)> {
-        let axes = self.displacement_axes(grid);
-        let first = 3 * (component / 3);
-        let row = axes[component % 3];
-        (0..3).filter(|i| row[*i].abs() > 1e-12).map(|i| (Dof::ALL[first + i], row[i])).collect()
+        self.placed(grid).component(component)
     }
 
     /// Whether components of a grid are along global axes.
     pub(super) fn is_global(&self, grid: &Grid) -> bool {
-        self.displacement_axes(grid) == GLOBAL_COORD.axes
+        self.placed(grid).is_global()
     }
 
     /// The frame of a coordinate system at a point, written when it is first named; `None` for global axes.
@@ -226,14 +175,9 @@ impl<'a> Importer<'a> {
     pub(super) fn write_frame(&mut self, name: &str, origin: [f64; 3], axes: [[f64; 3]; 3]) {
         let unit = self.unit(Quantity::Length);
         let origin = origin.map(|x| with_unit(&exact(x), unit)).join(", ");
-        let value =
-            format!("{{origin: [{origin}], x: {}, xy: {}}}", direction_exact(axes[0]), direction_exact(axes[1]));
+        let value = crate::exchange::writer::frame(format!("[{origin}]"), axes);
         self.out.entry(Block::Frames, name, &value, "");
     }
-}
-
-fn direction_exact(v: [f64; 3]) -> String {
-    if v.iter().all(|c| *c == 0.0 || c.abs() == 1.0) { direction(v) } else { format!("[{}]", v.map(exact).join(", ")) }
 }
 
 fn grid(importer: &mut Importer<'_>, card: &Card<'_>) -> Result<(), DeckError> {

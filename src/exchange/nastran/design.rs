@@ -1,10 +1,10 @@
 //! Design variables of SOL 200: DESVAR, DLINK, DVPREL1, DVMREL1, DVCREL1 as parameters of the model.
 
 use super::importer::Importer;
-use super::names::slug;
-use super::writer::{Block, computed, exact, map, with_unit};
 use super::{CardRule, left_out, refused, used};
 use crate::deck::{CardId, Deck, DeckError};
+use crate::exchange::names::slug;
+use crate::exchange::writer::{Block, computed, exact, map, with_unit};
 use std::collections::{BTreeMap, HashMap, HashSet};
 
 pub(super) const CARDS: &[CardRule] = &[
@@ -316,7 +316,7 @@ impl Importer<'_> {
             }
             items.push((
                 "description",
-                format!("\"DESVAR {} {}\"", v.id, super::writer::clean(&v.label).replace(['"', '\\'], "")),
+                format!("\"DESVAR {} {}\"", v.id, crate::exchange::writer::clean(&v.label).replace(['"', '\\'], "")),
             ));
             self.out.entry(Block::Parameters, &v.name, &map(&items), "");
         }

@@ -1,10 +1,11 @@
 //! What every family asks of the import: cards by number, numbers with units, entries of the model file.
 
-use super::importer::{Bound, ElementOrigin, Grid, Importer, Space, Values, node};
-use super::names::slug;
-use super::writer::{Block, computed, exact, map, with_unit};
+use super::importer::{Grid, Importer, Space, Values, node};
 use crate::deck::{Card, DeckError};
+use crate::exchange::imported::{Bound, ElementOrigin};
+use crate::exchange::names::slug;
 use crate::exchange::system::Quantity;
+use crate::exchange::writer::{Block, computed, exact, map, with_unit};
 
 impl<'a> Importer<'a> {
     /// A grid point that a field names.

@@ -1,72 +1,16 @@
 //! The pass over the cards of a deck.
 
-use super::coordinates::{Coord, GLOBAL_COORD};
 use super::design::Design;
-use super::names::{Taken, heading, property_name, slug, worth_keeping};
-use super::report::ImportReport;
-use super::writer::{Block, Writer, clean, exact, list, map};
+use super::names::{property_name, worth_keeping};
 use super::{Treatment, rule};
-use crate::catalogue::{counted, did_you_mean};
+use crate::catalogue::did_you_mean;
 use crate::deck::{CardId, Deck, DeckError};
-use crate::exchange::system::System;
+use crate::exchange::coord::{Coord, GLOBAL_COORD};
+use crate::exchange::imported::{Bound, ImportOptions, Imported, Origins, head, quoted};
+use crate::exchange::names::{Taken, heading, slug};
+use crate::exchange::report::ImportReport;
+use crate::exchange::writer::{Block, Writer, clean, exact, list, map};
 use std::collections::{BTreeMap, HashMap, HashSet};
-
-/// How a deck is to be read.
-#[derive(Debug, Clone, Copy)]
-pub struct ImportOptions {
-    /// The units of its numbers.
-    pub system: &'static System,
-    /// The subcase whose constraints hold; the first when absent.
-    pub subcase: Option<u32>,
-    /// Whether every property gets a parameter, a factor on its stiffness between a half and two.
-    pub parameter_per_property: bool,
-}
-
-/// A model file made of a deck.
-#[derive(Debug, Clone)]
-pub struct Imported {
-    /// Its text.
-    pub text: String,
-    /// What was read, left out and approximated.
-    pub report: ImportReport,
-    /// A test file with the frequencies that an optimisation of the deck asks for, where there is one.
-    pub test: Option<String>,
-    pub(in crate::exchange) origins: Origins,
-}
-
-/// A property of an element and the field that it comes from: SI = factor · field.
-#[derive(Debug, Clone, PartialEq)]
-pub(in crate::exchange) struct Bound {
-    /// The property of the element in retune.
-    pub property: String,
-    pub card: CardId,
-    pub field: usize,
-    pub name: &'static str,
-    pub factor: f64,
-}
-
-/// Where an element comes from.
-#[derive(Debug, Clone, Default)]
-pub(in crate::exchange) struct ElementOrigin {
-    pub card: Option<CardId>,
-    pub property: Option<CardId>,
-    pub section: Option<String>,
-    pub bounds: Vec<Bound>,
-}
-
-/// Where entries of the model file come from.
-#[derive(Debug, Clone, Default)]
-pub(in crate::exchange) struct Origins {
-    pub elements: HashMap<String, ElementOrigin>,
-    pub sections: HashMap<String, Vec<Bound>>,
-    pub grids: HashMap<String, CardId>,
-    /// Cards of design variables, by parameter.
-    pub variables: HashMap<String, CardId>,
-    /// Mass in SI of one unit of the deck's mass fields over that of its system.
-    pub wtmass: f64,
-    /// The largest number of an element, a grid, a property, a material.
-    pub largest: u32,
-}
 
 /// Numbers that must be found: one space of numbers per kind.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -167,7 +111,7 @@ impl<'a> Importer<'a> {
         let mut importer = Self {
             deck,
             options,
-            report: ImportReport { files: deck.sources().len(), ..ImportReport::default() },
+            report: ImportReport { entry: "card", files: deck.sources().len(), ..ImportReport::default() },
             out: Writer::new(),
             origins: Origins::default(),
             design: Design::default(),
@@ -376,7 +320,6 @@ impl<'a> Importer<'a> {
         }
         let deck = self.deck;
         let file = deck.sources()[0].path().file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-        let quoted = |text: &str| format!("\"{}\"", clean(text).replace('\\', "\\\\").replace('"', "\\\""));
         let mut imported = vec![
             ("from", quoted(&file)),
             ("format", "nastran".to_string()),
@@ -397,28 +340,14 @@ impl<'a> Importer<'a> {
             self.out.entry(Block::Imported, key, &value, "");
         }
         let title = deck.case_control().value("TITLE", self.options.subcase).unwrap_or(&file).to_string();
-        let cards: usize = self.report.read.values().map(|r| r.0).sum();
-        let mut head = format!(
-            "# Made by `retune import {}` from {} in {}; units {}.\n",
-            clean(&file),
-            counted(cards, "card"),
-            counted(deck.sources().len(), "file"),
-            self.options.system.name
-        );
-        for what in self.report.approximated.keys() {
-            head.push_str(&format!("# Approximated: {}\n", clean(what)));
-        }
-        head.push_str(&format!("retune: 1\nname: {}\n", quoted(if title.trim().is_empty() { &file } else { &title })));
+        let head = head(&self.report, &file, self.options.system, &title);
         self.report.notes.sort();
         Imported { text: self.out.finish(&head), report: self.report, test, origins: self.origins }
     }
 
     fn parameters_of_properties(&mut self, groups: &BTreeMap<usize, (String, Vec<String>)>) {
         for (name, _) in groups.values().filter(|g| self.group_at.contains_key(&format!("property {}", g.0))) {
-            let parameter = format!("{name}_stiffness");
-            let value = format!("{{value: 1, bounds: [0.5, 2], description: factor on the stiffness of {name}}}");
-            self.out.entry(Block::Parameters, &parameter, &value, "");
-            self.out.entry(Block::Overrides, name, &format!("{{stiffness: {parameter}}}"), "");
+            self.out.factor_on_stiffness(name);
         }
     }
 }

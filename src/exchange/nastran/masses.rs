@@ -2,11 +2,11 @@
 
 use super::importer::{Importer, Space, Values};
 use super::springs::frame_of_grid;
-use super::writer::{Block, map};
 use super::{CardRule, read, refused, used};
 use crate::deck::{Card, DeckError};
 use crate::element::Dof;
 use crate::exchange::system::Quantity as Q;
+use crate::exchange::writer::{Block, map};
 use crate::model::minus;
 
 pub(super) const CARDS: &[CardRule] = &[

@@ -1,10 +1,10 @@
 //! Line elements: bars, beams, rods.
 
 use super::importer::{Grid, Importer, Values};
-use super::writer::{Block, direction};
 use super::{CardRule, read, refused, used};
 use crate::deck::{Card, DeckError};
 use crate::element::Dof;
+use crate::exchange::writer::{Block, direction};
 use crate::model::{cross, dot, minus, plus, unit};
 
 pub(super) const CARDS: &[CardRule] = &[
@@ -124,7 +124,7 @@ fn bar<'a>(importer: &mut Importer<'a>, card: &Card<'a>) -> Result<(), DeckError
         }
     }
     if !released.is_empty() {
-        values.items.push(("properties".into(), super::writer::map(&released)));
+        values.items.push(("properties".into(), crate::exchange::writer::map(&released)));
     }
     if is_beam && (!card.is_blank(18) || !card.is_blank(19)) {
         importer.report.approximate("warping of CBEAM (SA, SB) is left out");
@@ -189,7 +189,7 @@ fn conrod<'a>(importer: &mut Importer<'a>, card: &Card<'a>) -> Result<(), DeckEr
     member.check_length(card)?;
     let mut values = member.values();
     let own = super::sections::rod_values(importer, card, [5, 6, 7, 9])?;
-    let items = super::writer::map(&own.items);
+    let items = crate::exchange::writer::map(&own.items);
     values.items.push(("properties".into(), items));
     values.bounds = own.bounds;
     importer.element(Block::Beams, card, values, None, None).map(|_| ())

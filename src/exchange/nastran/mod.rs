@@ -13,18 +13,14 @@ mod materials;
 mod members;
 mod names;
 mod others;
-mod report;
 mod responses;
 mod rigid;
 mod sections;
 mod shells;
 mod solids;
 mod springs;
-mod writer;
 
-pub(super) use importer::{Bound, ElementOrigin, Origins};
-pub use importer::{ImportOptions, Imported, import};
-pub use report::ImportReport;
+pub use importer::import;
 
 use crate::deck::{Card, DeckError};
 use importer::Importer;

@@ -1,6 +1,4 @@
-//! Names for what a deck numbers, and what its comments say.
-
-use std::collections::HashSet;
+//! What comments of a deck say.
 
 /// A comment that a reader of the model wants: no ruler, no rule of signs, no card that was commented out, no mark of a preprocessor.
 pub(super) fn worth_keeping(text: &str) -> bool {
@@ -9,11 +7,6 @@ pub(super) fn worth_keeping(text: &str) -> bool {
     let is_card = super::rule(&first).is_some() || first.starts_with("INCLUDE") || text.starts_with('+');
     let is_ruler = text.contains("---") && letters < 4;
     letters >= 3 && !is_card && !is_ruler && text.len() < 400
-}
-
-/// A comment without the rules of signs at its ends.
-pub(super) fn heading(text: &str) -> &str {
-    text.trim_matches(|c: char| "-=*#_+$!: ".contains(c) || c.is_whitespace())
 }
 
 /// A name that a preprocessor wrote above a property: Femap, HyperMesh, Patran.
@@ -32,46 +25,6 @@ pub(super) fn property_name(comment: &str, id: u32) -> Option<String> {
         return None;
     };
     (!name.is_empty()).then(|| name.to_string())
-}
-
-/// A word for a key of a model file: letters, digits and `_`, beginning with a letter; `None` where nothing is left or it is a sentence.
-pub(super) fn slug(text: &str) -> Option<String> {
-    /// A name and no sentence.
-    const LONGEST: usize = 48;
-    let mut out = String::new();
-    for c in text.chars() {
-        if c.is_ascii_alphanumeric() {
-            out.push(c.to_ascii_lowercase());
-        } else if !out.is_empty() && !out.ends_with('_') {
-            out.push('_');
-        }
-    }
-    let out = out.trim_end_matches('_').to_string();
-    // Words that YAML reads as something else.
-    let is_word = !matches!(out.as_str(), "yes" | "no" | "on" | "off" | "true" | "false" | "null" | "y" | "n");
-    let begins = out.starts_with(|c: char| c.is_ascii_alphabetic());
-    (out.len() >= 2 && out.len() <= LONGEST && begins && is_word).then_some(out)
-}
-
-/// Names that are taken.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Taken(HashSet<String>);
-
-impl Taken {
-    /// The name, or with a number behind it where it is taken.
-    pub(super) fn unique(&mut self, name: &str) -> String {
-        if self.0.insert(name.to_string()) {
-            return name.to_string();
-        }
-        let mut n = 2;
-        loop {
-            let next = format!("{name}_{n}");
-            if self.0.insert(next.clone()) {
-                return next;
-            }
-            n += 1;
-        }
-    }
 }
 
 #[cfg(test)]
@@ -95,9 +48,6 @@ mod tests {
         ] {
             assert!(!worth_keeping(text), "{text}");
         }
-        assert_eq!(heading("--- Left body flap ---"), "Left body flap");
-        assert_eq!(slug("Left body flap"), Some("left_body_flap".to_string()));
-        assert_eq!(slug("12 of"), None);
     }
 
     #[test]

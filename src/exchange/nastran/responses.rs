@@ -5,9 +5,9 @@
 //! form is left out by name. A frequency with both has the value of its goal and the smaller deviation.
 
 use super::importer::Importer;
-use super::writer::{Block, computed, with_unit};
 use crate::deck::{Card, CardId, DeckError};
 use crate::exchange::system::Quantity as Q;
+use crate::exchange::writer::{Block, computed, with_unit};
 use std::collections::{BTreeMap, HashMap};
 
 /// What a response measures.
@@ -156,7 +156,7 @@ impl Importer<'_> {
         }
         let file =
             self.deck.sources()[0].path().file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-        let file = super::writer::clean(&file).replace(['"', '\\'], "");
+        let file = crate::exchange::writer::clean(&file).replace(['"', '\\'], "");
         let mut text = format!(
             "# Frequencies that the optimisation of {file} asks for: goals of its objective, and the middles of its intervals with half of their width.\n\
              retune_test: 1\nname: \"targets of {file}\"\nsources:\n  deck: {{kind: measured, text: \"as DRESP1, DCONSTR and DESOBJ of {file} ask for; the deck does not say who measured them\"}}\nmodes:\n"

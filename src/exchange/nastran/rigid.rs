@@ -1,10 +1,11 @@
 //! Rigid and interpolating elements.
 
 use super::importer::{Grid, Importer};
-use super::writer::{Block, exact, list};
 use super::{CardRule, read, refused};
 use crate::deck::{Card, DeckError};
 use crate::element::Dof;
+use crate::exchange::motions;
+use crate::exchange::writer::{Block, exact, list};
 use crate::linalg::DMatrix;
 use crate::model::{minus, rigid_motion};
 
@@ -27,39 +28,22 @@ type Component = ((String, Grid), [bool; 6]);
 
 const ALL: [bool; 6] = [true; 6];
 
-fn names(flags: [bool; 6]) -> String {
-    let dofs: Vec<&str> = Dof::ALL.into_iter().filter(|d| flags[*d as usize]).map(Dof::name).collect();
-    format!("[{}]", dofs.join(", "))
-}
-
 impl Importer<'_> {
     /// Slaves that follow a master in some components of their own axes.
     fn link(&mut self, name: &str, (master, lead): &(String, Grid), slaves: &[(String, Grid)], flags: [bool; 6]) {
         // Three components of a kind are the same in any axes.
-        let is_whole = |first: usize| flags[first] == flags[first + 1] && flags[first] == flags[first + 2];
         let (plain, turned): (Vec<_>, Vec<_>) =
-            slaves.iter().cloned().partition(|(_, g)| (is_whole(0) && is_whole(3)) || self.is_global(g));
+            slaves.iter().cloned().partition(|(_, g)| motions::is_whole(flags) || self.is_global(g));
         if !plain.is_empty() {
             let nodes: Vec<&String> = plain.iter().map(|s| &s.0).collect();
-            let dofs = if flags == ALL { String::new() } else { format!(", dofs: {}", names(flags)) };
+            let dofs = if flags == ALL { String::new() } else { format!(", dofs: {}", motions::dofs(flags)) };
             let name = self.names.unique(name);
             self.entry(Block::RigidLinks, &name, &format!("{{master: {master}, slaves: {}{dofs}}}", list(&nodes)), "");
         }
         for (slave, grid) in turned {
-            let arm = minus(grid.position, lead.position);
+            let placed = self.placed(&grid);
             for component in (0..6).filter(|c| flags[*c]) {
-                let mut terms = Vec::new();
-                for (dof, f) in self.component(&grid, component) {
-                    terms.push((slave.clone(), dof, f));
-                }
-                for motion in 0..6 {
-                    let factor: f64 = self
-                        .component(&grid, component)
-                        .iter()
-                        .map(|(dof, f)| f * rigid_motion(arm, motion)[*dof as usize])
-                        .sum();
-                    terms.push((master.clone(), Dof::ALL[motion], -factor));
-                }
+                let terms = motions::follows((&slave, &placed), (master, lead.position), component);
                 self.constraint(&format!("{name}_{slave}_{}", component + 1), terms);
             }
         }
@@ -167,7 +151,7 @@ fn rbe3(importer: &mut Importer<'_>, card: &Card<'_>) -> Result<(), DeckError> {
         let dofs = if components == [true, true, true, false, false, false] {
             String::new()
         } else {
-            format!(", dofs: {}", names(components))
+            format!(", dofs: {}", motions::dofs(components))
         };
         sets.push(format!("{{nodes: {}{weight}{dofs}}}", list(&nodes)));
     }
@@ -180,7 +164,7 @@ fn rbe3(importer: &mut Importer<'_>, card: &Card<'_>) -> Result<(), DeckError> {
             "some components of a grid in axes of its own are not read; give 123 or 123456",
         ));
     }
-    let dofs = if flags == ALL { String::new() } else { format!(", dofs: {}", names(flags)) };
+    let dofs = if flags == ALL { String::new() } else { format!(", dofs: {}", motions::dofs(flags)) };
     let name = importer.names.unique(&format!("rbe3_{eid}"));
     importer.entry(Block::WeightedLinks, &name, &format!("{{node: {node}{dofs}, of: {}}}", list(&sets)), "");
     Ok(())

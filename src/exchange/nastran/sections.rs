@@ -5,10 +5,10 @@ mod stations;
 
 use super::importer::{Importer, Values};
 use super::materials::{density, for_members};
-use super::writer::{computed, with_unit};
 use super::{CardRule, refused, used};
 use crate::deck::{Card, DeckError};
 use crate::exchange::system::Quantity as Q;
+use crate::exchange::writer::{computed, with_unit};
 use std::f64::consts::PI;
 
 pub(super) const CARDS: &[CardRule] = &[

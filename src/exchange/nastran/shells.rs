@@ -1,13 +1,14 @@
 //! Plates and shells.
 
-use super::coordinates::Coord;
 use super::importer::{Importer, Values};
 use super::materials::{density, isotropic};
-use super::writer::{Block, computed, map, with_unit};
 use super::{CardRule, read, refused, used};
 use crate::deck::{Card, DeckError};
+use crate::exchange::coord::Coord;
+use crate::exchange::motions::angle_from_global;
 use crate::exchange::system::Quantity as Q;
-use crate::model::{cross, dot, minus, plus, unit};
+use crate::exchange::writer::{Block, computed, map, with_unit};
+use crate::model::{cross, minus, unit};
 
 pub(super) const CARDS: &[CardRule] = &[
     read("CQUAD4", "shells", shell),
@@ -55,10 +56,10 @@ fn shell<'a>(importer: &mut Importer<'a>, card: &Card<'a>) -> Result<(), DeckErr
         let base = card.text(theta);
         let angle = if base.is_empty() || base.contains('.') {
             let x = minus(points[1], points[0]);
-            from_global(normal, x) + card.real_or(theta, "THETA", 0.0)?.to_radians()
+            angle_from_global(normal, x) + card.real_or(theta, "THETA", 0.0)?.to_radians()
         } else {
             let (_, coord): (u32, Coord) = importer.coord(card, theta, "MCID")?;
-            from_global(normal, coord.axes_at(points[0])[0])
+            angle_from_global(normal, coord.axes_at(points[0])[0])
         };
         own.push(("angle".to_string(), format!("{} rad", computed(angle + section.ply_angle))));
     }
@@ -78,15 +79,6 @@ fn shell<'a>(importer: &mut Importer<'a>, card: &Card<'a>) -> Result<(), DeckErr
         values.items.push(("properties".into(), map(&own)));
     }
     importer.element(Block::Elements, card, values, Some(&property), Some(&section.name)).map(|_| ())
-}
-
-/// The angle about the normal from global x, projected (from y where it is normal), to a direction, rad.
-fn from_global(normal: [f64; 3], direction: [f64; 3]) -> f64 {
-    let projected = |v: [f64; 3]| plus(v, -dot(v, normal), normal);
-    let x = projected([1.0, 0.0, 0.0]);
-    let x = if dot(x, x) > 1e-12 { x } else { projected([0.0, 1.0, 0.0]) };
-    let d = projected(direction);
-    dot(cross(x, d), normal).atan2(dot(x, d))
 }
 
 struct ShellSection {

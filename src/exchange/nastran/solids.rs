@@ -2,10 +2,10 @@
 
 use super::importer::{Importer, Values};
 use super::materials::{density, isotropic};
-use super::writer::{Block, computed};
 use super::{CardRule, read, refused, used};
 use crate::deck::{Card, DeckError};
 use crate::exchange::system::Quantity as Q;
+use crate::exchange::writer::{Block, computed};
 
 pub(super) const CARDS: &[CardRule] = &[
     read("CTETRA", "solids", solid),

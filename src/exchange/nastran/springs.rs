@@ -1,11 +1,11 @@
 //! Springs, bushings and their properties.
 
 use super::importer::{Grid, Importer, Values};
-use super::writer::{Block, exact, with_unit};
 use super::{CardRule, left_out, read, refused, used};
 use crate::deck::{Card, DeckError};
 use crate::element::Dof;
 use crate::exchange::system::Quantity as Q;
+use crate::exchange::writer::{Block, exact, with_unit};
 use crate::model::{GLOBAL, cross, dot, minus, plus, unit};
 
 pub(super) const CARDS: &[CardRule] = &[

@@ -16,7 +16,7 @@ pub(super) fn is_f06(bytes: &[u8]) -> bool {
 }
 
 /// A heading without the blanks that spread it.
-fn squeezed(line: &str) -> String {
+pub(super) fn squeezed(line: &str) -> String {
     // Headings are letters with blanks between; a line of numbers is none.
     if line.len() > 250 || !line.chars().any(|c| c.is_ascii_uppercase()) {
         return String::new();

@@ -50,7 +50,7 @@ impl WeightedLinkSpec {
 pub struct ImportedSpec {
     /// The file that was read.
     pub from: String,
-    /// Its format: `nastran`.
+    /// Its format: `nastran`, `abaqus`, `calculix`.
     pub format: String,
     /// The system of units of its numbers: `si`, `mm-t-s`, `in-lbf-s` or `ft-lbf-s`.
     pub units: String,

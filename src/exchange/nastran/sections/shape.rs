@@ -4,6 +4,7 @@
 //! Theory of Elasticity, 1970, article 109, for torsion of a rectangle. Shear factors as in the tables of the solver's manual.
 
 use crate::deck::{Card, DeckError};
+use crate::exchange::shapes::{composed, rectangle_j};
 use std::f64::consts::PI;
 
 /// Properties of a shape.
@@ -19,23 +20,6 @@ pub(super) struct Shape {
     pub is_tapered: bool,
     /// Whether its centroid is not its shear centre.
     pub is_open: bool,
-}
-
-/// Torsion constant of a solid rectangle, to rounding.
-fn rectangle_j(width: f64, height: f64) -> f64 {
-    let (a, b) = (width.max(height), width.min(height));
-    let sum: f64 = (0..40).map(|i| f64::from(2 * i + 1)).map(|n| (n * PI * a / (2.0 * b)).tanh() / n.powi(5)).sum();
-    a * b.powi(3) / 3.0 * (1.0 - 192.0 * b / (PI.powi(5) * a) * sum)
-}
-
-/// Parts of a section: (width along z, height along y, y of its middle, z of its middle), negative widths for holes.
-fn composed(parts: &[[f64; 4]]) -> [f64; 3] {
-    let area: f64 = parts.iter().map(|p| p[0] * p[1]).sum();
-    let centre = |i: usize| parts.iter().map(|p| p[0] * p[1] * p[i]).sum::<f64>() / area;
-    let (y, z) = (centre(2), centre(3));
-    let i1 = parts.iter().map(|p| p[0] * p[1] * (p[1] * p[1] / 12.0 + (p[2] - y).powi(2))).sum();
-    let i2 = parts.iter().map(|p| p[0] * p[1] * (p[0] * p[0] / 12.0 + (p[3] - z).powi(2))).sum();
-    [area, i1, i2]
 }
 
 pub(super) fn read(card: &Card<'_>) -> Result<Shape, DeckError> {
@@ -165,27 +149,4 @@ pub(super) fn read(card: &Card<'_>) -> Result<Shape, DeckError> {
         is_tapered,
         is_open,
     })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// a b³ times 0.1406 for a square, 0.229 for two to one, 0.291 for five to one (Timoshenko and Goodier, table 7).
-    #[test]
-    fn torsion_of_a_rectangle_is_that_of_the_tables() {
-        for (ratio, factor) in [(1.0, 0.1406), (2.0, 0.229), (5.0, 0.291)] {
-            assert!((rectangle_j(ratio, 1.0) / ratio - factor).abs() < 5e-4, "{ratio}");
-        }
-    }
-
-    #[test]
-    fn composed_sections_are_about_their_centre() {
-        let [area, i1, i2] = composed(&[[2.0, 1.0, 0.5, 0.0], [2.0, 1.0, 1.5, 0.0]]);
-        assert!(
-            (area - 4.0).abs() < 1e-15
-                && (i1 - 2.0 * 8.0 / 12.0).abs() < 1e-15
-                && (i2 - 2.0 * 8.0 / 12.0).abs() < 1e-15
-        );
-    }
 }

@@ -4,12 +4,13 @@ use std::fmt::Write as _;
 
 /// Blocks of a model file, in the order in which they are written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Block {
+pub(in crate::exchange) enum Block {
     Parameters,
     Frames,
     Nodes,
     Sections,
     Beams,
+    Bars,
     Springs,
     Bushings,
     Masses,
@@ -24,12 +25,13 @@ pub(super) enum Block {
     Imported,
 }
 
-const BLOCKS: [&str; 17] = [
+const BLOCKS: [&str; 18] = [
     "parameters",
     "frames",
     "nodes",
     "sections",
     "beams",
+    "bars",
     "springs",
     "bushings",
     "masses",
@@ -48,26 +50,26 @@ const BLOCKS: [&str; 17] = [
 const WIDTH: usize = 140;
 
 #[derive(Debug, Clone)]
-pub(super) struct Writer {
-    blocks: [String; 17],
+pub(in crate::exchange) struct Writer {
+    blocks: [String; 18],
     /// Number of entries of each block.
-    counts: [usize; 17],
+    counts: [usize; 18],
     /// Comments that stand above the next entry of a block.
-    pending: [Vec<String>; 17],
+    pending: [Vec<String>; 18],
 }
 
 impl Writer {
-    pub(super) fn new() -> Self {
-        Self { blocks: Default::default(), counts: [0; 17], pending: Default::default() }
+    pub(in crate::exchange) fn new() -> Self {
+        Self { blocks: Default::default(), counts: [0; 18], pending: Default::default() }
     }
 
     /// A comment above the next entry of a block.
-    pub(super) fn comment(&mut self, block: Block, text: &str) {
+    pub(in crate::exchange) fn comment(&mut self, block: Block, text: &str) {
         self.pending[block as usize].push(text.to_string());
     }
 
     /// `name: value`, with a remark behind it.
-    pub(super) fn entry(&mut self, block: Block, name: &str, value: &str, remark: &str) {
+    pub(in crate::exchange) fn entry(&mut self, block: Block, name: &str, value: &str, remark: &str) {
         let i = block as usize;
         for comment in std::mem::take(&mut self.pending[i]) {
             let _ = writeln!(self.blocks[i], "  # {}", clean(&comment));
@@ -80,12 +82,20 @@ impl Writer {
         self.counts[i] += 1;
     }
 
-    pub(super) fn is_empty(&self, block: Block) -> bool {
+    /// A parameter that multiplies the stiffness of a group, free between a half and two.
+    pub(in crate::exchange) fn factor_on_stiffness(&mut self, group: &str) {
+        let parameter = format!("{group}_stiffness");
+        let value = format!("{{value: 1, bounds: [0.5, 2], description: factor on the stiffness of {group}}}");
+        self.entry(Block::Parameters, &parameter, &value, "");
+        self.entry(Block::Overrides, group, &format!("{{stiffness: {parameter}}}"), "");
+    }
+
+    pub(in crate::exchange) fn is_empty(&self, block: Block) -> bool {
         self.counts[block as usize] == 0
     }
 
     /// The whole file below its head.
-    pub(super) fn finish(&self, head: &str) -> String {
+    pub(in crate::exchange) fn finish(&self, head: &str) -> String {
         let size = self.blocks.iter().map(String::len).sum::<usize>();
         let mut out = String::with_capacity(size + head.len() + 512);
         out.push_str(head);
@@ -97,13 +107,13 @@ impl Writer {
 }
 
 /// A comment on one line, without control characters.
-pub(super) fn clean(text: &str) -> String {
+pub(in crate::exchange) fn clean(text: &str) -> String {
     let text: String = text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
     text.trim().to_string()
 }
 
 /// The value itself in as few digits as give it back.
-pub(super) fn exact(value: f64) -> String {
+pub(in crate::exchange) fn exact(value: f64) -> String {
     let size = value.abs();
     if size == 0.0 {
         "0".to_string()
@@ -115,22 +125,22 @@ pub(super) fn exact(value: f64) -> String {
 }
 
 /// A value that was computed, to twelve digits.
-pub(super) fn computed(value: f64) -> String {
+pub(in crate::exchange) fn computed(value: f64) -> String {
     exact(rounded(value))
 }
 
 /// A value to twelve significant digits.
-pub(super) fn rounded(value: f64) -> f64 {
+pub(in crate::exchange) fn rounded(value: f64) -> f64 {
     format!("{value:.11e}").parse().unwrap_or(value)
 }
 
 /// A number with a unit.
-pub(super) fn with_unit(number: &str, unit: &str) -> String {
+pub(in crate::exchange) fn with_unit(number: &str, unit: &str) -> String {
     if unit.is_empty() { number.to_string() } else { format!("{number} {unit}") }
 }
 
 /// A flow list, broken into lines where it is long.
-pub(super) fn list<T: AsRef<str>>(items: &[T]) -> String {
+pub(in crate::exchange) fn list<T: AsRef<str>>(items: &[T]) -> String {
     let total: usize = items.iter().map(|i| i.as_ref().len() + 2).sum();
     if total < WIDTH - 20 {
         return format!("[{}]", items.iter().map(AsRef::as_ref).collect::<Vec<_>>().join(", "));
@@ -155,13 +165,25 @@ pub(super) fn list<T: AsRef<str>>(items: &[T]) -> String {
 }
 
 /// A flow map.
-pub(super) fn map<K: AsRef<str>, V: AsRef<str>>(items: &[(K, V)]) -> String {
+pub(in crate::exchange) fn map<K: AsRef<str>, V: AsRef<str>>(items: &[(K, V)]) -> String {
     let parts: Vec<String> = items.iter().map(|(k, v)| format!("{}: {}", k.as_ref(), v.as_ref())).collect();
     format!("{{{}}}", parts.join(", "))
 }
 
 /// Three directions.
-pub(super) fn direction(v: [f64; 3]) -> String {
+pub(in crate::exchange) fn direction(v: [f64; 3]) -> String {
     let shown = v.map(|c| computed(if c.abs() < 1e-15 { 0.0 } else { c }));
     format!("[{}]", shown.join(", "))
+}
+
+/// The entry of a frame: its origin as text and its axes, kept to the last bit.
+pub(in crate::exchange) fn frame(origin: impl std::fmt::Display, axes: [[f64; 3]; 3]) -> String {
+    let whole = |v: [f64; 3]| {
+        if v.iter().all(|c| *c == 0.0 || c.abs() == 1.0) {
+            direction(v)
+        } else {
+            format!("[{}]", v.map(exact).join(", "))
+        }
+    };
+    format!("{{origin: {origin}, x: {}, xy: {}}}", whole(axes[0]), whole(axes[1]))
 }

@@ -1,0 +1,214 @@
+//! Materials: density and elastic constants.
+
+use super::importer::{Importer, Values};
+use crate::deck::{DataLine, DeckError, Keyword};
+use crate::exchange::system::Quantity as Q;
+use crate::linalg::DMatrix;
+
+/// Elastic constants, as a deck gives them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Elastic {
+    Isotropic {
+        e: f64,
+        nu: f64,
+    },
+    /// Along three axes: E1 E2 E3, ν12 ν13 ν23, G12 G13 G23.
+    Orthotropic {
+        e: [f64; 3],
+        nu: [f64; 3],
+        g: [f64; 3],
+    },
+    /// Of a sheet: E1 E2, ν12, G12 G13 G23.
+    Lamina {
+        e: [f64; 2],
+        nu: f64,
+        g: [f64; 3],
+    },
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(super) struct Material {
+    pub density: Option<f64>,
+    pub elastic: Option<Elastic>,
+}
+
+/// Numbers of a keyword over as many lines as they need.
+fn numbers(k: &Keyword<'_>, n: usize, name: &'static str) -> Result<Vec<f64>, DeckError> {
+    let mut out = Vec::with_capacity(n);
+    for line in k.lines().filter(|l| !l.is_empty()) {
+        for i in 0..8.min(n - out.len()) {
+            out.push(line.real(i, name)?);
+        }
+        if out.len() == n {
+            return Ok(out);
+        }
+    }
+    Err(k.error(format_args!("{n} constants are expected, and {} are given", out.len())))
+}
+
+fn positive(line: &DataLine<'_>, i: usize, name: &'static str) -> Result<f64, DeckError> {
+    let value = line.real(i, name)?;
+    if value > 0.0 { Ok(value) } else { Err(line.error(Some((i, name)), "it must be above zero")) }
+}
+
+/// Reads a material.
+pub(super) fn read(importer: &mut Importer<'_>, keywords: &[usize]) -> Result<Material, DeckError> {
+    let mut out = Material::default();
+    for index in keywords {
+        let k = importer.deck.keyword(*index);
+        match k.name() {
+            "DENSITY" => {
+                let line = k.needs_line(0, "the density")?;
+                let rho = line.real(0, "density")?;
+                if rho < 0.0 {
+                    return Err(line.error(Some((0, "density")), "it must not be negative"));
+                }
+                out.density = Some(rho).filter(|r| *r > 0.0);
+                importer.only_first(&k, 1);
+            }
+            "ELASTIC" => out.elastic = Some(elastic(importer, &k)?),
+            _ => {}
+        }
+    }
+    Ok(out)
+}
+
+fn elastic(importer: &mut Importer<'_>, k: &Keyword<'_>) -> Result<Elastic, DeckError> {
+    let kind: String = k.label("TYPE").unwrap_or_else(|| "ISO".to_string()).split_whitespace().collect();
+    let above = |values: &[f64]| {
+        let ok = values.iter().all(|v| *v > 0.0);
+        if ok { Ok(()) } else { Err(k.error("its moduli must be above zero")) }
+    };
+    Ok(match kind.as_str() {
+        "ISO" | "ISOTROPIC" => {
+            importer.only_first(k, 1);
+            let line = k.needs_line(0, "E and nu")?;
+            let (e, nu) = (positive(&line, 0, "E")?, line.real_or(1, "nu", 0.0)?);
+            if !(nu > -1.0 && nu < 0.5) {
+                return Err(line.error(Some((1, "nu")), "Poisson's ratio must be above -1 and below 0.5"));
+            }
+            Elastic::Isotropic { e, nu }
+        }
+        "ENGINEERINGCONSTANTS" => {
+            importer.only_first(k, 2);
+            let c = numbers(k, 9, "constant")?;
+            above(&[c[0], c[1], c[2], c[6], c[7], c[8]])?;
+            Elastic::Orthotropic { e: [c[0], c[1], c[2]], nu: [c[3], c[4], c[5]], g: [c[6], c[7], c[8]] }
+        }
+        "LAMINA" => {
+            importer.only_first(k, 1);
+            let c = numbers(k, 6, "constant")?;
+            above(&[c[0], c[1], c[3], c[4], c[5]])?;
+            Elastic::Lamina { e: [c[0], c[1]], nu: c[2], g: [c[3], c[4], c[5]] }
+        }
+        "ORTHO" | "ORTHOTROPIC" => {
+            importer.only_first(k, 2);
+            // D1111 D1122 D2222 D1133 D2233 D3333 D1212 D1313 D2323: the compliance is the inverse.
+            let c = numbers(k, 9, "constant")?;
+            let d = DMatrix::from_row_slice(3, 3, &[c[0], c[1], c[3], c[1], c[2], c[4], c[3], c[4], c[5]]);
+            let s = d.try_inverse().filter(|s| (0..3).all(|i| s[(i, i)] > 0.0 && s[(i, i)].is_finite()));
+            let s =
+                s.ok_or_else(|| k.error("its stiffnesses are those of no material: not every stress stores energy"))?;
+            above(&c[6..9])?;
+            let e: [f64; 3] = std::array::from_fn(|i| 1.0 / s[(i, i)]);
+            Elastic::Orthotropic {
+                e,
+                nu: [-s[(0, 1)] * e[0], -s[(0, 2)] * e[0], -s[(1, 2)] * e[1]],
+                g: [c[6], c[7], c[8]],
+            }
+        }
+        other => {
+            return Err(k.error(format_args!(
+                "elastic constants of the type {other} are not read; known are ISOTROPIC, ENGINEERING CONSTANTS, ORTHOTROPIC, LAMINA"
+            )));
+        }
+    })
+}
+
+impl Material {
+    /// E and nu of a material that must be isotropic.
+    pub(super) fn isotropic(self, k: &Keyword<'_>) -> Result<[f64; 2], DeckError> {
+        match self.elastic {
+            Some(Elastic::Isotropic { e, nu }) => Ok([e, nu]),
+            Some(_) => Err(k.error("beams and trusses of directed materials are not read; give isotropic ones")),
+            None => Err(k.error("its material has no *ELASTIC")),
+        }
+    }
+}
+
+impl Elastic {
+    pub(super) fn is_isotropic(&self) -> bool {
+        matches!(self, Elastic::Isotropic { .. })
+    }
+}
+
+impl Importer<'_> {
+    /// Says that constants at other temperatures are left out.
+    pub(super) fn only_first(&mut self, k: &Keyword<'_>, lines: usize) {
+        if k.n_lines() > lines {
+            self.report.note("of materials that depend on temperature or fields the first values are taken");
+        }
+    }
+
+    /// The material of a section.
+    pub(super) fn material(&self, k: &Keyword<'_>) -> Result<Material, DeckError> {
+        self.material_of(k, &k.needs("MATERIAL")?)
+    }
+
+    pub(super) fn material_of(&self, k: &Keyword<'_>, name: &str) -> Result<Material, DeckError> {
+        let found = self.materials.get(name);
+        found.copied().ok_or_else(|| {
+            let suggestion = crate::catalogue::did_you_mean(name, self.materials.keys().map(String::as_str));
+            k.error(format_args!("there is no material `{name}`{suggestion}"))
+        })
+    }
+
+    /// Elastic constants of a section of solids or shells.
+    pub(super) fn elastic(
+        &self,
+        k: &Keyword<'_>,
+        material: &Material,
+        is_shell: bool,
+        values: &mut Values,
+    ) -> Result<(), DeckError> {
+        let mut put = |key: &str, value: f64, q: Q| values.push((key.to_string(), self.with(value, q)));
+        match material.elastic {
+            None => return Err(k.error("its material has no *ELASTIC")),
+            Some(Elastic::Isotropic { e, nu }) => {
+                put("E", e, Q::Stress);
+                put("nu", nu, Q::Number);
+            }
+            Some(Elastic::Lamina { e, nu, g }) => {
+                if !is_shell {
+                    return Err(k.error("a solid needs ENGINEERING CONSTANTS, and LAMINA are those of a sheet"));
+                }
+                for (key, value) in [("E1", e[0]), ("E2", e[1])] {
+                    put(key, value, Q::Stress);
+                }
+                put("nu12", nu, Q::Number);
+                for (key, value) in ["G12", "G13", "G23"].into_iter().zip(g) {
+                    put(key, value, Q::Stress);
+                }
+            }
+            Some(Elastic::Orthotropic { e, nu, g }) => {
+                for (i, (key, value)) in ["E1", "E2", "E3"].into_iter().zip(e).enumerate() {
+                    if !(is_shell && i == 2) {
+                        put(key, value, Q::Stress);
+                    }
+                }
+                for (i, (key, value)) in ["nu12", "nu13", "nu23"].into_iter().zip(nu).enumerate() {
+                    if !(is_shell && i > 0) {
+                        put(key, value, Q::Number);
+                    }
+                }
+                for (key, value) in ["G12", "G13", "G23"].into_iter().zip(g) {
+                    put(key, value, Q::Stress);
+                }
+            }
+        }
+        if let Some(rho) = material.density {
+            put("density", rho, Q::Density);
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,27 @@
+//! From a deck of Abaqus or CalculiX to a model file.
+//!
+//! [`KEYWORDS`] is the catalogue: what a keyword becomes, why it is left out, or why it is refused; `kinds` that of types of elements. `gather`
+//! puts what is read into its part or instance, `importer` writes it, with one file per family of keywords. A keyword or a type that is in
+//! no catalogue is refused by name and place: nothing is half-read.
+
+mod axes;
+mod gather;
+mod importer;
+mod keywords;
+mod kinds;
+mod links;
+mod materials;
+mod members;
+mod points;
+mod profile;
+mod scopes;
+mod shells;
+mod solids;
+mod supports;
+mod surfaces;
+#[cfg(test)]
+mod tests;
+mod ties;
+
+pub use importer::import_keywords;
+pub use keywords::{KEYWORDS, KeywordRule, KeywordUse};

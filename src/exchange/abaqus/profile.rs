@@ -1,0 +1,166 @@
+//! Cross-sections of beams: the library of shapes, and constants given directly.
+//!
+//! Source of the shapes' sizes and of the shear factors: Abaqus Analysis User's Guide, beam cross-section library, and choosing a beam element
+//! (transverse shear stiffness): k = 0.85 RECT, 0.89 CIRC, 0.53 PIPE, 0.44 BOX and I, 1 where constants are given.
+
+use crate::deck::{DataLine, DeckError, Keyword};
+use crate::exchange::shapes::{composed, rectangle_j};
+use std::f64::consts::PI;
+
+/// A section in its axes 1 (y of retune) and 2 (z).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Profile {
+    pub area: f64,
+    /// About axis 1, about axis 2, and the product.
+    pub i11: f64,
+    pub i22: f64,
+    pub i12: f64,
+    pub j: f64,
+    /// Factor of the shear stiffness k G A.
+    pub shear: f64,
+    /// Centroid from the nodes.
+    pub centroid: [f64; 2],
+    /// Whether it is the same all round.
+    pub is_round: bool,
+    /// Whether it is a box of which one wall is next to nothing: it twists as an open section, and not about its centroid.
+    pub is_nearly_open: bool,
+}
+
+/// Sizes on a data line, all above zero.
+fn sizes<const N: usize>(line: &DataLine<'_>) -> Result<[f64; N], DeckError> {
+    let mut out = [0.0; N];
+    for (i, slot) in out.iter_mut().enumerate() {
+        *slot = line.real(i, "size")?;
+        if *slot <= 0.0 {
+            return Err(line.error(Some((i, "size")), "it must be above zero"));
+        }
+    }
+    Ok(out)
+}
+
+/// Reads the sizes of a shape of the library, or constants.
+pub(super) fn read(k: &Keyword<'_>, shape: &str, line: &DataLine<'_>) -> Result<Profile, DeckError> {
+    let plain = |area: f64, i11: f64, i22: f64, j: f64, shear: f64| Profile {
+        area,
+        i11,
+        i22,
+        i12: 0.0,
+        j,
+        shear,
+        centroid: [0.0; 2],
+        is_round: false,
+        is_nearly_open: false,
+    };
+    let wrong = |i: usize, text: &str| Err(line.error(Some((i, "size")), text));
+    Ok(match shape {
+        "RECT" | "RECTANGULAR" => {
+            let [a, b] = sizes(line)?;
+            plain(a * b, a * b.powi(3) / 12.0, b * a.powi(3) / 12.0, rectangle_j(a, b), 0.85)
+        }
+        "CIRC" | "CIRCULAR" => {
+            let [r] = sizes(line)?;
+            let i = PI / 4.0 * r.powi(4);
+            Profile { is_round: true, ..plain(PI * r * r, i, i, 2.0 * i, 0.89) }
+        }
+        "PIPE" | "THICKPIPE" => {
+            let [r, t] = sizes(line)?;
+            if t > r {
+                return wrong(1, "the wall must not be thicker than the radius");
+            }
+            let inner = r - t;
+            let i = PI / 4.0 * (r.powi(4) - inner.powi(4));
+            Profile { is_round: true, ..plain(PI * (r * r - inner * inner), i, i, 2.0 * i, 0.53) }
+        }
+        "BOX" => {
+            // Walls at +1, +2, -1, -2.
+            let [a, b, t1, t2, t3, t4] = sizes(line)?;
+            let (width, height) = (a - t1 - t3, b - t2 - t4);
+            if width <= 0.0 || height <= 0.0 {
+                return wrong(2, "the walls leave no hole");
+            }
+            // Parts of `composed` are (width along z, height along y, y, z) with bending about z first: here along 1, along 2, at 2, at 1.
+            let parts = [[a, b, 0.0, 0.0], [-width, height, 0.5 * (t4 - t2), 0.5 * (t3 - t1)]];
+            let [area, i11, i22] = composed(&parts);
+            let (wm, hm) = (a - 0.5 * (t1 + t3), b - 0.5 * (t2 + t4));
+            let j = 4.0 * (wm * hm).powi(2) / (hm / t1 + wm / t2 + hm / t3 + wm / t4);
+            let hole = width * height;
+            let at = |c: f64| -hole * c / area;
+            let (c1, c2) = (at(0.5 * (t3 - t1)), at(0.5 * (t4 - t2)));
+            // ∫ x1 x2 of the hole alone, about the common centroid.
+            let i12 = -hole * 0.5 * (t3 - t1) * 0.5 * (t4 - t2) - area * c1 * c2;
+            let walls = [t1, t2, t3, t4];
+            let is_nearly_open = walls.iter().any(|t| walls.iter().any(|u| *t < 0.05 * u));
+            Profile { i12, centroid: [c1, c2], is_nearly_open, ..plain(area, i11, i22, j, 0.44) }
+        }
+        "I" => {
+            // From the nodes down to the lower edge, height, widths below and above, flanges below and above, web.
+            let l = line.real(0, "l")?;
+            let mut rest = [0.0; 6];
+            for (i, slot) in rest.iter_mut().enumerate() {
+                *slot = line.real(1 + i, "size")?;
+                if *slot < 0.0 || (*slot == 0.0 && matches!(i, 0 | 5)) {
+                    return wrong(1 + i, "it must be above zero");
+                }
+            }
+            let [h, b1, b2, t1, t2, t3] = rest;
+            let web = h - t1 - t2;
+            if web <= 0.0 {
+                return wrong(1, "the flanges leave no web");
+            }
+            let parts = [[b1, t1, 0.5 * t1, 0.0], [t3, web, t1 + 0.5 * web, 0.0], [b2, t2, h - 0.5 * t2, 0.0]];
+            let [area, i11, i22] = composed(&parts);
+            let centre = parts.iter().map(|p| p[0] * p[1] * p[2]).sum::<f64>() / area;
+            let j = (b1 * t1.powi(3) + b2 * t2.powi(3) + (h - 0.5 * (t1 + t2)) * t3.powi(3)) / 3.0;
+            Profile { centroid: [0.0, centre - l], ..plain(area, i11, i22, j, 0.44) }
+        }
+        "GENERAL" => {
+            let [area, i11, i12, i22, j] = [0, 1, 2, 3, 4].map(|i| line.real_or(i, "constant", 0.0));
+            let (area, i11, i12, i22, j) = (area?, i11?, i12?, i22?, j?);
+            for (i, value) in [(0, area), (1, i11), (3, i22)] {
+                if value <= 0.0 {
+                    return Err(line.error(Some((i, "constant")), "it must be above zero"));
+                }
+            }
+            if j < 0.0 {
+                return Err(line.error(Some((4, "J")), "it must not be negative"));
+            }
+            if i12 * i12 >= i11 * i22 {
+                return Err(line.error(Some((2, "I12")), "I12 squared must be below I11 times I22"));
+            }
+            if line.real_or(5, "sectorial moment", 0.0)? != 0.0 || line.real_or(6, "warping constant", 0.0)? != 0.0 {
+                return Err(line.error(Some((5, "sectorial moment")), "beams that warp are not read"));
+            }
+            Profile { i12, ..plain(area, i11, i22, j, 1.0) }
+        }
+        other => {
+            return Err(k.error(format_args!(
+                "the shape `{other}` is not read; known are RECT, CIRC, PIPE, BOX, I, GENERAL; give a BEAM GENERAL SECTION with A, I11, I12, I22, J"
+            )));
+        }
+    })
+}
+
+impl Profile {
+    /// From axis 1 to the first principal axis, rad.
+    pub(super) fn turn(&self) -> f64 {
+        if self.i12 == 0.0 { 0.0 } else { 0.5 * (2.0 * self.i12).atan2(self.i22 - self.i11) }
+    }
+
+    /// In its principal axes.
+    pub(super) fn principal(&self) -> Profile {
+        let angle = self.turn();
+        if angle == 0.0 {
+            return *self;
+        }
+        let (mean, half) = (0.5 * (self.i11 + self.i22), (0.5 * (self.i22 - self.i11)).hypot(self.i12));
+        let (sin, cos) = angle.sin_cos();
+        let [a, b] = self.centroid;
+        Profile {
+            i22: mean + half,
+            i11: mean - half,
+            i12: 0.0,
+            centroid: [a * cos + b * sin, b * cos - a * sin],
+            ..*self
+        }
+    }
+}

@@ -1,0 +1,98 @@
+//! How a deck is to be read, and what becomes of it.
+
+use super::report::ImportReport;
+use super::system::System;
+use super::writer::clean;
+use crate::catalogue::counted;
+use crate::deck::CardId;
+use std::collections::HashMap;
+
+/// Whose deck of keywords it is: the same deck has lumped masses in Abaqus where CalculiX has consistent ones.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[expect(missing_docs, reason = "the names say it")]
+pub enum Solver {
+    #[default]
+    Abaqus,
+    CalculiX,
+}
+
+/// How a deck is to be read.
+#[derive(Debug, Clone, Copy)]
+pub struct ImportOptions {
+    /// The units of its numbers.
+    pub system: &'static System,
+    /// The subcase whose constraints hold, of a deck of keywords the step; the first (that of frequencies) when absent.
+    pub subcase: Option<u32>,
+    /// Whether every property gets a parameter, a factor on its stiffness between a half and two.
+    pub parameter_per_property: bool,
+    /// Of a deck of keywords: whose it is.
+    pub solver: Solver,
+}
+
+/// A model file made of a deck.
+#[derive(Debug, Clone)]
+pub struct Imported {
+    /// Its text.
+    pub text: String,
+    /// What was read, left out and approximated.
+    pub report: ImportReport,
+    /// A test file with the frequencies that an optimisation of the deck asks for, where there is one.
+    pub test: Option<String>,
+    pub(in crate::exchange) origins: Origins,
+}
+
+/// A property of an element and the field that it comes from: SI = factor · field.
+#[derive(Debug, Clone, PartialEq)]
+pub(in crate::exchange) struct Bound {
+    /// The property of the element in retune.
+    pub property: String,
+    pub card: CardId,
+    pub field: usize,
+    pub name: &'static str,
+    pub factor: f64,
+}
+
+/// Where an element comes from.
+#[derive(Debug, Clone, Default)]
+pub(in crate::exchange) struct ElementOrigin {
+    pub card: Option<CardId>,
+    pub property: Option<CardId>,
+    pub section: Option<String>,
+    pub bounds: Vec<Bound>,
+}
+
+/// Where entries of the model file come from.
+#[derive(Debug, Clone, Default)]
+pub(in crate::exchange) struct Origins {
+    pub elements: HashMap<String, ElementOrigin>,
+    pub sections: HashMap<String, Vec<Bound>>,
+    pub grids: HashMap<String, CardId>,
+    /// Cards of design variables, by parameter.
+    pub variables: HashMap<String, CardId>,
+    /// Mass in SI of one unit of the deck's mass fields over that of its system.
+    pub wtmass: f64,
+    /// The largest number of an element, a grid, a property, a material.
+    pub largest: u32,
+}
+
+/// A text of one line in quotation marks.
+pub(in crate::exchange) fn quoted(text: &str) -> String {
+    format!("\"{}\"", clean(text).replace('\\', "\\\\").replace('"', "\\\""))
+}
+
+/// What stands above all blocks of a model file.
+pub(in crate::exchange) fn head(report: &ImportReport, file: &str, system: &System, title: &str) -> String {
+    let entries: usize = report.read.values().map(|r| r.0).sum();
+    let mut head = format!(
+        "# Made by `retune import {}` from {} in {}; units {}.\n",
+        clean(file),
+        counted(entries, report.entry),
+        counted(report.files, "file"),
+        system.name
+    );
+    for what in report.approximated.keys() {
+        head.push_str(&format!("# Approximated: {}\n", clean(what)));
+    }
+    head.push_str(&format!("retune: 1\nname: {}\n", quoted(if title.trim().is_empty() { file } else { title })));
+    head
+}

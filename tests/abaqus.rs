@@ -1,0 +1,632 @@
+//! Decks of Abaqus and CalculiX become models.
+//!
+//! Small decks against closed forms and against models that say the same otherwise; CalculiX itself on the same decks where `ccx` is
+//! installed, and a real bridge where its folder is there (`RETUNE_DATA`, or `../shared/data` beside this package): tests skip with a message
+//! otherwise.
+
+use retune::deck::KeywordDeck;
+use retune::exchange::{
+    Agreement, ImportOptions, Imported, KEYWORDS, Solver, compare_results, import_keywords, read_results,
+    system_by_name,
+};
+use retune::modal::SolveOptions;
+use retune::model::{Model, ParametricModel, Registry, load, solve_modes};
+use std::f64::consts::{PI, TAU};
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+fn options(solver: Solver) -> ImportOptions {
+    ImportOptions { system: system_by_name("si").unwrap(), subcase: None, parameter_per_property: false, solver }
+}
+
+fn deck_of(text: &str) -> KeywordDeck {
+    KeywordDeck::read(Path::new("deck.inp"), &mut |_| Ok(text.as_bytes().to_vec())).unwrap_or_else(|e| panic!("{e}"))
+}
+
+fn imported(text: &str, solver: Solver) -> Imported {
+    import_keywords(&deck_of(text), options(solver)).unwrap_or_else(|e| panic!("{}", e[0]))
+}
+
+fn model_of(imported: &Imported) -> Model {
+    load(&imported.text, &Registry::builtin()).unwrap_or_else(|p| panic!("{}\n{}", p[0].message, imported.text)).0
+}
+
+fn model(text: &str) -> Model {
+    model_of(&imported(text, Solver::Abaqus))
+}
+
+fn refusal(text: &str) -> String {
+    let deck = match KeywordDeck::read(Path::new("deck.inp"), &mut |_| Ok(text.as_bytes().to_vec())) {
+        Ok(deck) => deck,
+        Err(e) => return e.to_string(),
+    };
+    match import_keywords(&deck, options(Solver::Abaqus)) {
+        Ok(imported) => panic!("it was read\n{}", imported.text),
+        Err(errors) => errors[0].to_string(),
+    }
+}
+
+/// Elastic frequencies, Hz, and the number of rigid-body modes.
+fn frequencies(model: &Model, n: usize) -> (Vec<f64>, usize) {
+    let modes = solve_modes(model, &model.parameters().nominal(), SolveOptions { n_elastic: n, shift: None }).unwrap();
+    (modes.elastic().map(|i| modes.frequency_hz(i)).collect(), modes.n_rigid)
+}
+
+fn near(a: f64, b: f64, part: f64) {
+    assert!((a / b - 1.0).abs() < part, "{a} is not {b} within {part:e}");
+}
+
+const MATERIAL: &str = "*MATERIAL, NAME=steel\n*ELASTIC\n2e11, 0.3\n*DENSITY\n7800.\n";
+
+/// A straight beam of `n` elements along x, clamped at x = 0.
+fn cantilever(kind: &str, n: usize, length: f64, section: &str) -> String {
+    let mut text = "*NODE\n".to_string();
+    for i in 0..=n {
+        let _ = writeln!(text, "{}, {}, 0., 0.", i + 1, length * i as f64 / n as f64);
+    }
+    let _ = writeln!(text, "*ELEMENT, TYPE={kind}, ELSET=beam");
+    for i in 1..=n {
+        let _ = writeln!(text, "{i}, {i}, {}", i + 1);
+    }
+    text + section + MATERIAL + "*BOUNDARY\n1, ENCASTRE\n"
+}
+
+/// β₁L = 1.8751, f = (β₁L)²/(2π L²) √(EI/ρA): R. D. Blevins, Formulas for Natural Frequency and Mode Shape, 1979, table 8-1. The section is
+/// 20 wide along n1 and 10 high along n2: n1 is along y by the second data line.
+#[test]
+fn a_beam_bends_in_the_planes_of_its_section() {
+    let section = "*BEAM SECTION, ELSET=beam, MATERIAL=steel, SECTION=RECT\n0.02, 0.01\n0., 1., 0.\n";
+    let (f, n_rigid) = frequencies(&model(&cantilever("B33", 20, 1.0, section)), 2);
+    let closed = |h: f64| 1.875_104_068_711_961_f64.powi(2) / TAU * (2e11 * h * h / 12.0 / 7800.0).sqrt();
+    assert_eq!(n_rigid, 0);
+    // Hermite's elements err by (βl)⁴/720 of the frequency squared at the most.
+    near(f[0], closed(0.01), 1e-6);
+    near(f[1], closed(0.02), 1e-6);
+    // The default n1 is -z: the section then stands upright.
+    let upright = section.replace("0., 1., 0.\n", "");
+    let text = cantilever("B33", 20, 1.0, &upright);
+    let shown = imported(&text, Solver::Abaqus).text;
+    assert!(shown.contains("orientation: [0, 1, 0]"), "{shown}");
+}
+
+/// A pipe with masses lumped: the total mass is ρ A L, and the twist of a shaft with a disc is √(GJ/(L I))/2π.
+#[test]
+fn masses_springs_and_rotary_inertias_are_their_closed_forms() {
+    let text = "*NODE\n1, 0., 0., 0.\n2, 2., 0., 0.\n3, 2., 1., 0.\n*ELEMENT, TYPE=B31, ELSET=shaft\n1, 1, 2\n*ELEMENT, TYPE=ROTARYI, ELSET=disc\n2, 2\n\
+        *ELEMENT, TYPE=MASS, ELSET=m\n3, 3\n*ELEMENT, TYPE=SPRING1, ELSET=k1\n4, 3\n*ELEMENT, TYPE=SPRINGA, ELSET=ka\n5, 2, 3\n\
+        *ELEMENT, TYPE=SPRING2, ELSET=k2\n6, 2, 3\n\
+        *BEAM SECTION, ELSET=shaft, MATERIAL=soft, SECTION=PIPE\n0.05, 0.01\n0., 0., 1.\n*MATERIAL, NAME=soft\n*ELASTIC\n2e11, 0.3\n\
+        *ROTARY INERTIA, ELSET=disc\n3., 1., 1.\n*MASS, ELSET=m\n5.\n*SPRING, ELSET=k1\n1,\n2000.\n*SPRING, ELSET=ka\n\n3000.\n\
+        *SPRING, ELSET=k2\n3, 3\n4000.\n*BOUNDARY\n1, ENCASTRE\n2, 1, 3\n2, 5, 6\n3, 4, 6\n";
+    let (f, _) = frequencies(&model(text), 4);
+    let j = PI / 2.0 * (0.05_f64.powi(4) - 0.04_f64.powi(4));
+    let shaft = (2e11 / 2.6 * j / 2.0 / 3.0).sqrt() / TAU;
+    let mut expected = vec![shaft];
+    expected.extend([2000.0, 3000.0, 4000.0].map(|k| (k / 5.0_f64).sqrt() / TAU));
+    expected.sort_by(f64::total_cmp);
+    assert_eq!(f.len(), 4);
+    for (a, b) in f.into_iter().zip(expected) {
+        near(a, b, 1e-9);
+    }
+}
+
+/// A bar of two elements, lumped and consistent: ω = √(k/m) of the chain by hand.
+#[test]
+fn trusses_have_the_mass_of_their_solver() {
+    let text = format!(
+        "*NODE\n1, 0., 0., 0.\n2, 1., 0., 0.\n*ELEMENT, TYPE=T3D2, ELSET=bar\n1, 1, 2\n*SOLID SECTION, ELSET=bar, MATERIAL=steel\n1e-4\n{MATERIAL}*BOUNDARY\n1, 1, 3\n2, 2, 3\n"
+    );
+    let (k, m): (f64, f64) = (2e11 * 1e-4, 7800.0 * 1e-4);
+    for (solver, share) in [(Solver::Abaqus, 2.0), (Solver::CalculiX, 3.0)] {
+        let (f, _) = frequencies(&model_of(&imported(&text, solver)), 1);
+        near(f[0], (k / (m / share)).sqrt() / TAU, 1e-9);
+    }
+}
+
+/// Constants of a section of unequal flanges, in the axes of the deck, by parts.
+#[test]
+fn an_i_section_has_the_constants_of_its_parts() {
+    let section =
+        "*BEAM SECTION, ELSET=beam, MATERIAL=steel, SECTION=I\n0., 0.1, 0.08, 0.06, 0.01, 0.008, 0.006\n0., 1., 0.\n";
+    let text = imported(&cantilever("B31", 2, 1.0, section), Solver::Abaqus).text;
+    let parts = [(0.08, 0.01, 0.005), (0.006, 0.082, 0.051), (0.06, 0.008, 0.096)];
+    let area: f64 = parts.iter().map(|p| p.0 * p.1).sum();
+    let centre = parts.iter().map(|p| p.0 * p.1 * p.2).sum::<f64>() / area;
+    let about_1: f64 = parts.iter().map(|p| p.0 * p.1 * (p.1 * p.1 / 12.0 + (p.2 - centre).powi(2))).sum();
+    let about_2: f64 = parts.iter().map(|p| p.1 * f64::powi(p.0, 3) / 12.0).sum();
+    let value = |key: &str| -> f64 {
+        let at = text.find(&format!(" {key}: ")).unwrap_or_else(|| panic!("no {key} in\n{text}"));
+        text[at + key.len() + 3..].split([' ', ',', '}']).next().unwrap().parse().unwrap()
+    };
+    for (key, expected) in
+        [("A", area), ("Iy", about_1), ("Iz", about_2), ("neutral_axis_z", centre), ("mass_offset_z", centre)]
+    {
+        near(value(key), expected, 1e-11);
+    }
+}
+
+/// Nodes and hexahedra of a box of `n` elements with its corner at `from`; numbers begin behind `first`.
+fn bricks(n: [usize; 3], from: [f64; 3], size: [f64; 3], first: usize, set: &str) -> String {
+    let id = |i: usize, j: usize, k: usize| first + 1 + i + (n[0] + 1) * (j + (n[1] + 1) * k);
+    let mut text = format!("*NODE, NSET={set}\n");
+    for k in 0..=n[2] {
+        for j in 0..=n[1] {
+            for i in 0..=n[0] {
+                let at = |a: usize, q: usize| from[a] + size[a] * q as f64 / n[a] as f64;
+                let _ = writeln!(text, "{}, {}, {}, {}", id(i, j, k), at(0, i), at(1, j), at(2, k));
+            }
+        }
+    }
+    let _ = writeln!(text, "*ELEMENT, TYPE=C3D8I, ELSET={set}");
+    let mut number = first;
+    for k in 0..n[2] {
+        for j in 0..n[1] {
+            for i in 0..n[0] {
+                number += 1;
+                let bottom = [id(i, j, k), id(i + 1, j, k), id(i + 1, j + 1, k), id(i, j + 1, k)];
+                let top = [id(i, j, k + 1), id(i + 1, j, k + 1), id(i + 1, j + 1, k + 1), id(i, j + 1, k + 1)];
+                let ids: Vec<String> = bottom.iter().chain(&top).map(usize::to_string).collect();
+                let _ = writeln!(text, "{number}, {}", ids.join(", "));
+            }
+        }
+    }
+    text + &format!("*SOLID SECTION, ELSET={set}, MATERIAL=steel\n")
+}
+
+/// Two boxes of one mesh tied face to face are the box of twice the height, and free boxes of different meshes have the six rigid motions.
+#[test]
+fn ties_join_faces() {
+    let tie = "*SURFACE, NAME=top\nlow, S2\n*SURFACE, NAME=bottom\nhigh, S1\n*TIE, NAME=glue\nbottom, top\n";
+    let boxes = |n: [usize; 3]| {
+        bricks([2, 2, 2], [0.0; 3], [1.0, 0.5, 0.6], 0, "low")
+            + &bricks(n, [0.0, 0.0, 0.6 + 1e-6], [1.0, 0.5, 0.6], 1000, "high")
+            + MATERIAL
+            + tie
+    };
+    let whole = bricks([2, 2, 4], [0.0; 3], [1.0, 0.5, 1.2], 0, "all") + MATERIAL;
+    let whole = frequencies(&model(&whole), 6);
+    let tied = imported(&boxes([2, 2, 2]), Solver::Abaqus);
+    assert!(
+        tied.report.notes.iter().any(|n| n.contains("9 nodes were moved onto the faces")),
+        "{:?}",
+        tied.report.notes
+    );
+    let found = frequencies(&model_of(&tied), 6);
+    assert_eq!((whole.1, found.1), (6, 6));
+    for (a, b) in found.0.iter().zip(&whole.0) {
+        // The nodes that a micrometre parts belong to the upper box as they are.
+        near(*a, *b, 1e-5);
+    }
+    let uneven = frequencies(&model(&boxes([3, 4, 2])), 6);
+    assert_eq!(uneven.1, 6);
+    for (a, b) in uneven.0.iter().zip(&whole.0) {
+        // The finer nodes lie on faces that stay bilinear: stiffer than the whole by some per cents on so few bricks.
+        near(*a, *b, 0.1);
+    }
+    // A slave surface far from the other is an error, not a model in two pieces.
+    let far = boxes([2, 2, 2]).replace("*TIE, NAME=glue\n", "*TIE, NAME=glue, POSITION TOLERANCE=1e-9\n");
+    assert!(refusal(&far).contains("POSITION TOLERANCE"), "{}", refusal(&far));
+}
+
+/// A part in two places, the second turned by 90 degrees about an axis, is the flat deck with the nodes where they then are.
+#[test]
+fn parts_stand_where_their_instances_put_them() {
+    let part = bricks([1, 2, 1], [0.0; 3], [0.4, 0.8, 0.2], 0, "all");
+    let assembly = "*ASSEMBLY, NAME=a\n*INSTANCE, NAME=One, PART=p\n*END INSTANCE\n*INSTANCE, NAME=\"the other\", PART=p\n1., 0., 0.\n\
+        1., 0., 0., 1., 0., 1., 90.\n*END INSTANCE\n*NSET, NSET=foot, INSTANCE=One\n1, 2, 7, 8\n*NSET, NSET=foot, INSTANCE=\"the other\"\n1, 2, 7, 8\n*END ASSEMBLY\n";
+    let text = format!("*PART, NAME=p\n{part}*END PART\n{assembly}{MATERIAL}*BOUNDARY\nfoot, ENCASTRE\n");
+    let found = imported(&text, Solver::Abaqus);
+    for node in ["one_n1: [0 m, 0 m, 0 m]", "the_other_n2: [1 m, 0.4 m, 0 m]", "the_other_n3: [0.6 m, 0 m, 0 m]"] {
+        assert!(found.text.contains(node), "{node}\n{}", found.text);
+    }
+    let flat = bricks([1, 2, 1], [0.0; 3], [0.4, 0.8, 0.2], 0, "all")
+        + MATERIAL
+        + "*BOUNDARY\n1, 1, 6\n2, 1, 6\n7, 1, 6\n8, 1, 6\n";
+    let (one, two) = (frequencies(&model(&flat), 3).0, frequencies(&model_of(&found), 6).0);
+    for i in 0..3 {
+        near(two[2 * i], one[i], 1e-9);
+        near(two[2 * i + 1], one[i], 1e-9);
+    }
+}
+
+/// A mass on a rigid arm: by COUPLING, KINEMATIC COUPLING, MPC BEAM, RIGID BODY and EQUATION one structure, that of the mass with its offset.
+#[test]
+fn every_way_of_a_rigid_arm_is_one_structure() {
+    let section =
+        "*BEAM SECTION, ELSET=beam, MATERIAL=steel, SECTION=BOX\n0.05, 0.04, 0.003, 0.004, 0.003, 0.004\n0., 1., 0.\n";
+    let base = cantilever("B33", 6, 1.5, section)
+        + "*NODE\n50, 1.6, 0.2, -0.1\n*ELEMENT, TYPE=MASS, ELSET=m\n50, 50\n*MASS, ELSET=m\n4.\n";
+    // θ × r with r = (0.1, 0.2, -0.1) from node 7 to node 50.
+    let equation = "*EQUATION\n4\n50, 1, 1., 7, 1, -1., 7, 5, 0.1\n7, 6, 0.2\n4\n50, 2, 1., 7, 2, -1., 7, 6, -0.1, 7, 4, -0.1\n4\n\
+        50, 3, 1., 7, 3, -1., 7, 4, -0.2, 7, 5, 0.1\n";
+    let ways = [
+        "*NSET, NSET=tip\n50\n*SURFACE, NAME=s, TYPE=NODE\ntip\n*COUPLING, CONSTRAINT NAME=c, REF NODE=7, SURFACE=s\n*KINEMATIC\n1, 6\n",
+        "*KINEMATIC COUPLING, REF NODE=7\n50, 1, 3\n",
+        "*MPC\nBEAM, 50, 7\n",
+        "*NSET, NSET=tip\n50\n*RIGID BODY, REF NODE=7, PIN NSET=tip\n",
+        equation,
+        "*NSET, NSET=turned\n50\n*TRANSFORM, NSET=turned\n0., 1., 0., -1., 0., 0.\n*MPC\nBEAM, 50, 7\n",
+    ];
+    let mut first: Option<Vec<f64>> = None;
+    for way in ways {
+        let (f, n_rigid) = frequencies(&model(&(base.clone() + way)), 5);
+        assert_eq!(n_rigid, 0, "{way}");
+        let expected = first.get_or_insert_with(|| f.clone());
+        for (a, b) in f.iter().zip(expected) {
+            near(*a, *b, 1e-9);
+        }
+    }
+    let offset = model(&cantilever("B33", 6, 1.5, section));
+    let text = imported(&cantilever("B33", 6, 1.5, section), Solver::Abaqus).text
+        + "masses:\n  m: {node: n7, mass: 4 kg, offset: [0.1 m, 0.2 m, -0.1 m]}\n";
+    let offset_mass = load(&text, &Registry::builtin()).unwrap_or_else(|p| panic!("{}", p[0].message)).0;
+    for (a, b) in frequencies(&offset_mass, 5).0.iter().zip(first.unwrap()) {
+        near(*a, b, 1e-9);
+    }
+    assert!(frequencies(&offset, 1).0[0] > frequencies(&offset_mass, 1).0[0]);
+}
+
+/// A roller on a slope of 30 degrees, by TRANSFORM: the sprung mass moves along the slope alone.
+#[test]
+fn transformed_nodes_are_held_along_their_own_axes() {
+    let text = "*NODE, NSET=n\n1, 0., 0., 0.\n*ELEMENT, TYPE=MASS, ELSET=m\n1, 1\n*MASS, ELSET=m\n2.\n*ELEMENT, TYPE=SPRING1, ELSET=k\n2, 1\n\
+        *SPRING, ELSET=k\n1\n500.\n*TRANSFORM, NSET=n\n0.86602540378443865, 0.5, 0., -0.5, 0.86602540378443865, 0.\n*BOUNDARY\n1, 2, 6\n";
+    near(frequencies(&model(text), 1).0[0], (500.0_f64 / 2.0).sqrt() / TAU, 1e-9);
+    // Held along the spring instead, nothing is left that it could move.
+    let text = text.replace("1, 2, 6\n", "1, 1\n1, 3, 6\n");
+    let (f, _) = frequencies(&model(&text), 1);
+    assert!(f.iter().all(|f| *f < 1e-6), "{f:?}");
+}
+
+/// The boundary of the step with frequencies holds, with that of the steps before unless OP=NEW.
+#[test]
+fn the_step_of_frequencies_says_what_is_held() {
+    let section = "*BEAM SECTION, ELSET=beam, MATERIAL=steel, SECTION=CIRC\n0.01\n0., 1., 0.\n";
+    let base = cantilever("B33", 4, 1.0, section);
+    let steps = |own: &str| {
+        format!(
+            "{base}*STEP\n*STATIC\n*BOUNDARY\n5, PINNED\n*CLOAD\n3, 2, 10.\n*END STEP\n*STEP\n*FREQUENCY\n5\n{own}*END STEP\n"
+        )
+    };
+    let count = |text: &str| frequencies(&model(text), 2);
+    let alone = count(&base);
+    let propped = count(&steps(""));
+    assert!(propped.0[0] > 3.0 * alone.0[0]);
+    let free = count(&steps("*BOUNDARY, OP=NEW\n5, ENCASTRE\n"));
+    for (a, b) in free.0.iter().zip(&alone.0) {
+        near(*a, *b, 1e-9); // clamped at the other end
+    }
+    let report = imported(&steps(""), Solver::Abaqus).report;
+    assert_eq!(report.left_out.get("CLOAD").map(|l| l.1), Some("loads"));
+    let deck = deck_of(&steps(""));
+    let first = import_keywords(&deck, ImportOptions { subcase: Some(3), ..options(Solver::Abaqus) }).unwrap_err();
+    assert_eq!(first[0].to_string(), "deck.inp: *STEP: there is no step 3: the deck has 2");
+}
+
+/// Shells of four, three, eight and six nodes of one plate: ω = π² (1/a² + 1/b²) √(D/ρt) (Blevins 1979, table 11-4), simply supported.
+#[test]
+fn shells_of_every_type_are_one_plate() {
+    let (a, b, t): (f64, f64, f64) = (1.2, 0.9, 0.01);
+    let d = 2e11 * t * t * t / (12.0 * (1.0 - 0.09));
+    let closed = PI / 2.0 * (1.0 / (a * a) + 1.0 / (b * b)) * (d / (7800.0 * t)).sqrt();
+    for kind in ["S4R", "S3", "S8R", "S6"] {
+        let n = 12;
+        // A grid of half the size of the elements, of which only those nodes that elements have are written.
+        let id = |i: usize, j: usize| 1 + i + 100 * j;
+        let mut elements = format!("*ELEMENT, TYPE={kind}, ELSET=plate\n");
+        let mut used = std::collections::BTreeSet::new();
+        let mut number = 0;
+        for j in (0..2 * n).step_by(2) {
+            for i in (0..2 * n).step_by(2) {
+                let quad: [[usize; 2]; 8] =
+                    [[0, 0], [2, 0], [2, 2], [0, 2], [1, 0], [2, 1], [1, 2], [0, 1]].map(|p| [i + p[0], j + p[1]]);
+                let centre = [i + 1, j + 1];
+                let lists: Vec<Vec<[usize; 2]>> = match kind {
+                    "S4R" => vec![quad[..4].to_vec()],
+                    "S8R" => vec![quad.to_vec()],
+                    "S3" => vec![vec![quad[0], quad[1], quad[2]], vec![quad[0], quad[2], quad[3]]],
+                    _ => vec![
+                        vec![quad[0], quad[1], quad[2], quad[4], quad[5], centre],
+                        vec![quad[0], quad[2], quad[3], centre, quad[6], quad[7]],
+                    ],
+                };
+                for list in lists {
+                    number += 1;
+                    let ids: Vec<String> = list.iter().map(|p| id(p[0], p[1]).to_string()).collect();
+                    used.extend(list);
+                    let _ = writeln!(elements, "{number}, {}", ids.join(", "));
+                }
+            }
+        }
+        let mut nodes = "*NODE, NSET=all\n".to_string();
+        let mut edge = "*NSET, NSET=edge\n".to_string();
+        for p in &used {
+            let at = |q: usize, size: f64| size * q as f64 / (2 * n) as f64;
+            let _ = writeln!(nodes, "{}, {}, {}, 0.", id(p[0], p[1]), at(p[0], a), at(p[1], b));
+            if p.iter().any(|q| *q == 0 || *q == 2 * n) {
+                let _ = writeln!(edge, "{}", id(p[0], p[1]));
+            }
+        }
+        let text = format!(
+            "{nodes}{elements}{edge}{MATERIAL}*SHELL SECTION, ELSET=plate, MATERIAL=steel\n{t}, 5\n*BOUNDARY\nedge, 3\nall, 1, 2\nall, 6\n"
+        );
+        // Meshes of 12 by 12: bilinear elements err by (π h/L)²/12 of the frequency, 6e-3, triangles by several times that.
+        near(frequencies(&model(&text), 1).0[0], closed, if kind == "S4R" || kind == "S6" { 0.012 } else { 0.03 });
+    }
+}
+
+/// Layers of one material are one plate; SPOS puts the nodes on the upper face; a lamina turned by 90 degrees has its moduli exchanged.
+#[test]
+fn sections_of_shells_say_thickness_offset_and_angle() {
+    let base = |section: &str, material: &str| {
+        format!(
+            "*NODE\n1, 0., 0., 0.\n2, 1., 0., 0.\n3, 1., 1., 0.\n4, 0., 1., 0.\n*ELEMENT, TYPE=S4, ELSET=s\n1, 1, 2, 3, 4\n{section}*MATERIAL, NAME=steel\n{material}"
+        )
+    };
+    let iso = "*ELASTIC\n2e11, 0.3\n";
+    let lamina = "*ELASTIC, TYPE=LAMINA\n1e11, 1e10, 0.3, 5e9, 5e9, 4e9\n";
+    let text = |section: &str, material: &str| imported(&base(section, material), Solver::Abaqus).text;
+    let layers =
+        text("*SHELL SECTION, ELSET=s, COMPOSITE, OFFSET=SPOS\n0.002, 3, steel, 0.\n0.003, 3, steel, 45.\n", iso);
+    assert!(layers.contains("thickness: 0.005 m, offset: -0.0025 m"), "{layers}");
+    let turned = text(
+        "*ORIENTATION, NAME=o\n0., 1., 0., -1., 0., 0.\n3, 30.\n*SHELL SECTION, ELSET=s, MATERIAL=steel, ORIENTATION=o\n0.01\n",
+        lamina,
+    );
+    // Axis 1 of the orientation is y; 30 degrees more about the normal.
+    assert!(turned.contains(&format!("angle: {} rad", 2.094_395_102_39)), "{turned}");
+    let refused =
+        refusal(&base("*SHELL SECTION, ELSET=s, COMPOSITE\n0.002, 3, steel, 0.\n0.003, 3, steel, 45.\n", lamina));
+    assert!(refused.contains("a laminate of several materials or angles is not read"), "{refused}");
+}
+
+/// What is wrong is said with file, line, keyword, item, what was expected and the nearest name.
+#[test]
+fn what_is_wrong_is_said_with_its_place() {
+    let section = "*BEAM SECTION, ELSET=beam, MATERIAL=steel, SECTION=RECT\n0.02, 0.01\n0., 1., 0.\n";
+    let good = cantilever("B31", 2, 1.0, section);
+    for (from, to, message) in [
+        ("*NODE\n1, 0", "*NODE\n1, O", "deck.inp:2: *NODE, field 2 (coordinate): `O` where a number is expected"),
+        ("2, 2, 3\n", "2, 2, 9\n", "deck.inp:7: *ELEMENT, field 3 (node): there is no node 9"),
+        ("2, 2, 3\n", "2, 2\n", "deck.inp:7: *ELEMENT: the element 2 has 1 nodes, and a B31 has 2"),
+        ("TYPE=B31", "TYPE=B13", "deck.inp:5: *ELEMENT: no element of the type `B13` is known; did you mean `B31`?"),
+        (
+            "TYPE=B31",
+            "TYPE=CPS4R",
+            "deck.inp:5: *ELEMENT: elements of the type CPS4R are not read: plane elements are not read: a model of retune is a structure in space",
+        ),
+        (
+            "MATERIAL=steel",
+            "MATERIAL=stel",
+            "deck.inp:8: *BEAMSECTION: there is no material `STEL`; did you mean `STEEL`?",
+        ),
+        (
+            "ELSET=beam, MAT",
+            "ELSET=bean, MAT",
+            "deck.inp:8: *BEAMSECTION: there is no element set `BEAN`; did you mean `BEAM`?",
+        ),
+        (
+            "SECTION=RECT",
+            "SECTION=TEE",
+            "deck.inp:8: *BEAMSECTION: the shape `TEE` is not read; known are RECT, CIRC, PIPE, BOX, I, GENERAL; give a BEAM GENERAL SECTION with A, I11, I12, I22, J",
+        ),
+        (
+            "0., 1., 0.\n",
+            "1., 0., 0.\n",
+            "deck.inp:5: *ELEMENT: element 1: the direction n1 of its section is along the element itself; give it in the second data line of the section",
+        ),
+        ("*DENSITY", "*DENSTY", "deck.inp:14: *DENSTY: no keyword of this name is known; did you mean `DENSITY`?"),
+        (
+            "1, ENCASTRE",
+            "1, ENCASTR",
+            "deck.inp:17: *BOUNDARY, field 2 (type): `ENCASTR` is no type of boundary; did you mean `ENCASTRE`?",
+        ),
+        (
+            "*BOUNDARY",
+            "*PARAMETER\nl=2\n*BOUNDARY",
+            "deck.inp:16: *PARAMETER: parameters of the input file are expressions in Python; give the deck with their values",
+        ),
+        (
+            "*BOUNDARY",
+            "*INCLUDE, INPUT=nowhere.inp\n*BOUNDARY",
+            "deck.inp:16: *INCLUDE: there is no file `nowhere.inp` beside the deck",
+        ),
+        ("*BOUNDARY", "*FREQUENCY\n*BOUNDARY", "deck.inp:16: *FREQUENCY: it belongs into a *STEP"),
+        (
+            "2e11, 0.3",
+            "2e11, 0.5",
+            "deck.inp:13: *ELASTIC, field 2 (nu): Poisson's ratio must be above -1 and below 0.5",
+        ),
+    ] {
+        assert!(good.contains(from), "{from}");
+        assert_eq!(refusal(&good.replacen(from, to, 1)), message);
+    }
+    let bare = good.replace(section, "");
+    assert_eq!(
+        refusal(&bare),
+        "deck.inp:5: *ELEMENT: element 1, and 1 more: no section or property gives it a material"
+    );
+    let twice = good.replace(MATERIAL, &(section.to_string() + MATERIAL));
+    assert!(refusal(&twice).ends_with("element 1 has a section already, at deck.inp:8"), "{}", refusal(&twice));
+}
+
+/// Every keyword is in the catalogue once, its name that of its heading without blanks.
+#[test]
+fn the_catalogue_has_every_keyword_once() {
+    for (i, rule) in KEYWORDS.iter().enumerate() {
+        let plain: String = rule.shown.chars().filter(|c| !c.is_whitespace()).collect();
+        assert_eq!(plain.replace("PSD-", "PSD"), rule.name);
+        assert!(KEYWORDS[..i].iter().all(|r| r.name != rule.name), "{}", rule.name);
+    }
+}
+
+/// Names of files relative to the deck, data of a keyword in a file, quoted names, keywords that go on.
+#[test]
+fn decks_of_several_files_are_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    std::fs::create_dir(at("mesh")).unwrap();
+    std::fs::write(at("mesh/nodes.txt"), "1, 0., 0., 0.\n2, 1., 0., 0.\n").unwrap();
+    std::fs::write(at("mesh/bar.inc"), "*Element, type=T3D2,\n  elset=\"the Bar\"\n1, 1, 2\n** a comment\n*Solid Section, elset=\"the Bar\", material=Steel\n1e-4\n").unwrap();
+    std::fs::write(
+        at("job.inp"),
+        format!("*Node, nset=All, input=Mesh/NODES.txt\n*Include, input=mesh\\bar.inc\n{MATERIAL}*Boundary\nall, 2, 3\n1, 1\n"),
+    )
+    .unwrap();
+    let deck = KeywordDeck::read(&at("job.inp"), &mut |p| std::fs::read(p)).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(deck.sources().len(), 3);
+    let model = model_of(&import_keywords(&deck, options(Solver::Abaqus)).unwrap_or_else(|e| panic!("{}", e[0])));
+    let (k, m): (f64, f64) = (2e11 * 1e-4, 7800.0 * 1e-4);
+    near(frequencies(&model, 1).0[0], (k / (m / 2.0)).sqrt() / TAU, 1e-9);
+}
+
+fn has_ccx() -> bool {
+    let found = Command::new("ccx").arg("-v").output().is_ok();
+    if !found {
+        eprintln!("skipped: CalculiX (`ccx`) is not installed");
+    }
+    found
+}
+
+/// Runs CalculiX on a deck and holds the imported model against its .dat and .frd.
+fn against_ccx(text: &str, most: usize) -> [Agreement; 2] {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("job.inp"), text).unwrap();
+    let run = Command::new("ccx").arg("job").current_dir(folder.path()).output().unwrap();
+    let model = model_of(&imported(text, Solver::CalculiX));
+    ["job.dat", "job.frd"].map(|file| {
+        let said = || String::from_utf8_lossy(&run.stdout).into_owned();
+        let bytes = std::fs::read(folder.path().join(file)).unwrap_or_else(|e| panic!("{file}: {e}\n{}", said()));
+        let results = read_results(&bytes).unwrap_or_else(|e| panic!("{file}: {e}\n{}", said()));
+        compare_results(&model, &results, most).unwrap()
+    })
+}
+
+/// A skewed box of quadratic elements on the grid of half their size, clamped at one end.
+fn quadratic(kind: &str) -> String {
+    let n = [4_usize, 2, 2];
+    let id = |p: [usize; 3]| 1 + p[0] + 20 * (p[1] + 20 * p[2]);
+    let edges: &[[usize; 2]] = match kind {
+        "C3D20" => &[[0, 1], [1, 2], [2, 3], [3, 0], [4, 5], [5, 6], [6, 7], [7, 4], [0, 4], [1, 5], [2, 6], [3, 7]],
+        _ => &[[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]],
+    };
+    let mut elements = format!("*ELEMENT, TYPE={kind}, ELSET=E\n");
+    let mut used = std::collections::BTreeSet::new();
+    let mut number = 0;
+    for k in 0..n[2] {
+        for j in 0..n[1] {
+            for i in 0..n[0] {
+                let corner = |a: usize, b: usize, c: usize| [2 * (i + a), 2 * (j + b), 2 * (k + c)];
+                let c = [
+                    corner(0, 0, 0),
+                    corner(1, 0, 0),
+                    corner(1, 1, 0),
+                    corner(0, 1, 0),
+                    corner(0, 0, 1),
+                    corner(1, 0, 1),
+                    corner(1, 1, 1),
+                    corner(0, 1, 1),
+                ];
+                let cells: Vec<Vec<[usize; 3]>> = if kind == "C3D20" {
+                    vec![c.to_vec()]
+                } else {
+                    [[0, 1, 2, 6], [0, 2, 3, 6], [0, 3, 7, 6], [0, 7, 4, 6], [0, 4, 5, 6], [0, 5, 1, 6]]
+                        .iter()
+                        .map(|t| t.iter().map(|q| c[*q]).collect())
+                        .collect()
+                };
+                for cell in cells {
+                    number += 1;
+                    let middle = |e: &[usize; 2]| -> [usize; 3] {
+                        std::array::from_fn(|a| usize::midpoint(cell[e[0]][a], cell[e[1]][a]))
+                    };
+                    let all: Vec<[usize; 3]> = cell.iter().copied().chain(edges.iter().map(middle)).collect();
+                    let ids: Vec<String> = all.iter().map(|p| id(*p).to_string()).collect();
+                    used.extend(all);
+                    let (head, tail) = ids.split_at(10.min(ids.len()));
+                    let _ =
+                        writeln!(elements, "{number}, {}{}", head.join(", "), if tail.is_empty() { "" } else { "," });
+                    if !tail.is_empty() {
+                        let _ = writeln!(elements, "{}", tail.join(", "));
+                    }
+                }
+            }
+        }
+    }
+    let mut nodes = "*HEADING\na skewed box\n*NODE, NSET=ALL\n".to_string();
+    let mut root = "*NSET, NSET=ROOT\n".to_string();
+    for p in &used {
+        let [x, y, z] = [p[0] as f64 * 0.5, p[1] as f64 * 0.25, p[2] as f64 * 0.2];
+        let _ = writeln!(nodes, "{}, {}, {}, {}", id(*p), x + 0.03 * y * z, y * (1.0 + 0.05 * x), z + 0.02 * x * y);
+        if p[0] == 0 {
+            let _ = writeln!(root, "{},", id(*p));
+        }
+    }
+    format!(
+        "{nodes}{elements}{root}{MATERIAL}*SOLID SECTION, ELSET=E, MATERIAL=steel\n*BOUNDARY\nROOT, 1, 3\n*STEP\n*FREQUENCY\n8\n*NODE FILE\nU\n*END STEP\n"
+    )
+}
+
+/// Bricks of twenty nodes are those of CalculiX to its printed digits, tetrahedra of ten but for the mass, which it integrates by four points.
+#[test]
+fn calculix_finds_the_same_quadratic_solids() {
+    if !has_ccx() {
+        return;
+    }
+    for (kind, part, mac) in [("C3D20", 1e-6, 1e-6), ("C3D10", 2e-3, 1e-4)] {
+        let [dat, frd] = against_ccx(&quadratic(kind), 6);
+        assert!(dat.modes.len() == 6 && frd.modes.len() == 6, "{kind}");
+        for m in &dat.modes {
+            assert!(m.relative().abs() < part, "{kind} {}: {} {}", m.number, m.solver_hz, m.model_hz);
+        }
+        for m in &frd.modes {
+            assert!(m.mac.unwrap() > 1.0 - mac, "{kind} {}: {:?}", m.number, m.mac);
+        }
+    }
+}
+
+/// Bricks with incompatible modes on a mesh of parallelepipeds, tied: CalculiX's EQUATIONs, MPCs, springs and masses on the same deck.
+#[test]
+fn calculix_finds_the_same_links_springs_and_masses() {
+    if !has_ccx() {
+        return;
+    }
+    let mut text = bricks([4, 2, 2], [0.0; 3], [1.0, 0.2, 0.2], 0, "box") + MATERIAL;
+    text += "*NODE\n900, 1.2, 0.1, 0.1\n*ELEMENT, TYPE=MASS, ELSET=m\n900, 900\n*MASS, ELSET=m\n50.\n\
+        *ELEMENT, TYPE=SPRINGA, ELSET=k\n901, 900, 45\n*SPRING, ELSET=k\n\n2.E7\n\
+        *EQUATION\n2\n900, 2, 1., 45, 2, -1.\n2\n900, 3, 1., 45, 3, -1.\n\
+        *NSET, NSET=root, GENERATE\n1, 41, 5\n*BOUNDARY\nroot, 1, 3\n*STEP\n*FREQUENCY\n6\n*NODE FILE\nU\n*END STEP\n";
+    let [dat, frd] = against_ccx(&text, 4);
+    assert_eq!(dat.modes.len(), 4);
+    for (m, s) in dat.modes.iter().zip(&frd.modes) {
+        // Its incompatible modes are others: on four bricks per mille apart.
+        assert!(m.relative().abs() < 1e-2, "{}: {} {}", m.number, m.solver_hz, m.model_hz);
+        assert!(s.mac.unwrap() > 0.999, "{}: {:?}", m.number, s.mac);
+    }
+}
+
+/// The bridge of the University of South Carolina as it stands: masses to the printed digits of Abaqus, frequencies within what one reduced
+/// brick through a wall leaves open (its bending is hourglass stiffness alone, a convention of each solver).
+///
+/// Source: Job-1.inp and Job-1.dat of ARTS-Laboratory/USC-walking-bridges (SOURCE.md of the folder).
+#[test]
+fn a_real_bridge_comes_in_as_it_stands() {
+    let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data");
+    let folder: PathBuf = std::env::var_os("RETUNE_DATA").map_or(beside, PathBuf::from).join("usc_bridge_a");
+    if !folder.join("Job-1.inp").exists() {
+        eprintln!("skipped: {} is not there; set RETUNE_DATA to the folder of the real data", folder.display());
+        return;
+    }
+    let deck = KeywordDeck::read(&folder.join("Job-1.inp"), &mut |p| std::fs::read(p)).unwrap();
+    let imported = import_keywords(&deck, options(Solver::Abaqus)).unwrap_or_else(|e| panic!("{}", e[0]));
+    let model = model_of(&imported);
+    let results = read_results(&std::fs::read(folder.join("Job-1.dat")).unwrap()).unwrap();
+    let found = compare_results(&model, &results, 10).unwrap();
+    let mass = found.mass.unwrap();
+    assert!(mass.worst < 1e-6, "{mass:?}");
+    assert_eq!((found.n_rigid, found.modes.len()), ((Some(0), 0), 10));
+    for m in &found.modes {
+        assert!((0.0..0.5).contains(&m.relative()), "{}: {} {}", m.number, m.solver_hz, m.model_hz);
+    }
+}
