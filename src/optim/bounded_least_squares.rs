@@ -101,7 +101,9 @@ fn all_at_once(
         let free: Vec<usize> = (0..n).filter(|&j| sides[j] == Side::Free).collect();
         if !free.is_empty() {
             let Some(target) = solve_free(a, b, &d, &free) else { return Err((d, free)) };
-            free.iter().zip(target.iter()).for_each(|(&j, v)| d[j] = *v);
+            for (&j, v) in free.iter().zip(target.iter()) {
+                d[j] = *v;
+            }
         }
         let residual = b - a * &d;
         let mut wrong: Vec<(usize, Side)> = Vec::new();
@@ -127,7 +129,9 @@ fn all_at_once(
             let free = free.into_iter().filter(|&j| lower[j] < d[j] && d[j] < upper[j]).collect();
             return Err((d, free));
         }
-        wrong.into_iter().for_each(|(j, side)| sides[j] = side);
+        for (j, side) in wrong {
+            sides[j] = side;
+        }
     }
 }
 
