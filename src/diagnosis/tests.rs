@@ -471,7 +471,10 @@ fn a_fault_of_a_sensor_is_one_fault_in_both_tests() {
     let base = model(&with_bench(&wing()));
     let truth = model(&with_bench(&wing()).replace("section: wing}", "section: wing, subdivide: 3}"));
     let mut tests = measured_twice(&truth, &middle(&truth), 13);
-    let name = tests[1].sensors[2].name.clone();
+    // One that moves most on the bench: near the clamp a sign tells nothing there.
+    let reads = |s: usize| tests[1].modes.iter().filter_map(|m| m.shape.as_ref()).map(|y| y[s].norm_sqr()).sum::<f64>();
+    let most = (0..tests[1].sensors.len()).max_by(|&a, &b| reads(a).total_cmp(&reads(b))).unwrap();
+    let name = tests[1].sensors[most].name.clone();
     for test in &mut tests {
         let s = test.sensors.iter().position(|s| s.name == name).unwrap();
         test.modes.iter_mut().filter_map(|m| m.shape.as_mut()).for_each(|shape| shape[s] = -shape[s]);
