@@ -104,7 +104,7 @@ mod tests {
     fn properties(mass: &str) -> Option<super::MassProperties> {
         let text = format!(
             "retune: 1\nname: rod\nnodes: {{a: [0, 0, 0], b: [2, 0, 0]}}\nbeams: {{r: {{nodes: [a, b], properties: {{EA: 1e6, GJ: 1, EIy: 1, EIz: 1, mass_per_length: 3 kg/m}}}}}}\n\
-             supports: {{left: {{node: a}}}}\nelements: {{s: {{type: mass_matrix, node: b, {mass}}}}}\n"
+             supports: {{left: {{node: a}}}}\nelements: {{s: {{type: mass_matrix, nodes: [b], {mass}}}}}\n"
         );
         let model = load(&text, &Registry::builtin()).unwrap_or_else(|e| panic!("{e:?}")).0;
         model.mass_properties(&model.parameters().nominal()).unwrap()
