@@ -177,3 +177,11 @@ fn adjoint_columns_are_those_of_differences() {
     assert!(5 * wrong.len() <= compared, "of {compared} {wrong:#?}");
     assert!(compared > 30, "{compared}");
 }
+
+/// The whole way of a test, from its pairs to a verdict.
+#[test]
+fn a_test_of_a_complete_model_is_adequate_on_a_stand_in() {
+    let scene = scene(&model(MODELS[2].1));
+    let found = crate::diagnosis::foreign::investigate(scene, &[], None, &Settings::default()).unwrap();
+    assert_eq!(found.diagnosis.verdict, Verdict::Adequate, "{}", found.diagnosis.sentence);
+}
