@@ -129,7 +129,7 @@ fn by_trusted_sensors(
     let trusted: Vec<Comparison<'_>> = comparisons
         .iter()
         .zip(&tests)
-        .map(|(c, test)| Comparison::new(c.model(), test, *c.pairing()))
+        .map(|(c, test)| Comparison::sharing(c.model(), test, *c.pairing(), Some(c.solver().clone())))
         .collect::<Result<_, _>>()?;
     Ok((decide(&trusted, start, options)?, contradicted))
 }

@@ -10,16 +10,13 @@ use crate::linalg::Complex;
 use crate::model::MOST_DENSE_DOFS;
 use crate::objective::Comparison;
 
-/// Dofs of a model whose motions are asked without being told to.
-const MOST_DOFS: usize = MOST_DENSE_DOFS;
-
 /// Indices of the sensors of a test that the motions of the model at θ contradict, ascending.
 ///
 /// # Errors
 /// As [`check_sensors_by_model`].
 pub(super) fn contradicted(comparison: &Comparison<'_>, theta: &[f64]) -> Result<Vec<usize>, CorrelationError> {
     let (model, test) = (comparison.model(), comparison.test());
-    if !comparison.has_shapes() || model.dof_map().n_dof() > MOST_DOFS {
+    if !comparison.has_shapes() || model.dof_map().n_dof() > MOST_DENSE_DOFS {
         return Ok(Vec::new());
     }
     let check = match check_sensors_by_model(model, theta, &test.sensors, &test.modes, 0) {
