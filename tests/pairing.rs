@@ -235,7 +235,7 @@ fn a_few_symmetry_labels_force_no_pair() {
             [None, Some("Anti"), None, None, Some("symmetric")][i.min(4)].filter(|_| i < 5).map(str::to_string);
     }
     let paired = paired_test(&model, None, &test, &HowToPair::probable()).unwrap();
-    let comparison = compared(&model, &paired, &HowToPair::probable()).unwrap();
+    let comparison = compared(&model, &paired.test, &HowToPair::probable()).unwrap();
     let found = assess(&comparison, &starting_point(&model)).unwrap();
     assert!(!found.pairs.is_empty());
     for p in &found.pairs {
@@ -269,7 +269,7 @@ fn gates_say_what_they_keep_out() {
     (test.modes[5].frequency_hz.value, test.modes[5].frequency_hz.sd) = (hz, FREQUENCY * hz);
     let how = HowToPair { frequency_window: Some(0.3), ..HowToPair::probable() };
     let paired = paired_test(&model, None, &test, &how).unwrap();
-    let comparison = compared(&model, &paired, &how).unwrap();
+    let comparison = compared(&model, &paired.test, &how).unwrap();
     let found = assess(&comparison, &starting_point(&model)).unwrap();
     let reason = found.unpaired_test[0].reason.clone().unwrap_or_default();
     assert!(reason.contains("outside the frequency window") && reason.contains("`--frequency-window`"), "{reason}");
@@ -331,7 +331,7 @@ fn a_comparison_pairs_no_mode_at_an_absurd_distance() {
             (mode.frequency_hz.value, mode.frequency_hz.sd) = (hz, FREQUENCY * hz);
             let (more, at) = with(&test, mode);
             let paired = paired_test(&model, None, &more, &HowToPair::probable()).unwrap();
-            let comparison = compared(&model, &paired, &HowToPair::probable()).unwrap();
+            let comparison = compared(&model, &paired.test, &HowToPair::probable()).unwrap();
             let found = assess(&comparison, &starting_point(&model)).unwrap();
             let lost: Vec<usize> = found.unpaired_test.iter().map(|u| u.mode).collect();
             assert_eq!(lost, [at], "{name}, seed {seed}");

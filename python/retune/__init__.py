@@ -22,15 +22,13 @@ The names are those of the command ``retune``: what ``retune update model.yaml t
 from ._core import __version__
 from ._errors import Problem, RetuneError, RetuneWarning
 from ._external import ParametricModel
+from ._found import Diagnosis, Hypothesis, Learning
 from ._frfs import Channel, Frfs, read_frfs
 from ._model import MassProperties, Matrices, Model, Modes, Parameter
 from ._objective import Objective, Optimum, Search
 from ._results import (
     Comparison,
-    Diagnosis,
-    Hypothesis,
     Identification,
-    Learning,
     ParameterEstimate,
     Pair,
     Plan,

@@ -13,14 +13,13 @@ from . import _core
 from ._convert import PathLike, Tests, dumps, model_of, parametric_of, percent_of, tests_of, text_of, vector
 from ._errors import tell
 from ._external import ParametricModel
+from ._found import Diagnosis, Learning
 from ._frfs import Frfs, Quantity, read_frfs, read_options
 from ._model import Model
 from ._objective import CostName, PairingName
 from ._results import (
     Comparison,
-    Diagnosis,
     Identification,
-    Learning,
     Plan,
     Posterior,
     Report,

@@ -90,6 +90,15 @@ impl<'a> Comparison<'a> {
         Self::observed(model, test, pairing, solver, (sensors, Vec::new()))
     }
 
+    /// The same model with another test of the same sensors.
+    pub(crate) fn with_test<'b>(&self, test: &'b TestData) -> Result<Comparison<'b>, CorrelationError>
+    where
+        'a: 'b,
+    {
+        let observed = (self.sensors.clone(), self.varying.clone());
+        Comparison::observed(self.model, test, self.pairing, Some(self.solver.clone()), observed)
+    }
+
     /// * `sensors` - the observation matrix, and the sensors whose rows depend on θ
     fn observed(
         model: &'a dyn ParametricModel,
@@ -312,7 +321,7 @@ impl<'a> Comparison<'a> {
     }
 
     /// The observation matrix at θ.
-    fn sensors_at(&self, theta: &[f64]) -> Result<Cow<'_, DMatrix<f64>>, EvalError> {
+    pub(crate) fn sensors_at(&self, theta: &[f64]) -> Result<Cow<'_, DMatrix<f64>>, EvalError> {
         if self.varying.is_empty() {
             return Ok(Cow::Borrowed(&self.sensors));
         }

@@ -47,7 +47,7 @@ pub fn assess_paired(
     test: &TestData,
     how: &HowToPair,
 ) -> Result<Assessment, UpdateError> {
-    let paired = paired_test(model, Some(theta), test, how)?;
+    let paired = paired_test(model, Some(theta), test, how)?.test;
     let comparison = compared(model, &paired, how)?;
     assess(&comparison, theta)
 }

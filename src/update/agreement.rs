@@ -1,10 +1,10 @@
 //! Everything that a comparison tells: each part, or why there is none.
 
 use super::{
-    Assessment, Functions, FunctionsOptions, HowToPair, MassReduction, ModeAgreement, Orthogonality, Places,
-    PlacesOptions, Sensitivities, SensitivityOptions, SensorReport, UpdateError, assess, check_sensors_by_model,
-    compare_functions, compared, judge, mode_agreement, orthogonality, paired_test, places, sensitivities,
-    sensor_agreement,
+    Assessment, Functions, FunctionsOptions, HowToPair, MassReduction, ModeAgreement, Orthogonality, PairedTest,
+    Places, PlacesOptions, Sensitivities, SensitivityOptions, SensorCheck, SensorReport, UpdateError, assess,
+    check_sensors_by_model, compare_functions, compared, judge, mode_agreement, orthogonality, paired_test, places,
+    sensitivities, sensor_agreement,
 };
 use crate::correlation::{CriteriaProfile, Judgement};
 use crate::data::{FrfSet, TestData};
@@ -73,7 +73,7 @@ pub fn agreement(model: &Model, test: &TestData, options: &AgreementOptions<'_>)
     if test.has_nothing() {
         return Err(UpdateError::NoData);
     }
-    let test = paired_test(model, None, test, &options.pairing)?;
+    let PairedTest { test, check } = paired_test(model, None, test, &options.pairing)?;
     let comparison = compared(model, &test, &options.pairing)?;
     let assessment = assess(&comparison, &model.parameters().nominal())?;
     let a = &assessment;
@@ -94,8 +94,11 @@ pub fn agreement(model: &Model, test: &TestData, options: &AgreementOptions<'_>)
     let functions = functions(&comparison, a, options)?;
     let modes = mode_agreement(&comparison, a)?;
     let sensors = sensor_agreement(&comparison, a, REMOVED)?.ok_or_else(|| NO_SHAPES.to_string());
-    let is_asked = options.suspects || n_dof <= LARGE;
-    let suspects = if is_asked { suspects(model, &model.parameters().nominal(), &test)? } else { Vec::new() };
+    let suspects = match check {
+        Some(check) => suspicions(check, &test),
+        None if options.suspects || n_dof <= LARGE => suspects(model, &model.parameters().nominal(), &test)?,
+        None => Vec::new(),
+    };
     let judgement = options.profile.map(|p| judge(&comparison, a, orthogonality.as_ref().ok(), p));
     drop(comparison);
     Ok(Agreement {
@@ -135,10 +138,14 @@ pub(super) fn suspects(
     if test.modes.iter().all(|m| m.shape.is_none()) {
         return Ok(Vec::new());
     }
-    let mut found = check_sensors_by_model(model, theta, &test.sensors, &test.modes, 0)?.findings;
+    Ok(suspicions(check_sensors_by_model(model, theta, &test.sensors, &test.modes, 0)?, test))
+}
+
+fn suspicions(check: SensorCheck, test: &TestData) -> Vec<Finding> {
+    let mut found = check.findings;
     found.retain(|f| f.level > Level::Info);
     found.extend(check_silent(&test.sensors, &test.modes));
-    Ok(found)
+    found
 }
 
 fn with_orthogonality(

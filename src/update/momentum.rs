@@ -135,6 +135,16 @@ pub struct SensorCheck {
     pub findings: Vec<Finding>,
 }
 
+impl SensorCheck {
+    /// Indices of the sensors that the accepted changes touch, ascending.
+    pub fn contradicted(&self) -> Vec<usize> {
+        let mut out: Vec<usize> = self.changes.iter().flat_map(|(change, _)| change.touches()).collect();
+        out.sort_unstable();
+        out.dedup();
+        out
+    }
+}
+
 /// Checks the sensors of a test against a model at θ.
 ///
 /// * `modes` - by ascending frequency; those without a shape do not count
@@ -149,12 +159,24 @@ pub fn check_sensors_by_model(
     modes: &[TestMode],
     n_suspension: usize,
 ) -> Result<SensorCheck, CorrelationError> {
-    let failed = |e: &dyn std::fmt::Display| CorrelationError::Model(e.to_string());
     let observed = observation_matrix_at(model, sensors, theta)?;
+    check_observed(model, theta, &observed, sensors, modes, n_suspension)
+}
+
+/// The same with the observation matrix, (n_sensor x n_dof).
+pub(super) fn check_observed(
+    model: &dyn ParametricModel,
+    theta: &[f64],
+    observed: &DMatrix<f64>,
+    sensors: &[Sensor],
+    modes: &[TestMode],
+    n_suspension: usize,
+) -> Result<SensorCheck, CorrelationError> {
+    let failed = |e: &dyn std::fmt::Display| CorrelationError::Model(e.to_string());
     let n_elastic = (3 * modes.len() + 20).min(model.dof_map().n_dof());
     let found = solve_modes(model, theta, SolveOptions { n_elastic, shift: None }).map_err(|e| failed(&e))?;
-    let rigid = &observed * found.shapes.columns(0, found.n_rigid);
-    let elastic = &observed * found.shapes.columns(found.n_rigid, found.len() - found.n_rigid);
+    let rigid = observed * found.shapes.columns(0, found.n_rigid);
+    let elastic = observed * found.shapes.columns(found.n_rigid, found.len() - found.n_rigid);
     let lambda: Vec<f64> = found.elastic().map(|r| found.lambda[r]).collect();
     let mut shapes: Vec<Shape> =
         modes.iter().enumerate().skip(n_suspension).filter_map(|(k, m)| shape(k, m, &elastic, &lambda)).collect();

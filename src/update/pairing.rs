@@ -3,7 +3,7 @@
 //! Pairs are inferred, see [`decide`]. A user may ask for a rule instead, give gates to either, and name partners, foreign modes and
 //! unused ones in the test file.
 
-use super::{UpdateError, trust};
+use super::{SensorCheck, UpdateError, trust};
 use crate::correlation::{CorrelationError, PairBy, PairingOptions};
 use crate::data::{Standing, TestData};
 use crate::linalg::DVector;
@@ -91,13 +91,17 @@ impl HowToPair {
         misread: f64,
     ) -> Result<SettledPairs, CorrelationError> {
         let n = comparisons.len();
-        let (decision, contradicted) = if self.infers() {
+        let (decision, checks) = if self.infers() {
             by_trusted_sensors(comparisons, start, self.deciding(true, misread))?
         } else {
-            (decide_by_rule(comparisons, start, self.deciding(false, 0.0))?, vec![Vec::new(); n])
+            (decide_by_rule(comparisons, start, self.deciding(false, 0.0))?, vec![None; n])
         };
         let tests = comparisons.iter().enumerate().map(|(k, c)| decision.applied(k, c.test())).collect();
-        Ok(SettledPairs { tests, contradicted, x: decision.x })
+        Ok(SettledPairs {
+            tests,
+            contradicted: checks.iter().map(|c| contradicted(c.as_ref())).collect(),
+            x: decision.x,
+        })
     }
 }
 
@@ -111,42 +115,55 @@ pub(crate) struct SettledPairs {
     pub(crate) x: DVector<f64>,
 }
 
-/// [`decide`] without the readings of sensors that the motions of the model at the start contradict, and which these are.
+fn contradicted(check: Option<&SensorCheck>) -> Vec<usize> {
+    check.map_or_else(Vec::new, SensorCheck::contradicted)
+}
+
+/// [`decide`] without the readings of sensors that the motions of the model at the start contradict, and what these motions say of every test.
 fn by_trusted_sensors(
     comparisons: &[Comparison<'_>],
     start: &DVector<f64>,
     options: Deciding,
-) -> Result<(Decision, Vec<Vec<usize>>), CorrelationError> {
+) -> Result<(Decision, Vec<Option<SensorCheck>>), CorrelationError> {
     let Some(first) = comparisons.first() else { return Ok((decide(comparisons, start, options)?, Vec::new())) };
     let theta = Scaling::new(first.model()).theta(start);
-    let contradicted: Vec<Vec<usize>> =
-        comparisons.iter().map(|c| trust::contradicted(c, &theta)).collect::<Result<_, _>>()?;
-    if contradicted.iter().all(Vec::is_empty) {
-        return Ok((decide(comparisons, start, options)?, contradicted));
+    let checks: Vec<_> = comparisons.iter().map(|c| trust::check(c, &theta)).collect::<Result<_, _>>()?;
+    if checks.iter().all(|check| contradicted(check.as_ref()).is_empty()) {
+        return Ok((decide(comparisons, start, options)?, checks));
     }
-    let tests: Vec<TestData> =
-        comparisons.iter().zip(&contradicted).map(|(c, sensors)| trust::without(c.test(), sensors)).collect();
-    let trusted: Vec<Comparison<'_>> = comparisons
-        .iter()
-        .zip(&tests)
-        .map(|(c, test)| Comparison::sharing(c.model(), test, *c.pairing(), Some(c.solver().clone())))
-        .collect::<Result<_, _>>()?;
-    Ok((decide(&trusted, start, options)?, contradicted))
+    let without =
+        |(c, check): (&Comparison<'_>, &Option<SensorCheck>)| trust::without(c.test(), &contradicted(check.as_ref()));
+    let tests: Vec<TestData> = comparisons.iter().zip(&checks).map(without).collect();
+    let trusted: Vec<Comparison<'_>> =
+        comparisons.iter().zip(&tests).map(|(c, test)| c.with_test(test)).collect::<Result<_, _>>()?;
+    Ok((decide(&trusted, start, options)?, checks))
+}
+
+/// A test with the standing of its modes.
+#[derive(Debug, Clone)]
+pub struct PairedTest {
+    /// The test.
+    pub test: TestData,
+    /// What the motions of the model say of its sensors, where pairs were inferred from shapes.
+    pub check: Option<SensorCheck>,
 }
 
 /// A test with the standing of its modes at a θ, for a comparison.
 ///
 /// # Errors
 /// As [`decide`].
-pub fn paired_at(comparison: &Comparison<'_>, theta: &[f64], how: &HowToPair) -> Result<TestData, UpdateError> {
+pub fn paired_at(comparison: &Comparison<'_>, theta: &[f64], how: &HowToPair) -> Result<PairedTest, UpdateError> {
     let scaling = Scaling::new(comparison.model());
     let x = scaling.x(theta);
-    let decision = if how.infers() {
-        by_trusted_sensors(std::slice::from_ref(comparison), &x, how.deciding(false, FAR_OFF))?.0
+    let (decision, check) = if how.infers() {
+        let (decision, mut checks) =
+            by_trusted_sensors(std::slice::from_ref(comparison), &x, how.deciding(false, FAR_OFF))?;
+        (decision, checks.pop().flatten())
     } else {
-        decide_by_rule(std::slice::from_ref(comparison), &x, Deciding { moves: false, ..Deciding::default() })?
+        let deciding = Deciding { moves: false, ..Deciding::default() };
+        (decide_by_rule(std::slice::from_ref(comparison), &x, deciding)?, None)
     };
-    Ok(decision.applied(0, comparison.test()))
+    Ok(PairedTest { test: decision.applied(0, comparison.test()), check })
 }
 
 /// A model and a test made comparable as `how` says, at the estimates of the model: what a comparison shows.
@@ -160,9 +177,9 @@ pub fn paired_test(
     theta: Option<&[f64]>,
     test: &TestData,
     how: &HowToPair,
-) -> Result<TestData, UpdateError> {
+) -> Result<PairedTest, UpdateError> {
     if test.modes.iter().all(|m| m.standing.is_aside()) {
-        return Ok(test.clone());
+        return Ok(PairedTest { test: test.clone(), check: None });
     }
     let comparison = Comparison::new(model, test, how.gated_rule(test))?;
     let estimates = starting_point(model);

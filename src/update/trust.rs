@@ -3,32 +3,23 @@
 //! A sensor that is turned over, exchanged, scaled or dead spoils every shape at once: pairs by these shapes are wrong, and a fit to them moves a
 //! right model. [Which sensor](super::momentum) is decided without a fit, so it is left out before there is one.
 
-use super::momentum::check_sensors_by_model;
+use super::momentum::{SensorCheck, check_observed};
 use crate::correlation::CorrelationError;
 use crate::data::TestData;
 use crate::linalg::Complex;
-use crate::model::MOST_DENSE_DOFS;
 use crate::objective::Comparison;
 
-/// Indices of the sensors of a test that the motions of the model at θ contradict, ascending.
+/// What the motions of the model at θ say of the sensors of a test with shapes.
 ///
 /// # Errors
-/// As [`check_sensors_by_model`].
-pub(super) fn contradicted(comparison: &Comparison<'_>, theta: &[f64]) -> Result<Vec<usize>, CorrelationError> {
-    let (model, test) = (comparison.model(), comparison.test());
-    if !comparison.has_shapes() || model.dof_map().n_dof() > MOST_DENSE_DOFS {
-        return Ok(Vec::new());
+/// The model has no modes at θ.
+pub(super) fn check(comparison: &Comparison<'_>, theta: &[f64]) -> Result<Option<SensorCheck>, CorrelationError> {
+    if !comparison.has_shapes() {
+        return Ok(None);
     }
-    let check = match check_sensors_by_model(model, theta, &test.sensors, &test.modes, 0) {
-        Ok(check) => check,
-        // What stands in for a large model has coordinates and no nodes.
-        Err(CorrelationError::UnknownPlace { .. }) => return Ok(Vec::new()),
-        Err(e) => return Err(e),
-    };
-    let mut out: Vec<usize> = check.changes.iter().flat_map(|(change, _)| change.touches()).collect();
-    out.sort_unstable();
-    out.dedup();
-    Ok(out)
+    let test = comparison.test();
+    let observed = comparison.sensors_at(theta).map_err(|e| CorrelationError::Model(e.to_string()))?;
+    check_observed(comparison.model(), theta, &observed, &test.sensors, &test.modes, 0).map(Some)
 }
 
 /// A test as if these sensors had not measured.
