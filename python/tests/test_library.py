@@ -208,6 +208,15 @@ def test_an_update_finds_the_stiffness_of_the_twin(cantilever: retune.Model, twi
     assert found.model.modes(n=1).frequencies[0] == pytest.approx(found.pairs[0].model_hz, rel=1e-9)
 
 
+def test_a_sensor_that_is_turned_over_is_left_out(models: Path) -> None:
+    model = retune.Model(models / "frame.yaml")
+    for fault, left_out in [((), []), ("sensor-sign@corner_left.uz", ["corner_left.uz"])]:
+        made = retune.twin(model, modes=6, seed=3, fault=fault, noise_frequency="0.2 %", noise_shape="1 %")
+        test = made.test
+        assert test is not None
+        assert list(retune.update(model, test).sensors_left_out.values()) == [left_out]
+
+
 def test_results_draw_themselves(cantilever: retune.Model, twin: retune.Test) -> None:
     compared, updated = retune.compare(cantilever, twin), retune.update(cantilever, twin, budget=50)
     for shown in (cantilever, cantilever.modes(n=2), twin, compared, updated, retune.pretest(cantilever, modes=3)):
