@@ -329,9 +329,49 @@ fn two_exports_give_the_matrices_of_a_third_and_exact_derivatives() {
     // With the wrong power the third export says how far it is off.
     let (_, warnings) = try_with(&STRIP.replace("power: 3", "power: 1"), &files).unwrap();
     assert!(
-        warnings.iter().any(|w| w.message.contains("not proportional to the power 1") && w.message.contains('%')),
+        warnings.iter().any(|w| w.message.contains("do not go with the power 1") && w.message.contains('%')),
         "{warnings:?}"
     );
+}
+
+/// Two powers in one term: a plate of membrane and bending. Two strips, of which one is stiff in proportion to its thickness.
+#[test]
+fn exports_tell_several_powers_apart() {
+    let mixed = |t: f64| {
+        let (ei, gj, mu) = (5.0 * (t / 2e-3).powi(3), 3.0 * (t / 2e-3), 0.4 * (t / 2e-3));
+        plain(&format!(
+            "retune: 1\nname: strip\nactive_dofs: [uz, rx, ry]\nnodes: {{a: [0, 0, 0], b: [0.5, 0, 0]}}\nbeams: {{ab: {{nodes: [a, b], properties: {{EIy: {ei:?}, GJ: {gj:?}, mass_per_length: {mu:?}, polar_inertia_per_length: 1e-4}}, subdivide: 6}}}}\n"
+        ))
+    };
+    let mut files = Files::new();
+    for t in [2, 3, 4, 5] {
+        files.extend(exported(&mixed(f64::from(t) * 1e-3), &format!("t{t}")));
+    }
+    let one = |t: u32| format!("{{at: {t} mm, k: t{t}_K.mtx, m: t{t}_M.mtx}}");
+    let text = STRIP.replace(
+        "bending: {parameter: t, at: 2 mm, power: 3, exports: [{at: 3 mm, k: t3_K.mtx}, {at: 4 mm, k: t4_K.mtx}]}\n      mass: {parameter: t, at: 2 mm, exports: [{at: 3 mm, m: t3_M.mtx}]}",
+        &format!("t: {{powers: [1, 3], at: 2 mm, exports: [{}, {}, {}]}}\n    checks: [{{at: {{t: 5 mm}}, k: t5_K.mtx}}]", one(3), one(4), one(5)),
+    );
+    let (model, warnings) = try_with(&text, &files).unwrap();
+    assert!(warnings.is_empty(), "{warnings:?}");
+    for t in [1.3e-3, 2.7e-3, 4.4e-3] {
+        let clamped = plain(&format!("{}supports: {{c: {{node: a}}}}\n", yaml::write(mixed(t).spec())));
+        assert_same(&elastic(&model, &[t, 1.1], 6), &elastic(&clamped, &[], 6), 1e-9);
+    }
+    // Without the first power the third export and the check say that something is left.
+    let (_, warnings) = try_with(&text.replace("powers: [1, 3]", "power: 3"), &files).unwrap();
+    for told in ["do not go with the power 3 of `t`", "the terms do not add up"] {
+        assert!(warnings.iter().any(|w| w.message.contains(told)), "{told}: {warnings:?}");
+    }
+    for (wrong, told) in [
+        ("power: 1, powers: [1, 3]", "`power` and `powers` say the same"),
+        ("powers: [1, 2, 3, 4]", "4 powers need 4 exports at other values, and 3 are given"),
+        ("powers: [3, 3]", "a power stands here twice"),
+        ("powers: [1, 7]", "a power must be 1 to 6"),
+    ] {
+        let problems = try_with(&text.replace("powers: [1, 3]", wrong), &files).unwrap_err();
+        assert!(problems.iter().any(|p| p.message.contains(told)), "{wrong}: {problems:?}");
+    }
 }
 
 /// A part given alone, included in the whole or not, and changed by an override.

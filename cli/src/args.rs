@@ -19,7 +19,7 @@ pub(crate) use correlation::{Compare, Placement, Pretest, Sensitivity};
 pub(crate) use deck::{Import, ParametersOf, SolverOf};
 pub(crate) use diagnosis::{Add, Benchmark, BenchmarkWhat, Diagnose, Learn, SearchOptions, Undo};
 pub(crate) use export::{Export, Reduction};
-pub(crate) use matrices::Matrices;
+pub(crate) use matrices::{Matrices, Prepare};
 pub(crate) use measured::{Health, Identify, Map, MatrixAxes, MeasuredQuantity, Measurement, Method, Repeated, Twin};
 
 /// Updates finite-element models of structures to vibration tests, and finds the physics that the models miss.
@@ -79,6 +79,7 @@ pub(crate) enum Command {
     Learn(Learn),
     Benchmark(Benchmark),
     Matrices(Matrices),
+    Prepare(Prepare),
     Schema(Schema),
     List(List),
     Explain(Explain),

@@ -88,6 +88,7 @@ fn perform(cli: &Cli) -> u8 {
         Command::Learn(a) => commands::learn::run(a),
         Command::Benchmark(a) => commands::benchmark::run(a),
         Command::Matrices(a) => commands::matrices::run(a),
+        Command::Prepare(a) => commands::prepare::run(a),
         Command::Schema(a) => commands::schema::run(a),
         Command::List(a) => commands::list::run(a),
         Command::Explain(a) => commands::explain::run(a),

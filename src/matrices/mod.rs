@@ -21,6 +21,7 @@ mod matrix_market;
 mod node_lines;
 mod numpy;
 mod output4;
+mod process;
 mod table;
 mod text;
 mod write;
@@ -28,6 +29,7 @@ mod write;
 pub use error::MatrixError;
 pub use inspect::{Inspection, RIGID, inspect, suspected_length};
 pub use matrix::{Contents, DofRow, Entry, Label, Matrix, Symmetric, SymmetryError};
+pub use process::{MARKER, Process, ProcessError};
 pub use write::{MatrixFormat, write};
 
 use crate::catalogue::catalogue;

@@ -46,15 +46,15 @@ pub(in crate::model) struct ExportedDof {
     pub(in crate::model) axis: [f64; 3],
 }
 
-/// A part that goes with a parameter: (θ/reference)^power, less one where the base includes it.
+/// What goes with a parameter: the sum of parts times (θ/reference)^power, less one where the base includes them.
 #[derive(Debug, Clone, PartialEq)]
 pub(in crate::model) struct ExportedTerm {
     pub(in crate::model) name: String,
     pub(in crate::model) parameter: String,
     pub(in crate::model) reference: f64,
-    pub(in crate::model) power: u32,
     pub(in crate::model) is_included: bool,
-    pub(in crate::model) matrices: ExportedMatrices,
+    /// Powers, each with its matrices.
+    pub(in crate::model) parts: Vec<(u32, ExportedMatrices)>,
 }
 
 /// The superelement of an entry once its files were read; no part of what the entry says, so that all are equal.

@@ -3,7 +3,7 @@
 use super::compile::Model;
 use super::registry::Registry;
 use super::spec::ModelSpec;
-use super::superelement::read_files;
+use super::superelement::{self, SolverRun, read_files};
 use crate::yaml::{self, Problem, Severity, SourceMap};
 use std::io;
 
@@ -30,6 +30,25 @@ pub fn load_configuration(
     load_in(text, configuration, registry, &mut { none })
 }
 
+/// The runs of the programs that the superelements of a model file ask for, each once.
+///
+/// * `read` - as for [`load_in`]
+///
+/// Errors: every problem of the file that hinders them, each with its place.
+pub fn solver_runs(
+    text: &str,
+    read: &mut dyn FnMut(&str) -> io::Result<Vec<u8>>,
+) -> Result<Vec<SolverRun>, Vec<Problem>> {
+    let (spec, map) = model_of(text)?;
+    superelement::solver_runs(&spec, read).map_err(|problems| map.place(problems))
+}
+
+fn model_of(text: &str) -> Result<(ModelSpec, SourceMap), Vec<Problem>> {
+    yaml::read::<ModelSpec>(text).map_err(|problems| {
+        yaml::mistaken(text, problems, "retune_test", "this is a test file; a model file begins with `retune: 1`")
+    })
+}
+
 /// Reads and builds one configuration of the model of a file, and reads the files that its superelements name.
 ///
 /// * `read` - the bytes of a file by its path in the model file, which is relative to the folder of that file
@@ -41,9 +60,7 @@ pub fn load_in(
     registry: &Registry,
     read: &mut dyn FnMut(&str) -> io::Result<Vec<u8>>,
 ) -> Result<(Model, Vec<Problem>, SourceMap), Vec<Problem>> {
-    let (mut spec, map) = yaml::read::<ModelSpec>(text).map_err(|problems| {
-        yaml::mistaken(text, problems, "retune_test", "this is a test file; a model file begins with `retune: 1`")
-    })?;
+    let (mut spec, map) = model_of(text)?;
     if let Some(name) = configuration {
         spec = spec.configured(name).map_err(|p| map.place(vec![p]))?;
     }

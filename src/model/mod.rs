@@ -63,7 +63,7 @@ pub(crate) use geometry::{AXES, GLOBAL, cross, dot, extent, images, minus, plus,
 pub use geometry::{Frame, Geometry};
 pub(crate) use joined::Joined;
 pub use lint::{Soundness, doubts, lint};
-pub use load::{load, load_configuration, load_in};
+pub use load::{load, load_configuration, load_in, solver_runs};
 pub use mass_properties::MassProperties;
 pub use parameter::{Parameter, ParameterSet};
 pub use placed_element::PlacedElement;
@@ -73,6 +73,7 @@ pub use registry::Registry;
 pub use solver::{Matrices, ModalSolver, differentiate_in_clusters, solve_modes};
 pub use spec::{ModelSpec, schema};
 pub use stand_in::StandIn;
+pub use superelement::{SOLVER_FOLDER, SolverRun};
 pub use system::{SparseSystem, System};
 pub use value::{Affine, Value};
 

@@ -6,13 +6,15 @@
 mod links;
 mod places;
 mod sections;
+mod solver;
 mod superelements;
 
 pub use links::{ImportedSpec, WeightedLinkSpec, WeightedNodes};
 pub use places::{FrameSpec, LineSpec, NodeRule, NodeSpec, OneOrThree, RotateSpec};
 pub use sections::{BoxSpec, CircleSpec, RectangleSpec, SectionSpec, SectionValue, ShapeSpec, TubeSpec};
+pub use solver::{DependenceSpec, KnownSolver, SolverSpec, WordsSpec, WritesSpec, WrittenSpec};
 pub use superelements::{
-    ExportSpec, MatrixSpec, NodeLabel, PreloadSpec, RecoverySpec, SuperelementSpec, TermSpec, UnitsSpec,
+    CheckSpec, ExportSpec, MatrixSpec, NodeLabel, PreloadSpec, RecoverySpec, SuperelementSpec, TermSpec, UnitsSpec,
 };
 
 use crate::element::Dof;

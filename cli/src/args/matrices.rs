@@ -1,4 +1,4 @@
-//! Arguments of `matrices`.
+//! Arguments of `matrices` and `prepare`.
 
 use clap::Args;
 use std::path::PathBuf;
@@ -19,6 +19,28 @@ pub(crate) struct Matrices {
     /// Positions of the nodes.
     #[arg(long, value_name = "FILE")]
     pub(crate) nodes: Option<PathBuf>,
+    /// Print JSON instead of text.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// Run the solvers that a model names (`solver:` of a superelement) and keep the matrices that they write.
+///
+/// Each runs a few times, at values of its parameters, in a folder of its own under `.retune-solver` beside the model file. No other verb
+/// runs anything: they read what is kept there.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  retune prepare bracket.yaml --dry-run
+  retune prepare bracket.yaml")]
+pub(crate) struct Prepare {
+    /// Model file.
+    pub(crate) model: PathBuf,
+    /// Say what would be run, and run nothing.
+    #[arg(long)]
+    pub(crate) dry_run: bool,
+    /// Run also what is kept already.
+    #[arg(long)]
+    pub(crate) again: bool,
     /// Print JSON instead of text.
     #[arg(long)]
     pub(crate) json: bool,

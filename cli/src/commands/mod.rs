@@ -20,6 +20,7 @@ pub(crate) mod map;
 pub(crate) mod matrices;
 pub(crate) mod measured;
 pub(crate) mod modes;
+pub(crate) mod prepare;
 pub(crate) mod pretest;
 pub(crate) mod report;
 pub(crate) mod sample;

@@ -58,11 +58,16 @@ impl Placer<'_> {
         for term in &exported.terms {
             let path = format!("{path}.terms.{}", term.name);
             let part = format!("{name}.{}", term.name);
-            let Some(value) = self.term(term) else { continue };
+            let Some(parameter) = self.parameters.index_of(&term.parameter) else { continue };
             if self.claim(&part, &path) {
-                let element = self.matrices(part.clone(), &path, &dofs, &term.matrices, Some(value));
-                self.sets.insert(part, vec![element]);
-                all.push(element);
+                let mut elements = Vec::new();
+                for (i, (power, matrices)) in term.parts.iter().enumerate() {
+                    let own = if term.parts.len() == 1 { part.clone() } else { format!("{part}.{}", i + 1) };
+                    let value = coefficient(parameter, term, *power);
+                    elements.push(self.matrices(own, &path, &dofs, matrices, Some(value)));
+                }
+                all.extend(&elements);
+                self.sets.insert(part, elements);
             }
         }
         self.sets.insert(name.to_string(), all);
@@ -242,17 +247,6 @@ impl Placer<'_> {
         chosen
     }
 
-    /// (θ/reference)^power, less one where the base includes it.
-    fn term(&mut self, term: &ExportedTerm) -> Option<Value> {
-        let parameter = self.parameters.index_of(&term.parameter)?;
-        let factor = Affine { constant: 0.0, terms: vec![(parameter, 1.0 / term.reference)] };
-        let mut value = Value { factors: vec![factor; term.power as usize], addends: Vec::new() };
-        if term.is_included {
-            value.addends.push(Affine { constant: -1.0, terms: Vec::new() });
-        }
-        Some(value)
-    }
-
     fn matrices(
         &mut self,
         name: String,
@@ -281,6 +275,16 @@ impl Placer<'_> {
         });
         self.elements.len() - 1
     }
+}
+
+/// (θ/reference)^power, less one where the base includes the part.
+fn coefficient(parameter: usize, term: &ExportedTerm, power: u32) -> Value {
+    let factor = Affine { constant: 0.0, terms: vec![(parameter, 1.0 / term.reference)] };
+    let mut value = Value { factors: vec![factor; power as usize], addends: Vec::new() };
+    if term.is_included {
+        value.addends.push(Affine { constant: -1.0, terms: Vec::new() });
+    }
+    value
 }
 
 /// What effects leave out of superelements, a sentence each.

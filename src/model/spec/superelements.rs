@@ -1,7 +1,7 @@
 //! Parts of a structure whose matrices come from files.
 
 use super::super::exported::Loaded;
-use super::{AxisName, Named};
+use super::{AxisName, Named, SolverSpec};
 use crate::units::Scalar;
 use schemars::JsonSchema;
 use serde::de::{self, Deserializer, MapAccess, Visitor};
@@ -56,6 +56,12 @@ pub struct SuperelementSpec {
     /// Parts of its matrices that go with parameters: the name is that of the parameter, or any where `parameter` is given.
     #[serde(default, skip_serializing_if = "indexmap::IndexMap::is_empty")]
     pub terms: Named<TermSpec>,
+    /// Whole matrices at values of several parameters, which check that the terms add up.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub checks: Vec<CheckSpec>,
+    /// A program that computes the matrices; `k`, `m`, `c` and `terms` follow from it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub solver: Option<SolverSpec>,
     /// Points whose motion follows from its dofs by a matrix, as those inside a reduced model.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub recovery: Option<RecoverySpec>,
@@ -124,13 +130,16 @@ pub struct TermSpec {
     /// Power of the parameter, 1 to 6; 1 when absent. Bending of a plate goes with the third power of its thickness.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub power: Option<u32>,
+    /// Several powers at once, with `exports`: `[1, 3]` for membrane and bending of a plate by its thickness. As many exports are needed.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub powers: Vec<u32>,
     /// Value of the parameter that the matrices are of.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub at: Option<Scalar>,
     /// Whether the matrices of the superelement include the part already.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub included: bool,
-    /// Whole matrices at other values of the parameter; those after the first check that the power is right.
+    /// Whole matrices at other values of the parameter; those beyond one for each power check that the powers are right.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub exports: Vec<ExportSpec>,
 }
@@ -148,6 +157,23 @@ pub struct ExportSpec {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub m: Option<MatrixSpec>,
     /// Matrix of viscous damping; unchanged when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub c: Option<MatrixSpec>,
+}
+
+/// Whole matrices at values of parameters.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CheckSpec {
+    /// A value for the parameter of every term.
+    pub at: Named<Scalar>,
+    /// Stiffness matrix; not looked at when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub k: Option<MatrixSpec>,
+    /// Mass matrix; not looked at when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub m: Option<MatrixSpec>,
+    /// Matrix of viscous damping; not looked at when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub c: Option<MatrixSpec>,
 }

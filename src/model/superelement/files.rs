@@ -19,6 +19,11 @@ impl<'a> Files<'a> {
         Self { read, known: HashMap::new() }
     }
 
+    /// The bytes of a file.
+    pub(super) fn bytes(&mut self, file: &str) -> io::Result<Vec<u8>> {
+        (self.read)(file)
+    }
+
     /// What a file holds, or why that is not known.
     pub(super) fn contents(&mut self, file: &str) -> Result<Arc<Contents>, String> {
         if let Some(known) = self.known.get(file) {

@@ -3,6 +3,7 @@
 mod files;
 mod free;
 mod rounding;
+mod solver;
 mod terms;
 mod units;
 
@@ -13,6 +14,8 @@ use crate::catalogue::{counted, did_you_mean};
 use crate::matrices::{Contents, DofRow, Label, Matrix, Symmetric};
 use crate::yaml::{Problem, Severity, child};
 use files::Files;
+use solver::Runs;
+pub use solver::{SOLVER_FOLDER, SolverRun};
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::io;
 use std::sync::Arc;
@@ -35,7 +38,13 @@ pub(super) fn read_files(spec: &mut ModelSpec, read: &mut dyn FnMut(&str) -> io:
         let same = known.iter().find(|(s, _)| *s == source).map(|(_, e)| e.clone());
         let exported = same.or_else(|| {
             let mut reading = Reading { spec, axes: &axes, files: &mut files, path: &path, problems: &mut problems };
-            reading.superelement(&source).map(Arc::new)
+            let of_solver = source.solver.is_some().then(|| reading.of_solver(&name, &source));
+            match of_solver {
+                Some(None) => None,
+                Some(Some(entry)) => reading.superelement(&entry),
+                None => reading.superelement(&source),
+            }
+            .map(Arc::new)
         });
         if let Some(exported) = exported {
             known.push((source, exported.clone()));
@@ -43,6 +52,27 @@ pub(super) fn read_files(spec: &mut ModelSpec, read: &mut dyn FnMut(&str) -> io:
         }
     }
     problems
+}
+
+/// The runs of the programs that the superelements of a model ask for, each once.
+///
+/// * `read` - as for [`read_files`]
+pub(super) fn solver_runs(
+    spec: &ModelSpec,
+    read: &mut dyn FnMut(&str) -> io::Result<Vec<u8>>,
+) -> Result<Vec<SolverRun>, Vec<Problem>> {
+    let (mut problems, mut files, axes) = (Vec::new(), Files::new(read), axes_of_frames(spec));
+    let mut out: Vec<SolverRun> = Vec::new();
+    for (name, entry) in &spec.superelements {
+        let path = child("superelements", name);
+        let mut reading = Reading { spec, axes: &axes, files: &mut files, path: &path, problems: &mut problems };
+        for run in reading.runs(name, entry).iter().flat_map(Runs::all) {
+            if out.iter().all(|known| known.process != run.process) {
+                out.push(run.clone());
+            }
+        }
+    }
+    if problems.is_empty() { Ok(out) } else { Err(problems) }
 }
 
 /// What an entry says of its matrices, without its place.
@@ -116,6 +146,7 @@ impl Reading<'_, '_> {
         let k = if entry.free { Some(self.freed(k.as_deref(), &exported_dofs, &exported_nodes)?) } else { k };
         let base = ExportedMatrices { k, m, c };
         let terms = self.terms(entry, &dofs, &units, &base)?;
+        self.checks(entry, &dofs, &units, &base, &terms)?;
         let mut exported =
             Exported { nodes: exported_nodes, dofs: exported_dofs, base, preload, terms, recovered: Vec::new() };
         if let Some(recovery) = &entry.recovery {

@@ -2,6 +2,8 @@
 
 use super::units::Units;
 use super::{Dofs, Reading};
+use crate::catalogue::did_you_mean;
+use crate::linalg::DMatrix;
 use crate::matrices::{Entry, Symmetric};
 use crate::model::exported::{ExportedMatrices, ExportedTerm};
 use crate::model::geometry::unknown;
@@ -52,11 +54,7 @@ impl Reading<'_, '_> {
             self.problems.push(problem);
             return None;
         }
-        let power = term.power.unwrap_or(1);
-        if !(1..=MOST_POWER).contains(&power) {
-            self.error(&format!("{key}.power"), format_args!("a power must be 1 to {MOST_POWER}"));
-            return None;
-        }
+        let powers = self.powers(term, &key)?;
         let at = match &term.at {
             Some(at) => Some(self.value_of(at, parameter, &format!("{key}.at"))?),
             None => None,
@@ -81,9 +79,8 @@ impl Reading<'_, '_> {
                 name,
                 parameter,
                 reference: at.unwrap_or(1.0),
-                power,
                 is_included: term.included,
-                matrices,
+                parts: vec![(powers[0], matrices)],
             });
         }
         if term.k.is_some() || term.m.is_some() || term.c.is_some() || term.included {
@@ -100,11 +97,37 @@ impl Reading<'_, '_> {
             );
             return None;
         };
-        let part = self.difference(&key, parameter, (at, power), &term.exports, dofs, units, base)?;
+        let parts = self.differences(&key, parameter, (at, &powers), &term.exports, dofs, units, base)?;
         let (name, parameter) = (name.to_string(), parameter.to_string());
         // At zero the superelement has nothing of the part: it counts from there.
         let reference = if at == 0.0 { 1.0 } else { at };
-        Some(ExportedTerm { name, parameter, reference, power, is_included: at != 0.0, matrices: part })
+        Some(ExportedTerm { name, parameter, reference, is_included: at != 0.0, parts })
+    }
+
+    fn powers(&mut self, term: &TermSpec, key: &str) -> Option<Vec<u32>> {
+        let powers = if term.powers.is_empty() { vec![term.power.unwrap_or(1)] } else { term.powers.clone() };
+        let wrong = if term.power.is_some() && !term.powers.is_empty() {
+            Some(("powers", "`power` and `powers` say the same: give one".to_string()))
+        } else if powers.len() > 1 && term.exports.is_empty() {
+            Some(("powers", "several powers are told apart by whole matrices at other values: give `exports`, or a term for each power".to_string()))
+        } else if powers.iter().any(|p| !(1..=MOST_POWER).contains(p)) {
+            let key = if term.powers.is_empty() { "power" } else { "powers" };
+            Some((key, format!("a power must be 1 to {MOST_POWER}")))
+        } else if powers.iter().enumerate().any(|(i, p)| powers[..i].contains(p)) {
+            Some(("powers", "a power stands here twice".to_string()))
+        } else if !term.exports.is_empty() && term.exports.len() < powers.len() {
+            let (n, found) = (powers.len(), term.exports.len());
+            Some(("exports", format!("{n} powers need {n} exports at other values, and {found} are given")))
+        } else {
+            None
+        };
+        match wrong {
+            Some((own, message)) => {
+                self.error(&format!("{key}.{own}"), message);
+                None
+            }
+            None => Some(powers),
+        }
     }
 
     /// A value of a parameter in SI.
@@ -137,70 +160,179 @@ impl Reading<'_, '_> {
         Some(Matrices(out))
     }
 
-    /// The part that goes with the parameter, as it is in the matrices of the superelement: a^p (A_b - A_a)/(b^p - a^p).
+    /// The parts that go with powers p of the parameter, as they are in the matrices of the superelement:
+    ///
+    /// ```text
+    /// A_b - A_a = Σ_p (b^p - a^p) A_p / a^p     for each export b, A_a those of the superelement
+    /// ```
+    /// solved for the parts A_p by as many exports as there are powers; those beyond check.
     #[expect(clippy::too_many_arguments, reason = "all of one term")]
-    fn difference(
+    fn differences(
         &mut self,
         key: &str,
         parameter: &str,
-        (at, power): (f64, u32),
+        (at, powers): (f64, &[u32]),
         exports: &[ExportSpec],
         dofs: &Dofs,
         units: &Units,
         base: &ExportedMatrices,
-    ) -> Option<ExportedMatrices> {
-        let law = |value: f64| value.powi(power as i32) - at.powi(power as i32);
-        let mut slope: Option<[Option<Symmetric>; 3]> = None;
+    ) -> Option<Vec<(u32, ExportedMatrices)>> {
+        let mut values = Vec::new();
+        let mut changes: Vec<[Option<Symmetric>; 3]> = Vec::new();
         for (i, export) in exports.iter().enumerate() {
             let key = format!("{key}.exports[{i}]");
             let value = self.value_of(&export.at, parameter, &format!("{key}.at"))?;
-            if law(value) == 0.0 || !law(value).is_finite() {
-                self.error(
-                    &format!("{key}.at"),
-                    "the matrices of another value are needed than those of the superelement",
-                );
+            let is_new = value != at && !values.contains(&value);
+            if !is_new && i < powers.len() {
+                let message =
+                    "the matrices of another value are needed than those of the superelement and of other exports";
+                self.error(&format!("{key}.at"), message);
                 return None;
             }
             let Matrices(whole) = self.three(&key, [&export.k, &export.m, &export.c], dofs, units)?;
-            let own = [&base.k, &base.m, &base.c];
-            let mut change: [Option<Symmetric>; 3] = [None, None, None];
-            for ((slot, whole), own) in change.iter_mut().zip(&whole).zip(own) {
-                let empty = Symmetric { n: dofs.labels.len(), ..Symmetric::default() };
-                *slot = whole
-                    .as_ref()
-                    .map(|w| sum(w, 1.0 / law(value), own.as_deref().unwrap_or(&empty), -1.0 / law(value)));
-            }
-            let Some(first) = &slope else {
-                slope = Some(change);
+            values.push(value);
+            changes.push(changed(&whole, base, dofs.labels.len()));
+        }
+        // Powers of the ratio to the largest value, so that the equations keep their digits.
+        let scale = values.iter().fold(at.abs(), |a, b| a.max(b.abs()));
+        let law = |value: f64, p: u32| (value / scale).powi(p as i32) - (at / scale).powi(p as i32);
+        let n = powers.len();
+        let laws = DMatrix::from_fn(n, n, |i, j| law(values[i], powers[j]));
+        let Some(inverse) = laws.try_inverse().filter(|a| a.iter().all(|v| v.is_finite())) else {
+            self.error(
+                &format!("{key}.exports"),
+                format_args!("the values of `{parameter}` do not tell the powers apart: give others"),
+            );
+            return None;
+        };
+        let mut parts: Vec<[Option<Symmetric>; 3]> = vec![[None, None, None]; n];
+        for letter in 0..3 {
+            if changes[..n].iter().all(|c| c[letter].is_none()) {
                 continue;
-            };
-            for (first, (now, letter)) in first.iter().zip(change.iter().zip(["k", "m", "c"])) {
-                let (Some(first), Some(now)) = (first, now) else { continue };
-                let off = norm(&sum(first, 1.0, now, -1.0)) / norm(now).max(f64::MIN_POSITIVE);
-                if off > AFFINE {
-                    self.problems.push(Problem::warning(
-                        child(self.path, &format!("{key}.{letter}")),
-                        format_args!(
-                            "the matrices are not proportional to the power {power} of `{parameter}`: this export is {:.2} % of its change away from the line through the others",
-                            100.0 * off
-                        ),
-                    ));
+            }
+            for (j, part) in parts.iter_mut().enumerate() {
+                let mut total = Symmetric { n: dofs.labels.len(), ..Symmetric::default() };
+                for (i, change) in changes[..n].iter().enumerate() {
+                    if let Some(change) = &change[letter] {
+                        total = sum(&total, 1.0, change, inverse[(j, i)]);
+                    }
                 }
+                part[letter] = Some(total);
             }
         }
-        let reference = if at == 0.0 { 1.0 } else { at.powi(power as i32) };
-        let [k, m, c] = slope?.map(|a| {
-            a.map(|mut a| {
-                a.lower.iter_mut().for_each(|e| e.value *= reference);
-                Arc::new(a)
-            })
-        });
-        if k.is_none() && m.is_none() && c.is_none() {
+        for (i, (change, value)) in changes.iter().zip(&values).enumerate().skip(n) {
+            let factors: Vec<f64> = powers.iter().map(|p| law(*value, *p)).collect();
+            let place = format!("{key}.exports[{i}]");
+            let powers: Vec<String> = powers.iter().map(u32::to_string).collect();
+            let words = if n == 1 { "power" } else { "powers" };
+            let told = format!("they do not go with the {words} {} of `{parameter}`", powers.join(", "));
+            let parts: Vec<_> = parts.iter().map(|[k, m, c]| [k.as_ref(), m.as_ref(), c.as_ref()]).collect();
+            self.tell_if_off(&place, &told, change, &parts, &factors);
+        }
+        if parts.iter().flatten().all(Option::is_none) {
             self.error(key, "an export needs a matrix `k`, `m` or `c`");
             return None;
         }
-        Some(ExportedMatrices { k, m, c })
+        // From powers of the ratio to the largest value to those of the ratio to the superelement's own.
+        let of = |(p, part): (&u32, [Option<Symmetric>; 3])| {
+            let own = if at == 0.0 { 1.0 / scale } else { at / scale };
+            let factor = own.powi(*p as i32);
+            let [k, m, c] = part.map(|a| {
+                a.map(|mut a| {
+                    a.lower.iter_mut().for_each(|e| e.value *= factor);
+                    Arc::new(a)
+                })
+            });
+            (*p, ExportedMatrices { k, m, c })
+        };
+        Some(powers.iter().zip(parts).map(of).collect())
     }
+
+    /// A warning for each matrix whose change is farther from the sum of parts than rounding.
+    fn tell_if_off(
+        &mut self,
+        key: &str,
+        told: &str,
+        change: &[Option<Symmetric>; 3],
+        parts: &[[Option<&Symmetric>; 3]],
+        factors: &[f64],
+    ) {
+        for (letter, name) in ["k", "m", "c"].into_iter().enumerate() {
+            let Some(change) = &change[letter] else { continue };
+            let mut off = change.clone();
+            for (part, factor) in parts.iter().zip(factors) {
+                if let Some(part) = part[letter] {
+                    off = sum(&off, 1.0, part, -factor);
+                }
+            }
+            let off = norm(&off) / norm(change).max(f64::MIN_POSITIVE);
+            if off > AFFINE {
+                self.problems.push(Problem::warning(
+                    child(self.path, &format!("{key}.{name}")),
+                    format_args!(
+                        "{told}: this export is {} % of its change away from what the others predict",
+                        percent(off)
+                    ),
+                ));
+            }
+        }
+    }
+
+    /// Compares whole matrices at values of several parameters with the sum of the terms.
+    pub(super) fn checks(
+        &mut self,
+        entry: &SuperelementSpec,
+        dofs: &Dofs,
+        units: &Units,
+        base: &ExportedMatrices,
+        terms: &[ExportedTerm],
+    ) -> Option<()> {
+        for (i, check) in entry.checks.iter().enumerate() {
+            let key = format!("checks[{i}]");
+            let stray = check.at.keys().find(|name| terms.iter().all(|t| t.parameter != **name));
+            if let Some(name) = stray {
+                let names = terms.iter().map(|t| t.parameter.as_str());
+                let suggestion = did_you_mean(name, names);
+                self.error(&format!("{key}.at.{name}"), format_args!("no term goes with `{name}`{suggestion}"));
+                return None;
+            }
+            let (mut parts, mut factors) = (Vec::new(), Vec::new());
+            for term in terms {
+                let Some(value) = check.at.get(&term.parameter) else {
+                    self.error(
+                        &format!("{key}.at"),
+                        format_args!("the value of `{}` is missing, which a term goes with", term.parameter),
+                    );
+                    return None;
+                };
+                let value = self.value_of(value, &term.parameter, &format!("{key}.at.{}", term.parameter))?;
+                for (power, ExportedMatrices { k, m, c }) in &term.parts {
+                    let included = if term.is_included { 1.0 } else { 0.0 };
+                    factors.push((value / term.reference).powi(*power as i32) - included);
+                    parts.push([k.as_deref(), m.as_deref(), c.as_deref()]);
+                }
+            }
+            let Matrices(whole) = self.three(&key, [&check.k, &check.m, &check.c], dofs, units)?;
+            let change = changed(&whole, base, dofs.labels.len());
+            self.tell_if_off(&key, "the terms do not add up", &change, &parts, &factors);
+        }
+        Some(())
+    }
+}
+
+/// Whole matrices less those of the superelement, where they are given.
+fn changed(whole: &[Option<Arc<Symmetric>>; 3], base: &ExportedMatrices, n: usize) -> [Option<Symmetric>; 3] {
+    let empty = Symmetric { n, ..Symmetric::default() };
+    let less = |i: usize, own: &Option<Arc<Symmetric>>| {
+        whole[i].as_ref().map(|w| sum(w, 1.0, own.as_deref().unwrap_or(&empty), -1.0))
+    };
+    [less(0, &base.k), less(1, &base.m), less(2, &base.c)]
+}
+
+/// A share in per cent with two digits.
+fn percent(share: f64) -> String {
+    let value = 100.0 * share;
+    if value < 0.01 { format!("{value:.1e}") } else { format!("{value:.2}") }
 }
 
 /// f a + g b; what cancels up to rounding is zero.
