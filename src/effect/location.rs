@@ -17,6 +17,8 @@ pub enum LocationKind {
     Group,
     /// Point masses.
     Mass,
+    /// Pairs of nodes: `node:node`.
+    Pair,
     /// Ends of elements at a support, a link or another element: `element:node`.
     End,
     /// The whole structure.
@@ -30,7 +32,7 @@ pub enum LocationKind {
 pub struct Location {
     /// What the names are.
     pub kind: LocationKind,
-    /// Names of the file; for an end `element:node`; none for the whole structure.
+    /// Names of the file; for an end `element:node`, for a pair `node:node`; none for the whole structure.
     pub names: Vec<String>,
     /// A dof such as `ry`, an axis, or a word of the effect.
     #[serde(default, skip_serializing_if = "Option::is_none")]

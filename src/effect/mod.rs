@@ -26,6 +26,7 @@ mod bend_twist_coupling;
 mod bending_stiffness_change;
 mod candidate;
 pub mod conformance;
+mod connection;
 mod distributed_mass;
 mod edit;
 mod end_flexibility;
@@ -78,6 +79,7 @@ catalogue! {
     axial_preload::AxialPreload,
     bend_twist_coupling::BendTwistCoupling,
     bending_stiffness_change::BendingStiffnessChange,
+    connection::Connection,
     distributed_mass::DistributedMass,
     ground_dashpot::GroundDashpot,
     ground_spring::GroundSpring,

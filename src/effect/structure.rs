@@ -3,6 +3,7 @@
 mod lines;
 mod listing;
 mod mirror;
+mod pairs;
 mod places;
 mod reach;
 mod scale;
@@ -267,8 +268,9 @@ impl<'a> Structure<'a> {
 
     /// Whether two locations name parts, or ends, that share an element, or share a node.
     pub(crate) fn overlap(&self, a: &Location, b: &Location) -> bool {
-        if (a.kind, b.kind) == (LocationKind::Node, LocationKind::Node) {
-            return a.names.iter().any(|name| b.names.contains(name));
+        let are_nodes = |at: &Location| matches!(at.kind, LocationKind::Node | LocationKind::Pair);
+        if are_nodes(a) && are_nodes(b) {
+            return a.shares_name(b);
         }
         let elements = |at: &Location| -> Vec<usize> { at.names.iter().flat_map(|n| self.elements_of(n)).collect() };
         let others = elements(b);
@@ -313,7 +315,7 @@ impl<'a> Structure<'a> {
     }
 
     /// Whether some node moves in a direction.
-    pub(super) fn any_node_moves(&self, dof: Dof) -> bool {
+    pub(in crate::effect) fn any_node_moves(&self, dof: Dof) -> bool {
         (0..self.model.dof_map().n_nodes()).any(|n| self.node_moves(n, dof))
     }
 

@@ -109,6 +109,13 @@ impl PlacedMatrices {
         nodes
     }
 
+    /// Pairs of its nodes that an entry of its stiffness couples, several times where several do.
+    pub(crate) fn coupled(&self) -> impl Iterator<Item = (usize, usize)> {
+        let entries = self.k.iter().flat_map(|k| &k.lower);
+        let nodes = entries.map(|e| (self.dofs[e.row as usize].node, self.dofs[e.column as usize].node));
+        nodes.filter(|(a, b)| a != b)
+    }
+
     /// Whether it resists, or drives on, a displacement or a rotation of a node along a global axis.
     pub(crate) fn has_stiffness(&self, node: usize, dof: Dof) -> bool {
         let wanted = 6 * node + dof as usize;

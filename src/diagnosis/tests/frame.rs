@@ -54,6 +54,16 @@ pub(super) fn told(base: &Model, test: &TestData) -> Diagnosis {
     d
 }
 
+/// A strut from the column to the arm that the file does not have.
+#[test]
+fn a_strut_that_the_model_lacks_is_found_and_sized() {
+    let id = "connection@c2:a2";
+    let d = frame_with(&[(id, &[4e4])], 11);
+    assert_eq!((d.verdict, d.hypotheses[0].id.as_str()), (Verdict::MissingEffect, id));
+    let [lower, upper] = d.hypotheses[0].interval.unwrap();
+    assert!(lower < 4e4 && 4e4 < upper && upper < 1.6 * lower, "{lower} {upper}");
+}
+
 /// The best alone is neither of the two.
 #[test]
 fn two_that_are_not_the_best_alone_are_found() {

@@ -137,7 +137,7 @@ impl Structure<'_> {
 }
 
 /// Items with their partners first, then each of them alone; an item without a partner stands alone.
-fn arrange(items: impl Iterator<Item = usize>, partner: impl Fn(usize) -> Option<usize>) -> Vec<Vec<usize>> {
+pub(super) fn arrange(items: impl Iterator<Item = usize>, partner: impl Fn(usize) -> Option<usize>) -> Vec<Vec<usize>> {
     let mut out = Vec::new();
     for i in items {
         if let Some(j) = partner(i).filter(|j| *j > i) {

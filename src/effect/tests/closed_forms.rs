@@ -83,6 +83,18 @@ fn a_tip_inertia_lowers_a_shaft_by_the_known_ratio() {
     close(omega[0], beta * (6.0f64 / 0.003).sqrt(), (0.1 * beta).powi(2) / 20.0);
 }
 
+/// A brace across a square bay of hinged bars, EA as good as rigid: its roof of mass m sways at ω² = k cos² 45° / m, and a spring between two masses at
+/// one place gives them k (1/m₁ + 1/m₂).
+#[test]
+fn a_connection_holds_a_bay_and_two_faces() {
+    let bay = "retune: 1\nname: bay\nactive_dofs: [ux, uz]\nnodes: {a: [0, 0, 0], b: [0, 0, 2], c: [2, 0, 2], d: [2, 0, 0]}\nbars: {posts: {pairs: [[a, b], [d, c]], properties: {EA: 1e12 N}}, beam: {nodes: [b, c], properties: {EA: 1e12 N}}}\nmasses: {left: {node: b, mass: 3 kg}, right: {node: c, mass: 5 kg}}\nsprings: {sway: {node: b, k: {ux: 100 N/m}}}\nsupports: {feet: {nodes: [a, d]}}\n";
+    let (_, _, omega) = with(bay, "connection@a:c", &[5000.0]);
+    close(omega[0], ((100.0 + 2500.0) / 8.0_f64).sqrt(), 1e-6);
+    let faces = "retune: 1\nname: faces\nactive_dofs: [ux, uy, uz]\nnodes: {a: [0, 0, 0], b: [0, 0, 0]}\nmasses: {a: {node: a, mass: 3 kg}, b: {node: b, mass: 5 kg}}\nsprings: {hold: {node: a, k: {ux: 1 N/m, uy: 1 N/m, uz: 1 N/m}}, carry: {node: b, k: {ux: 1 N/m, uy: 1 N/m, uz: 1 N/m}}}\nsupports: {}\n";
+    let (_, _, omega) = with(faces, "connection@a:b", &[1e8]);
+    close(omega[3], (1e8 * (1.0 / 3.0 + 1.0 / 5.0_f64)).sqrt(), 1e-6);
+}
+
 #[test]
 fn mass_and_air_along_a_beam_scale_its_frequencies() {
     let text = beam("uz, ry", CLAMPED, "");

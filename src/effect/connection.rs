@@ -1,0 +1,74 @@
+//! A connection between two near nodes that the model does not have.
+
+use super::edit::{Edit, PatchError};
+use super::location::Location;
+use super::patch::{Builder, Patch, entry};
+use super::structure::Structure;
+use super::{About, Effect};
+use crate::element::Dof;
+use crate::model::spec::{ElementSpec, Named, SectionValue, SpringSpec};
+use crate::units::Scalar;
+
+#[doc = "A connection that the model lacks between two near nodes: a brace, a strut, a path through a skin, a bolt or a contact between two faces."]
+#[derive(Debug, Clone, Copy)]
+pub struct Connection;
+
+impl Effect for Connection {
+    fn name(&self) -> &'static str {
+        "connection"
+    }
+
+    fn about(&self) -> About {
+        About {
+            summary: "A connection that the model lacks between two near nodes: a brace, a strut, a path through a skin, a \
+                    bolt or a contact between two faces.",
+            signature: "Modes that move the two nodes against each other rise; those that move them alike stay.",
+            formulation: "K gains k d dᵀ along the line between the nodes, d their relative displacement; where they are at \
+                    one place, k along all three axes. k = 0 leaves it. ω rises by k d²/(2 ω).",
+            confusable: &["stiffness-change", "bending-stiffness-change", "ground-spring", "asymmetry"],
+            references: &[
+                "C. Mares, M. I. Friswell, J. E. Mottershead, Model updating using robust estimation, Mechanical Systems and Signal Processing 16, 2002",
+                "M. I. Friswell, J. E. Mottershead, Finite Element Model Updating in Structural Dynamics, 1995",
+            ],
+        }
+    }
+
+    fn locations(&self, structure: &Structure<'_>) -> Vec<Location> {
+        if structure.generalised_stiffness(Dof::Ux) > 0.0 { structure.near_pairs() } else { Vec::new() }
+    }
+
+    fn patch(&self, structure: &Structure<'_>, at: &Location) -> Result<Patch, PatchError> {
+        let unknown = || PatchError::unknown_place(self.name(), &at.to_string(), &[]);
+        let pairs: Vec<[&str; 2]> =
+            at.names.iter().map(|name| structure.pair(name).ok_or_else(unknown)).collect::<Result<_, _>>()?;
+        let mut b = Builder::new(self.name(), at);
+        let typical = 0.05 * structure.generalised_stiffness(Dof::Ux);
+        let about = format!("stiffness of a connection between {}", between(&pairs));
+        let k = b.parameter("stiffness", "N/m", typical, [0.0, 1000.0 * typical], &about);
+        for (i, pair) in pairs.iter().enumerate() {
+            let name = if pairs.len() > 1 { format!("{}.{}", b.stem(), i + 1) } else { b.stem().to_string() };
+            let nodes = pair.map(str::to_string);
+            if structure.coincide(*pair) {
+                let axes = [Dof::Ux, Dof::Uy, Dof::Uz].into_iter().filter(|&dof| structure.any_node_moves(dof));
+                let k: Named<Scalar> = axes.flat_map(|dof| entry(dof.name(), &k)).collect();
+                b.edit(Edit::AddSpring { name, entry: SpringSpec { nodes: Some(nodes), k, ..SpringSpec::default() } });
+            } else {
+                let properties = entry("k", &k).into_iter().map(|(n, v)| (n, SectionValue::Scalar(v))).collect();
+                let entry = ElementSpec {
+                    kind: "spring".to_string(),
+                    nodes: nodes.to_vec(),
+                    section: None,
+                    properties,
+                    orientation: None,
+                    frame: None,
+                };
+                b.edit(Edit::AddElement { name, entry });
+            }
+        }
+        Ok(b.finish())
+    }
+}
+
+fn between(pairs: &[[&str; 2]]) -> String {
+    pairs.iter().map(|[a, b]| format!("{a} and {b}")).collect::<Vec<_>>().join(", and ")
+}
