@@ -37,12 +37,13 @@ use super::entry::Entry;
 use super::mass_properties::MassProperties;
 use super::parameter::ParameterSet;
 use super::system::System;
-use super::{ModalSolver, ModelError, ParametricModel, PointMotion, Targets};
-use crate::linalg::sparse::SparseSym;
+use super::{Matrices, ModalSolver, ModelError, ParametricModel, PointMotion, Targets};
+use crate::linalg::sparse::{PencilFactor, SparseSym, solve_across_modes};
 use crate::linalg::{DMatrix, DVector};
 use crate::modal::{self, Modes, SolveOptions};
 use rand::{RngExt, SeedableRng};
 use rayon::prelude::*;
+use std::sync::Arc;
 
 /// How to reduce a model.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -118,7 +119,7 @@ impl<'a> ReducedModel<'a> {
         let candidates = candidates(full, &start, options);
         let mut next = Some(start);
         while let Some(sample) = next.take() {
-            let shapes = snapshot(full, &solver, &sample, options.n_modes, &span)?;
+            let shapes = snapshot(full, &solver, &sample, options.n_modes, (&span, reduced.residual.factor()))?;
             let room = options.most.saturating_sub(span.len());
             let added = span.add_best(&shapes, negligible(options.tolerance), room);
             reduced.samples.push(sample);
@@ -148,6 +149,11 @@ impl<'a> ReducedModel<'a> {
     /// a of X = K + aM, in which the basis is orthonormal.
     pub fn shift(&self) -> f64 {
         self.residual.shift()
+    }
+
+    /// The factor of X.
+    pub(super) fn factor(&self) -> &Arc<PencilFactor> {
+        self.residual.factor()
     }
 
     /// V: dofs of the full model from those of this one, q = V y, (n_dof x n_reduced).
@@ -208,7 +214,7 @@ impl<'a> ReducedModel<'a> {
             products: terms.products.iter().map(|(monomial, basis)| (monomial.clone(), reduce(basis))).collect(),
             origin: terms.origin.clone(),
         };
-        self.residual.extend(&v)?;
+        self.residual.extend(&v);
         self.mirror = span.signs().map(|signs| signs.into_iter().enumerate().collect());
         self.dofs = self.full.dof_map().on_basis(&v, &span.coordinates_of_rigid_motions(n_rigid));
         self.basis = v;
@@ -242,30 +248,48 @@ fn candidates(full: &dyn ParametricModel, start: &[f64], options: ReducedOptions
     (0..n).map(|_| point()).collect()
 }
 
-/// Modes at θ and their derivatives times half the interval of each parameter, in units of the X norm of the modes.
+/// Vectors that are solved for at once.
+const COLUMNS: usize = 32;
+/// What may be left of the forces of derivatives.
+const FEW_DIGITS: f64 = 1e-3;
+
+/// Modes at θ and what their derivatives, times half the interval of each parameter, have across them, in units of the X norm of the modes.
+///
+/// The derivatives need few digits: the error that a basis leaves is estimated by itself, and another sample is taken where it is too large.
 fn snapshot(
     full: &dyn ParametricModel,
     solver: &ModalSolver,
     theta: &[f64],
     n_modes: usize,
-    span: &Span<'_>,
+    (span, factor): (&Span<'_>, &PencilFactor),
 ) -> Result<DMatrix<f64>, ModelError> {
     let (matrices, modes) = solver.solve(full, theta, n_modes)?;
     let free = full.parameters().free();
     let slopes = matrices.derivatives(full, theta, &free)?;
-    let elastic: Vec<usize> = modes.elastic().collect();
-    let derivatives = solver.differentiate(full, &matrices, &slopes, &modes, &elastic)?;
+    let (matrices, slopes) = (matrices.sparse(), slopes.iter().map(Matrices::sparse).collect::<Vec<_>>());
     let mut columns: Vec<DVector<f64>> = Vec::new();
-    for (&mode, derivative) in elastic.iter().zip(derivatives) {
-        let shape = modes.shapes.column(mode).into_owned();
-        let norm = span.norm(&shape);
-        if let Some(d) = derivative {
-            for (column, &p) in d.shape.column_iter().zip(&free) {
+    let elastic: Vec<usize> = modes.elastic().collect();
+    // A few modes at a time: what is solved for at once is held in memory.
+    let at_once = (COLUMNS / free.len().max(1)).max(1);
+    for some in elastic.chunks(at_once) {
+        let (mut lambda, mut scales) = (Vec::new(), Vec::new());
+        let mut forces = DMatrix::zeros(full.dof_map().n_dof(), some.len() * free.len());
+        for &mode in some {
+            let shape = modes.shapes.column(mode).into_owned();
+            let norm = span.norm(&shape);
+            let phi = DMatrix::from_columns(std::slice::from_ref(&shape));
+            for (slope, &p) in slopes.iter().zip(&free) {
+                let force = slope.mass.mul(&phi) * modes.lambda[mode] - slope.stiffness.mul(&phi);
+                forces.set_column(lambda.len(), &force.column(0));
+                lambda.push(modes.lambda[mode]);
                 let [lower, upper] = full.parameters().get(p).bounds.unwrap_or([0.0; 2]);
-                columns.push(column * (0.5 * (upper - lower) / norm));
+                scales.push(0.5 * (upper - lower) / norm);
             }
+            columns.push(shape / norm);
         }
-        columns.push(shape / norm);
+        let (k, m) = (&matrices.stiffness, &matrices.mass);
+        let derivatives = solve_across_modes(factor, k, m, &modes.shapes, &lambda, &forces, FEW_DIGITS);
+        columns.extend(derivatives.column_iter().zip(scales).map(|(d, scale)| d * scale));
     }
     Ok(if columns.is_empty() { DMatrix::zeros(full.dof_map().n_dof(), 0) } else { DMatrix::from_columns(&columns) })
 }

@@ -44,6 +44,14 @@ impl Matrices {
         }))
     }
 
+    /// As sparse matrices.
+    pub(super) fn sparse(&self) -> Cow<'_, SparseSystem> {
+        match self {
+            Self::Dense(system) => Cow::Owned(SparseSystem::from(system)),
+            Self::Sparse(system) => Cow::Borrowed(system),
+        }
+    }
+
     /// ∂K/∂θ_j, ∂M/∂θ_j, ∂C/∂θ_j, dense or sparse as these are.
     pub fn derivative(&self, model: &dyn ParametricModel, theta: &[f64], j: usize) -> Result<Self, ModelError> {
         match self {
@@ -243,7 +251,7 @@ impl ModalSolver {
                 Ok(of.iter().map(mode).map(derivative).collect())
             }
             Matrices::Sparse(system) => {
-                let slopes: Vec<Cow<'_, SparseSystem>> = slopes.iter().map(sparse).collect();
+                let slopes: Vec<Cow<'_, SparseSystem>> = slopes.iter().map(Matrices::sparse).collect();
                 let slopes: Vec<_> = slopes.iter().map(|s| (&s.stiffness, &s.mass)).collect();
                 let own = match &self.sparse {
                     Some(solved) if covers(&solved.plan, system) => None,
@@ -283,13 +291,6 @@ pub fn differentiate_in_clusters(
         modal::cluster_derivative(&system.stiffness, &system.mass, lambda, &shapes, *own, &slopes)
     };
     Ok(of.iter().map(derivative).collect())
-}
-
-fn sparse(matrices: &Matrices) -> Cow<'_, SparseSystem> {
-    match matrices {
-        Matrices::Dense(system) => Cow::Owned(SparseSystem::from(system)),
-        Matrices::Sparse(system) => Cow::Borrowed(system),
-    }
 }
 
 fn covers(plan: &SparsePlan, system: &SparseSystem) -> bool {

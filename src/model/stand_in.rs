@@ -20,7 +20,6 @@ use super::entry::Entry;
 use super::mass_properties::MassProperties;
 use super::parameter::{Parameter, ParameterSet};
 use super::reduced::{ReducedModel, ReducedOptions};
-use super::solver::plan;
 use super::system::System;
 use super::{ElementMatrices, Model, ModelError, ParametricModel, Targets};
 use crate::linalg::sparse::{PencilFactor, SparsePlan, SparseSym};
@@ -52,8 +51,7 @@ struct Common {
     /// In the order of [`AffinePart::bases`].
     terms: Vec<Term>,
     affine: AffinePart,
-    plan: Arc<SparsePlan>,
-    factor: PencilFactor,
+    factor: Arc<PencilFactor>,
     shift: f64,
     /// Coordinates of the rigid motions, (n_basis x 6), and how many of the first coordinates they take.
     motions: DMatrix<f64>,
@@ -120,10 +118,7 @@ impl StandIn {
         let terms = full.bases().map(term).collect();
         let theta = interior_point(model.parameters());
         let system = model.assemble_sparse(&theta)?;
-        let plan = Arc::new(plan(&**model, &system)?);
         let shift = reduced.shift();
-        let factor =
-            PencilFactor::new(plan.clone(), &system.stiffness, &system.mass, shift).map_err(ModalError::from)?;
         let mut basis = reduced.basis().clone();
         let (n_rigid, motions, rigid_parts) = rigid(model, &basis, &reduced.dof_map().rigid_motions());
         // Rigid to the last digit, so that a change that strains some motions leaves the others free.
@@ -135,8 +130,7 @@ impl StandIn {
             basis,
             terms,
             affine: affine.clone(),
-            plan,
-            factor,
+            factor: reduced.factor().clone(),
             shift,
             n_rigid,
             rigid_parts,
@@ -162,7 +156,7 @@ impl StandIn {
 
     /// The elimination order of the model.
     pub fn plan(&self) -> &SparsePlan {
-        &self.common.plan
+        self.common.factor.plan()
     }
 
     /// With one more change, whose sizes follow the parameters.

@@ -2,6 +2,7 @@
 //!
 //! [`SparsePlan`] orders and analyses a pattern once; [`lowest_sparse_modes`] solves one candidate with it. Start there.
 
+mod across;
 mod basis;
 mod derivative;
 mod factor;
@@ -14,6 +15,7 @@ mod shifted;
 #[cfg(test)]
 mod tests;
 
+pub use across::solve_across_modes;
 pub use derivative::solve_beside_mode;
 pub use matrix::SparseSym;
 pub use modes::{SparseModes, SparseOptions, backward_error, lowest_sparse_modes};

@@ -50,6 +50,11 @@ impl PencilFactor {
         Ok(Self { plan, values })
     }
 
+    /// The plan that it was made by.
+    pub fn plan(&self) -> &Arc<SparsePlan> {
+        &self.plan
+    }
+
     /// (K + aM)⁻¹ F.
     ///
     /// * `forces` - F, (n x any number)

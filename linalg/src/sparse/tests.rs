@@ -3,6 +3,7 @@
 use super::*;
 use crate::{DMatrix, LinalgError, lowest_modes};
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 fn none(n: usize) -> DMatrix<f64> {
     DMatrix::zeros(n, 0)
@@ -177,4 +178,44 @@ fn wrong_matrices_are_refused() {
     let soft = SparseSym::from_triplets(5, k.entries().map(|(i, j, v)| (i, j, -v)));
     let shifted = SparseOptions { shift: Some(0.1), ..options };
     assert!(lowest_sparse_modes(&plan, &soft, &m, &none(5), None, &shifted).is_err());
+}
+
+/// Derivatives of shapes without a factor of their own are those with one, across the modes that are known: with the factor of the matrices and with
+/// that of a neighbour.
+#[test]
+fn systems_across_modes_need_no_factor_of_their_own() {
+    let (k, m, _) = membrane(17, 11);
+    let n = k.n();
+    let plan = Arc::new(SparsePlan::new(&k, &m, &(0..n).collect::<Vec<_>>()).unwrap());
+    let modes = lowest_sparse_modes(&plan, &k, &m, &none(n), None, &SparseOptions { n_modes: 9, ..Default::default() })
+        .unwrap();
+    let slope = SparseSym::from_triplets(n, (0..n).filter(|i| i % 7 == 0).map(|i| (i, i, 1.0 + (i % 5) as f64)));
+    let (stiffer, _, _) = membrane(17, 11);
+    let stiffer = SparseSym::from_triplets(
+        n,
+        stiffer.entries().map(|(i, j, v)| (i, j, v * if i % 2 == 0 || i != j { 1.3 } else { 1.5 })),
+    );
+    let forces = slope.mul(&modes.vectors);
+    let across = |x: &DMatrix<f64>| x - &modes.vectors * modes.vectors.tr_mul(&m.mul(x));
+    let mut expected = DMatrix::zeros(n, modes.values.len());
+    for (j, lambda) in modes.values.iter().enumerate() {
+        let phi = modes.vectors.column(j).into_owned();
+        let m_phi = m.mul(&DMatrix::from_columns(std::slice::from_ref(&phi)));
+        let force = forces.column(j) - m_phi.column(0) * phi.dot(&forces.column(j));
+        let force = DMatrix::from_columns(&[force]);
+        let z = solve_beside_mode(&plan, &k, &m, *lambda, &phi, &force).unwrap().expect("a simple mode");
+        expected.set_column(j, &across(&z).column(0));
+    }
+    let lambda: Vec<f64> = modes.values.iter().copied().collect();
+    for preconditioner in [&k, &stiffer] {
+        let factor = PencilFactor::new(plan.clone(), preconditioner, &m, modes.shift).unwrap();
+        let found = solve_across_modes(&factor, &k, &m, &modes.vectors, &lambda, &forces, 1e-11);
+        for j in 0..lambda.len() {
+            let off = (found.column(j) - expected.column(j)).norm() / expected.column(j).norm();
+            assert!(off < 1e-8, "mode {}: {off:.1e}", j + 1);
+        }
+        // Few digits where few are asked for.
+        let few = solve_across_modes(&factor, &k, &m, &modes.vectors, &lambda, &forces, 1e-3);
+        assert!((&few - &expected).norm() < 1e-2 * expected.norm());
+    }
 }

@@ -1,9 +1,10 @@
 //! What a reduced mode leaves in the equations of the full model.
 
-use crate::linalg::sparse::{SparsePlan, SparseSym, solve_shifted};
+use crate::linalg::sparse::{PencilFactor, SparsePlan, SparseSym};
 use crate::linalg::{DMatrix, LinalgError, symmetric_values};
 use crate::modal::{ModalError, Modes};
 use crate::model::{AffinePart, Entry, ModelError, ParametricModel, System};
+use std::sync::Arc;
 
 /// λ_m of the estimate lies this much above λ: nearer ones are turned among each other.
 const APART: f64 = 1.5;
@@ -22,9 +23,8 @@ struct Force {
 /// |r|² as a quadratic form.
 #[derive(Debug)]
 pub(super) struct Residual {
-    plan: SparsePlan,
-    stiffness: SparseSym,
-    mass: SparseSym,
+    /// X.
+    factor: Arc<PencilFactor>,
     shift: f64,
     n_rigid: usize,
     forces: Vec<Force>,
@@ -45,6 +45,8 @@ impl Residual {
         let n = full.dof_map().n_dof();
         let node: Vec<usize> = full.dof_map().rows().iter().map(|r| r.0).collect();
         let plan = SparsePlan::new(&system.stiffness, &system.mass, &node).map_err(ModalError::from)?;
+        let factor =
+            PencilFactor::new(Arc::new(plan), &system.stiffness, &system.mass, shift).map_err(ModalError::from)?;
         let mut forces = Vec::new();
         for (term, basis) in terms.bases().enumerate() {
             let mut push = |list: &[Entry], is_mass: bool| {
@@ -57,8 +59,12 @@ impl Residual {
             push(&basis.mass, true);
         }
         let (all, gram) = (DMatrix::zeros(n, 0), DMatrix::zeros(0, 0));
-        let (stiffness, mass) = (system.stiffness, system.mass);
-        Ok(Self { plan, stiffness, mass, shift, n_rigid, forces, all, gram })
+        Ok(Self { factor: Arc::new(factor), shift, n_rigid, forces, all, gram })
+    }
+
+    /// The factor of X.
+    pub(super) fn factor(&self) -> &Arc<PencilFactor> {
+        &self.factor
     }
 
     /// a.
@@ -67,7 +73,7 @@ impl Residual {
     }
 
     /// Takes in the columns of a basis that it does not have yet.
-    pub(super) fn extend(&mut self, basis: &DMatrix<f64>) -> Result<(), ModelError> {
+    pub(super) fn extend(&mut self, basis: &DMatrix<f64>) {
         let before = self.forces.first().map_or(0, |f| f.columns.len());
         let count = basis.ncols() - before;
         let new = basis.columns(before, count).into_owned();
@@ -81,8 +87,7 @@ impl Residual {
             forces.columns_mut(k * count, count).copy_from(&made);
             force.columns.extend(first + k * count..first + (k + 1) * count);
         }
-        let answers = solve_shifted(&self.plan, &self.stiffness, &self.mass, self.shift, &forces);
-        let answers = answers.map_err(ModalError::from)?;
+        let answers = self.factor.solve(&forces);
         let beside = self.all.tr_mul(&answers);
         let own = forces.tr_mul(&answers);
         let size = first + forces.ncols();
@@ -94,7 +99,6 @@ impl Residual {
         let mut all = std::mem::replace(&mut self.all, DMatrix::zeros(0, 0)).resize_horizontally(size, 0.0);
         all.columns_mut(first, forces.ncols()).copy_from(&forces);
         self.all = all;
-        Ok(())
     }
 
     /// Estimated relative errors of frequencies.
