@@ -30,7 +30,8 @@ struct Project {
 
 pub(crate) fn run(args: &Init) -> Result<u8, Failure> {
     let folder = &args.output;
-    let at = |name: &str| folder.join(name);
+    let is_here = folder == Path::new(".");
+    let at = |name: &str| if is_here { PathBuf::from(name) } else { folder.join(name) };
     let schema_files = schemas::ALL.map(|(of, name)| (at(&format!("schemas/{name}")), of));
     // What is there stays, whatever it is, and nothing is written beside it.
     let named = ["model.yaml", "test.yaml", "objective.yaml"].map(at);
@@ -71,7 +72,7 @@ pub(crate) fn run(args: &Init) -> Result<u8, Failure> {
         }
     }
     out += &format!("written: {} (for editors; every file names its own)\n\nNext:\n", shown(&at("schemas")));
-    if folder != Path::new(".") {
+    if !is_here {
         out += &format!("  cd {}\n", shown(folder));
     }
     out += "  retune check model.yaml\n  retune modes model.yaml\n";
