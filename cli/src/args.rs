@@ -91,12 +91,14 @@ pub(crate) enum Command {
 }
 
 /// Is the model sound? Mass, centre of gravity, inertia, rigid-body modes, and everything doubtful.
+///
+/// Test files, objective files and criteria profiles are checked too, as far as they can be without a model.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Examples:\n  retune check models/bff.yaml\n  retune check wing.yaml --against wing.f06 wing.op2"
 )]
 pub(crate) struct Check {
-    /// Model file.
+    /// Model file; or a test file, an objective file, criteria profiles.
     pub(crate) model: PathBuf,
     /// Configuration of the model: a name under its `configurations`.
     #[arg(long, value_name = "NAME")]

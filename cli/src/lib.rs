@@ -40,7 +40,10 @@ const BUG: u8 = 70;
 /// What each exit code means.
 const EXIT_CODES: [(u8, &str); 5] = [
     (DONE, "done"),
-    (SHORT, "finished, but a criterion or a fit falls short, a test contradicts itself, or a diagnosis is anything but `adequate`"),
+    (
+        SHORT,
+        "finished, but a criterion or a fit falls short, a test contradicts itself, or a diagnosis is anything but `adequate`",
+    ),
     (WRONG_INPUT, "wrong input, or an output that cannot be written"),
     (BUG, "a bug of retune: please report it with the command and its files"),
     (STOPPED, "stopped before there was a result"),

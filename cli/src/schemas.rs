@@ -41,7 +41,9 @@ fn choice(word: &str, text: &str) -> Value {
 fn objective() -> Value {
     let terms: serde_json::Map<String, Value> = RESIDUALS
         .iter()
-        .map(|r| (Residual::name(*r).to_string(), json!({ "type": "number", "minimum": 0, "description": r.summary() })))
+        .map(|r| {
+            (Residual::name(*r).to_string(), json!({ "type": "number", "minimum": 0, "description": r.summary() }))
+        })
         .collect();
     let quantity = json!({ "type": ["number", "string"] });
     json!({

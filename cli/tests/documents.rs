@@ -51,7 +51,9 @@ fn blocks(page: &str) -> Vec<Block> {
     let mut open: Option<Block> = None;
     for (i, line) in page.lines().enumerate() {
         match (&mut open, line.strip_prefix("```")) {
-            (None, Some(info)) => open = Some(Block { line: i + 1, info: info.trim().to_string(), text: String::new() }),
+            (None, Some(info)) => {
+                open = Some(Block { line: i + 1, info: info.trim().to_string(), text: String::new() });
+            }
             (Some(_), Some("")) => blocks.extend(open.take()),
             (Some(block), _) => block.text += &format!("{line}\n"),
             (None, None) => {}
@@ -141,7 +143,9 @@ fn perform(page: &Path) -> Result<(), String> {
             ("yaml", None) => return Err(format!("{here}: a block of YAML says to which file it belongs")),
             ("sh", _) => {
                 let mut out = String::new();
-                for line in block.text.replace("\\\n", " ").lines().filter(|l| !l.trim().is_empty() && !l.starts_with('#')) {
+                for line in
+                    block.text.replace("\\\n", " ").lines().filter(|l| !l.trim().is_empty() && !l.starts_with('#'))
+                {
                     let (words, code) = command(line);
                     if words[0] == "cd" {
                         at = at.join(&words[1]);
@@ -166,9 +170,13 @@ fn perform(page: &Path) -> Result<(), String> {
                         .env("COLUMNS", "100")
                         .output()
                         .unwrap();
-                    let said = format!("{}{}", String::from_utf8_lossy(&done.stdout), String::from_utf8_lossy(&done.stderr));
+                    let said =
+                        format!("{}{}", String::from_utf8_lossy(&done.stdout), String::from_utf8_lossy(&done.stderr));
                     if done.status.code() != Some(code) {
-                        return Err(format!("{here}: `{line}` ended with {:?}, not {code}:\n{said}", done.status.code()));
+                        return Err(format!(
+                            "{here}: `{line}` ended with {:?}, not {code}:\n{said}",
+                            done.status.code()
+                        ));
                     }
                     out += &said;
                 }
@@ -371,7 +379,8 @@ fn anchors(page: &str) -> BTreeSet<String> {
 fn every_link_leads_somewhere() {
     let root = root();
     let mut pages = pages_in(&root.join("docs"));
-    for name in ["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "CHANGELOG.md", "SECURITY.md", "CODE_OF_CONDUCT.md"] {
+    for name in ["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "CHANGELOG.md", "SECURITY.md", "CODE_OF_CONDUCT.md"]
+    {
         pages.extend([root.join(name)].into_iter().filter(|p| p.exists()));
     }
     let mut broken = Vec::new();
@@ -431,7 +440,8 @@ fn pages_that_sources_name_exist() {
     for path in all.iter().filter(|p| !p.ends_with("tests/published.rs") && !p.ends_with("cli/tests/documents.rs")) {
         let text = fs::read_to_string(path).unwrap();
         for rest in text.split("docs/").skip(1) {
-            let end = rest.find(|c: char| !(c.is_alphanumeric() || matches!(c, '-' | '_' | '/' | '.'))).unwrap_or(rest.len());
+            let end =
+                rest.find(|c: char| !(c.is_alphanumeric() || matches!(c, '-' | '_' | '/' | '.'))).unwrap_or(rest.len());
             let name = rest[..end].trim_end_matches('.');
             let is_page = Path::new(name).extension().is_some_and(|e| e == "md");
             if is_page && !root.join("docs").join(name).exists() {

@@ -460,7 +460,10 @@ mod tests {
             ("5 Gpa", "unknown unit `Gpa`; did you mean `GPa`?".to_string()),
             ("2m_tip", "unknown unit `m_tip`; a parameter is multiplied by `*`: write `2*m_tip`".to_string()),
             ("0.5 mtip", "unknown unit `mtip`; a parameter is multiplied by `*`: write `0.5*mtip`".to_string()),
-            ("1 kg + 2e-1 m4_9", "unknown unit `m4_9`; a parameter is multiplied by `*`: write `2e-1*m4_9`".to_string()),
+            (
+                "1 kg + 2e-1 m4_9",
+                "unknown unit `m4_9`; a parameter is multiplied by `*`: write `2e-1*m4_9`".to_string(),
+            ),
             ("1,5 kg", format!("`1,5 kg` {prefix}: expected `+` or `-` before `,5 kg`")),
         ] {
             let e = Scalar::parse(text).unwrap_err().to_string();

@@ -13,6 +13,9 @@ use std::fmt::Write as _;
 
 pub(crate) fn run(args: &Check) -> Result<u8, Failure> {
     let text = files::read(&args.model)?;
+    if let Some(answer) = super::check_others::answer(args, &text) {
+        return answer;
+    }
     let (model, warnings, map) = match files::load(&args.model, &text, args.configuration.as_deref()) {
         Ok(loaded) => loaded,
         Err(problems) if args.json => {
@@ -76,7 +79,7 @@ pub(crate) fn run(args: &Check) -> Result<u8, Failure> {
     Ok(if ok { DONE } else { WRONG_INPUT })
 }
 
-fn list(problems: &[Problem], severity: Severity) -> Vec<serde_json::Value> {
+pub(super) fn list(problems: &[Problem], severity: Severity) -> Vec<serde_json::Value> {
     problems
         .iter()
         .filter(|p| p.severity == severity)

@@ -22,11 +22,7 @@ pub(crate) fn run(args: &Explain) -> Result<u8, Failure> {
         hand_over(&args.to, &section)?;
         return Ok(DONE);
     }
-    let style = if args.to.output.is_some() {
-        Style { width: 10_000, ..Style::default() }
-    } else {
-        reference_style()
-    };
+    let style = if args.to.output.is_some() { Style { width: 10_000, ..Style::default() } } else { reference_style() };
     let mut out = String::new();
     let mut print = |text: &str| out.push_str(text);
     if let Some(element) = ELEMENTS.iter().find(|e| Element::name(**e) == name) {

@@ -17,7 +17,9 @@ fn templates(of: InitOf) -> [&'static str; 2] {
     match of {
         InitOf::Beam => [include_str!("../templates/beam.yaml"), include_str!("../templates/beam_test.yaml")],
         InitOf::Frame => [include_str!("../templates/frame.yaml"), include_str!("../templates/frame_test.yaml")],
-        InitOf::Aircraft => [include_str!("../templates/aircraft.yaml"), include_str!("../templates/aircraft_test.yaml")],
+        InitOf::Aircraft => {
+            [include_str!("../templates/aircraft.yaml"), include_str!("../templates/aircraft_test.yaml")]
+        }
     }
 }
 

@@ -4,6 +4,7 @@ pub(crate) mod add;
 pub(crate) mod against;
 pub(crate) mod benchmark;
 pub(crate) mod check;
+mod check_others;
 pub(crate) mod compare;
 pub(crate) mod completions;
 pub(crate) mod diagnose;

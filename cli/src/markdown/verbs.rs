@@ -33,7 +33,8 @@ fn section(verb: &Command) -> String {
     let name = verb.get_name();
     let long = verb.get_long_about().map_or_else(|| about(verb), ToString::to_string);
     let positions: Vec<String> = verb.get_positionals().map(usage).collect();
-    let mut out = format!("\n## {name}\n\n{}\n\n```text\nretune {name} {}", super::paragraph(&long), positions.join(" "));
+    let mut out =
+        format!("\n## {name}\n\n{}\n\n```text\nretune {name} {}", super::paragraph(&long), positions.join(" "));
     let is_shown = |a: &&Arg| !a.is_hide_set() && !matches!(a.get_id().as_str(), "help" | "version");
     let required: Vec<&Arg> = verb.get_opts().filter(|a| a.is_required_set()).collect();
     for option in required {
