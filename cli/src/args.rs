@@ -7,6 +7,7 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 use std::sync::OnceLock;
 
+mod answer;
 mod correlation;
 mod deck;
 mod diagnosis;
@@ -16,6 +17,7 @@ mod matrices;
 mod measured;
 mod values;
 
+pub(crate) use answer::Answer;
 pub(crate) use correlation::{Compare, Placement, Pretest, Sensitivity};
 pub(crate) use deck::{Import, ParametersOf, SolverOf};
 pub(crate) use diagnosis::{Add, Benchmark, BenchmarkWhat, Diagnose, Learn, SearchOptions, Undo};
@@ -108,14 +110,13 @@ pub(crate) struct Check {
     #[arg(long, value_name = "RESULTS", num_args = 1..)]
     pub(crate) against: Vec<PathBuf>,
     /// Largest relative difference of frequencies that `--against` lets pass.
-    #[arg(long, value_name = "PART", default_value_t = 1e-5, requires = "against")]
+    #[arg(long, value_name = "PART", default_value_t = 1e-5, requires = "against", value_parser = values::positive)]
     pub(crate) tolerance: f64,
     /// Elastic modes that `--against` compares.
     #[arg(short = 'n', long, value_name = "MODES", default_value_t = 20, requires = "against", value_parser = clap::value_parser!(u16).range(1..=500))]
     pub(crate) number: u16,
-    /// Print JSON instead of text.
-    #[arg(long)]
-    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) answer: Answer,
 }
 
 /// Frequencies and names of the modes of a model.
@@ -130,9 +131,8 @@ pub(crate) struct Modes {
     /// Configuration of the model: a name under its `configurations`.
     #[arg(long, value_name = "NAME")]
     pub(crate) configuration: Option<String>,
-    /// Print JSON instead of text.
-    #[arg(long)]
-    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) answer: Answer,
 }
 
 /// How modes of model and test are paired.

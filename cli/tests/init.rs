@@ -131,3 +131,46 @@ fn units_of_a_deck_are_asked_for_and_a_structure_is_needed() {
     let (code, _, err) = run(folder.path(), "init submarine");
     assert!(code == 2 && err.contains("beam, frame, aircraft"), "{err}");
 }
+
+/// `-o FILE` keeps what `--json` prints, beside the text, and overwrites nothing unasked.
+#[test]
+fn results_are_kept_as_json() {
+    let temporary = tempfile::tempdir().unwrap();
+    let folder = temporary.path();
+    run(folder, "init beam");
+    run(folder, "export model.yaml --matrices -o beam");
+    for (i, line) in [
+        "check model.yaml",
+        "check test.yaml",
+        "modes model.yaml -n 3",
+        "compare model.yaml test.yaml",
+        "health test.yaml",
+        "sensitivity model.yaml test.yaml",
+        "matrices beam_K.mtx beam_M.mtx beam_dofs.csv",
+        "benchmark diagnosis --structure cantilever --null 1 --effects 0 --faults 0 --outside 0",
+    ]
+    .iter()
+    .enumerate()
+    {
+        let file = format!("{i}.json");
+        let (code, text, _) = run(folder, &format!("{line} -o {file}"));
+        let (_, printed, _) = run(folder, &format!("{line} --json"));
+        assert!(code == 0 && !text.is_empty() && !text.starts_with('{'), "{line}: {text}");
+        let mut kept: serde_json::Value =
+            serde_json::from_str(&fs::read_to_string(folder.join(&file)).unwrap()).unwrap();
+        let mut printed: serde_json::Value = serde_json::from_str(&printed).unwrap();
+        for value in [&mut kept, &mut printed] {
+            // How long it took is no part of the result.
+            if let Some(object) = value.as_object_mut() {
+                object.retain(|key, _| !key.contains("second"));
+            }
+        }
+        assert_eq!(kept, printed, "{line}");
+        let (code, _, err) = run(folder, &format!("{line} -o {file}"));
+        assert!(code == 2 && err.contains("--force"), "{line}: {err}");
+    }
+    let (code, out, _) = run(folder, "pretest model.yaml -n 3 --by auto-mac -o plan.yaml");
+    assert!(code == 0 && out.contains("written: plan.yaml"), "{out}");
+    let (code, out, err) = run(folder, "compare model.yaml plan.yaml");
+    assert!(code == 0 && out.contains("+0.00 %"), "{out}{err}");
+}

@@ -2,7 +2,7 @@
 
 use crate::args::Check;
 use crate::files::{self, Kind};
-use crate::output::{Failure, print, print_json, render_problems, style, tell, totals};
+use crate::output::{Failure, print, render_problems, style, tell, totals};
 use crate::{DONE, WRONG_INPUT};
 use retune::catalogue::counted;
 use retune::correlation::parse_profiles;
@@ -67,8 +67,8 @@ fn tell_of(args: &Check, text: &str, found: Result<(String, Vec<Problem>), Vec<P
     }
     let (holds, warnings) = match found {
         Ok(found) => found,
-        Err(problems) if args.json => {
-            print_json(&json!({
+        Err(problems) if args.answer.json => {
+            args.answer.give(&json!({
                 "ok": false,
                 "errors": super::check::list(&problems, Severity::Error),
                 "warnings": super::check::list(&problems, Severity::Warning),
@@ -77,10 +77,12 @@ fn tell_of(args: &Check, text: &str, found: Result<(String, Vec<Problem>), Vec<P
         }
         Err(problems) => return Err(Failure::problems(&args.model, text, &problems)),
     };
-    if args.json {
+    if args.answer.needs_json() {
         let none: [&str; 0] = [];
         let warnings = super::check::list(&warnings, Severity::Warning);
-        print_json(&json!({ "ok": true, "errors": none, "warnings": warnings }));
+        args.answer.give(&json!({ "ok": true, "errors": none, "warnings": warnings }));
+    }
+    if args.answer.json {
         return Ok(DONE);
     }
     print(&format!("{holds}\n"));
