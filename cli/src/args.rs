@@ -7,18 +7,22 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 use std::sync::OnceLock;
 
+mod answer;
 mod correlation;
 mod deck;
 mod diagnosis;
 mod export;
+mod init;
 mod matrices;
 mod measured;
 mod values;
 
+pub(crate) use answer::Answer;
 pub(crate) use correlation::{Compare, Placement, Pretest, Sensitivity};
 pub(crate) use deck::{Import, ParametersOf, SolverOf};
 pub(crate) use diagnosis::{Add, Benchmark, BenchmarkWhat, Diagnose, Learn, SearchOptions, Undo};
 pub(crate) use export::{Export, Reduction};
+pub(crate) use init::{Completions, Explain, Init, InitOf, List, ListOf, Manual, Schema, SchemaOf, To};
 pub(crate) use matrices::{Matrices, Prepare};
 pub(crate) use measured::{Health, Identify, Map, MatrixAxes, MeasuredQuantity, Measurement, Method, Repeated, Twin};
 
@@ -30,6 +34,7 @@ pub(crate) use measured::{Health, Identify, Map, MatrixAxes, MeasuredQuantity, M
 70 a bug; 130 stopped before there was a result.
 
 Examples:
+  retune init beam -o beam
   retune check models/bff.yaml
   retune identify run1.unv run2.unv -o test.yaml
   retune compare models/bff.yaml models/bff_gvt.yaml
@@ -59,6 +64,7 @@ pub(crate) fn parse(words: Vec<OsString>) -> Result<Cli, clap::Error> {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
+    Init(Init),
     Check(Check),
     Modes(Modes),
     Identify(Identify),
@@ -84,15 +90,18 @@ pub(crate) enum Command {
     List(List),
     Explain(Explain),
     Completions(Completions),
+    Manual(Manual),
 }
 
 /// Is the model sound? Mass, centre of gravity, inertia, rigid-body modes, and everything doubtful.
+///
+/// Test files, objective files and criteria profiles are checked too, as far as they can be without a model.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Examples:\n  retune check models/bff.yaml\n  retune check wing.yaml --against wing.f06 wing.op2"
 )]
 pub(crate) struct Check {
-    /// Model file.
+    /// Model file; or a test file, an objective file, criteria profiles.
     pub(crate) model: PathBuf,
     /// Configuration of the model: a name under its `configurations`.
     #[arg(long, value_name = "NAME")]
@@ -102,14 +111,13 @@ pub(crate) struct Check {
     #[arg(long, value_name = "RESULTS", num_args = 1..)]
     pub(crate) against: Vec<PathBuf>,
     /// Largest relative difference of frequencies that `--against` lets pass.
-    #[arg(long, value_name = "PART", default_value_t = 1e-5, requires = "against")]
+    #[arg(long, value_name = "PART", default_value_t = 1e-5, requires = "against", value_parser = values::positive)]
     pub(crate) tolerance: f64,
     /// Elastic modes that `--against` compares.
     #[arg(short = 'n', long, value_name = "MODES", default_value_t = 20, requires = "against", value_parser = clap::value_parser!(u16).range(1..=500))]
     pub(crate) number: u16,
-    /// Print JSON instead of text.
-    #[arg(long)]
-    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) answer: Answer,
 }
 
 /// Frequencies and names of the modes of a model.
@@ -124,9 +132,8 @@ pub(crate) struct Modes {
     /// Configuration of the model: a name under its `configurations`.
     #[arg(long, value_name = "NAME")]
     pub(crate) configuration: Option<String>,
-    /// Print JSON instead of text.
-    #[arg(long)]
-    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) answer: Answer,
 }
 
 /// How modes of model and test are paired.
@@ -215,7 +222,7 @@ pub(crate) struct Update {
     pub(crate) objective: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) pairing: PairingOptions,
-    /// A method of `retune list optimizers`, or YAML with settings.
+    /// A method of `retune list optimizers`, in full or as `lm`, `de`, `nm`; or YAML with settings.
     #[arg(long)]
     pub(crate) optimizer: Option<String>,
     #[command(flatten)]
@@ -341,70 +348,4 @@ pub(crate) struct Report {
     /// Overwrite existing files.
     #[arg(long)]
     pub(crate) force: bool,
-}
-
-/// Which kind of file.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum SchemaOf {
-    /// Model files.
-    Model,
-    /// Test files.
-    Test,
-}
-
-/// JSON Schema of a file format, for editors that complete and check YAML.
-#[derive(Debug, Args)]
-#[command(after_help = "Example:\n  retune schema model > model.schema.json")]
-pub(crate) struct Schema {
-    /// Which file format.
-    #[arg(value_enum, default_value_t = SchemaOf::Model)]
-    pub(crate) of: SchemaOf,
-}
-
-/// Which list.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum ListOf {
-    /// Element types.
-    Elements,
-    /// Terms of the least-squares cost.
-    Residuals,
-    /// Optimisers.
-    Optimizers,
-    /// Physical effects that a diagnosis tries.
-    Effects,
-    /// Faults of a measurement that a diagnosis tries.
-    Faults,
-    /// Criteria profiles of `retune compare --profile`.
-    Profiles,
-    /// Formats of matrices of other solvers.
-    Matrices,
-}
-
-/// What there is: elements, residuals, optimizers, effects, faults, profiles, formats of matrices.
-#[derive(Debug, Args)]
-#[command(after_help = "Example:\n  retune list elements")]
-pub(crate) struct List {
-    /// Which list.
-    #[arg(value_enum)]
-    pub(crate) of: ListOf,
-    /// Print JSON instead of text.
-    #[arg(long)]
-    pub(crate) json: bool,
-}
-
-/// What a member of a list is: equations, properties, sources.
-#[derive(Debug, Args)]
-#[command(after_help = "Example:\n  retune explain beam")]
-pub(crate) struct Explain {
-    /// A name from `retune list`.
-    pub(crate) name: String,
-}
-
-/// Completions for a shell, to standard output.
-#[derive(Debug, Args)]
-#[command(after_help = "Example:\n  retune completions bash > ~/.local/share/bash-completion/completions/retune")]
-pub(crate) struct Completions {
-    /// The shell.
-    #[arg(value_enum)]
-    pub(crate) shell: clap_complete::Shell,
 }

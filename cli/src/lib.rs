@@ -14,8 +14,10 @@ mod commands;
 mod files;
 mod interrupt;
 mod ledger;
+mod markdown;
 mod page;
 mod progress;
+mod schemas;
 mod uncertain;
 mod writing;
 
@@ -35,6 +37,17 @@ const WRONG_INPUT: u8 = 2;
 const STOPPED: u8 = 130;
 /// A bug of ours.
 const BUG: u8 = 70;
+/// What each exit code means.
+const EXIT_CODES: [(u8, &str); 5] = [
+    (DONE, "done"),
+    (
+        SHORT,
+        "finished, but a criterion or a fit falls short, a test contradicts itself, or a diagnosis is anything but `adequate`",
+    ),
+    (WRONG_INPUT, "wrong input, or an output that cannot be written"),
+    (BUG, "a bug of retune: please report it with the command and its files"),
+    (STOPPED, "stopped before there was a result"),
+];
 /// Stack of a thread, bytes: that of a main thread.
 const STACK: usize = 8 << 20;
 
@@ -68,6 +81,7 @@ fn answer(e: &clap::Error) -> u8 {
 
 fn perform(cli: &Cli) -> u8 {
     let run = || match &cli.command {
+        Command::Init(a) => commands::init::run(a),
         Command::Check(a) => commands::check::run(a),
         Command::Modes(a) => commands::modes::run(a),
         Command::Identify(a) => commands::identify::run(a),
@@ -93,6 +107,7 @@ fn perform(cli: &Cli) -> u8 {
         Command::List(a) => commands::list::run(a),
         Command::Explain(a) => commands::explain::run(a),
         Command::Completions(a) => commands::completions::run(a),
+        Command::Manual(a) => commands::manual::run(a),
     };
     // A search hands hundreds of short batches a second to the threads of the pool: it runs on one of them itself.
     let _ = rayon::ThreadPoolBuilder::new().stack_size(STACK).build_global();

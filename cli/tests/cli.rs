@@ -193,7 +193,7 @@ fn files_that_cannot_be_read_are_named() {
         ("check bare.yaml", "it is UTF-16 (little endian) without a byte order mark, not UTF-8"),
         ("check empty.yaml", "empty"),
         ("compare model.yaml nowhere.yaml", "nowhere.yaml"),
-        ("check test.yaml", "this is a test file"),
+        ("modes test.yaml", "this is a test file"),
         ("compare model.yaml model.yaml", "this is a model file"),
         ("explain baem", "did you mean `beam`?"),
         ("update model.yaml test.yaml --optimizer nelder-maed", "did you mean `nelder-mead`?"),

@@ -71,7 +71,7 @@ pub use posterior::{Posterior, Tmcmc};
 pub use random::Draw;
 pub use run::{Run, Stop};
 pub use sequence::{Sequence, in_sequence};
-pub use spec::{OPTIMIZERS, OptimizerSpec};
+pub use spec::{ABBREVIATIONS, OPTIMIZERS, OptimizerSpec, full_name, schema};
 
 use crate::linalg::DVector;
 

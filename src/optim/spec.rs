@@ -44,8 +44,9 @@ macro_rules! choice {
         const NAMES: &[&str] = &[$($module::ABOUT.name),+];
 
         impl OptimizerSpec {
-            /// The method of that name with default settings.
+            /// The method of that name, or of that abbreviation, with default settings.
             pub fn by_name(name: &str) -> Option<Self> {
+                let name = full_name(name);
                 $(if name == $module::ABOUT.name { return Some(Self::$variant($variant::default())); })+
                 None
             }
@@ -59,21 +60,24 @@ macro_rules! choice {
             }
 
             fn with_settings<'de, A: MapAccess<'de>>(name: &str, map: &mut A) -> Result<Option<Self>, A::Error> {
+                let name = full_name(name);
                 $(if name == $module::ABOUT.name { return map.next_value().map(Self::$variant).map(Some); })+
                 Ok(None)
             }
 
             fn named_schemas(generator: &mut SchemaGenerator) -> Vec<Schema> {
-                vec![$({
+                let mut all = Vec::new();
+                $(for name in spellings($module::ABOUT.name) {
                     let settings = generator.subschema_for::<$variant>();
-                    json_schema!({
+                    all.push(json_schema!({
                         "type": "object",
                         "description": $module::ABOUT.summary,
-                        "properties": { ($module::ABOUT.name): settings },
-                        "required": [$module::ABOUT.name],
+                        "properties": { (name): settings },
+                        "required": [name],
                         "additionalProperties": false,
-                    })
-                }),+]
+                    }));
+                })+
+                all
             }
         }
 
@@ -96,6 +100,26 @@ macro_rules! choice {
             }
         }
     };
+}
+
+/// Abbreviations that the field uses, and what they stand for.
+pub const ABBREVIATIONS: &[(&str, &str)] =
+    &[("lm", "levenberg-marquardt"), ("de", "differential-evolution"), ("nm", "nelder-mead")];
+
+/// The name of a method, whether it is given in full or abbreviated.
+pub fn full_name(name: &str) -> &str {
+    ABBREVIATIONS.iter().find(|(short, _)| *short == name).map_or(name, |(_, full)| full)
+}
+
+/// A name and its abbreviations.
+fn spellings(name: &'static str) -> impl Iterator<Item = &'static str> {
+    let short = ABBREVIATIONS.iter().filter(move |(_, full)| *full == name).map(|(short, _)| *short);
+    std::iter::once(name).chain(short)
+}
+
+/// JSON Schema of an optimiser and its settings, as `optimizer:` and `--optimizer` take them.
+pub fn schema() -> serde_json::Value {
+    schemars::schema_for!(OptimizerSpec).to_value()
 }
 
 choice! {
@@ -183,7 +207,8 @@ impl JsonSchema for OptimizerSpec {
     }
 
     fn json_schema(generator: &mut SchemaGenerator) -> Schema {
-        let mut forms = vec![json_schema!({ "type": "string", "enum": NAMES })];
+        let names: Vec<&str> = NAMES.iter().copied().flat_map(spellings).collect();
+        let mut forms = vec![json_schema!({ "type": "string", "enum": names })];
         forms.extend(Self::named_schemas(generator));
         let step = generator.subschema_for::<Self>();
         forms.push(
@@ -215,6 +240,20 @@ mod tests {
         };
         assert_eq!(sequence.steps.len(), 2);
         assert!(read("{multistart: {local: [levenberg-marquardt, nelder-mead]}}").is_ok());
+    }
+
+    #[test]
+    fn abbreviations_are_read_as_their_methods() {
+        for (short, full) in ABBREVIATIONS {
+            let method = OptimizerSpec::by_name(full);
+            assert!(method.is_some() && OptimizerSpec::by_name(short) == method, "{short}");
+        }
+        assert_eq!(
+            read("[de, {nm: {size: 0.02}}]"),
+            read("[differential-evolution, {nelder-mead: {size: 0.02}}]"),
+            "a name with settings and a list take abbreviations too"
+        );
+        assert!(read("[de, {nm: {size: 0.02}}]").is_ok());
     }
 
     #[test]

@@ -223,15 +223,15 @@ fn parse_term(text: &str) -> Result<Term, TermError> {
         rest = rest.trim_start();
         let length = number_length(rest);
         if length > 0 {
-            let number: f64 =
-                rest[..length].parse().map_err(|_| TermError::Why(format!("`{}` is not a number", &rest[..length])))?;
+            let digits = &rest[..length];
+            let number: f64 = digits.parse().map_err(|_| TermError::Why(format!("`{digits}` is not a number")))?;
             rest = &rest[length..];
             term.factor = if divide { term.factor / number } else { term.factor * number };
             // What follows the number up to a `*` before a parameter or a `/` before a number is its unit.
             let end = unit_end(rest);
             let unit_text = rest[..end].trim();
             if !unit_text.is_empty() {
-                let unit = Unit::parse(unit_text).map_err(TermError::Unit)?;
+                let unit = Unit::parse(unit_text).map_err(|e| TermError::Unit(or_product(e, digits, unit_text)))?;
                 let power = if divide { -1 } else { 1 };
                 term.factor *= unit.factor.powi(power);
                 let d = term.dimension.unwrap_or_default();
@@ -266,6 +266,22 @@ fn parse_term(text: &str) -> Result<Term, TermError> {
         }
         rest = &rest[1..];
     }
+}
+
+/// The mistake of a unit, with the product that may have been meant where the word could be a parameter: `2m_tip`.
+fn or_product(error: UnitError, digits: &str, word: &str) -> UnitError {
+    let is_word = word.starts_with(char::is_alphabetic) && word.chars().all(is_name);
+    let is_open = match &error {
+        UnitError::Unknown { suggestion, .. } => suggestion.is_empty(),
+        // Of a unit these characters are no part.
+        UnitError::Malformed { .. } => word.contains(['_', '@', ':']) || word.ends_with(|c: char| c.is_ascii_digit()),
+        UnitError::Mismatch { .. } => false,
+    };
+    if !(is_word && is_open) {
+        return error;
+    }
+    let suggestion = format!("; a parameter is multiplied by `*`: write `{digits}*{word}`");
+    UnitError::Unknown { name: word.to_string(), suggestion }
 }
 
 fn is_name(c: char) -> bool {
@@ -442,6 +458,12 @@ mod tests {
             ("1e999", format!("`1e999` {prefix}: it is beyond the largest number")),
             ("", format!("`` {prefix}: it is empty")),
             ("5 Gpa", "unknown unit `Gpa`; did you mean `GPa`?".to_string()),
+            ("2m_tip", "unknown unit `m_tip`; a parameter is multiplied by `*`: write `2*m_tip`".to_string()),
+            ("0.5 mtip", "unknown unit `mtip`; a parameter is multiplied by `*`: write `0.5*mtip`".to_string()),
+            (
+                "1 kg + 2e-1 m4_9",
+                "unknown unit `m4_9`; a parameter is multiplied by `*`: write `2e-1*m4_9`".to_string(),
+            ),
             ("1,5 kg", format!("`1,5 kg` {prefix}: expected `+` or `-` before `,5 kg`")),
         ] {
             let e = Scalar::parse(text).unwrap_err().to_string();

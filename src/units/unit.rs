@@ -92,13 +92,18 @@ const UNITS: &[(&str, f64, i8, i8, i8)] = &[
     ("s", 1.0, 0, 0, 1), ("ms", 1e-3, 0, 0, 1), ("min", 60.0, 0, 0, 1), ("h", 3600.0, 0, 0, 1),
     ("Hz", 1.0, 0, 0, -1), ("mHz", 1e-3, 0, 0, -1), ("kHz", 1e3, 0, 0, -1), ("MHz", 1e6, 0, 0, -1), ("rpm", 1.0 / 60.0, 0, 0, -1),
     ("g0", GRAVITY, 1, 0, -2),
-    ("N", 1.0, 1, 1, -2), ("mN", 1e-3, 1, 1, -2), ("kN", 1e3, 1, 1, -2), ("MN", 1e6, 1, 1, -2), ("lbf", POUND * GRAVITY, 1, 1, -2),
+    ("N", 1.0, 1, 1, -2), ("mN", 1e-3, 1, 1, -2), ("kN", 1e3, 1, 1, -2), ("MN", 1e6, 1, 1, -2), ("GN", 1e9, 1, 1, -2), ("lbf", POUND * GRAVITY, 1, 1, -2),
     ("kgf", GRAVITY, 1, 1, -2), ("dyn", 1e-5, 1, 1, -2), ("daN", 10.0, 1, 1, -2), ("kip", 1e3 * POUND * GRAVITY, 1, 1, -2),
     ("Pa", 1.0, -1, 1, -2), ("hPa", 1e2, -1, 1, -2), ("kPa", 1e3, -1, 1, -2), ("MPa", 1e6, -1, 1, -2), ("GPa", 1e9, -1, 1, -2),
     ("bar", 1e5, -1, 1, -2), ("psi", POUND * GRAVITY / (INCH * INCH), -1, 1, -2), ("ksi", 1e3 * POUND * GRAVITY / (INCH * INCH), -1, 1, -2),
-    ("Msi", 1e6 * POUND * GRAVITY / (INCH * INCH), -1, 1, -2),
+    ("Msi", 1e6 * POUND * GRAVITY / (INCH * INCH), -1, 1, -2), ("Mpsi", 1e6 * POUND * GRAVITY / (INCH * INCH), -1, 1, -2),
     ("J", 1.0, 2, 1, -2), ("W", 1.0, 2, 1, -3),
 ];
+
+/// Every unit by its name, in the order of the reference: name, factor to SI, dimension.
+pub fn units() -> impl Iterator<Item = (&'static str, f64, Dimension)> {
+    UNITS.iter().map(|&(name, factor, length, mass, time)| (name, factor, Dimension { length, mass, time }))
+}
 
 /// Units that count angles.
 const ANGLES: [&str; 5] = ["rad", "mrad", "deg", "°", "rev"];

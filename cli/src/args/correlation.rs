@@ -1,6 +1,6 @@
 //! Comparing, planning a test, sensitivities.
 
-use super::{Loading, Measurement, PairingOptions, values};
+use super::{Answer, Loading, Measurement, PairingOptions, values};
 use clap::{Args, ValueEnum};
 use retune::update::MassReduction;
 use std::path::PathBuf;
@@ -87,9 +87,8 @@ pub(crate) struct Compare {
     pub(crate) configuration: Option<String>,
     #[command(flatten)]
     pub(crate) loading: Loading,
-    /// Print JSON instead of text: all parts, whatever the flags.
-    #[arg(long)]
-    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) answer: Answer,
 }
 
 /// How sensors are chosen.
@@ -108,7 +107,7 @@ pub(crate) enum Placement {
 #[command(after_help = "Examples:
   retune pretest models/bff.yaml -n 6 --sensors 12
   retune pretest models/bff.yaml --test models/bff_gvt.yaml
-  retune pretest models/frame.yaml --sensors 6 --by auto-mac --json")]
+  retune pretest models/frame.yaml --sensors 6 --by auto-mac -o plan.yaml")]
 pub(crate) struct Pretest {
     /// Model file.
     pub(crate) model: PathBuf,
@@ -124,6 +123,12 @@ pub(crate) struct Pretest {
     /// Test file whose sensors are judged and added to; candidates are all translations of nodes.
     #[arg(long, value_name = "TEST")]
     pub(crate) test: Option<PathBuf>,
+    /// Where to write the chosen sensors: a test file with the modes that the model predicts at them. Of several ways `--by` says which.
+    #[arg(short, long, value_name = "TEST")]
+    pub(crate) output: Option<PathBuf>,
+    /// Overwrite an existing output file.
+    #[arg(long, requires = "output")]
+    pub(crate) force: bool,
     /// Standard deviation of a shape entry, of the largest entry.
     #[arg(long, default_value = "2 %", allow_hyphen_values = true)]
     pub(crate) noise_shape: String,
@@ -157,7 +162,6 @@ pub(crate) struct Sensitivity {
     /// Configuration of the model: a name under its `configurations`.
     #[arg(long, value_name = "NAME")]
     pub(crate) configuration: Option<String>,
-    /// Print JSON instead of text.
-    #[arg(long)]
-    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) answer: Answer,
 }

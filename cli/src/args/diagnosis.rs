@@ -1,6 +1,6 @@
 //! What is missing: diagnosing, adding, learning, and how good that is.
 
-use super::{PairingOptions, values};
+use super::{Answer, PairingOptions, values};
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 
@@ -177,9 +177,8 @@ pub(crate) struct Benchmark {
     /// Only cases with this in the name of what is hidden, with all their hypotheses.
     #[arg(long, value_name = "TEXT")]
     pub(crate) case: Option<String>,
-    /// Print JSON instead of text.
-    #[arg(long)]
-    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) answer: Answer,
 }
 
 /// What is measured.

@@ -1,5 +1,6 @@
 //! Arguments of `matrices` and `prepare`.
 
+use super::Answer;
 use clap::Args;
 use std::path::PathBuf;
 
@@ -19,9 +20,8 @@ pub(crate) struct Matrices {
     /// Positions of the nodes.
     #[arg(long, value_name = "FILE")]
     pub(crate) nodes: Option<PathBuf>,
-    /// Print JSON instead of text.
-    #[arg(long)]
-    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) answer: Answer,
 }
 
 /// Run the solvers that a model names (`solver:` of a superelement) and keep the matrices that they write.

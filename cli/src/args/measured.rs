@@ -1,6 +1,6 @@
 //! Measurement files: identifying modes, checking, mapping and imitating tests.
 
-use super::values;
+use super::{Answer, values};
 use clap::{Args, ValueEnum};
 use retune::identify::REPEATABILITY;
 use std::path::PathBuf;
@@ -224,9 +224,8 @@ pub(crate) struct Health {
     /// Configuration of the model; that which the test names when absent.
     #[arg(long, value_name = "NAME", requires = "model")]
     pub(crate) configuration: Option<String>,
-    /// Print JSON instead of text.
-    #[arg(long)]
-    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) answer: Answer,
 }
 
 /// Find places in a model for the points of a test: nodes, else elements, with rigid arms; and what is left over.

@@ -1,7 +1,7 @@
 //! `retune check --against`
 
 use crate::args::Check;
-use crate::output::{Failure, print, print_json, shown, style};
+use crate::output::{Failure, print, shown, style};
 use crate::{DONE, SHORT, ledger};
 use retune::exchange::{Agreement, MassAgreement, compare_results, read_results};
 use retune::model::Model;
@@ -21,14 +21,14 @@ pub(super) fn run(args: &Check, model: &Model) -> Result<u8, Failure> {
             ledger::read(path, LARGEST).map_err(|e| Failure::text(format!("cannot read {}: {e}", shown(path))))?;
         let results = read_results(&bytes).map_err(|e| Failure::text(format!("{}: {e}", shown(path))))?;
         let agreement = compare_results(model, &results, usize::from(args.number))?;
-        if !args.json {
+        if !args.answer.json {
             print(&describe(&format!("{} ({})", shown(path), results.kind), &agreement));
         }
         all.push((path, agreement));
     }
     let holds = all.iter().all(|(_, a)| a.holds(args.tolerance, MAC));
-    if args.json {
-        print_json(&json!({
+    if args.answer.needs_json() {
+        args.answer.give(&json!({
             "ok": holds,
             "against": all.iter().map(|(path, a)| json!({
                 "file": path,

@@ -2,7 +2,7 @@
 
 use crate::DONE;
 use crate::args::{Benchmark, BenchmarkWhat};
-use crate::output::{Failure, print, print_json};
+use crate::output::{Failure, print};
 use crate::progress::bar;
 use retune::catalogue::did_you_mean;
 use retune::diagnosis::benchmark::{Benchmark as Measured, Plan, STRUCTURES, Score, Share, benchmark};
@@ -10,6 +10,7 @@ use retune::diagnosis::{Settings, Verdict};
 use std::fmt::Write as _;
 
 pub(crate) fn run(args: &Benchmark) -> Result<u8, Failure> {
+    args.answer.check()?;
     let BenchmarkWhat::Diagnosis = args.what;
     let known = || STRUCTURES.iter().map(|s| s.0);
     if let Some(name) = args.structure.iter().find(|name| !known().any(|k| k == *name)) {
@@ -43,9 +44,10 @@ pub(crate) fn run(args: &Benchmark) -> Result<u8, Failure> {
         bar.set_position(done as u64);
     })?;
     bar.finish_and_clear();
-    if args.json {
-        print_json(&serde_json::to_value(&result)?);
-    } else {
+    if args.answer.needs_json() {
+        args.answer.give(&serde_json::to_value(&result)?);
+    }
+    if !args.answer.json {
         print(&text(&result, args.cases || args.case.is_some()));
     }
     Ok(DONE)

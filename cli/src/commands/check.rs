@@ -1,7 +1,7 @@
 //! `retune check`
 
 use crate::args::Check;
-use crate::output::{Failure, print, print_json, render_problems, style, tell, totals};
+use crate::output::{Failure, print, render_problems, style, tell, totals};
 use crate::{DONE, WRONG_INPUT, files};
 use retune::catalogue::counted;
 use retune::element::{Axes, Dof};
@@ -12,11 +12,15 @@ use serde_json::json;
 use std::fmt::Write as _;
 
 pub(crate) fn run(args: &Check) -> Result<u8, Failure> {
+    args.answer.check()?;
     let text = files::read(&args.model)?;
+    if let Some(answer) = super::check_others::answer(args, &text) {
+        return answer;
+    }
     let (model, warnings, map) = match files::load(&args.model, &text, args.configuration.as_deref()) {
         Ok(loaded) => loaded,
-        Err(problems) if args.json => {
-            print_json(&json!({
+        Err(problems) if args.answer.json => {
+            args.answer.give(&json!({
                 "ok": false,
                 "errors": list(&problems, Severity::Error),
                 "warnings": list(&problems, Severity::Warning),
@@ -38,8 +42,8 @@ pub(crate) fn run(args: &Check) -> Result<u8, Failure> {
     if !args.against.is_empty() && ok {
         return super::against::run(args, &model);
     }
-    if args.json {
-        print_json(&json!({
+    if args.answer.needs_json() {
+        args.answer.give(&json!({
             "ok": ok,
             "errors": list(&problems, Severity::Error),
             "warnings": list(&problems, Severity::Warning),
@@ -59,7 +63,8 @@ pub(crate) fn run(args: &Check) -> Result<u8, Failure> {
                 "is_default": !e.is_oriented,
             })).collect::<Vec<_>>(),
         }));
-    } else {
+    }
+    if !args.answer.json {
         print(&describe(&model, mass.as_ref(), by_axis, &sound));
         if !problems.is_empty() {
             tell(&format!("\n{}", render_problems(&args.model, &text, &problems).trim_end()));
@@ -76,7 +81,7 @@ pub(crate) fn run(args: &Check) -> Result<u8, Failure> {
     Ok(if ok { DONE } else { WRONG_INPUT })
 }
 
-fn list(problems: &[Problem], severity: Severity) -> Vec<serde_json::Value> {
+pub(super) fn list(problems: &[Problem], severity: Severity) -> Vec<serde_json::Value> {
     problems
         .iter()
         .filter(|p| p.severity == severity)

@@ -2,7 +2,7 @@
 
 use super::measured;
 use crate::args::Compare;
-use crate::output::{Failure, mac_matrix, pairs, print, print_json, style, warn};
+use crate::output::{Failure, mac_matrix, pairs, print, style, warn};
 use crate::{DONE, SHORT, files};
 use retune::correlation::CriteriaProfile;
 use retune::data::corrected_functions;
@@ -13,19 +13,21 @@ use serde_json::{Value, json};
 use std::path::Path;
 
 pub(crate) fn run(args: &Compare) -> Result<u8, Failure> {
+    args.answer.check()?;
     let how = args.pairing.how();
     if args.bands.windows(2).any(|w| w[0] >= w[1]) {
         return Err(Failure::text(format!("--bands {:?}: give ascending frequencies in Hz", args.bands)));
     }
     let profile = args.profile.as_deref().map(profile).transpose()?;
     let all = args.tests.iter().map(|path| one(args, path, &how, profile.as_ref())).collect::<Result<Vec<_>, _>>()?;
-    if args.json {
+    if args.answer.needs_json() {
         let mut values: Vec<&Value> = all.iter().map(|s| &s.json).collect();
         match values.as_slice() {
-            [value] => print_json(value),
-            _ => print_json(&json!({ "tests": std::mem::take(&mut values) })),
+            [value] => args.answer.give(value),
+            _ => args.answer.give(&json!({ "tests": std::mem::take(&mut values) })),
         }
-    } else {
+    }
+    if !args.answer.json {
         print(&all.iter().map(|s| s.text.as_str()).collect::<Vec<_>>().join("\n"));
     }
     Ok(if all.iter().all(|s| s.passed) { DONE } else { SHORT })
@@ -69,8 +71,9 @@ fn one(args: &Compare, path: &Path, how: &HowToPair, profile: Option<&CriteriaPr
     };
     let parts = agreement(&model, &test, &options)?;
     let passed = parts.judgement.as_ref().is_none_or(|j| j.passed);
-    if args.json {
-        return Ok(Shown { json: answer::comparison(&parts, profile), text: String::new(), passed });
+    let json = if args.answer.needs_json() { answer::comparison(&parts, profile) } else { Value::Null };
+    if args.answer.json {
+        return Ok(Shown { json, text: String::new(), passed });
     }
     let (test, a) = (&parts.test, &parts.assessment);
     let style = style(&std::io::stdout());
@@ -89,7 +92,7 @@ fn one(args: &Compare, path: &Path, how: &HowToPair, profile: Option<&CriteriaPr
     if let Some((profile, judgement)) = profile.zip(parts.judgement.as_ref()) {
         words::judgement(&mut out, judgement, profile, &style);
     }
-    Ok(Shown { json: Value::Null, text: out, passed })
+    Ok(Shown { json, text: out, passed })
 }
 
 /// A profile by its name, by its file, or by both: `file.yaml:NAME`.

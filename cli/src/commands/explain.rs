@@ -1,26 +1,36 @@
 //! `retune explain`
 
-use crate::DONE;
 use crate::args::Explain;
 use crate::output::{Failure, print, reference_style};
+use crate::writing::hand_over;
+use crate::{DONE, markdown};
 use retune::catalogue::did_you_mean;
 use retune::correlation::{BUILTIN_PROFILES, parse_profiles};
 use retune::effect::{EFFECTS, Effect};
 use retune::element::{ELEMENTS, Element};
 use retune::fault::{FAULTS, Fault};
 use retune::objective::{RESIDUALS, Residual};
-use retune::optim::OPTIMIZERS;
-use retune::report::text::{Align, Table};
+use retune::optim::{ABBREVIATIONS, OPTIMIZERS, full_name};
+use retune::report::text::{Align, Style, Table};
 
 pub(crate) fn run(args: &Explain) -> Result<u8, Failure> {
-    let name = args.name.as_str();
+    let name = full_name(&args.name);
     let profiles = parse_profiles(BUILTIN_PROFILES)?;
+    if args.markdown
+        && let Some(section) = markdown::member(name, 1)?
+    {
+        hand_over(&args.to, &section)?;
+        return Ok(DONE);
+    }
+    let style = if args.to.output.is_some() { Style { width: 10_000, ..Style::default() } } else { reference_style() };
+    let mut out = String::new();
+    let mut print = |text: &str| out.push_str(text);
     if let Some(element) = ELEMENTS.iter().find(|e| Element::name(**e) == name) {
         let mut table = Table::new([("property", Align::Left), ("unit", Align::Left), ("what it is", Align::Left)]);
         for p in element.properties() {
             table.row([p.name.into(), p.unit.into(), p.description.into()]);
         }
-        let text = table.render(&reference_style());
+        let text = table.render(&style);
         print(&format!("{name}: {}\n\n{}\n\n{text}", element.summary(), element.theory().trim_end()));
     } else if let Some(o) = OPTIMIZERS.iter().find(|o| o.name == name) {
         print(&format!("{name}: {}\n\n{}\n\nSources\n", o.summary, o.theory));
@@ -50,12 +60,17 @@ pub(crate) fn run(args: &Explain) -> Result<u8, Failure> {
             .chain(EFFECTS.iter().map(|e| Effect::name(*e)))
             .chain(FAULTS.iter().map(|f| Fault::name(*f)))
             .chain(OPTIMIZERS.iter().map(|o| o.name))
+            .chain(ABBREVIATIONS.iter().map(|(short, _)| *short))
             .chain(profiles.iter().map(|p| p.name.as_str()))
             .chain(RESIDUALS.iter().map(|r| Residual::name(*r)));
         return Err(Failure::text(format!(
             "nothing is called `{name}`{} (see `retune list`)",
             did_you_mean(name, words)
         )));
+    }
+    match &args.to.output {
+        Some(_) => hand_over(&args.to, &out)?,
+        None => self::print(&out),
     }
     Ok(DONE)
 }

@@ -2,7 +2,7 @@
 
 use super::measured::{band, findings_text, has_fault, read, refuse_answers, remarks, shape_functions};
 use crate::args::Health;
-use crate::output::{Failure, print, print_json, style, warn};
+use crate::output::{Failure, print, style, warn};
 use crate::{DONE, SHORT, files};
 use retune::data::{FrfSet, Measurements, Origin, Sensor, TestData, TestMode};
 use retune::identify::health::{
@@ -14,11 +14,13 @@ use retune::update::{held_modes, place, points_of, sensors_by_model};
 use serde_json::json;
 
 pub(crate) fn run(args: &Health) -> Result<u8, Failure> {
+    args.answer.check()?;
     let mut findings = findings(args)?;
     findings.sort_by_key(|f| std::cmp::Reverse(f.level));
-    if args.json {
-        print_json(&json!({"ok": !has_fault(&findings), "findings": answer::findings(&findings)}));
-    } else {
+    if args.answer.needs_json() {
+        args.answer.give(&json!({"ok": !has_fault(&findings), "findings": answer::findings(&findings)}));
+    }
+    if !args.answer.json {
         print(&findings_text(&findings, &style(&std::io::stdout())));
     }
     Ok(if has_fault(&findings) { SHORT } else { DONE })

@@ -15,14 +15,14 @@ use std::path::Path;
 const LARGEST: u64 = 1 << 30;
 
 /// A deck of either kind.
-enum AnyDeck {
+pub(super) enum AnyDeck {
     Cards(Deck),
     Keywords(KeywordDeck),
 }
 
 impl AnyDeck {
     /// Reads a deck with everything that it includes; its beginning says of which kind it is.
-    fn read(path: &Path) -> Result<Self, Failure> {
+    pub(super) fn read(path: &Path) -> Result<Self, Failure> {
         let failed = |e: DeckError| Failure::text(e.to_string());
         let mut first = Some(ledger::read(path, LARGEST));
         let is_keywords = matches!(&first, Some(Ok(bytes)) if is_keyword_deck(bytes));
@@ -34,7 +34,7 @@ impl AnyDeck {
         })
     }
 
-    fn import(&self, options: ImportOptions) -> Result<Imported, Failure> {
+    pub(super) fn import(&self, options: ImportOptions) -> Result<Imported, Failure> {
         match self {
             Self::Cards(deck) => import(deck, options),
             Self::Keywords(deck) => import_keywords(deck, options),
@@ -116,7 +116,7 @@ pub(crate) fn run(args: &Import) -> Result<u8, Failure> {
 }
 
 /// What the deck would be in every system of units.
-fn choices(imported: &Imported) -> Result<String, Failure> {
+pub(super) fn choices(imported: &Imported) -> Result<String, Failure> {
     let model = match load(&imported.text, &Registry::builtin()) {
         Ok((model, ..)) => model,
         Err(problems) => return Err(Failure::problems(Path::new("model.yaml"), &imported.text, &problems)),

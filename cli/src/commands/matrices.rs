@@ -1,7 +1,7 @@
 //! `retune matrices`
 
 use crate::args::Matrices;
-use crate::output::{Failure, print, print_json, shown};
+use crate::output::{Failure, print, shown};
 use crate::{DONE, files};
 use retune::catalogue::counted;
 use retune::matrices::{
@@ -29,6 +29,7 @@ struct Seen<'a> {
 }
 
 pub(crate) fn run(args: &Matrices) -> Result<u8, Failure> {
+    args.answer.check()?;
     let mut all = Vec::new();
     for path in args.files.iter().chain(&args.dofs).chain(&args.nodes) {
         let fail = |e: &dyn std::fmt::Display| Failure::text(format!("{}: {e}", shown(path)));
@@ -67,12 +68,14 @@ pub(crate) fn run(args: &Matrices) -> Result<u8, Failure> {
         }
     }
     let unit = unit(&seen);
-    if args.json {
-        print_json(&json!({
+    if args.answer.needs_json() {
+        args.answer.give(&json!({
             "files": all.iter().map(file_json).collect::<Vec<_>>(),
             "matrices": seen.iter().map(matrix_json).collect::<Vec<_>>(),
             "suspected_unit_of_length": unit,
         }));
+    }
+    if args.answer.json {
         return Ok(DONE);
     }
     let mut out = String::new();

@@ -1,7 +1,7 @@
 //! `retune modes`
 
 use crate::args::Modes;
-use crate::output::{Failure, print, print_json, style, warn};
+use crate::output::{Failure, print, style, warn};
 use crate::{DONE, files};
 use retune::modal::SolveOptions;
 use retune::model::{ParametricModel, solve_modes};
@@ -10,15 +10,17 @@ use retune::report::text::{Align, Table, hertz};
 use retune::update::name_modes;
 
 pub(crate) fn run(args: &Modes) -> Result<u8, Failure> {
+    args.answer.check()?;
     let (model, warnings, text) = files::model(&args.model, args.configuration.as_deref())?;
     warn(&args.model, &text, &warnings);
     let theta = model.parameters().nominal();
     let options = SolveOptions { n_elastic: usize::from(args.number), shift: None };
     let modes = solve_modes(&model, &theta, options)?;
     let named = name_modes(&model, &theta, &modes)?;
-    if args.json {
-        print_json(&answer::modes(&named));
-    } else {
+    if args.answer.needs_json() {
+        args.answer.give(&answer::modes(&named));
+    }
+    if !args.answer.json {
         let mut table = Table::new([
             ("mode", Align::Right),
             ("Hz", Align::Right),

@@ -2,12 +2,14 @@
 
 use super::measured::scalar;
 use crate::args::{Placement, Pretest as Arguments};
-use crate::output::{Failure, print, print_json, style, warn};
-use crate::{DONE, files};
+use crate::output::{Failure, print, print_json, shown, style, warn};
+use crate::{DONE, files, writing};
 use retune::correlation::SensorChoice;
+use retune::data::{Sensor, write_test};
+use retune::model::{Model, ParametricModel};
 use retune::report::answer;
 use retune::report::text::{Align, Style, Table, Tone, hertz, number, wrap};
-use retune::update::{Pretest, PretestOptions, pretest};
+use retune::update::{Pretest, PretestOptions, TwinOptions, pretest, twin_modes};
 use std::fmt::Write as _;
 
 /// Rows of a ranked table.
@@ -35,13 +37,43 @@ pub(crate) fn run(args: &Arguments) -> Result<u8, Failure> {
         shape_noise: positive("--noise-shape", &args.noise_shape)?,
         frequency_noise: positive("--noise-frequency", &args.noise_frequency)?,
     };
+    if let Some(output) = &args.output {
+        writing::check_output(output, args.force)?;
+    }
     let plan = pretest(&model, &given, &options)?;
     if args.json {
         print_json(&answer::pretest(&plan, &choices(&plan, args.by)));
     } else {
         print(&as_text(&plan, args, &style(&std::io::stdout())));
     }
+    if let Some(output) = &args.output
+        && writing::write(output, &planned(&plan, args, &model, given)?)
+        && !args.json
+    {
+        print(&format!("\nwritten: {}\n", shown(output)));
+    }
     Ok(DONE)
+}
+
+/// A test file with the sensors that are there and those that were chosen, and the modes that the model predicts at them.
+fn planned(plan: &Pretest, args: &Arguments, model: &Model, given: Vec<Sensor>) -> Result<String, Failure> {
+    // The first way is that of effective independence.
+    let chosen = choices(plan, args.by);
+    let mut sensors = given;
+    for &candidate in chosen.first().map_or(&[][..], |(_, choice)| &choice.kept) {
+        let sensor = &plan.candidates[candidate];
+        if sensors.iter().all(|s| s.name != sensor.name) {
+            sensors.push(sensor.clone());
+        }
+    }
+    let options = TwinOptions { n_modes: plan.modes.len(), ..TwinOptions::default() };
+    let file = args.model.file_name().map(|f| f.to_string_lossy().into_owned()).unwrap_or_default();
+    let origin = format!("predicted by `retune pretest` from {} ({file}), not measured", model.spec().name);
+    let mut test = twin_modes(model, &model.parameters().nominal(), &sensors, &options, &origin)?;
+    test.name = format!("{} (planned)", model.spec().name);
+    test.description = format!("SYNTHETIC: every number was {origin}");
+    test.configuration.clone_from(&args.configuration);
+    Ok(write_test(&test))
 }
 
 /// The choices that are asked for.

@@ -2,7 +2,7 @@
 
 use super::measured::scalar;
 use crate::args::Sensitivity as Arguments;
-use crate::output::{Failure, print, print_json, style, warn};
+use crate::output::{Failure, print, style, warn};
 use crate::{DONE, files};
 use retune::correlation::observation_matrix;
 use retune::data::TestData;
@@ -22,6 +22,7 @@ use std::fmt::Write as _;
 const LINES: usize = 201;
 
 pub(crate) fn run(args: &Arguments) -> Result<u8, Failure> {
+    args.answer.check()?;
     let (model, test) = match &args.test {
         Some(path) => {
             let (mut test, mut warnings, text) = files::test(path)?;
@@ -46,9 +47,10 @@ pub(crate) fn run(args: &Arguments) -> Result<u8, Failure> {
     let n_modes = usize::from(args.modes);
     let found = sensitivities(&model, &test, SensitivityOptions { n_modes })?;
     let functions = functions(&model, &test, &found, damping)?;
-    if args.json {
-        print_json(&as_json(&found, &functions));
-    } else {
+    if args.answer.needs_json() {
+        args.answer.give(&as_json(&found, &functions));
+    }
+    if !args.answer.json {
         print(&as_text(&found, &functions, &style(&std::io::stdout())));
     }
     Ok(DONE)

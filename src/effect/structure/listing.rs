@@ -42,9 +42,11 @@ impl Structure<'_> {
             }
         }
         for (name, superelement) in &spec.superelements {
-            let kind = if superelement.terms.is_empty() { PartKind::Element } else { PartKind::Group };
-            push(name, kind, false);
-            superelement.terms.keys().for_each(|term| push(&format!("{name}.{term}"), PartKind::Element, false));
+            let terms = superelement.term_names();
+            push(name, if terms.is_empty() { PartKind::Element } else { PartKind::Group }, false);
+            for term in terms {
+                push(&format!("{name}.{term}"), PartKind::Element, false);
+            }
         }
         spec.groups.keys().for_each(|name| push(name, PartKind::Group, true));
         // A group of the same elements as a part before it is the same place; so is a line that has a name.

@@ -74,6 +74,16 @@ pub struct SuperelementSpec {
     pub(in crate::model) loaded: Loaded,
 }
 
+impl SuperelementSpec {
+    /// Names of its terms: those of the entry, or those that its solver makes.
+    pub fn term_names(&self) -> Vec<&str> {
+        match &self.loaded.0 {
+            Some(exported) => exported.terms.iter().map(|t| t.name.as_str()).collect(),
+            None => self.terms.keys().map(String::as_str).collect(),
+        }
+    }
+}
+
 /// The stiffness of a preload.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
