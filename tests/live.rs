@@ -8,7 +8,7 @@ use retune::model::{Model, ParametricModel, Registry, load};
 use retune::objective::Comparison;
 use retune::report::data::{LiveParameter, ReportData};
 use retune::report::{Case, assess_paired, html, live, of_comparison};
-use retune::update::{HowToPair, assess, compared, paired_test};
+use retune::update::{HowToPair, assess, compared, freed, paired_test};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
@@ -94,7 +94,7 @@ fn report() -> (ReportData, Value) {
         }
     }
 
-    let paired = paired_test(&model, Some(&assessment.theta), &test, &how).unwrap();
+    let paired = freed(&paired_test(&model, Some(&assessment.theta), &test, &how).unwrap());
     let comparison = compared(&model, &paired, &how).unwrap();
     let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(7);
     let mut draw = |p: &LiveParameter| p.range[0] + (p.range[1] - p.range[0]) * rng.random::<f64>();

@@ -253,9 +253,11 @@ fn validate_live(live: &Live, s: &Structure) -> Result<(), ReportError> {
         for (part, m) in [("stiffness", &term.stiffness), ("mass", &term.mass)] {
             let field = || format!("live.terms[{i}].{part}");
             match m {
-                Some(LiveMatrix::Lower(v)) => length(field(), v.len(), triangle, "the rows of a lower triangle")?,
+                Some(LiveMatrix::Lower(v)) => {
+                    length(field(), v.len(), triangle, "the rows of a lower triangle")?;
+                }
                 Some(LiveMatrix::Sum(v)) => {
-                    length(field(), v.len() % (n + 1), 0, "a number and a vector, again and again")?
+                    length(field(), v.len() % (n + 1), 0, "a number and a vector, again and again")?;
                 }
                 None => {}
             }

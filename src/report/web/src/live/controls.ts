@@ -38,7 +38,7 @@ function slider(live: Live, k: number, hands: Hands): { root: HTMLElement; show:
     range.value = String(Math.round(STEPS * fraction(si)));
     range.setAttribute("aria-valuetext", `${significant(si / per, 4)} ${words}`.trim());
     field.value = significant(si / per, 4).replace("−", "-");
-    root.classList.toggle("changed", si !== p.value);
+    root.classList.toggle("changed", !isSize && si !== p.value);
   };
   const mark = (si: number, kind: string, text: string): HTMLElement =>
     h("button", { type: "button", class: `mark ${kind}`, style: `left:calc(8px + (100% - 16px) * ${fraction(si).toFixed(4)})`, title: text, "aria-label": `${p.name}: ${text}`,

@@ -11,6 +11,8 @@ const NO_PARTNER = 2.648;
 /** A mode whose shape at the sensors is smaller than this share of the largest is not seen. */
 const UNSEEN = 1e-6;
 const SYMMETRIC = 0.5;
+/** λ below this part of the shift, which is near the first elastic λ, is that of a rigid-body motion. */
+const RIGID = 1e-9;
 
 /** What the model predicts at one θ. */
 export interface Prediction {
@@ -143,8 +145,9 @@ export class LiveModel {
     congruence(m, x, n);
     const values = new Float64Array(n), vectors = new Float64Array(n * n);
     if (!symmetricEigen(m, n, values, vectors)) return { unstable: true };
+    // Motions that nothing strains come first, with a λ that is rounding.
     let rigid = 0;
-    for (let i = 0; i < live.n_rigid; i++) if (this.isFree(stiffness, i)) rigid++;
+    while (rigid < live.n_rigid && 1 / values[n - 1 - rigid]! - a < RIGID * a) rigid++;
     const hz: number[] = [], shapes: Float64Array[] = [];
     for (let k = n - 1 - rigid; k >= 0 && hz.length < live.n_elastic; k--) {
       const inverse = values[k]!;
@@ -160,14 +163,6 @@ export class LiveModel {
       shapes.push(shape);
     }
     return { hz: Float64Array.from(hz), shapes };
-  }
-
-  /** Whether nothing strains the motion of a coordinate. */
-  private isFree(stiffness: Float64Array, i: number): boolean {
-    const row = (i * (i + 1)) / 2;
-    for (let j = 0; j <= i; j++) if (stiffness[row + j] !== 0) return false;
-    for (let j = i + 1; j < this.n; j++) if (stiffness[(j * (j + 1)) / 2 + i] !== 0) return false;
-    return true;
   }
 
   private atSensors(shape: Float64Array): Float64Array {
