@@ -21,6 +21,7 @@ use crate::model::{
 use crate::objective::{Comparison, starting_point};
 use crate::update::{HowToPair, UpdateError, compared, freed, paired_test};
 use rand::{RngExt, SeedableRng};
+use std::ops::Range;
 use std::sync::Arc;
 
 /// Up to this many dofs the basis is complete.
@@ -37,6 +38,10 @@ const HYPOTHESES: usize = 10;
 const POINTS: [usize; 3] = [24, 8, 3];
 /// Up to this many dofs a page is made live unasked: what that costs grows with them, and is some tenths of a second there.
 pub const LIVE_UNASKED: usize = 400;
+/// A hypothesis with which one of as many modes as the test has is off by more than this part of its frequency has no switch.
+const USABLE: f64 = 0.01;
+/// λ below this part of the shift is that of a rigid-body motion, as on the page (`web/src/live/model.ts`).
+const RIGID: f64 = 1e-9;
 /// A slider of a size reaches so many times as far as what is expected or estimated.
 const REACH: f64 = 3.0;
 
@@ -112,6 +117,12 @@ pub fn live(
             Ok((a, _)) if a.points == 0 => {
                 let why = "the structure has no stable modes where its size was tried";
                 left_out.push((t.result.id.clone(), why.into()));
+                continue;
+            }
+            Ok((a, _)) if a.worst(comparison.test().modes.len()) > USABLE => {
+                let off = 100.0 * a.worst(comparison.test().modes.len());
+                left_out
+                    .push((t.result.id.clone(), format!("on these coordinates its frequencies are off by {off:.2} %")));
                 continue;
             }
             Ok(found) => found,
@@ -414,8 +425,7 @@ fn compare(stand_in: &StandIn, comparison: &Comparison<'_>, points: &[Vec<f64>])
         stand_in.observed(&rows_of(&observation_matrix(stand_in.model().as_ref(), &comparison.test().sensors)?));
     let n_elastic = comparison.n_elastic();
     let mut out = LiveAccuracy { points: 0, frequency: vec![0.0; n_elastic], mac: vec![0.0; n_elastic] };
-    let shown = |modes: &Modes, sensors: &DMatrix<f64>| {
-        let elastic = modes.elastic();
+    let shown = |modes: &Modes, elastic: Range<usize>, sensors: &DMatrix<f64>| {
         let hz: Vec<f64> = elastic.clone().map(|i| modes.frequency_hz(i)).collect();
         let mut at = sensors * modes.shapes.columns(elastic.start, elastic.len());
         hide_unseen(&mut at);
@@ -426,7 +436,11 @@ fn compare(stand_in: &StandIn, comparison: &Comparison<'_>, points: &[Vec<f64>])
         // Where the structure is not stable there is nothing to hold against.
         let Ok((_, whole)) = comparison.solve(theta) else { continue };
         let few = solve_modes(stand_in, theta, options)?;
-        let ((f, mac), (g, near)) = (shown(&whole, comparison.sensors()), shown(&few, &on_basis));
+        // The page tells rigid-body motions by a λ of rounding.
+        let is_rigid = |i: &usize| few.lambda[*i] < RIGID * stand_in.shift();
+        let rigid = (0..few.len().min(stand_in.n_rigid())).take_while(is_rigid).count();
+        let (f, mac) = shown(&whole, whole.elastic(), comparison.sensors());
+        let (g, near) = shown(&few, rigid..few.len(), &on_basis);
         out.points += 1;
         for i in 0..n_elastic.min(f.len()) {
             let off = if i < g.len() { ((g[i] - f[i]).abs() / f[i].max(f64::MIN_POSITIVE)).min(1.0) } else { 1.0 };

@@ -201,3 +201,10 @@ pub struct LiveAccuracy {
     /// Largest difference of a MAC with the test, of each elastic mode.
     pub mac: Vec<f64>,
 }
+
+impl LiveAccuracy {
+    /// The largest relative difference of a frequency among the lowest modes.
+    pub fn worst(&self, n_modes: usize) -> f64 {
+        self.frequency.iter().take(n_modes).copied().fold(0.0, f64::max)
+    }
+}
