@@ -310,3 +310,103 @@ fn every_file_of_a_catalogue_folder_is_listed() {
         }
     }
 }
+
+/// The front end of the report: TypeScript with the limit of Rust.
+#[test]
+fn no_typescript_file_is_longer_than_six_hundred_lines() {
+    let mut long = Vec::new();
+    let web = root().join("src/report/web");
+    let mut folders = vec![web.join("src"), web.join("test")];
+    while let Some(folder) = folders.pop() {
+        for path in fs::read_dir(&folder).unwrap().map(|e| e.unwrap().path()) {
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.extension().is_some_and(|e| e == "ts" || e == "css") {
+                let lines = fs::read_to_string(&path).unwrap().lines().count();
+                if lines > 600 {
+                    long.push(format!("{}: {lines} lines", path.display()));
+                }
+            }
+        }
+    }
+    assert!(long.is_empty(), "{}", long.join("\n"));
+}
+
+/// Names of the fields of every `pub struct` of a text.
+fn structs(text: &str) -> BTreeMap<String, BTreeSet<String>> {
+    let mut out = BTreeMap::new();
+    for (at, _) in text.match_indices("pub struct ") {
+        let rest = &text[at + "pub struct ".len()..];
+        let name: String = rest.chars().take_while(|c| c.is_alphanumeric()).collect();
+        let Some(body) = rest[name.len()..].strip_prefix(" {").and_then(|b| b.split("\n}").next()) else { continue };
+        let field = |line: &str| Some(line.trim().strip_prefix("pub ")?.split(':').next()?.to_string());
+        out.insert(name, body.lines().filter_map(field).collect());
+    }
+    out
+}
+
+/// Names of the members of every `export interface` of a text, without those of types that stand inside.
+fn interfaces(text: &str) -> BTreeMap<String, BTreeSet<String>> {
+    let mut out = BTreeMap::new();
+    for (at, _) in text.match_indices("export interface ") {
+        let rest = &text[at + "export interface ".len()..];
+        let name: String = rest.chars().take_while(|c| c.is_alphanumeric()).collect();
+        let (mut depth, mut member, mut members) = (0, String::new(), BTreeSet::new());
+        for c in rest[name.len()..].chars() {
+            match c {
+                '{' | '[' | '(' => depth += 1,
+                '}' | ']' | ')' => depth -= 1,
+                _ => {}
+            }
+            if depth == 0 && c == '}' || depth == 1 && c == ';' {
+                if let Some((field, _)) = member.split_once(':') {
+                    members.insert(field.trim().trim_end_matches('?').to_string());
+                }
+                member.clear();
+            } else if depth >= 1 && !(depth == 1 && c == '{') {
+                member.push(c);
+            }
+            if depth == 0 && c == '}' {
+                break;
+            }
+        }
+        out.insert(name, members);
+    }
+    out
+}
+
+/// Structs that the types of the page write inside others, or leave to the browser.
+const WRITTEN_INSIDE: &[&str] = &[
+    "Verdict",
+    "FileRecord",
+    "DataItem",
+    "Node",
+    "PropertySet",
+    "RigidLink",
+    "Support",
+    "Doubles",
+    "Floats",
+    "Spectrum",
+];
+
+#[test]
+fn the_types_of_the_page_have_the_fields_of_its_data() {
+    let mut files = Vec::new();
+    rust_files(&root().join("src/report/data"), &mut files);
+    files.push(root().join("src/report/data.rs"));
+    let ours: BTreeMap<_, _> = files.iter().flat_map(|f| structs(&fs::read_to_string(f).unwrap())).collect();
+    let types = interfaces(&fs::read_to_string(root().join("src/report/web/src/types.ts")).unwrap());
+    assert!(ours.len() > 30, "the structs are not found: {ours:?}");
+    let mut wrong = Vec::new();
+    for (name, fields) in ours.iter().filter(|(name, _)| !WRITTEN_INSIDE.contains(&name.as_str())) {
+        match types.get(name) {
+            Some(members) if members == fields => {}
+            Some(members) => {
+                let apart: Vec<&String> = members.symmetric_difference(fields).collect();
+                wrong.push(format!("`{name}` differs in {apart:?}"));
+            }
+            None => wrong.push(format!("`{name}` is no interface of types.ts")),
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}

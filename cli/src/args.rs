@@ -297,6 +297,17 @@ pub(crate) struct Sample {
     pub(crate) json: bool,
 }
 
+/// Whether a page computes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum WhenLive {
+    /// Where that costs less than a second and a megabyte: up to 400 dofs.
+    Auto,
+    /// With a model of any size, on a few coordinates; where it cannot, a warning says why.
+    Always,
+    /// It only shows.
+    Never,
+}
+
 /// One page where an engineer sees the comparison, the diagnosis and the error falling: a single file, no network.
 ///
 /// Without an output it prints the same on the terminal.
@@ -304,6 +315,7 @@ pub(crate) struct Sample {
 #[command(after_help = "Examples:
   retune report updated.yaml models/bff_gvt.yaml -o report.html
   retune report v3.yaml gvt.yaml --history v1.yaml v2.yaml -o report.html --svg figures
+  retune report wing.yaml gvt.yaml --diagnose --live -o report.html
   retune report wing.yaml gvt.yaml --diagnose --frf run1.unv run2.unv -o report.html
   retune learn wing.yaml gvt.yaml --json > learned.json; retune report wing.yaml gvt.yaml --learn learned.json -o report.html")]
 pub(crate) struct Report {
@@ -326,6 +338,9 @@ pub(crate) struct Report {
     /// Measurement files with frequency response functions, to show beside those of the model.
     #[arg(long, num_args = 1.., value_name = "FILE")]
     pub(crate) frf: Vec<PathBuf>,
+    /// Whether the page computes: a slider for each parameter and a switch for each hypothesis move frequencies, shapes and misfit at once
+    #[arg(long, value_enum, value_name = "WHEN", num_args = 0..=1, require_equals = true, default_value = "auto", default_missing_value = "always")]
+    pub(crate) live: WhenLive,
     #[command(flatten)]
     pub(crate) pairing: PairingOptions,
     #[command(flatten)]

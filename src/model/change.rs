@@ -14,7 +14,7 @@ use super::dependence::{Dependence, Monomial, central_difference, dependence, el
 use super::dof_map::{Combination, rigid_motion};
 use super::elastic_support::ElasticSupports;
 use super::mass_properties::add_rigid_mass;
-use super::parameter::ParameterSet;
+use super::parameter::{Parameter, ParameterSet};
 use super::place::{Placed, place};
 use super::placed_element::{Compliance, PlacedElement};
 use super::registry::Registry;
@@ -257,6 +257,14 @@ impl Change {
         self.parts.is_empty()
     }
 
+    /// The elements of the model that it alters, by index.
+    pub fn altered(&self) -> impl Iterator<Item = usize> + '_ {
+        self.parts.iter().filter_map(|part| match &part.kind {
+            PartKind::Element { before, .. } => *before,
+            PartKind::Supports { .. } => None,
+        })
+    }
+
     /// Number of coordinates that it brings; they stand behind the rows of the model.
     pub fn n_new(&self) -> usize {
         self.new.len()
@@ -304,6 +312,12 @@ impl Change {
                 Ok(of.combine(&of, |a, _| sign * a))
             }
         }
+    }
+
+    /// Whether its matrices are polynomials of the parameters of the model and of its sizes.
+    pub fn is_polynomial(&self, sizes: &[Parameter]) -> bool {
+        let all = ParameterSet::new(self.model.parameters().iter().chain(sizes).cloned().collect());
+        (0..self.len()).all(|part| self.terms(part, &all).is_some())
     }
 
     /// What one of its elements adds, as terms that are summed with the powers of the parameters of the model, with the sizes behind them; `None`

@@ -33,6 +33,8 @@ const MOST_SHAPES: usize = 12;
 const FEW_ROWS: usize = 36;
 /// Forces below this part of the largest are rounding, or of no account.
 const NEGLIGIBLE: f64 = 1e-7;
+/// Of the energy of a static shape, what V and the shapes before leave below this part is rounding: they hold it.
+const ROUNDING: f64 = 1e-12;
 
 /// The matrices of one term of a model.
 #[derive(Debug)]
@@ -105,7 +107,15 @@ impl StandIn {
     /// # Errors
     /// [`ModelError::NotPolynomial`]; those of a solution of the model.
     pub fn new(model: &Arc<Model>, n_modes: usize, tolerance: f64) -> Result<Self, ModelError> {
-        let reduced = ReducedModel::new(&**model, ReducedOptions { n_modes, tolerance, ..ReducedOptions::default() })?;
+        Self::reduced(model, ReducedOptions { n_modes, tolerance, ..ReducedOptions::default() })
+    }
+
+    /// The same, reduced as `options` say.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn reduced(model: &Arc<Model>, options: ReducedOptions) -> Result<Self, ModelError> {
+        let reduced = ReducedModel::new(&**model, options)?;
         let affine = reduced.affine().cloned().ok_or(ModelError::NotPolynomial)?;
         let full = model.affine().ok_or(ModelError::NotPolynomial)?;
         let n = model.dof_map().n_dof();
@@ -154,6 +164,16 @@ impl StandIn {
         &self.common.model
     }
 
+    /// a of X = K + aM, in which the basis is orthonormal.
+    pub fn shift(&self) -> f64 {
+        self.common.shift
+    }
+
+    /// The first so many coordinates are rigid-body motions.
+    pub fn n_rigid(&self) -> usize {
+        self.common.n_rigid
+    }
+
     /// The elimination order of the model.
     pub fn plan(&self) -> &SparsePlan {
         self.common.factor.plan()
@@ -173,6 +193,7 @@ impl StandIn {
         let (forces, scales) = self.forces(change, &matrices);
         // W across V and the shapes that are there, orthonormal in X: X W = F.
         let mut shapes = self.common.factor.solve(&forces);
+        let whole = (0..forces.ncols()).map(|j| shapes.column(j).dot(&forces.column(j))).fold(0.0, f64::max);
         let along = self.common.basis.tr_mul(&forces);
         shapes -= &self.common.basis * &along;
         if self.extra.ncols() > 0 {
@@ -183,12 +204,15 @@ impl StandIn {
         let gram = (&gram + gram.transpose()) * 0.5;
         let largest = gram.diagonal().amax();
         let eigen = symmetric_eigen(&gram).map_err(ModalError::from)?;
-        let kept = eigen
-            .values
-            .iter()
-            .zip(eigen.vectors.column_iter())
-            .filter(|(v, _)| **v > NEGLIGIBLE * largest && **v > 0.0);
-        let columns: Vec<DVector<f64>> = kept.map(|(v, u)| &shapes * u / v.sqrt()).collect();
+        // More directions than the model has would depend on each other.
+        let room = self.extra.nrows().saturating_sub(self.common.basis.ncols() + self.extra.ncols());
+        let least = (NEGLIGIBLE * largest).max(ROUNDING * whole);
+        let mut kept: Vec<usize> = (0..eigen.values.len()).filter(|&k| eigen.values[k] > least).collect();
+        kept.sort_by(|&a, &b| eigen.values[b].total_cmp(&eigen.values[a]));
+        kept.truncate(room);
+        kept.sort_unstable();
+        let columns: Vec<DVector<f64>> =
+            kept.iter().map(|&k| &shapes * eigen.vectors.column(k) / eigen.values[k].sqrt()).collect();
         let first = self.extra.ncols();
         let mut extra = (*self.extra).clone().resize_horizontally(first + columns.len(), 0.0);
         for (k, column) in columns.iter().enumerate() {

@@ -198,7 +198,7 @@ impl<'a> Comparison<'a> {
     }
 
     /// Symmetry of the test modes, as far as their labels tell it.
-    pub(super) fn families(&self) -> &[Option<String>] {
+    pub fn families(&self) -> &[Option<String>] {
         &self.families
     }
 
@@ -230,6 +230,21 @@ impl<'a> Comparison<'a> {
     /// What solves the model, for comparisons of like models.
     pub(crate) fn solver(&self) -> &Arc<ModalSolver> {
         &self.solver
+    }
+
+    /// The modes of the model that are followed: the test mode, whether nothing else tells its partner, and (M φ)ᵀ on the rows of the model.
+    pub fn followed_modes(&self) -> Vec<(usize, bool, Vec<f64>)> {
+        self.followed.list()
+    }
+
+    /// Number of elastic modes that a prediction has, at most.
+    pub fn n_elastic(&self) -> usize {
+        self.n_elastic
+    }
+
+    /// Sensors whose rows depend on θ.
+    pub fn varying_sensors(&self) -> &[usize] {
+        &self.varying
     }
 
     /// What modes of the model are followed by.

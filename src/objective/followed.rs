@@ -58,6 +58,12 @@ impl Followed {
         &self.rows
     }
 
+    /// Of each: the test mode, whether nothing but its row tells, and its row.
+    pub(super) fn list(&self) -> Vec<(usize, bool, Vec<f64>)> {
+        let row = |k: usize| self.rows.row(k).iter().copied().collect();
+        self.modes.iter().enumerate().map(|(k, &(mode, alone))| (mode, alone, row(k))).collect()
+    }
+
     /// Number of modes that are followed.
     pub(super) fn len(&self) -> usize {
         self.modes.len()

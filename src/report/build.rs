@@ -2,14 +2,16 @@
 
 mod diagnosis;
 mod disagreement;
+mod parameters;
 mod responses;
 mod structure;
 
 pub use diagnosis::{LearningStep, diagnosis, learning_steps};
+pub use parameters::add_parameters;
 
 use super::data::{
-    Bound, Combination, Comparison, DataItem, Floats, History, LabelledMatrix, Level, MassProperty, Meta, ModelMode,
-    Modes, Named, Pair, Parameter, ReportData, Step, Steps, TestMode, Verdict,
+    Combination, Comparison, DataItem, Floats, History, LabelledMatrix, Level, MassProperty, Meta, ModelMode, Modes,
+    Named, Pair, ReportData, Step, Steps, TestMode, Verdict,
 };
 use super::text::number;
 use crate::catalogue::counted;
@@ -23,6 +25,7 @@ use crate::update::{
     Alternative, AssessedPair, Assessment, HowToPair, ParameterChange, ParameterUncertainty, Uncertainty, Update,
     UpdateError, assess, compared, paired_test,
 };
+use parameters::parameter;
 
 /// A model and a test that it was compared with.
 #[derive(Debug, Clone, Copy)]
@@ -517,7 +520,7 @@ fn pairs(a: &Assessment, test: &TestData) -> Vec<Pair> {
         model_hz: p.model_hz,
         error: p.error_percent / 100.0,
         mac: p.mac,
-        test_damping: None,
+        test_damping: test.modes[p.test_mode].damping_ratio.map(|d| d.value),
         passes: Some(p.error_percent.abs() <= 100.0 * FREQUENCY_TOLERANCE && p.mac.is_none_or(|m| m >= LEAST_MAC)),
         pass_probability: Some(pass_probability(p, a, test)),
     };
@@ -557,24 +560,6 @@ fn comac_of(a: &Assessment, test: &TestData) -> Option<Floats> {
     });
     let values = comac(&analytical, &experimental);
     Some(Floats::from_f64(values.into_iter().map(|v| v.unwrap_or(f64::NAN))))
-}
-
-fn parameter(p: &ParameterChange) -> Parameter {
-    let at_bound = p
-        .lower
-        .zip(p.upper)
-        .filter(|_| p.at_bound)
-        .map(|(lower, upper)| if p.after - lower < upper - p.after { Bound::Lower } else { Bound::Upper });
-    Parameter {
-        name: p.name.clone(),
-        unit: p.unit.clone(),
-        before: p.before,
-        after: Some(p.after),
-        lower: p.lower,
-        upper: p.upper,
-        at_bound,
-        ..Parameter::default()
-    }
 }
 
 #[cfg(test)]

@@ -12,6 +12,7 @@
 mod comparison;
 mod diagnosis;
 mod encoding;
+mod live;
 mod localization;
 mod structure;
 mod update;
@@ -20,7 +21,11 @@ mod validate;
 pub use comparison::{Band, Channel, Comparison, Frfs, LabelledMatrix, ModelMode, Modes, Pair, TestMode};
 pub use diagnosis::{Category, Diagnosis, Estimate, Hypothesis, Level, Measurement, Outcome, Place};
 pub(crate) use encoding::base64 as encoding_base64;
-pub use encoding::{Floats, Spectrum};
+pub use encoding::{Doubles, Floats, Spectrum};
+pub use live::{
+    Live, LiveAccuracy, LiveHypothesis, LiveMatrix, LivePairing, LiveParameter, LivePlan, LiveSymmetry, LiveTerm,
+    LiveTestMode,
+};
 pub use localization::{Localization, Suspect};
 pub use structure::{
     Carrier, Element, Exciter, Field, Node, PointMass, Property, PropertySet, RigidLink, Scale, Sensor, Structure,
@@ -54,6 +59,9 @@ pub struct ReportData {
     /// Frequency response functions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub frfs: Option<Frfs>,
+    /// The model that the page computes with.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub live: Option<Live>,
     /// The update: cost, parameters, what the data cannot tell.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub update: Option<Update>,
@@ -80,6 +88,7 @@ impl Default for ReportData {
             modes: Modes::default(),
             comparison: None,
             frfs: None,
+            live: None,
             update: None,
             steps: None,
             localization: None,

@@ -36,7 +36,7 @@ pub fn html(data: &ReportData) -> Result<String, ReportError> {
     let _ = writeln!(
         page,
         "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; script-src '{SCRIPT_HASH}'; \
-         style-src 'unsafe-inline'; img-src data: blob:; font-src data:; base-uri 'none'; form-action 'none'\">"
+         style-src 'unsafe-inline'; img-src data: blob:; font-src data:; worker-src blob:; base-uri 'none'; form-action 'none'\">"
     );
     page.push_str("<meta name=\"generator\" content=\"retune\">\n<title>");
     push_markup(&mut page, if data.meta.title.is_empty() { "Report" } else { &data.meta.title });

@@ -198,6 +198,17 @@ pub fn compared<'a>(
     Ok(Comparison::new(model, test, how.gated_rule(test))?)
 }
 
+/// A test whose pairs were found at one θ, for others: the rule pairs anew at each, as in a fit, what was found to be of the structure.
+pub fn freed(test: &TestData) -> TestData {
+    let mut out = test.clone();
+    for mode in &mut out.modes {
+        if let Standing::Found { is_fixed, by_user: false, .. } = &mut mode.standing {
+            *is_fixed = false;
+        }
+    }
+    out
+}
+
 /// A test whose modes stand as its user says, whatever was found.
 pub(crate) fn as_given(test: &TestData) -> TestData {
     let mut out = test.clone();

@@ -21,10 +21,11 @@ npm run --silent test
 echo "== pages of the fixture"
 cd "$root"
 cargo test --release --quiet --lib report::fixture
+cargo test --release --quiet --test live
 
 [ -n "${CHROMIUM:-}" ] || [ -x /usr/bin/chromium ] || [ -x /usr/bin/chromium-browser ] || [ -x /usr/bin/google-chrome ] ||
     skip "no Chromium here (Debian: apt-get install chromium; or set CHROMIUM)"
 echo "== pages in Chromium"
 cd "$here"
 npm ci --silent --no-audit --no-fund || skip "npm cannot install playwright-core"
-node --test --test-reporter=spec report.test.mjs
+node --test --test-reporter=spec report.test.mjs live.test.mjs

@@ -1,17 +1,17 @@
 //! `retune report`
 
 use super::measured;
-use crate::args::Report;
+use crate::args::{Report, WhenLive};
 use crate::output::{Failure, print, style, warn};
 use crate::page::{Outputs, announce, provenance};
 use crate::{DONE, files};
 use retune::data::{TestData, corrected_functions};
 use retune::diagnosis::{Settings, diagnose};
 use retune::model::{Model, ParametricModel};
-use retune::report::data::ReportData;
+use retune::report::data::{Live, ReportData};
 use retune::report::{
-    Case, LearningStep, add_before, add_diagnosis, add_learning, add_responses, assess_paired, misfit_before_any_fit,
-    of_comparison, steps, text,
+    Case, LIVE_UNASKED, LearningStep, add_before, add_diagnosis, add_learning, add_parameters, add_responses,
+    assess_paired, live, misfit_before_any_fit, of_comparison, steps, text,
 };
 use retune::update::Assessment;
 use std::path::{Path, PathBuf};
@@ -48,6 +48,7 @@ pub(crate) fn run(args: &Report) -> Result<u8, Failure> {
     read.extend(versions.iter().map(|path| ("earlier version", path.clone())));
     if let Some((_, first, before)) = earlier.first() {
         add_before(&mut data, first, before, &test);
+        add_parameters(&mut data, first, &model);
         let all = earlier.iter().map(|(name, _, a)| (name.as_str(), a));
         let now = name(&args.model);
         let list: Vec<(&str, &Assessment)> = all.chain([(now.as_str(), &assessment)]).collect();
@@ -57,9 +58,24 @@ pub(crate) fn run(args: &Report) -> Result<u8, Failure> {
         add_learning(&mut data, &model, &test, list, misfit_before_any_fit(&[(&model, &test)])?);
         read.extend(args.learn.iter().map(|path| ("history of learning", path.clone())));
     }
+    let mut diagnosis = match &learned {
+        Some(History::Steps(list)) => list.last().map(|step| step.diagnosis.clone()),
+        _ => None,
+    };
     if args.diagnose {
         let settings = Settings { seed: args.seed, pairing: how, ..Settings::default() };
-        add_diagnosis(&mut data, &diagnose(&model, &test, &settings)?, &model, &test);
+        let found = diagnose(&model, &test, &settings)?;
+        add_diagnosis(&mut data, &found, &model, &test);
+        diagnosis = Some(found);
+    }
+    if outputs.page.or(outputs.json).is_some() && is_live(args.live, &model) {
+        let hypotheses = diagnosis.as_ref().map_or(&[][..], |d| &d.hypotheses);
+        match live(case, &how, earlier.first().map(|e| &e.1), hypotheses) {
+            Ok(live) => data.live = Some(live).filter(|live| args.live == WhenLive::Always || is_light(live)),
+            // What was not asked for is not missed.
+            Err(e) if args.live == WhenLive::Always => warning!("the page does not compute: {e}"),
+            Err(_) => {}
+        }
     }
     let before = earlier.first().map(|(_, model, a)| Case { model, test: &test, assessment: a });
     if let (Some(set), true) = (&test.frfs, args.frf.is_empty()) {
@@ -83,6 +99,22 @@ pub(crate) fn run(args: &Report) -> Result<u8, Failure> {
         announce(&written);
     }
     Ok(DONE)
+}
+
+/// Whether to try.
+fn is_live(when: WhenLive, model: &Model) -> bool {
+    match when {
+        WhenLive::Always => true,
+        WhenLive::Auto => model.dof_map().n_dof() <= LIVE_UNASKED,
+        WhenLive::Never => false,
+    }
+}
+
+/// Bytes by which a page may grow unasked.
+const LIGHT: usize = 1_000_000;
+
+fn is_light(live: &Live) -> bool {
+    serde_json::to_string(live).is_ok_and(|text| text.len() <= LIGHT)
 }
 
 /// The verdict in one line, so that nobody must open the page for it.

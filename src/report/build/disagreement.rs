@@ -71,6 +71,7 @@ fn localization(case: Case<'_>, structure: &Structure) -> Option<([Field; 2], Lo
             unit: String::new(),
             on: Carrier::Elements,
             scale: Scale::Sequential,
+            anchor: Some(1.0),
             about: about.into(),
             values: Floats::from_f64(values),
         }
@@ -141,6 +142,7 @@ fn energies(case: Case<'_>, structure: &Structure) -> Result<Vec<Field>, Correla
             unit: "%".into(),
             on: Carrier::Elements,
             scale: Scale::Sequential,
+            anchor: None,
             about: "Share of the strain energy of this mode: where it is large, the frequency depends on the element."
                 .into(),
             values: Floats::from_f64(values),
@@ -171,6 +173,7 @@ fn sensor_field(case: Case<'_>) -> Result<Option<Field>, CorrelationError> {
         unit: String::new(),
         on: Carrier::Sensors,
         scale: Scale::Sequential,
+        anchor: Some(1.0),
         about: "Mean of ((model - test)/standard deviation)² over the paired shapes: noise alone leaves about 1."
             .into(),
         values: Floats::from_f64(misfits.iter().map(|m| m.chi_squared / (m.n_data as f64))),

@@ -198,6 +198,9 @@ pub struct Field {
     pub on: Carrier,
     /// How it is coloured.
     pub scale: Scale,
+    /// The value that means neither good nor bad, as 1 of a ratio to what noise leaves: the middle of the colours.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub anchor: Option<f64>,
     /// One sentence: how it was computed and how to read it.
     pub about: String,
     /// The values; NaN where there is none.

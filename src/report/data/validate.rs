@@ -1,6 +1,6 @@
 //! Whether the parts of a report fit together.
 
-use super::{Carrier, Diagnosis, Floats, Place, ReportData, SCHEMA, Structure};
+use super::{Carrier, Diagnosis, Floats, Live, LiveMatrix, Place, ReportData, SCHEMA, Structure};
 
 /// Why data are no report.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -115,6 +115,9 @@ impl ReportData {
                 let field = format!("steps.steps[{i}].held_out_per_mode");
                 length(field, step.held_out_per_mode.len(), steps.mode_labels.len(), "one a mode label")?;
             }
+        }
+        if let Some(live) = &self.live {
+            validate_live(live, s)?;
         }
         if let Some(l) = &self.localization {
             for (part, list) in [("elements", &l.elements), ("groups", &l.groups)] {
@@ -237,6 +240,56 @@ fn validate_diagnosis(path: &str, d: &Diagnosis, s: &Structure) -> Result<(), Re
         }
     }
     d.remainder_place.as_ref().map_or(Ok(()), |p| place(&format!("{path}.remainder_place"), p, s))
+}
+
+fn validate_live(live: &Live, s: &Structure) -> Result<(), ReportError> {
+    let (n, n_sensors, nodal) = (live.n, s.sensors.len(), 3 * s.nodes.len());
+    let triangle = n * (n + 1) / 2;
+    let parameter = |field: &dyn Fn() -> String, k: usize| index(field, k, "live.parameters", live.parameters.len());
+    for (i, term) in live.terms.iter().enumerate() {
+        for &(k, _) in &term.powers {
+            parameter(&|| format!("live.terms[{i}].powers"), k)?;
+        }
+        for (part, m) in [("stiffness", &term.stiffness), ("mass", &term.mass)] {
+            let field = || format!("live.terms[{i}].{part}");
+            match m {
+                Some(LiveMatrix::Lower(v)) => {
+                    length(field(), v.len(), triangle, "the rows of a lower triangle")?;
+                }
+                Some(LiveMatrix::Sum(v)) => {
+                    length(field(), v.len() % (n + 1), 0, "a number and a vector, again and again")?;
+                }
+                None => {}
+            }
+        }
+    }
+    for (i, h) in live.hypotheses.iter().enumerate() {
+        for &k in &h.sizes {
+            parameter(&|| format!("live.hypotheses[{i}].sizes"), k)?;
+        }
+        length(format!("live.hypotheses[{i}].estimates"), h.estimates.len(), h.sizes.len(), "one a size")?;
+    }
+    length("live.sensors".into(), live.sensors.len(), n_sensors * n, "one a sensor and coordinate")?;
+    for (part, values) in [("displacement", Some(&live.displacement)), ("rotation", live.rotation.as_ref())] {
+        shape(format!("live.{part}"), values, nodal * n, "three a node and coordinate")?;
+    }
+    if let Some(m) = &live.symmetry {
+        for (part, v) in [("mirror", &m.mirror), ("gram", &m.gram)] {
+            length(format!("live.symmetry.{part}"), v.len(), triangle, "the rows of a lower triangle")?;
+        }
+    }
+    for (i, mode) in live.test.iter().enumerate() {
+        for (part, v, expected) in [
+            ("shape", &mode.shape, n_sensors),
+            ("shape_sd", &mode.shape_sd, n_sensors),
+            ("followed", &mode.followed, n),
+        ] {
+            if !v.is_empty() {
+                length(format!("live.test[{i}].{part}"), v.len(), expected, "one a sensor, or a coordinate")?;
+            }
+        }
+    }
+    Ok(())
 }
 
 fn matrix(field: &str, m: &super::LabelledMatrix) -> Result<(), ReportError> {

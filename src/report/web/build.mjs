@@ -2,20 +2,30 @@
 // content security policy names. `node build.mjs --check` compares with what is committed and changes nothing.
 import { createHash } from "node:crypto";
 import { readFile, writeFile, mkdir } from "node:fs/promises";
+import { resolve } from "node:path";
 import { build } from "esbuild";
 
 const here = new URL(".", import.meta.url);
+const common = {
+  absWorkingDir: here.pathname, bundle: true, minify: true, write: false, format: "iife",
+  target: ["es2022", "chrome110", "firefox113", "safari16.4"], charset: "ascii", legalComments: "none",
+};
+// `import text from "worker:./worker"`: that script bundled alone, as a text from which the page makes a worker.
+const workers = {
+  name: "workers",
+  setup(builder) {
+    builder.onResolve({ filter: /^worker:/ }, ({ path, resolveDir }) => ({ path: resolve(resolveDir, `${path.slice(7)}.ts`), namespace: "worker" }));
+    builder.onLoad({ filter: /.*/, namespace: "worker" }, async ({ path }) => {
+      const { outputFiles } = await build({ ...common, entryPoints: [path] });
+      return { contents: outputFiles[0].text.replaceAll("\r", ""), loader: "text", watchFiles: [path] };
+    });
+  },
+};
 const result = await build({
-  absWorkingDir: here.pathname,
+  ...common,
   entryPoints: ["src/main.ts", "src/style.css"],
-  bundle: true,
-  minify: true,
-  write: false,
   outdir: "dist",
-  format: "iife",
-  target: ["es2022", "chrome110", "firefox113", "safari16.4"],
-  charset: "ascii",
-  legalComments: "none",
+  plugins: [workers],
   define: { "process.env.NODE_ENV": '"production"' },
 });
 const text = (end) => result.outputFiles.find((f) => f.path.endsWith(end)).text.replaceAll("\r", "");

@@ -48,14 +48,31 @@ function base(p: Palette): Layout {
   };
 }
 
-/** Ticks of a logarithmic axis that do not stand in each other's way: 1, 2, 5 over two decades, powers of ten beyond. */
-export function logTicks(values: Iterable<number | null | undefined>): { dtick: number | string } {
+/** What stands at a tick of a logarithmic axis: a plain number where it is short, else a power of ten. */
+export function tickText(value: number): string {
+  const exponent = Math.round(Math.log10(value));
+  const isPower = Math.abs(Math.log10(value) - exponent) < 1e-9;
+  if (value >= 1e-3 && value < 1e5) {
+    const text = String(Number(value.toPrecision(1)));
+    return value >= 1e4 ? text.replace(/(\d)(?=(\d{3})+$)/g, "$1\u2009") : text;
+  }
+  return isPower ? `10<sup>${String(exponent).replace("-", "−")}</sup>` : "";
+}
+
+/** Ticks of a logarithmic axis with their numbers: 1, 2, 5 over few decades, powers of ten beyond; at least two of them in sight. */
+export function logTicks(values: Iterable<number | null | undefined>): { tickmode: "array"; tickvals: number[]; ticktext: string[] } {
   let low = Infinity, high = 0;
   for (const v of values) {
     if (v != null && v > 0) [low, high] = [Math.min(low, v), Math.max(high, v)];
   }
-  const decades = high > 0 ? Math.log10(high / low) : 0;
-  return { dtick: decades > 2.5 ? Math.ceil(decades / 8) : "D2" };
+  if (!(high > 0)) return { tickmode: "array", tickvals: [], ticktext: [] };
+  const decades = Math.log10(high / low);
+  const parts = decades > 2.2 ? [1] : [1, 2, 5], every = Math.max(1, Math.ceil(decades / 8));
+  const tickvals: number[] = [];
+  for (let e = Math.floor(Math.log10(low)) - 2; e <= Math.ceil(Math.log10(high)) + 2; e++) {
+    if (e % every === 0) for (const part of parts) tickvals.push(Number(`${part}e${e}`));
+  }
+  return { tickmode: "array", tickvals, ticktext: tickvals.map(tickText) };
 }
 
 export class Chart {

@@ -7,8 +7,15 @@ const MAPS = {
   cividis: "00224e 002e6a 1a386f 32436d 434e6c 535a6d 61656f 6f7073 7d7c78 8c8878 9b9476 aba072 bcae6c cdbb63 dec958 f0d846 fee838",
   viridis: "440154 48186a 472d7b 424086 3b528b 33638d 2c728e 26828e 21918c 1fa088 28ae80 3fbc73 5ec962 84d44b addc30 d8e219 fde725",
   diverging: "053061 175290 2a71b2 3f8ec0 6bacd1 9bc9e0 c2ddec e0ecf3 f7f6f6 fbe5d8 fbccb4 f5aa89 e48066 d05548 ba2832 930e26 67001f",
+  /** The same ends with a dark middle, for a dark page. */
+  divergingDark: "8fd0ff 78bdf0 62a9dd 4e93c8 3d7db0 316796 29527a 24405e 242f3c 4a3a38 6d443c 8f4f42 b05c49 cd6c55 e37f66 f3957d ffad98",
 };
 export type MapName = keyof typeof MAPS;
+
+/** The map as it looks in the theme. */
+export function themed(map: MapName, dark: boolean): MapName {
+  return map === "diverging" && dark ? "divergingDark" : map;
+}
 
 export function parseHex(hex: string): Rgb {
   const n = parseInt(hex.replace("#", ""), 16);
@@ -39,7 +46,7 @@ export function css([r, g, b]: Rgb): string {
  * the bright end on a light one.
  */
 export function stagePart(map: MapName, dark: boolean): [number, number] {
-  return map === "diverging" ? [0, 1] : dark ? [0.28, 1] : [0, 0.92];
+  return map === "diverging" || map === "divergingDark" ? [0, 1] : dark ? [0.28, 1] : [0, 0.92];
 }
 
 /** The colour at `t` on a 3-D stage. */

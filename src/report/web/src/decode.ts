@@ -1,6 +1,6 @@
 /** From the compact text of the data to typed arrays. */
 
-import type { Floats, Spectrum } from "./types";
+import type { Doubles, Floats, Spectrum } from "./types";
 
 function bytes(text: string): Uint8Array {
   const raw = atob(text);
@@ -15,6 +15,15 @@ export function floats(text: Floats | null | undefined): Float32Array {
   const view = new DataView(bytes(text).buffer);
   const out = new Float32Array(view.byteLength >> 2);
   for (let i = 0; i < out.length; i++) out[i] = view.getFloat32(4 * i, true);
+  return out;
+}
+
+/** The numbers behind a `Doubles` text; an empty array when there is none. */
+export function doubles(text: Doubles | null | undefined): Float64Array {
+  if (!text) return new Float64Array(0);
+  const view = new DataView(bytes(text).buffer);
+  const out = new Float64Array(view.byteLength >> 3);
+  for (let i = 0; i < out.length; i++) out[i] = view.getFloat64(8 * i, true);
   return out;
 }
 

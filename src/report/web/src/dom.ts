@@ -1,6 +1,6 @@
 /** Elements without markup: every text goes in as a text node, so a name from a file can never become code. */
 
-import { MISSING } from "./format";
+import { MISSING, slug } from "./format";
 
 type Attributes = Record<string, string | number | boolean | null | undefined | ((event: Event) => void)>;
 export type Child = Node | string | null | undefined | false | Child[];
@@ -47,17 +47,39 @@ export function num(text: string, path: string, scale = 1): HTMLElement {
     : h("span", { class: "num", "data-json": path, "data-scale": scale === 1 ? null : scale }, text);
 }
 
+/** Whether the page is dark now. */
+export function isDark(): boolean {
+  return document.documentElement.dataset["theme"] === "dark";
+}
+
+/** A cell of a CSV file: quoted where it must be; what a spreadsheet would take for a formula stays text. */
+export function csvCell(text: string): string {
+  const plain = text.trim().replace(/\s+/g, " ").replace(/−/g, "-").replace(/^–$/, "");
+  const safe = /^[=@+\t]/.test(plain) && !/^\+[\d.]+( %)?$/.test(plain) || /^-(?![\d.])/.test(plain) ? `'${plain}` : plain;
+  return /[",\n]/.test(safe) ? `"${safe.replace(/"/g, '""')}"` : safe;
+}
+
+/** A button that saves a table of the page as CSV. */
+export function csvButton(name: string, of: () => HTMLTableElement | null): HTMLElement {
+  return h("button", { type: "button", class: "csv", title: `Save “${name}” as CSV`, "aria-label": `Save ${name} as CSV`, onclick: () => {
+    const rows = [...(of()?.rows ?? [])].map((row) => [...row.cells].map((c) => csvCell(c.dataset["csv"] ?? c.textContent ?? "")).join(","));
+    const link = h("a", { href: URL.createObjectURL(new Blob([`\ufeff${rows.join("\r\n")}\r\n`], { type: "text/csv" })), download: `${slug(name)}.csv` });
+    link.click();
+    URL.revokeObjectURL(link.href);
+  } }, "CSV");
+}
+
 export interface Column { head: Child; numeric?: boolean; title?: string }
 
 /** A table that scrolls sideways inside its own box. */
 export function table(caption: string, columns: Column[], rows: Child[][], options: { id?: string } = {}): HTMLElement {
-  return h("div", { class: "scroll", tabindex: 0, role: "region", "aria-label": caption },
-    h("table", { id: options.id ?? null },
-      h("caption", { class: "visually-hidden" }, caption),
-      h("thead", {}, h("tr", {}, columns.map((c) =>
-        h("th", { scope: "col", class: c.numeric ? "right" : null, title: c.title ?? null }, c.head)))),
-      h("tbody", {}, rows.map((row) => h("tr", {}, row.map((cell, i) =>
-        h("td", { class: columns[i]?.numeric ? "right" : null, "data-head": headOf(columns[i]) }, cell)))))));
+  const own = h("table", { id: options.id ?? null },
+    h("caption", { class: "visually-hidden" }, caption),
+    h("thead", {}, h("tr", {}, columns.map((c) =>
+      h("th", { scope: "col", class: c.numeric ? "right" : null, title: c.title ?? null }, c.head)))),
+    h("tbody", {}, rows.map((row) => h("tr", {}, row.map((cell, i) =>
+      h("td", { class: columns[i]?.numeric ? "right" : null, "data-head": headOf(columns[i]) }, cell))))));
+  return h("div", { class: "tabled" }, csvButton(caption, () => own), h("div", { class: "scroll", tabindex: 0, role: "region", "aria-label": caption }, own));
 }
 
 /** What stands before a cell where a narrow screen has no room for a row of heads. */

@@ -73,6 +73,16 @@ export function shorten(text: string, length: number): string {
   return letters.slice(0, head).join("") + "…" + letters.slice(letters.length - (length - 1 - head)).join("");
 }
 
+/** `Sym 1st Vertical Bending` as engineers write it, S1VB; `mode 4` as 4; null for a name of another form. */
+export function shortMode(label: string): string | null {
+  const plain = /^mode (\d+)$/.exec(label);
+  if (plain) return plain[1]!;
+  const found = /^(?:(sym|anti)[a-z]* )?(\d+)(?:st|nd|rd|th)((?: [a-z]+)+)$/i.exec(label);
+  if (!found) return null;
+  const initials = found[3]!.trim().split(" ").map((word) => word[0]!.toUpperCase()).join("");
+  return `${found[1]?.[0]?.toUpperCase() ?? ""}${found[2]!}${initials}`;
+}
+
 /** Lines of at most `length` characters, broken after blanks and the signs that join the parts of a name. */
 export function folded(text: string, length: number): string[] {
   const lines: string[] = [];

@@ -5,6 +5,7 @@ import { badge, h, soft, type Child } from "./dom";
 import { fixed, percent, slug } from "./format";
 import { diagnosesSection } from "./sections/diagnosis";
 import { frfsSection } from "./sections/frfs";
+import { liveSection } from "./sections/live";
 import { modesSection } from "./sections/modes";
 import { pairsSection } from "./sections/pairs";
 import { provenanceSection } from "./sections/provenance";
@@ -21,11 +22,12 @@ function tabsOf(data: ReportData, save: () => void): Tab[] {
     data.structure && { id: "structure", name: "Structure", build: () => structureSection(data.structure!, data.localization) },
     data.structure && (data.modes.model.length > 0 || data.modes.test.length > 0)
       && { id: "modes", name: "Mode shapes", build: () => modesSection(data.structure!, data.modes, data.comparison) },
+    data.live && { id: "live", name: "Live", build: () => liveSection(data) },
     data.comparison && { id: "pairs", name: "Pairs", build: () => pairsSection(data.comparison!, data.modes, data.structure) },
     data.frfs && data.frfs.channels.length > 0 && { id: "frfs", name: "FRFs", build: () => frfsSection(data.frfs!) },
-    data.update && hasUpdate(data.update) && { id: "update", name: data.update.histories.length + data.update.parameters.length ? "Update" : "Parameters", build: () => updateSection(data.update!) },
+    data.update && hasUpdate(data.update) && { id: "update", name: data.update.histories.length ? "Update" : "Parameters", build: () => updateSection(data.update!) },
     data.steps && data.steps.steps.length > 0 && { id: "steps", name: "Error falling", build: () => stepsSection(data.steps!) },
-    data.diagnosis && { id: "diagnosis", name: "Diagnosis", build: () => diagnosesSection(data.earlier_diagnoses ?? [], data.diagnosis!, data.structure) },
+    data.diagnosis && { id: "diagnosis", name: "Diagnosis", build: () => diagnosesSection(data.earlier_diagnoses ?? [], data.diagnosis!, data.structure, data.meta.verdict?.sentence ?? "") },
     { id: "provenance", name: "Provenance", build: () => provenanceSection(data.meta, save) },
   ];
   return tabs.filter((t): t is Tab => !!t);
@@ -48,14 +50,22 @@ function glance(c: Comparison): HTMLElement | null {
   return h("dl", { class: "glance" }, facts.map(([k, v]) => h("div", {}, h("dt", {}, k), h("dd", {}, v))));
 }
 
+/** The first clause of a sentence is the headline; what follows is said once, below it, in smaller type. */
+export function headline(sentence: string): [string, string] {
+  const end = /[;.:]\s/.exec(sentence);
+  return end && sentence.length > 70 ? [sentence.slice(0, end.index), sentence.slice(end.index)] : [sentence, ""];
+}
+
 function head(data: ReportData, theme: Child): HTMLElement {
   const { title, subtitle, verdict } = data.meta;
+  const [first, rest] = headline(verdict?.sentence ?? "");
   return h("header", { class: "top" },
     h("div", { class: "title-row" },
       h("div", {}, h("p", { class: "brand" }, "retune report"), h("h1", {}, title || "Report"), subtitle ? h("p", { class: "subtitle" }, subtitle) : null),
       theme),
     verdict ? h("section", { class: `verdict ${verdict.level}`, "aria-label": "Verdict", id: "verdict" },
-      h("div", { class: "verdict-text" }, badge(verdict.level, LEVELS[verdict.level]), h("p", { class: "sentence" }, soft(verdict.sentence)),
+      h("div", { class: "verdict-text" }, badge(verdict.level, LEVELS[verdict.level]), h("div", { class: "said" }, h("p", { class: "sentence", title: first.length > 120 ? first : null }, soft(first)),
+        rest ? h("p", { class: "rest" }, h("span", { class: "visually-hidden" }, rest.slice(0, 2)), h("span", { class: "rest-text" }, soft(rest.slice(2)))) : null),
         data.comparison ? glance(data.comparison) : null),
       verdict.number ? h("div", { class: "verdict-number" }, h("span", { class: verdict.number.length > 9 ? "big long" : "big" }, verdict.number), h("span", { class: "big-label" }, soft(verdict.number_label))) : null) : null);
 }
@@ -108,7 +118,8 @@ function start(): void {
   };
   const buttons = tabs.map((t) => h("button", { type: "button", role: "tab", id: `tab-${t.id}`, "aria-controls": `panel-${t.id}`, onclick: () => open(t.id, true) }, t.name));
   const open = (id: string, push: boolean): void => {
-    const tab = tabs.find((t) => t.id === id) ?? tabs[0]!;
+    // What follows a slash is the section's own.
+    const tab = tabs.find((t) => t.id === id.split("/")[0]) ?? tabs[0]!;
     for (const [i, t] of tabs.entries()) {
       const on = t === tab;
       buttons[i]!.setAttribute("aria-selected", String(on));

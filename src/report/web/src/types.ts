@@ -30,7 +30,7 @@ export interface Element {
 }
 export interface Field {
   name: string; unit: string; on: "elements" | "nodes" | "sensors";
-  scale: "sequential" | "diverging" | "unit"; about: string; values: Floats;
+  scale: "sequential" | "diverging" | "unit"; anchor?: number; about: string; values: Floats;
 }
 export interface Sensor { name: string; position: Vec3; direction: Vec3; is_rotation: boolean; attached_to: string }
 export interface Exciter { name: string; position: Vec3; direction: Vec3 }
@@ -128,7 +128,32 @@ export interface Diagnosis {
   warnings: string[];
 }
 
+/** Base64 text of little-endian 64-bit floats. */
+export type Doubles = string;
+export interface LiveAccuracy { points: number; frequency: Num[]; mac: Num[] }
+export interface LiveParameter {
+  name: string; unit: string; unit_factor: number; value: number; initial?: number; range: [number, number]; origin: number; description: string;
+}
+export interface LiveHypothesis {
+  id: string; kind: string; sizes: number[]; estimates: number[]; probability: number; alters: number[]; accuracy: LiveAccuracy;
+}
+export type LiveMatrix = { lower: Doubles } | { sum: Doubles };
+export interface LiveTerm { powers: [number, number][]; from_zero: boolean; stiffness?: LiveMatrix; mass?: LiveMatrix }
+export interface LiveSymmetry { mirror: Doubles; gram: Doubles }
+export type LivePlan = "free" | "aside" | { fixed: number } | { ranked: number };
+export interface LiveTestMode {
+  label: string; frequency_hz: number; frequency_sd: number; shape: Doubles; shape_sd: Doubles; family?: string; plan: LivePlan;
+  followed?: Doubles; followed_alone: boolean;
+}
+export interface LivePairing { by: string; min_mac: number; frequency_window: Num; same_family_only: boolean }
+export interface Live {
+  n: number; is_complete: boolean; n_rigid: number; shift: number; n_elastic: number;
+  parameters: LiveParameter[]; hypotheses: LiveHypothesis[]; left_out?: Named[]; terms: LiveTerm[];
+  sensors: Doubles; symmetry?: LiveSymmetry; displacement: Floats; rotation?: Floats;
+  test: LiveTestMode[]; pairing: LivePairing; n_data: number; not_computed: number; accuracy: LiveAccuracy;
+}
+
 export interface ReportData {
-  schema: number; meta: Meta; structure?: Structure; modes: Modes; comparison?: Comparison; frfs?: Frfs;
+  schema: number; meta: Meta; structure?: Structure; modes: Modes; comparison?: Comparison; frfs?: Frfs; live?: Live;
   update?: Update; steps?: Steps; localization?: Localization; diagnosis?: Diagnosis; earlier_diagnoses?: Diagnosis[];
 }

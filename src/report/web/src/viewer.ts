@@ -1,17 +1,22 @@
 /** The structure in 3-D: what is drawn, how it moves, what is picked. Sections only say what to show. */
 
 import {
-  AmbientLight, BufferAttribute, BufferGeometry, CanvasTexture, Color, ColorManagement, ConeGeometry, DirectionalLight,
-  DoubleSide, InstancedMesh, LinearSRGBColorSpace, Matrix4, Mesh, MeshLambertMaterial,
-  PerspectiveCamera, Points, PointsMaterial, Quaternion, Scene, SphereGeometry, Vector3, WebGLRenderer,
+  AmbientLight, BufferAttribute, BufferGeometry, Color, ColorManagement, ConeGeometry, DirectionalLight,
+  InstancedMesh, LinearSRGBColorSpace, Matrix4, Mesh, MeshLambertMaterial,
+  PerspectiveCamera, Quaternion, Scene, Vector3, WebGLRenderer,
 } from "three";
 import { parseHex, type Rgb } from "./color";
 import { h } from "./dom";
 import { Lines } from "./lines";
 import { across, extent, eye, fit, HALF_VIEW, turn, VIEWS, zoom, type Orbit } from "./orbit";
 import { pick, type Flat, type Hit, type Target } from "./pick";
-import { atPhase, beamPoint, type Shape } from "./shape";
+import { atPhase, type Shape } from "./shape";
 import type { Place, Structure, Vec3 } from "./types";
+import { Dots } from "./viewer/dots";
+import { listen } from "./viewer/gestures";
+import { axes, clear, names, type Paper } from "./viewer/labels";
+import { Skeleton } from "./viewer/skeleton";
+import { faces, masses, placeArrows } from "./viewer/solids";
 
 ColorManagement.enabled = false;
 
@@ -19,41 +24,6 @@ export type Layer = "nodes" | "elements" | "links" | "masses" | "sensors" | "sup
 export type Painter = (index: number) => Rgb | null;
 
 interface Theme { line: Rgb; faint: Rgb; node: Rgb; sensor: Rgb; mass: Rgb; accent: Rgb; test: Rgb; model: Rgb; text: string; halo: string }
-
-function dot(): CanvasTexture {
-  const canvas = h("canvas", { width: 64, height: 64 });
-  const context = canvas.getContext("2d")!;
-  context.fillStyle = "#fff";
-  context.arc(32, 32, 29, 0, 2 * Math.PI);
-  context.fill();
-  return new CanvasTexture(canvas);
-}
-
-class Dots {
-  readonly object: Points<BufferGeometry, PointsMaterial>;
-  readonly positions: Float32Array;
-  private readonly colors: Float32Array;
-
-  constructor(count: number, size: number) {
-    this.positions = new Float32Array(3 * count);
-    this.colors = new Float32Array(3 * count);
-    const geometry = new BufferGeometry();
-    geometry.setAttribute("position", new BufferAttribute(this.positions, 3));
-    geometry.setAttribute("color", new BufferAttribute(this.colors, 3));
-    const material = new PointsMaterial({ size, sizeAttenuation: false, vertexColors: true, map: dot(), alphaTest: 0.5, transparent: true });
-    this.object = new Points(geometry, material);
-    this.object.frustumCulled = false;
-  }
-
-  moved(): void {
-    this.object.geometry.attributes["position"]!.needsUpdate = true;
-  }
-
-  paint(color: (index: number) => Rgb): void {
-    for (let i = 0; i < this.colors.length / 3; i++) this.colors.set(color(i).map((c) => c / 255), 3 * i);
-    this.object.geometry.attributes["color"]!.needsUpdate = true;
-  }
-}
 
 export class Viewer {
   readonly root: HTMLElement;
@@ -78,20 +48,13 @@ export class Viewer {
     nodes: true, elements: true, links: true, masses: true, sensors: true, supports: true, ghost: false, test: false, names: false,
   };
 
-  /** Undeformed positions: every node, then the points along the beams. */
-  private readonly base: Float32Array;
+  private readonly skeleton: Skeleton;
   private readonly now: Float32Array;
   private readonly shift: Float32Array;
   private shape: Shape | null = null;
-  private readonly pieces: number;
-  private readonly beams: { element: number; first: number; nodes: [number, number] }[] = [];
-  private readonly segments: [number, number, number][] = [];
-  private readonly faces: { element: number; nodes: number[] }[] = [];
-
   private readonly lines: Lines;
   private readonly ghost: Lines;
   private readonly links: Lines;
-  private readonly linkPairs: [number, number, number][] = [];
   private readonly arrows: Lines;
   private readonly marks: Lines;
   private readonly traces: Lines;
@@ -108,7 +71,6 @@ export class Viewer {
   private readonly sensorBase: Float32Array;
   private readonly sensorNow: Float32Array;
   private testShape: Shape | null = null;
-  private readonly tracePairs: [number, number][] = [];
   private selected: Place | null = null;
 
   private elementPaint: Painter = () => null;
@@ -129,60 +91,29 @@ export class Viewer {
     this.oblique = across(nodes.length ? nodes.map((n) => n.position) : points, this.up);
     this.orbit = { ...this.named("iso"), distance: this.home.radius * 3.7, target: [...this.home.centre] };
 
-    this.pieces = elements.length > 1200 ? 1 : 8;
-    let count = nodes.length;
-    elements.forEach((e, element) => {
-      const valid = e.nodes.filter((k) => k < nodes.length);
-      if (valid.length === 2) {
-        this.beams.push({ element, first: count, nodes: [valid[0]!, valid[1]!] });
-        const chain = [valid[0]!, ...Array.from({ length: this.pieces - 1 }, (_, k) => count + k), valid[1]!];
-        for (let k = 0; k < this.pieces; k++) this.segments.push([chain[k]!, chain[k + 1]!, element]);
-        count += this.pieces - 1;
-      } else if (valid.length > 2) {
-        this.faces.push({ element, nodes: valid });
-        valid.forEach((a, k) => this.segments.push([a, valid[(k + 1) % valid.length]!, element]));
-      }
-    });
-    data.rigid_links.forEach((link, index) => {
-      for (const slave of link.slaves) {
-        if (link.master < nodes.length && slave < nodes.length) this.linkPairs.push([link.master, slave, index]);
-      }
-    });
-    for (const line of data.trace_lines) {
-      for (let k = 1; k < line.length; k++) this.tracePairs.push([line[k - 1]!, line[k]!]);
-    }
-
-    this.base = new Float32Array(3 * count);
-    nodes.forEach((n, i) => this.base.set(n.position, 3 * i));
-    for (const { first, nodes: [a, b] } of this.beams) {
-      for (let k = 1; k < this.pieces; k++) {
-        for (let c = 0; c < 3; c++) {
-          const p = this.base[3 * a + c]!, q = this.base[3 * b + c]!;
-          this.base[3 * (first + k - 1) + c] = p + ((q - p) * k) / this.pieces;
-        }
-      }
-    }
-    this.now = this.base.slice();
-    this.shift = new Float32Array(this.base.length);
+    this.skeleton = new Skeleton(data);
+    const { base, linkPairs, segments, tracePairs } = this.skeleton;
+    this.now = base.slice();
+    this.shift = new Float32Array(base.length);
     this.sensorBase = new Float32Array(data.sensors.flatMap((s) => s.position));
     this.sensorNow = this.sensorBase.slice();
 
-    this.ghost = new Lines(this.segments.length, 1.2, 0.55);
-    this.links = new Lines(this.linkPairs.length, 1.6);
-    this.lines = new Lines(this.segments.length, elements.length > 1200 ? 1.6 : 5);
+    this.ghost = new Lines(segments.length, 1.2, 0.55);
+    this.links = new Lines(linkPairs.length, 1.6);
+    this.lines = new Lines(segments.length, elements.length > 1200 ? 1.6 : 5);
     this.arrows = new Lines(data.sensors.length + data.exciters.length, 1.8);
-    this.traces = new Lines(this.tracePairs.length || data.sensors.length, 3);
-    this.marks = new Lines(Math.max(1, this.segments.length), 10, 0.55);
+    this.traces = new Lines(tracePairs.length || data.sensors.length, 3);
+    this.marks = new Lines(Math.max(1, segments.length), 10, 0.55);
     this.nodeDots = new Dots(nodes.length, nodes.length > 800 ? 2.5 : 6);
     this.sensorDots = new Dots(data.sensors.length, 9);
     this.testDots = new Dots(data.sensors.length, 9);
     this.markDots = new Dots(nodes.length + data.sensors.length, 20);
     this.markDots.object.material.opacity = 0.6;
-    this.faceMesh = this.makeFaces();
-    this.masses = this.makeMasses();
+    this.faceMesh = faces(this.skeleton.faces.reduce((n, f) => n + f.nodes.length - 2, 0));
+    this.masses = masses(data.masses.length);
     this.cones = new InstancedMesh(new ConeGeometry(1, 3.2, 14), new MeshLambertMaterial(), data.sensors.length + data.exciters.length);
     this.cones.frustumCulled = false;
-    this.placeArrows();
+    placeArrows(data, this.home.radius, this.arrows, this.cones);
     data.supports.forEach((b, index) => { if (b.node < nodes.length) this.held.push({ kind: "support", index, node: b.node }); });
     elements.forEach((e, index) => { if (e.nodes.length === 1 && e.nodes[0]! < nodes.length) this.held.push({ kind: "element", index, node: e.nodes[0]! }); });
     this.feet = new InstancedMesh(new ConeGeometry(1, 1.7, 4), new MeshLambertMaterial(), this.held.length);
@@ -225,7 +156,7 @@ export class Viewer {
   /** The shape of the model, three entries a node with largest length 1, with rotations on the same scale; and of the test at the sensors. */
   setShapes(model: { displacement: Shape; rotation: Shape | null } | null, test: Shape | null): void {
     this.testShape = test;
-    this.shape = model ? this.spread(model.displacement, model.rotation) : null;
+    this.shape = model ? this.skeleton.spread(model.displacement, model.rotation) : null;
     this.frame(0, 0);
   }
 
@@ -234,7 +165,7 @@ export class Viewer {
     const world = amplitude * this.home.radius;
     if (this.shape) atPhase(this.shape, phase, world, this.shift);
     else this.shift.fill(0);
-    for (let i = 0; i < this.now.length; i++) this.now[i] = this.base[i]! + this.shift[i]!;
+    for (let i = 0; i < this.now.length; i++) this.now[i] = this.skeleton.base[i]! + this.shift[i]!;
     const values = new Float32Array(this.data.sensors.length);
     if (this.testShape) atPhase(this.testShape, phase, world, values);
     this.data.sensors.forEach((s, i) => {
@@ -309,23 +240,6 @@ export class Viewer {
 
   // ---- geometry -----------------------------------------------------------------------------------------------
 
-  private spread(displacement: Shape, rotation: Shape | null): Shape {
-    const along = (u: Float32Array, r: Float32Array | undefined): Float32Array => {
-      const out = new Float32Array(this.base.length);
-      out.set(u.subarray(0, 3 * this.data.nodes.length));
-      const at = (a: Float32Array, i: number): Vec3 => [a[3 * i]!, a[3 * i + 1]!, a[3 * i + 2]!];
-      for (const { first, nodes: [a, b] } of this.beams) {
-        for (let k = 1; k < this.pieces; k++) {
-          const point = beamPoint(at(this.base, a), at(this.base, b), at(u, a), at(u, b),
-            r ? at(r, a) : null, r ? at(r, b) : null, k / this.pieces);
-          out.set(point, 3 * (first + k - 1));
-        }
-      }
-      return out;
-    };
-    return { re: along(displacement.re, rotation?.re), im: displacement.im ? along(displacement.im, rotation?.im) : undefined };
-  }
-
   private place(): void {
     const copy = (out: Float32Array, at: number, from: Float32Array, i: number): void => {
       out[at] = from[3 * i]!;
@@ -339,10 +253,10 @@ export class Viewer {
       });
       lines.moved();
     };
-    fill(this.lines, this.segments, this.now);
-    fill(this.ghost, this.segments, this.base);
-    fill(this.links, this.linkPairs, this.now);
-    if (this.tracePairs.length) fill(this.traces, this.tracePairs, this.sensorNow);
+    fill(this.lines, this.skeleton.segments, this.now);
+    fill(this.ghost, this.skeleton.segments, this.skeleton.base);
+    fill(this.links, this.skeleton.linkPairs, this.now);
+    if (this.skeleton.tracePairs.length) fill(this.traces, this.skeleton.tracePairs, this.sensorNow);
     else fill(this.traces, this.data.sensors.map((_, i) => [i, i]), this.sensorBase, this.sensorNow);
     this.nodeDots.positions.set(this.now.subarray(0, this.nodeDots.positions.length));
     this.sensorDots.positions.set(this.sensorBase);
@@ -351,7 +265,7 @@ export class Viewer {
     const face = this.faceMesh.geometry.attributes["position"] as BufferAttribute | undefined;
     if (face) {
       let at = 0;
-      for (const { nodes } of this.faces) {
+      for (const { nodes } of this.skeleton.faces) {
         for (let k = 2; k < nodes.length; k++) {
           for (const n of [nodes[0]!, nodes[k - 1]!, nodes[k]!]) copy(face.array as Float32Array, 3 * at++, this.now, n);
         }
@@ -377,43 +291,6 @@ export class Viewer {
     return this.home.radius * (0.012 + 0.024 * Math.cbrt(Math.max(mass ?? 0, 0) / largest));
   }
 
-  private makeMasses(): InstancedMesh {
-    const mesh = new InstancedMesh(new SphereGeometry(1, 20, 14), new MeshLambertMaterial(), this.data.masses.length);
-    mesh.frustumCulled = false;
-    return mesh;
-  }
-
-  private makeFaces(): Mesh<BufferGeometry, MeshLambertMaterial> {
-    const geometry = new BufferGeometry();
-    const triangles = this.faces.reduce((n, f) => n + f.nodes.length - 2, 0);
-    geometry.setAttribute("position", new BufferAttribute(new Float32Array(9 * triangles), 3));
-    geometry.setAttribute("color", new BufferAttribute(new Float32Array(9 * triangles), 3));
-    const material = new MeshLambertMaterial({ vertexColors: true, side: DoubleSide, transparent: true, opacity: 0.85,
-      polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 });
-    const mesh = new Mesh(geometry, material);
-    mesh.frustumCulled = false;
-    mesh.visible = triangles > 0;
-    return mesh;
-  }
-
-  private placeArrows(): void {
-    const matrix = new Matrix4(), turnTo = new Quaternion(), from = new Vector3(0, 1, 0);
-    const all = [...this.data.sensors.map((s) => ({ ...s, scale: 1 })), ...this.data.exciters.map((e) => ({ ...e, scale: 1.9 }))];
-    all.forEach(({ position, direction, scale }, i) => {
-      const norm = Math.hypot(...direction) || 1;
-      const d = new Vector3(...direction).divideScalar(norm);
-      const length = this.home.radius * 0.075 * scale;
-      const head = this.home.radius * 0.0085 * scale;
-      const p = new Vector3(...position);
-      const tip = p.clone().addScaledVector(d, length);
-      this.arrows.positions.set([...p.toArray(), ...tip.toArray()], 6 * i);
-      turnTo.setFromUnitVectors(from, d);
-      matrix.compose(tip, turnTo, new Vector3(head, head, head));
-      this.cones.setMatrixAt(i, matrix);
-    });
-    this.arrows.moved();
-  }
-
   /** How far the middle of a foot is below its node. */
   private get footSize(): number {
     return this.home.radius * 0.022;
@@ -425,14 +302,10 @@ export class Viewer {
     turnTo.setFromUnitVectors(new Vector3(0, 1, 0), down);
     this.held.forEach(({ kind, node }, i) => {
       const size = this.footSize * (kind === "support" ? 1 : 0.7);
-      const p = new Vector3(...this.nodeBase(node)).addScaledVector(down, -0.85 * size);
+      const p = new Vector3(...this.skeleton.node(node)).addScaledVector(down, -0.85 * size);
       matrix.compose(p, turnTo, new Vector3(size, size, size));
       this.feet.setMatrixAt(i, matrix);
     });
-  }
-
-  private nodeBase(i: number): Vec3 {
-    return [this.base[3 * i]!, this.base[3 * i + 1]!, this.base[3 * i + 2]!];
   }
 
   private mark(): void {
@@ -440,7 +313,7 @@ export class Viewer {
     const elements = new Set(place?.elements ?? []);
     const { positions } = this.marks;
     positions.fill(0);
-    this.segments.forEach(([a, b, element], i) => {
+    this.skeleton.segments.forEach(([a, b, element], i) => {
       if (!elements.has(element)) return;
       for (let c = 0; c < 3; c++) {
         positions[6 * i + c] = this.now[3 * a + c]!;
@@ -467,7 +340,7 @@ export class Viewer {
     if (!this.theme) return;
     const t = this.theme;
     this.lines.paint((i, end) => {
-      const segment = this.segments[i]!;
+      const segment = this.skeleton.segments[i]!;
       return this.elementPaint(segment[2]) ?? this.pointColor(segment[end]!) ?? t.line;
     });
     this.ghost.paint(() => t.faint);
@@ -492,12 +365,12 @@ export class Viewer {
     (this.masses.material as MeshLambertMaterial).color.setRGB(t.mass[0] / 255, t.mass[1] / 255, t.mass[2] / 255);
     this.testDots.paint((i) => this.testPaint(i) ?? t.test);
     this.traces.paint((i, end) => {
-      const sensor = this.tracePairs.length ? this.tracePairs[i]![end] : i;
+      const sensor = this.skeleton.tracePairs.length ? this.skeleton.tracePairs[i]![end] : i;
       return this.testPaint(sensor) ?? t.test;
     });
     const face = this.faceMesh.geometry.attributes["color"] as BufferAttribute;
     let at = 0;
-    for (const { element, nodes } of this.faces) {
+    for (const { element, nodes } of this.skeleton.faces) {
       for (let k = 2; k < nodes.length; k++) {
         for (const node of [nodes[0]!, nodes[k - 1]!, nodes[k]!]) {
           const rgb = this.elementPaint(element) ?? this.nodePaint(node) ?? t.line;
@@ -513,18 +386,18 @@ export class Viewer {
   private pointColor(point: number): Rgb | null {
     const n = this.data.nodes.length;
     if (point < n) return this.nodePaint(point);
-    const at = (point - n) / (this.pieces - 1);
-    const { nodes: [i, j], first } = this.beams[Math.floor(at)]!;
-    const a = this.nodePaint(i), b = this.nodePaint(j), f = (point - first + 1) / this.pieces;
+    const at = (point - n) / (this.skeleton.pieces - 1);
+    const { nodes: [i, j], first } = this.skeleton.beams[Math.floor(at)]!;
+    const a = this.nodePaint(i), b = this.nodePaint(j), f = (point - first + 1) / this.skeleton.pieces;
     return a && b ? (a.map((c, k) => Math.round(c + (b[k]! - c) * f)) as Rgb) : null;
   }
 
   private visible(): void {
     const l = this.layers;
-    this.lines.object.visible = l.elements && this.segments.length > 0;
-    this.faceMesh.visible = l.elements && this.faces.length > 0;
-    this.ghost.object.visible = l.ghost && this.segments.length > 0;
-    this.links.object.visible = l.links && this.linkPairs.length > 0;
+    this.lines.object.visible = l.elements && this.skeleton.segments.length > 0;
+    this.faceMesh.visible = l.elements && this.skeleton.faces.length > 0;
+    this.ghost.object.visible = l.ghost && this.skeleton.segments.length > 0;
+    this.links.object.visible = l.links && this.skeleton.linkPairs.length > 0;
     this.nodeDots.object.visible = l.nodes;
     this.masses.visible = l.masses;
     this.feet.visible = l.supports && this.held.length > 0;
@@ -600,47 +473,19 @@ export class Viewer {
   private annotate(width: number, height: number, ratio: number): void {
     const context = this.overlay.getContext("2d");
     if (!context) return;
-    context.setTransform(ratio, 0, 0, ratio, 0, 0);
-    context.clearRect(0, 0, width, height);
-    context.font = "12px system-ui, sans-serif";
-    context.lineJoin = "round";
-    const write = (text: string, x: number, y: number): void => {
-      context.lineWidth = 3;
-      context.strokeStyle = this.theme.halo;
-      context.strokeText(text, x, y);
-      context.fillStyle = this.theme.text;
-      context.fillText(text, x, y);
-    };
-    const taken: [number, number, number, number][] = [];
-    const label = (text: string, p: Flat): void => {
-      const w = context.measureText(text).width;
-      const box: [number, number, number, number] = [p.x + 7, p.y - 14, p.x + 9 + w, p.y + 1];
-      if (Math.abs(p.depth) > 1 || taken.some((t) => t[0] < box[2] && box[0] < t[2] && t[1] < box[3] && box[1] < t[3])) return;
-      taken.push(box);
-      write(text, p.x + 8, p.y - 4);
-    };
+    const paper: Paper = { context, width, height, ink: this.theme.text, halo: this.theme.halo };
+    clear(paper, ratio);
     if (this.layers.names) {
-      if (this.layers.nodes) this.data.nodes.forEach((n, i) => label(n.name, this.flat(...this.nodeNow(i))));
-      if (this.layers.sensors) this.data.sensors.forEach((s) => label(s.name, this.flat(...s.position)));
+      const nodes = this.layers.nodes ? this.data.nodes.map((n, i) => ({ text: n.name, at: this.flat(...this.nodeNow(i)) })) : [];
+      const sensors = this.layers.sensors ? this.data.sensors.map((s) => ({ text: s.name, at: this.flat(...s.position) })) : [];
+      names(paper, [...nodes, ...sensors]);
     }
-    // The axes, bottom left.
-    const origin = this.flat(...this.orbit.target);
-    for (const [k, name] of ["x", "y", "z"].entries()) {
-      const end: Vec3 = [...this.orbit.target];
-      end[k]! += this.orbit.distance * 0.05;
-      const p = this.flat(...end);
-      const size = height * 0.085, scale = 30 / size;
-      const x = 44 + (p.x - origin.x) * scale * 0.9, y = height - 44 + (p.y - origin.y) * scale * 0.9;
-      context.strokeStyle = this.theme.text;
-      context.globalAlpha = 0.65;
-      context.lineWidth = 1.5;
-      context.beginPath();
-      context.moveTo(44, height - 44);
-      context.lineTo(x, y);
-      context.stroke();
-      if (Math.hypot(x - 44, y - height + 44) > 8) write(name, x + (x - 44) * 0.22 - 3, y + (y - height + 44) * 0.22 + 4);
-      context.globalAlpha = 1;
-    }
+    const end = (k: number): Flat => {
+      const at: Vec3 = [...this.orbit.target];
+      at[k]! += this.orbit.distance * 0.05;
+      return this.flat(...at);
+    };
+    axes(paper, this.flat(...this.orbit.target), [end(0), end(1), end(2)]);
   }
 
   // ---- pointer and keys ---------------------------------------------------------------------------------------
@@ -662,21 +507,21 @@ export class Viewer {
       if (Math.hypot(...o) > 0) yield { kind: "mass", index: i, points: [this.flat(p[0] + o[0], p[1] + o[1], p[2] + o[2])] };
     }
     if (l.supports) for (const { kind, index, node } of this.held) {
-      const p = this.nodeBase(node);
+      const p = this.skeleton.node(node);
       p[this.up]! -= 1.7 * this.footSize;
       yield { kind, index, points: [this.flat(...p)] };
     }
     if (l.nodes) for (let i = 0; i < this.data.nodes.length; i++) yield { kind: "node", index: i, points: [at(this.now, i)] };
     if (l.elements) {
-      for (const { element, first, nodes: [a, b] } of this.beams) {
+      for (const { element, first, nodes: [a, b] } of this.skeleton.beams) {
         const points = [at(this.now, a)];
-        for (let k = 1; k < this.pieces; k++) points.push(at(this.now, first + k - 1));
+        for (let k = 1; k < this.skeleton.pieces; k++) points.push(at(this.now, first + k - 1));
         points.push(at(this.now, b));
         yield { kind: "element", index: element, points };
       }
-      for (const { element, nodes } of this.faces) yield { kind: "element", index: element, points: nodes.map((n) => at(this.now, n)), closed: true };
+      for (const { element, nodes } of this.skeleton.faces) yield { kind: "element", index: element, points: nodes.map((n) => at(this.now, n)), closed: true };
     }
-    if (l.links) for (const [a, b, link] of this.linkPairs) yield { kind: "link", index: link, points: [at(this.now, a), at(this.now, b)] };
+    if (l.links) for (const [a, b, link] of this.skeleton.linkPairs) yield { kind: "link", index: link, points: [at(this.now, a), at(this.now, b)] };
   }
 
   private hitAt(event: PointerEvent): Hit | null {
@@ -685,66 +530,19 @@ export class Viewer {
   }
 
   private listen(): void {
-    const down = new Map<number, { x: number; y: number }>();
-    let moved = 0;
-    const { canvas } = this;
-    canvas.addEventListener("pointerdown", (e) => {
-      if (down.size === 0) moved = 0;
-      down.set(e.pointerId, { x: e.clientX, y: e.clientY });
-      canvas.setPointerCapture(e.pointerId);
-      this.tip.hidden = true;
-    });
-    canvas.addEventListener("pointermove", (e) => {
-      const last = down.get(e.pointerId);
-      if (!last) {
-        if (this.options.pickable) this.hover(e);
-        return;
-      }
-      const dx = e.clientX - last.x, dy = e.clientY - last.y;
-      moved += Math.abs(dx) + Math.abs(dy);
-      if (down.size === 2) {
-        const other = [...down].find(([id]) => id !== e.pointerId)![1];
-        const before = Math.hypot(last.x - other.x, last.y - other.y), after = Math.hypot(e.clientX - other.x, e.clientY - other.y);
-        if (after > 0) this.orbit = zoom(this.orbit, before / after, this.home.radius);
-      } else if (e.shiftKey || e.buttons === 2 || e.buttons === 4) this.pan(dx, dy);
-      else this.orbit = turn(this.orbit, dx, dy);
+    const moved = (orbit: Orbit): void => {
+      this.orbit = orbit;
       this.fitted = false;
-      down.set(e.pointerId, { x: e.clientX, y: e.clientY });
       this.request();
-    });
-    const release = (e: PointerEvent): void => {
-      down.delete(e.pointerId);
     };
-    canvas.addEventListener("pointerup", (e) => {
-      release(e);
-      if (moved < 6 && this.options.pickable) this.options.onPick?.(this.hitAt(e));
-    });
-    canvas.addEventListener("pointercancel", release);
-    canvas.addEventListener("pointerleave", () => (this.tip.hidden = true));
-    canvas.addEventListener("contextmenu", (e) => e.preventDefault());
-    canvas.addEventListener("wheel", (e) => {
-      // The page scrolls over a picture that was not chosen; a chosen one zooms.
-      if (document.activeElement !== canvas && !e.ctrlKey) return;
-      e.preventDefault();
-      this.fitted = false;
-      this.orbit = zoom(this.orbit, Math.exp(e.deltaY * 0.0012), this.home.radius);
-      this.request();
-    }, { passive: false });
-    canvas.addEventListener("keydown", (e) => {
-      const step = 24;
-      const turns: Record<string, [number, number]> = {
-        ArrowLeft: [-step, 0], ArrowRight: [step, 0], ArrowUp: [0, -step], ArrowDown: [0, step],
-      };
-      const by = turns[e.key];
-      if (by || ["+", "=", "-"].includes(e.key)) this.fitted = false;
-      if (by && e.shiftKey) this.pan(...by);
-      else if (by) this.orbit = turn(this.orbit, ...by);
-      else if (e.key === "+" || e.key === "=") this.orbit = zoom(this.orbit, 0.85, this.home.radius);
-      else if (e.key === "-") this.orbit = zoom(this.orbit, 1 / 0.85, this.home.radius);
-      else if (e.key === "0") this.view("iso");
-      else return;
-      e.preventDefault();
-      this.request();
+    listen(this.canvas, {
+      turn: (dx, dy) => moved(turn(this.orbit, dx, dy)),
+      pan: (dx, dy) => { this.fitted = false; this.pan(dx, dy); },
+      zoom: (factor) => moved(zoom(this.orbit, factor, this.home.radius)),
+      reset: () => this.view("iso"),
+      pick: (e) => { if (this.options.pickable) this.options.onPick?.(this.hitAt(e)); },
+      hover: (e) => { if (this.options.pickable) this.hover(e); },
+      leave: () => { this.tip.hidden = true; },
     });
   }
 

@@ -2,7 +2,8 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 import { categories, contrast, ink, onStage, parseHex, sample } from "../src/color";
 import { floats, polar } from "../src/decode";
-import { fixed, folded, minuses, percent, plain, probability, shorten, significant, slug, unit } from "../src/format";
+import { csvCell } from "../src/dom";
+import { fixed, folded, minuses, percent, plain, probability, shorten, shortMode, significant, slug, unit } from "../src/format";
 import { across, axes, extent, eye, fit, HALF_VIEW, turn, zoom, type Orbit } from "../src/orbit";
 import { inside, pick, segmentDistance, type Target } from "../src/pick";
 import { atPhase, beamPoint, difference, peak, peakOfNodes, scaleFactor, times } from "../src/shape";
@@ -41,6 +42,12 @@ test("numbers are written as people read them", () => {
     assert.equal(f(null), "–");
     assert.equal(f(NaN), "–");
   }
+});
+
+test("modes have the short names of engineers, logarithmic axes plain numbers, and spreadsheets no formulas", () => {
+  assert.deepEqual(["Sym 1st Bending", "Anti 2nd Vertical Bending", "antisymmetric 1st torsion", "1st Lateral Bending", "mode 12", "M1", "<b>"].map(shortMode),
+    ["S1B", "A2VB", "A1T", "1LB", "12", null, null]);
+  assert.deepEqual(["=1+1", "@x", "+cmd", "-x", "−3.5 %", "+4.5 %", 'a "b", c', "–", "12"].map(csvCell), ["'=1+1", "'@x", "'+cmd", "'-x", "-3.5 %", "+4.5 %", '"a ""b"", c"', "", "12"]);
 });
 
 test("chart labels cannot carry markup", () => {

@@ -1,7 +1,7 @@
 /** What is missing, where it sits, how sure that is, and what else it could be. */
 
 import { badge, card, choice, h, num, soft, type Child } from "../dom";
-import { fixed, probability, significant } from "../format";
+import { fixed, probability, shorten, significant } from "../format";
 import { makeViewer } from "../viewer";
 import type { Diagnosis, Hypothesis, Place, Structure } from "../types";
 
@@ -32,16 +32,16 @@ function evidence(title: string, list: string[], sign: string): HTMLElement | nu
   return list.length ? h("div", { class: "evidence" }, h("h5", {}, title), h("ul", {}, list.map((e) => h("li", {}, h("span", { class: "sign", "aria-hidden": "true" }, sign), e)))) : null;
 }
 
-/** The diagnoses of all steps, the last one open. */
-export function diagnosesSection(earlier: Diagnosis[], last: Diagnosis, s: Structure | undefined): HTMLElement {
-  if (!earlier.length) return diagnosisSection(last, s, "diagnosis");
+/** The diagnoses of all steps, the last one open; what the head of the page has said is not said again. */
+export function diagnosesSection(earlier: Diagnosis[], last: Diagnosis, s: Structure | undefined, said: string): HTMLElement {
+  if (!earlier.length) return diagnosisSection(last, s, "diagnosis", said);
   const all = [...earlier.map((d, i) => ({ d, path: `earlier_diagnoses.${i}` })), { d: last, path: "diagnosis" }];
   const built = new Map<number, HTMLElement>();
   const place = h("div", {});
   const show = (i: number): void => {
     const { d, path } = all[i]!;
     if (!built.has(i)) {
-      built.set(i, diagnosisSection(d, s, path));
+      built.set(i, diagnosisSection(d, s, path, said));
       place.append(built.get(i)!);
     }
     for (const [k, element] of built) element.hidden = k !== i;
@@ -52,7 +52,7 @@ export function diagnosesSection(earlier: Diagnosis[], last: Diagnosis, s: Struc
     choice("Diagnosis of which step", all.map(({ d }, i) => ({ value: String(i), text: d.title || `step ${i}` })), String(open), (v) => show(Number(v)))), place);
 }
 
-function diagnosisSection(d: Diagnosis, s: Structure | undefined, root: string): HTMLElement {
+function diagnosisSection(d: Diagnosis, s: Structure | undefined, root: string, said: string): HTMLElement {
   const viewer = s ? makeViewer(s, { label: "Where the hypothesis sits" }) : null;
   if (viewer) {
     if (root === "diagnosis") viewer.root.id = "diagnosis-viewer";
@@ -104,8 +104,26 @@ function diagnosisSection(d: Diagnosis, s: Structure | undefined, root: string):
   const isShown = (x: Hypothesis, i: number): boolean => i < 6 || (x.probability ?? 0) >= 0.005 || x.category === "none" || x.category === "other";
   const items = d.hypotheses.map((x, i) => ({ x, item: item(x, i), shown: isShown(x, i) }));
   const rest = items.filter((o) => !o.shown);
-  const list = h("div", {}, h("ol", { class: "hypotheses" }, items.filter((o) => o.shown).map((o) => o.item)),
-    rest.length ? h("details", { class: "more-hypotheses" }, h("summary", {}, `${rest.length} more, each below 0.01`), h("ol", { class: "hypotheses" }, rest.map((o) => o.item))) : null);
+  const first = h("ol", { class: "hypotheses" }), others = h("ol", { class: "hypotheses" }), nothing = h("p", { class: "note", hidden: true }, "None of these.");
+  const more = h("details", { class: "more-hypotheses" }, h("summary", {}, `${rest.length} more, each below 0.01`), others);
+  let kind = "", word = "";
+  // A filter looks at all of them, and shows what it finds in one list.
+  const arrange = (): void => {
+    const on = kind !== "" || word !== "";
+    const found = items.filter(({ x }) => (!kind || x.kind === kind || x.category === kind) && (!word || nameOf(x).toLowerCase().includes(word)));
+    first.replaceChildren(...(on ? found : items.filter((o) => o.shown)).map((o) => o.item));
+    others.replaceChildren(...(on ? [] : rest).map((o) => o.item));
+    more.hidden = on || rest.length === 0;
+    nothing.hidden = !on || found.length > 0;
+  };
+  const kinds = [...new Set(d.hypotheses.filter((x) => x.category === "effect" || x.category === "measurement").map((x) => x.kind))].sort();
+  const categories = [...new Set(d.hypotheses.map((x) => x.category))].filter((c) => c === "effect" || c === "measurement");
+  const filter = d.hypotheses.length > 8 ? h("div", { class: "hypothesis-filter" },
+    h("select", { "aria-label": "Kind of hypothesis", class: "kind", onchange: (e: Event) => { kind = (e.target as HTMLSelectElement).value; arrange(); } },
+      h("option", { value: "" }, "every kind"), categories.map((c) => h("option", { value: c }, `every ${CATEGORIES[c]}`)), kinds.map((k) => h("option", { value: k }, shorten(k, 40)))),
+    h("input", { type: "search", "aria-label": "Place or name", placeholder: "place or name", class: "word", oninput: (e: Event) => { word = (e.target as HTMLInputElement).value.trim().toLowerCase(); arrange(); } })) : null;
+  arrange();
+  const list = h("div", {}, filter, first, nothing, more);
 
   const next = d.next_measurements.length ? card("What to measure next", "the measurement that separates best comes first",
     h("ol", { class: "next" }, d.next_measurements.slice(0, 5).map((m, i) => h("li", {},
@@ -115,7 +133,7 @@ function diagnosisSection(d: Diagnosis, s: Structure | undefined, root: string):
         m.place && viewer && has(m.place) ? [" ", h("button", { type: "button", class: "link", onclick: () => showPlace(m.place!, `measure here: ${m.place!.text}`) }, "show the place")] : ""))))) : null;
   const [level, words] = OUTCOMES[d.outcome];
   const section = h("div", { class: "stack" },
-    h("section", { class: "card diagnosis-head" }, badge(level, words), h("p", { class: "lead" }, soft(d.sentence)),
+    h("section", { class: "card diagnosis-head" }, badge(level, words), said.startsWith(d.sentence.replace(/\.$/, "")) ? null : h("p", { class: "lead" }, soft(d.sentence)),
       h("p", { class: "note" },
         d.misfit == null ? "" : ["misfit of the fitted model ", num(significant(d.misfit, 4), `${root}.misfit`),
           d.degrees_of_freedom == null ? "; " : [", noise alone leaves about ", num(significant(d.degrees_of_freedom, 4), `${root}.degrees_of_freedom`), "; "]],

@@ -1,6 +1,6 @@
 /** Frequency responses: measured against model, any channel. */
 
-import { Chart, type Figure, type Palette } from "../charts";
+import { Chart, logTicks, type Figure, type Palette } from "../charts";
 import { css, ink, sample } from "../color";
 import { floats, polar, type Polar } from "../decode";
 import { card, choice, h, num, toggle } from "../dom";
@@ -53,7 +53,7 @@ export function frfsSection(f: Frfs): HTMLElement {
       layout: {
         margin: { l: 72 },
         xaxis: { title: { text: "frequency, Hz" }, anchor: coherence ? "y3" : phase ? "y2" : "y" },
-        yaxis: { title: { text: plain(`|${f.quantity}|,${unit}`) }, type: scale, ...(scale === "log" && decades(data) > 2 ? { dtick: 1 } : {}), domain: [Math.max(low, third) + (phase || coherence ? 0.05 : 0), 1] },
+        yaxis: { title: { text: plain(`|${f.quantity}|,${unit}`) }, type: scale, ...(scale === "log" ? logTicks(data.filter((t) => !t["yaxis"]).flatMap((t) => extremes(t["y"] as ArrayLike<number>))) : {}), domain: [Math.max(low, third) + (phase || coherence ? 0.05 : 0), 1] },
         ...(phase ? { yaxis2: { title: { text: "phase, °" }, domain: [third ? third + 0.04 : 0, 0.36], range: [-190, 190], tickvals: [-180, -90, 0, 90, 180] } } : {}),
         ...(coherence ? { yaxis3: { title: { text: "coh." }, domain: [0, phase ? third : 0.16], range: [0, 1.05], tickvals: [0, 1] } } : {}),
         hovermode: "x unified",
@@ -134,17 +134,15 @@ function fdacCard(f: Frfs): HTMLElement {
     h("div", { class: "columns fdac" }, pictures), colorBar("viridis", "0", "1", "FDAC"));
 }
 
-/** How many decades the amplitudes cover. */
-function decades(data: Record<string, unknown>[]): number {
+/** The least and the largest positive value of a curve. */
+function extremes(values: ArrayLike<number>): number[] {
   let low = Infinity, high = 0;
-  for (const trace of data) {
-    if (trace["yaxis"]) continue;
-    for (const v of trace["y"] as number[]) {
-      if (v > 0 && v < low) low = v;
-      if (v > high) high = v;
-    }
+  for (let i = 0; i < values.length; i++) {
+    const v = values[i]!;
+    if (v > 0 && v < low) low = v;
+    if (v > high) high = v;
   }
-  return high > low ? Math.log10(high / low) : 0;
+  return high > 0 ? [low, high] : [];
 }
 
 /** The phase with a gap where it passes ±180°: that jump is the edge of the picture, not of the curve. */

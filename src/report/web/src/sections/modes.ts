@@ -2,12 +2,11 @@
 
 import { css, onStage, parseHex, type Rgb } from "../color";
 import { floats } from "../decode";
-import { badge, choice, h, num, toggle } from "../dom";
+import { badge, choice, h, isDark, num, toggle } from "../dom";
 import { fixed, hertz, percent } from "../format";
 import { colorBar, swatches } from "../legend";
 import { difference, peak, peakOfNodes, scaleFactor, times, type Shape } from "../shape";
 import { makeViewer } from "../viewer";
-import { isDark } from "./structure";
 import type { Comparison, Modes, Pair, Structure } from "../types";
 
 interface Entry { id: string; title: string; test: number | null; model: number | null; pair: Pair | null; index: number }

@@ -2,12 +2,12 @@
 
 import { Chart } from "../charts";
 import { floats } from "../decode";
-import { badge, card, choice, h, num, table, type Child } from "../dom";
+import { badge, card, choice, h, isDark, num, table, type Child } from "../dom";
 import { fixed, percent, plain, probability, shorten, significant } from "../format";
 import { heat } from "../heat";
 import { colorBar } from "../legend";
 import { makeViewer } from "../viewer";
-import { isDark, painter } from "./structure";
+import { painter } from "./structure";
 import type { Comparison, LabelledMatrix, Modes, Pair, Structure } from "../types";
 
 function verdict(pair: Pair): Child {
@@ -56,6 +56,36 @@ function macCard(title: string, m: LabelledMatrix, path: string, pairs: Pair[]):
   return h("figure", { class: "mac" }, h("figcaption", {}, title),
     heat(m, { map: "viridis", low: 0, high: 1, path: (i, j) => `${path}.values.${i}.${j}`, framed }));
 }
+
+/** Likeness of shapes with each other: a large value off the diagonal says that the sensors cannot tell two modes apart. */
+function autoMac(title: string, axis: string, list: { label: string; frequency_hz: number; at_sensors?: string; at_sensors_imag?: string }[]): LabelledMatrix | null {
+  const shapes = list.filter((m) => m.at_sensors).map((m) => ({ m, re: floats(m.at_sensors), im: m.at_sensors_imag ? floats(m.at_sensors_imag) : null }));
+  if (shapes.length < 2) return null;
+  type Complex = (typeof shapes)[number];
+  const product = (a: Complex, b: Complex): number => {
+    let re = 0, im = 0, na = 0, nb = 0;
+    for (let k = 0; k < a.re.length; k++) {
+      const ar = a.re[k]!, ai = a.im?.[k] ?? 0, br = b.re[k]!, bi = b.im?.[k] ?? 0;
+      if (!Number.isFinite(ar + ai + br + bi)) continue;
+      re += ar * br + ai * bi;
+      im += ar * bi - ai * br;
+      na += ar * ar + ai * ai;
+      nb += br * br + bi * bi;
+    }
+    return na > 0 && nb > 0 ? Math.min(1, (re * re + im * im) / na / nb) : 0;
+  };
+  const names = shapes.map(({ m }) => `${m.label} ${fixed(m.frequency_hz, 2).replace("−", "-")}`);
+  return { title, row_axis: axis, column_axis: axis, rows: names, columns: names, values: shapes.map((a) => shapes.map((b) => product(a, b))) };
+}
+
+function autoMacCard(modes: Modes, rows: number): HTMLElement | null {
+  const all = [autoMac("autoMAC of the test", "test", modes.test), autoMac("autoMAC of the model", "model", modes.model.slice(0, Math.max(rows, 2)))].filter((m) => m != null);
+  return all.length ? card("autoMAC", "shapes of one side with each other at the sensors: what is large off the diagonal, these sensors cannot tell apart",
+    h("div", { class: macColumns(all) }, all.map((m) => h("figure", { class: "mac" }, h("figcaption", {}, m.title), heat(m, { map: "viridis", low: 0, high: 1 }))))) : null;
+}
+
+/** Side by side while they have room. */
+const macColumns = (all: LabelledMatrix[]): string => (all.length > 1 && all.every((m) => m.columns.length <= 8) ? "columns" : "stack");
 
 function frequencyChart(c: Comparison): HTMLElement {
   const band = c.frequency_band || 0.05;
@@ -118,7 +148,7 @@ function comac(c: Comparison, s: Structure): HTMLElement | null {
   const comacBar = h("div", {});
   const apply = (): void => {
     comacBar.replaceChildren(colorBar("viridis", "0", "1", "COMAC", { dark: isDark() }));
-    viewer.paint({ sensors: painter(values, { low: 0, high: 1, map: "viridis" }) });
+    viewer.paint({ sensors: painter(values, { low: 0, high: 1, map: "viridis", at: (v) => v }) });
     const order = Array.from(values, (value, i) => ({ value, i })).filter((x) => Number.isFinite(x.value)).sort((a, b) => a.value - b.value).slice(0, 6);
     list.replaceChildren(...order.map(({ value, i }) => h("li", {}, h("button", { type: "button", class: "link",
       onclick: () => viewer.highlight({ text: "", nodes: [], elements: [], sensors: [i] }) }, s.sensors[i]?.name ?? String(i)), ` ${fixed(value, 3)}`)));
@@ -141,7 +171,8 @@ export function pairsSection(c: Comparison, modes: Modes, s: Structure | undefin
   return h("div", { class: "stack" },
     card("Paired modes", c.criteria ? `error = (model − test)/test; criteria: ${c.criteria}` : "error = (model − test)/test", pairTable(c), unpaired(c, modes)),
     macs.length ? card("MAC", "1: the shapes are parallel at the sensors, 0: nothing in common; pairs are framed",
-      h("div", { class: macs.length > 1 ? "columns" : "" }, macs), colorBar("viridis", "0", "1", "MAC")) : null,
+      h("div", { class: macColumns([c.mac_before, c.mac].filter((m) => m != null)) }, macs), colorBar("viridis", "0", "1", "MAC")) : null,
+    autoMacCard(modes, c.mac?.rows.length ?? 12),
     c.pairs.length ? h("div", { class: "columns" },
       card("Frequency against frequency", null, frequencyChart(c)), card("Frequency error", null, errorChart(c))) : null,
     s ? comac(c, s) : null);

@@ -7,7 +7,7 @@ import { heat } from "../heat";
 import type { Steps } from "../types";
 
 export function stepsSection(w: Steps): HTMLElement {
-  let scale: "linear" | "log" = "linear";
+  let scale: "linear" | "log" = "log";
   const held = w.steps.some((s) => s.held_out != null);
   const chart = new Chart("Misfit after every step", (p, width) => {
     // Slanted labels take one line; level ones as many as the width of a bar asks for.
@@ -49,7 +49,7 @@ export function stepsSection(w: Steps): HTMLElement {
   const largest = Math.max(...w.steps.flatMap((s) => s.per_mode.map((v) => v ?? 0)), 0);
   return h("div", { class: "stack" },
     card("The error falling", w.measure,
-      h("div", { class: "toolbar" }, choice("Axis", [{ value: "linear", text: "linear" }, { value: "log", text: "log" }], scale, (v) => { scale = v; chart.refresh(); })),
+      h("div", { class: "toolbar" }, choice("Axis", [{ value: "log", text: "log" }, { value: "linear", text: "linear" }], scale, (v) => { scale = v; chart.refresh(); })),
       chart.root,
       table("Steps", [{ head: "Step" }, { head: "Misfit", numeric: true }, ...(held ? [{ head: "Held out", numeric: true }] : []), { head: "" }],
         w.steps.map((s, i) => [h("strong", {}, soft(s.name)), num(significant(s.misfit, 4), `steps.steps.${i}.misfit`),

@@ -3,38 +3,44 @@
 import { categories, css, onStage, parseHex, type MapName, type Rgb } from "../color";
 import { floats } from "../decode";
 import { nameOf, placeOf, rowsOf, titleOf } from "../describe";
-import { h, num, toggle, type Child } from "../dom";
+import { h, isDark, num, toggle, type Child } from "../dom";
 import { significant, unit } from "../format";
 import { colorBar, swatches } from "../legend";
 import type { Hit, Kind } from "../pick";
 import { makeViewer, type Painter, type Viewer } from "../viewer";
 import type { Field, Floats, Localization, Place, Structure, Suspect } from "../types";
 
-/** Values to 0..1 for a colour map, with its ends. */
-export function range(field: Pick<Field, "scale">, values: Float32Array): { low: number; high: number; map: MapName } {
-  let low = Infinity, high = -Infinity;
+/** How values become colours: ends, what lies in the middle, and where between 0 and 1 a value stands. */
+export interface Scaling { low: number; high: number; map: MapName; middle?: number; at: (value: number) => number }
+
+export function range(field: Pick<Field, "scale" | "anchor">, values: Float32Array): Scaling {
+  let low = Infinity, high = -Infinity, least = Infinity;
   for (const v of values) {
     if (!Number.isFinite(v)) continue;
     low = Math.min(low, v);
     high = Math.max(high, v);
+    if (v > 0) least = Math.min(least, v);
   }
   if (low > high) [low, high] = [0, 1];
-  if (field.scale === "unit") return { low: 0, high: 1, map: "viridis" };
-  if (field.scale === "diverging") {
-    const size = Math.max(Math.abs(low), Math.abs(high)) || 1;
-    return { low: -size, high: size, map: "diverging" };
+  const linear = (a: number, b: number, map: MapName): Scaling => ({ low: a, high: b, map, at: (v) => (v - a) / (b - a) });
+  if (field.scale === "unit") return linear(0, 1, "viridis");
+  const anchor = field.anchor;
+  if (anchor != null && anchor > 0 && low >= 0) {
+    // A ratio: as many times above the anchor as below it is as far from the middle; ten times at least, so that noise is pale.
+    const reach = Math.max(10, high / anchor, Math.min(100, anchor / least));
+    return { low: anchor / reach, high: anchor * reach, map: "diverging", middle: anchor,
+      at: (v) => (Number.isFinite(v) ? 0.5 + 0.5 * Math.log(Math.max(v / anchor, 1 / reach)) / Math.log(reach) : NaN) };
   }
-  return { low, high: high > low ? high : low + 1, map: "cividis" };
+  if (field.scale === "diverging") {
+    const middle = anchor ?? 0, size = Math.max(Math.abs(low - middle), Math.abs(high - middle)) || 1;
+    return { ...linear(middle - size, middle + size, "diverging"), middle };
+  }
+  return linear(low, high > low ? high : low + 1, "cividis");
 }
 
-/** Whether the page is dark now. */
-export function isDark(): boolean {
-  return document.documentElement.dataset["theme"] === "dark";
-}
-
-export function painter(values: Float32Array, r: { low: number; high: number; map: MapName }): Painter {
+export function painter(values: Float32Array, scaling: Scaling): Painter {
   const dark = isDark();
-  return (i) => onStage(r.map, (values[i]! - r.low) / (r.high - r.low), dark);
+  return (i) => onStage(scaling.map, scaling.at(values[i]!), dark);
 }
 
 interface Coloring { id: string; name: string; apply: (viewer: Viewer, legend: HTMLElement) => void }
@@ -66,7 +72,7 @@ function byField(field: Field, index: number): Coloring {
       if (field.on === "sensors") viewer.show("sensors", true);
       const of = field.unit ? ` ${unit(field.unit)}` : "";
       legend.replaceChildren(
-        colorBar(r.map, significant(r.low, 3) + of, significant(r.high, 3) + of, field.name, { dark: isDark() }),
+        colorBar(r.map, significant(r.low, 3) + of, significant(r.high, 3) + of, field.name, { dark: isDark() }, r.middle == null ? undefined : significant(r.middle, 3) + of),
         field.about ? h("p", { class: "note" }, field.about) : "");
     },
   };

@@ -46,7 +46,7 @@ function costChart(u: Update): HTMLElement {
         line: { color: colors[i % 4], dash: dashes[Math.floor(i / 4) % 4], width: 2.4, shape: "hv" }, marker: { size: 5 },
         hovertemplate: "%{x} evaluations: %{y:.5g}<extra>" + plain(shorten(run.name, 40)) + "</extra>",
       })),
-      layout: { xaxis: { title: { text: "evaluations of the model" }, type: across, ...(across === "linear" ? { rangemode: "tozero" } : { dtick: 1 }), exponentformat: "none", separatethousands: true },
+      layout: { xaxis: { title: { text: "evaluations of the model" }, type: across, ...(across === "linear" ? { rangemode: "tozero" } : logTicks(u.histories.flatMap((run) => run.evaluations))), exponentformat: "none", separatethousands: true },
         yaxis: { title: { text: "best cost" }, type: scale, ...(scale === "log" ? logTicks(u.histories.flatMap((run) => run.best_cost)) : {}) }, showlegend: u.histories.length > 1, hovermode: "closest",
         shapes: at < last ? [{ type: "line", x0: Math.max(at, 1), x1: Math.max(at, 1), y0: 0, y1: 1, yref: "paper", line: { color: p.accent, width: 1.5, dash: "dot" } }] : [] },
     };
@@ -113,6 +113,8 @@ export function updateSection(u: Update): HTMLElement {
     ["optimiser", u.optimizer || null], ["evaluations", u.evaluations == null ? null : num(String(u.evaluations), "update.evaluations")],
     ["cost", u.cost_before == null || u.cost_after == null ? null
       : h("span", {}, num(significant(u.cost_before, 4), "update.cost_before"), " → ", num(significant(u.cost_after, 4), "update.cost_after"))],
+    ["χ², twice the cost", u.cost_before == null || u.cost_after == null || !/least squares/i.test(u.objective) ? null
+      : h("span", { class: "num" }, `${significant(2 * u.cost_before, 4)} → ${significant(2 * u.cost_after, 4)}`)],
     ["on a bound", atBound.length ? `${atBound.length} of ${u.parameters.length} parameters` : "none"],
   ];
   return h("div", { class: "stack" },
@@ -126,15 +128,15 @@ export function updateSection(u: Update): HTMLElement {
           c.weights.length > 6 ? h("span", { class: "note" }, `and ${c.weights.length - 6} smaller`) : null),
         c.meaning ? h("p", {}, minuses(c.meaning)) : null,
         c.relative_singular_value == null ? null : h("p", { class: "note" }, "singular value relative to the largest: ", num(significant(c.relative_singular_value, 2), `update.unidentifiable.${i}.relative_singular_value`)))))) : null,
-    u.correlation ? card("Correlation of the estimates", "near ±1: the data fix the sum or the difference of the two, not each",
-      heat(u.correlation, { map: "diverging", low: -1, high: 1, path: (i, j) => `update.correlation.values.${i}.${j}` }), colorBar("diverging", "−1", "+1", "correlation")) : null,
+    u.correlation ? card("Correlation of the estimates", "near ±1: the data fix the sum or the difference of the two, not each; blank: a parameter held by a bound or not seen alone has none",
+      heat(u.correlation, { map: "diverging", low: -1, high: 1, path: (i, j) => `update.correlation.values.${i}.${j}`, blank: "not known: held by a bound, or not seen alone" }), colorBar("diverging", "−1", "+1", "correlation", undefined, "0")) : null,
     u.sensitivities.length ? card("Sensitivity", "what changes when a parameter moves through a tenth of the range between its bounds",
       u.sensitivities.map((m, k) => {
         const values = m.values.flat().filter((v): v is number => v != null && Number.isFinite(v));
         const size = Math.max(...values.map(Math.abs), 1e-12), signed = values.some((v) => v < 0);
         const map = signed ? "diverging" as const : "cividis" as const, low = signed ? -size : 0;
         return h("figure", { class: "mac" }, h("figcaption", {}, m.title), heat(m, { map, low, high: size, path: (i, j) => `update.sensitivities.${k}.values.${i}.${j}`, decimals: size < 2 ? 2 : 1 }),
-          colorBar(map, significant(low, 2), significant(size, 2), m.title));
+          colorBar(map, significant(low, 2), significant(size, 2), m.title, undefined, signed ? "0" : undefined));
       })) : null,
     u.mass_properties.length ? card("Mass properties against targets", null, table("Mass properties", [
       { head: "Quantity" }, { head: "Unit" }, { head: "Target", numeric: true }, ...(massBefore ? [{ head: "Before", numeric: true }] : []), { head: massBefore ? "After" : "Model", numeric: true }, { head: "" }, { head: "Source" },

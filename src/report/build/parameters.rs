@@ -1,0 +1,51 @@
+//! The parameters of a model beside those of an earlier version.
+
+use super::super::data::{Bound, Parameter, ReportData};
+use crate::model::{Model, ParametricModel};
+use crate::update::ParameterChange;
+
+/// What the parameters were in the first version of a model and what they are now, where no update has told it.
+///
+/// A parameter that the first version does not have counts as unchanged.
+pub fn add_parameters(data: &mut ReportData, first: &Model, now: &Model) {
+    let u = data.update.get_or_insert_default();
+    if !u.parameters.is_empty() {
+        return;
+    }
+    let (before, all) = (first.parameters(), now.parameters());
+    u.parameters = all
+        .iter()
+        .map(|p| {
+            let was = before.index_of(&p.name).map_or(p.value, |i| before.get(i).value);
+            parameter(&ParameterChange {
+                name: p.name.clone(),
+                unit: p.unit.clone(),
+                before: p.display(was),
+                after: p.display(p.value),
+                lower: p.bounds.map(|b| p.display(b[0])),
+                upper: p.bounds.map(|b| p.display(b[1])),
+                at_bound: p.at_bound(p.value),
+                after_si: p.value,
+            })
+        })
+        .collect();
+}
+
+/// A parameter as tables show it.
+pub(super) fn parameter(p: &ParameterChange) -> Parameter {
+    let at_bound = p
+        .lower
+        .zip(p.upper)
+        .filter(|_| p.at_bound)
+        .map(|(lower, upper)| if p.after - lower < upper - p.after { Bound::Lower } else { Bound::Upper });
+    Parameter {
+        name: p.name.clone(),
+        unit: p.unit.clone(),
+        before: p.before,
+        after: Some(p.after),
+        lower: p.lower,
+        upper: p.upper,
+        at_bound,
+        ..Parameter::default()
+    }
+}

@@ -1,0 +1,45 @@
+/** Bodies of the picture: balls for masses, arrows for sensors and exciters, faces of shells. */
+
+import {
+  BufferAttribute, BufferGeometry, DoubleSide, InstancedMesh, Matrix4, Mesh, MeshLambertMaterial, Quaternion,
+  SphereGeometry, Vector3,
+} from "three";
+import type { Lines } from "../lines";
+import type { Structure } from "../types";
+
+export function masses(count: number): InstancedMesh {
+  const mesh = new InstancedMesh(new SphereGeometry(1, 20, 14), new MeshLambertMaterial(), count);
+  mesh.frustumCulled = false;
+  return mesh;
+}
+
+export function faces(triangles: number): Mesh<BufferGeometry, MeshLambertMaterial> {
+  const geometry = new BufferGeometry();
+  geometry.setAttribute("position", new BufferAttribute(new Float32Array(9 * triangles), 3));
+  geometry.setAttribute("color", new BufferAttribute(new Float32Array(9 * triangles), 3));
+  const material = new MeshLambertMaterial({ vertexColors: true, side: DoubleSide, transparent: true, opacity: 0.85,
+    polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 });
+  const mesh = new Mesh(geometry, material);
+  mesh.frustumCulled = false;
+  mesh.visible = triangles > 0;
+  return mesh;
+}
+
+/** Shafts and heads of the arrows at sensors, then at exciters, of a structure of this half-diagonal. */
+export function placeArrows(data: Structure, radius: number, shafts: Lines, heads: InstancedMesh): void {
+  const matrix = new Matrix4(), turnTo = new Quaternion(), from = new Vector3(0, 1, 0);
+  const all = [...data.sensors.map((s) => ({ ...s, scale: 1 })), ...data.exciters.map((e) => ({ ...e, scale: 1.9 }))];
+  all.forEach(({ position, direction, scale }, i) => {
+    const norm = Math.hypot(...direction) || 1;
+    const d = new Vector3(...direction).divideScalar(norm);
+    const length = radius * 0.075 * scale;
+    const head = radius * 0.0085 * scale;
+    const p = new Vector3(...position);
+    const tip = p.clone().addScaledVector(d, length);
+    shafts.positions.set([...p.toArray(), ...tip.toArray()], 6 * i);
+    turnTo.setFromUnitVectors(from, d);
+    matrix.compose(tip, turnTo, new Vector3(head, head, head));
+    heads.setMatrixAt(i, matrix);
+  });
+  shafts.moved();
+}

@@ -1,0 +1,141 @@
+//! The flagship with a page that computes, and what this library computes at the same points: `tests/browser/live.test.mjs` holds one against the other.
+
+use rand::{RngExt, SeedableRng};
+use retune::data::read_test;
+use retune::diagnosis::{HypothesisResult, Kind, sensor_loads};
+use retune::effect::{Context, Effects, Structure, candidates};
+use retune::model::{Model, ParametricModel, Registry, load};
+use retune::objective::Comparison;
+use retune::report::data::{LiveParameter, ReportData};
+use retune::report::{Case, assess_paired, html, live, of_comparison};
+use retune::update::{HowToPair, assess, compared, freed, paired_test};
+use serde_json::{Value, json};
+use std::path::{Path, PathBuf};
+
+/// Random points of the parameters, and of each hypothesis.
+const POINTS: usize = 20;
+const POINTS_OF_A_HYPOTHESIS: usize = 3;
+
+fn file(name: &str) -> String {
+    std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("models").join(name)).unwrap()
+}
+
+/// A hypothesis that nobody has fitted.
+fn hypothesis(id: &str) -> HypothesisResult {
+    HypothesisResult {
+        id: id.into(),
+        kind: Kind::Effect,
+        name: id.split('@').next().unwrap().into(),
+        location: String::new(),
+        probability: 0.1,
+        ln_odds: 0.0,
+        ln_bayes: 0.0,
+        misfit_before: 0.0,
+        misfit_after: 0.0,
+        estimate: None,
+        interval: None,
+        unit: None,
+        estimates: Vec::new(),
+        held_out_before: 0.0,
+        held_out_after: 0.0,
+        tied_with: Vec::new(),
+        limit_of: Vec::new(),
+        patch: String::new(),
+    }
+}
+
+/// What a comparison gives at θ.
+fn truth(comparison: &Comparison<'_>, theta: &[f64], switched: Option<usize>, sizes: &[f64]) -> Option<Value> {
+    let a = assess(comparison, theta).ok()?;
+    let n_test = comparison.test().modes.len();
+    let partner: Vec<i64> =
+        (0..n_test).map(|j| a.pairs.iter().find(|p| p.test_mode == j).map_or(-1, |p| p.model_mode as i64)).collect();
+    Some(json!({
+        "theta": &theta[..theta.len() - sizes.len()],
+        "hypothesis": switched,
+        "sizes": sizes,
+        "hz": a.prediction.frequencies_hz,
+        "mac": a.mac.row_iter().map(|r| r.iter().copied().collect::<Vec<f64>>()).collect::<Vec<_>>(),
+        "partner": partner,
+        "misfit_per_mode": a.misfit_per_mode,
+    }))
+}
+
+/// The page's data and the truth at random points.
+fn report() -> (ReportData, Value) {
+    let model: Model = load(&file("bff.yaml"), &Registry::builtin()).unwrap().0;
+    let test = read_test(&file("bff_gvt.yaml")).unwrap().0;
+    let how = HowToPair::default();
+    let assessment = assess_paired(&model, &model.parameters().nominal(), &test, &how).unwrap();
+    let case = Case { model: &model, test: &test, assessment: &assessment };
+    let mut data = of_comparison(case).unwrap();
+
+    // The offset that `learn` finds first, then the first place of every other effect.
+    let context = Context { sensors: sensor_loads(&model, &test.sensors).unwrap(), ..Context::default() };
+    let mut ids = vec!["mass-offset@left_wing+right_wing.x".to_string()];
+    let all = candidates(&model, &Effects::builtin(), &context);
+    if !all.iter().any(|c| c.id() == ids[0]) {
+        ids[0] = all.iter().find(|c| c.effect.name() == "mass-offset").unwrap().id();
+    }
+    for c in &all {
+        if !ids.iter().any(|id| id.split('@').next() == Some(c.effect.name())) {
+            ids.push(c.id());
+        }
+    }
+    ids.truncate(10);
+    let hypotheses: Vec<HypothesisResult> = ids.iter().map(|id| hypothesis(id)).collect();
+    let found = live(case, &how, None, &hypotheses).unwrap();
+    assert_eq!(found.hypotheses.len() + found.left_out.len(), ids.len());
+    assert!(found.accuracy.points == 24 && found.n >= model.dof_map().n_dof());
+    // The basis is complete: rounding of λ is about ε (λ + a)²/a, below 1e-6 of λ for the modes of a test.
+    for h in [&found.accuracy].into_iter().chain(found.hypotheses.iter().map(|h| &h.accuracy)) {
+        for mode in 0..test.modes.len() + 2 {
+            assert!(h.frequency[mode] < 1e-7 && h.mac[mode] < 1e-6, "mode {mode}: {h:?}");
+        }
+    }
+
+    let paired = freed(&paired_test(&model, Some(&assessment.theta), &test, &how).unwrap().test);
+    let comparison = compared(&model, &paired, &how).unwrap();
+    let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(7);
+    let mut draw = |p: &LiveParameter| p.range[0] + (p.range[1] - p.range[0]) * rng.random::<f64>();
+    let own = model.parameters().len();
+    let mut points: Vec<Value> = (0..POINTS)
+        .filter_map(|_| {
+            let theta: Vec<f64> = found.parameters[..own].iter().map(&mut draw).collect();
+            truth(&comparison, &theta, None, &[])
+        })
+        .collect();
+    points.extend(truth(&comparison, &assessment.theta, None, &[]));
+    let structure = Structure::new(&model, &context);
+    for (k, h) in found.hypotheses.iter().enumerate() {
+        let candidate = Effects::builtin().candidate(&structure, &h.id).unwrap();
+        let patched = candidate.build(&model, &Registry::builtin()).unwrap().model;
+        let comparison = compared(&patched, &paired, &how).unwrap();
+        for _ in 0..POINTS_OF_A_HYPOTHESIS {
+            let theta: Vec<f64> = found.parameters[..own].iter().map(&mut draw).collect();
+            let sizes: Vec<f64> = h.sizes.iter().map(|&p| draw(&found.parameters[p])).collect();
+            points.extend(truth(&comparison, &[theta, sizes.clone()].concat(), Some(k), &sizes));
+        }
+    }
+    assert!(points.len() > POINTS + found.hypotheses.len(), "{}", points.len());
+    data.live = Some(found);
+    (data, Value::Array(points))
+}
+
+/// Where the pages of the tests in a browser are.
+fn folder() -> PathBuf {
+    let target = std::env::var_os("CARGO_TARGET_DIR")
+        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("target"), PathBuf::from);
+    target.join("report_fixture")
+}
+
+#[test]
+fn the_coordinates_of_the_flagships_page_are_right_and_the_page_is_written() {
+    let (data, truth) = report();
+    let page = html(&data).unwrap();
+    let live = serde_json::to_string(&data.live).unwrap();
+    assert!(live.len() < 1_000_000, "{} bytes", live.len());
+    std::fs::create_dir_all(folder()).unwrap();
+    std::fs::write(folder().join("flagship.html"), page).unwrap();
+    std::fs::write(folder().join("flagship_truth.json"), truth.to_string()).unwrap();
+}
