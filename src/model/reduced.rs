@@ -288,7 +288,7 @@ fn snapshot(
             columns.push(shape / norm);
         }
         let (k, m) = (&matrices.stiffness, &matrices.mass);
-        let derivatives = solve_across_modes(factor, k, m, &modes.shapes, &lambda, &forces, FEW_DIGITS);
+        let (derivatives, _) = solve_across_modes(factor, k, m, &modes.shapes, &lambda, &forces, FEW_DIGITS);
         columns.extend(derivatives.column_iter().zip(scales).map(|(d, scale)| d * scale));
     }
     Ok(if columns.is_empty() { DMatrix::zeros(full.dof_map().n_dof(), 0) } else { DMatrix::from_columns(&columns) })

@@ -6,6 +6,7 @@ use crate::linalg::sparse::{SparsePlan, SparseSym};
 use crate::linalg::{DMatrix, DVector, ShiftedPencil};
 use crate::modal::{self, Effort, MatrixDerivative, ModeDerivative, Modes, Neighbour, SolveOptions};
 use std::borrow::Cow;
+use std::sync::Arc;
 
 /// From this number of dofs on the sparse path is used. Both give the same modes; `docs/sparse.md` has what a diagnosis takes by
 /// each.
@@ -13,6 +14,8 @@ const SPARSE_FROM: usize = 120;
 
 /// Below this number of dofs a model that the sparse path refuses is solved by the dense one.
 const DENSE_BELOW: usize = 800;
+/// From so many dofs on a factorisation for each mode costs more than steps across the modes.
+const ONE_FACTOR_FROM: usize = 20_000;
 
 /// K, M and C of a model at one θ.
 #[derive(Debug, Clone)]
@@ -104,7 +107,7 @@ impl Matrices {
 /// What a large model's first solution leaves for the others.
 #[derive(Debug)]
 struct Solved {
-    plan: SparsePlan,
+    plan: Arc<SparsePlan>,
     elastic: DMatrix<f64>,
     steps: usize,
 }
@@ -161,7 +164,7 @@ impl ModalSolver {
         rigid_motions: DMatrix<f64>,
     ) -> Result<Self, ModelError> {
         let system = model.assemble_sparse(theta)?;
-        let plan = plan(model, &system)?;
+        let plan = Arc::new(plan(model, &system)?);
         let options = SolveOptions { n_elastic, shift: None };
         let (modes, Effort { shift, steps }) =
             modal::solve_sparse(&plan, &system.stiffness, &system.mass, &rigid_motions, options, None)?;
@@ -199,7 +202,7 @@ impl ModalSolver {
         let system = model.assemble_sparse(theta)?;
         let (k, m) = (&system.stiffness, &system.mass);
         let near = Neighbour { shapes: &solved.elastic, steps: solved.steps };
-        let own = if covers(&solved.plan, &system) { None } else { Some(plan(model, &system)?) };
+        let own = if covers(&solved.plan, &system) { None } else { Some(Arc::new(plan(model, &system)?)) };
         let plan = own.as_ref().unwrap_or(&solved.plan);
         let (modes, _) = modal::solve_sparse(plan, k, m, &self.rigid_motions, options, Some(near))?;
         Ok((Matrices::Sparse(system), modes))
@@ -255,9 +258,13 @@ impl ModalSolver {
                 let slopes: Vec<_> = slopes.iter().map(|s| (&s.stiffness, &s.mass)).collect();
                 let own = match &self.sparse {
                     Some(solved) if covers(&solved.plan, system) => None,
-                    _ => Some(plan(model, system)?),
+                    _ => Some(Arc::new(plan(model, system)?)),
                 };
                 let Some(plan) = own.as_ref().or(self.sparse.as_ref().map(|s| &s.plan)) else { return Ok(Vec::new()) };
+                if modes.shapes.nrows() >= ONE_FACTOR_FROM {
+                    let pencil = (&system.stiffness, &system.mass);
+                    return Ok(modal::mode_derivatives_sparse(plan, pencil, modes, of, &slopes)?);
+                }
                 let derivative = |(lambda, shape): (f64, DVector<f64>)| {
                     modal::mode_derivative_sparse(plan, &system.stiffness, &system.mass, lambda, &shape, &slopes)
                 };

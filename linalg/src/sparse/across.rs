@@ -15,7 +15,8 @@ const MOST_STEPS: usize = 60;
 ///
 /// The operator is positive definite where Φ holds every mode up to λ_c. Conjugate gradients are preconditioned by the factor of K₀ + aM₀, those
 /// of a neighbour serve as well; with λ₊ the first mode that is not in Φ the condition is (λ₊ + a)/(λ₊ - λ_c) where the factor is that of the
-/// matrices. A column stops at the tolerance, after sixty steps, or where λ₊ turns out to lie below λ_c, with what it has by then.
+/// matrices. A column stops at the tolerance, after sixty steps, or where λ₊ turns out to lie below λ_c, with what it has by then; which have
+/// reached the tolerance comes with W.
 ///
 /// * `factor` - of K₀ + aM₀, of the same size
 /// * `known` - Φ, M-orthonormal (n x any number)
@@ -37,7 +38,7 @@ pub fn solve_across_modes(
     lambda: &[f64],
     forces: &DMatrix<f64>,
     tolerance: f64,
-) -> DMatrix<f64> {
+) -> (DMatrix<f64>, Vec<bool>) {
     let (n, count) = forces.shape();
     assert_eq!(lambda.len(), count, "a λ for each column");
     let m_known = m.mul(known);
@@ -95,5 +96,6 @@ pub fn solve_across_modes(
         size = next;
     }
     shape_across(&mut w);
-    w
+    let is_solved = size.iter().zip(&goal).map(|(size, goal)| size <= goal).collect();
+    (w, is_solved)
 }
