@@ -18,7 +18,7 @@ use retune::fault::Faults;
 use retune::identify::{IdentifyOptions, forward_in_time};
 use retune::model::{Model as Structure, ParametricModel as _, Registry};
 use retune::optim::{Checkpoint, OptimizerSpec, Progress, Tmcmc};
-use retune::report::{Case, add_before, add_diagnosis, add_responses, answer, assess_paired, html, json};
+use retune::report::{Case, add_before, add_diagnosis, add_responses, answer, assess_paired, html, json, live_unasked};
 use retune::units::Scalar;
 use retune::update::{
     self as workflows, About, AgreementOptions, Controls, Cost, IdentifySettings, MassReduction, Method, ObjectiveSpec,
@@ -686,6 +686,7 @@ pub(crate) fn report(
         if let Some((b, assessment)) = &earlier {
             add_before(&mut data, &b.model, assessment, data_of_test);
         }
+        let mut hypotheses = Vec::new();
         if diagnose {
             let job = job.clone();
             let settings = diagnosis::Settings {
@@ -697,10 +698,12 @@ pub(crate) fn report(
             };
             let found = diagnosis::diagnose(structure, data_of_test, &settings)?;
             add_diagnosis(&mut data, &found, structure, &joined(&[data_of_test]).test);
+            hypotheses = found.hypotheses;
         }
         let assessment = assess_paired(structure, &structure.parameters().nominal(), data_of_test, &how)?;
         let case = Case { model: structure, test: data_of_test, assessment: &assessment };
         let before = earlier.as_ref().map(|(b, a)| Case { model: &b.model, test: data_of_test, assessment: a });
+        data.live = live_unasked(case, &how, before.map(|b| b.model), &hypotheses);
         if let Some((set, is_synthetic)) = &frfs {
             let origin = if *is_synthetic { "synthetic" } else { "measured" };
             let set = corrected_functions((**set).clone(), &data_of_test.sensors, &data_of_test.corrections);

@@ -37,7 +37,9 @@ const HYPOTHESES: usize = 10;
 /// Random points at which the basis is held against the model, of a small one and of a larger one; and for each hypothesis.
 const POINTS: [usize; 3] = [24, 8, 3];
 /// Up to this many dofs a page is made live unasked: what that costs grows with them, and is some tenths of a second there.
-pub const LIVE_UNASKED: usize = 400;
+const LIVE_UNASKED: usize = 400;
+/// Bytes by which a page may grow unasked.
+const LIGHT: usize = 1_000_000;
 /// A hypothesis with which one of as many modes as the test has is off by more than this part of its frequency has no switch.
 const USABLE: f64 = 0.01;
 /// λ below this part of the shift is that of a rigid-body motion, as on the page (`web/src/live/model.ts`).
@@ -67,6 +69,20 @@ pub enum NotLive {
     /// The sensors.
     #[error(transparent)]
     Sensors(#[from] crate::correlation::CorrelationError),
+}
+
+/// [`live`] as a page has it unasked: of a model that is small, where the page stays light and nothing hinders.
+pub fn live_unasked(
+    case: Case<'_>,
+    how: &HowToPair,
+    first: Option<&Model>,
+    hypotheses: &[HypothesisResult],
+) -> Option<Live> {
+    if case.model.dof_map().n_dof() > LIVE_UNASKED {
+        return None;
+    }
+    let found = live(case, how, first, hypotheses).ok()?;
+    serde_json::to_string(&found).is_ok_and(|text| text.len() <= LIGHT).then_some(found)
 }
 
 /// The model of a case as a page computes with it.

@@ -25,6 +25,6 @@ pub use build::{
 };
 pub use data::{ReportData, ReportError};
 pub use html::{html, json};
-pub use live::{LIVE_UNASKED, NotLive, live};
+pub use live::{NotLive, live, live_unasked};
 pub use svg::{Figure, figures, response_figure};
 pub use vtk::{VtkFile, paraview};

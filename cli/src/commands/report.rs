@@ -8,10 +8,10 @@ use crate::{DONE, files};
 use retune::data::{TestData, corrected_functions};
 use retune::diagnosis::{Settings, diagnose};
 use retune::model::{Model, ParametricModel};
-use retune::report::data::{Live, ReportData};
+use retune::report::data::ReportData;
 use retune::report::{
-    Case, LIVE_UNASKED, LearningStep, add_before, add_diagnosis, add_learning, add_parameters, add_responses,
-    assess_paired, live, misfit_before_any_fit, of_comparison, steps, text,
+    Case, LearningStep, add_before, add_diagnosis, add_learning, add_parameters, add_responses, assess_paired, live,
+    live_unasked, misfit_before_any_fit, of_comparison, steps, text,
 };
 use retune::update::Assessment;
 use std::path::{Path, PathBuf};
@@ -68,14 +68,17 @@ pub(crate) fn run(args: &Report) -> Result<u8, Failure> {
         add_diagnosis(&mut data, &found, &model, &test);
         diagnosis = Some(found);
     }
-    if outputs.page.or(outputs.json).is_some() && is_live(args.live, &model) {
+    if outputs.page.or(outputs.json).is_some() {
         let hypotheses = diagnosis.as_ref().map_or(&[][..], |d| &d.hypotheses);
-        match live(case, &how, earlier.first().map(|e| &e.1), hypotheses) {
-            Ok(live) => data.live = Some(live).filter(|live| args.live == WhenLive::Always || is_light(live)),
-            // What was not asked for is not missed.
-            Err(e) if args.live == WhenLive::Always => warning!("the page does not compute: {e}"),
-            Err(_) => {}
-        }
+        let first = earlier.first().map(|e| &e.1);
+        data.live = match args.live {
+            WhenLive::Never => None,
+            WhenLive::Auto => live_unasked(case, &how, first, hypotheses),
+            WhenLive::Always => {
+                let found = live(case, &how, first, hypotheses);
+                found.inspect_err(|e| warning!("the page does not compute: {e}")).ok()
+            }
+        };
     }
     let before = earlier.first().map(|(_, model, a)| Case { model, test: &test, assessment: a });
     if let (Some(set), true) = (&test.frfs, args.frf.is_empty()) {
@@ -99,22 +102,6 @@ pub(crate) fn run(args: &Report) -> Result<u8, Failure> {
         announce(&written);
     }
     Ok(DONE)
-}
-
-/// Whether to try.
-fn is_live(when: WhenLive, model: &Model) -> bool {
-    match when {
-        WhenLive::Always => true,
-        WhenLive::Auto => model.dof_map().n_dof() <= LIVE_UNASKED,
-        WhenLive::Never => false,
-    }
-}
-
-/// Bytes by which a page may grow unasked.
-const LIGHT: usize = 1_000_000;
-
-fn is_light(live: &Live) -> bool {
-    serde_json::to_string(live).is_ok_and(|text| text.len() <= LIGHT)
 }
 
 /// The verdict in one line, so that nobody must open the page for it.
