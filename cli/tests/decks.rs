@@ -1,9 +1,10 @@
 //! The way of a deck through the command: import, proof, update by hand, export, import once more.
 
+mod common;
+
+use common::run;
 use std::f64::consts::TAU;
 use std::fs;
-use std::path::Path;
-use std::process::{Command, Stdio};
 
 const DECK: &str = "\
 SOL 103
@@ -24,17 +25,6 @@ GRID    2               1.      0.      0.
 CBAR    5       7       1       2       0.      0.      1.
 PBAR    7       1       1.-3    4.-8    9.-8    1.-7
 ";
-
-fn run(folder: &Path, line: &str) -> (i32, String, String) {
-    let output = Command::new(env!("CARGO_BIN_EXE_retune"))
-        .current_dir(folder)
-        .args(line.split_whitespace())
-        .stdin(Stdio::null())
-        .output()
-        .unwrap();
-    let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
-    (output.status.code().unwrap_or(-1), text(output.stdout), text(output.stderr))
-}
 
 /// A page of printed output with f = √(3EI/(m L³))/2π in both planes; SYNTHETIC, by the closed form.
 fn page(i1: f64) -> String {

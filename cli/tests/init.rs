@@ -1,8 +1,10 @@
 //! `retune init`: what it writes is sound, what it prints as next steps runs, and nothing is ever overwritten.
 
+mod common;
+
+use common::run;
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Stdio};
 
 const DECK: &str = "\
 SOL 103
@@ -20,17 +22,6 @@ CONM2   21      3               2.
 SPC1    1       123456  1
 ENDDATA
 ";
-
-fn run(folder: &Path, line: &str) -> (i32, String, String) {
-    let done = Command::new(env!("CARGO_BIN_EXE_retune"))
-        .current_dir(folder)
-        .args(line.split_whitespace())
-        .stdin(Stdio::null())
-        .output()
-        .unwrap();
-    let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
-    (done.status.code().unwrap_or(-1), text(done.stdout), text(done.stderr))
-}
 
 fn files(folder: &Path) -> Vec<(String, String)> {
     let mut all: Vec<(String, String)> = [folder.to_path_buf(), folder.join("schemas")]

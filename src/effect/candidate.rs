@@ -1,11 +1,11 @@
 //! Effects in their places on one model, ready to be tried.
 
-use super::edit::{NewParameter, PatchError};
+use super::edit::{Edit, NewParameter, PatchError};
 use super::location::{BASE, Location};
 use super::patch::Patch;
 use super::structure::{Context, Structure};
 use super::{Belongs, Effect, Effects};
-use crate::model::{Model, ParametricModel, Registry};
+use crate::model::{Additions, Change, Model, Parameter, ParametricModel, Registry};
 use indexmap::IndexMap;
 
 /// An effect at a place.
@@ -41,6 +41,23 @@ impl Candidate {
         format!("{}@{}", self.effect.name(), self.location)
     }
 
+    /// Sizes that an engineer would expect.
+    pub fn typical(&self) -> Vec<f64> {
+        self.parameters.iter().map(|p| p.typical).collect()
+    }
+
+    /// The parameters that it brings, as parameters of a model.
+    pub(crate) fn sizes(&self) -> Vec<Parameter> {
+        self.parameters.iter().map(NewParameter::parameter).collect()
+    }
+
+    /// What it changes in the matrices, of a file to which its edits were added; `None` where that is not made of elements.
+    pub(crate) fn change(&self, additions: &Additions) -> Option<Change> {
+        let parameters: Vec<&str> = self.parameters.iter().map(|p| p.name.as_str()).collect();
+        let entries: Vec<&str> = self.patch.edits.iter().map(Edit::name).collect();
+        additions.change(&parameters, &entries, &self.typical())
+    }
+
     /// The model with the effect at its neutral value.
     pub fn build(&self, model: &Model, registry: &Registry) -> Result<Patched, PatchError> {
         let spec = self.patch.apply(model.spec())?;
@@ -48,7 +65,7 @@ impl Candidate {
         Ok(Patched {
             first_new: model.parameters().len(),
             neutral: self.parameters.iter().map(|p| p.neutral).collect(),
-            typical: self.parameters.iter().map(|p| p.typical).collect(),
+            typical: self.typical(),
             model: patched,
         })
     }

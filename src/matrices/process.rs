@@ -6,6 +6,7 @@ use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus, Stdio};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// File in the folder of a run that says that it is complete.
@@ -20,14 +21,11 @@ const SHOWN: usize = 6;
 /// A run of a program.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Process {
-    /// The program and its arguments.
-    pub command: Vec<String>,
-    /// Files that it reads: paths relative to its folder, and bytes.
-    pub files: Vec<(String, Vec<u8>)>,
-    /// Files that it must have written.
-    pub outputs: Vec<String>,
-    /// After this it is stopped.
-    pub time_limit: Duration,
+    command: Vec<String>,
+    files: Vec<(String, Arc<[u8]>)>,
+    outputs: Vec<String>,
+    time_limit: Duration,
+    key: String,
 }
 
 /// Why a run left no matrices.
@@ -85,34 +83,35 @@ pub enum ProcessError {
 }
 
 impl Process {
+    /// * `command` - the program and its arguments
+    /// * `files` - what it reads: paths relative to its folder, and bytes
+    /// * `outputs` - files that it must have written
+    /// * `time_limit` - after this it is stopped
+    pub fn new(
+        command: Vec<String>,
+        files: Vec<(String, Arc<[u8]>)>,
+        outputs: Vec<String>,
+        time_limit: Duration,
+    ) -> Self {
+        let key = key(&command, &files, &outputs);
+        Self { command, files, outputs, time_limit, key }
+    }
+
+    /// The program and its arguments.
+    pub fn command(&self) -> &[String] {
+        &self.command
+    }
+
     /// A name that is that of no other run: SHA-256 of the command, of all files that it reads and of the names of those that it writes.
-    pub fn key(&self) -> String {
-        let mut hash = Sha256::new();
-        let mut add = |bytes: &[u8]| {
-            hash.update((bytes.len() as u64).to_le_bytes());
-            hash.update(bytes);
-        };
-        for list in [&self.command, &self.outputs] {
-            add(&(list.len() as u64).to_le_bytes());
-            for text in list {
-                add(text.as_bytes());
-            }
-        }
-        for (name, bytes) in &self.files {
-            add(name.as_bytes());
-            add(bytes);
-        }
-        hash.finalize().iter().take(16).fold(String::new(), |mut out, byte| {
-            let _ = write!(out, "{byte:02x}");
-            out
-        })
+    pub fn key(&self) -> &str {
+        &self.key
     }
 
     /// Whether a complete run is there.
     ///
     /// * `folder` - where runs are kept, each in a folder with the name of its [key](Self::key)
     pub fn is_there(&self, folder: &Path) -> bool {
-        folder.join(self.key()).join(MARKER).is_file()
+        folder.join(&self.key).join(MARKER).is_file()
     }
 
     /// Runs the program in a folder of its own and keeps what it wrote, its log too; returns how long it took.
@@ -122,11 +121,11 @@ impl Process {
     /// # Errors
     /// As [`ProcessError`] says.
     pub fn run(&self, folder: &Path, is_stopped: &dyn Fn() -> bool) -> Result<Duration, ProcessError> {
-        let key = self.key();
+        let key = &self.key;
         let own = folder.join(format!("{key}.{}", std::process::id()));
         let result = self.run_in(&own, is_stopped);
         let kept = match &result {
-            Ok(_) => folder.join(&key),
+            Ok(_) => folder.join(key),
             Err(ProcessError::Stopped) => {
                 let _ = fs::remove_dir_all(&own);
                 return result;
@@ -198,6 +197,28 @@ impl Process {
         fs::write(&marker, content.to_string() + "\n").map_err(failed(&marker))?;
         Ok(took)
     }
+}
+
+fn key(command: &[String], files: &[(String, Arc<[u8]>)], outputs: &[String]) -> String {
+    let mut hash = Sha256::new();
+    let mut add = |bytes: &[u8]| {
+        hash.update((bytes.len() as u64).to_le_bytes());
+        hash.update(bytes);
+    };
+    for list in [command, outputs] {
+        add(&(list.len() as u64).to_le_bytes());
+        for text in list {
+            add(text.as_bytes());
+        }
+    }
+    for (name, bytes) in files {
+        add(name.as_bytes());
+        add(bytes);
+    }
+    hash.finalize().iter().take(16).fold(String::new(), |mut out, byte| {
+        let _ = write!(out, "{byte:02x}");
+        out
+    })
 }
 
 /// The last lines that a program said, and where the others will be.

@@ -17,5 +17,7 @@ pub use sensitivity::{
     mode_derivative_of_forces,
 };
 pub use solve::{ModalError, Modes, SolveOptions, solve, solve_all, typical_shift};
-pub use sparse::{Effort, Neighbour, mode_derivative_sparse, mode_derivatives_sparse, solve_sparse};
+pub use sparse::{
+    Across, Effort, Neighbour, derivatives_across_modes, mode_derivative_sparse, mode_derivatives_sparse, solve_sparse,
+};
 pub use stability::unstable_directions;

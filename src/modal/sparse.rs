@@ -6,7 +6,7 @@ use super::stability::{check_stable, unstable_or};
 use crate::linalg::sparse::{
     PencilFactor, SparseOptions, SparsePlan, SparseSym, lowest_sparse_modes, solve_across_modes, solve_beside_mode,
 };
-use crate::linalg::{DMatrix, DVector, LinalgError};
+use crate::linalg::{DMatrix, DMatrixView, DVector, LinalgError};
 use std::sync::Arc;
 
 impl Symmetric for SparseSym {
@@ -185,66 +185,114 @@ const LEFT: f64 = 1e-11;
 /// Values of λ that are equal up to this part are one, double.
 const SAME: f64 = 1e-9;
 
+/// What the derivatives of one mode have across all modes that are known.
+#[derive(Debug)]
+pub struct Across<'a> {
+    /// The mode.
+    pub mode: usize,
+    /// f = -(∂K - λ ∂M) φ of every parameter, (n x parameters).
+    pub forces: DMatrixView<'a, f64>,
+    /// φᵀ ∂M φ of every parameter.
+    pub growth: &'a [f64],
+    /// w, (n x parameters).
+    pub shapes: DMatrixView<'a, f64>,
+    /// Whether all of w is as near as was asked for.
+    pub is_solved: bool,
+}
+
+/// Derivatives of modes across all modes that are known, mode by mode, by [`solve_across_modes`]; a few modes are solved for at once.
+///
+/// * `factor` - of K + aM, or of a neighbour's
+/// * `modes` - all modes up to the highest of those wanted, and as many more as there are
+/// * `of` - which modes are wanted
+/// * `derivatives` - ∂K and ∂M of every parameter
+/// * `tolerance` - part of the forces that may be left
+/// * `take` - gets each in the order of `of`
+///
+/// # Errors
+/// Those of `take`.
+pub fn derivatives_across_modes(
+    factor: &PencilFactor,
+    (k, m): (&SparseSym, &SparseSym),
+    modes: &Modes,
+    of: &[usize],
+    derivatives: &[(&SparseSym, &SparseSym)],
+    tolerance: f64,
+    mut take: impl FnMut(Across<'_>) -> Result<(), ModalError>,
+) -> Result<(), ModalError> {
+    let n_parameters = derivatives.len();
+    for some in of.chunks((COLUMNS / n_parameters.max(1)).max(1)) {
+        let mut forces = DMatrix::zeros(k.n(), some.len() * n_parameters);
+        let (mut lambda, mut growth) = (Vec::new(), Vec::new());
+        for &mode in some {
+            let phi = modes.shapes.columns(mode, 1).into_owned();
+            for (dk, dm) in derivatives {
+                let dm_phi = dm.mul(&phi);
+                growth.push(phi.dot(&dm_phi));
+                forces.set_column(lambda.len(), &(dm_phi * modes.lambda[mode] - dk.mul(&phi)).column(0));
+                lambda.push(modes.lambda[mode]);
+            }
+        }
+        let (shapes, is_solved) = solve_across_modes(factor, k, m, &modes.shapes, &lambda, &forces, tolerance);
+        for (at, &mode) in some.iter().enumerate() {
+            let first = at * n_parameters;
+            let own = first..first + n_parameters;
+            take(Across {
+                mode,
+                forces: forces.columns(first, n_parameters),
+                growth: &growth[own.clone()],
+                shapes: shapes.columns(first, n_parameters),
+                is_solved: is_solved[own].iter().all(|s| *s),
+            })?;
+        }
+    }
+    Ok(())
+}
+
 /// [`mode_derivative_sparse`] of several modes of a large pencil, with one factorisation for all of them:
 ///
 /// ```text
 /// ∂φ_j = Σ_{i≠j} φ_i φ_iᵀ f_j / (λ_i - λ_j) - ½ φ_jᵀ ∂M φ_j φ_j + w_j,    f_j = -(∂K - λ_j ∂M) φ_j
 /// ```
-/// over the modes i that are known, and w_j across them by conjugate gradients ([`solve_across_modes`]). A mode for which these do not arrive, as where
-/// the next one that is not known is near, has a factorisation of its own.
+/// over the modes i that are known, and [w_j across them](derivatives_across_modes). A mode for which these do not arrive, as where the next one that is not
+/// known is near, has a factorisation of its own.
 ///
-/// * `modes` - all modes up to the highest of those wanted, and as many more as there are
-/// * `of` - which modes are wanted
+/// * `shift` - the shift a > 0 of that factorisation, near the first λ
+/// * `modes`, `of` - as for [`derivatives_across_modes`]
 pub fn mode_derivatives_sparse(
     plan: &Arc<SparsePlan>,
     (k, m): (&SparseSym, &SparseSym),
+    shift: f64,
     modes: &Modes,
     of: &[usize],
     derivatives: &[(&SparseSym, &SparseSym)],
 ) -> Result<Vec<Option<ModeDerivative>>, ModalError> {
-    let n_parameters = derivatives.len();
-    if of.is_empty() || n_parameters == 0 {
-        let none = |_: &usize| Some(ModeDerivative { lambda: DVector::zeros(0), shape: DMatrix::zeros(k.n(), 0) });
-        return Ok(of.iter().map(none).collect());
-    }
-    let shift = modes.lambda.iter().copied().find(|l| *l > 0.0).unwrap_or(1.0);
-    let factor = PencilFactor::new(plan.clone(), k, m, shift)?;
-    let phi = &modes.shapes;
     let mut out = Vec::with_capacity(of.len());
-    for some in of.chunks((COLUMNS / n_parameters).max(1)) {
-        let mut forces = DMatrix::zeros(k.n(), some.len() * n_parameters);
-        let mut growth = Vec::new();
-        let lambda: Vec<f64> = some.iter().flat_map(|&j| std::iter::repeat_n(modes.lambda[j], n_parameters)).collect();
-        for (c, (&j, (dk, dm))) in some.iter().flat_map(|j| derivatives.iter().map(move |d| (j, d))).enumerate() {
-            let shape = phi.columns(j, 1).into_owned();
-            let dm_phi = dm.mul(&shape);
-            growth.push(shape.dot(&dm_phi));
-            forces.set_column(c, &(dm_phi * modes.lambda[j] - dk.mul(&shape)).column(0));
-        }
-        let (across, is_solved) = solve_across_modes(&factor, k, m, phi, &lambda, &forces, LEFT);
-        let along = phi.tr_mul(&forces);
-        for (at, &j) in some.iter().enumerate() {
-            let columns = at * n_parameters..(at + 1) * n_parameters;
-            let own = modes.lambda[j];
-            let is_double = (0..modes.len()).any(|i| i != j && (modes.lambda[i] - own).abs() <= SAME * own.abs());
-            if is_double || columns.clone().any(|c| !is_solved[c]) {
-                let shape = phi.column(j).into_owned();
-                out.push(mode_derivative_sparse(plan, k, m, own, &shape, derivatives)?);
-                continue;
-            }
-            let mut slopes = DVector::zeros(n_parameters);
-            let mut shapes = across.columns(columns.start, n_parameters).into_owned();
-            for (p, c) in columns.enumerate() {
-                slopes[p] = -along[(j, c)];
-                let mut shape = shapes.column_mut(p);
-                for i in 0..modes.len() {
-                    let part = if i == j { -0.5 * growth[c] } else { along[(i, c)] / (modes.lambda[i] - own) };
-                    shape.axpy(part, &phi.column(i), 1.0);
-                }
-            }
-            out.push(Some(ModeDerivative { lambda: slopes, shape: shapes }));
-        }
+    if of.is_empty() {
+        return Ok(out);
     }
+    let factor = PencilFactor::new(plan.clone(), k, m, shift)?;
+    let (phi, lambda) = (&modes.shapes, &modes.lambda);
+    derivatives_across_modes(&factor, (k, m), modes, of, derivatives, LEFT, |across| {
+        let own = across.mode;
+        let is_same = |i: usize| i != own && (lambda[i] - lambda[own]).abs() <= SAME * lambda[own].abs();
+        if !across.is_solved || (0..modes.len()).any(is_same) {
+            let shape = phi.column(own).into_owned();
+            out.push(mode_derivative_sparse(plan, k, m, lambda[own], &shape, derivatives)?);
+            return Ok(());
+        }
+        // Parts along the modes that are known.
+        let mut along = phi.tr_mul(&across.forces);
+        let slopes = -along.row(own).transpose();
+        for (i, mut row) in along.row_iter_mut().enumerate().filter(|(i, _)| *i != own) {
+            row /= lambda[i] - lambda[own];
+        }
+        for (part, growth) in along.row_mut(own).iter_mut().zip(across.growth) {
+            *part = -0.5 * growth;
+        }
+        out.push(Some(ModeDerivative { lambda: slopes, shape: across.shapes + phi * along }));
+        Ok(())
+    })?;
     Ok(out)
 }
 
@@ -293,7 +341,7 @@ mod tests {
         let of_dense: Vec<_> = unit.iter().map(|(k, m)| MatrixDerivative { stiffness: k, mass: m }).collect();
         let of_sparse: Vec<_> = sparse_unit.iter().map(|(k, m)| (k, m)).collect();
         let wanted: Vec<usize> = (1..9).collect();
-        let at_once = mode_derivatives_sparse(&plan, (&sk, &sm), &dense, &wanted, &of_sparse).unwrap();
+        let at_once = mode_derivatives_sparse(&plan, (&sk, &sm), shift, &dense, &wanted, &of_sparse).unwrap();
         for mode in 1..9 {
             assert!((sparse.lambda[mode] / dense.lambda[mode] - 1.0).abs() < 1e-11, "{mode}");
             let shape = dense.shapes.column(mode).into_owned();

@@ -38,7 +38,7 @@ use super::mass_properties::MassProperties;
 use super::parameter::ParameterSet;
 use super::system::System;
 use super::{Matrices, ModalSolver, ModelError, ParametricModel, PointMotion, Targets};
-use crate::linalg::sparse::{PencilFactor, SparseSym, solve_across_modes};
+use crate::linalg::sparse::{PencilFactor, SparseSym};
 use crate::linalg::{DMatrix, DVector};
 use crate::modal::{self, Modes, SolveOptions};
 use rand::{RngExt, SeedableRng};
@@ -248,8 +248,6 @@ fn candidates(full: &dyn ParametricModel, start: &[f64], options: ReducedOptions
     (0..n).map(|_| point()).collect()
 }
 
-/// Vectors that are solved for at once.
-const COLUMNS: usize = 32;
 /// What may be left of the forces of derivatives.
 const FEW_DIGITS: f64 = 1e-3;
 
@@ -267,30 +265,18 @@ fn snapshot(
     let free = full.parameters().free();
     let slopes = matrices.derivatives(full, theta, &free)?;
     let (matrices, slopes) = (matrices.sparse(), slopes.iter().map(Matrices::sparse).collect::<Vec<_>>());
+    let slopes: Vec<_> = slopes.iter().map(|s| (&s.stiffness, &s.mass)).collect();
+    let half = |&p: &usize| full.parameters().get(p).bounds.map_or(0.0, |[lower, upper]| 0.5 * (upper - lower));
+    let half: Vec<f64> = free.iter().map(half).collect();
+    let (pencil, elastic) = ((&matrices.stiffness, &matrices.mass), modes.elastic().collect::<Vec<_>>());
     let mut columns: Vec<DVector<f64>> = Vec::new();
-    let elastic: Vec<usize> = modes.elastic().collect();
-    // A few modes at a time: what is solved for at once is held in memory.
-    let at_once = (COLUMNS / free.len().max(1)).max(1);
-    for some in elastic.chunks(at_once) {
-        let (mut lambda, mut scales) = (Vec::new(), Vec::new());
-        let mut forces = DMatrix::zeros(full.dof_map().n_dof(), some.len() * free.len());
-        for &mode in some {
-            let shape = modes.shapes.column(mode).into_owned();
-            let norm = span.norm(&shape);
-            let phi = DMatrix::from_columns(std::slice::from_ref(&shape));
-            for (slope, &p) in slopes.iter().zip(&free) {
-                let force = slope.mass.mul(&phi) * modes.lambda[mode] - slope.stiffness.mul(&phi);
-                forces.set_column(lambda.len(), &force.column(0));
-                lambda.push(modes.lambda[mode]);
-                let [lower, upper] = full.parameters().get(p).bounds.unwrap_or([0.0; 2]);
-                scales.push(0.5 * (upper - lower) / norm);
-            }
-            columns.push(shape / norm);
-        }
-        let (k, m) = (&matrices.stiffness, &matrices.mass);
-        let (derivatives, _) = solve_across_modes(factor, k, m, &modes.shapes, &lambda, &forces, FEW_DIGITS);
-        columns.extend(derivatives.column_iter().zip(scales).map(|(d, scale)| d * scale));
-    }
+    modal::derivatives_across_modes(factor, pencil, &modes, &elastic, &slopes, FEW_DIGITS, |across| {
+        let shape = modes.shapes.column(across.mode).into_owned();
+        let norm = span.norm(&shape);
+        columns.push(shape / norm);
+        columns.extend(across.shapes.column_iter().zip(&half).map(|(d, half)| d * (half / norm)));
+        Ok(())
+    })?;
     Ok(if columns.is_empty() { DMatrix::zeros(full.dof_map().n_dof(), 0) } else { DMatrix::from_columns(&columns) })
 }
 

@@ -263,7 +263,7 @@ impl ModalSolver {
                 let Some(plan) = own.as_ref().or(self.sparse.as_ref().map(|s| &s.plan)) else { return Ok(Vec::new()) };
                 if modes.shapes.nrows() >= ONE_FACTOR_FROM {
                     let pencil = (&system.stiffness, &system.mass);
-                    return Ok(modal::mode_derivatives_sparse(plan, pencil, modes, of, &slopes)?);
+                    return Ok(modal::mode_derivatives_sparse(plan, pencil, self.shift, modes, of, &slopes)?);
                 }
                 let derivative = |(lambda, shape): (f64, DVector<f64>)| {
                     modal::mode_derivative_sparse(plan, &system.stiffness, &system.mass, lambda, &shape, &slopes)

@@ -125,9 +125,7 @@ impl StandIn {
         };
         let term =
             |b: &Basis| Term { stiffness: matrix(&b.stiffness), mass: matrix(&b.mass), damping: matrix(&b.damping) };
-        let terms = full.bases().map(term).collect();
-        let theta = interior_point(model.parameters());
-        let system = model.assemble_sparse(&theta)?;
+        let terms: Vec<Term> = full.bases().map(term).collect();
         let shift = reduced.shift();
         let mut basis = reduced.basis().clone();
         let (n_rigid, motions, rigid_parts) = rigid(model, &basis, &reduced.dof_map().rigid_motions());
@@ -138,6 +136,7 @@ impl StandIn {
         let common = Common {
             model: model.clone(),
             basis,
+            is_damped: terms.iter().any(|t| t.damping.is_some()),
             terms,
             affine: affine.clone(),
             factor: reduced.factor().clone(),
@@ -145,7 +144,6 @@ impl StandIn {
             n_rigid,
             rigid_parts,
             motions,
-            is_damped: system.damping.is_some(),
         };
         Ok(Self {
             common: Arc::new(common),

@@ -11,7 +11,7 @@ use super::data::{
 };
 use crate::correlation::{PairBy, Plan, hide_unseen, mac_matrix, observation_matrix};
 use crate::diagnosis::{HypothesisResult, Kind, sensor_loads};
-use crate::effect::{Candidate, Context, Edit, Effects, Structure};
+use crate::effect::{Candidate, Context, Effects, Structure};
 use crate::linalg::{DMatrix, symmetric_eigen};
 use crate::modal::{Modes, SolveOptions};
 use crate::model::{
@@ -123,7 +123,7 @@ pub fn live(
     let mut parameters: Vec<LiveParameter> =
         model.parameters().iter().zip(theta).map(|(p, value)| of_model(p, *value, first)).collect();
     let own = parameters.clone();
-    let (tried, mut left_out) = tried(model, test, hypotheses)?;
+    let (tried, mut left_out) = tried(&shared, test, hypotheses)?;
     let mut switches = Vec::new();
     for (k, t) in tried.iter().enumerate() {
         let sizes: Vec<LiveParameter> = t.sizes.iter().enumerate().map(|(k, p)| t.slider(k, p)).collect();
@@ -181,8 +181,8 @@ pub fn live(
     let points = random(&own, POINTS[usize::from(!is_small)], 0);
     let accuracy = compare(&alone, &comparison, &points)?;
     let left_out = left_out.into_iter().map(|(id, why)| Named::new(id, why)).collect();
-    let unit = DMatrix::identity(n, n);
-    let (displacement, rotation) = nodal(model, &stand_in.expanded(&unit));
+    let shapes = stand_in.expanded(&DMatrix::identity(n, n));
+    let (displacement, rotation) = nodal(model, &shapes);
     let of_modes: f64 = assessment.misfit_per_mode.iter().sum();
     Ok(Live {
         n,
@@ -195,7 +195,7 @@ pub fn live(
         left_out,
         terms,
         sensors: by_rows(&sensors),
-        symmetry: model.mirror().map(|mirror| symmetry(mirror, &stand_in.expanded(&unit))),
+        symmetry: model.mirror().map(|mirror| symmetry(mirror, &shapes)),
         displacement,
         rotation,
         test: test_modes(&comparison, &stand_in),
@@ -273,7 +273,7 @@ impl Tried<'_> {
 type TriedAndNot<'a> = (Vec<Tried<'a>>, Vec<(String, String)>);
 
 fn tried<'a>(
-    model: &Model,
+    model: &Arc<Model>,
     test: &crate::data::TestData,
     hypotheses: &'a [HypothesisResult],
 ) -> Result<TriedAndNot<'a>, NotLive> {
@@ -289,22 +289,17 @@ fn tried<'a>(
     Ok((found, left_out))
 }
 
-fn one<'a>(model: &Model, structure: &Structure<'_>, result: &'a HypothesisResult) -> Result<Tried<'a>, String> {
+fn one<'a>(model: &Arc<Model>, structure: &Structure<'_>, result: &'a HypothesisResult) -> Result<Tried<'a>, String> {
     let candidate = Effects::builtin().candidate(structure, &result.id).map_err(|e| e.to_string())?;
     let mut longer = model.spec().clone();
     candidate.patch.add_to(&mut longer).map_err(|e| e.to_string())?;
-    let shared = Arc::new(model.clone());
-    let additions = Additions::new(&shared, &longer, &Registry::builtin());
-    let names: Vec<&str> = candidate.parameters.iter().map(|p| p.name.as_str()).collect();
-    let entries: Vec<&str> = candidate.patch.edits.iter().map(Edit::name).collect();
-    let typical: Vec<f64> = candidate.parameters.iter().map(|p| p.typical).collect();
-    let change = additions.change(&names, &entries, &typical);
-    let change = Arc::new(change.ok_or("it changes more than the matrices of elements")?);
-    let sizes: Vec<Parameter> = candidate.parameters.iter().map(crate::effect::NewParameter::parameter).collect();
+    let additions = Additions::new(model, &longer, &Registry::builtin());
+    let change = Arc::new(candidate.change(&additions).ok_or("it changes more than the matrices of elements")?);
+    let (sizes, typical) = (candidate.sizes(), candidate.typical());
     if !change.is_polynomial(&sizes) {
         return Err("its matrices are no polynomials of its size".into());
     }
-    let theta = starting_point(model);
+    let theta = starting_point(&**model);
     let acts = |k: usize| {
         let with = change.matrices(k, &theta, &typical);
         with.is_ok_and(|m| !(m.stiffness.is_zero() && m.mass.is_zero()))

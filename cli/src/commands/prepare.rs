@@ -45,7 +45,7 @@ pub(crate) fn run(args: &Prepare) -> Result<u8, Failure> {
     if args.json {
         print_json(&json!({"folder": kept.to_string_lossy(), "runs": list}));
     } else {
-        let of = runs[0].process.command.join(" ");
+        let of = runs[0].process.command().join(" ");
         let what = if args.dry_run { format!("`{of}`, nothing was run") } else { format!("kept in {}", shown(&kept)) };
         print(&format!("{}: {what}\n", counted(runs.len(), "run")));
     }
@@ -61,7 +61,7 @@ fn entry(run: &SolverRun, did: &str, seconds: Option<f64>) -> Value {
     json!({
         "superelement": run.superelement,
         "parameters": values,
-        "command": run.process.command,
+        "command": run.process.command(),
         "folder": run.folder(),
         "state": did,
         "seconds": seconds,

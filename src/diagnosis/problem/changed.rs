@@ -7,9 +7,9 @@
 use super::scene::{Case, Scene, configuration, in_configuration};
 use crate::correlation::CorrelationError;
 use crate::diagnosis::error::DiagnosisError;
-use crate::effect::{Candidate, Edit, NewParameter, PatchError};
+use crate::effect::{Candidate, NewParameter, PatchError};
 use crate::model::spec::ModelSpec;
-use crate::model::{Additions, Change, Model, ModelError, Parameter, Registry};
+use crate::model::{Additions, Change, Model, ModelError, Registry};
 use rayon::prelude::*;
 use std::sync::Arc;
 
@@ -55,12 +55,7 @@ impl Scene {
             None => file,
         };
         let additions = Additions::new(&case.model, &longer, &Registry::builtin());
-        let change = |candidate: &&Candidate| {
-            let parameters: Vec<&str> = candidate.parameters.iter().map(|p| p.name.as_str()).collect();
-            let entries: Vec<&str> = candidate.patch.edits.iter().map(Edit::name).collect();
-            let typical: Vec<f64> = candidate.parameters.iter().map(|p| p.typical).collect();
-            (candidate.id(), additions.change(&parameters, &entries, &typical).map(Arc::new))
-        };
+        let change = |candidate: &&Candidate| (candidate.id(), candidate.change(&additions).map(Arc::new));
         candidates.par_iter().map(change).collect()
     }
 
@@ -78,8 +73,7 @@ impl Scene {
     /// * `added` - all sizes that effects have brought, those of this one last
     fn with_change(&self, candidate: &Candidate, added: Vec<NewParameter>) -> Result<Self, DiagnosisError> {
         let refused = || DiagnosisError::from(PatchError::NotOnLarge { id: candidate.id() });
-        let sizes: Vec<Parameter> = candidate.parameters.iter().map(NewParameter::parameter).collect();
-        let typical: Vec<f64> = candidate.parameters.iter().map(|p| p.typical).collect();
+        let (sizes, typical) = (candidate.sizes(), candidate.typical());
         let changed = |case: &Case| {
             let change = self.change(case, candidate).ok_or_else(refused)?;
             let stand_in = case.stand_in.as_ref().ok_or_else(refused)?;

@@ -8,7 +8,7 @@ use super::places::arrange;
 use crate::effect::location::{Location, LocationKind};
 use crate::element::Dof;
 use crate::model::{ParametricModel, dot, minus, unit};
-use std::collections::{BTreeMap, BinaryHeap, HashMap};
+use std::collections::{BTreeMap, BinaryHeap};
 use std::ops::RangeInclusive;
 
 /// How much longer than the line the way through the structure is, at least: 1.34 across a bay of two squares, 1.08 across two elements of a plate.
@@ -72,8 +72,13 @@ impl Structure<'_> {
     pub(in crate::effect) fn coincide(&self, [a, b]: [&str; 2]) -> bool {
         let g = self.model.geometry();
         let (Some(a), Some(b)) = (g.node(a), g.node(b)) else { return false };
-        let d = minus(g.positions[b], g.positions[a]);
-        dot(d, d).sqrt() <= COINCIDENT * self.extent()
+        self.distance(a, b) <= COINCIDENT * self.extent()
+    }
+
+    fn distance(&self, a: usize, b: usize) -> f64 {
+        let positions = &self.model.geometry().positions;
+        let d = minus(positions[b], positions[a]);
+        dot(d, d).sqrt()
     }
 
     /// Pairs with their distances.
@@ -101,19 +106,14 @@ impl Structure<'_> {
         range: RangeInclusive<f64>,
         moves: impl Fn(usize) -> bool,
     ) -> BTreeMap<[usize; 2], f64> {
-        let positions = &self.model.geometry().positions;
         let mut found: BTreeMap<[usize; 2], f64> = BTreeMap::new();
         for &a in sites.iter().filter(|&&a| moves(a)) {
-            let far = |b: usize| {
-                let d = minus(positions[b], positions[a]);
-                dot(d, d).sqrt()
-            };
-            let mut near: Vec<(f64, usize)> =
-                sites.iter().filter(|&&b| b != a).map(|&b| (far(b), b)).filter(|(d, _)| range.contains(d)).collect();
+            let others = sites.iter().filter(|&&b| b != a).map(|&b| (self.distance(a, b), b));
+            let mut near: Vec<(f64, usize)> = others.filter(|(d, _)| range.contains(d)).collect();
             near.sort_by(|x, y| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1)));
             let Some(&(farthest, _)) = near.last() else { continue };
             let reached = within(ways, a, DETOUR * farthest);
-            let is_detour = |(d, b): &&(f64, usize)| reached.get(b).is_none_or(|way| *way > DETOUR * d);
+            let is_detour = |(d, b): &&(f64, usize)| reached[*b] > DETOUR * d;
             let acts = |(_, b): &&(f64, usize)| !self.same_body(a, *b) && self.is_strained(a, *b);
             for &(d, b) in near.iter().filter(is_detour).filter(acts).take(PER_NODE) {
                 found.insert([a.min(b), a.max(b)], d);
@@ -146,8 +146,7 @@ impl Structure<'_> {
 
     /// Node -> the nodes that it is joined to, with their distances: by an element, by an entry of matrices, or by a rigid body.
     fn ways(&self) -> Vec<Vec<(usize, f64)>> {
-        let positions = &self.model.geometry().positions;
-        let mut ways: Vec<Vec<usize>> = vec![Vec::new(); positions.len()];
+        let mut ways: Vec<Vec<usize>> = vec![Vec::new(); self.model.geometry().positions.len()];
         let mut join = |a: usize, b: usize| {
             if a != b {
                 ways[a].push(b);
@@ -175,32 +174,29 @@ impl Structure<'_> {
             let nodes: Vec<usize> = link.nodes().filter_map(index).collect();
             nodes.iter().skip(1).for_each(|&n| join(nodes[0], n));
         }
-        let far = |a: usize, b: usize| {
-            let d = minus(positions[b], positions[a]);
-            dot(d, d).sqrt()
-        };
         let mut measured = Vec::with_capacity(ways.len());
         for (a, mut to) in ways.into_iter().enumerate() {
             to.sort_unstable();
             to.dedup();
-            measured.push(to.into_iter().map(|b| (b, far(a, b))).collect());
+            measured.push(to.into_iter().map(|b| (b, self.distance(a, b))).collect());
         }
         measured
     }
 }
 
-/// Length of the shortest way from a node to each that is nearer than a bound.
-fn within(ways: &[Vec<(usize, f64)>], from: usize, bound: f64) -> HashMap<usize, f64> {
-    let mut best = HashMap::from([(from, 0.0)]);
+/// Length of the shortest way from a node to each that is nearer than a bound, infinite to the others.
+fn within(ways: &[Vec<(usize, f64)>], from: usize, bound: f64) -> Vec<f64> {
+    let mut best = vec![f64::INFINITY; ways.len()];
+    best[from] = 0.0;
     let mut open = BinaryHeap::from([Reached(0.0, from)]);
     while let Some(Reached(way, node)) = open.pop() {
-        if best.get(&node).is_some_and(|known| *known < way) {
+        if best[node] < way {
             continue;
         }
         for &(next, length) in &ways[node] {
             let total = way + length;
-            if total <= bound && best.get(&next).is_none_or(|known| total < *known) {
-                best.insert(next, total);
+            if total <= bound && total < best[next] {
+                best[next] = total;
                 open.push(Reached(total, next));
             }
         }

@@ -38,13 +38,11 @@ pub(super) fn read_files(spec: &mut ModelSpec, read: &mut dyn FnMut(&str) -> io:
         let same = known.iter().find(|(s, _)| *s == source).map(|(_, e)| e.clone());
         let exported = same.or_else(|| {
             let mut reading = Reading { spec, axes: &axes, files: &mut files, path: &path, problems: &mut problems };
-            let of_solver = source.solver.is_some().then(|| reading.of_solver(&name, &source));
-            match of_solver {
-                Some(None) => None,
-                Some(Some(entry)) => reading.superelement(&entry),
-                None => reading.superelement(&source),
-            }
-            .map(Arc::new)
+            let entry = match &source.solver {
+                Some(solver) => reading.of_solver(&name, &source, solver)?,
+                None => source.clone(),
+            };
+            reading.superelement(&entry).map(Arc::new)
         });
         if let Some(exported) = exported {
             known.push((source, exported.clone()));
@@ -66,7 +64,8 @@ pub(super) fn solver_runs(
     for (name, entry) in &spec.superelements {
         let path = child("superelements", name);
         let mut reading = Reading { spec, axes: &axes, files: &mut files, path: &path, problems: &mut problems };
-        for run in reading.runs(name, entry).iter().flat_map(Runs::all) {
+        let Some(solver) = &entry.solver else { continue };
+        for run in reading.runs(name, entry, solver).iter().flat_map(Runs::all) {
             if out.iter().all(|known| known.process != run.process) {
                 out.push(run.clone());
             }

@@ -15,6 +15,7 @@ use crate::model::spec::{
     TermSpec, WritesSpec, WrittenSpec,
 };
 use crate::units::{Scalar, Unit, four_digits};
+use std::sync::Arc;
 use std::time::Duration;
 
 /// Folder beside the model file that keeps what programs have written.
@@ -79,11 +80,16 @@ impl Runs {
 
 impl Reading<'_, '_> {
     /// The entry that an entry with a program means, once all of its runs are there.
-    pub(super) fn of_solver(&mut self, name: &str, entry: &SuperelementSpec) -> Option<SuperelementSpec> {
-        let runs = self.runs(name, entry)?;
+    pub(super) fn of_solver(
+        &mut self,
+        name: &str,
+        entry: &SuperelementSpec,
+        solver: &SolverSpec,
+    ) -> Option<SuperelementSpec> {
+        let runs = self.runs(name, entry, solver)?;
         let missing = runs.all().filter(|run| self.files.bytes(&format!("{}/{MARKER}", run.folder())).is_err()).count();
         if missing > 0 {
-            let (n, command) = (runs.all().count(), runs.own.process.command.join(" "));
+            let (n, command) = (runs.all().count(), runs.own.process.command().join(" "));
             self.error(
                 "solver",
                 format_args!(
@@ -133,8 +139,7 @@ impl Reading<'_, '_> {
     }
 
     /// What the program of an entry is run for.
-    pub(super) fn runs(&mut self, name: &str, entry: &SuperelementSpec) -> Option<Runs> {
-        let solver = entry.solver.as_ref()?;
+    pub(super) fn runs(&mut self, name: &str, entry: &SuperelementSpec, solver: &SolverSpec) -> Option<Runs> {
         let given = [
             ("k", entry.k.is_some()),
             ("m", entry.m.is_some()),
@@ -171,14 +176,14 @@ impl Reading<'_, '_> {
         let make = |values: Vec<(String, f64)>| SolverRun {
             superelement: name.to_string(),
             told: template.told(&values),
-            process: Process {
-                command: command.clone(),
-                files: std::iter::once((file.clone(), template.filled(&values).into_bytes()))
+            process: Process::new(
+                command.clone(),
+                std::iter::once((file.clone(), template.filled(&values).into_bytes().into()))
                     .chain(others.iter().cloned())
                     .collect(),
-                outputs: outputs.clone(),
+                outputs.clone(),
                 time_limit,
-            },
+            ),
             values,
         };
         let first: Vec<(String, f64)> = dependences.iter().map(|d| (d.name.to_string(), d.values[0])).collect();
@@ -249,7 +254,7 @@ impl Reading<'_, '_> {
         Some(out)
     }
 
-    fn other_files(&mut self, solver: &SolverSpec, input: &str) -> Option<Vec<(String, Vec<u8>)>> {
+    fn other_files(&mut self, solver: &SolverSpec, input: &str) -> Option<Vec<(String, Arc<[u8]>)>> {
         let mut out = Vec::new();
         for (i, file) in solver.files.iter().enumerate() {
             let key = format!("solver.files[{i}]");
@@ -265,7 +270,7 @@ impl Reading<'_, '_> {
                 return None;
             }
             match self.files.bytes(file) {
-                Ok(bytes) => out.push((file.clone(), bytes)),
+                Ok(bytes) => out.push((file.clone(), bytes.into())),
                 Err(why) => {
                     self.error(&key, format_args!("`{file}` cannot be read: {why}"));
                     return None;

@@ -47,76 +47,60 @@ pub(crate) fn from_base64(text: &str) -> Result<Vec<u8>, String> {
     Ok(bytes)
 }
 
-/// Single-precision numbers; in JSON the base64 text of their little-endian bytes. NaN means missing.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Floats(pub Vec<f32>);
+/// Numbers that are base64 text in JSON.
+macro_rules! packed {
+    ($(#[$about:meta])* $name:ident, $number:ty, $n_bytes:literal, $word:literal) => {
+        $(#[$about])*
+        #[derive(Debug, Clone, PartialEq, Default)]
+        pub struct $name(pub Vec<$number>);
+
+        impl $name {
+            /// How many.
+            pub fn len(&self) -> usize {
+                self.0.len()
+            }
+
+            /// Whether there is none.
+            pub fn is_empty(&self) -> bool {
+                self.0.is_empty()
+            }
+        }
+
+        impl Serialize for $name {
+            fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+                let bytes: Vec<u8> = self.0.iter().flat_map(|v| v.to_le_bytes()).collect();
+                serializer.serialize_str(&base64(&bytes))
+            }
+        }
+
+        impl<'de> Deserialize<'de> for $name {
+            fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+                let bytes = from_base64(&String::deserialize(deserializer)?).map_err(D::Error::custom)?;
+                let (words, rest) = bytes.as_chunks::<$n_bytes>();
+                if !rest.is_empty() {
+                    let n = bytes.len();
+                    return Err(D::Error::custom(format!("{n} bytes; {} take {} each", $word, $n_bytes)));
+                }
+                Ok(Self(words.iter().map(|w| <$number>::from_le_bytes(*w)).collect()))
+            }
+        }
+    };
+}
+
+packed! {
+    /// Single-precision numbers; in JSON the base64 text of their little-endian bytes. NaN means missing.
+    Floats, f32, 4, "floats"
+}
+
+packed! {
+    /// Double-precision numbers; in JSON the base64 text of their little-endian bytes. NaN means missing.
+    Doubles, f64, 8, "doubles"
+}
 
 impl Floats {
     /// The numbers in single precision.
     pub fn from_f64(values: impl IntoIterator<Item = f64>) -> Self {
         Self(values.into_iter().map(|v| v as f32).collect())
-    }
-
-    /// How many.
-    pub fn len(&self) -> usize {
-        self.0.len()
-    }
-
-    /// Whether there is none.
-    pub fn is_empty(&self) -> bool {
-        self.0.is_empty()
-    }
-}
-
-impl Serialize for Floats {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let bytes: Vec<u8> = self.0.iter().flat_map(|v| v.to_le_bytes()).collect();
-        serializer.serialize_str(&base64(&bytes))
-    }
-}
-
-impl<'de> Deserialize<'de> for Floats {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let bytes = from_base64(&String::deserialize(deserializer)?).map_err(D::Error::custom)?;
-        let (words, rest) = bytes.as_chunks::<4>();
-        if !rest.is_empty() {
-            return Err(D::Error::custom(format!("{} bytes; floats take 4 each", bytes.len())));
-        }
-        Ok(Self(words.iter().map(|w| f32::from_le_bytes(*w)).collect()))
-    }
-}
-
-/// Double-precision numbers; in JSON the base64 text of their little-endian bytes. NaN means missing.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Doubles(pub Vec<f64>);
-
-impl Doubles {
-    /// How many.
-    pub fn len(&self) -> usize {
-        self.0.len()
-    }
-
-    /// Whether there is none.
-    pub fn is_empty(&self) -> bool {
-        self.0.is_empty()
-    }
-}
-
-impl Serialize for Doubles {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let bytes: Vec<u8> = self.0.iter().flat_map(|v| v.to_le_bytes()).collect();
-        serializer.serialize_str(&base64(&bytes))
-    }
-}
-
-impl<'de> Deserialize<'de> for Doubles {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let bytes = from_base64(&String::deserialize(deserializer)?).map_err(D::Error::custom)?;
-        let (words, rest) = bytes.as_chunks::<8>();
-        if !rest.is_empty() {
-            return Err(D::Error::custom(format!("{} bytes; doubles take 8 each", bytes.len())));
-        }
-        Ok(Self(words.iter().map(|w| f64::from_le_bytes(*w)).collect()))
     }
 }
 
