@@ -17,7 +17,7 @@ pub use decompositions::{ShiftedPencil, Svd, SymmetricEigen, symmetric_eigen, sy
 pub use dynamic_stiffness::DynamicStiffness;
 pub use eigen::{Eigenpairs, lowest_modes, lowest_values};
 pub use eigenvalues::{GeneralEigenpairs, general_eigenpairs};
-pub use nalgebra::{Complex, DMatrix, DMatrixView, DVector};
+pub use nalgebra::{Complex, DMatrix, DMatrixView, DVector, DVectorView};
 pub use orthogonal::{ThinQr, thin_qr};
 pub use symmetric::SymMatrix;
 

@@ -294,11 +294,7 @@ pub(super) fn affine_part(
 /// A basis and its 6 x 6 mass matrix of rigid motions.
 type Part = (Basis, SymMatrix);
 
-/// Adds the matrices of a superelement, or of a term of one, to the parts of their powers:
-///
-/// ```text
-/// K = c_K(θ) K_k,    M = c_M(θ) M_k,    C = c_C(θ) C_k + β(θ) c_K(θ) K_k + α(θ) c_M(θ) M_k
-/// ```
+/// Adds the matrices of a superelement, or of a term of one, to the parts of their powers, as [`matrix_uses`] says.
 fn add_matrices(
     element: &PlacedElement,
     dofs: &DofMap,
@@ -309,31 +305,14 @@ fn add_matrices(
 ) {
     let Some(matrices) = &element.matrices else { return };
     let follows = matrices.follows(dofs);
-    let of = |value: &Option<Value>| Polynomial::of(value.as_ref(), origin);
-    let (stiffness, mass) = (of(&element.stiffness_factor), of(&element.mass_factor));
-    // Damping in proportion, which is zero where nothing is said.
-    let proportional =
-        |value: &Option<Value>, of: &Polynomial| value.as_ref().map(|v| Polynomial::of(Some(v), origin).times(of));
-    let damping = of(&matrices.damping_factor);
-    let (by_stiffness, by_mass) =
-        (proportional(&element.stiffness_damping, &stiffness), proportional(&element.mass_damping, &mass));
-    let uses: [(&Option<_>, Vec<(Kind, Polynomial)>); 3] = [
-        (
-            &matrices.k,
-            [Some((Kind::Stiffness, stiffness)), by_stiffness.map(|p| (Kind::Damping, p))]
-                .into_iter()
-                .flatten()
-                .collect(),
-        ),
-        (&matrices.m, [Some((Kind::Mass, mass)), by_mass.map(|p| (Kind::Damping, p))].into_iter().flatten().collect()),
-        (&matrices.c, vec![(Kind::Damping, damping)]),
-    ];
-    for (matrix, uses) in uses {
+    let uses = matrix_uses(element, origin);
+    for (of, matrix) in [(Kind::Stiffness, &matrices.k), (Kind::Mass, &matrices.m), (Kind::Damping, &matrices.c)] {
         let Some(matrix) = matrix else { continue };
         let mut entries = follows.reduce(matrix);
         merge(&mut entries);
-        let rigid = uses.iter().any(|u| u.0 == Kind::Mass).then(|| matrices.rigid(matrix, positions));
-        for (kind, polynomial) in uses {
+        let rigid = (of == Kind::Mass).then(|| matrices.rigid(matrix, positions));
+        for (_, kind, polynomial) in uses.iter().filter(|u| u.0 == of) {
+            let kind = *kind;
             let add = |part: &mut Part, factor: f64| {
                 if factor == 0.0 {
                     return;
@@ -369,12 +348,33 @@ fn add_matrices(
     }
 }
 
-/// Which matrix of a model.
+/// Which matrix of a model, or of a superelement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Kind {
+pub(super) enum Kind {
     Stiffness,
     Mass,
     Damping,
+}
+
+/// What the matrices of a superelement, or of a term of one, add: which of its matrices, to which of the model, with which factor.
+///
+/// ```text
+/// K = c_K(θ) K_k,    M = c_M(θ) M_k,    C = c_C(θ) C_k + β(θ) c_K(θ) K_k + α(θ) c_M(θ) M_k
+/// ```
+pub(super) fn matrix_uses(element: &PlacedElement, origin: &[f64]) -> Vec<(Kind, Kind, Polynomial)> {
+    let of = |value: &Option<Value>| Polynomial::of(value.as_ref(), origin);
+    let (stiffness, mass) = (of(&element.stiffness_factor), of(&element.mass_factor));
+    let damping = of(&element.matrices.as_ref().and_then(|m| m.damping_factor.clone()));
+    // Damping in proportion is zero where nothing is said.
+    let proportional =
+        |value: &Option<Value>, of: &Polynomial| value.as_ref().map(|v| Polynomial::of(Some(v), origin).times(of));
+    let by_stiffness = proportional(&element.stiffness_damping, &stiffness);
+    let by_mass = proportional(&element.mass_damping, &mass);
+    let own =
+        [(Kind::Stiffness, stiffness), (Kind::Mass, mass), (Kind::Damping, damping)].map(|(kind, p)| (kind, kind, p));
+    let damped = [(Kind::Stiffness, by_stiffness), (Kind::Mass, by_mass)];
+    let damped = damped.into_iter().filter_map(|(of, p)| Some((of, Kind::Damping, p?)));
+    own.into_iter().chain(damped).collect()
 }
 
 fn push(list: &mut Vec<Entry>, connection: &Connection, reduced: &DMatrix<f64>) {

@@ -6,8 +6,17 @@
 //!
 //! over the elements that depend on the sizes s of the change or that it brings: an override, a mass, a spring, a body on a spring, a support
 //! that gives. Nothing of it grows with the model, once the longer file is placed: [`Additions`] places many changes at once, each with
-//! parameters of its own, and takes each out as if the others were not there.
+//! parameters of its own, and takes each out as if the others were not there. Other factors on the matrices of a superelement, or of a term of
+//! one, are changes too, as large as those matrices.
 
+mod at;
+mod factored;
+
+pub use self::at::ChangeAt;
+pub(super) use self::factored::OnRows;
+
+use self::at::PartAt;
+use self::factored::Factored;
 use super::assembly::{Connection, motion_in_axes, place as place_of};
 use super::constraint::{Elimination, eliminate};
 use super::dependence::{Dependence, Monomial, central_difference, dependence, element_matrices};
@@ -25,7 +34,7 @@ use crate::element::Dof;
 use crate::linalg::{DMatrix, SymMatrix};
 use crate::yaml::Severity;
 use std::collections::{BTreeMap, HashMap};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// A file with many changes, placed.
 #[derive(Debug)]
@@ -41,6 +50,8 @@ pub struct Additions {
     known: HashMap<String, usize>,
     /// Paths of what is wrong in the file.
     refused: Vec<String>,
+    /// Matrices of superelements and terms, by the index of their element in the model, as they are asked for.
+    on_rows: Mutex<HashMap<usize, Arc<OnRows>>>,
 }
 
 impl Additions {
@@ -63,7 +74,16 @@ impl Additions {
         let known = model.elements().iter().enumerate().map(|(i, e)| (e.name.clone(), i)).collect();
         let wrong = problems.into_iter().filter(|p| p.severity == Severity::Error);
         let refused = wrong.map(|p| p.path).collect();
-        Self { model: model.clone(), placed, elimination, index_of, users, known, refused }
+        let (model, on_rows) = (model.clone(), Mutex::default());
+        Self { model, placed, elimination, index_of, users, known, refused, on_rows }
+    }
+
+    /// The matrices of an element of the model that stands for a superelement or a term of one.
+    fn on_rows(&self, element: usize) -> Option<Arc<OnRows>> {
+        let matrices = self.model.elements()[element].matrices.as_ref()?;
+        let mut known = self.on_rows.lock().unwrap_or_else(PoisonError::into_inner);
+        let new = || Arc::new(OnRows::new(matrices, self.model.dof_map(), &self.model.geometry().positions));
+        Some(known.entry(element).or_insert_with(new).clone())
     }
 
     /// The change that some parameters bring; `None` where the file refuses one of its entries, or it changes more than elements and how
@@ -93,9 +113,6 @@ impl Additions {
         let mut parts: Vec<Part> = Vec::new();
         for e in touched {
             let mut element = self.placed.elements[e].clone();
-            if element.matrices.is_some() {
-                return None;
-            }
             for value in element.values.iter_mut().flatten() {
                 *value = alone(value);
             }
@@ -108,18 +125,18 @@ impl Additions {
                 *factor = factor.as_ref().map(alone);
             }
             let before = self.known.get(&element.name).copied();
+            if element.matrices.is_some() {
+                // A change brings no superelement.
+                let before = before?;
+                parts.push(Part::Factored(Factored::new(element, before, self.on_rows(before)?)));
+                continue;
+            }
             let connection = match before {
                 Some(e) => self.model.connection(e).clone(),
                 None => new.connection(&element)?,
             };
-            parts.push(Part {
-                connection,
-                kind: PartKind::Element {
-                    ends: element.ends(&self.placed.geometry.positions),
-                    element: Box::new(element),
-                    before,
-                },
-            });
+            let ends = element.ends(&self.placed.geometry.positions);
+            parts.push(Part::Element { connection, element: Box::new(element), before, ends });
         }
         parts.extend(self.supports(&own, &alone)?);
         let dof_of = |(&d, &coordinate): (&usize, &usize)| {
@@ -158,9 +175,10 @@ impl Additions {
         let released = eliminate(self.model.spec(), geometry, keeping, &compliances, rows, &mut Vec::new());
         let (elements, connections) = self.model.elements_and_connections();
         let after = ElasticSupports::new(compliances, &released, n_nodes, elements, connections, self.model.dof_map())?;
-        let part = |supports: &ElasticSupports, sign: f64| Part {
+        let part = |supports: &ElasticSupports, sign: f64| Part::Supports {
             connection: supports.connection().clone(),
-            kind: PartKind::Supports { supports: Arc::new(supports.clone()), sign },
+            supports: Arc::new(supports.clone()),
+            sign,
         };
         let before = self.model.elastic_supports().map(|s| part(s, -1.0));
         Some([part(&after, 1.0)].into_iter().chain(before).collect())
@@ -225,25 +243,32 @@ pub struct Change {
     n_sizes: usize,
 }
 
-/// An element that a change alters or brings, or the supports.
+/// A part of a change.
 #[derive(Debug, Clone)]
-struct Part {
-    connection: Connection,
-    kind: PartKind,
+enum Part {
+    /// An element that it brings, or that it alters: that of the model, by index; and where its ends are, global, m.
+    Element { connection: Connection, element: Box<PlacedElement>, before: Option<usize>, ends: Vec<[f64; 3]> },
+    /// The supports, as they are with it or, with the sign -1, without it.
+    Supports { connection: Connection, supports: Arc<ElasticSupports>, sign: f64 },
+    /// A superelement, or a term of one.
+    Factored(Factored),
 }
 
-#[derive(Debug, Clone)]
-enum PartKind {
-    /// With the element of the model that it alters, and where its ends are, global, m.
-    Element {
-        element: Box<PlacedElement>,
-        before: Option<usize>,
-        ends: Vec<[f64; 3]>,
-    },
-    Supports {
-        supports: Arc<ElasticSupports>,
-        sign: f64,
-    },
+impl Part {
+    /// How its dofs follow from rows and new coordinates; `None` of matrices that are on the rows themselves.
+    fn connection(&self) -> Option<&Connection> {
+        match self {
+            Part::Element { connection, .. } | Part::Supports { connection, .. } => Some(connection),
+            Part::Factored(_) => None,
+        }
+    }
+
+    fn rows(&self) -> &[usize] {
+        match self {
+            Part::Factored(part) => part.of.rows(),
+            _ => self.connection().map_or(&[], |c| &c.rows),
+        }
+    }
 }
 
 impl Change {
@@ -259,9 +284,10 @@ impl Change {
 
     /// The elements of the model that it alters, by index.
     pub fn altered(&self) -> impl Iterator<Item = usize> + '_ {
-        self.parts.iter().filter_map(|part| match &part.kind {
-            PartKind::Element { before, .. } => *before,
-            PartKind::Supports { .. } => None,
+        self.parts.iter().filter_map(|part| match part {
+            Part::Element { before, .. } => *before,
+            Part::Factored(part) => Some(part.before),
+            Part::Supports { .. } => None,
         })
     }
 
@@ -282,52 +308,83 @@ impl Change {
     }
 
     /// Rows of the model that it touches, then its new coordinates.
-    pub fn rows(&self) -> Vec<usize> {
-        let mut rows: Vec<usize> = self.parts.iter().flat_map(|p| p.connection.rows.iter().copied()).collect();
+    fn rows(&self) -> Vec<usize> {
+        let mut rows: Vec<usize> = self.parts.iter().flat_map(|p| p.rows().iter().copied()).collect();
         rows.sort_unstable();
         rows.dedup();
         rows
     }
 
-    /// How the dofs of one of its elements follow from rows and new coordinates, u_e = B q\[rows\].
-    pub fn motion(&self, part: usize) -> (&[usize], &DMatrix<f64>) {
-        let c = &self.parts[part].connection;
-        (&c.rows, &c.b)
+    /// How the dofs of one of its elements follow from rows and new coordinates, u_e = B q\[rows\]; `None` of a superelement.
+    pub(super) fn motion(&self, part: usize) -> Option<(&[usize], &DMatrix<f64>)> {
+        self.parts[part].connection().map(|c| (&c.rows[..], &c.b))
     }
 
-    /// What one of its elements adds to K, M and C in its axes.
+    /// The change at one point.
     ///
     /// * `theta` - the parameters of the model
-    pub fn matrices(&self, part: usize, theta: &[f64], sizes: &[f64]) -> Result<ElementMatrices, ModelError> {
+    ///
+    /// # Errors
+    /// An element has no matrices there.
+    pub fn at(&self, theta: &[f64], sizes: &[f64]) -> Result<ChangeAt<'_>, ModelError> {
+        let point = [theta, sizes].concat();
+        let at = |k: usize| {
+            Ok(match &self.parts[k] {
+                Part::Factored(part) => PartAt::Factored { part, factors: part.at(&self.model, &point) },
+                Part::Element { connection, .. } | Part::Supports { connection, .. } => {
+                    PartAt::Element { connection, own: self.matrices(k, theta, sizes)? }
+                }
+            })
+        };
+        let parts = (0..self.len()).map(at).collect::<Result<_, ModelError>>()?;
+        Ok(ChangeAt::new(self.rows(), self.model.dof_map().n_dof(), parts))
+    }
+
+    /// What one of its elements, or its supports, add to K, M and C in their axes; zero matrices of no dof of a superelement.
+    ///
+    /// * `theta` - the parameters of the model
+    pub(super) fn matrices(&self, part: usize, theta: &[f64], sizes: &[f64]) -> Result<ElementMatrices, ModelError> {
         let all = [theta, sizes].concat();
         let (elements, connections) = self.model.elements_and_connections();
-        match &self.parts[part].kind {
-            PartKind::Element { element, before, .. } => {
+        match &self.parts[part] {
+            Part::Element { element, before, .. } => {
                 let after = element_matrices(element, &all)?;
                 let Some(e) = before else { return Ok(after) };
                 Ok(after.combine(&element_matrices(&elements[*e], theta)?, |a, b| a - b))
             }
-            PartKind::Supports { supports, sign } => {
+            Part::Supports { supports, sign, .. } => {
                 let of = supports.matrices(elements, connections, &all)?;
                 Ok(of.combine(&of, |a, _| sign * a))
             }
+            Part::Factored(_) => Ok(ElementMatrices::zeros(0)),
         }
     }
 
     /// Whether its matrices are polynomials of the parameters of the model and of its sizes.
     pub fn is_polynomial(&self, sizes: &[Parameter]) -> bool {
         let all = ParameterSet::new(self.model.parameters().iter().chain(sizes).cloned().collect());
-        (0..self.len()).all(|part| self.terms(part, &all).is_some())
+        let none = |_: &OnRows| ElementMatrices::zeros(0);
+        (0..self.len()).all(|part| self.terms(part, &all, none).is_some())
     }
 
     /// What one of its elements adds, as terms that are summed with the powers of the parameters of the model, with the sizes behind them; `None`
     /// where it is no polynomial.
     ///
     /// * `all` - the parameters of the model, then those that the change brings
+    /// * `on_coordinates` - the matrices of a superelement on the coordinates that are wanted
     ///
     /// A term that is marked counts its parameter from zero, any other from its origin.
-    pub(super) fn terms(&self, part: usize, all: &ParameterSet) -> Option<Vec<(Monomial, bool, ElementMatrices)>> {
-        let PartKind::Element { element, before, .. } = &self.parts[part].kind else { return None };
+    pub(super) fn terms(
+        &self,
+        part: usize,
+        all: &ParameterSet,
+        on_coordinates: impl Fn(&OnRows) -> ElementMatrices,
+    ) -> Option<Vec<(Monomial, bool, ElementMatrices)>> {
+        let (element, before) = match &self.parts[part] {
+            Part::Element { element, before, .. } => (element, before),
+            Part::Supports { .. } => return None,
+            Part::Factored(part) => return Some(part.terms(&self.model, all, &on_coordinates(&part.of))),
+        };
         let own = self.model.parameters();
         let mut out = terms_of(dependence(element, all).ok()?, 1.0)?;
         if let Some(e) = before {
@@ -338,11 +395,12 @@ impl Change {
 
     /// Whether one of its elements depends on a parameter of the model or, behind those, on a size.
     pub fn depends_on(&self, part: usize, j: usize) -> bool {
-        match &self.parts[part].kind {
-            PartKind::Element { element, before, .. } => {
+        match &self.parts[part] {
+            Part::Element { element, before, .. } => {
                 element.depends_on(j) || before.is_some_and(|e| self.model.elements()[e].depends_on(j))
             }
-            PartKind::Supports { supports, .. } => supports.depends_on(j),
+            Part::Supports { supports, .. } => supports.depends_on(j),
+            Part::Factored(part) => part.depends_on(&self.model, j),
         }
     }
 
@@ -379,8 +437,13 @@ impl Change {
     /// Adds Rᵀ M R of the six rigid motions of what it brings.
     pub(super) fn add_rigid_mass(&self, rigid: &mut SymMatrix, theta: &[f64], sizes: &[f64]) -> Result<(), ModelError> {
         for (k, part) in self.parts.iter().enumerate() {
-            let PartKind::Element { element, ends, .. } = &part.kind else { continue };
-            add_rigid_mass(rigid, 1.0, self.matrices(k, theta, sizes)?.weighed(), &element.axes, ends);
+            match part {
+                Part::Element { element, ends, .. } => {
+                    add_rigid_mass(rigid, 1.0, self.matrices(k, theta, sizes)?.weighed(), &element.axes, ends);
+                }
+                Part::Factored(part) => part.add_rigid_mass(rigid, &self.model, &[theta, sizes].concat()),
+                Part::Supports { .. } => {}
+            }
         }
         Ok(())
     }
@@ -394,8 +457,8 @@ impl Change {
         let theta = super::dependence::interior_point(self.model.parameters());
         let mut used = vec![false; self.new.len()];
         for k in 0..self.parts.len() {
+            let Some((rows, b)) = self.motion(k) else { continue };
             let matrices = self.matrices(k, &theta, typical).ok()?;
-            let Connection { rows, b } = &self.parts[k].connection;
             for (j, row) in rows.iter().enumerate().filter(|(_, row)| **row >= n) {
                 let motion = b.column(j);
                 let acts = |a: &SymMatrix| (a.to_dense() * motion).amax() > 0.0;
@@ -410,10 +473,12 @@ impl Change {
             })
             .collect();
         for part in &mut self.parts {
-            let Connection { rows, b } = &part.connection;
+            // Supports and superelements stand on rows of the model.
+            let Part::Element { connection, .. } = part else { continue };
+            let Connection { rows, b } = &*connection;
             let kept: Vec<usize> = (0..rows.len()).filter(|&j| rows[j] < n || used[rows[j] - n]).collect();
             let row = |&j: &usize| if rows[j] < n { rows[j] } else { n + place[rows[j] - n] };
-            part.connection = Connection { rows: kept.iter().map(row).collect(), b: b.select_columns(&kept) };
+            *connection = Connection { rows: kept.iter().map(row).collect(), b: b.select_columns(&kept) };
         }
         let kept = used.iter().zip(std::mem::take(&mut self.new)).filter(|(used, _)| **used);
         self.new = kept.map(|(_, at)| at).collect();

@@ -192,7 +192,7 @@ impl Model {
 
     /// What effects leave out of superelements, a sentence each.
     pub fn left_out_of_effects(&self) -> Vec<String> {
-        left_out_of_effects(&self.spec, self.dof_map().n_dof() > MOST_DENSE_DOFS)
+        left_out_of_effects(&self.spec)
     }
 
     /// Whether a node is one of the file, or one of a superelement at which effects are looked for.

@@ -51,7 +51,7 @@ mod value;
 mod weighted_link;
 
 pub use assembly::{AffineMass, AffinePart, Basis};
-pub use change::{Additions, Change};
+pub use change::{Additions, Change, ChangeAt};
 pub use character::{ModeCharacter, ModeLabel, family, label_modes, symmetry_index};
 pub use compile::{Model, Target, Targets};
 pub use critical_preload::CriticalPreload;
@@ -245,6 +245,12 @@ pub struct ElementMatrices {
 }
 
 impl ElementMatrices {
+    /// Of n dofs, all zero.
+    fn zeros(n: usize) -> Self {
+        let zero = || SymMatrix::zeros(n);
+        Self { stiffness: zero(), mass: zero(), weighed_mass: None, damping: zero() }
+    }
+
     fn combine(&self, other: &Self, f: impl Fn(f64, f64) -> f64) -> Self {
         Self {
             stiffness: self.stiffness.combine(&other.stiffness, &f),

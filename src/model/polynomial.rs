@@ -41,6 +41,11 @@ impl Polynomial {
         self
     }
 
+    pub(super) fn scaled(mut self, factor: f64) -> Self {
+        self.terms.values_mut().for_each(|a| *a *= factor);
+        self
+    }
+
     pub(super) fn times(&self, other: &Self) -> Self {
         let mut terms: BTreeMap<Monomial, f64> = BTreeMap::new();
         for (a, x) in &self.terms {

@@ -188,15 +188,7 @@ impl<'a> ReducedModel<'a> {
                 return Vec::new();
             }
             let a = SparseSym::from_triplets(n, list.iter().map(|e| (e.row, e.column, e.value)));
-            let mut av = a.mul(&v);
-            if strains {
-                without_rounding(&a, &v, &mut av, n_rigid);
-            }
-            let mut projected = v.tr_mul(&av);
-            // A rigid motion that a term does not strain meets no force of the others either.
-            for j in (0..n_rigid).filter(|&j| strains && av.column(j).amax() == 0.0) {
-                projected.row_mut(j).fill(0.0);
-            }
+            let projected = a.on_basis(&v, if strains { n_rigid } else { 0 });
             (0..v.ncols())
                 .flat_map(|row| (0..=row).map(move |column| (row, column)))
                 .map(|(row, column)| Entry { row, column, value: projected[(row, column)] })
@@ -219,17 +211,6 @@ impl<'a> ReducedModel<'a> {
         self.dofs = self.full.dof_map().on_basis(&v, &span.coordinates_of_rigid_motions(n_rigid));
         self.basis = v;
         Ok(())
-    }
-}
-
-/// Sets to zero what a rounding is of forces of rigid motions.
-fn without_rounding(a: &SparseSym, v: &DMatrix<f64>, av: &mut DMatrix<f64>, n_rigid: usize) {
-    const ROUNDING: f64 = 1e-9;
-    let size = a.abs().mul(&v.columns(0, n_rigid).abs());
-    for j in 0..n_rigid {
-        if av.column(j).amax() <= ROUNDING * size.column(j).amax() {
-            av.column_mut(j).fill(0.0);
-        }
     }
 }
 

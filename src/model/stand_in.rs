@@ -13,7 +13,7 @@ mod sum;
 
 use self::sum::{Sum, add, of_system, rigid};
 use super::assembly::{AffinePart, Basis, add_basis, symmetrise};
-use super::change::Change;
+use super::change::{Change, ChangeAt, OnRows};
 use super::dependence::{Monomial, interior_point};
 use super::dof_map::DofMap;
 use super::entry::Entry;
@@ -23,7 +23,7 @@ use super::reduced::{ReducedModel, ReducedOptions};
 use super::system::System;
 use super::{ElementMatrices, Model, ModelError, ParametricModel, Targets};
 use crate::linalg::sparse::{PencilFactor, SparsePlan, SparseSym};
-use crate::linalg::{DMatrix, DVector, symmetric_eigen};
+use crate::linalg::{DMatrix, DVector, DVectorView, symmetric_eigen};
 use crate::modal::ModalError;
 use std::sync::Arc;
 
@@ -186,9 +186,7 @@ impl StandIn {
     /// An element of the change has no matrices at these sizes.
     pub fn with(&self, change: &Arc<Change>, sizes: &[Parameter], typical: &[f64]) -> Result<Self, ModelError> {
         let theta = interior_point(self.common.model.parameters());
-        let matrices: Vec<ElementMatrices> =
-            (0..change.len()).map(|k| change.matrices(k, &theta, typical)).collect::<Result<_, _>>()?;
-        let (forces, scales) = self.forces(change, &matrices);
+        let (forces, scales) = self.forces(&change.at(&theta, typical)?);
         // W across V and the shapes that are there, orthonormal in X: X W = F.
         let mut shapes = self.common.factor.solve(&forces);
         let whole = (0..forces.ncols()).map(|j| shapes.column(j).dot(&forces.column(j))).fold(0.0, f64::max);
@@ -231,11 +229,13 @@ impl StandIn {
         Ok(out)
     }
 
-    /// B of an element of a change on the coordinates.
+    /// B of a part of a change on the coordinates; of a superelement, whose matrices are projected as a whole, they are its dofs.
     fn motion(&self, placed: &Placed, part: usize) -> DMatrix<f64> {
+        let Some((rows, b)) = placed.change.motion(part) else {
+            return DMatrix::identity(self.dofs.n_dof(), self.dofs.n_dof());
+        };
         let n = self.common.basis.nrows();
         let first_new = self.common.basis.ncols() + self.extra.ncols() + placed.first_new;
-        let (rows, b) = placed.change.motion(part);
         // A new coordinate counts from where the rigid motions take it.
         let rigid = |new: usize, c: usize| -> f64 {
             let motions = placed.change.rigid_motions(new);
@@ -263,66 +263,31 @@ impl StandIn {
     }
 
     /// Forces of a change on the rows, (n x few), and the scales of its new coordinates.
-    fn forces(&self, change: &Change, matrices: &[ElementMatrices]) -> (DMatrix<f64>, Vec<f64>) {
-        let n = self.common.model.dof_map().n_dof();
-        let touched = change.rows();
-        let old = touched.partition_point(|row| *row < n);
-        let place = |row: usize| touched.partition_point(|r| *r < row);
-        let mut scales = vec![1.0; change.n_new()];
+    fn forces(&self, change: &ChangeAt<'_>) -> (DMatrix<f64>, Vec<f64>) {
+        let (touched, old) = (change.rows(), change.old_rows().len());
+        let mut scales = vec![1.0; touched.len() - old];
         let columns = if touched.len() <= FEW_ROWS {
             // All that it can exert: the columns of its matrices.
-            let mut k_all: DMatrix<f64> = DMatrix::zeros(touched.len(), touched.len());
-            let mut m_all: DMatrix<f64> = k_all.clone();
-            for (part, own) in matrices.iter().enumerate() {
-                let (rows, b) = change.motion(part);
-                for (all, a) in [(&mut k_all, &own.stiffness), (&mut m_all, &own.mass)] {
-                    if a.is_zero() {
-                        continue;
-                    }
-                    let local = b.transpose() * a.to_dense() * b;
-                    for (i, &row) in rows.iter().enumerate() {
-                        for (j, &column) in rows.iter().enumerate() {
-                            all[(place(row), place(column))] += local[(i, j)];
-                        }
-                    }
-                }
-            }
+            let [k, m] = change.times(&DMatrix::identity(touched.len(), touched.len()));
+            let at = |a: &Option<DMatrix<f64>>, i: usize| a.as_ref().map_or(0.0, |a| a[(i, i)]);
             for (c, scale) in scales.iter_mut().enumerate() {
-                let at = place(n + c);
-                let x = k_all[(at, at)] + self.common.shift * m_all[(at, at)];
+                let x = at(&k, old + c) + self.common.shift * at(&m, old + c);
                 if x > 0.0 {
                     *scale = x.sqrt().recip();
                 }
             }
-            let m_all = m_all * self.common.shift;
-            let width = 2 * touched.len();
-            let mut both = DMatrix::zeros(old, width);
-            both.columns_mut(0, touched.len()).copy_from(&k_all.rows(0, old));
-            both.columns_mut(touched.len(), touched.len()).copy_from(&m_all.rows(0, old));
-            both
+            [k, m]
         } else {
             // What it exerts on the vectors of the basis, of which the modes are combinations.
             let v = &self.common.basis;
-            let mut both = DMatrix::zeros(old, 2 * v.ncols());
-            for (part, own) in matrices.iter().enumerate() {
-                let (rows, b) = change.motion(part);
-                let known: Vec<usize> = (0..rows.len()).filter(|&j| rows[j] < n).collect();
-                let motion = b.select_columns(&known);
-                let local = &motion * DMatrix::from_fn(known.len(), v.ncols(), |i, c| v[(rows[known[i]], c)]);
-                for (first, a, factor) in [(0, &own.stiffness, 1.0), (v.ncols(), &own.mass, self.common.shift)] {
-                    if a.is_zero() {
-                        continue;
-                    }
-                    let force = motion.transpose() * (a.to_dense() * &local) * factor;
-                    for (i, &j) in known.iter().enumerate() {
-                        let mut row = both.view_mut((place(rows[j]), first), (1, v.ncols()));
-                        row += force.row(i);
-                    }
-                }
-            }
-            both
+            let motion = |i: usize, c: usize| if i < old { v[(touched[i], c)] } else { 0.0 };
+            change.times(&DMatrix::from_fn(touched.len(), v.ncols(), motion))
         };
-        (self.leading(&columns, &touched[..old]), scales)
+        let [k, m] = columns.map(|a| a.map_or_else(|| DMatrix::zeros(old, 0), |a| a.rows(0, old).into_owned()));
+        let first = k.ncols();
+        let mut both = k.resize_horizontally(first + m.ncols(), 0.0);
+        both.columns_mut(first, m.ncols()).copy_from(&(m * self.common.shift));
+        (self.leading(&both, change.old_rows()), scales)
     }
 
     /// The leading directions of some forces, of unit length, on all rows.
@@ -333,16 +298,22 @@ impl StandIn {
         let scaled = DMatrix::from_fn(columns.nrows(), columns.ncols(), |i, j| {
             if weight[i] > 0.0 { columns[(i, j)] / weight[i].sqrt() } else { 0.0 }
         });
-        let gram = &scaled * scaled.transpose();
+        // The smaller of the two Gram matrices: both have the same eigenvalues but for zeros.
+        let is_tall = scaled.nrows() > scaled.ncols();
+        let gram = if is_tall { scaled.tr_mul(&scaled) } else { &scaled * scaled.transpose() };
         let Ok(eigen) = symmetric_eigen(&gram) else { return DMatrix::zeros(n, 0) };
+        let direction = |(value, u): (&f64, DVectorView<'_, f64>)| {
+            let along = if is_tall { &scaled * u / value.max(0.0).sqrt() } else { u.into_owned() };
+            (*value, along)
+        };
         let mut found: Vec<(f64, DVector<f64>)> =
-            eigen.values.iter().zip(eigen.vectors.column_iter()).map(|(v, u)| (*v, u.into_owned())).collect();
+            eigen.values.iter().zip(eigen.vectors.column_iter()).filter(|(v, _)| **v > 0.0).map(direction).collect();
         found.sort_by(|a, b| b.0.total_cmp(&a.0));
         let largest = found.first().map_or(0.0, |f| f.0);
         let kept: Vec<DVector<f64>> = found
             .into_iter()
             .take(MOST_SHAPES)
-            .filter(|f| f.0 > NEGLIGIBLE * NEGLIGIBLE * largest && f.0 > 0.0)
+            .filter(|f| f.0 > NEGLIGIBLE * NEGLIGIBLE * largest)
             .map(|(_, u)| DVector::from_fn(u.len(), |i, _| u[i] * weight[i].sqrt()))
             .collect();
         let mut out = DMatrix::zeros(n, kept.len());
@@ -351,6 +322,13 @@ impl StandIn {
             rows.iter().zip(force.iter()).for_each(|(&row, f)| out[(row, c)] = f / norm);
         }
         out
+    }
+
+    /// The matrices of a superelement on the coordinates.
+    fn on_coordinates(&self, of: &OnRows) -> ElementMatrices {
+        let rows = of.rows();
+        let motion = DMatrix::from_fn(rows.len(), self.dofs.n_dof(), |i, c| self.entry(rows[i], c));
+        of.on_basis(&motion, self.common.n_rigid)
     }
 
     /// Finds the terms of the model and of its changes on all coordinates.
@@ -380,7 +358,7 @@ impl StandIn {
             let parameters = ParameterSet::new(parameters);
             for part in 0..placed.change.len() {
                 let motion = self.motion(placed, part);
-                let Some(terms) = placed.change.terms(part, &parameters) else {
+                let Some(terms) = placed.change.terms(part, &parameters, |of| self.on_coordinates(of)) else {
                     general.push(General { change: k, part, motion });
                     continue;
                 };

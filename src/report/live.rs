@@ -300,11 +300,7 @@ fn one<'a>(model: &Arc<Model>, structure: &Structure<'_>, result: &'a Hypothesis
         return Err("its matrices are no polynomials of its size".into());
     }
     let theta = starting_point(&**model);
-    let acts = |k: usize| {
-        let with = change.matrices(k, &theta, &typical);
-        with.is_ok_and(|m| !(m.stiffness.is_zero() && m.mass.is_zero()))
-    };
-    if !(0..change.len()).any(acts) {
+    if !change.at(&theta, &typical).is_ok_and(|at| at.acts()) {
         return Err("it acts on damping alone, and the modes here are undamped".into());
     }
     Ok(Tried { result, candidate, change, sizes, typical })

@@ -127,6 +127,40 @@ impl SparseSym {
         y
     }
 
+    /// A V, (n x k), of which the first `n_none` columns are set to zero where they are rounding: of motions that A may not resist, rigid ones
+    /// of a stiffness.
+    ///
+    /// # Panics
+    /// If `v` has another number of rows.
+    #[must_use]
+    pub fn forces(&self, v: &DMatrix<f64>, n_none: usize) -> DMatrix<f64> {
+        const ROUNDING: f64 = 1e-9;
+        let mut av = self.mul(v);
+        if n_none > 0 {
+            let size = self.abs().mul(&v.columns(0, n_none).abs());
+            for j in 0..n_none {
+                if av.column(j).amax() <= ROUNDING * size.column(j).amax() {
+                    av.column_mut(j).fill(0.0);
+                }
+            }
+        }
+        av
+    }
+
+    /// Vᵀ A V, (k x k), with [`Self::forces`]: a motion that A does not resist meets no force of the others either.
+    ///
+    /// # Panics
+    /// If `v` has another number of rows.
+    #[must_use]
+    pub fn on_basis(&self, v: &DMatrix<f64>, n_none: usize) -> DMatrix<f64> {
+        let av = self.forces(v, n_none);
+        let mut projected = v.tr_mul(&av);
+        for j in (0..n_none).filter(|&j| av.column(j).amax() == 0.0) {
+            projected.row_mut(j).fill(0.0);
+        }
+        projected
+    }
+
     /// |A|, entry by entry.
     #[must_use]
     pub fn abs(&self) -> Self {

@@ -24,7 +24,7 @@ use crate::diagnosis::problem::scene::{Case, Prior, Scene};
 use crate::effect::Candidate;
 use crate::linalg::sparse::{SparsePlan, solve_indefinite};
 use crate::linalg::{DMatrix, DVector, SymMatrix};
-use crate::model::{Change, ElementMatrices, MassProperties, ModelError, ParametricModel, SparseSystem};
+use crate::model::{Change, ChangeAt, MassProperties, ModelError, ParametricModel, SparseSystem};
 use crate::objective::{Comparison, Prediction};
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -183,16 +183,14 @@ impl Adjoint {
 
     /// What a change of these sizes does, to first order.
     fn moved(&self, change: &Change, sizes: &[f64]) -> Option<Moved> {
-        let matrices: Vec<ElementMatrices> =
-            (0..change.len()).map(|k| change.matrices(k, &self.theta, sizes)).collect::<Result<_, _>>().ok()?;
-        let local = Local::new(change, &matrices, self.answers.first().map_or(0, DMatrix::ncols));
+        let local = Local(change.at(&self.theta, sizes).ok()?);
         let (mut frequencies, mut shapes, mut largest) = (Vec::new(), Vec::new(), 0.0_f64);
         for ((elastic, lambda, phi), answers) in self.modes.iter().zip(&self.answers) {
             let (force, growth) = local.force(*lambda, phi)?;
-            let slope: f64 = local.rows.iter().zip(force.iter()).map(|(&row, f)| phi[row] * f).sum();
+            let slope: f64 = local.0.old_rows().iter().zip(force.iter()).map(|(&row, f)| phi[row] * f).sum();
             let now = self.prediction.at_sensors.column(*elastic);
             let mut shape = now * (-0.5 * growth);
-            for (&row, f) in local.rows.iter().zip(force.iter()) {
+            for (&row, f) in local.0.old_rows().iter().zip(force.iter()) {
                 shape.axpy(-f, &answers.column(row), 1.0);
             }
             let relative = 0.5 * slope / lambda;
@@ -259,44 +257,20 @@ impl Known<'_> {
 }
 
 /// A change on the rows that it touches.
-struct Local<'a> {
-    change: &'a Change,
-    matrices: &'a [ElementMatrices],
-    /// Rows of the model, then new coordinates.
-    rows: Vec<usize>,
-    /// Number of rows of the model among them.
-    old: usize,
-}
+struct Local<'a>(ChangeAt<'a>);
 
-impl<'a> Local<'a> {
-    /// * `n` - rows of the model
-    fn new(change: &'a Change, matrices: &'a [ElementMatrices], n: usize) -> Self {
-        let rows = change.rows();
-        let old = rows.partition_point(|row| *row < n);
-        Self { change, matrices, rows, old }
-    }
-
-    /// Σ Bᵀ a B x on the rows, of K and M.
+impl Local<'_> {
+    /// ΔK x and ΔM x.
     fn times(&self, x: &DVector<f64>) -> [DVector<f64>; 2] {
-        let mut out = [(); 2].map(|()| DVector::zeros(self.rows.len()));
-        for (k, own) in self.matrices.iter().enumerate() {
-            let (rows, b) = self.change.motion(k);
-            let places: Vec<usize> = rows.iter().map(|row| self.rows.partition_point(|r| r < row)).collect();
-            let local = b * DVector::from_iterator(places.len(), places.iter().map(|&i| x[i]));
-            for (sum, a) in out.iter_mut().zip([&own.stiffness, &own.mass]) {
-                if !a.is_zero() {
-                    let force = b.tr_mul(&(a.to_dense() * &local));
-                    places.iter().zip(force.iter()).for_each(|(&i, f)| sum[i] += f);
-                }
-            }
-        }
-        out
+        let x = DMatrix::from_column_slice(x.len(), 1, x.as_slice());
+        self.0.times(&x).map(|force| force.map_or_else(|| DVector::zeros(x.nrows()), |f| f.column(0).into_owned()))
     }
 
     /// (ΔK - λ ΔM) φ with new coordinates condensed, and φᵀ ΔM φ.
     fn force(&self, lambda: f64, phi: &DVector<f64>) -> Option<(DVector<f64>, f64)> {
-        let (old, size) = (self.old, self.rows.len());
-        let mut motion = DVector::from_fn(size, |i, _| if i < old { phi[self.rows[i]] } else { 0.0 });
+        let (rows, old) = (self.0.rows(), self.0.old_rows().len());
+        let size = rows.len();
+        let mut motion = DVector::from_fn(size, |i, _| if i < old { phi[rows[i]] } else { 0.0 });
         let [mut k_phi, mut m_phi] = self.times(&motion);
         if size > old {
             let mut inner = DMatrix::zeros(size - old, size - old);

@@ -7,8 +7,10 @@ use crate::diagnosis::problem::scene::Scene;
 use crate::diagnosis::screen::adjoint::screen;
 use crate::effect::{Candidate, Context, candidates};
 use crate::linalg::{DMatrix, DVector};
-use crate::model::{ModalSolver, System};
+use crate::matrices::{MatrixFormat, write};
+use crate::model::{ModalSolver, System, export_matrices, load_in};
 use crate::update::node_sensors;
+use std::collections::BTreeMap;
 
 /// Models whose matrices are polynomials of their parameters, with members, bodies, links and supports.
 const MODELS: [(&str, &str); 3] = [
@@ -16,6 +18,35 @@ const MODELS: [(&str, &str); 3] = [
     ("frame", include_str!("../../../models/frame.yaml")),
     ("cantilever", include_str!("../../../models/cantilever.yaml")),
 ];
+
+/// A mast of matrices, with the stiffness of its upper half as a term, and a boom of beams on it.
+///
+/// * `supports` - the block of the file; none for a free structure
+fn of_matrices(supports: &str) -> Model {
+    let mast = |upper: f64| {
+        let text = format!(
+            "retune: 1\nname: mast\nsections:\n  low: {{E: 70 GPa, nu: 0.3, density: 2700 kg/m3, shape: {{rectangle: {{width: 50 mm, height: 20 mm}}}}}}\n  up: {{E: {upper} GPa, nu: 0.3, density: 2700 kg/m3, shape: {{rectangle: {{width: 40 mm, height: 18 mm}}}}}}\nnodes: {{m0: [0, 0, 0], m1: [0, 0, 0.5], m2: [0.05, 0, 1], m3: [0.1, 0, 1.5], m4: [0.15, 0, 2]}}\nbeams:\n  low: {{chain: [m0, m1, m2], section: low, orientation: [0, 1, 0]}}\n  up: {{chain: [m2, m3, m4], section: up, orientation: [0, 1, 0]}}\n"
+        );
+        let export = export_matrices(&model(&text), &[], None).unwrap();
+        let stem = format!("e{upper}");
+        write(&stem, &export.matrices, &export.dofs, MatrixFormat::MatrixMarket).unwrap()
+    };
+    let files: BTreeMap<String, Vec<u8>> = [mast(70.0), mast(80.0)].concat().into_iter().collect();
+    let text = format!(
+        "retune: 1\nname: mast with a boom\nparameters: {{E_up: {{value: 72 GPa, bounds: [40 GPa, 120 GPa]}}}}\nsections:\n  pole: {{E: 70 GPa, nu: 0.3, density: 2700 kg/m3, shape: {{rectangle: {{width: 30 mm, height: 15 mm}}}}}}\nnodes:\n  foot: [0, 0, 0]\n  joint: [0.1, 0, 1.5]\n  b1: [0.5, 0, 1.6]\n  b2: [0.9, 0.1, 1.7]\nbeams:\n  boom: {{chain: [joint, b1, b2], section: pole}}\nsuperelements:\n  mast:\n    k: e70_K.mtx\n    m: e70_M.mtx\n    dofs: e70_dofs.csv\n    attach: {{foot: m0, joint: m3}}\n    terms:\n      upper: {{parameter: E_up, at: 70 GPa, exports: [{{at: 80 GPa, k: e80_K.mtx}}]}}\n{supports}"
+    );
+    let mut read =
+        |name: &str| files.get(name).cloned().ok_or_else(|| std::io::Error::from(std::io::ErrorKind::NotFound));
+    load_in(&text, None, &Registry::builtin(), &mut read).unwrap_or_else(|p| panic!("{}", p[0])).0
+}
+
+/// All models to try, and whether they are free.
+fn models() -> Vec<(&'static str, Model, bool)> {
+    let of_beams = MODELS.map(|(name, text)| (name, model(text), name == "aeroplane"));
+    let clamped = of_matrices("supports: {ground: {node: foot}}\n");
+    let of_matrices = [("mast", clamped, false), ("free mast", of_matrices(""), true)];
+    of_beams.into_iter().chain(of_matrices).collect()
+}
 
 fn placed(model: &Model) -> Vec<Candidate> {
     candidates(model, &Effects::builtin(), &Context::default())
@@ -37,27 +68,23 @@ fn assembled(scene: &Scene, candidate: &Candidate, theta: &[f64], sizes: &[f64])
         return None;
     }
     let n = case.model.dof_map().n_dof();
-    let mut sum = [(); 2].map(|()| DMatrix::zeros(n, n));
-    for part in 0..change.len() {
-        let (rows, b) = change.motion(part);
-        let own = change.matrices(part, theta, sizes).unwrap();
-        for (sum, a) in sum.iter_mut().zip([&own.stiffness, &own.mass]) {
-            let local = b.transpose() * a.to_dense() * b;
-            for (i, &row) in rows.iter().enumerate() {
-                for (j, &column) in rows.iter().enumerate() {
-                    sum[(row, column)] += local[(i, j)];
-                }
+    let at = change.at(theta, sizes).unwrap();
+    let rows = at.rows();
+    Some(at.times(&DMatrix::identity(rows.len(), rows.len())).map(|force| {
+        let mut sum = DMatrix::zeros(n, n);
+        for (i, &row) in rows.iter().enumerate() {
+            for (j, &column) in rows.iter().enumerate() {
+                sum[(row, column)] = force.as_ref().map_or(0.0, |f| f[(i, j)]);
             }
         }
-    }
-    Some(sum)
+        sum
+    }))
 }
 
 /// The matrices of a change are the difference of those of the patched model and the model, whatever else is placed with it.
 #[test]
 fn a_change_is_what_the_patch_does() {
-    for (name, text) in MODELS {
-        let model = model(text);
+    for (name, model, _) in models() {
         let scene = scene(&model);
         let all = placed(&model);
         scene.place(&all);
@@ -98,8 +125,7 @@ fn a_change_is_what_the_patch_does() {
 /// With an effect of its typical size a stand-in has the frequencies of the patched model, where they may lie among those it is made for.
 #[test]
 fn a_stand_in_has_the_frequencies_of_the_patched_model() {
-    for (name, text) in MODELS {
-        let model = model(text);
+    for (name, model, is_free) in models() {
         let base = scene(&model);
         let all = placed(&model);
         base.place(&all);
@@ -115,7 +141,7 @@ fn a_stand_in_has_the_frequencies_of_the_patched_model() {
                 Some(modes.elastic().map(|i| modes.frequency_hz(i)).collect())
             };
             // A spring that holds a free structure to the ground is not fitted on a stand-in (docs/sparse.md).
-            if name == "aeroplane" && candidate.effect.name() == "ground-spring" {
+            if is_free && candidate.effect.name() == "ground-spring" {
                 continue;
             }
             // A preload of its typical size may buckle a thin member.
@@ -138,8 +164,7 @@ fn a_stand_in_has_the_frequencies_of_the_patched_model() {
 #[test]
 fn adjoint_columns_are_those_of_differences() {
     let (mut compared, mut wrong) = (0, Vec::new());
-    for (name, text) in MODELS {
-        let model = model(text);
+    for (name, model, _) in models() {
         let large = scene(&model);
         let small = Scene::new(&model, &[&large.cases[0].test]).unwrap();
         let x = small.start();

@@ -288,22 +288,14 @@ fn coefficient(parameter: usize, term: &ExportedTerm, power: u32) -> Value {
 }
 
 /// What effects leave out of superelements, a sentence each.
-///
-/// * `is_large` - whether the model is diagnosed on what stands in for it
-pub(in crate::model) fn left_out_of_effects(spec: &ModelSpec, is_large: bool) -> Vec<String> {
+pub(in crate::model) fn left_out_of_effects(spec: &ModelSpec) -> Vec<String> {
     let mut told = Vec::new();
     let names: Vec<String> = spec.superelements.keys().map(|n| format!("`{n}`")).collect();
     if !names.is_empty() {
         let names = names.join(", ");
-        told.push(if is_large {
-            format!(
-                "what superelements are made of is not known, and a model of this size is not changed by whole matrices: effects act at the nodes of {names}; give the parameter of a term bounds, and `retune update` finds its size"
-            )
-        } else {
-            format!(
-                "what superelements are made of is not known: effects change the whole of {names} or their `terms`, and act at their nodes; tapers, offsets, shear and the like have no place in them"
-            )
-        });
+        told.push(format!(
+            "what superelements are made of is not known: effects change the whole of {names} or their `terms`, and act at their nodes; tapers, offsets, shear and the like have no place in them"
+        ));
     }
     for (name, entry) in &spec.superelements {
         let Some(exported) = entry.loaded.0.as_ref() else { continue };

@@ -80,10 +80,8 @@ impl Residual {
         let (n, first) = self.all.shape();
         let mut forces = DMatrix::zeros(n, count * self.forces.len());
         for (k, force) in self.forces.iter_mut().enumerate() {
-            let mut made = force.matrix.mul(&new);
-            if !force.is_mass && before < self.n_rigid {
-                super::without_rounding(&force.matrix, &new, &mut made, (self.n_rigid - before).min(count));
-            }
+            let n_none = if force.is_mass { 0 } else { self.n_rigid.saturating_sub(before).min(count) };
+            let made = force.matrix.forces(&new, n_none);
             forces.columns_mut(k * count, count).copy_from(&made);
             force.columns.extend(first + k * count..first + (k + 1) * count);
         }
