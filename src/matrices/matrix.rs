@@ -1,6 +1,7 @@
 //! Sparse matrices with labels.
 
 use crate::element::Dof;
+use rayon::prelude::*;
 use std::collections::HashMap;
 use std::fmt;
 
@@ -117,7 +118,7 @@ impl Matrix {
             .iter()
             .map(|e| (e.column.min(e.row), e.row.max(e.column), e.row < e.column, e.value))
             .collect();
-        all.sort_by_key(|e| (e.0, e.1, e.2));
+        all.par_sort_by_key(|e| (e.0, e.1, e.2));
         let largest = all.iter().map(|e| e.3.abs()).fold(0.0, f64::max);
         let mut out = Symmetric { n: self.n_rows, ..Symmetric::default() };
         let (mut has_lower, mut has_upper, mut difference) = (false, false, 0.0_f64);

@@ -22,6 +22,7 @@ use crate::element::{Dof, ElementInput};
 use crate::linalg::{DMatrix, SymMatrix};
 use crate::yaml::{Problem, Severity, child};
 use std::collections::{BTreeMap, HashSet};
+use std::sync::OnceLock;
 
 /// A mass property that an update has to respect, in SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -63,6 +64,8 @@ pub struct Model {
     mirror: Option<Vec<(usize, f64)>>,
     sites: Vec<usize>,
     n_named: usize,
+    /// See [`Model::first_straining_lambda`].
+    pub(super) first_straining: OnceLock<Option<f64>>,
 }
 
 impl Model {
@@ -167,6 +170,7 @@ impl Model {
             mirror,
             sites,
             n_named,
+            first_straining: OnceLock::new(),
         })
     }
 

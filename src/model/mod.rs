@@ -23,6 +23,7 @@ mod ends_tests;
 mod entry;
 mod export;
 mod exported;
+mod first_mode;
 mod geometry;
 mod joined;
 mod lint;

@@ -96,6 +96,21 @@ impl<'a> ReducedModel<'a> {
     /// # Errors
     /// [`ModelError::NotPolynomial`]; those of a solution of the model.
     pub fn new(full: &'a dyn ParametricModel, options: ReducedOptions) -> Result<Self, ModelError> {
+        Self::near(full, options, None)
+    }
+
+    /// Reduces a model to vectors that are known, of a model that is nearly this one, and its modes at the start; samples are taken where these
+    /// do not suffice.
+    ///
+    /// * `known` - (n_dof x any number), of unit norm in K + aM of the other model or nearly
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn near(
+        full: &'a dyn ParametricModel,
+        options: ReducedOptions,
+        known: Option<&DMatrix<f64>>,
+    ) -> Result<Self, ModelError> {
         let terms = full.affine().ok_or(ModelError::NotPolynomial)?;
         let start = interior_point(full.parameters());
         let solver = ModalSolver::new(full, &start, options.n_modes)?;
@@ -116,24 +131,35 @@ impl<'a> ReducedModel<'a> {
             samples: Vec::new(),
             accuracy: f64::INFINITY,
         };
-        let candidates = candidates(full, &start, options);
+        let points: Vec<Vec<f64>> = std::iter::once(start.clone()).chain(candidates(full, &start, options)).collect();
         let mut next = Some(start);
+        if let Some(known) = known {
+            for vectors in [&modes.shapes, known] {
+                let room = options.most.saturating_sub(span.len());
+                span.add_best(&span.of_unit_norm(vectors), negligible(options.tolerance), room);
+            }
+            reduced.project(&span, n_rigid)?;
+            next = reduced.worst(&points).filter(|_| reduced.accuracy > options.tolerance);
+        }
         while let Some(sample) = next.take() {
             let shapes = snapshot(full, &solver, &sample, options.n_modes, (&span, reduced.residual.factor()))?;
             let room = options.most.saturating_sub(span.len());
             let added = span.add_best(&shapes, negligible(options.tolerance), room);
             reduced.samples.push(sample);
             reduced.project(&span, n_rigid)?;
-            // Where there are no modes, nothing is approximated.
-            let error =
-                |theta: &Vec<f64>| reduced.frequency_errors(theta).map_or(0.0, |e| e.into_iter().fold(0.0, f64::max));
-            let errors: Vec<f64> = candidates.par_iter().map(error).collect();
-            let worst = (0..errors.len()).reduce(|a, b| if errors[b] > errors[a] { b } else { a });
-            reduced.accuracy = worst.map_or(0.0, |k| errors[k]);
-            let is_done = reduced.accuracy <= options.tolerance || added == 0;
-            next = worst.filter(|_| !is_done).map(|k| candidates[k].clone());
+            next = reduced.worst(&points).filter(|_| reduced.accuracy > options.tolerance && added > 0);
         }
         Ok(reduced)
+    }
+
+    /// The point with the largest error, which becomes the accuracy.
+    fn worst(&mut self, points: &[Vec<f64>]) -> Option<Vec<f64>> {
+        // Where there are no modes, nothing is approximated.
+        let error = |theta: &Vec<f64>| self.frequency_errors(theta).map_or(0.0, |e| e.into_iter().fold(0.0, f64::max));
+        let errors: Vec<f64> = points.par_iter().map(error).collect();
+        let worst = (0..errors.len()).reduce(|a, b| if errors[b] > errors[a] { b } else { a })?;
+        self.accuracy = errors[worst];
+        Some(points[worst].clone())
     }
 
     /// Largest estimated relative error of a frequency at the points that were looked at.

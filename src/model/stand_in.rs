@@ -22,9 +22,11 @@ use super::parameter::{Parameter, ParameterSet};
 use super::reduced::{ReducedModel, ReducedOptions};
 use super::system::System;
 use super::{ElementMatrices, Model, ModelError, ParametricModel, Targets};
+use crate::element::Dof;
 use crate::linalg::sparse::{PencilFactor, SparsePlan, SparseSym};
 use crate::linalg::{DMatrix, DVector, DVectorView, symmetric_eigen};
 use crate::modal::ModalError;
+use std::collections::HashMap;
 use std::sync::Arc;
 
 /// Most static shapes of a change.
@@ -107,15 +109,18 @@ impl StandIn {
     /// # Errors
     /// [`ModelError::NotPolynomial`]; those of a solution of the model.
     pub fn new(model: &Arc<Model>, n_modes: usize, tolerance: f64) -> Result<Self, ModelError> {
-        Self::reduced(model, ReducedOptions { n_modes, tolerance, ..ReducedOptions::default() })
+        Self::reduced(model, ReducedOptions { n_modes, tolerance, ..ReducedOptions::default() }, None)
     }
 
     /// The same, reduced as `options` say.
     ///
+    /// * `like` - what stands in for a model that is nearly this one: its coordinates are taken where they serve
+    ///
     /// # Errors
     /// As [`Self::new`].
-    pub fn reduced(model: &Arc<Model>, options: ReducedOptions) -> Result<Self, ModelError> {
-        let reduced = ReducedModel::new(&**model, options)?;
+    pub fn reduced(model: &Arc<Model>, options: ReducedOptions, like: Option<&Self>) -> Result<Self, ModelError> {
+        let known = like.map(|like| like.on_rows_of(model));
+        let reduced = ReducedModel::near(&**model, options, known.as_ref())?;
         let affine = reduced.affine().cloned().ok_or(ModelError::NotPolynomial)?;
         let full = model.affine().ok_or(ModelError::NotPolynomial)?;
         let n = model.dof_map().n_dof();
@@ -175,6 +180,21 @@ impl StandIn {
     /// The elimination order of the model.
     pub fn plan(&self) -> &SparsePlan {
         self.common.factor.plan()
+    }
+
+    /// What the rows of another model move by with its coordinates; nothing of rows that its own model does not have.
+    fn on_rows_of(&self, model: &Model) -> DMatrix<f64> {
+        let (own, other) = (self.common.model.dof_map(), model.dof_map());
+        let known: HashMap<(&str, Dof), usize> = own
+            .rows()
+            .iter()
+            .enumerate()
+            .map(|(i, &(node, dof))| ((own.node_names()[node].as_str(), dof), i))
+            .collect();
+        let row = |&(node, dof): &(usize, Dof)| known.get(&(other.node_names()[node].as_str(), dof)).copied();
+        let rows: Vec<Option<usize>> = other.rows().iter().map(row).collect();
+        let count = self.common.basis.ncols() + self.extra.ncols();
+        DMatrix::from_fn(rows.len(), count, |i, c| rows[i].map_or(0.0, |row| self.entry(row, c)))
     }
 
     /// With one more change, whose sizes follow the parameters.

@@ -1,6 +1,13 @@
 //! Symmetric sparse matrices: the lower triangle, column by column.
 
 use crate::DMatrix;
+use nalgebra::DVectorViewMut;
+use rayon::prelude::*;
+
+/// Columns that are multiplied in one pass over a matrix.
+const GROUP: usize = 4;
+/// Products of an entry of the triangle and a column above which threads are worth their while.
+const WORTH_THREADS: usize = 200_000;
 
 /// A symmetric sparse matrix (n x n). Its lower triangle is stored by columns, rows ascending, every diagonal entry present.
 #[derive(Debug, Clone, PartialEq)]
@@ -104,7 +111,7 @@ impl SparseSym {
         self.values[self.columns[i]]
     }
 
-    /// A x for every column of x, (n x k).
+    /// A x for every column of x, (n x k); columns of large matrices a few at a time on several threads, with the same bits on any number.
     ///
     /// # Panics
     /// If `x` has another number of rows.
@@ -112,19 +119,57 @@ impl SparseSym {
     pub fn mul(&self, x: &DMatrix<f64>) -> DMatrix<f64> {
         assert_eq!(x.nrows(), self.n(), "one row a row of the matrix");
         let mut y = DMatrix::zeros(x.nrows(), x.ncols());
-        for (from, mut to) in x.column_iter().zip(y.column_iter_mut()) {
-            for j in 0..self.n() {
-                let start = self.columns[j];
-                let mut sum = self.values[start] * from[j];
-                for p in start + 1..self.columns[j + 1] {
-                    let i = self.rows[p];
-                    to[i] += self.values[p] * from[j];
-                    sum += self.values[p] * from[i];
+        if self.len() * x.ncols() < WORTH_THREADS {
+            for (from, to) in x.column_iter().zip(y.column_iter_mut()) {
+                self.times(from.as_slice(), to);
+            }
+            return y;
+        }
+        let size = GROUP * self.n();
+        let groups = y.as_mut_slice().par_chunks_mut(size).zip(x.as_slice().par_chunks(size));
+        groups.for_each(|(to, from)| self.times_group(from, to));
+        y
+    }
+
+    /// A x of one column.
+    fn times(&self, from: &[f64], mut to: DVectorViewMut<'_, f64>) {
+        for j in 0..self.n() {
+            let start = self.columns[j];
+            let mut sum = self.values[start] * from[j];
+            for p in start + 1..self.columns[j + 1] {
+                let i = self.rows[p];
+                to[i] += self.values[p] * from[j];
+                sum += self.values[p] * from[i];
+            }
+            to[j] += sum;
+        }
+    }
+
+    /// The same of a few columns in one pass over the matrix, in the same order of sums.
+    fn times_group(&self, from: &[f64], to: &mut [f64]) {
+        let n = self.n();
+        let width = from.len() / n;
+        let row = |i: usize| -> [f64; GROUP] { std::array::from_fn(|l| if l < width { from[l * n + i] } else { 0.0 }) };
+        let x: Vec<[f64; GROUP]> = (0..n).map(row).collect();
+        let mut y = vec![[0.0; GROUP]; n];
+        for j in 0..n {
+            let start = self.columns[j];
+            let xj = x[j];
+            let mut sum = xj.map(|v| self.values[start] * v);
+            for p in start + 1..self.columns[j + 1] {
+                let (i, value) = (self.rows[p], self.values[p]);
+                for l in 0..GROUP {
+                    y[i][l] += value * xj[l];
+                    sum[l] += value * x[i][l];
                 }
-                to[j] += sum;
+            }
+            for l in 0..GROUP {
+                y[j][l] += sum[l];
             }
         }
-        y
+        for (l, column) in to.chunks_mut(n).enumerate() {
+            column.iter_mut().zip(&y).for_each(|(v, row)| *v = row[l]);
+        }
     }
 
     /// A V, (n x k), of which the first `n_none` columns are set to zero where they are rounding: of motions that A may not resist, rigid ones
@@ -172,6 +217,22 @@ impl SparseSym {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Columns in groups, on threads, have the bits of columns one by one.
+    #[test]
+    fn groups_of_columns_have_the_bits_of_single_ones() {
+        let n = 3001;
+        let entry = |i: usize, j: usize| (((7 * i + 13 * j) % 101) as f64 - 50.0) / 7.0;
+        let places = (0..n).flat_map(|j| [j, j + 1, j + 2, j + 17, j + 400].map(|i| (i, j))).filter(|p| p.0 < n);
+        let a = SparseSym::from_triplets(n, places.map(|(i, j)| (i, j, entry(i, j))));
+        let x = DMatrix::from_fn(n, 23, |i, j| entry(j, i));
+        assert!(a.len() * x.ncols() >= WORTH_THREADS);
+        let together = a.mul(&x);
+        for (j, column) in x.column_iter().enumerate() {
+            let alone = a.mul(&DMatrix::from_columns(&[column]));
+            assert_eq!(alone.as_slice(), together.column(j).as_slice(), "column {j}");
+        }
+    }
 
     #[test]
     fn triplets_of_one_place_add_up_from_either_triangle() {

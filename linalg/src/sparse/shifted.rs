@@ -5,6 +5,7 @@ use super::kernel::{Row, WIDTH};
 use super::matrix::SparseSym;
 use super::plan::SparsePlan;
 use crate::{DMatrix, LinalgError};
+use rayon::prelude::*;
 use std::sync::Arc;
 
 /// (K + aM)⁻¹ F.
@@ -24,8 +25,9 @@ pub fn solve_shifted(
     shift: f64,
     forces: &DMatrix<f64>,
 ) -> Result<DMatrix<f64>, LinalgError> {
-    let mut factor = cholesky(plan, k, m, shift)?;
-    Ok(solve_blocks(plan, forces, |block| factor.solve(block)))
+    let values = cholesky(plan, k, m, shift)?.into_values();
+    let structure = &plan.structure;
+    Ok(solve_blocks(plan, forces, |block| structure.solve(&values, block, &mut structure.work())))
 }
 
 /// The factor of K + aM, kept for many solutions.
@@ -63,8 +65,7 @@ impl PencilFactor {
     /// If F has another number of rows.
     pub fn solve(&self, forces: &DMatrix<f64>) -> DMatrix<f64> {
         let structure = &self.plan.structure;
-        let mut work = structure.work();
-        solve_blocks(&self.plan, forces, |block| structure.solve(&self.values, block, &mut work))
+        solve_blocks(&self.plan, forces, |block| structure.solve(&self.values, block, &mut structure.work()))
     }
 }
 
@@ -75,21 +76,24 @@ fn cholesky<'a>(plan: &'a SparsePlan, k: &SparseSym, m: &SparseSym, shift: f64) 
     })
 }
 
-/// Solves for some columns at a time, in the elimination order.
-fn solve_blocks(plan: &SparsePlan, forces: &DMatrix<f64>, mut solve: impl FnMut(&mut [Row])) -> DMatrix<f64> {
+/// Solves for some columns at a time, in the elimination order, on several threads.
+fn solve_blocks(plan: &SparsePlan, forces: &DMatrix<f64>, solve: impl Fn(&mut [Row]) + Sync) -> DMatrix<f64> {
     assert_eq!(forces.nrows(), plan.n(), "forces on every row");
-    let mut out = DMatrix::zeros(forces.nrows(), forces.ncols());
-    for first in (0..forces.ncols()).step_by(WIDTH) {
-        let width = WIDTH.min(forces.ncols() - first);
-        let row = |&i: &usize| -> Row { std::array::from_fn(|l| if l < width { forces[(i, first + l)] } else { 0.0 }) };
+    let n = forces.nrows();
+    let mut out = DMatrix::zeros(n, forces.ncols());
+    if n == 0 {
+        return out;
+    }
+    let blocks = out.as_mut_slice().par_chunks_mut(WIDTH * n).zip(forces.as_slice().par_chunks(WIDTH * n));
+    blocks.for_each(|(to, from)| {
+        let width = from.len() / n;
+        let row = |&i: &usize| -> Row { std::array::from_fn(|l| if l < width { from[l * n + i] } else { 0.0 }) };
         let mut block: Vec<Row> = plan.order.iter().map(row).collect();
         solve(&mut block);
         for (values, &i) in block.iter().zip(&plan.order) {
-            for l in 0..width {
-                out[(i, first + l)] = values[l];
-            }
+            (0..width).for_each(|l| to[l * n + i] = values[l]);
         }
-    }
+    });
     out
 }
 

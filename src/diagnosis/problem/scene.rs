@@ -27,7 +27,9 @@ use crate::element::Dof;
 use crate::fault::{Bench, PlacedFault, Tests};
 use crate::linalg::{DMatrix, DVector};
 use crate::model::spec::ModelSpec;
-use crate::model::{MOST_DENSE_DOFS, ModalSolver, Model, ModelError, ParametricModel, Registry, StandIn};
+use crate::model::{
+    MOST_DENSE_DOFS, ModalSolver, Model, ModelError, ParametricModel, ReducedOptions, Registry, StandIn,
+};
 use crate::objective::{Comparison, Scaling, is_damped};
 use crate::optim::Draw;
 use crate::update::{HowToPair, as_given};
@@ -187,7 +189,7 @@ impl Scene {
         }
         let is_damped = models.iter().any(|m| is_damped(&**m));
         let tests = tests.iter().map(|&t| Arc::new(t.clone())).collect();
-        Self::of(Arc::new(model.spec().clone()), models, tests, Vec::new(), is_damped).with_stand_ins()
+        Self::of(Arc::new(model.spec().clone()), models, tests, Vec::new(), is_damped).with_stand_ins(&[])
     }
 
     fn of(
@@ -228,11 +230,13 @@ impl Scene {
     #[cfg(test)]
     pub(crate) fn large_from(mut self, dofs: usize) -> Result<Self, DiagnosisError> {
         self.large = dofs;
-        self.with_stand_ins()
+        self.with_stand_ins(&[])
     }
 
     /// With stand-ins for models that are large.
-    fn with_stand_ins(mut self) -> Result<Self, DiagnosisError> {
+    ///
+    /// * `before` - cases of models that these were made from, in the same order, with theirs
+    fn with_stand_ins(mut self, before: &[Case]) -> Result<Self, DiagnosisError> {
         let largest = self.cases.iter().map(|c| c.model.dof_map().n_dof()).max().unwrap_or(0);
         if largest <= self.large {
             return Ok(self);
@@ -240,11 +244,15 @@ impl Scene {
         let failed = |e: ModelError| CorrelationError::Model(e.to_string());
         let n_modes = 2 * self.cases.iter().map(|c| c.test.modes.len()).max().unwrap_or(0) + 4;
         let mut made: Vec<StandIn> = Vec::new();
-        for case in &mut self.cases {
+        for (k, case) in self.cases.iter_mut().enumerate() {
             let known = made.iter().find(|s| Arc::ptr_eq(s.model(), &case.model)).cloned();
             let stand_in = match known {
                 Some(known) => known,
-                None => StandIn::new(&case.model, n_modes, TOLERANCE).map_err(failed)?,
+                None => {
+                    let options = ReducedOptions { n_modes, tolerance: TOLERANCE, ..ReducedOptions::default() };
+                    let like = before.get(k).and_then(|c| c.stand_in.as_deref());
+                    StandIn::reduced(&case.model, options, like).map_err(failed)?
+                }
             };
             made.push(stand_in.clone());
             *case = case.with_stand_in(stand_in);
@@ -261,7 +269,7 @@ impl Scene {
         let models = shared(&tests, key, |t| in_configuration(&file, t))?;
         let cases = self.cases.iter().zip(models).map(|(case, model)| case.with_model(model)).collect();
         let (patches, changes) = (Vec::new(), Arc::default());
-        Self { file: Arc::new(file), cases, added, patches, changes, ..self.clone() }.with_stand_ins()
+        Self { file: Arc::new(file), cases, added, patches, changes, ..self.clone() }.with_stand_ins(&self.cases)
     }
 
     /// The same with other tests of the same modes.

@@ -2,8 +2,6 @@
 
 use super::{Part, PartKind, Structure};
 use crate::element::Dof;
-use crate::modal::SolveOptions;
-use crate::model::{ParametricModel, solve_modes};
 use std::f64::consts::PI;
 
 /// Arm of a moment, as a share of the size of the structure: a fiftieth of the stiffness that it makes against turning is about a fifth of EI/L of
@@ -17,27 +15,8 @@ impl Structure<'_> {
         self.total_mass() * self.omega2() * arm * arm
     }
 
-    /// λ of the lowest mode that strains members more than springs, among the first few; else of the lowest: what a soft suspension
-    /// does says nothing of the structure.
-    fn lowest_elastic(&self) -> Option<f64> {
-        /// Modes of a suspension, and a few more.
-        const FEW: usize = 9;
-        let lowest = |n_elastic: usize| {
-            let modes = solve_modes(self.model, &self.theta, SolveOptions { n_elastic, shift: None }).ok()?;
-            let kinds = self.model.characters(&self.theta, &modes.shapes, modes.n_rigid).ok().flatten()?;
-            let is_of_members = |&i: &usize| kinds[i].springs < 0.5;
-            Some((modes.elastic().next()?, modes.elastic().find(is_of_members), modes.lambda))
-        };
-        let (first, of_members, lambda) = lowest(1)?;
-        let (found, lambda) = match of_members {
-            Some(i) => (i, lambda),
-            None => lowest(FEW).map_or((first, lambda), |(first, other, all)| (other.unwrap_or(first), all)),
-        };
-        Some(lambda[found]).filter(|l| *l > 0.0 && l.is_finite())
-    }
-
     pub(super) fn characteristic_omega2(&self) -> f64 {
-        if let Some(omega2) = self.lowest_elastic() {
+        if let Some(omega2) = self.model.first_straining_lambda() {
             return omega2;
         }
         let chains = self.parts.iter().filter(|p| {

@@ -58,6 +58,14 @@ impl<'a> Span<'a> {
         v.dot(&self.image(&v)).max(0.0).sqrt()
     }
 
+    /// The same vectors with √(vᵀ X v) = 1; without those of no norm.
+    pub(super) fn of_unit_norm(&self, vectors: &DMatrix<f64>) -> DMatrix<f64> {
+        let image = self.image(vectors);
+        let norm = |j: usize| vectors.column(j).dot(&image.column(j)).max(0.0).sqrt();
+        let kept: Vec<(usize, f64)> = (0..vectors.ncols()).map(|j| (j, norm(j))).filter(|n| n.1 > 0.0).collect();
+        DMatrix::from_fn(vectors.nrows(), kept.len(), |i, c| vectors[(i, kept[c].0)] / kept[c].1)
+    }
+
     /// The six rigid motions, in coordinates; zero where they are not modes of the structure.
     pub(super) fn coordinates_of_rigid_motions(&self, n_rigid: usize) -> DMatrix<f64> {
         let motions = self.model.dof_map().rigid_motions();
