@@ -12,6 +12,7 @@ mod envelope;
 mod orthogonal;
 pub mod sparse;
 mod symmetric;
+mod tall;
 
 pub use decompositions::{ShiftedPencil, Svd, SymmetricEigen, symmetric_eigen, symmetric_values, thin_svd};
 pub use dynamic_stiffness::DynamicStiffness;
@@ -20,6 +21,7 @@ pub use eigenvalues::{GeneralEigenpairs, general_eigenpairs};
 pub use nalgebra::{Complex, DMatrix, DMatrixView, DVector, DVectorView};
 pub use orthogonal::{ThinQr, thin_qr};
 pub use symmetric::SymMatrix;
+pub use tall::{tall_take, tall_tr_mul};
 
 /// Why a numerical kernel has no result.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

@@ -2,12 +2,15 @@
 
 use super::edit::{Edit, PatchError};
 use super::location::Location;
-use super::patch::{Builder, Patch, entry};
+use super::patch::{Builder, Patch, between, entry};
 use super::structure::Structure;
 use super::{About, Effect};
 use crate::element::Dof;
 use crate::model::spec::{ElementSpec, Named, SectionValue, SpringSpec};
 use crate::units::Scalar;
+
+/// Typical stiffness against M ω² of the structure: a strut that is seen.
+const SEEN: f64 = 0.05;
 
 #[doc = "A connection that the model lacks between two near nodes: a brace, a strut, a path through a skin, a bolt or a contact between two faces."]
 #[derive(Debug, Clone, Copy)]
@@ -25,7 +28,7 @@ impl Effect for Connection {
             signature: "Modes that move the two nodes against each other rise; those that move them alike stay.",
             formulation: "K gains k d dᵀ along the line between the nodes, d their relative displacement; where they are at \
                     one place, k along all three axes. k = 0 leaves it. ω rises by k d²/(2 ω).",
-            confusable: &["stiffness-change", "bending-stiffness-change", "ground-spring", "asymmetry"],
+            confusable: &["rigid-link", "stiffness-change", "bending-stiffness-change", "ground-spring", "asymmetry"],
             references: &[
                 "C. Mares, M. I. Friswell, J. E. Mottershead, Model updating using robust estimation, Mechanical Systems and Signal Processing 16, 2002",
                 "M. I. Friswell, J. E. Mottershead, Finite Element Model Updating in Structural Dynamics, 1995",
@@ -42,11 +45,10 @@ impl Effect for Connection {
         let pairs: Vec<[&str; 2]> =
             at.names.iter().map(|name| structure.pair(name).ok_or_else(unknown)).collect::<Result<_, _>>()?;
         let mut b = Builder::new(self.name(), at);
-        let typical = 0.05 * structure.generalised_stiffness(Dof::Ux);
+        let typical = SEEN * structure.generalised_stiffness(Dof::Ux);
         let about = format!("stiffness of a connection between {}", between(&pairs));
-        let k = b.parameter("stiffness", "N/m", typical, [0.0, 1000.0 * typical], &about);
-        for (i, pair) in pairs.iter().enumerate() {
-            let name = if pairs.len() > 1 { format!("{}.{}", b.stem(), i + 1) } else { b.stem().to_string() };
+        let k = b.parameter("stiffness", "N/m", typical, [0.0, structure.rigid()], &about);
+        for (name, pair) in b.named(&pairs) {
             let nodes = pair.map(str::to_string);
             if structure.coincide(*pair) {
                 let axes = [Dof::Ux, Dof::Uy, Dof::Uz].into_iter().filter(|&dof| structure.any_node_moves(dof));
@@ -67,8 +69,4 @@ impl Effect for Connection {
         }
         Ok(b.finish())
     }
-}
-
-fn between(pairs: &[[&str; 2]]) -> String {
-    pairs.iter().map(|[a, b]| format!("{a} and {b}")).collect::<Vec<_>>().join(", and ")
 }

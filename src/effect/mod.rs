@@ -42,6 +42,7 @@ mod mass_offset;
 mod patch;
 mod point_mass;
 mod point_rotary_inertia;
+mod rigid_link;
 mod root_flexibility;
 mod section_rotary_inertia;
 mod sensor_mass;
@@ -90,6 +91,7 @@ catalogue! {
     mass_offset::MassOffset,
     point_mass::PointMass,
     point_rotary_inertia::PointRotaryInertia,
+    rigid_link::RigidLink,
     root_flexibility::RootFlexibility,
     section_rotary_inertia::SectionRotaryInertia,
     sensor_mass::SensorMass,

@@ -150,6 +150,12 @@ impl Builder {
         self.edit(Edit::AddOverride { name, entry: OverrideSpec { of: of.to_vec(), ..entry } });
     }
 
+    /// A name for an entry at each of several places: `<effect>.<place>`, with a number where there are several.
+    pub(super) fn named<'p, T>(&self, places: &'p [T]) -> Vec<(String, &'p T)> {
+        let name = |i: usize| if places.len() > 1 { format!("{}.{}", self.stem, i + 1) } else { self.stem.clone() };
+        places.iter().enumerate().map(|(i, place)| (name(i), place)).collect()
+    }
+
     pub(super) fn finish(self) -> Patch {
         self.patch
     }
@@ -169,6 +175,11 @@ pub(super) fn times(factor: f64, name: &str) -> String {
     } else {
         format!("{}*{name}", flow::number(factor))
     }
+}
+
+/// `a and b`, with those of further pairs behind.
+pub(super) fn between(pairs: &[[&str; 2]]) -> String {
+    pairs.iter().map(|[a, b]| format!("{a} and {b}")).collect::<Vec<_>>().join(", and ")
 }
 
 /// To three significant digits: sizes and bounds are orders of magnitude.

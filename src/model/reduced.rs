@@ -209,30 +209,35 @@ impl<'a> ReducedModel<'a> {
         let Some(terms) = self.full.affine() else { return Err(ModelError::NotPolynomial) };
         let n = self.full.dof_map().n_dof();
         let v = span.vectors();
-        let on_span = |list: &[Entry], strains: bool| -> Vec<Entry> {
-            if list.is_empty() {
-                return Vec::new();
-            }
-            let a = SparseSym::from_triplets(n, list.iter().map(|e| (e.row, e.column, e.value)));
-            let projected = a.on_basis(&v, if strains { n_rigid } else { 0 });
+        self.residual.extend(&v);
+        let entries = |projected: &DMatrix<f64>| -> Vec<Entry> {
             (0..v.ncols())
                 .flat_map(|row| (0..=row).map(move |column| (row, column)))
                 .map(|(row, column)| Entry { row, column, value: projected[(row, column)] })
                 .filter(|e| e.value != 0.0)
                 .collect()
         };
-        let reduce = |basis: &Basis| Basis {
-            stiffness: on_span(&basis.stiffness, true),
-            mass: on_span(&basis.mass, false),
-            damping: on_span(&basis.damping, true),
+        let damping = |list: &[Entry]| -> Vec<Entry> {
+            if list.is_empty() {
+                return Vec::new();
+            }
+            let a = SparseSym::from_triplets(n, list.iter().map(|e| (e.row, e.column, e.value)));
+            entries(&a.on_basis(&v, n_rigid))
         };
+        let mut reduced: Vec<Basis> =
+            terms.bases().map(|b| Basis { damping: damping(&b.damping), ..Basis::default() }).collect();
+        for (term, is_mass, projected) in self.residual.on_basis(&v) {
+            let of = &mut reduced[term];
+            *if is_mass { &mut of.mass } else { &mut of.stiffness } = entries(&projected);
+        }
+        let mut reduced = reduced.into_iter();
+        let mut next = || reduced.next().unwrap_or_default();
         self.affine = AffinePart {
-            constant: reduce(&terms.constant),
-            parameters: terms.parameters.iter().map(reduce).collect(),
-            products: terms.products.iter().map(|(monomial, basis)| (monomial.clone(), reduce(basis))).collect(),
+            constant: next(),
+            parameters: terms.parameters.iter().map(|_| next()).collect(),
+            products: terms.products.iter().map(|(monomial, _)| (monomial.clone(), next())).collect(),
             origin: terms.origin.clone(),
         };
-        self.residual.extend(&v);
         self.mirror = span.signs().map(|signs| signs.into_iter().enumerate().collect());
         self.dofs = self.full.dof_map().on_basis(&v, &span.coordinates_of_rigid_motions(n_rigid));
         self.basis = v;

@@ -24,7 +24,7 @@ use super::system::System;
 use super::{ElementMatrices, Model, ModelError, ParametricModel, Targets};
 use crate::element::Dof;
 use crate::linalg::sparse::{PencilFactor, SparsePlan, SparseSym};
-use crate::linalg::{DMatrix, DVector, DVectorView, symmetric_eigen};
+use crate::linalg::{DMatrix, DVector, DVectorView, symmetric_eigen, tall_take, tall_tr_mul};
 use crate::modal::ModalError;
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -210,13 +210,10 @@ impl StandIn {
         // W across V and the shapes that are there, orthonormal in X: X W = F.
         let mut shapes = self.common.factor.solve(&forces);
         let whole = (0..forces.ncols()).map(|j| shapes.column(j).dot(&forces.column(j))).fold(0.0, f64::max);
-        let along = self.common.basis.tr_mul(&forces);
-        shapes -= &self.common.basis * &along;
-        if self.extra.ncols() > 0 {
-            let along = self.extra.tr_mul(&forces);
-            shapes -= &*self.extra * &along;
+        for known in [&self.common.basis, &*self.extra] {
+            tall_take(&mut shapes, known, &tall_tr_mul(known, &forces));
         }
-        let gram = shapes.tr_mul(&forces);
+        let gram = tall_tr_mul(&shapes, &forces);
         let gram = (&gram + gram.transpose()) * 0.5;
         let largest = gram.diagonal().amax();
         let eigen = symmetric_eigen(&gram).map_err(ModalError::from)?;
@@ -320,7 +317,7 @@ impl StandIn {
         });
         // The smaller of the two Gram matrices: both have the same eigenvalues but for zeros.
         let is_tall = scaled.nrows() > scaled.ncols();
-        let gram = if is_tall { scaled.tr_mul(&scaled) } else { &scaled * scaled.transpose() };
+        let gram = if is_tall { tall_tr_mul(&scaled, &scaled) } else { &scaled * scaled.transpose() };
         let Ok(eigen) = symmetric_eigen(&gram) else { return DMatrix::zeros(n, 0) };
         let direction = |(value, u): (&f64, DVectorView<'_, f64>)| {
             let along = if is_tall { &scaled * u / value.max(0.0).sqrt() } else { u.into_owned() };
@@ -411,13 +408,13 @@ impl StandIn {
             }
             let Some(a) = a else { return out };
             let aw = a.mul(w);
-            let mut beside = aw.tr_mul(v);
+            let mut beside = tall_tr_mul(&aw, v);
             // A rigid motion that the term does not strain meets no force of a shape either.
             for j in (0..n_rigid).filter(|&j| strains && !list.iter().any(|e| e.row == j || e.column == j)) {
                 beside.column_mut(j).fill(0.0);
             }
             out.view_mut((m, 0), (w.ncols(), m)).copy_from(&beside);
-            out.view_mut((m, m), (w.ncols(), w.ncols())).copy_from(&w.tr_mul(&aw));
+            out.view_mut((m, m), (w.ncols(), w.ncols())).copy_from(&tall_tr_mul(w, &aw));
             out
         };
         [

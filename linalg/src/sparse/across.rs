@@ -2,7 +2,7 @@
 
 use super::matrix::SparseSym;
 use super::shifted::PencilFactor;
-use crate::DMatrix;
+use crate::{DMatrix, tall_take, tall_tr_mul};
 
 /// Steps after which an answer is as good as it gets.
 const MOST_STEPS: usize = 60;
@@ -43,12 +43,12 @@ pub fn solve_across_modes(
     assert_eq!(lambda.len(), count, "a λ for each column");
     let m_known = m.mul(known);
     let force_across = |r: &mut DMatrix<f64>| {
-        let along = known.tr_mul(r);
-        r.gemm(-1.0, &m_known, &along, 1.0);
+        let along = tall_tr_mul(known, r);
+        tall_take(r, &m_known, &along);
     };
     let shape_across = |x: &mut DMatrix<f64>| {
-        let along = m_known.tr_mul(x);
-        x.gemm(-1.0, known, &along, 1.0);
+        let along = tall_tr_mul(&m_known, x);
+        tall_take(x, known, &along);
     };
     let dots = |a: &DMatrix<f64>, b: &DMatrix<f64>| -> Vec<f64> {
         a.column_iter().zip(b.column_iter()).map(|(a, b)| a.dot(&b)).collect()

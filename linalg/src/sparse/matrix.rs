@@ -1,6 +1,6 @@
 //! Symmetric sparse matrices: the lower triangle, column by column.
 
-use crate::DMatrix;
+use crate::{DMatrix, tall_tr_mul};
 use nalgebra::DVectorViewMut;
 use rayon::prelude::*;
 
@@ -199,7 +199,7 @@ impl SparseSym {
     #[must_use]
     pub fn on_basis(&self, v: &DMatrix<f64>, n_none: usize) -> DMatrix<f64> {
         let av = self.forces(v, n_none);
-        let mut projected = v.tr_mul(&av);
+        let mut projected = tall_tr_mul(v, &av);
         for j in (0..n_none).filter(|&j| av.column(j).amax() == 0.0) {
             projected.row_mut(j).fill(0.0);
         }

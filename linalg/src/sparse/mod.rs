@@ -20,4 +20,4 @@ pub use derivative::solve_beside_mode;
 pub use matrix::SparseSym;
 pub use modes::{SparseModes, SparseOptions, backward_error, lowest_sparse_modes};
 pub use plan::SparsePlan;
-pub use shifted::{PencilFactor, count_negative, solve_indefinite, solve_shifted};
+pub use shifted::{IndefinitePencil, PencilFactor, count_negative, solve_shifted};

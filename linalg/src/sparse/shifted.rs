@@ -3,7 +3,7 @@
 use super::factor::{Factor, FactorError};
 use super::kernel::{Row, WIDTH};
 use super::matrix::SparseSym;
-use super::plan::SparsePlan;
+use super::plan::{Ordered, SparsePlan};
 use crate::{DMatrix, LinalgError};
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -97,27 +97,38 @@ fn solve_blocks(plan: &SparsePlan, forces: &DMatrix<f64>, solve: impl Fn(&mut [R
     out
 }
 
-/// (K + aM)⁻¹ F where K + aM need not be positive definite, by LDLᵀ.
-///
-/// * `plan` - of a pattern that covers `k` and `m`
-/// * `forces` - F, (n x any number)
-///
-/// # Errors
-/// [`LinalgError::OutOfMemory`].
-///
-/// # Panics
-/// If sizes differ, or the plan's pattern does not cover the matrices.
-pub fn solve_indefinite(
-    plan: &SparsePlan,
-    k: &SparseSym,
-    m: &SparseSym,
-    shift: f64,
-    forces: &DMatrix<f64>,
-) -> Result<DMatrix<f64>, LinalgError> {
-    let factor = plan.structure.indefinite(&plan.pencil(k, m).shifted(shift), plan.structure.values()?)?;
-    let mut x = plan.ordered_rows(forces);
-    factor.solve(&mut x)?;
-    Ok(plan.restored_rows(&x))
+/// K and M in an elimination order, for solutions with K + aM of many a, which need not be positive definite.
+#[derive(Debug)]
+pub struct IndefinitePencil<'a> {
+    plan: &'a SparsePlan,
+    pencil: Ordered,
+}
+
+impl<'a> IndefinitePencil<'a> {
+    /// Orders K and M.
+    ///
+    /// # Panics
+    /// If sizes differ, or the plan's pattern does not cover the matrices.
+    pub fn new(plan: &'a SparsePlan, k: &SparseSym, m: &SparseSym) -> Self {
+        Self { plan, pencil: plan.pencil(k, m) }
+    }
+
+    /// (K + aM)⁻¹ F, by LDLᵀ.
+    ///
+    /// * `forces` - F, (n x any number)
+    ///
+    /// # Errors
+    /// [`LinalgError::OutOfMemory`].
+    ///
+    /// # Panics
+    /// If F has another number of rows.
+    pub fn solve(&self, shift: f64, forces: &DMatrix<f64>) -> Result<DMatrix<f64>, LinalgError> {
+        let structure = &self.plan.structure;
+        let factor = structure.indefinite(&self.pencil.shifted(shift), structure.values()?)?;
+        let mut x = self.plan.ordered_rows(forces);
+        factor.solve(&mut x)?;
+        Ok(self.plan.restored_rows(&x))
+    }
 }
 
 /// Number of negative eigenvalues of K + aM, by the inertia of its factorisation; `None` if a pivot is not a number.

@@ -22,9 +22,9 @@ use crate::diagnosis::problem::fit::Fit;
 use crate::diagnosis::problem::rows::Posed;
 use crate::diagnosis::problem::scene::{Case, Prior, Scene};
 use crate::effect::Candidate;
-use crate::linalg::sparse::{SparsePlan, solve_indefinite};
-use crate::linalg::{DMatrix, DVector, SymMatrix};
-use crate::model::{Change, ChangeAt, MassProperties, ModelError, ParametricModel, SparseSystem};
+use crate::linalg::sparse::IndefinitePencil;
+use crate::linalg::{DMatrix, DVector, SymMatrix, tall_take, tall_tr_mul};
+use crate::model::{Change, ChangeAt, MassProperties, ModelError, ParametricModel};
 use crate::objective::{Comparison, Prediction};
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -167,10 +167,11 @@ impl Adjoint {
                 forces[(i, s)] += factor;
             }
         }
-        let read = shapes.tr_mul(&forces);
+        let read = tall_tr_mul(&shapes, &forces);
         let m_shapes = system.mass.mul(&shapes);
-        forces -= &m_shapes * &read;
-        let known = Known { system: &system, plan: stand_in.plan(), shapes: &shapes, m_shapes, forces, read };
+        tall_take(&mut forces, &m_shapes, &read);
+        let pencil = IndefinitePencil::new(stand_in.plan(), &system.stiffness, &system.mass);
+        let known = Known { pencil, shapes: &shapes, m_shapes, forces, read };
         let solve = |&elastic: &usize| known.answers(&prediction, elastic);
         let answers = paired.par_iter().map(solve).collect::<Result<Vec<_>, _>>()?;
         let first = prediction.modes.n_rigid;
@@ -223,8 +224,7 @@ impl Adjoint {
 
 /// What the solutions of all modes share.
 struct Known<'a> {
-    system: &'a SparseSystem,
-    plan: &'a SparsePlan,
+    pencil: IndefinitePencil<'a>,
     /// The modes that are known, rigid ones first, and M times them.
     shapes: &'a DMatrix<f64>,
     m_shapes: DMatrix<f64>,
@@ -236,15 +236,14 @@ struct Known<'a> {
 impl Known<'_> {
     /// zᵀ of one mode, (n_sensors x n_dof).
     fn answers(&self, prediction: &Prediction, elastic: usize) -> Result<DMatrix<f64>, DiagnosisError> {
-        let Self { system, plan, shapes, m_shapes, forces, read } = self;
+        let Self { pencil, shapes, m_shapes, forces, read } = self;
         let modes = &prediction.modes;
         let own = modes.n_rigid + elastic;
         let lambda = modes.lambda[own];
         let sigma = lambda * (1.0 - BESIDE);
-        let mut z = solve_indefinite(plan, &system.stiffness, &system.mass, -sigma, forces)
-            .map_err(|e| CorrelationError::Model(e.to_string()))?;
-        let along = m_shapes.tr_mul(&z);
-        z -= *shapes * along;
+        let mut z = pencil.solve(-sigma, forces).map_err(|e| CorrelationError::Model(e.to_string()))?;
+        let along = tall_tr_mul(m_shapes, &z);
+        tall_take(&mut z, shapes, &along);
         for (j, phi) in shapes.column_iter().enumerate() {
             let gap = modes.lambda[j] - lambda;
             if j == own || gap.abs() < 2.0 * CLOSE * lambda {

@@ -64,6 +64,25 @@ fn a_strut_that_the_model_lacks_is_found_and_sized() {
     assert!(lower < 4e4 && 4e4 < upper && upper < 1.6 * lower, "{lower} {upper}");
 }
 
+/// A portal whose file has two nodes at one corner, and nothing between them.
+#[test]
+fn nodes_that_were_not_merged_are_found() {
+    let portal = |corner: &str, more: &str| {
+        model(&format!(
+            "retune: 1\nname: portal\nnodes:\n  l0: [0, 0, 0]\n  l1: [0, 0, 0.2]\n  l2: [0, 0, 0.4]\n  b1: [0.2, 0, 0.4]\n  r2: [0.4, 0, 0.4]\n{more}  \
+             r1: [0.4, 0, 0.2]\n  r0: [0.4, 0, 0]\nsections:\n  bar: {{E: 70 GPa, nu: 0.3, density: 2700 kg/m3, shape: {{rectangle: {{width: 20 mm, height: 8 mm}}}}}}\n\
+             beams:\n  left: {{chain: [l0, l1, l2], section: bar, orientation: [1, 0, 0]}}\n  beam: {{chain: [l2, b1, r2], section: bar, orientation: [0, 0, 1]}}\n  \
+             right: {{chain: [{corner}, r1, r0], section: bar, orientation: [1, 0, 0]}}\nsupports:\n  left: {{node: l0}}\n  right: {{node: r0}}\n"
+        ))
+    };
+    let (truth, base) = (portal("r2", ""), portal("r3", "  r3: [0.4, 0, 0.4]\n"));
+    let sensors = crate::update::node_sensors(&truth);
+    let mut test = twin_modes(&truth, &[], &sensors, &noise(6, 3), "twin of a portal").unwrap();
+    test.modes.iter_mut().for_each(|m| m.label = None);
+    let d = told(&base, &test);
+    assert_eq!((d.verdict, d.hypotheses[0].id.as_str()), (Verdict::MissingEffect, "rigid-link@r2:r3"));
+}
+
 /// The best alone is neither of the two.
 #[test]
 fn two_that_are_not_the_best_alone_are_found() {

@@ -19,6 +19,9 @@ const GAP: f64 = 0.02;
 const PER_NODE: usize = 6;
 /// Pairs of a structure, the nearest first.
 const MOST_PAIRS: usize = 300;
+/// Largest stiffness of what joins a pair, against M ω² of the structure: rigid also where the highest modes of a test have thirty times the
+/// frequency of the first.
+const RIGID: f64 = 1e5;
 /// Nodes nearer than this share of the size of the structure are at one place.
 const COINCIDENT: f64 = 1e-9;
 
@@ -59,6 +62,22 @@ impl Structure<'_> {
         let name = |i: usize| pairs[i].map(|n| self.node_name(n)).join(":");
         let places = arrange(0..pairs.len(), partner).into_iter();
         places.map(|at| Location::new(LocationKind::Pair, at.into_iter().map(name).collect())).collect()
+    }
+
+    /// Those of [`Self::near_pairs`] whose nodes turn and lie across a gap: what a weld, or one node in the place of two, would make one.
+    pub(in crate::effect) fn pairs_across_gaps(&self) -> Vec<Location> {
+        let turns = |n: usize| [Dof::Rx, Dof::Ry, Dof::Rz].into_iter().any(|dof| self.node_moves(n, dof));
+        let node = |name: &str| self.model.geometry().node(name);
+        let is_gap = |name: &String| {
+            let Some([Some(a), Some(b)]) = self.pair(name).map(|pair| pair.map(node)) else { return false };
+            turns(a) && turns(b) && self.distance(a, b) <= GAP * self.extent()
+        };
+        self.near_pairs().into_iter().filter(|at| at.names.iter().all(is_gap)).collect()
+    }
+
+    /// Largest stiffness of what joins a pair, N/m.
+    pub(in crate::effect) fn rigid(&self) -> f64 {
+        RIGID * self.generalised_stiffness(Dof::Ux)
     }
 
     /// The nodes of a pair, by its name.

@@ -95,6 +95,28 @@ fn a_connection_holds_a_bay_and_two_faces() {
     close(omega[3], (1e8 * (1.0 / 3.0 + 1.0 / 5.0_f64)).sqrt(), 1e-6);
 }
 
+/// Two cantilevers whose tips a stiff link joins, across a gap and at one place, are those that a rigid link of the file joins.
+#[test]
+fn a_rigid_link_joins_in_displacement_and_rotation() {
+    for gap in ["0.02 m", "0 m"] {
+        let text = |links: &str| {
+            format!(
+                "retune: 1\nname: two\nnodes:\n  a0: [0, 0, 0]\n  a1: [0.5 m, 0, 0]\n  a2: [1 m, 0, 0]\n  b0: [0, 0, {gap}]\n  b1: [0.5 m, 0, {gap}]\n  b2: [1 m, 0, {gap}]\nsections:\n  \
+                 bar: {{E: 70 GPa, nu: 0.3, density: 2700 kg/m3, shape: {{rectangle: {{width: 20 mm, height: 10 mm}}}}}}\nbeams:\n  a: {{chain: [a0, a1, a2], section: bar}}\n  \
+                 b: {{chain: [b0, b1, b2], section: bar}}\nsupports: {{a: {{node: a0}}, b: {{node: b0}}}}\n{links}"
+            )
+        };
+        let (_, linked) = without(&text("rigid_links: {tips: {master: a2, slaves: [b2]}}\n"));
+        let (.., stiff) = with(&text(""), "rigid-link@a2:b2", &[1e9]);
+        for (own, expected) in stiff.iter().zip(&linked).take(4) {
+            close(*own, *expected, 1e-3);
+        }
+        let (.., soft) = with(&text(""), "rigid-link@a2:b2", &[0.0]);
+        let (_, apart) = without(&text(""));
+        close(soft[0], apart[0], 1e-9);
+    }
+}
+
 #[test]
 fn mass_and_air_along_a_beam_scale_its_frequencies() {
     let text = beam("uz, ry", CLAMPED, "");

@@ -1,7 +1,7 @@
 //! What a reduced mode leaves in the equations of the full model.
 
 use crate::linalg::sparse::{PencilFactor, SparsePlan, SparseSym};
-use crate::linalg::{DMatrix, LinalgError, symmetric_values};
+use crate::linalg::{DMatrix, LinalgError, symmetric_values, tall_tr_mul};
 use crate::modal::{ModalError, Modes};
 use crate::model::{AffinePart, Entry, ModelError, ParametricModel, System};
 use std::sync::Arc;
@@ -62,6 +62,22 @@ impl Residual {
         Ok(Self { factor: Arc::new(factor), shift, n_rigid, forces, all, gram })
     }
 
+    /// Vᵀ A V of each term: its number, whether A is its M and not its K, and the product.
+    ///
+    /// * `basis` - V, that was taken in
+    pub(super) fn on_basis(&self, basis: &DMatrix<f64>) -> Vec<(usize, bool, DMatrix<f64>)> {
+        let of = |force: &Force| {
+            let made = self.all.select_columns(&force.columns);
+            let mut projected = tall_tr_mul(basis, &made);
+            // A rigid motion that a term does not strain meets no force of the others either.
+            for j in (0..self.n_rigid).filter(|&j| !force.is_mass && made.column(j).amax() == 0.0) {
+                projected.row_mut(j).fill(0.0);
+            }
+            (force.term, force.is_mass, projected)
+        };
+        self.forces.iter().map(of).collect()
+    }
+
     /// The factor of X.
     pub(super) fn factor(&self) -> &Arc<PencilFactor> {
         &self.factor
@@ -86,8 +102,8 @@ impl Residual {
             force.columns.extend(first + k * count..first + (k + 1) * count);
         }
         let answers = self.factor.solve(&forces);
-        let beside = self.all.tr_mul(&answers);
-        let own = forces.tr_mul(&answers);
+        let beside = tall_tr_mul(&self.all, &answers);
+        let own = tall_tr_mul(&forces, &answers);
         let size = first + forces.ncols();
         let mut gram = std::mem::replace(&mut self.gram, DMatrix::zeros(0, 0)).resize(size, size, 0.0);
         gram.view_mut((0, first), beside.shape()).copy_from(&beside);

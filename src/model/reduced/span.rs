@@ -1,7 +1,7 @@
 //! Vectors that are orthonormal in X = K + aM, each of one family of a symmetry.
 
 use crate::linalg::sparse::SparseSym;
-use crate::linalg::{DMatrix, DVector, symmetric_eigen};
+use crate::linalg::{DMatrix, DVector, symmetric_eigen, tall_take, tall_tr_mul};
 use crate::model::{ModelError, ParametricModel};
 
 /// The span of some vectors.
@@ -88,7 +88,7 @@ impl<'a> Span<'a> {
         let mut found: Vec<(f64, f64, DVector<f64>)> = Vec::new();
         for (sign, part) in self.families(candidates) {
             let part = self.across(part, sign);
-            let gram = part.tr_mul(&self.image(&part));
+            let gram = tall_tr_mul(&part, &self.image(&part));
             let Ok(eigen) = symmetric_eigen(&gram) else { continue };
             for (value, u) in eigen.values.iter().zip(eigen.vectors.column_iter()) {
                 let size = value.max(0.0).sqrt();
@@ -98,17 +98,40 @@ impl<'a> Span<'a> {
             }
         }
         found.sort_by(|a, b| b.0.total_cmp(&a.0));
+        found.truncate(most);
         let before = self.len();
-        for (_, sign, vector) in found.into_iter().take(most) {
-            let v = self.across(DMatrix::from_columns(&[vector]), sign);
-            let image = self.image(&v);
-            let norm = v.dot(&image).max(0.0).sqrt();
-            // What rounding has left of a vector of unit norm is no direction.
-            if norm > 1e-3 {
-                self.vectors.push(v.column(0) / norm);
-                self.images.push(image.column(0) / norm);
-                self.signs.push(sign);
+        // Once more across what is there, and across each other.
+        let mut new: Vec<(usize, f64, DVector<f64>, DVector<f64>)> = Vec::new();
+        for sign in [1.0, -1.0, 0.0] {
+            let of_sign: Vec<usize> = (0..found.len()).filter(|&i| found[i].1 == sign).collect();
+            if of_sign.is_empty() {
+                continue;
             }
+            let columns: Vec<_> = of_sign.iter().map(|&i| found[i].2.column(0)).collect();
+            let block = self.across(DMatrix::from_columns(&columns), sign);
+            let images = self.image(&block);
+            let first = new.len();
+            for (k, &place) in of_sign.iter().enumerate() {
+                let (mut v, mut image) = (block.column(k).into_owned(), images.column(k).into_owned());
+                for _ in 0..2 {
+                    for (_, _, other, other_image) in &new[first..] {
+                        let along = v.dot(other_image);
+                        v.axpy(-along, other, 1.0);
+                        image.axpy(-along, other_image, 1.0);
+                    }
+                }
+                let norm = v.dot(&image).max(0.0).sqrt();
+                // What rounding has left of a vector of unit norm is no direction.
+                if norm > 1e-3 {
+                    new.push((place, sign, v / norm, image / norm));
+                }
+            }
+        }
+        new.sort_by_key(|n| n.0);
+        for (_, sign, vector, image) in new {
+            self.vectors.push(vector);
+            self.images.push(image);
+            self.signs.push(sign);
         }
         self.len() - before
     }
@@ -126,11 +149,17 @@ impl<'a> Span<'a> {
 
     /// What vectors of a family have across those that are there.
     fn across(&self, mut x: DMatrix<f64>, sign: f64) -> DMatrix<f64> {
+        let of_family: Vec<usize> = (0..self.len()).filter(|&i| self.signs[i] == sign).collect();
+        if of_family.is_empty() {
+            return x;
+        }
+        let columns = |all: &[DVector<f64>]| {
+            DMatrix::from_columns(&of_family.iter().map(|&i| all[i].column(0)).collect::<Vec<_>>())
+        };
+        let (vectors, images) = (columns(&self.vectors), columns(&self.images));
         for _ in 0..2 {
-            for ((v, image), _) in self.vectors.iter().zip(&self.images).zip(&self.signs).filter(|(_, s)| **s == sign) {
-                let along = x.tr_mul(image);
-                x.ger(-1.0, v, &along, 1.0);
-            }
+            let along = tall_tr_mul(&images, &x);
+            tall_take(&mut x, &vectors, &along);
         }
         x
     }
