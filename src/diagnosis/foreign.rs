@@ -164,7 +164,7 @@ pub(super) fn investigate(
             return Err(DiagnosisError::Unit { slip });
         }
     }
-    let scene = scene.in_full()?;
+    let scene = scene.in_full(starts.first())?;
     check_places(&scene, settings)?;
     let mut found = with_modes_of_the_structure(scene, starts, weight, settings)?;
     if settings.until.was_cut() {

@@ -193,7 +193,7 @@ pub fn learn_from_tests(
             back.ln_added += odds.of(best) + best.ln_bayes;
         }
         step.tie = ties;
-        scene = best.scene.clone().in_full()?;
+        scene = best.scene.clone().in_full(Some(&best.fit.x))?;
         starts = vec![best.fit.x.clone()];
         match &best.tried {
             Tried::Effect(c) => {
@@ -263,7 +263,7 @@ fn prune(
         let mut rest = effects.clone();
         let gone = rest.remove(k);
         let bare = scene.with_file(model.spec().clone(), Vec::new())?;
-        let Ok(smaller) = rest.iter().try_fold(bare, |s, c| with_effect(&s, c)?.in_full()) else {
+        let Ok(smaller) = rest.iter().try_fold(bare, |s, c| with_effect(&s, c)?.in_full(None)) else {
             k += 1;
             continue;
         };

@@ -96,13 +96,14 @@ impl<'a> ReducedModel<'a> {
     /// # Errors
     /// [`ModelError::NotPolynomial`]; those of a solution of the model.
     pub fn new(full: &'a dyn ParametricModel, options: ReducedOptions) -> Result<Self, ModelError> {
-        Self::near(full, options, None)
+        Self::near(full, options, None, &[])
     }
 
     /// Reduces a model to vectors that are known, of a model that is nearly this one, and its modes at the start; samples are taken where these
     /// do not suffice.
     ///
-    /// * `known` - (n_dof x any number), of unit norm in K + aM of the other model or nearly
+    /// * `known` - (n_dof x any number)
+    /// * `held` - values of parameters, by name, at which all samples are taken
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -110,6 +111,7 @@ impl<'a> ReducedModel<'a> {
         full: &'a dyn ParametricModel,
         options: ReducedOptions,
         known: Option<&DMatrix<f64>>,
+        held: &[(String, f64)],
     ) -> Result<Self, ModelError> {
         let terms = full.affine().ok_or(ModelError::NotPolynomial)?;
         let start = interior_point(full.parameters());
@@ -131,7 +133,12 @@ impl<'a> ReducedModel<'a> {
             samples: Vec::new(),
             accuracy: f64::INFINITY,
         };
-        let points: Vec<Vec<f64>> = std::iter::once(start.clone()).chain(candidates(full, &start, options)).collect();
+        let mut points = candidates(full, &start, options);
+        points.insert(0, start.clone());
+        for (name, value) in held {
+            let index = full.parameters().index_of(name);
+            points.iter_mut().for_each(|p| index.iter().for_each(|&j| p[j] = *value));
+        }
         let mut next = Some(start);
         if let Some(known) = known {
             for vectors in [&modes.shapes, known] {

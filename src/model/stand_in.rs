@@ -109,18 +109,24 @@ impl StandIn {
     /// # Errors
     /// [`ModelError::NotPolynomial`]; those of a solution of the model.
     pub fn new(model: &Arc<Model>, n_modes: usize, tolerance: f64) -> Result<Self, ModelError> {
-        Self::reduced(model, ReducedOptions { n_modes, tolerance, ..ReducedOptions::default() }, None)
+        Self::reduced(model, ReducedOptions { n_modes, tolerance, ..ReducedOptions::default() }, None, &[])
     }
 
     /// The same, reduced as `options` say.
     ///
     /// * `like` - what stands in for a model that is nearly this one: its coordinates are taken where they serve
+    /// * `held` - values of parameters, by name, near which it is to be right; it is for all values of the others
     ///
     /// # Errors
     /// As [`Self::new`].
-    pub fn reduced(model: &Arc<Model>, options: ReducedOptions, like: Option<&Self>) -> Result<Self, ModelError> {
+    pub fn reduced(
+        model: &Arc<Model>,
+        options: ReducedOptions,
+        like: Option<&Self>,
+        held: &[(String, f64)],
+    ) -> Result<Self, ModelError> {
         let known = like.map(|like| like.on_rows_of(model));
-        let reduced = ReducedModel::near(&**model, options, known.as_ref())?;
+        let reduced = ReducedModel::near(&**model, options, known.as_ref(), held)?;
         let affine = reduced.affine().cloned().ok_or(ModelError::NotPolynomial)?;
         let full = model.affine().ok_or(ModelError::NotPolynomial)?;
         let n = model.dof_map().n_dof();

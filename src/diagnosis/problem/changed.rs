@@ -8,8 +8,10 @@ use super::scene::{Case, Scene, configuration, in_configuration};
 use crate::correlation::CorrelationError;
 use crate::diagnosis::error::DiagnosisError;
 use crate::effect::{Candidate, NewParameter, PatchError};
+use crate::linalg::DVector;
 use crate::model::spec::ModelSpec;
 use crate::model::{Additions, Change, Model, ModelError, Registry};
+use crate::objective::Scaling;
 use rayon::prelude::*;
 use std::sync::Arc;
 
@@ -88,13 +90,21 @@ impl Scene {
 
     /// The same with all changes written into the file.
     ///
+    /// * `near` - where a fit has brought the parameters: a stand-in is made for all values of those of the file, with sizes near these
+    ///
     /// # Errors
     /// The file is no model then.
-    pub(crate) fn in_full(self) -> Result<Self, DiagnosisError> {
+    pub(crate) fn in_full(self, near: Option<&DVector<f64>>) -> Result<Self, DiagnosisError> {
         if self.patches.is_empty() {
             return Ok(self);
         }
-        self.with_file(self.file_in_full()?, self.added.clone())
+        let theta = near.map(|x| Scaling::new(self.solved()).theta(x));
+        let value = |new: &NewParameter| {
+            let index = self.solved().parameters().index_of(&new.name)?;
+            Some((new.name.clone(), theta.as_ref()?[index]))
+        };
+        let sizes: Vec<(String, f64)> = self.added.iter().filter_map(value).collect();
+        self.with_file_near(self.file_in_full()?, self.added.clone(), &sizes)
     }
 
     /// The model of the first test with all changes.

@@ -189,7 +189,7 @@ impl Scene {
         }
         let is_damped = models.iter().any(|m| is_damped(&**m));
         let tests = tests.iter().map(|&t| Arc::new(t.clone())).collect();
-        Self::of(Arc::new(model.spec().clone()), models, tests, Vec::new(), is_damped).with_stand_ins(&[])
+        Self::of(Arc::new(model.spec().clone()), models, tests, Vec::new(), is_damped).with_stand_ins(&[], &[])
     }
 
     fn of(
@@ -230,13 +230,14 @@ impl Scene {
     #[cfg(test)]
     pub(crate) fn large_from(mut self, dofs: usize) -> Result<Self, DiagnosisError> {
         self.large = dofs;
-        self.with_stand_ins(&[])
+        self.with_stand_ins(&[], &[])
     }
 
     /// With stand-ins for models that are large.
     ///
     /// * `before` - cases of models that these were made from, in the same order, with theirs
-    fn with_stand_ins(mut self, before: &[Case]) -> Result<Self, DiagnosisError> {
+    /// * `sizes` - values of parameters near which they are to be right
+    fn with_stand_ins(mut self, before: &[Case], sizes: &[(String, f64)]) -> Result<Self, DiagnosisError> {
         let largest = self.cases.iter().map(|c| c.model.dof_map().n_dof()).max().unwrap_or(0);
         if largest <= self.large {
             return Ok(self);
@@ -251,7 +252,7 @@ impl Scene {
                 None => {
                     let options = ReducedOptions { n_modes, tolerance: TOLERANCE, ..ReducedOptions::default() };
                     let like = before.get(k).and_then(|c| c.stand_in.as_deref());
-                    StandIn::reduced(&case.model, options, like).map_err(failed)?
+                    StandIn::reduced(&case.model, options, like, sizes).map_err(failed)?
                 }
             };
             made.push(stand_in.clone());
@@ -264,12 +265,22 @@ impl Scene {
     ///
     /// Errors: the file is no model in one of the configurations.
     pub(crate) fn with_file(&self, file: ModelSpec, added: Vec<NewParameter>) -> Result<Self, DiagnosisError> {
+        self.with_file_near(file, added, &[])
+    }
+
+    /// The same; what stands in for a large model is made for sizes near these alone.
+    pub(super) fn with_file_near(
+        &self,
+        file: ModelSpec,
+        added: Vec<NewParameter>,
+        sizes: &[(String, f64)],
+    ) -> Result<Self, DiagnosisError> {
         let tests: Vec<&TestData> = self.cases.iter().map(|c| &*c.test).collect();
         let key = |t: &TestData| configuration(&file, t).map(str::to_string);
         let models = shared(&tests, key, |t| in_configuration(&file, t))?;
         let cases = self.cases.iter().zip(models).map(|(case, model)| case.with_model(model)).collect();
         let (patches, changes) = (Vec::new(), Arc::default());
-        Self { file: Arc::new(file), cases, added, patches, changes, ..self.clone() }.with_stand_ins(&self.cases)
+        Self { file: Arc::new(file), cases, added, patches, changes, ..self.clone() }.with_stand_ins(&self.cases, sizes)
     }
 
     /// The same with other tests of the same modes.
