@@ -136,8 +136,10 @@ impl<'a> ReducedModel<'a> {
         let mut points = candidates(full, &start, options);
         points.insert(0, start.clone());
         for (name, value) in held {
-            let index = full.parameters().index_of(name);
-            points.iter_mut().for_each(|p| index.iter().for_each(|&j| p[j] = *value));
+            let Some(j) = full.parameters().index_of(name) else { continue };
+            for point in &mut points {
+                point[j] = *value;
+            }
         }
         let mut next = Some(start);
         if let Some(known) = known {
