@@ -561,6 +561,47 @@ fn mast() -> (String, Files) {
     (text, files)
 }
 
+/// A node of the table without a position, and rows that bear the name of others, are inner coordinates where the entry says so.
+#[test]
+fn inner_nodes_are_coordinates_where_the_entry_says_so() {
+    let built = plain(
+        "retune: 1\nname: bar\nsections: {s: {E: 70 GPa, nu: 0.3, density: 2700 kg/m3, shape: {rectangle: {width: 20 mm, height: 10 mm}}}}\nnodes: {a: [0, 0, 0], b: [0.3, 0, 0], c: [0.6, 0, 0]}\nbeams: {bar: {chain: [a, b, c], section: s}}\n",
+    );
+    let mut files = exported(&built, "bar");
+    let clamped = plain(&format!("{}supports: {{clamp: {{node: a}}}}\n", yaml::write(built.spec())));
+    let expected = elastic(&clamped, &[], 8);
+    let table = String::from_utf8(files["bar_dofs.csv"].clone()).unwrap();
+    let head = table.lines().next().unwrap();
+    assert_eq!(head, "node,dof,x,y,z");
+    // The node in the middle loses its place, and takes the numbers of the one at the tip.
+    let named = |from: &str, to: &str| -> String {
+        table
+            .lines()
+            .map(|l| {
+                if l.starts_with(from) {
+                    format!("{to}{},,,\n", &l[1..l.match_indices(',').nth(1).unwrap().0])
+                } else {
+                    format!("{l}\n")
+                }
+            })
+            .collect()
+    };
+    let text = |more: &str| {
+        format!(
+            "retune: 1\nname: bar\nnodes: {{root: [0, 0, 0]}}\nsuperelements: {{s: {{k: bar_K.mtx, m: bar_M.mtx, dofs: bar_dofs.csv, attach: {{root: a}}{more}}}}}\nsupports: {{clamp: {{node: root}}}}\n"
+        )
+    };
+    files.insert("bar_dofs.csv".into(), named("b,", "b").into_bytes());
+    let problems = try_with(&text(""), &files).unwrap_err();
+    assert!(problems[0].to_string().contains("node `b` has no position"), "{}", problems[0]);
+    assert!(problems[0].to_string().contains("inner: true"), "{}", problems[0]);
+    assert_same(&elastic(&with(&text(", inner: true"), &files), &[], 8), &expected, 1e-10);
+    files.insert("bar_dofs.csv".into(), named("b,", "a").into_bytes());
+    let problems = try_with(&text(""), &files).unwrap_err();
+    assert!(problems[0].to_string().contains("twice"), "{}", problems[0]);
+    assert_same(&elastic(&with(&text(", inner: true"), &files), &[], 8), &expected, 1e-10);
+}
+
 #[test]
 fn effects_keep_their_contract_at_nodes_and_terms_of_superelements() {
     let (text, files) = mast();

@@ -58,9 +58,50 @@ def bar_input(free):
     return "\n".join(out) + "\n"
 
 
-def ccx(folder):
-    text = bar_input(free=False)
-    write(folder, "bar.inp", text)
+def wing_input():
+    """A tapered, swept box of S4 shells with ribs, clamped at its root: 19 623 rows."""
+    numbers, nodes, elements = {}, [], {"SKIN": [], "WEB": []}
+    nx, ny, nz = 8, 60, 2
+
+    def node(i, j, l):
+        y = 2.0 * j / ny
+        chord, height = 0.5 - 0.1 * y, 0.06 - 0.01 * y
+        at = (0.25 * y + i / nx * chord, y, (l / nz - 0.5) * height)
+        key = tuple(round(c, 9) for c in at)
+        if key not in numbers:
+            numbers[key] = len(numbers) + 1
+            nodes.append(at)
+        return numbers[key]
+
+    def add(name, *corners):
+        elements[name].append([node(*c) for c in corners])
+
+    for j in range(ny):
+        for i in range(nx):
+            for l in (0, nz):
+                add("SKIN", (i, j, l), (i + 1, j, l), (i + 1, j + 1, l), (i, j + 1, l))
+        for i in (0, nx):
+            for l in range(nz):
+                add("WEB", (i, j, l), (i, j + 1, l), (i, j + 1, l + 1), (i, j, l + 1))
+    for j in range(0, ny + 1, 10):
+        for i in range(nx):
+            for l in range(nz):
+                add("WEB", (i, j, l), (i + 1, j, l), (i + 1, j, l + 1), (i, j, l + 1))
+    out = ["*NODE,NSET=NALL"] + ["%d,%.10g,%.10g,%.10g" % (n + 1, *at) for n, at in enumerate(nodes)]
+    number = 0
+    for name, members in elements.items():
+        out.append("*ELEMENT,TYPE=S4,ELSET=" + name)
+        for corners in members:
+            number += 1
+            out.append(",".join(str(v) for v in [number] + corners))
+    out.append("*MATERIAL,NAME=AL\n*ELASTIC\n71e9,0.33\n*DENSITY\n2780.")
+    out.append("*SHELL SECTION,ELSET=SKIN,MATERIAL=AL\n0.002\n*SHELL SECTION,ELSET=WEB,MATERIAL=AL\n0.003\n*BOUNDARY")
+    out += ["%d,1,6" % (n + 1) for n, at in enumerate(nodes) if at[1] == 0.0]
+    return "\n".join(out) + "\n"
+
+
+def of_calculix(folder, text, more=""):
+    write(folder, "part.inp", text)
     write(folder, "modes.inp", text + "*STEP\n*FREQUENCY,STORAGE=YES\n10\n*END STEP\n")
     write(folder, "job.inp", text + "*STEP\n*FREQUENCY,SOLVER=MATRIXSTORAGE\n*END STEP\n")
     program = os.environ.get("RETUNE_CCX", "ccx")
@@ -74,7 +115,16 @@ def ccx(folder):
     first = float(rows[0][1])
     at = next(i for i in range(0, 64, 4) if abs(struct.unpack_from("<d", data, i)[0] / first - 1) < 1e-6)
     values = struct.unpack_from("<10d", data, at)
-    result(folder, "k: job.sti, m: job.mas, dofs: job.dof, nodes: bar.inp", [v**0.5 / 6.283185307179586 for v in values])
+    entry = "k: job.sti, m: job.mas, dofs: job.dof, nodes: part.inp" + more
+    result(folder, entry, [v**0.5 / 6.283185307179586 for v in values])
+
+
+def ccx(folder):
+    of_calculix(folder, bar_input(free=False))
+
+
+def ccx_shells(folder):
+    of_calculix(folder, wing_input(), ", inner: true")
 
 
 def skfem(folder):
@@ -206,7 +256,7 @@ def check(folder):
 
 
 def probe(name):
-    if name == "ccx":
+    if name.startswith("ccx"):
         return shutil.which(os.environ.get("RETUNE_CCX", "ccx")) is not None
     __import__({"skfem": "skfem", "opensees": "openseespy.opensees", "pyyeti": "pyyeti", "check": "pyNastran"}[name])
     if name == "check":
@@ -220,6 +270,6 @@ if __name__ == "__main__":
     if what == "probe":
         sys.exit(0 if probe(sys.argv[2]) else 1)
     elif what == "make":
-        {"ccx": ccx, "skfem": skfem, "opensees": opensees, "pyyeti": pyyeti}[sys.argv[2]](sys.argv[3])
+        {"ccx": ccx, "ccx_shells": ccx_shells, "skfem": skfem, "opensees": opensees, "pyyeti": pyyeti}[sys.argv[2]](sys.argv[3])
     else:
         check(sys.argv[2])

@@ -34,6 +34,10 @@ pub struct SuperelementSpec {
     /// Positions of the nodes, where neither the table nor the matrices say them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub nodes: Option<String>,
+    /// Whether nodes of the table without a position are inner ones, as shells and incompatible modes of CalculiX bring: their dofs are
+    /// coordinates without a place. What stands on such a superelement is to be held by supports, for rigid motions do not reach them.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub inner: bool,
     /// Units of the files; SI when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub units: Option<UnitsSpec>,

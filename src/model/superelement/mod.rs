@@ -101,6 +101,23 @@ struct Reading<'a, 'b> {
     problems: &'a mut Vec<Problem>,
 }
 
+fn is_unplaced(row: &DofRow, positions: &Positions) -> bool {
+    row.label.dof.is_some() && row.position.is_none() && !positions.contains_key(&row.label.node)
+}
+
+/// A dof of a name that the table has already, under a name of its own, `3#2.ux`: CalculiX gives the other face of a shell the node's number.
+fn again_of(row: &DofRow, known: &HashMap<Label, usize>) -> DofRow {
+    let named = |k: usize| Label { node: format!("{}#{k}", row.label.node), dof: row.label.dof };
+    let label = (2..).map(named).find(|label| !known.contains_key(label));
+    DofRow { label: label.unwrap_or_else(|| row.label.clone()), ..row.clone() }
+}
+
+/// A dof of an inner node as a coordinate of its own, `1280.ux`.
+fn coordinate(row: &DofRow) -> DofRow {
+    let node = row.label.dof.map_or_else(|| row.label.node.clone(), |dof| format!("{}.{}", row.label.node, dof.name()));
+    DofRow { label: Label { node, dof: None }, position: None, frame: None }
+}
+
 /// The dofs of a superelement, and where each stands.
 struct Dofs {
     labels: Vec<Label>,
@@ -131,7 +148,7 @@ impl Reading<'_, '_> {
         let table = self.table(entry, &base, picked.iter().flatten().flatten());
         let picked: Vec<Option<Picked>> = picked.into_iter().collect::<Option<_>>()?;
         let (rows, positions) = table?;
-        let (dofs, exported_nodes, exported_dofs) = self.dofs(&rows, &positions, &units)?;
+        let (dofs, exported_nodes, exported_dofs) = self.dofs(&rows, &positions, &units, entry.inner)?;
         let keys = ["k", "m", "c", "preload.k"];
         let scales = [units.stiffness(), units.mass(), units.damping(), units.stiffness()];
         let mut all = Vec::new();
@@ -240,22 +257,28 @@ impl Reading<'_, '_> {
     }
 
     /// Nodes and dofs of the table, with their places.
+    ///
+    /// * `has_inner` - whether nodes without a position are inner ones
     fn dofs(
         &mut self,
         rows: &[DofRow],
         positions: &Positions,
         units: &Units,
+        has_inner: bool,
     ) -> Option<(Dofs, Vec<ExportedNode>, Vec<ExportedDof>)> {
         let mut nodes: Vec<ExportedNode> = Vec::new();
         let mut node_of: HashMap<String, usize> = HashMap::new();
         let mut dofs = Dofs { labels: Vec::new(), index: HashMap::new(), to_file: Vec::new() };
         let mut out = Vec::new();
         for row in rows {
+            let again = has_inner && dofs.index.contains_key(&row.label);
+            let row = if again { &again_of(row, &dofs.index) } else { row };
             if dofs.index.insert(row.label.clone(), dofs.labels.len()).is_some() {
                 self.error("dofs", format_args!("the table has `{}` twice", row.label));
                 return None;
             }
             dofs.labels.push(row.label.clone());
+            let row = if again || has_inner && is_unplaced(row, positions) { &coordinate(row) } else { row };
             dofs.to_file.push(units.to_file(row.label.dof));
             let (node, dof) = self.dof_of(row, positions, units, &mut nodes, &mut node_of)?;
             out.push(ExportedDof { node, ..dof });
@@ -296,7 +319,7 @@ impl Reading<'_, '_> {
             None => None,
             Some(_) => {
                 let Some(at) = row.position.or_else(|| positions.get(name).map(|p| p.0)) else {
-                    self.error("", format_args!("node `{name}` has no position: give the columns x, y, z in the table of dofs, or `nodes: FILE` (a CSV file with node, x, y, z, an input file with *NODE, a deck with GRID)"));
+                    self.error("", format_args!("node `{name}` has no position: give the columns x, y, z in the table of dofs, or `nodes: FILE` (a CSV file with node, x, y, z, an input file with *NODE, a deck with GRID); say `inner: true` where it is an inner node of the other program"));
                     return None;
                 };
                 Some(at.map(|c| c * units.length))
