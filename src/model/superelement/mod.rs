@@ -108,7 +108,8 @@ fn is_unplaced(row: &DofRow, positions: &Positions) -> bool {
 /// A dof of a name that the table has already, under a name of its own, `3#2.ux`: CalculiX gives the other face of a shell the node's number.
 fn again_of(row: &DofRow, known: &HashMap<Label, usize>) -> DofRow {
     let named = |k: usize| Label { node: format!("{}#{k}", row.label.node), dof: row.label.dof };
-    let label = (2..).map(named).find(|label| !known.contains_key(label));
+    // As many names as the table has rows are enough.
+    let label = (2..known.len() + 3).map(named).find(|label| !known.contains_key(label));
     DofRow { label: label.unwrap_or_else(|| row.label.clone()), ..row.clone() }
 }
 
