@@ -83,6 +83,12 @@ fn shells_of_calculix() {
     make_and_compare("ccx_shells", 1e-7);
 }
 
+/// A free bar of hexahedra that supports of the model file clamp.
+#[test]
+fn kratos() {
+    make_and_compare("kratos", 1e-8);
+}
+
 #[test]
 fn scikit_fem() {
     make_and_compare("skfem", 1e-8);

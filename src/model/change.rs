@@ -407,7 +407,7 @@ impl Change {
     /// ∂/∂θ_j of [`Self::matrices`], by differences.
     ///
     /// * `j` - of the parameters of the model with the sizes behind them
-    pub fn slopes(
+    pub(super) fn slopes(
         &self,
         part: usize,
         theta: &[f64],

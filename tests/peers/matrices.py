@@ -127,6 +127,76 @@ def ccx_shells(folder):
     of_calculix(folder, wing_input(), ", inner: true")
 
 
+def kratos(folder):
+    """A bar of hexahedra, free, from the matrices of its elements; clamped by supports of the model file."""
+    import KratosMultiphysics as km
+    import KratosMultiphysics.LinearSolversApplication as solvers
+    import KratosMultiphysics.StructuralMechanicsApplication as structural
+
+    model = km.Model()
+    part = model.CreateModelPart("bar")
+    for variable in [km.DISPLACEMENT, km.REACTION, km.VOLUME_ACCELERATION]:
+        part.AddNodalSolutionStepVariable(variable)
+    part.ProcessInfo[km.DOMAIN_SIZE] = 3
+    nx, ny, nz = 8, 2, 2
+    number = lambda i, j, l: 1 + l + (nz + 1) * (j + (ny + 1) * i)
+    for i in range(nx + 1):
+        for j in range(ny + 1):
+            for l in range(nz + 1):
+                part.CreateNewNode(number(i, j, l), 0.05 * i, 0.03 * j, 0.02 * l)
+    alloy = part.CreateNewProperties(1)
+    alloy[km.YOUNG_MODULUS], alloy[km.POISSON_RATIO], alloy[km.DENSITY] = 70e9, 0.33, 2700.0
+    alloy[km.CONSTITUTIVE_LAW] = structural.LinearElastic3DLaw()
+    count = 0
+    for i in range(nx):
+        for j in range(ny):
+            for l in range(nz):
+                count += 1
+                c = [(i, j, l), (i + 1, j, l), (i + 1, j + 1, l), (i, j + 1, l)]
+                c += [(a, b, d + 1) for a, b, d in c]
+                part.CreateNewElement("SmallDisplacementElement3D8N", count, [number(*corner) for corner in c], alloy)
+    directions = [
+        (km.DISPLACEMENT_X, km.REACTION_X, "ux"),
+        (km.DISPLACEMENT_Y, km.REACTION_Y, "uy"),
+        (km.DISPLACEMENT_Z, km.REACTION_Z, "uz"),
+    ]
+    for variable, reaction, _ in directions:
+        km.VariableUtils().AddDof(variable, reaction, part)
+    held = [node for node in part.Nodes if node.X0 == 0.0]
+    for node in held:
+        for variable, _, _ in directions:
+            node.Fix(variable)
+    settings = '{"solver_type": "eigen_eigensystem", "number_of_eigenvalues": 8, "max_iteration": 1000, "tolerance": 1e-12}'
+    builder = km.ResidualBasedBlockBuilderAndSolver(solvers.EigensystemSolver(km.Parameters(settings)))
+    scheme = structural.EigensolverDynamicScheme()
+    structural.EigensolverStrategy(part, scheme, builder, 0.0, 1.0, False, False).Solve()
+    found = part.ProcessInfo[structural.EIGENVALUE_VECTOR]
+    sums = {"K": {}, "M": {}}
+    own = {"K": km.Matrix(), "M": km.Matrix()}
+    for element in part.Elements:
+        element.CalculateLeftHandSide(own["K"], part.ProcessInfo)
+        element.CalculateMassMatrix(own["M"], part.ProcessInfo)
+        rows = element.EquationIdVector(part.ProcessInfo)
+        for name, a in own.items():
+            for i, row in enumerate(rows):
+                for j, column in enumerate(rows):
+                    place = (row, column)
+                    sums[name][place] = sums[name].get(place, 0.0) + a[i, j]
+    n = 3 * len(part.Nodes)
+    for name, entries in sums.items():
+        lines = ["%d %d %.17g" % (row + 1, column + 1, value) for (row, column), value in sorted(entries.items())]
+        head = "%%%%MatrixMarket matrix coordinate real general\n%d %d %d\n" % (n, n, len(lines))
+        write(folder, name + ".mtx", head + "\n".join(lines) + "\n")
+    table = {}
+    for node in part.Nodes:
+        for variable, _, name in directions:
+            table[node.GetDof(variable).EquationId] = "%d,%s,%.17g,%.17g,%.17g" % (node.Id, name, node.X0, node.Y0, node.Z0)
+    write(folder, "dofs.csv", "node,dof,x,y,z\n" + "\n".join(table[i] for i in range(n)) + "\n")
+    clamp = "supports: {clamp: {nodes: [%s]}}\n" % ", ".join("s.%d" % node.Id for node in held)
+    frequencies = [found[i] ** 0.5 / 6.283185307179586 for i in range(len(found))]
+    result(folder, "k: K.mtx, m: M.mtx, dofs: dofs.csv", frequencies, clamp)
+
+
 def skfem(folder):
     import numpy as np
     import scipy.sparse
@@ -258,6 +328,10 @@ def check(folder):
 def probe(name):
     if name.startswith("ccx"):
         return shutil.which(os.environ.get("RETUNE_CCX", "ccx")) is not None
+    if name == "kratos":
+        __import__("KratosMultiphysics.StructuralMechanicsApplication")
+        __import__("KratosMultiphysics.LinearSolversApplication")
+        return True
     __import__({"skfem": "skfem", "opensees": "openseespy.opensees", "pyyeti": "pyyeti", "check": "pyNastran"}[name])
     if name == "check":
         __import__("pyyeti")
@@ -270,6 +344,6 @@ if __name__ == "__main__":
     if what == "probe":
         sys.exit(0 if probe(sys.argv[2]) else 1)
     elif what == "make":
-        {"ccx": ccx, "ccx_shells": ccx_shells, "skfem": skfem, "opensees": opensees, "pyyeti": pyyeti}[sys.argv[2]](sys.argv[3])
+        {"ccx": ccx, "ccx_shells": ccx_shells, "kratos": kratos, "skfem": skfem, "opensees": opensees, "pyyeti": pyyeti}[sys.argv[2]](sys.argv[3])
     else:
         check(sys.argv[2])
