@@ -30,11 +30,23 @@ fn context(text: &str) -> Context {
     }
 }
 
+/// Two cantilevers whose tips are at one place and not joined.
+const NOT_MERGED: &str = "retune: 1
+name: not merged
+nodes: {a0: [0, 0, 0], a1: [0.5, 0, 0], b0: [1, 0, 0], b1: [0.5, 0, 0]}
+sections: {bar: {E: 70 GPa, nu: 0.3, density: 2700 kg/m3, shape: {rectangle: {width: 20 mm, height: 10 mm}}}}
+beams:
+  a: {chain: [a0, a1], section: bar, orientation: [0, 0, 1]}
+  b: {chain: [b0, b1], section: bar, orientation: [0, 0, 1]}
+supports: {walls: {nodes: [a0, b0]}}
+";
+
 #[test]
 fn every_effect_keeps_the_contract_on_every_model() {
     let effects = Effects::builtin();
     let mut counts = vec![0; EFFECTS.len()];
-    for (name, text) in models() {
+    let not_merged = ("two nodes at one place".to_string(), NOT_MERGED.to_string());
+    for (name, text) in models().into_iter().chain([not_merged]) {
         let context = context(&text);
         let failures = conformance::check(&effects, &text, &Registry::builtin(), &context);
         assert!(
