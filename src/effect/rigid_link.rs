@@ -44,9 +44,7 @@ impl Effect for RigidLink {
     }
 
     fn patch(&self, structure: &Structure<'_>, at: &Location) -> Result<Patch, PatchError> {
-        let unknown = || PatchError::unknown_place(self.name(), &at.to_string(), &[]);
-        let pairs: Vec<[&str; 2]> =
-            at.names.iter().map(|name| structure.pair(name).ok_or_else(unknown)).collect::<Result<_, _>>()?;
+        let pairs = structure.pairs_at(self.name(), at)?;
         let mut b = Builder::new(self.name(), at);
         let typical = STIFF * structure.generalised_stiffness(Dof::Ux);
         let turning = structure.generalised_stiffness(Dof::Rx) / structure.generalised_stiffness(Dof::Ux);

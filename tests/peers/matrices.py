@@ -33,6 +33,12 @@ def result(folder, entry, frequencies, more=""):
     write(folder, "frequencies.json", json.dumps(frequencies))
 
 
+def hexahedron(i, j, l):
+    """The corners of a cell of a grid, the lower face first."""
+    face = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)]
+    return [(a, b, l) for a, b in face] + [(a, b, l + 1) for a, b in face]
+
+
 def bar_input(free):
     """A bar of 10 x 2 x 1 linear hexahedra of aluminium."""
     nx, ny, nz = 10, 2, 1
@@ -48,9 +54,7 @@ def bar_input(free):
         for j in range(ny):
             for l in range(nz):
                 e += 1
-                c = [(i, j, l), (i + 1, j, l), (i + 1, j + 1, l), (i, j + 1, l)]
-                c += [(a, b, c + 1) for a, b, c in c]
-                out.append(",".join(str(v) for v in [e] + [number(*p) for p in c]))
+                out.append(",".join(str(v) for v in [e] + [number(*p) for p in hexahedron(i, j, l)]))
     out.append("*MATERIAL,NAME=AL\n*ELASTIC\n70e9,0.33\n*DENSITY\n2700.\n*SOLID SECTION,ELSET=EALL,MATERIAL=AL")
     if not free:
         out.append("*BOUNDARY")
@@ -152,9 +156,8 @@ def kratos(folder):
         for j in range(ny):
             for l in range(nz):
                 count += 1
-                c = [(i, j, l), (i + 1, j, l), (i + 1, j + 1, l), (i, j + 1, l)]
-                c += [(a, b, d + 1) for a, b, d in c]
-                part.CreateNewElement("SmallDisplacementElement3D8N", count, [number(*corner) for corner in c], alloy)
+                nodes = [number(*corner) for corner in hexahedron(i, j, l)]
+                part.CreateNewElement("SmallDisplacementElement3D8N", count, nodes, alloy)
     directions = [
         (km.DISPLACEMENT_X, km.REACTION_X, "ux"),
         (km.DISPLACEMENT_Y, km.REACTION_Y, "uy"),

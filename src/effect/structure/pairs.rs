@@ -5,6 +5,7 @@
 
 use super::Structure;
 use super::places::arrange;
+use crate::effect::edit::PatchError;
 use crate::effect::location::{Location, LocationKind};
 use crate::element::Dof;
 use crate::model::{ParametricModel, dot, minus, unit};
@@ -78,6 +79,19 @@ impl Structure<'_> {
     /// Largest stiffness of what joins a pair, N/m.
     pub(in crate::effect) fn rigid(&self) -> f64 {
         RIGID * self.generalised_stiffness(Dof::Ux)
+    }
+
+    /// The pairs of a location.
+    ///
+    /// # Errors
+    /// One that is none, in the words of an effect.
+    pub(in crate::effect) fn pairs_at<'n>(
+        &self,
+        effect: &str,
+        at: &'n Location,
+    ) -> Result<Vec<[&'n str; 2]>, PatchError> {
+        let unknown = || PatchError::unknown_place(effect, &at.to_string(), &[]);
+        at.names.iter().map(|name| self.pair(name).ok_or_else(unknown)).collect()
     }
 
     /// The nodes of a pair, by its name.
