@@ -14,6 +14,7 @@ use crate::element::Dof;
 use crate::linalg::DMatrix;
 use crate::model::{Model, ParametricModel, dot, extent};
 use mirror::{Mirror, element_partners};
+use std::sync::OnceLock;
 
 /// What is known beside the model; everything is optional.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -144,6 +145,8 @@ pub struct Structure<'a> {
     theta: Vec<f64>,
     parts: Vec<Part>,
     spans: Vec<Part>,
+    /// Pairs of near nodes, which several effects list.
+    pairs: OnceLock<Vec<Location>>,
     /// Whether places are wider than those of the file.
     is_wider: bool,
     ends: Vec<End>,
@@ -173,6 +176,7 @@ impl<'a> Structure<'a> {
             context,
             parts: Vec::new(),
             spans: Vec::new(),
+            pairs: OnceLock::new(),
             is_wider: false,
             ends: Vec::new(),
             mirror,

@@ -175,11 +175,8 @@ impl Additions {
         let released = eliminate(self.model.spec(), geometry, keeping, &compliances, rows, &mut Vec::new());
         let (elements, connections) = self.model.elements_and_connections();
         let after = ElasticSupports::new(compliances, &released, n_nodes, elements, connections, self.model.dof_map())?;
-        let part = |supports: &ElasticSupports, sign: f64| Part::Supports {
-            connection: supports.connection().clone(),
-            supports: Arc::new(supports.clone()),
-            sign,
-        };
+        let part =
+            |supports: &ElasticSupports, sign: f64| Part::Supports { supports: Arc::new(supports.clone()), sign };
         let before = self.model.elastic_supports().map(|s| part(s, -1.0));
         Some([part(&after, 1.0)].into_iter().chain(before).collect())
     }
@@ -249,7 +246,7 @@ enum Part {
     /// An element that it brings, or that it alters: that of the model, by index; and where its ends are, global, m.
     Element { connection: Connection, element: Box<PlacedElement>, before: Option<usize>, ends: Vec<[f64; 3]> },
     /// The supports, as they are with it or, with the sign -1, without it.
-    Supports { connection: Connection, supports: Arc<ElasticSupports>, sign: f64 },
+    Supports { supports: Arc<ElasticSupports>, sign: f64 },
     /// A superelement, or a term of one.
     Factored(Factored),
 }
@@ -258,7 +255,8 @@ impl Part {
     /// How its dofs follow from rows and new coordinates; `None` of matrices that are on the rows themselves.
     fn connection(&self) -> Option<&Connection> {
         match self {
-            Part::Element { connection, .. } | Part::Supports { connection, .. } => Some(connection),
+            Part::Element { connection, .. } => Some(connection),
+            Part::Supports { supports, .. } => Some(supports.connection()),
             Part::Factored(_) => None,
         }
     }
@@ -331,8 +329,11 @@ impl Change {
         let at = |k: usize| {
             Ok(match &self.parts[k] {
                 Part::Factored(part) => PartAt::Factored { part, factors: part.at(&self.model, &point) },
-                Part::Element { connection, .. } | Part::Supports { connection, .. } => {
+                Part::Element { connection, .. } => {
                     PartAt::Element { connection, own: self.matrices(k, theta, sizes)? }
+                }
+                Part::Supports { supports, .. } => {
+                    PartAt::Element { connection: supports.connection(), own: self.matrices(k, theta, sizes)? }
                 }
             })
         };
@@ -352,7 +353,7 @@ impl Change {
                 let Some(e) = before else { return Ok(after) };
                 Ok(after.combine(&element_matrices(&elements[*e], theta)?, |a, b| a - b))
             }
-            Part::Supports { supports, sign, .. } => {
+            Part::Supports { supports, sign } => {
                 let of = supports.matrices(elements, connections, &all)?;
                 Ok(of.combine(&of, |a, _| sign * a))
             }

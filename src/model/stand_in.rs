@@ -101,24 +101,13 @@ pub struct StandIn {
 }
 
 impl StandIn {
-    /// Of a model as it is.
-    ///
-    /// * `n_modes` - elastic modes that are to be right
-    /// * `tolerance` - largest estimated relative error of a frequency
-    ///
-    /// # Errors
-    /// [`ModelError::NotPolynomial`]; those of a solution of the model.
-    pub fn new(model: &Arc<Model>, n_modes: usize, tolerance: f64) -> Result<Self, ModelError> {
-        Self::reduced(model, ReducedOptions { n_modes, tolerance, ..ReducedOptions::default() }, None, &[])
-    }
-
-    /// The same, reduced as `options` say.
+    /// Of a model as it is, reduced as `options` say.
     ///
     /// * `like` - what stands in for a model that is nearly this one: its coordinates are taken where they serve
     /// * `held` - values of parameters, by name, near which it is to be right; it is for all values of the others
     ///
     /// # Errors
-    /// As [`Self::new`].
+    /// [`ModelError::NotPolynomial`]; those of a solution of the model.
     pub fn reduced(
         model: &Arc<Model>,
         options: ReducedOptions,

@@ -198,12 +198,7 @@ impl SparseSym {
     /// If `v` has another number of rows.
     #[must_use]
     pub fn on_basis(&self, v: &DMatrix<f64>, n_none: usize) -> DMatrix<f64> {
-        let av = self.forces(v, n_none);
-        let mut projected = tall_tr_mul(v, &av);
-        for j in (0..n_none).filter(|&j| av.column(j).amax() == 0.0) {
-            projected.row_mut(j).fill(0.0);
-        }
-        projected
+        on_motions(v, &self.forces(v, n_none), n_none)
     }
 
     /// |A|, entry by entry.
@@ -212,6 +207,19 @@ impl SparseSym {
         let values = self.values.iter().map(|v| v.abs()).collect();
         Self { columns: self.columns.clone(), rows: self.rows.clone(), values }
     }
+}
+
+/// Vᵀ F of motions V and their forces F: of the first `n_none` motions those without a force meet none of the others either.
+///
+/// # Panics
+/// If V and F have different numbers of rows.
+#[must_use]
+pub fn on_motions(v: &DMatrix<f64>, forces: &DMatrix<f64>, n_none: usize) -> DMatrix<f64> {
+    let mut projected = tall_tr_mul(v, forces);
+    for j in (0..n_none).filter(|&j| forces.column(j).amax() == 0.0) {
+        projected.row_mut(j).fill(0.0);
+    }
+    projected
 }
 
 #[cfg(test)]

@@ -17,7 +17,7 @@ mod tests;
 
 pub use across::solve_across_modes;
 pub use derivative::solve_beside_mode;
-pub use matrix::SparseSym;
+pub use matrix::{SparseSym, on_motions};
 pub use modes::{SparseModes, SparseOptions, backward_error, lowest_sparse_modes};
 pub use plan::SparsePlan;
 pub use shifted::{IndefinitePencil, PencilFactor, count_negative, solve_shifted};

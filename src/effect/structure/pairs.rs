@@ -47,9 +47,10 @@ impl Ord for Reached {
 impl Structure<'_> {
     /// Near nodes with a detour between them and a motion that a spring would strain, symmetric partners together before each alone.
     pub(in crate::effect) fn near_pairs(&self) -> Vec<Location> {
-        if self.is_wider {
-            return Vec::new();
-        }
+        if self.is_wider { Vec::new() } else { self.pairs.get_or_init(|| self.find_near_pairs()).clone() }
+    }
+
+    fn find_near_pairs(&self) -> Vec<Location> {
         let mut pairs = self.pairs_of_nodes();
         pairs.sort_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));
         pairs.truncate(MOST_PAIRS);

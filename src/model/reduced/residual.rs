@@ -1,6 +1,6 @@
 //! What a reduced mode leaves in the equations of the full model.
 
-use crate::linalg::sparse::{PencilFactor, SparsePlan, SparseSym};
+use crate::linalg::sparse::{PencilFactor, SparsePlan, SparseSym, on_motions};
 use crate::linalg::{DMatrix, LinalgError, symmetric_values, tall_tr_mul};
 use crate::modal::{ModalError, Modes};
 use crate::model::{AffinePart, Entry, ModelError, ParametricModel, System};
@@ -68,11 +68,8 @@ impl Residual {
     pub(super) fn on_basis(&self, basis: &DMatrix<f64>) -> Vec<(usize, bool, DMatrix<f64>)> {
         let of = |force: &Force| {
             let made = self.all.select_columns(&force.columns);
-            let mut projected = tall_tr_mul(basis, &made);
-            // A rigid motion that a term does not strain meets no force of the others either.
-            for j in (0..self.n_rigid).filter(|&j| !force.is_mass && made.column(j).amax() == 0.0) {
-                projected.row_mut(j).fill(0.0);
-            }
+            let n_none = if force.is_mass { 0 } else { self.n_rigid };
+            let projected = on_motions(basis, &made, n_none);
             (force.term, force.is_mass, projected)
         };
         self.forces.iter().map(of).collect()
