@@ -9,6 +9,12 @@ use std::f64::consts::TAU;
 /// Lines over which the variance of a function is averaged, so that the weights do not follow the noise they weigh.
 const VARIANCE_SMOOTHING: usize = 9;
 
+/// Least noise of a function, relative to the root mean square of the strongest function of its output: 120 dB, which no channel exceeds.
+///
+/// A direction that an exciter does not move has functions of rounding alone, with noise and coherence of their own in synthetic data. Taken at
+/// their word they would weigh 10³⁰ times as much as all others.
+const LEAST_NOISE: f64 = 1e-6;
+
 /// Selected lines of the complete functions of an FRF set.
 ///
 /// The smaller side of the FRF matrix is the "input" side of the matrix fraction, so a test with a roving hammer is
@@ -115,6 +121,11 @@ impl Band {
         let mut variance = Vec::new();
         let coherence = frfs.coherence.as_ref().filter(|_| weighting == Weighting::Coherence);
         for &o in &outputs {
+            let mean_square = |&i: &usize| {
+                let (r, s) = pair(i, o);
+                lines.iter().map(|&l| (frfs.at(l, r, s) / scale).norm_sqr()).sum::<f64>() / n_lines as f64
+            };
+            let floor = LEAST_NOISE.powi(2) * inputs.iter().map(mean_square).fold(0.0, f64::max);
             for &i in &inputs {
                 let (r, s) = pair(i, o);
                 h.extend(lines.iter().map(|&l| frfs.at(l, r, s) / scale));
@@ -126,7 +137,7 @@ impl Band {
                             variance_from_coherence(value, coherence[frfs.index(l, r, s)], frfs.n_averages)
                         })
                         .collect();
-                    variance.extend(smooth_variance(&raw));
+                    variance.extend(smooth_variance(&raw).into_iter().map(|v| v.max(floor)));
                 }
             }
         }

@@ -142,3 +142,45 @@ fn a_function_that_lacks_half_of_its_lines_is_left_out_by_name() {
     let found = identify(&frfs, &options).unwrap();
     assert!(found.gaps.is_empty() && found.modes.iter().all(|m| m.shape[2].is_finite()));
 }
+
+/// Two families of modes in two directions that do not couple, one reference along each: the functions across are rounding, 1e-17 of the others,
+/// with one percent of noise of their own. They take no part, and each mode is found once, as it is without the coherence.
+#[test]
+fn functions_across_decoupled_directions_have_no_weight() {
+    let across = 1e-17;
+    let modes: Vec<TrueMode> = HZ
+        .iter()
+        .enumerate()
+        .map(|(k, &f)| {
+            let shape = string_shape(k + 1, 4);
+            let phi: Vec<f64> = (0..8).map(|o| if o / 4 == k % 2 { shape[o % 4] } else { across * shape[o % 4] }).collect();
+            TrueMode::real(f, 0.01, &phi, &[phi[1], phi[5]])
+        })
+        .collect();
+    let mut frfs = synthesise(&modes, FrfQuantity::Accelerance, &lines(0.0, 64.0, 513));
+    let clean = frfs.h.clone();
+    add_noise(&mut frfs, 0.01, 5);
+    let plain = identify(&frfs, &IdentifyOptions::default()).unwrap();
+    assert_found(&plain);
+    // γ² = |H|²/(|H|² + variance): what an analyser states for this noise.
+    let n = frfs.n_lines();
+    let mut coherence = vec![1.0; frfs.h.len()];
+    for i in 0..2 {
+        for o in 0..8 {
+            let power = (0..n).map(|l| clean[frfs.index(l, i, o)].norm_sqr()).sum::<f64>() / n as f64;
+            for l in 0..n {
+                let at = frfs.index(l, i, o);
+                coherence[at] = clean[at].norm_sqr() / (clean[at].norm_sqr() + 1e-4 * power).max(f64::MIN_POSITIVE);
+            }
+        }
+    }
+    frfs.coherence = Some(coherence);
+    frfs.n_averages = Some(1);
+    let found = identify(&frfs, &IdentifyOptions::default()).unwrap();
+    assert_found(&found);
+    assert!(found.modes.iter().all(|m| m.n_orders > 0), "found by stable columns, none by the scan");
+    for (a, b) in found.modes.iter().zip(&plain.modes) {
+        let sd = a.frequency_hz.sd.max(b.frequency_hz.sd);
+        assert!((a.frequency_hz.value - b.frequency_hz.value).abs() < 4.0 * sd);
+    }
+}
