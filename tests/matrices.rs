@@ -641,7 +641,7 @@ fn measured(truth: &Model, base: &Model) -> TestData {
     let sensors = node_sensors(base);
     let options = TwinOptions {
         n_modes: 8,
-        damping: 0.0,
+        damping: Some(0.0),
         frequency_noise: 0.003,
         shape_noise: 0.02,
         seed: 4,

@@ -316,7 +316,7 @@ def twin(
     noise_force: float | str = "0 %",
     noise_response: float | str = "0 %",
     averages: int = 16,
-    damping: float | str = "1 %",
+    damping: float | str | None = None,
     set: Mapping[str, str] | None = None,
     patch: PathLike | Mapping[str, Any] | None = None,
     fault: str | Sequence[str] = (),
@@ -328,6 +328,7 @@ def twin(
     * ``frequencies``: lines of functions, Hz; no functions when absent
     * ``sensors``: test whose sensors they are; a sensor on every node when absent
     * ``exciter``: sensors at which the force acts, one after the other; the first when absent
+    * ``damping``: ratio of every mode; the model's own damping when absent, 1 % where it has none
     * ``set``: parameters with their units: ``{"m_tip": "70 g"}``
     * ``patch``: a partial model file laid over the model, or what it says: what the test has and the model lacks
     * ``fault``: ``"sensor-sign@p11"``, ``"sensor-gain@p5=1.5"``
@@ -350,7 +351,7 @@ def twin(
         "noise_force": percent_of(noise_force),
         "noise_response": percent_of(noise_response),
         "averages": averages,
-        "damping": percent_of(damping),
+        "damping": None if damping is None else percent_of(damping),
         "set": list((set or {}).items()),
         "patch": laid,
         "faults": [fault] if isinstance(fault, str) else list(fault),

@@ -318,7 +318,7 @@ impl Model {
             }
         }
         let work = || {
-            let options = TwinOptions { damping, ..TwinOptions::default() };
+            let options = TwinOptions { damping: Some(damping), ..TwinOptions::default() };
             let frf = TwinFrfOptions {
                 lines_hz,
                 exciters: references,

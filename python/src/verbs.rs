@@ -379,7 +379,7 @@ pub(crate) struct TwinArguments {
     #[pyo3(item)]
     averages: usize,
     #[pyo3(item)]
-    damping: String,
+    damping: Option<String>,
     #[pyo3(item)]
     set: Vec<(String, String)>,
     #[pyo3(item)]
@@ -427,7 +427,7 @@ fn synthetic(
         n_modes: args.modes.unwrap_or(10),
         band_hz: args.band,
         frequency_noise: scalar("noise_frequency", &args.noise_frequency, "1")?,
-        damping: scalar("damping", &args.damping, "1")?,
+        damping: args.damping.as_deref().map(|text| scalar("damping", text, "1")).transpose()?,
         damping_noise: scalar("noise_damping", &args.noise_damping, "1")?,
         shape_noise: scalar("noise_shape", &args.noise_shape, "1")?,
         faults: args.faults.iter().map(|f| f.parse()).collect::<Result<Vec<TwinFault>, _>>()?,

@@ -55,7 +55,14 @@ fn truth(edits: &[(&str, &str)]) -> Model {
 
 /// The noise of the stories: 0.3 % of frequencies, 2 % of shapes.
 fn noise(n_modes: usize, seed: u64) -> TwinOptions {
-    TwinOptions { n_modes, damping: 0.0, frequency_noise: 0.003, shape_noise: 0.02, seed, ..TwinOptions::default() }
+    TwinOptions {
+        n_modes,
+        damping: Some(0.0),
+        frequency_noise: 0.003,
+        shape_noise: 0.02,
+        seed,
+        ..TwinOptions::default()
+    }
 }
 
 /// A synthetic test of the truth: six modes with 0.3 % noise of frequencies and 2 % of shapes, without names.
@@ -534,7 +541,7 @@ fn of_strip(with_functions: bool) -> TestData {
     let hidden = Effects::builtin().candidate(&structure, "distributed-mass@strip").unwrap();
     let truth = model(&hidden.patch.apply_to_text(&STRIP.replace("subdivide: 2", "subdivide: 6")).unwrap());
     let theta = [0.06, 0.1];
-    let options = TwinOptions { damping: 0.01, ..noise(4, 5) };
+    let options = TwinOptions { damping: Some(0.01), ..noise(4, 5) };
     let mut test = twin_modes(&truth, &theta, &sensors, &options, "twin of a story").unwrap();
     test.modes.iter_mut().for_each(|m| (m.label, m.damping_ratio) = (None, None));
     if with_functions {

@@ -85,7 +85,7 @@ const UNITS: &[(&str, f64, i8, i8, i8)] = &[
     ("1", 1.0, 0, 0, 0), ("%", 0.01, 0, 0, 0), ("ppm", 1e-6, 0, 0, 0),
     ("rad", 1.0, 0, 0, 0), ("mrad", 1e-3, 0, 0, 0), ("deg", TAU / 360.0, 0, 0, 0), ("°", TAU / 360.0, 0, 0, 0), ("rev", TAU, 0, 0, 0),
     ("m", 1.0, 1, 0, 0), ("km", 1e3, 1, 0, 0), ("dm", 0.1, 1, 0, 0), ("cm", 1e-2, 1, 0, 0), ("mm", 1e-3, 1, 0, 0),
-    ("um", 1e-6, 1, 0, 0), ("in", INCH, 1, 0, 0), ("ft", 12.0 * INCH, 1, 0, 0), ("mil", 1e-3 * INCH, 1, 0, 0),
+    ("um", 1e-6, 1, 0, 0), ("nm", 1e-9, 1, 0, 0), ("in", INCH, 1, 0, 0), ("ft", 12.0 * INCH, 1, 0, 0), ("mil", 1e-3 * INCH, 1, 0, 0),
     ("kg", 1.0, 0, 1, 0), ("g", 1e-3, 0, 1, 0), ("mg", 1e-6, 0, 1, 0), ("Mg", 1e3, 0, 1, 0), ("t", 1e3, 0, 1, 0), ("lb", POUND, 0, 1, 0),
     ("lbm", POUND, 0, 1, 0), ("oz", POUND / 16.0, 0, 1, 0), ("slug", POUND * GRAVITY / (12.0 * INCH), 0, 1, 0),
     ("slinch", POUND * GRAVITY / INCH, 0, 1, 0),
@@ -275,8 +275,10 @@ fn suggestion(name: &str) -> String {
         unit.len() > 1
             && unit.starts_with(|c: char| c == first || (c.eq_ignore_ascii_case(&first) && !matches!(c, 'm' | 'M')))
     };
-    if UNITS.iter().any(|u| u.0.eq_ignore_ascii_case(name) && !same_prefix(u.0)) {
-        return String::new();
+    let other_case: Vec<&str> = UNITS.iter().map(|u| u.0).filter(|u| u.eq_ignore_ascii_case(name)).collect();
+    if other_case.iter().any(|u| !same_prefix(u)) {
+        let known = other_case.join("` or `");
+        return format!("; the case of its letters counts, and `{known}` is known");
     }
     did_you_mean(name, UNITS.iter().map(|u| u.0).filter(|u| same_prefix(u)))
 }
@@ -398,10 +400,11 @@ mod tests {
         for (text, message) in [
             ("Nm", "unknown unit `Nm`; did you mean `N m`?"),
             ("KG", "unknown unit `KG`; did you mean `kg`?"),
-            ("Mm", "unknown unit `Mm`"),
-            ("MM", "unknown unit `MM`"),
+            ("Mm", "unknown unit `Mm`; the case of its letters counts, and `mm` is known"),
+            ("MM", "unknown unit `MM`; the case of its letters counts, and `mm` is known"),
+            ("MG", "unknown unit `MG`; the case of its letters counts, and `mg` or `Mg` is known"),
             ("xm", "unknown unit `xm`"),
-            ("mPa", "unknown unit `mPa`"),
+            ("mPa", "unknown unit `mPa`; the case of its letters counts, and `MPa` is known"),
             ("Gpa", "unknown unit `Gpa`; did you mean `GPa`?"),
             ("kg/", "`kg/` is not a unit: a unit is missing at its end"),
             ("kg/(m", "`kg/(m` is not a unit: an opening parenthesis without a closing one"),

@@ -28,6 +28,9 @@ const MOST_MODES: usize = 400;
 /// A mode that moves the sensors by less than this share of its largest entry is seen by none.
 const UNSEEN: f64 = 1e-9;
 
+/// Damping ratio of every mode of a model that has no damping.
+const OWN_DAMPING: f64 = 0.01;
+
 /// Random streams.
 const MODES_STREAM: u64 = 1;
 const FRF_STREAM: u64 = 2;
@@ -41,8 +44,8 @@ pub struct TwinOptions {
     pub band_hz: Option<(f64, f64)>,
     /// Relative standard deviation of frequencies.
     pub frequency_noise: f64,
-    /// Damping ratio of every mode.
-    pub damping: f64,
+    /// Damping ratio of every mode; absent: what the model's own damping gives a mode, 1 % of a model without.
+    pub damping: Option<f64>,
     /// Relative standard deviation of damping ratios.
     pub damping_noise: f64,
     /// Standard deviation of shape entries, relative to the largest entry.
@@ -54,13 +57,13 @@ pub struct TwinOptions {
 }
 
 impl Default for TwinOptions {
-    /// Ten modes with 1 % damping, without noise and faults.
+    /// Ten modes with the model's own damping, without noise and faults.
     fn default() -> Self {
         Self {
             n_modes: 10,
             band_hz: None,
             frequency_noise: 0.0,
-            damping: 0.01,
+            damping: None,
             damping_noise: 0.0,
             shape_noise: 0.0,
             faults: Vec::new(),
@@ -226,6 +229,7 @@ pub fn twin_modes(
     let origin = Origin::Synthetic(origin.to_string());
     let (low, high) = options.band_hz.unwrap_or((0.0, f64::INFINITY));
     let has_names = model.mirror().is_some();
+    let ratios = damping(model, theta, &modes, options.damping)?.ratios;
     let mut out = Vec::new();
     for r in modes.elastic().skip(modes.n_mechanism) {
         let f = modes.frequency_hz(r);
@@ -240,7 +244,7 @@ pub fn twin_modes(
         let largest = column.iter().fold(0.0_f64, |a, v| if v.abs() > a.abs() { *v } else { a });
         let scale = if largest == 0.0 { 1.0 } else { largest };
         let frequency = f * (1.0 + options.frequency_noise * rng.normal());
-        let damping = options.damping * (1.0 + options.damping_noise * rng.normal());
+        let damping = ratios[r] * (1.0 + options.damping_noise * rng.normal());
         let shape = DVector::from_fn(column.len(), |i, _| {
             Complex::new(column[i] / scale + options.shape_noise * faults.noise(i) * rng.normal(), 0.0)
         });
@@ -248,8 +252,8 @@ pub fn twin_modes(
         out.push(TestMode {
             label: has_names.then(|| named[r].label.clone()),
             frequency_hz: measured(frequency, options.frequency_noise * f),
-            damping_ratio: (options.damping > 0.0)
-                .then(|| measured(damping.clamp(1e-6, 0.99), options.damping_noise * options.damping)),
+            damping_ratio: (ratios[r] > 0.0)
+                .then(|| measured(damping.clamp(1e-6, 0.99), options.damping_noise * ratios[r])),
             origin: origin.clone(),
             shape_sd: (is_visible && options.shape_noise > 0.0)
                 .then(|| DVector::from_element(shape.len(), options.shape_noise)),
@@ -320,7 +324,7 @@ pub fn twin_frfs(
     let responses = faults.observe(model, theta, sensors)?;
     let acting: Vec<Sensor> = exciters.iter().map(|&i| sensors[faults.acts_at(i)].clone()).collect();
     let references = observation_matrix_at(model, &acting, theta)?;
-    let damping = ModalDamping::uniform(modes.len(), options.damping);
+    let damping = damping(model, theta, &modes, options.damping)?;
     let h = synthesize(&modes, &damping, &responses, &references, lines, frf.quantity.order());
     let channel = |s: &Sensor| Channel { name: s.name.clone(), direction: Some(s.direction) };
     let mut set = FrfSet {
@@ -402,6 +406,41 @@ fn modes(model: &dyn ParametricModel, theta: &[f64], n_elastic: usize) -> Result
     Ok(solve_modes(model, theta, SolveOptions { n_elastic, shift: None })?)
 }
 
+/// The damping ratio of each mode: the one that is given, else what the model's own damping does in it.
+///
+/// ```text
+/// ζ_r = φ_rᵀ C φ_r / (2 ω_r)       φᵀ M φ = 1; rigid-body modes have none
+/// ```
+/// Ratios of modes that C couples are those of the uncoupled equations, as the residual of damping ratios predicts them.
+fn damping(
+    model: &dyn ParametricModel,
+    theta: &[f64],
+    modes: &Modes,
+    given: Option<f64>,
+) -> Result<ModalDamping, TwinError> {
+    let uniform = |ratio| Ok(ModalDamping::uniform(modes.len(), ratio));
+    if let Some(ratio) = given {
+        return uniform(ratio);
+    }
+    let Some(c) = model.assemble_sparse(theta)?.damping else { return uniform(OWN_DAMPING) };
+    let work = c.mul(&modes.shapes);
+    let ratio = |r: usize| {
+        let omega = modes.lambda[r].max(0.0).sqrt();
+        let is_rigid = r < modes.n_rigid + modes.n_mechanism;
+        if is_rigid || omega == 0.0 { 0.0 } else { modes.shapes.column(r).dot(&work.column(r)) / (2.0 * omega) }
+    };
+    let ratios: Vec<f64> = (0..modes.len()).map(ratio).collect();
+    if let Some(worst) = ratios.iter().find(|z| !(0.0..1.0).contains(*z)) {
+        let expected = "between 0 and 1 in every mode; give `--damping` for one ratio in all";
+        return Err(TwinError::Range {
+            what: "the damping ratio that the model gives a mode",
+            value: *worst,
+            expected,
+        });
+    }
+    Ok(ModalDamping { ratios })
+}
+
 fn index(sensors: &[Sensor], name: &str) -> Result<usize, TwinError> {
     sensors.iter().position(|s| s.name == name).ok_or_else(|| TwinError::NoSensor {
         name: name.to_string(),
@@ -421,7 +460,7 @@ fn check(options: &TwinOptions, sensors: &[Sensor]) -> Result<(), TwinError> {
         ("noise of frequencies", options.frequency_noise),
         ("noise of damping ratios", options.damping_noise),
         ("noise of shapes", options.shape_noise),
-        ("damping", options.damping),
+        ("damping", options.damping.unwrap_or(0.0)),
     ] {
         range(what, value, (0.0..1.0).contains(&value), "at least 0 and below 1")?;
     }

@@ -313,9 +313,9 @@ pub(crate) struct Twin {
     /// Averages of the functions.
     #[arg(long, requires = "frf", default_value_t = 16, value_parser = clap::value_parser!(u16).range(1..=10000))]
     pub(crate) averages: u16,
-    /// Damping ratio of every mode.
-    #[arg(long, default_value = "1 %", allow_hyphen_values = true)]
-    pub(crate) damping: String,
+    /// Damping ratio of every mode; by default the model's own damping, 1 % where it has none.
+    #[arg(long, allow_hyphen_values = true)]
+    pub(crate) damping: Option<String>,
     /// A parameter of the model: `m8_13=70g`; a number without a unit is in the unit of the model file.
     #[arg(long, value_name = "PARAMETER=VALUE")]
     pub(crate) set: Vec<String>,

@@ -135,7 +135,7 @@ fn test_of(model: &Model) -> Result<Option<String>, Failure> {
         n_modes: MODES,
         frequency_noise: 0.002,
         shape_noise: 0.01,
-        damping: 0.01,
+        damping: Some(0.01),
         seed: 1,
         ..TwinOptions::default()
     };

@@ -42,7 +42,7 @@ pub(crate) fn run(args: &Twin) -> Result<u8, Failure> {
         n_modes: usize::from(args.modes),
         band_hz: band(args.band.as_deref())?,
         frequency_noise: scalar("--noise-frequency", &args.noise_frequency, "1")?,
-        damping: scalar("--damping", &args.damping, "1")?,
+        damping: args.damping.as_deref().map(|text| scalar("--damping", text, "1")).transpose()?,
         damping_noise: scalar("--noise-damping", &args.noise_damping, "1")?,
         shape_noise: scalar("--noise-shape", &args.noise_shape, "1")?,
         faults: args.fault.iter().map(|f| f.parse()).collect::<Result<Vec<TwinFault>, _>>()?,

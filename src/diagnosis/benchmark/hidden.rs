@@ -91,7 +91,7 @@ impl Specimen {
         };
         let options = TwinOptions {
             n_modes: self.n_modes,
-            damping: 0.0,
+            damping: Some(0.0),
             frequency_noise: plan.frequency_noise * plan.noise_factor,
             shape_noise: plan.shape_noise * plan.noise_factor,
             seed,

@@ -153,7 +153,8 @@ fn functions_across_decoupled_directions_have_no_weight() {
         .enumerate()
         .map(|(k, &f)| {
             let shape = string_shape(k + 1, 4);
-            let phi: Vec<f64> = (0..8).map(|o| if o / 4 == k % 2 { shape[o % 4] } else { across * shape[o % 4] }).collect();
+            let phi: Vec<f64> =
+                (0..8).map(|o| if o / 4 == k % 2 { shape[o % 4] } else { across * shape[o % 4] }).collect();
             TrueMode::real(f, 0.01, &phi, &[phi[1], phi[5]])
         })
         .collect();

@@ -49,8 +49,13 @@ fn functions_of_the_same_model_agree_in_every_criterion() {
     let strip = model("cantilever.yaml");
     let sensors = node_sensors(&strip);
     // The modes have a little noise, so that they have standard deviations; the functions have none.
-    let options =
-        TwinOptions { n_modes: 4, damping: 0.02, frequency_noise: 1e-4, shape_noise: 1e-3, ..TwinOptions::default() };
+    let options = TwinOptions {
+        n_modes: 4,
+        damping: Some(0.02),
+        frequency_noise: 1e-4,
+        shape_noise: 1e-3,
+        ..TwinOptions::default()
+    };
     let theta = strip.parameters().nominal();
     let test = twin_modes(&strip, &theta, &sensors, &options, "a twin").unwrap();
     let lines = TwinFrfOptions {

@@ -107,6 +107,42 @@ fn functions_without_noise_are_the_synthesis_of_all_modes() {
     assert_eq!((set.n_lines(), set.responses.len(), set.coherence), (400, 4, None));
 }
 
+/// A dashpot c = β k beside a spring k is damping in proportion to stiffness: ζ = β ω / 2 in each mode; a ratio that is given takes its place.
+#[test]
+fn modes_have_the_damping_of_the_model() {
+    let beta = 2e-4;
+    let text = "
+retune: 1
+name: chain
+active_dofs: [ux]
+nodes: {a: [0, 0, 0], b: [1, 0, 0], c: [2, 0, 0]}
+masses: {m1: {node: b, mass: 2 kg}, m2: {node: c, mass: 3 kg}}
+springs: {s1: {nodes: [a, b], k: {ux: 5e4 N/m}, c: {ux: 10 N s/m}}, s2: {nodes: [b, c], k: {ux: 8e4 N/m}, c: {ux: 16 N s/m}}}
+supports: {wall: {node: a}}
+";
+    let model = load(text, &Registry::builtin()).unwrap().0;
+    let sensors = node_sensors(&model);
+    let test = twin_modes(&model, &[], &sensors, &TwinOptions::default(), "test").unwrap();
+    assert_eq!(test.modes.len(), 2);
+    for mode in &test.modes {
+        let expected = 0.5 * beta * std::f64::consts::TAU * mode.frequency_hz.value;
+        let found = mode.damping_ratio.as_ref().unwrap().value;
+        assert!((found / expected - 1.0).abs() < 1e-9, "{found} {expected}");
+    }
+    let given = TwinOptions { damping: Some(0.03), ..TwinOptions::default() };
+    let test = twin_modes(&model, &[], &sensors, &given, "test").unwrap();
+    assert!(test.modes.iter().all(|m| m.damping_ratio.as_ref().unwrap().value == 0.03));
+    // The functions have it too: at the second resonance the last mass answers by the modal sum with these ratios.
+    let found = modes(&model, &[], MOST_MODES).unwrap();
+    let ratios = found.lambda.iter().map(|l| 0.5 * beta * l.sqrt()).collect();
+    let rows = crate::correlation::observation_matrix(&model, &sensors).unwrap();
+    let frf = TwinFrfOptions { exciters: vec![sensors[0].name.clone()], ..frf_options(1) };
+    let set = twin_frfs(&model, &[], &sensors, &TwinOptions::default(), &frf).unwrap();
+    let force = rows.rows(0, 1).into_owned();
+    let expected = accelerance(&found, &ModalDamping { ratios }, &rows, &force, &set.frequencies_hz);
+    assert!(set.h.iter().zip(&expected).all(|(a, b)| (a - b).norm() < 1e-9 * b.norm()));
+}
+
 #[test]
 fn estimates_have_the_variance_and_bias_of_theory() {
     let model = model();

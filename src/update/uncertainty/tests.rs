@@ -225,7 +225,7 @@ fn noisy_test(model: &Model, theta: &[f64], rng: &mut ChaCha8Rng) -> TestData {
         n_modes: 4,
         frequency_noise: 0.005,
         shape_noise: 0.01,
-        damping: 0.0,
+        damping: Some(0.0),
         seed: rng.next_u64(),
         ..TwinOptions::default()
     };
@@ -250,7 +250,7 @@ fn an_outlier_is_outvoted_by_a_robust_loss() {
         &model,
         &[75e9, 1.0],
         &node_sensors(&model),
-        &TwinOptions { n_modes: 5, damping: 0.0, frequency_noise: 0.0, ..TwinOptions::default() },
+        &TwinOptions { n_modes: 5, damping: Some(0.0), frequency_noise: 0.0, ..TwinOptions::default() },
         "an outlier",
     )
     .unwrap();
