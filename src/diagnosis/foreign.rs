@@ -3,7 +3,8 @@
 //! They are decided at the base, once, so that all hypotheses are compared on the same data. There the model may lack an effect of any
 //! size: what it misses is taken for model form, and its true modes stay. A mode that one cause explains together with all
 //! others, to the stated noise (a body on a spring brings one, a sensor turned over changes one), is no foreign one: then the diagnosis with all
-//! modes is the answer, as one cause is more probable than two.
+//! modes is the answer, as one cause is more probable than two. Such a cause is looked for before the others decide without the mode, and
+//! after: what they name may give the mode its partner.
 
 use super::answer::{Investigation, investigate_these};
 use super::error::DiagnosisError;
@@ -17,7 +18,7 @@ use super::search::singles::refit;
 use super::settings::Settings;
 use super::verdict::decide::conclude;
 use crate::catalogue::did_you_mean;
-use crate::data::Standing;
+use crate::data::{Standing, TestData};
 use crate::effect::{Context, Structure};
 use crate::fault::Tests;
 use crate::linalg::DVector;
@@ -50,9 +51,8 @@ fn with_modes_of_the_structure(
 ) -> Result<Investigation, DiagnosisError> {
     scene.how = settings.pairing;
     let (decided, x) = settled(&scene, settings)?;
-    let found = |standing: &Standing| matches!(standing, Standing::Aside { foreign: Some(_), .. });
     let foreign: Vec<usize> =
-        (0..decided.test.modes.len()).filter(|&m| found(&decided.test.modes[m].standing)).collect();
+        (0..decided.test.modes.len()).filter(|&m| is_foreign(&decided.test.modes[m].standing)).collect();
     // Shapes tell whether a hypothesis explains a mode; a frequency alone can be had from any.
     let has_shape = foreign.iter().any(|&m| scene.test.modes[m].shape.is_some());
     let is_possible = || match &x {
@@ -66,7 +66,48 @@ fn with_modes_of_the_structure(
     {
         return named(found);
     }
-    named(investigate_these(decided, starts, x.as_ref(), weight, settings)?)
+    let found = investigate_these(decided, starts, x.as_ref(), weight, settings)?;
+    if has_shape
+        && !settings.until.is_over()
+        && let Some(freed) = with_partners_by_the_named(&scene, &found, &foreign, settings)?
+        && let Some(with_them) = by_one_cause(freed, starts, weight, settings)?
+    {
+        return named(with_them);
+    }
+    named(found)
+}
+
+/// The scene with the modes that looked foreign at the base and have a partner where the named effect is in the model; `None` where none has.
+///
+/// The look for one cause before asks the model with an effect of a few sizes; here the size and the parameters are fitted.
+fn with_partners_by_the_named(
+    scene: &Scene,
+    found: &Investigation,
+    foreign: &[usize],
+    settings: &Settings,
+) -> Result<Option<Scene>, DiagnosisError> {
+    let Some(first) = found.diagnosis.hypotheses.first() else { return Ok(None) };
+    let refit = found.refits.iter().find(|r| r.id(&found.base.scene) == first.id);
+    let Some(refit) = refit.filter(|_| found.diagnosis.verdict == Verdict::MissingEffect) else { return Ok(None) };
+    let given = refit.scene.as_given();
+    let settled = settings.pairing.settle(&given.comparisons()?, &refit.fit.x, MISREAD)?;
+    let with_the_named = given.with_modes(settled.tests);
+    let still = |m: &usize| is_foreign(&with_the_named.test.modes[*m].standing);
+    let kept: Vec<usize> = foreign.iter().copied().filter(still).collect();
+    if kept.len() == foreign.len() {
+        return Ok(None);
+    }
+    let mut tests: Vec<TestData> = scene.as_given().cases.iter().map(|c| (*c.test).clone()).collect();
+    for (case, test) in scene.cases.iter().zip(&mut tests) {
+        for &m in kept.iter().filter(|m| case.modes().contains(m)) {
+            test.modes[m - case.first_mode].standing = with_the_named.test.modes[m].standing.clone();
+        }
+    }
+    Ok(Some(scene.as_given().with_modes(tests).with_contradicted(&settled.contradicted)))
+}
+
+fn is_foreign(standing: &Standing) -> bool {
+    matches!(standing, Standing::Aside { foreign: Some(_), .. })
 }
 
 /// The diagnosis with all modes, where one cause explains them to the stated noise: several changes and larger noise explain anything.

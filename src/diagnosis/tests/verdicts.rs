@@ -26,6 +26,27 @@ fn departure(d: &Diagnosis) -> f64 {
     terms.iter().map(|(p, ln)| (p - of_top * (ln - top).exp()).abs()).fold(0.0, f64::max)
 }
 
+/// A coupling of bending and twist changes two modes of the flying wing so much that at the base they look foreign, with probabilities up to
+/// 0.996, and the others name the coupling. With it in the model both have partners: then all modes are explained, and none is called foreign.
+#[test]
+fn what_is_named_gives_modes_their_partners() {
+    let plan = Plan {
+        structures: vec!["flying-wing".to_string()],
+        null: 2,
+        seed: 26,
+        only: Some("bend-twist".to_string()),
+        ..Plan::default()
+    };
+    let outcomes = benchmark(&plan, &Settings::default(), &|_, _| {}).unwrap().outcomes;
+    let [outcome] = &outcomes[..] else { panic!("one case, found {}", outcomes.len()) };
+    assert!(outcome.right && outcome.removed > 0.99, "{outcome:?}");
+    assert_eq!(outcome.true_lost, [0, 8]);
+    let d = outcome.diagnosis.as_ref().unwrap();
+    assert!(d.foreign_modes.is_empty() && !d.sentence.contains("foreign"), "{}", d.sentence);
+    // Two modes more are data, and they determine the coupling better.
+    assert!(d.hypotheses[0].misfit_after < 1.3 * d.degrees_of_freedom);
+}
+
 /// On twins with nothing hidden, an effect, a fault and a change outside the catalogue, every stated probability is its prior odds times its
 /// stated Bayes factor, over one sum; and no verdict names what is less probable than all else.
 #[test]

@@ -56,7 +56,10 @@ pub(crate) fn conclude(base: &Stage, refits: &mut Refits, settings: &Settings) -
     let tried: Vec<&Tried> = ends.iter().flatten().map(|r| &r.tried).collect();
     let alone = refit_these(base, &tried, &starts)?;
     let known = |r: &Refit| refits.hypotheses.iter().find(|k| k.id(&base.scene) == r.id(&base.scene));
-    if alone.iter().any(|r| known(r).is_none_or(|k| r.ln_bayes > k.ln_bayes + STRONG)) {
+    // One that stays far below the best alone changes nothing that is concluded.
+    let best = refits.hypotheses.iter().map(|r| r.ln_bayes).fold(f64::NEG_INFINITY, f64::max);
+    let is_better = |r: &Refit| known(r).is_none_or(|k| r.ln_bayes > k.ln_bayes + STRONG);
+    if alone.iter().any(|r| is_better(r) && r.ln_bayes > best - STRONG) {
         merge(base, &mut refits.hypotheses, alone);
         return Ok(conclude_once(base, refits, settings)?.0);
     }
