@@ -181,7 +181,7 @@ fn page_data(initial: &Model, test: &TestData, result: &Update) -> Result<Report
     let virtual_aircraft = read("bff_truth.yaml", |text| load(text, &Registry::builtin()).map(|(model, ..)| model))?;
     let measured: Vec<f64> = test.modes.iter().filter_map(|m| m.damping_ratio.as_ref()).map(|d| d.value).collect();
     let options = TwinOptions {
-        damping: measured.iter().sum::<f64>() / measured.len().max(1) as f64,
+        damping: Some(measured.iter().sum::<f64>() / measured.len().max(1) as f64),
         seed: 1,
         ..TwinOptions::default()
     };

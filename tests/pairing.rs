@@ -41,7 +41,7 @@ fn twin(model: &Model, n_modes: usize, seed: u64) -> TestData {
         n_modes,
         frequency_noise: FREQUENCY,
         shape_noise: SHAPE,
-        damping: 0.0,
+        damping: Some(0.0),
         seed,
         ..TwinOptions::default()
     };

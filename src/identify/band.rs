@@ -39,6 +39,8 @@ pub(super) struct Band {
     pub(super) profile: Option<Vec<f64>>,
     /// Estimate of the noise sd (per real component) of each output from the roughness over lines.
     pub(super) roughness: Vec<f64>,
+    /// Which functions are more than rounding, in the layout of `h` without lines; what the others leave tells nothing of the noise.
+    is_alive: Vec<bool>,
     /// What `h` is divided by, see [`unit_of`]; what is given to the outside is multiplied by it.
     pub(super) scale: f64,
     /// Functions that lack lines.
@@ -56,6 +58,21 @@ impl Band {
 
     pub(super) fn n_outputs(&self) -> usize {
         self.outputs.len()
+    }
+
+    /// Whether a function is more than rounding.
+    pub(super) fn is_alive(&self, output: usize, input: usize) -> bool {
+        self.is_alive[output * self.n_inputs() + input]
+    }
+
+    /// Functions of an output that are more than rounding, at least one.
+    pub(super) fn n_alive(&self, output: usize) -> usize {
+        (0..self.n_inputs()).filter(|&i| self.is_alive(output, i)).count()
+    }
+
+    /// Real values in the functions of an output that are more than rounding.
+    pub(super) fn n_values(&self, output: usize) -> usize {
+        2 * self.n_lines() * self.n_alive(output)
     }
 
     /// All lines of one function.
@@ -90,13 +107,12 @@ impl Band {
         }
         let (gaps, lines) = gaps(frfs, &lines)?;
         let is_measured = |i: usize, o: usize| lines.iter().all(|&l| frfs.at(l, i, o).is_finite());
-        let is_alive = |i: usize, o: usize| lines.iter().any(|&l| frfs.at(l, i, o) != Complex::ZERO);
+        let is_any = |i: usize, o: usize| lines.iter().any(|&l| frfs.at(l, i, o) != Complex::ZERO);
         let measured: Vec<bool> = (0..n_ref * n_res).map(|k| is_measured(k / n_res, k % n_res)).collect();
         let is_ok = |i: usize, o: usize| measured[i * n_res + o];
         // References that no response has measured do not count; of the rest, every input must be there.
-        let references: Vec<usize> =
-            (0..n_ref).filter(|&i| (0..n_res).any(|o| is_ok(i, o) && is_alive(i, o))).collect();
-        let responses: Vec<usize> = (0..n_res).filter(|&o| (0..n_ref).any(|i| is_ok(i, o) && is_alive(i, o))).collect();
+        let references: Vec<usize> = (0..n_ref).filter(|&i| (0..n_res).any(|o| is_ok(i, o) && is_any(i, o))).collect();
+        let responses: Vec<usize> = (0..n_res).filter(|&o| (0..n_ref).any(|i| is_ok(i, o) && is_any(i, o))).collect();
         let is_transposed = references.len() > responses.len();
         let (inputs, candidates) = if is_transposed { (responses, references) } else { (references, responses) };
         let pair = |input: usize, output: usize| if is_transposed { (output, input) } else { (input, output) };
@@ -119,6 +135,7 @@ impl Band {
         }));
         let mut h = Vec::with_capacity(n_lines * inputs.len() * outputs.len());
         let mut variance = Vec::new();
+        let mut is_alive = Vec::with_capacity(inputs.len() * outputs.len());
         let coherence = frfs.coherence.as_ref().filter(|_| weighting == Weighting::Coherence);
         for &o in &outputs {
             let mean_square = |&i: &usize| {
@@ -126,6 +143,7 @@ impl Band {
                 lines.iter().map(|&l| (frfs.at(l, r, s) / scale).norm_sqr()).sum::<f64>() / n_lines as f64
             };
             let floor = LEAST_NOISE.powi(2) * inputs.iter().map(mean_square).fold(0.0, f64::max);
+            is_alive.extend(inputs.iter().map(|i| mean_square(i) > floor || floor == 0.0));
             for &i in &inputs {
                 let (r, s) = pair(i, o);
                 h.extend(lines.iter().map(|&l| frfs.at(l, r, s) / scale));
@@ -151,6 +169,7 @@ impl Band {
             variance: coherence.map(|_| variance),
             profile: None,
             roughness: Vec::new(),
+            is_alive,
             scale,
             gaps,
         };
@@ -174,6 +193,7 @@ impl Band {
             profile: None,
             inputs: self.inputs.clone(),
             outputs: self.outputs.clone(),
+            is_alive: self.is_alive.clone(),
             gaps: Vec::new(),
             ..*self
         };

@@ -27,6 +27,11 @@ impl Basis<'_> {
         2 * self.poles.len() + self.band.n_inputs() * self.terms.powers().len()
     }
 
+    /// Linear unknowns of an output that its living functions determine.
+    pub(super) fn n_fitted(&self, output: usize) -> usize {
+        2 * self.poles.len() + self.band.n_alive(output) * self.terms.powers().len()
+    }
+
     /// Writes the real columns of coefficient (Re, Im) of ψ u + ψ* v into two columns.
     fn put(&self, a: &mut DMatrix<f64>, column: usize, input: usize, u: impl Fn(f64) -> (Complex<f64>, Complex<f64>)) {
         let n_l = self.band.n_lines();

@@ -245,26 +245,35 @@ fn solve_linear(basis: &Basis<'_>, y: &DMatrix<f64>, with_derivatives: bool) -> 
 }
 
 /// -2 ln L, profiled over the noise level of each output.
-fn merit(groups: &[Linear], rows: usize) -> f64 {
-    groups.iter().flat_map(|g| &g.sse).map(|s| rows as f64 * s.max(f64::MIN_POSITIVE).ln()).sum()
+fn merit(groups: &[Linear], band: &Band) -> f64 {
+    let of = |(o, s): (usize, &f64)| band.n_values(o) as f64 * s.max(f64::MIN_POSITIVE).ln();
+    groups.iter().flat_map(|g| g.outputs.clone().zip(&g.sse)).map(of).sum()
+}
+
+/// Degrees of freedom of each output: real values of its living functions, less what is fitted to them and its share of the unknowns.
+fn degrees_of_freedom(basis: &Basis<'_>) -> Vec<f64> {
+    let band = basis.band;
+    let share = 2.0 * basis.poles.unknowns().len() as f64 / band.n_outputs() as f64;
+    let of = |o: usize| (band.n_values(o) as f64 - basis.n_fitted(o) as f64 - share).max(1.0);
+    (0..band.n_outputs()).map(of).collect()
 }
 
 /// [`merit`] at given poles, nothing refined.
 pub(super) fn merit_at(band: &Band, poles: &Poles, terms: ResidualTerms) -> Result<f64, IdentifyError> {
     let basis = Basis { band, poles, terms, omega_ref: band.omega[band.n_lines() - 1] };
-    Ok(merit(&solve_linear(&basis, &data(band, 0..band.n_outputs()), false)?, basis.rows()))
+    Ok(merit(&solve_linear(&basis, &data(band, 0..band.n_outputs()), false)?, band))
 }
 
 /// Hessian and gradient of the unknowns, scaled to unit noise.
-fn normal_equations(groups: &[Linear], poles: &Poles, dof: f64) -> (DMatrix<f64>, DVector<f64>) {
+fn normal_equations(groups: &[Linear], poles: &Poles, dof: &[f64]) -> (DMatrix<f64>, DVector<f64>) {
     let unknowns = poles.unknowns();
     let n = 2 * unknowns.len();
     let (mut h, mut g) = (DMatrix::zeros(n, n), DVector::zeros(n));
     for group in groups {
         let gram = group.r22.tr_mul(&group.r22);
         let gradient = group.r22.tr_mul(&group.z2);
-        for k in 0..group.outputs.len() {
-            let weight = dof / group.sse[k].max(f64::MIN_POSITIVE);
+        for (k, o) in group.outputs.clone().enumerate() {
+            let weight = dof[o] / group.sse[k].max(f64::MIN_POSITIVE);
             let psi: Vec<(f64, f64)> =
                 unknowns.iter().map(|&(r, _)| (group.c[(2 * r, k)], group.c[(2 * r + 1, k)])).collect();
             for (a, &(re_a, im_a)) in psi.iter().enumerate() {
@@ -303,7 +312,7 @@ pub(super) fn choose_terms(band: &Band, poles: &Poles) -> Result<ResidualTerms, 
             Err(_) if k > 1 => break,
             Err(e) => return Err(e),
         };
-        let bic = merit(&groups, n) + (band.n_outputs() * band.n_inputs() * 2 * k) as f64 * (n as f64).ln();
+        let bic = merit(&groups, band) + (band.n_outputs() * band.n_inputs() * 2 * k) as f64 * (n as f64).ln();
         if bic < best.0 {
             best = (bic, terms);
         }
@@ -319,15 +328,13 @@ pub(super) fn fit(band: &Band, start: &Poles, terms: ResidualTerms, max_steps: u
     let mut poles = start.clone();
     let at = |poles: &Poles| solve_linear(&Basis { band, poles, terms, omega_ref }, &y, true);
     let basis = Basis { band, poles: start, terms, omega_ref };
-    let rows = basis.rows();
-    let dof = rows as f64 - basis.n_linear() as f64 - 2.0 * start.unknowns().len() as f64 / band.n_outputs() as f64;
-    let dof = dof.max(1.0);
+    let dof = degrees_of_freedom(&basis);
     let mut groups = at(&poles)?;
-    let mut value = merit(&groups, rows);
+    let mut value = merit(&groups, band);
     let (mut damping, mut is_converged) = (1e-4, start.n_free == 0);
     let max_steps = if start.n_free == 0 { 0 } else { max_steps };
     'steps: for _ in 0..max_steps {
-        let (h, g) = normal_equations(&groups, &poles, dof);
+        let (h, g) = normal_equations(&groups, &poles, &dof);
         loop {
             let mut damped = h.clone();
             for k in 0..h.nrows() {
@@ -344,9 +351,9 @@ pub(super) fn fit(band: &Band, start: &Poles, terms: ResidualTerms, max_steps: u
             let is_small = step.dot(&g) < 1e-4 || step.amax() < 1e-13;
             let trial = poles.moved(&step, omega_ref, start, line_spacing);
             if let Ok(next) = at(&trial)
-                && merit(&next, rows) <= value
+                && merit(&next, band) <= value
             {
-                (value, poles, groups) = (merit(&next, rows), trial, next);
+                (value, poles, groups) = (merit(&next, band), trial, next);
                 damping = (damping * 0.1).max(1e-9);
                 if is_small {
                     is_converged = true;
@@ -365,11 +372,11 @@ pub(super) fn fit(band: &Band, start: &Poles, terms: ResidualTerms, max_steps: u
         }
     }
     let n_fitted = basis.n_linear() * band.n_outputs() + 2 * start.unknowns().len();
-    let bic = value + n_fitted as f64 * (rows as f64).ln();
-    Ok(Fit { bic, is_converged, ..assemble(band, poles, terms, &groups, &y, dof) })
+    let bic = value + n_fitted as f64 * (basis.rows() as f64).ln();
+    Ok(Fit { bic, is_converged, ..assemble(band, poles, terms, &groups, &y, &dof) })
 }
 
-fn assemble(band: &Band, poles: Poles, terms: ResidualTerms, groups: &[Linear], y: &DMatrix<f64>, dof: f64) -> Fit {
+fn assemble(band: &Band, poles: Poles, terms: ResidualTerms, groups: &[Linear], y: &DMatrix<f64>, dof: &[f64]) -> Fit {
     let omega_ref = band.omega[band.n_lines() - 1];
     let (n_modes, n_o) = (poles.len(), band.n_outputs());
     let (h, _) = normal_equations(groups, &poles, dof);
@@ -389,7 +396,7 @@ fn assemble(band: &Band, poles: Poles, terms: ResidualTerms, groups: &[Linear], 
     let mut slope = vec![DMatrix::zeros(2 * n_o, n); n_modes];
     for group in groups {
         for (k, o) in group.outputs.clone().enumerate() {
-            let variance = group.sse[k] / dof;
+            let variance = group.sse[k] / dof[o];
             sigma[o] = variance.sqrt();
             let psi: Vec<(f64, f64)> = (0..n_modes).map(|r| (group.c[(2 * r, k)], group.c[(2 * r + 1, k)])).collect();
             for r in 0..n_modes {
@@ -463,7 +470,7 @@ impl Left {
             let model = &a * &group.c;
             for (k, o) in group.outputs.clone().enumerate() {
                 let weights = row_weights(band, o);
-                for i in 0..band.n_inputs() {
+                for i in (0..band.n_inputs()).filter(|&i| band.is_alive(o, i)) {
                     let e = |l: usize| {
                         let row = 2 * (i * n_l + l);
                         let w = weights.as_ref().map_or(1.0, |w| w[row]) / sigma[o].max(f64::MIN_POSITIVE);
@@ -497,7 +504,7 @@ impl Left {
     /// the variance inflation of first-order autoregressive noise is textbook (Bayley and Hammersley, 1946).
     fn inflation(&self, band: &Band, poles: &Poles, common: Option<&Common>) -> (Vec<f64>, Vec<f64>) {
         let n_l = band.n_lines();
-        let functions = (band.n_outputs() * band.n_inputs()) as f64;
+        let functions = (0..band.n_outputs()).map(|o| band.n_alive(o)).sum::<usize>() as f64;
         poles
             .values
             .iter()
