@@ -3,9 +3,7 @@
 use super::ConvertError;
 use super::frfs::{COHERENCE, EXCITATION_FORCE, FREQUENCY, FRF};
 use super::geometry::{labels, si};
-use crate::data::uff::{
-    Abscissa, Axis, Dataset, Entity, Function, MOST_OF_A_NAME, Ordinate, Precision, Storage, UniversalFile,
-};
+use crate::data::uff::{Abscissa, Axis, Dataset, Entity, Function, Ordinate, Precision, Storage, UniversalFile};
 use crate::data::{Channel, FrfQuantity, FrfSet};
 use crate::linalg::Complex;
 
@@ -33,16 +31,12 @@ fn code(channel: &Channel) -> Result<i64, ConvertError> {
 /// [`Storage::Binary`] every bit is kept; an abscissa that start and step do not give exactly is written out.
 ///
 /// # Errors
-/// [`ConvertError::NotAlongAnAxis`] for a direction that is not along a global axis; [`ConvertError::LongName`] for a name of more than ten
-/// characters, which the file would cut, so that no sensor had it.
+/// [`ConvertError::NotAlongAnAxis`] for a direction that is not along a global axis.
 pub fn frf_file(set: &FrfSet, storage: Storage) -> Result<UniversalFile, ConvertError> {
     let labels = labels(set.references.iter().chain(&set.responses).map(|c| c.name.as_str()));
     let entity = |c: &Channel| -> Result<Entity, ConvertError> {
         let node = labels[c.name.as_str()];
         let name = if node.to_string() == c.name { "NONE".to_owned() } else { c.name.clone() };
-        if name.chars().count() > MOST_OF_A_NAME {
-            return Err(ConvertError::LongName { name });
-        }
         Ok(Entity { name, node, direction: code(c)? })
     };
     let x = &set.frequencies_hz;

@@ -79,15 +79,6 @@ pub enum ConvertError {
         /// The channel.
         name: String,
     },
-    /// A name that a universal file would cut.
-    #[error(
-        "`{name}` is longer than the {} characters that a universal file has for a name",
-        super::uff::MOST_OF_A_NAME
-    )]
-    LongName {
-        /// The channel.
-        name: String,
-    },
     /// An option says another thing than the file.
     #[error("the option `{option}` says {wanted}, but the file says {said}; {remedy}")]
     Contradiction {

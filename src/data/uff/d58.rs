@@ -9,9 +9,6 @@ use super::{Abscissa, Axis, ByteOrder, Entity, FloatFormat, Function, Ordinate, 
 use crate::catalogue::counted;
 use crate::linalg::Complex;
 
-/// Characters that dataset 58 has for the name of a response or reference.
-pub const MOST_OF_A_NAME: usize = 10;
-
 /// Columns of record 7.
 pub(super) const RECORD_7: [usize; 6] = [10, 10, 10, 13, 13, 13];
 
@@ -208,7 +205,7 @@ fn read_dof(cursor: &mut Cursor<'_, '_>) -> Result<Dofs, Fault> {
         if field.trim().is_empty() { Some(0) } else { parse_int(field) }
     };
     let entity = |start: usize| {
-        let name = column(&text, start + 1, MOST_OF_A_NAME).trim().to_owned();
+        let name = column(&text, start + 1, 10).trim().to_owned();
         let (node, direction) = (int(start + 11, 10)?, int(start + 21, 4)?);
         // A number that is cut by the column and does not end with it belongs to a record written without columns.
         let is_cut = |at: usize, width| {
@@ -319,7 +316,7 @@ pub(super) fn write(function: &Function, sink: &mut Sink) {
         (function.load_case, 10),
     ]);
     for entity in [&function.response, &function.reference] {
-        sink.name(&entity.name, MOST_OF_A_NAME);
+        sink.name(&entity.name, 10);
         sink.ints(&[(entity.node, 10), (entity.direction, 4)]);
     }
     sink.end_record();

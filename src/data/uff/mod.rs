@@ -51,7 +51,6 @@ mod systems;
 mod tests;
 
 pub use analysis::{AnalysisData, DataAtNodes, Entry};
-pub use d58::MOST_OF_A_NAME;
 pub use elements::{Element, TraceLine};
 pub use float_formats::FloatFormat;
 pub use function::{Abscissa, Axis, ByteOrder, Entity, Function, Ordinate, Precision, Storage};
