@@ -59,17 +59,16 @@ fn with_modes_of_the_structure(
         Some(x) => may_be_one_cause(&decided, x, &foreign, settings),
         None => Ok(true),
     };
-    if has_shape
-        && !settings.until.is_over()
-        && is_possible()?
-        && let Some(found) = by_one_cause(scene.as_given(), starts, weight, settings)?
-    {
+    let may_be_had = || has_shape && !settings.until.is_over();
+    let is_tried = may_be_had() && is_possible()?;
+    if is_tried && let Some(found) = by_one_cause(scene.as_given(), starts, weight, settings)? {
         return named(found);
     }
     let found = investigate_these(decided, starts, x.as_ref(), weight, settings)?;
-    if has_shape
-        && !settings.until.is_over()
+    if may_be_had()
         && let Some(freed) = with_partners_by_the_named(&scene, &found, &foreign, settings)?
+        // All modes together have been tried before.
+        && (!is_tried || freed.test.modes.iter().any(|mode| is_foreign(&mode.standing)))
         && let Some(with_them) = by_one_cause(freed, starts, weight, settings)?
     {
         return named(with_them);
@@ -97,13 +96,14 @@ fn with_partners_by_the_named(
     if kept.len() == foreign.len() {
         return Ok(None);
     }
-    let mut tests: Vec<TestData> = scene.as_given().cases.iter().map(|c| (*c.test).clone()).collect();
+    let all = scene.as_given();
+    let mut tests: Vec<TestData> = all.cases.iter().map(|c| (*c.test).clone()).collect();
     for (case, test) in scene.cases.iter().zip(&mut tests) {
         for &m in kept.iter().filter(|m| case.modes().contains(m)) {
             test.modes[m - case.first_mode].standing = with_the_named.test.modes[m].standing.clone();
         }
     }
-    Ok(Some(scene.as_given().with_modes(tests).with_contradicted(&settled.contradicted)))
+    Ok(Some(all.with_modes(tests).with_contradicted(&settled.contradicted)))
 }
 
 fn is_foreign(standing: &Standing) -> bool {
