@@ -22,7 +22,7 @@ pub(crate) use correlation::{Compare, Placement, Pretest, Sensitivity};
 pub(crate) use deck::{Import, ParametersOf, SolverOf};
 pub(crate) use diagnosis::{Add, Benchmark, BenchmarkWhat, Diagnose, Learn, SearchOptions, Undo};
 pub(crate) use export::{Export, Reduction};
-pub(crate) use init::{Completions, Explain, Init, InitOf, List, ListOf, Manual, Schema, SchemaOf, To};
+pub(crate) use init::{Completions, Explain, Init, InitOf, List, ListOf, Manual, Schema, SchemaOf};
 pub(crate) use matrices::{Matrices, Prepare};
 pub(crate) use measured::{Health, Identify, Map, MatrixAxes, MeasuredQuantity, Measurement, Method, Repeated, Twin};
 

@@ -1,8 +1,7 @@
 //! Reading models and tests, with problems shown in place.
 
-use crate::commands::measured::remarks;
 use crate::ledger;
-use crate::output::{Failure, warn};
+use crate::output::{Failure, remarks, warn};
 use retune::data::{TestData, corrected_functions, read_test};
 use retune::model::{Model, Registry, doubts, load_in};
 use retune::update::{UpdateError, check_on_model, loaded as with_masses, meet};

@@ -14,6 +14,7 @@ mod commands;
 mod files;
 mod interrupt;
 mod ledger;
+mod lists;
 mod markdown;
 mod page;
 mod progress;

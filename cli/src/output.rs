@@ -5,7 +5,7 @@ use retune::data::TestData;
 use retune::diagnosis::BasePairs;
 use retune::report::text::agreement::{ratio, wrapped};
 use retune::report::text::{Align, Cell, Style, Table, Tone, hertz, printable};
-use retune::update::{Assessment, ModeAgreement};
+use retune::update::{Assessment, ModeAgreement, Remark};
 use retune::yaml::{Problem, Severity};
 use std::fmt::Write as _;
 use std::io::{IsTerminal, Write as _};
@@ -442,4 +442,31 @@ fn flags(p: &retune::update::AssessedPair) -> String {
         PairFlag::Ambiguous => "ambiguous",
     });
     by_user.into_iter().chain(words).collect::<Vec<&str>>().join(", ")
+}
+
+/// Tells remarks, with the file that they are about.
+pub(crate) fn remarks(about: Option<&Path>, remarks: &[Remark]) {
+    let place = about.map_or_else(String::new, |path| format!("{}: ", path.display()));
+    for remark in remarks {
+        match remark {
+            Remark::Note(text) => note!("{text}"),
+            Remark::Warning(text) => warning!("{place}{text}"),
+        }
+    }
+}
+
+/// Problems of one severity as JSON.
+pub(crate) fn problems_json(problems: &[Problem], severity: Severity) -> Vec<serde_json::Value> {
+    problems
+        .iter()
+        .filter(|p| p.severity == severity)
+        .map(|p| {
+            serde_json::json!({
+                "path": p.path,
+                "line": p.location.map(|l| l.line),
+                "column": p.location.map(|l| l.column),
+                "message": p.message,
+            })
+        })
+        .collect()
 }

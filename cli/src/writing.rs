@@ -66,17 +66,6 @@ pub(crate) fn write(path: &Path, text: &str) -> bool {
     write_bytes(path, text.as_bytes())
 }
 
-/// Writes a text where it is asked for: to a file, or to standard output.
-pub(crate) fn hand_over(to: &crate::args::To, text: &str) -> Result<(), Failure> {
-    let Some(path) = &to.output else {
-        print(text);
-        return Ok(());
-    };
-    check_room(path, to.force, text.len())?;
-    let _ = write(path, text);
-    Ok(())
-}
-
 /// [`write()`] of what is no text.
 #[must_use]
 pub(crate) fn write_bytes(path: &Path, bytes: &[u8]) -> bool {

@@ -1,7 +1,5 @@
 //! Fields of a line: small, large and free format.
 
-use super::lines::Kind;
-
 /// How wide a field may be.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Width {
@@ -20,6 +18,30 @@ impl Width {
             Width::Small => 8,
             Width::Large => 16,
             Width::Free(n) => n,
+        }
+    }
+}
+
+/// How the fields of a line are told apart.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Kind {
+    Small,
+    Large,
+    Free { large: bool },
+}
+
+impl Kind {
+    pub(super) fn of(line: &str) -> Self {
+        let data = line.split('$').next().unwrap_or_default();
+        let comma = data.bytes().take(10).position(|b| b == b',');
+        let first = match comma {
+            Some(at) => &data[..at],
+            None => data.get(..8).unwrap_or(data),
+        };
+        match (comma, first.contains('*')) {
+            (Some(_), large) => Kind::Free { large },
+            (None, true) => Kind::Large,
+            (None, false) => Kind::Small,
         }
     }
 }

@@ -1,33 +1,10 @@
 //! From files to lines, and from lines to cards.
 
 use super::card::Cards;
+use super::field::Kind;
 use super::source::{Include, Source, find};
 use super::{CaseControl, Deck, DeckError};
 use std::path::{Path, PathBuf};
-
-/// How the fields of a line are told apart.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
-    Small,
-    Large,
-    Free { large: bool },
-}
-
-impl Kind {
-    pub(super) fn of(line: &str) -> Self {
-        let data = line.split('$').next().unwrap_or_default();
-        let comma = data.bytes().take(10).position(|b| b == b',');
-        let first = match comma {
-            Some(at) => &data[..at],
-            None => data.get(..8).unwrap_or(data),
-        };
-        match (comma, first.contains('*')) {
-            (Some(_), large) => Kind::Free { large },
-            (None, true) => Kind::Large,
-            (None, false) => Kind::Small,
-        }
-    }
-}
 
 /// A line of bulk data that is neither empty nor a comment.
 #[derive(Debug, Clone, Copy)]

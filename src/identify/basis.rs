@@ -1,7 +1,7 @@
 //! The functions of frequency that a modal model is made of, as real matrices.
 
 use super::band::Band;
-use super::fit::{Poles, ResidualTerms};
+use super::poles::{Poles, ResidualTerms};
 use crate::linalg::{Complex, DMatrix, DVector};
 
 impl ResidualTerms {

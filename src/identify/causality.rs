@@ -29,7 +29,7 @@ pub fn forward_in_time(found: &mut Measurements) -> bool {
 ///
 /// Functions without values or with an odd layout are left as they are: [`identify`] says what is wrong with these.
 pub fn reversed_time(frfs: &FrfSet) -> Option<FrfSet> {
-    if super::band::check_layout(frfs).is_err() || centre(frfs) >= 0.0 {
+    if super::layout::check_layout(frfs).is_err() || centre(frfs) >= 0.0 {
         return None;
     }
     let conjugate = FrfSet { h: frfs.h.iter().map(Complex::conj).collect(), ..frfs.clone() };

@@ -3,7 +3,7 @@
 //! Both work on mobility, where they are exact for one viscously damped mode.
 
 use super::IdentifyError;
-use super::band::check_layout;
+use super::layout::check_layout;
 use crate::data::FrfSet;
 use crate::linalg::{Complex, DMatrix, DVector, thin_qr};
 use std::f64::consts::TAU;

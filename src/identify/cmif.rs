@@ -1,8 +1,8 @@
 //! The complex mode indicator function: singular values of the FRF matrix, line by line.
 
 use super::IdentifyError;
-use super::band::unit_of;
 use super::gaps::gaps;
+use super::layout::unit_of;
 use crate::data::FrfSet;
 use crate::linalg::DMatrix;
 

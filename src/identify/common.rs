@@ -32,8 +32,7 @@
 use super::IdentifyError;
 use super::band::Band;
 use super::basis::{Basis, data, row_weights, weigh};
-use super::fit::Fit;
-use super::rounds::model;
+use super::fitted::{Common, Fit, model};
 use crate::linalg::{Complex, DMatrix, DVector, thin_qr};
 use std::rc::Rc;
 
@@ -42,24 +41,6 @@ const LINES: usize = 160;
 
 /// Lines kept in the factors of a mode; the others enter by their share of the sum.
 const KEPT: usize = 256;
-
-/// What the common noise adds.
-#[derive(Debug, Clone)]
-pub(super) struct Common {
-    /// Covariance of the unknowns from the independent noise alone, units of `Fit::covariance`.
-    pub(super) white: DMatrix<f64>,
-    /// The same of the shapes at fixed poles, as `Fit::local`.
-    pub(super) local: Vec<Vec<[f64; 3]>>,
-    /// Per mode: the unknowns' part of each line's common noise of sd 1, (unknowns x columns).
-    pub(super) theta: Vec<DMatrix<f64>>,
-    /// Per mode: the same of (Re ψ, Im ψ), (2 outputs x columns).
-    pub(super) shapes: Vec<DMatrix<f64>>,
-    /// Mean square of what is left at each line near a resonance over what this noise makes expect, and the number of independent
-    /// values behind it; both for the inflation.
-    pub(super) expected: Vec<f64>,
-    /// Variance of Σ_o |r_o|² per line under the model.
-    pub(super) spread: Vec<f64>,
-}
 
 /// One output, weighted and scaled to unit noise.
 struct Output {

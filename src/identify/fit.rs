@@ -20,95 +20,11 @@
 use super::IdentifyError;
 use super::band::Band;
 use super::basis::{Basis, data, row_weights, weigh};
-use super::common::{Common, common_noise};
-use super::plscf::Pole;
+use super::common::common_noise;
+use super::fitted::{Common, Fit, Left};
+use super::poles::{Poles, ResidualTerms};
 use crate::linalg::{Complex, DMatrix, DVector, thin_qr};
 use rayon::prelude::*;
-
-/// Number of terms of the two series for modes outside the band.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct ResidualTerms {
-    /// Powers -2, -3, ... of iω: modes below the band; 1 is the mass line alone.
-    pub lower: usize,
-    /// Powers 0, 1, ... of iω: modes above the band; 1 is the compliance alone.
-    pub upper: usize,
-}
-
-/// Poles and participation: the part of the model that is not linear.
-#[derive(Debug, Clone)]
-pub(super) struct Poles {
-    /// λ, rad/s.
-    pub(super) values: Vec<Complex<f64>>,
-    /// Participation per mode; the entry `pivot` is 1 and fixed.
-    pub(super) participation: Vec<Vec<Complex<f64>>>,
-    pub(super) pivots: Vec<usize>,
-    /// The first so many are free; the others belong to neighbouring pieces of the band and stay.
-    n_free: usize,
-}
-
-impl Poles {
-    pub(super) fn new<'a>(free: impl Iterator<Item = &'a Pole>, fixed: &'a [Pole]) -> Self {
-        let mut out = Self { values: Vec::new(), participation: Vec::new(), pivots: Vec::new(), n_free: 0 };
-        for p in free {
-            out.push(p);
-        }
-        out.n_free = out.len();
-        for p in fixed {
-            out.push(p);
-        }
-        out
-    }
-
-    fn push(&mut self, p: &Pole) {
-        let l = &p.participation;
-        let pivot = (0..l.len()).max_by(|&a, &b| l[a].norm().total_cmp(&l[b].norm())).unwrap_or(0);
-        self.values.push(p.value);
-        self.participation.push(l.iter().map(|x| x / l[pivot]).collect());
-        self.pivots.push(pivot);
-    }
-
-    pub(super) fn n_free(&self) -> usize {
-        self.n_free
-    }
-
-    pub(super) fn len(&self) -> usize {
-        self.values.len()
-    }
-
-    /// The complex unknowns: each pole, and each participation that is not a pivot: (mode, input or none).
-    pub(super) fn unknowns(&self) -> Vec<(usize, Option<usize>)> {
-        let mut q = Vec::new();
-        for r in 0..self.n_free {
-            q.push((r, None));
-            q.extend((0..self.participation[r].len()).filter(|&i| i != self.pivots[r]).map(|i| (r, Some(i))));
-        }
-        q
-    }
-
-    /// One step. A pole stays in the stable half-plane (its damping falls to a tenth at most) and near where it was found
-    /// (`start`): a weak candidate must not wander off to help a strong one.
-    fn moved(&self, step: &DVector<f64>, omega_ref: f64, start: &Self, line_spacing: f64) -> Self {
-        let mut out = self.clone();
-        for (k, (r, input)) in self.unknowns().into_iter().enumerate() {
-            let d = Complex::new(step[2 * k], step[2 * k + 1]);
-            match input {
-                None => {
-                    let mut next = self.values[r] + d * omega_ref;
-                    next.re = next.re.min(0.1 * self.values[r].re);
-                    let limit = f64::max(4.0 * start.values[r].re.abs(), 8.0 * line_spacing);
-                    let away = next - start.values[r];
-                    if away.norm() > limit {
-                        next = start.values[r] + away * (limit / away.norm());
-                        next.re = next.re.min(0.1 * self.values[r].re);
-                    }
-                    out.values[r] = next;
-                }
-                Some(i) => out.participation[r][i] += d,
-            }
-        }
-        out
-    }
-}
 
 /// The linear part at given poles, for outputs that share their weights.
 struct Linear {
@@ -126,37 +42,6 @@ struct Linear {
     r22: DMatrix<f64>,
     /// The data in that basis (columns of D x outputs).
     z2: DMatrix<f64>,
-}
-
-/// A fitted modal model with what its covariances need.
-#[derive(Debug, Clone)]
-pub(super) struct Fit {
-    pub(super) poles: Poles,
-    pub(super) terms: ResidualTerms,
-    /// ψ (outputs x modes) of receptance, m/(N s).
-    pub(super) shapes: DMatrix<Complex<f64>>,
-    /// Real coefficients c of each output, of (iω/ω_ref)^k, `[input * n_terms + term]`, receptance.
-    pub(super) residuals: DMatrix<f64>,
-    /// Frequency that scales the residual terms, rad/s.
-    pub(super) omega_ref: f64,
-    /// Covariance of (Re, Im) of every unknown of `poles.unknowns()`: rad/s for poles, 1 for participation.
-    pub(super) covariance: DMatrix<f64>,
-    /// Per mode and output: covariance of (Re ψ, Im ψ) at fixed poles, [rr, ri, ii].
-    pub(super) local: Vec<Vec<[f64; 3]>>,
-    /// Per mode: (2 outputs x unknowns) derivative of (Re ψ, Im ψ) to the unknowns.
-    pub(super) slope: Vec<DMatrix<f64>>,
-    /// Residual noise sd per real component and output (relative to the line weights when there are any).
-    pub(super) sigma: Vec<f64>,
-    /// Factor of every sd of each mode for misfit and correlation near its resonance, >= 1.
-    pub(super) inflation: Vec<f64>,
-    /// Local variance near each resonance over that of the whole band, correlation counted; may be below 1.
-    pub(super) level: Vec<f64>,
-    /// -2 ln L + (number of fitted quantities) ln (number of data of an output): the Bayesian information criterion.
-    pub(super) bic: f64,
-    pub(super) is_converged: bool,
-    left: Left,
-    /// What the channels of a reference have in common in their noise, once asked for; `covariance` and `inflation` then contain it.
-    pub(super) common: Option<Common>,
 }
 
 fn solve_group(
@@ -442,15 +327,6 @@ fn assemble(band: &Band, poles: Poles, terms: ResidualTerms, groups: &[Linear], 
         left,
         common: None,
     }
-}
-
-/// What a fit leaves over, per line, in units of its noise.
-#[derive(Debug, Clone)]
-struct Left {
-    /// Σ |e|²/σ² over outputs and inputs.
-    power: Vec<f64>,
-    /// Σ Re(e_l* e_(l+1))/σ² over the same.
-    product: Vec<f64>,
 }
 
 impl Left {

@@ -1,7 +1,7 @@
 //! Functions that lack lines: which lines, and what becomes of them.
 
 use super::IdentifyError;
-use super::band::check_layout;
+use super::layout::check_layout;
 use crate::data::FrfSet;
 
 /// Share of the lines that may be left out of all functions for the sake of those that lack them: a resonance keeps its shape without every

@@ -2,7 +2,7 @@
 
 use super::band::Band;
 use super::complexity::{Complexity, complexity, real_shape};
-use super::fit::Fit;
+use super::fitted::Fit;
 use crate::data::{FrfSet, Measured};
 use crate::linalg::{Complex, DMatrix, DVector};
 use std::f64::consts::TAU;

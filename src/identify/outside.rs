@@ -13,8 +13,10 @@
 
 use super::IdentifyError;
 use super::band::Band;
-use super::fit::{Fit, Poles, merit_at};
+use super::fit::merit_at;
+use super::fitted::Fit;
 use super::plscf::Pole;
+use super::poles::Poles;
 use super::scan::participation;
 use crate::linalg::Complex;
 

@@ -18,7 +18,7 @@
 //! structures, 1958, for the hysteretic form.
 
 use super::IdentifyError;
-use super::band::check_layout;
+use super::layout::check_layout;
 use crate::data::{FrfQuantity, FrfSet};
 use crate::linalg::{Complex, DMatrix};
 use std::f64::consts::TAU;

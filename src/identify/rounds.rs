@@ -3,10 +3,12 @@
 use super::IdentifyError;
 use super::band::Band;
 use super::complexity::complexity;
-use super::fit::{Fit, Poles, ResidualTerms, choose_terms, fit};
-use super::identification::{Discarded, IdentifyOptions};
+use super::fit::{choose_terms, fit};
+use super::fitted::{Fit, model};
+use super::options::{Discarded, IdentifyOptions};
 use super::outside::{Side, start};
 use super::plscf::{Pole, poles_by_order};
+use super::poles::{Poles, ResidualTerms};
 use super::scan::{LEAST_MPC, scan, threshold};
 use super::stabilisation::{StabilisationDiagram, mac};
 use crate::linalg::Complex;
@@ -392,32 +394,4 @@ fn contribution(band: &Band, fit: &Fit, r: usize) -> f64 {
         }
     }
     own / all.max(f64::MIN_POSITIVE)
-}
-
-pub(super) fn model(
-    fit: &Fit,
-    order: i32,
-    n_inputs: usize,
-    output: usize,
-    input: usize,
-    s: Complex<f64>,
-) -> Complex<f64> {
-    let mut sum = Complex::new(0.0, 0.0);
-    for r in 0..fit.poles.len() {
-        let residue = fit.shapes[(output, r)] * fit.poles.participation[r][input];
-        let lambda = fit.poles.values[r];
-        sum += residue / (s - lambda) + residue.conj() / (s - lambda.conj());
-    }
-    let ResidualTerms { lower, upper } = fit.terms;
-    let n_terms = fit.residuals.nrows() / n_inputs;
-    let front = s.powi(order);
-    let mut value = front * sum;
-    for t in 0..n_terms {
-        let k = if t < lower { -2 - t as i32 } else { (t - lower).min(upper) as i32 };
-        // Together, so that the mass line of accelerance is finite at 0 Hz.
-        value += (s / fit.omega_ref).powi(order + k)
-            * fit.omega_ref.powi(order)
-            * fit.residuals[(input * n_terms + t, output)];
-    }
-    value
 }

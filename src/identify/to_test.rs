@@ -150,7 +150,7 @@ pub fn circle_modes(
     modes: &[IdentifiedMode],
     origin: &Origin,
 ) -> Result<Vec<TestMode>, IdentifyError> {
-    super::band::check_layout(frfs)?;
+    super::layout::check_layout(frfs)?;
     let mut out = test_modes(modes, origin);
     for (mode, identified) in out.iter_mut().zip(modes) {
         let (f, zeta) = (identified.frequency_hz.value, identified.damping_ratio.value);

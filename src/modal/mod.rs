@@ -4,6 +4,7 @@
 
 mod craig_bampton;
 mod frf;
+mod modes;
 pub mod reduction;
 mod sensitivity;
 mod solve;
@@ -12,11 +13,12 @@ mod stability;
 
 pub use craig_bampton::craig_bampton;
 pub use frf::{ModalDamping, accelerance, synthesize};
+pub use modes::{ModalError, Modes};
 pub use sensitivity::{
     MatrixDerivative, ModeDerivative, cluster_derivative, eigenvalue_derivative, mode_derivative,
     mode_derivative_of_forces,
 };
-pub use solve::{ModalError, Modes, SolveOptions, solve, solve_all, typical_shift};
+pub use solve::{SolveOptions, solve, solve_all, typical_shift};
 pub use sparse::{
     Across, Effort, Neighbour, derivatives_across_modes, mode_derivative_sparse, mode_derivatives_sparse, solve_sparse,
 };

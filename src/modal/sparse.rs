@@ -1,7 +1,8 @@
 //! Modes of a large structure, and their derivatives: the sparse twins of [`super::solve`] and [`super::mode_derivative`].
 
 use super::ModeDerivative;
-use super::solve::{ModalError, Modes, SolveOptions, Symmetric, rigid_body_modes};
+use super::modes::{ModalError, Modes};
+use super::solve::{SolveOptions, Symmetric, rigid_body_modes};
 use super::stability::{check_stable, unstable_or};
 use crate::linalg::sparse::{
     PencilFactor, SparseOptions, SparsePlan, SparseSym, lowest_sparse_modes, solve_across_modes, solve_beside_mode,

@@ -1,6 +1,6 @@
 //! Whether a stiffness matrix is that of a stable structure.
 
-use super::solve::{ModalError, Modes};
+use super::modes::{ModalError, Modes};
 use crate::linalg::sparse::{SparsePlan, SparseSym, count_negative};
 use crate::linalg::{DMatrix, LinalgError};
 

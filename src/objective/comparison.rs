@@ -1,12 +1,14 @@
 //! A model and a test made comparable: sensors as rows, real test shapes, which modes to compute, and what is predicted of them.
 
+use super::EvalError;
 use super::close_modes::{Closeness, DOUBLE, clusters, seen, turn};
 use super::followed::Followed;
 use super::prediction::{Prediction, PredictionDerivative};
 use super::real_shapes::real_shapes;
 use super::recent::Recent;
 use super::responses::FrfRows;
-use super::{EvalError, statics};
+use super::starting_point::starting_point;
+use super::static_loads::loads;
 use crate::correlation::{
     CorrelationError, ModeList, PairingOptions, Plan, hide_unseen, mac_matrix, observation_matrix,
     observation_matrix_at, pair_alike_modes, varying_sensors,
@@ -141,7 +143,7 @@ impl<'a> Comparison<'a> {
                 "{what} need dense matrices of at most {MOST_DENSE_DOFS} dofs, and the model has {n_dof}: subdivide less, or leave the {what} out of the test file"
             )));
         }
-        let loads = statics::loads(model, test, &solver)?;
+        let loads = loads(model, test, &solver)?;
         Ok(Self {
             model,
             test,
@@ -495,16 +497,6 @@ impl<'a> Comparison<'a> {
         }
         Ok(all)
     }
-}
-
-/// The estimates, moved into their bounds.
-pub fn starting_point(model: &dyn ParametricModel) -> Vec<f64> {
-    model.parameters().iter().map(|p| p.bounds.map_or(p.value, |[l, u]| p.value.max(l).min(u))).collect()
-}
-
-/// Whether a model has damping of its own at its estimates.
-pub fn is_damped(model: &dyn ParametricModel) -> bool {
-    model.assemble_sparse(&starting_point(model)).is_ok_and(|system| system.damping.is_some())
 }
 
 /// The symmetry of a test mode: as its label tells, unless the pairing has found that it is wrong.

@@ -1,6 +1,6 @@
 //! Frequency responses of a model at the lines and channels of a test, directly from K, M and C.
 
-use super::residual::Point;
+use super::prediction::Prediction;
 use crate::correlation::{CorrelationError, fitted_channel, observation_matrix};
 use crate::data::{Channel, FrfFit, TestData};
 use crate::linalg::{Complex, DMatrix, DynamicStiffness, LinalgError};
@@ -103,8 +103,13 @@ impl FrfRows {
     }
 
     /// The model's values, found once for a prediction.
-    pub(super) fn values_of<'p>(&self, at: &Point<'p>) -> &'p [Complex<f64>] {
-        at.prediction.responses.get_or_init(|| self.evaluate(at, None).0)
+    pub(super) fn values_of<'p>(
+        &self,
+        model: &dyn ParametricModel,
+        theta: &[f64],
+        prediction: &'p Prediction,
+    ) -> &'p [Complex<f64>] {
+        prediction.responses.get_or_init(|| self.evaluate(model, theta, prediction, None).0)
     }
 
     /// The model's values, and, if `free` is given, ∂H/∂θ_j as one column for each.
@@ -116,7 +121,9 @@ impl FrfRows {
     /// Exact for any damping; NaN where Z has no inverse.
     pub(super) fn evaluate(
         &self,
-        at: &Point<'_>,
+        model: &dyn ParametricModel,
+        theta: &[f64],
+        prediction: &Prediction,
         free: Option<&[usize]>,
     ) -> (Vec<Complex<f64>>, DMatrix<Complex<f64>>) {
         let nan = Complex::new(f64::NAN, f64::NAN);
@@ -124,11 +131,9 @@ impl FrfRows {
         let free = free.unwrap_or(&[]);
         let mut slopes = DMatrix::from_element(self.values.len(), free.len(), nan);
         // `Comparison::new` refuses a model without dense matrices.
-        let Ok(system) = at.prediction.system() else { return (h, slopes) };
-        let derivatives: Vec<Option<Entries>> = free
-            .iter()
-            .map(|&j| at.comparison.model().assemble_derivative(at.theta, j).ok().map(|d| Entries::of(&d)))
-            .collect();
+        let Ok(system) = prediction.system() else { return (h, slopes) };
+        let derivatives: Vec<Option<Entries>> =
+            free.iter().map(|&j| model.assemble_derivative(theta, j).ok().map(|d| Entries::of(&d))).collect();
         let mut of_line: Vec<Vec<usize>> = vec![Vec::new(); self.lines_hz.len()];
         self.values.iter().enumerate().for_each(|(v, value)| of_line[value.line].push(v));
         // Z is symmetric: one factorisation gives Z⁻¹ B and, for derivatives, Z⁻¹ Sᵀ.

@@ -1,50 +1,11 @@
 //! Static tests of a model: loads, displacements under them, and their derivatives.
 
-use super::comparison::{Comparison, starting_point};
+use super::comparison::Comparison;
+use super::point::Point;
 use super::prediction::Prediction;
-use super::residual::Point;
-use crate::correlation::{CorrelationError, observation_matrix};
-use crate::data::{Sensor, StaticReading, StaticTest, TestData};
+use super::static_loads::readings;
+use crate::data::StaticReading;
 use crate::linalg::{DMatrix, DVector};
-use crate::model::{ModalSolver, ParametricModel};
-
-/// The load vectors of the static tests as columns, (n_dof x n_tests).
-///
-/// A load does the work value · reading of a sensor in its place, so that it is value times that sensor's row.
-///
-/// Errors: a load on nothing; a structure that is free to move.
-pub(super) fn loads(
-    model: &dyn ParametricModel,
-    test: &TestData,
-    solver: &ModalSolver,
-) -> Result<DMatrix<f64>, CorrelationError> {
-    let n = model.dof_map().n_dof();
-    let mut loads = DMatrix::zeros(n, test.static_tests.len());
-    for (k, t) in test.static_tests.iter().enumerate() {
-        let places: Vec<Sensor> = t.loads.iter().map(Sensor::of_load).collect();
-        let rows = observation_matrix(model, &places)?;
-        for (row, load) in rows.row_iter().zip(&t.loads) {
-            let mut column = loads.column_mut(k);
-            column += row.transpose() * load.value;
-        }
-    }
-    if let Some(first) = test.static_tests.first() {
-        let (_, modes) =
-            solver.solve(model, &starting_point(model), 1).map_err(|e| CorrelationError::Model(e.to_string()))?;
-        if modes.n_rigid + modes.n_mechanism > 0 {
-            return Err(CorrelationError::Model(format!(
-                "the structure is free to move, so the static test `{}` has no answer; name a configuration with supports in the test file",
-                first.name
-            )));
-        }
-    }
-    Ok(loads)
-}
-
-/// All readings, test by test.
-pub(super) fn readings(test: &TestData) -> impl Iterator<Item = (usize, &StaticTest, &StaticReading)> {
-    test.static_tests.iter().enumerate().flat_map(|(k, t)| t.readings.iter().map(move |r| (k, t, r)))
-}
 
 /// What the sensors read under the loads, in the order of the tests and their readings; NaN where K has no inverse.
 ///
@@ -127,8 +88,8 @@ pub(super) fn differentiate(at: &Point<'_>, rotation: bool, out: &mut DMatrix<f6
 mod tests {
     use super::*;
     use crate::correlation::PairingOptions;
-    use crate::data::{read_test, write_test};
-    use crate::model::{Model, Registry, load};
+    use crate::data::{TestData, read_test, write_test};
+    use crate::model::{Model, ParametricModel, Registry, load};
     use crate::objective::{LeastSquares, Objective};
 
     const BEAM: &str = "

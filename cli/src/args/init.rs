@@ -1,6 +1,8 @@
 //! Beginning a model, and what there is: schemas, catalogues, completions, manual pages.
 
 use super::values;
+use crate::output::{Failure, print};
+use crate::writing;
 use clap::{Args, ValueEnum};
 use retune::exchange::System;
 use std::path::PathBuf;
@@ -78,6 +80,19 @@ pub(crate) struct To {
     /// Overwrite an existing output file.
     #[arg(long, requires = "output")]
     pub(crate) force: bool,
+}
+
+impl To {
+    /// Writes a text where it is asked for: to the file, or to standard output.
+    pub(crate) fn hand_over(&self, text: &str) -> Result<(), Failure> {
+        let Some(path) = &self.output else {
+            print(text);
+            return Ok(());
+        };
+        writing::check_room(path, self.force, text.len())?;
+        let _ = writing::write(path, text);
+        Ok(())
+    }
 }
 
 /// Which list.

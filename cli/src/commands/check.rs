@@ -1,13 +1,13 @@
 //! `retune check`
 
 use crate::args::Check;
-use crate::output::{Failure, print, render_problems, style, tell, totals};
+use crate::output::{Failure, print, problems_json, render_problems, style, tell, totals};
 use crate::{DONE, WRONG_INPUT, files};
 use retune::catalogue::counted;
 use retune::element::{Axes, Dof};
 use retune::model::{MassProperties, Model, ParametricModel, PlacedElement, Soundness, lint};
 use retune::report::text::{Tone, number, printable};
-use retune::yaml::{Problem, Severity};
+use retune::yaml::Severity;
 use serde_json::json;
 use std::fmt::Write as _;
 
@@ -22,8 +22,8 @@ pub(crate) fn run(args: &Check) -> Result<u8, Failure> {
         Err(problems) if args.answer.json => {
             args.answer.give(&json!({
                 "ok": false,
-                "errors": list(&problems, Severity::Error),
-                "warnings": list(&problems, Severity::Warning),
+                "errors": problems_json(&problems, Severity::Error),
+                "warnings": problems_json(&problems, Severity::Warning),
                 "mass_kg": null, "mass_by_axis_kg": null, "cg_m": null, "inertia_kg_m2": null, "n_dof": null, "n_rigid_body_modes": null, "axes": null,
             }));
             return Ok(WRONG_INPUT);
@@ -45,8 +45,8 @@ pub(crate) fn run(args: &Check) -> Result<u8, Failure> {
     if args.answer.needs_json() {
         args.answer.give(&json!({
             "ok": ok,
-            "errors": list(&problems, Severity::Error),
-            "warnings": list(&problems, Severity::Warning),
+            "errors": problems_json(&problems, Severity::Error),
+            "warnings": problems_json(&problems, Severity::Warning),
             "mass_kg": mass.map(|m| m.mass),
             "mass_by_axis_kg": by_axis,
             "cg_m": mass.map(|m| m.cg),
@@ -79,21 +79,6 @@ pub(crate) fn run(args: &Check) -> Result<u8, Failure> {
         print(&format!("\n{}: {}\n", style.paint(tone, verdict), totals(sound.errors.len(), n_warnings)));
     }
     Ok(if ok { DONE } else { WRONG_INPUT })
-}
-
-pub(super) fn list(problems: &[Problem], severity: Severity) -> Vec<serde_json::Value> {
-    problems
-        .iter()
-        .filter(|p| p.severity == severity)
-        .map(|p| {
-            json!({
-                "path": p.path,
-                "line": p.location.map(|l| l.line),
-                "column": p.location.map(|l| l.column),
-                "message": p.message,
-            })
-        })
-        .collect()
 }
 
 fn describe(model: &Model, mass: Option<&MassProperties>, by_axis: Option<[f64; 3]>, sound: &Soundness) -> String {

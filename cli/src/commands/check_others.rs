@@ -2,7 +2,7 @@
 
 use crate::args::Check;
 use crate::files::{self, Kind};
-use crate::output::{Failure, print, render_problems, style, tell, totals};
+use crate::output::{Failure, print, problems_json, render_problems, style, tell, totals};
 use crate::{DONE, WRONG_INPUT};
 use retune::catalogue::counted;
 use retune::correlation::parse_profiles;
@@ -70,8 +70,8 @@ fn tell_of(args: &Check, text: &str, found: Result<(String, Vec<Problem>), Vec<P
         Err(problems) if args.answer.json => {
             args.answer.give(&json!({
                 "ok": false,
-                "errors": super::check::list(&problems, Severity::Error),
-                "warnings": super::check::list(&problems, Severity::Warning),
+                "errors": problems_json(&problems, Severity::Error),
+                "warnings": problems_json(&problems, Severity::Warning),
             }));
             return Ok(WRONG_INPUT);
         }
@@ -79,7 +79,7 @@ fn tell_of(args: &Check, text: &str, found: Result<(String, Vec<Problem>), Vec<P
     };
     if args.answer.needs_json() {
         let none: [&str; 0] = [];
-        let warnings = super::check::list(&warnings, Severity::Warning);
+        let warnings = problems_json(&warnings, Severity::Warning);
         args.answer.give(&json!({ "ok": true, "errors": none, "warnings": warnings }));
     }
     if args.answer.json {

@@ -2,7 +2,6 @@
 
 use crate::args::Explain;
 use crate::output::{Failure, print, reference_style};
-use crate::writing::hand_over;
 use crate::{DONE, markdown};
 use retune::catalogue::did_you_mean;
 use retune::correlation::{BUILTIN_PROFILES, parse_profiles};
@@ -19,7 +18,7 @@ pub(crate) fn run(args: &Explain) -> Result<u8, Failure> {
     if args.markdown
         && let Some(section) = markdown::member(name, 1)?
     {
-        hand_over(&args.to, &section)?;
+        args.to.hand_over(&section)?;
         return Ok(DONE);
     }
     let style = if args.to.output.is_some() { Style { width: 10_000, ..Style::default() } } else { reference_style() };
@@ -69,7 +68,7 @@ pub(crate) fn run(args: &Explain) -> Result<u8, Failure> {
         )));
     }
     match &args.to.output {
-        Some(_) => hand_over(&args.to, &out)?,
+        Some(_) => args.to.hand_over(&out)?,
         None => self::print(&out),
     }
     Ok(DONE)

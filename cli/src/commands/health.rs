@@ -1,8 +1,8 @@
 //! `retune health`
 
-use super::measured::{band, findings_text, has_fault, read, refuse_answers, remarks, shape_functions};
+use super::measured::{band, findings_text, has_fault, read, refuse_answers, shape_functions};
 use crate::args::Health;
-use crate::output::{Failure, print, style, warn};
+use crate::output::{Failure, print, remarks, style, warn};
 use crate::{DONE, SHORT, files};
 use retune::data::{FrfSet, Measurements, Origin, Sensor, TestData, TestMode};
 use retune::identify::health::{

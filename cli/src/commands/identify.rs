@@ -1,8 +1,8 @@
 //! `retune identify`
 
-use super::measured::{band, findings_text, has_fault, read, remarks, wrapped};
+use super::measured::{band, findings_text, has_fault, read, wrapped};
 use crate::args::{Identify, Method};
-use crate::output::{Failure, print, print_json, shown, style, warn};
+use crate::output::{Failure, print, print_json, remarks, shown, style, warn};
 use crate::{DONE, SHORT, files, writing};
 use retune::catalogue::counted;
 use retune::data::{FrfSet, Measurements, TestData, TestMode, write_test};

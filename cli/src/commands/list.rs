@@ -1,31 +1,22 @@
 //! `retune list`
 
-use crate::args::{Cli, List, ListOf};
+use crate::args::{List, ListOf};
+use crate::lists::members;
 use crate::output::{Failure, print, print_json, reference_style};
-use crate::writing::hand_over;
-use crate::{DONE, EXIT_CODES, markdown};
-use clap::{CommandFactory, ValueEnum};
-use retune::correlation::{BUILTIN_PROFILES, parse_profiles};
-use retune::effect::{EFFECTS, Effect};
-use retune::element::{ELEMENTS, Element};
-use retune::fault::{FAULTS, Fault};
-use retune::matrices::{MATRIX_READERS, MatrixReader};
-use retune::objective::{RESIDUALS, Residual};
-use retune::optim::OPTIMIZERS;
+use crate::{DONE, markdown};
 use retune::report::text::{Align, Table};
-use retune::units::units;
 use serde_json::json;
 
 pub(crate) fn run(args: &List) -> Result<u8, Failure> {
     if args.markdown {
-        hand_over(&args.to, &markdown::page(args.of)?)?;
+        args.to.hand_over(&markdown::page(args.of)?)?;
         return Ok(DONE);
     }
     let rows = members(args.of)?;
     if args.json {
         let members: Vec<_> = rows.iter().map(|(name, summary)| json!({"name": name, "summary": summary})).collect();
         match &args.to.output {
-            Some(_) => hand_over(&args.to, &format!("{:#}\n", json!({ "members": members })))?,
+            Some(_) => args.to.hand_over(&format!("{:#}\n", json!({ "members": members })))?,
             None => print_json(&json!({ "members": members })),
         }
         return Ok(DONE);
@@ -35,7 +26,7 @@ pub(crate) fn run(args: &List) -> Result<u8, Failure> {
         table.row([name.as_str().into(), summary.as_str().into()]);
     }
     if args.to.output.is_some() {
-        hand_over(&args.to, &table.render(&retune::report::text::Style { width: 10_000, ..Default::default() }))?;
+        args.to.hand_over(&table.render(&retune::report::text::Style { width: 10_000, ..Default::default() }))?;
         return Ok(DONE);
     }
     print(&table.render(&reference_style()));
@@ -45,36 +36,4 @@ pub(crate) fn run(args: &List) -> Result<u8, Failure> {
         _ => print("\n`retune explain NAME` tells more\n"),
     }
     Ok(DONE)
-}
-
-/// The word of a list at the command line.
-pub(crate) fn word(of: ListOf) -> String {
-    of.to_possible_value().map_or(String::new(), |v| v.get_name().to_string())
-}
-
-/// Names and summaries of a list.
-pub(crate) fn members(of: ListOf) -> Result<Vec<(String, String)>, Failure> {
-    let owned = |(name, summary): (&str, &str)| (name.to_string(), summary.to_string());
-    Ok(match of {
-        ListOf::Elements => ELEMENTS.iter().map(|e| (Element::name(*e), e.summary())).map(owned).collect(),
-        ListOf::Residuals => RESIDUALS.iter().map(|r| (Residual::name(*r), r.summary())).map(owned).collect(),
-        ListOf::Effects => EFFECTS.iter().map(|e| (Effect::name(*e), e.about().summary)).map(owned).collect(),
-        ListOf::Faults => FAULTS.iter().map(|f| (Fault::name(*f), f.about().summary)).map(owned).collect(),
-        ListOf::Profiles => parse_profiles(BUILTIN_PROFILES)?.into_iter().map(|p| (p.name, p.source)).collect(),
-        ListOf::Matrices => MATRIX_READERS.iter().map(|r| (MatrixReader::name(*r), r.summary())).map(owned).collect(),
-        ListOf::Optimizers => OPTIMIZERS.iter().map(|o| (o.name, o.summary)).map(owned).collect(),
-        ListOf::Units => units()
-            .map(|(name, factor, dimension)| (name.to_string(), format!("{} {dimension}", exact(factor))))
-            .collect(),
-        ListOf::ExitCodes => EXIT_CODES.iter().map(|(code, text)| (code.to_string(), (*text).to_string())).collect(),
-        ListOf::Verbs => Cli::command()
-            .get_subcommands()
-            .map(|v| (v.get_name().to_string(), v.get_about().map(ToString::to_string).unwrap_or_default()))
-            .collect(),
-    })
-}
-
-/// A factor as short as it is exact, with a power of ten where that is shorter.
-fn exact(factor: f64) -> String {
-    if (1e-3..1e7).contains(&factor) { format!("{factor}") } else { format!("{factor:e}") }
 }

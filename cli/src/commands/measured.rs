@@ -3,7 +3,7 @@
 use crate::args::{MatrixAxes, MeasuredQuantity, Measurement, Repeated};
 use crate::files::{self, Kind};
 use crate::ledger;
-use crate::output::{Failure, style};
+use crate::output::{Failure, remarks, style};
 use retune::catalogue::counted;
 use retune::data::convert::{Duplicates, LocalAxes};
 use retune::data::{Answers, FrfQuantity, FrfSet, MeasurementError, Measurements};
@@ -11,7 +11,7 @@ use retune::identify::health::{Finding, Level};
 use retune::model::Parameter;
 use retune::report::text::{Style, Tone, number, paragraph, printable};
 use retune::units::Scalar;
-use retune::update::{Remark, UpdateError, instead, with_roving_responses};
+use retune::update::{UpdateError, instead, with_roving_responses};
 use std::borrow::Cow;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -82,17 +82,6 @@ pub(crate) fn shape_functions(found: &Measurements) -> Result<Cow<'_, FrfSet>, F
     let (set, remark) = with_roving_responses(functions(found)?);
     remarks(None, remark.as_slice());
     Ok(set)
-}
-
-/// Tells remarks, with the file that they are about.
-pub(crate) fn remarks(about: Option<&Path>, remarks: &[Remark]) {
-    let place = about.map_or_else(String::new, |path| format!("{}: ", path.display()));
-    for remark in remarks {
-        match remark {
-            Remark::Note(text) => note!("{text}"),
-            Remark::Warning(text) => warning!("{place}{text}"),
-        }
-    }
 }
 
 /// The library's word for a quantity.

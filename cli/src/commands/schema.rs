@@ -2,16 +2,15 @@
 
 use crate::args::{Schema, SchemaOf};
 use crate::output::{Failure, print_json};
-use crate::writing::hand_over;
 use crate::{DONE, markdown, schemas};
 
 pub(crate) fn run(args: &Schema) -> Result<u8, Failure> {
     let schema = schemas::schema(args.of);
     if args.markdown {
         let (word, title, introduction) = about(args.of);
-        hand_over(&args.to, &markdown::keys(&schema, word, title, introduction))?;
+        args.to.hand_over(&markdown::keys(&schema, word, title, introduction))?;
     } else if args.to.output.is_some() {
-        hand_over(&args.to, &format!("{schema:#}\n"))?;
+        args.to.hand_over(&format!("{schema:#}\n"))?;
     } else {
         print_json(&schema);
     }

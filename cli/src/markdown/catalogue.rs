@@ -2,7 +2,7 @@
 
 use super::{cell, generated_by, paragraph, table};
 use crate::args::ListOf;
-use crate::commands::list::{members, word};
+use crate::lists::{members, word};
 use crate::output::Failure;
 use retune::correlation::{BUILTIN_PROFILES, parse_profiles};
 use retune::effect::{EFFECTS, Effect};

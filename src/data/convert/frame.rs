@@ -212,6 +212,13 @@ pub(super) fn unit(v: Vector) -> Option<Vector> {
     (length.is_finite() && length > 0.0).then(|| v.map(|x| x / length))
 }
 
+/// A node in global axes, in the units of its file.
+pub(super) struct PlacedNode {
+    pub(super) position: [f64; 3],
+    /// Axes of its displacements.
+    pub(super) axes: [[f64; 3]; 3],
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

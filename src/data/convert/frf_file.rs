@@ -1,7 +1,7 @@
 //! Frequency response functions to a universal file.
 
 use super::ConvertError;
-use super::frfs::{COHERENCE, EXCITATION_FORCE, FREQUENCY, FRF};
+use super::ends::{COHERENCE, EXCITATION_FORCE, FREQUENCY, FRF};
 use super::geometry::{labels, si};
 use crate::data::uff::{Abscissa, Axis, Dataset, Entity, Function, Ordinate, Precision, Storage, UniversalFile};
 use crate::data::{Channel, FrfQuantity, FrfSet};

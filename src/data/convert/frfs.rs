@@ -1,49 +1,19 @@
 //! Functions of universal files to frequency response functions.
 
 use super::ConvertError;
-use super::frame::LocalAxes;
+use super::ends::{COHERENCE, EXCITATION_FORCE, End, FREQUENCY, FRF, Naming, REACTION_FORCE, quantity_of};
+use super::frame::PlacedNode;
 use super::frequency::{AxisNotes, hertz, points_hz};
-use super::geometry::{PlacedNode, placed_nodes};
+use super::geometry::placed_nodes;
 use super::grid::{GridOf, check, common};
+use super::options::{Duplicates, FrfOptions};
 use super::spectra::spectrum;
 use super::units::{Question, UnitSystem, UnitsFrom, agreed, force_unit, note, ratio_unit, response_unit, units_at};
 use crate::catalogue::counted;
-use crate::data::uff::{Dataset, Entity, Function, Level, Note, Ordinate, UniversalFile};
+use crate::data::uff::{Dataset, Function, Level, Note, Ordinate, UniversalFile};
 use crate::data::{Channel, FrfQuantity, FrfSet, Point, Spectrum};
 use crate::linalg::Complex;
-use crate::units::FrequencyUnit;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
-
-/// What to do with several functions of one reference and response.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Duplicates {
-    /// Ask.
-    #[default]
-    Ask,
-    /// Keep the first.
-    First,
-    /// Keep the last.
-    Last,
-}
-
-/// Answers to what files may leave open.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct FrfOptions {
-    /// Where units come from.
-    pub units: UnitsFrom,
-    /// The quantity of functions that do not say theirs, and the one to read when there are several. It overrules what all functions
-    /// say only beside [`UnitsFrom::System`], because the unit of another quantity says nothing of this one.
-    pub quantity: Option<FrfQuantity>,
-    /// The unit of frequencies; it counts before what the files say.
-    pub frequency_unit: Option<FrequencyUnit>,
-    /// Whether rows or columns of dataset 2420 are axes; by the program that wrote the file when absent.
-    pub local_axes: Option<LocalAxes>,
-    /// What to do with repeated functions.
-    pub duplicates: Duplicates,
-}
 
 /// What universal files hold in functions.
 #[derive(Debug, Clone, PartialEq)]
@@ -56,80 +26,8 @@ pub struct FrfImport {
     pub notes: Vec<Note>,
 }
 
-pub(super) const FRF: i64 = 4;
-pub(super) const COHERENCE: i64 = 6;
-pub(super) const FREQUENCY: i64 = 18;
-pub(super) const REACTION_FORCE: i64 = 9;
-pub(super) const EXCITATION_FORCE: i64 = 13;
-
-/// One end: name of the point and direction code; sorted by component and label.
-#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct End {
-    component: String,
-    node: i64,
-    name: String,
-    direction: i64,
-}
-
-/// How points are called.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Naming {
-    /// By the number of the node.
-    Number,
-    /// By component and number, `wing.12`: the same number is there under several names.
-    ComponentAndNumber,
-}
-
-impl Naming {
-    /// Components count where one number stands under several names, among the responses or among the references; a name that says what
-    /// a signal is (`Force`, `Acc`) stands at one side only.
-    #[expect(clippy::needless_pass_by_value, reason = "an iterator that is cloned for each pass")]
-    pub(super) fn of<'a>(functions: impl Iterator<Item = &'a Function> + Clone) -> Self {
-        let is_repeated = |side: fn(&Function) -> &Entity| {
-            let mut names: BTreeMap<i64, &str> = BTreeMap::new();
-            functions.clone().map(side).filter(|e| e.node != 0 && is_named(e)).any(|e| {
-                let first = *names.entry(e.node).or_insert(&e.name);
-                first != e.name
-            })
-        };
-        if is_repeated(|f| &f.response) || is_repeated(|f| &f.reference) {
-            Self::ComponentAndNumber
-        } else {
-            Self::Number
-        }
-    }
-}
-
-fn is_named(entity: &Entity) -> bool {
-    !matches!(entity.name.as_str(), "" | "NONE")
-}
-
-impl End {
-    pub(super) fn of(entity: &Entity, naming: Naming) -> Self {
-        let (node, direction) = (entity.node, entity.direction);
-        if !is_named(entity) || (node != 0 && naming == Naming::Number) {
-            return Self { component: String::new(), node, name: node.to_string(), direction };
-        }
-        let name = if node == 0 { entity.name.clone() } else { format!("{}.{node}", entity.name) };
-        Self { component: entity.name.clone(), node, name, direction }
-    }
-
-    fn title(&self) -> String {
-        format!("{}:{}", self.name, self.direction)
-    }
-}
-
 fn title(f: &Function, naming: Naming) -> String {
     format!("{} / {}", End::of(&f.response, naming).title(), End::of(&f.reference, naming).title())
-}
-
-pub(super) fn quantity_of(data_type: i64) -> Option<FrfQuantity> {
-    match data_type {
-        8 => Some(FrfQuantity::Receptance),
-        11 => Some(FrfQuantity::Mobility),
-        12 => Some(FrfQuantity::Accelerance),
-        _ => None,
-    }
 }
 
 /// A function with what it means.

@@ -1,20 +1,13 @@
 //! Nodes, coordinate systems, trace lines and elements to geometry, and back.
 
 use super::ConvertError;
-use super::frame::{Frame, LocalAxes, frames};
-use super::neighbours::weigh;
+use super::frame::{Frame, LocalAxes, PlacedNode, frames};
+use super::neighbours::{edges, weigh};
 use super::units::{UnitsFrom, note, plain_system, units_at};
 use crate::catalogue::counted;
 use crate::data::uff::{Dataset, Header, Level, Node, Note, Part, PartSystem, TraceLine, Units, UniversalFile};
 use crate::data::{Geometry, Line, Point};
 use std::collections::BTreeMap;
-
-/// A node in global axes, in the units of its file.
-pub(super) struct PlacedNode {
-    pub(super) position: [f64; 3],
-    /// Axes of its displacements.
-    pub(super) axes: [[f64; 3]; 3],
-}
 
 /// The nodes of files by label; the last of several with one label counts. A system that no dataset defines is the global one:
 /// programs number it 1 and do not write it.
@@ -129,20 +122,6 @@ pub fn geometry(
         notes.push(note(Level::Warning, 82, seen, "the lines go on without them"));
     }
     Ok((Geometry { points, lines }, notes))
-}
-
-/// The edges of an element as polylines; its corner nodes only, for the linear kinds.
-pub(super) fn edges(descriptor: i64, nodes: &[i64]) -> Vec<Vec<i64>> {
-    let paths: &[&[usize]] = match (descriptor, nodes.len()) {
-        (111, 4) => &[&[0, 1, 2, 0, 3, 1], &[3, 2]],
-        (112, 6) => &[&[0, 1, 2, 0, 3, 4, 5, 3], &[1, 4], &[2, 5]],
-        (115, 8) => &[&[0, 1, 2, 3, 0, 4, 5, 6, 7, 4], &[1, 5], &[2, 6], &[3, 7]],
-        (_, 2) => &[&[0, 1]],
-        (_, 3) => &[&[0, 1, 2, 0]],
-        (_, 4) => &[&[0, 1, 2, 3, 0]],
-        _ => return vec![nodes.to_vec()],
-    };
-    paths.iter().map(|path| path.iter().map(|i| nodes[*i]).collect()).collect()
 }
 
 /// What datasets there are, for messages.

@@ -11,6 +11,7 @@
 //!
 //! Start reading at [`FrfOptions`].
 
+mod ends;
 mod frame;
 mod frequency;
 mod frf_file;
@@ -19,15 +20,17 @@ mod geometry;
 mod grid;
 mod modes;
 mod neighbours;
+mod options;
 mod spectra;
 mod units;
 
 pub use frame::LocalAxes;
 pub use frf_file::frf_file;
-pub use frfs::{Duplicates, FrfImport, FrfOptions, frfs};
+pub use frfs::{FrfImport, frfs};
 pub(in crate::data) use frfs::{is_too_sparse, spectra};
 pub use geometry::{geometry, geometry_file};
 pub use modes::{modes, modes_file};
+pub use options::{Duplicates, FrfOptions};
 pub use units::{Question, UnitSystem, UnitsFrom, force_unit, ratio_unit, response_unit};
 
 /// Why foreign data do not become ours, or ours foreign.

@@ -7,8 +7,7 @@
 //! r_j are the axes of a reading R (rows or columns of the matrix). A node votes for the reading with the larger a where that one fits
 //! and the other does not. Votes are reported; they decide nothing, for a sensor may stand as it likes.
 
-use super::frame::{Frame, LocalAxes, Reading, Vector, Why, cross, dot, minus, reading, unit};
-use super::geometry::{PlacedNode, edges};
+use super::frame::{Frame, LocalAxes, PlacedNode, Reading, Vector, Why, cross, dot, minus, reading, unit};
 use super::units::note;
 use crate::catalogue::counted;
 use crate::data::uff::{Dataset, Level, Node, Note, PartSystem, UniversalFile};
@@ -154,4 +153,18 @@ fn direction(
     }
     let normal = widest.filter(|_| sine > SPREAD).and_then(unit)?;
     edges.iter().all(|e| dot(*e, normal).abs() < FLAT).then_some(normal)
+}
+
+/// The edges of an element as polylines; its corner nodes only, for the linear kinds.
+pub(super) fn edges(descriptor: i64, nodes: &[i64]) -> Vec<Vec<i64>> {
+    let paths: &[&[usize]] = match (descriptor, nodes.len()) {
+        (111, 4) => &[&[0, 1, 2, 0, 3, 1], &[3, 2]],
+        (112, 6) => &[&[0, 1, 2, 0, 3, 4, 5, 3], &[1, 4], &[2, 5]],
+        (115, 8) => &[&[0, 1, 2, 3, 0, 4, 5, 6, 7, 4], &[1, 5], &[2, 6], &[3, 7]],
+        (_, 2) => &[&[0, 1]],
+        (_, 3) => &[&[0, 1, 2, 0]],
+        (_, 4) => &[&[0, 1, 2, 3, 0]],
+        _ => return vec![nodes.to_vec()],
+    };
+    paths.iter().map(|path| path.iter().map(|i| nodes[*i]).collect()).collect()
 }

@@ -1,7 +1,8 @@
 //! Functions of universal files that are spectra.
 
+use super::ends::{EXCITATION_FORCE, End, Naming, REACTION_FORCE, quantity_of};
 use super::frequency::{AxisNotes, hertz, points_hz};
-use super::frfs::{EXCITATION_FORCE, End, FrfOptions, Naming, REACTION_FORCE, quantity_of};
+use super::options::FrfOptions;
 use super::units::{Question, UnitSystem, UnitsFrom, units_at};
 use crate::data::uff::{Axis, Function, UniversalFile};
 use crate::data::{Channel, Spectrum, SpectrumKind, SpectrumUnit};

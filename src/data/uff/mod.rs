@@ -41,6 +41,7 @@ mod fields;
 mod float_formats;
 mod function;
 mod header;
+mod layout;
 mod nodes;
 mod note;
 mod qualifiers;

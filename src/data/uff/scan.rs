@@ -1,6 +1,7 @@
 //! Cuts a universal file into datasets, binary ones included.
 
 use super::fields::{column, numeric_record, parse_int};
+use super::layout::{Layout, RECORD_7};
 use super::note::{Level, Notes, quote};
 use crate::catalogue::counted;
 use std::borrow::Cow;
@@ -243,8 +244,8 @@ pub(super) fn binary_fields(id_line: &str) -> [Option<i64>; 4] {
 
 /// Possible lengths of the values of a binary dataset 58, by its record 7.
 fn payload_sizes(record_7: &str) -> Vec<usize> {
-    let Some(record) = numeric_record(record_7, &super::d58::RECORD_7) else { return Vec::new() };
-    let Some(layout) = super::d58::Layout::of(record.int(0), record.int(2)) else { return Vec::new() };
+    let Some(record) = numeric_record(record_7, &RECORD_7) else { return Vec::new() };
+    let Some(layout) = Layout::of(record.int(0), record.int(2)) else { return Vec::new() };
     let Ok(points) = usize::try_from(record.int(1)) else { return Vec::new() };
     layout.bytes_per_point().into_iter().filter_map(|b| points.checked_mul(b)).collect()
 }

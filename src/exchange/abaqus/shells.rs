@@ -1,7 +1,7 @@
 //! Shells.
 
+use super::elastic::Material;
 use super::importer::{Importer, Solver, Values};
-use super::materials::Material;
 use crate::deck::{DataLine, DeckError, Keyword};
 use crate::exchange::motions::angle_from_global;
 use crate::exchange::system::Quantity as Q;

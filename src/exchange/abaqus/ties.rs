@@ -7,8 +7,8 @@
 //! Source: P. Wriggers, Computational Contact Mechanics, 2006, section 9.2, node to segment.
 
 use super::importer::{Importer, word};
-use super::scopes::At;
 use super::surfaces::{Face, Surface};
+use super::tied::Tied;
 use crate::deck::{DeckError, Keyword};
 use crate::element::Dof;
 use crate::exchange::motions::Term;
@@ -20,25 +20,6 @@ type Vector = [f64; 3];
 
 /// Nodes further from a face than this part of its edges are not tied, unless the deck says how far.
 const NEAR: f64 = 0.05;
-
-/// A node that follows a face.
-#[derive(Debug, Clone)]
-pub(super) struct Tied {
-    pub slave: At,
-    /// Nodes of the face with their shares.
-    pub masters: Vec<(At, f64)>,
-    /// Whether the rotations of the masters carry the node, and whether they turn it.
-    arm: Option<Vector>,
-    turns: bool,
-    pub name: String,
-}
-
-impl Tied {
-    /// Whether its rotations follow too.
-    pub(super) fn turns(&self) -> bool {
-        self.turns
-    }
-}
 
 /// The nearest point of a face: its distance, the point, and the shares of the face's nodes.
 fn nearest(p: Vector, face: &Face, at: &[Vector]) -> (f64, Vector, Vec<f64>) {
@@ -358,6 +339,7 @@ pub(super) fn rows(importer: &Importer<'_>, tied: &Tied) -> Vec<(usize, Vec<Term
 
 #[cfg(test)]
 mod tests {
+    use super::super::scopes::At;
     use super::*;
 
     /// The nearest point of a face is the one that a search over the whole face finds; shares sum to one and give the point back.

@@ -1,10 +1,9 @@
 //! Design variables of SOL 200: DESVAR, DLINK, DVPREL1, DVMREL1, DVCREL1 as parameters of the model.
 
-use super::importer::Importer;
 use super::{CardRule, left_out, refused, used};
 use crate::deck::{CardId, Deck, DeckError};
 use crate::exchange::names::slug;
-use crate::exchange::writer::{Block, computed, exact, map, with_unit};
+use crate::exchange::writer::{computed, with_unit};
 use std::collections::{BTreeMap, HashMap, HashSet};
 
 pub(super) const CARDS: &[CardRule] = &[
@@ -35,31 +34,31 @@ pub(super) const CARDS: &[CardRule] = &[
 
 /// A design variable.
 #[derive(Debug, Clone)]
-struct Variable {
-    card: CardId,
-    id: u32,
-    name: String,
-    label: String,
-    value: f64,
-    bounds: Option<[f64; 2]>,
+pub(super) struct Variable {
+    pub card: CardId,
+    pub id: u32,
+    pub name: String,
+    pub label: String,
+    pub value: f64,
+    pub bounds: Option<[f64; 2]>,
 }
 
 /// A field as C0 + Σ c_i x_i.
 #[derive(Debug, Clone, Default)]
-struct Relation {
+pub(super) struct Relation {
     constant: f64,
-    terms: Vec<(usize, f64)>,
+    pub terms: Vec<(usize, f64)>,
 }
 
 /// The design model of a deck.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Design {
-    variables: Vec<Variable>,
-    relations: HashMap<(CardId, usize), Relation>,
-    used: std::cell::RefCell<HashSet<(CardId, usize)>>,
-    places: BTreeMap<(CardId, usize), CardId>,
+    pub variables: Vec<Variable>,
+    pub relations: HashMap<(CardId, usize), Relation>,
+    pub used: std::cell::RefCell<HashSet<(CardId, usize)>>,
+    pub places: BTreeMap<(CardId, usize), CardId>,
     /// Relations to fields that are no properties of an element: offsets, coordinates.
-    left: BTreeMap<String, usize>,
+    pub left: BTreeMap<String, usize>,
 }
 
 /// Number of the field that a name means on a card.
@@ -278,47 +277,4 @@ fn known(kind: &str) -> Option<&'static str> {
 
 fn shown(text: &str) -> String {
     text.chars().filter(|c| !c.is_control()).take(16).collect()
-}
-
-impl Importer<'_> {
-    /// Parameters of the variables that any field follows.
-    pub(super) fn write_design(&mut self) {
-        let used = self.design.used.borrow().clone();
-        let mut named: HashSet<usize> = HashSet::new();
-        for place in self.design.places.keys().filter(|p| used.contains(p)) {
-            named.extend(self.design.relations[place].terms.iter().map(|t| t.0));
-        }
-        let left: Vec<String> = self
-            .design
-            .places
-            .iter()
-            .filter(|(place, _)| !used.contains(place))
-            .map(|(_, id)| format!("{} {}", self.deck.name(*id), self.deck.card(*id).text(2)))
-            .collect();
-        if !left.is_empty() {
-            let shown = left.iter().take(5).cloned().collect::<Vec<_>>().join(", ");
-            let more = if left.len() > 5 { format!(" and {} more", left.len() - 5) } else { String::new() };
-            self.report.note(format!("relations to fields that no element uses are left out: {shown}{more}"));
-        }
-        for (what, count) in self.design.left.clone() {
-            self.report.note(format!(
-                "{count} relations {what} are left out: no parameter can stand there; the card's own value holds"
-            ));
-        }
-        for (i, v) in self.design.variables.clone().into_iter().enumerate() {
-            if !named.contains(&i) {
-                continue;
-            }
-            self.origins.variables.insert(v.name.clone(), v.card);
-            let mut items = vec![("value", exact(v.value))];
-            if let Some([low, high]) = v.bounds {
-                items.push(("bounds", format!("[{}, {}]", exact(low), exact(high))));
-            }
-            items.push((
-                "description",
-                format!("\"DESVAR {} {}\"", v.id, crate::exchange::writer::clean(&v.label).replace(['"', '\\'], "")),
-            ));
-            self.out.entry(Block::Parameters, &v.name, &map(&items), "");
-        }
-    }
 }

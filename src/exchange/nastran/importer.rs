@@ -345,6 +345,47 @@ impl<'a> Importer<'a> {
         Imported { text: self.out.finish(&head), report: self.report, test, origins: self.origins }
     }
 
+    /// Parameters of the variables that any field follows.
+    fn write_design(&mut self) {
+        let used = self.design.used.borrow().clone();
+        let mut named: HashSet<usize> = HashSet::new();
+        for place in self.design.places.keys().filter(|p| used.contains(p)) {
+            named.extend(self.design.relations[place].terms.iter().map(|t| t.0));
+        }
+        let left: Vec<String> = self
+            .design
+            .places
+            .iter()
+            .filter(|(place, _)| !used.contains(place))
+            .map(|(_, id)| format!("{} {}", self.deck.name(*id), self.deck.card(*id).text(2)))
+            .collect();
+        if !left.is_empty() {
+            let shown = left.iter().take(5).cloned().collect::<Vec<_>>().join(", ");
+            let more = if left.len() > 5 { format!(" and {} more", left.len() - 5) } else { String::new() };
+            self.report.note(format!("relations to fields that no element uses are left out: {shown}{more}"));
+        }
+        for (what, count) in self.design.left.clone() {
+            self.report.note(format!(
+                "{count} relations {what} are left out: no parameter can stand there; the card's own value holds"
+            ));
+        }
+        for (i, v) in self.design.variables.clone().into_iter().enumerate() {
+            if !named.contains(&i) {
+                continue;
+            }
+            self.origins.variables.insert(v.name.clone(), v.card);
+            let mut items = vec![("value", exact(v.value))];
+            if let Some([low, high]) = v.bounds {
+                items.push(("bounds", format!("[{}, {}]", exact(low), exact(high))));
+            }
+            items.push((
+                "description",
+                format!("\"DESVAR {} {}\"", v.id, crate::exchange::writer::clean(&v.label).replace(['"', '\\'], "")),
+            ));
+            self.out.entry(Block::Parameters, &v.name, &map(&items), "");
+        }
+    }
+
     fn parameters_of_properties(&mut self, groups: &BTreeMap<usize, (String, Vec<String>)>) {
         for (name, _) in groups.values().filter(|g| self.group_at.contains_key(&format!("property {}", g.0))) {
             self.out.factor_on_stiffness(name);

@@ -1,8 +1,8 @@
 //! Checks of the functions themselves, before any identification.
 
 use super::super::IdentifyError;
-use super::super::band::{check_layout, in_units};
 use super::super::gaps::lines_text;
+use super::super::layout::{check_layout, in_units};
 use super::super::mode::driving_points;
 use super::driving_point::{noise, weigh};
 use super::{Finding, Level};

@@ -35,7 +35,7 @@ impl Residual for FrfComplex {
 
     fn evaluate(&self, at: &Point<'_>, out: &mut [f64]) {
         let Some(rows) = at.comparison.responses() else { return };
-        let h = rows.values_of(at);
+        let h = rows.values_of(at.comparison.model(), at.theta, at.prediction);
         for (i, v) in rows.values.iter().enumerate() {
             let r = (h[i] - v.measured) / v.sd;
             (out[2 * i], out[2 * i + 1]) = (r.re, r.im);
@@ -44,7 +44,7 @@ impl Residual for FrfComplex {
 
     fn differentiate(&self, at: &Point<'_>, _: &PredictionDerivative, out: &mut DMatrix<f64>) {
         let Some(rows) = at.comparison.responses() else { return };
-        let (_, slopes) = rows.evaluate(at, Some(at.scaling.free()));
+        let (_, slopes) = rows.evaluate(at.comparison.model(), at.theta, at.prediction, Some(at.scaling.free()));
         for (i, v) in rows.values.iter().enumerate() {
             for j in 0..out.ncols() {
                 let d = slopes[(i, j)] / v.sd;

@@ -34,14 +34,16 @@ impl Residual for FrfLog {
 
     fn evaluate(&self, at: &Point<'_>, out: &mut [f64]) {
         let Some(rows) = at.comparison.responses() else { return };
-        for ((o, h), v) in out.iter_mut().zip(rows.values_of(at)).zip(&rows.values) {
+        for ((o, h), v) in
+            out.iter_mut().zip(rows.values_of(at.comparison.model(), at.theta, at.prediction)).zip(&rows.values)
+        {
             *o = (h.norm() / v.measured.norm()).ln() / v.relative_sd;
         }
     }
 
     fn differentiate(&self, at: &Point<'_>, _: &PredictionDerivative, out: &mut DMatrix<f64>) {
         let Some(rows) = at.comparison.responses() else { return };
-        let (h, slopes) = rows.evaluate(at, Some(at.scaling.free()));
+        let (h, slopes) = rows.evaluate(at.comparison.model(), at.theta, at.prediction, Some(at.scaling.free()));
         for (i, v) in rows.values.iter().enumerate() {
             for j in 0..out.ncols() {
                 out[(i, j)] = (h[i].conj() * slopes[(i, j)]).re / h[i].norm_sqr() / v.relative_sd;

@@ -15,8 +15,8 @@ mod targets;
 pub(crate) use targets::{WIDTH, violations};
 
 use super::comparison::Comparison;
-use super::prediction::{Prediction, PredictionDerivative};
-use super::scaling::Scaling;
+pub use super::point::Point;
+use super::prediction::PredictionDerivative;
 use crate::catalogue::catalogue;
 use crate::linalg::DMatrix;
 use std::fmt;
@@ -84,19 +84,6 @@ pub trait Residual: fmt::Debug + Send + Sync {
 
     /// Overwrites `out` (len x n_free) with ∂r/∂θ_j for the free parameters.
     fn differentiate(&self, at: &Point<'_>, derivative: &PredictionDerivative, out: &mut DMatrix<f64>);
-}
-
-/// Where a residual is evaluated.
-#[derive(Debug, Clone, Copy)]
-pub struct Point<'a> {
-    /// Model and test.
-    pub comparison: &'a Comparison<'a>,
-    /// Which parameters are free.
-    pub scaling: &'a Scaling,
-    /// θ.
-    pub theta: &'a [f64],
-    /// The prediction at θ.
-    pub prediction: &'a Prediction,
 }
 
 /// Residual of the frequency of a measured mode for which the model has too few modes, √(2 ln(1/e)) with e = 0.03 as for a mode that

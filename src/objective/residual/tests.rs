@@ -4,7 +4,7 @@ use super::*;
 use crate::correlation::{PairBy, PairingOptions};
 use crate::data::{FrfFit, FrfQuantity, MassProperty, MassQuantity, Measured, Origin, TestData, read_test};
 use crate::model::{Model, ParametricModel, Registry, load, load_configuration};
-use crate::objective::{LeastSquares, Loss, Objective, difference};
+use crate::objective::{LeastSquares, Loss, Objective, Scaling, difference};
 
 const MODEL: &str = "
 retune: 1
@@ -209,9 +209,7 @@ fn frequency_responses_alone_recover_stiffness_mass_and_damping() {
     let h = {
         let comparison = Comparison::new(&model, &test, PAIRING).unwrap();
         let prediction = comparison.predict(&truth).unwrap();
-        let scaling = Scaling::new(&model);
-        let point = Point { comparison: &comparison, scaling: &scaling, theta: &truth, prediction: &prediction };
-        comparison.responses().unwrap().evaluate(&point, None).0
+        comparison.responses().unwrap().evaluate(&model, &truth, &prediction, None).0
     };
     // Values come function by function, lines innermost.
     let set = test.frfs.as_mut().unwrap();
@@ -250,9 +248,7 @@ fn both_ways_to_frequency_responses_agree() {
     let evaluate = |test: &TestData| {
         let comparison = Comparison::new(&model, test, PAIRING).unwrap();
         let prediction = comparison.predict(&theta).unwrap();
-        let point = Point { comparison: &comparison, scaling: &scaling, theta: &theta, prediction: &prediction };
-        let (h, slopes) = comparison.responses().unwrap().evaluate(&point, Some(scaling.free()));
-        (h, slopes)
+        comparison.responses().unwrap().evaluate(&model, &theta, &prediction, Some(scaling.free()))
     };
     let (together, slopes) = evaluate(&test);
     let n_lines = 19;
