@@ -81,7 +81,7 @@ impl Effect for MassOffset {
                 continue;
             }
             if what != "lumps" {
-                for (k, (names, sign)) in runs(structure, part, axis, sign).into_iter().enumerate() {
+                for (k, (names, sign)) in structure.runs(part, axis, sign).into_iter().enumerate() {
                     let piece = if k == 0 { String::new() } else { format!(".piece{}", k + 1) };
                     let add = entry(&format!("mass_offset_{axis_word}"), &times(sign, &e));
                     b.change(&format!("{suffix}{piece}"), &names, OverrideSpec { add, ..OverrideSpec::default() });
@@ -123,26 +123,6 @@ fn heavy_lumps<'s>(structure: &'s Structure<'_>, part: &Part) -> Vec<&'s Part> {
         structure.property(m, "mass").is_some_and(|m| m > 0.0) && !shared && !structure.is_mounted(node)
     };
     structure.lumps_on(&part.elements).into_iter().filter(|l| l.elements.iter().all(|&m| carried(m))).collect()
-}
-
-/// Sign of an element's axis against that of the first of its chain: a chain may bend, and turn its axes over.
-fn along_first(structure: &Structure<'_>, part: &Part, element: usize, axis: usize) -> f64 {
-    let axes = |e: usize| structure.model().elements()[e].axes[axis];
-    let cosine: f64 = axes(part.elements[0]).iter().zip(axes(element)).map(|(a, b)| a * b).sum();
-    if cosine < 0.0 { -1.0 } else { 1.0 }
-}
-
-/// The member as one name, or its elements in two lists where their axes turn over, each with its sign.
-fn runs(structure: &Structure<'_>, part: &Part, axis: usize, sign: f64) -> Vec<(Vec<String>, f64)> {
-    let signs: Vec<f64> = part.elements.iter().map(|&e| along_first(structure, part, e, axis)).collect();
-    if signs.iter().all(|s| *s > 0.0) {
-        return vec![(part.of.clone(), sign)];
-    }
-    let named = |wanted: f64| {
-        let chosen = part.elements.iter().zip(&signs).filter(|(_, s)| **s == wanted);
-        chosen.map(|(&e, _)| structure.model().elements()[e].name.clone()).collect::<Vec<_>>()
-    };
-    vec![(named(1.0), sign), (named(-1.0), -sign)]
 }
 
 /// Offsets of the bodies on a member along an axis of its first element, in the axes of each body; bodies with the same

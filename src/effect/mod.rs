@@ -28,6 +28,7 @@ mod candidate;
 pub mod conformance;
 mod connection;
 mod distributed_mass;
+mod eccentric_mass;
 mod edit;
 mod end_flexibility;
 mod flow;
@@ -39,12 +40,15 @@ mod location;
 mod mass_change;
 mod mass_damping;
 mod mass_offset;
+mod member_eccentricity;
 mod patch;
 mod point_mass;
 mod point_rotary_inertia;
+mod rigid_end;
 mod rigid_link;
 mod root_flexibility;
 mod section_rotary_inertia;
+mod self_weight;
 mod sensor_mass;
 mod shear_flexibility;
 mod softening;
@@ -58,6 +62,7 @@ mod taper;
 #[cfg(test)]
 mod tests;
 mod text;
+mod timoshenko;
 mod torsion_stiffness_change;
 
 pub use candidate::{Candidate, Configured, Patched, candidates, candidates_in, candidates_on_wider_places};
@@ -82,6 +87,7 @@ catalogue! {
     bending_stiffness_change::BendingStiffnessChange,
     connection::Connection,
     distributed_mass::DistributedMass,
+    eccentric_mass::EccentricMass,
     ground_dashpot::GroundDashpot,
     ground_spring::GroundSpring,
     joint_flexibility::JointFlexibility,
@@ -89,11 +95,14 @@ catalogue! {
     mass_change::MassChange,
     mass_damping::MassDamping,
     mass_offset::MassOffset,
+    member_eccentricity::MemberEccentricity,
     point_mass::PointMass,
     point_rotary_inertia::PointRotaryInertia,
+    rigid_end::RigidEnd,
     rigid_link::RigidLink,
     root_flexibility::RootFlexibility,
     section_rotary_inertia::SectionRotaryInertia,
+    self_weight::SelfWeight,
     sensor_mass::SensorMass,
     shear_flexibility::ShearFlexibility,
     softening::Softening,
@@ -102,6 +111,7 @@ catalogue! {
     stiffness_change::StiffnessChange,
     stiffness_damping::StiffnessDamping,
     taper::Taper,
+    timoshenko::Timoshenko,
     torsion_stiffness_change::TorsionStiffnessChange,
 }
 

@@ -177,6 +177,11 @@ pub(super) fn times(factor: f64, name: &str) -> String {
     }
 }
 
+/// `factor unit * name`.
+pub(super) fn of_unit(factor: f64, unit: &str, name: &str) -> String {
+    format!("{} {unit} * {name}", flow::number(factor))
+}
+
 /// `a and b`, with those of further pairs behind.
 pub(super) fn between(pairs: &[[&str; 2]]) -> String {
     pairs.iter().map(|[a, b]| format!("{a} and {b}")).collect::<Vec<_>>().join(", and ")

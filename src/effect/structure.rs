@@ -1,11 +1,14 @@
 //! What an effect may ask of a model: its parts by name, their symmetric partners, what moves and what deforms.
 
+mod joint_ends;
 mod lines;
 mod listing;
 mod mirror;
+mod own_weight;
 mod pairs;
 mod places;
 mod reach;
+mod runs;
 mod scale;
 
 use super::edit::PatchError;
@@ -13,6 +16,7 @@ use super::location::{ALL_AXES, BENDING, Location, LocationKind};
 use crate::element::Dof;
 use crate::linalg::DMatrix;
 use crate::model::{Model, ParametricModel, dot, extent};
+pub(in crate::effect) use joint_ends::JointEnd;
 use mirror::{Mirror, element_partners};
 use std::sync::OnceLock;
 
@@ -237,6 +241,11 @@ impl<'a> Structure<'a> {
     pub fn on_wider_places(mut self) -> Self {
         self.is_wider = true;
         self
+    }
+
+    /// Whether these are those other places.
+    pub(super) fn is_wider(&self) -> bool {
+        self.is_wider
     }
 
     /// Whether a location is one of [`Self::on_wider_places`], and has one of these nodes, or an element of one of these.
@@ -514,7 +523,12 @@ impl<'a> Structure<'a> {
         if cosine.abs() > 0.999 { cosine.signum() } else { 0.0 }
     }
 
-    /// The same for the first element of a part and its image; one where it has none.
+    /// Whether the plane of symmetry turns a global axis over.
+    pub(super) fn mirrors(&self, axis: usize) -> bool {
+        self.mirror.is_some_and(|m| m.normal == axis)
+    }
+
+    /// The same as [`Self::mirror_sign`] for the first element of a part and its image; one where it has none.
     pub(super) fn image_sign(&self, part: &Part, axis: usize) -> f64 {
         let first = part.elements[0];
         self.image(first).map_or(1.0, |image| if self.mirror_sign(first, image, axis) < 0.0 { -1.0 } else { 1.0 })

@@ -38,13 +38,19 @@ fn plus(mut a: Row, s: f64, b: &Row) -> Row {
     a
 }
 
-/// From dofs of the elastic axis to dofs of the nodes: `u_e = u + θ × (0, y, z)`, rigid arms at both ends.
-fn on_nodes(mut row: Row, [y, z]: [f64; 2]) -> Row {
-    for first in [0, 6] {
+/// From dofs of the elastic axis to dofs of the nodes: `u_e = u + θ × (x, y, z)`, rigid arms at both ends, x of them along the beam
+/// where its end is rigid.
+fn on_nodes(mut row: Row, section: &Section) -> Row {
+    let [y, z] = section.shear_centre;
+    for (first, x) in [(0, section.rigid[0]), (6, -section.rigid[1])] {
         let (u, v, w) = (row[first], row[first + 1], row[first + 2]);
         row[first + 3] += y * w - z * v;
         row[first + 4] += z * u;
         row[first + 5] -= y * u;
+        if x != 0.0 {
+            row[first + 4] -= x * w;
+            row[first + 5] += x * v;
+        }
     }
     row
 }
@@ -127,7 +133,7 @@ fn bending_modes(plane: &Plane, length: f64) -> (Row, Row) {
 /// Elastic stiffness of the beam between its own ends.
 fn rigid_ended_stiffness(section: &Section) -> SymMatrix {
     let l = section.length;
-    let on_nodes = |row| on_nodes(row, section.shear_centre);
+    let on_nodes = |row| on_nodes(row, section);
     let twist = on_nodes(difference(3));
     let mut k = SymMatrix::zeros(12);
     k.add_outer(section.ea / l, &on_nodes(stretch(section)));
@@ -185,6 +191,13 @@ fn strain_parts(section: &Section) -> StrainParts {
     StrainParts { axial, bending, torsion }
 }
 
+/// The motion of the node line at a distance along x from a node, as of a rigid body.
+fn rigid_arm(node: usize, x: f64) -> [Row; 6] {
+    let mut rows: [Row; 6] = std::array::from_fn(|d| std::array::from_fn(|i| f64::from(u8::from(i == 6 * node + d))));
+    (rows[1], rows[2]) = (plus(rows[1], x, &rows[5]), plus(rows[2], -x, &rows[4]));
+    rows
+}
+
 /// Adds the geometric stiffness P ∫ (v'² + w'²) dx of the displacement between the ends.
 fn add_geometric(k: &mut SymMatrix, section: &Section, to_ends: Option<&[Row; 12]>) {
     let (p_force, l) = (section.axial_force, section.length);
@@ -197,6 +210,11 @@ fn add_geometric(k: &mut SymMatrix, section: &Section, to_ends: Option<&[Row; 12
         for (factor, row) in [(1.0 / l, difference(plane.displacement)), (l / 12.0, beta), (l / (20.0 * d * d), alpha)]
         {
             k.add_outer(p_force * factor, &from_nodes(row, section, to_ends));
+        }
+        // A rigid end has the slope of its node.
+        for (node, length) in section.rigid.into_iter().enumerate().filter(|(_, length)| *length > 0.0) {
+            let slope = rigid_arm(node, 0.0)[plane.rotation];
+            k.add_outer(p_force * length, &through_joints(slope, to_ends));
         }
     }
 }
@@ -246,7 +264,11 @@ fn condense_ends(k: &mut SymMatrix, section: &Section) -> Option<[Row; 12]> {
 
 /// From dofs of the elastic axis at the ends of the beam to dofs of the nodes: rigid arms, then flexible ends.
 fn from_nodes(row: Row, section: &Section, to_ends: Option<&[Row; 12]>) -> Row {
-    let row = on_nodes(row, section.shear_centre);
+    through_joints(on_nodes(row, section), to_ends)
+}
+
+/// From dofs of the nodes on the beam's side of the joints to those of the nodes.
+fn through_joints(row: Row, to_ends: Option<&[Row; 12]>) -> Row {
     let Some(t) = to_ends else { return row };
     let mut out = [0.0; 12];
     for (x, t_row) in row.iter().zip(t) {
@@ -267,10 +289,9 @@ fn section_mass(section: &Section) -> SymMatrix {
     let [ey, ez] = section.shear_centre;
     let [my, mz] = section.mass_offset;
     let mut m = SymMatrix::zeros(12);
-    let half = 0.5 * section.lumping * section.length;
-    for node in [0, 6].into_iter().filter(|_| half > 0.0) {
-        let own: [Row; 6] = std::array::from_fn(|d| std::array::from_fn(|i| f64::from(u8::from(i == node + d))));
-        for (row, inertia) in beside(own, section.mass_offset).into_iter().zip(section.inertia) {
+    let half = 0.5 * section.lumping * section.span();
+    for node in [0, 1].into_iter().filter(|_| half > 0.0) {
+        for (row, inertia) in beside(rigid_arm(node, 0.0), section.mass_offset).into_iter().zip(section.inertia) {
             if inertia != 0.0 {
                 m.add_outer(half * inertia, &row);
             }
@@ -282,6 +303,17 @@ fn section_mass(section: &Section) -> SymMatrix {
         for (row, inertia) in mass_axis.into_iter().zip(section.inertia) {
             if inertia != 0.0 {
                 m.add_outer(weight * consistent * inertia, &from_nodes(row, section, to_ends.as_ref()));
+            }
+        }
+    }
+    // Rigid ends move with their nodes.
+    for (node, length) in section.rigid.into_iter().enumerate().filter(|(_, length)| *length > 0.0) {
+        let toward = if node == 0 { length } else { -length };
+        for (xi, weight) in GAUSS {
+            let mass_axis = beside(rigid_arm(node, xi * toward), section.mass_offset);
+            for (row, inertia) in mass_axis.into_iter().zip(section.inertia).filter(|(_, inertia)| *inertia != 0.0) {
+                let share = weight * (1.0 - section.lumping) * length * inertia;
+                m.add_outer(share, &through_joints(row, to_ends.as_ref()));
             }
         }
     }
@@ -350,6 +382,13 @@ impl Element for Beam {
     fn interpolate(&self, input: &ElementInput<'_>, xi: f64) -> Result<[[f64; 12]; 6], ElementError> {
         let section = Section::read(input)?;
         let to_ends = ends(&section);
+        let at = xi * section.span();
+        let (from, to) = (section.rigid[0], section.rigid[0] + section.length);
+        if (at < from && from > 0.0) || (at > to && section.rigid[1] > 0.0) {
+            let rows = if at < from { rigid_arm(0, at) } else { rigid_arm(1, at - section.span()) };
+            return Ok(rows.map(|row| through_joints(row, to_ends.as_ref())));
+        }
+        let xi = if section.rigid == [0.0; 2] { xi } else { (at - from) / section.length };
         let node_line = beside(elastic_axis(&section, xi), section.shear_centre.map(|x| -x));
         Ok(node_line.map(|row| from_nodes(row, &section, to_ends.as_ref())))
     }

@@ -1,6 +1,7 @@
 //! Effects against closed forms, by their own candidates on small models.
 
 use super::super::*;
+use crate::element::Dof;
 use crate::linalg::DMatrix;
 use crate::modal::{SolveOptions, solve};
 use crate::model::{Model, ParametricModel, Registry, System, load};
@@ -333,6 +334,91 @@ fn an_absent_member_is_a_structure_without_it() {
     // Of a portal every member closes the loop through the ground.
     assert!(listed(&braced).contains(&"absent-member@brace".to_string()), "{:?}", listed(&braced));
     assert_eq!(listed(&beam("uz, ry", CLAMPED, "")), Vec::<String>::new());
+}
+
+/// A cantilever that is rigid over a at its clamp is a shorter one: ω grows by (L/(L - a))².
+#[test]
+fn a_rigid_end_in_a_clamp_shortens_a_cantilever() {
+    let a = 0.03;
+    let (_, _, omega) = with(&beam("uz, ry", CLAMPED, ""), "rigid-end@b.1:n0", &[a]);
+    let (_, whole) = without(&beam("uz, ry", CLAMPED, ""));
+    for mode in 0..3 {
+        close(omega[mode] / whole[mode], (1.0 - a).powi(-2), 3.0 * MESH);
+    }
+}
+
+/// M gains m (ẇ + e φ̇)² for an arm along y: m on w, m e between w and φ, m e² on φ.
+#[test]
+fn an_eccentric_mass_couples_displacement_with_rotation() {
+    let text = beam("uz, rx, ry", CLAMPED, "");
+    let (model, system, _) = with(&text, "eccentric-mass@n10.y", &[0.4, -0.05]);
+    let (base, _) = without(&text);
+    let row = |dof| model.dof_map().express(10, dof)[0].0;
+    let (w, phi) = (row(Dof::Uz), row(Dof::Rx));
+    let gained = &system.mass - &base.mass;
+    close(gained[(w, w)], 0.4, 1e-12);
+    close(gained[(w, phi)], -0.02, 1e-12);
+    close(gained[(phi, phi)], 0.001, 1e-12);
+    let (_, point, _) = with(&text, "point-mass@n10", &[0.4]);
+    let (_, without_arm, _) = with(&text, "eccentric-mass@n10.y", &[0.4, 0.0]);
+    assert!((&point.mass - &without_arm.mass).amax() < 1e-15);
+}
+
+/// Section of 20 mm x 60 mm on a column along z, or on a girder along x.
+fn stout(direction: &str, more: &str) -> String {
+    let at = |i: u32| {
+        let s = format!("{} m", f64::from(i) / 20.0);
+        if direction == "z" { format!("[0, 0, {s}]") } else { format!("[{s}, 0, 0]") }
+    };
+    let nodes: Vec<String> = (0..=20).map(|i| format!("n{i}: {}", at(i))).collect();
+    let chain: Vec<String> = (0..=20).map(|i| format!("n{i}")).collect();
+    format!(
+        "retune: 1\nname: test\nnodes: {{{}}}\nbeams:\n  b: {{chain: [{}], orientation: [0, 1, 0], properties: {{E: 70 GPa, nu: 0.3, \
+         density: 2700 kg/m3, A: 1200 mm2, Iy: 4e4 mm4, Iz: 36e4 mm4, J: 1.3e5 mm4{more}}}}}\nsupports: {{root: {{node: n0}}}}\n",
+        nodes.join(", "),
+        chain.join(", ")
+    )
+}
+
+/// A cantilever column under its own weight q per length buckles at q L³ = 7.837 EI. S. P. Timoshenko, J. M. Gere, Theory of Elastic
+/// Stability, 1961, section 2.12. Hanging, it is stiffer.
+#[test]
+fn own_weight_buckles_a_column_at_the_known_height() {
+    let text = stout("z", "");
+    // EI = 70e9 * 4e-8 N m², μ = 3.24 kg/m, L = 1 m.
+    let critical = 7.837 * 2800.0 / 3.24;
+    let (.., upright) = without(&text);
+    let (.., hanging) = with(&text, "self-weight@whole.z", &[0.5 * critical]);
+    assert!(hanging[0] > 1.1 * upright[0]);
+    // λ falls nearly linearly with the load, to zero at the critical one.
+    let lambda = |share: f64| with(&text, "self-weight@whole.z", &[-share * critical]).2[0].powi(2);
+    let (a, b) = (lambda(0.98), lambda(0.99));
+    close(0.99 + 0.01 * b / (a - b), 1.0, 2e-3);
+}
+
+/// The whole of shear and rotary inertia at s = 1: the same as κ = 5/6 and ρ I written in the file.
+#[test]
+fn timoshenko_is_what_the_section_says() {
+    let own = ", kappa_y: 0.8333333333333334, kappa_z: 0.8333333333333334, rotary_inertia_y: 1.08e-4 kg m, rotary_inertia_z: 9.72e-4 kg m";
+    let (expected, _) = without(&stout("x", own));
+    let (_, found, _) = with(&stout("x", ""), "timoshenko@b", &[1.0]);
+    assert!((&found.stiffness - &expected.stiffness).amax() < 1e-9 * expected.stiffness.amax());
+    assert!((&found.mass - &expected.mass).amax() < 1e-9 * expected.mass.amax());
+}
+
+/// A member beside its nodes is the one that stands on arms of this length.
+#[test]
+fn an_eccentric_member_stands_on_arms() {
+    let text = |offsets: &str| {
+        format!(
+            "retune: 1\nname: test\nnodes: {{a: [0, 0, 0], b: [1 m, 0, 0]}}\nbeams:\n  b: {{nodes: [a, b]{offsets}, properties: {{EA: 1e6 N, \
+             EIy: 10 N m2, EIz: 20 N m2, GJ: 6 N m2, mass_per_length: 2 kg/m, polar_inertia_per_length: 0.003 kg m}}}}\nsupports: {{root: {{node: a}}}}\n"
+        )
+    };
+    let (expected, _) = without(&text(", offsets: [[0, 0, 0.05 m], [0, 0, 0.05 m]]"));
+    let (_, found, _) = with(&text(""), "member-eccentricity@b.z", &[0.05]);
+    assert!((&found.stiffness - &expected.stiffness).amax() < 1e-12 * expected.stiffness.amax());
+    assert!((&found.mass - &expected.mass).amax() < 1e-12 * expected.mass.amax());
 }
 
 /// Partners together keep a symmetric structure symmetric: the signs of mirrored axes are right.

@@ -79,6 +79,8 @@ pub(super) const PROPERTIES: &[Property] = &[
         "0 for the consistent mass (when absent), 1 for one lumped at both ends, a mean of both between",
     ),
     any("axial_force", "N", "preload, tension positive: geometric stiffness (default 0)"),
+    non_negative("end1_rigid_length", "m", "length at node 1 that does not deform: the depth of a joint (default 0)"),
+    non_negative("end2_rigid_length", "m", "length at node 2 that does not deform: the depth of a joint (default 0)"),
     non_negative("end1_compliance_ux", "m/N", "flexibility of the joint at node 1 along x (default 0: rigid)"),
     non_negative("end1_compliance_uy", "m/N", "flexibility of the joint at node 1 along y (default 0: rigid)"),
     non_negative("end1_compliance_uz", "m/N", "flexibility of the joint at node 1 along z (default 0: rigid)"),
@@ -99,8 +101,10 @@ const END_COMPLIANCE: usize = property_index(PROPERTIES, "end1_compliance_ux");
 /// Everything a beam's matrices are made of. Pairs per bending plane are in the order of `PLANES`: uy first, then uz.
 #[derive(Debug, Clone)]
 pub(super) struct Section {
-    /// m.
+    /// Of what deforms, m.
     pub length: f64,
+    /// Lengths at both ends that do not, m.
+    pub rigid: [f64; 2],
     /// Axial and torsional rigidity, N and N m²; zero where not given.
     pub ea: f64,
     pub gj: f64,
@@ -197,7 +201,15 @@ impl Section {
     /// From property values; refuses contradictions and what cannot be computed.
     pub(super) fn read(input: &ElementInput<'_>) -> Result<Self, ElementError> {
         input.check(&Beam)?;
-        let length = input.positive_length()?;
+        let whole = input.positive_length()?;
+        let rigid = [value!(input, end1_rigid_length), value!(input, end2_rigid_length)].map(|v| v.unwrap_or(0.0));
+        let length = whole - rigid[0] - rigid[1];
+        if length <= 1e-6 * whole {
+            let longer = usize::from(rigid[1] > rigid[0]);
+            let name = ["end1_rigid_length", "end2_rigid_length"][longer];
+            let expected = "so short that some of the element between its rigid ends is left to deform";
+            return Err(ElementError::OutOfDomain { name, value: rigid[longer], expected });
+        }
         let [ea, gj, eiz, eiy] = rigidities(input)?;
         let bend_twist = [value!(input, bend_twist_z), value!(input, bend_twist_y)].map(|v| v.unwrap_or(0.0));
         check_coupling(bend_twist, [eiz, eiy], gj)?;
@@ -215,6 +227,7 @@ impl Section {
 
         let section = Self {
             length,
+            rigid,
             ea: ea.unwrap_or(0.0),
             gj: gj.unwrap_or(0.0),
             ei: [eiz.unwrap_or(0.0), eiy.unwrap_or(0.0)],
@@ -252,6 +265,11 @@ impl Section {
             }
         }
         Ok(section)
+    }
+
+    /// From node to node, m.
+    pub(super) fn span(&self) -> f64 {
+        self.length + self.rigid[0] + self.rigid[1]
     }
 
     /// Φ = 12 EI c / L² of plane `p`: bending flexibility against shear flexibility.
@@ -324,6 +342,8 @@ pub(super) fn samples() -> Vec<Sample> {
         ("neutral_axis_y", 0.01),
         ("neutral_axis_z", -0.02),
         ("lumping", 0.4),
+        ("end1_rigid_length", 0.05),
+        ("end2_rigid_length", 0.02),
         ("bend_twist_y", 200.0),
         ("bend_twist_z", -300.0),
     ];

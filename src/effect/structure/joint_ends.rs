@@ -1,0 +1,71 @@
+//! Ends of beams that lie inside something: a joint with members of other directions, a link, a body, a support.
+
+use super::Structure;
+use super::places::arrange;
+use crate::effect::location::{Location, LocationKind};
+use crate::element::Dof;
+use crate::model::dot;
+
+/// Cosine of the angle between two members above which one goes on where the other ends.
+const STRAIGHT: f64 = 0.999;
+
+/// An end of a beam.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(in crate::effect) struct JointEnd {
+    /// The element.
+    pub element: usize,
+    /// Its end, 1 or 2.
+    pub side: usize,
+    /// The node.
+    pub node: usize,
+}
+
+impl Structure<'_> {
+    /// Ends of beams that bend, at nodes of the file where more is than the member itself going on.
+    pub(in crate::effect) fn joint_ends(&self) -> Vec<JointEnd> {
+        let elements = self.model.elements();
+        let spec = self.model.spec();
+        let is_linked = |node: usize| {
+            let name = self.node_name(node);
+            spec.rigid_links.values().any(|l| l.master == name || l.slaves.iter().any(|s| s == name))
+        };
+        let mut at: Vec<Vec<usize>> = vec![Vec::new(); self.model.geometry().names.len()];
+        elements.iter().enumerate().for_each(|(i, e)| e.joined().iter().for_each(|&n| at[n].push(i)));
+        let bends = |e: usize| self.is_beam(e) && (self.strains(e, Dof::Ry) || self.strains(e, Dof::Rz));
+        let mut ends = Vec::new();
+        for (i, e) in elements.iter().enumerate().filter(|(i, _)| bends(*i)) {
+            for (k, &node) in e.nodes.iter().enumerate().filter(|(_, n)| **n < self.n_nodes()) {
+                let holds = |j: usize| {
+                    let goes_on = self.is_beam(j) && dot(elements[j].axes[0], e.axes[0]).abs() > STRAIGHT;
+                    j != i && !goes_on && (self.stiff[j] || self.heavy[j])
+                };
+                let turns = |dof: Dof| self.moves[i][6 * k + dof as usize];
+                let is_held = !turns(Dof::Ry) && !turns(Dof::Rz);
+                if is_held || is_linked(node) || at[node].iter().any(|&j| holds(j)) {
+                    ends.push(JointEnd { element: i, side: k + 1, node });
+                }
+            }
+        }
+        ends
+    }
+
+    /// `element:node` of such an end.
+    pub(in crate::effect) fn joint_end_name(&self, end: &JointEnd) -> String {
+        format!("{}:{}", self.element_of_file(end.element), self.node_name(end.node))
+    }
+
+    /// Such ends, symmetric partners together before each alone.
+    pub(in crate::effect) fn joint_end_places(&self) -> Vec<Location> {
+        if self.is_wider {
+            return Vec::new();
+        }
+        let ends = self.joint_ends();
+        let partner = |i: usize| {
+            let (element, node) = (self.element_partner[ends[i].element]?, self.node_partner[ends[i].node]?);
+            ends.iter().position(|e| (e.element, e.node) == (element, node)).filter(|&j| j != i)
+        };
+        let name = |i: usize| self.joint_end_name(&ends[i]);
+        let places = arrange(0..ends.len(), partner).into_iter();
+        places.map(|at| Location::new(LocationKind::End, at.into_iter().map(name).collect())).collect()
+    }
+}

@@ -1,0 +1,52 @@
+//! Axial forces of beams when the whole structure is accelerated.
+
+use super::Structure;
+use crate::element::Dof;
+use crate::linalg::DMatrix;
+use crate::linalg::sparse::{SparsePlan, solve_shifted};
+use crate::model::ParametricModel;
+
+/// Sag of the structure under ten times its weight per unit of its size: one that sags more hangs on nothing, or is no structure.
+const MOST_SAG: f64 = 1.0;
+
+impl Structure<'_> {
+    /// Axial force of every beam that stretches, tension positive, per unit of a global axis's body acceleration, N s²/m.
+    ///
+    /// ```text
+    /// K u = M r,   N = EA/L (u₂ - u₁)        r: the unit translation along the axis
+    /// ```
+    ///
+    /// None for a structure that is free to move along the axis.
+    pub(in crate::effect) fn forces_of_acceleration(&self, axis: usize) -> Option<Vec<(usize, f64)>> {
+        let beams: Vec<usize> =
+            (0..self.model.elements().len()).filter(|&e| self.is_beam(e) && self.strains(e, Dof::Ux)).collect();
+        if beams.is_empty() {
+            return None;
+        }
+        let system = self.model.assemble_sparse(&self.theta).ok()?;
+        let (k, m) = (&system.stiffness, &system.mass);
+        let r = self.model.dof_map().rigid_motions().columns(axis, 1).into_owned();
+        if r.amax() == 0.0 {
+            return None;
+        }
+        let load: DMatrix<f64> = m.mul(&r);
+        let plan = SparsePlan::new(k, m, &(0..k.n()).collect::<Vec<_>>()).ok()?;
+        let u = solve_shifted(&plan, k, m, 0.0, &load).ok()?;
+        let size = self.extent();
+        if !u.iter().all(|v| v.is_finite()) || u.amax() * 100.0 > MOST_SAG * size {
+            return None;
+        }
+        // K has an inverse, and not only by rounding.
+        if (k.mul(&u) - &load).amax() > 1e-6 * load.amax() {
+            return None;
+        }
+        let force = |e: usize| {
+            let own = self.model.element_displacements(e, u.as_slice());
+            let stiffness = self.model.element_matrices(e, &self.theta).ok()?.stiffness;
+            let of_end = |i: usize| -> f64 { own.iter().enumerate().map(|(j, u)| stiffness.get(i, j) * u).sum() };
+            Some((e, 0.5 * (of_end(6) - of_end(0))))
+        };
+        let forces: Vec<(usize, f64)> = beams.into_iter().filter_map(force).filter(|(_, f)| f.is_finite()).collect();
+        forces.iter().any(|(_, f)| *f != 0.0).then_some(forces)
+    }
+}
