@@ -44,6 +44,24 @@ pub enum At {
         /// The reference, from 0.
         reference: usize,
     },
+    /// The loads of a static test.
+    Load {
+        /// The test, from 0.
+        test: usize,
+        /// The static test in it, from 0.
+        of: usize,
+    },
+    /// A reading of a static test.
+    StaticReading {
+        /// The sensor.
+        sensor: usize,
+        /// The test, from 0.
+        test: usize,
+        /// The static test in it, from 0.
+        of: usize,
+        /// The reading in that, from 0.
+        reading: usize,
+    },
 }
 
 impl At {
@@ -51,9 +69,11 @@ impl At {
     pub fn sensors(&self) -> Vec<usize> {
         match *self {
             At::Sensor(s) | At::Axis(s, _) | At::Place { sensor: s, .. } => vec![s],
-            At::Response { sensor, .. } | At::Reference { sensor, .. } => vec![sensor],
+            At::Response { sensor, .. } | At::Reference { sensor, .. } | At::StaticReading { sensor, .. } => {
+                vec![sensor]
+            }
             At::Sensors(a, b) => vec![a, b],
-            At::Mode(_) | At::Modes(..) => Vec::new(),
+            At::Mode(_) | At::Modes(..) | At::Load { .. } => Vec::new(),
         }
     }
 
@@ -71,6 +91,11 @@ impl At {
         }
     }
 
+    /// Whether it is about static tests.
+    pub fn is_of_statics(&self) -> bool {
+        matches!(self, At::Load { .. } | At::StaticReading { .. })
+    }
+
     /// Whether it is about the channels of a sensor: what it reads, where, and along what.
     pub fn is_of_channels(&self) -> bool {
         matches!(self, At::Sensor(_) | At::Sensors(..) | At::Axis(..) | At::Place { .. })
@@ -79,7 +104,10 @@ impl At {
     /// The only test that can have it, where the place says so.
     pub fn test(&self) -> Option<usize> {
         match *self {
-            At::Response { test, .. } | At::Reference { test, .. } => Some(test),
+            At::Response { test, .. }
+            | At::Reference { test, .. }
+            | At::Load { test, .. }
+            | At::StaticReading { test, .. } => Some(test),
             _ => None,
         }
     }
@@ -99,6 +127,10 @@ impl At {
             At::Modes(a, b) => At::Modes(mode(a)?, mode(b)?),
             At::Response { sensor: s, test } => At::Response { sensor: sensor(s)?, test },
             At::Reference { sensor: s, test, reference } => At::Reference { sensor: sensor(s)?, test, reference },
+            At::Load { test, of } => At::Load { test, of },
+            At::StaticReading { sensor: s, test, of, reading } => {
+                At::StaticReading { sensor: sensor(s)?, test, of, reading }
+            }
         })
     }
 
@@ -115,6 +147,10 @@ impl At {
             At::Modes(a, b) => format!("{}+{}", tests.mode(*a), tests.mode(*b)),
             At::Reference { sensor, test, reference } => {
                 format!("{}:{}", tests.reference(*test, *reference), name(*sensor))
+            }
+            At::Load { test, of } => tests.with_test(&tests.test(*test).static_tests[*of].name, *test),
+            At::StaticReading { sensor, test, of, .. } => {
+                tests.with_test(&format!("{}:{}", tests.test(*test).static_tests[*of].name, name(*sensor)), *test)
             }
         }
     }

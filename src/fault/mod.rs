@@ -1,8 +1,8 @@
 //! Faults of a measurement: what may be wrong with a test while the model is right.
 //!
 //! A [`Fault`] knows where it could be in the tests of a structure ([`Fault::places`]) and how to take it out of a test: of
-//! what the sensors read ([`Fault::shape`]), of where they are ([`Fault::sensors`]), of the list of modes ([`Fault::modes`]) or of
-//! the frequency responses ([`Fault::functions`]). So a fault has an exact counterpart, the test without it, and a diagnosis compares it with effects
+//! what the sensors read ([`Fault::shape`]), of where they are ([`Fault::sensors`]), of the list of modes ([`Fault::modes`]), of
+//! static tests ([`Fault::statics`]) or of the frequency responses ([`Fault::functions`]). So a fault has an exact counterpart, the test without it, and a diagnosis compares it with effects
 //! of the structure by evidence. The same edit, inverted, puts the fault into a synthetic test.
 //!
 //! A reading t = g φ with gain g has residual (g c φ - t)/σ, which is the residual of t/g with σ/g: a gain is a changed test too.
@@ -26,6 +26,8 @@ mod sensor_sign;
 mod sensor_swap;
 mod sensor_tilted;
 mod sensor_turned;
+mod static_load;
+mod static_reading;
 #[cfg(test)]
 mod tests;
 
@@ -36,7 +38,7 @@ pub(crate) use placed::LOOSE;
 pub use placed::{FaultError, PlacedFault};
 
 use crate::catalogue::catalogue;
-use crate::data::{Correction, Sensor, TestData, TestMode};
+use crate::data::{Correction, Sensor, StaticTest, TestData, TestMode};
 use crate::linalg::Complex;
 use std::fmt;
 
@@ -56,6 +58,8 @@ catalogue! {
     mode_frequency::ModeFrequency,
     function_gain::FunctionGain,
     driving_point::DrivingPoint,
+    static_load::StaticLoad,
+    static_reading::StaticReading,
 }
 
 /// Something that may be wrong with a measurement: stateless; where it could be, and how it is taken out of a test.
@@ -103,6 +107,11 @@ pub trait Fault: fmt::Debug + Send + Sync {
     /// Takes it out of the list of modes.
     fn modes(&self, at: &At, number: f64, modes: &mut [TestMode]) {
         let _ = (at, number, modes);
+    }
+
+    /// Takes it out of the static tests.
+    fn statics(&self, at: &At, number: f64, tests: &mut [StaticTest]) {
+        let _ = (at, number, tests);
     }
 
     /// What has to be done to frequency responses, those of the test and those that are read beside it.

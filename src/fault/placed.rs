@@ -169,6 +169,7 @@ impl PlacedFault {
         out.frfs = out.frfs.take().map(|set| corrected_functions(set, &out.sensors, &corrections));
         out.corrections.extend(corrections);
         self.fault.modes(&self.at, number, &mut out.modes);
+        self.fault.statics(&self.at, number, &mut out.static_tests);
         in_shapes(&mut out, |shape, sd| self.fault.shape(&self.at, number, shape, sd));
         if let Number::Frequency { .. } = self.number() {
             self.at.modes().into_iter().for_each(|m| out.modes[m].frequency_hz.sd *= LOOSE);
@@ -181,6 +182,12 @@ impl PlacedFault {
     /// truth](Self::sensors_in_truth) have to be measured there.
     pub fn put_into(&self, test: &mut TestData, number: f64) {
         self.fault.modes(&self.at, self.number().inverse(number), &mut test.modes);
+        let sds: Vec<Vec<f64>> =
+            test.static_tests.iter().map(|t| t.readings.iter().map(|r| r.measured.sd).collect()).collect();
+        self.fault.statics(&self.at, self.number().inverse(number), &mut test.static_tests);
+        for (t, sds) in test.static_tests.iter_mut().zip(sds) {
+            t.readings.iter_mut().zip(sds).for_each(|(r, sd)| r.measured.sd = sd);
+        }
         in_shapes(test, |shape, _| self.fault.put_into_shape(&self.at, number, shape));
     }
 

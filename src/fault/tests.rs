@@ -2,7 +2,8 @@
 
 use super::{At, Bench, FAULTS, Faults, Number, PlacedFault, SingleTest, Tests};
 use crate::data::{
-    Channel, FrfFit, FrfQuantity, FrfSet, Joined, Measured, Origin, Place, Sensor, Standing, TestData, TestMode, joined,
+    Channel, FrfFit, FrfQuantity, FrfSet, Joined, Measured, Origin, Place, Sensor, Standing, StaticReading, StaticTest,
+    TestData, TestMode, joined,
 };
 use crate::linalg::{Complex, DVector};
 use std::collections::BTreeSet;
@@ -55,7 +56,18 @@ fn test(name: &str, sensors: Vec<Sensor>) -> TestData {
         coherence: None,
         n_averages: None,
     };
+    let reading = |sensor: usize| StaticReading {
+        sensor,
+        measured: Measured { value: 0.01 * (sensor + 1) as f64, sd: 1e-4, sd_is_default: false },
+    };
+    let pull = StaticTest {
+        name: "pull".to_string(),
+        loads: Vec::new(),
+        readings: vec![reading(0), reading(2)],
+        origin: Origin::Synthetic("for a test".to_string()),
+    };
     TestData {
+        static_tests: vec![pull],
         name: name.to_string(),
         modes: (0..4).map(|k| mode(k, n)).collect(),
         sensors,
@@ -138,6 +150,11 @@ fn a_fault_that_is_put_in_is_taken_out() {
             let is_known = |s: &usize| !(silent && placed.is_of_channel(*s));
             for s in (0..right.len()).filter(is_known) {
                 assert!((found[s] - right[s]).norm() < 1e-12, "{id}: mode {m}, sensor {s}");
+            }
+        }
+        for (found, right) in mended.static_tests.iter().zip(&clean.static_tests) {
+            for (found, right) in found.readings.iter().zip(&right.readings) {
+                assert!((found.measured.value / right.measured.value - 1.0).abs() < 1e-12, "{id}");
             }
         }
         let there = placed.sensors_in_truth(&clean.sensors, number);

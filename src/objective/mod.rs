@@ -35,7 +35,7 @@ pub use loss::Loss;
 pub use paper::PaperCost;
 pub use prediction::{Prediction, PredictionDerivative};
 pub use residual::{RESIDUALS, Residual};
-pub(crate) use responses::direct_responses;
+pub(crate) use responses::{direct_responses, silent_functions};
 pub use scaling::{Scaling, matrix_derivatives};
 pub use stacked::Stacked;
 pub use starting_point::{is_damped, starting_point};

@@ -1,6 +1,7 @@
 //! Frequency responses of a model at the lines and channels of a test, directly from K, M and C.
 
 use super::prediction::Prediction;
+use super::starting_point::starting_point;
 use crate::correlation::{CorrelationError, fitted_channel, observation_matrix};
 use crate::data::{Channel, FrfFit, TestData};
 use crate::linalg::{Complex, DMatrix, DynamicStiffness, LinalgError};
@@ -46,16 +47,12 @@ impl FrfRows {
     pub(super) fn new(model: &dyn ParametricModel, test: &TestData) -> Result<Option<Self>, CorrelationError> {
         let (Some(set), Some(fit)) = (&test.frfs, &test.frf_fit) else { return Ok(None) };
         let FrfFit { relative_sd, loss_factor, .. } = fit;
-        let rows = |channels: &[Channel]| {
-            let sensors = channels.iter().map(|c| fitted_channel(c, test)).collect::<Result<Vec<_>, _>>()?;
-            observation_matrix(model, &sensors)
-        };
         let lines: Vec<usize> = (0..set.n_lines()).filter(|&l| fit.uses(set.frequencies_hz[l])).collect();
         if lines.is_empty() {
             let text = "no line of the frequency response functions lies in `bands`";
             return Err(CorrelationError::Model(text.to_string()));
         }
-        let (responses, references) = (rows(&set.responses)?, rows(&set.references)?);
+        let (responses, references) = (rows_of(model, test, &set.responses)?, rows_of(model, test, &set.references)?);
         // Where the model cannot move it has no amplitude to compare.
         let moving = |rows: &DMatrix<f64>| (0..rows.nrows()).filter(|&i| rows.row(i).amax() > 0.0).collect::<Vec<_>>();
         let (moving_responses, moving_references) = (moving(&responses), moving(&references));
@@ -173,6 +170,51 @@ impl FrfRows {
         }
         (h, slopes)
     }
+}
+
+/// Rows of channels, (n_channels x n_dof).
+fn rows_of(
+    model: &dyn ParametricModel,
+    test: &TestData,
+    channels: &[Channel],
+) -> Result<DMatrix<f64>, CorrelationError> {
+    let sensors = channels.iter().map(|c| fitted_channel(c, test)).collect::<Result<Vec<_>, _>>()?;
+    observation_matrix(model, &sensors)
+}
+
+/// A function of a model below this share of the strongest of its reference is zero but for rounding: 120 dB.
+const SILENT: f64 = 1e-6;
+/// Lines at which that is looked at.
+const LOOKS: usize = 9;
+
+/// Functions of a test, as reference and response, that a model leaves without amplitude: its force does not move that direction, whatever
+/// the size. None where the test does not fit its functions.
+pub(crate) fn silent_functions(
+    model: &dyn ParametricModel,
+    test: &TestData,
+) -> Result<Vec<(usize, usize)>, CorrelationError> {
+    let (Some(set), Some(fit)) = (&test.frfs, &test.frf_fit) else { return Ok(Vec::new()) };
+    let fitted: Vec<f64> = set.frequencies_hz.iter().copied().filter(|&f| fit.uses(f) && f > 0.0).collect();
+    let step = fitted.len().div_ceil(LOOKS).max(1);
+    let lines: Vec<f64> = fitted.into_iter().step_by(step).collect();
+    let (responses, references) = (rows_of(model, test, &set.responses)?, rows_of(model, test, &set.references)?);
+    let wrong = |e: &dyn std::fmt::Display| CorrelationError::Model(e.to_string());
+    let system = model.assemble(&starting_point(model)).map_err(|e| wrong(&e))?;
+    let loss_factor = fit.loss_factor.unwrap_or(0.0);
+    let h = direct_responses(&system, [&responses, &references], &lines, set.quantity.order(), loss_factor)
+        .map_err(|e| wrong(&e))?;
+    let (n_responses, n_references) = (set.responses.len(), set.references.len());
+    let largest = |reference: usize, response: usize| {
+        let at = |line: usize| h[(line * n_references + reference) * n_responses + response].norm();
+        (0..lines.len()).map(at).filter(|v| v.is_finite()).fold(0.0, f64::max)
+    };
+    let mut silent = Vec::new();
+    for reference in 0..n_references {
+        let strongest = (0..n_responses).map(|r| largest(reference, r)).fold(0.0, f64::max);
+        silent
+            .extend((0..n_responses).filter(|&r| largest(reference, r) <= SILENT * strongest).map(|r| (reference, r)));
+    }
+    Ok(silent)
 }
 
 /// (iω)^order S Z⁻¹ B of every line, with S the rows of the responses and Bᵀ those of the references: the layout of `FrfSet`, NaN where Z

@@ -128,9 +128,9 @@ impl Numbered<'_> {
 
     /// A gain: the best with the base as it is, of shapes g = t·seen/seen·seen.
     fn factor(&mut self, sd: f64) -> Result<Told, DiagnosisError> {
-        let has_functions = self.stage.scene.has_functions();
+        let by_slope = self.stage.scene.has_functions() || self.fault.at.is_of_statics();
         self.alternate(|now| {
-            if has_functions {
+            if by_slope {
                 let slope = now.slope()?;
                 let step = -slope.dot(&now.fit.r) / slope.norm_squared().max(f64::MIN_POSITIVE);
                 return Ok(now.number * step.clamp(-1.0, 1.0).exp());
@@ -139,11 +139,8 @@ impl Numbered<'_> {
             let (cross, own) = now.readings().iter().fold((0.0, 0.0), sums);
             Ok(now.number.abs() * if own > 0.0 { cross / own } else { 1.0 })
         })?;
-        let own = if has_functions {
-            self.slope()?.norm_squared()
-        } else {
-            self.readings().iter().map(|r| r.seen * r.seen).sum()
-        };
+        let own =
+            if by_slope { self.slope()?.norm_squared() } else { self.readings().iter().map(|r| r.seen * r.seen).sum() };
         let h = own + sd.powi(-2);
         let mut ln_number = -cost_of_number(self.number.abs().ln(), sd, h);
         // A negative gain is a sign and a gain: two numbers for one.

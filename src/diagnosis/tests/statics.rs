@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::data::StaticReading;
+use crate::fault::{Bench, Faults, PlacedFault, SingleTest};
 use crate::objective::{Comparison, static_readings};
 use crate::optim::Draw;
 use crate::update::{Controls, TestCase, update, update_to_tests};
@@ -150,9 +151,32 @@ fn is_root(d: &Diagnosis, node: &str, right: f64) {
 fn what_remains_names_the_readings() {
     let truth = model(CANTILEVER);
     let mut test = bench(&truth, ON_CANTILEVER, 5);
-    let reading = &mut test.static_tests[1].readings[0].measured;
-    reading.value *= -4.0;
+    for (of, reading, factor) in [(1, 0, -4.0), (1, 2, 0.5), (0, 1, 1.7)] {
+        test.static_tests[of].readings[reading].measured.value *= factor;
+    }
     let d = diagnose(&truth, &test, &Settings::default()).unwrap();
     assert_ne!(d.verdict, Verdict::Adequate);
-    assert!(d.remainder.contains("static deflection at s1 in middle"), "{}", d.remainder);
+    assert!(d.remainder.contains("static deflection at s3 in middle"), "{}", d.remainder);
+}
+
+/// One dial of another scale, or one load of another weight: named with its factor, and the modulus is right without it.
+#[test]
+fn a_wrong_reading_and_a_wrong_load_are_found() {
+    let truth = model(CANTILEVER);
+    for (id, factor) in
+        [("static-reading@middle:s1", 1.4), ("static-reading@end:s4", -1.0), ("static-load@middle", 0.8)]
+    {
+        let mut test = bench(&truth, ON_CANTILEVER, 6);
+        let tests = SingleTest::new(&test);
+        let fault =
+            PlacedFault::of_id(id, &Faults::builtin(), &Bench { tests: &tests, positions: None, nodes: Vec::new() });
+        let fault = fault.unwrap();
+        fault.put_into(&mut test, factor);
+        let d = diagnose(&truth, &test, &Settings::default()).unwrap();
+        assert_eq!(d.verdict, Verdict::MeasurementFault, "{id}: {}", d.sentence);
+        let first = &d.hypotheses[0];
+        assert_eq!(first.id, id, "{}", d.sentence);
+        let [low, high] = first.interval.unwrap();
+        assert!(low < factor && factor < high && high - low < 0.2, "{id}: {low} {high}");
+    }
 }

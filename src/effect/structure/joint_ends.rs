@@ -21,7 +21,7 @@ pub(in crate::effect) struct JointEnd {
 }
 
 impl Structure<'_> {
-    /// Ends of beams that bend, at nodes of the file where more is than the member itself going on.
+    /// Ends of beams that bend, at nodes of the file where they are held, where members of other directions meet, or where they end in a body.
     pub(in crate::effect) fn joint_ends(&self) -> Vec<JointEnd> {
         let elements = self.model.elements();
         let spec = self.model.spec();
@@ -31,17 +31,25 @@ impl Structure<'_> {
         };
         let mut at: Vec<Vec<usize>> = vec![Vec::new(); self.model.geometry().names.len()];
         elements.iter().enumerate().for_each(|(i, e)| e.joined().iter().for_each(|&n| at[n].push(i)));
+        let mut member_of: Vec<Option<usize>> = vec![None; elements.len()];
+        for (p, part) in self.parts.iter().enumerate().filter(|(_, p)| p.is_member) {
+            part.elements.iter().for_each(|&e| member_of[e] = member_of[e].or(Some(p)));
+        }
         let bends = |e: usize| self.is_beam(e) && (self.strains(e, Dof::Ry) || self.strains(e, Dof::Rz));
         let mut ends = Vec::new();
         for (i, e) in elements.iter().enumerate().filter(|(i, _)| bends(*i)) {
             for (k, &node) in e.nodes.iter().enumerate().filter(|(_, n)| **n < self.n_nodes()) {
-                let holds = |j: usize| {
-                    let goes_on = self.is_beam(j) && dot(elements[j].axes[0], e.axes[0]).abs() > STRAIGHT;
-                    j != i && !goes_on && (self.stiff[j] || self.heavy[j])
+                let others = || at[node].iter().copied().filter(|&j| j != i);
+                let is_same = |j: usize| member_of[i].is_some() && member_of[j] == member_of[i];
+                let goes_on = |&j: &usize| {
+                    self.is_beam(j) && (is_same(j) || dot(elements[j].axes[0], e.axes[0]).abs() > STRAIGHT)
                 };
+                let crosses = |&j: &usize| self.is_beam(j) && self.deforms(j) && !goes_on(&j);
+                let is_body = |j: usize| !self.is_beam(j) && (self.stiff[j] || self.heavy[j]);
                 let turns = |dof: Dof| self.moves[i][6 * k + dof as usize];
                 let is_held = !turns(Dof::Ry) && !turns(Dof::Rz);
-                if is_held || is_linked(node) || at[node].iter().any(|&j| holds(j)) {
+                let ends_in_body = || !others().any(|j| goes_on(&j)) && (is_linked(node) || others().any(is_body));
+                if is_held || others().any(|j| crosses(&j)) || ends_in_body() {
                     ends.push(JointEnd { element: i, side: k + 1, node });
                 }
             }
