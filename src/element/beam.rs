@@ -326,7 +326,7 @@ impl Element for Beam {
     }
 
     fn summary(&self) -> &'static str {
-        "A beam in space: bending in two planes, torsion, stretching; with offsets, shear, preload and flexible ends."
+        "A beam in space: bending in two planes, torsion, stretching; with offsets, shear, preload, flexible and rigid ends."
     }
 
     fn theory(&self) -> &'static str {
