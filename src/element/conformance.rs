@@ -402,6 +402,7 @@ fn refusals(element: &dyn Element, input: &ElementInput<'_>, report: &mut Report
             Domain::Positive => &[f64::NAN, f64::INFINITY, 0.0, -1.0],
             Domain::NonNegative => &[f64::NAN, f64::INFINITY, -1.0],
             Domain::Fraction => &[f64::NAN, 1.5, -0.5],
+            Domain::Compliance => &[f64::NAN, -1.0],
             Domain::Any => &[f64::NAN, f64::INFINITY],
         };
         for &bad in outside {

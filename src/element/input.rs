@@ -11,17 +11,22 @@ pub enum Domain {
     NonNegative,
     /// From zero to one.
     Fraction,
+    /// Zero or above, infinity too: a compliance, which is then a release.
+    Compliance,
     /// Any finite number.
     Any,
 }
 
 impl Domain {
-    /// Whether the finite number `value` belongs to it.
+    /// Whether `value` belongs to it.
     pub fn contains(self, value: f64) -> bool {
+        if self == Domain::Compliance {
+            return value >= 0.0;
+        }
         value.is_finite()
             && match self {
                 Domain::Positive => value > 0.0,
-                Domain::NonNegative => value >= 0.0,
+                Domain::NonNegative | Domain::Compliance => value >= 0.0,
                 Domain::Fraction => (0.0..=1.0).contains(&value),
                 Domain::Any => true,
             }
@@ -33,6 +38,7 @@ impl Domain {
             Domain::Positive => "a finite number above zero",
             Domain::NonNegative => "a finite number, zero or above",
             Domain::Fraction => "between 0 and 1",
+            Domain::Compliance => "zero or above",
             Domain::Any => "a finite number",
         }
     }

@@ -55,3 +55,30 @@ fn every_pair_and_every_single_member_has_its_own_ends() {
     );
     assert_eq!(hinged(&single), ["m/1", "m/3"]);
 }
+
+/// A released end is a hinge: ω of a beam clamped at one end and pinned at the other, tan β = tanh β, R. D. Blevins, Formulas for Natural
+/// Frequency and Mode Shape, 1979, table 8-1. What is released twice, or where nothing could be, is refused with its place.
+#[test]
+fn releases_are_hinges() {
+    let text = |releases: &str| {
+        format!(
+            "retune: 1\nname: hinge\nactive_dofs: [uz, ry]\nnodes: {{a: [0, 0, 0], b: [1 m, 0, 0]}}\nbeams:\n  w: {{nodes: [a, b], subdivide: 10, \
+             properties: {{EIy: 10 N m2, mass_per_length: 2 kg/m}}{releases}}}\nsupports: {{walls: {{nodes: [a, b]}}}}\n"
+        )
+    };
+    let model = crate::model::load(&text(", releases: {end2: [ry]}"), &Registry::builtin()).unwrap().0;
+    let system = model.assemble(&[]).unwrap();
+    let options = crate::modal::SolveOptions { n_elastic: 1, shift: None };
+    let modes =
+        crate::modal::solve(&system.stiffness, &system.mass, &model.dof_map().rigid_motions(), options).unwrap();
+    let beta: f64 = 3.926_602;
+    let right = beta * beta * 5.0_f64.sqrt();
+    assert!((modes.lambda[0].sqrt() / right - 1.0).abs() < 1e-4, "{} {right}", modes.lambda[0].sqrt());
+    for (releases, expected) in [
+        (", releases: {end2: [ry, ry]}", "ry is released, and `end2_compliance_ry` is given too"),
+        (", releases: {end3: [ry]}", "end3"),
+    ] {
+        let problems = crate::model::load(&text(releases), &Registry::builtin()).unwrap_err();
+        assert!(problems.iter().any(|p| p.to_string().contains(expected)), "{problems:?}");
+    }
+}

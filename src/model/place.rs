@@ -267,6 +267,9 @@ impl Placer<'_> {
             }
             let mut entry = self.entry(&path, kind, member.section.as_deref(), &member.properties);
             entry.orientation = member.orientation;
+            if let Some(releases) = &member.releases {
+                self.release(&mut entry, releases, &child(&path, "releases"));
+            }
             let arms = member.offsets.as_ref().map(|both| self.arms(both, &path));
             let (pairs, single) = match (&member.nodes, &member.pairs, &member.chain) {
                 (Some(nodes), None, None) => {

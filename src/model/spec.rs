@@ -230,9 +230,24 @@ pub struct MemberSpec {
     /// Rigid arms from both nodes of each element to its ends, global axes: `[[0, 2 mm, 0], [0, 2 mm, 0]]`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub offsets: Option<[[Scalar; 3]; 2]>,
+    /// Forces and moments that the ends do not pass on; of a chain those of its first and last element.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub releases: Option<ReleasesSpec>,
     /// Number of elements to make of each (a finer mesh with the same properties).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub subdivide: Option<u32>,
+}
+
+/// Hinges and slides at the ends of a member, along and about the axes of its elements: `{end2: [ry, rz]}` passes no bending moment on.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ReleasesSpec {
+    /// At the first node.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub end1: Vec<DofName>,
+    /// At the last node.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub end2: Vec<DofName>,
 }
 
 /// A spring or a bushing.

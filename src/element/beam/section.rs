@@ -20,6 +20,10 @@ const fn non_negative(name: &'static str, unit: &'static str, description: &'sta
     Property::new(name, unit, Domain::NonNegative, description)
 }
 
+const fn compliance(name: &'static str, unit: &'static str, description: &'static str) -> Property {
+    Property::new(name, unit, Domain::Compliance, description)
+}
+
 const fn any(name: &'static str, unit: &'static str, description: &'static str) -> Property {
     Property::new(name, unit, Domain::Any, description)
 }
@@ -81,18 +85,18 @@ pub(super) const PROPERTIES: &[Property] = &[
     any("axial_force", "N", "preload, tension positive: geometric stiffness (default 0)"),
     non_negative("end1_rigid_length", "m", "length at node 1 that does not deform: the depth of a joint (default 0)"),
     non_negative("end2_rigid_length", "m", "length at node 2 that does not deform: the depth of a joint (default 0)"),
-    non_negative("end1_compliance_ux", "m/N", "flexibility of the joint at node 1 along x (default 0: rigid)"),
-    non_negative("end1_compliance_uy", "m/N", "flexibility of the joint at node 1 along y (default 0: rigid)"),
-    non_negative("end1_compliance_uz", "m/N", "flexibility of the joint at node 1 along z (default 0: rigid)"),
-    non_negative("end1_compliance_rx", "rad/(N m)", "flexibility of the joint at node 1 about x (default 0: rigid)"),
-    non_negative("end1_compliance_ry", "rad/(N m)", "flexibility of the joint at node 1 about y (default 0: rigid)"),
-    non_negative("end1_compliance_rz", "rad/(N m)", "flexibility of the joint at node 1 about z (default 0: rigid)"),
-    non_negative("end2_compliance_ux", "m/N", "flexibility of the joint at node 2 along x (default 0: rigid)"),
-    non_negative("end2_compliance_uy", "m/N", "flexibility of the joint at node 2 along y (default 0: rigid)"),
-    non_negative("end2_compliance_uz", "m/N", "flexibility of the joint at node 2 along z (default 0: rigid)"),
-    non_negative("end2_compliance_rx", "rad/(N m)", "flexibility of the joint at node 2 about x (default 0: rigid)"),
-    non_negative("end2_compliance_ry", "rad/(N m)", "flexibility of the joint at node 2 about y (default 0: rigid)"),
-    non_negative("end2_compliance_rz", "rad/(N m)", "flexibility of the joint at node 2 about z (default 0: rigid)"),
+    compliance("end1_compliance_ux", "m/N", "flexibility of the joint at node 1 along x (default 0: rigid)"),
+    compliance("end1_compliance_uy", "m/N", "flexibility of the joint at node 1 along y (default 0: rigid)"),
+    compliance("end1_compliance_uz", "m/N", "flexibility of the joint at node 1 along z (default 0: rigid)"),
+    compliance("end1_compliance_rx", "rad/(N m)", "flexibility of the joint at node 1 about x (default 0: rigid)"),
+    compliance("end1_compliance_ry", "rad/(N m)", "flexibility of the joint at node 1 about y (default 0: rigid)"),
+    compliance("end1_compliance_rz", "rad/(N m)", "flexibility of the joint at node 1 about z (default 0: rigid)"),
+    compliance("end2_compliance_ux", "m/N", "flexibility of the joint at node 2 along x (default 0: rigid)"),
+    compliance("end2_compliance_uy", "m/N", "flexibility of the joint at node 2 along y (default 0: rigid)"),
+    compliance("end2_compliance_uz", "m/N", "flexibility of the joint at node 2 along z (default 0: rigid)"),
+    compliance("end2_compliance_rx", "rad/(N m)", "flexibility of the joint at node 2 about x (default 0: rigid)"),
+    compliance("end2_compliance_ry", "rad/(N m)", "flexibility of the joint at node 2 about y (default 0: rigid)"),
+    compliance("end2_compliance_rz", "rad/(N m)", "flexibility of the joint at node 2 about z (default 0: rigid)"),
 ];
 
 /// The first of the twelve end compliances, which stand in the order of the dofs.

@@ -19,9 +19,6 @@ pub(super) const CARDS: &[CardRule] = &[
     refused("CBEAM3", "three-noded beams are not read; give chains of CBEAM"),
 ];
 
-/// So much gives a joint that is released: a hinge.
-const RELEASED: &str = "1e30";
-
 /// What a member of two grids says beside its property.
 struct Member {
     nodes: [String; 2],
@@ -110,9 +107,10 @@ fn bar<'a>(importer: &mut Importer<'a>, card: &Card<'a>) -> Result<(), DeckError
         let both = member.arms.map(|v| importer.lengths(v)).join(", ");
         values.items.push(("offsets".into(), format!("[{both}]")));
     }
-    let mut released = Vec::new();
+    let mut releases = Vec::new();
     for (end, field, name) in [(1, 10, "PA"), (2, 11, "PB")] {
         let flags = card.components(field, name)?;
+        let mut released = Vec::new();
         for (dof, _) in Dof::ALL.into_iter().zip(flags).filter(|f| f.1) {
             if section.turn != 0.0 && !matches!(dof, Dof::Ux | Dof::Rx) {
                 return Err(card.error(
@@ -120,11 +118,14 @@ fn bar<'a>(importer: &mut Importer<'a>, card: &Card<'a>) -> Result<(), DeckError
                     "pin flags of a section with I12 are not in its principal axes; they are not read",
                 ));
             }
-            released.push((format!("end{end}_compliance_{dof}"), format!("{RELEASED} {}", dof.compliance_unit())));
+            released.push(dof.name());
+        }
+        if !released.is_empty() {
+            releases.push((format!("end{end}"), format!("[{}]", released.join(", "))));
         }
     }
-    if !released.is_empty() {
-        values.items.push(("properties".into(), crate::exchange::writer::map(&released)));
+    if !releases.is_empty() {
+        values.items.push(("releases".into(), crate::exchange::writer::map(&releases)));
     }
     if is_beam && (!card.is_blank(18) || !card.is_blank(19)) {
         importer.report.approximate("warping of CBEAM (SA, SB) is left out");

@@ -1,6 +1,9 @@
 //! Properties of the ends of members: those of its first and its last element.
 
-use super::Placer;
+use super::{Entry, Placer};
+use crate::element::Dof;
+use crate::model::spec::ReleasesSpec;
+use crate::model::value::Value;
 
 /// Which end of an element a property is of: `end1_compliance_ry` of the first.
 fn side(property: &str) -> Option<usize> {
@@ -8,6 +11,25 @@ fn side(property: &str) -> Option<usize> {
 }
 
 impl Placer<'_> {
+    /// Makes the ends of an entry pass on no force or moment in some directions: infinite compliances.
+    pub(super) fn release(&mut self, entry: &mut Entry<'_>, releases: &ReleasesSpec, path: &str) {
+        for (end, dofs) in [("end1", &releases.end1), ("end2", &releases.end2)] {
+            for &dof in dofs {
+                let dof = Dof::from(dof);
+                let name = format!("{end}_compliance_{dof}");
+                match entry.kind.properties().iter().position(|p| p.name == name) {
+                    None => {
+                        self.error(format!("{path}.{end}"), format_args!("a {} has no end that holds {dof}", entry.kind.name()));
+                    }
+                    Some(i) if entry.values[i].is_some() => {
+                        self.error(format!("{path}.{end}"), format_args!("{dof} is released, and `{name}` is given too"));
+                    }
+                    Some(i) => entry.values[i] = Some(Value::constant(f64::INFINITY)),
+                }
+            }
+        }
+    }
+
     /// Takes the properties of ends away from the elements of a member that are not at its ends.
     pub(super) fn keep_ends(&mut self, name: &str) {
         for stretch in self.stretches(name) {

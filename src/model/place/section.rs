@@ -63,14 +63,14 @@ impl Placer<'_> {
         let theta = parameters.nominal();
         let fits = |v: f64| match domain {
             Domain::Positive => v > 0.0,
-            Domain::NonNegative => v >= 0.0,
+            Domain::NonNegative | Domain::Compliance => v >= 0.0,
             Domain::Fraction => (0.0..=1.0).contains(&v),
             Domain::Any => true,
         };
         let must = match domain {
             Domain::Positive => "above zero",
             Domain::Fraction => "between 0 and 1",
-            Domain::NonNegative | Domain::Any => "zero or above",
+            Domain::NonNegative | Domain::Compliance | Domain::Any => "zero or above",
         };
         let now = affine.at(&theta);
         if !fits(now) {
