@@ -3,8 +3,8 @@
 
     python3 benches/diagnosis_constants.py [--seed 23] [--structures cantilever frame wing-on-springs]
 
-Effort (how many hypotheses are refitted, from how many starts) and thresholds (what is visible, faint, alike, close) are changed in a
-copy of the repository under target/constants, which is built and run once for each variant; a variant takes some five minutes.
+Effort (src/diagnosis/effort.rs: how many hypotheses are fitted, from how many starts) and the thresholds of src/diagnosis/thresholds.rs
+that say that they were perturbed are changed in a copy of the repository under target/constants, which is built and run once for each variant; a variant takes some five minutes.
 """
 
 import argparse
@@ -16,48 +16,45 @@ import subprocess
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 COPY = ROOT / "target" / "constants"
 
-# (file, name): values halved and doubled.
-EFFORT = {
-    ("src/diagnosis/search/singles.rs", "BEST"): ("6", "24"),
-    ("src/diagnosis/search/starts.rs", "STARTS"): ("2", "8"),
-    ("src/diagnosis/search/singles.rs", "SHORT_FITS"): ("100", "400"),
-    ("src/diagnosis/search/singles.rs", "FAULTS_OF_A_KIND"): ("2", "8"),
-    ("src/diagnosis/search/singles.rs", "FEW_OF_A_KIND"): ("8", "32"),
-    ("src/diagnosis/search/short_fit.rs", "FIRST_STEPS"): ("1", "4"),
-    ("src/diagnosis/search/short_fit.rs", "FEW_STARTS"): ("1", "4"),
-    ("src/diagnosis/search/short_fit.rs", "FURTHER_STEPS"): ("2", "8"),
-    ("src/diagnosis/search/singles.rs", "BEST_FAULTS"): ("2", "8"),
-    ("src/diagnosis/search/singles.rs", "ROUNDS"): ("2", "6"),
-    ("src/diagnosis/search/run.rs", "NEAR"): ("30", "120"),
-    ("src/diagnosis/search/singles.rs", "POLISHED"): ("2", "6"),
-    ("src/diagnosis/search/singles.rs", "POLISHED_KINDS"): ("3", "12"),
-    ("src/diagnosis/screen/stage.rs", "BOX_STARTS"): ("3", "10"),
-    ("src/diagnosis/screen/robust.rs", "ROUNDS"): ("2", "8"),
-    ("src/diagnosis/screen/robust.rs", "SUSPECTS"): ("2", "8"),
-    ("src/diagnosis/screen/robust.rs", "FEW_STEPS"): ("4", "16"),
-    ("src/diagnosis/search/spread.rs", "STARTS"): ("2", "6"),
-    ("src/diagnosis/verdict/decide.rs", "CHECKED"): ("2", "6"),
-    ("src/diagnosis/search/run.rs", "OF_EVERY_KIND"): ("1", "4"),
-    ("src/diagnosis/problem/fit.rs", "FIRST_STEPS"): ("2", "8"),
-    ("src/diagnosis/search/basin.rs", "WAYS"): ("12", "48"),
-    ("src/diagnosis/search/wider.rs", "WITH_ALL_AXES"): ("6", "24"),
-}
-# Of a factor and of a cosine, the distance from one.
-THRESHOLDS = {
-    ("src/diagnosis/screen/effects.rs", "VISIBLE"): ("0.05", "0.2"),
-    ("src/diagnosis/screen/effects.rs", "ALIKE"): ("0.99", "0.96"),
-    ("src/diagnosis/screen/robust.rs", "OUT"): ("1.25", "2.0"),
-    ("src/fault/sensor_gain.rs", "GAIN_SD"): ("0.15", "0.6"),
-    ("src/diagnosis/search/singles.rs", "FAINT"): ("2.0", "8.0"),
-    ("src/diagnosis/search/basin.rs", "SHARE"): ("0.25", "0.75"),
-    ("src/objective/close_modes.rs", "CLOSE"): ("0.0025", "0.01"),
-}
+EFFORT = "src/diagnosis/effort.rs"
+THRESHOLDS = "src/diagnosis/thresholds.rs"
+# Thresholds of other rooms on which a diagnosis rests: (file, name).
+ELSEWHERE = [("src/fault/sensor_gain.rs", "GAIN_SD"), ("src/objective/close_modes.rs", "CLOSE")]
+
+
+def efforts(factor):
+    """All numbers of the effort, at least one each."""
+
+    def scaled(found):
+        return f"{found[1]}{max(1, round(int(found[2]) * factor))},"
+
+    file = COPY / EFFORT
+    file.write_text(re.sub(r"(?m)^(    \w+: )(\d+),$", scaled, file.read_text()))
+
+
+def thresholds(factor):
+    """Every threshold that says that it was perturbed; of a cosine and of a factor near one, the distance from one."""
+
+    def scaled(value):
+        return 1 - (1 - value) * factor if 0.7 < value < 1 else 1 + (value - 1) * factor if 1 < value < 2 else value * factor
+
+    texts = {name: (COPY / name).read_text() for name in {THRESHOLDS, *(name for name, _ in ELSEWHERE)}}
+    constants = [(THRESHOLDS, n) for n in re.findall(r"Perturbed\.\npub\(crate\) const (\w+)", texts[THRESHOLDS])]
+    for name, constant in constants + ELSEWHERE:
+        pattern = rf"(?m)^((?:pub(?:\([a-z]+\))? )?const {constant}: [a-z0-9]+ = )([^;]+);"
+        texts[name], count = re.subn(pattern, lambda m: f"{m[1]}{scaled(float(m[2]))!r};", texts[name])
+        if count != 1:
+            raise SystemExit(f"{name}: {count} constants named {constant}")
+    for name, text in texts.items():
+        (COPY / name).write_text(text)
+
+
 VARIANTS = {
-    "as they are": ({}, 0),
-    "effort halved": (EFFORT, 0),
-    "effort doubled": (EFFORT, 1),
-    "thresholds halved": (THRESHOLDS, 0),
-    "thresholds doubled": (THRESHOLDS, 1),
+    "as they are": lambda: None,
+    "effort halved": lambda: efforts(0.5),
+    "effort doubled": lambda: efforts(2),
+    "thresholds halved": lambda: thresholds(0.5),
+    "thresholds doubled": lambda: thresholds(2),
 }
 QUESTIONS = [
     ("false alarms", "false_alarms"),
@@ -89,19 +86,6 @@ def write_copy(files):
         target.write_bytes(content)
 
 
-def change(constants, which):
-    for (name, constant), values in constants.items():
-        file = COPY / name
-        text, count = re.subn(
-            rf"(?m)^((?:pub(?:\([a-z]+\))? )?const {constant}: [a-z0-9]+ = )[^;]+;",
-            rf"\g<1>{values[which]};",
-            file.read_text(),
-        )
-        if count != 1:
-            raise SystemExit(f"{name}: {count} constants named {constant}")
-        file.write_text(text)
-
-
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seed", default="23")
@@ -109,9 +93,9 @@ def main():
     options = parser.parse_args()
     scores = {}
     files = sources()
-    for variant, (constants, which) in VARIANTS.items():
+    for variant, change in VARIANTS.items():
         write_copy(files)
-        change(constants, which)
+        change()
         subprocess.run(["cargo", "build", "--release", "--quiet", "-p", "retune-cli"], cwd=COPY, check=True)
         total = {key: [0, 0] for _, key in QUESTIONS}
         for structure in options.structures:

@@ -209,6 +209,7 @@ def _search(
     effects: Sequence[str],
     places: Sequence[str],
     budget: float | None,
+    effort: float,
     seed: int,
     faults: bool,
     pairing: tuple[str, float | None, float | None],
@@ -217,6 +218,7 @@ def _search(
         "effects": list(effects),
         "places": list(places),
         "budget": budget,
+        "effort": effort,
         "seed": seed,
         "faults": faults,
         "pairing": pairing,
@@ -231,6 +233,7 @@ def diagnose(
     places: Sequence[str] = (),
     faults: bool = True,
     budget: float | None = None,
+    effort: float = 1.0,
     pairing: PairingName = "probable",
     min_mac: float | None = None,
     frequency_window: float | None = None,
@@ -244,8 +247,9 @@ def diagnose(
     * ``effects``: only these; all when empty. ``places``: only where they have a node or an element of these
     * ``faults``: whether the measurement may be wrong
     * ``budget``: answer after so many seconds
+    * ``effort``: how much is tried, as a factor: 0.5 fits half as many hypotheses from half as many starts
     """
-    options = _search(effects, places, budget, seed, faults, (pairing, min_mac, frequency_window))
+    options = _search(effects, places, budget, effort, seed, faults, (pairing, min_mac, frequency_window))
     with _Telling(progress) as function:
         inner = _core.diagnose(model_of(model), tests_of(tests), options, function)
     return Diagnosis(inner, tell(inner.remarks()))
@@ -260,6 +264,7 @@ def learn(
     effects: Sequence[str] = (),
     places: Sequence[str] = (),
     budget: float | None = None,
+    effort: float = 1.0,
     pairing: PairingName = "probable",
     min_mac: float | None = None,
     frequency_window: float | None = None,
@@ -271,7 +276,7 @@ def learn(
     * ``take_best``: take the most probable of tied effects instead of stopping
     * ``limit``: largest number of effects
     """
-    options = _search(effects, places, budget, seed, True, (pairing, min_mac, frequency_window))
+    options = _search(effects, places, budget, effort, seed, True, (pairing, min_mac, frequency_window))
     with _Telling(progress) as function:
         inner = _core.learn(model_of(model), tests_of(tests), options, take_best, limit, function)
     return Learning(inner, tell(inner.remarks()))

@@ -212,6 +212,8 @@ pub(crate) struct SearchOptions {
     #[pyo3(item)]
     budget: Option<f64>,
     #[pyo3(item)]
+    effort: f64,
+    #[pyo3(item)]
     seed: u64,
     #[pyo3(item)]
     faults: bool,
@@ -236,10 +238,14 @@ impl SearchOptions {
             let wrong = || Wrong::text(format!("budget is {seconds}; it is a time above zero, in seconds"));
             until = until.elapsed(budget.ok_or_else(wrong)?);
         }
+        if !(self.effort > 0.0 && self.effort.is_finite()) {
+            return Err(Wrong::text(format!("effort is {}; it is a factor above zero", self.effort)));
+        }
         let job = job.clone();
         Ok(diagnosis::Settings {
             effects,
             places: self.places.clone(),
+            effort: diagnosis::Effort::default().times(self.effort),
             faults: if self.faults { Faults::builtin() } else { Faults::none() },
             pairing: self.pairing.how()?,
             seed: self.seed,

@@ -1,16 +1,16 @@
 //! The answer to one question: the modes as they stand, at the stated noise or at larger one.
 
 use super::error::DiagnosisError;
-use super::problem::evidence::{REMAINDER, p_of_less};
+use super::problem::evidence::p_of_less;
 use super::problem::scene::Scene;
 use super::result::Diagnosis;
 use super::screen::stage::{Stage, stage, stage_begun};
 use super::search::basin::in_the_lowest_basin;
 use super::search::hypothesis::Refit;
-use super::search::prior::MOST_NOISE;
 use super::search::singles::refit;
 use super::settings::Settings;
 use super::verdict::decide::{better_than_noise, conclude};
+use crate::diagnosis::thresholds::{MOST_NOISE, REMAINDER};
 use crate::linalg::DVector;
 
 /// A diagnosis with what a next step needs.

@@ -19,19 +19,13 @@ use super::settings::Settings;
 use super::verdict::decide::conclude;
 use crate::catalogue::did_you_mean;
 use crate::data::{Standing, TestData};
+use crate::diagnosis::thresholds::{BY_CHANCE, MISREAD};
 use crate::effect::{Context, Structure};
 use crate::fault::Tests;
 use crate::linalg::DVector;
 use crate::objective::Comparison;
 use crate::update::slip_of_unit;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
-
-/// Share of frequencies that are noted wrongly: with the shape of a mode of the model that is a fault of the measurement and no foreign
-/// mode.
-const MISREAD: f64 = 0.01;
-
-/// What explains all modes leaves a misfit that noise exceeds in this share of tests, or more.
-const BY_CHANCE: f64 = 1e-3;
 
 /// The scene with the standing of every mode, and where the parameters have come with the pairs.
 fn settled(scene: &Scene, settings: &Settings) -> Result<(Scene, Option<DVector<f64>>), DiagnosisError> {

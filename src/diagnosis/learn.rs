@@ -3,15 +3,15 @@
 use super::error::DiagnosisError;
 use super::foreign::investigate;
 use super::problem::changed::with_effect;
-use super::problem::evidence::{STRONG, held_out, ln_evidence};
+use super::problem::evidence::{held_out, ln_evidence};
 use super::problem::fit::fit;
 use super::problem::scene::Scene;
 use super::result::{Diagnosis, Verdict};
 use super::search::hypothesis::{Estimate, Tried, estimates};
 use super::search::prior::Odds;
-use super::search::several::WORTH_A_TRY;
 use super::settings::Settings;
 use crate::data::TestData;
+use crate::diagnosis::thresholds::{STRONG, WORTH_A_TRY};
 use crate::effect::{Candidate, Context, Effects, PatchError, Structure, set_parameter_values};
 use crate::linalg::DVector;
 use crate::model::{Model, ParametricModel};

@@ -17,6 +17,7 @@
 
 mod answer;
 pub mod benchmark;
+mod effort;
 mod error;
 mod foreign;
 mod learn;
@@ -28,9 +29,11 @@ mod search;
 mod settings;
 #[cfg(test)]
 mod tests;
+mod thresholds;
 mod until;
 mod verdict;
 
+pub use effort::Effort;
 pub use error::DiagnosisError;
 pub use learn::{Attempt, Learned, Step, learn, learn_from_tests};
 pub use listener::{Listener, StepTaken};

@@ -1,5 +1,6 @@
 //! How to diagnose.
 
+use super::effort::Effort;
 use super::listener::Listener;
 use super::until::Until;
 use crate::effect::Effects;
@@ -19,6 +20,8 @@ pub struct Settings {
     pub pairing: HowToPair,
     /// Seed of all random numbers.
     pub seed: u64,
+    /// How much is tried.
+    pub effort: Effort,
     /// Probability of a false alarm that is accepted, above 0.01: so much of it goes to the tests of what remains.
     pub alarm_level: f64,
     /// Told what is being done.
@@ -35,6 +38,7 @@ impl Default for Settings {
             faults: Faults::builtin(),
             pairing: HowToPair::default(),
             seed: 0,
+            effort: Effort::default(),
             alarm_level: 0.05,
             listener: Listener::default(),
             until: Until::the_end(),

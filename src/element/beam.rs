@@ -2,6 +2,8 @@
 
 #[cfg(test)]
 mod dynamics;
+#[cfg(test)]
+mod rigid_ends;
 mod section;
 #[cfg(test)]
 mod statics;

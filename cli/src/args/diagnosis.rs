@@ -16,6 +16,9 @@ pub(crate) struct SearchOptions {
     /// Answer after this time with the best so far: 60s, 5min.
     #[arg(long, value_name = "TIME")]
     pub(crate) budget: Option<String>,
+    /// How much is tried, as a factor: 0.5 fits half as many hypotheses from half as many starts.
+    #[arg(long, default_value_t = 1.0, value_parser = values::positive, value_name = "FACTOR")]
+    pub(crate) effort: f64,
     /// Tell every step of the search on standard error: what it fitted, and what leads after it.
     #[arg(long)]
     pub(crate) trace: bool,

@@ -10,7 +10,7 @@ use crate::progress::Spinner;
 use crate::{DONE, SHORT, writing};
 use retune::catalogue::did_you_mean;
 use retune::data::{TestData, joined};
-use retune::diagnosis::{Settings, Until, Verdict, diagnose_tests};
+use retune::diagnosis::{Effort, Settings, Until, Verdict, diagnose_tests};
 use retune::effect::{Effect, Effects};
 use retune::fault::Faults;
 use retune::model::ParametricModel;
@@ -91,7 +91,8 @@ pub(super) fn search_settings(options: &SearchOptions, spinner: &Spinner) -> Res
         let begun = Instant::now();
         listener = listener.with_steps(move |step| tell(&format!("{:7.1} s  {step}", begun.elapsed().as_secs_f64())));
     }
-    Ok(Settings { effects, places: options.places.clone(), listener, until, ..Settings::default() })
+    let effort = Effort::default().times(options.effort);
+    Ok(Settings { effects, places: options.places.clone(), effort, listener, until, ..Settings::default() })
 }
 
 /// The model and the tests, a line each.

@@ -2,18 +2,10 @@
 
 use super::fit::Fit;
 use crate::diagnosis::error::DiagnosisError;
+use crate::diagnosis::thresholds::LN_MISSED;
 use crate::linalg::{DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 use statrs::function::erf::erfc;
-
-/// ln of the Bayes factor that is called strong (Kass and Raftery 1995: 20 to 1).
-pub(crate) const STRONG: f64 = 3.0;
-/// Level of the test by which more is looked for: a fit leaves noise if noise alone gives as much with at least this probability.
-pub(crate) const REMAINDER: f64 = 0.01;
-/// Level of each of the three tests of a verdict (goodness of fit, neighbours, second screening): the smallest that
-/// [`DRAWS`](crate::diagnosis::screen::noise::DRAWS) can show, exceeded by noise in one of 300 right answers. A right answer that is refused costs the user
-/// the answer; what is named wrongly hardly ever passes at this level either.
-pub(crate) const EACH_REMAINDER: f64 = 0.001;
 
 /// ln ∫ exp(-Φ) dx of the priors and the data, by Laplace's method, with the faces of the box.
 ///
@@ -124,9 +116,6 @@ pub(crate) fn ln_sum(terms: &[f64]) -> f64 {
 pub(crate) fn ln_mean(terms: &[f64]) -> f64 {
     ln_sum(terms) - (terms.len() as f64).ln()
 }
-
-/// ln of the odds that a test misses a mode that its sensors see well, among those that it lists: one of twenty.
-const LN_MISSED: f64 = -3.0;
 
 /// How many modes more than the base a fit has that the test should have seen, and ln of the odds of that.
 pub(crate) fn missed_more(base: &Fit, fit: &Fit) -> (usize, f64) {

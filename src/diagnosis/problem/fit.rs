@@ -3,7 +3,9 @@
 use super::missed::missed_modes;
 use super::rows::{Posed, Rows, StaticRow};
 use super::scene::Scene;
+use crate::diagnosis::effort::Effort;
 use crate::diagnosis::error::DiagnosisError;
+use crate::diagnosis::thresholds::{FIT_TOLERANCE, ON_BOUND};
 use crate::linalg::{DMatrix, DVector, ThinQr, thin_qr};
 use crate::objective::{Comparison, Linearization, Objective};
 use crate::optim::{LevenbergMarquardt, Optimizer, Run};
@@ -11,15 +13,6 @@ use rayon::prelude::*;
 
 /// Steps of a fit, at most.
 pub(crate) const STEPS: usize = 60;
-
-/// Steps after which the best starts are chosen.
-const FIRST_STEPS: usize = 4;
-
-/// Of Φ: a tenth of a unit of ln evidence is far below what any decision rests on.
-const TOLERANCE: f64 = 1e-7;
-
-/// A parameter nearer to its bound than this share of the interval sits on it.
-pub(crate) const ON_BOUND: f64 = 1e-6;
 
 /// An optimum and what belongs to it.
 #[derive(Debug, Clone)]
@@ -62,7 +55,7 @@ pub(crate) fn fit(scene: &Scene, starts: &[DVector<f64>], weight: f64) -> Result
     fit_from(scene, starts, weight, starts.len(), STEPS)
 }
 
-/// The same from the lowest of every group of starts: of more than `few`, those go on that are best after a few steps.
+/// The same from the lowest of every group of starts: of more than the effort has, those go on that are best after a few steps.
 ///
 /// Starts that look best may all lie in one basin; those of different groups hardly do.
 ///
@@ -73,14 +66,16 @@ pub(crate) fn fit_in_rounds(
     groups: &[Vec<DVector<f64>>],
     weight: f64,
     of_each: usize,
-    few: usize,
+    effort: &Effort,
 ) -> Result<Fit, DiagnosisError> {
+    let few = effort.starts;
     if groups.len() * of_each <= few || scene.has_functions() {
         return fit_from(scene, &groups.concat(), weight, few, STEPS);
     }
     let comparisons = scene.comparisons()?;
     let posed = Posed::new(scene, &comparisons, scene.priors(), weight);
-    let method = LevenbergMarquardt { steps: FIRST_STEPS, tolerance: TOLERANCE, ..LevenbergMarquardt::default() };
+    let method =
+        LevenbergMarquardt { steps: effort.first_steps, tolerance: FIT_TOLERANCE, ..LevenbergMarquardt::default() };
     let chosen: Vec<DVector<f64>> = groups.iter().flat_map(|group| lowest(&posed, group, of_each)).collect();
     let mut begun: Vec<(f64, DVector<f64>)> = chosen
         .par_iter()
@@ -104,7 +99,7 @@ pub(crate) fn fit_from(
     let x = if posed.n_parameters() == 0 {
         DVector::zeros(0)
     } else {
-        let method = LevenbergMarquardt { steps, tolerance: TOLERANCE, ..LevenbergMarquardt::default() };
+        let method = LevenbergMarquardt { steps, tolerance: FIT_TOLERANCE, ..LevenbergMarquardt::default() };
         let mut chosen = lowest(&posed, starts, most);
         if scene.has_functions() {
             chosen = through_modes(scene, &posed, chosen, weight, &method);

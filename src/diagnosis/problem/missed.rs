@@ -1,10 +1,7 @@
 //! Modes of a model that a test should have seen: an effect that brings one is believed less.
 
+use crate::diagnosis::thresholds::SEEN_WELL;
 use crate::objective::{Comparison, Prediction};
-
-/// Largest mass-normalised motion at a sensor of a mode that is seen well, as a share of the median of the modes that are paired: a force
-/// at such a sensor makes a tenth of their response.
-const SEEN: f64 = 0.3;
 
 /// Frequencies of modes, Hz, up to the highest tested one, that the sensors see well and no measured mode is paired with; none where the
 /// test has no shapes.
@@ -20,7 +17,7 @@ pub(crate) fn missed_modes(comparison: &Comparison<'_>, p: &Prediction) -> Vec<f
     let is_missed = |&a: &usize| {
         p.frequencies_hz[a] < highest
             && p.pairs.pairs.iter().all(|pair| pair.analytical != a)
-            && peak(a) > SEEN * typical
+            && peak(a) > SEEN_WELL * typical
     };
     (0..p.frequencies_hz.len()).filter(is_missed).map(|a| p.frequencies_hz[a]).collect()
 }

@@ -22,6 +22,7 @@ use super::changes::Changes;
 use crate::correlation::{CorrelationError, observation_matrix, observation_rows, sensor_position};
 use crate::data::{Joined, Sensor, TestData, joined};
 use crate::diagnosis::error::DiagnosisError;
+use crate::diagnosis::thresholds::{STAND_IN_ERROR, WEAK_PRIOR};
 use crate::effect::{NewParameter, Patch, PatchError};
 use crate::element::Dof;
 use crate::fault::{Bench, PlacedFault, Tests};
@@ -39,10 +40,6 @@ use std::sync::{Arc, OnceLock};
 
 /// Models of more dofs are stood in for.
 const LARGE: usize = MOST_DENSE_DOFS;
-/// Estimated relative error of a frequency of a stand-in: a tenth of what a good test can measure.
-const TOLERANCE: f64 = 1e-4;
-/// A prior without a stated standard deviation: this share of the interval.
-const WEAK: f64 = 0.5;
 
 /// The prior of a parameter in the unit box.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -250,7 +247,7 @@ impl Scene {
             let stand_in = match known {
                 Some(known) => known,
                 None => {
-                    let options = ReducedOptions { n_modes, tolerance: TOLERANCE, ..ReducedOptions::default() };
+                    let options = ReducedOptions { n_modes, tolerance: STAND_IN_ERROR, ..ReducedOptions::default() };
                     let like = before.get(k).and_then(|c| c.stand_in.as_deref());
                     StandIn::reduced(&case.model, options, like, sizes).map_err(failed)?
                 }
@@ -418,12 +415,12 @@ impl Scene {
                     return if typical > 0.0 {
                         Prior { centre, scale: typical, is_cauchy: true }
                     } else {
-                        Prior { centre, scale: WEAK, is_cauchy: false }
+                        Prior { centre, scale: WEAK_PRIOR, is_cauchy: false }
                     };
                 }
                 match p.prior_sd {
                     Some(sd) => Prior { centre: (p.value - lower) / width, scale: sd / width, is_cauchy: false },
-                    None => Prior { centre: centre[k], scale: WEAK, is_cauchy: false },
+                    None => Prior { centre: centre[k], scale: WEAK_PRIOR, is_cauchy: false },
                 }
             })
             .collect()

@@ -14,13 +14,14 @@
 //! R. L. Fox, M. P. Kapoor, Rates of change of eigenvalues and eigenvectors, AIAA Journal 6(12), 1968; R. B. Nelson, Simplified calculation of
 //! eigenvector derivatives, AIAA Journal 14(9), 1976, in its adjoint form.
 
-use super::effects::{Column, SMALL, Screened, screen as screen_each, steps};
+use super::effects::{Column, Screened, screen as screen_each, steps};
 use crate::correlation::{CorrelationError, observation_rows};
 use crate::diagnosis::error::DiagnosisError;
 use crate::diagnosis::listener::Listener;
 use crate::diagnosis::problem::fit::Fit;
 use crate::diagnosis::problem::rows::Posed;
 use crate::diagnosis::problem::scene::{Case, Prior, Scene};
+use crate::diagnosis::thresholds::SMALL_STEP;
 use crate::effect::Candidate;
 use crate::linalg::sparse::IndefinitePencil;
 use crate::linalg::{DMatrix, DVector, SymMatrix, tall_take, tall_tr_mul};
@@ -100,7 +101,7 @@ fn screen_large(
 fn is_slope(candidate: &Candidate, values: &[f64]) -> bool {
     let parameters = &candidate.parameters;
     let is_small = |(p, v): (&crate::effect::NewParameter, &f64)| {
-        (v - p.neutral).abs() <= 1.5 * SMALL * (p.typical - p.neutral).abs()
+        (v - p.neutral).abs() <= 1.5 * SMALL_STEP * (p.typical - p.neutral).abs()
     };
     parameters.iter().any(|p| !p.grid.is_empty()) || parameters.iter().zip(values).all(is_small)
 }

@@ -14,21 +14,13 @@ use crate::diagnosis::problem::changed::with_effect;
 use crate::diagnosis::problem::fit::{Fit, project};
 use crate::diagnosis::problem::rows::Posed;
 use crate::diagnosis::problem::scene::{Prior, Scene};
+use crate::diagnosis::settings::Settings;
+use crate::diagnosis::thresholds::{ALIKE, SMALL_STEP, VISIBLE};
 use crate::effect::{Candidate, NewParameter};
 use crate::linalg::{DMatrix, DVector};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
-/// The small step, as a share of the typical size: about the cube root of rounding.
-pub(crate) const SMALL: f64 = 0.01;
-/// Below this length of Δr' at the typical size, in standard deviations, an effect has no trace in these data.
-pub(crate) const VISIBLE: f64 = 0.1;
-
-/// Two traces with a larger cosine can hardly be told apart.
-const ALIKE: f64 = 0.98;
-/// Candidates that a stage on top of another evaluates anew: the best of all, and of every kind.
-const ANEW: usize = 80;
-const ANEW_OF_A_KIND: usize = 3;
 /// One direction of the residual that a hypothesis could explain.
 #[derive(Debug, Clone)]
 pub(crate) struct Column {
@@ -101,13 +93,13 @@ pub(crate) fn screen_again(
     weight: f64,
     candidates: Vec<Candidate>,
     seen: &Seen<'_>,
-    listener: &Listener,
+    settings: &Settings,
 ) -> Vec<Screened> {
     let (rows, before) = (fit.rows, seen.fit.rows);
     let is_alike = (rows.n_modes, rows.n_sensors, rows.measured, rows.targets)
         == (before.n_modes, before.n_sensors, before.measured, before.targets);
     if !is_alike || scene.has_functions() || !fit.unpaired.is_empty() || !seen.fit.unpaired.is_empty() {
-        return screen(scene, fit, weight, candidates, listener);
+        return screen(scene, fit, weight, candidates, &settings.listener);
     }
     let noisy = fit.noisy_rows();
     let cut = rows.measured + rows.targets;
@@ -135,12 +127,12 @@ pub(crate) fn screen_again(
     for (k, score) in ranked.iter().enumerate() {
         let count = of_kind.entry(out[score.index].candidate.effect.name()).or_default();
         *count += 1;
-        if k < ANEW || *count <= ANEW_OF_A_KIND {
+        if k < settings.effort.anew || *count <= settings.effort.anew_of_a_kind {
             anew.push(score.index);
         }
     }
     let again = anew.iter().map(|&i| out[i].candidate.clone()).collect();
-    for (i, screened) in anew.into_iter().zip(screen(scene, fit, weight, again, listener)) {
+    for (i, screened) in anew.into_iter().zip(screen(scene, fit, weight, again, &settings.listener)) {
         out[i] = screened;
     }
     out
@@ -171,7 +163,7 @@ pub(crate) fn steps(candidate: &Candidate) -> Vec<(Vec<f64>, bool)> {
     let directions: Vec<Option<usize>> = if p.len() == 1 { vec![None] } else { (0..p.len()).map(Some).collect() };
     for k in directions {
         let one = p.iter().enumerate().any(|(i, p)| k.is_none_or(|k| k == i) && p.one_sided());
-        out.push((along(k, SMALL), one));
+        out.push((along(k, SMALL_STEP), one));
         out.push((along(k, 1.0), true));
         if !one {
             out.push((along(k, -1.0), true));
@@ -224,7 +216,7 @@ impl Directions {
             let norm = v.norm();
             // The small step is judged as if at the typical size.
             let column = &screened[i].columns[k];
-            let visible = if is_small(&screened[i].candidate, &column.values) { norm / SMALL } else { norm };
+            let visible = if is_small(&screened[i].candidate, &column.values) { norm / SMALL_STEP } else { norm };
             // What projection leaves of a column that the base can imitate is rounding.
             if visible < VISIBLE || norm < 1e-6 * column.delta.norm() {
                 continue;
@@ -286,5 +278,5 @@ fn is_small(candidate: &Candidate, values: &[f64]) -> bool {
             .parameters
             .iter()
             .zip(values)
-            .all(|(p, v)| (v - p.neutral).abs() <= 1.5 * SMALL * (p.typical - p.neutral).abs())
+            .all(|(p, v)| (v - p.neutral).abs() <= 1.5 * SMALL_STEP * (p.typical - p.neutral).abs())
 }

@@ -16,19 +16,13 @@ use super::traces::Trace;
 use crate::diagnosis::problem::evidence::degrees_of_freedom;
 use crate::diagnosis::problem::fit::{Fit, mac, project};
 use crate::diagnosis::problem::scene::Scene;
+use crate::diagnosis::thresholds::{DRAWS, EVEN, EXCESS};
 use crate::fault::Tests;
 use crate::linalg::{DMatrix, DVector, thin_svd};
 use crate::optim::Draw;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
-
-/// Draws of the null distributions: p-values of 0.01 with a standard error of 0.003.
-pub(crate) const DRAWS: usize = 1000;
-
-/// Levels: scatter is even, and larger than stated.
-const EVEN: f64 = 0.05;
-const EXCESS: f64 = 0.05;
 
 /// Unit noise on the noisy rows, the same for the same draw.
 fn noise(noisy: &[bool], seed: u64, draw: usize) -> DVector<f64> {

@@ -12,49 +12,40 @@
 //! # Source
 //! P. J. Huber, Robust Statistics, 1981, chapter 7 (iterative re-weighting).
 
+use crate::diagnosis::effort::Effort;
 use crate::diagnosis::error::DiagnosisError;
 use crate::diagnosis::problem::fit::{Fit, evaluate, fit, fit_from, phi_of, shape_rows};
 use crate::diagnosis::problem::scene::Scene;
+use crate::diagnosis::thresholds::{FEWEST_CHANNELS, STANDS_OUT};
 use crate::fault::{Number, PlacedFault};
 use crate::linalg::{DMatrix, DVector};
 use crate::objective::Scaling;
 use rayon::prelude::*;
 
-/// Rounds of re-weighting.
-const ROUNDS: usize = 4;
-/// A channel stands out above so many times the median.
-const OUT: f64 = 1.5;
-/// Channels whose fits without them are kept.
-const SUSPECTS: usize = 4;
-/// Steps of a fit without a channel: enough to rank them.
-const FEW_STEPS: usize = 8;
-/// Fewest sensors among which one can stand out.
-const FEWEST: usize = 4;
-
 /// The fits, all evaluated with every channel and the stated standard deviations; none without shapes.
 ///
 /// They start from the fit and from the estimates of the model, because a gross fault may have led the fit to pair the wrong
 /// modes.
-pub(crate) fn robust_fits(scene: &Scene, base: &Fit, weight: f64) -> Result<Vec<Fit>, DiagnosisError> {
-    if !base.rows.has_shapes || base.rows.n_sensors < FEWEST {
+pub(crate) fn robust_fits(scene: &Scene, base: &Fit, weight: f64, effort: &Effort) -> Result<Vec<Fit>, DiagnosisError> {
+    if !base.rows.has_shapes || base.rows.n_sensors < FEWEST_CHANNELS {
         return Ok(Vec::new());
     }
     let nominal = evaluate(scene, scene.start(), weight)?;
     let mut out = Vec::new();
     for start in [base, &nominal] {
-        out.extend(rounds(scene, start.clone(), weight)?);
+        out.extend(rounds(scene, start.clone(), weight, effort.robust_rounds)?);
     }
     let starts = [base.x.clone(), nominal.x];
     let mut without: Vec<(f64, Fit)> = (0..base.rows.n_sensors)
         .into_par_iter()
         .filter_map(|sensor| {
             let rest = scene.corrected(&PlacedFault::silenced(sensor), 1.0);
-            let found = fit_from(&rest, &starts, weight, starts.len(), FEW_STEPS).ok()?;
+            let found = fit_from(&rest, &starts, weight, starts.len(), effort.robust_steps).ok()?;
             Some((found.misfit, with_all_channels(scene, &found, weight).ok()?))
         })
         .collect();
     without.sort_by(|a, b| a.0.total_cmp(&b.0));
-    out.extend(without.into_iter().take(SUSPECTS).map(|w| w.1));
+    out.extend(without.into_iter().take(effort.suspects).map(|w| w.1));
     Ok(out)
 }
 
@@ -113,10 +104,10 @@ fn with_all_channels(scene: &Scene, fit: &Fit, weight: f64) -> Result<Fit, Diagn
 }
 
 /// Re-weights and fits until nothing moves.
-fn rounds(scene: &Scene, mut now: Fit, weight: f64) -> Result<Option<Fit>, DiagnosisError> {
-    for _ in 0..ROUNDS {
+fn rounds(scene: &Scene, mut now: Fit, weight: f64, most: usize) -> Result<Option<Fit>, DiagnosisError> {
+    for _ in 0..most {
         let Some((rms, median)) = channels(&now) else { return Ok(None) };
-        let factors: Vec<f64> = rms.iter().map(|v| (v / (OUT * median)).max(1.0)).collect();
+        let factors: Vec<f64> = rms.iter().map(|v| (v / (STANDS_OUT * median)).max(1.0)).collect();
         let weighed = scene.weighed(&factors);
         let next = fit(&weighed, &[now.x.clone()], weight)?;
         let moved = (&next.x - &now.x).amax();

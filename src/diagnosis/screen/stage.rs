@@ -7,22 +7,19 @@ use super::robust::{robust_fits, when_corrected};
 use super::traces::{FaultScore, Trace, faults_at, traces};
 use crate::correlation::{CorrelationError, Transducer, transducers};
 use crate::data::Sensor;
+use crate::diagnosis::effort::Effort;
 use crate::diagnosis::error::DiagnosisError;
-use crate::diagnosis::problem::evidence::{REMAINDER, goodness_of_fit};
+use crate::diagnosis::problem::evidence::goodness_of_fit;
 use crate::diagnosis::problem::fit::{Fit, evaluate, fit, project};
 use crate::diagnosis::problem::scene::{Scene, box_starts};
 use crate::diagnosis::settings::Settings;
+use crate::diagnosis::thresholds::{LN_WIDER, REMAINDER};
 use crate::effect::{Candidate, Configured, Context, SensorLoad, Structure, candidates_in, candidates_on_wider_places};
 use crate::fault::PlacedFault;
 use crate::linalg::{DMatrix, DVector};
 use crate::model::Model;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
-
-/// ln of the odds of a wider place against one of the file: the simpler stands where the data do not ask for more.
-const LN_WIDER: f64 = -3.0;
-/// Starts in the box beside the estimates.
-const BOX_STARTS: usize = 5;
 
 /// A scene, fitted and screened.
 #[derive(Clone)]
@@ -60,6 +57,11 @@ impl Stage {
     /// What a stage on top of this one need not evaluate again.
     pub(crate) fn seen(&self) -> Seen<'_> {
         Seen { screened: &self.screened, fit: &self.fit, weight: self.weight }
+    }
+
+    /// How much is tried.
+    pub(crate) fn effort(&self) -> &Effort {
+        &self.settings.effort
     }
 
     /// Counts a hypothesis that is fitted, if there is time for it.
@@ -153,7 +155,7 @@ fn stage_of(
     let mut all = starts.to_vec();
     all.push(scene.start());
     if starts.is_empty() {
-        all.extend(box_starts(&scene, BOX_STARTS, settings.seed));
+        all.extend(box_starts(&scene, settings.effort.box_starts, settings.seed));
     }
     all.extend(begun.cloned());
     settings.listener.say("fitting the model as it is");
@@ -162,7 +164,7 @@ fn stage_of(
     let q = base.basis()?;
     let listener = &settings.listener;
     let screened = match seen {
-        Some(seen) if !scene.is_large() => screen_again(&scene, &base, &q, weight, placed, seen, listener),
+        Some(seen) if !scene.is_large() => screen_again(&scene, &base, &q, weight, placed, seen, settings),
         _ => screen(&scene, &base, weight, placed, listener)?,
     };
     let directions = Directions::new(&screened, &q, base.r.len());
@@ -187,7 +189,7 @@ fn stage_of(
         .collect();
     // A gross fault has pulled the fit aside; at a fit that it could not pull, its trace is whole.
     let others = if !list.is_empty() && goodness_of_fit(&base, &q) < REMAINDER {
-        robust_fits(&scene, &base, weight)?
+        robust_fits(&scene, &base, weight, &settings.effort)?
     } else {
         Vec::new()
     };

@@ -1,11 +1,11 @@
 //! What a fault of the measurement would change at a fit, by re-weighting rows: its screening.
 
-use super::effects::VISIBLE;
 use crate::data::Sensor;
 use crate::diagnosis::error::DiagnosisError;
 use crate::diagnosis::problem::fit::{Fit, project, shape_rows};
 use crate::diagnosis::problem::rows::Posed;
 use crate::diagnosis::problem::scene::{Prior, Scene};
+use crate::diagnosis::thresholds::VISIBLE;
 use crate::fault::{At, Faults, Number, PlacedFault};
 use crate::linalg::{Complex, DMatrix, DVector};
 use rayon::prelude::*;

@@ -6,23 +6,14 @@
 use super::board::{Refits, merge};
 use super::hypothesis::Refit;
 use super::singles::refit;
-use super::starts::STARTS;
 use crate::diagnosis::error::DiagnosisError;
-use crate::diagnosis::problem::evidence::{REMAINDER, goodness_of_fit, ln_evidence};
+use crate::diagnosis::problem::evidence::{goodness_of_fit, ln_evidence};
 use crate::diagnosis::problem::fit::fit_in_rounds;
 use crate::diagnosis::problem::scene::box_starts;
 use crate::diagnosis::screen::stage::{Stage, stage};
 use crate::diagnosis::settings::Settings;
+use crate::diagnosis::thresholds::{LOWER, LOWER_SHARE, REMAINDER};
 use crate::linalg::DVector;
-
-/// Times that the base moves to a lower basin.
-const MOVES: usize = 2;
-/// Hypotheses whose base may lead there; half as many points of the box.
-const WAYS: usize = 24;
-/// A basin is lower by this in Φ, one in ln evidence.
-const LOWER: f64 = 1.0;
-/// And by this share of what the best hypothesis brings: a basin that brings less is one more wrong one.
-const SHARE: f64 = 0.5;
 
 /// The base and its refits, from where the base is lowest.
 pub(crate) fn in_the_lowest_basin(
@@ -30,7 +21,7 @@ pub(crate) fn in_the_lowest_basin(
     mut refits: Refits,
     settings: &Settings,
 ) -> Result<(Stage, Refits), DiagnosisError> {
-    for _ in 0..MOVES {
+    for _ in 0..settings.effort.moves {
         if base.settings.until.is_over() {
             break;
         }
@@ -54,12 +45,12 @@ pub(crate) fn lower_basin(
     best.sort_by(|a, b| b.ln_bayes.total_cmp(&a.ln_bayes));
     let mut ways = vec![base.fit.x.clone()];
     ways.extend(refits.spreads.iter().map(|s| s.base.clone()));
-    ways.extend(best.into_iter().take(WAYS).map(|r| r.fit.x.rows(0, n).into_owned()));
-    ways.extend(box_starts(&base.scene, WAYS / 2, settings.seed.wrapping_add(1)));
+    ways.extend(best.into_iter().take(settings.effort.ways).map(|r| r.fit.x.rows(0, n).into_owned()));
+    ways.extend(box_starts(&base.scene, settings.effort.ways / 2, settings.seed.wrapping_add(1)));
     let ways: Vec<Vec<DVector<f64>>> = ways.into_iter().map(|x| vec![x]).collect();
-    let found = fit_in_rounds(&base.scene, &ways, base.weight, 1, STARTS)?;
+    let found = fit_in_rounds(&base.scene, &ways, base.weight, 1, &settings.effort)?;
     let least = refits.hypotheses.iter().map(|r| r.fit.phi).fold(base.fit.phi, f64::min);
-    let enough = LOWER.max(SHARE * (base.fit.phi - least));
+    let enough = LOWER.max(LOWER_SHARE * (base.fit.phi - least));
     Ok((found.phi < base.fit.phi - enough).then_some(found.x))
 }
 

@@ -4,8 +4,9 @@ use super::hypothesis::Refit;
 use super::spread::Fitted;
 use crate::diagnosis::error::DiagnosisError;
 use crate::diagnosis::listener::StepTaken;
-use crate::diagnosis::problem::evidence::{REMAINDER, goodness_of_fit, ln_evidence};
+use crate::diagnosis::problem::evidence::{goodness_of_fit, ln_evidence};
 use crate::diagnosis::screen::stage::Stage;
+use crate::diagnosis::thresholds::REMAINDER;
 use crate::linalg::DVector;
 use std::sync::atomic::Ordering;
 

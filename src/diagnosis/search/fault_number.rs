@@ -1,20 +1,16 @@
 //! Full refits of faults of the measurement: base parameters, and the fault's own number profiled.
 
-use super::hypothesis::{Estimate, NINETY, Refit, Tried};
-use super::starts::STARTS;
+use super::hypothesis::{Estimate, Refit, Tried};
 use crate::diagnosis::error::DiagnosisError;
 use crate::diagnosis::problem::evidence::{degrees_of_freedom, held_out_in_all, ln_evidence};
 use crate::diagnosis::problem::fit::{Fit, STEPS, fit, fit_from};
 use crate::diagnosis::problem::scene::Scene;
 use crate::diagnosis::screen::stage::Stage;
 use crate::diagnosis::screen::traces::{FaultScore, number_slope};
+use crate::diagnosis::thresholds::{NINETY, OTHERS_TELL};
 use crate::fault::{LOOSE, Number, PlacedFault, response_of};
 use crate::linalg::DVector;
 
-/// Rounds of fitting the base with the number, then the number with the base.
-const ROUNDS: usize = 4;
-/// Degrees of freedom that the other data must have where a frequency is taken out, but for rounding: one is tested.
-const LEFT: f64 = 0.9;
 /// Most that a sensor is turned in a round, rad.
 const MOST_TURN: f64 = 0.5;
 
@@ -31,7 +27,7 @@ pub(crate) fn refit_fault(
     let fault = &stage.faults[score.index];
     let starts: Vec<_> = score.robust.iter().map(|&k| &stage.robust[k]).chain(bases).cloned().collect();
     let scene = stage.scene.corrected(fault, score.number);
-    let fit = fit_from(&scene, &starts, stage.weight, STARTS, STEPS)?;
+    let fit = fit_from(&scene, &starts, stage.weight, stage.effort().starts, STEPS)?;
     let mut found = Numbered { stage, fault, number: score.number, scene, fit };
     let Told { ln_number, estimate, silent } = match fault.number() {
         Number::None => Told::default(),
@@ -116,7 +112,7 @@ impl Numbered<'_> {
 
     /// Rounds of fitting the number with the base, then the base with the number, until it stays.
     fn alternate(&mut self, next: impl Fn(&Self) -> Result<f64, DiagnosisError>) -> Result<(), DiagnosisError> {
-        for _ in 0..ROUNDS {
+        for _ in 0..self.stage.effort().number_rounds {
             let next = next(self)?;
             if !next.is_finite() || next == 0.0 || (next / self.number - 1.0).abs() < 1e-4 {
                 break;
@@ -152,7 +148,7 @@ impl Numbered<'_> {
     }
 
     fn angle(&mut self, sd: f64) -> Result<Told, DiagnosisError> {
-        for _ in 0..ROUNDS {
+        for _ in 0..self.stage.effort().number_rounds {
             let slope = self.slope()?;
             let step = -(slope.dot(&self.fit.r) + self.number / sd.powi(2)) / (slope.norm_squared() + sd.powi(-2));
             if !step.is_finite() || step.abs() < 1e-5 {
@@ -179,7 +175,7 @@ impl Numbered<'_> {
             self.fit_with(number)?;
         }
         // Its own row is free now. Where the others are as many as the parameters that fit them, they do not tell that it is wrong.
-        if degrees_of_freedom(&self.fit, &self.fit.basis()?) - 1.0 < LEFT {
+        if degrees_of_freedom(&self.fit, &self.fit.basis()?) - 1.0 < OTHERS_TELL {
             return Err(DiagnosisError::NoStart);
         }
         let w = self.stage.weight;

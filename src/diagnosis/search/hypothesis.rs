@@ -1,16 +1,14 @@
 //! A hypothesis after its refit.
 
 use crate::diagnosis::error::DiagnosisError;
-use crate::diagnosis::problem::evidence::{REMAINDER, goodness_of_fit};
+use crate::diagnosis::problem::evidence::goodness_of_fit;
 use crate::diagnosis::problem::fit::Fit;
 use crate::diagnosis::problem::scene::Scene;
+use crate::diagnosis::thresholds::{NINETY, REMAINDER};
 use crate::effect::{Candidate, NewParameter};
 use crate::fault::PlacedFault;
 use crate::objective::Scaling;
 use serde::{Deserialize, Serialize};
-
-/// 90 % of a Gaussian lie within this many standard deviations.
-pub(crate) const NINETY: f64 = 1.6449;
 
 /// A hypothesis as it was tried.
 #[derive(Debug, Clone)]

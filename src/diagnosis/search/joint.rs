@@ -19,24 +19,15 @@ use crate::diagnosis::problem::changed::with_effect;
 use crate::diagnosis::problem::evidence::{ln_evidence, missed_more};
 use crate::diagnosis::problem::fit::{Fit, STEPS, fit_from};
 use crate::diagnosis::problem::scene::Scene;
-use crate::diagnosis::screen::effects::{Score, VISIBLE};
+use crate::diagnosis::screen::effects::Score;
 use crate::diagnosis::screen::stage::Stage;
 use crate::diagnosis::settings::Settings;
+use crate::diagnosis::thresholds::VISIBLE;
 use crate::effect::NewParameter;
 use crate::linalg::DVector;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
-/// Columns that are paired, at most: the best of them.
-const COLUMNS: usize = 3000;
-/// Pairs that are fitted with a few steps for each point, in how many of them one effect may be, and pairs that are fitted in full.
-const SHORT_FITS: usize = 40;
-const OF_ONE: usize = 6;
-const FULL_FITS: usize = 6;
-/// Steps at first and from how many starts, and of the better half further.
-const FIRST_STEPS: usize = 3;
-const FURTHER_STEPS: usize = 5;
-const STARTS: usize = 2;
 /// Sizes of a start, as multiples of the typical ones.
 const SIZES: [f64; 2] = [0.4, 1.0];
 
@@ -108,7 +99,13 @@ fn fitted(stage: &Stage, bases: &[DVector<f64>]) -> Vec<Joint> {
             return None;
         }
         let found = scores.iter().try_fold(stage.scene.clone(), add).and_then(|scene| {
-            let fit = fit_from(&scene, &starts(seen, scores), stage.weight, STARTS, FIRST_STEPS)?;
+            let fit = fit_from(
+                &scene,
+                &starts(seen, scores),
+                stage.weight,
+                stage.effort().pair_starts,
+                stage.effort().pair_first_steps,
+            )?;
             Ok(Joint { scores: *scores, scene, fit })
         });
         work.step();
@@ -124,7 +121,9 @@ fn fitted(stage: &Stage, bases: &[DVector<f64>]) -> Vec<Joint> {
     let order = |list: &mut Vec<Joint>| list.sort_by(|a, b| a.fit.phi.total_cmp(&b.fit.phi));
     let mut found: Vec<Joint> = pairs.par_iter().filter_map(begin).collect();
     order(&mut found);
-    for (most, steps) in [(found.len().div_ceil(2), FURTHER_STEPS), (FULL_FITS, STEPS)] {
+    for (most, steps) in
+        [(found.len().div_ceil(2), stage.effort().pair_further_steps), (stage.effort().pair_full_fits, STEPS)]
+    {
         found.truncate(most);
         found.par_iter_mut().for_each(go_on(steps));
         order(&mut found);
@@ -144,7 +143,7 @@ fn ranked(stage: &Stage) -> Vec<[Score; 2]> {
     let along = d.unit.tr_mul(&stage.residual);
     let mut columns: Vec<usize> = (0..d.owner.len()).collect();
     columns.sort_by(|&i, &j| along[j].abs().total_cmp(&along[i].abs()).then(i.cmp(&j)));
-    columns.truncate(COLUMNS);
+    columns.truncate(stage.effort().pair_columns);
     columns.sort_unstable();
     let unit = d.unit.select_columns(&columns);
     let gram = unit.tr_mul(&unit);
@@ -178,7 +177,9 @@ fn ranked(stage: &Stage) -> Vec<[Score; 2]> {
     let mut taken: BTreeMap<usize, usize> = BTreeMap::new();
     let mut out = Vec::new();
     for (_, mut pair) in all {
-        if out.len() == SHORT_FITS || pair.iter().any(|s| taken.get(&s.index).is_some_and(|n| *n >= OF_ONE)) {
+        if out.len() == stage.effort().pair_short_fits
+            || pair.iter().any(|s| taken.get(&s.index).is_some_and(|n| *n >= stage.effort().pairs_of_one))
+        {
             continue;
         }
         for s in &pair {

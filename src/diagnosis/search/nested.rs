@@ -1,8 +1,9 @@
 //! Hypotheses that have others as special cases.
 
 use super::hypothesis::{Refit, Tried};
-use crate::diagnosis::problem::evidence::{STRONG, degrees_of_freedom};
+use crate::diagnosis::problem::evidence::degrees_of_freedom;
 use crate::diagnosis::screen::stage::Stage;
+use crate::diagnosis::thresholds::STRONG;
 use crate::fault::{Number, PlacedFault};
 
 /// Leaves out what another hypothesis says more simply and about as well: a body on a stiff spring that is a point mass, a sensor of large

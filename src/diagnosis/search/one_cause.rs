@@ -22,6 +22,7 @@ use crate::diagnosis::problem::scene::{Case, Scene};
 use crate::diagnosis::screen::effects::Screened;
 use crate::diagnosis::screen::stage::placed;
 use crate::diagnosis::settings::Settings;
+use crate::diagnosis::thresholds::{ALIKE_SHAPE, EXPLAINS, IS_A_MODE, LEFT_ROWS, NEAR_FREQUENCY, SPOILED};
 use crate::effect::{Candidate, Context, Structure};
 use crate::element::Dof;
 use crate::linalg::{DMatrix, DVector, thin_qr};
@@ -30,19 +31,6 @@ use crate::objective::Scaling;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
-/// MAC above which a mode is one of the model, two sensors left out.
-const IS_A_MODE: f64 = 0.8;
-/// Sensors that one fault can spoil.
-const SPOILED: usize = 2;
-/// Share of a shape that a change at a few dofs explains, above what as many random columns would: the parameters still move. Of a random shape of 12
-/// entries six columns explain as much once in a thousand.
-const EXPLAINS: f64 = 0.9;
-/// MAC of a mode that a change of many parts may make into this one: its sizes are a few.
-const ALIKE: f64 = 0.8;
-/// Rows that must be left where a shape is put together from columns.
-const LEFT: usize = 4;
-/// A change of many parts is tried at a few sizes, between which a frequency moves by less than this in its logarithm.
-const NEAR: f64 = 0.4;
 /// Dofs up to which the receptance is computed.
 const MOST_DOFS: usize = 1500;
 
@@ -114,7 +102,7 @@ fn is_a_mode(scene: &Scene, theta: &[f64], u: &Unknown<'_>) -> Result<bool, Diag
 /// MAC without the sensors whose loss raises it most.
 fn without_the_worst(model: &[f64], test: &[f64]) -> f64 {
     let mut left: Vec<usize> = (0..test.len()).collect();
-    for _ in 0..SPOILED.min(test.len().saturating_sub(LEFT)) {
+    for _ in 0..SPOILED.min(test.len().saturating_sub(LEFT_ROWS)) {
         let without = |k: usize| mac(left.iter().filter(|&&i| i != k).map(|&i| (model[i], test[i])));
         let Some(&worst) = left.iter().max_by(|&&a, &&b| without(a).total_cmp(&without(b))) else { break };
         left.retain(|&i| i != worst);
@@ -147,7 +135,7 @@ fn at_few_dofs(u: &Unknown<'_>, h: &DMatrix<f64>, candidate: &Candidate) -> Opti
                 columns.push(rows.iter().fold(zero, |sum, &(row, factor)| sum + factor * h.column(row)));
             }
         }
-        if columns.len() + LEFT > u.shape.len() {
+        if columns.len() + LEFT_ROWS > u.shape.len() {
             return None;
         }
     }
@@ -171,9 +159,10 @@ fn at_some_size(scene: &Scene, theta: &[f64], u: &Unknown<'_>, candidate: &Candi
     for sizes in start_sizes(candidate, &screened, None) {
         let Ok(prediction) = comparison.predict(&[theta, &sizes].concat()) else { continue };
         let like = |(a, hz): (usize, &f64)| {
-            let is_near = (TAU * hz / u.omega).ln().abs() < NEAR;
+            let is_near = (TAU * hz / u.omega).ln().abs() < NEAR_FREQUENCY;
             is_near
-                && mac(u.sensors.iter().enumerate().map(|(i, &s)| (prediction.at_sensors[(s, a)], u.shape[i]))) > ALIKE
+                && mac(u.sensors.iter().enumerate().map(|(i, &s)| (prediction.at_sensors[(s, a)], u.shape[i])))
+                    > ALIKE_SHAPE
         };
         if prediction.frequencies_hz.iter().enumerate().any(like) {
             return Ok(true);

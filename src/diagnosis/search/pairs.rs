@@ -20,11 +20,6 @@ use crate::diagnosis::settings::Settings;
 use crate::linalg::DVector;
 use std::collections::BTreeMap;
 
-/// Hypotheses of the base that are tried in the place of the first.
-const RIVALS: usize = 8;
-/// Times that the first is exchanged.
-const EXCHANGES: usize = 2;
-
 /// Two hypotheses, what could stand in the place of each, and what was fitted with one of them.
 pub(crate) struct Pair {
     /// The first on the base alone.
@@ -89,7 +84,7 @@ pub(crate) fn pair(
     };
     let mut now = (first, on_first, seconds);
     order(&mut now.2);
-    for exchange in 0..=EXCHANGES {
+    for exchange in 0..=base.effort().exchanges {
         if base.settings.until.is_over() {
             return Ok(None);
         }
@@ -97,11 +92,12 @@ pub(crate) fn pair(
         let Some(second) = seconds.first().and_then(alone) else { return Ok(None) };
         let on_second = with(&second)?;
         let own = id(&first);
-        let rivals = refits.iter().take(RIVALS).filter(|r| id(r) != own && id(r) != id(&second));
+        let rivals = refits.iter().take(base.effort().rivals).filter(|r| id(r) != own && id(r) != id(&second));
         let others: Vec<&Refit> = rivals.chain([&first]).collect();
         let both = without_the_other(&seconds[0].fit.x, on_second.fit.x.len() - n);
         let firsts = on_top(&second, &on_second, &others, &[both])?;
-        let better = firsts.first().filter(|best| exchange < EXCHANGES && id(best) != own).and_then(alone);
+        let better =
+            firsts.first().filter(|best| exchange < base.effort().exchanges && id(best) != own).and_then(alone);
         let Some(better) = better else {
             let (ln_all, shares) = compare(&id, &weight, (&first, &seconds), (&second, &firsts));
             return Ok(Some(Pair { first, on_first, seconds, on_second, firsts, ln_all, shares }));

@@ -64,9 +64,6 @@ impl<'a> Odds<'a> {
     }
 }
 
-/// Noise that is larger than this many times the stated one is no explanation: then the stated noise or the model is wrong.
-pub(crate) const MOST_NOISE: f64 = 2.0;
-
 /// ln of the odds of noise that is k times as large as stated, against noise as stated: ln k is half-normal with a standard deviation of ln 2.
 /// Who states a standard deviation is wrong by a factor of two now and then, and hardly ever by one of eight.
 ///

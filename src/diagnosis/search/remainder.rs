@@ -3,12 +3,13 @@
 use super::hypothesis::Refit;
 use super::run::stage_with;
 use crate::diagnosis::error::DiagnosisError;
-use crate::diagnosis::problem::evidence::{EACH_REMAINDER, goodness_of_fit};
+use crate::diagnosis::problem::evidence::goodness_of_fit;
 use crate::diagnosis::problem::fit::{Fit, project};
 use crate::diagnosis::problem::scene::Scene;
 use crate::diagnosis::screen::noise::whiteness;
 use crate::diagnosis::screen::stage::Stage;
 use crate::diagnosis::settings::Settings;
+use crate::diagnosis::thresholds::EACH_REMAINDER;
 use crate::fault::Tests;
 use crate::linalg::DMatrix;
 

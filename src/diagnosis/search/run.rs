@@ -2,7 +2,7 @@
 
 use super::fault_number::refit_fault;
 use super::hypothesis::{Refit, Tried, estimates};
-use super::starts::{STARTS, effort, starts};
+use super::starts::{effort, starts};
 use crate::diagnosis::error::DiagnosisError;
 use crate::diagnosis::problem::changed::with_effect;
 use crate::diagnosis::problem::evidence::{held_out_in_all, ln_evidence, missed_more};
@@ -15,11 +15,6 @@ use crate::effect::Candidate;
 use crate::linalg::DVector;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
-
-/// Effects of every kind that are refitted where none leaves noise.
-const OF_EVERY_KIND: usize = 2;
-/// Effects like the best, or around it, that are tried with a few steps.
-pub(crate) const NEAR: usize = 60;
 
 /// What is refitted: an effect with the values of the base from which it starts, or a fault.
 #[derive(Clone, Copy)]
@@ -50,7 +45,7 @@ pub(crate) fn run(stage: &Stage, jobs: &[Job<'_>], base: f64) -> Vec<Refit> {
 fn refit_effect(stage: &Stage, score: &Score, bases: &[DVector<f64>], base: f64) -> Result<Refit, DiagnosisError> {
     let candidate = &stage.screened[score.index].candidate;
     let scene = with_effect(&stage.scene, candidate)?;
-    let fit = fit_in_rounds(&scene, &starts(stage, score, bases), stage.weight, effort(candidate), STARTS)?;
+    let fit = fit_in_rounds(&scene, &starts(stage, score, bases), stage.weight, effort(candidate), stage.effort())?;
     let evidence = ln_evidence(&fit)? + scene.ln_size_priors(&candidate.parameters);
     let estimates = estimates(&scene, &fit, &candidate.parameters)?;
     let held_out = held_out_in_all(&fit, stage.weight)?;
@@ -111,7 +106,7 @@ pub(crate) fn best_and_of_every_kind<'a>(stage: &Stage, ranked: Vec<&'a Score>, 
     let mut is_wanted = |&(k, s): &(usize, &Score)| {
         let count = seen.entry(stage.screened[s.index].candidate.effect.name()).or_default();
         *count += 1;
-        k < few || *count <= OF_EVERY_KIND
+        k < few || *count <= stage.effort().of_every_kind
     };
     ranked.into_iter().enumerate().filter(|r| is_wanted(r)).map(|(_, s)| s).collect()
 }

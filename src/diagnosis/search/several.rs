@@ -12,15 +12,9 @@ use super::prior::Odds;
 use super::remainder::remains;
 use super::singles::refit;
 use crate::diagnosis::error::DiagnosisError;
-use crate::diagnosis::problem::evidence::STRONG;
 use crate::diagnosis::screen::stage::Stage;
 use crate::diagnosis::settings::Settings;
-
-/// The share of what noise does not explain that an addition has to take away where a change of many parts explains the test as well:
-/// then the best of the catalogue may be the first of several, and only the end of the way tells.
-pub(crate) const WORTH_A_TRY: f64 = 1.0 / 3.0;
-/// Hypotheses of a chain, at most.
-const MOST: usize = 5;
+use crate::diagnosis::thresholds::STRONG;
 
 /// Hypotheses, each fitted on top of those before it, that leave noise together.
 pub(crate) struct Chain {
@@ -59,7 +53,10 @@ pub(crate) fn chain(
             let ln_all = members.iter().map(|(_, r)| weight(r)).sum();
             return Ok((ln_all > ln_else + STRONG).then_some(Chain { members, ln_all }));
         }
-        if members.len() == MOST || stage.settings.until.is_over() || with_all.p_value >= settings.alarm_level {
+        if members.len() == settings.effort.chain
+            || stage.settings.until.is_over()
+            || with_all.p_value >= settings.alarm_level
+        {
             return Ok(None);
         }
         let known: Vec<String> = members.iter().map(|(stage, r)| r.id(&stage.scene)).collect();

@@ -10,11 +10,6 @@ use crate::diagnosis::screen::stage::Stage;
 use crate::linalg::DVector;
 use rayon::prelude::*;
 
-/// Steps at first, from how many starts, and further ones from where the best of these has come; twice as many for an effect of two sizes.
-const FIRST_STEPS: usize = 2;
-const FEW_STARTS: usize = 2;
-const FURTHER_STEPS: usize = 4;
-
 /// Effects by what a few steps leave: two for each, the rest for the better half; those that cannot be fitted left out.
 pub(crate) fn shortest<'a>(stage: &Stage, effects: &[&'a Score], bases: &[DVector<f64>]) -> Vec<&'a Score> {
     let work = stage.settings.listener.work("looking at further effects", effects.len());
@@ -46,15 +41,16 @@ impl<'a> ShortFit<'a> {
     fn begin(stage: &Stage, score: &'a Score, bases: &[DVector<f64>]) -> Result<Self, DiagnosisError> {
         let candidate = &stage.screened[score.index].candidate;
         let scene = with_effect(&stage.scene, candidate)?;
-        let effort = effort(candidate);
+        let (per_size, tried) = (effort(candidate), stage.effort());
         let starts = starts(stage, score, bases).concat();
-        let fit = fit_from(&scene, &starts, stage.weight, FEW_STARTS * effort, FIRST_STEPS * effort)?;
+        let fit =
+            fit_from(&scene, &starts, stage.weight, tried.short_starts * per_size, tried.short_first_steps * per_size)?;
         Ok(Self { score, scene, x: fit.x, phi: fit.phi })
     }
 
     /// The other steps.
     fn go_on(&mut self, stage: &Stage) {
-        let steps = FURTHER_STEPS * effort(&stage.screened[self.score.index].candidate);
+        let steps = stage.effort().short_further_steps * effort(&stage.screened[self.score.index].candidate);
         if let Ok(fit) = fit_from(&self.scene, std::slice::from_ref(&self.x), stage.weight, 1, steps) {
             (self.x, self.phi) = (fit.x, fit.phi);
         }

@@ -3,37 +3,18 @@
 use super::board::{Board, Refits};
 use super::hypothesis::{Refit, Tried};
 use super::nested::leave_out_wider;
-use super::run::{Job, NEAR, best_and_of_every_kind, run};
+use super::run::{Job, best_and_of_every_kind, run};
 use super::short_fit::shortest;
 use super::spread::{self, spreads};
 use super::wider::{beyond_the_best, in_all_axes, may_be_wider, on_wider_places};
 use crate::diagnosis::error::DiagnosisError;
-use crate::diagnosis::problem::evidence::STRONG;
 use crate::diagnosis::problem::scene::box_starts;
 use crate::diagnosis::screen::effects::Score;
 use crate::diagnosis::screen::stage::Stage;
 use crate::diagnosis::screen::traces::FaultScore;
+use crate::diagnosis::thresholds::{FAINT, STRONG};
 use crate::linalg::DVector;
 use std::collections::{BTreeMap, BTreeSet};
-
-/// Effects that are refitted in full, at most, before one of each further kind with half the best score.
-const BEST: usize = 12;
-/// Effects that are fitted with a few steps where the best refits leave more than noise.
-const SHORT_FITS: usize = 200;
-/// Faults of every kind that are refitted then, and how many members a kind may have to be refitted whole.
-const FAULTS_OF_A_KIND: usize = 4;
-const FEW_OF_A_KIND: usize = 16;
-/// Faults that are refitted.
-const BEST_FAULTS: usize = 4;
-/// Below this score a fault is not worth a refit: two standard deviations.
-const FAINT: f64 = 4.0;
-/// Rounds of looking around the best effect, and how many effects like it are tried with a few steps.
-const ROUNDS: usize = 3;
-/// Hypotheses whose base is a start of a spread.
-const SPREAD_FROM: usize = 3;
-/// Hypotheses that are polished: the best, and of as many kinds the best.
-const POLISHED: usize = 3;
-const POLISHED_KINDS: usize = 6;
 
 /// Which effects deserve a refit: the best, one of every other kind that comes near, and stores where a mode is unpaired.
 pub(crate) fn chosen_effects(stage: &Stage, limit: usize) -> Vec<Score> {
@@ -96,7 +77,7 @@ pub(crate) const SEARCH: &[Step] = &[
 ///
 /// * `few` - the best of the screening alone, and fewer of them
 pub(crate) fn refit(stage: &Stage, few: bool) -> Result<Refits, DiagnosisError> {
-    let mut board = Board::new(stage, if few { BEST / 2 } else { BEST }, few)?;
+    let mut board = Board::new(stage, if few { stage.effort().best / 2 } else { stage.effort().best }, few)?;
     for step in SEARCH {
         if !stage.settings.until.is_over() && (step.when)(&board)? {
             let before = board.work();
@@ -148,7 +129,8 @@ fn screened(board: &mut Board<'_>) -> Result<(), DiagnosisError> {
 
 /// Fits a change of every part. It can follow most changes of a structure, and brings the base near its truth.
 fn every_part(board: &mut Board<'_>) -> Result<(), DiagnosisError> {
-    let best: Vec<DVector<f64>> = board.found.hypotheses.iter().take(SPREAD_FROM).map(|r| board.base_of(r)).collect();
+    let best: Vec<DVector<f64>> =
+        board.found.hypotheses.iter().take(board.stage.effort().spread_from).map(|r| board.base_of(r)).collect();
     board.found.spreads = spreads(board.stage, &[board.bases.clone(), best].concat())?;
     Ok(())
 }
@@ -158,7 +140,7 @@ fn every_part(board: &mut Board<'_>) -> Result<(), DiagnosisError> {
 fn every_other(board: &mut Board<'_>) -> Result<(), DiagnosisError> {
     let stage = board.stage;
     board.bases.extend(spread::best(&board.found.spreads).map(|s| s.base.clone()));
-    let all: Vec<&Score> = stage.effects.iter().take(SHORT_FITS).collect();
+    let all: Vec<&Score> = stage.effects.iter().take(stage.effort().short_fits).collect();
     let near = best_and_of_every_kind(stage, shortest(stage, &all, &board.bases), board.most);
     let further = further_faults(stage, &chosen_faults(stage));
     let effects = near.into_iter().map(|s| Job::Effect(s, &board.bases));
@@ -213,7 +195,7 @@ fn complete_ties(board: &mut Board<'_>) -> Result<(), DiagnosisError> {
     let alike = stage.directions.alike(&tied).into_iter().filter(|i| !known.contains(i));
     let jobs: Vec<Job<'_>> = alike
         .filter_map(|index| stage.effects.iter().find(|s| s.index == index))
-        .take(NEAR)
+        .take(stage.effort().near)
         .map(|s| Job::Effect(s, &bases))
         .collect();
     let found = run(stage, &jobs, board.ln_base);
@@ -228,7 +210,7 @@ fn chosen_faults(stage: &Stage) -> Vec<&FaultScore> {
     for f in stage.fault_scores.iter().filter(|f| f.t > FAINT) {
         let kind = stage.faults[f.index].name();
         let new = !out.iter().any(|g| stage.faults[g.index].name() == kind);
-        if out.len() < BEST_FAULTS || (new && f.t > 0.5 * best) {
+        if out.len() < stage.effort().best_faults || (new && f.t > 0.5 * best) {
             out.push(f);
         }
     }
@@ -241,13 +223,13 @@ fn further_faults(stage: &Stage, but: &[&FaultScore]) -> Vec<FaultScore> {
     for f in &stage.faults {
         *members.entry(f.name()).or_default() += 1;
     }
-    let few = |index: usize| members[stage.faults[index].name()] <= FEW_OF_A_KIND;
+    let few = |index: usize| members[stage.faults[index].name()] <= stage.effort().few_of_a_kind;
     let mut taken: BTreeMap<&str, usize> = BTreeMap::new();
     let mut out = Vec::new();
     for f in stage.fault_scores.iter().filter(|f| !but.contains(f)) {
         let count = taken.entry(stage.faults[f.index].name()).or_default();
         *count += 1;
-        if few(f.index) || *count <= FAULTS_OF_A_KIND {
+        if few(f.index) || *count <= stage.effort().faults_of_a_kind {
             out.push(*f);
         }
     }
@@ -260,7 +242,7 @@ fn further_faults(stage: &Stage, but: &[&FaultScore]) -> Vec<FaultScore> {
 #[expect(clippy::unnecessary_wraps, reason = "as the other steps")]
 fn like_the_best(board: &mut Board<'_>) -> Result<(), DiagnosisError> {
     let stage = board.stage;
-    for _ in 0..ROUNDS {
+    for _ in 0..stage.effort().rounds {
         let Some(best) = board.best() else { return Ok(()) };
         let (Tried::Effect(found), before) = (&best.tried, best.ln_bayes) else { return Ok(()) };
         if before < STRONG {
@@ -272,9 +254,9 @@ fn like_the_best(board: &mut Board<'_>) -> Result<(), DiagnosisError> {
             let is_found = c.id() == found.id();
             !is_found && (c.effect.name() == found.effect.name() || c.location.shares_name(&found.location))
         };
-        let near: Vec<&Score> = stage.effects.iter().filter(like).take(NEAR).collect();
+        let near: Vec<&Score> = stage.effects.iter().filter(like).take(stage.effort().near).collect();
         let near = shortest(stage, &near, &bases);
-        let jobs: Vec<Job<'_>> = near.into_iter().take(BEST).map(|s| Job::Effect(s, &bases)).collect();
+        let jobs: Vec<Job<'_>> = near.into_iter().take(stage.effort().best).map(|s| Job::Effect(s, &bases)).collect();
         let found = run(stage, &jobs, board.ln_base);
         board.add(found);
         if board.best().is_none_or(|best| best.ln_bayes < before + STRONG) {
@@ -291,16 +273,16 @@ fn from_other_basins(board: &mut Board<'_>) -> Result<(), DiagnosisError> {
     let stage = board.stage;
     board.found.hypotheses.sort_by(|a, b| b.ln_bayes.total_cmp(&a.ln_bayes));
     let hypotheses = &board.found.hypotheses;
-    let mut bases: Vec<DVector<f64>> = hypotheses.iter().take(BEST).map(|r| board.base_of(r)).collect();
-    bases.extend(box_starts(&stage.scene, BEST, 0));
+    let mut bases: Vec<DVector<f64>> = hypotheses.iter().take(stage.effort().best).map(|r| board.base_of(r)).collect();
+    bases.extend(box_starts(&stage.scene, stage.effort().best, 0));
     let faults: Vec<FaultScore> = (0..stage.faults.len()).map(FaultScore::unscored).collect();
     let mut kinds: Vec<&str> = Vec::new();
     let mut is_polished = |(k, r): &(usize, &Refit)| {
-        let is_new = !kinds.contains(&r.name()) && kinds.len() < POLISHED_KINDS;
+        let is_new = !kinds.contains(&r.name()) && kinds.len() < stage.effort().polished_kinds;
         if is_new {
             kinds.push(r.name());
         }
-        is_new || *k < POLISHED
+        is_new || *k < stage.effort().polished
     };
     let jobs: Vec<Job<'_>> = hypotheses
         .iter()

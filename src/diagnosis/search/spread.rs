@@ -11,11 +11,11 @@
 //! A spread can follow most changes of a structure, so that it brings the parameters of the base near their truth where a large effect has
 //! pulled the fit into a wrong basin: hypotheses are fitted again from there.
 
-use super::hypothesis::NINETY;
 use crate::diagnosis::error::{DiagnosisError, unsolvable};
 use crate::diagnosis::problem::evidence::{ln_evidence, ln_sum};
 use crate::diagnosis::problem::fit::{Fit, STEPS, fit_from};
 use crate::diagnosis::screen::stage::Stage;
+use crate::diagnosis::thresholds::{NINETY, SPREAD_FACTOR, SPREAD_SCALES};
 use crate::effect::{Context, Part, PartKind, Structure};
 use crate::linalg::DVector;
 use crate::model::spec::{OverrideSpec, ParameterSpec};
@@ -27,15 +27,6 @@ use std::fmt;
 
 /// What is spread: each alone, and both.
 const FIELDS: [&[Property]; 3] = [&[Property::Stiffness], &[Property::Mass], &[Property::Stiffness, Property::Mass]];
-/// τ: a prior that is even in ln τ, from what tolerances of manufacture scatter to what is hardly a model any more.
-const SCALES: [f64; 3] = [0.05, 0.15, 0.45];
-/// Bounds of a factor: beyond them a part is another part.
-const FACTOR: [f64; 2] = [0.1, 4.0];
-/// Factors of a property, at most: a finer mesh is taken by its members.
-const MOST: usize = 60;
-/// Starts of a fit, and their steps; the best goes on.
-const STARTS: usize = 3;
-const FIRST_STEPS: usize = 8;
 
 /// A property of an element.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -137,7 +128,7 @@ pub(crate) fn spreads(stage: &Stage, bases: &[DVector<f64>]) -> Result<Vec<Fitte
         return Ok(Vec::new());
     }
     let base = ln_evidence(&stage.fit)?;
-    let work = stage.settings.listener.work("fitting changes of every element", FIELDS.len() * SCALES.len());
+    let work = stage.settings.listener.work("fitting changes of every element", FIELDS.len() * SPREAD_SCALES.len());
     let of = |properties: &&[Property]| {
         let parts: Vec<(Property, String)> =
             properties.iter().flat_map(|&p| parts(stage, p).into_iter().map(move |name| (p, name))).collect();
@@ -147,7 +138,7 @@ pub(crate) fn spreads(stage: &Stage, bases: &[DVector<f64>]) -> Result<Vec<Fitte
         let mut starts: Vec<DVector<f64>> = bases.iter().map(|x| neutral(x, parts.len())).collect();
         let mut found: Vec<(f64, Fit)> = Vec::new();
         // From the middle: each is a start of the next.
-        for scale in [SCALES[1], SCALES[0], SCALES[2]] {
+        for scale in [SPREAD_SCALES[1], SPREAD_SCALES[0], SPREAD_SCALES[2]] {
             if stage.settings.until.is_over() {
                 break;
             }
@@ -160,7 +151,7 @@ pub(crate) fn spreads(stage: &Stage, bases: &[DVector<f64>]) -> Result<Vec<Fitte
         let (_, fit) = found.iter().max_by(|a, b| a.0.total_cmp(&b.0))?;
         let evidences: Vec<f64> = found.iter().map(|f| f.0).collect();
         let n = fit.x.len() - parts.len();
-        let ln_bayes = ln_sum(&evidences) - (SCALES.len() as f64).ln() - base;
+        let ln_bayes = ln_sum(&evidences) - (SPREAD_SCALES.len() as f64).ln() - base;
         let spread = Spread { ln_bayes, misfit: fit.misfit, factors: factors(parts, fit).ok()? };
         Some(Fitted { spread, base: fit.x.rows(0, n).into_owned() })
     };
@@ -179,12 +170,12 @@ fn factors(parts: Vec<(Property, String)>, fit: &Fit) -> Result<Vec<SpreadFactor
     let (theta, n) = (fit.theta.len() - parts.len(), fit.x.len() - parts.len());
     let of = |(k, (property, part)): (usize, (Property, String))| {
         let factor = fit.theta[theta + k];
-        let half = NINETY * covariance[(n + k, n + k)].sqrt() * (FACTOR[1] - FACTOR[0]);
+        let half = NINETY * covariance[(n + k, n + k)].sqrt() * (SPREAD_FACTOR[1] - SPREAD_FACTOR[0]);
         SpreadFactor {
             part,
             property,
             factor,
-            interval: [factor - half, factor + half].map(|v| v.clamp(FACTOR[0], FACTOR[1])),
+            interval: [factor - half, factor + half].map(|v| v.clamp(SPREAD_FACTOR[0], SPREAD_FACTOR[1])),
         }
     };
     let mut out: Vec<SpreadFactor> = parts.into_iter().enumerate().map(of).collect();
@@ -194,7 +185,7 @@ fn factors(parts: Vec<(Property, String)>, fit: &Fit) -> Result<Vec<SpreadFactor
 
 /// Values of the base with every factor at one.
 fn neutral(x: &DVector<f64>, n: usize) -> DVector<f64> {
-    x.clone().resize_vertically(x.len() + n, (1.0 - FACTOR[0]) / (FACTOR[1] - FACTOR[0]))
+    x.clone().resize_vertically(x.len() + n, (1.0 - SPREAD_FACTOR[0]) / (SPREAD_FACTOR[1] - SPREAD_FACTOR[0]))
 }
 
 /// ln Z_τ and the fit, factors last.
@@ -210,7 +201,7 @@ fn fit_spread(
         let name = format!("retune.spread.{}", k + 1);
         let parameter = ParameterSpec {
             value: Scalar::constant(1.0),
-            bounds: Some(FACTOR.map(Scalar::constant)),
+            bounds: Some(SPREAD_FACTOR.map(Scalar::constant)),
             unit: None,
             prior_sd: Some(Scalar::constant(scale)),
             description: String::new(),
@@ -225,9 +216,9 @@ fn fit_spread(
             .insert(name, OverrideSpec { of: vec![part.clone()], stiffness, mass, ..OverrideSpec::default() });
     }
     let scene = stage.scene.with_file(file, stage.scene.added.clone())?;
-    let mut fit = fit_from(&scene, starts, stage.weight, STARTS, FIRST_STEPS)?;
+    let mut fit = fit_from(&scene, starts, stage.weight, stage.effort().spread_starts, stage.effort().spread_steps)?;
     fit = fit_from(&scene, std::slice::from_ref(&fit.x), stage.weight, 1, STEPS)?;
-    let ln_priors = -(parts.len() as f64) * (scale / (FACTOR[1] - FACTOR[0])).ln();
+    let ln_priors = -(parts.len() as f64) * (scale / (SPREAD_FACTOR[1] - SPREAD_FACTOR[0])).ln();
     Ok((ln_evidence(&fit)? + ln_priors, fit))
 }
 
@@ -244,7 +235,7 @@ fn parts(stage: &Stage, property: Property) -> Vec<String> {
         taken.map(|p| p.name.clone()).collect()
     };
     let elements = of(&|p| p.kind == PartKind::Element);
-    if elements.len() <= MOST {
+    if elements.len() <= stage.effort().spread_parts {
         elements
     } else {
         of(&|p| p.is_member && matches!(p.kind, PartKind::Chain | PartKind::Element))

@@ -5,8 +5,6 @@ use crate::diagnosis::screen::stage::Stage;
 use crate::effect::{Candidate, NewParameter};
 use crate::linalg::DVector;
 
-/// Starts of a full refit, after a look at all.
-pub(crate) const STARTS: usize = 4;
 /// Sizes of a start, as multiples of the typical one.
 const LADDER: [f64; 4] = [0.1, 0.4, 1.0, 3.0];
 

@@ -5,19 +5,14 @@
 //! odds are smaller, so what is simpler stands where the data do not ask for more.
 
 use super::hypothesis::{Refit, Tried};
-use super::run::{Job, NEAR, best_and_of_every_kind, run};
+use super::run::{Job, best_and_of_every_kind, run};
 use super::short_fit::shortest;
 use super::spread::Fitted;
-use crate::diagnosis::problem::evidence::STRONG;
 use crate::diagnosis::screen::effects::Score;
 use crate::diagnosis::screen::stage::Stage;
+use crate::diagnosis::thresholds::STRONG;
 use crate::effect::{Candidate, LocationKind};
 use crate::linalg::DVector;
-
-/// Wider places around the best that are refitted in full.
-const AROUND: usize = 9;
-/// Effects that are tried in all axes.
-const WITH_ALL_AXES: usize = 12;
 
 /// Whether something at a wider place could explain more than the best so far: about what the spreads do, which have every span
 /// among them. What needs a mode that the test has missed does not count.
@@ -32,7 +27,7 @@ pub(crate) fn may_be_wider(stage: &Stage, spreads: &[Fitted], done: &[Refit]) ->
 /// * `base` - ln evidence of the base
 pub(crate) fn on_wider_places(stage: &Stage, bases: &[DVector<f64>], limit: usize, base: f64) -> Vec<Refit> {
     let Ok(wider) = stage.on_wider(stage.wider_candidates(None, |_| true)) else { return Vec::new() };
-    let all: Vec<&Score> = wider.effects.iter().take(NEAR).collect();
+    let all: Vec<&Score> = wider.effects.iter().take(stage.effort().near).collect();
     let best = best_and_of_every_kind(&wider, shortest(&wider, &all, bases), limit);
     let jobs: Vec<Job<'_>> = best.into_iter().map(|s| Job::Effect(s, bases)).collect();
     run(&wider, &jobs, base)
@@ -57,9 +52,9 @@ pub(crate) fn beyond_the_best(stage: &Stage, done: &[Refit], base: f64) -> Vec<R
     };
     let Ok(wider) = stage.on_wider(stage.wider_candidates(Some(&there.names), is_like)) else { return Vec::new() };
     let bases = [best.fit.x.rows(0, stage.fit.x.len()).into_owned()];
-    let like: Vec<&Score> = wider.effects.iter().take(NEAR).collect();
-    let like = if like.len() > AROUND { shortest(&wider, &like, &bases) } else { like };
-    let jobs: Vec<Job<'_>> = like.into_iter().take(AROUND).map(|s| Job::Effect(s, &bases)).collect();
+    let like: Vec<&Score> = wider.effects.iter().take(stage.effort().near).collect();
+    let like = if like.len() > stage.effort().around { shortest(&wider, &like, &bases) } else { like };
+    let jobs: Vec<Job<'_>> = like.into_iter().take(stage.effort().around).map(|s| Job::Effect(s, &bases)).collect();
     let mut tried = run(&wider, &jobs, base);
     tried.retain(|r| r.ln_bayes > best.ln_bayes);
     tried
@@ -88,7 +83,7 @@ pub(crate) fn in_all_axes(stage: &Stage, done: &[Refit], base: f64) -> Vec<Refit
     };
     let mut wanted = stage.wider_candidates(Some(&near), |c| rank(c).is_some());
     wanted.sort_by_key(rank);
-    wanted.truncate(WITH_ALL_AXES);
+    wanted.truncate(stage.effort().with_all_axes);
     let Ok(wider) = stage.on_wider(wanted) else { return Vec::new() };
     let n = stage.fit.x.len();
     let base_of =

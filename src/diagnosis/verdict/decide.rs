@@ -20,30 +20,26 @@ use super::warnings::warnings;
 use super::words::{of_noise_or_model, of_one, of_several, of_two};
 use crate::diagnosis::error::DiagnosisError;
 use crate::diagnosis::problem::evidence::{
-    EACH_REMAINDER, REMAINDER, STRONG, degrees_of_freedom, goodness_of_fit, held_out_in_all, ln_mean, something_else,
+    degrees_of_freedom, goodness_of_fit, held_out_in_all, ln_mean, something_else,
 };
 use crate::diagnosis::problem::fit::project;
 use crate::diagnosis::result::{Diagnosis, HypothesisResult, Kind, Together, Verdict};
-use crate::diagnosis::screen::noise::{DRAWS, whiteness, worst_shape};
+use crate::diagnosis::screen::noise::{whiteness, worst_shape};
 use crate::diagnosis::screen::stage::Stage;
 use crate::diagnosis::search::board::{Refits, merge};
 use crate::diagnosis::search::hypothesis::{Refit, Tried};
 use crate::diagnosis::search::joint::together;
 use crate::diagnosis::search::pairs::{Pair, pair};
-use crate::diagnosis::search::prior::{MOST_NOISE, Odds, ln_odds_of_noise, ln_odds_of_none};
+use crate::diagnosis::search::prior::{Odds, ln_odds_of_noise, ln_odds_of_none};
 use crate::diagnosis::search::remainder::{Remainder, is_noise, place_of, remains};
 use crate::diagnosis::search::run::refit_these;
-use crate::diagnosis::search::several::{Chain, WORTH_A_TRY, chain};
+use crate::diagnosis::search::several::{Chain, chain};
 use crate::diagnosis::search::singles::refit;
 use crate::diagnosis::search::spread::{self, Fitted, Spread};
 use crate::diagnosis::settings::Settings;
+use crate::diagnosis::thresholds::{DOUBT, DRAWS, EACH_REMAINDER, MOST_NOISE, REMAINDER, STRONG, WORTH_A_TRY};
 use crate::linalg::DVector;
 use std::collections::BTreeSet;
-
-/// Above this the probability that nothing is missing is told beside what is named.
-const DOUBT: f64 = 0.05;
-/// Tied hypotheses that are checked for what they leave.
-const CHECKED: usize = 3;
 
 /// The diagnosis of what was refitted. Where two are named, each alone is fitted once more from where the two have brought the base, and if
 /// that is much better, all is concluded anew: neither may suffice alone because it was fitted in a wrong basin.
@@ -348,7 +344,7 @@ fn name(
     let may_be_named = p.other() < 0.5;
     // What imitates something else fits the modes it was fitted to; the others it predicts worse than the base does.
     let predicts = |r: &Refit| r.held_out < otherwise.held_before;
-    for &i in tied.iter().take(if may_be_named { CHECKED } else { 1 }) {
+    for &i in tied.iter().take(if may_be_named { settings.effort.checked } else { 1 }) {
         let (found, stage) = remains(base, &refits[i], settings)?;
         // What needs a mode that the test has missed is not put before what is more probable.
         let is_believed = found.passes && (refits[i].missed == 0 || i == tied[0]);

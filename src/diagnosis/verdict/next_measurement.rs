@@ -19,8 +19,6 @@ use crate::model::{AXES, Model, ParametricModel};
 use crate::objective::{Comparison, Scaling};
 use rayon::prelude::*;
 
-/// Hypotheses that are compared, at most.
-const TIED: usize = 5;
 /// Modes above the measured ones that a longer sweep would show.
 const NEXT_MODES: usize = 3;
 /// A known mass for a second test, as a share of the total.
@@ -50,7 +48,7 @@ pub(crate) fn next_measurements(
     let tied: Vec<&Refit> = refits
         .iter()
         .filter(|r| r.ln_bayes > threshold && r.fit.unpaired.is_empty() && matches!(r.tried, Tried::Effect(_)))
-        .take(TIED)
+        .take(base.effort().compared)
         .collect();
     if tied.len() < 2 {
         return Ok(Vec::new());
@@ -94,15 +92,12 @@ fn separation(a: &(DVector<f64>, DMatrix<f64>), b: &(DVector<f64>, DMatrix<f64>)
     }
 }
 
-/// Nodes at which a next measurement is sought, at most: of more, every k-th.
-const MOST_NODES: usize = 600;
-
 /// Nodes and directions where a sensor could stand.
-fn places(model: &Model) -> Vec<(usize, usize)> {
+fn places(model: &Model, most: usize) -> Vec<(usize, usize)> {
     let dofs = model.dof_map();
     let n = model.spec().nodes.len();
     (0..n)
-        .step_by(n.div_ceil(MOST_NODES).max(1))
+        .step_by(n.div_ceil(most).max(1))
         .flat_map(|node| (0..3).map(move |axis| (node, axis)))
         .filter(|&(node, axis)| !dofs.express(node, Dof::ALL[axis]).is_empty())
         .collect()
@@ -116,7 +111,7 @@ fn proposals(base: &Stage) -> (Vec<Proposal>, Vec<f64>) {
     for case in &base.scene.cases {
         let names = &case.model.geometry().names;
         let m = case.modes().len();
-        let places = places(&case.model);
+        let places = places(&case.model, base.effort().next_nodes);
         let of = if base.scene.cases.len() > 1 { format!(" ({})", case.test.name) } else { String::new() };
         // Without modes there is none to see with one more sensor, mass or spring.
         let mut add = |what: String, place: &str, sds: Vec<f64>| {
@@ -229,7 +224,7 @@ fn predict_case(
             if largest > 0.0 { sign / now.amax().max(f64::MIN_POSITIVE) } else { sign }
         })
         .collect();
-    let places = places(&case.model);
+    let places = places(&case.model, base.effort().next_nodes);
     for &(node, axis) in &places {
         for m in 0..n_modes {
             out.push(scale[m] * motion(&base_names[node], axis, partners[m]));

@@ -5,10 +5,10 @@
 //! like noise speaks for "something else" beside it.
 
 use crate::diagnosis::problem::evidence::ln_sum;
-use crate::diagnosis::screen::noise::DRAWS;
 use crate::diagnosis::screen::stage::Stage;
 use crate::diagnosis::search::hypothesis::Refit;
 use crate::diagnosis::search::prior::{Odds, ln_odds_of_noise, ln_odds_of_none};
+use crate::diagnosis::thresholds::DRAWS;
 
 /// ln of prior odds times Bayes factor, against the base, of all that is compared. Every probability that is stated is one of these over
 /// their sum, and every ln B one of these less the ln of its odds.

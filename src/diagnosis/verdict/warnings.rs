@@ -2,12 +2,12 @@
 
 use super::words::{leaves_damping_aside, number};
 use crate::diagnosis::error::DiagnosisError;
-use crate::diagnosis::problem::evidence::STRONG;
-use crate::diagnosis::problem::fit::{Fit, ON_BOUND, fit_from};
+use crate::diagnosis::problem::fit::{Fit, fit_from};
 use crate::diagnosis::problem::mesh::{FINER, functions_moved, mesh_errors, modes, refined};
 use crate::diagnosis::problem::scene::{Case, Scene};
 use crate::diagnosis::screen::stage::Stage;
 use crate::diagnosis::search::hypothesis::{Estimate, Refit, Tried};
+use crate::diagnosis::thresholds::{ON_BOUND, STRONG};
 use crate::fault::Tests;
 use crate::model::Model;
 use crate::objective::Scaling;

@@ -1,12 +1,11 @@
 //! The answer of a diagnosis in a sentence.
 
-use crate::diagnosis::problem::evidence::STRONG;
 use crate::diagnosis::result::{HypothesisResult, Kind, Verdict};
 use crate::diagnosis::screen::noise::WorstShape;
 use crate::diagnosis::screen::stage::Stage;
 use crate::diagnosis::search::pairs::Pair;
-use crate::diagnosis::search::prior::MOST_NOISE;
 use crate::diagnosis::search::several::Chain;
+use crate::diagnosis::thresholds::{MOST_NOISE, STRONG};
 use crate::fault::Tests;
 
 /// `; the data cannot tell it from 3 others`
