@@ -20,7 +20,7 @@ mod values;
 pub(crate) use answer::Answer;
 pub(crate) use correlation::{Compare, Placement, Pretest, Sensitivity};
 pub(crate) use deck::{Import, ParametersOf, SolverOf};
-pub(crate) use diagnosis::{Add, Benchmark, BenchmarkWhat, Diagnose, Learn, SearchOptions, Undo};
+pub(crate) use diagnosis::{Add, Benchmark, BenchmarkWhat, Diagnose, Learn, Merge, SearchOptions, Undo};
 pub(crate) use export::{Export, Reduction};
 pub(crate) use init::{Completions, Explain, Init, InitOf, List, ListOf, Manual, Schema, SchemaOf};
 pub(crate) use matrices::{Matrices, Prepare};
@@ -84,6 +84,7 @@ pub(crate) enum Command {
     Undo(Undo),
     Learn(Learn),
     Benchmark(Benchmark),
+    Merge(Merge),
     Matrices(Matrices),
     Prepare(Prepare),
     Schema(Schema),

@@ -102,6 +102,7 @@ fn perform(cli: &Cli) -> u8 {
         Command::Undo(a) => commands::add::run_undo(a),
         Command::Learn(a) => commands::learn::run(a),
         Command::Benchmark(a) => commands::benchmark::run(a),
+        Command::Merge(a) => commands::merge::run(a),
         Command::Matrices(a) => commands::matrices::run(a),
         Command::Prepare(a) => commands::prepare::run(a),
         Command::Schema(a) => commands::schema::run(a),

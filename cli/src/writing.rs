@@ -42,6 +42,11 @@ pub(crate) fn check_room(path: &Path, force: bool, bytes: usize) -> Result<(), F
     probe().map_err(|e| unwritable(path, &e.to_string()))
 }
 
+/// Whether an output's name leads to a file that is there already.
+pub(crate) fn is_there(path: &Path) -> bool {
+    matches!(target(path), Ok(Target::File { meta: Some(_), .. }))
+}
+
 /// Enters a file of which nobody but the library writes: a checkpoint.
 pub(crate) fn reserve(path: &Path) -> Result<(), Failure> {
     match target(path).map_err(|e| unwritable(path, &e))? {

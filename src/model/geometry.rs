@@ -54,6 +54,16 @@ pub(crate) fn axes_along(along: Vector, near_z: Vector) -> Option<Rotation> {
     Some([x, y, cross(x, y)])
 }
 
+/// Axes turned about their x by an angle, rad.
+pub(super) fn turned(axes: Rotation, angle: f64) -> Rotation {
+    if angle == 0.0 {
+        return axes;
+    }
+    let [x, y, z] = axes;
+    let (sin, cos) = angle.sin_cos();
+    [x, plus(y.map(|v| v * cos), sin, z), plus(z.map(|v| v * cos), -sin, y)]
+}
+
 /// A frame of the file.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Frame {

@@ -26,11 +26,13 @@ mod exported;
 mod first_mode;
 mod geometry;
 mod joined;
+mod laminate;
 mod lint;
 mod load;
 mod loose;
 mod mass_properties;
 mod motion_kinds;
+mod open_section;
 #[cfg(test)]
 mod override_tests;
 mod parameter;
@@ -40,6 +42,8 @@ mod placed_matrices;
 mod polynomial;
 mod reduced;
 mod registry;
+#[cfg(test)]
+mod section_tests;
 mod solver;
 pub mod spec;
 #[cfg(test)]

@@ -6,13 +6,14 @@ mod lumps;
 mod overrides;
 mod parameters;
 mod section;
+mod shape;
 mod superelements;
 mod supports;
 
 pub(super) use parameters::parameters;
 pub(super) use superelements::left_out_of_effects;
 
-use super::geometry::{Geometry, Rotation, axes_along, minus, plus, unit, unknown, vector};
+use super::geometry::{Geometry, Rotation, axes_along, minus, plus, turned, unit, unknown, vector};
 use super::parameter::ParameterSet;
 use super::placed_element::{Compliance, PlacedElement};
 use super::registry::Registry;
@@ -107,6 +108,8 @@ struct Entry<'a> {
     frame: Option<&'a str>,
     /// Rigid arms from its nodes to its ends, global, m; none where it is empty.
     arms: Vec<[f64; 3]>,
+    /// From the stated axes to the principal axes of its cross-section, about x, rad.
+    turn: f64,
 }
 
 impl Placer<'_> {
@@ -179,8 +182,8 @@ impl Placer<'_> {
                 }
             }
         }
-        let values = self.values(kind, &sets);
-        Entry { path, kind, section, values, orientation: None, frame: None, arms: Vec::new() }
+        let (values, turn) = self.shaped_values(kind, &sets);
+        Entry { path, kind, section, values, orientation: None, frame: None, arms: Vec::new(), turn }
     }
 
     /// Adds an element on nodes; `name` is claimed by the caller.
@@ -216,7 +219,7 @@ impl Placer<'_> {
                     }
                     return None;
                 };
-                axes
+                turned(axes, entry.turn)
             }
             Axes::Given => self.frame_axes(entry)?,
         };
@@ -235,6 +238,7 @@ impl Placer<'_> {
             arms: entry.arms.clone(),
             axes,
             is_oriented: entry.orientation.is_some(),
+            turn: entry.turn,
             points,
             values: entry.values.clone(),
             stiffness_factor: None,

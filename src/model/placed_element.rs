@@ -21,6 +21,8 @@ pub struct PlacedElement {
     pub axes: Rotation,
     /// Whether the file states the direction of its z axis; else it is the default.
     pub is_oriented: bool,
+    /// How far its axes are turned about x from the stated or default ones, to the principal axes of its cross-section, rad.
+    pub turn: f64,
     /// Positions of its nodes in its axes, relative to the first, m.
     pub points: Vec<[f64; 3]>,
     /// Its property values, in the order of the type's properties.

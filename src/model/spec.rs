@@ -6,12 +6,17 @@
 mod links;
 mod places;
 mod sections;
+mod shapes;
 mod solver;
 mod superelements;
 
 pub use links::{ImportedSpec, WeightedLinkSpec, WeightedNodes};
 pub use places::{FrameSpec, LineSpec, NodeRule, NodeSpec, OneOrThree, RotateSpec};
-pub use sections::{BoxSpec, CircleSpec, RectangleSpec, SectionSpec, SectionValue, ShapeSpec, TubeSpec};
+pub use sections::{SectionSpec, SectionValue};
+pub use shapes::{
+    AngleSpec, BoxSpec, ChannelSpec, CircleSpec, ISpec, LaminateSpec, PlyMaterialSpec, PlySpec, RectangleSpec,
+    ShapeSpec, TeeSpec, TubeSpec,
+};
 pub use solver::{DependenceSpec, KnownSolver, SolverSpec, WordsSpec, WritesSpec, WrittenSpec};
 pub use superelements::{
     CheckSpec, ExportSpec, MatrixSpec, NodeLabel, PreloadSpec, RecoverySpec, SuperelementSpec, TermSpec, UnitsSpec,

@@ -2,6 +2,7 @@
 
 use super::{Answer, PairingOptions, values};
 use clap::{Args, ValueEnum};
+use retune::diagnosis::benchmark::Part;
 use std::path::PathBuf;
 
 /// What is tried, and for how long. Ctrl-C ends a search with the best answer so far.
@@ -140,7 +141,9 @@ pub(crate) struct Learn {
 
 /// How good is a diagnosis? Synthetic twins with a known answer, and the score.
 #[derive(Debug, Args)]
-#[command(after_help = "Example:\n  retune benchmark diagnosis --structure cantilever")]
+#[command(after_help = "Examples:
+  retune benchmark diagnosis --structure cantilever
+  retune benchmark diagnosis --seed 26 --shard 3/8 -o shard-3.json     # on one machine of eight; see `retune merge`")]
 pub(crate) struct Benchmark {
     /// What to measure.
     pub(crate) what: BenchmarkWhat,
@@ -180,6 +183,26 @@ pub(crate) struct Benchmark {
     /// Only cases with this in the name of what is hidden, with all their hypotheses.
     #[arg(long, value_name = "TEXT")]
     pub(crate) case: Option<String>,
+    /// Run only this part of the cases, counted from 1 as 3/8, and write it for `retune merge`: to FILE, or to standard output. A FILE that
+    /// has it already is kept.
+    #[arg(long, value_name = "I/N", conflicts_with_all = ["cases", "json"])]
+    pub(crate) shard: Option<Part>,
+    #[command(flatten)]
+    pub(crate) answer: Answer,
+}
+
+/// Merge the shards of a benchmark into what one run of all its cases gives.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  retune merge shard-*.json
+  retune merge shard-*.json --cases -o benchmark.json")]
+pub(crate) struct Merge {
+    /// What `retune benchmark --shard` has written, all of it, in any order.
+    #[arg(required = true, num_args = 1.., value_name = "FILE")]
+    pub(crate) files: Vec<PathBuf>,
+    /// Print every case.
+    #[arg(long)]
+    pub(crate) cases: bool,
     #[command(flatten)]
     pub(crate) answer: Answer,
 }

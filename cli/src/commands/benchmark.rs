@@ -1,16 +1,24 @@
 //! `retune benchmark`
 
 use crate::DONE;
-use crate::args::{Benchmark, BenchmarkWhat};
-use crate::output::{Failure, print};
+use crate::args::{Answer, Benchmark, BenchmarkWhat};
+use crate::output::{Failure, print, shown};
 use crate::progress::bar;
+use crate::{files, writing};
 use retune::catalogue::did_you_mean;
-use retune::diagnosis::benchmark::{Benchmark as Measured, Plan, STRUCTURES, Score, Share, benchmark};
+use retune::diagnosis::benchmark::{
+    Benchmark as Measured, Class, Part, Plan, STRUCTURES, Score, Shard, Share, benchmark, run_shard,
+};
 use retune::diagnosis::{Settings, Verdict};
 use std::fmt::Write as _;
 
+/// Bytes of a shard, at most: whole diagnoses of many cases are in it.
+pub(crate) const LARGEST_SHARD: u64 = 1 << 30;
+
 pub(crate) fn run(args: &Benchmark) -> Result<u8, Failure> {
-    args.answer.check()?;
+    if args.shard.is_none() {
+        args.answer.check()?;
+    }
     let BenchmarkWhat::Diagnosis = args.what;
     let known = || STRUCTURES.iter().map(|s| s.0);
     if let Some(name) = args.structure.iter().find(|name| !known().any(|k| k == *name)) {
@@ -38,17 +46,54 @@ pub(crate) fn run(args: &Benchmark) -> Result<u8, Failure> {
         only: args.case.clone(),
         ..Plan::default()
     };
+    let settings = Settings::default();
     let bar = bar("cases");
-    let result = benchmark(&plan, &Settings::default(), &|done, of| {
+    let progress = |done: usize, of: usize| {
         bar.set_length(of as u64);
         bar.set_position(done as u64);
-    })?;
-    bar.finish_and_clear();
-    if args.answer.needs_json() {
-        args.answer.give(&serde_json::to_value(&result)?);
+    };
+    if let Some(part) = args.shard {
+        if is_there(args, &plan, &settings, part)? {
+            return Ok(DONE);
+        }
+        let text = run_shard(&plan, &settings, part, &progress)?.to_text()?;
+        bar.finish_and_clear();
+        match &args.answer.output {
+            Some(path) => {
+                let _ = writing::write(path, &text);
+            }
+            None => print(&text),
+        }
+        return Ok(DONE);
     }
-    if !args.answer.json {
-        print(&text(&result, args.cases || args.case.is_some()));
+    let result = benchmark(&plan, &settings, &progress)?;
+    bar.finish_and_clear();
+    give(&args.answer, &result, args.cases || args.case.is_some())
+}
+
+/// Whether the output has the shard already, so that nothing need be run.
+fn is_there(args: &Benchmark, plan: &Plan, settings: &Settings, part: Part) -> Result<bool, Failure> {
+    let Some(path) = args.answer.output.as_ref().filter(|path| !args.answer.force && writing::is_there(path)) else {
+        args.answer.check()?;
+        return Ok(false);
+    };
+    let shard = Shard::read(&files::read_at_most(path, LARGEST_SHARD)?);
+    match shard.and_then(|shard| shard.check(plan, settings, part)) {
+        Ok(()) => {
+            note!("{} is shard {part} of this benchmark already; nothing is run", shown(path));
+            Ok(true)
+        }
+        Err(why) => Err(Failure::text(format!("{} exists: {why}; give --force to overwrite it", shown(path)))),
+    }
+}
+
+/// Gives the result of all cases.
+pub(crate) fn give(answer: &Answer, result: &Measured, cases: bool) -> Result<u8, Failure> {
+    if answer.needs_json() {
+        answer.give(&serde_json::to_value(result)?);
+    }
+    if !answer.json {
+        print(&text(result, cases));
     }
     Ok(DONE)
 }
@@ -57,9 +102,9 @@ fn text(result: &Measured, cases: bool) -> String {
     let mut out = String::new();
     if cases {
         for o in result.outcomes.iter().filter(|o| o.verdict.is_some()) {
-            let good = if o.class == "nothing" {
+            let good = if o.class == Class::Nothing {
                 o.verdict == Some(Verdict::Adequate)
-            } else if o.class == "outside" {
+            } else if o.class == Class::Outside {
                 o.verdict == Some(Verdict::Unexplained)
             } else {
                 o.right

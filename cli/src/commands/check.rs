@@ -140,7 +140,12 @@ fn describe_axes(model: &Model, out: &mut String) {
     for e in axes(model) {
         let entry = e.path.split_once('.').map_or(e.path.as_str(), |(_, name)| name);
         let how = if e.is_oriented { "stated" } else { "default" };
-        let text = format!("z of the section {} ({how}), y {}", direction(e.axes[2]), direction(e.axes[1]));
+        let turned = if e.turn == 0.0 {
+            String::new()
+        } else {
+            format!(", turned by {:.1} degrees to principal axes", e.turn.to_degrees())
+        };
+        let text = format!("z of the section {} ({how}{turned}), y {}", direction(e.axes[2]), direction(e.axes[1]));
         match lines.iter_mut().find(|l| l.0 == text) {
             Some((_, names)) if names.contains(&entry) => {}
             Some((_, names)) => names.push(entry),

@@ -22,6 +22,7 @@ pub(crate) mod manual;
 pub(crate) mod map;
 pub(crate) mod matrices;
 pub(crate) mod measured;
+pub(crate) mod merge;
 pub(crate) mod modes;
 pub(crate) mod prepare;
 pub(crate) mod pretest;

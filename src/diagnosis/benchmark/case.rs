@@ -20,7 +20,7 @@ use crate::fault::{Number, PlacedFault, SingleTest};
 use crate::linalg::DVector;
 use crate::objective::Scaling;
 use crate::optim::Draw;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// A hypothesis that takes away more of the misfit than this can be seen at all.
@@ -35,14 +35,28 @@ pub(super) struct Case {
     pub(super) seed: u64,
 }
 
+/// What kind of thing is hidden in a twin.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Class {
+    /// Nothing.
+    Nothing,
+    /// An effect of the catalogue.
+    Effect,
+    /// A fault of the measurement.
+    Fault,
+    /// A change of the structure that no effect makes.
+    Outside,
+}
+
 /// What was hidden and what was found.
 #[expect(clippy::struct_excessive_bools, reason = "each answers a question of its own")]
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
     /// Name of the structure.
     pub structure: String,
-    /// `nothing`, `effect`, `fault` or `outside`.
-    pub class: &'static str,
+    /// What kind of thing was hidden.
+    pub class: Class,
     /// Name of what was hidden.
     pub name: String,
     /// `point-mass@n8`: what was hidden and where.
@@ -90,7 +104,7 @@ pub struct Outcome {
     /// Of the modes that are: how many were called foreign, and how many there are.
     pub true_lost: [usize; 2],
     /// The whole answer, where a single case was asked for.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub diagnosis: Option<Diagnosis>,
 }
 
@@ -164,10 +178,10 @@ impl Specimen {
             return Ok(None);
         }
         let (class, name) = match &case.hidden {
-            Hidden::Nothing => ("nothing", "nothing"),
-            Hidden::Effect(c) => ("effect", c.effect.name()),
-            Hidden::Fault(f) => ("fault", f.name()),
-            Hidden::Outside(k) => ("outside", *k),
+            Hidden::Nothing => (Class::Nothing, "nothing"),
+            Hidden::Effect(c) => (Class::Effect, c.effect.name()),
+            Hidden::Fault(f) => (Class::Fault, f.name()),
+            Hidden::Outside(k) => (Class::Outside, *k),
         };
         let mut out = Outcome {
             structure: self.name.clone(),
@@ -197,7 +211,7 @@ impl Specimen {
             true_lost: [0, 0],
             diagnosis: None,
         };
-        if class != "nothing" && !out.visible {
+        if class != Class::Nothing && !out.visible {
             return Ok(Some(out));
         }
         let (test, added) = with_foreign(&truth.test, plan, case.seed);
@@ -279,9 +293,9 @@ fn compare(out: &mut Outcome, found: &Investigation, case: &Case) {
     let best = d.hypotheses.iter().max_by(|a, b| a.probability.total_cmp(&b.probability));
     let top = best.map_or(0.0, |h| h.probability);
     (out.stated, out.stated_right) = if d.probability_none >= top && d.probability_none >= d.probability_other {
-        (d.probability_none, out.class == "nothing")
+        (d.probability_none, out.class == Class::Nothing)
     } else if d.probability_other >= top {
-        (d.probability_other, out.class == "outside")
+        (d.probability_other, out.class == Class::Outside)
     } else {
         (top, best.is_some_and(|h| same_id(&h.id, &out.id)))
     };

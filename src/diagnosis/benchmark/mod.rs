@@ -12,21 +12,26 @@ mod case;
 mod foreign;
 mod hidden;
 mod score;
+mod shard;
 mod structures;
 
 use case::Case;
-pub use case::Outcome;
+pub use case::{Class, Outcome};
 pub use foreign::foreign_mode;
 pub use score::{Calibration, Score, Share};
+pub use shard::{MergeError, Part, Shard, ShardError, merge, run_shard};
 pub use structures::{STRUCTURES, Specimen};
+
+use shard::CaseResult;
 
 use crate::diagnosis::error::DiagnosisError;
 use crate::diagnosis::settings::Settings;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// How much is tried.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Plan {
     /// Names of the structures; all when empty.
     pub structures: Vec<String>,
@@ -76,13 +81,28 @@ impl Default for Plan {
     }
 }
 
+impl Plan {
+    /// Whether a structure takes part.
+    fn wants(&self, structure: &str) -> bool {
+        self.structures.is_empty() || self.structures.iter().any(|s| s == structure)
+    }
+}
+
 /// What came out.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Benchmark {
     /// Every case.
     pub outcomes: Vec<Outcome>,
     /// The score.
     pub score: Score,
+}
+
+impl Benchmark {
+    /// Of the outcomes in the order of the cases.
+    fn of(outcomes: Vec<Outcome>) -> Self {
+        let score = Score::new(&outcomes);
+        Self { outcomes, score }
+    }
 }
 
 /// Runs the plan; `progress` is told how many of how many cases are done.
@@ -93,9 +113,20 @@ pub fn benchmark(
     settings: &Settings,
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> Result<Benchmark, DiagnosisError> {
+    let (_, results) = run(plan, settings, Part::WHOLE, progress)?;
+    Ok(Benchmark::of(results.into_iter().filter_map(|r| r.outcome).collect()))
+}
+
+/// Runs the cases of a part, and says how many cases there are in all.
+fn run(
+    plan: &Plan,
+    settings: &Settings,
+    part: Part,
+    progress: &(dyn Fn(usize, usize) + Sync),
+) -> Result<(usize, Vec<CaseResult>), DiagnosisError> {
     let mut cases: Vec<(Specimen, Vec<Case>)> = Vec::new();
     for (k, (name, text)) in STRUCTURES.iter().enumerate() {
-        if plan.structures.is_empty() || plan.structures.iter().any(|s| s == name) {
+        if plan.wants(name) {
             let specimen = Specimen::new(name, text, plan)?;
             let list = specimen.cases(plan, settings, plan.seed.wrapping_mul(1000).wrapping_add(k as u64));
             let wanted = |c: &Case| plan.only.as_ref().is_none_or(|only| c.id(&specimen).contains(only.as_str()));
@@ -104,17 +135,17 @@ pub fn benchmark(
         }
     }
     let all: Vec<(&Specimen, &Case)> = cases.iter().flat_map(|(s, list)| list.iter().map(move |c| (s, c))).collect();
+    let mine: Vec<usize> = part.positions(all.len()).collect();
     let done = AtomicUsize::new(0);
-    let outcomes: Vec<Option<Outcome>> = all
+    let results = mine
         .par_iter()
         .with_max_len(1)
-        .map(|(specimen, case)| {
+        .map(|&position| {
+            let (specimen, case) = all[position];
             let outcome = specimen.run(case, plan, settings);
-            progress(done.fetch_add(1, Ordering::Relaxed) + 1, all.len());
-            outcome.ok().flatten()
+            progress(done.fetch_add(1, Ordering::Relaxed) + 1, mine.len());
+            CaseResult { position, outcome: outcome.ok().flatten() }
         })
         .collect();
-    let outcomes: Vec<Outcome> = outcomes.into_iter().flatten().collect();
-    let score = Score::new(&outcomes);
-    Ok(Benchmark { outcomes, score })
+    Ok((all.len(), results))
 }

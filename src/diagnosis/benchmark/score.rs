@@ -1,6 +1,6 @@
 //! The score: shares with their counts, calibration, confusion.
 
-use super::case::Outcome;
+use super::case::{Class, Outcome};
 use crate::diagnosis::result::Verdict;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -96,8 +96,8 @@ pub struct Score {
 
 impl Score {
     pub(super) fn new(outcomes: &[Outcome]) -> Self {
-        let class = |c: &'static str| outcomes.iter().filter(move |o| o.class == c);
-        let seen = |c: &'static str| class(c).filter(|o| o.visible);
+        let class = |c: Class| outcomes.iter().filter(move |o| o.class == c);
+        let seen = |c: Class| class(c).filter(|o| o.visible);
         let alarmed = |o: &Outcome| o.verdict != Some(Verdict::Adequate);
         let mut confusion: BTreeMap<String, BTreeMap<String, usize>> = BTreeMap::new();
         for o in outcomes.iter().filter(|o| o.verdict.is_some()) {
@@ -112,28 +112,28 @@ impl Score {
         for name in outcomes.iter().map(|o| o.structure.clone()) {
             let here = |o: &&Outcome| o.structure == name;
             let shares = [
-                Share::of(class("nothing").filter(here), alarmed),
-                Share::of(seen("effect").filter(here), |o| o.right),
-                Share::of(seen("effect").filter(here), |o| o.tied),
+                Share::of(class(Class::Nothing).filter(here), alarmed),
+                Share::of(seen(Class::Effect).filter(here), |o| o.right),
+                Share::of(seen(Class::Effect).filter(here), |o| o.tied),
             ];
             structures.insert(name.clone(), shares);
         }
         Self {
-            false_alarms: Share::of(class("nothing"), alarmed),
-            visible_effects: Share::of(class("effect"), |o| o.visible),
-            right_first: Share::of(seen("effect"), |o| o.right),
-            alike_first: Share::of(seen("effect"), |o| o.alike),
-            right_kind: Share::of(seen("effect"), |o| o.right_kind),
-            in_tie_set: Share::of(seen("effect"), |o| o.tied),
-            wrong_and_alone: Share::of(seen("effect"), |o| {
+            false_alarms: Share::of(class(Class::Nothing), alarmed),
+            visible_effects: Share::of(class(Class::Effect), |o| o.visible),
+            right_first: Share::of(seen(Class::Effect), |o| o.right),
+            alike_first: Share::of(seen(Class::Effect), |o| o.alike),
+            right_kind: Share::of(seen(Class::Effect), |o| o.right_kind),
+            in_tie_set: Share::of(seen(Class::Effect), |o| o.tied),
+            wrong_and_alone: Share::of(seen(Class::Effect), |o| {
                 let named = matches!(o.verdict, Some(Verdict::MissingEffect | Verdict::MeasurementFault));
                 named && !o.right && !o.alike && o.ties == 0
             }),
-            faults_visible: Share::of(class("fault"), |o| o.visible),
-            faults_right: Share::of(seen("fault"), |o| o.right),
-            outside_adequate: Share::of(seen("outside"), |o| !alarmed(o)),
-            outside_unexplained: Share::of(seen("outside"), |o| o.verdict == Some(Verdict::Unexplained)),
-            error_removed: Share::of(seen("effect"), |o| o.removed >= 0.9),
+            faults_visible: Share::of(class(Class::Fault), |o| o.visible),
+            faults_right: Share::of(seen(Class::Fault), |o| o.right),
+            outside_adequate: Share::of(seen(Class::Outside), |o| !alarmed(o)),
+            outside_unexplained: Share::of(seen(Class::Outside), |o| o.verdict == Some(Verdict::Unexplained)),
+            error_removed: Share::of(seen(Class::Effect), |o| o.removed >= 0.9),
             foreign_named: Share::sum(outcomes.iter().map(|o| o.foreign_named)),
             true_lost: Share::sum(outcomes.iter().map(|o| o.true_lost)),
             calibration: Calibration::new(outcomes.iter().filter(|o| o.verdict.is_some())),

@@ -40,8 +40,10 @@ pub(super) fn check(elements: &[PlacedElement], parameters: &ParameterSet, probl
         if !(VERTICAL..INCLINED).contains(&sine) || said.contains(e.path.as_str()) {
             continue;
         }
-        let Some(other) = axes_along(x, [0.0, 1.0, 0.0]) else { continue };
-        if differs(e, angle(&e.axes, &other), &thetas) {
+        // A section that is turned to its principal axes is so either way.
+        let both = axes_along(x, default_near_z(x)).zip(axes_along(x, [0.0, 1.0, 0.0]));
+        let Some((default, other)) = both else { continue };
+        if differs(e, angle(&default, &other), &thetas) {
             said.insert(&e.path);
             problems.push(Problem::error(
                 child(&e.path, "orientation"),

@@ -60,6 +60,7 @@ impl Placer<'_> {
                 orientation: None,
                 frame: spring.frame.as_deref(),
                 arms: Vec::new(),
+                turn: 0.0,
             };
             // Properties are `k_uz` in the catalogue and `k: {uz: ...}` in the file.
             for p in &mut self.problems[before..] {
@@ -114,6 +115,7 @@ impl Placer<'_> {
                 orientation: None,
                 frame: mass.frame.as_deref(),
                 arms: Vec::new(),
+                turn: 0.0,
             };
             let single = mass.node.is_some();
             for (i, (node, node_path)) in nodes.iter().enumerate() {

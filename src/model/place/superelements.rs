@@ -263,6 +263,7 @@ impl Placer<'_> {
             arms: Vec::new(),
             axes: GLOBAL,
             is_oriented: false,
+            turn: 0.0,
             points: Vec::new(),
             values: Vec::new(),
             stiffness_factor: factor.clone(),

@@ -1,6 +1,6 @@
 //! Sections: sets of element properties, and cross-sections that give them.
 
-use super::Named;
+use super::{Named, ShapeSpec};
 use crate::units::Scalar;
 use schemars::JsonSchema;
 use serde::de::{self, Deserializer, MapAccess, Visitor};
@@ -16,66 +16,8 @@ pub type SectionSpec = Named<SectionValue>;
 pub enum SectionValue {
     /// The value of a property.
     Scalar(Scalar),
-    /// A cross-section that gives `A`, `Iy`, `Iz`, `J`.
+    /// A cross-section that gives `A`, `Iy`, `Iz`, `J`, the rigidities of a laminate, and where its axes are.
     Shape(ShapeSpec),
-}
-
-/// A solid or hollow cross-section, exactly one; y is its width direction, z its height direction.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct ShapeSpec {
-    /// Solid rectangle: `width` along y, `height` along z.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub rectangle: Option<RectangleSpec>,
-    /// Hollow rectangle of constant wall thickness: outer `width`, `height`, and `wall`.
-    #[serde(default, rename = "box", skip_serializing_if = "Option::is_none")]
-    pub hollow: Option<BoxSpec>,
-    /// Solid circle: `diameter`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub circle: Option<CircleSpec>,
-    /// Round tube: outer `diameter` and `wall`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub tube: Option<TubeSpec>,
-}
-
-/// Sizes of a solid rectangle.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct RectangleSpec {
-    /// Size along the element's y axis.
-    pub width: Scalar,
-    /// Size along the element's z axis.
-    pub height: Scalar,
-}
-
-/// Sizes of a hollow rectangle.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct BoxSpec {
-    /// Outer size along the element's y axis.
-    pub width: Scalar,
-    /// Outer size along the element's z axis.
-    pub height: Scalar,
-    /// Wall thickness.
-    pub wall: Scalar,
-}
-
-/// Size of a solid circle.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct CircleSpec {
-    /// Diameter.
-    pub diameter: Scalar,
-}
-
-/// Sizes of a round tube.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct TubeSpec {
-    /// Outer diameter.
-    pub diameter: Scalar,
-    /// Wall thickness.
-    pub wall: Scalar,
 }
 
 impl Serialize for SectionValue {

@@ -174,6 +174,7 @@ pub(super) fn structure(model: &Model, theta: &[f64], test: &TestData) -> Result
             if e.kind.axes() == Axes::AlongNodes && e.kind.nodes().concat().contains(&Dof::Ry) {
                 let [x, y, z] = e.axes[2].map(|c| format!("{:.3}", if c.abs() < 5e-4 { 0.0 } else { c }));
                 let how = if e.is_oriented { "stated" } else { "default" };
+                let how = if e.turn == 0.0 { how.to_string() } else { format!("{how}, turned to principal axes") };
                 properties.push(Property::new("z axis of the section", format!("{x}, {y}, {z} ({how})")));
             }
             let group = group(e).to_string();
