@@ -3,11 +3,13 @@
 //! No answer hangs on one of these numbers: halved and doubled, all together, they gave the same answers but for a fault
 //! (`docs/laboratory/diagnosis.md`, by `benches/diagnosis_constants.py`). Times depend on them.
 
+use serde::Serialize;
+
 /// Declares the fields with their defaults.
 macro_rules! effort {
     ($($(#[$doc:meta])* $field:ident: $default:literal,)*) => {
         /// How much a diagnosis tries.
-        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
         pub struct Effort {
             $($(#[$doc])* pub(crate) $field: usize,)*
         }

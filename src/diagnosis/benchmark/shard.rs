@@ -15,11 +15,12 @@ use crate::catalogue::counted;
 use crate::diagnosis::error::DiagnosisError;
 use crate::diagnosis::settings::Settings;
 use crate::effect::Effect;
+use crate::fault::Fault;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
-use std::fmt;
+use std::fmt::{self, Write as _};
 use std::str::FromStr;
 
 /// The format of these files.
@@ -106,8 +107,9 @@ fn asked(plan: &Plan, settings: &Settings) -> Map<String, Value> {
         "options": options,
         "tried": {
             "effects": settings.effects.iter().map(Effect::name).collect::<Vec<_>>(),
-            "faults": settings.faults.iter().map(|f| f.name()).collect::<Vec<_>>(),
+            "faults": settings.faults.iter().map(Fault::name).collect::<Vec<_>>(),
             "places": settings.places,
+            "effort": settings.effort,
         },
         "pairing": {
             "by": pairing.by.map(|by| format!("{by:?}")),
@@ -125,7 +127,11 @@ fn asked(plan: &Plan, settings: &Settings) -> Map<String, Value> {
 fn key_of(asked: &Map<String, Value>) -> String {
     let mut sorted = Value::Object(asked.clone());
     sorted.sort_all_objects();
-    Sha256::digest(sorted.to_string()).iter().map(|byte| format!("{byte:02x}")).collect()
+    let mut key = String::new();
+    for byte in Sha256::digest(sorted.to_string()) {
+        let _ = write!(key, "{byte:02x}");
+    }
+    key
 }
 
 /// Runs the cases of a part; `progress` is told how many of how many of them are done.
@@ -209,7 +215,7 @@ impl Shard {
         if key_of(&wanted) != self.key {
             return Err(ShardError::OtherBenchmark(differences(&self.asked, "there", &wanted, "here").join(", ")));
         }
-        if self.shard != part { Err(ShardError::OtherPart(self.shard)) } else { Ok(()) }
+        if self.shard == part { Ok(()) } else { Err(ShardError::OtherPart(self.shard)) }
     }
 
     /// Whether the cases were asked for by name, so that each is told of.
@@ -356,7 +362,7 @@ mod tests {
             p_value: 5e-324,
             found: "mass-offset".to_string(),
             found_id: "mass-offset@\"a\\b\u{301}\"".to_string(),
-            right: position % 3 == 0,
+            right: position.is_multiple_of(3),
             alike: false,
             right_kind: true,
             tied: false,
