@@ -19,10 +19,16 @@ impl Placer<'_> {
                 let name = format!("{end}_compliance_{dof}");
                 match entry.kind.properties().iter().position(|p| p.name == name) {
                     None => {
-                        self.error(format!("{path}.{end}"), format_args!("a {} has no end that holds {dof}", entry.kind.name()));
+                        self.error(
+                            format!("{path}.{end}"),
+                            format_args!("a {} has no end that holds {dof}", entry.kind.name()),
+                        );
                     }
                     Some(i) if entry.values[i].is_some() => {
-                        self.error(format!("{path}.{end}"), format_args!("{dof} is released, and `{name}` is given too"));
+                        self.error(
+                            format!("{path}.{end}"),
+                            format_args!("{dof} is released, and `{name}` is given too"),
+                        );
                     }
                     Some(i) => entry.values[i] = Some(Value::constant(f64::INFINITY)),
                 }
