@@ -1,7 +1,7 @@
 //! How much a diagnosis tries: how many hypotheses are fitted, from how many starts, with how many steps.
 //!
-//! No answer hangs on one of these numbers: halved and doubled, all together, they gave the same answers but for a fault
-//! (`docs/laboratory/diagnosis.md`, by `benches/diagnosis_constants.py`). Times depend on them.
+//! Halved and doubled, eighteen of these numbers together left every answer but for a fault (`docs/laboratory/diagnosis.md`, by
+//! `benches/diagnosis_constants.py`). Times depend on them.
 
 use serde::Serialize;
 

@@ -27,7 +27,7 @@ pub enum Segments {
     At(Vec<f64>),
 }
 
-/// Settings of [`identify`].
+/// Settings of [`identify`](super::identify).
 #[derive(Debug, Clone, PartialEq)]
 pub struct IdentifyOptions {
     /// Limits of the band, Hz; all lines when absent.

@@ -8,8 +8,10 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// Cosine of the largest angle at which members still make one line, 30 degrees: an axial force keeps 87 % of itself there.
 const STRAIGHT: f64 = 0.866;
-/// Elements of a span, at most.
+/// Elements of a span, at most, but for halves and quarters.
 const LONGEST_SPAN: usize = 4;
+/// Into how many pieces a longer line is cut: what a person builds, stiffens or spoils is half of a wing as often as four of its ribs.
+const PIECES: [usize; 2] = [2, 4];
 
 impl Structure<'_> {
     /// Entries of beams that lie end to end, from one branch, support or free end to the next; `first..last` by name.
@@ -36,8 +38,8 @@ impl Structure<'_> {
         lines
     }
 
-    /// Two to [`LONGEST_SPAN`] successive elements of the file on a line: what is changed need not end where an entry does. Those that
-    /// are a place already are left out.
+    /// Two to [`LONGEST_SPAN`] successive elements of the file on a line, and its halves and quarters: what is changed need not end where an
+    /// entry does. Those that are a place already are left out.
     pub(super) fn list_spans(&self) -> Vec<Part> {
         let mut spans: Vec<Part> = Vec::new();
         // A chain of the file goes on where something thin branches off.
@@ -45,14 +47,21 @@ impl Structure<'_> {
         for line in self.lines_of_beams().into_iter().chain(chains) {
             let elements: Vec<&[usize]> =
                 line.chunk_by(|&a, &b| self.element_of_file(a) == self.element_of_file(b)).collect();
-            for length in 2..=LONGEST_SPAN {
-                for window in elements.windows(length) {
-                    let of: Vec<String> = window.iter().map(|e| self.element_of_file(e[0]).to_string()).collect();
-                    let name = format!("{}..{}", of[0], of[length - 1]);
-                    let elements = window.concat();
-                    let kind = PartKind::Span;
-                    spans.push(Part { name, kind, of, elements, partner: None, is_member: false });
-                }
+            let runs = (2..=LONGEST_SPAN).flat_map(|length| elements.windows(length));
+            let n = elements.len();
+            let piece = |(pieces, k): (usize, usize)| &elements[k * n / pieces..(k + 1) * n / pieces];
+            let pieces = PIECES.into_iter().flat_map(|pieces| (0..pieces).map(move |k| (pieces, k))).map(piece);
+            for run in runs.chain(pieces.filter(|piece| piece.len() > LONGEST_SPAN)) {
+                let of: Vec<String> = run.iter().map(|e| self.element_of_file(e[0]).to_string()).collect();
+                let name = format!("{}..{}", of[0], of[of.len() - 1]);
+                spans.push(Part {
+                    name,
+                    kind: PartKind::Span,
+                    of,
+                    elements: run.concat(),
+                    partner: None,
+                    is_member: false,
+                });
             }
         }
         let mut known: BTreeSet<Vec<usize>> = self.parts.iter().map(|p| sorted(&p.elements)).collect();

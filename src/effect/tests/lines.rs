@@ -238,3 +238,22 @@ fn what_holds_a_member_bounds_its_compression() {
         assert!((lower / least - 1.0).abs() < 0.01, "{place}: {lower} against {least}");
     }
 }
+
+/// Of a long member halves and quarters are places beside runs of a few elements.
+#[test]
+fn a_long_member_has_halves_and_quarters() {
+    let nodes: Vec<String> = (0..=24).map(|i| format!("n{i}: [{} m, 0, 0]", f64::from(i) / 24.0)).collect();
+    let chain: Vec<String> = (0..=24).map(|i| format!("n{i}")).collect();
+    let text = format!(
+        "retune: 1\nname: test\nnodes: {{{}}}\nbeams: {{b: {{chain: [{}], {PROPERTIES}}}}}\nsupports: {{a: {{node: n0}}}}\n",
+        nodes.join(", "),
+        chain.join(", ")
+    );
+    let (model, context) = (model(&text), Context::default());
+    let structure = Structure::new(&model, &context);
+    let names: Vec<&str> = structure.spans().iter().map(|s| s.name.as_str()).collect();
+    for name in ["b.1..b.12", "b.13..b.24", "b.1..b.6", "b.7..b.12", "b.13..b.18", "b.19..b.24", "b.5..b.8"] {
+        assert!(names.contains(&name), "{name}: {names:?}");
+    }
+    assert_eq!(names.len(), 23 + 22 + 21 + 2 + 4);
+}
