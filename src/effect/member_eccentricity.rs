@@ -47,14 +47,15 @@ impl Effect for MemberEccentricity {
         let axis = 1 + ["y", "z"].iter().position(|a| *a == at.direction()).ok_or_else(unknown)?;
         let mut b = Builder::new(self.name(), at);
         let r = structure.rigidity(&parts[0].elements);
-        // A few radii of gyration, or what a slender member could hide.
-        let radius = (r.ei[0].max(r.ei[1]) / r.ea).sqrt();
-        let typical =
-            if radius.is_finite() && radius > 0.0 { (2.0 * radius).min(0.1 * r.length) } else { 0.02 * r.length };
+        // A radius of gyration, 0.29 of a rectangle's height, doubles the bending stiffness about the line of the nodes: a third of it is a
+        // fair size, three of it are as far as a member can lie from its nodes.
+        let radius = (r.ei.into_iter().filter(|ei| *ei > 0.0).fold(f64::INFINITY, f64::min) / r.ea).sqrt();
+        let most = 0.02 * r.length;
+        let typical = if radius.is_finite() && radius > 0.0 { (0.3 * radius).min(most) } else { most };
         let toward =
             structure.model().elements()[parts[0].elements[0]].axes[axis].map(|c| (100.0 * c).round() / 100.0 + 0.0);
         let about = format!("axis beside the nodes of {}, along {toward:?} of {}", at.place(), parts[0].name);
-        let e = b.parameter("offset", "m", typical, [-5.0 * typical, 5.0 * typical], &about);
+        let e = b.parameter("offset", "m", typical, [-10.0 * typical, 10.0 * typical], &about);
         let word = at.direction();
         for (i, part) in parts.iter().enumerate() {
             let sign = if i == 0 { 1.0 } else { structure.image_sign(parts[0], axis) };

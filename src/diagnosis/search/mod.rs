@@ -1,7 +1,7 @@
 //! Proposes hypotheses and fits them in full.
 //!
 //! `hypothesis` is one after its fit, `starts` and `run` fit many, `fault_number` those of the measurement, `short_fit` tells which of many deserve it. `singles`
-//! searches for one cause, step by step on a `board`; `spread`, `wider`, `nested` and `basin` are what its steps do. `pairs`, `joint` and `several` search for more than one, by `prior` odds
+//! searches for one cause, a file for each step, on a `board`; `spread`, `nested` and `basin` are what steps stand on. `pairs`, `joint` and `several` search for more than one, by `prior` odds
 //! and by what `remainder` says of the rest. `one_cause` looks whether a search is worth its time where modes look foreign.
 
 pub(crate) mod basin;
@@ -20,4 +20,3 @@ pub(crate) mod short_fit;
 pub(crate) mod singles;
 pub(crate) mod spread;
 pub(crate) mod starts;
-pub(crate) mod wider;

@@ -1,0 +1,27 @@
+//! Every other effect with a few steps, and the faults that were left.
+
+use super::chosen::{chosen_faults, further_faults};
+use super::step::{Step, is_poor_and_unexplained};
+use crate::diagnosis::error::DiagnosisError;
+use crate::diagnosis::screen::effects::Score;
+use crate::diagnosis::search::board::Board;
+use crate::diagnosis::search::run::{Job, best_and_of_every_kind, run};
+use crate::diagnosis::search::short_fit::shortest;
+use crate::diagnosis::search::spread;
+
+pub(super) const STEP: Step = Step { name: "every other effect and fault", when: is_poor_and_unexplained, take };
+
+/// Fits every other effect with a few steps, the best of these and of every kind in full; and the faults that were left.
+#[expect(clippy::unnecessary_wraps, reason = "as the other steps")]
+fn take(board: &mut Board<'_>) -> Result<(), DiagnosisError> {
+    let stage = board.stage;
+    board.bases.extend(spread::best(&board.found.spreads).map(|s| s.base.clone()));
+    let all: Vec<&Score> = stage.effects.iter().take(stage.effort().short_fits).collect();
+    let near = best_and_of_every_kind(stage, shortest(stage, &all, &board.bases), board.most);
+    let further = further_faults(stage, &chosen_faults(stage));
+    let effects = near.into_iter().map(|s| Job::Effect(s, &board.bases));
+    let jobs: Vec<Job<'_>> = effects.chain(further.iter().map(|f| Job::Fault(f, &board.bases))).collect();
+    let found = run(stage, &jobs, board.ln_base);
+    board.add(found);
+    Ok(())
+}
