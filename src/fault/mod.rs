@@ -26,6 +26,7 @@ mod sensor_sign;
 mod sensor_swap;
 mod sensor_tilted;
 mod sensor_turned;
+mod sensor_unit;
 mod static_load;
 mod static_reading;
 #[cfg(test)]
@@ -47,6 +48,7 @@ catalogue! {
     FAULTS: dyn Fault;
     sensor_sign::SensorSign,
     sensor_gain::SensorGain,
+    sensor_unit::SensorUnit,
     sensor_dead::SensorDead,
     sensor_noisy::SensorNoisy,
     sensor_swap::SensorSwap,
