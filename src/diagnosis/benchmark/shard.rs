@@ -15,11 +15,12 @@ use crate::catalogue::counted;
 use crate::diagnosis::error::DiagnosisError;
 use crate::diagnosis::settings::Settings;
 use crate::effect::Effect;
+use crate::fault::Fault;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
-use std::fmt;
+use std::fmt::{self, Write as _};
 use std::str::FromStr;
 
 /// The format of these files.
@@ -106,7 +107,7 @@ fn asked(plan: &Plan, settings: &Settings) -> Map<String, Value> {
         "options": options,
         "tried": {
             "effects": settings.effects.iter().map(Effect::name).collect::<Vec<_>>(),
-            "faults": settings.faults.iter().map(|f| f.name()).collect::<Vec<_>>(),
+            "faults": settings.faults.iter().map(Fault::name).collect::<Vec<_>>(),
             "places": settings.places,
         },
         "pairing": {
@@ -125,7 +126,10 @@ fn asked(plan: &Plan, settings: &Settings) -> Map<String, Value> {
 fn key_of(asked: &Map<String, Value>) -> String {
     let mut sorted = Value::Object(asked.clone());
     sorted.sort_all_objects();
-    Sha256::digest(sorted.to_string()).iter().map(|byte| format!("{byte:02x}")).collect()
+    Sha256::digest(sorted.to_string()).iter().fold(String::new(), |mut text, byte| {
+        let _ = write!(text, "{byte:02x}");
+        text
+    })
 }
 
 /// Runs the cases of a part; `progress` is told how many of how many of them are done.
@@ -209,7 +213,7 @@ impl Shard {
         if key_of(&wanted) != self.key {
             return Err(ShardError::OtherBenchmark(differences(&self.asked, "there", &wanted, "here").join(", ")));
         }
-        if self.shard != part { Err(ShardError::OtherPart(self.shard)) } else { Ok(()) }
+        if self.shard == part { Ok(()) } else { Err(ShardError::OtherPart(self.shard)) }
     }
 
     /// Whether the cases were asked for by name, so that each is told of.
