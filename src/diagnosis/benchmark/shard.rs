@@ -360,7 +360,7 @@ mod tests {
             p_value: 5e-324,
             found: "mass-offset".to_string(),
             found_id: "mass-offset@\"a\\b\u{301}\"".to_string(),
-            right: position % 3 == 0,
+            right: position.is_multiple_of(3),
             alike: false,
             right_kind: true,
             tied: false,
