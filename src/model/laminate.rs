@@ -56,7 +56,8 @@ pub(in crate::model) fn strip(width: f64, plies: &[Ply]) -> Result<Strip, String
     let total: f64 = plies.iter().map(|p| p.thickness).sum();
     if width <= total {
         return Err(
-            "it is thicker than wide: a laminate is a strip; exchange width and height, or give rigidities".to_string()
+            "it is thicker than wide, and a laminate is a flat strip; give `EA`, `EIy`, `EIz` and `GJ` instead"
+                .to_string(),
         );
     }
     let mut abd = Matrix6::<f64>::zeros();

@@ -209,6 +209,11 @@ fn what_is_no_section_is_refused() {
             steel("tee: {height: 50 mm, width: 50 mm, web: 5 mm, flange: 5 mm, fillet: 30 mm}"),
             "shape.tee: the fillets do not fit",
         ),
+        (
+            steel("i: {height: 1e200, width: 1e199, web: 1e198, flange: 1e198}"),
+            "shape: its sizes or moduli are too large",
+        ),
+        (laminate("20 mm", &ply("0")).replace("129 GPa", "1e300 Pa"), "shape: its sizes or moduli are too large"),
         (laminate("20 mm", ""), "shape.laminate.plies: a laminate has between 1"),
         (laminate("20 mm", &ply("45")), "plies[0].angle: `45` is 2578 degrees"),
         (laminate("20 mm", "{angle: 0, thickness: 0}"), "plies[0].thickness: `0` must be above zero"),

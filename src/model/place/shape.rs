@@ -49,7 +49,13 @@ impl Placer<'_> {
             Some(laminate) => self.laminate(laminate, &child(path, "laminate")),
             None => shaped,
         };
-        shaped.filter(|_| self.problems.len() == before).unwrap_or_default()
+        let Some(shaped) = shaped.filter(|_| self.problems.len() == before) else { return Shaped::default() };
+        let numbers = shaped.properties.iter().map(|p| p.1);
+        if numbers.chain([shaped.turn]).any(|v| !v.is_finite()) {
+            self.error(path, "its sizes or moduli are too large or too small to compute with");
+            return Shaped::default();
+        }
+        shaped
     }
 
     /// A size, which must be above zero.

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 /// A cross-section, exactly one; y is its width direction, z its height direction, and the nodes are at its centroid.
 ///
-/// One that is the same to neither side of y nor of z (`angle`) turns the axes of its element to its principal axes.
+/// The axes of an element with an `angle` are turned to the principal axes. J is that of Saint-Venant: a beam does not know warping.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ShapeSpec {
