@@ -12,6 +12,7 @@ mod other_basins;
 mod screened;
 mod step;
 mod ties;
+mod with_more_sizes;
 
 use super::board::{Board, Refits};
 use super::nested::leave_out_wider;
@@ -29,6 +30,7 @@ const SEARCH: &[Step] = &[
     every_part::STEP,
     every_other::STEP,
     extended::STEP,
+    with_more_sizes::STEP,
     like_the_best::STEP,
     beyond_the_place::STEP,
     about_all_axes::STEP,
