@@ -29,8 +29,8 @@ use crate::modal::ModalError;
 use std::collections::HashMap;
 use std::sync::Arc;
 
-/// Most static shapes of a change.
-const MOST_SHAPES: usize = 12;
+/// Most static shapes of a change: two for each of a dozen modes, as what couples two kinds of motion needs, bending and stretching.
+const MOST_SHAPES: usize = 24;
 /// Up to this many touched dofs a change has the shapes of all forces that it can exert.
 const FEW_ROWS: usize = 36;
 /// Forces below this part of the largest are rounding, or of no account.
