@@ -149,7 +149,11 @@ pub(super) fn structure(model: &Model, theta: &[f64], test: &TestData) -> Result
         let mut parameters: Vec<String> = Vec::new();
         for (p, v) in e.kind.properties().iter().zip(&e.values) {
             let Some(v) = v else { continue };
-            properties.push(Property::new(p.name, format!("{} {}", number(v.at(theta)), p.unit)));
+            // An infinite compliance passes nothing on.
+            let value = v.at(theta);
+            let shown =
+                if value.is_infinite() { "released".to_string() } else { format!("{} {}", number(value), p.unit) };
+            properties.push(Property::new(p.name, shown));
             for i in v.parameters() {
                 if !parameters.iter().any(|n| n == names[i]) {
                     parameters.push(names[i].to_string());
