@@ -1,4 +1,4 @@
-//! A fault of your own: a channel that was recorded in g among channels in m/s².
+//! A fault of your own: a channel whose amplifier stood one step of 10 dB off.
 //!
 //! `cargo run --example custom_fault` makes a synthetic test of the frame with one such channel and diagnoses it: among all effects and faults of
 //! the catalogue, the new one is named.
@@ -11,22 +11,22 @@ use retune::linalg::Complex;
 use retune::model::{ParametricModel, Registry, load};
 use retune::update::{TwinOptions, node_sensors, twin_modes};
 
-/// Standard gravity, m/s².
-const G: f64 = 9.80665;
+/// A step of 10 dB.
+const STEP: f64 = 3.162_277_660_168_379_5;
 
-/// A channel in g: its readings are 9.80665 times too small.
+/// An amplifier one step too low: the readings of its channel are 3.16 times too small.
 #[derive(Debug)]
-struct SensorInG;
+struct AmplifierStep;
 
-impl Fault for SensorInG {
+impl Fault for AmplifierStep {
     fn name(&self) -> &'static str {
-        "sensor-in-g"
+        "amplifier-step"
     }
 
     fn about(&self) -> AboutFault {
         AboutFault {
-            summary: "A channel was recorded in g, the others in m/s².",
-            signature: "Its reading is 9.80665 times too small in every mode.",
+            summary: "The amplifier of a channel stood one step of 10 dB below what the test says.",
+            signature: "Its reading is 3.16 times too small in every mode.",
         }
     }
 
@@ -35,23 +35,23 @@ impl Fault for SensorInG {
     }
 
     fn remedy(&self, tests: &dyn Tests, at: &At) -> String {
-        format!("multiply the readings of sensor {} by 9.80665", tests.sensor(at.sensor()))
+        format!("multiply the readings of sensor {} by 3.162", tests.sensor(at.sensor()))
     }
 
     fn shape(&self, at: &At, _: f64, shape: &mut [Complex<f64>], sd: Option<&mut [f64]>) {
         let s = at.sensor();
-        shape[s] *= G;
+        shape[s] *= STEP;
         if let Some(sd) = sd {
-            sd[s] *= G;
+            sd[s] *= STEP;
         }
     }
 
     fn put_into_shape(&self, at: &At, _: f64, shape: &mut [Complex<f64>]) {
-        shape[at.sensor()] /= G;
+        shape[at.sensor()] /= STEP;
     }
 
     fn functions(&self, at: &At, _: f64, test: &TestData) -> Vec<Correction> {
-        vec![Correction::factor(&test.sensors[at.sensor()].name, 1.0 / G)]
+        vec![Correction::factor(&test.sensors[at.sensor()].name, 1.0 / STEP)]
     }
 }
 
@@ -62,11 +62,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut test = twin_modes(&model, &model.parameters().nominal(), &node_sensors(&model), &options, "custom_fault")?;
     let channel = test.sensors.iter().position(|s| s.name == "mid_left.ux").ok_or("no such sensor")?;
     for shape in test.modes.iter_mut().filter_map(|m| m.shape.as_mut()) {
-        shape[channel] /= G;
+        shape[channel] /= STEP;
     }
-    println!("a synthetic test whose channel {} is in g", test.sensors[channel].name);
+    println!("a synthetic test whose channel {} is 10 dB too low", test.sensors[channel].name);
     let settings = Settings {
-        faults: Faults::builtin().with(&SensorInG),
+        faults: Faults::builtin().with(&AmplifierStep),
         // Effects of the structure are sought as well; a few, so that the example takes a moment.
         effects: ["point-mass", "joint-flexibility"]
             .iter()
