@@ -24,13 +24,7 @@ impl Structure<'_> {
     /// Ends of beams that bend, at nodes of the file where they are held, where members of other directions meet, or where they end in a body.
     pub(in crate::effect) fn joint_ends(&self) -> Vec<JointEnd> {
         let elements = self.model.elements();
-        let spec = self.model.spec();
-        let is_linked = |node: usize| {
-            let name = self.node_name(node);
-            spec.rigid_links.values().any(|l| l.master == name || l.slaves.iter().any(|s| s == name))
-        };
-        let mut at: Vec<Vec<usize>> = vec![Vec::new(); self.model.geometry().names.len()];
-        elements.iter().enumerate().for_each(|(i, e)| e.joined().iter().for_each(|&n| at[n].push(i)));
+        let at = self.elements_at_nodes();
         let mut member_of: Vec<Option<usize>> = vec![None; elements.len()];
         for (p, part) in self.parts.iter().enumerate().filter(|(_, p)| p.is_member) {
             part.elements.iter().for_each(|&e| member_of[e] = member_of[e].or(Some(p)));
@@ -48,7 +42,7 @@ impl Structure<'_> {
                 let is_body = |j: usize| !self.is_beam(j) && (self.stiff[j] || self.heavy[j]);
                 let turns = |dof: Dof| self.moves[i][6 * k + dof as usize];
                 let is_held = !turns(Dof::Ry) && !turns(Dof::Rz);
-                let ends_in_body = || !others().any(|j| goes_on(&j)) && (is_linked(node) || others().any(is_body));
+                let ends_in_body = || !others().any(|j| goes_on(&j)) && (self.is_linked(node) || others().any(is_body));
                 if is_held || others().any(|j| crosses(&j)) || ends_in_body() {
                     ends.push(JointEnd { element: i, side: k + 1, node });
                 }

@@ -92,13 +92,7 @@ impl Structure<'_> {
 
     pub(super) fn list_ends(&self) -> Vec<End> {
         let elements = self.model.elements();
-        let spec = self.model.spec();
-        let linked = |node: usize| {
-            let name = self.node_name(node);
-            spec.rigid_links.values().any(|l| l.master == name || l.slaves.iter().any(|s| s == name))
-        };
-        let mut at: Vec<Vec<usize>> = vec![Vec::new(); self.model.geometry().names.len()];
-        elements.iter().enumerate().for_each(|(i, e)| e.joined().iter().for_each(|&n| at[n].push(i)));
+        let at = self.elements_at_nodes();
         let mut ends = Vec::new();
         for (i, e) in elements.iter().enumerate().filter(|(i, _)| self.is_beam(*i) && self.deforms(*i)) {
             for (k, &node) in e.nodes.iter().enumerate().filter(|(_, n)| **n < self.n_nodes()) {
@@ -108,7 +102,7 @@ impl Structure<'_> {
                 let meets = members().count() > 2 || (members().count() == 2 && first);
                 let carries = members().count() == 1
                     && at[node].iter().any(|&j| j != i && !self.is_beam(j) && (self.heavy[j] || self.stiff[j]));
-                let is_linked = linked(node);
+                let is_linked = self.is_linked(node);
                 let joint = std::array::from_fn(|d| {
                     if !self.strains[i][6 * k + d] {
                         None
@@ -137,6 +131,21 @@ impl Structure<'_> {
             .collect();
         ends.iter_mut().zip(partners).for_each(|(end, partner)| end.partner = partner);
         ends
+    }
+
+    /// Whether a node is in a rigid link.
+    pub(super) fn is_linked(&self, node: usize) -> bool {
+        let name = self.node_name(node);
+        self.model.spec().rigid_links.values().any(|l| l.master == name || l.slaves.iter().any(|s| s == name))
+    }
+
+    /// Per node, the elements that are joined to it.
+    pub(super) fn elements_at_nodes(&self) -> Vec<Vec<usize>> {
+        let mut at: Vec<Vec<usize>> = vec![Vec::new(); self.model.geometry().names.len()];
+        for (i, e) in self.model.elements().iter().enumerate() {
+            e.joined().iter().for_each(|&n| at[n].push(i));
+        }
+        at
     }
 }
 
