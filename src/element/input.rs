@@ -20,16 +20,13 @@ pub enum Domain {
 impl Domain {
     /// Whether `value` belongs to it.
     pub fn contains(self, value: f64) -> bool {
-        if self == Domain::Compliance {
-            return value >= 0.0;
+        match self {
+            Domain::Positive => value.is_finite() && value > 0.0,
+            Domain::NonNegative => value.is_finite() && value >= 0.0,
+            Domain::Compliance => value >= 0.0,
+            Domain::Fraction => (0.0..=1.0).contains(&value),
+            Domain::Any => value.is_finite(),
         }
-        value.is_finite()
-            && match self {
-                Domain::Positive => value > 0.0,
-                Domain::NonNegative | Domain::Compliance => value >= 0.0,
-                Domain::Fraction => (0.0..=1.0).contains(&value),
-                Domain::Any => true,
-            }
     }
 
     /// What a value must be, in words.

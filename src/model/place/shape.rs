@@ -4,7 +4,7 @@ use super::Placer;
 use crate::catalogue::did_you_mean;
 use crate::model::geometry::constant;
 use crate::model::laminate::{Ply, Strip, strip};
-use crate::model::open_section::{FlangedSizes, ISizes, Profile, angle, channel, i_section, tee};
+use crate::model::open_section::{FlangedSizes, ISizes, Profile, angle, both_ends, channel, i_section, tee};
 use crate::model::spec::{LaminateSpec, PlySpec, ShapeSpec};
 use crate::units::Scalar;
 use crate::yaml::{Problem, child};
@@ -88,11 +88,7 @@ impl Placer<'_> {
         let mut length = |s: &Scalar, key: &str| self.size(s, &child(path, key));
         let (area, iy, iz, j) = if let Some(s) = &shape.rectangle {
             let (b, h) = (length(&s.width, "rectangle.width"), length(&s.height, "rectangle.height"));
-            // Torsion constant of a rectangle, error below 0.01 %: Roark's Formulas for Stress and Strain, table 10.7.
-            let (long, short) = (b.max(h), b.min(h));
-            let r = short / long;
-            let j = long * short.powi(3) * (1.0 / 3.0 - 0.21 * r * (1.0 - r.powi(4) / 12.0));
-            (b * h, b * h.powi(3) / 12.0, h * b.powi(3) / 12.0, j)
+            (b * h, b * h.powi(3) / 12.0, h * b.powi(3) / 12.0, both_ends(b, h))
         } else if let Some(s) = &shape.hollow {
             let (b, h, t) =
                 (length(&s.width, "box.width"), length(&s.height, "box.height"), length(&s.wall, "box.wall"));
