@@ -2,7 +2,7 @@
 //!
 //! A [`Fault`] knows where it could be in the tests of a structure ([`Fault::places`]) and how to take it out of a test: of
 //! what the sensors read ([`Fault::shape`]), of where they are ([`Fault::sensors`]), of the list of modes ([`Fault::modes`]), of
-//! static tests ([`Fault::statics`]) or of the frequency responses ([`Fault::functions`]). So a fault has an exact counterpart, the test without it, and a diagnosis compares it with effects
+//! static tests ([`Fault::static_factor`]) or of the frequency responses ([`Fault::functions`]). So a fault has an exact counterpart, the test without it, and a diagnosis compares it with effects
 //! of the structure by evidence. The same edit, inverted, puts the fault into a synthetic test.
 //!
 //! A reading t = g φ with gain g has residual (g c φ - t)/σ, which is the residual of t/g with σ/g: a gain is a changed test too.
@@ -39,7 +39,7 @@ pub(crate) use placed::LOOSE;
 pub use placed::{FaultError, PlacedFault};
 
 use crate::catalogue::catalogue;
-use crate::data::{Correction, Sensor, StaticTest, TestData, TestMode};
+use crate::data::{Correction, Sensor, TestData, TestMode};
 use crate::linalg::Complex;
 use std::fmt;
 
@@ -111,9 +111,12 @@ pub trait Fault: fmt::Debug + Send + Sync {
         let _ = (at, number, modes);
     }
 
-    /// Takes it out of the static tests.
-    fn statics(&self, at: &At, number: f64, tests: &mut [StaticTest]) {
-        let _ = (at, number, tests);
+    /// What it multiplies a reading of a static test by.
+    ///
+    /// * `of`, `reading` - number of the static test and of its reading, from 0
+    fn static_factor(&self, at: &At, number: f64, of: usize, reading: usize) -> f64 {
+        let _ = (at, number, of, reading);
+        1.0
     }
 
     /// What has to be done to frequency responses, those of the test and those that are read beside it.

@@ -2,7 +2,7 @@
 
 use super::{At, Bench, Fault, Faults, Number, SensorDead, Tests};
 use crate::catalogue::did_you_mean;
-use crate::data::{Sensor, TestData, corrected_functions};
+use crate::data::{Measured, Sensor, TestData, corrected_functions};
 use crate::linalg::{Complex, DVector};
 
 /// Factor on the standard deviation of a frequency that counts no more.
@@ -169,7 +169,10 @@ impl PlacedFault {
         out.frfs = out.frfs.take().map(|set| corrected_functions(set, &out.sensors, &corrections));
         out.corrections.extend(corrections);
         self.fault.modes(&self.at, number, &mut out.modes);
-        self.fault.statics(&self.at, number, &mut out.static_tests);
+        self.in_static_readings(&mut out, number, |reading, factor| {
+            reading.value /= factor;
+            reading.sd /= factor.abs();
+        });
         in_shapes(&mut out, |shape, sd| self.fault.shape(&self.at, number, shape, sd));
         if let Number::Frequency { .. } = self.number() {
             self.at.modes().into_iter().for_each(|m| out.modes[m].frequency_hz.sd *= LOOSE);
@@ -182,13 +185,17 @@ impl PlacedFault {
     /// truth](Self::sensors_in_truth) have to be measured there.
     pub fn put_into(&self, test: &mut TestData, number: f64) {
         self.fault.modes(&self.at, self.number().inverse(number), &mut test.modes);
-        let sds: Vec<Vec<f64>> =
-            test.static_tests.iter().map(|t| t.readings.iter().map(|r| r.measured.sd).collect()).collect();
-        self.fault.statics(&self.at, self.number().inverse(number), &mut test.static_tests);
-        for (t, sds) in test.static_tests.iter_mut().zip(sds) {
-            t.readings.iter_mut().zip(sds).for_each(|(r, sd)| r.measured.sd = sd);
-        }
+        self.in_static_readings(test, self.number().inverse(number), |reading, factor| reading.value /= factor);
         in_shapes(test, |shape, _| self.fault.put_into_shape(&self.at, number, shape));
+    }
+
+    /// Changes every reading of a static test by what the fault multiplies it by.
+    fn in_static_readings(&self, test: &mut TestData, number: f64, change: impl Fn(&mut Measured, f64)) {
+        for (of, t) in test.static_tests.iter_mut().enumerate() {
+            for (k, reading) in t.readings.iter_mut().enumerate() {
+                change(&mut reading.measured, self.fault.static_factor(&self.at, number, of, k));
+            }
+        }
     }
 
     /// Puts the fault into what sensors read of one motion.

@@ -2,7 +2,6 @@
 
 use super::sensor_gain::GAIN_SD;
 use super::{AboutFault, At, Bench, Fault, Number, Tests};
-use crate::data::StaticTest;
 
 /// See [`Fault::about`].
 #[derive(Debug)]
@@ -37,11 +36,7 @@ impl Fault for StaticLoad {
         Number::Factor { sd: GAIN_SD }
     }
 
-    fn statics(&self, at: &At, number: f64, tests: &mut [StaticTest]) {
-        let &At::Load { of, .. } = at else { return };
-        for reading in &mut tests[of].readings {
-            reading.measured.value /= number;
-            reading.measured.sd /= number.abs();
-        }
+    fn static_factor(&self, at: &At, number: f64, of: usize, _: usize) -> f64 {
+        if matches!(at, At::Load { of: own, .. } if *own == of) { number } else { 1.0 }
     }
 }

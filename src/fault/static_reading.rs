@@ -2,7 +2,6 @@
 
 use super::sensor_gain::GAIN_SD;
 use super::{AboutFault, At, Bench, Fault, Number, Tests};
-use crate::data::StaticTest;
 
 /// See [`Fault::about`].
 #[derive(Debug)]
@@ -44,10 +43,8 @@ impl Fault for StaticReading {
         Number::Factor { sd: GAIN_SD }
     }
 
-    fn statics(&self, at: &At, number: f64, tests: &mut [StaticTest]) {
-        let &At::StaticReading { of, reading, .. } = at else { return };
-        let measured = &mut tests[of].readings[reading].measured;
-        measured.value /= number;
-        measured.sd /= number.abs();
+    fn static_factor(&self, at: &At, number: f64, of: usize, reading: usize) -> f64 {
+        let is_own = matches!(at, At::StaticReading { of: o, reading: r, .. } if (*o, *r) == (of, reading));
+        if is_own { number } else { 1.0 }
     }
 }
