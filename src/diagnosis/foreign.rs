@@ -201,7 +201,9 @@ pub(super) fn investigate(
     }
     let scene = scene.in_full(starts.first())?;
     check_places(&scene, settings)?;
+    let (work, before) = (scene.work.clone(), scene.work.so_far());
     let mut found = with_modes_of_the_structure(scene, starts, weight, settings)?;
+    found.diagnosis.work = work.so_far().since(before);
     if settings.until.was_cut() {
         found.diagnosis.is_partial = true;
         found.diagnosis.sentence += "; the search was stopped before its end: this is the best answer so far";

@@ -4,7 +4,7 @@ use super::error::DiagnosisError;
 use super::foreign::investigate;
 use super::problem::changed::with_effect;
 use super::problem::evidence::{held_out, ln_evidence};
-use super::problem::fit::fit;
+use super::problem::race::fit;
 use super::problem::scene::Scene;
 use super::result::{Diagnosis, Verdict};
 use super::search::hypothesis::{Estimate, Tried, estimates};

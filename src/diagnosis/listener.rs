@@ -1,5 +1,6 @@
 //! Who is told what a diagnosis is doing; it changes no result.
 
+use super::problem::work::WorkDone;
 use std::fmt;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -24,6 +25,8 @@ pub struct StepTaken {
     pub beside: Vec<String>,
     /// Hypotheses that it fitted, in full or with a few steps.
     pub fitted: usize,
+    /// What these fits took.
+    pub work: WorkDone,
     /// Hypotheses that are known after it.
     pub known: usize,
     /// The best of these: its id, ln of its Bayes factor, and the misfit that it leaves.
@@ -35,7 +38,11 @@ impl fmt::Display for StepTaken {
         if !self.beside.is_empty() {
             write!(f, "beside {}: ", self.beside.join(", "))?;
         }
-        write!(f, "{}: {} fitted, {} known", self.step, self.fitted, self.known)?;
+        write!(
+            f,
+            "{}: {} fitted ({} evaluations), {} known",
+            self.step, self.fitted, self.work.evaluations, self.known
+        )?;
         match &self.best {
             Some((id, ln_bayes, misfit)) => write!(f, "; {id} leads with ln B {ln_bayes:.1}, misfit {misfit:.1}"),
             None => Ok(()),

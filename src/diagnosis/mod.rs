@@ -37,6 +37,7 @@ pub use effort::Effort;
 pub use error::DiagnosisError;
 pub use learn::{Attempt, Learned, Step, learn, learn_from_tests};
 pub use listener::{Listener, StepTaken};
+pub use problem::work::WorkDone;
 pub use result::{
     BasePair, BasePairs, Diagnosis, ForeignMode, HypothesisResult, Kind, NextMeasurement, Together, Verdict,
 };

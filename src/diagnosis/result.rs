@@ -1,5 +1,6 @@
 //! The answer of a diagnosis.
 
+use super::problem::work::WorkDone;
 use super::search::hypothesis::Estimate;
 use super::search::spread::Spread;
 use serde::{Deserialize, Serialize};
@@ -182,6 +183,9 @@ pub struct Diagnosis {
     pub remainder: String,
     /// Where the data allow less than one might think.
     pub warnings: Vec<String>,
+    /// What it took.
+    #[serde(default)]
+    pub work: WorkDone,
     /// Whether the search was stopped before its end: then this is the best answer so far.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub is_partial: bool,

@@ -1,18 +1,12 @@
-//! The optimum of a scene, and what a screening needs of it.
+//! A scene at a point, as a rule the optimum that a [race](super::race) has found, and what a screening needs of it.
 
 use super::missed::missed_modes;
 use super::rows::{Posed, Rows, StaticRow};
 use super::scene::Scene;
-use crate::diagnosis::effort::Effort;
 use crate::diagnosis::error::DiagnosisError;
-use crate::diagnosis::thresholds::{FIT_TOLERANCE, ON_BOUND};
+use crate::diagnosis::thresholds::ON_BOUND;
 use crate::linalg::{DMatrix, DVector, ThinQr, thin_qr};
 use crate::objective::{Comparison, Linearization, Objective};
-use crate::optim::{LevenbergMarquardt, Optimizer, Run};
-use rayon::prelude::*;
-
-/// Steps of a fit, at most.
-pub(crate) const STEPS: usize = 60;
 
 /// An optimum and what belongs to it.
 #[derive(Debug, Clone)]
@@ -46,121 +40,6 @@ pub(crate) struct Fit {
     pub(crate) turned: Vec<(usize, usize)>,
     /// Frequencies of modes that each test should have seen, Hz.
     pub(crate) missed: Vec<Vec<f64>>,
-}
-
-/// Fits a scene from several starts and keeps the lowest; the first of equal ones.
-///
-/// Errors: no start can be evaluated.
-pub(crate) fn fit(scene: &Scene, starts: &[DVector<f64>], weight: f64) -> Result<Fit, DiagnosisError> {
-    fit_from(scene, starts, weight, starts.len(), STEPS)
-}
-
-/// The same from the lowest of every group of starts: of more than the effort has, those go on that are best after a few steps.
-///
-/// Starts that look best may all lie in one basin; those of different groups hardly do.
-///
-/// * `groups` - starts that belong together, all as many
-/// * `of_each` - how many of a group
-pub(crate) fn fit_in_rounds(
-    scene: &Scene,
-    groups: &[Vec<DVector<f64>>],
-    weight: f64,
-    of_each: usize,
-    effort: &Effort,
-) -> Result<Fit, DiagnosisError> {
-    let few = effort.starts;
-    if groups.len() * of_each <= few || scene.has_functions() {
-        return fit_from(scene, &groups.concat(), weight, few, STEPS);
-    }
-    let comparisons = scene.comparisons()?;
-    let posed = Posed::new(scene, &comparisons, scene.priors(), weight);
-    let method =
-        LevenbergMarquardt { steps: effort.first_steps, tolerance: FIT_TOLERANCE, ..LevenbergMarquardt::default() };
-    let chosen: Vec<DVector<f64>> = groups.iter().flat_map(|group| lowest(&posed, group, of_each)).collect();
-    let mut begun: Vec<(f64, DVector<f64>)> = chosen
-        .par_iter()
-        .filter_map(|start| method.minimize(start, &mut Run::new(&posed)).map(|o| (o.cost, o.x)).ok())
-        .collect();
-    begun.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let begun: Vec<DVector<f64>> = begun.into_iter().take(few).map(|(_, x)| x).collect();
-    fit_from(scene, &begun, weight, few, STEPS)
-}
-
-/// The same from the first start and those with the lowest objective, `most` in all, with at most `steps` steps each.
-pub(crate) fn fit_from(
-    scene: &Scene,
-    starts: &[DVector<f64>],
-    weight: f64,
-    most: usize,
-    steps: usize,
-) -> Result<Fit, DiagnosisError> {
-    let comparisons = scene.comparisons()?;
-    let posed = Posed::new(scene, &comparisons, scene.priors(), weight);
-    let x = if posed.n_parameters() == 0 {
-        DVector::zeros(0)
-    } else {
-        let method = LevenbergMarquardt { steps, tolerance: FIT_TOLERANCE, ..LevenbergMarquardt::default() };
-        let mut chosen = lowest(&posed, starts, most);
-        if scene.has_functions() {
-            chosen = through_modes(scene, &posed, chosen, weight, &method);
-        }
-        let found: Vec<_> = chosen
-            .par_iter()
-            .map(|start| method.minimize(start, &mut Run::new(&posed)).map(|o| (o.cost, o.x)))
-            .collect();
-        let mut best: Option<(f64, DVector<f64>)> = None;
-        let mut failure = None;
-        for result in found {
-            match result {
-                Ok((cost, x)) if best.as_ref().is_none_or(|b| cost < b.0) => best = Some((cost, x)),
-                Ok(_) => {}
-                Err(e) => failure = Some(e),
-            }
-        }
-        match (best, failure) {
-            (Some((_, x)), _) => x,
-            (None, Some(e)) => return Err(e.into()),
-            (None, None) => return Err(DiagnosisError::NoStart),
-        }
-    };
-    at(&posed, x)
-}
-
-/// Starts from where the modes alone lead, where frequency responses agree better there.
-///
-/// Amplitudes have a basin for every resonance that may be taken for another: a start that is a bandwidth away ends in a wrong one. The
-/// modes have been paired by their shapes, and a fit to them costs little.
-fn through_modes(
-    scene: &Scene,
-    posed: &Posed<'_>,
-    starts: Vec<DVector<f64>>,
-    weight: f64,
-    method: &LevenbergMarquardt,
-) -> Vec<DVector<f64>> {
-    let of_modes = scene.without_functions();
-    let Ok(comparisons) = of_modes.comparisons() else { return starts };
-    let modes = Posed::new(&of_modes, &comparisons, scene.priors(), weight);
-    let method = LevenbergMarquardt { steps: method.steps.max(FEWEST_STEPS), ..*method };
-    let cost = |x: &DVector<f64>| posed.cost(x).unwrap_or(f64::INFINITY);
-    let through = |start: DVector<f64>| match method.minimize(&start, &mut Run::new(&modes)) {
-        Ok(found) if cost(&found.x) < cost(&start) => found.x,
-        _ => start,
-    };
-    starts.into_par_iter().map(through).collect()
-}
-
-/// Steps of a fit to the modes, at least: those are cheap.
-const FEWEST_STEPS: usize = 8;
-
-/// The first of the points, then those with the lowest objective, in that order.
-fn lowest(posed: &Posed<'_>, points: &[DVector<f64>], most: usize) -> Vec<DVector<f64>> {
-    if points.len() <= most {
-        return points.to_vec();
-    }
-    let mut costs: Vec<(f64, usize)> =
-        points.par_iter().enumerate().skip(1).map(|(i, x)| (posed.cost(x).unwrap_or(f64::INFINITY), i)).collect();
-    costs.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-    std::iter::once(0).chain(costs.iter().map(|c| c.1)).take(most).map(|i| points[i].clone()).collect()
 }
 
 /// The problem at a point, without a fit.

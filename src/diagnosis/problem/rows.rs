@@ -1,6 +1,7 @@
 //! The rows of the least-squares problem of a scene, and their derivatives.
 
 use super::scene::{Prior, Scene};
+use super::work::Counters;
 use crate::linalg::{DMatrix, DVector};
 use crate::model::{ParametricModel, Targets};
 use crate::objective::residual::{
@@ -39,6 +40,7 @@ pub(crate) struct Posed<'a> {
     pub(crate) weight: f64,
     pub(crate) rows: Rows,
     pub(crate) statics: Vec<StaticRow>,
+    work: &'a Counters,
 }
 
 /// The row of a static reading.
@@ -111,7 +113,7 @@ impl<'a> Posed<'a> {
             parts[owner].rows.extend(measured..measured + targets);
         }
         let rows = Rows { n_modes, n_sensors, measured, targets, priors: priors.len(), has_shapes };
-        Self { parts, priors, weight, rows, statics }
+        Self { parts, priors, weight, rows, statics, work: &scene.work }
     }
 
     /// Residuals of all tests in the order of the rows.
@@ -173,10 +175,12 @@ impl Objective for Posed<'_> {
     }
 
     fn residuals(&self, x: &DVector<f64>) -> Result<DVector<f64>, EvalError> {
+        self.work.evaluation();
         Ok(self.extend(&self.gather(|_, p| p.data.residuals(x))?, x))
     }
 
     fn linearize(&self, x: &DVector<f64>) -> Result<Linearization, EvalError> {
+        self.work.linearization();
         let n = self.rows.measured + self.rows.targets;
         let mut residuals = DVector::zeros(n);
         let mut jacobian = DMatrix::zeros(self.rows.len(), x.len());

@@ -19,6 +19,7 @@
 //! The priors keep the problem regular where data cannot tell parameters apart, and they are what an evidence needs.
 
 use super::changes::Changes;
+use super::work::Counters;
 use crate::correlation::{CorrelationError, observation_matrix, observation_rows, sensor_position};
 use crate::data::{Joined, Sensor, TestData, joined};
 use crate::diagnosis::error::DiagnosisError;
@@ -168,6 +169,8 @@ pub(crate) struct Scene {
     pub(super) patches: Vec<Patch>,
     /// The same, placed, where models are large.
     pub(super) changes: Arc<Changes>,
+    /// Of this scene and all that are made from it.
+    pub(crate) work: Arc<Counters>,
 }
 
 impl Scene {
@@ -215,6 +218,7 @@ impl Scene {
             large: LARGE,
             patches: Vec::new(),
             changes: Arc::default(),
+            work: Arc::default(),
         }
     }
 
@@ -291,6 +295,7 @@ impl Scene {
         (scene.how, scene.large) = (self.how, self.large);
         scene.contradicted = self.contradicted.clone();
         (scene.patches, scene.changes) = (self.patches.clone(), self.changes.clone());
+        scene.work = self.work.clone();
         scene
     }
 

@@ -14,7 +14,8 @@
 
 use crate::diagnosis::effort::Effort;
 use crate::diagnosis::error::DiagnosisError;
-use crate::diagnosis::problem::fit::{Fit, evaluate, fit, fit_from, phi_of, shape_rows};
+use crate::diagnosis::problem::fit::{Fit, evaluate, phi_of, shape_rows};
+use crate::diagnosis::problem::race::{Pick, Round, fit, fit_by};
 use crate::diagnosis::problem::scene::Scene;
 use crate::diagnosis::thresholds::{FEWEST_CHANNELS, STANDS_OUT};
 use crate::fault::{Number, PlacedFault};
@@ -40,7 +41,8 @@ pub(crate) fn robust_fits(scene: &Scene, base: &Fit, weight: f64, effort: &Effor
         .into_par_iter()
         .filter_map(|sensor| {
             let rest = scene.corrected(&PlacedFault::silenced(sensor), 1.0);
-            let found = fit_from(&rest, &starts, weight, starts.len(), effort.robust_steps).ok()?;
+            let rounds = vec![Round { pick: Pick::Lowest(2), steps: effort.robust_steps }];
+            let found = fit_by(&rest, &[starts.to_vec()], rounds, weight).ok()?;
             Some((found.misfit, with_all_channels(scene, &found, weight).ok()?))
         })
         .collect();

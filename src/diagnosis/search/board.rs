@@ -5,6 +5,7 @@ use super::spread::Fitted;
 use crate::diagnosis::error::DiagnosisError;
 use crate::diagnosis::listener::StepTaken;
 use crate::diagnosis::problem::evidence::{goodness_of_fit, ln_evidence};
+use crate::diagnosis::problem::work::WorkDone;
 use crate::diagnosis::screen::stage::Stage;
 use crate::diagnosis::thresholds::REMAINDER;
 use crate::linalg::DVector;
@@ -70,20 +71,22 @@ impl<'a> Board<'a> {
         Ok(false)
     }
 
-    /// How many hypotheses were fitted so far.
-    pub(crate) fn work(&self) -> usize {
-        self.stage.fitted.load(Ordering::Relaxed)
+    /// How many hypotheses were fitted so far, and what that took.
+    pub(crate) fn work(&self) -> (usize, WorkDone) {
+        (self.stage.fitted.load(Ordering::Relaxed), self.stage.scene.work.so_far())
     }
 
     /// What a step did, for a trace.
     ///
-    /// * `before` - how many hypotheses had been fitted before it
-    pub(crate) fn told(&self, step: &'static str, before: usize) -> StepTaken {
+    /// * `before` - the work before it
+    pub(crate) fn told(&self, step: &'static str, before: (usize, WorkDone)) -> StepTaken {
+        let (fitted, work) = self.work();
         let base: Vec<String> = self.stage.scene.added.iter().map(|p| p.name.clone()).collect();
         StepTaken {
             step,
             beside: base,
-            fitted: self.work() - before,
+            fitted: fitted - before.0,
+            work: work.since(before.1),
             known: self.found.hypotheses.len(),
             best: self.best().map(|r| (r.id(&self.stage.scene), r.ln_bayes, r.misfit)),
         }

@@ -17,7 +17,8 @@ use super::singles::refit;
 use crate::diagnosis::error::DiagnosisError;
 use crate::diagnosis::problem::changed::with_effect;
 use crate::diagnosis::problem::evidence::{ln_evidence, missed_more};
-use crate::diagnosis::problem::fit::{Fit, STEPS, fit_from};
+use crate::diagnosis::problem::fit::Fit;
+use crate::diagnosis::problem::race::{Entry, Keep, Pick, Round, STEPS, race};
 use crate::diagnosis::problem::scene::Scene;
 use crate::diagnosis::screen::effects::Score;
 use crate::diagnosis::screen::stage::Stage;
@@ -93,42 +94,26 @@ fn fitted(stage: &Stage, bases: &[DVector<f64>]) -> Vec<Joint> {
         pairs.extend(new.into_iter().map(|pair| (seen, pair)));
     }
     let work = stage.settings.listener.work("looking at two effects together", pairs.len());
-    let begin = |(seen, scores): &(&Stage, [Score; 2])| {
+    let tried = stage.effort();
+    let entry = |(seen, scores): &(&Stage, [Score; 2])| {
         let add = |scene: Scene, s: &Score| with_effect(&scene, &stage.screened[s.index].candidate);
-        if !stage.may_fit() {
-            return None;
-        }
-        let found = scores.iter().try_fold(stage.scene.clone(), add).and_then(|scene| {
-            let fit = fit_from(
-                &scene,
-                &starts(seen, scores),
-                stage.weight,
-                stage.effort().pair_starts,
-                stage.effort().pair_first_steps,
-            )?;
-            Ok(Joint { scores: *scores, scene, fit })
-        });
+        let scene = scores.iter().try_fold(stage.scene.clone(), add).ok()?;
+        let rounds = vec![
+            Round { pick: Pick::Lowest(tried.pair_starts), steps: tried.pair_first_steps },
+            Round { pick: Pick::Lowest(1), steps: tried.pair_further_steps },
+            Round { pick: Pick::Lowest(1), steps: STEPS },
+        ];
+        Some(Entry::new(*scores, scene, &[starts(seen, scores)], rounds))
+    };
+    let entries: Vec<_> = pairs.par_iter().map(entry).collect();
+    let may_run = || {
         work.step();
-        found.ok()
+        stage.may_fit()
     };
-    let go_on = |steps: usize| {
-        move |j: &mut Joint| {
-            if let Ok(fit) = fit_from(&j.scene, std::slice::from_ref(&j.fit.x), stage.weight, 1, steps) {
-                j.fit = fit;
-            }
-        }
-    };
-    let order = |list: &mut Vec<Joint>| list.sort_by(|a, b| a.fit.phi.total_cmp(&b.fit.phi));
-    let mut found: Vec<Joint> = pairs.par_iter().filter_map(begin).collect();
-    order(&mut found);
-    for (most, steps) in
-        [(found.len().div_ceil(2), stage.effort().pair_further_steps), (stage.effort().pair_full_fits, STEPS)]
-    {
-        found.truncate(most);
-        found.par_iter_mut().for_each(go_on(steps));
-        order(&mut found);
-    }
-    found
+    let keep = [Keep::Half, Keep::Best(tried.pair_full_fits), Keep::All];
+    let ranked = race(entries.into_iter().flatten().collect(), &keep, stage.weight, may_run);
+    let joint = |e: Entry<[Score; 2]>| Some(Joint { fit: e.fit(stage.weight).ok()?, scores: e.of, scene: e.scene });
+    ranked.into_iter().filter_map(joint).collect()
 }
 
 /// Whatever their order.

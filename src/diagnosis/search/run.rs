@@ -6,7 +6,7 @@ use super::starts::{effort, starts};
 use crate::diagnosis::error::DiagnosisError;
 use crate::diagnosis::problem::changed::with_effect;
 use crate::diagnosis::problem::evidence::{held_out_in_all, ln_evidence, missed_more};
-use crate::diagnosis::problem::fit::fit_in_rounds;
+use crate::diagnosis::problem::race::{fit_by, in_full};
 use crate::diagnosis::screen::effects::Score;
 use crate::diagnosis::screen::stage::{Stage, stage};
 use crate::diagnosis::screen::traces::FaultScore;
@@ -45,7 +45,8 @@ pub(crate) fn run(stage: &Stage, jobs: &[Job<'_>], base: f64) -> Vec<Refit> {
 fn refit_effect(stage: &Stage, score: &Score, bases: &[DVector<f64>], base: f64) -> Result<Refit, DiagnosisError> {
     let candidate = &stage.screened[score.index].candidate;
     let scene = with_effect(&stage.scene, candidate)?;
-    let fit = fit_in_rounds(&scene, &starts(stage, score, bases), stage.weight, effort(candidate), stage.effort())?;
+    let rounds = in_full(&scene, bases.len(), effort(candidate), stage.effort());
+    let fit = fit_by(&scene, &starts(stage, score, bases), rounds, stage.weight)?;
     let evidence = ln_evidence(&fit)? + scene.ln_size_priors(&candidate.parameters);
     let estimates = estimates(&scene, &fit, &candidate.parameters)?;
     let held_out = held_out_in_all(&fit, stage.weight)?;

@@ -13,7 +13,8 @@
 
 use crate::diagnosis::error::{DiagnosisError, unsolvable};
 use crate::diagnosis::problem::evidence::{ln_evidence, ln_sum};
-use crate::diagnosis::problem::fit::{Fit, STEPS, fit_from};
+use crate::diagnosis::problem::fit::Fit;
+use crate::diagnosis::problem::race::{Pick, Round, STEPS, fit_by};
 use crate::diagnosis::screen::stage::Stage;
 use crate::diagnosis::thresholds::{NINETY, SPREAD_FACTOR, SPREAD_SCALES};
 use crate::effect::{Context, Part, PartKind, Structure};
@@ -216,8 +217,12 @@ fn fit_spread(
             .insert(name, OverrideSpec { of: vec![part.clone()], stiffness, mass, ..OverrideSpec::default() });
     }
     let scene = stage.scene.with_file(file, stage.scene.added.clone())?;
-    let mut fit = fit_from(&scene, starts, stage.weight, stage.effort().spread_starts, stage.effort().spread_steps)?;
-    fit = fit_from(&scene, std::slice::from_ref(&fit.x), stage.weight, 1, STEPS)?;
+    let effort = stage.effort();
+    let rounds = vec![
+        Round { pick: Pick::Lowest(effort.spread_starts), steps: effort.spread_steps },
+        Round { pick: Pick::Lowest(1), steps: STEPS },
+    ];
+    let fit = fit_by(&scene, &[starts.to_vec()], rounds, stage.weight)?;
     let ln_priors = -(parts.len() as f64) * (scale / (SPREAD_FACTOR[1] - SPREAD_FACTOR[0])).ln();
     Ok((ln_evidence(&fit)? + ln_priors, fit))
 }

@@ -23,6 +23,7 @@ use crate::diagnosis::problem::evidence::{
     degrees_of_freedom, goodness_of_fit, held_out_in_all, ln_mean, something_else,
 };
 use crate::diagnosis::problem::fit::project;
+use crate::diagnosis::problem::work::WorkDone;
 use crate::diagnosis::result::{Diagnosis, HypothesisResult, Kind, Together, Verdict};
 use crate::diagnosis::screen::noise::{whiteness, worst_shape};
 use crate::diagnosis::screen::stage::Stage;
@@ -206,6 +207,7 @@ fn conclude_once(
         pairs: Vec::new(),
         remainder,
         warnings: told.all,
+        work: WorkDone::default(),
         is_partial: false,
     };
     Ok((diagnosis, pair))

@@ -2,8 +2,9 @@
 
 use super::words::{leaves_damping_aside, number};
 use crate::diagnosis::error::DiagnosisError;
-use crate::diagnosis::problem::fit::{Fit, fit_from};
+use crate::diagnosis::problem::fit::Fit;
 use crate::diagnosis::problem::mesh::{FINER, functions_moved, mesh_errors, modes, refined};
+use crate::diagnosis::problem::race::{Pick, Round, fit_by};
 use crate::diagnosis::problem::scene::{Case, Scene};
 use crate::diagnosis::screen::stage::Stage;
 use crate::diagnosis::search::hypothesis::{Estimate, Refit, Tried};
@@ -148,7 +149,8 @@ fn finer_mesh_explains(scene: &Scene, fit: &Fit, weight: f64) -> Option<String> 
         }
     }
     let fine = scene.with_file(file, scene.added.clone()).ok()?;
-    let found = fit_from(&fine, std::slice::from_ref(&fit.x), weight, 1, STEPS).ok()?;
+    let round = Round { pick: Pick::Lowest(1), steps: STEPS };
+    let found = fit_by(&fine, &[vec![fit.x.clone()]], vec![round], weight).ok()?;
     (found.phi < fit.phi - STRONG).then(|| {
         format!(
             "with {FINER} elements for each the misfit is {} instead of {}",
