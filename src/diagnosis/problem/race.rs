@@ -105,7 +105,7 @@ impl<T> Entry<T> {
             Pick::OfEach(most) => self.groups.iter().flat_map(|group| lowest(&posed, group, most)).collect(),
         };
         let method = LevenbergMarquardt { steps, tolerance: FIT_TOLERANCE, ..LevenbergMarquardt::default() };
-        if self.scene.has_functions() {
+        if round == 0 && self.scene.has_functions() {
             chosen = through_modes(&self.scene, &posed, chosen, weight, &method);
         }
         let run = |start: &DVector<f64>| method.minimize(start, &mut Run::new(&posed));
@@ -153,17 +153,16 @@ pub(crate) fn fit_by(
     alone.fit(weight)
 }
 
-/// Rounds of a full fit: of more starts than the effort has, those go on that are best after a few steps.
+/// Rounds of a full fit: half of the runners go on after a few steps, half of these after twice as many, and the best to the end.
 ///
-/// * `groups` - number of groups of starts
+/// * `groups` - number of groups of starts: where one of each is more than the effort has, they are told apart before
 /// * `of_each` - how many of a group
-pub(crate) fn in_full(scene: &Scene, groups: usize, of_each: usize, effort: &Effort) -> Vec<Round> {
-    let few = effort.starts;
-    let last = Round { pick: Pick::Lowest(few), steps: STEPS };
-    if groups * of_each <= few || scene.has_functions() {
-        return vec![last];
-    }
-    vec![Round { pick: Pick::OfEach(of_each), steps: effort.first_steps }, last]
+pub(crate) fn in_full(groups: usize, of_each: usize, effort: &Effort) -> Vec<Round> {
+    let (few, steps) = (effort.starts, effort.first_steps);
+    let many = groups * of_each > few;
+    let of_each = many.then_some(Round { pick: Pick::OfEach(of_each), steps });
+    let halving = [(few, steps), (few.div_ceil(2), 2 * steps), (1, STEPS)];
+    of_each.into_iter().chain(halving.map(|(n, steps)| Round { pick: Pick::Lowest(n), steps })).collect()
 }
 
 /// Entries after all rounds, the lowest first; those that cannot be evaluated are left out.

@@ -48,7 +48,7 @@ pub(crate) fn lower_basin(
     ways.extend(best.into_iter().take(settings.effort.ways).map(|r| r.fit.x.rows(0, n).into_owned()));
     ways.extend(box_starts(&base.scene, settings.effort.ways / 2, settings.seed.wrapping_add(1)));
     let ways: Vec<Vec<DVector<f64>>> = ways.into_iter().map(|x| vec![x]).collect();
-    let rounds = in_full(&base.scene, ways.len(), 1, &settings.effort);
+    let rounds = in_full(ways.len(), 1, &settings.effort);
     let found = fit_by(&base.scene, &ways, rounds, base.weight)?;
     let least = refits.hypotheses.iter().map(|r| r.fit.phi).fold(base.fit.phi, f64::min);
     let enough = LOWER.max(LOWER_SHARE * (base.fit.phi - least));

@@ -4,7 +4,7 @@ use super::hypothesis::{Estimate, Refit, Tried};
 use crate::diagnosis::error::DiagnosisError;
 use crate::diagnosis::problem::evidence::{degrees_of_freedom, held_out_in_all, ln_evidence};
 use crate::diagnosis::problem::fit::Fit;
-use crate::diagnosis::problem::race::{Pick, Round, STEPS, fit, fit_by};
+use crate::diagnosis::problem::race::{fit, fit_by, in_full};
 use crate::diagnosis::problem::scene::Scene;
 use crate::diagnosis::screen::stage::Stage;
 use crate::diagnosis::screen::traces::{FaultScore, number_slope};
@@ -28,8 +28,7 @@ pub(crate) fn refit_fault(
     let fault = &stage.faults[score.index];
     let starts: Vec<_> = score.robust.iter().map(|&k| &stage.robust[k]).chain(bases).cloned().collect();
     let scene = stage.scene.corrected(fault, score.number);
-    let rounds = vec![Round { pick: Pick::Lowest(stage.effort().starts), steps: STEPS }];
-    let fit = fit_by(&scene, &[starts], rounds, stage.weight)?;
+    let fit = fit_by(&scene, &[starts], in_full(1, 1, stage.effort()), stage.weight)?;
     let mut found = Numbered { stage, fault, number: score.number, scene, fit };
     let Told { ln_number, estimate, silent } = match fault.number() {
         Number::None => Told::default(),

@@ -45,7 +45,7 @@ pub(crate) fn run(stage: &Stage, jobs: &[Job<'_>], base: f64) -> Vec<Refit> {
 fn refit_effect(stage: &Stage, score: &Score, bases: &[DVector<f64>], base: f64) -> Result<Refit, DiagnosisError> {
     let candidate = &stage.screened[score.index].candidate;
     let scene = with_effect(&stage.scene, candidate)?;
-    let rounds = in_full(&scene, bases.len(), effort(candidate), stage.effort());
+    let rounds = in_full(bases.len(), effort(candidate), stage.effort());
     let fit = fit_by(&scene, &starts(stage, score, bases), rounds, stage.weight)?;
     let evidence = ln_evidence(&fit)? + scene.ln_size_priors(&candidate.parameters);
     let estimates = estimates(&scene, &fit, &candidate.parameters)?;
