@@ -39,7 +39,10 @@ impl Effect for AbsentMember {
     fn locations(&self, structure: &Structure<'_>) -> Vec<Location> {
         structure.places(|p| {
             let is_bar = p.kind == PartKind::Element && p.elements.iter().all(|&e| kind(structure, e) == "bar");
-            (p.is_member || is_bar) && p.elements.iter().any(|&e| structure.deforms(e)) && closes_a_loop(structure, p)
+            let is_group = p.kind == PartKind::Group;
+            (p.is_member || is_bar || is_group)
+                && p.elements.iter().any(|&e| structure.deforms(e))
+                && closes_a_loop(structure, p)
         })
     }
 

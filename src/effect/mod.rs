@@ -39,6 +39,7 @@ mod link_flexibility;
 mod location;
 mod mass_change;
 mod mass_damping;
+mod mass_lumping;
 mod mass_offset;
 mod member_eccentricity;
 mod patch;
@@ -94,6 +95,7 @@ catalogue! {
     link_flexibility::LinkFlexibility,
     mass_change::MassChange,
     mass_damping::MassDamping,
+    mass_lumping::MassLumping,
     mass_offset::MassOffset,
     member_eccentricity::MemberEccentricity,
     point_mass::PointMass,

@@ -66,10 +66,10 @@ impl Effect for RigidEnd {
             let mut of: Vec<String> = Vec::new();
             for end in ends.iter().filter(|e| e.side == side) {
                 let name = structure.element_of_file(end.element).to_string();
-                if !of.contains(&name) {
-                    of.push(name);
-                }
+                of.push(name);
             }
+            // The parts of a subdivided element follow one another.
+            of.dedup();
             if !of.is_empty() {
                 let add = entry(&format!("end{side}_rigid_length"), &length);
                 let is_alone = ends.iter().all(|e| e.side == side);

@@ -7,6 +7,7 @@ use super::structure::Structure;
 use super::{About, Effect};
 use crate::model::AXES;
 use crate::model::spec::OverrideSpec;
+use indexmap::IndexMap;
 
 /// Standard acceleration of free fall, m/s².
 const G: f64 = 9.806_65;
@@ -45,7 +46,7 @@ impl Effect for SelfWeight {
         if structure.is_wider() {
             return Vec::new();
         }
-        let acts = |axis: &usize| structure.forces_of_acceleration(*axis).is_some_and(|f| matters(structure, &f));
+        let acts = |axis: &usize| structure.forces_of_acceleration(*axis).is_some_and(|f| matters(structure, f));
         (0..3).filter(acts).map(|axis| Location::whole().along(AXES[axis])).collect()
     }
 
@@ -56,7 +57,7 @@ impl Effect for SelfWeight {
         let mut b = Builder::new(self.name(), at);
         let about = format!("acceleration along {} whose inertia the structure carries", AXES[axis]);
         let a = b.parameter("acceleration", "m/s2", G, [-1.5 * G, 1.5 * G], &about);
-        for (k, (names, force)) in by_force(structure, &forces).into_iter().enumerate() {
+        for (k, (names, force)) in by_force(structure, forces).into_iter().enumerate() {
             let add = entry("axial_force", &of_unit(force, "kg", &a));
             b.change(&format!(".{}", k + 1), &names, OverrideSpec { add, ..OverrideSpec::default() });
         }
@@ -66,27 +67,21 @@ impl Effect for SelfWeight {
 
 /// Mean force of every member of the file that has one, N s²/m, members with the same force together.
 fn by_force(structure: &Structure<'_>, forces: &[(usize, f64)]) -> Vec<(Vec<String>, f64)> {
-    let mut members: Vec<(String, f64, f64)> = Vec::new();
+    let mut members: IndexMap<&str, (f64, f64)> = IndexMap::new();
     for &(e, force) in forces {
-        let (name, length) = (structure.element_of_file(e), structure.length(e));
-        match members.iter_mut().find(|m| m.0 == name) {
-            Some(m) => (m.1, m.2) = (m.1 + force * length, m.2 + length),
-            None => members.push((name.to_string(), force * length, length)),
-        }
+        let (sum, length) = members.entry(structure.element_of_file(e)).or_default();
+        *sum += force * structure.length(e);
+        *length += structure.length(e);
     }
-    let largest = members.iter().map(|m| (m.1 / m.2).abs()).fold(0.0, f64::max);
-    let mut out: Vec<(Vec<String>, f64)> = Vec::new();
-    for (name, sum, length) in members {
+    let largest = members.values().map(|(sum, length)| (sum / length).abs()).fold(0.0, f64::max);
+    let mut out: IndexMap<u64, Vec<String>> = IndexMap::new();
+    for (name, (sum, length)) in members {
         let force = round(sum / length);
-        if force.abs() < 1e-3 * largest {
-            continue;
-        }
-        match out.iter_mut().find(|(_, f)| *f == force) {
-            Some((names, _)) => names.push(name),
-            None => out.push((vec![name], force)),
+        if force.abs() >= 1e-3 * largest {
+            out.entry(force.to_bits()).or_default().push(name.to_string());
         }
     }
-    out
+    out.into_iter().map(|(force, names)| (names, f64::from_bits(force))).collect()
 }
 
 /// Whether some member feels it, and not too many do.

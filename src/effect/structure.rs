@@ -1,5 +1,6 @@
 //! What an effect may ask of a model: its parts by name, their symmetric partners, what moves and what deforms.
 
+mod groups;
 mod joint_ends;
 mod lines;
 mod listing;
@@ -70,7 +71,7 @@ pub enum PartKind {
     Line,
     /// A few successive elements of a chain or of a line.
     Span,
-    /// A group of the file, or an entry of several elements that are no chain.
+    /// A group of the file, an entry of several elements that are no chain, or members of one section that the structure shows together.
     Group,
     /// A point mass.
     Mass,
@@ -79,7 +80,8 @@ pub enum PartKind {
 /// A named part of the structure.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Part {
-    /// Its name in the file: `left_wing`, `left_wing.1`, `winglets.2`, a group; of a line or a span its ends, `hub..blade3`.
+    /// Its name in the file: `left_wing`, `left_wing.1`, `winglets.2`, a group; of a line or a span its ends, `hub..blade3`; of members of one
+    /// section `brace.all`, `brace.z1-2`.
     pub name: String,
     /// What it is.
     pub kind: PartKind,
@@ -151,6 +153,10 @@ pub struct Structure<'a> {
     spans: Vec<Part>,
     /// Pairs of near nodes, which several effects list.
     pairs: OnceLock<Vec<Location>>,
+    /// Ends of beams that lie inside something, which every patch of a rigid end asks for.
+    joint_ends: OnceLock<Vec<JointEnd>>,
+    /// Axial forces per unit of a body acceleration along each axis, where the structure carries it.
+    forces: [OnceLock<Option<own_weight::Forces>>; 3],
     /// Whether places are wider than those of the file.
     is_wider: bool,
     ends: Vec<End>,
@@ -181,6 +187,8 @@ impl<'a> Structure<'a> {
             parts: Vec::new(),
             spans: Vec::new(),
             pairs: OnceLock::new(),
+            joint_ends: OnceLock::new(),
+            forces: Default::default(),
             is_wider: false,
             ends: Vec::new(),
             mirror,

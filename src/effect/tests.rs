@@ -3,6 +3,7 @@
 mod closed_forms;
 mod configurations;
 mod files;
+mod groups;
 mod lines;
 mod symmetry;
 

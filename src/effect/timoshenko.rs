@@ -61,7 +61,7 @@ impl Effect for Timoshenko {
             let known = Known::of(structure, e).ok_or_else(unknown)?;
             let name = structure.element_of_file(e).to_string();
             match sections.iter_mut().find(|(k, _)| *k == known) {
-                Some((_, names)) if names.contains(&name) => {}
+                Some((_, names)) if names.last() == Some(&name) => {}
                 Some((_, names)) => names.push(name),
                 None => sections.push((known, vec![name])),
             }

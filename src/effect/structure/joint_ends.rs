@@ -22,7 +22,11 @@ pub(in crate::effect) struct JointEnd {
 
 impl Structure<'_> {
     /// Ends of beams that bend, at nodes of the file where they are held, where members of other directions meet, or where they end in a body.
-    pub(in crate::effect) fn joint_ends(&self) -> Vec<JointEnd> {
+    pub(in crate::effect) fn joint_ends(&self) -> &[JointEnd] {
+        self.joint_ends.get_or_init(|| self.list_joint_ends())
+    }
+
+    fn list_joint_ends(&self) -> Vec<JointEnd> {
         let elements = self.model.elements();
         let at = self.elements_at_nodes();
         let mut member_of: Vec<Option<usize>> = vec![None; elements.len()];

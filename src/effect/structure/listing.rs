@@ -51,6 +51,7 @@ impl Structure<'_> {
         spec.groups.keys().for_each(|name| push(name, PartKind::Group, true));
         // A group of the same elements as a part before it is the same place; so is a line that has a name.
         parts.extend(self.list_lines());
+        parts.extend(self.list_groups());
         let mut seen = BTreeSet::new();
         let has_others = |p: &Part| matches!(p.kind, PartKind::Group | PartKind::Line);
         parts.retain(|p| !p.elements.is_empty() && (seen.insert(sorted(&p.elements)) || !has_others(p)));

@@ -9,6 +9,9 @@ use crate::model::ParametricModel;
 /// Sag of the structure under ten times its weight per unit of its size: one that sags more hangs on nothing, or is no structure.
 const MOST_SAG: f64 = 1.0;
 
+/// Elements with their axial forces.
+pub(super) type Forces = Vec<(usize, f64)>;
+
 impl Structure<'_> {
     /// Axial force of every beam that stretches, tension positive, per unit of a global axis's body acceleration, N s²/m.
     ///
@@ -17,7 +20,11 @@ impl Structure<'_> {
     /// ```
     ///
     /// None for a structure that is free to move along the axis.
-    pub(in crate::effect) fn forces_of_acceleration(&self, axis: usize) -> Option<Vec<(usize, f64)>> {
+    pub(in crate::effect) fn forces_of_acceleration(&self, axis: usize) -> Option<&[(usize, f64)]> {
+        self.forces[axis].get_or_init(|| self.solve_for_forces(axis)).as_deref()
+    }
+
+    fn solve_for_forces(&self, axis: usize) -> Option<Forces> {
         let beams: Vec<usize> =
             (0..self.model.elements().len()).filter(|&e| self.is_beam(e) && self.strains(e, Dof::Ux)).collect();
         if beams.is_empty() {
@@ -46,7 +53,7 @@ impl Structure<'_> {
             let of_end = |i: usize| -> f64 { own.iter().enumerate().map(|(j, u)| stiffness.get(i, j) * u).sum() };
             Some((e, 0.5 * (of_end(6) - of_end(0))))
         };
-        let forces: Vec<(usize, f64)> = beams.into_iter().filter_map(force).filter(|(_, f)| f.is_finite()).collect();
+        let forces: Forces = beams.into_iter().filter_map(force).filter(|(_, f)| f.is_finite()).collect();
         forces.iter().any(|(_, f)| *f != 0.0).then_some(forces)
     }
 }

@@ -451,3 +451,21 @@ fn partners_keep_the_symmetry() {
         }
     }
 }
+
+/// A clamped bar of one element: K = EA/L, M = m L/3 consistent and m L/2 lumped, so ω² = 3 EA/(m L²) and 2 EA/(m L²).
+#[test]
+fn mass_may_be_at_the_nodes_or_between_them() {
+    let bar = |lumping: &str| {
+        format!(
+            "retune: 1\nname: test\nactive_dofs: [ux]\nnodes: {{a: [0, 0, 0], b: [2 m, 0, 0]}}\nbars:\n  rod: {{nodes: [a, b], \
+             properties: {{EA: 8 MN, mass_per_length: 3 kg/m{lumping}}}}}\nsupports: {{root: {{node: a}}}}\n"
+        )
+    };
+    let omega = |factor: f64| (factor * 8e6 / (3.0 * 4.0)).sqrt();
+    let (_, _, spread) = with(&bar(""), "mass-lumping@whole.lumped", &[0.0]);
+    close(spread[0], omega(3.0), 1e-12);
+    let (_, _, lumped) = with(&bar(""), "mass-lumping@whole.lumped", &[1.0]);
+    close(lumped[0], omega(2.0), 1e-12);
+    let (_, _, half) = with(&bar(", lumping: 1"), "mass-lumping@whole.consistent", &[0.5]);
+    close(half[0], omega(1.0 / (0.5 / 2.0 + 0.5 / 3.0)), 1e-12);
+}

@@ -1,0 +1,90 @@
+//! Groups that the structure itself shows: members of one section, those of them between two neighbouring levels of nodes (the braces of a
+//! storey), and those in one level (the beams of a floor, the columns of a face).
+//!
+//! Nobody declares them, and what is wrong with one member because of how it was bought or built is wrong with its group.
+
+use super::{Part, PartKind, Structure};
+use crate::model::AXES;
+use std::collections::BTreeMap;
+
+/// Nodes of a level, at least.
+const FEWEST_NODES: usize = 3;
+/// Levels of an axis, at most: what has more is no frame of storeys or bays.
+const MOST_LEVELS: usize = 40;
+/// Share of the nodes that stand in levels, at least.
+const IN_LEVELS: f64 = 0.8;
+/// Two coordinates are of one level where they differ by less than this share of the extent.
+const FLAT: f64 = 1e-3;
+
+impl Structure<'_> {
+    /// Members of one section, in file order: all, then along every axis that has levels those between two and those in one. `brace.all`,
+    /// `brace.z1-2`, `beam.z2`; levels are counted from the lowest.
+    pub(super) fn list_groups(&self) -> Vec<Part> {
+        let spec = self.model.spec();
+        let mut of_section: BTreeMap<&str, Vec<&[usize]>> = BTreeMap::new();
+        for (name, member) in spec.beams.iter().chain(&spec.bars) {
+            let (Some(section), Some(elements)) = (&member.section, self.model.element_set(name)) else { continue };
+            // However finely it is subdivided, an element of the file is one.
+            let each = elements.chunk_by(|&a, &b| self.element_of_file(a) == self.element_of_file(b));
+            of_section.entry(section).or_default().extend(each);
+        }
+        let levels: Vec<Vec<f64>> = (0..3).map(|axis| self.levels(axis)).collect();
+        let mut groups = Vec::new();
+        for (section, each) in of_section {
+            let mut add =
+                |name: &str, those: Vec<&[usize]>| groups.extend(self.group(format!("{section}.{name}"), &those));
+            add("all", each.clone());
+            for (axis, levels) in levels.iter().enumerate() {
+                let places: Vec<_> = each.iter().map(|e| self.between(levels, axis, e)).collect();
+                let at = |a: usize, b: usize| {
+                    let there = each.iter().zip(&places).filter(|(_, place)| **place == Some((a, b)));
+                    there.map(|(e, _)| *e).collect()
+                };
+                for k in 0..levels.len() {
+                    add(&format!("{}{}", AXES[axis], k + 1), at(k, k));
+                    add(&format!("{}{}-{}", AXES[axis], k + 1, k + 2), at(k, k + 1));
+                }
+            }
+        }
+        groups
+    }
+
+    /// A group of several elements of the file; none of fewer, and none where the file has such a name.
+    fn group(&self, name: String, each: &[&[usize]]) -> Option<Part> {
+        (each.len() > 1 && self.model.element_set(&name).is_none()).then(|| Part {
+            name,
+            kind: PartKind::Group,
+            of: each.iter().map(|e| self.element_of_file(e[0]).to_string()).collect(),
+            elements: each.concat(),
+            partner: None,
+            is_member: false,
+        })
+    }
+
+    /// Coordinates along an axis at which most nodes of the file stand, several each; none where they do not.
+    fn levels(&self, axis: usize) -> Vec<f64> {
+        let mut at: Vec<f64> =
+            self.model.geometry().positions[..self.model.spec().nodes.len()].iter().map(|p| p[axis]).collect();
+        at.sort_by(f64::total_cmp);
+        let flat = self.flat();
+        let levels: Vec<&[f64]> =
+            at.chunk_by(|a, b| b - a < flat).filter(|level| level.len() >= FEWEST_NODES).collect();
+        let in_levels: usize = levels.iter().map(|level| level.len()).sum();
+        let are_levels = (2..=MOST_LEVELS).contains(&levels.len()) && in_levels as f64 >= IN_LEVELS * at.len() as f64;
+        if are_levels { levels.into_iter().map(|level| level[0]).collect() } else { Vec::new() }
+    }
+
+    /// The lowest and the highest level that an element of the file touches; none where one of its nodes is in none.
+    fn between(&self, levels: &[f64], axis: usize, element: &[usize]) -> Option<(usize, usize)> {
+        let (all, geometry) = (self.model.elements(), self.model.geometry());
+        let nodes = element.iter().flat_map(|&e| &all[e].nodes).filter(|n| **n < self.model.spec().nodes.len());
+        let of =
+            |&node: &usize| levels.iter().position(|l| (geometry.positions[node][axis] - l).abs() < 2.0 * self.flat());
+        let at = nodes.map(of).collect::<Option<Vec<usize>>>()?;
+        Some((*at.iter().min()?, *at.iter().max()?))
+    }
+
+    fn flat(&self) -> f64 {
+        FLAT * self.extent()
+    }
+}
