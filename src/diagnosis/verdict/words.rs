@@ -51,9 +51,9 @@ pub(crate) fn of_one(
                 None => explained,
             }
         }
-        Verdict::MissingEffect if likely => format!("{id} is missing, and the rest looks like noise{tie}"),
         Verdict::MissingEffect => {
-            format!("something is missing, perhaps {id}: with it the rest looks like noise{tie}")
+            let perhaps = if likely { "" } else { "perhaps " };
+            format!("{perhaps}{id} explains the test, and the rest looks like noise{tie}")
         }
         Verdict::MeasurementFault => {
             let perhaps = if likely { "" } else { "perhaps " };
@@ -109,15 +109,15 @@ pub(crate) fn of_two(pair: &Pair, hypotheses: &[HypothesisResult]) -> String {
     let [first, second, ..] = hypotheses else { return String::new() };
     let perhaps = if pair.share(&first.id).min(pair.share(&second.id)) > 0.5 { "" } else { "perhaps " };
     let both = match (first.kind, second.kind) {
-        (Kind::Effect, Kind::Effect) => format!("{perhaps}{} and {} are missing together", first.id, second.id),
+        (Kind::Effect, Kind::Effect) => format!("{perhaps}{} and {} explain the test together", first.id, second.id),
         (Kind::Fault, Kind::Fault) => {
             format!("{perhaps}the measurement is at fault twice, not the model: {} and {}", first.id, second.id)
         }
         (Kind::Effect, Kind::Fault) => {
-            format!("{perhaps}{} is missing and the measurement is at fault: {}", first.id, second.id)
+            format!("{perhaps}{} explains the test with a fault of the measurement, {}", first.id, second.id)
         }
         (Kind::Fault, Kind::Effect) => {
-            format!("{perhaps}the measurement is at fault, {}, and {} is missing", first.id, second.id)
+            format!("{perhaps}{} explains the test with a fault of the measurement, {}", second.id, first.id)
         }
     };
     let ties = [first, second].map(|h| tie(&h.id, &h.tied_with)).concat();
