@@ -2,8 +2,8 @@
 
 #![cfg(unix)]
 
+use retune::hash::sha256;
 use serde_json::Value;
-use sha2::{Digest, Sha256};
 use std::ffi::{OsStr, OsString};
 use std::fs::{self, File};
 use std::io::{Read as _, Write as _};
@@ -400,7 +400,7 @@ fn hashes_are_those_of_the_bytes_that_were_read() {
         pipe.join().unwrap();
     }
     let data: Value = serde_json::from_str(&f.read("r.json")).unwrap();
-    let hash = |text: &str| Sha256::digest(text).iter().map(|b| format!("{b:02x}")).collect::<Vec<_>>().concat();
+    let hash = |text: &str| sha256(text.as_bytes());
     let found: Vec<(&str, &str)> = data["meta"]["files"]
         .as_array()
         .unwrap()
