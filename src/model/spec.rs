@@ -14,8 +14,8 @@ pub use links::{ImportedSpec, WeightedLinkSpec, WeightedNodes};
 pub use places::{FrameSpec, LineSpec, NodeRule, NodeSpec, OneOrThree, RotateSpec};
 pub use sections::{SectionSpec, SectionValue};
 pub use shapes::{
-    AngleSpec, BoxSpec, ChannelSpec, CircleSpec, ISpec, LaminateSpec, PlyMaterialSpec, PlySpec, RectangleSpec,
-    ShapeSpec, TeeSpec, TubeSpec,
+    AngleSpec, BoxSpec, CircleSpec, ISpec, LaminateSpec, PlyMaterialSpec, PlySpec, RectangleSpec, ShapeSpec, TubeSpec,
+    WebAndFlangeSpec,
 };
 pub use solver::{DependenceSpec, KnownSolver, SolverSpec, WordsSpec, WritesSpec, WrittenSpec};
 pub use superelements::{

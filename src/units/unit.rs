@@ -77,7 +77,8 @@ pub struct Unit {
 
 const INCH: f64 = 0.0254;
 const POUND: f64 = 0.453_592_37;
-const GRAVITY: f64 = 9.806_65;
+/// Standard acceleration of free fall, m/s².
+pub const GRAVITY: f64 = 9.806_65;
 
 /// name, factor to SI, powers of length, mass, time.
 #[rustfmt::skip]

@@ -1,6 +1,6 @@
 //! Beginning a model, and what there is: schemas, catalogues, completions, manual pages.
 
-use super::values;
+use super::{Overwrite, values};
 use crate::output::{Failure, print};
 use crate::writing;
 use clap::{Args, ValueEnum};
@@ -168,7 +168,6 @@ pub(crate) struct Manual {
     /// The folder to write to; it is made where it is not there.
     #[arg(short, long, value_name = "FOLDER")]
     pub(crate) output: PathBuf,
-    /// Overwrite existing pages.
-    #[arg(long)]
-    pub(crate) force: bool,
+    #[command(flatten)]
+    pub(crate) overwrite: Overwrite,
 }

@@ -1,6 +1,6 @@
 //! Arguments of `matrices` and `prepare`.
 
-use super::Answer;
+use super::{Answer, Print};
 use clap::Args;
 use std::path::PathBuf;
 
@@ -41,7 +41,6 @@ pub(crate) struct Prepare {
     /// Run also what is kept already.
     #[arg(long)]
     pub(crate) again: bool,
-    /// Print JSON instead of text.
-    #[arg(long)]
-    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) print: Print,
 }
