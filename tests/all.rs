@@ -11,6 +11,7 @@ mod correlation;
 mod decks;
 mod errors;
 mod examples;
+mod formats;
 mod live;
 mod matrices;
 mod matrices_peer;

@@ -97,9 +97,9 @@ pub(crate) enum Command {
     Manual(Manual),
 }
 
-/// Is the model sound? Mass, centre of gravity, inertia, rigid-body modes, and everything doubtful.
+/// Check a model: mass, centre of gravity, inertia, rigid-body modes, and warnings about anything doubtful.
 ///
-/// Test files, objective files and criteria profiles are checked too, as far as they can be without a model.
+/// Test files, objective files and criteria profiles are checked too, as far as that is possible without a model.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Examples:\n  retune check models/bff.yaml\n  retune check wing.yaml --against wing.f06 wing.op2"
@@ -107,7 +107,7 @@ pub(crate) enum Command {
 pub(crate) struct Check {
     #[command(flatten)]
     pub(crate) model: OneModel,
-    /// Hold the model against what a solver computed of the deck that it was imported from: `.f06`, `.op2`, `.pch` of Nastran, `.dat` of
+    /// Compare the model with what a solver computed for the deck that it was imported from: `.f06`, `.op2`, `.pch` of Nastran, `.dat` of
     /// Abaqus and CalculiX, `.frd` of CalculiX.
     #[arg(long, value_name = "RESULTS", num_args = 1..)]
     pub(crate) against: Vec<PathBuf>,
@@ -121,7 +121,7 @@ pub(crate) struct Check {
     pub(crate) answer: Answer,
 }
 
-/// Frequencies and names of the modes of a model.
+/// Compute the natural frequencies of a model, and name its modes.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  retune modes models/bff.yaml -n 6")]
 pub(crate) struct Modes {
@@ -137,7 +137,7 @@ pub(crate) struct Modes {
 /// How modes are paired, and within which limits.
 #[derive(Debug, Clone, Copy, Args)]
 pub(crate) struct PairingOptions {
-    /// How modes are paired. `pair_with`, `use` and `foreign` of a mode in the test file stand above it.
+    /// How modes are paired. `pair_with`, `use` and `foreign` of a mode in the test file take precedence.
     #[arg(long, value_name = "RULE", default_value = "probable", value_parser = values::rule())]
     pub(crate) pairing: Rule,
     /// Smallest MAC of a pair.
@@ -158,7 +158,7 @@ impl PairingOptions {
 /// What the test had and the model file has not.
 #[derive(Debug, Args)]
 pub(crate) struct Loading {
-    /// Put the `mass` of the sensors into the model: they were on the structure when it was tested.
+    /// Add the `mass` of the sensors to the model: they were on the structure when it was tested.
     #[arg(long)]
     pub(crate) sensor_masses: bool,
 }
@@ -178,7 +178,7 @@ pub(crate) struct Update {
     pub(crate) model: OneModel,
     #[command(flatten)]
     pub(crate) tests: Tests,
-    /// Where to write the updated model: the same file with new values, comments and order kept.
+    /// Where to write the updated model: the same file with new values; comments and order are kept.
     #[arg(short, long)]
     pub(crate) output: Option<PathBuf>,
     /// What to minimise.
@@ -225,7 +225,7 @@ pub(crate) struct Sample {
     pub(crate) model: OneModel,
     #[command(flatten)]
     pub(crate) tests: Tests,
-    /// Where to write the samples: a CSV table, one column a parameter, in the units of the tables.
+    /// Where to write the samples: a CSV table with one column per parameter, in the units of the tables.
     #[arg(short, long)]
     pub(crate) output: Option<PathBuf>,
     /// Number of samples.
@@ -246,7 +246,7 @@ pub(crate) struct Sample {
 /// Whether a page computes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum WhenLive {
-    /// Where that costs less than a second and a megabyte: up to 400 dofs.
+    /// Where that takes less than a second and a megabyte: up to 400 dofs.
     Auto,
     /// With a model of any size, on a few coordinates; where it cannot, a warning says why.
     Always,
@@ -254,9 +254,9 @@ pub(crate) enum WhenLive {
     Never,
 }
 
-/// One page where an engineer sees the comparison, the diagnosis and the error falling: a single file, no network.
+/// Write one page for an engineer: the comparison, the diagnosis, and how the error fell; a single file that needs no network.
 ///
-/// Without an output it prints the same on the terminal.
+/// Without an output the same is printed on the terminal.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   retune report updated.yaml models/bff_gvt.yaml -o report.html
@@ -285,7 +285,7 @@ pub(crate) struct Report {
     /// Measurement files with frequency response functions, to show beside those of the model.
     #[arg(long, num_args = 1.., value_name = "FILE")]
     pub(crate) frf: Vec<PathBuf>,
-    /// Whether the page computes: a slider for each parameter and a switch for each hypothesis move frequencies, shapes and misfit at once
+    /// Whether the page computes: a slider for each parameter and a switch for each hypothesis then move frequencies, shapes and misfit.
     #[arg(long, value_enum, value_name = "WHEN", num_args = 0..=1, require_equals = true, default_value = "auto", default_missing_value = "always")]
     pub(crate) live: WhenLive,
     #[command(flatten)]

@@ -1,7 +1,7 @@
 //! Reading models and tests, with problems shown in place.
 
 use crate::ledger;
-use crate::output::{Failure, remarks, warn};
+use crate::output::{Failure, remarks, shown, warn};
 use retune::data::{TestData, corrected_functions, read_test};
 use retune::model::{Model, Registry, doubts, load_in};
 use retune::update::{UpdateError, check_on_model, loaded as with_masses, meet};
@@ -203,7 +203,16 @@ pub(crate) fn is_test(path: &Path) -> bool {
 pub(crate) fn check_sensors(model: &Model, test: &TestData, path: &Path, text: &str) -> Result<Vec<Problem>, Failure> {
     let problems = SourceMap::of(text).place(check_on_model(model, test));
     if problems.iter().any(|p| p.severity == Severity::Error) {
-        return Err(Failure::problems(path, text, &problems));
+        let failure = Failure::problems(path, text, &problems);
+        // A file that `identify` has written without a model names its points, and they are no nodes.
+        let is_unplaced = |p: &Problem| p.path.starts_with("sensors.") && p.message.contains("has no node");
+        let has_positions = test.sensors.iter().any(|s| s.place.position().is_some());
+        return Err(if has_positions && problems.iter().any(is_unplaced) {
+            let test = shown(path);
+            failure.with_hint(format!("the sensors state their positions: `retune map MODEL {test} -o placed.yaml` finds their nodes and elements in the model"))
+        } else {
+            failure
+        });
     }
     Ok(problems)
 }

@@ -31,6 +31,9 @@ use serde::{Deserialize, Serialize};
 /// A named map in file order.
 pub type Named<T> = IndexMap<String, T>;
 
+/// Version of the format of model files that is read and written.
+pub(crate) const FORMAT: u32 = 1;
+
 /// A model file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

@@ -33,10 +33,10 @@ pub(crate) struct Compare {
     /// Elements and groups, ranked by how much of the disagreement sits there.
     #[arg(long)]
     pub(crate) localize: bool,
-    /// What the test tells of every parameter, and the combinations through which they act.
+    /// What the test tells about each parameter, and the combinations through which they act.
     #[arg(long)]
     pub(crate) sensitivity: bool,
-    /// Everything that there is.
+    /// All of these.
     #[arg(long)]
     pub(crate) all: bool,
     /// Measured frequency response functions: FRAC, CSAC, CSF, amplitude and phase by band, frequency shift by FDAC.
@@ -58,7 +58,7 @@ pub(crate) struct Compare {
     pub(crate) answer: Answer,
 }
 
-/// Before a test: which modes, where to measure, where to excite, what one more sensor would tell.
+/// Plan a test: which modes, where to measure, where to excite, and what one more sensor would tell.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   retune pretest models/bff.yaml -n 6 --sensors 12
@@ -84,17 +84,17 @@ pub(crate) struct Pretest {
     pub(crate) output: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) overwrite: Overwrite,
-    /// Standard deviation of a shape entry, of the largest entry.
+    /// Standard deviation of a shape entry, as a share of the largest entry.
     #[arg(long, default_value = "2 %", value_name = "SHARE", allow_hyphen_values = true, value_parser = values::positive_share)]
     pub(crate) noise_shape: f64,
-    /// Standard deviation of a frequency.
+    /// Standard deviation of a frequency, as a share of it.
     #[arg(long, default_value = "0.5 %", value_name = "SHARE", allow_hyphen_values = true, value_parser = values::positive_share)]
     pub(crate) noise_frequency: f64,
     #[command(flatten)]
     pub(crate) print: Print,
 }
 
-/// What every parameter does to frequencies, shapes, functions and mass; and what a test can tell of it.
+/// Show what each parameter does to frequencies, shapes, functions and mass, and what a test can tell about it.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   retune sensitivity models/bff.yaml

@@ -13,7 +13,8 @@ pub(crate) enum ParametersOf {
     Properties,
 }
 
-/// Turn a deck of Nastran, Abaqus or CalculiX into a model file: members, masses, springs, links and sections with the names and comments of the deck.
+/// Turn a deck of Nastran, Abaqus or CalculiX into a model file: members, masses, springs, links and sections, with the names and comments of
+/// the deck.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   retune import wing.bdf --units in-lbf-s -o wing.yaml

@@ -21,12 +21,12 @@ pub(crate) struct SearchOptions {
     /// How much is tried, as a factor: 0.5 fits half as many hypotheses from half as many starts.
     #[arg(long, default_value_t = 1.0, value_parser = values::positive, value_name = "FACTOR")]
     pub(crate) effort: f64,
-    /// Tell every step of the search on standard error: what it fitted, and what leads after it.
+    /// Print every step of the search to standard error: what it fitted, and what leads after it.
     #[arg(long)]
     pub(crate) trace: bool,
 }
 
-/// What is missing? Physical effects and measurement faults with probabilities, estimates and ties.
+/// Find what is missing: physical effects and measurement faults, with probabilities, estimates and ties.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   retune diagnose models/bff.yaml models/bff_gvt.yaml
@@ -59,7 +59,7 @@ pub(crate) struct Diagnose {
     pub(crate) print: Print,
 }
 
-/// Put an effect into a model file: the smallest edit, at its neutral value, recorded in `history`.
+/// Put an effect into a model file: the smallest edit, at its neutral value, recorded under `history`.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  retune add models/bff.yaml point-mass@n8 --dry-run")]
 pub(crate) struct Add {
@@ -96,7 +96,7 @@ pub(crate) struct Undo {
     pub(crate) overwrite: Overwrite,
 }
 
-/// Diagnose, add, refit, until nothing more is justified.
+/// Diagnose, add and refit, until nothing more is justified.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Example:\n  retune learn models/bff.yaml models/bff_gvt.yaml -o learned.yaml --report learned.html"
@@ -130,7 +130,7 @@ pub(crate) struct Learn {
     pub(crate) print: Print,
 }
 
-/// How good is a diagnosis? Synthetic twins with a known answer, and the score.
+/// Measure how good diagnoses are, on synthetic twins with known answers.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   retune benchmark diagnosis --structure cantilever

@@ -17,7 +17,7 @@ pub(crate) enum Reduction {
     CraigBampton,
 }
 
-/// Write a model for other programs: what was learnt into the deck that it was imported from, or its matrices.
+/// Write a model for other programs: its new values into the deck that it was imported from, or its matrices.
 #[derive(Debug, Args)]
 #[command(group = ArgGroup::new("what").required(true).args(["matrices", "into"]), after_help = "Examples:
   retune export updated.yaml --into wing.bdf -o updated.bdf
@@ -42,7 +42,7 @@ pub(crate) struct Export {
     /// Format of the matrices.
     #[arg(long, value_name = "FORMAT", default_value = MatrixFormat::MatrixMarket.word(), conflicts_with = "into", value_parser = values::choice::<MatrixFormat>())]
     pub(crate) format: MatrixFormat,
-    /// Reduce them to some nodes.
+    /// Reduce the matrices to some nodes.
     #[arg(long, value_enum, value_name = "HOW", conflicts_with = "into")]
     pub(crate) reduce: Option<Reduction>,
     /// Nodes that stay.

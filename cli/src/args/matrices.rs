@@ -4,7 +4,7 @@ use super::{Answer, Print};
 use clap::Args;
 use std::path::PathBuf;
 
-/// What is in files of matrices: size, symmetry, definiteness, rigid-body modes, massless dofs, suspected units.
+/// Describe files of matrices: size, symmetry, definiteness, rigid-body modes, massless dofs, suspected units.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   retune matrices job.sti job.mas job.dof job.inp

@@ -144,7 +144,7 @@ pub(crate) struct Identify {
     pub(crate) print: Print,
 }
 
-/// Can the test be trusted? Dead and noisy channels, signs, swaps, gains, axes, driving points, double modes.
+/// Check whether a test can be trusted: dead and noisy channels, signs, swaps, gains, axes, driving points, double modes.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   retune health run1.unv --geometry points.unv
@@ -179,7 +179,7 @@ pub(crate) struct Health {
     pub(crate) answer: Answer,
 }
 
-/// Find places in a model for the points of a test: nodes, else elements, with rigid arms; and what is left over.
+/// Find places in a model for the points of a test: nodes, else elements, with rigid arms; what has no place is listed.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   retune map models/bff.yaml geometry.unv --units in-lbf-s
@@ -208,7 +208,7 @@ pub(crate) struct Map {
     pub(crate) print: Print,
 }
 
-/// Make synthetic test data from a model: modes and functions at sensors, with noise, faults of the measurement and hidden changes.
+/// Make a synthetic test of a model: modes and functions at sensors, with noise, measurement faults and hidden changes.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   retune twin models/bff_truth.yaml -o twin.yaml --sensors models/bff_gvt.yaml --noise-frequency '0.3 %' --noise-shape '2 %'
@@ -226,7 +226,7 @@ pub(crate) struct Twin {
     /// Test file with the sensors; a sensor on every node when absent.
     #[arg(long, value_name = "TEST")]
     pub(crate) sensors: Option<PathBuf>,
-    /// Most modes.
+    /// Largest number of modes.
     #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u16).range(1..=2000))]
     pub(crate) modes: u16,
     /// Band of modes and functions, Hz.
@@ -241,19 +241,19 @@ pub(crate) struct Twin {
     /// What the functions are; accelerance when absent.
     #[arg(long, requires = "frf", value_name = "QUANTITY", value_parser = values::choice::<FrfQuantity>())]
     pub(crate) quantity: Option<FrfQuantity>,
-    /// Standard deviation of frequencies.
+    /// Standard deviation of frequencies, as a share of each.
     #[arg(long, default_value = "0 %", value_name = "SHARE", allow_hyphen_values = true, value_parser = values::share)]
     pub(crate) noise_frequency: Share,
-    /// Standard deviation of damping ratios.
+    /// Standard deviation of damping ratios, as a share of each.
     #[arg(long, default_value = "0 %", value_name = "SHARE", allow_hyphen_values = true, value_parser = values::share)]
     pub(crate) noise_damping: Share,
-    /// Standard deviation of shape entries, of the largest entry.
+    /// Standard deviation of shape entries, as a share of the largest entry.
     #[arg(long, default_value = "0 %", value_name = "SHARE", allow_hyphen_values = true, value_parser = values::share)]
     pub(crate) noise_shape: Share,
-    /// Noise of the force, of the force.
+    /// Noise of the force, as a share of it.
     #[arg(long, requires = "frf", default_value = "0 %", value_name = "SHARE", allow_hyphen_values = true, value_parser = values::share)]
     pub(crate) noise_force: Share,
-    /// Noise of each response, of its root mean square.
+    /// Noise of each response, as a share of its root mean square.
     #[arg(long, requires = "frf", default_value = "0 %", value_name = "SHARE", allow_hyphen_values = true, value_parser = values::share)]
     pub(crate) noise_response: Share,
     /// Averages of the functions.

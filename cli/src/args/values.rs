@@ -34,8 +34,10 @@ fn number(text: &str) -> Result<f64, String> {
 /// A quantity in SI.
 ///
 /// * `unit` - an SI unit of its dimension; `1` of a share
-fn quantity(text: &str, unit: &str) -> Result<f64, String> {
-    Scalar::parse(text).and_then(|scalar| scalar.constant_in(unit)).map_err(|e| e.to_string())
+/// * `range` - where it must lie, in words, with an example
+fn quantity(text: &str, unit: &str, is_in: impl Fn(f64) -> bool, range: &str) -> Result<f64, String> {
+    let value = Scalar::parse(text).and_then(|scalar| scalar.constant_in(unit));
+    within(value.map_err(|e| format!("{e}; it must be {range}"))?, is_in, range)
 }
 
 fn within(value: f64, is_in: impl Fn(f64) -> bool, range: &str) -> Result<f64, String> {
@@ -44,7 +46,7 @@ fn within(value: f64, is_in: impl Fn(f64) -> bool, range: &str) -> Result<f64, S
 
 /// A MAC.
 pub(super) fn mac(text: &str) -> Result<f64, String> {
-    within(quantity(text, "1")?, |v| (0.0..=1.0).contains(&v), "from 0 to 1, as a MAC is: 0.9 or `90 %`, and not 90")
+    quantity(text, "1", |v| (0.0..=1.0).contains(&v), "from 0 to 1, as a MAC is: 0.9 or `90 %`, and not 90")
 }
 
 /// Zero or above.
@@ -59,7 +61,7 @@ pub(super) fn positive(text: &str) -> Result<f64, String> {
 
 /// A frequency, Hz.
 pub(super) fn hertz(text: &str) -> Result<f64, String> {
-    within(quantity(text, "Hz")?, |v| v >= 0.0, "zero or above, and finite: a frequency in Hz")
+    quantity(text, "Hz", |v| v >= 0.0, "zero or above, and finite: a frequency in Hz")
 }
 
 /// A share of something, with the words that gave it.
@@ -73,43 +75,39 @@ pub(crate) struct Share {
 
 /// A share, from nothing to all.
 pub(super) fn share(text: &str) -> Result<Share, String> {
-    let value = within(quantity(text, "1")?, |v| (0.0..=1.0).contains(&v), "a share from 0 to 1: `0.5 %` or 0.005")?;
+    let value = quantity(text, "1", |v| (0.0..=1.0).contains(&v), "a share from 0 to 1: `0.5 %` or 0.005")?;
     Ok(Share { text: text.trim().to_string(), value })
 }
 
 /// A share above zero.
 pub(super) fn positive_share(text: &str) -> Result<f64, String> {
-    within(quantity(text, "1")?, |v| v > 0.0 && v <= 1.0, "a share above 0, up to 1: `0.5 %` or 0.005")
+    quantity(text, "1", |v| v > 0.0 && v <= 1.0, "a share above zero, up to 1: `0.5 %` or 0.005")
 }
 
 /// A damping ratio.
 pub(super) fn damping(text: &str) -> Result<f64, String> {
-    within(quantity(text, "1")?, |v| v > 0.0 && v < 1.0, "a damping ratio above 0 and below 1: `1 %` or 0.01")
+    quantity(text, "1", |v| v > 0.0 && v < 1.0, "a damping ratio above 0 and below 1: `1 %` or 0.01")
 }
 
 /// What a repeated test changes of a frequency: above some per cent it is not the same structure.
 pub(super) fn repeatability(text: &str) -> Result<f64, String> {
-    within(
-        quantity(text, "1")?,
-        |v| (0.0..=0.05).contains(&v),
-        "a share of a frequency from 0 to 5 %: `0.1 %` or 0.001",
-    )
+    quantity(text, "1", |v| (0.0..=0.05).contains(&v), "a share of a frequency from 0 to 5 %: `0.1 %` or 0.001")
 }
 
 /// A relative error of frequencies.
 pub(super) fn tolerance(text: &str) -> Result<f64, String> {
     let range = "a relative error of frequencies from 1e-9 to 0.1: `0.01 %` or 1e-4";
-    within(quantity(text, "1")?, |v| (1e-9..=0.1).contains(&v), range)
+    quantity(text, "1", |v| (1e-9..=0.1).contains(&v), range)
 }
 
 /// A length, m.
 pub(super) fn length(text: &str) -> Result<f64, String> {
-    within(quantity(text, "m")?, |v| v >= 0.0, "a length, zero or above: `5 mm` or 0.005")
+    quantity(text, "m", |v| v >= 0.0, "a length, zero or above: `5 mm` or 0.005")
 }
 
 /// A time that a search may take.
 pub(super) fn time(text: &str) -> Result<Duration, String> {
-    let seconds = within(quantity(text, "s")?, |v| v > 0.0, "a time above zero: `60 s`, `5 min`")?;
+    let seconds = quantity(text, "s", |v| v > 0.0, "a time above zero: `60 s`, `5 min`")?;
     let longest = "it is longer than a clock counts";
     Duration::try_from_secs_f64(seconds).ok().filter(|t| !t.is_zero()).ok_or_else(|| longest.to_string())
 }

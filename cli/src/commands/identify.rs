@@ -86,7 +86,7 @@ pub(crate) fn run(args: &Identify) -> Result<u8, Failure> {
         if let Some(lacks) = identified.test_lacks {
             return Err(lacks.into());
         }
-        write(output, &identified.test, args.print.json);
+        write(output, &identified.test, args);
     }
     let is_short = has_fault(&identified.findings) || (identified.modes.is_empty() && !is_spectrum && !is_held);
     Ok(if is_short { SHORT } else { DONE })
@@ -191,9 +191,15 @@ fn peaks(all: &[(String, Vec<SpectrumPeak>)], style: &Style) -> String {
     out
 }
 
-fn write(path: &Path, test: &TestData, is_json: bool) {
-    if writing::write(path, &write_test(test)) && !is_json {
-        print(&format!("\nwritten: {}\n", shown(path)));
+fn write(path: &Path, test: &TestData, args: &Identify) {
+    if !writing::write(path, &write_test(test)) || args.print.json {
+        return;
+    }
+    let path = shown(path);
+    print(&format!("\nwritten: {path}\n"));
+    // Its sensors are points of the measurement, no nodes yet.
+    if args.model.is_none() && test.sensors.iter().any(|s| s.place.position().is_some()) {
+        print(&format!("next: `retune map MODEL {path} -o placed.yaml` finds the places of its sensors in a model\n"));
     }
 }
 

@@ -17,10 +17,6 @@ pub(crate) fn run(args: &Map) -> Result<u8, Failure> {
         writing::check_output(output, args.overwrite.force)?;
     }
     let options = MappingOptions { tolerance: args.tolerance, reach: args.reach };
-    let positive = |v: f64| v.is_finite() && v >= 0.0;
-    if !positive(options.tolerance) || options.reach.is_some_and(|r| !positive(r)) {
-        return Err(Failure::text("--tolerance and --reach must be zero or above"));
-    }
     let (points, mut test) = if files::is_test(&args.test) {
         refuse_answers(&args.test, &args.measurement)?;
         let (test, warnings, text) = files::test(&args.test)?;

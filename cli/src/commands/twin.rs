@@ -13,6 +13,7 @@ use retune::data::{FrfQuantity, FrfSet, Geometry, Point, Sensor, csv, write_test
 use retune::model::{Model, ParametricModel, Registry};
 use retune::report::answer;
 use retune::update::{TwinFault, TwinFrfOptions, TwinOptions, TwinStory, node_sensors, twin_frfs, twin_modes};
+use retune::yaml::SourceMap;
 use std::path::Path;
 
 pub(crate) fn run(args: &Twin) -> Result<u8, Failure> {
@@ -99,7 +100,8 @@ pub(crate) fn run(args: &Twin) -> Result<u8, Failure> {
 fn patched(model: &Model, path: &Path) -> Result<Model, Failure> {
     let text = files::read(path)?;
     let spec = model.spec().overlaid(&text).map_err(|p| Failure::problems(path, &text, &p))?;
-    let (model, _) = Model::new(spec, &Registry::builtin()).map_err(|p| Failure::problems(path, "", &p))?;
+    let (model, _) = Model::new(spec, &Registry::builtin())
+        .map_err(|p| Failure::problems(path, &text, &SourceMap::of(&text).place(p)))?;
     Ok(model)
 }
 
@@ -129,11 +131,17 @@ fn functions(
         return Err(Failure::text("functions need a band: give `--band LOW HIGH`"));
     };
     let n = usize::from(args.lines);
-    let exciters = if args.exciter.is_empty() {
+    let exciters: Vec<String> = if args.exciter.is_empty() {
         sensors.first().map(|s| s.name.clone()).into_iter().collect()
     } else {
         args.exciter.clone()
     };
+    if args.exciter.is_empty() && sensors.len() > 1 {
+        note!(
+            "the force acts at {}, the first sensor, and leaves still what it does not move; `--exciter` chooses",
+            exciters.join("")
+        );
+    }
     let frf = TwinFrfOptions {
         lines_hz: (0..n).map(|k| low + (high - low) * k as f64 / (n - 1) as f64).collect(),
         exciters,
