@@ -32,7 +32,8 @@ fn snapshot_models_of_version_1_keep_their_frequencies() {
             name => load_configuration(&text(file), Some(name), &Registry::builtin()),
         };
         let (model, warnings, _) = loaded.unwrap_or_else(|p| panic!("{line}: {p:?}"));
-        assert!(warnings.is_empty(), "{line}: {warnings:?}");
+        // A configuration may take away what a parameter is about.
+        assert!(configuration != "-" || warnings.is_empty(), "{line}: {warnings:?}");
         let options = SolveOptions { n_elastic: expected.len(), shift: None };
         let modes = solve_modes(&model, &model.parameters().nominal(), options).unwrap();
         for (i, f) in expected.iter().enumerate() {

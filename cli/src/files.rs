@@ -43,14 +43,42 @@ pub(crate) fn load(
 
 /// A model in one of its configurations, and its warnings, with what makes every result of it doubtful.
 pub(crate) fn model(path: &Path, configuration: Option<&str>) -> Result<(Model, Vec<Problem>, String), Failure> {
+    refuse_others(path)?;
     let text = read(path)?;
     match load(path, &text, configuration) {
         Ok((model, warnings, map)) => {
             let warnings = with_doubts(&model, warnings, &map);
             Ok((model, warnings, text))
         }
-        Err(problems) => Err(Failure::problems(path, &text, &problems)),
+        Err(problems) => {
+            let hint = is_test(path).then(|| "the model comes before the tests: `retune VERB MODEL TEST`".to_string());
+            Err(Failure::problems(path, &text, &problems).with_hint_of(hint))
+        }
     }
+}
+
+/// Refuses a measurement or a deck where a model is expected, as its name tells.
+fn refuse_others(path: &Path) -> Result<(), Failure> {
+    let (name, extension) = (shown(path), extension(path));
+    let instead = match extension.as_str() {
+        "bdf" | "nas" | "inp" => format!("`retune import {name} -o model.yaml` makes one of a deck"),
+        e if MEASURED.contains(&e) => {
+            "it holds a measurement, which `retune identify` makes a test file of".to_string()
+        }
+        _ => return Ok(()),
+    };
+    if !path.exists() || kind(path).is_some() {
+        return Ok(());
+    }
+    Err(Failure::text(format!("{name} is no model file: {instead}")))
+}
+
+/// Extensions of files of measurements.
+const MEASURED: [&str; 8] = ["csv", "unv", "uff", "bunv", "mat", "npy", "lvm", "txt"];
+
+/// The extension of a path in small letters.
+fn extension(path: &Path) -> String {
+    path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default()
 }
 
 fn with_doubts(model: &Model, mut warnings: Vec<Problem>, map: &SourceMap) -> Vec<Problem> {
@@ -96,9 +124,7 @@ fn configured_model(
 
 /// A test and its warnings.
 pub(crate) fn test(path: &Path) -> Result<(TestData, Vec<Problem>, String), Failure> {
-    const MEASURED: [&str; 8] = ["csv", "unv", "uff", "bunv", "mat", "npy", "lvm", "txt"];
-    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
-    if path.exists() && extension.is_some_and(|e| MEASURED.contains(&e.as_str())) && !is_test(path) {
+    if path.exists() && MEASURED.contains(&extension(path).as_str()) && !is_test(path) {
         let name = path.display();
         return Err(Failure::text(format!(
             "{name} is no test file: `retune identify {name} -o test.yaml` makes one of measurements; functions also enter a fit by `frfs: {{files: [{name}]}}` in a test file"

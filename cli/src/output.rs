@@ -42,6 +42,14 @@ impl Failure {
         self
     }
 
+    /// With a hint where there is one.
+    pub(crate) fn with_hint_of(self, hint: Option<String>) -> Self {
+        match hint {
+            Some(hint) => self.with_hint(hint),
+            None => self,
+        }
+    }
+
     /// Prints it to standard error.
     pub(crate) fn print(&self) {
         tell(self.text.trim_end());

@@ -124,14 +124,14 @@ pub(crate) enum ListOf {
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  retune list elements\n  retune list effects --markdown -o effects.md")]
 pub(crate) struct List {
-    /// Which list.
+    /// Which list; the lists themselves when absent.
     #[arg(value_enum)]
-    pub(crate) of: ListOf,
+    pub(crate) of: Option<ListOf>,
     /// Print JSON instead of text.
     #[arg(long)]
     pub(crate) json: bool,
     /// Write a page in Markdown: the list, and all that `retune explain` tells of its members.
-    #[arg(long, conflicts_with = "json")]
+    #[arg(long, conflicts_with = "json", requires = "of")]
     pub(crate) markdown: bool,
     #[command(flatten)]
     pub(crate) to: To,

@@ -64,6 +64,9 @@ pub(crate) fn run(args: &Import) -> Result<u8, Failure> {
     for output in args.output.iter().chain(&args.test) {
         writing::check_output(output, args.overwrite.force)?;
     }
+    if files::kind(&args.deck).is_some() {
+        return Err(Failure::text(format!("{} is a file of retune already, and no deck", shown(&args.deck))));
+    }
     let deck = AnyDeck::read(&args.deck)?;
     let options = |system| ImportOptions {
         system,
