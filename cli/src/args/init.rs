@@ -55,6 +55,8 @@ pub(crate) enum SchemaOf {
     Profiles,
     /// Optimisers and their settings, as `--optimizer` takes them.
     Optimizer,
+    /// Partial model files of `twin --patch`.
+    Patch,
 }
 
 /// Print the JSON Schema of a file format, for editors that complete and check YAML.
