@@ -51,7 +51,7 @@ pub(crate) fn model(path: &Path, configuration: Option<&str>) -> Result<(Model, 
             Ok((model, warnings, text))
         }
         Err(problems) => {
-            let hint = is_test(path).then(|| "the model comes before the tests: `retune VERB MODEL TEST`".to_string());
+            let hint = is_test(path).then(|| ORDER.to_string());
             Err(Failure::problems(path, &text, &problems).with_hint_of(hint))
         }
     }
@@ -73,6 +73,8 @@ fn refuse_others(path: &Path) -> Result<(), Failure> {
     Err(Failure::text(format!("{name} is no model file: {instead}")))
 }
 
+/// For files in the wrong order.
+const ORDER: &str = "the model comes before the tests: `retune VERB MODEL TEST`";
 /// Extensions of files of measurements.
 const MEASURED: [&str; 8] = ["csv", "unv", "uff", "bunv", "mat", "npy", "lvm", "txt"];
 
@@ -148,7 +150,10 @@ pub(crate) fn test(path: &Path) -> Result<(TestData, Vec<Problem>, String), Fail
             }
             Ok((test, warnings, text))
         }
-        Err(problems) => Err(Failure::problems(path, &text, &problems)),
+        Err(problems) => {
+            let hint = (kind(path) == Some(Kind::Model)).then(|| ORDER.to_string());
+            Err(Failure::problems(path, &text, &problems).with_hint_of(hint))
+        }
     }
 }
 

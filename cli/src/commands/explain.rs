@@ -21,13 +21,14 @@ fn related(word: &str) -> Result<Option<String>, Failure> {
     if members(ListOf::Verbs)?.iter().any(|(verb, _)| verb == word) {
         return Ok(Some(format!("`{word}` is a verb: `retune {word} --help` tells about it")));
     }
-    let stem = word.trim_end_matches("es").trim_end_matches('s').to_lowercase();
+    let lower = word.to_lowercase();
+    let stem = lower.strip_suffix("es").or_else(|| lower.strip_suffix('s')).unwrap_or(&lower);
     if stem.len() < 3 {
         return Ok(None);
     }
     let mut found = Vec::new();
     for of in [ListOf::Elements, ListOf::Effects, ListOf::Faults, ListOf::Residuals, ListOf::Optimizers] {
-        let has = |(name, summary): &(String, String)| name.contains(&stem) || summary.to_lowercase().contains(&stem);
+        let has = |(name, summary): &(String, String)| name.contains(stem) || summary.to_lowercase().contains(stem);
         found.extend(members(of)?.into_iter().filter(has).map(|(name, _)| format!("`{name}`")));
     }
     found.truncate(RELATED);
