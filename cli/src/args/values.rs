@@ -132,7 +132,8 @@ mod tests {
     fn what_is_no_number_or_out_of_range_is_refused() {
         let share = |text: &str| share(text).map(|s| s.value);
         let time = |text: &str| time(text).map(|t| t.as_secs_f64());
-        let all: [&dyn Fn(&str) -> Result<f64, String>; 11] = [
+        type Parse<'a> = &'a dyn Fn(&str) -> Result<f64, String>;
+        let all: [Parse<'_>; 11] = [
             &mac,
             &not_negative,
             &positive,
