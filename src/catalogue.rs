@@ -25,6 +25,47 @@ macro_rules! catalogue {
 }
 pub(crate) use catalogue;
 
+/// A closed list of alternatives, each with the word that chooses it in options, in files and from Python.
+pub trait Choice: Copy + Sized + Send + Sync + 'static {
+    /// What an alternative is, for messages: `cost`.
+    const NOUN: &'static str;
+    /// Every alternative with its word and what it does, in the order in which they are listed.
+    const ALL: &'static [(Self, &'static str, &'static str)];
+
+    /// The word of an alternative.
+    fn word(self) -> &'static str;
+
+    /// The alternative of a word.
+    ///
+    /// # Errors
+    /// For any other word: the list, and the nearest word.
+    fn parse(word: &str) -> Result<Self, String> {
+        if let Some((member, ..)) = Self::ALL.iter().find(|(_, known, _)| *known == word) {
+            return Ok(*member);
+        }
+        let words = || Self::ALL.iter().map(|(_, word, _)| *word);
+        let list = words().map(|w| format!("`{w}`")).collect::<Vec<_>>().join(", ");
+        Err(format!("`{word}` is no {}; there are {list}{}", Self::NOUN, did_you_mean(word, words())))
+    }
+}
+
+/// Gives the variants of an enum their words. One that is forgotten does not compile.
+macro_rules! choice {
+    ($type:ident, $noun:literal; $($variant:ident $word:literal $about:literal,)+) => {
+        impl $crate::catalogue::Choice for $type {
+            const NOUN: &'static str = $noun;
+            const ALL: &'static [(Self, &'static str, &'static str)] = &[$((Self::$variant, $word, $about)),+];
+
+            fn word(self) -> &'static str {
+                match self {
+                    $(Self::$variant => $word),+
+                }
+            }
+        }
+    };
+}
+pub(crate) use choice;
+
 /// Words longer than this are no typing errors.
 const LONGEST: usize = 100;
 
@@ -89,6 +130,25 @@ mod tests {
         ] {
             assert_eq!(counted(n, noun), expected);
         }
+    }
+
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    enum Wood {
+        Oak,
+        Beech,
+    }
+    choice! { Wood, "wood";
+        Oak "oak" "Hard.",
+        Beech "beech" "Harder.",
+    }
+
+    #[test]
+    fn an_alternative_is_found_by_its_word_alone() {
+        for (wood, word, _) in Wood::ALL {
+            assert_eq!((Wood::parse(word), wood.word()), (Ok(*wood), *word));
+        }
+        let message = Wood::parse("beach").unwrap_err();
+        assert_eq!(message, "`beach` is no wood; there are `oak`, `beech`; did you mean `beech`?");
     }
 
     #[test]

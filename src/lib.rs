@@ -20,6 +20,7 @@ pub mod effect;
 pub mod element;
 pub mod exchange;
 pub mod fault;
+pub mod hash;
 pub mod identify;
 pub mod matrices;
 pub mod modal;

@@ -259,6 +259,36 @@ pub fn mistaken(text: &str, problems: Vec<Problem>, key: &str, message: &str) ->
     }
 }
 
+/// Why a file of this version of its format is not read; nothing where it is the one that is known.
+///
+/// * `key` - the key at the top of the file that states the version
+pub fn version_problem(key: &str, found: u64, known: u32) -> Option<Problem> {
+    let message = match found {
+        _ if found == u64::from(known) => return None,
+        0 => format!("formats begin with version 1, and this program reads version {known}"),
+        _ => format!(
+            "the file is written in version {found} of the format, and this program reads version {known}; a newer retune reads it"
+        ),
+    };
+    Some(Problem::error(key, message))
+}
+
+/// The problems of a file, or instead of them that it is of another version: then its other keys may mean what they like.
+pub fn outdated(text: &str, problems: Vec<Problem>, key: &str, known: u32) -> Vec<Problem> {
+    // What stands beside the versions is passed over, not built.
+    #[derive(serde::Deserialize)]
+    struct Head {
+        retune: Option<u64>,
+        retune_test: Option<u64>,
+    }
+    let head = serde_yaml::from_str::<Head>(text).ok();
+    let found = head.and_then(|head| if key == "retune" { head.retune } else { head.retune_test });
+    match found.and_then(|found| version_problem(key, found, known)) {
+        Some(problem) => SourceMap::of(text).place(vec![problem]),
+        None => problems,
+    }
+}
+
 /// Writes a value as YAML.
 ///
 /// # Panics

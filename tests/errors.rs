@@ -6,7 +6,7 @@
 //! After a change of wording, read every difference as the engineer who gets the message, then write them anew:
 //!
 //! ```text
-//! RETUNE_BLESS=1 cargo test --test errors
+//! RETUNE_BLESS=1 cargo test --test all errors::
 //! ```
 
 #![allow(clippy::format_collect, reason = "texts of a few lines, where reading matters more than one allocation")]

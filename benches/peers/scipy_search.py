@@ -1,7 +1,7 @@
 """The paper's search (differential evolution, 200 members, 100 generations) by scipy beside retune, in one go.
 
     python3 -m venv target/peers && target/peers/bin/pip install numpy==2.4.6 scipy==1.17.1
-    cargo build --release --example paper_search
+    cargo build --release -p retune-tools --bin paper_search
     target/peers/bin/python benches/peers/scipy_search.py
 
 Both minimise the paper's cost of the Body Freedom Flutter aircraft (27 dofs, 19 parameters, modes paired by MAC within
@@ -25,7 +25,7 @@ from scipy.optimize import differential_evolution, linear_sum_assignment
 
 REPEATS = 20
 root = pathlib.Path(__file__).resolve().parents[2]
-program = pathlib.Path(os.environ.get("CARGO_TARGET_DIR", root / "target")) / "release/examples/paper_search"
+program = pathlib.Path(os.environ.get("CARGO_TARGET_DIR", root / "target")) / "release/paper_search"
 
 
 def children():

@@ -1,4 +1,4 @@
-"""Identify the functions written by `identify_accuracy.rs` with sdypy-EMA: errors and time.
+"""Identify the functions written by `tools/src/bin/identify_accuracy.rs` with sdypy-EMA: errors and time.
 
 Usage: python sdypy_ema.py FOLDER     (needs: pip install sdypy-EMA)
 The true frequencies are given to it as starting values (select_closest_poles): it has no automatic choice of poles.

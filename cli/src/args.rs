@@ -1,8 +1,8 @@
 //! The command line, as clap reads it.
 
 use clap::{Arg, Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
-use retune::correlation::PairBy;
-use retune::update::HowToPair;
+use retune::catalogue::Choice;
+use retune::update::{Cost, HowToPair};
 use std::ffi::OsString;
 use std::path::PathBuf;
 use std::sync::OnceLock;
@@ -12,19 +12,22 @@ mod correlation;
 mod deck;
 mod diagnosis;
 mod export;
+mod groups;
 mod init;
 mod matrices;
 mod measured;
 mod values;
 
 pub(crate) use answer::Answer;
-pub(crate) use correlation::{Compare, Placement, Pretest, Sensitivity};
-pub(crate) use deck::{Import, ParametersOf, SolverOf};
+pub(crate) use correlation::{Compare, Pretest, Sensitivity};
+pub(crate) use deck::{Import, ParametersOf};
 pub(crate) use diagnosis::{Add, Benchmark, BenchmarkWhat, Diagnose, Learn, Merge, SearchOptions, Undo};
 pub(crate) use export::{Export, Reduction};
+pub(crate) use groups::{OneModel, Overwrite, Print, Random, Search, Tests};
 pub(crate) use init::{Completions, Explain, Init, InitOf, List, ListOf, Manual, Schema, SchemaOf};
 pub(crate) use matrices::{Matrices, Prepare};
-pub(crate) use measured::{Health, Identify, Map, MatrixAxes, MeasuredQuantity, Measurement, Method, Repeated, Twin};
+pub(crate) use measured::{Health, Identify, Map, Measurement, Twin};
+pub(crate) use values::{Rule, Share};
 
 /// Updates finite-element models of structures to vibration tests, and finds the physics that the models miss.
 #[derive(Debug, Parser)]
@@ -94,25 +97,22 @@ pub(crate) enum Command {
     Manual(Manual),
 }
 
-/// Is the model sound? Mass, centre of gravity, inertia, rigid-body modes, and everything doubtful.
+/// Check a model: mass, centre of gravity, inertia, rigid-body modes, and warnings about anything doubtful.
 ///
-/// Test files, objective files and criteria profiles are checked too, as far as they can be without a model.
+/// Test files, objective files and criteria profiles are checked too, as far as that is possible without a model.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Examples:\n  retune check models/bff.yaml\n  retune check wing.yaml --against wing.f06 wing.op2"
 )]
 pub(crate) struct Check {
-    /// Model file; or a test file, an objective file, criteria profiles.
-    pub(crate) model: PathBuf,
-    /// Configuration of the model: a name under its `configurations`.
-    #[arg(long, value_name = "NAME")]
-    pub(crate) configuration: Option<String>,
-    /// Hold the model against what a solver computed of the deck that it was imported from: `.f06`, `.op2`, `.pch` of Nastran, `.dat` of
+    #[command(flatten)]
+    pub(crate) model: OneModel,
+    /// Compare the model with what a solver computed for the deck that it was imported from: `.f06`, `.op2`, `.pch` of Nastran, `.dat` of
     /// Abaqus and CalculiX, `.frd` of CalculiX.
     #[arg(long, value_name = "RESULTS", num_args = 1..)]
     pub(crate) against: Vec<PathBuf>,
     /// Largest relative difference of frequencies that `--against` lets pass.
-    #[arg(long, value_name = "PART", default_value_t = 1e-5, requires = "against", value_parser = values::positive)]
+    #[arg(long, value_name = "SHARE", default_value = "0.001 %", requires = "against", value_parser = values::positive_share)]
     pub(crate) tolerance: f64,
     /// Elastic modes that `--against` compares.
     #[arg(short = 'n', long, value_name = "MODES", default_value_t = 20, requires = "against", value_parser = clap::value_parser!(u16).range(1..=500))]
@@ -121,41 +121,25 @@ pub(crate) struct Check {
     pub(crate) answer: Answer,
 }
 
-/// Frequencies and names of the modes of a model.
+/// Compute the natural frequencies of a model, and name its modes.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  retune modes models/bff.yaml -n 6")]
 pub(crate) struct Modes {
-    /// Model file.
-    pub(crate) model: PathBuf,
+    #[command(flatten)]
+    pub(crate) model: OneModel,
     /// Number of elastic modes.
     #[arg(short = 'n', long, default_value_t = 10, value_parser = clap::value_parser!(u16).range(1..=2000))]
     pub(crate) number: u16,
-    /// Configuration of the model: a name under its `configurations`.
-    #[arg(long, value_name = "NAME")]
-    pub(crate) configuration: Option<String>,
     #[command(flatten)]
     pub(crate) answer: Answer,
-}
-
-/// How modes of model and test are paired.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Pairing {
-    /// The most probable pairs by shape, frequency, label and symmetry together; what is not of the structure has none.
-    Probable,
-    /// Optimal assignment on MAC alone.
-    Mac,
-    /// On MAC times how near the frequencies are, beyond an octave.
-    NearMac,
-    /// By order of frequency, within symmetry classes where labels tell them.
-    Order,
 }
 
 /// How modes are paired, and within which limits.
 #[derive(Debug, Clone, Copy, Args)]
 pub(crate) struct PairingOptions {
-    /// How modes are paired. `pair_with`, `use` and `foreign` of a mode in the test file stand above it.
-    #[arg(long, value_enum, value_name = "RULE", default_value = "probable")]
-    pub(crate) pairing: Pairing,
+    /// How modes are paired. `pair_with`, `use` and `foreign` of a mode in the test file take precedence.
+    #[arg(long, value_name = "RULE", default_value = "probable", value_parser = values::rule())]
+    pub(crate) pairing: Rule,
     /// Smallest MAC of a pair.
     #[arg(long, value_name = "MAC", value_parser = values::mac)]
     pub(crate) min_mac: Option<f64>,
@@ -167,33 +151,16 @@ pub(crate) struct PairingOptions {
 impl PairingOptions {
     /// For the library.
     pub(crate) fn how(self) -> HowToPair {
-        let by = match self.pairing {
-            Pairing::Probable => None,
-            Pairing::Mac => Some(PairBy::Mac),
-            Pairing::NearMac => Some(PairBy::NearMac),
-            Pairing::Order => Some(PairBy::Order),
-        };
-        HowToPair { by, min_mac: self.min_mac, frequency_window: self.frequency_window }
+        HowToPair { by: self.pairing.0, min_mac: self.min_mac, frequency_window: self.frequency_window }
     }
 }
 
 /// What the test had and the model file has not.
 #[derive(Debug, Args)]
 pub(crate) struct Loading {
-    /// Put the `mass` of the sensors into the model: they were on the structure when it was tested.
+    /// Add the `mass` of the sensors to the model: they were on the structure when it was tested.
     #[arg(long)]
     pub(crate) sensor_masses: bool,
-}
-
-/// The cost to minimise.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Cost {
-    /// Residuals over their standard deviations.
-    LeastSquares,
-    /// Equation (4) of Gupta et al.: MAC and relative frequencies.
-    Paper,
-    /// Norm of the relative frequency errors.
-    Frequencies,
 }
 
 /// Update a model to one test or several: change its bounded parameters until it fits, and say how certain they are.
@@ -207,20 +174,16 @@ pub(crate) enum Cost {
 
 Ctrl-C stops cleanly and keeps the best point so far.")]
 pub(crate) struct Update {
-    /// Model file.
-    pub(crate) model: PathBuf,
-    /// Test files; each is compared with the model in the configuration that it names, and all are fitted at once.
-    #[arg(required = true, num_args = 1.., value_name = "TEST")]
-    pub(crate) tests: Vec<PathBuf>,
-    /// Where to write the updated model: the same file with new values, comments and order kept.
+    #[command(flatten)]
+    pub(crate) model: OneModel,
+    #[command(flatten)]
+    pub(crate) tests: Tests,
+    /// Where to write the updated model: the same file with new values; comments and order are kept.
     #[arg(short, long)]
     pub(crate) output: Option<PathBuf>,
     /// What to minimise.
-    #[arg(long, value_enum, default_value_t = Cost::LeastSquares)]
+    #[arg(long, value_name = "COST", default_value = Cost::LeastSquares.word(), value_parser = values::choice::<Cost>())]
     pub(crate) cost: Cost,
-    /// A file with terms and weights, loss, regularisation and limits of the least-squares cost.
-    #[arg(long, value_name = "FILE")]
-    pub(crate) objective: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) pairing: PairingOptions,
     /// A method of `retune list optimizers`, in full or as `lm`, `de`, `nm`; or YAML with settings.
@@ -228,15 +191,13 @@ pub(crate) struct Update {
     pub(crate) optimizer: Option<String>,
     #[command(flatten)]
     pub(crate) loading: Loading,
-    /// Seed of all random numbers.
-    #[arg(long, default_value_t = 0)]
-    pub(crate) seed: u64,
+    #[command(flatten)]
+    pub(crate) random: Random,
     /// Largest number of evaluations.
     #[arg(long, value_parser = clap::value_parser!(u64).range(1..))]
     pub(crate) budget: Option<u64>,
-    /// Search on a reduced model whose frequencies are right to this part within the bounds; for large models.
-    #[arg(long, value_name = "TOLERANCE", num_args = 0..=1, require_equals = true, default_missing_value = "1e-4", value_parser = values::tolerance)]
-    pub(crate) reduced: Option<f64>,
+    #[command(flatten)]
+    pub(crate) search: Search,
     /// Keep the state of the search in this file.
     #[arg(long)]
     pub(crate) checkpoint: Option<PathBuf>,
@@ -246,15 +207,10 @@ pub(crate) struct Update {
     /// Continue from the checkpoint of an interrupted run.
     #[arg(long, requires = "checkpoint")]
     pub(crate) resume: bool,
-    /// Overwrite an existing output file.
-    #[arg(long)]
-    pub(crate) force: bool,
-    /// Configuration of the model: a name under its `configurations`; that which the test names when absent.
-    #[arg(long, value_name = "NAME")]
-    pub(crate) configuration: Option<String>,
-    /// Print JSON instead of text.
-    #[arg(long)]
-    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) overwrite: Overwrite,
+    #[command(flatten)]
+    pub(crate) print: Print,
 }
 
 /// Sample the posterior of the parameters: means, quantiles, correlations, and the evidence of the model.
@@ -265,43 +221,32 @@ pub(crate) struct Update {
 The prior is uniform between the bounds; prior_sd of a parameter acts on top of it. Evidences of two models compare on the
 same tests: the difference of ln Z is the logarithm of the odds.")]
 pub(crate) struct Sample {
-    /// Model file.
-    pub(crate) model: PathBuf,
-    /// Test files; each is compared with the model in the configuration that it names.
-    #[arg(required = true, num_args = 1.., value_name = "TEST")]
-    pub(crate) tests: Vec<PathBuf>,
-    /// Where to write the samples: a CSV table, one column a parameter, in the units of the tables.
+    #[command(flatten)]
+    pub(crate) model: OneModel,
+    #[command(flatten)]
+    pub(crate) tests: Tests,
+    /// Where to write the samples: a CSV table with one column per parameter, in the units of the tables.
     #[arg(short, long)]
     pub(crate) output: Option<PathBuf>,
     /// Number of samples.
     #[arg(long, default_value_t = 1000, value_parser = clap::value_parser!(u32).range(50..=1_000_000))]
     pub(crate) samples: u32,
-    /// A file with terms and weights, loss, regularisation and limits of the least-squares cost.
-    #[arg(long, value_name = "FILE")]
-    pub(crate) objective: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) pairing: PairingOptions,
-    /// Sample with a reduced model whose frequencies are right to this part within the bounds; for large models.
-    #[arg(long, value_name = "TOLERANCE", num_args = 0..=1, require_equals = true, default_missing_value = "1e-4", value_parser = values::tolerance)]
-    pub(crate) reduced: Option<f64>,
-    /// Seed of all random numbers.
-    #[arg(long, default_value_t = 0)]
-    pub(crate) seed: u64,
-    /// Overwrite an existing output file.
-    #[arg(long)]
-    pub(crate) force: bool,
-    /// Configuration of the model: a name under its `configurations`; that which the test names when absent.
-    #[arg(long, value_name = "NAME")]
-    pub(crate) configuration: Option<String>,
-    /// Print JSON instead of text.
-    #[arg(long)]
-    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) search: Search,
+    #[command(flatten)]
+    pub(crate) random: Random,
+    #[command(flatten)]
+    pub(crate) overwrite: Overwrite,
+    #[command(flatten)]
+    pub(crate) print: Print,
 }
 
 /// Whether a page computes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum WhenLive {
-    /// Where that costs less than a second and a megabyte: up to 400 dofs.
+    /// Where that takes less than a second and a megabyte: up to 400 dofs.
     Auto,
     /// With a model of any size, on a few coordinates; where it cannot, a warning says why.
     Always,
@@ -309,21 +254,22 @@ pub(crate) enum WhenLive {
     Never,
 }
 
-/// One page where an engineer sees the comparison, the diagnosis and the error falling: a single file, no network.
+/// Write one page for an engineer: the comparison, the diagnosis, and how the error fell; a single file that needs no network.
 ///
-/// Without an output it prints the same on the terminal.
+/// Without an output the same is printed on the terminal.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   retune report updated.yaml models/bff_gvt.yaml -o report.html
+  retune report updated.yaml gvt.yaml bench.yaml --diagnose -o report.html
   retune report v3.yaml gvt.yaml --history v1.yaml v2.yaml -o report.html --svg figures
   retune report wing.yaml gvt.yaml --diagnose --live -o report.html
   retune report wing.yaml gvt.yaml --diagnose --frf run1.unv run2.unv -o report.html
   retune learn wing.yaml gvt.yaml --json > learned.json; retune report wing.yaml gvt.yaml --learn learned.json -o report.html")]
 pub(crate) struct Report {
-    /// Model file.
-    pub(crate) model: PathBuf,
-    /// Test file.
-    pub(crate) test: PathBuf,
+    #[command(flatten)]
+    pub(crate) model: OneModel,
+    #[command(flatten)]
+    pub(crate) tests: Tests,
     /// The page: one HTML file that needs no network.
     #[arg(short, long, value_name = "PAGE")]
     pub(crate) output: Option<PathBuf>,
@@ -339,29 +285,27 @@ pub(crate) struct Report {
     /// Measurement files with frequency response functions, to show beside those of the model.
     #[arg(long, num_args = 1.., value_name = "FILE")]
     pub(crate) frf: Vec<PathBuf>,
-    /// Whether the page computes: a slider for each parameter and a switch for each hypothesis move frequencies, shapes and misfit at once
+    /// Whether the page computes: a slider for each parameter and a switch for each hypothesis then move frequencies, shapes and misfit.
     #[arg(long, value_enum, value_name = "WHEN", num_args = 0..=1, require_equals = true, default_value = "auto", default_missing_value = "always")]
     pub(crate) live: WhenLive,
     #[command(flatten)]
     pub(crate) pairing: PairingOptions,
     #[command(flatten)]
     pub(crate) measurement: Measurement,
-    /// The report's data as JSON.
+    /// Write the numbers of the page as JSON.
     #[arg(long, value_name = "FILE")]
-    pub(crate) json: Option<PathBuf>,
+    pub(crate) data: Option<PathBuf>,
+    /// Print the numbers of the page as JSON instead of text.
+    #[arg(long)]
+    pub(crate) json: bool,
     /// A folder for single figures as SVG.
     #[arg(long, value_name = "FOLDER")]
     pub(crate) svg: Option<PathBuf>,
     /// A folder for model and modes as VTK, for ParaView.
     #[arg(long, value_name = "FOLDER")]
     pub(crate) vtk: Option<PathBuf>,
-    /// Seed of all random numbers of the diagnosis.
-    #[arg(long, default_value_t = 0)]
-    pub(crate) seed: u64,
-    /// Configuration of the model: a name under its `configurations`; that which the test names when absent.
-    #[arg(long, value_name = "NAME")]
-    pub(crate) configuration: Option<String>,
-    /// Overwrite existing files.
-    #[arg(long)]
-    pub(crate) force: bool,
+    #[command(flatten)]
+    pub(crate) random: Random,
+    #[command(flatten)]
+    pub(crate) overwrite: Overwrite,
 }

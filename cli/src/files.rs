@@ -1,7 +1,7 @@
 //! Reading models and tests, with problems shown in place.
 
 use crate::ledger;
-use crate::output::{Failure, remarks, warn};
+use crate::output::{Failure, remarks, shown, warn};
 use retune::data::{TestData, corrected_functions, read_test};
 use retune::model::{Model, Registry, doubts, load_in};
 use retune::update::{UpdateError, check_on_model, loaded as with_masses, meet};
@@ -43,14 +43,44 @@ pub(crate) fn load(
 
 /// A model in one of its configurations, and its warnings, with what makes every result of it doubtful.
 pub(crate) fn model(path: &Path, configuration: Option<&str>) -> Result<(Model, Vec<Problem>, String), Failure> {
+    refuse_others(path)?;
     let text = read(path)?;
     match load(path, &text, configuration) {
         Ok((model, warnings, map)) => {
             let warnings = with_doubts(&model, warnings, &map);
             Ok((model, warnings, text))
         }
-        Err(problems) => Err(Failure::problems(path, &text, &problems)),
+        Err(problems) => {
+            let hint = is_test(path).then(|| ORDER.to_string());
+            Err(Failure::problems(path, &text, &problems).with_hint_of(hint))
+        }
     }
+}
+
+/// Refuses a measurement or a deck where a model is expected, as its name tells.
+fn refuse_others(path: &Path) -> Result<(), Failure> {
+    let (name, extension) = (shown(path), extension(path));
+    let instead = match extension.as_str() {
+        "bdf" | "nas" | "inp" => format!("`retune import {name} -o model.yaml` makes one of a deck"),
+        e if MEASURED.contains(&e) => {
+            "it holds a measurement, which `retune identify` makes a test file of".to_string()
+        }
+        _ => return Ok(()),
+    };
+    if !path.exists() || kind(path).is_some() {
+        return Ok(());
+    }
+    Err(Failure::text(format!("{name} is no model file: {instead}")))
+}
+
+/// For files in the wrong order.
+const ORDER: &str = "the model comes before the tests: `retune VERB MODEL TEST`";
+/// Extensions of files of measurements.
+const MEASURED: [&str; 8] = ["csv", "unv", "uff", "bunv", "mat", "npy", "lvm", "txt"];
+
+/// The extension of a path in small letters.
+fn extension(path: &Path) -> String {
+    path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default()
 }
 
 fn with_doubts(model: &Model, mut warnings: Vec<Problem>, map: &SourceMap) -> Vec<Problem> {
@@ -96,9 +126,7 @@ fn configured_model(
 
 /// A test and its warnings.
 pub(crate) fn test(path: &Path) -> Result<(TestData, Vec<Problem>, String), Failure> {
-    const MEASURED: [&str; 8] = ["csv", "unv", "uff", "bunv", "mat", "npy", "lvm", "txt"];
-    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
-    if path.exists() && extension.is_some_and(|e| MEASURED.contains(&e.as_str())) && !is_test(path) {
+    if path.exists() && MEASURED.contains(&extension(path).as_str()) && !is_test(path) {
         let name = path.display();
         return Err(Failure::text(format!(
             "{name} is no test file: `retune identify {name} -o test.yaml` makes one of measurements; functions also enter a fit by `frfs: {{files: [{name}]}}` in a test file"
@@ -122,7 +150,10 @@ pub(crate) fn test(path: &Path) -> Result<(TestData, Vec<Problem>, String), Fail
             }
             Ok((test, warnings, text))
         }
-        Err(problems) => Err(Failure::problems(path, &text, &problems)),
+        Err(problems) => {
+            let hint = (kind(path) == Some(Kind::Model)).then(|| ORDER.to_string());
+            Err(Failure::problems(path, &text, &problems).with_hint_of(hint))
+        }
     }
 }
 
@@ -203,7 +234,16 @@ pub(crate) fn is_test(path: &Path) -> bool {
 pub(crate) fn check_sensors(model: &Model, test: &TestData, path: &Path, text: &str) -> Result<Vec<Problem>, Failure> {
     let problems = SourceMap::of(text).place(check_on_model(model, test));
     if problems.iter().any(|p| p.severity == Severity::Error) {
-        return Err(Failure::problems(path, text, &problems));
+        let failure = Failure::problems(path, text, &problems);
+        // A file that `identify` has written without a model names its points, and they are no nodes.
+        let is_unplaced = |p: &Problem| p.path.starts_with("sensors.") && p.message.contains("has no node");
+        let has_positions = test.sensors.iter().any(|s| s.place.position().is_some());
+        return Err(if has_positions && problems.iter().any(is_unplaced) {
+            let test = shown(path);
+            failure.with_hint(format!("the sensors state their positions: `retune map MODEL {test} -o placed.yaml` finds their nodes and elements in the model"))
+        } else {
+            failure
+        });
     }
     Ok(problems)
 }

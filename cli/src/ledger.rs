@@ -3,9 +3,8 @@
 
 use crate::output::{Failure, shown};
 use retune::data::{MeasurementError, MeasurementOptions, Measurements, read_file, read_measurements_by};
+use retune::hash::sha256;
 use retune::identify::forward_in_time;
-use sha2::{Digest, Sha256};
-use std::fmt::Write as _;
 use std::fs::Metadata;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -99,7 +98,7 @@ pub(crate) fn read(path: &Path, largest: u64) -> io::Result<Vec<u8>> {
     let identity = Identity::of(path, Some(&meta));
     let is_file = meta.is_file();
     let bytes = read_file(path, if is_file { largest } else { u64::MAX })?;
-    let sha256 = hex(&Sha256::digest(&bytes));
+    let sha256 = sha256(&bytes);
     let mut ledger = ledger();
     let claim = ledger.claims.iter().find(|c| !c.is_edit && Some(&c.identity) == identity.as_ref());
     if let Some(claim) = claim {
@@ -183,11 +182,4 @@ pub(crate) fn claimed(path: &Path) -> Option<bool> {
 /// Paths and hashes of everything that was read, in the order of reading.
 pub(crate) fn everything_read() -> Vec<(PathBuf, String)> {
     ledger().read.iter().map(|r| (r.path.clone(), r.sha256.clone())).collect()
-}
-
-fn hex(bytes: &[u8]) -> String {
-    bytes.iter().fold(String::new(), |mut text, b| {
-        let _ = write!(text, "{b:02x}");
-        text
-    })
 }

@@ -18,6 +18,12 @@ pub(crate) fn word(of: ListOf) -> String {
     of.to_possible_value().map_or(String::new(), |v| v.get_name().to_string())
 }
 
+/// The lists, each with what it holds.
+pub(crate) fn lists() -> Vec<(String, String)> {
+    let about = |of: &ListOf| of.to_possible_value().and_then(|v| v.get_help().map(ToString::to_string));
+    ListOf::value_variants().iter().map(|of| (word(*of), about(of).unwrap_or_default())).collect()
+}
+
 /// Names and summaries of a list.
 pub(crate) fn members(of: ListOf) -> Result<Vec<(String, String)>, Failure> {
     let owned = |(name, summary): (&str, &str)| (name.to_string(), summary.to_string());

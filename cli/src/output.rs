@@ -35,6 +35,21 @@ impl Failure {
         Self { text: render_problems(path, source, problems) }
     }
 
+    /// The same, with a way out of it on a last line.
+    pub(crate) fn with_hint(mut self, hint: impl AsRef<str>) -> Self {
+        self.text =
+            format!("{}\nhint: {}", self.text.trim_end(), shortened(&printable(hint.as_ref()), LONGEST_FAILURE));
+        self
+    }
+
+    /// With a hint where there is one.
+    pub(crate) fn with_hint_of(self, hint: Option<String>) -> Self {
+        match hint {
+            Some(hint) => self.with_hint(hint),
+            None => self,
+        }
+    }
+
     /// Prints it to standard error.
     pub(crate) fn print(&self) {
         tell(self.text.trim_end());
@@ -58,6 +73,8 @@ impl<E: std::error::Error> From<E> for Failure {
 
 /// Characters of a problem of a file, at most.
 pub(crate) const LONGEST: usize = 600;
+/// Errors of a file that are shown, and warnings: who has mended these sees the others.
+const SHOWN: usize = 20;
 /// Characters of a failure, at most: it may list what has to be stated.
 const LONGEST_FAILURE: usize = 2400;
 
@@ -80,7 +97,8 @@ pub(crate) fn render_problems(path: &Path, source: &str, problems: &[Problem]) -
     let mut out = String::new();
     let mut problems: Vec<&Problem> = problems.iter().collect();
     problems.sort_by_key(|p| (std::cmp::Reverse(p.severity), p.location));
-    for p in &problems {
+    let shown_of = |s: Severity| problems.iter().filter(move |p| p.severity == s).take(SHOWN);
+    for p in shown_of(Severity::Error).chain(shown_of(Severity::Warning)) {
         let tone = if p.severity == Severity::Error { Tone::Bad } else { Tone::Warning };
         // A file that is something else altogether is quoted whole.
         let text = shortened(&printable(&p.render(&path.display().to_string())), LONGEST);
@@ -98,6 +116,10 @@ pub(crate) fn render_problems(path: &Path, source: &str, problems: &[Problem]) -
     }
     let count = |s: Severity| problems.iter().filter(|p| p.severity == s).count();
     let (errors, warnings) = (count(Severity::Error), count(Severity::Warning));
+    let left_out = errors.saturating_sub(SHOWN) + warnings.saturating_sub(SHOWN);
+    if left_out > 0 {
+        let _ = writeln!(out, "... and {left_out} more");
+    }
     if errors > 0 {
         let _ = writeln!(out, "{}", totals(errors, warnings));
     }

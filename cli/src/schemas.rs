@@ -5,12 +5,13 @@ use retune::objective::{RESIDUALS, Residual};
 use serde_json::{Value, json};
 
 /// Every kind, with the name of its schema file.
-pub(crate) const ALL: [(SchemaOf, &str); 5] = [
+pub(crate) const ALL: [(SchemaOf, &str); 6] = [
     (SchemaOf::Model, "model.schema.json"),
     (SchemaOf::Test, "test.schema.json"),
     (SchemaOf::Objective, "objective.schema.json"),
     (SchemaOf::Profiles, "profiles.schema.json"),
     (SchemaOf::Optimizer, "optimizer.schema.json"),
+    (SchemaOf::Patch, "patch.schema.json"),
 ];
 
 /// The schema of a kind of file.
@@ -21,10 +22,33 @@ pub(crate) fn schema(of: SchemaOf) -> Value {
         SchemaOf::Optimizer => retune::optim::schema(),
         SchemaOf::Objective => objective(),
         SchemaOf::Profiles => profiles(),
+        SchemaOf::Patch => patch(),
     }
 }
 
 const DRAFT: &str = "https://json-schema.org/draft/2020-12/schema";
+
+/// Patches, as `ModelSpec::overlaid` merges them: the keys of a model, none of them required, since each may stand in the model already.
+fn patch() -> Value {
+    fn without_required(value: &mut Value) {
+        match value {
+            Value::Object(map) => {
+                // A property may be called `required`; the keyword is a list.
+                if map.get("required").is_some_and(Value::is_array) {
+                    map.shift_remove("required");
+                }
+                map.values_mut().for_each(without_required);
+            }
+            Value::Array(list) => list.iter_mut().for_each(without_required),
+            _ => {}
+        }
+    }
+    let mut schema = retune::model::schema();
+    without_required(&mut schema);
+    schema["title"] = json!("Patch");
+    schema["description"] = json!("A partial model file that is laid over a model.");
+    schema
+}
 
 /// One number under one word: `{huber: 2}`.
 fn choice(word: &str, text: &str) -> Value {
@@ -141,7 +165,7 @@ fn profiles() -> Value {
 
 #[cfg(test)]
 mod tests {
-    use super::{objective, profiles};
+    use super::{objective, patch, profiles};
     use retune::correlation::parse_profiles;
     use retune::update::ObjectiveSpec;
     use serde_json::Value;
@@ -163,6 +187,13 @@ mod tests {
         assert!(message.contains(&keys(&profiles()["items"]).join(", ")), "{message}");
         let message = said("[{name: a, source: b, verified: true, modes: [{xyz: 1}]}]");
         assert!(message.contains(&keys(&profiles()["$defs"]["Marks"]).join(", ")), "{message}");
+    }
+
+    #[test]
+    fn a_patch_has_the_keys_of_a_model_and_requires_none() {
+        let (model, patch) = (retune::model::schema(), patch());
+        assert_eq!(keys(&model), keys(&patch));
+        assert!(model.to_string().contains("\"required\":[") && !patch.to_string().contains("\"required\":["));
     }
 
     #[test]

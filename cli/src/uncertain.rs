@@ -141,9 +141,10 @@ fn remarks(u: &Update) -> String {
     out += &alternatives(u);
     let on_bounds: Vec<_> = u.parameters.iter().filter(|p| p.at_bound && p.lower.is_some()).collect();
     if !on_bounds.is_empty() {
+        let (sits, it) = if on_bounds.len() == 1 { ("sits", "the parameter") } else { ("sit", "the parameters") };
         let _ = writeln!(
             out,
-            "\n{} of {n} parameters sit on a bound: that says something about the model, not about the parameters",
+            "\n{} of {n} parameters {sits} on a bound: that says something about the model, not about {it}",
             on_bounds.len()
         );
     }
@@ -153,7 +154,7 @@ fn remarks(u: &Update) -> String {
         let _ = match held.would_be {
             Some(v) => writeln!(
                 out,
-                "  {}: its {side} bound holds it; it would go on to about {} {unit}, and the squared misfit fall by {}",
+                "  {}: its {side} bound holds it; without it the fit would go on to about {} {unit}, and the squared misfit would fall by {}",
                 p.name,
                 number(v),
                 number(held.gain)

@@ -675,3 +675,70 @@ fn what_is_not_seen_alone_has_no_correlation() {
     let line = "no standard deviation and no correlation: E (not seen alone), I (not seen alone)";
     assert!(said.out.contains(line), "{said:?}");
 }
+
+/// What a verb says of one test it says of each, and a sensor that two tests have is one.
+#[test]
+fn verbs_that_read_a_test_read_several() {
+    let folder = Folder::new("each-test");
+    let more = "configurations: {loaded: {masses: {ballast: {node: tip, mass: 1 kg}}}}\n";
+    folder.write("model.yaml", format!("{MODEL}{more}"));
+    folder.write("loaded.yaml", TEST.replace("name: made up", "name: with ballast\nconfiguration: loaded"));
+    let one = folder.json("sensitivity model.yaml test.yaml --json");
+    let both = folder.json("sensitivity model.yaml test.yaml loaded.yaml --json");
+    let hz = |of: &Value| of["modes"][0]["frequency_hz"].as_f64().unwrap();
+    assert_eq!(both["tests"][0], one);
+    // 1 kg at the tip: the first frequency of the configuration is lower.
+    assert!(hz(&both["tests"][1]) < 0.9 * hz(&one), "{both}");
+    let said = folder.run("sensitivity model.yaml test.yaml loaded.yaml");
+    assert!(said.code == 0 && said.out.contains("test   with ballast"), "{said:?}");
+
+    let page = folder.json("report model.yaml test.yaml loaded.yaml --json");
+    let warnings = page["meta"]["warnings"].to_string();
+    assert!(warnings.contains("2 tests together (made up, with ballast)"), "{warnings}");
+    assert_eq!(page["meta"]["files"].as_array().unwrap().len(), 3);
+    let said = folder.run("report model.yaml test.yaml test.yaml");
+    assert!(said.code == 2 && said.err.contains("given twice"), "{said:?}");
+
+    let said = folder.run("pretest model.yaml -n 2 --sensors 2 --test test.yaml loaded.yaml");
+    assert!(said.code == 0 && said.out.contains("the 2 sensors given"), "{said:?}");
+}
+
+/// `--json` prints, whatever the verb, and what it prints is JSON alone.
+#[test]
+fn json_means_one_thing() {
+    let folder = Folder::new("json");
+    let printed = folder.json("report model.yaml test.yaml --json --data page.json");
+    let kept: Value = serde_json::from_str(&folder.read("page.json")).unwrap();
+    assert_eq!(printed["comparison"], kept["comparison"]);
+    assert!(printed["comparison"].is_object() && printed["schema"].is_number(), "{printed}");
+    let said = folder.run("report model.yaml test.yaml -o page.html --json");
+    assert!(
+        said.code == 0 && serde_json::from_str::<Value>(&said.out).is_ok() && folder.read("page.html").len() > 1000
+    );
+}
+
+/// A sensor of `identify` without a model, a unit as it is often written, a patch with a mistake: what to do is said.
+#[test]
+fn a_way_out_is_told() {
+    let folder = Folder::new("ways-out");
+    let unplaced = TEST.replace("{node: tip, direction", "{node: p1, position: [1 m, 0 m, 0 m], direction");
+    folder.write("gvt.yaml", unplaced);
+    let said = folder.run("compare model.yaml gvt.yaml");
+    assert!(
+        said.code == 2 && said.err.contains("hint: ") && said.err.contains("retune map MODEL gvt.yaml"),
+        "{said:?}"
+    );
+    folder.write("hidden.yaml", "masses:\n  more: {node: tip, mas: 1 kg}\n");
+    let said = folder.run("twin model.yaml -o t.yaml --patch hidden.yaml");
+    assert!(said.code == 2 && said.err.contains("hidden.yaml:2:") && said.err.contains("`mass`"), "{said:?}");
+    folder.write("hidden.yaml", "supports:\n  clamp: {node: root, compliance: {ry: 2e-5 rad/Nm}}\n");
+    let said = folder.run("twin model.yaml -o t.yaml --patch hidden.yaml");
+    assert!(said.code == 2 && said.err.contains("hidden.yaml:2:") && said.err.contains("write `/(N m)`"), "{said:?}");
+    // Of many mistakes the first are enough.
+    let sensors: Vec<String> = (0..40).map(|i| format!("  s{i}: {{node: n{i}, direction: +z}}\n")).collect();
+    let sensors = sensors.concat();
+    folder.write("many.yaml", format!("retune_test: 1\nname: t\nsources: {{s: {{kind: synthetic, text: a}}}}\nsensors:\n{sensors}modes: [{{frequency: 3 Hz, source: s}}]\n"));
+    let said = folder.run("compare model.yaml many.yaml");
+    assert!(said.code == 2 && said.err.contains("... and 20 more\n40 errors"), "{said:?}");
+    assert!(!said.err.contains("hint:"), "{said:?}");
+}

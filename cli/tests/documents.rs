@@ -272,7 +272,7 @@ fn the_reference_is_what_the_command_writes() {
 }
 
 /// Verbs with `--json`, on what `retune init beam` writes.
-const ANSWERS: [&str; 16] = [
+const ANSWERS: [&str; 17] = [
     "check model.yaml",
     "modes model.yaml",
     "compare model.yaml test.yaml",
@@ -282,6 +282,7 @@ const ANSWERS: [&str; 16] = [
     "sample model.yaml test.yaml --samples 50",
     "diagnose model.yaml test.yaml --effects point-mass,sprung-mass",
     "learn model.yaml test.yaml --effects point-mass",
+    "report model.yaml test.yaml",
     "twin model.yaml -o twin.yaml --frf twin.unv --band 2 200 --lines 400 --exciter tip.uz --noise-response '0.5 %' --noise-force '0.1 %'",
     "identify twin.unv --units SI -o gvt.yaml --force",
     "health twin.unv --units SI",

@@ -2,8 +2,8 @@
 
 #![cfg(unix)]
 
+use retune::hash::sha256;
 use serde_json::Value;
-use sha2::{Digest, Sha256};
 use std::ffi::{OsStr, OsString};
 use std::fs::{self, File};
 use std::io::{Read as _, Write as _};
@@ -146,7 +146,7 @@ const VERBS: &[(&str, &[&str])] = &[
     ("update model.yaml test.yaml --json -o {}u.yaml --report {}u.html", &["u.yaml", "u.html"]),
     ("sample model.yaml test.yaml --samples 50 -o {}samples.csv", &["samples.csv"]),
     (
-        "report model.yaml test.yaml -o {}r.html --json {}r.json --svg {}svg --vtk {}vtk",
+        "report model.yaml test.yaml -o {}r.html --data {}r.json --svg {}svg --vtk {}vtk",
         &["r.html", "r.json", "svg/mac.svg"],
     ),
     ("report model.yaml test.yaml", &[]),
@@ -309,7 +309,7 @@ fn no_output_is_an_input_or_another_output_under_any_name() {
         ("identify shapes.csv --direction +z --units SI --force -o shapes.csv", "shapes.csv"),
         ("map model.yaml test.yaml --force -o test.yaml", "test.yaml"),
         ("twin model.yaml --force -o model.yaml", "model.yaml"),
-        ("report model.yaml test.yaml --force --json test.yaml", "test.yaml"),
+        ("report model.yaml test.yaml --force --data test.yaml", "test.yaml"),
         ("sample model.yaml test.yaml --force -o test.yaml", "test.yaml"),
         ("add model.yaml sensor-mass@whole --test test.yaml --force -o test.yaml", "test.yaml"),
         ("update model.yaml test.yaml -o x --report x", "one file"),
@@ -317,7 +317,7 @@ fn no_output_is_an_input_or_another_output_under_any_name() {
         ("update model.yaml test.yaml -o x --report ./X", "one file"),
         ("update model.yaml test.yaml -o later.yaml --report dangling", "one file"),
         ("update model.yaml test.yaml -o x --checkpoint x", "one file"),
-        ("report model.yaml test.yaml -o x --json x", "one file"),
+        ("report model.yaml test.yaml -o x --data x", "one file"),
         ("twin model.yaml -o x --frf x --band 1 30", "one file"),
     ] {
         let said = f.run(line);
@@ -394,13 +394,13 @@ fn hashes_are_those_of_the_bytes_that_were_read() {
         let pipe = f.fifo(name);
         std::thread::spawn(move || File::options().write(true).open(pipe).unwrap().write_all(text.as_bytes()).unwrap())
     });
-    let said = f.run("report model test --json r.json");
+    let said = f.run("report model test --data r.json");
     assert_eq!(said.code, 0, "{said:?}");
     for pipe in pipes {
         pipe.join().unwrap();
     }
     let data: Value = serde_json::from_str(&f.read("r.json")).unwrap();
-    let hash = |text: &str| Sha256::digest(text).iter().map(|b| format!("{b:02x}")).collect::<Vec<_>>().concat();
+    let hash = |text: &str| sha256(text.as_bytes());
     let found: Vec<(&str, &str)> = data["meta"]["files"]
         .as_array()
         .unwrap()
@@ -417,7 +417,7 @@ fn hashes_are_those_of_the_bytes_that_were_read() {
     )
     .unwrap();
     fs::write(f.path("with.yaml"), format!("{TEST}frfs: {{files: [f.csv]}}\n")).unwrap();
-    let said = f.run("report model.yaml with.yaml --json s.json");
+    let said = f.run("report model.yaml with.yaml --data s.json");
     assert_eq!(said.code, 0, "{said:?}");
     let data: Value = serde_json::from_str(&f.read("s.json")).unwrap();
     let names: Vec<&str> =
@@ -451,7 +451,7 @@ fn paths_that_are_not_utf_8_work_in_every_verb() {
         "sensitivity %m.yaml %t.yaml -n 2",
         "update %m.yaml %t.yaml -o %updated.yaml --report %updated.html --checkpoint %state",
         "sample %m.yaml %t.yaml --samples 50 -o %samples.csv",
-        "report %m.yaml %t.yaml -o %r.html --json %r.json --svg %svg --vtk %vtk --history %updated.yaml",
+        "report %m.yaml %t.yaml -o %r.html --data %r.json --svg %svg --vtk %vtk --history %updated.yaml",
         "diagnose %m.yaml %t.yaml --no-faults --report %d.html",
         "learn %m.yaml %t.yaml --limit 1 -o %learned.yaml --report %l.html",
         "add %m.yaml point-mass@tip -o %added.yaml",
@@ -592,10 +592,10 @@ fn numbers_out_of_range_are_refused_with_the_range() {
         ("sample model.yaml test.yaml --samples -5", "50..=1000000"),
         ("identify shapes.csv --band -5 30", "zero or above"),
         ("twin model.yaml -o x --band 30 5", "ascending"),
-        ("identify shapes.csv --repeatability 100", "from 0 to below 100"),
+        ("identify shapes.csv --repeatability 0.1", "from 0 to 5 %"),
         ("identify shapes.csv --peak-height NaN", "zero or above"),
         ("identify shapes.csv --order 1", "2..=400"),
-        ("twin model.yaml -o x --noise-shape -5%", "at least 0"),
+        ("twin model.yaml -o x --noise-shape -5%", "from 0 to 1"),
         ("twin model.yaml -o x --damping nan", "--damping"),
         ("twin model.yaml -o x --averages 0", "1..=10000"),
         ("map model.yaml test.yaml --tolerance -5mm", "zero or above"),

@@ -62,7 +62,7 @@ fn data_of(page: &str) -> Value {
 fn a_report_writes_page_data_figures_and_paraview_files_and_overwrites_nothing() {
     let f = Folder::new("all");
     let line =
-        "report bff_updated.yaml bff_gvt.yaml --history bff.yaml -o r.html --json r.json --svg figures --vtk vtk";
+        "report bff_updated.yaml bff_gvt.yaml --history bff.yaml -o r.html --data r.json --svg figures --vtk vtk";
     let o = f.run(line, 100);
     assert_eq!(o.status.code(), Some(0), "{}", err(&o));
     for word in ["written: r.html", "written: r.json", "files in figures", "files in vtk"] {
@@ -88,7 +88,7 @@ fn a_report_writes_page_data_figures_and_paraview_files_and_overwrites_nothing()
 fn hashes_are_those_of_the_files() {
     let f = Folder::new("hash");
     fs::write(f.0.join("abc.txt"), "abc").unwrap();
-    let o = f.run("report bff.yaml bff_gvt.yaml --json r.json", 100);
+    let o = f.run("report bff.yaml bff_gvt.yaml --data r.json", 100);
     assert_eq!(o.status.code(), Some(0), "{}", err(&o));
     let hash = f.json("r.json")["meta"]["files"][0]["sha256"].as_str().unwrap().to_string();
     let Ok(sum) = Command::new("sha256sum").arg(f.0.join("bff.yaml")).output() else {
@@ -140,7 +140,7 @@ fn a_history_of_learning_becomes_a_page_from_the_verb_the_json_and_the_versions(
         direct["steps"]["steps"].as_array().unwrap().iter().map(|s| s["name"].as_str().unwrap()).collect();
     assert_eq!(names[..3], ["initial", "refitted", "+ mass-offset@left_wing+right_wing.y_lumps"]);
 
-    let o = f.run("report bff_updated.yaml bff_gvt.yaml --learn l.json --json r.json", 80);
+    let o = f.run("report bff_updated.yaml bff_gvt.yaml --learn l.json --data r.json", 80);
     assert_eq!(o.status.code(), Some(0), "{}", err(&o));
     assert_eq!(f.json("r.json")["steps"], direct["steps"]);
 
@@ -148,11 +148,11 @@ fn a_history_of_learning_becomes_a_page_from_the_verb_the_json_and_the_versions(
     for k in 0..2 {
         fs::rename(f.0.join(format!("versions.{k}.yaml")), f.0.join(format!("v/learned.{k}.yaml"))).unwrap();
     }
-    let o = f.run("report bff_updated.yaml bff_gvt.yaml --learn v --json v.json", 80);
+    let o = f.run("report bff_updated.yaml bff_gvt.yaml --learn v --data v.json", 80);
     assert_eq!(o.status.code(), Some(0), "{}", err(&o));
     assert_eq!(f.json("v.json")["steps"]["steps"].as_array().unwrap().len(), 3);
 
-    let o = f.run("report bff.yaml bff_gvt.yaml --learn bff.yaml --json x.json", 80);
+    let o = f.run("report bff.yaml bff_gvt.yaml --learn bff.yaml --data x.json", 80);
     assert_eq!(o.status.code(), Some(2));
     assert!(err(&o).contains("is no output of `retune learn --json`"), "{}", err(&o));
 }
@@ -177,7 +177,7 @@ fn functions_of_a_twin_stand_beside_those_of_the_model() {
     let o =
         f.run("twin bff_updated.yaml --frf twin.csv --sensors bff_gvt.yaml --exciter p12 --band 3 35 --lines 200", 80);
     assert_eq!(o.status.code(), Some(0), "{}", err(&o));
-    let o = f.run("report bff_updated.yaml bff_gvt.yaml --history bff.yaml --frf twin.csv --json r.json", 80);
+    let o = f.run("report bff_updated.yaml bff_gvt.yaml --history bff.yaml --frf twin.csv --data r.json", 80);
     assert_eq!(o.status.code(), Some(0), "{}", err(&o));
     let frfs = &f.json("r.json")["frfs"];
     assert_eq!(frfs["origin"], "synthetic");

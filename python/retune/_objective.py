@@ -16,7 +16,7 @@ from ._external import ParametricModel
 from ._model import Model
 
 CostName = Literal["least-squares", "paper", "frequencies"]
-PairingName = Literal["probable", "mac", "near-mac", "order"]
+PairingName = Literal["probable", "mac", "near-mac", "order", "label"]
 
 
 class Objective:

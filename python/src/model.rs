@@ -8,17 +8,17 @@ use crate::tested::sensors_of;
 use numpy::{PyArray1, PyArray2, PyReadonlyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyList;
+use retune::catalogue::Choice as _;
 use retune::data::{FrfQuantity, Sensor, read_file};
 use retune::diagnosis::sensor_loads;
 use retune::effect::{Context, Effects, Structure, set_parameter_values, undo};
+use retune::hash::sha256;
 use retune::linalg::sparse::SparseSym;
 use retune::modal::{Modes, SolveOptions};
 use retune::model::{self, ParametricModel, Registry, doubts, load_in, solve_modes};
 use retune::report::answer;
 use retune::update::{TwinFrfOptions, TwinOptions, name_modes, node_sensors, twin_frfs};
 use retune::yaml::Problem;
-use sha2::{Digest as _, Sha256};
-use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -73,10 +73,7 @@ pub(crate) fn read(path: &Path) -> Result<(String, String), Wrong> {
         problems: vec![Problem::error("", format!("cannot read it: {e}"))],
     };
     let bytes = read_file(path, LARGEST).map_err(|e| wrong(&e))?;
-    let sha256 = Sha256::digest(&bytes).iter().fold(String::new(), |mut text, b| {
-        let _ = write!(text, "{b:02x}");
-        text
-    });
+    let sha256 = sha256(&bytes);
     Ok((retune::yaml::text_of(bytes).map_err(|e| wrong(&e))?, sha256))
 }
 
@@ -388,10 +385,5 @@ fn triplets<'py>(py: Python<'py>, a: &SparseSym) -> Triplets<'py> {
 
 /// A quantity by its word.
 pub(crate) fn quantity_of(word: &str) -> Result<FrfQuantity, Wrong> {
-    match word {
-        "receptance" => Ok(FrfQuantity::Receptance),
-        "mobility" => Ok(FrfQuantity::Mobility),
-        "accelerance" => Ok(FrfQuantity::Accelerance),
-        _ => Err(Wrong::text(format!("quantity is `{word}`; it is receptance, mobility or accelerance"))),
-    }
+    FrfQuantity::parse(word).map_err(|e| Wrong::text(format!("quantity: {e}")))
 }

@@ -6,7 +6,6 @@ use crate::model::Source;
 use crate::test::TestSource;
 use pyo3::prelude::*;
 use retune::catalogue::did_you_mean;
-use retune::correlation::PairBy;
 use retune::data::{Sensor, TestData};
 use retune::model::{Model, ParametricModel};
 use retune::update::{HowToPair, Remark, TestCase, UpdateError, check_on_model, loaded, meet};
@@ -179,15 +178,7 @@ pub(crate) struct Pairing(String, Option<f64>, Option<f64>);
 
 impl Pairing {
     pub(crate) fn how(&self) -> Result<HowToPair, Wrong> {
-        let by = match self.0.as_str() {
-            "probable" => None,
-            "mac" => Some(PairBy::Mac),
-            "near-mac" => Some(PairBy::NearMac),
-            "order" => Some(PairBy::Order),
-            other => {
-                return Err(Wrong::text(format!("pairing is `{other}`; it is probable, mac, near-mac or order")));
-            }
-        };
+        let by = HowToPair::by_word(&self.0).map_err(|e| Wrong::text(format!("pairing: {e}")))?;
         if let Some(mac) = self.1.filter(|v| !(0.0..=1.0).contains(v)) {
             return Err(Wrong::text(format!("min_mac is {mac}; it must be from 0 to 1, as a MAC is: 0.9 and not 90")));
         }

@@ -8,8 +8,7 @@ use crate::running::{Job, Stops, run};
 use crate::test::{Frfs, Test, TestSource};
 use crate::tested::{Given, Pairing, Tested, all_tested, cases, tested};
 use pyo3::prelude::*;
-use retune::catalogue::did_you_mean;
-use retune::correlation::SensorChoice;
+use retune::catalogue::{Choice as _, did_you_mean};
 use retune::data::convert::Duplicates;
 use retune::data::{Answers, Measurements, TestData, corrected_functions, joined, read_measurements};
 use retune::diagnosis::{self, Listener, Until, diagnose_tests, learn_from_tests};
@@ -22,8 +21,8 @@ use retune::report::{Case, add_before, add_diagnosis, add_responses, answer, ass
 use retune::units::Scalar;
 use retune::update::{
     self as workflows, About, AgreementOptions, Controls, Cost, IdentifySettings, MassReduction, Method, ObjectiveSpec,
-    PretestOptions, Settings, TwinFault, TwinFrfOptions, TwinOptions, TwinStory, Window, agreement, identify_test,
-    load_profile, node_sensors, sample_posterior, twin_frfs, twin_modes, update_to_tests,
+    Placement, PretestOptions, Settings, TwinFault, TwinFrfOptions, TwinOptions, TwinStory, Window, agreement,
+    identify_test, load_profile, node_sensors, sample_posterior, twin_frfs, twin_modes, update_to_tests,
 };
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -60,18 +59,7 @@ pub(crate) fn compare(
     sensor_masses: bool,
 ) -> PyResult<Compared> {
     let how = pairing.how()?;
-    let reduction = match reduction {
-        "auto" => MassReduction::Auto,
-        "full" => MassReduction::Full,
-        "guyan" => MassReduction::Guyan,
-        "irs" => MassReduction::Irs,
-        "dynamic" => MassReduction::Dynamic,
-        "serep" => MassReduction::Serep,
-        other => {
-            let text = format!("reduction is `{other}`; it is auto, full, guyan, irs, dynamic or serep");
-            return Err(Wrong::text(text).into());
-        }
-    };
+    let reduction = MassReduction::parse(reduction).map_err(|e| Wrong::text(format!("reduction: {e}")))?;
     if bands.windows(2).any(|w| w[0] >= w[1]) {
         return Err(Wrong::text(format!("bands are {bands:?}: give ascending frequencies in Hz")).into());
     }
@@ -111,12 +99,7 @@ pub(crate) fn settings(
     seed: u64,
     reduced: Option<f64>,
 ) -> Result<Settings, Wrong> {
-    let cost = match cost {
-        "least-squares" => Cost::LeastSquares,
-        "paper" => Cost::Paper,
-        "frequencies" => Cost::Frequencies,
-        other => return Err(Wrong::text(format!("cost is `{other}`; it is least-squares, paper or frequencies"))),
-    };
+    let cost = Cost::parse(cost).map_err(|e| Wrong::text(format!("cost: {e}")))?;
     if let Some(t) = reduced.filter(|t| !(1e-9..=0.1).contains(t)) {
         return Err(Wrong::text(format!("reduced is {t}; it is a relative error of frequencies from 1e-9 to 0.1")));
     }
@@ -333,18 +316,12 @@ pub(crate) fn pretest(
         shape_noise: positive("noise_shape", noise_shape)?,
         frequency_noise: positive("noise_frequency", noise_frequency)?,
     };
-    const WAYS: [&str; 3] = ["effective-independence", "auto-mac", "kinetic-energy"];
-    if let Some(by) = by.as_deref().filter(|by| !WAYS.contains(by)) {
-        return Err(Wrong::text(format!("by is `{by}`; it is {}", WAYS.join(", "))).into());
-    }
+    let by = by.as_deref().map(Placement::parse).transpose().map_err(|e| Wrong::text(format!("by: {e}")))?;
     let structure = Arc::clone(&model.0.model);
     let given = test.map_or_else(Vec::new, |t| t.0.data.sensors.clone());
     run(py, None, Stops::Never, move |_| {
         let plan = workflows::pretest(&*structure, &given, &options)?;
-        let all = WAYS.into_iter().zip(plan.choices());
-        let chosen: Vec<(&str, &SensorChoice)> =
-            all.filter(|(way, _)| by.as_deref().is_none_or(|by| by == *way)).map(|(_, choice)| choice).collect();
-        Ok(answer::pretest(&plan, &chosen).to_string())
+        Ok(answer::pretest(&plan, &plan.choices(by)).to_string())
     })
 }
 
@@ -514,12 +491,9 @@ impl ReadOptions {
             units: self.units.as_deref(),
             quantity: self.quantity.as_deref().map(quantity_of).transpose()?,
             unit: self.unit.as_deref(),
-            duplicates: match self.duplicates.as_deref() {
-                None => Duplicates::Ask,
-                Some("first") => Duplicates::First,
-                Some("last") => Duplicates::Last,
-                Some(other) => return Err(Wrong::text(format!("duplicates is `{other}`; it is first or last"))),
-            },
+            duplicates: (self.duplicates.as_deref().map(Duplicates::parse).transpose())
+                .map_err(|e| Wrong::text(format!("duplicates: {e}")))?
+                .unwrap_or_default(),
             frequency_unit: self.frequency_unit.as_deref(),
             local_axes: None,
             direction: self.direction.as_deref(),
@@ -588,14 +562,7 @@ impl IdentifyArguments {
         }
         Ok(IdentifySettings {
             options: IdentifyOptions { band_hz: self.band, max_order: self.order, ..IdentifyOptions::default() },
-            method: match self.method.as_str() {
-                "plscf" => Method::Plscf,
-                "quadrature" => Method::Quadrature,
-                "circle" => Method::Circle,
-                other => {
-                    return Err(Wrong::text(format!("method is `{other}`; it is plscf, quadrature or circle")));
-                }
-            },
+            method: Method::parse(&self.method).map_err(|e| Wrong::text(format!("method: {e}")))?,
             peak_height_db: self.peak_height,
             n_suspension: self.suspension,
             window: match self.exponential_window {

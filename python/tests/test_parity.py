@@ -176,7 +176,7 @@ def test_pretest(models: Path) -> None:
 def test_report(files: tuple[Path, Path], tmp_path: Path) -> None:
     model, test = files
     data = tmp_path / "report.json"
-    run("report", model, test, "--json", data, "-o", tmp_path / "report.html", code=0)
+    run("report", model, test, "--data", data, "-o", tmp_path / "report.html", code=0)
     theirs = json.loads(data.read_text())
     ours = retune.report(model, test).to_dict()
     # A call is no command line.

@@ -59,6 +59,13 @@ pub enum PairBy {
     Label,
 }
 
+crate::catalogue::choice! { PairBy, "rule of pairing";
+    Mac "mac" "Optimal assignment on MAC alone",
+    NearMac "near-mac" "On MAC times how near the frequencies are, beyond an octave",
+    Order "order" "By order of frequency, within symmetry classes where labels tell them",
+    Label "label" "By equal labels of test and model modes",
+}
+
 /// Rule and gates of a pairing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PairingOptions {

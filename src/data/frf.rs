@@ -16,6 +16,12 @@ pub enum FrfQuantity {
     Accelerance,
 }
 
+crate::catalogue::choice! { FrfQuantity, "quantity";
+    Receptance "receptance" "Displacement over force",
+    Mobility "mobility" "Velocity over force",
+    Accelerance "accelerance" "Acceleration over force",
+}
+
 impl FrfQuantity {
     /// Number of time derivatives from displacement: 0, 1, 2; the FRF is (iω)^order times the receptance.
     pub fn order(self) -> i32 {

@@ -56,6 +56,15 @@ pub enum Place {
     },
 }
 
+impl Place {
+    /// The position that is stated beside the node or the element, m in global axes.
+    pub fn position(&self) -> Option<[f64; 3]> {
+        match self {
+            Self::Node { position, .. } | Self::Element { position, .. } => *position,
+        }
+    }
+}
+
 /// A sensor: one place, one signed direction, one row of the observation matrix.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sensor {

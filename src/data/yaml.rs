@@ -303,9 +303,13 @@ impl MassQuantity {
     }
 }
 
+/// Version of the format of test files that is read and written.
+pub(crate) const FORMAT: u32 = 1;
+
 /// Reads the text of a test file; warnings come with the data, problems with their places.
 pub fn read_test(text: &str) -> Result<(TestData, Vec<Problem>), Vec<Problem>> {
     let (spec, map) = yaml::read::<TestSpec>(text).map_err(|problems| {
+        let problems = yaml::outdated(text, problems, "retune_test", FORMAT);
         yaml::mistaken(text, problems, "retune", "this is a model file; a test file begins with `retune_test: 1`")
     })?;
     let mut reader = Reader { spec: &spec, problems: Vec::new() };
@@ -371,12 +375,7 @@ impl Reader<'_> {
 
     fn read(&mut self) -> TestData {
         let spec = self.spec;
-        if spec.retune_test != 1 {
-            self.error(
-                "retune_test",
-                format_args!("this program reads version 1 of the format, not {}", spec.retune_test),
-            );
-        }
+        self.problems.extend(yaml::version_problem("retune_test", spec.retune_test.into(), FORMAT));
         if spec.modes.is_empty()
             && spec.mass_properties.is_empty()
             && spec.sensors.is_empty()

@@ -266,7 +266,7 @@ pub enum PatchError {
         suggestion: String,
     },
     /// A place where the effect cannot act.
-    #[error("the effect `{effect}` {}{suggestion}; {places}", nowhere(place))]
+    #[error("the effect `{effect}` {}; {places}{suggestion}", nowhere(place))]
     UnknownPlace {
         /// The effect.
         effect: String,

@@ -16,6 +16,11 @@ pub enum Solver {
     CalculiX,
 }
 
+crate::catalogue::choice! { Solver, "solver";
+    Abaqus "abaqus" "Abaqus",
+    CalculiX "calculix" "CalculiX",
+}
+
 /// How a deck is to be read.
 #[derive(Debug, Clone, Copy)]
 pub struct ImportOptions {

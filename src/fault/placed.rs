@@ -38,7 +38,7 @@ pub enum FaultError {
         suggestion: String,
     },
     /// Not at this place.
-    #[error("`{fault}` cannot be at `{place}`{suggestion}; {places}")]
+    #[error("`{fault}` cannot be at `{place}`; {places}{suggestion}")]
     Place {
         /// The fault.
         fault: &'static str,

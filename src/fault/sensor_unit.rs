@@ -3,9 +3,7 @@
 use super::{AboutFault, At, Bench, Fault, Tests};
 use crate::data::{Correction, TestData};
 use crate::linalg::Complex;
-
-/// Standard acceleration of free fall, m/s².
-const G: f64 = 9.806_65;
+use crate::units::GRAVITY as G;
 
 /// See [`Fault::about`].
 #[derive(Debug)]

@@ -1,7 +1,6 @@
 //! A program that writes matrices, as a process: its input, where it runs, and what must be there when it ends.
 
-use sha2::{Digest as _, Sha256};
-use std::fmt::Write as _;
+use crate::hash::Hash;
 use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
@@ -200,10 +199,10 @@ impl Process {
 }
 
 fn key(command: &[String], files: &[(String, Arc<[u8]>)], outputs: &[String]) -> String {
-    let mut hash = Sha256::new();
+    let mut hash = Hash::new();
     let mut add = |bytes: &[u8]| {
-        hash.update((bytes.len() as u64).to_le_bytes());
-        hash.update(bytes);
+        hash.add(&(bytes.len() as u64).to_le_bytes());
+        hash.add(bytes);
     };
     for list in [command, outputs] {
         add(&(list.len() as u64).to_le_bytes());
@@ -215,10 +214,9 @@ fn key(command: &[String], files: &[(String, Arc<[u8]>)], outputs: &[String]) ->
         add(name.as_bytes());
         add(bytes);
     }
-    hash.finalize().iter().take(16).fold(String::new(), |mut out, byte| {
-        let _ = write!(out, "{byte:02x}");
-        out
-    })
+    let mut key = hash.digits();
+    key.truncate(32);
+    key
 }
 
 /// The last lines that a program said, and where the others will be.

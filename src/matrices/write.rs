@@ -18,6 +18,14 @@ pub enum MatrixFormat {
     Dmig,
 }
 
+crate::catalogue::choice! { MatrixFormat, "format";
+    MatrixMarket "mtx" "Matrix Market, a file a matrix",
+    Npz "npz" "Sparse matrices of SciPy, a file a matrix",
+    Output4 "op4" "OUTPUT4 of Nastran as text",
+    Output4Binary "op4-binary" "OUTPUT4 of Nastran, binary",
+    Dmig "dmig" "DMIG and GRID cards of Nastran, with ten digits",
+}
+
 /// Writes matrices and their table of dofs: names of files that begin with a stem, and their bytes.
 ///
 /// The table is `STEM_dofs.csv` in every format. Every number reads back to the same bits, but those of DMIG, which has ten digits.

@@ -15,12 +15,12 @@ use super::parameter::ParameterSet;
 use super::place::{Placed, left_out_of_effects, place};
 use super::placed_element::PlacedElement;
 use super::registry::Registry;
-use super::spec::{ModelSpec, TargetSpec};
+use super::spec::{FORMAT, ModelSpec, TargetSpec};
 use super::system::{SparseSystem, System};
 use super::{ElementMatrices, MOST_DENSE_DOFS, ModelError, ParametricModel, PointMotion};
 use crate::element::{Dof, ElementInput};
 use crate::linalg::{DMatrix, SymMatrix};
-use crate::yaml::{Problem, Severity, child};
+use crate::yaml::{Problem, Severity, child, version_problem};
 use std::collections::{BTreeMap, HashSet};
 use std::sync::OnceLock;
 
@@ -74,12 +74,7 @@ impl Model {
     /// Errors: all problems found, warnings among them.
     pub fn new(spec: ModelSpec, registry: &Registry) -> Result<(Self, Vec<Problem>), Vec<Problem>> {
         let mut problems = Vec::new();
-        if spec.retune != 1 {
-            problems.push(Problem::error(
-                "retune",
-                format_args!("this program reads version 1 of the format, not {}", spec.retune),
-            ));
-        }
+        problems.extend(version_problem("retune", spec.retune.into(), FORMAT));
         if spec.nodes.is_empty() && spec.superelements.is_empty() {
             problems.push(Problem::error("nodes", "a model needs nodes, or superelements that have some"));
         }

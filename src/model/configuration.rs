@@ -72,7 +72,7 @@ impl ModelSpec {
     /// # Errors
     /// YAML that is not well formed; a merged model that is no model.
     pub fn overlaid(&self, patch: &str) -> Result<ModelSpec, Vec<Problem>> {
-        let (patch, _) = yaml::read::<Value>(patch)?;
+        let (patch, map) = yaml::read::<Value>(patch)?;
         if !patch.is_object() {
             return Err(vec![Problem::error("", "a patch is a map with keys of a model file")]);
         }
@@ -80,7 +80,9 @@ impl ModelSpec {
             |e: serde_json::Error| vec![Problem::error("", format_args!("the patched model is no model: {e}"))];
         let mut whole = serde_json::to_value(self).map_err(failed)?;
         merge(&mut whole, patch);
-        let mut spec: ModelSpec = serde_json::from_value(whole).map_err(failed)?;
+        // A mistake of the whole is shown where the patch makes it.
+        let (mut spec, _) = yaml::read::<ModelSpec>(&yaml::write(&whole))
+            .map_err(|problems| map.place(problems.into_iter().map(|p| Problem { location: None, ..p }).collect()))?;
         // What was read from files stays, where the patch names the same.
         for (name, entry) in &mut spec.superelements {
             if let Some(own) = self.superelements.get(name).filter(|own| have_same_source(own, entry)) {

@@ -2,7 +2,7 @@
 
 use super::compile::Model;
 use super::registry::Registry;
-use super::spec::ModelSpec;
+use super::spec::{FORMAT, ModelSpec};
 use super::superelement::{self, SolverRun, read_files};
 use crate::yaml::{self, Problem, Severity, SourceMap};
 use std::io;
@@ -45,6 +45,7 @@ pub fn solver_runs(
 
 fn model_of(text: &str) -> Result<(ModelSpec, SourceMap), Vec<Problem>> {
     yaml::read::<ModelSpec>(text).map_err(|problems| {
+        let problems = yaml::outdated(text, problems, "retune", FORMAT);
         yaml::mistaken(text, problems, "retune_test", "this is a test file; a model file begins with `retune: 1`")
     })
 }

@@ -14,8 +14,8 @@ pub use links::{ImportedSpec, WeightedLinkSpec, WeightedNodes};
 pub use places::{FrameSpec, LineSpec, NodeRule, NodeSpec, OneOrThree, RotateSpec};
 pub use sections::{SectionSpec, SectionValue};
 pub use shapes::{
-    AngleSpec, BoxSpec, ChannelSpec, CircleSpec, ISpec, LaminateSpec, PlyMaterialSpec, PlySpec, RectangleSpec,
-    ShapeSpec, TeeSpec, TubeSpec,
+    AngleSpec, BoxSpec, CircleSpec, ISpec, LaminateSpec, PlyMaterialSpec, PlySpec, RectangleSpec, ShapeSpec, TubeSpec,
+    WebAndFlangeSpec,
 };
 pub use solver::{DependenceSpec, KnownSolver, SolverSpec, WordsSpec, WritesSpec, WrittenSpec};
 pub use superelements::{
@@ -30,6 +30,9 @@ use serde::{Deserialize, Serialize};
 
 /// A named map in file order.
 pub type Named<T> = IndexMap<String, T>;
+
+/// Version of the format of model files that is read and written.
+pub(crate) const FORMAT: u32 = 1;
 
 /// A model file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]

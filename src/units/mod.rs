@@ -7,7 +7,7 @@ mod unit;
 
 pub use digits::ascii_numbers;
 pub use scalar::{Scalar, ScalarError, Term};
-pub use unit::{Dimension, FrequencyUnit, Unit, UnitError, units};
+pub use unit::{Dimension, FrequencyUnit, GRAVITY, Unit, UnitError, units};
 
 /// A number as people write it: `-7850`, `0.05`, and powers of ten only where they are shorter.
 pub(crate) fn plain(value: f64) -> String {

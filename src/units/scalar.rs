@@ -9,7 +9,7 @@
 
 use super::digits::{ascii_numbers, look_alike};
 use super::spellings;
-use super::unit::{Dimension, Unit, UnitError};
+use super::unit::{Dimension, Unit, UnitError, two_units};
 use serde::de::{self, Deserialize, Deserializer, Visitor};
 use serde::ser::{Serialize, Serializer};
 use std::fmt;
@@ -248,11 +248,14 @@ fn parse_term(text: &str) -> Result<Term, TermError> {
                 return Err(TermError::Why(format!("expected a number or a parameter at `{rest}`")));
             }
             if divide {
-                return Err(TermError::Why(format!("cannot divide by the parameter `{name}`; expressions are affine")));
+                return Err(TermError::Why(match two_units(name) {
+                    Some((a, b)) => format!("`{name}` is no unit: write `/({a} {b})`"),
+                    None => format!("a parameter cannot stand below a fraction bar, as `{name}` does"),
+                }));
             }
             if let Some(other) = &term.parameter {
                 return Err(TermError::Why(format!(
-                    "`{other}` times `{name}` is not affine; use one parameter a term"
+                    "`{other}` times `{name}` is a product of parameters, and a term has one"
                 )));
             }
             term.parameter = Some(name.to_string());
@@ -451,8 +454,9 @@ mod tests {
     fn wrong_scalars_say_what_is_wrong() {
         let prefix = "is not a number, a number with a unit, or a sum of parameters with factors";
         for (text, message) in [
-            ("a*b", format!("`a*b` {prefix}: `a` times `b` is not affine; use one parameter a term")),
-            ("2/a", format!("`2/a` {prefix}: cannot divide by the parameter `a`; expressions are affine")),
+            ("a*b", format!("`a*b` {prefix}: `a` times `b` is a product of parameters, and a term has one")),
+            ("2/a", format!("`2/a` {prefix}: a parameter cannot stand below a fraction bar, as `a` does")),
+            ("2e-5 rad/Nm", format!("`2e-5 rad/Nm` {prefix}: `Nm` is no unit: write `/(N m)`")),
             ("2 +", format!("`2 +` {prefix}: a term is missing after a sign")),
             ("a b", format!("`a b` {prefix}: expected `*`, `/`, `+` or `-` before `b`")),
             ("1e999", format!("`1e999` {prefix}: it is beyond the largest number")),

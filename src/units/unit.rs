@@ -77,7 +77,8 @@ pub struct Unit {
 
 const INCH: f64 = 0.0254;
 const POUND: f64 = 0.453_592_37;
-const GRAVITY: f64 = 9.806_65;
+/// Standard acceleration of free fall, m/s².
+pub const GRAVITY: f64 = 9.806_65;
 
 /// name, factor to SI, powers of length, mass, time.
 #[rustfmt::skip]
@@ -256,18 +257,20 @@ fn known(name: &str) -> Option<&'static (&'static str, f64, i8, i8, i8)> {
     UNITS.iter().find(|u| u.0 == name)
 }
 
+/// Two units that are written as one word: `Nm`.
+pub(super) fn two_units(name: &str) -> Option<(&str, &str)> {
+    let mut halves = name.char_indices().skip(1).map(|(at, _)| name.split_at(at));
+    // `m` at the front is a prefix that the unit does not have here, `mPa`.
+    halves.find(|(a, b)| *a != "m" && known(a).is_some() && known(b).is_some())
+}
+
 /// The unit that a typing error meant, as a clause for a message; none of another prefix, which would be wrong by powers of ten.
 fn suggestion(name: &str) -> String {
     if let Some(meant) = spellings::ambiguous(name) {
         return format!("; did you mean {meant}?");
     }
-    let two = name.char_indices().skip(1).find(|(at, _)| {
-        let (a, b) = name.split_at(*at);
-        // `m` at the front is a prefix that the unit does not have here, `mPa`.
-        a != "m" && known(a).is_some() && known(b).is_some()
-    });
-    if let Some((at, _)) = two {
-        return format!("; did you mean `{} {}`?", &name[..at], &name[at..]);
+    if let Some((a, b)) = two_units(name) {
+        return format!("; did you mean `{a} {b}`?");
     }
     let first = name.chars().next().unwrap_or(' ');
     // Of the prefixes, `m` and `M` alone differ by nothing but their case.

@@ -32,9 +32,15 @@ pub enum Method {
     Circle,
 }
 
+crate::catalogue::choice! { Method, "method";
+    Plscf "plscf" "Poles by pLSCF over many model orders, then a maximum-likelihood fit",
+    Quadrature "quadrature" "Shapes from imaginary parts at the frequencies of pLSCF, corrected for neighbouring modes; first reference",
+    Circle "circle" "Circle fits about the poles of pLSCF; first reference",
+}
+
 impl Method {
-    /// In words.
-    pub fn word(self) -> &'static str {
+    /// Its name in the field.
+    pub fn name(self) -> &'static str {
         match self {
             Self::Plscf => "pLSCF and maximum likelihood",
             Self::Quadrature => "quadrature picking",
@@ -225,7 +231,7 @@ fn of_functions(
     let frfs = turned.into_owned();
     let mut remarks: Vec<Remark> = note.into_iter().collect();
     let identification = identify(&frfs, &settings.options)?;
-    let origin = origin(found, about, settings.method.word());
+    let origin = origin(found, about, settings.method.name());
     let mut modes = match settings.method {
         Method::Plscf => test_modes(&identification.modes, &origin),
         Method::Circle => circle_modes(&frfs, 0, &identification.modes, &origin)?,
@@ -241,7 +247,7 @@ fn of_functions(
         "Identified by {} from {}, {:.4} to {:.4} Hz, {}, {}; complex shapes, largest entry 1. \
          Standard deviations are those of the lines and {} % of a frequency, ten times that of a shape, for what a repeated \
          test would change.{}",
-        settings.method.word(),
+        settings.method.name(),
         counted(frfs.n_lines(), "line"),
         frfs.frequencies_hz.first().copied().unwrap_or(0.0),
         frfs.frequencies_hz.last().copied().unwrap_or(0.0),
@@ -317,7 +323,7 @@ fn of_spectra(found: &Measurements, about: &About, settings: &IdentifySettings) 
     let description = "Peaks of a response spectrum; no force was measured.".to_string();
     let mut test = described(found, about, description);
     let first = all.first().map_or(&[][..], |(_, peaks)| peaks);
-    test.modes = peak_modes(first, &origin(found, about, settings.method.word()));
+    test.modes = peak_modes(first, &origin(found, about, settings.method.name()));
     Ok(Identified {
         modes: test.modes.clone(),
         way: Way::Peaks(all),

@@ -45,7 +45,7 @@ pub use objective_spec::{LimitSpec, ObjectiveSpec, Regularization};
 pub(crate) use pairing::as_given;
 pub use pairing::{HowToPair, PairedTest, compared, freed, paired_at, paired_test};
 pub use peaks::Peak;
-pub use pretest::{Pretest, PretestOptions, TargetMode, pretest};
+pub use pretest::{Placement, Pretest, PretestOptions, TargetMode, pretest};
 pub use reduced::ReducedSearch;
 pub use search::with_objective;
 pub use settings::{Cost, Settings};

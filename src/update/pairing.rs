@@ -4,6 +4,7 @@
 //! unused ones in the test file.
 
 use super::{SensorCheck, UpdateError, trust};
+use crate::catalogue::Choice;
 use crate::correlation::{CorrelationError, PairBy, PairingOptions};
 use crate::data::{Standing, TestData};
 use crate::linalg::DVector;
@@ -30,6 +31,20 @@ impl Default for HowToPair {
 }
 
 impl HowToPair {
+    /// The word and the meaning of pairs that are inferred, beside the rules of [`PairBy`].
+    pub const PROBABLE: (&str, &str) = (
+        "probable",
+        "The most probable pairs by shape, frequency, label and symmetry together; what is not of the structure has none",
+    );
+
+    /// The rule of a word; none is that of the most probable pairs.
+    ///
+    /// # Errors
+    /// For any other word: the list.
+    pub fn by_word(word: &str) -> Result<Option<PairBy>, String> {
+        if word == Self::PROBABLE.0 { Ok(None) } else { PairBy::parse(word).map(Some) }
+    }
+
     /// Pairs that are inferred.
     pub const fn probable() -> Self {
         Self { by: None, min_mac: None, frequency_window: None }

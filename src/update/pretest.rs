@@ -1,6 +1,7 @@
 //! Before a test: target modes, sensors, exciters, and what one more sensor would tell.
 
 use super::{ModeName, UpdateError, name_modes, node_sensors};
+use crate::catalogue::Choice;
 use crate::correlation::{
     CorrelationError, DrivingPoint, Gain, SensorChoice, effective_independence, effective_masses,
     kinetic_energy_shares, observation_matrix, rank_driving_points, rank_next_measurements, sensors_by_auto_mac,
@@ -63,14 +64,44 @@ pub struct Pretest {
     pub parameters: Vec<String>,
 }
 
+/// A way to choose sensors.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Placement {
+    /// Effective independence: modal coordinates come out with the least noise.
+    EffectiveIndependence,
+    /// So that the modes can be told apart by MAC.
+    AutoMac,
+    /// Where the modes have most kinetic energy.
+    KineticEnergy,
+}
+
+crate::catalogue::choice! { Placement, "way to choose sensors";
+    EffectiveIndependence "effective-independence" "Modal coordinates come out with the least noise",
+    AutoMac "auto-mac" "So that the modes can be told apart by MAC",
+    KineticEnergy "kinetic-energy" "Where the modes have most kinetic energy",
+}
+
+impl Placement {
+    /// Its name in the field.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::EffectiveIndependence => "effective independence",
+            Self::AutoMac => "autoMAC",
+            Self::KineticEnergy => "kinetic energy",
+        }
+    }
+}
+
 impl Pretest {
-    /// The ways to choose sensors, in the order in which they are told: name and choice.
-    pub fn choices(&self) -> [(&'static str, &SensorChoice); 3] {
-        [
-            ("effective independence", &self.by_independence),
-            ("autoMAC", &self.by_auto_mac),
-            ("kinetic energy", &self.by_kinetic_energy),
-        ]
+    /// The choice of one way, or of each in the order in which they are told: the name of the way, and the choice.
+    pub fn choices(&self, by: Option<Placement>) -> Vec<(&'static str, &SensorChoice)> {
+        let one = |way| match way {
+            Placement::EffectiveIndependence => &self.by_independence,
+            Placement::AutoMac => &self.by_auto_mac,
+            Placement::KineticEnergy => &self.by_kinetic_energy,
+        };
+        let ways = Placement::ALL.iter().map(|(way, ..)| *way).filter(|way| by.is_none_or(|by| by == *way));
+        ways.map(|way| (way.name(), one(way))).collect()
     }
 }
 

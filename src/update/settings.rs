@@ -20,6 +20,12 @@ pub enum Cost {
     Frequencies,
 }
 
+crate::catalogue::choice! { Cost, "cost";
+    LeastSquares "least-squares" "Residuals over their standard deviations",
+    Paper "paper" "Equation (4) of Gupta et al.: MAC and relative frequencies",
+    Frequencies "frequencies" "Norm of the relative frequency errors",
+}
+
 /// Parameters up to which a small model is searched from so many starts that an optimum is missed with a probability of 3 % if a tenth of
 /// them lead to it.
 const FEW: usize = 6;

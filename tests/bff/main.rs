@@ -8,8 +8,8 @@
 mod bench;
 mod identifiability;
 mod known;
-#[path = "../../examples/make_bff_gvt.rs"]
-#[expect(dead_code, reason = "its main is the example's")]
+#[path = "../../tools/src/bin/make_bff_gvt.rs"]
+#[expect(dead_code, reason = "its main is that of the program")]
 mod make_bff_gvt;
 mod reproduction;
 mod search;

@@ -414,7 +414,7 @@ fn the_test_file_is_what_its_generator_writes() {
         text.split_whitespace().map(|w| w.trim_matches(['[', ',', ']']).to_string()).collect()
     };
     let (a, b) = (words(&generated), words(&committed));
-    assert_eq!(a.len(), b.len(), "run examples/make_bff_gvt.rs again");
+    assert_eq!(a.len(), b.len(), "run tools/src/bin/make_bff_gvt.rs again");
     for (a, b) in a.iter().zip(&b) {
         let near = matches!((a.parse::<f64>(), b.parse::<f64>()), (Ok(a), Ok(b)) if (a - b).abs() < 1e-8);
         assert!(a == b || near, "`{b}` in bff_gvt.yaml, `{a}` from its generator");

@@ -7,7 +7,7 @@ import { join } from "node:path";
 import { chromium, folder, launch, open, pages } from "./browser.mjs";
 
 const missing = !chromium ? "no Chromium here (set CHROMIUM, or install Debian's package `chromium`)"
-  : !existsSync(join(folder, "flagship_truth.json")) ? "no page of the flagship (cargo test --test live writes it)" : false;
+  : !existsSync(join(folder, "flagship_truth.json")) ? "no page of the flagship (cargo test --test all live:: writes it)" : false;
 
 let browser;
 before(async () => {

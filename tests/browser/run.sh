@@ -21,7 +21,7 @@ npm run --silent test
 echo "== pages of the fixture"
 cd "$root"
 cargo test --release --quiet --lib report::fixture
-cargo test --release --quiet --test live
+cargo test --release --quiet --test all live::
 
 [ -n "${CHROMIUM:-}" ] || [ -x /usr/bin/chromium ] || [ -x /usr/bin/chromium-browser ] || [ -x /usr/bin/google-chrome ] ||
     skip "no Chromium here (Debian: apt-get install chromium; or set CHROMIUM)"

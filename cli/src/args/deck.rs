@@ -1,8 +1,9 @@
 //! Verbs of decks of other programs.
 
-use super::values;
+use super::{Overwrite, values};
 use clap::{Args, ValueEnum};
-use retune::exchange::System;
+use retune::catalogue::Choice;
+use retune::exchange::{Solver, System};
 use std::path::PathBuf;
 
 /// What gets a parameter.
@@ -12,16 +13,8 @@ pub(crate) enum ParametersOf {
     Properties,
 }
 
-/// Whose deck of keywords it is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum SolverOf {
-    /// Abaqus.
-    Abaqus,
-    /// CalculiX.
-    Calculix,
-}
-
-/// Turn a deck of Nastran, Abaqus or CalculiX into a model file: members, masses, springs, links and sections with the names and comments of the deck.
+/// Turn a deck of Nastran, Abaqus or CalculiX into a model file: members, masses, springs, links and sections, with the names and comments of
+/// the deck.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   retune import wing.bdf --units in-lbf-s -o wing.yaml
@@ -48,12 +41,11 @@ pub(crate) struct Import {
     #[arg(long, value_name = "N", visible_alias = "step")]
     pub(crate) subcase: Option<u32>,
     /// Whose deck an `.inp` is, `abaqus` or `calculix`: masses of first-order elements are lumped in Abaqus, consistent in CalculiX.
-    #[arg(long, value_enum, value_name = "SOLVER", default_value = "abaqus")]
-    pub(crate) solver: SolverOf,
+    #[arg(long, value_name = "SOLVER", default_value = Solver::Abaqus.word(), value_parser = values::choice::<Solver>())]
+    pub(crate) solver: Solver,
     /// What gets a parameter beside the design variables of the deck.
     #[arg(long, value_enum, value_name = "WHAT")]
     pub(crate) parameters: Option<ParametersOf>,
-    /// Overwrite an existing output file.
-    #[arg(long)]
-    pub(crate) force: bool,
+    #[command(flatten)]
+    pub(crate) overwrite: Overwrite,
 }

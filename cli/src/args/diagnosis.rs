@@ -1,9 +1,10 @@
 //! What is missing: diagnosing, adding, learning, and how good that is.
 
-use super::{Answer, PairingOptions, values};
+use super::{Answer, Overwrite, PairingOptions, Print, Random, Tests, values};
 use clap::{Args, ValueEnum};
 use retune::diagnosis::benchmark::Part;
 use std::path::PathBuf;
+use std::time::Duration;
 
 /// What is tried, and for how long. Ctrl-C ends a search with the best answer so far.
 #[derive(Debug, Args)]
@@ -15,17 +16,17 @@ pub(crate) struct SearchOptions {
     #[arg(long, value_name = "PLACE", value_delimiter = ',')]
     pub(crate) places: Vec<String>,
     /// Answer after this time with the best so far: 60s, 5min.
-    #[arg(long, value_name = "TIME")]
-    pub(crate) budget: Option<String>,
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = values::time)]
+    pub(crate) budget: Option<Duration>,
     /// How much is tried, as a factor: 0.5 fits half as many hypotheses from half as many starts.
     #[arg(long, default_value_t = 1.0, value_parser = values::positive, value_name = "FACTOR")]
     pub(crate) effort: f64,
-    /// Tell every step of the search on standard error: what it fitted, and what leads after it.
+    /// Print every step of the search to standard error: what it fitted, and what leads after it.
     #[arg(long)]
     pub(crate) trace: bool,
 }
 
-/// What is missing? Physical effects and measurement faults with probabilities, estimates and ties.
+/// Find what is missing: physical effects and measurement faults, with probabilities, estimates and ties.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   retune diagnose models/bff.yaml models/bff_gvt.yaml
@@ -35,14 +36,12 @@ pub(crate) struct SearchOptions {
 pub(crate) struct Diagnose {
     /// Model file.
     pub(crate) model: PathBuf,
-    /// Test files; each is compared with the model in the configuration that it names, all with the same parameters.
-    #[arg(required = true, num_args = 1.., value_name = "TEST")]
-    pub(crate) tests: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(crate) tests: Tests,
     #[command(flatten)]
     pub(crate) pairing: PairingOptions,
-    /// Seed of all random numbers.
-    #[arg(long, default_value_t = 0)]
-    pub(crate) seed: u64,
+    #[command(flatten)]
+    pub(crate) random: Random,
     /// Trust the measurement: try effects only.
     #[arg(long)]
     pub(crate) no_faults: bool,
@@ -54,15 +53,13 @@ pub(crate) struct Diagnose {
     /// Write a page with pictures: the hypotheses on the structure, beside the comparison.
     #[arg(long, value_name = "PAGE")]
     pub(crate) report: Option<PathBuf>,
-    /// Overwrite existing outputs.
-    #[arg(long)]
-    pub(crate) force: bool,
-    /// Print JSON instead of text.
-    #[arg(long)]
-    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) overwrite: Overwrite,
+    #[command(flatten)]
+    pub(crate) print: Print,
 }
 
-/// Put an effect into a model file: the smallest edit, at its neutral value, recorded in `history`.
+/// Put an effect into a model file: the smallest edit, at its neutral value, recorded under `history`.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  retune add models/bff.yaml point-mass@n8 --dry-run")]
 pub(crate) struct Add {
@@ -79,9 +76,8 @@ pub(crate) struct Add {
     /// Where to write; the model file itself when absent.
     #[arg(short, long)]
     pub(crate) output: Option<PathBuf>,
-    /// Overwrite an existing output.
-    #[arg(long)]
-    pub(crate) force: bool,
+    #[command(flatten)]
+    pub(crate) overwrite: Overwrite,
     /// Print the edits and change nothing.
     #[arg(long, conflicts_with_all = ["output", "force"])]
     pub(crate) dry_run: bool,
@@ -96,12 +92,11 @@ pub(crate) struct Undo {
     /// Where to write; the model file itself when absent.
     #[arg(short, long)]
     pub(crate) output: Option<PathBuf>,
-    /// Overwrite an existing output.
-    #[arg(long)]
-    pub(crate) force: bool,
+    #[command(flatten)]
+    pub(crate) overwrite: Overwrite,
 }
 
-/// Diagnose, add, refit, until nothing more is justified.
+/// Diagnose, add and refit, until nothing more is justified.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Example:\n  retune learn models/bff.yaml models/bff_gvt.yaml -o learned.yaml --report learned.html"
@@ -109,9 +104,8 @@ pub(crate) struct Undo {
 pub(crate) struct Learn {
     /// Model file.
     pub(crate) model: PathBuf,
-    /// Test files; each is compared with the model in the configuration that it names, all with the same parameters.
-    #[arg(required = true, num_args = 1.., value_name = "TEST")]
-    pub(crate) tests: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(crate) tests: Tests,
     /// Where to write the model of every step: learned.yaml becomes learned.0.yaml, learned.1.yaml ...
     #[arg(short, long)]
     pub(crate) output: Option<PathBuf>,
@@ -128,18 +122,15 @@ pub(crate) struct Learn {
     pub(crate) report: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) pairing: PairingOptions,
-    /// Seed of all random numbers.
-    #[arg(long, default_value_t = 0)]
-    pub(crate) seed: u64,
-    /// Overwrite existing files.
-    #[arg(long)]
-    pub(crate) force: bool,
-    /// Print JSON instead of text.
-    #[arg(long)]
-    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) random: Random,
+    #[command(flatten)]
+    pub(crate) overwrite: Overwrite,
+    #[command(flatten)]
+    pub(crate) print: Print,
 }
 
-/// How good is a diagnosis? Synthetic twins with a known answer, and the score.
+/// Measure how good diagnoses are, on synthetic twins with known answers.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   retune benchmark diagnosis --structure cantilever

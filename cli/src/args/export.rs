@@ -1,36 +1,10 @@
 //! Arguments of `export`.
 
+use super::{Overwrite, values};
 use clap::{ArgGroup, Args, ValueEnum};
+use retune::catalogue::Choice;
 use retune::matrices::MatrixFormat;
 use std::path::PathBuf;
-
-/// A format of matrices.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Format {
-    /// Matrix Market, a file a matrix.
-    Mtx,
-    /// Sparse matrices of SciPy, a file a matrix.
-    Npz,
-    /// OUTPUT4 of Nastran as text.
-    Op4,
-    /// OUTPUT4 of Nastran, binary.
-    Op4Binary,
-    /// DMIG and GRID cards of Nastran, with ten digits.
-    Dmig,
-}
-
-impl Format {
-    /// For the library.
-    pub(crate) fn format(self) -> MatrixFormat {
-        match self {
-            Self::Mtx => MatrixFormat::MatrixMarket,
-            Self::Npz => MatrixFormat::Npz,
-            Self::Op4 => MatrixFormat::Output4,
-            Self::Op4Binary => MatrixFormat::Output4Binary,
-            Self::Dmig => MatrixFormat::Dmig,
-        }
-    }
-}
 
 /// How matrices are reduced.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -43,7 +17,7 @@ pub(crate) enum Reduction {
     CraigBampton,
 }
 
-/// Write a model for other programs: what was learnt into the deck that it was imported from, or its matrices.
+/// Write a model for other programs: its new values into the deck that it was imported from, or its matrices.
 #[derive(Debug, Args)]
 #[command(group = ArgGroup::new("what").required(true).args(["matrices", "into"]), after_help = "Examples:
   retune export updated.yaml --into wing.bdf -o updated.bdf
@@ -66,24 +40,23 @@ pub(crate) struct Export {
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: PathBuf,
     /// Format of the matrices.
-    #[arg(long, value_enum, default_value = "mtx", conflicts_with = "into")]
-    pub(crate) format: Format,
-    /// Reduce them to some nodes.
+    #[arg(long, value_name = "FORMAT", default_value = MatrixFormat::MatrixMarket.word(), conflicts_with = "into", value_parser = values::choice::<MatrixFormat>())]
+    pub(crate) format: MatrixFormat,
+    /// Reduce the matrices to some nodes.
     #[arg(long, value_enum, value_name = "HOW", conflicts_with = "into")]
     pub(crate) reduce: Option<Reduction>,
     /// Nodes that stay.
     #[arg(long, value_name = "NODE", value_delimiter = ',', requires = "reduce")]
     pub(crate) at: Vec<String>,
-    /// Test whose sensors' nodes stay.
-    #[arg(long, value_name = "TEST", requires = "reduce", conflicts_with = "at")]
-    pub(crate) test: Option<PathBuf>,
+    /// Tests whose sensors' nodes stay.
+    #[arg(long, value_name = "TEST", requires = "reduce", conflicts_with = "at", num_args = 1..)]
+    pub(crate) test: Vec<PathBuf>,
     /// Number of modes of SEREP or Craig-Bampton.
     #[arg(long, default_value_t = 20, value_parser = clap::value_parser!(u16).range(1..=2000))]
     pub(crate) modes: u16,
     /// Configuration of the model: a name under its `configurations`.
     #[arg(long, value_name = "NAME", conflicts_with = "into")]
     pub(crate) configuration: Option<String>,
-    /// Overwrite files that exist.
-    #[arg(long)]
-    pub(crate) force: bool,
+    #[command(flatten)]
+    pub(crate) overwrite: Overwrite,
 }

@@ -1,6 +1,6 @@
 //! Beginning a model, and what there is: schemas, catalogues, completions, manual pages.
 
-use super::values;
+use super::{Overwrite, values};
 use crate::output::{Failure, print};
 use crate::writing;
 use clap::{Args, ValueEnum};
@@ -18,7 +18,7 @@ pub(crate) enum InitOf {
     Aircraft,
 }
 
-/// Begin a project: a model, a test and an objective file with comments that run at once, and schemas for editors.
+/// Begin a project: a model, a test and an objective file, commented and ready to run, and schemas for editors.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   retune init beam
@@ -55,9 +55,11 @@ pub(crate) enum SchemaOf {
     Profiles,
     /// Optimisers and their settings, as `--optimizer` takes them.
     Optimizer,
+    /// Partial model files of `twin --patch`.
+    Patch,
 }
 
-/// JSON Schema of a file format, for editors that complete and check YAML.
+/// Print the JSON Schema of a file format, for editors that complete and check YAML.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  retune schema model -o model.schema.json\n  retune schema test --markdown")]
 pub(crate) struct Schema {
@@ -120,24 +122,24 @@ pub(crate) enum ListOf {
     Verbs,
 }
 
-/// What there is: elements, residuals, optimizers, effects, faults, profiles, formats of matrices, units, exit codes, verbs.
+/// List what there is: elements, residuals, optimisers, effects, faults, profiles, matrix formats, units, exit codes, verbs.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  retune list elements\n  retune list effects --markdown -o effects.md")]
 pub(crate) struct List {
-    /// Which list.
+    /// Which list; the lists themselves when absent.
     #[arg(value_enum)]
-    pub(crate) of: ListOf,
+    pub(crate) of: Option<ListOf>,
     /// Print JSON instead of text.
     #[arg(long)]
     pub(crate) json: bool,
     /// Write a page in Markdown: the list, and all that `retune explain` tells of its members.
-    #[arg(long, conflicts_with = "json")]
+    #[arg(long, conflicts_with = "json", requires = "of")]
     pub(crate) markdown: bool,
     #[command(flatten)]
     pub(crate) to: To,
 }
 
-/// What a member of a list is: equations, properties, sources.
+/// Explain a member of a list: equations, properties, sources.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  retune explain beam\n  retune explain lm --markdown")]
 pub(crate) struct Explain {
@@ -150,7 +152,7 @@ pub(crate) struct Explain {
     pub(crate) to: To,
 }
 
-/// Completions for a shell.
+/// Write completions for a shell.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  retune completions bash -o ~/.local/share/bash-completion/completions/retune")]
 pub(crate) struct Completions {
@@ -161,14 +163,13 @@ pub(crate) struct Completions {
     pub(crate) to: To,
 }
 
-/// Manual pages in the format of `man`: retune.1, and one for each verb.
+/// Write manual pages for `man`: retune.1, and one for each verb.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  retune manual -o ~/.local/share/man/man1")]
 pub(crate) struct Manual {
     /// The folder to write to; it is made where it is not there.
     #[arg(short, long, value_name = "FOLDER")]
     pub(crate) output: PathBuf,
-    /// Overwrite existing pages.
-    #[arg(long)]
-    pub(crate) force: bool,
+    #[command(flatten)]
+    pub(crate) overwrite: Overwrite,
 }

@@ -1,10 +1,10 @@
 //! Arguments of `matrices` and `prepare`.
 
-use super::Answer;
+use super::{Answer, Print};
 use clap::Args;
 use std::path::PathBuf;
 
-/// What is in files of matrices: size, symmetry, definiteness, rigid-body modes, massless dofs, suspected units.
+/// Describe files of matrices: size, symmetry, definiteness, rigid-body modes, massless dofs, suspected units.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   retune matrices job.sti job.mas job.dof job.inp
@@ -41,7 +41,6 @@ pub(crate) struct Prepare {
     /// Run also what is kept already.
     #[arg(long)]
     pub(crate) again: bool,
-    /// Print JSON instead of text.
-    #[arg(long)]
-    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) print: Print,
 }

@@ -1,38 +1,12 @@
 //! Measurement files: identifying modes, checking, mapping and imitating tests.
 
-use super::{Answer, values};
-use clap::{Args, ValueEnum};
-use retune::identify::REPEATABILITY;
+use super::{Answer, OneModel, Overwrite, Print, Random, Share, values};
+use clap::Args;
+use retune::catalogue::Choice;
+use retune::data::FrfQuantity;
+use retune::data::convert::{Duplicates, LocalAxes};
+use retune::update::Method;
 use std::path::PathBuf;
-
-/// What a frequency response function is: response over force.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum MeasuredQuantity {
-    /// Displacement over force.
-    Receptance,
-    /// Velocity over force.
-    Mobility,
-    /// Acceleration over force.
-    Accelerance,
-}
-
-/// Which of several functions of one pair of points counts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Repeated {
-    /// The first.
-    First,
-    /// The last.
-    Last,
-}
-
-/// Which of the matrices of local axes in universal files are axes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum MatrixAxes {
-    /// Rows.
-    Rows,
-    /// Columns, as LMS and Simcenter Test.Lab write them.
-    Columns,
-}
 
 /// Answers to what measurement files may leave open; nothing is guessed.
 #[derive(Debug, Args)]
@@ -41,8 +15,8 @@ pub(crate) struct Measurement {
     #[arg(long, value_name = "SYSTEM")]
     pub(crate) units: Option<String>,
     /// What the functions are, where they do not say it.
-    #[arg(long, value_enum)]
-    pub(crate) quantity: Option<MeasuredQuantity>,
+    #[arg(long, value_name = "QUANTITY", value_parser = values::choice::<FrfQuantity>())]
+    pub(crate) quantity: Option<FrfQuantity>,
     /// Unit of the functions of a table without a row of units, such as `m/s2/N`.
     #[arg(long)]
     pub(crate) unit: Option<String>,
@@ -51,14 +25,14 @@ pub(crate) struct Measurement {
     #[arg(long, value_name = "ROLE=NAME,...")]
     pub(crate) variables: Option<String>,
     /// Which of several functions of one pair of points counts.
-    #[arg(long, value_enum)]
-    pub(crate) duplicates: Option<Repeated>,
+    #[arg(long, value_name = "WHICH", value_parser = values::choice::<Duplicates>())]
+    pub(crate) duplicates: Option<Duplicates>,
     /// Unit of the frequencies, whatever the files say: Hz, kHz, rad/s, deg/s, rpm.
     #[arg(long, value_name = "UNIT")]
     pub(crate) frequency_unit: Option<String>,
     /// Which of the matrices of local axes (dataset 2420) are axes; by the program that wrote the file when absent.
-    #[arg(long, value_enum)]
-    pub(crate) local_axes: Option<MatrixAxes>,
+    #[arg(long, value_name = "PART", value_parser = values::choice::<LocalAxes>())]
+    pub(crate) local_axes: Option<LocalAxes>,
     /// Direction of channels that do not know theirs: `+x` ... `-z`.
     #[arg(long, allow_hyphen_values = true, value_name = "AXIS")]
     pub(crate) direction: Option<String>,
@@ -109,27 +83,6 @@ impl Measurement {
     }
 }
 
-/// How modes are identified.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Method {
-    /// Poles by pLSCF over many model orders, then a maximum-likelihood fit.
-    Plscf,
-    /// Shapes from imaginary parts at the frequencies of pLSCF, corrected for neighbouring modes; first reference.
-    Quadrature,
-    /// Circle fits about the poles of pLSCF; first reference.
-    Circle,
-}
-
-impl From<Method> for retune::update::Method {
-    fn from(method: Method) -> Self {
-        match method {
-            Method::Plscf => Self::Plscf,
-            Method::Quadrature => Self::Quadrature,
-            Method::Circle => Self::Circle,
-        }
-    }
-}
-
 /// Identify modes from frequency response functions: frequencies, damping, shapes, each with its standard deviation.
 ///
 /// Reads universal files, tables (column frequency_hz), OpenModal folders, NumPy arrays, MATLAB files; of a spectrum without
@@ -151,10 +104,10 @@ pub(crate) struct Identify {
     #[command(flatten)]
     pub(crate) measurement: Measurement,
     /// Limits of the band, Hz.
-    #[arg(long, num_args = 2, value_names = ["LOW", "HIGH"], value_parser = values::not_negative)]
+    #[arg(long, num_args = 2, value_names = ["LOW", "HIGH"], value_parser = values::hertz)]
     pub(crate) band: Option<Vec<f64>>,
-    /// How.
-    #[arg(long, value_enum, default_value_t = Method::Plscf)]
+    /// How the modes are found.
+    #[arg(long, value_name = "METHOD", default_value = Method::Plscf.word(), value_parser = values::choice::<Method>())]
     pub(crate) method: Method,
     /// Peaks of a spectrum without force: least height over the valleys beside them, dB.
     #[arg(long, default_value_t = 10.0, value_name = "DB", value_parser = values::not_negative)]
@@ -169,9 +122,9 @@ pub(crate) struct Identify {
     /// leaves it in. By dataset 1858 of a universal file when absent.
     #[arg(long, value_name = "RATE")]
     pub(crate) exponential_window: Option<String>,
-    /// What a repeated test would change, percent of a frequency, and ten times as much in a shape: the test file has it in its standard
-    /// deviations; 0 leaves those of the lines alone.
-    #[arg(long, default_value_t = 100.0 * REPEATABILITY, value_name = "PERCENT", value_parser = values::percent)]
+    /// What a repeated test would change of a frequency, and ten times as much of a shape: the standard deviations of the test file contain
+    /// it; with 0 they are those of the lines alone.
+    #[arg(long, default_value = "0.1 %", value_name = "SHARE", value_parser = values::repeatability)]
     pub(crate) repeatability: f64,
     /// Model in which the sensors get their places, by `retune map`.
     #[arg(long)]
@@ -185,15 +138,13 @@ pub(crate) struct Identify {
     /// Leave out the check of the test.
     #[arg(long)]
     pub(crate) no_health: bool,
-    /// Overwrite an existing output file.
-    #[arg(long)]
-    pub(crate) force: bool,
-    /// Print JSON instead of text.
-    #[arg(long)]
-    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) overwrite: Overwrite,
+    #[command(flatten)]
+    pub(crate) print: Print,
 }
 
-/// Can the test be trusted? Dead and noisy channels, signs, swaps, gains, axes, driving points, double modes.
+/// Check whether a test can be trusted: dead and noisy channels, signs, swaps, gains, axes, driving points, double modes.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   retune health run1.unv --geometry points.unv
@@ -213,7 +164,7 @@ pub(crate) struct Health {
     #[arg(long, num_args = 1.., value_name = "FILES")]
     pub(crate) against: Vec<PathBuf>,
     /// Limits of the band, Hz.
-    #[arg(long, num_args = 2, value_names = ["LOW", "HIGH"], value_parser = values::not_negative)]
+    #[arg(long, num_args = 2, value_names = ["LOW", "HIGH"], value_parser = values::hertz)]
     pub(crate) band: Option<Vec<f64>>,
     /// How many of the lowest modes are rigid-body modes on the suspension.
     #[arg(long, default_value_t = 0, value_name = "N")]
@@ -228,7 +179,7 @@ pub(crate) struct Health {
     pub(crate) answer: Answer,
 }
 
-/// Find places in a model for the points of a test: nodes, else elements, with rigid arms; and what is left over.
+/// Find places in a model for the points of a test: nodes, else elements, with rigid arms; what has no place is listed.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   retune map models/bff.yaml geometry.unv --units in-lbf-s
@@ -236,41 +187,36 @@ pub(crate) struct Health {
 
 Exit code 1 when a point has no place.")]
 pub(crate) struct Map {
-    /// Model file.
-    pub(crate) model: PathBuf,
+    #[command(flatten)]
+    pub(crate) model: OneModel,
     /// Test file whose sensors have positions, or a file with geometry.
     pub(crate) test: PathBuf,
     /// A point this near to a node sits on it.
-    #[arg(long, default_value = "5 mm", allow_hyphen_values = true)]
-    pub(crate) tolerance: String,
+    #[arg(long, default_value = "5 mm", value_name = "LENGTH", allow_hyphen_values = true, value_parser = values::length)]
+    pub(crate) tolerance: f64,
     /// Longest rigid arm; a tenth of the diagonal of the model when absent.
-    #[arg(long, allow_hyphen_values = true)]
-    pub(crate) reach: Option<String>,
+    #[arg(long, value_name = "LENGTH", allow_hyphen_values = true, value_parser = values::length)]
+    pub(crate) reach: Option<f64>,
     /// Where to write the test with its sensors in place.
     #[arg(short, long, value_name = "TEST")]
     pub(crate) output: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) measurement: Measurement,
-    /// Configuration of the model: a name under its `configurations`; that which the test names when absent.
-    #[arg(long, value_name = "NAME")]
-    pub(crate) configuration: Option<String>,
-    /// Overwrite an existing output file.
-    #[arg(long)]
-    pub(crate) force: bool,
-    /// Print JSON instead of text.
-    #[arg(long)]
-    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) overwrite: Overwrite,
+    #[command(flatten)]
+    pub(crate) print: Print,
 }
 
-/// Make synthetic test data from a model: modes and functions at sensors, with noise, faults of the measurement and hidden changes.
+/// Make a synthetic test of a model: modes and functions at sensors, with noise, measurement faults and hidden changes.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   retune twin models/bff_truth.yaml -o twin.yaml --sensors models/bff_gvt.yaml --noise-frequency '0.3 %' --noise-shape '2 %'
   retune twin models/bff_truth.yaml --frf twin.unv --sensors models/bff_gvt.yaml --exciter p12 --band 3 35 --noise-response '1 %'
   retune twin models/bff.yaml -o twin.yaml --set m8_13=70g --patch hidden.yaml --fault sensor-sign@p11 --fault sensor-swap@p3+p4")]
 pub(crate) struct Twin {
-    /// Model file.
-    pub(crate) model: PathBuf,
+    #[command(flatten)]
+    pub(crate) model: OneModel,
     /// Where to write a test file with modes.
     #[arg(short, long, value_name = "TEST")]
     pub(crate) output: Option<PathBuf>,
@@ -280,11 +226,11 @@ pub(crate) struct Twin {
     /// Test file with the sensors; a sensor on every node when absent.
     #[arg(long, value_name = "TEST")]
     pub(crate) sensors: Option<PathBuf>,
-    /// Most modes.
+    /// Largest number of modes.
     #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u16).range(1..=2000))]
     pub(crate) modes: u16,
     /// Band of modes and functions, Hz.
-    #[arg(long, num_args = 2, value_names = ["LOW", "HIGH"], value_parser = values::not_negative)]
+    #[arg(long, num_args = 2, value_names = ["LOW", "HIGH"], value_parser = values::hertz)]
     pub(crate) band: Option<Vec<f64>>,
     /// Frequency lines of the functions.
     #[arg(long, requires = "frf", default_value_t = 1025, value_parser = clap::value_parser!(u16).range(2..))]
@@ -293,29 +239,29 @@ pub(crate) struct Twin {
     #[arg(long, requires = "frf", num_args = 1.., value_name = "SENSOR")]
     pub(crate) exciter: Vec<String>,
     /// What the functions are; accelerance when absent.
-    #[arg(long, requires = "frf", value_enum)]
-    pub(crate) quantity: Option<MeasuredQuantity>,
-    /// Standard deviation of frequencies.
-    #[arg(long, default_value = "0 %", allow_hyphen_values = true)]
-    pub(crate) noise_frequency: String,
-    /// Standard deviation of damping ratios.
-    #[arg(long, default_value = "0 %", allow_hyphen_values = true)]
-    pub(crate) noise_damping: String,
-    /// Standard deviation of shape entries, of the largest entry.
-    #[arg(long, default_value = "0 %", allow_hyphen_values = true)]
-    pub(crate) noise_shape: String,
-    /// Noise of the force, of the force.
-    #[arg(long, requires = "frf", default_value = "0 %", allow_hyphen_values = true)]
-    pub(crate) noise_force: String,
-    /// Noise of each response, of its root mean square.
-    #[arg(long, requires = "frf", default_value = "0 %", allow_hyphen_values = true)]
-    pub(crate) noise_response: String,
+    #[arg(long, requires = "frf", value_name = "QUANTITY", value_parser = values::choice::<FrfQuantity>())]
+    pub(crate) quantity: Option<FrfQuantity>,
+    /// Standard deviation of frequencies, as a share of each.
+    #[arg(long, default_value = "0 %", value_name = "SHARE", allow_hyphen_values = true, value_parser = values::share)]
+    pub(crate) noise_frequency: Share,
+    /// Standard deviation of damping ratios, as a share of each.
+    #[arg(long, default_value = "0 %", value_name = "SHARE", allow_hyphen_values = true, value_parser = values::share)]
+    pub(crate) noise_damping: Share,
+    /// Standard deviation of shape entries, as a share of the largest entry.
+    #[arg(long, default_value = "0 %", value_name = "SHARE", allow_hyphen_values = true, value_parser = values::share)]
+    pub(crate) noise_shape: Share,
+    /// Noise of the force, as a share of it.
+    #[arg(long, requires = "frf", default_value = "0 %", value_name = "SHARE", allow_hyphen_values = true, value_parser = values::share)]
+    pub(crate) noise_force: Share,
+    /// Noise of each response, as a share of its root mean square.
+    #[arg(long, requires = "frf", default_value = "0 %", value_name = "SHARE", allow_hyphen_values = true, value_parser = values::share)]
+    pub(crate) noise_response: Share,
     /// Averages of the functions.
     #[arg(long, requires = "frf", default_value_t = 16, value_parser = clap::value_parser!(u16).range(1..=10000))]
     pub(crate) averages: u16,
     /// Damping ratio of every mode; by default the model's own damping, 1 % where it has none.
-    #[arg(long, allow_hyphen_values = true)]
-    pub(crate) damping: Option<String>,
+    #[arg(long, value_name = "RATIO", allow_hyphen_values = true, value_parser = values::damping)]
+    pub(crate) damping: Option<f64>,
     /// A parameter of the model: `m8_13=70g`; a number without a unit is in the unit of the model file.
     #[arg(long, value_name = "PARAMETER=VALUE")]
     pub(crate) set: Vec<String>,
@@ -326,16 +272,10 @@ pub(crate) struct Twin {
     /// `retune list faults` has them all.
     #[arg(long, value_name = "FAULT")]
     pub(crate) fault: Vec<String>,
-    /// Seed of all random numbers.
-    #[arg(long, default_value_t = 0)]
-    pub(crate) seed: u64,
-    /// Configuration of the model: a name under its `configurations`.
-    #[arg(long, value_name = "NAME")]
-    pub(crate) configuration: Option<String>,
-    /// Overwrite existing output files.
-    #[arg(long)]
-    pub(crate) force: bool,
-    /// Print JSON instead of text.
-    #[arg(long)]
-    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) random: Random,
+    #[command(flatten)]
+    pub(crate) overwrite: Overwrite,
+    #[command(flatten)]
+    pub(crate) print: Print,
 }

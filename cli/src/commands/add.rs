@@ -27,7 +27,7 @@ pub(crate) fn run(args: &Add) -> Result<u8, Failure> {
         return Ok(DONE);
     }
     let edited = candidate.patch.add_to_text(&text, &candidate.id(), &args.because)?;
-    if let Some(output) = write(&args.model, args.output.as_deref(), args.force, &edited)? {
+    if let Some(output) = write(&args.model, args.output.as_deref(), args.overwrite.force, &edited)? {
         print(&format!("{}: {} added at its neutral value\n", shown(output), candidate.id()));
     }
     Ok(DONE)
@@ -64,7 +64,7 @@ fn write<'a>(model: &'a Path, other: Option<&'a Path>, force: bool, text: &str) 
 pub(crate) fn run_undo(args: &Undo) -> Result<u8, Failure> {
     let text = files::read(&args.model)?;
     let undone = undo(&text)?;
-    if let Some(output) = write(&args.model, args.output.as_deref(), args.force, &undone.text)? {
+    if let Some(output) = write(&args.model, args.output.as_deref(), args.overwrite.force, &undone.text)? {
         print(&format!("{}: {} taken out\n", shown(output), printable(&undone.entry.add)));
     }
     for path in undone.missing {

@@ -13,11 +13,11 @@ use std::fmt::Write as _;
 
 pub(crate) fn run(args: &Check) -> Result<u8, Failure> {
     args.answer.check()?;
-    let text = files::read(&args.model)?;
+    let text = files::read(&args.model.path)?;
     if let Some(answer) = super::check_others::answer(args, &text) {
         return answer;
     }
-    let (model, warnings, map) = match files::load(&args.model, &text, args.configuration.as_deref()) {
+    let (model, warnings, map) = match files::load(&args.model.path, &text, args.model.configuration()) {
         Ok(loaded) => loaded,
         Err(problems) if args.answer.json => {
             args.answer.give(&json!({
@@ -28,7 +28,7 @@ pub(crate) fn run(args: &Check) -> Result<u8, Failure> {
             }));
             return Ok(WRONG_INPUT);
         }
-        Err(problems) => return Err(Failure::problems(&args.model, &text, &problems)),
+        Err(problems) => return Err(Failure::problems(&args.model.path, &text, &problems)),
     };
     let sound = lint(&model)?;
     let mut problems = warnings;
@@ -67,7 +67,7 @@ pub(crate) fn run(args: &Check) -> Result<u8, Failure> {
     if !args.answer.json {
         print(&describe(&model, mass.as_ref(), by_axis, &sound));
         if !problems.is_empty() {
-            tell(&format!("\n{}", render_problems(&args.model, &text, &problems).trim_end()));
+            tell(&format!("\n{}", render_problems(&args.model.path, &text, &problems).trim_end()));
         }
         let n_warnings = problems.iter().filter(|p| p.severity == Severity::Warning).count();
         let style = style(&std::io::stdout());

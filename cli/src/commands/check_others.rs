@@ -17,7 +17,7 @@ const OBJECTIVE: [&str; 4] = ["terms", "loss", "regularization", "limits"];
 /// The answer for a file that is no model; `None` for a model, and for what is neither.
 pub(super) fn answer(args: &Check, text: &str) -> Option<Result<u8, Failure>> {
     let lines = || text.lines().filter(|line| !line.trim().is_empty() && !line.starts_with('#'));
-    let found = if files::kind(&args.model) == Some(Kind::Test) {
+    let found = if files::kind(&args.model.path) == Some(Kind::Test) {
         test(text)
     } else if lines().next()?.starts_with("- name:") {
         parse_profiles(text)
@@ -59,10 +59,10 @@ fn test(text: &str) -> Result<(String, Vec<Problem>), Vec<Problem>> {
 }
 
 fn tell_of(args: &Check, text: &str, found: Result<(String, Vec<Problem>), Vec<Problem>>) -> Result<u8, Failure> {
-    if !args.against.is_empty() || args.configuration.is_some() {
+    if !args.against.is_empty() || args.model.configuration.is_some() {
         return Err(Failure::text(format!(
             "{}: `--against` and `--configuration` are of a model file, and this is none",
-            args.model.display()
+            args.model.path.display()
         )));
     }
     let (holds, warnings) = match found {
@@ -75,7 +75,7 @@ fn tell_of(args: &Check, text: &str, found: Result<(String, Vec<Problem>), Vec<P
             }));
             return Ok(WRONG_INPUT);
         }
-        Err(problems) => return Err(Failure::problems(&args.model, text, &problems)),
+        Err(problems) => return Err(Failure::problems(&args.model.path, text, &problems)),
     };
     if args.answer.needs_json() {
         let none: [&str; 0] = [];
@@ -87,7 +87,7 @@ fn tell_of(args: &Check, text: &str, found: Result<(String, Vec<Problem>), Vec<P
     }
     print(&format!("{holds}\n"));
     if !warnings.is_empty() {
-        tell(&format!("\n{}", render_problems(&args.model, text, &warnings).trim_end()));
+        tell(&format!("\n{}", render_problems(&args.model.path, text, &warnings).trim_end()));
     }
     let style = style(&std::io::stdout());
     let (verdict, tone) =

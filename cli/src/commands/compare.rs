@@ -19,7 +19,8 @@ pub(crate) fn run(args: &Compare) -> Result<u8, Failure> {
         return Err(Failure::text(format!("--bands {:?}: give ascending frequencies in Hz", args.bands)));
     }
     let profile = args.profile.as_deref().map(profile).transpose()?;
-    let all = args.tests.iter().map(|path| one(args, path, &how, profile.as_ref())).collect::<Result<Vec<_>, _>>()?;
+    let all =
+        args.tests.paths.iter().map(|path| one(args, path, &how, profile.as_ref())).collect::<Result<Vec<_>, _>>()?;
     if args.answer.needs_json() {
         let mut values: Vec<&Value> = all.iter().map(|s| &s.json).collect();
         match values.as_slice() {
@@ -43,10 +44,10 @@ struct Shown {
 fn one(args: &Compare, path: &Path, how: &HowToPair, profile: Option<&CriteriaProfile>) -> Result<Shown, Failure> {
     let (mut test, mut test_warnings, test_text) = files::test(path)?;
     let (model, model_warnings, model_text) =
-        files::tested_model(&args.model, args.configuration.as_deref(), (&mut test, path, &test_text))?;
+        files::tested_model(&args.model.path, args.model.configuration(), (&mut test, path, &test_text))?;
     test_warnings.extend(files::check_sensors(&model, &test, path, &test_text)?);
     let model = files::loaded(model, &test, args.loading.sensor_masses)?;
-    warn(&args.model, &model_text, &model_warnings);
+    warn(&args.model.path, &model_text, &model_warnings);
     warn(path, &test_text, &test_warnings);
     if test.has_nothing() {
         return Err(Failure::text(format!("{}: {}", path.display(), UpdateError::NoData)));
@@ -61,7 +62,7 @@ fn one(args: &Compare, path: &Path, how: &HowToPair, profile: Option<&CriteriaPr
     };
     let options = AgreementOptions {
         pairing: *how,
-        reduction: args.reduction.into(),
+        reduction: args.reduction,
         places: args.localize || args.all,
         parameters: args.sensitivity || args.all,
         suspects: args.all,

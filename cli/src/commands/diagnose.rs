@@ -1,6 +1,5 @@
 //! `retune diagnose`
 
-use super::measured::scalar;
 use crate::args::{Diagnose, SearchOptions};
 use crate::files::{self, Tested};
 use crate::interrupt::stop_flag;
@@ -16,14 +15,14 @@ use retune::fault::Faults;
 use retune::model::ParametricModel;
 use retune::report::{Case, ReportData, add_diagnosis, answer, assess_paired, diagnosis, of_comparison, text};
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 pub(crate) fn run(args: &Diagnose) -> Result<u8, Failure> {
     let how = args.pairing.how();
-    let outputs = Outputs { page: args.report.as_ref(), force: args.force, ..Outputs::default() };
+    let outputs = Outputs { page: args.report.as_ref(), force: args.overwrite.force, ..Outputs::default() };
     outputs.check()?;
-    args.output.iter().try_for_each(|path| writing::check_output(path, args.force))?;
-    let all = files::tested(&args.model, &args.tests, None)?;
+    args.output.iter().try_for_each(|path| writing::check_output(path, args.overwrite.force))?;
+    let all = files::tested(&args.model, &args.tests.paths, None)?;
     let (model, ..) = files::model(&args.model, None)?;
     for what in model.left_out_of_effects() {
         note!("{what}");
@@ -31,7 +30,7 @@ pub(crate) fn run(args: &Diagnose) -> Result<u8, Failure> {
     let tests: Vec<&TestData> = all.iter().map(|t| &t.test).collect();
     let spinner = Spinner::new();
     let settings = Settings {
-        seed: args.seed,
+        seed: args.random.seed,
         faults: if args.no_faults { Faults::none() } else { Faults::builtin() },
         pairing: how,
         ..search_settings(&args.search, &spinner)?
@@ -40,7 +39,7 @@ pub(crate) fn run(args: &Diagnose) -> Result<u8, Failure> {
     drop(spinner);
     let d = found?;
     let (first, together) = (&all[0], joined(&tests).test);
-    if args.json {
+    if args.print.json {
         print_json(&serde_json::to_value(&d)?);
     } else {
         let found = diagnosis(&d, &first.model, &together);
@@ -50,7 +49,7 @@ pub(crate) fn run(args: &Diagnose) -> Result<u8, Failure> {
     }
     if let Some(path) = &args.output {
         let text = serde_json::to_string_pretty(&d)? + "\n";
-        if writing::write(path, &text) && !args.json {
+        if writing::write(path, &text) && !args.print.json {
             announce(&[shown(path)]);
         }
     }
@@ -58,9 +57,9 @@ pub(crate) fn run(args: &Diagnose) -> Result<u8, Failure> {
         let assessment = assess_paired(&first.model, &first.model.parameters().nominal(), &first.test, &how)?;
         let mut data = of_comparison(Case { model: &first.model, test: &first.test, assessment: &assessment })?;
         add_diagnosis(&mut data, &d, &first.model, &together);
-        about_files(&mut data, &all, &args.model, &args.tests, args.seed);
+        about_files(&mut data, &all, &args.model, &args.tests.paths, args.random.seed);
         let written = outputs.write(&data)?;
-        if !args.json {
+        if !args.print.json {
             announce(&written);
         }
     }
@@ -80,11 +79,8 @@ pub(super) fn search_settings(options: &SearchOptions, spinner: &Spinner) -> Res
         effects = effects.with(effect);
     }
     let mut until = Until::the_end().stopped_by(stop_flag());
-    if let Some(text) = &options.budget {
-        let seconds = scalar("--budget", text, "s")?;
-        let budget = Duration::try_from_secs_f64(seconds).ok().filter(|b| !b.is_zero());
-        let wrong = || Failure::text(format!("--budget {text}: a time above zero is expected: 60s, 5min"));
-        until = until.elapsed(budget.ok_or_else(wrong)?);
+    if let Some(budget) = options.budget {
+        until = until.elapsed(budget);
     }
     let mut listener = spinner.listener();
     if options.trace {
@@ -112,16 +108,23 @@ pub(super) fn head(model: &str, all: &[Tested]) -> String {
 
 /// Warnings and provenance of a page about several tests.
 pub(super) fn about_files(data: &mut ReportData, all: &[Tested], model: &Path, tests: &[PathBuf], seed: u64) {
+    warn_of_tests(data, all, "The diagnosis rests on");
+    let mut read: Vec<(&str, &Path)> = vec![("model", model)];
+    read.extend(tests.iter().map(|t| ("test", t.as_path())));
+    provenance(data, &read, Some(seed));
+}
+
+/// What was warned of while the files were read, and which of several tests the pictures show.
+///
+/// * `opening` - of a sentence that goes on with the number of tests
+pub(super) fn warn_of_tests(data: &mut ReportData, all: &[Tested], opening: &str) {
     data.meta.warnings.extend(all.iter().flat_map(|t| t.warnings.clone()));
     if all.len() > 1 {
         let names: Vec<&str> = all.iter().map(|t| t.test.name.as_str()).collect();
         data.meta.warnings.push(format!(
-            "The diagnosis rests on {} tests together ({}); shapes, pairs and functions are those of the first.",
+            "{opening} {} tests together ({}); shapes, pairs and functions are those of the first.",
             all.len(),
             names.join(", ")
         ));
     }
-    let mut read: Vec<(&str, &Path)> = vec![("model", model)];
-    read.extend(tests.iter().map(|t| ("test", t.as_path())));
-    provenance(data, &read, Some(seed));
 }

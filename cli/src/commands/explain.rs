@@ -1,6 +1,7 @@
 //! `retune explain`
 
-use crate::args::Explain;
+use crate::args::{Explain, ListOf};
+use crate::lists::members;
 use crate::output::{Failure, print, reference_style};
 use crate::{DONE, markdown};
 use retune::catalogue::did_you_mean;
@@ -11,6 +12,28 @@ use retune::fault::{FAULTS, Fault};
 use retune::objective::{RESIDUALS, Residual};
 use retune::optim::{ABBREVIATIONS, OPTIMIZERS, full_name};
 use retune::report::text::{Align, Style, Table};
+
+/// Members that are named, in a hint.
+const RELATED: usize = 6;
+
+/// What there is about a word that is no name: the verb of that name, or members whose names or summaries have it.
+fn related(word: &str) -> Result<Option<String>, Failure> {
+    if members(ListOf::Verbs)?.iter().any(|(verb, _)| verb == word) {
+        return Ok(Some(format!("`{word}` is a verb: `retune {word} --help` tells about it")));
+    }
+    let lower = word.to_lowercase();
+    let stem = lower.strip_suffix("es").or_else(|| lower.strip_suffix('s')).unwrap_or(&lower);
+    if stem.len() < 3 {
+        return Ok(None);
+    }
+    let mut found = Vec::new();
+    for of in [ListOf::Elements, ListOf::Effects, ListOf::Faults, ListOf::Residuals, ListOf::Optimizers] {
+        let has = |(name, summary): &(String, String)| name.contains(stem) || summary.to_lowercase().contains(stem);
+        found.extend(members(of)?.into_iter().filter(has).map(|(name, _)| format!("`{name}`")));
+    }
+    found.truncate(RELATED);
+    Ok((!found.is_empty()).then(|| format!("about it are {}", found.join(", "))))
+}
 
 pub(crate) fn run(args: &Explain) -> Result<u8, Failure> {
     let name = full_name(&args.name);
@@ -65,7 +88,8 @@ pub(crate) fn run(args: &Explain) -> Result<u8, Failure> {
         return Err(Failure::text(format!(
             "nothing is called `{name}`{} (see `retune list`)",
             did_you_mean(name, words)
-        )));
+        ))
+        .with_hint_of(related(name)?));
     }
     match &args.to.output {
         Some(_) => args.to.hand_over(&out)?,

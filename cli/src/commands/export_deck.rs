@@ -21,7 +21,7 @@ pub(crate) fn run(args: &Export, into: &Path) -> Result<u8, Failure> {
     }
     let places = places(&deck, &args.output)?;
     for place in &places {
-        writing::check_output(place, args.force)?;
+        writing::check_output(place, args.overwrite.force)?;
     }
     let exported = export(&deck, &model)
         .map_err(|e| Failure::lines(&e.to_string().lines().map(str::to_string).collect::<Vec<_>>()))?;

@@ -23,7 +23,7 @@ pub(crate) fn run(args: &Export) -> Result<u8, Failure> {
     let export = export_matrices(&model, &theta, how.map(|how| (nodes.as_slice(), how)))?;
     let stem = args.output.file_name().map(|n| n.to_string_lossy().into_owned());
     let Some(stem) = stem else { return Err(Failure::text("-o needs the first part of a file name, such as `wing`")) };
-    let format = args.format.format();
+    let format = args.format;
     let mut all = write(&stem, &export.matrices, &export.dofs, format).map_err(Failure::text)?;
     if let Some(recovery) = &export.recovery {
         // Its columns and rows are of two tables.
@@ -33,7 +33,7 @@ pub(crate) fn run(args: &Export) -> Result<u8, Failure> {
     }
     let folder = args.output.parent().map_or_else(PathBuf::new, PathBuf::from);
     for (name, _) in &all {
-        writing::check_output(&folder.join(name), args.force)?;
+        writing::check_output(&folder.join(name), args.overwrite.force)?;
     }
     let mut is_whole = true;
     for (name, bytes) in &all {
@@ -41,7 +41,7 @@ pub(crate) fn run(args: &Export) -> Result<u8, Failure> {
     }
     let names: Vec<String> = all.iter().map(|(name, _)| shown(&folder.join(name))).collect();
     print(&format!(
-        "wrote {}\n\nsuperelements:\n  part:{}\n",
+        "written: {}\n\nsuperelements:\n  part:{}\n",
         names.join(", "),
         entry(&stem, args, export.recovery.is_some(), export.matrices.len() > 2)
     ));
@@ -50,7 +50,7 @@ pub(crate) fn run(args: &Export) -> Result<u8, Failure> {
 
 /// The entry of a model file that uses what was written.
 fn entry(stem: &str, args: &Export, is_recovered: bool, is_damped: bool) -> String {
-    let matrix = |name: &str| match args.format.format() {
+    let matrix = |name: &str| match args.format {
         MatrixFormat::MatrixMarket => format!("{stem}_{name}.mtx"),
         MatrixFormat::Npz => format!("{stem}_{name}.npz"),
         MatrixFormat::Output4 | MatrixFormat::Output4Binary => format!("{{file: {stem}.op4, matrix: {name}}}"),
@@ -60,11 +60,11 @@ fn entry(stem: &str, args: &Export, is_recovered: bool, is_damped: bool) -> Stri
     if is_damped {
         out += &format!("\n    c: {}", matrix("C"));
     }
-    if args.format.format() != MatrixFormat::Dmig {
+    if args.format != MatrixFormat::Dmig {
         out += &format!("\n    dofs: {stem}_dofs.csv");
     }
     if is_recovered {
-        let extension = if args.format.format() == MatrixFormat::Npz { "npz" } else { "mtx" };
+        let extension = if args.format == MatrixFormat::Npz { "npz" } else { "mtx" };
         out += &format!("\n    recovery: {{matrix: {stem}_recovery_R.{extension}, dofs: {stem}_recovery_dofs.csv}}");
     }
     out
@@ -80,7 +80,7 @@ fn nodes(args: &Export, model: &Model) -> Result<Vec<usize>, Failure> {
         })
     };
     let mut nodes = Vec::new();
-    if let Some(path) = &args.test {
+    for path in &args.test {
         let (test, warnings, text) = files::test(path)?;
         warn(path, &text, &warnings);
         let mut left_out = Vec::new();

@@ -1,16 +1,16 @@
 //! `retune identify`
 
 use super::measured::{band, findings_text, has_fault, read, wrapped};
-use crate::args::{Identify, Method};
+use crate::args::Identify;
 use crate::output::{Failure, print, print_json, remarks, shown, style, warn};
 use crate::{DONE, SHORT, files, writing};
-use retune::catalogue::counted;
+use retune::catalogue::{Choice, counted};
 use retune::data::{FrfSet, Measurements, TestData, TestMode, write_test};
 use retune::identify::{Identification, IdentifyOptions, PeakOptions, SpectrumPeak, cmif, complexity, spectrum_peaks};
 use retune::report::answer;
 use retune::report::text::{Align, Cell, Style, Table, Tone, hertz};
 use retune::units::Scalar;
-use retune::update::{About, Identified, IdentifySettings, Way, Window, identify_test};
+use retune::update::{About, Identified, IdentifySettings, Method, Way, Window, identify_test};
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -23,7 +23,7 @@ const PEAKS_SHOWN: usize = 30;
 
 pub(crate) fn run(args: &Identify) -> Result<u8, Failure> {
     if let Some(output) = &args.output {
-        writing::check_output(output, args.force)?;
+        writing::check_output(output, args.overwrite.force)?;
     }
     let found = read(&args.files, &args.measurement)?;
     let is_held = found.frfs.is_none() && found.spectra.is_empty() && found.modes.is_some();
@@ -38,7 +38,7 @@ pub(crate) fn run(args: &Identify) -> Result<u8, Failure> {
             max_order: usize::from(args.order),
             ..IdentifyOptions::default()
         },
-        method: args.method.into(),
+        method: args.method,
         peak_height_db: args.peak_height,
         n_suspension: usize::from(args.suspension),
         window: match args.exponential_window.as_deref().map(window_rate).transpose()? {
@@ -46,7 +46,7 @@ pub(crate) fn run(args: &Identify) -> Result<u8, Failure> {
             Some(None) => Window::None,
             Some(Some(rate)) => Window::Rate(rate),
         },
-        repeatability: args.repeatability / 100.0,
+        repeatability: args.repeatability,
         checks_health: !args.no_health,
     };
     let is_spectrum = found.frfs.is_none() && !found.spectra.is_empty();
@@ -58,7 +58,7 @@ pub(crate) fn run(args: &Identify) -> Result<u8, Failure> {
     let model = model.transpose()?;
     let identified = identify_test(&found, &about(args), model.as_ref(), &settings)?;
     remarks(None, &identified.remarks);
-    if args.json {
+    if args.print.json {
         print_json(&answer::identified(&identified));
     } else {
         let style = style(&std::io::stdout());
@@ -86,7 +86,7 @@ pub(crate) fn run(args: &Identify) -> Result<u8, Failure> {
         if let Some(lacks) = identified.test_lacks {
             return Err(lacks.into());
         }
-        write(output, &identified.test, args.json);
+        write(output, &identified.test, args);
     }
     let is_short = has_fault(&identified.findings) || (identified.modes.is_empty() && !is_spectrum && !is_held);
     Ok(if is_short { SHORT } else { DONE })
@@ -191,18 +191,20 @@ fn peaks(all: &[(String, Vec<SpectrumPeak>)], style: &Style) -> String {
     out
 }
 
-fn write(path: &Path, test: &TestData, is_json: bool) {
-    if writing::write(path, &write_test(test)) && !is_json {
-        print(&format!("\nwritten: {}\n", shown(path)));
+fn write(path: &Path, test: &TestData, args: &Identify) {
+    if !writing::write(path, &write_test(test)) || args.print.json {
+        return;
+    }
+    let path = shown(path);
+    print(&format!("\nwritten: {path}\n"));
+    // Its sensors are points of the measurement, no nodes yet.
+    if args.model.is_none() && test.sensors.iter().any(|s| s.place.position().is_some()) {
+        print(&format!("next: `retune map MODEL {path} -o placed.yaml` finds the places of its sensors in a model\n"));
     }
 }
 
 fn head(frfs: &FrfSet, found: &Measurements) -> String {
-    let what = match frfs.quantity {
-        retune::data::FrfQuantity::Receptance => "receptance",
-        retune::data::FrfQuantity::Mobility => "mobility",
-        retune::data::FrfQuantity::Accelerance => "accelerance",
-    };
+    let what = frfs.quantity.word();
     let f = &frfs.frequencies_hz;
     format!(
         "{what}{}: {} x {}\n{} from {:.3} to {:.3} Hz{}\n\n",

@@ -1,10 +1,10 @@
 //! `retune import`
 
-use crate::args::{Import, ParametersOf, SolverOf};
+use crate::args::{Import, ParametersOf};
 use crate::output::{Failure, print, shown};
 use crate::{DONE, WRONG_INPUT, files, ledger, writing};
 use retune::deck::{Deck, DeckError, KeywordDeck, is_keyword_deck};
-use retune::exchange::{ImportOptions, Imported, Quantity, SYSTEMS, Solver, import, import_keywords};
+use retune::exchange::{ImportOptions, Imported, Quantity, SYSTEMS, import, import_keywords};
 use retune::modal::SolveOptions;
 use retune::model::{Model, ParametricModel, Registry, load, solve_modes};
 use retune::report::text::number;
@@ -62,17 +62,17 @@ fn failed(errors: &[DeckError]) -> Failure {
 
 pub(crate) fn run(args: &Import) -> Result<u8, Failure> {
     for output in args.output.iter().chain(&args.test) {
-        writing::check_output(output, args.force)?;
+        writing::check_output(output, args.overwrite.force)?;
+    }
+    if files::kind(&args.deck).is_some() {
+        return Err(Failure::text(format!("{} is a file of retune already, and no deck", shown(&args.deck))));
     }
     let deck = AnyDeck::read(&args.deck)?;
     let options = |system| ImportOptions {
         system,
         subcase: args.subcase,
         parameter_per_property: args.parameters == Some(ParametersOf::Properties),
-        solver: match args.solver {
-            SolverOf::Abaqus => Solver::Abaqus,
-            SolverOf::Calculix => Solver::CalculiX,
-        },
+        solver: args.solver,
     };
     let Some(system) = args.units else {
         let imported = deck.import(options(&SYSTEMS[0]))?;

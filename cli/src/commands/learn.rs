@@ -14,23 +14,25 @@ use retune::report::{LearningStep, answer, diagnosis, learning_steps, misfit_bef
 use std::path::{Path, PathBuf};
 
 pub(crate) fn run(args: &Learn) -> Result<u8, Failure> {
-    let outputs = Outputs { page: args.report.as_ref(), force: args.force, ..Outputs::default() };
+    let outputs = Outputs { page: args.report.as_ref(), force: args.overwrite.force, ..Outputs::default() };
     outputs.check()?;
     let step_file = |stem: &Path, step: usize| stem.with_extension(format!("{step}.yaml"));
-    let test_file = |stem: &Path, k: usize| match args.tests.len() {
+    let test_file = |stem: &Path, k: usize| match args.tests.paths.len() {
         1 => stem.with_extension("test.yaml"),
         _ => stem.with_extension(format!("test.{}.yaml", k + 1)),
     };
     if let Some(stem) = &args.output {
-        (0..=usize::from(args.limit)).try_for_each(|step| writing::check_output(&step_file(stem, step), args.force))?;
-        (0..args.tests.len()).try_for_each(|k| writing::check_output(&test_file(stem, k), args.force))?;
+        (0..=usize::from(args.limit))
+            .try_for_each(|step| writing::check_output(&step_file(stem, step), args.overwrite.force))?;
+        (0..args.tests.paths.len())
+            .try_for_each(|k| writing::check_output(&test_file(stem, k), args.overwrite.force))?;
     }
-    let all = files::tested(&args.model, &args.tests, None)?;
+    let all = files::tested(&args.model, &args.tests.paths, None)?;
     let (model, _, model_text) = files::model(&args.model, None)?;
     let tests: Vec<&TestData> = all.iter().map(|t| &t.test).collect();
     let how = args.pairing.how();
     let spinner = Spinner::new();
-    let settings = Settings { seed: args.seed, pairing: how, ..search_settings(&args.search, &spinner)? };
+    let settings = Settings { seed: args.random.seed, pairing: how, ..search_settings(&args.search, &spinner)? };
     let found = learn_from_tests(&model, &tests, &settings, args.take_best, usize::from(args.limit));
     drop(spinner);
     let learned = found?;
@@ -53,7 +55,7 @@ pub(crate) fn run(args: &Learn) -> Result<u8, Failure> {
         }
     }
     let cases: Vec<(&Model, &TestData)> = all.iter().map(|t| (&t.model, &t.test)).collect();
-    if args.json {
+    if args.print.json {
         let written: Vec<String> = written.iter().map(|p| p.display().to_string()).collect();
         print_json(&answer::learned(&learned, &written)?);
     } else {
@@ -64,9 +66,9 @@ pub(crate) fn run(args: &Learn) -> Result<u8, Failure> {
     }
     if args.report.is_some() {
         let mut data = of_learning(&cases, &learned)?;
-        about_files(&mut data, &all, &args.model, &args.tests, args.seed);
+        about_files(&mut data, &all, &args.model, &args.tests.paths, args.random.seed);
         let written = outputs.write(&data)?;
-        if !args.json {
+        if !args.print.json {
             announce(&written);
         }
     }

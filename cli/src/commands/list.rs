@@ -1,18 +1,18 @@
 //! `retune list`
 
 use crate::args::{List, ListOf};
-use crate::lists::members;
+use crate::lists::{lists, members};
 use crate::output::{Failure, print, print_json, reference_style};
 use crate::{DONE, markdown};
 use retune::report::text::{Align, Table};
 use serde_json::json;
 
 pub(crate) fn run(args: &List) -> Result<u8, Failure> {
-    if args.markdown {
-        args.to.hand_over(&markdown::page(args.of)?)?;
+    if let (true, Some(of)) = (args.markdown, args.of) {
+        args.to.hand_over(&markdown::page(of)?)?;
         return Ok(DONE);
     }
-    let rows = members(args.of)?;
+    let rows = args.of.map_or_else(|| Ok(lists()), members)?;
     if args.json {
         let members: Vec<_> = rows.iter().map(|(name, summary)| json!({"name": name, "summary": summary})).collect();
         match &args.to.output {
@@ -31,9 +31,10 @@ pub(crate) fn run(args: &List) -> Result<u8, Failure> {
     }
     print(&table.render(&reference_style()));
     match args.of {
-        ListOf::Matrices | ListOf::Units | ListOf::ExitCodes => {}
-        ListOf::Verbs => print("\n`retune VERB --help` tells more\n"),
-        _ => print("\n`retune explain NAME` tells more\n"),
+        Some(ListOf::Matrices | ListOf::Units | ListOf::ExitCodes) => {}
+        None => print("\n`retune list NAME` shows one\n"),
+        Some(ListOf::Verbs) => print("\n`retune VERB --help` tells more\n"),
+        Some(_) => print("\n`retune explain NAME` tells more\n"),
     }
     Ok(DONE)
 }

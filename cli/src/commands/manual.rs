@@ -23,7 +23,7 @@ pub(crate) fn run(args: &Manual) -> Result<u8, Failure> {
     std::fs::create_dir_all(&args.output)
         .map_err(|e| Failure::text(format!("cannot make the folder {}: {e}", shown(&args.output))))?;
     for (path, _) in &pages {
-        writing::check_output(path, args.force)?;
+        writing::check_output(path, args.overwrite.force)?;
     }
     let n = pages.iter().filter(|(path, text)| writing::write(path, text)).count();
     print(&format!("written: {} in {}\n", counted(n, "page"), shown(&args.output)));

@@ -1,6 +1,6 @@
 //! `retune map`
 
-use super::measured::{read, refuse_answers, scalar};
+use super::measured::{read, refuse_answers};
 use crate::args::Map;
 use crate::output::{Failure, print, print_json, shown, style, warn};
 use crate::{DONE, SHORT, files, writing};
@@ -14,16 +14,9 @@ use std::fmt::Write as _;
 
 pub(crate) fn run(args: &Map) -> Result<u8, Failure> {
     if let Some(output) = &args.output {
-        writing::check_output(output, args.force)?;
+        writing::check_output(output, args.overwrite.force)?;
     }
-    let options = MappingOptions {
-        tolerance: scalar("--tolerance", &args.tolerance, "m")?,
-        reach: args.reach.as_deref().map(|r| scalar("--reach", r, "m")).transpose()?,
-    };
-    let positive = |v: f64| v.is_finite() && v >= 0.0;
-    if !positive(options.tolerance) || options.reach.is_some_and(|r| !positive(r)) {
-        return Err(Failure::text("--tolerance and --reach must be zero or above"));
-    }
+    let options = MappingOptions { tolerance: args.tolerance, reach: args.reach };
     let (points, mut test) = if files::is_test(&args.test) {
         refuse_answers(&args.test, &args.measurement)?;
         let (test, warnings, text) = files::test(&args.test)?;
@@ -41,11 +34,12 @@ pub(crate) fn run(args: &Map) -> Result<u8, Failure> {
             "no sensor of the test has a position; identify with `--geometry`, or write `position:`",
         ));
     }
-    let configuration = args.configuration.clone().or_else(|| test.as_ref().and_then(|t| t.configuration.clone()));
-    let (model, warnings, text) = files::model(&args.model, configuration.as_deref())?;
-    warn(&args.model, &text, &warnings);
+    let configuration =
+        args.model.configuration.clone().or_else(|| test.as_ref().and_then(|t| t.configuration.clone()));
+    let (model, warnings, text) = files::model(&args.model.path, configuration.as_deref())?;
+    warn(&args.model.path, &text, &warnings);
     let mapping = map_points(&model, &points, options);
-    if args.json {
+    if args.print.json {
         print_json(&json_of(&mapping));
     } else {
         print(&text_of(&mapping, options.tolerance, &style(&std::io::stdout())));
@@ -55,7 +49,7 @@ pub(crate) fn run(args: &Map) -> Result<u8, Failure> {
             return Err(Failure::text("a geometry has no modes to write; give a test file"));
         };
         place_sensors(test, &mapping);
-        if writing::write(output, &write_test(test)) && !args.json {
+        if writing::write(output, &write_test(test)) && !args.print.json {
             print(&format!("\nwritten: {}\n", shown(output)));
         }
     }

@@ -1,16 +1,14 @@
 //! What the verbs on measurements share: reading files, answers to their questions, findings.
 
-use crate::args::{MatrixAxes, MeasuredQuantity, Measurement, Repeated};
+use crate::args::Measurement;
 use crate::files::{self, Kind};
 use crate::ledger;
 use crate::output::{Failure, remarks, style};
 use retune::catalogue::counted;
-use retune::data::convert::{Duplicates, LocalAxes};
-use retune::data::{Answers, FrfQuantity, FrfSet, MeasurementError, Measurements};
+use retune::data::{Answers, FrfSet, MeasurementError, Measurements};
 use retune::identify::health::{Finding, Level};
 use retune::model::Parameter;
 use retune::report::text::{Style, Tone, number, paragraph, printable};
-use retune::units::Scalar;
 use retune::update::{UpdateError, instead, with_roving_responses};
 use std::borrow::Cow;
 use std::fmt::Write as _;
@@ -31,18 +29,11 @@ pub(crate) fn read(files: &[PathBuf], args: &Measurement) -> Result<Measurements
     }
     let answers = Answers {
         units: args.units.as_deref(),
-        quantity: args.quantity.map(quantity),
+        quantity: args.quantity,
         unit: args.unit.as_deref(),
-        duplicates: match args.duplicates {
-            None => Duplicates::Ask,
-            Some(Repeated::First) => Duplicates::First,
-            Some(Repeated::Last) => Duplicates::Last,
-        },
+        duplicates: args.duplicates.unwrap_or_default(),
         frequency_unit: args.frequency_unit.as_deref(),
-        local_axes: args.local_axes.map(|axes| match axes {
-            MatrixAxes::Rows => LocalAxes::Rows,
-            MatrixAxes::Columns => LocalAxes::Columns,
-        }),
+        local_axes: args.local_axes,
         direction: args.direction.as_deref(),
         geometry_units: args.geometry_units.as_deref(),
         variables: args.variables.as_deref(),
@@ -82,21 +73,6 @@ pub(crate) fn shape_functions(found: &Measurements) -> Result<Cow<'_, FrfSet>, F
     let (set, remark) = with_roving_responses(functions(found)?);
     remarks(None, remark.as_slice());
     Ok(set)
-}
-
-/// The library's word for a quantity.
-pub(crate) fn quantity(q: MeasuredQuantity) -> FrfQuantity {
-    match q {
-        MeasuredQuantity::Receptance => FrfQuantity::Receptance,
-        MeasuredQuantity::Mobility => FrfQuantity::Mobility,
-        MeasuredQuantity::Accelerance => FrfQuantity::Accelerance,
-    }
-}
-
-/// A number with a unit from the command line: `--tolerance "5 mm"`.
-pub(crate) fn scalar(option: &str, text: &str, unit: &str) -> Result<f64, Failure> {
-    let value = Scalar::parse(text).map_err(|e| Failure::text(format!("{option}: {e}")))?;
-    value.constant_in(unit).map_err(|e| Failure::text(format!("{option}: {e}")))
 }
 
 /// The value of a parameter from the command line, SI: a plain number is in the unit that the file declares for it, and what was understood

@@ -11,8 +11,8 @@ use retune::update::name_modes;
 
 pub(crate) fn run(args: &Modes) -> Result<u8, Failure> {
     args.answer.check()?;
-    let (model, warnings, text) = files::model(&args.model, args.configuration.as_deref())?;
-    warn(&args.model, &text, &warnings);
+    let (model, warnings, text) = files::model(&args.model.path, args.model.configuration())?;
+    warn(&args.model.path, &text, &warnings);
     let theta = model.parameters().nominal();
     let options = SolveOptions { n_elastic: usize::from(args.number), shift: None };
     let modes = solve_modes(&model, &theta, options)?;

@@ -36,13 +36,13 @@ pub(crate) fn run(args: &Prepare) -> Result<u8, Failure> {
             let took = took.map_err(|e| Failure::text(format!("run {label}: {e}")))?;
             ("done", Some(took.as_secs_f64()))
         };
-        if !args.json {
+        if !args.print.json {
             let took = seconds.map_or_else(String::new, |s| format!(" in {s:.1} s"));
             print(&format!("{did}{took}: {label}\n"));
         }
         list.push(entry(run, did, seconds));
     }
-    if args.json {
+    if args.print.json {
         print_json(&json!({"folder": kept.to_string_lossy(), "runs": list}));
     } else {
         let of = runs[0].process.command().join(" ");

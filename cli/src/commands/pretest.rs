@@ -1,11 +1,9 @@
 //! `retune pretest`
 
-use super::measured::scalar;
-use crate::args::{Placement, Pretest as Arguments};
+use crate::args::Pretest as Arguments;
 use crate::output::{Failure, print, print_json, shown, style, warn};
 use crate::{DONE, files, writing};
-use retune::correlation::SensorChoice;
-use retune::data::{Sensor, write_test};
+use retune::data::{Sensor, joined, write_test};
 use retune::model::{Model, ParametricModel};
 use retune::report::answer;
 use retune::report::text::{Align, Style, Table, Tone, hertz, number, wrap};
@@ -16,39 +14,35 @@ use std::fmt::Write as _;
 const ROWS: usize = 8;
 
 pub(crate) fn run(args: &Arguments) -> Result<u8, Failure> {
-    let (model, warnings, text) = files::model(&args.model, args.configuration.as_deref())?;
-    warn(&args.model, &text, &warnings);
-    let given = match &args.test {
-        Some(path) => {
-            let (test, mut warnings, text) = files::test(path)?;
-            warnings.extend(files::check_sensors(&model, &test, path, &text)?);
-            warn(path, &text, &warnings);
-            test.sensors
-        }
-        None => Vec::new(),
-    };
-    let positive = |word: &str, text: &str| {
-        let value = scalar(word, text, "1")?;
-        if value > 0.0 { Ok(value) } else { Err(Failure::text(format!("{word} is {text}; it must be above zero"))) }
-    };
+    let (model, warnings, text) = files::model(&args.model.path, args.model.configuration())?;
+    warn(&args.model.path, &text, &warnings);
+    let mut tests = Vec::with_capacity(args.test.len());
+    for path in &args.test {
+        let (test, mut warnings, text) = files::test(path)?;
+        warnings.extend(files::check_sensors(&model, &test, path, &text)?);
+        warn(path, &text, &warnings);
+        tests.push(test);
+    }
+    // A sensor that several tests have is one.
+    let given = joined(&tests.iter().collect::<Vec<_>>()).test.sensors;
     let options = PretestOptions {
         n_modes: args.modes.map(usize::from),
         n_sensors: args.sensors.map(usize::from),
-        shape_noise: positive("--noise-shape", &args.noise_shape)?,
-        frequency_noise: positive("--noise-frequency", &args.noise_frequency)?,
+        shape_noise: args.noise_shape,
+        frequency_noise: args.noise_frequency,
     };
     if let Some(output) = &args.output {
-        writing::check_output(output, args.force)?;
+        writing::check_output(output, args.overwrite.force)?;
     }
     let plan = pretest(&model, &given, &options)?;
-    if args.json {
-        print_json(&answer::pretest(&plan, &choices(&plan, args.by)));
+    if args.print.json {
+        print_json(&answer::pretest(&plan, &plan.choices(args.by)));
     } else {
         print(&as_text(&plan, args, &style(&std::io::stdout())));
     }
     if let Some(output) = &args.output
         && writing::write(output, &planned(&plan, args, &model, given)?)
-        && !args.json
+        && !args.print.json
     {
         print(&format!("\nwritten: {}\n", shown(output)));
     }
@@ -58,7 +52,7 @@ pub(crate) fn run(args: &Arguments) -> Result<u8, Failure> {
 /// A test file with the sensors that are there and those that were chosen, and the modes that the model predicts at them.
 fn planned(plan: &Pretest, args: &Arguments, model: &Model, given: Vec<Sensor>) -> Result<String, Failure> {
     // The first way is that of effective independence.
-    let chosen = choices(plan, args.by);
+    let chosen = plan.choices(args.by);
     let mut sensors = given;
     for &candidate in chosen.first().map_or(&[][..], |(_, choice)| &choice.kept) {
         let sensor = &plan.candidates[candidate];
@@ -67,20 +61,13 @@ fn planned(plan: &Pretest, args: &Arguments, model: &Model, given: Vec<Sensor>) 
         }
     }
     let options = TwinOptions { n_modes: plan.modes.len(), ..TwinOptions::default() };
-    let file = args.model.file_name().map(|f| f.to_string_lossy().into_owned()).unwrap_or_default();
+    let file = args.model.path.file_name().map(|f| f.to_string_lossy().into_owned()).unwrap_or_default();
     let origin = format!("predicted by `retune pretest` from {} ({file}), not measured", model.spec().name);
     let mut test = twin_modes(model, &model.parameters().nominal(), &sensors, &options, &origin)?;
     test.name = format!("{} (planned)", model.spec().name);
     test.description = format!("SYNTHETIC: every number was {origin}");
-    test.configuration.clone_from(&args.configuration);
+    test.configuration.clone_from(&args.model.configuration);
     Ok(write_test(&test))
-}
-
-/// The choices that are asked for.
-fn choices(plan: &Pretest, by: Option<Placement>) -> Vec<(&'static str, &SensorChoice)> {
-    let ways = [Placement::EffectiveIndependence, Placement::AutoMac, Placement::KineticEnergy];
-    let all = ways.into_iter().zip(plan.choices());
-    all.filter(|(way, _)| by.is_none_or(|by| by == *way)).map(|(_, choice)| choice).collect()
 }
 
 fn as_text(plan: &Pretest, args: &Arguments, style: &Style) -> String {
@@ -108,7 +95,7 @@ fn as_text(plan: &Pretest, args: &Arguments, style: &Style) -> String {
         out += "x ... about z: effective mass, as a share of the whole\n";
     }
     let _ = writeln!(out, "\n{}", style.paint(Tone::Strong, "Sensors"));
-    for (method, choice) in choices(plan, args.by) {
+    for (method, choice) in plan.choices(args.by) {
         let names: Vec<&str> = choice.kept.iter().map(|&c| name(c)).collect();
         let text = format!(
             "{method}: {} (largest MAC between two modes {:.2})",
@@ -120,7 +107,7 @@ fn as_text(plan: &Pretest, args: &Arguments, style: &Style) -> String {
         }
     }
     if let Some((off, n)) = plan.given {
-        let _ = writeln!(out, "the {n} sensors of the test: largest MAC between two modes {off:.2}");
+        let _ = writeln!(out, "the {n} sensors given: largest MAC between two modes {off:.2}");
     }
     let _ = writeln!(out, "\n{}", style.paint(Tone::Strong, "Exciter"));
     for (modes, points) in &plan.exciters {
@@ -144,7 +131,7 @@ fn as_text(plan: &Pretest, args: &Arguments, style: &Style) -> String {
         out += "\nno parameter has bounds, so no sensor can tell anything of them\n";
         return out;
     }
-    let beside = if plan.given.is_some() { "those of the test" } else { "those of effective independence" };
+    let beside = if plan.given.is_some() { "those given" } else { "those of effective independence" };
     let _ = writeln!(out, "\n{}", style.paint(Tone::Strong, &format!("One more sensor beside {beside}")));
     let mut table = Table::new([
         ("at", Align::Left),

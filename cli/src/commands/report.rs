@@ -1,17 +1,18 @@
 //! `retune report`
 
+use super::diagnose::warn_of_tests;
 use super::measured;
 use crate::args::{Report, WhenLive};
-use crate::output::{Failure, print, style, warn};
+use crate::output::{Failure, print, style};
 use crate::page::{Outputs, announce, provenance};
 use crate::{DONE, files};
-use retune::data::{TestData, corrected_functions};
-use retune::diagnosis::{Settings, diagnose};
+use retune::data::{TestData, corrected_functions, joined};
+use retune::diagnosis::{Settings, diagnose, diagnose_tests};
 use retune::model::{Model, ParametricModel};
 use retune::report::data::ReportData;
 use retune::report::{
-    Case, LearningStep, add_before, add_diagnosis, add_learning, add_parameters, add_responses, assess_paired, live,
-    live_unasked, misfit_before_any_fit, of_comparison, steps, text,
+    Case, LearningStep, add_before, add_diagnosis, add_learning, add_parameters, add_responses, assess_paired, json,
+    live, live_unasked, misfit_before_any_fit, of_comparison, steps, text,
 };
 use retune::update::Assessment;
 use std::path::{Path, PathBuf};
@@ -19,43 +20,43 @@ use std::path::{Path, PathBuf};
 pub(crate) fn run(args: &Report) -> Result<u8, Failure> {
     let outputs = Outputs {
         page: args.output.as_ref(),
-        json: args.json.as_ref(),
+        json: args.data.as_ref(),
         svg: args.svg.as_ref(),
         vtk: args.vtk.as_ref(),
-        force: args.force,
+        force: args.overwrite.force,
     };
     outputs.check()?;
-    let (mut test, mut test_warnings, test_text) = files::test(&args.test)?;
-    let (model, warnings, model_text) =
-        files::tested_model(&args.model, args.configuration.as_deref(), (&mut test, &args.test, &test_text))?;
-    test_warnings.extend(files::check_sensors(&model, &test, &args.test, &test_text)?);
-    warn(&args.model, &model_text, &warnings);
-    warn(&args.test, &test_text, &test_warnings);
+    let all = files::tested(&args.model.path, &args.tests.paths, args.model.configuration())?;
+    let (model, test) = (&all[0].model, &all[0].test);
+    let tests: Vec<&TestData> = all.iter().map(|t| &t.test).collect();
+    let together = joined(&tests).test;
 
     let how = args.pairing.how();
-    let assessment = assess_paired(&model, &model.parameters().nominal(), &test, &how)?;
-    let case = Case { model: &model, test: &test, assessment: &assessment };
+    let assessment = assess_paired(model, &model.parameters().nominal(), test, &how)?;
+    let case = Case { model, test, assessment: &assessment };
     let mut data = of_comparison(case)?;
-    data.meta.warnings.extend(warnings.iter().chain(&test_warnings).map(|p| p.message.clone()));
-    let mut read: Vec<(&str, PathBuf)> = vec![("model", args.model.clone()), ("test", args.test.clone())];
+    warn_of_tests(&mut data, &all, "The page is about");
+    let mut read: Vec<(&str, PathBuf)> = vec![("model", args.model.path.clone())];
+    read.extend(args.tests.paths.iter().map(|path| ("test", path.clone())));
 
     let learned = args.learn.as_deref().map(history_of).transpose()?;
     let versions: &[PathBuf] = match &learned {
         Some(History::Versions(list)) => list,
         _ => &args.history,
     };
-    let earlier = versions.iter().map(|path| version(args, path, &test)).collect::<Result<Vec<_>, _>>()?;
+    let earlier = versions.iter().map(|path| version(args, path, test)).collect::<Result<Vec<_>, _>>()?;
     read.extend(versions.iter().map(|path| ("earlier version", path.clone())));
     if let Some((_, first, before)) = earlier.first() {
-        add_before(&mut data, first, before, &test);
-        add_parameters(&mut data, first, &model);
+        add_before(&mut data, first, before, test);
+        add_parameters(&mut data, first, model);
         let all = earlier.iter().map(|(name, _, a)| (name.as_str(), a));
-        let now = name(&args.model);
+        let now = name(&args.model.path);
         let list: Vec<(&str, &Assessment)> = all.chain([(now.as_str(), &assessment)]).collect();
-        data.steps = Some(steps(&list, &test));
+        data.steps = Some(steps(&list, test));
     }
     if let Some(History::Steps(list)) = &learned {
-        add_learning(&mut data, &model, &test, list, misfit_before_any_fit(&[(&model, &test)])?);
+        let cases: Vec<(&Model, &TestData)> = all.iter().map(|t| (&t.model, &t.test)).collect();
+        add_learning(&mut data, model, &together, list, misfit_before_any_fit(&cases)?);
         read.extend(args.learn.iter().map(|path| ("history of learning", path.clone())));
     }
     let mut diagnosis = match &learned {
@@ -63,12 +64,16 @@ pub(crate) fn run(args: &Report) -> Result<u8, Failure> {
         _ => None,
     };
     if args.diagnose {
-        let settings = Settings { seed: args.seed, pairing: how, ..Settings::default() };
-        let found = diagnose(&model, &test, &settings)?;
-        add_diagnosis(&mut data, &found, &model, &test);
+        let settings = Settings { seed: args.random.seed, pairing: how, ..Settings::default() };
+        let found = match tests.as_slice() {
+            [test] => diagnose(model, test, &settings)?,
+            // Each is met in the configuration that it names.
+            _ => diagnose_tests(&files::model(&args.model.path, None)?.0, &tests, &settings)?,
+        };
+        add_diagnosis(&mut data, &found, model, &together);
         diagnosis = Some(found);
     }
-    if outputs.page.or(outputs.json).is_some() {
+    if args.json || outputs.page.or(outputs.json).is_some() {
         let hypotheses = diagnosis.as_ref().map_or(&[][..], |d| &d.hypotheses);
         let first = earlier.first().map(|e| &e.1);
         data.live = match args.live {
@@ -80,7 +85,7 @@ pub(crate) fn run(args: &Report) -> Result<u8, Failure> {
             }
         };
     }
-    let before = earlier.first().map(|(_, model, a)| Case { model, test: &test, assessment: a });
+    let before = earlier.first().map(|(_, model, a)| Case { model, test, assessment: a });
     if let (Some(set), true) = (&test.frfs, args.frf.is_empty()) {
         let origin = test.modes.first().map_or("measured", |m| m.origin.word());
         add_responses(&mut data, case, before, set, origin)?;
@@ -93,9 +98,11 @@ pub(crate) fn run(args: &Report) -> Result<u8, Failure> {
         read.extend(args.frf.iter().map(|path| ("frequency responses", path.clone())));
     }
     let read: Vec<(&str, &Path)> = read.iter().map(|(role, path)| (*role, path.as_path())).collect();
-    provenance(&mut data, &read, args.diagnose.then_some(args.seed));
+    provenance(&mut data, &read, args.diagnose.then_some(args.random.seed));
     let written = outputs.write(&data)?;
-    if written.is_empty() {
+    if args.json {
+        print(&json(&data)?);
+    } else if written.is_empty() {
         print(&text::summary(&data, &style(&std::io::stdout())));
     } else {
         say_verdict(&data);
@@ -155,7 +162,7 @@ fn history_of(path: &Path) -> Result<History, Failure> {
 
 /// An earlier version with its name and its comparison.
 fn version(args: &Report, path: &Path, test: &TestData) -> Result<(String, Model, Assessment), Failure> {
-    let configuration = args.configuration.as_deref().or(test.configuration.as_deref());
+    let configuration = args.model.configuration().or(test.configuration.as_deref());
     let (model, ..) = files::model(path, configuration)?;
     let assessment = assess_paired(&model, &model.parameters().nominal(), test, &args.pairing.how())?;
     Ok((name(path), model, assessment))

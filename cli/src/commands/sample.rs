@@ -1,6 +1,6 @@
 //! `retune sample`
 
-use super::update::{objective, reduced_text, tolerance};
+use super::update::{objective, reduced_text};
 use crate::args::Sample;
 use crate::interrupt::{before_search, stop_flag};
 use crate::output::{self, Failure, print, print_json, style};
@@ -16,23 +16,24 @@ use std::fmt::Write as _;
 
 pub(crate) fn run(args: &Sample) -> Result<u8, Failure> {
     before_search(BEFORE);
-    let all = files::tested(&args.model, &args.tests, args.configuration.as_deref())?;
+    let all = files::tested(&args.model.path, &args.tests.paths, args.model.configuration())?;
     let settings = Settings {
-        objective: objective(args.objective.as_deref())?,
+        objective: objective(args.search.objective.as_deref())?,
         pairing: args.pairing.how(),
-        reduced: tolerance(args.reduced)?,
+        reduced: args.search.reduced,
         ..Settings::default()
     };
     if let Some(output) = &args.output {
-        writing::check_output(output, args.force)?;
+        writing::check_output(output, args.overwrite.force)?;
     }
     let cases: Vec<TestCase<'_>> = all.iter().map(|t| TestCase { model: &t.model, test: &t.test }).collect();
-    let sampler = Tmcmc { n_samples: args.samples as usize, seed: args.seed, cancel: stop_flag(), ..Tmcmc::default() };
+    let sampler =
+        Tmcmc { n_samples: args.samples as usize, seed: args.random.seed, cancel: stop_flag(), ..Tmcmc::default() };
     let sampled = sample_posterior(&cases, &settings, &sampler)?;
     let model = &all[0].model;
     let table = table(&sampled.posterior, model);
     let written = args.output.as_ref().filter(|output| writing::write(output, &table));
-    if args.json {
+    if args.print.json {
         print_json(&answer::sampled(&sampled, model));
         return Ok(DONE);
     }

@@ -43,6 +43,12 @@ fn about(of: SchemaOf) -> (&'static str, &'static str, &'static str) {
             "Keys of a profile file",
             "A list of criteria profiles for `retune compare --profile FILE.yaml:NAME`. The built-in ones are [examples](profiles.md).",
         ),
+        SchemaOf::Patch => (
+            "patch",
+            "Keys of a patch",
+            "A patch is a partial model file that `retune twin --patch` lays over a model: maps are merged key by key, anything else is \
+             replaced. Its keys are those of a [model file](model-file.md).",
+        ),
         SchemaOf::Optimizer => (
             "optimizer",
             "Settings of optimisers",

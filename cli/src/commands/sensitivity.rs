@@ -1,6 +1,5 @@
 //! `retune sensitivity`
 
-use super::measured::scalar;
 use crate::args::Sensitivity as Arguments;
 use crate::output::{Failure, print, style, warn};
 use crate::{DONE, files};
@@ -11,49 +10,76 @@ use retune::modal::{SolveOptions, solve};
 use retune::model::{Model, ParametricModel};
 use retune::objective::starting_point;
 use retune::report::answer;
-use retune::report::text::{Align, Cell, Style, Table, Tone, agreement, number};
+use retune::report::text::{Align, Cell, Style, Table, Tone, agreement, number, printable};
 use retune::update::{
     FrfSensitivity, MASS_ROWS, Sensitivities, SensitivityOptions, frf_sensitivities, node_sensors, sensitivities,
 };
 use serde_json::{Value, json};
 use std::fmt::Write as _;
+use std::path::PathBuf;
 
 /// Lines of the functions, over the band of the modes.
 const LINES: usize = 201;
 
 pub(crate) fn run(args: &Arguments) -> Result<u8, Failure> {
     args.answer.check()?;
-    let (model, test) = match &args.test {
-        Some(path) => {
-            let (mut test, mut warnings, text) = files::test(path)?;
-            let (model, model_warnings, model_text) =
-                files::tested_model(&args.model, args.configuration.as_deref(), (&mut test, path, &text))?;
-            warnings.extend(files::check_sensors(&model, &test, path, &text)?);
-            warn(&args.model, &model_text, &model_warnings);
-            warn(path, &text, &warnings);
-            (model, test)
-        }
-        None => {
-            let (model, warnings, text) = files::model(&args.model, args.configuration.as_deref())?;
-            warn(&args.model, &text, &warnings);
-            let sensors = node_sensors(&model);
-            (model, TestData { sensors, ..TestData::default() })
-        }
-    };
-    let damping = scalar("--damping", &args.damping, "1")?;
-    if !(damping > 0.0 && damping < 1.0) {
-        return Err(Failure::text(format!("--damping is {}; it must be above zero and below 1", args.damping)));
-    }
+    let cases = cases(args)?;
     let n_modes = usize::from(args.modes);
-    let found = sensitivities(&model, &test, SensitivityOptions { n_modes })?;
-    let functions = functions(&model, &test, &found, damping)?;
+    let (mut texts, mut values) = (Vec::new(), Vec::new());
+    for (model, test) in &cases {
+        let found = sensitivities(model, test, SensitivityOptions { n_modes })?;
+        let functions = functions(model, test, &found, args.damping)?;
+        if args.answer.needs_json() {
+            values.push(as_json(&found, &functions));
+        }
+        let head = if cases.len() > 1 {
+            format!(
+                "test   {}
+
+",
+                printable(&test.name)
+            )
+        } else {
+            String::new()
+        };
+        texts.push(head + &as_text(&found, &functions, &style(&std::io::stdout())));
+    }
     if args.answer.needs_json() {
-        args.answer.give(&as_json(&found, &functions));
+        match values.as_slice() {
+            [value] => args.answer.give(value),
+            _ => args.answer.give(&json!({ "tests": values })),
+        }
     }
     if !args.answer.json {
-        print(&as_text(&found, &functions, &style(&std::io::stdout())));
+        print(&texts.join(
+            "
+",
+        ));
     }
     Ok(DONE)
+}
+
+/// The model with each test, in the configuration that it names; without a test, with a sensor at every node.
+fn cases(args: &Arguments) -> Result<Vec<(Model, TestData)>, Failure> {
+    let (path, configuration) = (&args.model.path, args.model.configuration());
+    if args.tests.is_empty() {
+        let (model, warnings, text) = files::model(path, configuration)?;
+        warn(path, &text, &warnings);
+        let sensors = node_sensors(&model);
+        return Ok(vec![(model, TestData { sensors, ..TestData::default() })]);
+    }
+    let one = |(i, test_path): (usize, &PathBuf)| {
+        let (mut test, mut warnings, text) = files::test(test_path)?;
+        let (model, model_warnings, model_text) =
+            files::tested_model(path, configuration, (&mut test, test_path, &text))?;
+        warnings.extend(files::check_sensors(&model, &test, test_path, &text)?);
+        if i == 0 {
+            warn(path, &model_text, &model_warnings);
+        }
+        warn(test_path, &text, &warnings);
+        Ok((model, test))
+    };
+    args.tests.iter().enumerate().map(one).collect()
 }
 
 /// Functions from the liveliest sensor to all, from half the first to 1.1 times the last frequency.

@@ -1,7 +1,7 @@
 //! `retune twin`
 
-use super::measured::{band, parameter_value, quantity, scalar};
-use crate::args::{MeasuredQuantity, Twin};
+use super::measured::{band, parameter_value};
+use crate::args::Twin;
 use crate::output::{Failure, print, print_json, shown, warn};
 use crate::{DONE, files, writing};
 use retune::catalogue::counted;
@@ -9,23 +9,24 @@ use retune::catalogue::did_you_mean;
 use retune::correlation::sensor_position;
 use retune::data::convert::{frf_file, geometry_file};
 use retune::data::uff::{self, Dataset, Storage, UniversalFile};
-use retune::data::{FrfSet, Geometry, Point, Sensor, csv, write_test};
+use retune::data::{FrfQuantity, FrfSet, Geometry, Point, Sensor, csv, write_test};
 use retune::model::{Model, ParametricModel, Registry};
 use retune::report::answer;
 use retune::update::{TwinFault, TwinFrfOptions, TwinOptions, TwinStory, node_sensors, twin_frfs, twin_modes};
+use retune::yaml::SourceMap;
 use std::path::Path;
 
 pub(crate) fn run(args: &Twin) -> Result<u8, Failure> {
     for output in args.output.iter().chain(&args.frf) {
-        writing::check_output(output, args.force)?;
+        writing::check_output(output, args.overwrite.force)?;
     }
     if args.output.is_none() && args.frf.is_none() {
         return Err(Failure::text(
             "nothing to write: give `-o TEST.yaml` for modes, `--frf FILE.unv` for functions, or both",
         ));
     }
-    let (mut model, warnings, text) = files::model(&args.model, args.configuration.as_deref())?;
-    warn(&args.model, &text, &warnings);
+    let (mut model, warnings, text) = files::model(&args.model.path, args.model.configuration())?;
+    warn(&args.model.path, &text, &warnings);
     if let Some(patch) = &args.patch {
         model = patched(&model, patch)?;
     }
@@ -41,31 +42,31 @@ pub(crate) fn run(args: &Twin) -> Result<u8, Failure> {
     let options = TwinOptions {
         n_modes: usize::from(args.modes),
         band_hz: band(args.band.as_deref())?,
-        frequency_noise: scalar("--noise-frequency", &args.noise_frequency, "1")?,
-        damping: args.damping.as_deref().map(|text| scalar("--damping", text, "1")).transpose()?,
-        damping_noise: scalar("--noise-damping", &args.noise_damping, "1")?,
-        shape_noise: scalar("--noise-shape", &args.noise_shape, "1")?,
+        frequency_noise: args.noise_frequency.value,
+        damping: args.damping,
+        damping_noise: args.noise_damping.value,
+        shape_noise: args.noise_shape.value,
         faults: args.fault.iter().map(|f| f.parse()).collect::<Result<Vec<TwinFault>, _>>()?,
-        seed: args.seed,
+        seed: args.random.seed,
     };
     let name = |path: &Path| path.file_name().map(|f| f.to_string_lossy().into_owned()).unwrap_or_default();
-    let (file, patch) = (name(&args.model), args.patch.as_deref().map(name));
+    let (file, patch) = (name(&args.model.path), args.patch.as_deref().map(name));
     let story = TwinStory {
         model: &model.spec().name,
         file: &file,
         patch: patch.as_deref(),
         set: &args.set,
         faults: &args.fault,
-        noise_frequency: &args.noise_frequency,
-        noise_shape: &args.noise_shape,
-        seed: args.seed,
+        noise_frequency: &args.noise_frequency.text,
+        noise_shape: &args.noise_shape.text,
+        seed: args.random.seed,
     };
     let source = story.text();
     let mut summary = Vec::new();
     let mut n_modes = None;
     if let Some(output) = &args.output {
         let mut test = twin_modes(&model, &theta, &sensors, &options, &source)?;
-        story.sign(&mut test, args.configuration.as_deref());
+        story.sign(&mut test, args.model.configuration());
         n_modes = Some(test.modes.len());
         if writing::write(output, &write_test(&test)) {
             summary.push(format!(
@@ -88,8 +89,8 @@ pub(crate) fn run(args: &Twin) -> Result<u8, Failure> {
             counted(set.n_lines(), "line")
         ));
     }
-    if args.json {
-        print_json(&answer::twin(n_modes, n_functions, sensors.len(), args.seed, &source));
+    if args.print.json {
+        print_json(&answer::twin(n_modes, n_functions, sensors.len(), args.random.seed, &source));
     } else {
         print(&format!("{}\n", summary.join("\n")));
     }
@@ -99,7 +100,8 @@ pub(crate) fn run(args: &Twin) -> Result<u8, Failure> {
 fn patched(model: &Model, path: &Path) -> Result<Model, Failure> {
     let text = files::read(path)?;
     let spec = model.spec().overlaid(&text).map_err(|p| Failure::problems(path, &text, &p))?;
-    let (model, _) = Model::new(spec, &Registry::builtin()).map_err(|p| Failure::problems(path, "", &p))?;
+    let (model, _) = Model::new(spec, &Registry::builtin())
+        .map_err(|p| Failure::problems(path, &text, &SourceMap::of(&text).place(p)))?;
     Ok(model)
 }
 
@@ -129,17 +131,23 @@ fn functions(
         return Err(Failure::text("functions need a band: give `--band LOW HIGH`"));
     };
     let n = usize::from(args.lines);
-    let exciters = if args.exciter.is_empty() {
+    let exciters: Vec<String> = if args.exciter.is_empty() {
         sensors.first().map(|s| s.name.clone()).into_iter().collect()
     } else {
         args.exciter.clone()
     };
+    if args.exciter.is_empty() && sensors.len() > 1 {
+        note!(
+            "the force acts at {}, the first sensor, and leaves still what it does not move; `--exciter` chooses",
+            exciters.join("")
+        );
+    }
     let frf = TwinFrfOptions {
         lines_hz: (0..n).map(|k| low + (high - low) * k as f64 / (n - 1) as f64).collect(),
         exciters,
-        quantity: args.quantity.map_or(quantity(MeasuredQuantity::Accelerance), quantity),
-        force_noise: scalar("--noise-force", &args.noise_force, "1")?,
-        response_noise: scalar("--noise-response", &args.noise_response, "1")?,
+        quantity: args.quantity.unwrap_or(FrfQuantity::Accelerance),
+        force_noise: args.noise_force.value,
+        response_noise: args.noise_response.value,
         n_averages: usize::from(args.averages),
     };
     Ok(twin_frfs(model, theta, sensors, options, &frf)?)

@@ -2,7 +2,7 @@
 
 use super::compare::summary;
 use super::measured::findings_text;
-use crate::args::{Cost, Update};
+use crate::args::Update;
 use crate::interrupt::{before_search, stop_flag};
 use crate::output::{Failure, mac_matrix, pairs, print, print_json, shown, style};
 use crate::page::{Outputs, announce, provenance};
@@ -15,7 +15,7 @@ use retune::optim::{Checkpoint, OptimizerSpec};
 use retune::report::answer;
 use retune::report::text::{cost_history, printable};
 use retune::update::{
-    self, Assessment, Controls, ObjectiveSpec, ReducedSearch, Settings, TestCase, UnpairedMode, update_to_tests,
+    Assessment, Controls, ObjectiveSpec, ReducedSearch, Settings, TestCase, UnpairedMode, update_to_tests,
 };
 use std::path::Path;
 
@@ -31,28 +31,24 @@ const BEFORE: &str = "stopped before the search began: nothing was evaluated yet
 
 pub(crate) fn run(args: &Update) -> Result<u8, Failure> {
     before_search(BEFORE);
-    let mut all = files::tested(&args.model, &args.tests, args.configuration.as_deref())?;
+    let mut all = files::tested(&args.model.path, &args.tests.paths, args.model.configuration())?;
     for tested in &mut all {
         tested.model = files::loaded(tested.model.clone(), &tested.test, args.loading.sensor_masses)?;
     }
-    let objective = objective(args.objective.as_deref())?;
+    let objective = objective(args.search.objective.as_deref())?;
     if let Some(output) = &args.output {
         // New values may be longer than the old ones.
-        writing::check_room(output, args.force, all[0].model_text.len() + 4096)?;
+        writing::check_room(output, args.overwrite.force, all[0].model_text.len() + 4096)?;
     }
-    let outputs = Outputs { page: args.report.as_ref(), force: args.force, ..Outputs::default() };
+    let outputs = Outputs { page: args.report.as_ref(), force: args.overwrite.force, ..Outputs::default() };
     outputs.check()?;
     let settings = Settings {
-        cost: match args.cost {
-            Cost::LeastSquares => update::Cost::LeastSquares,
-            Cost::Paper => update::Cost::Paper,
-            Cost::Frequencies => update::Cost::Frequencies,
-        },
+        cost: args.cost,
         pairing: args.pairing.how(),
         optimizer: args.optimizer.as_deref().map(optimizer).transpose()?,
-        seed: args.seed,
+        seed: args.random.seed,
         objective,
-        reduced: tolerance(args.reduced)?,
+        reduced: args.search.reduced,
     };
     if let Some(path) = &args.checkpoint {
         writing::reserve(path)?;
@@ -78,7 +74,7 @@ pub(crate) fn run(args: &Update) -> Result<u8, Failure> {
     }
     let mut assessed: Vec<(&Assessment, &Assessment)> = vec![(&u.before, &u.after)];
     assessed.extend(u.further.iter().map(|f| (&f.before, &f.after)));
-    if args.json {
+    if args.print.json {
         let tests: Vec<&TestData> = all.iter().map(|t| &t.test).collect();
         print_json(&answer::updated(&u, &tests));
     } else {
@@ -140,12 +136,12 @@ pub(crate) fn run(args: &Update) -> Result<u8, Failure> {
             data.meta.warnings.push(format!("The fit is to {n} tests; modes, pairs and steps show the first."));
         }
         data.meta.warnings.extend(u.optimum.warnings.iter().map(ToString::to_string));
-        let read: Vec<(&str, &Path)> = std::iter::once(("model", args.model.as_path()))
-            .chain(args.tests.iter().map(|path| ("test", path.as_path())))
+        let read: Vec<(&str, &Path)> = std::iter::once(("model", args.model.path.as_path()))
+            .chain(args.tests.paths.iter().map(|path| ("test", path.as_path())))
             .collect();
-        provenance(&mut data, &read, Some(args.seed));
+        provenance(&mut data, &read, Some(args.random.seed));
         let written = outputs.write(&data)?;
-        if !args.json {
+        if !args.print.json {
             announce(&written);
         }
     }
@@ -162,16 +158,6 @@ pub(crate) fn run(args: &Update) -> Result<u8, Failure> {
         );
     }
     Ok(if lost == 0 && u.optimum.cost.is_finite() { DONE } else { SHORT })
-}
-
-/// A tolerance of reduced models.
-pub(crate) fn tolerance(given: Option<f64>) -> Result<Option<f64>, Failure> {
-    match given {
-        Some(t) if !(1e-9..=0.1).contains(&t) => {
-            Err(Failure::text(format!("--reduced: a relative error of frequencies from 1e-9 to 0.1, not {t}")))
-        }
-        given => Ok(given),
-    }
 }
 
 /// What reduced models had to do with a result.

@@ -26,15 +26,12 @@ pub enum LocalAxes {
     Columns,
 }
 
-impl LocalAxes {
-    /// As it is written in options.
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Rows => "rows",
-            Self::Columns => "columns",
-        }
-    }
+crate::catalogue::choice! { LocalAxes, "part of a matrix";
+    Rows "rows" "Rows",
+    Columns "columns" "Columns, as LMS and Simcenter Test.Lab write them",
+}
 
+impl LocalAxes {
     pub(super) fn other(self) -> Self {
         match self {
             Self::Rows => Self::Columns,

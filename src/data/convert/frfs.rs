@@ -9,7 +9,7 @@ use super::grid::{GridOf, check, common};
 use super::options::{Duplicates, FrfOptions};
 use super::spectra::spectrum;
 use super::units::{Question, UnitSystem, UnitsFrom, agreed, force_unit, note, ratio_unit, response_unit, units_at};
-use crate::catalogue::counted;
+use crate::catalogue::{Choice, counted};
 use crate::data::uff::{Dataset, Function, Level, Note, Ordinate, UniversalFile};
 use crate::data::{Channel, FrfQuantity, FrfSet, Point, Spectrum};
 use crate::linalg::Complex;
@@ -88,16 +88,16 @@ pub fn frfs(files: &[&UniversalFile], options: &FrfOptions) -> Result<FrfImport,
         if !matches!(options.units, UnitsFrom::System(_)) {
             return Err(ConvertError::Contradiction {
                 option: "quantity",
-                wanted: word(wanted).to_owned(),
-                said: format!("{} (data type {}{})", word(*own), f.axes[1].data_type, labelled(&f.axes[1].units)),
+                wanted: wanted.word().to_owned(),
+                said: format!("{} (data type {}{})", own.word(), f.axes[1].data_type, labelled(&f.axes[1].units)),
                 remedy: format!(
                     "leave the option out, or, where the file is wrong, state the units too: `--units SI --quantity {}`",
-                    word(wanted)
+                    wanted.word()
                 ),
             });
         }
         let seen = format!("functions that say they are {}", kinds_in_words(&kinds));
-        notes.push(note(Level::Warning, 58, seen, format!("they are read as {}, as the options say", word(wanted))));
+        notes.push(note(Level::Warning, 58, seen, format!("they are read as {}, as the options say", wanted.word())));
         for s in &mut stated {
             s.3 = None;
         }
@@ -111,7 +111,7 @@ pub fn frfs(files: &[&UniversalFile], options: &FrfOptions) -> Result<FrfImport,
         ask(Question {
             option: "quantity",
             text: text.to_owned(),
-            answers: ["receptance", "mobility", "accelerance"].map(String::from).to_vec(),
+            answers: FrfQuantity::ALL.iter().map(|(_, word, _)| (*word).to_string()).collect(),
         });
     }
     let quantity =
@@ -207,18 +207,14 @@ pub fn frfs(files: &[&UniversalFile], options: &FrfOptions) -> Result<FrfImport,
     Ok(FrfImport { frfs: set.frfs, spectra, notes })
 }
 
-fn word(quantity: FrfQuantity) -> &'static str {
-    ["receptance", "mobility", "accelerance"][quantity.order() as usize]
-}
-
 fn is_same_system(a: &UnitSystem, b: &UnitSystem) -> bool {
     const AGREE: f64 = 1e-3;
     (a.length / b.length - 1.0).abs() < AGREE && (a.force / b.force - 1.0).abs() < AGREE
 }
 
 fn kinds_in_words(orders: &BTreeSet<i32>) -> String {
-    let words = [FrfQuantity::Receptance, FrfQuantity::Mobility, FrfQuantity::Accelerance];
-    let list: Vec<&str> = words.into_iter().filter(|q| orders.contains(&q.order())).map(word).collect();
+    let members = FrfQuantity::ALL.iter().filter(|(q, ..)| orders.contains(&q.order()));
+    let list: Vec<&str> = members.map(|(_, word, _)| *word).collect();
     list.join(" and ")
 }
 

@@ -9,6 +9,7 @@
 
 use super::frame::{Frame, LocalAxes, PlacedNode, Reading, Vector, Why, cross, dot, minus, reading, unit};
 use super::units::note;
+use crate::catalogue::Choice;
 use crate::catalogue::counted;
 use crate::data::uff::{Dataset, Level, Node, Note, PartSystem, UniversalFile};
 use std::collections::{BTreeMap, BTreeSet};

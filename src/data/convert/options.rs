@@ -20,6 +20,12 @@ pub enum Duplicates {
     Last,
 }
 
+crate::catalogue::choice! { Duplicates, "rule";
+    Ask "ask" "None counts: it is asked",
+    First "first" "The first",
+    Last "last" "The last",
+}
+
 /// Answers to what files may leave open.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct FrfOptions {

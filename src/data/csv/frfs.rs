@@ -3,6 +3,7 @@
 use super::header::{Part, frequency_column, part_name, radians};
 use super::names::{channel, ends, label};
 use super::{CsvError, Row, Sheet};
+use crate::catalogue::Choice;
 use crate::data::convert::{ConvertError, Duplicates, Question, is_too_sparse, ratio_unit};
 use crate::data::uff::{Abscissa, Axis, Entity, Function, Ordinate, Precision, Storage};
 use crate::data::{Channel, FrfQuantity, FrfSet};
@@ -104,11 +105,10 @@ pub fn read_frfs(bytes: &[u8], options: &CsvFrfOptions) -> Result<(FrfSet, Vec<S
     check_partners(&sheet, &columns)?;
     let (quantity, scales) = scales(&sheet, units.as_ref(), &columns, options)?;
     if let Some(wanted) = options.quantity.filter(|q| *q != quantity) {
-        let word = |q: FrfQuantity| ["receptance", "mobility", "accelerance"][q.order() as usize];
         return Err(ConvertError::Contradiction {
             option: "quantity",
-            wanted: word(wanted).to_owned(),
-            said: format!("{} by its units", word(quantity)),
+            wanted: wanted.word().to_owned(),
+            said: format!("{} by its units", quantity.word()),
             remedy: "leave the option out, or correct the units in the table".to_owned(),
         }
         .into());

@@ -6,7 +6,7 @@ use crate::data::convert::{Duplicates, FrfOptions, LocalAxes, UnitsFrom, ratio_u
 use crate::data::{
     FrfFit, FrfQuantity, Measured, MeasurementOptions, Place, Roles, StaticLoad, StaticReading, StaticTest,
 };
-use crate::units::{FrequencyUnit, Scalar};
+use crate::units::{FrequencyUnit, GRAVITY, Scalar};
 use crate::yaml::{Problem, child};
 use indexmap::IndexMap;
 use schemars::JsonSchema;
@@ -16,8 +16,6 @@ use serde::{Deserialize, Serialize};
 pub const DEFAULT_STATIC_SD: f64 = 0.02;
 /// Standard deviation of a value of a frequency response function whose file gives none, relative.
 pub const DEFAULT_FRF_SD: f64 = 0.05;
-/// Standard gravity, m/s².
-const GRAVITY: f64 = 9.806_65;
 
 /// A static test.
 ///

@@ -2,7 +2,8 @@
 
 use super::statics::{FrfSpec, StaticLoadSpec, StaticReadingSpec, StaticTestSpec};
 use super::{
-    DirectionSpec, MassPropertySpec, ModeSpec, PartnerSpec, SensorSpec, ShapeSpec, SourceKind, SourceSpec, TestSpec,
+    DirectionSpec, FORMAT, MassPropertySpec, ModeSpec, PartnerSpec, SensorSpec, ShapeSpec, SourceKind, SourceSpec,
+    TestSpec,
 };
 use crate::data::convert::Duplicates;
 use crate::data::{Origin, Place, Sensor, Standing, StaticLoad, StaticReading, TestData};
@@ -132,7 +133,7 @@ pub fn write_test(data: &TestData) -> String {
         })
         .collect();
     yaml::write(&TestSpec {
-        retune_test: 1,
+        retune_test: FORMAT,
         name: data.name.clone(),
         description: data.description.clone(),
         configuration: data.configuration.clone(),

@@ -16,11 +16,11 @@ use crate::diagnosis::error::DiagnosisError;
 use crate::diagnosis::settings::Settings;
 use crate::effect::Effect;
 use crate::fault::Fault;
+use crate::hash::sha256;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
-use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
-use std::fmt::{self, Write as _};
+use std::fmt;
 use std::str::FromStr;
 
 /// The format of these files.
@@ -127,11 +127,7 @@ fn asked(plan: &Plan, settings: &Settings) -> Map<String, Value> {
 fn key_of(asked: &Map<String, Value>) -> String {
     let mut sorted = Value::Object(asked.clone());
     sorted.sort_all_objects();
-    let mut key = String::new();
-    for byte in Sha256::digest(sorted.to_string()) {
-        let _ = write!(key, "{byte:02x}");
-    }
-    key
+    sha256(sorted.to_string().as_bytes())
 }
 
 /// Runs the cases of a part; `progress` is told how many of how many of them are done.

@@ -21,6 +21,7 @@
 
 use super::super::band::median;
 use super::super::{IdentifyOptions, Segments, identify};
+use crate::catalogue::Choice;
 use crate::data::{FrfQuantity, FrfSet};
 use crate::linalg::{Complex, DMatrix, DVector};
 use std::f64::consts::TAU;
@@ -55,7 +56,7 @@ impl Cause {
             Cause::Conjugate => {
                 "the phase has the other sign: all imaginary parts are reversed, as in a file for exp(-iωt)".to_string()
             }
-            Cause::Quantity(q) => format!("the functions are {}, not what the file says", word(q)),
+            Cause::Quantity(q) => format!("the functions are {}, not what the file says", q.word()),
             Cause::Delay(t) => format!(
                 "the response is {} the force by {:.3} ms",
                 if t > 0.0 { "behind" } else { "ahead of" },
@@ -101,14 +102,6 @@ impl Cause {
             Cause::Quantity(FrfQuantity::Accelerance) => "misfit as accelerance",
             Cause::Delay(_) => "misfit without the delay",
         }
-    }
-}
-
-fn word(quantity: FrfQuantity) -> &'static str {
-    match quantity {
-        FrfQuantity::Receptance => "receptance",
-        FrfQuantity::Mobility => "mobility",
-        FrfQuantity::Accelerance => "accelerance",
     }
 }
 

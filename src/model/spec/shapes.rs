@@ -28,13 +28,13 @@ pub struct ShapeSpec {
     pub i: Option<ISpec>,
     /// Channel (U, C): the web along z at the side of small y, the flanges along y. Its shear centre is behind the web.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub channel: Option<ChannelSpec>,
+    pub channel: Option<WebAndFlangeSpec>,
     /// Angle (L): a leg along y and a leg along z from the corner, which is at small y and z. The element's axes become the principal axes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub angle: Option<AngleSpec>,
     /// Tee (T): the web along z, the flange along y at the end of large z.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub tee: Option<TeeSpec>,
+    pub tee: Option<WebAndFlangeSpec>,
     /// Flat strip of plies in the x-y plane; the material is that of the plies, so that the section has no `E`, `G` and `density` beside it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub laminate: Option<LaminateSpec>,
@@ -103,17 +103,17 @@ pub struct ISpec {
     pub fillet: Option<Scalar>,
 }
 
-/// Sizes of a channel.
+/// Sizes of a channel or of a tee.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct ChannelSpec {
+pub struct WebAndFlangeSpec {
     /// Size along the element's z axis, flanges included.
     pub height: Scalar,
-    /// Size along the element's y axis, web included.
+    /// Size along the element's y axis: of the flanges of a channel with its web, of the flange of a tee.
     pub width: Scalar,
     /// Thickness of the web.
     pub web: Scalar,
-    /// Thickness of the flanges.
+    /// Thickness of each flange.
     pub flange: Scalar,
     /// Radius between web and flanges; 0 when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -131,23 +131,6 @@ pub struct AngleSpec {
     /// Thickness of both.
     pub thickness: Scalar,
     /// Radius between the legs; 0 when absent.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub fillet: Option<Scalar>,
-}
-
-/// Sizes of a tee.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct TeeSpec {
-    /// Size along the element's z axis, flange included.
-    pub height: Scalar,
-    /// Width of the flange along the element's y axis.
-    pub width: Scalar,
-    /// Thickness of the web.
-    pub web: Scalar,
-    /// Thickness of the flange.
-    pub flange: Scalar,
-    /// Radius between web and flange; 0 when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fillet: Option<Scalar>,
 }

@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 pub fn identified(found: &Identified) -> Value {
     match &found.way {
         Way::Functions { frfs, identification, method, window } => json!({
-            "method": method.word(),
+            "method": method.name(),
             "modes": found.modes.iter().zip(&identification.modes).map(|(t, m)| json!({
                 "frequency_hz": t.frequency_hz.value, "frequency_sd": t.frequency_hz.sd,
                 "damping": t.damping_ratio.map(|z| z.value), "damping_sd": t.damping_ratio.map(|z| z.sd),

@@ -114,7 +114,7 @@ pub fn orthogonality_line(out: &mut String, o: &Orthogonality, style: &Style) {
         "cross-orthogonality {low:.2} to {high:.2}, off the diagonal up to {:.2}; the test's own {:.2} (mass reduction: {})",
         o.cross_off_diagonal(),
         o.auto_off_diagonal(),
-        o.reduction.word(),
+        o.reduction.name(),
     );
     line(out, "mass", &text, style);
 }
@@ -131,7 +131,7 @@ pub fn orthogonality_tables(out: &mut String, o: &Orthogonality, style: &Style) 
         out,
         &format!(
             "mass reduction: {}{left_out}; the model's own modes are orthogonal to {:.3} in it",
-            o.reduction.word(),
+            o.reduction.name(),
             o.own_error
         ),
         style,

@@ -30,9 +30,18 @@ pub enum MassReduction {
     Serep,
 }
 
+crate::catalogue::choice! { MassReduction, "reduction of the mass";
+    Auto "auto" "The best that exists for these sensors",
+    Full "full" "None: the sensors see every dof",
+    Guyan "guyan" "Static",
+    Irs "irs" "Improved reduced system",
+    Dynamic "dynamic" "Dynamic, at the mean of the paired modes",
+    Serep "serep" "Exact in the paired modes",
+}
+
 impl MassReduction {
     /// Its name in the field.
-    pub fn word(self) -> &'static str {
+    pub fn name(self) -> &'static str {
         match self {
             Self::Auto => "automatic",
             Self::Full => "none (the sensors see every dof)",
@@ -190,7 +199,7 @@ impl Basis<'_> {
         let p = &self.a.prediction;
         let dense = || self.system();
         let s = self.sensors();
-        let failed = |reason: String| CorrelationError::Reduction { method: reduction.word(), reason };
+        let failed = |reason: String| CorrelationError::Reduction { method: reduction.name(), reason };
         let reduced = match reduction {
             MassReduction::Auto => return self.best().map(|(_, mass)| mass),
             MassReduction::Full if s.nrows() < s.ncols() => {

@@ -4,6 +4,7 @@ use crate::correlation::{PairBy, PairingOptions};
 use crate::data::{StaticReading, StaticTest, TestData};
 use crate::model::ParametricModel;
 use crate::objective::{Comparison, starting_point, static_readings};
+use crate::units::GRAVITY;
 use crate::update::{UpdateError, assess};
 use std::f64::consts::TAU;
 
@@ -26,8 +27,8 @@ const SLIPS_OF_DISPLACEMENTS: [(f64, usize, &str); 10] = [
     (1.0 / 25.4, 1, "are they in, written as mm?"),
     (1.0 / 0.0254, 1, "are they in, written as m?"),
     (0.0254, 1, "are they m, written as in?"),
-    (9.806_65, 2, "is a load in kgf, written as N?"),
-    (1.0 / 9.806_65, 2, "is a load in N, written as kgf?"),
+    (GRAVITY, 2, "is a load in kgf, written as N?"),
+    (1.0 / GRAVITY, 2, "is a load in N, written as kgf?"),
     (4.448_22, 2, "is a load in lbf, written as N?"),
 ];
 /// The same of rotations.

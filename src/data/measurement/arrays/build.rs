@@ -3,9 +3,9 @@
 use super::names::{Says, says};
 use super::pick::{Functions, Modes, Source};
 use super::{MeasurementError, MeasurementOptions, ModeTable, Variable};
-use crate::catalogue::counted;
+use crate::catalogue::{Choice, counted};
 use crate::data::convert::{ConvertError, Question, UnitSystem, UnitsFrom};
-use crate::data::{Channel, FrfSet, npy};
+use crate::data::{Channel, FrfQuantity, FrfSet, npy};
 use crate::linalg::Complex;
 use std::borrow::Cow;
 use std::f64::consts::TAU;
@@ -79,7 +79,7 @@ pub(super) fn functions(
         questions.push(Question {
             option: "quantity",
             text: "an array does not say what was measured".to_string(),
-            answers: ["receptance", "mobility", "accelerance"].map(String::from).to_vec(),
+            answers: FrfQuantity::ALL.iter().map(|(_, word, _)| (*word).to_string()).collect(),
         });
     }
     let (Some(system), Some(quantity), true) = (system, options.frf.quantity, questions.is_empty()) else {

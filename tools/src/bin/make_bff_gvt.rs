@@ -1,7 +1,7 @@
 //! Writes the test file of the flagship, `models/bff_gvt.yaml`:
 //!
 //! ```text
-//! cargo run --example make_bff_gvt > models/bff_gvt.yaml
+//! cargo run -p retune-tools --bin make_bff_gvt > models/bff_gvt.yaml
 //! ```
 //!
 //! Frequencies and damping are those measured on the aircraft; the mode shapes, never published as numbers, are those of
@@ -36,7 +36,7 @@ const HEAD: &str = "\
 # published as numbers. They are those of the virtual aircraft of bff_truth.yaml, whose frequencies are the measured ones
 # within 1e-6 Hz, without noise. The largest entry among p1 to p18 of each shape is 1.
 #
-# Written by examples/make_bff_gvt.rs; edit that.
+# Written by tools/src/bin/make_bff_gvt.rs; edit that.
 retune_test: 1
 name: BFF ground vibration test
 description: >
@@ -183,7 +183,7 @@ fn shapes(truth: &Model, sensors: &[Sensor]) -> Vec<Vec<f64>> {
 }
 
 fn main() {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/models/bff_truth.yaml");
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../models/bff_truth.yaml");
     let text = std::fs::read_to_string(path).expect("models/bff_truth.yaml is readable");
     let (truth, _, _) = load(&text, &Registry::builtin()).expect("models/bff_truth.yaml is sound");
     print!("{}", gvt_file(&truth));

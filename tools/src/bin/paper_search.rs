@@ -1,8 +1,8 @@
 //! The paper's search, 20 000 evaluations of the BFF's cost, for `benches/peers/scipy_search.py`.
 //!
 //! ```text
-//! cargo run --release --example paper_search -- dump FILE              # the problem as JSON, with costs to compare
-//! cargo run --release --example paper_search -- run THREADS REPEATS    # seconds of wall time for each search
+//! cargo run --release -p retune-tools --bin paper_search -- dump FILE              # the problem as JSON, with costs to compare
+//! cargo run --release -p retune-tools --bin paper_search -- run THREADS REPEATS    # seconds of wall time for each search
 //! ```
 #![allow(missing_docs, clippy::print_stdout)]
 
@@ -17,7 +17,7 @@ use std::time::Instant;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let text = |name: &str| std::fs::read_to_string(format!("{}/models/{name}", env!("CARGO_MANIFEST_DIR")));
+    let text = |name: &str| std::fs::read_to_string(format!("{}/../models/{name}", env!("CARGO_MANIFEST_DIR")));
     let (model, ..) = load(&text("bff.yaml")?, &Registry::builtin()).map_err(|p| format!("{p:?}"))?;
     let (test, ..) = read_test(&text("bff_gvt.yaml")?).map_err(|p| format!("{p:?}"))?;
     let gates =

@@ -1,8 +1,8 @@
 //! How many evaluations a search needs, over several seeds: what is reached, when, and which optima the starts found.
 //!
 //! ```text
-//! cargo run --release --example search_check -- MODEL TEST COST OPTIMIZER SEEDS [KNOWN]
-//! cargo run --release --example search_check -- models/bff.yaml models/bff_gvt.yaml paper auto 10 0.0389057
+//! cargo run --release -p retune-tools --bin search_check -- MODEL TEST COST OPTIMIZER SEEDS [KNOWN]
+//! cargo run --release -p retune-tools --bin search_check -- models/bff.yaml models/bff_gvt.yaml paper auto 10 0.0389057
 //! ```
 //!
 //! COST is `paper`, `frequencies` or `least-squares`; OPTIMIZER is YAML, as for `retune update`. KNOWN is the best known

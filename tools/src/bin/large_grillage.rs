@@ -1,7 +1,7 @@
 //! A free grillage of any size as a model file: N x N crossings, the beams between them divided into PARTS elements.
 //!
 //! ```text
-//! cargo run --release --example large_grillage -- 30 20 > target/grillage.yaml      # 10^5 dofs
+//! cargo run --release -p retune-tools --bin large_grillage -- 30 20 > target/grillage.yaml      # 10^5 dofs
 //! cargo run --release -p retune-cli -- modes target/grillage.yaml -n 20
 //! ```
 //!

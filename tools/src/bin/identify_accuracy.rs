@@ -1,6 +1,6 @@
 //! Writes synthetic functions for `sdypy_ema.py` and identifies them: errors and time. Arguments: folder, lines, seeds.
 //!
-//! Run: `cargo run --release --example identify_accuracy -- /tmp/frfs 4096 5`, then `python benches/peers/sdypy_ema.py /tmp/frfs`.
+//! Run: `cargo run --release -p retune-tools --bin identify_accuracy -- /tmp/frfs 4096 5`, then `python benches/peers/sdypy_ema.py /tmp/frfs`.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -2,7 +2,7 @@
 //! every cost that an optimiser is given is computed again by the reference path.
 //!
 //! ```text
-//! cargo run --release --example visited_points -- 1000000 1e-9     # points, largest relative difference
+//! cargo run --release -p retune-tools --bin visited_points -- 1000000 1e-9     # points, largest relative difference
 //! ```
 //!
 //! The reference is the dense path: assembly of K and M, faer's Cholesky factorisation and eigensolver on scaled matrices.
@@ -93,7 +93,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         return Err("usage: visited_points POINTS TOLERANCE".into());
     };
     let (points, tolerance): (usize, f64) = (points.parse()?, tolerance.parse()?);
-    let text = |name: &str| std::fs::read_to_string(format!("{}/models/{name}", env!("CARGO_MANIFEST_DIR")));
+    let text = |name: &str| std::fs::read_to_string(format!("{}/../models/{name}", env!("CARGO_MANIFEST_DIR")));
     let (model, ..) = load(&text("bff.yaml")?, &Registry::builtin()).map_err(|p| format!("{p:?}"))?;
     let (test, ..) = read_test(&text("bff_gvt.yaml")?).map_err(|p| format!("{p:?}"))?;
     let comparison = Comparison::new(&model, &test, PairingOptions::default())?;

@@ -1,10 +1,10 @@
 //! Looks for wrong values of the batch kernel: compares it with the reference path on random candidates and on those that
 //! an optimiser visits, which is where rare errors are found and exploited.
 //!
-//! `cargo run --release --example kernel_check -- [wing nodes] [candidates] [halves|whole] [modes]`
+//! `cargo run --release -p retune-tools --bin kernel_check -- [wing nodes] [candidates] [halves|whole] [modes]`
 #![allow(missing_docs, clippy::print_stdout)]
 
-#[path = "../benches/grillage/mod.rs"]
+#[path = "../../../benches/grillage/mod.rs"]
 mod grillage;
 
 use std::time::Instant;

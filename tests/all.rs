@@ -1,0 +1,26 @@
+//! The tests of the whole way through the library, in one program: linking it once takes a twelfth of linking each.
+//!
+//! `cargo test --test all published::` runs those of one file. Two files stand alone: `no_allocation`, which counts in an allocator of its own,
+//! and `architecture`, which also runs without the library.
+
+mod abaqus;
+#[path = "bff/main.rs"]
+mod bff;
+#[path = "correlation/main.rs"]
+mod correlation;
+mod decks;
+mod errors;
+mod examples;
+mod formats;
+mod live;
+mod matrices;
+mod matrices_peer;
+mod measured;
+mod meshes;
+mod pairing;
+mod properties;
+mod published;
+mod solver;
+mod sparse;
+mod uff_peer;
+mod verification;
