@@ -281,6 +281,9 @@ pub(crate) struct Sample {
     pub(crate) objective: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) pairing: PairingOptions,
+    /// Write a page with the posterior of each parameter and of each two of them.
+    #[arg(long, value_name = "PAGE")]
+    pub(crate) report: Option<PathBuf>,
     /// Sample with a reduced model whose frequencies are right to this part within the bounds; for large models.
     #[arg(long, value_name = "TOLERANCE", num_args = 0..=1, require_equals = true, default_missing_value = "1e-4", value_parser = values::tolerance)]
     pub(crate) reduced: Option<f64>,

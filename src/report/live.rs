@@ -4,13 +4,14 @@
 //! under the forces of each hypothesis. Of a small model the basis is complete, and what the page computes differs from what this library
 //! computes by rounding alone. Either way both are solved at random points of the sliders, and the largest differences go with the page.
 
-use super::build::Case;
+use super::build::{Case, assess_for_report, typical_damping};
 use super::data::{
     Doubles, Floats, Live, LiveAccuracy, LiveHypothesis, LiveMatrix, LivePairing, LiveParameter, LivePlan,
     LiveSymmetry, LiveTerm, LiveTestMode, Named,
 };
 use crate::correlation::{PairBy, Plan, hide_unseen, mac_matrix, observation_matrix};
-use crate::diagnosis::{HypothesisResult, Kind, sensor_loads};
+use crate::data::TestData;
+use crate::diagnosis::{HypothesisResult, Kind, Learned, sensor_loads};
 use crate::effect::{Candidate, Context, Effects, Structure};
 use crate::linalg::{DMatrix, symmetric_eigen};
 use crate::modal::{Modes, SolveOptions};
@@ -83,6 +84,15 @@ pub fn live_unasked(
     }
     let found = live(case, how, first, hypotheses).ok()?;
     serde_json::to_string(&found).is_ok_and(|text| text.len() <= LIGHT).then_some(found)
+}
+
+/// [`live_unasked`] of what learning has found: the last model against the corrected test, the sliders marked where the first model was.
+pub fn live_of_learning(first: &Model, test: &TestData, learned: &Learned) -> Option<Live> {
+    let last = learned.steps.last()?;
+    let test = learned.tests.first().unwrap_or(test);
+    let assessment = assess_for_report(&last.model, &last.theta, test).ok()?;
+    let case = Case { model: &last.model, test, assessment: &assessment };
+    live_unasked(case, &HowToPair::default(), Some(first), &last.diagnosis.hypotheses)
 }
 
 /// The model of a case as a page computes with it.
@@ -199,6 +209,7 @@ pub fn live(
         displacement,
         rotation,
         test: test_modes(&comparison, &stand_in),
+        damping: typical_damping(test),
         pairing: pairing(&comparison),
         n_data: assessment.misfit.n_data,
         not_computed: (assessment.misfit.chi_squared - of_modes).max(0.0),
@@ -274,7 +285,7 @@ type TriedAndNot<'a> = (Vec<Tried<'a>>, Vec<(String, String)>);
 
 fn tried<'a>(
     model: &Arc<Model>,
-    test: &crate::data::TestData,
+    test: &TestData,
     hypotheses: &'a [HypothesisResult],
 ) -> Result<TriedAndNot<'a>, NotLive> {
     let context = Context { sensors: sensor_loads(model, &test.sensors)?, ..Context::default() };
@@ -387,6 +398,7 @@ fn test_modes(comparison: &Comparison<'_>, stand_in: &StandIn) -> Vec<LiveTestMo
                 Some(_) => comparison.shapes().column(i).iter().copied().collect(),
                 None => Vec::new(),
             }),
+            damping: m.damping_ratio.map(|d| d.value),
             shape_sd: Doubles(m.shape_sd.iter().flat_map(|s| s.iter().copied()).collect()),
             family: comparison.families()[i].clone(),
             plan: match comparison.plans()[i] {

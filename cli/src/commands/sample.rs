@@ -4,15 +4,17 @@ use super::update::{objective, reduced_text, tolerance};
 use crate::args::Sample;
 use crate::interrupt::{before_search, stop_flag};
 use crate::output::{self, Failure, print, print_json, style};
+use crate::page::{Outputs, announce, provenance};
 use crate::uncertain::folded;
 use crate::{DONE, files, writing};
 use retune::catalogue::counted;
 use retune::model::ParametricModel;
 use retune::optim::{Posterior, Tmcmc};
-use retune::report::answer;
+use retune::report::{answer, of_posterior};
 use retune::report::text::{Align, Table, number, printable};
 use retune::update::{Marginal, Peak, Settings, TestCase, marginals, sample_posterior, sampled_values};
 use std::fmt::Write as _;
+use std::path::Path;
 
 pub(crate) fn run(args: &Sample) -> Result<u8, Failure> {
     before_search(BEFORE);
@@ -26,12 +28,25 @@ pub(crate) fn run(args: &Sample) -> Result<u8, Failure> {
     if let Some(output) = &args.output {
         writing::check_output(output, args.force)?;
     }
+    let outputs = Outputs { page: args.report.as_ref(), force: args.force, ..Outputs::default() };
+    outputs.check()?;
     let cases: Vec<TestCase<'_>> = all.iter().map(|t| TestCase { model: &t.model, test: &t.test }).collect();
     let sampler = Tmcmc { n_samples: args.samples as usize, seed: args.seed, cancel: stop_flag(), ..Tmcmc::default() };
     let sampled = sample_posterior(&cases, &settings, &sampler)?;
     let model = &all[0].model;
     let table = table(&sampled.posterior, model);
     let written = args.output.as_ref().filter(|output| writing::write(output, &table));
+    let page = if args.report.is_some() {
+        let mut data = of_posterior(model, &all[0].test, &sampled);
+        data.meta.warnings.extend(all.iter().flat_map(|t| t.warnings.clone()));
+        let read: Vec<(&str, &Path)> = std::iter::once(("model", args.model.as_path()))
+            .chain(args.tests.iter().map(|path| ("test", path.as_path())))
+            .collect();
+        provenance(&mut data, &read, Some(args.seed));
+        outputs.write(&data)?
+    } else {
+        Vec::new()
+    };
     if args.json {
         print_json(&answer::sampled(&sampled, model));
         return Ok(DONE);
@@ -73,6 +88,7 @@ pub(crate) fn run(args: &Sample) -> Result<u8, Failure> {
         let _ = writeln!(out, "written: {}", output::shown(output));
     }
     print(&out);
+    announce(&page);
     Ok(DONE)
 }
 

@@ -29,6 +29,11 @@ fn drawn(model: &Model) -> Vec<Option<usize>> {
     model.elements().iter().map(|e| if is_mass(e) || e.matrices.is_some() { None } else { next.next() }).collect()
 }
 
+/// The elements of the model that are drawn as elements, in their order.
+pub(super) fn drawn_elements(model: &Model) -> impl Iterator<Item = &PlacedElement> {
+    model.elements().iter().filter(|e| !is_mass(e) && e.matrices.is_none())
+}
+
 /// Finds places by name.
 pub(super) struct Places<'a> {
     model: &'a Model,

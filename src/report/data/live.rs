@@ -45,6 +45,8 @@ pub struct Live {
     pub rotation: Option<Floats>,
     /// The modes of the test.
     pub test: Vec<LiveTestMode>,
+    /// Damping ratio of the modes of the model that no mode of the test with a damping is paired with, in frequency responses.
+    pub damping: f64,
     /// How modes are paired.
     pub pairing: LivePairing,
     /// χ² that noise alone leaves about.
@@ -148,6 +150,9 @@ pub struct LiveTestMode {
     pub shape: Doubles,
     /// Standard deviations of the shape.
     pub shape_sd: Doubles,
+    /// Its damping ratio.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub damping: Option<f64>,
     /// Symmetry, where it is known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub family: Option<String>,

@@ -5,9 +5,11 @@ import { badge, h, soft, type Child } from "./dom";
 import { fixed, percent, slug } from "./format";
 import { diagnosesSection } from "./sections/diagnosis";
 import { frfsSection } from "./sections/frfs";
+import { identificationSection } from "./sections/identification";
 import { liveSection } from "./sections/live";
 import { modesSection } from "./sections/modes";
 import { pairsSection } from "./sections/pairs";
+import { posteriorSection } from "./sections/posterior";
 import { provenanceSection } from "./sections/provenance";
 import { stepsSection } from "./sections/steps";
 import { structureSection } from "./sections/structure";
@@ -25,6 +27,8 @@ function tabsOf(data: ReportData, save: () => void): Tab[] {
     data.live && { id: "live", name: "Live", build: () => liveSection(data) },
     data.comparison && { id: "pairs", name: "Pairs", build: () => pairsSection(data.comparison!, data.modes, data.structure) },
     data.frfs && data.frfs.channels.length > 0 && { id: "frfs", name: "FRFs", build: () => frfsSection(data.frfs!) },
+    data.identification && { id: "identification", name: "Identification", build: () => identificationSection(data.identification!, data.modes) },
+    data.posterior && data.posterior.parameters.length > 0 && { id: "posterior", name: "Posterior", build: () => posteriorSection(data.posterior!) },
     data.update && hasUpdate(data.update) && { id: "update", name: data.update.histories.length ? "Update" : "Parameters", build: () => updateSection(data.update!) },
     data.steps && data.steps.steps.length > 0 && { id: "steps", name: "Error falling", build: () => stepsSection(data.steps!) },
     data.diagnosis && { id: "diagnosis", name: "Diagnosis", build: () => diagnosesSection(data.earlier_diagnoses ?? [], data.diagnosis!, data.structure, data.meta.verdict?.sentence ?? "") },

@@ -74,12 +74,13 @@ export interface Comparison {
   pairs: Pair[]; pairs_before: Pair[]; unpaired_test: number[]; unpaired_reasons?: string[]; unpaired_model: number[];
   criteria: string; frequency_band: number;
   mac: LabelledMatrix | null; mac_before: LabelledMatrix | null;
+  cross_orthogonality?: LabelledMatrix; auto_orthogonality?: LabelledMatrix; orthogonality_note?: string;
   comac: Floats | null; comac_before: Floats | null;
 }
 
 export interface Band { name: string; from_hz: number; to_hz: number; csac: Num; csf: Num }
 export interface Channel {
-  response: string; reference: string; sensor: number | null;
+  response: string; reference: string; sensor: number | null; exciter?: number; sign?: number;
   measured?: Spectrum; model?: Spectrum; before?: Spectrum; coherence?: Floats;
   frac: Num[]; frac_before?: Num[];
 }
@@ -105,6 +106,21 @@ export interface Update {
 
 export interface Step { name: string; misfit: number; per_mode: Num[]; held_out: Num; held_out_per_mode?: Num[]; note: string }
 export interface Steps { measure: string; noise_floor: Num; mode_labels: string[]; steps: Step[] }
+
+export interface Rejected { hz: number; damping: number; reason: string }
+export interface Diagram {
+  name: string; hz: Floats; damping: Floats; order: number[]; mark: number[]; column: number[]; chosen: number[]; discarded: Rejected[];
+}
+export interface IdentifiedMode { hz: number; hz_sd: number; damping: Num; damping_sd: Num; mpc: Num; orders: number; remark: string }
+export interface Identification {
+  method: string; unit: string; frequency_hz: Floats; cmif: Floats[]; diagrams: Diagram[]; modes: IdentifiedMode[];
+}
+
+export interface Sampled {
+  name: string; unit: string; lower: number; upper: number; mean: number; sd: number; quantiles: [number, number, number, number, number];
+  correlations: Num[]; values: Floats;
+}
+export interface Posterior { parameters: Sampled[]; samples: number; log_evidence: number; log_evidence_se: number; note: string }
 
 export interface Place { text: string; nodes: number[]; elements: number[]; sensors: number[] }
 export interface Suspect { place: Place; above_noise: Num; relative_energy: Num; p_value: Num }
@@ -142,7 +158,7 @@ export interface LiveTerm { powers: [number, number][]; from_zero: boolean; stif
 export interface LiveSymmetry { mirror: Doubles; gram: Doubles }
 export type LivePlan = "free" | "aside" | { fixed: number } | { ranked: number };
 export interface LiveTestMode {
-  label: string; frequency_hz: number; frequency_sd: number; shape: Doubles; shape_sd: Doubles; family?: string; plan: LivePlan;
+  label: string; frequency_hz: number; frequency_sd: number; shape: Doubles; shape_sd: Doubles; damping?: number; family?: string; plan: LivePlan;
   followed?: Doubles; followed_alone: boolean;
 }
 export interface LivePairing { by: string; min_mac: number; frequency_window: Num; same_family_only: boolean }
@@ -150,10 +166,10 @@ export interface Live {
   n: number; is_complete: boolean; n_rigid: number; shift: number; n_elastic: number;
   parameters: LiveParameter[]; hypotheses: LiveHypothesis[]; left_out?: Named[]; terms: LiveTerm[];
   sensors: Doubles; symmetry?: LiveSymmetry; displacement: Floats; rotation?: Floats;
-  test: LiveTestMode[]; pairing: LivePairing; n_data: number; not_computed: number; accuracy: LiveAccuracy;
+  test: LiveTestMode[]; damping: number; pairing: LivePairing; n_data: number; not_computed: number; accuracy: LiveAccuracy;
 }
 
 export interface ReportData {
-  schema: number; meta: Meta; structure?: Structure; modes: Modes; comparison?: Comparison; frfs?: Frfs; live?: Live;
-  update?: Update; steps?: Steps; localization?: Localization; diagnosis?: Diagnosis; earlier_diagnoses?: Diagnosis[];
+  schema: number; meta: Meta; structure?: Structure; modes: Modes; comparison?: Comparison; frfs?: Frfs;
+  identification?: Identification; live?: Live; update?: Update; steps?: Steps; posterior?: Posterior; localization?: Localization; diagnosis?: Diagnosis; earlier_diagnoses?: Diagnosis[];
 }
