@@ -5,6 +5,7 @@ import type { Live, LiveMatrix } from "../types";
 import { clusters, turn } from "./close";
 import { backward, cholesky, congruence, symmetricEigen } from "./eigen";
 import { pair } from "./pairing";
+import { curve, type Curve, type Line } from "./response";
 
 /** Residual of a frequency without a partner, in standard deviations: `NO_PARTNER` of the library. */
 const NO_PARTNER = 2.648;
@@ -31,6 +32,8 @@ export interface Prediction {
   ofShape: Float64Array;
   /** The sum of both over the test modes. */
   chiSquared: number;
+  /** The frequency response that was asked for. */
+  curve?: Curve;
 }
 
 /** Why there are no modes. */
@@ -128,10 +131,10 @@ export class LiveModel {
   }
 
   /**
-   * The lowest elastic modes: M φ = ϑ (K + aM) φ with λ = 1/ϑ - a, so that massless coordinates and rigid-body motions need no case of
+   * The lowest elastic modes, and the rigid-body modes: M φ = ϑ (K + aM) φ with λ = 1/ϑ - a, so that massless coordinates and rigid-body motions need no case of
    * their own.
    */
-  modes(at: Point): { hz: Float64Array; shapes: Float64Array[] } | Unstable {
+  modes(at: Point, most = this.live.n_elastic): { hz: Float64Array; shapes: Float64Array[]; rigid: Float64Array[] } | Unstable {
     const { n, live } = this, a = live.shift;
     const { stiffness, mass } = this.assemble(at);
     const x = new Float64Array(n * n), m = new Float64Array(n * n);
@@ -148,31 +151,27 @@ export class LiveModel {
     // Motions that nothing strains come first, with a λ that is rounding.
     let rigid = 0;
     while (rigid < live.n_rigid && 1 / values[n - 1 - rigid]! - a < RIGID * a) rigid++;
+    const shapeOf = (k: number): Float64Array => {
+      const shape = vectors.slice(k * n, (k + 1) * n), scale = 1 / Math.sqrt(values[k]!);
+      backward(x, n, shape);
+      for (let i = 0; i < n; i++) shape[i]! *= scale;
+      return shape;
+    };
     const hz: number[] = [], shapes: Float64Array[] = [];
-    for (let k = n - 1 - rigid; k >= 0 && hz.length < live.n_elastic; k--) {
+    for (let k = n - 1 - rigid; k >= 0 && hz.length < most; k--) {
       const inverse = values[k]!;
       if (inverse <= 1e-14 * values[n - 1]!) break;
       const lambda = 1 / inverse - a;
       // Below zero by more than rounding: the structure buckles or a size is out of reach.
       if (lambda < -1e-6 * a) return { unstable: true };
-      const shape = vectors.slice(k * n, (k + 1) * n);
-      backward(x, n, shape);
-      const scale = 1 / Math.sqrt(inverse);
-      for (let i = 0; i < n; i++) shape[i]! *= scale;
+      shapes.push(shapeOf(k));
       hz.push(Math.sqrt(Math.max(lambda, 0)) / (2 * Math.PI));
-      shapes.push(shape);
     }
-    return { hz: Float64Array.from(hz), shapes };
+    return { hz: Float64Array.from(hz), shapes, rigid: Array.from({ length: rigid }, (_, k) => shapeOf(n - 1 - k)) };
   }
 
   private atSensors(shape: Float64Array): Float64Array {
-    const n = this.n, out = new Float64Array(this.sensors.length / n);
-    for (let s = 0; s < out.length; s++) {
-      let sum = 0;
-      for (let i = 0; i < n; i++) sum += this.sensors[s * n + i]! * shape[i]!;
-      out[s] = sum;
-    }
-    return out;
+    return Float64Array.from({ length: this.sensors.length / this.n }, (_, s) => this.reads(s, shape));
   }
 
   private family(shape: Float64Array): string | null {
@@ -197,11 +196,22 @@ export class LiveModel {
     return out;
   }
 
-  /** Everything that the page shows at a point. */
-  predict(at: Point): Prediction | Unstable {
-    const found = this.modes(at);
+  /** What a sensor reads of a shape. */
+  private reads(sensor: number, shape: Float64Array): number {
+    let sum = 0;
+    for (let i = 0; i < this.n; i++) sum += this.sensors[sensor * this.n + i]! * shape[i]!;
+    return sum;
+  }
+
+  /** Everything that the page shows at a point; with a line, the frequency response along it by the sum of all modes. */
+  predict(at: Point, line?: Line): Prediction | Unstable {
+    const found = this.modes(at, line ? this.n : this.live.n_elastic);
     if ("unstable" in found) return found;
-    const { hz, shapes } = found, m = this.test.length;
+    const m = this.test.length, few = this.live.n_elastic;
+    // Before close modes are turned: a sum over modes wants them as they are.
+    const residue = (shape: Float64Array): number => this.reads(line!.response, shape) * this.reads(line!.reference, shape);
+    const summands = line && { rigid: found.rigid.map(residue), elastic: found.shapes.map(residue), hz: found.hz };
+    const hz = found.hz.subarray(0, few), shapes = found.shapes.slice(0, few);
     let atSensors = shapes.map((s) => this.atSensors(s));
     let families = shapes.map((s) => this.family(s));
     const tests = this.test.map((t) => t.shape), hasShapes = tests.some((t) => t.length > 0);
@@ -238,7 +248,13 @@ export class LiveModel {
       ofShape[j] = this.live.test[j]!.plan === "aside" ? 0 : shapeMisfit(atSensors[i]!, t.shape, t.weight);
     });
     const chiSquared = ofFrequency.reduce((s, v, j) => s + v + ofShape[j]!, 0);
-    return { hz, shapes, atSensors, families, mac, partner, ofFrequency, ofShape, chiSquared };
+    const out: Prediction = { hz: hz.slice(), shapes, atSensors, families, mac, partner, ofFrequency, ofShape, chiSquared };
+    if (line && summands) {
+      const damping = Float64Array.from(summands.hz, () => this.live.damping);
+      this.live.test.forEach((t, j) => { if (t.damping != null && partner[j]! >= 0) damping[partner[j]!] = t.damping; });
+      out.curve = curve(summands, damping, line);
+    }
+    return out;
   }
 }
 

@@ -78,6 +78,18 @@ export function way(live: Live, s: State): Point[] {
   });
 }
 
+/** Pieces of the line between two states. */
+const PIECES = 24;
+
+/** Points of the line, both ends among them; none where the ends are one. What stands at nodes grows with it. */
+export function between(from: Point, to: Point): Point[] {
+  const same = to.extras.length === 0 && from.theta.every((v, k) => v === to.theta[k]);
+  return same ? [] : Array.from({ length: PIECES + 1 }, (_, i) => {
+    const t = i / PIECES;
+    return { theta: from.theta.map((v, k) => v + t * (to.theta[k]! - v)), extras: to.extras.map((e) => ({ ...e, mass: t * e.mass, stiffness: t * e.stiffness })) };
+  });
+}
+
 /** The state as part of an address: `E=5.2e10;point-mass@n8=0.1`. */
 export function written(live: Live, s: State, nodes: string[]): string {
   const parts = changes(live, s).map((c) => {

@@ -8,8 +8,10 @@ import { controls } from "../live/controls";
 import { LiveModel, type Prediction } from "../live/model";
 import { Picture } from "../live/picture";
 import type { Answer } from "../live/questions";
+import { Responses } from "../live/responses";
 import { PROMISED, promised, table, Waterfall } from "../live/results";
-import { changes, commands, copied, initial, owner, point, read, steps, way, written, yaml, type State } from "../live/state";
+import { between, changes, commands, copied, initial, owner, point, read, steps, way, written, yaml, type State } from "../live/state";
+import { Track } from "../live/track";
 import { reach, whatIf } from "../live/whatif";
 import type { Live, ReportData } from "../types";
 
@@ -43,7 +45,7 @@ function trust(live: Live, s: State): HTMLElement[] {
     out.push(h("p", { class: "note" }, badge("warning", "not exact"), " The coordinates do not hold what a mass or a spring at a node bends locally: its effect is a little underestimated."));
   }
   if (live.not_computed > 0) {
-    out.push(h("p", { class: "note" }, `Static readings and frequency responses are not computed here; in the report they add ${significant(live.not_computed, 3)} to χ².`));
+    out.push(h("p", { class: "note" }, `Static readings and frequency responses do not count here; in the report they add ${significant(live.not_computed, 3)} to χ².`));
   }
   for (const both of overlap(live, s)) {
     out.push(h("p", { class: "note" }, badge("warning", "not exact"), ` ${both} alter the same element: here their changes are added. \`retune add\` both for the exact answer.`));
@@ -77,6 +79,8 @@ export function liveSection(data: ReportData): HTMLElement {
     tableBox.replaceChildren(table(live, before, p, asked.on, chosen, (j) => { chosen = j; draw(); }));
     picture?.show(p, p.partner[chosen] ?? -1, chosen);
     const list = steps(live, asked, (node) => nodes[node] ?? String(node));
+    responses.show(p.curve, last.base);
+    if (last.track) track.show(last.track);
     fall.show(["as reported", ...list.map((x) => x.name)], [before.chiSquared, ...last.way, ...(list.length ? [p.chiSquared] : [])]);
   };
   const client = new Client(live, (a) => {
@@ -90,10 +94,16 @@ export function liveSection(data: ReportData): HTMLElement {
     heard = null;
     root.dataset["settled"] = String(a.id);
   });
-  const ask = (): void => {
+  const hasFirst = live.parameters.some((p) => p.initial != null);
+  const from = point(live, initial(live));
+  live.parameters.forEach((p, k) => { if (p.initial != null) from.theta[k] = p.initial; });
+  const track = new Track(live, hasFirst ? "first version" : "as reported");
+  const ask = (isLast = true): void => {
     asked = { ...copied(state), order: changes(live, state) };
-    number = client.ask(point(live, state), way(live, state));
+    number = client.ask(point(live, state), way(live, state),
+      { ...responses.question(), ...(isLast ? { track: between(from, point(live, state)) } : {}) });
   };
+  const responses = new Responses(live, data, () => ask());
   /** One step of a fit after the other, each shown; anything else that is done ends it. */
   let fitting = false;
   const free = (): number[] => live.parameters.flatMap((p, k) => {
@@ -102,7 +112,7 @@ export function liveSection(data: ReportData): HTMLElement {
   });
   const stepFit = (damping: number): void => {
     asked = { ...copied(state), order: changes(live, state) };
-    number = client.ask(point(live, state), way(live, state), { free: free(), ranges: live.parameters.map((p) => p.range), damping });
+    number = client.ask(point(live, state), way(live, state), { fit: { free: free(), ranges: live.parameters.map((p) => p.range), damping } });
   };
   const stepped = (step: FitStep): void => {
     if (!fitting) return;
@@ -151,7 +161,7 @@ export function liveSection(data: ReportData): HTMLElement {
     if (!text.hidden) text.hidden = true;
     said.textContent = "";
     tell();
-    ask();
+    ask(held == null);
   };
   /** One drag is one step back. */
   let held: string | null = null;
@@ -229,13 +239,13 @@ export function liveSection(data: ReportData): HTMLElement {
   };
   addEventListener("hashchange", fromAddress);
   globalThis.retuneLive = { live, state: () => state, milliseconds, set: (s) => new Promise((done) => { heard = done; to(s); }) };
-  const hasFirst = live.parameters.some((p) => p.initial != null);
   const root = h("div", { class: "split live" },
     h("div", { class: "stack" },
       h("section", { class: "card stage-card" }, picture?.viewer.root ?? null,
         h("div", { class: "toolbar" }, picture ? toggle("Move", !calm, (on) => picture.play(on), "live-move") : null,
           picture ? toggle("Test", true, (on) => picture.viewer.show("test", on)) : null, h("span", { class: "live-keys note" }, h("span", { class: "key model" }), "model now ", h("span", { class: "key test" }), "test"))),
       h("section", { class: "card" }, tableBox, fall.chart.root),
+      track.root, responses.root,
       card("How right this is", null, trustBox)),
     h("aside", { class: "card side live-side" }, total,
       h("div", { class: "toolbar live-actions" }, fit, undo, redo,
