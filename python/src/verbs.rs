@@ -169,7 +169,7 @@ pub(crate) fn update(
             checkpoint,
         };
         let update = update_to_tests(&cases(&all), &settings, controls)?;
-        Ok(Updated { update, all, made })
+        Ok(Updated { update, all, how: settings.pairing, made })
     })
 }
 

@@ -82,7 +82,9 @@ pub fn of_comparison(case: Case<'_>) -> Result<ReportData, CorrelationError> {
     if let (Some(found), Some(c)) = (found.orthogonality, &mut data.comparison) {
         add_orthogonality(c, &found, case);
     }
-    data.update.get_or_insert_default().sensitivities = disagreement::sensitivities(case);
+    let u = data.update.get_or_insert_default();
+    u.sensitivities = disagreement::sensitivities(case);
+    u.parameters = parameters::values(model, &assessment.theta);
     Ok(data)
 }
 

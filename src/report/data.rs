@@ -26,8 +26,8 @@ pub(crate) use encoding::base64 as encoding_base64;
 pub use encoding::{Doubles, Floats, Spectrum};
 pub use identification::{Diagram, Identification, IdentifiedMode, Rejected};
 pub use live::{
-    Live, LiveAccuracy, LiveHypothesis, LiveMatrix, LivePairing, LiveParameter, LivePlan, LiveSymmetry, LiveTerm,
-    LiveTestMode,
+    Live, LiveAccuracy, LiveEntries, LiveHypothesis, LiveMatrix, LivePairing, LiveParameter, LivePlan, LiveSymmetry,
+    LiveTerm, LiveTestEdit, LiveTestMode, LiveVersion,
 };
 pub use localization::{Localization, Suspect};
 pub use posterior::{Posterior, Sampled};

@@ -4,10 +4,13 @@
 //! under the forces of each hypothesis. Of a small model the basis is complete, and what the page computes differs from what this library
 //! computes by rounding alone. Either way both are solved at random points of the sliders, and the largest differences go with the page.
 
+mod fault;
+mod rows;
+
 use super::build::{Case, assess_for_report, typical_damping};
 use super::data::{
     Doubles, Floats, Live, LiveAccuracy, LiveHypothesis, LiveMatrix, LivePairing, LiveParameter, LivePlan,
-    LiveSymmetry, LiveTerm, LiveTestMode, Named,
+    LiveSymmetry, LiveTerm, LiveTestMode, LiveVersion, Named,
 };
 use crate::correlation::{PairBy, Plan, hide_unseen, mac_matrix, observation_matrix};
 use crate::data::TestData;
@@ -21,7 +24,9 @@ use crate::model::{
 };
 use crate::objective::{Comparison, starting_point};
 use crate::update::{HowToPair, UpdateError, compared, freed, paired_test};
+use fault::TriedFault;
 use rand::{RngExt, SeedableRng};
+use rows::rows_of;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -33,8 +38,9 @@ const MOST: usize = 60;
 const CANDIDATES: usize = 40;
 /// Largest estimated relative error of a frequency, of a model whose basis is to be complete and of a larger one.
 const TOLERANCE: [f64; 2] = [1e-13, 1e-6];
-/// Most hypotheses with a switch.
+/// Most effects with a switch, and most faults.
 const HYPOTHESES: usize = 10;
+const FAULTS: usize = 6;
 /// Random points at which the basis is held against the model, of a small one and of a larger one; and for each hypothesis.
 const POINTS: [usize; 3] = [24, 8, 3];
 /// Up to this many dofs a page is made live unasked: what that costs grows with them, and is some tenths of a second there.
@@ -99,7 +105,7 @@ pub fn live_of_learning(first: &Model, test: &TestData, learned: &Learned) -> Op
 ///
 /// * `how` - how modes are paired
 /// * `first` - an earlier version of the model, whose values the sliders mark
-/// * `hypotheses` - of a diagnosis, the most probable first; the first ten effects can be switched on
+/// * `hypotheses` - of a diagnosis, the most probable first; the first ten effects and the first six faults of the test can be switched on
 ///
 /// # Errors
 /// The matrices are no polynomials of the parameters; sensors depend on them; nothing can be moved; the model has no modes.
@@ -117,6 +123,7 @@ pub fn live(
         return Err(NotLive::MovingSensors { n: comparison.varying_sensors().len() });
     }
     let shared = Arc::new(model.clone());
+    let n_elastic = comparison.n_elastic();
     let n_dof = model.dof_map().n_dof();
     let is_small = n_dof <= COMPLETE;
     let n_modes = if is_small { n_dof } else { comparison.n_elastic() };
@@ -166,15 +173,38 @@ pub fn live(
             probability: t.result.probability,
             alters: t.change.altered().collect(),
             accuracy,
+            test: None,
         });
         parameters.extend(sizes);
-    }
-    if parameters.iter().all(|p| p.range[0] >= p.range[1]) {
-        return Err(NotLive::NothingMoves);
     }
     let Some(affine) = stand_in.affine() else { return Err(ModelError::NotPolynomial.into()) };
     for (p, origin) in parameters.iter_mut().zip(&affine.origin) {
         p.origin = *origin;
+    }
+    for result in hypotheses.iter().filter(|h| h.kind == Kind::Fault).take(FAULTS) {
+        let switch = TriedFault::new(model, comparison.test(), result)
+            .and_then(|t| Ok((t.edit(model, &stand_in, comparison.test())?, t)));
+        match switch {
+            Ok((edit, t)) => {
+                let sizes = parameters.len()..parameters.len() + usize::from(t.number.is_some());
+                switches.push(LiveHypothesis {
+                    id: t.result.id.clone(),
+                    kind: t.result.name.clone(),
+                    sizes: sizes.clone().collect(),
+                    estimates: sizes.map(|_| t.estimate).collect(),
+                    probability: t.result.probability,
+                    alters: Vec::new(),
+                    // The model stays as it is.
+                    accuracy: LiveAccuracy { points: 0, frequency: vec![0.0; n_elastic], mac: vec![0.0; n_elastic] },
+                    test: Some(edit),
+                });
+                parameters.extend(t.number.iter().map(|p| of_model(p, p.value, None)));
+            }
+            Err(why) => left_out.push((result.id.clone(), why)),
+        }
+    }
+    if switches.is_empty() && parameters.iter().all(|p| p.range[0] >= p.range[1]) {
+        return Err(NotLive::NothingMoves);
     }
     let n = stand_in.dof_map().n_dof();
     let term = |powers: Vec<(usize, i32)>, from_zero: bool, basis: &Basis| {
@@ -200,6 +230,7 @@ pub fn live(
         n_rigid: stand_in.n_rigid(),
         shift: stand_in.shift(),
         n_elastic: comparison.n_elastic(),
+        versions: first.map(|m| version("first version", m, &parameters)).into_iter().collect(),
         parameters,
         hypotheses: switches,
         left_out,
@@ -215,6 +246,20 @@ pub fn live(
         not_computed: (assessment.misfit.chi_squared - of_modes).max(0.0),
         accuracy,
     })
+}
+
+/// Lets the sliders be set to named versions of the model, the oldest first.
+pub fn add_versions(live: &mut Live, versions: &[(&str, &Model)]) {
+    live.versions = versions.iter().map(|(name, model)| version(name, model, &live.parameters)).collect();
+}
+
+fn version(name: &str, model: &Model, parameters: &[LiveParameter]) -> LiveVersion {
+    let own = model.parameters();
+    let value = |(k, p): (usize, &LiveParameter)| {
+        let value = own.get(own.index_of(&p.name)?).value.clamp(p.range[0], p.range[1]);
+        (value != p.value).then_some((k, value))
+    };
+    LiveVersion { name: name.into(), values: parameters.iter().enumerate().filter_map(value).collect() }
 }
 
 fn of_model(p: &Parameter, value: f64, first: Option<&Model>) -> LiveParameter {
@@ -352,12 +397,6 @@ fn by_rows(a: &DMatrix<f64>) -> Doubles {
 
 fn lower(a: &DMatrix<f64>) -> Doubles {
     Doubles((0..a.nrows()).flat_map(|i| (0..=i).map(move |j| (i, j))).map(|at| a[at]).collect())
-}
-
-/// The rows of an observation matrix as sums.
-fn rows_of(sensors: &DMatrix<f64>) -> Vec<Vec<(usize, f64)>> {
-    let row = |r: usize| sensors.row(r).iter().copied().enumerate().filter(|(_, v)| *v != 0.0).collect();
-    (0..sensors.nrows()).map(row).collect()
 }
 
 fn symmetry(mirror: &[(usize, f64)], v: &DMatrix<f64>) -> LiveSymmetry {

@@ -26,6 +26,6 @@ pub use build::{
 };
 pub use data::{ReportData, ReportError};
 pub use html::{html, json};
-pub use live::{NotLive, live, live_of_learning, live_unasked};
+pub use live::{NotLive, add_versions, live, live_of_learning, live_unasked};
 pub use svg::{Figure, figures, response_figure};
 pub use vtk::{VtkFile, paraview};

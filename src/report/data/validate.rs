@@ -294,9 +294,31 @@ fn validate_live(live: &Live, s: &Structure) -> Result<(), ReportError> {
             }
         }
     }
+    for (i, version) in live.versions.iter().enumerate() {
+        for (k, _) in &version.values {
+            parameter(&|| format!("live.versions[{i}].values"), *k)?;
+        }
+    }
     for (i, h) in live.hypotheses.iter().enumerate() {
         for &k in &h.sizes {
             parameter(&|| format!("live.hypotheses[{i}].sizes"), k)?;
+        }
+        if let Some(edit) = &h.test {
+            let n_shapes = live.test.len() * n_sensors;
+            let parts = [
+                ("frequency", &edit.frequency, live.test.len()),
+                ("frequency_sd", &edit.frequency_sd, live.test.len()),
+                ("shape", &edit.shape, n_shapes),
+                ("shape_sd", &edit.shape_sd, n_shapes),
+                ("sensors", &edit.sensors, n_sensors * n),
+            ];
+            for (part, entries, len) in parts {
+                let field = || format!("live.hypotheses[{i}].test.{part}");
+                length(field(), entries.values.len(), 3 * entries.at.len(), "three an entry")?;
+                for &k in &entries.at {
+                    index(field, k, "the array that it changes", len)?;
+                }
+            }
         }
         length(format!("live.hypotheses[{i}].estimates"), h.estimates.len(), h.sizes.len(), "one a size")?;
     }

@@ -55,6 +55,11 @@ export function unit(text: string): string {
   return text.replace(/(?<=[A-Za-z])[234](?![\w.])/g, (d) => ({ 2: "²", 3: "³", 4: "⁴" })[Number(d)]!);
 }
 
+/** Powers of ten as they are written: 10^300 is 10³⁰⁰. */
+export function powers(text: string): string {
+  return text.replace(/\b10\^(-?\d+)/g, (_, n: string) => `10${[...n].map((c) => "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"["-0123456789".indexOf(c)]).join("")}`);
+}
+
 /** A formula in words with minus signs in place of hyphens. */
 export function minuses(text: string): string {
   return text.replace(/(^|[\s(;])-(?=[\d\s])/g, `$1${MINUS}`);

@@ -2,7 +2,7 @@
 
 import { charts } from "./charts";
 import { badge, h, soft, type Child } from "./dom";
-import { fixed, percent, slug } from "./format";
+import { fixed, percent, powers, slug } from "./format";
 import { diagnosesSection } from "./sections/diagnosis";
 import { frfsSection } from "./sections/frfs";
 import { identificationSection } from "./sections/identification";
@@ -15,11 +15,12 @@ import { stepsSection } from "./sections/steps";
 import { structureSection } from "./sections/structure";
 import { hasUpdate, updateSection } from "./sections/update";
 import { viewers } from "./viewer";
+import { sheetsOf, workbook } from "./workbook";
 import type { Comparison, ReportData } from "./types";
 
 interface Tab { id: string; name: string; build: () => HTMLElement }
 
-function tabsOf(data: ReportData, save: () => void): Tab[] {
+function tabsOf(data: ReportData, save: () => void, saveTables: () => void): Tab[] {
   const tabs: (Tab | false | undefined)[] = [
     data.structure && { id: "structure", name: "Structure", build: () => structureSection(data.structure!, data.localization) },
     data.structure && (data.modes.model.length > 0 || data.modes.test.length > 0)
@@ -32,7 +33,7 @@ function tabsOf(data: ReportData, save: () => void): Tab[] {
     data.update && hasUpdate(data.update) && { id: "update", name: data.update.histories.length ? "Update" : "Parameters", build: () => updateSection(data.update!) },
     data.steps && data.steps.steps.length > 0 && { id: "steps", name: "Error falling", build: () => stepsSection(data.steps!) },
     data.diagnosis && { id: "diagnosis", name: "Diagnosis", build: () => diagnosesSection(data.earlier_diagnoses ?? [], data.diagnosis!, data.structure, data.meta.verdict?.sentence ?? "") },
-    { id: "provenance", name: "Provenance", build: () => provenanceSection(data.meta, save) },
+    { id: "provenance", name: "Provenance", build: () => provenanceSection(data.meta, save, saveTables) },
   ];
   return tabs.filter((t): t is Tab => !!t);
 }
@@ -62,7 +63,7 @@ export function headline(sentence: string): [string, string] {
 
 function head(data: ReportData, theme: Child): HTMLElement {
   const { title, subtitle, verdict } = data.meta;
-  const [first, rest] = headline(verdict?.sentence ?? "");
+  const [first, rest] = headline(powers(verdict?.sentence ?? ""));
   return h("header", { class: "top" },
     h("div", { class: "title-row" },
       h("div", {}, h("p", { class: "brand" }, "retune report"), h("h1", {}, title || "Report"), subtitle ? h("p", { class: "subtitle" }, subtitle) : null),
@@ -112,7 +113,14 @@ function start(): void {
     link.click();
     URL.revokeObjectURL(link.href);
   };
-  const tabs = tabsOf(data, save);
+  const saveTables = (): void => {
+    for (const t of tabs) build(t);
+    const bytes = workbook(sheetsOf([...panels.values()], data));
+    const link = h("a", { href: URL.createObjectURL(new Blob([bytes], { type: "application/vnd.openxmlformats-officedocument.spreadsheetml.sheet" })), download: `${slug(data.meta.title)}.xlsx` });
+    link.click();
+    URL.revokeObjectURL(link.href);
+  };
+  const tabs = tabsOf(data, save, saveTables);
   const built = new Set<string>();
   const panels = new Map(tabs.map((t) => [t.id, h("section", { role: "tabpanel", id: `panel-${t.id}`, class: "panel", "aria-labelledby": `tab-${t.id}`, "data-title": t.name, hidden: true })]));
   const build = (t: Tab): void => {

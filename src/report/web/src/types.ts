@@ -26,7 +26,7 @@ export interface Meta {
 export interface Property { name: string; value: string }
 export interface Element {
   name: string; kind: string; nodes: number[]; group?: string; parameters?: string[];
-  property_set?: number; properties?: Property[];
+  property_set?: number; properties?: Property[]; z_axis?: Vec3;
 }
 export interface Field {
   name: string; unit: string; on: "elements" | "nodes" | "sensors";
@@ -150,8 +150,13 @@ export interface LiveAccuracy { points: number; frequency: Num[]; mac: Num[] }
 export interface LiveParameter {
   name: string; unit: string; unit_factor: number; value: number; initial?: number; range: [number, number]; origin: number; description: string;
 }
+export interface LiveVersion { name: string; values: [number, number][] }
 export interface LiveHypothesis {
-  id: string; kind: string; sizes: number[]; estimates: number[]; probability: number; alters: number[]; accuracy: LiveAccuracy;
+  id: string; kind: string; sizes: number[]; estimates: number[]; probability: number; alters: number[]; accuracy: LiveAccuracy; test?: LiveTestEdit;
+}
+export interface LiveEntries { at: number[]; values: Doubles }
+export interface LiveTestEdit {
+  is_angle: boolean; frequency: LiveEntries; frequency_sd: LiveEntries; shape: LiveEntries; shape_sd: LiveEntries; sensors: LiveEntries; remedy: string;
 }
 export type LiveMatrix = { lower: Doubles } | { sum: Doubles };
 export interface LiveTerm { powers: [number, number][]; from_zero: boolean; stiffness?: LiveMatrix; mass?: LiveMatrix }
@@ -164,7 +169,7 @@ export interface LiveTestMode {
 export interface LivePairing { by: string; min_mac: number; frequency_window: Num; same_family_only: boolean }
 export interface Live {
   n: number; is_complete: boolean; n_rigid: number; shift: number; n_elastic: number;
-  parameters: LiveParameter[]; hypotheses: LiveHypothesis[]; left_out?: Named[]; terms: LiveTerm[];
+  parameters: LiveParameter[]; versions?: LiveVersion[]; hypotheses: LiveHypothesis[]; left_out?: Named[]; terms: LiveTerm[];
   sensors: Doubles; symmetry?: LiveSymmetry; displacement: Floats; rotation?: Floats;
   test: LiveTestMode[]; damping: number; pairing: LivePairing; n_data: number; not_computed: number; accuracy: LiveAccuracy;
 }

@@ -17,11 +17,11 @@ import { listen } from "./viewer/gestures";
 import { axes, clear, names, type Paper } from "./viewer/labels";
 import { Sensed, type PointPainter } from "./viewer/sensed";
 import { Skeleton } from "./viewer/skeleton";
-import { faces, masses, placeArrows } from "./viewer/solids";
+import { faces, masses, placeArrows, sectionAxes } from "./viewer/solids";
 
 ColorManagement.enabled = false;
 
-export type Layer = "nodes" | "elements" | "links" | "masses" | "sensors" | "supports" | "ghost" | "test" | "names";
+export type Layer = "axes" | "nodes" | "elements" | "links" | "masses" | "sensors" | "supports" | "ghost" | "test" | "names";
 export type Painter = (index: number) => Rgb | null;
 
 interface Theme { line: Rgb; faint: Rgb; node: Rgb; sensor: Rgb; mass: Rgb; accent: Rgb; test: Rgb; model: Rgb; text: string; halo: string }
@@ -46,7 +46,7 @@ export class Viewer {
   private fitted = true;
   private readonly cloud: Vec3[];
   private layers: Record<Layer, boolean> = {
-    nodes: true, elements: true, links: true, masses: true, sensors: true, supports: true, ghost: false, test: false, names: false,
+    axes: false, nodes: true, elements: true, links: true, masses: true, sensors: true, supports: true, ghost: false, test: false, names: false,
   };
 
   private readonly skeleton: Skeleton;
@@ -58,6 +58,7 @@ export class Viewer {
   private readonly links: Lines;
   private readonly arrows: Lines;
   private readonly marks: Lines;
+  private readonly sectionAxes: Lines;
   private readonly nodeDots: Dots;
   private readonly sensorDots: Dots;
   private readonly sensed: Sensed;
@@ -103,6 +104,7 @@ export class Viewer {
     this.lines = new Lines(segments.length, elements.length > 1200 ? 1.6 : 5);
     this.arrows = new Lines(data.sensors.length + data.exciters.length, 1.8);
     this.marks = new Lines(Math.max(1, segments.length), 10, 0.55);
+    this.sectionAxes = sectionAxes(data, this.home.radius);
     this.nodeDots = new Dots(nodes.length, nodes.length > 800 ? 2.5 : 6);
     this.sensorDots = new Dots(data.sensors.length, 9);
     this.markDots = new Dots(nodes.length + data.sensors.length, 20);
@@ -118,7 +120,7 @@ export class Viewer {
     this.feet.frustumCulled = false;
     this.placeFeet();
     this.scene.add(this.feet, new AmbientLight(0xffffff, 1.6), this.cones, this.masses, this.faceMesh,
-      this.marks.object, this.markDots.object, this.ghost.object, this.links.object, this.lines.object, this.arrows.object,
+      this.marks.object, this.markDots.object, this.ghost.object, this.links.object, this.lines.object, this.arrows.object, this.sectionAxes.object,
       this.nodeDots.object, this.sensorDots.object, ...this.sensed.objects);
     const sun = new DirectionalLight(0xffffff, 1.8);
     sun.position.set(0.4, 0.3, 1);
@@ -347,6 +349,7 @@ export class Viewer {
     this.ghost.paint(() => t.faint);
     this.links.paint(() => t.faint);
     this.marks.paint(() => t.accent);
+    this.sectionAxes.paint(() => t.sensor);
     this.markDots.paint(() => t.accent);
     this.nodeDots.paint((i) => this.nodePaint(i) ?? t.node);
     const n = this.data.sensors.length;
@@ -396,6 +399,7 @@ export class Viewer {
     this.ghost.object.visible = l.ghost && this.skeleton.segments.length > 0;
     this.links.object.visible = l.links && this.skeleton.linkPairs.length > 0;
     this.nodeDots.object.visible = l.nodes;
+    this.sectionAxes.object.visible = l.axes && this.sectionAxes.count > 0;
     this.masses.visible = l.masses;
     this.feet.visible = l.supports && this.held.length > 0;
     this.sensorDots.object.visible = this.arrows.object.visible = this.cones.visible = l.sensors;

@@ -4,10 +4,12 @@ import { density, histogram } from "../src/bins";
 import { categories, contrast, ink, onStage, parseHex, sample } from "../src/color";
 import { floats, polar } from "../src/decode";
 import { csvCell } from "../src/dom";
-import { fixed, folded, minuses, percent, plain, probability, shorten, shortMode, significant, slug, unit } from "../src/format";
+import { fixed, folded, minuses, percent, plain, powers, probability, shorten, shortMode, significant, slug, unit } from "../src/format";
 import { across, axes, extent, eye, fit, HALF_VIEW, turn, zoom, type Orbit } from "../src/orbit";
 import { inside, pick, segmentDistance, type Target } from "../src/pick";
 import { atPhase, beamPoint, difference, peak, peakOfNodes, scaleFactor, times } from "../src/shape";
+import { unzipSync, strFromU8 } from "fflate";
+import { columnName, workbook } from "../src/workbook";
 import { neighbours, Wire } from "../src/viewer/wire";
 
 const near = (a: number, b: number, by = 1e-6): void => assert.ok(Math.abs(a - b) <= by, `${a} is not ${b}`);
@@ -30,6 +32,7 @@ test("a spectrum is unfolded from its logarithm", () => {
 
 test("numbers are written as people read them", () => {
   assert.equal(significant(5.528508, 4), "5.529");
+  assert.equal(powers("1 of 10^300, 10^-7 and 210^3"), "1 of 10³⁰⁰, 10⁻⁷ and 210^3");
   assert.equal(significant(19.884), "19.88");
   assert.equal(significant(-0.0421, 3), "−0.0421");
   assert.equal(significant(3e-9, 2), "3.0e−9");
@@ -213,4 +216,18 @@ test("neighbours of a grid are the edges of its cells, and everything hangs toge
   assert.equal(tree.length, 399);
   assert.ok(tree.every(([a, b]) => Math.abs(a - b) === 1));
   assert.deepEqual(new Wire([sensor("a", [0, 0, 0], [1, 0, 0]), sensor("b", [9, 0, 0], [1, 0, 0]), sensor("c", [3, 0, 0], [1, 0, 0])], [[0, 1, 7]]).pairs, [[0, 1]]);
+});
+
+test("a workbook holds every table under a name of its own, numbers as numbers, and text as text", () => {
+  assert.deepEqual([0, 25, 26, 701, 702].map(columnName), ["A", "Z", "AA", "ZZ", "AAA"]);
+  const bytes = workbook([{ name: "Pairs: all/of [them], and more than a sheet may have", rows: [["Mode", "Error"], ["=1+1 <b>&\u0000", { value: 0.0125, percent: true }]] }, { name: "pairs  all of  them , and more t", rows: [[{ value: 1e-300, percent: false }]] }]);
+  const files = unzipSync(bytes), text = (name: string): string => strFromU8(files[name]!);
+  const names = [...text("xl/workbook.xml").matchAll(/<sheet name="([^"]*)"/g)].map((m) => m[1]!);
+  assert.equal(names.length, 2);
+  assert.ok(names.every((n) => n.length <= 31 && !/[[\]:*?/\\]/.test(n)) && names[0]!.toLowerCase() !== names[1]!.toLowerCase(), `${names}`);
+  const first = text("xl/worksheets/sheet1.xml");
+  // What a spreadsheet would take for a formula stays text, and markup stays text.
+  assert.ok(first.includes("=1+1 &lt;b&gt;&amp;\ufffd</t>") && first.includes('<c r="B2" s="1"><v>0.0125</v></c>') && !first.includes("<f>"));
+  assert.ok(text("xl/worksheets/sheet2.xml").includes("<v>1e-300</v>"));
+  assert.deepEqual(workbook([]), workbook([]));
 });

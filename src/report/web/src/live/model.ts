@@ -3,6 +3,7 @@
 import { doubles, floats } from "../decode";
 import type { Live, LiveMatrix } from "../types";
 import { clusters, turn } from "./close";
+import { edited, type Seen } from "./edits";
 import { backward, cholesky, congruence, symmetricEigen } from "./eigen";
 import { pair } from "./pairing";
 import { curve, type Curve, type Line } from "./response";
@@ -41,8 +42,8 @@ export interface Unstable { unstable: true }
 
 /** A mass, and a spring to the ground along each axis, that a reader puts at a node. */
 export interface Extra { node: number; mass: number; stiffness: number }
-/** Where the model is asked: all parameters, and what has been put at nodes. */
-export interface Point { theta: Float64Array; extras: Extra[] }
+/** Where the model is asked: all parameters, what has been put at nodes, and the hypotheses that are faults taken out of the test. */
+export interface Point { theta: Float64Array; extras: Extra[]; faults?: number[] }
 
 interface Term { powers: [number, number][]; fromZero: boolean; stiffness: Float64Array | null; mass: Float64Array | null }
 
@@ -74,9 +75,10 @@ function quadratic(a: Float64Array, x: Float64Array): number {
 
 export class LiveModel {
   private readonly terms: Term[];
-  private readonly sensors: Float64Array;
+  /** The test and the sensors as given, and as they are at the point that is asked for. */
+  private readonly given: Seen;
+  private seen: Seen;
   private readonly symmetry: { mirror: Float64Array; gram: Float64Array } | null;
-  private readonly test: { hz: number; sd: number; shape: Float64Array; weight: Float64Array; followed: Float64Array; alone: boolean }[];
   private readonly stiffness: Float64Array;
   private readonly mass: Float64Array;
   private readonly n: number;
@@ -86,13 +88,13 @@ export class LiveModel {
   constructor(private readonly live: Live) {
     const n = (this.n = live.n);
     this.terms = live.terms.map((t) => ({ powers: t.powers, fromZero: t.from_zero, stiffness: triangle(t.stiffness, n), mass: triangle(t.mass, n) }));
-    this.sensors = doubles(live.sensors);
     this.nodes = floats(live.displacement);
     this.symmetry = live.symmetry ? { mirror: doubles(live.symmetry.mirror), gram: doubles(live.symmetry.gram) } : null;
-    this.test = live.test.map((m) => ({
+    const test = live.test.map((m) => ({
       hz: m.frequency_hz, sd: m.frequency_sd, shape: doubles(m.shape), weight: doubles(m.shape_sd).map((s) => 1 / s),
       followed: doubles(m.followed), alone: m.followed_alone ?? false,
     }));
+    this.given = this.seen = { test, sensors: doubles(live.sensors) };
     this.stiffness = new Float64Array((n * (n + 1)) / 2);
     this.mass = new Float64Array((n * (n + 1)) / 2);
   }
@@ -171,7 +173,7 @@ export class LiveModel {
   }
 
   private atSensors(shape: Float64Array): Float64Array {
-    return Float64Array.from({ length: this.sensors.length / this.n }, (_, s) => this.reads(s, shape));
+    return Float64Array.from({ length: this.seen.sensors.length / this.n }, (_, s) => this.reads(s, shape));
   }
 
   private family(shape: Float64Array): string | null {
@@ -184,8 +186,8 @@ export class LiveModel {
   residuals(at: Point): Float64Array | null {
     const p = this.predict(at);
     if ("unstable" in p) return null;
-    const m = this.test.length, n = this.sensors.length / this.n, out = new Float64Array(m * (n + 1));
-    this.test.forEach((t, j) => {
+    const m = this.seen.test.length, n = this.seen.sensors.length / this.n, out = new Float64Array(m * (n + 1));
+    this.seen.test.forEach((t, j) => {
       const i = p.partner[j]!, isAside = this.live.test[j]!.plan === "aside";
       if (isAside) return;
       out[j] = i < 0 ? NO_PARTNER : (p.hz[i]! - t.hz) / t.sd;
@@ -199,23 +201,32 @@ export class LiveModel {
   /** What a sensor reads of a shape. */
   private reads(sensor: number, shape: Float64Array): number {
     let sum = 0;
-    for (let i = 0; i < this.n; i++) sum += this.sensors[sensor * this.n + i]! * shape[i]!;
+    for (let i = 0; i < this.n; i++) sum += this.seen.sensors[sensor * this.n + i]! * shape[i]!;
     return sum;
+  }
+
+  /** Takes the faults of a point out of the test. */
+  private look({ theta, faults }: Point): void {
+    this.seen = (faults ?? []).reduce((seen, i) => {
+      const h = this.live.hypotheses[i], g = h?.sizes[0];
+      return h?.test ? edited(seen, h.test, g == null ? 1 : theta[g]!) : seen;
+    }, this.given);
   }
 
   /** Everything that the page shows at a point; with a line, the frequency response along it by the sum of all modes. */
   predict(at: Point, line?: Line): Prediction | Unstable {
     const found = this.modes(at, line ? this.n : this.live.n_elastic);
     if ("unstable" in found) return found;
-    const m = this.test.length, few = this.live.n_elastic;
+    this.look(at);
+    const m = this.seen.test.length, few = this.live.n_elastic;
     // Before close modes are turned: a sum over modes wants them as they are.
     const residue = (shape: Float64Array): number => this.reads(line!.response, shape) * this.reads(line!.reference, shape);
     const summands = line && { rigid: found.rigid.map(residue), elastic: found.shapes.map(residue), hz: found.hz };
     const hz = found.hz.subarray(0, few), shapes = found.shapes.slice(0, few);
     let atSensors = shapes.map((s) => this.atSensors(s));
     let families = shapes.map((s) => this.family(s));
-    const tests = this.test.map((t) => t.shape), hasShapes = tests.some((t) => t.length > 0);
-    const close = clusters(hz, this.test.map((t) => t.hz), hasShapes, (i, j) => families[i] === families[j]);
+    const tests = this.seen.test.map((t) => t.shape), hasShapes = tests.some((t) => t.length > 0);
+    const close = clusters(hz, this.seen.test.map((t) => t.hz), hasShapes, (i, j) => families[i] === families[j]);
     if (hasShapes && close.length) {
       for (const cluster of close) turn(cluster, atSensors, shapes, tests);
       families = shapes.map((s) => this.family(s));
@@ -224,7 +235,7 @@ export class LiveModel {
     atSensors = atSensors.map((s, i) => (norms[i]! < least ? new Float64Array(s.length) : s));
     const mac = new Float64Array(hz.length * m), likeness = new Float64Array(hz.length * m);
     for (let i = 0; i < hz.length; i++) {
-      this.test.forEach((t, j) => {
+      this.seen.test.forEach((t, j) => {
         const own = assurance(atSensors[i]!, t.shape);
         mac[i * m + j] = own;
         likeness[i * m + j] = own;
@@ -235,10 +246,10 @@ export class LiveModel {
         likeness[i * m + j] = t.alone ? same : 0.5 * (own + same);
       });
     }
-    const partner = pair(likeness, { frequencies: hz, families }, { frequencies: this.test.map((t) => t.hz), families: this.live.test.map((t) => t.family ?? null) },
+    const partner = pair(likeness, { frequencies: hz, families }, { frequencies: this.seen.test.map((t) => t.hz), families: this.live.test.map((t) => t.family ?? null) },
       this.live.pairing, this.live.test.map((t) => t.plan));
     const ofFrequency = new Float64Array(m), ofShape = new Float64Array(m);
-    this.test.forEach((t, j) => {
+    this.seen.test.forEach((t, j) => {
       const i = partner[j]!;
       if (i < 0) {
         ofFrequency[j] = this.live.test[j]!.plan === "aside" ? 0 : NO_PARTNER ** 2;

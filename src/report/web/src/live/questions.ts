@@ -23,7 +23,7 @@ export interface Answer {
 export function answer(model: LiveModel, { id, at, way, fit, track, line, base }: Question): Answer {
   const step = fit && fitStep(model, at, fit.free, fit.ranges, fit.damping);
   const start = performance.now();
-  const prediction = model.predict(step ? { theta: step.theta, extras: at.extras } : at, line);
+  const prediction = model.predict(step ? { ...at, theta: step.theta } : at, line);
   const milliseconds = performance.now() - start;
   const chi = (point: Point): number | null => {
     const p = model.predict(point);

@@ -1,13 +1,14 @@
 /** The model in the reader's hands: drag a parameter, switch a hypothesis on, and see what the test says to it. */
 
 import { badge, card, h, soft, toggle } from "../dom";
-import { significant } from "../format";
+import { shorten, significant } from "../format";
 import { Client } from "../live/client";
 import type { FitStep } from "../live/fit";
 import { controls } from "../live/controls";
 import { LiveModel, type Prediction } from "../live/model";
 import { Picture } from "../live/picture";
 import type { Answer } from "../live/questions";
+import type { Line } from "../live/response";
 import { Responses } from "../live/responses";
 import { PROMISED, promised, table, Waterfall } from "../live/results";
 import { between, changes, commands, copied, initial, owner, point, read, steps, way, written, yaml, type State } from "../live/state";
@@ -16,7 +17,11 @@ import { reach, whatIf } from "../live/whatif";
 import type { Live, ReportData } from "../types";
 
 /** What tests and the console ask of the section. */
-export interface LiveHandle { live: Live; state: () => State; milliseconds: number[]; set: (state: State) => Promise<Answer> }
+export interface LiveHandle {
+  live: Live; state: () => State; milliseconds: number[]; set: (state: State) => Promise<Answer>;
+  /** The present state with a frequency response. */
+  ask: (line: Line) => Promise<Prediction>;
+}
 declare global {
   var retuneLive: LiveHandle | undefined;
 }
@@ -46,6 +51,10 @@ function trust(live: Live, s: State): HTMLElement[] {
   }
   if (live.not_computed > 0) {
     out.push(h("p", { class: "note" }, `Static readings and frequency responses do not count here; in the report they add ${significant(live.not_computed, 3)} to χ².`));
+  }
+  const faults = live.hypotheses.filter((x, i) => s.on[i] && x.test);
+  if (faults.length) {
+    out.push(h("p", { class: "note" }, badge("neutral", "the test is changed"), ` ${faults.map((x) => x.id).join(", ")} ${faults.length > 1 ? "are" : "is"} taken out of the test; the model stays as it is.${faults.length > 1 ? " Of what two of them change, the last counts." : ""}`));
   }
   for (const both of overlap(live, s)) {
     out.push(h("p", { class: "note" }, badge("warning", "not exact"), ` ${both} alter the same element: here their changes are added. \`retune add\` both for the exact answer.`));
@@ -215,14 +224,10 @@ export function liveSection(data: ReportData): HTMLElement {
   };
   const undo = h("button", { type: "button", id: "live-undo", onclick: () => step(undone, redone) }, "↶ Undo");
   const redo = h("button", { type: "button", id: "live-redo", onclick: () => step(redone, undone) }, "↷ Redo");
-  const reset = (first: boolean): void => {
+  const reset = (values: [number, number][]): void => {
     keep(null);
     const s = initial(live);
-    if (first) {
-      live.parameters.forEach((p, k) => {
-        if (p.initial != null) { s.values[k] = p.initial; s.order.push(k); }
-      });
-    }
+    for (const [k, v] of values) { s.values[k] = v; s.order.push(k); }
     to(s);
   };
   const file = (role: string): string => data.meta.files.find((f) => f.role === role)?.path ?? `${role.toUpperCase()}.yaml`;
@@ -238,7 +243,8 @@ export function liveSection(data: ReportData): HTMLElement {
     if (tab === "live") to(read(live, rest.join("/"), nodes));
   };
   addEventListener("hashchange", fromAddress);
-  globalThis.retuneLive = { live, state: () => state, milliseconds, set: (s) => new Promise((done) => { heard = done; to(s); }) };
+  globalThis.retuneLive = { live, state: () => state, milliseconds, set: (s) => new Promise((done) => { heard = done; to(s); }),
+    ask: (line) => new Promise((done) => { heard = (a) => done(a.prediction as Prediction); number = client.ask(point(live, state), [], { line }); }) };
   const root = h("div", { class: "split live" },
     h("div", { class: "stack" },
       h("section", { class: "card stage-card" }, picture?.viewer.root ?? null,
@@ -249,8 +255,8 @@ export function liveSection(data: ReportData): HTMLElement {
       card("How right this is", null, trustBox)),
     h("aside", { class: "card side live-side" }, total,
       h("div", { class: "toolbar live-actions" }, fit, undo, redo,
-        h("button", { type: "button", id: "live-reset", onclick: () => reset(false) }, "As reported"),
-        hasFirst ? h("button", { type: "button", id: "live-first", onclick: () => reset(true) }, "First version") : null),
+        h("button", { type: "button", id: "live-reset", onclick: () => reset([]) }, "As reported"),
+        (live.versions ?? []).filter((v) => v.values.length > 0).map((v, i) => h("button", { type: "button", class: "version", id: i ? null : "live-first", title: `values of ${v.name}`, onclick: () => reset(v.values) }, shorten(v.name, 24)))),
       panel.hypotheses ? h("details", { open: true }, h("summary", {}, "Hypotheses"), panel.hypotheses) : null,
       h("details", { open: true }, h("summary", {}, "Parameters"), panel.parameters),
       nodes.length ? h("details", { open: true }, h("summary", {}, "What if"), extra.root) : null,
