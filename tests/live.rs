@@ -1,11 +1,11 @@
 //! The flagship with a page that computes, and what this library computes at the same points: `tests/browser/live.test.mjs` holds one against the other.
 
 use rand::{RngExt, SeedableRng};
-use retune::data::read_test;
 use retune::correlation::{observation_matrix, sensor_position};
-use retune::diagnosis::{HypothesisResult, Kind, sensor_loads};
+use retune::data::read_test;
+use retune::diagnosis::{Estimate, HypothesisResult, Kind, sensor_loads};
 use retune::effect::{Context, Effects, Structure, candidates};
-use retune::fault::{Bench, Faults, PlacedFault, SingleTest};
+use retune::fault::{Bench, Faults, Number, PlacedFault, SingleTest};
 use retune::modal::{ModalDamping, SolveOptions, synthesize};
 use retune::model::{Model, ParametricModel, Registry, load, solve_modes};
 use retune::objective::Comparison;
@@ -116,9 +116,18 @@ fn report() -> (ReportData, Value) {
     let positions = paired.sensors.iter().map(|s| sensor_position(&model, s).unwrap()).collect();
     let bench = Bench { tests: &tests, positions: Some(positions), nodes: Vec::new() };
     let placed = Faults::builtin().placed(&bench);
-    let faults: Vec<PlacedFault> = FAULTS.iter().filter_map(|n| placed.iter().find(|p| p.name() == *n).cloned()).collect();
+    let faults: Vec<PlacedFault> =
+        FAULTS.iter().filter_map(|n| placed.iter().find(|p| p.name() == *n).cloned()).collect();
     for fault in &faults {
-        hypotheses.push(HypothesisResult { kind: Kind::Fault, ..hypothesis(&fault.id(&tests)) });
+        let (value, unit) = match fault.number() {
+            Number::Angle { .. } => (20.0, "deg"),
+            Number::Frequency { .. } => (0.9 * paired.modes[fault.at.modes()[0]].frequency_hz.value, "Hz"),
+            _ => (1.5, "1"),
+        };
+        let estimate = Estimate { parameter: String::new(), value, unit: unit.into(), interval: [value; 2] };
+        let estimates =
+            if matches!(fault.number(), Number::None | Number::Silence) { Vec::new() } else { vec![estimate] };
+        hypotheses.push(HypothesisResult { kind: Kind::Fault, estimates, ..hypothesis(&fault.id(&tests)) });
     }
     let found = live(case, &how, None, &hypotheses).unwrap();
     assert_eq!(found.hypotheses.len() + found.left_out.len(), ids.len() + faults.len());

@@ -3,6 +3,7 @@
 mod diagnosis;
 mod disagreement;
 mod identification;
+mod orthogonality;
 mod parameters;
 mod posterior;
 mod responses;
@@ -27,8 +28,8 @@ use crate::identify::real_shape;
 use crate::linalg::{Complex, DMatrix};
 use crate::model::{Model, ParametricModel, Target};
 use crate::update::{
-    Alternative, AssessedPair, Assessment, HowToPair, Orthogonality, ParameterChange, ParameterUncertainty, Uncertainty,
-    Update, UpdateError, assess, compared, paired_test,
+    Alternative, AssessedPair, Assessment, HowToPair, ParameterChange, ParameterUncertainty, Uncertainty, Update,
+    UpdateError, assess, compared, paired_test,
 };
 use parameters::parameter;
 
@@ -80,7 +81,7 @@ pub fn of_comparison(case: Case<'_>) -> Result<ReportData, CorrelationError> {
         data.modes.test[mode].expanded = Some(shape);
     }
     if let (Some(found), Some(c)) = (found.orthogonality, &mut data.comparison) {
-        add_orthogonality(c, &found, case);
+        orthogonality::add_orthogonality(c, &found, case);
     }
     let u = data.update.get_or_insert_default();
     u.sensitivities = disagreement::sensitivities(case);
@@ -551,38 +552,6 @@ fn mac(a: &Assessment, test: &TestData, title: &str) -> LabelledMatrix {
             .collect(),
         values: (0..rows).map(|i| a.mac.row(i).iter().copied().collect()).collect(),
     }
-}
-
-/// Orthogonality of the paired shapes as two matrices and a sentence.
-fn add_orthogonality(c: &mut Comparison, found: &Orthogonality, case: Case<'_>) {
-    let Case { test, assessment, .. } = case;
-    let of_test = |&i: &usize| format!("{} {:.2}", test_label(test, i), test.modes[i].frequency_hz.value);
-    let partner = |&i: &usize| {
-        let pair = assessment.pairs.iter().find(|p| p.test_mode == i);
-        pair.map_or_else(String::new, |p| format!("{} {:.2}", p.model_label, p.model_hz))
-    };
-    let tests: Vec<String> = found.test_modes.iter().map(of_test).collect();
-    let matrix = |title: &str, row_axis: &str, rows: Vec<String>, values: &[Vec<f64>]| LabelledMatrix {
-        title: title.into(),
-        row_axis: row_axis.into(),
-        column_axis: "test".into(),
-        rows,
-        columns: tests.clone(),
-        values: values.to_vec(),
-    };
-    let models: Vec<String> = found.test_modes.iter().map(partner).collect();
-    c.cross_orthogonality = Some(matrix("Cross-orthogonality", "model", models, &found.cross));
-    c.auto_orthogonality = Some(matrix("Orthogonality of the test", "test", tests.clone(), &found.auto));
-    let left_out = match found.left_out.len() {
-        0 => String::new(),
-        n => format!(" {} that some shape lacks are left out.", counted(n, "sensor")),
-    };
-    c.orthogonality_note = format!(
-        "Mass of the model at {}, reduction: {}; among the model's own shapes it leaves {:.3} off the diagonal.{left_out}",
-        counted(found.sensors.len(), "sensor"),
-        found.reduction.word(),
-        found.own_error
-    );
 }
 
 /// COMAC of every sensor over the paired modes that have a shape.

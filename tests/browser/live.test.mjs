@@ -139,7 +139,8 @@ check("every hypothesis can be switched on with its size, alone and together, an
     const box = page.locator("[data-hypothesis]").nth(i);
     await then(page, () => box.check());
     assert.notEqual(await total(page), reported, id);
-    assert.ok((await page.locator(".live-sizes:visible .live-range").count()) > 0);
+    const sizes = await page.evaluate((k) => retuneLive.live.hypotheses[k].sizes.length, i);
+    assert.equal(await page.locator(".live-sizes:visible .live-range").count(), sizes, id);
     await then(page, () => box.uncheck());
     assert.equal(await total(page), reported, id);
   }

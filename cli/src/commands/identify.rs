@@ -8,8 +8,8 @@ use crate::{DONE, SHORT, files, writing};
 use retune::catalogue::counted;
 use retune::data::{FrfSet, Measurements, TestData, TestMode, write_test};
 use retune::identify::{Identification, IdentifyOptions, PeakOptions, SpectrumPeak, cmif, complexity, spectrum_peaks};
-use retune::report::{answer, of_identification};
 use retune::report::text::{Align, Cell, Style, Table, Tone, hertz};
+use retune::report::{answer, of_identification};
 use retune::units::Scalar;
 use retune::update::{About, Identified, IdentifySettings, Way, Window, identify_test};
 use std::fmt::Write as _;
@@ -93,7 +93,9 @@ pub(crate) fn run(args: &Identify) -> Result<u8, Failure> {
     }
     if args.report.is_some() {
         let Some(mut data) = of_identification(&identified)? else {
-            return Err(Failure::text("--report shows how modes come from functions with a force; these files have none"));
+            return Err(Failure::text(
+                "--report shows how modes come from functions with a force; these files have none",
+            ));
         };
         data.meta.warnings.extend(identified.remarks.iter().map(|r| r.text().to_string()));
         let read: Vec<(&str, &Path)> = args.files.iter().map(|path| ("measurement", path.as_path())).collect();

@@ -12,8 +12,8 @@ use retune::catalogue::counted;
 use retune::data::TestData;
 use retune::effect::set_parameter_values;
 use retune::optim::{Checkpoint, OptimizerSpec};
-use retune::report::{Case, answer, live_unasked};
 use retune::report::text::{cost_history, printable};
+use retune::report::{Case, answer, live_unasked};
 use retune::update::{
     self, Assessment, Controls, ObjectiveSpec, ReducedSearch, Settings, TestCase, UnpairedMode, update_to_tests,
 };

@@ -35,9 +35,7 @@ pub(super) fn disagreement(case: Case<'_>, structure: &Structure) -> Result<Disa
     let mut out = Disagreement::default();
     if case.model.dof_map().n_dof() <= LARGEST {
         // A model that resists expansion still has its other colours.
-        if let Ok(comparison) =
-            crate::objective::Comparison::new(case.model, case.test, PairingOptions::default())
-        {
+        if let Ok(comparison) = crate::objective::Comparison::new(case.model, case.test, PairingOptions::default()) {
             if let Some((list, localization, expanded)) = localization(case, &comparison, structure) {
                 out.fields.extend(list);
                 out.localization = Some(localization);

@@ -173,7 +173,12 @@ fn meta(found: &Identified, frfs: &FrfSet, poles: usize) -> Meta {
         }),
         versions: vec![Named::new("retune", env!("CARGO_PKG_VERSION"))],
         data_items: vec![DataItem { name: "frequency responses".into(), origin: origin.into(), source }],
-        warnings: found.findings.iter().filter(|f| f.level != Severity::Info).map(|f| format!("{}. {}", f.text, f.remedy)).collect(),
+        warnings: found
+            .findings
+            .iter()
+            .filter(|f| f.level != Severity::Info)
+            .map(|f| format!("{}. {}", f.text, f.remedy))
+            .collect(),
         ..Meta::default()
     }
 }

@@ -9,7 +9,7 @@ use crate::update::ParameterChange;
 /// A parameter that the first version does not have counts as unchanged.
 pub fn add_parameters(data: &mut ReportData, first: &Model, now: &Model) {
     let u = data.update.get_or_insert_default();
-    if u.parameters.iter().any(|p| p.after.is_some()) {
+    if u.has_moved() {
         return;
     }
     let (before, all) = (first.parameters(), now.parameters());

@@ -8,7 +8,7 @@ use crate::diagnosis::HypothesisResult;
 use crate::fault::{Bench, Faults, Number, PlacedFault, SingleTest};
 use crate::identify::real_shape;
 use crate::linalg::{DMatrix, DVector};
-use crate::model::{Model, Parameter, ParametricModel, StandIn};
+use crate::model::{Model, Parameter, StandIn};
 
 /// What the forms below leave at numbers that they were not fitted to, relatively, is rounding.
 const ROUNDING: f64 = 1e-9;
@@ -37,14 +37,17 @@ impl<'a> TriedFault<'a> {
         let placed = PlacedFault::of_id(&result.id, &Faults::builtin(), &bench).map_err(|e| e.to_string())?;
         let kind = placed.number();
         let told = result.estimates.first();
-        let estimate = told.map_or_else(|| kind.neutral(), |e| match (kind, e.unit.as_str()) {
-            (Number::Angle { .. }, "deg") => e.value.to_radians(),
-            (Number::Frequency { .. }, _) => {
-                let mode = placed.at.modes().first().copied().unwrap_or_default();
-                test.modes.get(mode).map_or(1.0, |m| m.frequency_hz.value / e.value)
-            }
-            _ => e.value,
-        });
+        let estimate = told.map_or_else(
+            || kind.neutral(),
+            |e| match (kind, e.unit.as_str()) {
+                (Number::Angle { .. }, "deg") => e.value.to_radians(),
+                (Number::Frequency { .. }, _) => {
+                    let mode = placed.at.modes().first().copied().unwrap_or_default();
+                    test.modes.get(mode).map_or(1.0, |m| m.frequency_hz.value / e.value)
+                }
+                _ => e.value,
+            },
+        );
         let bounds = match kind {
             Number::None | Number::Silence => None,
             Number::Angle { .. } => Some([-MOST_DEGREES.to_radians(), MOST_DEGREES.to_radians()]),
@@ -137,7 +140,8 @@ impl<'a> TriedFault<'a> {
                 [new[0], 0.0, 0.0]
             } else {
                 let rows = DMatrix::from_fn(3, 3, |i, j| self.forms(numbers[i])[j]);
-                let found = rows.lu().solve(&DVector::from_column_slice(&new[..3])).ok_or("its forms depend on each other")?;
+                let found =
+                    rows.lu().solve(&DVector::from_column_slice(&new[..3])).ok_or("its forms depend on each other")?;
                 [found[0], found[1], found[2]]
             };
             for (&g, &v) in numbers.iter().zip(&new) {

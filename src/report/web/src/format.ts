@@ -82,7 +82,7 @@ export function shorten(text: string, length: number): string {
 export function shortMode(label: string): string | null {
   const plain = /^mode (\d+)$/.exec(label);
   if (plain) return plain[1]!;
-  const found = /^(?:(sym|anti)[a-z]* )?(\d+)(?:st|nd|rd|th)((?: [a-z]+)+)$/i.exec(label);
+  const found = /^(?:(sym|anti)[a-z]* )?(\d+)(?:st|nd|rd|th)((?: [a-z]+(?:-[a-z]+)*)+)$/i.exec(label);
   if (!found) return null;
   const initials = found[3]!.trim().split(" ").map((word) => word[0]!.toUpperCase()).join("");
   return `${found[1]?.[0]?.toUpperCase() ?? ""}${found[2]!}${initials}`;

@@ -22,13 +22,13 @@ interface Tab { id: string; name: string; build: () => HTMLElement }
 
 function tabsOf(data: ReportData, save: () => void, saveTables: () => void): Tab[] {
   const tabs: (Tab | false | undefined)[] = [
+    data.identification && { id: "identification", name: "Identification", build: () => identificationSection(data.identification!, data.modes) },
     data.structure && { id: "structure", name: "Structure", build: () => structureSection(data.structure!, data.localization) },
     data.structure && (data.modes.model.length > 0 || data.modes.test.length > 0)
       && { id: "modes", name: "Mode shapes", build: () => modesSection(data.structure!, data.modes, data.comparison) },
     data.live && { id: "live", name: "Live", build: () => liveSection(data) },
     data.comparison && { id: "pairs", name: "Pairs", build: () => pairsSection(data.comparison!, data.modes, data.structure) },
     data.frfs && data.frfs.channels.length > 0 && { id: "frfs", name: "FRFs", build: () => frfsSection(data.frfs!) },
-    data.identification && { id: "identification", name: "Identification", build: () => identificationSection(data.identification!, data.modes) },
     data.posterior && data.posterior.parameters.length > 0 && { id: "posterior", name: "Posterior", build: () => posteriorSection(data.posterior!) },
     data.update && hasUpdate(data.update) && { id: "update", name: data.update.histories.length ? "Update" : "Parameters", build: () => updateSection(data.update!) },
     data.steps && data.steps.steps.length > 0 && { id: "steps", name: "Error falling", build: () => stepsSection(data.steps!) },

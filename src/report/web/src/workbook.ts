@@ -1,6 +1,7 @@
 /** All tables of the page as one workbook: SpreadsheetML, ECMA-376 part 1, sections 18.2 to 18.4. */
 
 import { strToU8, zipSync } from "fflate";
+import { textOf } from "./dom";
 
 /** A cell: text, or a number with whether it is a share. */
 export type Cell = string | { value: number; percent: boolean };
@@ -59,7 +60,7 @@ export function workbook(sheets: Sheet[]): Uint8Array<ArrayBuffer> {
     "xl/styles.xml": `${head}<styleSheet xmlns="${main}"><fonts count="2"><font><sz val="11"/><name val="Calibri"/></font><font><b/><sz val="11"/><name val="Calibri"/></font></fonts>`
       + '<fills count="2"><fill><patternFill patternType="none"/></fill><fill><patternFill patternType="gray125"/></fill></fills><borders count="1"><border/></borders>'
       + '<cellStyleXfs count="1"><xf numFmtId="0" fontId="0" fillId="0" borderId="0"/></cellStyleXfs>'
-      + '<cellXfs count="3"><xf numFmtId="0" fontId="0" fillId="0" borderId="0" xfId="0"/><xf numFmtId="10" fontId="0" fillId="0" borderId="0" xfId="0" applyNumberFormat="1"/><xf numFmtId="0" fontId="1" fillId="0" borderId="0" xfId="0" applyFont="1"/></cellXfs></styleSheet>',
+      + '<cellXfs count="3"><xf numFmtId="0" fontId="0" fillId="0" borderId="0" xfId="0"/><xf numFmtId="10" fontId="0" fillId="0" borderId="0" xfId="0" applyNumberFormat="1"/><xf numFmtId="0" fontId="1" fillId="0" borderId="0" xfId="0" applyFont="1"/></cellXfs><cellStyles count="1"><cellStyle name="Normal" xfId="0" builtinId="0"/></cellStyles></styleSheet>',
   };
   sheets.forEach((s, i) => { files[`xl/worksheets/sheet${i + 1}.xml`] = sheetXml(s.rows); });
   // One time for all: the same tables are the same bytes.
@@ -68,7 +69,7 @@ export function workbook(sheets: Sheet[]): Uint8Array<ArrayBuffer> {
 
 /** A cell of a table of the page: the number of the data behind it where there is one, else a number that the text is, else the text. */
 function cellOf(cell: HTMLTableCellElement, data: unknown): Cell {
-  const text = (cell.dataset["csv"] ?? cell.textContent ?? "").trim().replace(/\s+/g, " ").replace(/^–$/, "");
+  const text = textOf(cell).trim().replace(/\s+/g, " ").replace(/^–$/, "");
   const spans = cell.querySelectorAll<HTMLElement>("[data-json]"), only = spans.length === 1 ? spans[0]! : null;
   if (only && only.textContent!.trim() === (cell.textContent ?? "").trim()) {
     const value = only.dataset["json"]!.split(".").reduce<unknown>((at, key) => (at as Record<string, unknown> | undefined)?.[key], data);

@@ -50,8 +50,8 @@ test("numbers are written as people read them", () => {
 });
 
 test("modes have the short names of engineers, logarithmic axes plain numbers, and spreadsheets no formulas", () => {
-  assert.deepEqual(["Sym 1st Bending", "Anti 2nd Vertical Bending", "antisymmetric 1st torsion", "1st Lateral Bending", "mode 12", "M1", "<b>"].map(shortMode),
-    ["S1B", "A2VB", "A1T", "1LB", "12", null, null]);
+  assert.deepEqual(["Sym 1st Bending", "Anti 2nd Vertical Bending", "antisymmetric 1st torsion", "1st Lateral Bending", "Anti 1st Fore-aft Bending", "mode 12", "M1", "<b>"].map(shortMode),
+    ["S1B", "A2VB", "A1T", "1LB", "A1FB", "12", null, null]);
   assert.deepEqual(["=1+1", "@x", "+cmd", "-x", "−3.5 %", "+4.5 %", 'a "b", c', "–", "12"].map(csvCell), ["'=1+1", "'@x", "'+cmd", "'-x", "-3.5 %", "+4.5 %", '"a ""b"", c"', "", "12"]);
 });
 

@@ -11,6 +11,9 @@ import type { Posterior, Sampled } from "../types";
 const FIRST = 6;
 const MOST = 10;
 
+/** A value to a hundredth of a span. */
+const rounded = (v: number, span: number): string => (span < 1e-3 || Math.abs(v) >= 1e6 ? significant(v, 3) : fixed(v, Math.max(0, 2 - Math.floor(Math.log10(span)) - 1)));
+
 /** How much of its range a parameter has lost. */
 const narrowed = (p: Sampled): number => 1 - (p.quantiles[4] - p.quantiles[0]) / (p.upper - p.lower || 1);
 
@@ -57,7 +60,7 @@ export function posteriorSection(x: Posterior): HTMLElement {
         const rho = x.parameters[row]!.correlations[column] ?? null, rgb = rho == null ? null : sample(themed("diverging", isDark()), 0.5 + rho / 2);
         return h("div", { class: "corner-rho", style: `grid-row:${r + 1};grid-column:${r + c + 3};${rgb && Math.abs(rho!) > 0.15 ? `box-shadow:inset 0 0 0 3px ${css(rgb)}` : ""}`, title: `correlation of ${x.parameters[row]!.name} and ${x.parameters[column]!.name}` }, fixed(rho, 2));
       }),
-    ]), ...shown.map((i, c) => h("div", { class: "corner-ends", style: `grid-row:${n + 1};grid-column:${c + 2}` }, h("span", {}, significant(ends[i]![0], 3)), h("span", {}, significant(ends[i]![1], 3)))));
+    ]), ...shown.map((i, c) => h("div", { class: "corner-ends", style: `grid-row:${n + 1};grid-column:${c + 2}` }, ends[i]!.map((v) => h("span", {}, rounded(v, ends[i]![1] - ends[i]![0]))))));
   };
   const boxes = h("div", { class: "corner-choice", role: "group", "aria-label": "Parameters in the picture" }, x.parameters.map((p, i) => {
     const box = h("input", { type: "checkbox", "data-parameter": p.name, onchange: () => {
