@@ -1,7 +1,6 @@
 //! Samples of a posterior for the page.
 
 use super::super::data::{DataItem, Floats, Level, Meta, Named, Posterior, ReportData, Sampled, Verdict};
-use super::super::text::number;
 use crate::catalogue::counted;
 use crate::data::{Origin, TestData};
 use crate::model::{Model, ParametricModel};
@@ -72,7 +71,7 @@ pub fn of_posterior(model: &Model, test: &TestData, found: &update::Sampled) -> 
                     "The data narrow {n_sharp} of {} to less than half of their range.",
                     counted(shown.len(), "parameter")
                 ),
-                number: format!("{} ± {}", number(posterior.log_evidence), number(posterior.log_evidence_se)),
+                number: format!("{:.2} ± {:.2}", posterior.log_evidence, posterior.log_evidence_se),
                 number_label: "ln of the evidence of the model over its bounds, with its standard error".into(),
                 level: Level::Neutral,
             }),

@@ -2,7 +2,7 @@
 
 import { charts } from "./charts";
 import { badge, h, soft, type Child } from "./dom";
-import { fixed, percent, powers, slug } from "./format";
+import { fixed, minuses, percent, powers, slug } from "./format";
 import { diagnosesSection } from "./sections/diagnosis";
 import { frfsSection } from "./sections/frfs";
 import { identificationSection } from "./sections/identification";
@@ -72,7 +72,7 @@ function head(data: ReportData, theme: Child): HTMLElement {
       h("div", { class: "verdict-text" }, badge(verdict.level, LEVELS[verdict.level]), h("div", { class: "said" }, h("p", { class: "sentence", title: first.length > 120 ? first : null }, soft(first)),
         rest ? h("p", { class: "rest" }, h("span", { class: "visually-hidden" }, rest.slice(0, 2)), h("span", { class: "rest-text" }, soft(rest.slice(2)))) : null),
         data.comparison ? glance(data.comparison) : null),
-      verdict.number ? h("div", { class: "verdict-number" }, h("span", { class: verdict.number.length > 9 ? "big long" : "big" }, verdict.number), h("span", { class: "big-label" }, soft(verdict.number_label))) : null) : null);
+      verdict.number ? h("div", { class: "verdict-number" }, h("span", { class: verdict.number.length > 9 ? "big long" : "big" }, minuses(verdict.number)), h("span", { class: "big-label" }, soft(verdict.number_label))) : null) : null);
 }
 
 function themeButton(): HTMLElement {

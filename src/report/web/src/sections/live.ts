@@ -49,7 +49,8 @@ function trust(live: Live, s: State): HTMLElement[] {
   if (s.extras.length && !live.is_complete) {
     out.push(h("p", { class: "note" }, badge("warning", "not exact"), " The coordinates do not hold what a mass or a spring at a node bends locally: its effect is a little underestimated."));
   }
-  if (live.not_computed > 0) {
+  // What rounding leaves is nothing to tell.
+  if (live.not_computed > 1e-6) {
     out.push(h("p", { class: "note" }, `Static readings and frequency responses do not count here; in the report they add ${significant(live.not_computed, 3)} to χ².`));
   }
   const faults = live.hypotheses.filter((x, i) => s.on[i] && x.test);
