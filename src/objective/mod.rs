@@ -34,6 +34,7 @@ pub(crate) use loss::Choice;
 pub use loss::Loss;
 pub use paper::PaperCost;
 pub use prediction::{Prediction, PredictionDerivative};
+pub(crate) use real_shapes::real_shapes;
 pub use residual::{RESIDUALS, Residual};
 pub(crate) use responses::{direct_responses, silent_functions};
 pub use scaling::{Scaling, matrix_derivatives};

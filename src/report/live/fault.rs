@@ -6,9 +6,9 @@ use crate::correlation::{CorrelationError, observation_matrix, sensor_position};
 use crate::data::TestData;
 use crate::diagnosis::HypothesisResult;
 use crate::fault::{Bench, Faults, Number, PlacedFault, SingleTest};
-use crate::identify::real_shape;
 use crate::linalg::{DMatrix, DVector};
 use crate::model::{Model, Parameter, StandIn};
+use crate::objective::real_shapes;
 
 /// What the forms below leave at numbers that they were not fitted to, relatively, is rounding.
 const ROUNDING: f64 = 1e-9;
@@ -164,12 +164,13 @@ struct Arrays([Vec<f64>; 5]);
 impl Arrays {
     fn new(model: &Model, stand_in: &StandIn, test: &TestData) -> Result<Self, CorrelationError> {
         let n = test.sensors.len();
-        let (mut shapes, mut sd) = (Vec::new(), Vec::new());
+        let mut real = real_shapes(test);
+        for (j, _) in test.modes.iter().enumerate().filter(|(_, m)| m.standing.is_aside()) {
+            real.column_mut(j).fill(f64::NAN);
+        }
+        let shapes = real.iter().copied().collect();
+        let mut sd = Vec::new();
         for m in &test.modes {
-            match &m.shape {
-                Some(shape) => shapes.extend(real_shape(shape).iter().copied()),
-                None => shapes.extend(std::iter::repeat_n(f64::NAN, n)),
-            }
             match &m.shape_sd {
                 Some(own) => sd.extend(own.iter().copied()),
                 None => sd.extend(std::iter::repeat_n(f64::NAN, n)),
