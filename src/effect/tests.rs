@@ -4,6 +4,7 @@ mod closed_forms;
 mod configurations;
 mod files;
 mod lines;
+mod own_elements;
 mod symmetry;
 
 use super::*;

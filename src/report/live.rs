@@ -15,7 +15,7 @@ use crate::effect::{Candidate, Context, Effects, Structure};
 use crate::linalg::{DMatrix, symmetric_eigen};
 use crate::modal::{Modes, SolveOptions};
 use crate::model::{
-    Additions, Basis, Change, Entry, Model, ModelError, Parameter, ParametricModel, ReducedOptions, Registry, StandIn,
+    Additions, Basis, Change, Entry, Model, ModelError, Parameter, ParametricModel, ReducedOptions, StandIn,
     solve_modes,
 };
 use crate::objective::{Comparison, starting_point};
@@ -259,7 +259,7 @@ impl Tried<'_> {
     /// How right the basis is with it alone; the points have its sizes last.
     fn accuracy(&self, alone: &StandIn, base: &Comparison<'_>, points: &[Vec<f64>]) -> Result<LiveAccuracy, NotLive> {
         let stand_in = alone.with(&self.change, &self.sizes, &self.typical)?;
-        match self.candidate.build(alone.model(), &Registry::builtin()) {
+        match self.candidate.build(alone.model(), alone.model().registry()) {
             Ok(patched) => {
                 let whole = Comparison::new(&patched.model, base.test(), *base.pairing())?;
                 compare(&stand_in, &whole, points)
@@ -293,7 +293,7 @@ fn one<'a>(model: &Arc<Model>, structure: &Structure<'_>, result: &'a Hypothesis
     let candidate = Effects::builtin().candidate(structure, &result.id).map_err(|e| e.to_string())?;
     let mut longer = model.spec().clone();
     candidate.patch.add_to(&mut longer).map_err(|e| e.to_string())?;
-    let additions = Additions::new(model, &longer, &Registry::builtin());
+    let additions = Additions::new(model, &longer, model.registry());
     let change = Arc::new(candidate.change(&additions).ok_or("it changes more than the matrices of elements")?);
     let (sizes, typical) = (candidate.sizes(), candidate.typical());
     if !change.is_polynomial(&sizes) {
