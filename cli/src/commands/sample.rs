@@ -8,10 +8,10 @@ use crate::uncertain::folded;
 use crate::{DONE, files, writing};
 use retune::catalogue::counted;
 use retune::model::ParametricModel;
-use retune::optim::{Posterior, Tmcmc};
+use retune::optim::{Evaluator, Posterior, Shared, Threads, Tmcmc};
 use retune::report::answer;
 use retune::report::text::{Align, Table, number, printable};
-use retune::update::{Marginal, Peak, Settings, TestCase, marginals, sample_posterior, sampled_values};
+use retune::update::{Marginal, Peak, Settings, TestCase, marginals, sample_posterior_by, sampled_values};
 use std::fmt::Write as _;
 
 pub(crate) fn run(args: &Sample) -> Result<u8, Failure> {
@@ -28,7 +28,14 @@ pub(crate) fn run(args: &Sample) -> Result<u8, Failure> {
     }
     let cases: Vec<TestCase<'_>> = all.iter().map(|t| TestCase { model: &t.model, test: &t.test }).collect();
     let sampler = Tmcmc { n_samples: args.samples as usize, seed: args.seed, cancel: stop_flag(), ..Tmcmc::default() };
-    let sampled = sample_posterior(&cases, &settings, &sampler)?;
+    let shared = match (args.shard, &args.folder) {
+        (Some(part), Some(folder)) => {
+            Some(Shared::new(folder, part.index(), part.of()).map_err(|e| Failure::text(e.to_string()))?)
+        }
+        _ => None,
+    };
+    let evaluator: &dyn Evaluator = shared.as_ref().map_or(&Threads, |shared| shared);
+    let sampled = sample_posterior_by(&cases, &settings, &sampler, evaluator)?;
     let model = &all[0].model;
     let table = table(&sampled.posterior, model);
     let written = args.output.as_ref().filter(|output| writing::write(output, &table));
