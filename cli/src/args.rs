@@ -2,12 +2,14 @@
 
 use clap::{Arg, Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 use retune::correlation::PairBy;
+use retune::diagnosis::benchmark::Part;
 use retune::update::HowToPair;
 use std::ffi::OsString;
 use std::path::PathBuf;
 use std::sync::OnceLock;
 
 mod answer;
+mod batch;
 mod correlation;
 mod deck;
 mod diagnosis;
@@ -18,9 +20,10 @@ mod measured;
 mod values;
 
 pub(crate) use answer::Answer;
+pub(crate) use batch::{Batch, Merge};
 pub(crate) use correlation::{Compare, Placement, Pretest, Sensitivity};
 pub(crate) use deck::{Import, ParametersOf, SolverOf};
-pub(crate) use diagnosis::{Add, Benchmark, BenchmarkWhat, Diagnose, Learn, Merge, SearchOptions, Undo};
+pub(crate) use diagnosis::{Add, Benchmark, BenchmarkWhat, Diagnose, Learn, SearchOptions, Undo};
 pub(crate) use export::{Export, Reduction};
 pub(crate) use init::{Completions, Explain, Init, InitOf, List, ListOf, Manual, Schema, SchemaOf};
 pub(crate) use matrices::{Matrices, Prepare};
@@ -84,6 +87,7 @@ pub(crate) enum Command {
     Undo(Undo),
     Learn(Learn),
     Benchmark(Benchmark),
+    Batch(Batch),
     Merge(Merge),
     Matrices(Matrices),
     Prepare(Prepare),
@@ -287,6 +291,13 @@ pub(crate) struct Sample {
     /// Seed of all random numbers.
     #[arg(long, default_value_t = 0)]
     pub(crate) seed: u64,
+    /// Evaluate only this part of every generation, counted from 1 as 3/8, and take the rest from the folder, into which processes with the other
+    /// parts write it. Each of them has the samples that one run has. For models that take long to solve.
+    #[arg(long, value_name = "I/N", requires = "folder")]
+    pub(crate) shard: Option<Part>,
+    /// The folder of the shards, one that all machines see. What is in it is not evaluated again.
+    #[arg(long, value_name = "FOLDER", requires = "shard")]
+    pub(crate) folder: Option<PathBuf>,
     /// Overwrite an existing output file.
     #[arg(long)]
     pub(crate) force: bool,
