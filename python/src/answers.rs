@@ -2,7 +2,7 @@
 
 use crate::arrays;
 use crate::error::Wrong;
-use crate::model::{Model, Source};
+use crate::model::Model;
 use crate::page::Made;
 use crate::running::on_pool;
 use crate::test::{Frfs, Test, TestSource};
@@ -126,7 +126,7 @@ impl Updated {
             let free = self.update.parameters.iter().filter(|p| p.lower.is_some());
             let values: Vec<(&str, f64)> = free.map(|p| (p.name.as_str(), p.after_si)).collect();
             let text = set_parameter_values(&source.text, &values)?;
-            Source::new(text, source.home.edited(), source.configuration.clone())
+            source.edited(text)
         };
         Ok(Model(Arc::new(py.detach(edit)?)))
     }
@@ -236,8 +236,7 @@ impl Learned {
         let source = self.made.source()?;
         let edit = || {
             let texts = self.learned.model_texts(&source.text)?;
-            let new = |text| Source::new(text, source.home.edited(), source.configuration.clone());
-            texts.into_iter().map(|text| Ok(Model(Arc::new(new(text)?)))).collect::<Result<Vec<_>, Wrong>>()
+            texts.into_iter().map(|text| Ok(Model(Arc::new(source.edited(text)?)))).collect::<Result<Vec<_>, Wrong>>()
         };
         Ok(py.detach(edit)?)
     }
