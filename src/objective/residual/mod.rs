@@ -136,7 +136,7 @@ impl Default for Residuals {
 
 impl PartialEq for Residuals {
     fn eq(&self, other: &Self) -> bool {
-        self.iter().map(|r| r.name()).eq(other.iter().map(|r| r.name()))
+        self.iter().map(Residual::name).eq(other.iter().map(Residual::name))
     }
 }
 
