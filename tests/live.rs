@@ -1,10 +1,13 @@
 //! The flagship with a page that computes, and what this library computes at the same points: `tests/browser/live.test.mjs` holds one against the other.
 
 use rand::{RngExt, SeedableRng};
+use retune::correlation::{observation_matrix, sensor_position};
 use retune::data::read_test;
-use retune::diagnosis::{HypothesisResult, Kind, sensor_loads};
+use retune::diagnosis::{Estimate, HypothesisResult, Kind, sensor_loads};
 use retune::effect::{Context, Effects, Structure, candidates};
-use retune::model::{Model, ParametricModel, Registry, load};
+use retune::fault::{Bench, Faults, Number, PlacedFault, SingleTest};
+use retune::modal::{ModalDamping, SolveOptions, synthesize};
+use retune::model::{Model, ParametricModel, Registry, load, solve_modes};
 use retune::objective::Comparison;
 use retune::report::data::{LiveParameter, ReportData};
 use retune::report::{Case, assess_paired, html, live, of_comparison};
@@ -12,9 +15,15 @@ use retune::update::{HowToPair, assess, compared, freed, paired_test};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
+/// Faults whose first place has a switch: without a number, with a factor, an angle, noise, silence, a frequency.
+const FAULTS: [&str; 6] =
+    ["sensor-swap", "sensor-gain", "sensor-tilted", "sensor-noisy", "sensor-dead", "mode-frequency"];
+
 /// Random points of the parameters, and of each hypothesis.
 const POINTS: usize = 20;
 const POINTS_OF_A_HYPOTHESIS: usize = 3;
+/// Points with a frequency response.
+const FUNCTIONS: usize = 5;
 
 fn file(name: &str) -> String {
     std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("models").join(name)).unwrap()
@@ -61,6 +70,23 @@ fn truth(comparison: &Comparison<'_>, theta: &[f64], switched: Option<usize>, si
     }))
 }
 
+/// The accelerance between two sensors by all modes of the model: measured damping of paired modes, `other` for all others.
+fn response(model: &Model, comparison: &Comparison<'_>, theta: &[f64], other: f64) -> Value {
+    let (k, s) = (1, 4);
+    let options = SolveOptions { n_elastic: model.dof_map().n_dof(), shift: None };
+    let modes = solve_modes(model, theta, options).unwrap();
+    let mut damping = ModalDamping::uniform(modes.len(), other);
+    for pair in assess(comparison, theta).unwrap().pairs {
+        if let Some(zeta) = &comparison.test().modes[pair.test_mode].damping_ratio {
+            damping.ratios[modes.n_rigid + pair.model_mode] = zeta.value;
+        }
+    }
+    let rows = observation_matrix(model, &comparison.test().sensors).unwrap();
+    let lines: Vec<f64> = (1..=60).map(|l| 0.6 * f64::from(l)).collect();
+    let h = synthesize(&modes, &damping, &rows.rows(k, 1).into_owned(), &rows.rows(s, 1).into_owned(), &lines, 2);
+    json!({"response": k, "reference": s, "hz": lines, "amplitude": h.iter().map(|v| v.norm()).collect::<Vec<_>>()})
+}
+
 /// The page's data and the truth at random points.
 fn report() -> (ReportData, Value) {
     let model: Model = load(&file("bff.yaml"), &Registry::builtin()).unwrap().0;
@@ -83,9 +109,29 @@ fn report() -> (ReportData, Value) {
         }
     }
     ids.truncate(10);
-    let hypotheses: Vec<HypothesisResult> = ids.iter().map(|id| hypothesis(id)).collect();
+    let mut hypotheses: Vec<HypothesisResult> = ids.iter().map(|id| hypothesis(id)).collect();
+    // The first place of some faults of the test, of every way in which one has a number.
+    let paired = freed(&paired_test(&model, Some(&assessment.theta), &test, &how).unwrap().test);
+    let tests = SingleTest::new(&paired);
+    let positions = paired.sensors.iter().map(|s| sensor_position(&model, s).unwrap()).collect();
+    let bench = Bench { tests: &tests, positions: Some(positions), nodes: Vec::new() };
+    let placed = Faults::builtin().placed(&bench);
+    let faults: Vec<PlacedFault> =
+        FAULTS.iter().filter_map(|n| placed.iter().find(|p| p.name() == *n).cloned()).collect();
+    for fault in &faults {
+        let (value, unit) = match fault.number() {
+            Number::Angle { .. } => (20.0, "deg"),
+            Number::Frequency { .. } => (0.9 * paired.modes[fault.at.modes()[0]].frequency_hz.value, "Hz"),
+            _ => (1.5, "1"),
+        };
+        let estimate = Estimate { parameter: String::new(), value, unit: unit.into(), interval: [value; 2] };
+        let estimates =
+            if matches!(fault.number(), Number::None | Number::Silence) { Vec::new() } else { vec![estimate] };
+        hypotheses.push(HypothesisResult { kind: Kind::Fault, estimates, ..hypothesis(&fault.id(&tests)) });
+    }
     let found = live(case, &how, None, &hypotheses).unwrap();
-    assert_eq!(found.hypotheses.len() + found.left_out.len(), ids.len());
+    assert_eq!(found.hypotheses.len() + found.left_out.len(), ids.len() + faults.len());
+    assert_eq!(found.hypotheses.iter().filter(|h| h.test.is_some()).count(), FAULTS.len(), "{:?}", found.left_out);
     assert!(found.accuracy.points == 24 && found.n >= model.dof_map().n_dof());
     // The basis is complete: rounding of λ is about ε (λ + a)²/a, below 1e-6 of λ for the modes of a test.
     for h in [&found.accuracy].into_iter().chain(found.hypotheses.iter().map(|h| &h.accuracy)) {
@@ -94,7 +140,6 @@ fn report() -> (ReportData, Value) {
         }
     }
 
-    let paired = freed(&paired_test(&model, Some(&assessment.theta), &test, &how).unwrap().test);
     let comparison = compared(&model, &paired, &how).unwrap();
     let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(7);
     let mut draw = |p: &LiveParameter| p.range[0] + (p.range[1] - p.range[0]) * rng.random::<f64>();
@@ -108,6 +153,20 @@ fn report() -> (ReportData, Value) {
     points.extend(truth(&comparison, &assessment.theta, None, &[]));
     let structure = Structure::new(&model, &context);
     for (k, h) in found.hypotheses.iter().enumerate() {
+        if let Some(fault) = faults.iter().find(|f| f.id(&tests) == h.id) {
+            for _ in 0..POINTS_OF_A_HYPOTHESIS {
+                let theta: Vec<f64> = found.parameters[..own].iter().map(&mut draw).collect();
+                let sizes: Vec<f64> = h.sizes.iter().map(|&p| draw(&found.parameters[p])).collect();
+                let without = fault.taken_out_of(&paired, sizes.first().copied().unwrap_or(1.0));
+                let comparison = compared(&model, &without, &how).unwrap();
+                let told = truth(&comparison, &theta, Some(k), &[]);
+                points.extend(told.map(|mut t| {
+                    t["sizes"] = json!(sizes);
+                    t
+                }));
+            }
+            continue;
+        }
         let candidate = Effects::builtin().candidate(&structure, &h.id).unwrap();
         let patched = candidate.build(&model, &Registry::builtin()).unwrap().model;
         let comparison = compared(&patched, &paired, &how).unwrap();
@@ -116,6 +175,11 @@ fn report() -> (ReportData, Value) {
             let sizes: Vec<f64> = h.sizes.iter().map(|&p| draw(&found.parameters[p])).collect();
             points.extend(truth(&comparison, &[theta, sizes.clone()].concat(), Some(k), &sizes));
         }
+    }
+    // A frequency response at each of the first points.
+    for point in points.iter_mut().take(FUNCTIONS) {
+        let theta: Vec<f64> = serde_json::from_value(point["theta"].clone()).unwrap();
+        point["response"] = response(&model, &comparison, &theta, found.damping);
     }
     assert!(points.len() > POINTS + found.hypotheses.len(), "{}", points.len());
     data.live = Some(found);

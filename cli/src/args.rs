@@ -2,12 +2,14 @@
 
 use clap::{Arg, Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 use retune::catalogue::Choice;
+use retune::diagnosis::benchmark::Part;
 use retune::update::{Cost, HowToPair};
 use std::ffi::OsString;
 use std::path::PathBuf;
 use std::sync::OnceLock;
 
 mod answer;
+mod batch;
 mod correlation;
 mod deck;
 mod diagnosis;
@@ -19,9 +21,10 @@ mod measured;
 mod values;
 
 pub(crate) use answer::Answer;
+pub(crate) use batch::{Batch, Merge};
 pub(crate) use correlation::{Compare, Pretest, Sensitivity};
 pub(crate) use deck::{Import, ParametersOf};
-pub(crate) use diagnosis::{Add, Benchmark, BenchmarkWhat, Diagnose, Learn, Merge, SearchOptions, Undo};
+pub(crate) use diagnosis::{Add, Benchmark, BenchmarkWhat, Diagnose, Learn, SearchOptions, Undo};
 pub(crate) use export::{Export, Reduction};
 pub(crate) use groups::{OneModel, Overwrite, Print, Random, Search, Tests};
 pub(crate) use init::{Completions, Explain, Init, InitOf, List, ListOf, Manual, Schema, SchemaOf};
@@ -87,6 +90,7 @@ pub(crate) enum Command {
     Undo(Undo),
     Learn(Learn),
     Benchmark(Benchmark),
+    Batch(Batch),
     Merge(Merge),
     Matrices(Matrices),
     Prepare(Prepare),
@@ -233,10 +237,20 @@ pub(crate) struct Sample {
     pub(crate) samples: u32,
     #[command(flatten)]
     pub(crate) pairing: PairingOptions,
+    /// Write a page with the posterior of each parameter and of each two of them.
+    #[arg(long, value_name = "PAGE")]
+    pub(crate) report: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) search: Search,
     #[command(flatten)]
     pub(crate) random: Random,
+    /// Evaluate only this part of every generation, counted from 1 as 3/8, and take the rest from the folder, into which processes with the other
+    /// parts write it. Each of them has the samples that one run has. For models that take long to solve.
+    #[arg(long, value_name = "I/N", requires = "folder")]
+    pub(crate) shard: Option<Part>,
+    /// The folder of the shards, one that all machines see. What is in it is not evaluated again.
+    #[arg(long, value_name = "FOLDER", requires = "shard")]
+    pub(crate) folder: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) overwrite: Overwrite,
     #[command(flatten)]

@@ -27,6 +27,7 @@ use output::{LONGEST, print, shortened, tell, tell_kept};
 use retune::report::text::printable;
 use std::ffi::OsString;
 use std::io::IsTerminal as _;
+use std::sync::OnceLock;
 
 /// Done.
 const DONE: u8 = 0;
@@ -52,10 +53,20 @@ const EXIT_CODES: [(u8, &str); 5] = [
 /// Stack of a thread, bytes: that of a main thread.
 const STACK: usize = 8 << 20;
 
+/// The words that start this program once more.
+static AGAIN: OnceLock<Vec<OsString>> = OnceLock::new();
+
+/// The words that start this program once more: what has jobs starts a process for each.
+fn again() -> &'static [OsString] {
+    AGAIN.get().map_or(&[], Vec::as_slice)
+}
+
 /// Performs a command line, and gives the exit code. Once a process: signals, the files that were read and the threads are of the process.
 ///
+/// * `program` - the words that start this program: its path, or an interpreter and a module
 /// * `words` - the command line, the name of the program first
-pub fn command(words: Vec<OsString>) -> u8 {
+pub fn command(program: Vec<OsString>, words: Vec<OsString>) -> u8 {
+    AGAIN.get_or_init(|| program);
     interrupt::watch();
     let code = match args::parse(words) {
         Ok(cli) => perform(&cli),
@@ -102,6 +113,7 @@ fn perform(cli: &Cli) -> u8 {
         Command::Undo(a) => commands::add::run_undo(a),
         Command::Learn(a) => commands::learn::run(a),
         Command::Benchmark(a) => commands::benchmark::run(a),
+        Command::Batch(a) => commands::batch::run(a),
         Command::Merge(a) => commands::merge::run(a),
         Command::Matrices(a) => commands::matrices::run(a),
         Command::Prepare(a) => commands::prepare::run(a),

@@ -3,5 +3,7 @@
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    ExitCode::from(retune_cli::command(std::env::args_os().collect()))
+    // Where the system does not tell, the name that it was started by finds it again.
+    let own = std::env::current_exe().map_or_else(|_| std::env::args_os().next(), |path| Some(path.into()));
+    ExitCode::from(retune_cli::command(own.into_iter().collect(), std::env::args_os().collect()))
 }

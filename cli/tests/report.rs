@@ -192,6 +192,42 @@ fn functions_of_a_twin_stand_beside_those_of_the_model() {
     assert!(frfs["fdac_before"].as_array().is_some_and(|l| l.len() == 1));
 }
 
+/// The pages of poles and of a posterior hold what the terminal and the answer say.
+#[test]
+fn identify_and_sample_write_their_pages() {
+    let f = Folder::new("pages");
+    let o = f.run("twin cantilever.yaml -o t.yaml --frf t.unv --band 5 400 --modes 3 --lines 800 --noise-response 1% --noise-shape 2% --noise-frequency 0.5%", 80);
+    assert_eq!(o.status.code(), Some(0), "{}", err(&o));
+    let o = f.run("identify t.unv --report i.html --json", 80);
+    assert!(matches!(o.status.code(), Some(0 | 1)), "{}", err(&o));
+    let (page, answer) = (data_of(&f.read("i.html")), serde_json::from_str::<Value>(&out(&o)).unwrap());
+    let found = &page["identification"];
+    let (modes, told) = (found["modes"].as_array().unwrap(), answer["modes"].as_array().unwrap());
+    assert!(!modes.is_empty() && modes.len() == told.len(), "{} and {}", modes.len(), told.len());
+    for (m, t) in modes.iter().zip(told) {
+        assert_eq!(m["hz"], t["frequency_hz"], "{t}");
+    }
+    let diagram = &found["diagrams"][0];
+    let n = diagram["order"].as_array().unwrap().len();
+    assert!(n > modes.len() && diagram["mark"].as_array().unwrap().len() == n);
+    assert!(page["live"].is_null() && page["modes"]["test"].as_array().unwrap().len() == modes.len());
+    let o = f.run("identify t.unv --report i.html", 80);
+    assert_eq!(o.status.code(), Some(2), "nothing is overwritten");
+    let o = f.run("identify t.yaml --report j.html", 80);
+    assert_eq!(o.status.code(), Some(2), "{}", out(&o));
+
+    let o = f.run("sample cantilever.yaml t.yaml --samples 200 --report s.html --json", 80);
+    assert_eq!(o.status.code(), Some(0), "{}", err(&o));
+    let (page, answer) = (data_of(&f.read("s.html")), serde_json::from_str::<Value>(&out(&o)).unwrap());
+    let (all, told) = (page["posterior"]["parameters"].as_array().unwrap(), answer["parameters"].as_array().unwrap());
+    assert_eq!((all.len(), page["posterior"]["samples"].as_u64()), (told.len(), Some(200)));
+    for (p, t) in all.iter().zip(told) {
+        assert_eq!((&p["name"], &p["mean"]), (&t["name"], &t["mean"]));
+        // Four bytes a sample, base64.
+        assert_eq!(p["values"].as_str().unwrap().len(), (200_usize * 4).div_ceil(3) * 4);
+    }
+}
+
 #[test]
 fn an_update_writes_its_page() {
     let f = Folder::new("update");

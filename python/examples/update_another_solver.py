@@ -1,9 +1,10 @@
-"""Updating a model of another solver: OpenSeesPy where it is installed, else thirty lines of NumPy. The test is synthetic.
+# %% [markdown]
+# # Updating a model of another solver
+#
+# A portal frame of two columns and a beam; Young's modulus and the stiffness of the foundation are not known. OpenSeesPy gives K and M where it
+# is installed, else thirty lines of NumPy; retune pairs modes, fits, and says how certain the parameters are. The test is synthetic.
 
-A portal frame of two columns and a beam; Young's modulus and the stiffness of the foundation are not known. The solver gives K and M,
-retune pairs modes, fits, and says how certain the parameters are.
-"""
-
+# %%
 from __future__ import annotations
 
 import importlib
@@ -21,7 +22,10 @@ AREA, INERTIA, DENSITY = 4e-3, 8e-6, 7850.0
 # ux, uz and ry of each node; the feet turn on springs and do not move.
 DOFS = [f"{n}.{d}" for n in NODES for d in ("ux", "uz", "ry") if n.startswith("eaves") or d == "ry"]
 
+# %% [markdown]
+# ## Two solvers
 
+# %%
 def by_numpy(young: float, spring: float) -> tuple[Matrix, Matrix]:
     """K and M of plane beams of Euler and Bernoulli, with consistent masses."""
     all_dofs = [f"{n}.{d}" for n in NODES for d in ("ux", "uz", "ry")]
@@ -87,7 +91,10 @@ def by_opensees(young: float, spring: float) -> tuple[Matrix, Matrix]:
     sign = np.diag([-1.0 if d.endswith("ry") else 1.0 for d in DOFS])
     return sign @ k[np.ix_(order, order)] @ sign, sign @ m[np.ix_(order, order)] @ sign
 
+# %% [markdown]
+# ## The model: parameters, nodes, the row of each dof, and K and M at θ
 
+# %%
 class Portal(retune.ParametricModel):
     """The frame, by whichever solver is here."""
 
@@ -114,6 +121,11 @@ class Portal(retune.ParametricModel):
 
 portal = Portal()
 print("solver:", portal.solver.__name__)
+
+# %% [markdown]
+# ## The test
+
+# %%
 # What a laboratory would give: the first four modes of another frame, with noise.
 stiffness, mass = by_numpy(212e9, 3.1e6)
 inverse = np.linalg.inv(np.linalg.cholesky(mass))
@@ -132,8 +144,15 @@ test = retune.Test.from_arrays(
     is_synthetic=True,
     source="the same frame with E = 212 GPa and feet of 3.1 MN m, 0.2 % noise",
 )
+test
+
+# %% [markdown]
+# ## The fit
+
+# %%
 result = retune.update(portal, test)
-print(result)
 for p in result.parameters.values():
     print(f"{p.name}: {p.before:.4g} -> {p.after:.4g} +- {p.sd:.2g} {p.unit}")
 assert abs(result["E"].after - 212.0) < 4 * (result["E"].sd or 0.0)
+print(result)
+result

@@ -19,13 +19,19 @@ The names are those of the command ``retune``: what ``retune update model.yaml t
 157.91
 """
 
+from ._catalogue import catalogue
 from ._core import __version__
+from ._effect import Effect, Location, Node, Part, Size, Structure
+from ._element import Element, Property, Sample
 from ._errors import Problem, RetuneError, RetuneWarning
 from ._external import ParametricModel
+from ._fault import At, Bench, Fault
 from ._found import Diagnosis, Hypothesis, Learning
 from ._frfs import Channel, Frfs, read_frfs
 from ._model import MassProperties, Matrices, Model, Modes, Parameter
 from ._objective import Objective, Optimum, Search
+from ._optimizer import Optimizer, Run, SearchEnded
+from ._residual import Measured, Predicted, Residual
 from ._results import (
     Comparison,
     Identification,
@@ -42,37 +48,56 @@ from ._test import Sensor, Test, TestMode
 from ._verbs import compare, diagnose, identify, learn, pretest, report, sample, twin, update
 
 __all__ = [
+    "At",
+    "Bench",
     "Channel",
     "Comparison",
     "Diagnosis",
+    "Effect",
+    "Element",
+    "Fault",
     "Frfs",
     "Hypothesis",
     "Identification",
     "Learning",
+    "Location",
     "MassProperties",
     "Matrices",
+    "Measured",
     "Model",
     "Modes",
+    "Node",
     "Objective",
+    "Optimizer",
     "Optimum",
     "Pair",
     "Parameter",
     "ParameterEstimate",
     "ParametricModel",
+    "Part",
     "Plan",
     "Posterior",
+    "Predicted",
     "Problem",
+    "Property",
     "Report",
+    "Residual",
     "Result",
     "RetuneError",
     "RetuneWarning",
+    "Run",
+    "Sample",
     "Search",
+    "SearchEnded",
     "Sensor",
+    "Size",
+    "Structure",
     "Test",
     "TestMode",
     "TwinResult",
     "UpdateResult",
     "__version__",
+    "catalogue",
     "compare",
     "diagnose",
     "identify",

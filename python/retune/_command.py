@@ -14,7 +14,7 @@ def main() -> NoReturn:
     # Ctrl-C is for the command, which listens by itself; without a handler of its own a signal ends the process, as it does the binary.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     words = ["retune", *sys.argv[1:]]
-    sys.exit(_core.command(words))
+    sys.exit(_core.command([sys.executable, "-m", "retune"], words))
 
 
 if __name__ == "__main__":

@@ -68,6 +68,18 @@ def dumps(value: object) -> str:
     return json.dumps(value, default=other, allow_nan=False)
 
 
+def part_of(text: str) -> tuple[int, int]:
+    """A part of several, counted from 1.
+
+    >>> part_of("3/8")
+    (3, 8)
+    """
+    index, slash, of = text.partition("/")
+    if not (slash and index.strip().isdigit() and of.strip().isdigit()):
+        raise ValueError(f"shard is {text!r}: a part of several is expected, counted from 1: 3/8")
+    return int(index), int(of)
+
+
 def percent_of(value: float | str) -> str:
     """A share as it stands in a test file: ``"0.3 %"`` as it is, 0.003 as text."""
     return value if isinstance(value, str) else repr(float(value))

@@ -13,6 +13,7 @@ import numpy.typing as npt
 from . import _core
 from ._convert import AXES, Complexes, Floats, PathLike, direction_of, vector
 from ._errors import tell
+from ._foreign import channel_name, form_of_sdypy, listed
 
 Quantity = Literal["receptance", "mobility", "accelerance"]
 """What functions are: displacement, velocity or acceleration over force."""
@@ -110,14 +111,12 @@ class Frfs:
         Nodes are points, directions 1, 2, 3 are x, y, z. All functions must have the same lines. Their unit is that of the file: give SI.
         Options are those of ``Frfs``.
         """
-        sets = [d for d in cast("list[dict[str, Any]]", _listed(datasets)) if d.get("type") == 58]
+        sets = [d for d in listed(datasets) if d.get("type") == 58]
         if not sets:
             raise ValueError("there is no dataset 58 among these")
-        axis = {1: "+x", 2: "+y", 3: "+z", -1: "-x", -2: "-y", -3: "-z"}
 
         def channel(d: dict[str, Any], end: str) -> str:
-            direction = axis.get(int(d[f"{end}_direct"]))
-            return f"{int(d[f'{end}_node'])}" + (f".{direction}" if direction else "")
+            return channel_name(int(d[f"{end}_node"]), int(d[f"{end}_direct"]))
 
         first = np.asarray(sets[0]["x"], dtype=np.float64)
         cells: dict[tuple[str, str], Complexes] = {}
@@ -140,13 +139,11 @@ class Frfs:
         lines = np.asarray(data.abscissa, dtype=np.float64).reshape(-1, n_lines)
         if not np.allclose(lines, lines[0]):
             raise ValueError("the functions have different lines")
-        axis = {1: "+x", 2: "+y", 3: "+z", -1: "-x", -2: "-y", -3: "-z"}
         nodes = np.asarray(data.coordinate.node).reshape(-1, 2)
         directions = np.asarray(data.coordinate.direction).reshape(-1, 2)
 
         def channel(k: int, end: int) -> str:
-            direction = axis.get(int(directions[k, end]))
-            return f"{int(nodes[k, end])}" + (f".{direction}" if direction else "")
+            return channel_name(int(nodes[k, end]), int(directions[k, end]))
 
         cells = {(channel(k, 0), channel(k, 1)): values[k] for k in range(len(values))}
         return cls._of_cells(lines[0], cells, options)
@@ -155,9 +152,9 @@ class Frfs:
     def from_sdypy(cls, model: Any, responses: Sequence[str | Channel], reference: str | Channel, **options: Any) -> Frfs:
         """From a ``Model`` of sdypy-EMA, by what it has: ``freq``, (n_lines,), and ``frf``, (n_responses, n_lines).
 
-        Options are those of ``Frfs``; what sdypy calls ``frf_type`` is the ``quantity``, accelerance when absent.
+        Options are those of ``Frfs``; what sdypy calls ``frf_form``, in older versions ``frf_type``, is the ``quantity``.
         """
-        options.setdefault("quantity", getattr(model, "frf_type", "accelerance"))
+        options.setdefault("quantity", form_of_sdypy(model))
         h = np.asarray(model.frf, dtype=np.complex128).T
         return cls(np.asarray(model.freq, dtype=np.float64), h, responses, [reference], **options)
 
@@ -209,11 +206,13 @@ class Frfs:
         lines, responses, references = self._inner.h().shape
         return f"<Frfs: {self.quantity}, {responses} responses x {references} references, {lines} lines>"
 
+    def _repr_html_(self) -> str:
+        from ._html import curves
 
-def _listed(datasets: object) -> list[Any]:
-    if isinstance(datasets, dict):
-        return [datasets]
-    return list(cast("Sequence[Any]", datasets))
+        f, h = self.frequencies, np.abs(self.h)
+        names = [f"{r.name} / {q.name}" for q in self.references for r in self.responses]
+        columns = [h[:, i, j] for j in range(h.shape[2]) for i in range(h.shape[1])]
+        return curves(f, columns, names, repr(self)[1:-1])
 
 
 def _cube(values: npt.ArrayLike, dtype: Any) -> Any:

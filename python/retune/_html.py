@@ -62,6 +62,62 @@ def heat(values: npt.ArrayLike, rows: Sequence[str], columns: Sequence[str], cap
     return f'<div style="font-weight:600">{html.escape(caption)}</div>' + "".join(parts)
 
 
+def curves(x: npt.ArrayLike, columns: Sequence[npt.ArrayLike], names: Sequence[str], caption: str, most: int = 12) -> str:
+    """Curves over frequency, their sizes on a logarithmic axis, as a picture: SVG, at most so many of them.
+
+    >>> "<path" in curves([1.0, 2.0, 3.0], [[1.0, 10.0, 2.0]], ["a"], "an example")
+    True
+    """
+    f = np.asarray(x, dtype=np.float64)
+    shown = [np.asarray(c, dtype=np.float64) for c in columns[:most]]
+    known = np.concatenate([c[np.isfinite(c) & (c > 0)] for c in shown]) if shown else np.zeros(0)
+    title = f'<div style="font-weight:600">{html.escape(caption)}</div>'
+    if known.size == 0 or f.size < 2:
+        return title
+    low, high = float(np.log10(known.min())), float(np.log10(known.max()))
+    # What is far below the rest is a zero between two peaks.
+    low, high = np.floor(max(low, high - 8.0)), np.ceil(high) + (1.0 if np.ceil(high) == low else 0.0)
+    width, height, left, top, bottom = 640.0, 240.0, 54.0, 8.0, 30.0
+    across, up = width - left - 8.0, height - top - bottom
+    parts = [
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width:g} {height:g}" width="{width:g}" font-family="sans-serif" font-size="11" '
+        f'role="img" aria-label="{html.escape(caption, quote=True)}">'
+    ]
+    for decade in range(int(low), int(high) + 1):
+        y = top + up * (high - decade) / (high - low)
+        parts.append(f'<path d="M{left:g} {y:.1f}H{left + across:g}" stroke="#888" stroke-width=".3"/>')
+        parts.append(f'<text x="{left - 6:g}" y="{y + 4:.1f}" text-anchor="end" fill="currentColor">1e{decade}</text>')
+    for k in range(5):
+        at = f[0] + (f[-1] - f[0]) * k / 4
+        parts.append(
+            f'<text x="{left + across * k / 4:.1f}" y="{height - 12:g}" text-anchor="middle" fill="currentColor">{number(float(at))}</text>'
+        )
+    parts.append(f'<text x="{left + across / 2:g}" y="{height - 1:g}" text-anchor="middle" fill="currentColor">Hz</text>')
+    for k, (column, name) in enumerate(zip(shown, names)):
+        # At most a thousand points: of each run of lines the largest, so that no peak is lost.
+        step = max(1, -(-f.size // 1000))
+        path, pen_is_down = [], False
+        for i in range(0, f.size, step):
+            run = column[i : i + step]
+            if not np.any(np.isfinite(run)):
+                pen_is_down = False
+                continue
+            v = float(np.nanmax(run))
+            y = top + up * (high - np.clip(np.log10(v) if v > 0 else low, low, high)) / (high - low)
+            j = i + int(np.nanargmax(run))
+            px = left + across * (f[j] - f[0]) / (f[-1] - f[0])
+            path.append(f"{'L' if pen_is_down else 'M'}{px:.1f} {y:.1f}")
+            pen_is_down = True
+        hue = 137.5 * k % 360
+        parts.append(
+            f'<path d="{"".join(path)}" fill="none" stroke="hsl({hue:.0f},65%,45%)"><title>{html.escape(name)}</title></path>'
+        )
+    parts.append("</svg>")
+    if len(columns) > most:
+        parts.append(f"<div>the first {most} of {len(columns)}</div>")
+    return title + "".join(parts)
+
+
 def framed(page: str, height: int) -> str:
     """A page in a cell: its scripts run in a frame without access to the notebook."""
     return (

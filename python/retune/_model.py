@@ -12,6 +12,8 @@ import numpy.typing as npt
 
 from . import _core
 from ._convert import Floats, PathLike, Theta, dumps, vector
+from ._effect import Effect
+from ._element import Element
 from ._errors import Problem, RetuneError, problems_of, tell
 from ._frfs import Frfs, Quantity
 from ._html import number, table
@@ -120,6 +122,7 @@ class Model:
     """A model. It does not change: what changes it gives another one.
 
     * ``source``: the path of a model file, or what such a file says as a dict
+    * ``elements``: of the user's own, which the file names by their ``type``
 
     >>> model = Model({
     ...     "retune": 1,
@@ -139,11 +142,14 @@ class Model:
 
     __slots__ = ("_inner",)
 
-    def __init__(self, source: PathLike | Mapping[str, Any], *, configuration: str | None = None) -> None:
+    def __init__(
+        self, source: PathLike | Mapping[str, Any], *, configuration: str | None = None, elements: Sequence[Element] = ()
+    ) -> None:
+        own = [e._core() for e in elements]
         if isinstance(source, Mapping):
-            self._inner = _core.Model.from_text(_core.yaml_of_json(dumps(source)), None, configuration)
+            self._inner = _core.Model.from_text(_core.yaml_of_json(dumps(source)), None, configuration, own)
         else:
-            self._inner = _core.Model.from_file(os.fspath(source), configuration)
+            self._inner = _core.Model.from_file(os.fspath(source), configuration, own)
         self._warn()
 
     def _warn(self) -> None:
@@ -157,16 +163,26 @@ class Model:
         return out
 
     @classmethod
-    def from_file(cls, path: PathLike, *, configuration: str | None = None) -> Model:
+    def from_file(
+        cls, path: PathLike, *, configuration: str | None = None, elements: Sequence[Element] = ()
+    ) -> Model:
         """From a model file, in one of its configurations."""
-        out = cls._of(_core.Model.from_file(os.fspath(path), configuration))
+        out = cls._of(_core.Model.from_file(os.fspath(path), configuration, [e._core() for e in elements]))
         out._warn()
         return out
 
     @classmethod
-    def from_text(cls, text: str, *, folder: PathLike | None = None, configuration: str | None = None) -> Model:
+    def from_text(
+        cls,
+        text: str,
+        *,
+        folder: PathLike | None = None,
+        configuration: str | None = None,
+        elements: Sequence[Element] = (),
+    ) -> Model:
         """From the text of a model file; files that it names are in the folder."""
-        out = cls._of(_core.Model.from_text(text, None if folder is None else os.fspath(folder), configuration))
+        own = [e._core() for e in elements]
+        out = cls._of(_core.Model.from_text(text, None if folder is None else os.fspath(folder), configuration, own))
         out._warn()
         return out
 
@@ -189,6 +205,11 @@ class Model:
     def configurations(self) -> list[str]:
         """The configurations of its file."""
         return self._inner.configurations
+
+    @property
+    def elements(self) -> list[Element]:
+        """The elements of the user's own that its file may name."""
+        return self._inner.elements()
 
     def configured(self, name: str) -> Model:
         """The same file in another configuration."""
@@ -319,12 +340,18 @@ class Model:
         )
         return Frfs._of(found)
 
-    def add(self, effect: str, *, because: str = "", test: Test | None = None) -> Model:
+    def add(
+        self, effect: str | Effect, *, at: str | None = None, because: str = "", test: Test | None = None
+    ) -> Model:
         """The model with an effect at its neutral value, recorded in its history: ``model.add("point-mass@tip")``.
 
+        * ``effect``: effect and place, or an effect of the user's own with its place in ``at``
         * ``test``: whose sensors the effect needs: ``sensor-mass``
         """
-        return Model._of(self._inner.add(effect, because, None if test is None else test._inner))
+        own = None if isinstance(effect, str) else effect._core()
+        name = effect if isinstance(effect, str) else effect.name
+        id = name if at is None else f"{name}@{at}"
+        return Model._of(self._inner.add(id, because, None if test is None else test._inner, own))
 
     def undo(self) -> Model:
         """The model without what was added last."""
@@ -355,8 +382,8 @@ class Model:
 
     def __reduce__(self) -> tuple[object, ...]:
         folder = None if self.path is None else os.path.dirname(os.path.abspath(self.path))
-        return (_again, (self.to_yaml(), folder, self.configuration))
+        return (_again, (self.to_yaml(), folder, self.configuration, self.elements))
 
 
-def _again(text: str, folder: str | None, configuration: str | None) -> Model:
-    return Model._of(_core.Model.from_text(text, folder, configuration))
+def _again(text: str, folder: str | None, configuration: str | None, elements: Sequence[Element]) -> Model:
+    return Model._of(_core.Model.from_text(text, folder, configuration, [e._core() for e in elements]))

@@ -14,6 +14,7 @@ from ._convert import Floats, PathLike, Tests, parametric_of, tests_of, text_of,
 from ._errors import RetuneError, tell
 from ._external import ParametricModel
 from ._model import Model
+from ._residual import Residual
 
 CostName = Literal["least-squares", "paper", "frequencies"]
 PairingName = Literal["probable", "mac", "near-mac", "order", "label"]
@@ -54,9 +55,10 @@ class Objective:
         frequency_window: float | None = None,
         configuration: str | None = None,
         sensor_masses: bool = False,
+        residuals: Sequence[Residual] = (),
     ) -> None:
         how = (pairing, min_mac, frequency_window)
-        arguments = (cost, text_of(objective), how, configuration, sensor_masses)
+        arguments = (cost, text_of(objective), how, configuration, sensor_masses, [r._core() for r in residuals])
         self._inner = _core.Objective(parametric_of(model), tests_of(tests), *arguments)
         self.notes: list[str] = tell(self._inner.remarks())
         self._last: tuple[bytes, tuple[Floats, Floats]] | None = None

@@ -16,6 +16,7 @@ from ._frfs import Frfs
 from ._html import framed, heat, number, table
 from ._model import Model
 from ._test import Test
+from ._widget import page_widget
 
 
 class Result:
@@ -52,8 +53,12 @@ class Paged(Result):
             file.write(page)
 
     def show(self, height: int = 700) -> Report:
-        """The page in a cell of a notebook, the structure moving in its modes."""
+        """The page in a cell of a notebook, the structure moving in its modes. It stays in the file of the notebook."""
         return Report(self.to_html(), None, [], height)
+
+    def widget(self, height: int = 700) -> Any:
+        """The page as a widget, whose ``page`` may be set to that of another result: every view of it follows. Needs anywidget."""
+        return page_widget(self.to_html(), height)
 
 
 @dataclass(frozen=True)
@@ -440,6 +445,10 @@ class TwinResult(Result):
     def __repr__(self) -> str:
         return f"<TwinResult (synthetic): {self._dict['modes'] or 0} modes, {self._dict['functions'] or 0} functions>"
 
+    def _repr_html_(self) -> str:
+        rows = [[what, self._dict[what]] for what in ("modes", "functions", "sensors") if self._dict[what]]
+        return table(str(self._dict["source"]), ["synthetic", "number"], rows)
+
 
 class Plan(Result):
     """Where to measure and to excite."""
@@ -488,6 +497,10 @@ class Report(Result):
     def to_html(self) -> str:
         """The page: one file, which asks no network."""
         return self._page
+
+    def widget(self, height: int = 700) -> Any:
+        """The page as a widget, whose ``page`` may be set later. Needs anywidget."""
+        return page_widget(self._page, height)
 
     def save_html(self, path: PathLike, *, force: bool = False) -> None:
         """Writes the page; over a file that exists only with ``force``."""

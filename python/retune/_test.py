@@ -13,6 +13,7 @@ import numpy.typing as npt
 from . import _core
 from ._convert import Complexes, Floats, PathLike, direction_of, dumps, vector
 from ._errors import Problem, problems_of, tell
+from ._foreign import Shapes, axis_of, modes_of_sdynpy, modes_of_uff
 from ._frfs import Frfs
 
 
@@ -191,6 +192,68 @@ class Test:
             if len(content["sensors"]) != len(placed):
                 raise ValueError("two sensors have one name")
         return cls(content)
+
+    @classmethod
+    def from_frfs(cls, frfs: Frfs, **options: Any) -> Test:
+        """From frequency response functions: the modes that ``retune.identify`` finds in them. Options are those of ``identify``."""
+        from ._verbs import identify
+
+        return identify(frfs, **options).test
+
+    @classmethod
+    def from_uff(cls, datasets: object, *, nodes: Mapping[int, str] | None = None, **options: Any) -> Test:
+        """From the dictionaries of pyuff: modes of datasets 55 and 2414, with positions of datasets 15 and 2411, where they are there.
+
+        What is zero at a node in a direction in all modes was not measured.
+
+        * ``nodes``: names of the nodes of the model, by the numbers of the points; the numbers themselves when absent
+        * ``options``: those of ``from_arrays``: ``frequency_sd``, ``shape_sd``, ``name``, ...
+        """
+        found, places = modes_of_uff(datasets)
+        return cls._of_shapes(found, nodes, places, options)
+
+    @classmethod
+    def from_sdynpy(cls, shapes: Any, *, nodes: Mapping[int, str] | None = None, **options: Any) -> Test:
+        """From a ``ShapeArray`` of SDynPy, by what it has: ``frequency``, Hz, ``damping``, ``coordinate`` and ``shape_matrix``.
+
+        * ``nodes``, ``options``: those of ``from_uff``
+        """
+        return cls._of_shapes(modes_of_sdynpy(shapes), nodes, {}, options)
+
+    @classmethod
+    def from_sdypy(cls, model: Any, sensors: Sequence[Sensor | str], **options: Any) -> Test:
+        """From a ``Model`` of sdypy-EMA whose poles have been selected: ``nat_freq``, Hz, ``nat_xi``, and ``A``, (n_sensors, n_modes), where
+        ``get_constants`` has found it.
+
+        * ``sensors``: one a row of its functions
+        * ``options``: those of ``from_arrays``
+        """
+        shapes = getattr(model, "A", None)
+        options.setdefault("damping", np.asarray(model.nat_xi, dtype=np.float64))
+        options.setdefault("shapes", None if shapes is None else np.asarray(shapes, dtype=np.complex128))
+        return cls.from_arrays(model.nat_freq, sensors=[] if shapes is None else sensors, **options)
+
+    @classmethod
+    def _of_shapes(
+        cls,
+        found: Shapes,
+        nodes: Mapping[int, str] | None,
+        places: Mapping[int, tuple[float, float, float]],
+        options: dict[str, Any],
+    ) -> Test:
+        frequencies, damping, shapes, keys = found.arrays()
+        sensors = []
+        for node, direction in keys:
+            axis = axis_of(direction)
+            if axis is None:
+                raise ValueError(f"point {node} has a scalar, and a shape has directions")
+            if nodes is not None and node not in nodes:
+                raise ValueError(f"`nodes` has no name for point {node}")
+            turn = "about " if axis[1] else ""
+            at = str(node) if nodes is None else nodes[node]
+            sensors.append(Sensor(f"{node}.{turn}{axis[0]}", at, axis[0], places.get(node), is_rotation=axis[1]))
+        options.setdefault("damping", damping)
+        return cls.from_arrays(frequencies, shapes=shapes, sensors=sensors, **options)
 
     @property
     def name(self) -> str:

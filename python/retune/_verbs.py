@@ -10,13 +10,17 @@ from typing import Any, Literal, Union
 import numpy.typing as npt
 
 from . import _core
-from ._convert import PathLike, Tests, dumps, model_of, parametric_of, percent_of, tests_of, text_of, vector
+from ._convert import PathLike, Tests, dumps, model_of, parametric_of, part_of, percent_of, tests_of, text_of, vector
+from ._effect import Effect
 from ._errors import tell
 from ._external import ParametricModel
+from ._fault import Fault
 from ._found import Diagnosis, Learning
 from ._frfs import Frfs, Quantity, read_frfs, read_options
 from ._model import Model
 from ._objective import CostName, PairingName
+from ._optimizer import Optimizer
+from ._residual import Residual
 from ._results import (
     Comparison,
     Identification,
@@ -137,7 +141,8 @@ def update(
     pairing: PairingName = "probable",
     min_mac: float | None = None,
     frequency_window: float | None = None,
-    optimizer: str | Mapping[str, Any] | Sequence[Any] | None = None,
+    residuals: Sequence[Residual] = (),
+    optimizer: str | Mapping[str, Any] | Sequence[Any] | Optimizer | None = None,
     seed: int = 0,
     budget: int | None = None,
     reduced: float | None = None,
@@ -152,12 +157,17 @@ def update(
     Ctrl-C stops the search and keeps the best point so far; ``is_converged`` then is false.
 
     * ``objective``: terms and weights, loss, regularisation and limits, as YAML text or a dict
-    * ``optimizer``: a method of ``retune list optimizers``, or YAML or a dict with settings
+    * ``residuals``: terms of the user's own, beside the usual ones
+    * ``optimizer``: a method of ``retune list optimizers``, or YAML or a dict with settings, or a search of the user's own
     * ``budget``: largest number of evaluations
     * ``reduced``: search on a reduced model whose frequencies are right to this part; for large models
     * ``checkpoint``: keep the state of the search in this file; ``resume`` continues from it
     """
-    method = optimizer if optimizer is None or isinstance(optimizer, str) else _core.yaml_of_json(dumps(optimizer))
+    method: str | _core.OwnOptimizer | None
+    if isinstance(optimizer, Optimizer):
+        method = optimizer._core()
+    else:
+        method = optimizer if optimizer is None or isinstance(optimizer, str) else _core.yaml_of_json(dumps(optimizer))
     with _Telling(progress) as function:
         inner = _core.update(
             parametric_of(model),
@@ -173,6 +183,7 @@ def update(
             resume,
             configuration,
             sensor_masses,
+            [r._core() for r in residuals],
             function,
         )
     return UpdateResult(inner, tell(inner.remarks()))
@@ -184,14 +195,28 @@ def sample(
     *,
     samples: int = 1000,
     objective: str | Mapping[str, Any] | None = None,
+    residuals: Sequence[Residual] = (),
     pairing: PairingName = "probable",
     min_mac: float | None = None,
     frequency_window: float | None = None,
     seed: int = 0,
     reduced: float | None = None,
     configuration: str | None = None,
+    shard: str | None = None,
+    folder: PathLike | None = None,
 ) -> Posterior:
-    """Samples the posterior of the parameters, by transitional Markov chain Monte Carlo; the prior is uniform between the bounds."""
+    """Samples the posterior of the parameters, by transitional Markov chain Monte Carlo; the prior is uniform between the bounds.
+
+    * ``residuals``: terms of the user's own, beside the usual ones
+    * ``shard``, ``folder``: evaluate only this part of every generation, ``"3/8"``, and take the rest from a folder into which processes with
+      the other parts write it; each has the samples that one run has
+    """
+    part: tuple[int, int, str] | None = None
+    if (shard is None) != (folder is None):
+        raise ValueError("shard and folder belong together")
+    if shard is not None and folder is not None:
+        index, of = part_of(shard)
+        part = (index, of, os.fspath(folder))
     inner = _core.sample(
         parametric_of(model),
         tests_of(tests),
@@ -201,26 +226,28 @@ def sample(
         seed,
         reduced,
         configuration,
+        [r._core() for r in residuals],
+        part,
     )
     return Posterior(inner, tell(inner.remarks()))
 
 
 def _search(
-    effects: Sequence[str],
+    effects: Sequence[str | Effect],
     places: Sequence[str],
     budget: float | None,
     effort: float,
     seed: int,
-    faults: bool,
+    faults: bool | Sequence[str | Fault],
     pairing: tuple[str, float | None, float | None],
 ) -> dict[str, Any]:
     return {
-        "effects": list(effects),
+        "effects": [e if isinstance(e, str) else e._core() for e in effects],
         "places": list(places),
         "budget": budget,
         "effort": effort,
         "seed": seed,
-        "faults": faults,
+        "faults": (None if faults else []) if isinstance(faults, bool) else [f if isinstance(f, str) else f._core() for f in faults],
         "pairing": pairing,
     }
 
@@ -229,9 +256,9 @@ def diagnose(
     model: Model | PathLike,
     tests: Tests,
     *,
-    effects: Sequence[str] = (),
+    effects: Sequence[str | Effect] = (),
     places: Sequence[str] = (),
-    faults: bool = True,
+    faults: bool | Sequence[str | Fault] = True,
     budget: float | None = None,
     effort: float = 1.0,
     pairing: PairingName = "probable",
@@ -244,8 +271,9 @@ def diagnose(
 
     Ctrl-C ends the search with the best answer so far; ``is_partial`` then is true.
 
-    * ``effects``: only these; all when empty. ``places``: only where they have a node or an element of these
-    * ``faults``: whether the measurement may be wrong
+    * ``effects``: only these, by name or of the user's own; all built-in ones when empty: ``[*catalogue("effects"), MyEffect()]``
+    * ``places``: only where they have a node or an element of these
+    * ``faults``: whether the measurement may be wrong, or in which ways, by name or of the user's own
     * ``budget``: answer after so many seconds
     * ``effort``: how much is tried, as a factor: 0.5 fits half as many hypotheses from half as many starts
     """
@@ -261,7 +289,7 @@ def learn(
     *,
     take_best: bool = False,
     limit: int = 5,
-    effects: Sequence[str] = (),
+    effects: Sequence[str | Effect] = (),
     places: Sequence[str] = (),
     budget: float | None = None,
     effort: float = 1.0,

@@ -22,20 +22,15 @@ From a program, with any engine that maps a function over a list:
 >>> missing, [round(r["result"]["parameters"][0]["after"], 1) for r in results]
 ([1], [142.5, 157.9, 174.1])
 
-From a shell, or the array of a queue, one model and a test a job:
-
-    python -m retune.batch diagnose wing.yaml tests/*.yaml --folder results --shard 3/8
-    python -m retune.batch diagnose wing.yaml tests/*.yaml --folder results --merge > all.jsonl
+From a shell, or the array of a queue, ``retune batch`` does the same for one model and a test a job.
 """
 
 from __future__ import annotations
 
-import argparse
 import hashlib
 import json
 import os
 import re
-import sys
 import tempfile
 import warnings
 from collections.abc import Sequence
@@ -64,7 +59,8 @@ class Job:
     tests: Sequence[Test]
     """The tests."""
     options: dict[str, Any] = field(default_factory=dict)
-    """Keyword arguments of the verb, as JSON can hold them: `{"seed": 3}`."""
+    """Keyword arguments of the verb, as JSON can hold them: `{"seed": 3}`. Members of one's own have no place here: what their code does is
+    no part of a hash."""
 
     @property
     def key(self) -> str:
@@ -77,6 +73,7 @@ class Job:
             "verb": self.verb,
             "model": _said(self.model),
             "configuration": self.model.configuration,
+            "elements": [f"{type(e).__module__}.{type(e).__qualname__}" for e in self.model.elements],
             "tests": [_said(test) for test in self.tests],
             "options": self.options,
         }
@@ -167,37 +164,3 @@ def merged(jobs: Sequence[Job], folder: PathLike) -> bytes:
 def merge(jobs: Sequence[Job], folder: PathLike) -> list[dict[str, Any]]:
     """`merged`, read."""
     return [json.loads(line) for line in merged(jobs, folder).splitlines()]
-
-
-def main(words: Sequence[str] | None = None) -> int:
-    """The batch of a shell: one model, and a job for every test."""
-    parser = argparse.ArgumentParser(prog="python -m retune.batch", description="One model, and a job for every test.")
-    parser.add_argument("verb", choices=VERBS)
-    parser.add_argument("model")
-    parser.add_argument("tests", nargs="+")
-    parser.add_argument("--folder", required=True, help="where the results are")
-    parser.add_argument("--options", default="{}", metavar="JSON", help='arguments of the verb: {"seed": 3}')
-    what = parser.add_mutually_exclusive_group()
-    what.add_argument("--shard", default="1/1", metavar="I/N", help="do the I-th of N parts, from 1")
-    what.add_argument("--merge", action="store_true", help="write all results to standard output")
-    args = parser.parse_args(words)
-    try:
-        options = json.loads(args.options)
-        index, of = (int(part) for part in args.shard.split("/"))
-        model = Model.from_file(args.model)
-        jobs = [Job(args.verb, model, [Test.from_file(test)], options) for test in args.tests]
-        if args.merge:
-            sys.stdout.buffer.write(merged(jobs, args.folder))
-            return 0
-        mine = shard(jobs, index, of)
-        for k, job in enumerate(mine):
-            key = run(job, args.folder)
-            print(f"{k + 1} of {len(mine)}: {key} {job.tests[0].name}", file=sys.stderr)
-    except (RetuneError, ValueError) as e:
-        print(f"retune.batch: {e}", file=sys.stderr)
-        return 2
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -2,7 +2,7 @@
 
 use crate::arrays;
 use crate::error::Wrong;
-use crate::model::{Model, Source};
+use crate::model::Model;
 use crate::page::Made;
 use crate::running::on_pool;
 use crate::test::{Frfs, Test, TestSource};
@@ -14,7 +14,9 @@ use retune::data::{TestData, joined};
 use retune::diagnosis;
 use retune::effect::set_parameter_values;
 use retune::model::{self, ParametricModel as _};
-use retune::report::{Case, add_diagnosis, answer, assess_paired, of_comparison, of_learning, of_update};
+use retune::report::{
+    Case, add_diagnosis, answer, assess_paired, live_of_learning, live_unasked, of_comparison, of_learning, of_update,
+};
 use retune::update::{self, Agreement, HowToPair, marginals, sampled_values};
 use serde_json::json;
 use std::sync::Arc;
@@ -82,6 +84,7 @@ pub(crate) fn compared(tested: &Tested, how: &HowToPair) -> Result<retune::repor
 pub(crate) struct Updated {
     pub(crate) update: update::Update,
     pub(crate) all: Vec<Tested>,
+    pub(crate) how: HowToPair,
     pub(crate) made: Made,
 }
 
@@ -126,7 +129,7 @@ impl Updated {
             let free = self.update.parameters.iter().filter(|p| p.lower.is_some());
             let values: Vec<(&str, f64)> = free.map(|p| (p.name.as_str(), p.after_si)).collect();
             let text = set_parameter_values(&source.text, &values)?;
-            Source::new(text, source.home.edited(), source.configuration.clone())
+            source.edited(text)
         };
         Ok(Model(Arc::new(py.detach(edit)?)))
     }
@@ -134,7 +137,10 @@ impl Updated {
     fn page(&self, py: Python<'_>) -> PyResult<String> {
         let (first, u) = (&self.all[0], &self.update);
         let work = || {
-            let mut data = of_update(first.model.file()?, &first.test, u)?;
+            let model = first.model.file()?;
+            let mut data = of_update(model, &first.test, u)?;
+            let case = Case { model, test: &first.test, assessment: &u.after };
+            data.live = live_unasked(case, &self.how, Some(model), &[]);
             data.meta.warnings.extend(u.uncertainty.remarks.iter().cloned());
             if self.all.len() > 1 {
                 let n = self.all.len();
@@ -205,7 +211,11 @@ impl Diagnosed {
         let work = || {
             let mut data = compared(first, &self.how)?;
             let tests: Vec<&TestData> = self.all.iter().map(|t| &t.test).collect();
-            add_diagnosis(&mut data, &self.diagnosis, first.model.file()?, &joined(&tests).test);
+            let model = first.model.file()?;
+            add_diagnosis(&mut data, &self.diagnosis, model, &joined(&tests).test);
+            let assessment = assess_paired(model, &model.parameters().nominal(), &first.test, &self.how)?;
+            let case = Case { model, test: &first.test, assessment: &assessment };
+            data.live = live_unasked(case, &self.how, None, &self.diagnosis.hypotheses);
             data.meta.warnings.extend(warnings_of(&self.all[1..]));
             self.made.page(data)
         };
@@ -236,8 +246,7 @@ impl Learned {
         let source = self.made.source()?;
         let edit = || {
             let texts = self.learned.model_texts(&source.text)?;
-            let new = |text| Source::new(text, source.home.edited(), source.configuration.clone());
-            texts.into_iter().map(|text| Ok(Model(Arc::new(new(text)?)))).collect::<Result<Vec<_>, Wrong>>()
+            texts.into_iter().map(|text| Ok(Model(Arc::new(source.edited(text)?)))).collect::<Result<Vec<_>, Wrong>>()
         };
         Ok(py.detach(edit)?)
     }
@@ -255,6 +264,7 @@ impl Learned {
         }
         let work = || {
             let mut data = of_learning(&cases, &self.learned)?;
+            data.live = cases.first().and_then(|c| live_of_learning(c.0, c.1, &self.learned));
             data.meta.warnings.extend(warnings_of(&self.all));
             self.made.page(data)
         };

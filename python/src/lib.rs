@@ -12,6 +12,7 @@ mod error;
 mod external;
 mod model;
 mod objective;
+mod own;
 mod page;
 mod running;
 mod test;
@@ -33,6 +34,8 @@ mod _core {
     #[pymodule_export]
     use super::objective::{Objective, Search};
     #[pymodule_export]
+    use super::own::{OwnEffect, OwnElement, OwnFault, OwnOptimizer, OwnResidual, Run};
+    #[pymodule_export]
     use super::test::{Frfs, Test};
     #[pymodule_export]
     use super::verbs::{compare, diagnose, identify, learn, pretest, read_frfs, report, sample, twin, update};
@@ -46,9 +49,11 @@ mod _core {
 }
 
 /// Performs a command line in this process, and gives the exit code.
+///
+/// * `program` - the words that start this program once more
 #[pyfunction]
-fn command(py: Python<'_>, words: Vec<std::ffi::OsString>) -> u8 {
-    py.detach(|| retune_cli::command(words))
+fn command(py: Python<'_>, program: Vec<std::ffi::OsString>, words: Vec<std::ffi::OsString>) -> u8 {
+    py.detach(|| retune_cli::command(program, words))
 }
 
 /// JSON text as block YAML, the format of model and test files.

@@ -2,6 +2,7 @@
 
 use crate::arrays;
 use crate::error::{Wrong, problem_list};
+use crate::own::{Elements, OwnEffect, OwnElement, settled};
 use crate::running::on_pool;
 use crate::test::{Frfs, Test};
 use crate::tested::sensors_of;
@@ -15,7 +16,7 @@ use retune::effect::{Context, Effects, Structure, set_parameter_values, undo};
 use retune::hash::sha256;
 use retune::linalg::sparse::SparseSym;
 use retune::modal::{Modes, SolveOptions};
-use retune::model::{self, ParametricModel, Registry, doubts, load_in, solve_modes};
+use retune::model::{self, ParametricModel, doubts, load_in, solve_modes};
 use retune::report::answer;
 use retune::update::{TwinFrfOptions, TwinOptions, name_modes, node_sensors, twin_frfs};
 use retune::yaml::Problem;
@@ -35,6 +36,7 @@ pub(crate) struct Source {
     pub(crate) text: String,
     pub(crate) home: Home,
     pub(crate) configuration: Option<String>,
+    pub(crate) elements: Elements,
     pub(crate) model: Arc<model::Model>,
     pub(crate) warnings: Vec<Problem>,
 }
@@ -78,22 +80,27 @@ pub(crate) fn read(path: &Path) -> Result<(String, String), Wrong> {
 }
 
 impl Source {
-    pub(crate) fn new(text: String, home: Home, configuration: Option<String>) -> Result<Self, Wrong> {
+    pub(crate) fn new(
+        text: String,
+        home: Home,
+        configuration: Option<String>,
+        elements: Elements,
+    ) -> Result<Self, Wrong> {
         let mut open = |name: &str| read_file(&home.folder.join(name), LARGEST_MATRICES);
-        let (model, mut warnings, map) = load_in(&text, configuration.as_deref(), &Registry::builtin(), &mut open)
+        let (model, mut warnings, map) = load_in(&text, configuration.as_deref(), &elements.registry(), &mut open)
             .map_err(|problems| Wrong::problems(home.name().as_deref(), problems))?;
         warnings.extend(map.place(doubts(&model)));
-        Ok(Self { text, home, configuration, model: Arc::new(model), warnings })
+        Ok(Self { text, home, configuration, elements, model: Arc::new(model), warnings })
     }
 
     /// The same file in another configuration.
     pub(crate) fn configured(&self, name: &str) -> Result<Self, Wrong> {
-        Self::new(self.text.clone(), self.home.clone(), Some(name.to_string()))
+        Self::new(self.text.clone(), self.home.clone(), Some(name.to_string()), self.elements.clone())
     }
 
     /// Another text in its place.
-    fn edited(&self, text: String) -> Result<Self, Wrong> {
-        Self::new(text, self.home.edited(), self.configuration.clone())
+    pub(crate) fn edited(&self, text: String) -> Result<Self, Wrong> {
+        Self::new(text, self.home.edited(), self.configuration.clone(), self.elements.clone())
     }
 
     /// The name of the file, or what stands in its place.
@@ -125,25 +132,33 @@ type Mass = (f64, [f64; 3], [[f64; 3]; 3]);
 #[pymethods]
 impl Model {
     #[staticmethod]
-    #[pyo3(signature = (path, configuration=None))]
-    fn from_file(py: Python<'_>, path: PathBuf, configuration: Option<String>) -> PyResult<Self> {
+    #[pyo3(signature = (path, configuration=None, elements=Vec::new()))]
+    fn from_file(
+        py: Python<'_>,
+        path: PathBuf,
+        configuration: Option<String>,
+        elements: Vec<Py<OwnElement>>,
+    ) -> PyResult<Self> {
+        let elements = Elements::new(elements);
         let load = || {
             let (text, sha256) = read(&path)?;
-            Source::new(text, Home::file(path, sha256), configuration)
+            Source::new(text, Home::file(path, sha256), configuration, elements)
         };
         Ok(Self(Arc::new(py.detach(load)?)))
     }
 
     #[staticmethod]
-    #[pyo3(signature = (text, folder=None, configuration=None))]
+    #[pyo3(signature = (text, folder=None, configuration=None, elements=Vec::new()))]
     fn from_text(
         py: Python<'_>,
         text: String,
         folder: Option<PathBuf>,
         configuration: Option<String>,
+        elements: Vec<Py<OwnElement>>,
     ) -> PyResult<Self> {
+        let elements = Elements::new(elements);
         let home = Home { folder: folder.unwrap_or_default(), ..Home::default() };
-        let load = || Source::new(text, home, configuration);
+        let load = || Source::new(text, home, configuration, elements);
         Ok(Self(Arc::new(py.detach(load)?)))
     }
 
@@ -170,6 +185,11 @@ impl Model {
     #[getter]
     fn configurations(&self) -> Vec<String> {
         self.0.model.spec().configurations.keys().cloned().collect()
+    }
+
+    /// The elements of the user's that its file may name, as they were given.
+    fn elements(&self, py: Python<'_>) -> Vec<Py<PyAny>> {
+        self.0.elements.python(py)
     }
 
     fn warnings<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
@@ -334,20 +354,30 @@ impl Model {
     }
 
     /// The model with an effect at its neutral value, and the id of what was added.
-    #[pyo3(signature = (effect, because="", test=None))]
-    fn add(&self, py: Python<'_>, effect: &str, because: &str, test: Option<PyRef<'_, Test>>) -> PyResult<Self> {
+    #[pyo3(signature = (effect, because="", test=None, own=None))]
+    fn add(
+        &self,
+        py: Python<'_>,
+        effect: &str,
+        because: &str,
+        test: Option<PyRef<'_, Test>>,
+        own: Option<PyRef<'_, OwnEffect>>,
+    ) -> PyResult<Self> {
+        let own = own.map(|own| own.0);
         let sensors = test.map(|t| t.0.data.sensors.clone());
-        let edit = || {
+        let edit = || -> Result<Source, Wrong> {
             let model = &*self.0.model;
             let mut context = Context::default();
             if let Some(sensors) = &sensors {
                 context.sensors = sensor_loads(model, sensors)?;
             }
             let structure = Structure::new(model, &context);
-            let candidate = Effects::builtin().candidate(&structure, effect)?;
+            let effects = own.iter().fold(Effects::builtin(), |all, own| all.with(*own));
+            let candidate = effects.candidate(&structure, effect)?;
             self.0.edited(candidate.patch.add_to_text(&self.0.text, &candidate.id(), because)?)
         };
-        Ok(Self(Arc::new(py.detach(edit)?)))
+        let edited: PyResult<Source> = py.detach(edit).map_err(PyErr::from);
+        Ok(Self(Arc::new(settled(edited, own.iter().map(|own| &own.failure))?)))
     }
 
     /// The model without what was added last.

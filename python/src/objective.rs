@@ -5,10 +5,11 @@
 
 use crate::arrays;
 use crate::error::Wrong;
+use crate::own::{Failure, settled};
 use crate::running::{Stops, run};
 use crate::test::Test;
 use crate::tested::{Given, Pairing, all_tested, cases};
-use crate::verbs::settings;
+use crate::verbs::{OwnTerms, failures, settings};
 use numpy::{PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use retune::linalg::{DMatrix, DVector};
@@ -50,12 +51,14 @@ pub(crate) struct Objective {
     line: Mutex<(Sender<Question>, Receiver<Answer>)>,
     standing: Standing,
     remarks: Vec<(&'static str, String)>,
+    /// What residual terms of the user's may raise.
+    failures: Vec<&'static Failure>,
 }
 
 #[pymethods]
 impl Objective {
     #[new]
-    #[pyo3(signature = (model, tests, cost, objective, pairing, configuration, sensor_masses))]
+    #[pyo3(signature = (model, tests, cost, objective, pairing, configuration, sensor_masses, residuals))]
     #[expect(clippy::too_many_arguments, reason = "Python gives them by name")]
     fn new(
         py: Python<'_>,
@@ -66,10 +69,13 @@ impl Objective {
         pairing: Pairing,
         configuration: Option<String>,
         sensor_masses: bool,
+        residuals: OwnTerms<'_>,
     ) -> PyResult<Self> {
-        let settings = settings(cost, objective, &pairing, None, 0, None)?;
+        let settings = settings(cost, (objective, &residuals), &pairing, None, 0, None)?;
+        let failures = failures(&residuals);
+        let kept = failures.clone();
         let tests: Vec<_> = tests.iter().map(|t| Arc::clone(&t.0)).collect();
-        run(py, None, Stops::Never, move |_| {
+        let made = run(py, None, Stops::Never, move |_| {
             let all = all_tested(&model, &tests, configuration.as_deref(), Some(sensor_masses))?;
             let remarks = all.iter().flat_map(|t| t.remarks.clone()).collect();
             let (ask, questions) = channel();
@@ -102,8 +108,9 @@ impl Objective {
             };
             std::thread::Builder::new().name("retune-objective".into()).stack_size(8 << 20).spawn(at_work)?;
             let standing = is_standing.recv()??;
-            Ok(Self { line: Mutex::new((ask, told)), standing, remarks })
-        })
+            Ok(Self { line: Mutex::new((ask, told)), standing, remarks, failures: kept })
+        });
+        settled(made, failures)
     }
 
     fn remarks(&self) -> Vec<(&'static str, String)> {
@@ -179,12 +186,13 @@ impl Objective {
         arrays::point(x, self.standing.names.len())
     }
 
-    fn ask(&self, py: Python<'_>, question: Question) -> Result<Answer, Wrong> {
-        py.detach(|| {
+    fn ask(&self, py: Python<'_>, question: Question) -> PyResult<Answer> {
+        let answer = py.detach(|| {
             let line = self.line.lock().unwrap_or_else(PoisonError::into_inner);
-            line.0.send(question)?;
-            Ok(line.1.recv()?)
-        })
+            line.0.send(question).map_err(Wrong::from)?;
+            Ok::<_, Wrong>(line.1.recv()?)
+        });
+        settled(answer.map_err(PyErr::from), self.failures.iter().copied())
     }
 }
 

@@ -3,6 +3,7 @@
 use crate::answers::{Compared, Diagnosed, Identified, Learned, Sampled, Twin, Updated, compared};
 use crate::error::Wrong;
 use crate::model::{Model, quantity_of};
+use crate::own::{Failure, OwnEffect, OwnFault, OwnOptimizer, OwnResidual, settled};
 use crate::page::Made;
 use crate::running::{Job, Stops, run};
 use crate::test::{Frfs, Test, TestSource};
@@ -13,16 +14,17 @@ use retune::data::convert::Duplicates;
 use retune::data::{Answers, Measurements, TestData, corrected_functions, joined, read_measurements};
 use retune::diagnosis::{self, Listener, Until, diagnose_tests, learn_from_tests};
 use retune::effect::{Effect, Effects};
-use retune::fault::Faults;
+use retune::fault::{Fault, Faults};
 use retune::identify::{IdentifyOptions, forward_in_time};
-use retune::model::{Model as Structure, ParametricModel as _, Registry};
-use retune::optim::{Checkpoint, OptimizerSpec, Progress, Tmcmc};
+use retune::model::{Model as Structure, ParametricModel as _};
+use retune::objective::Residuals;
+use retune::optim::{Checkpoint, Evaluator, OptimizerSpec, Own, Progress, Shared, Threads, Tmcmc};
 use retune::report::{Case, add_before, add_diagnosis, add_responses, answer, assess_paired, html, json, live_unasked};
 use retune::units::Scalar;
 use retune::update::{
     self as workflows, About, AgreementOptions, Controls, Cost, IdentifySettings, MassReduction, Method, ObjectiveSpec,
     Placement, PretestOptions, Settings, TwinFault, TwinFrfOptions, TwinOptions, TwinStory, Window, agreement,
-    identify_test, load_profile, node_sensors, sample_posterior, twin_frfs, twin_modes, update_to_tests,
+    identify_test, load_profile, node_sensors, sample_posterior_by, twin_frfs, twin_modes, update_to_tests,
 };
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -90,12 +92,28 @@ pub(crate) fn compare(
     })
 }
 
+/// Residual terms of the user's.
+pub(crate) type OwnTerms<'py> = Vec<PyRef<'py, OwnResidual>>;
+
+pub(crate) fn failures(terms: &OwnTerms<'_>) -> Vec<&'static Failure> {
+    terms.iter().map(|own| &own.0.failure).collect()
+}
+
+/// A method by its name or settings, or one of the user's.
+#[derive(FromPyObject)]
+pub(crate) enum Searcher<'py> {
+    /// YAML.
+    Said(String),
+    /// A Python object.
+    Own(PyRef<'py, OwnOptimizer>),
+}
+
 /// Settings that update, sample and an objective share.
 pub(crate) fn settings(
     cost: &str,
-    objective: Option<&str>,
+    (objective, terms): (Option<&str>, &OwnTerms<'_>),
     pairing: &Pairing,
-    optimizer: Option<&str>,
+    optimizer: Option<&Searcher<'_>>,
     seed: u64,
     reduced: Option<f64>,
 ) -> Result<Settings, Wrong> {
@@ -103,18 +121,27 @@ pub(crate) fn settings(
     if let Some(t) = reduced.filter(|t| !(1e-9..=0.1).contains(t)) {
         return Err(Wrong::text(format!("reduced is {t}; it is a relative error of frequencies from 1e-9 to 0.1")));
     }
+    let residuals = terms.iter().fold(Residuals::builtin(), |all, own| all.with(own.0));
+    if cost != Cost::LeastSquares && !terms.is_empty() {
+        return Err(Wrong::text(
+            "residuals are terms of the cost least-squares; the other costs are whole as they are",
+        ));
+    }
     let objective = match objective {
-        None => ObjectiveSpec::default(),
-        Some(text) => ObjectiveSpec::read(text).map_err(|p| Wrong::problems(Some("objective"), p))?,
+        None => ObjectiveSpec { residuals, ..ObjectiveSpec::default() },
+        Some(text) => ObjectiveSpec::read_with(text, residuals).map_err(|p| Wrong::problems(Some("objective"), p))?,
     };
-    let method = |text: &str| retune::yaml::read::<OptimizerSpec>(text).map(|(spec, _)| spec);
+    let method = |searcher: &Searcher<'_>| match searcher {
+        Searcher::Said(text) => retune::yaml::read::<OptimizerSpec>(text).map(|(spec, _)| spec),
+        Searcher::Own(own) => Ok(OptimizerSpec::Own(Own(own.0))),
+    };
     let optimizer = optimizer.map(method).transpose().map_err(|p| Wrong::problems(Some("optimizer"), p))?;
     Ok(Settings { cost, pairing: pairing.how()?, optimizer, seed, objective, reduced })
 }
 
 /// `retune update`
 #[pyfunction]
-#[pyo3(signature = (model, tests, cost, objective, pairing, optimizer, seed, budget, reduced, checkpoint, resume, configuration, sensor_masses, progress))]
+#[pyo3(signature = (model, tests, cost, objective, pairing, optimizer, seed, budget, reduced, checkpoint, resume, configuration, sensor_masses, residuals, progress))]
 #[expect(clippy::too_many_arguments, reason = "Python gives them by name")]
 pub(crate) fn update(
     py: Python<'_>,
@@ -123,7 +150,7 @@ pub(crate) fn update(
     cost: &str,
     objective: Option<&str>,
     pairing: Pairing,
-    optimizer: Option<&str>,
+    optimizer: Option<Searcher<'_>>,
     seed: u64,
     budget: Option<u64>,
     reduced: Option<f64>,
@@ -131,12 +158,17 @@ pub(crate) fn update(
     resume: bool,
     configuration: Option<String>,
     sensor_masses: bool,
+    residuals: OwnTerms<'_>,
     progress: OneProgress<'_, '_>,
 ) -> PyResult<Updated> {
-    let settings = settings(cost, objective, &pairing, optimizer, seed, reduced)?;
+    let settings = settings(cost, (objective, &residuals), &pairing, optimizer.as_ref(), seed, reduced)?;
+    let mut failures = failures(&residuals);
+    if let Some(Searcher::Own(own)) = &optimizer {
+        failures.push(&own.0.failure);
+    }
     let (given, tests) = (model, sources(&tests));
     let made = made(&given, &tests, "retune.update", Some(seed));
-    run(py, progress, Stops::WithItsBest, move |job| {
+    let found = run(py, progress, Stops::WithItsBest, move |job| {
         let all = all_tested(&given, &tests, configuration.as_deref(), Some(sensor_masses))?;
         let checkpoint = match &checkpoint {
             Some(path) if resume => Some(Checkpoint::resume(path)?),
@@ -152,13 +184,14 @@ pub(crate) fn update(
             checkpoint,
         };
         let update = update_to_tests(&cases(&all), &settings, controls)?;
-        Ok(Updated { update, all, made })
-    })
+        Ok(Updated { update, all, how: settings.pairing, made })
+    });
+    settled(found, failures)
 }
 
 /// `retune sample`
 #[pyfunction]
-#[pyo3(signature = (model, tests, samples, objective, pairing, seed, reduced, configuration))]
+#[pyo3(signature = (model, tests, samples, objective, pairing, seed, reduced, configuration, residuals, shard))]
 #[expect(clippy::too_many_arguments, reason = "Python gives them by name")]
 pub(crate) fn sample(
     py: Python<'_>,
@@ -170,26 +203,50 @@ pub(crate) fn sample(
     seed: u64,
     reduced: Option<f64>,
     configuration: Option<String>,
+    residuals: OwnTerms<'_>,
+    shard: Option<(usize, usize, PathBuf)>,
 ) -> PyResult<Sampled> {
     if !(50..=1_000_000).contains(&samples) {
         return Err(Wrong::text(format!("samples is {samples}; it is from 50 to 1000000")).into());
     }
     // The seed is of the sampler alone, as in the command.
-    let settings = settings("least-squares", objective, &pairing, None, 0, reduced)?;
+    let settings = settings("least-squares", (objective, &residuals), &pairing, None, 0, reduced)?;
     let (given, tests) = (model, sources(&tests));
-    run(py, None, Stops::WithItsBest, move |job| {
+    let found = run(py, None, Stops::WithItsBest, move |job| {
         let all = all_tested(&given, &tests, configuration.as_deref(), None)?;
         let sampler = Tmcmc { n_samples: samples, seed, cancel: Arc::clone(&job.stop), ..Tmcmc::default() };
-        let sampled = sample_posterior(&cases(&all), &settings, &sampler)?;
+        let shared = shard.map(|(index, of, folder)| Shared::new(&folder, index, of));
+        let shared = shared.transpose().map_err(|e| Wrong::text(e.to_string()))?;
+        let evaluator: &dyn Evaluator = shared.as_ref().map_or(&Threads, |shared| shared);
+        let sampled = sample_posterior_by(&cases(&all), &settings, &sampler, evaluator)?;
         Ok(Sampled { sampled, all })
-    })
+    });
+    settled(found, failures(&residuals))
+}
+
+/// An effect by its name, or one of the user's.
+#[derive(FromPyObject)]
+pub(crate) enum EffectMember<'py> {
+    /// Its name.
+    Named(String),
+    /// A Python object.
+    Own(PyRef<'py, OwnEffect>),
+}
+
+/// A fault by its name, or one of the user's.
+#[derive(FromPyObject)]
+pub(crate) enum FaultMember<'py> {
+    /// Its name.
+    Named(String),
+    /// A Python object.
+    Own(PyRef<'py, OwnFault>),
 }
 
 /// What a diagnosis tries, and for how long.
 #[derive(FromPyObject)]
-pub(crate) struct SearchOptions {
+pub(crate) struct SearchOptions<'py> {
     #[pyo3(item)]
-    effects: Vec<String>,
+    effects: Vec<EffectMember<'py>>,
     #[pyo3(item)]
     places: Vec<String>,
     #[pyo3(item)]
@@ -198,44 +255,87 @@ pub(crate) struct SearchOptions {
     effort: f64,
     #[pyo3(item)]
     seed: u64,
+    /// All when absent.
     #[pyo3(item)]
-    faults: bool,
+    faults: Option<Vec<FaultMember<'py>>>,
     #[pyo3(item)]
     pairing: Pairing,
 }
 
-impl SearchOptions {
-    fn settings(&self, job: &Job) -> Result<diagnosis::Settings, Wrong> {
+/// The same, free of Python.
+struct Tried {
+    settings: diagnosis::Settings,
+    budget: Option<Duration>,
+}
+
+impl SearchOptions<'_> {
+    fn tried(&self) -> Result<Tried, Wrong> {
         let known = Effects::builtin();
         let mut effects = if self.effects.is_empty() { Effects::builtin() } else { Effects::none() };
-        for name in &self.effects {
-            let found = known.find(name).ok_or_else(|| {
-                let suggestion = did_you_mean(name, known.iter().map(Effect::name));
-                Wrong::text(format!("there is no effect `{name}`{suggestion}"))
-            })?;
-            effects = effects.with(found);
+        for member in &self.effects {
+            effects = effects.with(match member {
+                EffectMember::Own(own) => own.0,
+                EffectMember::Named(name) => known.find(name).ok_or_else(|| {
+                    let suggestion = did_you_mean(name, known.iter().map(Effect::name));
+                    Wrong::text(format!("there is no effect `{name}`{suggestion}"))
+                })?,
+            });
         }
-        let mut until = Until::the_end().stopped_by(Arc::clone(&job.stop));
-        if let Some(seconds) = self.budget {
+        let mut faults = if self.faults.is_none() { Faults::builtin() } else { Faults::none() };
+        let known = Faults::builtin();
+        for member in self.faults.iter().flatten() {
+            faults = faults.with(match member {
+                FaultMember::Own(own) => own.0,
+                FaultMember::Named(name) => known.find(name).ok_or_else(|| {
+                    let suggestion = did_you_mean(name, known.iter().map(Fault::name));
+                    Wrong::text(format!("there is no fault `{name}`{suggestion}"))
+                })?,
+            });
+        }
+        let wrong = |seconds: f64| Wrong::text(format!("budget is {seconds}; it is a time above zero, in seconds"));
+        let budget = |seconds: f64| {
             let budget = Duration::try_from_secs_f64(seconds).ok().filter(|b| !b.is_zero());
-            let wrong = || Wrong::text(format!("budget is {seconds}; it is a time above zero, in seconds"));
-            until = until.elapsed(budget.ok_or_else(wrong)?);
-        }
+            budget.ok_or_else(|| wrong(seconds))
+        };
         if !(self.effort > 0.0 && self.effort.is_finite()) {
             return Err(Wrong::text(format!("effort is {}; it is a factor above zero", self.effort)));
         }
-        let job = job.clone();
-        Ok(diagnosis::Settings {
+        let settings = diagnosis::Settings {
             effects,
             places: self.places.clone(),
             effort: diagnosis::Effort::default().times(self.effort),
-            faults: if self.faults { Faults::builtin() } else { Faults::none() },
+            faults,
             pairing: self.pairing.how()?,
             seed: self.seed,
-            listener: Listener::new(move |what| job.tell(what.to_string(), None, None)),
-            until,
             ..diagnosis::Settings::default()
-        })
+        };
+        Ok(Tried { settings, budget: self.budget.map(budget).transpose()? })
+    }
+
+    /// What members of the user's may have raised.
+    fn failures(&self) -> Vec<&'static Failure> {
+        let effects = self.effects.iter().filter_map(|m| match m {
+            EffectMember::Own(own) => Some(&own.0.failure),
+            EffectMember::Named(_) => None,
+        });
+        let faults = self.faults.iter().flatten().filter_map(|m| match m {
+            FaultMember::Own(own) => Some(&own.0.failure),
+            FaultMember::Named(_) => None,
+        });
+        effects.chain(faults).collect()
+    }
+}
+
+impl Tried {
+    /// Settings that end with the job, or when the time is over that begins now.
+    fn of(self, job: &Job) -> diagnosis::Settings {
+        let mut until = Until::the_end().stopped_by(Arc::clone(&job.stop));
+        if let Some(budget) = self.budget {
+            until = until.elapsed(budget);
+        }
+        let job = job.clone();
+        let listener = Listener::new(move |what| job.tell(what.to_string(), None, None));
+        diagnosis::Settings { listener, until, ..self.settings }
     }
 }
 
@@ -259,18 +359,20 @@ pub(crate) fn diagnose(
     py: Python<'_>,
     model: PyRef<'_, Model>,
     tests: Tests<'_>,
-    options: SearchOptions,
+    options: SearchOptions<'_>,
     progress: OneProgress<'_, '_>,
 ) -> PyResult<Diagnosed> {
     let (given, tests) = (Given::File(Arc::clone(&model.0)), sources(&tests));
     let made = made(&given, &tests, "retune.diagnose", Some(options.seed));
-    run(py, progress, Stops::WithItsBest, move |job| {
+    let (tried, failures) = (options.tried()?, options.failures());
+    let found = run(py, progress, Stops::WithItsBest, move |job| {
         let (base, all) = scene(&given, &tests)?;
-        let settings = options.settings(job)?;
+        let settings = tried.of(job);
         let data: Vec<&TestData> = all.iter().map(|t| &t.test).collect();
         let diagnosis = diagnose_tests(&base, &data, &settings)?;
         Ok(Diagnosed { diagnosis, all, how: settings.pairing, made })
-    })
+    });
+    settled(found, failures)
 }
 
 /// `retune learn`
@@ -280,20 +382,22 @@ pub(crate) fn learn(
     py: Python<'_>,
     model: PyRef<'_, Model>,
     tests: Tests<'_>,
-    options: SearchOptions,
+    options: SearchOptions<'_>,
     take_best: bool,
     limit: u8,
     progress: OneProgress<'_, '_>,
 ) -> PyResult<Learned> {
     let (given, tests) = (Given::File(Arc::clone(&model.0)), sources(&tests));
     let made = made(&given, &tests, "retune.learn", Some(options.seed));
-    run(py, progress, Stops::WithItsBest, move |job| {
+    let (tried, failures) = (options.tried()?, options.failures());
+    let found = run(py, progress, Stops::WithItsBest, move |job| {
         let (base, all) = scene(&given, &tests)?;
-        let settings = options.settings(job)?;
+        let settings = tried.of(job);
         let data: Vec<&TestData> = all.iter().map(|t| &t.test).collect();
         let learned = learn_from_tests(&base, &data, &settings, take_best, usize::from(limit))?;
         Ok(Learned { learned, all, made })
-    })
+    });
+    settled(found, failures)
 }
 
 /// `retune pretest`: the JSON.
@@ -395,7 +499,7 @@ fn synthetic(
     if let Some((name, text)) = &args.patch {
         let wrong = |problems| Wrong::problems(Some(name), problems);
         let spec = structure.spec().overlaid(text).map_err(wrong)?;
-        structure = Arc::new(Structure::new(spec, &Registry::builtin()).map_err(wrong)?.0);
+        structure = Arc::new(Structure::new(spec, structure.registry()).map_err(wrong)?.0);
     }
     let parameters = structure.parameters();
     let mut theta = parameters.nominal();

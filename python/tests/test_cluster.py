@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import concurrent.futures
+import json
 import multiprocessing
 import os
 import signal
@@ -18,6 +20,10 @@ from conftest import CANTILEVER
 
 import retune
 from retune import batch
+
+
+# As many as the promise says where time does not matter.
+MANY, FEW = (200, 200) if os.environ.get("RETUNE_SLOW") else (24, 8)
 
 
 def jobs_of(n: int) -> list[batch.Job]:
@@ -41,14 +47,14 @@ def test_shards_are_all_jobs_each_once() -> None:
 
 
 def test_four_shards_are_one_run_to_the_byte(tmp_path: Path) -> None:
-    jobs = jobs_of(8)
+    jobs = jobs_of(FEW)
     for job in jobs:
         batch.run(job, tmp_path / "one")
     for index in (3, 1, 4, 2):
         for job in batch.shard(jobs, index, 4):
             batch.run(job, tmp_path / "four")
     assert batch.merged(jobs, tmp_path / "four") == batch.merged(jobs, tmp_path / "one")
-    assert len(batch.merge(jobs, tmp_path / "one")) == 8
+    assert len(batch.merge(jobs, tmp_path / "one")) == FEW
 
 
 def test_what_is_finished_is_not_done_again(tmp_path: Path) -> None:
@@ -93,32 +99,119 @@ def test_a_killed_process_leaves_nothing_behind_but_whole_results(tmp_path: Path
     assert batch.merged(jobs, tmp_path / "killed") == batch.merged(jobs, tmp_path / "one")
 
 
-def test_the_shell_of_a_batch(tmp_path: Path) -> None:
-    jobs = jobs_of(3)
-    retune.Model(CANTILEVER).save(tmp_path / "model.yaml")
-    tests = []
-    for k, job in enumerate(jobs):
-        job.tests[0].save(tmp_path / f"t{k}.yaml")
-        tests.append(f"t{k}.yaml")
+def command(folder: Path, *words: str) -> subprocess.CompletedProcess[bytes]:
+    line = [sys.executable, "-m", "retune", *words]
+    return subprocess.run(line, cwd=folder, capture_output=True, check=False, env={**os.environ, "NO_COLOR": "1"})
 
-    def shell(*words: str) -> subprocess.CompletedProcess[bytes]:
-        line = [sys.executable, "-m", "retune.batch", "update", "model.yaml", *tests, "--folder", "results", *words]
-        return subprocess.run(line, cwd=tmp_path, capture_output=True, check=False)
 
-    assert shell("--shard", "2/2").returncode == 0
-    early = shell("--merge")
-    assert early.returncode == 2 and b"2 of 3 jobs have no result" in early.stderr
-    assert shell("--shard", "1/2").returncode == 0
-    done = shell("--merge")
-    assert done.returncode == 0 and done.stdout.count(b"\n") == 3
-    assert shell("--shard", "3/2").returncode == 2
+def batch_of(n: int, folder: Path) -> list[str]:
+    """The words of a batch of the command: a model and its synthetic tests as files."""
+    retune.Model(CANTILEVER).save(folder / "model.yaml")
+    names = []
+    for k, job in enumerate(jobs_of(n)):
+        text = job.tests[0].to_yaml().replace("name: ", f"name: {k:03d} ", 1)
+        (folder / f"t{k:03d}.yaml").write_text(text, encoding="utf-8")
+        names.append(f"t{k:03d}.yaml")
+    return ["batch", "diagnose", "model.yaml", *names]
+
+
+OPTIONS = ["--", "--effects", "point-mass", "--no-faults", "--seed", "3"]
+
+
+def test_four_shards_of_the_command_are_one_run_to_the_byte(tmp_path: Path) -> None:
+    batch = batch_of(FEW, tmp_path)
+    whole = command(tmp_path, *batch, "--folder", "one", *OPTIONS)
+    assert whole.returncode == 0 and whole.stdout.count(b"\n") == FEW, whole.stderr
+    for shard in ("3/4", "1/4", "4/4", "2/4"):
+        done = command(tmp_path, *batch, "--folder", "four", "--shard", shard, *OPTIONS)
+        assert (done.returncode, done.stdout) == (0, b""), done.stderr
+    files = sorted(str(p) for p in (tmp_path / "four").glob("*.json"))
+    assert command(tmp_path, "merge", *reversed(files)).stdout == whole.stdout
+    assert sorted(p.name for p in (tmp_path / "one").iterdir()) == sorted(p.name for p in (tmp_path / "four").iterdir())
+    # What the verb answers alone is what stands in the line.
+    first = json.loads(whole.stdout.splitlines()[0])
+    alone = command(tmp_path, "diagnose", "model.yaml", "t000.yaml", *OPTIONS[1:], "--json")
+    assert first["result"] == json.loads(alone.stdout) and first["error"] is None
+
+
+def test_a_batch_does_what_is_missing_alone(tmp_path: Path) -> None:
+    batch = batch_of(3, tmp_path)
+    assert command(tmp_path, *batch, "--folder", "r", "--shard", "2/3", *OPTIONS).returncode == 0
+    [there] = (tmp_path / "r").glob("*.json")
+    before = there.stat().st_mtime_ns
+    whole = command(tmp_path, *batch, "--folder", "r", *OPTIONS)
+    assert whole.returncode == 0 and whole.stdout.count(b"\n") == 3 and there.stat().st_mtime_ns == before
+    # Another seed, another file that the model names, another test: other jobs.
+    assert command(tmp_path, *batch, "--folder", "r", *OPTIONS[:-1], "4").returncode == 0
+    assert len(list((tmp_path / "r").glob("*.json"))) == 6
+    # One that was cut short is done again.
+    text = there.read_bytes()
+    there.write_bytes(text[: len(text) // 2])
+    assert command(tmp_path, *batch, "--folder", "r", *OPTIONS).stdout == whole.stdout and there.read_bytes() == text
+
+
+def test_a_job_without_a_result_says_why(tmp_path: Path) -> None:
+    batch = batch_of(2, tmp_path)
+    (tmp_path / "t001.yaml").write_text("retune_test: 1\nname: wrong\nmodes: [{frequenzy: 3 Hz}]\n")
+    done = command(tmp_path, *batch, "--folder", "r", *OPTIONS)
+    lines = [json.loads(line) for line in done.stdout.splitlines()]
+    assert done.returncode == 1 and b"1 job without a result" in done.stderr
+    wrong = [line for line in lines if line["error"] is not None]
+    assert len(lines) == 2 and len(wrong) == 1 and "frequenzy" in wrong[0]["error"] and wrong[0]["result"] is None
+    for words in (["--folder", "r", "--", "-o", "x.json"], ["--folder", "r", "--shard", "3/2"], ["--folder", "r", "--", "--json"]):
+        assert command(tmp_path, *batch, *words).returncode == 2
+    assert command(tmp_path, "merge", "model.yaml").returncode == 2
+
+
+def test_hyperqueue(tmp_path: Path) -> None:
+    """Four shards as tasks of a server and a worker of HyperQueue, which are those of its wheel."""
+    hyperqueue = pytest.importorskip("hyperqueue", reason="skipped: `hyperqueue` is not here")
+    from hyperqueue.cluster import WorkerConfig
+
+    batch = batch_of(8, tmp_path)
+    with hyperqueue.LocalCluster(server_dir=str(tmp_path / "server"), worker_config=WorkerConfig(cores=2)) as cluster:
+        client = cluster.client()
+        job = hyperqueue.Job()
+        for k in range(1, 5):
+            words = [sys.executable, "-m", "retune", *batch, "--folder", "queue", "--shard", f"{k}/4", *OPTIONS]
+            job.program(words, cwd=str(tmp_path))
+        assert client.wait_for_jobs([client.submit(job)])
+    files = [str(p) for p in (tmp_path / "queue").glob("*.json")]
+    assert command(tmp_path, "merge", *files).stdout == command(tmp_path, *batch, "--folder", "one", *OPTIONS).stdout
+
+
+def _sampled(model: retune.Model, test: retune.Test, shard: str, folder: Path) -> Any:
+    return retune.sample(model, test, samples=100, seed=2, shard=shard, folder=folder).to_dict()
+
+
+def test_shards_of_a_sample_have_what_one_run_has(tmp_path: Path, cantilever: retune.Model, twin: retune.Test) -> None:
+    """Three processes share every generation, and each ends with the samples of one run."""
+    whole = retune.sample(cantilever, twin, samples=100, seed=2).to_dict()
+    context = multiprocessing.get_context("spawn")
+    with concurrent.futures.ProcessPoolExecutor(3, mp_context=context) as pool:
+        parts = [pool.submit(_sampled, cantilever, twin, f"{k}/3", tmp_path / "shared") for k in (2, 3, 1)]
+        assert all(part.result(timeout=300) == whole for part in parts)
+    # All of it is there: another process evaluates next to nothing.
+    begun = time.perf_counter()
+    assert _sampled(cantilever, twin, "1/3", tmp_path / "shared") == whole
+    assert time.perf_counter() - begun < 30.0
+    cantilever.save(tmp_path / "model.yaml")
+    twin.save(tmp_path / "test.yaml")
+    words = ["sample", "model.yaml", "test.yaml", "--samples", "100", "--seed", "2", "--json"]
+    alone = command(tmp_path, *words)
+    assert command(tmp_path, *words, "--shard", "1/1", "--folder", "shared").stdout == alone.stdout
+    assert command(tmp_path, *words, "--shard", "1/3").returncode == 2
+    with pytest.raises(ValueError, match="belong together"):
+        retune.sample(cantilever, twin, shard="1/3")
+    with pytest.raises(retune.RetuneError, match="shard 4/3"):
+        retune.sample(cantilever, twin, shard="4/3", folder=tmp_path / "shared")
 
 
 @pytest.mark.filterwarnings("ignore")
 def test_dask_with_a_killed_worker(tmp_path: Path) -> None:
     """Two workers, one of them killed in the middle: its jobs are done again, and the bytes are those of one run."""
     distributed = pytest.importorskip("distributed", reason="skipped: `distributed` is not here")
-    jobs = jobs_of(24)
+    jobs = jobs_of(MANY)
     folder = tmp_path / "dask"
     with (
         distributed.LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as cluster,

@@ -24,7 +24,7 @@ def test_from_frfs_to_a_verdict_and_a_page(models: Path, tmp_path: Path) -> None
     assert "s4" in output_of("from_frfs_to_verdict", tmp_path)
     assert (tmp_path / "verdict.html").read_text().startswith("<!doctype html>")
     code = (EXAMPLES / "from_frfs_to_verdict.py").read_text().splitlines()
-    assert len([line for line in code if line.strip()]) <= 30
+    assert len([line for line in code if line.strip()]) <= 20
 
 
 def test_from_a_universal_file_to_an_effect(models: Path, tmp_path: Path) -> None:

@@ -179,7 +179,7 @@ def test_functions_from_other_libraries() -> None:
     class Ema:
         freq = f
         frf = h[:, :, 0].T
-        frf_type = "accelerance"
+        frf_form = "accelerance"
 
     for other in (
         retune.Frfs.from_uff(uff),

@@ -74,7 +74,7 @@ pub use structure::{Context, Part, PartKind, Rigidity, SensorLoad, Structure};
 pub use text::{Undone, set_parameter_values, undo};
 
 use crate::catalogue::{catalogue, did_you_mean};
-use crate::model::{Model, Registry};
+use crate::model::Model;
 use crate::yaml::Problem;
 
 catalogue! {
@@ -230,7 +230,7 @@ impl Effects {
             Some((configuration, inner)) if configurations.contains_key(configuration) => {
                 let refused = |p: Problem| PatchError::Refused(vec![p]);
                 let spec = structure.model().spec().configured(configuration).map_err(refused)?;
-                let (model, _) = Model::new(spec, &Registry::builtin()).map_err(PatchError::Refused)?;
+                let (model, _) = Model::new(spec, structure.model().registry()).map_err(PatchError::Refused)?;
                 let own_masses = configurations[configuration].masses.keys().cloned().collect();
                 let context = Context { own_masses, ..structure.context().clone() };
                 place_of(effect, &Structure::new(&model, &context), inner, Some(configuration))

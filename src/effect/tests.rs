@@ -5,6 +5,7 @@ mod configurations;
 mod files;
 mod groups;
 mod lines;
+mod own_elements;
 mod symmetry;
 
 use super::*;

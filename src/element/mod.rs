@@ -300,4 +300,7 @@ pub enum ElementError {
         /// What it must be, with unit.
         expected: &'static str,
     },
+    /// Why an element of another program, or of a user's own, has none.
+    #[error("{0}")]
+    External(String),
 }

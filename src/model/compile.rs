@@ -48,6 +48,7 @@ pub struct Targets {
 #[derive(Debug, Clone)]
 pub struct Model {
     spec: ModelSpec,
+    registry: Registry,
     geometry: Geometry,
     parameters: ParameterSet,
     elements: Vec<PlacedElement>,
@@ -95,18 +96,21 @@ impl Model {
         if problems.iter().any(|p| p.severity == Severity::Error) {
             return Err(problems);
         }
-        Self::build(spec, placed, targets, &elimination, &mut problems).map(|m| (m, problems.clone())).map_err(|e| {
-            let path = match &e {
-                ModelError::Element { path, .. } => path.clone(),
-                _ => String::new(),
-            };
-            problems.push(Problem::error(path, e));
-            problems
-        })
+        Self::build(spec, registry, placed, targets, &elimination, &mut problems)
+            .map(|m| (m, problems.clone()))
+            .map_err(|e| {
+                let path = match &e {
+                    ModelError::Element { path, .. } => path.clone(),
+                    _ => String::new(),
+                };
+                problems.push(Problem::error(path, e));
+                problems
+            })
     }
 
     fn build(
         spec: ModelSpec,
+        registry: &Registry,
         placed: Placed,
         targets: Targets,
         elimination: &Elimination,
@@ -150,6 +154,7 @@ impl Model {
         };
         Ok(Self {
             spec,
+            registry: registry.clone(),
             geometry,
             parameters,
             elements,
@@ -172,6 +177,11 @@ impl Model {
     /// The file it was built from.
     pub fn spec(&self) -> &ModelSpec {
         &self.spec
+    }
+
+    /// The element types that it was built from: what is made of its file later is built from the same.
+    pub fn registry(&self) -> &Registry {
+        &self.registry
     }
 
     /// Places of nodes and frames.

@@ -70,6 +70,14 @@ impl<'a> LeastSquares<'a> {
         self
     }
 
+    /// With one more term.
+    #[must_use]
+    pub fn with_term(mut self, term: &'a dyn Residual) -> Self {
+        self.terms.push(term);
+        self.weights.push(1.0);
+        self
+    }
+
     /// Without the terms for which `is_out` holds.
     #[must_use]
     pub fn without(mut self, is_out: impl Fn(&dyn Residual) -> bool) -> Self {

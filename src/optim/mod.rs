@@ -48,6 +48,7 @@ mod posterior;
 mod random;
 mod run;
 mod sequence;
+mod shared;
 mod spec;
 #[cfg(test)]
 mod tests;
@@ -71,7 +72,8 @@ pub use posterior::{Posterior, Tmcmc};
 pub use random::Draw;
 pub use run::{Run, Stop};
 pub use sequence::{Sequence, in_sequence};
-pub use spec::{ABBREVIATIONS, OPTIMIZERS, OptimizerSpec, full_name, schema};
+pub use shared::Shared;
+pub use spec::{ABBREVIATIONS, OPTIMIZERS, OptimizerSpec, Own, full_name, schema};
 
 use crate::linalg::DVector;
 

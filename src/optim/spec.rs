@@ -35,6 +35,8 @@ macro_rules! choice {
             )+
             /// See [`Sequence`].
             Sequence(Sequence),
+            /// See [`Own`].
+            Own(Own),
         }
 
         /// Every method, in the order of the reference pages.
@@ -56,6 +58,7 @@ macro_rules! choice {
                 match self {
                     $(Self::$variant(method) => method,)+
                     Self::Sequence(sequence) => sequence,
+                    Self::Own(own) => own.0,
                 }
             }
 
@@ -96,10 +99,21 @@ macro_rules! choice {
                         }
                         list.end()
                     }
+                    Self::Own(own) => serializer.serialize_str(own.0.name()),
                 }
             }
         }
     };
+}
+
+/// A method of a user's own, which no file can name. It is equal to itself alone.
+#[derive(Debug, Clone, Copy)]
+pub struct Own(pub &'static dyn Optimizer);
+
+impl PartialEq for Own {
+    fn eq(&self, other: &Self) -> bool {
+        std::ptr::addr_eq(self.0, other.0) && self.0.name() == other.0.name()
+    }
 }
 
 /// Abbreviations that the field uses, and what they stand for.

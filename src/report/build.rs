@@ -2,12 +2,18 @@
 
 mod diagnosis;
 mod disagreement;
+mod identification;
+mod orthogonality;
 mod parameters;
+mod posterior;
 mod responses;
 mod structure;
 
 pub use diagnosis::{LearningStep, diagnosis, learning_steps};
+pub use identification::of_identification;
 pub use parameters::add_parameters;
+pub use posterior::of_posterior;
+pub(super) use responses::typical_damping;
 
 use super::data::{
     Combination, Comparison, DataItem, Floats, History, LabelledMatrix, Level, MassProperty, Meta, ModelMode, Modes,
@@ -60,18 +66,26 @@ pub fn of_comparison(case: Case<'_>) -> Result<ReportData, CorrelationError> {
     let Case { model, test, assessment } = case;
     let mut structure = structure::structure(model, &assessment.theta, test)?;
     let comac = comac_of(assessment, test);
-    let (fields, localization) = disagreement::disagreement(case, &structure)?;
-    structure.fields = fields;
+    let found = disagreement::disagreement(case, &structure)?;
+    structure.fields = found.fields;
     let mut data = ReportData {
         meta: meta(case),
         structure: Some(structure),
         modes: modes(case),
         comparison: Some(comparison(case, comac)),
-        localization,
+        localization: found.localization,
         ..ReportData::default()
     }
     .with_mass_properties(model, assessment);
-    data.update.get_or_insert_default().sensitivities = disagreement::sensitivities(case);
+    for (mode, shape) in found.expanded {
+        data.modes.test[mode].expanded = Some(shape);
+    }
+    if let (Some(found), Some(c)) = (found.orthogonality, &mut data.comparison) {
+        orthogonality::add_orthogonality(c, &found, case);
+    }
+    let u = data.update.get_or_insert_default();
+    u.sensitivities = disagreement::sensitivities(case);
+    u.parameters = parameters::values(model, &assessment.theta);
     Ok(data)
 }
 
@@ -202,10 +216,6 @@ pub fn of_learning(cases: &[(&Model, &TestData)], learned: &Learned) -> Result<R
     add_before(&mut data, model, &before, test);
     let initial = model.parameters();
     let value_before = |name: &str, now: f64| initial.index_of(name).map_or(now, |i| initial.get(i).value);
-    let fresh = learned.steps.iter().rev().nth(1).and_then(|s| {
-        let id = s.added.as_ref()?.id();
-        s.diagnosis.hypotheses.iter().find(|h| h.id == id).filter(|_| last.dropped.is_empty())
-    });
     let u = data.update.get_or_insert_default();
     u.objective = "weighted least squares with priors".into();
     u.parameters = last
@@ -224,8 +234,7 @@ pub fn of_learning(cases: &[(&Model, &TestData)], learned: &Learned) -> Result<R
                 at_bound: p.at_bound(value),
                 after_si: value,
             });
-            // The fit that estimated the last effect is the fit of the last model.
-            if let Some(e) = fresh.iter().flat_map(|h| &h.estimates).find(|e| e.parameter == p.name) {
+            if let Some(e) = last.sizes.iter().find(|e| e.parameter == p.name) {
                 shown.interval = Some(e.interval.map(|v| p.display(v)));
                 shown.interval_label = "90 %".into();
             }
@@ -452,26 +461,24 @@ fn modes(case: Case<'_>) -> Modes {
             }
         })
         .collect();
-    let test_modes = test
-        .modes
-        .iter()
-        .enumerate()
-        .map(|(i, m)| {
-            let part = |f: fn(&Complex<f64>) -> f64| m.shape.as_ref().map(|s| Floats::from_f64(s.iter().map(f)));
-            let complex = m.shape.as_ref().is_some_and(|s| s.iter().any(|v| v.im != 0.0 && !v.im.is_nan()));
-            TestMode {
-                label: test_label(test, i),
-                frequency_hz: m.frequency_hz.value,
-                frequency_sd: Some(m.frequency_hz.sd),
-                damping_ratio: m.damping_ratio.map(|d| d.value),
-                origin: m.shape_origin.as_ref().unwrap_or(&m.origin).word().into(),
-                at_sensors: part(|v| v.re),
-                at_sensors_imag: part(|v| v.im).filter(|_| complex),
-                expanded: None,
-            }
-        })
-        .collect();
+    let test_modes = test.modes.iter().enumerate().map(|(i, m)| test_mode(m, test_label(test, i))).collect();
     Modes { model: model_modes, test: test_modes }
+}
+
+/// A mode of a test as the page has it.
+fn test_mode(m: &crate::data::TestMode, label: String) -> TestMode {
+    let part = |f: fn(&Complex<f64>) -> f64| m.shape.as_ref().map(|s| Floats::from_f64(s.iter().map(f)));
+    let complex = m.shape.as_ref().is_some_and(|s| s.iter().any(|v| v.im != 0.0 && !v.im.is_nan()));
+    TestMode {
+        label,
+        frequency_hz: m.frequency_hz.value,
+        frequency_sd: Some(m.frequency_hz.sd),
+        damping_ratio: m.damping_ratio.map(|d| d.value),
+        origin: m.shape_origin.as_ref().unwrap_or(&m.origin).word().into(),
+        at_sensors: part(|v| v.re),
+        at_sensors_imag: part(|v| v.im).filter(|_| complex),
+        expanded: None,
+    }
 }
 
 fn test_label(test: &TestData, mode: usize) -> String {

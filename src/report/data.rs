@@ -12,8 +12,10 @@
 mod comparison;
 mod diagnosis;
 mod encoding;
+mod identification;
 mod live;
 mod localization;
+mod posterior;
 mod structure;
 mod update;
 mod validate;
@@ -22,11 +24,13 @@ pub use comparison::{Band, Channel, Comparison, Frfs, LabelledMatrix, ModelMode,
 pub use diagnosis::{Category, Diagnosis, Estimate, Hypothesis, Level, Measurement, Outcome, Place};
 pub(crate) use encoding::base64 as encoding_base64;
 pub use encoding::{Doubles, Floats, Spectrum};
+pub use identification::{Diagram, Identification, IdentifiedMode, Rejected};
 pub use live::{
-    Live, LiveAccuracy, LiveHypothesis, LiveMatrix, LivePairing, LiveParameter, LivePlan, LiveSymmetry, LiveTerm,
-    LiveTestMode,
+    Live, LiveAccuracy, LiveEntries, LiveHypothesis, LiveMatrix, LivePairing, LiveParameter, LivePlan, LiveSymmetry,
+    LiveTerm, LiveTestEdit, LiveTestMode, LiveVersion,
 };
 pub use localization::{Localization, Suspect};
+pub use posterior::{Posterior, Sampled};
 pub use structure::{
     Carrier, Element, Exciter, Field, Node, PointMass, Property, PropertySet, RigidLink, Scale, Sensor, Structure,
     Support,
@@ -59,6 +63,9 @@ pub struct ReportData {
     /// Frequency response functions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub frfs: Option<Frfs>,
+    /// Poles and modes that were identified.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub identification: Option<Identification>,
     /// The model that the page computes with.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub live: Option<Live>,
@@ -68,6 +75,9 @@ pub struct ReportData {
     /// The misfit over the steps of `learn` or over versions of the model.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub steps: Option<Steps>,
+    /// Samples of the posterior.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub posterior: Option<Posterior>,
     /// Where model and test disagree.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub localization: Option<Localization>,
@@ -88,9 +98,11 @@ impl Default for ReportData {
             modes: Modes::default(),
             comparison: None,
             frfs: None,
+            identification: None,
             live: None,
             update: None,
             steps: None,
+            posterior: None,
             localization: None,
             diagnosis: None,
             earlier_diagnoses: Vec::new(),

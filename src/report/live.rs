@@ -4,23 +4,29 @@
 //! under the forces of each hypothesis. Of a small model the basis is complete, and what the page computes differs from what this library
 //! computes by rounding alone. Either way both are solved at random points of the sliders, and the largest differences go with the page.
 
-use super::build::Case;
+mod fault;
+mod rows;
+
+use super::build::{Case, assess_for_report, typical_damping};
 use super::data::{
     Doubles, Floats, Live, LiveAccuracy, LiveHypothesis, LiveMatrix, LivePairing, LiveParameter, LivePlan,
-    LiveSymmetry, LiveTerm, LiveTestMode, Named,
+    LiveSymmetry, LiveTerm, LiveTestMode, LiveVersion, Named,
 };
 use crate::correlation::{PairBy, Plan, hide_unseen, mac_matrix, observation_matrix};
-use crate::diagnosis::{HypothesisResult, Kind, sensor_loads};
+use crate::data::TestData;
+use crate::diagnosis::{HypothesisResult, Kind, Learned, sensor_loads};
 use crate::effect::{Candidate, Context, Effects, Structure};
 use crate::linalg::{DMatrix, symmetric_eigen};
 use crate::modal::{Modes, SolveOptions};
 use crate::model::{
-    Additions, Basis, Change, Entry, Model, ModelError, Parameter, ParametricModel, ReducedOptions, Registry, StandIn,
+    Additions, Basis, Change, Entry, Model, ModelError, Parameter, ParametricModel, ReducedOptions, StandIn,
     solve_modes,
 };
 use crate::objective::{Comparison, starting_point};
 use crate::update::{HowToPair, UpdateError, compared, freed, paired_test};
+use fault::TriedFault;
 use rand::{RngExt, SeedableRng};
+use rows::rows_of;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -32,8 +38,9 @@ const MOST: usize = 60;
 const CANDIDATES: usize = 40;
 /// Largest estimated relative error of a frequency, of a model whose basis is to be complete and of a larger one.
 const TOLERANCE: [f64; 2] = [1e-13, 1e-6];
-/// Most hypotheses with a switch.
+/// Most effects with a switch, and most faults.
 const HYPOTHESES: usize = 10;
+const FAULTS: usize = 6;
 /// Random points at which the basis is held against the model, of a small one and of a larger one; and for each hypothesis.
 const POINTS: [usize; 3] = [24, 8, 3];
 /// Up to this many dofs a page is made live unasked: what that costs grows with them, and is some tenths of a second there.
@@ -85,11 +92,20 @@ pub fn live_unasked(
     serde_json::to_string(&found).is_ok_and(|text| text.len() <= LIGHT).then_some(found)
 }
 
+/// [`live_unasked`] of what learning has found: the last model against the corrected test, the sliders marked where the first model was.
+pub fn live_of_learning(first: &Model, test: &TestData, learned: &Learned) -> Option<Live> {
+    let last = learned.steps.last()?;
+    let test = learned.tests.first().unwrap_or(test);
+    let assessment = assess_for_report(&last.model, &last.theta, test).ok()?;
+    let case = Case { model: &last.model, test, assessment: &assessment };
+    live_unasked(case, &HowToPair::default(), Some(first), &last.diagnosis.hypotheses)
+}
+
 /// The model of a case as a page computes with it.
 ///
 /// * `how` - how modes are paired
 /// * `first` - an earlier version of the model, whose values the sliders mark
-/// * `hypotheses` - of a diagnosis, the most probable first; the first ten effects can be switched on
+/// * `hypotheses` - of a diagnosis, the most probable first; the first ten effects and the first six faults of the test can be switched on
 ///
 /// # Errors
 /// The matrices are no polynomials of the parameters; sensors depend on them; nothing can be moved; the model has no modes.
@@ -107,6 +123,7 @@ pub fn live(
         return Err(NotLive::MovingSensors { n: comparison.varying_sensors().len() });
     }
     let shared = Arc::new(model.clone());
+    let n_elastic = comparison.n_elastic();
     let n_dof = model.dof_map().n_dof();
     let is_small = n_dof <= COMPLETE;
     let n_modes = if is_small { n_dof } else { comparison.n_elastic() };
@@ -156,15 +173,38 @@ pub fn live(
             probability: t.result.probability,
             alters: t.change.altered().collect(),
             accuracy,
+            test: None,
         });
         parameters.extend(sizes);
-    }
-    if parameters.iter().all(|p| p.range[0] >= p.range[1]) {
-        return Err(NotLive::NothingMoves);
     }
     let Some(affine) = stand_in.affine() else { return Err(ModelError::NotPolynomial.into()) };
     for (p, origin) in parameters.iter_mut().zip(&affine.origin) {
         p.origin = *origin;
+    }
+    for result in hypotheses.iter().filter(|h| h.kind == Kind::Fault).take(FAULTS) {
+        let switch = TriedFault::new(model, comparison.test(), result)
+            .and_then(|t| Ok((t.edit(model, &stand_in, comparison.test())?, t)));
+        match switch {
+            Ok((edit, t)) => {
+                let sizes = parameters.len()..parameters.len() + usize::from(t.number.is_some());
+                switches.push(LiveHypothesis {
+                    id: t.result.id.clone(),
+                    kind: t.result.name.clone(),
+                    sizes: sizes.clone().collect(),
+                    estimates: sizes.map(|_| t.estimate).collect(),
+                    probability: t.result.probability,
+                    alters: Vec::new(),
+                    // The model stays as it is.
+                    accuracy: LiveAccuracy { points: 0, frequency: vec![0.0; n_elastic], mac: vec![0.0; n_elastic] },
+                    test: Some(edit),
+                });
+                parameters.extend(t.number.iter().map(|p| of_model(p, p.value, None)));
+            }
+            Err(why) => left_out.push((result.id.clone(), why)),
+        }
+    }
+    if switches.is_empty() && parameters.iter().all(|p| p.range[0] >= p.range[1]) {
+        return Err(NotLive::NothingMoves);
     }
     let n = stand_in.dof_map().n_dof();
     let term = |powers: Vec<(usize, i32)>, from_zero: bool, basis: &Basis| {
@@ -190,6 +230,7 @@ pub fn live(
         n_rigid: stand_in.n_rigid(),
         shift: stand_in.shift(),
         n_elastic: comparison.n_elastic(),
+        versions: first.map(|m| version("first version", m, &parameters)).into_iter().collect(),
         parameters,
         hypotheses: switches,
         left_out,
@@ -199,11 +240,26 @@ pub fn live(
         displacement,
         rotation,
         test: test_modes(&comparison, &stand_in),
+        damping: typical_damping(test),
         pairing: pairing(&comparison),
         n_data: assessment.misfit.n_data,
         not_computed: (assessment.misfit.chi_squared - of_modes).max(0.0),
         accuracy,
     })
+}
+
+/// Lets the sliders be set to named versions of the model, the oldest first.
+pub fn add_versions(live: &mut Live, versions: &[(&str, &Model)]) {
+    live.versions = versions.iter().map(|(name, model)| version(name, model, &live.parameters)).collect();
+}
+
+fn version(name: &str, model: &Model, parameters: &[LiveParameter]) -> LiveVersion {
+    let own = model.parameters();
+    let value = |(k, p): (usize, &LiveParameter)| {
+        let value = own.get(own.index_of(&p.name)?).value.clamp(p.range[0], p.range[1]);
+        (value != p.value).then_some((k, value))
+    };
+    LiveVersion { name: name.into(), values: parameters.iter().enumerate().filter_map(value).collect() }
 }
 
 fn of_model(p: &Parameter, value: f64, first: Option<&Model>) -> LiveParameter {
@@ -259,7 +315,7 @@ impl Tried<'_> {
     /// How right the basis is with it alone; the points have its sizes last.
     fn accuracy(&self, alone: &StandIn, base: &Comparison<'_>, points: &[Vec<f64>]) -> Result<LiveAccuracy, NotLive> {
         let stand_in = alone.with(&self.change, &self.sizes, &self.typical)?;
-        match self.candidate.build(alone.model(), &Registry::builtin()) {
+        match self.candidate.build(alone.model(), alone.model().registry()) {
             Ok(patched) => {
                 let whole = Comparison::new(&patched.model, base.test(), *base.pairing())?;
                 compare(&stand_in, &whole, points)
@@ -274,7 +330,7 @@ type TriedAndNot<'a> = (Vec<Tried<'a>>, Vec<(String, String)>);
 
 fn tried<'a>(
     model: &Arc<Model>,
-    test: &crate::data::TestData,
+    test: &TestData,
     hypotheses: &'a [HypothesisResult],
 ) -> Result<TriedAndNot<'a>, NotLive> {
     let context = Context { sensors: sensor_loads(model, &test.sensors)?, ..Context::default() };
@@ -293,7 +349,7 @@ fn one<'a>(model: &Arc<Model>, structure: &Structure<'_>, result: &'a Hypothesis
     let candidate = Effects::builtin().candidate(structure, &result.id).map_err(|e| e.to_string())?;
     let mut longer = model.spec().clone();
     candidate.patch.add_to(&mut longer).map_err(|e| e.to_string())?;
-    let additions = Additions::new(model, &longer, &Registry::builtin());
+    let additions = Additions::new(model, &longer, model.registry());
     let change = Arc::new(candidate.change(&additions).ok_or("it changes more than the matrices of elements")?);
     let (sizes, typical) = (candidate.sizes(), candidate.typical());
     if !change.is_polynomial(&sizes) {
@@ -343,12 +399,6 @@ fn lower(a: &DMatrix<f64>) -> Doubles {
     Doubles((0..a.nrows()).flat_map(|i| (0..=i).map(move |j| (i, j))).map(|at| a[at]).collect())
 }
 
-/// The rows of an observation matrix as sums.
-fn rows_of(sensors: &DMatrix<f64>) -> Vec<Vec<(usize, f64)>> {
-    let row = |r: usize| sensors.row(r).iter().copied().enumerate().filter(|(_, v)| *v != 0.0).collect();
-    (0..sensors.nrows()).map(row).collect()
-}
-
 fn symmetry(mirror: &[(usize, f64)], v: &DMatrix<f64>) -> LiveSymmetry {
     let image = DMatrix::from_fn(v.nrows(), v.ncols(), |row, c| mirror[row].1 * v[(mirror[row].0, c)]);
     let both = v.tr_mul(&image);
@@ -387,6 +437,7 @@ fn test_modes(comparison: &Comparison<'_>, stand_in: &StandIn) -> Vec<LiveTestMo
                 Some(_) => comparison.shapes().column(i).iter().copied().collect(),
                 None => Vec::new(),
             }),
+            damping: m.damping_ratio.map(|d| d.value),
             shape_sd: Doubles(m.shape_sd.iter().flat_map(|s| s.iter().copied()).collect()),
             family: comparison.families()[i].clone(),
             plan: match comparison.plans()[i] {

@@ -59,7 +59,7 @@ pub fn figures(data: &ReportData) -> Vec<Figure> {
     if let Some(u) = data.update.as_ref().filter(|u| !u.histories.is_empty()) {
         add("cost-history".into(), "Best cost against evaluations".into(), cost(u));
     }
-    if let Some(u) = data.update.as_ref().filter(|u| !parameters::free(u).is_empty()) {
+    if let Some(u) = data.update.as_ref().filter(|u| u.has_moved() && !parameters::free(u).is_empty()) {
         add("parameters".into(), "Parameters inside their bounds".into(), parameters::parameters(u));
     }
     if let Some(s) = data.steps.as_ref().filter(|s| !s.steps.is_empty()) {

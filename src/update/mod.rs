@@ -62,7 +62,7 @@ use crate::identify::health::Finding;
 use crate::linalg::DVector;
 use crate::model::{ModelError, Parameter, ParametricModel};
 use crate::objective::{Augmented, Comparison, EvalError, Objective, Scaling};
-use crate::optim::{Checkpoint, Evaluator, Observer, OptimError, Optimizer, Optimum, Posterior, Run, Tmcmc};
+use crate::optim::{Checkpoint, Evaluator, Observer, OptimError, Optimizer, Optimum, Posterior, Run, Threads, Tmcmc};
 use crate::yaml::Problem;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -438,11 +438,24 @@ pub struct Sampled {
 /// # Errors
 /// As [`update_to_tests`]; the sampler finds no point that can be evaluated, or is cancelled.
 pub fn sample_posterior(cases: &[TestCase<'_>], settings: &Settings, sampler: &Tmcmc) -> Result<Sampled, UpdateError> {
+    sample_posterior_by(cases, settings, sampler, &Threads)
+}
+
+/// [`sample_posterior`] with an evaluator of one's own: [`Shared`](crate::optim::Shared) for several processes.
+///
+/// # Errors
+/// As [`sample_posterior`]; an evaluator that fails.
+pub fn sample_posterior_by(
+    cases: &[TestCase<'_>],
+    settings: &Settings,
+    sampler: &Tmcmc,
+    evaluator: &dyn Evaluator,
+) -> Result<Sampled, UpdateError> {
     let settled = Settled::new(cases, settings)?;
     let cases = &settled.cases(cases)[..];
-    let Some(tolerance) = settings.reduced else { return Ok(sample(cases, settings, sampler)?.0) };
+    let Some(tolerance) = settings.reduced else { return Ok(sample(cases, settings, sampler, evaluator)?.0) };
     let reduction = ReducedCases::new(cases, tolerance)?;
-    let (found, weight) = sample(&reduction.cases(), settings, sampler)?;
+    let (found, weight) = sample(&reduction.cases(), settings, sampler, evaluator)?;
     let posterior = &found.posterior;
     let best = (0..posterior.costs.len()).min_by(|&a, &b| posterior.costs[a].total_cmp(&posterior.costs[b]));
     let mut costs = [f64::NAN; 2];
@@ -460,7 +473,12 @@ pub fn sample_posterior(cases: &[TestCase<'_>], settings: &Settings, sampler: &T
 }
 
 /// The posterior, and the weight of the pull towards the estimates in it.
-fn sample(cases: &[TestCase<'_>], settings: &Settings, sampler: &Tmcmc) -> Result<(Sampled, f64), UpdateError> {
+fn sample(
+    cases: &[TestCase<'_>],
+    settings: &Settings,
+    sampler: &Tmcmc,
+    evaluator: &dyn Evaluator,
+) -> Result<(Sampled, f64), UpdateError> {
     let comparisons = compare_all(cases, settings)?;
     let model = comparisons[0].model();
     let scaling = Scaling::new(model);
@@ -472,7 +490,7 @@ fn sample(cases: &[TestCase<'_>], settings: &Settings, sampler: &Tmcmc) -> Resul
     let start = scaling.x(&crate::objective::starting_point(model));
     let weight = regularization::weight(settings.objective.regularization, &data, &start, &walls)?;
     let objective = Augmented::new(&data, weight, start, walls);
-    let posterior = sampler.sample(&objective)?;
+    let posterior = sampler.sample_by(&objective, evaluator)?;
     let peaks = peaks::peaks((model, &scaling), &objective, &posterior);
     Ok((Sampled { posterior, peaks, reduced: None }, weight))
 }

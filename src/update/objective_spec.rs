@@ -3,7 +3,7 @@
 use crate::catalogue::did_you_mean;
 use crate::linalg::DVector;
 use crate::model::ParametricModel;
-use crate::objective::{Choice, Comparison, LeastSquares, Loss, RESIDUALS, Residual, Scaling, Wall};
+use crate::objective::{Choice, Comparison, LeastSquares, Loss, Residual, Residuals, Scaling, Wall};
 use crate::units::{Scalar, Unit};
 use crate::yaml::{self, Problem, child};
 use indexmap::IndexMap;
@@ -34,6 +34,9 @@ pub struct ObjectiveSpec {
     /// Inequalities between parameters.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub limits: Vec<LimitSpec>,
+    /// What `terms` may name. One of a user's own that is not built in takes part where no terms are stated, too.
+    #[serde(skip)]
+    pub residuals: Residuals,
 }
 
 /// A pull w/2 |x - x0|² towards the estimates x0, x in shares of the intervals, and how its weight is found.
@@ -99,12 +102,21 @@ impl ObjectiveSpec {
     /// # Errors
     /// YAML that is not well formed; a term that does not exist; a number that is not above zero.
     pub fn read(text: &str) -> Result<Self, Vec<Problem>> {
+        Self::read_with(text, Residuals::builtin())
+    }
+
+    /// [`Self::read`] of a text that may name residual terms of a user's own.
+    ///
+    /// # Errors
+    /// As [`Self::read`].
+    pub fn read_with(text: &str, residuals: Residuals) -> Result<Self, Vec<Problem>> {
         let (spec, map) = yaml::read::<Self>(text)?;
+        let spec = Self { residuals, ..spec };
         let mut problems = Vec::new();
         for (name, weight) in &spec.terms {
             let path = child("terms", name);
-            if !RESIDUALS.iter().any(|r| Residual::name(*r) == name) {
-                let suggestion = did_you_mean(name, RESIDUALS.iter().map(|r| Residual::name(*r)));
+            if spec.residuals.find(name).is_none() {
+                let suggestion = did_you_mean(name, spec.residuals.iter().map(Residual::name));
                 problems.push(Problem::error(&path, format_args!("`{name}` is no residual term{suggestion}")));
             }
             if !(weight.is_finite() && *weight >= 0.0) {
@@ -131,10 +143,16 @@ impl ObjectiveSpec {
         owns_parameters: bool,
     ) -> LeastSquares<'a> {
         let mut objective = LeastSquares::new(comparison);
-        if !self.terms.is_empty() {
-            let chosen = RESIDUALS.iter().copied().filter(|r| {
-                if r.is_data() { self.terms.contains_key(Residual::name(*r)) } else { !r.is_empty(comparison) }
-            });
+        if self.terms.is_empty() {
+            for term in self.residuals.own() {
+                objective = objective.with_term(term);
+            }
+        } else {
+            let chosen = self
+                .residuals
+                .iter()
+                .map(|r| r as &dyn Residual)
+                .filter(|r| if r.is_data() { self.terms.contains_key(r.name()) } else { !r.is_empty(comparison) });
             objective = LeastSquares::with_terms(comparison, chosen.collect());
         }
         if !owns_parameters {
@@ -213,7 +231,10 @@ impl LimitSpec {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::correlation::PairingOptions;
+    use crate::linalg::DMatrix;
     use crate::model::{Registry, load};
+    use crate::objective::{Point, PredictionDerivative};
 
     const MODEL: &str = "
 retune: 1
@@ -264,5 +285,55 @@ masses: {m: {node: p, mass: a}, n: {node: q, mass: b}}
             let problems = walls(expression, most).unwrap_err();
             assert!(problems[0].message.contains(text), "{}", problems[0].message);
         }
+    }
+
+    fn frequency() -> &'static dyn Residual {
+        Residuals::builtin().find("frequency").expect("it is built in")
+    }
+
+    /// The frequencies once more, under a name of its own.
+    #[derive(Debug)]
+    struct Again;
+
+    impl Residual for Again {
+        fn name(&self) -> &'static str {
+            "again"
+        }
+        fn summary(&self) -> &'static str {
+            "natural frequencies, once more"
+        }
+        fn len(&self, comparison: &Comparison<'_>) -> usize {
+            frequency().len(comparison)
+        }
+        fn row_name(&self, comparison: &Comparison<'_>, row: usize) -> String {
+            frequency().row_name(comparison, row)
+        }
+        fn evaluate(&self, at: &Point<'_>, out: &mut [f64]) {
+            frequency().evaluate(at, out);
+        }
+        fn differentiate(&self, at: &Point<'_>, derivative: &PredictionDerivative, out: &mut DMatrix<f64>) {
+            frequency().differentiate(at, derivative, out);
+        }
+    }
+
+    #[test]
+    fn a_term_of_ones_own_stands_beside_the_others_or_where_it_is_named() {
+        let own = || Residuals::builtin().with(&Again);
+        let (model, _, _) = load(MODEL, &Registry::builtin()).unwrap();
+        let test =
+            "retune_test: 1\nname: t\nsources: {s: {kind: measured, text: t}}\nmodes: [{frequency: 2 Hz, source: s}]\n";
+        let test = crate::data::read_test(test).unwrap().0;
+        let comparison = Comparison::new(&model, &test, PairingOptions::default()).unwrap();
+        let scaling = Scaling::new(&model);
+        let names = |spec: &ObjectiveSpec| -> Vec<&str> {
+            spec.least_squares(&comparison, &scaling, false).terms().iter().map(|t| t.name()).collect()
+        };
+        let beside = ObjectiveSpec { residuals: own(), ..ObjectiveSpec::default() };
+        assert_eq!(names(&beside), [names(&ObjectiveSpec::default()), vec!["again"]].concat());
+        assert_eq!(names(&ObjectiveSpec::read_with("terms: {again: 2}", own()).unwrap()), ["again"]);
+        assert_eq!(names(&ObjectiveSpec::read_with("terms: {frequency: 2}", own()).unwrap()), ["frequency"]);
+        let problems = ObjectiveSpec::read_with("terms: {agian: 2}", own()).unwrap_err();
+        assert!(problems[0].message.contains("did you mean `again`"), "{}", problems[0].message);
+        assert!(ObjectiveSpec::read("terms: {again: 2}").is_err());
     }
 }

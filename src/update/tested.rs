@@ -7,7 +7,7 @@ use super::{FirstLook, slip_of_unit, slips_of_readings};
 use crate::correlation::{CorrelationError, check_functions, check_sensors, with_sensor_masses};
 use crate::data::{FrfFit, TestData};
 use crate::linalg::Complex;
-use crate::model::{Model, ParametricModel, Registry};
+use crate::model::{Model, ParametricModel};
 use crate::objective::{is_damped, silent_functions};
 use crate::units::four_digits;
 use crate::yaml::Problem;
@@ -157,7 +157,7 @@ pub fn loaded(model: &Model, test: &TestData) -> Result<Option<(Model, f64)>, Co
     if total <= 0.0 {
         return Ok(None);
     }
-    let (model, _) = Model::new(spec, &Registry::builtin())
+    let (model, _) = Model::new(spec, model.registry())
         .map_err(|p| CorrelationError::Model(p.first().map_or(String::new(), |p| p.message.clone())))?;
     Ok(Some((model, total)))
 }
@@ -166,7 +166,7 @@ pub fn loaded(model: &Model, test: &TestData) -> Result<Option<(Model, f64)>, Co
 mod tests {
     use super::*;
     use crate::data::{FrfQuantity, read_test};
-    use crate::model::load;
+    use crate::model::{Registry, load};
     use crate::update::{TwinFrfOptions, TwinOptions, twin_frfs};
 
     const BEAM: &str = "

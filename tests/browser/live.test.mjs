@@ -36,18 +36,19 @@ check("frequencies, MAC, pairs and misfit are the library's at random points, an
   const { page, context, errors } = await live();
   const answers = await page.evaluate(async (points) => {
     const out = [];
-    for (const { theta, hypothesis, sizes } of points) {
+    for (const { theta, hypothesis, sizes, response } of points) {
       const { live } = retuneLive;
       const values = live.parameters.map((p) => p.value), on = live.hypotheses.map((_, i) => i === hypothesis);
       theta.forEach((v, k) => { values[k] = v; });
       if (hypothesis != null) live.hypotheses[hypothesis].sizes.forEach((k, i) => { values[k] = sizes[i]; });
       const { prediction: p } = await retuneLive.set({ values, on, order: [], extras: [] });
-      out.push("unstable" in p ? null : { hz: [...p.hz], mac: [...p.mac], partner: [...p.partner], chi: [...p.ofFrequency].map((v, j) => v + p.ofShape[j]) });
+      const curve = response && (await retuneLive.ask({ response: response.response, reference: response.reference, sign: 1, order: 2, hz: Float64Array.from(response.hz) })).curve;
+      out.push("unstable" in p ? null : { curve: curve && [...curve.amplitude], hz: [...p.hz], mac: [...p.mac], partner: [...p.partner], chi: [...p.ofFrequency].map((v, j) => v + p.ofShape[j]) });
     }
     return out;
   }, truth);
   const n = truth[0].partner.length;
-  let worst = { hz: 0, mac: 0, chi: 0 }, crossed = 0;
+  let worst = { hz: 0, mac: 0, chi: 0, frf: 0 }, crossed = 0;
   truth.forEach((x, k) => {
     const a = answers[k], where = `point ${k}, hypothesis ${x.hypothesis}`;
     assert.ok(a, `${where}: the page has no modes`);
@@ -59,11 +60,13 @@ check("frequencies, MAC, pairs and misfit are the library's at random points, an
       if (apart(i - 1) && apart(i + 1)) x.mac[i].forEach((v, j) => { worst.mac = Math.max(worst.mac, Math.abs(a.mac[i * n + j] - v)); });
     }
     if (x.partner.some((p, j) => p !== a.partner[j])) { crossed++; return; }
+    const top = Math.max(...(x.response?.amplitude ?? [1]));
+    x.response?.amplitude.forEach((v, l) => { worst.frf = Math.max(worst.frf, Math.abs(a.curve[l] - v) / top); });
     x.misfit_per_mode.forEach((v, j) => { worst.chi = Math.max(worst.chi, Math.abs(a.chi[j] - v) / Math.max(1, v)); });
   });
-  t.diagnostic(`${truth.length} points: frequencies within ${worst.hz.toExponential(1)}, MAC within ${worst.mac.toExponential(1)}, misfit within ${worst.chi.toExponential(1)}`);
+  t.diagnostic(`${truth.length} points: frequencies within ${worst.hz.toExponential(1)}, MAC within ${worst.mac.toExponential(1)}, misfit within ${worst.chi.toExponential(1)}, responses within ${worst.frf.toExponential(1)} of the peak`);
   assert.equal(crossed, 0, "pairs differ");
-  assert.ok(worst.hz < 1e-6 && worst.mac < 1e-6 && worst.chi < 1e-6, JSON.stringify(worst));
+  assert.ok(worst.hz < 1e-6 && worst.mac < 1e-6 && worst.chi < 1e-6 && worst.frf < 1e-6, JSON.stringify(worst));
   assert.deepEqual(errors, []);
   await context.close();
 });
@@ -136,7 +139,8 @@ check("every hypothesis can be switched on with its size, alone and together, an
     const box = page.locator("[data-hypothesis]").nth(i);
     await then(page, () => box.check());
     assert.notEqual(await total(page), reported, id);
-    assert.ok((await page.locator(".live-sizes:visible .live-range").count()) > 0);
+    const sizes = await page.evaluate((k) => retuneLive.live.hypotheses[k].sizes.length, i);
+    assert.equal(await page.locator(".live-sizes:visible .live-range").count(), sizes, id);
     await then(page, () => box.uncheck());
     assert.equal(await total(page), reported, id);
   }

@@ -1,7 +1,7 @@
 // The report in a real browser: every section shows what it says, and every number is the number of the data.
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
-import { existsSync, statSync } from "node:fs";
+import { existsSync, readFileSync, statSync } from "node:fs";
 import { loadavg } from "node:os";
 import { join } from "node:path";
 import { chromium, folder, launch, open, pages } from "./browser.mjs";
@@ -175,6 +175,42 @@ check("mode shapes move, stop, and follow phase and amplitude", async () => {
   assert.ok((await page.textContent("#mode-facts")).includes(data.comparison.pairs[2].label));
   await page.click('[data-id^="model-"]');
   assert.ok((await page.textContent("#mode-facts")).includes("without a partner"));
+  await context.close();
+});
+
+check("test and model stand side by side under one view, and the sensors are a wireframe", async () => {
+  const { page, context, errors } = await open(browser, pages("wing"), { reducedMotion: "reduce" });
+  await tab(page, "modes");
+  await page.click('[data-value="beside"]');
+  await page.waitForFunction(() => Number(document.getElementById("test-viewer").dataset.drawn) > 0);
+  const boxes = await page.locator("#panel-modes .viewer").evaluateAll((all) => all.map((v) => v.getBoundingClientRect().x));
+  assert.ok(boxes.length === 2 && boxes[1] > boxes[0] + 200, `${boxes}`);
+  // Turned by keys in one, both look from the same side.
+  await page.focus("#test-viewer .gl");
+  await page.keyboard.press("ArrowLeft");
+  const [one, other] = await page.evaluate(() => retuneReport.viewers.filter((v) => ["modes-viewer", "test-viewer"].includes(v.root.id)).map((v) => {
+    v.show("nodes", true);
+    return v.screenOf("node", 3);
+  }));
+  const shift = await page.evaluate(() => document.getElementById("test-viewer").getBoundingClientRect().x - document.getElementById("modes-viewer").getBoundingClientRect().x);
+  assert.ok(Math.abs(one.x + shift - other.x) < 2, `${one.x} + ${shift}, ${other.x}`);
+  await page.click('[data-value="overlaid"]');
+  assert.equal(await page.locator("#panel-modes .viewer").count(), 1);
+  assert.deepEqual(errors, []);
+  await context.close();
+});
+
+check("all tables are one workbook", async () => {
+  const { page, context, errors } = await open(browser, pages("wing"), { reducedMotion: "reduce", acceptDownloads: true });
+  await tab(page, "provenance");
+  const [download] = await Promise.all([page.waitForEvent("download"), page.click("#save-tables")]);
+  assert.ok(download.suggestedFilename().endsWith(".xlsx"));
+  const bytes = readFileSync(await download.path());
+  assert.equal(bytes.subarray(0, 4).toString("latin1"), "PK\u0003\u0004");
+  // The directory of a ZIP holds the names of its files as they are.
+  const data = await read(page);
+  assert.ok(bytes.includes("xl/worksheets/sheet5.xml") && data.comparison.pairs.length > 0);
+  assert.deepEqual(errors, []);
   await context.close();
 });
 

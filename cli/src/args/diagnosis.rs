@@ -182,22 +182,6 @@ pub(crate) struct Benchmark {
     pub(crate) answer: Answer,
 }
 
-/// Merge the shards of a benchmark into what one run of all its cases gives.
-#[derive(Debug, Args)]
-#[command(after_help = "Examples:
-  retune merge shard-*.json
-  retune merge shard-*.json --cases -o benchmark.json")]
-pub(crate) struct Merge {
-    /// What `retune benchmark --shard` has written, all of it, in any order.
-    #[arg(required = true, num_args = 1.., value_name = "FILE")]
-    pub(crate) files: Vec<PathBuf>,
-    /// Print every case.
-    #[arg(long)]
-    pub(crate) cases: bool,
-    #[command(flatten)]
-    pub(crate) answer: Answer,
-}
-
 /// What is measured.
 #[derive(Debug, Clone, Copy, ValueEnum)]
 pub(crate) enum BenchmarkWhat {

@@ -135,6 +135,9 @@ pub(crate) struct Identify {
     /// Name of the test; that of the first file when absent.
     #[arg(long)]
     pub(crate) name: Option<String>,
+    /// Write a page with the stabilisation diagram, the complex mode indicator function and the shapes.
+    #[arg(long, value_name = "PAGE")]
+    pub(crate) report: Option<PathBuf>,
     /// Leave out the check of the test.
     #[arg(long)]
     pub(crate) no_health: bool,

@@ -13,7 +13,9 @@ use retune::diagnosis::{Effort, Settings, Until, Verdict, diagnose_tests};
 use retune::effect::{Effect, Effects};
 use retune::fault::Faults;
 use retune::model::ParametricModel;
-use retune::report::{Case, ReportData, add_diagnosis, answer, assess_paired, diagnosis, of_comparison, text};
+use retune::report::{
+    Case, ReportData, add_diagnosis, answer, assess_paired, diagnosis, live_unasked, of_comparison, text,
+};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -55,8 +57,10 @@ pub(crate) fn run(args: &Diagnose) -> Result<u8, Failure> {
     }
     if args.report.is_some() {
         let assessment = assess_paired(&first.model, &first.model.parameters().nominal(), &first.test, &how)?;
-        let mut data = of_comparison(Case { model: &first.model, test: &first.test, assessment: &assessment })?;
+        let case = Case { model: &first.model, test: &first.test, assessment: &assessment };
+        let mut data = of_comparison(case)?;
         add_diagnosis(&mut data, &d, &first.model, &together);
+        data.live = live_unasked(case, &how, None, &d.hypotheses);
         about_files(&mut data, &all, &args.model, &args.tests.paths, args.random.seed);
         let written = outputs.write(&data)?;
         if !args.print.json {

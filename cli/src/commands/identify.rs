@@ -3,12 +3,13 @@
 use super::measured::{band, findings_text, has_fault, read, wrapped};
 use crate::args::Identify;
 use crate::output::{Failure, print, print_json, remarks, shown, style, warn};
+use crate::page::{Outputs, announce, provenance};
 use crate::{DONE, SHORT, files, writing};
 use retune::catalogue::{Choice, counted};
 use retune::data::{FrfSet, Measurements, TestData, TestMode, write_test};
 use retune::identify::{Identification, IdentifyOptions, PeakOptions, SpectrumPeak, cmif, complexity, spectrum_peaks};
-use retune::report::answer;
 use retune::report::text::{Align, Cell, Style, Table, Tone, hertz};
+use retune::report::{answer, of_identification};
 use retune::units::Scalar;
 use retune::update::{About, Identified, IdentifySettings, Method, Way, Window, identify_test};
 use std::fmt::Write as _;
@@ -25,6 +26,8 @@ pub(crate) fn run(args: &Identify) -> Result<u8, Failure> {
     if let Some(output) = &args.output {
         writing::check_output(output, args.overwrite.force)?;
     }
+    let outputs = Outputs { page: args.report.as_ref(), force: args.overwrite.force, ..Outputs::default() };
+    outputs.check()?;
     let found = read(&args.files, &args.measurement)?;
     let is_held = found.frfs.is_none() && found.spectra.is_empty() && found.modes.is_some();
     if is_held && (args.band.is_some() || args.method != Method::Plscf) {
@@ -87,6 +90,20 @@ pub(crate) fn run(args: &Identify) -> Result<u8, Failure> {
             return Err(lacks.into());
         }
         write(output, &identified.test, args);
+    }
+    if args.report.is_some() {
+        let Some(mut data) = of_identification(&identified)? else {
+            return Err(Failure::text(
+                "--report shows how modes come from functions with a force; these files have none",
+            ));
+        };
+        data.meta.warnings.extend(identified.remarks.iter().map(|r| r.text().to_string()));
+        let read: Vec<(&str, &Path)> = args.files.iter().map(|path| ("measurement", path.as_path())).collect();
+        provenance(&mut data, &read, None);
+        let written = outputs.write(&data)?;
+        if !args.print.json {
+            announce(&written);
+        }
     }
     let is_short = has_fault(&identified.findings) || (identified.modes.is_empty() && !is_spectrum && !is_held);
     Ok(if is_short { SHORT } else { DONE })

@@ -10,7 +10,9 @@ use crate::{DONE, SHORT, writing};
 use retune::data::{TestData, joined, write_test};
 use retune::diagnosis::{Estimate, Learned, Settings, Step, Verdict, learn_from_tests};
 use retune::model::Model;
-use retune::report::{LearningStep, answer, diagnosis, learning_steps, misfit_before_any_fit, of_learning, text};
+use retune::report::{
+    LearningStep, answer, diagnosis, learning_steps, live_of_learning, misfit_before_any_fit, of_learning, text,
+};
 use std::path::{Path, PathBuf};
 
 pub(crate) fn run(args: &Learn) -> Result<u8, Failure> {
@@ -66,6 +68,7 @@ pub(crate) fn run(args: &Learn) -> Result<u8, Failure> {
     }
     if args.report.is_some() {
         let mut data = of_learning(&cases, &learned)?;
+        data.live = live_of_learning(cases[0].0, cases[0].1, &learned);
         about_files(&mut data, &all, &args.model, &args.tests.paths, args.random.seed);
         let written = outputs.write(&data)?;
         if !args.print.json {

@@ -2,6 +2,7 @@
 
 pub(crate) mod add;
 pub(crate) mod against;
+pub(crate) mod batch;
 pub(crate) mod benchmark;
 pub(crate) mod check;
 mod check_others;

@@ -11,8 +11,8 @@ use retune::diagnosis::{Settings, diagnose, diagnose_tests};
 use retune::model::{Model, ParametricModel};
 use retune::report::data::ReportData;
 use retune::report::{
-    Case, LearningStep, add_before, add_diagnosis, add_learning, add_parameters, add_responses, assess_paired, json,
-    live, live_unasked, misfit_before_any_fit, of_comparison, steps, text,
+    Case, LearningStep, add_before, add_diagnosis, add_learning, add_parameters, add_responses, add_versions,
+    assess_paired, json, live, live_unasked, misfit_before_any_fit, of_comparison, steps, text,
 };
 use retune::update::Assessment;
 use std::path::{Path, PathBuf};
@@ -84,6 +84,10 @@ pub(crate) fn run(args: &Report) -> Result<u8, Failure> {
                 found.inspect_err(|e| warning!("the page does not compute: {e}")).ok()
             }
         };
+    }
+    if let Some(live) = &mut data.live {
+        let all: Vec<(&str, &Model)> = earlier.iter().map(|(name, model, _)| (name.as_str(), model)).collect();
+        add_versions(live, &all);
     }
     let before = earlier.first().map(|(_, model, a)| Case { model, test, assessment: a });
     if let (Some(set), true) = (&test.frfs, args.frf.is_empty()) {

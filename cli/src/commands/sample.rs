@@ -4,15 +4,17 @@ use super::update::{objective, reduced_text};
 use crate::args::Sample;
 use crate::interrupt::{before_search, stop_flag};
 use crate::output::{self, Failure, print, print_json, style};
+use crate::page::{Outputs, announce, provenance};
 use crate::uncertain::folded;
 use crate::{DONE, files, writing};
 use retune::catalogue::counted;
 use retune::model::ParametricModel;
-use retune::optim::{Posterior, Tmcmc};
-use retune::report::answer;
+use retune::optim::{Evaluator, Posterior, Shared, Threads, Tmcmc};
 use retune::report::text::{Align, Table, number, printable};
-use retune::update::{Marginal, Peak, Settings, TestCase, marginals, sample_posterior, sampled_values};
+use retune::report::{answer, of_posterior};
+use retune::update::{Marginal, Peak, Settings, TestCase, marginals, sample_posterior_by, sampled_values};
 use std::fmt::Write as _;
+use std::path::Path;
 
 pub(crate) fn run(args: &Sample) -> Result<u8, Failure> {
     before_search(BEFORE);
@@ -26,13 +28,33 @@ pub(crate) fn run(args: &Sample) -> Result<u8, Failure> {
     if let Some(output) = &args.output {
         writing::check_output(output, args.overwrite.force)?;
     }
+    let outputs = Outputs { page: args.report.as_ref(), force: args.overwrite.force, ..Outputs::default() };
+    outputs.check()?;
     let cases: Vec<TestCase<'_>> = all.iter().map(|t| TestCase { model: &t.model, test: &t.test }).collect();
     let sampler =
         Tmcmc { n_samples: args.samples as usize, seed: args.random.seed, cancel: stop_flag(), ..Tmcmc::default() };
-    let sampled = sample_posterior(&cases, &settings, &sampler)?;
+    let shared = match (args.shard, &args.folder) {
+        (Some(part), Some(folder)) => {
+            Some(Shared::new(folder, part.index(), part.of()).map_err(|e| Failure::text(e.to_string()))?)
+        }
+        _ => None,
+    };
+    let evaluator: &dyn Evaluator = shared.as_ref().map_or(&Threads, |shared| shared);
+    let sampled = sample_posterior_by(&cases, &settings, &sampler, evaluator)?;
     let model = &all[0].model;
     let table = table(&sampled.posterior, model);
     let written = args.output.as_ref().filter(|output| writing::write(output, &table));
+    let page = if args.report.is_some() {
+        let mut data = of_posterior(model, &all[0].test, &sampled);
+        data.meta.warnings.extend(all.iter().flat_map(|t| t.warnings.clone()));
+        let read: Vec<(&str, &Path)> = std::iter::once(("model", args.model.path.as_path()))
+            .chain(args.tests.paths.iter().map(|path| ("test", path.as_path())))
+            .collect();
+        provenance(&mut data, &read, Some(args.random.seed));
+        outputs.write(&data)?
+    } else {
+        Vec::new()
+    };
     if args.print.json {
         print_json(&answer::sampled(&sampled, model));
         return Ok(DONE);
@@ -74,6 +96,7 @@ pub(crate) fn run(args: &Sample) -> Result<u8, Failure> {
         let _ = writeln!(out, "written: {}", output::shown(output));
     }
     print(&out);
+    announce(&page);
     Ok(DONE)
 }
 

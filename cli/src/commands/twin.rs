@@ -10,7 +10,7 @@ use retune::correlation::sensor_position;
 use retune::data::convert::{frf_file, geometry_file};
 use retune::data::uff::{self, Dataset, Storage, UniversalFile};
 use retune::data::{FrfQuantity, FrfSet, Geometry, Point, Sensor, csv, write_test};
-use retune::model::{Model, ParametricModel, Registry};
+use retune::model::{Model, ParametricModel};
 use retune::report::answer;
 use retune::update::{TwinFault, TwinFrfOptions, TwinOptions, TwinStory, node_sensors, twin_frfs, twin_modes};
 use retune::yaml::SourceMap;
@@ -100,7 +100,7 @@ pub(crate) fn run(args: &Twin) -> Result<u8, Failure> {
 fn patched(model: &Model, path: &Path) -> Result<Model, Failure> {
     let text = files::read(path)?;
     let spec = model.spec().overlaid(&text).map_err(|p| Failure::problems(path, &text, &p))?;
-    let (model, _) = Model::new(spec, &Registry::builtin())
+    let (model, _) = Model::new(spec, model.registry())
         .map_err(|p| Failure::problems(path, &text, &SourceMap::of(&text).place(p)))?;
     Ok(model)
 }

@@ -12,8 +12,8 @@ use retune::catalogue::counted;
 use retune::data::TestData;
 use retune::effect::set_parameter_values;
 use retune::optim::{Checkpoint, OptimizerSpec};
-use retune::report::answer;
 use retune::report::text::{cost_history, printable};
+use retune::report::{Case, answer, live_unasked};
 use retune::update::{
     Assessment, Controls, ObjectiveSpec, ReducedSearch, Settings, TestCase, UnpairedMode, update_to_tests,
 };
@@ -130,6 +130,8 @@ pub(crate) fn run(args: &Update) -> Result<u8, Failure> {
     if args.report.is_some() {
         let first = &all[0];
         let mut data = retune::report::of_update(&first.model, &first.test, &u)?;
+        let case = Case { model: &first.model, test: &first.test, assessment: &u.after };
+        data.live = live_unasked(case, &settings.pairing, Some(&first.model), &[]);
         data.meta.warnings.extend(u.uncertainty.remarks.iter().cloned());
         if all.len() > 1 {
             let n = all.len();

@@ -83,7 +83,7 @@ impl Specimen {
             Hidden::Outside(kind) => self.outside(kind, &mut rng(seed, 13))?,
             Hidden::Nothing | Hidden::Fault(_) => self.fine.clone(),
         };
-        let truth = build(spec)?;
+        let truth = build(spec, self.model.registry())?;
         // The sensors stand where the real structure has them, which a fault may keep secret.
         let sensors = match hidden {
             Hidden::Fault(fault) => fault.sensors_in_truth(&self.sensors, TURN),

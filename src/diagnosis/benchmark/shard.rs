@@ -46,8 +46,18 @@ impl Part {
         (1..=of).contains(&index).then_some(Self { index, of })
     }
 
+    /// Which it is, from 1.
+    pub fn index(self) -> usize {
+        self.index
+    }
+
+    /// How many there are.
+    pub fn of(self) -> usize {
+        self.of
+    }
+
     /// Its positions among so many cases.
-    pub(super) fn positions(self, cases: usize) -> impl Iterator<Item = usize> {
+    pub fn positions(self, cases: usize) -> impl Iterator<Item = usize> {
         (self.index - 1..cases).step_by(self.of)
     }
 }

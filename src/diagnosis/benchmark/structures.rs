@@ -55,7 +55,7 @@ impl Specimen {
         let (read, ..) = load(text, &Registry::builtin()).map_err(|p| unsolvable(&p[0]))?;
         let mut spec = read.spec().clone();
         spec.targets = None;
-        let mut model = build(spec)?;
+        let mut model = build(spec, read.registry())?;
         let theta = model.parameters().nominal();
         let least = LEAST_MODES.min(plan.modes);
         let mut fine = refined(&model, &theta, FINER)?;

@@ -10,7 +10,7 @@ use crate::diagnosis::error::DiagnosisError;
 use crate::effect::{Candidate, NewParameter, PatchError};
 use crate::linalg::DVector;
 use crate::model::spec::ModelSpec;
-use crate::model::{Additions, Change, Model, ModelError, Registry};
+use crate::model::{Additions, Change, Model, ModelError};
 use crate::objective::Scaling;
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -56,7 +56,7 @@ impl Scene {
             },
             None => file,
         };
-        let additions = Additions::new(&case.model, &longer, &Registry::builtin());
+        let additions = Additions::new(&case.model, &longer, case.model.registry());
         let change = |candidate: &&Candidate| (candidate.id(), candidate.change(&additions).map(Arc::new));
         candidates.par_iter().map(change).collect()
     }
@@ -115,7 +115,7 @@ impl Scene {
         if self.patches.is_empty() {
             return Ok(self.model().clone());
         }
-        in_configuration(&self.file_in_full()?, &self.cases[0].test)
+        in_configuration(&self.file_in_full()?, &self.cases[0].test, self.cases[0].model.registry())
     }
 
     fn file_in_full(&self) -> Result<ModelSpec, DiagnosisError> {

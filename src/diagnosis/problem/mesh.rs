@@ -16,9 +16,9 @@ use crate::objective::{Comparison, LeastSquares, Objective};
 pub(crate) const FINER: u32 = 3;
 
 /// Builds a specification.
-pub(crate) fn build(spec: ModelSpec) -> Result<Model, DiagnosisError> {
+pub(crate) fn build(spec: ModelSpec, registry: &Registry) -> Result<Model, DiagnosisError> {
     let first = |p: Vec<crate::yaml::Problem>| unsolvable(p.first().map(ToString::to_string).unwrap_or_default());
-    Ok(Model::new(spec, &Registry::builtin()).map_err(first)?.0)
+    Ok(Model::new(spec, registry).map_err(first)?.0)
 }
 
 /// The lowest elastic modes at θ.
@@ -40,7 +40,7 @@ pub(crate) fn refined(model: &Model, theta: &[f64], times: u32) -> Result<Model,
     for name in &names {
         finer(&mut all, name);
     }
-    if let Ok(m) = build(all)
+    if let Ok(m) = build(all, model.registry())
         && sound(&m)
     {
         return Ok(m);
@@ -49,11 +49,11 @@ pub(crate) fn refined(model: &Model, theta: &[f64], times: u32) -> Result<Model,
     for name in &names {
         let mut tried = spec.clone();
         finer(&mut tried, name);
-        if build(tried.clone()).is_ok_and(|m| sound(&m)) {
+        if build(tried.clone(), model.registry()).is_ok_and(|m| sound(&m)) {
             spec = tried;
         }
     }
-    build(spec)
+    build(spec, model.registry())
 }
 
 /// Relative error of each of the lowest elastic frequencies that the mesh makes, by ascending frequency.

@@ -86,6 +86,60 @@ pub trait Residual: fmt::Debug + Send + Sync {
     fn differentiate(&self, at: &Point<'_>, derivative: &PredictionDerivative, out: &mut DMatrix<f64>);
 }
 
+/// The residual terms that an objective may name: the built-in ones and a user's own. Two lists are equal that name the same terms.
+///
+/// ```
+/// use retune::objective::Residuals;
+/// assert!(Residuals::builtin().find("frequency").is_some());
+/// ```
+#[derive(Debug, Clone)]
+pub struct Residuals {
+    terms: Vec<&'static dyn Residual>,
+}
+
+impl Residuals {
+    /// The built-in ones.
+    pub fn builtin() -> Self {
+        Self { terms: RESIDUALS.to_vec() }
+    }
+
+    /// With one more; a term of the same name replaces the built-in one.
+    #[must_use]
+    pub fn with(mut self, term: &'static dyn Residual) -> Self {
+        self.terms.retain(|r| r.name() != term.name());
+        self.terms.push(term);
+        self
+    }
+
+    /// The term of a name.
+    pub fn find(&self, name: &str) -> Option<&'static dyn Residual> {
+        self.iter().find(|r| r.name() == name)
+    }
+
+    /// All of them, in order.
+    pub fn iter(&self) -> impl Iterator<Item = &'static dyn Residual> + '_ {
+        self.terms.iter().copied()
+    }
+
+    /// Those that are not built in.
+    pub fn own(&self) -> impl Iterator<Item = &'static dyn Residual> + '_ {
+        let is_builtin = |r: &dyn Residual| RESIDUALS.iter().any(|b| Residual::name(*b) == r.name());
+        self.iter().filter(move |r| !is_builtin(*r))
+    }
+}
+
+impl Default for Residuals {
+    fn default() -> Self {
+        Self::builtin()
+    }
+}
+
+impl PartialEq for Residuals {
+    fn eq(&self, other: &Self) -> bool {
+        self.iter().map(|r| r.name()).eq(other.iter().map(|r| r.name()))
+    }
+}
+
 /// Residual of the frequency of a measured mode for which the model has too few modes, √(2 ln(1/e)) with e = 0.03 as for a mode that
 /// is not of the structure: bounded, and constant. Its shape and damping, and all of a mode that is aside, have none.
 pub const NO_PARTNER: f64 = 2.648;

@@ -5,8 +5,8 @@ use super::Case;
 use crate::correlation::{CorrelationError, PairingOptions, element_energies, odds, sensor_misfits, shape_residual};
 use crate::identify::real_shape;
 use crate::linalg::{DMatrix, DVector};
-use crate::model::ParametricModel;
-use crate::update::{PlacesOptions, member_stiffnesses, places};
+use crate::model::{Model, ParametricModel};
+use crate::update::{MassReduction, Orthogonality, PlacesOptions, member_stiffnesses, orthogonality, places};
 
 /// Expansion solves the dense eigenproblem of the whole model; above this many dofs a page would wait for it.
 const LARGEST: usize = 1200;
@@ -17,24 +17,57 @@ const RANKED: usize = 12;
 /// A family of p-values below this stands out.
 const SIGNIFICANT: f64 = 0.01;
 
-/// Fields that colour the structure, and the ranking of places where a ranking is possible.
-pub(super) fn disagreement(
-    case: Case<'_>,
-    structure: &Structure,
-) -> Result<(Vec<Field>, Option<Localization>), CorrelationError> {
-    let model = case.model;
-    let mut fields = Vec::new();
-    let mut found = None;
-    if model.dof_map().n_dof() <= LARGEST {
+/// What is known of where model and test disagree.
+#[derive(Default)]
+pub(super) struct Disagreement {
+    /// Fields that colour the structure.
+    pub(super) fields: Vec<Field>,
+    /// The ranking of places, where a ranking is possible.
+    pub(super) localization: Option<Localization>,
+    /// Test modes with their shapes at all nodes, (ux, uy, uz) node after node, on the scale of the real test shape.
+    pub(super) expanded: Vec<(usize, Floats)>,
+    /// Orthogonality of the paired shapes.
+    pub(super) orthogonality: Option<Orthogonality>,
+}
+
+/// Looks for it.
+pub(super) fn disagreement(case: Case<'_>, structure: &Structure) -> Result<Disagreement, CorrelationError> {
+    let mut out = Disagreement::default();
+    if case.model.dof_map().n_dof() <= LARGEST {
         // A model that resists expansion still has its other colours.
-        if let Some((list, localization)) = localization(case, structure) {
-            fields.extend(list);
-            found = Some(localization);
+        if let Ok(comparison) = crate::objective::Comparison::new(case.model, case.test, PairingOptions::default()) {
+            if let Some((list, localization, expanded)) = localization(case, &comparison, structure) {
+                out.fields.extend(list);
+                out.localization = Some(localization);
+                out.expanded = expanded;
+            }
+            // A mass that no reduction brings to these sensors tells nothing.
+            out.orthogonality = orthogonality(&comparison, case.assessment, MassReduction::Auto).ok().flatten();
         }
-        fields.extend(energies(case, structure)?);
+        out.fields.extend(energies(case, structure)?);
     }
-    fields.extend(sensor_field(case)?);
-    Ok((fields, found))
+    out.fields.extend(thickness(case.model, &case.assessment.theta));
+    out.fields.extend(sensor_field(case)?);
+    Ok(out)
+}
+
+/// The thickness of plates and shells.
+fn thickness(model: &Model, theta: &[f64]) -> Option<Field> {
+    let of = |e: &crate::model::PlacedElement| {
+        let i = e.kind.properties().iter().position(|p| p.name == "thickness")?;
+        e.values[i].as_ref().map(|v| v.at(theta))
+    };
+    let values: Vec<f64> =
+        super::structure::drawn_elements(model).map(|e| of(e).map_or(f64::NAN, |t| 1e3 * t)).collect();
+    values.iter().any(|v| v.is_finite()).then(|| Field {
+        name: "thickness".into(),
+        unit: "mm".into(),
+        on: Carrier::Elements,
+        scale: Scale::Sequential,
+        anchor: None,
+        about: "Thickness of the plates and shells.".into(),
+        values: Floats::from_f64(values),
+    })
 }
 
 /// The drawn elements of a member of the file: itself, or the parts that it was divided into.
@@ -43,10 +76,22 @@ fn parts(structure: &Structure, member: &str) -> Vec<usize> {
     (0..structure.elements.len()).filter(|&i| is_part(&structure.elements[i].name)).collect()
 }
 
-fn localization(case: Case<'_>, structure: &Structure) -> Option<([Field; 2], Localization)> {
-    let Case { model, test, assessment } = case;
-    let comparison = crate::objective::Comparison::new(model, test, PairingOptions::default()).ok()?;
-    let found = places(model, &comparison, assessment, PlacesOptions::default()).ok()?;
+/// Two colours, the ranking, and the expanded shapes that both rest on.
+type Localized = ([Field; 2], Localization, Vec<(usize, Floats)>);
+
+fn localization(
+    case: Case<'_>,
+    comparison: &crate::objective::Comparison<'_>,
+    structure: &Structure,
+) -> Option<Localized> {
+    let Case { model, assessment, .. } = case;
+    let found = places(model, comparison, assessment, PlacesOptions::default()).ok()?;
+    let dofs = model.dof_map();
+    let at_nodes = |(mode, q): &(usize, DVector<f64>)| {
+        let all = dofs.expand(q);
+        (*mode, Floats::from_f64((0..all.nrows()).flat_map(|n| (0..3).map(move |d| (n, d))).map(|at| all[at])))
+    };
+    let expanded = found.expanded.iter().map(at_nodes).collect();
     let (by_element, by_group) = (found.by_element, found.by_group);
     let members = |name: &str| -> Vec<usize> {
         (0..structure.elements.len()).filter(|&i| structure.elements[i].group == name).collect()
@@ -109,7 +154,7 @@ fn localization(case: Case<'_>, structure: &Structure) -> Option<([Field; 2], Lo
         elements: first(on_elements),
         groups: if on_groups.len() > 1 { first(on_groups) } else { Vec::new() },
     };
-    Some((fields, localization))
+    Some((fields, localization, expanded))
 }
 
 /// Shares of strain energy of the paired modes.

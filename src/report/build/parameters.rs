@@ -9,7 +9,7 @@ use crate::update::ParameterChange;
 /// A parameter that the first version does not have counts as unchanged.
 pub fn add_parameters(data: &mut ReportData, first: &Model, now: &Model) {
     let u = data.update.get_or_insert_default();
-    if !u.parameters.is_empty() {
+    if u.has_moved() {
         return;
     }
     let (before, all) = (first.parameters(), now.parameters());
@@ -29,6 +29,26 @@ pub fn add_parameters(data: &mut ReportData, first: &Model, now: &Model) {
             })
         })
         .collect();
+}
+
+/// The free parameters of a model where nothing has changed them.
+pub(super) fn values(model: &Model, theta: &[f64]) -> Vec<Parameter> {
+    let all = model.parameters();
+    let shown = |(p, value): (&crate::model::Parameter, &f64)| {
+        let [lower, upper] = p.bounds?.map(|b| p.display(b));
+        let change = ParameterChange {
+            name: p.name.clone(),
+            unit: p.unit.clone(),
+            before: p.display(*value),
+            after: p.display(*value),
+            lower: Some(lower),
+            upper: Some(upper),
+            at_bound: p.at_bound(*value),
+            after_si: *value,
+        };
+        Some(Parameter { after: None, ..parameter(&change) })
+    };
+    all.iter().zip(theta).filter_map(shown).collect()
 }
 
 /// A parameter as tables show it.

@@ -81,8 +81,8 @@ fn of_model(
     Ok(FrfSet { h, coherence: None, n_averages: None, ..set.clone() })
 }
 
-/// Median of the measured damping ratios.
-fn typical_damping(test: &TestData) -> f64 {
+/// Median of the measured damping ratios, or a usual one.
+pub(in crate::report) fn typical_damping(test: &TestData) -> f64 {
     let mut all: Vec<f64> = test.modes.iter().filter_map(|m| m.damping_ratio.as_ref()).map(|d| d.value).collect();
     all.sort_by(f64::total_cmp);
     all.get(all.len() / 2).copied().unwrap_or(DEFAULT_DAMPING)
@@ -204,6 +204,12 @@ pub(super) fn responses(
         let value = |l: usize| -> Complex<f64> { set.at(l, r, s) };
         Spectrum::from_f64((0..set.n_lines()).map(|l| (value(l).re, value(l).im)))
     };
+    let sensor = |own: &Sensor| case.test.sensors.iter().position(|x| x.name == own.name);
+    let sign = |own: &Sensor| {
+        let with = sensor(own).map(|k| case.test.sensors[k].direction)?;
+        let cosine: f64 = own.direction.iter().zip(with).map(|(a, b)| a * b).sum();
+        (cosine.abs() > 1.0 - 1e-9).then_some(cosine.signum())
+    };
     let mut channels = Vec::with_capacity(references.len() * n_responses);
     for r in 0..references.len() {
         for s in 0..n_responses {
@@ -212,7 +218,9 @@ pub(super) fn responses(
             channels.push(Channel {
                 response: responses[s].name.clone(),
                 reference: references[r].name.clone(),
-                sensor: case.test.sensors.iter().position(|x| x.name == responses[s].name),
+                sensor: sensor(&responses[s]),
+                exciter: sensor(&references[r]),
+                sign: sign(&responses[s]).zip(sign(&references[r])).map(|(a, b)| a * b),
                 measured: Some(spectrum(&measured, r, s)),
                 model: Some(spectrum(&model, r, s)),
                 before: earlier.as_ref().map(|m| spectrum(m, r, s)),

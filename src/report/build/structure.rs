@@ -29,6 +29,11 @@ fn drawn(model: &Model) -> Vec<Option<usize>> {
     model.elements().iter().map(|e| if is_mass(e) || e.matrices.is_some() { None } else { next.next() }).collect()
 }
 
+/// The elements of the model that are drawn as elements, in their order.
+pub(super) fn drawn_elements(model: &Model) -> impl Iterator<Item = &PlacedElement> {
+    model.elements().iter().filter(|e| !is_mass(e) && e.matrices.is_none())
+}
+
 /// Finds places by name.
 pub(super) struct Places<'a> {
     model: &'a Model,
@@ -175,7 +180,9 @@ pub(super) fn structure(model: &Model, theta: &[f64], test: &TestData) -> Result
                 properties,
             });
         } else {
+            let mut z_axis = None;
             if e.kind.axes() == Axes::AlongNodes && e.kind.nodes().concat().contains(&Dof::Ry) {
+                z_axis = Some(e.axes[2].map(|c| (c * 1e4).round() / 1e4));
                 let [x, y, z] = e.axes[2].map(|c| format!("{:.3}", if c.abs() < 5e-4 { 0.0 } else { c }));
                 let how = if e.is_oriented { "stated" } else { "default" };
                 let how = if e.turn == 0.0 { how.to_string() } else { format!("{how}, turned to principal axes") };
@@ -191,6 +198,7 @@ pub(super) fn structure(model: &Model, theta: &[f64], test: &TestData) -> Result
                 parameters,
                 property_set: None,
                 properties,
+                z_axis,
             });
         }
     }

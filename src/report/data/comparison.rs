@@ -88,6 +88,15 @@ pub struct Comparison {
     pub mac: Option<LabelledMatrix>,
     /// MAC before the update.
     pub mac_before: Option<LabelledMatrix>,
+    /// Cross-orthogonality of the paired shapes in the mass of the model at the sensors: rows model, columns test.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cross_orthogonality: Option<LabelledMatrix>,
+    /// Orthogonality of the shapes of the test with each other in the same mass.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub auto_orthogonality: Option<LabelledMatrix>,
+    /// How that mass was found and what it costs, in one sentence.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub orthogonality_note: String,
     /// COMAC of every sensor.
     pub comac: Option<Floats>,
     /// COMAC of every sensor before the update.
@@ -195,6 +204,12 @@ pub struct Channel {
     pub reference: String,
     /// Index of the response in the structure's sensors.
     pub sensor: Option<usize>,
+    /// Index of the excitation in the structure's sensors.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub exciter: Option<usize>,
+    /// 1 where both act along the directions of these sensors, -1 where one of them is turned round; missing where they act along others.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sign: Option<f64>,
     /// As measured.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub measured: Option<Spectrum>,

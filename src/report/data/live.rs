@@ -26,6 +26,9 @@ pub struct Live {
     pub n_elastic: usize,
     /// Parameters of the model, then sizes of hypotheses.
     pub parameters: Vec<LiveParameter>,
+    /// Versions of the model that the sliders can be set to, the oldest first.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub versions: Vec<LiveVersion>,
     /// Hypotheses of the diagnosis that can be switched on, the most probable first.
     pub hypotheses: Vec<LiveHypothesis>,
     /// Hypotheses that cannot, with the reason.
@@ -45,6 +48,8 @@ pub struct Live {
     pub rotation: Option<Floats>,
     /// The modes of the test.
     pub test: Vec<LiveTestMode>,
+    /// Damping ratio of the modes of the model that no mode of the test with a damping is paired with, in frequency responses.
+    pub damping: f64,
     /// How modes are paired.
     pub pairing: LivePairing,
     /// χ² that noise alone leaves about.
@@ -78,6 +83,16 @@ pub struct LiveParameter {
     pub description: String,
 }
 
+/// A version of the model.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LiveVersion {
+    /// Its name: `initial`, `paper`.
+    pub name: String,
+    /// (parameter, value in SI) of those that differ from the report and that it has.
+    pub values: Vec<(usize, f64)>,
+}
+
 /// A hypothesis with a switch.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -96,6 +111,39 @@ pub struct LiveHypothesis {
     pub alters: Vec<usize>,
     /// How right the coordinates are with it alone.
     pub accuracy: LiveAccuracy,
+    /// Of a fault of the measurement: the test without it. The model stays as it is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub test: Option<LiveTestEdit>,
+}
+
+/// What a test would be without a fault with number g: the entries that change.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LiveTestEdit {
+    /// Whether g is an angle, rad, not a factor.
+    pub is_angle: bool,
+    /// Of the frequencies of the modes, Hz.
+    pub frequency: LiveEntries,
+    /// Of their standard deviations.
+    pub frequency_sd: LiveEntries,
+    /// Of the shapes, mode after mode.
+    pub shape: LiveEntries,
+    /// Of their standard deviations.
+    pub shape_sd: LiveEntries,
+    /// Of [`Live::sensors`].
+    pub sensors: LiveEntries,
+    /// What to do about the fault.
+    pub remedy: String,
+}
+
+/// Entries of an array as functions of a number g: a + b g + c/g of a factor, a + b cos g + c sin g of an angle; NaN is not measured.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LiveEntries {
+    /// Where.
+    pub at: Vec<usize>,
+    /// a, b, c of each.
+    pub values: Doubles,
 }
 
 /// One term: a factor and its matrices.
@@ -148,6 +196,9 @@ pub struct LiveTestMode {
     pub shape: Doubles,
     /// Standard deviations of the shape.
     pub shape_sd: Doubles,
+    /// Its damping ratio.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub damping: Option<f64>,
     /// Symmetry, where it is known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub family: Option<String>,

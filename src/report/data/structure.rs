@@ -63,6 +63,9 @@ pub struct Element {
     /// Its own properties.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub properties: Vec<Property>,
+    /// Direction of the z axis of the section of a beam.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub z_axis: Option<[f64; 3]>,
 }
 
 /// A property as it is shown: name and value with unit.

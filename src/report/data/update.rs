@@ -33,6 +33,13 @@ pub struct Update {
     pub mass_properties: Vec<MassProperty>,
 }
 
+impl Update {
+    /// Whether the parameters have moved; where they have not, they are told as they are.
+    pub fn has_moved(&self) -> bool {
+        self.parameters.iter().any(|p| p.after.is_some())
+    }
+}
+
 /// Best cost over evaluations.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]

@@ -84,14 +84,40 @@ impl ReportData {
                         length(path(part), list.len(), frfs.bands.len(), "one a band")?;
                     }
                 }
-                if let Some(k) = c.sensor {
-                    index(|| path("sensor"), k, "structure.sensors", s.sensors.len())?;
+                for (part, k) in [("sensor", c.sensor), ("exciter", c.exciter)] {
+                    if let Some(k) = k {
+                        index(|| path(part), k, "structure.sensors", s.sensors.len())?;
+                    }
                 }
             }
             for (part, list) in [("fdac", &frfs.fdac), ("fdac_before", &frfs.fdac_before)] {
                 for (i, m) in list.iter().enumerate() {
                     matrix(&format!("frfs.{part}[{i}]"), m)?;
                 }
+            }
+        }
+        if let Some(found) = &self.identification {
+            for (k, values) in found.cmif.iter().enumerate() {
+                length(format!("identification.cmif[{k}]"), values.len(), found.frequency_hz.len(), "one a line")?;
+            }
+            for (k, d) in found.diagrams.iter().enumerate() {
+                let lists = [
+                    ("damping", d.damping.len()),
+                    ("order", d.order.len()),
+                    ("mark", d.mark.len()),
+                    ("column", d.column.len()),
+                ];
+                for (part, n) in lists {
+                    length(format!("identification.diagrams[{k}].{part}"), n, d.hz.len(), "one a pole")?;
+                }
+            }
+        }
+        if let Some(posterior) = &self.posterior {
+            let (n, samples) = (posterior.parameters.len(), posterior.parameters.first().map_or(0, |p| p.values.len()));
+            for (k, p) in posterior.parameters.iter().enumerate() {
+                let path = |part: &str| format!("posterior.parameters[{k}].{part}");
+                length(path("values"), p.values.len(), samples, "as many as the first parameter has")?;
+                length(path("correlations"), p.correlations.len(), n, "one a parameter")?;
             }
         }
         if let Some(update) = &self.update {
@@ -179,7 +205,12 @@ impl ReportData {
         for &k in &c.unpaired_model {
             index(|| "comparison.unpaired_model".into(), k, "modes.model", n_model)?;
         }
-        for (name, m) in [("comparison.mac", &c.mac), ("comparison.mac_before", &c.mac_before)] {
+        for (name, m) in [
+            ("comparison.mac", &c.mac),
+            ("comparison.mac_before", &c.mac_before),
+            ("comparison.cross_orthogonality", &c.cross_orthogonality),
+            ("comparison.auto_orthogonality", &c.auto_orthogonality),
+        ] {
             if let Some(m) = m {
                 matrix(name, m)?;
             }
@@ -263,9 +294,31 @@ fn validate_live(live: &Live, s: &Structure) -> Result<(), ReportError> {
             }
         }
     }
+    for (i, version) in live.versions.iter().enumerate() {
+        for (k, _) in &version.values {
+            parameter(&|| format!("live.versions[{i}].values"), *k)?;
+        }
+    }
     for (i, h) in live.hypotheses.iter().enumerate() {
         for &k in &h.sizes {
             parameter(&|| format!("live.hypotheses[{i}].sizes"), k)?;
+        }
+        if let Some(edit) = &h.test {
+            let n_shapes = live.test.len() * n_sensors;
+            let parts = [
+                ("frequency", &edit.frequency, live.test.len()),
+                ("frequency_sd", &edit.frequency_sd, live.test.len()),
+                ("shape", &edit.shape, n_shapes),
+                ("shape_sd", &edit.shape_sd, n_shapes),
+                ("sensors", &edit.sensors, n_sensors * n),
+            ];
+            for (part, entries, len) in parts {
+                let field = || format!("live.hypotheses[{i}].test.{part}");
+                length(field(), entries.values.len(), 3 * entries.at.len(), "three an entry")?;
+                for &k in &entries.at {
+                    index(field, k, "the array that it changes", len)?;
+                }
+            }
         }
         length(format!("live.hypotheses[{i}].estimates"), h.estimates.len(), h.sizes.len(), "one a size")?;
     }

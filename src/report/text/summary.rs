@@ -147,7 +147,7 @@ fn pairs(out: &mut String, data: &ReportData, c: &Comparison, style: &Style) {
 }
 
 fn update(out: &mut String, u: &Update, style: &Style) {
-    if u.histories.is_empty() && u.parameters.is_empty() {
+    if u.histories.is_empty() && !u.has_moved() {
         return;
     }
     head(out, "Update", &u.objective, style);
@@ -158,7 +158,7 @@ fn update(out: &mut String, u: &Update, style: &Style) {
             let _ = writeln!(out, "{name:<26}  {line}");
         }
     }
-    if u.parameters.is_empty() {
+    if !u.has_moved() {
         return;
     }
     let mut table = Table::new([

@@ -33,13 +33,14 @@ const text = (end) => result.outputFiles.find((f) => f.path.endsWith(end)).text.
 const licence = async (path) => (await readFile(new URL(`node_modules/${path}`, here), "utf8")).trim();
 const version = async (name) => JSON.parse(await readFile(new URL(`node_modules/${name}/package.json`, here), "utf8")).version;
 const parts = [];
-for (const [name, page] of [["plotly.js-basic-dist-min", "https://plotly.com/javascript/"], ["three", "https://threejs.org/"]]) {
+for (const [name, page] of [["plotly.js-basic-dist-min", "https://plotly.com/javascript/"], ["three", "https://threejs.org/"], ["fflate", "https://101arrowz.github.io/fflate/"]]) {
   parts.push(`## ${name} ${await version(name)}\n\n<${page}>\n\n\`\`\`text\n${await licence(`${name}/LICENSE`)}\n\`\`\`\n`);
 }
 const notice = `# Third-party software in the report\n\nThe page that \`retune report\` writes embeds these libraries, minified. Written by \`build.mjs\`.\n\n${parts.join("\n")}`;
 
-const versions = `three.js ${await version("three")} and plotly.js ${await version("plotly.js-basic-dist-min")}`;
-const banner = `/*! retune report. Contains ${versions}, both under the MIT licence:\n${(await licence("three/LICENSE")).replaceAll("*/", "* /")}\n\n${(await licence("plotly.js-basic-dist-min/LICENSE")).replaceAll("*/", "* /")}\n*/\n`;
+const versions = `three.js ${await version("three")}, plotly.js ${await version("plotly.js-basic-dist-min")} and fflate ${await version("fflate")}`;
+const licences = await Promise.all(["three", "plotly.js-basic-dist-min", "fflate"].map((name) => licence(`${name}/LICENSE`)));
+const banner = `/*! retune report. Contains ${versions}, all under the MIT licence:\n${licences.join("\n\n").replaceAll("*/", "* /")}\n*/\n`;
 const script = banner + text("main.js");
 const style = text("style.css");
 // Inside <script>, HTML ends the element at "</script" and changes its rules at "<!--": neither may occur.

@@ -27,6 +27,9 @@ pub struct Places {
     pub strain_energy: Vec<(String, Vec<f64>)>,
     /// Indices of the test modes that were used.
     pub test_modes: Vec<usize>,
+    /// Their shapes at all dofs, on the scale of the test: what the sensors saw and what the model makes of the rest.
+    #[serde(skip)]
+    pub expanded: Vec<(usize, DVector<f64>)>,
 }
 
 /// How the disagreement is localised.
@@ -132,7 +135,7 @@ pub fn places(
         }
     };
     let model_error = expander.model_error(options.relative_error, members.len());
-    let mut expanded = Vec::with_capacity(pairs.len());
+    let (mut expanded, mut shapes_of) = (Vec::with_capacity(pairs.len()), Vec::with_capacity(pairs.len()));
     for (j, pair) in pairs.iter().enumerate() {
         let f = comparison.test().modes[pair.test_mode].frequency_hz;
         let omega_squared = (TAU * f.value).powi(2);
@@ -146,6 +149,7 @@ pub fn places(
         }
         let weight = expander.weight(model_error, omega_squared, modal_mass);
         let shape = expander.expand(&y, &sd, omega_squared, weight)?;
+        shapes_of.push((pair.test_mode, shape.shape.clone()));
         expanded.push((shape, sd, 1.0 / (omega_squared * modal_mass), 2.0 * omega_squared * f.sd / f.value));
     }
     let modes: Vec<ExpandedMode<'_>> = expanded
@@ -186,6 +190,7 @@ pub fn places(
         by_group,
         strain_energy: strain,
         test_modes: pairs.iter().map(|p| p.test_mode).collect(),
+        expanded: shapes_of,
     })
 }
 

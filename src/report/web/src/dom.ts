@@ -59,10 +59,18 @@ export function csvCell(text: string): string {
   return /[",\n]/.test(safe) ? `"${safe.replace(/"/g, '""')}"` : safe;
 }
 
+/** What a cell of a table says, without signs that only decorate it. */
+export function textOf(cell: HTMLTableCellElement): string {
+  if (cell.dataset["csv"] != null) return cell.dataset["csv"];
+  const own = cell.cloneNode(true) as HTMLElement;
+  own.querySelectorAll('[aria-hidden="true"]').forEach((e) => e.remove());
+  return own.textContent ?? "";
+}
+
 /** A button that saves a table of the page as CSV. */
 export function csvButton(name: string, of: () => HTMLTableElement | null): HTMLElement {
   return h("button", { type: "button", class: "csv", title: `Save “${name}” as CSV`, "aria-label": `Save ${name} as CSV`, onclick: () => {
-    const rows = [...(of()?.rows ?? [])].map((row) => [...row.cells].map((c) => csvCell(c.dataset["csv"] ?? c.textContent ?? "")).join(","));
+    const rows = [...(of()?.rows ?? [])].map((row) => [...row.cells].map((c) => csvCell(textOf(c))).join(","));
     const link = h("a", { href: URL.createObjectURL(new Blob([`\ufeff${rows.join("\r\n")}\r\n`], { type: "text/csv" })), download: `${slug(name)}.csv` });
     link.click();
     URL.revokeObjectURL(link.href);

@@ -55,6 +55,11 @@ export function unit(text: string): string {
   return text.replace(/(?<=[A-Za-z])[234](?![\w.])/g, (d) => ({ 2: "²", 3: "³", 4: "⁴" })[Number(d)]!);
 }
 
+/** Powers of ten as they are written: 10^300 is 10³⁰⁰. */
+export function powers(text: string): string {
+  return text.replace(/\b10\^(-?\d+)/g, (_, n: string) => `10${[...n].map((c) => "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"["-0123456789".indexOf(c)]).join("")}`);
+}
+
 /** A formula in words with minus signs in place of hyphens. */
 export function minuses(text: string): string {
   return text.replace(/(^|[\s(;])-(?=[\d\s])/g, `$1${MINUS}`);
@@ -77,7 +82,7 @@ export function shorten(text: string, length: number): string {
 export function shortMode(label: string): string | null {
   const plain = /^mode (\d+)$/.exec(label);
   if (plain) return plain[1]!;
-  const found = /^(?:(sym|anti)[a-z]* )?(\d+)(?:st|nd|rd|th)((?: [a-z]+)+)$/i.exec(label);
+  const found = /^(?:(sym|anti)[a-z]* )?(\d+)(?:st|nd|rd|th)((?: [a-z]+(?:-[a-z]+)*)+)$/i.exec(label);
   if (!found) return null;
   const initials = found[3]!.trim().split(" ").map((word) => word[0]!.toUpperCase()).join("");
   return `${found[1]?.[0]?.toUpperCase() ?? ""}${found[2]!}${initials}`;

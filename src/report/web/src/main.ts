@@ -2,33 +2,38 @@
 
 import { charts } from "./charts";
 import { badge, h, soft, type Child } from "./dom";
-import { fixed, percent, slug } from "./format";
+import { fixed, minuses, percent, powers, slug } from "./format";
 import { diagnosesSection } from "./sections/diagnosis";
 import { frfsSection } from "./sections/frfs";
+import { identificationSection } from "./sections/identification";
 import { liveSection } from "./sections/live";
 import { modesSection } from "./sections/modes";
 import { pairsSection } from "./sections/pairs";
+import { posteriorSection } from "./sections/posterior";
 import { provenanceSection } from "./sections/provenance";
 import { stepsSection } from "./sections/steps";
 import { structureSection } from "./sections/structure";
 import { hasUpdate, updateSection } from "./sections/update";
 import { viewers } from "./viewer";
+import { sheetsOf, workbook } from "./workbook";
 import type { Comparison, ReportData } from "./types";
 
 interface Tab { id: string; name: string; build: () => HTMLElement }
 
-function tabsOf(data: ReportData, save: () => void): Tab[] {
+function tabsOf(data: ReportData, save: () => void, saveTables: () => void): Tab[] {
   const tabs: (Tab | false | undefined)[] = [
+    data.identification && { id: "identification", name: "Identification", build: () => identificationSection(data.identification!, data.modes) },
     data.structure && { id: "structure", name: "Structure", build: () => structureSection(data.structure!, data.localization) },
     data.structure && (data.modes.model.length > 0 || data.modes.test.length > 0)
       && { id: "modes", name: "Mode shapes", build: () => modesSection(data.structure!, data.modes, data.comparison) },
     data.live && { id: "live", name: "Live", build: () => liveSection(data) },
     data.comparison && { id: "pairs", name: "Pairs", build: () => pairsSection(data.comparison!, data.modes, data.structure) },
     data.frfs && data.frfs.channels.length > 0 && { id: "frfs", name: "FRFs", build: () => frfsSection(data.frfs!) },
+    data.posterior && data.posterior.parameters.length > 0 && { id: "posterior", name: "Posterior", build: () => posteriorSection(data.posterior!) },
     data.update && hasUpdate(data.update) && { id: "update", name: data.update.histories.length ? "Update" : "Parameters", build: () => updateSection(data.update!) },
     data.steps && data.steps.steps.length > 0 && { id: "steps", name: "Error falling", build: () => stepsSection(data.steps!) },
     data.diagnosis && { id: "diagnosis", name: "Diagnosis", build: () => diagnosesSection(data.earlier_diagnoses ?? [], data.diagnosis!, data.structure, data.meta.verdict?.sentence ?? "") },
-    { id: "provenance", name: "Provenance", build: () => provenanceSection(data.meta, save) },
+    { id: "provenance", name: "Provenance", build: () => provenanceSection(data.meta, save, saveTables) },
   ];
   return tabs.filter((t): t is Tab => !!t);
 }
@@ -58,7 +63,7 @@ export function headline(sentence: string): [string, string] {
 
 function head(data: ReportData, theme: Child): HTMLElement {
   const { title, subtitle, verdict } = data.meta;
-  const [first, rest] = headline(verdict?.sentence ?? "");
+  const [first, rest] = headline(powers(verdict?.sentence ?? ""));
   return h("header", { class: "top" },
     h("div", { class: "title-row" },
       h("div", {}, h("p", { class: "brand" }, "retune report"), h("h1", {}, title || "Report"), subtitle ? h("p", { class: "subtitle" }, subtitle) : null),
@@ -67,7 +72,7 @@ function head(data: ReportData, theme: Child): HTMLElement {
       h("div", { class: "verdict-text" }, badge(verdict.level, LEVELS[verdict.level]), h("div", { class: "said" }, h("p", { class: "sentence", title: first.length > 120 ? first : null }, soft(first)),
         rest ? h("p", { class: "rest" }, h("span", { class: "visually-hidden" }, rest.slice(0, 2)), h("span", { class: "rest-text" }, soft(rest.slice(2)))) : null),
         data.comparison ? glance(data.comparison) : null),
-      verdict.number ? h("div", { class: "verdict-number" }, h("span", { class: verdict.number.length > 9 ? "big long" : "big" }, verdict.number), h("span", { class: "big-label" }, soft(verdict.number_label))) : null) : null);
+      verdict.number ? h("div", { class: "verdict-number" }, h("span", { class: verdict.number.length > 9 ? "big long" : "big" }, minuses(verdict.number)), h("span", { class: "big-label" }, soft(verdict.number_label))) : null) : null);
 }
 
 function themeButton(): HTMLElement {
@@ -108,7 +113,14 @@ function start(): void {
     link.click();
     URL.revokeObjectURL(link.href);
   };
-  const tabs = tabsOf(data, save);
+  const saveTables = (): void => {
+    for (const t of tabs) build(t);
+    const bytes = workbook(sheetsOf([...panels.values()], data));
+    const link = h("a", { href: URL.createObjectURL(new Blob([bytes], { type: "application/vnd.openxmlformats-officedocument.spreadsheetml.sheet" })), download: `${slug(data.meta.title)}.xlsx` });
+    link.click();
+    URL.revokeObjectURL(link.href);
+  };
+  const tabs = tabsOf(data, save, saveTables);
   const built = new Set<string>();
   const panels = new Map(tabs.map((t) => [t.id, h("section", { role: "tabpanel", id: `panel-${t.id}`, class: "panel", "aria-labelledby": `tab-${t.id}`, "data-title": t.name, hidden: true })]));
   const build = (t: Tab): void => {

@@ -26,7 +26,7 @@ export interface Meta {
 export interface Property { name: string; value: string }
 export interface Element {
   name: string; kind: string; nodes: number[]; group?: string; parameters?: string[];
-  property_set?: number; properties?: Property[];
+  property_set?: number; properties?: Property[]; z_axis?: Vec3;
 }
 export interface Field {
   name: string; unit: string; on: "elements" | "nodes" | "sensors";
@@ -74,12 +74,13 @@ export interface Comparison {
   pairs: Pair[]; pairs_before: Pair[]; unpaired_test: number[]; unpaired_reasons?: string[]; unpaired_model: number[];
   criteria: string; frequency_band: number;
   mac: LabelledMatrix | null; mac_before: LabelledMatrix | null;
+  cross_orthogonality?: LabelledMatrix; auto_orthogonality?: LabelledMatrix; orthogonality_note?: string;
   comac: Floats | null; comac_before: Floats | null;
 }
 
 export interface Band { name: string; from_hz: number; to_hz: number; csac: Num; csf: Num }
 export interface Channel {
-  response: string; reference: string; sensor: number | null;
+  response: string; reference: string; sensor: number | null; exciter?: number; sign?: number;
   measured?: Spectrum; model?: Spectrum; before?: Spectrum; coherence?: Floats;
   frac: Num[]; frac_before?: Num[];
 }
@@ -105,6 +106,21 @@ export interface Update {
 
 export interface Step { name: string; misfit: number; per_mode: Num[]; held_out: Num; held_out_per_mode?: Num[]; note: string }
 export interface Steps { measure: string; noise_floor: Num; mode_labels: string[]; steps: Step[] }
+
+export interface Rejected { hz: number; damping: number; reason: string }
+export interface Diagram {
+  name: string; hz: Floats; damping: Floats; order: number[]; mark: number[]; column: number[]; chosen: number[]; discarded: Rejected[];
+}
+export interface IdentifiedMode { hz: number; hz_sd: number; damping: Num; damping_sd: Num; mpc: Num; orders: number; remark: string }
+export interface Identification {
+  method: string; unit: string; frequency_hz: Floats; cmif: Floats[]; diagrams: Diagram[]; modes: IdentifiedMode[];
+}
+
+export interface Sampled {
+  name: string; unit: string; lower: number; upper: number; mean: number; sd: number; quantiles: [number, number, number, number, number];
+  correlations: Num[]; values: Floats;
+}
+export interface Posterior { parameters: Sampled[]; samples: number; log_evidence: number; log_evidence_se: number; note: string }
 
 export interface Place { text: string; nodes: number[]; elements: number[]; sensors: number[] }
 export interface Suspect { place: Place; above_noise: Num; relative_energy: Num; p_value: Num }
@@ -134,26 +150,31 @@ export interface LiveAccuracy { points: number; frequency: Num[]; mac: Num[] }
 export interface LiveParameter {
   name: string; unit: string; unit_factor: number; value: number; initial?: number; range: [number, number]; origin: number; description: string;
 }
+export interface LiveVersion { name: string; values: [number, number][] }
 export interface LiveHypothesis {
-  id: string; kind: string; sizes: number[]; estimates: number[]; probability: number; alters: number[]; accuracy: LiveAccuracy;
+  id: string; kind: string; sizes: number[]; estimates: number[]; probability: number; alters: number[]; accuracy: LiveAccuracy; test?: LiveTestEdit;
+}
+export interface LiveEntries { at: number[]; values: Doubles }
+export interface LiveTestEdit {
+  is_angle: boolean; frequency: LiveEntries; frequency_sd: LiveEntries; shape: LiveEntries; shape_sd: LiveEntries; sensors: LiveEntries; remedy: string;
 }
 export type LiveMatrix = { lower: Doubles } | { sum: Doubles };
 export interface LiveTerm { powers: [number, number][]; from_zero: boolean; stiffness?: LiveMatrix; mass?: LiveMatrix }
 export interface LiveSymmetry { mirror: Doubles; gram: Doubles }
 export type LivePlan = "free" | "aside" | { fixed: number } | { ranked: number };
 export interface LiveTestMode {
-  label: string; frequency_hz: number; frequency_sd: number; shape: Doubles; shape_sd: Doubles; family?: string; plan: LivePlan;
+  label: string; frequency_hz: number; frequency_sd: number; shape: Doubles; shape_sd: Doubles; damping?: number; family?: string; plan: LivePlan;
   followed?: Doubles; followed_alone: boolean;
 }
 export interface LivePairing { by: string; min_mac: number; frequency_window: Num; same_family_only: boolean }
 export interface Live {
   n: number; is_complete: boolean; n_rigid: number; shift: number; n_elastic: number;
-  parameters: LiveParameter[]; hypotheses: LiveHypothesis[]; left_out?: Named[]; terms: LiveTerm[];
+  parameters: LiveParameter[]; versions?: LiveVersion[]; hypotheses: LiveHypothesis[]; left_out?: Named[]; terms: LiveTerm[];
   sensors: Doubles; symmetry?: LiveSymmetry; displacement: Floats; rotation?: Floats;
-  test: LiveTestMode[]; pairing: LivePairing; n_data: number; not_computed: number; accuracy: LiveAccuracy;
+  test: LiveTestMode[]; damping: number; pairing: LivePairing; n_data: number; not_computed: number; accuracy: LiveAccuracy;
 }
 
 export interface ReportData {
-  schema: number; meta: Meta; structure?: Structure; modes: Modes; comparison?: Comparison; frfs?: Frfs; live?: Live;
-  update?: Update; steps?: Steps; localization?: Localization; diagnosis?: Diagnosis; earlier_diagnoses?: Diagnosis[];
+  schema: number; meta: Meta; structure?: Structure; modes: Modes; comparison?: Comparison; frfs?: Frfs;
+  identification?: Identification; live?: Live; update?: Update; steps?: Steps; posterior?: Posterior; localization?: Localization; diagnosis?: Diagnosis; earlier_diagnoses?: Diagnosis[];
 }

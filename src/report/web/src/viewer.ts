@@ -15,12 +15,13 @@ import type { Place, Structure, Vec3 } from "./types";
 import { Dots } from "./viewer/dots";
 import { listen } from "./viewer/gestures";
 import { axes, clear, names, type Paper } from "./viewer/labels";
+import { Sensed, type PointPainter } from "./viewer/sensed";
 import { Skeleton } from "./viewer/skeleton";
-import { faces, masses, placeArrows } from "./viewer/solids";
+import { faces, masses, placeArrows, sectionAxes } from "./viewer/solids";
 
 ColorManagement.enabled = false;
 
-export type Layer = "nodes" | "elements" | "links" | "masses" | "sensors" | "supports" | "ghost" | "test" | "names";
+export type Layer = "axes" | "nodes" | "elements" | "links" | "masses" | "sensors" | "supports" | "ghost" | "test" | "names";
 export type Painter = (index: number) => Rgb | null;
 
 interface Theme { line: Rgb; faint: Rgb; node: Rgb; sensor: Rgb; mass: Rgb; accent: Rgb; test: Rgb; model: Rgb; text: string; halo: string }
@@ -45,7 +46,7 @@ export class Viewer {
   private fitted = true;
   private readonly cloud: Vec3[];
   private layers: Record<Layer, boolean> = {
-    nodes: true, elements: true, links: true, masses: true, sensors: true, supports: true, ghost: false, test: false, names: false,
+    axes: false, nodes: true, elements: true, links: true, masses: true, sensors: true, supports: true, ghost: false, test: false, names: false,
   };
 
   private readonly skeleton: Skeleton;
@@ -57,10 +58,10 @@ export class Viewer {
   private readonly links: Lines;
   private readonly arrows: Lines;
   private readonly marks: Lines;
-  private readonly traces: Lines;
+  private readonly sectionAxes: Lines;
   private readonly nodeDots: Dots;
   private readonly sensorDots: Dots;
-  private readonly testDots: Dots;
+  private readonly sensed: Sensed;
   private readonly markDots: Dots;
   private readonly faceMesh: Mesh<BufferGeometry, MeshLambertMaterial>;
   private readonly masses: InstancedMesh;
@@ -69,14 +70,14 @@ export class Viewer {
   private readonly feet: InstancedMesh;
   private readonly held: { kind: "support" | "element"; index: number; node: number }[] = [];
   private readonly sensorBase: Float32Array;
-  private readonly sensorNow: Float32Array;
-  private testShape: Shape | null = null;
+  /** The picture that looks from the same side. */
+  private twin: Viewer | null = null;
   private selected: Place | null = null;
 
   private elementPaint: Painter = () => null;
   private nodePaint: Painter = () => null;
   private sensorPaint: Painter = () => null;
-  private testPaint: Painter = () => null;
+  private testPaint: PointPainter = () => null;
 
   constructor(
     private readonly data: Structure,
@@ -92,21 +93,20 @@ export class Viewer {
     this.orbit = { ...this.named("iso"), distance: this.home.radius * 3.7, target: [...this.home.centre] };
 
     this.skeleton = new Skeleton(data);
-    const { base, linkPairs, segments, tracePairs } = this.skeleton;
+    const { base, linkPairs, segments } = this.skeleton;
     this.now = base.slice();
     this.shift = new Float32Array(base.length);
     this.sensorBase = new Float32Array(data.sensors.flatMap((s) => s.position));
-    this.sensorNow = this.sensorBase.slice();
+    this.sensed = new Sensed(data);
 
     this.ghost = new Lines(segments.length, 1.2, 0.55);
     this.links = new Lines(linkPairs.length, 1.6);
     this.lines = new Lines(segments.length, elements.length > 1200 ? 1.6 : 5);
     this.arrows = new Lines(data.sensors.length + data.exciters.length, 1.8);
-    this.traces = new Lines(tracePairs.length || data.sensors.length, 3);
     this.marks = new Lines(Math.max(1, segments.length), 10, 0.55);
+    this.sectionAxes = sectionAxes(data, this.home.radius);
     this.nodeDots = new Dots(nodes.length, nodes.length > 800 ? 2.5 : 6);
     this.sensorDots = new Dots(data.sensors.length, 9);
-    this.testDots = new Dots(data.sensors.length, 9);
     this.markDots = new Dots(nodes.length + data.sensors.length, 20);
     this.markDots.object.material.opacity = 0.6;
     this.faceMesh = faces(this.skeleton.faces.reduce((n, f) => n + f.nodes.length - 2, 0));
@@ -120,8 +120,8 @@ export class Viewer {
     this.feet.frustumCulled = false;
     this.placeFeet();
     this.scene.add(this.feet, new AmbientLight(0xffffff, 1.6), this.cones, this.masses, this.faceMesh,
-      this.marks.object, this.markDots.object, this.ghost.object, this.links.object, this.lines.object, this.arrows.object,
-      this.traces.object, this.nodeDots.object, this.sensorDots.object, this.testDots.object);
+      this.marks.object, this.markDots.object, this.ghost.object, this.links.object, this.lines.object, this.arrows.object, this.sectionAxes.object,
+      this.nodeDots.object, this.sensorDots.object, ...this.sensed.objects);
     const sun = new DirectionalLight(0xffffff, 1.8);
     sun.position.set(0.4, 0.3, 1);
     this.camera.add(sun);
@@ -138,7 +138,7 @@ export class Viewer {
   // ---- what to show -------------------------------------------------------------------------------------------
 
   /** Colours by element, node and sensor; a painter that returns null leaves the plain colour. */
-  paint(painters: { elements?: Painter; nodes?: Painter; sensors?: Painter; test?: Painter }): void {
+  paint(painters: { elements?: Painter; nodes?: Painter; sensors?: Painter; test?: PointPainter }): void {
     this.elementPaint = painters.elements ?? (() => null);
     this.nodePaint = painters.nodes ?? (() => null);
     this.sensorPaint = painters.sensors ?? (() => null);
@@ -155,7 +155,7 @@ export class Viewer {
 
   /** The shape of the model, three entries a node with largest length 1, with rotations on the same scale; and of the test at the sensors. */
   setShapes(model: { displacement: Shape; rotation: Shape | null } | null, test: Shape | null): void {
-    this.testShape = test;
+    this.sensed.set(test);
     this.shape = model ? this.skeleton.spread(model.displacement, model.rotation) : null;
     this.frame(0, 0);
   }
@@ -166,12 +166,7 @@ export class Viewer {
     if (this.shape) atPhase(this.shape, phase, world, this.shift);
     else this.shift.fill(0);
     for (let i = 0; i < this.now.length; i++) this.now[i] = this.skeleton.base[i]! + this.shift[i]!;
-    const values = new Float32Array(this.data.sensors.length);
-    if (this.testShape) atPhase(this.testShape, phase, world, values);
-    this.data.sensors.forEach((s, i) => {
-      const value = s.is_rotation ? 0 : values[i]!;
-      for (let c = 0; c < 3; c++) this.sensorNow[3 * i + c] = this.sensorBase[3 * i + c]! + value * s.direction[c]!;
-    });
+    this.sensed.place(phase, world);
     this.place();
     this.request();
   }
@@ -191,10 +186,21 @@ export class Viewer {
 
   view(name: string): void {
     if (!VIEWS[name]) return;
-    const v = this.named(name);
-    this.orbit = { ...v, distance: this.home.radius * 3.7, target: [...this.home.centre] };
-    this.fitted = true;
-    this.request();
+    this.look({ ...this.named(name), distance: this.home.radius * 3.7, target: [...this.home.centre] }, true);
+  }
+
+  /** Two pictures of one structure look from the same side from now on. */
+  join(other: Viewer): void {
+    [this.twin, other.twin] = [other, this];
+    this.look(this.orbit, this.fitted);
+  }
+
+  private look(orbit: Orbit, fitted = false): void {
+    for (const v of this.twin ? [this, this.twin] : [this]) {
+      v.orbit = { ...orbit };
+      v.fitted = fitted;
+      v.request();
+    }
   }
 
   /** Reads the colours of the page again. */
@@ -246,22 +252,19 @@ export class Viewer {
       out[at + 1] = from[3 * i + 1]!;
       out[at + 2] = from[3 * i + 2]!;
     };
-    const fill = (lines: Lines, pairs: readonly (readonly number[])[], from: Float32Array, to = from): void => {
+    const fill = (lines: Lines, pairs: readonly (readonly number[])[], from: Float32Array): void => {
       pairs.forEach((pair, i) => {
         copy(lines.positions, 6 * i, from, pair[0]!);
-        copy(lines.positions, 6 * i + 3, to, pair[1]!);
+        copy(lines.positions, 6 * i + 3, from, pair[1]!);
       });
       lines.moved();
     };
     fill(this.lines, this.skeleton.segments, this.now);
     fill(this.ghost, this.skeleton.segments, this.skeleton.base);
     fill(this.links, this.skeleton.linkPairs, this.now);
-    if (this.skeleton.tracePairs.length) fill(this.traces, this.skeleton.tracePairs, this.sensorNow);
-    else fill(this.traces, this.data.sensors.map((_, i) => [i, i]), this.sensorBase, this.sensorNow);
     this.nodeDots.positions.set(this.now.subarray(0, this.nodeDots.positions.length));
     this.sensorDots.positions.set(this.sensorBase);
-    this.testDots.positions.set(this.sensorNow);
-    for (const dots of [this.nodeDots, this.sensorDots, this.testDots]) dots.moved();
+    for (const dots of [this.nodeDots, this.sensorDots]) dots.moved();
     const face = this.faceMesh.geometry.attributes["position"] as BufferAttribute | undefined;
     if (face) {
       let at = 0;
@@ -346,6 +349,7 @@ export class Viewer {
     this.ghost.paint(() => t.faint);
     this.links.paint(() => t.faint);
     this.marks.paint(() => t.accent);
+    this.sectionAxes.paint(() => t.sensor);
     this.markDots.paint(() => t.accent);
     this.nodeDots.paint((i) => this.nodePaint(i) ?? t.node);
     const n = this.data.sensors.length;
@@ -363,11 +367,7 @@ export class Viewer {
     });
     if (this.feet.instanceColor) this.feet.instanceColor.needsUpdate = true;
     (this.masses.material as MeshLambertMaterial).color.setRGB(t.mass[0] / 255, t.mass[1] / 255, t.mass[2] / 255);
-    this.testDots.paint((i) => this.testPaint(i) ?? t.test);
-    this.traces.paint((i, end) => {
-      const sensor = this.skeleton.tracePairs.length ? this.skeleton.tracePairs[i]![end] : i;
-      return this.testPaint(sensor) ?? t.test;
-    });
+    this.sensed.paint(this.testPaint, t.test);
     const face = this.faceMesh.geometry.attributes["color"] as BufferAttribute;
     let at = 0;
     for (const { element, nodes } of this.skeleton.faces) {
@@ -399,11 +399,11 @@ export class Viewer {
     this.ghost.object.visible = l.ghost && this.skeleton.segments.length > 0;
     this.links.object.visible = l.links && this.skeleton.linkPairs.length > 0;
     this.nodeDots.object.visible = l.nodes;
+    this.sectionAxes.object.visible = l.axes && this.sectionAxes.count > 0;
     this.masses.visible = l.masses;
     this.feet.visible = l.supports && this.held.length > 0;
     this.sensorDots.object.visible = this.arrows.object.visible = this.cones.visible = l.sensors;
-    this.testDots.object.visible = l.test;
-    this.traces.object.visible = l.test && this.traces.count > 0;
+    this.sensed.show(l.test);
   }
 
   // ---- drawing ------------------------------------------------------------------------------------------------
@@ -446,13 +446,13 @@ export class Viewer {
     // Never under the buttons along the upper edge, which take 46 pixels.
     const fill = Math.max(0.5, Math.min(this.fill, 1 - 92 / height));
     if (this.fitted) this.orbit = fit(this.orbit, this.cloud, this.up, width / height, fill);
-    this.look(width, height);
+    this.aim(width, height);
     this.renderer.render(this.scene, this.camera);
     this.annotate(width, height, ratio);
     this.root.dataset["drawn"] = String(Number(this.root.dataset["drawn"] ?? 0) + 1);
   }
 
-  private look(width: number, height: number): void {
+  private aim(width: number, height: number): void {
     const { camera, orbit, up } = this;
     camera.aspect = width / height;
     const at = eye(orbit, up);
@@ -494,8 +494,10 @@ export class Viewer {
     const l = this.layers;
     const at = (a: Float32Array, i: number): Flat => this.flat(a[3 * i]!, a[3 * i + 1]!, a[3 * i + 2]!);
     if (l.sensors || l.test) {
-      const from = l.test ? this.sensorNow : this.sensorBase;
-      for (let i = 0; i < this.data.sensors.length; i++) yield { kind: "sensor", index: i, points: [at(from, i)] };
+      const { now, wire } = this.sensed;
+      for (let i = 0; i < this.data.sensors.length; i++) {
+        yield { kind: "sensor", index: i, points: [l.test ? at(now, wire.of[i]!) : at(this.sensorBase, i)] };
+      }
     }
     if (l.sensors) for (const [i, e] of this.data.exciters.entries()) {
       const tip = e.position.map((p, k) => p + (e.direction[k]! * this.home.radius * 0.14) / (Math.hypot(...e.direction) || 1)) as Vec3;
@@ -530,15 +532,10 @@ export class Viewer {
   }
 
   private listen(): void {
-    const moved = (orbit: Orbit): void => {
-      this.orbit = orbit;
-      this.fitted = false;
-      this.request();
-    };
     listen(this.canvas, {
-      turn: (dx, dy) => moved(turn(this.orbit, dx, dy)),
-      pan: (dx, dy) => { this.fitted = false; this.pan(dx, dy); },
-      zoom: (factor) => moved(zoom(this.orbit, factor, this.home.radius)),
+      turn: (dx, dy) => this.look(turn(this.orbit, dx, dy)),
+      pan: (dx, dy) => this.pan(dx, dy),
+      zoom: (factor) => this.look(zoom(this.orbit, factor, this.home.radius)),
       reset: () => this.view("iso"),
       pick: (e) => { if (this.options.pickable) this.options.onPick?.(this.hitAt(e)); },
       hover: (e) => { if (this.options.pickable) this.hover(e); },
@@ -567,16 +564,11 @@ export class Viewer {
     const right = new Vector3().setFromMatrixColumn(this.camera.matrixWorld, 0);
     const upward = new Vector3().setFromMatrixColumn(this.camera.matrixWorld, 1);
     const target = new Vector3(...this.orbit.target).addScaledVector(right, -dx * scale).addScaledVector(upward, dy * scale);
-    this.orbit = { ...this.orbit, target: [target.x, target.y, target.z] };
-    this.request();
+    this.look({ ...this.orbit, target: [target.x, target.y, target.z] });
   }
 
   private buttons(): HTMLElement {
-    const near = (factor: number) => () => {
-      this.fitted = false;
-      this.orbit = zoom(this.orbit, factor, this.home.radius);
-      this.request();
-    };
+    const near = (factor: number) => () => this.look(zoom(this.orbit, factor, this.home.radius));
     return h("div", { class: "viewer-buttons", role: "group", "aria-label": "View" },
       Object.entries(VIEWS).map(([name, v]) =>
         h("button", { type: "button", "data-view": name, onclick: () => this.view(name) }, v.text)),

@@ -4,7 +4,9 @@ import { clusters, turn } from "../src/live/close";
 import { backward, cholesky, congruence, symmetricEigen } from "../src/live/eigen";
 import { LiveModel, type Prediction } from "../src/live/model";
 import { assign, pair } from "../src/live/pairing";
-import { changes, commands, initial, read, theta, way, written, yaml } from "../src/live/state";
+import { between, changes, commands, initial, read, theta, way, written, yaml } from "../src/live/state";
+import { answer } from "../src/live/questions";
+import { curve } from "../src/live/response";
 import type { Live } from "../src/types";
 import { reach } from "../src/live/whatif";
 
@@ -139,7 +141,7 @@ function chain(): Live {
       { label: "together", frequency_hz: 10 / (2 * Math.PI), frequency_sd: 0.01, shape: text(1, 1), shape_sd: text(0.1, 0.1), plan: "free", followed_alone: false },
       { label: "apart", frequency_hz: 2, frequency_sd: 0.02, shape: text(1, -1), shape_sd: text(0.1, 0.1), plan: "free", followed_alone: false },
     ],
-    pairing: rule, n_data: 4, not_computed: 0, accuracy: { points: 0, frequency: [0, 0], mac: [0, 0] },
+    damping: 0.02, pairing: rule, n_data: 4, not_computed: 0, accuracy: { points: 0, frequency: [0, 0], mac: [0, 0] },
   };
 }
 
@@ -195,4 +197,43 @@ test("a state goes into an address and comes back, and hostile addresses do no h
   assert.ok(yaml(live, s, nodes).includes('  "c k": {value: 42 N/m, bounds: [10 N/m, 90 N/m]}'));
   const lines = commands(live, s, nodes, "my model.yaml", "test.yaml");
   assert.ok(lines.startsWith("retune add 'my model.yaml' point-mass@a -o changed.yaml\n") && lines.endsWith("retune compare changed.yaml test.yaml\n"));
+});
+
+test("a frequency response is that of the closed form, with rigid-body modes and of every order", () => {
+  // Two masses of 1 kg on springs to the ground and between them, as the chain; 1 % of damping.
+  const live = chain(), hz = Float64Array.of(0.3, 1.1, 1.7, 4);
+  const [k, ck, z] = [100, 30, 0.02];
+  for (const order of [0, 1, 2]) {
+    const p = new LiveModel(live).predict(at(k, ck, 0), { response: 1, reference: 0, sign: -1, order, hz }) as Prediction;
+    hz.forEach((f, l) => {
+      const w = 2 * Math.PI * f;
+      // (1, 1)/√2 and (1, -1)/√2: ± 1/2 over each denominator.
+      const [re, im] = [k, k + 2 * ck].map((lambda, r) => {
+        const a = lambda - w * w, b = 2 * z * Math.sqrt(lambda) * w;
+        return [(r ? -0.5 : 0.5) * a / (a * a + b * b), -(r ? -0.5 : 0.5) * b / (a * a + b * b)];
+      }).reduce(([s, t], [u, v]) => [s! + u!, t! + v!], [0, 0]) as [number, number];
+      near(p.curve!.amplitude[l]!, w ** order * Math.hypot(re, im), 1e-12);
+      // The phase turns by a quarter an order, and by a half for the sign.
+      const turned = (Math.atan2(im, re) * 180) / Math.PI + 90 * order + 180, off = (p.curve!.phase[l]! - turned + 1080) % 360;
+      assert.ok(Math.min(off, 360 - off) < 1e-9, `${off}`);
+    });
+  }
+  // A free mass of 2 kg: H = -1/(m ω²).
+  const free = curve({ rigid: [0.5], elastic: [], hz: new Float64Array(0) }, new Float64Array(0), { response: 0, reference: 0, sign: 1, order: 0, hz });
+  hz.forEach((f, l) => near(free.amplitude[l]!, 0.5 / (2 * Math.PI * f) ** 2, 1e-15));
+});
+
+test("the line between two states has both ends, and partners are followed along it", () => {
+  const live = chain(), from = at(100, 10, 0), to = at(150, 80, 0);
+  const line = between(from, to);
+  assert.deepEqual([...line[0]!.theta], [...from.theta]);
+  assert.deepEqual([...line.at(-1)!.theta], [...to.theta]);
+  assert.deepEqual(between(from, from), []);
+  const { track } = answer(new LiveModel(live), { id: 1, at: to, way: [], track: line });
+  track!.forEach((q, i) => {
+    const t = i / (line.length - 1), k = 100 + 50 * t, ck = 10 + 70 * t;
+    near(q!.hz[0]!, Math.sqrt(k) / (2 * Math.PI), 1e-12);
+    near(q!.hz[1]!, Math.sqrt(k + 2 * ck) / (2 * Math.PI), 1e-12);
+    near(q!.mac[0]!, 1, 1e-12);
+  });
 });

@@ -1,12 +1,16 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
+import { density, histogram } from "../src/bins";
 import { categories, contrast, ink, onStage, parseHex, sample } from "../src/color";
 import { floats, polar } from "../src/decode";
 import { csvCell } from "../src/dom";
-import { fixed, folded, minuses, percent, plain, probability, shorten, shortMode, significant, slug, unit } from "../src/format";
+import { fixed, folded, minuses, percent, plain, powers, probability, shorten, shortMode, significant, slug, unit } from "../src/format";
 import { across, axes, extent, eye, fit, HALF_VIEW, turn, zoom, type Orbit } from "../src/orbit";
 import { inside, pick, segmentDistance, type Target } from "../src/pick";
 import { atPhase, beamPoint, difference, peak, peakOfNodes, scaleFactor, times } from "../src/shape";
+import { unzipSync, strFromU8 } from "fflate";
+import { columnName, workbook } from "../src/workbook";
+import { neighbours, Wire } from "../src/viewer/wire";
 
 const near = (a: number, b: number, by = 1e-6): void => assert.ok(Math.abs(a - b) <= by, `${a} is not ${b}`);
 
@@ -28,6 +32,7 @@ test("a spectrum is unfolded from its logarithm", () => {
 
 test("numbers are written as people read them", () => {
   assert.equal(significant(5.528508, 4), "5.529");
+  assert.equal(powers("1 of 10^300, 10^-7 and 210^3"), "1 of 10³⁰⁰, 10⁻⁷ and 210^3");
   assert.equal(significant(19.884), "19.88");
   assert.equal(significant(-0.0421, 3), "−0.0421");
   assert.equal(significant(3e-9, 2), "3.0e−9");
@@ -45,8 +50,8 @@ test("numbers are written as people read them", () => {
 });
 
 test("modes have the short names of engineers, logarithmic axes plain numbers, and spreadsheets no formulas", () => {
-  assert.deepEqual(["Sym 1st Bending", "Anti 2nd Vertical Bending", "antisymmetric 1st torsion", "1st Lateral Bending", "mode 12", "M1", "<b>"].map(shortMode),
-    ["S1B", "A2VB", "A1T", "1LB", "12", null, null]);
+  assert.deepEqual(["Sym 1st Bending", "Anti 2nd Vertical Bending", "antisymmetric 1st torsion", "1st Lateral Bending", "Anti 1st Fore-aft Bending", "mode 12", "M1", "<b>"].map(shortMode),
+    ["S1B", "A2VB", "A1T", "1LB", "A1FB", "12", null, null]);
   assert.deepEqual(["=1+1", "@x", "+cmd", "-x", "−3.5 %", "+4.5 %", 'a "b", c', "–", "12"].map(csvCell), ["'=1+1", "'@x", "'+cmd", "'-x", "-3.5 %", "+4.5 %", '"a ""b"", c"', "", "12"]);
 });
 
@@ -177,4 +182,52 @@ test("units, minus signs and long names are set as people read them", () => {
   assert.deepEqual(["kg m2", "N/m", "kg/m3", "1.25e-07 m4", "p12"].map(unit), ["kg m²", "N/m", "kg/m³", "1.25e-07 m⁴", "p12"]);
   assert.equal(minuses("-0.18 m1 - 0.925 m2 + m4_9; a-b"), "−0.18 m1 − 0.925 m2 + m4_9; a-b");
   assert.deepEqual(folded("4. + stiffness-change@right_wing.3", 18), ["4. + stiffness-", "change@right_", "wing.3"]);
+});
+
+test("samples are counted in equal bins, the ends in the last ones", () => {
+  assert.deepEqual(histogram([0, 0.2, 0.6, 1], 0, 1, 2), [0.5, 0.5]);
+  assert.deepEqual([...density([0, 1, 1], [0, 0, 1], [0, 1, 0, 1], 2)], [1, 1, 0, 1]);
+  assert.deepEqual(histogram([], 0, 1, 2), [0, 0]);
+});
+
+const sensor = (name: string, position: [number, number, number], direction: [number, number, number]) => ({ name, position, direction, is_rotation: false, attached_to: "" });
+
+test("the channels of a point give its motion together, also where they are not square to each other", () => {
+  const s = Math.SQRT1_2;
+  const wire = new Wire([sensor("a", [0, 0, 0], [1, 0, 0]), sensor("b", [0, 0, 0], [s, s, 0]), sensor("c", [0, 0, 0], [0, -1, 0]), sensor("d", [1, 0, 0], [0, 0, 1])], []);
+  assert.equal(wire.count, 2);
+  assert.deepEqual(wire.sensors, [[0, 1, 2], [3]]);
+  // u = (2, 3, 0): the channels read 2, 5/√2 and -3; the third tells nothing that the two before it do not.
+  const at = wire.motion({ re: Float32Array.of(2, 5 * s, 99, -4) });
+  [2, 3, 0, 0, 0, -4].forEach((v, k) => near(at.re[k]!, v, 1e-5));
+  // Without the first channel the others take its place; a point without readings stands.
+  const rest = wire.motion({ re: Float32Array.of(NaN, 5 * s, -3, NaN) });
+  [2, 3, 0, 0, 0, 0].forEach((v, k) => near(rest.re[k]!, v, 1e-5));
+  assert.deepEqual(wire.pairs, [[0, 1]]);
+});
+
+test("neighbours of a grid are the edges of its cells, and everything hangs together", () => {
+  const grid = Array.from({ length: 12 }, (_, i) => [i % 4, Math.floor(i / 4), 0]).flat();
+  const pairs = neighbours(grid);
+  assert.equal(pairs.length, 3 * 3 + 4 * 2);
+  for (const [a, b] of pairs) assert.ok([1, 4].includes(b - a));
+  // Beyond a number of points the shortest tree: one line fewer than points.
+  const line = Array.from({ length: 400 }, (_, i) => [i, 0, 0]).flat(), tree = neighbours(line);
+  assert.equal(tree.length, 399);
+  assert.ok(tree.every(([a, b]) => Math.abs(a - b) === 1));
+  assert.deepEqual(new Wire([sensor("a", [0, 0, 0], [1, 0, 0]), sensor("b", [9, 0, 0], [1, 0, 0]), sensor("c", [3, 0, 0], [1, 0, 0])], [[0, 1, 7]]).pairs, [[0, 1]]);
+});
+
+test("a workbook holds every table under a name of its own, numbers as numbers, and text as text", () => {
+  assert.deepEqual([0, 25, 26, 701, 702].map(columnName), ["A", "Z", "AA", "ZZ", "AAA"]);
+  const bytes = workbook([{ name: "Pairs: all/of [them], and more than a sheet may have", rows: [["Mode", "Error"], ["=1+1 <b>&\u0000", { value: 0.0125, percent: true }]] }, { name: "pairs  all of  them , and more t", rows: [[{ value: 1e-300, percent: false }]] }]);
+  const files = unzipSync(bytes), text = (name: string): string => strFromU8(files[name]!);
+  const names = [...text("xl/workbook.xml").matchAll(/<sheet name="([^"]*)"/g)].map((m) => m[1]!);
+  assert.equal(names.length, 2);
+  assert.ok(names.every((n) => n.length <= 31 && !/[[\]:*?/\\]/.test(n)) && names[0]!.toLowerCase() !== names[1]!.toLowerCase(), `${names}`);
+  const first = text("xl/worksheets/sheet1.xml");
+  // What a spreadsheet would take for a formula stays text, and markup stays text.
+  assert.ok(first.includes("=1+1 &lt;b&gt;&amp;\ufffd</t>") && first.includes('<c r="B2" s="1"><v>0.0125</v></c>') && !first.includes("<f>"));
+  assert.ok(text("xl/worksheets/sheet2.xml").includes("<v>1e-300</v>"));
+  assert.deepEqual(workbook([]), workbook([]));
 });

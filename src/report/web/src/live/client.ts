@@ -3,7 +3,7 @@
 import source from "worker:./worker";
 import type { Live } from "../types";
 import { LiveModel, type Point } from "./model";
-import { answer, type Answer, type FitQuestion, type Question } from "./questions";
+import { answer, type Answer, type Question } from "./questions";
 
 export class Client {
   private worker: Worker | null = null;
@@ -37,8 +37,8 @@ export class Client {
   }
 
   /** Puts a question; returns its number. */
-  ask(at: Point, way: Point[], fit?: FitQuestion): number {
-    this.waiting = { id: ++this.last, at, way, fit };
+  ask(at: Point, way: Point[], more: Omit<Question, "id" | "at" | "way"> = {}): number {
+    this.waiting = { id: ++this.last, at, way, ...more };
     this.next();
     return this.last;
   }

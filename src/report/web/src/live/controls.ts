@@ -66,7 +66,7 @@ export function controls(live: Live, hands: Hands): Controls {
     const box = h("input", { type: "checkbox", role: "switch", "data-hypothesis": x.id, onchange: () => hands.on(i, box.checked) });
     const sizes = h("div", { class: "live-sizes", hidden: true }, x.sizes.map(make));
     return { box, sizes, root: h("div", { class: "live-switch" },
-      h("label", {}, box, h("span", { class: "live-hypothesis" }, soft(x.id)), h("span", { class: "note nowrap" }, num(probability(x.probability), `live.hypotheses.${i}.probability`))), sizes) };
+      h("label", {}, box, h("span", { class: "live-hypothesis" }, soft(x.id), x.test ? h("span", { class: "note" }, " fault of the test") : null), h("span", { class: "note nowrap" }, num(probability(x.probability), `live.hypotheses.${i}.probability`))), sizes) };
   });
   const left = live.left_out ?? [];
   const hypotheses = boxes.length + left.length === 0 ? null : h("div", { class: "live-list" }, boxes.map((b) => b.root),

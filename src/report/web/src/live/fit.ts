@@ -16,8 +16,8 @@ const STEP = 1e-6;
 const LITTLE = 1e-5;
 
 /** * `free` - which parameters may move; `ranges` - of all */
-export function fitStep(model: LiveModel, { theta, extras }: Point, free: number[], ranges: [number, number][], damping: number): FitStep {
-  const residuals = (t: Float64Array): Float64Array | null => model.residuals({ theta: t, extras });
+export function fitStep(model: LiveModel, { theta, ...rest }: Point, free: number[], ranges: [number, number][], damping: number): FitStep {
+  const residuals = (t: Float64Array): Float64Array | null => model.residuals({ theta: t, ...rest });
   const square = (r: Float64Array): number => r.reduce((s, v) => s + v * v, 0);
   const r0 = residuals(theta);
   const stay = (isDone: boolean, chi: number): FitStep => ({ theta, damping, chiSquared: chi, isDone });

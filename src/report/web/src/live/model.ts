@@ -3,8 +3,10 @@
 import { doubles, floats } from "../decode";
 import type { Live, LiveMatrix } from "../types";
 import { clusters, turn } from "./close";
+import { edited, type Seen } from "./edits";
 import { backward, cholesky, congruence, symmetricEigen } from "./eigen";
 import { pair } from "./pairing";
+import { curve, type Curve, type Line } from "./response";
 
 /** Residual of a frequency without a partner, in standard deviations: `NO_PARTNER` of the library. */
 const NO_PARTNER = 2.648;
@@ -31,6 +33,8 @@ export interface Prediction {
   ofShape: Float64Array;
   /** The sum of both over the test modes. */
   chiSquared: number;
+  /** The frequency response that was asked for. */
+  curve?: Curve;
 }
 
 /** Why there are no modes. */
@@ -38,8 +42,8 @@ export interface Unstable { unstable: true }
 
 /** A mass, and a spring to the ground along each axis, that a reader puts at a node. */
 export interface Extra { node: number; mass: number; stiffness: number }
-/** Where the model is asked: all parameters, and what has been put at nodes. */
-export interface Point { theta: Float64Array; extras: Extra[] }
+/** Where the model is asked: all parameters, what has been put at nodes, and the hypotheses that are faults taken out of the test. */
+export interface Point { theta: Float64Array; extras: Extra[]; faults?: number[] }
 
 interface Term { powers: [number, number][]; fromZero: boolean; stiffness: Float64Array | null; mass: Float64Array | null }
 
@@ -71,9 +75,10 @@ function quadratic(a: Float64Array, x: Float64Array): number {
 
 export class LiveModel {
   private readonly terms: Term[];
-  private readonly sensors: Float64Array;
+  /** The test and the sensors as given, and as they are at the point that is asked for. */
+  private readonly given: Seen;
+  private seen: Seen;
   private readonly symmetry: { mirror: Float64Array; gram: Float64Array } | null;
-  private readonly test: { hz: number; sd: number; shape: Float64Array; weight: Float64Array; followed: Float64Array; alone: boolean }[];
   private readonly stiffness: Float64Array;
   private readonly mass: Float64Array;
   private readonly n: number;
@@ -83,13 +88,13 @@ export class LiveModel {
   constructor(private readonly live: Live) {
     const n = (this.n = live.n);
     this.terms = live.terms.map((t) => ({ powers: t.powers, fromZero: t.from_zero, stiffness: triangle(t.stiffness, n), mass: triangle(t.mass, n) }));
-    this.sensors = doubles(live.sensors);
     this.nodes = floats(live.displacement);
     this.symmetry = live.symmetry ? { mirror: doubles(live.symmetry.mirror), gram: doubles(live.symmetry.gram) } : null;
-    this.test = live.test.map((m) => ({
+    const test = live.test.map((m) => ({
       hz: m.frequency_hz, sd: m.frequency_sd, shape: doubles(m.shape), weight: doubles(m.shape_sd).map((s) => 1 / s),
       followed: doubles(m.followed), alone: m.followed_alone ?? false,
     }));
+    this.given = this.seen = { test, sensors: doubles(live.sensors) };
     this.stiffness = new Float64Array((n * (n + 1)) / 2);
     this.mass = new Float64Array((n * (n + 1)) / 2);
   }
@@ -128,10 +133,10 @@ export class LiveModel {
   }
 
   /**
-   * The lowest elastic modes: M φ = ϑ (K + aM) φ with λ = 1/ϑ - a, so that massless coordinates and rigid-body motions need no case of
+   * The lowest elastic modes, and the rigid-body modes: M φ = ϑ (K + aM) φ with λ = 1/ϑ - a, so that massless coordinates and rigid-body motions need no case of
    * their own.
    */
-  modes(at: Point): { hz: Float64Array; shapes: Float64Array[] } | Unstable {
+  modes(at: Point, most = this.live.n_elastic): { hz: Float64Array; shapes: Float64Array[]; rigid: Float64Array[] } | Unstable {
     const { n, live } = this, a = live.shift;
     const { stiffness, mass } = this.assemble(at);
     const x = new Float64Array(n * n), m = new Float64Array(n * n);
@@ -148,31 +153,27 @@ export class LiveModel {
     // Motions that nothing strains come first, with a λ that is rounding.
     let rigid = 0;
     while (rigid < live.n_rigid && 1 / values[n - 1 - rigid]! - a < RIGID * a) rigid++;
+    const shapeOf = (k: number): Float64Array => {
+      const shape = vectors.slice(k * n, (k + 1) * n), scale = 1 / Math.sqrt(values[k]!);
+      backward(x, n, shape);
+      for (let i = 0; i < n; i++) shape[i]! *= scale;
+      return shape;
+    };
     const hz: number[] = [], shapes: Float64Array[] = [];
-    for (let k = n - 1 - rigid; k >= 0 && hz.length < live.n_elastic; k--) {
+    for (let k = n - 1 - rigid; k >= 0 && hz.length < most; k--) {
       const inverse = values[k]!;
       if (inverse <= 1e-14 * values[n - 1]!) break;
       const lambda = 1 / inverse - a;
       // Below zero by more than rounding: the structure buckles or a size is out of reach.
       if (lambda < -1e-6 * a) return { unstable: true };
-      const shape = vectors.slice(k * n, (k + 1) * n);
-      backward(x, n, shape);
-      const scale = 1 / Math.sqrt(inverse);
-      for (let i = 0; i < n; i++) shape[i]! *= scale;
+      shapes.push(shapeOf(k));
       hz.push(Math.sqrt(Math.max(lambda, 0)) / (2 * Math.PI));
-      shapes.push(shape);
     }
-    return { hz: Float64Array.from(hz), shapes };
+    return { hz: Float64Array.from(hz), shapes, rigid: Array.from({ length: rigid }, (_, k) => shapeOf(n - 1 - k)) };
   }
 
   private atSensors(shape: Float64Array): Float64Array {
-    const n = this.n, out = new Float64Array(this.sensors.length / n);
-    for (let s = 0; s < out.length; s++) {
-      let sum = 0;
-      for (let i = 0; i < n; i++) sum += this.sensors[s * n + i]! * shape[i]!;
-      out[s] = sum;
-    }
-    return out;
+    return Float64Array.from({ length: this.seen.sensors.length / this.n }, (_, s) => this.reads(s, shape));
   }
 
   private family(shape: Float64Array): string | null {
@@ -185,8 +186,8 @@ export class LiveModel {
   residuals(at: Point): Float64Array | null {
     const p = this.predict(at);
     if ("unstable" in p) return null;
-    const m = this.test.length, n = this.sensors.length / this.n, out = new Float64Array(m * (n + 1));
-    this.test.forEach((t, j) => {
+    const m = this.seen.test.length, n = this.seen.sensors.length / this.n, out = new Float64Array(m * (n + 1));
+    this.seen.test.forEach((t, j) => {
       const i = p.partner[j]!, isAside = this.live.test[j]!.plan === "aside";
       if (isAside) return;
       out[j] = i < 0 ? NO_PARTNER : (p.hz[i]! - t.hz) / t.sd;
@@ -197,15 +198,35 @@ export class LiveModel {
     return out;
   }
 
-  /** Everything that the page shows at a point. */
-  predict(at: Point): Prediction | Unstable {
-    const found = this.modes(at);
+  /** What a sensor reads of a shape. */
+  private reads(sensor: number, shape: Float64Array): number {
+    let sum = 0;
+    for (let i = 0; i < this.n; i++) sum += this.seen.sensors[sensor * this.n + i]! * shape[i]!;
+    return sum;
+  }
+
+  /** Takes the faults of a point out of the test. */
+  private look({ theta, faults }: Point): void {
+    this.seen = (faults ?? []).reduce((seen, i) => {
+      const h = this.live.hypotheses[i], g = h?.sizes[0];
+      return h?.test ? edited(seen, h.test, g == null ? 1 : theta[g]!) : seen;
+    }, this.given);
+  }
+
+  /** Everything that the page shows at a point; with a line, the frequency response along it by the sum of all modes. */
+  predict(at: Point, line?: Line): Prediction | Unstable {
+    const found = this.modes(at, line ? this.n : this.live.n_elastic);
     if ("unstable" in found) return found;
-    const { hz, shapes } = found, m = this.test.length;
+    this.look(at);
+    const m = this.seen.test.length, few = this.live.n_elastic;
+    // Before close modes are turned: a sum over modes wants them as they are.
+    const residue = (shape: Float64Array): number => this.reads(line!.response, shape) * this.reads(line!.reference, shape);
+    const summands = line && { rigid: found.rigid.map(residue), elastic: found.shapes.map(residue), hz: found.hz };
+    const hz = found.hz.subarray(0, few), shapes = found.shapes.slice(0, few);
     let atSensors = shapes.map((s) => this.atSensors(s));
     let families = shapes.map((s) => this.family(s));
-    const tests = this.test.map((t) => t.shape), hasShapes = tests.some((t) => t.length > 0);
-    const close = clusters(hz, this.test.map((t) => t.hz), hasShapes, (i, j) => families[i] === families[j]);
+    const tests = this.seen.test.map((t) => t.shape), hasShapes = tests.some((t) => t.length > 0);
+    const close = clusters(hz, this.seen.test.map((t) => t.hz), hasShapes, (i, j) => families[i] === families[j]);
     if (hasShapes && close.length) {
       for (const cluster of close) turn(cluster, atSensors, shapes, tests);
       families = shapes.map((s) => this.family(s));
@@ -214,7 +235,7 @@ export class LiveModel {
     atSensors = atSensors.map((s, i) => (norms[i]! < least ? new Float64Array(s.length) : s));
     const mac = new Float64Array(hz.length * m), likeness = new Float64Array(hz.length * m);
     for (let i = 0; i < hz.length; i++) {
-      this.test.forEach((t, j) => {
+      this.seen.test.forEach((t, j) => {
         const own = assurance(atSensors[i]!, t.shape);
         mac[i * m + j] = own;
         likeness[i * m + j] = own;
@@ -225,10 +246,10 @@ export class LiveModel {
         likeness[i * m + j] = t.alone ? same : 0.5 * (own + same);
       });
     }
-    const partner = pair(likeness, { frequencies: hz, families }, { frequencies: this.test.map((t) => t.hz), families: this.live.test.map((t) => t.family ?? null) },
+    const partner = pair(likeness, { frequencies: hz, families }, { frequencies: this.seen.test.map((t) => t.hz), families: this.live.test.map((t) => t.family ?? null) },
       this.live.pairing, this.live.test.map((t) => t.plan));
     const ofFrequency = new Float64Array(m), ofShape = new Float64Array(m);
-    this.test.forEach((t, j) => {
+    this.seen.test.forEach((t, j) => {
       const i = partner[j]!;
       if (i < 0) {
         ofFrequency[j] = this.live.test[j]!.plan === "aside" ? 0 : NO_PARTNER ** 2;
@@ -238,7 +259,13 @@ export class LiveModel {
       ofShape[j] = this.live.test[j]!.plan === "aside" ? 0 : shapeMisfit(atSensors[i]!, t.shape, t.weight);
     });
     const chiSquared = ofFrequency.reduce((s, v, j) => s + v + ofShape[j]!, 0);
-    return { hz, shapes, atSensors, families, mac, partner, ofFrequency, ofShape, chiSquared };
+    const out: Prediction = { hz: hz.slice(), shapes, atSensors, families, mac, partner, ofFrequency, ofShape, chiSquared };
+    if (line && summands) {
+      const damping = Float64Array.from(summands.hz, () => this.live.damping);
+      this.live.test.forEach((t, j) => { if (t.damping != null && partner[j]! >= 0) damping[partner[j]!] = t.damping; });
+      out.curve = curve(summands, damping, line);
+    }
+    return out;
   }
 }
 

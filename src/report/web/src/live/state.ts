@@ -33,7 +33,8 @@ export function owner(live: Live, k: number): number {
 }
 
 /** The point at which the model is asked for a state. */
-export const point = (live: Live, s: State): Point => ({ theta: theta(live, s), extras: s.extras.filter((e) => e.mass !== 0 || e.stiffness !== 0) });
+export const point = (live: Live, s: State): Point => ({ theta: theta(live, s), extras: s.extras.filter((e) => e.mass !== 0 || e.stiffness !== 0),
+  faults: live.hypotheses.flatMap((h, i) => (s.on[i] && h.test ? [i] : [])) });
 
 /** θ at a state: sizes whose switch is off are at their neutral value. */
 export function theta(live: Live, s: State): Float64Array {
@@ -75,6 +76,18 @@ export function way(live: Live, s: State): Point[] {
     }
     if (step.extra) at.extras.push(step.extra);
     return point(live, at);
+  });
+}
+
+/** Pieces of the line between two states. */
+const PIECES = 24;
+
+/** Points of the line, both ends among them; none where the ends are one. What stands at nodes grows with it. */
+export function between(from: Point, to: Point): Point[] {
+  const same = to.extras.length + (to.faults ?? []).length === 0 && from.theta.every((v, k) => v === to.theta[k]);
+  return same ? [] : Array.from({ length: PIECES + 1 }, (_, i) => {
+    const t = i / PIECES;
+    return { ...to, theta: from.theta.map((v, k) => v + t * (to.theta[k]! - v)), extras: to.extras.map((e) => ({ ...e, mass: t * e.mass, stiffness: t * e.stiffness })) };
   });
 }
 
@@ -143,7 +156,7 @@ export function yaml(live: Live, s: State, nodes: string[]): string {
     return `  ${key(p.name)}: {value: ${shown(live, k, s.values[k]!)}${bounds}}`;
   };
   const own = live.parameters.flatMap((_, k) => (owner(live, k) < 0 ? [k] : []));
-  const sizes = live.hypotheses.flatMap((h, i) => (s.on[i] ? h.sizes : []));
+  const sizes = live.hypotheses.flatMap((h, i) => (s.on[i] && !h.test ? h.sizes : []));
   const entry = (e: Extra, what: string): string => `  what_if_${what}_at_${nodes[e.node]?.replace(/\W/g, "_")}: {node: ${key(nodes[e.node] ?? "")}, `;
   const masses = s.extras.filter((e) => e.mass > 0).map((e) => `${entry(e, "mass")}mass: ${number(e.mass)} kg}`);
   const springs = s.extras.filter((e) => e.stiffness > 0).map((e) => `${entry(e, "spring")}k: {${AXES.map((axis) => `${axis}: ${number(e.stiffness)} N/m`).join(", ")}}}`);
@@ -155,10 +168,11 @@ export function yaml(live: Live, s: State, nodes: string[]): string {
 /** The commands that make the model file of a state, before its values are put into it, and compare it. */
 export function commands(live: Live, s: State, nodes: string[], model: string, test: string): string {
   const quoted = (text: string): string => (/^[\w./@+:,=-]+$/.test(text) ? text : `'${text.replace(/'/g, "'\\''")}'`);
-  const ids = live.hypotheses.filter((_, i) => s.on[i]).map((h) => h.id);
+  const on = live.hypotheses.filter((_, i) => s.on[i]), ids = on.filter((h) => !h.test).map((h) => h.id);
+  const faults = on.flatMap((h) => (h.test ? [`# in the test, ${h.id}${h.sizes.map((k) => ` = ${shown(live, k, s.values[k]!)}`).join("")}: ${h.test.remedy.replace(/\s+/g, " ")}`] : []));
   const changed = "changed.yaml";
   const lines = ids.map((id, i) => `retune add ${quoted(i ? changed : model)} ${quoted(id)} -o ${changed}${i ? " --force" : ""}`);
   if (!ids.length) lines.push(`cp ${quoted(model)} ${changed}`);
   return [...lines, `# put these into its blocks:`, ...yaml(live, s, nodes).trimEnd().split("\n").map((l) => `#   ${l}`),
-    `retune compare ${changed} ${quoted(test)}`].join("\n") + "\n";
+    ...faults, `retune compare ${changed} ${quoted(test)}`].join("\n") + "\n";
 }

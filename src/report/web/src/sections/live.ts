@@ -1,20 +1,27 @@
 /** The model in the reader's hands: drag a parameter, switch a hypothesis on, and see what the test says to it. */
 
 import { badge, card, h, soft, toggle } from "../dom";
-import { significant } from "../format";
+import { shorten, significant } from "../format";
 import { Client } from "../live/client";
 import type { FitStep } from "../live/fit";
 import { controls } from "../live/controls";
 import { LiveModel, type Prediction } from "../live/model";
 import { Picture } from "../live/picture";
 import type { Answer } from "../live/questions";
+import type { Line } from "../live/response";
+import { Responses } from "../live/responses";
 import { PROMISED, promised, table, Waterfall } from "../live/results";
-import { changes, commands, copied, initial, owner, point, read, steps, way, written, yaml, type State } from "../live/state";
+import { between, changes, commands, copied, initial, owner, point, read, steps, way, written, yaml, type State } from "../live/state";
+import { Track } from "../live/track";
 import { reach, whatIf } from "../live/whatif";
 import type { Live, ReportData } from "../types";
 
 /** What tests and the console ask of the section. */
-export interface LiveHandle { live: Live; state: () => State; milliseconds: number[]; set: (state: State) => Promise<Answer> }
+export interface LiveHandle {
+  live: Live; state: () => State; milliseconds: number[]; set: (state: State) => Promise<Answer>;
+  /** The present state with a frequency response. */
+  ask: (line: Line) => Promise<Prediction>;
+}
 declare global {
   var retuneLive: LiveHandle | undefined;
 }
@@ -42,8 +49,13 @@ function trust(live: Live, s: State): HTMLElement[] {
   if (s.extras.length && !live.is_complete) {
     out.push(h("p", { class: "note" }, badge("warning", "not exact"), " The coordinates do not hold what a mass or a spring at a node bends locally: its effect is a little underestimated."));
   }
-  if (live.not_computed > 0) {
-    out.push(h("p", { class: "note" }, `Static readings and frequency responses are not computed here; in the report they add ${significant(live.not_computed, 3)} to χ².`));
+  // What rounding leaves is nothing to tell.
+  if (live.not_computed > 1e-6) {
+    out.push(h("p", { class: "note" }, `Static readings and frequency responses do not count here; in the report they add ${significant(live.not_computed, 3)} to χ².`));
+  }
+  const faults = live.hypotheses.filter((x, i) => s.on[i] && x.test);
+  if (faults.length) {
+    out.push(h("p", { class: "note" }, badge("neutral", "the test is changed"), ` ${faults.map((x) => x.id).join(", ")} ${faults.length > 1 ? "are" : "is"} taken out of the test; the model stays as it is.${faults.length > 1 ? " Of what two of them change, the last counts." : ""}`));
   }
   for (const both of overlap(live, s)) {
     out.push(h("p", { class: "note" }, badge("warning", "not exact"), ` ${both} alter the same element: here their changes are added. \`retune add\` both for the exact answer.`));
@@ -77,6 +89,8 @@ export function liveSection(data: ReportData): HTMLElement {
     tableBox.replaceChildren(table(live, before, p, asked.on, chosen, (j) => { chosen = j; draw(); }));
     picture?.show(p, p.partner[chosen] ?? -1, chosen);
     const list = steps(live, asked, (node) => nodes[node] ?? String(node));
+    responses.show(p.curve, last.base);
+    if (last.track) track.show(last.track);
     fall.show(["as reported", ...list.map((x) => x.name)], [before.chiSquared, ...last.way, ...(list.length ? [p.chiSquared] : [])]);
   };
   const client = new Client(live, (a) => {
@@ -90,10 +104,16 @@ export function liveSection(data: ReportData): HTMLElement {
     heard = null;
     root.dataset["settled"] = String(a.id);
   });
-  const ask = (): void => {
+  const hasFirst = live.parameters.some((p) => p.initial != null);
+  const from = point(live, initial(live));
+  live.parameters.forEach((p, k) => { if (p.initial != null) from.theta[k] = p.initial; });
+  const track = new Track(live, hasFirst ? "first version" : "as reported");
+  const ask = (isLast = true): void => {
     asked = { ...copied(state), order: changes(live, state) };
-    number = client.ask(point(live, state), way(live, state));
+    number = client.ask(point(live, state), way(live, state),
+      { ...responses.question(), ...(isLast ? { track: between(from, point(live, state)) } : {}) });
   };
+  const responses = new Responses(live, data, () => ask());
   /** One step of a fit after the other, each shown; anything else that is done ends it. */
   let fitting = false;
   const free = (): number[] => live.parameters.flatMap((p, k) => {
@@ -102,7 +122,7 @@ export function liveSection(data: ReportData): HTMLElement {
   });
   const stepFit = (damping: number): void => {
     asked = { ...copied(state), order: changes(live, state) };
-    number = client.ask(point(live, state), way(live, state), { free: free(), ranges: live.parameters.map((p) => p.range), damping });
+    number = client.ask(point(live, state), way(live, state), { fit: { free: free(), ranges: live.parameters.map((p) => p.range), damping } });
   };
   const stepped = (step: FitStep): void => {
     if (!fitting) return;
@@ -151,7 +171,7 @@ export function liveSection(data: ReportData): HTMLElement {
     if (!text.hidden) text.hidden = true;
     said.textContent = "";
     tell();
-    ask();
+    ask(held == null);
   };
   /** One drag is one step back. */
   let held: string | null = null;
@@ -205,14 +225,10 @@ export function liveSection(data: ReportData): HTMLElement {
   };
   const undo = h("button", { type: "button", id: "live-undo", onclick: () => step(undone, redone) }, "↶ Undo");
   const redo = h("button", { type: "button", id: "live-redo", onclick: () => step(redone, undone) }, "↷ Redo");
-  const reset = (first: boolean): void => {
+  const reset = (values: [number, number][]): void => {
     keep(null);
     const s = initial(live);
-    if (first) {
-      live.parameters.forEach((p, k) => {
-        if (p.initial != null) { s.values[k] = p.initial; s.order.push(k); }
-      });
-    }
+    for (const [k, v] of values) { s.values[k] = v; s.order.push(k); }
     to(s);
   };
   const file = (role: string): string => data.meta.files.find((f) => f.role === role)?.path ?? `${role.toUpperCase()}.yaml`;
@@ -228,19 +244,20 @@ export function liveSection(data: ReportData): HTMLElement {
     if (tab === "live") to(read(live, rest.join("/"), nodes));
   };
   addEventListener("hashchange", fromAddress);
-  globalThis.retuneLive = { live, state: () => state, milliseconds, set: (s) => new Promise((done) => { heard = done; to(s); }) };
-  const hasFirst = live.parameters.some((p) => p.initial != null);
+  globalThis.retuneLive = { live, state: () => state, milliseconds, set: (s) => new Promise((done) => { heard = done; to(s); }),
+    ask: (line) => new Promise((done) => { heard = (a) => done(a.prediction as Prediction); number = client.ask(point(live, state), [], { line }); }) };
   const root = h("div", { class: "split live" },
     h("div", { class: "stack" },
       h("section", { class: "card stage-card" }, picture?.viewer.root ?? null,
         h("div", { class: "toolbar" }, picture ? toggle("Move", !calm, (on) => picture.play(on), "live-move") : null,
           picture ? toggle("Test", true, (on) => picture.viewer.show("test", on)) : null, h("span", { class: "live-keys note" }, h("span", { class: "key model" }), "model now ", h("span", { class: "key test" }), "test"))),
       h("section", { class: "card" }, tableBox, fall.chart.root),
+      track.root, responses.root,
       card("How right this is", null, trustBox)),
     h("aside", { class: "card side live-side" }, total,
       h("div", { class: "toolbar live-actions" }, fit, undo, redo,
-        h("button", { type: "button", id: "live-reset", onclick: () => reset(false) }, "As reported"),
-        hasFirst ? h("button", { type: "button", id: "live-first", onclick: () => reset(true) }, "First version") : null),
+        h("button", { type: "button", id: "live-reset", onclick: () => reset([]) }, "As reported"),
+        (live.versions ?? []).filter((v) => v.values.length > 0).map((v, i) => h("button", { type: "button", class: "version", id: i ? null : "live-first", title: `values of ${v.name}`, onclick: () => reset(v.values) }, shorten(v.name, 24)))),
       panel.hypotheses ? h("details", { open: true }, h("summary", {}, "Hypotheses"), panel.hypotheses) : null,
       h("details", { open: true }, h("summary", {}, "Parameters"), panel.parameters),
       nodes.length ? h("details", { open: true }, h("summary", {}, "What if"), extra.root) : null,

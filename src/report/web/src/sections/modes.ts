@@ -6,7 +6,7 @@ import { badge, choice, h, isDark, num, toggle } from "../dom";
 import { fixed, hertz, percent } from "../format";
 import { colorBar, swatches } from "../legend";
 import { difference, peak, peakOfNodes, scaleFactor, times, type Shape } from "../shape";
-import { makeViewer } from "../viewer";
+import { makeViewer, type Viewer } from "../viewer";
 import type { Comparison, Modes, Pair, Structure } from "../types";
 
 interface Entry { id: string; title: string; test: number | null; model: number | null; pair: Pair | null; index: number }
@@ -37,6 +37,7 @@ function shapeOf(re: string | undefined, im: string | undefined): Shape | null {
 }
 
 type Coloring = "difference" | "motion" | "plain";
+type Layout = "overlaid" | "beside" | "expanded";
 
 export function modesSection(s: Structure, modes: Modes, comparison: Comparison | undefined): HTMLElement {
   const list = entries(modes, comparison);
@@ -45,12 +46,16 @@ export function modesSection(s: Structure, modes: Modes, comparison: Comparison 
   for (const layer of ["nodes", "sensors"] as const) viewer.show(layer, false);
   viewer.show("masses", false);
   viewer.show("ghost", true);
-  viewer.show("test", modes.test.some((m) => m.at_sensors));
+  const hasTest = modes.test.some((m) => m.at_sensors), hasExpanded = modes.test.some((m) => m.expanded);
+  viewer.show("test", hasTest);
 
   const calm = matchMedia("(prefers-reduced-motion: reduce)").matches;
   let playing = !calm, phase = 0, amplitude = 0.18, speed = 0.7, coloring: Coloring = "difference", last = 0;
   let current = list[0]!;
-  let modelOn = true;
+  let modelOn = true, testOn = true, layout: Layout = "overlaid";
+  // The picture of the test alone, once somebody asks for it.
+  let beside: Viewer | null = null;
+  const pictures = h("div", { class: "pictures" }, viewer.root);
   const legend = h("div", { class: "legend" });
   const facts = h("div", { class: "mode-facts", id: "mode-facts", "aria-live": "polite" });
 
@@ -73,9 +78,17 @@ export function modesSection(s: Structure, modes: Modes, comparison: Comparison 
     // Without a model shape the expanded test moves the structure itself.
     if (!displacement && test?.expanded && raw) displacement = times({ re: floats(test.expanded) }, [1 / (peak(raw) || 1), 0]);
     viewer.setShapes(displacement && { displacement, rotation }, measured);
+    let spread: Shape | null = null;
+    if (test?.expanded) {
+      spread = { re: floats(test.expanded) };
+      spread = times(spread, displacement ? scaleFactor(spread, displacement) : [1 / (peakOfNodes(spread) || 1), 0]);
+    }
+    beside?.setShapes(spread && { displacement: spread, rotation: null }, measured);
 
     const gap = measured && atSensors ? difference(measured, atSensors) : null;
     const top = gap ? Math.max(0.1, gap.reduce((a, b) => (Number.isFinite(b) ? Math.max(a, b) : a), 0)) : 1;
+    // A point is as far off as the worst of its channels.
+    const worst = (all: readonly number[]): number => all.reduce((m, i) => (gap![i]! > m || !Number.isFinite(m) ? gap![i]! : m), NaN);
     const size = displacement;
     const dark = isDark();
     const moved = (i: number) => onStage("viridis", Math.hypot(size!.re[3 * i]!, size!.re[3 * i + 1]!, size!.re[3 * i + 2]!), dark);
@@ -84,9 +97,11 @@ export function modesSection(s: Structure, modes: Modes, comparison: Comparison 
     const effective = coloring === "difference" && !gap ? "plain" : coloring;
     const modelColor = effective === "difference" ? neutral : plainModel;
     viewer.paint(
-      effective === "difference" ? { elements: () => modelColor, nodes: () => modelColor, test: (i) => onStage("viridis", gap![i]! / top, dark) }
+      effective === "difference" ? { elements: () => modelColor, nodes: () => modelColor, test: (all) => onStage("viridis", worst(all) / top, dark) }
       : effective === "motion" && size ? { nodes: moved, test: () => testColor }
       : { elements: () => modelColor, nodes: () => modelColor, test: () => testColor });
+    beside?.paint({ elements: () => testColor, nodes: () => testColor,
+      test: effective === "difference" ? (all) => onStage("viridis", worst(all) / top, dark) : () => testColor });
     const keys = [];
     if (model) keys.push({ name: "model", color: css(modelColor) });
     if (test && effective !== "difference") keys.push({ name: "test", color: css(testColor) });
@@ -107,7 +122,9 @@ export function modesSection(s: Structure, modes: Modes, comparison: Comparison 
         pair ? row("error", num(percent(pair.error), `comparison.pairs.${index}.error`, 100)) : null,
         pair?.mac != null ? row("MAC", num(fixed(pair.mac, 3), `comparison.pairs.${index}.mac`)) : null,
         test?.damping_ratio != null ? row("damping (test)", num(`${fixed(100 * test.damping_ratio, 2)} %`, `modes.test.${current.test}.damping_ratio`, 100)) : null,
-        test?.origin ? row("test shape", test.origin) : null));
+        model?.damping_ratio != null ? row("damping (model)", num(`${fixed(100 * model.damping_ratio, 2)} %`, `modes.model.${current.model}.damping_ratio`, 100)) : null,
+        test?.origin ? row("test shape", test.origin) : null,
+        layout === "expanded" && test ? row("expanded", test.expanded ? "the readings by the model's stiffness and mass, weighed against their noise" : "not this one: it has no partner or no shape") : null));
     for (const b of buttons.querySelectorAll("button")) b.setAttribute("aria-current", String(b.dataset["id"] === current.id));
     show();
   };
@@ -129,7 +146,24 @@ export function modesSection(s: Structure, modes: Modes, comparison: Comparison 
     phaseInput.value = String(degrees);
     phaseText.textContent = `${degrees}°`;
     viewer.frame(phase, amplitude);
+    beside?.frame(phase, amplitude);
   };
+  const arrange = (): void => {
+    if (layout !== "overlaid" && !beside) {
+      beside = makeViewer(s, { label: "Shape of the test", fill: 0.74 });
+      beside.root.id = "test-viewer";
+      for (const layer of ["nodes", "sensors", "masses", "links"] as const) beside.show(layer, false);
+      beside.show("ghost", atRest);
+      beside.show("test", true);
+      beside.join(viewer);
+    }
+    pictures.replaceChildren(viewer.root, ...(beside && layout !== "overlaid" ? [beside.root] : []));
+    pictures.classList.toggle("two", layout !== "overlaid");
+    viewer.show("test", testOn && layout === "overlaid" && hasTest);
+    beside?.show("elements", layout === "expanded");
+    load();
+  };
+  let atRest = true;
   const tick = (now: number): void => {
     if (!playing) return;
     if (viewer.root.isConnected && viewer.root.clientWidth > 0) {
@@ -163,7 +197,7 @@ export function modesSection(s: Structure, modes: Modes, comparison: Comparison 
     group(comparison ? "Test modes without a partner" : "Test modes", list.filter((e) => !e.pair && e.test != null)),
     group(comparison ? "Model modes without a partner" : "Model modes", list.filter((e) => !e.pair && e.model != null)));
 
-  const both = modes.test.some((m) => m.at_sensors) && modes.model.length > 0;
+  const both = hasTest && modes.model.length > 0;
   const colorings: { value: Coloring; text: string }[] = [
     ...(both ? [{ value: "difference" as const, text: "difference" }] : []), { value: "motion", text: "motion" }, { value: "plain", text: "plain" },
   ];
@@ -174,7 +208,7 @@ export function modesSection(s: Structure, modes: Modes, comparison: Comparison 
   const modelToggle = toggle("Model", true, (on) => { modelOn = on; viewer.show("elements", modelOn); viewer.show("links", modelOn); }, "show-model");
   return h("div", { class: "split reverse" },
     h("aside", { class: "card side" }, buttons),
-    h("section", { class: "card stage-card" }, viewer.root,
+    h("section", { class: "card stage-card" }, pictures,
       h("div", { class: "toolbar" },
         h("div", { class: "player" },
           h("button", { type: "button", "aria-label": "Previous mode", onclick: () => move(-1) }, "‹"), play,
@@ -184,7 +218,9 @@ export function modesSection(s: Structure, modes: Modes, comparison: Comparison 
         h("label", { class: "field slider" }, "Speed ", h("input", { type: "range", min: 1, max: 20, value: 7, "aria-label": "Speed",
           oninput: (e: Event) => { speed = Number((e.target as HTMLInputElement).value) / 10; } })),
         choice("Colour", colorings, coloring, (c) => { coloring = c; load(); }),
-        modelToggle, both ? toggle("Test", true, (on) => viewer.show("test", on), "show-test") : null,
-        toggle("At rest", true, (on) => viewer.show("ghost", on))),
+        both ? choice("Test and model", [{ value: "overlaid" as const, text: "overlaid" }, { value: "beside" as const, text: "side by side" },
+          ...(hasExpanded ? [{ value: "expanded" as const, text: "test expanded" }] : [])], layout, (v) => { layout = v; arrange(); }) : null,
+        modelToggle, both ? toggle("Test", true, (on) => { testOn = on; viewer.show("test", on && layout === "overlaid"); }, "show-test") : null,
+        toggle("At rest", true, (on) => { atRest = on; viewer.show("ghost", on); beside?.show("ghost", on); })),
       h("div", { class: "below" }, facts, legend)));
 }

@@ -15,16 +15,17 @@ function verdict(pair: Pair): Child {
   return badge(pair.passes ? "good" : "bad", pair.passes ? "pass" : "fail");
 }
 
-function pairTable(c: Comparison): HTMLElement {
+function pairTable(c: Comparison, modes: Modes): HTMLElement {
   const before = c.pairs_before.length > 0;
   const find = (pair: Pair): number => c.pairs_before.findIndex((b) => b.test_mode != null ? b.test_mode === pair.test_mode : b.label === pair.label);
   const chance = c.pairs.some((p) => p.pass_probability != null), damping = c.pairs.some((p) => p.test_damping != null);
+  const own = (p: Pair): number | null => (p.model_mode == null ? null : modes.model[p.model_mode]?.damping_ratio ?? null), ownDamping = c.pairs.some((p) => own(p) != null);
   return table("Paired modes", [
     { head: "Mode" }, { head: "Test Hz", numeric: true }, { head: "Model Hz", numeric: true },
     { head: "Error", numeric: true, title: "(model - test)/test: plus means that the model is too high" },
     { head: "MAC", numeric: true },
     ...(before ? [{ head: "Error before", numeric: true }, { head: "MAC before", numeric: true }] : []),
-    ...(damping ? [{ head: "Test damping", numeric: true }] : []),
+    ...(damping ? [{ head: "Test damping", numeric: true }] : []), ...(ownDamping ? [{ head: "Model damping", numeric: true }] : []),
     { head: "Criteria", title: c.criteria }, ...(chance ? [{ head: "P(pass)", numeric: true }] : []),
   ], c.pairs.map((p, i) => {
     const path = `comparison.pairs.${i}`, k = find(p), old = c.pairs_before[k];
@@ -34,6 +35,7 @@ function pairTable(c: Comparison): HTMLElement {
       ...(before ? [old ? num(percent(old.error), `comparison.pairs_before.${k}.error`, 100) : "–",
         old ? num(fixed(old.mac, 3), `comparison.pairs_before.${k}.mac`) : "–"] : []),
       ...(damping ? [p.test_damping == null ? "–" : num(`${fixed(100 * p.test_damping, 2)} %`, `${path}.test_damping`, 100)] : []),
+      ...(ownDamping ? [own(p) == null ? "–" : num(`${fixed(100 * own(p)!, 2)} %`, `modes.model.${p.model_mode}.damping_ratio`, 100)] : []),
       verdict(p), ...(chance ? [num(probability(p.pass_probability), `${path}.pass_probability`)] : []),
     ];
   }), { id: "pair-table" });
@@ -78,10 +80,18 @@ function autoMac(title: string, axis: string, list: { label: string; frequency_h
   return { title, row_axis: axis, column_axis: axis, rows: names, columns: names, values: shapes.map((a) => shapes.map((b) => product(a, b))) };
 }
 
-function autoMacCard(modes: Modes, rows: number): HTMLElement | null {
+export function autoMacCard(modes: Modes, rows: number): HTMLElement | null {
   const all = [autoMac("autoMAC of the test", "test", modes.test), autoMac("autoMAC of the model", "model", modes.model.slice(0, Math.max(rows, 2)))].filter((m) => m != null);
   return all.length ? card("autoMAC", "shapes of one side with each other at the sensors: what is large off the diagonal, these sensors cannot tell apart",
     h("div", { class: macColumns(all) }, all.map((m) => h("figure", { class: "mac" }, h("figcaption", {}, m.title), heat(m, { map: "viridis", low: 0, high: 1 }))))) : null;
+}
+
+/** Moduli: the sign of an entry off the diagonal is that of two arbitrary scales. */
+function orthogonalityCard(c: Comparison): HTMLElement | null {
+  const all = ([["cross_orthogonality", c.cross_orthogonality], ["auto_orthogonality", c.auto_orthogonality]] as const).flatMap(([key, m]) => (m ? [{ key, m }] : []));
+  return all.length ? card("Orthogonality", `shapes at the sensors in the mass of the model: 1 on the diagonal, and customarily below 0.1 beside it. ${c.orthogonality_note ?? ""}`,
+    h("div", { class: macColumns(all.map((x) => x.m)) }, all.map(({ key, m }) => h("figure", { class: "mac" }, h("figcaption", {}, m.title),
+      heat(m, { map: "diverging", low: -1, high: 1, path: (i, j) => `comparison.${key}.values.${i}.${j}` })))), colorBar("diverging", "−1", "+1", "orthogonality", undefined, "0")) : null;
 }
 
 /** Side by side while they have room. */
@@ -169,10 +179,11 @@ export function pairsSection(c: Comparison, modes: Modes, s: Structure | undefin
     c.mac ? macCard(c.mac_before ? "after" : c.mac.title || "MAC", c.mac, "comparison.mac", c.pairs) : null,
   ].filter((m) => m != null);
   return h("div", { class: "stack" },
-    card("Paired modes", c.criteria ? `error = (model − test)/test; criteria: ${c.criteria}` : "error = (model − test)/test", pairTable(c), unpaired(c, modes)),
+    card("Paired modes", c.criteria ? `error = (model − test)/test; criteria: ${c.criteria}` : "error = (model − test)/test", pairTable(c, modes), unpaired(c, modes)),
     macs.length ? card("MAC", "1: the shapes are parallel at the sensors, 0: nothing in common; pairs are framed",
       h("div", { class: macColumns([c.mac_before, c.mac].filter((m) => m != null)) }, macs), colorBar("viridis", "0", "1", "MAC")) : null,
     autoMacCard(modes, c.mac?.rows.length ?? 12),
+    orthogonalityCard(c),
     c.pairs.length ? h("div", { class: "columns" },
       card("Frequency against frequency", null, frequencyChart(c)), card("Frequency error", null, errorChart(c))) : null,
     s ? comac(c, s) : null);

@@ -7,7 +7,7 @@ function pairs(list: Named[]): HTMLElement {
   return h("dl", { class: "facts wide" }, list.map((n) => [h("dt", {}, n.name), h("dd", {}, n.text)]));
 }
 
-export function provenanceSection(meta: Meta, download: () => void): HTMLElement {
+export function provenanceSection(meta: Meta, download: () => void, tables: () => void): HTMLElement {
   return h("div", { class: "stack" },
     meta.warnings.length ? card("Read this first", null, h("ul", { class: "warnings" }, meta.warnings.map((w) => h("li", {}, w)))) : null,
     meta.data_items.length ? card("Data", null, table("Data", [{ head: "What" }, { head: "Origin" }, { head: "Source" }],
@@ -18,6 +18,7 @@ export function provenanceSection(meta: Meta, download: () => void): HTMLElement
     h("div", { class: "columns" },
       meta.versions.length || meta.created ? card("Versions", null, pairs([...meta.versions, ...(meta.created ? [{ name: "created", text: meta.created }] : [])])) : null,
       meta.seeds.length ? card("Seeds", null, pairs(meta.seeds)) : null),
-    card("Data of this page", "everything shown here, as JSON", h("button", { type: "button", onclick: download }, "Save the data")),
-    h("p", { class: "note" }, "Drawn with three.js and plotly.js (MIT licence); their licences stand in the source of this page."));
+    card("Data of this page", "everything shown here as JSON; every table as a sheet of one workbook, with all digits",
+      h("div", { class: "toolbar live-actions" }, h("button", { type: "button", id: "save-data", onclick: download }, "Save the data"), h("button", { type: "button", id: "save-tables", onclick: tables }, "Save all tables (.xlsx)"))),
+    h("p", { class: "note" }, "Drawn with three.js and plotly.js, packed with fflate (MIT licence); their licences stand in the source of this page."));
 }

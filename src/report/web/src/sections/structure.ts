@@ -4,7 +4,7 @@ import { categories, css, onStage, parseHex, type MapName, type Rgb } from "../c
 import { floats } from "../decode";
 import { nameOf, placeOf, rowsOf, titleOf } from "../describe";
 import { h, isDark, num, toggle, type Child } from "../dom";
-import { significant, unit } from "../format";
+import { powers, significant, unit } from "../format";
 import { colorBar, swatches } from "../legend";
 import type { Hit, Kind } from "../pick";
 import { makeViewer, type Painter, type Viewer } from "../viewer";
@@ -85,7 +85,7 @@ function suspects(l: Localization, show: (place: Place) => void): HTMLElement {
       h("button", { type: "button", class: "link", onclick: () => show(x.place) }, x.place.text),
       h("span", { title: `probability by noise alone: ${significant(x.p_value, 2)}` }, num(significant(x.above_noise, 3), `${path}.${i}.above_noise`)))))];
   return h("div", { class: "details", id: "localization" }, h("h4", {}, "Where model and test disagree"),
-    h("p", { class: "note" }, l.sentence),
+    h("p", { class: "note" }, powers(l.sentence)),
     list("Elements: energy over noise", l.elements, "localization.elements"), list("Groups", l.groups, "localization.groups"));
 }
 
@@ -164,7 +164,7 @@ export function structureSection(s: Structure, localization?: Localization): HTM
         layer("masses", "Masses", true, s.masses.length > 0),
         layer("supports", "Supports", true, s.supports.length > 0 || s.elements.some((e) => e.nodes.length === 1)),
         layer("sensors", "Sensors", s.sensors.length > 0 && s.sensors.length <= 200, s.sensors.length + s.exciters.length > 0),
-        layer("names", "Names", false))),
+        layer("axes", "Section z axes", false, s.elements.some((e) => e.z_axis)), layer("names", "Names", false))),
     h("aside", { class: "card side" },
       h("p", { class: "note", id: "structure-summary" }, summary),
       legend,

@@ -77,9 +77,9 @@ function parameters(u: Update): HTMLElement {
   const interval = u.parameters.find((p) => p.interval)?.interval_label ?? "";
   const determined = u.parameters.some((p) => p.determined != null);
   const anyInterval = u.parameters.some((p) => p.interval), anyAfter = u.parameters.some((p) => p.after != null);
-  return card("Parameters", "circle: before; diamond: after; thick line: interval of the estimate; ends: bounds",
+  return card("Parameters", anyAfter ? "circle: before; diamond: after; thick line: interval of the estimate; ends: bounds" : "circle: the value; ends: bounds",
     table("Parameters", [
-      { head: "Parameter" }, { head: "Unit" }, { head: "Before", numeric: true }, ...(anyAfter ? [{ head: "After", numeric: true }] : []),
+      { head: "Parameter" }, { head: "Unit" }, { head: anyAfter ? "Before" : "Value", numeric: true }, ...(anyAfter ? [{ head: "After", numeric: true }] : []),
       { head: "Lower", numeric: true }, { head: "Within its bounds" }, { head: "Upper", numeric: true },
       ...(anyInterval ? [{ head: interval ? `${interval} interval` : "Interval", numeric: true }] : []),
       ...(determined ? [{ head: "Determined", numeric: true, title: "share of the prior variance that the data removed" }] : []), { head: "" },
@@ -115,7 +115,7 @@ export function updateSection(u: Update): HTMLElement {
       : h("span", {}, num(significant(u.cost_before, 4), "update.cost_before"), " → ", num(significant(u.cost_after, 4), "update.cost_after"))],
     ["χ², twice the cost", u.cost_before == null || u.cost_after == null || !/least squares/i.test(u.objective) ? null
       : h("span", { class: "num" }, `${significant(2 * u.cost_before, 4)} → ${significant(2 * u.cost_after, 4)}`)],
-    ["on a bound", atBound.length ? `${atBound.length} of ${u.parameters.length} parameters` : "none"],
+    ["on a bound", u.histories.length + u.parameters.filter((p) => p.after != null).length === 0 ? null : atBound.length ? `${atBound.length} of ${u.parameters.length} parameters` : "none"],
   ];
   return h("div", { class: "stack" },
     u.parameters.length + u.histories.length === 0 ? null : h("div", { class: "stats" }, facts.filter(([, v]) => v).map(([name, value]) => h("div", { class: "stat" }, h("span", { class: "stat-name" }, name), h("span", { class: "stat-value" }, value)))),

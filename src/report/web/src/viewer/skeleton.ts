@@ -14,8 +14,6 @@ export class Skeleton {
   readonly faces: { element: number; nodes: number[] }[] = [];
   /** Master, slave and the link. */
   readonly linkPairs: [number, number, number][] = [];
-  /** Sensors that a line of the test joins. */
-  readonly tracePairs: [number, number][] = [];
 
   constructor(private readonly data: Structure) {
     const { nodes, elements } = data;
@@ -38,9 +36,6 @@ export class Skeleton {
         if (link.master < nodes.length && slave < nodes.length) this.linkPairs.push([link.master, slave, index]);
       }
     });
-    for (const line of data.trace_lines) {
-      for (let k = 1; k < line.length; k++) this.tracePairs.push([line[k - 1]!, line[k]!]);
-    }
 
     this.base = new Float32Array(3 * count);
     nodes.forEach((n, i) => this.base.set(n.position, 3 * i));

@@ -4,7 +4,7 @@ import {
   BufferAttribute, BufferGeometry, DoubleSide, InstancedMesh, Matrix4, Mesh, MeshLambertMaterial, Quaternion,
   SphereGeometry, Vector3,
 } from "three";
-import type { Lines } from "../lines";
+import { Lines } from "../lines";
 import type { Structure } from "../types";
 
 export function masses(count: number): InstancedMesh {
@@ -42,4 +42,20 @@ export function placeArrows(data: Structure, radius: number, shafts: Lines, head
     heads.setMatrixAt(i, matrix);
   });
   shafts.moved();
+}
+
+/** The z axes of sections, from the middle of each beam. */
+export function sectionAxes(data: Structure, size: number): Lines {
+  const own = data.elements.flatMap((e) => (e.z_axis && e.nodes.length === 2 && e.nodes.every((k) => k < data.nodes.length) ? [e] : []));
+  const lines = new Lines(own.length, 1.8);
+  own.forEach((e, i) => {
+    const [p, q] = [data.nodes[e.nodes[0]!]!.position, data.nodes[e.nodes[1]!]!.position];
+    for (let c = 0; c < 3; c++) {
+      const middle = (p[c]! + q[c]!) / 2;
+      lines.positions[6 * i + c] = middle;
+      lines.positions[6 * i + 3 + c] = middle + 0.06 * size * e.z_axis![c]!;
+    }
+  });
+  lines.moved();
+  return lines;
 }
