@@ -22,6 +22,7 @@ pub mod exchange;
 pub mod fault;
 pub mod identify;
 pub mod matrices;
+pub mod mesh;
 pub mod modal;
 pub mod model;
 pub mod objective;

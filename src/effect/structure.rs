@@ -1,5 +1,6 @@
 //! What an effect may ask of a model: its parts by name, their symmetric partners, what moves and what deforms.
 
+mod edges;
 mod joint_ends;
 mod lines;
 mod listing;
@@ -15,9 +16,10 @@ use super::edit::PatchError;
 use super::location::{ALL_AXES, BENDING, Location, LocationKind};
 use crate::element::Dof;
 use crate::linalg::DMatrix;
-use crate::model::{Model, ParametricModel, dot, extent};
+use crate::model::{Model, ParametricModel, cross, dot, extent};
 pub(in crate::effect) use joint_ends::JointEnd;
 use mirror::{Mirror, element_partners};
+use std::collections::HashSet;
 use std::sync::OnceLock;
 
 /// What is known beside the model; everything is optional.
@@ -286,7 +288,7 @@ impl<'a> Structure<'a> {
             return a.shares_name(b);
         }
         let elements = |at: &Location| -> Vec<usize> { at.names.iter().flat_map(|n| self.elements_of(n)).collect() };
-        let others = elements(b);
+        let others: HashSet<usize> = elements(b).into_iter().collect();
         elements(a).iter().any(|e| others.contains(e))
     }
 
@@ -394,6 +396,21 @@ impl<'a> Structure<'a> {
     /// Whether an element is a beam.
     pub fn is_beam(&self, element: usize) -> bool {
         self.model.elements()[element].kind.name() == "beam"
+    }
+
+    /// Whether an element is a shell.
+    pub fn is_shell(&self, element: usize) -> bool {
+        self.model.elements()[element].kind.properties().iter().any(|p| p.name == "bending_factor")
+    }
+
+    /// Area of the shells among these elements by their corners, m².
+    pub(super) fn area(&self, elements: &[usize]) -> f64 {
+        let of = |&e: &usize| {
+            let points = &self.model.elements()[e].points;
+            let triangles = points.windows(2).skip(1).map(|w| cross(w[0], w[1]));
+            triangles.map(|n| 0.5 * dot(n, n).sqrt()).sum::<f64>()
+        };
+        elements.iter().filter(|&&e| self.is_shell(e)).map(of).sum()
     }
 
     /// Whether an element has stiffness that some motion of the structure strains.

@@ -212,7 +212,9 @@ pub(super) fn number(geometry: &Geometry, touched: &[bool], elimination: &Elimin
         .map(|c| c.into_iter().filter(|t| needed[t.0]).map(|(d, f)| (row_of[d], f)).collect())
         .collect();
     let coordinates = (0..geometry.names.len()).filter(|&n| geometry.is_coordinate(n)).collect();
-    DofMap::new(geometry.names.clone(), geometry.positions.clone(), rows, full).with_coordinates(coordinates)
+    DofMap::new(geometry.names.clone(), geometry.positions.clone(), rows, full)
+        .with_coordinates(coordinates)
+        .with_other_names(geometry.other_names().clone())
 }
 
 /// The affine part of a model and its masses of rigid motion.

@@ -82,6 +82,11 @@ impl ModelSpec {
         merge(&mut whole, patch);
         let mut spec: ModelSpec = serde_json::from_value(whole).map_err(failed)?;
         // What was read from files stays, where the patch names the same.
+        if let (Some(entry), Some(own)) = (&mut spec.mesh, &self.mesh)
+            && (&entry.file, &entry.units) == (&own.file, &own.units)
+        {
+            entry.loaded = own.loaded.clone();
+        }
         for (name, entry) in &mut spec.superelements {
             if let Some(own) = self.superelements.get(name).filter(|own| have_same_source(own, entry)) {
                 entry.loaded = own.loaded.clone();
