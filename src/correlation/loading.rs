@@ -3,8 +3,8 @@
 use super::CorrelationError;
 use super::observe::{locate, sensor_position};
 use crate::data::{Place, Sensor};
-use crate::model::{Model, ParametricModel};
 use crate::model::spec::{MassSpec, ModelSpec};
+use crate::model::{Model, ParametricModel};
 use crate::units::Scalar;
 
 /// The model file with the masses of the sensors added, and their sum, kg.

@@ -2,7 +2,7 @@
 
 use super::edit::PatchError;
 use super::location::Location;
-use super::patch::{Builder, Patch, entry};
+use super::patch::{Builder, Patch, entry, times};
 use super::structure::{PartKind, Structure, entries};
 use super::{About, Effect};
 use crate::model::spec::OverrideSpec;
@@ -61,7 +61,7 @@ impl Effect for FibreAngle {
         // The image of a turn is a turn the other way.
         for (i, part) in parts.iter().enumerate() {
             let suffix = if i == 0 { String::new() } else { format!(".{}", i + 1) };
-            let turn = if i == 0 { p.clone() } else { format!("-1 * {p}") };
+            let turn = times(if i == 0 { 1.0 } else { -1.0 }, &p);
             b.change(
                 &suffix,
                 &entries(&[part]),

@@ -1,6 +1,5 @@
 //! What an effect may ask of a model: its parts by name, their symmetric partners, what moves and what deforms.
 
-mod edges;
 mod joint_ends;
 mod lines;
 mod listing;
@@ -11,12 +10,13 @@ mod places;
 mod reach;
 mod runs;
 mod scale;
+mod skins;
 
 use super::edit::PatchError;
 use super::location::{ALL_AXES, BENDING, Location, LocationKind};
 use crate::element::Dof;
 use crate::linalg::DMatrix;
-use crate::model::{Model, ParametricModel, cross, dot, extent};
+use crate::model::{Model, ParametricModel, dot, extent};
 pub(in crate::effect) use joint_ends::JointEnd;
 use mirror::{Mirror, element_partners};
 use std::collections::HashSet;
@@ -398,21 +398,6 @@ impl<'a> Structure<'a> {
         self.model.elements()[element].kind.name() == "beam"
     }
 
-    /// Whether an element is a shell.
-    pub fn is_shell(&self, element: usize) -> bool {
-        self.model.elements()[element].kind.properties().iter().any(|p| p.name == "bending_factor")
-    }
-
-    /// Area of the shells among these elements by their corners, m².
-    pub(super) fn area(&self, elements: &[usize]) -> f64 {
-        let of = |&e: &usize| {
-            let points = &self.model.elements()[e].points;
-            let triangles = points.windows(2).skip(1).map(|w| cross(w[0], w[1]));
-            triangles.map(|n| 0.5 * dot(n, n).sqrt()).sum::<f64>()
-        };
-        elements.iter().filter(|&&e| self.is_shell(e)).map(of).sum()
-    }
-
     /// Whether an element has stiffness that some motion of the structure strains.
     pub fn deforms(&self, element: usize) -> bool {
         self.strains[element].iter().any(|s| *s)
@@ -514,7 +499,8 @@ impl<'a> Structure<'a> {
     /// Names of the entries of the file whose elements strain: members, springs, other elements, each once.
     pub(super) fn stiff_entries(&self, with_springs: bool) -> Vec<String> {
         let spec = self.model.spec();
-        let members = spec.beams.keys().chain(spec.bars.keys()).chain(spec.superelements.keys());
+        let of_mesh = spec.mesh.iter().flat_map(|m| m.parts.keys());
+        let members = spec.beams.keys().chain(spec.bars.keys()).chain(spec.superelements.keys()).chain(of_mesh);
         let others = spec.springs.keys().chain(spec.bushings.keys()).chain(spec.elements.keys());
         let all: Vec<&String> = if with_springs { members.chain(others).collect() } else { members.collect() };
         all.into_iter()

@@ -31,6 +31,7 @@ mod laminate;
 mod lay_up;
 mod lint;
 mod load;
+mod loaded_mesh;
 mod loose;
 mod mass_properties;
 mod mesh_file;

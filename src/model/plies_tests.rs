@@ -64,7 +64,7 @@ fn plies_of_one_angle_are_the_turned_plate() {
 /// Angles and thicknesses of plies, and a modulus: the slopes of K and M are those of differences.
 #[test]
 fn numbers_of_plies_are_parameters() {
-    let section = laminate("{angle: a, thickness: t}, {angle: -1*a, thickness: 0.4 mm}, {angle: 90 deg, thickness: t}")
+    let section = laminate("{angle: a, thickness: t}, {angle: -a, thickness: 0.4 mm}, {angle: 90 deg, thickness: t}")
         .replace("E1: 130 GPa", "E1: E");
     let parameters = "a: {value: 30 deg, bounds: [20 deg, 40 deg]}, t: {value: 0.5 mm, bounds: [0.4 mm, 0.6 mm]}, E: {value: 130 GPa, bounds: [100 GPa, 150 GPa]}";
     let model = model(&plate(&section, parameters));

@@ -5,7 +5,7 @@ use crate::catalogue::did_you_mean;
 use crate::element::Element;
 use crate::mesh::{Mesh, Shape};
 use crate::model::geometry::{Vector, dot, minus, plus};
-use crate::model::mesh_file::{ALL, PlacedMesh};
+use crate::model::loaded_mesh::{ALL, PlacedMesh};
 use crate::model::spec::MeshPartSpec;
 use crate::yaml::child;
 use std::cmp::Ordering;

@@ -1,6 +1,6 @@
 //! A mesh that stays in its file, and what stands on it.
 
-use super::super::mesh_file::LoadedMesh;
+use super::super::loaded_mesh::LoadedMesh;
 use super::{Named, SectionSpec};
 use indexmap::IndexMap;
 use schemars::JsonSchema;

@@ -1,10 +1,26 @@
-//! Supports along edges of a mesh: many nodes that are held alike.
+//! Surfaces of a mesh: shells, and supports of many nodes along their edges.
 
 use super::Structure;
 use crate::effect::location::{Location, LocationKind};
 use crate::element::Dof;
+use crate::model::{cross, dot};
 
 impl Structure<'_> {
+    /// Whether an element is a shell.
+    pub fn is_shell(&self, element: usize) -> bool {
+        self.model.elements()[element].kind.properties().iter().any(|p| p.name == "bending_factor")
+    }
+
+    /// Area of the shells among these elements by their corners, m².
+    pub(in crate::effect) fn area(&self, elements: &[usize]) -> f64 {
+        let of = |&e: &usize| {
+            let points = &self.model.elements()[e].points;
+            let triangles = points.windows(2).skip(1).map(|w| cross(w[0], w[1]));
+            triangles.map(|n| 0.5 * dot(n, n).sqrt()).sum::<f64>()
+        };
+        elements.iter().filter(|&&e| self.is_shell(e)).map(of).sum()
+    }
+
     /// Supports of several nodes of a mesh, in each direction that they hold and in which others move.
     pub(in crate::effect) fn supports_of_edges(&self) -> Vec<Location> {
         let spec = self.model.spec();
