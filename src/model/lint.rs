@@ -229,8 +229,13 @@ fn motion(model: &Model, s: &mut Soundness) -> Result<(), ModelError> {
     for &row in &empty {
         s.errors.push(Problem::error(row_path(model, row), format_args!("`{}` has neither stiffness nor mass, so nothing determines its motion; support it, or leave that dof out of `active_dofs`", dofs.row_name(row))));
     }
-    let massless: Vec<String> =
-        (0..n).filter(|&i| m[i] <= 0.0 && !empty.contains(&i)).map(|i| dofs.row_name(i)).collect();
+    let of_shells = mesh::nodes_of_shells(model);
+    // No mass belongs to the turning of a shell about its normal, nor to any where its mass is lumped.
+    let by_design = |i: usize| dofs.rows()[i].1.is_rotation() && of_shells.contains(&dofs.rows()[i].0);
+    let massless: Vec<String> = (0..n)
+        .filter(|&i| m[i] <= 0.0 && !empty.contains(&i) && !by_design(i))
+        .map(|i| dofs.row_name(i))
+        .collect();
     if !massless.is_empty() {
         s.warnings.push(Problem::warning(
             "",

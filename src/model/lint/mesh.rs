@@ -7,7 +7,7 @@ use crate::model::dependence::interior_point;
 use crate::model::geometry::{Vector, cross, dot, minus, unit};
 use crate::model::placed_element::PlacedElement;
 use crate::yaml::{Problem, child};
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 
 /// Names that a message lists.
 const LISTED: usize = 5;
@@ -204,6 +204,11 @@ fn normals(model: &Model, elements: &[usize], path: &str) -> Option<Problem> {
 pub(super) fn is_of_mesh(model: &Model, node: usize) -> bool {
     let loaded = model.spec().mesh.as_ref().and_then(|m| m.loaded.0.as_ref());
     loaded.is_some_and(|l| l.node(&model.geometry().names[node]).is_some())
+}
+
+/// Nodes of shells.
+pub(super) fn nodes_of_shells(model: &Model) -> HashSet<usize> {
+    model.elements().iter().filter(|e| is_surface(e)).flat_map(|e| e.nodes.iter().copied()).collect()
 }
 
 /// Pairs of nodes of the mesh that stand at one place and are not joined.
