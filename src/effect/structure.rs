@@ -317,14 +317,22 @@ impl<'a> Structure<'a> {
         self.model.n_named_nodes()
     }
 
-    /// Whether a dof of a node moves.
+    /// Whether a dof of a node moves; a coordinate is no point that could.
     pub fn node_moves(&self, node: usize, dof: Dof) -> bool {
-        !self.model.dof_map().express(node, dof).is_empty()
+        !self.is_coordinate(node) && !self.model.dof_map().express(node, dof).is_empty()
+    }
+
+    /// Whether a node is no point but a coordinate.
+    fn is_coordinate(&self, node: usize) -> bool {
+        self.model.dof_map().is_coordinate(node)
     }
 
     /// Whether a support holds a node in a direction in which others move.
     pub fn is_supported(&self, node: usize) -> bool {
-        [Dof::Ux, Dof::Uy, Dof::Uz].into_iter().any(|dof| !self.node_moves(node, dof) && self.any_node_moves(dof))
+        !self.is_coordinate(node)
+            && [Dof::Ux, Dof::Uy, Dof::Uz]
+                .into_iter()
+                .any(|dof| !self.node_moves(node, dof) && self.any_node_moves(dof))
     }
 
     /// Whether some node moves in a direction.

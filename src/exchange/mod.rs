@@ -20,7 +20,7 @@ mod writer;
 
 pub use abaqus::{KEYWORDS, KeywordRule, KeywordUse, import_keywords};
 pub use against::{Agreement, MassAgreement, ModeAgreement, compare_results};
-pub use export::{ExportError, Exported, export};
+pub use export::{ExportError, Exported, export, export_keywords};
 pub use imported::{ImportOptions, Imported, Solver};
 pub use nastran::{CARDS, CardRule, Treatment, import};
 pub use report::ImportReport;

@@ -230,6 +230,8 @@ pub(super) fn affine_part(
     let mut products: BTreeMap<Monomial, Part> = BTreeMap::new();
     for ((element, dependence), connection) in elements.iter().zip(dependences).zip(connections) {
         let at = element.ends(positions);
+        // The mass of a coordinate is none of the structure.
+        let is_body = !element.nodes.iter().any(|n| dofs.is_coordinate(*n));
         let add = |(basis, rigid): &mut (Basis, SymMatrix), matrices: &ElementMatrices| {
             for (list, matrix) in [
                 (&mut basis.stiffness, &matrices.stiffness),
@@ -242,7 +244,9 @@ pub(super) fn affine_part(
                 let reduced = connection.reduce(matrix);
                 push(list, connection, &reduced);
             }
-            add_rigid_mass(rigid, 1.0, matrices.weighed(), &element.axes, &at);
+            if is_body {
+                add_rigid_mass(rigid, 1.0, matrices.weighed(), &element.axes, &at);
+            }
         };
         if element.matrices.is_some() {
             continue;

@@ -88,6 +88,7 @@ impl Model {
         let placed = place(&spec, registry, &mut problems);
         let targets = targets(&spec, &mut problems);
         let elimination = eliminate(&spec, &placed.geometry, Elimination::default(), &[], &placed.rows, &mut problems);
+        only_scalar_on_coordinates(&spec, &placed, &mut problems);
         // What is wrong in a section is found once for every element of it.
         let mut said = HashSet::new();
         problems.retain(|p| said.insert((p.path.clone(), p.message.clone())));
@@ -271,6 +272,9 @@ impl Model {
         }
         for &e in &self.general {
             let element = &self.elements[e];
+            if element.nodes.iter().any(|n| self.geometry.is_coordinate(*n)) {
+                continue;
+            }
             let at = element.ends(&self.geometry.positions);
             add_rigid_mass(&mut rigid, 1.0, &weighed_mass(element, theta)?, &element.axes, &at);
         }
@@ -485,6 +489,32 @@ impl ParametricModel for Model {
 }
 
 /// Refuses elements that lack a property against a motion that is possible.
+/// Refuses elements and links that need a point where there is a coordinate.
+fn only_scalar_on_coordinates(spec: &ModelSpec, placed: &Placed, problems: &mut Vec<Problem>) {
+    let geometry = &placed.geometry;
+    const ALLOWED: [&str; 3] = ["ground_spring", "mass_matrix", "scalar_spring"];
+    for e in placed.elements.iter().filter(|e| e.matrices.is_none() && !ALLOWED.contains(&e.kind.name())) {
+        if let Some(n) = e.nodes.iter().find(|n| geometry.is_coordinate(**n)) {
+            problems.push(Problem::error(
+                &e.path,
+                format_args!(
+                    "node `{}` is a coordinate and no point: only springs to ground, `scalar_spring` and `mass_matrix` act on it, by `ux`",
+                    geometry.names[*n]
+                ),
+            ));
+        }
+    }
+    let is_coordinate = |name: &String| geometry.node(name).is_some_and(|n| geometry.is_coordinate(n));
+    for (name, link) in &spec.rigid_links {
+        if let Some(node) = std::iter::once(&link.master).chain(&link.slaves).find(|n| is_coordinate(n)) {
+            problems.push(Problem::error(
+                child("rigid_links", name),
+                format_args!("node `{node}` is a coordinate and no point: it cannot be part of a rigid body"),
+            ));
+        }
+    }
+}
+
 fn lacks(spec: &ModelSpec, placed: &Placed, elimination: &Elimination, problems: &mut Vec<Problem>) {
     let active = active(spec);
     let theta = interior_point(&placed.parameters);

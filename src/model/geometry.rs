@@ -134,7 +134,7 @@ pub struct Geometry {
     /// Mirror plane: axis index and coordinate.
     pub mirror: Option<(usize, f64)>,
     index: HashMap<String, usize>,
-    /// Those that are no points but coordinates of superelements, sorted.
+    /// Those that are no points but coordinates, sorted.
     coordinates: Vec<usize>,
 }
 
@@ -308,8 +308,11 @@ pub(super) fn resolve(spec: &ModelSpec, problems: &mut Vec<Problem>) -> Geometry
         }
         positions.push(position.map(|v| v.clamp(-FARTHEST, FARTHEST)));
     }
-    for (name, position) in spec.nodes.keys().zip(positions) {
-        geometry.add(name.clone(), position);
+    for ((name, node), position) in spec.nodes.iter().zip(positions) {
+        match node {
+            NodeSpec::Rule(NodeRule { coordinate: Some(_), .. }) => geometry.add_coordinate(name.clone(), position),
+            _ => geometry.add(name.clone(), position),
+        };
     }
     geometry
 }
@@ -453,7 +456,7 @@ impl Resolver<'_> {
                 if rules(rule) != 1 {
                     problems.push(Problem::error(
                         &path,
-                        "give exactly one of `line`, `frame`, `mirror`, `from`, `between`, or a position `[x, y, z]`",
+                        "give exactly one of `line`, `frame`, `mirror`, `from`, `between`, `coordinate`, or a position `[x, y, z]`",
                     ));
                     return None;
                 }
@@ -518,6 +521,7 @@ impl Resolver<'_> {
                         };
                         image
                     }
+                    NodeRule { coordinate: Some(at), .. } => vector(at, "m", &child(&path, "coordinate"), problems),
                     r if r.from.is_some() => {
                         let p = other("from", r.from.as_deref().unwrap_or_default(), problems)?;
                         let Some(offset) = &r.offset else {
@@ -544,9 +548,8 @@ impl Resolver<'_> {
 
 /// How many rules for its place an entry has.
 fn rules(rule: &NodeRule) -> usize {
-    let given =
-        [rule.line.is_some(), rule.frame.is_some(), rule.mirror.is_some(), rule.from.is_some(), rule.between.is_some()];
-    given.into_iter().filter(|g| *g).count()
+    let own = [rule.line.is_some(), rule.frame.is_some(), rule.mirror.is_some(), rule.from.is_some()];
+    own.into_iter().chain([rule.between.is_some(), rule.coordinate.is_some()]).filter(|g| *g).count()
 }
 
 /// "`a` -> `b` -> ... -> `z`", at most a line of it.

@@ -6,7 +6,7 @@ use super::kinds::Family;
 use super::scopes::{At, Body};
 use super::{links, materials, members, points, shells, solids, supports, ties};
 use crate::deck::{DeckError, Keyword, KeywordDeck};
-use crate::exchange::imported::{ImportOptions, Imported, Origins, head, quoted};
+use crate::exchange::imported::{ImportOptions, Imported, KeyedOrigins, Origins, head, quoted};
 use crate::exchange::system::Quantity;
 use crate::exchange::writer::{Block, clean, list};
 use std::collections::HashSet;
@@ -162,7 +162,10 @@ impl<'a> Importer<'a> {
         }
         let family = self.kind(first).family;
         self.begin_group(k, instance, &label, family);
-        match (k.name(), family) {
+        let is_point = matches!(k.name(), "MASS" | "ROTARYINERTIA" | "SPRING" | "DASHPOT");
+        self.point = is_point.then_some(k.index());
+        self.bound();
+        let written = match (k.name(), family) {
             ("SOLIDSECTION", Family::Solid) => solids::section(self, k, instance, &all),
             ("SOLIDSECTION", Family::Truss) => members::trusses(self, k, &all),
             ("SHELLSECTION" | "SHELLGENERALSECTION", Family::Shell) => shells::section(self, k, instance, &all),
@@ -174,7 +177,13 @@ impl<'a> Importer<'a> {
                 let kind = self.kind(first).name;
                 Err(k.error(format_args!("its set has elements of the type {kind}, which it does not serve")))
             }
+        };
+        if is_point {
+            let bounds = self.bound();
+            self.origins.of_points.insert(k.index(), bounds);
         }
+        self.point = None;
+        written
     }
 
     fn all_have_sections(&self) -> Result<(), DeckError> {
@@ -237,6 +246,21 @@ impl<'a> Importer<'a> {
         }
     }
 
+    /// Where what was written comes from.
+    fn keyed_origins(&mut self) -> KeyedOrigins {
+        let mut origins = std::mem::take(&mut self.origins);
+        origins.materials = self.all.materials.clone();
+        for (i, instance) in self.all.instances.iter().enumerate() {
+            let body = self.all.body(i as u32);
+            for index in 0..body.nodes.len() as u32 {
+                let at = At { instance: i as u32, index };
+                origins.nodes.insert(self.node_name(at), (instance.name.clone(), body.nodes[index as usize].0));
+            }
+            origins.largest = body.elements.iter().map(|e| e.id).fold(origins.largest, u32::max);
+        }
+        origins
+    }
+
     fn finish(mut self) -> Imported {
         self.write_groups();
         let file =
@@ -264,6 +288,7 @@ impl<'a> Importer<'a> {
         let title = heading.map(|l| clean(l.whole())).filter(|t| !t.is_empty()).unwrap_or_else(|| file.clone());
         self.report.notes.sort();
         let head = head(&self.report, &file, self.options.system, &title);
-        Imported { text: self.out.finish(&head), report: self.report, test: None, origins: Origins::default() }
+        let origins = Origins { keyed: self.keyed_origins(), ..Origins::default() };
+        Imported { text: self.out.finish(&head), report: self.report, test: None, origins }
     }
 }

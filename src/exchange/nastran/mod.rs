@@ -15,6 +15,7 @@ mod names;
 mod others;
 mod responses;
 mod rigid;
+mod scalars;
 mod sections;
 mod shells;
 mod solids;
@@ -79,6 +80,7 @@ const fn refused(name: &'static str, why: &'static str) -> CardRule {
 /// The catalogue, family by family.
 pub const CARDS: &[&[CardRule]] = &[
     coordinates::CARDS,
+    scalars::CARDS,
     members::CARDS,
     sections::CARDS,
     materials::CARDS,
