@@ -18,8 +18,7 @@ use super::nastran::import;
 use super::system::{Quantity, System, system_by_name};
 use crate::catalogue::counted;
 use crate::deck::{CardId, Changes, Deck, DeckError};
-use crate::element::Property;
-use crate::model::{Model, ModelSpec, ParametricModel, PlacedElement, Registry, load};
+use crate::model::{Model, ParametricModel, PlacedElement, Registry, load};
 use std::collections::{BTreeMap, HashMap};
 
 /// A deck with what was learnt in it.

@@ -12,6 +12,7 @@ mod imported;
 mod motions;
 mod names;
 mod nastran;
+mod patches;
 mod report;
 mod results;
 mod shapes;

@@ -1,5 +1,7 @@
 //! Types of elements: what each becomes, its faces, and which are refused.
 
+use crate::exchange::patches;
+
 /// What a type of element is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Family {
@@ -64,21 +66,10 @@ const HYBRID: &str =
     "hybrid elements are those of displacements alone: stiffer where the material is nearly incompressible";
 const MODIFIED: &str = "C3D10M are tet10: another formulation, the same as the mesh gets finer";
 const SHELL: &str = "shells are retune's MITC shells: equal to the solver's as the mesh gets finer, not to the digits";
-const SHELL8: &str =
-    "shells of eight and six nodes are a patch of flat shells on the same nodes: they need a finer mesh";
 const BEAM31: &str =
     "B31 are exact beams with the shear factors of Abaqus: the solver's of one point are equal as the mesh gets finer";
 const BEAM32: &str = "B32 are two exact beams each: equal as the mesh gets finer";
 
-const QUADS: &[(&str, &[usize])] = &[
-    ("shell4", &[4, 5, 6, 7]),
-    ("shell3", &[0, 4, 7]),
-    ("shell3", &[1, 5, 4]),
-    ("shell3", &[2, 6, 5]),
-    ("shell3", &[3, 7, 6]),
-];
-const TRIANGLES: &[(&str, &[usize])] =
-    &[("shell3", &[0, 3, 5]), ("shell3", &[3, 1, 4]), ("shell3", &[5, 4, 2]), ("shell3", &[3, 4, 5])];
 const HALVES: &[(&str, &[usize])] = &[("beam", &[0, 1]), ("beam", &[1, 2])];
 const BAR_HALVES: &[(&str, &[usize])] = &[("bar", &[0, 1]), ("bar", &[1, 2])];
 const H8: &[(&str, &[usize])] = &[("hex8", first(8))];
@@ -125,11 +116,11 @@ pub(super) const KINDS: &[Kind] = &[
     kind("S4R", Family::Shell, 4, Q4, true, SHELL),
     kind("S4R5", Family::Shell, 4, Q4, true, SHELL),
     kind("S4RS", Family::Shell, 4, Q4, true, SHELL),
-    kind("S6", Family::Shell, 6, TRIANGLES, false, SHELL8),
-    kind("STRI65", Family::Shell, 6, TRIANGLES, false, SHELL8),
-    kind("S8", Family::Shell, 8, QUADS, false, SHELL8),
-    kind("S8R", Family::Shell, 8, QUADS, false, SHELL8),
-    kind("S8R5", Family::Shell, 8, QUADS, false, SHELL8),
+    kind("S6", Family::Shell, 6, patches::TRIANGLE, false, patches::DIFFERS),
+    kind("STRI65", Family::Shell, 6, patches::TRIANGLE, false, patches::DIFFERS),
+    kind("S8", Family::Shell, 8, patches::QUADRILATERAL, false, patches::DIFFERS),
+    kind("S8R", Family::Shell, 8, patches::QUADRILATERAL, false, patches::DIFFERS),
+    kind("S8R5", Family::Shell, 8, patches::QUADRILATERAL, false, patches::DIFFERS),
     kind("B31", Family::Beam, 2, B2, true, BEAM31),
     kind("B31R", Family::Beam, 2, B2, true, BEAM31),
     kind("B31H", Family::Beam, 2, B2, true, BEAM31),

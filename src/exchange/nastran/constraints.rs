@@ -168,8 +168,8 @@ fn spc1(importer: &mut Importer<'_>, card: &Card<'_>) -> Result<(), DeckError> {
     let is_range = (4..=card.len()).any(|n| card.text(n).eq_ignore_ascii_case("THRU"));
     let mut nodes = Vec::new();
     for id in ids {
-        match importer.known_grid(id) {
-            Some(grid) => nodes.push((node(id), *grid)),
+        match importer.known_grid(id).copied() {
+            Some(grid) => nodes.push((node(id), grid)),
             None if importer.is_scalar_point(id) => importer.hold_scalar_point(&format!("spc1_{sid}"), id),
             None if is_range => {}
             None => return Err(card.error(Some((4, "G")), format_args!("there is no GRID {id}"))),

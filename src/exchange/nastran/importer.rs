@@ -27,7 +27,7 @@ impl Space {
         Some(match name {
             "GRID" => Space::Grid,
             "CORD2R" | "CORD2C" | "CORD2S" => Space::Coordinates,
-            "MAT1" | "MAT2" | "MAT3" | "MAT8" | "MAT9" | "MAT10" | "MATHP" => Space::Material,
+            "MAT1" | "MAT2" | "MAT3" | "MAT8" | "MAT9" | "MAT10" | "MAT11" | "MATHP" => Space::Material,
             "PMASS" => Space::PointMass,
             _ if name.starts_with('P')
                 && matches!(rule(name).map(|r| r.treatment), Some(Treatment::Used(_) | Treatment::Refused(_))) =>
