@@ -185,7 +185,8 @@ impl Pass {
             let line = full.trim_end_matches(['\n', '\r']);
             let trimmed = line.trim();
             let place = Line { file, number, start: start as u32, end: (start + line.len()) as u32 };
-            if trimmed.starts_with("**") {
+            // A star alone is one of CalculiX.
+            if trimmed.starts_with("**") || trimmed == "*" {
                 self.deck.comments.push(place);
                 continue;
             }

@@ -115,14 +115,21 @@ impl<'a> Importer<'a> {
 
     /// That a property of the section or the point that is being written comes from an item: keyword, data line, item.
     pub(super) fn bind(&self, property: &str, place: (usize, usize, usize), quantity: Quantity) {
-        let factor = self.options.system.factor(quantity);
-        self.bounds.borrow_mut().push(KeyedBound { property: property.to_string(), place, factor });
+        self.bind_by(property.to_string(), place, self.options.system.factor(quantity));
+    }
+
+    fn bind_by(&self, property: String, place: (usize, usize, usize), factor: f64) {
+        let bound = KeyedBound { property, place, factor };
+        let mut all = self.bounds.borrow_mut();
+        // Elements of one keyword say the same.
+        if !all.contains(&bound) {
+            all.push(bound);
+        }
     }
 
     /// The same of an entry of an inertia, with the sign that the deck's convention gives it.
     pub(super) fn bind_inertia(&self, axes: &str, place: (usize, usize, usize), sign: f64) {
-        let factor = sign * self.options.system.factor(Quantity::Inertia);
-        self.bounds.borrow_mut().push(KeyedBound { property: format!("inertia_{axes}"), place, factor });
+        self.bind_by(format!("inertia_{axes}"), place, sign * self.options.system.factor(Quantity::Inertia));
     }
 
     /// What was bound since the last time.
@@ -149,6 +156,11 @@ impl<'a> Importer<'a> {
     pub(super) fn node_name(&self, at: At) -> String {
         let id = self.all.body(at.instance).nodes[at.index as usize].0;
         format!("{}n{id}", self.prefixes[at.instance as usize])
+    }
+
+    /// Number of an element.
+    pub(super) fn id_of(&self, at: At) -> u32 {
+        self.all.body(at.instance).elements[at.index as usize].id
     }
 
     pub(super) fn node_names(&self, at: At) -> Vec<String> {

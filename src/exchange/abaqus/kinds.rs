@@ -13,6 +13,8 @@ pub(super) enum Family {
     RotaryInertia,
     /// Dofs that it joins: one to ground, two of two nodes, or the line between two nodes.
     Spring(Joined),
+    /// Two nodes, joined as a section of its own says.
+    Connector,
     Dashpot(Joined),
     /// Faces of a rigid body: nodes without stiffness and mass.
     Rigid,
@@ -142,6 +144,7 @@ pub(super) const KINDS: &[Kind] = &[
         true,
         "T3D3 are two bars each, with a middle node that nothing holds sideways",
     ),
+    kind("CONN3D2", Family::Connector, 2, &[], true, ""),
     kind("MASS", Family::Mass, 1, &[], true, ""),
     kind("ROTARYI", Family::RotaryInertia, 1, &[], true, ""),
     kind("SPRING1", Family::Spring(Joined::Ground), 1, &[], true, ""),
@@ -176,7 +179,7 @@ const REFUSED: &[(&str, &str)] = &[
     ("T2D", "plane trusses are not read; give T3D2"),
     ("PIPE2", "plane pipes are not read; give PIPE31"),
     ("ELBOW", "elbows are not read; give PIPE31"),
-    ("CONN", "connectors are not read; give SPRING1, SPRING2, SPRINGA, MPC or COUPLING"),
+    ("CONN2", "plane connectors are not read; give CONN3D2"),
     ("COH", "cohesive elements are not read; give a TIE"),
     ("GAP", "contact is not linear; give a SPRINGA for a gap that is closed"),
     ("DC", "elements of heat are no structure"),

@@ -112,7 +112,9 @@ fn bind(importer: &Importer<'_>, k: &Keyword<'_>, s: &BeamSection) {
     }
     let is_general = k.label("SECTION").is_none_or(|s| s == "GENERAL");
     if is_general && s.profile.turn() == 0.0 {
-        for (key, item, q) in [("A", 0, Q::Area), ("Iy", 1, Q::SecondMoment), ("Iz", 3, Q::SecondMoment), ("J", 4, Q::SecondMoment)] {
+        for (key, item, q) in
+            [("A", 0, Q::Area), ("Iy", 1, Q::SecondMoment), ("Iz", 3, Q::SecondMoment), ("J", 4, Q::SecondMoment)]
+        {
             importer.bind(key, (k.index(), 0, item), q);
         }
     }
@@ -217,11 +219,10 @@ pub(super) fn beams(
             (false, true) => "beam_slender_lumped",
             (false, false) => "beam_slender",
         };
-        let section =
-            importer.section(k, variant, |importer| {
-                bind(importer, k, &beam);
-                Ok(values(importer, &beam, is_shear_flexible, is_lumped))
-            })?;
+        let section = importer.section(k, variant, |importer| {
+            bind(importer, k, &beam);
+            Ok(values(importer, &beam, is_shear_flexible, is_lumped))
+        })?;
         let (names, points) = (importer.node_names(*at), importer.points(*at));
         for (part, (_, order)) in kind.becomes.iter().enumerate() {
             let along = minus(points[order[1]], points[order[0]]);

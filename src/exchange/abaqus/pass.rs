@@ -4,7 +4,7 @@ use super::gather::gather;
 use super::importer::{Importer, Solver, section_word, word};
 use super::kinds::Family;
 use super::scopes::{At, Body};
-use super::{links, materials, members, points, shells, solids, supports, ties};
+use super::{connectors, links, materials, members, points, shells, solids, supports, ties};
 use crate::deck::{DeckError, Keyword, KeywordDeck};
 use crate::exchange::imported::{ImportOptions, Imported, KeyedOrigins, Origins, head, quoted};
 use crate::exchange::system::Quantity;
@@ -25,6 +25,7 @@ const SECTIONS: &[&str] = &[
     "ROTARYINERTIA",
     "SPRING",
     "DASHPOT",
+    "CONNECTORSECTION",
 ];
 
 /// Turns a deck of Abaqus or CalculiX into the text of a model file.
@@ -162,7 +163,7 @@ impl<'a> Importer<'a> {
         }
         let family = self.kind(first).family;
         self.begin_group(k, instance, &label, family);
-        let is_point = matches!(k.name(), "MASS" | "ROTARYINERTIA" | "SPRING" | "DASHPOT");
+        let is_point = matches!(k.name(), "MASS" | "ROTARYINERTIA" | "SPRING" | "DASHPOT" | "CONNECTORSECTION");
         self.point = is_point.then_some(k.index());
         self.bound();
         let written = match (k.name(), family) {
@@ -173,6 +174,7 @@ impl<'a> Importer<'a> {
             ("MASS", Family::Mass) => points::masses(self, k, &all),
             ("ROTARYINERTIA", Family::RotaryInertia) => points::inertias(self, k, instance, &all),
             ("SPRING", Family::Spring(_)) | ("DASHPOT", Family::Dashpot(_)) => points::springs(self, k, instance, &all),
+            ("CONNECTORSECTION", Family::Connector) => connectors::section(self, k, instance, &all),
             _ => {
                 let kind = self.kind(first).name;
                 Err(k.error(format_args!("its set has elements of the type {kind}, which it does not serve")))
@@ -204,8 +206,10 @@ impl<'a> Importer<'a> {
     fn begin_group(&mut self, k: &Keyword<'_>, instance: u32, label: &str, family: Family) {
         let own = section_word(k, label);
         let name = self.element_names.unique(&format!("{}{own}", self.prefixes[instance as usize]));
-        let is_stiff =
-            matches!(family, Family::Solid | Family::Shell | Family::Beam | Family::Truss | Family::Spring(_));
+        let is_stiff = matches!(
+            family,
+            Family::Solid | Family::Shell | Family::Beam | Family::Truss | Family::Spring(_) | Family::Connector
+        );
         self.groups.push((name, Vec::new(), is_stiff));
     }
 

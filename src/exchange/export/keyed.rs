@@ -81,14 +81,8 @@ fn model_of(deck: &KeywordDeck, options: ImportOptions) -> Result<(Model, Import
 }
 
 /// Imports what was written and holds it against the model: the largest relative difference of a value.
-fn verify(
-    deck: &KeywordDeck,
-    files: &[String],
-    options: ImportOptions,
-    updated: &Model,
-) -> Result<f64, ExportError> {
-    let texts: HashMap<PathBuf, &String> =
-        deck.sources().iter().map(|s| s.path().to_path_buf()).zip(files).collect();
+fn verify(deck: &KeywordDeck, files: &[String], options: ImportOptions, updated: &Model) -> Result<f64, ExportError> {
+    let texts: HashMap<PathBuf, &String> = deck.sources().iter().map(|s| s.path().to_path_buf()).zip(files).collect();
     let mut read = |path: &Path| match texts.get(path) {
         Some(text) => Ok(text.as_bytes().to_vec()),
         None => std::fs::read(path),
@@ -219,8 +213,7 @@ impl<'a> Work<'a> {
 
     /// Writes what is wished into items, and materials anew where their sections no longer agree.
     fn write(&mut self, wishes: &Wishes) {
-        let changed: BTreeSet<usize> =
-            wishes.iter().filter(|w| w.1.iter().any(|w| w.is_new)).map(|w| w.0.0).collect();
+        let changed: BTreeSet<usize> = wishes.iter().filter(|w| w.1.iter().any(|w| w.is_new)).map(|w| w.0.0).collect();
         let material_of: HashMap<usize, &String> =
             self.origins.materials.iter().flat_map(|(name, keys)| keys.iter().map(move |k| (*k, name))).collect();
         let mut written: HashSet<&String> = HashSet::new();
@@ -254,9 +247,15 @@ impl<'a> Work<'a> {
     }
 
     /// What all users of a keyword agree on.
-    fn one(&mut self, all: &BTreeMap<usize, Option<BTreeMap<Place, f64>>>, keyword: usize) -> Option<BTreeMap<Place, f64>> {
+    fn one(
+        &mut self,
+        all: &BTreeMap<usize, Option<BTreeMap<Place, f64>>>,
+        keyword: usize,
+    ) -> Option<BTreeMap<Place, f64>> {
         let first = all.values().next()?;
-        let agree = first.as_ref().filter(|first| all.values().flatten().count() == all.len() && all.values().flatten().all(|v| is_one(v, first)));
+        let agree = first.as_ref().filter(|first| {
+            all.values().flatten().count() == all.len() && all.values().flatten().all(|v| is_one(v, first))
+        });
         if agree.is_none() {
             let (file, line) = self.deck.keyword(keyword).place();
             self.refuse(format!(
@@ -312,7 +311,8 @@ impl<'a> Work<'a> {
         let keeps = |values: &BTreeMap<Place, f64>| {
             values.iter().all(|(&(k, line, item), v)| {
                 let data = self.deck.keyword(k).line(line);
-                data.and_then(|d| d.real_or(item, "value", 0.0).ok()).is_some_and(|has| held::is_same(Some(has), Some(*v)))
+                data.and_then(|d| d.real_or(item, "value", 0.0).ok())
+                    .is_some_and(|has| held::is_same(Some(has), Some(*v)))
             })
         };
         classes.sort_by_key(|c| (!keeps(&c.0), std::cmp::Reverse(c.1.len())));
@@ -329,7 +329,9 @@ impl<'a> Work<'a> {
         let plain = material.trim_matches('"');
         let mut number = i;
         let mut name = format!("{plain}_R{number}");
-        while self.origins.materials.contains_key(&name) || self.added.iter().any(|a| a.contains(&format!("NAME={name}"))) {
+        while self.origins.materials.contains_key(&name)
+            || self.added.iter().any(|a| a.contains(&format!("NAME={name}")))
+        {
             number += 1;
             name = format!("{plain}_R{number}");
         }
@@ -365,7 +367,11 @@ impl<'a> Work<'a> {
         // Lines by the keyword above which they stand.
         let mut blocks: BTreeMap<Option<usize>, Vec<String>> = BTreeMap::new();
         for element in updated.elements().iter().filter(|e| !known.contains(e.name.as_str())) {
-            let values: BTreeMap<&str, f64> = element.kind.properties().iter().map(|p| p.name)
+            let values: BTreeMap<&str, f64> = element
+                .kind
+                .properties()
+                .iter()
+                .map(|p| p.name)
                 .zip(element.values_at(&theta))
                 .filter_map(|(name, v)| Some((name, v.filter(|v| *v != 0.0)?)))
                 .collect();
@@ -479,7 +485,10 @@ impl<'a> Work<'a> {
             return Err(format!("part {part} has {count} instances, and what is added to it would be in each"));
         }
         let mut below = self.deck.keywords().skip_while(|k| !(k.name() == "PART" && label(k, "NAME") == part));
-        below.find(|k| k.name() == "ENDPART").map(|k| Some(k.index())).ok_or_else(|| format!("part {part} is not found"))
+        below
+            .find(|k| k.name() == "ENDPART")
+            .map(|k| Some(k.index()))
+            .ok_or_else(|| format!("part {part} is not found"))
     }
 }
 
@@ -499,7 +508,9 @@ fn own_lines(k: &Keyword<'_>, values: &BTreeMap<Place, f64>) -> Vec<String> {
     for (i, line) in k.lines().enumerate() {
         let Some(&at) = data.get(i) else { continue };
         let items: Vec<String> = (0..line.len())
-            .map(|item| values.get(&(k.index(), i, item)).map_or_else(|| line.text(item).to_string(), |v| keyword_real(*v)))
+            .map(|item| {
+                values.get(&(k.index(), i, item)).map_or_else(|| line.text(item).to_string(), |v| keyword_real(*v))
+            })
             .collect();
         if values.keys().any(|p| p.0 == k.index() && p.1 == i) {
             lines[at] = items.join(", ");

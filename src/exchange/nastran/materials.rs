@@ -74,7 +74,9 @@ pub(super) fn sheet(card: &Card<'_>) -> Result<[f64; 4], DeckError> {
     let (q11, q12, q22, q33) =
         (card.real(3, "G11")?, card.real_or(4, "G12", 0.0)?, card.real(6, "G22")?, card.real(8, "G33")?);
     if !(q11 > 0.0 && q22 > 0.0 && q33 > 0.0 && q12 * q12 < q11 * q22) {
-        return Err(card.error(Some((3, "G11")), "its stiffnesses are those of no material: not every stress stores energy"));
+        return Err(
+            card.error(Some((3, "G11")), "its stiffnesses are those of no material: not every stress stores energy")
+        );
     }
     let rest = 1.0 - q12 * q12 / (q11 * q22);
     Ok([q11 * rest, q22 * rest, q12 / q22, q33])

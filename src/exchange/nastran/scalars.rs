@@ -28,7 +28,11 @@ impl Importer<'_> {
         let ids = match card.name() {
             "SPOINT" => card.ids_from(2, "ID")?,
             // CELAS3, CELAS4, CMASS3, CMASS4: S1 and S2, zero for the ground.
-            _ => [4, 5].into_iter().filter(|n| card.text(*n) != "0").filter_map(|n| card.optional_id(n, "S").transpose()).collect::<Result<_, _>>()?,
+            _ => [4, 5]
+                .into_iter()
+                .filter(|n| card.text(*n) != "0")
+                .filter_map(|n| card.optional_id(n, "S").transpose())
+                .collect::<Result<_, _>>()?,
         };
         self.scalars.extend(ids.into_iter().map(|id| (id, false)));
         Ok(())
@@ -76,7 +80,12 @@ impl Importer<'_> {
             if let Some(n) = component.filter(|n| !matches!(card.text(*n), "" | "0" | "1")) {
                 return Err(card.error(Some((n, "C")), "a scalar point has no component; leave the field empty"));
             }
-            return Ok(Some(End { node: self.scalar_point(id), component: 0, terms: vec![(Dof::Ux, 1.0)], grid: None }));
+            return Ok(Some(End {
+                node: self.scalar_point(id),
+                component: 0,
+                terms: vec![(Dof::Ux, 1.0)],
+                grid: None,
+            }));
         }
         let (node, grid) = self.grid_of(card, field, name, id)?;
         let Some(n) = component else {

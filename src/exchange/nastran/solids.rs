@@ -87,7 +87,10 @@ fn solid<'a>(importer: &mut Importer<'a>, card: &Card<'a>) -> Result<(), DeckErr
     if is_directed {
         // The axes of an isotropic material are any.
         if property.text(4) == "-1" {
-            return Err(property.error(Some((4, "CORDM")), "a material along the axes of each element is not read; name a coordinate system"));
+            return Err(property.error(
+                Some((4, "CORDM")),
+                "a material along the axes of each element is not read; name a coordinate system",
+            ));
         }
         let (cordm, coord) = importer.coord(&property, 4, "CORDM")?;
         let n = points.len() as f64;
