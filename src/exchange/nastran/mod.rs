@@ -20,6 +20,7 @@ mod sections;
 mod shells;
 mod solids;
 mod springs;
+mod zaero;
 
 pub use importer::import;
 
@@ -92,6 +93,7 @@ pub const CARDS: &[&[CardRule]] = &[
     solids::CARDS,
     design::CARDS,
     others::CARDS,
+    zaero::CARDS,
 ];
 
 /// The rule of a card.
