@@ -279,7 +279,13 @@ impl Work<'_> {
 impl Exported {
     /// One line of what was done.
     pub fn summary(&self) -> String {
-        let cards = self.added.iter().filter(|l| !l.starts_with(['*', '$'])).count();
-        format!("{} changed, {} added", counted(self.changes.len(), "field"), counted(cards, "card"))
+        // Lines of cards go on behind a star, and keywords begin with one.
+        let is_keyed = self.added.iter().any(|l| l.starts_with("**"));
+        let begins = |l: &&String| {
+            if is_keyed { l.starts_with('*') && !l.starts_with("**") } else { !l.starts_with(['*', '$']) }
+        };
+        let count = self.added.iter().filter(begins).count();
+        let added = counted(count, if is_keyed { "keyword" } else { "card" });
+        format!("{}, {added} added", counted(self.changes.len(), "change"))
     }
 }

@@ -65,7 +65,9 @@ pub(super) fn section(
             return Err(line
                 .error(Some((i, "type")), format_args!("connections of the type `{name}` are not read{suggestion}")));
         };
-        (0..6).for_each(|c| flags[c] |= found.held[c]);
+        for c in 0..6 {
+            flags[c] |= found.held[c];
+        }
         is_axial |= found.is_axial;
         is_in_the_middle |= matches!(found.name, "BUSHING" | "PROJECTIONCARTESIAN");
     }
@@ -151,7 +153,9 @@ fn elasticity(
             None => return Err(own.error("stiffnesses that couple components are not read; give one COMPONENT each")),
         };
         if own.parameter("RIGID").is_some() {
-            components.into_iter().for_each(|c| held[c] = true);
+            for c in components {
+                held[c] = true;
+            }
             continue;
         }
         let line = own.needs_line(0, "the stiffness")?;

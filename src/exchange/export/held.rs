@@ -62,6 +62,9 @@ pub(super) fn is_damped(e: &PlacedElement) -> bool {
     e.stiffness_damping.is_some() || e.mass_damping.is_some()
 }
 
+/// The place of a property of an element, its value as the deck gives it, and the one that it should have.
+pub(super) type Wanted = (usize, Option<f64>, Option<f64>);
+
 /// Each property of an element: its place, its value as the deck gives it, and the one that it should have, with the factors on the whole
 /// stiffness and mass in it.
 ///
@@ -72,7 +75,7 @@ pub(super) fn wanted(
     new: &PlacedElement,
     theta0: &[f64],
     theta: &[f64],
-) -> Result<Vec<(usize, Option<f64>, Option<f64>)>, String> {
+) -> Result<Vec<Wanted>, String> {
     let factor = |v: &Option<Value>, at: &[f64]| v.as_ref().map_or(1.0, |v| v.at(at));
     let k = factor(&new.stiffness_factor, theta) / factor(&old.stiffness_factor, theta0);
     let m = factor(&new.mass_factor, theta) / factor(&old.mass_factor, theta0);

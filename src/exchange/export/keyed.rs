@@ -129,6 +129,9 @@ struct Wish {
     is_new: bool,
 }
 
+/// Values of items by the keyword whose elements want them; none where these disagree.
+type ByUser = BTreeMap<usize, Option<BTreeMap<Place, f64>>>;
+
 type Wishes = BTreeMap<Place, Vec<Wish>>;
 
 struct Work<'a> {
@@ -220,7 +223,7 @@ impl<'a> Work<'a> {
         for keyword in changed {
             match material_of.get(&keyword).copied() {
                 None => {
-                    let values = self.values_of(wishes, |k| k == keyword);
+                    let values = values_of(wishes, |k| k == keyword);
                     let Some(values) = self.one(&values, keyword) else { continue };
                     self.put(&values);
                 }
@@ -230,28 +233,8 @@ impl<'a> Work<'a> {
         }
     }
 
-    /// The values of some keywords' items, by the keyword that uses them; none for one whose elements disagree.
-    fn values_of(&self, wishes: &Wishes, of: impl Fn(usize) -> bool) -> BTreeMap<usize, Option<BTreeMap<Place, f64>>> {
-        let mut out: BTreeMap<usize, Option<BTreeMap<Place, f64>>> = BTreeMap::new();
-        for (place, all) in wishes.iter().filter(|w| of(w.0.0)) {
-            for wish in all {
-                let user = out.entry(wish.user).or_insert_with(|| Some(BTreeMap::new()));
-                let Some(values) = user else { continue };
-                let known = *values.entry(*place).or_insert(wish.value);
-                if !held::is_same(Some(known), Some(wish.value)) {
-                    *user = None;
-                }
-            }
-        }
-        out
-    }
-
     /// What all users of a keyword agree on.
-    fn one(
-        &mut self,
-        all: &BTreeMap<usize, Option<BTreeMap<Place, f64>>>,
-        keyword: usize,
-    ) -> Option<BTreeMap<Place, f64>> {
+    fn one(&mut self, all: &ByUser, keyword: usize) -> Option<BTreeMap<Place, f64>> {
         let first = all.values().next()?;
         let agree = first.as_ref().filter(|first| {
             all.values().flatten().count() == all.len() && all.values().flatten().all(|v| is_one(v, first))
@@ -292,7 +275,7 @@ impl<'a> Work<'a> {
     /// A material: in its place where its sections agree, else copies for those that differ from the most.
     fn material(&mut self, wishes: &Wishes, material: &str) {
         let keywords = self.origins.materials[material].clone();
-        let users = self.values_of(wishes, |k| keywords.contains(&k));
+        let users = values_of(wishes, |k| keywords.contains(&k));
         let mut classes: Vec<(BTreeMap<Place, f64>, Vec<usize>)> = Vec::new();
         for (user, values) in users {
             let Some(values) = values else {
@@ -492,6 +475,22 @@ impl<'a> Work<'a> {
     }
 }
 
+/// The values of some keywords' items, by the keyword that uses them; none for one whose elements disagree.
+fn values_of(wishes: &Wishes, of: impl Fn(usize) -> bool) -> ByUser {
+    let mut out = ByUser::new();
+    for (place, all) in wishes.iter().filter(|w| of(w.0.0)) {
+        for wish in all {
+            let user = out.entry(wish.user).or_insert_with(|| Some(BTreeMap::new()));
+            let Some(values) = user else { continue };
+            let known = *values.entry(*place).or_insert(wish.value);
+            if !held::is_same(Some(known), Some(wish.value)) {
+                *user = None;
+            }
+        }
+    }
+    out
+}
+
 /// Whether values at the same places are the same.
 fn is_one(a: &BTreeMap<Place, f64>, b: &BTreeMap<Place, f64>) -> bool {
     a.iter().all(|(place, v)| b.get(place).is_none_or(|w| held::is_same(Some(*v), Some(*w))))
@@ -507,9 +506,11 @@ fn own_lines(k: &Keyword<'_>, values: &BTreeMap<Place, f64>) -> Vec<String> {
     };
     for (i, line) in k.lines().enumerate() {
         let Some(&at) = data.get(i) else { continue };
+        let has = |item: usize| line.real_or(item, "value", 0.0).ok();
         let items: Vec<String> = (0..line.len())
-            .map(|item| {
-                values.get(&(k.index(), i, item)).map_or_else(|| line.text(item).to_string(), |v| keyword_real(*v))
+            .map(|item| match values.get(&(k.index(), i, item)) {
+                Some(v) if !held::is_same(has(item), Some(*v)) => keyword_real(*v),
+                _ => line.text(item).to_string(),
             })
             .collect();
         if values.keys().any(|p| p.0 == k.index() && p.1 == i) {
