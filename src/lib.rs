@@ -23,6 +23,7 @@ pub mod fault;
 pub mod hash;
 pub mod identify;
 pub mod matrices;
+pub mod mesh;
 pub mod modal;
 pub mod model;
 pub mod objective;

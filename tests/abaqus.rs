@@ -4,10 +4,10 @@
 //! installed, and a real bridge where its folder is there (`RETUNE_DATA`, or `../shared/data` beside this package): tests skip with a message
 //! otherwise.
 
-use retune::deck::KeywordDeck;
+use retune::deck::{KeywordChanges, KeywordDeck, keyword_real};
 use retune::exchange::{
-    Agreement, ImportOptions, Imported, KEYWORDS, Solver, compare_results, import_keywords, read_results,
-    system_by_name,
+    Agreement, ExportError, Exported, ImportOptions, Imported, KEYWORDS, Solver, compare_results, export_keywords,
+    import_keywords, read_results, system_by_name,
 };
 use retune::modal::SolveOptions;
 use retune::model::{Model, ParametricModel, Registry, load, solve_modes};
@@ -628,5 +628,140 @@ fn a_real_bridge_comes_in_as_it_stands() {
     assert_eq!((found.n_rigid, found.modes.len()), ((Some(0), 0), 10));
     for m in &found.modes {
         assert!((0.0..0.5).contains(&m.relative()), "{}: {} {}", m.number, m.solver_hz, m.model_hz);
+    }
+}
+
+/// An item, a parameter and lines are written in their places, and every other byte stays.
+#[test]
+fn only_what_changes_changes() {
+    let text = "*NODE\n1, 0., 0., 0.\n*material, name = Steel \n*ELASTIC\n  2.1E11 , .3\n*SOLID SECTION, ELSET=E,\n MATERIAL=Steel\n**\n*STEP\n";
+    let deck = deck_of(text);
+    let of = |name: &str| deck.keywords().find(|k| k.name() == name).unwrap();
+    let mut changes = KeywordChanges::default();
+    changes.real(&of("ELASTIC").line(0).unwrap(), (0, "E"), 1.9e11).unwrap();
+    changes.parameter(&deck, &of("SOLIDSECTION"), "MATERIAL", "STEEL_2").unwrap();
+    changes.add_above(&of("STEP"), &["*MASS, ELSET=M".to_string(), "1.5".to_string()]);
+    let expected = text
+        .replace("2.1E11", "190000000000.")
+        .replace("MATERIAL=Steel", "MATERIAL=STEEL_2")
+        .replace("*STEP", "*MASS, ELSET=M\n1.5\n*STEP");
+    assert_eq!(changes.apply(&deck), [expected]);
+    assert!(changes.real(&of("NODE").line(0).unwrap(), (7, "x"), 1.0).is_err());
+    assert!(changes.parameter(&deck, &of("ELASTIC"), "TYPE", "ISO").is_err());
+    assert_eq!(of("SOLIDSECTION").text(), "*SOLID SECTION, ELSET=E,\n MATERIAL=Steel");
+    for v in [0.0, 1.0, -7.8e-9, 2.1e11, 0.1 + 0.2, 6.022_140_76e23, 1.0 / 3.0] {
+        assert_eq!(keyword_real(v).parse::<f64>().unwrap(), v);
+    }
+}
+
+const SPAR: &str = "** a spar\n*NODE\n1, 0., 0., 0.\n2, 1., 0., 0.\n3, 2., 0., 0.\n*ELEMENT, TYPE=B33, ELSET=INNER\n1, 1, 2\n*ELEMENT, TYPE=B33, ELSET=OUTER\n2, 2, 3\n\
+*ELEMENT, TYPE=MASS, ELSET=TIP\n3, 3\n*ELEMENT, TYPE=SPRING1, ELSET=REST\n4, 2\n*MATERIAL, NAME=Steel\n*ELASTIC\n 2.1E11 , .3\n*DENSITY\n7800.\n\
+*BEAM SECTION, ELSET=INNER, SECTION=RECT,\n MATERIAL = Steel\n.02, .03\n0., 1., 0.\n*BEAM SECTION, ELSET=OUTER, SECTION=RECT, MATERIAL=Steel\n.02, .03\n0., 1., 0.\n\
+** the pod\n*MASS, ELSET=TIP\n 2.\n*SPRING, ELSET=REST\n2\n1000.\n*BOUNDARY\n1, 1, 6\n*STEP\n*FREQUENCY\n4\n*END STEP\n";
+
+fn learnt(edits: &[(&str, &str)]) -> Result<(Exported, Model), ExportError> {
+    let mut text = imported(SPAR, Solver::Abaqus).text;
+    for (from, to) in edits {
+        assert!(text.contains(from), "`{from}` is not in\n{text}");
+        text = text.replacen(from, to, 1);
+    }
+    let updated = load(&text, &Registry::builtin()).unwrap_or_else(|p| panic!("{}\n{text}", p[0].message)).0;
+    export_keywords(&deck_of(SPAR), &updated).map(|e| (e, updated))
+}
+
+/// A mass, a spring, a material of all and of one of its sections, a factor on a stiffness, a mass that the deck has not.
+#[test]
+fn each_change_finds_its_item() {
+    let both = [("inner: {E: 2.1e11 Pa", "inner: {E: 1.9e11 Pa"), ("outer: {E: 2.1e11 Pa", "outer: {E: 1.9e11 Pa")];
+    let cases: [(&[(&str, &str)], &[&str]); 6] = [
+        (&[("mass: 2 kg", "mass: 2.5 kg")], &["** the pod\n*MASS, ELSET=TIP\n 2.5\n"]),
+        (&[("uy: 1000 N/m", "uy: 1500 N/m")], &["*SPRING, ELSET=REST\n2\n1500.\n"]),
+        (&both, &["NAME=Steel\n*ELASTIC\n 190000000000. , .3\n"]),
+        (
+            &both[..1],
+            &[
+                "*MATERIAL, NAME=STEEL_R1\n*ELASTIC\n190000000000., .3\n*DENSITY\n7800.\n*MATERIAL, NAME=Steel\n*ELASTIC\n 2.1E11 , .3\n",
+                "MATERIAL = STEEL_R1\n.02",
+                "MATERIAL=Steel\n.02",
+            ],
+        ),
+        (
+            &[("imported:", "overrides: {outer: {stiffness: 2}}\nimported:")],
+            &["NAME=STEEL_R1\n*ELASTIC\n420000000000., .3\n", "SECTION=RECT, MATERIAL=STEEL_R1\n"],
+        ),
+        (
+            &[("masses:\n", "masses:\n  extra: {node: n2, mass: 0.5 kg}\n")],
+            &["*ELEMENT, TYPE=MASS, ELSET=RETUNE_5\n5, 2\n*MASS, ELSET=RETUNE_5\n0.5\n*STEP\n"],
+        ),
+    ];
+    for (edits, expected) in cases {
+        let (out, updated) = learnt(edits).unwrap_or_else(|e| panic!("{edits:?}: {e}"));
+        for part in expected {
+            assert!(out.files[0].contains(part), "{part}\n{}", out.files[0]);
+        }
+        for (a, b) in frequencies(&updated, 4).0.into_iter().zip(frequencies(&model(&out.files[0]), 4).0) {
+            near(a, b, 1e-9);
+        }
+    }
+}
+
+/// A width of a rectangle, a link, an arm of a mass: no item holds them by themselves, and nothing is written.
+#[test]
+fn what_no_item_holds_is_refused() {
+    for (edit, expected) in [
+        (("imported:", "overrides: {b33_1: {scale: {A: 2}}}\nimported:"), "`A` has no item in the deck"),
+        (("imported:", "rigid_links: {new: {master: n1, slaves: [n3]}}\nimported:"), "rigid_links.new: it was added"),
+        (
+            ("masses:\n", "masses:\n  extra: {node: n2, mass: 1 kg, offset: [0, 1 mm, 0]}\n"),
+            "`offset_y` of what is added",
+        ),
+        (("format: abaqus", "format: nastran"), "imported from a deck of `nastran`"),
+    ] {
+        match learnt(&[edit]) {
+            Err(e) => assert!(e.to_string().contains(expected), "{expected}\n{e}"),
+            Ok((out, _)) => panic!("{expected}\n{}", out.files[0]),
+        }
+    }
+}
+
+/// A mass on connectors: what a type holds is a rigid arm, what has elasticity a spring along the axes of the orientation.
+#[test]
+fn connectors_hold_and_give() {
+    let of = |kind: &str, behavior: &str| {
+        format!(
+            "*NODE\n1, 0., 0., 0.\n2, .5, 0., 0.\n*ELEMENT, TYPE=CONN3D2, ELSET=C\n1, 1, 2\n*ELEMENT, TYPE=MASS, ELSET=M\n2, 2\n*MASS, ELSET=M\n2.\n\
+             *ORIENTATION, NAME=O\n0., 1., 0., -1., 0., 0.\n*CONNECTOR SECTION, ELSET=C, BEHAVIOR=B\n{kind}\nO\n*CONNECTOR BEHAVIOR, NAME=B\n{behavior}*BOUNDARY\n1, 1, 6\n"
+        )
+    };
+    // Component 1 is along global y, 2 against global x, 3 along z.
+    let spring = |c: usize, k: f64| format!("*CONNECTOR ELASTICITY, COMPONENT={c}\n{k}\n");
+    let found =
+        frequencies(&model(&of("Cartesian, Align", &(spring(1, 200.) + &spring(2, 800.) + &spring(3, 1800.)))), 3).0;
+    for (f, k) in found.iter().zip([200.0, 800.0, 1800.0]) {
+        near(*f, (k / 2.0_f64).sqrt() / TAU, 1e-9);
+    }
+    // A hinge about component 1, which is y, on a spring: the mass swings along z on its arm.
+    let found = frequencies(
+        &model(
+            &of("Hinge", &spring(4, 8.0))
+                .replace("1, 1, 2\n*ELEMENT, TYPE=MASS", "1, 1, 3\n*ELEMENT, TYPE=MASS")
+                .replace("*ELEMENT, TYPE=CONN3D2", "3, 0., 0., 0.\n*ELEMENT, TYPE=CONN3D2")
+                .replace("*BOUNDARY", "*MPC\nBEAM, 2, 3\n*BOUNDARY"),
+        ),
+        1,
+    )
+    .0;
+    near(found[0], (8.0 / (2.0 * 0.25_f64)).sqrt() / TAU, 1e-9);
+    // Along the line between its nodes alone.
+    let axial = of("Axial", &spring(1, 450.0)).replace("*BOUNDARY\n", "*BOUNDARY\n2, 2, 3\n");
+    near(frequencies(&model(&axial), 1).0[0], (450.0 / 2.0_f64).sqrt() / TAU, 1e-9);
+    for (text, expected) in [
+        (of("Hing", ""), "connections of the type `HING` are not read; did you mean `HINGE`?"),
+        (of("Join", &spring(1, 3.0)), "component 1 is held by the type of the connector"),
+        (of("Bushing", "*CONNECTOR ELASTICITY\n1., 2.\n"), "stiffnesses that couple components are not read"),
+        (of("Bushing", "").replace("BEHAVIOR=B", "BEHAVIOR=A"), "there is no connector behavior `A`"),
+    ] {
+        let found = refusal(&text);
+        assert!(found.contains(expected), "{expected}\n{found}");
     }
 }

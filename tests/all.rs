@@ -22,5 +22,6 @@ mod properties;
 mod published;
 mod solver;
 mod sparse;
+mod standard_problems;
 mod uff_peer;
 mod verification;

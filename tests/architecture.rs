@@ -14,12 +14,13 @@ const IMPORTS: &[(&str, &[&str])] = &[
     ("arrays", &["linalg"]),
     ("units", &["catalogue"]),
     ("yaml", &["catalogue"]),
+    ("mesh", &["catalogue"]),
     // level 1
     ("element", &["linalg", "catalogue"]),
     ("matrices", &["linalg", "catalogue", "hash", "arrays", "element"]),
     ("modal", &["linalg"]),
     // level 2
-    ("model", &["linalg", "catalogue", "units", "yaml", "element", "matrices", "modal"]),
+    ("model", &["linalg", "catalogue", "units", "yaml", "mesh", "element", "matrices", "modal"]),
     ("data", &["linalg", "catalogue", "units", "yaml", "arrays", "element"]),
     // level 3
     ("fault", &["linalg", "catalogue", "units", "model", "data"]),

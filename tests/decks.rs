@@ -313,6 +313,113 @@ fn plates_vibrate_as_plates() {
     near(frequencies(&model(&deck), 1)[0], expected, 0.03);
 }
 
+/// A chain of a grid and two scalar points, one of them named by elements alone: det(K - ω² M) = 0, and the mass of the structure is the grid's.
+#[test]
+fn scalar_points_are_coordinates() {
+    let deck = "CEND\nSPC=1\nBEGIN BULK\nGRID,1,,1.,2.,3.\nSPOINT,11,13\nCONM2,1,1,,3.\nCELAS2,2,500.,1,3\nCELAS1,3,7,1,3,11\nPELAS,7,200.\nCMASS4,4,1.5,11\n\
+                CELAS4,5,100.,11,12\nCMASS3,6,8,12\nPMASS,8,.5\nCELAS3,7,9,12,13\nPELAS,9,50.\nSPC1,1,12456,1\nSPC,1,13\nENDDATA\n";
+    let m = model(deck);
+    for f in frequencies(&m, 3) {
+        let l = (TAU * f).powi(2);
+        let [a, b, c] = [700.0 - 3.0 * l, 300.0 - 1.5 * l, 150.0 - 0.5 * l];
+        let det = a * (b * c - 1e4) - 4e4 * c;
+        assert!(det.abs() < 1e-6 * (700.0 * 300.0 * 150.0), "{f}: {det}");
+    }
+    near(m.mass_properties(&m.parameters().nominal()).unwrap().unwrap().mass, 3.0, 1e-12);
+    let refused = refusal("GRID,1\nSPOINT,5\nCELAS2,1,9.,5,3\n");
+    assert!(refused.contains("a scalar point has no component"), "{refused}");
+    let refused = refusal("GRID,1\nCELAS4,1,9.,1\n");
+    assert!(refused.contains("a scalar point has this number too"), "{refused}");
+}
+
+/// MAT9 and MAT11 with the constants of a MAT1 are that MAT1, and so is MAT2 in a shell; CQUAD8 without grids on its edges is a CQUAD4.
+#[test]
+fn directed_materials_are_the_isotropic_one_where_they_agree() {
+    let (e, nu) = (7e10, 0.3);
+    let g = e / (2.0 * (1.0 + nu));
+    let (g11, g12) = (e * (1.0 - nu) / ((1.0 + nu) * (1.0 - 2.0 * nu)), e * nu / ((1.0 + nu) * (1.0 - 2.0 * nu)));
+    let solid = |material: &str| {
+        let mut deck =
+            format!("CEND\nSPC=1\nBEGIN BULK\nPSOLID,1,1,5\nCORD2R,5,,0.,0.,0.,1.,2.,3.\n,1.,0.,0.\n{material}\n");
+        for i in 0..=3 {
+            for (j, [y, z]) in [[0.0, 0.0], [0.2, 0.0], [0.2, 0.3], [0.0, 0.3]].into_iter().enumerate() {
+                deck += &format!("GRID,{},,{:.1},{y},{z}\n", 4 * i + j + 1, 0.4 * i as f64);
+            }
+            if i < 3 {
+                let n: Vec<String> = (1..=8).map(|k| (4 * i + k).to_string()).collect();
+                deck += &format!(
+                    "CHEXA,{},1,{},{},{},{},{},{}\n,{},{}\n",
+                    i + 1,
+                    n[0],
+                    n[1],
+                    n[2],
+                    n[3],
+                    n[4],
+                    n[5],
+                    n[6],
+                    n[7]
+                );
+            }
+        }
+        frequencies(&model(&(deck + "SPC1,1,123,1,THRU,4\nENDDATA\n")), 5)
+    };
+    let plain = solid("MAT1,1,7.+10,,.3,2700.");
+    let full = solid(&format!(
+        "MAT9,1,{g11:.10e},{g12:.10e},{g12:.10e},0.,0.,0.,{g11:.10e}\n,{g12:.10e},0.,0.,0.,{g11:.10e},0.,0.,0.\n,{g:.10e},0.,0.,{g:.10e},0.,{g:.10e},2700."
+    ));
+    let engineer = solid(&format!("MAT11,1,7.+10,7.+10,7.+10,.3,.3,.3,{g:.10e}\n,{g:.10e},{g:.10e},2700."));
+    for i in 0..5 {
+        near(full[i], plain[i], 1e-8);
+        near(engineer[i], plain[i], 1e-8);
+    }
+    // A cantilever of two by two shells.
+    let shell = |material: &str, card: &str, middles: bool| {
+        let mut deck = format!("CEND\nSPC=1\nBEGIN BULK\nPSHELL,1,1,.01,1,,1\n{material}\n");
+        for i in 0..=8 {
+            for j in 0..=8 {
+                deck +=
+                    &format!("GRID,{},,{:.3},{:.3},0.\n", 1 + 9 * i + j, 0.125 * f64::from(i), 0.125 * f64::from(j));
+            }
+        }
+        let step = if middles { 2 } else { 1 };
+        for i in (0..8).step_by(step) {
+            for j in (0..8).step_by(step) {
+                let at = |a: usize, b: usize| 1 + 9 * (i + a) + j + b;
+                let corners = [at(0, 0), at(step, 0), at(step, step), at(0, step)];
+                let mut nodes: Vec<String> = corners.iter().map(ToString::to_string).collect();
+                if middles {
+                    nodes.extend([at(1, 0), at(2, 1), at(1, 2), at(0, 1)].iter().map(ToString::to_string));
+                    deck +=
+                        &format!("{card},{},1,{}\n,{}\n", 1000 + 9 * i + j, nodes[..6].join(","), nodes[6..].join(","));
+                } else {
+                    deck += &format!("{card},{},1,{}\n", 1000 + 9 * i + j, nodes.join(","));
+                }
+            }
+        }
+        frequencies(&model(&(deck + "SPC1,1,123456,1,THRU,9\nENDDATA\n")), 4)
+    };
+    let mat1 = "MAT1,1,7.+10,,.3,2700.";
+    let plain = shell(mat1, "CQUAD4", false);
+    let (q11, q12) = (e / (1.0 - nu * nu), nu * e / (1.0 - nu * nu));
+    let sheet = shell(&format!("MAT2,1,{q11:.10e},{q12:.10e},0.,{q11:.10e},0.,{g:.10e},2700."), "CQUAD4", false);
+    let corners = shell(mat1, "CQUAD8", false);
+    let patches = shell(mat1, "CQUAD8", true);
+    for i in 0..4 {
+        near(sheet[i], plain[i], 1e-8);
+        near(corners[i], plain[i], 1e-12);
+        near(patches[i], plain[i], 0.08);
+    }
+    for (material, message) in [
+        ("MAT9,1,1.,2.,0.,0.,0.,0.,1.\n,0.,,,,1.\n,1.,,,1.,,1.", "not every stress stores energy"),
+        ("MAT9,1,1.,0.,0.,.1,0.,0.,1.\n,0.,,,,1.\n,1.,,,1.,,1.", "couples stretching with shear"),
+    ] {
+        let found = refusal(&format!(
+            "{material}\nPSOLID,1,1\nGRID,1\nGRID,2,,1.\nGRID,3,,0.,1.\nGRID,4,,0.,0.,1.\nCTETRA,1,1,1,2,3,4\n"
+        ));
+        assert!(found.contains(message), "{found}");
+    }
+}
+
 /// What the model cannot hold, and what is wrong, is refused by file, line, card and field.
 #[test]
 fn refusals_name_card_and_field() {

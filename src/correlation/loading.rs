@@ -3,8 +3,8 @@
 use super::CorrelationError;
 use super::observe::{locate, sensor_position};
 use crate::data::{Place, Sensor};
-use crate::model::Model;
 use crate::model::spec::{MassSpec, ModelSpec};
+use crate::model::{Model, ParametricModel};
 use crate::units::Scalar;
 
 /// The model file with the masses of the sensors added, and their sum, kg.
@@ -82,6 +82,18 @@ pub fn transducers<'a>(
         let (point, _) = locate(model, sensor, None)?;
         let shares = match &sensor.place {
             Place::Node { node, .. } => vec![(node.clone(), 1.0)],
+            Place::Element { element, position: Some(place), .. }
+                if matches!(model.point_near(element, *place), Ok(Some(_))) =>
+            {
+                // On a surface or a volume: at the node of the part that is nearest.
+                let nodes = model.element_set(element).into_iter().flatten().flat_map(|&e| &model.elements()[e].nodes);
+                let distance = |n: &usize| {
+                    let p = model.geometry().positions[*n];
+                    (0..3).map(|k| (p[k] - place[k]).powi(2)).sum::<f64>()
+                };
+                let nearest = nodes.copied().min_by(|a, b| distance(a).total_cmp(&distance(b)));
+                nearest.map(|n| vec![(names[n].clone(), 1.0)]).unwrap_or_default()
+            }
             Place::Element { element, fraction, .. } => {
                 let ends = model.element_set(element).and_then(|set| {
                     let first = model.elements()[*set.first()?].nodes.first()?;

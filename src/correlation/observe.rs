@@ -20,7 +20,7 @@ const MOST_ENTRIES: usize = 125_000_000;
 /// (n_sensor) = (n_sensor x n_dof) (n_dof)
 /// ```
 ///
-/// P is a node or a point of an element, by its shape functions; where they depend on θ, in the middle of the bounds. A node of a
+/// P is a node or a point of an element, by its shape functions (of a surface or a volume the point nearest to p); where they depend on θ, in the middle of the bounds. A node of a
 /// support that gives stands still here and moves in [`observation_matrix_at`].
 ///
 /// Errors: a sensor names a node or element that the model does not have.
@@ -41,6 +41,11 @@ pub fn observation_matrix_at(
 /// those that a support moves that gives.
 pub fn varying_sensors(model: &dyn ParametricModel, sensors: &[Sensor], theta: &[f64]) -> Vec<usize> {
     let varies = |sensor: &Sensor| match &sensor.place {
+        Place::Element { position: Some(place), element, .. }
+            if matches!(model.point_near(element, *place), Ok(Some(_))) =>
+        {
+            false
+        }
         Place::Element { element, fraction, .. } => matches!(model.point_at(element, *fraction, theta), Ok(Some(_))),
         Place::Node { node, .. } => {
             let node = model.dof_map().node(node);
@@ -179,6 +184,11 @@ pub(super) fn locate(
             Ok((varying.unwrap_or_else(fixed), *position))
         }
         Place::Element { element, fraction, position } => {
+            if let Some(place) = position
+                && let Some(point) = model.point_near(element, *place).map_err(failed)?
+            {
+                return Ok((point, *position));
+            }
             let varying = theta.map(|t| model.point_at(element, *fraction, t)).transpose().map_err(failed)?.flatten();
             let point = if varying.is_some() { varying } else { model.point(element, *fraction).map_err(failed)? };
             let point = point.ok_or_else(|| CorrelationError::UnknownPlace {

@@ -185,7 +185,8 @@ impl Pass {
             let line = full.trim_end_matches(['\n', '\r']);
             let trimmed = line.trim();
             let place = Line { file, number, start: start as u32, end: (start + line.len()) as u32 };
-            if trimmed.starts_with("**") {
+            // A star alone is one of CalculiX.
+            if trimmed.starts_with("**") || trimmed == "*" {
                 self.deck.comments.push(place);
                 continue;
             }
@@ -431,6 +432,31 @@ impl<'a> Keyword<'a> {
         (self.deck.sources[entry.file as usize].name(), entry.line as usize)
     }
 
+    /// Its file, and the bytes from its name to the end of its last data line in that file.
+    pub(super) fn span(&self) -> (u32, usize, usize) {
+        let entry = self.entry();
+        let text = self.deck.sources[entry.file as usize].text();
+        let starts = |line: u32| text.split_inclusive('\n').take(line as usize - 1).map(str::len).sum::<usize>();
+        let start = starts(entry.line);
+        let own = &self.deck.lines[entry.first as usize..(entry.first + entry.count) as usize];
+        let last = own.iter().rev().find(|l| l.file == entry.file).map(|l| l.end as usize);
+        // Of a keyword without data: the lines that end with a comma, and the one behind them.
+        let mut head = start;
+        for line in text[start..].split_inclusive('\n') {
+            head += line.len();
+            if !line.trim_end().ends_with(',') {
+                break;
+            }
+        }
+        (entry.file, start, last.unwrap_or(head).min(text.len()))
+    }
+
+    /// Its lines as they stand in its file, data of other files not among them.
+    pub fn text(&self) -> &'a str {
+        let (file, start, end) = self.span();
+        self.deck.sources[file as usize].text()[start..end].trim_end_matches(['\n', '\r'])
+    }
+
     /// An error at it.
     pub fn error(&self, message: impl fmt::Display) -> DeckError {
         let (file, line) = self.place();
@@ -463,6 +489,14 @@ impl<'a> DataLine<'a> {
     /// An item, from 0; empty where there is none.
     pub fn text(&self, i: usize) -> &'a str {
         self.items.get(i).map_or("", |t| t.trim())
+    }
+
+    /// File and bytes of an item without the blanks around it; `None` where there is none.
+    pub(super) fn span(&self, i: usize) -> Option<(u32, usize, usize)> {
+        let item = self.items.get(i).filter(|t| !t.trim().is_empty())?;
+        let before: usize = self.items[..i].iter().map(|t| t.len() + 1).sum();
+        let start = self.line.start as usize + before + (item.len() - item.trim_start().len());
+        Some((self.line.file, start, start + item.trim().len()))
     }
 
     /// An error at an item.

@@ -8,7 +8,7 @@ use super::{About, Effect};
 use crate::element::Dof;
 use crate::model::spec::OverrideSpec;
 
-#[doc = "Mass along a chain, an element or a group that the model lacks: skin, wiring, paint, fuel."]
+#[doc = "Mass along a chain, an element or a group, or over a skin, that the model lacks: wiring, paint, fuel."]
 #[derive(Debug, Clone, Copy)]
 pub struct DistributedMass;
 
@@ -19,11 +19,11 @@ impl Effect for DistributedMass {
 
     fn about(&self) -> About {
         About {
-            summary: "Mass along a chain, an element or a group that the model lacks: skin, wiring, paint, fuel.",
+            summary: "Mass along a chain, an element or a group, or over a skin, that the model lacks: wiring, paint, fuel.",
             signature: "Lowers all modes, those with much motion of the member more; the modes of one chain keep their \
                     ratios.",
-            formulation: "M gains ∫ μ |v|² dx over the beams by `added_mass_per_length`, on the mass axis; μ = 0 leaves \
-                    it.",
+            formulation: "M gains ∫ μ |v|² dx over the beams by `added_mass_per_length`, on the mass axis, or over the \
+                    area of shells by `mass_per_area`; μ = 0 leaves it.",
             confusable: &["point-mass", "air-mass", "stiffness-change", "taper"],
             references: &[
                 "R. D. Blevins, Formulas for Natural Frequency and Mode Shape, 1979",
@@ -36,7 +36,8 @@ impl Effect for DistributedMass {
         let translates = |p: &super::Part| [Dof::Ux, Dof::Uy, Dof::Uz].into_iter().any(|d| structure.part_moves(p, d));
         structure.places(|p| {
             structure.total_mass() > 0.0
-                && p.elements.iter().all(|&e| structure.is_beam(e))
+                && (p.elements.iter().all(|&e| structure.is_beam(e))
+                    || p.kind != PartKind::Mass && p.elements.iter().all(|&e| structure.is_shell(e)))
                 && translates(p)
                 // Single elements of a rigid body are not told apart.
                 && (p.kind != PartKind::Element || p.elements.iter().any(|&e| structure.deforms(e)))
@@ -46,15 +47,17 @@ impl Effect for DistributedMass {
     fn patch(&self, structure: &Structure<'_>, at: &Location) -> Result<Patch, PatchError> {
         let parts = structure.parts_at(self.name(), at)?;
         let mut b = Builder::new(self.name(), at);
-        let length = structure.rigidity(&parts[0].elements).length;
-        let typical = 0.02 * structure.total_mass() / length;
-        let about = format!("mass per length missing along {}", at.place());
-        let mu = b.parameter("mass_per_length", "kg/m", typical, [0.0, 25.0 * typical], &about);
-        b.change(
-            "",
-            &entries(&parts),
-            OverrideSpec { add: entry("added_mass_per_length", &mu), ..OverrideSpec::default() },
-        );
+        let is_skin = structure.is_shell(parts[0].elements[0]);
+        let (size, unit, quantity, property, words) = if is_skin {
+            (structure.area(&parts[0].elements), "kg/m2", "mass_per_area", "mass_per_area", "mass per area missing on")
+        } else {
+            let length = structure.rigidity(&parts[0].elements).length;
+            (length, "kg/m", "mass_per_length", "added_mass_per_length", "mass per length missing along")
+        };
+        let typical = 0.02 * structure.total_mass() / size;
+        let about = format!("{words} {}", at.place());
+        let mu = b.parameter(quantity, unit, typical, [0.0, 25.0 * typical], &about);
+        b.change("", &entries(&parts), OverrideSpec { add: entry(property, &mu), ..OverrideSpec::default() });
         Ok(b.finish())
     }
 }

@@ -31,6 +31,7 @@ mod distributed_mass;
 mod eccentric_mass;
 mod edit;
 mod end_flexibility;
+mod fibre_angle;
 mod flow;
 mod ground_dashpot;
 mod ground_spring;
@@ -63,6 +64,7 @@ mod taper;
 #[cfg(test)]
 mod tests;
 mod text;
+mod thickness_change;
 mod timoshenko;
 mod torsion_stiffness_change;
 
@@ -89,6 +91,7 @@ catalogue! {
     connection::Connection,
     distributed_mass::DistributedMass,
     eccentric_mass::EccentricMass,
+    fibre_angle::FibreAngle,
     ground_dashpot::GroundDashpot,
     ground_spring::GroundSpring,
     joint_flexibility::JointFlexibility,
@@ -113,6 +116,7 @@ catalogue! {
     stiffness_change::StiffnessChange,
     stiffness_damping::StiffnessDamping,
     taper::Taper,
+    thickness_change::ThicknessChange,
     timoshenko::Timoshenko,
     torsion_stiffness_change::TorsionStiffnessChange,
 }

@@ -44,6 +44,7 @@ impl Effect for RootFlexibility {
     fn locations(&self, structure: &Structure<'_>) -> Vec<Location> {
         let mut all = structure.end_places(Joint::Root, &Dof::ALL);
         all.extend(structure.shared_supports());
+        all.extend(structure.supports_of_edges());
         all
     }
 
@@ -54,6 +55,9 @@ impl Effect for RootFlexibility {
     fn patch(&self, structure: &Structure<'_>, at: &Location) -> Result<Patch, PatchError> {
         // What a support stands on has nothing to do with the member that ends there, which may be a short stub.
         let soft = |dof: Dof| 1.0 / structure.generalised_stiffness(dof);
+        if at.kind == LocationKind::Group {
+            return of_edge(self.name(), structure, at);
+        }
         if at.kind != LocationKind::Node {
             return flexible_end(self.name(), structure, at, soft);
         }
@@ -69,4 +73,21 @@ impl Effect for RootFlexibility {
         b.edit(Edit::AddSupport { name, entry: spring });
         Ok(b.finish())
     }
+}
+
+/// A support of many nodes that gives at all of them alike.
+fn of_edge(effect: &'static str, structure: &Structure<'_>, at: &Location) -> Result<Patch, PatchError> {
+    let unknown = || PatchError::unknown_place(effect, &at.to_string(), &[]);
+    let dof = Dof::from_name(at.direction()).ok_or_else(unknown)?;
+    let nodes = structure.nodes_of_support(at.names.first().ok_or_else(unknown)?);
+    let mut b = Builder::new(effect, at);
+    // Each of n nodes bears an n-th of it.
+    let soft = nodes.len() as f64 / structure.generalised_stiffness(dof);
+    let about = format!("compliance of each of the {} nodes of the support {} in {dof}", nodes.len(), at.place());
+    let c = b.parameter("compliance", dof.compliance_unit(), 0.05 * soft, [0.0, 50.0 * soft], &about);
+    let name = b.stem().to_string();
+    let nodes = Some(structure.written_nodes(&nodes));
+    let spring = SupportSpec { node: None, nodes, fixed: Some(Vec::new()), compliance: entry(at.direction(), &c) };
+    b.edit(Edit::AddSupport { name, entry: spring });
+    Ok(b.finish())
 }

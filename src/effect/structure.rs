@@ -11,6 +11,7 @@ mod places;
 mod reach;
 mod runs;
 mod scale;
+mod skins;
 
 use super::edit::PatchError;
 use super::location::{ALL_AXES, BENDING, Location, LocationKind};
@@ -19,6 +20,7 @@ use crate::linalg::DMatrix;
 use crate::model::{Model, ParametricModel, dot, extent};
 pub(in crate::effect) use joint_ends::JointEnd;
 use mirror::{Mirror, element_partners};
+use std::collections::HashSet;
 use std::sync::OnceLock;
 
 /// What is known beside the model; everything is optional.
@@ -294,7 +296,7 @@ impl<'a> Structure<'a> {
             return a.shares_name(b);
         }
         let elements = |at: &Location| -> Vec<usize> { at.names.iter().flat_map(|n| self.elements_of(n)).collect() };
-        let others = elements(b);
+        let others: HashSet<usize> = elements(b).into_iter().collect();
         elements(a).iter().any(|e| others.contains(e))
     }
 
@@ -325,14 +327,22 @@ impl<'a> Structure<'a> {
         self.model.n_named_nodes()
     }
 
-    /// Whether a dof of a node moves.
+    /// Whether a dof of a node moves; a coordinate is no point that could.
     pub fn node_moves(&self, node: usize, dof: Dof) -> bool {
-        !self.model.dof_map().express(node, dof).is_empty()
+        !self.is_coordinate(node) && !self.model.dof_map().express(node, dof).is_empty()
+    }
+
+    /// Whether a node is no point but a coordinate.
+    fn is_coordinate(&self, node: usize) -> bool {
+        self.model.dof_map().is_coordinate(node)
     }
 
     /// Whether a support holds a node in a direction in which others move.
     pub fn is_supported(&self, node: usize) -> bool {
-        [Dof::Ux, Dof::Uy, Dof::Uz].into_iter().any(|dof| !self.node_moves(node, dof) && self.any_node_moves(dof))
+        !self.is_coordinate(node)
+            && [Dof::Ux, Dof::Uy, Dof::Uz]
+                .into_iter()
+                .any(|dof| !self.node_moves(node, dof) && self.any_node_moves(dof))
     }
 
     /// Whether some node moves in a direction.
@@ -505,7 +515,8 @@ impl<'a> Structure<'a> {
     /// Names of the entries of the file whose elements strain: members, springs, other elements, each once.
     pub(super) fn stiff_entries(&self, with_springs: bool) -> Vec<String> {
         let spec = self.model.spec();
-        let members = spec.beams.keys().chain(spec.bars.keys()).chain(spec.superelements.keys());
+        let of_mesh = spec.mesh.iter().flat_map(|m| m.parts.keys());
+        let members = spec.beams.keys().chain(spec.bars.keys()).chain(spec.superelements.keys()).chain(of_mesh);
         let others = spec.springs.keys().chain(spec.bushings.keys()).chain(spec.elements.keys());
         let all: Vec<&String> = if with_springs { members.chain(others).collect() } else { members.collect() };
         all.into_iter()

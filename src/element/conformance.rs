@@ -46,7 +46,7 @@ const ROUNDING: f64 = 1e-12;
 /// * *units*: in other units of length, mass and time the matrices are the same quantities
 /// * *properties*: each one changes K, M or C in some sample
 /// * *refusals*: NaN, infinity and a number outside a property's domain, and a wrong count of nodes or values
-/// * *interpolation*: a rigid motion of the nodes is the same rigid motion along the element
+/// * *interpolation*: a rigid motion of the nodes is the same rigid motion along the element, and at any point of a surface or a volume
 pub fn check(element: &dyn Element) -> Result<(), Vec<Breach>> {
     let mut report = Report(Vec::new());
     declaration(element, &mut report);
@@ -147,6 +147,7 @@ fn one_sample(
         *alive |= matters(element, &input, i, &dense);
     }
     refusals(element, &input, report);
+    nearest(element, &input, &rigid, report)?;
     interpolation(element, &input, &rigid, report)
 }
 
@@ -414,6 +415,35 @@ fn refusals(element: &dyn Element, input: &ElementInput<'_>, report: &mut Report
     let more = [input.values, &[None]].concat();
     report.unless(refused(input.points, &more), rule, || "one value too many is accepted".into());
     report.unless(refused(&[], input.values), rule, || "an element without nodes is accepted".into());
+}
+
+/// The nearest point of a surface or a volume: a rigid motion of the nodes is the same there; a node is nearest to itself.
+fn nearest(
+    element: &dyn Element,
+    input: &ElementInput<'_>,
+    rigid: &DMatrix<f64>,
+    report: &mut Report,
+) -> Result<(), ElementError> {
+    let middle: [f64; 3] =
+        std::array::from_fn(|i| input.points.iter().map(|p| p[i]).sum::<f64>() / input.points.len().max(1) as f64);
+    for place in input.points.iter().copied().chain([middle]) {
+        let Some(found) = element.nearest(input, place)? else { return Ok(()) };
+        let there = rigid_modes(&[found.at]);
+        let reach = input.points.iter().flatten().fold(0.0_f64, |a, x| a.max(x.abs()));
+        let off = (0..3).map(|i| (found.at[i] - place[i]).abs()).fold(0.0, f64::max);
+        // The middle of the nodes of a warped surface lies on it by its functions.
+        report.unless(off <= 1e-8 * reach, "nearest", || format!("the point at {place:?} is found {off:.2e} m off"));
+        for (i, row) in found.rows.iter().enumerate() {
+            for j in 0..6 {
+                let parts = row.iter().enumerate().map(|(k, r)| r * rigid[(k, j)]);
+                let (sum, size) = parts.fold((0.0, 1.0_f64), |(s, a), x| (s + x, a + x.abs()));
+                report.unless((sum - there[(i, j)]).abs() <= 1e-9 * size, "nearest", || {
+                    format!("rigid motion {j} gives {sum} in dof {i}, not {}", there[(i, j)])
+                });
+            }
+        }
+    }
+    Ok(())
 }
 
 /// N(ξ) R = R(ξ): rigid motion of the nodes is rigid motion along the element.

@@ -55,6 +55,15 @@ macro_rules! meshed {
                 super::kernel::mass(&$integrated, input)
             }
 
+            fn nearest(
+                &self,
+                input: &crate::element::ElementInput<'_>,
+                place: [f64; 3],
+            ) -> Result<Option<crate::element::PointWithin>, crate::element::ElementError> {
+                input.check(self)?;
+                super::kernel::nearest(&$integrated, input, place).map(Some)
+            }
+
             fn lacks(&self, input: &crate::element::ElementInput<'_>) -> Vec<crate::element::Lack> {
                 super::material::lacks(input)
             }

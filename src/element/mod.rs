@@ -177,6 +177,14 @@ pub trait Element: fmt::Debug + Send + Sync {
         Ok(rows)
     }
 
+    /// The point of a surface or of a volume that is nearest to a place, and how it moves; `None`, the default, for what is neither.
+    ///
+    /// * `place` - in element axes, relative to the first node, m
+    fn nearest(&self, input: &ElementInput<'_>, place: [f64; 3]) -> Result<Option<PointWithin>, ElementError> {
+        let _ = (input, place);
+        Ok(None)
+    }
+
     /// The stiffness in parts by kind of strain, which sum to [`Self::stiffness`]; `None`, the default, where it is not known.
     fn strain_parts(&self, input: &ElementInput<'_>) -> Result<Option<StrainParts>, ElementError> {
         let _ = input;
@@ -211,6 +219,15 @@ pub trait Element: fmt::Debug + Send + Sync {
     fn samples(&self) -> Vec<Sample> {
         Vec::new()
     }
+}
+
+/// A point of a surface or of a volume.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PointWithin {
+    /// Where it is, in element axes, relative to the first node, m.
+    pub at: [f64; 3],
+    /// Row i times the dofs of the element, six a node, is `Dof::ALL[i]` there, in element axes.
+    pub rows: [Vec<f64>; 6],
 }
 
 /// A stiffness by kinds of strain, each in element axes; springs at the ends count as the strain that they add to.

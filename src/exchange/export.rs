@@ -8,14 +8,17 @@
 
 mod added;
 mod cards;
+mod held;
+mod keyed;
+
+pub use keyed::export_keywords;
 
 use super::imported::{Bound, ImportOptions, Imported, Origins, Solver};
 use super::nastran::import;
 use super::system::{Quantity, System, system_by_name};
 use crate::catalogue::counted;
 use crate::deck::{CardId, Changes, Deck, DeckError};
-use crate::element::Property;
-use crate::model::{Model, ModelSpec, ParametricModel, PlacedElement, Registry, load};
+use crate::model::{Model, ParametricModel, PlacedElement, Registry, load};
 use std::collections::{BTreeMap, HashMap};
 
 /// A deck with what was learnt in it.
@@ -51,9 +54,6 @@ pub enum ExportError {
     Refused(Vec<String>),
 }
 
-/// Values that differ by less are the same: the same text gives the same bits, and sums of products differ by rounding.
-const SAME: f64 = 1e-12;
-
 /// A heading above the cards that are added.
 pub(super) const HEADING: &str = "$ --- added by retune ---";
 
@@ -86,7 +86,7 @@ pub fn export(deck: &Deck, updated: &Model) -> Result<Exported, ExportError> {
         rewritten: Vec::new(),
         rounding: 0.0,
     };
-    work.same_structure(base.spec(), spec);
+    work.refused = held::structure(base.spec(), spec);
     work.variables(&base, updated);
     work.elements(&base, updated);
     work.write();
@@ -138,37 +138,6 @@ impl Work<'_> {
         }
     }
 
-    /// Supports, links and constraints have to be as they were.
-    fn same_structure(&mut self, base: &ModelSpec, updated: &ModelSpec) {
-        fn differences<T: PartialEq>(
-            room: &str,
-            base: &crate::model::spec::Named<T>,
-            updated: &crate::model::spec::Named<T>,
-            out: &mut Vec<String>,
-        ) {
-            for (name, entry) in base {
-                match updated.get(name) {
-                    None => out.push(format!("{room}.{name}: it was taken out, and export does not delete cards")),
-                    Some(now) if now != entry => {
-                        out.push(format!("{room}.{name}: it changed, and no field holds that; edit the card"));
-                    }
-                    Some(_) => {}
-                }
-            }
-            for name in updated.keys().filter(|n| !base.contains_key(*n)) {
-                out.push(format!(
-                    "{room}.{name}: it was added, and export writes no card for it; add it to the deck by hand"
-                ));
-            }
-        }
-        let mut out = Vec::new();
-        differences("supports", &base.supports, &updated.supports, &mut out);
-        differences("rigid_links", &base.rigid_links, &updated.rigid_links, &mut out);
-        differences("weighted_links", &base.weighted_links, &updated.weighted_links, &mut out);
-        differences("constraints", &base.constraints, &updated.constraints, &mut out);
-        self.refused.extend(out);
-    }
-
     fn elements(&mut self, base: &Model, updated: &Model) {
         let (theta0, theta) = (base.parameters().nominal(), updated.parameters().nominal());
         let now: HashMap<&str, &PlacedElement> = updated.elements().iter().map(|e| (e.name.as_str(), e)).collect();
@@ -186,19 +155,11 @@ impl Work<'_> {
                 self.refuse(format!("{}: it was taken out or divided, and export does not delete cards", element.path));
                 continue;
             };
-            let names = |m: &Model, e: &PlacedElement| -> Vec<String> {
-                e.nodes.iter().map(|n| m.geometry().names[*n].clone()).collect()
-            };
-            let turned =
-                element.axes.iter().flatten().zip(new.axes.iter().flatten()).any(|(a, b)| (a - b).abs() > 1e-9);
-            let moved =
-                element.arms.iter().flatten().zip(new.arms.iter().flatten()).any(|(a, b)| (a - b).abs() > 1e-10 * size);
-            let other_kind = element.kind.name() != new.kind.name() || names(base, element) != names(updated, new);
-            if other_kind || turned || moved || element.arms.len() != new.arms.len() {
-                self.refuse(format!("{}: its nodes, axes or offsets changed, and export writes values only", new.path));
+            if let Some(why) = held::is_other(base, updated, element, new) {
+                self.refuse(why);
                 continue;
             }
-            if new.stiffness_damping.is_some() || new.mass_damping.is_some() {
+            if held::is_damped(new) {
                 self.refuse(format!("{}: damping of an element has no field on its cards", new.path));
             }
             self.values(element, new, &theta0, &theta);
@@ -212,7 +173,7 @@ impl Work<'_> {
         for (name, card) in names {
             let of = |m: &Model| m.parameters().index_of(name).map(|i| m.parameters().nominal()[i]);
             match (of(base), of(updated)) {
-                (Some(old), Some(new)) if (old - new).abs() > SAME * old.abs().max(new.abs()) => {
+                (Some(old), Some(new)) if (old - new).abs() > held::SAME * old.abs().max(new.abs()) => {
                     self.put((card, 4, "XINIT"), new);
                 }
                 (Some(_), None) => {
@@ -245,20 +206,13 @@ impl Work<'_> {
     /// The new values of one element, with the factors on its whole stiffness and mass in them.
     fn values(&mut self, old: &PlacedElement, new: &PlacedElement, theta0: &[f64], theta: &[f64]) {
         let properties = old.kind.properties();
-        let value = |e: &PlacedElement, i: usize, at: &[f64]| e.values[i].as_ref().map(|v| v.at(at));
-        let factor = |v: &Option<crate::model::Value>, at: &[f64]| v.as_ref().map_or(1.0, |v| v.at(at));
-        let k = factor(&new.stiffness_factor, theta) / factor(&old.stiffness_factor, theta0);
-        let m = factor(&new.mass_factor, theta) / factor(&old.mass_factor, theta0);
-        let mut wanted: Vec<(usize, Option<f64>, Option<f64>)> = Vec::new();
-        for i in 0..properties.len() {
-            let (before, mut after) = (value(old, i, theta0), value(new, i, theta));
-            after = after.map(|v| v * scale(&properties[i], k, m));
-            wanted.push((i, before, after));
-        }
-        if (k != 1.0 || m != 1.0) && !scales(old.kind.name()) {
-            self.refuse(format!("{}: a factor on the whole matrix of a {} has no field", new.path, old.kind.name()));
-            return;
-        }
+        let wanted = match held::wanted(old, new, theta0, theta) {
+            Ok(wanted) => wanted,
+            Err(why) => {
+                self.refuse(why);
+                return;
+            }
+        };
         let Some(origin) = self.origins.elements.get(&old.name) else {
             self.refuse(format!("{}: nothing says which card it comes from", new.path));
             return;
@@ -266,13 +220,7 @@ impl Work<'_> {
         let section = origin.section.as_ref().and_then(|s| self.origins.sections.get(s));
         let bounds: Vec<&Bound> = origin.bounds.iter().chain(section.into_iter().flatten()).collect();
         let bound_of = |name: &str| bounds.iter().find(|b| b.property == name).copied();
-        let is_same = |a: Option<f64>, b: Option<f64>| match (a, b) {
-            (Some(a), Some(b)) => (a - b).abs() <= SAME * a.abs().max(b.abs()),
-            (None, Some(b)) => b == 0.0,
-            (Some(a), None) => a == 0.0,
-            (None, None) => true,
-        };
-        let changed: Vec<usize> = wanted.iter().filter(|w| !is_same(w.1, w.2)).map(|w| w.0).collect();
+        let changed: Vec<usize> = wanted.iter().filter(|w| !held::is_same(w.1, w.2)).map(|w| w.0).collect();
         // A Poisson's ratio that gives G stands for it: E alone carries a factor.
         if changed.iter().any(|&i| bound_of(properties[i].name).is_none()) {
             let all: Vec<(String, f64)> =
@@ -331,25 +279,13 @@ impl Work<'_> {
 impl Exported {
     /// One line of what was done.
     pub fn summary(&self) -> String {
-        let cards = self.added.iter().filter(|l| !l.starts_with(['*', '$'])).count();
-        format!("{} changed, {} added", counted(self.changes.len(), "field"), counted(cards, "card"))
+        // Lines of cards go on behind a star, and keywords begin with one.
+        let is_keyed = self.added.iter().any(|l| l.starts_with("**"));
+        let begins = |l: &&String| {
+            if is_keyed { l.starts_with('*') && !l.starts_with("**") } else { !l.starts_with(['*', '$']) }
+        };
+        let count = self.added.iter().filter(begins).count();
+        let added = counted(count, if is_keyed { "keyword" } else { "card" });
+        format!("{}, {added} added", counted(self.changes.len(), "change"))
     }
-}
-
-/// Factor of a property where the whole stiffness is multiplied by `k` and the whole mass by `m`: moduli and spring constants carry the
-/// one, densities and masses the other.
-fn scale(property: &Property, k: f64, m: f64) -> f64 {
-    match property.name {
-        "E" | "G" | "E1" | "E2" | "E3" | "G12" | "G13" | "G23" | "EA" | "EIy" | "EIz" | "GJ" | "k" => k,
-        "density" | "mass" | "added_mass_per_length" | "mass_per_length" | "mass_per_area" => m,
-        name if name.starts_with("k_") => k,
-        name if name.starts_with("inertia_") || name.starts_with("m_") => m,
-        "polar_inertia_per_length" | "rotary_inertia_y" | "rotary_inertia_z" => m,
-        _ => 1.0,
-    }
-}
-
-/// Kinds of elements of which [`scale`] knows every property.
-fn scales(kind: &str) -> bool {
-    !matches!(kind, "bar")
 }

@@ -5,7 +5,7 @@ use super::system::System;
 use super::writer::clean;
 use crate::catalogue::counted;
 use crate::deck::CardId;
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 /// Whose deck of keywords it is: the same deck has lumped masses in Abaqus where CalculiX has consistent ones.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -66,6 +66,33 @@ pub(in crate::exchange) struct ElementOrigin {
     pub bounds: Vec<Bound>,
 }
 
+/// A property of an element and the item of a deck of keywords that it comes from: SI = factor · item.
+#[derive(Debug, Clone, PartialEq)]
+pub(in crate::exchange) struct KeyedBound {
+    /// The property of the element in retune.
+    pub property: String,
+    /// Keyword, data line and item, each from 0.
+    pub place: (usize, usize, usize),
+    pub factor: f64,
+}
+
+/// Where entries of the model file come from in a deck of keywords.
+#[derive(Debug, Clone, Default)]
+pub(in crate::exchange) struct KeyedOrigins {
+    /// Of sections: the keyword, and the items.
+    pub sections: HashMap<String, (usize, Vec<KeyedBound>)>,
+    /// Of masses, inertias, springs: the keyword of each element.
+    pub points: HashMap<String, usize>,
+    /// The items of these keywords.
+    pub of_points: HashMap<usize, Vec<KeyedBound>>,
+    /// Keywords of materials, by name.
+    pub materials: BTreeMap<String, Vec<usize>>,
+    /// Nodes: instance and number.
+    pub nodes: HashMap<String, (String, u32)>,
+    /// The largest number of an element.
+    pub largest: u32,
+}
+
 /// Where entries of the model file come from.
 #[derive(Debug, Clone, Default)]
 pub(in crate::exchange) struct Origins {
@@ -78,6 +105,7 @@ pub(in crate::exchange) struct Origins {
     pub wtmass: f64,
     /// The largest number of an element, a grid, a property, a material.
     pub largest: u32,
+    pub keyed: KeyedOrigins,
 }
 
 /// A text of one line in quotation marks.

@@ -12,6 +12,7 @@ mod imported;
 mod motions;
 mod names;
 mod nastran;
+mod patches;
 mod report;
 mod results;
 mod shapes;
@@ -20,7 +21,7 @@ mod writer;
 
 pub use abaqus::{KEYWORDS, KeywordRule, KeywordUse, import_keywords};
 pub use against::{Agreement, MassAgreement, ModeAgreement, compare_results};
-pub use export::{ExportError, Exported, export};
+pub use export::{ExportError, Exported, export, export_keywords};
 pub use imported::{ImportOptions, Imported, Solver};
 pub use nastran::{CARDS, CardRule, Treatment, import};
 pub use report::ImportReport;

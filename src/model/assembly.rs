@@ -212,7 +212,9 @@ pub(super) fn number(geometry: &Geometry, touched: &[bool], elimination: &Elimin
         .map(|c| c.into_iter().filter(|t| needed[t.0]).map(|(d, f)| (row_of[d], f)).collect())
         .collect();
     let coordinates = (0..geometry.names.len()).filter(|&n| geometry.is_coordinate(n)).collect();
-    DofMap::new(geometry.names.clone(), geometry.positions.clone(), rows, full).with_coordinates(coordinates)
+    DofMap::new(geometry.names.clone(), geometry.positions.clone(), rows, full)
+        .with_coordinates(coordinates)
+        .with_other_names(geometry.other_names().clone())
 }
 
 /// The affine part of a model and its masses of rigid motion.
@@ -230,6 +232,8 @@ pub(super) fn affine_part(
     let mut products: BTreeMap<Monomial, Part> = BTreeMap::new();
     for ((element, dependence), connection) in elements.iter().zip(dependences).zip(connections) {
         let at = element.ends(positions);
+        // The mass of a coordinate is none of the structure.
+        let is_body = !element.nodes.iter().any(|n| dofs.is_coordinate(*n));
         let add = |(basis, rigid): &mut (Basis, SymMatrix), matrices: &ElementMatrices| {
             for (list, matrix) in [
                 (&mut basis.stiffness, &matrices.stiffness),
@@ -242,7 +246,9 @@ pub(super) fn affine_part(
                 let reduced = connection.reduce(matrix);
                 push(list, connection, &reduced);
             }
-            add_rigid_mass(rigid, 1.0, matrices.weighed(), &element.axes, &at);
+            if is_body {
+                add_rigid_mass(rigid, 1.0, matrices.weighed(), &element.axes, &at);
+            }
         };
         if element.matrices.is_some() {
             continue;

@@ -15,6 +15,7 @@ use super::system::SparseSystem;
 use super::value::{Affine, Value};
 use super::{ElementMatrices, ModelError};
 use crate::modal::unstable_directions;
+use std::sync::Arc;
 
 /// Largest factor that is looked for.
 const FARTHEST: f64 = 1e3;
@@ -75,7 +76,8 @@ impl Model {
             let mut e = e.clone();
             for i in preloads(&e).collect::<Vec<_>>() {
                 let value = e.values[i].as_ref().map_or(0.0, |v| v.at(theta));
-                e.values[i] = Some(Value::of(Affine { constant: factor * value, terms: Vec::new() }));
+                Arc::make_mut(&mut e.values)[i] =
+                    Some(Value::of(Affine { constant: factor * value, terms: Vec::new() }));
             }
             e
         };

@@ -113,7 +113,7 @@ impl Additions {
         let mut parts: Vec<Part> = Vec::new();
         for e in touched {
             let mut element = self.placed.elements[e].clone();
-            for value in element.values.iter_mut().flatten() {
+            for value in Arc::make_mut(&mut element.values).iter_mut().flatten() {
                 *value = alone(value);
             }
             for factor in [
@@ -505,21 +505,13 @@ fn terms_of(dependence: Dependence, sign: f64) -> Option<Vec<(Monomial, bool, El
 impl Value {
     /// With other parameters, or with their values in their places.
     fn with_parameters(&self, of: &dyn Fn(usize) -> Result<usize, f64>) -> Self {
-        let changed = |affine: &Affine| {
-            let mut out = Affine { constant: affine.constant, terms: Vec::new() };
-            for &(p, factor) in &affine.terms {
-                match of(p) {
-                    Ok(q) => out.terms.push((q, factor)),
-                    Err(value) => out.constant += factor * value,
-                }
-            }
-            out
-        };
+        let changed = |affine: &Affine| affine.with_parameters(of);
         let is = |affine: &Affine, value: f64| affine.terms.is_empty() && affine.constant == value;
         // Factors of one and addends of zero are those of other changes.
         Self {
             factors: self.factors.iter().map(changed).filter(|a| !is(a, 1.0)).collect(),
             addends: self.addends.iter().map(changed).filter(|a| !is(a, 0.0)).collect(),
+            rigidity: self.rigidity.as_ref().map(|r| r.with_parameters(of)),
         }
     }
 }

@@ -19,7 +19,7 @@ pub struct ModeCharacter {
     pub axial: f64,
     /// Share of strain energy in springs and bushings.
     pub springs: f64,
-    /// Share of strain energy in superelements, whose kinds of strain are not known.
+    /// Share of strain energy in superelements, shells and solids, whose kinds of strain are not told apart.
     pub matrices: f64,
     /// Share of motion (sum of squares of displacements of the sections at nodes, on the line of their mass) along each global
     /// axis.

@@ -21,6 +21,7 @@ use super::{ElementMatrices, MOST_DENSE_DOFS, ModelError, ParametricModel, Point
 use crate::element::{Dof, ElementInput};
 use crate::linalg::{DMatrix, SymMatrix};
 use crate::yaml::{Problem, Severity, child, version_problem};
+use rayon::prelude::*;
 use std::collections::{BTreeMap, HashSet};
 use std::sync::OnceLock;
 
@@ -64,6 +65,7 @@ pub struct Model {
     targets: Targets,
     mirror: Option<Vec<(usize, f64)>>,
     sites: Vec<usize>,
+    patches: Vec<String>,
     n_named: usize,
     /// See [`Model::first_straining_lambda`].
     pub(super) first_straining: OnceLock<Option<f64>>,
@@ -73,17 +75,20 @@ impl Model {
     /// Builds the model of a specification, with warnings.
     ///
     /// Errors: all problems found, warnings among them.
-    pub fn new(spec: ModelSpec, registry: &Registry) -> Result<(Self, Vec<Problem>), Vec<Problem>> {
+    pub fn new(mut spec: ModelSpec, registry: &Registry) -> Result<(Self, Vec<Problem>), Vec<Problem>> {
         let mut problems = Vec::new();
+        super::mesh_file::name_nodes(&mut spec);
         problems.extend(version_problem("retune", spec.retune.into(), FORMAT));
-        if spec.nodes.is_empty() && spec.superelements.is_empty() {
-            problems.push(Problem::error("nodes", "a model needs nodes, or superelements that have some"));
+        if spec.nodes.is_empty() && spec.superelements.is_empty() && spec.mesh.is_none() {
+            problems.push(Problem::error("nodes", "a model needs nodes, or a mesh or superelements that have some"));
         }
+        super::mesh_file::check(&spec, &mut problems);
         super::superelement::check(&spec, &mut problems);
         super::configuration::check(&spec, &mut problems);
         let placed = place(&spec, registry, &mut problems);
         let targets = targets(&spec, &mut problems);
         let elimination = eliminate(&spec, &placed.geometry, Elimination::default(), &[], &placed.rows, &mut problems);
+        only_scalar_on_coordinates(&spec, &placed, &mut problems);
         // What is wrong in a section is found once for every element of it.
         let mut said = HashSet::new();
         problems.retain(|p| said.insert((p.path.clone(), p.message.clone())));
@@ -116,8 +121,9 @@ impl Model {
         elimination: &Elimination,
         problems: &mut Vec<Problem>,
     ) -> Result<Self, ModelError> {
-        let Placed { geometry, parameters, elements, sets, compliances, rows, sites, n_named } = placed;
-        let dependences = elements.iter().map(|e| dependence(e, &parameters)).collect::<Result<Vec<_>, _>>()?;
+        let Placed { geometry, parameters, elements, sets, compliances, rows, sites, patches, n_named } = placed;
+        let dependences: Vec<_> = elements.par_iter().map(|e| dependence(e, &parameters)).collect();
+        let dependences = dependences.into_iter().collect::<Result<Vec<_>, _>>()?;
         let touched = touched(&elements, &dependences, &parameters, geometry.names.len());
         let dofs = number(&geometry, &touched, elimination);
         if dofs.n_dof() == 0 {
@@ -169,6 +175,7 @@ impl Model {
             targets,
             mirror,
             sites,
+            patches,
             n_named,
             first_straining: OnceLock::new(),
         })
@@ -207,6 +214,29 @@ impl Model {
     /// Whether a node is one of the file, or one of a superelement at which effects are looked for.
     pub(crate) fn is_site(&self, node: usize) -> bool {
         node < self.spec.nodes.len() || self.sites.binary_search(&node).is_ok()
+    }
+
+    /// The set of the mesh that consists of just these nodes.
+    pub(crate) fn mesh_set_of(&self, nodes: &[usize]) -> Option<&str> {
+        super::mesh_file::set_of(&self.spec, &self.geometry, nodes)
+    }
+
+    /// Whether joints are looked for at a node: one with a name, and of a mesh one at which effects are looked for.
+    pub(crate) fn can_be_a_joint(&self, node: usize) -> bool {
+        node < self.n_named && (self.spec.mesh.is_none() || self.is_site(node))
+    }
+
+    /// Names of the sets of a mesh that are no parts of it and have elements.
+    pub(crate) fn mesh_sets(&self) -> impl Iterator<Item = &String> {
+        let mesh = self.spec.mesh.as_ref().and_then(|m| Some((m, m.loaded.0.as_ref()?)));
+        let all = mesh.into_iter().flat_map(|(spec, loaded)| loaded.mesh.sets.iter().map(move |s| (spec, &s.name)));
+        all.filter(|(spec, name)| !spec.parts.contains_key(*name) && self.sets.contains_key(*name))
+            .map(|(_, name)| name)
+    }
+
+    /// Names of the patches into which parts of a mesh are cut for effects.
+    pub fn patches(&self) -> &[String] {
+        &self.patches
     }
 
     /// Indices of the elements of a name: an element, a chain, a mass or a group.
@@ -276,6 +306,9 @@ impl Model {
         }
         for &e in &self.general {
             let element = &self.elements[e];
+            if element.nodes.iter().any(|n| self.geometry.is_coordinate(*n)) {
+                continue;
+            }
             let at = element.ends(&self.geometry.positions);
             add_rigid_mass(&mut rigid, 1.0, &weighed_mass(element, theta)?, &element.axes, &at);
         }
@@ -302,20 +335,19 @@ impl Model {
 
     /// ∂/∂θ_j of the matrices of everything that is no polynomial and depends on the parameter, by differences.
     fn general_slopes(&self, theta: &[f64], j: usize) -> Result<Vec<(&Connection, ElementMatrices)>, ModelError> {
-        let mut slopes = Vec::new();
         let step = self.parameters.difference_step(theta, j);
-        for &e in &self.general {
-            let element = &self.elements[e];
-            if element.depends_on(j) {
-                let at = |s: f64| {
-                    let mut theta = theta.to_vec();
-                    theta[j] += s * step;
-                    element_matrices(element, &theta)
-                };
-                let slope = central_difference(at, step, |a, b, width| a.combine(&b, |a, b| (a - b) / width))?;
-                slopes.push((&self.connections[e], slope));
-            }
-        }
+        let slope = |&e: &usize| -> Result<_, ModelError> {
+            let at = |s: f64| {
+                let mut theta = theta.to_vec();
+                theta[j] += s * step;
+                element_matrices(&self.elements[e], &theta)
+            };
+            let slope = central_difference(at, step, |a, b, width| a.combine(&b, |a, b| (a - b) / width))?;
+            Ok((&self.connections[e], slope))
+        };
+        let moved = self.general.par_iter().filter(|&&e| self.elements[e].depends_on(j));
+        let slopes: Vec<Result<_, ModelError>> = moved.map(slope).collect();
+        let mut slopes = slopes.into_iter().collect::<Result<Vec<_>, _>>()?;
         if let Some(s) = self.elastic_supports.as_ref().filter(|s| s.depends_on(j)) {
             slopes.push((s.connection(), s.slopes(&self.elements, &self.connections, theta, j, step)?));
         }
@@ -403,7 +435,10 @@ impl ParametricModel for Model {
         if theta.len() != self.parameters.len() {
             return Err(ModelError::WrongLength { expected: self.parameters.len(), given: theta.len() });
         }
-        let general = self.general_matrices(theta).collect::<Result<Vec<_>, _>>()?;
+        let of_element = |&e: &usize| Ok((&self.connections[e], element_matrices(&self.elements[e], theta)?));
+        let general: Vec<Result<_, ModelError>> = self.general.par_iter().map(of_element).collect();
+        let supports = self.support_matrices(&self.elements, theta).transpose();
+        let general = general.into_iter().chain(supports).collect::<Result<Vec<_>, _>>()?;
         Ok(sparse_system(self.dofs.n_dof(), self.damped, &self.affine.at(theta).collect::<Vec<_>>(), &general))
     }
 
@@ -439,6 +474,10 @@ impl ParametricModel for Model {
         let gives = |part: usize| self.elastic_supports.as_ref().is_some_and(|s| s.moves(part));
         let part = self.part_at(element, fraction).filter(|(part, _)| self.general.contains(part) || gives(*part));
         part.map(|(part, within)| self.interpolate(part, within, theta)).transpose()
+    }
+
+    fn point_near(&self, element: &str, place: [f64; 3]) -> Result<Option<PointMotion>, ModelError> {
+        self.point_within(element, place)
     }
 
     fn node_at(&self, node: usize, theta: &[f64]) -> Result<Option<PointMotion>, ModelError> {
@@ -490,6 +529,32 @@ impl ParametricModel for Model {
 }
 
 /// Refuses elements that lack a property against a motion that is possible.
+/// Refuses elements and links that need a point where there is a coordinate.
+fn only_scalar_on_coordinates(spec: &ModelSpec, placed: &Placed, problems: &mut Vec<Problem>) {
+    let geometry = &placed.geometry;
+    const ALLOWED: [&str; 3] = ["ground_spring", "mass_matrix", "scalar_spring"];
+    for e in placed.elements.iter().filter(|e| e.matrices.is_none() && !ALLOWED.contains(&e.kind.name())) {
+        if let Some(n) = e.nodes.iter().find(|n| geometry.is_coordinate(**n)) {
+            problems.push(Problem::error(
+                &e.path,
+                format_args!(
+                    "node `{}` is a coordinate and no point: only springs to ground, `scalar_spring` and `mass_matrix` act on it, by `ux`",
+                    geometry.names[*n]
+                ),
+            ));
+        }
+    }
+    let is_coordinate = |name: &String| geometry.node(name).is_some_and(|n| geometry.is_coordinate(n));
+    for (name, link) in &spec.rigid_links {
+        if let Some(node) = std::iter::once(&link.master).chain(&link.slaves).find(|n| is_coordinate(n)) {
+            problems.push(Problem::error(
+                child("rigid_links", name),
+                format_args!("node `{node}` is a coordinate and no point: it cannot be part of a rigid body"),
+            ));
+        }
+    }
+}
+
 fn lacks(spec: &ModelSpec, placed: &Placed, elimination: &Elimination, problems: &mut Vec<Problem>) {
     let active = active(spec);
     let theta = interior_point(&placed.parameters);

@@ -84,6 +84,11 @@ impl ModelSpec {
         let (mut spec, _) = yaml::read::<ModelSpec>(&yaml::write(&whole))
             .map_err(|problems| map.place(problems.into_iter().map(|p| Problem { location: None, ..p }).collect()))?;
         // What was read from files stays, where the patch names the same.
+        if let (Some(entry), Some(own)) = (&mut spec.mesh, &self.mesh)
+            && (&entry.file, &entry.units) == (&own.file, &own.units)
+        {
+            entry.loaded = own.loaded.clone();
+        }
         for (name, entry) in &mut spec.superelements {
             if let Some(own) = self.superelements.get(name).filter(|own| have_same_source(own, entry)) {
                 entry.loaded = own.loaded.clone();

@@ -2,6 +2,7 @@
 
 use crate::element::Dof;
 use crate::linalg::{DMatrix, DVector};
+use std::collections::BTreeMap;
 
 /// Combination of dofs: (dof, factor), sorted by dof.
 pub(super) type Combination = Vec<(usize, f64)>;
@@ -19,6 +20,8 @@ pub struct DofMap {
     motions: Option<DMatrix<f64>>,
     /// Nodes that are no points but coordinates of superelements, sorted.
     coordinates: Vec<usize>,
+    /// Names that nodes have beside those above.
+    other_names: BTreeMap<String, usize>,
 }
 
 impl DofMap {
@@ -28,7 +31,14 @@ impl DofMap {
         rows: Vec<(usize, Dof)>,
         full: Vec<Combination>,
     ) -> Self {
-        Self { node_names, positions, rows, full, motions: None, coordinates: Vec::new() }
+        Self { node_names, positions, rows, full, motions: None, coordinates: Vec::new(), other_names: BTreeMap::new() }
+    }
+
+    /// With names that nodes have beside their own.
+    #[must_use]
+    pub(super) fn with_other_names(mut self, names: BTreeMap<String, usize>) -> Self {
+        self.other_names = names;
+        self
     }
 
     /// With the nodes that are no points but coordinates, sorted: no rigid motion moves them.
@@ -53,7 +63,7 @@ impl DofMap {
             full[6 * node + dof as usize] = vec![(row, 1.0)];
         }
         let (node_names, positions) = nodes.into_iter().unzip();
-        Self { node_names, positions, rows, full, motions: None, coordinates: Vec::new() }
+        Self { node_names, positions, rows, full, motions: None, coordinates: Vec::new(), other_names: BTreeMap::new() }
     }
 
     /// The map of a model whose rows are coefficients of vectors, q = V y; a row is named after the largest entry of its vector.
@@ -74,6 +84,7 @@ impl DofMap {
             full: self.full.iter().map(on_rows).collect(),
             motions: Some(motions.clone()),
             coordinates: self.coordinates.clone(),
+            other_names: self.other_names.clone(),
         }
     }
 
@@ -84,7 +95,15 @@ impl DofMap {
         let rows = vec![(0, Dof::Ux); n];
         let (node_names, positions) = (vec!["coordinates".to_string()], vec![[0.0; 3]]);
         let full = vec![Vec::new(); 6];
-        Self { node_names, positions, rows, full, motions: Some(motions.clone()), coordinates: vec![0] }
+        Self {
+            node_names,
+            positions,
+            rows,
+            full,
+            motions: Some(motions.clone()),
+            coordinates: vec![0],
+            other_names: BTreeMap::new(),
+        }
     }
 
     /// Number of independent dofs: the size of K and M.
@@ -109,7 +128,7 @@ impl DofMap {
 
     /// Index of a node.
     pub fn node(&self, name: &str) -> Option<usize> {
-        self.node_names.iter().position(|n| n == name)
+        self.node_names.iter().position(|n| n == name).or_else(|| self.other_names.get(name).copied())
     }
 
     /// The (node, dof) of each row.

@@ -19,7 +19,7 @@ fn stiffness(model: &Model) -> DMatrix<f64> {
 /// Elements that have a flexible end.
 fn hinged(model: &Model) -> Vec<&str> {
     let has = |e: &&super::PlacedElement| {
-        let ends = e.kind.properties().iter().zip(&e.values);
+        let ends = e.kind.properties().iter().zip(e.values.iter());
         ends.filter(|(p, _)| p.name.starts_with("end")).any(|(_, v)| v.is_some())
     };
     model.elements().iter().filter(has).map(|e| e.name.as_str()).collect()

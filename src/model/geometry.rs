@@ -134,7 +134,8 @@ pub struct Geometry {
     /// Mirror plane: axis index and coordinate.
     pub mirror: Option<(usize, f64)>,
     index: HashMap<String, usize>,
-    /// Those that are no points but coordinates of superelements, sorted.
+    other_names: BTreeMap<String, usize>,
+    /// Those that are no points but coordinates, sorted.
     coordinates: Vec<usize>,
 }
 
@@ -151,6 +152,17 @@ impl Geometry {
         self.names.push(name);
         self.positions.push(position);
         index
+    }
+
+    /// Calls a node by one more name; its own stays the one that is written.
+    pub(super) fn call(&mut self, name: String, node: usize) {
+        self.index.entry(name.clone()).or_insert(node);
+        self.other_names.entry(name).or_insert(node);
+    }
+
+    /// Names that nodes have beside those of [`Self::names`].
+    pub(super) fn other_names(&self) -> &BTreeMap<String, usize> {
+        &self.other_names
     }
 
     /// Adds a coordinate that is no motion of a point, as a node of which the first dof is meant.
@@ -308,8 +320,11 @@ pub(super) fn resolve(spec: &ModelSpec, problems: &mut Vec<Problem>) -> Geometry
         }
         positions.push(position.map(|v| v.clamp(-FARTHEST, FARTHEST)));
     }
-    for (name, position) in spec.nodes.keys().zip(positions) {
-        geometry.add(name.clone(), position);
+    for ((name, node), position) in spec.nodes.iter().zip(positions) {
+        match node {
+            NodeSpec::Rule(NodeRule { coordinate: Some(_), .. }) => geometry.add_coordinate(name.clone(), position),
+            _ => geometry.add(name.clone(), position),
+        };
     }
     geometry
 }
@@ -453,7 +468,7 @@ impl Resolver<'_> {
                 if rules(rule) != 1 {
                     problems.push(Problem::error(
                         &path,
-                        "give exactly one of `line`, `frame`, `mirror`, `from`, `between`, or a position `[x, y, z]`",
+                        "give exactly one of `line`, `frame`, `mirror`, `from`, `between`, `coordinate`, `mesh`, `nearest`, or a position `[x, y, z]`",
                     ));
                     return None;
                 }
@@ -478,6 +493,11 @@ impl Resolver<'_> {
                     }
                 };
                 match rule {
+                    // What is wrong with these was said where the mesh was read.
+                    r if r.mesh.is_some() || r.nearest.is_some() => {
+                        let mesh = self.spec.mesh.as_ref()?.loaded.0.as_ref()?;
+                        mesh.position_of(name)?
+                    }
                     r if r.line.is_some() => {
                         let line = r.line.as_deref().unwrap_or_default();
                         let Some((from, direction)) = self.lines.get(line) else {
@@ -518,6 +538,7 @@ impl Resolver<'_> {
                         };
                         image
                     }
+                    NodeRule { coordinate: Some(at), .. } => vector(at, "m", &child(&path, "coordinate"), problems),
                     r if r.from.is_some() => {
                         let p = other("from", r.from.as_deref().unwrap_or_default(), problems)?;
                         let Some(offset) = &r.offset else {
@@ -544,8 +565,16 @@ impl Resolver<'_> {
 
 /// How many rules for its place an entry has.
 fn rules(rule: &NodeRule) -> usize {
-    let given =
-        [rule.line.is_some(), rule.frame.is_some(), rule.mirror.is_some(), rule.from.is_some(), rule.between.is_some()];
+    let given = [
+        rule.line.is_some(),
+        rule.frame.is_some(),
+        rule.mirror.is_some(),
+        rule.from.is_some(),
+        rule.between.is_some(),
+        rule.coordinate.is_some(),
+        rule.mesh.is_some(),
+        rule.nearest.is_some(),
+    ];
     given.into_iter().filter(|g| *g).count()
 }
 

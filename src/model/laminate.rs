@@ -24,6 +24,9 @@ pub(in crate::model) struct Ply {
     pub(in crate::model) e2: f64,
     pub(in crate::model) g12: f64,
     pub(in crate::model) nu12: f64,
+    /// Transverse shear moduli, which a strip does not feel.
+    pub(in crate::model) g13: f64,
+    pub(in crate::model) g23: f64,
     pub(in crate::model) density: f64,
     pub(in crate::model) angle: f64,
     pub(in crate::model) thickness: f64,
@@ -60,26 +63,7 @@ pub(in crate::model) fn strip(width: f64, plies: &[Ply]) -> Result<Strip, String
                 .to_string(),
         );
     }
-    let mut abd = Matrix6::<f64>::zeros();
-    let (mut mass, mut first, mut second) = (0.0, 0.0, 0.0);
-    let mut low = -0.5 * total;
-    for ply in plies {
-        let high = low + ply.thickness;
-        let q = ply.stiffness();
-        let moments = [high - low, (high * high - low * low) / 2.0, (high.powi(3) - low.powi(3)) / 3.0];
-        for i in 0..3 {
-            for j in 0..3 {
-                abd[(i, j)] += q[(i, j)] * moments[0];
-                abd[(i, j + 3)] += q[(i, j)] * moments[1];
-                abd[(i + 3, j)] += q[(i, j)] * moments[1];
-                abd[(i + 3, j + 3)] += q[(i, j)] * moments[2];
-            }
-        }
-        mass += ply.density * moments[0];
-        first += ply.density * moments[1];
-        second += ply.density * moments[2];
-        low = high;
-    }
+    let (abd, [mass, first, second]) = sums(plies);
     let mut r = condensed(&abd).ok_or("its stiffness is not positive")?;
     // What the edges of a rectangle of this twisting stiffness give.
     let slenderness = total / width;
@@ -106,9 +90,34 @@ pub(in crate::model) fn strip(width: f64, plies: &[Ply]) -> Result<Strip, String
     })
 }
 
+/// [A B; B D] about the middle, and ∫ρ, ∫ρz, ∫ρz² over the thickness.
+pub(in crate::model) fn sums(plies: &[Ply]) -> (Matrix6<f64>, [f64; 3]) {
+    let mut abd = Matrix6::<f64>::zeros();
+    let mut mass = [0.0; 3];
+    let mut low = -0.5 * plies.iter().map(|p| p.thickness).sum::<f64>();
+    for ply in plies {
+        let high = low + ply.thickness;
+        let q = ply.stiffness();
+        let moments = [high - low, (high * high - low * low) / 2.0, (high.powi(3) - low.powi(3)) / 3.0];
+        for i in 0..3 {
+            for j in 0..3 {
+                abd[(i, j)] += q[(i, j)] * moments[0];
+                abd[(i, j + 3)] += q[(i, j)] * moments[1];
+                abd[(i + 3, j)] += q[(i, j)] * moments[1];
+                abd[(i + 3, j + 3)] += q[(i, j)] * moments[2];
+            }
+        }
+        for (sum, moment) in mass.iter_mut().zip(moments) {
+            *sum += ply.density * moment;
+        }
+        low = high;
+    }
+    (abd, mass)
+}
+
 impl Ply {
-    /// Reduced stiffness in the axes of the strip: σ = Q̄ (εx, εy, γxy).
-    fn stiffness(&self) -> Matrix3<f64> {
+    /// Reduced stiffness in the axes of the laminate: σ = Q̄ (εx, εy, γxy).
+    pub(in crate::model) fn stiffness(&self) -> Matrix3<f64> {
         let one = 1.0 - self.nu12 * self.nu12 * self.e2 / self.e1;
         let (q11, q22, q12, q66) = (self.e1 / one, self.e2 / one, self.nu12 * self.e2 / one, self.g12);
         let (s, c) = self.angle.sin_cos();
@@ -139,7 +148,17 @@ mod tests {
 
     /// Of carbon and epoxy.
     fn ply(degrees: f64, thickness: f64) -> Ply {
-        Ply { e1: 129e9, e2: 9.4e9, g12: 5.16e9, nu12: 0.3, density: 1550.0, angle: degrees.to_radians(), thickness }
+        Ply {
+            e1: 129e9,
+            e2: 9.4e9,
+            g12: 5.16e9,
+            nu12: 0.3,
+            g13: 5.16e9,
+            g23: 5.16e9,
+            density: 1550.0,
+            angle: degrees.to_radians(),
+            thickness,
+        }
     }
 
     fn plies(degrees: &[f64]) -> Vec<Ply> {
@@ -261,7 +280,7 @@ mod tests {
     fn two_metals_are_a_composite_beam() {
         let metal = |e: f64, density: f64, thickness: f64| {
             // Poisson's ratio 0, so that beam and plate are one.
-            Ply { e1: e, e2: e, g12: e / 2.0, nu12: 0.0, density, angle: 0.3, thickness }
+            Ply { e1: e, e2: e, g12: e / 2.0, nu12: 0.0, g13: e, g23: e, density, angle: 0.3, thickness }
         };
         let (b, t1, t2) = (40e-3, 2e-3, 1e-3);
         let s = strip(b, &[metal(70e9, 2700.0, t1), metal(210e9, 7850.0, t2)]).unwrap();

@@ -1,5 +1,6 @@
 //! What an engineer would want to be told about a model that can be built.
 
+mod mesh;
 mod sizes;
 mod stability;
 mod symmetry;
@@ -44,6 +45,7 @@ pub fn lint(model: &Model) -> Result<Soundness, ModelError> {
         buckling_factor: None,
     };
     nodes(model, &mut s);
+    s.warnings.extend(mesh::mesh(model));
     magnitudes(model, &mut s);
     parameters(model, &mut s)?;
     motion(model, &mut s)?;
@@ -80,7 +82,7 @@ fn nodes(model: &Model, s: &mut Soundness) {
     let follows =
         |i: usize| i >= spec.nodes.len() && Dof::ALL.iter().any(|d| !model.dof_map().express(i, *d).is_empty());
     for (i, name) in geometry.names.iter().enumerate() {
-        if !used[i] && !follows(i) {
+        if !used[i] && !follows(i) && !mesh::is_of_mesh(model, i) {
             s.warnings.push(Problem::warning(
                 child("nodes", name),
                 format_args!("node `{name}` is used by no element and no link"),
@@ -104,10 +106,13 @@ fn nodes(model: &Model, s: &mut Soundness) {
     };
     let near = 1e-6 * geometry.size();
     let grid = Near::new(&geometry.positions, near);
+    let mut of_mesh = Vec::new();
     for second in 0..geometry.names.len() {
         let beside = grid.within(geometry.positions[second], near);
         let first = beside.into_iter().take_while(|&first| first < second).find(|&first| !are_joined(first, second));
-        if let Some(first) = first {
+        if let Some(first) = first.filter(|_| mesh::is_of_mesh(model, second)) {
+            of_mesh.push([first, second]);
+        } else if let Some(first) = first {
             s.warnings.push(Problem::warning(
                 child("nodes", &geometry.names[second]),
                 format_args!(
@@ -117,6 +122,7 @@ fn nodes(model: &Model, s: &mut Soundness) {
             ));
         }
     }
+    s.warnings.extend(mesh::at_one_place(model, &of_mesh));
 }
 
 /// Properties far outside what structures are made of. The ranges are wide: from soft foam to diamond, from balsa to osmium.
@@ -128,7 +134,7 @@ fn magnitudes(model: &Model, s: &mut Soundness) {
     for e in model.elements() {
         let path = e.section.as_ref().map_or(e.path.clone(), |n| child("sections", n));
         let mut values = Vec::new();
-        for (property, value) in e.kind.properties().iter().zip(&e.values) {
+        for (property, value) in e.kind.properties().iter().zip(e.values.iter()) {
             let Some(value) = value.as_ref().map(|v| v.at(&theta)) else { continue };
             values.push((property.name, value));
             for &(name, unit, low, high) in RANGES {
@@ -223,8 +229,13 @@ fn motion(model: &Model, s: &mut Soundness) -> Result<(), ModelError> {
     for &row in &empty {
         s.errors.push(Problem::error(row_path(model, row), format_args!("`{}` has neither stiffness nor mass, so nothing determines its motion; support it, or leave that dof out of `active_dofs`", dofs.row_name(row))));
     }
-    let massless: Vec<String> =
-        (0..n).filter(|&i| m[i] <= 0.0 && !empty.contains(&i)).map(|i| dofs.row_name(i)).collect();
+    let of_shells = mesh::nodes_of_shells(model);
+    // No mass belongs to the turning of a shell about its normal, nor to any where its mass is lumped.
+    let by_design = |i: usize| dofs.rows()[i].1.is_rotation() && of_shells.contains(&dofs.rows()[i].0);
+    let massless: Vec<String> = (0..n)
+        .filter(|&i| m[i] <= 0.0 && !empty.contains(&i) && !by_design(i))
+        .map(|i| dofs.row_name(i))
+        .collect();
     if !massless.is_empty() {
         s.warnings.push(Problem::warning(
             "",

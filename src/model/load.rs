@@ -1,6 +1,7 @@
 //! From the text of a file to a model.
 
 use super::compile::Model;
+use super::mesh_file;
 use super::registry::Registry;
 use super::spec::{FORMAT, ModelSpec};
 use super::superelement::{self, SolverRun, read_files};
@@ -66,6 +67,7 @@ pub fn load_in(
         spec = spec.configured(name).map_err(|p| map.place(vec![p]))?;
     }
     let mut of_files = read_files(&mut spec, read);
+    of_files.extend(mesh_file::read_file(&mut spec, read));
     if of_files.iter().any(|p| p.severity == Severity::Error) {
         return Err(map.place(of_files));
     }

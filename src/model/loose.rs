@@ -1,6 +1,6 @@
 //! What hangs on nothing after a part of a structure was taken away.
 
-use super::spec::{ModelSpec, SpringSpec};
+use super::spec::{ModelSpec, NodeSpec, SpringSpec};
 use std::collections::{HashMap, HashSet};
 
 /// Takes out masses, springs, links and constraints of nodes that were connected to a beam, a bar, an element or a support in
@@ -78,6 +78,7 @@ fn attached(spec: &ModelSpec) -> HashSet<String> {
     }
     out.extend(spec.elements.values().flat_map(|e| e.nodes.iter().cloned()));
     out.extend(on_superelements(spec));
+    out.extend(on_mesh(spec));
     for s in spec.supports.values() {
         out.extend(s.nodes().cloned());
     }
@@ -103,6 +104,26 @@ fn attached(spec: &ModelSpec) -> HashSet<String> {
         }
     }
     out
+}
+
+/// What the file names of the nodes of a mesh: those of its own rules, and every name that is no node of the file.
+fn on_mesh(spec: &ModelSpec) -> Vec<String> {
+    if spec.mesh.is_none() {
+        return Vec::new();
+    }
+    let of_masses = spec.masses.values().flat_map(|m| m.node.iter().chain(m.nodes.iter().flatten()));
+    let springs = spec.springs.values().chain(spec.bushings.values());
+    let of_springs = springs.flat_map(|s| s.node.iter().chain(s.nodes.iter().flatten()));
+    let of_links = spec.rigid_links.values().flat_map(|l| std::iter::once(&l.master).chain(&l.slaves));
+    let of_weights = spec.weighted_links.values().flat_map(super::spec::WeightedLinkSpec::nodes);
+    let of_constraints = spec.constraints.values().flat_map(|c| c.terms.iter().map(|t| &t.node));
+    let all = of_masses.chain(of_springs).chain(of_links).chain(of_weights).chain(of_constraints);
+    let is_of_mesh = |name: &&String| match spec.nodes.get(*name) {
+        Some(NodeSpec::Rule(rule)) => rule.mesh.is_some() || rule.nearest.is_some(),
+        Some(NodeSpec::At(_)) => false,
+        None => true,
+    };
+    all.filter(is_of_mesh).cloned().collect()
 }
 
 /// Nodes of superelements that the file names, and those that are, or may be, attached to them.

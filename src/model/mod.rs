@@ -5,6 +5,7 @@
 //! [`ParametricModel`] is what the rest of the house sees; [`Model`] is its implementation from a file, and a user may
 //! write another around any other solver.
 
+mod affine;
 mod assembly;
 mod buckling;
 mod change;
@@ -27,10 +28,15 @@ mod first_mode;
 mod geometry;
 mod joined;
 mod laminate;
+mod lay_up;
 mod lint;
 mod load;
+mod loaded_mesh;
 mod loose;
 mod mass_properties;
+mod mesh_file;
+#[cfg(test)]
+mod mesh_tests;
 mod motion_kinds;
 mod open_section;
 #[cfg(test)]
@@ -39,6 +45,9 @@ mod parameter;
 mod place;
 mod placed_element;
 mod placed_matrices;
+mod plate;
+#[cfg(test)]
+mod plies_tests;
 mod polynomial;
 mod reduced;
 mod registry;
@@ -54,6 +63,7 @@ mod superelement_stiffness;
 mod system;
 mod value;
 mod weighted_link;
+mod within;
 
 pub use assembly::{AffineMass, AffinePart, Basis};
 pub use change::{Additions, Change, ChangeAt};
@@ -67,6 +77,7 @@ pub use export::{ExportError, ExportReduction, MatrixExport, export_matrices};
 pub(crate) use geometry::{AXES, GLOBAL, cross, dot, extent, images, minus, plus, unit};
 pub use geometry::{Frame, Geometry};
 pub(crate) use joined::Joined;
+pub use lay_up::{LayUp, Rigidity};
 pub use lint::{Soundness, doubts, lint};
 pub use load::{load, load_configuration, load_in, solver_runs};
 pub use mass_properties::MassProperties;
@@ -140,6 +151,13 @@ pub trait ParametricModel: std::fmt::Debug + Send + Sync {
     /// not, or there is no such element.
     fn point_at(&self, element: &str, fraction: f64, theta: &[f64]) -> Result<Option<PointMotion>, ModelError> {
         let _ = (element, fraction, theta);
+        Ok(None)
+    }
+
+    /// How the point of a surface or a volume moves that is nearest to a place, m, global; `None` where the element, part or group of that
+    /// name is neither. It does not depend on θ.
+    fn point_near(&self, element: &str, place: [f64; 3]) -> Result<Option<PointMotion>, ModelError> {
+        let _ = (element, place);
         Ok(None)
     }
 

@@ -89,7 +89,8 @@ impl Model {
                             energy[[0, 1, 1, 2, 1, 1][dof % 6]] += f * u;
                         }
                     }
-                    (None, Some(k)) if !k.is_zero() => energy[3] += of(k),
+                    // Kinds of strain of a surface or a volume are not told apart, as those of matrices are not.
+                    (None, Some(k)) if !k.is_zero() => energy[if e.nodes.len() > 2 { 4 } else { 3 }] += of(k),
                     _ => {}
                 }
                 if let Some(line) = line {

@@ -3,8 +3,10 @@
 mod axes;
 mod ends;
 mod lumps;
+mod mesh;
 mod overrides;
 mod parameters;
+mod plies;
 mod section;
 mod shape;
 mod superelements;
@@ -24,6 +26,7 @@ use crate::units::Scalar;
 use crate::units::{Dimension, Unit};
 use crate::yaml::{Problem, child};
 use std::collections::{BTreeMap, HashMap};
+use std::sync::Arc;
 
 /// What the file describes, before assembly.
 #[derive(Debug, Clone)]
@@ -39,6 +42,8 @@ pub(super) struct Placed {
     pub(super) rows: Vec<Vec<(usize, f64)>>,
     /// Nodes of superelements at which effects are looked for.
     pub(super) sites: Vec<usize>,
+    /// Names of the patches of parts of a mesh.
+    pub(super) patches: Vec<String>,
     /// Number of nodes that have names: those of the file and of superelements.
     pub(super) n_named: usize,
 }
@@ -59,8 +64,10 @@ pub(super) fn place(spec: &ModelSpec, registry: &Registry, problems: &mut Vec<Pr
         compliances: Vec::new(),
         rows: Vec::new(),
         sites: Vec::new(),
+        patches: Vec::new(),
         problems,
     };
+    placer.mesh();
     placer.superelements();
     let n_named = placer.geometry.names.len();
     placer.members("beams", &spec.beams, "beam");
@@ -72,15 +79,15 @@ pub(super) fn place(spec: &ModelSpec, registry: &Registry, problems: &mut Vec<Pr
     placer.groups();
     placer.overrides();
     placer.supports();
-    let Placer { geometry, elements, sets, compliances, rows, sites, .. } = placer;
+    let Placer { geometry, elements, sets, compliances, rows, sites, patches, .. } = placer;
     let mut sites = sites;
     sites.sort_unstable();
     axes::check(&elements, &parameters, problems);
-    Placed { geometry, parameters, elements, sets, compliances, rows, sites, n_named }
+    Placed { geometry, parameters, elements, sets, compliances, rows, sites, patches, n_named }
 }
 
 /// A model of 10⁶ dofs has that many; a misspelt `subdivide` is refused before it fills the memory.
-const MOST_ELEMENTS: usize = 400_000;
+const MOST_ELEMENTS: usize = 1_000_000;
 
 struct Placer<'a> {
     spec: &'a ModelSpec,
@@ -95,6 +102,7 @@ struct Placer<'a> {
     compliances: Vec<Compliance>,
     rows: Vec<Vec<(usize, f64)>>,
     sites: Vec<usize>,
+    patches: Vec<String>,
     problems: &'a mut Vec<Problem>,
 }
 
@@ -103,7 +111,7 @@ struct Entry<'a> {
     path: &'a str,
     kind: &'static dyn Element,
     section: Option<&'a str>,
-    values: Vec<Option<Value>>,
+    values: Arc<Vec<Option<Value>>>,
     orientation: Option<[f64; 3]>,
     frame: Option<&'a str>,
     /// Rigid arms from its nodes to its ends, global, m; none where it is empty.
@@ -183,6 +191,7 @@ impl Placer<'_> {
             }
         }
         let (values, turn) = self.shaped_values(kind, &sets);
+        let values = Arc::new(values);
         Entry { path, kind, section, values, orientation: None, frame: None, arms: Vec::new(), turn }
     }
 
@@ -240,7 +249,7 @@ impl Placer<'_> {
             is_oriented: entry.orientation.is_some(),
             turn: entry.turn,
             points,
-            values: entry.values.clone(),
+            values: Arc::clone(&entry.values),
             stiffness_factor: None,
             mass_factor: None,
             stiffness_damping: None,

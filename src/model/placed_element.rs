@@ -5,6 +5,7 @@ use super::placed_matrices::PlacedMatrices;
 use super::value::Value;
 use crate::element::{Element, ElementInput};
 use std::borrow::Cow;
+use std::sync::Arc;
 
 /// An element in its place.
 #[derive(Debug, Clone)]
@@ -25,8 +26,8 @@ pub struct PlacedElement {
     pub turn: f64,
     /// Positions of its nodes in its axes, relative to the first, m.
     pub points: Vec<[f64; 3]>,
-    /// Its property values, in the order of the type's properties.
-    pub values: Vec<Option<Value>>,
+    /// Its property values, in the order of the type's properties; those of an entry are shared by its elements.
+    pub values: Arc<Vec<Option<Value>>>,
     /// Factor on its stiffness.
     pub stiffness_factor: Option<Value>,
     /// Factor on its mass.

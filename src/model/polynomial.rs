@@ -95,6 +95,7 @@ mod tests {
         let value = Value {
             factors: vec![of(0.5), of(0.5), of(0.5), Affine { constant: 1.0, terms: vec![(1, 0.1)] }],
             addends: vec![Affine { constant: -1.0, terms: Vec::new() }],
+            ..Value::default()
         };
         let origin = [3.0, 0.5];
         let polynomial = Polynomial::of(Some(&value), &origin);

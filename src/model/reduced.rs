@@ -301,6 +301,16 @@ fn snapshot(
     Ok(if columns.is_empty() { DMatrix::zeros(full.dof_map().n_dof(), 0) } else { DMatrix::from_columns(&columns) })
 }
 
+impl ReducedModel<'_> {
+    fn on_basis(&self, motion: &PointMotion) -> PointMotion {
+        let on_basis = |row: &Vec<(usize, f64)>| -> Vec<(usize, f64)> {
+            let value = |j: usize| row.iter().map(|&(i, f)| f * self.basis[(i, j)]).sum();
+            if row.is_empty() { Vec::new() } else { (0..self.basis.ncols()).map(|j| (j, value(j))).collect() }
+        };
+        PointMotion { rows: motion.rows.each_ref().map(on_basis), position: motion.position }
+    }
+}
+
 impl ParametricModel for ReducedModel<'_> {
     fn parameters(&self) -> &ParameterSet {
         self.full.parameters()
@@ -343,12 +353,11 @@ impl ParametricModel for ReducedModel<'_> {
     }
 
     fn point(&self, element: &str, fraction: f64) -> Result<Option<PointMotion>, ModelError> {
-        let on_basis = |row: &Vec<(usize, f64)>| -> Vec<(usize, f64)> {
-            let value = |j: usize| row.iter().map(|&(i, f)| f * self.basis[(i, j)]).sum();
-            if row.is_empty() { Vec::new() } else { (0..self.basis.ncols()).map(|j| (j, value(j))).collect() }
-        };
-        let motion = self.full.point(element, fraction)?;
-        Ok(motion.map(|m| PointMotion { rows: m.rows.each_ref().map(on_basis), position: m.position }))
+        Ok(self.full.point(element, fraction)?.map(|m| self.on_basis(&m)))
+    }
+
+    fn point_near(&self, element: &str, place: [f64; 3]) -> Result<Option<PointMotion>, ModelError> {
+        Ok(self.full.point_near(element, place)?.map(|m| self.on_basis(&m)))
     }
 
     fn element_names(&self) -> Vec<&str> {

@@ -4,6 +4,7 @@
 //! touches one line. Numbers are [`Scalar`]s: with units, and with parameters where properties are meant.
 
 mod links;
+mod mesh;
 mod places;
 mod sections;
 mod shapes;
@@ -11,6 +12,7 @@ mod solver;
 mod superelements;
 
 pub use links::{ImportedSpec, WeightedLinkSpec, WeightedNodes};
+pub use mesh::{MeshPartSpec, MeshSpec};
 pub use places::{FrameSpec, LineSpec, NodeRule, NodeSpec, OneOrThree, RotateSpec};
 pub use sections::{SectionSpec, SectionValue};
 pub use shapes::{
@@ -60,7 +62,10 @@ pub struct ModelSpec {
     /// Straight lines to put nodes on.
     #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
     pub lines: Named<LineSpec>,
-    /// Nodes; a model of superelements alone may have none.
+    /// A mesh in a file of its own, and what stands on its sets.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mesh: Option<MeshSpec>,
+    /// Nodes; a model of a mesh or of superelements alone may have none.
     #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
     pub nodes: Named<NodeSpec>,
     /// Sets of element properties.

@@ -1,33 +1,12 @@
 //! Property values as functions of θ: products of affine expressions, and what is added to them.
 
-/// constant + Σ factor θ\[index\].
-#[derive(Debug, Clone, PartialEq)]
-pub struct Affine {
-    /// The constant part, SI.
-    pub constant: f64,
-    /// Index in θ and factor.
-    pub terms: Vec<(usize, f64)>,
-}
-
-impl Affine {
-    /// Its value at θ.
-    pub fn at(&self, theta: &[f64]) -> f64 {
-        self.terms.iter().fold(self.constant, |sum, (i, f)| sum + f * theta[*i])
-    }
-
-    /// Smallest and largest value while every parameter moves within `range`.
-    pub fn range(&self, range: &dyn Fn(usize) -> [f64; 2]) -> [f64; 2] {
-        self.terms.iter().fold([self.constant; 2], |[low, high], &(i, f)| {
-            let [a, b] = range(i).map(|v| f * v);
-            [low + a.min(b), high + a.max(b)]
-        })
-    }
-}
+pub use super::affine::Affine;
+use super::lay_up::Rigidity;
 
 /// A product of affine expressions and a sum of more: a property with its factors, and what is added to it.
 ///
 /// ```text
-/// v(θ) = Π factors(θ) + Σ addends(θ)
+/// v(θ) = rigidity(θ) Π factors(θ) + Σ addends(θ)
 /// ```
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Value {
@@ -35,28 +14,32 @@ pub struct Value {
     pub factors: Vec<Affine>,
     /// What is added to the product.
     pub addends: Vec<Affine>,
+    /// A rigidity or a mass of plies that parameters move, as one factor more.
+    pub rigidity: Option<Rigidity>,
 }
 
 impl Value {
     /// A constant.
     pub fn constant(value: f64) -> Self {
-        Self::of(Affine { constant: value, terms: Vec::new() })
+        Self::of(Affine::constant(value))
     }
 
     /// One affine expression.
     pub fn of(affine: Affine) -> Self {
-        Self { factors: vec![affine], addends: Vec::new() }
+        Self { factors: vec![affine], ..Self::default() }
     }
 
     /// Its value at θ.
     pub fn at(&self, theta: &[f64]) -> f64 {
         let product: f64 = self.factors.iter().map(|a| a.at(theta)).product();
+        let product = self.rigidity.as_ref().map_or(product, |r| product * r.at(theta));
         self.addends.iter().fold(product, |sum, a| sum + a.at(theta))
     }
 
     /// Indices in θ that it depends on.
     pub fn parameters(&self) -> impl Iterator<Item = usize> + '_ {
-        self.factors.iter().chain(&self.addends).flat_map(|a| a.terms.iter().map(|t| t.0))
+        let own = self.factors.iter().chain(&self.addends).flat_map(|a| a.terms.iter().map(|t| t.0));
+        own.chain(self.rigidity.iter().flat_map(Rigidity::parameters))
     }
 }
 

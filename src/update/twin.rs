@@ -24,6 +24,8 @@ use rand_chacha::ChaCha8Rng;
 
 /// Functions are superposed from at most this many elastic modes.
 const MOST_MODES: usize = 400;
+/// Modes that are computed at first to reach the end of a band.
+const FIRST_MODES: usize = 20;
 
 /// A mode that moves the sensors by less than this share of its largest entry is seen by none.
 const UNSEEN: f64 = 1e-9;
@@ -219,8 +221,7 @@ pub fn twin_modes(
     origin: &str,
 ) -> Result<TestData, TwinError> {
     check(options, sensors)?;
-    let n = if options.band_hz.is_some() { MOST_MODES } else { options.n_modes };
-    let modes = modes(model, theta, n)?;
+    let modes = modes_of(model, theta, options)?;
     let faults = Inflicted::new(model, sensors, &options.faults, options.n_modes)?;
     let at = faults.observe(model, theta, sensors)? * &modes.shapes;
     let named = name_modes(model, theta, &modes)?;
@@ -399,6 +400,20 @@ fn complex_normal(rng: &mut ChaCha8Rng) -> Complex<f64> {
 
 fn measured(value: f64, sd: f64) -> Measured {
     Measured { value, sd, sd_is_default: sd <= 0.0 }
+}
+
+/// As many modes as are asked for; those up to the end of a band, and no more than twice as many.
+fn modes_of(model: &dyn ParametricModel, theta: &[f64], options: &TwinOptions) -> Result<Modes, TwinError> {
+    let Some((_, high)) = options.band_hz else { return modes(model, theta, options.n_modes) };
+    let mut n = options.n_modes.max(FIRST_MODES);
+    loop {
+        let found = modes(model, theta, n.min(MOST_MODES))?;
+        let is_all = found.elastic().len() < n || n >= MOST_MODES || found.is_empty();
+        if is_all || found.frequency_hz(found.len() - 1) > high {
+            return Ok(found);
+        }
+        n *= 2;
+    }
 }
 
 fn modes(model: &dyn ParametricModel, theta: &[f64], n_elastic: usize) -> Result<Modes, TwinError> {

@@ -100,6 +100,15 @@ fn describe(model: &Model, mass: Option<&MassProperties>, by_axis: Option<[f64; 
         n => format!(", {n} mechanisms"),
     };
     let _ = writeln!(out, "  {} rigid-body modes{mechanisms}", sound.n_rigid_body_modes);
+    if let Some(mesh) = &spec.mesh {
+        let of = |name: &String| counted(model.element_set(name).map_or(0, <[usize]>::len), "element");
+        let parts: Vec<String> = mesh.parts.keys().map(|name| format!("`{}` {}", printable(name), of(name))).collect();
+        let _ = writeln!(out, "  mesh     {}: {}", printable(&mesh.file), parts.join(", "));
+        let patches = model.patches().len();
+        if patches > 0 {
+            let _ = writeln!(out, "           {} for effects", counted(patches, "patch"));
+        }
+    }
     if let Some(m) = mass {
         let _ = writeln!(out, "  mass     {} kg", number(m.mass));
         let [x, y, z] = m.cg.map(|c| number(if c.abs() < 1e-12 { 0.0 } else { c }));

@@ -3,7 +3,7 @@
 use crate::args::{Import, ParametersOf};
 use crate::output::{Failure, print, shown};
 use crate::{DONE, WRONG_INPUT, files, ledger, writing};
-use retune::deck::{Deck, DeckError, KeywordDeck, is_keyword_deck};
+use retune::deck::{Deck, DeckError, KeywordDeck, Source, is_keyword_deck};
 use retune::exchange::{ImportOptions, Imported, Quantity, SYSTEMS, import, import_keywords};
 use retune::modal::SolveOptions;
 use retune::model::{Model, ParametricModel, Registry, load, solve_modes};
@@ -34,23 +34,20 @@ impl AnyDeck {
         })
     }
 
+    /// Its files, the one that was named first.
+    pub(super) fn sources(&self) -> &[Source] {
+        match self {
+            Self::Cards(deck) => deck.sources(),
+            Self::Keywords(deck) => deck.sources(),
+        }
+    }
+
     pub(super) fn import(&self, options: ImportOptions) -> Result<Imported, Failure> {
         match self {
             Self::Cards(deck) => import(deck, options),
             Self::Keywords(deck) => import_keywords(deck, options),
         }
         .map_err(|e| failed(&e))
-    }
-}
-
-/// Reads a deck of cards with everything that it includes.
-pub(super) fn read(path: &Path) -> Result<Deck, Failure> {
-    match AnyDeck::read(path)? {
-        AnyDeck::Cards(deck) => Ok(deck),
-        AnyDeck::Keywords(_) => Err(Failure::text(format!(
-            "{}: it is a deck of Abaqus or CalculiX, and values are written back into decks of Nastran only",
-            shown(path)
-        ))),
     }
 }
 

@@ -1,7 +1,7 @@
 //! The lists of a structure: mirror images, named parts, ends of members.
 
 use super::{End, Joint, Part, PartKind, Structure};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashSet};
 
 impl Structure<'_> {
     pub(super) fn list_parts(&self) -> Vec<Part> {
@@ -47,6 +47,10 @@ impl Structure<'_> {
             for term in terms {
                 push(&format!("{name}.{term}"), PartKind::Element, false);
             }
+        }
+        if let Some(mesh) = &spec.mesh {
+            mesh.parts.keys().for_each(|name| push(name, PartKind::Group, false));
+            self.model.mesh_sets().chain(self.model.patches()).for_each(|name| push(name, PartKind::Group, false));
         }
         spec.groups.keys().for_each(|name| push(name, PartKind::Group, true));
         // A group of the same elements as a part before it is the same place; so is a line that has a name.
@@ -96,7 +100,7 @@ impl Structure<'_> {
         let at = self.elements_at_nodes();
         let mut ends = Vec::new();
         for (i, e) in elements.iter().enumerate().filter(|(i, _)| self.is_beam(*i) && self.deforms(*i)) {
-            for (k, &node) in e.nodes.iter().enumerate().filter(|(_, n)| **n < self.n_nodes()) {
+            for (k, &node) in e.nodes.iter().enumerate().filter(|(_, n)| self.model.can_be_a_joint(**n)) {
                 let members = || at[node].iter().copied().filter(|&j| self.is_beam(j) && self.deforms(j));
                 // Of two members that meet, one joint says it all.
                 let first = members().next() == Some(i);
@@ -159,5 +163,6 @@ pub(super) fn sorted(elements: &[usize]) -> Vec<usize> {
 
 /// Whether two parts share no element.
 fn apart(a: &Part, b: &Part) -> bool {
-    a.elements.iter().all(|e| !b.elements.contains(e))
+    let others: HashSet<usize> = b.elements.iter().copied().collect();
+    a.elements.iter().all(|e| !others.contains(e))
 }

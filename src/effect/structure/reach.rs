@@ -2,6 +2,7 @@
 
 use super::Structure;
 use crate::effect::Location;
+use std::collections::HashSet;
 
 impl Structure<'_> {
     /// Whether a location is at one of these nodes or elements, or has one of them.
@@ -18,7 +19,10 @@ impl Structure<'_> {
         let ends = |of: &[usize]| -> Vec<usize> {
             of.iter().flat_map(|&e| self.model.elements()[e].nodes.iter().copied()).collect()
         };
-        let share = |a: &[usize], b: &[usize]| a.iter().any(|x| b.contains(x));
+        let share = |a: &[usize], b: &[usize]| {
+            let b: HashSet<&usize> = b.iter().collect();
+            a.iter().any(|x| b.contains(x))
+        };
         let at_ends = at.names.iter().filter_map(|n| self.end(n)).map(|end| end.node).collect::<Vec<_>>();
         at.names.iter().any(|n| names.contains(n))
             || share(&own_elements, &elements)
@@ -33,7 +37,8 @@ impl Structure<'_> {
         let of_elements =
             at.names.iter().flat_map(|n| self.elements_of(n)).flat_map(|e| &self.model.elements()[e].nodes);
         let named = at.names.iter().filter_map(|n| self.model.geometry().node(n));
-        let mut out: Vec<usize> = of_elements.copied().chain(named).collect();
+        let held = at.names.iter().flat_map(|n| self.nodes_of_support(n));
+        let mut out: Vec<usize> = of_elements.copied().chain(named).chain(held).collect();
         out.sort_unstable();
         out.dedup();
         if out.is_empty() { all.collect() } else { out }

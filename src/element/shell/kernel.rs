@@ -1,8 +1,8 @@
 //! Stiffness and mass of a flat shell, carried to its nodes.
 
-use super::super::ElementError;
+use super::super::{ElementError, PointWithin};
 use super::Input;
-use super::material::{self, Section, mass_of, offset};
+use super::material::{self, Section, lumping, mass_of, offset};
 use super::plane::{DOFS, Flat, Plane, Row};
 use crate::linalg::{DMatrix, SymMatrix};
 
@@ -130,17 +130,32 @@ pub(super) fn stiffness(plane: &'static Plane, input: &Input<'_>) -> Result<SymM
         }
         return Ok(SymMatrix::zeros(n));
     };
-    let Section { membrane, bending, shear, drilling } = section;
+    let Section { membrane, bending, coupling, shear, drilling } = section;
     let mut k = DMatrix::zeros(n, n);
     for (xi, weight) in (plane.rules[0])() {
         let at = flat.local(xi)?;
         let [xx, yy, xy, drill] = flat.membrane(&at);
-        add_energy(&mut k, &[xx, yy, xy], &membrane, weight * at.det);
         add_energy(&mut k, &[drill], &[[drilling]], weight * at.det);
+        let Some(coupling) = coupling else {
+            add_energy(&mut k, &[xx, yy, xy], &membrane, weight * at.det);
+            continue;
+        };
+        // All at the same points, so that no state gives energy.
+        let [bx, by, bxy] = flat.bending(&at);
+        let whole: [[f64; 6]; 6] = std::array::from_fn(|i| {
+            std::array::from_fn(|j| match (i / 3, j / 3) {
+                (0, 0) => membrane[i][j],
+                (1, 1) => bending[i - 3][j - 3],
+                _ => coupling[i % 3][j % 3],
+            })
+        });
+        add_energy(&mut k, &[xx, yy, xy, bx, by, bxy], &whole, weight * at.det);
     }
-    for (xi, weight) in (plane.rules[1])() {
-        let at = flat.local(xi)?;
-        add_energy(&mut k, &flat.bending(&at), &bending, weight * at.det);
+    if coupling.is_none() {
+        for (xi, weight) in (plane.rules[1])() {
+            let at = flat.local(xi)?;
+            add_energy(&mut k, &flat.bending(&at), &bending, weight * at.det);
+        }
     }
     let thickness2 = material::thickness(input)?.powi(2);
     let softened = thickness2 / (thickness2 + plane.softening * flat.longest_edge().powi(2));
@@ -152,12 +167,13 @@ pub(super) fn stiffness(plane: &'static Plane, input: &Input<'_>) -> Result<SymM
 }
 
 /// Mass, (6 nodes) x (6 nodes), in element axes: displacements by the functions of the corners, rotary inertia ρ t³/12 about both axes in
-/// the plane, none about the normal; lumped, a share of the area's mass at every node and no rotary inertia.
+/// the plane, none about the normal, and the first moment of plies; lumped, a share of the area's mass at every node and neither of them.
 pub(super) fn mass(plane: &'static Plane, input: &Input<'_>) -> Result<SymMatrix, ElementError> {
     material::check(input)?;
     let frame = Frame::new(input.points)?;
     let flat = Flat { plane, at: &frame.at };
-    let [per_area, rotary, lumping] = mass_of(input)?;
+    let [per_area, moment, rotary] = mass_of(input)?;
+    let lumping = lumping(input);
     let nodes = frame.at.len();
     let mut m = DMatrix::zeros(DOFS * nodes, DOFS * nodes);
     for (xi, weight) in (plane.rules[3])() {
@@ -175,8 +191,63 @@ pub(super) fn mass(plane: &'static Plane, input: &Input<'_>) -> Result<SymMatrix
                 for d in 3..5 {
                     m[(DOFS * i + d, DOFS * j + d)] += rotary * both;
                 }
+                // u + z θy and v - z θx.
+                for (along, about, sign) in [(0, 4, 1.0), (1, 3, -1.0)] {
+                    m[(DOFS * i + along, DOFS * j + about)] += sign * moment * both;
+                    m[(DOFS * i + about, DOFS * j + along)] += sign * moment * both;
+                }
             }
         }
     }
     Ok(frame.to_nodes(&m, offset(input)))
+}
+
+/// The point of the surface through the nodes, by the functions of the corners, that is nearest to a place: displacements and rotations are
+/// those of the nodes by the same functions.
+pub(super) fn nearest(plane: &'static Plane, input: &Input<'_>, place: Vector) -> Result<PointWithin, ElementError> {
+    let points = input.points;
+    let n = points.len();
+    let of = |weights: &[f64]| -> Vector {
+        std::array::from_fn(|i| weights.iter().zip(points).map(|(w, p)| w * p[i]).sum())
+    };
+    let is_inside = |[x, y]: [f64; 2]| {
+        const EDGE: f64 = 1.0 + 1e-9;
+        if n == 4 { x.abs() <= EDGE && y.abs() <= EDGE } else { x >= 1.0 - EDGE && y >= 1.0 - EDGE && x + y <= EDGE }
+    };
+    let mut xi = if n == 4 { [0.0; 2] } else { [1.0 / 3.0; 2] };
+    // A plane one is there after the first step, a warped one after a few.
+    for _ in 0..20 {
+        let (weights, slopes) = (plane.corner)(xi);
+        let miss = minus(place, of(&weights[..n]));
+        let tangent = |k: usize| of(&slopes[..n].iter().map(|s| s[k]).collect::<Vec<_>>());
+        let [a, b] = [tangent(0), tangent(1)];
+        let (aa, ab, bb) = (dot(a, a), dot(a, b), dot(b, b));
+        let det = aa * bb - ab * ab;
+        if !(det > 1e-12 * aa * bb) {
+            return Err(ElementError::Inverted);
+        }
+        let (ma, mb) = (dot(a, miss), dot(b, miss));
+        let step = [(bb * ma - ab * mb) / det, (aa * mb - ab * ma) / det];
+        xi = [0, 1].map(|k: usize| (xi[k] + step[k]).clamp(-10.0, 10.0));
+        if step[0].abs().max(step[1].abs()) < 1e-13 {
+            break;
+        }
+    }
+    let mut weights = (plane.corner)(xi).0[..n].to_vec();
+    if !is_inside(xi) {
+        let on_edge = |i: usize| {
+            let j = (i + 1) % n;
+            let along = minus(points[j], points[i]);
+            let t = (dot(minus(place, points[i]), along) / dot(along, along)).clamp(0.0, 1.0);
+            let mut weights = vec![0.0; n];
+            weights[i] += 1.0 - t;
+            weights[j] += t;
+            let miss = minus(place, of(&weights));
+            (dot(miss, miss), weights)
+        };
+        let nearest = (0..n).map(on_edge).min_by(|a, b| a.0.total_cmp(&b.0));
+        weights = nearest.map_or(weights, |(_, w)| w);
+    }
+    let row = |d: usize| (0..DOFS * n).map(|k| if k % DOFS == d { weights[k / DOFS] } else { 0.0 }).collect();
+    Ok(PointWithin { at: of(&weights), rows: std::array::from_fn(row) })
 }

@@ -21,7 +21,8 @@ const ALL: &[Dof] = &Dof::ALL;
 
 type Input<'a> = ElementInput<'a>;
 
-/// Samples of both elements: isotropic and plane; orthotropic, warped where there are four nodes, off its nodes.
+/// Samples of both elements: isotropic and plane; orthotropic, warped where there are four nodes, off its nodes; of plies that couple
+/// stretching with bending.
 fn samples(flat: &[[f64; 3]], area: f64, warped: &[[f64; 3]], warped_area: f64) -> Vec<Sample> {
     let isotropic = vec![("E", 70e9), ("nu", 0.33), ("thickness", 2e-3), ("density", 2700.0)];
     let orthotropic = vec![
@@ -40,7 +41,36 @@ fn samples(flat: &[[f64; 3]], area: f64, warped: &[[f64; 3]], warped_area: f64) 
         ("shear_factor", 0.7),
         ("lumping", 0.3),
     ];
+    // [0/90/30] of carbon and epoxy, 1 mm each, on a heavier ply below.
+    let plies = vec![
+        ("A11", 251e6),
+        ("A12", 40e6),
+        ("A16", 35e6),
+        ("A22", 158e6),
+        ("A26", 11e6),
+        ("A66", 40e6),
+        ("B11", -15e3),
+        ("B12", 6e3),
+        ("B16", 17e3),
+        ("B22", 2e3),
+        ("B26", 5e3),
+        ("B66", 6e3),
+        ("D11", 240.0),
+        ("D12", 30.0),
+        ("D16", 36.0),
+        ("D22", 90.0),
+        ("D26", 12.0),
+        ("D66", 32.0),
+        ("S55", 10e6),
+        ("S45", 0.5e6),
+        ("S44", 9e6),
+        ("areal_mass", 5.5),
+        ("areal_moment", -1.2e-3),
+        ("areal_inertia", 4.6e-6),
+        ("angle", 0.3),
+    ];
     vec![
+        Sample { points: warped.to_vec(), given: plies, mass: 5.5 * warped_area, free: true },
         Sample { points: flat.to_vec(), given: isotropic, mass: 2700.0 * 2e-3 * area, free: true },
         Sample { points: warped.to_vec(), given: orthotropic, mass: (1600.0 * 4e-3 + 1.5) * warped_area, free: true },
     ]

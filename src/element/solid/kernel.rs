@@ -1,6 +1,6 @@
 //! Stiffness and mass of an isoparametric solid.
 
-use super::super::ElementError;
+use super::super::{ElementError, PointWithin};
 use super::material::{Elasticity, elasticity, mass_of};
 use super::{At, Enrichment, Family, Input};
 use crate::linalg::SymMatrix;
@@ -232,4 +232,78 @@ pub(super) fn mass(family: &Family, input: &Input<'_>) -> Result<SymMatrix, Elem
         }
     }
     Ok(out)
+}
+
+/// Natural coordinates moved into the parent of an element: of a tetrahedron, a pyramid, a wedge or a cube, by its number of nodes.
+fn within_parent(n: usize, xi: [f64; 3]) -> [f64; 3] {
+    let in_simplex = |x: &mut [f64]| {
+        x.iter_mut().for_each(|v| *v = v.max(0.0));
+        let sum: f64 = x.iter().sum();
+        if sum > 1.0 {
+            x.iter_mut().for_each(|v| *v /= sum);
+        }
+    };
+    let [mut x, mut y, mut z] = xi;
+    match n {
+        4 | 10 => {
+            let mut all = [x, y, z];
+            in_simplex(&mut all);
+            return all;
+        }
+        6 | 15 => {
+            let mut base = [x, y];
+            in_simplex(&mut base);
+            [x, y] = base;
+            z = z.clamp(-1.0, 1.0);
+        }
+        5 | 13 => {
+            z = z.clamp(0.0, 1.0 - 1e-9);
+            let side = 1.0 - z;
+            [x, y] = [x, y].map(|v| v.clamp(-side, side));
+        }
+        _ => return xi.map(|v| v.clamp(-1.0, 1.0)),
+    }
+    [x, y, z]
+}
+
+/// The point of the volume by the shape functions that is nearest to a place, along natural coordinates: displacements are those of the nodes,
+/// the rotation is half the curl there.
+pub(super) fn nearest(family: &Family, input: &Input<'_>, place: [f64; 3]) -> Result<PointWithin, ElementError> {
+    let points = input.points;
+    let n = points.len();
+    let start = match n {
+        4 | 10 | 5 | 13 => [0.25; 3],
+        6 | 15 => [1.0 / 3.0, 1.0 / 3.0, 0.0],
+        _ => [0.0; 3],
+    };
+    let start = if n == 5 || n == 13 { [0.0, 0.0, 0.25] } else { start };
+    let where_is =
+        |at: &At| -> [f64; 3] { std::array::from_fn(|i| at.n.iter().zip(points).map(|(w, p)| w * p[i]).sum()) };
+    let mut at = At::new(family.shape, start, 1.0);
+    for _ in 0..30 {
+        let j = jacobian(&at, points);
+        let inverse = inverse(&j, volume_ratio(&j)?);
+        let here = where_is(&at);
+        let miss: [f64; 3] = std::array::from_fn(|i| place[i] - here[i]);
+        // x changes by Jᵀ times ξ.
+        let next: [f64; 3] = std::array::from_fn(|i| at.xi[i] + (0..3).map(|k| inverse[k][i] * miss[k]).sum::<f64>());
+        let next = within_parent(n, next);
+        let step = (0..3).map(|i| (next[i] - at.xi[i]).abs()).fold(0.0, f64::max);
+        at = At::new(family.shape, next, 1.0);
+        if step < 1e-13 {
+            break;
+        }
+    }
+    let (gradients, _) = gradients(&at, points)?;
+    let mut rows: [Vec<f64>; 6] = std::array::from_fn(|_| vec![0.0; 6 * n]);
+    for (k, (w, g)) in at.n.iter().zip(&gradients).enumerate() {
+        for d in 0..3 {
+            rows[d][6 * k + d] = *w;
+            // θ = ½ ∇ × u
+            let (next, last) = ((d + 1) % 3, (d + 2) % 3);
+            rows[3 + d][6 * k + last] += 0.5 * g[next];
+            rows[3 + d][6 * k + next] -= 0.5 * g[last];
+        }
+    }
+    Ok(PointWithin { at: where_is(&at), rows })
 }

@@ -62,6 +62,7 @@ struct At {
 
 /// Shape functions of one element, tabulated.
 struct Family {
+    shape: fn([Dual; 3]) -> Vec<Dual>,
     stiffness: Vec<At>,
     mass: Vec<At>,
     enrichment: Enrichment,
@@ -71,7 +72,7 @@ impl Family {
     /// Tabulates shape functions at the points of two rules.
     fn new(shape: fn([Dual; 3]) -> Vec<Dual>, stiffness: Rule, mass: Rule, enrichment: Enrichment) -> Self {
         let table = |rule: Rule| rule.into_iter().map(|(xi, weight)| At::new(shape, xi, weight)).collect();
-        Self { stiffness: table(stiffness), mass: table(mass), enrichment }
+        Self { shape, stiffness: table(stiffness), mass: table(mass), enrichment }
     }
 }
 

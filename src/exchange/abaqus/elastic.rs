@@ -27,6 +27,9 @@ pub(super) enum Elastic {
 pub(super) struct Material {
     pub density: Option<f64>,
     pub elastic: Option<Elastic>,
+    /// The keywords that give them.
+    pub density_at: Option<usize>,
+    pub elastic_at: Option<usize>,
 }
 
 impl Material {

@@ -32,6 +32,7 @@ struct Gather {
     is_assembly: bool,
     step: Option<usize>,
     material: Option<String>,
+    behavior: Option<String>,
     /// Axes in which coordinates of nodes stand (SYSTEM).
     system: Option<(Vector, [Vector; 3])>,
     /// Name of the keyword before, to which sub-options belong.
@@ -53,6 +54,7 @@ pub(super) fn gather(deck: &KeywordDeck, most: usize) -> Result<Gathered, Vec<De
         is_assembly: false,
         step: None,
         material: None,
+        behavior: None,
         system: None,
         previous: String::new(),
         n_members: 0,
@@ -144,6 +146,17 @@ impl Gather {
                     return Err(k.error(format_args!("the material `{name}` stands twice")));
                 }
                 self.material = Some(name);
+            }
+            "CONNECTORBEHAVIOR" => {
+                let name = k.needs("NAME")?;
+                if self.out.behaviors.insert(name.clone(), Vec::new()).is_some() {
+                    return Err(k.error(format_args!("the connector behavior `{name}` stands twice")));
+                }
+                self.behavior = Some(name);
+            }
+            "CONNECTORELASTICITY" => {
+                let found = self.behavior.as_ref().and_then(|b| self.out.behaviors.get_mut(b));
+                found.ok_or_else(|| k.error("it belongs below a *CONNECTOR BEHAVIOR"))?.push(index);
             }
             "ELASTIC" | "DENSITY" => {
                 let found = self.material.as_ref().and_then(|m| self.out.materials.get_mut(m));

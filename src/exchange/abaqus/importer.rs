@@ -5,11 +5,12 @@ use super::kinds::Kind;
 use super::scopes::{At, Gathered};
 use super::tied::Tied;
 use crate::deck::{DeckError, Keyword, KeywordDeck};
-use crate::exchange::imported::ImportOptions;
+use crate::exchange::imported::{ImportOptions, KeyedBound, KeyedOrigins};
 use crate::exchange::names::{Taken, heading, slug};
 use crate::exchange::report::ImportReport;
 use crate::exchange::system::Quantity;
 use crate::exchange::writer::{Block, Writer, computed, exact, with_unit};
+use std::cell::RefCell;
 use std::collections::{BTreeMap, HashMap};
 
 pub(super) use crate::exchange::imported::Solver;
@@ -45,6 +46,11 @@ pub(super) struct Importer<'a> {
     pub groups: Vec<(String, Vec<String>, bool)>,
     pub ties: Vec<Tied>,
     pub tied: HashMap<At, bool>,
+    pub origins: KeyedOrigins,
+    /// The keyword of the masses or springs that are being written.
+    pub point: Option<usize>,
+    /// Items of the section that is being written.
+    bounds: RefCell<Vec<KeyedBound>>,
 }
 
 impl<'a> Importer<'a> {
@@ -84,6 +90,9 @@ impl<'a> Importer<'a> {
             groups: Vec::new(),
             ties: Vec::new(),
             tied: HashMap::new(),
+            origins: KeyedOrigins::default(),
+            point: None,
+            bounds: RefCell::default(),
             all,
         }
     }
@@ -102,6 +111,30 @@ impl<'a> Importer<'a> {
     /// A number that was computed, with its unit.
     pub(super) fn computed(&self, value: f64, quantity: Quantity) -> String {
         with_unit(&computed(value), self.unit(quantity))
+    }
+
+    /// That a property of the section or the point that is being written comes from an item: keyword, data line, item.
+    pub(super) fn bind(&self, property: &str, place: (usize, usize, usize), quantity: Quantity) {
+        self.bind_by(property.to_string(), place, self.options.system.factor(quantity));
+    }
+
+    fn bind_by(&self, property: String, place: (usize, usize, usize), factor: f64) {
+        let bound = KeyedBound { property, place, factor };
+        let mut all = self.bounds.borrow_mut();
+        // Elements of one keyword say the same.
+        if !all.contains(&bound) {
+            all.push(bound);
+        }
+    }
+
+    /// The same of an entry of an inertia, with the sign that the deck's convention gives it.
+    pub(super) fn bind_inertia(&self, axes: &str, place: (usize, usize, usize), sign: f64) {
+        self.bind_by(format!("inertia_{axes}"), place, sign * self.options.system.factor(Quantity::Inertia));
+    }
+
+    /// What was bound since the last time.
+    pub(super) fn bound(&self) -> Vec<KeyedBound> {
+        self.bounds.take()
     }
 
     pub(super) fn lengths(&self, v: [f64; 3]) -> String {
@@ -123,6 +156,11 @@ impl<'a> Importer<'a> {
     pub(super) fn node_name(&self, at: At) -> String {
         let id = self.all.body(at.instance).nodes[at.index as usize].0;
         format!("{}n{id}", self.prefixes[at.instance as usize])
+    }
+
+    /// Number of an element.
+    pub(super) fn id_of(&self, at: At) -> u32 {
+        self.all.body(at.instance).elements[at.index as usize].id
     }
 
     pub(super) fn node_names(&self, at: At) -> Vec<String> {
@@ -167,6 +205,9 @@ impl<'a> Importer<'a> {
         let plain = if e.kind.becomes.len() > 1 { format!("{plain}_{}", part + 1) } else { plain };
         let name = self.element_names.unique(&plain);
         self.out.entry(block, &name, value, "");
+        if let Some(k) = self.point {
+            self.origins.points.insert(name.clone(), k);
+        }
         let own = self.groups.len().saturating_sub(1) as u32;
         if let Some(group) = self.groups.last_mut() {
             self.written.entry(at).or_insert([own, group.1.len() as u32, 0])[2] += 1;
@@ -191,11 +232,13 @@ impl<'a> Importer<'a> {
         if let Some(name) = self.sections.get(&(k.index(), variant)) {
             return Ok(name.clone());
         }
+        self.bound();
         let values = make(self)?;
         let label = k.label("ELSET").unwrap_or_default();
         let name = self.section_names.unique(&section_word(k, &label));
         self.out.entry(Block::Sections, &name, &crate::exchange::writer::map(&values), "");
         self.sections.insert((k.index(), variant), name.clone());
+        self.origins.sections.insert(name.clone(), (k.index(), self.bound()));
         Ok(name)
     }
 

@@ -1,5 +1,7 @@
 //! Types of elements: what each becomes, its faces, and which are refused.
 
+use crate::exchange::patches;
+
 /// What a type of element is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Family {
@@ -11,6 +13,8 @@ pub(super) enum Family {
     RotaryInertia,
     /// Dofs that it joins: one to ground, two of two nodes, or the line between two nodes.
     Spring(Joined),
+    /// Two nodes, joined as a section of its own says.
+    Connector,
     Dashpot(Joined),
     /// Faces of a rigid body: nodes without stiffness and mass.
     Rigid,
@@ -64,21 +68,10 @@ const HYBRID: &str =
     "hybrid elements are those of displacements alone: stiffer where the material is nearly incompressible";
 const MODIFIED: &str = "C3D10M are tet10: another formulation, the same as the mesh gets finer";
 const SHELL: &str = "shells are retune's MITC shells: equal to the solver's as the mesh gets finer, not to the digits";
-const SHELL8: &str =
-    "shells of eight and six nodes are a patch of flat shells on the same nodes: they need a finer mesh";
 const BEAM31: &str =
     "B31 are exact beams with the shear factors of Abaqus: the solver's of one point are equal as the mesh gets finer";
 const BEAM32: &str = "B32 are two exact beams each: equal as the mesh gets finer";
 
-const QUADS: &[(&str, &[usize])] = &[
-    ("shell4", &[4, 5, 6, 7]),
-    ("shell3", &[0, 4, 7]),
-    ("shell3", &[1, 5, 4]),
-    ("shell3", &[2, 6, 5]),
-    ("shell3", &[3, 7, 6]),
-];
-const TRIANGLES: &[(&str, &[usize])] =
-    &[("shell3", &[0, 3, 5]), ("shell3", &[3, 1, 4]), ("shell3", &[5, 4, 2]), ("shell3", &[3, 4, 5])];
 const HALVES: &[(&str, &[usize])] = &[("beam", &[0, 1]), ("beam", &[1, 2])];
 const BAR_HALVES: &[(&str, &[usize])] = &[("bar", &[0, 1]), ("bar", &[1, 2])];
 const H8: &[(&str, &[usize])] = &[("hex8", first(8))];
@@ -125,11 +118,11 @@ pub(super) const KINDS: &[Kind] = &[
     kind("S4R", Family::Shell, 4, Q4, true, SHELL),
     kind("S4R5", Family::Shell, 4, Q4, true, SHELL),
     kind("S4RS", Family::Shell, 4, Q4, true, SHELL),
-    kind("S6", Family::Shell, 6, TRIANGLES, false, SHELL8),
-    kind("STRI65", Family::Shell, 6, TRIANGLES, false, SHELL8),
-    kind("S8", Family::Shell, 8, QUADS, false, SHELL8),
-    kind("S8R", Family::Shell, 8, QUADS, false, SHELL8),
-    kind("S8R5", Family::Shell, 8, QUADS, false, SHELL8),
+    kind("S6", Family::Shell, 6, patches::TRIANGLE, false, patches::DIFFERS),
+    kind("STRI65", Family::Shell, 6, patches::TRIANGLE, false, patches::DIFFERS),
+    kind("S8", Family::Shell, 8, patches::QUADRILATERAL, false, patches::DIFFERS),
+    kind("S8R", Family::Shell, 8, patches::QUADRILATERAL, false, patches::DIFFERS),
+    kind("S8R5", Family::Shell, 8, patches::QUADRILATERAL, false, patches::DIFFERS),
     kind("B31", Family::Beam, 2, B2, true, BEAM31),
     kind("B31R", Family::Beam, 2, B2, true, BEAM31),
     kind("B31H", Family::Beam, 2, B2, true, BEAM31),
@@ -151,6 +144,7 @@ pub(super) const KINDS: &[Kind] = &[
         true,
         "T3D3 are two bars each, with a middle node that nothing holds sideways",
     ),
+    kind("CONN3D2", Family::Connector, 2, &[], true, ""),
     kind("MASS", Family::Mass, 1, &[], true, ""),
     kind("ROTARYI", Family::RotaryInertia, 1, &[], true, ""),
     kind("SPRING1", Family::Spring(Joined::Ground), 1, &[], true, ""),
@@ -185,7 +179,7 @@ const REFUSED: &[(&str, &str)] = &[
     ("T2D", "plane trusses are not read; give T3D2"),
     ("PIPE2", "plane pipes are not read; give PIPE31"),
     ("ELBOW", "elbows are not read; give PIPE31"),
-    ("CONN", "connectors are not read; give SPRING1, SPRING2, SPRINGA, MPC or COUPLING"),
+    ("CONN2", "plane connectors are not read; give CONN3D2"),
     ("COH", "cohesive elements are not read; give a TIE"),
     ("GAP", "contact is not linear; give a SPRINGA for a gap that is closed"),
     ("DC", "elements of heat are no structure"),

@@ -53,7 +53,14 @@ impl Importer<'_> {
     }
 
     /// Nodes that follow another in some of their components, along global axes or others.
-    fn link(&mut self, name: &str, master: At, slaves: &[At], flags: [bool; 6], axes: Option<[[f64; 3]; 3]>) {
+    pub(super) fn link(
+        &mut self,
+        name: &str,
+        master: At,
+        slaves: &[At],
+        flags: [bool; 6],
+        axes: Option<[[f64; 3]; 3]>,
+    ) {
         let slaves: Vec<At> = slaves.iter().copied().filter(|s| *s != master).collect();
         if slaves.is_empty() {
             return;

@@ -38,9 +38,13 @@ pub(super) fn read(importer: &mut Importer<'_>, keywords: &[usize]) -> Result<Ma
                     return Err(line.error(Some((0, "density")), "it must not be negative"));
                 }
                 out.density = Some(rho).filter(|r| *r > 0.0);
+                out.density_at = Some(*index);
                 importer.only_first(&k, 1);
             }
-            "ELASTIC" => out.elastic = Some(elastic(importer, &k)?),
+            "ELASTIC" => {
+                out.elastic = Some(elastic(importer, &k)?);
+                out.elastic_at = Some(*index);
+            }
             _ => {}
         }
     }
@@ -107,6 +111,13 @@ impl Importer<'_> {
         }
     }
 
+    /// That a section's density is that of its material.
+    pub(super) fn bind_density(&self, material: &Material) {
+        if let Some(at) = material.density_at {
+            self.bind("density", (at, 0, 0), Q::Density);
+        }
+    }
+
     /// The material of a section.
     pub(super) fn material(&self, k: &Keyword<'_>) -> Result<Material, DeckError> {
         self.material_of(k, &k.needs("MATERIAL")?)
@@ -128,43 +139,53 @@ impl Importer<'_> {
         is_shell: bool,
         values: &mut Values,
     ) -> Result<(), DeckError> {
-        let mut put = |key: &str, value: f64, q: Q| values.push((key.to_string(), self.with(value, q)));
+        // Constants of a stiffness matrix are no items of the deck.
+        let computed = material.elastic_at.is_some_and(|k| {
+            self.deck.keyword(k).label("TYPE").is_some_and(|t| t.starts_with("ORTHO") || t.starts_with("ANISO"))
+        });
+        let at = material.elastic_at.filter(|_| !computed);
+        let mut put = |key: &str, item: usize, value: f64, q: Q| {
+            values.push((key.to_string(), self.with(value, q)));
+            if let Some(at) = at {
+                self.bind(key, (at, item / 8, item % 8), q);
+            }
+        };
         match material.elastic {
             None => return Err(k.error("its material has no *ELASTIC")),
             Some(Elastic::Isotropic { e, nu }) => {
-                put("E", e, Q::Stress);
-                put("nu", nu, Q::Number);
+                put("E", 0, e, Q::Stress);
+                put("nu", 1, nu, Q::Number);
             }
             Some(Elastic::Lamina { e, nu, g }) => {
                 if !is_shell {
                     return Err(k.error("a solid needs ENGINEERING CONSTANTS, and LAMINA are those of a sheet"));
                 }
-                for (key, value) in [("E1", e[0]), ("E2", e[1])] {
-                    put(key, value, Q::Stress);
-                }
-                put("nu12", nu, Q::Number);
-                for (key, value) in ["G12", "G13", "G23"].into_iter().zip(g) {
-                    put(key, value, Q::Stress);
+                put("E1", 0, e[0], Q::Stress);
+                put("E2", 1, e[1], Q::Stress);
+                put("nu12", 2, nu, Q::Number);
+                for (i, (key, value)) in ["G12", "G13", "G23"].into_iter().zip(g).enumerate() {
+                    put(key, 3 + i, value, Q::Stress);
                 }
             }
             Some(Elastic::Orthotropic { e, nu, g }) => {
                 for (i, (key, value)) in ["E1", "E2", "E3"].into_iter().zip(e).enumerate() {
                     if !(is_shell && i == 2) {
-                        put(key, value, Q::Stress);
+                        put(key, i, value, Q::Stress);
                     }
                 }
                 for (i, (key, value)) in ["nu12", "nu13", "nu23"].into_iter().zip(nu).enumerate() {
                     if !(is_shell && i > 0) {
-                        put(key, value, Q::Number);
+                        put(key, 3 + i, value, Q::Number);
                     }
                 }
-                for (key, value) in ["G12", "G13", "G23"].into_iter().zip(g) {
-                    put(key, value, Q::Stress);
+                for (i, (key, value)) in ["G12", "G13", "G23"].into_iter().zip(g).enumerate() {
+                    put(key, 6 + i, value, Q::Stress);
                 }
             }
         }
         if let Some(rho) = material.density {
-            put("density", rho, Q::Density);
+            values.push(("density".to_string(), self.with(rho, Q::Density)));
+            self.bind_density(material);
         }
         Ok(())
     }

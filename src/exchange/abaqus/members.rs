@@ -1,5 +1,6 @@
 //! Beams and trusses.
 
+use super::elastic::Material;
 use super::importer::{Importer, Solver, Values};
 use super::kinds::Family;
 use super::profile::{self, Profile};
@@ -15,6 +16,8 @@ struct BeamSection {
     nu: Option<f64>,
     g: Option<f64>,
     density: Option<f64>,
+    /// Where the moduli come from, if not from the section itself.
+    material: Option<Material>,
     /// Direction of the first axis of the section.
     n1: [f64; 3],
     /// Shear stiffness along axes 1 and 2, where it is given.
@@ -46,6 +49,7 @@ fn read(importer: &Importer<'_>, k: &Keyword<'_>, instance: u32) -> Result<BeamS
             nu: Some(nu),
             g: None,
             density: material.density,
+            material: Some(material),
             n1,
             shear: None,
             shear_centre: None,
@@ -61,7 +65,7 @@ fn read(importer: &Importer<'_>, k: &Keyword<'_>, instance: u32) -> Result<BeamS
             Some(Ok(rho)) if rho >= 0.0 && rho.is_finite() => Some(rho).filter(|r| *r > 0.0),
             Some(_) => return Err(k.error("DENSITY must be a number, zero or above")),
         };
-        BeamSection { profile, e, nu: None, g: Some(g), density, n1, shear: None, shear_centre: None }
+        BeamSection { profile, e, nu: None, g: Some(g), density, material: None, n1, shear: None, shear_centre: None }
     };
     // What belongs to a section stands right below it.
     let count = importer.deck.keywords().len();
@@ -89,6 +93,31 @@ fn read(importer: &Importer<'_>, k: &Keyword<'_>, instance: u32) -> Result<BeamS
         }
     }
     Ok(out)
+}
+
+/// Items of a section of beams: of its material, and of constants given directly along principal axes.
+fn bind(importer: &Importer<'_>, k: &Keyword<'_>, s: &BeamSection) {
+    match &s.material {
+        Some(material) => {
+            if let Some(at) = material.elastic_at {
+                importer.bind("E", (at, 0, 0), Q::Stress);
+                importer.bind("nu", (at, 0, 1), Q::Number);
+            }
+            importer.bind_density(material);
+        }
+        None => {
+            importer.bind("E", (k.index(), 2, 0), Q::Stress);
+            importer.bind("G", (k.index(), 2, 1), Q::Stress);
+        }
+    }
+    let is_general = k.label("SECTION").is_none_or(|s| s == "GENERAL");
+    if is_general && s.profile.turn() == 0.0 {
+        for (key, item, q) in
+            [("A", 0, Q::Area), ("Iy", 1, Q::SecondMoment), ("Iz", 3, Q::SecondMoment), ("J", 4, Q::SecondMoment)]
+        {
+            importer.bind(key, (k.index(), 0, item), q);
+        }
+    }
 }
 
 /// Properties of a section of beams, in its principal axes.
@@ -190,8 +219,10 @@ pub(super) fn beams(
             (false, true) => "beam_slender_lumped",
             (false, false) => "beam_slender",
         };
-        let section =
-            importer.section(k, variant, |importer| Ok(values(importer, &beam, is_shear_flexible, is_lumped)))?;
+        let section = importer.section(k, variant, |importer| {
+            bind(importer, k, &beam);
+            Ok(values(importer, &beam, is_shear_flexible, is_lumped))
+        })?;
         let (names, points) = (importer.node_names(*at), importer.points(*at));
         for (part, (_, order)) in kind.becomes.iter().enumerate() {
             let along = minus(points[order[1]], points[order[0]]);
@@ -251,6 +282,11 @@ pub(super) fn trusses(
         let is_lumped = kind.is_first_order && importer.options.solver == Solver::Abaqus;
         let variant = if is_lumped { "truss_lumped" } else { "truss" };
         let section = importer.section(k, variant, |importer| {
+            if let Some(at) = material.elastic_at {
+                importer.bind("E", (at, 0, 0), Q::Stress);
+            }
+            importer.bind("A", (k.index(), 0, 0), Q::Area);
+            importer.bind_density(&material);
             let mut values =
                 vec![("E".to_string(), importer.with(e, Q::Stress)), ("A".to_string(), importer.with(area, Q::Area))];
             values.extend(material.density.map(|rho| ("density".to_string(), importer.with(rho, Q::Density))));

@@ -6,6 +6,7 @@
 //! no catalogue is refused by name and place: nothing is half-read.
 
 mod axes;
+mod connectors;
 mod elastic;
 mod gather;
 mod importer;

@@ -4,9 +4,9 @@ use super::gather::gather;
 use super::importer::{Importer, Solver, section_word, word};
 use super::kinds::Family;
 use super::scopes::{At, Body};
-use super::{links, materials, members, points, shells, solids, supports, ties};
+use super::{connectors, links, materials, members, points, shells, solids, supports, ties};
 use crate::deck::{DeckError, Keyword, KeywordDeck};
-use crate::exchange::imported::{ImportOptions, Imported, Origins, head, quoted};
+use crate::exchange::imported::{ImportOptions, Imported, KeyedOrigins, Origins, head, quoted};
 use crate::exchange::system::Quantity;
 use crate::exchange::writer::{Block, clean, list};
 use std::collections::HashSet;
@@ -25,6 +25,7 @@ const SECTIONS: &[&str] = &[
     "ROTARYINERTIA",
     "SPRING",
     "DASHPOT",
+    "CONNECTORSECTION",
 ];
 
 /// Turns a deck of Abaqus or CalculiX into the text of a model file.
@@ -162,7 +163,10 @@ impl<'a> Importer<'a> {
         }
         let family = self.kind(first).family;
         self.begin_group(k, instance, &label, family);
-        match (k.name(), family) {
+        let is_point = matches!(k.name(), "MASS" | "ROTARYINERTIA" | "SPRING" | "DASHPOT" | "CONNECTORSECTION");
+        self.point = is_point.then_some(k.index());
+        self.bound();
+        let written = match (k.name(), family) {
             ("SOLIDSECTION", Family::Solid) => solids::section(self, k, instance, &all),
             ("SOLIDSECTION", Family::Truss) => members::trusses(self, k, &all),
             ("SHELLSECTION" | "SHELLGENERALSECTION", Family::Shell) => shells::section(self, k, instance, &all),
@@ -170,11 +174,18 @@ impl<'a> Importer<'a> {
             ("MASS", Family::Mass) => points::masses(self, k, &all),
             ("ROTARYINERTIA", Family::RotaryInertia) => points::inertias(self, k, instance, &all),
             ("SPRING", Family::Spring(_)) | ("DASHPOT", Family::Dashpot(_)) => points::springs(self, k, instance, &all),
+            ("CONNECTORSECTION", Family::Connector) => connectors::section(self, k, instance, &all),
             _ => {
                 let kind = self.kind(first).name;
                 Err(k.error(format_args!("its set has elements of the type {kind}, which it does not serve")))
             }
+        };
+        if is_point {
+            let bounds = self.bound();
+            self.origins.of_points.insert(k.index(), bounds);
         }
+        self.point = None;
+        written
     }
 
     fn all_have_sections(&self) -> Result<(), DeckError> {
@@ -195,8 +206,10 @@ impl<'a> Importer<'a> {
     fn begin_group(&mut self, k: &Keyword<'_>, instance: u32, label: &str, family: Family) {
         let own = section_word(k, label);
         let name = self.element_names.unique(&format!("{}{own}", self.prefixes[instance as usize]));
-        let is_stiff =
-            matches!(family, Family::Solid | Family::Shell | Family::Beam | Family::Truss | Family::Spring(_));
+        let is_stiff = matches!(
+            family,
+            Family::Solid | Family::Shell | Family::Beam | Family::Truss | Family::Spring(_) | Family::Connector
+        );
         self.groups.push((name, Vec::new(), is_stiff));
     }
 
@@ -237,6 +250,21 @@ impl<'a> Importer<'a> {
         }
     }
 
+    /// Where what was written comes from.
+    fn keyed_origins(&mut self) -> KeyedOrigins {
+        let mut origins = std::mem::take(&mut self.origins);
+        origins.materials = self.all.materials.clone();
+        for (i, instance) in self.all.instances.iter().enumerate() {
+            let body = self.all.body(i as u32);
+            for index in 0..body.nodes.len() as u32 {
+                let at = At { instance: i as u32, index };
+                origins.nodes.insert(self.node_name(at), (instance.name.clone(), body.nodes[index as usize].0));
+            }
+            origins.largest = body.elements.iter().map(|e| e.id).fold(origins.largest, u32::max);
+        }
+        origins
+    }
+
     fn finish(mut self) -> Imported {
         self.write_groups();
         let file =
@@ -264,6 +292,7 @@ impl<'a> Importer<'a> {
         let title = heading.map(|l| clean(l.whole())).filter(|t| !t.is_empty()).unwrap_or_else(|| file.clone());
         self.report.notes.sort();
         let head = head(&self.report, &file, self.options.system, &title);
-        Imported { text: self.out.finish(&head), report: self.report, test: None, origins: Origins::default() }
+        let origins = Origins { keyed: self.keyed_origins(), ..Origins::default() };
+        Imported { text: self.out.finish(&head), report: self.report, test: None, origins }
     }
 }

@@ -18,6 +18,7 @@ pub(super) fn masses(importer: &mut Importer<'_>, k: &Keyword<'_>, elements: &[A
     if mass < 0.0 {
         return Err(line.error(Some((0, "mass")), "it must not be negative"));
     }
+    importer.bind("mass", (k.index(), 0, 0), Q::Mass);
     for at in elements {
         let node = importer.node_names(*at).remove(0);
         let value = map(&[("node", node), ("mass", importer.with(mass, Q::Mass))]);
@@ -44,6 +45,7 @@ pub(super) fn inertias(
         let value = if i < 3 { value } else { -value };
         if value != 0.0 {
             values.push((axes, importer.with(value, Q::Inertia)));
+            importer.bind_inertia(axes, (k.index(), 0, i), if i < 3 { 1.0 } else { -1.0 });
         }
     }
     if values.is_empty() {
@@ -110,6 +112,7 @@ pub(super) fn springs(
         return Err(line.error(Some((0, "stiffness")), "it must not be negative"));
     }
     importer.only_first(k, 2);
+    let value_at = (k.index(), usize::from(k.n_lines() > 1), 0);
     let orientation = match k.label("ORIENTATION") {
         Some(name) => Some(importer.orientation(k, instance, &name)?),
         None => None,
@@ -131,12 +134,14 @@ pub(super) fn springs(
                     );
                 }
                 let spring = importer.with(value, quantity(0, is_damping));
+                importer.bind(key, value_at, quantity(0, is_damping));
                 let value = map(&[("nodes", format!("[{}]", names.join(", "))), (key, format!("{{axial: {spring}}}"))]);
                 importer.element(Block::Springs, *at, 0, &value);
             }
             Joined::Ground => {
                 let d = dof(&head, 0)?;
                 let spring = importer.with(value, quantity(d, is_damping));
+                importer.bind(&format!("{key}_{}", Dof::ALL[d]), value_at, quantity(d, is_damping));
                 let mut items = vec![("node", names[0].clone()), (key, format!("{{{}: {spring}}}", Dof::ALL[d]))];
                 let frame = match &orientation {
                     Some(o) => {
@@ -155,6 +160,7 @@ pub(super) fn springs(
                         "springs between a displacement and a rotation count radians as the deck's unit of length",
                     );
                 }
+                importer.bind(key, value_at, quantity(0, is_damping));
                 let mut properties = vec![(key.to_string(), importer.with(value, quantity(0, is_damping)))];
                 for (prefix, sign, node, d) in [("a", -1.0, nodes[0], dofs[0]), ("b", 1.0, nodes[1], dofs[1])] {
                     let mut placed = importer.placed(node);

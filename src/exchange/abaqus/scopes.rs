@@ -112,6 +112,8 @@ pub(super) struct Gathered {
     /// The model itself first.
     pub instances: Vec<Instance>,
     pub materials: BTreeMap<String, Vec<usize>>,
+    /// Keywords of the behaviors of connectors.
+    pub behaviors: BTreeMap<String, Vec<usize>>,
     /// Boundary conditions of the model, and keywords of each step.
     pub boundary: Vec<usize>,
     pub steps: Vec<Vec<usize>>,

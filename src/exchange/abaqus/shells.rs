@@ -54,7 +54,10 @@ fn layer(importer: &mut Importer<'_>, k: &Keyword<'_>) -> Result<Layer, DeckErro
     if let Some(text) = k.parameter("DENSITY") {
         match text.parse::<f64>() {
             // Of a general section it is a mass by area.
-            Ok(v) if v >= 0.0 && v.is_finite() => out.material.density = Some(v / out.thickness).filter(|v| *v > 0.0),
+            Ok(v) if v >= 0.0 && v.is_finite() => {
+                out.material.density = Some(v / out.thickness).filter(|v| *v > 0.0);
+                out.material.density_at = None;
+            }
             _ => return Err(k.error("DENSITY must be a number, zero or above")),
         }
     }
@@ -117,6 +120,9 @@ pub(super) fn section(
             let mut values: Values = Vec::new();
             importer.elastic(k, &layer.material, true, &mut values)?;
             values.push(("thickness".into(), importer.computed(layer.thickness, Q::Length)));
+            if k.parameter("COMPOSITE").is_none() {
+                importer.bind("thickness", (k.index(), 0, 0), Q::Length);
+            }
             if layer.offset != 0.0 {
                 values.push(("offset".into(), importer.computed(layer.offset, Q::Length)));
             }

@@ -129,12 +129,17 @@ impl Importer<'_> {
 
 fn spc(importer: &mut Importer<'_>, card: &Card<'_>) -> Result<(), DeckError> {
     let sid = card.id_at(2, "SID")?;
-    let mut all = Vec::new();
+    let (mut all, mut scalars) = (Vec::new(), Vec::new());
     for first in [3, 6] {
         if card.is_blank(first) {
             continue;
         }
-        let grid = importer.grid(card, first, "G")?;
+        let id = card.id_at(first, "G")?;
+        if importer.is_scalar_point(id) {
+            scalars.push(id);
+            continue;
+        }
+        let grid = importer.grid_of(card, first, "G", id)?;
         let flags = card.components(first + 1, "C")?;
         if card.real_or(first + 2, "D", 0.0)? != 0.0 {
             importer.report.note("enforced displacements of SPC are supports at rest: modes do not know them");
@@ -144,6 +149,9 @@ fn spc(importer: &mut Importer<'_>, card: &Card<'_>) -> Result<(), DeckError> {
     if importer.spc.contains(&sid) {
         for (grid, flags) in all {
             importer.hold(&format!("spc_{sid}"), &[grid], flags);
+        }
+        for id in scalars {
+            importer.hold_scalar_point(&format!("spc_{sid}"), id);
         }
     }
     Ok(())
@@ -160,8 +168,9 @@ fn spc1(importer: &mut Importer<'_>, card: &Card<'_>) -> Result<(), DeckError> {
     let is_range = (4..=card.len()).any(|n| card.text(n).eq_ignore_ascii_case("THRU"));
     let mut nodes = Vec::new();
     for id in ids {
-        match importer.known_grid(id) {
-            Some(grid) => nodes.push((node(id), *grid)),
+        match importer.known_grid(id).copied() {
+            Some(grid) => nodes.push((node(id), grid)),
+            None if importer.is_scalar_point(id) => importer.hold_scalar_point(&format!("spc1_{sid}"), id),
             None if is_range => {}
             None => return Err(card.error(Some((4, "G")), format_args!("there is no GRID {id}"))),
         }
@@ -178,15 +187,11 @@ fn mpc(importer: &mut Importer<'_>, card: &Card<'_>) -> Result<(), DeckError> {
     let mut field = 3;
     while field <= card.len() {
         if !card.is_blank(field) {
-            let (name, grid) = importer.grid(card, field, "G")?;
-            let flags = card.components(field + 1, "C")?;
-            let Some(component) = (0..6).find(|c| flags[*c]) else {
-                return Err(card.error(Some((field + 1, "C")), "a component, 1 to 6, is expected"));
+            let Some(end) = importer.end(card, (field, Some(field + 1)), "G")? else {
+                return Err(card.error(Some((field, "G")), "a grid or a scalar point is expected"));
             };
             let factor = card.real(field + 2, "A")?;
-            terms.extend(
-                importer.component(&grid, component).into_iter().map(|(dof, f)| (name.clone(), dof, f * factor)),
-            );
+            terms.extend(end.terms.iter().map(|(dof, f)| (end.node.clone(), *dof, f * factor)));
         }
         // Two terms a line: the first of a line begins at its third field, of later lines too.
         field += if (field - 3) % 8 == 0 { 3 } else { 5 };

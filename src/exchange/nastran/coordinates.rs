@@ -20,7 +20,6 @@ pub(super) const CARDS: &[CardRule] = &[
     used("CORD1C", "frames"),
     used("CORD1S", "frames"),
     refused("CORD3G", "general coordinate systems are not read; give a CORD2R"),
-    refused("SPOINT", "scalar points have no place in a model of nodes; use dofs of a GRID"),
     refused("EPOINT", "extra points belong to control systems, which a structural model has not"),
 ];
 

@@ -136,15 +136,28 @@ impl<'a> Importer<'a> {
         property: Option<&Card<'a>>,
         section: Option<&str>,
     ) -> Result<String, DeckError> {
+        self.part(block, card, values, (property, section), None)
+    }
+
+    /// The same of one of several elements that a card becomes, counted from 0.
+    pub(super) fn part(
+        &mut self,
+        block: Block,
+        card: &Card<'a>,
+        values: Values,
+        (property, section): (Option<&Card<'a>>, Option<&str>),
+        part: Option<usize>,
+    ) -> Result<String, DeckError> {
         let eid = card.id_at(2, "EID")?;
-        if let Some(first) = self.elements.insert(eid, card.id()) {
+        if let Some(first) = self.elements.insert(eid, card.id()).filter(|first| *first != card.id()) {
             let first = self.deck.card(first);
             let (file, line) = first.place();
             let text = format!("the number {eid} stands already at {file}:{line}, {}", first.name());
             return Err(card.error(Some((2, "EID")), text));
         }
         self.origins.largest = self.origins.largest.max(eid);
-        let name = self.names.unique(&format!("{}_{eid}", card.name().to_lowercase()));
+        let of = part.map_or_else(String::new, |part| format!("_{}", part + 1));
+        let name = self.names.unique(&format!("{}_{eid}{of}", card.name().to_lowercase()));
         self.entry(block, &name, &map(&values.items), "");
         if let Some(property) = property {
             let pid = property.id_at(2, "PID").unwrap_or(0);

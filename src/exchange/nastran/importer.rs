@@ -27,7 +27,7 @@ impl Space {
         Some(match name {
             "GRID" => Space::Grid,
             "CORD2R" | "CORD2C" | "CORD2S" => Space::Coordinates,
-            "MAT1" | "MAT2" | "MAT3" | "MAT8" | "MAT9" | "MAT10" | "MATHP" => Space::Material,
+            "MAT1" | "MAT2" | "MAT3" | "MAT8" | "MAT9" | "MAT10" | "MAT11" | "MATHP" => Space::Material,
             "PMASS" => Space::PointMass,
             _ if name.starts_with('P')
                 && matches!(rule(name).map(|r| r.treatment), Some(Treatment::Used(_) | Treatment::Refused(_))) =>
@@ -88,6 +88,8 @@ pub(super) struct Importer<'a> {
     /// Names of properties that a preprocessor wrote.
     pub named: HashMap<u32, String>,
     pub elements: HashMap<u32, CardId>,
+    /// Scalar points, and whether their node is written.
+    pub scalars: BTreeMap<u32, bool>,
     /// Nodes whose displacements have axes of their own, by frame.
     pub turned: BTreeMap<String, Vec<String>>,
 }
@@ -133,6 +135,7 @@ impl<'a> Importer<'a> {
             heading: None,
             named: HashMap::new(),
             elements: HashMap::new(),
+            scalars: BTreeMap::new(),
             turned: BTreeMap::new(),
         };
         importer.look_ahead()?;
@@ -166,6 +169,7 @@ impl<'a> Importer<'a> {
                         }
                     }
                 }
+                "SPOINT" | "CELAS3" | "CELAS4" | "CMASS3" | "CMASS4" => self.expect_scalar_points(&deck.card(id))?,
                 "PELAS" => {
                     let card = deck.card(id);
                     for first in [2, 6] {
@@ -203,6 +207,7 @@ impl<'a> Importer<'a> {
             });
         }
         self.origins.wtmass = self.wtmass;
+        self.check_scalar_points()?;
         for id in grids {
             self.grid_at(id, 0)?;
         }

@@ -1,7 +1,7 @@
 //! Masses on grids.
 
 use super::importer::{Importer, Space, Values};
-use super::springs::frame_of_grid;
+use super::springs::{ends, frame_of_grid};
 use super::{CardRule, read, refused, used};
 use crate::deck::{Card, DeckError};
 use crate::element::Dof;
@@ -14,9 +14,9 @@ pub(super) const CARDS: &[CardRule] = &[
     read("CONM1", "masses", conm1),
     read("CMASS1", "masses", cmass),
     read("CMASS2", "masses", cmass),
+    read("CMASS3", "masses", cmass),
+    read("CMASS4", "masses", cmass),
     used("PMASS", "masses"),
-    refused("CMASS3", "scalar points have no place in a model of nodes; give a CMASS1 on a grid"),
-    refused("CMASS4", "scalar points have no place in a model of nodes; give a CMASS2 on a grid"),
     refused("NSM", "non-structural mass by sets is not read; give it on the properties"),
     refused("NSM1", "non-structural mass by sets is not read; give it on the properties"),
     refused("NSML", "non-structural mass by sets is not read; give it on the properties"),
@@ -127,7 +127,7 @@ fn conm1<'a>(importer: &mut Importer<'a>, card: &Card<'a>) -> Result<(), DeckErr
 }
 
 fn cmass<'a>(importer: &mut Importer<'a>, card: &Card<'a>) -> Result<(), DeckError> {
-    let (property, source, field) = if card.name() == "CMASS1" {
+    let (property, source, field) = if matches!(card.name(), "CMASS1" | "CMASS3") {
         let pid = card.optional_id(3, "PID")?.map_or_else(|| card.id_at(2, "EID"), Ok)?;
         let found = importer.find(Space::PointMass, pid);
         let found = found.ok_or_else(|| card.error(Some((3, "PID")), format_args!("there is no PMASS {pid}")))?;
@@ -145,26 +145,20 @@ fn cmass<'a>(importer: &mut Importer<'a>, card: &Card<'a>) -> Result<(), DeckErr
     if mass < 0.0 {
         return Err(source.error(Some((field, "M")), "a negative mass is not read"));
     }
-    let is_ground = |n: usize| matches!(card.text(n), "" | "0");
-    let at = match (is_ground(4), is_ground(6)) {
-        (false, true) => 4,
-        (true, false) => 6,
-        (true, true) => return Err(card.error(Some((4, "G1")), "a mass needs a grid")),
-        (false, false) => {
+    let places = ends(card);
+    let end = match (importer.end(card, places[0], "G1")?, importer.end(card, places[1], "G2")?) {
+        (Some(end), None) | (None, Some(end)) => end,
+        (None, None) => return Err(card.error(Some((4, "G1")), "a mass needs a grid or a scalar point")),
+        (Some(_), Some(_)) => {
             return Err(
                 card.error(Some((6, "G2")), "a mass between two grids couples their accelerations; it is not read")
             );
         }
     };
-    let (node, grid) = importer.grid(card, at, "G")?;
-    let flags = card.components(at + 1, "C")?;
-    let mut set = (0..6).filter(|c| flags[*c]);
-    let (Some(component), None) = (set.next(), set.next()) else {
-        return Err(card.error(Some((at + 1, "C")), "one component, 1 to 6, is expected at a grid"));
-    };
+    let component = end.component;
     let (name, quantity) = entry(component, component);
     let mut values = Values::default();
     importer.put(&mut values, (&name, &name), (&source, field, "M"), mass, (quantity, importer.wtmass));
-    let frame = frame_of_grid(importer, &node, &grid);
-    matrix(importer, card, &node, values, property.as_ref(), frame)
+    let frame = end.grid.and_then(|grid| frame_of_grid(importer, &end.node, &grid));
+    matrix(importer, card, &end.node, values, property.as_ref(), frame)
 }

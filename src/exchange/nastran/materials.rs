@@ -4,6 +4,7 @@ use super::importer::{Importer, Values};
 use super::{CardRule, refused, used};
 use crate::deck::{Card, DeckError};
 use crate::exchange::system::Quantity;
+use crate::linalg::DMatrix;
 
 pub(super) const CARDS: &[CardRule] = &[
     used("MAT1", "materials"),
@@ -19,6 +20,7 @@ pub(super) const CARDS: &[CardRule] = &[
     super::left_out("MATS1", "nonlinear material"),
     super::left_out("CREEP", "nonlinear material"),
     super::left_out("MATF", "failure"),
+    used("MAT11", "materials"),
     refused("MAT3", "materials of axisymmetric elements are not read"),
     refused("MAT10", "fluids are not read"),
     refused("MATHP", "hyperelastic materials are not read"),
@@ -54,6 +56,77 @@ pub(super) fn isotropic(card: &Card<'_>) -> Result<Isotropic, DeckError> {
     })
 }
 
+/// E1, E2, nu12 and G12 of a sheet by its stiffnesses in plane stress (MAT2).
+///
+/// Q11 = E1/(1 - ν12 ν21), Q22 = E2/(1 - ν12 ν21), Q12 = ν12 Q22, Q33 = G12 (Jones, Mechanics of Composite Materials, 2.61).
+///
+/// # Errors
+/// Stiffnesses that couple stretching with shear, or that store no energy.
+pub(super) fn sheet(card: &Card<'_>) -> Result<[f64; 4], DeckError> {
+    for (field, name) in [(5, "G13"), (7, "G23")] {
+        if card.real_or(field, name, 0.0)? != 0.0 {
+            return Err(card.error(
+                Some((field, name)),
+                "a sheet that couples stretching with shear is not read; give its constants along its own axes",
+            ));
+        }
+    }
+    let (q11, q12, q22, q33) =
+        (card.real(3, "G11")?, card.real_or(4, "G12", 0.0)?, card.real(6, "G22")?, card.real(8, "G33")?);
+    if !(q11 > 0.0 && q22 > 0.0 && q33 > 0.0 && q12 * q12 < q11 * q22) {
+        return Err(
+            card.error(Some((3, "G11")), "its stiffnesses are those of no material: not every stress stores energy")
+        );
+    }
+    let rest = 1.0 - q12 * q12 / (q11 * q22);
+    Ok([q11 * rest, q22 * rest, q12 / q22, q33])
+}
+
+/// Elastic constants of a directed solid: E1 E2 E3, ν12 ν13 ν23, G12 G13 G23.
+pub(super) type Orthotropic = [f64; 9];
+
+/// MAT9 by the inverse of its stiffnesses, MAT11 as it stands.
+///
+/// # Errors
+/// Stiffnesses that couple stretching with shear, or shears with each other; that store no energy.
+pub(super) fn orthotropic(card: &Card<'_>) -> Result<Orthotropic, DeckError> {
+    const NO_MATERIAL: &str = "its constants are those of no material: not every stress stores energy";
+    if card.name() == "MAT11" {
+        // MID, E1, E2, E3, NU12, NU13, NU23, G12, then G13, G23, RHO on the next line.
+        let mut out = [0.0; 9];
+        for (i, name) in ["E1", "E2", "E3", "NU12", "NU13", "NU23", "G12"].into_iter().enumerate() {
+            out[i] = card.real_or(3 + i, name, 0.0)?;
+        }
+        (out[7], out[8]) = (card.real(10, "G13")?, card.real(11, "G23")?);
+        let is_sound = [0, 1, 2, 6, 7, 8].iter().all(|i| out[*i] > 0.0);
+        return if is_sound { Ok(out) } else { Err(card.error(Some((3, "E1")), NO_MATERIAL)) };
+    }
+    // The upper triangle, row by row; shears are xy, yz, zx.
+    let mut g = [[0.0; 6]; 6];
+    let mut field = 3;
+    for i in 0..6 {
+        for j in i..6 {
+            g[i][j] = card.real_or(field, "G", 0.0)?;
+            g[j][i] = g[i][j];
+            let is_coupling = j >= 3 && i != j;
+            if is_coupling && g[i][j] != 0.0 {
+                return Err(card.error(
+                    Some((field, "G")),
+                    "a solid that couples stretching with shear is not read; give its constants along its own axes",
+                ));
+            }
+            field += 1;
+        }
+    }
+    let d = DMatrix::from_fn(3, 3, |i, j| g[i][j]);
+    let s = d.try_inverse().filter(|s| (0..3).all(|i| s[(i, i)] > 0.0 && s[(i, i)].is_finite()));
+    let s = s.filter(|_| (3..6).all(|i| g[i][i] > 0.0));
+    let s = s.ok_or_else(|| card.error(Some((3, "G11")), NO_MATERIAL))?;
+    let e: [f64; 3] = std::array::from_fn(|i| 1.0 / s[(i, i)]);
+    let nu = |i: usize, j: usize| -s[(i, j)] * e[i];
+    Ok([e[0], e[1], e[2], nu(0, 1), nu(0, 2), nu(1, 2), g[3][3], g[5][5], g[4][4]])
+}
+
 /// E, and G or nu, of a material for members; whether there is an E, and a G.
 pub(super) fn for_members(
     importer: &Importer<'_>,
@@ -83,6 +156,8 @@ pub(super) fn for_members(
 pub(super) fn density(importer: &Importer<'_>, card: &Card<'_>, values: &mut Values) -> Result<Option<f64>, DeckError> {
     let (field, name) = match card.name() {
         "MAT8" | "MAT2" => (9, "RHO"),
+        "MAT9" => (24, "RHO"),
+        "MAT11" => (12, "RHO"),
         _ => (6, "RHO"),
     };
     let Some(rho) = card.optional_real(field, name)?.filter(|r| *r != 0.0) else { return Ok(None) };

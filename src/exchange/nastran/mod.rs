@@ -15,10 +15,12 @@ mod names;
 mod others;
 mod responses;
 mod rigid;
+mod scalars;
 mod sections;
 mod shells;
 mod solids;
 mod springs;
+mod zaero;
 
 pub use importer::import;
 
@@ -79,6 +81,7 @@ const fn refused(name: &'static str, why: &'static str) -> CardRule {
 /// The catalogue, family by family.
 pub const CARDS: &[&[CardRule]] = &[
     coordinates::CARDS,
+    scalars::CARDS,
     members::CARDS,
     sections::CARDS,
     materials::CARDS,
@@ -90,6 +93,7 @@ pub const CARDS: &[&[CardRule]] = &[
     solids::CARDS,
     design::CARDS,
     others::CARDS,
+    zaero::CARDS,
 ];
 
 /// The rule of a card.

@@ -1,11 +1,12 @@
 //! Plates and shells.
 
 use super::importer::{Importer, Values};
-use super::materials::{density, isotropic};
+use super::materials::{density, isotropic, sheet};
 use super::{CardRule, read, refused, used};
 use crate::deck::{Card, DeckError};
 use crate::exchange::coord::Coord;
 use crate::exchange::motions::angle_from_global;
+use crate::exchange::patches::{self, Patch};
 use crate::exchange::system::Quantity as Q;
 use crate::exchange::writer::{Block, computed, map, with_unit};
 use crate::model::{cross, minus, unit};
@@ -15,11 +16,11 @@ pub(super) const CARDS: &[CardRule] = &[
     read("CTRIA3", "shells", shell),
     read("CQUADR", "shells", shell),
     read("CTRIAR", "shells", shell),
+    read("CQUAD8", "shells", quadratic),
+    read("CTRIA6", "shells", quadratic),
     used("PSHELL", "shells"),
     used("PCOMP", "shells"),
     refused("PCOMPG", "laminates by global plies are not read; give a PCOMP of one material, or PSHELL"),
-    refused("CQUAD8", "quadratic shells are not read; give CQUAD4"),
-    refused("CTRIA6", "quadratic shells are not read; give CTRIA3"),
     refused("CQUAD", "hyperelastic plane elements are not read"),
     refused("CSHEAR", "shear panels are not read; give a CQUAD4"),
     refused("CTRIAX", "axisymmetric elements are not read"),
@@ -32,53 +33,93 @@ pub(super) const CARDS: &[CardRule] = &[
 
 fn shell<'a>(importer: &mut Importer<'a>, card: &Card<'a>) -> Result<(), DeckError> {
     let count = if card.name().starts_with("CQUAD") { 4 } else { 3 };
+    let first = 12;
+    let plain: Patch = if count == 4 { &[("shell4", &[0, 1, 2, 3])] } else { &[("shell3", &[0, 1, 2])] };
+    write(importer, card, count, (plain, count), [4 + count, 5 + count, first])
+}
+
+/// CQUAD8 and CTRIA6: a patch on all of their grids, one flat shell where those of the edges are left out.
+fn quadratic<'a>(importer: &mut Importer<'a>, card: &Card<'a>) -> Result<(), DeckError> {
+    let corners = if card.name() == "CQUAD8" { 4 } else { 3 };
+    let given = (0..corners).filter(|i| !matches!(card.text(4 + corners + i), "" | "0")).count();
+    // Quadrilaterals have their thicknesses before the direction of the material, triangles behind it.
+    let fields = if corners == 4 { [16, 17, 12] } else { [10, 11, 12] };
+    let (patch, count): (Patch, usize) = match (corners, given) {
+        (4, 4) => (patches::QUADRILATERAL, 8),
+        (3, 3) => (patches::TRIANGLE, 6),
+        (4, 0) => (&[("shell4", &[0, 1, 2, 3])], 4),
+        (3, 0) => (&[("shell3", &[0, 1, 2])], 3),
+        _ => {
+            let text = format!("{given} grids of its edges are given; all {corners} or none are expected");
+            return Err(card.error(Some((4 + corners, "G")), text));
+        }
+    };
+    importer.report.approximate(patches::DIFFERS);
+    write(importer, card, corners, (patch, count), fields)
+}
+
+/// * `patch` - what the card becomes, and the number of its grids
+/// * `fields` - of the direction of the material, the offset, the first thickness at a corner
+fn write<'a>(
+    importer: &mut Importer<'a>,
+    card: &Card<'a>,
+    corners: usize,
+    (patch, n_grids): (Patch, usize),
+    [theta, offset, first]: [usize; 3],
+) -> Result<(), DeckError> {
     let property = importer.property(card, 3, &["PSHELL", "PCOMP", "PCOMPG"])?;
     let mut grids = Vec::new();
-    for i in 0..count {
+    for i in 0..n_grids {
         grids.push(importer.grid(card, 4 + i, "G")?);
     }
     let section = section(importer, card, &property)?;
     let points: Vec<[f64; 3]> = grids.iter().map(|g| g.1.position).collect();
-    let normal = match count {
-        4 => cross(minus(points[2], points[0]), minus(points[3], points[1])),
-        _ => cross(minus(points[1], points[0]), minus(points[2], points[0])),
-    };
-    let normal = unit(normal).ok_or_else(|| card.error(None, "its grids span no area"))?;
-    let mut values = Values::default();
-    values.items.push(("type".into(), format!("shell{count}")));
-    values
-        .items
-        .push(("nodes".into(), format!("[{}]", grids.iter().map(|g| g.0.as_str()).collect::<Vec<_>>().join(", "))));
-    values.items.push(("section".into(), section.name.clone()));
-    let (theta, offset) = (4 + count, 5 + count);
-    let mut own = Vec::new();
-    if section.is_directed {
-        let base = card.text(theta);
-        let angle = if base.is_empty() || base.contains('.') {
-            let x = minus(points[1], points[0]);
-            angle_from_global(normal, x) + card.real_or(theta, "THETA", 0.0)?.to_radians()
-        } else {
-            let (_, coord): (u32, Coord) = importer.coord(card, theta, "MCID")?;
-            angle_from_global(normal, coord.axes_at(points[0])[0])
+    let normal_of = |at: &[usize]| {
+        let p: Vec<[f64; 3]> = at.iter().map(|i| points[*i]).collect();
+        let normal = match p.len() {
+            4 => cross(minus(p[2], p[0]), minus(p[3], p[1])),
+            _ => cross(minus(p[1], p[0]), minus(p[2], p[0])),
         };
-        own.push(("angle".to_string(), format!("{} rad", computed(angle + section.ply_angle))));
-    }
+        unit(normal).ok_or_else(|| card.error(None, "its grids span no area"))
+    };
     let mut zoffs = card.optional_real(offset, "ZOFFS")?.unwrap_or(0.0);
     zoffs += section.offset;
-    if zoffs != 0.0 {
-        own.push(("offset".to_string(), importer.length(zoffs)));
-    }
-    let first = 12;
-    for n in first..first + count {
+    for n in first..first + corners {
         let Some(t) = card.optional_real(n, "T")? else { continue };
-        if card.integer_or(first - 1, "TFLAG", 0)? != 0 || section.thickness.is_none_or(|own| own != t) {
+        let is_factor = corners == n_grids && card.integer_or(first - 1, "TFLAG", 0)? != 0;
+        if is_factor || section.thickness.is_none_or(|own| own != t) {
             importer.report.approximate("thicknesses at the corners of shells are left out: the property's holds");
         }
     }
-    if !own.is_empty() {
-        values.items.push(("properties".into(), map(&own)));
+    for (part, (kind, at)) in patch.iter().enumerate() {
+        let normal = normal_of(at)?;
+        let mut values = Values::default();
+        values.items.push(("type".into(), (*kind).into()));
+        let names: Vec<&str> = at.iter().map(|i| grids[*i].0.as_str()).collect();
+        values.items.push(("nodes".into(), format!("[{}]", names.join(", "))));
+        values.items.push(("section".into(), section.name.clone()));
+        let mut own = Vec::new();
+        if section.is_directed {
+            let base = card.text(theta);
+            let angle = if base.is_empty() || base.contains('.') {
+                let x = minus(points[1], points[0]);
+                angle_from_global(normal, x) + card.real_or(theta, "THETA", 0.0)?.to_radians()
+            } else {
+                let (_, coord): (u32, Coord) = importer.coord(card, theta, "MCID")?;
+                angle_from_global(normal, coord.axes_at(points[0])[0])
+            };
+            own.push(("angle".to_string(), format!("{} rad", computed(angle + section.ply_angle))));
+        }
+        if zoffs != 0.0 {
+            own.push(("offset".to_string(), importer.length(zoffs)));
+        }
+        if !own.is_empty() {
+            values.items.push(("properties".into(), map(&own)));
+        }
+        let of = (patch.len() > 1).then_some(part);
+        importer.part(Block::Elements, card, values, (Some(&property), Some(&section.name)), of)?;
     }
-    importer.element(Block::Elements, card, values, Some(&property), Some(&section.name)).map(|_| ())
+    Ok(())
 }
 
 struct ShellSection {
@@ -246,7 +287,17 @@ fn elastic(importer: &mut Importer<'_>, material: &Card<'_>, values: &mut Values
                 }
             }
         }
-        _ => return Err(material.error(None, "anisotropic shells are not read; give MAT1 or MAT8")),
+        _ => {
+            let [e1, e2, nu12, g12] = sheet(material)?;
+            for (key, value) in [("E1", e1), ("E2", e2)] {
+                values.items.push((key.into(), importer.stress(value)));
+            }
+            values.items.push(("nu12".into(), computed(nu12)));
+            for key in ["G12", "G13", "G23"] {
+                values.items.push((key.into(), importer.stress(g12)));
+            }
+            importer.report.approximate("shells of MAT2 have its G33 as transverse shear moduli");
+        }
     }
     Ok(())
 }

@@ -1,11 +1,11 @@
 //! Solids.
 
 use super::importer::{Importer, Values};
-use super::materials::{density, isotropic};
+use super::materials::{density, isotropic, orthotropic};
 use super::{CardRule, read, refused, used};
 use crate::deck::{Card, DeckError};
 use crate::exchange::system::Quantity as Q;
-use crate::exchange::writer::{Block, computed};
+use crate::exchange::writer::{Block, computed, with_unit};
 
 pub(super) const CARDS: &[CardRule] = &[
     read("CTETRA", "solids", solid),
@@ -35,10 +35,12 @@ fn order(name: &str, nodes: usize) -> Option<(&'static str, Vec<usize>)> {
 
 fn solid<'a>(importer: &mut Importer<'a>, card: &Card<'a>) -> Result<(), DeckError> {
     let property = importer.property(card, 3, &["PSOLID"])?;
-    let mut grids = Vec::new();
+    let (mut grids, mut points) = (Vec::new(), Vec::new());
     for n in 4..=card.len() {
         if !card.is_blank(n) {
-            grids.push(importer.grid(card, n, "G")?.0);
+            let (name, grid) = importer.grid(card, n, "G")?;
+            grids.push(name);
+            points.push(grid.position);
         }
     }
     let Some((kind, order)) = order(card.name(), grids.len()) else {
@@ -48,12 +50,13 @@ fn solid<'a>(importer: &mut Importer<'a>, card: &Card<'a>) -> Result<(), DeckErr
         );
         return Err(card.error(Some((4, "G1")), text));
     };
-    let cordm = property.integer_or(4, "CORDM", 0)?;
+    let material = importer.material(&property, 3, &["MAT1", "MAT9", "MAT11"])?;
+    let is_directed = material.name() != "MAT1";
     let section = importer.section(&property, "solid", |importer| {
-        let material = importer.material(&property, 3, &["MAT1", "MAT9"])?;
         let mut values = Values::default();
-        if material.name() != "MAT1" {
-            return Err(material.error(None, "anisotropic solids are not read; give MAT1"));
+        if is_directed {
+            directed(importer, &material, &mut values)?;
+            return Ok(values);
         }
         let m = isotropic(&material)?;
         let (Some(e), Some(g)) = (m.e, m.g) else {
@@ -73,20 +76,52 @@ fn solid<'a>(importer: &mut Importer<'a>, card: &Card<'a>) -> Result<(), DeckErr
         } else {
             importer.put(&mut values, ("nu", "nu"), (&material, 5, "NU"), nu, (Q::Number, 1.0));
         }
-        density(importer, &material, &mut values)?;
-        if !importer.coupled {
-            values.items.push(("lumping".into(), "1".into()));
-        }
-        importer
-            .report
-            .note("shells and solids are retune's own: equal to the deck's as the mesh gets finer, not to the digits");
+        finish(importer, &material, &mut values)?;
         Ok(values)
     })?;
-    let _ = cordm; // the axes of an isotropic material are any
     let mut values = Values::default();
     values.items.push(("type".into(), kind.into()));
     let nodes: Vec<&str> = order.into_iter().map(|i| grids[i].as_str()).collect();
     values.items.push(("nodes".into(), format!("[{}]", nodes.join(", "))));
     values.items.push(("section".into(), section.clone()));
+    if is_directed {
+        // The axes of an isotropic material are any.
+        if property.text(4) == "-1" {
+            return Err(property.error(
+                Some((4, "CORDM")),
+                "a material along the axes of each element is not read; name a coordinate system",
+            ));
+        }
+        let (cordm, coord) = importer.coord(&property, 4, "CORDM")?;
+        let n = points.len() as f64;
+        let centre: [f64; 3] = std::array::from_fn(|i| points.iter().map(|p| p[i]).sum::<f64>() / n);
+        values.items.extend(importer.frame(cordm, &coord, centre).map(|f| ("frame".to_string(), f)));
+    }
     importer.element(Block::Elements, card, values, Some(&property), Some(&section)).map(|_| ())
+}
+
+/// Constants of a directed solid.
+fn directed(importer: &mut Importer<'_>, material: &Card<'_>, values: &mut Values) -> Result<(), DeckError> {
+    const NAMES: [&str; 9] = ["E1", "E2", "E3", "nu12", "nu13", "nu23", "G12", "G13", "G23"];
+    for (i, (key, value)) in NAMES.into_iter().zip(orthotropic(material)?).enumerate() {
+        let of = if (3..6).contains(&i) { Q::Number } else { Q::Stress };
+        if material.name() == "MAT11" {
+            importer.put(values, (key, key), (material, 3 + i, key), value, (of, 1.0));
+        } else {
+            values.items.push((key.into(), with_unit(&computed(value), importer.unit(of))));
+        }
+    }
+    finish(importer, material, values)
+}
+
+/// Density and lumping.
+fn finish(importer: &mut Importer<'_>, material: &Card<'_>, values: &mut Values) -> Result<(), DeckError> {
+    density(importer, material, values)?;
+    if !importer.coupled {
+        values.items.push(("lumping".into(), "1".into()));
+    }
+    importer
+        .report
+        .note("shells and solids are retune's own: equal to the deck's as the mesh gets finer, not to the digits");
+    Ok(())
 }

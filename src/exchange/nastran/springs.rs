@@ -11,11 +11,11 @@ use crate::model::{GLOBAL, cross, dot, minus, plus, unit};
 pub(super) const CARDS: &[CardRule] = &[
     read("CELAS1", "springs", celas),
     read("CELAS2", "springs", celas),
+    read("CELAS3", "springs", celas),
+    read("CELAS4", "springs", celas),
     read("CBUSH", "bushings", bush),
     used("PELAS", "springs"),
     used("PBUSH", "bushings"),
-    refused("CELAS3", "scalar points have no place in a model of nodes; give a CELAS1 between grids"),
-    refused("CELAS4", "scalar points have no place in a model of nodes; give a CELAS2 between grids"),
     refused("CBUSH1D", "one-dimensional bushings are not read; give a CBUSH"),
     refused("CBUSH2D", "bushings of rotors are not read; give a CBUSH"),
     refused("CFAST", "fasteners are not read; give a CBUSH between the sheets"),
@@ -42,23 +42,15 @@ fn quantities(dof: Dof) -> [Q; 2] {
     if dof.is_rotation() { [Q::RotationalStiffness, Q::RotationalDamping] } else { [Q::Stiffness, Q::Damping] }
 }
 
-/// A grid and one of its components; nothing for the ground.
-fn end(importer: &Importer<'_>, card: &Card<'_>, grid: usize) -> Result<Option<(String, Grid, usize)>, DeckError> {
-    if matches!(card.text(grid), "" | "0") {
-        return Ok(None);
-    }
-    let (name, own) = importer.grid(card, grid, "G")?;
-    let flags = card.components(grid + 1, "C")?;
-    let mut set = (0..6).filter(|c| flags[*c]);
-    match (set.next(), set.next()) {
-        (Some(component), None) => Ok(Some((name, own, component))),
-        _ => Err(card.error(Some((grid + 1, "C")), "one component, 1 to 6, is expected at a grid")),
-    }
+/// Fields of the two ends of a scalar element, with those of their components.
+pub(super) fn ends(card: &Card<'_>) -> [(usize, Option<usize>); 2] {
+    let is_scalar = matches!(card.name(), "CELAS3" | "CELAS4" | "CMASS3" | "CMASS4");
+    if is_scalar { [(4, None), (5, None)] } else { [(4, Some(5)), (6, Some(7))] }
 }
 
 fn celas<'a>(importer: &mut Importer<'a>, card: &Card<'a>) -> Result<(), DeckError> {
-    // CELAS1 refers to a property, CELAS2 has its stiffness itself.
-    let (property, source, field) = if card.name() == "CELAS1" {
+    // CELAS1 and CELAS3 refer to a property, CELAS2 and CELAS4 have their stiffness themselves; 3 and 4 join scalar points.
+    let (property, source, field) = if matches!(card.name(), "CELAS1" | "CELAS3") {
         let property = importer.property(card, 3, &["PELAS"])?;
         let pid = card.optional_id(3, "PID")?.map_or_else(|| card.id_at(2, "EID"), Ok)?;
         let first = if property.optional_id(2, "PID")? == Some(pid) { 2 } else { 6 };
@@ -66,30 +58,31 @@ fn celas<'a>(importer: &mut Importer<'a>, card: &Card<'a>) -> Result<(), DeckErr
     } else {
         (None, card.clone(), 3)
     };
+    let places = ends(card);
     let k = source.real(field, "K")?;
     if k < 0.0 {
         return Err(source.error(Some((field, "K")), "a negative stiffness is not read"));
     }
-    let (first, second) = (end(importer, card, 4)?, end(importer, card, 6)?);
+    let (first, second) = (importer.end(card, places[0], "G1")?, importer.end(card, places[1], "G2")?);
     let (one, other) = match (first, second) {
         (Some(a), b) => (a, b),
         (None, Some(b)) => (b, None),
-        (None, None) => return Err(card.error(Some((4, "G1")), "a spring needs a grid")),
+        (None, None) => return Err(card.error(Some((4, "G1")), "a spring needs a grid or a scalar point")),
     };
     let mut values = Values::default();
     let from = (&source, field, "K");
     let Some(second) = other else {
-        let (node, grid, component) = one;
-        let dof = Dof::ALL[component];
-        values.items.push(("node".into(), node.clone()));
+        let dof = Dof::ALL[one.component];
+        values.items.push(("node".into(), one.node.clone()));
         let k =
             put_nested(importer, &mut values, (dof.name(), &format!("k_{dof}")), from, k, (quantities(dof)[0], 1.0));
         values.items.push(("k".into(), format!("{{{k}}}")));
-        values.items.extend(frame_of_grid(importer, &node, &grid).map(|f| ("frame".to_string(), f)));
+        let frame = one.grid.and_then(|grid| frame_of_grid(importer, &one.node, &grid));
+        values.items.extend(frame.map(|f| ("frame".to_string(), f)));
         return importer.element(Block::Springs, card, values, property.as_ref(), None).map(|_| ());
     };
     // δ between any two dofs, factors along global axes; those of rotations are lengths.
-    let is_rotation = [one.2 >= 3, second.2 >= 3];
+    let is_rotation = [one.component >= 3, second.component >= 3];
     let mut properties = Vec::new();
     let length = importer.unit(Q::Length);
     // k acts on a length: a torsion spring of k has factors of one unit of length.
@@ -101,15 +94,15 @@ fn celas<'a>(importer: &mut Importer<'a>, card: &Card<'a>) -> Result<(), DeckErr
     }
     let k = put_nested(importer, &mut values, ("k", "k"), from, k, (quantity, 1.0));
     properties.push(k);
-    for (prefix, sign, (_, grid, component)) in [("a", -1.0, &one), ("b", 1.0, &second)] {
-        for (dof, factor) in importer.component(grid, *component) {
+    for (prefix, sign, end) in [("a", -1.0, &one), ("b", 1.0, &second)] {
+        for &(dof, factor) in &end.terms {
             let unit = if dof.is_rotation() { length } else { "" };
             properties.push(format!("{prefix}_{dof}: {}", with_unit(&exact(sign * factor), unit)));
         }
     }
     let head = [
         ("type".to_string(), "scalar_spring".to_string()),
-        ("nodes".to_string(), format!("[{}, {}]", one.0, second.0)),
+        ("nodes".to_string(), format!("[{}, {}]", one.node, second.node)),
         ("properties".to_string(), format!("{{{}}}", properties.join(", "))),
     ];
     values.items.extend(head);

@@ -184,7 +184,7 @@ fn offsets(model: &Model) -> Vec<Problem> {
     let size = model.geometry().size();
     let mut out: Vec<Problem> = Vec::new();
     for e in model.elements().iter().filter(|_| size > 0.0) {
-        for (property, value) in e.kind.properties().iter().zip(&e.values) {
+        for (property, value) in e.kind.properties().iter().zip(e.values.iter()) {
             let Some(value) = value.as_ref().map(|v| v.at(&theta)) else { continue };
             if !OFFSETS.contains(&property.name) || value.abs() <= TOO_DEEP * size {
                 continue;

@@ -4,6 +4,7 @@ use super::{Entry, Placer};
 use crate::element::Dof;
 use crate::model::spec::ReleasesSpec;
 use crate::model::value::Value;
+use std::sync::Arc;
 
 /// Which end of an element a property is of: `end1_compliance_ry` of the first.
 fn side(property: &str) -> Option<usize> {
@@ -30,7 +31,7 @@ impl Placer<'_> {
                             format_args!("{dof} is released, and `{name}` is given too"),
                         );
                     }
-                    Some(i) => entry.values[i] = Some(Value::constant(f64::INFINITY)),
+                    Some(i) => Arc::make_mut(&mut entry.values)[i] = Some(Value::constant(f64::INFINITY)),
                 }
             }
         }
@@ -41,7 +42,7 @@ impl Placer<'_> {
         for stretch in self.stretches(name) {
             for &e in &stretch {
                 let element = &mut self.elements[e];
-                for (property, value) in element.kind.properties().iter().zip(&mut element.values) {
+                for (property, value) in element.kind.properties().iter().zip(Arc::make_mut(&mut element.values)) {
                     if side(property.name).is_some_and(|side| Self::end(&stretch, side) != Some(e)) {
                         *value = None;
                     }

@@ -5,6 +5,7 @@ use crate::catalogue::did_you_mean;
 use crate::element::{Dof, Element};
 use crate::model::spec::{MassSpec, Named, SectionSpec, SectionValue, SpringSpec};
 use crate::yaml::child;
+use std::sync::Arc;
 
 impl Placer<'_> {
     pub(super) fn springs(&mut self, room: &str, springs: &Named<SpringSpec>) {
@@ -56,7 +57,7 @@ impl Placer<'_> {
                 path: &path,
                 kind,
                 section: None,
-                values: self.values(kind, &[(&properties, path.clone())]),
+                values: Arc::new(self.values(kind, &[(&properties, path.clone())])),
                 orientation: None,
                 frame: spring.frame.as_deref(),
                 arms: Vec::new(),
@@ -111,7 +112,7 @@ impl Placer<'_> {
                 path: &path,
                 kind,
                 section: None,
-                values,
+                values: Arc::new(values),
                 orientation: None,
                 frame: mass.frame.as_deref(),
                 arms: Vec::new(),

@@ -5,6 +5,7 @@ use crate::catalogue::did_you_mean;
 use crate::model::spec::OverrideSpec;
 use crate::model::value::{Affine, Value};
 use crate::yaml::child;
+use std::sync::Arc;
 
 impl Placer<'_> {
     pub(super) fn groups(&mut self) {
@@ -101,7 +102,7 @@ impl Placer<'_> {
                         self.problems.truncate(before + 1);
                         break;
                     };
-                    match (what, &mut self.elements[e].values[i]) {
+                    match (what, &mut Arc::make_mut(&mut self.elements[e].values)[i]) {
                         ("set", value) => *value = Some(Value::of(affine)),
                         // What is absent counts as zero, which every property with that meaning has as its default.
                         ("add", value) => value.get_or_insert(Value::constant(0.0)).addends.push(affine),
@@ -170,7 +171,7 @@ impl Placer<'_> {
                         ("stiffness", _) => element.stiffness_factor.get_or_insert_default().factors.push(factor),
                         ("mass", _) => element.mass_factor.get_or_insert_default().factors.push(factor),
                         (_, Some(i)) => {
-                            if let Some(value) = &mut element.values[i] {
+                            if let Some(value) = &mut Arc::make_mut(&mut element.values)[i] {
                                 value.factors.push(factor);
                             } else {
                                 let name = element.name.clone();

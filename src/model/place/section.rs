@@ -59,14 +59,14 @@ impl Placer<'_> {
                 }
             }
             let Some((shape, path)) = shape else { continue };
-            let shaped = self.shape(shape, &path);
+            let shaped = self.shape(kind, shape, &path);
             if turn.is_some() {
                 continue;
             }
             turn = Some(shaped.turn);
             for (property, v) in shaped.properties {
                 if let Some(i) = properties.iter().position(|p| p.name == property) {
-                    values[i].get_or_insert(Value::constant(v));
+                    values[i].get_or_insert(v);
                 }
             }
         }

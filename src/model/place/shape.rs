@@ -1,30 +1,33 @@
 //! What a cross-section gives an element: its sizes read and checked, then its properties.
 
 use super::Placer;
-use crate::catalogue::did_you_mean;
+use crate::element::Element;
 use crate::model::geometry::constant;
-use crate::model::laminate::{Ply, Strip, strip};
 use crate::model::open_section::{FlangedSizes, ISizes, Profile, angle, both_ends, channel, i_section, tee};
-use crate::model::spec::{LaminateSpec, PlySpec, ShapeSpec};
+use crate::model::spec::ShapeSpec;
+use crate::model::value::Value;
 use crate::units::Scalar;
-use crate::yaml::{Problem, child};
+use crate::yaml::child;
 use std::f64::consts::PI;
 
 /// What a cross-section gives.
 #[derive(Debug, Default)]
 pub(super) struct Shaped {
     /// Names and values, SI.
-    pub(super) properties: Vec<(&'static str, f64)>,
+    pub(super) properties: Vec<(&'static str, Value)>,
     /// How far its principal axes are turned about x from the axes that it is described in, rad.
     pub(super) turn: f64,
 }
 
-/// Plies of a laminate, at most.
-const MOST_PLIES: usize = 10_000;
+impl Shaped {
+    pub(super) fn constants(properties: impl IntoIterator<Item = (&'static str, f64)>) -> Self {
+        Self { properties: properties.into_iter().map(|(name, v)| (name, Value::constant(v))).collect(), turn: 0.0 }
+    }
+}
 
 impl Placer<'_> {
-    /// The properties that a cross-section gives; none where it is wrong, which is said.
-    pub(super) fn shape(&mut self, shape: &ShapeSpec, path: &str) -> Shaped {
+    /// The properties that a cross-section gives an element of a type; none where it is wrong, which is said.
+    pub(super) fn shape(&mut self, kind: &'static dyn Element, shape: &ShapeSpec, path: &str) -> Shaped {
         let given = [
             shape.rectangle.is_some(),
             shape.hollow.is_some(),
@@ -46,11 +49,12 @@ impl Placer<'_> {
         let before = self.problems.len();
         let shaped = self.closed(shape, path).or_else(|| self.open(shape, path));
         let shaped = match &shape.laminate {
-            Some(laminate) => self.laminate(laminate, &child(path, "laminate")),
+            Some(laminate) => self.laminate(kind, laminate, &child(path, "laminate")),
             None => shaped,
         };
         let Some(shaped) = shaped.filter(|_| self.problems.len() == before) else { return Shaped::default() };
-        let numbers = shaped.properties.iter().map(|p| p.1);
+        let theta = self.parameters.nominal();
+        let numbers = shaped.properties.iter().map(|p| p.1.at(&theta));
         if numbers.chain([shaped.turn]).any(|v| !v.is_finite()) {
             self.error(path, "its sizes or moduli are too large or too small to compute with");
             return Shaped::default();
@@ -113,7 +117,7 @@ impl Placer<'_> {
         } else {
             return None;
         };
-        Some(Shaped { properties: vec![("A", area), ("Iy", iy), ("Iz", iz), ("J", j)], turn: 0.0 })
+        Some(Shaped::constants([("A", area), ("Iy", iy), ("Iz", iz), ("J", j)]))
     }
 
     /// Shapes of walls that enclose no cell.
@@ -161,74 +165,6 @@ impl Placer<'_> {
         let (height, width, web, flange) = (size(0, "height"), size(1, "width"), size(2, "web"), size(3, "flange"));
         FlangedSizes { height, width, web, flange, fillet: self.fillet(fillet, path) }
     }
-
-    fn laminate(&mut self, s: &LaminateSpec, path: &str) -> Option<Shaped> {
-        let before = self.problems.len();
-        let width = self.size(&s.width, &child(path, "width"));
-        if s.plies.is_empty() || s.plies.len() > MOST_PLIES {
-            self.error(child(path, "plies"), format_args!("a laminate has between 1 and {MOST_PLIES} plies"));
-            return None;
-        }
-        let mut materials: Vec<(&str, Ply)> = Vec::new();
-        for (name, m) in &s.materials {
-            let path = child(&child(path, "materials"), name);
-            let at = |key: &str| child(&path, key);
-            let [e1, e2, g12] = [(&m.e1, "E1"), (&m.e2, "E2"), (&m.g12, "G12")]
-                .map(|(modulus, key)| self.above_zero(modulus, "Pa", &at(key)));
-            let nu12 = constant(&m.nu12, "1", &at("nu12"), self.problems);
-            let density = constant(&m.density, "kg/m3", &at("density"), self.problems);
-            if density < 0.0 {
-                self.error(at("density"), format_args!("`{}` must be zero or above", m.density.text()));
-            }
-            if e1 > 0.0 && e2 > 0.0 && nu12 * nu12 >= e1 / e2 {
-                self.error(
-                    at("nu12"),
-                    format_args!(
-                        "`{}` is too large: nu12² must be below E1/E2, or the material gives energy",
-                        m.nu12.text()
-                    ),
-                );
-            }
-            materials.push((name, Ply { e1, e2, g12, nu12, density, angle: 0.0, thickness: 0.0 }));
-        }
-        let mut plies = Vec::with_capacity(s.plies.len());
-        for (i, ply) in s.plies.iter().enumerate() {
-            plies.extend(self.ply(ply, &materials, &format!("{path}.plies[{i}]")));
-        }
-        if self.problems.len() > before {
-            return None;
-        }
-        strip(width, &plies).map(Shaped::from).map_err(|why| self.error(path, why)).ok()
-    }
-
-    fn ply(&mut self, ply: &PlySpec, materials: &[(&str, Ply)], path: &str) -> Option<Ply> {
-        let thickness = self.size(&ply.thickness, &child(path, "thickness"));
-        let angle = constant(&ply.angle, "rad", &child(path, "angle"), self.problems);
-        if angle.abs() > PI {
-            let text = ply.angle.text();
-            self.error(
-                child(path, "angle"),
-                format_args!("`{text}` is {:.0} degrees, and fibres lie within half a turn; a number alone is in radians, so write `{text} deg` if degrees are meant", angle.to_degrees()),
-            );
-        }
-        let material = match (&ply.material, materials) {
-            (Some(name), _) => {
-                let found = materials.iter().find(|m| m.0 == name);
-                if found.is_none() {
-                    let suggestion = did_you_mean(name, materials.iter().map(|m| m.0));
-                    self.error(child(path, "material"), format_args!("there is no material `{name}`{suggestion}"));
-                }
-                found
-            }
-            (None, [only]) => Some(only),
-            (None, _) => {
-                let text = "the laminate has several materials or none; name that of the ply by `material`";
-                self.problems.push(Problem::error(path, text));
-                None
-            }
-        };
-        material.map(|m| Ply { angle, thickness, ..m.1 })
-    }
 }
 
 impl From<Profile> for Shaped {
@@ -243,27 +179,6 @@ impl From<Profile> for Shaped {
                 properties.extend([(names[0], at), (names[1], 0.0)]);
             }
         }
-        Self { properties, turn: p.turn }
-    }
-}
-
-impl From<Strip> for Shaped {
-    fn from(s: Strip) -> Self {
-        let mut properties = vec![
-            ("EA", s.ea),
-            ("EIy", s.eiy),
-            ("EIz", s.eiz),
-            ("GJ", s.gj),
-            ("mass_per_length", s.mass_per_length),
-            ("polar_inertia_per_length", s.polar_inertia_per_length),
-        ];
-        let rigidity = (s.eiy * s.gj).sqrt();
-        if s.bend_twist_y.abs() > 1e-12 * rigidity {
-            properties.push(("bend_twist_y", s.bend_twist_y));
-        }
-        if s.mass_offset_z.abs() > 1e-12 * (s.eiy / s.ea).sqrt() {
-            properties.push(("mass_offset_z", s.mass_offset_z));
-        }
-        Self { properties, turn: 0.0 }
+        Self { turn: p.turn, ..Self::constants(properties) }
     }
 }

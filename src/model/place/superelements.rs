@@ -1,6 +1,7 @@
 //! Superelements in their places: their nodes in the model, the directions of their dofs, their terms as functions of θ.
 
 use super::Placer;
+use super::mesh::{MOST_SITES, spread};
 use crate::catalogue::did_you_mean;
 use crate::element::Dof;
 use crate::model::exported::{Exported, ExportedDof, ExportedMatrices, ExportedTerm};
@@ -13,8 +14,6 @@ use crate::yaml::child;
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
-/// Nodes at which effects are looked for, of a large superelement.
-const MOST_SITES: usize = 100;
 /// How far a node of the model may stand from the node of a superelement that it is attached to, of the size of the latter.
 const OFF: f64 = 1e-4;
 
@@ -226,25 +225,7 @@ impl Placer<'_> {
         }
         let own: Vec<usize> =
             nodes.iter().copied().filter(|&n| n >= n_before && !self.geometry.is_coordinate(n)).collect();
-        if own.len() <= MOST_SITES {
-            return own;
-        }
-        // Each next one is the farthest from those chosen before it.
-        let positions = &self.geometry.positions;
-        let mut far = vec![f64::INFINITY; own.len()];
-        let mut chosen = Vec::with_capacity(MOST_SITES);
-        let mut next = 0;
-        for _ in 0..MOST_SITES {
-            chosen.push(own[next]);
-            let place = positions[own[next]];
-            for (far, &n) in far.iter_mut().zip(&own) {
-                let d = minus(positions[n], place);
-                *far = far.min(dot(d, d));
-            }
-            next = (0..own.len()).max_by(|&a, &b| far[a].total_cmp(&far[b]).then(b.cmp(&a))).unwrap_or(0);
-        }
-        chosen.sort_unstable();
-        chosen
+        spread(&self.geometry.positions, &own, MOST_SITES)
     }
 
     fn matrices(
@@ -265,7 +246,7 @@ impl Placer<'_> {
             is_oriented: false,
             turn: 0.0,
             points: Vec::new(),
-            values: Vec::new(),
+            values: Arc::default(),
             stiffness_factor: factor.clone(),
             mass_factor: factor.clone(),
             stiffness_damping: None,
@@ -281,7 +262,7 @@ impl Placer<'_> {
 /// (θ/reference)^power, less one where the base includes the part.
 fn coefficient(parameter: usize, term: &ExportedTerm, power: u32) -> Value {
     let factor = Affine { constant: 0.0, terms: vec![(parameter, 1.0 / term.reference)] };
-    let mut value = Value { factors: vec![factor; power as usize], addends: Vec::new() };
+    let mut value = Value { factors: vec![factor; power as usize], ..Value::default() };
     if term.is_included {
         value.addends.push(Affine { constant: -1.0, terms: Vec::new() });
     }
@@ -297,6 +278,12 @@ pub(in crate::model) fn left_out_of_effects(spec: &ModelSpec) -> Vec<String> {
         told.push(format!(
             "what superelements are made of is not known: effects change the whole of {names} or their `terms`, and act at their nodes; tapers, offsets, shear and the like have no place in them"
         ));
+    }
+    if let Some(loaded) = spec.mesh.as_ref().and_then(|m| m.loaded.0.as_ref()) {
+        let n = loaded.mesh.nodes.len();
+        if n > MOST_SITES {
+            told.push(format!("effects are looked for on parts, sets and patches of the mesh, and at {MOST_SITES} of its {n} nodes; those that `nodes` names are among them"));
+        }
     }
     for (name, entry) in &spec.superelements {
         let Some(exported) = entry.loaded.0.as_ref() else { continue };

@@ -1,5 +1,6 @@
 //! Frames, lines, and the places of nodes.
 
+use super::NodeLabel;
 use super::SignedAxis;
 use crate::units::Scalar;
 use schemars::JsonSchema;
@@ -66,7 +67,7 @@ pub enum NodeSpec {
     Rule(NodeRule),
 }
 
-/// A rule for the place of a node; exactly one of `line`, `frame`, `mirror`, `from`, `between`.
+/// A rule for the place of a node; exactly one of `line`, `frame`, `mirror`, `from`, `between`, `coordinate`, `mesh`, `nearest`.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct NodeRule {
@@ -94,6 +95,15 @@ pub struct NodeRule {
     /// 0 at the first node of `between`, 1 at the second.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fraction: Option<Scalar>,
+    /// No point of the structure but a coordinate, drawn here: `ux` is its one dof, and no rigid motion moves it. The scalar point of a deck.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub coordinate: Option<[Scalar; 3]>,
+    /// The node of the mesh with this number, which is called by this name.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mesh: Option<NodeLabel>,
+    /// The node of the mesh that is nearest to this place, global axes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub nearest: Option<[Scalar; 3]>,
 }
 
 impl Serialize for NodeSpec {

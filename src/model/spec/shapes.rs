@@ -35,7 +35,8 @@ pub struct ShapeSpec {
     /// Tee (T): the web along z, the flange along y at the end of large z.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tee: Option<WebAndFlangeSpec>,
-    /// Flat strip of plies in the x-y plane; the material is that of the plies, so that the section has no `E`, `G` and `density` beside it.
+    /// Plies, of a shell, or of a beam that is a flat strip in the x-y plane; the material is that of the plies, so that the section has no
+    /// `E`, `G`, `thickness` and `density` beside it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub laminate: Option<LaminateSpec>,
 }
@@ -135,16 +136,20 @@ pub struct AngleSpec {
     pub fillet: Option<Scalar>,
 }
 
-/// A strip of plies.
+/// Plies on each other. Of a shell every number of them may be a parameter.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LaminateSpec {
-    /// Size along the element's y axis.
-    pub width: Scalar,
+    /// Of a beam: size along the element's y axis.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub width: Option<Scalar>,
     /// Materials of the plies by name.
     pub materials: Named<PlyMaterialSpec>,
-    /// The plies from small z to large z.
+    /// The plies from small z to large z; of a shell z is its normal.
     pub plies: Vec<PlySpec>,
+    /// Whether `plies` are the lower half only and lie once more above, in reverse order; no when absent.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub symmetric: bool,
 }
 
 /// A material with fibres, in the axes of the ply: 1 along the fibres, 2 across them.
@@ -160,6 +165,12 @@ pub struct PlyMaterialSpec {
     /// Shear modulus in the plane of the ply.
     #[serde(rename = "G12")]
     pub g12: Scalar,
+    /// Transverse shear modulus along the fibres, of a shell; G12 when absent.
+    #[serde(rename = "G13", default, skip_serializing_if = "Option::is_none")]
+    pub g13: Option<Scalar>,
+    /// Transverse shear modulus across the fibres, of a shell; G12 when absent.
+    #[serde(rename = "G23", default, skip_serializing_if = "Option::is_none")]
+    pub g23: Option<Scalar>,
     /// Contraction across the fibres over extension along them.
     pub nu12: Scalar,
     /// Density.
@@ -170,7 +181,7 @@ pub struct PlyMaterialSpec {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PlySpec {
-    /// From the element's x axis to the fibres, towards its y axis: `45 deg`.
+    /// From the element's x axis to the fibres, towards its y axis: `45 deg`. Of a shell from the direction in which its `angle` is zero.
     pub angle: Scalar,
     /// Thickness.
     pub thickness: Scalar,

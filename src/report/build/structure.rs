@@ -152,7 +152,7 @@ pub(super) fn structure(model: &Model, theta: &[f64], test: &TestData) -> Result
     for e in model.elements().iter().filter(|e| e.matrices.is_none()) {
         let mut properties = Vec::new();
         let mut parameters: Vec<String> = Vec::new();
-        for (p, v) in e.kind.properties().iter().zip(&e.values) {
+        for (p, v) in e.kind.properties().iter().zip(e.values.iter()) {
             let Some(v) = v else { continue };
             // An infinite compliance passes nothing on.
             let value = v.at(theta);

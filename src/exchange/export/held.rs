@@ -1,0 +1,107 @@
+//! An updated model held against the one that its deck gives: what is no value and cannot be written, and what each value should be.
+
+use crate::element::Property;
+use crate::model::{Model, ModelSpec, PlacedElement, Value, spec::Named};
+
+/// Values that differ by less are the same: the same text gives the same bits, and sums of products differ by rounding.
+pub(super) const SAME: f64 = 1e-12;
+
+/// Whether two values are the same; none is zero.
+pub(super) fn is_same(a: Option<f64>, b: Option<f64>) -> bool {
+    match (a, b) {
+        (Some(a), Some(b)) => (a - b).abs() <= SAME * a.abs().max(b.abs()),
+        (Some(a), None) | (None, Some(a)) => a == 0.0,
+        (None, None) => true,
+    }
+}
+
+fn differences<T: PartialEq>(room: &str, base: &Named<T>, updated: &Named<T>, out: &mut Vec<String>) {
+    for (name, entry) in base {
+        match updated.get(name) {
+            None => out.push(format!("{room}.{name}: it was taken out, and export does not delete from a deck")),
+            Some(now) if now != entry => {
+                out.push(format!("{room}.{name}: it changed, and no field holds that; edit the deck"));
+            }
+            Some(_) => {}
+        }
+    }
+    for name in updated.keys().filter(|n| !base.contains_key(*n)) {
+        out.push(format!("{room}.{name}: it was added, and export writes nothing for it; add it to the deck by hand"));
+    }
+}
+
+/// Supports, links and constraints that are not as they were: each why.
+pub(super) fn structure(base: &ModelSpec, updated: &ModelSpec) -> Vec<String> {
+    let mut out = Vec::new();
+    differences("supports", &base.supports, &updated.supports, &mut out);
+    differences("rigid_links", &base.rigid_links, &updated.rigid_links, &mut out);
+    differences("weighted_links", &base.weighted_links, &updated.weighted_links, &mut out);
+    differences("constraints", &base.constraints, &updated.constraints, &mut out);
+    out
+}
+
+/// Why an element is another one, and not the same with other values.
+pub(super) fn is_other(base: &Model, updated: &Model, old: &PlacedElement, new: &PlacedElement) -> Option<String> {
+    let size = base.geometry().size();
+    let nodes = |m: &Model, e: &PlacedElement| -> Vec<String> {
+        e.nodes.iter().map(|n| m.geometry().names[*n].clone()).collect()
+    };
+    let apart = |a: &[[f64; 3]], b: &[[f64; 3]], by: f64| {
+        a.iter().flatten().zip(b.iter().flatten()).any(|(a, b)| (a - b).abs() > by)
+    };
+    let differs = old.kind.name() != new.kind.name()
+        || nodes(base, old) != nodes(updated, new)
+        || apart(&old.axes, &new.axes, 1e-9)
+        || old.arms.len() != new.arms.len()
+        || apart(&old.arms, &new.arms, 1e-10 * size);
+    differs.then(|| format!("{}: its nodes, axes or offsets changed, and export writes values only", new.path))
+}
+
+/// Whether an element has damping of its own.
+pub(super) fn is_damped(e: &PlacedElement) -> bool {
+    e.stiffness_damping.is_some() || e.mass_damping.is_some()
+}
+
+/// The place of a property of an element, its value as the deck gives it, and the one that it should have.
+pub(super) type Wanted = (usize, Option<f64>, Option<f64>);
+
+/// Each property of an element: its place, its value as the deck gives it, and the one that it should have, with the factors on the whole
+/// stiffness and mass in it.
+///
+/// # Errors
+/// A factor on a whole matrix that no property carries.
+pub(super) fn wanted(
+    old: &PlacedElement,
+    new: &PlacedElement,
+    theta0: &[f64],
+    theta: &[f64],
+) -> Result<Vec<Wanted>, String> {
+    let factor = |v: &Option<Value>, at: &[f64]| v.as_ref().map_or(1.0, |v| v.at(at));
+    let k = factor(&new.stiffness_factor, theta) / factor(&old.stiffness_factor, theta0);
+    let m = factor(&new.mass_factor, theta) / factor(&old.mass_factor, theta0);
+    if (k != 1.0 || m != 1.0) && !scales(old.kind.name()) {
+        return Err(format!("{}: a factor on the whole matrix of a {} has no field", new.path, old.kind.name()));
+    }
+    let (before, after) = (old.values_at(theta0), new.values_at(theta));
+    let each = old.kind.properties().iter().zip(before.into_iter().zip(after)).enumerate();
+    Ok(each.map(|(i, (property, (b, a)))| (i, b, a.map(|v| v * scale(property, k, m)))).collect())
+}
+
+/// Factor of a property where the whole stiffness is multiplied by `k` and the whole mass by `m`: moduli and spring constants carry the
+/// one, densities and masses the other.
+fn scale(property: &Property, k: f64, m: f64) -> f64 {
+    match property.name {
+        "E" | "G" | "E1" | "E2" | "E3" | "G12" | "G13" | "G23" | "EA" | "EIy" | "EIz" | "GJ" | "k" => k,
+        "density" | "mass" | "added_mass_per_length" | "mass_per_length" | "mass_per_area" => m,
+        "shear_compliance_y" | "shear_compliance_z" => 1.0 / k,
+        name if name.starts_with("k_") => k,
+        name if name.starts_with("inertia_") || name.starts_with("m_") => m,
+        "polar_inertia_per_length" | "rotary_inertia_y" | "rotary_inertia_z" => m,
+        _ => 1.0,
+    }
+}
+
+/// Kinds of elements of which [`scale`] knows every property.
+fn scales(kind: &str) -> bool {
+    !matches!(kind, "bar")
+}

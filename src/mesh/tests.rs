@@ -1,0 +1,214 @@
+//! Files of every kind that is read, and files that are none.
+
+use super::{Mesh, Shape, read};
+
+/// A square of two triangles and a quadrilateral beside it, with its left edge and a corner.
+const SQUARES: &str = "$MeshFormat
+4.1 0 8
+$EndMeshFormat
+$PhysicalNames
+3
+0 4 \"corner\"
+1 1 \"root edge\"
+2 2 \"skin\"
+$EndPhysicalNames
+$Entities
+1 1 2 0
+7 2 1 0 1 4
+1 0 0 0 0 1 0 1 1 2 3 4
+1 0 0 0 1 1 0 1 2 0
+2 1 0 0 2 1 0 2 2 9 0
+$EndEntities
+$Nodes
+2 6 1 12
+1 1 0 2
+1
+4
+0 0 0
+0 1 0
+2 1 1 4
+2
+3
+11
+12
+1 0 0 0.5 0.5
+1 1 0 0.5 0.5
+2 0 0 0.5 0.5
+2 1 0 0.5 0.5
+$EndNodes
+$Elements
+4 5 1 9
+0 7 15 1
+9 12
+1 1 1 1
+1 1 4
+2 1 2 2
+2 1 2 3
+3 1 3 4
+2 2 3 1
+5 2 11 12 3
+$EndElements
+";
+
+fn check(mesh: &Mesh) {
+    assert_eq!(mesh.nodes.len(), 6);
+    assert_eq!(mesh.nodes[mesh.node(12).unwrap()].at, [2.0, 1.0, 0.0]);
+    let of = |name: &str| -> (Vec<u64>, Vec<u64>) {
+        let set = mesh.set(name).unwrap_or_else(|| panic!("no {name}"));
+        let cells = set.cells.iter().map(|&c| mesh.cells[c].id).collect();
+        (cells, mesh.nodes_of_set(set).iter().map(|&n| mesh.nodes[n].id).collect())
+    };
+    assert_eq!(of("corner"), (vec![9], vec![12]));
+    assert_eq!(of("root edge"), (vec![1], vec![1, 4]));
+    assert_eq!(of("skin"), (vec![2, 3, 5], vec![1, 2, 3, 4, 11, 12]));
+    assert_eq!(of("surface_9"), (vec![5], vec![2, 11, 12, 3]));
+    let shapes: Vec<Shape> = mesh.cells.iter().map(|c| c.shape).collect();
+    assert_eq!(shapes[2..], [Shape::Triangle3, Shape::Triangle3, Shape::Quadrilateral4]);
+}
+
+/// The text with its numbers as bytes: fours for integers, eights for sizes and coordinates.
+fn binary(widths: &str) -> Vec<u8> {
+    let mut out = Vec::new();
+    let mut in_numbers = false;
+    let mut kinds = widths.chars();
+    for line in SQUARES.lines() {
+        if line.starts_with('$') {
+            if in_numbers && line.starts_with("$End") {
+                out.push(b'\n');
+            }
+            in_numbers = matches!(line, "$Entities" | "$Nodes" | "$Elements");
+            out.extend(line.bytes().chain([b'\n']));
+        } else if line == "4.1 0 8" {
+            out.extend(b"4.1 1 8\n\x01\0\0\0\n");
+        } else if in_numbers {
+            for word in line.split_whitespace() {
+                match kinds.next().unwrap() {
+                    'i' => out.extend(word.parse::<i32>().unwrap().to_le_bytes()),
+                    's' => out.extend(word.parse::<u64>().unwrap().to_le_bytes()),
+                    _ => out.extend(word.parse::<f64>().unwrap().to_le_bytes()),
+                }
+            }
+        } else {
+            out.extend(line.bytes().chain([b'\n']));
+        }
+    }
+    assert_eq!(kinds.next(), None);
+    out
+}
+
+#[test]
+fn gmsh_4_1_is_read_as_text_and_as_bytes() {
+    check(&read(SQUARES.as_bytes()).unwrap());
+    let entities = ["ssss", "idddsi", "iddddddsisii", "iddddddsis", "iddddddsiis"].concat();
+    let nodes = ["ssss", "iiis", "ss", "dddddd", "iiis", "ssss", &"ddddd".repeat(4)].concat();
+    // A parametric node of a surface has two coordinates more.
+    let text = binary(
+        &[entities, nodes, ["ssss", "iiis", "ss", "iiis", "sss", "iiis", "ssssssss", "iiis", "sssss"].concat()]
+            .concat(),
+    );
+    check(&read(&text).unwrap());
+}
+
+#[test]
+fn gmsh_2_2_is_read_as_text_and_as_bytes() {
+    let text = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n2 5 \"skin\"\n$EndPhysicalNames\n$Nodes\n4\n1 0 0 0\n2 1 0 0\n3 1 1 0\n4 0 1 0\n$EndNodes\n$Elements\n3\n1 1 2 7 1 1 4\n2 2 2 5 1 1 2 3\n3 2 2 5 1 1 3 4\n$EndElements\n";
+    let mesh = read(text.as_bytes()).unwrap();
+    let mut bytes = b"$MeshFormat\n2.2 1 8\n\x01\0\0\0\n$EndMeshFormat\n$PhysicalNames\n1\n2 5 \"skin\"\n$EndPhysicalNames\n$Nodes\n4\n".to_vec();
+    for (id, x, y) in [(1_i32, 0.0_f64, 0.0_f64), (2, 1.0, 0.0), (3, 1.0, 1.0), (4, 0.0, 1.0)] {
+        bytes.extend(
+            id.to_le_bytes().into_iter().chain(x.to_le_bytes()).chain(y.to_le_bytes()).chain(0f64.to_le_bytes()),
+        );
+    }
+    bytes.extend(b"\n$EndNodes\n$Elements\n3\n");
+    for number in [1_i32, 1, 2, 1, 7, 1, 1, 4, 2, 2, 2, 2, 5, 1, 1, 2, 3, 3, 5, 1, 1, 3, 4] {
+        bytes.extend(number.to_le_bytes());
+    }
+    bytes.extend(b"\n$EndElements\n");
+    assert_eq!(read(&bytes).unwrap(), mesh);
+    let skin = mesh.set("skin").unwrap();
+    assert_eq!(skin.cells, [1, 2]);
+    assert_eq!(mesh.set("line_7").unwrap().cells, [0]);
+    assert_eq!(mesh.nodes_of(2), [0, 2, 3]);
+}
+
+/// Middles of edges are between the corners that the elements of the same name say.
+#[test]
+fn second_order_cells_have_the_order_of_the_elements() {
+    use crate::element::by_name;
+    // Corners at the points of a unit cell; a node in the middle of each edge of gmsh's own list.
+    let cube = [[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0], [0, 0, 2], [2, 0, 2], [2, 2, 2], [0, 2, 2]];
+    let hex = vec![[0, 1], [0, 3], [0, 4], [1, 2], [1, 5], [2, 3], [2, 6], [3, 7], [4, 5], [4, 7], [5, 6], [6, 7]];
+    let wedge = vec![[0, 1], [0, 2], [0, 3], [1, 2], [1, 4], [2, 5], [3, 4], [3, 5], [4, 5]];
+    let tet = vec![[0, 1], [1, 2], [2, 0], [3, 0], [2, 3], [1, 3]];
+    let pyramid = vec![[0, 1], [0, 3], [0, 4], [1, 2], [1, 4], [2, 3], [2, 4], [3, 4]];
+    let corner = |which: &[usize]| which.iter().map(|&k| cube[k]).collect::<Vec<_>>();
+    for (kind, name, corners, edges) in [
+        (17, "hex20", corner(&[0, 1, 2, 3, 4, 5, 6, 7]), hex),
+        (18, "wedge15", corner(&[0, 1, 2, 4, 5, 6]), wedge),
+        (11, "tet10", corner(&[0, 1, 3, 4]), tet),
+        (19, "pyramid13", [corner(&[0, 1, 2, 3]), vec![[1, 1, 2]]].concat(), pyramid),
+    ] {
+        // Twice as large, so that middles are whole numbers as well.
+        let points: Vec<[i32; 3]> = corners
+            .iter()
+            .copied()
+            .map(|c| c.map(|x| 2 * x))
+            .chain({
+                let edges = edges.clone();
+                let corners = corners.clone();
+                edges.into_iter().map(move |e| std::array::from_fn(|i| corners[e[0]][i] + corners[e[1]][i]))
+            })
+            .collect();
+        let n = points.len();
+        let mut text = format!("$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n{n}\n");
+        for (i, p) in points.iter().enumerate() {
+            text += &format!("{} {} {} {}\n", i + 1, p[0], p[1], p[2]);
+        }
+        let list: Vec<String> = (1..=n).map(|i| i.to_string()).collect();
+        text += &format!("$EndNodes\n$Elements\n1\n1 {kind} 2 1 1 {}\n$EndElements\n", list.join(" "));
+        let mesh = read(text.as_bytes()).unwrap();
+        let at: Vec<[f64; 3]> = mesh.nodes_of(0).iter().map(|&k| mesh.nodes[k].at).collect();
+        let element = by_name(name).unwrap();
+        let values: Vec<Option<f64>> = element
+            .properties()
+            .iter()
+            .map(|p| [("E", 1.0), ("nu", 0.2), ("density", 1.0)].iter().find(|g| g.0 == p.name).map(|g| g.1))
+            .collect();
+        let input = crate::element::ElementInput { points: &at, values: &values };
+        // Edges that cross would not have the volume of the cell, or none at all.
+        let mass = element.mass(&input).unwrap();
+        let total: f64 = (0..n).flat_map(|i| (0..n).map(move |j| (i, j))).map(|(i, j)| mass.get(6 * i, 6 * j)).sum();
+        let volume = match name {
+            "hex20" => 64.0,
+            "wedge15" => 32.0,
+            "tet10" => 64.0 / 6.0,
+            _ => 64.0 / 3.0,
+        };
+        assert!((total / volume - 1.0).abs() < 1e-9, "{name}: {total} {volume}");
+    }
+}
+
+/// Cut, empty and wrong files are refused with the place.
+#[test]
+fn damaged_files_are_refused() {
+    for end in (0..SQUARES.len() - 1).step_by(7) {
+        let _ = read(&SQUARES.as_bytes()[..end]);
+    }
+    for (from, to, expected) in [
+        ("4.1 0 8", "4.0 0 8", "version 4.0"),
+        ("3 1 3 4\n", "3 1 3 99\n", "node 99"),
+        ("2 6 1 12", "2 6 1 x", "`x`"),
+        ("1 1 1 1\n1 1 4", "1 1 93 1\n1 1 4", "type 93"),
+        ("2 1 1 4\n", "2 1 1 4000000000\n", "do not fit"),
+        ("$Entities", "$Entity", "$EndEntity"),
+        ("0 1 0\n", "0 nan 0\n", "finite"),
+        ("$EndElements\n", "", "$EndElements"),
+        ("2\n3\n11\n12", "2\n3\n11\n11", "stands twice"),
+    ] {
+        let text = SQUARES.replacen(from, to, 1);
+        assert_ne!(text, SQUARES);
+        let error = read(text.as_bytes()).unwrap_err().to_string();
+        assert!(error.contains(expected) && error.contains("line"), "{from}: {error}");
+    }
+    assert!(read(b"solid cube").unwrap_err().to_string().contains("gmsh"));
+}

@@ -1,0 +1,46 @@
+//! Affine expressions of parameters.
+
+/// constant + Σ factor θ\[index\].
+#[derive(Debug, Clone, PartialEq)]
+pub struct Affine {
+    /// The constant part, SI.
+    pub constant: f64,
+    /// Index in θ and factor.
+    pub terms: Vec<(usize, f64)>,
+}
+
+impl Affine {
+    /// Its value at θ.
+    pub fn at(&self, theta: &[f64]) -> f64 {
+        self.terms.iter().fold(self.constant, |sum, (i, f)| sum + f * theta[*i])
+    }
+
+    /// Smallest and largest value while every parameter moves within `range`.
+    pub fn range(&self, range: &dyn Fn(usize) -> [f64; 2]) -> [f64; 2] {
+        self.terms.iter().fold([self.constant; 2], |[low, high], &(i, f)| {
+            let [a, b] = range(i).map(|v| f * v);
+            [low + a.min(b), high + a.max(b)]
+        })
+    }
+}
+
+impl Affine {
+    /// A number that no parameter moves.
+    pub(super) fn constant(value: f64) -> Self {
+        Self { constant: value, terms: Vec::new() }
+    }
+
+    /// With other parameters, or with their values in their places.
+    ///
+    /// * `of` - the new index of a parameter, or its value
+    pub(super) fn with_parameters(&self, of: &dyn Fn(usize) -> Result<usize, f64>) -> Self {
+        let mut out = Self::constant(self.constant);
+        for &(p, factor) in &self.terms {
+            match of(p) {
+                Ok(q) => out.terms.push((q, factor)),
+                Err(value) => out.constant += factor * value,
+            }
+        }
+        out
+    }
+}

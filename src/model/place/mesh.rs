@@ -1,0 +1,337 @@
+//! The elements that stand on a mesh, its sets, and the patches of its parts.
+
+use super::{Entry, Placer};
+use crate::catalogue::did_you_mean;
+use crate::element::Element;
+use crate::mesh::{Mesh, Shape};
+use crate::model::geometry::{Vector, dot, minus, plus};
+use crate::model::loaded_mesh::{ALL, PlacedMesh};
+use crate::model::spec::MeshPartSpec;
+use crate::yaml::child;
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+
+/// Nodes at which effects are looked for, of a mesh or of a large superelement.
+pub(in crate::model) const MOST_SITES: usize = 100;
+/// Patches of a part, where the file does not say.
+const PATCHES: usize = 24;
+/// A patch has about as many elements at least.
+const LEAST_PATCH: usize = 4;
+
+/// The usual element of a shape.
+fn usual(shape: Shape) -> Option<&'static str> {
+    Some(match shape {
+        Shape::Line2 => "beam",
+        Shape::Triangle3 => "shell3",
+        Shape::Quadrilateral4 => "shell4",
+        Shape::Tetrahedron4 => "tet4",
+        Shape::Tetrahedron10 => "tet10",
+        Shape::Hexahedron8 => "hex8",
+        Shape::Hexahedron20 => "hex20",
+        Shape::Wedge6 => "wedge6",
+        Shape::Wedge15 => "wedge15",
+        Shape::Pyramid5 => "pyramid5",
+        Shape::Pyramid13 => "pyramid13",
+        _ => return None,
+    })
+}
+
+impl Placer<'_> {
+    pub(super) fn mesh(&mut self) {
+        let Some(spec) = &self.spec.mesh else { return };
+        let Some(loaded) = spec.loaded.0.clone() else { return };
+        let first_node = self.geometry.names.len();
+        let nodes = self.mesh_nodes(&loaded);
+        let mesh = &loaded.mesh;
+        let mut element_of: Vec<Option<usize>> = vec![None; mesh.cells.len()];
+        let mut part_of: Vec<Option<&str>> = vec![None; mesh.cells.len()];
+        // What no other part has is known last.
+        let parts = spec.parts.iter().filter(|(n, _)| *n != ALL).chain(spec.parts.get_key_value(ALL));
+        for (name, part) in parts {
+            let cells = self.cells_of(name, mesh, &mut part_of);
+            if !cells.is_empty() {
+                self.part(name, part, &cells, mesh, &nodes, &mut element_of);
+            }
+        }
+        for set in mesh.sets.iter().filter(|s| !spec.parts.contains_key(&s.name)) {
+            let elements: Vec<usize> = set.cells.iter().filter_map(|&c| element_of[c]).collect();
+            if !elements.is_empty() && self.claim(&set.name, &child("mesh.parts", &set.name)) {
+                self.sets.insert(set.name.clone(), elements);
+            }
+        }
+        let wanted = spec.patches.map_or(PATCHES, |n| n as usize);
+        for name in spec.parts.keys() {
+            self.patches_of(name, wanted);
+        }
+        // Middles of edges are left out: what acts there acts at a corner beside them.
+        let mut is_corner = vec![false; self.geometry.names.len()];
+        for element in &self.elements {
+            let corners = match element.kind.nodes().len() {
+                10 => 4,
+                13 => 5,
+                15 => 6,
+                20 => 8,
+                n => n,
+            };
+            element.nodes.iter().take(corners).for_each(|&n| is_corner[n] = true);
+        }
+        let own: Vec<usize> = (first_node..self.geometry.names.len()).filter(|&n| is_corner[n]).collect();
+        let sites = spread(&self.geometry.positions, &own, MOST_SITES);
+        self.sites.extend(sites);
+    }
+
+    /// The node of the model for each node of the mesh that some cell has.
+    fn mesh_nodes(&mut self, loaded: &PlacedMesh) -> Vec<Option<usize>> {
+        let mesh = &loaded.mesh;
+        let mut of = vec![None; mesh.nodes.len()];
+        for (name, i) in &loaded.named {
+            of[*i] = self.geometry.node(name);
+        }
+        let mut used = vec![false; mesh.nodes.len()];
+        (0..mesh.cells.len()).flat_map(|c| mesh.nodes_of(c)).for_each(|&n| used[n] = true);
+        for (i, node) in mesh.nodes.iter().enumerate().filter(|(i, _)| used[*i]) {
+            let name = format!("n{}", node.id);
+            if let Some(known) = self.geometry.node(&name).filter(|k| of[i] != Some(*k)) {
+                let other = self.geometry.names[known].clone();
+                self.error(
+                    child("nodes", &other),
+                    format_args!("the mesh has a node of its own that is called `{other}`; give this one another name"),
+                );
+            }
+            match of[i] {
+                Some(known) => self.geometry.call(name, known),
+                None => of[i] = Some(self.geometry.add(name, node.at)),
+            }
+        }
+        of
+    }
+
+    /// The cells of a part: those of the largest dimension in its set, which no other part has.
+    fn cells_of<'m>(&mut self, name: &'m str, mesh: &Mesh, part_of: &mut [Option<&'m str>]) -> Vec<usize> {
+        let all: Vec<usize>;
+        let cells: &[usize] = match mesh.set(name) {
+            Some(set) => &set.cells,
+            None if name == ALL => {
+                all = (0..mesh.cells.len()).filter(|&c| part_of[c].is_none()).collect();
+                &all
+            }
+            None => return Vec::new(),
+        };
+        let dimension = |c: &usize| mesh.cells[*c].shape.dimension();
+        let most = if mesh.set(name).is_none() {
+            // Edges of what others have are no elements of their own.
+            mesh.cells.iter().map(|c| c.shape.dimension()).max()
+        } else {
+            cells.iter().map(dimension).max()
+        };
+        let most = most.unwrap_or(0);
+        let path = child("mesh.parts", name);
+        if most == 0 {
+            self.error(
+                path,
+                format_args!(
+                    "the set `{name}` consists of points, on which no element stands; name it in `masses` or `supports`"
+                ),
+            );
+            return Vec::new();
+        }
+        let own: Vec<usize> = cells.iter().copied().filter(|c| dimension(c) == most).collect();
+        for &c in &own {
+            if let Some(other) = part_of[c].replace(name) {
+                let id = mesh.cells[c].id;
+                self.error(&path, format_args!("cell {id} is in the part `{other}` too; an element has one section"));
+                return Vec::new();
+            }
+        }
+        own
+    }
+
+    fn part(
+        &mut self,
+        name: &str,
+        part: &MeshPartSpec,
+        cells: &[usize],
+        mesh: &Mesh,
+        nodes: &[Option<usize>],
+        element_of: &mut [Option<usize>],
+    ) {
+        let path = child("mesh.parts", name);
+        if !self.claim(name, &path) {
+            return;
+        }
+        let Some(kinds) = self.kinds(part, cells, mesh, &path) else { return };
+        if self.elements.len() + cells.len() > super::MOST_ELEMENTS {
+            self.error(&path, format_args!("with this the model has more than {} elements", super::MOST_ELEMENTS));
+            return;
+        }
+        let mut entries: Vec<(Shape, Entry<'_>)> = Vec::new();
+        for (shape, kind) in kinds {
+            let mut entry = self.entry(&path, kind, part.section.as_deref(), &part.properties);
+            entry.orientation = part.orientation;
+            entry.frame = part.frame.as_deref();
+            entries.push((shape, entry));
+        }
+        let mut made = Vec::with_capacity(cells.len());
+        for &c in cells {
+            let cell = mesh.cells[c];
+            let Some((_, entry)) = entries.iter().find(|(shape, _)| *shape == cell.shape) else { continue };
+            let own: Option<Vec<usize>> = mesh.nodes_of(c).iter().map(|&n| nodes[n]).collect();
+            let element = format!("e{}", cell.id);
+            if self.sets.contains_key(&element) {
+                self.error(
+                    &path,
+                    format_args!(
+                        "the name `{element}` of an element of the mesh is taken by another element, chain or mass"
+                    ),
+                );
+                return;
+            }
+            element_of[c] = own.and_then(|own| self.add(element, entry, own));
+            made.extend(element_of[c]);
+        }
+        self.sets.insert(name.to_string(), made);
+    }
+
+    /// The element of each shape among some cells.
+    fn kinds(
+        &mut self,
+        part: &MeshPartSpec,
+        cells: &[usize],
+        mesh: &Mesh,
+        path: &str,
+    ) -> Option<Vec<(Shape, &'static dyn Element)>> {
+        let mut shapes: Vec<Shape> = cells.iter().map(|&c| mesh.cells[c].shape).collect();
+        shapes.sort_unstable();
+        shapes.dedup();
+        let stated = match &part.kind {
+            None => None,
+            Some(word) => {
+                let found = self.registry.find(word);
+                let fits = found.is_some_and(|k| shapes.iter().any(|s| s.n_nodes() == k.nodes().len()));
+                if !fits {
+                    let suggestion = did_you_mean(word, self.registry.elements().map(Element::name));
+                    let has: Vec<&str> = shapes.iter().map(|s| s.name()).collect();
+                    let has = has.join(", ");
+                    self.error(
+                        child(path, "type"),
+                        format_args!("`{word}` is no element for what the part has ({has}){suggestion}"),
+                    );
+                    return None;
+                }
+                found
+            }
+        };
+        let mut kinds = Vec::new();
+        for shape in shapes {
+            let own = stated.filter(|k| k.nodes().len() == shape.n_nodes());
+            let Some(kind) = own.or_else(|| usual(shape).and_then(|word| self.registry.find(word))) else {
+                self.error(path, format_args!("there is no element of the shape {} among those of retune; mesh the part at first order, or solids at second order without nodes in faces", shape.name()));
+                return None;
+            };
+            kinds.push((shape, kind));
+        }
+        Some(kinds)
+    }
+
+    /// Cuts a part into patches of neighbouring elements, `skin.p1`, ...: their middles far from each other, each element with the middle
+    /// that is nearest over elements that touch.
+    fn patches_of(&mut self, name: &str, wanted: usize) {
+        let elements = self.sets.get(name).cloned().unwrap_or_default();
+        let n = wanted.min(elements.len() / LEAST_PATCH);
+        if n < 2 {
+            return;
+        }
+        let positions = &self.geometry.positions;
+        let middle = |&e: &usize| {
+            let nodes = &self.elements[e].nodes;
+            nodes.iter().fold([0.0; 3], |sum, &k| plus(sum, 1.0 / nodes.len() as f64, positions[k]))
+        };
+        let middles: Vec<Vector> = elements.iter().map(middle).collect();
+        let all: Vec<usize> = (0..elements.len()).collect();
+        let seeds = spread(&middles, &all, n);
+        let neighbours = self.neighbours(&elements);
+        let owner = nearest_seed(&middles, &neighbours, &seeds);
+        for (k, _) in seeds.iter().enumerate() {
+            let own: Vec<usize> = all.iter().filter(|&&i| owner[i] == Some(k)).map(|&i| elements[i]).collect();
+            let patch = format!("{name}.p{}", k + 1);
+            if !own.is_empty() && self.claim(&patch, &child("mesh.parts", name)) {
+                self.sets.insert(patch.clone(), own);
+                self.patches.push(patch);
+            }
+        }
+    }
+
+    /// Of some elements, those that share a node with each, as places in the list.
+    fn neighbours(&self, elements: &[usize]) -> Vec<Vec<usize>> {
+        let mut at: Vec<Vec<usize>> = vec![Vec::new(); self.geometry.names.len()];
+        for (i, &e) in elements.iter().enumerate() {
+            self.elements[e].nodes.iter().for_each(|&n| at[n].push(i));
+        }
+        let of = |&e: &usize| self.elements[e].nodes.iter().flat_map(|&n| at[n].iter().copied()).collect::<Vec<_>>();
+        elements.iter().map(of).collect()
+    }
+}
+
+/// Some of a list of points, each next one the farthest from those chosen before it; in ascending order.
+///
+/// * `own` - indices of the points
+pub(super) fn spread(positions: &[Vector], own: &[usize], most: usize) -> Vec<usize> {
+    if own.len() <= most {
+        return own.to_vec();
+    }
+    let mut far = vec![f64::INFINITY; own.len()];
+    let mut chosen = Vec::with_capacity(most);
+    let mut next = 0;
+    for _ in 0..most {
+        chosen.push(own[next]);
+        let place = positions[own[next]];
+        for (far, &n) in far.iter_mut().zip(own) {
+            let d = minus(positions[n], place);
+            *far = far.min(dot(d, d));
+        }
+        next = (0..own.len()).max_by(|&a, &b| far[a].total_cmp(&far[b]).then(b.cmp(&a))).unwrap_or(0);
+    }
+    chosen.sort_unstable();
+    chosen
+}
+
+/// A place on the way outwards.
+#[derive(PartialEq)]
+struct Reached {
+    distance: f64,
+    at: usize,
+    seed: usize,
+}
+
+impl Eq for Reached {}
+
+impl Ord for Reached {
+    fn cmp(&self, other: &Self) -> Ordering {
+        // The nearest first; of two as near, that of the first seed.
+        other.distance.total_cmp(&self.distance).then(other.seed.cmp(&self.seed)).then(other.at.cmp(&self.at))
+    }
+}
+
+impl PartialOrd for Reached {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+/// For each point the seed that is nearest along neighbours; none where no seed reaches it.
+fn nearest_seed(points: &[Vector], neighbours: &[Vec<usize>], seeds: &[usize]) -> Vec<Option<usize>> {
+    let mut owner = vec![None; points.len()];
+    let mut open: BinaryHeap<Reached> =
+        seeds.iter().enumerate().map(|(seed, &at)| Reached { distance: 0.0, at, seed }).collect();
+    while let Some(Reached { distance, at, seed }) = open.pop() {
+        if owner[at].is_some() {
+            continue;
+        }
+        owner[at] = Some(seed);
+        for &next in neighbours[at].iter().filter(|n| owner[**n].is_none()) {
+            let step = minus(points[next], points[at]);
+            open.push(Reached { distance: distance + dot(step, step).sqrt(), at: next, seed });
+        }
+    }
+    owner
+}
