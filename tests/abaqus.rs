@@ -659,7 +659,10 @@ const SPAR: &str = "** a spar\n*NODE\n1, 0., 0., 0.\n2, 1., 0., 0.\n3, 2., 0., 0
 *BEAM SECTION, ELSET=INNER, SECTION=RECT,\n MATERIAL = Steel\n.02, .03\n0., 1., 0.\n*BEAM SECTION, ELSET=OUTER, SECTION=RECT, MATERIAL=Steel\n.02, .03\n0., 1., 0.\n\
 ** the pod\n*MASS, ELSET=TIP\n 2.\n*SPRING, ELSET=REST\n2\n1000.\n*BOUNDARY\n1, 1, 6\n*STEP\n*FREQUENCY\n4\n*END STEP\n";
 
-fn learnt(edits: &[(&str, &str)]) -> Result<(Exported, Model), ExportError> {
+/// Texts of a model file and what stands in their place.
+type Edits<'a> = &'a [(&'a str, &'a str)];
+
+fn learnt(edits: Edits<'_>) -> Result<(Exported, Model), ExportError> {
     let mut text = imported(SPAR, Solver::Abaqus).text;
     for (from, to) in edits {
         assert!(text.contains(from), "`{from}` is not in\n{text}");
@@ -673,7 +676,7 @@ fn learnt(edits: &[(&str, &str)]) -> Result<(Exported, Model), ExportError> {
 #[test]
 fn each_change_finds_its_item() {
     let both = [("inner: {E: 2.1e11 Pa", "inner: {E: 1.9e11 Pa"), ("outer: {E: 2.1e11 Pa", "outer: {E: 1.9e11 Pa")];
-    let cases: [(&[(&str, &str)], &[&str]); 6] = [
+    let cases: [(Edits<'_>, &[&str]); 6] = [
         (&[("mass: 2 kg", "mass: 2.5 kg")], &["** the pod\n*MASS, ELSET=TIP\n 2.5\n"]),
         (&[("uy: 1000 N/m", "uy: 1500 N/m")], &["*SPRING, ELSET=REST\n2\n1500.\n"]),
         (&both, &["NAME=Steel\n*ELASTIC\n 190000000000. , .3\n"]),

@@ -20,7 +20,7 @@ const IMPORTS: &[(&str, &[&str])] = &[
     ("matrices", &["linalg", "catalogue", "hash", "arrays", "element"]),
     ("modal", &["linalg"]),
     // level 2
-    ("model", &["linalg", "catalogue", "units", "yaml", "mesh", "element", "matrices", "modal"]),
+    ("model", &["linalg", "catalogue", "hash", "units", "yaml", "mesh", "element", "matrices", "modal"]),
     ("data", &["linalg", "catalogue", "units", "yaml", "arrays", "element"]),
     // level 3
     ("fault", &["linalg", "catalogue", "units", "model", "data"]),
@@ -31,7 +31,7 @@ const IMPORTS: &[(&str, &[&str])] = &[
     // level 4
     ("objective", &["linalg", "catalogue", "element", "model", "modal", "data", "correlation"]),
     // level 5: never model, modal or data
-    ("optim", &["linalg", "catalogue", "objective"]),
+    ("optim", &["linalg", "catalogue", "hash", "objective"]),
     // level 6
     (
         "update",

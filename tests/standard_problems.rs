@@ -88,7 +88,7 @@ impl Grid {
 }
 
 /// Displacements under forces at nodes: names, directions and sizes.
-fn deflections(model: &Model, forces: &[(String, Dof, f64)]) -> impl Fn(&str, Dof) -> f64 {
+fn deflections(model: &Model, forces: &[(String, Dof, f64)]) -> impl Fn(&str, Dof) -> f64 + use<> {
     let system = model.assemble(&model.parameters().nominal()).unwrap();
     let mut load = DVector::zeros(system.stiffness.nrows());
     for (node, dof, force) in forces {
@@ -114,45 +114,62 @@ fn held(name: &str, nodes: &str, dofs: &str) -> String {
     }
 }
 
-/// A quarter ring, clamped at one end: in the plane 0.08734, across it 0.5022.
+/// A quarter ring, clamped at one end: in the plane 0.08734, across it 0.5022. The published mesh of six has
+/// trapezoids.
 #[test]
 fn the_curved_beam() {
-    let grid = Grid::new([6, 1, 0], |[s, t, _]| {
-        let (r, a) = (4.12 + 0.2 * t, FRAC_PI_2 * s);
-        [r * a.sin(), r * a.cos(), 0.0]
-    });
-    let root = held("root", &grid.nodes(|[i, ..]| i == 0), "");
-    let model = grid.model(false, "E: 1e7, nu: 0.25, thickness: 0.1", "", &root);
-    let tips = [[6, 0, 0], [6, 1, 0]].map(|at| format!("n{}", grid.id(at)));
-    let tip = |dof: Dof| {
-        let forces = tips.clone().map(|n| (n, dof, 0.5));
-        let u = deflections(&model, &forces);
-        0.5 * (u(&tips[0], dof) + u(&tips[1], dof))
+    let ratios = |n: usize| {
+        let grid = Grid::new([6 * n, n, 0], |[s, t, _]| {
+            let (r, a) = (4.12 + 0.2 * t, FRAC_PI_2 * s);
+            [r * a.sin(), r * a.cos(), 0.0]
+        });
+        let root = held("root", &grid.nodes(|[i, ..]| i == 0), "");
+        let model = grid.model(false, "E: 1e7, nu: 0.25, thickness: 0.1", "", &root);
+        let tips: Vec<String> = (0..=n).map(|j| format!("n{}", grid.id([6 * n, j, 0]))).collect();
+        let tip = |dof: Dof| {
+            let share = |j: usize| if j == 0 || j == n { 0.5 / n as f64 } else { 1.0 / n as f64 };
+            let forces: Vec<_> = tips.iter().enumerate().map(|(j, t)| (t.clone(), dof, share(j))).collect();
+            let u = deflections(&model, &forces);
+            0.5 * (u(&tips[0], dof) + u(&tips[n], dof))
+        };
+        let mesh = format!("{} x {n}", 6 * n);
+        [
+            told(&format!("curved beam, shell4, {mesh}, force in the plane"), tip(Dof::Ux), 0.08734),
+            told(&format!("curved beam, shell4, {mesh}, force across it"), tip(Dof::Uz), 0.5022),
+        ]
     };
-    let within = told("curved beam, force in the plane", tip(Dof::Uy), 0.08734);
-    let across = told("curved beam, force across it", tip(Dof::Uz), 0.5022);
-    assert!((0.80..1.02).contains(&within) && (0.90..1.05).contains(&across), "{within} {across}");
+    let [coarse, middle, fine] = [1, 2, 4].map(ratios);
+    assert!(
+        coarse[0] < middle[0] && middle[0] < fine[0] && (0.95..1.01).contains(&fine[0]),
+        "{coarse:?} {middle:?} {fine:?}"
+    );
+    assert!((coarse[1] - 1.0).abs() < 0.1 && (fine[1] - 1.0).abs() < 0.03, "{coarse:?} {fine:?}");
 }
 
 /// A strip that turns by 90 degrees over its length: 0.005424 and 0.001754. Every element is warped.
 #[test]
 fn the_twisted_beam() {
-    for (name, triangles) in [("shell4", false), ("shell3", true)] {
-        let grid = Grid::new([12, 2, 0], |[s, t, _]| {
+    for (name, triangles, n, within_share) in
+        [("shell4", false, 1, 0.01), ("shell3", true, 1, 0.08), ("shell3", true, 2, 0.03)]
+    {
+        let grid = Grid::new([12 * n, 2 * n, 0], |[s, t, _]| {
             let (w, a) = (1.1 * (t - 0.5), FRAC_PI_2 * s);
             [12.0 * s, w * a.cos(), w * a.sin()]
         });
         let root = held("root", &grid.nodes(|[i, ..]| i == 0), "");
         let model = grid.model(triangles, "E: 29e6, nu: 0.22, thickness: 0.32", "", &root);
-        let tips = [0, 1, 2].map(|j| format!("n{}", grid.id([12, j, 0])));
+        let tips: Vec<String> = (0..=2 * n).map(|j| format!("n{}", grid.id([12 * n, j, 0]))).collect();
         let tip = |dof: Dof| {
-            let forces: Vec<_> = tips.iter().zip([0.25, 0.5, 0.25]).map(|(n, f)| (n.clone(), dof, f)).collect();
-            deflections(&model, &forces)(&tips[1], dof)
+            let share = |j: usize| if j == 0 || j == 2 * n { 0.25 / n as f64 } else { 0.5 / n as f64 };
+            let forces: Vec<_> = tips.iter().enumerate().map(|(j, t)| (t.clone(), dof, share(j))).collect();
+            deflections(&model, &forces)(&tips[n], dof)
         };
         // At the tip the strip stands along z.
-        let within = told(&format!("twisted beam, {name}, force in the plane of the tip"), tip(Dof::Uz), 0.005_424);
-        let across = told(&format!("twisted beam, {name}, force across it"), tip(Dof::Uy), 0.001_754);
-        assert!((within - 1.0).abs() < 0.03 && (across - 1.0).abs() < 0.05, "{name}: {within} {across}");
+        let mesh = format!("{name}, {} x {}", 12 * n, 2 * n);
+        let within = told(&format!("twisted beam, {mesh}, force in the plane of the tip"), tip(Dof::Uz), 0.005_424);
+        let across = told(&format!("twisted beam, {mesh}, force across it"), tip(Dof::Uy), 0.001_754);
+        let worst = (within - 1.0).abs().max((across - 1.0).abs());
+        assert!(worst < within_share, "{mesh}: {within} {across}");
     }
 }
 
@@ -189,7 +206,8 @@ fn the_scordelis_lo_roof() {
     }
 }
 
-/// The hemisphere with a hole of 18 degrees under two pairs of forces: 0.0940 along them. A quarter of n x n elements.
+/// The hemisphere with a hole of 18 degrees under two pairs of forces: 0.0940 along them. A quarter of n x n elements. It bends almost without
+/// stretching, which flat elements with drilling rotations follow on fine meshes only.
 #[test]
 fn the_hemisphere() {
     let ratio = |n: usize, triangles: bool| {
@@ -205,12 +223,12 @@ fn the_hemisphere() {
         let u = deflections(&model, &[(a.clone(), Dof::Ux, 1.0), (b, Dof::Uy, -1.0)]);
         u(&a, Dof::Ux)
     };
-    for (n, least) in [(8, 0.8), (16, 0.95)] {
-        let quads = told(&format!("hemisphere, shell4, {n} x {n}"), ratio(n, false), 0.0940);
-        let triangles = told(&format!("hemisphere, shell3, {n} x {n}"), ratio(n, true), 0.0940);
-        assert!((least..1.03).contains(&quads), "{n}: {quads}");
-        assert!((0.3..1.1).contains(&triangles), "{n}: {triangles}");
-    }
+    let [coarse, fine] = [8, 16].map(|n| {
+        let of = |name: &str, triangles| told(&format!("hemisphere, {name}, {n} x {n}"), ratio(n, triangles), 0.0940);
+        [of("shell4", false), of("shell3", true)]
+    });
+    assert!((0..2).all(|k| coarse[k] < fine[k] && fine[k] < 1.02), "{coarse:?} {fine:?}");
+    assert!(fine[0] > 0.95 && fine[1] > 0.8, "{fine:?}");
 }
 
 /// A thick cylinder in plane strain under pressure, ν near ½: u(3) = 5.0399e-3, 5.0575e-3, 5.0602e-3. Linear bricks without more would stop
@@ -294,7 +312,7 @@ fn nafems_thin_plates() {
 #[test]
 fn nafems_tapered_membrane() {
     for (name, triangles) in [("shell4", false), ("shell3", true)] {
-        let grid = Grid::new([16, 8, 0], |[s, t, _]| [10.0 * s, (5.0 - 4.0 * s) * (t - 0.5), 0.0]);
+        let grid = Grid::new([32, 16, 0], |[s, t, _]| [10.0 * s, (5.0 - 4.0 * s) * (t - 0.5), 0.0]);
         let supports = held("root", &grid.nodes(|[i, ..]| i == 0), "")
             + &held("plane", &grid.nodes(|[i, ..]| i > 0), "uz, rx, ry");
         let model = grid.model(triangles, &format!("{STEEL}, thickness: 0.05"), "", &supports);

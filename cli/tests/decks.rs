@@ -123,6 +123,9 @@ fn a_deck_of_keywords_goes_in_and_is_proved() {
     assert!(code == 2 && out.contains("are not guessed"), "{out}");
     let (code, _, err) = run(folder.path(), "import job.inp --units si --step 2 -o other.yaml");
     assert!(code == 2 && err.contains("there is no step 2: the deck has 1"), "{err}");
-    let (code, _, err) = run(folder.path(), "export job.yaml --into job.inp -o new.inp");
-    assert!(code == 2 && err.contains("values are written back into decks of Nastran only"), "{err}");
+    fs::write(at("stiffer.yaml"), text.replace("uz: 800 N/m", "uz: 900 N/m")).unwrap();
+    let (code, out, err) = run(folder.path(), "export stiffer.yaml --into job.inp -o new.inp");
+    assert!(code == 0 && out.contains("1 change; written: new.inp"), "{out}{err}");
+    let deck = fs::read_to_string(at("job.inp")).unwrap();
+    assert_eq!(fs::read_to_string(at("new.inp")).unwrap(), deck.replace("\n800.\n", "\n900.\n"));
 }

@@ -279,13 +279,16 @@ impl Work<'_> {
 impl Exported {
     /// One line of what was done.
     pub fn summary(&self) -> String {
+        let changes = counted(self.changes.len(), "change");
+        if self.added.is_empty() {
+            return changes;
+        }
         // Lines of cards go on behind a star, and keywords begin with one.
         let is_keyed = self.added.iter().any(|l| l.starts_with("**"));
         let begins = |l: &&String| {
             if is_keyed { l.starts_with('*') && !l.starts_with("**") } else { !l.starts_with(['*', '$']) }
         };
         let count = self.added.iter().filter(begins).count();
-        let added = counted(count, if is_keyed { "keyword" } else { "card" });
-        format!("{}, {added} added", counted(self.changes.len(), "change"))
+        format!("{changes}, {} added", counted(count, if is_keyed { "keyword" } else { "card" }))
     }
 }

@@ -112,7 +112,7 @@ impl<'a> Cursor<'a> {
         let rest = &self.bytes[self.at..];
         let found = rest.windows(marker.len()).position(|w| w == marker.as_bytes());
         let found = found.ok_or_else(|| self.error(format_args!("`{marker}` is missing")))?;
-        self.line += rest[..found].iter().filter(|c| **c == b'\n').count();
+        self.line += rest[..found].split(|c| *c == b'\n').count() - 1;
         self.at += found + marker.len();
         Ok(())
     }

@@ -15,8 +15,9 @@ use super::parameter::ParameterSet;
 use super::place::{Placed, left_out_of_effects, place};
 use super::placed_element::PlacedElement;
 use super::registry::Registry;
-use super::spec::{FORMAT, ModelSpec, TargetSpec};
+use super::spec::{FORMAT, ModelSpec};
 use super::system::{SparseSystem, System};
+use super::targets::{Targets, targets};
 use super::{ElementMatrices, MOST_DENSE_DOFS, ModelError, ParametricModel, PointMotion};
 use crate::element::{Dof, ElementInput};
 use crate::linalg::{DMatrix, SymMatrix};
@@ -24,26 +25,6 @@ use crate::yaml::{Problem, Severity, child, version_problem};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, HashSet};
 use std::sync::OnceLock;
-
-/// A mass property that an update has to respect, in SI.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Target {
-    /// Value.
-    pub value: f64,
-    /// Half-width of the accepted range.
-    pub tolerance: f64,
-}
-
-/// The mass properties that an update has to respect.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Targets {
-    /// Total mass, kg.
-    pub mass: Option<Target>,
-    /// Centre of gravity along each axis, m.
-    pub cg: [Option<Target>; 3],
-    /// Moment of inertia about each axis through the centre of gravity, kg m².
-    pub inertia: [Option<Target>; 3],
-}
 
 /// A model built from a file.
 #[derive(Debug, Clone)]
@@ -528,7 +509,6 @@ impl ParametricModel for Model {
     }
 }
 
-/// Refuses elements that lack a property against a motion that is possible.
 /// Refuses elements and links that need a point where there is a coordinate.
 fn only_scalar_on_coordinates(spec: &ModelSpec, placed: &Placed, problems: &mut Vec<Problem>) {
     let geometry = &placed.geometry;
@@ -555,6 +535,7 @@ fn only_scalar_on_coordinates(spec: &ModelSpec, placed: &Placed, problems: &mut 
     }
 }
 
+/// Refuses elements that lack a property against a motion that is possible.
 fn lacks(spec: &ModelSpec, placed: &Placed, elimination: &Elimination, problems: &mut Vec<Problem>) {
     let active = active(spec);
     let theta = interior_point(&placed.parameters);
@@ -577,36 +558,4 @@ fn lacks(spec: &ModelSpec, placed: &Placed, elimination: &Elimination, problems:
             }
         }
     }
-}
-
-fn targets(spec: &ModelSpec, problems: &mut Vec<Problem>) -> Targets {
-    let mut out = Targets::default();
-    let Some(t) = &spec.targets else { return out };
-    let read = |t: &TargetSpec, unit: &str, path: &str, problems: &mut Vec<Problem>| {
-        let value = super::geometry::constant(&t.value, unit, &child(path, "value"), problems);
-        let tolerance = super::geometry::constant(&t.tolerance, unit, &child(path, "tolerance"), problems);
-        if tolerance <= 0.0 {
-            problems.push(Problem::error(child(path, "tolerance"), "a tolerance must be above zero"));
-        }
-        Some(Target { value, tolerance })
-    };
-    if let Some(t) = &t.total_mass {
-        out.mass = read(t, "kg", "targets.total_mass", problems);
-    }
-    for (list, slots, words, unit, path) in [
-        (&t.cg, &mut out.cg, ["x", "y", "z"], "m", "targets.cg"),
-        (&t.inertia, &mut out.inertia, ["xx", "yy", "zz"], "kg m2", "targets.inertia"),
-    ] {
-        for (axis, t) in list {
-            let path = child(path, axis);
-            match words.iter().position(|w| w == axis) {
-                Some(i) => slots[i] = read(t, unit, &path, problems),
-                None => problems.push(Problem::error(
-                    path,
-                    format_args!("unknown axis `{axis}`, expected `{}`, `{}` or `{}`", words[0], words[1], words[2]),
-                )),
-            }
-        }
-    }
-    out
 }

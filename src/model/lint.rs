@@ -232,10 +232,8 @@ fn motion(model: &Model, s: &mut Soundness) -> Result<(), ModelError> {
     let of_shells = mesh::nodes_of_shells(model);
     // No mass belongs to the turning of a shell about its normal, nor to any where its mass is lumped.
     let by_design = |i: usize| dofs.rows()[i].1.is_rotation() && of_shells.contains(&dofs.rows()[i].0);
-    let massless: Vec<String> = (0..n)
-        .filter(|&i| m[i] <= 0.0 && !empty.contains(&i) && !by_design(i))
-        .map(|i| dofs.row_name(i))
-        .collect();
+    let massless: Vec<String> =
+        (0..n).filter(|&i| m[i] <= 0.0 && !empty.contains(&i) && !by_design(i)).map(|i| dofs.row_name(i)).collect();
     if !massless.is_empty() {
         s.warnings.push(Problem::warning(
             "",
@@ -395,7 +393,7 @@ fn targets(model: &Model, s: &mut Soundness) -> Result<(), ModelError> {
     let theta = model.parameters().nominal();
     let Some(p) = model.mass_properties(&theta)? else { return Ok(()) };
     let t = model.targets();
-    let mut check = |path: String, unit: &str, value: f64, target: Option<super::compile::Target>| {
+    let mut check = |path: String, unit: &str, value: f64, target: Option<super::Target>| {
         if let Some(t) = target
             && (value - t.value).abs() > t.tolerance
         {

@@ -4,10 +4,10 @@ use super::geometry::Geometry;
 use super::loaded_mesh::{ALL, LoadedMesh, PlacedMesh};
 use super::spec::{ModelSpec, NodeRule, NodeSpec};
 use crate::catalogue::did_you_mean;
+use crate::hash::sha256;
 use crate::mesh::{self, Mesh};
 use crate::units::Scalar;
 use crate::yaml::{Problem, child};
-use sha2::{Digest, Sha256};
 use std::collections::HashMap;
 use std::io;
 use std::sync::Arc;
@@ -19,10 +19,10 @@ use std::sync::Arc;
 /// Returns what was wrong.
 pub(super) fn read_file(spec: &mut ModelSpec, read: &mut dyn FnMut(&str) -> io::Result<Vec<u8>>) -> Vec<Problem> {
     let mut problems = Vec::new();
-    if let Some(loaded) = load(spec, read, &mut problems) {
-        if let Some(entry) = &mut spec.mesh {
-            entry.loaded = LoadedMesh(Some(Arc::new(loaded)));
-        }
+    if let Some(loaded) = load(spec, read, &mut problems)
+        && let Some(entry) = &mut spec.mesh
+    {
+        entry.loaded = LoadedMesh(Some(Arc::new(loaded)));
     }
     problems
 }
@@ -34,18 +34,11 @@ fn load(
 ) -> Option<PlacedMesh> {
     let entry = spec.mesh.as_ref()?;
     let mut wrong = |key: &str, message: String| problems.push(Problem::error(child("mesh", key), message));
-    let unit = match Scalar::parse(&format!("1 {}", entry.units)).and_then(|s| s.constant_in("m")) {
-        Ok(unit) => unit,
-        Err(_) => {
-            wrong(
-                "units",
-                format!(
-                    "`{}` is no unit of length; the coordinates of the mesh are in `m`, `mm`, `in`, …",
-                    entry.units
-                ),
-            );
-            return None;
-        }
+    let Ok(unit) = Scalar::parse(&format!("1 {}", entry.units)).and_then(|s| s.constant_in("m")) else {
+        let text =
+            format!("`{}` is no unit of length; the coordinates of the mesh are in `m`, `mm`, `in`, …", entry.units);
+        wrong("units", text);
+        return None;
     };
     let bytes = match read(&entry.file) {
         Ok(bytes) => bytes,
@@ -55,7 +48,7 @@ fn load(
         }
     };
     if let Some(expected) = &entry.sha256 {
-        let found: String = Sha256::digest(&bytes).iter().map(|b| format!("{b:02x}")).collect();
+        let found = sha256(&bytes);
         if !found.eq_ignore_ascii_case(expected) {
             let text = format!("`{}` is another file than the model was made for: its hash is {found}", entry.file);
             wrong("sha256", text);

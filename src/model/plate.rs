@@ -138,7 +138,9 @@ mod tests {
     #[test]
     fn two_crossed_plies_couple_bending_and_stretching() {
         let mut plies = [ply(0.0, 1e-3), ply(90.0, 1e-3)];
-        plies.iter_mut().for_each(|p| p.e1 = 10.0 * p.e2);
+        for p in &mut plies {
+            p.e1 = 10.0 * p.e2;
+        }
         let t: f64 = 2e-3;
         let q11 = plies[0].stiffness()[(0, 0)];
         let b11 = q11 * t * t * (0.1 - 1.0) / 8.0;

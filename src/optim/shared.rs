@@ -1,16 +1,14 @@
 //! Evaluations that several processes share through a folder.
 
 use std::error::Error;
-use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use sha2::{Digest, Sha256};
-
 use super::{Evaluator, Threads};
+use crate::hash::Hash;
 use crate::linalg::DVector;
 use crate::objective::{EvalError, Linearization, Objective};
 
@@ -36,7 +34,7 @@ pub struct Shared {
     of: usize,
     patience: Duration,
     /// Of the objective.
-    fingerprint: OnceLock<[u8; 32]>,
+    fingerprint: OnceLock<String>,
 }
 
 /// Points whose costs tell one objective from another.
@@ -69,28 +67,24 @@ impl Shared {
     }
 
     /// What tells this objective from any other one: the version, and its costs at the first points.
-    fn fingerprint(&self, objective: &dyn Objective, points: &[DVector<f64>]) -> &[u8; 32] {
+    fn fingerprint(&self, objective: &dyn Objective, points: &[DVector<f64>]) -> &str {
         self.fingerprint.get_or_init(|| {
             let probes = &points[..points.len().min(PROBES)];
             let mut costs = vec![f64::INFINITY; probes.len()];
             objective.costs(probes, &mut costs);
-            let mut hash = Sha256::new();
-            hash.update(env!("CARGO_PKG_VERSION"));
-            hash.update((objective.n_residuals() as u64).to_le_bytes());
-            probes.iter().flat_map(|x| x.iter()).chain(&costs).for_each(|v| hash.update(v.to_bits().to_le_bytes()));
-            hash.finalize().into()
+            let mut hash = Hash::new();
+            hash.add(env!("CARGO_PKG_VERSION").as_bytes());
+            hash.add(&(objective.n_residuals() as u64).to_le_bytes());
+            probes.iter().flat_map(|x| x.iter()).chain(&costs).for_each(|v| hash.add(&v.to_bits().to_le_bytes()));
+            hash.digits()
         })
     }
 
-    fn path(&self, fingerprint: &[u8; 32], points: &[DVector<f64>]) -> PathBuf {
-        let mut hash = Sha256::new();
-        hash.update(fingerprint);
-        points.iter().flat_map(|x| x.iter()).for_each(|v| hash.update(v.to_bits().to_le_bytes()));
-        let name = hash.finalize().iter().fold(String::new(), |mut text, b| {
-            let _ = write!(text, "{b:02x}");
-            text
-        });
-        self.folder.join(name + ".costs")
+    fn path(&self, fingerprint: &str, points: &[DVector<f64>]) -> PathBuf {
+        let mut hash = Hash::new();
+        hash.add(fingerprint.as_bytes());
+        points.iter().flat_map(|x| x.iter()).for_each(|v| hash.add(&v.to_bits().to_le_bytes()));
+        self.folder.join(hash.digits() + ".costs")
     }
 
     /// Costs that another process has written, if they are there.
@@ -124,7 +118,7 @@ impl Evaluator for Shared {
         if points.is_empty() {
             return Ok(());
         }
-        let fingerprint = *self.fingerprint(objective, points);
+        let fingerprint = self.fingerprint(objective, points).to_string();
         let size = points.len().div_ceil(self.of);
         let mut pieces: Vec<(&[DVector<f64>], &mut [f64])> = points.chunks(size).zip(out.chunks_mut(size)).collect();
         let n = pieces.len();

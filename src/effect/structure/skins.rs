@@ -3,6 +3,7 @@
 use super::Structure;
 use crate::effect::location::{Location, LocationKind};
 use crate::element::Dof;
+use crate::model::spec::SupportSpec;
 use crate::model::{cross, dot};
 
 impl Structure<'_> {
@@ -44,7 +45,7 @@ impl Structure<'_> {
     /// The nodes of a support of the file.
     pub(in crate::effect) fn nodes_of_support(&self, name: &str) -> Vec<usize> {
         let support = self.model.spec().supports.get(name);
-        support.into_iter().flat_map(|s| s.nodes()).filter_map(|n| self.model.geometry().node(n)).collect()
+        support.into_iter().flat_map(SupportSpec::nodes).filter_map(|n| self.model.geometry().node(n)).collect()
     }
 
     /// How a file names some nodes: by the set of the mesh that has just these, or one by one.

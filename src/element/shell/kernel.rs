@@ -223,7 +223,7 @@ pub(super) fn nearest(plane: &'static Plane, input: &Input<'_>, place: Vector) -
         let [a, b] = [tangent(0), tangent(1)];
         let (aa, ab, bb) = (dot(a, a), dot(a, b), dot(b, b));
         let det = aa * bb - ab * ab;
-        if !(det > 1e-12 * aa * bb) {
+        if det.is_nan() || det <= 1e-12 * aa * bb {
             return Err(ElementError::Inverted);
         }
         let (ma, mb) = (dot(a, miss), dot(b, miss));

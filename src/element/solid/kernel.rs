@@ -237,10 +237,14 @@ pub(super) fn mass(family: &Family, input: &Input<'_>) -> Result<SymMatrix, Elem
 /// Natural coordinates moved into the parent of an element: of a tetrahedron, a pyramid, a wedge or a cube, by its number of nodes.
 fn within_parent(n: usize, xi: [f64; 3]) -> [f64; 3] {
     let in_simplex = |x: &mut [f64]| {
-        x.iter_mut().for_each(|v| *v = v.max(0.0));
+        for v in x.iter_mut() {
+            *v = v.max(0.0);
+        }
         let sum: f64 = x.iter().sum();
         if sum > 1.0 {
-            x.iter_mut().for_each(|v| *v /= sum);
+            for v in x.iter_mut() {
+                *v /= sum;
+            }
         }
     };
     let [mut x, mut y, mut z] = xi;

@@ -7,7 +7,7 @@ use crate::model::dependence::interior_point;
 use crate::model::geometry::{Vector, cross, dot, minus, unit};
 use crate::model::placed_element::PlacedElement;
 use crate::yaml::{Problem, child};
-use std::collections::{BTreeMap, HashMap, HashSet};
+use std::collections::{BTreeMap, HashSet};
 
 /// Names that a message lists.
 const LISTED: usize = 5;
@@ -170,7 +170,7 @@ fn normals(model: &Model, elements: &[usize], path: &str) -> Option<Problem> {
         all.any(|(p, v)| sided.contains(&p.name) && v.as_ref().is_some_and(|v| v.at(&theta).abs() > 0.0))
     };
     // Edge -> the elements on it, with whether they run along it upwards.
-    let mut of: HashMap<[usize; 2], Vec<(usize, bool)>> = HashMap::new();
+    let mut of: BTreeMap<[usize; 2], Vec<(usize, bool)>> = BTreeMap::new();
     for &i in elements {
         let e = &model.elements()[i];
         if !is_surface(e) || !has_sides(e) {

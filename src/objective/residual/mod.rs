@@ -136,7 +136,8 @@ impl Default for Residuals {
 
 impl PartialEq for Residuals {
     fn eq(&self, other: &Self) -> bool {
-        self.iter().map(|r| r.name()).eq(other.iter().map(|r| r.name()))
+        let names = |terms: &Self| terms.iter().map(Residual::name).collect::<Vec<_>>();
+        names(self) == names(other)
     }
 }
 
