@@ -21,10 +21,12 @@ impl Joined {
         let n = model.geometry().names.len();
         let mut joined = Self { body: (0..=n).collect(), held: vec![false; n], supported: vec![false; n] };
         let without: HashSet<usize> = without.iter().copied().collect();
-        for (_, element) in model.elements().iter().enumerate().filter(|(e, _)| !without.contains(e)) {
+        let nominal = model.parameters().nominal();
+        let is_stiff = |e: usize| model.element_matrices(e, &nominal).is_ok_and(|m| !m.stiffness.is_zero());
+        for (e, element) in model.elements().iter().enumerate().filter(|(e, _)| !without.contains(e)) {
             joined.join(&element.joined());
             // A spring of one node stands on the ground, a mass on nothing.
-            if element.nodes.len() == 1 && element.kind.name() != "mass" {
+            if element.nodes.len() == 1 && element.matrices.is_none() && is_stiff(e) {
                 joined.join(&[n, element.nodes[0]]);
             }
         }

@@ -257,3 +257,16 @@ fn a_long_member_has_halves_and_quarters() {
     }
     assert_eq!(names.len(), 23 + 22 + 21 + 2 + 4);
 }
+
+/// Two masses at the ends of a free beam of two members: without one of them the beam falls apart.
+#[test]
+fn a_mass_holds_nothing() {
+    let text = format!(
+        "retune: 1\nname: test\nnodes: {{a: [0, 0, 0], b: [1, 0, 0], c: [1, 1, 0]}}\nbeams:\n  p: {{nodes: [a, b], {PROPERTIES}}}\n  \
+         q: {{nodes: [b, c], {PROPERTIES}}}\nmasses: {{m: {{node: a, mass: 1 kg}}, n: {{node: c, mass: 2 kg}}}}\n"
+    );
+    let context = Context::default();
+    let all = candidates(&model(&text), &Effects::builtin(), &context);
+    let absent: Vec<String> = all.iter().filter(|c| c.effect.name() == "absent-member").map(Candidate::id).collect();
+    assert!(absent.is_empty() && !all.is_empty(), "{absent:?}");
+}
