@@ -19,7 +19,9 @@ fn departure(d: &Diagnosis) -> f64 {
         (d.probability_other, d.ln_odds_other + d.ln_bayes_other),
     ];
     terms.extend(d.together.iter().map(|t| (t.probability, t.ln_odds + t.ln_bayes)));
-    let alone = d.hypotheses.iter().filter(|h| !named.contains(&h.id));
+    // What stands beside one of two that are named has its Bayes factor against that one.
+    let is_alone = |h: &&HypothesisResult| !named.contains(&h.id) && h.misfit_before == d.misfit;
+    let alone = d.hypotheses.iter().filter(is_alone);
     terms.extend(alone.map(|h| (h.probability, h.ln_odds + h.ln_bayes)));
     let top = terms.iter().map(|t| t.1).fold(f64::NEG_INFINITY, f64::max);
     let of_top = terms.iter().find(|t| t.1 == top).map_or(0.0, |t| t.0);
@@ -71,7 +73,8 @@ fn probabilities_are_odds_times_bayes_factors() {
         assert!(departure(d) < 1e-9, "{id}: {} {d:#?}", departure(d));
         let together = d.together.as_ref().map_or(0.0, |t| t.probability);
         let named: &[String] = d.together.as_ref().map_or(&[], |t| &t.ids);
-        let alone: f64 = d.hypotheses.iter().filter(|h| !named.contains(&h.id)).map(|h| h.probability).sum();
+        let is_alone = |h: &&HypothesisResult| !named.contains(&h.id) && h.misfit_before == d.misfit;
+        let alone: f64 = d.hypotheses.iter().filter(is_alone).map(|h| h.probability).sum();
         let sum = alone + together + d.probability_none + d.probability_other;
         assert!(sum < 1.0 + 1e-9, "{id}: {alone} + {together} + {} + {}", d.probability_none, d.probability_other);
         match d.verdict {
