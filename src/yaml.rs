@@ -275,14 +275,10 @@ pub fn version_problem(key: &str, found: u64, known: u32) -> Option<Problem> {
 
 /// The problems of a file, or instead of them that it is of another version: then its other keys may mean what they like.
 pub fn outdated(text: &str, problems: Vec<Problem>, key: &str, known: u32) -> Vec<Problem> {
-    // What stands beside the versions is passed over, not built.
-    #[derive(serde::Deserialize)]
-    struct Head {
-        retune: Option<u64>,
-        retune_test: Option<u64>,
-    }
-    let head = serde_yaml::from_str::<Head>(text).ok();
-    let found = head.and_then(|head| if key == "retune" { head.retune } else { head.retune_test });
+    // The line alone is looked at: what stands beside it may be of any depth.
+    let version =
+        |line: &str| line.strip_prefix(key)?.trim_start().strip_prefix(':')?.split('#').next()?.trim().parse().ok();
+    let found: Option<u64> = text.lines().find_map(version);
     match found.and_then(|found| version_problem(key, found, known)) {
         Some(problem) => SourceMap::of(text).place(vec![problem]),
         None => problems,

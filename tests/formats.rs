@@ -45,11 +45,11 @@ fn snapshot_models_of_version_1_keep_their_frequencies() {
     assert!(n >= 20, "only {n} frequencies");
 }
 
-/// Every number of a test comes back, also through the file that this version writes.
+/// Every number of a test comes back, modes by ascending frequency, also through the file that this version writes.
 #[test]
 fn tests_of_version_1_are_read_and_written() {
     for (file, n_sensors, n_modes, first_hz) in
-        [("bridge_test.yaml", 4, 2, 10.3), ("aircraft_test.yaml", 14, 6, 5.83937), ("frame_test.yaml", 9, 6, 2.80809)]
+        [("bridge_test.yaml", 4, 2, 4.7), ("aircraft_test.yaml", 14, 6, 5.83937), ("frame_test.yaml", 9, 6, 2.80809)]
     {
         let (data, _) = read_test(&text(file)).unwrap_or_else(|p| panic!("{file}: {p:?}"));
         assert_eq!((data.sensors.len(), data.modes.len()), (n_sensors, n_modes), "{file}");

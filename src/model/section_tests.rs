@@ -216,12 +216,15 @@ fn what_is_no_section_is_refused() {
         (laminate("20 mm", &ply("0")).replace("129 GPa", "1e300 Pa"), "shape: its sizes or moduli are too large"),
         (laminate("20 mm", ""), "shape.laminate.plies: a laminate has between 1"),
         (laminate("20 mm", &ply("45")), "plies[0].angle: `45` is 2578 degrees"),
-        (laminate("20 mm", "{angle: 0, thickness: 0}"), "plies[0].thickness: `0` must be above zero"),
+        (
+            laminate("20 mm", "{angle: 0, thickness: 0}"),
+            "plies[0].thickness: `thickness` is 0 m; it must be above zero",
+        ),
         (laminate("20 mm", "{angle: 0, thickness: 1 mm, material: ux}"), "there is no material `ux`"),
         (laminate("20 mm", &[ply("30 deg"), ply("-30 deg")].join(", ")), "extension with twist"),
         (laminate("0.5 mm", &ply("0")), "thicker than wide"),
         (laminate("20 mm", &ply("0")).replace("nu12: 0.3", "nu12: 4"), "nu12: `4` is too large"),
-        (laminate("20 mm", &ply("0")).replace("E2: 9.4 GPa", "E2: 0 Pa"), "E2: `0 Pa` must be above zero"),
+        (laminate("20 mm", &ply("0")).replace("E2: 9.4 GPa", "E2: 0 Pa"), "E2: `E2` is 0 Pa; it must be above zero"),
         (laminate("20 mm", &ply("0")).replace("]}}}", "]}}, density: 1600}"), "density"),
         (
             laminate("20 mm", &ply("0")).replace("ud: {", "b: {E1: 1, E2: 1, G12: 1, nu12: 0, density: 1}, ud: {"),

@@ -216,7 +216,7 @@ fn write(path: &Path, test: &TestData, args: &Identify) {
     print(&format!("\nwritten: {path}\n"));
     // Its sensors are points of the measurement, no nodes yet.
     if args.model.is_none() && test.sensors.iter().any(|s| s.place.position().is_some()) {
-        print(&format!("next: `retune map MODEL {path} -o placed.yaml` finds the places of its sensors in a model\n"));
+        print(&format!("next: `retune map MODEL {path} -o placed.yaml` places its sensors\n"));
     }
 }
 
