@@ -49,7 +49,7 @@ fn snapshot_models_of_version_1_keep_their_frequencies() {
 #[test]
 fn tests_of_version_1_are_read_and_written() {
     for (file, n_sensors, n_modes, first_hz) in
-        [("bridge_test.yaml", 4, 2, 4.7), ("aircraft_test.yaml", 14, 6, 5.83937), ("frame_test.yaml", 9, 6, 2.80809)]
+        [("bridge_test.yaml", 4, 2, 4.7), ("aircraft_test.yaml", 14, 8, 5.83937), ("frame_test.yaml", 9, 6, 2.80809)]
     {
         let (data, _) = read_test(&text(file)).unwrap_or_else(|p| panic!("{file}: {p:?}"));
         assert_eq!((data.sensors.len(), data.modes.len()), (n_sensors, n_modes), "{file}");
