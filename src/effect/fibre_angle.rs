@@ -3,7 +3,7 @@
 use super::edit::PatchError;
 use super::location::Location;
 use super::patch::{Builder, Patch, entry, times};
-use super::structure::{PartKind, Structure, entries};
+use super::structure::{Structure, entries};
 use super::{About, Effect};
 use crate::model::spec::OverrideSpec;
 
@@ -46,11 +46,7 @@ impl Effect for FibreAngle {
                 || !isotropic("A11", "A12", "A66")
                 || !isotropic("D11", "D12", "D66")
         };
-        structure.places(|p| {
-            p.kind != PartKind::Mass
-                && p.elements.iter().all(|&e| structure.is_shell(e) && is_directed(e))
-                && p.elements.iter().any(|&e| structure.deforms(e))
-        })
+        structure.skins(is_directed)
     }
 
     fn patch(&self, structure: &Structure<'_>, at: &Location) -> Result<Patch, PatchError> {

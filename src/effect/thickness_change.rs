@@ -3,7 +3,7 @@
 use super::edit::PatchError;
 use super::location::Location;
 use super::patch::{Builder, Patch, entry};
-use super::structure::{PartKind, Structure, entries};
+use super::structure::{Structure, entries};
 use super::{About, Effect};
 use crate::model::spec::OverrideSpec;
 
@@ -32,11 +32,7 @@ impl Effect for ThicknessChange {
     }
 
     fn locations(&self, structure: &Structure<'_>) -> Vec<Location> {
-        structure.places(|p| {
-            p.kind != PartKind::Mass
-                && p.elements.iter().all(|&e| structure.is_shell(e) && structure.property(e, "thickness").is_some())
-                && p.elements.iter().any(|&e| structure.deforms(e))
-        })
+        structure.skins(|e| structure.property(e, "thickness").is_some())
     }
 
     fn patch(&self, structure: &Structure<'_>, at: &Location) -> Result<Patch, PatchError> {

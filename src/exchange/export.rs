@@ -67,12 +67,7 @@ pub fn export(deck: &Deck, updated: &Model) -> Result<Exported, ExportError> {
     let system = system_by_name(&imported.units).ok_or_else(|| {
         ExportError::Refused(vec![format!("imported.units: `{}` is no system of units", imported.units)])
     })?;
-    let options = ImportOptions {
-        solver: Solver::default(),
-        system,
-        subcase: imported.subcase,
-        parameter_per_property: imported.parameters.as_deref() == Some("properties"),
-    };
+    let options = ImportOptions::again(imported, system, Solver::default());
     let (base, before) = model_of(deck, options)?;
     let mut work = Work {
         deck,

@@ -5,6 +5,7 @@ use super::system::System;
 use super::writer::clean;
 use crate::catalogue::counted;
 use crate::deck::CardId;
+use crate::model::spec::ImportedSpec;
 use std::collections::{BTreeMap, HashMap};
 
 /// Whose deck of keywords it is: the same deck has lumped masses in Abaqus where CalculiX has consistent ones.
@@ -32,6 +33,14 @@ pub struct ImportOptions {
     pub parameter_per_property: bool,
     /// Of a deck of keywords: whose it is.
     pub solver: Solver,
+}
+
+impl ImportOptions {
+    /// As a model was imported, by what its file says of that.
+    pub(in crate::exchange) fn again(imported: &ImportedSpec, system: &'static System, solver: Solver) -> Self {
+        let parameter_per_property = imported.parameters.as_deref() == Some("properties");
+        Self { system, subcase: imported.subcase, parameter_per_property, solver }
+    }
 }
 
 /// A model file made of a deck.

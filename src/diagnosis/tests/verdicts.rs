@@ -11,18 +11,20 @@ use crate::effect::Candidate;
 
 const FRAME: &str = include_str!("../../../models/frame.yaml");
 
+/// What is stated alone: what stands beside one of two that are named has its Bayes factor against that one.
+fn alone(d: &Diagnosis) -> impl Iterator<Item = &HypothesisResult> {
+    let named: &[String] = d.together.as_ref().map_or(&[], |t| &t.ids);
+    d.hypotheses.iter().filter(|h| !named.contains(&h.id) && h.misfit_before == d.misfit)
+}
+
 /// Largest departure of ln P from ln odds + ln B, up to what is common to all that is compared, of what is stated alone.
 fn departure(d: &Diagnosis) -> f64 {
-    let named: &[String] = d.together.as_ref().map_or(&[], |t| &t.ids);
     let mut terms = vec![
         (d.probability_none, d.ln_odds_none + d.ln_bayes_none),
         (d.probability_other, d.ln_odds_other + d.ln_bayes_other),
     ];
     terms.extend(d.together.iter().map(|t| (t.probability, t.ln_odds + t.ln_bayes)));
-    // What stands beside one of two that are named has its Bayes factor against that one.
-    let is_alone = |h: &&HypothesisResult| !named.contains(&h.id) && h.misfit_before == d.misfit;
-    let alone = d.hypotheses.iter().filter(is_alone);
-    terms.extend(alone.map(|h| (h.probability, h.ln_odds + h.ln_bayes)));
+    terms.extend(alone(d).map(|h| (h.probability, h.ln_odds + h.ln_bayes)));
     let top = terms.iter().map(|t| t.1).fold(f64::NEG_INFINITY, f64::max);
     let of_top = terms.iter().find(|t| t.1 == top).map_or(0.0, |t| t.0);
     terms.iter().map(|(p, ln)| (p - of_top * (ln - top).exp()).abs()).fold(0.0, f64::max)
@@ -72,9 +74,7 @@ fn probabilities_are_odds_times_bayes_factors() {
     for (id, d) in all {
         assert!(departure(d) < 1e-9, "{id}: {} {d:#?}", departure(d));
         let together = d.together.as_ref().map_or(0.0, |t| t.probability);
-        let named: &[String] = d.together.as_ref().map_or(&[], |t| &t.ids);
-        let is_alone = |h: &&HypothesisResult| !named.contains(&h.id) && h.misfit_before == d.misfit;
-        let alone: f64 = d.hypotheses.iter().filter(is_alone).map(|h| h.probability).sum();
+        let alone: f64 = alone(d).map(|h| h.probability).sum();
         let sum = alone + together + d.probability_none + d.probability_other;
         assert!(sum < 1.0 + 1e-9, "{id}: {alone} + {together} + {} + {}", d.probability_none, d.probability_other);
         match d.verdict {

@@ -1,6 +1,6 @@
 //! Surfaces of a mesh: shells, and supports of many nodes along their edges.
 
-use super::Structure;
+use super::{PartKind, Structure};
 use crate::effect::location::{Location, LocationKind};
 use crate::element::Dof;
 use crate::model::spec::SupportSpec;
@@ -20,6 +20,15 @@ impl Structure<'_> {
             triangles.map(|n| 0.5 * dot(n, n).sqrt()).sum::<f64>()
         };
         elements.iter().filter(|&&e| self.is_shell(e)).map(of).sum()
+    }
+
+    /// Parts that are shells alone, with a property each, and deform.
+    pub(in crate::effect) fn skins(&self, accept: impl Fn(usize) -> bool) -> Vec<Location> {
+        self.places(|p| {
+            p.kind != PartKind::Mass
+                && p.elements.iter().all(|&e| self.is_shell(e) && accept(e))
+                && p.elements.iter().any(|&e| self.deforms(e))
+        })
     }
 
     /// Supports of several nodes of a mesh, in each direction that they hold and in which others move.

@@ -43,12 +43,7 @@ pub fn export_keywords(deck: &KeywordDeck, updated: &Model) -> Result<Exported, 
             )));
         }
     };
-    let options = ImportOptions {
-        solver,
-        system,
-        subcase: imported.subcase,
-        parameter_per_property: imported.parameters.as_deref() == Some("properties"),
-    };
+    let options = ImportOptions::again(imported, system, solver);
     let (base, before) = model_of(deck, options)?;
     let mut work = Work {
         deck,
