@@ -131,7 +131,7 @@ impl Updated {
             let text = set_parameter_values(&source.text, &values)?;
             source.edited(text)
         };
-        Ok(Model(Arc::new(py.detach(edit)?)))
+        Ok(Model(Arc::new(on_pool(py, edit)?)))
     }
 
     fn page(&self, py: Python<'_>) -> PyResult<String> {
@@ -248,7 +248,7 @@ impl Learned {
             let texts = self.learned.model_texts(&source.text)?;
             texts.into_iter().map(|text| Ok(Model(Arc::new(source.edited(text)?)))).collect::<Result<Vec<_>, Wrong>>()
         };
-        Ok(py.detach(edit)?)
+        Ok(on_pool(py, edit)?)
     }
 
     /// The tests without the faults that were found.

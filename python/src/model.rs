@@ -144,7 +144,7 @@ impl Model {
             let (text, sha256) = read(&path)?;
             Source::new(text, Home::file(path, sha256), configuration, elements)
         };
-        Ok(Self(Arc::new(py.detach(load)?)))
+        Ok(Self(Arc::new(on_pool(py, load)?)))
     }
 
     #[staticmethod]
@@ -159,7 +159,7 @@ impl Model {
         let elements = Elements::new(elements);
         let home = Home { folder: folder.unwrap_or_default(), ..Home::default() };
         let load = || Source::new(text, home, configuration, elements);
-        Ok(Self(Arc::new(py.detach(load)?)))
+        Ok(Self(Arc::new(on_pool(py, load)?)))
     }
 
     #[getter]
@@ -197,7 +197,7 @@ impl Model {
     }
 
     fn configured(&self, py: Python<'_>, name: &str) -> PyResult<Self> {
-        Ok(Self(Arc::new(py.detach(|| self.0.configured(name))?)))
+        Ok(Self(Arc::new(on_pool(py, || self.0.configured(name))?)))
     }
 
     /// (name, unit, factor of the unit, value SI, bounds SI, prior sd SI, description)
@@ -221,7 +221,7 @@ impl Model {
             let values: Vec<(&str, f64)> = changed.map(|(p, v)| (p.name.as_str(), *v)).collect();
             self.0.edited(set_parameter_values(&self.0.text, &values)?)
         };
-        Ok(Self(Arc::new(py.detach(edit)?)))
+        Ok(Self(Arc::new(on_pool(py, edit)?)))
     }
 
     #[getter]
@@ -376,13 +376,13 @@ impl Model {
             let candidate = effects.candidate(&structure, effect)?;
             self.0.edited(candidate.patch.add_to_text(&self.0.text, &candidate.id(), because)?)
         };
-        let edited: PyResult<Source> = py.detach(edit).map_err(PyErr::from);
+        let edited: PyResult<Source> = on_pool(py, edit).map_err(PyErr::from);
         Ok(Self(Arc::new(settled(edited, own.iter().map(|own| &own.failure))?)))
     }
 
     /// The model without what was added last.
     fn undo(&self, py: Python<'_>) -> PyResult<Self> {
-        Ok(Self(Arc::new(py.detach(|| self.0.edited(undo(&self.0.text)?.text))?)))
+        Ok(Self(Arc::new(on_pool(py, || self.0.edited(undo(&self.0.text)?.text))?)))
     }
 }
 

@@ -103,7 +103,7 @@ impl Model {
         problems: &mut Vec<Problem>,
     ) -> Result<Self, ModelError> {
         let Placed { geometry, parameters, elements, sets, compliances, rows, sites, patches, n_named } = placed;
-        let dependences: Vec<_> = elements.par_iter().map(|e| dependence(e, &parameters)).collect();
+        let dependences = of_each(&elements, |e| dependence(e, &parameters));
         let dependences = dependences.into_iter().collect::<Result<Vec<_>, _>>()?;
         let touched = touched(&elements, &dependences, &parameters, geometry.names.len());
         let dofs = number(&geometry, &touched, elimination);
@@ -326,9 +326,8 @@ impl Model {
             let slope = central_difference(at, step, |a, b, width| a.combine(&b, |a, b| (a - b) / width))?;
             Ok((&self.connections[e], slope))
         };
-        let moved = self.general.par_iter().filter(|&&e| self.elements[e].depends_on(j));
-        let slopes: Vec<Result<_, ModelError>> = moved.map(slope).collect();
-        let mut slopes = slopes.into_iter().collect::<Result<Vec<_>, _>>()?;
+        let moved: Vec<usize> = self.general.iter().copied().filter(|&e| self.elements[e].depends_on(j)).collect();
+        let mut slopes = of_each(&moved, slope).into_iter().collect::<Result<Vec<_>, _>>()?;
         if let Some(s) = self.elastic_supports.as_ref().filter(|s| s.depends_on(j)) {
             slopes.push((s.connection(), s.slopes(&self.elements, &self.connections, theta, j, step)?));
         }
@@ -417,7 +416,7 @@ impl ParametricModel for Model {
             return Err(ModelError::WrongLength { expected: self.parameters.len(), given: theta.len() });
         }
         let of_element = |&e: &usize| Ok((&self.connections[e], element_matrices(&self.elements[e], theta)?));
-        let general: Vec<Result<_, ModelError>> = self.general.par_iter().map(of_element).collect();
+        let general: Vec<Result<_, ModelError>> = of_each(&self.general, of_element);
         let supports = self.support_matrices(&self.elements, theta).transpose();
         let general = general.into_iter().chain(supports).collect::<Result<Vec<_>, _>>()?;
         Ok(sparse_system(self.dofs.n_dof(), self.damped, &self.affine.at(theta).collect::<Vec<_>>(), &general))
@@ -558,4 +557,12 @@ fn lacks(spec: &ModelSpec, placed: &Placed, elimination: &Elimination, problems:
             }
         }
     }
+}
+
+/// Elements from which on a pass over them goes over all threads: below, a search is on all of them already, and a pass costs less than asking them.
+const MANY_ELEMENTS: usize = 512;
+
+/// What each item gives, in their order.
+fn of_each<T: Sync, R: Send>(items: &[T], of: impl Fn(&T) -> R + Sync + Send) -> Vec<R> {
+    if items.len() < MANY_ELEMENTS { items.iter().map(of).collect() } else { items.par_iter().map(of).collect() }
 }
