@@ -224,7 +224,7 @@ fn segments(model: &Model) -> Vec<Segment> {
     let mut out = Vec::new();
     for (index, element) in model.elements().iter().enumerate() {
         let [a, b] = element.nodes[..] else { continue };
-        // `wing.2/3` is the third part of `wing.2`, which is the name for people.
+        // `wing.2/0.5..0.75` is a part of `wing.2`, which is the name for people.
         let whole = element.name.rsplit_once('/').map_or(element.name.as_str(), |(name, _)| name);
         let Some(parts) = model.element_set(whole) else { continue };
         let Some(part) = parts.iter().position(|&k| k == index) else { continue };

@@ -1,6 +1,7 @@
 //! What an effect may ask of a model: its parts by name, their symmetric partners, what moves and what deforms.
 
 mod groups;
+mod inside;
 mod joint_ends;
 mod lines;
 mod listing;
@@ -73,7 +74,7 @@ pub enum PartKind {
     Chain,
     /// Several members of the file that lie end to end.
     Line,
-    /// A few successive elements of a chain or of a line.
+    /// A few successive elements of a chain or of a line, or a stretch inside of one that is subdivided.
     Span,
     /// A group of the file, an entry of several elements that are no chain, or members of one section that the structure shows together.
     Group,
@@ -222,7 +223,7 @@ impl<'a> Structure<'a> {
         &self.parts
     }
 
-    /// A few successive elements of a chain or of a line, in file order.
+    /// A few successive elements of a chain or of a line, and stretches inside of elements, in file order.
     pub fn spans(&self) -> &[Part] {
         &self.spans
     }
@@ -233,7 +234,7 @@ impl<'a> Structure<'a> {
     }
 
     /// The same structure with other places for effects: spans for parts, ends that give about both axes of bending, nodes with all
-    /// axes.
+    /// axes, nodes inside of elements.
     #[must_use]
     pub fn on_wider_places(mut self) -> Self {
         self.is_wider = true;
@@ -250,8 +251,17 @@ impl<'a> Structure<'a> {
     /// * `near` - names of nodes, elements, members, spans or ends; none for all
     pub(super) fn is_wide_and_near(&self, at: &Location, near: Option<&[String]>) -> bool {
         if at.kind == LocationKind::Node {
-            let is_near = |name: &String| near.is_none_or(|near| near.contains(name));
-            return at.direction() == ALL_AXES && at.names.iter().any(is_near);
+            let of_near = |node: usize| {
+                let has = |e: usize| self.model.elements()[e].nodes.contains(&node);
+                near.into_iter().flatten().any(|name| self.elements_of(name).into_iter().any(has))
+            };
+            let node = |name: &String| self.model.geometry().node(name);
+            let is_inside = |name: &String| node(name).is_some_and(|n| n >= self.n_nodes());
+            let is_near = |name: &String| {
+                near.is_none_or(|near| near.contains(name)) || is_inside(name) && node(name).is_some_and(of_near)
+            };
+            let is_wide = at.direction() == ALL_AXES || at.names.iter().any(is_inside);
+            return is_wide && at.names.iter().any(is_near);
         }
         let elements_of = |name: &String| match at.direction() {
             BENDING => self.end(name).map(|end| vec![end.element]),

@@ -10,6 +10,7 @@ use super::dependence::{Dependence, central_difference, dependence, element_matr
 use super::dof_map::DofMap;
 use super::elastic_support::ElasticSupports;
 use super::geometry::{Geometry, minus};
+use super::inside::stretch;
 use super::mass_properties::{MassProperties, add_rigid_mass};
 use super::parameter::ParameterSet;
 use super::place::{Placed, left_out_of_effects, place};
@@ -220,9 +221,10 @@ impl Model {
         &self.patches
     }
 
-    /// Indices of the elements of a name: an element, a chain, a mass or a group.
+    /// Indices of the elements of a name: an element, a chain, a mass or a group, or a stretch of a subdivided element,
+    /// `spar/0.25..0.5`.
     pub fn element_set(&self, name: &str) -> Option<&[usize]> {
-        self.sets.get(name).map(Vec::as_slice)
+        self.sets.get(name).map(Vec::as_slice).or_else(|| stretch(&self.sets, &self.elements, name))
     }
 
     /// The names of [`Self::element_set`].

@@ -29,7 +29,7 @@ const HINGE: &str = "properties: {end1_compliance_ry: 1 rad/(N m), end2_complian
 
 #[test]
 fn the_end_of_a_chain_is_that_of_its_first_and_last_element() {
-    for (parts, ends) in [(1, ["m.1", "m.3"]), (4, ["m.1/1", "m.3/4"])] {
+    for (parts, ends) in [(1, ["m.1", "m.3"]), (4, ["m.1/0..0.25", "m.3/0.75..1"])] {
         let of_chain = built(&format!("m: {{chain: [a, b, c, d], section: s, {HINGE}, subdivide: {parts}}}"), "");
         assert_eq!(hinged(&of_chain), ends);
         let plain = format!("m: {{chain: [a, b, c, d], section: s, subdivide: {parts}}}");
@@ -48,12 +48,12 @@ fn the_end_of_a_chain_is_that_of_its_first_and_last_element() {
 #[test]
 fn every_pair_and_every_single_member_has_its_own_ends() {
     let pairs = built(&format!("m: {{pairs: [[a, b], [b, c], [c, d]], section: s, {HINGE}, subdivide: 2}}"), "");
-    assert_eq!(hinged(&pairs), ["m.1/1", "m.1/2", "m.2/1", "m.2/2", "m.3/1", "m.3/2"]);
+    assert_eq!(hinged(&pairs), ["m.1/0..0.5", "m.1/0.5..1", "m.2/0..0.5", "m.2/0.5..1", "m.3/0..0.5", "m.3/0.5..1"]);
     let single = built(
         &format!("m: {{nodes: [a, d], section: s, {HINGE}, subdivide: 3}}, n: {{chain: [b, c], section: s}}"),
         "",
     );
-    assert_eq!(hinged(&single), ["m/1", "m/3"]);
+    assert_eq!(hinged(&single), ["m/0..0.3333", "m/0.6667..1"]);
 }
 
 /// A released end is a hinge: ω of a beam clamped at one end and pinned at the other, tan β = tanh β, R. D. Blevins, Formulas for Natural

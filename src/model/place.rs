@@ -16,6 +16,7 @@ pub(super) use parameters::parameters;
 pub(super) use superelements::left_out_of_effects;
 
 use super::geometry::{Geometry, Rotation, axes_along, minus, plus, turned, unit, unknown, vector};
+use super::inside::{point_name, stretch, stretch_name};
 use super::parameter::ParameterSet;
 use super::placed_element::{Compliance, PlacedElement};
 use super::registry::Registry;
@@ -131,6 +132,12 @@ impl Placer<'_> {
             self.problems.push(unknown(path, "node", name, &self.geometry.names));
         }
         found
+    }
+
+    /// The elements of a name: of the file, or of a stretch inside one that is subdivided.
+    fn set(&self, name: &str) -> Option<Vec<usize>> {
+        let stretch = || stretch(&self.sets, &self.elements, name).map(<[usize]>::to_vec);
+        self.sets.get(name).cloned().or_else(stretch)
     }
 
     fn claim(&mut self, name: &str, path: &str) -> bool {
@@ -357,7 +364,8 @@ impl Placer<'_> {
                         let at = |is_end: bool, k: usize| if is_end { ends[k] } else { [0.0; 3] };
                         entry.arms = vec![at(part == 1, 0), at(part == parts, 1)];
                     }
-                    let part_name = if parts == 1 { element.clone() } else { format!("{element}/{part}") };
+                    let part_name =
+                        if parts == 1 { element.clone() } else { stretch_name(&element, [part - 1, part], parts) };
                     self.add(part_name, &entry, vec![previous, next]);
                     previous = next;
                 }
@@ -386,12 +394,12 @@ impl Placer<'_> {
         offsets.iter().enumerate().map(|(k, v)| vector(v, "m", &at(k), self.problems)).collect()
     }
 
-    /// A node inside a subdivided element, `element/part`; where the file has a node of that name, a prime more.
+    /// A node inside a subdivided element, called by its share of the length; where the file has a node of that name, a prime more.
     fn interior(&mut self, element: &str, [part, parts]: [u32; 2], [a, b]: [usize; 2], arms: &[[f64; 3]]) -> usize {
         let positions = &self.geometry.positions;
         let (pa, pb) = (plus(positions[a], 1.0, arms[0]), plus(positions[b], 1.0, arms[1]));
         let f = f64::from(part) / f64::from(parts);
-        let mut name = format!("{element}/{part}");
+        let mut name = point_name(element, part, parts);
         while self.geometry.node(&name).is_some() {
             name.push('\'');
         }

@@ -246,7 +246,8 @@ pub struct MemberSpec {
     /// Forces and moments that the ends do not pass on; of a chain those of its first and last element.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub releases: Option<ReleasesSpec>,
-    /// Number of elements to make of each (a finer mesh with the same properties).
+    /// Number of elements to make of each (a finer mesh with the same properties). Nodes and stretches inside have names by their share of the
+    /// length: `spar/0.4`, `spar/0.4..0.5`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub subdivide: Option<u32>,
 }

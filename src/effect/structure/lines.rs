@@ -39,29 +39,31 @@ impl Structure<'_> {
     }
 
     /// Two to [`LONGEST_SPAN`] successive elements of the file on a line, and its halves and quarters: what is changed need not end where an
-    /// entry does. Those that are a place already are left out.
+    /// entry does. Inside of an element that is subdivided the same of its pieces. Those that are a place already are left out.
     pub(super) fn list_spans(&self) -> Vec<Part> {
+        let span = |name: String, of: Vec<String>, run: &[&[usize]]| Part {
+            name,
+            kind: PartKind::Span,
+            of,
+            elements: run.concat(),
+            partner: None,
+            is_member: false,
+        };
         let mut spans: Vec<Part> = Vec::new();
         // A chain of the file goes on where something thin branches off.
         let chains = self.parts.iter().filter(|p| p.kind == PartKind::Chain && p.is_member).map(|p| p.elements.clone());
         for line in self.lines_of_beams().into_iter().chain(chains) {
             let elements: Vec<&[usize]> =
                 line.chunk_by(|&a, &b| self.element_of_file(a) == self.element_of_file(b)).collect();
-            let runs = (2..=LONGEST_SPAN).flat_map(|length| elements.windows(length));
-            let n = elements.len();
-            let piece = |(pieces, k): (usize, usize)| &elements[k * n / pieces..(k + 1) * n / pieces];
-            let pieces = PIECES.into_iter().flat_map(|pieces| (0..pieces).map(move |k| (pieces, k))).map(piece);
-            for run in runs.chain(pieces.filter(|piece| piece.len() > LONGEST_SPAN)) {
+            for run in runs_of(&elements, 2) {
                 let of: Vec<String> = run.iter().map(|e| self.element_of_file(e[0]).to_string()).collect();
-                let name = format!("{}..{}", of[0], of[of.len() - 1]);
-                spans.push(Part {
-                    name,
-                    kind: PartKind::Span,
-                    of,
-                    elements: run.concat(),
-                    partner: None,
-                    is_member: false,
-                });
+                spans.push(span(format!("{}..{}", of[0], of[of.len() - 1]), of, run));
+            }
+        }
+        for (element, pieces) in self.pieces() {
+            for run in runs_of(&pieces, 1) {
+                let name = self.name_inside(element, &run.concat());
+                spans.push(span(name.clone(), vec![name], run));
             }
         }
         let mut known: BTreeSet<Vec<usize>> = self.parts.iter().map(|p| sorted(&p.elements)).collect();
@@ -185,4 +187,13 @@ impl Structure<'_> {
         let clamped = Dof::ALL.into_iter().all(|dof| !self.node_moves(node, dof));
         clamped || at.keys().any(|&other| other != node && self.same_body(node, other))
     }
+}
+
+/// Successive ones of a line: some up to [`LONGEST_SPAN`], and halves and quarters of what is longer.
+fn runs_of<'r, 'e>(line: &'r [&'e [usize]], shortest: usize) -> impl Iterator<Item = &'r [&'e [usize]]> {
+    let n = line.len();
+    let piece = move |(pieces, k): (usize, usize)| &line[k * n / pieces..(k + 1) * n / pieces];
+    let pieces = PIECES.into_iter().flat_map(|pieces| (0..pieces).map(move |k| (pieces, k))).map(piece);
+    let runs = (shortest..=LONGEST_SPAN).flat_map(move |length| line.windows(length));
+    runs.chain(pieces.filter(|piece| piece.len() > LONGEST_SPAN))
 }

@@ -3,25 +3,36 @@
 use super::{Joint, Part, PartKind, Structure};
 use crate::effect::location::{ALL_AXES, BENDING, Location, LocationKind};
 use crate::element::Dof;
+use std::collections::HashSet;
 
 impl Structure<'_> {
-    /// Nodes with a property, symmetric partners together before each alone.
+    /// Nodes with a property, symmetric partners together before each alone: those of the file, and where places are wider those inside of its
+    /// elements.
     pub(in crate::effect) fn nodes(&self, accept: impl Fn(usize) -> bool) -> Vec<Location> {
-        if self.is_wider { Vec::new() } else { self.all_nodes(accept, |_, _| true) }
+        if self.is_wider {
+            return self.these_nodes(&self.inner_nodes(), accept, |_, _| true);
+        }
+        self.these_nodes(&self.sites(), accept, |_, _| true)
     }
 
-    /// Nodes in each direction in which an effect can act on them; where places are wider, those with several directions, in all of
-    /// them at once.
+    /// Nodes of the file, and those of superelements and of a mesh at which effects are looked for.
+    fn sites(&self) -> Vec<usize> {
+        (0..self.n_nodes()).filter(|&n| self.model.is_site(n)).collect()
+    }
+
+    /// Nodes in each direction in which an effect can act on them; where places are wider, those inside of elements, and those of the file with
+    /// several directions in all of them at once.
     ///
     /// * `acts` - whether it can act on a node in a direction
     pub(in crate::effect) fn nodes_along(&self, dofs: &[Dof], acts: impl Fn(usize, Dof) -> bool) -> Vec<Location> {
         let axes = |n: usize| -> Vec<Dof> { dofs.iter().copied().filter(|&dof| acts(n, dof)).collect() };
-        if self.is_wider {
-            let all = self.all_nodes(|n| axes(n).len() > 1, |a, b| axes(a) == axes(b));
-            return all.into_iter().map(|at| at.along(ALL_AXES)).collect();
-        }
         let along = |&dof: &Dof| self.nodes(|n| acts(n, dof)).into_iter().map(move |at| at.along(dof.name()));
-        dofs.iter().flat_map(along).collect()
+        let mut places: Vec<Location> = dofs.iter().flat_map(along).collect();
+        if self.is_wider {
+            let all = self.these_nodes(&self.sites(), |n| axes(n).len() > 1, |a, b| axes(a) == axes(b));
+            places.extend(all.into_iter().map(|at| at.along(ALL_AXES)));
+        }
+        places
     }
 
     /// The directions of a location of [`Self::nodes_along`].
@@ -31,18 +42,24 @@ impl Structure<'_> {
         dofs: &[Dof],
         acts: impl Fn(usize, Dof) -> bool,
     ) -> Vec<Dof> {
-        let node = (0..self.n_nodes()).find(|&n| at.names.first().is_some_and(|name| name == self.node_name(n)));
+        let node = at.names.first().and_then(|name| self.model.geometry().node(name));
         let is_asked = |dof: Dof| at.direction() == ALL_AXES || at.direction() == dof.name();
         let acts = |&dof: &Dof| is_asked(dof) && node.is_some_and(|n| acts(n, dof));
         dofs.iter().copied().filter(acts).collect()
     }
 
+    /// Some of these nodes, symmetric partners together before each alone.
+    ///
     /// * `alike` - whether what is at a node and at its partner can share parameters
-    fn all_nodes(&self, accept: impl Fn(usize) -> bool, alike: impl Fn(usize, usize) -> bool) -> Vec<Location> {
-        let partner = |i: usize| self.node_partner[i].filter(|&j| j < self.n_nodes() && accept(j) && alike(i, j));
-        let accept = |i: usize| self.model.is_site(i) && accept(i);
-        let partner = |i: usize| partner(i).filter(|&j| self.model.is_site(j));
-        arrange((0..self.n_nodes()).filter(|&i| accept(i)), partner)
+    fn these_nodes(
+        &self,
+        nodes: &[usize],
+        accept: impl Fn(usize) -> bool,
+        alike: impl Fn(usize, usize) -> bool,
+    ) -> Vec<Location> {
+        let listed: HashSet<usize> = nodes.iter().copied().collect();
+        let partner = |i: usize| self.node_partner[i].filter(|&j| listed.contains(&j) && accept(j) && alike(i, j));
+        arrange(nodes.iter().copied().filter(|&i| accept(i)), partner)
             .into_iter()
             .map(|nodes| {
                 let names = nodes.into_iter().map(|n| self.node_name(n).to_string()).collect();

@@ -2,6 +2,7 @@
 
 use super::{Entry, Placer};
 use crate::element::Dof;
+use crate::model::inside::stretch;
 use crate::model::spec::ReleasesSpec;
 use crate::model::value::Value;
 use std::sync::Arc;
@@ -66,7 +67,8 @@ impl Placer<'_> {
     /// The stretches of a member, a part or a group; each element for itself of anything else.
     pub(super) fn stretches(&self, name: &str) -> Vec<Vec<usize>> {
         let each = || self.sets.get(name).into_iter().flatten().map(|&e| vec![e]).collect();
-        self.stretches.get(name).cloned().unwrap_or_else(each)
+        let inside = || stretch(&self.sets, &self.elements, name).map(|inside| vec![inside.to_vec()]);
+        self.stretches.get(name).cloned().or_else(inside).unwrap_or_else(each)
     }
 
     fn end(stretch: &[usize], side: usize) -> Option<usize> {

@@ -2,6 +2,7 @@
 
 use super::Placer;
 use crate::catalogue::did_you_mean;
+use crate::model::inside::why_none;
 use crate::model::spec::OverrideSpec;
 use crate::model::value::{Affine, Value};
 use crate::yaml::child;
@@ -17,13 +18,13 @@ impl Placer<'_> {
             let mut all = Vec::new();
             let mut stretches: Vec<Vec<usize>> = Vec::new();
             for (i, member) in members.iter().enumerate() {
-                match self.sets.get(member) {
+                match self.set(member) {
                     Some(set) if member != name => {
                         all.extend(set);
                         stretches.extend(self.stretches(member));
                     }
                     _ => {
-                        let suggestion = did_you_mean(member, self.sets.keys().map(String::as_str));
+                        let suggestion = self.suggestion(member);
                         self.error(
                             format!("{path}[{i}]"),
                             format_args!("`{member}` is no element, chain, mass or earlier group{suggestion}"),
@@ -48,11 +49,11 @@ impl Placer<'_> {
             };
             let (mut sets, mut names) = (Vec::new(), Vec::new());
             for (at, target) in targets {
-                if let Some(set) = self.sets.get(target) {
-                    sets.push(set.clone());
+                if let Some(set) = self.set(target) {
+                    sets.push(set);
                     names.push(target);
                 } else {
-                    let suggestion = did_you_mean(target, self.sets.keys().map(String::as_str));
+                    let suggestion = self.suggestion(target);
                     let hint = if change.of.is_empty() { "; or name what it changes with `of: [...]`" } else { "" };
                     self.error(at, format_args!("`{target}` is no element, chain, mass or group{suggestion}{hint}"));
                 }
@@ -66,6 +67,12 @@ impl Placer<'_> {
                 self.taper(change, &path, &sets);
             }
         }
+    }
+
+    /// What may have been meant by a name that nothing has, as the end of a sentence.
+    fn suggestion(&self, name: &str) -> String {
+        why_none(&self.sets, name)
+            .map_or_else(|| did_you_mean(name, self.sets.keys().map(String::as_str)), |why| format!("; {why}"))
     }
 
     /// Whether any of the elements has the property; if not, an error.
