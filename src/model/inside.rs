@@ -1,5 +1,6 @@
 //! Points and stretches inside an element of the file that is subdivided, by shares of its length: `spar/0.4` is the node at four tenths of `spar`,
-//! `spar/0.4..0.5` what lies from there to the middle. A finer subdivision has them too.
+//! `spar/0.4..0.5` what lies from there to the middle. A finer subdivision has them too. Counted from 1, `spar/4` is the fourth of the parts and the
+//! node behind it.
 
 use super::placed_element::PlacedElement;
 use std::collections::BTreeMap;
@@ -10,6 +11,11 @@ const NEAR: f64 = 0.05;
 /// `spar/0.4`, the node behind so many of the parts of an element.
 pub(super) fn point_name(element: &str, part: u32, parts: u32) -> String {
     format!("{element}/{}", share(part, parts))
+}
+
+/// `spar/4`, as the node is called by who counts the parts.
+pub(super) fn counted_name(element: &str, part: u32) -> String {
+    format!("{element}/{part}")
 }
 
 /// `spar/0.4..0.5`, from behind `first` of the parts to behind `last` of them.
@@ -23,7 +29,7 @@ fn share(part: u32, parts: u32) -> String {
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_string() } else { text }
 }
 
-/// The elements of a stretch, in order; `None` for any other name, and for a stretch that does not begin and end at nodes.
+/// The elements of a stretch, in order, or the one that is counted; `None` for any other name, and for a stretch that does not begin and end at nodes.
 ///
 /// * `sets` - name -> indices of elements, in ascending order
 pub(super) fn stretch<'a>(
@@ -32,12 +38,15 @@ pub(super) fn stretch<'a>(
     name: &str,
 ) -> Option<&'a [usize]> {
     let (element, range) = name.rsplit_once('/')?;
-    let (first, last) = range.split_once("..")?;
     let parts = sets.get(element)?;
     let is_part = |e: usize| elements[e].name.strip_prefix(element).is_some_and(|rest| rest.starts_with('/'));
     if parts.len() < 2 || !parts.iter().all(|&e| is_part(e)) {
         return None;
     }
+    let Some((first, last)) = range.split_once("..") else {
+        let counted = range.parse::<usize>().ok()?.checked_sub(1)?;
+        return parts.get(counted..=counted);
+    };
     let node = |text: &str| {
         let at = text.parse::<f64>().ok()? * parts.len() as f64;
         let nearest = at.round();
@@ -83,6 +92,9 @@ mod tests {
             let node = model.geometry().node("spar/0.25").unwrap();
             assert_eq!(model.geometry().positions[node], [0.25, 0.0, 0.0]);
             assert_eq!(model.element_set("spar/0.25..0.5").unwrap().len(), parts / 4);
+            assert_eq!(model.element_set("spar/2").unwrap(), &model.element_set("spar").unwrap()[1..2]);
+            assert_eq!(model.geometry().positions[model.geometry().node("spar/1").unwrap()][0], 1.0 / parts as f64);
+            assert!(["spar/0", "spar/61", "spar/0.3", "spar/a..b"].iter().all(|n| model.element_set(n).is_none()));
             let soft: Vec<&str> =
                 model.elements().iter().filter(|e| e.stiffness_factor.is_some()).map(|e| e.name.as_str()).collect();
             assert_eq!(soft.len(), parts / 4);

@@ -16,7 +16,7 @@ pub(super) use parameters::parameters;
 pub(super) use superelements::left_out_of_effects;
 
 use super::geometry::{Geometry, Rotation, axes_along, minus, plus, turned, unit, unknown, vector};
-use super::inside::{point_name, stretch, stretch_name};
+use super::inside::{counted_name, point_name, stretch, stretch_name};
 use super::parameter::ParameterSet;
 use super::placed_element::{Compliance, PlacedElement};
 use super::registry::Registry;
@@ -403,6 +403,8 @@ impl Placer<'_> {
         while self.geometry.node(&name).is_some() {
             name.push('\'');
         }
-        self.geometry.add(name, plus(pa, f, minus(pb, pa)))
+        let node = self.geometry.add(name, plus(pa, f, minus(pb, pa)));
+        self.geometry.call(counted_name(element, part), node);
+        node
     }
 }
