@@ -99,8 +99,12 @@ pub(super) struct Section {
     pub(super) coupling: Option<[[f64; 3]; 3]>,
     /// Transverse shear xz, yz, N/m.
     pub(super) shear: [[f64; 2]; 2],
-    /// Against drilling, N/m: the membrane's own shear rigidity.
+    /// Against drilling, N/m: the membrane's own shear rigidity, in the material's axes.
     pub(super) drilling: f64,
+    /// The plate's twisting rigidity in the material's axes, N m.
+    pub(super) twisting: f64,
+    /// A12²/(A11 A22) in the material's axes, Poisson's ratio squared.
+    pub(super) poisson2: f64,
 }
 
 /// Stiffness of a unit of volume in the material's axes: plane stress, and transverse shear along and across.
@@ -232,6 +236,8 @@ pub(super) fn section(input: &ElementInput<'_>, material_angle: f64) -> Result<O
             coupling: is_coupled.then(|| turned(plies.coupling)),
             shear: turned_shear(plies.shear),
             drilling: plies.membrane[2][2],
+            twisting: plies.bending[2][2],
+            poisson2: poisson2(&plies.membrane),
         }));
     }
     if is_of_plies(input).is_some() {
@@ -248,7 +254,13 @@ pub(super) fn section(input: &ElementInput<'_>, material_angle: f64) -> Result<O
         coupling: None,
         shear: turned_shear([[m.along, 0.0], [0.0, m.across]]).map(|row| row.map(|v| v * transverse)),
         drilling: m.plane[2][2] * thickness,
+        twisting: m.plane[2][2] * bending,
+        poisson2: poisson2(&m.plane),
     }))
+}
+
+fn poisson2(plane: &[[f64; 3]; 3]) -> f64 {
+    plane[0][1] * plane[0][1] / (plane[0][0] * plane[1][1])
 }
 
 /// The thickness; of plies that of the solid plate of their membrane and bending rigidities: t² = 12 (D11 + D22)/(A11 + A22).
