@@ -23,5 +23,6 @@ mod published;
 mod solver;
 mod sparse;
 mod standard_problems;
+mod ties;
 mod uff_peer;
 mod verification;

@@ -3,11 +3,13 @@
 //! Vibration Benchmarks, NAFEMS 1987. `docs/laboratory/elements.md` has the table; `--nocapture` prints it.
 
 use retune::element::Dof;
-use retune::linalg::{DMatrix, DVector};
+use retune::linalg::DMatrix;
+use retune::linalg::sparse::{PencilFactor, SparsePlan};
 use retune::modal::SolveOptions;
 use retune::model::{Model, ParametricModel, Registry, load_in, solve_modes};
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::fmt::Write;
+use std::sync::Arc;
 
 type Point = [f64; 3];
 
@@ -89,20 +91,24 @@ impl Grid {
 
 /// Displacements under forces at nodes: names, directions and sizes.
 fn deflections(model: &Model, forces: &[(String, Dof, f64)]) -> impl Fn(&str, Dof) -> f64 + use<> {
-    let system = model.assemble(&model.parameters().nominal()).unwrap();
-    let mut load = DVector::zeros(system.stiffness.nrows());
+    let system = model.assemble_sparse(&model.parameters().nominal()).unwrap();
+    let mut load = DMatrix::zeros(system.stiffness.n(), 1);
     for (node, dof, force) in forces {
         for &(row, factor) in model.dof_map().express(model.dof_map().node(node).unwrap(), *dof) {
-            load[row] += force * factor;
+            load[(row, 0)] += force * factor;
         }
     }
-    let u = DMatrix::cholesky(system.stiffness).unwrap().solve(&load);
+    let nodes: Vec<usize> = model.dof_map().rows().iter().map(|row| row.0).collect();
+    let plan = Arc::new(SparsePlan::new(&system.stiffness, &system.mass, &nodes).unwrap());
+    let u = PencilFactor::new(plan, &system.stiffness, &system.mass, 0.0).unwrap().solve(&load);
     let dofs = model.dof_map().clone();
     move |node, dof| dofs.express(dofs.node(node).unwrap(), dof).iter().map(|&(row, f)| f * u[row]).sum()
 }
 
 fn told(problem: &str, found: f64, published: f64) -> f64 {
-    println!("| {problem} | {published} | {found:.5} | {:.3} |", found / published);
+    let digits = if published < 1e-3 { format!("{found:.4e}") } else { format!("{found:.5}") };
+    let published_digits = if published < 1e-3 { format!("{published:e}") } else { published.to_string() };
+    println!("| {problem} | {published_digits} | {digits} | {:.3} |", found / published);
     found / published
 }
 
@@ -176,7 +182,7 @@ fn the_curved_beam() {
         ]
     };
     // QUAD4 has 0.833 and 0.951 on 6 x 1.
-    for (name, coarsest, finest) in [("shell4", 0.12, 0.03), ("shell3", 0.13, 0.04)] {
+    for (name, coarsest, finest) in [("shell4", 0.12, 0.03), ("shell3", 0.13, 0.06)] {
         let [coarse, middle, fine] = [1, 2, 4].map(|n| ratios(n, name));
         for way in 0..2 {
             let error = [coarse, middle, fine].map(|r| (r[way] - 1.0).abs());
@@ -441,7 +447,7 @@ fn nafems_thick_plate_of_solids() {
 /// FV22, a thick rhombic plate of 45 degrees, clamped all round, 10 m and 1 m thick: published by series for a plate that shears, the sixth by elements of higher order.
 #[test]
 fn nafems_thick_rhombic_plate() {
-    for (name, triangles, n) in [("shell4", false, 20), ("shell3", true, 24)] {
+    for (name, triangles, n) in [("shell4", false, 32), ("shell3", true, 32)] {
         let c = 0.5_f64.sqrt();
         let grid = Grid::new([n, n, 0], |[s, t, _]| [10.0 * (s + c * t), 10.0 * c * t, 0.0]);
         let on_edge = |[i, j, _]: [usize; 3]| i == 0 || i == n || j == 0 || j == n;
@@ -453,12 +459,12 @@ fn nafems_thick_rhombic_plate() {
     }
 }
 
-/// FV42, the breathing of a thick hollow sphere of radii 1.8 and 6 m: a cell of five degrees, ten elements through it, that moves along the radius alone. Published are
+/// FV42, the breathing of a thick hollow sphere of radii 1.8 and 6 m: a cell of five degrees, twenty elements through it, that moves along the radius alone. Published are
 /// the roots of its closed form.
 #[test]
 fn nafems_thick_sphere() {
     let five = 5.0 * PI / 180.0;
-    let n = 10;
+    let n = 20;
     let grid = Grid::new([n, 1, 1], |[s, t, u]| {
         let r = 1.8 + 4.2 * s;
         // The same half angles about y and z, planes through the centre.
@@ -489,5 +495,5 @@ fn nafems_thick_sphere() {
         .unwrap_or_else(|p| panic!("{p:#?}"))
         .0;
     let found = frequencies(&model, 5);
-    beside("FV42, hex8", &found, &[369.91, 838.03, 1451.2, 2117.0, 2795.8], 0.05);
+    beside("FV42, hex8", &found, &[369.91, 838.03, 1451.2, 2117.0, 2795.8], 0.02);
 }
