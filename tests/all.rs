@@ -16,6 +16,7 @@ mod live;
 mod matrices;
 mod matrices_peer;
 mod measured;
+mod mesh_peers;
 mod meshes;
 mod pairing;
 mod properties;
