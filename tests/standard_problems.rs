@@ -497,3 +497,72 @@ fn nafems_thick_sphere() {
     let found = frequencies(&model, 5);
     beside("FV42, hex8", &found, &[369.91, 838.03, 1451.2, 2117.0, 2795.8], 0.02);
 }
+
+/// A simply supported plate of 1.2 x 0.9 m, 4 mm thick, of n x n elements, preloaded.
+fn supported_plate(n: usize, triangles: bool, preload: &str) -> Model {
+    let (a, b) = (1.2, 0.9);
+    let grid = Grid::new([n, n, 0], |[s, t, _]| [a * s, b * t, 0.0]);
+    let supports = held("sides", &grid.nodes(|[i, j, _]| i == 0 || i == n || j == 0 || j == n), "uz")
+        + &held("plane", &grid.nodes(|_| true), "ux, uy, rz");
+    grid.model(triangles, &format!("E: 70e9, nu: 0.3, density: 2700, thickness: 0.004, {preload}"), "", &supports)
+}
+
+/// ω² ρt = D k⁴ + N11 kx² + N22 ky² of a simply supported plate, and the compression at which it buckles: N11 = -π² D/b² (b/a + a/b)², the least of its modes;
+/// of a square one under shear 9.34 π² D/b² (S. Timoshenko, J. M. Gere, Theory of Elastic Stability, 1961, articles 9.2 and 9.7).
+#[test]
+fn a_plate_under_preload() {
+    let (a, b, t): (f64, f64, f64) = (1.2, 0.9, 0.004);
+    let d = 70e9 * t.powi(3) / (12.0 * (1.0 - 0.09));
+    let (kx, ky) = (PI / a, PI / b);
+    for (name, triangles, within) in [("shell4", false, 5e-3), ("shell3", true, 1e-2)] {
+        for (preload, along, across) in [
+            ("N11: 2e4, N22: 1e4", 2e4, 1e4),
+            // Turned by a right angle.
+            ("N11: 1e4, N22: 2e4, angle: 1.5707963267948966", 2e4, 1e4),
+            ("N11: -3e3", -3e3, 0.0),
+        ] {
+            let bending = d * (kx * kx + ky * ky).powi(2);
+            let closed = ((bending + along * kx * kx + across * ky * ky) / (2700.0 * t)).sqrt() / (2.0 * PI);
+            let found = frequencies(&supported_plate(16, triangles, preload), 1)[0];
+            let ratio = told(&format!("preloaded plate, {name}, {preload}, mode 1"), found, closed);
+            assert!((ratio - 1.0).abs() < within, "{name} {preload}: {found} {closed}");
+        }
+        let model = supported_plate(16, triangles, "N11: -1e3");
+        let factor = model.critical_preload(&model.parameters().nominal()).unwrap().unwrap().factor;
+        // Of one half wave along, or two: the lower.
+        let of = |m: f64| PI * PI * d / (b * b) * (m * b / a + a / (m * b)).powi(2);
+        let ratio = told(&format!("buckling of a plate, {name}, N11"), factor * 1e3, of(1.0).min(of(2.0)));
+        assert!((ratio - 1.0).abs() < 2.0 * within, "{name}: {factor}");
+    }
+    let n = 24;
+    let grid = Grid::new([n, n, 0], |[s, t, _]| [b * s, b * t, 0.0]);
+    let supports = held("sides", &grid.nodes(|[i, j, _]| i == 0 || i == n || j == 0 || j == n), "uz")
+        + &held("plane", &grid.nodes(|_| true), "ux, uy, rz");
+    let model = grid.model(false, "E: 70e9, nu: 0.3, density: 2700, thickness: 0.004, N12: 1e3", "", &supports);
+    let factor = model.critical_preload(&model.parameters().nominal()).unwrap().unwrap().factor;
+    let ratio = told("buckling of a square plate, shell4, N12", factor * 1e3, 9.34 * PI * PI * d / (b * b));
+    assert!((ratio - 1.0).abs() < 0.01, "{factor}");
+}
+
+/// A beam of solids that is pinned at the middle of both ends and pulled, or pressed: ω² ρA = EI k⁴ + N k², k = π/L.
+#[test]
+fn a_bar_of_solids_under_preload() {
+    let (length, side): (f64, f64) = (2.0, 0.04);
+    let n = 40;
+    let grid = Grid::new([n, 1, 2], |[s, t, u]| [length * s, side * t, side * (u - 0.5)]);
+    let supports = held("left", &grid.nodes(|[i, _, k]| i == 0 && k == 1), "ux, uz")
+        + &held("right", &grid.nodes(|[i, _, k]| i == n && k == 1), "uz")
+        + &held("plane", &grid.nodes(|[_, j, _]| j == 0), "uy");
+    let k = PI / length;
+    let (area, inertia) = (side * side, side.powi(4) / 12.0);
+    for stress in [0.0, 100e6, -20e6] {
+        let model = grid.model(false, &format!("E: 70e9, nu: 0, density: 2700, S11: {stress}"), "", &supports);
+        let closed = ((70e9 * inertia * k.powi(4) + stress * area * k * k) / (2700.0 * area)).sqrt() / (2.0 * PI);
+        let ratio = told(&format!("pinned bar of hex8, S11 {stress:e}, mode 1"), frequencies(&model, 1)[0], closed);
+        assert!((ratio - 1.0).abs() < 5e-3, "{stress}: {ratio}");
+    }
+    let model = grid.model(false, "E: 70e9, nu: 0, density: 2700, S11: -1e6", "", &supports);
+    let factor = model.critical_preload(&model.parameters().nominal()).unwrap().unwrap().factor;
+    let ratio = told("buckling of a bar of hex8", factor * 1e6, PI * PI * 70e9 * inertia / (area * length * length));
+    assert!((ratio - 1.0).abs() < 5e-3, "{factor}");
+}

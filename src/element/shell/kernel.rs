@@ -3,7 +3,7 @@
 use super::super::{ElementError, PointWithin};
 use super::Input;
 use super::material::{self, Section, lumping, mass_of, offset};
-use super::plane::{DOFS, Flat, Modes, Plane, Row};
+use super::plane::{DOFS, Flat, MOST, Modes, Plane, Row};
 use crate::linalg::{DMatrix, SymMatrix};
 
 type Vector = [f64; 3];
@@ -149,6 +149,27 @@ impl Enhanced {
     }
 }
 
+/// Adds the geometric stiffness ∫ ∇wᵀ N ∇w dA.
+fn add_preload(
+    k: &mut DMatrix<f64>,
+    flat: &Flat<'_>,
+    input: &Input<'_>,
+    material_angle: f64,
+) -> Result<(), ElementError> {
+    let Some(forces) = material::preload(input, material_angle) else { return Ok(()) };
+    for (xi, weight) in (flat.plane.rules[2])() {
+        let at = flat.local(xi)?;
+        let mut slopes: [Row; 2] = [[0.0; MOST]; 2];
+        for (i, d) in at.d.iter().enumerate().take(flat.n_nodes()) {
+            for (slope, d) in slopes.iter_mut().zip(d) {
+                slope[DOFS * i + 2] = *d;
+            }
+        }
+        add_energy(k, &slopes, &forces, weight * at.det);
+    }
+    Ok(())
+}
+
 /// Stiffness, (6 nodes) x (6 nodes), in element axes.
 ///
 /// Errors: a material that is not complete or stores no energy; an element without area, or folded over.
@@ -160,7 +181,9 @@ pub(super) fn stiffness(plane: &'static Plane, input: &Input<'_>) -> Result<SymM
         for (xi, _) in (plane.rules[1])() {
             flat.local(xi)?;
         }
-        return Ok(SymMatrix::zeros(n));
+        let mut k = DMatrix::zeros(n, n);
+        add_preload(&mut k, &flat, input, frame.material_angle)?;
+        return Ok(frame.to_nodes(&k, offset(input)));
     };
     let Section { membrane, bending, coupling, shear, .. } = section;
     let mut k = DMatrix::zeros(n, n);
@@ -196,6 +219,7 @@ pub(super) fn stiffness(plane: &'static Plane, input: &Input<'_>) -> Result<SymM
         enhanced.condense(&mut k)?;
     }
     (plane.drilling)(&flat, &section, &mut k)?;
+    add_preload(&mut k, &flat, input, frame.material_angle)?;
     let thickness2 = material::thickness(input)?.powi(2);
     let softened = thickness2 / (thickness2 + plane.softening * flat.longest_edge().powi(2));
     for (xi, weight) in (plane.rules[1])() {
