@@ -23,6 +23,9 @@ pub(super) type Functions = ([f64; 4], [[f64; 2]; 4]);
 /// Coefficients of the enhanced strains of an element, strains xx yy xy by mode.
 pub(super) type Modes = [[f64; 4]; 3];
 
+/// The enhanced strains at a point.
+pub(super) type ModesAt = fn(&Flat<'_>, [f64; 2], &Local) -> Result<Modes, ElementError>;
+
 /// What makes a plane element: its functions and the points at which it is integrated.
 pub(super) struct Plane {
     /// Functions of the corners and their natural derivatives.
@@ -30,7 +33,7 @@ pub(super) struct Plane {
     /// εxx, εyy, γxy of the membrane.
     pub(super) membrane: fn(&Flat<'_>, [f64; 2], &Local) -> [Row; 3],
     /// Strains that the membrane may add of itself, for the least energy.
-    pub(super) modes: Option<fn(&Flat<'_>, [f64; 2], &Local) -> Result<Modes, ElementError>>,
+    pub(super) modes: Option<ModesAt>,
     /// What resists the rotations about the normal beside the strains of the membrane.
     pub(super) drilling: fn(&Flat<'_>, &Section, &mut DMatrix<f64>) -> Result<(), ElementError>,
     /// Covariant transverse shears along ξ and η, assumed from tying points.

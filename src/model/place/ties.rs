@@ -62,7 +62,7 @@ impl Placer<'_> {
                 self.error(child(&path, "within"), "it must be a length above zero");
                 continue;
             }
-            let Some(springs) = self.springs_of_tie(tie, &path) else { continue };
+            let Ok(springs) = self.springs_of_tie(tie, &path) else { continue };
             let turning = self.turning();
             let mut far: Vec<(f64, usize)> = Vec::new();
             for node in followers {
@@ -192,10 +192,10 @@ impl Placer<'_> {
         Ok(found)
     }
 
-    /// What is soft in a tie: the properties of a bushing, and which of its dofs have some; `Some(None)` where nothing is.
-    fn springs_of_tie(&mut self, tie: &TieSpec, path: &str) -> Option<Option<Springs>> {
+    /// What is soft in a tie: the properties of a bushing, and which of its dofs have some; `None` where nothing is. Errors are said.
+    fn springs_of_tie(&mut self, tie: &TieSpec, path: &str) -> Result<Option<Springs>, ()> {
         if tie.k.is_empty() {
-            return Some(None);
+            return Ok(None);
         }
         let mut properties = SectionSpec::new();
         let mut soft = [false; 6];
@@ -206,18 +206,18 @@ impl Placer<'_> {
                     "unknown direction `{direction}`, expected `ux`, `uy`, `uz`, `rx`, `ry` or `rz`{suggestion}"
                 );
                 self.error(format!("{path}.k.{direction}"), text);
-                return None;
+                return Err(());
             };
             soft[dof as usize] = true;
             properties.insert(format!("k_{direction}"), SectionValue::Scalar(scalar.clone()));
         }
-        let kind = self.registry.find("bushing")?;
+        let Some(kind) = self.registry.find("bushing") else { return Ok(None) };
         let before = self.problems.len();
         let values = Arc::new(self.values(kind, &[(&properties, path.to_string())]));
         for p in &mut self.problems[before..] {
             p.path = p.path.replacen(&format!("{path}.k_"), &format!("{path}.k."), 1);
         }
-        Some(Some(Springs { values, soft, path: path.to_string() }))
+        Ok(Some(Springs { values, soft, path: path.to_string() }))
     }
 
     fn tie(&mut self, name: &str, node: usize, rows: [Vec<(usize, f64)>; 6], turns: bool, springs: Option<&Springs>) {
