@@ -376,6 +376,18 @@ fn sections_of_shells_say_thickness_offset_and_angle() {
     );
     // Axis 1 of the orientation is y; 30 degrees more about the normal.
     assert!(turned.contains(&format!("angle: {} rad", 2.094_395_102_39)), "{turned}");
+    // CalculiX takes axis 1 of the orientation for the first direction, turned about the axis that the second line names.
+    let deck = base(
+        "*ORIENTATION, NAME=o\n0., 1., 0., -1., 0., 0.\n3, 30.\n*SHELL SECTION, ELSET=s, MATERIAL=steel, ORIENTATION=o\n0.01\n",
+        lamina,
+    );
+    let same = imported(&deck, Solver::CalculiX).text;
+    assert!(same.contains(&format!("angle: {} rad", 2.094_395_102_39)), "{same}");
+    let deck = base(
+        "*ORIENTATION, NAME=o\n0., 1., 0., -1., 0., 0.\n*SHELL SECTION, ELSET=s, MATERIAL=steel, ORIENTATION=o\n0.01\n",
+        lamina,
+    );
+    assert!(imported(&deck, Solver::CalculiX).text.contains(&format!("angle: {:.11} rad", PI / 2.0)));
     let refused =
         refusal(&base("*SHELL SECTION, ELSET=s, COMPOSITE\n0.002, 3, steel, 0.\n0.003, 3, steel, 45.\n", lamina));
     assert!(refused.contains("a laminate of several materials or angles is not read"), "{refused}");

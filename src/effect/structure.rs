@@ -446,7 +446,8 @@ impl<'a> Structure<'a> {
         let spec = self.model.spec();
         let of_mesh = spec.mesh.iter().flat_map(|m| m.parts.keys());
         let members = spec.beams.keys().chain(spec.bars.keys()).chain(spec.superelements.keys()).chain(of_mesh);
-        let others = spec.springs.keys().chain(spec.bushings.keys()).chain(spec.elements.keys());
+        let others =
+            spec.springs.keys().chain(spec.bushings.keys()).chain(spec.ties.keys()).chain(spec.elements.keys());
         let all: Vec<&String> = if with_springs { members.chain(others).collect() } else { members.collect() };
         all.into_iter()
             .filter(|n| self.model.element_set(n).is_some_and(|s| s.iter().any(|&e| self.deforms(e))))

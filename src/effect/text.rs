@@ -12,7 +12,7 @@ use crate::yaml::{self, SourceMap, child};
 use serde_json::Value;
 
 /// The blocks of a model file in their usual order.
-const ORDER: [&str; 27] = [
+const ORDER: [&str; 28] = [
     "retune",
     "name",
     "description",
@@ -33,6 +33,7 @@ const ORDER: [&str; 27] = [
     "overrides",
     "rigid_links",
     "weighted_links",
+    "ties",
     "supports",
     "constraints",
     "groups",

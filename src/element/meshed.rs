@@ -35,6 +35,10 @@ macro_rules! meshed {
                 super::material::PROPERTIES
             }
 
+            fn preloads(&self) -> &'static [&'static str] {
+                super::material::PRELOADS
+            }
+
             fn axes(&self) -> crate::element::Axes {
                 crate::element::Axes::Given
             }

@@ -104,6 +104,7 @@ impl ModelSpec {
             || self.bushings.shift_remove(name).is_some()
             || self.rigid_links.shift_remove(name).is_some()
             || self.weighted_links.shift_remove(name).is_some()
+            || self.ties.shift_remove(name).is_some()
             || self.constraints.shift_remove(name).is_some();
         if was_massless {
             self.forget(|n| (n != name).then(|| n.to_string()));
@@ -149,6 +150,7 @@ impl ModelSpec {
         names.extend(self.bushings.keys().map(String::as_str));
         names.extend(self.rigid_links.keys().map(String::as_str));
         names.extend(self.weighted_links.keys().map(String::as_str));
+        names.extend(self.ties.keys().map(String::as_str));
         names.extend(self.constraints.keys().map(String::as_str));
         names.extend(self.masses.keys().map(String::as_str));
         names.extend(self.beams.keys().map(String::as_str));

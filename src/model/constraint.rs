@@ -134,7 +134,7 @@ pub(super) fn active(spec: &ModelSpec) -> [bool; 6] {
 /// All constraints of a file.
 ///
 /// * `released` - held dofs of which the i-th is held to dof 6 `n_nodes` + i instead of zero
-/// * `rows` - sums of dofs that are zero because superelements say so
+/// * `rows` - sums of dofs that are zero because superelements and ties say so
 pub(super) fn eliminate(
     spec: &ModelSpec,
     geometry: &Geometry,

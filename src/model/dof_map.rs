@@ -147,6 +147,15 @@ impl DofMap {
         &self.full[6 * node + dof as usize]
     }
 
+    /// Nodes whose dofs a node moves with.
+    pub fn led_by(&self, node: usize) -> Vec<usize> {
+        let rows = Dof::ALL.into_iter().flat_map(|d| self.express(node, d));
+        let mut nodes: Vec<usize> = rows.map(|&(row, _)| self.rows[row].0).filter(|n| *n != node).collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        nodes
+    }
+
     /// The displacements and rotations of all nodes that belong to q: (nodes x 6); zero where a node is a coordinate.
     pub fn expand(&self, q: &DVector<f64>) -> DMatrix<f64> {
         DMatrix::from_fn(self.n_nodes(), 6, |node, d| {

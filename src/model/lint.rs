@@ -75,6 +75,7 @@ fn nodes(model: &Model, s: &mut Soundness) {
     for link in spec.weighted_links.values() {
         link.nodes().filter_map(named).for_each(|n| used[n] = true);
     }
+    spec.ties.values().flat_map(|t| &t.nodes).filter_map(named).for_each(|n| used[n] = true);
     for c in spec.constraints.values() {
         c.terms.iter().filter_map(|t| named(&t.node)).for_each(|n| used[n] = true);
     }
@@ -101,8 +102,14 @@ fn nodes(model: &Model, s: &mut Soundness) {
     let none = Vec::new();
     let links = |n: usize| links_of.get(&n).unwrap_or(&none);
     let are_coordinates = |a: usize, b: usize| geometry.is_coordinate(a) || geometry.is_coordinate(b);
+    let tied: HashMap<usize, Vec<usize>> = {
+        let nodes = spec.ties.values().flat_map(|t| &t.nodes).filter_map(named);
+        nodes.map(|n| (n, model.dof_map().led_by(n))).collect()
+    };
+    let follows = |a: usize, b: usize| tied.get(&a).is_some_and(|led| led.contains(&b));
     let are_joined = |a: usize, b: usize| {
-        are_coordinates(a, b) || joined.contains(&[a, b]) || links(a).iter().any(|l| links(b).contains(l))
+        let by_link = links(a).iter().any(|l| links(b).contains(l));
+        are_coordinates(a, b) || joined.contains(&[a, b]) || by_link || follows(a, b) || follows(b, a)
     };
     let near = 1e-6 * geometry.size();
     let grid = Near::new(&geometry.positions, near);

@@ -19,6 +19,10 @@ pub(super) fn drop_loose(spec: &mut ModelSpec, before: &ModelSpec) -> bool {
     spec.bushings.retain(|_, s| !hangs(s));
     spec.constraints.retain(|_, c| !c.terms.iter().any(|t| is_loose(&t.node)));
     spec.weighted_links.retain(|_, link| !link.nodes().any(is_loose));
+    spec.ties.retain(|_, tie| {
+        tie.nodes.retain(|n| !is_loose(n));
+        !tie.nodes.is_empty()
+    });
     spec.rigid_links.retain(|_, link| {
         link.slaves.retain(|s| !is_loose(s));
         !is_loose(&link.master) && !link.slaves.is_empty()
@@ -82,6 +86,7 @@ fn attached(spec: &ModelSpec) -> HashSet<String> {
     for s in spec.supports.values() {
         out.extend(s.nodes().cloned());
     }
+    out.extend(spec.ties.values().flat_map(|t| t.nodes.iter().cloned()));
     links.extend(spec.springs.values().chain(spec.bushings.values()).map(|s| s.nodes.iter().flatten().collect()));
     links.extend(spec.rigid_links.values().map(|l| std::iter::once(&l.master).chain(&l.slaves).collect()));
     links.extend(spec.weighted_links.values().map(|l| l.nodes().collect()));

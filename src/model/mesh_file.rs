@@ -172,6 +172,9 @@ fn expand(spec: &mut ModelSpec, loaded: &PlacedMesh) {
         several(&mut link.slaves);
         link.slaves.retain(|s| *s != link.master);
     }
+    for tie in spec.ties.values_mut() {
+        several(&mut tie.nodes);
+    }
     for link in spec.weighted_links.values_mut() {
         single(&mut link.node);
         for set in &mut link.of {

@@ -11,6 +11,7 @@ mod section;
 mod shape;
 mod superelements;
 mod supports;
+mod ties;
 
 pub(super) use parameters::parameters;
 pub(super) use superelements::left_out_of_effects;
@@ -39,7 +40,7 @@ pub(super) struct Placed {
     pub(super) sets: BTreeMap<String, Vec<usize>>,
     /// How much held dofs give.
     pub(super) compliances: Vec<Compliance>,
-    /// Sums of dofs of nodes, 6 node + dof, that are zero because superelements say so.
+    /// Sums of dofs of nodes, 6 node + dof, that are zero because superelements and ties say so.
     pub(super) rows: Vec<Vec<(usize, f64)>>,
     /// Nodes of superelements at which effects are looked for.
     pub(super) sites: Vec<usize>,
@@ -78,6 +79,7 @@ pub(super) fn place(spec: &ModelSpec, registry: &Registry, problems: &mut Vec<Pr
     placer.masses();
     placer.others();
     placer.groups();
+    placer.ties();
     placer.overrides();
     placer.supports();
     let Placer { geometry, elements, sets, compliances, rows, sites, patches, .. } = placer;

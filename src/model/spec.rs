@@ -11,7 +11,7 @@ mod shapes;
 mod solver;
 mod superelements;
 
-pub use links::{ImportedSpec, WeightedLinkSpec, WeightedNodes};
+pub use links::{ImportedSpec, TieSpec, WeightedLinkSpec, WeightedNodes};
 pub use mesh::{MeshPartSpec, MeshSpec};
 pub use places::{FrameSpec, LineSpec, NodeRule, NodeSpec, OneOrThree, RotateSpec};
 pub use sections::{SectionSpec, SectionValue};
@@ -101,6 +101,9 @@ pub struct ModelSpec {
     /// Weighted links: a node that follows the mean motion of others, without stiffening them.
     #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
     pub weighted_links: Named<WeightedLinkSpec>,
+    /// Surface ties: nodes that follow the nearest point of shells or solids.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub ties: Named<TieSpec>,
     /// Supports: dofs that do not move.
     #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
     pub supports: Named<SupportSpec>,

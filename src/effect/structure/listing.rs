@@ -35,6 +35,8 @@ impl Structure<'_> {
         for name in spec.springs.keys().chain(spec.bushings.keys()).chain(spec.elements.keys()) {
             push(name, PartKind::Element, false);
         }
+        // Elements of a tie are its springs, where it has some.
+        spec.ties.keys().for_each(|name| push(name, PartKind::Group, false));
         for (name, mass) in &spec.masses {
             match &mass.nodes {
                 Some(nodes) => (1..=nodes.len()).for_each(|i| push(&format!("{name}.{i}"), PartKind::Mass, false)),

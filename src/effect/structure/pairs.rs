@@ -204,6 +204,9 @@ impl Structure<'_> {
                 }
             }
         }
+        for node in self.model.spec().ties.values().flat_map(|t| &t.nodes).filter_map(index) {
+            self.model.dof_map().led_by(node).into_iter().for_each(|n| join(node, n));
+        }
         for link in self.model.spec().weighted_links.values() {
             let nodes: Vec<usize> = link.nodes().filter_map(index).collect();
             nodes.iter().skip(1).for_each(|&n| join(nodes[0], n));

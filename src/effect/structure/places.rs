@@ -101,7 +101,8 @@ impl Structure<'_> {
         let is_linked = |node: &String| {
             let by_link = spec.rigid_links.values().any(|l| l.master == *node || l.slaves.contains(node));
             let by_weight = spec.weighted_links.values().any(|l| l.nodes().any(|n| n == node));
-            by_link || by_weight || spec.constraints.values().any(|c| c.terms.iter().any(|t| t.node == *node))
+            let by_tie = spec.ties.values().any(|t| t.nodes.contains(node));
+            by_link || by_weight || by_tie || spec.constraints.values().any(|c| c.terms.iter().any(|t| t.node == *node))
         };
         let on = |n: usize| model.elements().iter().enumerate().filter(move |(_, e)| e.joined().contains(&n));
         let are_several = |n: usize| on(n).filter(|(e, _)| self.deforms(*e)).nth(1).is_some();

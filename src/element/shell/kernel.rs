@@ -1,9 +1,9 @@
-//! Stiffness and mass of a flat shell, carried to its nodes.
+//! Stiffness and mass of a shell in its mean plane, carried to its nodes.
 
 use super::super::{ElementError, PointWithin};
 use super::Input;
 use super::material::{self, Section, lumping, mass_of, offset};
-use super::plane::{DOFS, Flat, Plane, Row};
+use super::plane::{DOFS, Flat, MOST, Modes, Plane, Row};
 use crate::linalg::{DMatrix, SymMatrix};
 
 type Vector = [f64; 3];
@@ -63,7 +63,7 @@ impl Frame {
         })
     }
 
-    /// Dofs of the mid-surface in the plane's axes from those of a node, which stands `arm` below it along the normal:
+    /// Dofs of the mid-surface in the plane's axes from those of its node, which stands `arm` below it along the normal:
     /// u_s = R (u + θ × arm n), θ_s = R θ.
     fn carry(&self, arm: f64) -> [[f64; DOFS]; DOFS] {
         let [x, y, normal] = self.axes;
@@ -84,8 +84,8 @@ impl Frame {
     fn to_nodes(&self, a: &DMatrix<f64>, offset: f64) -> SymMatrix {
         let n = self.at.len();
         let mut t = DMatrix::zeros(DOFS * n, DOFS * n);
-        for (k, height) in self.height.iter().enumerate() {
-            let block = self.carry(offset - height);
+        let block = self.carry(offset);
+        for k in 0..n {
             for i in 0..DOFS {
                 for j in 0..DOFS {
                     t[(DOFS * k + i, DOFS * k + j)] = block[i][j];
@@ -104,7 +104,7 @@ impl Frame {
 }
 
 /// Adds w Σ_ab row_a D_ab row_bᵀ.
-fn add_energy<const N: usize>(k: &mut DMatrix<f64>, rows: &[Row; N], d: &[[f64; N]; N], w: f64) {
+pub(super) fn add_energy<const N: usize>(k: &mut DMatrix<f64>, rows: &[Row; N], d: &[[f64; N]; N], w: f64) {
     let n = k.nrows();
     for i in 0..n {
         let stress: [f64; N] = std::array::from_fn(|b| w * (0..N).map(|a| rows[a][i] * d[a][b]).sum::<f64>());
@@ -117,31 +117,91 @@ fn add_energy<const N: usize>(k: &mut DMatrix<f64>, rows: &[Row; N], d: &[[f64; 
     }
 }
 
+/// The strains that the membrane adds of itself: their energy, and what each does to the dofs.
+struct Enhanced {
+    own: DMatrix<f64>,
+    with_dofs: DMatrix<f64>,
+}
+
+impl Enhanced {
+    fn new(n: usize) -> Self {
+        Self { own: DMatrix::zeros(4, 4), with_dofs: DMatrix::zeros(4, n) }
+    }
+
+    /// * `rows`, `d` - strains of membrane and bending, and what they give the forces of the membrane
+    fn add<const N: usize>(&mut self, modes: &Modes, rows: &[Row; N], d: &[[f64; N]; N], w: f64) {
+        for a in 0..4 {
+            let force: [f64; N] = std::array::from_fn(|j| w * (0..3).map(|i| modes[i][a] * d[i][j]).sum::<f64>());
+            for b in 0..4 {
+                self.own[(a, b)] += (0..3).map(|j| force[j] * modes[j][b]).sum::<f64>();
+            }
+            for j in 0..self.with_dofs.ncols() {
+                self.with_dofs[(a, j)] += force.iter().zip(rows).map(|(f, row)| f * row[j]).sum::<f64>();
+            }
+        }
+    }
+
+    /// Takes away what they give up: K - Lᵀ H⁻¹ L.
+    fn condense(self, k: &mut DMatrix<f64>) -> Result<(), ElementError> {
+        let given_up = self.own.cholesky().ok_or(ElementError::Inverted)?.solve(&self.with_dofs);
+        *k -= self.with_dofs.tr_mul(&given_up);
+        Ok(())
+    }
+}
+
+/// Adds the geometric stiffness ∫ ∇wᵀ N ∇w dA.
+fn add_preload(
+    k: &mut DMatrix<f64>,
+    flat: &Flat<'_>,
+    input: &Input<'_>,
+    material_angle: f64,
+) -> Result<(), ElementError> {
+    let Some(forces) = material::preload(input, material_angle) else { return Ok(()) };
+    for (xi, weight) in (flat.plane.rules[2])() {
+        let at = flat.local(xi)?;
+        let mut slopes: [Row; 2] = [[0.0; MOST]; 2];
+        for (i, d) in at.d.iter().enumerate().take(flat.n_nodes()) {
+            for (slope, d) in slopes.iter_mut().zip(d) {
+                slope[DOFS * i + 2] = *d;
+            }
+        }
+        add_energy(k, &slopes, &forces, weight * at.det);
+    }
+    Ok(())
+}
+
 /// Stiffness, (6 nodes) x (6 nodes), in element axes.
 ///
 /// Errors: a material that is not complete or stores no energy; an element without area, or folded over.
 pub(super) fn stiffness(plane: &'static Plane, input: &Input<'_>) -> Result<SymMatrix, ElementError> {
     let frame = Frame::new(input.points)?;
-    let flat = Flat { plane, at: &frame.at };
+    let flat = Flat { plane, at: &frame.at, height: &frame.height };
     let n = DOFS * frame.at.len();
     let Some(section) = material::section(input, frame.material_angle)? else {
-        for (xi, _) in (plane.rules[0])() {
+        for (xi, _) in (plane.rules[1])() {
             flat.local(xi)?;
         }
-        return Ok(SymMatrix::zeros(n));
+        let mut k = DMatrix::zeros(n, n);
+        add_preload(&mut k, &flat, input, frame.material_angle)?;
+        return Ok(frame.to_nodes(&k, offset(input)));
     };
-    let Section { membrane, bending, coupling, shear, drilling } = section;
+    let Section { membrane, bending, coupling, shear, .. } = section;
     let mut k = DMatrix::zeros(n, n);
+    let mut enhanced = Enhanced::new(n);
     for (xi, weight) in (plane.rules[0])() {
         let at = flat.local(xi)?;
-        let [xx, yy, xy, drill] = flat.membrane(&at);
-        add_energy(&mut k, &[drill], &[[drilling]], weight * at.det);
+        let area = weight * at.det;
+        let stretch = (plane.membrane)(&flat, xi, &at);
+        let bend = flat.bending(&at);
+        let modes = plane.modes.map(|modes| modes(&flat, xi, &at)).transpose()?;
         let Some(coupling) = coupling else {
-            add_energy(&mut k, &[xx, yy, xy], &membrane, weight * at.det);
+            add_energy(&mut k, &stretch, &membrane, area);
+            add_energy(&mut k, &bend, &bending, area);
+            if let Some(modes) = modes {
+                enhanced.add(&modes, &stretch, &membrane, area);
+            }
             continue;
         };
-        // All at the same points, so that no state gives energy.
-        let [bx, by, bxy] = flat.bending(&at);
         let whole: [[f64; 6]; 6] = std::array::from_fn(|i| {
             std::array::from_fn(|j| match (i / 3, j / 3) {
                 (0, 0) => membrane[i][j],
@@ -149,17 +209,20 @@ pub(super) fn stiffness(plane: &'static Plane, input: &Input<'_>) -> Result<SymM
                 _ => coupling[i % 3][j % 3],
             })
         });
-        add_energy(&mut k, &[xx, yy, xy, bx, by, bxy], &whole, weight * at.det);
-    }
-    if coupling.is_none() {
-        for (xi, weight) in (plane.rules[1])() {
-            let at = flat.local(xi)?;
-            add_energy(&mut k, &flat.bending(&at), &bending, weight * at.det);
+        let rows: [Row; 6] = std::array::from_fn(|i| if i < 3 { stretch[i] } else { bend[i - 3] });
+        add_energy(&mut k, &rows, &whole, area);
+        if let Some(modes) = modes {
+            enhanced.add(&modes, &rows, &whole, area);
         }
     }
+    if plane.modes.is_some() {
+        enhanced.condense(&mut k)?;
+    }
+    (plane.drilling)(&flat, &section, &mut k)?;
+    add_preload(&mut k, &flat, input, frame.material_angle)?;
     let thickness2 = material::thickness(input)?.powi(2);
     let softened = thickness2 / (thickness2 + plane.softening * flat.longest_edge().powi(2));
-    for (xi, weight) in (plane.rules[2])() {
+    for (xi, weight) in (plane.rules[1])() {
         let at = flat.local(xi)?;
         add_energy(&mut k, &flat.shear(xi, &at), &shear, softened * weight * at.det);
     }
@@ -171,12 +234,12 @@ pub(super) fn stiffness(plane: &'static Plane, input: &Input<'_>) -> Result<SymM
 pub(super) fn mass(plane: &'static Plane, input: &Input<'_>) -> Result<SymMatrix, ElementError> {
     material::check(input)?;
     let frame = Frame::new(input.points)?;
-    let flat = Flat { plane, at: &frame.at };
+    let flat = Flat { plane, at: &frame.at, height: &frame.height };
     let [per_area, moment, rotary] = mass_of(input)?;
     let lumping = lumping(input);
     let nodes = frame.at.len();
     let mut m = DMatrix::zeros(DOFS * nodes, DOFS * nodes);
-    for (xi, weight) in (plane.rules[3])() {
+    for (xi, weight) in (plane.rules[2])() {
         let at = flat.local(xi)?;
         let area = weight * at.det;
         for i in 0..nodes {

@@ -86,7 +86,18 @@ pub(super) const PROPERTIES: &[Property] = &[
         Domain::Fraction,
         "0 for the consistent mass (when absent), 1 for one lumped at the nodes, a mean of both between",
     ),
+    Property::new(
+        "N11",
+        "N/m",
+        Domain::Any,
+        "preload: force by width along the material's first direction, tension positive",
+    ),
+    Property::new("N22", "N/m", Domain::Any, "preload across the first direction, tension positive"),
+    Property::new("N12", "N/m", Domain::Any, "preload: shear force by width in these axes"),
 ];
+
+/// Properties that are preloads.
+pub(super) const PRELOADS: &[&str] = &["N11", "N22", "N12"];
 
 /// Rigidities of a section in the axes of the plane, rows xx yy xy with engineering shear strain.
 #[derive(Debug, Clone, Copy)]
@@ -99,8 +110,12 @@ pub(super) struct Section {
     pub(super) coupling: Option<[[f64; 3]; 3]>,
     /// Transverse shear xz, yz, N/m.
     pub(super) shear: [[f64; 2]; 2],
-    /// Against drilling, N/m: the membrane's own shear rigidity.
+    /// Against drilling, N/m: the membrane's own shear rigidity, in the material's axes.
     pub(super) drilling: f64,
+    /// The plate's twisting rigidity in the material's axes, N m.
+    pub(super) twisting: f64,
+    /// A12²/(A11 A22) in the material's axes, Poisson's ratio squared.
+    pub(super) poisson2: f64,
 }
 
 /// Stiffness of a unit of volume in the material's axes: plane stress, and transverse shear along and across.
@@ -232,6 +247,8 @@ pub(super) fn section(input: &ElementInput<'_>, material_angle: f64) -> Result<O
             coupling: is_coupled.then(|| turned(plies.coupling)),
             shear: turned_shear(plies.shear),
             drilling: plies.membrane[2][2],
+            twisting: plies.bending[2][2],
+            poisson2: poisson2(&plies.membrane),
         }));
     }
     if is_of_plies(input).is_some() {
@@ -248,7 +265,29 @@ pub(super) fn section(input: &ElementInput<'_>, material_angle: f64) -> Result<O
         coupling: None,
         shear: turned_shear([[m.along, 0.0], [0.0, m.across]]).map(|row| row.map(|v| v * transverse)),
         drilling: m.plane[2][2] * thickness,
+        twisting: m.plane[2][2] * bending,
+        poisson2: poisson2(&m.plane),
     }))
+}
+
+fn poisson2(plane: &[[f64; 3]; 3]) -> f64 {
+    plane[0][1] * plane[0][1] / (plane[0][0] * plane[1][1])
+}
+
+/// The forces by width of the preload in the plane's axes, N/m; `None` where there is none.
+///
+/// * `material_angle` - as of [`section`]
+pub(super) fn preload(input: &ElementInput<'_>, material_angle: f64) -> Option<[[f64; 2]; 2]> {
+    let given = [value!(input, N11), value!(input, N22), value!(input, N12)];
+    if given.iter().all(Option::is_none) {
+        return None;
+    }
+    let [along, across, shear] = given.map(|n| n.unwrap_or(0.0));
+    let (s, c) = (material_angle + value!(input, angle).unwrap_or(0.0)).sin_cos();
+    let xx = along * c * c + across * s * s - 2.0 * shear * c * s;
+    let yy = along * s * s + across * c * c + 2.0 * shear * c * s;
+    let xy = (along - across) * c * s + shear * (c * c - s * s);
+    Some([[xx, xy], [xy, yy]])
 }
 
 /// The thickness; of plies that of the solid plate of their membrane and bending rigidities: t² = 12 (D11 + D22)/(A11 + A22).

@@ -69,7 +69,10 @@ fn samples(flat: &[[f64; 3]], area: f64, warped: &[[f64; 3]], warped_area: f64) 
         ("areal_inertia", 4.6e-6),
         ("angle", 0.3),
     ];
+    let mut preloaded = isotropic.clone();
+    preloaded.extend([("N11", 4e3), ("N22", 2e3), ("N12", -1e3), ("angle", 0.3)]);
     vec![
+        Sample { points: flat.to_vec(), given: preloaded, mass: 2700.0 * 2e-3 * area, free: false },
         Sample { points: warped.to_vec(), given: plies, mass: 5.5 * warped_area, free: true },
         Sample { points: flat.to_vec(), given: isotropic, mass: 2700.0 * 2e-3 * area, free: true },
         Sample { points: warped.to_vec(), given: orthotropic, mass: (1600.0 * 4e-3 + 1.5) * warped_area, free: true },

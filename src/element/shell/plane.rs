@@ -3,11 +3,13 @@
 //! Dofs of a node: u, v, w, θx, θy, θz. Signs: γxz = ∂w/∂x + θy, γyz = ∂w/∂y - θx, κxx = ∂θy/∂x, κyy = -∂θx/∂y, κxy = ∂θy/∂y - ∂θx/∂x.
 
 use super::super::ElementError;
+use super::material::Section;
+use crate::linalg::DMatrix;
 
 /// Dofs of a node.
 pub(super) const DOFS: usize = 6;
 /// Dofs of the larger element.
-const MOST: usize = 4 * DOFS;
+pub(super) const MOST: usize = 4 * DOFS;
 
 /// A strain as a combination of the dofs of the nodes.
 pub(super) type Row = [f64; MOST];
@@ -18,25 +20,37 @@ pub(super) type Point = ([f64; 2], f64);
 /// Functions of the corners and their natural derivatives, at a point.
 pub(super) type Functions = ([f64; 4], [[f64; 2]; 4]);
 
+/// Coefficients of the enhanced strains of an element, strains xx yy xy by mode.
+pub(super) type Modes = [[f64; 4]; 3];
+
+/// The enhanced strains at a point.
+pub(super) type ModesAt = fn(&Flat<'_>, [f64; 2], &Local) -> Result<Modes, ElementError>;
+
 /// What makes a plane element: its functions and the points at which it is integrated.
 pub(super) struct Plane {
     /// Functions of the corners and their natural derivatives.
     pub(super) corner: fn([f64; 2]) -> Functions,
-    /// Functions of the middles of the edges (edge k goes from node k to the next), one in the middle, and their derivatives.
-    pub(super) edge: fn([f64; 2]) -> [[f64; 2]; 4],
+    /// εxx, εyy, γxy of the membrane.
+    pub(super) membrane: fn(&Flat<'_>, [f64; 2], &Local) -> [Row; 3],
+    /// Strains that the membrane may add of itself, for the least energy.
+    pub(super) modes: Option<ModesAt>,
+    /// What resists the rotations about the normal beside the strains of the membrane.
+    pub(super) drilling: fn(&Flat<'_>, &Section, &mut DMatrix<f64>) -> Result<(), ElementError>,
     /// Covariant transverse shears along ξ and η, assumed from tying points.
     pub(super) shear: fn(&Flat<'_>, [f64; 2]) -> [Row; 2],
     /// α of the transverse shear stiffness times t²/(t² + α h²), h the longest edge.
     pub(super) softening: f64,
-    /// Points for membrane and drilling, bending, transverse shear, mass.
-    pub(super) rules: [fn() -> Vec<Point>; 4],
+    /// Points for membrane and bending, transverse shear, mass.
+    pub(super) rules: [fn() -> Vec<Point>; 3],
 }
 
 /// An element in its mean plane.
 pub(super) struct Flat<'a> {
     pub(super) plane: &'a Plane,
-    /// Corners, m.
+    /// Corners in the plane, m.
     pub(super) at: &'a [[f64; 2]],
+    /// Height of the corners over it, m.
+    pub(super) height: &'a [f64],
 }
 
 /// Gradients at a point.
@@ -45,8 +59,6 @@ pub(super) struct Local {
     pub(super) n: [f64; 4],
     /// ∂N/∂x, ∂N/∂y of the corners.
     pub(super) d: [[f64; 2]; 4],
-    /// The same of the edges' functions.
-    edge: [[f64; 2]; 4],
     /// J⁻¹, rows x and y.
     pub(super) inverse: [[f64; 2]; 2],
     /// Element of area over the weight.
@@ -81,40 +93,29 @@ impl Flat<'_> {
             return Err(ElementError::Inverted);
         }
         let inverse = [[j[1][1] / det, -j[0][1] / det], [-j[1][0] / det, j[0][0] / det]];
-        let turned = |d: &[f64; 2]| [0, 1].map(|i: usize| inverse[i][0] * d[0] + inverse[i][1] * d[1]);
         let (n, d) = (self.plane.corner)(xi);
-        let edge = (self.plane.edge)(xi);
-        Ok(Local { n, d: d.map(|d| turned(&d)), edge: edge.map(|d| turned(&d)), inverse, det })
+        let d = d.map(|d| [0, 1].map(|i: usize| inverse[i][0] * d[0] + inverse[i][1] * d[1]));
+        Ok(Local { n, d, inverse, det })
     }
 
-    /// εxx, εyy, γxy of the membrane and the drilling strain: corners bilinear, edges by Allman's parabola.
+    /// The rotation about the normal of the surface over that of its displacements, z its height over the mean plane:
     ///
     /// ```text
-    /// (u, v) = Σ N_i (u_i, v_i) + Σ_k S_k (θ_j - θ_i)/8 (y_j - y_i, x_i - x_j),   edge k from i to j
-    /// drilling = Σ N_i θ_i - (∂v/∂x - ∂u/∂y)/2
+    /// Σ N_i (θz - ∂z/∂x θx - ∂z/∂y θy)_i - ½ (∂v/∂x - ∂u/∂y - ∂z/∂x ∂w/∂y + ∂z/∂y ∂w/∂x)
     /// ```
-    pub(super) fn membrane(&self, at: &Local) -> [Row; 4] {
-        let mut rows = [[0.0; MOST]; 4];
-        let mut add = |dof: usize, gradient: &[f64; 2], direction: [f64; 2], factor: f64| {
-            let [x, y] = gradient.map(|g| g * factor);
-            rows[0][dof] += x * direction[0];
-            rows[1][dof] += y * direction[1];
-            rows[2][dof] += y * direction[0] + x * direction[1];
-            rows[3][dof] += 0.5 * (y * direction[0] - x * direction[1]);
-        };
-        let n = self.n_nodes();
-        for i in 0..n {
-            add(DOFS * i, &at.d[i], [1.0, 0.0], 1.0);
-            add(DOFS * i + 1, &at.d[i], [0.0, 1.0], 1.0);
-            let (p, q) = (self.at[i], self.at[(i + 1) % n]);
-            let across = [q[1] - p[1], p[0] - q[0]];
-            add(DOFS * ((i + 1) % n) + 5, &at.edge[i], across, 0.125);
-            add(DOFS * i + 5, &at.edge[i], across, -0.125);
+    pub(super) fn drill(&self, at: &Local) -> Row {
+        let slope = [0, 1].map(|k: usize| self.height.iter().zip(&at.d).map(|(z, d)| z * d[k]).sum::<f64>());
+        let mut row = [0.0; MOST];
+        for i in 0..self.n_nodes() {
+            let [x, y] = at.d[i];
+            row[DOFS * i] = 0.5 * y;
+            row[DOFS * i + 1] = -0.5 * x;
+            row[DOFS * i + 2] = 0.5 * (slope[0] * y - slope[1] * x);
+            row[DOFS * i + 3] = -slope[0] * at.n[i];
+            row[DOFS * i + 4] = -slope[1] * at.n[i];
+            row[DOFS * i + 5] = at.n[i];
         }
-        for i in 0..n {
-            rows[3][DOFS * i + 5] += at.n[i];
-        }
-        rows
+        row
     }
 
     /// κxx, κyy, κxy.

@@ -1,18 +1,93 @@
 //! The `shell3` element. Equations, limits and sources: `shell3.md`, the documentation of [`Shell3`].
 
+use super::super::ElementError;
 use super::super::Sample;
-use super::plane::{Flat, Plane, Point, Row};
+use super::kernel::add_energy;
+use super::material::Section;
+use super::plane::{DOFS, Flat, Local, MOST, Plane, Point, Row};
 use super::shell;
+use crate::linalg::DMatrix;
 
 fn corner([x, y]: [f64; 2]) -> ([f64; 4], [[f64; 2]; 4]) {
     ([1.0 - x - y, x, y, 0.0], [[-1.0, -1.0], [1.0, 0.0], [0.0, 1.0], [0.0, 0.0]])
 }
 
-/// Derivatives of 4 L_i L_j, edges 1-2, 2-3, 3-1.
-fn edge([x, y]: [f64; 2]) -> [[f64; 2]; 4] {
-    let ([a, b, c, _], [da, db, dc, _]) = corner([x, y]);
-    let product = |a: f64, da: [f64; 2], b: f64, db: [f64; 2]| [0, 1].map(|i: usize| 4.0 * (da[i] * b + a * db[i]));
-    [product(a, da, b, db), product(b, db, c, dc), product(c, dc, a, da), [0.0; 2]]
+/// Edges as vectors, edge k opposite node k, and twice the area.
+fn edges(flat: &Flat<'_>) -> ([[f64; 2]; 3], f64) {
+    let edge = [(1, 2), (2, 0), (0, 1)].map(|(i, j): (usize, usize)| {
+        let (p, q) = (flat.at[i], flat.at[j]);
+        [q[0] - p[0], q[1] - p[1]]
+    });
+    let [[x, y], [p, q], _] = edge;
+    (edge, x * q - y * p)
+}
+
+/// α of the mean strains: how much of the edges' displacement across them follows from the rotations of their ends.
+const ALPHA: f64 = 1.5;
+
+/// The mean strains of an edge that is a cubic: ∫ n u ds over the area, with the displacement along an edge linear and that across it by Hermite's
+/// functions, α of the rotations.
+fn membrane(flat: &Flat<'_>, _: [f64; 2], at: &Local) -> [Row; 3] {
+    let (edge, twice) = edges(flat);
+    let mut rows = [[0.0; MOST]; 3];
+    for i in 0..3 {
+        let [x, y] = at.d[i];
+        (rows[0][DOFS * i], rows[1][DOFS * i + 1]) = (x, y);
+        (rows[2][DOFS * i], rows[2][DOFS * i + 1]) = (y, x);
+        // Both edges at the node: (i+2)%3 begins there, (i+1)%3 ends there.
+        let ([ax, ay], [bx, by]) = (edge[(i + 1) % 3], edge[(i + 2) % 3]);
+        let third = ALPHA / (6.0 * twice);
+        rows[0][DOFS * i + 5] = third * (ay * ay - by * by);
+        rows[1][DOFS * i + 5] = third * (ax * ax - bx * bx);
+        rows[2][DOFS * i + 5] = 2.0 * third * (bx * by - ax * ay);
+    }
+    rows
+}
+
+/// The assumed natural deviatoric strains of the rotations about the normal over that of the membrane, their factors β₁ to β₉ for the best bending in
+/// the plane (`shell3.md`).
+fn drilling(flat: &Flat<'_>, section: &Section, k: &mut DMatrix<f64>) -> Result<(), ElementError> {
+    let (edge, twice) = edges(flat);
+    let area = 0.5 * twice;
+    // Edges 1-2, 2-3, 3-1.
+    let natural = [edge[2], edge[0], edge[1]];
+    let length2 = natural.map(|[x, y]| x * x + y * y);
+    // Strains of the plane from those along the edges.
+    let to_plane: [[f64; 3]; 3] = {
+        let by_edge: [[f64; 3]; 3] = std::array::from_fn(|e| {
+            let ([px, py], [qx, qy]) = (natural[(e + 1) % 3], natural[(e + 2) % 3]);
+            let factor = -length2[e] / (twice * twice);
+            [factor * py * qy, factor * px * qx, -factor * (px * qy + qx * py)]
+        });
+        std::array::from_fn(|i| std::array::from_fn(|e| by_edge[e][i]))
+    };
+    // Rows edges, columns corners, at each corner.
+    const AT: [[[f64; 3]; 3]; 3] = [
+        [[1.0, 2.0, 1.0], [0.0, 1.0, -1.0], [-1.0, -1.0, -2.0]],
+        [[-2.0, -1.0, -1.0], [1.0, 1.0, 2.0], [-1.0, 0.0, 1.0]],
+        [[1.0, -1.0, 0.0], [-1.0, -2.0, -1.0], [2.0, 1.0, 1.0]],
+    ];
+    let mut turned = [[0.0; MOST]; 3];
+    for (i, row) in turned.iter_mut().enumerate() {
+        for j in 0..3 {
+            row[DOFS * j] = edge[j][0] / (2.0 * twice);
+            row[DOFS * j + 1] = edge[j][1] / (2.0 * twice);
+        }
+        row[DOFS * i + 5] += 1.0;
+    }
+    let beta = 0.75 * (0.5 * (1.0 - 4.0 * section.poisson2)).max(0.01);
+    for corner in 0..3 {
+        let next = (corner + 1) % 3;
+        let along: [Row; 3] = std::array::from_fn(|e| {
+            let factor = 2.0 * area / (3.0 * length2[e]);
+            std::array::from_fn(|d| {
+                (0..3).map(|j| 0.5 * factor * (AT[corner][e][j] + AT[next][e][j]) * turned[j][d]).sum()
+            })
+        });
+        let strains: [Row; 3] = to_plane.map(|t| std::array::from_fn(|d| (0..3).map(|e| t[e] * along[e][d]).sum()));
+        add_energy(k, &strains, &section.membrane, beta * area);
+    }
+    Ok(())
 }
 
 /// MITC3: γξ = γξ(½, 0) + c η, γη = γη(0, ½) - c ξ, with c so that the shear along the third edge is the one in its middle.
@@ -33,7 +108,8 @@ fn three() -> Vec<Point> {
     [[1.0 / 6.0, 1.0 / 6.0], [2.0 / 3.0, 1.0 / 6.0], [1.0 / 6.0, 2.0 / 3.0]].map(|p| (p, 1.0 / 6.0)).to_vec()
 }
 
-static PLANE: Plane = Plane { corner, edge, shear, softening: 0.1, rules: [three, one, three, three] };
+static PLANE: Plane =
+    Plane { corner, membrane, modes: None, drilling, shear, softening: 0.1, rules: [one, three, three] };
 
 fn samples() -> Vec<Sample> {
     let flat = [[0.0, 0.0, 0.0], [0.2, 0.02, 0.0], [0.03, 0.15, 0.0]];

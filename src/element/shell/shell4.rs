@@ -1,8 +1,12 @@
 //! The `shell4` element. Equations, limits and sources: `shell4.md`, the documentation of [`Shell4`].
 
+use super::super::ElementError;
 use super::super::Sample;
-use super::plane::{Flat, Plane, Point, Row, blend};
+use super::kernel::add_energy;
+use super::material::Section;
+use super::plane::{DOFS, Flat, Local, MOST, Modes, Plane, Point, Row, blend};
 use super::shell;
+use crate::linalg::DMatrix;
 
 /// Signs of the natural coordinates of the corners.
 const CORNERS: [[f64; 2]; 4] = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
@@ -13,11 +17,109 @@ fn corner([x, y]: [f64; 2]) -> ([f64; 4], [[f64; 2]; 4]) {
     (n, d)
 }
 
-/// Derivatives of (1 - ξ²)(1 ∓ η)/2 and (1 - η²)(1 ± ξ)/2, edges 1-2, 2-3, 3-4, 4-1.
-fn edge([x, y]: [f64; 2]) -> [[f64; 2]; 4] {
-    let along_x = |side: f64| [-x * (1.0 + side * y), 0.5 * side * (1.0 - x * x)];
-    let along_y = |side: f64| [0.5 * side * (1.0 - y * y), -y * (1.0 + side * x)];
-    [along_x(-1.0), along_y(1.0), along_x(1.0), along_y(-1.0)]
+/// Vectors of the bilinear surface, x = x₀ + ξ r + η s + ξη d, and the dofs of its displacement, which has the same form.
+struct Surface {
+    r: [f64; 3],
+    s: [f64; 3],
+    /// d = a r + b s in the mean plane, with the warp across it.
+    d: [f64; 3],
+    a: f64,
+    b: f64,
+}
+
+impl Surface {
+    fn new(flat: &Flat<'_>) -> Self {
+        let sum = |sign: &dyn Fn([f64; 2]) -> f64| -> [f64; 3] {
+            let mut out = [0.0; 3];
+            for (i, corner) in CORNERS.into_iter().enumerate() {
+                let f = 0.25 * sign(corner);
+                out[0] += f * flat.at[i][0];
+                out[1] += f * flat.at[i][1];
+                out[2] += f * flat.height[i];
+            }
+            out
+        };
+        let (r, s, d) = (sum(&|c| c[0]), sum(&|c| c[1]), sum(&|c| c[0] * c[1]));
+        let det = r[0] * s[1] - r[1] * s[0];
+        Self { r, s, d, a: (d[0] * s[1] - d[1] * s[0]) / det, b: (r[0] * d[1] - r[1] * d[0]) / det }
+    }
+
+    /// v · ∂u, ∂u the part of the displacement whose sign at the corners is given.
+    fn strain(v: [f64; 3], sign: impl Fn([f64; 2]) -> f64, row: &mut Row, factor: f64) {
+        for (i, corner) in CORNERS.into_iter().enumerate() {
+            let f = 0.25 * factor * sign(corner);
+            for (c, v) in v.into_iter().enumerate() {
+                row[DOFS * i + c] += f * v;
+            }
+        }
+    }
+
+    /// Covariant strains ξξ, ηη, and twice ξη: those along the edges as they are, and linear between them but for what a distorted element that is flat
+    /// has. `shell4.md` has the equations.
+    fn covariant(&self, [x, y]: [f64; 2]) -> [Row; 3] {
+        let Self { r, s, d, a, b } = *self;
+        let (xi, eta, both) = (|c: [f64; 2]| c[0], |c: [f64; 2]| c[1], |c: [f64; 2]| c[0] * c[1]);
+        let mut rows = [[0.0; MOST]; 3];
+        let terms = [
+            ([1.0, 0.0, 0.0, y, 0.0, 1.0], y * y - 1.0),
+            ([0.0, 1.0, 0.0, 0.0, x, 1.0], x * x - 1.0),
+            ([0.0, 0.0, 1.0, x, y, 0.0], 2.0 * x * y),
+        ];
+        for (row, (linear, share)) in rows.iter_mut().zip(terms) {
+            // What a flat element would have for d·u_d, in strains that are there.
+            let flat = [-a * a, -b * b, -a * b, a, b, 0.0];
+            let [rr, ss, rs, rd, sd, dd] = std::array::from_fn(|i| linear[i] + share * flat[i]);
+            Self::strain(r, xi, row, rr);
+            Self::strain(s, eta, row, ss);
+            Self::strain(r, eta, row, rs);
+            Self::strain(s, xi, row, rs);
+            Self::strain(r, both, row, rd);
+            Self::strain(d, xi, row, rd);
+            Self::strain(s, both, row, sd);
+            Self::strain(d, eta, row, sd);
+            Self::strain(d, both, row, dd);
+        }
+        rows
+    }
+}
+
+/// Strains xx, yy, xy of the plane from covariant ones.
+fn to_plane([x, y]: [[f64; 2]; 2]) -> [[f64; 3]; 3] {
+    [
+        [x[0] * x[0], x[1] * x[1], x[0] * x[1]],
+        [y[0] * y[0], y[1] * y[1], y[0] * y[1]],
+        [2.0 * x[0] * y[0], 2.0 * x[1] * y[1], x[0] * y[1] + x[1] * y[0]],
+    ]
+}
+
+fn membrane(flat: &Flat<'_>, xi: [f64; 2], at: &Local) -> [Row; 3] {
+    let covariant = Surface::new(flat).covariant(xi);
+    to_plane(at.inverse).map(|t| std::array::from_fn(|k| (0..3).map(|j| t[j] * covariant[j][k]).sum()))
+}
+
+/// ξ and η of the strains along them, ξ and η of the shear, in the axes of the middle; their mean over the element is none.
+fn modes(flat: &Flat<'_>, [x, y]: [f64; 2], at: &Local) -> Result<Modes, ElementError> {
+    let middle = flat.local([0.0; 2])?;
+    let scale = middle.det / at.det;
+    Ok(to_plane(middle.inverse).map(|t| [t[0] * x, t[1] * y, t[2] * x, t[2] * y].map(|v| scale * v)))
+}
+
+/// Share of the twisting stiffness of the plate that ties the rotations about the normal, over their mean, to those of the membrane.
+const TIE: f64 = 0.24;
+
+/// The mean of the rotations about the normal is tied to that of the membrane by its shear stiffness (Hughes and Brezzi in one point), the rest by a
+/// share of the plate's, so that a curved surface that bends without stretching is not held by them.
+fn drilling(flat: &Flat<'_>, section: &Section, k: &mut DMatrix<f64>) -> Result<(), ElementError> {
+    let middle = flat.local([0.0; 2])?;
+    let mean = flat.drill(&middle);
+    add_energy(k, &[mean], &[[section.drilling]], 4.0 * middle.det);
+    let tie = TIE * section.twisting / flat.longest_edge().powi(2);
+    for (xi, weight) in two() {
+        let at = flat.local(xi)?;
+        let row = flat.drill(&at);
+        add_energy(k, &[std::array::from_fn(|i| row[i] - mean[i])], &[[tie]], weight * at.det);
+    }
+    Ok(())
 }
 
 /// γξ linear in η between the middles of the edges along ξ, γη linear in ξ between those along η: MITC4.
@@ -38,12 +140,7 @@ fn two() -> Vec<Point> {
     gauss(&[(-x, 1.0), (x, 1.0)])
 }
 
-fn three() -> Vec<Point> {
-    let x = 0.6_f64.sqrt();
-    gauss(&[(-x, 5.0 / 9.0), (0.0, 8.0 / 9.0), (x, 5.0 / 9.0)])
-}
-
-static PLANE: Plane = Plane { corner, edge, shear, softening: 0.0, rules: [three, two, two, two] };
+static PLANE: Plane = Plane { corner, membrane, modes: Some(modes), drilling, shear, softening: 0.0, rules: [two; 3] };
 
 fn samples() -> Vec<Sample> {
     let flat = [[0.0, 0.0, 0.0], [0.2, 0.02, 0.0], [0.23, 0.17, 0.0], [0.03, 0.15, 0.0]];
@@ -56,6 +153,6 @@ shell!(
     Shell4,
     "shell4",
     4,
-    "A flat shell of four nodes: membrane with drilling, bending that does not lock; warped nodes are carried to its plane.",
+    "A shell of four nodes, flat or warped: membrane with drilling, and bending, that do not lock.",
     "shell4.md"
 );

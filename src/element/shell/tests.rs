@@ -55,8 +55,11 @@ fn holds(element: &dyn Element, field: impl Fn(f64, f64) -> [f64; 6], energy: f6
     let inner = k.view((24, 24), (24, 24)).into_owned();
     let load = -k.view((24, 0), (24, 24)) * exact.rows(0, 24);
     let found = inner.lu().solve(&load).unwrap();
+    // Forces are exact to rounding; displacements lose what the softest motion, the drilling of a corner, is softer than the membrane: (t/h)² and its share.
+    let rest = (&k * &exact).rows(24, 24).amax() / (k.amax() * exact.amax());
+    assert!(rest < 1e-13, "{}: forces at inner nodes {rest:e}", element.name());
     let error = (&found - exact.rows(24, 24)).amax() / exact.amax();
-    assert!(error < 1e-8, "{}: inner nodes {error:e}", element.name());
+    assert!(error < 1e-7, "{}: inner nodes {error:e}", element.name());
     let stored = 0.5 * exact.dot(&(&k * &exact));
     assert!((stored / energy - 1.0).abs() < 1e-8, "{}: energy {}", element.name(), stored / energy);
 }
@@ -88,8 +91,8 @@ fn the_plate_passes_the_patch_test() {
 }
 
 /// MacNeal and Harder's straight beam of six rectangular elements, clamped, with a force at its tip (R. H. MacNeal, R. L. Harder, A proposed
-/// standard set of problems to test finite element accuracy, Finite Elem. Anal. Des. 1 (1985) 3-20). In the plane bilinear elements without
-/// drilling give 0.093 of the answer, and the authors' QUAD4 0.904: so does an edge that is a parabola.
+/// standard set of problems to test finite element accuracy, Finite Elem. Anal. Des. 1 (1985) 3-20). In the plane bilinear elements without more give
+/// 0.093 of the answer, the authors' QUAD4 0.904, and one that contracts across 0.993.
 #[test]
 fn a_strip_bends_in_its_plane() {
     let (length, depth, thickness, e, nu) = (6.0, 0.2, 0.1, 1e7, 0.3);
@@ -121,6 +124,6 @@ fn a_strip_bends_in_its_plane() {
     // Published: 0.1081 in the plane, 0.4321 across it, 3e-5 along.
     let (along, within, across) = (tip(0) / 3e-5, tip(1) / 0.1081, tip(2) / 0.4321);
     assert!((along - 1.0).abs() < 0.01, "{along}");
-    assert!((within - 0.904).abs() < 2e-3, "{within}");
+    assert!((within - 0.993).abs() < 2e-3, "{within}");
     assert!((0.97..1.01).contains(&across), "{across}");
 }

@@ -1,7 +1,7 @@
 //! Stiffness and mass of an isoparametric solid.
 
 use super::super::{ElementError, PointWithin};
-use super::material::{Elasticity, elasticity, mass_of};
+use super::material::{Elasticity, elasticity, mass_of, preload};
 use super::{At, Enrichment, Family, Input};
 use crate::linalg::SymMatrix;
 
@@ -88,7 +88,9 @@ pub(super) fn stiffness(family: &Family, input: &Input<'_>) -> Result<SymMatrix,
         for at in &family.stiffness {
             volume_ratio(&jacobian(at, input.points))?;
         }
-        return Ok(SymMatrix::zeros(6 * n));
+        let mut out = SymMatrix::zeros(6 * n);
+        add_preload(&mut out, family, input)?;
+        return Ok(out);
     };
     let extra = if family.enrichment == Enrichment::IncompatibleModes { 3 } else { 0 };
     let size = 3 * (n + extra);
@@ -117,7 +119,24 @@ pub(super) fn stiffness(family: &Family, input: &Input<'_>) -> Result<SymMatrix,
             out.add(6 * (i / 3) + i % 3, 6 * (j / 3) + j % 3, k[i * size + j]);
         }
     }
+    add_preload(&mut out, family, input)?;
     Ok(out)
+}
+
+/// Adds the geometric stiffness ∫ ∇uᵀ σ ∇u dV of each displacement, at the points of the mass.
+fn add_preload(k: &mut SymMatrix, family: &Family, input: &Input<'_>) -> Result<(), ElementError> {
+    let Some(stress) = preload(input) else { return Ok(()) };
+    for at in &family.mass {
+        let (gradients, w) = gradients(at, input.points)?;
+        for (i, g) in gradients.iter().enumerate() {
+            let force: [f64; 3] = std::array::from_fn(|a| w * (0..3).map(|b| stress[a][b] * g[b]).sum::<f64>());
+            for (j, other) in gradients.iter().enumerate().take(i + 1) {
+                let both: f64 = (0..3).map(|a| force[a] * other[a]).sum();
+                (0..3).for_each(|axis| k.add(6 * i + axis, 6 * j + axis, both));
+            }
+        }
+    }
+    Ok(())
 }
 
 /// J⁻¹ and det J of a hexahedron in its centre.

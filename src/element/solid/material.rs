@@ -23,7 +23,33 @@ pub(super) const PROPERTIES: &[Property] = &[
         Domain::Fraction,
         "0 for the consistent mass (when absent), 1 for one lumped at the nodes, a mean of both between",
     ),
+    Property::new("S11", "Pa", Domain::Any, "preload: stress along x of the element's axes, tension positive"),
+    Property::new("S22", "Pa", Domain::Any, "preload: stress along y"),
+    Property::new("S33", "Pa", Domain::Any, "preload: stress along z"),
+    Property::new("S12", "Pa", Domain::Any, "preload: shear stress in the x-y plane"),
+    Property::new("S23", "Pa", Domain::Any, "preload: shear stress in the y-z plane"),
+    Property::new("S13", "Pa", Domain::Any, "preload: shear stress in the x-z plane"),
 ];
+
+/// Properties that are preloads.
+pub(super) const PRELOADS: &[&str] = &["S11", "S22", "S33", "S12", "S23", "S13"];
+
+/// The stress of the preload in the element's axes, Pa; `None` where there is none.
+pub(super) fn preload(input: &ElementInput<'_>) -> Option<[[f64; 3]; 3]> {
+    let given = [
+        value!(input, S11),
+        value!(input, S22),
+        value!(input, S33),
+        value!(input, S12),
+        value!(input, S23),
+        value!(input, S13),
+    ];
+    if given.iter().all(Option::is_none) {
+        return None;
+    }
+    let [xx, yy, zz, xy, yz, xz] = given.map(|s| s.unwrap_or(0.0));
+    Some([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+}
 
 /// Elasticity, rows and columns xx yy zz xy yz zx with engineering shear strains, Pa.
 pub(super) type Elasticity = [[f64; 6]; 6];

@@ -85,7 +85,7 @@ impl At {
 
 /// A parent element stretched and sheared by the same affine map for every family, as a sample of isotropic material; for elements
 /// with nodes on edges these stay in the middle.
-fn sample(nodes: &[[f64; 3]], parent_volume: f64) -> [Sample; 2] {
+fn sample(nodes: &[[f64; 3]], parent_volume: f64) -> [Sample; 3] {
     // Columns of the map: x = A ξ, det A = 0.2 · 0.15 · 0.1.
     let map = |p: [f64; 3]| [0.2 * p[0] + 0.05 * p[1], 0.15 * p[1] + 0.02 * p[2], 0.1 * p[2]];
     let origin = map(nodes[0]);
@@ -104,7 +104,10 @@ fn sample(nodes: &[[f64; 3]], parent_volume: f64) -> [Sample; 2] {
         ("G23", 3e9),
         ("density", 1600.0),
     ];
+    let mut preloaded = isotropic.clone();
+    preloaded.extend([("S11", 4e6), ("S22", 2e6), ("S33", 1e6), ("S12", -1e6), ("S23", 0.5e6), ("S13", 0.3e6)]);
     [
+        Sample { points: points.clone(), given: preloaded, mass: 2700.0 * volume, free: false },
         Sample { points: points.clone(), given: isotropic, mass: 2700.0 * volume, free: true },
         Sample { points, given: orthotropic, mass: 1600.0 * volume, free: true },
     ]

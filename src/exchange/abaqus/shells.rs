@@ -148,7 +148,10 @@ pub(super) fn section(
                 return Err(importer.at_element(*at, "its nodes span no area"));
             };
             if is_directed {
+                let is_expanded = importer.options.solver == Solver::CalculiX;
                 let direction = match &orientation {
+                    // CalculiX makes solids of shells, whose first direction is that of the orientation; measured with its version 2.20.
+                    Some(o) if is_expanded => o.turned_at(importer.centre(*at))[0],
                     // The axis behind the one about which it turns is projected onto the shell.
                     Some(o) => o.axes_at(importer.centre(*at))[o.axis % 3],
                     // Global x, or z where x is within 0.1 degrees of the normal.
@@ -161,7 +164,7 @@ pub(super) fn section(
                         importer.at_element(*at, "its ORIENTATION has the material's direction along the normal")
                     );
                 }
-                let more = orientation.as_ref().map_or(0.0, |o| o.angle) + layer.angle;
+                let more = orientation.as_ref().filter(|_| !is_expanded).map_or(0.0, |o| o.angle) + layer.angle;
                 let angle = angle_from_global(normal, direction) + more;
                 values.push(("properties".to_string(), format!("{{angle: {} rad}}", computed(angle))));
             }

@@ -36,6 +36,7 @@ pub(super) fn structure(base: &ModelSpec, updated: &ModelSpec) -> Vec<String> {
     differences("supports", &base.supports, &updated.supports, &mut out);
     differences("rigid_links", &base.rigid_links, &updated.rigid_links, &mut out);
     differences("weighted_links", &base.weighted_links, &updated.weighted_links, &mut out);
+    differences("ties", &base.ties, &updated.ties, &mut out);
     differences("constraints", &base.constraints, &updated.constraints, &mut out);
     out
 }

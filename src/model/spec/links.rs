@@ -1,6 +1,8 @@
 //! Links by weights, and where a model comes from.
 
-use super::DofName;
+use super::{DofName, Named};
+use crate::units::Scalar;
+use indexmap::IndexMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -30,6 +32,25 @@ pub struct WeightedNodes {
     /// Weight of each; 1 when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub weight: Option<f64>,
+}
+
+/// Nodes that follow the point of shells or solids that is nearest to each, rigidly across any gap.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TieSpec {
+    /// The nodes that follow; sets of a mesh by their names.
+    pub nodes: Vec<String>,
+    /// What they follow: parts of a mesh, groups or elements, of shells or solids.
+    pub to: Vec<String>,
+    /// How far from it they may stand; a twentieth of the size of the element when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub within: Option<Scalar>,
+    /// Whether rotations of nodes that have some follow too; they do when absent. `false` makes a hinge.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rotations: Option<bool>,
+    /// Springs of each node between it and what it follows, by global direction, `{uz: 1e8 N/m}`; directions without one are rigid.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub k: Named<Scalar>,
 }
 
 impl WeightedLinkSpec {
