@@ -12,6 +12,7 @@ mod decks;
 mod errors;
 mod examples;
 mod formats;
+mod laminates;
 mod live;
 mod matrices;
 mod matrices_peer;

@@ -65,7 +65,46 @@ pub(super) struct Design {
 fn field_of(card: &str, name: &str) -> Option<usize> {
     let name = name.to_uppercase();
     let name = name.strip_suffix("(A)").unwrap_or(&name);
-    let list: &[(&str, usize)] = match card {
+    // A number counts the fields with those of continuations, ten a line.
+    if let Ok(n) = name.parse::<usize>() {
+        let (line, column) = (n.checked_sub(1)? / 10, (n - 1) % 10 + 1);
+        let field = 8 * line + column;
+        return ((2..=9).contains(&column) && is_known(card, field)).then_some(field);
+    }
+    if let Some((what, ply)) = of_ply(name) {
+        // Plies of PCOMP have four fields each, of PCOMPG a line.
+        let (first, stride) = match card {
+            "PCOMP" => (11, 4),
+            "PCOMPG" => (12, 8),
+            _ => return list_of(card).iter().find(|l| l.0 == name).map(|l| l.1),
+        };
+        return Some(first + stride * (ply - 1) + what);
+    }
+    list_of(card).iter().find(|l| l.0 == name).map(|l| l.1)
+}
+
+/// `T3` is the thickness of the third ply (0), `THETA3` its angle (1).
+fn of_ply(name: &str) -> Option<(usize, usize)> {
+    let (what, number) = match name.strip_prefix("THETA") {
+        Some(number) => (1, number),
+        None => (0, name.strip_prefix('T')?),
+    };
+    number.parse().ok().filter(|n| (1..=10_000).contains(n)).map(|n| (what, n))
+}
+
+/// Whether a field can follow variables.
+fn is_known(card: &str, field: usize) -> bool {
+    let is_of_ply = match card {
+        "PCOMP" => field >= 10 && matches!((field - 10) % 4, 1 | 2),
+        "PCOMPG" => field >= 10 && matches!((field - 10) % 8, 2 | 3),
+        _ => false,
+    };
+    is_of_ply || list_of(card).iter().any(|l| l.1 == field)
+}
+
+/// Names of fields of a card that can follow variables.
+fn list_of(card: &str) -> &'static [(&'static str, usize)] {
+    match card {
         "PBEAM" => &[("A", 4), ("I1", 5), ("IZ", 5), ("I2", 6), ("IY", 6), ("I12", 7), ("J", 8), ("NSM", 9)],
         "PBAR" => &[("A", 4), ("I1", 5), ("I2", 6), ("J", 7), ("NSM", 8), ("K1", 18), ("K2", 19), ("I12", 20)],
         "PROD" => &[("A", 4), ("J", 5), ("NSM", 7)],
@@ -112,9 +151,9 @@ fn field_of(card: &str, name: &str) -> Option<usize> {
         "PMASS" | "CMASS2" => &[("M", 3)],
         "CELAS2" => &[("K", 3)],
         "CONROD" => &[("A", 6), ("J", 7), ("NSM", 9)],
+        "PCOMP" | "PCOMPG" => &[("Z0", 3), ("NSM", 4)],
         _ => &[],
-    };
-    list.iter().find(|l| l.0 == name).map(|l| l.1)
+    }
 }
 
 impl Design {
@@ -268,9 +307,9 @@ impl Design {
 
 /// Kinds of cards that can follow a variable.
 fn known(kind: &str) -> Option<&'static str> {
-    const KINDS: [&str; 13] = [
-        "PBEAM", "PBAR", "PROD", "PSHELL", "PBUSH", "PELAS", "PMASS", "MAT1", "MAT8", "CONM2", "CONM1", "CMASS2",
-        "CELAS2",
+    const KINDS: [&str; 16] = [
+        "PBEAM", "PBAR", "PROD", "PSHELL", "PCOMP", "PCOMPG", "PBUSH", "PELAS", "PMASS", "MAT1", "MAT8", "CONM2",
+        "CONM1", "CMASS2", "CELAS2", "CONROD",
     ];
     KINDS.iter().find(|k| k.eq_ignore_ascii_case(kind)).copied()
 }
