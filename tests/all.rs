@@ -9,6 +9,7 @@ mod bff;
 #[path = "correlation/main.rs"]
 mod correlation;
 mod decks;
+mod design;
 mod errors;
 mod examples;
 mod formats;

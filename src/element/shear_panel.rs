@@ -216,7 +216,7 @@ impl Element for ShearPanel {
         let plane = vec![[0.0; 3], [0.4, 0.05, 0.0], [0.35, 0.3, 0.0], [-0.05, 0.25, 0.0]];
         let area = 0.5 * (0.35 * 0.2 + 0.45 * 0.3);
         let given = vec![("G", 27e9), ("nu", 0.33), ("thickness", 1e-3), ("density", 2700.0), ("mass_per_area", 0.4)];
-        let warped = vec![[0.0, 0.0, 0.01], [0.4, 0.0, -0.01], [0.4, 0.3, 0.01], [0.0, 0.3, -0.01]];
+        let warped = vec![[0.0; 3], [0.4, 0.0, -0.02], [0.4, 0.3, 0.0], [0.0, 0.3, -0.02]];
         let bare = vec![("G", 5e9), ("thickness", 2e-3), ("density", 1600.0), ("lumping", 0.4)];
         vec![
             Sample { points: plane, given, mass: (2.7 + 0.4) * area, free: true },

@@ -206,10 +206,9 @@ impl Work<'_> {
         [theta0, theta]: [&[f64]; 2],
     ) {
         let properties = old.kind.properties();
-        let found = held::wanted(old, new, theta0, theta)
-            .and_then(|wanted| Ok((wanted, held::plies((base, old), (updated, new))?)));
-        let (wanted, plies) = match found {
-            Ok(found) => found,
+        let wanted = held::wanted(old, new, theta0, theta);
+        let plies = match held::plies((base, old), (updated, new)) {
+            Ok(plies) => plies,
             Err(why) => {
                 self.refuse(why);
                 return;

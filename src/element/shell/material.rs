@@ -99,7 +99,7 @@ pub(super) struct Section {
     pub(super) coupling: Option<[[f64; 3]; 3]>,
     /// Transverse shear xz, yz, N/m.
     pub(super) shear: [[f64; 2]; 2],
-    /// Against drilling, N/m: the membrane's own shear rigidity.
+    /// Against drilling, N/m: the membrane's own shear rigidity, in the mean over all directions.
     pub(super) drilling: f64,
 }
 
@@ -108,6 +108,12 @@ struct Material {
     plane: [[f64; 3]; 3],
     along: f64,
     across: f64,
+    drilling: f64,
+}
+
+/// The shear stiffness in the plane, in the mean over all directions: it does not depend on the axes in which plies are described.
+fn mean_shear(m: &[[f64; 3]; 3]) -> f64 {
+    (m[0][0] + m[1][1] - 2.0 * m[0][1] + 4.0 * m[2][2]) / 8.0
 }
 
 const ORTHOTROPIC: &str = "an orthotropic shell needs E1, E2, nu12, G12, G13 and G23";
@@ -127,7 +133,7 @@ fn material(input: &ElementInput<'_>) -> Result<Option<Material>, ElementError> 
         Given::Isotropic([e, nu]) => {
             let (a, g) = (e / (1.0 - nu * nu), e / (2.0 * (1.0 + nu)));
             let plane = [[a, nu * a, 0.0], [nu * a, a, 0.0], [0.0, 0.0, g]];
-            Ok(Some(Material { plane, along: g, across: g }))
+            Ok(Some(Material { plane, along: g, across: g, drilling: g }))
         }
         Given::Orthotropic([e1, e2, nu12, g12, g13, g23]) => {
             let rest = 1.0 - nu12 * nu12 * e2 / e1;
@@ -137,7 +143,7 @@ fn material(input: &ElementInput<'_>) -> Result<Option<Material>, ElementError> 
             }
             let coupling = nu12 * e2 / rest;
             let plane = [[e1 / rest, coupling, 0.0], [coupling, e2 / rest, 0.0], [0.0, 0.0, g12]];
-            Ok(Some(Material { plane, along: g13, across: g23 }))
+            Ok(Some(Material { plane, along: g13, across: g23, drilling: mean_shear(&plane) }))
         }
     }
 }
@@ -231,7 +237,7 @@ pub(super) fn section(input: &ElementInput<'_>, material_angle: f64) -> Result<O
             bending: turned(plies.bending),
             coupling: is_coupled.then(|| turned(plies.coupling)),
             shear: turned_shear(plies.shear),
-            drilling: plies.membrane[2][2],
+            drilling: mean_shear(&plies.membrane),
         }));
     }
     if is_of_plies(input).is_some() {
@@ -247,7 +253,7 @@ pub(super) fn section(input: &ElementInput<'_>, material_angle: f64) -> Result<O
         bending: plane.map(|row| row.map(|v| v * bending)),
         coupling: None,
         shear: turned_shear([[m.along, 0.0], [0.0, m.across]]).map(|row| row.map(|v| v * transverse)),
-        drilling: m.plane[2][2] * thickness,
+        drilling: m.drilling * thickness,
     }))
 }
 

@@ -126,8 +126,8 @@ impl LayUp {
                 Turn::By(degrees) => degrees.to_radians(),
                 Turn::Along(name) => {
                     let o = importer.orientation(k, instance, name)?;
-                    let along = o.axes_at(importer.centre(at))[o.axis % 3];
-                    let turned = angle_from_global(normal, along) + o.angle - zero;
+                    let (along, more) = o.on_shell(importer.centre(at), importer.options.solver);
+                    let turned = angle_from_global(normal, along) + more - zero;
                     let whole = (turned + PI).rem_euclid(TAU) - PI;
                     // Where it lies is a matter of rounding there.
                     let decimals = (whole * 1e9).round() / 1e9;

@@ -103,7 +103,7 @@ pub(super) fn section(
         let kind = importer.kind(*at);
         let is_lumped = kind.is_first_order && importer.options.solver == Solver::Abaqus;
         let centre = importer.centre(*at);
-        let base = orientation.as_ref().map(|o| (o.axes_at(centre)[o.axis % 3], o.angle));
+        let base = orientation.as_ref().map(|o| o.on_shell(centre, importer.options.solver));
         let turned = match &layer.material {
             Layers::Plies(lay_up) => lay_up.angles(importer, k, (instance, *at), base)?,
             Layers::One(..) => Vec::new(),

@@ -67,24 +67,13 @@ pub(super) type Wanted = (usize, Option<f64>, Option<f64>);
 
 /// Each property of an element: its place, its value as the deck gives it, and the one that it should have, with the factors on the whole
 /// stiffness and mass in it.
-///
-/// # Errors
-/// A factor on a whole matrix that no property carries.
-pub(super) fn wanted(
-    old: &PlacedElement,
-    new: &PlacedElement,
-    theta0: &[f64],
-    theta: &[f64],
-) -> Result<Vec<Wanted>, String> {
+pub(super) fn wanted(old: &PlacedElement, new: &PlacedElement, theta0: &[f64], theta: &[f64]) -> Vec<Wanted> {
     let factor = |v: &Option<Value>, at: &[f64]| v.as_ref().map_or(1.0, |v| v.at(at));
     let k = factor(&new.stiffness_factor, theta) / factor(&old.stiffness_factor, theta0);
     let m = factor(&new.mass_factor, theta) / factor(&old.mass_factor, theta0);
-    if (k != 1.0 || m != 1.0) && !scales(old.kind.name()) {
-        return Err(format!("{}: a factor on the whole matrix of a {} has no field", new.path, old.kind.name()));
-    }
     let (before, after) = (old.values_at(theta0), new.values_at(theta));
     let each = old.kind.properties().iter().zip(before.into_iter().zip(after)).enumerate();
-    Ok(each.map(|(i, (property, (b, a)))| (i, b, a.map(|v| v * scale(property, k, m)))).collect())
+    each.map(|(i, (property, (b, a)))| (i, b, a.map(|v| v * scale(property, k, m)))).collect()
 }
 
 /// Factor of a property where the whole stiffness is multiplied by `k` and the whole mass by `m`: moduli and spring constants carry the
@@ -150,9 +139,4 @@ pub(super) fn plies(
 /// Whether a property follows from plies.
 pub(super) fn is_of_plies(name: &str) -> bool {
     is_rigidity(name) || name.starts_with("areal_")
-}
-
-/// Kinds of elements of which [`scale`] knows every property.
-fn scales(kind: &str) -> bool {
-    !matches!(kind, "bar")
 }

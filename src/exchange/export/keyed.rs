@@ -127,8 +127,9 @@ fn all_wanted(
     [theta0, theta]: [&[f64]; 2],
 ) -> Result<Values, String> {
     let plies = held::plies((base, old), (updated, new))?;
-    let wanted = held::wanted(old, new, theta0, theta)?;
-    let named = wanted.into_iter().map(|(i, has, wants)| (old.kind.properties()[i].name.to_string(), has, wants));
+    let named = held::wanted(old, new, theta0, theta)
+        .into_iter()
+        .map(|(i, has, wants)| (old.kind.properties()[i].name.to_string(), has, wants));
     let mut all: Values = named.filter(|w| plies.is_none() || !held::is_of_plies(&w.0)).collect();
     let numbers = plies.into_iter().flatten();
     all.extend(numbers.map(|(name, has, wants)| (name, Some(has), Some(wants))));

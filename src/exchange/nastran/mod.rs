@@ -7,6 +7,7 @@ mod constraints;
 mod coordinates;
 mod design;
 mod entries;
+mod equations;
 mod flat;
 mod importer;
 mod laminates;
@@ -15,6 +16,7 @@ mod materials;
 mod members;
 mod names;
 mod others;
+mod panels;
 mod responses;
 mod rigid;
 mod scalars;
@@ -92,6 +94,7 @@ pub const CARDS: &[&[CardRule]] = &[
     rigid::CARDS,
     constraints::CARDS,
     shells::CARDS,
+    panels::CARDS,
     solids::CARDS,
     design::CARDS,
     others::CARDS,

@@ -9,12 +9,15 @@ use crate::deck::{Card, CardId, DeckError};
 use crate::exchange::system::Quantity as Q;
 use crate::exchange::writer::{Block, computed, with_unit};
 use std::collections::{BTreeMap, HashMap};
+use std::f64::consts::TAU;
 
 /// What a response measures.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Response {
     /// Frequency of a mode of the solver, Hz.
     Frequency(u32),
+    /// ω² of a mode of the solver, (rad/s)².
+    Eigenvalue(u32),
     /// Mass in the deck's unit of mass.
     Mass,
     /// Coordinate of the centre of gravity from the reference point.
@@ -73,6 +76,11 @@ impl Importer<'_> {
             let response = card.id_at(3, "RID")?;
             let (low, high) = (card.optional_real(4, "LALLOW")?, card.optional_real(5, "UALLOW")?);
             match (meaning(response)?, low, high) {
+                (Some(Response::Eigenvalue(mode)), Some(low), Some(high)) if (0.0..=high).contains(&low) => {
+                    let [low, high] = [low, high].map(|l| l.sqrt() / TAU);
+                    targets.push((Response::Frequency(mode), 0.5 * (low + high), 0.5 * (high - low)));
+                }
+                (Some(Response::Eigenvalue(_)), ..) => drop(left.insert(id, format!("DCONSTR on response {response}"))),
                 (Some(r), Some(low), Some(high)) if low <= high => {
                     targets.push((r, 0.5 * (low + high), 0.5 * (high - low)));
                 }
@@ -91,6 +99,11 @@ impl Importer<'_> {
                         });
                         match known {
                             Some((w, response, c)) if w > 0.0 && c != 0.0 => match meaning(response)? {
+                                // ω² changes by twice the share of ω.
+                                Some(Response::Eigenvalue(mode)) if c > 0.0 => {
+                                    let hz = c.sqrt() / TAU;
+                                    goals.push((Response::Frequency(mode), hz, 0.5 * hz / w.sqrt()));
+                                }
                                 Some(r) => goals.push((r, c, c.abs() / w.sqrt())),
                                 None => drop(left.insert(*card, format!("term `{term}` of objective {id}"))),
                             },
@@ -175,6 +188,7 @@ impl Importer<'_> {
 /// What a DRESP1 measures, if a target can be that.
 fn simple(card: &Card<'_>) -> Result<Option<Response>, DeckError> {
     Ok(match card.text(4).to_uppercase().as_str() {
+        "EIGN" => card.optional_id(7, "ATTA")?.map(Response::Eigenvalue),
         "FREQ" => card.optional_id(7, "ATTA")?.map(Response::Frequency),
         "WEIGHT" => match (card.integer_or(7, "ROW", 3)?, card.integer_or(8, "COL", 3)?) {
             (1, 1) | (2, 2) | (3, 3) => Some(Response::Mass),
@@ -202,25 +216,8 @@ fn equation(
     let number = card.id_at(4, "EQID")?;
     let found = equations.get(&number);
     let found = found.ok_or_else(|| card.error(Some((4, "EQID")), format_args!("there is no DEQATN {number}")))?;
-    let text = deck.text_of(*found);
-    let mut whole = String::new();
-    for (i, line) in text.lines().enumerate() {
-        let line = line.split('$').next().unwrap_or_default();
-        let mut expanded = String::new();
-        for c in line.chars() {
-            match c {
-                '\t' => expanded.extend(std::iter::repeat_n(' ', 8 - expanded.len() % 8)),
-                c => expanded.push(c),
-            }
-        }
-        let from = if i == 0 { 16 } else { 8 };
-        let body: String = expanded.chars().skip(from).take(72 - from).collect();
-        whole.extend(body.chars().filter(|c| !c.is_whitespace()));
-    }
-    let whole = whole.to_uppercase();
-    let (head, right) = whole.split_once('=').unwrap_or((&whole, ""));
-    let names = head.split_once('(').and_then(|(_, n)| n.rsplit_once(')')).map_or("", |n| n.0);
-    let mut out = Arguments { names: names.split(',').map(str::to_string).collect(), ids: Vec::new() };
+    let equation = super::equations::equation_of(deck, *found);
+    let mut out = Arguments { names: equation.arguments, ids: Vec::new() };
     let mut kind = String::new();
     for n in 10..=card.len() {
         let text = card.text(n).to_uppercase();
@@ -230,7 +227,7 @@ fn equation(
             Err(_) => {}
         }
     }
-    Ok((out, right.to_string()))
+    Ok((out, equation.text))
 }
 
 /// R2/R1 of the first moment and the mass: a coordinate of the centre of gravity.

@@ -23,12 +23,10 @@ pub(super) const CARDS: &[CardRule] = &[
     used("PCOMP", "shells"),
     used("PCOMPG", "shells"),
     refused("CQUAD", "hyperelastic plane elements are not read"),
-    refused("CSHEAR", "shear panels are not read; give a CQUAD4"),
     refused("CTRIAX", "axisymmetric elements are not read"),
     refused("CTRIAX6", "axisymmetric elements are not read"),
     refused("CQUADX", "axisymmetric elements are not read"),
     refused("CONEAX", "axisymmetric elements are not read"),
-    refused("PSHEAR", "shear panels are not read"),
     refused("PLPLANE", "hyperelastic plane elements are not read"),
 ];
 
