@@ -116,7 +116,7 @@ fn fields_follow_equations_that_are_sums() {
     for equation in ["DEQATN  10      F(A,B,C)=C*(A+0.5*B)\n", "DEQATN  10      F(A,B,C)=A+0.5*B;\n        G=F*C\n"] {
         let own = model(&deck(equation));
         near(frequencies(&own, &own.parameters().nominal(), 1)[0], tip(5e-8), 1e-9);
-        let x = own.parameters().index_of("X").unwrap();
+        let x = own.parameters().index_of("x_1").unwrap();
         let mut theta = own.parameters().nominal();
         theta[x] = 6.0;
         near(frequencies(&own, &theta, 1)[0], tip(7e-8), 1e-9);

@@ -181,8 +181,8 @@ fn one_laminate_said_in_many_ways() {
         (format!("CORD2R,5,,0.,0.,0.,0.,0.,1.\n,.984807753,.173648178,0.\n{}", plies([0.0, 45.0, 45.0, 0.0])), ",5"),
     ];
     for (card, element) in ways {
-        // Whitney's transverse shear is that of bending along two directions, so that it feels which: here 1e-6.
-        all_near(&frequencies(&model(&clamped(&card, element)), 6), &exact, 1e-5);
+        // Whitney's transverse shear is that of bending along two directions, so that it feels which: here 2e-5.
+        all_near(&frequencies(&model(&clamped(&card, element)), 6), &exact, 1e-4);
     }
     // Faces of an isotropic material: MAT1 and the MAT8 and the MAT2 of its constants.
     let sandwich = |face: &str| {
@@ -201,12 +201,14 @@ fn one_laminate_said_in_many_ways() {
 #[test]
 fn a_laminate_stands_where_its_card_puts_it() {
     let card = |head: &str| format!("PCOMP,1{head}\n,1,5.-4,0.,,1,.001,90.\n");
-    let below = frequencies(&model(&clamped(&card(",0."), "")), 5);
-    all_near(&frequencies(&model(&clamped(&card(""), ",,7.5-4")), 5), &below, 1e-9);
-    let both = frequencies(&model(&clamped(&card(",1.-4"), ",,-1.-4")), 5);
-    all_near(&both, &below, 1e-9);
+    // On hinges: of a clamped plate an offset says nothing.
+    let hinged = |card: &str, element: &str| frequencies(&model(&plate(card, 4, ["123", "123"], element)), 5);
+    let below = hinged(&card(",0."), "");
+    all_near(&hinged(&card(""), ",,7.5-4"), &below, 1e-9);
+    all_near(&hinged(&card(",1.-4"), ",,-1.-4"), &below, 1e-9);
+    let on_middle = hinged(&card(""), "");
+    assert!((below[0] / on_middle[0] - 1.0).abs() > 1e-3, "{below:?} {on_middle:?}");
     let middle = frequencies(&model(&clamped(&card(""), "")), 5);
-    assert!(below.iter().zip(&middle).any(|(b, m)| (b / m - 1.0).abs() > 1e-3), "{below:?} {middle:?}");
     // 1.5 mm of 1600 kg/m3, and once more the same.
     let heavier = frequencies(&model(&clamped(&card(",,2.4"), "")), 5);
     near(heavier[0] / middle[0], 0.5_f64.sqrt(), 1e-6);
@@ -266,7 +268,7 @@ fn plies_follow_design_variables() {
         let order: Vec<f64> = designed
             .parameters()
             .names()
-            .map(|n| theta[["TSKIN", "TURN", "TCORE", "STIFF"].iter().position(|k| k == &n).unwrap()])
+            .map(|n| theta[["tskin", "turn", "tcore", "stiff"].iter().position(|k| k == &n).unwrap()])
             .collect();
         let [t1, turn, core, stiff] = theta;
         let expected = frequencies(&model(&fields(t1, turn, core, stiff)), 5);
@@ -303,7 +305,7 @@ fn changed_plies_go_back_into_the_deck() {
             &["        1       6.-4    40.10705"],
         ),
         (&[("E: 7e9 Pa", "E: 8e9 Pa")], &["MAT1,2,8.+9,,.3,200.\n"]),
-        (&[("thickness: 0.001 m", "thickness: 0.002 m")], &["2       .002    0."]),
+        (&[("thickness: 0.001 m", "thickness: 0.002 m")], &["2       2.-3    0."]),
         (
             &[("imported:", "overrides: {pcomp_1: {stiffness: 1.1}}\nimported:")],
             &["MAT8,1,1.43+11,9.9+9,.3,5.5+9,5.5+9,3.3+9,1600."],
@@ -319,7 +321,7 @@ fn changed_plies_go_back_into_the_deck() {
         all_near(&again, &frequencies(&updated, 6), 1e-5_f64.max(10.0 * out.rounding));
     }
     // Design variables have their own cards.
-    let (out, _) = learnt(&clamped(DESIGNED, ""), &[("TURN: {value: 30", "TURN: {value: 41")]).unwrap();
+    let (out, _) = learnt(&clamped(DESIGNED, ""), &[("turn: {value: 30", "turn: {value: 41")]).unwrap();
     assert!(out.files[0].contains("DESVAR,2,TURN,41.,0.,80.\n"), "{}", out.files[0]);
     // Rigidities of their own have no card.
     let refused = learnt(&deck, &[("imported:", "overrides: {pcomp_1: {A11: 1e8 N/m}}\nimported:")]);
@@ -403,7 +405,7 @@ fn changed_plies_go_back_into_their_items() {
         PLIES.replace("SKIN", "B")
     ));
     let both = both.replace("ELSET=SKIN\n", "\n").replace("*ELEMENT, TYPE=S4R, \n", "*ELEMENT, TYPE=S4R\n");
-    let (out, updated) = learnt(&both, &[("imported:", "overrides: {a: {stiffness: 1.1}}\nimported:")]).unwrap();
+    let (out, updated) = learnt(&both, &[("imported:", "overrides: {s4r_1: {stiffness: 1.1}}\nimported:")]).unwrap();
     assert!(out.files[0].contains("5.E-4, 3, CARBON_R1, 35."), "{}", out.files[0]);
     all_near(&frequencies(&model(&out.files[0]), 6), &frequencies(&updated, 6), 1e-9);
 }
@@ -509,7 +511,6 @@ fn calculix_finds_the_same_laminated_plate() {
     let found = compare_results(&model_of(&deck.text), &read_results(&dat).unwrap(), 6).unwrap();
     assert_eq!(found.modes.len(), 6);
     for m in &found.modes {
-        eprintln!("{} {:.3} {:.3} {:+.4}", m.number, m.solver_hz, m.model_hz, m.relative());
-        assert!(m.relative().abs() < 0.02, "{}: {} {}", m.number, m.solver_hz, m.model_hz);
+        assert!(m.relative().abs() < 0.01, "{}: {} {}", m.number, m.solver_hz, m.model_hz);
     }
 }

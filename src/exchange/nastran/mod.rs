@@ -19,6 +19,7 @@ mod others;
 mod panels;
 mod responses;
 mod rigid;
+mod sandwiches;
 mod scalars;
 mod sections;
 mod shells;

@@ -3,7 +3,7 @@
 use super::flat::{ShellSection, elastic, lumped, non_structural};
 use super::importer::{Importer, Values};
 use super::materials::{density, isotropic};
-use super::{CardRule, laminates, read, refused, used};
+use super::{CardRule, laminates, read, refused, sandwiches, used};
 use crate::deck::{Card, DeckError};
 use crate::exchange::coord::Coord;
 use crate::exchange::motions::angle_from_global;
@@ -48,13 +48,29 @@ fn quadratic<'a>(importer: &mut Importer<'a>, card: &Card<'a>) -> Result<(), Dec
         (3, 3) => (patches::TRIANGLE, 6),
         (4, 0) => (&[("shell4", &[0, 1, 2, 3])], 4),
         (3, 0) => (&[("shell3", &[0, 1, 2])], 3),
-        _ => {
-            let text = format!("{given} grids of its edges are given; all {corners} or none are expected");
-            return Err(card.error(Some((4 + corners, "G")), text));
-        }
+        // A side without its grid is straight.
+        _ => return some_edges(importer, card, corners, fields),
     };
     importer.report.approximate(patches::DIFFERS);
     write(importer, card, corners, (patch, count), fields)
+}
+
+/// A fan of triangles around the first edge that has a grid: from there every other corner and edge is in sight.
+fn some_edges<'a>(
+    importer: &mut Importer<'a>,
+    card: &Card<'a>,
+    corners: usize,
+    fields: [usize; 3],
+) -> Result<(), DeckError> {
+    let has = |i: usize| !matches!(card.text(4 + corners + i), "" | "0");
+    let ring: Vec<usize> = (0..corners).flat_map(|i| std::iter::once(i).chain(has(i).then_some(corners + i))).collect();
+    let first = ring.iter().position(|i| *i >= corners).unwrap_or(0);
+    let n = ring.len();
+    let around = |k: usize| ring[(first + k) % n];
+    let fan: Vec<[usize; 3]> = (1..n - 1).map(|k| [around(0), around(k), around(k + 1)]).collect();
+    let patch: Vec<(&str, &[usize])> = fan.iter().map(|t| ("shell3", &t[..])).collect();
+    importer.report.approximate(patches::DIFFERS);
+    write(importer, card, corners, (&patch, 2 * corners), fields)
 }
 
 /// * `patch` - what the card becomes, and the number of its grids
@@ -63,13 +79,15 @@ fn write<'a>(
     importer: &mut Importer<'a>,
     card: &Card<'a>,
     corners: usize,
-    (patch, n_grids): (Patch, usize),
+    (patch, n_grids): (&[(&str, &[usize])], usize),
     [theta, offset, first]: [usize; 3],
 ) -> Result<(), DeckError> {
     let property = importer.property(card, 3, &["PSHELL", "PCOMP", "PCOMPG"])?;
+    let is_used = |i: usize| patch.iter().any(|p| p.1.contains(&i));
     let mut grids = Vec::new();
     for i in 0..n_grids {
-        grids.push(importer.grid(card, 4 + i, "G")?);
+        // What no part of the patch has is not there.
+        grids.push(importer.grid(card, if is_used(i) { 4 + i } else { 4 }, "G")?);
     }
     let section = section(importer, &property)?;
     let points: Vec<[f64; 3]> = grids.iter().map(|g| g.1.position).collect();
@@ -134,6 +152,9 @@ fn section<'a>(importer: &mut Importer<'a>, property: &Card<'a>) -> Result<Shell
     if property.is_blank(3) {
         return Err(property.error(Some((3, "MID1")), "a shell without membrane is not read"));
     }
+    if let Some(other) = sandwiches::section(importer, property)? {
+        return Ok(other);
+    }
     let material = at(importer)?;
     let name = importer.section(property, "shell", |importer| {
         let t = property.real(4, "T")?;
@@ -192,10 +213,6 @@ fn section<'a>(importer: &mut Importer<'a>, property: &Card<'a>) -> Result<Shell
                     importer.put(&mut values, ("shear_factor", "shear_factor"), from, factor, (Q::Number, 1.0));
                 }
             }
-        }
-        if property.optional_id(12, "MID4")?.is_some() {
-            return Err(property
-                .error(Some((12, "MID4")), "coupling of membrane and bending by a material is not read; give ZOFFS"));
         }
         density(importer, &material, &mut values)?;
         let nsm = property.real_or(9, "NSM", 0.0)?;
