@@ -1,7 +1,9 @@
 //! Shear panels of decks, and design variables by equations.
 
 use retune::deck::Deck;
-use retune::exchange::{ImportOptions, Imported, Solver, export, import, system_by_name};
+use retune::exchange::{
+    ImportOptions, Imported, Solver, compare_results, export, import, read_results, system_by_name,
+};
 use retune::modal::SolveOptions;
 use retune::model::{Model, ParametricModel, Registry, load, solve_modes};
 use std::f64::consts::TAU;
@@ -139,6 +141,25 @@ fn fields_follow_equations_that_are_sums() {
 fn eigenvalues_are_asked_for_as_frequencies() {
     let deck = "SOL 200\nCEND\nDESSUB=4\nBEGIN BULK\nGRID,1\nCONM2,3,1,,2.\nCELAS2,4,1000.,1,1\nDESVAR,1,X,1.,.5,2.\nDRESP1,1,EIG,EIGN,,,1\nDCONSTR,4,1,400.,900.\nENDDATA\n";
     let test = imported(deck).test.unwrap();
-    // 20 and 30 rad/s.
+    // 20 and 30 rad/s; the one dof is held by a spring, so that the first mode is an elastic one.
     assert!(test.contains("frequency: 3.9788735773 Hz, frequency_sd: 0.795774715459 Hz, pair_with: 1"), "{test}");
+}
+
+/// Matrices of OUTPUT4, as text: two masses on springs, k = 300, 100, m = 2, 1: the same frequencies as the deck.
+#[test]
+fn matrices_prove_a_model() {
+    let deck = "CEND\nBEGIN BULK\nGRID,1,,,,,,23456\nGRID,2,,1.,,,,23456\nCONM2,11,1,,2.\nCONM2,12,2,,1.\nCELAS2,1,300.,1,1\nCELAS2,2,100.,1,1,2,1\nENDDATA\n";
+    let matrix = |name: &str, [a, b, c]: [f64; 3]| {
+        format!(
+            "       2       2       6       2{name:<8}1P,3E23.16\n       1       1       2\n{a:23.16E}{b:23.16E}\n       2       1       2\n{b:23.16E}{c:23.16E}\n       3       1       1\n{:23.16E}\n",
+            1.0
+        )
+    };
+    let text = matrix("KAA", [400.0, -100.0, 100.0]) + &matrix("MAA", [2.0, 0.0, 1.0]);
+    let found = read_results(text.as_bytes()).unwrap();
+    assert_eq!(found.kind, "op4");
+    let agreement = compare_results(&model(deck), &found, 5).unwrap();
+    assert!(agreement.modes.len() == 2 && agreement.holds(1e-9, 1.0), "{agreement:?}");
+    let wrong = read_results(text.replace("MAA", "BAA").as_bytes()).unwrap_err().to_string();
+    assert!(wrong.contains("it holds KAA, BAA; a stiffness and a mass of one set"), "{wrong}");
 }

@@ -324,7 +324,7 @@ fn changed_plies_go_back_into_the_deck() {
     let (out, _) = learnt(&clamped(DESIGNED, ""), &[("turn: {value: 30", "turn: {value: 41")]).unwrap();
     assert!(out.files[0].contains("DESVAR,2,TURN,41.,0.,80.\n"), "{}", out.files[0]);
     // Rigidities of their own have no card.
-    let refused = learnt(&deck, &[("imported:", "overrides: {pcomp_1: {A11: 1e8 N/m}}\nimported:")]);
+    let refused = learnt(&deck, &[("imported:", "overrides: {pcomp_1: {set: {A11: 1e8 N/m}}}\nimported:")]);
     let refused = refused.map(|_| ()).unwrap_err().to_string();
     assert!(refused.contains("is not that of its plies"), "{refused}");
 }

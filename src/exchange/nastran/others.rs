@@ -22,6 +22,7 @@ pub(super) const CARDS: &[CardRule] = &[
     left_out("NLSTEP", SOLUTION),
     left_out("NLCNTLG", SOLUTION),
     left_out("NLPCI", SOLUTION),
+    left_out("DEBUG", SOLUTION),
     left_out("MDLPRM", SOLUTION),
     left_out("ITER", SOLUTION),
     left_out("DTI", SOLUTION),

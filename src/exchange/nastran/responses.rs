@@ -5,7 +5,7 @@
 //! form is left out by name. A frequency with both has the value of its goal and the smaller deviation.
 
 use super::importer::Importer;
-use crate::deck::{Card, CardId, DeckError};
+use crate::deck::{Card, CardId, Deck, DeckError};
 use crate::exchange::system::Quantity as Q;
 use crate::exchange::writer::{Block, computed, with_unit};
 use std::collections::{BTreeMap, HashMap};
@@ -26,12 +26,15 @@ enum Response {
     Inertia(usize),
 }
 
+/// Frequencies that are asked for: value and half-width, Hz, by the number of the solver's mode.
+pub(super) type Frequencies = BTreeMap<u32, (f64, f64)>;
+
 /// One target: response, value, half-width.
 type Target = (Response, f64, f64);
 
 impl Importer<'_> {
-    /// Writes targets into the model, and gives the text of a test file where frequencies are asked for.
-    pub(super) fn responses(&mut self) -> Result<Option<String>, DeckError> {
+    /// Writes targets into the model, and gives the frequencies that are asked for: by the number of the solver's mode, with half-widths.
+    pub(super) fn responses(&mut self) -> Result<Frequencies, DeckError> {
         let deck = self.deck;
         let mut first: HashMap<u32, CardId> = HashMap::new();
         let mut second: HashMap<u32, CardId> = HashMap::new();
@@ -50,7 +53,7 @@ impl Importer<'_> {
             }
         }
         if first.is_empty() && second.is_empty() {
-            return Ok(None);
+            return Ok(Frequencies::new());
         }
         let case = deck.case_control();
         let command =
@@ -120,7 +123,15 @@ impl Importer<'_> {
             self.report.note(format!("{what} is left out: no target of an update has its form"));
         }
         self.write_targets(&targets, &goals);
-        Ok(self.test(&targets, &goals))
+        let mut modes = Frequencies::new();
+        // A goal is the value; an interval beside it says how sharply.
+        for &(response, value, half) in targets.iter().chain(&goals) {
+            if let Response::Frequency(mode) = response {
+                let sharpest = modes.get(&mode).map_or(half, |known| known.1.min(half));
+                modes.insert(mode, (value, sharpest));
+            }
+        }
+        Ok(modes)
     }
 
     fn write_targets(&mut self, targets: &[Target], goals: &[Target]) {
@@ -153,36 +164,32 @@ impl Importer<'_> {
             self.out.entry(Block::Targets, "cg", &format!("{{{}}}", cg.join(", ")), "");
         }
     }
+}
 
-    /// A test file with the frequencies that are asked for, in the order of the modes.
-    fn test(&self, targets: &[Target], goals: &[Target]) -> Option<String> {
-        let mut modes: BTreeMap<u32, (f64, f64)> = BTreeMap::new();
-        // A goal is the value; an interval beside it says how sharply.
-        for &(response, value, half) in targets.iter().chain(goals) {
-            if let Response::Frequency(mode) = response {
-                let sharpest = modes.get(&mode).map_or(half, |known| known.1.min(half));
-                modes.insert(mode, (value, sharpest));
-            }
-        }
-        if modes.is_empty() {
-            return None;
-        }
-        let file =
-            self.deck.sources()[0].path().file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-        let file = crate::exchange::writer::clean(&file).replace(['"', '\\'], "");
-        let mut text = format!(
-            "# Frequencies that the optimisation of {file} asks for: goals of its objective, and the middles of its intervals with half of their width.\n\
-             retune_test: 1\nname: \"targets of {file}\"\nsources:\n  deck: {{kind: measured, text: \"as DRESP1, DCONSTR and DESOBJ of {file} ask for; the deck does not say who measured them\"}}\nmodes:\n"
-        );
-        for (mode, (value, half)) in modes {
-            text.push_str(&format!(
-                "  - {{frequency: {} Hz, frequency_sd: {} Hz, pair_with: {mode}, source: deck}}\n",
-                computed(value),
-                computed(half)
-            ));
-        }
-        Some(text)
+/// A test file with the frequencies that are asked for, in the order of the modes; none where there are none.
+///
+/// * `n_free` - motions of the model without frequency, which the solver counts as its first modes
+pub(super) fn test(deck: &Deck, modes: &Frequencies, n_free: u32) -> Option<String> {
+    if modes.is_empty() {
+        return None;
     }
+    let file = deck.sources()[0].path().file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
+    let file = crate::exchange::writer::clean(&file).replace(['"', '\\'], "");
+    let mut text = format!(
+        "# Frequencies that the optimisation of {file} asks for: goals of its objective, and the middles of its intervals with half of their width.\n\
+         retune_test: 1\nname: \"targets of {file}\"\nsources:\n  deck: {{kind: measured, text: \"as DRESP1, DCONSTR and DESOBJ of {file} ask for; the deck does not say who measured them\"}}\nmodes:\n"
+    );
+    for (mode, (value, half)) in modes {
+        // Modes of a test are paired with elastic ones.
+        let partner =
+            mode.checked_sub(n_free).filter(|n| *n > 0).map_or_else(String::new, |n| format!("pair_with: {n}, "));
+        text.push_str(&format!(
+            "  - {{frequency: {} Hz, frequency_sd: {} Hz, {partner}source: deck}}\n",
+            computed(*value),
+            computed(*half)
+        ));
+    }
+    Some(text)
 }
 
 /// What a DRESP1 measures, if a target can be that.
@@ -208,11 +215,7 @@ struct Arguments {
 }
 
 /// The arguments of a DRESP2 and the right side of its equation, without blanks, in capitals.
-fn equation(
-    card: &Card<'_>,
-    equations: &HashMap<u32, CardId>,
-    deck: &crate::deck::Deck,
-) -> Result<(Arguments, String), DeckError> {
+fn equation(card: &Card<'_>, equations: &HashMap<u32, CardId>, deck: &Deck) -> Result<(Arguments, String), DeckError> {
     let number = card.id_at(4, "EQID")?;
     let found = equations.get(&number);
     let found = found.ok_or_else(|| card.error(Some((4, "EQID")), format_args!("there is no DEQATN {number}")))?;
@@ -235,7 +238,7 @@ fn centre(
     arguments: &Arguments,
     text: &str,
     first: &HashMap<u32, CardId>,
-    deck: &crate::deck::Deck,
+    deck: &Deck,
 ) -> Result<Option<Response>, DeckError> {
     let Some((above, below)) = text.split_once('/') else { return Ok(None) };
     let entry = |name: &str| -> Result<Option<(i64, i64)>, DeckError> {
