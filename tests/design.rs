@@ -139,7 +139,7 @@ fn fields_follow_equations_that_are_sums() {
 /// An interval of ω² is one of a frequency.
 #[test]
 fn eigenvalues_are_asked_for_as_frequencies() {
-    let deck = "SOL 200\nCEND\nDESSUB=4\nBEGIN BULK\nGRID,1\nCONM2,3,1,,2.\nCELAS2,4,1000.,1,1\nDESVAR,1,X,1.,.5,2.\nDRESP1,1,EIG,EIGN,,,1\nDCONSTR,4,1,400.,900.\nENDDATA\n";
+    let deck = "SOL 200\nCEND\nDESSUB=4\nBEGIN BULK\nGRID,1,,,,,,23456\nCONM2,3,1,,2.\nCELAS2,4,1000.,1,1\nDESVAR,1,X,1.,.5,2.\nDRESP1,1,EIG,EIGN,,,1\nDCONSTR,4,1,400.,900.\nENDDATA\n";
     let test = imported(deck).test.unwrap();
     // 20 and 30 rad/s; the one dof is held by a spring, so that the first mode is an elastic one.
     assert!(test.contains("frequency: 3.9788735773 Hz, frequency_sd: 0.795774715459 Hz, pair_with: 1"), "{test}");

@@ -112,7 +112,7 @@ pub fn import(deck: &Deck, options: ImportOptions) -> Result<Imported, Vec<DeckE
         let model = load(&imported.text, &Registry::builtin());
         let sound = model.ok().and_then(|(model, ..)| lint(&model).ok());
         let n_free = sound.map_or(0, |s| s.n_rigid_body_modes + s.n_mechanisms);
-        imported.test = super::responses::test(deck, &asked, n_free as u32);
+        imported.test = super::asked::test(deck, &asked, n_free as u32);
     }
     Ok(imported)
 }

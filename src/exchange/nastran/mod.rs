@@ -3,6 +3,7 @@
 //! One file per family of cards; [`CARDS`] is the catalogue: what a card becomes, why it is left out, or why it is refused. A card that is
 //! not in it is refused by name and place: nothing is half-read.
 
+mod asked;
 mod constraints;
 mod coordinates;
 mod design;

@@ -4,6 +4,7 @@
 //! (frequencies). An objective Σ w ((r - c)/c)² becomes one residual a term: r of c, with the standard deviation c/√w. What is of another
 //! form is left out by name. A frequency with both has the value of its goal and the smaller deviation.
 
+use super::asked::Frequencies;
 use super::importer::Importer;
 use crate::deck::{Card, CardId, Deck, DeckError};
 use crate::exchange::system::Quantity as Q;
@@ -25,9 +26,6 @@ enum Response {
     /// Moment of inertia about the reference point.
     Inertia(usize),
 }
-
-/// Frequencies that are asked for: value and half-width, Hz, by the number of the solver's mode.
-pub(super) type Frequencies = BTreeMap<u32, (f64, f64)>;
 
 /// One target: response, value, half-width.
 type Target = (Response, f64, f64);
@@ -164,32 +162,6 @@ impl Importer<'_> {
             self.out.entry(Block::Targets, "cg", &format!("{{{}}}", cg.join(", ")), "");
         }
     }
-}
-
-/// A test file with the frequencies that are asked for, in the order of the modes; none where there are none.
-///
-/// * `n_free` - motions of the model without frequency, which the solver counts as its first modes
-pub(super) fn test(deck: &Deck, modes: &Frequencies, n_free: u32) -> Option<String> {
-    if modes.is_empty() {
-        return None;
-    }
-    let file = deck.sources()[0].path().file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-    let file = crate::exchange::writer::clean(&file).replace(['"', '\\'], "");
-    let mut text = format!(
-        "# Frequencies that the optimisation of {file} asks for: goals of its objective, and the middles of its intervals with half of their width.\n\
-         retune_test: 1\nname: \"targets of {file}\"\nsources:\n  deck: {{kind: measured, text: \"as DRESP1, DCONSTR and DESOBJ of {file} ask for; the deck does not say who measured them\"}}\nmodes:\n"
-    );
-    for (mode, (value, half)) in modes {
-        // Modes of a test are paired with elastic ones.
-        let partner =
-            mode.checked_sub(n_free).filter(|n| *n > 0).map_or_else(String::new, |n| format!("pair_with: {n}, "));
-        text.push_str(&format!(
-            "  - {{frequency: {} Hz, frequency_sd: {} Hz, {partner}source: deck}}\n",
-            computed(*value),
-            computed(*half)
-        ));
-    }
-    Some(text)
 }
 
 /// What a DRESP1 measures, if a target can be that.
