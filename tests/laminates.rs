@@ -61,7 +61,9 @@ fn near(a: f64, b: f64, part: f64) {
 #[track_caller]
 fn all_near(a: &[f64], b: &[f64], part: f64) {
     assert_eq!(a.len(), b.len());
-    a.iter().zip(b).for_each(|(a, b)| near(*a, *b, part));
+    for (a, b) in a.iter().zip(b) {
+        near(*a, *b, part);
+    }
 }
 
 /// A property of the first element of a model.

@@ -137,7 +137,9 @@ impl<'a> Importer<'a> {
         let before = self.bounds.take();
         let out = make();
         let mut own = self.bounds.take();
-        own.iter_mut().for_each(|b| b.property = format!("{path}.{}", b.property));
+        for bound in &mut own {
+            bound.property = format!("{path}.{}", bound.property);
+        }
         self.bounds.replace([before, own].concat());
         out
     }

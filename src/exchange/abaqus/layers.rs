@@ -159,7 +159,7 @@ impl LayUp {
             }
             let plain = word(&ply.material, "material");
             let is_taken = |w: &str| words.iter().any(|known| known.1 == w);
-            let own = (2..).map(|n| format!("{plain}_{n}")).find(|w| !is_taken(w));
+            let own = (2..=self.plies.len() + 1).map(|n| format!("{plain}_{n}")).find(|w| !is_taken(w));
             let word = own.filter(|_| is_taken(&plain)).unwrap_or(plain);
             let mut material = importer.material_of(k, &ply.material)?;
             if !has_mass {

@@ -81,9 +81,15 @@ pub(super) fn wanted(old: &PlacedElement, new: &PlacedElement, theta0: &[f64], t
 fn scale(property: &Property, k: f64, m: f64) -> f64 {
     match property.name {
         "E" | "G" | "E1" | "E2" | "E3" | "G12" | "G13" | "G23" | "EA" | "EIy" | "EIz" | "GJ" | "k" => k,
-        "density" | "mass" | "added_mass_per_length" | "mass_per_length" | "mass_per_area" => m,
+        "density"
+        | "mass"
+        | "added_mass_per_length"
+        | "mass_per_length"
+        | "mass_per_area"
+        | "areal_mass"
+        | "areal_moment"
+        | "areal_inertia" => m,
         "shear_compliance_y" | "shear_compliance_z" => 1.0 / k,
-        "areal_mass" | "areal_moment" | "areal_inertia" => m,
         name if name.starts_with("k_") || is_rigidity(name) => k,
         name if name.starts_with("inertia_") || name.starts_with("m_") => m,
         "polar_inertia_per_length" | "rotary_inertia_y" | "rotary_inertia_z" => m,
@@ -97,6 +103,9 @@ fn is_rigidity(name: &str) -> bool {
     letters.next().is_some_and(|c| "ABDS".contains(c)) && name.len() == 3 && letters.all(|c| c.is_ascii_digit())
 }
 
+/// Numbers of plies by their paths: as the deck gives them, and as they should be.
+pub(super) type Plies = Vec<(String, f64, f64)>;
+
 /// What the plies of an element should be: paths of numbers with their values as the deck gives them and as they should be; none where it has no
 /// plies.
 ///
@@ -105,7 +114,7 @@ fn is_rigidity(name: &str) -> bool {
 pub(super) fn plies(
     (base, old): (&Model, &PlacedElement),
     (updated, new): (&Model, &PlacedElement),
-) -> Result<Option<Vec<(String, f64, f64)>>, String> {
+) -> Result<Option<Plies>, String> {
     let section = |e: &PlacedElement| e.section.clone();
     let Some(before) = section(old).and_then(|s| plied(base, &s)) else { return Ok(None) };
     let other = || format!("{}: it has plies in the deck no more, and export writes values only", new.path);

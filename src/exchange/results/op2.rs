@@ -256,7 +256,10 @@ mod tests {
     impl File {
         fn word(&self, w: &Word) -> Vec<u8> {
             let mut own = match w {
-                Letters(l) => return format!("{l:<1$}", if self.is_long { 8 } else { 4 }).into_bytes(),
+                Letters(l) => {
+                    let width = if self.is_long { 8 } else { 4 };
+                    return format!("{l:<width$}").into_bytes();
+                }
                 Whole(i) if self.is_long => i.to_le_bytes().to_vec(),
                 Whole(i) => (*i as i32).to_le_bytes().to_vec(),
                 Real(v) if self.is_long => v.to_le_bytes().to_vec(),
