@@ -100,8 +100,8 @@ fn plate(property: &str, n: usize, edge: [&str; 2], element: &str) -> String {
 /// The plate clamped along one side.
 fn clamped(property: &str, element: &str) -> String {
     let free = plate(property, 4, ["", ""], element);
-    let free: String = free.lines().filter(|l| !l.starts_with("SPC1")).map(|l| format!("{l}\n")).collect();
-    free.replace("ENDDATA\n", "SPC1,1,123456,1,THRU,5\nENDDATA\n")
+    let kept: Vec<&str> = free.lines().filter(|l| !l.starts_with("SPC1")).collect();
+    (kept.join("\n") + "\n").replace("ENDDATA\n", "SPC1,1,123456,1,THRU,5\nENDDATA\n")
 }
 
 /// A, B, D of plies in 0 and 90 degrees, from the lower side: classical theory, by hand.
@@ -281,7 +281,10 @@ fn plies_follow_design_variables() {
     assert!(told.contains("relations to fields that no element uses are left out: DVPREL1 1"), "{told}");
 }
 
-fn learnt(deck: &str, edits: &[(&str, &str)]) -> Result<(Exported, Model), ExportError> {
+/// Texts of a model file and what stands in their place.
+type Edits<'a> = &'a [(&'a str, &'a str)];
+
+fn learnt(deck: &str, edits: Edits<'_>) -> Result<(Exported, Model), ExportError> {
     let mut text = imported(deck).text;
     for (from, to) in edits {
         assert!(text.contains(from), "`{from}` is not in\n{text}");
@@ -301,7 +304,7 @@ fn learnt(deck: &str, edits: &[(&str, &str)]) -> Result<(Exported, Model), Expor
 fn changed_plies_go_back_into_the_deck() {
     let card = "PCOMP   1       0.\n        1       .0005   35.             2       .001    0.\n        1       .0005   -35.\nMAT1,2,7.+9,,.3,200.\n";
     let deck = clamped(card, "");
-    let cases: [(&[(&str, &str)], &[&str]); 5] = [
+    let cases: [(Edits<'_>, &[&str]); 5] = [
         (
             &[("angle: 35 deg, thickness: 0.0005 m", "angle: 0.7 rad, thickness: 0.6 mm")],
             &["        1       6.-4    40.10705"],
@@ -388,7 +391,7 @@ fn composite_sections_are_the_same_laminate() {
 #[test]
 fn changed_plies_go_back_into_their_items() {
     let deck = abaqus(PLIES);
-    let cases: [(&[(&str, &str)], &[&str]); 3] = [
+    let cases: [(Edits<'_>, &[&str]); 3] = [
         (&[("angle: 35 deg", "angle: 40 deg")], &["5.E-4, 3, CARBON, 40"]),
         (&[("E: 7e9 Pa", "E: 8e9 Pa")], &["*ELASTIC\n8000000000., 0.3"]),
         (&[("imported:", "overrides: {skin: {stiffness: 1.1}}\nimported:")], &["143000000000."]),
