@@ -9,9 +9,11 @@ mod bff;
 #[path = "correlation/main.rs"]
 mod correlation;
 mod decks;
+mod design;
 mod errors;
 mod examples;
 mod formats;
+mod laminates;
 mod live;
 mod matrices;
 mod matrices_peer;

@@ -27,7 +27,7 @@ const IMPORTS: &[(&str, &[&str])] = &[
     ("identify", &["linalg", "catalogue", "modal", "data", "fault"]),
     ("effect", &["linalg", "catalogue", "units", "yaml", "element", "model", "modal"]),
     ("correlation", &["linalg", "catalogue", "units", "yaml", "element", "model", "modal", "data"]),
-    ("exchange", &["deck", "linalg", "catalogue", "units", "yaml", "element", "modal", "model", "data"]),
+    ("exchange", &["deck", "linalg", "catalogue", "units", "yaml", "element", "matrices", "modal", "model", "data"]),
     // level 4
     ("objective", &["linalg", "catalogue", "element", "model", "modal", "data", "correlation"]),
     // level 5: never model, modal or data

@@ -458,6 +458,14 @@ CBAR    1       7       1       2       0.      1.      0.\nCBAR    2       7   
 PBAR    7       1       1.-3    4.-8    9.-8    1.-7\nPBARL   8       1               BAR\n        .02     .03\n\
 CONM2   4       3               2.      .1                      $ tip\nCELAS2  5       1000.   3       2\nSPC1    1       123456  1\nENDDATA\n";
 
+/// Laminates, panels, shells of several materials and design variables by equations, for decks that are damaged.
+const PLATES: &str = "GRID    4               0.      1.      0.\nGRID    5               1.      1.      0.\nMAT8,3,1.3+11,9.+9,.3,5.+9,5.+9,3.+9,1600.\n\
+MAT2,4,1.+9,3.+8,0.,1.+9,1.+7,4.+8\nPCOMP   20      -.001   1.                                      SYM\n        3       5.-4    45.             3       5.-4    -45.\n\
+PCOMPG,21\n,1,3,5.-4,0.\n,2,1,.002,0.\nPSHELL,22,1,.01,3,1.,4\nPSHEAR,23,1,.001,,.8,30.\nCQUAD4  20      20      1       2       5       4       10.     .001\n\
+CTRIA3  21      21      1       2       4\nCQUAD4,22,22,1,2,5,4,5.\nGRID,6,,.5,0.\nCQUAD8,24,20,1,2,5,4,6\nCSHEAR  23      23      1       2       5       4\n\
+DESVAR,1,X1,1.,.5,2.\nDTABLE,C1,2.-4\nDVPREL1,1,PCOMP,20,T1,,,,\n,1,5.-4\nDVPREL2,2,PCOMP,20,THETA2,,,9\n,DESVAR,1,,,,,,,\n,DTABLE,C1\n\
+DEQATN  9       F(A,B)=30.*A+B\nENDDATA\n";
+
 fn learnt(edits: &[(&str, &str)]) -> Result<(Exported, Model), ExportError> {
     let deck = deck_of(WING);
     let imported = import(&deck, options("si")).unwrap_or_else(|e| panic!("{}", e[0]));
@@ -570,7 +578,7 @@ fn elements_of_decks_conform() {
 /// Damaged decks end with an answer, and so do damaged results.
 #[test]
 fn damaged_files_end() {
-    let seed: Vec<u8> = WING.bytes().collect();
+    let seed: Vec<u8> = WING.replace("ENDDATA\n", PLATES).bytes().collect();
     let mut state = 7_u64;
     let mut next = || {
         state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);

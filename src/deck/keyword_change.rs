@@ -34,10 +34,23 @@ impl KeywordChanges {
     /// # Errors
     /// There is no such item.
     pub fn real(&mut self, line: &DataLine<'_>, (i, name): (usize, &'static str), value: f64) -> Result<(), DeckError> {
+        self.item(line, (i, name), keyword_real(value))
+    }
+
+    /// Writes a text in place of an item of a data line.
+    ///
+    /// # Errors
+    /// There is no such item.
+    pub fn item(
+        &mut self,
+        line: &DataLine<'_>,
+        (i, name): (usize, &'static str),
+        text: String,
+    ) -> Result<(), DeckError> {
         let Some((file, start, end)) = line.span(i) else {
             return Err(line.error(Some((i, name)), "the line has no such item; write it, so that it can be changed"));
         };
-        self.edits.insert((file, start, usize::MAX), (end, keyword_real(value)));
+        self.edits.insert((file, start, usize::MAX), (end, text));
         Ok(())
     }
 

@@ -20,6 +20,7 @@ mod mass_matrix;
 mod meshed;
 mod point_mass;
 mod scalar_spring;
+mod shear_panel;
 mod shell;
 mod solid;
 mod spring;
@@ -48,6 +49,7 @@ catalogue! {
     solid::Pyramid13,
     solid::Pyramid5,
     scalar_spring::ScalarSpring,
+    shear_panel::ShearPanel,
     shell::Shell3,
     shell::Shell4,
     spring::Spring,

@@ -157,7 +157,7 @@ impl Work<'_> {
             if held::is_damped(new) {
                 self.refuse(format!("{}: damping of an element has no field on its cards", new.path));
             }
-            self.values(element, new, &theta0, &theta);
+            self.values((base, element), (updated, new), [&theta0, &theta]);
         }
     }
 
@@ -199,10 +199,16 @@ impl Work<'_> {
     }
 
     /// The new values of one element, with the factors on its whole stiffness and mass in them.
-    fn values(&mut self, old: &PlacedElement, new: &PlacedElement, theta0: &[f64], theta: &[f64]) {
+    fn values(
+        &mut self,
+        (base, old): (&Model, &PlacedElement),
+        (updated, new): (&Model, &PlacedElement),
+        [theta0, theta]: [&[f64]; 2],
+    ) {
         let properties = old.kind.properties();
-        let wanted = match held::wanted(old, new, theta0, theta) {
-            Ok(wanted) => wanted,
+        let wanted = held::wanted(old, new, theta0, theta);
+        let plies = match held::plies((base, old), (updated, new)) {
+            Ok(plies) => plies,
             Err(why) => {
                 self.refuse(why);
                 return;
@@ -212,18 +218,26 @@ impl Work<'_> {
             self.refuse(format!("{}: nothing says which card it comes from", new.path));
             return;
         };
+        // Each value by its name, as it was and as it should be.
+        let of_shell = |name: &str| plies.is_some() && held::is_of_plies(name);
+        let mut all: Vec<(&str, Option<f64>, Option<f64>)> =
+            wanted.iter().map(|w| (properties[w.0].name, w.1, w.2)).filter(|w| !of_shell(w.0)).collect();
+        if let (Some(plies), Some(property)) = (&plies, origin.property) {
+            let grown: f64 = plies.iter().filter(|p| p.0.ends_with(".thickness")).map(|p| p.2 - p.1).sum();
+            self.offset(property, grown, &mut all, &old.name);
+            all.extend(plies.iter().map(|(name, before, after)| (name.as_str(), Some(*before), Some(*after))));
+        }
         let section = origin.section.as_ref().and_then(|s| self.origins.sections.get(s));
         let bounds: Vec<&Bound> = origin.bounds.iter().chain(section.into_iter().flatten()).collect();
         let bound_of = |name: &str| bounds.iter().find(|b| b.property == name).copied();
-        let changed: Vec<usize> = wanted.iter().filter(|w| !held::is_same(w.1, w.2)).map(|w| w.0).collect();
+        let is_changed = |w: &(&str, Option<f64>, Option<f64>)| !held::is_same(w.1, w.2);
+        let changed: Vec<&str> = all.iter().filter(|w| is_changed(w)).map(|w| w.0).collect();
         // A Poisson's ratio that gives G stands for it: E alone carries a factor.
-        if changed.iter().any(|&i| bound_of(properties[i].name).is_none()) {
-            let all: Vec<(String, f64)> =
-                wanted.iter().filter_map(|w| w.2.map(|v| (properties[w.0].name.to_string(), v))).collect();
-            let unbound: Vec<&str> =
-                changed.iter().map(|&i| properties[i].name).filter(|n| bound_of(n).is_none()).collect();
+        let unbound: Vec<&str> = changed.iter().copied().filter(|name| bound_of(name).is_none()).collect();
+        if !unbound.is_empty() {
+            let whole: Vec<(String, f64)> = all.iter().filter_map(|w| w.2.map(|v| (w.0.to_string(), v))).collect();
             if cards::can_rewrite(self.deck, origin, &unbound) {
-                self.rewritten.push((old.name.clone(), all));
+                self.rewritten.push((old.name.clone(), whole));
             } else {
                 self.refuse(format!(
                     "{}: `{}` has no field on the cards of {}",
@@ -234,12 +248,37 @@ impl Work<'_> {
             }
             return;
         }
-        for &(i, before, after) in &wanted {
-            let Some(bound) = bound_of(properties[i].name) else { continue };
-            let (Some(after), is_new) = (after.or(Some(0.0)), changed.contains(&i)) else { continue };
-            let value = if is_new { after } else { before.unwrap_or(0.0) } / bound.factor;
+        for (name, before, after) in &all {
+            let Some(bound) = bound_of(name) else { continue };
+            let is_new = changed.contains(name);
+            let value = if is_new { after.unwrap_or(0.0) } else { before.unwrap_or(0.0) } / bound.factor;
             let wish = Wish { element: old.name.clone(), value, is_new };
             self.wanted.entry((bound.card, bound.field)).or_insert((bound.name, Vec::new())).1.push(wish);
+        }
+    }
+
+    /// The offset of a laminate follows from the field of its lower side, Z0, and half of its thickness.
+    ///
+    /// * `grown` - by how much the plies that are given are thicker together, m
+    fn offset(&mut self, property: CardId, grown: f64, all: &mut Vec<(&str, Option<f64>, Option<f64>)>, element: &str) {
+        let Some(at) = all.iter().position(|w| w.0 == "offset") else { return };
+        let (_, before, after) = all.remove(at);
+        let card = self.deck.card(property);
+        let metre = self.system.factor(Quantity::Length);
+        let (before, after) = (before.unwrap_or(0.0), after.unwrap_or(0.0));
+        let twice = if card.text(9).eq_ignore_ascii_case("SYM") { 2.0 } else { 1.0 };
+        let z0 = card.optional_real(3, "Z0").ok().flatten();
+        // An empty field is half of the thickness, whatever that is.
+        let moved = after - before - z0.map_or(0.0, |_| 0.5 * twice * grown);
+        let size = before.abs().max(after.abs()).max(grown.abs());
+        if moved.abs() <= 1e-11 * size && !grown.is_nan() {
+            return;
+        }
+        if let Some(z0) = z0 {
+            let wish = Wish { element: element.to_string(), value: z0 + moved / metre, is_new: true };
+            self.wanted.entry((property, 3)).or_insert(("Z0", Vec::new())).1.push(wish);
+        } else {
+            all.push(("offset", Some(before), Some(after)));
         }
     }
 

@@ -1,6 +1,6 @@
 //! What a solver computed: mass properties, eigenvalues and shapes, from its own output files.
 //!
-//! Three forms of Nastran: the printed output (.f06), the binary output (.op2), the punch file (.pch); of Abaqus and CalculiX the printed
+//! Four forms of Nastran: the printed output (.f06), the binary output (.op2), the punch file (.pch), matrices (.op4); of Abaqus and CalculiX the printed
 //! output (.dat), of CalculiX the results of nodes (.frd). Numbers are in the deck's own units, shapes along the displacement axes of
 //! their grids, those of .frd along global axes.
 
@@ -8,6 +8,7 @@ mod dat;
 mod f06;
 mod frd;
 mod op2;
+mod op4;
 
 use crate::data::punch;
 use crate::data::uff::Dataset;
@@ -44,7 +45,7 @@ pub struct ResultMass {
 /// What a file holds.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct SolverResults {
-    /// What the file is: `f06`, `op2`, `punch`, `dat`, `frd`.
+    /// What the file is: `f06`, `op2`, `op4`, `punch`, `dat`, `frd`.
     pub kind: &'static str,
     /// Mass properties.
     pub mass: Option<ResultMass>,
@@ -60,7 +61,7 @@ pub struct SolverResults {
 pub enum ResultsError {
     /// Another format.
     #[error(
-        "it is none of the files that are known: printed output (.f06), binary output (.op2) and punch file (.pch) of Nastran, printed \
+        "it is none of the files that are known: printed output (.f06), binary output (.op2), matrices (.op4) and punch file (.pch) of Nastran, printed \
          output (.dat) of Abaqus and CalculiX, results (.frd) of CalculiX"
     )]
     Unknown,
@@ -85,6 +86,9 @@ pub enum ResultsError {
         /// What was expected.
         message: String,
     },
+    /// Matrices that have no modes.
+    #[error("{0}")]
+    Matrix(String),
     /// A punch file.
     #[error(transparent)]
     Punch(#[from] punch::PunchError),
@@ -97,6 +101,8 @@ pub enum ResultsError {
 pub fn read_results(bytes: &[u8]) -> Result<SolverResults, ResultsError> {
     let mut results = if op2::is_op2(bytes) {
         op2::read(bytes)?
+    } else if op4::is_op4(bytes) {
+        op4::read(bytes)?
     } else if f06::is_f06(bytes) {
         f06::read(&String::from_utf8_lossy(bytes))?
     } else if frd::is_frd(bytes) {

@@ -25,10 +25,12 @@ pub enum Quantity {
     RotationalDamping,
     /// Mass times length squared by length.
     InertiaPerLength,
+    /// Degrees in every system.
+    Angle,
 }
 
 /// Every quantity, in the order of [`System::units`].
-const QUANTITIES: usize = 16;
+const QUANTITIES: usize = 17;
 
 /// A coherent system of units, time in seconds.
 #[derive(Debug, PartialEq)]
@@ -63,6 +65,7 @@ pub const SYSTEMS: &[System] = &[
             "N s/m",
             "N m s/rad",
             "kg m",
+            "deg",
         ],
     },
     System {
@@ -85,6 +88,7 @@ pub const SYSTEMS: &[System] = &[
             "N s/mm",
             "N mm s/rad",
             "t mm",
+            "deg",
         ],
     },
     System {
@@ -107,6 +111,7 @@ pub const SYSTEMS: &[System] = &[
             "lbf s/in",
             "lbf in s/rad",
             "slinch in",
+            "deg",
         ],
     },
     System {
@@ -129,6 +134,7 @@ pub const SYSTEMS: &[System] = &[
             "lbf s/ft",
             "lbf ft s/rad",
             "slug ft",
+            "deg",
         ],
     },
 ];
@@ -180,6 +186,7 @@ mod tests {
                 m,
                 m * l * l,
                 m * l,
+                1_f64.to_radians(),
             ];
             for (i, expected) in expected.into_iter().enumerate() {
                 let unit = if s.units[i].is_empty() { 1.0 } else { Unit::parse(s.units[i]).unwrap().factor };

@@ -19,17 +19,17 @@ use nalgebra::{Matrix3, Matrix6};
 
 /// A ply: elastic constants in Pa, density in kg/m³, angle from x towards y in rad, thickness in m.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(in crate::model) struct Ply {
-    pub(in crate::model) e1: f64,
-    pub(in crate::model) e2: f64,
-    pub(in crate::model) g12: f64,
-    pub(in crate::model) nu12: f64,
+pub(crate) struct Ply {
+    pub(crate) e1: f64,
+    pub(crate) e2: f64,
+    pub(crate) g12: f64,
+    pub(crate) nu12: f64,
     /// Transverse shear moduli, which a strip does not feel.
-    pub(in crate::model) g13: f64,
-    pub(in crate::model) g23: f64,
-    pub(in crate::model) density: f64,
-    pub(in crate::model) angle: f64,
-    pub(in crate::model) thickness: f64,
+    pub(crate) g13: f64,
+    pub(crate) g23: f64,
+    pub(crate) density: f64,
+    pub(crate) angle: f64,
+    pub(crate) thickness: f64,
 }
 
 /// A strip about its neutral axis, SI.
@@ -91,7 +91,7 @@ pub(in crate::model) fn strip(width: f64, plies: &[Ply]) -> Result<Strip, String
 }
 
 /// [A B; B D] about the middle, and ∫ρ, ∫ρz, ∫ρz² over the thickness.
-pub(in crate::model) fn sums(plies: &[Ply]) -> (Matrix6<f64>, [f64; 3]) {
+pub(crate) fn sums(plies: &[Ply]) -> (Matrix6<f64>, [f64; 3]) {
     let mut abd = Matrix6::<f64>::zeros();
     let mut mass = [0.0; 3];
     let mut low = -0.5 * plies.iter().map(|p| p.thickness).sum::<f64>();
@@ -117,7 +117,7 @@ pub(in crate::model) fn sums(plies: &[Ply]) -> (Matrix6<f64>, [f64; 3]) {
 
 impl Ply {
     /// Reduced stiffness in the axes of the laminate: σ = Q̄ (εx, εy, γxy).
-    pub(in crate::model) fn stiffness(&self) -> Matrix3<f64> {
+    pub(crate) fn stiffness(&self) -> Matrix3<f64> {
         let one = 1.0 - self.nu12 * self.nu12 * self.e2 / self.e1;
         let (q11, q22, q12, q66) = (self.e1 / one, self.e2 / one, self.nu12 * self.e2 / one, self.g12);
         let (s, c) = self.angle.sin_cos();

@@ -5,19 +5,65 @@ use super::laminate::{Ply, Strip, strip};
 use super::plate::{PLATE, plate};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// The numbers of a ply, in the order of [`LayUp`].
-pub(super) type PlyOf<T> = [T; 9];
+/// Elastic constants of a ply as functions of θ.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Constants {
+    /// E, nu.
+    Isotropic([Affine; 2]),
+    /// E1, E2, G12, nu12, G13, G23.
+    Orthotropic([Affine; 6]),
+}
+
+/// A ply as functions of θ.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct PlyOf {
+    pub(super) constants: Constants,
+    /// Density, angle, thickness.
+    pub(super) sizes: [Affine; 3],
+}
+
+impl PlyOf {
+    fn numbers(&self) -> impl Iterator<Item = &Affine> {
+        let constants = match &self.constants {
+            Constants::Isotropic(c) => &c[..],
+            Constants::Orthotropic(c) => &c[..],
+        };
+        constants.iter().chain(&self.sizes)
+    }
+
+    fn map(&self, of: impl Fn(&Affine) -> Affine) -> Self {
+        let constants = match &self.constants {
+            Constants::Isotropic(c) => Constants::Isotropic(c.each_ref().map(&of)),
+            Constants::Orthotropic(c) => Constants::Orthotropic(c.each_ref().map(&of)),
+        };
+        Self { constants, sizes: self.sizes.each_ref().map(&of) }
+    }
+
+    /// The ply at θ.
+    pub(super) fn at(&self, theta: &[f64]) -> Ply {
+        let [density, angle, thickness] = self.sizes.each_ref().map(|a| a.at(theta));
+        let [e1, e2, g12, nu12, g13, g23] = match &self.constants {
+            Constants::Isotropic(c) => {
+                let [e, nu] = c.each_ref().map(|a| a.at(theta));
+                let g = e / (2.0 * (1.0 + nu));
+                [e, e, g, nu, g, g]
+            }
+            Constants::Orthotropic(c) => c.each_ref().map(|a| a.at(theta)),
+        };
+        Ply { e1, e2, g12, nu12, g13, g23, density, angle, thickness }
+    }
+}
 
 /// Names of what a strip has, as properties of a beam, in the order in which a lay-up gives it.
 pub(super) const STRIP: [&str; 8] =
     ["EA", "EIy", "EIz", "GJ", "mass_per_length", "polar_inertia_per_length", "bend_twist_y", "mass_offset_z"];
 
-/// Plies from the side of small z: E1, E2, G12, nu12, G13, G23, density, angle and thickness of each.
+/// Plies from the side of small z.
 #[derive(Debug)]
 pub struct LayUp {
     /// The width of a strip; none of a plate.
     width: Option<Affine>,
-    plies: Vec<PlyOf<Affine>>,
+    plies: Vec<PlyOf>,
     /// Parameters that move any of them, sorted.
     parameters: Vec<usize>,
     /// Their values at the last point, and what the plies were there: all elements of a section ask the same.
@@ -30,15 +76,10 @@ impl PartialEq for LayUp {
     }
 }
 
-/// The ply of some numbers.
-pub(super) fn ply_of([e1, e2, g12, nu12, g13, g23, density, angle, thickness]: PlyOf<f64>) -> Ply {
-    Ply { e1, e2, g12, nu12, g13, g23, density, angle, thickness }
-}
-
 impl LayUp {
     /// * `width` - of a strip; none of a plate
-    pub(super) fn new(width: Option<Affine>, plies: Vec<PlyOf<Affine>>) -> Self {
-        let all = plies.iter().flatten().chain(&width);
+    pub(super) fn new(width: Option<Affine>, plies: Vec<PlyOf>) -> Self {
+        let all = plies.iter().flat_map(PlyOf::numbers).chain(&width);
         let mut parameters: Vec<usize> = all.flat_map(|a| a.terms.iter().map(|t| t.0)).collect();
         parameters.sort_unstable();
         parameters.dedup();
@@ -59,7 +100,7 @@ impl LayUp {
     /// # Errors
     /// Plies that are no strip.
     pub(super) fn found(&self, theta: &[f64]) -> Result<Vec<f64>, String> {
-        let plies: Vec<Ply> = self.plies.iter().map(|p| ply_of(p.each_ref().map(|a| a.at(theta)))).collect();
+        let plies: Vec<Ply> = self.plies.iter().map(|p| p.at(theta)).collect();
         let Some(width) = &self.width else { return Ok(plate(&plies).to_vec()) };
         let s: Strip = strip(width.at(theta), &plies)?;
         let rest = [s.mass_per_length, s.polar_inertia_per_length, s.bend_twist_y, s.mass_offset_z];
@@ -111,7 +152,7 @@ impl Rigidity {
             return self.clone();
         }
         let changed = |a: &Affine| a.with_parameters(of);
-        let plies = self.lay_up.plies.iter().map(|ply| ply.each_ref().map(changed)).collect();
+        let plies = self.lay_up.plies.iter().map(|ply| ply.map(changed)).collect();
         Self { lay_up: Arc::new(LayUp::new(self.lay_up.width.as_ref().map(changed), plies)), which: self.which }
     }
 }

@@ -47,6 +47,7 @@ mod place;
 mod placed_element;
 mod placed_matrices;
 mod plate;
+mod plied;
 #[cfg(test)]
 mod plies_tests;
 mod polynomial;
@@ -80,6 +81,7 @@ pub(crate) use geometry::{AXES, GLOBAL, cross, dot, extent, images, minus, plus,
 pub use geometry::{Frame, Geometry};
 pub(crate) use inside::stretch_name;
 pub(crate) use joined::Joined;
+pub(crate) use laminate::{Ply, sums};
 pub use lay_up::{LayUp, Rigidity};
 pub use lint::{Soundness, doubts, lint};
 pub use load::{load, load_configuration, load_in, solver_runs};
@@ -87,6 +89,7 @@ pub use mass_properties::MassProperties;
 pub use parameter::{Parameter, ParameterSet};
 pub use placed_element::PlacedElement;
 pub use placed_matrices::{PlacedDof, PlacedMatrices};
+pub(crate) use plied::plied;
 pub use reduced::{ReducedModel, ReducedOptions};
 pub use registry::Registry;
 pub use solver::{Matrices, ModalSolver, differentiate_in_clusters, solve_modes};

@@ -110,11 +110,11 @@ pub(super) struct Section {
     pub(super) coupling: Option<[[f64; 3]; 3]>,
     /// Transverse shear xz, yz, N/m.
     pub(super) shear: [[f64; 2]; 2],
-    /// Against drilling, N/m: the membrane's own shear rigidity, in the material's axes.
+    /// Against drilling, N/m: the membrane's own shear rigidity, in the mean over all directions.
     pub(super) drilling: f64,
-    /// The plate's twisting rigidity in the material's axes, N m.
+    /// The plate's twisting rigidity, in the mean over all directions, N m.
     pub(super) twisting: f64,
-    /// A12²/(A11 A22) in the material's axes, Poisson's ratio squared.
+    /// (A12/A11)² of the mean over all directions, Poisson's ratio squared.
     pub(super) poisson2: f64,
 }
 
@@ -123,6 +123,12 @@ struct Material {
     plane: [[f64; 3]; 3],
     along: f64,
     across: f64,
+    drilling: f64,
+}
+
+/// The shear stiffness in the plane, in the mean over all directions: it does not depend on the axes in which plies are described.
+fn mean_shear(m: &[[f64; 3]; 3]) -> f64 {
+    (m[0][0] + m[1][1] - 2.0 * m[0][1] + 4.0 * m[2][2]) / 8.0
 }
 
 const ORTHOTROPIC: &str = "an orthotropic shell needs E1, E2, nu12, G12, G13 and G23";
@@ -142,7 +148,7 @@ fn material(input: &ElementInput<'_>) -> Result<Option<Material>, ElementError> 
         Given::Isotropic([e, nu]) => {
             let (a, g) = (e / (1.0 - nu * nu), e / (2.0 * (1.0 + nu)));
             let plane = [[a, nu * a, 0.0], [nu * a, a, 0.0], [0.0, 0.0, g]];
-            Ok(Some(Material { plane, along: g, across: g }))
+            Ok(Some(Material { plane, along: g, across: g, drilling: g }))
         }
         Given::Orthotropic([e1, e2, nu12, g12, g13, g23]) => {
             let rest = 1.0 - nu12 * nu12 * e2 / e1;
@@ -152,7 +158,7 @@ fn material(input: &ElementInput<'_>) -> Result<Option<Material>, ElementError> 
             }
             let coupling = nu12 * e2 / rest;
             let plane = [[e1 / rest, coupling, 0.0], [coupling, e2 / rest, 0.0], [0.0, 0.0, g12]];
-            Ok(Some(Material { plane, along: g13, across: g23 }))
+            Ok(Some(Material { plane, along: g13, across: g23, drilling: mean_shear(&plane) }))
         }
     }
 }
@@ -246,8 +252,8 @@ pub(super) fn section(input: &ElementInput<'_>, material_angle: f64) -> Result<O
             bending: turned(plies.bending),
             coupling: is_coupled.then(|| turned(plies.coupling)),
             shear: turned_shear(plies.shear),
-            drilling: plies.membrane[2][2],
-            twisting: plies.bending[2][2],
+            drilling: mean_shear(&plies.membrane),
+            twisting: mean_shear(&plies.bending),
             poisson2: poisson2(&plies.membrane),
         }));
     }
@@ -264,14 +270,17 @@ pub(super) fn section(input: &ElementInput<'_>, material_angle: f64) -> Result<O
         bending: plane.map(|row| row.map(|v| v * bending)),
         coupling: None,
         shear: turned_shear([[m.along, 0.0], [0.0, m.across]]).map(|row| row.map(|v| v * transverse)),
-        drilling: m.plane[2][2] * thickness,
-        twisting: m.plane[2][2] * bending,
+        drilling: m.drilling * thickness,
+        twisting: m.drilling * bending,
         poisson2: poisson2(&m.plane),
     }))
 }
 
-fn poisson2(plane: &[[f64; 3]; 3]) -> f64 {
-    plane[0][1] * plane[0][1] / (plane[0][0] * plane[1][1])
+/// The square of Poisson's ratio, of directed material that of its mean over all directions.
+fn poisson2(m: &[[f64; 3]; 3]) -> f64 {
+    let normal = 3.0 * (m[0][0] + m[1][1]) + 2.0 * m[0][1] + 4.0 * m[2][2];
+    let across = m[0][0] + m[1][1] + 6.0 * m[0][1] - 4.0 * m[2][2];
+    (across / normal).powi(2)
 }
 
 /// The forces by width of the preload in the plane's axes, N/m; `None` where there is none.

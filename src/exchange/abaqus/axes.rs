@@ -1,6 +1,6 @@
 //! Axes: orientations of materials and springs, and displacement axes of nodes.
 
-use super::importer::{Importer, word};
+use super::importer::{Importer, Solver, word};
 use super::scopes::{At, axes};
 use crate::deck::{DeckError, Keyword};
 use crate::exchange::coord::{Coord, Kind};
@@ -35,6 +35,15 @@ impl Orientation {
         axes[p] = plus(a.map(|v| v * cos), sin, b);
         axes[q] = plus(b.map(|v| v * cos), -sin, a);
         axes
+    }
+
+    /// The direction on a shell from which its material is turned by an angle about the normal, rad. For Abaqus the axis behind the one
+    /// about which it turns, for CalculiX its own first axis.
+    pub(super) fn on_shell(&self, point: [f64; 3], solver: Solver) -> ([f64; 3], f64) {
+        match solver {
+            Solver::Abaqus => (self.axes_at(point)[self.axis % 3], self.angle),
+            Solver::CalculiX => (self.turned_at(point)[0], 0.0),
+        }
     }
 
     fn is_rectangular(&self) -> bool {

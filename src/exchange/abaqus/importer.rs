@@ -41,7 +41,7 @@ pub(super) struct Importer<'a> {
     pub sectioned: Vec<Vec<u32>>,
     /// Where the elements of the model file that an element became stand in their group: group, first, number.
     pub written: HashMap<At, [u32; 3]>,
-    pub sections: HashMap<(usize, &'static str), String>,
+    pub sections: HashMap<(usize, String), String>,
     /// Groups in the order in which they were made: name, members, whether it is of a section with stiffness.
     pub groups: Vec<(String, Vec<String>, bool)>,
     pub ties: Vec<Tied>,
@@ -130,6 +130,18 @@ impl<'a> Importer<'a> {
     /// The same of an entry of an inertia, with the sign that the deck's convention gives it.
     pub(super) fn bind_inertia(&self, axes: &str, place: (usize, usize, usize), sign: f64) {
         self.bind_by(format!("inertia_{axes}"), place, sign * self.options.system.factor(Quantity::Inertia));
+    }
+
+    /// Does something of which what is bound stands below a path.
+    pub(super) fn below<T>(&self, path: &str, make: impl FnOnce() -> T) -> T {
+        let before = self.bounds.take();
+        let out = make();
+        let mut own = self.bounds.take();
+        for bound in &mut own {
+            bound.property = format!("{path}.{}", bound.property);
+        }
+        self.bounds.replace([before, own].concat());
+        out
     }
 
     /// What was bound since the last time.
@@ -226,10 +238,10 @@ impl<'a> Importer<'a> {
     pub(super) fn section(
         &mut self,
         k: &Keyword<'_>,
-        variant: &'static str,
+        variant: &str,
         make: impl FnOnce(&mut Self) -> Result<Values, DeckError>,
     ) -> Result<String, DeckError> {
-        if let Some(name) = self.sections.get(&(k.index(), variant)) {
+        if let Some(name) = self.sections.get(&(k.index(), variant.to_string())) {
             return Ok(name.clone());
         }
         self.bound();
@@ -237,7 +249,7 @@ impl<'a> Importer<'a> {
         let label = k.label("ELSET").unwrap_or_default();
         let name = self.section_names.unique(&section_word(k, &label));
         self.out.entry(Block::Sections, &name, &crate::exchange::writer::map(&values), "");
-        self.sections.insert((k.index(), variant), name.clone());
+        self.sections.insert((k.index(), variant.to_string()), name.clone());
         self.origins.sections.insert(name.clone(), (k.index(), self.bound()));
         Ok(name)
     }

@@ -12,6 +12,7 @@ mod gather;
 mod importer;
 mod keywords;
 mod kinds;
+mod layers;
 mod links;
 mod materials;
 mod members;

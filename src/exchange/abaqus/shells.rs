@@ -2,25 +2,36 @@
 
 use super::elastic::Material;
 use super::importer::{Importer, Solver, Values};
-use crate::deck::{DataLine, DeckError, Keyword};
+use super::layers;
+use crate::deck::{DeckError, Keyword};
 use crate::exchange::motions::angle_from_global;
 use crate::exchange::system::Quantity as Q;
 use crate::exchange::writer::{Block, computed, map};
-use crate::model::{cross, minus, plus, unit};
+use crate::model::{plus, unit};
 
-/// What a section of shells says beside its material.
+/// What a section of shells says.
 struct Layer {
-    material: Material,
+    material: Layers,
     thickness: f64,
     /// From the nodes to the mid-surface.
     offset: f64,
-    /// Of the material's first direction from that of the orientation, rad.
-    angle: f64,
+    /// Mass by area that stands in place of the material's, in the deck's unit.
+    mass_per_area: Option<f64>,
 }
 
-fn thickness(line: &DataLine<'_>, i: usize) -> Result<f64, DeckError> {
-    let t = line.real(i, "thickness")?;
-    if t > 0.0 { Ok(t) } else { Err(line.error(Some((i, "thickness")), "it must be above zero")) }
+enum Layers {
+    /// One material, its first direction turned from that of the orientation by an angle, rad.
+    One(Box<Material>, f64),
+    Plies(layers::LayUp),
+}
+
+impl Layers {
+    fn is_directed(&self) -> bool {
+        match self {
+            Layers::One(material, _) => material.elastic.is_some_and(|e| !e.is_isotropic()),
+            Layers::Plies(_) => true,
+        }
+    }
 }
 
 fn layer(importer: &mut Importer<'_>, k: &Keyword<'_>) -> Result<Layer, DeckError> {
@@ -30,13 +41,19 @@ fn layer(importer: &mut Importer<'_>, k: &Keyword<'_>) -> Result<Layer, DeckErro
             k.error(format_args!("its parameter {name} is not read; give thickness and material on the section"))
         );
     }
-    let mut out = if k.parameter("COMPOSITE").is_some() {
-        laminate(importer, k)?
+    let (material, thickness) = if k.parameter("COMPOSITE").is_some() {
+        let lay_up = layers::read(k)?;
+        let thickness = lay_up.thickness();
+        match lay_up.one(importer, k)? {
+            Some((material, angle)) => (Layers::One(Box::new(material), angle), thickness),
+            None => (Layers::Plies(lay_up), thickness),
+        }
     } else {
         let material = importer.material(k)?;
         let line = k.needs_line(0, "the thickness")?;
-        Layer { material, thickness: thickness(&line, 0)?, offset: 0.0, angle: 0.0 }
+        (Layers::One(Box::new(material), 0.0), layers::thickness(&line, 0)?)
     };
+    let mut out = Layer { material, thickness, offset: 0.0, mass_per_area: None };
     // The deck's offset goes from the mid-surface to the nodes, in thicknesses.
     out.offset = match k.label("OFFSET").as_deref() {
         None => 0.0,
@@ -54,42 +71,11 @@ fn layer(importer: &mut Importer<'_>, k: &Keyword<'_>) -> Result<Layer, DeckErro
     if let Some(text) = k.parameter("DENSITY") {
         match text.parse::<f64>() {
             // Of a general section it is a mass by area.
-            Ok(v) if v >= 0.0 && v.is_finite() => {
-                out.material.density = Some(v / out.thickness).filter(|v| *v > 0.0);
-                out.material.density_at = None;
-            }
+            Ok(v) if v >= 0.0 && v.is_finite() => out.mass_per_area = Some(v),
             _ => return Err(k.error("DENSITY must be a number, zero or above")),
         }
     }
     Ok(out)
-}
-
-/// A laminate is read where its plies make one plate: all of one material and angle.
-fn laminate(importer: &mut Importer<'_>, k: &Keyword<'_>) -> Result<Layer, DeckError> {
-    let mut plies: Vec<(String, f64, f64)> = Vec::new();
-    for line in k.lines().filter(|l| !l.is_empty()) {
-        // Thickness, points, material, angle or orientation.
-        let angle = match line.text(3) {
-            "" => 0.0,
-            _ => line.real(3, "angle").map_err(|_| {
-                line.error(Some((3, "angle")), "an angle in degrees is expected; orientations of plies are not read")
-            })?,
-        };
-        plies.push((crate::deck::label(line.text(2)), thickness(&line, 0)?, angle));
-    }
-    let Some((name, _, angle)) = plies.first().cloned() else { return Err(k.error("it has no plies")) };
-    let material = importer.material_of(k, &name)?;
-    let is_one =
-        plies.iter().all(|p| p.0 == name && (p.2 == angle || material.elastic.is_some_and(|e| e.is_isotropic())));
-    if !is_one {
-        return Err(
-            k.error("a laminate of several materials or angles is not read; give one with equivalent constants")
-        );
-    }
-    // Of a symmetric laminate one half is given.
-    let twice = if k.parameter("SYMMETRIC").is_some() { 2.0 } else { 1.0 };
-    let total = twice * plies.iter().map(|p| p.1).sum::<f64>();
-    Ok(Layer { material, thickness: total, offset: 0.0, angle: angle.to_radians() })
 }
 
 /// Writes the shells of a SHELL SECTION.
@@ -105,7 +91,7 @@ pub(super) fn section(
         let text = format!("*{} of shells is left out: they have the 5/6 G t of a solid plate", below.name());
         importer.report.approximate(text);
     }
-    let is_directed = layer.material.elastic.is_some_and(|e| !e.is_isotropic());
+    let is_directed = layer.material.is_directed();
     let orientation = match k.label("ORIENTATION").filter(|_| is_directed) {
         Some(name) => Some(importer.orientation(k, instance, &name)?),
         None => None,
@@ -116,12 +102,34 @@ pub(super) fn section(
     for at in elements {
         let kind = importer.kind(*at);
         let is_lumped = kind.is_first_order && importer.options.solver == Solver::Abaqus;
-        let section = importer.section(k, if is_lumped { "shell_lumped" } else { "shell" }, |importer| {
+        let centre = importer.centre(*at);
+        let base = orientation.as_ref().map(|o| o.on_shell(centre, importer.options.solver));
+        let turned = match &layer.material {
+            Layers::Plies(lay_up) => lay_up.angles(importer, k, (instance, *at), base)?,
+            Layers::One(..) => Vec::new(),
+        };
+        let kind_of = if is_lumped { "shell_lumped" } else { "shell" };
+        let section = importer.section(k, &layers::variant(kind_of, &turned), |importer| {
             let mut values: Values = Vec::new();
-            importer.elastic(k, &layer.material, true, &mut values)?;
-            values.push(("thickness".into(), importer.computed(layer.thickness, Q::Length)));
-            if k.parameter("COMPOSITE").is_none() {
-                importer.bind("thickness", (k.index(), 0, 0), Q::Length);
+            match &layer.material {
+                Layers::One(material, _) => {
+                    let mut own = **material;
+                    if layer.mass_per_area.is_some() {
+                        (own.density, own.density_at) = (None, None);
+                    }
+                    importer.elastic(k, &own, true, &mut values)?;
+                    values.push(("thickness".into(), importer.computed(layer.thickness, Q::Length)));
+                    if k.parameter("COMPOSITE").is_none() {
+                        importer.bind("thickness", (k.index(), 0, 0), Q::Length);
+                    }
+                    let by_volume = layer.mass_per_area.map(|m| m / layer.thickness).filter(|rho| *rho > 0.0);
+                    values.extend(by_volume.map(|rho| ("density".into(), importer.computed(rho, Q::Density))));
+                }
+                Layers::Plies(lay_up) => {
+                    lay_up.write(importer, k, &turned, layer.mass_per_area.is_none(), &mut values)?;
+                    let by_area = layer.mass_per_area.filter(|m| *m > 0.0);
+                    values.extend(by_area.map(|m| ("mass_per_area".into(), importer.computed(m, Q::MassPerArea))));
+                }
             }
             if layer.offset != 0.0 {
                 values.push(("offset".into(), importer.computed(layer.offset, Q::Length)));
@@ -140,32 +148,19 @@ pub(super) fn section(
                 ("section".to_string(), section.clone()),
             ];
             let corners: Vec<[f64; 3]> = order.iter().map(|i| points[*i]).collect();
-            let normal = match corners.len() {
-                4 => cross(minus(corners[2], corners[0]), minus(corners[3], corners[1])),
-                _ => cross(minus(corners[1], corners[0]), minus(corners[2], corners[0])),
-            };
-            let Some(normal) = unit(normal) else {
+            let Some(normal) = layers::normal(&corners) else {
                 return Err(importer.at_element(*at, "its nodes span no area"));
             };
             if is_directed {
-                let is_expanded = importer.options.solver == Solver::CalculiX;
-                let direction = match &orientation {
-                    // CalculiX makes solids of shells, whose first direction is that of the orientation; measured with its version 2.20.
-                    Some(o) if is_expanded => o.turned_at(importer.centre(*at))[0],
-                    // The axis behind the one about which it turns is projected onto the shell.
-                    Some(o) => o.axes_at(importer.centre(*at))[o.axis % 3],
-                    // Global x, or z where x is within 0.1 degrees of the normal.
-                    None if normal[0].abs() < 0.1_f64.to_radians().cos() => [1.0, 0.0, 0.0],
-                    None => [0.0, 0.0, 1.0],
-                };
+                let (direction, more) = base.unwrap_or_else(|| (layers::default_direction(normal), 0.0));
                 let along = plus(direction, -crate::model::dot(direction, normal), normal);
                 if unit(along).is_none_or(|_| crate::model::dot(along, along) < 1e-12) {
                     return Err(
                         importer.at_element(*at, "its ORIENTATION has the material's direction along the normal")
                     );
                 }
-                let more = orientation.as_ref().filter(|_| !is_expanded).map_or(0.0, |o| o.angle) + layer.angle;
-                let angle = angle_from_global(normal, direction) + more;
+                let own = if let Layers::One(_, angle) = &layer.material { *angle } else { 0.0 };
+                let angle = angle_from_global(normal, direction) + more + own;
                 values.push(("properties".to_string(), format!("{{angle: {} rad}}", computed(angle))));
             }
             importer.element(Block::Elements, *at, part, &map(&values));

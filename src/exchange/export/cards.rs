@@ -128,23 +128,29 @@ impl Work<'_> {
     /// A copy of a card with a new number and new values, added; the number.
     fn copy(&mut self, card: CardId, fields: &Fields) -> Option<u32> {
         let number = self.number();
-        let lines = self.copied(card, number, fields, None)?;
+        let lines = self.copied(card, number, fields, &[])?;
         let read = self.deck.card(card);
         self.told.push(format!("added: {} {number}, a copy of {} {}", read.name(), read.name(), read.text(2)));
         self.changes.add(lines);
         Some(number)
     }
 
-    /// Lines of a copy: the text of the card with a new number, values and material.
-    fn copied(&mut self, card: CardId, number: u32, fields: &Fields, material: Option<u32>) -> Option<Vec<String>> {
+    /// Lines of a copy: the text of the card with a new number, values and materials by field.
+    fn copied(
+        &mut self,
+        card: CardId,
+        number: u32,
+        fields: &Fields,
+        materials: &[(usize, u32)],
+    ) -> Option<Vec<String>> {
         let text = self.deck.text_of(card);
         let own = Deck::read(Path::new("copy"), &mut |_| Ok(text.clone().into_bytes()));
         let Ok(own) = own else { return None };
         let id = own.cards().next()?;
         let mut changes = Changes::default();
         let mut done = changes.integer(&own, (id, 2, "ID"), number);
-        if let Some(material) = material {
-            done = done.and_then(|()| changes.integer(&own, (id, 3, "MID"), material));
+        for &(field, material) in materials {
+            done = done.and_then(|()| changes.integer(&own, (id, field, "MID"), material));
         }
         for &(field, name, value) in fields {
             match changes.real(&own, (id, field, name), value) {
@@ -161,8 +167,9 @@ impl Work<'_> {
 
     /// Elements refer to copies: a property that was copied, or a copy of a property because its material was.
     fn refer(&mut self, moved: &HashMap<String, Moves>) {
-        // Property, copy of the property, copy of the material -> elements.
-        let mut chains: BTreeMap<(CardId, Option<u32>, Option<u32>), Vec<String>> = BTreeMap::new();
+        // Property, copy of the property, its fields of materials that were copied -> elements.
+        type Chain = (CardId, Option<u32>, Vec<(usize, u32)>);
+        let mut chains: BTreeMap<Chain, Vec<String>> = BTreeMap::new();
         let mut names: Vec<String> = moved.keys().cloned().collect();
         names.sort();
         for element in names {
@@ -172,8 +179,11 @@ impl Work<'_> {
             };
             let to = &moved[&element];
             let own = to.get(&property).copied();
-            let material = to.iter().find(|(card, _)| **card != property).map(|(_, n)| *n);
-            chains.entry((property, own, material)).or_default().push(element);
+            let copied = to.iter().filter(|(card, _)| **card != property);
+            let fields =
+                copied.flat_map(|(card, n)| self.fields_of_material(property, *card).into_iter().map(|f| (f, *n)));
+            let materials = fields.collect();
+            chains.entry((property, own, materials)).or_default().push(element);
         }
         let mut all: BTreeMap<CardId, usize> = BTreeMap::new();
         let mut properties: Vec<CardId> = self.origins.elements.values().filter_map(|o| o.property).collect();
@@ -181,40 +191,59 @@ impl Work<'_> {
         for property in properties {
             *all.entry(property).or_default() += 1;
         }
-        for ((property, own, material), elements) in chains {
-            let target = match (own, material) {
-                (Some(number), None) => Some(number),
+        for ((property, own, materials), elements) in chains {
+            let target = match own {
+                Some(number) if materials.is_empty() => Some(number),
+                Some(_) => {
+                    self.refuse(format!("{}: property and material of some of its elements change at once; give them a property of their own in the deck", self.deck.error(property, None, "it")));
+                    continue;
+                }
+                None if materials.is_empty() => None,
                 // All elements of the property: it refers to the new material itself.
-                (None, Some(material)) if all.get(&property) == Some(&elements.len()) => {
-                    match self.changes.integer(self.deck, (property, 3, "MID"), material) {
-                        Ok(()) => {
-                            let read = self.deck.card(property);
-                            let (file, line) = read.place();
-                            let (name, id, old) = (read.name(), read.text(2), read.text(3));
-                            self.told.push(format!("{file}:{line}: {name} {id}, MID: {old} -> {material}"));
+                None if all.get(&property) == Some(&elements.len()) => {
+                    for (field, material) in materials {
+                        match self.changes.integer(self.deck, (property, field, "MID"), material) {
+                            Ok(()) => {
+                                let read = self.deck.card(property);
+                                let (file, line) = read.place();
+                                let (name, id, old) = (read.name(), read.text(2), read.text(field));
+                                self.told.push(format!("{file}:{line}: {name} {id}, MID: {old} -> {material}"));
+                            }
+                            Err(e) => self.refuse(e.to_string()),
                         }
-                        Err(e) => self.refuse(e.to_string()),
                     }
                     None
                 }
-                (_, Some(material)) => {
+                None => {
                     let number = self.number();
-                    if own.is_some() {
-                        self.refuse(format!("{}: property and material of some of its elements change at once; give them a property of their own in the deck", self.deck.error(property, None, "it")));
-                        continue;
-                    }
-                    let Some(lines) = self.copied(property, number, &Vec::new(), Some(material)) else { continue };
+                    let Some(lines) = self.copied(property, number, &Vec::new(), &materials) else { continue };
                     self.changes.add(lines);
-                    self.told
-                        .push(format!("added: {} {number}, a copy with material {material}", self.deck.name(property)));
+                    let shown: Vec<String> = materials.iter().map(|m| m.1.to_string()).collect();
+                    self.told.push(format!(
+                        "added: {} {number}, a copy with material {}",
+                        self.deck.name(property),
+                        shown.join(", ")
+                    ));
                     Some(number)
                 }
-                (None, None) => None,
             };
             if let Some(number) = target {
                 self.point(&elements, number);
             }
         }
+    }
+
+    /// The fields of a property that name a material.
+    fn fields_of_material(&self, property: CardId, material: CardId) -> Vec<usize> {
+        let read = self.deck.card(property);
+        let mid = self.deck.card(material).text(2).to_string();
+        let all: Vec<usize> = match read.name() {
+            "PSHELL" => vec![3, 5, 7, 12],
+            "PCOMP" => (10..=read.len()).step_by(4).collect(),
+            "PCOMPG" => (11..=read.len()).step_by(8).collect(),
+            _ => return vec![3],
+        };
+        all.into_iter().filter(|f| read.text(*f) == mid).collect()
     }
 
     /// Writes the number of a property onto elements.

@@ -1,7 +1,7 @@
 //! An updated model held against the one that its deck gives: what is no value and cannot be written, and what each value should be.
 
 use crate::element::Property;
-use crate::model::{Model, ModelSpec, PlacedElement, Value, spec::Named};
+use crate::model::{Model, ModelSpec, ParametricModel, PlacedElement, Value, plied, spec::Named};
 
 /// Values that differ by less are the same: the same text gives the same bits, and sums of products differ by rounding.
 pub(super) const SAME: f64 = 1e-12;
@@ -68,24 +68,13 @@ pub(super) type Wanted = (usize, Option<f64>, Option<f64>);
 
 /// Each property of an element: its place, its value as the deck gives it, and the one that it should have, with the factors on the whole
 /// stiffness and mass in it.
-///
-/// # Errors
-/// A factor on a whole matrix that no property carries.
-pub(super) fn wanted(
-    old: &PlacedElement,
-    new: &PlacedElement,
-    theta0: &[f64],
-    theta: &[f64],
-) -> Result<Vec<Wanted>, String> {
+pub(super) fn wanted(old: &PlacedElement, new: &PlacedElement, theta0: &[f64], theta: &[f64]) -> Vec<Wanted> {
     let factor = |v: &Option<Value>, at: &[f64]| v.as_ref().map_or(1.0, |v| v.at(at));
     let k = factor(&new.stiffness_factor, theta) / factor(&old.stiffness_factor, theta0);
     let m = factor(&new.mass_factor, theta) / factor(&old.mass_factor, theta0);
-    if (k != 1.0 || m != 1.0) && !scales(old.kind.name()) {
-        return Err(format!("{}: a factor on the whole matrix of a {} has no field", new.path, old.kind.name()));
-    }
     let (before, after) = (old.values_at(theta0), new.values_at(theta));
     let each = old.kind.properties().iter().zip(before.into_iter().zip(after)).enumerate();
-    Ok(each.map(|(i, (property, (b, a)))| (i, b, a.map(|v| v * scale(property, k, m)))).collect())
+    each.map(|(i, (property, (b, a)))| (i, b, a.map(|v| v * scale(property, k, m)))).collect()
 }
 
 /// Factor of a property where the whole stiffness is multiplied by `k` and the whole mass by `m`: moduli and spring constants carry the
@@ -93,16 +82,71 @@ pub(super) fn wanted(
 fn scale(property: &Property, k: f64, m: f64) -> f64 {
     match property.name {
         "E" | "G" | "E1" | "E2" | "E3" | "G12" | "G13" | "G23" | "EA" | "EIy" | "EIz" | "GJ" | "k" => k,
-        "density" | "mass" | "added_mass_per_length" | "mass_per_length" | "mass_per_area" => m,
+        "density"
+        | "mass"
+        | "added_mass_per_length"
+        | "mass_per_length"
+        | "mass_per_area"
+        | "areal_mass"
+        | "areal_moment"
+        | "areal_inertia" => m,
         "shear_compliance_y" | "shear_compliance_z" => 1.0 / k,
-        name if name.starts_with("k_") => k,
+        name if name.starts_with("k_") || is_rigidity(name) => k,
         name if name.starts_with("inertia_") || name.starts_with("m_") => m,
         "polar_inertia_per_length" | "rotary_inertia_y" | "rotary_inertia_z" => m,
         _ => 1.0,
     }
 }
 
-/// Kinds of elements of which [`scale`] knows every property.
-fn scales(kind: &str) -> bool {
-    !matches!(kind, "bar")
+/// Whether a property is a rigidity of plies, `A11` to `S44`.
+fn is_rigidity(name: &str) -> bool {
+    let mut letters = name.chars();
+    letters.next().is_some_and(|c| "ABDS".contains(c)) && name.len() == 3 && letters.all(|c| c.is_ascii_digit())
+}
+
+/// Numbers of plies by their paths: as the deck gives them, and as they should be.
+pub(super) type Plies = Vec<(String, f64, f64)>;
+
+/// What the plies of an element should be: paths of numbers with their values as the deck gives them and as they should be; none where it has no
+/// plies.
+///
+/// # Errors
+/// Rigidities or masses that are not those of the plies.
+pub(super) fn plies(
+    (base, old): (&Model, &PlacedElement),
+    (updated, new): (&Model, &PlacedElement),
+) -> Result<Option<Plies>, String> {
+    let section = |e: &PlacedElement| e.section.clone();
+    let Some(before) = section(old).and_then(|s| plied(base, &s)) else { return Ok(None) };
+    let other = || format!("{}: it has plies in the deck no more, and export writes values only", new.path);
+    let after = section(new).and_then(|s| plied(updated, &s)).ok_or_else(other)?;
+    if before.numbers.len() != after.numbers.len() || before.numbers.iter().zip(&after.numbers).any(|(a, b)| a.0 != b.0)
+    {
+        return Err(other());
+    }
+    let (theta0, theta) = (base.parameters().nominal(), updated.parameters().nominal());
+    let factor = |v: &Option<Value>, at: &[f64]| v.as_ref().map_or(1.0, |v| v.at(at));
+    let k = factor(&new.stiffness_factor, &theta) / factor(&old.stiffness_factor, &theta0);
+    let m = factor(&new.mass_factor, &theta) / factor(&old.mass_factor, &theta0);
+    let has = new.values_at(&theta);
+    let value = |name: &str| new.kind.properties().iter().position(|p| p.name == name).and_then(|i| has[i]);
+    let size = after.rigidities.iter().map(|r| r.1.abs()).fold(0.0, f64::max);
+    for (name, own) in &after.rigidities {
+        let has = value(name).unwrap_or(0.0);
+        if (has - own).abs() > 1e-9 * own.abs().max(has.abs()) && (has - own).abs() > 1e-15 * size {
+            return Err(format!("{}: `{name}` is not that of its plies, and the deck has plies alone", new.path));
+        }
+    }
+    let scaled = |name: &str| match name.rsplit('.').next().unwrap_or(name) {
+        "E" | "E1" | "E2" | "G12" | "G13" | "G23" => k,
+        "density" => m,
+        _ => 1.0,
+    };
+    let each = before.numbers.iter().zip(&after.numbers);
+    Ok(Some(each.map(|(a, b)| (a.0.clone(), a.1, b.1 * scaled(&b.0))).collect()))
+}
+
+/// Whether a property follows from plies.
+pub(super) fn is_of_plies(name: &str) -> bool {
+    is_rigidity(name) || name.starts_with("areal_")
 }

@@ -90,13 +90,13 @@ fn verify(deck: &KeywordDeck, files: &[String], options: ImportOptions, updated:
     for new in updated.elements() {
         let Some(old) = all.get(new.name.as_str()) else { continue };
         n_known += 1;
-        let Ok(wanted) = held::wanted(old, new, &theta0, &theta) else { continue };
+        let Ok(wanted) = all_wanted((&model, old), (updated, new), [&theta0, &theta]) else { continue };
         let mut differ: Vec<String> = Vec::new();
-        for (i, has, wants) in wanted {
+        for (name, has, wants) in wanted {
             let (has, wants) = (has.unwrap_or(0.0), wants.unwrap_or(0.0));
             let apart = (has - wants).abs() / has.abs().max(wants.abs()).max(f64::MIN_POSITIVE);
             if apart > SAME {
-                differ.push(format!("`{}`", old.kind.properties()[i].name));
+                differ.push(format!("`{name}`"));
             } else {
                 largest = largest.max(apart);
             }
@@ -115,6 +115,25 @@ fn verify(deck: &KeywordDeck, files: &[String], options: ImportOptions, updated:
         refused.push(format!("{here} elements were added to the model, and the deck holds {there} of them"));
     }
     if refused.is_empty() { Ok(largest) } else { Err(ExportError::Refused(refused)) }
+}
+
+/// A value of an element by its name or the path of its ply's number: as the deck gives it, and as it should be.
+type Values = Vec<(String, Option<f64>, Option<f64>)>;
+
+/// Every value of an element; of one of plies their numbers in place of what they give.
+fn all_wanted(
+    (base, old): (&Model, &PlacedElement),
+    (updated, new): (&Model, &PlacedElement),
+    [theta0, theta]: [&[f64]; 2],
+) -> Result<Values, String> {
+    let plies = held::plies((base, old), (updated, new))?;
+    let named = held::wanted(old, new, theta0, theta)
+        .into_iter()
+        .map(|(i, has, wants)| (old.kind.properties()[i].name.to_string(), has, wants));
+    let mut all: Values = named.filter(|w| plies.is_none() || !held::is_of_plies(&w.0)).collect();
+    let numbers = plies.into_iter().flatten();
+    all.extend(numbers.map(|(name, has, wants)| (name, Some(has), Some(wants))));
+    Ok(all)
 }
 
 /// What one element wants of an item: the keyword that uses it, the value in the deck's unit, whether that is another one than it has.
@@ -190,7 +209,7 @@ impl<'a> Work<'a> {
                 self.refuse(format!("{}: damping of an element has no item in the deck", new.path));
                 continue;
             }
-            let wanted = match held::wanted(old, new, &theta0, &theta) {
+            let wanted = match all_wanted((base, old), (updated, new), [&theta0, &theta]) {
                 Ok(wanted) => wanted,
                 Err(why) => {
                     self.refuse(why);
@@ -199,8 +218,8 @@ impl<'a> Work<'a> {
             };
             let Some((user, bounds)) = self.bounds_of(old) else { continue };
             for bound in bounds {
-                let property = old.kind.properties().iter().position(|p| p.name == bound.property);
-                let Some((_, has, wants)) = property.map(|i| wanted[i]) else { continue };
+                let found = wanted.iter().find(|w| w.0 == bound.property);
+                let Some(&(_, has, wants)) = found else { continue };
                 let is_new = !held::is_same(has, wants);
                 let value = if is_new { wants } else { has }.unwrap_or(0.0) / bound.factor;
                 wishes.entry(bound.place).or_default().push(Wish { user, value, is_new });
@@ -330,12 +349,21 @@ impl<'a> Work<'a> {
         self.told.push(format!("added: *MATERIAL {name}, a copy of {material} for {} sections", users.len()));
         for &user in users {
             let k = self.deck.keyword(user);
-            if let Err(e) = self.changes.parameter(self.deck, &k, "MATERIAL", &name) {
+            if let Err(e) = self.refer(&k, material, &name) {
                 self.refuse(e.to_string());
             }
             let (file, line) = k.place();
             self.told.push(format!("{file}:{line}: *{}, MATERIAL: {material} -> {name}", k.name()));
         }
+    }
+
+    /// Names another material on a section; on each of its plies that has the old one.
+    fn refer(&mut self, k: &Keyword<'_>, old: &str, new: &str) -> Result<(), DeckError> {
+        if k.parameter("COMPOSITE").is_none() {
+            return self.changes.parameter(self.deck, k, "MATERIAL", new);
+        }
+        let plies = k.lines().filter(|line| crate::deck::label(line.text(2)) == old);
+        plies.into_iter().try_for_each(|line| self.changes.item(&line, (2, "material"), new.to_string()))
     }
 
     /// Writes masses and springs to ground that the deck has not.

@@ -1,7 +1,7 @@
 //! Design variables of SOL 200: DESVAR, DLINK, DVPREL1, DVMREL1, DVCREL1 as parameters of the model.
 
 use super::{CardRule, left_out, refused, used};
-use crate::deck::{CardId, Deck, DeckError};
+use crate::deck::{Card, CardId, Deck, DeckError};
 use crate::exchange::names::slug;
 use crate::exchange::writer::{computed, with_unit};
 use std::collections::{BTreeMap, HashMap, HashSet};
@@ -22,10 +22,10 @@ pub(super) const CARDS: &[CardRule] = &[
     used("DEQATN", "targets"),
     used("DCONSTR", "targets"),
     used("DCONADD", "targets"),
-    left_out("DTABLE", "constants of equations"),
-    refused("DVPREL2", "properties by equations are not read; give DVPREL1"),
-    refused("DVMREL2", "materials by equations are not read; give DVMREL1"),
-    refused("DVCREL2", "connections by equations are not read; give DVCREL1"),
+    used("DTABLE", "constants of equations"),
+    used("DVPREL2", "parameters"),
+    used("DVMREL2", "parameters"),
+    used("DVCREL2", "parameters"),
     refused("DVGRID", "shapes as design variables are not read"),
     refused("DVSHAP", "shapes as design variables are not read"),
     refused("DVBSHAP", "shapes as design variables are not read"),
@@ -65,7 +65,46 @@ pub(super) struct Design {
 fn field_of(card: &str, name: &str) -> Option<usize> {
     let name = name.to_uppercase();
     let name = name.strip_suffix("(A)").unwrap_or(&name);
-    let list: &[(&str, usize)] = match card {
+    // A number counts the fields with those of continuations, ten a line.
+    if let Ok(n) = name.parse::<usize>() {
+        let (line, column) = (n.checked_sub(1)? / 10, (n - 1) % 10 + 1);
+        let field = 8 * line + column;
+        return ((2..=9).contains(&column) && is_known(card, field)).then_some(field);
+    }
+    if let Some((what, ply)) = of_ply(name) {
+        // Plies of PCOMP have four fields each, of PCOMPG a line.
+        let (first, stride) = match card {
+            "PCOMP" => (11, 4),
+            "PCOMPG" => (12, 8),
+            _ => return list_of(card).iter().find(|l| l.0 == name).map(|l| l.1),
+        };
+        return Some(first + stride * (ply - 1) + what);
+    }
+    list_of(card).iter().find(|l| l.0 == name).map(|l| l.1)
+}
+
+/// `T3` is the thickness of the third ply (0), `THETA3` its angle (1).
+fn of_ply(name: &str) -> Option<(usize, usize)> {
+    let (what, number) = match name.strip_prefix("THETA") {
+        Some(number) => (1, number),
+        None => (0, name.strip_prefix('T')?),
+    };
+    number.parse().ok().filter(|n| (1..=10_000).contains(n)).map(|n| (what, n))
+}
+
+/// Whether a field can follow variables.
+fn is_known(card: &str, field: usize) -> bool {
+    let is_of_ply = match card {
+        "PCOMP" => field >= 10 && matches!((field - 10) % 4, 1 | 2),
+        "PCOMPG" => field >= 10 && matches!((field - 10) % 8, 2 | 3),
+        _ => false,
+    };
+    is_of_ply || list_of(card).iter().any(|l| l.1 == field)
+}
+
+/// Names of fields of a card that can follow variables.
+fn list_of(card: &str) -> &'static [(&'static str, usize)] {
+    match card {
         "PBEAM" => &[("A", 4), ("I1", 5), ("IZ", 5), ("I2", 6), ("IY", 6), ("I12", 7), ("J", 8), ("NSM", 9)],
         "PBAR" => &[("A", 4), ("I1", 5), ("I2", 6), ("J", 7), ("NSM", 8), ("K1", 18), ("K2", 19), ("I12", 20)],
         "PROD" => &[("A", 4), ("J", 5), ("NSM", 7)],
@@ -112,9 +151,10 @@ fn field_of(card: &str, name: &str) -> Option<usize> {
         "PMASS" | "CMASS2" => &[("M", 3)],
         "CELAS2" => &[("K", 3)],
         "CONROD" => &[("A", 6), ("J", 7), ("NSM", 9)],
+        "PSHEAR" => &[("T", 4), ("NSM", 5)],
+        "PCOMP" | "PCOMPG" => &[("Z0", 3), ("NSM", 4)],
         _ => &[],
-    };
-    list.iter().find(|l| l.0 == name).map(|l| l.1)
+    }
 }
 
 impl Design {
@@ -124,6 +164,8 @@ impl Design {
         let mut taken: HashSet<String> = HashSet::new();
         let mut links = Vec::new();
         let mut wanted: HashMap<(&'static str, u32), Vec<CardId>> = HashMap::new();
+        let mut equations: HashMap<u32, CardId> = HashMap::new();
+        let mut constants: HashMap<String, f64> = HashMap::new();
         for id in deck.cards() {
             match deck.name(id) {
                 "DESVAR" => {
@@ -153,7 +195,16 @@ impl Design {
                     design.variables.push(Variable { card: id, id: number, name, label, value, bounds });
                 }
                 "DLINK" => links.push(id),
-                "DVPREL1" | "DVMREL1" | "DVCREL1" => {
+                "DEQATN" => {
+                    equations.insert(deck.card(id).id_at(2, "EQID")?, id);
+                }
+                "DTABLE" => {
+                    let card = deck.card(id);
+                    for n in (2..=card.len()).step_by(2).filter(|n| !card.is_blank(*n)) {
+                        constants.insert(card.text(n).to_uppercase(), card.real(n + 1, "VALU")?);
+                    }
+                }
+                "DVPREL1" | "DVMREL1" | "DVCREL1" | "DVPREL2" | "DVMREL2" | "DVCREL2" => {
                     let card = deck.card(id);
                     if let Some(kind) = known(card.text(3)) {
                         wanted.insert((kind, card.id_at(4, "ID")?), Vec::new());
@@ -197,17 +248,18 @@ impl Design {
             linked.insert(dependent, Relation { constant, terms });
         }
         for id in deck.cards() {
-            let (first, expected) = match deck.name(id) {
-                "DVPREL1" => (10, "property"),
-                "DVMREL1" => (10, "material"),
-                "DVCREL1" => (10, "element"),
+            let name = deck.name(id);
+            let expected = match name {
+                "DVPREL1" | "DVPREL2" => "property",
+                "DVMREL1" | "DVMREL2" => "material",
+                "DVCREL1" | "DVCREL2" => "element",
                 _ => continue,
             };
             let card = deck.card(id);
             let (kind, number) = (card.text(3).to_uppercase(), card.id_at(4, "ID")?);
             let field = known(&kind).and_then(|k| Some((k, field_of(&kind, card.text(5))?)));
             let Some((known_kind, field)) = field else {
-                let what = format!("{} to {} of {kind}", deck.name(id), shown(card.text(5)));
+                let what = format!("{name} to {} of {kind}", shown(card.text(5)));
                 *design.left.entry(what).or_default() += 1;
                 continue;
             };
@@ -215,25 +267,20 @@ impl Design {
             let Some(&target) = targets else {
                 return Err(card.error(Some((4, "ID")), format_args!("there is no {expected} {kind} {number}")));
             };
-            let mut relation = Relation { constant: card.real_or(8, "C0", 0.0)?, terms: Vec::new() };
-            let mut n = first;
-            while n <= card.len() {
-                if !card.is_blank(n) {
-                    let number = card.id_at(n, "DVID")?;
-                    let variable = by_id.get(&number).copied();
-                    let variable = variable
-                        .ok_or_else(|| card.error(Some((n, "DVID")), format_args!("there is no DESVAR {number}")))?;
-                    let factor =
-                        if card.text(n + 1).eq_ignore_ascii_case("PVAL") { 1.0 } else { card.real(n + 1, "COEF")? };
-                    match linked.get(&variable) {
-                        Some(link) => {
-                            relation.constant += factor * link.constant;
-                            relation.terms.extend(link.terms.iter().map(|(v, c)| (*v, c * factor)));
-                        }
-                        None => relation.terms.push((variable, factor)),
+            let (constant, terms) =
+                if name.ends_with('1') { weighted(&card)? } else { by_equation(deck, &card, &equations, &constants)? };
+            let mut relation = Relation { constant, terms: Vec::new() };
+            for (n, number, factor) in terms {
+                let variable = by_id.get(&number).copied();
+                let variable = variable
+                    .ok_or_else(|| card.error(Some((n, "DVID")), format_args!("there is no DESVAR {number}")))?;
+                match linked.get(&variable) {
+                    Some(link) => {
+                        relation.constant += factor * link.constant;
+                        relation.terms.extend(link.terms.iter().map(|(v, c)| (*v, c * factor)));
                     }
+                    None => relation.terms.push((variable, factor)),
                 }
-                n += 2;
             }
             design.places.insert((target, field), id);
             design.relations.insert((target, field), relation);
@@ -266,11 +313,88 @@ impl Design {
     }
 }
 
+/// A constant, and field, number and factor of each variable.
+type Weighted = (f64, Vec<(usize, u32, f64)>);
+
+/// C0 and the variables with their factors, of DVPREL1 and its like.
+fn weighted(card: &Card<'_>) -> Result<Weighted, DeckError> {
+    let mut terms = Vec::new();
+    for n in (10..=card.len()).step_by(2).filter(|n| !card.is_blank(*n)) {
+        let factor = if card.text(n + 1).eq_ignore_ascii_case("PVAL") { 1.0 } else { card.real(n + 1, "COEF")? };
+        terms.push((n, card.id_at(n, "DVID")?, factor));
+    }
+    Ok((card.real_or(8, "C0", 0.0)?, terms))
+}
+
+/// An argument of an equation: field and number of a variable, or a number.
+enum Argument {
+    Variable(usize, u32),
+    Constant(f64),
+}
+
+/// The variables of DVPREL2 and its like, whose equation must be a sum of them.
+fn by_equation(
+    deck: &Deck,
+    card: &Card<'_>,
+    equations: &HashMap<u32, CardId>,
+    constants: &HashMap<String, f64>,
+) -> Result<Weighted, DeckError> {
+    let number = card.id_at(8, "EQID")?;
+    let at = Some((8, "EQID"));
+    let found = equations.get(&number);
+    let found = found.ok_or_else(|| card.error(at, format_args!("there is no DEQATN {number}")))?;
+    let equation = super::equations::equation_of(deck, *found);
+    let names = equation.arguments.clone();
+    // DESVAR and DTABLE head their lists; the arguments stand in the order of the card.
+    let mut arguments = Vec::new();
+    let mut list = "";
+    for n in 10..=card.len() {
+        let text = card.text(n).to_uppercase();
+        match (text.as_str(), list) {
+            ("", _) => {}
+            ("DESVAR", _) => list = "DESVAR",
+            ("DTABLE", _) => list = "DTABLE",
+            (_, "DESVAR") => arguments.push(Argument::Variable(n, card.id_at(n, "DVID")?)),
+            (label, "DTABLE") => {
+                let value = constants.get(label).copied();
+                let value = value.ok_or_else(|| {
+                    card.error(Some((n, "LABL")), format_args!("there is no constant {} in DTABLE", shown(label)))
+                })?;
+                arguments.push(Argument::Constant(value));
+            }
+            (other, _) => {
+                let text = format!("`{}` where DESVAR or DTABLE is expected", shown(other));
+                return Err(card.error(Some((n, "list")), text));
+            }
+        }
+    }
+    if arguments.len() != names.len() {
+        let text = format!("DEQATN {number} has {} arguments, and the card gives {}", names.len(), arguments.len());
+        return Err(card.error(at, text));
+    }
+    let (mut variables, mut order, mut given) = (Vec::new(), Vec::new(), Vec::new());
+    for (name, argument) in names.into_iter().zip(arguments) {
+        match argument {
+            Argument::Variable(n, id) => {
+                order.push(name);
+                variables.push((n, id));
+            }
+            Argument::Constant(value) => given.push((name, value)),
+        }
+    }
+    let found = super::equations::linear(&equation, &order, &given).map_err(|why| {
+        let text = format!("DEQATN {number} is no sum of its variables: {why}; a model has sums of parameters alone");
+        card.error(at, text)
+    })?;
+    let terms = variables.into_iter().zip(found.factors).filter(|t| t.1 != 0.0);
+    Ok((found.constant, terms.map(|((n, id), factor)| (n, id, factor)).collect()))
+}
+
 /// Kinds of cards that can follow a variable.
 fn known(kind: &str) -> Option<&'static str> {
-    const KINDS: [&str; 13] = [
-        "PBEAM", "PBAR", "PROD", "PSHELL", "PBUSH", "PELAS", "PMASS", "MAT1", "MAT8", "CONM2", "CONM1", "CMASS2",
-        "CELAS2",
+    const KINDS: [&str; 17] = [
+        "PBEAM", "PBAR", "PROD", "PSHELL", "PSHEAR", "PCOMP", "PCOMPG", "PBUSH", "PELAS", "PMASS", "MAT1", "MAT8",
+        "CONM2", "CONM1", "CMASS2", "CELAS2", "CONROD",
     ];
     KINDS.iter().find(|k| k.eq_ignore_ascii_case(kind)).copied()
 }

@@ -95,6 +95,26 @@ impl<'a> Importer<'a> {
         with_unit(&number, unit)
     }
 
+    /// Whether a field follows design variables.
+    pub(super) fn is_designed(&self, card: &Card<'_>, field: usize) -> bool {
+        self.design.relations.contains_key(&(card.id(), field))
+    }
+
+    /// A sum of fields with factors, with its unit; with the design variables that some of them follow.
+    pub(super) fn sum(&self, parts: &[((&Card<'_>, usize), f64, f64)], quantity: Quantity) -> String {
+        let unit = self.unit(quantity);
+        let mut constant = 0.0;
+        let mut terms = String::new();
+        for ((card, field), value, scale) in parts {
+            match self.design.expression(card.id(), *field, unit, *scale) {
+                Some(text) if text.starts_with('-') => terms.push_str(&format!(" - {}", &text[1..])),
+                Some(text) => terms.push_str(&format!(" + {text}")),
+                None => constant += value * scale,
+            }
+        }
+        with_unit(&computed(constant), unit) + &terms
+    }
+
     /// A computed length, with its unit.
     pub(super) fn length(&self, value: f64) -> String {
         with_unit(&computed(value), self.unit(Quantity::Length))

@@ -10,6 +10,7 @@ use crate::exchange::imported::{Bound, ImportOptions, Imported, Origins, head, q
 use crate::exchange::names::{Taken, heading, slug};
 use crate::exchange::report::ImportReport;
 use crate::exchange::writer::{Block, Writer, clean, exact, list, map};
+use crate::model::{Registry, lint, load};
 use std::collections::{BTreeMap, HashMap, HashSet};
 
 /// Numbers that must be found: one space of numbers per kind.
@@ -104,8 +105,16 @@ pub fn import(deck: &Deck, options: ImportOptions) -> Result<Imported, Vec<DeckE
     if !errors.is_empty() {
         return Err(errors);
     }
-    let test = importer.responses().map_err(|e| vec![e])?;
-    Ok(importer.finish(test))
+    let asked = importer.responses().map_err(|e| vec![e])?;
+    let mut imported = importer.finish();
+    if !asked.is_empty() {
+        // The solver counts motions without frequency as modes.
+        let model = load(&imported.text, &Registry::builtin());
+        let sound = model.ok().and_then(|(model, ..)| lint(&model).ok());
+        let n_free = sound.map_or(0, |s| s.n_rigid_body_modes + s.n_mechanisms);
+        imported.test = super::asked::test(deck, &asked, n_free as u32);
+    }
+    Ok(imported)
 }
 
 impl<'a> Importer<'a> {
@@ -314,7 +323,7 @@ impl<'a> Importer<'a> {
         errors
     }
 
-    fn finish(mut self, test: Option<String>) -> Imported {
+    fn finish(mut self) -> Imported {
         let groups = std::mem::take(&mut self.groups);
         if self.options.parameter_per_property {
             self.parameters_of_properties(&groups);
@@ -347,7 +356,7 @@ impl<'a> Importer<'a> {
         let title = deck.case_control().value("TITLE", self.options.subcase).unwrap_or(&file).to_string();
         let head = head(&self.report, &file, self.options.system, &title);
         self.report.notes.sort();
-        Imported { text: self.out.finish(&head), report: self.report, test, origins: self.origins }
+        Imported { text: self.out.finish(&head), report: self.report, test: None, origins: self.origins }
     }
 
     /// Parameters of the variables that any field follows.

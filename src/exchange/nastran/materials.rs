@@ -152,19 +152,28 @@ pub(super) fn for_members(
     Ok((m.e.is_some(), m.g.is_some()))
 }
 
-/// The density of a material.
-pub(super) fn density(importer: &Importer<'_>, card: &Card<'_>, values: &mut Values) -> Result<Option<f64>, DeckError> {
-    let (field, name) = match card.name() {
-        "MAT8" | "MAT2" => (9, "RHO"),
-        "MAT9" => (24, "RHO"),
-        "MAT11" => (12, "RHO"),
-        _ => (6, "RHO"),
-    };
-    let Some(rho) = card.optional_real(field, name)?.filter(|r| *r != 0.0) else { return Ok(None) };
-    if rho < 0.0 {
-        return Err(card.error(Some((field, name)), "it must not be negative"));
+/// The field of a density.
+fn density_field(card: &Card<'_>) -> usize {
+    match card.name() {
+        "MAT8" | "MAT2" => 9,
+        "MAT9" => 24,
+        "MAT11" => 12,
+        _ => 6,
     }
-    importer.put(values, ("density", "density"), (card, field, name), rho, (Quantity::Density, importer.wtmass));
+}
+
+/// The density of a material, in the deck's unit.
+pub(super) fn density_of(card: &Card<'_>) -> Result<Option<f64>, DeckError> {
+    let at = (density_field(card), "RHO");
+    let Some(rho) = card.optional_real(at.0, at.1)?.filter(|r| *r != 0.0) else { return Ok(None) };
+    if rho < 0.0 { Err(card.error(Some(at), "it must not be negative")) } else { Ok(Some(rho)) }
+}
+
+/// Puts the density of a material under an entry.
+pub(super) fn density(importer: &Importer<'_>, card: &Card<'_>, values: &mut Values) -> Result<Option<f64>, DeckError> {
+    let Some(rho) = density_of(card)? else { return Ok(None) };
+    let from = (card, density_field(card), "RHO");
+    importer.put(values, ("density", "density"), from, rho, (Quantity::Density, importer.wtmass));
     Ok(Some(rho))
 }
 

@@ -3,18 +3,24 @@
 //! One file per family of cards; [`CARDS`] is the catalogue: what a card becomes, why it is left out, or why it is refused. A card that is
 //! not in it is refused by name and place: nothing is half-read.
 
+mod asked;
 mod constraints;
 mod coordinates;
 mod design;
 mod entries;
+mod equations;
+mod flat;
 mod importer;
+mod laminates;
 mod masses;
 mod materials;
 mod members;
 mod names;
 mod others;
+mod panels;
 mod responses;
 mod rigid;
+mod sandwiches;
 mod scalars;
 mod sections;
 mod shells;
@@ -90,6 +96,7 @@ pub const CARDS: &[&[CardRule]] = &[
     rigid::CARDS,
     constraints::CARDS,
     shells::CARDS,
+    panels::CARDS,
     solids::CARDS,
     design::CARDS,
     others::CARDS,

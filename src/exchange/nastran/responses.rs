@@ -4,17 +4,21 @@
 //! (frequencies). An objective Σ w ((r - c)/c)² becomes one residual a term: r of c, with the standard deviation c/√w. What is of another
 //! form is left out by name. A frequency with both has the value of its goal and the smaller deviation.
 
+use super::asked::Frequencies;
 use super::importer::Importer;
-use crate::deck::{Card, CardId, DeckError};
+use crate::deck::{Card, CardId, Deck, DeckError};
 use crate::exchange::system::Quantity as Q;
 use crate::exchange::writer::{Block, computed, with_unit};
 use std::collections::{BTreeMap, HashMap};
+use std::f64::consts::TAU;
 
 /// What a response measures.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Response {
     /// Frequency of a mode of the solver, Hz.
     Frequency(u32),
+    /// ω² of a mode of the solver, (rad/s)².
+    Eigenvalue(u32),
     /// Mass in the deck's unit of mass.
     Mass,
     /// Coordinate of the centre of gravity from the reference point.
@@ -27,8 +31,8 @@ enum Response {
 type Target = (Response, f64, f64);
 
 impl Importer<'_> {
-    /// Writes targets into the model, and gives the text of a test file where frequencies are asked for.
-    pub(super) fn responses(&mut self) -> Result<Option<String>, DeckError> {
+    /// Writes targets into the model, and gives the frequencies that are asked for: by the number of the solver's mode, with half-widths.
+    pub(super) fn responses(&mut self) -> Result<Frequencies, DeckError> {
         let deck = self.deck;
         let mut first: HashMap<u32, CardId> = HashMap::new();
         let mut second: HashMap<u32, CardId> = HashMap::new();
@@ -47,7 +51,7 @@ impl Importer<'_> {
             }
         }
         if first.is_empty() && second.is_empty() {
-            return Ok(None);
+            return Ok(Frequencies::new());
         }
         let case = deck.case_control();
         let command =
@@ -73,6 +77,11 @@ impl Importer<'_> {
             let response = card.id_at(3, "RID")?;
             let (low, high) = (card.optional_real(4, "LALLOW")?, card.optional_real(5, "UALLOW")?);
             match (meaning(response)?, low, high) {
+                (Some(Response::Eigenvalue(mode)), Some(low), Some(high)) if (0.0..=high).contains(&low) => {
+                    let [low, high] = [low, high].map(|l| l.sqrt() / TAU);
+                    targets.push((Response::Frequency(mode), 0.5 * (low + high), 0.5 * (high - low)));
+                }
+                (Some(Response::Eigenvalue(_)), ..) => drop(left.insert(id, format!("DCONSTR on response {response}"))),
                 (Some(r), Some(low), Some(high)) if low <= high => {
                     targets.push((r, 0.5 * (low + high), 0.5 * (high - low)));
                 }
@@ -91,6 +100,11 @@ impl Importer<'_> {
                         });
                         match known {
                             Some((w, response, c)) if w > 0.0 && c != 0.0 => match meaning(response)? {
+                                // ω² changes by twice the share of ω.
+                                Some(Response::Eigenvalue(mode)) if c > 0.0 => {
+                                    let hz = c.sqrt() / TAU;
+                                    goals.push((Response::Frequency(mode), hz, 0.5 * hz / w.sqrt()));
+                                }
                                 Some(r) => goals.push((r, c, c.abs() / w.sqrt())),
                                 None => drop(left.insert(*card, format!("term `{term}` of objective {id}"))),
                             },
@@ -107,7 +121,15 @@ impl Importer<'_> {
             self.report.note(format!("{what} is left out: no target of an update has its form"));
         }
         self.write_targets(&targets, &goals);
-        Ok(self.test(&targets, &goals))
+        let mut modes = Frequencies::new();
+        // A goal is the value; an interval beside it says how sharply.
+        for &(response, value, half) in targets.iter().chain(&goals) {
+            if let Response::Frequency(mode) = response {
+                let sharpest = modes.get(&mode).map_or(half, |known| known.1.min(half));
+                modes.insert(mode, (value, sharpest));
+            }
+        }
+        Ok(modes)
     }
 
     fn write_targets(&mut self, targets: &[Target], goals: &[Target]) {
@@ -140,41 +162,12 @@ impl Importer<'_> {
             self.out.entry(Block::Targets, "cg", &format!("{{{}}}", cg.join(", ")), "");
         }
     }
-
-    /// A test file with the frequencies that are asked for, in the order of the modes.
-    fn test(&self, targets: &[Target], goals: &[Target]) -> Option<String> {
-        let mut modes: BTreeMap<u32, (f64, f64)> = BTreeMap::new();
-        // A goal is the value; an interval beside it says how sharply.
-        for &(response, value, half) in targets.iter().chain(goals) {
-            if let Response::Frequency(mode) = response {
-                let sharpest = modes.get(&mode).map_or(half, |known| known.1.min(half));
-                modes.insert(mode, (value, sharpest));
-            }
-        }
-        if modes.is_empty() {
-            return None;
-        }
-        let file =
-            self.deck.sources()[0].path().file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-        let file = crate::exchange::writer::clean(&file).replace(['"', '\\'], "");
-        let mut text = format!(
-            "# Frequencies that the optimisation of {file} asks for: goals of its objective, and the middles of its intervals with half of their width.\n\
-             retune_test: 1\nname: \"targets of {file}\"\nsources:\n  deck: {{kind: measured, text: \"as DRESP1, DCONSTR and DESOBJ of {file} ask for; the deck does not say who measured them\"}}\nmodes:\n"
-        );
-        for (mode, (value, half)) in modes {
-            text.push_str(&format!(
-                "  - {{frequency: {} Hz, frequency_sd: {} Hz, pair_with: {mode}, source: deck}}\n",
-                computed(value),
-                computed(half)
-            ));
-        }
-        Some(text)
-    }
 }
 
 /// What a DRESP1 measures, if a target can be that.
 fn simple(card: &Card<'_>) -> Result<Option<Response>, DeckError> {
     Ok(match card.text(4).to_uppercase().as_str() {
+        "EIGN" => card.optional_id(7, "ATTA")?.map(Response::Eigenvalue),
         "FREQ" => card.optional_id(7, "ATTA")?.map(Response::Frequency),
         "WEIGHT" => match (card.integer_or(7, "ROW", 3)?, card.integer_or(8, "COL", 3)?) {
             (1, 1) | (2, 2) | (3, 3) => Some(Response::Mass),
@@ -194,33 +187,12 @@ struct Arguments {
 }
 
 /// The arguments of a DRESP2 and the right side of its equation, without blanks, in capitals.
-fn equation(
-    card: &Card<'_>,
-    equations: &HashMap<u32, CardId>,
-    deck: &crate::deck::Deck,
-) -> Result<(Arguments, String), DeckError> {
+fn equation(card: &Card<'_>, equations: &HashMap<u32, CardId>, deck: &Deck) -> Result<(Arguments, String), DeckError> {
     let number = card.id_at(4, "EQID")?;
     let found = equations.get(&number);
     let found = found.ok_or_else(|| card.error(Some((4, "EQID")), format_args!("there is no DEQATN {number}")))?;
-    let text = deck.text_of(*found);
-    let mut whole = String::new();
-    for (i, line) in text.lines().enumerate() {
-        let line = line.split('$').next().unwrap_or_default();
-        let mut expanded = String::new();
-        for c in line.chars() {
-            match c {
-                '\t' => expanded.extend(std::iter::repeat_n(' ', 8 - expanded.len() % 8)),
-                c => expanded.push(c),
-            }
-        }
-        let from = if i == 0 { 16 } else { 8 };
-        let body: String = expanded.chars().skip(from).take(72 - from).collect();
-        whole.extend(body.chars().filter(|c| !c.is_whitespace()));
-    }
-    let whole = whole.to_uppercase();
-    let (head, right) = whole.split_once('=').unwrap_or((&whole, ""));
-    let names = head.split_once('(').and_then(|(_, n)| n.rsplit_once(')')).map_or("", |n| n.0);
-    let mut out = Arguments { names: names.split(',').map(str::to_string).collect(), ids: Vec::new() };
+    let equation = super::equations::equation_of(deck, *found);
+    let mut out = Arguments { names: equation.arguments, ids: Vec::new() };
     let mut kind = String::new();
     for n in 10..=card.len() {
         let text = card.text(n).to_uppercase();
@@ -230,7 +202,7 @@ fn equation(
             Err(_) => {}
         }
     }
-    Ok((out, right.to_string()))
+    Ok((out, equation.text))
 }
 
 /// R2/R1 of the first moment and the mass: a coordinate of the centre of gravity.
@@ -238,7 +210,7 @@ fn centre(
     arguments: &Arguments,
     text: &str,
     first: &HashMap<u32, CardId>,
-    deck: &crate::deck::Deck,
+    deck: &Deck,
 ) -> Result<Option<Response>, DeckError> {
     let Some((above, below)) = text.split_once('/') else { return Ok(None) };
     let entry = |name: &str| -> Result<Option<(i64, i64)>, DeckError> {

@@ -1,14 +1,15 @@
 //! Plates and shells.
 
+use super::flat::{ShellSection, elastic, lumped, non_structural};
 use super::importer::{Importer, Values};
-use super::materials::{density, isotropic, sheet};
-use super::{CardRule, read, refused, used};
+use super::materials::{density, isotropic};
+use super::{CardRule, laminates, read, refused, sandwiches, used};
 use crate::deck::{Card, DeckError};
 use crate::exchange::coord::Coord;
 use crate::exchange::motions::angle_from_global;
 use crate::exchange::patches::{self, Patch};
 use crate::exchange::system::Quantity as Q;
-use crate::exchange::writer::{Block, computed, map, with_unit};
+use crate::exchange::writer::{Block, computed, map};
 use crate::model::{cross, minus, unit};
 
 pub(super) const CARDS: &[CardRule] = &[
@@ -20,14 +21,12 @@ pub(super) const CARDS: &[CardRule] = &[
     read("CTRIA6", "shells", quadratic),
     used("PSHELL", "shells"),
     used("PCOMP", "shells"),
-    refused("PCOMPG", "laminates by global plies are not read; give a PCOMP of one material, or PSHELL"),
+    used("PCOMPG", "shells"),
     refused("CQUAD", "hyperelastic plane elements are not read"),
-    refused("CSHEAR", "shear panels are not read; give a CQUAD4"),
     refused("CTRIAX", "axisymmetric elements are not read"),
     refused("CTRIAX6", "axisymmetric elements are not read"),
     refused("CQUADX", "axisymmetric elements are not read"),
     refused("CONEAX", "axisymmetric elements are not read"),
-    refused("PSHEAR", "shear panels are not read"),
     refused("PLPLANE", "hyperelastic plane elements are not read"),
 ];
 
@@ -49,13 +48,29 @@ fn quadratic<'a>(importer: &mut Importer<'a>, card: &Card<'a>) -> Result<(), Dec
         (3, 3) => (patches::TRIANGLE, 6),
         (4, 0) => (&[("shell4", &[0, 1, 2, 3])], 4),
         (3, 0) => (&[("shell3", &[0, 1, 2])], 3),
-        _ => {
-            let text = format!("{given} grids of its edges are given; all {corners} or none are expected");
-            return Err(card.error(Some((4 + corners, "G")), text));
-        }
+        // A side without its grid is straight.
+        _ => return some_edges(importer, card, corners, fields),
     };
     importer.report.approximate(patches::DIFFERS);
     write(importer, card, corners, (patch, count), fields)
+}
+
+/// A fan of triangles around the first edge that has a grid: from there every other corner and edge is in sight.
+fn some_edges<'a>(
+    importer: &mut Importer<'a>,
+    card: &Card<'a>,
+    corners: usize,
+    fields: [usize; 3],
+) -> Result<(), DeckError> {
+    let has = |i: usize| !matches!(card.text(4 + corners + i), "" | "0");
+    let ring: Vec<usize> = (0..corners).flat_map(|i| std::iter::once(i).chain(has(i).then_some(corners + i))).collect();
+    let first = ring.iter().position(|i| *i >= corners).unwrap_or(0);
+    let n = ring.len();
+    let around = |k: usize| ring[(first + k) % n];
+    let fan: Vec<[usize; 3]> = (1..n - 1).map(|k| [around(0), around(k), around(k + 1)]).collect();
+    let patch: Vec<(&str, &[usize])> = fan.iter().map(|t| ("shell3", &t[..])).collect();
+    importer.report.approximate(patches::DIFFERS);
+    write(importer, card, corners, (&patch, 2 * corners), fields)
 }
 
 /// * `patch` - what the card becomes, and the number of its grids
@@ -64,15 +79,17 @@ fn write<'a>(
     importer: &mut Importer<'a>,
     card: &Card<'a>,
     corners: usize,
-    (patch, n_grids): (Patch, usize),
+    (patch, n_grids): (&[(&str, &[usize])], usize),
     [theta, offset, first]: [usize; 3],
 ) -> Result<(), DeckError> {
     let property = importer.property(card, 3, &["PSHELL", "PCOMP", "PCOMPG"])?;
+    let is_used = |i: usize| patch.iter().any(|p| p.1.contains(&i));
     let mut grids = Vec::new();
     for i in 0..n_grids {
-        grids.push(importer.grid(card, 4 + i, "G")?);
+        // What no part of the patch has is not there.
+        grids.push(importer.grid(card, if is_used(i) { 4 + i } else { 4 }, "G")?);
     }
-    let section = section(importer, card, &property)?;
+    let section = section(importer, &property)?;
     let points: Vec<[f64; 3]> = grids.iter().map(|g| g.1.position).collect();
     let normal_of = |at: &[usize]| {
         let p: Vec<[f64; 3]> = at.iter().map(|i| points[*i]).collect();
@@ -82,8 +99,7 @@ fn write<'a>(
         };
         unit(normal).ok_or_else(|| card.error(None, "its grids span no area"))
     };
-    let mut zoffs = card.optional_real(offset, "ZOFFS")?.unwrap_or(0.0);
-    zoffs += section.offset;
+    let zoffs = card.real_or(offset, "ZOFFS", 0.0)?;
     for n in first..first + corners {
         let Some(t) = card.optional_real(n, "T")? else { continue };
         let is_factor = corners == n_grids && card.integer_or(first - 1, "TFLAG", 0)? != 0;
@@ -111,7 +127,12 @@ fn write<'a>(
             own.push(("angle".to_string(), format!("{} rad", computed(angle + section.ply_angle))));
         }
         if zoffs != 0.0 {
-            own.push(("offset".to_string(), importer.length(zoffs)));
+            let beside = match (section.offset.as_str(), zoffs < 0.0) {
+                ("", _) => importer.length(zoffs),
+                (own, true) => format!("{own} - {}", importer.length(-zoffs)),
+                (own, false) => format!("{own} + {}", importer.length(zoffs)),
+            };
+            own.push(("offset".to_string(), beside));
         }
         if !own.is_empty() {
             values.items.push(("properties".into(), map(&own)));
@@ -122,28 +143,17 @@ fn write<'a>(
     Ok(())
 }
 
-struct ShellSection {
-    name: String,
-    /// Whether its material has a direction.
-    is_directed: bool,
-    /// Of the plies, from the direction of the element, rad.
-    ply_angle: f64,
-    /// From the grids to the mid-surface.
-    offset: f64,
-    thickness: Option<f64>,
-}
-
-fn section<'a>(importer: &mut Importer<'a>, card: &Card<'a>, property: &Card<'a>) -> Result<ShellSection, DeckError> {
-    if property.name() == "PCOMP" {
-        return laminate(importer, property);
-    }
+fn section<'a>(importer: &mut Importer<'a>, property: &Card<'a>) -> Result<ShellSection, DeckError> {
     if property.name() != "PSHELL" {
-        return Err(card.error(Some((3, "PID")), "laminates by global plies are not read"));
+        return laminates::section(importer, property);
     }
     let thickness = property.optional_real(4, "T")?;
     let at = |importer: &Importer<'a>| importer.material(property, 3, &["MAT1", "MAT8", "MAT2"]);
     if property.is_blank(3) {
         return Err(property.error(Some((3, "MID1")), "a shell without membrane is not read"));
+    }
+    if let Some(other) = sandwiches::section(importer, property)? {
+        return Ok(other);
     }
     let material = at(importer)?;
     let name = importer.section(property, "shell", |importer| {
@@ -204,10 +214,6 @@ fn section<'a>(importer: &mut Importer<'a>, card: &Card<'a>, property: &Card<'a>
                 }
             }
         }
-        if property.optional_id(12, "MID4")?.is_some() {
-            return Err(property
-                .error(Some((12, "MID4")), "coupling of membrane and bending by a material is not read; give ZOFFS"));
-        }
         density(importer, &material, &mut values)?;
         let nsm = property.real_or(9, "NSM", 0.0)?;
         if nsm < 0.0 {
@@ -218,88 +224,7 @@ fn section<'a>(importer: &mut Importer<'a>, card: &Card<'a>, property: &Card<'a>
         Ok(values)
     })?;
     let is_directed = material.name() != "MAT1";
-    Ok(ShellSection { name, is_directed, ply_angle: 0.0, offset: 0.0, thickness })
-}
-
-/// Mass that carries no load, where there is any.
-fn non_structural(importer: &mut Importer<'_>, values: &mut Values, (property, field): (&Card<'_>, usize), nsm: f64) {
-    if nsm > 0.0 {
-        let scale = (Q::MassPerArea, importer.wtmass);
-        importer.put(values, ("mass_per_area", "mass_per_area"), (property, field, "NSM"), nsm, scale);
-    }
-}
-
-fn lumped(importer: &mut Importer<'_>, values: &mut Values) {
-    if !importer.coupled {
-        values.items.push(("lumping".into(), "1".into()));
-    }
-    importer
-        .report
-        .note("shells and solids are retune's own: equal to the deck's as the mesh gets finer, not to the digits");
-}
-
-/// Elastic constants of a shell's material.
-fn elastic(importer: &mut Importer<'_>, material: &Card<'_>, values: &mut Values) -> Result<(), DeckError> {
-    let stress = (Q::Stress, 1.0);
-    match material.name() {
-        "MAT1" => {
-            let m = isotropic(material)?;
-            let (Some(e), Some(g)) = (m.e, m.g) else {
-                return Err(material.error(Some((3, "E")), "a shell needs two of E, G and NU"));
-            };
-            let nu = m.nu.unwrap_or(e / (2.0 * g) - 1.0);
-            // Three constants that contradict each other are kept as the solver keeps them.
-            if (g / (e / (2.0 * (1.0 + nu))) - 1.0).abs() > 1e-3 {
-                values.items.push(("E1".into(), importer.stress(e)));
-                values.items.push(("E2".into(), importer.stress(e)));
-                values.items.push(("nu12".into(), computed(nu)));
-                for key in ["G12", "G13", "G23"] {
-                    values.items.push((key.into(), importer.stress(g)));
-                }
-                return Ok(());
-            }
-            if material.is_blank(3) {
-                values.items.push(("E".into(), importer.stress(e)));
-            } else {
-                importer.put(values, ("E", "E"), (material, 3, "E"), e, stress);
-            }
-            if material.is_blank(5) {
-                values.items.push(("nu".into(), computed(nu)));
-            } else {
-                importer.put(values, ("nu", "nu"), (material, 5, "NU"), nu, (Q::Number, 1.0));
-            }
-        }
-        "MAT8" => {
-            let real = |n: usize, name| material.real(n, name);
-            let (e1, e2, nu12) = (real(3, "E1")?, real(4, "E2")?, material.real_or(5, "NU12", 0.0)?);
-            let g12 = real(6, "G12")?;
-            importer.put(values, ("E1", "E1"), (material, 3, "E1"), e1, stress);
-            importer.put(values, ("E2", "E2"), (material, 4, "E2"), e2, stress);
-            importer.put(values, ("nu12", "nu12"), (material, 5, "NU12"), nu12, (Q::Number, 1.0));
-            importer.put(values, ("G12", "G12"), (material, 6, "G12"), g12, stress);
-            for (n, key, name) in [(7, "G13", "G1Z"), (8, "G23", "G2Z")] {
-                match material.optional_real(n, name)?.filter(|g| *g > 0.0) {
-                    Some(g) => importer.put(values, (key, key), (material, n, name), g, stress),
-                    None => {
-                        importer.report.approximate("MAT8 without transverse shear moduli have G12 there");
-                        values.items.push((key.into(), importer.stress(g12)));
-                    }
-                }
-            }
-        }
-        _ => {
-            let [e1, e2, nu12, g12] = sheet(material)?;
-            for (key, value) in [("E1", e1), ("E2", e2)] {
-                values.items.push((key.into(), importer.stress(value)));
-            }
-            values.items.push(("nu12".into(), computed(nu12)));
-            for key in ["G12", "G13", "G23"] {
-                values.items.push((key.into(), importer.stress(g12)));
-            }
-            importer.report.approximate("shells of MAT2 have its G33 as transverse shear moduli");
-        }
-    }
-    Ok(())
+    Ok(ShellSection { name, is_directed, ply_angle: 0.0, offset: String::new(), thickness })
 }
 
 impl Importer<'_> {
@@ -319,63 +244,4 @@ impl Importer<'_> {
         let ratio = [plate(e2, nu2) / plate(e1, nu1), g2 / g1];
         ratio.iter().all(|r| r.is_finite() && *r > 0.0).then_some(ratio)
     }
-}
-
-/// PCOMP: read where its plies make one plate, all of one material and angle.
-fn laminate<'a>(importer: &mut Importer<'a>, property: &Card<'a>) -> Result<ShellSection, DeckError> {
-    let symmetric = property.text(9).to_uppercase();
-    let mut plies: Vec<(u32, f64, f64)> = Vec::new();
-    let mut n = 10;
-    while n <= property.len() {
-        if property.is_blank(n) && property.is_blank(n + 1) && property.is_blank(n + 2) {
-            n += 4;
-            continue;
-        }
-        let last = plies.last().copied();
-        let mid = match (property.optional_id(n, "MID")?, last) {
-            (Some(mid), _) => mid,
-            (None, Some(last)) => last.0,
-            (None, None) => property.id_at(n, "MID")?,
-        };
-        let t = match (property.optional_real(n + 1, "T")?, last) {
-            (Some(t), _) => t,
-            (None, Some(last)) => last.1,
-            (None, None) => property.real(n + 1, "T")?,
-        };
-        plies.push((mid, t, property.real_or(n + 2, "THETA", 0.0)?));
-        n += 4;
-    }
-    let Some(&(mid, _, angle)) = plies.first() else {
-        return Err(property.error(Some((10, "MID1")), "it has no plies"));
-    };
-    let fits = |p: &(u32, f64, f64)| p.0 == mid && p.2 == angle;
-    if !plies.iter().all(fits) || !matches!(symmetric.as_str(), "" | "SYM") {
-        return Err(property.error(
-            None,
-            "a laminate of several materials or angles is not read; give PSHELL with equivalent properties",
-        ));
-    }
-    let twice = if symmetric == "SYM" { 2.0 } else { 1.0 };
-    let total = twice * plies.iter().map(|p| p.1).sum::<f64>();
-    if total <= 0.0 {
-        return Err(property.error(Some((11, "T1")), "the thickness must be above zero"));
-    }
-    let found = importer.find(super::importer::Space::Material, mid);
-    let material =
-        found.ok_or_else(|| property.error(Some((10, "MID1")), format_args!("there is no material {mid}")))?;
-    let z0 = property.real_or(3, "Z0", -0.5 * total)?;
-    let name = importer.section(property, "shell", |importer| {
-        let mut values = Values::default();
-        elastic(importer, &material, &mut values)?;
-        values.items.push(("thickness".into(), with_unit(&computed(total), importer.unit(Q::Length))));
-        density(importer, &material, &mut values)?;
-        let nsm = property.real_or(4, "NSM", 0.0)?;
-        non_structural(importer, &mut values, (property, 4), nsm);
-        lumped(importer, &mut values);
-        Ok(values)
-    })?;
-    let is_directed = material.name() != "MAT1";
-    let offset = z0 + 0.5 * total;
-    let offset = if offset.abs() < 1e-12 * total { 0.0 } else { offset };
-    Ok(ShellSection { name, is_directed, ply_angle: angle.to_radians(), offset, thickness: Some(total) })
 }

@@ -1,7 +1,8 @@
-//! Binary output: tables LAMA (eigenvalues), OGPWG (masses) and OUG (eigenvectors), words of 32 bits, either order of bytes.
+//! Binary output: tables LAMA (eigenvalues), OGPWG (masses) and OUG (eigenvectors), words of 32 or 64 bits, either order of bytes.
 //!
 //! ```text
 //! record      length, bytes, length again (Fortran)
+//! words       integers and reals of one width; of a name in long words each half stands in a word of its own
 //! table       name; subtables -1, -2, ...; each: its number, the key 1 with one word, then keys n with n words; the key 0 ends it
 //! ```
 
@@ -15,7 +16,6 @@ pub(super) fn is_op2(bytes: &[u8]) -> bool {
     let is_eight = |b: [u8; 4]| b == [8, 0, 0, 0] || b == [0, 0, 0, 8];
     match (word(0), word(8), word(12)) {
         (Some(first), Some(last), _) if is_four(first) && first == last => true,
-        // Words of 64 bits: told apart to be refused.
         (Some(first), _, Some(last)) => is_eight(first) && first == last,
         _ => false,
     }
@@ -25,6 +25,8 @@ struct Records<'a> {
     bytes: &'a [u8],
     at: usize,
     is_big: bool,
+    /// Bytes of a word.
+    width: usize,
 }
 
 impl<'a> Records<'a> {
@@ -32,13 +34,33 @@ impl<'a> Records<'a> {
         Err(ResultsError::Byte { at: self.at, message: message.to_string() })
     }
 
-    fn word(&self, b: &[u8]) -> i32 {
+    /// The length of a record, which has four bytes whatever the width of words.
+    fn length(&self, b: &[u8]) -> i32 {
         let b = [b[0], b[1], b[2], b[3]];
         if self.is_big { i32::from_be_bytes(b) } else { i32::from_le_bytes(b) }
     }
 
-    fn real(&self, b: &[u8]) -> f64 {
-        f64::from(f32::from_bits(self.word(b) as u32))
+    /// A whole number: the word at place `i`.
+    fn word(&self, b: &[u8], i: usize) -> i64 {
+        let at = i * self.width;
+        match (b.get(at..at + self.width), self.is_big) {
+            (Some(&[a, b, c, d, e, f, g, h]), true) => i64::from_be_bytes([a, b, c, d, e, f, g, h]),
+            (Some(&[a, b, c, d, e, f, g, h]), false) => i64::from_le_bytes([a, b, c, d, e, f, g, h]),
+            (Some(short), _) => i64::from(self.length(short)),
+            (None, _) => 0,
+        }
+    }
+
+    /// A real number: the word at place `i`.
+    fn real(&self, b: &[u8], i: usize) -> f64 {
+        let bits = self.word(b, i);
+        if self.width == 8 { f64::from_bits(bits as u64) } else { f64::from(f32::from_bits(bits as u32)) }
+    }
+
+    /// Letters, four in a word.
+    fn text(&self, b: &[u8]) -> String {
+        let words = b.chunks(self.width).flat_map(|w| &w[..w.len().min(4)]);
+        words.map(|c| char::from(*c)).collect::<String>().trim().to_string()
     }
 
     /// The next record; `None` at the end of the file.
@@ -49,13 +71,13 @@ impl<'a> Records<'a> {
         let Some(head) = self.bytes.get(self.at..self.at + 4) else {
             return self.wrong("the file breaks off in a record");
         };
-        let length = usize::try_from(self.word(head)).ok();
+        let length = usize::try_from(self.length(head)).ok();
         let Some(length) = length.filter(|n| self.bytes.len() >= 8 && *n <= self.bytes.len() - 8) else {
             return self.wrong("a record is longer than the file");
         };
         let (start, end) = (self.at + 4, self.at + 4 + length);
         match self.bytes.get(end..end + 4) {
-            Some(tail) if self.word(tail) as usize == length => {}
+            Some(tail) if self.length(tail) as usize == length => {}
             _ => return self.wrong("the length behind a record is not that before it"),
         }
         self.at = end + 4;
@@ -63,26 +85,28 @@ impl<'a> Records<'a> {
     }
 
     /// A key: a record of one word.
-    fn key(&mut self) -> Result<Option<i32>, ResultsError> {
+    fn key(&mut self) -> Result<Option<i64>, ResultsError> {
         match self.next()? {
             None => Ok(None),
-            Some(b) if b.len() == 4 => Ok(Some(self.word(b))),
-            Some(b) if b.len() == 8 => self.wrong("words of 64 bits are not read; write the file in single precision"),
+            Some(b) if b.len() == self.width => Ok(Some(self.word(b, 0))),
             Some(_) => self.wrong("a key of one word is expected"),
         }
     }
 
     /// The record that a key announces.
-    fn data(&mut self, key: i32) -> Result<&'a [u8], ResultsError> {
+    fn data(&mut self, key: i64) -> Result<&'a [u8], ResultsError> {
+        let length = usize::try_from(key).ok().and_then(|n| n.checked_mul(self.width));
         match self.next()? {
-            Some(b) if b.len() == 4 * usize::try_from(key).unwrap_or(usize::MAX) => Ok(b),
+            Some(b) if Some(b.len()) == length => Ok(b),
             _ => self.wrong("a record has another length than its key says"),
         }
     }
 }
 
 pub(super) fn read(bytes: &[u8]) -> Result<SolverResults, ResultsError> {
-    let mut records = Records { bytes, at: 0, is_big: bytes[3] == 4 || bytes[3] == 8 };
+    let is_big = bytes[3] == 4 || bytes[3] == 8;
+    let width = usize::from(bytes[0].max(bytes[3]));
+    let mut records = Records { bytes, at: 0, is_big, width };
     let mut out = SolverResults { kind: "op2", ..SolverResults::default() };
     let mut modes: BTreeMap<i64, ResultMode> = BTreeMap::new();
     let mut key = records.key()?;
@@ -109,7 +133,8 @@ pub(super) fn read(bytes: &[u8]) -> Result<SolverResults, ResultsError> {
         if k != 2 {
             return records.wrong("the name of a table, two words, is expected");
         }
-        let name = String::from_utf8_lossy(records.data(2)?).trim().to_string();
+        let name = records.data(2)?;
+        let name = records.text(name);
         if records.key()? != Some(-1) {
             return records.wrong("the key -1 is expected behind the name of a table");
         }
@@ -166,10 +191,9 @@ fn table(
             ident = data;
             continue;
         }
-        let words = |b: &'_ [u8], i: usize| b.get(4 * i..4 * i + 4).map(<[u8]>::to_vec);
         if name.contains("LAMA") {
-            for row in data.chunks_exact(28) {
-                let (mode, eigenvalue) = (i64::from(records.word(row)), records.real(&row[8..12]));
+            for row in data.chunks_exact(7 * records.width) {
+                let (mode, eigenvalue) = (records.word(row, 0), records.real(row, 2));
                 if eigenvalue.is_finite() {
                     modes
                         .entry(mode)
@@ -178,14 +202,14 @@ fn table(
                 }
             }
         } else if name.starts_with("OGPWG") {
-            if data.len() >= 36 * 4 && out.mass.is_none() {
-                let rigid = std::array::from_fn(|i| std::array::from_fn(|j| records.real(&data[4 * (6 * i + j)..])));
-                let reference = words(&ident, 2).map_or(0, |w| u32::try_from(records.word(&w)).unwrap_or(0));
+            if data.len() >= 36 * records.width && out.mass.is_none() {
+                let rigid = std::array::from_fn(|i| std::array::from_fn(|j| records.real(&data, 6 * i + j)));
+                let reference = u32::try_from(records.word(&ident, 2)).unwrap_or(0);
                 out.mass = Some(ResultMass { reference, rigid });
             }
         } else {
             // Code of the approach (2: normal modes), of the table (7: eigenvectors), the mode, its eigenvalue, words of an entry.
-            let at = |i: usize| words(&ident, i).map_or(0, |w| records.word(&w));
+            let at = |i: usize| records.word(&ident, i);
             let is_modes = matches!(at(0) / 10, 2) && at(1) % 1000 == 7;
             if !is_modes {
                 continue;
@@ -194,19 +218,127 @@ fn table(
                 out.notes.push(format!("complex or short entries of {name} were left out"));
                 continue;
             }
-            let mode = i64::from(at(4));
-            let eigenvalue = words(&ident, 5).map_or(0.0, |w| records.real(&w));
+            let (mode, eigenvalue) = (at(4), records.real(&ident, 5));
             let entry = modes.entry(mode).or_insert(ResultMode { number: mode, eigenvalue, shape: BTreeMap::new() });
-            for row in data.chunks_exact(32) {
+            for row in data.chunks_exact(8 * records.width) {
                 // Type 1 is a grid point.
-                if records.word(&row[4..8]) != 1 {
+                if records.word(row, 1) != 1 {
                     continue;
                 }
-                let Ok(grid) = u32::try_from(records.word(row) / 10) else { continue };
-                let shape: [f64; 6] = std::array::from_fn(|d| records.real(&row[8 + 4 * d..]));
+                let Ok(grid) = u32::try_from(records.word(row, 0) / 10) else { continue };
+                let shape: [f64; 6] = std::array::from_fn(|d| records.real(row, 2 + d));
                 if shape.iter().all(|v| v.is_finite()) {
                     entry.shape.insert(grid, shape);
                 }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A word of a file: letters, a whole number, a real one.
+    enum Word {
+        Letters(&'static str),
+        Whole(i64),
+        Real(f64),
+    }
+    use Word::{Letters, Real, Whole};
+
+    struct File {
+        bytes: Vec<u8>,
+        is_big: bool,
+        is_long: bool,
+    }
+
+    impl File {
+        fn word(&self, w: &Word) -> Vec<u8> {
+            let mut own = match w {
+                Letters(l) => {
+                    let width = if self.is_long { 8 } else { 4 };
+                    return format!("{l:<width$}").into_bytes();
+                }
+                Whole(i) if self.is_long => i.to_le_bytes().to_vec(),
+                Whole(i) => (*i as i32).to_le_bytes().to_vec(),
+                Real(v) if self.is_long => v.to_le_bytes().to_vec(),
+                Real(v) => (*v as f32).to_le_bytes().to_vec(),
+            };
+            if self.is_big {
+                own.reverse();
+            }
+            own
+        }
+
+        fn record(&mut self, words: &[Word]) {
+            let inside: Vec<u8> = words.iter().flat_map(|w| self.word(w)).collect();
+            let length = inside.len() as u32;
+            let length = if self.is_big { length.to_be_bytes() } else { length.to_le_bytes() };
+            self.bytes.extend([&length[..], &inside, &length].concat());
+        }
+
+        fn key(&mut self, key: i64) {
+            self.record(&[Whole(key)]);
+        }
+
+        fn data(&mut self, words: &[Word]) {
+            self.key(words.len() as i64);
+            self.record(words);
+        }
+
+        /// A table of subtables.
+        fn table(&mut self, name: [&'static str; 2], subtables: &[Vec<Word>]) {
+            self.data(&name.map(Letters));
+            self.key(-1);
+            self.data(&[Whole(101), Whole(0), Whole(0), Whole(0), Whole(0), Whole(0), Whole(0)]);
+            for (i, words) in subtables.iter().enumerate() {
+                self.key(-2 - i as i64);
+                self.key(1);
+                self.record(&[Whole(0)]);
+                self.data(words);
+            }
+            self.key(-2 - subtables.len() as i64);
+            self.key(1);
+            self.record(&[Whole(0)]);
+            self.key(0);
+        }
+    }
+
+    /// Eigenvalues and a shape, in words of both widths and in both orders: the same numbers; cut off anywhere: an error and no panic.
+    #[test]
+    fn words_of_both_widths_and_orders_say_the_same() {
+        for (is_long, is_big) in [(false, false), (false, true), (true, false), (true, true)] {
+            let mut file = File { bytes: Vec::new(), is_big, is_long };
+            let row = |n: i64, value: f64| {
+                vec![Whole(n), Whole(n), Real(value), Real(value.sqrt()), Real(0.0), Real(1.0), Real(value)]
+            };
+            let values = row(1, 400.5).into_iter().chain(row(2, 1600.25)).collect();
+            file.table(["LAMA", ""], &[vec![Letters("LAMA"), Letters("")], vec![Whole(20)], values]);
+            let mut ident = vec![
+                Whole(21),
+                Whole(7),
+                Whole(0),
+                Whole(1),
+                Whole(2),
+                Real(1600.25),
+                Whole(0),
+                Whole(0),
+                Whole(1),
+                Whole(8),
+            ];
+            ident.extend((0..10).map(|_| Whole(0)));
+            let shape: Vec<Word> =
+                [Whole(35), Whole(1)].into_iter().chain([1.5, -2.0, 0.0, 0.25, 0.0, 8.0].map(Real)).collect();
+            file.table(["OUGV", "1"], &[vec![Letters("OUGV"), Letters("1")], ident, shape]);
+            file.key(0);
+            assert!(is_op2(&file.bytes));
+            let found = read(&file.bytes).unwrap();
+            let eigenvalues: Vec<f64> = found.modes.iter().map(|m| m.eigenvalue).collect();
+            assert_eq!(eigenvalues, [400.5, 1600.25], "{is_long} {is_big}");
+            assert_eq!(found.modes[1].shape[&3], [1.5, -2.0, 0.0, 0.25, 0.0, 8.0]);
+            for end in (16..file.bytes.len() - 20).step_by(7) {
+                let _ = read(&file.bytes[..end]);
             }
         }
     }

@@ -4,7 +4,7 @@ use super::Placer;
 use super::shape::Shaped;
 use crate::catalogue::did_you_mean;
 use crate::element::{Domain, Element};
-use crate::model::lay_up::{LayUp, PlyOf, Rigidity};
+use crate::model::lay_up::{Constants, LayUp, PlyOf, Rigidity};
 use crate::model::spec::{LaminateSpec, PlyMaterialSpec, PlySpec};
 use crate::model::value::{Affine, Value};
 use crate::units::Scalar;
@@ -17,6 +17,9 @@ const MOST_PLIES: usize = 10_000;
 
 /// Below these shares of what they stand beside, the coupling of a strip and the offset of its mass are rounding.
 const NOTHING: f64 = 1e-12;
+
+/// Elastic constants and density of a material of plies.
+type PlyMaterial = (Constants, Affine);
 
 impl Placer<'_> {
     /// What plies give an element: the rigidities of a plate where its type has such, else those of a strip.
@@ -33,7 +36,7 @@ impl Placer<'_> {
             self.error(child(path, "plies"), format_args!("a laminate has between 1 and {MOST_PLIES} plies"));
             return None;
         }
-        let materials: Vec<(&str, Option<[Affine; 7]>)> = s
+        let materials: Vec<(&str, Option<PlyMaterial>)> = s
             .materials
             .iter()
             .map(|(name, m)| (name.as_str(), self.ply_material(m, &child(&child(path, "materials"), name))))
@@ -78,29 +81,54 @@ impl Placer<'_> {
         Some(affine)
     }
 
-    /// E1, E2, G12, nu12, G13, G23, density.
-    fn ply_material(&mut self, m: &PlyMaterialSpec, path: &str) -> Option<[Affine; 7]> {
+    /// Elastic constants and density.
+    fn ply_material(&mut self, m: &PlyMaterialSpec, path: &str) -> Option<PlyMaterial> {
         let at = |key: &str| child(path, key);
-        let mut modulus = |s: &Scalar, key: &str| self.number(s, "Pa", Domain::Positive, &at(key));
-        let [e1, e2, g12] = [(&m.e1, "E1"), (&m.e2, "E2"), (&m.g12, "G12")].map(|(s, key)| modulus(s, key));
-        let [g13, g23] = [(&m.g13, "G13"), (&m.g23, "G23")]
-            .map(|(s, key)| s.as_ref().map_or_else(|| g12.clone(), |s| modulus(s, key)));
-        let nu12 = self.number(&m.nu12, "1", Domain::Any, &at("nu12"));
         let density = self.number(&m.density, "kg/m3", Domain::NonNegative, &at("density"));
-        let (e1, e2, nu12) = (e1?, e2?, nu12?);
+        let isotropic = [("E", &m.e), ("nu", &m.nu)];
+        let along = [("E1", &m.e1), ("E2", &m.e2), ("nu12", &m.nu12), ("G12", &m.g12)];
+        let transverse = [("G13", &m.g13), ("G23", &m.g23)];
+        let is_isotropic = isotropic.iter().any(|p| p.1.is_some());
+        if let Some((key, _)) = along.iter().chain(&transverse).find(|p| is_isotropic && p.1.is_some()) {
+            self.error(
+                at(key),
+                "an isotropic material has `E` and `nu` alone, one with fibres `E1`, `E2`, `nu12` and `G12`",
+            );
+            return None;
+        }
+        let needed = if is_isotropic { &isotropic[..] } else { &along[..] };
+        if let Some((key, _)) = needed.iter().find(|p| p.1.is_none()) {
+            let text = "a material of plies needs `E` and `nu`, or `E1`, `E2`, `nu12` and `G12`";
+            self.error(path, format_args!("`{key}` is missing: {text}"));
+            return None;
+        }
         let theta = self.parameters.nominal();
+        let mut modulus = |s: &Option<Scalar>, key: &str| self.number(s.as_ref()?, "Pa", Domain::Positive, &at(key));
+        if is_isotropic {
+            let e = modulus(&m.e, "E");
+            let nu = self.number(m.nu.as_ref()?, "1", Domain::Any, &at("nu"))?;
+            let now = nu.at(&theta);
+            if !(now > -1.0 && now < 0.5) {
+                self.error(at("nu"), format_args!("Poisson's ratio is {now}, and lies above -1 and below 0.5"));
+            }
+            return Some((Constants::Isotropic([e?, nu]), density?));
+        }
+        let [e1, e2, g12] = [(&m.e1, "E1"), (&m.e2, "E2"), (&m.g12, "G12")].map(|(s, key)| modulus(s, key));
+        let [g13, g23] = transverse.map(|(key, s)| if s.is_some() { modulus(s, key) } else { g12.clone() });
+        let nu12 = m.nu12.as_ref().and_then(|s| self.number(s, "1", Domain::Any, &at("nu12")));
+        let (e1, e2, nu12) = (e1?, e2?, nu12?);
         let [along, across, nu] = [&e1, &e2, &nu12].map(|a| a.at(&theta));
         if along > 0.0 && across > 0.0 && nu * nu >= along / across {
-            let text = m.nu12.text();
+            let text = m.nu12.as_ref().map_or("", Scalar::text);
             self.error(
                 at("nu12"),
                 format_args!("`{text}` is too large: nu12² must be below E1/E2, or the material gives energy"),
             );
         }
-        Some([e1, e2, g12?, nu12, g13?, g23?, density?])
+        Some((Constants::Orthotropic([e1, e2, g12?, nu12, g13?, g23?]), density?))
     }
 
-    fn ply(&mut self, ply: &PlySpec, materials: &[(&str, Option<[Affine; 7]>)], path: &str) -> Option<PlyOf<Affine>> {
+    fn ply(&mut self, ply: &PlySpec, materials: &[(&str, Option<PlyMaterial>)], path: &str) -> Option<PlyOf> {
         let thickness = self.number(&ply.thickness, "m", Domain::Positive, &child(path, "thickness"));
         let angle = self.number(&ply.angle, "rad", Domain::Any, &child(path, "angle"));
         let now = angle.as_ref().map_or(0.0, |a| a.at(&self.parameters.nominal()));
@@ -127,7 +155,7 @@ impl Placer<'_> {
                 None
             }
         };
-        let [e1, e2, g12, nu12, g13, g23, density] = material?.1.clone()?;
-        Some([e1, e2, g12, nu12, g13, g23, density, angle?, thickness?])
+        let (constants, density) = material?.1.clone()?;
+        Some(PlyOf { constants, sizes: [density, angle?, thickness?] })
     }
 }

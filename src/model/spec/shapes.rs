@@ -152,19 +152,25 @@ pub struct LaminateSpec {
     pub symmetric: bool,
 }
 
-/// A material with fibres, in the axes of the ply: 1 along the fibres, 2 across them.
+/// A material of plies: isotropic by `E` and `nu`, or with fibres, in the axes of the ply: 1 along the fibres, 2 across them.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PlyMaterialSpec {
+    /// Young's modulus of an isotropic material.
+    #[serde(rename = "E", default, skip_serializing_if = "Option::is_none")]
+    pub e: Option<Scalar>,
+    /// Poisson's ratio of an isotropic material.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub nu: Option<Scalar>,
     /// Young's modulus along the fibres.
-    #[serde(rename = "E1")]
-    pub e1: Scalar,
+    #[serde(rename = "E1", default, skip_serializing_if = "Option::is_none")]
+    pub e1: Option<Scalar>,
     /// Young's modulus across the fibres.
-    #[serde(rename = "E2")]
-    pub e2: Scalar,
+    #[serde(rename = "E2", default, skip_serializing_if = "Option::is_none")]
+    pub e2: Option<Scalar>,
     /// Shear modulus in the plane of the ply.
-    #[serde(rename = "G12")]
-    pub g12: Scalar,
+    #[serde(rename = "G12", default, skip_serializing_if = "Option::is_none")]
+    pub g12: Option<Scalar>,
     /// Transverse shear modulus along the fibres, of a shell; G12 when absent.
     #[serde(rename = "G13", default, skip_serializing_if = "Option::is_none")]
     pub g13: Option<Scalar>,
@@ -172,7 +178,8 @@ pub struct PlyMaterialSpec {
     #[serde(rename = "G23", default, skip_serializing_if = "Option::is_none")]
     pub g23: Option<Scalar>,
     /// Contraction across the fibres over extension along them.
-    pub nu12: Scalar,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub nu12: Option<Scalar>,
     /// Density.
     pub density: Scalar,
 }

@@ -26,13 +26,13 @@ pub(super) fn read(card: &Card<'_>) -> Result<Shape, DeckError> {
     let kind = card.text(5).to_uppercase();
     let count = match kind.as_str() {
         "ROD" => 1,
-        "BAR" | "TUBE" => 2,
-        "BOX" | "H" | "T" | "CHAN" | "I1" => 4,
-        "I" => 6,
+        "BAR" | "TUBE" | "TUBE2" => 2,
+        "BOX" | "H" | "T" | "T1" | "T2" | "CHAN" | "CHAN1" | "CHAN2" | "I1" | "CROSS" | "HAT" => 4,
+        "I" | "BOX1" => 6,
         _ => {
             let shown: String = kind.chars().filter(|c| !c.is_control()).take(16).collect();
             let text = format!(
-                "the shape `{shown}` is not read; known are ROD, TUBE, BAR, BOX, I, I1, H, T, CHAN; give a PBAR or PBEAM with A, I1, I2, J"
+                "the shape `{shown}` is not read; known are ROD, TUBE, TUBE2, BAR, BOX, BOX1, I, I1, H, T, T1, T2, CHAN, CHAN1, CHAN2, CROSS, HAT; give a PBAR or PBEAM with A, I1, I2, J"
             );
             return Err(card.error(Some((5, "TYPE")), text));
         }
@@ -57,6 +57,15 @@ pub(super) fn read(card: &Card<'_>) -> Result<Shape, DeckError> {
             }
             let i = PI / 4.0 * (d[0].powi(4) - d[1].powi(4));
             ([PI * (d[0] * d[0] - d[1] * d[1]), i, i], 2.0 * i, [0.5, 0.5])
+        }
+        // Outer radius and wall.
+        "TUBE2" => {
+            let inner = d[0] - d[1];
+            if inner < 0.0 {
+                return wrong(2, "the wall must not be thicker than the radius");
+            }
+            let i = PI / 4.0 * (d[0].powi(4) - inner.powi(4));
+            ([PI * (d[0] * d[0] - inner * inner), i, i], 2.0 * i, [0.5, 0.5])
         }
         "BAR" => (composed(&[[d[0], d[1], 0.0, 0.0]]), rectangle_j(d[0], d[1]), [bar, bar]),
         "BOX" => {
@@ -127,6 +136,96 @@ pub(super) fn read(card: &Card<'_>) -> Result<Shape, DeckError> {
             let j = (2.0 * (w - 0.5 * tw) * tf.powi(3) + (h - tf) * tw.powi(3)) / 3.0;
             (composed(&parts), j, [tw * (h - 2.0 * tf) / area, 2.0 * tf * (w - tw) / area])
         }
+        "BOX1" => {
+            // Width, height, walls above, below, left, right.
+            let [w, h, above, below, left, right] = d;
+            let (wi, hi) = (w - left - right, h - above - below);
+            if wi <= 0.0 || hi <= 0.0 {
+                return wrong(3, "the walls leave no hole");
+            }
+            let hole = [-wi, hi, 0.5 * (below - above), 0.5 * (left - right)];
+            let parts = [[w, h, 0.0, 0.0], hole];
+            let (wm, hm) = (w - 0.5 * (left + right), h - 0.5 * (above + below));
+            // Bredt: four times the enclosed area squared over the way round, each wall by its thickness.
+            let j = 4.0 * (wm * hm).powi(2) / (wm / above + wm / below + hm / left + hm / right);
+            let area = composed(&parts)[0];
+            (composed(&parts), j, [hi * (left + right) / area, wi * (above + below) / area])
+        }
+        "T1" => {
+            // Height of the flange, which stands, length of the web, which lies, thickness of flange and web.
+            let [h, web, tf, tw, ..] = d;
+            let parts = [[tf, h, 0.0, 0.0], [web, tw, 0.0, 0.5 * (tf + web)]];
+            let area = composed(&parts)[0];
+            let j = (h * tf.powi(3) + web * tw.powi(3)) / 3.0;
+            (composed(&parts), j, [h * tf * bar / area, web * tw / area])
+        }
+        "T2" => {
+            // Width, height, flange below, web.
+            let [w, h, tf, tw, ..] = d;
+            if h <= tf {
+                return wrong(2, "the height must be above that of the flange");
+            }
+            let parts = [[w, tf, 0.0, 0.0], [tw, h - tf, 0.5 * h, 0.0]];
+            let area = composed(&parts)[0];
+            let j = (w * tf.powi(3) + (h - 0.5 * tf) * tw.powi(3)) / 3.0;
+            (composed(&parts), j, [tw * (h - tf) / area, w * tf * bar / area])
+        }
+        "CHAN1" => {
+            // Flange beside the web, web, height of the web, height in all.
+            let [f, tw, web, h, ..] = d;
+            if h <= web {
+                return wrong(4, "the height in all must be above that of the web");
+            }
+            let (t, w) = (0.5 * (h - web), f + tw);
+            let parts = [[w, t, -0.5 * (web + t), 0.0], [tw, web, 0.0, -0.5 * f], [w, t, 0.5 * (web + t), 0.0]];
+            let area = composed(&parts)[0];
+            let j = (2.0 * (w - 0.5 * tw) * t.powi(3) + (h - t) * tw.powi(3)) / 3.0;
+            (composed(&parts), j, [tw * web / area, 2.0 * t * f / area])
+        }
+        "CHAN2" => {
+            // Thickness of the legs, of the web, which lies above, height, width.
+            let [tl, tw, h, w, ..] = d;
+            if h <= tw || w <= 2.0 * tl {
+                return wrong(3, "legs and web do not fit into width and height");
+            }
+            let (leg, side) = (h - tw, 0.5 * (w - tl));
+            let parts = [[w, tw, 0.0, 0.0], [tl, leg, -0.5 * h, -side], [tl, leg, -0.5 * h, side]];
+            let area = composed(&parts)[0];
+            let j = (2.0 * (h - 0.5 * tw) * tl.powi(3) + (w - tl) * tw.powi(3)) / 3.0;
+            (composed(&parts), j, [2.0 * tl * leg / area, tw * (w - 2.0 * tl) / area])
+        }
+        "CROSS" => {
+            // Both arms together, stem, its height, thickness of the arms.
+            let [arms, tw, h, t, ..] = d;
+            if h <= t {
+                return wrong(3, "the height must be above the thickness of the arms");
+            }
+            let side = 0.5 * (tw + 0.5 * arms);
+            let parts = [[tw, h, 0.0, 0.0], [0.5 * arms, t, 0.0, -side], [0.5 * arms, t, 0.0, side]];
+            let area = composed(&parts)[0];
+            let j = (h * tw.powi(3) + arms * t.powi(3)) / 3.0;
+            (composed(&parts), j, [tw * h * bar / area, arms * t * bar / area])
+        }
+        "HAT" => {
+            // Height, thickness, width above, width of each brim.
+            let [h, t, top, brim, ..] = d;
+            if h <= 2.0 * t || top <= 2.0 * t {
+                return wrong(1, "the walls do not fit into height and width");
+            }
+            let side = 0.5 * (top - t);
+            let foot = 0.5 * top + 0.5 * brim - 0.5 * t;
+            let web = h - 2.0 * t;
+            let parts = [
+                [top, t, h - 0.5 * t, 0.0],
+                [t, web, 0.5 * h, -side],
+                [t, web, 0.5 * h, side],
+                [brim + t, t, 0.5 * t, -foot],
+                [brim + t, t, 0.5 * t, foot],
+            ];
+            let area = composed(&parts)[0];
+            let j = t.powi(3) * (top + 2.0 * web + 2.0 * (brim + t)) / 3.0;
+            (composed(&parts), j, [2.0 * t * web / area, t * (top + 2.0 * brim) * bar / area])
+        }
         _ => {
             let text = format!("the shape `{kind}` is not read; give a PBAR or PBEAM with A, I1, I2, J");
             return Err(card.error(Some((5, "TYPE")), text));
@@ -136,7 +235,8 @@ pub(super) fn read(card: &Card<'_>) -> Result<Shape, DeckError> {
     // Behind the first end of a PBEAML stand stations.
     let second = (0..count).map(|i| card.text(nsm_at + 3 + i)).any(|t| !t.is_empty());
     let is_tapered = card.name() == "PBEAML" && second;
-    let is_open = matches!(kind.as_str(), "T" | "CHAN") || (kind == "I" && (d[1] != d[2] || d[4] != d[5]));
+    let is_open = matches!(kind.as_str(), "T" | "T1" | "T2" | "CHAN" | "CHAN1" | "CHAN2" | "HAT" | "BOX1")
+        || (kind == "I" && (d[1] != d[2] || d[4] != d[5]));
     let (i1, i2) = if kind == "BAR" { (d[0] * d[1].powi(3) / 12.0, d[1] * d[0].powi(3) / 12.0) } else { (i1, i2) };
     Ok(Shape {
         area,
