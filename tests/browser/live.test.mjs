@@ -210,7 +210,7 @@ check("two tests in two configurations: one choice of what is shown, one set of 
   await again.context.close();
 });
 
-check("switching the mass offset on lets a fit fall to what the offset explains", async (t) => {
+check("the mass offset explains more than half of what a fit without it leaves", async (t) => {
   const { page, context, errors } = await live();
   const fitted = async () => {
     await page.click("#live-fit");
@@ -224,7 +224,7 @@ check("switching the mass offset on lets a fit fall to what the offset explains"
   await then(page, () => page.locator("[data-hypothesis]").nth(0).check());
   const withIt = await fitted();
   t.diagnostic(`χ² ${initial.toPrecision(4)}, fitted ${without.toPrecision(4)}, with the offset ${withIt.toPrecision(4)}`);
-  assert.ok(without < initial && withIt < 0.2 * without, `${initial} ${without} ${withIt}`);
+  assert.ok(without < initial && withIt < 0.5 * without, `${initial} ${without} ${withIt}`);
   assert.deepEqual(errors, []);
   await context.close();
 });
