@@ -127,6 +127,7 @@ fn the_wing_and_its_beam_grid() {
     let test = TestData {
         name: "wing".to_string(),
         description: String::new(),
+        date: None,
         configuration: None,
         sensors,
         modes: test_modes(&modes, &origin),

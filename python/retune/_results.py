@@ -301,7 +301,7 @@ class UpdateResult(Paged):
         return table(caption, heads, rows) + _pair_table(self.pairs, "after") + self._mac.picture(last)
 
 
-class Posterior(Result):
+class Posterior(Paged):
     """Samples of the posterior of the free parameters, and the evidence of the model."""
 
     def __init__(self, inner: _core.Sampled, notes: list[str]) -> None:
@@ -316,6 +316,9 @@ class Posterior(Result):
         """Samples of equal weight, in the units, (n_samples, n_free)."""
         self.costs: Floats = inner.costs()
         """Half the squared misfit of each, (n_samples,)."""
+
+    def _page(self) -> str:
+        return self._inner.page()
 
     def __getitem__(self, name: str) -> Floats:
         """Samples of one parameter, in its unit, (n_samples,)."""
@@ -370,12 +373,15 @@ class Posterior(Result):
         return table(caption, ["parameter", "mean", "sd", "5 %", "50 %", "95 %", "unit"], rows)
 
 
-class Identification(Result):
+class Identification(Paged):
     """Modes of measurements, with the health of the test."""
 
     def __init__(self, inner: _core.Identified, notes: list[str]) -> None:
         super().__init__(inner.json(), notes)
         self._inner = inner
+
+    def _page(self) -> str:
+        return self._inner.page()
 
     def _of_modes(self, name: str) -> Floats:
         return _array([m.get(name) for m in self._dict.get("modes", [])])

@@ -135,6 +135,7 @@ class Test:
         source: str = "arrays",
         is_synthetic: bool = False,
         configuration: str | None = None,
+        date: str | None = None,
     ) -> Test:
         """From modes as arrays.
 
@@ -146,6 +147,7 @@ class Test:
           one share of the largest entry of each shape, or a standard deviation of every entry, (n_sensors, n_modes). The documented
           defaults of the test file when absent.
         * ``source``: where the numbers come from; the file says so
+        * ``date``: the day of the test, ``2014-05-22``
 
         >>> Test.from_arrays([5.0], frequency_sd=0.02, source="hammer test of 3 May").modes[0].source
         'hammer test of 3 May'
@@ -187,6 +189,8 @@ class Test:
         }
         if configuration is not None:
             content["configuration"] = configuration
+        if date is not None:
+            content["date"] = date
         if placed:
             content["sensors"] = {s.name: s._entry() for s in placed}
             if len(content["sensors"]) != len(placed):
@@ -264,6 +268,11 @@ class Test:
     def path(self) -> str | None:
         """The file that it came from."""
         return self._inner.path
+
+    @property
+    def date(self) -> str | None:
+        """The day on which it was measured, ``2014-05-22``."""
+        return self._inner.date
 
     @property
     def configuration(self) -> str | None:

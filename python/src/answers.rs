@@ -3,10 +3,10 @@
 use crate::arrays;
 use crate::error::Wrong;
 use crate::model::Model;
-use crate::page::Made;
+use crate::page::{Made, sign_call};
 use crate::running::on_pool;
 use crate::test::{Frfs, Test, TestSource};
-use crate::tested::Tested;
+use crate::tested::{Tested, others};
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use retune::correlation::CriteriaProfile;
@@ -15,7 +15,8 @@ use retune::diagnosis;
 use retune::effect::set_parameter_values;
 use retune::model::{self, ParametricModel as _};
 use retune::report::{
-    Case, add_diagnosis, answer, assess_paired, live_of_learning, live_unasked, of_comparison, of_learning, of_update,
+    Case, add_diagnosis, add_tests, answer, assess_paired, html, live_of_learning, live_unasked, of_comparison,
+    of_identification, of_learning, of_posterior, of_update,
 };
 use retune::update::{self, Agreement, HowToPair, marginals, sampled_values};
 use serde_json::json;
@@ -140,7 +141,8 @@ impl Updated {
             let model = first.model.file()?;
             let mut data = of_update(model, &first.test, u)?;
             let case = Case { model, test: &first.test, assessment: &u.after };
-            data.live = live_unasked(case, &self.how, Some(model), &[]);
+            data.live = live_unasked(case, &others(&self.all)?, &self.how, Some(model), &[]);
+            add_tests(&mut data, &self.all.iter().map(|t| &t.test).collect::<Vec<_>>());
             data.meta.warnings.extend(u.uncertainty.remarks.iter().cloned());
             if self.all.len() > 1 {
                 let n = self.all.len();
@@ -158,6 +160,7 @@ impl Updated {
 pub(crate) struct Sampled {
     pub(crate) sampled: update::Sampled,
     pub(crate) all: Vec<Tested>,
+    pub(crate) made: Made,
 }
 
 #[pymethods]
@@ -179,6 +182,17 @@ impl Sampled {
     /// (n_samples x n_free), in the units of the parameters.
     fn samples<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         arrays::matrix(py, sampled_values(&self.sampled.posterior, self.all[0].model.parametric()))
+    }
+
+    fn page(&self, py: Python<'_>) -> PyResult<String> {
+        let first = &self.all[0];
+        let work = || {
+            let mut data = of_posterior(first.model.file()?, &first.test, &self.sampled);
+            data.meta.warnings.extend(warnings_of(&self.all));
+            add_tests(&mut data, &self.all.iter().map(|t| &t.test).collect::<Vec<_>>());
+            self.made.page(data)
+        };
+        Ok(on_pool(py, work)?)
     }
 
     /// Cost of each sample.
@@ -215,7 +229,8 @@ impl Diagnosed {
             add_diagnosis(&mut data, &self.diagnosis, model, &joined(&tests).test);
             let assessment = assess_paired(model, &model.parameters().nominal(), &first.test, &self.how)?;
             let case = Case { model, test: &first.test, assessment: &assessment };
-            data.live = live_unasked(case, &self.how, None, &self.diagnosis.hypotheses);
+            data.live = live_unasked(case, &others(&self.all)?, &self.how, None, &self.diagnosis.hypotheses);
+            add_tests(&mut data, &tests);
             data.meta.warnings.extend(warnings_of(&self.all[1..]));
             self.made.page(data)
         };
@@ -264,7 +279,8 @@ impl Learned {
         }
         let work = || {
             let mut data = of_learning(&cases, &self.learned)?;
-            data.live = cases.first().and_then(|c| live_of_learning(c.0, c.1, &self.learned));
+            data.live = live_of_learning(&cases, &self.learned);
+            add_tests(&mut data, &self.all.iter().map(|t| &t.test).collect::<Vec<_>>());
             data.meta.warnings.extend(warnings_of(&self.all));
             self.made.page(data)
         };
@@ -295,6 +311,20 @@ impl Identified {
             return Err(Wrong::from(lacks.clone()).into());
         }
         Ok(Test(Arc::new(TestSource::written(&self.identified.test)?)))
+    }
+
+    fn page(&self, py: Python<'_>) -> PyResult<String> {
+        let work = || {
+            let Some(mut data) = of_identification(&self.identified)? else {
+                return Err(Wrong::text(
+                    "a page shows how modes come from functions with a force; these measurements have none",
+                ));
+            };
+            data.meta.warnings.extend(self.identified.remarks.iter().map(|r| r.text().to_string()));
+            sign_call(&mut data, "retune.identify", None);
+            Ok::<_, Wrong>(html(&data)?)
+        };
+        Ok(on_pool(py, work)?)
     }
 
     /// The functions, with the points that roved as responses.

@@ -38,7 +38,15 @@ mod _core {
     #[pymodule_export]
     use super::test::{Frfs, Test};
     #[pymodule_export]
-    use super::verbs::{compare, diagnose, identify, learn, pretest, read_frfs, report, sample, twin, update};
+    use super::verbs::{
+        compare::compare,
+        diagnose::{diagnose, learn},
+        identify::{identify, read_frfs},
+        pretest::pretest,
+        report::report,
+        twin::twin,
+        update::{sample, update},
+    };
     #[pymodule_export]
     use super::{catalogue, command, yaml_of_json};
 

@@ -9,7 +9,7 @@ use crate::own::{Failure, settled};
 use crate::running::{Stops, run};
 use crate::test::Test;
 use crate::tested::{Given, Pairing, all_tested, cases};
-use crate::verbs::{OwnTerms, failures, settings};
+use crate::verbs::settings::{OwnTerms, failures, settings};
 use numpy::{PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use retune::linalg::{DMatrix, DVector};

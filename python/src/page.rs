@@ -8,6 +8,15 @@ use retune::report::data::{FileRecord, Named, ReportData};
 use retune::report::html;
 use std::sync::Arc;
 
+/// The call, the seed and the versions.
+pub(crate) fn sign_call(data: &mut ReportData, call: &str, seed: Option<u64>) {
+    data.meta.commands.push(call.to_string());
+    data.meta.versions.push(Named::new("report schema", data.schema.to_string()));
+    if let Some(seed) = seed {
+        data.meta.seeds.push(Named::new("all random numbers", seed.to_string()));
+    }
+}
+
 /// What a result was made of, for its page.
 #[derive(Debug, Clone)]
 pub(crate) struct Made {
@@ -30,11 +39,7 @@ impl Made {
             record("model", &source.home);
         }
         self.tests.iter().for_each(|t| record("test", &t.home));
-        data.meta.commands.push(self.call.to_string());
-        data.meta.versions.push(Named::new("report schema", data.schema.to_string()));
-        if let Some(seed) = self.seed {
-            data.meta.seeds.push(Named::new("all random numbers", seed.to_string()));
-        }
+        sign_call(data, self.call, self.seed);
     }
 
     /// The file that was given.

@@ -95,6 +95,11 @@ impl Test {
     }
 
     #[getter]
+    fn date(&self) -> Option<String> {
+        self.0.data.date.map(|d| d.to_string())
+    }
+
+    #[getter]
     fn configuration(&self) -> Option<&str> {
         self.0.data.configuration.as_deref()
     }

@@ -69,6 +69,11 @@ pub(crate) struct Tested {
     pub(crate) remarks: Vec<(&'static str, String)>,
 }
 
+/// The tests beside the first, for a page.
+pub(crate) fn others(all: &[Tested]) -> Result<Vec<(&Model, &TestData)>, Wrong> {
+    all.iter().skip(1).map(|t| Ok((t.model.file()?, &t.test))).collect()
+}
+
 /// The model in the configuration that is asked for, else in the one that the test was made in; slips, and the places of the sensors.
 pub(crate) fn tested(
     source: &Source,

@@ -62,7 +62,8 @@ pub fn joined(tests: &[&TestData]) -> Joined {
         }
     }
     let name = tests.iter().map(|t| t.name.as_str()).collect::<Vec<_>>().join(" + ");
-    Joined { test: TestData { name, sensors: all, modes, ..TestData::default() }, first_mode, sensors }
+    let date = tests.iter().filter_map(|t| t.date).min();
+    Joined { test: TestData { name, date, sensors: all, modes, ..TestData::default() }, first_mode, sensors }
 }
 
 #[cfg(test)]

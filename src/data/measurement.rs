@@ -25,6 +25,7 @@ pub use words::Answers;
 
 use super::convert::{self, ConvertError, FrfOptions, Question, UnitsFrom};
 use super::csv::{self, CsvError, CsvFrfOptions, ShapeTable, openmodal, read_frfs, read_points, read_shapes};
+use super::date::{self, Date};
 use super::file::read_file;
 use super::uff::{Dataset, UffError, UniversalFile};
 use super::{
@@ -67,6 +68,8 @@ pub struct Measurements {
     pub notes: Vec<(PathBuf, String)>,
     /// Whether a file says of itself that it was computed.
     pub is_synthetic: bool,
+    /// The first day on which they were recorded, where universal files say it.
+    pub date: Option<Date>,
     /// σ of an exponential window exp(-σ t) that the files say was laid over the signals (dataset 1858), 1/s.
     pub exponential_window: Option<f64>,
     /// Whether the functions were written for exp(-iωt), and their imaginary parts have been reversed since they were read.
@@ -308,6 +311,7 @@ pub fn read_measurements_by(
     if let Some(modes) = &mut found.modes {
         found.notes.extend(skew::combine_modes(modes).map(|text| (PathBuf::new(), text)));
     }
+    found.date = date::of_universal_files(&universal);
     found.exponential_window = exponential_window(&universal, &mut found.notes);
     let names = own_names(&universal);
     if let Some(set) = &mut set {

@@ -1,6 +1,6 @@
 //! The content of a test file.
 
-use super::{Correction, FrfSet, MeasurementOptions};
+use super::{Correction, Date, FrfSet, MeasurementOptions};
 use crate::element::Dof;
 use crate::linalg::{Complex, DVector};
 use std::sync::Arc;
@@ -304,6 +304,8 @@ pub struct TestData {
     pub name: String,
     /// A paragraph for people.
     pub description: String,
+    /// The day on which it was measured.
+    pub date: Option<Date>,
     /// Configuration of the model that was tested, when it has several.
     pub configuration: Option<String>,
     /// Sensors, in the order of every shape.

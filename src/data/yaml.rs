@@ -13,6 +13,7 @@ pub use write::write_test;
 use self::partner::PartnerSpec;
 use self::statics::{FrfSpec, StaticTestSpec};
 use super::correction::{self, Correction};
+use super::date::Date;
 use super::test::{MassProperty, MassQuantity, Measured, Origin, Place, Sensor, TestData, TestMode, usable_scale};
 use crate::catalogue::{counted, did_you_mean};
 use crate::linalg::{Complex, DVector};
@@ -45,6 +46,9 @@ pub struct TestSpec {
     /// A paragraph for people.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub description: String,
+    /// The day on which it was measured: `2014-05-22`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub date: Option<Date>,
     /// The configuration of the model that was tested, when it has several.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub configuration: Option<String>,
@@ -410,6 +414,7 @@ impl Reader<'_> {
         TestData {
             name: spec.name.clone(),
             description: spec.description.clone(),
+            date: spec.date,
             configuration: spec.configuration.clone(),
             sensors,
             modes,

@@ -7,7 +7,7 @@ use super::problem::evidence::{held_out, ln_evidence};
 use super::problem::race::fit;
 use super::problem::scene::Scene;
 use super::result::{Diagnosis, Verdict};
-use super::search::hypothesis::{Estimate, Tried, estimates};
+use super::search::hypothesis::{Estimate, Tried, all_estimates, estimates};
 use super::search::prior::Odds;
 use super::settings::Settings;
 use crate::data::TestData;
@@ -41,6 +41,8 @@ pub struct Step {
     pub dropped: Vec<String>,
     /// Sizes of the effects that this model has been given, with intervals.
     pub sizes: Vec<Estimate>,
+    /// All free parameters of this model with intervals, the sizes among them; SI values, in the order of the model.
+    pub parameters: Vec<Estimate>,
     /// Numbers of the fault that was taken out after it: a gain.
     pub correction: Vec<Estimate>,
 }
@@ -160,6 +162,7 @@ pub fn learn_from_tests(
             tie: Vec::new(),
             dropped: std::mem::take(&mut dropped),
             sizes: estimates(&scene, fit, &scene.added)?,
+            parameters: all_estimates(&scene, fit)?,
             correction: Vec::new(),
         };
         let best = found.refits.first();

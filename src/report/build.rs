@@ -9,15 +9,16 @@ mod posterior;
 mod responses;
 mod structure;
 
-pub use diagnosis::{LearningStep, diagnosis, learning_steps};
+pub use diagnosis::{LearningStep, LearntParameter, diagnosis, learning_steps};
 pub use identification::of_identification;
 pub use parameters::add_parameters;
 pub use posterior::of_posterior;
 pub(super) use responses::typical_damping;
+pub(super) use structure::structure as structure_of;
 
 use super::data::{
     Combination, Comparison, DataItem, Floats, History, LabelledMatrix, Level, MassProperty, Meta, ModelMode, Modes,
-    Named, Pair, ReportData, Step, Steps, TestMode, Verdict,
+    Named, Pair, ReportData, Step, Steps, TestMode, TestRecord, Verdict,
 };
 use super::text::number;
 use crate::catalogue::counted;
@@ -87,6 +88,31 @@ pub fn of_comparison(case: Case<'_>) -> Result<ReportData, CorrelationError> {
     u.sensitivities = disagreement::sensitivities(case);
     u.parameters = parameters::values(model, &assessment.theta);
     Ok(data)
+}
+
+/// The tests that a report rests on, the first that of its pictures.
+pub fn add_tests(data: &mut ReportData, tests: &[&TestData]) {
+    data.meta.tests = tests.iter().map(|t| test_record(t)).collect();
+}
+
+/// What a report says of a test.
+fn test_record(test: &TestData) -> TestRecord {
+    let with = |n: usize, what: &str| (n > 0).then(|| counted(n, what));
+    let sensors = with(test.sensors.len(), "sensor").map_or_else(String::new, |s| format!(" at {s}"));
+    let modes = with(test.modes.len(), "mode").map(|m| m + &sensors);
+    let functions = test.frfs.as_ref().and_then(|f| with(f.responses.len() * f.references.len(), "frequency response"));
+    let parts = [
+        modes,
+        functions,
+        with(test.static_tests.len(), "static test"),
+        with(test.mass_properties.len(), "mass property"),
+    ];
+    TestRecord {
+        name: test.name.clone(),
+        date: test.date.map(|d| d.to_string()),
+        configuration: test.configuration.clone(),
+        content: parts.into_iter().flatten().collect::<Vec<_>>().join(", "),
+    }
 }
 
 /// What a comparison was before: pairs, MAC, COMAC and mass properties beside those of now.
@@ -234,7 +260,7 @@ pub fn of_learning(cases: &[(&Model, &TestData)], learned: &Learned) -> Result<R
                 at_bound: p.at_bound(value),
                 after_si: value,
             });
-            if let Some(e) = last.sizes.iter().find(|e| e.parameter == p.name) {
+            if let Some(e) = last.parameters.iter().find(|e| e.parameter == p.name) {
                 shown.interval = Some(e.interval.map(|v| p.display(v)));
                 shown.interval_label = "90 %".into();
             }
@@ -278,6 +304,7 @@ pub fn add_learning(
     let (mut earlier, mut last) = diagnosis::diagnoses(steps, model, test);
     earlier.iter_mut().chain(&mut last).for_each(|d| drawn_sensors_only(d, data));
     (data.earlier_diagnoses, data.diagnosis) = (earlier, last);
+    parameters::add_learnt(data, model, steps.last().map_or(&[], |s| &s.parameters));
     let (Some(first), Some(last), Some(d)) = (steps.first(), steps.last(), &data.diagnosis) else { return };
     let mut verdict = diagnosis::verdict(d);
     if steps.len() > 1 {
@@ -428,6 +455,7 @@ fn meta(case: Case<'_>) -> Meta {
         }),
         versions: vec![Named::new("retune", env!("CARGO_PKG_VERSION"))],
         data_items,
+        tests: vec![test_record(test)],
         ..Meta::default()
     }
 }
@@ -477,7 +505,7 @@ fn test_mode(m: &crate::data::TestMode, label: String) -> TestMode {
         origin: m.shape_origin.as_ref().unwrap_or(&m.origin).word().into(),
         at_sensors: part(|v| v.re),
         at_sensors_imag: part(|v| v.im).filter(|_| complex),
-        expanded: None,
+        ..TestMode::default()
     }
 }
 

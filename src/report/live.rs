@@ -6,15 +6,18 @@
 
 mod fault;
 mod rows;
+mod several;
 
-use super::build::{Case, assess_for_report, typical_damping};
+pub use several::{Tested, live_of_learning, live_tests, live_unasked};
+
+use super::build::{Case, typical_damping};
 use super::data::{
     Doubles, Floats, Live, LiveAccuracy, LiveHypothesis, LiveMatrix, LivePairing, LiveParameter, LivePlan,
     LiveSymmetry, LiveTerm, LiveTestMode, LiveVersion, Named,
 };
 use crate::correlation::{PairBy, Plan, hide_unseen, mac_matrix, observation_matrix};
 use crate::data::TestData;
-use crate::diagnosis::{HypothesisResult, Kind, Learned, sensor_loads};
+use crate::diagnosis::{HypothesisResult, Kind, sensor_loads};
 use crate::effect::{Candidate, Context, Effects, Structure};
 use crate::linalg::{DMatrix, symmetric_eigen};
 use crate::modal::{Modes, SolveOptions};
@@ -43,10 +46,6 @@ const HYPOTHESES: usize = 10;
 const FAULTS: usize = 6;
 /// Random points at which the basis is held against the model, of a small one and of a larger one; and for each hypothesis.
 const POINTS: [usize; 3] = [24, 8, 3];
-/// Up to this many dofs a page is made live unasked: what that costs grows with them, and is some tenths of a second there.
-const LIVE_UNASKED: usize = 400;
-/// Bytes by which a page may grow unasked.
-const LIGHT: usize = 1_000_000;
 /// A hypothesis with which one of as many modes as the test has is off by more than this part of its frequency has no switch.
 const USABLE: f64 = 0.01;
 /// λ below this part of the shift is that of a rigid-body motion, as on the page (`web/src/live/model.ts`).
@@ -78,29 +77,6 @@ pub enum NotLive {
     Sensors(#[from] crate::correlation::CorrelationError),
 }
 
-/// [`live`] as a page has it unasked: of a model that is small, where the page stays light and nothing hinders.
-pub fn live_unasked(
-    case: Case<'_>,
-    how: &HowToPair,
-    first: Option<&Model>,
-    hypotheses: &[HypothesisResult],
-) -> Option<Live> {
-    if case.model.dof_map().n_dof() > LIVE_UNASKED {
-        return None;
-    }
-    let found = live(case, how, first, hypotheses).ok()?;
-    serde_json::to_string(&found).is_ok_and(|text| text.len() <= LIGHT).then_some(found)
-}
-
-/// [`live_unasked`] of what learning has found: the last model against the corrected test, the sliders marked where the first model was.
-pub fn live_of_learning(first: &Model, test: &TestData, learned: &Learned) -> Option<Live> {
-    let last = learned.steps.last()?;
-    let test = learned.tests.first().unwrap_or(test);
-    let assessment = assess_for_report(&last.model, &last.theta, test).ok()?;
-    let case = Case { model: &last.model, test, assessment: &assessment };
-    live_unasked(case, &HowToPair::default(), Some(first), &last.diagnosis.hypotheses)
-}
-
 /// The model of a case as a page computes with it.
 ///
 /// * `how` - how modes are paired
@@ -114,6 +90,16 @@ pub fn live(
     how: &HowToPair,
     first: Option<&Model>,
     hypotheses: &[HypothesisResult],
+) -> Result<Live, NotLive> {
+    live_with(case, how, first, (case.model, hypotheses))
+}
+
+/// [`live`] with hypotheses about places of another configuration of the model.
+fn live_with(
+    case: Case<'_>,
+    how: &HowToPair,
+    first: Option<&Model>,
+    (places, hypotheses): (&Model, &[HypothesisResult]),
 ) -> Result<Live, NotLive> {
     let Case { model, test, assessment } = case;
     let theta = &assessment.theta;
@@ -140,7 +126,7 @@ pub fn live(
     let mut parameters: Vec<LiveParameter> =
         model.parameters().iter().zip(theta).map(|(p, value)| of_model(p, *value, first)).collect();
     let own = parameters.clone();
-    let (tried, mut left_out) = tried(&shared, test, hypotheses)?;
+    let (tried, mut left_out) = tried(&shared, places, test, hypotheses)?;
     let mut switches = Vec::new();
     for (k, t) in tried.iter().enumerate() {
         let sizes: Vec<LiveParameter> = t.sizes.iter().enumerate().map(|(k, p)| t.slider(k, p)).collect();
@@ -225,6 +211,9 @@ pub fn live(
     let (displacement, rotation) = nodal(model, &shapes);
     let of_modes: f64 = assessment.misfit_per_mode.iter().sum();
     Ok(Live {
+        test_name: String::new(),
+        configuration: None,
+        structure: None,
         n,
         is_complete: alone.dof_map().n_dof() == n_dof,
         n_rigid: stand_in.n_rigid(),
@@ -330,11 +319,12 @@ type TriedAndNot<'a> = (Vec<Tried<'a>>, Vec<(String, String)>);
 
 fn tried<'a>(
     model: &Arc<Model>,
+    places: &Model,
     test: &TestData,
     hypotheses: &'a [HypothesisResult],
 ) -> Result<TriedAndNot<'a>, NotLive> {
-    let context = Context { sensors: sensor_loads(model, &test.sensors)?, ..Context::default() };
-    let structure = Structure::new(model, &context);
+    let context = Context { sensors: sensor_loads(places, &test.sensors)?, ..Context::default() };
+    let structure = Structure::new(places, &context);
     let (mut found, mut left_out) = (Vec::new(), Vec::new());
     for result in hypotheses.iter().filter(|h| h.kind == Kind::Effect).take(HYPOTHESES) {
         match one(model, &structure, result) {

@@ -20,12 +20,12 @@ mod vtk;
 mod fixture;
 
 pub use build::{
-    Case, LearningStep, add_before, add_diagnosis, add_learning, add_parameters, add_responses, assess_for_report,
-    assess_paired, diagnosis, learning_steps, misfit_before_any_fit, of_comparison, of_identification, of_learning,
-    of_posterior, of_update, steps,
+    Case, LearningStep, LearntParameter, add_before, add_diagnosis, add_learning, add_parameters, add_responses,
+    add_tests, assess_for_report, assess_paired, diagnosis, learning_steps, misfit_before_any_fit, of_comparison,
+    of_identification, of_learning, of_posterior, of_update, steps,
 };
 pub use data::{ReportData, ReportError};
 pub use html::{html, json};
-pub use live::{NotLive, add_versions, live, live_of_learning, live_unasked};
+pub use live::{NotLive, Tested, add_versions, live, live_of_learning, live_tests, live_unasked};
 pub use svg::{Figure, figures, response_figure};
 pub use vtk::{VtkFile, paraview};

@@ -381,6 +381,7 @@ fn described(found: &Measurements, about: &About, description: String) -> TestDa
     TestData {
         name: if is_said { name } else { format!("{name} (synthetic)") },
         description,
+        date: found.date,
         configuration: about.configuration.clone(),
         ..TestData::default()
     }

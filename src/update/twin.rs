@@ -271,6 +271,7 @@ pub fn twin_modes(
     Ok(TestData {
         name: String::new(),
         description: String::new(),
+        date: None,
         configuration: None,
         sensors: sensors.to_vec(),
         modes: out,

@@ -159,6 +159,76 @@ check("every hypothesis can be switched on with its size, alone and together, an
   await context.close();
 });
 
+check("two tests in two configurations: one choice of what is shown, one set of sliders, one misfit; and the second test is the library's, too", async (t) => {
+  const truth = JSON.parse(readFileSync(join(folder, "two_tests_truth.json"), "utf8"));
+  const address = (state) => `${pages("two_tests")}#live${state}`;
+  const { page, context, errors } = await open(browser, address(""));
+  const chi = () => page.locator("#live-tests [data-chi-of]").evaluateAll((all) => all.map((x) => Number(x.dataset.chiOf)));
+  await page.waitForFunction(() => document.querySelectorAll("#live-tests [data-chi-of]").length === 2);
+  const reported = await chi();
+  assert.equal(await page.textContent("#live-tests tbody tr:nth-child(2) td:nth-child(2)"), "bench");
+  // A slider moves both; a hypothesis is common to both.
+  await page.waitForSelector("#live-table tbody tr");
+  await then(page, () => page.locator('.live-range[data-parameter="E_wing"]').press("PageUp"));
+  await then(page, () => page.locator("[data-hypothesis]").first().check());
+  await page.waitForFunction((was) => [...document.querySelectorAll("#live-tests [data-chi-of]")].every((x, i) => Number(x.dataset.chiOf) !== was[i]), reported);
+  const [now, value] = [await chi(), await page.evaluate(() => retuneLive.state().values[retuneLive.live.parameters.findIndex((p) => p.name === "E_wing")])];
+  assert.equal(await total(page), now[0]);
+  // By keys alone to the other test.
+  await page.focus('[data-test-of="1"]');
+  await page.keyboard.press("Enter");
+  await page.waitForFunction(() => document.querySelectorAll("#live-table tbody tr").length === 3 && document.querySelector(".split.live").dataset.settled);
+  assert.equal(await page.getAttribute('[data-test-of="1"]', "aria-pressed"), "true");
+  assert.equal(await page.evaluate(() => retuneLive.state().values[retuneLive.live.parameters.findIndex((p) => p.name === "E_wing")]), value);
+  await page.waitForFunction((c) => Math.abs(Number(document.querySelector("#live-total strong").dataset.total) / c - 1) < 1e-9, now[1]);
+  assert.ok((await page.evaluate(() => location.hash)).startsWith("#live/of:2;"));
+  const hash = await page.evaluate(() => location.hash);
+  // The bench test at random points, as the library has it.
+  const answers = await page.evaluate(async (points) => {
+    const out = [];
+    for (const { theta } of points) {
+      const { live } = retuneLive, values = live.parameters.map((p) => p.value);
+      theta.forEach((v, k) => { values[k] = v; });
+      const { prediction: p } = await retuneLive.set({ values, on: live.hypotheses.map(() => false), order: [], extras: [] });
+      out.push({ hz: [...p.hz], partner: [...p.partner], chi: [...p.ofFrequency].map((v, j) => v + p.ofShape[j]) });
+    }
+    return out;
+  }, truth);
+  let worst = 0;
+  truth.forEach((x, k) => {
+    assert.deepEqual(answers[k].partner, x.partner);
+    x.partner.forEach((i) => { worst = Math.max(worst, Math.abs(answers[k].hz[i] / x.hz[i] - 1)); });
+    x.misfit_per_mode.forEach((v, j) => { worst = Math.max(worst, Math.abs(answers[k].chi[j] - v) / Math.max(1, v)); });
+  });
+  t.diagnostic(`${truth.length} points of the bench test: frequencies and misfit within ${worst.toExponential(1)}`);
+  assert.ok(truth.length >= 15 && worst < 1e-6, `${truth.length} points, ${worst}`);
+  assert.deepEqual(errors, []);
+  await context.close();
+  const again = await open(browser, address(hash.slice("#live".length)));
+  await again.page.waitForFunction((c) => Math.abs(Number(document.querySelector("#live-total strong")?.dataset.total) / c - 1) < 1e-6, now[1]);
+  assert.deepEqual(again.errors, []);
+  await again.context.close();
+});
+
+check("the mass offset explains more than half of what a fit without it leaves", async (t) => {
+  const { page, context, errors } = await live();
+  const fitted = async () => {
+    await page.click("#live-fit");
+    await page.waitForFunction(() => document.getElementById("live-fit").textContent === "Fit" && document.querySelector(".live-actions .note")?.textContent !== "Fitting …", null, { timeout: 100_000 });
+    await page.waitForFunction(() => !document.querySelector("[role=status]")?.textContent.includes("Fitting"));
+    return total(page);
+  };
+  const [initial, without] = [await total(page), await fitted()];
+  await then(page, () => page.click("#live-reset"));
+  assert.ok((await page.evaluate(() => retuneLive.live.hypotheses[0].id)).startsWith("mass-offset"));
+  await then(page, () => page.locator("[data-hypothesis]").nth(0).check());
+  const withIt = await fitted();
+  t.diagnostic(`χ² ${initial.toPrecision(4)}, fitted ${without.toPrecision(4)}, with the offset ${withIt.toPrecision(4)}`);
+  assert.ok(without < initial && withIt < 0.5 * without, `${initial} ${without} ${withIt}`);
+  assert.deepEqual(errors, []);
+  await context.close();
+});
+
 check("an answer takes less than a frame, in a worker", async (t) => {
   const { page, context } = await live();
   const took = await page.evaluate(async () => {

@@ -14,7 +14,7 @@ use retune::effect::{Effect, Effects};
 use retune::fault::Faults;
 use retune::model::ParametricModel;
 use retune::report::{
-    Case, ReportData, add_diagnosis, answer, assess_paired, diagnosis, live_unasked, of_comparison, text,
+    Case, ReportData, add_diagnosis, add_tests, answer, assess_paired, diagnosis, live_unasked, of_comparison, text,
 };
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -60,7 +60,7 @@ pub(crate) fn run(args: &Diagnose) -> Result<u8, Failure> {
         let case = Case { model: &first.model, test: &first.test, assessment: &assessment };
         let mut data = of_comparison(case)?;
         add_diagnosis(&mut data, &d, &first.model, &together);
-        data.live = live_unasked(case, &how, None, &d.hypotheses);
+        data.live = live_unasked(case, &others(&all), &how, None, &d.hypotheses);
         about_files(&mut data, &all, &args.model, &args.tests.paths, args.random.seed);
         let written = outputs.write(&data)?;
         if !args.print.json {
@@ -118,11 +118,17 @@ pub(super) fn about_files(data: &mut ReportData, all: &[Tested], model: &Path, t
     provenance(data, &read, Some(seed));
 }
 
+/// The tests beside the first.
+pub(super) fn others(all: &[Tested]) -> Vec<retune::report::Tested<'_>> {
+    all.iter().skip(1).map(|t| (&t.model, &t.test)).collect()
+}
+
 /// What was warned of while the files were read, and which of several tests the pictures show.
 ///
 /// * `opening` - of a sentence that goes on with the number of tests
 pub(super) fn warn_of_tests(data: &mut ReportData, all: &[Tested], opening: &str) {
     data.meta.warnings.extend(all.iter().flat_map(|t| t.warnings.clone()));
+    add_tests(data, &all.iter().map(|t| &t.test).collect::<Vec<_>>());
     if all.len() > 1 {
         let names: Vec<&str> = all.iter().map(|t| t.test.name.as_str()).collect();
         data.meta.warnings.push(format!(

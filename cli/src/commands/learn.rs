@@ -68,7 +68,7 @@ pub(crate) fn run(args: &Learn) -> Result<u8, Failure> {
     }
     if args.report.is_some() {
         let mut data = of_learning(&cases, &learned)?;
-        data.live = live_of_learning(cases[0].0, cases[0].1, &learned);
+        data.live = live_of_learning(&cases, &learned);
         about_files(&mut data, &all, &args.model, &args.tests.paths, args.random.seed);
         let written = outputs.write(&data)?;
         if !args.print.json {

@@ -1,6 +1,6 @@
 //! `retune report`
 
-use super::diagnose::warn_of_tests;
+use super::diagnose::{others, warn_of_tests};
 use super::measured;
 use crate::args::{Report, WhenLive};
 use crate::output::{Failure, print, style};
@@ -11,8 +11,8 @@ use retune::diagnosis::{Settings, diagnose, diagnose_tests};
 use retune::model::{Model, ParametricModel};
 use retune::report::data::ReportData;
 use retune::report::{
-    Case, LearningStep, add_before, add_diagnosis, add_learning, add_parameters, add_responses, add_versions,
-    assess_paired, json, live, live_unasked, misfit_before_any_fit, of_comparison, steps, text,
+    Case, LearningStep, NotLive, add_before, add_diagnosis, add_learning, add_parameters, add_responses, add_versions,
+    assess_paired, json, live_tests, live_unasked, misfit_before_any_fit, of_comparison, steps, text,
 };
 use retune::update::Assessment;
 use std::path::{Path, PathBuf};
@@ -77,18 +77,16 @@ pub(crate) fn run(args: &Report) -> Result<u8, Failure> {
         let hypotheses = diagnosis.as_ref().map_or(&[][..], |d| &d.hypotheses);
         let first = earlier.first().map(|e| &e.1);
         data.live = match args.live {
-            WhenLive::Never => None,
-            WhenLive::Auto => live_unasked(case, &how, first, hypotheses),
-            WhenLive::Always => {
-                let found = live(case, &how, first, hypotheses);
-                found.inspect_err(|e| warning!("the page does not compute: {e}")).ok()
-            }
+            WhenLive::Never => Vec::new(),
+            WhenLive::Auto => live_unasked(case, &others(&all), &how, first, hypotheses),
+            WhenLive::Always => live_tests(case, &others(&all), &how, first, hypotheses)
+                .zip(&all)
+                .filter_map(|(found, t)| found.inspect_err(|e| does_not_compute(&t.test.name, e)).ok())
+                .collect(),
         };
     }
-    if let Some(live) = &mut data.live {
-        let all: Vec<(&str, &Model)> = earlier.iter().map(|(name, model, _)| (name.as_str(), model)).collect();
-        add_versions(live, &all);
-    }
+    let versions: Vec<(&str, &Model)> = earlier.iter().map(|(name, model, _)| (name.as_str(), model)).collect();
+    data.live.iter_mut().for_each(|live| add_versions(live, &versions));
     let before = earlier.first().map(|(_, model, a)| Case { model, test, assessment: a });
     if let (Some(set), true) = (&test.frfs, args.frf.is_empty()) {
         let origin = test.modes.first().map_or("measured", |m| m.origin.word());
@@ -113,6 +111,10 @@ pub(crate) fn run(args: &Report) -> Result<u8, Failure> {
         announce(&written);
     }
     Ok(DONE)
+}
+
+fn does_not_compute(test: &str, why: &NotLive) {
+    warning!("the page does not compute what `{test}` is held against: {why}");
 }
 
 /// The verdict in one line, so that nobody must open the page for it.

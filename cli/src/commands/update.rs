@@ -1,6 +1,7 @@
 //! `retune update`
 
 use super::compare::summary;
+use super::diagnose::others;
 use super::measured::findings_text;
 use crate::args::Update;
 use crate::interrupt::{before_search, stop_flag};
@@ -13,7 +14,7 @@ use retune::data::TestData;
 use retune::effect::set_parameter_values;
 use retune::optim::{Checkpoint, OptimizerSpec};
 use retune::report::text::{cost_history, printable};
-use retune::report::{Case, answer, live_unasked};
+use retune::report::{Case, add_tests, answer, live_unasked};
 use retune::update::{
     Assessment, Controls, ObjectiveSpec, ReducedSearch, Settings, TestCase, UnpairedMode, update_to_tests,
 };
@@ -131,8 +132,9 @@ pub(crate) fn run(args: &Update) -> Result<u8, Failure> {
         let first = &all[0];
         let mut data = retune::report::of_update(&first.model, &first.test, &u)?;
         let case = Case { model: &first.model, test: &first.test, assessment: &u.after };
-        data.live = live_unasked(case, &settings.pairing, Some(&first.model), &[]);
+        data.live = live_unasked(case, &others(&all), &settings.pairing, Some(&first.model), &[]);
         data.meta.warnings.extend(u.uncertainty.remarks.iter().cloned());
+        add_tests(&mut data, &all.iter().map(|t| &t.test).collect::<Vec<_>>());
         if all.len() > 1 {
             let n = all.len();
             data.meta.warnings.push(format!("The fit is to {n} tests; modes, pairs and steps show the first."));

@@ -136,6 +136,7 @@ pub fn write_test(data: &TestData) -> String {
         retune_test: FORMAT,
         name: data.name.clone(),
         description: data.description.clone(),
+        date: data.date,
         configuration: data.configuration.clone(),
         sources,
         sensors,

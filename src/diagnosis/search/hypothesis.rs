@@ -76,6 +76,21 @@ impl Refit {
     }
 }
 
+/// Estimates of all free parameters with 90 % intervals, clipped to the bounds; in the order of the model.
+pub(crate) fn all_estimates(scene: &Scene, fit: &Fit) -> Result<Vec<Estimate>, DiagnosisError> {
+    let (_, covariance) = fit.hessian()?;
+    let parameters = scene.solved().parameters();
+    let one = |(k, &index): (usize, &usize)| {
+        let p = parameters.get(index);
+        let [low, high] = p.bounds?;
+        let value = fit.theta[index];
+        let half = NINETY * covariance[(k, k)].sqrt() * (high - low);
+        let interval = [(value - half).max(low), (value + half).min(high)];
+        Some(Estimate { parameter: p.name.clone(), value, unit: p.unit.clone(), interval })
+    };
+    Ok(Scaling::new(scene.solved()).free().iter().enumerate().filter_map(one).collect())
+}
+
 /// Estimates with 90 % intervals, clipped to the bounds.
 pub(crate) fn estimates(scene: &Scene, fit: &Fit, of: &[NewParameter]) -> Result<Vec<Estimate>, DiagnosisError> {
     let (_, covariance) = fit.hessian()?;

@@ -9,7 +9,7 @@ use crate::correlation::odds;
 use crate::data::TestData;
 use crate::diagnosis::{self, HypothesisResult, Kind};
 use crate::effect::Effects;
-use crate::model::Model;
+use crate::model::{Model, ParametricModel};
 use serde::{Deserialize, Serialize};
 
 /// The measure of [`diagnosis`], in words.
@@ -274,8 +274,24 @@ pub struct LearningStep {
     pub tied_with: Vec<String>,
     /// Ids of effects that had become unnecessary before it.
     pub dropped: Vec<String>,
+    /// The free parameters of its model.
+    #[serde(default)]
+    pub parameters: Vec<LearntParameter>,
     /// What was diagnosed.
     pub diagnosis: diagnosis::Diagnosis,
+}
+
+/// A free parameter in a step of learning, SI.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct LearntParameter {
+    /// Its name.
+    pub name: String,
+    /// Its value in the file that was learned from; of the size of an effect that which leaves the model as it is.
+    pub before: f64,
+    /// The fitted value.
+    pub value: f64,
+    /// 90 % interval.
+    pub interval: [f64; 2],
 }
 
 impl From<&diagnosis::Step> for LearningStep {
@@ -288,9 +304,19 @@ impl From<&diagnosis::Step> for LearningStep {
             corrected: s.corrected.clone(),
             tied_with: s.tie.clone(),
             dropped: s.dropped.clone(),
+            parameters: learnt(s),
             diagnosis: s.diagnosis.clone(),
         }
     }
+}
+
+fn learnt(s: &diagnosis::Step) -> Vec<LearntParameter> {
+    let all = s.model.parameters();
+    let one = |e: &diagnosis::Estimate| {
+        let before = all.get(all.index_of(&e.parameter)?).value;
+        Some(LearntParameter { name: e.parameter.clone(), before, value: e.value, interval: e.interval })
+    };
+    s.parameters.iter().filter_map(one).collect()
 }
 
 /// Names of the steps: what each model has that the one before had not.

@@ -158,6 +158,7 @@ fn meta(found: &Identified, frfs: &FrfSet, poles: usize) -> Meta {
         text.clone()
     });
     Meta {
+        tests: vec![super::test_record(&found.test)],
         title: found.test.name.clone(),
         subtitle: format!(
             "identified from functions: {} by {} on {}",

@@ -1,6 +1,7 @@
 //! The parameters of a model beside those of an earlier version.
 
 use super::super::data::{Bound, Parameter, ReportData};
+use super::LearntParameter;
 use crate::model::{Model, ParametricModel};
 use crate::update::ParameterChange;
 
@@ -29,6 +30,22 @@ pub fn add_parameters(data: &mut ReportData, first: &Model, now: &Model) {
             })
         })
         .collect();
+}
+
+/// What learning has made of the free parameters, where nothing else has told it: values before, intervals.
+pub(super) fn add_learnt(data: &mut ReportData, now: &Model, learnt: &[LearntParameter]) {
+    let u = data.update.get_or_insert_default();
+    let all = now.parameters();
+    if u.has_moved() {
+        return;
+    }
+    for shown in &mut u.parameters {
+        let found = learnt.iter().find(|l| l.name == shown.name).zip(all.index_of(&shown.name));
+        let Some((l, p)) = found.map(|(l, i)| (l, all.get(i))) else { continue };
+        (shown.before, shown.after) = (p.display(l.before), Some(p.display(p.value)));
+        shown.interval = Some(l.interval.map(|v| p.display(v)));
+        shown.interval_label = "90 %".into();
+    }
 }
 
 /// The free parameters of a model where nothing has changed them.

@@ -64,6 +64,7 @@ pub fn of_posterior(model: &Model, test: &TestData, found: &update::Sampled) -> 
     });
     ReportData {
         meta: Meta {
+            tests: vec![super::test_record(test)],
             title: test.name.clone(),
             subtitle: format!("posterior of: {}", model.spec().name),
             verdict: Some(Verdict {

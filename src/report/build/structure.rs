@@ -142,7 +142,11 @@ fn share(elements: &mut [Element]) -> Vec<PropertySet> {
 }
 
 /// The structure at θ with the sensors of a test.
-pub(super) fn structure(model: &Model, theta: &[f64], test: &TestData) -> Result<Structure, CorrelationError> {
+pub(in crate::report) fn structure(
+    model: &Model,
+    theta: &[f64],
+    test: &TestData,
+) -> Result<Structure, CorrelationError> {
     let geometry = model.geometry();
     let spec = model.spec();
     let names: Vec<&str> = model.parameters().names().collect();

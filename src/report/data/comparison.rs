@@ -1,10 +1,11 @@
 //! Modes, pairs and frequency responses of model and test.
 
-use super::{Floats, Spectrum};
+use super::{Floats, Levels, Spectrum};
+use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize};
 
 /// Mode shapes of both sides.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Modes {
     /// Modes of the model, by ascending frequency.
@@ -14,7 +15,7 @@ pub struct Modes {
 }
 
 /// A mode of the model.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct ModelMode {
     /// What it is called: `symmetric 1st bending`, or its number.
@@ -25,6 +26,9 @@ pub struct ModelMode {
     pub damping_ratio: Option<f64>,
     /// Displacement of every node, (ux, uy, uz) node after node; any scale.
     pub displacement: Floats,
+    /// The same, rounded, instead of it: in the page of a large mesh.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub displacement_levels: Option<Levels>,
     /// Its imaginary part, for a complex mode.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub displacement_imag: Option<Floats>,
@@ -41,7 +45,7 @@ pub struct ModelMode {
 }
 
 /// A mode of the test.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct TestMode {
     /// What the test calls it.
@@ -63,10 +67,13 @@ pub struct TestMode {
     /// The shape expanded to every node, (ux, uy, uz) node after node, on the scale of `at_sensors`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub expanded: Option<Floats>,
+    /// The same, rounded, instead of it: in the page of a large mesh.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub expanded_levels: Option<Levels>,
 }
 
 /// How the modes of model and test compare.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Comparison {
     /// Pairs of the model as reported, by ascending test frequency.
@@ -104,7 +111,7 @@ pub struct Comparison {
 }
 
 /// A mode of the test and its partner in the model.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Pair {
     /// What the mode is called.
@@ -130,7 +137,7 @@ pub struct Pair {
 }
 
 /// A matrix with names for rows and columns.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct LabelledMatrix {
     /// What it is.
@@ -145,6 +152,7 @@ pub struct LabelledMatrix {
     pub columns: Vec<String>,
     /// Row after row; what has no value is NaN, in JSON null, on the page blank.
     #[serde(deserialize_with = "with_gaps")]
+    #[schemars(with = "Vec<Vec<Option<f64>>>")]
     pub values: Vec<Vec<f64>>,
 }
 
@@ -155,7 +163,7 @@ fn with_gaps<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<Vec<f64>>
 }
 
 /// Frequency response functions of test and model on common lines.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Frfs {
     /// `receptance`, `mobility` or `accelerance`.
@@ -179,7 +187,7 @@ pub struct Frfs {
 }
 
 /// A frequency band.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Band {
     /// Its name.
@@ -195,7 +203,7 @@ pub struct Band {
 }
 
 /// One frequency response function.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Channel {
     /// Name of the response, with its direction.

@@ -1,9 +1,10 @@
 //! Which physics is missing, where, how sure, and what else it could be.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// How a statement stands; the page shows it by a word and a sign as well as by colour.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Level {
     /// As it should be.
@@ -18,7 +19,7 @@ pub enum Level {
 }
 
 /// What the diagnosis found.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Outcome {
     /// The model explains the test.
@@ -39,7 +40,7 @@ pub enum Outcome {
 }
 
 /// The result of a diagnosis.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Diagnosis {
     /// Which model it is about, where a report has several: `before step 1`. Empty when there is one.
@@ -75,7 +76,7 @@ pub struct Diagnosis {
 }
 
 /// What a hypothesis acts on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Category {
     /// A physical effect that the model lacks.
@@ -90,7 +91,7 @@ pub enum Category {
 }
 
 /// A place on the structure, as indices.
-#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Place {
     /// In words: `outer wing`.
@@ -104,7 +105,7 @@ pub struct Place {
 }
 
 /// A hypothesis.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Hypothesis {
     /// What other hypotheses call it in `tied_with`: `mass-offset@outer_wing`.
@@ -142,7 +143,7 @@ pub struct Hypothesis {
 }
 
 /// A size of a hypothesis, estimated from the data.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Estimate {
     /// What is estimated: `offset aft of the elastic axis`.
@@ -158,7 +159,7 @@ pub struct Estimate {
 }
 
 /// A measurement that would tell hypotheses apart.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Measurement {
     /// What to measure.

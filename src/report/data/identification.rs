@@ -1,10 +1,11 @@
 //! Modes that were identified from functions, and the diagrams they were chosen from.
 
 use super::Floats;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Frequency responses, their poles and the modes that were made of them.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Identification {
     /// How, in words.
@@ -22,7 +23,7 @@ pub struct Identification {
 }
 
 /// A stabilisation diagram; `hz`, `damping`, `order`, `mark` and `column` have one entry a pole.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Diagram {
     /// Which: `3.0 to 30.0 Hz`, `3.0 to 30.0 Hz, remainder`.
@@ -44,7 +45,7 @@ pub struct Diagram {
 }
 
 /// A candidate that is no mode.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Rejected {
     /// Its frequency, Hz.
@@ -56,7 +57,7 @@ pub struct Rejected {
 }
 
 /// An identified mode.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct IdentifiedMode {
     /// Natural frequency, Hz.

@@ -1,6 +1,7 @@
 //! A model that the page itself computes with: its matrices as functions of parameters, on few coordinates.
 
 use super::encoding::{Doubles, Floats};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// The terms of K and M on one basis, sensors on that basis, the test, and how right all that is.
@@ -11,9 +12,18 @@ use serde::{Deserialize, Serialize};
 /// ```
 ///
 /// θ are the parameters of the model, then the sizes of the hypotheses that can be switched on. All in SI.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Live {
+    /// Name of the test that it is held against.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub test_name: String,
+    /// The configuration of the model, where it has several.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub configuration: Option<String>,
+    /// The structure with the sensors of this test, where it is not that of the report.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub structure: Option<super::Structure>,
     /// Number of coordinates, n.
     pub n: usize,
     /// Whether they are as many as the model has, so that whatever is put at a node is exact too.
@@ -61,7 +71,7 @@ pub struct Live {
 }
 
 /// A parameter with a slider.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LiveParameter {
     /// Its name.
@@ -84,7 +94,7 @@ pub struct LiveParameter {
 }
 
 /// A version of the model.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LiveVersion {
     /// Its name: `initial`, `paper`.
@@ -94,7 +104,7 @@ pub struct LiveVersion {
 }
 
 /// A hypothesis with a switch.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LiveHypothesis {
     /// As in the diagnosis.
@@ -117,7 +127,7 @@ pub struct LiveHypothesis {
 }
 
 /// What a test would be without a fault with number g: the entries that change.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LiveTestEdit {
     /// Whether g is an angle, rad, not a factor.
@@ -137,7 +147,7 @@ pub struct LiveTestEdit {
 }
 
 /// Entries of an array as functions of a number g: a + b g + c/g of a factor, a + b cos g + c sin g of an angle; NaN is not measured.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LiveEntries {
     /// Where.
@@ -147,7 +157,7 @@ pub struct LiveEntries {
 }
 
 /// One term: a factor and its matrices.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LiveTerm {
     /// (parameter, power) of each factor; none for the constant term.
@@ -163,7 +173,7 @@ pub struct LiveTerm {
 }
 
 /// A symmetric matrix (n x n).
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum LiveMatrix {
     /// The rows of its lower triangle, n(n + 1)/2 numbers.
@@ -173,7 +183,7 @@ pub enum LiveMatrix {
 }
 
 /// Φᵀ P Φ and Φᵀ Φ by rows of their lower triangles, with P the reflection of the rows of the model: the symmetry index of a shape y is yᵀ P y / yᵀ y.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LiveSymmetry {
     /// Φᵀ P Φ.
@@ -183,7 +193,7 @@ pub struct LiveSymmetry {
 }
 
 /// A mode of the test.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LiveTestMode {
     /// Its name.
@@ -213,7 +223,7 @@ pub struct LiveTestMode {
 }
 
 /// What is settled about the partner of a test mode.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum LivePlan {
     /// Nothing: the rule pairs it.
@@ -228,7 +238,7 @@ pub enum LivePlan {
 }
 
 /// The rule and the gates of the pairs.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LivePairing {
     /// `mac`, `near-mac`, `order` or `label`.
@@ -242,7 +252,7 @@ pub struct LivePairing {
 }
 
 /// How far the coordinates have been held against the whole model.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LiveAccuracy {
     /// Number of random points in the ranges of the sliders at which both were solved.

@@ -1,10 +1,11 @@
 //! Where model and test disagree.
 
 use super::Place;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Elements and groups ranked by how far the residual energy there stands above noise.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Localization {
     /// The finding in one sentence; it also says that nothing stands out.
@@ -20,7 +21,7 @@ pub struct Localization {
 }
 
 /// How much disagreement sits in one place.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Suspect {
     /// The element or group.

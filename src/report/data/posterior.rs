@@ -1,10 +1,11 @@
 //! Samples of a posterior.
 
 use super::Floats;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// What sampling has found.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Posterior {
     /// The free parameters.
@@ -20,7 +21,7 @@ pub struct Posterior {
 }
 
 /// The posterior of one parameter, in its unit.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Sampled {
     /// Its name.

@@ -1,10 +1,11 @@
 //! The structure as the 3-D views draw it.
 
 use super::Floats;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Nodes, elements and everything attached to them.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Structure {
     /// Global axis that points up on the screen: 0, 1 or 2; 2 when missing.
@@ -32,7 +33,7 @@ pub struct Structure {
 }
 
 /// A node.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Node {
     /// Its name in the model file.
@@ -42,7 +43,7 @@ pub struct Node {
 }
 
 /// An element: one node (a spring to ground), two (a line) or three and more (a face).
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Element {
     /// Its name in the model file.
@@ -69,7 +70,7 @@ pub struct Element {
 }
 
 /// A property as it is shown: name and value with unit.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Property {
     /// Its name: `E`.
@@ -86,7 +87,7 @@ impl Property {
 }
 
 /// Properties that several elements share.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct PropertySet {
     /// Its name, such as that of a section.
@@ -96,7 +97,7 @@ pub struct PropertySet {
 }
 
 /// Nodes that follow a master rigidly.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct RigidLink {
     /// Its name.
@@ -108,7 +109,7 @@ pub struct RigidLink {
 }
 
 /// A mass at a node.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct PointMass {
     /// Its name.
@@ -126,7 +127,7 @@ pub struct PointMass {
 }
 
 /// A supported node.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Support {
     /// Index of its node.
@@ -136,7 +137,7 @@ pub struct Support {
 }
 
 /// A sensor of the test.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Sensor {
     /// Its name in the test.
@@ -152,7 +153,7 @@ pub struct Sensor {
 }
 
 /// A point of excitation.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Exciter {
     /// Its name.
@@ -164,7 +165,7 @@ pub struct Exciter {
 }
 
 /// What a field has one value for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Carrier {
     /// Every element.
@@ -177,7 +178,7 @@ pub enum Carrier {
 }
 
 /// How a field is coloured.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Scale {
     /// From the smallest value to the largest.
@@ -190,7 +191,7 @@ pub enum Scale {
 }
 
 /// A scalar over the structure.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Field {
     /// What it is: `localisation error`, `strain energy, mode 3`, `COMAC`.

@@ -1,10 +1,11 @@
 //! The update and the fall of the error.
 
 use super::LabelledMatrix;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// What an update did.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Update {
     /// Which optimiser, in words.
@@ -41,7 +42,7 @@ impl Update {
 }
 
 /// Best cost over evaluations.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct History {
     /// Its name: `differential evolution`, `refiner`.
@@ -53,7 +54,7 @@ pub struct History {
 }
 
 /// A bound that a parameter sits on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Bound {
     /// The lower one.
@@ -63,7 +64,7 @@ pub enum Bound {
 }
 
 /// A parameter before and after, in the unit that it is shown in.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Parameter {
     /// Its name.
@@ -89,7 +90,7 @@ pub struct Parameter {
 }
 
 /// A direction in parameter space along which the data say nothing.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Combination {
     /// Parameter names with their weights in scaled units, largest first.
@@ -101,7 +102,7 @@ pub struct Combination {
 }
 
 /// A mass property against its target.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct MassProperty {
     /// What it is: `total mass`.
@@ -123,7 +124,7 @@ pub struct MassProperty {
 }
 
 /// The misfit over steps of `learn` or versions of the model.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Steps {
     /// What the misfit is, in words.
@@ -137,7 +138,7 @@ pub struct Steps {
 }
 
 /// One step.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Step {
     /// Its name: `initial`, `refitted`, `+ mass-offset @ outer wing`.

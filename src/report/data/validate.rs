@@ -1,6 +1,6 @@
 //! Whether the parts of a report fit together.
 
-use super::{Carrier, Diagnosis, Floats, Live, LiveMatrix, Place, ReportData, SCHEMA, Structure};
+use super::{Carrier, Diagnosis, Floats, Levels, Live, LiveMatrix, Place, ReportData, SCHEMA, Structure};
 
 /// Why data are no report.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -54,6 +54,10 @@ fn index(field: impl Fn() -> String, index: usize, list: &'static str, len: usiz
 
 fn shape(field: String, values: Option<&Floats>, expected: usize, rule: &'static str) -> Result<(), ReportError> {
     values.map_or(Ok(()), |v| length(field, v.len(), expected, rule))
+}
+
+fn levels(field: String, values: Option<&Levels>, expected: usize, rule: &'static str) -> Result<(), ReportError> {
+    values.map_or(Ok(()), |v| length(field, v.0.len(), expected, rule))
 }
 
 impl ReportData {
@@ -142,8 +146,8 @@ impl ReportData {
                 length(field, step.held_out_per_mode.len(), steps.mode_labels.len(), "one a mode label")?;
             }
         }
-        if let Some(live) = &self.live {
-            validate_live(live, s)?;
+        for live in &self.live {
+            validate_live(live, live.structure.as_ref().unwrap_or(s))?;
         }
         if let Some(l) = &self.localization {
             for (part, list) in [("elements", &l.elements), ("groups", &l.groups)] {
@@ -170,6 +174,7 @@ impl ReportData {
             if !m.displacement.is_empty() {
                 length(path("displacement"), m.displacement.len(), nodal, NODAL)?;
             }
+            levels(path("displacement_levels"), m.displacement_levels.as_ref(), nodal, NODAL)?;
             shape(path("displacement_imag"), m.displacement_imag.as_ref(), nodal, NODAL)?;
             shape(path("rotation"), m.rotation.as_ref(), nodal, NODAL)?;
             shape(path("at_sensors"), m.at_sensors.as_ref(), sensors, SENSOR)?;
@@ -180,6 +185,7 @@ impl ReportData {
             shape(path("at_sensors"), m.at_sensors.as_ref(), sensors, SENSOR)?;
             shape(path("at_sensors_imag"), m.at_sensors_imag.as_ref(), sensors, SENSOR)?;
             shape(path("expanded"), m.expanded.as_ref(), nodal, NODAL)?;
+            levels(path("expanded_levels"), m.expanded_levels.as_ref(), nodal, NODAL)?;
         }
         Ok(())
     }

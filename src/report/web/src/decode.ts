@@ -1,8 +1,9 @@
 /** From the compact text of the data to typed arrays. */
 
-import type { Doubles, Floats, Spectrum } from "./types";
+import { inflateSync } from "fflate";
+import type { Doubles, Floats, Levels, Spectrum } from "./types";
 
-function bytes(text: string): Uint8Array {
+function bytes(text: string): Uint8Array<ArrayBuffer> {
   const raw = atob(text);
   const out = new Uint8Array(raw.length);
   for (let i = 0; i < raw.length; i++) out[i] = raw.charCodeAt(i);
@@ -25,6 +26,25 @@ export function doubles(text: Doubles | null | undefined): Float64Array {
   const out = new Float64Array(view.byteLength >> 3);
   for (let i = 0; i < out.length; i++) out[i] = view.getFloat64(8 * i, true);
   return out;
+}
+
+/** The numbers of a shape at nodes, exact or rounded; an empty array when there is none. */
+export function motion(exact: Floats | undefined, rounded: Levels | undefined): Float32Array {
+  if (!rounded) return floats(exact);
+  const view = new DataView(bytes(rounded.data).buffer), out = new Float32Array(view.byteLength >> 1), last = new Int16Array(3);
+  for (let i = 0; i < out.length; i++) {
+    const level = (last[i % 3]! += view.getInt16(2 * i, true));
+    // Sums go round at 16 bits, as they were taken.
+    const k = (level << 16) >> 16;
+    out[i] = k === -32768 ? NaN : rounded.step * k;
+  }
+  return out;
+}
+
+/** The JSON text of the data of a page, packed or not. */
+export function textOfPage(element: HTMLElement | null): string {
+  const text = element?.textContent ?? "{}";
+  return element?.dataset["packed"] === "deflate" ? new TextDecoder().decode(inflateSync(bytes(text))) : text;
 }
 
 /** Amplitude and phase (degrees, -180 to 180) of a frequency response; NaN where it is missing. */

@@ -40,6 +40,8 @@ function cells(m: LabelledMatrix, o: HeatOptions): HTMLElement {
   const own = (name: string): string => (m.row_axis === "parameter" ? name.split(": ")[0]! : name);
   const heads = m.columns.map((c) => stacked(c) ?? (shortMode(c) ? [shortMode(c)!] : null));
   const short = heads.every((x) => x != null);
+  // Many columns leave no room for long names of rows where short ones stand above the columns.
+  const compact = short && m.columns.length > 6;
   const tall = !short && (dense || m.columns.some((c) => own(c).length > 12));
   const show = (v: Num): string => {
     const text = o.digits ? significant(v, o.digits) : fixed(v, o.decimals ?? 2);
@@ -51,7 +53,7 @@ function cells(m: LabelledMatrix, o: HeatOptions): HTMLElement {
   const row = (name: string, i: number): HTMLElement => {
     const brief = stacked(name);
     return h("tr", {},
-      h("th", { scope: "row", title: name, "data-csv": name }, brief ? [h("span", { class: "long" }, shorten(name, 26)), h("span", { class: "short", "aria-hidden": "true" }, brief.join(" "))] : shorten(own(name), 26)),
+      h("th", { scope: "row", title: name, "data-csv": name }, brief && compact ? brief.join(" ") : brief ? [h("span", { class: "long" }, shorten(name, 26)), h("span", { class: "short", "aria-hidden": "true" }, brief.join(" "))] : shorten(own(name), 26)),
       m.columns.map((column, j) => {
         const value = m.values[i]?.[j] ?? null;
         if (value == null || !Number.isFinite(value)) return h("td", { class: "blank", title: `${name} × ${column}: ${o.blank ?? "not known"}` });

@@ -3,34 +3,60 @@
 import { LineMaterial } from "three/examples/jsm/lines/LineMaterial.js";
 import { LineSegments2 } from "three/examples/jsm/lines/LineSegments2.js";
 import { LineSegmentsGeometry } from "three/examples/jsm/lines/LineSegmentsGeometry.js";
-import type { InstancedInterleavedBuffer, InterleavedBufferAttribute } from "three";
+import {
+  BufferAttribute, BufferGeometry, LineBasicMaterial, LineSegments, type InstancedInterleavedBuffer, type InterleavedBufferAttribute,
+} from "three";
 import type { Rgb } from "./color";
 
+/** More segments than these are one pixel wide: a ribbon costs four times the corners. */
+const RIBBONS = 3000;
+
 export class Lines {
-  readonly object: LineSegments2;
-  readonly material: LineMaterial;
+  readonly object: LineSegments2 | LineSegments;
   /** Six numbers a segment; call [`moved`] after writing. */
-  positions: Float32Array;
+  readonly positions: Float32Array;
   private readonly colors: Float32Array;
+  private readonly changed: { position: { needsUpdate: boolean }; color: { needsUpdate: boolean } };
 
   constructor(readonly count: number, width: number, opacity = 1) {
-    const geometry = new LineSegmentsGeometry();
-    geometry.setPositions(new Float32Array(6 * count));
-    geometry.setColors(new Float32Array(6 * count).fill(0.5));
-    this.positions = this.buffer(geometry, "instanceStart").array as Float32Array;
-    this.colors = this.buffer(geometry, "instanceColorStart").array as Float32Array;
-    this.material = new LineMaterial({ linewidth: width, vertexColors: true, transparent: opacity < 1, opacity });
-    this.object = new LineSegments2(geometry, this.material);
+    const transparent = opacity < 1;
+    if (count > RIBBONS) {
+      const geometry = new BufferGeometry();
+      this.positions = new Float32Array(6 * count);
+      this.colors = new Float32Array(6 * count).fill(0.5);
+      const position = new BufferAttribute(this.positions, 3), color = new BufferAttribute(this.colors, 3);
+      geometry.setAttribute("position", position);
+      geometry.setAttribute("color", color);
+      this.changed = { position, color };
+      this.object = new LineSegments(geometry, new LineBasicMaterial({ vertexColors: true, transparent, opacity }));
+    } else {
+      const geometry = new LineSegmentsGeometry();
+      geometry.setPositions(new Float32Array(6 * count));
+      geometry.setColors(new Float32Array(6 * count).fill(0.5));
+      const buffer = (name: string) => (geometry.attributes[name] as InterleavedBufferAttribute).data as InstancedInterleavedBuffer;
+      this.changed = { position: buffer("instanceStart"), color: buffer("instanceColorStart") };
+      this.positions = buffer("instanceStart").array as Float32Array;
+      this.colors = buffer("instanceColorStart").array as Float32Array;
+      this.object = new LineSegments2(geometry, new LineMaterial({ linewidth: width, vertexColors: true, transparent, opacity }));
+    }
     this.object.frustumCulled = false;
     this.object.visible = count > 0;
   }
 
-  private buffer(geometry: LineSegmentsGeometry, name: string): InstancedInterleavedBuffer {
-    return (geometry.attributes[name] as InterleavedBufferAttribute).data as InstancedInterleavedBuffer;
+  moved(): void {
+    this.changed.position.needsUpdate = true;
   }
 
-  moved(): void {
-    this.buffer(this.object.geometry, "instanceStart").needsUpdate = true;
+  /** Moves all segments: two points of `from` each. */
+  place(ends: ArrayLike<number>, from: Float32Array): void {
+    const to = this.positions;
+    for (let k = 0, at = 0; k < ends.length; k++) {
+      const p = 3 * ends[k]!;
+      to[at++] = from[p]!;
+      to[at++] = from[p + 1]!;
+      to[at++] = from[p + 2]!;
+    }
+    this.moved();
   }
 
   /** Colours both ends of every segment. */
@@ -41,11 +67,11 @@ export class Lines {
         for (let k = 0; k < 3; k++) this.colors[6 * i + 3 * end + k] = rgb[k]! / 255;
       }
     }
-    this.buffer(this.object.geometry, "instanceColorStart").needsUpdate = true;
+    this.changed.color.needsUpdate = true;
   }
 
   dispose(): void {
     this.object.geometry.dispose();
-    this.material.dispose();
+    (this.object.material as LineMaterial | LineBasicMaterial).dispose();
   }
 }

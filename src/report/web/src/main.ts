@@ -1,6 +1,7 @@
 /** Builds the page from its data. */
 
 import { charts } from "./charts";
+import { textOfPage } from "./decode";
 import { badge, h, soft, type Child } from "./dom";
 import { fixed, minuses, percent, powers, slug } from "./format";
 import { diagnosesSection } from "./sections/diagnosis";
@@ -16,7 +17,7 @@ import { structureSection } from "./sections/structure";
 import { hasUpdate, updateSection } from "./sections/update";
 import { viewers } from "./viewer";
 import { sheetsOf, workbook } from "./workbook";
-import type { Comparison, ReportData } from "./types";
+import type { Comparison, ReportData, TestRecord } from "./types";
 
 interface Tab { id: string; name: string; build: () => HTMLElement }
 
@@ -26,7 +27,7 @@ function tabsOf(data: ReportData, save: () => void, saveTables: () => void): Tab
     data.structure && { id: "structure", name: "Structure", build: () => structureSection(data.structure!, data.localization) },
     data.structure && (data.modes.model.length > 0 || data.modes.test.length > 0)
       && { id: "modes", name: "Mode shapes", build: () => modesSection(data.structure!, data.modes, data.comparison) },
-    data.live && { id: "live", name: "Live", build: () => liveSection(data) },
+    !!data.live?.length && { id: "live", name: "Live", build: () => liveSection(data) },
     data.comparison && { id: "pairs", name: "Pairs", build: () => pairsSection(data.comparison!, data.modes, data.structure) },
     data.frfs && data.frfs.channels.length > 0 && { id: "frfs", name: "FRFs", build: () => frfsSection(data.frfs!) },
     data.posterior && data.posterior.parameters.length > 0 && { id: "posterior", name: "Posterior", build: () => posteriorSection(data.posterior!) },
@@ -61,12 +62,21 @@ export function headline(sentence: string): [string, string] {
   return end && sentence.length > 70 ? [sentence.slice(0, end.index), sentence.slice(end.index)] : [sentence, ""];
 }
 
+/** The days on which the tests were measured; which test has which stands in the section on provenance. */
+function measured(tests: TestRecord[]): HTMLElement | null {
+  const days = [...new Set(tests.flatMap((t) => (t.date ? [t.date] : [])))].sort();
+  if (!tests.length) return null;
+  const of = tests.length === 1 ? tests[0]!.content : `${tests.length} tests`;
+  const when = days.length === 0 ? "" : days.length === 1 ? `measured on ${days[0]}` : `measured from ${days[0]} to ${days.at(-1)}`;
+  return of || when ? h("p", { class: "subtitle measured", id: "measured" }, [of, when].filter(Boolean).join(", ")) : null;
+}
+
 function head(data: ReportData, theme: Child): HTMLElement {
   const { title, subtitle, verdict } = data.meta;
   const [first, rest] = headline(powers(verdict?.sentence ?? ""));
   return h("header", { class: "top" },
     h("div", { class: "title-row" },
-      h("div", {}, h("p", { class: "brand" }, "retune report"), h("h1", {}, title || "Report"), subtitle ? h("p", { class: "subtitle" }, subtitle) : null),
+      h("div", {}, h("p", { class: "brand" }, "retune report"), h("h1", {}, title || "Report"), subtitle ? h("p", { class: "subtitle" }, subtitle) : null, measured(data.meta.tests ?? [])),
       theme),
     verdict ? h("section", { class: `verdict ${verdict.level}`, "aria-label": "Verdict", id: "verdict" },
       h("div", { class: "verdict-text" }, badge(verdict.level, LEVELS[verdict.level]), h("div", { class: "said" }, h("p", { class: "sentence", title: first.length > 120 ? first : null }, soft(first)),
@@ -106,7 +116,7 @@ function retheme(): void {
 
 function start(): void {
   const root = document.getElementById("report")!;
-  const text = document.getElementById("report-data")?.textContent ?? "";
+  const text = textOfPage(document.getElementById("report-data"));
   const data = JSON.parse(text) as ReportData;
   const save = (): void => {
     const link = h("a", { href: URL.createObjectURL(new Blob([text], { type: "application/json" })), download: `${slug(data.meta.title)}.json` });
@@ -179,13 +189,13 @@ function start(): void {
     before = null;
     retheme();
   });
+  globalThis.retuneReport = { viewers, data };
   document.documentElement.dataset["ready"] = "true";
 }
 
 start();
 
-/** For the console and for the tests: the viewers of the page, in the order of their sections. */
+/** For the console and for the tests: the data, and the viewers of the page in the order of their sections. */
 declare global {
-  var retuneReport: { viewers: typeof viewers };
+  var retuneReport: { viewers: typeof viewers; data: ReportData };
 }
-globalThis.retuneReport = { viewers };

@@ -87,6 +87,30 @@ export function fit(orbit: Orbit, points: readonly (readonly number[])[], up: nu
   return { ...orbit, target, distance: distance * 1.0001 };
 }
 
+/** Up to as many points a cloud is its own outline. */
+const FEW = 1000;
+/** Directions in which the outermost points of a cloud are looked for, 7 degrees apart. */
+const DIRECTIONS = 800;
+
+/** The outermost points of a cloud in directions all around (a spiral of equal areas): what a picture of it must show. */
+export function extremes(points: readonly (readonly number[])[]): readonly (readonly number[])[] {
+  if (points.length <= FEW) return points;
+  const sampled = points.length > 20 * FEW ? points.filter((_, i) => i % 8 === 0) : points, found = new Set<readonly number[]>();
+  // The coordinate axes see every point: along them the outermost must not be missed.
+  for (const k of [0, 1, 2]) for (const sign of [1, -1]) found.add(points.reduce((a, b) => (sign * b[k]! > sign * a[k]! ? b : a)));
+  for (let d = 0; d < DIRECTIONS; d++) {
+    const z = 1 - (2 * d + 1) / DIRECTIONS, r = Math.sqrt(1 - z * z), turned = d * Math.PI * (3 - Math.sqrt(5));
+    const x = r * Math.cos(turned), y = r * Math.sin(turned);
+    let best = sampled[0]!, most = -Infinity;
+    for (const p of sampled) {
+      const far = x * p[0]! + y * p[1]! + z * p[2]!;
+      if (far > most) { most = far; best = p; }
+    }
+    found.add(best);
+  }
+  return [...found];
+}
+
 /** Centre and half-diagonal of a cloud of points. */
 export function extent(points: Iterable<readonly number[]>): { centre: Point; radius: number } {
   const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];

@@ -8,8 +8,8 @@ import {
 import { parseHex, type Rgb } from "./color";
 import { h } from "./dom";
 import { Lines } from "./lines";
-import { across, extent, eye, fit, HALF_VIEW, turn, VIEWS, zoom, type Orbit } from "./orbit";
-import { pick, type Flat, type Hit, type Target } from "./pick";
+import { across, extent, extremes, eye, fit, HALF_VIEW, turn, VIEWS, zoom, type Orbit } from "./orbit";
+import { pick, type Flat, type Hit } from "./pick";
 import { atPhase, type Shape } from "./shape";
 import type { Place, Structure, Vec3 } from "./types";
 import { Dots } from "./viewer/dots";
@@ -17,7 +17,8 @@ import { listen } from "./viewer/gestures";
 import { axes, clear, names, type Paper } from "./viewer/labels";
 import { Sensed, type PointPainter } from "./viewer/sensed";
 import { Skeleton } from "./viewer/skeleton";
-import { faces, masses, placeArrows, sectionAxes } from "./viewer/solids";
+import { faceMesh, masses, placeArrows, sectionAxes } from "./viewer/solids";
+import { flat, targets, type Held, type Sight } from "./viewer/targets";
 
 ColorManagement.enabled = false;
 
@@ -44,7 +45,9 @@ export class Viewer {
   private pending = false;
   /** Whether the view still is one of the named ones, which fit the structure into the picture. */
   private fitted = true;
-  private readonly cloud: Vec3[];
+  private readonly cloud: readonly (readonly number[])[];
+  /** What the picture was fitted to last. */
+  private fittedTo = "";
   private layers: Record<Layer, boolean> = {
     axes: false, nodes: true, elements: true, links: true, masses: true, sensors: true, supports: true, ghost: false, test: false, names: false,
   };
@@ -57,18 +60,20 @@ export class Viewer {
   private readonly ghost: Lines;
   private readonly links: Lines;
   private readonly arrows: Lines;
-  private readonly marks: Lines;
+  /** The lines around what is marked, and the points that they join. */
+  private marks = new Lines(0, 10, 0.55);
+  private markEnds: number[] = [];
   private readonly sectionAxes: Lines;
   private readonly nodeDots: Dots;
   private readonly sensorDots: Dots;
   private readonly sensed: Sensed;
-  private readonly markDots: Dots;
+  private markDots = new Dots(0, 20);
   private readonly faceMesh: Mesh<BufferGeometry, MeshLambertMaterial>;
   private readonly masses: InstancedMesh;
   private readonly cones: InstancedMesh;
   /** Pyramids under what is held: supports, then elements to the ground. */
   private readonly feet: InstancedMesh;
-  private readonly held: { kind: "support" | "element"; index: number; node: number }[] = [];
+  private readonly held: Held[] = [];
   private readonly sensorBase: Float32Array;
   /** The picture that looks from the same side. */
   private twin: Viewer | null = null;
@@ -88,7 +93,7 @@ export class Viewer {
     this.fill = options.fill ?? 0.84;
     const points = [...nodes.map((n) => n.position), ...data.sensors.map((s) => s.position)];
     this.home = extent(points);
-    this.cloud = points;
+    this.cloud = extremes(points);
     this.oblique = across(nodes.length ? nodes.map((n) => n.position) : points, this.up);
     this.orbit = { ...this.named("iso"), distance: this.home.radius * 3.7, target: [...this.home.centre] };
 
@@ -99,17 +104,15 @@ export class Viewer {
     this.sensorBase = new Float32Array(data.sensors.flatMap((s) => s.position));
     this.sensed = new Sensed(data);
 
-    this.ghost = new Lines(segments.length, 1.2, 0.55);
+    this.ghost = new Lines(segments.element.length, 1.2, 0.55);
+    this.ghost.place(segments.ends, base);
     this.links = new Lines(linkPairs.length, 1.6);
-    this.lines = new Lines(segments.length, elements.length > 1200 ? 1.6 : 5);
+    this.lines = new Lines(segments.element.length, elements.length > 1200 || this.skeleton.faces.element.length ? 1.6 : 5);
     this.arrows = new Lines(data.sensors.length + data.exciters.length, 1.8);
-    this.marks = new Lines(Math.max(1, segments.length), 10, 0.55);
     this.sectionAxes = sectionAxes(data, this.home.radius);
     this.nodeDots = new Dots(nodes.length, nodes.length > 800 ? 2.5 : 6);
     this.sensorDots = new Dots(data.sensors.length, 9);
-    this.markDots = new Dots(nodes.length + data.sensors.length, 20);
-    this.markDots.object.material.opacity = 0.6;
-    this.faceMesh = faces(this.skeleton.faces.reduce((n, f) => n + f.nodes.length - 2, 0));
+    this.faceMesh = faceMesh(this.skeleton.faces);
     this.masses = masses(data.masses.length);
     this.cones = new InstancedMesh(new ConeGeometry(1, 3.2, 14), new MeshLambertMaterial(), data.sensors.length + data.exciters.length);
     this.cones.frustumCulled = false;
@@ -120,7 +123,7 @@ export class Viewer {
     this.feet.frustumCulled = false;
     this.placeFeet();
     this.scene.add(this.feet, new AmbientLight(0xffffff, 1.6), this.cones, this.masses, this.faceMesh,
-      this.marks.object, this.markDots.object, this.ghost.object, this.links.object, this.lines.object, this.arrows.object, this.sectionAxes.object,
+      this.ghost.object, this.links.object, this.lines.object, this.arrows.object, this.sectionAxes.object,
       this.nodeDots.object, this.sensorDots.object, ...this.sensed.objects);
     const sun = new DirectionalLight(0xffffff, 1.8);
     sun.position.set(0.4, 0.3, 1);
@@ -173,7 +176,19 @@ export class Viewer {
 
   /** Marks a place, or nothing. */
   highlight(place: Place | null): void {
-    this.selected = place;
+    for (const old of [this.marks, this.markDots]) {
+      this.scene.remove(old.object);
+      old.dispose();
+    }
+    const nodes = (place?.nodes ?? []).filter((i) => i < this.data.nodes.length), sensors = (place?.sensors ?? []).filter((i) => i < this.data.sensors.length);
+    this.selected = place && { ...place, nodes, sensors };
+    this.markEnds = (place?.elements ?? []).flatMap((e) => this.skeleton.around(e)).flat();
+    this.marks = new Lines(this.markEnds.length / 2, 10, 0.55);
+    this.markDots = new Dots(nodes.length + sensors.length, 20);
+    this.markDots.object.material.opacity = 0.6;
+    this.scene.add(this.marks.object, this.markDots.object);
+    this.marks.paint(() => this.theme.accent);
+    this.markDots.paint(() => this.theme.accent);
     this.mark();
     this.request();
   }
@@ -217,7 +232,7 @@ export class Viewer {
 
   /** Centre of what is picked on the screen, for tests and for the pointer-free way of choosing. */
   screenOf(kind: Hit["kind"], index: number): { x: number; y: number } | null {
-    for (const target of this.targets()) {
+    for (const target of targets(this.sight())) {
       if (target.kind === kind && target.index === index) {
         const n = target.points.length;
         const a = target.points[Math.floor((n - 1) / 2)]!, b = target.points[Math.ceil((n - 1) / 2)]!;
@@ -247,35 +262,19 @@ export class Viewer {
   // ---- geometry -----------------------------------------------------------------------------------------------
 
   private place(): void {
-    const copy = (out: Float32Array, at: number, from: Float32Array, i: number): void => {
-      out[at] = from[3 * i]!;
-      out[at + 1] = from[3 * i + 1]!;
-      out[at + 2] = from[3 * i + 2]!;
-    };
-    const fill = (lines: Lines, pairs: readonly (readonly number[])[], from: Float32Array): void => {
-      pairs.forEach((pair, i) => {
-        copy(lines.positions, 6 * i, from, pair[0]!);
-        copy(lines.positions, 6 * i + 3, from, pair[1]!);
-      });
-      lines.moved();
-    };
-    fill(this.lines, this.skeleton.segments, this.now);
-    fill(this.ghost, this.skeleton.segments, this.skeleton.base);
-    fill(this.links, this.skeleton.linkPairs, this.now);
+    this.lines.place(this.skeleton.segments.ends, this.now);
+    this.links.place(this.skeleton.linkPairs.flatMap(([a, b]) => [a, b]), this.now);
     this.nodeDots.positions.set(this.now.subarray(0, this.nodeDots.positions.length));
     this.sensorDots.positions.set(this.sensorBase);
     for (const dots of [this.nodeDots, this.sensorDots]) dots.moved();
-    const face = this.faceMesh.geometry.attributes["position"] as BufferAttribute | undefined;
-    if (face) {
-      let at = 0;
-      for (const { nodes } of this.skeleton.faces) {
-        for (let k = 2; k < nodes.length; k++) {
-          for (const n of [nodes[0]!, nodes[k - 1]!, nodes[k]!]) copy(face.array as Float32Array, 3 * at++, this.now, n);
-        }
-      }
-      face.needsUpdate = true;
-      this.faceMesh.geometry.computeVertexNormals();
+    const corners = this.skeleton.faces.nodes, face = this.faceMesh.geometry.attributes["position"] as BufferAttribute, to = face.array as Float32Array;
+    for (let k = 0, at = 0; k < corners.length; k++) {
+      const p = 3 * corners[k]!;
+      to[at++] = this.now[p]!;
+      to[at++] = this.now[p + 1]!;
+      to[at++] = this.now[p + 2]!;
     }
+    face.needsUpdate = true;
     const matrix = new Matrix4();
     this.data.masses.forEach((m, i) => {
       const size = this.massSize(m.mass);
@@ -312,29 +311,13 @@ export class Viewer {
   }
 
   private mark(): void {
-    const place = this.selected;
-    const elements = new Set(place?.elements ?? []);
-    const { positions } = this.marks;
-    positions.fill(0);
-    this.skeleton.segments.forEach(([a, b, element], i) => {
-      if (!elements.has(element)) return;
-      for (let c = 0; c < 3; c++) {
-        positions[6 * i + c] = this.now[3 * a + c]!;
-        positions[6 * i + 3 + c] = this.now[3 * b + c]!;
-      }
-    });
-    this.marks.moved();
-    this.marks.object.visible = elements.size > 0;
-    const dots = this.markDots.positions;
-    // Dots without a place of their own hide behind one that has one.
-    const node = place?.nodes.find((i) => i < this.data.nodes.length), sensor = place?.sensors.find((i) => i < this.data.sensors.length);
-    const anchor = node != null ? this.now.slice(3 * node, 3 * node + 3) : sensor != null ? this.sensorBase.slice(3 * sensor, 3 * sensor + 3) : new Float32Array(3);
-    for (let i = 0; i < dots.length; i += 3) dots.set(anchor, i);
-    for (const i of place?.nodes ?? []) if (i < this.data.nodes.length) dots.set(this.now.subarray(3 * i, 3 * i + 3), 3 * i);
-    const n = this.data.nodes.length;
-    for (const i of place?.sensors ?? []) if (i < this.data.sensors.length) dots.set(this.sensorBase.subarray(3 * i, 3 * i + 3), 3 * (n + i));
+    this.marks.place(this.markEnds, this.now);
+    const dots = this.markDots.positions, place = this.selected;
+    const copy = (to: number, from: Float32Array, i: number): void => dots.set(from.subarray(3 * i, 3 * i + 3), 3 * to);
+    place?.nodes.forEach((i, k) => copy(k, this.now, i));
+    place?.sensors.forEach((i, k) => copy(place.nodes.length + k, this.sensorBase, i));
     this.markDots.moved();
-    this.markDots.object.visible = (place?.nodes.length ?? 0) + (place?.sensors.length ?? 0) > 0;
+    this.markDots.object.visible = dots.length > 0;
   }
 
   // ---- colours ------------------------------------------------------------------------------------------------
@@ -342,10 +325,8 @@ export class Viewer {
   private colour(): void {
     if (!this.theme) return;
     const t = this.theme;
-    this.lines.paint((i, end) => {
-      const segment = this.skeleton.segments[i]!;
-      return this.elementPaint(segment[2]) ?? this.pointColor(segment[end]!) ?? t.line;
-    });
+    const { segments } = this.skeleton;
+    this.lines.paint((i, end) => this.elementPaint(segments.element[i]!) ?? this.pointColor(segments.ends[2 * i + end]!) ?? t.line);
     this.ghost.paint(() => t.faint);
     this.links.paint(() => t.faint);
     this.marks.paint(() => t.accent);
@@ -368,14 +349,12 @@ export class Viewer {
     if (this.feet.instanceColor) this.feet.instanceColor.needsUpdate = true;
     (this.masses.material as MeshLambertMaterial).color.setRGB(t.mass[0] / 255, t.mass[1] / 255, t.mass[2] / 255);
     this.sensed.paint(this.testPaint, t.test);
-    const face = this.faceMesh.geometry.attributes["color"] as BufferAttribute;
-    let at = 0;
-    for (const { element, nodes } of this.skeleton.faces) {
-      for (let k = 2; k < nodes.length; k++) {
-        for (const node of [nodes[0]!, nodes[k - 1]!, nodes[k]!]) {
-          const rgb = this.elementPaint(element) ?? this.nodePaint(node) ?? t.line;
-          face.setXYZ(at++, rgb[0] / 255, rgb[1] / 255, rgb[2] / 255);
-        }
+    const face = this.faceMesh.geometry.attributes["color"] as BufferAttribute, { nodes, first, element } = this.skeleton.faces;
+    for (let f = 0; f < element.length; f++) {
+      const own = this.elementPaint(element[f]!);
+      for (let k = first[f]!; k < first[f + 1]!; k++) {
+        const rgb = own ?? this.nodePaint(nodes[k]!) ?? t.line;
+        face.setXYZ(k, rgb[0] / 255, rgb[1] / 255, rgb[2] / 255);
       }
     }
     face.needsUpdate = true;
@@ -394,9 +373,9 @@ export class Viewer {
 
   private visible(): void {
     const l = this.layers;
-    this.lines.object.visible = l.elements && this.skeleton.segments.length > 0;
-    this.faceMesh.visible = l.elements && this.skeleton.faces.length > 0;
-    this.ghost.object.visible = l.ghost && this.skeleton.segments.length > 0;
+    this.lines.object.visible = l.elements && this.skeleton.segments.element.length > 0;
+    this.faceMesh.visible = l.elements && this.skeleton.faces.element.length > 0;
+    this.ghost.object.visible = l.ghost && this.skeleton.segments.element.length > 0;
     this.links.object.visible = l.links && this.skeleton.linkPairs.length > 0;
     this.nodeDots.object.visible = l.nodes;
     this.sectionAxes.object.visible = l.axes && this.sectionAxes.count > 0;
@@ -417,6 +396,8 @@ export class Viewer {
       return;
     }
     this.renderer.outputColorSpace = LinearSRGBColorSpace;
+    // Asking how its programs were compiled waits for them; they are the same on every page.
+    this.renderer.debug.checkShaderErrors = false;
     this.visible();
     this.place();
     this.retheme();
@@ -445,7 +426,9 @@ export class Viewer {
     }
     // Never under the buttons along the upper edge, which take 46 pixels.
     const fill = Math.max(0.5, Math.min(this.fill, 1 - 92 / height));
-    if (this.fitted) this.orbit = fit(this.orbit, this.cloud, this.up, width / height, fill);
+    const wanted = `${width} ${height} ${this.orbit.azimuth} ${this.orbit.elevation}`;
+    if (this.fitted && wanted !== this.fittedTo) this.orbit = fit(this.orbit, this.cloud, this.up, width / height, fill);
+    this.fittedTo = this.fitted ? wanted : "";
     this.aim(width, height);
     this.renderer.render(this.scene, this.camera);
     this.annotate(width, height, ratio);
@@ -465,9 +448,11 @@ export class Viewer {
     camera.updateMatrixWorld();
   }
 
-  private flat(x: number, y: number, z: number, out = new Vector3()): Flat {
-    out.set(x, y, z).project(this.camera);
-    return { x: ((out.x + 1) / 2) * this.root.clientWidth, y: ((1 - out.y) / 2) * this.root.clientHeight, depth: out.z };
+  /** What is to be seen, and how it comes to the screen. */
+  private sight(): Sight {
+    const matrix = new Matrix4().multiplyMatrices(this.camera.projectionMatrix, this.camera.matrixWorldInverse).elements;
+    const { data, skeleton, sensed, layers, held, now, sensorBase, up, footSize } = this;
+    return { data, skeleton, sensed, layers, held, now, sensorBase, radius: this.home.radius, up, footSize, matrix, width: this.root.clientWidth, height: this.root.clientHeight };
   }
 
   private annotate(width: number, height: number, ratio: number): void {
@@ -475,60 +460,26 @@ export class Viewer {
     if (!context) return;
     const paper: Paper = { context, width, height, ink: this.theme.text, halo: this.theme.halo };
     clear(paper, ratio);
+    const sight = this.sight();
     if (this.layers.names) {
-      const nodes = this.layers.nodes ? this.data.nodes.map((n, i) => ({ text: n.name, at: this.flat(...this.nodeNow(i)) })) : [];
-      const sensors = this.layers.sensors ? this.data.sensors.map((s) => ({ text: s.name, at: this.flat(...s.position) })) : [];
+      const nodes = this.layers.nodes ? this.data.nodes.map((n, i) => ({ text: n.name, at: flat(sight, this.nodeNow(i)) })) : [];
+      const sensors = this.layers.sensors ? this.data.sensors.map((s) => ({ text: s.name, at: flat(sight, s.position) })) : [];
       names(paper, [...nodes, ...sensors]);
     }
     const end = (k: number): Flat => {
       const at: Vec3 = [...this.orbit.target];
       at[k]! += this.orbit.distance * 0.05;
-      return this.flat(...at);
+      return flat(sight, at);
     };
-    axes(paper, this.flat(...this.orbit.target), [end(0), end(1), end(2)]);
+    axes(paper, flat(sight, this.orbit.target), [end(0), end(1), end(2)]);
   }
 
   // ---- pointer and keys ---------------------------------------------------------------------------------------
 
-  private *targets(): Generator<Target> {
-    const l = this.layers;
-    const at = (a: Float32Array, i: number): Flat => this.flat(a[3 * i]!, a[3 * i + 1]!, a[3 * i + 2]!);
-    if (l.sensors || l.test) {
-      const { now, wire } = this.sensed;
-      for (let i = 0; i < this.data.sensors.length; i++) {
-        yield { kind: "sensor", index: i, points: [l.test ? at(now, wire.of[i]!) : at(this.sensorBase, i)] };
-      }
-    }
-    if (l.sensors) for (const [i, e] of this.data.exciters.entries()) {
-      const tip = e.position.map((p, k) => p + (e.direction[k]! * this.home.radius * 0.14) / (Math.hypot(...e.direction) || 1)) as Vec3;
-      yield { kind: "exciter", index: i, points: [this.flat(...tip)] };
-    }
-    if (l.masses) for (const [i, m] of this.data.masses.entries()) {
-      if (m.node >= this.data.nodes.length) continue;
-      const p = this.nodeNow(m.node), o = m.offset ?? [0, 0, 0];
-      if (Math.hypot(...o) > 0) yield { kind: "mass", index: i, points: [this.flat(p[0] + o[0], p[1] + o[1], p[2] + o[2])] };
-    }
-    if (l.supports) for (const { kind, index, node } of this.held) {
-      const p = this.skeleton.node(node);
-      p[this.up]! -= 1.7 * this.footSize;
-      yield { kind, index, points: [this.flat(...p)] };
-    }
-    if (l.nodes) for (let i = 0; i < this.data.nodes.length; i++) yield { kind: "node", index: i, points: [at(this.now, i)] };
-    if (l.elements) {
-      for (const { element, first, nodes: [a, b] } of this.skeleton.beams) {
-        const points = [at(this.now, a)];
-        for (let k = 1; k < this.skeleton.pieces; k++) points.push(at(this.now, first + k - 1));
-        points.push(at(this.now, b));
-        yield { kind: "element", index: element, points };
-      }
-      for (const { element, nodes } of this.skeleton.faces) yield { kind: "element", index: element, points: nodes.map((n) => at(this.now, n)), closed: true };
-    }
-    if (l.links) for (const [a, b, link] of this.skeleton.linkPairs) yield { kind: "link", index: link, points: [at(this.now, a), at(this.now, b)] };
-  }
-
   private hitAt(event: PointerEvent): Hit | null {
     const box = this.canvas.getBoundingClientRect();
-    return pick(event.clientX - box.left, event.clientY - box.top, this.targets(), event.pointerType === "touch" ? 20 : 11);
+    const reach = event.pointerType === "touch" ? 20 : 11, x = event.clientX - box.left, y = event.clientY - box.top;
+    return pick(x, y, targets(this.sight(), { x, y, reach }), reach);
   }
 
   private listen(): void {

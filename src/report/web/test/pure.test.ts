@@ -2,14 +2,15 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 import { density, histogram } from "../src/bins";
 import { categories, contrast, ink, onStage, parseHex, sample } from "../src/color";
-import { floats, polar } from "../src/decode";
+import { floats, motion, polar } from "../src/decode";
 import { csvCell } from "../src/dom";
 import { fixed, folded, minuses, percent, plain, powers, probability, shorten, shortMode, significant, slug, unit } from "../src/format";
-import { across, axes, extent, eye, fit, HALF_VIEW, turn, zoom, type Orbit } from "../src/orbit";
+import { across, axes, extent, extremes, eye, fit, HALF_VIEW, turn, zoom, type Orbit } from "../src/orbit";
 import { inside, pick, segmentDistance, type Target } from "../src/pick";
 import { atPhase, beamPoint, difference, peak, peakOfNodes, scaleFactor, times } from "../src/shape";
 import { unzipSync, strFromU8 } from "fflate";
 import { columnName, workbook } from "../src/workbook";
+import { edges } from "../src/viewer/edges";
 import { neighbours, Wire } from "../src/viewer/wire";
 
 const near = (a: number, b: number, by = 1e-6): void => assert.ok(Math.abs(a - b) <= by, `${a} is not ${b}`);
@@ -18,6 +19,60 @@ test("floats are read little-endian", () => {
   assert.deepEqual([...floats("AACAPwAAAMA=")], [1, -2]);
   assert.equal(floats(undefined).length, 0);
   assert.equal(floats("").length, 0);
+});
+
+test("levels are summed from node to node, axis by axis, and may be missing", () => {
+  // Multiples 1, 2, -3 | 3, -32768, -2047 as differences of 16 bits.
+  const words = Int16Array.from([1, 2, -3, 2, -32768 - 2, -2047 + 3]);
+  const found = motion(undefined, { step: 0.5, data: Buffer.from(words.buffer).toString("base64") });
+  assert.deepEqual([...found], [0.5, 1, -1.5, 1.5, NaN, -1023.5]);
+  assert.deepEqual([...motion("AACAPwAAAMA=", undefined)], [1, -2]);
+});
+
+/** Corners and ends of squares of a grid of n by n. */
+function grid(n: number, height: (x: number, y: number) => number): { faces: Parameters<typeof edges>[0]; at: Float32Array } {
+  const nodes: number[] = [], first = [0], at: number[] = [];
+  for (let y = 0; y <= n; y++) for (let x = 0; x <= n; x++) at.push(x, y, height(x, y));
+  for (let y = 0; y < n; y++) {
+    for (let x = 0; x < n; x++) {
+      const a = y * (n + 1) + x;
+      nodes.push(a, a + 1, a + n + 2, a + n + 1);
+      first.push(nodes.length);
+    }
+  }
+  return { faces: { nodes: Int32Array.from(nodes), first: Int32Array.from(first), element: Int32Array.from({ length: n * n }, (_, i) => i) }, at: Float32Array.from(at) };
+}
+
+test("few faces have all edges, each once; many have those at which they end, fold or change hands", () => {
+  const few = grid(10, () => 0);
+  assert.equal(edges(few.faces, few.at, 121, () => "").element.length, 2 * 10 * 11);
+  const n = 70, nodes = (n + 1) ** 2, flat = grid(n, () => 0);
+  assert.equal(edges(flat.faces, flat.at, nodes, () => "").element.length, 4 * n);
+  // A roof of 45 degrees folds along its ridge, one of 10 degrees a side does not.
+  const roof = (slope: number) => grid(n, (x) => -slope * Math.abs(x - n / 2));
+  assert.equal(edges(roof(1).faces, roof(1).at, nodes, () => "").element.length, 5 * n);
+  assert.equal(edges(roof(0.17).faces, roof(0.17).at, nodes, () => "").element.length, 4 * n);
+  // Two groups meet along a line of n edges.
+  const found = edges(flat.faces, flat.at, nodes, (face) => (face < (n / 2) * n ? "a" : "b"));
+  assert.equal(found.element.length, 5 * n);
+  assert.equal(new Set(Array.from({ length: found.element.length }, (_, i) => `${found.ends[2 * i]} ${found.ends[2 * i + 1]}`)).size, 5 * n);
+});
+
+test("the outline of a large cloud is as large as the cloud from every side", () => {
+  const cloud: number[][] = [];
+  for (let i = 0; i < 30_000; i++) {
+    const z = 1 - (2 * i + 1) / 30_000, r = Math.sqrt(1 - z * z);
+    cloud.push([3 * r * Math.cos(i), 2 * r * Math.sin(i), z]);
+  }
+  const outline = extremes(cloud);
+  assert.ok(outline.length < 1000, `${outline.length}`);
+  for (let k = 0; k < 50; k++) {
+    const d = [Math.cos(k), Math.sin(k) * Math.cos(3 * k), Math.sin(k) * Math.sin(3 * k)];
+    const reach = (points: readonly (readonly number[])[]): number => points.reduce((m, p) => Math.max(m, p[0]! * d[0]! + p[1]! * d[1]! + p[2]! * d[2]!), 0);
+    assert.ok(reach(outline) > 0.985 * reach(cloud), `${k}: ${reach(outline)} of ${reach(cloud)}`);
+  }
+  const few = cloud.slice(0, 500);
+  assert.equal(extremes(few), few);
 });
 
 test("a spectrum is unfolded from its logarithm", () => {

@@ -1,8 +1,8 @@
 /** The shape of one mode as the model has it now, with the measured one over it. */
 
-import { floats } from "../decode";
+import { doubles, floats } from "../decode";
 import { peak, peakOfNodes, scaleFactor, times, type Shape } from "../shape";
-import type { Live, Modes, Structure } from "../types";
+import type { Live, Structure } from "../types";
 import { makeViewer, type Viewer } from "../viewer";
 import { parseHex } from "../color";
 import type { Prediction } from "./model";
@@ -17,7 +17,7 @@ export class Picture {
   /** The shape at the sensors that was shown last, so that a solver's sign does not turn the picture over. */
   private before: { key: string; at: Float64Array } | null = null;
 
-  constructor(private readonly live: Live, structure: Structure, private readonly modes: Modes, picked: (node: number) => void) {
+  constructor(private readonly live: Live, structure: Structure, picked: (node: number) => void) {
     this.displacement = floats(live.displacement);
     this.rotation = live.rotation ? floats(live.rotation) : null;
     this.viewer = makeViewer(structure, { label: "The mode shape of the model as it is set now, over the measured one; a node can be chosen", fill: 0.74,
@@ -55,8 +55,7 @@ export class Picture {
     const displacement = combined(this.displacement), atSensors: Shape = { re: Float32Array.from(this.before.at) };
     const unit = 1 / (Math.max(peakOfNodes(displacement), peak(atSensors)) || 1);
     const scaled = times(atSensors, [unit, 0]);
-    const m = test >= 0 ? this.modes.test[test] : undefined;
-    const measured: Shape | null = m?.at_sensors ? { re: floats(m.at_sensors), im: m.at_sensors_imag ? floats(m.at_sensors_imag) : undefined } : null;
+    const own = doubles(this.live.test[test]?.shape), measured: Shape | null = own.length ? { re: Float32Array.from(own) } : null;
     this.viewer.setShapes({ displacement: times(displacement, [unit, 0]), rotation: this.rotation ? times(combined(this.rotation), [unit, 0]) : null },
       measured && times(measured, scaleFactor(measured, scaled)));
     this.viewer.frame(this.phase, 0.18);

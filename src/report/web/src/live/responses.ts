@@ -4,7 +4,7 @@ import { Chart, logTicks } from "../charts";
 import { floats, polar, type Polar } from "../decode";
 import { h } from "../dom";
 import { plain } from "../format";
-import type { Live, ReportData } from "../types";
+import type { Frfs, Live, Sensor } from "../types";
 import { initial, point } from "./state";
 import type { Question } from "./questions";
 import type { Curve, Line } from "./response";
@@ -32,9 +32,8 @@ export class Responses {
   private isOpen = false;
   private readonly reported;
 
-  constructor(live: Live, data: ReportData, changed: () => void) {
+  constructor(live: Live, sensors: Sensor[], set: Frfs | undefined, changed: () => void) {
     this.reported = point(live, initial(live));
-    const sensors = data.structure?.sensors ?? [], set = data.frfs;
     const measured = (set?.channels ?? []).flatMap((c) => (c.sensor != null && c.exciter != null && c.sign != null ? [{ c, response: c.sensor, reference: c.exciter, sign: c.sign }] : []));
     const quantity = measured.length ? set!.quantity : "accelerance", unit = measured.length ? set!.unit : "(m/s²)/N", order = ORDERS[quantity] ?? 2;
     if (measured.length) {

@@ -16,6 +16,37 @@ export interface State {
 
 export const copied = (s: State): State => ({ values: [...s.values], on: [...s.on], order: [...s.order], extras: s.extras.map((e) => ({ ...e })) });
 
+export const equal = (a: State, b: State): boolean => JSON.stringify({ ...a, order: [] }) === JSON.stringify({ ...b, order: [] });
+
+/** A state of one model as that of the model in another configuration: what both have by name. */
+export function carried(from: Live, s: State, nodesFrom: readonly string[], to: Live, nodesTo: readonly string[]): State {
+  const out = initial(to);
+  const parameter = (k: number): number => to.parameters.findIndex((p, i) => p.name === from.parameters[k]!.name && owner(to, i) < 0);
+  const hypothesis = (i: number): number => to.hypotheses.findIndex((h) => h.id === from.hypotheses[i]!.id);
+  s.values.forEach((v, k) => {
+    const j = owner(from, k) < 0 ? parameter(k) : -1;
+    if (j >= 0) out.values[j] = clamp(to, j, v);
+  });
+  s.on.forEach((on, i) => {
+    const j = hypothesis(i);
+    if (j < 0) return;
+    out.on[j] = on;
+    from.hypotheses[i]!.sizes.forEach((k, n) => {
+      const size = to.hypotheses[j]!.sizes[n];
+      if (size != null) out.values[size] = clamp(to, size, s.values[k]!);
+    });
+  });
+  out.order = s.order.flatMap((c) => {
+    const j = c < 0 ? hypothesis(-1 - c) : parameter(c);
+    return j < 0 ? [] : [c < 0 ? -1 - j : j];
+  });
+  out.extras = s.extras.flatMap((e) => {
+    const node = nodesTo.indexOf(nodesFrom[e.node] ?? "");
+    return node < 0 ? [] : [{ ...e, node }];
+  });
+  return out;
+}
+
 export function initial(live: Live): State {
   const values = live.parameters.map((p) => p.value);
   for (const h of live.hypotheses) h.sizes.forEach((k, i) => { values[k] = clamp(live, k, h.estimates[i]!); });

@@ -1,13 +1,13 @@
 /** Mode shapes in motion: the test over the model, pair by pair. */
 
 import { css, onStage, parseHex, type Rgb } from "../color";
-import { floats } from "../decode";
+import { floats, motion } from "../decode";
 import { badge, choice, h, isDark, num, toggle } from "../dom";
 import { fixed, hertz, percent } from "../format";
 import { colorBar, swatches } from "../legend";
 import { difference, peak, peakOfNodes, scaleFactor, times, type Shape } from "../shape";
 import { makeViewer, type Viewer } from "../viewer";
-import type { Comparison, Modes, Pair, Structure } from "../types";
+import type { Comparison, Modes, Pair, Structure, TestMode } from "../types";
 
 interface Entry { id: string; title: string; test: number | null; model: number | null; pair: Pair | null; index: number }
 
@@ -36,6 +36,8 @@ function shapeOf(re: string | undefined, im: string | undefined): Shape | null {
   return re ? { re: floats(re), im: im ? floats(im) : undefined } : null;
 }
 
+const isExpanded = (m: TestMode): boolean => m.expanded != null || m.expanded_levels != null;
+
 type Coloring = "difference" | "motion" | "plain";
 type Layout = "overlaid" | "beside" | "expanded";
 
@@ -46,7 +48,7 @@ export function modesSection(s: Structure, modes: Modes, comparison: Comparison 
   for (const layer of ["nodes", "sensors"] as const) viewer.show(layer, false);
   viewer.show("masses", false);
   viewer.show("ghost", true);
-  const hasTest = modes.test.some((m) => m.at_sensors), hasExpanded = modes.test.some((m) => m.expanded);
+  const hasTest = modes.test.some((m) => m.at_sensors), hasExpanded = modes.test.some(isExpanded);
   viewer.show("test", hasTest);
 
   const calm = matchMedia("(prefers-reduced-motion: reduce)").matches;
@@ -62,7 +64,7 @@ export function modesSection(s: Structure, modes: Modes, comparison: Comparison 
   const load = (): void => {
     const model = current.model == null ? null : modes.model[current.model]!;
     const test = current.test == null ? null : modes.test[current.test]!;
-    let displacement = model ? shapeOf(model.displacement, model.displacement_imag) : null;
+    let displacement: Shape | null = model ? { re: motion(model.displacement, model.displacement_levels), im: model.displacement_imag ? floats(model.displacement_imag) : undefined } : null;
     let rotation = model?.rotation ? { re: floats(model.rotation) } as Shape : null;
     let atSensors = model ? shapeOf(model.at_sensors, model.at_sensors_imag) : null;
     let measured = test ? shapeOf(test.at_sensors, test.at_sensors_imag) : null;
@@ -76,11 +78,12 @@ export function modesSection(s: Structure, modes: Modes, comparison: Comparison 
     const raw = measured;
     if (measured) measured = atSensors ? times(measured, scaleFactor(measured, atSensors)) : times(measured, [1 / (peak(measured) || 1), 0]);
     // Without a model shape the expanded test moves the structure itself.
-    if (!displacement && test?.expanded && raw) displacement = times({ re: floats(test.expanded) }, [1 / (peak(raw) || 1), 0]);
+    const expanded = test && isExpanded(test) ? motion(test.expanded, test.expanded_levels) : null;
+    if (!displacement && expanded && raw) displacement = times({ re: expanded }, [1 / (peak(raw) || 1), 0]);
     viewer.setShapes(displacement && { displacement, rotation }, measured);
     let spread: Shape | null = null;
-    if (test?.expanded) {
-      spread = { re: floats(test.expanded) };
+    if (expanded) {
+      spread = { re: expanded };
       spread = times(spread, displacement ? scaleFactor(spread, displacement) : [1 / (peakOfNodes(spread) || 1), 0]);
     }
     beside?.setShapes(spread && { displacement: spread, rotation: null }, measured);
@@ -124,7 +127,7 @@ export function modesSection(s: Structure, modes: Modes, comparison: Comparison 
         test?.damping_ratio != null ? row("damping (test)", num(`${fixed(100 * test.damping_ratio, 2)} %`, `modes.test.${current.test}.damping_ratio`, 100)) : null,
         model?.damping_ratio != null ? row("damping (model)", num(`${fixed(100 * model.damping_ratio, 2)} %`, `modes.model.${current.model}.damping_ratio`, 100)) : null,
         test?.origin ? row("test shape", test.origin) : null,
-        layout === "expanded" && test ? row("expanded", test.expanded ? "the readings by the model's stiffness and mass, weighed against their noise" : "not this one: it has no partner or no shape") : null));
+        layout === "expanded" && test ? row("expanded", expanded ? "the readings by the model's stiffness and mass, weighed against their noise" : "not this one: it has no partner or no shape") : null));
     for (const b of buttons.querySelectorAll("button")) b.setAttribute("aria-current", String(b.dataset["id"] === current.id));
     show();
   };

@@ -1,6 +1,6 @@
 /** Where everything comes from, so that somebody else can repeat it. */
 
-import { badge, card, h, table } from "../dom";
+import { badge, card, h, soft, table } from "../dom";
 import type { Meta, Named } from "../types";
 
 function pairs(list: Named[]): HTMLElement {
@@ -10,6 +10,8 @@ function pairs(list: Named[]): HTMLElement {
 export function provenanceSection(meta: Meta, download: () => void, tables: () => void): HTMLElement {
   return h("div", { class: "stack" },
     meta.warnings.length ? card("Read this first", null, h("ul", { class: "warnings" }, meta.warnings.map((w) => h("li", {}, w)))) : null,
+    meta.tests?.length ? card("Tests", null, table("Tests", [{ head: "Test" }, { head: "Measured on" }, { head: "Configuration" }, { head: "What it has" }],
+      meta.tests.map((t) => [h("strong", {}, soft(t.name)), t.date ?? "–", t.configuration ?? "–", t.content]), { id: "tests-table" })) : null,
     meta.data_items.length ? card("Data", null, table("Data", [{ head: "What" }, { head: "Origin" }, { head: "Source" }],
       meta.data_items.map((d) => [h("strong", {}, d.name), badge(d.origin === "measured" ? "good" : "neutral", d.origin), d.source]), { id: "data-table" })) : null,
     meta.commands.length ? card("To repeat it", null, h("pre", { tabindex: 0 }, meta.commands.map((c) => `$ ${c}`).join("\n"))) : null,

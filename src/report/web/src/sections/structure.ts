@@ -89,6 +89,9 @@ function suspects(l: Localization, show: (place: Place) => void): HTMLElement {
     list("Elements: energy over noise", l.elements, "localization.elements"), list("Groups", l.groups, "localization.groups"));
 }
 
+/** More nodes than these would hide what they join. */
+const MANY = 2000;
+
 export function structureSection(s: Structure, localization?: Localization): HTMLElement {
   const details = h("div", { class: "details", id: "picked", "aria-live": "polite" },
     h("p", { class: "note" }, "Choose a node, element, mass, link or sensor in the picture, or by name."));
@@ -146,7 +149,7 @@ export function structureSection(s: Structure, localization?: Localization): HTM
     details.replaceChildren(h("p", { class: "note" }, `Nothing here is called “${find.value.trim()}”.`));
   };
 
-  const count = (n: number, one: string, many: string): string | null => (n ? `${n} ${n === 1 ? one : many}` : null);
+  const count = (n: number, one: string, many: string): string | null => (n ? `${n.toLocaleString("en")} ${n === 1 ? one : many}` : null);
   const summary = [
     count(s.nodes.length, "node", "nodes"), count(s.elements.length, "element", "elements"),
     count(s.rigid_links.length, "rigid link", "rigid links"), count(s.masses.length, "point mass", "point masses"),
@@ -160,7 +163,7 @@ export function structureSection(s: Structure, localization?: Localization): HTM
     h("section", { class: "card stage-card" }, viewer.root,
       h("div", { class: "toolbar" },
         h("label", { class: "field" }, "Colour ", pickColor),
-        layer("nodes", "Nodes", true), layer("links", "Links", true, s.rigid_links.length > 0),
+        layer("nodes", "Nodes", s.nodes.length <= MANY), layer("links", "Links", true, s.rigid_links.length > 0),
         layer("masses", "Masses", true, s.masses.length > 0),
         layer("supports", "Supports", true, s.supports.length > 0 || s.elements.some((e) => e.nodes.length === 1)),
         layer("sensors", "Sensors", s.sensors.length > 0 && s.sensors.length <= 200, s.sensors.length + s.exciters.length > 0),

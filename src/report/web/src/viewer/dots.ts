@@ -33,6 +33,12 @@ export class Dots {
     this.object.geometry.attributes["position"]!.needsUpdate = true;
   }
 
+  dispose(): void {
+    this.object.geometry.dispose();
+    this.object.material.map?.dispose();
+    this.object.material.dispose();
+  }
+
   paint(color: (index: number) => Rgb): void {
     for (let i = 0; i < this.colors.length / 3; i++) this.colors.set(color(i).map((c) => c / 255), 3 * i);
     this.object.geometry.attributes["color"]!.needsUpdate = true;

@@ -6,6 +6,7 @@ import {
 } from "three";
 import { Lines } from "../lines";
 import type { Structure } from "../types";
+import type { Faces } from "./skeleton";
 
 export function masses(count: number): InstancedMesh {
   const mesh = new InstancedMesh(new SphereGeometry(1, 20, 14), new MeshLambertMaterial(), count);
@@ -13,15 +14,26 @@ export function masses(count: number): InstancedMesh {
   return mesh;
 }
 
-export function faces(triangles: number): Mesh<BufferGeometry, MeshLambertMaterial> {
-  const geometry = new BufferGeometry();
-  geometry.setAttribute("position", new BufferAttribute(new Float32Array(9 * triangles), 3));
-  geometry.setAttribute("color", new BufferAttribute(new Float32Array(9 * triangles), 3));
-  const material = new MeshLambertMaterial({ vertexColors: true, side: DoubleSide, transparent: true, opacity: 0.85,
+/** All faces as one body: corners of their own, so that each may have its colour, joined to triangles around the first. */
+export function faceMesh({ nodes, first, element }: Faces): Mesh<BufferGeometry, MeshLambertMaterial> {
+  const geometry = new BufferGeometry(), n = element.length, triangles = new Uint32Array(3 * (nodes.length - 2 * n));
+  let at = 0;
+  for (let f = 0; f < n; f++) {
+    for (let k = first[f]! + 2; k < first[f + 1]!; k++) {
+      triangles[at++] = first[f]!;
+      triangles[at++] = k - 1;
+      triangles[at++] = k;
+    }
+  }
+  geometry.setIndex(new BufferAttribute(triangles, 1));
+  geometry.setAttribute("position", new BufferAttribute(new Float32Array(3 * nodes.length), 3));
+  geometry.setAttribute("color", new BufferAttribute(new Float32Array(3 * nodes.length), 3));
+  // Flat shading needs no normals, which would have to follow every frame.
+  const material = new MeshLambertMaterial({ vertexColors: true, side: DoubleSide, transparent: true, opacity: 0.85, flatShading: true,
     polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 });
   const mesh = new Mesh(geometry, material);
   mesh.frustumCulled = false;
-  mesh.visible = triangles > 0;
+  mesh.visible = n > 0;
   return mesh;
 }
 
