@@ -81,7 +81,7 @@ mod tests {
         assert_eq!(stretch_name("spar", [0, 2], 4), "spar/0..0.5");
         for parts in [4, 12, 60] {
             let text = format!(
-                "retune: 1\nsections: {{s: {{E: 1, G: 1, A: 1, Iy: 1, Iz: 1, J: 1, mass_per_length: 1}}}}\n\
+                "retune: 1\nname: spar\nsections: {{s: {{E: 1, G: 1, A: 1, Iy: 1, Iz: 1, J: 1, mass_per_length: 1}}}}\n\
                  nodes: {{a: [0, 0, 0], b: [1, 0, 0]}}\n\
                  beams: {{spar: {{nodes: [a, b], section: s, subdivide: {parts}}}}}\n\
                  masses: {{m: {{node: spar/0.25, mass: 1}}}}\n\
@@ -108,7 +108,7 @@ mod tests {
             [(", subdivide: 4", "begins and ends at its nodes, at 0, 0.25, 0.5"), ("", "is not subdivided")]
         {
             let text = format!(
-                "retune: 1\nsections: {{s: {{E: 1, G: 1, A: 1, Iy: 1, Iz: 1, J: 1, mass_per_length: 1}}}}\n\
+                "retune: 1\nname: spar\nsections: {{s: {{E: 1, G: 1, A: 1, Iy: 1, Iz: 1, J: 1, mass_per_length: 1}}}}\n\
                  nodes: {{a: [0, 0, 0], b: [1, 0, 0]}}\n\
                  beams: {{spar: {{nodes: [a, b], section: s{parts}}}}}\n\
                  overrides: {{soft: {{of: [spar/0.3..0.5], stiffness: 0.5}}}}\n\
