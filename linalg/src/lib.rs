@@ -13,6 +13,7 @@ mod orthogonal;
 pub mod sparse;
 mod symmetric;
 mod tall;
+pub mod vector3;
 
 pub use decompositions::{ShiftedPencil, Svd, SymmetricEigen, symmetric_eigen, symmetric_values, thin_svd};
 pub use dynamic_stiffness::DynamicStiffness;

@@ -2,6 +2,7 @@
 
 use super::yaml::DirectionSpec;
 use super::{FrfSet, Geometry, ModalSet};
+use crate::linalg::vector3::cross;
 use crate::units::Scalar;
 use crate::yaml;
 use serde::Deserialize;
@@ -28,10 +29,6 @@ struct FrameSpec {
     x: Option<DirectionSpec>,
     y: Option<DirectionSpec>,
     z: Option<DirectionSpec>,
-}
-
-fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 impl GeometryFrame {

@@ -13,6 +13,7 @@ mod bar;
 mod beam;
 mod bushing;
 pub mod conformance;
+mod direction;
 mod ground_spring;
 mod input;
 mod joint;

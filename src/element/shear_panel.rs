@@ -1,6 +1,8 @@
 //! The `shear_panel` element. Equations, limits and sources: `shear_panel.md`, the documentation of [`ShearPanel`].
 
+use super::direction::unit;
 use super::{Axes, Dof, Domain, Element, ElementError, ElementInput, Lack, Property, Sample, value};
+use crate::linalg::vector3::{Vector3, cross, dot, minus};
 use crate::linalg::{DVector, SymMatrix};
 
 #[doc = include_str!("shear_panel.md")]
@@ -21,37 +23,18 @@ const PROPERTIES: &[Property] = &[
     ),
 ];
 
-type Vector = [f64; 3];
-
 /// Signs of the natural coordinates of the corners.
 const CORNERS: [[f64; 2]; 4] = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
-
-fn minus(a: Vector, b: Vector) -> Vector {
-    std::array::from_fn(|i| a[i] - b[i])
-}
-
-fn dot(a: Vector, b: Vector) -> f64 {
-    (0..3).map(|i| a[i] * b[i]).sum()
-}
-
-fn cross(a: Vector, b: Vector) -> Vector {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
-fn unit(a: Vector) -> Result<Vector, ElementError> {
-    let length = dot(a, a).sqrt();
-    if length.is_finite() && length > 1e-150 { Ok(a.map(|v| v / length)) } else { Err(ElementError::Inverted) }
-}
 
 /// The corners in the plane of the diagonals, and the weights of the projective map onto them.
 struct Flat {
     at: [[f64; 2]; 4],
     weight: [f64; 4],
-    diagonals: [Vector; 2],
+    diagonals: [Vector3; 2],
 }
 
 impl Flat {
-    fn new(points: &[Vector]) -> Result<Self, ElementError> {
+    fn new(points: &[Vector3]) -> Result<Self, ElementError> {
         let diagonals = [minus(points[2], points[0]), minus(points[3], points[1])];
         let normal = unit(cross(diagonals[0], diagonals[1]))?;
         let x = unit(diagonals[0])?;
@@ -230,14 +213,14 @@ mod tests {
     use super::*;
     use crate::linalg::DMatrix;
 
-    fn stiffness(points: &[Vector]) -> DMatrix<f64> {
+    fn stiffness(points: &[Vector3]) -> DMatrix<f64> {
         let values = [Some(26e9), Some(0.3), Some(1e-3), None, None, None];
         let k = ShearPanel.stiffness(&ElementInput { points, values: &values }).unwrap();
         DMatrix::from_fn(24, 24, |i, j| k.get(i, j))
     }
 
     /// The one eigenvalue: |g|²/Z.
-    fn flexibility(points: &[Vector]) -> f64 {
+    fn flexibility(points: &[Vector3]) -> f64 {
         let flat = Flat::new(points).unwrap();
         flat.forces().norm_squared() / stiffness(points).trace()
     }

@@ -2,13 +2,11 @@
 //!
 //! Source: MSC.Nastran Quick Reference Guide, CORD2R, CORD2C, CORD2S, GRID.
 
+use crate::linalg::vector3::{Vector3, cross, dot, minus, unit};
 use std::collections::HashMap;
 
-/// A place, or a direction.
-type Vector = [f64; 3];
-
 /// Directions of axes as rows.
-pub(super) type Axes = [Vector; 3];
+pub(super) type Axes = [Vector3; 3];
 
 pub(super) const BASIC: Axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
@@ -27,14 +25,14 @@ pub(super) enum Kind {
 pub(super) struct Card {
     pub(super) kind: Kind,
     pub(super) reference: i64,
-    pub(super) points: [Vector; 3],
+    pub(super) points: [Vector3; 3],
 }
 
 /// A system in the basic one.
 #[derive(Debug, Clone, Copy)]
 struct System {
     kind: Kind,
-    origin: Vector,
+    origin: Vector3,
     axes: Axes,
 }
 
@@ -73,12 +71,12 @@ impl Systems {
     }
 
     /// A place in the basic system.
-    pub(super) fn place(&self, number: i64, at: Vector) -> Option<Vector> {
+    pub(super) fn place(&self, number: i64, at: Vector3) -> Option<Vector3> {
         Some(self.system(number)?.place(at))
     }
 
     /// The directions of displacements at a place of the basic system.
-    pub(super) fn axes(&self, number: i64, at: Vector) -> Option<Axes> {
+    pub(super) fn axes(&self, number: i64, at: Vector3) -> Option<Axes> {
         let System { kind, origin, axes } = self.system(number)?;
         if kind == Kind::Rectangular {
             return Some(axes);
@@ -100,7 +98,7 @@ impl Systems {
 }
 
 impl System {
-    fn place(&self, [a, b, c]: Vector) -> Vector {
+    fn place(&self, [a, b, c]: Vector3) -> Vector3 {
         let local = match self.kind {
             Kind::Rectangular => [a, b, c],
             Kind::Cylindrical => {
@@ -117,25 +115,8 @@ impl System {
     }
 }
 
-fn combine(axes: Axes, [a, b, c]: Vector) -> Vector {
+fn combine(axes: Axes, [a, b, c]: Vector3) -> Vector3 {
     std::array::from_fn(|i| a * axes[0][i] + b * axes[1][i] + c * axes[2][i])
-}
-
-fn minus(a: Vector, b: Vector) -> Vector {
-    std::array::from_fn(|i| a[i] - b[i])
-}
-
-fn dot(a: Vector, b: Vector) -> f64 {
-    (0..3).map(|i| a[i] * b[i]).sum()
-}
-
-fn cross(a: Vector, b: Vector) -> Vector {
-    std::array::from_fn(|i| a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3])
-}
-
-fn unit(a: Vector) -> Option<Vector> {
-    let length = dot(a, a).sqrt();
-    (length > 0.0 && length.is_finite()).then(|| a.map(|c| c / length))
 }
 
 #[cfg(test)]
@@ -152,7 +133,7 @@ mod tests {
         systems.add(7, Card { kind: Kind::Cylindrical, reference: 5, points: cylinder });
         systems
             .add(8, Card { kind: Kind::Spherical, reference: 0, points: [[0.0; 3], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]] });
-        let near = |a: Option<Vector>, b: Vector| a.unwrap().iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-15);
+        let near = |a: Option<Vector3>, b: Vector3| a.unwrap().iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-15);
         assert!(near(systems.place(5, [1.0, 2.0, 3.0]), [-1.0, 1.0, 3.0]));
         assert!(near(systems.place(7, [0.5, 90.0, 0.0]), [-1.5, 0.0, 0.0]));
         let axes = systems.axes(7, [-1.5, 0.0, 0.0]).unwrap();

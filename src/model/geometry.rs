@@ -2,12 +2,13 @@
 
 use super::spec::{FrameSpec, LineSpec, ModelSpec, NodeRule, NodeSpec, OneOrThree, SuperelementSpec};
 use crate::catalogue::did_you_mean;
+pub(crate) use crate::linalg::vector3::{Vector3, cross, dot, minus, plus, unit};
 use crate::units::{Scalar, ScalarError};
 use crate::yaml::{Problem, child};
 use std::collections::{BTreeMap, HashMap, HashSet};
 
 /// A vector in global axes, m.
-pub(crate) type Vector = [f64; 3];
+pub(crate) type Vector = Vector3;
 
 /// Rows are unit axes in global coordinates.
 pub(crate) type Rotation = [[f64; 3]; 3];
@@ -17,32 +18,6 @@ pub(crate) const GLOBAL: Rotation = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0
 
 /// Names of the global axes.
 pub(crate) const AXES: [&str; 3] = ["x", "y", "z"];
-
-/// a - b.
-pub(crate) fn minus(a: Vector, b: Vector) -> Vector {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-/// a + s b.
-pub(crate) fn plus(a: Vector, s: f64, b: Vector) -> Vector {
-    [a[0] + s * b[0], a[1] + s * b[1], a[2] + s * b[2]]
-}
-
-/// a · b.
-pub(crate) fn dot(a: Vector, b: Vector) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-/// a × b.
-pub(crate) fn cross(a: Vector, b: Vector) -> Vector {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
-/// a scaled to unit length; `None` for a zero vector.
-pub(crate) fn unit(a: Vector) -> Option<Vector> {
-    let length = dot(a, a).sqrt();
-    (length > 0.0 && length.is_finite()).then(|| a.map(|v| v / length))
-}
 
 /// x along `along`, z as near as possible to `near_z`, y completing the right-handed frame.
 pub(crate) fn axes_along(along: Vector, near_z: Vector) -> Option<Rotation> {

@@ -12,6 +12,7 @@
 
 use crate::data::Point;
 use crate::data::uff::{CoordinateSystem, Dataset, PartSystem, UniversalFile};
+use crate::linalg::vector3::{cross, dot, minus, unit};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -190,23 +191,6 @@ pub(super) fn frames(files: &[&UniversalFile], option: Option<LocalAxes>) -> BTr
         }
     }
     found
-}
-
-pub(super) fn minus(a: Vector, b: Vector) -> Vector {
-    std::array::from_fn(|i| a[i] - b[i])
-}
-
-pub(super) fn dot(a: Vector, b: Vector) -> f64 {
-    a.iter().zip(b).map(|(x, y)| x * y).sum()
-}
-
-pub(super) fn cross(a: Vector, b: Vector) -> Vector {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
-pub(super) fn unit(v: Vector) -> Option<Vector> {
-    let length = dot(v, v).sqrt();
-    (length.is_finite() && length > 0.0).then(|| v.map(|x| x / length))
 }
 
 /// A node in global axes, in the units of its file.

@@ -7,11 +7,12 @@
 //! r_j are the axes of a reading R (rows or columns of the matrix). A node votes for the reading with the larger a where that one fits
 //! and the other does not. Votes are reported; they decide nothing, for a sensor may stand as it likes.
 
-use super::frame::{Frame, LocalAxes, PlacedNode, Reading, Vector, Why, cross, dot, minus, reading, unit};
+use super::frame::{Frame, LocalAxes, PlacedNode, Reading, Vector, Why, reading};
 use super::units::note;
 use crate::catalogue::Choice;
 use crate::catalogue::counted;
 use crate::data::uff::{Dataset, Level, Node, Note, PartSystem, UniversalFile};
+use crate::linalg::vector3::{cross, dot, minus, unit};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Most nodes that are asked, and fewest in a large file.

@@ -9,7 +9,6 @@
 //! the slope; the typical size shows effects that are even or large. Where the size has one sign, or the step is large,
 //! only Δr'·r' < 0 counts.
 
-use crate::diagnosis::listener::Listener;
 use crate::diagnosis::problem::changed::with_effect;
 use crate::diagnosis::problem::fit::{Fit, project};
 use crate::diagnosis::problem::rows::Posed;
@@ -52,27 +51,34 @@ pub(crate) struct Score {
     pub(crate) factor: f64,
 }
 
+/// Every so many of the candidates are evaluated before the next of them: a search that is cut short has seen a part of every kind and place.
+const STRIDE: usize = 16;
+
 /// Evaluates every candidate around a fit, in parallel, in the order of the candidates; those that the model refuses or
-/// that leave no trace have no columns.
+/// that leave no trace have no columns, nor have those for which there was no time.
 pub(crate) fn screen(
     scene: &Scene,
     fit: &Fit,
     weight: f64,
     candidates: Vec<Candidate>,
-    listener: &Listener,
+    settings: &Settings,
 ) -> Vec<Screened> {
-    let work = listener.work("screening effects", candidates.len());
-    candidates
-        .into_par_iter()
-        .map(|candidate| {
-            let columns = with_effect(scene, &candidate)
-                .ok()
-                .and_then(|changed| columns(&changed, fit, weight, &candidate))
-                .unwrap_or_default();
+    let work = settings.listener.work("screening effects", candidates.len());
+    let mut out: Vec<Screened> =
+        candidates.into_iter().map(|candidate| Screened { candidate, columns: Vec::new() }).collect();
+    let stride = if out.len() < STRIDE * STRIDE { 1 } else { STRIDE };
+    for first in 0..stride {
+        if settings.until.is_over() {
+            break;
+        }
+        out.par_iter_mut().skip(first).step_by(stride).for_each(|Screened { candidate, columns: seen }| {
+            if let Ok(changed) = with_effect(scene, candidate) {
+                *seen = columns(&changed, fit, weight, candidate).unwrap_or_default();
+            }
             work.step();
-            Screened { candidate, columns }
-        })
-        .collect()
+        });
+    }
+    out
 }
 
 /// What another stage has seen of its candidates, for a stage that only differs in what is fitted.
@@ -99,7 +105,7 @@ pub(crate) fn screen_again(
     let is_alike = (rows.n_modes, rows.n_sensors, rows.measured, rows.targets)
         == (before.n_modes, before.n_sensors, before.measured, before.targets);
     if !is_alike || scene.has_functions() || !fit.unpaired.is_empty() || !seen.fit.unpaired.is_empty() {
-        return screen(scene, fit, weight, candidates, &settings.listener);
+        return screen(scene, fit, weight, candidates, settings);
     }
     let noisy = fit.noisy_rows();
     let cut = rows.measured + rows.targets;
@@ -122,20 +128,36 @@ pub(crate) fn screen_again(
         }
         out.push(Screened { candidate, columns: columns.unwrap_or_default() });
     }
-    let ranked = Directions::new(&out, q, fit.r.len()).rank(&project(q, &fit.r));
-    let mut of_kind: BTreeMap<&str, usize> = BTreeMap::new();
-    for (k, score) in ranked.iter().enumerate() {
-        let count = of_kind.entry(out[score.index].candidate.effect.name()).or_default();
-        *count += 1;
-        if k < settings.effort.anew || *count <= settings.effort.anew_of_a_kind {
-            anew.push(score.index);
-        }
-    }
-    let again = anew.iter().map(|&i| out[i].candidate.clone()).collect();
-    for (i, screened) in anew.into_iter().zip(screen(scene, fit, weight, again, &settings.listener)) {
-        out[i] = screened;
-    }
+    anew.extend(worth_more(&out, fit, q, settings.effort.anew, settings.effort.anew_of_a_kind));
+    evaluate_anew(scene, fit, weight, &mut out, anew, settings);
     out
+}
+
+/// Candidates that score best by the columns that are known, and the best few of every kind.
+pub(super) fn worth_more(known: &[Screened], fit: &Fit, q: &DMatrix<f64>, best: usize, of_a_kind: usize) -> Vec<usize> {
+    let ranked = Directions::new(known, q, fit.r.len()).rank(&project(q, &fit.r));
+    let mut of_kind: BTreeMap<&str, usize> = BTreeMap::new();
+    let mut is_worth_more = |&(k, score): &(usize, Score)| {
+        let count = of_kind.entry(known[score.index].candidate.effect.name()).or_default();
+        *count += 1;
+        k < best || *count <= of_a_kind
+    };
+    ranked.into_iter().enumerate().filter(|ranked| is_worth_more(ranked)).map(|(_, score)| score.index).collect()
+}
+
+/// Replaces the columns of some candidates by those of an evaluation.
+pub(super) fn evaluate_anew(
+    scene: &Scene,
+    fit: &Fit,
+    weight: f64,
+    known: &mut [Screened],
+    these: Vec<usize>,
+    settings: &Settings,
+) {
+    let again = these.iter().map(|&i| known[i].candidate.clone()).collect();
+    for (i, screened) in these.into_iter().zip(screen(scene, fit, weight, again, settings)) {
+        known[i] = screened;
+    }
 }
 
 /// The sizes at which a candidate is tried: (values, whether only this sign).

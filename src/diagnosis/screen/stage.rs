@@ -107,7 +107,7 @@ impl Stage {
 
     /// This stage with these effects instead of its own, screened at its fit.
     fn screening(mut self, placed: Vec<Candidate>) -> Result<Stage, DiagnosisError> {
-        self.screened = screen(&self.scene, &self.fit, self.weight, placed, &self.settings.listener)?;
+        self.screened = screen(&self.scene, &self.fit, self.weight, placed, &self.settings)?;
         self.directions = Directions::new(&self.screened, &self.q, self.fit.r.len());
         self.effects = self.directions.rank(&self.residual);
         Ok(self)
@@ -163,10 +163,9 @@ fn stage_of(
     let base = fit(&scene, &all, weight)?;
     let placed = placed(&scene, settings);
     let q = base.basis()?;
-    let listener = &settings.listener;
     let screened = match seen {
         Some(seen) if !scene.is_large() => screen_again(&scene, &base, &q, weight, placed, seen, settings),
-        _ => screen(&scene, &base, weight, placed, listener)?,
+        _ => screen(&scene, &base, weight, placed, settings)?,
     };
     let directions = Directions::new(&screened, &q, base.r.len());
     let scatter = scatter(&scene, &base, &q, &directions, settings.seed);

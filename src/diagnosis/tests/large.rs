@@ -170,9 +170,9 @@ fn adjoint_columns_are_those_of_differences() {
         let x = small.start();
         let (fit, of_stand_in) = (evaluate(&small, x.clone(), 1.0).unwrap(), evaluate(&large, x, 1.0).unwrap());
         let all: Vec<Candidate> = placed(&model);
-        let listener = Settings::default().listener;
-        let full = screen(&small, &fit, 1.0, all.clone(), &listener).unwrap();
-        let adjoint = screen(&large, &of_stand_in, 1.0, all, &listener).unwrap();
+        let settings = Settings::default();
+        let full = screen(&small, &fit, 1.0, all.clone(), &settings).unwrap();
+        let adjoint = screen(&large, &of_stand_in, 1.0, all, &settings).unwrap();
         let q = fit.basis().unwrap();
         for (a, b) in adjoint.iter().zip(&full) {
             let id = a.candidate.id();

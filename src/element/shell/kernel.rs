@@ -1,35 +1,17 @@
 //! Stiffness and mass of a shell in its mean plane, carried to its nodes.
 
+use super::super::direction::unit;
 use super::super::{ElementError, PointWithin};
 use super::Input;
 use super::material::{self, Section, lumping, mass_of, offset};
 use super::plane::{DOFS, Flat, MOST, Modes, Plane, Row};
+use crate::linalg::vector3::{Vector3, cross, dot, minus};
 use crate::linalg::{DMatrix, SymMatrix};
-
-type Vector = [f64; 3];
-
-fn minus(a: Vector, b: Vector) -> Vector {
-    std::array::from_fn(|i| a[i] - b[i])
-}
-
-fn dot(a: Vector, b: Vector) -> f64 {
-    (0..3).map(|i| a[i] * b[i]).sum()
-}
-
-fn cross(a: Vector, b: Vector) -> Vector {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
-/// The vector over its length, refused where it has none.
-fn unit(a: Vector) -> Result<Vector, ElementError> {
-    let length = dot(a, a).sqrt();
-    if length.is_finite() && length > 1e-150 { Ok(a.map(|v| v / length)) } else { Err(ElementError::Inverted) }
-}
 
 /// The mean plane of the nodes.
 struct Frame {
     /// Axes x, y and the normal, in element axes.
-    axes: [Vector; 3],
+    axes: [Vector3; 3],
     /// Nodes in the plane.
     at: Vec<[f64; 2]>,
     /// Height of the nodes over the plane.
@@ -40,9 +22,9 @@ struct Frame {
 
 impl Frame {
     /// The plane through the mean of the nodes along both diagonals (of three nodes: their plane), x along the first edge.
-    fn new(points: &[Vector]) -> Result<Self, ElementError> {
+    fn new(points: &[Vector3]) -> Result<Self, ElementError> {
         let n = points.len();
-        let centre: Vector = std::array::from_fn(|i| points.iter().map(|p| p[i]).sum::<f64>() / n as f64);
+        let centre: Vector3 = std::array::from_fn(|i| points.iter().map(|p| p[i]).sum::<f64>() / n as f64);
         let (p, q) = (
             minus(points[2], points[0]),
             if n == 4 { minus(points[3], points[1]) } else { minus(points[2], points[1]) },
@@ -52,7 +34,7 @@ impl Frame {
         let along = dot(edge, normal);
         let x = unit(std::array::from_fn(|i| edge[i] - along * normal[i]))?;
         let y = cross(normal, x);
-        let of_plane = |p: &Vector| minus(*p, centre);
+        let of_plane = |p: &Vector3| minus(*p, centre);
         // 1e-6: nearer to the normal, rounding would choose the direction.
         let reference = if normal[0].abs() < 1.0 - 1e-6 { [1.0, 0.0, 0.0] } else { [0.0, 1.0, 0.0] };
         Ok(Self {
@@ -267,10 +249,10 @@ pub(super) fn mass(plane: &'static Plane, input: &Input<'_>) -> Result<SymMatrix
 
 /// The point of the surface through the nodes, by the functions of the corners, that is nearest to a place: displacements and rotations are
 /// those of the nodes by the same functions.
-pub(super) fn nearest(plane: &'static Plane, input: &Input<'_>, place: Vector) -> Result<PointWithin, ElementError> {
+pub(super) fn nearest(plane: &'static Plane, input: &Input<'_>, place: Vector3) -> Result<PointWithin, ElementError> {
     let points = input.points;
     let n = points.len();
-    let of = |weights: &[f64]| -> Vector {
+    let of = |weights: &[f64]| -> Vector3 {
         std::array::from_fn(|i| weights.iter().zip(points).map(|(w, p)| w * p[i]).sum())
     };
     let is_inside = |[x, y]: [f64; 2]| {

@@ -4,6 +4,7 @@ use super::hypotheses::{Accepted, Edit, Prior, search};
 use super::{Finding, Level};
 use crate::fault::{Fault, SensorAxis, SensorDead, SensorGain, SensorSign, SensorSwap};
 use crate::identify::IdentifyError;
+use crate::linalg::vector3::dot;
 use crate::linalg::{DMatrix, symmetric_eigen, thin_qr};
 
 /// Where a sensor sits and what it reads, for checks of shapes.
@@ -146,10 +147,6 @@ fn check_rows(sensors: &[SensorGeometry], shapes: &DMatrix<f64>) -> Result<(), I
     } else {
         Err(IdentifyError::Length { what: "the list of sensors", expected: shapes.nrows(), found: sensors.len() })
     }
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a.iter().zip(&b).map(|(x, y)| x * y).sum()
 }
 
 fn is_usable(sensors: &[SensorGeometry], shapes: &DMatrix<f64>, k: usize) -> bool {
