@@ -74,6 +74,17 @@ pub(crate) fn screen(
     if !of_modes || dofs * candidates.len() < MANY {
         return Ok(screen_each(scene, fit, weight, candidates, settings));
     }
+    slopes_first(scene, fit, weight, candidates, settings)
+}
+
+/// Slopes of all candidates, and evaluations of those that they put first and of those that have none.
+pub(crate) fn slopes_first(
+    scene: &Scene,
+    fit: &Fit,
+    weight: f64,
+    candidates: Vec<Candidate>,
+    settings: &Settings,
+) -> Result<Vec<Screened>, DiagnosisError> {
     let mut known = screen_large(scene, fit, weight, candidates, &settings.listener)?;
     let effort = &settings.effort;
     let mut anew = worth_more(&known, fit, &fit.basis()?, WIDER * effort.anew, WIDER * effort.anew_of_a_kind);

@@ -227,7 +227,7 @@ fn fit_spread(
     Ok((ln_evidence(&fit)? + ln_priors, fit))
 }
 
-/// Names of the parts that may differ: pieces of elements, of a finer mesh whole elements, then whole members.
+/// Names of the parts that may differ: elements, of a fine mesh whole members.
 fn parts(stage: &Stage, property: Property) -> Vec<String> {
     let context = Context::default();
     let structure = Structure::new(stage.scene.model(), &context);
@@ -239,7 +239,10 @@ fn parts(stage: &Stage, property: Property) -> Vec<String> {
         let taken = structure.parts().iter().filter(|p| is_taken(p) && p.elements.iter().any(has));
         taken.map(|p| p.name.clone()).collect()
     };
-    let finest = [structure.finest_parts(|e| has(&e)), of(&|p| p.kind == PartKind::Element)];
-    let members = || of(&|p| p.is_member && matches!(p.kind, PartKind::Chain | PartKind::Element));
-    finest.into_iter().find(|parts| parts.len() <= stage.effort().spread_parts).unwrap_or_else(members)
+    let elements = of(&|p| p.kind == PartKind::Element);
+    if elements.len() <= stage.effort().spread_parts {
+        elements
+    } else {
+        of(&|p| p.is_member && matches!(p.kind, PartKind::Chain | PartKind::Element))
+    }
 }

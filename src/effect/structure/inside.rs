@@ -35,14 +35,8 @@ impl Structure<'_> {
         stretch_name(element, [first as u32, (first + parts.len()) as u32], all.len() as u32)
     }
 
-    /// Elements of the file, those that it subdivides in their pieces: the parts of which each may be wrong by itself.
-    pub fn finest_parts(&self, has: impl Fn(usize) -> bool) -> Vec<String> {
-        let pieces = self.pieces();
-        let whole = self.parts.iter().filter(|p| p.kind == PartKind::Element && p.elements.iter().any(|&e| has(e)));
-        let inside = |part: &Part| match pieces.iter().find(|(name, _)| *name == part.name) {
-            Some((name, pieces)) => pieces.iter().map(|piece| self.name_inside(name, piece)).collect(),
-            None => vec![part.name.clone()],
-        };
-        whole.flat_map(inside).collect()
+    /// Whether the file subdivides elements, so that there are places inside of them.
+    pub(crate) fn has_places_inside(&self) -> bool {
+        !self.pieces().is_empty()
     }
 }

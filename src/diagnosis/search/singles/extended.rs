@@ -9,6 +9,7 @@ use crate::diagnosis::search::hypothesis::Refit;
 use crate::diagnosis::search::run::{Job, best_and_of_every_kind, run};
 use crate::diagnosis::search::short_fit::shortest;
 use crate::diagnosis::search::spread::Fitted;
+use crate::effect::{Context, Structure};
 use crate::linalg::DVector;
 
 pub(super) const STEP: Step = Step { name: "extended places", when: may_explain, take };
@@ -22,11 +23,16 @@ fn take(board: &mut Board<'_>) -> Result<(), DiagnosisError> {
 }
 
 fn may_explain(board: &Board<'_>) -> Result<bool, DiagnosisError> {
-    Ok(is_poor_and_unexplained(board)? && may_be_wider(board.stage, &board.found.spreads, &board.found.hypotheses))
+    let has_places_inside = || {
+        let context = Context::default();
+        Structure::new(board.stage.scene.model(), &context).has_places_inside()
+    };
+    let may = || may_be_wider(board.stage, &board.found.spreads, &board.found.hypotheses) || has_places_inside();
+    Ok(is_poor_and_unexplained(board)? && may())
 }
 
 /// Whether something at a wider place could explain more than the best so far: about what the spreads do, which have every span
-/// among them. What needs a mode that the test has missed does not count.
+/// among them, but for what lies inside of an element. What needs a mode that the test has missed does not count.
 fn may_be_wider(stage: &Stage, spreads: &[Fitted], done: &[Refit]) -> bool {
     let least = spreads.iter().map(|s| s.spread.misfit).fold(f64::INFINITY, f64::min);
     let most = 0.5 * stage.weight * stage.weight * (stage.fit.misfit - least);
