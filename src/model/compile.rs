@@ -338,8 +338,8 @@ impl Model {
 
     /// The part of a subdivided element at a fraction of its length, and the fraction of the part: all parts are equal in length.
     fn part_at(&self, element: &str, fraction: f64) -> Option<(usize, f64)> {
-        let has_points = |parts: &&Vec<usize>| parts.first().is_some_and(|&e| !self.elements[e].nodes.is_empty());
-        let parts = self.sets.get(element).filter(has_points)?;
+        let has_points = |parts: &&[usize]| parts.first().is_some_and(|&e| !self.elements[e].nodes.is_empty());
+        let parts = self.element_set(element).filter(has_points)?;
         let at = fraction * parts.len() as f64;
         let part = (at.floor() as usize).min(parts.len() - 1);
         Some((parts[part], at - part as f64))
