@@ -156,7 +156,10 @@ pub(super) fn evaluate_anew(
 ) {
     let again = these.iter().map(|&i| known[i].candidate.clone()).collect();
     for (i, screened) in these.into_iter().zip(screen(scene, fit, weight, again, settings)) {
-        known[i] = screened;
+        // What is known stays where there was no time for better.
+        if !(screened.columns.is_empty() && settings.until.was_cut()) {
+            known[i] = screened;
+        }
     }
 }
 
