@@ -115,14 +115,14 @@ impl Case {
     /// A sensor without a place on the model.
     pub(crate) fn observe(&self, sensors: &[Sensor]) -> Result<DMatrix<f64>, CorrelationError> {
         match &self.stand_in {
-            Some(stand_in) => Ok(stand_in.observed(&observation_rows(&*self.model, sensors)?)),
+            Some(stand_in) => Ok(stand_in.observed(&observation_rows(&**stand_in.model(), sensors)?)),
             None => observation_matrix(&*self.model, sensors),
         }
     }
 
     /// A dof of a node of the file as a sum of rows of what is solved.
     pub(crate) fn rows_of(&self, node: &str, dof: Dof) -> Option<Vec<(usize, f64)>> {
-        let dofs = if self.stand_in.is_some() { self.model.dof_map() } else { self.solved().dof_map() };
+        let dofs = self.stand_in.as_ref().map_or_else(|| self.solved().dof_map(), |s| s.model().dof_map());
         let rows = dofs.express(dofs.node(node)?, dof).to_vec();
         Some(match &self.stand_in {
             Some(stand_in) => stand_in.observed(&[rows]).row(0).iter().copied().enumerate().collect(),

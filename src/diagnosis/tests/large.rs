@@ -252,7 +252,7 @@ fn a_fit_on_few_coordinates_ends_where_the_model_ends() {
     sensors.truncate(24);
     let all: Vec<Candidate> = placed(&base);
     let of_kind = |kind: &str| all.iter().filter(|c| c.effect.name() == kind).nth(3).unwrap();
-    let chosen = [of_kind("stiffness-change"), of_kind("added-mass")];
+    let chosen = [of_kind("stiffness-change"), of_kind("point-mass")];
     let truth = chosen[0].build(&base, &Registry::builtin()).unwrap();
     let test = twin_modes(&truth.model, &truth.theta(&middle(&base), &[0.3]), &sensors, &noise(6, 4), "twin").unwrap();
     let whole = Scene::new(&base, &[&test]).unwrap();
