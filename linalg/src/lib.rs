@@ -10,6 +10,7 @@ mod eigen;
 mod eigenvalues;
 mod envelope;
 mod orthogonal;
+mod pencil_slopes;
 pub mod sparse;
 mod symmetric;
 mod tall;
@@ -21,6 +22,7 @@ pub use eigen::{Eigenpairs, lowest_modes, lowest_values};
 pub use eigenvalues::{GeneralEigenpairs, general_eigenpairs};
 pub use nalgebra::{Complex, DMatrix, DMatrixView, DVector, DVectorView};
 pub use orthogonal::{ThinQr, thin_qr};
+pub use pencil_slopes::{PencilSlopes, SlopesAt};
 pub use symmetric::SymMatrix;
 pub use tall::{tall_take, tall_tr_mul};
 

@@ -9,28 +9,26 @@
 //! evaluated by the reference path; so is all of a model that the kernel does not take (no polynomial of its parameters, not
 //! solvable in the middle of its bounds, too large). After the first batch of a thread nothing is allocated.
 
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Mutex, OnceLock, PoisonError};
+mod compiled;
+mod factors;
 
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use self::compiled::Compiled;
 use super::PathCounts;
 use super::comparison::Comparison;
-use super::prediction::Prediction;
+use super::prediction::{Prediction, PredictionDerivative};
 use super::scaling::Scaling;
-use crate::correlation::{ModePair, PartnerSearch, UNSEEN, hide_unseen};
-use crate::linalg::batch::{
-    AffineEntry, AffinePencil, BATCH, BatchError, BatchModel, BatchModes, BatchOptions, Mirror, Outcome, Workspace,
-    detect_mirror,
-};
-use crate::linalg::{DMatrix, DVector, SymMatrix};
-use crate::model::{AffinePart, Basis, Entry, MassProperties, Monomial, family, symmetry_index};
-
-/// Above this number of dofs of one family of shapes the reference path is no slower than the dense kernel.
-const MOST_DOFS: usize = 150;
+use crate::linalg::DVector;
+use crate::linalg::batch::BATCH;
 
 /// An objective's way to the batched kernel, made at its first use.
 #[derive(Debug, Default)]
-pub(super) struct BatchPath {
+pub(crate) struct BatchPath {
     compiled: OnceLock<Option<Compiled>>,
+    /// Whether shapes are kept at all dofs, from which they have derivatives.
+    has_derivatives: bool,
     batch: AtomicU64,
     reference: AtomicU64,
 }
@@ -39,7 +37,43 @@ pub(super) struct BatchPath {
 /// path, which says why.
 pub(super) type CostOf<'a> = &'a dyn Fn(&Prediction, &[f64], &mut DVector<f64>) -> f64;
 
+/// A prediction at θ with its derivatives.
+pub(super) type Linearized<'a, T> = &'a dyn Fn(&Prediction, &PredictionDerivative, &[f64]) -> T;
+
 impl BatchPath {
+    /// One that gives derivatives too, for one objective or for several of the same model and test.
+    pub(crate) fn with_derivatives() -> Self {
+        Self { has_derivatives: true, ..Self::default() }
+    }
+
+    /// Whether it gives derivatives.
+    pub(super) fn has_derivatives(&self) -> bool {
+        self.has_derivatives
+    }
+
+    /// Gives the memory of its threads back.
+    pub(crate) fn rest(&self) {
+        if let Some(Some(compiled)) = self.compiled.get() {
+            compiled.rest();
+        }
+    }
+
+    /// What is made of a prediction at x and its derivatives; `None` where the kernel does not guarantee them.
+    pub(super) fn linearize<T>(
+        &self,
+        (comparison, scaling): (&Comparison<'_>, &Scaling),
+        x: &DVector<f64>,
+        of: Linearized<'_, T>,
+    ) -> Option<T> {
+        let compiled = self.compiled(comparison, scaling, true)?;
+        let mut bench = compiled.bench();
+        let made = compiled.linearize(&mut bench, (comparison, scaling), x, of);
+        compiled.put_back(bench);
+        let counter = if made.is_some() { &self.batch } else { &self.reference };
+        counter.fetch_add(1, Ordering::Relaxed);
+        made
+    }
+
     /// The costs of the points, overwriting `out`.
     ///
     /// * `needs_shapes`, `cost_of` - the objective's cost of a prediction, and whether it looks at shapes
@@ -89,7 +123,8 @@ impl BatchPath {
     }
 
     fn compiled(&self, comparison: &Comparison<'_>, scaling: &Scaling, needs_shapes: bool) -> Option<&Compiled> {
-        self.compiled.get_or_init(|| Compiled::new(comparison, scaling, needs_shapes)).as_ref()
+        let made = || Compiled::new(comparison, scaling, needs_shapes, self.has_derivatives);
+        self.compiled.get_or_init(made).as_ref()
     }
 }
 
@@ -97,435 +132,6 @@ impl BatchPath {
 const AGREEMENT: f64 = 1e-9;
 /// Difference of costs that is nothing: rounding of a cost that vanishes at a perfect fit.
 const NO_COST: f64 = 1e-12;
-
-/// A comparison, compiled for batches.
-#[derive(Debug)]
-struct Compiled {
-    model: BatchModel,
-    n_sensors: usize,
-    /// Rows of the sensors and of what is followed.
-    n_read: usize,
-    /// Whether the kernel gives the products of shapes with those of the test, and the shapes themselves.
-    has_products: bool,
-    has_shapes: bool,
-    /// Whether the dofs come behind those rows in the observed shapes, to find the families from them.
-    has_dofs: bool,
-    tests: Vec<TestShape>,
-    /// Test modes as the search for partners knows them: frequencies, family codes.
-    frequencies: Vec<f64>,
-    families: Vec<u8>,
-    /// Products of parameters that K and M depend on beside the free parameters themselves.
-    products: Products,
-    rigid: Option<RigidMass>,
-    pool: Mutex<Vec<Bench>>,
-}
-
-/// Products of parameters, and their origins.
-#[derive(Debug)]
-struct Products {
-    monomials: Vec<Monomial>,
-    origin: Vec<f64>,
-}
-
-impl Products {
-    fn of(affine: &AffinePart) -> Self {
-        Self { monomials: affine.products.iter().map(|p| p.0.clone()).collect(), origin: affine.origin.clone() }
-    }
-
-    /// What K and M are affine in: the free parameters, then the products.
-    fn fill(&self, theta: &[f64], scaling: &Scaling, out: &mut [f64]) {
-        let products = self.monomials.iter().map(|p| p.at(theta, &self.origin));
-        let values = scaling.free().iter().map(|&i| theta[i]).chain(products);
-        out.iter_mut().zip(values).for_each(|(factor, value)| *factor = value);
-    }
-}
-
-/// Mass of rigid motion, affine in the free parameters and products: few of its entries depend on one.
-#[derive(Debug)]
-struct RigidMass {
-    constant: SymMatrix,
-    /// (entry of the lower triangle, factor, coefficient).
-    terms: Vec<(usize, usize, f64)>,
-}
-
-impl RigidMass {
-    fn new<'a>(constant: SymMatrix, masses: impl Iterator<Item = &'a SymMatrix>) -> Self {
-        let mut terms = Vec::new();
-        for (factor, mass) in masses.enumerate() {
-            let entries = mass.lower().iter().enumerate().filter(|(_, value)| **value != 0.0);
-            terms.extend(entries.map(|(entry, value)| (entry, factor, *value)));
-        }
-        Self { constant, terms }
-    }
-
-    fn at(&self, factors: &[f64], out: &mut SymMatrix) {
-        out.copy_from(&self.constant);
-        let lower = out.lower_mut();
-        for &(entry, factor, value) in &self.terms {
-            lower[entry] += factors[factor] * value;
-        }
-    }
-}
-
-/// A measured shape at the sensors.
-#[derive(Debug)]
-struct TestShape {
-    /// Zero where it was not measured.
-    values: Vec<f64>,
-    /// One where it was measured, zero elsewhere; nothing if it was measured everywhere.
-    mask: Option<Vec<f64>>,
-    norm: f64,
-    /// 1/|shape|²; zero where nothing was measured.
-    over_square: f64,
-}
-
-/// The memory of one thread.
-#[derive(Debug)]
-struct Bench {
-    workspace: Workspace,
-    theta: Vec<f64>,
-    /// The free parameters of the candidates, and their products.
-    factors: [Vec<f64>; BATCH],
-    prediction: Prediction,
-    residuals: DVector<f64>,
-    search: PartnerSearch,
-    partners: Vec<(usize, usize)>,
-    families: Vec<u8>,
-    norms: Vec<f64>,
-    likeness: DMatrix<f64>,
-    rigid: SymMatrix,
-}
-
-/// A number for a symmetry family.
-fn code(family: Option<&str>) -> u8 {
-    match family {
-        None => 0,
-        Some("symmetric") => 1,
-        Some("antisymmetric") => 2,
-        Some(_) => 3,
-    }
-}
-
-impl Compiled {
-    /// `None` if the kernel does not take the model.
-    fn new(comparison: &Comparison<'_>, scaling: &Scaling, needs_shapes: bool) -> Option<Self> {
-        let model = comparison.model();
-        let families: Vec<u8> = comparison.families().iter().map(|f| code(f.as_deref())).collect();
-        PartnerSearch::new(comparison.frequencies(), &families, *comparison.pairing(), comparison.plans())?;
-        // In the middle of the bounds nothing vanishes by chance: no mass, no spring.
-        let centre = comparison.predict(&scaling.centre()).ok()?;
-        if centre.modes.n_mechanism > 0 {
-            return None;
-        }
-        let pencil = pencil(comparison, scaling)?;
-        let mirror = model
-            .mirror()
-            .map(|m| Mirror { permutation: m.iter().map(|p| p.0).collect(), signs: m.iter().map(|p| p.1).collect() });
-        let halves = mirror.filter(|m| matches!(detect_mirror(&pencil, m), Ok(true)));
-        if pencil.n > MOST_DOFS * if halves.is_some() { 2 } else { 1 } {
-            return None;
-        }
-        let has_dofs = model.mirror().is_some() && halves.is_none();
-        let (n, n_sensors) = (pencil.n, comparison.sensors().nrows());
-        let followed = comparison.followed();
-        let n_read = n_sensors + followed.len();
-        let sensors = DMatrix::from_fn(n_read + if has_dofs { n } else { 0 }, n, |i, j| {
-            if i < n_sensors {
-                comparison.sensors()[(i, j)]
-            } else if i < n_read {
-                followed.rows()[(i - n_sensors, j)]
-            } else {
-                f64::from(u8::from(i - n_read == j))
-            }
-        });
-        let tests: Vec<TestShape> = comparison.shapes().column_iter().map(|c| TestShape::new(c.as_slice())).collect();
-        // A shape with gaps is compared where it was measured: its partner's length depends on it.
-        let has_products = !has_dofs && followed.len() == 0 && tests.iter().all(|t| t.mask.is_none() || t.norm == 0.0);
-        let options = BatchOptions {
-            n_modes: centre.frequencies_hz.len(),
-            rigid: centre.modes.shapes.columns(0, centre.modes.n_rigid).into_owned(),
-            mirror: halves,
-            sensors: Some(sensors),
-            references: has_products.then(|| comparison.shapes().map(|v| if v.is_nan() { 0.0 } else { v })),
-            shapes: needs_shapes || !has_products,
-        };
-        let products = Products::of(model.affine()?);
-        let mut nominal = vec![0.0; pencil.n_parameters];
-        products.fill(&scaling.centre(), scaling, &mut nominal);
-        let batch = match BatchModel::new(pencil.clone(), &nominal, options.clone()) {
-            // Masses that are small beside the others leave fewer modes above rounding than the reference path lists.
-            Err(BatchError::TooManyModes { available, .. }) if available > 0 => {
-                BatchModel::new(pencil, &nominal, BatchOptions { n_modes: available, ..options })
-            }
-            made => made,
-        };
-        let rigid = model.affine_mass().map(|masses| {
-            let mut constant = masses.linear[0].clone();
-            for (i, value) in scaling.base().iter().enumerate().filter(|(i, _)| !scaling.free().contains(i)) {
-                constant.add_scaled(*value, &masses.linear[i + 1]);
-            }
-            let free = scaling.free().iter().map(|&i| &masses.linear[i + 1]);
-            RigidMass::new(constant, free.chain(&masses.products))
-        });
-        Some(Self {
-            model: batch.ok()?,
-            n_sensors,
-            n_read,
-            has_products,
-            has_shapes: needs_shapes || !has_products,
-            has_dofs,
-            tests,
-            frequencies: comparison.frequencies().to_vec(),
-            families,
-            products,
-            rigid,
-            pool: Mutex::default(),
-        })
-    }
-
-    /// A bench from the pool, or a new one.
-    fn bench(&self) -> Option<Bench> {
-        self.pool.lock().unwrap_or_else(PoisonError::into_inner).pop()
-    }
-
-    fn put_back(&self, bench: Option<Bench>) {
-        self.pool.lock().unwrap_or_else(PoisonError::into_inner).extend(bench);
-    }
-
-    fn new_bench(&self, comparison: &Comparison<'_>, scaling: &Scaling) -> Option<Bench> {
-        let n_modes = self.model.n_modes();
-        Some(Bench {
-            workspace: Workspace::new(&self.model, BATCH),
-            theta: scaling.base().to_vec(),
-            factors: std::array::from_fn(|_| vec![0.0; scaling.len() + self.products.monomials.len()]),
-            prediction: Prediction::seen(
-                vec![0.0; n_modes],
-                DMatrix::zeros(self.n_sensors, n_modes),
-                DMatrix::zeros(n_modes, self.tests.len()),
-            ),
-            residuals: DVector::zeros(0),
-            search: PartnerSearch::new(&self.frequencies, &self.families, *comparison.pairing(), comparison.plans())?,
-            partners: Vec::with_capacity(self.tests.len()),
-            families: vec![0; n_modes],
-            norms: vec![0.0; n_modes],
-            likeness: DMatrix::zeros(n_modes, self.tests.len()),
-            rigid: SymMatrix::zeros(6),
-        })
-    }
-
-    /// The costs of up to [`BATCH`] points; NaN where the kernel does not guarantee one.
-    fn evaluate(
-        &self,
-        bench: &mut Option<Bench>,
-        (comparison, scaling): (&Comparison<'_>, &Scaling),
-        points: &[DVector<f64>],
-        out: &mut [f64],
-        cost_of: CostOf<'_>,
-    ) {
-        out.fill(f64::NAN);
-        if bench.is_none() {
-            *bench = self.new_bench(comparison, scaling);
-        }
-        let Some(bench) = bench else { return };
-        for (factors, x) in bench.factors.iter_mut().zip(points) {
-            scaling.overwrite(x, &mut bench.theta);
-            self.products.fill(&bench.theta, scaling, factors);
-        }
-        let thetas: [&[f64]; BATCH] = std::array::from_fn(|l| bench.factors[l].as_slice());
-        let closeness = comparison.closeness();
-        let Ok(modes) = self.model.attempt(&thetas[..points.len()], &mut bench.workspace) else { return };
-        for (lane, (x, cost)) in points.iter().zip(out).enumerate() {
-            if modes.outcome(lane) != &Outcome::Batch {
-                continue;
-            }
-            scaling.overwrite(x, &mut bench.theta);
-            let p = &mut bench.prediction;
-            p.mass_properties = match &self.rigid {
-                Some(rigid) => {
-                    rigid.at(&bench.factors[lane], &mut bench.rigid);
-                    Some(MassProperties::from_rigid_mass(&bench.rigid))
-                }
-                None => match comparison.model().mass_properties(&bench.theta) {
-                    Ok(properties) => properties,
-                    Err(_) => continue,
-                },
-            };
-            self.observe(comparison, modes, lane, p, &mut bench.families);
-            // Modes that must be turned to the test are left to the reference path.
-            let (hz, own) = (&p.frequencies_hz, &bench.families);
-            if (1..hz.len()).any(|i| closeness.joins(hz[i - 1], hz[i], || own[i - 1] == own[i])) {
-                continue;
-            }
-            if self.has_products {
-                self.correlate_products(&bench.families, &bench.search, (modes, lane), p);
-            } else {
-                self.correlate(&bench.families, &bench.search, p, &mut bench.norms);
-            }
-            let likeness = self.likeness(comparison, (modes, lane), &p.mac, &mut bench.likeness);
-            let (likeness, n) = (likeness.as_slice(), p.mac.nrows());
-            bench.search.find(&p.frequencies_hz, &bench.families, |j| &likeness[j * n..][..n], &mut bench.partners);
-            p.pairs.pairs.clear();
-            p.pairs.pairs.extend(bench.partners.iter().map(|&(i, j)| ModePair {
-                analytical: i,
-                experimental: j,
-                mac: p.mac[(i, j)],
-                frequency_error: p.frequencies_hz[i] / self.frequencies[j] - 1.0,
-                flags: Vec::new(),
-            }));
-            *cost = cost_of(p, &bench.theta, &mut bench.residuals);
-        }
-    }
-
-    /// Frequencies, shapes at the sensors and families of one candidate.
-    fn observe(
-        &self,
-        comparison: &Comparison<'_>,
-        modes: &BatchModes,
-        lane: usize,
-        p: &mut Prediction,
-        families: &mut [u8],
-    ) {
-        for (j, lambda) in modes.values(lane).iter().enumerate() {
-            p.frequencies_hz[j] = lambda.sqrt() / std::f64::consts::TAU;
-            let shape = modes.shape(lane, j);
-            if self.has_shapes {
-                p.at_sensors.column_mut(j).copy_from_slice(&shape[..self.n_sensors]);
-            }
-            families[j] = match comparison.model().mirror() {
-                Some(mirror) if self.has_dofs => code(family(symmetry_index(mirror, |row| shape[self.n_read + row]))),
-                _ => [2, 0, 1][(modes.parity(lane, j) + 1) as usize],
-            };
-        }
-        if self.has_shapes {
-            hide_unseen(&mut p.at_sensors);
-        }
-    }
-
-    /// What pairs are made by: the MAC, mixed with how far the modes continue those that are followed.
-    fn likeness<'m>(
-        &self,
-        comparison: &Comparison<'_>,
-        (modes, lane): (&BatchModes, usize),
-        mac: &'m DMatrix<f64>,
-        own: &'m mut DMatrix<f64>,
-    ) -> &'m DMatrix<f64> {
-        let followed = comparison.followed();
-        if followed.len() == 0 {
-            return mac;
-        }
-        own.copy_from(mac);
-        for i in 0..mac.nrows() {
-            let shape = modes.shape(lane, i);
-            for k in 0..followed.len() {
-                followed.mix(k, i, shape[self.n_sensors + k], own);
-            }
-        }
-        own
-    }
-
-    /// MAC of the pairs that the families allow, zero for the others, from the products that the kernel has formed.
-    fn correlate_products(
-        &self,
-        families: &[u8],
-        search: &PartnerSearch,
-        (modes, lane): (&BatchModes, usize),
-        p: &mut Prediction,
-    ) {
-        let own = |i: usize| modes.products(lane, i).last().copied().unwrap_or(0.0);
-        let least = UNSEEN * UNSEEN * (0..families.len()).map(own).fold(0.0, f64::max);
-        for (i, &family) in families.iter().enumerate() {
-            let Some((&own, products)) = modes.products(lane, i).split_last() else { continue };
-            let over_own = if own > 0.0 && own >= least { 1.0 / own } else { 0.0 };
-            for (j, (product, test)) in products.iter().zip(&self.tests).enumerate() {
-                let is_compared = search.is_same_family(family, j);
-                let mac = product * product * over_own * test.over_square;
-                p.mac[(i, j)] = if is_compared { mac.min(1.0) } else { 0.0 };
-            }
-        }
-    }
-
-    /// The same from the shapes.
-    fn correlate(&self, families: &[u8], search: &PartnerSearch, p: &mut Prediction, norms: &mut [f64]) {
-        let n_modes = families.len();
-        for i in 0..n_modes {
-            let shape = &p.at_sensors.as_slice()[i * self.n_sensors..(i + 1) * self.n_sensors];
-            norms[i] = dot(shape, shape).sqrt();
-        }
-        for (j, test) in self.tests.iter().enumerate() {
-            for i in 0..n_modes {
-                let shape = &p.at_sensors.as_slice()[i * self.n_sensors..(i + 1) * self.n_sensors];
-                p.mac[(i, j)] = if test.norm > 0.0 && search.is_same_family(families[i], j) {
-                    let norm = match &test.mask {
-                        None => norms[i],
-                        Some(mask) => shape.iter().zip(mask).map(|(v, m)| v * v * m).sum::<f64>().sqrt(),
-                    };
-                    let cosine = dot(shape, &test.values) / norm / test.norm;
-                    if norm > 0.0 { (cosine * cosine).min(1.0) } else { 0.0 }
-                } else {
-                    0.0
-                };
-            }
-        }
-    }
-}
-
-impl TestShape {
-    fn new(shape: &[f64]) -> Self {
-        let values: Vec<f64> = shape.iter().map(|v| if v.is_nan() { 0.0 } else { *v }).collect();
-        let complete = shape.iter().all(|v| !v.is_nan());
-        let mask = (!complete).then(|| shape.iter().map(|v| f64::from(u8::from(!v.is_nan()))).collect());
-        let norm = dot(&values, &values).sqrt();
-        let over_square = if norm > 0.0 { 1.0 / (norm * norm) } else { 0.0 };
-        Self { values, mask, norm, over_square }
-    }
-}
-
-/// Sum of products, four at a time.
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let mut sums = [0.0; 4];
-    let (a4, b4) = (a.chunks_exact(4), b.chunks_exact(4));
-    let rest: f64 = a4.remainder().iter().zip(b4.remainder()).map(|(x, y)| x * y).sum();
-    for (x, y) in a4.zip(b4) {
-        for l in 0..4 {
-            sums[l] += x[l] * y[l];
-        }
-    }
-    (sums[0] + sums[2]) + (sums[1] + sums[3]) + rest
-}
-
-/// K and M as functions of the factors; `None` if they are not affine in any.
-fn pencil(comparison: &Comparison<'_>, scaling: &Scaling) -> Option<AffinePencil> {
-    let model = comparison.model();
-    let affine = model.affine()?;
-    let part = |of: fn(&Basis) -> &[Entry]| {
-        let mut entries: Vec<AffineEntry> = Vec::new();
-        let mut add = |basis: &Basis, parameter: Option<usize>, factor: f64| {
-            entries.extend(of(basis).iter().map(|e| AffineEntry {
-                row: e.row,
-                col: e.column,
-                parameter,
-                coefficient: factor * e.value,
-            }));
-        };
-        add(&affine.constant, None, 1.0);
-        for (i, (basis, value)) in affine.parameters.iter().zip(scaling.base()).enumerate() {
-            match scaling.free().iter().position(|&f| f == i) {
-                Some(k) => add(basis, Some(k), 1.0),
-                None => add(basis, None, *value),
-            }
-        }
-        for (k, (_, basis)) in affine.products.iter().enumerate() {
-            add(basis, Some(scaling.len() + k), 1.0);
-        }
-        entries
-    };
-    Some(AffinePencil {
-        n: model.dof_map().n_dof(),
-        n_parameters: scaling.len() + affine.products.len(),
-        stiffness: part(|b| &b.stiffness),
-        mass: part(|b| &b.mass),
-    })
-}
 
 #[cfg(test)]
 mod tests;

@@ -2,7 +2,7 @@
 
 use super::batch::BatchPath;
 use super::comparison::Comparison;
-use super::prediction::Prediction;
+use super::prediction::{Prediction, PredictionDerivative};
 use super::residual::{
     Damping, Frequency, FrfLog, MassPropertyResidual, Point, Prior, RESIDUALS, Residual, Shape, StaticAngle,
     StaticDeflection, TargetResidual,
@@ -10,6 +10,7 @@ use super::residual::{
 use super::scaling::Scaling;
 use super::{EvalError, Linearization, Loss, Objective, PathCounts, Walls};
 use crate::linalg::{DMatrix, DVector};
+use std::sync::Arc;
 
 /// Weighted least squares over a list of terms.
 #[derive(Debug)]
@@ -21,7 +22,7 @@ pub struct LeastSquares<'a> {
     weights: Vec<f64>,
     /// Of the terms that compare with data.
     loss: Loss,
-    batch: BatchPath,
+    batch: Arc<BatchPath>,
 }
 
 impl<'a> LeastSquares<'a> {
@@ -43,7 +44,7 @@ impl<'a> LeastSquares<'a> {
     pub fn with_terms(comparison: &'a Comparison<'a>, terms: Vec<&'a dyn Residual>) -> Self {
         let weights = vec![1.0; terms.len()];
         let scaling = Scaling::new(comparison.model());
-        Self { comparison, scaling, terms, weights, loss: Loss::Squares, batch: BatchPath::default() }
+        Self { comparison, scaling, terms, weights, loss: Loss::Squares, batch: Arc::default() }
     }
 
     /// With another map between x and θ, such as that [of a search](Scaling::for_search).
@@ -57,6 +58,14 @@ impl<'a> LeastSquares<'a> {
     #[must_use]
     pub fn with_loss(mut self, loss: Loss) -> Self {
         self.loss = loss;
+        self
+    }
+
+    /// By a way to the batched kernel that others of the same model, test and scaling may share; where it [gives derivatives](BatchPath::with_derivatives),
+    /// costs and linearizations of single points come from the kernel too, equal to those of the reference path but for rounding.
+    #[must_use]
+    pub(crate) fn through(mut self, batch: Arc<BatchPath>) -> Self {
+        self.batch = batch;
         self
     }
 
@@ -150,6 +159,51 @@ impl<'a> LeastSquares<'a> {
         }
     }
 
+    /// Residuals and Jacobian of a prediction and its derivatives, after weights and loss.
+    fn linearization(
+        &self,
+        theta: &[f64],
+        prediction: &Prediction,
+        derivative: &PredictionDerivative,
+    ) -> Result<Linearization, EvalError> {
+        let point = Point { comparison: self.comparison, scaling: &self.scaling, theta, prediction };
+        let mut residuals = self.residuals_of(theta, prediction);
+        self.finite(&residuals)?;
+        let n = self.scaling.len();
+        let mut jacobian = DMatrix::zeros(residuals.len(), n);
+        let mut start = 0;
+        for term in &self.terms {
+            let len = term.len(self.comparison);
+            if len > 0 {
+                let mut block = DMatrix::zeros(len, n);
+                term.differentiate(&point, derivative, &mut block);
+                jacobian.rows_mut(start, len).copy_from(&block);
+            }
+            start += len;
+        }
+        for (mut column, slope) in jacobian.column_iter_mut().zip(self.scaling.slopes(theta)) {
+            column *= slope;
+        }
+        if !self.is_plain() {
+            self.weigh(&mut residuals, Some(&mut jacobian));
+        }
+        Ok(Linearization { residuals, jacobian })
+    }
+
+    /// Whether any term looks at more than what a batch sees.
+    fn needs_system(&self) -> bool {
+        self.terms.iter().any(|t| t.needs_system() && !t.is_empty(self.comparison))
+    }
+
+    /// Whether single points go through the kernel.
+    fn is_fast(&self) -> bool {
+        self.batch.has_derivatives() && !self.needs_system()
+    }
+
+    fn reference_cost(&self, x: &DVector<f64>) -> Result<f64, EvalError> {
+        Ok(0.5 * self.residuals(x)?.norm_squared())
+    }
+
     fn is_plain(&self) -> bool {
         self.loss == Loss::Squares && self.weights.iter().all(|w| *w == 1.0)
     }
@@ -189,30 +243,27 @@ impl Objective for LeastSquares<'_> {
     }
 
     fn linearize(&self, x: &DVector<f64>) -> Result<Linearization, EvalError> {
+        if self.is_fast() {
+            let of = |p: &Prediction, d: &PredictionDerivative, theta: &[f64]| self.linearization(theta, p, d).ok();
+            if let Some(found) = self.batch.linearize((self.comparison, &self.scaling), x, &of).flatten() {
+                return Ok(found);
+            }
+        }
         let theta = self.scaling.theta(x);
         let prediction = self.comparison.predict(&theta)?;
         let derivative = self.comparison.differentiate(&theta, &prediction, self.scaling.free())?;
-        let point =
-            Point { comparison: self.comparison, scaling: &self.scaling, theta: &theta, prediction: &prediction };
-        let mut residuals = self.residuals_of(&theta, &prediction);
-        self.finite(&residuals)?;
-        let n = self.scaling.len();
-        let mut jacobian = DMatrix::zeros(residuals.len(), n);
-        let mut start = 0;
-        for term in &self.terms {
-            let len = term.len(self.comparison);
-            let mut block = DMatrix::zeros(len, n);
-            term.differentiate(&point, &derivative, &mut block);
-            jacobian.rows_mut(start, len).copy_from(&block);
-            start += len;
+        self.linearization(&theta, &prediction, &derivative)
+    }
+
+    fn cost(&self, x: &DVector<f64>) -> Result<f64, EvalError> {
+        if self.is_fast() {
+            let mut cost = [0.0];
+            self.costs(std::slice::from_ref(x), &mut cost);
+            if cost[0].is_finite() {
+                return Ok(cost[0]);
+            }
         }
-        for (mut column, slope) in jacobian.column_iter_mut().zip(self.scaling.slopes(&theta)) {
-            column *= slope;
-        }
-        if !self.is_plain() {
-            self.weigh(&mut residuals, Some(&mut jacobian));
-        }
-        Ok(Linearization { residuals, jacobian })
+        self.reference_cost(x)
     }
 
     fn walls(&self) -> Walls {
@@ -230,8 +281,8 @@ impl Objective for LeastSquares<'_> {
     }
 
     fn costs(&self, points: &[DVector<f64>], out: &mut [f64]) {
-        let reference = |x: &DVector<f64>| self.cost(x).unwrap_or(f64::INFINITY);
-        if self.terms.iter().any(|t| t.needs_system()) {
+        let reference = |x: &DVector<f64>| self.reference_cost(x).unwrap_or(f64::INFINITY);
+        if self.needs_system() {
             assert_eq!(points.len(), out.len(), "one cost a point");
             points.iter().zip(out).for_each(|(x, cost)| *cost = reference(x));
             return;
@@ -257,7 +308,7 @@ impl Objective for LeastSquares<'_> {
     }
 
     fn confirm(&self, x: &DVector<f64>, cost: f64) -> f64 {
-        self.batch.confirm(cost, || self.cost(x).unwrap_or(f64::INFINITY))
+        self.batch.confirm(cost, || self.reference_cost(x).unwrap_or(f64::INFINITY))
     }
 
     fn path_counts(&self) -> PathCounts {

@@ -26,6 +26,7 @@ mod statics;
 mod walls;
 
 pub use augmented::{Augmented, Wall};
+pub(crate) use batch::BatchPath;
 pub use comparison::Comparison;
 pub(crate) use decision::why_unpaired;
 pub use decision::{Deciding, Decision, decide, decide_by_rule};

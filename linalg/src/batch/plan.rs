@@ -15,8 +15,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::mirror::{Family, Terms};
 use super::pencil::AffinePencil;
-use crate::DMatrix;
 use crate::envelope::{Envelope, reverse_cuthill_mckee};
+use crate::{DMatrix, DVectorView};
 
 /// Entries affine in θ: `constant[s] + Σ coefficient * θ[parameter]`, the terms of slot s being start[s] .. start[s+1].
 #[derive(Debug, Clone, Default)]
@@ -176,7 +176,11 @@ pub(super) fn compile(
         (i, None) => rigid[(i, j)],
     });
     let weights: Vec<f64> = family.pairs.iter().map(|&(i, _)| nominal[i].max(0.0).sqrt()).collect();
-    let supports = supports(&motions, &weights);
+    // A motion that the other family has alone is here at rounding level.
+    let whole =
+        |column: DVectorView<'_, f64>| column.iter().zip(nominal).map(|(v, k)| k.max(0.0) * v * v).sum::<f64>().sqrt();
+    let sizes: Vec<f64> = rigid.column_iter().map(whole).collect();
+    let supports = supports(&motions, &weights, &sizes);
     let r = supports.len();
     let free: Vec<usize> = (0..nb).filter(|c| !supports.contains(c)).collect();
     let free = ordered(&free, &stiffness, &mass);
@@ -271,15 +275,17 @@ fn ordered(
 
 /// Coordinates that hold all rigid motions of the block, one per motion: the rows of D R that a Gram-Schmidt with
 /// pivoting picks, D = sqrt(diag K). They do not depend on the units of the dofs, and they are the stiffest ones.
-fn supports(motions: &DMatrix<f64>, weights: &[f64]) -> Vec<usize> {
+fn supports(motions: &DMatrix<f64>, weights: &[f64], sizes: &[f64]) -> Vec<usize> {
     let (nb, columns) = (motions.nrows(), motions.ncols());
     let weighted = DMatrix::from_fn(nb, columns, |c, j| weights[c] * motions[(c, j)]);
     // An orthonormal basis of the columns, the longest one first; what is left at rounding level is no motion.
     let mut left = weighted;
-    for mut column in left.column_iter_mut() {
+    for (mut column, size) in left.column_iter_mut().zip(sizes) {
         let norm = column.norm();
-        if norm > 0.0 {
+        if norm > 1e-8 * size {
             column /= norm;
+        } else {
+            column.fill(0.0);
         }
     }
     let mut basis: Vec<Vec<f64>> = Vec::new();

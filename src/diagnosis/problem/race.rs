@@ -14,9 +14,11 @@ use crate::diagnosis::effort::Effort;
 use crate::diagnosis::error::DiagnosisError;
 use crate::diagnosis::thresholds::FIT_TOLERANCE;
 use crate::linalg::DVector;
-use crate::objective::Objective;
+use crate::linalg::batch::BATCH;
+use crate::objective::{BatchPath, Objective};
 use crate::optim::{LevenbergMarquardt, Optimizer, Run};
 use rayon::prelude::*;
+use std::sync::Arc;
 
 /// Steps of a fit, at most.
 pub(crate) const STEPS: usize = 60;
@@ -62,16 +64,22 @@ pub(crate) struct Entry<T> {
     /// What the problem is, for the caller.
     pub(crate) of: T,
     pub(crate) scene: Scene,
+    /// The same on few coordinates, where there is one: what the rounds run on.
+    quick: Option<Scene>,
     rounds: Vec<Round>,
     /// In groups; after a round the lowest first.
     groups: Vec<Vec<Runner>>,
+    /// The way of every test to the batched kernel, compiled once for all rounds.
+    kernels: Vec<Arc<BatchPath>>,
 }
 
 impl<T> Entry<T> {
     /// * `groups` - starts that belong together
     pub(crate) fn new(of: T, scene: Scene, groups: &[Vec<DVector<f64>>], rounds: Vec<Round>) -> Self {
         let runner = |x: &DVector<f64>| Runner { x: x.clone(), phi: None };
-        Self { of, scene, rounds, groups: groups.iter().map(|g| g.iter().map(runner).collect()).collect() }
+        let kernels = scene.cases.iter().map(|_| Arc::new(BatchPath::with_derivatives())).collect();
+        let groups = groups.iter().map(|g| g.iter().map(runner).collect()).collect();
+        Self { of, quick: scene.quick(), scene, rounds, groups, kernels }
     }
 
     /// Φ of the best runner; infinite before the first round.
@@ -84,8 +92,16 @@ impl<T> Entry<T> {
     /// # Errors
     /// There is none, or it cannot be evaluated.
     pub(crate) fn fit(&self, weight: f64) -> Result<Fit, DiagnosisError> {
-        let best = self.groups.iter().flatten().next().ok_or(DiagnosisError::NoStart)?;
-        evaluate(&self.scene, best.x.clone(), weight)
+        let best = &self.groups.iter().flatten().next().ok_or(DiagnosisError::NoStart)?.x;
+        if self.quick.is_none() || best.is_empty() {
+            return evaluate(&self.scene, best.clone(), weight);
+        }
+        // The model itself, from where the reduced one has come.
+        let comparisons = self.scene.comparisons()?;
+        let posed = Posed::new(&self.scene, &comparisons, self.scene.priors(), weight);
+        let method = LevenbergMarquardt { steps: STEPS, tolerance: FIT_TOLERANCE, ..LevenbergMarquardt::default() };
+        let found = method.minimize(best, &mut Run::new(&posed))?;
+        evaluate(&self.scene, found.x, weight)
     }
 
     /// A round; its runners are all that is left, in one group, the lowest first.
@@ -94,8 +110,9 @@ impl<T> Entry<T> {
         if round == 0 {
             self.scene.work.fit();
         }
-        let comparisons = self.scene.comparisons()?;
-        let posed = Posed::new(&self.scene, &comparisons, self.scene.priors(), weight);
+        let scene = self.quick.as_ref().unwrap_or(&self.scene);
+        let comparisons = scene.comparisons()?;
+        let posed = Posed::new(scene, &comparisons, scene.priors(), weight).through(&self.kernels);
         if posed.n_parameters() == 0 {
             self.groups = vec![vec![Runner { x: DVector::zeros(0), phi: None }]];
             return Ok(());
@@ -105,8 +122,8 @@ impl<T> Entry<T> {
             Pick::OfEach(most) => self.groups.iter().flat_map(|group| lowest(&posed, group, most)).collect(),
         };
         let method = LevenbergMarquardt { steps, tolerance: FIT_TOLERANCE, ..LevenbergMarquardt::default() };
-        if round == 0 && self.scene.has_functions() {
-            chosen = through_modes(&self.scene, &posed, chosen, weight, &method);
+        if round == 0 && scene.has_functions() {
+            chosen = through_modes(scene, &posed, chosen, weight, &method);
         }
         let run = |start: &DVector<f64>| method.minimize(start, &mut Run::new(&posed));
         let found: Vec<_> = chosen.par_iter().map(run).collect();
@@ -125,6 +142,7 @@ impl<T> Entry<T> {
         let phi = |r: &Runner| r.phi.unwrap_or(f64::INFINITY);
         runners.sort_by(|a, b| phi(a).total_cmp(&phi(b)));
         self.groups = vec![runners];
+        self.kernels.iter().for_each(|kernel| kernel.rest());
         Ok(())
     }
 }
@@ -205,8 +223,14 @@ fn lowest(posed: &Posed<'_>, runners: &[Runner], most: usize) -> Vec<DVector<f64
     if runners.len() <= most {
         return runners.iter().map(at).collect();
     }
-    let phi = |r: &Runner| r.phi.unwrap_or_else(|| posed.cost(&r.x).unwrap_or(f64::INFINITY));
-    let mut costs: Vec<(f64, usize)> = runners.par_iter().enumerate().skip(1).map(|(i, r)| (phi(r), i)).collect();
+    let unknown: Vec<DVector<f64>> = runners[1..].iter().filter(|r| r.phi.is_none()).map(at).collect();
+    let mut found = vec![f64::INFINITY; unknown.len()];
+    // Compiled before threads wait for it.
+    posed.costs(&[], &mut []);
+    unknown.par_chunks(BATCH).zip(found.par_chunks_mut(BATCH)).for_each(|(points, out)| posed.costs(points, out));
+    let mut found = found.into_iter();
+    let mut phi = |r: &Runner| r.phi.or_else(|| found.next()).unwrap_or(f64::INFINITY);
+    let mut costs: Vec<(f64, usize)> = runners.iter().enumerate().skip(1).map(|(i, r)| (phi(r), i)).collect();
     costs.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     std::iter::once(0).chain(costs.iter().map(|c| c.1)).take(most).map(|i| at(&runners[i])).collect()
 }

@@ -7,7 +7,10 @@ use crate::model::{ParametricModel, Targets};
 use crate::objective::residual::{
     Damping, Frequency, FrfLog, MassPropertyResidual, Shape, StaticAngle, StaticDeflection, TargetResidual,
 };
-use crate::objective::{Comparison, EvalError, LeastSquares, Linearization, Objective, Prediction, Residual, Scaling};
+use crate::objective::{
+    BatchPath, Comparison, EvalError, LeastSquares, Linearization, Objective, Prediction, Residual, Scaling,
+};
+use std::sync::Arc;
 
 /// The rows of the problem.
 #[derive(Debug, Clone, Copy)]
@@ -56,6 +59,8 @@ pub(crate) struct StaticRow {
 pub(crate) struct Part<'a> {
     pub(crate) comparison: &'a Comparison<'a>,
     data: LeastSquares<'a>,
+    /// The same by the batched kernel, where a fit goes through it, with the weight of its measured rows.
+    fast: Option<LeastSquares<'a>>,
     /// Where each of its rows stands among all.
     rows: Vec<usize>,
     pub(crate) first_mode: usize,
@@ -107,13 +112,34 @@ impl<'a> Posed<'a> {
                 targets = TargetResidual.len(comparison);
             }
             let data = LeastSquares::with_terms(comparison, terms);
-            parts.push(Part { comparison, data, rows, first_mode: case.first_mode, sensors: &case.sensors });
+            parts.push(Part {
+                comparison,
+                data,
+                fast: None,
+                rows,
+                first_mode: case.first_mode,
+                sensors: &case.sensors,
+            });
         }
         if let Some(owner) = owner {
             parts[owner].rows.extend(measured..measured + targets);
         }
         let rows = Rows { n_modes, n_sensors, measured, targets, priors: priors.len(), has_shapes };
         Self { parts, priors, weight, rows, statics, work: &scene.work }
+    }
+
+    /// With costs and linearizations by the batched kernel where it takes the model: the same numbers but for rounding.
+    ///
+    /// * `kernels` - one a test
+    pub(crate) fn through(mut self, kernels: &[Arc<BatchPath>]) -> Self {
+        let square = self.weight * self.weight;
+        let factor = |name: &str| Some(if name == TargetResidual.name() { 1.0 } else { square });
+        for (part, kernel) in self.parts.iter_mut().zip(kernels) {
+            let terms = part.data.terms().to_vec();
+            let fast = LeastSquares::with_terms(part.comparison, terms).with_weights(factor);
+            part.fast = Some(fast.through(kernel.clone()));
+        }
+        self
     }
 
     /// Residuals of all tests in the order of the rows.
@@ -131,6 +157,16 @@ impl<'a> Posed<'a> {
 
     pub(crate) fn scaling(&self) -> &Scaling {
         self.parts[0].data.scaling()
+    }
+
+    /// Whether costs go through the batched kernel.
+    fn is_fast(&self) -> bool {
+        self.parts.iter().all(|p| p.fast.is_some())
+    }
+
+    /// ½ Σ ρ² of the rows of the priors.
+    fn cost_of_priors(&self, x: &DVector<f64>) -> f64 {
+        0.5 * self.priors.iter().zip(x).map(|(prior, &x)| prior.row(x).0.powi(2)).sum::<f64>()
     }
 
     fn extend(&self, data: &DVector<f64>, x: &DVector<f64>) -> DVector<f64> {
@@ -182,19 +218,43 @@ impl Objective for Posed<'_> {
     fn linearize(&self, x: &DVector<f64>) -> Result<Linearization, EvalError> {
         self.work.linearization();
         let n = self.rows.measured + self.rows.targets;
-        let mut residuals = DVector::zeros(n);
+        let mut residuals = DVector::zeros(self.rows.len());
         let mut jacobian = DMatrix::zeros(self.rows.len(), x.len());
         for part in &self.parts {
-            let own = part.data.linearize(x)?;
+            let own = part.fast.as_ref().unwrap_or(&part.data).linearize(x)?;
             for (k, &i) in part.rows.iter().enumerate() {
-                residuals[i] = own.residuals[k];
-                jacobian.set_row(i, &own.jacobian.row(k));
+                let weight = if part.fast.is_none() && i < self.rows.measured { self.weight } else { 1.0 };
+                residuals[i] = own.residuals[k] * weight;
+                jacobian.row_mut(i).iter_mut().zip(own.jacobian.row(k).iter()).for_each(|(j, v)| *j = v * weight);
             }
         }
-        jacobian.rows_mut(0, self.rows.measured).scale_mut(self.weight);
         for (j, prior) in self.priors.iter().enumerate() {
-            jacobian[(n + j, j)] = prior.row(x[j]).1;
+            (residuals[n + j], jacobian[(n + j, j)]) = prior.row(x[j]);
         }
-        Ok(Linearization { residuals: self.extend(&residuals, x), jacobian })
+        Ok(Linearization { residuals, jacobian })
+    }
+
+    fn cost(&self, x: &DVector<f64>) -> Result<f64, EvalError> {
+        if !self.is_fast() {
+            return Ok(0.5 * self.residuals(x)?.norm_squared());
+        }
+        self.work.evaluation();
+        let data =
+            self.parts.iter().filter_map(|p| p.fast.as_ref()).map(|fast| fast.cost(x)).sum::<Result<f64, _>>()?;
+        Ok(data + self.cost_of_priors(x))
+    }
+
+    fn costs(&self, points: &[DVector<f64>], out: &mut [f64]) {
+        if !self.is_fast() {
+            points.iter().zip(out).for_each(|(x, cost)| *cost = self.cost(x).unwrap_or(f64::INFINITY));
+            return;
+        }
+        self.work.costs(points.len());
+        out.iter_mut().zip(points).for_each(|(cost, x)| *cost = self.cost_of_priors(x));
+        let mut own = vec![0.0; points.len()];
+        for fast in self.parts.iter().filter_map(|p| p.fast.as_ref()) {
+            fast.costs(points, &mut own);
+            out.iter_mut().zip(&own).for_each(|(sum, c)| *sum += c);
+        }
     }
 }

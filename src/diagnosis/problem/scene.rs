@@ -77,6 +77,8 @@ pub(crate) struct Case {
     pub(crate) sensors: Vec<usize>,
     /// What is solved in the place of a large model, with the changes that the scene has made to it.
     pub(crate) stand_in: Option<Arc<StandIn>>,
+    /// The model on few coordinates, on which fits go most of their way.
+    pub(super) reduced: Option<Arc<StandIn>>,
     /// What solves the model, once it has been compared.
     solver: Arc<OnceLock<Arc<ModalSolver>>>,
     /// The same of the model that this one was made from: most changes leave the dofs as they are.
@@ -85,7 +87,7 @@ pub(crate) struct Case {
 
 impl Case {
     fn new(model: Arc<Model>, test: Arc<TestData>, first_mode: usize, sensors: Vec<usize>) -> Self {
-        Self { model, test, first_mode, sensors, stand_in: None, solver: Arc::default(), like: None }
+        Self { model, test, first_mode, sensors, stand_in: None, reduced: None, solver: Arc::default(), like: None }
     }
 
     /// The same test with another model.
@@ -113,14 +115,14 @@ impl Case {
     /// A sensor without a place on the model.
     pub(crate) fn observe(&self, sensors: &[Sensor]) -> Result<DMatrix<f64>, CorrelationError> {
         match &self.stand_in {
-            Some(stand_in) => Ok(stand_in.observed(&observation_rows(&*self.model, sensors)?)),
+            Some(stand_in) => Ok(stand_in.observed(&observation_rows(&**stand_in.model(), sensors)?)),
             None => observation_matrix(&*self.model, sensors),
         }
     }
 
     /// A dof of a node of the file as a sum of rows of what is solved.
     pub(crate) fn rows_of(&self, node: &str, dof: Dof) -> Option<Vec<(usize, f64)>> {
-        let dofs = if self.stand_in.is_some() { self.model.dof_map() } else { self.solved().dof_map() };
+        let dofs = self.stand_in.as_ref().map_or_else(|| self.solved().dof_map(), |s| s.model().dof_map());
         let rows = dofs.express(dofs.node(node)?, dof).to_vec();
         Some(match &self.stand_in {
             Some(stand_in) => stand_in.observed(&[rows]).row(0).iter().copied().enumerate().collect(),
@@ -169,6 +171,8 @@ pub(crate) struct Scene {
     pub(super) patches: Vec<Patch>,
     /// The same, placed, where models are large.
     pub(super) changes: Arc<Changes>,
+    /// The scene whose models were reduced; effects are placed on it.
+    pub(super) origin: Option<Arc<Scene>>,
     /// Of this scene and all that are made from it.
     pub(crate) work: Arc<Counters>,
 }
@@ -218,6 +222,7 @@ impl Scene {
             large: LARGE,
             patches: Vec::new(),
             changes: Arc::default(),
+            origin: None,
             work: Arc::default(),
         }
     }
@@ -291,10 +296,12 @@ impl Scene {
         for (new, case) in scene.cases.iter_mut().zip(&self.cases) {
             (new.solver, new.like) = (case.solver.clone(), case.like.clone());
             new.stand_in.clone_from(&case.stand_in);
+            new.reduced.clone_from(&case.reduced);
         }
         (scene.how, scene.large) = (self.how, self.large);
         scene.contradicted = self.contradicted.clone();
         (scene.patches, scene.changes) = (self.patches.clone(), self.changes.clone());
+        scene.origin.clone_from(&self.origin);
         scene.work = self.work.clone();
         scene
     }

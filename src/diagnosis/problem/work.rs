@@ -10,6 +10,8 @@ pub struct WorkDone {
     pub fits: usize,
     /// Points at which the residuals of all tests were asked for, inside a fit.
     pub evaluations: usize,
+    /// Points at which their sum of squares alone was, for the choice of starts: by the batched kernel where it takes the model.
+    pub costs: usize,
     /// Points at which their derivatives were.
     pub linearizations: usize,
 }
@@ -21,6 +23,7 @@ impl WorkDone {
         Self {
             fits: self.fits - before.fits,
             evaluations: self.evaluations - before.evaluations,
+            costs: self.costs - before.costs,
             linearizations: self.linearizations - before.linearizations,
         }
     }
@@ -31,6 +34,7 @@ impl WorkDone {
 pub(crate) struct Counters {
     fits: AtomicUsize,
     evaluations: AtomicUsize,
+    costs: AtomicUsize,
     linearizations: AtomicUsize,
 }
 
@@ -43,12 +47,21 @@ impl Counters {
         self.evaluations.fetch_add(1, Ordering::Relaxed);
     }
 
+    pub(crate) fn costs(&self, points: usize) {
+        self.costs.fetch_add(points, Ordering::Relaxed);
+    }
+
     pub(crate) fn linearization(&self) {
         self.linearizations.fetch_add(1, Ordering::Relaxed);
     }
 
     pub(crate) fn so_far(&self) -> WorkDone {
         let of = |n: &AtomicUsize| n.load(Ordering::Relaxed);
-        WorkDone { fits: of(&self.fits), evaluations: of(&self.evaluations), linearizations: of(&self.linearizations) }
+        WorkDone {
+            fits: of(&self.fits),
+            evaluations: of(&self.evaluations),
+            costs: of(&self.costs),
+            linearizations: of(&self.linearizations),
+        }
     }
 }

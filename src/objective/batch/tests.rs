@@ -1,3 +1,4 @@
+use super::compiled::Compiled;
 use super::*;
 use crate::correlation::{PairBy, PairingOptions};
 use crate::data::read_test;
@@ -6,6 +7,7 @@ use crate::objective::{LeastSquares, Objective, PaperCost};
 use crate::optim::{Evaluator, Threads};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use std::sync::Arc;
 
 fn text(name: &str) -> String {
     std::fs::read_to_string(format!("{}/models/{name}", env!("CARGO_MANIFEST_DIR"))).unwrap()
@@ -56,7 +58,7 @@ fn batches_give_the_costs_of_the_reference_path() {
     let comparison = Comparison::new(&model, &test, open_gates(PairBy::Mac)).unwrap();
     let scaling = Scaling::new(&model);
     assert!(
-        Compiled::new(&comparison, &scaling, true).unwrap().has_dofs,
+        Compiled::new(&comparison, &scaling, true, false).unwrap().has_dofs,
         "no mirror, so families come from the shapes"
     );
 }
@@ -152,4 +154,64 @@ fn what_the_kernel_does_not_take_is_evaluated_all_the_same() {
     for (x, c) in points.iter().zip(costs) {
         assert_eq!(cost.cost(x).unwrap_or(f64::INFINITY).to_bits(), c.to_bits());
     }
+}
+
+/// Residuals and Jacobian through the kernel, beside those of the reference path; products of parameters and partial shapes included.
+#[test]
+fn linearizations_are_those_of_the_reference_path() {
+    let (mut test, _) = read_test(&text("bff_gvt.yaml")).unwrap();
+    let behind = text("bff.yaml")
+        .replace("parameters:\n", "parameters:\n  aft: {value: 0 m, bounds: [-5 cm, 5 cm]}\n")
+        .replace("    mass_per_length: mu_wing\n", "    mass_per_length: mu_wing\n    mass_offset_y: aft\n");
+    test.modes[1].shape.as_mut().unwrap()[4] = missing();
+    for text in [text("bff.yaml"), behind] {
+        let (model, ..) = load(&text, &Registry::builtin()).unwrap();
+        let comparison = Comparison::new(&model, &test, open_gates(PairBy::Mac)).unwrap();
+        let objective = || LeastSquares::new(&comparison).with_weights(|name| (name == "shape").then_some(0.25));
+        let (reference, kernel) = (objective(), Arc::new(BatchPath::with_derivatives()));
+        let fast = objective().through(kernel.clone());
+        let points = points(reference.n_parameters(), 40, 3);
+        for x in &points {
+            let (a, b) = (reference.linearize(x).unwrap(), fast.linearize(x).unwrap());
+            let cost = reference.cost(x).unwrap();
+            assert!((fast.cost(x).unwrap() - cost).abs() <= 1e-9 * cost);
+            // The sign of a shape is the solver's choice, and its scale is free: rows do not show it.
+            assert!((&a.residuals - &b.residuals).amax() <= 1e-9 * a.residuals.amax());
+            for (a, b) in a.jacobian.column_iter().zip(b.jacobian.column_iter()) {
+                assert!((a - b).amax() <= 1e-7 * a.amax(), "{} of {}", (a - b).amax(), a.amax());
+            }
+        }
+        let counts = fast.path_counts();
+        assert!(counts.batch >= 70 && counts.batch + counts.reference == 80, "{counts:?}");
+        kernel.rest();
+        assert_eq!(fast.cost(&points[0]).unwrap().to_bits(), fast.cost(&points[0]).unwrap().to_bits());
+    }
+}
+
+/// Modes that are turned to the test have the derivatives of the reference path too: the aeroplane has two 0.2 % apart.
+#[test]
+fn close_modes_are_linearized_as_by_the_reference_path() {
+    let (model, ..) = load(&text("garteur.yaml"), &Registry::builtin()).unwrap();
+    let sensors = crate::update::node_sensors(&model);
+    let options =
+        crate::update::TwinOptions { n_modes: 10, frequency_noise: 0.003, shape_noise: 0.02, ..Default::default() };
+    let test = crate::update::twin_modes(&model, &model.parameters().nominal(), &sensors, &options, "made up").unwrap();
+    let comparison = Comparison::new(&model, &test, open_gates(PairBy::Mac)).unwrap();
+    let reference = LeastSquares::new(&comparison);
+    let fast = LeastSquares::new(&comparison).through(Arc::new(BatchPath::with_derivatives()));
+    let (mut turned, mut n) = (0, 0);
+    for x in points(reference.n_parameters(), 12, 3) {
+        let x = x.map(|v| 0.4 + 0.2 * v);
+        let (a, b) = (reference.linearize(&x).unwrap(), fast.linearize(&x).unwrap());
+        let p = comparison.predict(&reference.scaling().theta(&x)).unwrap();
+        turned += usize::from(!p.clusters.is_empty());
+        n += 1;
+        assert!((&a.residuals - &b.residuals).amax() <= 1e-7 * a.residuals.amax(), "{n}");
+        for (a, b) in a.jacobian.column_iter().zip(b.jacobian.column_iter()) {
+            // A turned shape is a mode but for the distance of the two, and the reference takes its border for one.
+            assert!((a - b).amax() <= 1e-5 * a.amax(), "{} of {}", (a - b).amax(), a.amax());
+        }
+    }
+    let counts = fast.path_counts();
+    assert!(turned > 3 && counts.batch >= 10, "{turned}: {counts:?}");
 }
