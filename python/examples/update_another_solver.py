@@ -76,6 +76,7 @@ def by_opensees(young: float, spring: float) -> tuple[Matrix, Matrix]:
     ops.numberer("Plain")
     ops.constraints("Plain")
     ops.algorithm("Linear")
+    ops.integrator("GimmeMCK", 1.0, 0.0, 0.0)
     ops.analysis("Transient")
 
     def asked(*of: float) -> Matrix:

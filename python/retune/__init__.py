@@ -44,12 +44,14 @@ from ._results import (
     TwinResult,
     UpdateResult,
 )
+from ._strategy import Best1Bin
 from ._test import Sensor, Test, TestMode
 from ._verbs import compare, diagnose, identify, learn, pretest, report, sample, twin, update
 
 __all__ = [
     "At",
     "Bench",
+    "Best1Bin",
     "Channel",
     "Comparison",
     "Diagnosis",

@@ -170,7 +170,7 @@ class Effect(Own[_core.OwnEffect]):
         """What it breaks on a model of the contract of every effect, a sentence each: texts that say what it is, sizes inside their bounds, the
         unchanged model at the neutral sizes, another one at the typical ones, entries that are taken out again to the byte.
         """
-        return self._core().check(model._inner)
+        return model._inner.check_effect(self._core())
 
     def _counterpart(self) -> _core.OwnEffect:
         return _core.OwnEffect(

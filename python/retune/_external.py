@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import threading
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Protocol, Union
 
 import numpy as np
@@ -17,6 +18,9 @@ class _Sparse(Protocol):
     def toarray(self) -> npt.NDArray[Any]: ...
 
 
+_ALONE = threading.RLock()
+"""Held while another program computes: many have one state in a process, and the GIL changes hands between two of their calls."""
+
 Matrix = Union[npt.ArrayLike, _Sparse]
 """A dense matrix, or one of ``scipy.sparse``."""
 
@@ -24,8 +28,8 @@ Matrix = Union[npt.ArrayLike, _Sparse]
 class ParametricModel:
     """A structure whose matrices another program computes: subclass it, and give it to ``update``, ``sample`` and ``Objective``.
 
-    ``assemble`` gives K and M, or K, M and C, at θ in SI units: dense or sparse, symmetric, one row a dof. It is called with the GIL taken,
-    one call at a time. Fixed dofs have no rows. Sensors of a test stand on the nodes.
+    ``assemble`` gives K and M, or K, M and C, at θ in SI units: dense or sparse, symmetric, one row a dof. One call is made at a
+    time, of all such models in the process, for many programs have one state. Fixed dofs have no rows. Sensors of a test stand on the nodes.
 
     >>> import numpy as np
     >>> import retune
@@ -94,12 +98,20 @@ class ParametricModel:
             ],
             [(name, [float(v) for v in at]) for name, at in self.nodes.items()],
             rows(),
-            lambda theta: _three(self.assemble(theta)),
-            (lambda theta, j: _three(self.derivative(theta, j))) if has_derivative else None,
+            lambda theta: _alone(lambda: self.assemble(theta)),
+            (lambda theta, j: _alone(lambda: self.derivative(theta, j))) if has_derivative else None,
         )
 
 
-def _three(found: tuple[Matrix, Matrix] | tuple[Matrix, Matrix, Matrix | None]) -> tuple[Floats, Floats, Floats | None]:
+_Found = Union[tuple[Matrix, Matrix], tuple[Matrix, Matrix, Union[Matrix, None]]]
+
+
+def _alone(compute: Callable[[], _Found]) -> tuple[Floats, Floats, Floats | None]:
+    with _ALONE:
+        return _three(compute())
+
+
+def _three(found: _Found) -> tuple[Floats, Floats, Floats | None]:
     k, m = found[0], found[1]
     c = found[2] if len(found) == 3 else None
     return _dense(k), _dense(m), None if c is None else _dense(c)

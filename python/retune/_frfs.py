@@ -204,7 +204,8 @@ class Frfs:
 
     def __repr__(self) -> str:
         lines, responses, references = self._inner.h().shape
-        return f"<Frfs: {self.quantity}, {responses} responses x {references} references, {lines} lines>"
+        counted = [f"{n} {what}{'' if n == 1 else 's'}" for n, what in ((responses, "response"), (references, "reference"), (lines, "line"))]
+        return f"<Frfs: {self.quantity}, {counted[0]} x {counted[1]}, {counted[2]}>"
 
     def _repr_html_(self) -> str:
         from ._html import curves

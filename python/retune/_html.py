@@ -24,17 +24,35 @@ def number(value: float | None) -> str:
     return f"{value:.{max(0, 3 - int(np.floor(np.log10(size))))}f}"
 
 
+def _is_number(value: object) -> bool:
+    text = str(value).strip().removesuffix("%").strip().replace("−", "-")
+    if text in ("", "–"):
+        return True
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
 def table(caption: str, heads: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
-    """A table. Every text is escaped: names in files may be hostile."""
+    """A table. Every text is escaped: names in files may be hostile. Columns of numbers are aligned at their ends, and one without content is left out.
 
-    def cell(tag: str, value: object) -> str:
-        is_word = isinstance(value, str) and not value[:1].isdigit() and value[:1] not in "+-–"
-        return f'<{tag} style="{_CELL};text-align:{"left" if is_word else "right"}">{html.escape(str(value))}</{tag}>'
+    >>> table("", ["mode", "Hz", "name"], [[1, "2.5", "1st Bending"], [2, "–", ""]]).count("text-align:left")
+    3
+    """
+    columns = [j for j in range(len(heads)) if not rows or any(str(row[j]) != "" for row in rows)]
+    ends = {j for j in columns if rows and all(_is_number(row[j]) for row in rows)}
 
-    head = "".join(cell("th", h) for h in heads)
-    body = "".join(f"<tr>{''.join(cell('td', v) for v in row)}</tr>" for row in rows)
+    def line(tag: str, values: Sequence[object]) -> str:
+        align = {j: "right" if j in ends else "left" for j in columns}
+        cells = (f'<{tag} style="{_CELL};text-align:{align[j]}">{html.escape(str(values[j]))}</{tag}>' for j in columns)
+        return f"<tr>{''.join(cells)}</tr>"
+
+    head = line("th", heads)
+    body = "".join(line("td", row) for row in rows)
     title = f'<caption style="text-align:left;font-weight:600">{html.escape(caption)}</caption>' if caption else ""
-    return f'<table style="{_TABLE}">{title}<thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>'
+    return f'<table style="{_TABLE}">{title}<thead>{head}</thead><tbody>{body}</tbody></table>'
 
 
 def heat(values: npt.ArrayLike, rows: Sequence[str], columns: Sequence[str], caption: str) -> str:
@@ -62,6 +80,18 @@ def heat(values: npt.ArrayLike, rows: Sequence[str], columns: Sequence[str], cap
     return f'<div style="font-weight:600">{html.escape(caption)}</div>' + "".join(parts)
 
 
+def _round(low: float, high: float) -> list[float]:
+    """Round numbers on an axis, about five of them.
+
+    >>> _round(5.0, 400.0)
+    [100.0, 200.0, 300.0, 400.0]
+    """
+    raw = (high - low) / 5
+    size = 10.0 ** np.floor(np.log10(raw))
+    step = next(float(size * k) for k in (1, 2, 5, 10) if size * k >= raw)
+    return [k * step for k in range(int(np.ceil(low / step - 1e-9)), int(np.floor(high / step + 1e-9)) + 1)]
+
+
 def curves(x: npt.ArrayLike, columns: Sequence[npt.ArrayLike], names: Sequence[str], caption: str, most: int = 12) -> str:
     """Curves over frequency, their sizes on a logarithmic axis, as a picture: SVG, at most so many of them.
 
@@ -77,8 +107,8 @@ def curves(x: npt.ArrayLike, columns: Sequence[npt.ArrayLike], names: Sequence[s
     low, high = float(np.log10(known.min())), float(np.log10(known.max()))
     # What is far below the rest is a zero between two peaks.
     low, high = np.floor(max(low, high - 8.0)), np.ceil(high) + (1.0 if np.ceil(high) == low else 0.0)
-    width, height, left, top, bottom = 640.0, 240.0, 54.0, 8.0, 30.0
-    across, up = width - left - 8.0, height - top - bottom
+    width, height, left, top, bottom = 640.0, 244.0, 54.0, 8.0, 34.0
+    across, up = width - left - 20.0, height - top - bottom
     parts = [
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width:g} {height:g}" width="{width:g}" font-family="sans-serif" font-size="11" '
         f'role="img" aria-label="{html.escape(caption, quote=True)}">'
@@ -87,11 +117,10 @@ def curves(x: npt.ArrayLike, columns: Sequence[npt.ArrayLike], names: Sequence[s
         y = top + up * (high - decade) / (high - low)
         parts.append(f'<path d="M{left:g} {y:.1f}H{left + across:g}" stroke="#888" stroke-width=".3"/>')
         parts.append(f'<text x="{left - 6:g}" y="{y + 4:.1f}" text-anchor="end" fill="currentColor">1e{decade}</text>')
-    for k in range(5):
-        at = f[0] + (f[-1] - f[0]) * k / 4
-        parts.append(
-            f'<text x="{left + across * k / 4:.1f}" y="{height - 12:g}" text-anchor="middle" fill="currentColor">{number(float(at))}</text>'
-        )
+    for at in _round(float(f[0]), float(f[-1])):
+        x_at = left + across * (at - f[0]) / (f[-1] - f[0])
+        parts.append(f'<path d="M{x_at:.1f} {top:g}V{top + up:g}" stroke="#888" stroke-width=".2"/>')
+        parts.append(f'<text x="{x_at:.1f}" y="{height - 14:g}" text-anchor="middle" fill="currentColor">{at:g}</text>')
     parts.append(f'<text x="{left + across / 2:g}" y="{height - 1:g}" text-anchor="middle" fill="currentColor">Hz</text>')
     for k, (column, name) in enumerate(zip(shown, names)):
         # At most a thousand points: of each run of lines the largest, so that no peak is lost.

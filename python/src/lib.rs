@@ -15,6 +15,7 @@ mod objective;
 mod own;
 mod page;
 mod running;
+mod source;
 mod test;
 mod tested;
 mod verbs;

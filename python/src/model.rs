@@ -1,123 +1,27 @@
-//! A model: the text of its file, and what became of it.
+//! A model, as Python sees it.
 
 use crate::arrays;
 use crate::error::{Wrong, problem_list};
 use crate::own::{Elements, OwnEffect, OwnElement, settled};
 use crate::running::on_pool;
-use crate::test::{Frfs, Test};
-use crate::tested::sensors_of;
+use crate::source::{Home, Source, read};
+use crate::test::{Frfs, Test, quantity_of, sensors_of};
 use numpy::{PyArray1, PyArray2, PyReadonlyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyList;
-use retune::catalogue::Choice as _;
-use retune::data::{FrfQuantity, Sensor, read_file};
+use retune::data::Sensor;
 use retune::diagnosis::sensor_loads;
-use retune::effect::{Context, Effects, Structure, set_parameter_values, undo};
-use retune::hash::sha256;
+use retune::effect::{Context, Effects, Structure, conformance, set_parameter_values, undo};
 use retune::linalg::sparse::SparseSym;
 use retune::modal::{Modes, SolveOptions};
-use retune::model::{self, ParametricModel, doubts, load_in, solve_modes};
+use retune::model::{self, ParametricModel, solve_modes};
 use retune::report::answer;
 use retune::update::{TwinFrfOptions, TwinOptions, name_modes, node_sensors, twin_frfs};
-use retune::yaml::Problem;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
-/// Files above this size are not YAML that a person wrote.
-const LARGEST: u64 = 16 << 20;
-/// Files of matrices of 10⁶ dofs have gigabytes.
-const LARGEST_MATRICES: u64 = 8 << 30;
 /// Dofs from which on a solution is worth threads.
 const LARGE: usize = 120;
-
-/// A model and where it came from.
-#[derive(Debug)]
-pub(crate) struct Source {
-    pub(crate) text: String,
-    pub(crate) home: Home,
-    pub(crate) configuration: Option<String>,
-    pub(crate) elements: Elements,
-    pub(crate) model: Arc<model::Model>,
-    pub(crate) warnings: Vec<Problem>,
-}
-
-/// Where a text came from.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct Home {
-    /// The file, if it came from one.
-    pub(crate) path: Option<PathBuf>,
-    /// Where the files are that it names.
-    pub(crate) folder: PathBuf,
-    /// Of the bytes of the file.
-    pub(crate) sha256: Option<String>,
-}
-
-impl Home {
-    pub(crate) fn file(path: PathBuf, sha256: String) -> Self {
-        let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
-        Self { path: Some(path), folder, sha256: Some(sha256) }
-    }
-
-    /// Of a text that has been edited.
-    pub(crate) fn edited(&self) -> Self {
-        Self { sha256: None, ..self.clone() }
-    }
-
-    pub(crate) fn name(&self) -> Option<String> {
-        self.path.as_ref().map(|p| p.display().to_string())
-    }
-}
-
-/// The text of a file, and the hash of its bytes.
-pub(crate) fn read(path: &Path) -> Result<(String, String), Wrong> {
-    let wrong = |e: &dyn std::fmt::Display| Wrong::Problems {
-        file: Some(path.display().to_string()),
-        problems: vec![Problem::error("", format!("cannot read it: {e}"))],
-    };
-    let bytes = read_file(path, LARGEST).map_err(|e| wrong(&e))?;
-    let sha256 = sha256(&bytes);
-    Ok((retune::yaml::text_of(bytes).map_err(|e| wrong(&e))?, sha256))
-}
-
-impl Source {
-    pub(crate) fn new(
-        text: String,
-        home: Home,
-        configuration: Option<String>,
-        elements: Elements,
-    ) -> Result<Self, Wrong> {
-        let mut open = |name: &str| read_file(&home.folder.join(name), LARGEST_MATRICES);
-        let (model, mut warnings, map) = load_in(&text, configuration.as_deref(), &elements.registry(), &mut open)
-            .map_err(|problems| Wrong::problems(home.name().as_deref(), problems))?;
-        warnings.extend(map.place(doubts(&model)));
-        Ok(Self { text, home, configuration, elements, model: Arc::new(model), warnings })
-    }
-
-    /// The same file in another configuration.
-    pub(crate) fn configured(&self, name: &str) -> Result<Self, Wrong> {
-        Self::new(self.text.clone(), self.home.clone(), Some(name.to_string()), self.elements.clone())
-    }
-
-    /// Another text in its place.
-    pub(crate) fn edited(&self, text: String) -> Result<Self, Wrong> {
-        Self::new(text, self.home.edited(), self.configuration.clone(), self.elements.clone())
-    }
-
-    /// The name of the file, or what stands in its place.
-    pub(crate) fn file_name(&self) -> String {
-        let name = self.home.path.as_deref().and_then(Path::file_name);
-        name.map_or_else(|| "a text".to_string(), |n| n.to_string_lossy().into_owned())
-    }
-
-    fn theta(&self, given: Option<&PyReadonlyArray1<'_, f64>>) -> Result<Vec<f64>, Wrong> {
-        let n = self.model.parameters().len();
-        match given.map(arrays::values) {
-            None => Ok(self.model.parameters().nominal()),
-            Some(theta) if theta.len() == n => Ok(theta),
-            Some(theta) => Err(Wrong::text(format!("theta has {} entries; the model has {n} parameters", theta.len()))),
-        }
-    }
-}
 
 /// A model.
 #[pyclass(frozen, module = "retune._core")]
@@ -214,7 +118,7 @@ impl Model {
 
     /// The text with other values of bounded parameters, as a model.
     fn with_values(&self, py: Python<'_>, theta: PyReadonlyArray1<'_, f64>) -> PyResult<Self> {
-        let theta = self.0.theta(Some(&theta))?;
+        let theta = self.theta(Some(&theta))?;
         let edit = || {
             let parameters = self.0.model.parameters();
             let changed = parameters.iter().zip(&theta).filter(|(p, v)| p.value.to_bits() != v.to_bits());
@@ -243,7 +147,7 @@ impl Model {
     /// Frequencies, Hz; shapes, (n_dof x n_modes); numbers of rigid-body modes and of mechanisms.
     #[pyo3(signature = (theta, n))]
     fn modes<'py>(&self, py: Python<'py>, theta: Option<PyReadonlyArray1<'_, f64>>, n: usize) -> PyResult<Solved<'py>> {
-        let theta = self.0.theta(theta.as_ref())?;
+        let theta = self.theta(theta.as_ref())?;
         let found = self.solve(py, &theta, n)?;
         let frequencies = arrays::vector(py, found.frequencies_hz());
         Ok((frequencies, arrays::matrix(py, found.shapes)?, found.n_rigid, found.n_mechanism))
@@ -251,7 +155,7 @@ impl Model {
 
     /// What the solution alone takes, s, the mean of some calls: a test holds `modes` to it.
     fn seconds_of_modes(&self, py: Python<'_>, n: usize, calls: u32) -> PyResult<f64> {
-        let theta = self.0.theta(None)?;
+        let theta = self.theta(None)?;
         let options = SolveOptions { n_elastic: n, shift: None };
         let work = || {
             let begun = std::time::Instant::now();
@@ -266,7 +170,7 @@ impl Model {
     /// `retune modes --json`.
     #[pyo3(signature = (theta, n))]
     fn mode_names(&self, py: Python<'_>, theta: Option<PyReadonlyArray1<'_, f64>>, n: usize) -> PyResult<String> {
-        let theta = self.0.theta(theta.as_ref())?;
+        let theta = self.theta(theta.as_ref())?;
         let found = self.solve(py, &theta, n)?;
         let named = on_pool(py, || name_modes(&*self.0.model, &theta, &found)).map_err(Wrong::from)?;
         Ok(answer::modes(&named).to_string())
@@ -290,7 +194,7 @@ impl Model {
         py: Python<'py>,
         theta: Option<PyReadonlyArray1<'_, f64>>,
     ) -> PyResult<(Triplets<'py>, Triplets<'py>, Option<Triplets<'py>>)> {
-        let theta = self.0.theta(theta.as_ref())?;
+        let theta = self.theta(theta.as_ref())?;
         let found = on_pool(py, || self.0.model.assemble_sparse(&theta)).map_err(Wrong::from)?;
         let one = |a: &SparseSym| triplets(py, a);
         Ok((one(&found.stiffness), one(&found.mass), found.damping.as_ref().map(one)))
@@ -298,7 +202,7 @@ impl Model {
 
     #[pyo3(signature = (theta=None))]
     fn mass_properties(&self, theta: Option<PyReadonlyArray1<'_, f64>>) -> PyResult<Option<Mass>> {
-        let theta = self.0.theta(theta.as_ref())?;
+        let theta = self.theta(theta.as_ref())?;
         let found = self.0.model.mass_properties(&theta).map_err(Wrong::from)?;
         Ok(found.map(|m| (m.mass, m.cg, m.inertia)))
     }
@@ -322,7 +226,7 @@ impl Model {
         quantity: &str,
         sensors: Option<PyRef<'_, Test>>,
     ) -> PyResult<Frfs> {
-        let theta = self.0.theta(theta.as_ref())?;
+        let theta = self.theta(theta.as_ref())?;
         let lines_hz = arrays::values(&lines);
         let quantity = quantity_of(quantity)?;
         let all = sensors.map_or_else(|| node_sensors(&*self.0.model), |t| t.0.data.sensors.clone());
@@ -380,6 +284,17 @@ impl Model {
         Ok(Self(Arc::new(settled(edited, own.iter().map(|own| &own.failure))?)))
     }
 
+    /// What an effect of the user's breaks of the contract of effects on this model, a sentence each.
+    fn check_effect(&self, py: Python<'_>, own: PyRef<'_, OwnEffect>) -> PyResult<Vec<String>> {
+        let own = own.0;
+        let effects = Effects::none().with(own);
+        let work = || {
+            let (structure, context) = (&self.0.model, Context::default());
+            conformance::check_on(&effects, structure, &self.0.text, structure.registry(), &context)
+        };
+        settled(Ok(on_pool(py, work)), [&own.failure])
+    }
+
     /// The model without what was added last.
     fn undo(&self, py: Python<'_>) -> PyResult<Self> {
         Ok(Self(Arc::new(on_pool(py, || self.0.edited(undo(&self.0.text)?.text))?)))
@@ -387,6 +302,15 @@ impl Model {
 }
 
 impl Model {
+    fn theta(&self, given: Option<&PyReadonlyArray1<'_, f64>>) -> Result<Vec<f64>, Wrong> {
+        let n = self.0.model.parameters().len();
+        match given.map(arrays::values) {
+            None => Ok(self.0.model.parameters().nominal()),
+            Some(theta) if theta.len() == n => Ok(theta),
+            Some(theta) => Err(Wrong::text(format!("theta has {} entries; the model has {n} parameters", theta.len()))),
+        }
+    }
+
     fn solve(&self, py: Python<'_>, theta: &[f64], n: usize) -> Result<Modes, Wrong> {
         let options = SolveOptions { n_elastic: n, shift: None };
         let model = &*self.0.model;
@@ -411,9 +335,4 @@ fn triplets<'py>(py: Python<'py>, a: &SparseSym) -> Triplets<'py> {
         }
     }
     (arrays::vector(py, values), arrays::vector(py, rows), arrays::vector(py, columns))
-}
-
-/// A quantity by its word.
-pub(crate) fn quantity_of(word: &str) -> Result<FrfQuantity, Wrong> {
-    FrfQuantity::parse(word).map_err(|e| Wrong::text(format!("quantity: {e}")))
 }

@@ -1,7 +1,7 @@
 //! The pages of results, and where everything came from.
 
 use crate::error::Wrong;
-use crate::model::{Home, Source};
+use crate::source::{Home, Source};
 use crate::test::TestSource;
 use crate::tested::Given;
 use retune::report::data::{FileRecord, Named, ReportData};

@@ -2,14 +2,15 @@
 
 use crate::arrays;
 use crate::error::{Wrong, problem_list};
-use crate::model::{Home, quantity_of, read};
+use crate::source::{Home, read};
 use numpy::ndarray::Array3;
 use numpy::{Complex64, IntoPyArray as _, PyArray1, PyArray2, PyArray3, PyReadonlyArray1, PyReadonlyArray3};
 use pyo3::prelude::*;
 use pyo3::types::PyList;
+use retune::catalogue::{Choice as _, did_you_mean};
 use retune::data::{
-    Channel, FrfQuantity, FrfSet, Geometry, Place, Point, TestData, corrected_functions, read_measurements, read_test,
-    write_test,
+    Channel, FrfQuantity, FrfSet, Geometry, Place, Point, Sensor, TestData, corrected_functions, read_measurements,
+    read_test, write_test,
 };
 use retune::linalg::Complex;
 use retune::yaml::{Problem, SourceMap};
@@ -269,4 +270,20 @@ fn cube<'py, T: numpy::Element + Copy>(
     let shape = (set.n_lines(), set.references.len(), set.responses.len());
     let array = Array3::from_shape_vec(shape, values.to_vec()).map_err(Wrong::from)?;
     Ok(array.permuted_axes([0, 2, 1]).into_pyarray(py))
+}
+
+/// Sensors by their names.
+pub(crate) fn sensors_of(all: &[Sensor], names: &[String]) -> Result<Vec<Sensor>, Wrong> {
+    let one = |name: &String| {
+        all.iter().find(|s| s.name == *name).cloned().ok_or_else(|| {
+            let suggestion = did_you_mean(name, all.iter().map(|s| s.name.as_str()));
+            Wrong::text(format!("there is no sensor `{name}`{suggestion}"))
+        })
+    };
+    names.iter().map(one).collect()
+}
+
+/// A quantity by its word.
+pub(crate) fn quantity_of(word: &str) -> Result<FrfQuantity, Wrong> {
+    FrfQuantity::parse(word).map_err(|e| Wrong::text(format!("quantity: {e}")))
 }

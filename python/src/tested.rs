@@ -2,11 +2,10 @@
 
 use crate::error::Wrong;
 use crate::external::{External, ExternalModel};
-use crate::model::Source;
+use crate::source::Source;
 use crate::test::TestSource;
 use pyo3::prelude::*;
-use retune::catalogue::did_you_mean;
-use retune::data::{Sensor, TestData};
+use retune::data::TestData;
 use retune::model::{Model, ParametricModel};
 use retune::update::{HowToPair, Remark, TestCase, UpdateError, check_on_model, loaded, meet};
 use retune::yaml::{Problem, Severity, SourceMap};
@@ -164,17 +163,6 @@ pub(crate) fn all_tested(
 /// For the library.
 pub(crate) fn cases(all: &[Tested]) -> Vec<TestCase<'_>> {
     all.iter().map(|t| TestCase { model: t.model.parametric(), test: &t.test }).collect()
-}
-
-/// Sensors by their names.
-pub(crate) fn sensors_of(all: &[Sensor], names: &[String]) -> Result<Vec<Sensor>, Wrong> {
-    let one = |name: &String| {
-        all.iter().find(|s| s.name == *name).cloned().ok_or_else(|| {
-            let suggestion = did_you_mean(name, all.iter().map(|s| s.name.as_str()));
-            Wrong::text(format!("there is no sensor `{name}`{suggestion}"))
-        })
-    };
-    names.iter().map(one).collect()
 }
 
 /// How modes are paired: (rule, smallest MAC, frequency window).

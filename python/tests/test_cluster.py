@@ -99,6 +99,26 @@ def test_a_killed_process_leaves_nothing_behind_but_whole_results(tmp_path: Path
     assert batch.merged(jobs, tmp_path / "killed") == batch.merged(jobs, tmp_path / "one")
 
 
+def test_a_bootstrap_is_a_batch(tmp_path: Path, cantilever: retune.Model, twin: retune.Test) -> None:
+    """Twins of the fitted model with the noise of the test, each fitted anew in one of three shards: they scatter as the fit says it is certain."""
+    fitted = retune.update(cantilever, twin)
+    noise = {"noise_frequency": "0.2 %", "noise_shape": "1 %"}
+    many = [retune.twin(fitted.model, modes=4, sensors=twin, seed=100 + k, **noise).test for k in range(60)]
+    jobs = [batch.Job("update", cantilever, [test]) for test in many if test is not None]
+    for index in (2, 3, 1):
+        for job in batch.shard(jobs, index, 3):
+            batch.run(job, tmp_path)
+    values = []
+    for found in batch.merge(jobs, tmp_path):
+        [young] = [p for p in found["result"]["parameters"] if p["name"] == "E"]
+        values.append(young["after"])
+    sd = fitted["E"].sd
+    assert sd is not None
+    # Of 60 draws a standard deviation is known to 1/√120: four times that.
+    assert abs(np.std(values, ddof=1) / sd - 1) < 4 / np.sqrt(120)
+    assert abs(np.mean(values) - fitted["E"].after) < 4 * sd / np.sqrt(60)
+
+
 def command(folder: Path, *words: str) -> subprocess.CompletedProcess[bytes]:
     line = [sys.executable, "-m", "retune", *words]
     return subprocess.run(line, cwd=folder, capture_output=True, check=False, env={**os.environ, "NO_COLOR": "1"})

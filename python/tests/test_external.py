@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from typing import Any
 
 import numpy as np
@@ -80,6 +81,30 @@ def test_what_is_wrong_is_named(what: str, message: str) -> None:
     test = retune.Test.from_arrays([0.2], frequency_sd=0.01)
     with pytest.raises(retune.RetuneError, match=message):
         retune.update(Wrong(what), test)
+
+
+def test_calls_of_another_solver_never_overlap() -> None:
+    """A program with one state, as OpenSees: K is what was set by this call, though the GIL changes hands in between."""
+    state = {"k": 0.0}
+
+    class Chain(retune.ParametricModel):
+        name = "chain"
+        parameters = [retune.ParametricModel.parameter("k", 900.0, bounds=(100.0, 2000.0), unit="N/m")]
+        nodes = {"a": (0, 0, 0), "b": (1, 0, 0)}
+        dofs = ["a.ux", "b.ux"]
+
+        def assemble(self, theta: Any) -> Any:
+            state["k"] = float(theta[0])
+            time.sleep(1e-3)
+            assert state["k"] == theta[0], "another call has come between"
+            return state["k"] * np.array([[2.0, -1.0], [-1.0, 1.0]]), np.eye(2)
+
+    test = retune.Test.from_arrays([3.0, 8.0], frequency_sd=0.01)
+    objective = retune.Objective(Chain(), test)
+    points = np.linspace(0.0, 1.0, 64)[:, None]
+    # Two frequencies, both as √k; the cost of each point is its own.
+    assert np.array_equal(objective.costs(points), [objective.cost(x) for x in points])
+    assert np.isfinite(objective.costs(points)).all()
 
 
 def test_rows_have_a_place() -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -46,6 +48,64 @@ def test_scipy_finds_what_an_update_finds(cantilever: retune.Model, twin: retune
         objective.vectorized, objective.bounds, vectorized=True, updating="deferred", seed=1, maxiter=30, polish=False
     )
     assert evolved.fun == pytest.approx(ours.cost, rel=1e-4)
+
+
+def test_a_generation_at_once_is_the_strategy_of_its_name() -> None:
+    """Every trial is its member, or the best plus F times the difference of two others; every other member takes part."""
+    size, n = 7, 3
+    # Powers of three: from a difference of two entries both can be read.
+    population = 3.0 ** np.arange(size)[:, None] * np.ones(n) * (1.0 + np.arange(n))
+    strategy = retune.Best1Bin(mutation=0.5, recombination=0.6)
+    rng, seen, mixed = np.random.default_rng(4), [set() for _ in range(size)], 0
+    for _ in range(200):
+        trials = strategy.trials(population, rng)
+        for i, (trial, own) in enumerate(zip(trials, population)):
+            of_mutant = trial != own
+            assert of_mutant.any()
+            mixed += int((~of_mutant).sum())
+            k = int(np.flatnonzero(of_mutant)[0])
+            difference = 2.0 * (trial[k] / population[0, k] - 1.0)
+            [(a, b)] = [(a, b) for a in range(size) for b in range(size) if a != b and abs(3.0**a - 3.0**b - difference) < 1e-9]
+            assert i not in (a, b)
+            assert np.allclose(trial[of_mutant], (population[0] + 0.5 * (population[a] - population[b]))[of_mutant])
+            seen[i].add((a, b))
+    assert all(len(pairs) == (size - 1) * (size - 2) for pairs in seen)
+    # Two of three entries can be the member's, each with probability 0.4.
+    expected = 0.4 * 2 / 3 * 200 * size * n
+    assert abs(mixed - expected) < 5 * np.sqrt(expected)
+    with pytest.raises(ValueError, match="recombination is 70"):
+        retune.Best1Bin(recombination=70)
+    with pytest.raises(ValueError, match="needs three"):
+        strategy.trials(population[:2], rng)
+
+
+@pytest.mark.filterwarnings("ignore::retune.RetuneWarning")
+def test_scipy_costs_little_beyond_an_update(models: Path) -> None:
+    """20 000 costs of the flying wing: SciPy's differential evolution, and the command's own. Processor time, for the machine may be busy."""
+    pytest.importorskip("scipy", minversion="1.12", reason="skipped: SciPy takes strategies from 1.12 on")
+    model, test = retune.Model(models / "bff.yaml"), retune.Test(models / "bff_gvt.yaml")
+    objective = retune.Objective(model, test, cost="paper")
+
+    def theirs() -> None:
+        found = differential_evolution(
+            objective.vectorized, objective.bounds, strategy=retune.Best1Bin(), vectorized=True, updating="deferred", seed=1,
+            popsize=10, maxiter=105, tol=0, polish=False,
+        )  # fmt: skip
+        assert found.nit == 105
+
+    def ours() -> None:
+        found = retune.update(model, test, cost="paper", optimizer={"differential-evolution": {}}, budget=106 * 190)
+        assert found.to_dict()["evaluations"] > 19_000
+
+    def seconds(work: Callable[[], None]) -> float:
+        took = []
+        for _ in range(5):
+            begun = time.process_time()
+            work()
+            took.append(time.process_time() - begun)
+        return min(took)
+
+    assert seconds(theirs) < 1.3 * seconds(ours)
 
 
 def test_costs_of_many_are_those_of_each(cantilever: retune.Model, twin: retune.Test) -> None:

@@ -93,7 +93,7 @@ check("the verdict stands on top", async () => {
   const { page, context } = await open(browser, pages("wing"));
   const data = await read(page);
   const text = await page.textContent("#verdict");
-  for (const part of [data.meta.verdict.sentence, data.meta.verdict.number, data.meta.verdict.number_label, "not explained"]) {
+  for (const part of [data.meta.verdict.sentence, data.meta.verdict.number, data.meta.verdict.number_label, "a missing effect is found"]) {
     assert.ok(text.includes(part), part);
   }
   assert.equal(await page.title(), data.meta.title);
@@ -343,6 +343,27 @@ check("tabs work by keys, the theme changes, paper shows everything", async () =
   assert.ok(pdf.length > 100_000);
   assert.equal(await page.locator('[role="tabpanel"]:not([hidden])').count(), 1, "the screen is as it was");
   assert.deepEqual(errors, []);
+  await context.close();
+});
+
+check("in a frame out of sight, as in a notebook, the page opens at its head and moves nothing around it", async () => {
+  const context = await browser.newContext({ viewport: { width: 960, height: 700 } });
+  const page = await context.newPage();
+  await page.goto("about:blank");
+  await page.evaluate((html) => {
+    const frame = document.createElement("iframe"), above = document.createElement("p");
+    above.style.height = "5000px";
+    frame.setAttribute("sandbox", "allow-scripts");
+    frame.style.cssText = "width:100%;height:700px";
+    frame.srcdoc = html;
+    document.body.append(above, frame);
+  }, readFileSync(join(folder, "wing.html"), "utf8"));
+  const inside = await (await page.waitForSelector("iframe")).contentFrame();
+  await inside.waitForSelector('html[data-ready="true"]');
+  assert.equal(await page.evaluate(() => scrollY), 0);
+  await page.evaluate(() => scrollTo(0, 5000));
+  await page.waitForTimeout(1000);
+  assert.equal(await inside.evaluate(() => scrollY), 0);
   await context.close();
 });
 

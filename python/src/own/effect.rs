@@ -1,18 +1,12 @@
 //! An effect that is a Python object.
 
-use super::{Failure, all_forever, forever, settled};
+use super::{Failure, all_forever, forever};
 use crate::error::Wrong;
-use crate::model::Model;
-use crate::running::on_pool;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use retune::effect::{
-    About, Belongs, Context, Effect, Effects, Location, LocationKind, PartKind, Patch, PatchError, Structure,
-    conformance,
-};
+use retune::effect::{About, Belongs, Effect, Location, LocationKind, PartKind, Patch, PatchError, Structure};
 use retune::element::Dof;
 use retune::yaml::Problem;
-use std::sync::Arc;
 
 /// Where it could act, and what it adds to a file, are functions of Python, which take the GIL for each call.
 #[derive(Debug)]
@@ -61,17 +55,6 @@ impl OwnEffect {
         let about = About { summary, signature, formulation, confusable, references };
         let effect = PythonEffect { name, about, belongs_to, needs_sensors, locations, patch, failure };
         Ok(Self(Box::leak(Box::new(effect))))
-    }
-
-    /// What it breaks of the contract of effects on a model, a sentence each.
-    fn check(&self, py: Python<'_>, model: PyRef<'_, Model>) -> PyResult<Vec<String>> {
-        let source = Arc::clone(&model.0);
-        let effects = Effects::none().with(self.0);
-        let work = || {
-            let (structure, context) = (&source.model, Context::default());
-            conformance::check_on(&effects, structure, &source.text, structure.registry(), &context)
-        };
-        settled(Ok(on_pool(py, work)), [&self.0.failure])
     }
 }
 

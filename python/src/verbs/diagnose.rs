@@ -5,6 +5,7 @@ use crate::answers::{Diagnosed, Learned};
 use crate::error::Wrong;
 use crate::model::Model;
 use crate::own::{Failure, OwnEffect, OwnFault, settled};
+use crate::page::Made;
 use crate::running::{Job, Stops, run};
 use crate::test::TestSource;
 use crate::tested::{Given, Pairing, Tested, all_tested};
@@ -15,6 +16,7 @@ use retune::diagnosis::{self, Listener, Until, diagnose_tests, learn_from_tests}
 use retune::effect::{Effect, Effects};
 use retune::fault::{Fault, Faults};
 use retune::model::Model as Structure;
+use retune::update::HowToPair;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -34,6 +36,11 @@ pub(crate) enum FaultMember<'py> {
     Named(String),
     /// A Python object.
     Own(PyRef<'py, OwnFault>),
+}
+
+/// A member of a list that is known by its name.
+fn known_as<'a, T>(what: &str, name: &str, found: Option<T>, all: impl Iterator<Item = &'a str>) -> Result<T, Wrong> {
+    found.ok_or_else(|| Wrong::text(format!("there is no {what} `{name}`{}", did_you_mean(name, all))))
 }
 
 /// What a diagnosis tries, and for how long.
@@ -69,21 +76,17 @@ impl SearchOptions<'_> {
         for member in &self.effects {
             effects = effects.with(match member {
                 EffectMember::Own(own) => own.0,
-                EffectMember::Named(name) => known.find(name).ok_or_else(|| {
-                    let suggestion = did_you_mean(name, known.iter().map(Effect::name));
-                    Wrong::text(format!("there is no effect `{name}`{suggestion}"))
-                })?,
+                EffectMember::Named(name) => {
+                    known_as("effect", name, known.find(name), known.iter().map(Effect::name))?
+                }
             });
         }
-        let mut faults = if self.faults.is_none() { Faults::builtin() } else { Faults::none() };
         let known = Faults::builtin();
+        let mut faults = if self.faults.is_none() { Faults::builtin() } else { Faults::none() };
         for member in self.faults.iter().flatten() {
             faults = faults.with(match member {
                 FaultMember::Own(own) => own.0,
-                FaultMember::Named(name) => known.find(name).ok_or_else(|| {
-                    let suggestion = did_you_mean(name, known.iter().map(Fault::name));
-                    Wrong::text(format!("there is no fault `{name}`{suggestion}"))
-                })?,
+                FaultMember::Named(name) => known_as("fault", name, known.find(name), known.iter().map(Fault::name))?,
             });
         }
         let wrong = |seconds: f64| Wrong::text(format!("budget is {seconds}; it is a time above zero, in seconds"));
@@ -146,6 +149,38 @@ fn scene(given: &Given, tests: &[Arc<TestSource>]) -> Result<Scene, Wrong> {
     Ok((Arc::clone(&model.model), all_tested(given, tests, None, None)?))
 }
 
+/// What a search has found, and what it was made of.
+struct Searched<T> {
+    found: T,
+    all: Vec<Tested>,
+    how: HowToPair,
+    made: Made,
+}
+
+/// Searches with the settings of the options until Ctrl-C or the end of the budget, and raises what a member of the user's has raised.
+///
+/// * `search` - on the model, the tests and the settings
+fn searched<T: Send + 'static>(
+    py: Python<'_>,
+    (model, tests): (&Model, &Tests<'_>),
+    options: &SearchOptions<'_>,
+    progress: OneProgress<'_, '_>,
+    call: &'static str,
+    search: impl FnOnce(&Structure, &[&TestData], &diagnosis::Settings) -> Result<T, Wrong> + Send + 'static,
+) -> PyResult<Searched<T>> {
+    let (given, tests) = (Given::File(Arc::clone(&model.0)), sources(tests));
+    let made = made(&given, &tests, call, Some(options.seed));
+    let tried = options.tried()?;
+    let found = run(py, progress, Stops::WithItsBest, move |job| {
+        let (base, all) = scene(&given, &tests)?;
+        let settings = tried.of(job);
+        let data: Vec<&TestData> = all.iter().map(|t| &t.test).collect();
+        let found = search(&base, &data, &settings)?;
+        Ok(Searched { found, all, how: settings.pairing, made })
+    });
+    settled(found, options.failures())
+}
+
 /// `retune diagnose`
 #[pyfunction]
 #[pyo3(signature = (model, tests, options, progress))]
@@ -156,17 +191,10 @@ pub(crate) fn diagnose(
     options: SearchOptions<'_>,
     progress: OneProgress<'_, '_>,
 ) -> PyResult<Diagnosed> {
-    let (given, tests) = (Given::File(Arc::clone(&model.0)), sources(&tests));
-    let made = made(&given, &tests, "retune.diagnose", Some(options.seed));
-    let (tried, failures) = (options.tried()?, options.failures());
-    let found = run(py, progress, Stops::WithItsBest, move |job| {
-        let (base, all) = scene(&given, &tests)?;
-        let settings = tried.of(job);
-        let data: Vec<&TestData> = all.iter().map(|t| &t.test).collect();
-        let diagnosis = diagnose_tests(&base, &data, &settings)?;
-        Ok(Diagnosed { diagnosis, all, how: settings.pairing, made })
-    });
-    settled(found, failures)
+    let search = |base: &Structure, data: &[&TestData], settings: &_| Ok(diagnose_tests(base, data, settings)?);
+    let Searched { found: diagnosis, all, how, made } =
+        searched(py, (&model, &tests), &options, progress, "retune.diagnose", search)?;
+    Ok(Diagnosed { diagnosis, all, how, made })
 }
 
 /// `retune learn`
@@ -181,15 +209,10 @@ pub(crate) fn learn(
     limit: u8,
     progress: OneProgress<'_, '_>,
 ) -> PyResult<Learned> {
-    let (given, tests) = (Given::File(Arc::clone(&model.0)), sources(&tests));
-    let made = made(&given, &tests, "retune.learn", Some(options.seed));
-    let (tried, failures) = (options.tried()?, options.failures());
-    let found = run(py, progress, Stops::WithItsBest, move |job| {
-        let (base, all) = scene(&given, &tests)?;
-        let settings = tried.of(job);
-        let data: Vec<&TestData> = all.iter().map(|t| &t.test).collect();
-        let learned = learn_from_tests(&base, &data, &settings, take_best, usize::from(limit))?;
-        Ok(Learned { learned, all, made })
-    });
-    settled(found, failures)
+    let search = move |base: &Structure, data: &[&TestData], settings: &_| {
+        Ok(learn_from_tests(base, data, settings, take_best, usize::from(limit))?)
+    };
+    let Searched { found: learned, all, made, .. } =
+        searched(py, (&model, &tests), &options, progress, "retune.learn", search)?;
+    Ok(Learned { learned, all, made })
 }

@@ -3,9 +3,9 @@
 use super::shared::Remarks;
 use crate::answers::Identified;
 use crate::error::Wrong;
-use crate::model::{Model, quantity_of};
+use crate::model::Model;
 use crate::running::{Stops, run};
-use crate::test::Frfs;
+use crate::test::{Frfs, quantity_of};
 use pyo3::prelude::*;
 use retune::catalogue::Choice as _;
 use retune::data::convert::Duplicates;

@@ -3,9 +3,10 @@
 use super::shared::scalar;
 use crate::answers::Twin;
 use crate::error::Wrong;
-use crate::model::{Model, quantity_of};
+use crate::model::Model;
 use crate::running::{Stops, run};
-use crate::test::{Test, TestSource};
+use crate::source::Source;
+use crate::test::{Test, TestSource, quantity_of};
 use pyo3::prelude::*;
 use retune::catalogue::did_you_mean;
 use retune::model::{Model as Structure, ParametricModel as _};
@@ -63,11 +64,7 @@ pub(crate) fn twin(
     run(py, None, Stops::Never, move |_| synthetic(&source, given, &arguments))
 }
 
-fn synthetic(
-    source: &crate::model::Source,
-    sensors: Option<Vec<retune::data::Sensor>>,
-    args: &TwinArguments,
-) -> Result<Twin, Wrong> {
+fn synthetic(source: &Source, sensors: Option<Vec<retune::data::Sensor>>, args: &TwinArguments) -> Result<Twin, Wrong> {
     let mut structure = Arc::clone(&source.model);
     if let Some((name, text)) = &args.patch {
         let wrong = |problems| Wrong::problems(Some(name), problems);

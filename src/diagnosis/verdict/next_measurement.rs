@@ -17,6 +17,7 @@ use crate::element::Dof;
 use crate::linalg::{DMatrix, DVector};
 use crate::model::{AXES, Model, ParametricModel};
 use crate::objective::{Comparison, Scaling};
+use crate::units::four_digits;
 use rayon::prelude::*;
 
 /// Modes above the measured ones that a longer sweep would show.
@@ -137,7 +138,8 @@ fn proposals(base: &Stage) -> (Vec<Proposal>, Vec<f64>) {
         }
         for &(node, k) in &places {
             let (name, along) = (&names[node], AXES[k]);
-            let what = format!("the same modes with a spring of {spring:.2e} N/m to ground at {name} along {along}");
+            let spring = four_digits(spring);
+            let what = format!("the same modes with a spring of {spring} N/m to ground at {name} along {along}");
             add(what, name, vec![FREQUENCY_SD; m]);
         }
         add("total mass and centre of gravity on scales".to_string(), "", vec![MASS_SD; 4]);

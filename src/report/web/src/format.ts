@@ -60,6 +60,11 @@ export function powers(text: string): string {
   return text.replace(/\b10\^(-?\d+)/g, (_, n: string) => `10${[...n].map((c) => "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"["-0123456789".indexOf(c)]).join("")}`);
 }
 
+/** Names that a terminal has between backticks, between the quotes of a page. */
+export function quoted(text: string): string {
+  return text.replace(/`([^`]+)`/g, "“$1”");
+}
+
 /** A formula in words with minus signs in place of hyphens. */
 export function minuses(text: string): string {
   return text.replace(/(^|[\s(;])-(?=[\d\s])/g, `$1${MINUS}`);

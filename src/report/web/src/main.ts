@@ -3,8 +3,8 @@
 import { charts } from "./charts";
 import { textOfPage } from "./decode";
 import { badge, h, soft, type Child } from "./dom";
-import { fixed, minuses, percent, powers, slug } from "./format";
-import { diagnosesSection } from "./sections/diagnosis";
+import { fixed, minuses, percent, powers, quoted, slug } from "./format";
+import { diagnosesSection, outcomeWords } from "./sections/diagnosis";
 import { frfsSection } from "./sections/frfs";
 import { identificationSection } from "./sections/identification";
 import { liveSection } from "./sections/live";
@@ -14,10 +14,10 @@ import { posteriorSection } from "./sections/posterior";
 import { provenanceSection } from "./sections/provenance";
 import { stepsSection } from "./sections/steps";
 import { structureSection } from "./sections/structure";
-import { hasUpdate, updateSection } from "./sections/update";
+import { hasUpdate, updateName, updateSection } from "./sections/update";
 import { viewers } from "./viewer";
 import { sheetsOf, workbook } from "./workbook";
-import type { Comparison, ReportData, TestRecord } from "./types";
+import type { Comparison, ReportData, TestRecord, Verdict } from "./types";
 
 interface Tab { id: string; name: string; build: () => HTMLElement }
 
@@ -31,7 +31,7 @@ function tabsOf(data: ReportData, save: () => void, saveTables: () => void): Tab
     data.comparison && { id: "pairs", name: "Pairs", build: () => pairsSection(data.comparison!, data.modes, data.structure) },
     data.frfs && data.frfs.channels.length > 0 && { id: "frfs", name: "FRFs", build: () => frfsSection(data.frfs!) },
     data.posterior && data.posterior.parameters.length > 0 && { id: "posterior", name: "Posterior", build: () => posteriorSection(data.posterior!) },
-    data.update && hasUpdate(data.update) && { id: "update", name: data.update.histories.length ? "Update" : "Parameters", build: () => updateSection(data.update!) },
+    data.update && hasUpdate(data.update) && { id: "update", name: updateName(data.update), build: () => updateSection(data.update!) },
     data.steps && data.steps.steps.length > 0 && { id: "steps", name: "Error falling", build: () => stepsSection(data.steps!) },
     data.diagnosis && { id: "diagnosis", name: "Diagnosis", build: () => diagnosesSection(data.earlier_diagnoses ?? [], data.diagnosis!, data.structure, data.meta.verdict?.sentence ?? "") },
     { id: "provenance", name: "Provenance", build: () => provenanceSection(data.meta, save, saveTables) },
@@ -39,7 +39,12 @@ function tabsOf(data: ReportData, save: () => void, saveTables: () => void): Tab
   return tabs.filter((t): t is Tab => !!t);
 }
 
-const LEVELS = { good: "explained", warning: "look closer", bad: "not explained", neutral: "for information" } as const;
+/** What stands beside the sentence: of a diagnosis its outcome, of a comparison whether the model explains the test. */
+function levelWords(data: ReportData, level: Verdict["level"]): string {
+  if (data.diagnosis) return outcomeWords(data.diagnosis);
+  if (!data.comparison) return { good: "in order", warning: "look closer", bad: "not in order", neutral: "for information" }[level];
+  return { good: "the model explains the test", warning: "look closer", bad: "the model does not explain the test", neutral: "for information" }[level];
+}
 
 function glance(c: Comparison): HTMLElement | null {
   if (!c.pairs.length) return null;
@@ -73,13 +78,13 @@ function measured(tests: TestRecord[]): HTMLElement | null {
 
 function head(data: ReportData, theme: Child): HTMLElement {
   const { title, subtitle, verdict } = data.meta;
-  const [first, rest] = headline(powers(verdict?.sentence ?? ""));
+  const [first, rest] = headline(quoted(powers(verdict?.sentence ?? "")));
   return h("header", { class: "top" },
     h("div", { class: "title-row" },
       h("div", {}, h("p", { class: "brand" }, "retune report"), h("h1", {}, title || "Report"), subtitle ? h("p", { class: "subtitle" }, subtitle) : null, measured(data.meta.tests ?? [])),
       theme),
     verdict ? h("section", { class: `verdict ${verdict.level}`, "aria-label": "Verdict", id: "verdict" },
-      h("div", { class: "verdict-text" }, badge(verdict.level, LEVELS[verdict.level]), h("div", { class: "said" }, h("p", { class: "sentence", title: first.length > 120 ? first : null }, soft(first)),
+      h("div", { class: "verdict-text" }, badge(verdict.level, levelWords(data, verdict.level)), h("div", { class: "said" }, h("p", { class: "sentence", title: first.length > 120 ? first : null }, soft(first)),
         rest ? h("p", { class: "rest" }, h("span", { class: "visually-hidden" }, rest.slice(0, 2)), h("span", { class: "rest-text" }, soft(rest.slice(2)))) : null),
         data.comparison ? glance(data.comparison) : null),
       verdict.number ? h("div", { class: "verdict-number" }, h("span", { class: verdict.number.length > 9 ? "big long" : "big" }, minuses(verdict.number)), h("span", { class: "big-label" }, soft(verdict.number_label))) : null) : null);
@@ -112,6 +117,13 @@ function retheme(): void {
   for (const v of viewers) v.retheme();
   for (const c of charts) c.refresh();
   document.dispatchEvent(new Event("retheme"));
+}
+
+/** Moves the row of tabs, and nothing else, until a tab is in sight: in a frame `scrollIntoView` would move the page and what is around it. */
+function reveal(tab: HTMLElement): void {
+  const row = tab.parentElement!, from = tab.offsetLeft - row.offsetLeft, to = from + tab.offsetWidth;
+  if (from < row.scrollLeft) row.scrollLeft = from;
+  else if (to > row.scrollLeft + row.clientWidth) row.scrollLeft = to - row.clientWidth;
 }
 
 function start(): void {
@@ -147,7 +159,7 @@ function start(): void {
       buttons[i]!.setAttribute("aria-selected", String(on));
       buttons[i]!.tabIndex = on ? 0 : -1;
       panels.get(t.id)!.hidden = !on;
-      if (on) buttons[i]!.scrollIntoView({ block: "nearest", inline: "nearest" });
+      if (on) reveal(buttons[i]!);
     }
     build(tab);
     if (push && location.hash !== `#${tab.id}`) history.replaceState(null, "", `#${tab.id}`);

@@ -4,7 +4,7 @@ import { density, histogram } from "../src/bins";
 import { categories, contrast, ink, onStage, parseHex, sample } from "../src/color";
 import { floats, motion, polar } from "../src/decode";
 import { csvCell } from "../src/dom";
-import { fixed, folded, minuses, percent, plain, powers, probability, shorten, shortMode, significant, slug, unit } from "../src/format";
+import { fixed, folded, minuses, percent, plain, powers, probability, quoted, shorten, shortMode, significant, slug, unit } from "../src/format";
 import { across, axes, extent, extremes, eye, fit, HALF_VIEW, turn, zoom, type Orbit } from "../src/orbit";
 import { inside, pick, segmentDistance, type Target } from "../src/pick";
 import { atPhase, beamPoint, difference, peak, peakOfNodes, scaleFactor, times } from "../src/shape";
@@ -87,6 +87,7 @@ test("a spectrum is unfolded from its logarithm", () => {
 
 test("numbers are written as people read them", () => {
   assert.equal(significant(5.528508, 4), "5.529");
+  assert.equal(quoted("with `1st Bending`; a ` alone"), "with “1st Bending”; a ` alone");
   assert.equal(powers("1 of 10^300, 10^-7 and 210^3"), "1 of 10³⁰⁰, 10⁻⁷ and 210^3");
   assert.equal(significant(19.884), "19.88");
   assert.equal(significant(-0.0421, 3), "−0.0421");

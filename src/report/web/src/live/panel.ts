@@ -88,7 +88,8 @@ export function livePanel({ live, structure, frfs, model, test, changed }: About
       return;
     }
     total.replaceChildren("χ² ", h("strong", { "data-total": String(p.chiSquared) }, significant(p.chiSquared, 4)),
-      h("span", { class: "note" }, `reported ${significant(before.chiSquared, 4)}, noise about ${live.n_data}`));
+      h("span", { class: "note", title: "noise alone gives about as much as there are data; a fit takes away from that about one for each parameter that the data determine" },
+        `reported ${significant(before.chiSquared, 4)}; ${live.n_data} data, so much by noise before a fit`));
     tableBox.replaceChildren(table(live, before, p, asked.on, chosen, (j) => { chosen = j; draw(); }));
     picture?.show(p, p.partner[chosen] ?? -1, chosen);
     const list = steps(live, asked, (node) => nodes[node] ?? String(node));

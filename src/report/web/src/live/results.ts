@@ -33,7 +33,7 @@ export function table(live: Live, before: Prediction, now: Prediction, on: boole
       h("td", {}, h("button", { type: "button", class: "link", onclick: () => choose(j) }, soft(t.label || `mode ${j + 1}`))),
       h("td", { class: "right" }, fixed(t.frequency_hz, 3)),
       h("td", { class: "right strong", "data-now": hz == null ? "" : String(hz) }, hz == null ? (isAside ? "left aside" : "no partner") : fixed(hz, 3)),
-      h("td", { class: "right", title: `as reported ${percent(error0)}` }, percent(error)),
+      h("td", { class: "right nowrap", title: `as reported ${percent(error0)}` }, percent(error)),
       h("td", { class: "right", "data-mac": mac == null ? "" : String(mac) }, fixed(mac, 3)),
       h("td", { class: "right", "data-chi": String(chi(now, j)) }, significant(chi(now, j), 3)),
       h("td", { class: "bars", title: `χ² as reported ${significant(chi(before, j), 3)}` },

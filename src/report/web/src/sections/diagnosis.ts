@@ -1,7 +1,7 @@
 /** What is missing, where it sits, how sure that is, and what else it could be. */
 
 import { badge, card, choice, h, num, soft, type Child } from "../dom";
-import { fixed, probability, shorten, significant } from "../format";
+import { fixed, probability, quoted, shorten, significant } from "../format";
 import { makeViewer } from "../viewer";
 import type { Diagnosis, Hypothesis, Place, Structure } from "../types";
 
@@ -11,14 +11,25 @@ const OUTCOMES = {
   "unexplained": ["bad", "not explained"], "noise-or-model": ["bad", "the stated noise or the model is wrong"],
 } as const;
 
-const CATEGORIES: Record<Hypothesis["category"], string> = {
-  effect: "physical effect", measurement: "measurement fault", none: "nothing is missing", other: "outside the catalogue",
+/** What a diagnosis says of the model, in a few words. */
+export const outcomeWords = (d: Diagnosis): string => OUTCOMES[d.outcome][1];
+
+/** What to measure where no measurement has been found that separates hypotheses. */
+const INSTEAD: Partial<Record<Diagnosis["outcome"], string>> = {
+  "adequate": "Nothing more is needed to tell whether this model is right for this test.",
+  "noise-or-model": "The same modes several times: their scatter is the standard deviation of the test, and it decides between noise and model.",
+  "unexplained": "None of the hypotheses that were tried explains the test, so that no measurement separates them. Where model and test disagree stands under Structure: look there.",
 };
+
+const CATEGORIES: Record<Hypothesis["category"], string> = {
+  effect: "physical effect", measurement: "measurement fault", none: "the model as it is", other: "outside the catalogue",
+};
+const categoryOf = (x: Hypothesis): string => (x.id === "together" ? "two or more at once" : CATEGORIES[x.category]);
 
 function arrow(before: number | null, after: number | null, path: string, names: [string, string]): Child {
   if (before == null && after == null) return null;
-  return h("span", { class: "nowrap" }, before == null ? "–" : num(significant(before, 3), `${path}.${names[0]}`), " → ",
-    after == null ? "–" : num(significant(after, 3), `${path}.${names[1]}`));
+  return h("span", { class: "nowrap" }, before == null ? "–" : num(significant(before, 3), `${path}.${names[0]}`),
+    after == null ? null : [" → ", num(significant(after, 3), `${path}.${names[1]}`)]);
 }
 
 function copyButton(text: string): HTMLElement {
@@ -78,7 +89,7 @@ function diagnosisSection(d: Diagnosis, s: Structure | undefined, root: string, 
     const path = `${root}.hypotheses.${i}`;
     const row = (name: string, value: Child): Child => (value == null ? null : [h("dt", {}, name), h("dd", {}, value)]);
     const ties = x.tied_with.map((id) => ({ id, k: d.hypotheses.findIndex((o) => o.id === id) }));
-    detail.replaceChildren(card(nameOf(x), CATEGORIES[x.category],
+    detail.replaceChildren(card(nameOf(x), categoryOf(x),
       x.summary ? h("p", {}, x.summary) : null,
       h("dl", { class: "facts wide" },
         row("probability", num(probability(x.probability), `${path}.probability`)),
@@ -87,8 +98,8 @@ function diagnosisSection(d: Diagnosis, s: Structure | undefined, root: string, 
         row("held-out data", arrow(x.held_out_before, x.held_out_after, path, ["held_out_before", "held_out_after"])),
         x.estimates.map((e, k) => row(e.quantity || "estimate", h("span", {}, num(significant(e.value, 4), `${path}.estimates.${k}.value`), e.unit ? ` ${e.unit}` : "",
           e.interval ? [e.interval_label ? ` (${e.interval_label}: ` : " (", num(significant(e.interval[0], 4), `${path}.estimates.${k}.interval.0`), " … ", num(significant(e.interval[1], 4), `${path}.estimates.${k}.interval.1`), ")"] : ""))),
-        row("cannot be told from", ties.length ? h("span", {}, ties.map(({ id, k }, n) => [n ? ", " : "",
-          k >= 0 ? h("button", { type: "button", class: "link", onclick: () => select(k) }, nameOf(d.hypotheses[k]!)) : id])) : null)),
+        row("cannot be told from", ties.length ? h("ul", { class: "plain-list" }, ties.map(({ id, k }) => h("li", {},
+          k >= 0 ? h("button", { type: "button", class: "link", onclick: () => select(k) }, soft(nameOf(d.hypotheses[k]!))) : soft(id)))) : null)),
       h("div", { class: "columns" }, evidence("Speaks for it", x.evidence_for, "+"), evidence("Speaks against it", x.evidence_against, "−")),
       x.patch ? h("div", { class: "patch" }, h("div", { class: "patch-head" }, x.category === "effect" ? h("h5", {}, "The edit that ", h("code", {}, `retune add MODEL ${x.id}`), " makes") : h("h5", {}, "What to do"), copyButton(x.patch)), h("pre", { id: root === "diagnosis" ? "patch" : null, class: "patch-text", tabindex: 0 }, x.patch)) : null));
   };
@@ -97,7 +108,7 @@ function diagnosisSection(d: Diagnosis, s: Structure | undefined, root: string, 
       h("span", { class: "p-bar", "aria-hidden": "true" }, h("span", { style: `width:${Math.round(100 * Math.min(1, Math.max(0, x.probability ?? 0)))}%` })),
       h("span", { class: "hypothesis-name" }, soft(nameOf(x))),
       h("span", { class: "hypothesis-p" }, num(probability(x.probability), `${root}.hypotheses.${i}.probability`)),
-      h("span", { class: "hypothesis-sub" }, CATEGORIES[x.category],
+      h("span", { class: "hypothesis-sub" }, categoryOf(x),
         x.misfit_after == null ? "" : [" · misfit ", arrow(x.misfit_before, x.misfit_after, `${root}.hypotheses.${i}`, ["misfit_before", "misfit_after"])],
         x.tied_with.length ? h("span", { class: "tie" }, "tied") : "")));
   // The unlikely ones are there for who asks.
@@ -125,22 +136,28 @@ function diagnosisSection(d: Diagnosis, s: Structure | undefined, root: string, 
   arrange();
   const list = h("div", {}, filter, first, nothing, more);
 
-  const next = d.next_measurements.length ? card("What to measure next", "the measurement that separates best comes first",
+  // What all of them separate is said once.
+  const separated = (ids: string[]): string => `${ids.map(wordOf).join(", ")}`;
+  const [common] = d.next_measurements.map((m) => m.separates);
+  const isCommon = !!common?.length && d.next_measurements.every((m) => m.separates.join(" ") === common.join(" "));
+  const next = d.next_measurements.length ? card("What to measure next", "the measurement that separates best comes first; a log Bayes factor of 1 is a hint, of 3 strong evidence, of 5 very strong",
+    isCommon ? h("p", {}, soft(`to tell from each other: ${separated(common)}`)) : null,
     h("ol", { class: "next" }, d.next_measurements.slice(0, 5).map((m, i) => h("li", {},
       h("strong", {}, m.what), m.why ? h("p", {}, m.why) : null,
-      h("p", { class: "note" }, m.separates.length ? `separates ${m.separates.map(wordOf).join(" from ")}` : "",
-        m.expected_log_bayes_factor == null ? "" : [m.separates.length ? "; " : "", "expected log Bayes factor ", num(fixed(m.expected_log_bayes_factor, 1), `${root}.next_measurements.${i}.expected_log_bayes_factor`)],
-        m.place && viewer && has(m.place) ? [" ", h("button", { type: "button", class: "link", onclick: () => showPlace(m.place!, `measure here: ${m.place!.text}`) }, "show the place")] : ""))))) : null;
+      h("p", { class: "note" }, !isCommon && m.separates.length ? `tells from each other: ${separated(m.separates)}; ` : "",
+        m.expected_log_bayes_factor == null ? "" : ["expected log Bayes factor ", num(fixed(m.expected_log_bayes_factor, 1), `${root}.next_measurements.${i}.expected_log_bayes_factor`)],
+        m.place && viewer && has(m.place) ? [" ", h("button", { type: "button", class: "link", onclick: () => showPlace(m.place!, `measure here: ${m.place!.text}`) }, "show the place")] : "")))))
+    : INSTEAD[d.outcome] ? card("What to measure next", null, h("p", {}, INSTEAD[d.outcome]!)) : null;
   const [level, words] = OUTCOMES[d.outcome];
   const section = h("div", { class: "stack" },
-    h("section", { class: "card diagnosis-head" }, badge(level, words), said.startsWith(d.sentence.replace(/\.$/, "")) ? null : h("p", { class: "lead" }, soft(d.sentence)),
+    h("section", { class: "card diagnosis-head" }, badge(level, words), said.toLowerCase().includes(d.sentence.replace(/\.$/, "").toLowerCase()) ? null : h("p", { class: "lead" }, soft(quoted(d.sentence))),
       h("p", { class: "note" },
         d.misfit == null ? "" : ["misfit of the fitted model ", num(significant(d.misfit, 4), `${root}.misfit`),
           d.degrees_of_freedom == null ? "; " : [", noise alone leaves about ", num(significant(d.degrees_of_freedom, 4), `${root}.degrees_of_freedom`), "; "]],
         d.p_value == null ? "" : ["as good by chance with p = ", num(significant(d.p_value, 2), `${root}.p_value`)],
         d.alarm_level == null ? "" : ["; alarm below ", num(significant(d.alarm_level, 2), `${root}.alarm_level`)],
         d.tried ? `; tried ${d.tried}` : d.screened == null ? "" : ["; ", num(String(d.screened), `${root}.screened`), " candidates screened"]),
-      d.warnings.length ? h("ul", { class: "warnings note" }, d.warnings.map((w) => h("li", {}, w))) : null),
+      d.warnings.length ? h("ul", { class: "warnings note" }, d.warnings.map((w) => h("li", {}, quoted(w)))) : null),
     h("div", { class: "split even" },
       h("section", { class: "card" }, h("header", { class: "card-head" }, h("h3", {}, "Hypotheses")), list),
       viewer ? h("section", { class: "card stage-card" }, viewer.root, where) : null),

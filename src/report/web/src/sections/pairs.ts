@@ -3,7 +3,7 @@
 import { Chart } from "../charts";
 import { floats } from "../decode";
 import { badge, card, choice, h, isDark, num, table, type Child } from "../dom";
-import { fixed, percent, plain, probability, shorten, significant } from "../format";
+import { fixed, percent, plain, probability, quoted, shorten, significant } from "../format";
 import { heat } from "../heat";
 import { colorBar } from "../legend";
 import { makeViewer } from "../viewer";
@@ -45,7 +45,7 @@ function unpaired(c: Comparison, modes: Modes): HTMLElement | null {
   const name = (m: { label: string; frequency_hz: number }): string => `${m.label} (${significant(m.frequency_hz, 4)} Hz)`;
   const test = c.unpaired_test.flatMap((i, k) => {
     const m = modes.test[i], why = c.unpaired_reasons?.[k];
-    return m == null ? [] : [h("p", {}, h("strong", {}, "Test mode without a partner: "), name(m), why ? `: ${why}` : "")];
+    return m == null ? [] : [h("p", {}, h("strong", {}, "Test mode without a partner: "), name(m), why ? `: ${quoted(why)}` : "")];
   });
   const model = c.unpaired_model.map((i) => modes.model[i]).filter((m) => m != null);
   const others = model.length

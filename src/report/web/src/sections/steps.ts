@@ -6,6 +6,12 @@ import { fixed, folded, plain, shorten, significant } from "../format";
 import { heat } from "../heat";
 import type { Steps } from "../types";
 
+/** A fall in percent, with as many digits as tell it from all. */
+function share(part: number): string {
+  const rest = 100 * (1 - part);
+  return fixed(100 * part, rest >= 1 || rest <= 0 ? 0 : Math.min(3, Math.ceil(-Math.log10(rest))));
+}
+
 export function stepsSection(w: Steps): HTMLElement {
   let scale: "linear" | "log" = "log";
   const held = w.steps.some((s) => s.held_out != null);
@@ -30,7 +36,7 @@ export function stepsSection(w: Steps): HTMLElement {
     if (!log) data.push({ type: "bar", name: "explained by the step", x: names, y: fall, base: values,
       marker: { color: p.dark ? "rgba(150,165,180,0.22)" : "rgba(90,110,130,0.13)", line: { color: p.soft, width: 1 } }, hovertemplate: "%{x}: −%{y:.4g}<extra></extra>" });
     data.push({ type: "scatter", mode: "text", x: names, y: labels, textposition: "top center", showlegend: false, hoverinfo: "skip", cliponaxis: false,
-      text: values.map((v, i) => `<b>${significant(v, 3)}</b>${i && fall[i]! > 0 ? `${width < 700 ? "<br>" : "  "}−${fixed((100 * fall[i]!) / values[i - 1]!, 0)} %` : ""}`) });
+      text: values.map((v, i) => `<b>${significant(v, 3)}</b>${i && fall[i]! > 0 ? `${width < 700 ? "<br>" : "  "}−${share(fall[i]! / values[i - 1]!)} %` : ""}`) });
     if (held) data.push({ type: "scatter", mode: "lines+markers", name: "held-out data", x: names, y: w.steps.map((s) => s.held_out),
       line: { color: p.test, dash: "dot", width: 2 }, marker: { symbol: "diamond", size: 11, color: p.test, line: { width: 1.5, color: p.surface } }, hovertemplate: "%{x}: %{y:.4g}<extra>held out</extra>" });
     // The line itself is a shape: over the bars, from edge to edge.

@@ -78,10 +78,20 @@ function byField(field: Field, index: number): Coloring {
   };
 }
 
+/** As many are shown that stand out, and as many where none does. */
+const SUSPECTS = 6, UNSUSPICIOUS = 3;
+
 /** Where model and test disagree, the worst first; a click shows the place. */
 function suspects(l: Localization, show: (place: Place) => void): HTMLElement {
-  const list = (title: string, all: Suspect[], path: string): Child => all.length === 0 ? null : [h("h5", {}, title),
-    h("ol", { class: "suspects" }, all.map((x, i) => ({ x, i })).sort((a, b) => (b.x.above_noise ?? 0) - (a.x.above_noise ?? 0)).slice(0, 6).map(({ x, i }) => h("li", {},
+  const over = (x: Suspect): number => x.above_noise ?? 0;
+  const chosen = (all: { x: Suspect; i: number }[]): { x: Suspect; i: number }[] => {
+    const sorted = all.sort((a, b) => over(b.x) - over(a.x)), out = sorted.filter(({ x }) => over(x) > 1).slice(0, SUSPECTS);
+    return out.length ? out : sorted.slice(0, UNSUSPICIOUS);
+  };
+  // A group of one element is that element, which has been named.
+  const named = new Set(l.elements.map((x) => x.place.text));
+  const list = (title: string, all: Suspect[], path: string): Child => all.every((x) => path.endsWith("groups") && named.has(x.place.text)) ? null : [h("h5", {}, title),
+    h("ol", { class: "suspects" }, chosen(all.map((x, i) => ({ x, i })).filter(({ x }) => !path.endsWith("groups") || !named.has(x.place.text))).map(({ x, i }) => h("li", {},
       h("button", { type: "button", class: "link", onclick: () => show(x.place) }, x.place.text),
       h("span", { title: `probability by noise alone: ${significant(x.p_value, 2)}` }, num(significant(x.above_noise, 3), `${path}.${i}.above_noise`)))))];
   return h("div", { class: "details", id: "localization" }, h("h4", {}, "Where model and test disagree"),

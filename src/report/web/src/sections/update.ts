@@ -12,6 +12,11 @@ export function hasUpdate(u: Update): boolean {
   return u.histories.length + u.parameters.length + u.mass_properties.length + u.sensitivities.length > 0;
 }
 
+/** The name of the section: what it has. */
+export function updateName(u: Update): string {
+  return u.histories.length ? "Update" : u.parameters.length + u.sensitivities.length ? "Parameters" : "Mass";
+}
+
 /** Best cost of a run after so many evaluations. */
 function costAt(run: Update["histories"][number], evaluations: number): number | null {
   let best: number | null = null;
@@ -96,18 +101,18 @@ function parameters(u: Update): HTMLElement {
     }), { id: "parameter-table" }));
 }
 
-function mass(m: MassProperty, i: number, before: boolean): Child[] {
+function mass(m: MassProperty, i: number, before: boolean, targets: boolean): Child[] {
   const path = `update.mass_properties.${i}`;
   return [
     m.name, h("span", { class: "nowrap" }, unit(m.unit)),
-    m.target == null ? "–" : h("span", { class: "nowrap" }, num(significant(m.target, 4), `${path}.target`), m.tolerance == null ? "" : [" ± ", num(significant(m.tolerance, 2), `${path}.tolerance`)]),
+    ...(targets ? [m.target == null ? "–" : h("span", { class: "nowrap" }, num(significant(m.target, 4), `${path}.target`), m.tolerance == null ? "" : [" ± ", num(significant(m.tolerance, 2), `${path}.tolerance`)])] : []),
     ...(before ? [num(significant(m.before, 4), `${path}.before`)] : []), h("strong", {}, num(significant(m.after, 4), `${path}.after`)),
-    m.within == null ? "–" : badge(m.within ? "good" : "bad", m.within ? "within" : "outside"), m.source,
+    ...(targets ? [m.within == null ? "–" : badge(m.within ? "good" : "bad", m.within ? "within" : "outside"), m.source] : []),
   ];
 }
 
 export function updateSection(u: Update): HTMLElement {
-  const massBefore = u.mass_properties.some((m) => m.before != null);
+  const massBefore = u.mass_properties.some((m) => m.before != null), targets = u.mass_properties.some((m) => m.target != null);
   const atBound = u.parameters.filter((p) => p.at_bound);
   const facts: [string, Child][] = [
     ["optimiser", u.optimizer || null], ["evaluations", u.evaluations == null ? null : num(String(u.evaluations), "update.evaluations")],
@@ -138,7 +143,8 @@ export function updateSection(u: Update): HTMLElement {
         return h("figure", { class: "mac" }, h("figcaption", {}, m.title), heat(m, { map, low, high: size, path: (i, j) => `update.sensitivities.${k}.values.${i}.${j}`, decimals: size < 2 ? 2 : 1 }),
           colorBar(map, significant(low, 2), significant(size, 2), m.title, undefined, signed ? "0" : undefined));
       })) : null,
-    u.mass_properties.length ? card("Mass properties against targets", null, table("Mass properties", [
-      { head: "Quantity" }, { head: "Unit" }, { head: "Target", numeric: true }, ...(massBefore ? [{ head: "Before", numeric: true }] : []), { head: massBefore ? "After" : "Model", numeric: true }, { head: "" }, { head: "Source" },
-    ], u.mass_properties.map((m, i) => mass(m, i, massBefore)), { id: "mass-table" })) : null);
+    u.mass_properties.length ? card(targets ? "Mass properties against targets" : "Mass properties of the model", null, table("Mass properties", [
+      { head: "Quantity" }, { head: "Unit" }, ...(targets ? [{ head: "Target", numeric: true }] : []), ...(massBefore ? [{ head: "Before", numeric: true }] : []),
+      { head: massBefore ? "After" : "Model", numeric: true }, ...(targets ? [{ head: "" }, { head: "Source" }] : []),
+    ], u.mass_properties.map((m, i) => mass(m, i, massBefore, targets)), { id: "mass-table" })) : null);
 }
