@@ -5,6 +5,7 @@
 mod agreement;
 mod alternatives;
 mod assessment;
+mod coarse_mesh;
 mod correlate;
 mod guard;
 mod identified;
@@ -27,6 +28,7 @@ mod valley;
 
 pub use agreement::{Agreement, AgreementOptions, agreement, sensors_by_model};
 pub use alternatives::Alternative;
+pub use coarse_mesh::{CoarseMesh, coarse_mesh_text};
 pub use assessment::{AssessedPair, AssessedReading, Assessment, ModeName, UnpairedMode, assess, name_modes};
 pub use correlate::{
     BandAgreement, ChannelAgreement, FirstLook, FrfSensitivity, Functions, FunctionsOptions, MASS_ROWS, MassReduction,

@@ -26,6 +26,11 @@ pub(super) type Modes = [[f64; 4]; 3];
 /// The enhanced strains at a point.
 pub(super) type ModesAt = fn(&Flat<'_>, [f64; 2], &Local) -> Result<Modes, ElementError>;
 
+/// Displacements u, v, w within an element beside those that the functions of its corners give, at a point.
+///
+/// Its last argument: amplitudes of the enhanced strains by the dofs.
+pub(super) type Within = fn(&Flat<'_>, [f64; 2], &Local, Option<&DMatrix<f64>>) -> Result<[Row; 3], ElementError>;
+
 /// What makes a plane element: its functions and the points at which it is integrated.
 pub(super) struct Plane {
     /// Functions of the corners and their natural derivatives.
@@ -34,6 +39,10 @@ pub(super) struct Plane {
     pub(super) membrane: fn(&Flat<'_>, [f64; 2], &Local) -> [Row; 3],
     /// Strains that the membrane may add of itself, for the least energy.
     pub(super) modes: Option<ModesAt>,
+    /// The strains of the membrane where those of the stiffness are means that hold for its energy alone.
+    pub(super) strains: Option<fn(&Flat<'_>, [f64; 2], &Local) -> [Row; 3]>,
+    /// The displacements that go with its strains.
+    pub(super) within: Within,
     /// What resists the rotations about the normal beside the strains of the membrane.
     pub(super) drilling: fn(&Flat<'_>, &Section, &mut DMatrix<f64>) -> Result<(), ElementError>,
     /// Covariant transverse shears along ξ and η, assumed from tying points.
