@@ -17,6 +17,7 @@ use super::place::{Placed, left_out_of_effects, place};
 use super::placed_element::PlacedElement;
 use super::registry::Registry;
 use super::spec::{FORMAT, ModelSpec};
+use super::static_preload::preload;
 use super::system::{SparseSystem, System};
 use super::targets::{Targets, targets};
 use super::{ElementMatrices, MOST_DENSE_DOFS, ModelError, ParametricModel, PointMotion};
@@ -67,7 +68,7 @@ impl Model {
         super::mesh_file::check(&spec, &mut problems);
         super::superelement::check(&spec, &mut problems);
         super::configuration::check(&spec, &mut problems);
-        let placed = place(&spec, registry, &mut problems);
+        let mut placed = place(&spec, registry, &mut problems);
         let targets = targets(&spec, &mut problems);
         let elimination = eliminate(&spec, &placed.geometry, Elimination::default(), &[], &placed.rows, &mut problems);
         only_scalar_on_coordinates(&spec, &placed, &mut problems);
@@ -82,6 +83,15 @@ impl Model {
         }
         if problems.iter().any(|p| p.severity == Severity::Error) {
             return Err(problems);
+        }
+        if !spec.preloads.is_empty() {
+            let before = Self::build(spec.clone(), registry, placed.clone(), targets, &elimination, &mut Vec::new());
+            if let Ok(model) = before {
+                preload(&model, &mut placed, &mut problems);
+            }
+            if problems.iter().any(|p| p.severity == Severity::Error) {
+                return Err(problems);
+            }
         }
         Self::build(spec, registry, placed, targets, &elimination, &mut problems)
             .map(|m| (m, problems.clone()))

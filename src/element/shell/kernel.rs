@@ -136,7 +136,7 @@ impl Enhanced {
     }
 }
 
-/// Adds the geometric stiffness ∫ ∇wᵀ N ∇w dA.
+/// Adds the geometric stiffness ∫ ∇uᵀ N ∇u dA of each displacement: a strip that is pulled is stiffer across its plane and in it.
 fn add_preload(
     k: &mut DMatrix<f64>,
     flat: &Flat<'_>,
@@ -146,13 +146,15 @@ fn add_preload(
     let Some(forces) = material::preload(input, material_angle) else { return Ok(()) };
     for (xi, weight) in (flat.plane.rules[2])() {
         let at = flat.local(xi)?;
-        let mut slopes: [Row; 2] = [[0.0; MOST]; 2];
-        for (i, d) in at.d.iter().enumerate().take(flat.n_nodes()) {
-            for (slope, d) in slopes.iter_mut().zip(d) {
-                slope[DOFS * i + 2] = *d;
+        for axis in 0..3 {
+            let mut slopes: [Row; 2] = [[0.0; MOST]; 2];
+            for (i, d) in at.d.iter().enumerate().take(flat.n_nodes()) {
+                for (slope, d) in slopes.iter_mut().zip(d) {
+                    slope[DOFS * i + axis] = *d;
+                }
             }
+            add_energy(k, &slopes, &forces, weight * at.det);
         }
-        add_energy(k, &slopes, &forces, weight * at.det);
     }
     Ok(())
 }
