@@ -186,7 +186,9 @@ fn strains(
         let rest = element.stiffness(input)?.to_dense() - &k;
         let scale = rest.amax().max(k.amax());
         let lowest = symmetric_eigen(&rest).map_or(f64::NAN, |e| e.values.min());
-        report.unless(lowest >= -1e-8 * scale, rule, || format!("they store more energy than the stiffness, by {lowest:e}"));
+        report.unless(lowest >= -1e-8 * scale, rule, || {
+            format!("they store more energy than the stiffness, by {lowest:e}")
+        });
     }
     Ok(())
 }

@@ -17,7 +17,6 @@ use super::place::{Placed, left_out_of_effects, place};
 use super::placed_element::PlacedElement;
 use super::registry::Registry;
 use super::spec::{FORMAT, ModelSpec};
-use super::static_preload::preload;
 use super::system::{SparseSystem, System};
 use super::targets::{Targets, targets};
 use super::{ElementMatrices, MOST_DENSE_DOFS, ModelError, ParametricModel, PointMotion};
@@ -87,7 +86,7 @@ impl Model {
         if !spec.preloads.is_empty() {
             let before = Self::build(spec.clone(), registry, placed.clone(), targets, &elimination, &mut Vec::new());
             if let Ok(model) = before {
-                preload(&model, &mut placed, &mut problems);
+                model.preload_statically(&mut placed, &mut problems);
             }
             if problems.iter().any(|p| p.severity == Severity::Error) {
                 return Err(problems);

@@ -7,8 +7,9 @@ const SECTIONS: &str = "sections:\n  thin: {E: 70 GPa, nu: 0.33, density: 2700 k
                         solid: {E: 70 GPa, nu: 0.33, density: 2700 kg/m3}\n";
 
 fn model(mesh: &Written, parts: &str, more: &str) -> Model {
-    let text =
-        format!("retune: 1\nname: sheets\n{SECTIONS}mesh: {{file: a.msh, units: m, patches: 0, parts: {{{parts}}}}}\n{more}");
+    let text = format!(
+        "retune: 1\nname: sheets\n{SECTIONS}mesh: {{file: a.msh, units: m, patches: 0, parts: {{{parts}}}}}\n{more}"
+    );
     let bytes = mesh.text();
     let mut files = |_: &str| Ok(bytes.clone().into_bytes());
     load_in(&text, None, &Registry::builtin(), &mut files).unwrap_or_else(|p| panic!("{p:#?}")).0
@@ -69,9 +70,10 @@ fn meshes_that_do_not_match_are_told_until_they_are_tied() {
     mesh.sheet("left", [0.0; 3], [X, Y], [8, 4]).sheet("right", X, [X, Y], [8, 3]);
     let parts = "left: {section: thin}, right: {section: thin}";
     let all = said(&lint(&model(&mesh, parts, "")).unwrap());
-    for expected in
-        ["left: 3 nodes of its free edges, `n42` first, stand on free edges of `right`", "right: 2 nodes of its free edges"]
-    {
+    for expected in [
+        "left: 3 nodes of its free edges, `n42` first, stand on free edges of `right`",
+        "right: 2 nodes of its free edges",
+    ] {
         assert!(all.iter().any(|t| t.contains(expected)), "{all:?}");
     }
     let tied = "ties: {seam: {nodes: [n41, n42, n43, n44, n45], to: [right]}}\n";
@@ -86,7 +88,10 @@ fn holes_and_elements_that_stand_twice_are_told() {
     mesh.sheet("skin", [0.0; 3], [X, Y], [8, 4]);
     let removed = mesh.groups[0].2.remove(9);
     let all = said(&lint(&model(&mesh, "skin: {section: thin}", "")).unwrap());
-    assert!(all.iter().any(|t| t.contains("1 hole no larger than an element, between `n12` and `n13` first")), "{all:?}");
+    assert!(
+        all.iter().any(|t| t.contains("1 hole no larger than an element, between `n12` and `n13` first")),
+        "{all:?}"
+    );
     mesh.groups[0].2.extend([removed.clone(), removed]);
     let all = said(&lint(&model(&mesh, "skin: {section: thin}", "")).unwrap());
     assert!(all.iter().any(|t| t.contains("1 element of it stands")), "{all:?}");
@@ -122,7 +127,8 @@ fn thicknesses_of_other_units_are_told() {
     let mut mesh = Written::new();
     mesh.sheet("left", [0.0; 3], [X, Y], [8, 4]).sheet("right", X, [X, Y], [8, 4]).merged();
     let of = |thickness: &str| {
-        let right = format!("left: {{section: thin}}, right: {{section: thin, properties: {{thickness: {thickness}}}}}");
+        let right =
+            format!("left: {{section: thin}}, right: {{section: thin, properties: {{thickness: {thickness}}}}}");
         said(&lint(&model(&mesh, &right, "")).unwrap())
     };
     assert!(of("2").iter().any(|t| t.contains("m thick and cover")), "{:?}", of("2"));

@@ -22,9 +22,9 @@
 
 mod recovery;
 
+use super::ModelError;
 use super::compile::Model;
 use super::geometry::{Vector, dot, plus};
-use super::ModelError;
 use crate::element::{ElementInput, StrainField};
 use crate::linalg::SymMatrix;
 use crate::modal::Modes;

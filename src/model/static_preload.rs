@@ -12,7 +12,7 @@
 //! W. Carnegie, Vibrations of rotating cantilever blading, J. Mech. Engng Sci. 1 (1959) 235-240.
 
 use super::compile::Model;
-use super::dependence::interior_point;
+use super::dependence::{interior_point, weighed_mass};
 use super::geometry::{GLOBAL, Vector, constant, dot, minus, unit, unknown, vector};
 use super::place::{Placed, parameters};
 use super::placed_element::PlacedElement;
@@ -22,8 +22,8 @@ use super::spec::{ModelSpec, SpinSpec, StaticPreloadSpec};
 use super::value::{Affine, Value};
 use super::{ModelError, ParametricModel};
 use crate::element::{Dof, ElementInput};
-use crate::linalg::DMatrix;
 use crate::linalg::sparse::solve_shifted;
+use crate::linalg::{DMatrix, SymMatrix};
 use crate::matrices::{Entry, Symmetric};
 use crate::units::Scalar;
 use crate::yaml::{Problem, child};
@@ -151,21 +151,22 @@ fn factor(
     Some(Affine { constant, terms })
 }
 
-/// Puts the preloads of the static loads of a file into its elements.
-///
-/// * `model` - the model without them, `placed` what it was built from
-pub(super) fn preload(model: &Model, placed: &mut Placed, problems: &mut Vec<Problem>) {
-    let spec = model.spec();
-    for (name, entry) in &spec.preloads {
-        let Some(load) = Load::read(name, entry, placed, spec, problems) else { continue };
-        match apply(model, &load) {
-            Ok((values, softening)) => {
-                for (element, property, value) in values {
-                    add(&mut placed.elements[element], property, value, &load.factor);
+impl Model {
+    /// Puts the preloads of the static loads of the file into elements; this is the model without them.
+    ///
+    /// * `placed` - what it was built from
+    pub(super) fn preload_statically(&self, placed: &mut Placed, problems: &mut Vec<Problem>) {
+        for (name, entry) in &self.spec().preloads {
+            let Some(load) = Load::read(name, entry, placed, self.spec(), problems) else { continue };
+            match apply(self, &load) {
+                Ok((values, softening)) => {
+                    for (element, property, value) in values {
+                        add(&mut placed.elements[element], property, value, &load.factor);
+                    }
+                    placed.elements.extend(softening);
                 }
-                placed.elements.extend(softening);
+                Err(text) => problems.push(Problem::error(&load.path, text)),
             }
-            Err(text) => problems.push(Problem::error(&load.path, text)),
         }
     }
 }
@@ -187,6 +188,9 @@ fn add(e: &mut PlacedElement, property: usize, value: f64, factor: &Affine) {
 type Found = (Vec<(usize, usize, f64)>, Option<PlacedElement>);
 
 fn apply(model: &Model, load: &Load) -> Result<Found, String> {
+    if load.spin.is_some() && model.elements().iter().any(|e| e.matrices.as_ref().is_some_and(|m| m.m.is_some())) {
+        return Err("how the mass of superelements is spread is not known: a spin has no load on them".into());
+    }
     if model.elastic_supports().is_some() {
         return Err("supports that give hold this structure; for a static preload put `springs` in their places".into());
     }
@@ -199,7 +203,8 @@ fn apply(model: &Model, load: &Load) -> Result<Found, String> {
     let system = model.assemble_sparse(&theta).map_err(failed)?;
     let (k, m) = (&system.stiffness, &system.mass);
     let plan = plan(model, &system).map_err(failed)?;
-    let free = "the structure has no equilibrium under this load: it is free to move, or a mechanism; `supports` must hold it";
+    let free =
+        "the structure has no equilibrium under this load: it is free to move, or a mechanism; `supports` must hold it";
     let u = solve_shifted(&plan, k, m, 0.0, &f).map_err(|_| free.to_string())?;
     if !u.iter().all(|v| v.is_finite()) || (k.mul(&u) - &f).amax() > 1e-6 * f.amax() {
         return Err(free.into());
@@ -213,9 +218,8 @@ fn apply(model: &Model, load: &Load) -> Result<Found, String> {
         let input = e.values_at(&theta);
         let factor = e.stiffness_factor.as_ref().map_or(1.0, |f| f.at(&theta));
         let found = e.kind.preload_of(&ElementInput { points: &e.points, values: &input }, &own);
-        let found = found.map_err(|source| {
-            failed(ModelError::Element { element: e.name.clone(), path: e.path.clone(), source })
-        })?;
+        let found = found
+            .map_err(|source| failed(ModelError::Element { element: e.name.clone(), path: e.path.clone(), source }))?;
         for (name, value) in found {
             let at = e.kind.properties().iter().position(|p| p.name == name);
             values.extend(at.filter(|_| value != 0.0).map(|p| (i, p, factor * value)));
@@ -229,27 +233,27 @@ fn apply(model: &Model, load: &Load) -> Result<Found, String> {
 fn forces(model: &Model, load: &Load, theta: &[f64]) -> Result<DMatrix<f64>, ModelError> {
     let dofs = model.dof_map();
     let mut f = DMatrix::zeros(dofs.n_dof(), 1);
-    if load.gravity.iter().any(|g| *g != 0.0) {
-        let motions = dofs.rigid_motions();
-        let mut field = DMatrix::zeros(dofs.n_dof(), 1);
-        for (axis, g) in load.gravity.into_iter().enumerate() {
-            field += motions.columns(axis, 1) * g;
+    // Element by element: inertia of supported nodes loads their neighbours too.
+    for (i, e) in model.elements().iter().enumerate() {
+        if let Some(matrices) = &e.matrices {
+            let factor = e.mass_factor.as_ref().map_or(1.0, |f| f.at(theta));
+            matrices.m.iter().for_each(|m| add_weight(&mut f, matrices, m, load.gravity.map(|g| factor * g), model));
+            continue;
         }
-        f += model.assemble_sparse(theta)?.mass.mul(&field);
-    }
-    if let Some(spin) = &load.spin {
-        for (i, e) in model.elements().iter().enumerate().filter(|(_, e)| e.matrices.is_none()) {
-            let mass = model.element_matrices(i, theta)?.mass;
-            let mut field = vec![0.0; mass.n()];
-            for (k, at) in e.ends(&model.geometry().positions).into_iter().enumerate() {
-                let away = spin.across(minus(at, spin.through)).map(|v| spin.speed * spin.speed * v);
-                (0..3).for_each(|a| field[6 * k + a] = dot(e.axes[a], away));
-            }
-            let (rows, b) = model.element_motion(i);
-            for a in 0..mass.n() {
-                let force: f64 = (0..mass.n()).map(|c| mass.get(a, c) * field[c]).sum();
-                rows.iter().enumerate().for_each(|(j, &row)| f[(row, 0)] += b[(a, j)] * force);
-            }
+        let mut own = vec![0.0; 6 * e.nodes.len()];
+        if load.gravity.iter().any(|g| *g != 0.0) {
+            add_inertia(&mut own, &weighed_mass(e, theta)?, |_| e.axes.map(|axis| dot(axis, load.gravity)));
+        }
+        if let Some(spin) = &load.spin {
+            let at = e.ends(&model.geometry().positions);
+            add_inertia(&mut own, &model.element_matrices(i, theta)?.mass, |k| {
+                let away = spin.across(minus(at[k], spin.through)).map(|v| spin.speed * spin.speed * v);
+                e.axes.map(|axis| dot(axis, away))
+            });
+        }
+        let (rows, b) = model.element_motion(i);
+        for (a, force) in own.into_iter().enumerate().filter(|(_, v)| *v != 0.0) {
+            rows.iter().enumerate().for_each(|(j, &row)| f[(row, 0)] += b[(a, j)] * force);
         }
     }
     for (node, force) in &load.forces {
@@ -258,6 +262,36 @@ fn forces(model: &Model, load: &Load, theta: &[f64]) -> Result<DMatrix<f64>, Mod
         }
     }
     Ok(f)
+}
+
+/// Adds M times an acceleration of the nodes.
+///
+/// * `of` - that of each node, in the axes of the element
+fn add_inertia(own: &mut [f64], mass: &SymMatrix, of: impl Fn(usize) -> [f64; 3]) {
+    for k in 0..mass.n() / 6 {
+        for (axis, a) in of(k).into_iter().enumerate() {
+            own.iter_mut().enumerate().for_each(|(i, f)| *f += mass.get(i, 6 * k + axis) * a);
+        }
+    }
+}
+
+/// Adds the weight of the matrices of another solver.
+fn add_weight(f: &mut DMatrix<f64>, matrices: &PlacedMatrices, m: &Symmetric, gravity: Vector, model: &Model) {
+    let follows = matrices.follows(model.dof_map());
+    let field = |i: usize| {
+        let d = &matrices.dofs[i];
+        d.dof.filter(|dof| !dof.is_rotation()).map_or(0.0, |_| dot(d.axis, gravity))
+    };
+    let mut add = |to: usize, value: f64| {
+        follows.all()[to].iter().for_each(|&(row, factor)| f[(row, 0)] += factor * value);
+    };
+    for e in &m.lower {
+        let (r, c) = (e.row as usize, e.column as usize);
+        add(r, e.value * field(c));
+        if r != c {
+            add(c, e.value * field(r));
+        }
+    }
 }
 
 /// -Ω² M⊥ of displacements, as a stiffness.

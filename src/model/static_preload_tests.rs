@@ -65,7 +65,10 @@ fn bar(n: usize, side: f64) -> String {
 fn a_strip_that_is_pulled_is_a_string() {
     let (t, pull) = (1e-3, 500.0);
     let held = "supports:\n  left: {nodes: [n_0_0, n_0_1], fixed: [ux, uy, uz, rx]}\n  right: {nodes: [n_24_0, n_24_1], fixed: [uy, uz, rx]}\n";
-    let loaded = format!("{}{held}preloads: {{pull: {{forces: {{end: {{nodes: [n_24_0, n_24_1], force: [{pull} N, 0, 0]}}}}}}}}\n", strip(24, t));
+    let loaded = format!(
+        "{}{held}preloads: {{pull: {{forces: {{end: {{nodes: [n_24_0, n_24_1], force: [{pull} N, 0, 0]}}}}}}}}\n",
+        strip(24, t)
+    );
     let k = PI / L;
     let of = |tension: f64| (tension / B * k.powi(2) + E * t.powi(3) / 12.0 * k.powi(4)) / (RHO * t);
     let (without, with) = (lambdas(&model(&(strip(24, t) + held)), 1)[0], lambdas(&model(&loaded), 1)[0]);

@@ -64,7 +64,9 @@ impl Written {
             let share = 1.0 / cell.len() as f64;
             let middle = std::array::from_fn(|i| cell.iter().map(|n| share * nodes[n - 1][i]).sum());
             if is_beyond(middle) {
-                cell.iter_mut().for_each(|n| *n = second.get(n).copied().unwrap_or(*n));
+                for n in cell {
+                    *n = second.get(n).copied().unwrap_or(*n);
+                }
             }
         }
         self

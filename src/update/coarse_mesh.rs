@@ -29,8 +29,7 @@ pub(super) fn coarse_mesh(model: &Model, test: &TestData, a: &Assessment) -> Res
     let modes = &a.prediction.modes;
     let of = |k: usize| modes.n_rigid + a.pairs[k].model_mode;
     let which: Vec<usize> = (0..a.pairs.len()).map(of).collect();
-    let errors =
-        model.mesh_errors(&a.theta, modes, &which).map_err(|e| CorrelationError::Model(e.to_string()))?;
+    let errors = model.mesh_errors(&a.theta, modes, &which).map_err(|e| CorrelationError::Model(e.to_string()))?;
     let found = a.pairs.iter().filter_map(|pair| {
         let error = errors.iter().find(|e| e.mode == modes.n_rigid + pair.model_mode)?;
         let measured = &test.modes[pair.test_mode].frequency_hz;

@@ -130,7 +130,7 @@ fn a_frequency_that_is_mistyped_is_told_from_physics() {
     let of_frame = |seed: u64| measured_frame(&[], &READ, seed);
     let of_wing = |seed: u64| (model(&wing()), measured(&truth(&[]), seed));
     for (is_first, seed, mode, (base, mut test)) in
-        [(true, 1, 2, of_wing(1)), (true, 2, 4, of_wing(2)), (false, 1, 2, of_frame(1)), (false, 2, 4, of_frame(2))]
+        vec![(true, 1, 2, of_wing(1)), (true, 2, 4, of_wing(2)), (false, 1, 2, of_frame(1)), (false, 2, 4, of_frame(2))]
     {
         let known = test.modes[mode].frequency_hz.value;
         test.modes[mode].frequency_hz.value *= 1.04;

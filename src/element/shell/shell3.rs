@@ -147,8 +147,17 @@ fn three() -> Vec<Point> {
     [[1.0 / 6.0, 1.0 / 6.0], [2.0 / 3.0, 1.0 / 6.0], [1.0 / 6.0, 2.0 / 3.0]].map(|p| (p, 1.0 / 6.0)).to_vec()
 }
 
-static PLANE: Plane =
-    Plane { corner, membrane, modes: None, strains: Some(strains), within, drilling, shear, softening: 0.1, rules: [one, three, three] };
+static PLANE: Plane = Plane {
+    corner,
+    membrane,
+    modes: None,
+    strains: Some(strains),
+    within,
+    drilling,
+    shear,
+    softening: 0.1,
+    rules: [one, three, three],
+};
 
 fn samples() -> Vec<Sample> {
     let flat = [[0.0, 0.0, 0.0], [0.2, 0.02, 0.0], [0.03, 0.15, 0.0]];

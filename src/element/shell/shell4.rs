@@ -178,7 +178,17 @@ fn two() -> Vec<Point> {
     gauss(&[(-x, 1.0), (x, 1.0)])
 }
 
-static PLANE: Plane = Plane { corner, membrane, modes: Some(modes), strains: None, within, drilling, shear, softening: 0.0, rules: [two; 3] };
+static PLANE: Plane = Plane {
+    corner,
+    membrane,
+    modes: Some(modes),
+    strains: None,
+    within,
+    drilling,
+    shear,
+    softening: 0.0,
+    rules: [two; 3],
+};
 
 fn samples() -> Vec<Sample> {
     let flat = [[0.0, 0.0, 0.0], [0.2, 0.02, 0.0], [0.23, 0.17, 0.0], [0.03, 0.15, 0.0]];

@@ -277,11 +277,7 @@ pub(super) fn mass(family: &Family, input: &Input<'_>) -> Result<SymMatrix, Elem
 }
 
 /// ∫ ρ N_i N_j dV, (nodes x nodes), lower triangle by rows, and the whole mass.
-pub(super) fn consistent(
-    family: &Family,
-    points: &[[f64; 3]],
-    density: f64,
-) -> Result<(Vec<f64>, f64), ElementError> {
+pub(super) fn consistent(family: &Family, points: &[[f64; 3]], density: f64) -> Result<(Vec<f64>, f64), ElementError> {
     let n = points.len();
     let mut consistent = vec![0.0; n * n];
     let mut total = 0.0;

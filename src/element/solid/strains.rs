@@ -39,7 +39,9 @@ pub(super) fn strain_field(family: &Family, input: &Input<'_>) -> Result<Option<
     }
     if is_constant {
         let rows = points[0].rows.clone();
-        points.iter_mut().for_each(|p| p.rows.clone_from(&rows));
+        for p in &mut points {
+            p.rows.clone_from(&rows);
+        }
     }
     let mass = mass(family, input, added.as_ref())?;
     let hourglass = hourglass(family, input.points, &rigidity)?;
@@ -54,11 +56,7 @@ struct Added {
 }
 
 /// Amplitudes of the incompatible modes by the displacements, three each: -K_aa⁻¹ K_au.
-fn amplitudes(
-    family: &Family,
-    points: &[[f64; 3]],
-    d: &material::Elasticity,
-) -> Result<DMatrix<f64>, ElementError> {
+fn amplitudes(family: &Family, points: &[[f64; 3]], d: &material::Elasticity) -> Result<DMatrix<f64>, ElementError> {
     let (k, size) = enriched(family, points, d)?;
     let kept = 3 * points.len();
     let at = |i: usize, j: usize| k[i.max(j) * size + i.min(j)];
@@ -88,11 +86,7 @@ fn hourglass(
     Ok(Some(out))
 }
 
-fn point(
-    at: &At,
-    points: &[[f64; 3]],
-    added: Option<&Added>,
-) -> Result<StrainPoint, ElementError> {
+fn point(at: &At, points: &[[f64; 3]], added: Option<&Added>) -> Result<StrainPoint, ElementError> {
     let n = points.len();
     let (gradients, weight) = enriched_gradients(at, points, added.map(|a| &a.middle))?;
     let mut rows: [Vec<f64>; 6] = std::array::from_fn(|_| vec![0.0; 6 * n]);

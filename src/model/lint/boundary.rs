@@ -199,13 +199,7 @@ fn tell(model: &Model, parts: &[&String], found: &Coincident, what: &str, out: &
 }
 
 /// Free edges that lie on each other with nodes of their own.
-fn seams(
-    model: &Model,
-    parts: &[&String],
-    free: &[Free],
-    representative: &HashMap<usize, usize>,
-    out: &mut Boundary,
-) {
+fn seams(model: &Model, parts: &[&String], free: &[Free], representative: &HashMap<usize, usize>, out: &mut Boundary) {
     let mut at: BTreeMap<[usize; 2], Vec<&Free>> = BTreeMap::new();
     for f in free {
         let [a, b] = f.nodes.map(|n| representative.get(&n).copied().unwrap_or(n));
@@ -229,13 +223,20 @@ fn faces(e: &PlacedElement) -> &'static [&'static [usize]] {
     }
 }
 
+/// A face of a solid.
+struct Face {
+    part: usize,
+    element: usize,
+    nodes: Vec<usize>,
+}
+
 /// Faces of solids that lie on each other with nodes of their own.
 fn interfaces(model: &Model, parts: &[&String], representative: &HashMap<usize, usize>, out: &mut Boundary) {
     if representative.is_empty() {
         return;
     }
     let of_seam: BTreeSet<usize> = representative.iter().flat_map(|(a, b)| [*a, *b]).collect();
-    let mut at: BTreeMap<Vec<usize>, Vec<(usize, usize, Vec<usize>)>> = BTreeMap::new();
+    let mut at: BTreeMap<Vec<usize>, Vec<Face>> = BTreeMap::new();
     for (k, part) in parts.iter().enumerate() {
         for &i in model.element_set(part).unwrap_or_default() {
             let e = &model.elements()[i];
@@ -247,17 +248,16 @@ fn interfaces(model: &Model, parts: &[&String], representative: &HashMap<usize, 
                 if own.iter().any(|n| !of_seam.contains(n)) {
                     continue;
                 }
-                let mut place: Vec<usize> =
-                    own.iter().map(|n| representative.get(n).copied().unwrap_or(*n)).collect();
+                let mut place: Vec<usize> = own.iter().map(|n| representative.get(n).copied().unwrap_or(*n)).collect();
                 place.sort_unstable();
-                at.entry(place).or_default().push((k, i, own));
+                at.entry(place).or_default().push(Face { part: k, element: i, nodes: own });
             }
         }
     }
     let mut found = Coincident::new();
     for here in at.values().filter(|here| here.len() > 1) {
-        add(&mut found, [(here[0].0, here[0].1), (here[1].0, here[1].1)]);
-        out.told.extend(here.iter().flat_map(|f| &f.2));
+        add(&mut found, [(here[0].part, here[0].element), (here[1].part, here[1].element)]);
+        out.told.extend(here.iter().flat_map(|f| &f.nodes));
     }
     tell(model, parts, &found, "free face", out);
 }
