@@ -74,7 +74,7 @@ mod value;
 mod weighted_link;
 mod within;
 #[cfg(test)]
-pub(crate) mod written_mesh;
+mod written_mesh;
 
 pub use assembly::{AffineMass, AffinePart, Basis};
 pub use change::{Additions, Change, ChangeAt};
