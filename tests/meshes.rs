@@ -2,7 +2,7 @@
 
 use retune::linalg::DMatrix;
 use retune::modal::{SolveOptions, solve};
-use retune::model::{Model, ParametricModel, Registry, load};
+use retune::model::{Model, ParametricModel, Registry, load, solve_modes};
 use std::f64::consts::{PI, TAU};
 use std::fmt::Write;
 
@@ -193,6 +193,14 @@ fn bar(kind: &str, cells: [usize; 3], size: [f64; 3], nodes_of: impl Fn([usize; 
 const CORNERS: [[usize; 3]; 8] =
     [[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0], [0, 0, 2], [2, 0, 2], [2, 2, 2], [0, 2, 2]];
 
+const HEX: [[usize; 2]; 12] =
+    [[0, 1], [1, 2], [2, 3], [3, 0], [4, 5], [5, 6], [6, 7], [7, 4], [0, 4], [1, 5], [2, 6], [3, 7]];
+const WEDGE: [[usize; 2]; 9] = [[0, 1], [1, 2], [2, 0], [3, 4], [4, 5], [5, 3], [0, 3], [1, 4], [2, 5]];
+const TET: [[usize; 2]; 6] = [[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]];
+// Kuhn's six tetrahedra round the diagonal 0-6, and the two wedges across it.
+const TETS: [[usize; 4]; 6] = [[0, 1, 2, 6], [0, 2, 3, 6], [0, 3, 7, 6], [0, 7, 4, 6], [0, 4, 5, 6], [0, 5, 1, 6]];
+const WEDGES: [[usize; 6]; 2] = [[0, 1, 2, 4, 5, 6], [0, 2, 3, 4, 6, 7]];
+
 fn plus(a: [usize; 3], b: [usize; 3]) -> [usize; 3] {
     std::array::from_fn(|i| a[i] + b[i])
 }
@@ -213,13 +221,6 @@ fn a_bar_of_solids_bends() {
     let (l, h): (f64, f64) = (1.0, 0.025);
     let exact = |root: f64| root.powi(2) / TAU * (70e9 * h * h / 12.0 / (2700.0 * l.powi(4))).sqrt();
     let hex = |at: [usize; 3]| CORNERS.map(|c| plus(at, c)).to_vec();
-    const HEX: [[usize; 2]; 12] =
-        [[0, 1], [1, 2], [2, 3], [3, 0], [4, 5], [5, 6], [6, 7], [7, 4], [0, 4], [1, 5], [2, 6], [3, 7]];
-    const WEDGE: [[usize; 2]; 9] = [[0, 1], [1, 2], [2, 0], [3, 4], [4, 5], [5, 3], [0, 3], [1, 4], [2, 5]];
-    const TET: [[usize; 2]; 6] = [[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]];
-    // Kuhn's six tetrahedra round the diagonal 0-6, and the two wedges across it.
-    const TETS: [[usize; 4]; 6] = [[0, 1, 2, 6], [0, 2, 3, 6], [0, 3, 7, 6], [0, 7, 4, 6], [0, 4, 5, 6], [0, 5, 1, 6]];
-    const WEDGES: [[usize; 6]; 2] = [[0, 1, 2, 4, 5, 6], [0, 2, 3, 4, 6, 7]];
     let pick = |at: [usize; 3], which: &[usize]| which.iter().map(|&i| plus(at, CORNERS[i])).collect::<Vec<_>>();
     let texts = [
         bar("hex8", [20, 1, 1], [l, h, h], |at| vec![hex(at)]),
@@ -234,5 +235,87 @@ fn a_bar_of_solids_bends() {
         for (f, e) in found.iter().zip(beam) {
             assert!((f / e - 1.0).abs() < 0.015, "{name}: {found:?} {beam:?}");
         }
+    }
+}
+
+/// Estimates and true errors of the first modes of a model, by mode.
+fn effectivity(model: &Model, exact: &[f64]) -> Vec<[f64; 3]> {
+    let theta = model.parameters().nominal();
+    let options = SolveOptions { n_elastic: exact.len(), shift: None };
+    let modes = solve_modes(model, &theta, options).unwrap();
+    let which: Vec<usize> = modes.elastic().take(exact.len()).collect();
+    let estimates = model.mesh_errors(&theta, &modes, &which).unwrap();
+    let of = |((e, f), &m): ((&retune::model::MeshError, &f64), &usize)| {
+        let error = modes.frequency_hz(m) / f - 1.0;
+        [e.relative, error, e.relative / error]
+    };
+    estimates.iter().zip(exact).zip(&which).map(of).collect()
+}
+
+/// Whether all indices lie within bounds, the first and the last modes that count.
+fn lie_within(name: &str, found: &[[f64; 3]], which: &[usize], [low, high]: [f64; 2]) {
+    for &i in which {
+        let [estimate, error, index] = found[i];
+        assert!((low..high).contains(&index), "{name}, mode {i}: {estimate} estimated, {error} true");
+    }
+}
+
+/// Estimate over true error of the first three modes of a simply supported plate on an irregular mesh of 4, 8 and 16 elements a side, the true one against Navier: 1.2 to 1.9
+/// of quadrilaterals, 0.9 to 1.3 of triangles, at errors from 0.5 to 44 %.
+#[test]
+fn the_error_of_a_plates_mesh_is_known_without_a_finer_one() {
+    let (e, nu, rho, t) = (70e9, 0.3, 2700.0, 4e-3);
+    let d = e * t * t * t / (12.0 * (1.0 - nu * nu));
+    let size = [1.0, 0.8];
+    let exact = navier([d, nu * d, d, 0.5 * (1.0 - nu) * d], rho * t, size, 3);
+    let section = format!("E: {e}, nu: {nu}, density: {rho}, thickness: {t}");
+    type Cell = fn(usize, usize) -> Vec<Vec<[usize; 2]>>;
+    for (name, cell) in [("shell4", quad as Cell), ("shell3", triangles as Cell)] {
+        for n in [4, 8, 16] {
+            let model = build(&(plate(size, [n, n], &section, cell) + &simply_supported([n, n])));
+            lie_within(&format!("{name}, {n}"), &effectivity(&model, &exact), &[0, 1, 2], [0.8, 2.0]);
+        }
+    }
+}
+
+/// The same of a slender cantilever by Euler and Bernoulli, first and second mode, 4, 8 and 16 elements long and one across: 0.97 to 1.2 of bricks and of quadrilaterals in and
+/// out of their plane, 0.46 to 1.1 of solids of second order, 0.5 to 2.4 of tetrahedra of it, 1.1 to 2.2 of triangles.
+#[test]
+fn the_error_of_a_bars_mesh_is_known_without_a_finer_one() {
+    let (l, h): (f64, f64) = (1.0, 0.01);
+    let root = |k: f64| k.powi(2) / TAU * (70e9 * h * h / 12.0 / (2700.0 * l.powi(4))).sqrt();
+    let exact = [1.875_104_07, 1.875_104_07, 4.694_091_13, 4.694_091_13].map(root);
+    let hex = |at: [usize; 3]| CORNERS.map(|c| plus(at, c)).to_vec();
+    let pick = |at: [usize; 3], which: &[usize]| which.iter().map(|&i| plus(at, CORNERS[i])).collect::<Vec<_>>();
+    for n in [4, 8, 16] {
+        let size = [l, h, h];
+        let of_wedges = |at| WEDGES.iter().map(|w| with_edges(pick(at, w), &WEDGE)).collect();
+        let of_tetrahedra = |at| TETS.iter().map(|t| with_edges(pick(at, t), &TET)).collect();
+        let all = [
+            (bar("hex8", [n, 1, 1], size, |at| vec![hex(at)]), [0.9, 1.2]),
+            (bar("hex20", [n, 1, 1], size, |at| vec![with_edges(hex(at), &HEX)]), [0.4, 1.2]),
+            (bar("wedge15", [n, 1, 1], size, of_wedges), [0.4, 1.2]),
+            (bar("tet10", [n, 1, 1], size, of_tetrahedra), [0.4, 2.5]),
+        ];
+        for (text, bounds) in all {
+            let name = text.lines().nth(1).unwrap().to_string();
+            lie_within(&format!("{name}, {n}"), &effectivity(&build(&text), &exact), &[0, 1, 2, 3], bounds);
+        }
+        // A strip that bends out of its plane first, and then in it.
+        type Cell = fn(usize, usize) -> Vec<Vec<[usize; 2]>>;
+        for (name, cell, bounds) in [("shell4", quad as Cell, [0.9, 1.2]), ("shell3", triangles as Cell, [0.9, 2.3])] {
+            let text = plate([l, h], [n, 1], "E: 70e9, nu: 0, density: 2700, thickness: 0.01", cell)
+                + "supports: {clamp: {nodes: [n_0_0, n_0_1]}}\n";
+            lie_within(&format!("strip of {name}, {n}"), &effectivity(&build(&text), &exact), &[0, 2], bounds);
+        }
+    }
+    // Elements that lock in bending, and reduced ones that have nothing but hourglass patterns against it, are called useless.
+    for kind in ["tet4", "hex8_reduced"] {
+        let of = |at: [usize; 3]| match kind {
+            "tet4" => TETS.iter().map(|t| pick(at, t)).collect(),
+            _ => vec![hex(at)],
+        };
+        let found = effectivity(&build(&bar(kind, [8, 1, 1], [l, h, h], of)), &exact);
+        assert!(found[0][0] > 0.2, "{kind}: {found:?}");
     }
 }

@@ -43,6 +43,7 @@ mod mass_damping;
 mod mass_lumping;
 mod mass_offset;
 mod member_eccentricity;
+mod membrane_preload;
 mod patch;
 mod point_mass;
 mod point_rotary_inertia;
@@ -101,6 +102,7 @@ catalogue! {
     mass_lumping::MassLumping,
     mass_offset::MassOffset,
     member_eccentricity::MemberEccentricity,
+    membrane_preload::MembranePreload,
     point_mass::PointMass,
     point_rotary_inertia::PointRotaryInertia,
     rigid_end::RigidEnd,

@@ -379,6 +379,12 @@ impl Element for Beam {
         &["axial_force"]
     }
 
+    fn preload_of(&self, input: &ElementInput<'_>, u: &[f64]) -> Result<Vec<(&'static str, f64)>, ElementError> {
+        let k = self.stiffness(input)?;
+        let at = |i: usize| -> f64 { u.iter().enumerate().map(|(j, u)| k.get(i, j) * u).sum() };
+        Ok(vec![("axial_force", 0.5 * (at(6) - at(0)))])
+    }
+
     /// The shape functions themselves, on the node line; with flexible ends `xi` = 0 is the end of the beam, which the
     /// joint separates from the node.
     fn interpolate(&self, input: &ElementInput<'_>, xi: f64) -> Result<[[f64; 12]; 6], ElementError> {

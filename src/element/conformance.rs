@@ -46,6 +46,8 @@ const ROUNDING: f64 = 1e-12;
 /// * *units*: in other units of length, mass and time the matrices are the same quantities
 /// * *properties*: each one changes K, M or C in some sample
 /// * *refusals*: NaN, infinity and a number outside a property's domain, and a wrong count of nodes or values
+/// * *strains*: none in a rigid motion; of an element without rotations they store no more energy than the stiffness; the mass that goes with them
+///   is the sample's
 /// * *interpolation*: a rigid motion of the nodes is the same rigid motion along the element, and at any point of a surface or a volume
 pub fn check(element: &dyn Element) -> Result<(), Vec<Breach>> {
     let mut report = Report(Vec::new());
@@ -148,7 +150,47 @@ fn one_sample(
     }
     refusals(element, &input, report);
     nearest(element, &input, &rigid, report)?;
+    strains(element, sample, &input, &rigid, report)?;
     interpolation(element, &input, &rigid, report)
+}
+
+/// [`Element::strain_field`], where there is one.
+fn strains(
+    element: &dyn Element,
+    sample: &Sample,
+    input: &ElementInput<'_>,
+    rigid: &DMatrix<f64>,
+    report: &mut Report,
+) -> Result<(), ElementError> {
+    let Some(field) = element.strain_field(input)? else { return Ok(()) };
+    let rule = "strains";
+    let n = rigid.nrows();
+    let mut k = DMatrix::<f64>::zeros(n, n);
+    for p in &field.points {
+        let rows = DMatrix::from_fn(6, n, |i, j| p.rows[i][j]);
+        let d = DMatrix::from_fn(6, 6, |i, j| field.rigidity[i][j]);
+        let moved = &rows * rigid;
+        report.unless(moved.amax() <= 1e-9 * rows.amax() * rigid.amax(), rule, || {
+            format!("a rigid motion strains a point by {:e}", moved.amax())
+        });
+        k += rows.tr_mul(&(d * &rows)) * p.weight;
+    }
+    let translation = rigid.column(0);
+    let mass = translation.dot(&(field.mass.to_dense() * translation));
+    report.unless((mass - sample.mass).abs() <= 1e-9 * sample.mass, rule, || {
+        format!("the mass that goes with them is {mass}, not {}", sample.mass)
+    });
+    // What the strains do not see is never negative; a preload is no strain. Rotations may count otherwise in energies than in strains.
+    let turns = element.nodes().iter().any(|n| n.iter().any(|d| d.is_rotation()));
+    if !turns && !sample.given.iter().any(|(name, _)| element.preloads().contains(name)) {
+        let rest = element.stiffness(input)?.to_dense() - &k;
+        let scale = rest.amax().max(k.amax());
+        let lowest = symmetric_eigen(&rest).map_or(f64::NAN, |e| e.values.min());
+        report.unless(lowest >= -1e-8 * scale, rule, || {
+            format!("they store more energy than the stiffness, by {lowest:e}")
+        });
+    }
+    Ok(())
 }
 
 /// Sizes, finite numbers, zeros at untouched dofs; without them nothing else is worth asking.

@@ -68,6 +68,23 @@ macro_rules! meshed {
                 super::kernel::nearest(&$integrated, input, place).map(Some)
             }
 
+            fn strain_field(
+                &self,
+                input: &crate::element::ElementInput<'_>,
+            ) -> Result<Option<crate::element::StrainField>, crate::element::ElementError> {
+                input.check(self)?;
+                super::strains::strain_field(&$integrated, input)
+            }
+
+            fn preload_of(
+                &self,
+                input: &crate::element::ElementInput<'_>,
+                u: &[f64],
+            ) -> Result<Vec<(&'static str, f64)>, crate::element::ElementError> {
+                input.check(self)?;
+                super::strains::preload_of(&$integrated, input, u)
+            }
+
             fn lacks(&self, input: &crate::element::ElementInput<'_>) -> Vec<crate::element::Lack> {
                 super::material::lacks(input)
             }

@@ -25,11 +25,13 @@ mod shear_panel;
 mod shell;
 mod solid;
 mod spring;
+mod strain_field;
 #[cfg(test)]
 mod tests;
 
 pub(crate) use input::value;
 pub use input::{Domain, ElementInput, Property, Sample, property_index};
+pub use strain_field::{StrainField, StrainPoint};
 
 use crate::catalogue::catalogue;
 use crate::linalg::SymMatrix;
@@ -192,6 +194,21 @@ pub trait Element: fmt::Debug + Send + Sync {
     fn strain_parts(&self, input: &ElementInput<'_>) -> Result<Option<StrainParts>, ElementError> {
         let _ = input;
         Ok(None)
+    }
+
+    /// The strains within it, from which the error of a mesh is estimated; `None`, the default, where none are known.
+    fn strain_field(&self, input: &ElementInput<'_>) -> Result<Option<StrainField>, ElementError> {
+        let _ = input;
+        Ok(None)
+    }
+
+    /// The preloads that displacements leave in it, by names of [`Self::preloads`]: forces of a beam, forces by width of a shell, stresses of a solid,
+    /// in the mean over the element. None by default.
+    ///
+    /// * `u` - six a node, in element axes
+    fn preload_of(&self, input: &ElementInput<'_>, u: &[f64]) -> Result<Vec<(&'static str, f64)>, ElementError> {
+        let _ = (input, u);
+        Ok(Vec::new())
     }
 
     /// (y, z) of the line on which the mass lies, from the line between the nodes, m; of an element along its nodes.

@@ -14,6 +14,7 @@ use super::solver::plan;
 use super::system::SparseSystem;
 use super::value::{Affine, Value};
 use super::{ElementMatrices, ModelError};
+use crate::linalg::sparse::{SparsePlan, SparseSym};
 use crate::modal::unstable_directions;
 use std::sync::Arc;
 
@@ -35,7 +36,18 @@ impl Model {
 
     pub(super) fn critical_preload_at(&self, theta: &[f64]) -> Result<Option<CriticalPreload>, ModelError> {
         let Some((element, property, value, unit)) = self.largest_preload(theta) else { return Ok(None) };
-        let is_stable = |factor: f64| is_positive(self, &self.assemble_preloaded(theta, factor)?);
+        // Stiffness is linear in the factor, but for supports that give: two assemblies serve every trial.
+        let ends = match self.elastic_supports() {
+            Some(_) => None,
+            None => Some([self.assemble_preloaded(theta, 0.0)?, self.assemble_preloaded(theta, 1.0)?]),
+        };
+        let plan = ends.as_ref().map(|[_, loaded]| plan(self, loaded)).transpose()?;
+        let is_stable = |factor: f64| match (&ends, &plan) {
+            (Some([bare, loaded]), Some(plan)) => {
+                is_positive_by(plan, &between(&bare.stiffness, &loaded.stiffness, factor))
+            }
+            _ => is_positive(self, &self.assemble_preloaded(theta, factor)?),
+        };
         if !is_stable(0.0)? {
             return Ok(None);
         }
@@ -118,8 +130,18 @@ fn preloads(e: &PlacedElement) -> impl Iterator<Item = usize> + '_ {
     properties.filter(move |(i, p)| names.contains(&p.name) && e.values[*i].is_some()).map(|(i, _)| i)
 }
 
+/// (1 - s) A + s B.
+fn between(a: &SparseSym, b: &SparseSym, s: f64) -> SparseSym {
+    let of = |m: &'_ SparseSym, factor: f64| m.entries().map(move |(i, j, v)| (i, j, factor * v)).collect::<Vec<_>>();
+    let all = [of(a, 1.0 - s), of(b, s)].concat();
+    SparseSym::from_triplets(a.n(), all.iter().copied())
+}
+
 fn is_positive(model: &Model, system: &SparseSystem) -> Result<bool, ModelError> {
-    let plan = plan(model, system)?;
-    let negative = unstable_directions(&plan, &system.stiffness).map_err(crate::modal::ModalError::from)?;
+    is_positive_by(&plan(model, system)?, &system.stiffness)
+}
+
+fn is_positive_by(plan: &SparsePlan, stiffness: &SparseSym) -> Result<bool, ModelError> {
+    let negative = unstable_directions(plan, stiffness).map_err(crate::modal::ModalError::from)?;
     Ok(negative == Some(0))
 }

@@ -67,7 +67,7 @@ impl Model {
         super::mesh_file::check(&spec, &mut problems);
         super::superelement::check(&spec, &mut problems);
         super::configuration::check(&spec, &mut problems);
-        let placed = place(&spec, registry, &mut problems);
+        let mut placed = place(&spec, registry, &mut problems);
         let targets = targets(&spec, &mut problems);
         let elimination = eliminate(&spec, &placed.geometry, Elimination::default(), &[], &placed.rows, &mut problems);
         only_scalar_on_coordinates(&spec, &placed, &mut problems);
@@ -82,6 +82,15 @@ impl Model {
         }
         if problems.iter().any(|p| p.severity == Severity::Error) {
             return Err(problems);
+        }
+        if !spec.preloads.is_empty() {
+            let before = Self::build(spec.clone(), registry, placed.clone(), targets, &elimination, &mut Vec::new());
+            if let Ok(model) = before {
+                model.preload_statically(&mut placed, &mut problems);
+            }
+            if problems.iter().any(|p| p.severity == Severity::Error) {
+                return Err(problems);
+            }
         }
         Self::build(spec, registry, placed, targets, &elimination, &mut problems)
             .map(|m| (m, problems.clone()))

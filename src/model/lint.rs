@@ -1,14 +1,18 @@
 //! What an engineer would want to be told about a model that can be built.
 
+mod boundary;
 mod mesh;
 mod sizes;
 mod stability;
 mod symmetry;
 
+pub use boundary::FreeEdges;
+
 use super::compile::Model;
 use super::dependence::interior_point;
 use super::geometry::Near;
 use super::joined::Joined;
+use super::mesh_error::MeshError;
 use super::value::quantity;
 use super::{ModelError, ParametricModel};
 use crate::catalogue::counted;
@@ -32,7 +36,14 @@ pub struct Soundness {
     pub n_mechanisms: usize,
     /// How many times its preload the structure bears at the estimates; `None` without a preload, or where it bears any.
     pub buckling_factor: Option<f64>,
+    /// Free edges of the shells of each part of a mesh.
+    pub free_edges: Vec<FreeEdges>,
+    /// What the mesh of shells and solids does to the frequencies of the first modes.
+    pub mesh_errors: Vec<MeshError>,
 }
+
+/// Modes whose error by the mesh is estimated.
+const FIRST_MODES: usize = 6;
 
 /// Looks for mechanisms, empty and massless dofs, dangling and duplicate nodes, bad conditioning, parameters without
 /// effect, values that look wrong by powers of ten.
@@ -43,6 +54,8 @@ pub fn lint(model: &Model) -> Result<Soundness, ModelError> {
         n_rigid_body_modes: 0,
         n_mechanisms: 0,
         buckling_factor: None,
+        free_edges: Vec::new(),
+        mesh_errors: Vec::new(),
     };
     nodes(model, &mut s);
     s.warnings.extend(mesh::mesh(model));
@@ -129,6 +142,10 @@ fn nodes(model: &Model, s: &mut Soundness) {
             ));
         }
     }
+    let boundary = boundary::boundary(model, &of_mesh);
+    of_mesh.retain(|pair| !pair.iter().all(|n| boundary.told.contains(n)));
+    s.free_edges = boundary.free;
+    s.warnings.extend(boundary.problems);
     s.warnings.extend(mesh::at_one_place(model, &of_mesh));
 }
 
@@ -270,6 +287,9 @@ fn motion(model: &Model, s: &mut Soundness) -> Result<(), ModelError> {
         Ok(modes) => {
             s.n_rigid_body_modes = modes.n_rigid;
             s.n_mechanisms = modes.n_mechanism;
+            let first: Vec<usize> = modes.elastic().skip(modes.n_mechanism).take(FIRST_MODES).collect();
+            s.mesh_errors = model.mesh_errors(&theta, &modes, &first)?;
+            s.warnings.extend(mesh::coarse(model, &modes, &s.mesh_errors));
             s.warnings.extend(lost_digits(modes.elastic().map(|r| modes.lambda[r]).next(), k, m));
             // What moves without stiffness is the part that hangs on nothing.
             if let Some(apart) = apart {
@@ -375,7 +395,9 @@ fn lost_digits(lowest: Option<f64>, k: &[f64], m: &[f64]) -> Option<Problem> {
     const UNSEEN: f64 = 1e-5;
     let lowest = lowest.filter(|l| *l > 0.0)?;
     // Rayleigh's quotient of one dof is below the highest λ.
-    let highest = k.iter().zip(m).filter(|(_, m)| **m > 0.0).map(|(k, m)| k / m).fold(0.0, f64::max);
+    // What is left of zero by rounding is no mass.
+    let least = 1e-15 * m.iter().copied().fold(0.0, f64::max);
+    let highest = k.iter().zip(m).filter(|(_, m)| **m > least).map(|(k, m)| k / m).fold(0.0, f64::max);
     let error = 0.5 * f64::EPSILON * highest / lowest;
     let hz = |lambda: f64| quantity(lambda.sqrt() / std::f64::consts::TAU, "Hz");
     let wrong = if error < 0.1 {

@@ -167,6 +167,9 @@ fn expand(spec: &mut ModelSpec, loaded: &PlacedMesh) {
     for mass in spec.masses.values_mut().chain(configurations) {
         either(&mut mass.node, &mut mass.nodes);
     }
+    for force in spec.preloads.values_mut().flat_map(|p| p.forces.values_mut()) {
+        several(&mut force.nodes);
+    }
     for link in spec.rigid_links.values_mut() {
         single(&mut link.master);
         several(&mut link.slaves);

@@ -35,6 +35,9 @@ mod load;
 mod loaded_mesh;
 mod loose;
 mod mass_properties;
+#[cfg(test)]
+mod mesh_check_tests;
+mod mesh_error;
 mod mesh_file;
 #[cfg(test)]
 mod mesh_tests;
@@ -60,6 +63,9 @@ pub mod spec;
 #[cfg(test)]
 mod stability_tests;
 mod stand_in;
+mod static_preload;
+#[cfg(test)]
+mod static_preload_tests;
 mod superelement;
 mod superelement_stiffness;
 mod system;
@@ -67,6 +73,8 @@ mod targets;
 mod value;
 mod weighted_link;
 mod within;
+#[cfg(test)]
+mod written_mesh;
 
 pub use assembly::{AffineMass, AffinePart, Basis};
 pub use change::{Additions, Change, ChangeAt};
@@ -83,9 +91,10 @@ pub(crate) use inside::stretch_name;
 pub(crate) use joined::Joined;
 pub(crate) use laminate::{Ply, sums};
 pub use lay_up::{LayUp, Rigidity};
-pub use lint::{Soundness, doubts, lint};
+pub use lint::{FreeEdges, Soundness, doubts, lint};
 pub use load::{load, load_configuration, load_in, solver_runs};
 pub use mass_properties::MassProperties;
+pub use mesh_error::MeshError;
 pub use parameter::{Parameter, ParameterSet};
 pub use placed_element::PlacedElement;
 pub use placed_matrices::{PlacedDof, PlacedMatrices};

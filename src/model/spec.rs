@@ -6,6 +6,7 @@
 mod links;
 mod mesh;
 mod places;
+mod preloads;
 mod sections;
 mod shapes;
 mod solver;
@@ -14,6 +15,7 @@ mod superelements;
 pub use links::{ImportedSpec, TieSpec, WeightedLinkSpec, WeightedNodes};
 pub use mesh::{MeshPartSpec, MeshSpec};
 pub use places::{FrameSpec, LineSpec, NodeRule, NodeSpec, OneOrThree, RotateSpec};
+pub use preloads::{ForceSpec, SpinSpec, StaticPreloadSpec};
 pub use sections::{SectionSpec, SectionValue};
 pub use shapes::{
     AngleSpec, BoxSpec, CircleSpec, ISpec, LaminateSpec, PlyMaterialSpec, PlySpec, RectangleSpec, ShapeSpec, TubeSpec,
@@ -107,6 +109,9 @@ pub struct ModelSpec {
     /// Supports: dofs that do not move.
     #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
     pub supports: Named<SupportSpec>,
+    /// Static loads whose stresses stiffen or soften the structure: gravity, spin, forces.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub preloads: Named<StaticPreloadSpec>,
     /// Linear multipoint constraints: a sum of dofs that is zero.
     #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
     pub constraints: Named<ConstraintSpec>,

@@ -1,5 +1,6 @@
 //! Everything that a comparison tells: each part, or why there is none.
 
+use super::coarse_mesh::{CoarseMesh, coarse_mesh};
 use super::{
     Assessment, Functions, FunctionsOptions, HowToPair, MassReduction, ModeAgreement, Orthogonality, PairedTest,
     Places, PlacesOptions, Sensitivities, SensitivityOptions, SensorCheck, SensorReport, UpdateError, assess,
@@ -57,6 +58,8 @@ pub struct Agreement {
     pub parameters: Result<Sensitivities, String>,
     /// Measured functions beside those of the model.
     pub functions: Option<Functions>,
+    /// Pairs whose frequencies a coarse mesh moves.
+    pub coarse_mesh: Vec<CoarseMesh>,
     /// What the motions of the model say of the sensors.
     pub suspects: Vec<Finding>,
     /// The judgement by the profile.
@@ -99,6 +102,7 @@ pub fn agreement(model: &Model, test: &TestData, options: &AgreementOptions<'_>)
         None if options.suspects || n_dof <= LARGE => suspects(model, &model.parameters().nominal(), &test)?,
         None => Vec::new(),
     };
+    let coarse_mesh = coarse_mesh(model, &test, a)?;
     let judgement = options.profile.map(|p| judge(&comparison, a, orthogonality.as_ref().ok(), p));
     drop(comparison);
     Ok(Agreement {
@@ -110,6 +114,7 @@ pub fn agreement(model: &Model, test: &TestData, options: &AgreementOptions<'_>)
         places,
         parameters,
         functions,
+        coarse_mesh,
         suspects,
         judgement,
     })

@@ -5,6 +5,7 @@
 mod agreement;
 mod alternatives;
 mod assessment;
+mod coarse_mesh;
 mod correlate;
 mod guard;
 mod identified;
@@ -28,6 +29,7 @@ mod valley;
 pub use agreement::{Agreement, AgreementOptions, agreement, sensors_by_model};
 pub use alternatives::Alternative;
 pub use assessment::{AssessedPair, AssessedReading, Assessment, ModeName, UnpairedMode, assess, name_modes};
+pub use coarse_mesh::{CoarseMesh, coarse_mesh_text};
 pub use correlate::{
     BandAgreement, ChannelAgreement, FirstLook, FrfSensitivity, Functions, FunctionsOptions, MASS_ROWS, MassReduction,
     ModeAgreement, ModelFunctions, Orthogonality, ParameterInformation, Places, PlacesError, PlacesOptions,

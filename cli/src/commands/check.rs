@@ -55,6 +55,18 @@ pub(crate) fn run(args: &Check) -> Result<u8, Failure> {
             "n_rigid_body_modes": sound.n_rigid_body_modes,
             "n_mechanisms": sound.n_mechanisms,
             "buckling_factor": sound.buckling_factor,
+            "mesh_errors": sound.mesh_errors.iter().map(|e| json!({
+                "elastic_mode": e.mode + 1 - sound.n_rigid_body_modes,
+                "relative": e.relative,
+                "part": e.part,
+            })).collect::<Vec<_>>(),
+            "free_edges": sound.free_edges.iter().map(|f| json!({
+                "part": f.part,
+                "n_edges": f.n_edges,
+                "n_lines": f.n_lines,
+                "length_m": f.length,
+                "n_tied": f.n_tied,
+            })).collect::<Vec<_>>(),
             "axes": axes(&model).map(|e| json!({
                 "element": e.name,
                 "x": e.axes[0],
@@ -109,6 +121,16 @@ fn describe(model: &Model, mass: Option<&MassProperties>, by_axis: Option<[f64; 
             let _ = writeln!(out, "           {} for effects", counted(patches, "patch"));
         }
     }
+    for (i, f) in sound.free_edges.iter().enumerate() {
+        let head = if i == 0 { "edges" } else { "" };
+        let tied = if f.n_tied > 0 { format!(", {} of them tied", f.n_tied) } else { String::new() };
+        let lines = counted(f.n_lines, "line");
+        let many = match f.n_edges {
+            0 => "none are free: a closed skin".to_string(),
+            n => format!("{} in {lines}, {} m{tied}", counted(n, "free edge"), number(f.length)),
+        };
+        let _ = writeln!(out, "  {head:<8} `{}` {many}", printable(&f.part));
+    }
     if let Some(m) = mass {
         let _ = writeln!(out, "  mass     {} kg", number(m.mass));
         let [x, y, z] = m.cg.map(|c| number(if c.abs() < 1e-12 { 0.0 } else { c }));
@@ -128,6 +150,10 @@ fn describe(model: &Model, mass: Option<&MassProperties>, by_axis: Option<[f64; 
             out,
             "  mass     {x} kg along x, {y} kg along y, {z} kg along z: it differs by axis, so that it has no centre of gravity"
         );
+    }
+    if !sound.mesh_errors.is_empty() {
+        let each: Vec<String> = sound.mesh_errors.iter().map(|e| format!("{:+.2} %", 100.0 * e.relative)).collect();
+        let _ = writeln!(out, "  errors   of the first frequencies by the mesh, estimated: {}", each.join(", "));
     }
     if let Some(factor) = sound.buckling_factor {
         let _ = writeln!(out, "  preload  it buckles at {} times its preload", number(factor));

@@ -8,7 +8,9 @@ use retune::correlation::CriteriaProfile;
 use retune::data::corrected_functions;
 use retune::report::answer;
 use retune::report::text::{Style, agreement as words, printable};
-use retune::update::{Agreement, AgreementOptions, Assessment, HowToPair, UpdateError, agreement, load_profile};
+use retune::update::{
+    Agreement, AgreementOptions, Assessment, HowToPair, UpdateError, agreement, coarse_mesh_text, load_profile,
+};
 use serde_json::{Value, json};
 use std::path::Path;
 
@@ -138,6 +140,9 @@ fn write_parts(parts: &Agreement, out: &mut String, args: &Compare, style: &Styl
     }
     if let Some(f) = &parts.functions {
         words::functions_line(out, f, style);
+    }
+    if let Some(text) = coarse_mesh_text(&parts.coarse_mesh, parts.assessment.pairs.len()) {
+        words::line(out, "mesh", &text, style);
     }
     for (word, why) in failed {
         words::line(out, word, why, style);

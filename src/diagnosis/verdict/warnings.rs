@@ -1,7 +1,7 @@
 //! Where the data allow less than one might think.
 
 use super::words::{leaves_damping_aside, number};
-use crate::diagnosis::error::DiagnosisError;
+use crate::diagnosis::error::{DiagnosisError, unsolvable};
 use crate::diagnosis::problem::fit::Fit;
 use crate::diagnosis::problem::mesh::{FINER, functions_moved, mesh_errors, modes, refined};
 use crate::diagnosis::problem::race::{Pick, Round, fit_by};
@@ -23,10 +23,12 @@ struct MeshError {
 /// Of the model of a scene at a fit.
 fn mesh_error(scene: &Scene, fit: &Fit) -> Option<MeshError> {
     let (mut bad, mut moved) = (Vec::new(), 0.0_f64);
-    for case in scene.cases.iter().filter(|c| c.stand_in.is_none()) {
-        let Ok(fine) = refined(&case.model, &fit.theta, FINER) else { continue };
-        bad.extend(falsified(scene, fit, case, &fine).unwrap_or_default());
-        moved = moved.max(functions_moved(&case.model, &fine, &fit.theta, &case.test).unwrap_or(0.0));
+    for case in &scene.cases {
+        // Of a large model there is no finer one.
+        let fine = case.stand_in.is_none().then(|| refined(&case.model, &fit.theta, FINER).ok()).flatten();
+        bad.extend(falsified(scene, fit, case, fine.as_ref()).unwrap_or_default());
+        let functions = fine.map(|fine| functions_moved(&case.model, &fine, &fit.theta, &case.test).unwrap_or(0.0));
+        moved = moved.max(functions.unwrap_or(0.0));
     }
     let mut words = Vec::new();
     if !bad.is_empty() {
@@ -38,16 +40,44 @@ fn mesh_error(scene: &Scene, fit: &Fit) -> Option<MeshError> {
         words.push(format!("moves the functions by {} standard deviations, taken together", number(moved)));
     }
     (!words.is_empty()).then(|| MeshError {
-        text: format!("the mesh is coarse: it {}; subdivide the beams", words.join(" and ")),
+        text: format!("the mesh is coarse: it {}; {}", words.join(" and "), remedy(scene)),
         is_serious: moved > 3.0 || bad.iter().any(|(_, deviations)| *deviations > 1.0),
     })
 }
 
+/// What makes it finer.
+fn remedy(scene: &Scene) -> &'static str {
+    let is_of_mesh = |e: &crate::model::PlacedElement| e.matrices.is_none() && e.nodes.len() > 2;
+    let has_mesh = scene.cases.iter().any(|c| c.model.elements().iter().any(is_of_mesh));
+    match (has_mesh, scene.file.beams.is_empty()) {
+        (false, _) => "subdivide the beams",
+        (true, false) => "subdivide the beams and mesh the shells and solids more finely",
+        (true, true) => "mesh the shells and solids more finely",
+    }
+}
+
 /// Those of one test, in words and in standard deviations.
-fn falsified(scene: &Scene, fit: &Fit, case: &Case, fine: &Model) -> Result<Vec<(String, f64)>, DiagnosisError> {
+///
+/// * `fine` - its model with finer beams, where there is one
+fn falsified(
+    scene: &Scene,
+    fit: &Fit,
+    case: &Case,
+    fine: Option<&Model>,
+) -> Result<Vec<(String, f64)>, DiagnosisError> {
     let n = case.modes().len();
-    let errors = mesh_errors(&case.model, fine, &fit.theta, 2 * n)?;
+    let has_beams = !case.model.spec().beams.is_empty();
+    let mut errors = match fine.filter(|_| has_beams) {
+        Some(fine) => mesh_errors(&case.model, fine, &fit.theta, 2 * n)?,
+        None => vec![0.0; 2 * n],
+    };
     let frequencies = modes(&case.model, &fit.theta, 2 * n)?;
+    let all: Vec<usize> = frequencies.elastic().collect();
+    for of_mesh in case.model.mesh_errors(&fit.theta, &frequencies, &all).map_err(unsolvable)? {
+        if let Some(error) = errors.get_mut(of_mesh.mode - frequencies.n_rigid) {
+            *error += of_mesh.relative;
+        }
+    }
     let hz: Vec<f64> = frequencies.elastic().map(|i| frequencies.frequency_hz(i)).collect();
     let in_words = |m: usize| {
         let partner = (0..hz.len()).min_by(|&a, &b| {

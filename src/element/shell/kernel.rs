@@ -9,20 +9,20 @@ use crate::linalg::vector3::{Vector3, cross, dot, minus};
 use crate::linalg::{DMatrix, SymMatrix};
 
 /// The mean plane of the nodes.
-struct Frame {
+pub(super) struct Frame {
     /// Axes x, y and the normal, in element axes.
-    axes: [Vector3; 3],
+    pub(super) axes: [Vector3; 3],
     /// Nodes in the plane.
-    at: Vec<[f64; 2]>,
+    pub(super) at: Vec<[f64; 2]>,
     /// Height of the nodes over the plane.
-    height: Vec<f64>,
+    pub(super) height: Vec<f64>,
     /// From the plane's x axis to that of the element's axes, projected onto the plane; to y where x is normal to it.
-    material_angle: f64,
+    pub(super) material_angle: f64,
 }
 
 impl Frame {
     /// The plane through the mean of the nodes along both diagonals (of three nodes: their plane), x along the first edge.
-    fn new(points: &[Vector3]) -> Result<Self, ElementError> {
+    pub(super) fn new(points: &[Vector3]) -> Result<Self, ElementError> {
         let n = points.len();
         let centre: Vector3 = std::array::from_fn(|i| points.iter().map(|p| p[i]).sum::<f64>() / n as f64);
         let (p, q) = (
@@ -47,7 +47,7 @@ impl Frame {
 
     /// Dofs of the mid-surface in the plane's axes from those of its node, which stands `arm` below it along the normal:
     /// u_s = R (u + θ × arm n), θ_s = R θ.
-    fn carry(&self, arm: f64) -> [[f64; DOFS]; DOFS] {
+    pub(super) fn carry(&self, arm: f64) -> [[f64; DOFS]; DOFS] {
         let [x, y, normal] = self.axes;
         let mut t = [[0.0; DOFS]; DOFS];
         for (row, axis) in [x, y, normal].into_iter().enumerate() {
@@ -63,7 +63,7 @@ impl Frame {
     }
 
     /// Tᵀ A T, (6 nodes) x (6 nodes).
-    fn to_nodes(&self, a: &DMatrix<f64>, offset: f64) -> SymMatrix {
+    pub(super) fn to_nodes(&self, a: &DMatrix<f64>, offset: f64) -> SymMatrix {
         let n = self.at.len();
         let mut t = DMatrix::zeros(DOFS * n, DOFS * n);
         let block = self.carry(offset);
@@ -100,18 +100,18 @@ pub(super) fn add_energy<const N: usize>(k: &mut DMatrix<f64>, rows: &[Row; N], 
 }
 
 /// The strains that the membrane adds of itself: their energy, and what each does to the dofs.
-struct Enhanced {
+pub(super) struct Enhanced {
     own: DMatrix<f64>,
     with_dofs: DMatrix<f64>,
 }
 
 impl Enhanced {
-    fn new(n: usize) -> Self {
+    pub(super) fn new(n: usize) -> Self {
         Self { own: DMatrix::zeros(4, 4), with_dofs: DMatrix::zeros(4, n) }
     }
 
     /// * `rows`, `d` - strains of membrane and bending, and what they give the forces of the membrane
-    fn add<const N: usize>(&mut self, modes: &Modes, rows: &[Row; N], d: &[[f64; N]; N], w: f64) {
+    pub(super) fn add<const N: usize>(&mut self, modes: &Modes, rows: &[Row; N], d: &[[f64; N]; N], w: f64) {
         for a in 0..4 {
             let force: [f64; N] = std::array::from_fn(|j| w * (0..3).map(|i| modes[i][a] * d[i][j]).sum::<f64>());
             for b in 0..4 {
@@ -123,15 +123,20 @@ impl Enhanced {
         }
     }
 
+    /// Their amplitudes by the dofs, -H⁻¹ L.
+    pub(super) fn amplitudes(self) -> Result<DMatrix<f64>, ElementError> {
+        Ok(-self.own.cholesky().ok_or(ElementError::Inverted)?.solve(&self.with_dofs))
+    }
+
     /// Takes away what they give up: K - Lᵀ H⁻¹ L.
     fn condense(self, k: &mut DMatrix<f64>) -> Result<(), ElementError> {
-        let given_up = self.own.cholesky().ok_or(ElementError::Inverted)?.solve(&self.with_dofs);
-        *k -= self.with_dofs.tr_mul(&given_up);
+        let with_dofs = self.with_dofs.clone();
+        *k += with_dofs.tr_mul(&self.amplitudes()?);
         Ok(())
     }
 }
 
-/// Adds the geometric stiffness ∫ ∇wᵀ N ∇w dA.
+/// Adds the geometric stiffness ∫ ∇uᵀ N ∇u dA of each displacement: a strip that is pulled is stiffer across its plane and in it.
 fn add_preload(
     k: &mut DMatrix<f64>,
     flat: &Flat<'_>,
@@ -141,13 +146,15 @@ fn add_preload(
     let Some(forces) = material::preload(input, material_angle) else { return Ok(()) };
     for (xi, weight) in (flat.plane.rules[2])() {
         let at = flat.local(xi)?;
-        let mut slopes: [Row; 2] = [[0.0; MOST]; 2];
-        for (i, d) in at.d.iter().enumerate().take(flat.n_nodes()) {
-            for (slope, d) in slopes.iter_mut().zip(d) {
-                slope[DOFS * i + 2] = *d;
+        for axis in 0..3 {
+            let mut slopes: [Row; 2] = [[0.0; MOST]; 2];
+            for (i, d) in at.d.iter().enumerate().take(flat.n_nodes()) {
+                for (slope, d) in slopes.iter_mut().zip(d) {
+                    slope[DOFS * i + axis] = *d;
+                }
             }
+            add_energy(k, &slopes, &forces, weight * at.det);
         }
-        add_energy(k, &slopes, &forces, weight * at.det);
     }
     Ok(())
 }
@@ -168,6 +175,7 @@ pub(super) fn stiffness(plane: &'static Plane, input: &Input<'_>) -> Result<SymM
         return Ok(frame.to_nodes(&k, offset(input)));
     };
     let Section { membrane, bending, coupling, shear, .. } = section;
+    let whole = section.whole();
     let mut k = DMatrix::zeros(n, n);
     let mut enhanced = Enhanced::new(n);
     for (xi, weight) in (plane.rules[0])() {
@@ -176,21 +184,14 @@ pub(super) fn stiffness(plane: &'static Plane, input: &Input<'_>) -> Result<SymM
         let stretch = (plane.membrane)(&flat, xi, &at);
         let bend = flat.bending(&at);
         let modes = plane.modes.map(|modes| modes(&flat, xi, &at)).transpose()?;
-        let Some(coupling) = coupling else {
+        if coupling.is_none() {
             add_energy(&mut k, &stretch, &membrane, area);
             add_energy(&mut k, &bend, &bending, area);
             if let Some(modes) = modes {
                 enhanced.add(&modes, &stretch, &membrane, area);
             }
             continue;
-        };
-        let whole: [[f64; 6]; 6] = std::array::from_fn(|i| {
-            std::array::from_fn(|j| match (i / 3, j / 3) {
-                (0, 0) => membrane[i][j],
-                (1, 1) => bending[i - 3][j - 3],
-                _ => coupling[i % 3][j % 3],
-            })
-        });
+        }
         let rows: [Row; 6] = std::array::from_fn(|i| if i < 3 { stretch[i] } else { bend[i - 3] });
         add_energy(&mut k, &rows, &whole, area);
         if let Some(modes) = modes {
@@ -217,11 +218,17 @@ pub(super) fn mass(plane: &'static Plane, input: &Input<'_>) -> Result<SymMatrix
     material::check(input)?;
     let frame = Frame::new(input.points)?;
     let flat = Flat { plane, at: &frame.at, height: &frame.height };
+    Ok(frame.to_nodes(&plane_mass(&flat, input, lumping(input))?, offset(input)))
+}
+
+/// The mass in the plane.
+///
+/// * `lumping` - share of it that is lumped at the nodes
+pub(super) fn plane_mass(flat: &Flat<'_>, input: &Input<'_>, lumping: f64) -> Result<DMatrix<f64>, ElementError> {
     let [per_area, moment, rotary] = mass_of(input)?;
-    let lumping = lumping(input);
-    let nodes = frame.at.len();
+    let nodes = flat.n_nodes();
     let mut m = DMatrix::zeros(DOFS * nodes, DOFS * nodes);
-    for (xi, weight) in (plane.rules[2])() {
+    for (xi, weight) in (flat.plane.rules[2])() {
         let at = flat.local(xi)?;
         let area = weight * at.det;
         for i in 0..nodes {
@@ -244,7 +251,7 @@ pub(super) fn mass(plane: &'static Plane, input: &Input<'_>) -> Result<SymMatrix
             }
         }
     }
-    Ok(frame.to_nodes(&m, offset(input)))
+    Ok(m)
 }
 
 /// The point of the surface through the nodes, by the functions of the corners, that is nearest to a place: displacements and rotations are

@@ -118,6 +118,19 @@ pub(super) struct Section {
     pub(super) poisson2: f64,
 }
 
+impl Section {
+    /// Forces and moments by the strains of membrane and bending.
+    pub(super) fn whole(&self) -> [[f64; 6]; 6] {
+        std::array::from_fn(|i| {
+            std::array::from_fn(|j| match (i / 3, j / 3) {
+                (0, 0) => self.membrane[i][j],
+                (1, 1) => self.bending[i - 3][j - 3],
+                _ => self.coupling.map_or(0.0, |c| c[i % 3][j % 3]),
+            })
+        })
+    }
+}
+
 /// Stiffness of a unit of volume in the material's axes: plane stress, and transverse shear along and across.
 struct Material {
     plane: [[f64; 3]; 3],
@@ -297,6 +310,18 @@ pub(super) fn preload(input: &ElementInput<'_>, material_angle: f64) -> Option<[
     let yy = along * s * s + across * c * c + 2.0 * shear * c * s;
     let xy = (along - across) * c * s + shear * (c * c - s * s);
     Some([[xx, xy], [xy, yy]])
+}
+
+/// Forces by width xx, yy, xy of the plane's axes in those of the material: the inverse of what [`preload`] does.
+///
+/// * `material_angle` - as of [`section`]
+pub(super) fn to_material([xx, yy, xy]: [f64; 3], input: &ElementInput<'_>, material_angle: f64) -> [f64; 3] {
+    let (s, c) = (material_angle + value!(input, angle).unwrap_or(0.0)).sin_cos();
+    [
+        xx * c * c + yy * s * s + 2.0 * xy * c * s,
+        xx * s * s + yy * c * c - 2.0 * xy * c * s,
+        (yy - xx) * c * s + xy * (c * c - s * s),
+    ]
 }
 
 /// The thickness; of plies that of the solid plate of their membrane and bending rigidities: t² = 12 (D11 + D22)/(A11 + A22).

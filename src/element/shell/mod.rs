@@ -8,6 +8,7 @@ mod material;
 mod plane;
 mod shell3;
 mod shell4;
+mod strains;
 #[cfg(test)]
 mod tests;
 

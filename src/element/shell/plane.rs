@@ -26,14 +26,26 @@ pub(super) type Modes = [[f64; 4]; 3];
 /// The enhanced strains at a point.
 pub(super) type ModesAt = fn(&Flat<'_>, [f64; 2], &Local) -> Result<Modes, ElementError>;
 
+/// εxx, εyy, γxy of a membrane at a point.
+pub(super) type Membrane = fn(&Flat<'_>, [f64; 2], &Local) -> [Row; 3];
+
+/// Displacements u, v, w within an element beside those that the functions of its corners give, at a point.
+///
+/// Its last argument: amplitudes of the enhanced strains by the dofs.
+pub(super) type Within = fn(&Flat<'_>, [f64; 2], &Local, Option<&DMatrix<f64>>) -> Result<[Row; 3], ElementError>;
+
 /// What makes a plane element: its functions and the points at which it is integrated.
 pub(super) struct Plane {
     /// Functions of the corners and their natural derivatives.
     pub(super) corner: fn([f64; 2]) -> Functions,
     /// εxx, εyy, γxy of the membrane.
-    pub(super) membrane: fn(&Flat<'_>, [f64; 2], &Local) -> [Row; 3],
+    pub(super) membrane: Membrane,
     /// Strains that the membrane may add of itself, for the least energy.
     pub(super) modes: Option<ModesAt>,
+    /// The strains of the membrane where those of the stiffness are means that hold for its energy alone.
+    pub(super) strains: Option<Membrane>,
+    /// The displacements that go with its strains.
+    pub(super) within: Within,
     /// What resists the rotations about the normal beside the strains of the membrane.
     pub(super) drilling: fn(&Flat<'_>, &Section, &mut DMatrix<f64>) -> Result<(), ElementError>,
     /// Covariant transverse shears along ξ and η, assumed from tying points.

@@ -90,6 +90,45 @@ fn drilling(flat: &Flat<'_>, section: &Section, k: &mut DMatrix<f64>) -> Result<
     Ok(())
 }
 
+/// The strains of edges that bend with the rotations of their ends, as [`within`] has them: exact where the membrane bends in its plane, whose
+/// energy the deviatoric strains weigh otherwise.
+fn strains(flat: &Flat<'_>, _: [f64; 2], at: &Local) -> [Row; 3] {
+    let (edge, _) = edges(flat);
+    let mut rows = [[0.0; MOST]; 3];
+    for i in 0..3 {
+        let [x, y] = at.d[i];
+        (rows[0][DOFS * i], rows[1][DOFS * i + 1]) = (x, y);
+        (rows[2][DOFS * i], rows[2][DOFS * i + 1]) = (y, x);
+    }
+    for (k, [x, y]) in edge.into_iter().enumerate() {
+        let (i, j) = ((k + 1) % 3, (k + 2) % 3);
+        let slope = [0, 1].map(|a: usize| 0.5 * (at.n[i] * at.d[j][a] + at.n[j] * at.d[i][a]));
+        for (node, sign) in [(i, 1.0), (j, -1.0)] {
+            rows[0][DOFS * node + 5] -= sign * slope[0] * y;
+            rows[1][DOFS * node + 5] += sign * slope[1] * x;
+            rows[2][DOFS * node + 5] += sign * (slope[0] * x - slope[1] * y);
+        }
+    }
+    rows
+}
+
+/// Edges bend with the rotations of their ends: in the middle by ⅛ (θ_i - θ_j) × d, d the edge from i to j, and between by 4 N_i N_j of that.
+fn within(flat: &Flat<'_>, _: [f64; 2], at: &Local, _: Option<&DMatrix<f64>>) -> Result<[Row; 3], ElementError> {
+    let (edge, _) = edges(flat);
+    let mut rows = [[0.0; MOST]; 3];
+    for (k, [x, y]) in edge.into_iter().enumerate() {
+        let (i, j) = ((k + 1) % 3, (k + 2) % 3);
+        let factor = 0.5 * at.n[i] * at.n[j];
+        for (node, f) in [(i, factor), (j, -factor)] {
+            rows[0][DOFS * node + 5] -= f * y;
+            rows[1][DOFS * node + 5] += f * x;
+            rows[2][DOFS * node + 3] += f * y;
+            rows[2][DOFS * node + 4] -= f * x;
+        }
+    }
+    Ok(rows)
+}
+
 /// MITC3: γξ = γξ(½, 0) + c η, γη = γη(0, ½) - c ξ, with c so that the shear along the third edge is the one in its middle.
 fn shear(flat: &Flat<'_>, [x, y]: [f64; 2]) -> [Row; 2] {
     let first = flat.covariant_shear([0.5, 0.0], 0);
@@ -108,8 +147,17 @@ fn three() -> Vec<Point> {
     [[1.0 / 6.0, 1.0 / 6.0], [2.0 / 3.0, 1.0 / 6.0], [1.0 / 6.0, 2.0 / 3.0]].map(|p| (p, 1.0 / 6.0)).to_vec()
 }
 
-static PLANE: Plane =
-    Plane { corner, membrane, modes: None, drilling, shear, softening: 0.1, rules: [one, three, three] };
+static PLANE: Plane = Plane {
+    corner,
+    membrane,
+    modes: None,
+    strains: Some(strains),
+    within,
+    drilling,
+    shear,
+    softening: 0.1,
+    rules: [one, three, three],
+};
 
 fn samples() -> Vec<Sample> {
     let flat = [[0.0, 0.0, 0.0], [0.2, 0.02, 0.0], [0.03, 0.15, 0.0]];

@@ -104,6 +104,44 @@ fn modes(flat: &Flat<'_>, [x, y]: [f64; 2], at: &Local) -> Result<Modes, Element
     Ok(to_plane(middle.inverse).map(|t| [t[0] * x, t[1] * y, t[2] * x, t[2] * y].map(|v| scale * v)))
 }
 
+/// What bends with the rotations and with the strains that the membrane adds: a field of constant second derivative a is ½ a ξ², and less what is
+/// linear between the corners, -½ a (1 - ξ²).
+///
+/// ```text
+/// w = -½ (1 - ξ²) ∂²w/∂ξ² - ½ (1 - η²) ∂²w/∂η²        ∂w/∂ξ = ∂y/∂ξ θx - ∂x/∂ξ θy
+/// u·g_ξ = -½ (1 - ξ²) α₁ - ½ (1 - η²) α₄              u·g_η = -½ (1 - η²) α₂ - ½ (1 - ξ²) α₃
+/// ```
+fn within(
+    flat: &Flat<'_>,
+    [x, y]: [f64; 2],
+    _: &Local,
+    added: Option<&DMatrix<f64>>,
+) -> Result<[Row; 3], ElementError> {
+    let (_, d) = corner([x, y]);
+    let tangents = flat.tangents([x, y]);
+    let bulge = [x, y].map(|s| -0.5 * (1.0 - s * s));
+    let mut rows = [[0.0; MOST]; 3];
+    for (i, d) in d.iter().enumerate() {
+        for k in 0..2 {
+            rows[2][DOFS * i + 3] += bulge[k] * d[k] * tangents[k][1];
+            rows[2][DOFS * i + 4] -= bulge[k] * d[k] * tangents[k][0];
+        }
+    }
+    if let Some(added) = added {
+        let to_plane = flat.local([0.0; 2])?.inverse;
+        for j in 0..MOST {
+            let along = [
+                bulge[0] * added[(0, j)] + bulge[1] * added[(3, j)],
+                bulge[1] * added[(1, j)] + bulge[0] * added[(2, j)],
+            ];
+            for k in 0..2 {
+                rows[k][j] = to_plane[k][0] * along[0] + to_plane[k][1] * along[1];
+            }
+        }
+    }
+    Ok(rows)
+}
+
 /// Share of the twisting stiffness of the plate that ties the rotations about the normal, over their mean, to those of the membrane.
 const TIE: f64 = 0.24;
 
@@ -140,7 +178,17 @@ fn two() -> Vec<Point> {
     gauss(&[(-x, 1.0), (x, 1.0)])
 }
 
-static PLANE: Plane = Plane { corner, membrane, modes: Some(modes), drilling, shear, softening: 0.0, rules: [two; 3] };
+static PLANE: Plane = Plane {
+    corner,
+    membrane,
+    modes: Some(modes),
+    strains: None,
+    within,
+    drilling,
+    shear,
+    softening: 0.0,
+    rules: [two; 3],
+};
 
 fn samples() -> Vec<Sample> {
     let flat = [[0.0, 0.0, 0.0], [0.2, 0.02, 0.0], [0.23, 0.17, 0.0], [0.03, 0.15, 0.0]];

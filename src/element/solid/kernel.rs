@@ -59,7 +59,7 @@ fn turned(inverse: &Three, d: &[f64; 3]) -> [f64; 3] {
 }
 
 /// Rows of B for the displacement `axis` of a function with gradient g: strains xx yy zz xy yz zx.
-fn strain(g: &[f64; 3], axis: usize) -> [f64; 6] {
+pub(super) fn strain(g: &[f64; 3], axis: usize) -> [f64; 6] {
     let [x, y, z] = *g;
     match axis {
         0 => [x, 0.0, 0.0, y, 0.0, z],
@@ -92,26 +92,7 @@ pub(super) fn stiffness(family: &Family, input: &Input<'_>) -> Result<SymMatrix,
         add_preload(&mut out, family, input)?;
         return Ok(out);
     };
-    let extra = if family.enrichment == Enrichment::IncompatibleModes { 3 } else { 0 };
-    let size = 3 * (n + extra);
-    let mut k = vec![0.0; size * size];
-    let centre = if extra > 0 { Some(centre(input.points)?) } else { None };
-    for at in &family.stiffness {
-        let (mut gradients, w) = gradients(at, input.points)?;
-        if let Some((inverse, det)) = &centre {
-            // ∂(1 - ξ²)/∂x with the Jacobian of the centre, so that constant strains do no work on them.
-            let ratio = det * at.weight / w;
-            for axis in 0..3 {
-                let mut slope = [0.0; 3];
-                slope[axis] = -2.0 * at.xi[axis] * ratio;
-                gradients.push(turned(inverse, &slope));
-            }
-        }
-        add_energy(&mut k, size, &gradients, &d, w);
-    }
-    if family.enrichment == Enrichment::Hourglass {
-        add_hourglass(&mut k, size, input.points, &d)?;
-    }
+    let (mut k, size) = enriched(family, input.points, &d)?;
     condense(&mut k, size, 3 * n)?;
     let mut out = SymMatrix::zeros(6 * n);
     for i in 0..3 * n {
@@ -121,6 +102,47 @@ pub(super) fn stiffness(family: &Family, input: &Input<'_>) -> Result<SymMatrix,
     }
     add_preload(&mut out, family, input)?;
     Ok(out)
+}
+
+/// The stiffness of displacements, three a node, and of incompatible modes behind them, lower triangle by rows; and its rows.
+pub(super) fn enriched(
+    family: &Family,
+    points: &[[f64; 3]],
+    d: &Elasticity,
+) -> Result<(Vec<f64>, usize), ElementError> {
+    let extra = if family.enrichment == Enrichment::IncompatibleModes { 3 } else { 0 };
+    let size = 3 * (points.len() + extra);
+    let mut k = vec![0.0; size * size];
+    let middle = middle(family, points)?;
+    for at in &family.stiffness {
+        let (gradients, w) = enriched_gradients(at, points, middle.as_ref())?;
+        add_energy(&mut k, size, &gradients, d, w);
+    }
+    if family.enrichment == Enrichment::Hourglass {
+        add_hourglass(&mut k, size, points, d)?;
+    }
+    Ok((k, size))
+}
+
+/// ∂N/∂x of every function and, behind them, of every incompatible mode, and the element of volume.
+///
+/// * `middle` - of [`middle`]
+pub(super) fn enriched_gradients(
+    at: &At,
+    points: &[[f64; 3]],
+    middle: Option<&Middle>,
+) -> Result<(Vec<[f64; 3]>, f64), ElementError> {
+    let (mut gradients, w) = gradients(at, points)?;
+    if let Some((inverse, det)) = middle {
+        // ∂(1 - ξ²)/∂x with the Jacobian of the centre, so that constant strains do no work on them.
+        let ratio = det * at.weight / w;
+        for axis in 0..3 {
+            let mut slope = [0.0; 3];
+            slope[axis] = -2.0 * at.xi[axis] * ratio;
+            gradients.push(turned(inverse, &slope));
+        }
+    }
+    Ok((gradients, w))
 }
 
 /// Adds the geometric stiffness ∫ ∇uᵀ σ ∇u dV of each displacement, at the points of the mass.
@@ -139,12 +161,18 @@ fn add_preload(k: &mut SymMatrix, family: &Family, input: &Input<'_>) -> Result<
     Ok(())
 }
 
-/// J⁻¹ and det J of a hexahedron in its centre.
-fn centre(points: &[[f64; 3]]) -> Result<(Three, f64), ElementError> {
+/// J⁻¹ and det J in the centre.
+pub(super) type Middle = (Three, f64);
+
+/// Those of a hexahedron with incompatible modes; `None` of every other element.
+pub(super) fn middle(family: &Family, points: &[[f64; 3]]) -> Result<Option<Middle>, ElementError> {
+    if family.enrichment != Enrichment::IncompatibleModes {
+        return Ok(None);
+    }
     let at = At::new(super::hex8::shape, [0.0; 3], 8.0);
     let j = jacobian(&at, points);
     let det = volume_ratio(&j)?;
-    Ok((inverse(&j, det), det))
+    Ok(Some((inverse(&j, det), det)))
 }
 
 /// Eliminates the rows from `kept` on, last first: K_ij -= K_ia K_ja / K_aa.
@@ -186,7 +214,12 @@ const HOURGLASS_SHARE: f64 = 0.05;
 /// # Source
 /// D. P. Flanagan, T. Belytschko, A uniform strain hexahedron and quadrilateral with orthogonal hourglass control, Int. J. Numer.
 /// Meth. Engng 17 (1981) 679-706, stiffness form.
-fn add_hourglass(k: &mut [f64], size: usize, points: &[[f64; 3]], d: &Elasticity) -> Result<(), ElementError> {
+pub(super) fn add_hourglass(
+    k: &mut [f64],
+    size: usize,
+    points: &[[f64; 3]],
+    d: &Elasticity,
+) -> Result<(), ElementError> {
     let at = At::new(super::hex8::shape, [0.0; 3], 8.0);
     let (g, volume) = gradients(&at, points)?;
     let modulus = d[0][0].max(d[1][1]).max(d[2][2]);
@@ -219,17 +252,7 @@ pub(super) fn mass(family: &Family, input: &Input<'_>) -> Result<SymMatrix, Elem
     // A material that could not be is refused by the mass too, so that an element is whole or not at all.
     elasticity(input)?;
     let (density, lumping) = mass_of(input);
-    let mut consistent = vec![0.0; n * n];
-    let mut total = 0.0;
-    for at in &family.mass {
-        let w = density * at.weight * volume_ratio(&jacobian(at, input.points))?;
-        total += w;
-        for i in 0..n {
-            for j in 0..=i {
-                consistent[i * n + j] += w * at.n[i] * at.n[j];
-            }
-        }
-    }
+    let (consistent, total) = consistent(family, input.points, density)?;
     let at = |i: usize, j: usize| consistent[i.max(j) * n + i.min(j)];
     let trace: f64 = (0..n).map(|i| at(i, i)).sum();
     // Functions of first order are nowhere negative, and so are their integrals.
@@ -251,6 +274,23 @@ pub(super) fn mass(family: &Family, input: &Input<'_>) -> Result<SymMatrix, Elem
         }
     }
     Ok(out)
+}
+
+/// ∫ ρ N_i N_j dV, (nodes x nodes), lower triangle by rows, and the whole mass.
+pub(super) fn consistent(family: &Family, points: &[[f64; 3]], density: f64) -> Result<(Vec<f64>, f64), ElementError> {
+    let n = points.len();
+    let mut consistent = vec![0.0; n * n];
+    let mut total = 0.0;
+    for at in &family.mass {
+        let w = density * at.weight * volume_ratio(&jacobian(at, points))?;
+        total += w;
+        for i in 0..n {
+            for j in 0..=i {
+                consistent[i * n + j] += w * at.n[i] * at.n[j];
+            }
+        }
+    }
+    Ok((consistent, total))
 }
 
 /// Natural coordinates moved into the parent of an element: of a tetrahedron, a pyramid, a wedge or a cube, by its number of nodes.

@@ -12,6 +12,7 @@ mod material;
 mod pyramid13;
 mod pyramid5;
 mod rules;
+mod strains;
 #[cfg(test)]
 mod tests;
 mod tet10;

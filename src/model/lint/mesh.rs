@@ -1,11 +1,14 @@
 //! What is doubtful in a mesh: shapes of elements, nodes at one place, thickness against size, normals that turn over.
 
 use crate::catalogue::counted;
+use crate::modal::Modes;
 use crate::model::ParametricModel;
 use crate::model::compile::Model;
 use crate::model::dependence::interior_point;
 use crate::model::geometry::{Vector, cross, dot, minus, unit};
+use crate::model::mesh_error::MeshError;
 use crate::model::placed_element::PlacedElement;
+use crate::model::value::quantity;
 use crate::yaml::{Problem, child};
 use std::collections::{BTreeMap, HashSet};
 
@@ -19,6 +22,13 @@ const SHARP: f64 = 15.0;
 const WARPED: f64 = 0.1;
 /// A shell is no shell where it is thicker than its part is wide.
 const THICK: f64 = 0.5;
+/// Width of a part over its thickness that no structure has: the plates of a ship of 200 m are 20 mm thick.
+const THIN: f64 = 5e4;
+/// Thicknesses of neighbours that differ by so much are in different units: a millimetre is a thousandth of a metre.
+const UNLIKE: f64 = 300.0;
+
+/// Relative error of a frequency by the mesh that is worth a remark: tests know frequencies to some tenths of a per cent.
+const COARSE: f64 = 0.01;
 
 /// Elements in doubt, with how bad each is.
 struct Doubt {
@@ -56,6 +66,7 @@ pub(super) fn mesh(model: &Model) -> Vec<Problem> {
         out.extend(thickness(model, elements, &path));
         out.extend(normals(model, elements, &path));
     }
+    out.extend(unlike(model));
     out.extend(unused(model));
     out
 }
@@ -65,7 +76,7 @@ fn length(v: Vector) -> f64 {
 }
 
 /// Pairs of corners that are joined by an edge.
-fn edges(n: usize) -> &'static [[usize; 2]] {
+pub(super) fn edges(n: usize) -> &'static [[usize; 2]] {
     match n {
         2 => &[[0, 1]],
         3 => &[[0, 1], [1, 2], [2, 0]],
@@ -78,12 +89,12 @@ fn edges(n: usize) -> &'static [[usize; 2]] {
 
 const TETRAHEDRON: &[[usize; 2]] = &[[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]];
 
-fn is_surface(e: &PlacedElement) -> bool {
+pub(super) fn is_surface(e: &PlacedElement) -> bool {
     e.kind.properties().iter().any(|p| p.name == "bending_factor")
 }
 
 /// Corners of an element and its edges between them.
-fn corners(e: &PlacedElement) -> (usize, &'static [[usize; 2]]) {
+pub(super) fn corners(e: &PlacedElement) -> (usize, &'static [[usize; 2]]) {
     match e.nodes.len() {
         4 | 10 if !is_surface(e) => (4, TETRAHEDRON),
         13 => (5, edges(5)),
@@ -144,20 +155,61 @@ fn thickness(model: &Model, elements: &[usize], path: &str) -> Option<Problem> {
     let (mut thickest, mut area) = (0.0_f64, 0.0);
     for &i in elements {
         let e = &model.elements()[i];
-        if !is_surface(e) {
-            return None;
-        }
-        let at = e.kind.properties().iter().position(|p| p.name == "thickness")?;
-        let own = e.values[at].as_ref()?.at(&theta);
-        thickest = thickest.max(own);
+        thickest = thickest.max(thickness_of(e, &theta)?);
         area += e.points.windows(2).skip(1).map(|w| 0.5 * length(cross(w[0], w[1]))).sum::<f64>();
     }
     let width = area.sqrt();
-    (thickest > THICK * width).then(|| {
+    if thickest > THICK * width {
         let text = format!(
             "its shells are {thickest:.3e} m thick and cover {width:.3e} m times as much only: are `units` those of the mesh, and the thickness in its unit?"
         );
+        return Some(Problem::warning(path, text));
+    }
+    (thickest > 0.0 && width > THIN * thickest).then(|| {
+        let text = format!(
+            "its shells are {thickest:.3e} m thick at most and cover {width:.3e} m times as much, {:.0e} times their thickness: are `units` those of the mesh, and the thickness in its unit?",
+            width / thickest
+        );
         Problem::warning(path, text)
+    })
+}
+
+/// The thickness of a shell that states one.
+fn thickness_of(e: &PlacedElement, theta: &[f64]) -> Option<f64> {
+    if !is_surface(e) {
+        return None;
+    }
+    let at = e.kind.properties().iter().position(|p| p.name == "thickness")?;
+    e.values[at].as_ref().map(|v| v.at(theta))
+}
+
+/// Shells that share nodes with others hundreds of times as thick.
+fn unlike(model: &Model) -> Option<Problem> {
+    let theta = interior_point(model.parameters());
+    // Node -> the thinnest and the thickest shell on it.
+    let mut on: BTreeMap<usize, [(f64, usize); 2]> = BTreeMap::new();
+    for (i, e) in model.elements().iter().enumerate() {
+        let Some(t) = thickness_of(e, &theta) else { continue };
+        for &n in &e.nodes {
+            let [thin, thick] = on.entry(n).or_insert([(t, i); 2]);
+            if t < thin.0 {
+                *thin = (t, i);
+            }
+            if t > thick.0 {
+                *thick = (t, i);
+            }
+        }
+    }
+    let worst = on.values().max_by(|a, b| (a[1].0 / a[0].0).total_cmp(&(b[1].0 / b[0].0)))?;
+    let [(thin, a), (thick, b)] = *worst;
+    (thick > UNLIKE * thin).then(|| {
+        let (a, b) = (&model.elements()[a], &model.elements()[b]);
+        let path = a.section.as_ref().map_or(a.path.clone(), |s| child("sections", s));
+        let text = format!(
+            "`{}` is {thin:.3e} m thick, and `{}`, which shares nodes with it, {thick:.3e} m: are their thicknesses in one unit?",
+            a.name, b.name
+        );
+        Problem::warning(child(&path, "thickness"), text)
     })
 }
 
@@ -226,6 +278,27 @@ pub(super) fn at_one_place(model: &Model, pairs: &[[usize; 2]]) -> Option<Proble
             "{count} at one place, `{}` and `{}` first: what meets there is not joined; merge them in the mesher, or join them by `bushings` or `rigid_links`",
             name(first),
             name(second)
+        ),
+    ))
+}
+
+/// Frequencies that the mesh moves by more than a test of usual accuracy leaves unseen.
+pub(super) fn coarse(model: &Model, modes: &Modes, errors: &[MeshError]) -> Option<Problem> {
+    let worst = errors.iter().max_by(|a, b| a.relative.abs().total_cmp(&b.relative.abs()))?;
+    if worst.relative.abs() < COARSE {
+        return None;
+    }
+    let has_part = model.spec().mesh.as_ref().is_some_and(|m| m.parts.contains_key(&worst.part));
+    let path = if has_part { child("mesh.parts", &worst.part) } else { String::new() };
+    let many = errors.iter().filter(|e| e.relative.abs() >= COARSE).count();
+    Some(Problem::warning(
+        path,
+        format_args!(
+            "the mesh is coarse: by its own strains it moves the frequencies of {many} of the first {} elastic modes by more than 1 %, most that at {}, by about {:+.1} %, most of it in `{}`; elements half as long leave a quarter of that or less",
+            errors.len(),
+            quantity(modes.frequency_hz(worst.mode), "Hz"),
+            100.0 * worst.relative,
+            worst.part
         ),
     ))
 }

@@ -60,6 +60,9 @@ pub fn comparison(parts: &Agreement, profile: Option<&CriteriaProfile>) -> Value
             "name": p.name, "source": p.source, "verified": p.verified,
             "passed": j.passed, "probability": j.probability, "checks": j.checks,
         })),
+        "coarse_mesh": parts.coarse_mesh.iter().map(|c| json!({
+            "test_mode": c.test_mode + 1, "relative": c.relative, "deviations": c.deviations, "part": c.part,
+        })).collect::<Vec<_>>(),
         "suspect_sensors": findings(&parts.suspects),
     })
 }
