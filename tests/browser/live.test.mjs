@@ -171,7 +171,12 @@ check("two tests in two configurations: one choice of what is shown, one set of 
   await page.waitForSelector("#live-table tbody tr");
   await then(page, () => page.locator('.live-range[data-parameter="E_wing"]').press("PageUp"));
   await then(page, () => page.locator("[data-hypothesis]").first().check());
-  await page.waitForFunction((was) => [...document.querySelectorAll("#live-tests [data-chi-of]")].every((x, i) => Number(x.dataset.chiOf) !== was[i]), reported);
+  // The rows have workers of their own, which answer later: they have settled when the first says what is in sight.
+  await page.waitForFunction((was) => {
+    const rows = [...document.querySelectorAll("#live-tests [data-chi-of]")].map((x) => Number(x.dataset.chiOf));
+    return rows.every((chi, i) => chi !== was[i]) && rows[0] === Number(document.querySelector("#live-total strong").dataset.total);
+  }, reported);
+  await page.waitForTimeout(500);
   const [now, value] = [await chi(), await page.evaluate(() => retuneLive.state().values[retuneLive.live.parameters.findIndex((p) => p.name === "E_wing")])];
   assert.equal(await total(page), now[0]);
   // By keys alone to the other test.
