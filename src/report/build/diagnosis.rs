@@ -420,3 +420,30 @@ pub(super) fn verdict(d: &Diagnosis) -> Verdict {
         },
     }
 }
+
+/// [`verdict`] on the last model of a history of learning, which is not the one that was given.
+pub(super) fn verdict_of_learning(d: &Diagnosis, steps: &[LearningStep]) -> Verdict {
+    let mut verdict = verdict(d);
+    let found = found(steps);
+    let ([one, rest @ ..], Some(first), Some(last)) = (found.as_slice(), steps.first(), steps.last()) else {
+        return verdict;
+    };
+    verdict.number = format!("{} → {}", number(first.misfit), number(last.misfit));
+    let all = if rest.is_empty() { (*one).to_string() } else { format!("all {} that were found", found.len()) };
+    verdict.number_label = format!(
+        "misfit of the fitted model without and with {all}; noise alone leaves about {}",
+        number(last.diagnosis.degrees_of_freedom)
+    );
+    let all = found.join(" and ");
+    verdict.sentence = match d.outcome {
+        Outcome::Adequate => format!("With {all}, {}.", d.sentence),
+        _ => format!("{} In this model already: {all}.", verdict.sentence),
+    };
+    verdict
+}
+
+/// What learning has put into the model or taken out of the data, and kept.
+pub(super) fn found(steps: &[LearningStep]) -> Vec<&str> {
+    let all = steps.iter().flat_map(|s| s.added.iter().chain(&s.corrected));
+    all.filter(|id| !steps.iter().any(|s| s.dropped.contains(id))).map(String::as_str).collect()
+}

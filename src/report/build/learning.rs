@@ -1,7 +1,6 @@
 //! The report of learning: what was added step by step, and how the error fell.
 
-use super::super::data::{Outcome, ReportData};
-use super::super::text::number;
+use super::super::data::ReportData;
 use super::diagnosis::{self, LearningStep, learning_steps};
 use super::parameters::{self, parameter};
 use super::{Case, add_before, assess_for_report, drawn_sensors_only, of_comparison};
@@ -63,7 +62,7 @@ pub fn of_learning(cases: &[(&Model, &TestData)], learned: &Learned) -> Result<R
     }
     data.meta.title.clone_from(&test.name);
     let name = &model.spec().name;
-    data.meta.subtitle = match found(&records).as_slice() {
+    data.meta.subtitle = match diagnosis::found(&records).as_slice() {
         [] => format!("what {name} lacks: nothing found"),
         all => format!("what {name} lacks: {}", all.join(", ")),
     };
@@ -94,28 +93,5 @@ pub fn add_learning(
     earlier.iter_mut().chain(&mut last).for_each(|d| drawn_sensors_only(d, data));
     (data.earlier_diagnoses, data.diagnosis) = (earlier, last);
     parameters::add_learnt(data, model, steps.last().map_or(&[], |s| &s.parameters));
-    let (Some(first), Some(last), Some(d)) = (steps.first(), steps.last(), &data.diagnosis) else { return };
-    let mut verdict = diagnosis::verdict(d);
-    let found = found(steps);
-    if let [one, rest @ ..] = found.as_slice() {
-        verdict.number = format!("{} → {}", number(first.misfit), number(last.misfit));
-        let all = if rest.is_empty() { (*one).to_string() } else { format!("all {} that were found", found.len()) };
-        verdict.number_label = format!(
-            "misfit of the fitted model without and with {all}; noise alone leaves about {}",
-            number(last.diagnosis.degrees_of_freedom)
-        );
-        // The verdict is one on the last model, which is not the one that was given.
-        let all = found.join(" and ");
-        verdict.sentence = match d.outcome {
-            Outcome::Adequate => format!("With {all}, {}.", d.sentence),
-            _ => format!("{} In this model already: {all}.", verdict.sentence),
-        };
-    }
-    data.meta.verdict = Some(verdict);
-}
-
-/// What learning has put into the model or taken out of the data, and kept.
-fn found(steps: &[LearningStep]) -> Vec<&str> {
-    let all = steps.iter().flat_map(|s| s.added.iter().chain(&s.corrected));
-    all.filter(|id| !steps.iter().any(|s| s.dropped.contains(id))).map(String::as_str).collect()
+    data.meta.verdict = data.diagnosis.as_ref().map(|d| diagnosis::verdict_of_learning(d, steps));
 }
