@@ -262,7 +262,7 @@ pub(crate) struct Sample {
 pub(crate) enum WhenLive {
     /// Where that takes less than a second and a megabyte: up to 400 dofs.
     Auto,
-    /// With a model of any size, on a few coordinates; where it cannot, a warning says why.
+    /// With a model of up to 30 000 dofs, on a few coordinates; where it cannot, a warning says why.
     Always,
     /// It only shows.
     Never,

@@ -35,6 +35,8 @@ use std::sync::Arc;
 
 /// Up to this many dofs the basis is complete.
 const COMPLETE: usize = 90;
+/// Models of more dofs are not reduced for a page: some fifty solutions of one of 15 000 dofs take 14 s, and they grow with its dofs.
+const LARGEST: usize = 30_000;
 /// Most dofs of the basis of a larger model, without the shapes of hypotheses.
 const MOST: usize = 60;
 /// Points at which the error of the basis of a larger model is looked at.
@@ -66,6 +68,14 @@ pub enum NotLive {
     /// There is nothing to move.
     #[error("the model has neither a parameter with bounds nor a hypothesis to switch on")]
     NothingMoves,
+    /// Its reduction would take minutes.
+    #[error(
+        "the model has {n_dof} dofs, and a page computes with at most {LARGEST}: its reduction would take minutes; a coarser mesh of the same structure is live"
+    )]
+    TooLarge {
+        /// Number of dofs.
+        n_dof: usize,
+    },
     /// The model.
     #[error(transparent)]
     Model(#[from] ModelError),
@@ -103,6 +113,10 @@ fn live_with(
 ) -> Result<Live, NotLive> {
     let Case { model, test, assessment } = case;
     let theta = &assessment.theta;
+    let n_dof = model.dof_map().n_dof();
+    if n_dof > LARGEST {
+        return Err(NotLive::TooLarge { n_dof });
+    }
     let paired = freed(&paired_test(model, Some(theta), test, how)?.test);
     let comparison = compared(model, &paired, how)?;
     if !comparison.varying_sensors().is_empty() {
@@ -110,7 +124,6 @@ fn live_with(
     }
     let shared = Arc::new(model.clone());
     let n_elastic = comparison.n_elastic();
-    let n_dof = model.dof_map().n_dof();
     let is_small = n_dof <= COMPLETE;
     let n_modes = if is_small { n_dof } else { comparison.n_elastic() };
     let options = ReducedOptions {
