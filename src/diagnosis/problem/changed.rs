@@ -24,7 +24,7 @@ pub(crate) fn with_effect(scene: &Scene, candidate: &Candidate) -> Result<Scene,
     if scene.is_large() {
         return scene.with_change(candidate, added);
     }
-    Ok(scene.with_file(candidate.patch.apply(&scene.file)?, added)?.reduced_as(scene, candidate))
+    scene.with_file(candidate.patch.apply(&scene.file)?, added)
 }
 
 impl Scene {

@@ -64,8 +64,6 @@ pub(crate) struct Entry<T> {
     /// What the problem is, for the caller.
     pub(crate) of: T,
     pub(crate) scene: Scene,
-    /// The same on few coordinates, where there is one: what the rounds run on.
-    quick: Option<Scene>,
     rounds: Vec<Round>,
     /// In groups; after a round the lowest first.
     groups: Vec<Vec<Runner>>,
@@ -79,7 +77,7 @@ impl<T> Entry<T> {
         let runner = |x: &DVector<f64>| Runner { x: x.clone(), phi: None };
         let kernels = scene.cases.iter().map(|_| Arc::new(BatchPath::with_derivatives())).collect();
         let groups = groups.iter().map(|g| g.iter().map(runner).collect()).collect();
-        Self { of, quick: scene.quick(), scene, rounds, groups, kernels }
+        Self { of, scene, rounds, groups, kernels }
     }
 
     /// Φ of the best runner; infinite before the first round.
@@ -92,16 +90,8 @@ impl<T> Entry<T> {
     /// # Errors
     /// There is none, or it cannot be evaluated.
     pub(crate) fn fit(&self, weight: f64) -> Result<Fit, DiagnosisError> {
-        let best = &self.groups.iter().flatten().next().ok_or(DiagnosisError::NoStart)?.x;
-        if self.quick.is_none() || best.is_empty() {
-            return evaluate(&self.scene, best.clone(), weight);
-        }
-        // The model itself, from where the reduced one has come.
-        let comparisons = self.scene.comparisons()?;
-        let posed = Posed::new(&self.scene, &comparisons, self.scene.priors(), weight);
-        let method = LevenbergMarquardt { steps: STEPS, tolerance: FIT_TOLERANCE, ..LevenbergMarquardt::default() };
-        let found = method.minimize(best, &mut Run::new(&posed))?;
-        evaluate(&self.scene, found.x, weight)
+        let best = self.groups.iter().flatten().next().ok_or(DiagnosisError::NoStart)?;
+        evaluate(&self.scene, best.x.clone(), weight)
     }
 
     /// A round; its runners are all that is left, in one group, the lowest first.
@@ -110,9 +100,8 @@ impl<T> Entry<T> {
         if round == 0 {
             self.scene.work.fit();
         }
-        let scene = self.quick.as_ref().unwrap_or(&self.scene);
-        let comparisons = scene.comparisons()?;
-        let posed = Posed::new(scene, &comparisons, scene.priors(), weight).through(&self.kernels);
+        let comparisons = self.scene.comparisons()?;
+        let posed = Posed::new(&self.scene, &comparisons, self.scene.priors(), weight).through(&self.kernels);
         if posed.n_parameters() == 0 {
             self.groups = vec![vec![Runner { x: DVector::zeros(0), phi: None }]];
             return Ok(());
@@ -122,8 +111,8 @@ impl<T> Entry<T> {
             Pick::OfEach(most) => self.groups.iter().flat_map(|group| lowest(&posed, group, most)).collect(),
         };
         let method = LevenbergMarquardt { steps, tolerance: FIT_TOLERANCE, ..LevenbergMarquardt::default() };
-        if round == 0 && scene.has_functions() {
-            chosen = through_modes(scene, &posed, chosen, weight, &method);
+        if round == 0 && self.scene.has_functions() {
+            chosen = through_modes(&self.scene, &posed, chosen, weight, &method);
         }
         let run = |start: &DVector<f64>| method.minimize(start, &mut Run::new(&posed));
         let found: Vec<_> = chosen.par_iter().map(run).collect();

@@ -77,8 +77,6 @@ pub(crate) struct Case {
     pub(crate) sensors: Vec<usize>,
     /// What is solved in the place of a large model, with the changes that the scene has made to it.
     pub(crate) stand_in: Option<Arc<StandIn>>,
-    /// The model on few coordinates, on which fits go most of their way.
-    pub(super) reduced: Option<Arc<StandIn>>,
     /// What solves the model, once it has been compared.
     solver: Arc<OnceLock<Arc<ModalSolver>>>,
     /// The same of the model that this one was made from: most changes leave the dofs as they are.
@@ -87,7 +85,7 @@ pub(crate) struct Case {
 
 impl Case {
     fn new(model: Arc<Model>, test: Arc<TestData>, first_mode: usize, sensors: Vec<usize>) -> Self {
-        Self { model, test, first_mode, sensors, stand_in: None, reduced: None, solver: Arc::default(), like: None }
+        Self { model, test, first_mode, sensors, stand_in: None, solver: Arc::default(), like: None }
     }
 
     /// The same test with another model.
@@ -171,8 +169,6 @@ pub(crate) struct Scene {
     pub(super) patches: Vec<Patch>,
     /// The same, placed, where models are large.
     pub(super) changes: Arc<Changes>,
-    /// The scene whose models were reduced; effects are placed on it.
-    pub(super) origin: Option<Arc<Scene>>,
     /// Of this scene and all that are made from it.
     pub(crate) work: Arc<Counters>,
 }
@@ -222,7 +218,6 @@ impl Scene {
             large: LARGE,
             patches: Vec::new(),
             changes: Arc::default(),
-            origin: None,
             work: Arc::default(),
         }
     }
@@ -296,12 +291,10 @@ impl Scene {
         for (new, case) in scene.cases.iter_mut().zip(&self.cases) {
             (new.solver, new.like) = (case.solver.clone(), case.like.clone());
             new.stand_in.clone_from(&case.stand_in);
-            new.reduced.clone_from(&case.reduced);
         }
         (scene.how, scene.large) = (self.how, self.large);
         scene.contradicted = self.contradicted.clone();
         (scene.patches, scene.changes) = (self.patches.clone(), self.changes.clone());
-        scene.origin.clone_from(&self.origin);
         scene.work = self.work.clone();
         scene
     }

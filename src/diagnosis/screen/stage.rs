@@ -152,7 +152,7 @@ fn stage_of(
     settings: &Settings,
     seen: Option<&Seen<'_>>,
 ) -> Result<Stage, DiagnosisError> {
-    let scene = scene.in_full(starts.first())?.with_reduced();
+    let scene = scene.in_full(starts.first())?;
     let mut all = starts.to_vec();
     all.push(scene.start());
     if starts.is_empty() {

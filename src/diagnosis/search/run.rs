@@ -25,10 +25,6 @@ pub(crate) enum Job<'a> {
 
 pub(crate) fn run(stage: &Stage, jobs: &[Job<'_>], base: f64) -> Vec<Refit> {
     let work = stage.settings.listener.work("refitting the best hypotheses", jobs.len());
-    stage.scene.place_on_reduced(jobs.iter().filter_map(|job| match job {
-        Job::Effect(score, _) => Some(&stage.screened[score.index].candidate),
-        Job::Fault(..) => None,
-    }));
     let done: Vec<Option<Refit>> = jobs
         .par_iter()
         .map(|job| {

@@ -21,7 +21,6 @@ pub(crate) fn shortest<'a>(stage: &Stage, effects: &[&'a Score], bases: &[DVecto
         ];
         Some(Entry::new(score, scene, &[starts(stage, score, bases).concat()], rounds))
     };
-    stage.scene.place_on_reduced(effects.iter().map(|s| &stage.screened[s.index].candidate));
     let entries: Vec<_> = effects.par_iter().map(entry).collect();
     let work = stage.settings.listener.work("looking at further effects", effects.len());
     let may_run = || {

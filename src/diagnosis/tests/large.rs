@@ -3,7 +3,6 @@
 use super::*;
 use crate::diagnosis::problem::changed::with_effect;
 use crate::diagnosis::problem::fit::{evaluate, project};
-use crate::diagnosis::problem::mesh::refined;
 use crate::diagnosis::problem::scene::Scene;
 use crate::diagnosis::screen::adjoint::{screen, slopes_first};
 use crate::diagnosis::screen::effects::Directions;
@@ -240,32 +239,4 @@ fn slopes_find_the_best_of_many() {
     let full = first(screen(&scene, &fit, 1.0, all.clone(), &settings).unwrap());
     let chosen = first(slopes_first(&scene, &fit, 1.0, all, &settings).unwrap());
     assert_eq!(full, chosen);
-}
-
-/// Fits that go most of their way on few coordinates end where those of the model itself end, with one effect and with two.
-#[test]
-fn a_fit_on_few_coordinates_ends_where_the_model_ends() {
-    let coarse = model(MODELS[0].1);
-    let base = refined(&coarse, &middle(&coarse), 2).unwrap();
-    assert!(base.dof_map().n_dof() > 150, "{}", base.dof_map().n_dof());
-    let mut sensors = node_sensors(&base);
-    sensors.truncate(24);
-    let all: Vec<Candidate> = placed(&base);
-    let of_kind = |kind: &str| all.iter().filter(|c| c.effect.name() == kind).nth(3).unwrap();
-    let chosen = [of_kind("stiffness-change"), of_kind("point-mass")];
-    let truth = chosen[0].build(&base, &Registry::builtin()).unwrap();
-    let test = twin_modes(&truth.model, &truth.theta(&middle(&base), &[0.3]), &sensors, &noise(6, 4), "twin").unwrap();
-    let whole = Scene::new(&base, &[&test]).unwrap();
-    let reduced = whole.clone().with_reduced();
-    let both = |scene: &Scene| chosen.iter().try_fold(scene.clone(), |scene, c| with_effect(&scene, c)).unwrap();
-    let one = |scene: &Scene| with_effect(scene, chosen[0]).unwrap();
-    for (whole, reduced) in
-        [(whole.clone(), reduced.clone()), (one(&whole), one(&reduced)), (both(&whole), both(&reduced))]
-    {
-        let start = [whole.start()];
-        let fit = |scene: &Scene| crate::diagnosis::problem::race::fit(scene, &start, 1.0).unwrap();
-        let (a, b) = (fit(&whole), fit(&reduced));
-        assert!((a.phi - b.phi).abs() < 1e-3 * a.phi.max(1.0), "{} against {}", a.phi, b.phi);
-        assert!((&a.x - &b.x).amax() < 2e-3, "{} against {}", a.x, b.x);
-    }
 }
