@@ -10,7 +10,6 @@
 //! solvable in the middle of its bounds, too large). After the first batch of a thread nothing is allocated.
 
 mod compiled;
-mod factors;
 
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};

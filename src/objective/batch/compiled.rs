@@ -1,18 +1,16 @@
 //! A model and a test, compiled for the batched kernel.
 
-use super::super::close_modes::{clusters, seen, turn};
 use super::super::comparison::Comparison;
 use super::super::prediction::{Prediction, PredictionDerivative};
 use super::super::scaling::Scaling;
-use super::factors::{Products, RigidMass, pencil};
 use super::{CostOf, Linearized};
 use crate::correlation::{ModePair, PartnerSearch, UNSEEN, hide_unseen};
 use crate::linalg::batch::{
-    BATCH, BatchError, BatchModel, BatchModes, BatchOptions, Mirror, Outcome, Workspace, detect_mirror,
+    AffineEntry, AffinePencil, BATCH, BatchError, BatchModel, BatchModes, BatchOptions, Mirror, Outcome, Workspace,
+    detect_mirror,
 };
 use crate::linalg::{DMatrix, DVector, PencilSlopes, SymMatrix};
-use crate::modal::Modes;
-use crate::model::{MassProperties, family, symmetry_index};
+use crate::model::{AffinePart, Basis, Entry, MassProperties, Monomial, family, symmetry_index};
 use std::sync::{Mutex, PoisonError};
 
 /// Above this number of dofs of one family of shapes the reference path is no slower than the dense kernel.
@@ -42,12 +40,68 @@ pub(super) struct Compiled {
     pool: Mutex<Vec<Bench>>,
 }
 
+/// Products of parameters, and their origins.
+#[derive(Debug)]
+struct Products {
+    monomials: Vec<Monomial>,
+    origin: Vec<f64>,
+}
+
+impl Products {
+    fn of(affine: &AffinePart) -> Self {
+        Self { monomials: affine.products.iter().map(|p| p.0.clone()).collect(), origin: affine.origin.clone() }
+    }
+
+    /// Derivatives of what K and M are affine in by the free parameters, (factors x free).
+    fn directions(&self, theta: &[f64], scaling: &Scaling) -> DMatrix<f64> {
+        let free = scaling.free();
+        DMatrix::from_fn(free.len() + self.monomials.len(), free.len(), |i, j| match i.checked_sub(free.len()) {
+            None => f64::from(u8::from(i == j)),
+            Some(k) => self.monomials[k].derivative(theta, &self.origin, free[j]),
+        })
+    }
+
+    /// What K and M are affine in: the free parameters, then the products.
+    fn fill(&self, theta: &[f64], scaling: &Scaling, out: &mut [f64]) {
+        let products = self.monomials.iter().map(|p| p.at(theta, &self.origin));
+        let values = scaling.free().iter().map(|&i| theta[i]).chain(products);
+        out.iter_mut().zip(values).for_each(|(factor, value)| *factor = value);
+    }
+}
+
 /// What derivatives need beside the modes.
 #[derive(Debug)]
 struct Slopes {
     pencil: PencilSlopes,
     /// The observation matrix by its entries: sensor, dof, value.
     sensors: Vec<(usize, usize, f64)>,
+}
+
+/// Mass of rigid motion, affine in the free parameters and products: few of its entries depend on one.
+#[derive(Debug)]
+struct RigidMass {
+    constant: SymMatrix,
+    /// (entry of the lower triangle, factor, coefficient).
+    terms: Vec<(usize, usize, f64)>,
+}
+
+impl RigidMass {
+    fn new<'a>(constant: SymMatrix, masses: impl Iterator<Item = &'a SymMatrix>) -> Self {
+        let mut terms = Vec::new();
+        for (factor, mass) in masses.enumerate() {
+            let entries = mass.lower().iter().enumerate().filter(|(_, value)| **value != 0.0);
+            terms.extend(entries.map(|(entry, value)| (entry, factor, *value)));
+        }
+        Self { constant, terms }
+    }
+
+    fn at(&self, factors: &[f64], out: &mut SymMatrix) {
+        out.copy_from(&self.constant);
+        let lower = out.lower_mut();
+        for &(entry, factor, value) in &self.terms {
+            lower[entry] += factors[factor] * value;
+        }
+    }
 }
 
 /// A measured shape at the sensors.
@@ -86,8 +140,6 @@ struct Seen<'a> {
     /// What K and M are affine in.
     factors: &'a [f64],
     modes: &'a BatchModes,
-    /// The modes at the dofs, where some of them were turned to the test.
-    turned: Option<&'a Modes>,
     /// Room for residuals.
     residuals: &'a mut DVector<f64>,
 }
@@ -270,14 +322,8 @@ impl Compiled {
             for pair in &p.pairs.pairs {
                 let (mode, f) = (pair.analytical, p.frequencies_hz[pair.analytical]);
                 let lambda = seen.modes.values(lane)[mode];
-                let shape = |mode: usize| match seen.turned {
-                    Some(turned) => &turned.shapes.as_slice()[mode * turned.shapes.nrows()..][..turned.shapes.nrows()],
-                    None => &seen.modes.shape(lane, mode)[self.n_read..],
-                };
-                let cluster = p.clusters.iter().find(|c| c.contains(&mode));
-                let others: Vec<&[f64]> =
-                    cluster.into_iter().flatten().filter(|&&k| k != mode).map(|&k| shape(k)).collect();
-                let Some((d_lambda, d_shape)) = at.mode(lambda, shape(mode), &others, &directions) else { return };
+                let shape = &seen.modes.shape(lane, mode)[self.n_read..];
+                let Some((d_lambda, d_shape)) = at.mode(lambda, shape, &directions) else { return };
                 let mut at_sensors = DMatrix::zeros(self.n_sensors, directions.ncols());
                 for (mut seen, d) in at_sensors.column_iter_mut().zip(d_shape.column_iter()) {
                     let (seen, d) = (seen.as_mut_slice(), d.as_slice());
@@ -329,16 +375,10 @@ impl Compiled {
                 },
             };
             self.observe(comparison, modes, lane, p, &mut bench.families);
-            let own = &bench.families;
-            let close = clusters(&p.frequencies_hz, closeness, |a, b| own[a] == own[b]);
-            p.clusters.clear();
-            let mut turned = None;
-            if !close.is_empty() {
-                // Modes that must be turned to the test are, where their dofs are known; else they are left to the reference path.
-                if !self.has_dofs || comparison.followed().len() > 0 {
-                    continue;
-                }
-                turned = Some(self.turned(comparison, (modes, lane), close, p, &mut bench.families));
+            // Modes that must be turned to the test are left to the reference path.
+            let (hz, own) = (&p.frequencies_hz, &bench.families);
+            if (1..hz.len()).any(|i| closeness.joins(hz[i - 1], hz[i], || own[i - 1] == own[i])) {
+                continue;
             }
             if self.has_products {
                 self.correlate_products(&bench.families, &bench.search, (modes, lane), p);
@@ -357,8 +397,7 @@ impl Compiled {
                 flags: Vec::new(),
             }));
             let (theta, factors) = (bench.theta.as_slice(), bench.factors[lane].as_slice());
-            let (turned, residuals) = (turned.as_ref(), &mut bench.residuals);
-            each(lane, Seen { prediction: p, theta, factors, modes, turned, residuals });
+            each(lane, Seen { prediction: p, theta, factors, modes, residuals: &mut bench.residuals });
         }
     }
 
@@ -385,40 +424,6 @@ impl Compiled {
         if self.has_shapes {
             hide_unseen(&mut p.at_sensors);
         }
-    }
-
-    /// Turns the modes of some clusters to the test as [`Comparison::predict`] does, and observes them anew.
-    fn turned(
-        &self,
-        comparison: &Comparison<'_>,
-        (modes, lane): (&BatchModes, usize),
-        mut close: Vec<Vec<usize>>,
-        p: &mut Prediction,
-        families: &mut [u8],
-    ) -> Modes {
-        let n = self.model.n_rows() - self.n_read;
-        let (count, sensors) = (self.model.n_modes(), comparison.sensors());
-        let mut whole = Modes {
-            lambda: DVector::from_column_slice(modes.values(lane)),
-            shapes: DMatrix::from_fn(n, count, |i, j| modes.shape(lane, j)[self.n_read + i]),
-            n_rigid: 0,
-            n_mechanism: 0,
-        };
-        if comparison.has_shapes() {
-            close = seen(close, &whole, sensors);
-            for cluster in &close {
-                turn(&mut whole, cluster, sensors, comparison.shapes());
-                for &mode in cluster {
-                    p.at_sensors.set_column(mode, &(sensors * whole.shapes.column(mode)));
-                    if let Some(mirror) = comparison.model().mirror() {
-                        families[mode] = code(family(symmetry_index(mirror, |row| whole.shapes[(row, mode)])));
-                    }
-                }
-            }
-            hide_unseen(&mut p.at_sensors);
-        }
-        p.clusters = close;
-        whole
     }
 
     /// What pairs are made by: the MAC, mixed with how far the modes continue those that are followed.
@@ -511,4 +516,38 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
         }
     }
     (sums[0] + sums[2]) + (sums[1] + sums[3]) + rest
+}
+
+/// K and M as functions of the factors; `None` if they are not affine in any.
+fn pencil(comparison: &Comparison<'_>, scaling: &Scaling) -> Option<AffinePencil> {
+    let model = comparison.model();
+    let affine = model.affine()?;
+    let part = |of: fn(&Basis) -> &[Entry]| {
+        let mut entries: Vec<AffineEntry> = Vec::new();
+        let mut add = |basis: &Basis, parameter: Option<usize>, factor: f64| {
+            entries.extend(of(basis).iter().map(|e| AffineEntry {
+                row: e.row,
+                col: e.column,
+                parameter,
+                coefficient: factor * e.value,
+            }));
+        };
+        add(&affine.constant, None, 1.0);
+        for (i, (basis, value)) in affine.parameters.iter().zip(scaling.base()).enumerate() {
+            match scaling.free().iter().position(|&f| f == i) {
+                Some(k) => add(basis, Some(k), 1.0),
+                None => add(basis, None, *value),
+            }
+        }
+        for (k, (_, basis)) in affine.products.iter().enumerate() {
+            add(basis, Some(scaling.len() + k), 1.0);
+        }
+        entries
+    };
+    Some(AffinePencil {
+        n: model.dof_map().n_dof(),
+        n_parameters: scaling.len() + affine.products.len(),
+        stiffness: part(|b| &b.stiffness),
+        mass: part(|b| &b.mass),
+    })
 }
