@@ -1,7 +1,7 @@
 //! Elements and held dofs in their places, with property values as functions of θ.
 
-use super::geometry::{Rotation, Vector, plus};
-use super::placed_matrices::PlacedMatrices;
+use super::geometry::{GLOBAL, Rotation, Vector, plus};
+use super::placed_matrices::{PlacedMatrices, Superelement};
 use super::value::Value;
 use crate::element::{Element, ElementInput};
 use std::borrow::Cow;
@@ -45,6 +45,35 @@ pub struct PlacedElement {
 }
 
 impl PlacedElement {
+    /// Matrices in global axes that stand for themselves.
+    ///
+    /// * `factors` - of K and of M
+    pub(super) fn of_matrices(
+        name: String,
+        path: &str,
+        [stiffness_factor, mass_factor]: [Option<Value>; 2],
+        matrices: PlacedMatrices,
+    ) -> Self {
+        Self {
+            name,
+            kind: &Superelement,
+            nodes: Vec::new(),
+            arms: Vec::new(),
+            axes: GLOBAL,
+            is_oriented: false,
+            turn: 0.0,
+            points: Vec::new(),
+            values: Arc::default(),
+            stiffness_factor,
+            mass_factor,
+            stiffness_damping: None,
+            mass_damping: None,
+            path: path.to_string(),
+            section: None,
+            matrices: Some(matrices),
+        }
+    }
+
     /// Everything that θ may move in it: property values and factors.
     pub(super) fn expressions(&self) -> impl Iterator<Item = &Value> {
         self.values

@@ -16,7 +16,7 @@ use super::dependence::{interior_point, weighed_mass};
 use super::geometry::{GLOBAL, Vector, constant, dot, minus, unit, unknown, vector};
 use super::place::{Placed, parameters};
 use super::placed_element::PlacedElement;
-use super::placed_matrices::{PlacedDof, PlacedMatrices, Superelement};
+use super::placed_matrices::{PlacedDof, PlacedMatrices};
 use super::solver::plan;
 use super::spec::{ModelSpec, SpinSpec, StaticPreloadSpec};
 use super::value::{Affine, Value};
@@ -331,22 +331,7 @@ fn softening(model: &Model, spin: &Spin, load: &Load, theta: &[f64]) -> Result<P
     let dof = |d: &usize| PlacedDof { node: d / 3, dof: Some(Dof::ALL[d % 3]), axis: GLOBAL[d % 3] };
     let dofs = Arc::new(used.iter().map(dof).collect::<Vec<_>>());
     let k = Arc::new(Symmetric { n: dofs.len(), lower, asymmetry: 0.0 });
-    Ok(PlacedElement {
-        name: child(&load.path, "spin"),
-        kind: &Superelement,
-        nodes: Vec::new(),
-        arms: Vec::new(),
-        axes: GLOBAL,
-        is_oriented: false,
-        turn: 0.0,
-        points: Vec::new(),
-        values: Arc::new(Vec::new()),
-        stiffness_factor: Some(Value::of(load.factor.clone())),
-        mass_factor: None,
-        stiffness_damping: None,
-        mass_damping: None,
-        path: load.path.clone(),
-        section: None,
-        matrices: Some(PlacedMatrices { dofs, k: Some(k), m: None, c: None, damping_factor: None, is_preload: true }),
-    })
+    let matrices = PlacedMatrices { dofs, k: Some(k), m: None, c: None, damping_factor: None, is_preload: true };
+    let factors = [Some(Value::of(load.factor.clone())), None];
+    Ok(PlacedElement::of_matrices(child(&load.path, "spin"), &load.path, factors, matrices))
 }

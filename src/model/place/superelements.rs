@@ -7,7 +7,7 @@ use crate::element::Dof;
 use crate::model::exported::{Exported, ExportedDof, ExportedMatrices, ExportedTerm};
 use crate::model::geometry::{GLOBAL, Near, Stand, Vector, constant, dot, extent, minus, plus};
 use crate::model::placed_element::PlacedElement;
-use crate::model::placed_matrices::{PlacedDof, PlacedMatrices, Superelement};
+use crate::model::placed_matrices::{PlacedDof, PlacedMatrices};
 use crate::model::spec::{ModelSpec, SuperelementSpec};
 use crate::model::value::{Affine, Value};
 use crate::yaml::child;
@@ -237,24 +237,9 @@ impl Placer<'_> {
         factor: Option<Value>,
     ) -> usize {
         let ExportedMatrices { k, m, c } = matrices.clone();
-        self.elements.push(PlacedElement {
-            name,
-            kind: &Superelement,
-            nodes: Vec::new(),
-            arms: Vec::new(),
-            axes: GLOBAL,
-            is_oriented: false,
-            turn: 0.0,
-            points: Vec::new(),
-            values: Arc::default(),
-            stiffness_factor: factor.clone(),
-            mass_factor: factor.clone(),
-            stiffness_damping: None,
-            mass_damping: None,
-            path: path.to_string(),
-            section: None,
-            matrices: Some(PlacedMatrices { dofs: dofs.clone(), k, m, c, damping_factor: factor, is_preload: false }),
-        });
+        let factors = [factor.clone(), factor.clone()];
+        let matrices = PlacedMatrices { dofs: dofs.clone(), k, m, c, damping_factor: factor, is_preload: false };
+        self.elements.push(PlacedElement::of_matrices(name, path, factors, matrices));
         self.elements.len() - 1
     }
 }
