@@ -7,11 +7,13 @@ use retune::diagnosis::{Estimate, HypothesisResult, Kind, sensor_loads};
 use retune::effect::{Context, Effects, Structure, candidates};
 use retune::fault::{Bench, Faults, Number, PlacedFault, SingleTest};
 use retune::modal::{ModalDamping, SolveOptions, synthesize};
-use retune::model::{Model, ParametricModel, Registry, load, load_configuration, solve_modes};
+use retune::model::{Model, ParametricModel, Registry, load, load_configuration, load_in, solve_modes};
 use retune::objective::Comparison;
 use retune::report::data::{LiveParameter, ReportData};
-use retune::report::{Case, add_tests, assess_paired, html, live, live_unasked, of_comparison};
-use retune::update::{Controls, HowToPair, Settings, assess, compared, freed, paired_test, update};
+use retune::report::{Case, add_live, add_tests, assess_paired, html, live, of_comparison};
+use retune::update::{
+    Controls, HowToPair, Settings, TwinOptions, assess, compared, freed, node_sensors, paired_test, twin_modes, update,
+};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
@@ -230,7 +232,7 @@ fn two_tests() -> (ReportData, Value) {
     let mut data = of_comparison(case).unwrap();
     add_tests(&mut data, &[&gvt, &bench]);
     let hypotheses = [hypothesis(OFFSET)];
-    data.live = live_unasked(case, &[(&clamped, &bench)], &how, None, &hypotheses);
+    add_live(&mut data, case, &[(&clamped, &bench)], &how, None, &hypotheses);
     assert_eq!(data.live.len(), 2);
     assert!(data.live.iter().all(|l| l.hypotheses.len() == 1), "{:?}", data.live[1].left_out);
     assert_eq!(data.live[1].configuration, bench.configuration);
@@ -246,6 +248,30 @@ fn two_tests() -> (ReportData, Value) {
     });
     let points = points.collect();
     (data, points)
+}
+
+/// A page that does not compute says why, and how to get one that does.
+#[test]
+fn the_page_of_a_larger_model_says_why_it_does_not_compute() {
+    let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("models");
+    let (model, ..) =
+        load_in(&file("plate_wing.yaml"), None, &Registry::builtin(), &mut |path| std::fs::read(models.join(path)))
+            .unwrap();
+    let n_dof = model.dof_map().n_dof();
+    assert!(n_dof > 400, "{n_dof}");
+    let theta = model.parameters().nominal();
+    let sensors = node_sensors(&model);
+    let noise = TwinOptions { n_modes: 4, frequency_noise: 0.001, shape_noise: 0.01, ..TwinOptions::default() };
+    let test = twin_modes(&model, &theta, &sensors, &noise, "twin of the plate").unwrap();
+    let how = HowToPair::default();
+    let assessment = assess_paired(&model, &theta, &test, &how).unwrap();
+    let case = Case { model: &model, test: &test, assessment: &assessment };
+    let mut data = of_comparison(case).unwrap();
+    add_live(&mut data, case, &[], &how, None, &[]);
+    assert!(data.live.is_empty());
+    let why = data.meta.not_live.as_deref().unwrap();
+    assert!(why.contains(&format!("{n_dof} dofs")) && why.contains("`retune report --live`"), "{why}");
+    assert!(html(&data).unwrap().contains("dofs, and a page computes unasked"));
 }
 
 /// Where the pages of the tests in a browser are.

@@ -15,7 +15,7 @@ use retune::diagnosis;
 use retune::effect::set_parameter_values;
 use retune::model::{self, ParametricModel as _};
 use retune::report::{
-    Case, add_diagnosis, add_tests, answer, assess_paired, html, live_of_learning, live_unasked, of_comparison,
+    Case, add_diagnosis, add_live, add_live_of_learning, add_tests, answer, assess_paired, html, of_comparison,
     of_identification, of_learning, of_posterior, of_update,
 };
 use retune::update::{self, Agreement, HowToPair, marginals, sampled_values};
@@ -141,7 +141,7 @@ impl Updated {
             let model = first.model.file()?;
             let mut data = of_update(model, &first.test, u)?;
             let case = Case { model, test: &first.test, assessment: &u.after };
-            data.live = live_unasked(case, &others(&self.all)?, &self.how, Some(model), &[]);
+            add_live(&mut data, case, &others(&self.all)?, &self.how, Some(model), &[]);
             add_tests(&mut data, &self.all.iter().map(|t| &t.test).collect::<Vec<_>>());
             data.meta.warnings.extend(u.uncertainty.remarks.iter().cloned());
             if self.all.len() > 1 {
@@ -229,7 +229,7 @@ impl Diagnosed {
             add_diagnosis(&mut data, &self.diagnosis, model, &joined(&tests).test);
             let assessment = assess_paired(model, &model.parameters().nominal(), &first.test, &self.how)?;
             let case = Case { model, test: &first.test, assessment: &assessment };
-            data.live = live_unasked(case, &others(&self.all)?, &self.how, None, &self.diagnosis.hypotheses);
+            add_live(&mut data, case, &others(&self.all)?, &self.how, None, &self.diagnosis.hypotheses);
             add_tests(&mut data, &tests);
             data.meta.warnings.extend(warnings_of(&self.all[1..]));
             self.made.page(data)
@@ -279,7 +279,7 @@ impl Learned {
         }
         let work = || {
             let mut data = of_learning(&cases, &self.learned)?;
-            data.live = live_of_learning(&cases, &self.learned);
+            add_live_of_learning(&mut data, &cases, &self.learned);
             add_tests(&mut data, &self.all.iter().map(|t| &t.test).collect::<Vec<_>>());
             data.meta.warnings.extend(warnings_of(&self.all));
             self.made.page(data)

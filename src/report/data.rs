@@ -180,6 +180,9 @@ pub struct Meta {
     pub data_items: Vec<DataItem>,
     /// What a reader should know before believing a number.
     pub warnings: Vec<String>,
+    /// Why the page does not compute with the model, where it does not.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub not_live: Option<String>,
 }
 
 /// The answer of a report: one sentence and one number.

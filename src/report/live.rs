@@ -8,7 +8,7 @@ mod fault;
 mod rows;
 mod several;
 
-pub use several::{Tested, live_of_learning, live_tests, live_unasked};
+pub use several::{Tested, add_live, add_live_of_learning, live_tests};
 
 use super::build::{Case, typical_damping};
 use super::data::{

@@ -26,6 +26,6 @@ pub use build::{
 };
 pub use data::{ReportData, ReportError};
 pub use html::{html, json};
-pub use live::{NotLive, Tested, add_versions, live, live_of_learning, live_tests, live_unasked};
+pub use live::{NotLive, Tested, add_live, add_live_of_learning, add_versions, live, live_tests};
 pub use svg::{Figure, figures, response_figure};
 pub use vtk::{VtkFile, paraview};

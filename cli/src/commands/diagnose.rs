@@ -14,7 +14,7 @@ use retune::effect::{Effect, Effects};
 use retune::fault::Faults;
 use retune::model::ParametricModel;
 use retune::report::{
-    Case, ReportData, add_diagnosis, add_tests, answer, assess_paired, diagnosis, live_unasked, of_comparison, text,
+    Case, ReportData, add_diagnosis, add_live, add_tests, answer, assess_paired, diagnosis, of_comparison, text,
 };
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -60,7 +60,7 @@ pub(crate) fn run(args: &Diagnose) -> Result<u8, Failure> {
         let case = Case { model: &first.model, test: &first.test, assessment: &assessment };
         let mut data = of_comparison(case)?;
         add_diagnosis(&mut data, &d, &first.model, &together);
-        data.live = live_unasked(case, &others(&all), &how, None, &d.hypotheses);
+        add_live(&mut data, case, &others(&all), &how, None, &d.hypotheses);
         about_files(&mut data, &all, &args.model, &args.tests.paths, args.random.seed);
         let written = outputs.write(&data)?;
         if !args.print.json {

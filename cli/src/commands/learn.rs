@@ -11,7 +11,7 @@ use retune::data::{TestData, joined, write_test};
 use retune::diagnosis::{Estimate, Learned, Settings, Step, Verdict, learn_from_tests};
 use retune::model::Model;
 use retune::report::{
-    LearningStep, answer, diagnosis, learning_steps, live_of_learning, misfit_before_any_fit, of_learning, text,
+    LearningStep, add_live_of_learning, answer, diagnosis, learning_steps, misfit_before_any_fit, of_learning, text,
 };
 use std::path::{Path, PathBuf};
 
@@ -68,7 +68,7 @@ pub(crate) fn run(args: &Learn) -> Result<u8, Failure> {
     }
     if args.report.is_some() {
         let mut data = of_learning(&cases, &learned)?;
-        data.live = live_of_learning(&cases, &learned);
+        add_live_of_learning(&mut data, &cases, &learned);
         about_files(&mut data, &all, &args.model, &args.tests.paths, args.random.seed);
         let written = outputs.write(&data)?;
         if !args.print.json {

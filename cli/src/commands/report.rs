@@ -11,8 +11,8 @@ use retune::diagnosis::{Settings, diagnose, diagnose_tests};
 use retune::model::{Model, ParametricModel};
 use retune::report::data::ReportData;
 use retune::report::{
-    Case, LearningStep, NotLive, add_before, add_diagnosis, add_learning, add_parameters, add_responses, add_versions,
-    assess_paired, json, live_tests, live_unasked, misfit_before_any_fit, of_comparison, steps, text,
+    Case, LearningStep, NotLive, add_before, add_diagnosis, add_learning, add_live, add_parameters, add_responses,
+    add_versions, assess_paired, json, live_tests, misfit_before_any_fit, of_comparison, steps, text,
 };
 use retune::update::Assessment;
 use std::path::{Path, PathBuf};
@@ -76,14 +76,17 @@ pub(crate) fn run(args: &Report) -> Result<u8, Failure> {
     if args.json || outputs.page.or(outputs.json).is_some() {
         let hypotheses = diagnosis.as_ref().map_or(&[][..], |d| &d.hypotheses);
         let first = earlier.first().map(|e| &e.1);
-        data.live = match args.live {
-            WhenLive::Never => Vec::new(),
-            WhenLive::Auto => live_unasked(case, &others(&all), &how, first, hypotheses),
-            WhenLive::Always => live_tests(case, &others(&all), &how, first, hypotheses)
-                .zip(&all)
-                .filter_map(|(found, t)| found.inspect_err(|e| does_not_compute(&t.test.name, e)).ok())
-                .collect(),
-        };
+        match args.live {
+            WhenLive::Never => {}
+            WhenLive::Auto => add_live(&mut data, case, &others(&all), &how, first, hypotheses),
+            WhenLive::Always => {
+                let beside = others(&all);
+                let found = live_tests(case, &beside, &how, first, hypotheses).zip(&all);
+                data.live = found
+                    .filter_map(|(found, t)| found.inspect_err(|e| does_not_compute(&t.test.name, e)).ok())
+                    .collect();
+            }
+        }
     }
     let versions: Vec<(&str, &Model)> = earlier.iter().map(|(name, model, _)| (name.as_str(), model)).collect();
     data.live.iter_mut().for_each(|live| add_versions(live, &versions));

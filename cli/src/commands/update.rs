@@ -14,7 +14,7 @@ use retune::data::TestData;
 use retune::effect::set_parameter_values;
 use retune::optim::{Checkpoint, OptimizerSpec};
 use retune::report::text::{cost_history, printable};
-use retune::report::{Case, add_tests, answer, live_unasked};
+use retune::report::{Case, add_live, add_tests, answer};
 use retune::update::{
     Assessment, Controls, ObjectiveSpec, ReducedSearch, Settings, TestCase, UnpairedMode, update_to_tests,
 };
@@ -132,7 +132,7 @@ pub(crate) fn run(args: &Update) -> Result<u8, Failure> {
         let first = &all[0];
         let mut data = retune::report::of_update(&first.model, &first.test, &u)?;
         let case = Case { model: &first.model, test: &first.test, assessment: &u.after };
-        data.live = live_unasked(case, &others(&all), &settings.pairing, Some(&first.model), &[]);
+        add_live(&mut data, case, &others(&all), &settings.pairing, Some(&first.model), &[]);
         data.meta.warnings.extend(u.uncertainty.remarks.iter().cloned());
         add_tests(&mut data, &all.iter().map(|t| &t.test).collect::<Vec<_>>());
         if all.len() > 1 {

@@ -10,7 +10,7 @@ use pyo3::prelude::*;
 use retune::data::{corrected_functions, joined};
 use retune::diagnosis::{self, Listener, Until};
 use retune::model::ParametricModel as _;
-use retune::report::{Case, add_before, add_diagnosis, add_responses, assess_paired, html, json, live_unasked};
+use retune::report::{Case, add_before, add_diagnosis, add_live, add_responses, assess_paired, html, json};
 use std::sync::Arc;
 
 /// `retune report`: the page and its data as JSON, with remarks.
@@ -64,7 +64,7 @@ pub(crate) fn report(
         let assessment = assess_paired(structure, &structure.parameters().nominal(), data_of_test, &how)?;
         let case = Case { model: structure, test: data_of_test, assessment: &assessment };
         let before = earlier.as_ref().map(|(b, a)| Case { model: &b.model, test: data_of_test, assessment: a });
-        data.live = live_unasked(case, &[], &how, before.map(|b| b.model), &hypotheses);
+        add_live(&mut data, case, &[], &how, before.map(|b| b.model), &hypotheses);
         if let Some((set, is_synthetic)) = &frfs {
             let origin = if *is_synthetic { "synthetic" } else { "measured" };
             let set = corrected_functions((**set).clone(), &data_of_test.sensors, &data_of_test.corrections);

@@ -1,7 +1,7 @@
 //! Several tests, each with the model in the configuration in which it was measured.
 
 use super::super::build::{Case, assess_for_report, assess_paired, structure_of};
-use super::super::data::{Live, Structure};
+use super::super::data::{Live, ReportData, Structure};
 use super::{NotLive, live, live_with};
 use crate::data::TestData;
 use crate::diagnosis::{HypothesisResult, Learned};
@@ -54,35 +54,61 @@ fn drawn(mut structure: Structure) -> Structure {
     structure
 }
 
-/// [`live_tests`] as a page has it unasked: of models that are small, as many as stay light, where nothing hinders.
-pub fn live_unasked(
+/// Fills [`ReportData::live`] with [`live_tests`] as a page has them unasked: of models that are small, as many as stay light, where nothing
+/// hinders. Where there are none, [`Meta::not_live`](super::super::data::Meta::not_live) says why.
+pub fn add_live(
+    data: &mut ReportData,
     case: Case<'_>,
     others: &[Tested<'_>],
     how: &HowToPair,
     first: Option<&Model>,
     hypotheses: &[HypothesisResult],
-) -> Vec<Live> {
-    let few = others.iter().take_while(|(model, _)| model.dof_map().n_dof() <= LIVE_UNASKED).count();
-    if case.model.dof_map().n_dof() > LIVE_UNASKED {
-        return Vec::new();
+) {
+    let n_dof = case.model.dof_map().n_dof();
+    if n_dof > LIVE_UNASKED {
+        data.meta.not_live = Some(format!(
+            "It has {n_dof} dofs, and a page computes unasked with at most {LIVE_UNASKED}; `retune report --live` asks for it."
+        ));
+        return;
     }
+    let few = others.iter().take_while(|(model, _)| model.dof_map().n_dof() <= LIVE_UNASKED).count();
     let mut room = LIGHT;
-    let fits = |live: &Live| {
-        let size = serde_json::to_string(live).map_or(usize::MAX, |text| text.len());
-        room.checked_sub(size).map(|left| room = left).is_some()
-    };
-    live_tests(case, &others[..few], how, first, hypotheses).filter_map(Result::ok).take_while(fits).collect()
+    for found in live_tests(case, &others[..few], how, first, hypotheses) {
+        let size = |live: &Live| serde_json::to_string(live).map_or(usize::MAX, |text| text.len());
+        match found.map(|live| (room.checked_sub(size(&live)), live)) {
+            Ok((Some(left), live)) => {
+                room = left;
+                data.live.push(live);
+            }
+            Ok((None, _)) => {
+                let why =
+                    "It would make this page heavier by more than a megabyte; `retune report --live` asks for it.";
+                data.meta.not_live = Some(why.into());
+                break;
+            }
+            Err(why) => data.meta.not_live = Some(format!("{}.", sentence(&why.to_string()))),
+        }
+    }
+    if !data.live.is_empty() {
+        data.meta.not_live = None;
+    }
 }
 
-/// [`live_unasked`] of what learning has found: the last model against the corrected tests of its configuration, the sliders marked
+/// With a capital letter.
+fn sentence(text: &str) -> String {
+    let mut rest = text.chars();
+    rest.next().map_or_else(String::new, |first| first.to_uppercase().chain(rest).collect())
+}
+
+/// [`add_live`] of what learning has found: the last model against the corrected tests of its configuration, the sliders marked
 /// where the first model was.
 ///
 /// * `cases` - the tests as they were given, each with the model in its configuration
-pub fn live_of_learning(cases: &[Tested<'_>], learned: &Learned) -> Vec<Live> {
-    let (Some(last), Some(&(before, given))) = (learned.steps.last(), cases.first()) else { return Vec::new() };
+pub fn add_live_of_learning(data: &mut ReportData, cases: &[Tested<'_>], learned: &Learned) {
+    let (Some(last), Some(&(before, given))) = (learned.steps.last(), cases.first()) else { return };
     let corrected = |k: usize, test| learned.tests.get(k).unwrap_or(test);
     let test = corrected(0, given);
-    let Ok(assessment) = assess_for_report(&last.model, &last.theta, test) else { return Vec::new() };
+    let Ok(assessment) = assess_for_report(&last.model, &last.theta, test) else { return };
     let others: Vec<Tested<'_>> = cases
         .iter()
         .enumerate()
@@ -91,5 +117,5 @@ pub fn live_of_learning(cases: &[Tested<'_>], learned: &Learned) -> Vec<Live> {
         .map(|(k, (_, t))| (&last.model, corrected(k, t)))
         .collect();
     let case = Case { model: &last.model, test, assessment: &assessment };
-    live_unasked(case, &others, &HowToPair::default(), Some(before), &last.diagnosis.hypotheses)
+    add_live(data, case, &others, &HowToPair::default(), Some(before), &last.diagnosis.hypotheses);
 }

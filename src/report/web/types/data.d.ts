@@ -164,6 +164,10 @@ export interface Meta {
    * What a reader should know before believing a number.
    */
   warnings: string[];
+  /**
+   * Why the page does not compute with the model, where it does not.
+   */
+  not_live?: string;
 }
 /**
  * The answer of a report: one sentence and one number.

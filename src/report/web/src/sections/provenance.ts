@@ -17,6 +17,7 @@ export function provenanceSection(meta: Meta, download: () => void, tables: () =
     meta.commands.length ? card("To repeat it", null, h("pre", { tabindex: 0 }, meta.commands.map((c) => `$ ${c}`).join("\n"))) : null,
     meta.files.length ? card("Files", null, table("Files", [{ head: "Role" }, { head: "File" }, { head: "SHA-256" }],
       meta.files.map((f) => [f.role, h("code", {}, f.path), f.sha256 ? h("code", { class: "hash" }, f.sha256) : "–"]))) : null,
+    meta.not_live ? card("Why this page does not compute with the model", null, h("p", { id: "not-live" }, meta.not_live)) : null,
     h("div", { class: "columns" },
       meta.versions.length || meta.created ? card("Versions", null, pairs([...meta.versions, ...(meta.created ? [{ name: "created", text: meta.created }] : [])])) : null,
       meta.seeds.length ? card("Seeds", null, pairs(meta.seeds)) : null),
