@@ -29,6 +29,8 @@ pub mod model;
 pub mod objective;
 pub mod optim;
 pub mod report;
+#[cfg(test)]
+mod tests;
 pub mod units;
 pub mod update;
 pub mod yaml;

@@ -5,7 +5,7 @@ use rand::{Rng, RngExt, SeedableRng};
 /// Gives mutated copies of good files to a reader, which may refuse them but not panic, hang or ask for much memory; some must
 /// still be read, or the mutations say nothing.
 ///
-/// * `rounds` - copies; forty times as many where the environment has RETUNE_SLOW
+/// * `rounds` - copies; forty times as many with `RETUNE_SLOW=1`
 /// * `read` - whether it takes the bytes
 pub(crate) fn all(seeds: &[Vec<u8>], rounds: u32, read: impl Fn(&[u8]) -> bool) {
     let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(7);
@@ -13,7 +13,7 @@ pub(crate) fn all(seeds: &[Vec<u8>], rounds: u32, read: impl Fn(&[u8]) -> bool) 
     for seed in seeds {
         assert!(read(seed), "the file itself must be readable");
     }
-    let times = if std::env::var_os("RETUNE_SLOW").is_some() { 40 } else { 1 };
+    let times = crate::tests::seeds(1, 40);
     for _ in 0..times * rounds {
         let mut bytes = seeds[rng.random_range(0..seeds.len())].clone();
         for _ in 0..rng.random_range(1..4) {

@@ -32,10 +32,44 @@ pub fn check(effects: &Effects, text: &str, registry: &Registry, context: &Conte
     check_on(effects, &model, text, registry, context)
 }
 
+/// [`check_on`], of which only some candidates are built and read back: so many of every effect, evenly among its places.
+#[cfg(test)]
+pub(crate) fn check_some(
+    effects: &Effects,
+    (model, text): (&Model, &str),
+    registry: &Registry,
+    context: &Context,
+    of_each: usize,
+) -> Vec<String> {
+    let all = candidates(model, effects, context);
+    let count = |name: &str| all.iter().filter(|c| c.effect.name() == name).count();
+    let counts: Vec<usize> = effects.iter().map(|e| count(e.name())).collect();
+    let mut met = vec![0; counts.len()];
+    check_where(effects, model, text, registry, context, &mut |c| {
+        let Some(k) = effects.iter().position(|e| e.name() == c.effect.name()) else { return true };
+        met[k] += 1;
+        // The last of each of so many equal parts.
+        let parts = of_each.min(counts[k]);
+        met[k] * parts / counts[k] > (met[k] - 1) * parts / counts[k]
+    })
+}
+
 /// [`check`] of a model that was read from files too: with superelements.
 ///
 /// * `text` - of the model file
 pub fn check_on(effects: &Effects, model: &Model, text: &str, registry: &Registry, context: &Context) -> Vec<String> {
+    check_where(effects, model, text, registry, context, &mut |_| true)
+}
+
+/// * `is_tried` - asked of every candidate in turn
+fn check_where(
+    effects: &Effects,
+    model: &Model,
+    text: &str,
+    registry: &Registry,
+    context: &Context,
+    is_tried: &mut dyn FnMut(&Candidate) -> bool,
+) -> Vec<String> {
     let mut failures: Vec<String> = effects.iter().flat_map(|e| about(e, effects)).collect();
     let all = candidates(model, effects, context);
     let again = candidates(model, effects, context);
@@ -53,6 +87,9 @@ pub fn check_on(effects: &Effects, model: &Model, text: &str, registry: &Registr
     let theta = structure.theta().to_vec();
     let Ok(base) = model.assemble(&theta) else { return vec!["the model has no matrices".to_string()] };
     for (i, candidate) in all.iter().enumerate() {
+        if !is_tried(candidate) {
+            continue;
+        }
         let mut fail = |what: String| failures.push(format!("{}: {what}", candidate.id()));
         names(candidate, &mut fail);
         match candidate.build(model, registry) {

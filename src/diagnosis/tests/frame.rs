@@ -87,7 +87,7 @@ fn nodes_that_were_not_merged_are_found() {
 #[test]
 fn two_that_are_not_the_best_alone_are_found() {
     let hidden = [("root-flexibility@column.1:c0.ry", &[2.5e-4][..]), ("point-mass@a1", &[0.06])];
-    for seed in 1..4 {
+    for &seed in first(1, &[1, 2, 3]) {
         let d = frame_with(&hidden, seed);
         assert_eq!(d.verdict, Verdict::SeveralEffects, "{seed}");
         for (id, sizes) in hidden {
@@ -104,7 +104,7 @@ fn two_that_are_not_the_best_alone_are_found() {
 #[test]
 fn a_mode_that_the_test_must_have_overlooked_is_no_explanation() {
     let id = "root-flexibility@column.1:c0.bending";
-    for seed in 1..4 {
+    for &seed in first(1, &[1, 2, 3]) {
         let d = frame_with(&[(id, &[2.5e-4, 8e-5])], seed);
         assert_eq!((d.verdict, d.hypotheses[0].id.as_str()), (Verdict::MissingEffect, id), "{seed}");
     }
@@ -129,7 +129,8 @@ fn few_sensors_and_frequencies_alone_are_enough_for_a_diagnosis() {
 fn a_frequency_that_is_mistyped_is_told_from_physics() {
     let of_frame = |seed: u64| measured_frame(&[], &READ, seed);
     let of_wing = |seed: u64| (model(&wing()), measured(&truth(&[]), seed));
-    for (is_first, seed, mode) in [(true, 1, 2), (true, 2, 4), (false, 1, 2), (false, 2, 4)] {
+    for (is_first, seed, mode) in first(2, &[(true, 1, 2), (false, 2, 4), (true, 2, 4), (false, 1, 2)]).iter().copied()
+    {
         let (base, mut test) = if is_first { of_wing(seed) } else { of_frame(seed) };
         let known = test.modes[mode].frequency_hz.value;
         test.modes[mode].frequency_hz.value *= 1.04;
@@ -205,7 +206,7 @@ fn a_pier_that_gives_is_found() {
     };
     let base = bridge("4", "  pier: {node: p, fixed: [uz]}\n");
     let truth = bridge("6", "springs:\n  pier: {node: p, k: {uz: 2e6 N/m}}\n");
-    for seed in 1..=3 {
+    for &seed in first(1, &[1, 2, 3]) {
         let mut sensors = crate::update::node_sensors(&base);
         sensors.retain(|s| ["b1.uz", "b2.uz", "b3.uz", "b4.uz"].contains(&s.name.as_str()));
         let options = TwinOptions { shape_noise: 0.02, ..noise(5, seed) };

@@ -63,7 +63,7 @@ fn measured_with(
 #[test]
 fn a_body_lacks_inertia_about_two_axes() {
     let id = "point-rotary-inertia@t5.all_axes";
-    for seed in 1..4 {
+    for &seed in first(1, &[1, 2, 3]) {
         let (base, test) = measured_with(tower, &[210e9, 3200.0], Some((id, &[9000.0, 16000.0, 0.0])), seed);
         let d = told(&base, &test);
         assert_eq!((d.verdict, d.hypotheses[0].id.as_str()), (Verdict::MissingEffect, id), "{seed}");
@@ -79,7 +79,7 @@ fn a_body_lacks_inertia_about_two_axes() {
 #[test]
 fn a_support_under_a_short_stub_gives() {
     let id = "root-flexibility@stub_left:l0.ux";
-    for seed in 1..4 {
+    for &seed in first(1, &[1, 2, 3]) {
         let (base, test) = measured_with(portal, &[200e9, 310.0], Some((id, &[3e-7])), seed);
         let d = told(&base, &test);
         assert_eq!((d.verdict, d.hypotheses[0].id.as_str()), (Verdict::MissingEffect, id), "{seed}");

@@ -5,6 +5,7 @@ use crate::data::{FrfQuantity, FrfSet};
 use crate::identify::tests::synthetic::{TrueMode, lines, normal_pair, synthesise};
 use crate::identify::{IdentifyOptions, identify};
 use crate::linalg::DMatrix;
+use crate::tests::seeds;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::collections::BTreeMap;
@@ -117,13 +118,14 @@ fn alarms(frfs: &FrfSet) -> Vec<Finding> {
         .collect()
 }
 
-/// Sixty healthy tests: at most three raise any alarm. If the true rate of alarms were 10 % or more, three or fewer of sixty
-/// would come with a chance of 14 % at most; at 15 %, of 2 %.
+/// Of sixty healthy tests (`RETUNE_SLOW=1`) at most three raise any alarm. If the true rate of alarms were 10 % or more, three or fewer of sixty
+/// would come with a chance of 14 % at most; at 15 %, of 2 %. Each time the first twenty, of which one may.
 #[test]
 fn healthy_tests_of_three_structures_stay_quiet() {
     let mut by_code: BTreeMap<&str, Vec<u64>> = BTreeMap::new();
     let mut loud = 0;
-    for seed in 0..60 {
+    let n = seeds(20, 60);
+    for seed in 0..n {
         let found = alarms(&healthy(seed));
         loud += u32::from(!found.is_empty());
         for f in &found {
@@ -131,15 +133,15 @@ fn healthy_tests_of_three_structures_stay_quiet() {
             eprintln!("{seed}: {} {} {:?}", f.code, f.subject, f.evidence);
         }
     }
-    eprintln!("alarms in {loud} of 60 healthy tests: {by_code:?}");
-    assert!(loud <= 3, "{by_code:?}");
+    eprintln!("alarms in {loud} of {n} healthy tests: {by_code:?}");
+    assert!(u64::from(loud) <= n / 20, "{by_code:?}");
 }
 
-/// In each of thirty tests one fault: a noisy channel, a reversed force, a wrong driving point, a gain of one force.
+/// In each of ten tests, thirty with `RETUNE_SLOW=1`, one fault: a noisy channel, a reversed force, a wrong driving point, a gain of one force.
 #[test]
 fn faults_in_three_structures_are_found() {
     let (mut found, mut count): (BTreeMap<&str, u32>, BTreeMap<&str, u32>) = (BTreeMap::new(), BTreeMap::new());
-    for seed in 0..30 {
+    for seed in 0..seeds(10, 30) {
         let clean = healthy(seed);
         let n = clean.responses.len();
         let mut rng = ChaCha8Rng::seed_from_u64(1000 + seed);
@@ -234,7 +236,7 @@ fn healthy_shapes_of_three_structures_stay_quiet() {
 #[test]
 fn runs_of_one_structure_agree_and_a_drift_is_named() {
     let (mut loud, mut named, mut count) = (Vec::new(), 0, 0);
-    for seed in 0..40 {
+    for seed in 0..seeds(12, 40) {
         let (modes, references, mut rng) = plan(seed);
         let top = 1.2 * modes[modes.len() - 1].f;
         let drift = 1.0 + 10.0_f64.powf(rng.random_range(-3.0..-2.0)) * if seed % 4 < 2 { 1.0 } else { -1.0 };
@@ -268,7 +270,7 @@ fn runs_of_one_structure_agree_and_a_drift_is_named() {
 #[test]
 fn modes_split_by_a_move_are_named_and_close_modes_are_not() {
     let (mut found, mut loud, mut count) = (0, Vec::new(), 0);
-    for seed in 0..30 {
+    for seed in 0..seeds(10, 30) {
         let (modes, references, mut rng) = plan(seed);
         let top = 1.2 * modes[modes.len() - 1].f;
         let mut frfs = measured(&modes, &references, top);
@@ -314,7 +316,7 @@ fn modes_split_by_a_move_are_named_and_close_modes_are_not() {
 #[test]
 fn a_stiff_suspension_is_named_and_a_soft_one_is_not() {
     let (mut named, mut loud, mut count) = (0, Vec::new(), 0);
-    for seed in 0..30 {
+    for seed in 0..seeds(12, 30) {
         let (modes, references, mut rng) = plan(seed);
         let (first, top) = (modes[0].f, 1.2 * modes[modes.len() - 1].f);
         let (soft, stiff) = (rng.random_range(0.06..0.095), rng.random_range(0.25..0.5));
@@ -344,7 +346,7 @@ fn a_stiff_suspension_is_named_and_a_soft_one_is_not() {
         named += u32::from(with(stiff).iter().any(|f| f.code == "suspension"));
     }
     eprintln!("{named} of {count} stiff suspensions named; alarms in {} of {count} with a soft one", loud.len());
-    assert!(count >= 15, "{count}");
+    assert!(count >= seeds(6, 15), "{count}");
     assert!(named == count, "{named} of {count}");
     assert!(loud.len() <= 1, "{loud:?}");
 }

@@ -259,7 +259,7 @@ fn intervals_cover_the_truth() {
 /// worst case otherwise, where a share of 150 frequencies has a standard deviation of 2.4 %.
 #[test]
 fn intervals_cover_the_truth_where_the_force_is_noisy() {
-    let is_slow = std::env::var_os("RETUNE_SLOW").is_some();
+    let is_slow = crate::tests::is_asked();
     let cases = [(0.02, 0.005), (0.05, 0.02), (0.02, 0.0)];
     let mut wrong = Vec::new();
     for (response, force) in cases {

@@ -135,7 +135,7 @@ fn tally(seeds: std::ops::Range<u64>, shift: f64, least_contribution: f64) -> Ta
 /// `RETUNE_SLOW=1 cargo test --release --lib weak -- --nocapture`.
 #[test]
 fn the_threshold_of_weak_modes_is_calibrated() {
-    if std::env::var_os("RETUNE_SLOW").is_some() {
+    if crate::tests::is_asked() {
         for shift in [0.0, 5e-4, 1e-3] {
             for threshold in [0.0, 0.03, 0.1, 0.2, 0.3] {
                 eprintln!("shift {shift}, threshold {threshold}: {:?}", tally(0..60, shift, threshold));

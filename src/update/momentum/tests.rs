@@ -100,7 +100,7 @@ fn study(kind: usize, fault: &str, seeds: std::ops::Range<u64>) -> Count {
 /// Ten seeds for each structure and fault; with `RETUNE_SLOW=1` 200, the table of docs/identification.md.
 #[test]
 fn planted_faults_on_free_structures_are_named() {
-    let n = if std::env::var_os("RETUNE_SLOW").is_some() { 200 } else { 10 };
+    let n = crate::tests::seeds(10, 200);
     for (kind, name) in ["bff", "garteur", "free_beam"].iter().enumerate() {
         for fault in ["exact", "none", "sign", "swap", "dead"] {
             let count = study(kind, fault, 0..n);

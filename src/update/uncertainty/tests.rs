@@ -181,8 +181,7 @@ fn a_held_parameter_tells_where_it_would_go() {
 /// fits is 4 %, 95 % of 216 trials.
 #[test]
 fn intervals_of_ninety_percent_cover_the_truth() {
-    let slow = std::env::var_os("RETUNE_SLOW").is_some();
-    let n_fits = if slow { 200 } else { 60 };
+    let n_fits = crate::tests::seeds(60, 200);
     let model = load(COVERED, &Registry::builtin()).unwrap().0;
     let scaling = Scaling::new(&model);
     let mut inside = [0usize; 4];
@@ -198,7 +197,7 @@ fn intervals_of_ninety_percent_cover_the_truth() {
     }
     let cover = inside.iter().sum::<usize>() as f64 / (4 * n_fits) as f64;
     eprintln!("cover of 90 % intervals: {:.1} % of {} ({inside:?} of {n_fits} each)", 100.0 * cover, 4 * n_fits);
-    let band = if slow { 0.04 } else { 0.076 };
+    let band = if crate::tests::is_asked() { 0.04 } else { 0.076 };
     assert!((cover - 0.9).abs() < band, "{cover}");
 }
 
