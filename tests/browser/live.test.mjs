@@ -135,6 +135,10 @@ check("every hypothesis can be switched on with its size, alone and together, an
   const reported = await total(page);
   const ids = await page.evaluate(() => retuneLive.live.hypotheses.map((h) => h.id));
   assert.ok(ids.length >= 5, `${ids}`);
+  // What is improbable is folded away, so that the sliders are in sight.
+  assert.equal(await page.textContent(".live-rest > summary"), "1 more, each below 0.01");
+  assert.equal(await page.locator("[data-hypothesis]:visible").count(), ids.length - 1);
+  await page.click(".live-rest > summary");
   for (const [i, id] of ids.entries()) {
     const box = page.locator("[data-hypothesis]").nth(i);
     await then(page, () => box.check());

@@ -6,6 +6,8 @@ import type { Live } from "../types";
 import { owner, type State } from "./state";
 
 const STEPS = 1000;
+/** Hypotheses below this probability are folded away, but for the first few: the sliders stand under them. */
+const IMPROBABLE = 0.005, FIRST = 3;
 
 export interface Controls {
   parameters: HTMLElement;
@@ -68,8 +70,11 @@ export function controls(live: Live, hands: Hands): Controls {
     return { box, sizes, root: h("div", { class: "live-switch" },
       h("label", {}, box, h("span", { class: "live-hypothesis" }, soft(x.id), x.test ? h("span", { class: "note" }, " fault of the test") : null), h("span", { class: "note nowrap" }, num(probability(x.probability), `live.hypotheses.${i}.probability`))), sizes) };
   });
+  const isShown = (_: unknown, i: number): boolean => i < FIRST || live.hypotheses[i]!.probability >= IMPROBABLE;
+  const shown = boxes.filter(isShown), folded = boxes.filter((b, i) => !isShown(b, i));
+  const rest = folded.length ? h("details", { class: "live-rest" }, h("summary", {}, `${folded.length} more, each below 0.01`), h("div", { class: "live-list" }, folded.map((b) => b.root))) : null;
   const left = live.left_out ?? [];
-  const hypotheses = boxes.length + left.length === 0 ? null : h("div", { class: "live-list" }, boxes.map((b) => b.root),
+  const hypotheses = boxes.length + left.length === 0 ? null : h("div", { class: "live-list" }, shown.map((b) => b.root), rest,
     left.map((l) => h("p", { class: "note live-left-out" }, badge("neutral", "not here"), " ", soft(l.name), `: ${l.text}`)));
   return {
     parameters, hypotheses,
@@ -79,6 +84,7 @@ export function controls(live: Live, hands: Hands): Controls {
         b.box.checked = state.on[i]!;
         b.sizes.hidden = !state.on[i];
       });
+      if (rest && folded.some((b) => b.box.checked)) rest.open = true;
     },
   };
 }
