@@ -247,7 +247,7 @@ impl Check<'_> {
         let mut rivals: Vec<Vec<SensorChange>> = Vec::new();
         let mut dropped: Vec<usize> = Vec::new();
         while !self.shapes.is_empty() && changes.len() < n.div_ceil(4) {
-            let ranked = self.ranked(&dropped);
+            let ranked = self.ranked(&dropped, threshold - TEMPER * RIVAL);
             let Some((best, evidence)) = ranked.first().cloned() else { break };
             if evidence <= threshold {
                 break;
@@ -286,7 +286,7 @@ impl Check<'_> {
 
     fn state(&self, point: usize) -> State<'_> {
         let density: Vec<&Density> = self.shapes.iter().map(|s| &s.densities[point]).collect();
-        let x: Vec<DVector<f64>> = self.shapes.iter().zip(&density).map(|(s, d)| &d.inverse * &s.y).collect();
+        let x: Vec<DVector<f64>> = self.shapes.iter().zip(&density).map(|(s, d)| d.times_vector(&s.y)).collect();
         let form = self.shapes.iter().zip(&x).map(|(s, x)| s.y.dot(x)).collect();
         State { density, x, form }
     }
@@ -301,7 +301,7 @@ impl Check<'_> {
 
     fn is_foreign(shape: &Shape, point: usize) -> bool {
         let d = &shape.densities[point];
-        let form = shape.y.dot(&(&d.inverse * &shape.y));
+        let form = shape.y.dot(&d.times_vector(&shape.y));
         FOREIGN.ln() + shape.of_none() > (1.0 - FOREIGN).ln() - 0.5 * (form + d.log_det)
     }
 
@@ -319,29 +319,33 @@ impl Check<'_> {
         (0..ERRORS.len() * FACTORS.len()).max_by(|a, b| value(*a).total_cmp(&value(*b))).unwrap_or(0)
     }
 
-    /// All edits by their tempered log-likelihood ratio, best first.
-    fn ranked(&self, dropped: &[usize]) -> Vec<(SensorChange, f64)> {
+    /// All edits by their tempered log-likelihood ratio, best first; exchanges only where that may exceed `least`.
+    ///
+    /// Exchanges are as many as pairs of sensors. The log-likelihood of a shape is no steeper than that of the model alone, so an exchange
+    /// raises it by no more than half of what it takes off the quadratic forms that it lowers, and a bound of that is had from norms: most are
+    /// left out by it.
+    fn ranked(&self, dropped: &[usize], least: f64) -> Vec<(SensorChange, f64)> {
         let n = self.sensors.len();
         let m = self.shapes.len();
-        let mut now = f64::NEG_INFINITY;
+        let states: Vec<State<'_>> = (0..ERRORS.len() * FACTORS.len()).map(|point| self.state(point)).collect();
+        let totals: Vec<f64> = states.iter().map(|state| self.total(state, |_| (0.0, 0.0))).collect();
+        let now = totals.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let mut best: BTreeMap<usize, (SensorChange, f64)> = BTreeMap::new();
         let mut note = |at: usize, edit: SensorChange, value: f64| match best.get_mut(&at) {
             Some(known) if known.1 >= value => {}
             Some(known) => *known = (edit, value),
             None => drop(best.insert(at, (edit, value))),
         };
-        for point in 0..ERRORS.len() * FACTORS.len() {
-            let state = self.state(point);
-            now = now.max(self.total(&state, |_| (0.0, 0.0)));
+        for (point, (state, total)) in states.iter().zip(&totals).enumerate() {
             let y = |m: usize, k: usize| self.shapes[m].y[k];
-            let v = |m: usize, i: usize, j: usize| state.density[m].inverse[(i, j)];
+            let v = |m: usize, i: usize, j: usize| state.density[m].at(i, j);
             let mut at = 0;
             for k in (0..n).filter(|k| !dropped.contains(k)) {
                 let scaled = |m: usize, s: f64| {
                     let d = (s - 1.0) * y(m, k);
                     2.0 * d * state.x[m][k] + d * d * v(m, k, k)
                 };
-                note(4 * k, SensorChange::Turn { sensors: vec![k] }, self.total(&state, |m| (scaled(m, -1.0), 0.0)));
+                note(4 * k, SensorChange::Turn { sensors: vec![k] }, self.total(state, |m| (scaled(m, -1.0), 0.0)));
                 let (mut slope, mut curve) = (0.0, 0.0);
                 for m in 0..m {
                     slope += y(m, k) * state.x[m][k];
@@ -351,7 +355,7 @@ impl Check<'_> {
                 let is_gain = factor.abs() > 1e-3 && !(1.0 / LEAST_GAIN..LEAST_GAIN).contains(&factor.abs());
                 if is_gain {
                     // The entries are those of a density stretched by 1/s; s itself is estimated.
-                    let value = self.total(&state, |m| (scaled(m, factor), 0.0)) + m as f64 * factor.abs().ln()
+                    let value = self.total(state, |m| (scaled(m, factor), 0.0)) + m as f64 * factor.abs().ln()
                         - 0.5 * ((m * n).max(1) as f64).ln();
                     note(4 * k + 1, SensorChange::Scale { sensor: k, factor }, value);
                 }
@@ -360,42 +364,40 @@ impl Check<'_> {
                     let own = v(m, k, k);
                     (-state.x[m][k].powi(2) * wide / (1.0 + wide * own), (1.0 + wide * own).ln())
                 };
-                note(4 * k + 2, SensorChange::Drop { sensor: k }, self.total(&state, free));
+                note(4 * k + 2, SensorChange::Drop { sensor: k }, self.total(state, free));
                 // Noise about zero in its place: the others alone, and the entry by its own noise.
                 let factor = FACTORS[point % FACTORS.len()];
                 let dead = |m: usize| {
                     let (own, noise) = (v(m, k, k), factor * self.shapes[m].noise[k]);
                     ((y(m, k) / noise).powi(2) - state.x[m][k].powi(2) / own, own.ln() + 2.0 * noise.ln())
                 };
-                note(4 * k + 3, SensorChange::Dead { sensor: k }, self.total(&state, dead));
+                note(4 * k + 3, SensorChange::Dead { sensor: k }, self.total(state, dead));
             }
             at += 4 * n;
             for k in 0..n {
                 for l in 0..k {
-                    if !dropped.contains(&k) && !dropped.contains(&l) {
-                        let change = |m: usize| {
-                            let d = y(m, l) - y(m, k);
-                            (
-                                2.0 * d * (state.x[m][k] - state.x[m][l])
-                                    + d * d * (v(m, k, k) + v(m, l, l) - 2.0 * v(m, k, l)),
-                                0.0,
-                            )
-                        };
-                        note(at, SensorChange::Swap { sensors: [l, k] }, self.total(&state, change));
+                    let slope = |m: usize, d: f64| 2.0 * d * (state.x[m][k] - state.x[m][l]);
+                    let most = |m: usize| {
+                        let d = y(m, l) - y(m, k);
+                        (-0.5 * (slope(m, d) + d * d * state.density[m].least_between(k, l))).max(0.0)
+                    };
+                    let change = |m: usize| {
+                        let d = y(m, l) - y(m, k);
+                        (slope(m, d) + d * d * (v(m, k, k) + v(m, l, l) - 2.0 * v(m, k, l)), 0.0)
+                    };
+                    let may_be_best = TEMPER * (total + (0..m).map(most).sum::<f64>() - now) > least;
+                    if may_be_best && !dropped.contains(&k) && !dropped.contains(&l) {
+                        note(at, SensorChange::Swap { sensors: [l, k] }, self.total(state, change));
                     }
                     at += 1;
                 }
             }
             for group in &self.groups {
                 let change = |m: usize| {
-                    let mut form = 0.0;
-                    for &i in group {
-                        form -= 4.0 * y(m, i) * state.x[m][i];
-                        form += 4.0 * group.iter().map(|&j| y(m, i) * v(m, i, j) * y(m, j)).sum::<f64>();
-                    }
-                    (form, 0.0)
+                    let slope: f64 = group.iter().map(|&i| y(m, i) * state.x[m][i]).sum();
+                    (4.0 * (state.density[m].form_of(&self.shapes[m].y, group) - slope), 0.0)
                 };
-                note(at, SensorChange::Turn { sensors: group.clone() }, self.total(&state, change));
+                note(at, SensorChange::Turn { sensors: group.clone() }, self.total(state, change));
                 at += 1;
             }
         }
@@ -437,7 +439,7 @@ impl Check<'_> {
             for (k, value) in turned.iter_mut().enumerate() {
                 let change = |m: usize| {
                     let d = -2.0 * self.shapes[m].y[k];
-                    (2.0 * d * state.x[m][k] + d * d * state.density[m].inverse[(k, k)], 0.0)
+                    (2.0 * d * state.x[m][k] + d * d * state.density[m].own(k), 0.0)
                 };
                 *value = value.max(self.total(&state, change));
             }
@@ -455,8 +457,8 @@ impl Check<'_> {
         let allowed = (rigid_share(ERRORS[at / FACTORS.len()]) * s.amplitude).powi(2);
         // χ², its degrees of freedom, the share of rigid-body motion and its expectation.
         let seen = |y: &DVector<f64>, noise: &DVector<f64>| {
-            let inverse = density(noise, factor, &columns).inverse;
-            let weighted = &inverse * self.rigid;
+            let density = density(noise, factor, &columns);
+            let weighted = density.times(self.rigid);
             let svd = self.rigid.tr_mul(&weighted).svd(true, false);
             let u = svd.u?;
             let largest = svd.singular_values.max();
@@ -472,7 +474,7 @@ impl Check<'_> {
                 dof += 1;
                 motion += u.column(j) * value;
             }
-            let flexible = columns.tr_mul(&(&inverse * (y - self.rigid * motion)));
+            let flexible = columns.tr_mul(&density.times_vector(&(y - self.rigid * motion)));
             let b: f64 = (0..flexible.len()).map(|j| (flexible[j] * share[j] * s.amplitude).powi(2)).sum();
             Some((chi_squared, dof, size / (size + b), variance / (variance + b)))
         };

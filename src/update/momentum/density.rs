@@ -21,10 +21,55 @@ pub(super) fn rigid_share(error: f64) -> f64 {
 /// Least noise of an entry, relative to the root mean square of its shape.
 pub(super) const LEAST_NOISE: f64 = 1e-3;
 
-/// One shape at one point of the grid.
+/// One shape at one point of the grid: V⁻¹ = diag(1/σ²) - Bᵀ B, with as many rows of B as modes take part, and ln det V.
 pub(super) struct Density {
-    pub(super) inverse: DMatrix<f64>,
+    weight: DVector<f64>,
+    /// B, (mode x sensor).
+    taken: DMatrix<f64>,
+    /// Norms of the columns of B.
+    norms: DVector<f64>,
     pub(super) log_det: f64,
+}
+
+impl Density {
+    fn new(weight: Vec<f64>, taken: DMatrix<f64>, log_det: f64) -> Self {
+        let norms = DVector::from_iterator(taken.ncols(), taken.column_iter().map(|c| c.norm()));
+        Self { weight: weight.into(), taken, norms, log_det }
+    }
+
+    /// V⁻¹ a, one column after the other.
+    pub(super) fn times(&self, a: &DMatrix<f64>) -> DMatrix<f64> {
+        let mut weighted = a.clone();
+        weighted.column_iter_mut().for_each(|mut c| c.component_mul_assign(&self.weight));
+        weighted - self.taken.tr_mul(&(&self.taken * a))
+    }
+
+    /// V⁻¹ y.
+    pub(super) fn times_vector(&self, y: &DVector<f64>) -> DVector<f64> {
+        y.component_mul(&self.weight) - self.taken.tr_mul(&(&self.taken * y))
+    }
+
+    /// An entry of V⁻¹.
+    pub(super) fn at(&self, i: usize, j: usize) -> f64 {
+        if i == j { self.own(i) } else { -self.taken.column(i).dot(&self.taken.column(j)) }
+    }
+
+    /// One of its diagonal.
+    pub(super) fn own(&self, i: usize) -> f64 {
+        self.weight[i] - self.norms[i].powi(2)
+    }
+
+    /// yᵀ V⁻¹ y of some entries of y alone.
+    pub(super) fn form_of(&self, y: &DVector<f64>, of: &[usize]) -> f64 {
+        let mut taken = DVector::zeros(self.taken.nrows());
+        of.iter().for_each(|&i| taken.axpy(y[i], &self.taken.column(i), 1.0));
+        of.iter().map(|&i| self.weight[i] * y[i] * y[i]).sum::<f64>() - taken.norm_squared()
+    }
+
+    /// No more than (V⁻¹)ᵢᵢ + (V⁻¹)ⱼⱼ - 2 (V⁻¹)ᵢⱼ, from norms alone.
+    pub(super) fn least_between(&self, i: usize, j: usize) -> f64 {
+        (self.weight[i] + self.weight[j] - (self.norms[i] + self.norms[j]).powi(2)).max(0.0)
+    }
 }
 
 /// A measured shape with what its density needs.
@@ -87,7 +132,7 @@ pub(super) fn shape(test_mode: usize, mode: &TestMode, elastic: &DMatrix<f64>, l
     amplitude.is_finite().then(|| Shape { test_mode, y, noise, rms, amplitude, shares, densities: Vec::new() })
 }
 
-/// V⁻¹ and ln det V over the grid, by Woodbury's identity.
+/// Over the grid, by Woodbury's identity.
 pub(super) fn densities(shape: &Shape, elastic: &DMatrix<f64>, rigid: &DMatrix<f64>) -> Vec<Density> {
     let mut out = Vec::with_capacity(ERRORS.len() * FACTORS.len());
     for (share, error) in shape.shares.iter().zip(ERRORS) {
@@ -122,12 +167,41 @@ pub(super) fn density(noise: &DVector<f64>, factor: f64, columns: &DMatrix<f64>)
     let log_noise: f64 = -weight.iter().map(|w| w.ln()).sum::<f64>();
     // I + wᵀ D⁻¹ w is positive definite; where rounding says otherwise the noise alone is left, which no data like.
     let Some(cholesky) = inner.cholesky() else {
-        return Density { inverse: DMatrix::from_diagonal(&DVector::from_vec(weight)), log_det: f64::INFINITY };
+        return Density::new(weight, DMatrix::zeros(0, n), f64::INFINITY);
     };
     let log_det = log_noise + 2.0 * cholesky.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>();
-    let mut inverse = -(&weighted * cholesky.solve(&weighted.transpose()));
-    for (i, w) in weight.iter().enumerate() {
-        inverse[(i, i)] += w;
+    // The lower triangle is regular where the factorisation exists.
+    let taken = cholesky.l_dirty().solve_lower_triangular(&weighted.transpose());
+    Density::new(weight, taken.unwrap_or_else(|| DMatrix::zeros(0, n)), log_det)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{RngExt, SeedableRng};
+
+    /// V⁻¹ in parts is the inverse of V = D + w wᵀ, and the bound from norms holds.
+    #[test]
+    fn an_inverse_in_parts_is_the_inverse() {
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(5);
+        let (n, q) = (9, 4);
+        let noise = DVector::from_fn(n, |_, _| rng.random_range(0.05..0.2));
+        let columns = DMatrix::from_fn(n, q, |_, _| rng.random_range(-1.0..1.0));
+        let y = DVector::from_fn(n, |_, _| rng.random_range(-1.0..1.0));
+        let density = density(&noise, 2.0, &columns);
+        let v = DMatrix::from_diagonal(&noise.map(|s| 4.0 * s * s)) + &columns * columns.transpose();
+        let inverse = v.clone().try_inverse().unwrap();
+        let size = inverse.amax();
+        assert!((density.times(&DMatrix::identity(n, n)) - &inverse).amax() < 1e-11 * size);
+        assert!((density.times_vector(&y) - &inverse * &y).amax() < 1e-11 * size);
+        assert!((density.log_det - v.determinant().ln()).abs() < 1e-10);
+        for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
+            assert!((density.at(i, j) - inverse[(i, j)]).abs() < 1e-11 * size);
+            let between = inverse[(i, i)] + inverse[(j, j)] - 2.0 * inverse[(i, j)];
+            assert!(i == j || density.least_between(i, j) <= between + 1e-11 * size, "{i} {j}");
+        }
+        let some = [1, 4, 7];
+        let part = DVector::from_fn(n, |i, _| if some.contains(&i) { y[i] } else { 0.0 });
+        assert!((density.form_of(&y, &some) - part.dot(&(&inverse * &part))).abs() < 1e-11 * size);
     }
-    Density { inverse, log_det }
 }
