@@ -1,5 +1,6 @@
 //! The YAML test file: sensors, modes with uncertainties and origins, mass properties.
 
+mod components;
 mod doubts;
 mod family;
 mod partner;
@@ -10,6 +11,7 @@ pub use family::family_of_label;
 pub use statics::{DEFAULT_FRF_SD, DEFAULT_STATIC_SD};
 pub use write::write_test;
 
+use self::components::ShapeComponentSpec;
 use self::partner::PartnerSpec;
 use self::statics::{FrfSpec, StaticTestSpec};
 use super::correction::{self, Correction};
@@ -232,6 +234,9 @@ pub struct ModeSpec {
     /// Shape at the sensors.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shape: Option<ShapeSpec>,
+    /// Components of the shape of unit modal mass, or of the shape that is one at a sensor.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub components: Vec<ShapeComponentSpec>,
     /// Its partner in the model, for a pairing that the user knows better: the name of the model's mode, or its number among the elastic
     /// modes, as `retune modes` lists them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -494,6 +499,7 @@ impl Reader<'_> {
             None => origin.clone(),
         });
         let (shape, shape_sd) = shape.unzip();
+        let components = self.components(&m.components, path);
         let standing = self.standing(m, path);
         TestMode {
             label: m.label.clone(),
@@ -507,6 +513,7 @@ impl Reader<'_> {
             shape,
             shape_sd,
             shape_origin,
+            components,
             standing,
         }
     }

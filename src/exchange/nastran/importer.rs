@@ -10,7 +10,7 @@ use crate::exchange::imported::{Bound, ImportOptions, Imported, Origins, head, q
 use crate::exchange::names::{Taken, heading, slug};
 use crate::exchange::report::ImportReport;
 use crate::exchange::writer::{Block, Writer, clean, exact, list, map};
-use crate::model::{Registry, lint, load};
+use crate::model::{Registry, load};
 use std::collections::{BTreeMap, HashMap, HashSet};
 
 /// Numbers that must be found: one space of numbers per kind.
@@ -107,12 +107,10 @@ pub fn import(deck: &Deck, options: ImportOptions) -> Result<Imported, Vec<DeckE
     }
     let asked = importer.responses().map_err(|e| vec![e])?;
     let mut imported = importer.finish();
-    if !asked.is_empty() {
+    if !(asked.frequencies.is_empty() && asked.components.is_empty()) {
         // The solver counts motions without frequency as modes.
-        let model = load(&imported.text, &Registry::builtin());
-        let sound = model.ok().and_then(|(model, ..)| lint(&model).ok());
-        let n_free = sound.map_or(0, |s| s.n_rigid_body_modes + s.n_mechanisms);
-        imported.test = super::asked::test(deck, &asked, n_free as u32);
+        let model = load(&imported.text, &Registry::builtin()).ok().map(|(model, ..)| model);
+        imported.test = super::asked::test(deck, &asked, model.as_ref(), &mut imported.report);
     }
     Ok(imported)
 }
