@@ -6,7 +6,7 @@ use super::{Treatment, rule};
 use crate::catalogue::did_you_mean;
 use crate::deck::{CardId, Deck, DeckError};
 use crate::exchange::coord::{Coord, GLOBAL_COORD};
-use crate::exchange::imported::{Bound, ImportOptions, Imported, Origins, head, quoted};
+use crate::exchange::imported::{Bound, ImportOptions, Imported, Origins, Plane, head, quoted};
 use crate::exchange::names::{Taken, heading, slug};
 use crate::exchange::report::ImportReport;
 use crate::exchange::writer::{Block, Writer, clean, exact, list, map};
@@ -19,6 +19,8 @@ pub(super) enum Space {
     Grid,
     Coordinates,
     Property,
+    /// PSOLID, whose numbers solids alone refer to.
+    SolidProperty,
     Material,
     PointMass,
 }
@@ -30,6 +32,7 @@ impl Space {
             "CORD2R" | "CORD2C" | "CORD2S" => Space::Coordinates,
             "MAT1" | "MAT2" | "MAT3" | "MAT8" | "MAT9" | "MAT10" | "MAT11" | "MATHP" => Space::Material,
             "PMASS" => Space::PointMass,
+            "PSOLID" => Space::SolidProperty,
             _ if name.starts_with('P')
                 && matches!(rule(name).map(|r| r.treatment), Some(Treatment::Used(_) | Treatment::Refused(_))) =>
             {
@@ -54,6 +57,8 @@ pub(super) struct Grid {
 pub(super) struct Values {
     pub items: Vec<(String, String)>,
     pub bounds: Vec<Bound>,
+    /// Of a bar.
+    pub plane: Option<Box<Plane>>,
 }
 
 /// Errors of one deck that are told at once.
@@ -232,7 +237,7 @@ impl<'a> Importer<'a> {
                 .cards()
                 .skip(comment.before as usize)
                 .take(400)
-                .find(|c| Space::of(deck.name(*c)) == Some(Space::Property));
+                .find(|c| matches!(Space::of(deck.name(*c)), Some(Space::Property | Space::SolidProperty)));
             if let Some(pid) = following.and_then(|c| deck.card(c).id_at(2, "PID").ok()) {
                 names.extend(property_name(text, pid).map(|n| (pid, n)));
             }
@@ -288,6 +293,11 @@ impl<'a> Importer<'a> {
             let counts = |list: &mut BTreeMap<String, (usize, &'static str)>, what| {
                 list.entry(name.to_string()).or_insert((0, what)).0 += 1;
             };
+            if card.is_overfull() && matches!(rule.treatment, Treatment::Read(..) | Treatment::Used(_)) {
+                let text = "a line of it has more than eight fields of data between commas; go on in a continuation, a line that begins with a comma";
+                errors.push(card.error(None, text));
+                continue;
+            }
             match rule.treatment {
                 Treatment::Read(becomes, reader) => {
                     counts(&mut self.report.read, becomes);

@@ -6,6 +6,7 @@ use super::materials::{density, isotropic};
 use super::{CardRule, laminates, read, refused, sandwiches, used};
 use crate::deck::{Card, DeckError};
 use crate::exchange::coord::Coord;
+use crate::exchange::imported::Bound;
 use crate::exchange::motions::angle_from_global;
 use crate::exchange::patches::{self, Patch};
 use crate::exchange::system::Quantity as Q;
@@ -117,9 +118,13 @@ fn write<'a>(
         let mut own = Vec::new();
         if section.is_directed {
             let base = card.text(theta);
+            let side = angle_from_global(normal, minus(points[1], points[0]));
+            let degree = 1_f64.to_radians();
+            // A THETA may stand in the place of an MCID.
+            let (property, shift) = ("angle".to_string(), side + section.ply_angle);
+            values.bounds.push(Bound { property, card: card.id(), field: theta, name: "THETA", factor: degree, shift });
             let angle = if base.is_empty() || base.contains('.') {
-                let x = minus(points[1], points[0]);
-                angle_from_global(normal, x) + card.real_or(theta, "THETA", 0.0)?.to_radians()
+                side + card.real_or(theta, "THETA", 0.0)?.to_radians()
             } else {
                 let (_, coord): (u32, Coord) = importer.coord(card, theta, "MCID")?;
                 angle_from_global(normal, coord.axes_at(points[0])[0])
