@@ -71,3 +71,36 @@ pub(super) fn written(c: &ShapeComponent, sensors: &[Sensor]) -> ShapeComponentS
         sd: Scalar::constant(c.measured.sd),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::data::{read_test, write_test};
+
+    const TEXT: &str = "
+retune_test: 1
+name: components
+sources: {deck: {kind: measured, text: by hand}}
+sensors: {root: {node: a, direction: +z}, tip: {node: b, direction: +z}}
+modes:
+  - {frequency: 2 Hz, frequency_sd: 1 %, source: deck, components: [{sensor: tip, value: -0.4, sd: 5 %}, {sensor: tip, relative_to: root, value: 3, sd: 0.1}]}
+";
+
+    #[test]
+    fn components_read_and_write_back() {
+        let (data, _) = read_test(TEXT).unwrap();
+        let [one, other] = data.modes[0].components.as_slice() else { panic!("{data:?}") };
+        assert_eq!((one.sensor, one.relative_to, one.measured.value), (1, None, -0.4));
+        assert!((one.measured.sd - 0.02).abs() < 1e-15);
+        assert_eq!((other.sensor, other.relative_to), (1, Some(0)));
+        assert_eq!(read_test(&write_test(&data)).unwrap().0.modes, data.modes);
+        for (from, to, message) in [
+            ("sensor: tip, value", "sensor: tap, value", "no sensor `tap`; did you mean `tip`?"),
+            ("relative_to: root", "relative_to: tip", "a component relative to itself is one"),
+            ("value: 3", "value: .inf", "it must be a finite number"),
+            ("sd: 0.1", "sd: 0", "above zero"),
+        ] {
+            let problems = read_test(&TEXT.replacen(from, to, 1)).unwrap_err();
+            assert!(problems.iter().any(|p| p.message.contains(message)), "{message}: {problems:?}");
+        }
+    }
+}

@@ -45,12 +45,16 @@ pub(super) fn walls(points: &[[f64; 2]], thickness: &[f64]) -> Result<Walls, &'s
         })
     };
     let at: Vec<usize> = points.iter().map(|p| node_of(*p)).collect();
-    let lines: Vec<([usize; 2], f64)> = at
-        .windows(2)
-        .zip(thickness)
-        .map(|(w, t)| ([w[0], w[1]], *t))
-        .filter(|(w, t)| *t > 0.0 && w[0] != w[1])
-        .collect();
+    let whole = at.windows(2).zip(thickness).map(|(w, t)| ([w[0], w[1]], *t)).filter(|(w, t)| *t > 0.0 && w[0] != w[1]);
+    // A wall is joined to what meets it between its ends.
+    let mut lines: Vec<([usize; 2], f64)> = Vec::new();
+    for (ends, t) in whole {
+        let mut last = ends[0];
+        for n in between(&nodes, ends, SAME * size).into_iter().chain([ends[1]]) {
+            lines.push(([last, n], t));
+            last = n;
+        }
+    }
     if lines.is_empty() {
         return Err("no wall has a length and a thickness");
     }
@@ -121,6 +125,20 @@ pub(super) fn walls(points: &[[f64; 2]], thickness: &[f64]) -> Result<Walls, &'s
     let a = (wx * i12 - wy * i22) / determinant;
     let b = (wx * i11 - wy * i12) / determinant;
     Ok(Walls { area, centroid, i11, i22, i12, j: torsion, shear_centre: [centroid[0] + a, centroid[1] + b] })
+}
+
+/// Nodes on a wall between its ends, in their order.
+fn between(nodes: &[[f64; 2]], [a, b]: [usize; 2], near: f64) -> Vec<usize> {
+    let along = [0, 1].map(|c| nodes[b][c] - nodes[a][c]);
+    let l = along[0].hypot(along[1]);
+    let place = |n: usize| {
+        let d = [0, 1].map(|c| nodes[n][c] - nodes[a][c]);
+        let (s, off) = ((d[0] * along[0] + d[1] * along[1]) / l, (d[0] * along[1] - d[1] * along[0]) / l);
+        (s > near && s < l - near && off.abs() <= near).then_some((s, n))
+    };
+    let mut found: Vec<(f64, usize)> = (0..nodes.len()).filter_map(place).collect();
+    found.sort_by(|x, y| x.0.total_cmp(&y.0));
+    found.into_iter().map(|f| f.1).collect()
 }
 
 #[cfg(test)]

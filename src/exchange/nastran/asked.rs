@@ -1,6 +1,6 @@
 //! Frequencies and components of mode shapes that an optimisation asks for, as a test file.
 
-use super::importer::node;
+use super::names::node;
 use crate::deck::Deck;
 use crate::exchange::report::ImportReport;
 use crate::exchange::writer::{computed, direction};

@@ -142,14 +142,7 @@ impl<'a> Importer<'a> {
     ) {
         values.items.push((key.to_string(), self.scalar(card, field, value, (quantity, scale))));
         let factor = self.options.system.factor(quantity) * scale;
-        values.bounds.push(Bound {
-            property: property.to_string(),
-            card: card.id(),
-            field,
-            name,
-            factor,
-            shift: 0.0,
-        });
+        values.bounds.push(Bound { property: property.to_string(), card: card.id(), field, name, factor, shift: 0.0 });
     }
 
     /// Writes an entry below the comments that stand above its card.

@@ -1,6 +1,7 @@
 //! The pass over the cards of a deck.
 
 use super::design::Design;
+pub(super) use super::names::node;
 use super::names::{property_name, worth_keeping};
 use super::{Treatment, rule};
 use crate::catalogue::did_you_mean;
@@ -413,9 +414,4 @@ impl<'a> Importer<'a> {
             self.out.factor_on_stiffness(name);
         }
     }
-}
-
-/// Name of the node of a grid.
-pub(super) fn node(id: u32) -> String {
-    format!("n{id}")
 }

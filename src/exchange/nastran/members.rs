@@ -95,8 +95,7 @@ fn bar<'a>(importer: &mut Importer<'a>, card: &Card<'a>) -> Result<(), DeckError
     member.along = plus(plus(member.along, 1.0, member.arms[1]), -1.0, member.arms[0]);
     let x = member.check_length(card)?;
     let mut axes = element_axes(card, x, toward)?;
-    let of_vector =
-        if letter(0) == 'B' { crate::model::GLOBAL } else { importer.displacement_axes(&member.grids[0]) };
+    let of_vector = if letter(0) == 'B' { crate::model::GLOBAL } else { importer.displacement_axes(&member.grids[0]) };
     let turns_offsets = (1..3).any(|i| matches!(letter(i), 'E' | 'O')) && member.arms != [[0.0; 3]; 2];
     let plane = Plane { axes, of_vector, turns_offsets };
     let section = super::sections::section(importer, &property, is_beam)?;
