@@ -826,7 +826,10 @@ fn shapes_of_the_library_have_the_constants_of_their_closed_forms() {
     let [a, iy, iz, j, _] = constants(&of("L", "0.1, 0.1, 0.01, 0.01"), keys);
     let area = t * (2.0 * b - t);
     let c = (b * t * 0.5 * t + (b - t) * t * 0.5 * (b + t)) / area;
-    let i = b * t.powi(3) / 12.0 + b * t * (c - 0.5 * t).powi(2) + t * (b - t).powi(3) / 12.0 + (b - t) * t * (0.5 * (b + t) - c).powi(2);
+    let i = b * t.powi(3) / 12.0
+        + b * t * (c - 0.5 * t).powi(2)
+        + t * (b - t).powi(3) / 12.0
+        + (b - t) * t * (0.5 * (b + t) - c).powi(2);
     let product = -(b * t * (0.5 * b - c) * (c - 0.5 * t) + (b - t) * t * (c - 0.5 * t) * (0.5 * (b + t) - c));
     near(a, area, 1e-9);
     near(iz.max(iy), i - product, 1e-9);
@@ -855,12 +858,16 @@ fn walls_are_the_sections_that_they_enclose() {
     let slender = |section: &str| frequencies(&model(&cantilever("B33", 10, 1.0, section)), 6).0;
     let (thin, box_) = (
         slender(&format!("*BEAM SECTION, ELSET=beam, MATERIAL=steel, SECTION=ARBITRARY\n{walls}0., 1., 0.\n")),
-        slender("*BEAM SECTION, ELSET=beam, MATERIAL=steel, SECTION=BOX\n0.1005, 0.0605, 0.0005, 0.0005, 0.0005, 0.0005\n0., 1., 0.\n"),
+        slender(
+            "*BEAM SECTION, ELSET=beam, MATERIAL=steel, SECTION=BOX\n0.1005, 0.0605, 0.0005, 0.0005, 0.0005, 0.0005\n0., 1., 0.\n",
+        ),
     );
     for (a, b) in thin.iter().zip(&box_) {
         near(*a, *b, 1e-4);
     }
-    let general = slender(&format!("*BEAM GENERAL SECTION, ELSET=beam, DENSITY=7800., SECTION=ARBITRARY\n{walls}0., 1., 0.\n2e11, 76923076923.076923\n"));
+    let general = slender(&format!(
+        "*BEAM GENERAL SECTION, ELSET=beam, DENSITY=7800., SECTION=ARBITRARY\n{walls}0., 1., 0.\n2e11, 76923076923.076923\n"
+    ));
     for (a, b) in thin.iter().zip(&general) {
         near(*a, *b, 1e-9);
     }

@@ -669,7 +669,9 @@ fn turned_bars_go_back_into_the_deck() {
 #[test]
 fn a_one_dimensional_bushing_is_a_spring_along_its_line() {
     let deck = |card: &str| {
-        format!("CEND\nSPC=1\nBEGIN BULK\nGRID,1\nGRID,2,,3.,4.\n{card}PBUSH1D,7,800.\nCONM2,4,2,,2.\nSPC1,1,123456,1\nSPC1,1,3456,2\nCELAS2,9,50.,2,1\nCELAS2,10,50.,2,2\nENDDATA\n")
+        format!(
+            "CEND\nSPC=1\nBEGIN BULK\nGRID,1\nGRID,2,,3.,4.\n{card}PBUSH1D,7,800.\nCONM2,4,2,,2.\nSPC1,1,123456,1\nSPC1,1,3456,2\nCELAS2,9,50.,2,1\nCELAS2,10,50.,2,2\nENDDATA\n"
+        )
     };
     let f = frequencies(&model(&deck("CBUSH1D,1,7,1,2\n")), 2);
     near(f[0], (50.0_f64 / 2.0).sqrt() / TAU, 1e-9);
@@ -689,7 +691,9 @@ fn a_one_dimensional_bushing_is_a_spring_along_its_line() {
 #[test]
 fn habits_of_real_decks_are_read_or_named() {
     let cantilever = |rest: &str| {
-        format!("CEND\nSPC=1\nBEGIN BULK\nMAT1,1,2.+11,8.+10,,7800.\nGRID,1\nGRID,2,,1.\nCBAR,1,7,1,2,0.,0.,1.\nPBAR,7,1,1.-3,4.-8,9.-8,1.-7\nSPC1,1,123456,1\n{rest}ENDDATA\n")
+        format!(
+            "CEND\nSPC=1\nBEGIN BULK\nMAT1,1,2.+11,8.+10,,7800.\nGRID,1\nGRID,2,,1.\nCBAR,1,7,1,2,0.,0.,1.\nPBAR,7,1,1.-3,4.-8,9.-8,1.-7\nSPC1,1,123456,1\n{rest}ENDDATA\n"
+        )
     };
     // t1 is a tonne, m a metre.
     for name in ["T1", "M", "KG"] {
@@ -714,4 +718,30 @@ fn habits_of_real_decks_are_read_or_named() {
         };
         assert!(found.contains(message), "{found}");
     }
+}
+
+/// Thicknesses at the corners of a shell: the mean of them, of blank ones the property's, with TFLAG as factors of it; no field can be written for that.
+#[test]
+fn shells_have_the_mean_of_the_thicknesses_at_their_corners() {
+    let deck = |corners: &str| {
+        format!(
+            "CEND\nSPC=1\nBEGIN BULK\nMAT1,1,7.+10,,.3,2700.\nPSHELL,5,1,.01,1,,1\nGRID,1\nGRID,2,,2.\nGRID,3,,2.,1.\nGRID,4,,0.,1.\nCQUAD4,9,5,1,2,3,4\n{corners}SPC1,1,123456,1,4\nENDDATA\n"
+        )
+    };
+    let mass = |m: &Model| m.mass_properties(&[]).unwrap().unwrap().mass;
+    for (corners, t) in [
+        ("", 0.01),
+        (",,,.02,.02,.04,.04\n", 0.03),
+        (",,,.02,,,.04\n", 0.02),
+        (",,1,2.,1.,1.,2.\n", 0.015),
+        (",,,.01,.01,.01,.01\n", 0.01),
+    ] {
+        near(mass(&model(&deck(corners))), 2700.0 * 2.0 * t, 1e-9);
+    }
+    let text = deck(",,,.02,,,.04\n");
+    let imported = import(&deck_of(&text), options("si")).unwrap();
+    let thicker = imported.text.replace("imported:", "overrides: {cquad4_9: {scale: {thickness: 2}}}\nimported:");
+    let updated = load(&thicker, &Registry::builtin()).unwrap().0;
+    let found = export(&deck_of(&text), &updated).unwrap_err().to_string();
+    assert!(found.contains("`thickness` has no field on the cards of cquad4_9"), "{found}");
 }

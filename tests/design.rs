@@ -201,7 +201,15 @@ fn components_of_eigenvectors_are_targets_of_an_update() {
     let cases = [
         (format!("{disp}DCONSTR,4,1,{}\n", interval(u1)), "EIGRL,7,,,2"),
         // The sign of a shape is any.
-        (format!("{disp}DCONSTR,4,2,{}\n", "-LOW,-HIGH".replace("LOW", &format!("{:.8}", u2 * 1.001)).replace("HIGH", &format!("{:.8}", u2 * 0.999))), "EIGRL,7,,,2,,,,MASS"),
+        (
+            format!(
+                "{disp}DCONSTR,4,2,{}\n",
+                "-LOW,-HIGH"
+                    .replace("LOW", &format!("{:.8}", u2 * 1.001))
+                    .replace("HIGH", &format!("{:.8}", u2 * 0.999))
+            ),
+            "EIGRL,7,,,2,,,,MASS",
+        ),
         (format!("{disp}DCONSTR,4,2,{}\n", interval(u2 / u1)), "EIGR,7,LAN,,,,2\n,POINT,1,1"),
         (
             format!("{disp}DRESP2,3,R,9\n,DRESP1,2,1\nDEQATN  9       F(A,B)=A/B\nDCONSTR,4,3,{}\n", interval(u2 / u1)),
@@ -228,15 +236,22 @@ fn components_that_cannot_be_targets_are_named() {
         imported.report.to_string()
     };
     for (method, expected) in [
-        ("EIGRL,7,,,2,,,,MAX", "component 1 of grid 1 in the eigenvector of mode 1 is no target: eigenvectors are scaled to their largest component (EIGRL 7, NORM MAX)"),
+        (
+            "EIGRL,7,,,2,,,,MAX",
+            "component 1 of grid 1 in the eigenvector of mode 1 is no target: eigenvectors are scaled to their largest component (EIGRL 7, NORM MAX)",
+        ),
         ("EIGR,7,LAN,,,,2\n,POINT,1,1", "is no target: it is one by itself"),
     ] {
         let found = note(&two_masses(disp, method));
         assert!(found.contains(expected), "{found}");
     }
-    let free = two_masses(disp, "EIGRL,7,,,2").replace("CELAS2,1,300.,1,1\n", "CELAS2,1,300.,1,1,3,1\nCONM2,13,3,,1.\nGRID,3,,-1.,,,,23456\n");
+    let free = two_masses(disp, "EIGRL,7,,,2")
+        .replace("CELAS2,1,300.,1,1\n", "CELAS2,1,300.,1,1,3,1\nCONM2,13,3,,1.\nGRID,3,,-1.,,,,23456\n");
     let found = note(&free);
-    assert!(found.contains("the component n1_t1 of mode 1 is left out: the mode is a motion without frequency"), "{found}");
+    assert!(
+        found.contains("the component n1_t1 of mode 1 is left out: the mode is a motion without frequency"),
+        "{found}"
+    );
     let wrong = two_masses(disp, "EIGRL,7,,,2,,,,MAS");
     let options = ImportOptions { system: system_by_name("in-lbf-s").unwrap(), ..options() };
     let found = import(&deck_of(&wrong), options).unwrap_err()[0].to_string();

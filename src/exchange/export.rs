@@ -167,7 +167,9 @@ impl Work<'_> {
 
     /// A bar that was turned about its own axis gets another vector in its first plane, in the place of a grid where it had one.
     fn turn(&mut self, element: &PlacedElement, turn: f64) {
-        let refuse = |work: &mut Self, why: &str| work.refuse(format!("{}: it was turned about itself, and {why}", element.path));
+        let refuse = |work: &mut Self, why: &str| {
+            work.refuse(format!("{}: it was turned about itself, and {why}", element.path))
+        };
         let Some(origin) = self.origins.elements.get(&element.name) else { return };
         let (Some(card), Some(plane)) = (origin.card, &origin.plane) else {
             return refuse(self, "its card has no vector for that");
@@ -253,7 +255,7 @@ impl Work<'_> {
         }
         let section = origin.section.as_ref().and_then(|s| self.origins.sections.get(s));
         let bounds: Vec<&Bound> = origin.bounds.iter().chain(section.into_iter().flatten()).collect();
-        let bound_of = |name: &str| bounds.iter().find(|b| b.property == name).copied();
+        let bound_of = |name: &str| bounds.iter().find(|b| b.property == name).copied().filter(|b| b.field > 0);
         let is_changed = |w: &(&str, Option<f64>, Option<f64>)| !held::is_same(w.1, w.2);
         let changed: Vec<&str> = all.iter().filter(|w| is_changed(w)).map(|w| w.0).collect();
         // A Poisson's ratio that gives G stands for it: E alone carries a factor.

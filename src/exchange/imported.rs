@@ -61,6 +61,7 @@ pub(in crate::exchange) struct Bound {
     /// The property of the element in retune.
     pub property: String,
     pub card: CardId,
+    /// Zero where several fields give it, so that none can be written.
     pub field: usize,
     pub name: &'static str,
     pub factor: f64,

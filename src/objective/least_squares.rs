@@ -4,8 +4,8 @@ use super::batch::BatchPath;
 use super::comparison::Comparison;
 use super::prediction::{Prediction, PredictionDerivative};
 use super::residual::{
-    Damping, Frequency, FrfLog, MassPropertyResidual, Point, Prior, RESIDUALS, Residual, Shape,
-    ShapeComponents, StaticAngle, StaticDeflection, TargetResidual,
+    Damping, Frequency, FrfLog, MassPropertyResidual, Point, Prior, RESIDUALS, Residual, Shape, ShapeComponents,
+    StaticAngle, StaticDeflection, TargetResidual,
 };
 use super::scaling::Scaling;
 use super::{EvalError, Linearization, Loss, Objective, PathCounts, Walls};

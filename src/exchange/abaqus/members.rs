@@ -70,7 +70,18 @@ fn read(importer: &Importer<'_>, k: &Keyword<'_>, instance: u32) -> Result<BeamS
             Some(_) => return Err(k.error("DENSITY must be a number, zero or above")),
         };
         let shear_centre = profile.shear_centre;
-        BeamSection { profile, e, nu: None, g: Some(g), density, material: None, n1, shear: None, shear_centre, n_lines }
+        BeamSection {
+            profile,
+            e,
+            nu: None,
+            g: Some(g),
+            density,
+            material: None,
+            n1,
+            shear: None,
+            shear_centre,
+            n_lines,
+        }
     };
     // What belongs to a section stands right below it.
     let count = importer.deck.keywords().len();

@@ -67,15 +67,12 @@ impl Work<'_> {
         let mut moved: HashMap<String, Moves> = HashMap::new();
         for (card, mut classes) in groups {
             // Those that want what the card has keep it; else the largest class.
-            let keeps = |c: &(Fields, Vec<String>)| {
-                c.0.iter().all(|(f, n, v)| near(self.has(card, *f, n), *v))
-            };
+            let keeps = |c: &(Fields, Vec<String>)| c.0.iter().all(|(f, n, v)| near(self.has(card, *f, n), *v));
             classes.sort_by_key(|c| (!keeps(c), std::cmp::Reverse(c.1.len())));
             // Elements that are written anew keep their card as it is.
             let is_shared = rewritten.iter().any(|(e, _)| self.uses(e, card));
             for (i, (fields, elements)) in classes.into_iter().enumerate() {
-                let changed: Fields =
-                    fields.into_iter().filter(|(f, n, v)| !near(self.has(card, *f, n), *v)).collect();
+                let changed: Fields = fields.into_iter().filter(|(f, n, v)| !near(self.has(card, *f, n), *v)).collect();
                 if changed.is_empty() {
                     continue;
                 }

@@ -62,6 +62,8 @@ pub(super) struct Values {
     pub plane: Option<Box<Plane>>,
 }
 
+const OVERFULL: &str = "a line of it has more than eight fields of data between commas; go on in a continuation, a line that begins with a comma";
+
 /// Errors of one deck that are told at once.
 const MOST_ERRORS: usize = 20;
 
@@ -201,7 +203,11 @@ impl<'a> Importer<'a> {
                 }
                 _ => {
                     if let Some(space) = Space::of(name) {
-                        let number = deck.card(id).id_at(2, "ID")?;
+                        let card = deck.card(id);
+                        if card.is_overfull() {
+                            return Err(card.error(None, OVERFULL));
+                        }
+                        let number = card.id_at(2, "ID")?;
                         self.claim(space, number, id, 2)?;
                         if space == Space::Grid {
                             grids.push(number);
@@ -295,8 +301,7 @@ impl<'a> Importer<'a> {
                 list.entry(name.to_string()).or_insert((0, what)).0 += 1;
             };
             if card.is_overfull() && matches!(rule.treatment, Treatment::Read(..) | Treatment::Used(_)) {
-                let text = "a line of it has more than eight fields of data between commas; go on in a continuation, a line that begins with a comma";
-                errors.push(card.error(None, text));
+                errors.push(card.error(None, OVERFULL));
                 continue;
             }
             match rule.treatment {

@@ -2,7 +2,9 @@
 
 use super::*;
 use crate::correlation::{PairBy, PairingOptions};
-use crate::data::{FrfFit, FrfQuantity, MassProperty, MassQuantity, Measured, Origin, ShapeComponent, TestData, read_test};
+use crate::data::{
+    FrfFit, FrfQuantity, MassProperty, MassQuantity, Measured, Origin, ShapeComponent, TestData, read_test,
+};
 use crate::model::{Model, ParametricModel, Registry, load, load_configuration};
 use crate::objective::{LeastSquares, Loss, Objective, Scaling, difference};
 
