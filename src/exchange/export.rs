@@ -168,7 +168,7 @@ impl Work<'_> {
     /// A bar that was turned about its own axis gets another vector in its first plane, in the place of a grid where it had one.
     fn turn(&mut self, element: &PlacedElement, turn: f64) {
         let refuse = |work: &mut Self, why: &str| {
-            work.refuse(format!("{}: it was turned about itself, and {why}", element.path))
+            work.refuse(format!("{}: it was turned about itself, and {why}", element.path));
         };
         let Some(origin) = self.origins.elements.get(&element.name) else { return };
         let (Some(card), Some(plane)) = (origin.card, &origin.plane) else {
