@@ -420,7 +420,7 @@ fn what_is_wrong_is_said_with_its_place() {
         (
             "SECTION=RECT",
             "SECTION=TEE",
-            "deck.inp:8: *BEAMSECTION: the shape `TEE` is not read; known are RECT, CIRC, PIPE, BOX, I, GENERAL; give a BEAM GENERAL SECTION with A, I11, I12, I22, J",
+            "deck.inp:8: *BEAMSECTION: the shape `TEE` is not read; known are RECT, CIRC, PIPE, BOX, I, L, HEX, TRAPEZOID, ARBITRARY, GENERAL; give a BEAM GENERAL SECTION with A, I11, I12, I22, J",
         ),
         (
             "0., 1., 0.\n",
@@ -777,5 +777,206 @@ fn connectors_hold_and_give() {
     ] {
         let found = refusal(&text);
         assert!(found.contains(expected), "{expected}\n{found}");
+    }
+}
+
+/// A bar of a section whose axis 1 lies along y: its constants as the model file has them.
+fn constants(section: &str, keys: [&str; 5]) -> [f64; 5] {
+    let text = imported(&cantilever("B33", 2, 1.0, section), Solver::Abaqus).text;
+    let line = text.lines().find(|l| l.contains("Iy:")).unwrap_or_else(|| panic!("{text}"));
+    keys.map(|key| {
+        let Some(at) = line.find(&format!("{key}: ")) else { return 0.0 };
+        let rest = &line[at + key.len() + 2..];
+        rest.split([',', '}', ' ']).next().unwrap().parse().unwrap_or_else(|_| panic!("{key} of {line}"))
+    })
+}
+
+/// Closed forms of the further shapes of the library, with the place of their nodes. Sources: W. C. Young, R. G. Budynas, Roark's Formulas for
+/// Stress and Strain, 2002, tables A.1 and 10.1; equal angle 100 x 100 x 10 without fillets by Steiner's theorem.
+#[test]
+fn shapes_of_the_library_have_the_constants_of_their_closed_forms() {
+    let of = |shape: &str, sizes: &str| {
+        format!("*BEAM SECTION, ELSET=beam, MATERIAL=steel, SECTION={shape}\n{sizes}\n0., 1., 0.\n")
+    };
+    let keys = ["A", "Iy", "Iz", "J", "neutral_axis_z"];
+    let root = 3.0_f64.sqrt();
+    // A tube of six sides: the outer hexagon less the inner one.
+    let [a, iy, iz, j, _] = constants(&of("HEX", "0.05, 0.004"), keys);
+    let inner = 0.05 - 0.008 / root;
+    near(a, 1.5 * root * (0.0025 - inner * inner), 1e-9);
+    near(iy, 5.0 * root / 16.0 * (0.05_f64.powi(4) - inner.powi(4)), 1e-9);
+    near(iy, iz, 1e-12);
+    let side = 0.05 - 0.004 / root;
+    let enclosed = 1.5 * root * side * side;
+    near(j, 4.0 * enclosed * enclosed * 0.004 / (6.0 * side), 1e-9);
+    // Three equal sides, the nodes on the lower edge: a² √3/4, a⁴ √3/96, a⁴ √3/80.
+    let [a, iy, iz, j, up] = constants(&of("TRAPEZOID", "0.1, 0.086602540378443865, 1e-9, 0."), keys);
+    near(a, root / 4.0 * 0.01, 1e-7);
+    near(iy, root / 96.0 * 1e-4, 1e-7);
+    near(iz, root / 96.0 * 1e-4, 1e-7);
+    near(j, root / 80.0 * 1e-4, 1e-5);
+    near(up, 0.1 / (2.0 * root), 1e-7);
+    // A rectangle is a trapezoid with the nodes in its middle.
+    let rectangle = constants(&of("RECT", "0.06, 0.02"), keys);
+    for (x, y) in constants(&of("TRAPEZOID", "0.06, 0.02, 0.06, 0.01"), keys).into_iter().zip(rectangle).take(4) {
+        near(x, y, 1e-6);
+    }
+    // Principal moments of an angle with equal legs: along the line of symmetry and across it.
+    let (t, b) = (0.01_f64, 0.1_f64);
+    let [a, iy, iz, j, _] = constants(&of("L", "0.1, 0.1, 0.01, 0.01"), keys);
+    let area = t * (2.0 * b - t);
+    let c = (b * t * 0.5 * t + (b - t) * t * 0.5 * (b + t)) / area;
+    let i = b * t.powi(3) / 12.0
+        + b * t * (c - 0.5 * t).powi(2)
+        + t * (b - t).powi(3) / 12.0
+        + (b - t) * t * (0.5 * (b + t) - c).powi(2);
+    let product = -(b * t * (0.5 * b - c) * (c - 0.5 * t) + (b - t) * t * (c - 0.5 * t) * (0.5 * (b + t) - c));
+    near(a, area, 1e-9);
+    near(iz.max(iy), i - product, 1e-9);
+    near(iz.min(iy), i + product, 1e-9);
+    near(j, 2.0 * (b - 0.5 * t) * t.powi(3) / 3.0, 1e-9);
+}
+
+/// A section of walls is the shape of the library that has the same walls: a box to the square of thickness over width, and where its nodes lie,
+/// how it bends and twists. ARBITRARY has its second line of directions and of moduli behind those of its segments.
+#[test]
+fn walls_are_the_sections_that_they_enclose() {
+    let walls = "4, -0.05, -0.03, 0.05, -0.03, 0.0005\n0.05, 0.03, 0.0005\n-0.05, 0.03, 0.0005\n-0.05, -0.03, 0.0005\n";
+    // Shear factors differ: both get one shear stiffness.
+    let of = |shape: &str, sizes: &str, direction: &str| {
+        let section = format!(
+            "*BEAM SECTION, ELSET=beam, MATERIAL=steel, SECTION={shape}\n{sizes}{direction}*TRANSVERSE SHEAR STIFFNESS\n4.e6, 6.e6\n"
+        );
+        frequencies(&model(&cantilever("B31", 10, 1.0, &section)), 6).0
+    };
+    let box_sizes = "0.1005, 0.0605, 0.0005, 0.0005, 0.0005, 0.0005\n";
+    for direction in ["0., 1., 0.\n", "0., 0.6, 0.8\n"] {
+        for (a, b) in of("ARBITRARY", walls, direction).iter().zip(&of("BOX", box_sizes, direction)) {
+            near(*a, *b, 1e-4);
+        }
+    }
+    let slender = |section: &str| frequencies(&model(&cantilever("B33", 10, 1.0, section)), 6).0;
+    let (thin, box_) = (
+        slender(&format!("*BEAM SECTION, ELSET=beam, MATERIAL=steel, SECTION=ARBITRARY\n{walls}0., 1., 0.\n")),
+        slender(
+            "*BEAM SECTION, ELSET=beam, MATERIAL=steel, SECTION=BOX\n0.1005, 0.0605, 0.0005, 0.0005, 0.0005, 0.0005\n0., 1., 0.\n",
+        ),
+    );
+    for (a, b) in thin.iter().zip(&box_) {
+        near(*a, *b, 1e-4);
+    }
+    let general = slender(&format!(
+        "*BEAM GENERAL SECTION, ELSET=beam, DENSITY=7800., SECTION=ARBITRARY\n{walls}0., 1., 0.\n2e11, 76923076923.076923\n"
+    ));
+    for (a, b) in thin.iter().zip(&general) {
+        near(*a, *b, 1e-9);
+    }
+    // The same walls beside the nodes: a clamped bar is lower on an arm only where arms turn, which twist does.
+    let aside = "4, 0.05, -0.03, 0.15, -0.03, 0.0005\n0.15, 0.03, 0.0005\n0.05, 0.03, 0.0005\n0.05, -0.03, 0.0005\n";
+    let moved = slender(&format!("*BEAM SECTION, ELSET=beam, MATERIAL=steel, SECTION=ARBITRARY\n{aside}0., 1., 0.\n"));
+    for (a, b) in moved.iter().zip(&thin) {
+        near(*a, *b, 1e-6);
+    }
+    for (lines, message) in [
+        ("1, 0., 0., 1., 0., 0.1\n", "(number of segments): one segment has no bending stiffness about itself"),
+        ("2, 0., 0., 1., 0., 0.1\n2., 0., 0.1\n", "all walls lie along one line"),
+        ("3, 0., 0., 1., 0., 0.1\n1., 1., 0.1\n", "its data line 3 is missing: x1, x2 and the thickness of a segment"),
+        ("2, 0., 0., 1., 0., -0.1\n1., 1., 0.1\n", "(thickness): it must not be negative"),
+        ("100000, 0., 0., 1., 0., 0.1\n1., 1., 0.1\n", "at most 1000 are read"),
+    ] {
+        let section = format!("*BEAM SECTION, ELSET=beam, MATERIAL=steel, SECTION=ARBITRARY\n{lines}");
+        let found = refusal(&cantilever("B33", 2, 1.0, &section));
+        assert!(found.contains(message), "{found}");
+    }
+}
+
+/// A channel on a cantilever: a force through the shear centre bends it and does not twist it.
+#[test]
+fn walls_twist_about_their_shear_centre() {
+    let (b, h, t) = (0.05, 0.12, 0.002);
+    // The web lies e beside the nodes, so that these are the shear centre.
+    let e = 3.0 * b * b * t / (h * t + 6.0 * b * t);
+    let section = format!(
+        "*BEAM SECTION, ELSET=beam, MATERIAL=steel, SECTION=ARBITRARY\n3, {}, -0.06, {e}, -0.06, 0.002\n{e}, 0.06, 0.002\n{}, 0.06, 0.002\n0., 1., 0.\n",
+        b + e,
+        b + e
+    );
+    let text = imported(&cantilever("B33", 2, 1.0, &section), Solver::Abaqus).text;
+    let line = text.lines().find(|l| l.contains("neutral_axis_")).unwrap_or_else(|| panic!("{text}"));
+    let value = |key: &str| -> f64 {
+        let rest = line.split(&format!("{key}: ")).nth(1).map_or("0", |r| r);
+        rest.split([',', '}', ' ']).next().unwrap().parse().unwrap()
+    };
+    let size = |axis: &str| value(&format!("shear_centre_{axis}")).hypot(0.0);
+    assert!(size("y") < 1e-9 && size("z") < 1e-9, "{line}");
+    let centroid = b * b * t / (2.0 * b * t + h * t) + e;
+    near(value("neutral_axis_y").hypot(value("neutral_axis_z")), centroid, 1e-9);
+}
+
+/// Elements of the assembly between nodes of two instances, one of them turned and moved: the same masses, springs and connectors as in a flat deck.
+#[test]
+fn elements_of_the_assembly_join_nodes_of_instances() {
+    let part = "*PART, NAME=P\n*NODE\n1, 0., 0., 0.\n2, 0., 1., 0.\n*END PART\n";
+    let rest = "*MASS, ELSET=M\n2.\n*SPRING, ELSET=K\n1, 1\n300.\n*SPRING, ELSET=A\n\n500.\n*ORIENTATION, NAME=O\n0., 1., 0., -1., 0., 0.\n\
+        *CONNECTOR SECTION, ELSET=C, BEHAVIOR=B\nCARTESIAN, ALIGN\nO\n";
+    let behavior = "*CONNECTOR BEHAVIOR, NAME=B\n*CONNECTOR ELASTICITY, COMPONENT=1\n700.\n*CONNECTOR ELASTICITY, COMPONENT=2\n900.\n*CONNECTOR ELASTICITY, COMPONENT=3\n1100.\n";
+    let assembly = format!(
+        "{part}*ASSEMBLY, NAME=A\n*INSTANCE, NAME=Left-1, PART=P\n*END INSTANCE\n*INSTANCE, NAME=Right-1, PART=P\n2., 0., 0.\n2., 0., 0., 2., 0., 1., 90.\n*END INSTANCE\n\
+         *ELEMENT, TYPE=MASS, ELSET=M\n1, Right-1.1\n2, Right-1.2\n*ELEMENT, TYPE=SPRING2, ELSET=K\n3, Left-1.1, Right-1.1\n\
+         *ELEMENT, TYPE=SPRINGA, ELSET=A\n4, Left-1.2, Right-1.1\n*ELEMENT, TYPE=CONN3D2, ELSET=C\n5, Left-1.1, Right-1.1\n6, Left-1.2, Right-1.2\n{rest}\
+         *NSET, NSET=held, INSTANCE=Left-1\n1, 2\n*END ASSEMBLY\n{behavior}*BOUNDARY\nheld, 1, 6\n"
+    );
+    // Turned by 90 degrees about z through (2, 0): node 2 of the second instance lies at (1, 0).
+    let flat = format!(
+        "*NODE\n1, 0., 0., 0.\n2, 0., 1., 0.\n11, 2., 0., 0.\n12, 1., 0., 0.\n*ELEMENT, TYPE=MASS, ELSET=M\n1, 11\n2, 12\n*ELEMENT, TYPE=SPRING2, ELSET=K\n3, 1, 11\n\
+         *ELEMENT, TYPE=SPRINGA, ELSET=A\n4, 2, 11\n*ELEMENT, TYPE=CONN3D2, ELSET=C\n5, 1, 11\n6, 2, 12\n{rest}{behavior}*BOUNDARY\n1, 1, 6\n2, 1, 6\n"
+    );
+    let (a, b) = (frequencies(&model(&assembly), 6), frequencies(&model(&flat), 6));
+    assert_eq!(a.1, 0);
+    assert_eq!(a.0.len(), b.0.len());
+    for (x, y) in a.0.iter().zip(&b.0) {
+        near(*x, *y, 1e-9);
+    }
+    for (from, to, message) in [
+        ("5, Left-1.1, Right-1.1", "5, Left-1.1, Right-1.7", "(node): there is no node 7"),
+        ("5, Left-1.1, Right-1.1", "5, Left-1.1, Rigt-1.1", "(node)"),
+        ("5, Left-1.1, Right-1.1", "5, , Right-1.1", "connectors to the ground are not read"),
+    ] {
+        let found = refusal(&assembly.replace(from, to));
+        assert!(found.contains(message), "{found}");
+    }
+}
+
+/// Couplings, MPC and EQUATION of the assembly between nodes of instances are those of a flat deck.
+#[test]
+fn links_of_the_assembly_join_nodes_of_instances() {
+    let part = "*PART, NAME=P\n*NODE, NSET=all\n1, 0., 0., 0.\n2, 1., 0., 0.\n*ELEMENT, TYPE=B31, ELSET=beam\n1, 1, 2\n*BEAM SECTION, ELSET=beam, MATERIAL=steel, SECTION=CIRC\n0.02\n0., 1., 0.\n*END PART\n";
+    let assembly = |links: &str| {
+        format!(
+            "{part}*ASSEMBLY, NAME=A\n*INSTANCE, NAME=One, PART=P\n*END INSTANCE\n*INSTANCE, NAME=Two, PART=P\n1.2, 0., 0.\n*END INSTANCE\n\
+             *NSET, NSET=foot, INSTANCE=One\n1\n*NSET, NSET=tip, INSTANCE=Two\n1\n{links}*END ASSEMBLY\n{MATERIAL}*BOUNDARY\nfoot, ENCASTRE\n"
+        )
+    };
+    let flat = |links: &str| {
+        format!(
+            "*NODE\n1, 0., 0., 0.\n2, 1., 0., 0.\n3, 1.2, 0., 0.\n4, 2.2, 0., 0.\n*ELEMENT, TYPE=B31, ELSET=beam\n1, 1, 2\n2, 3, 4\n\
+             *BEAM SECTION, ELSET=beam, MATERIAL=steel, SECTION=CIRC\n0.02\n0., 1., 0.\n{links}{MATERIAL}*BOUNDARY\n1, ENCASTRE\n"
+        )
+    };
+    let expected = frequencies(&model(&flat("*MPC\nBEAM, 3, 2\n")), 6);
+    for links in [
+        "*MPC\nBEAM, Two.1, One.2\n",
+        "*SURFACE, NAME=s, TYPE=NODE\ntip, 1.\n*COUPLING, CONSTRAINT NAME=c, REF NODE=One.2, SURFACE=s\n*KINEMATIC\n",
+        "*SURFACE, NAME=s, TYPE=NODE\nTwo.1, 1.\n*COUPLING, CONSTRAINT NAME=c, REF NODE=One.2, SURFACE=s\n*KINEMATIC\n1, 6\n",
+        "*RIGID BODY, REF NODE=One.2, TIE NSET=tip\n",
+        "*EQUATION\n2\nTwo.1, 1, 1., One.2, 1, -1.\n3\nTwo.1, 2, 1., One.2, 2, -1., One.2, 6, -0.2\n3\nTwo.1, 3, 1., One.2, 3, -1., One.2, 5, 0.2\n\
+         2\nTwo.1, 4, 1., One.2, 4, -1.\n2\nTwo.1, 5, 1., One.2, 5, -1.\n2\nTwo.1, 6, 1., One.2, 6, -1.\n",
+        "*ELEMENT, TYPE=CONN3D2, ELSET=C\n1, One.2, Two.1\n*CONNECTOR SECTION, ELSET=C\nBEAM,\n",
+    ] {
+        let found = frequencies(&model(&assembly(links)), 6);
+        assert_eq!(found.1, expected.1, "{links}");
+        for (x, y) in found.0.iter().zip(&expected.0) {
+            near(*x, *y, 1e-9);
+        }
     }
 }

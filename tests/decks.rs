@@ -615,3 +615,133 @@ fn damaged_files_end() {
         let _ = read_results(&bytes);
     }
 }
+
+/// A bar that was turned about itself gets another vector, along axes of its first grid, in basic axes, or in the place of a grid: the deck gives
+/// the model of it back.
+#[test]
+fn turned_bars_go_back_into_the_deck() {
+    let deck = |cbar: &str| {
+        format!(
+            "CEND\nSPC=1\nBEGIN BULK\nCORD2R,5,,0.,0.,0.,1.,0.,0.\n,0.,2.,1.\nMAT1,1,2.+11,8.+10,,7800.\nGRID,1,,,,,5\nGRID,2,,1.\nGRID,3,,1.8,.1\nGRID,9,,.3,1.,1.\n\
+             {cbar}\nCBAR,2,7,2,3,0.,0.,1.\nPBAR,7,1,1.-3,4.-8,9.-8,1.-7\n,,,,,,,,\n,,,1.-8\nCONM2,4,3,,2.,,.1,.05,.02\nSPC1,1,123456,1\nENDDATA\n"
+        )
+    };
+    for cbar in [
+        "CBAR,1,7,1,2,0.3,0.2,1.",
+        "CBAR,1,7,1,2,.1,.9,.5,BGG\n,,,0.,.01,0.,0.,.02,0.",
+        "CBAR,1,7,1,2,9",
+        "CBAR    1       7       1       2       9",
+    ] {
+        let text = deck(cbar);
+        let imported = import(&deck_of(&text), options("si")).unwrap_or_else(|e| panic!("{}", e[0]));
+        let line = imported.text.lines().find(|l| l.contains("cbar_1:")).unwrap().to_string();
+        let (head, rest) = line.split_once("orientation: [").unwrap();
+        let z: Vec<f64> = rest.split(']').next().unwrap().split(", ").map(|v| v.parse().unwrap()).collect();
+        // Turned by 0.4 rad about x: z becomes z cos - y sin with y = z × x.
+        let (sin, cos) = 0.4_f64.sin_cos();
+        let y = [0.0, z[2], -z[1]];
+        let turned: Vec<String> = (0..3).map(|i| format!("{:?}", z[i] * cos - y[i] * sin)).collect();
+        let tail = rest.split_once(']').unwrap().1;
+        let now = format!("{head}orientation: [{}]{tail}", turned.join(", "));
+        let updated = load(&imported.text.replace(&line, &now), &Registry::builtin()).unwrap().0;
+        let out = export(&deck_of(&text), &updated).unwrap_or_else(|e| panic!("{cbar}: {e}"));
+        assert_eq!(out.changes.len(), 3, "{:?}", out.changes);
+        let again = model(&out.files[0]);
+        assert!(out.rounding < 1e-4, "{}", out.rounding);
+        for (a, b) in frequencies(&updated, 4).into_iter().zip(frequencies(&again, 4)) {
+            near(a, b, 1e-6);
+        }
+        let was = frequencies(&model_of(&imported), 4);
+        assert!(frequencies(&again, 4).iter().zip(&was).any(|(a, b)| (a / b - 1.0).abs() > 1e-4));
+    }
+    // Offsets along its own axes would turn with it.
+    let text = deck("CBAR,1,7,1,2,.3,.2,1.,GOO\n,,,0.,.01,0.,0.,.02,0.");
+    let imported = import(&deck_of(&text), options("si")).unwrap();
+    let line = imported.text.lines().find(|l| l.contains("cbar_1:")).unwrap();
+    let rest = line.split_once("orientation: [").unwrap().1.split(']').next().unwrap();
+    let changed = imported.text.replace(line, &line.replace(rest, "0, 0.6, 0.8"));
+    let updated = load(&changed, &Registry::builtin()).unwrap().0;
+    let found = export(&deck_of(&text), &updated).unwrap_err().to_string();
+    assert!(found.contains("its offsets stand in its own axes (OFFT)"), "{found}");
+}
+
+/// A spring along the line of two grids: √(k/m) along it, and nothing across.
+#[test]
+fn a_one_dimensional_bushing_is_a_spring_along_its_line() {
+    let deck = |card: &str| {
+        format!(
+            "CEND\nSPC=1\nBEGIN BULK\nGRID,1\nGRID,2,,3.,4.\n{card}PBUSH1D,7,800.\nCONM2,4,2,,2.\nSPC1,1,123456,1\nSPC1,1,3456,2\nCELAS2,9,50.,2,1\nCELAS2,10,50.,2,2\nENDDATA\n"
+        )
+    };
+    let f = frequencies(&model(&deck("CBUSH1D,1,7,1,2\n")), 2);
+    near(f[0], (50.0_f64 / 2.0).sqrt() / TAU, 1e-9);
+    near(f[1], (850.0_f64 / 2.0).sqrt() / TAU, 1e-9);
+    for (card, message) in [
+        ("CBUSH1D,1,7,1\n", "one-dimensional bushings are read between two grids that are apart"),
+        ("CBUSH1D,1,7,1,1\n", "its grids are at one place"),
+        ("CBUSH1D,1,8,1,2\n", "there is no property 8"),
+    ] {
+        let found = refusal(&deck(card));
+        assert!(found.contains(message), "{found}");
+    }
+}
+
+/// What real decks have met: variables whose names read as units, a solid and a shell whose properties have one number, fields that nobody reads,
+/// and replication.
+#[test]
+fn habits_of_real_decks_are_read_or_named() {
+    let cantilever = |rest: &str| {
+        format!(
+            "CEND\nSPC=1\nBEGIN BULK\nMAT1,1,2.+11,8.+10,,7800.\nGRID,1\nGRID,2,,1.\nCBAR,1,7,1,2,0.,0.,1.\nPBAR,7,1,1.-3,4.-8,9.-8,1.-7\nSPC1,1,123456,1\n{rest}ENDDATA\n"
+        )
+    };
+    // t1 is a tonne, m a metre.
+    for name in ["T1", "M", "KG"] {
+        let deck = cantilever(&format!("DESVAR,1,{name},2.,.5,5.\nDVPREL1,1,PBAR,7,I1,,,1.-8\n,1,2.-8\n"));
+        let designed = model(&deck);
+        assert_eq!(designed.parameters().names().count(), 1);
+        let plain = model(&cantilever("").replace("4.-8", "5.-8"));
+        near(frequencies(&designed, 1)[0], frequencies(&plain, 1)[0], 1e-9);
+    }
+    let solid = "GRID,11,,5.\nGRID,12,,6.\nGRID,13,,5.,1.\nGRID,14,,5.,0.,1.\nCTETRA,20,3,11,12,13,14\nPSOLID,3,1\nPSHELL,3,1,.01,1\nCTRIA3,21,3,11,12,13\n";
+    let both = model(&cantilever(solid));
+    assert_eq!(both.elements().len(), 3);
+    for (rest, message) in [
+        ("CORD2C,1,0,0.,0.,0.,0.,0.,1.,0.,1.,0.\n", "CORD2C 1: a line of it has more than eight fields of data"),
+        ("GRID,3,,2.\n=,*1,=,*1.,==\n", "`=` replicates the card above it"),
+        ("CTETRA,20,7,1,2,1,2\n", "property 7 is a PBAR"),
+    ] {
+        let text = cantilever(rest);
+        let found = match Deck::read(Path::new("deck.bdf"), &mut |_| Ok(text.as_bytes().to_vec())) {
+            Ok(deck) => import(&deck, options("si")).map(|i| i.text).unwrap_err()[0].to_string(),
+            Err(e) => e.to_string(),
+        };
+        assert!(found.contains(message), "{found}");
+    }
+}
+
+/// Thicknesses at the corners of a shell: the mean of them, of blank ones the property's, with TFLAG as factors of it; no field can be written for that.
+#[test]
+fn shells_have_the_mean_of_the_thicknesses_at_their_corners() {
+    let deck = |corners: &str| {
+        format!(
+            "CEND\nSPC=1\nBEGIN BULK\nMAT1,1,7.+10,,.3,2700.\nPSHELL,5,1,.01,1,,1\nGRID,1\nGRID,2,,2.\nGRID,3,,2.,1.\nGRID,4,,0.,1.\nCQUAD4,9,5,1,2,3,4\n{corners}SPC1,1,123456,1,4\nENDDATA\n"
+        )
+    };
+    let mass = |m: &Model| m.mass_properties(&[]).unwrap().unwrap().mass;
+    for (corners, t) in [
+        ("", 0.01),
+        (",,,.02,.02,.04,.04\n", 0.03),
+        (",,,.02,,,.04\n", 0.02),
+        (",,1,2.,1.,1.,2.\n", 0.015),
+        (",,,.01,.01,.01,.01\n", 0.01),
+    ] {
+        near(mass(&model(&deck(corners))), 2700.0 * 2.0 * t, 1e-9);
+    }
+    let text = deck(",,,.02,,,.04\n");
+    let imported = import(&deck_of(&text), options("si")).unwrap();
+    let thicker = imported.text.replace("imported:", "overrides: {cquad4_9: {scale: {thickness: 2}}}\nimported:");
+    let updated = load(&thicker, &Registry::builtin()).unwrap().0;
+    let found = export(&deck_of(&text), &updated).unwrap_err().to_string();
+    assert!(found.contains("`thickness` has no field on the cards of cquad4_9"), "{found}");
+}

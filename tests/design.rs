@@ -163,3 +163,97 @@ fn matrices_prove_a_model() {
     let wrong = read_results(text.replace("MAA", "BAA").as_bytes()).unwrap_err().to_string();
     assert!(wrong.contains("it holds KAA, BAA; a stiffness and a mass of one set"), "{wrong}");
 }
+
+/// Two masses in a row on springs k1 = 300 x and 100 lbf/in, of 2 and 1 lb; the second moves along the second axis of its own coordinates.
+fn two_masses(extra: &str, method: &str) -> String {
+    format!(
+        "SOL 200\nCEND\nDESSUB=4\nMETHOD=7\nBEGIN BULK\nPARAM,WTMASS,.00259\n{method}\nCORD2R,5,,0.,0.,0.,0.,0.,1.\n,0.,-1.,0.\nGRID,1,,,,,,23456\nGRID,2,,1.,,,5,13456\n\
+         CONM2,11,1,,2.\nCONM2,12,2,,1.\nCELAS2,1,300.,1,1\nCELAS2,2,100.,1,1,2,2\nDESVAR,1,X,1.,.2,5.\nDVCREL1,1,CELAS2,1,K,,,,\n,1,300.\n{extra}ENDDATA\n"
+    )
+}
+
+/// Displacements of the first mode of unit generalised mass, of masses in slinch, and their ratio: from the quadratic equation.
+fn first_shape(x: f64) -> [f64; 2] {
+    let (m1, m2, k1, k2) = (2.0 * 0.00259, 0.00259, 300.0 * x, 100.0_f64);
+    // (k1 + k2 - λ m1)(k2 - λ m2) = k2².
+    let (a, b, c) = (m1 * m2, -(m1 * k2 + m2 * (k1 + k2)), k1 * k2);
+    let lambda = (-b - (b * b - 4.0 * a * c).sqrt()) / (2.0 * a);
+    let ratio = k2 / (k2 - lambda * m2);
+    let u = 1.0 / (m1 + m2 * ratio * ratio).sqrt();
+    [u, u * ratio]
+}
+
+fn in_pounds(text: &str) -> Imported {
+    let options = ImportOptions { system: system_by_name("in-lbf-s").unwrap(), ..options() };
+    import(&deck_of(text), options).unwrap_or_else(|e| panic!("{}", e[0]))
+}
+
+/// Components of eigenvectors of unit generalised mass (the default), of those scaled to a point, and ratios by DRESP2: the update finds the
+/// stiffness whose closed form gave them.
+#[test]
+fn components_of_eigenvectors_are_targets_of_an_update() {
+    use retune::data::read_test;
+    use retune::update::{Controls, Settings, update};
+    let truth = 1.7;
+    let [u1, u2] = first_shape(truth);
+    let interval = |v: f64| format!("{:.8},{:.8}", v * 0.999, v * 1.001);
+    let disp = "DRESP1,1,U1,DISP,,,1,1,1\nDRESP1,2,U2,DISP,,,2,1,2\n";
+    let cases = [
+        (format!("{disp}DCONSTR,4,1,{}\n", interval(u1)), "EIGRL,7,,,2"),
+        // The sign of a shape is any.
+        (
+            format!(
+                "{disp}DCONSTR,4,2,{}\n",
+                "-LOW,-HIGH"
+                    .replace("LOW", &format!("{:.8}", u2 * 1.001))
+                    .replace("HIGH", &format!("{:.8}", u2 * 0.999))
+            ),
+            "EIGRL,7,,,2,,,,MASS",
+        ),
+        (format!("{disp}DCONSTR,4,2,{}\n", interval(u2 / u1)), "EIGR,7,LAN,,,,2\n,POINT,1,1"),
+        (
+            format!("{disp}DRESP2,3,R,9\n,DRESP1,2,1\nDEQATN  9       F(A,B)=A/B\nDCONSTR,4,3,{}\n", interval(u2 / u1)),
+            "EIGRL,7,,,2,,,,MAX",
+        ),
+    ];
+    for (extra, method) in cases {
+        let imported = in_pounds(&two_masses(&extra, method));
+        let text = imported.test.as_ref().unwrap_or_else(|| panic!("{}", imported.report));
+        let test = read_test(text).map_err(|p| format!("{}\n{text}", p[0])).unwrap().0;
+        let model = model_of(&imported.text);
+        let found = update(&model, &test, &Settings::default(), Controls::default()).unwrap();
+        near(found.parameters[0].after, truth, 1e-5);
+    }
+}
+
+/// What is no target says so by name: an eigenvector scaled to its largest component, a motion without frequency, a component that is one.
+#[test]
+fn components_that_cannot_be_targets_are_named() {
+    let disp = "DRESP1,1,U1,DISP,,,1,1,1\nDCONSTR,4,1,1.,2.\n";
+    let note = |deck: &str| {
+        let imported = in_pounds(deck);
+        assert!(imported.test.is_none());
+        imported.report.to_string()
+    };
+    for (method, expected) in [
+        (
+            "EIGRL,7,,,2,,,,MAX",
+            "component 1 of grid 1 in the eigenvector of mode 1 is no target: eigenvectors are scaled to their largest component (EIGRL 7, NORM MAX)",
+        ),
+        ("EIGR,7,LAN,,,,2\n,POINT,1,1", "is no target: it is one by itself"),
+    ] {
+        let found = note(&two_masses(disp, method));
+        assert!(found.contains(expected), "{found}");
+    }
+    let free = two_masses(disp, "EIGRL,7,,,2")
+        .replace("CELAS2,1,300.,1,1\n", "CELAS2,1,300.,1,1,3,1\nCONM2,13,3,,1.\nGRID,3,,-1.,,,,23456\n");
+    let found = note(&free);
+    assert!(
+        found.contains("the component n1_t1 of mode 1 is left out: the mode is a motion without frequency"),
+        "{found}"
+    );
+    let wrong = two_masses(disp, "EIGRL,7,,,2,,,,MAS");
+    let options = ImportOptions { system: system_by_name("in-lbf-s").unwrap(), ..options() };
+    let found = import(&deck_of(&wrong), options).unwrap_err()[0].to_string();
+    assert!(found.contains("EIGRL 7, field 9 (NORM): `MAS` where MASS, MAX is expected"), "{found}");
+}

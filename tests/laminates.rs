@@ -519,3 +519,32 @@ fn calculix_finds_the_same_laminated_plate() {
         assert!(m.relative().abs() < 0.01, "{}: {} {}", m.number, m.solver_hz, m.model_hz);
     }
 }
+
+/// The angle of one element, with THETA, with nothing and with an MCID in its field: the deck gives the model of it back, and no other line changes.
+#[test]
+fn angles_of_single_elements_go_back_into_the_deck() {
+    let card = "PCOMP   1       0.\n        1       .0005   35.             2       .001    0.\n        1       .0005   -35.\nMAT1,2,7.+9,,.3,200.\nCORD2R,5,,0.,0.,0.,0.,0.,1.\n,1.,2.,0.\n";
+    for element in ["", ",12.5", ",5"] {
+        let deck = clamped(card, element);
+        let before = imported(&deck).text;
+        let edit = [("imported:", "overrides: {cquad4_6: {set: {angle: 0.31 rad}}}\nimported:")];
+        let (out, updated) = learnt(&deck, &edit).unwrap_or_else(|e| panic!("{element}: {e}"));
+        assert_eq!(out.changes.len(), 1, "{:?}", out.changes);
+        let changed: Vec<_> = deck.lines().zip(out.files[0].lines()).filter(|(a, b)| a != b).collect();
+        assert!(changed.len() == 1 && changed[0].0.starts_with("CQUAD4,6,"), "{changed:?}");
+        let again = model(&out.files[0]);
+        let text = imported(&out.files[0]).text;
+        let line = text.lines().find(|l| l.contains("cquad4_6:")).unwrap();
+        let angle: f64 = line.split("angle: ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
+        // A field between commas has eight characters.
+        assert!(out.rounding < 1e-6 && (angle - 0.31).abs() < PI * out.rounding + 1e-11, "{angle} of {}", out.files[0]);
+        all_near(&frequencies(&again, 6), &frequencies(&updated, 6), 10.0 * out.rounding + 1e-9);
+        // The angle is felt.
+        let was = frequencies(&model_of(&before), 6);
+        assert!(frequencies(&again, 6).iter().zip(&was).any(|(a, b)| (a / b - 1.0).abs() > 1e-5));
+    }
+    // Of a material without directions no field holds an angle.
+    let plain = clamped("PSHELL,1,2,.002,2\nMAT1,2,7.+10,,.3,2700.\n", "");
+    let found = learnt(&plain, &[("imported:", "overrides: {cquad4_6: {set: {angle: 0.31 rad}}}\nimported:")]);
+    assert!(found.unwrap_err().to_string().contains("`angle` has no field"));
+}

@@ -169,6 +169,8 @@ pub fn place_sensors(test: &mut TestData, mapping: &Mapping) -> Vec<String> {
     let gone = test.sensors.iter().filter(|s| is_left(s)).map(|s| s.name.clone()).collect();
     test.sensors = keep.iter().map(|&i| test.sensors[i].clone()).collect();
     for mode in &mut test.modes {
+        let kept = |k: usize| keep.iter().position(|i| *i == k);
+        mode.components = mode.components.iter().filter_map(|c| c.renumbered(kept)).collect();
         mode.shape = mode.shape.as_ref().map(|s| s.select_rows(&keep));
         mode.shape_sd = mode.shape_sd.as_ref().map(|s| s.select_rows(&keep));
     }

@@ -47,6 +47,7 @@ pub fn joined(tests: &[&TestData]) -> Joined {
             if several {
                 let label = mode.label.clone().unwrap_or_else(|| (k + 1).to_string());
                 own.label = Some(format!("{label}, {}", test.name));
+                own.components = mode.components.iter().filter_map(|c| c.renumbered(|k| Some(at[k]))).collect();
                 own.shape = mode.shape.as_ref().map(|shape| {
                     let mut wide = DVector::from_element(all.len(), Complex::new(f64::NAN, f64::NAN));
                     at.iter().enumerate().for_each(|(i, &s)| wide[s] = shape[i]);

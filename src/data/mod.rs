@@ -39,8 +39,8 @@ pub use measurement::{
 pub use modal_set::{ModalSet, ModeRecord, RelativeSd, ShapeChannel};
 pub use spectrum::{Spectrum, SpectrumKind, SpectrumUnit};
 pub use test::{
-    FrfFit, MassProperty, MassQuantity, Measured, Origin, Partner, Place, Reference, Sensor, Standing, StaticLoad,
-    StaticReading, StaticTest, TestData, TestMode,
+    FrfFit, MassProperty, MassQuantity, Measured, Origin, Partner, Place, Reference, Sensor, ShapeComponent, Standing,
+    StaticLoad, StaticReading, StaticTest, TestData, TestMode,
 };
 pub use yaml::{
     DEFAULT_DAMPING_SD, DEFAULT_FREQUENCY_SD, DEFAULT_FRF_SD, DEFAULT_MASS_SD, DEFAULT_SHAPE_SD, DEFAULT_STATIC_SD,

@@ -107,6 +107,7 @@ impl ModalSet {
                 shape: Some(shape),
                 shape_sd: Some(shape_sd),
                 shape_origin: Some(origin.clone()),
+                components: Vec::new(),
                 standing: Standing::Open,
             }
         };

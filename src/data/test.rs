@@ -187,6 +187,28 @@ impl Standing {
     }
 }
 
+/// A component of a mode shape whose scale is known.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ShapeComponent {
+    /// Index of the sensor.
+    pub sensor: usize,
+    /// Index of the sensor at which the shape is one; without it the shape has unit modal mass, φᵀ M φ = 1 kg.
+    pub relative_to: Option<usize>,
+    /// Its value, up to the sign of the whole shape: 1/√kg, of a rotation 1/(m √kg).
+    pub measured: Measured,
+}
+
+impl ShapeComponent {
+    /// The same with its sensors called by other numbers; `None` where one has none.
+    pub fn renumbered(&self, number: impl Fn(usize) -> Option<usize>) -> Option<Self> {
+        let relative_to = match self.relative_to {
+            Some(k) => Some(number(k)?),
+            None => None,
+        };
+        Some(Self { sensor: number(self.sensor)?, relative_to, measured: self.measured })
+    }
+}
+
 /// One measured mode.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TestMode {
@@ -204,6 +226,8 @@ pub struct TestMode {
     pub shape_sd: Option<DVector<f64>>,
     /// Where the shape comes from.
     pub shape_origin: Option<Origin>,
+    /// Components of the shape whose scale is known.
+    pub components: Vec<ShapeComponent>,
     /// What it is taken for.
     pub standing: Standing,
 }

@@ -1,7 +1,9 @@
 //! The YAML test file: sensors, modes with uncertainties and origins, mass properties.
 
+mod components;
 mod doubts;
 mod family;
+mod masses;
 mod partner;
 mod statics;
 mod write;
@@ -10,11 +12,13 @@ pub use family::family_of_label;
 pub use statics::{DEFAULT_FRF_SD, DEFAULT_STATIC_SD};
 pub use write::write_test;
 
+use self::components::ShapeComponentSpec;
+use self::masses::MassPropertySpec;
 use self::partner::PartnerSpec;
 use self::statics::{FrfSpec, StaticTestSpec};
 use super::correction::{self, Correction};
 use super::date::Date;
-use super::test::{MassProperty, MassQuantity, Measured, Origin, Place, Sensor, TestData, TestMode, usable_scale};
+use super::test::{Measured, Origin, Place, Sensor, TestData, TestMode, usable_scale};
 use crate::catalogue::{counted, did_you_mean};
 use crate::linalg::{Complex, DVector};
 use crate::units::Scalar;
@@ -232,6 +236,9 @@ pub struct ModeSpec {
     /// Shape at the sensors.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shape: Option<ShapeSpec>,
+    /// Components of the shape of unit modal mass, or of the shape that is one at a sensor.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub components: Vec<ShapeComponentSpec>,
     /// Its partner in the model, for a pairing that the user knows better: the name of the model's mode, or its number among the elastic
     /// modes, as `retune modes` lists them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -266,45 +273,6 @@ pub struct ShapeSpec {
     /// Standard deviations entry by entry, in the scale of the shape, instead of `sd`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sds: Option<Vec<f64>>,
-}
-
-/// A measured mass property.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct MassPropertySpec {
-    /// Its value.
-    pub value: Scalar,
-    /// Its standard deviation.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub sd: Option<Scalar>,
-    /// Its source.
-    pub source: String,
-}
-
-/// The mass properties that a file may name: word, quantity, unit.
-const MASS_WORDS: [(&str, MassQuantity, &str); 10] = [
-    ("mass", MassQuantity::Mass, "kg"),
-    ("cg_x", MassQuantity::Cg(0), "m"),
-    ("cg_y", MassQuantity::Cg(1), "m"),
-    ("cg_z", MassQuantity::Cg(2), "m"),
-    ("inertia_xx", MassQuantity::Inertia(0, 0), "kg m2"),
-    ("inertia_yy", MassQuantity::Inertia(1, 1), "kg m2"),
-    ("inertia_zz", MassQuantity::Inertia(2, 2), "kg m2"),
-    ("inertia_xy", MassQuantity::Inertia(0, 1), "kg m2"),
-    ("inertia_xz", MassQuantity::Inertia(0, 2), "kg m2"),
-    ("inertia_yz", MassQuantity::Inertia(1, 2), "kg m2"),
-];
-
-impl MassQuantity {
-    /// The word in files and tables: `mass`, `cg_x`, `inertia_yy`, ...
-    pub fn word(self) -> &'static str {
-        MASS_WORDS.iter().find(|w| w.1 == self).map_or("inertia", |w| w.0)
-    }
-
-    /// Its SI unit.
-    pub fn unit(self) -> &'static str {
-        MASS_WORDS.iter().find(|w| w.1 == self).map_or("kg m2", |w| w.2)
-    }
 }
 
 /// Version of the format of test files that is read and written.
@@ -494,6 +462,7 @@ impl Reader<'_> {
             None => origin.clone(),
         });
         let (shape, shape_sd) = shape.unzip();
+        let components = self.components(&m.components, path);
         let standing = self.standing(m, path);
         TestMode {
             label: m.label.clone(),
@@ -507,6 +476,7 @@ impl Reader<'_> {
             shape,
             shape_sd,
             shape_origin,
+            components,
             standing,
         }
     }
@@ -572,25 +542,6 @@ impl Reader<'_> {
         };
         usable_scale(&mut shape, &mut sd);
         Some((shape, sd))
-    }
-
-    fn mass_property(&mut self, name: &str, p: &MassPropertySpec) -> Option<MassProperty> {
-        let path = child("mass_properties", name);
-        let Some(&(_, quantity, unit)) = MASS_WORDS.iter().find(|w| w.0 == name) else {
-            let suggestion = did_you_mean(name, MASS_WORDS.iter().map(|w| w.0));
-            self.error(path, format_args!("`{name}` is no mass property{suggestion}"));
-            return None;
-        };
-        let value = self.number(&p.value, unit, &child(&path, "value"));
-        let sd = p.sd.as_ref().map(|s| self.sd(s, unit, value, &child(&path, "sd")));
-        let default =
-            if matches!(quantity, MassQuantity::Cg(_)) { DEFAULT_MASS_SD } else { DEFAULT_MASS_SD * value.abs() };
-        let origin = self.origin(&p.source, &child(&path, "source"));
-        Some(MassProperty {
-            quantity,
-            measured: Measured { value, sd: sd.unwrap_or(default), sd_is_default: sd.is_none() },
-            origin,
-        })
     }
 }
 

@@ -32,21 +32,28 @@ pub struct Card<'a> {
     id: CardId,
     /// The name, then the data fields of all lines, eight (or four) of each; what stands in the name field of a continuation is left out.
     fields: Vec<Field<'a>>,
+    is_overfull: bool,
 }
 
 impl<'a> Card<'a> {
     pub(super) fn new(deck: &'a Deck, id: CardId) -> Self {
         let card = &deck.cards[id.0];
         let mut fields = Vec::with_capacity(9);
+        let mut is_overfull = false;
         for i in card.first..card.first + card.count {
             let line = &deck.lines[i as usize];
             let before = fields.len();
-            split(deck.of_line(line), (line.file, line.number, line.start as usize), &mut fields);
+            is_overfull |= split(deck.of_line(line), (line.file, line.number, line.start as usize), &mut fields);
             if i > card.first {
                 fields.remove(before);
             }
         }
-        Self { deck, id, fields }
+        Self { deck, id, fields, is_overfull }
+    }
+
+    /// Whether a line of it between commas has more than its fields and the name of a continuation: what stands there is read by nobody.
+    pub fn is_overfull(&self) -> bool {
+        self.is_overfull
     }
 
     /// Which card it is.

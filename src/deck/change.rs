@@ -107,7 +107,9 @@ impl Changes {
                 let filler = if edit.is_free { "," } else { " " };
                 out.push_str(&filler.repeat(gap.saturating_sub(before)));
                 out.push_str(&edit.text);
-                filled = (*start, if edit.is_free { *gap } else { gap + edit.text.len() });
+                // A last field that was shorter than its columns may have grown into them.
+                let grown = edit.text.len().saturating_sub(edit.end - start);
+                filled = (edit.end, if edit.is_free { *gap } else { gap + grown });
                 at = edit.end;
             }
             if deck.end.0 as usize == file && !self.added.is_empty() {

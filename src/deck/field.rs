@@ -67,18 +67,25 @@ pub struct Field<'a> {
     pub tabbed: bool,
 }
 
-/// The data fields of one line, that of the name first; `start` is the byte of the line in its file.
-pub(super) fn split<'a>(text: &'a str, (file, line, start): (u32, u32, usize), out: &mut Vec<Field<'a>>) {
+/// The data fields of one line, that of the name first; `start` is the byte of the line in its file. Whether something stands behind the name
+/// of the continuation, where no field is.
+pub(super) fn split<'a>(text: &'a str, (file, line, start): (u32, u32, usize), out: &mut Vec<Field<'a>>) -> bool {
     let kind = Kind::of(text);
     let data = text.split('$').next().unwrap_or_default();
     match kind {
         Kind::Free { large } => free(data, (file, line, start), large, out),
-        Kind::Small => fixed(data, (file, line, start), Width::Small, 8, out),
-        Kind::Large => fixed(data, (file, line, start), Width::Large, 4, out),
+        Kind::Small => {
+            fixed(data, (file, line, start), Width::Small, 8, out);
+            false
+        }
+        Kind::Large => {
+            fixed(data, (file, line, start), Width::Large, 4, out);
+            false
+        }
     }
 }
 
-fn free<'a>(data: &'a str, (file, line, start): (u32, u32, usize), large: bool, out: &mut Vec<Field<'a>>) {
+fn free<'a>(data: &'a str, (file, line, start): (u32, u32, usize), large: bool, out: &mut Vec<Field<'a>>) -> bool {
     let (most, width) = if large { (4, Width::Free(16)) } else { (8, Width::Free(8)) };
     let mut at = 0;
     let mut n = 0;
@@ -100,6 +107,7 @@ fn free<'a>(data: &'a str, (file, line, start): (u32, u32, usize), large: bool, 
         out.push(Field { text: "", file, line, start: end, end, gap, width, tabbed: false });
         n += 1;
     }
+    data.split(',').skip(most + 2).any(|part| !part.trim().is_empty())
 }
 
 fn fixed<'a>(

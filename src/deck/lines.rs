@@ -223,6 +223,10 @@ impl<'a> Pass<'a> {
                     && name.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'_');
                 if !is_name {
                     let shown: String = head.trim().chars().filter(|c| !c.is_control()).take(24).collect();
+                    if shown.starts_with('=') {
+                        let text = "`=` replicates the card above it, which is not read: write the cards out, as the solver's sorted echo has them";
+                        return Err(fail(self.deck, "", text.to_string()));
+                    }
                     return Err(fail(self.deck, "", format!("`{shown}` is no name of a card")));
                 }
                 let mut bytes = [0; 8];

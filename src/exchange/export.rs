@@ -18,7 +18,7 @@ use super::nastran::import;
 use super::system::{Quantity, System, system_by_name};
 use crate::catalogue::counted;
 use crate::deck::{CardId, Changes, Deck, DeckError};
-use crate::model::{Model, ParametricModel, PlacedElement, Registry, load};
+use crate::model::{Model, ParametricModel, PlacedElement, Registry, dot, load, plus};
 use std::collections::{BTreeMap, HashMap};
 
 /// A deck with what was learnt in it.
@@ -150,14 +150,40 @@ impl Work<'_> {
                 self.refuse(format!("{}: it was taken out or divided, and export does not delete cards", element.path));
                 continue;
             };
-            if let Some(why) = held::is_other(base, updated, element, new) {
+            let turn = held::turned(element, new);
+            if let Some(why) = held::is_other(base, updated, element, new, turn.is_some()) {
                 self.refuse(why);
                 continue;
             }
             if held::is_damped(new) {
                 self.refuse(format!("{}: damping of an element has no field on its cards", new.path));
             }
+            if let Some(turn) = turn {
+                self.turn(element, turn);
+            }
             self.values((base, element), (updated, new), [&theta0, &theta]);
+        }
+    }
+
+    /// A bar that was turned about its own axis gets another vector in its first plane, in the place of a grid where it had one.
+    fn turn(&mut self, element: &PlacedElement, turn: f64) {
+        let refuse = |work: &mut Self, why: &str| {
+            work.refuse(format!("{}: it was turned about itself, and {why}", element.path));
+        };
+        let Some(origin) = self.origins.elements.get(&element.name) else { return };
+        let (Some(card), Some(plane)) = (origin.card, &origin.plane) else {
+            return refuse(self, "its card has no vector for that");
+        };
+        if plane.turns_offsets {
+            return refuse(self, "its offsets stand in its own axes (OFFT), which would turn them; edit the card");
+        }
+        let (sin, cos) = turn.sin_cos();
+        let [_, y, z] = plane.axes;
+        let toward = plus(y.map(|v| v * cos), sin, z);
+        for (k, name) in ["X1", "X2", "X3"].into_iter().enumerate() {
+            let component = dot(plane.of_vector[k], toward);
+            // What rounding leaves of a right angle.
+            self.put((card, 6 + k, name), if component.abs() < 1e-15 { 0.0 } else { component });
         }
     }
 
@@ -229,7 +255,7 @@ impl Work<'_> {
         }
         let section = origin.section.as_ref().and_then(|s| self.origins.sections.get(s));
         let bounds: Vec<&Bound> = origin.bounds.iter().chain(section.into_iter().flatten()).collect();
-        let bound_of = |name: &str| bounds.iter().find(|b| b.property == name).copied();
+        let bound_of = |name: &str| bounds.iter().find(|b| b.property == name).copied().filter(|b| b.field > 0);
         let is_changed = |w: &(&str, Option<f64>, Option<f64>)| !held::is_same(w.1, w.2);
         let changed: Vec<&str> = all.iter().filter(|w| is_changed(w)).map(|w| w.0).collect();
         // A Poisson's ratio that gives G stands for it: E alone carries a factor.
@@ -251,7 +277,8 @@ impl Work<'_> {
         for (name, before, after) in &all {
             let Some(bound) = bound_of(name) else { continue };
             let is_new = changed.contains(name);
-            let value = if is_new { after.unwrap_or(0.0) } else { before.unwrap_or(0.0) } / bound.factor;
+            let value = if is_new { after.unwrap_or(0.0) } else { before.unwrap_or(0.0) };
+            let value = (value - bound.shift) / bound.factor;
             let wish = Wish { element: old.name.clone(), value, is_new };
             self.wanted.entry((bound.card, bound.field)).or_insert((bound.name, Vec::new())).1.push(wish);
         }

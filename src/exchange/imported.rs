@@ -55,15 +55,28 @@ pub struct Imported {
     pub(in crate::exchange) origins: Origins,
 }
 
-/// A property of an element and the field that it comes from: SI = factor · field.
+/// A property of an element and the field that it comes from: SI = shift + factor · field.
 #[derive(Debug, Clone, PartialEq)]
 pub(in crate::exchange) struct Bound {
     /// The property of the element in retune.
     pub property: String,
     pub card: CardId,
+    /// Zero where several fields give it, so that none can be written.
     pub field: usize,
     pub name: &'static str,
     pub factor: f64,
+    pub shift: f64,
+}
+
+/// The first plane of a bar, as its card says it.
+#[derive(Debug, Clone, PartialEq)]
+pub(in crate::exchange) struct Plane {
+    /// Axes of the element before the principal axes of its section, global.
+    pub axes: [[f64; 3]; 3],
+    /// Axes in which the vector of the card stands.
+    pub of_vector: [[f64; 3]; 3],
+    /// Whether offsets stand in the axes of the element and turn with them.
+    pub turns_offsets: bool,
 }
 
 /// Where an element comes from.
@@ -73,6 +86,7 @@ pub(in crate::exchange) struct ElementOrigin {
     pub property: Option<CardId>,
     pub section: Option<String>,
     pub bounds: Vec<Bound>,
+    pub plane: Option<Box<Plane>>,
 }
 
 /// A property of an element and the item of a deck of keywords that it comes from: SI = factor · item.

@@ -38,6 +38,7 @@ fn mode(k: usize, n: usize) -> TestMode {
         shape: Some(DVector::from_fn(n, |i, _| Complex::new((1.3 * (i + 1) as f64 + 2.1 * k as f64).sin(), 0.1))),
         shape_sd: Some(DVector::from_fn(n, |i, _| 0.01 * (i + 1) as f64)),
         shape_origin: None,
+        components: Vec::new(),
         standing: Standing::Open,
     }
 }

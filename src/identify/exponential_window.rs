@@ -52,6 +52,7 @@ mod tests {
             shape: None,
             shape_sd: None,
             shape_origin: None,
+            components: Vec::new(),
             standing: crate::data::Standing::Open,
         }
     }

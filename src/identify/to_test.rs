@@ -67,6 +67,7 @@ pub fn test_modes(modes: &[IdentifiedMode], origin: &Origin) -> Vec<TestMode> {
             shape: Some(shape),
             shape_sd: Some(sd),
             shape_origin: Some(origin.clone()),
+            components: Vec::new(),
             standing: Standing::Open,
         }
     };
@@ -200,6 +201,7 @@ pub fn peak_modes(peaks: &[SpectrumPeak], origin: &Origin) -> Vec<TestMode> {
         shape: None,
         shape_sd: None,
         shape_origin: None,
+        components: Vec::new(),
         standing: Standing::Open,
     };
     peaks.iter().map(mode).collect()
@@ -231,6 +233,7 @@ mod tests {
             shape: Some(shape),
             shape_sd: Some(DVector::from_vec(vec![0.015, 0.0, 1.0])),
             shape_origin: None,
+            components: Vec::new(),
             standing: Standing::Open,
         }];
         add_repeatability(&mut modes, 0.6e-3);

@@ -4,8 +4,8 @@ use super::batch::BatchPath;
 use super::comparison::Comparison;
 use super::prediction::{Prediction, PredictionDerivative};
 use super::residual::{
-    Damping, Frequency, FrfLog, MassPropertyResidual, Point, Prior, RESIDUALS, Residual, Shape, StaticAngle,
-    StaticDeflection, TargetResidual,
+    Damping, Frequency, FrfLog, MassPropertyResidual, Point, Prior, RESIDUALS, Residual, Shape, ShapeComponents,
+    StaticAngle, StaticDeflection, TargetResidual,
 };
 use super::scaling::Scaling;
 use super::{EvalError, Linearization, Loss, Objective, PathCounts, Walls};
@@ -26,8 +26,8 @@ pub struct LeastSquares<'a> {
 }
 
 impl<'a> LeastSquares<'a> {
-    /// Frequencies, shapes where the test has them, measured mass properties, targets and priors; then damping ratios where
-    /// model and test have them, static deflections and angles, and amplitudes of frequency responses where the test says how they
+    /// Frequencies, shapes where the test has them, measured mass properties, targets and priors; then components of shapes of
+    /// known scale, damping ratios where model and test have them, static deflections and angles, and amplitudes of frequency responses where the test says how they
     /// enter a fit.
     pub fn new(comparison: &'a Comparison<'a>) -> Self {
         let mut terms: Vec<&dyn Residual> = vec![&Frequency];
@@ -35,7 +35,7 @@ impl<'a> LeastSquares<'a> {
             terms.push(&Shape);
         }
         terms.extend([&MassPropertyResidual as &dyn Residual, &TargetResidual, &Prior]);
-        let further: [&dyn Residual; 4] = [&Damping, &StaticDeflection, &StaticAngle, &FrfLog];
+        let further: [&dyn Residual; 5] = [&ShapeComponents, &Damping, &StaticDeflection, &StaticAngle, &FrfLog];
         terms.extend(further.into_iter().filter(|r| !r.is_empty(comparison)));
         Self::with_terms(comparison, terms)
     }

@@ -259,7 +259,9 @@ pub fn assess(comparison: &Comparison<'_>, theta: &[f64]) -> Result<Assessment, 
         n_values: of_functions.len(),
         chi_squared: of_functions.iter().map(|r| r * r).sum(),
     });
-    let misfit = misfit(comparison, &prediction, residuals.as_slice(), (&readings, functions))?;
+    let components = &residuals.as_slice()[least_squares.rows_of("shape-components")];
+    let further = (readings.as_slice(), components, functions);
+    let misfit = misfit(comparison, &prediction, residuals.as_slice(), further)?;
     let misfit_per_mode = misfit_per_mode(comparison, residuals.as_slice());
     Ok(Assessment {
         theta: theta.to_vec(),
@@ -287,7 +289,7 @@ fn misfit(
     comparison: &Comparison<'_>,
     prediction: &Prediction,
     residuals: &[f64],
-    (readings, functions): (&[AssessedReading], Option<AssessedFunctions>),
+    (readings, components, functions): (&[AssessedReading], &[f64], Option<AssessedFunctions>),
 ) -> Result<Misfit, CorrelationError> {
     let test = comparison.test();
     let n_modes = test.modes.len();
@@ -303,7 +305,9 @@ fn misfit(
     let n_angles = prediction.n_free_angles(|mode| test.modes[mode].shape.is_some());
     let n_of_modes = (n_used + measured).saturating_sub(with_shape + n_angles);
     let (of_functions, n_of_functions) = functions.map_or((0.0, 0), |f| (f.chi_squared, f.n_values));
-    Misfit::new(of_modes + of_readings + of_functions, n_of_modes + readings.len() + n_of_functions)
+    let of_components: f64 = components.iter().map(|r| r * r).sum();
+    let chi_squared = of_modes + of_readings + of_components + of_functions;
+    Misfit::new(chi_squared, n_of_modes + readings.len() + components.len() + n_of_functions)
 }
 
 fn readings(comparison: &Comparison<'_>, prediction: &Prediction) -> Vec<AssessedReading> {

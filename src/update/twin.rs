@@ -260,6 +260,7 @@ pub fn twin_modes(
                 .then(|| DVector::from_element(shape.len(), options.shape_noise)),
             shape: is_visible.then_some(shape),
             shape_origin: is_visible.then(|| origin.clone()),
+            components: Vec::new(),
             standing: Standing::Open,
         });
     }

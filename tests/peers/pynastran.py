@@ -2,9 +2,12 @@
 
     python3 pynastran.py probe
     python3 pynastran.py read DECK
+    python3 pynastran.py masses DECK...
 """
 
+import contextlib
 import json
+import math
 import sys
 
 from pyNastran.bdf.bdf import BDF
@@ -30,6 +33,23 @@ def read(path: str) -> dict:
     }
 
 
+def mass_of(path: str) -> "float | None":
+    """The mass of a deck; none of one that pyNastran does not read."""
+    try:
+        model = BDF(debug=None)
+        model.read_bdf(path, punch=False)
+        mass = float(mass_properties(model)[0])
+    except BaseException:  # it ends the process at some mistakes of a deck
+        return None
+    return mass if math.isfinite(mass) else None
+
+
 if __name__ == "__main__":
     if sys.argv[1] == "read":
         print(json.dumps(read(sys.argv[2])))
+    if sys.argv[1] == "masses":
+        masses = {}
+        with contextlib.redirect_stdout(sys.stderr):
+            for path in sys.argv[2:]:
+                masses[path] = mass_of(path)
+        print(json.dumps(masses))

@@ -113,7 +113,7 @@ pub struct FrfSpec {
 
 impl Reader<'_> {
     /// Index of a sensor, or a problem.
-    fn sensor_index(&mut self, name: &str, path: &str) -> Option<usize> {
+    pub(super) fn sensor_index(&mut self, name: &str, path: &str) -> Option<usize> {
         let found = self.spec.sensors.get_index_of(name);
         if found.is_none() {
             let suggestion = did_you_mean(name, self.spec.sensors.keys().map(String::as_str));

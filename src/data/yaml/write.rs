@@ -56,6 +56,7 @@ pub fn write_test(data: &TestData) -> String {
                 damping_sd: m.damping_ratio.filter(|d| !d.sd_is_default).map(|d| Scalar::constant(d.sd)),
                 source: source(&m.origin),
                 shape,
+                components: m.components.iter().map(|c| super::components::written(c, &data.sensors)).collect(),
                 pair_with: match &m.standing {
                     Standing::With(partner) => Some(PartnerSpec(partner.clone())),
                     _ => None,

@@ -28,6 +28,7 @@ pub fn foreign_mode(test: &TestData, rng: &mut impl Draw, frequency_noise: f64, 
         shape: Some(DVector::from_iterator(shape.len(), shape.iter().map(|v| Complex::new(v / largest, 0.0)))),
         shape_sd: Some(DVector::from_element(shape.len(), shape_noise)),
         shape_origin: Some(origin),
+        components: Vec::new(),
         standing: Standing::Open,
     }
 }

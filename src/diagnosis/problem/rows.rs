@@ -5,7 +5,8 @@ use super::work::Counters;
 use crate::linalg::{DMatrix, DVector};
 use crate::model::{ParametricModel, Targets};
 use crate::objective::residual::{
-    Damping, Frequency, FrfLog, MassPropertyResidual, Shape, StaticAngle, StaticDeflection, TargetResidual,
+    Damping, Frequency, FrfLog, MassPropertyResidual, Shape, ShapeComponents, StaticAngle, StaticDeflection,
+    TargetResidual,
 };
 use crate::objective::{
     BatchPath, Comparison, EvalError, LeastSquares, Linearization, Objective, Prediction, Residual, Scaling,
@@ -86,7 +87,8 @@ impl<'a> Posed<'a> {
             if own_shapes {
                 terms.push(&Shape);
             }
-            let mut further: Vec<&dyn Residual> = vec![&MassPropertyResidual, &StaticDeflection, &StaticAngle, &FrfLog];
+            let mut further: Vec<&dyn Residual> =
+                vec![&MassPropertyResidual, &StaticDeflection, &StaticAngle, &FrfLog, &ShapeComponents];
             if scene.is_damped {
                 further.push(&Damping);
             }

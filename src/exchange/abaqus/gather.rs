@@ -4,10 +4,10 @@
 //! body of a part by a rotation and a translation.
 
 use super::keywords::{KeywordUse, is_of_steps, rule};
-use super::kinds;
+use super::kinds::{self, Family, Kind};
 use super::scopes::{At, Body, Gathered, Instance, OWN, RawElement, Vector, axes, own, sin_cos};
 use crate::catalogue::did_you_mean;
-use crate::deck::{DeckError, Keyword, KeywordDeck};
+use crate::deck::{DataLine, DeckError, Keyword, KeywordDeck};
 use crate::model::{cross, dot, minus, plus, unit};
 use std::collections::BTreeMap;
 
@@ -306,9 +306,11 @@ impl Gather {
         let kind = kinds::find(&k.needs("TYPE")?).map_err(|text| k.error(text))?;
         let mut set = Vec::new();
         let mut lines = k.lines().filter(|l| !l.is_empty());
-        let body = self.body_mut();
+        self.body_mut();
+        let own = self.body_index();
         while let Some(line) = lines.next() {
             let id = line.id(0, "element")?;
+            let body = &mut self.out.bodies[own];
             let (index, first) = (body.elements.len() as u32, body.connectivity.len() as u32);
             if body.element_at.insert(id, index).is_some() {
                 return Err(line.error(Some((0, "element")), format_args!("the element {id} stands twice")));
@@ -324,24 +326,41 @@ impl Gather {
                     };
                     (of, item) = (next, 0);
                 }
-                let node = of.id(item, "node")?;
-                let Some(at) = body.node_at.get(&node) else {
-                    return Err(of.error(Some((item, "node")), format_args!("there is no node {node}")));
-                };
-                body.connectivity.push(*at);
+                let node = self.node_of(own, kind, &of, item)?;
+                self.out.bodies[own].connectivity.push(node);
                 item += 1;
             }
             if item < of.len() {
                 let text = format!("the element {id} has more nodes than the {} of a {}", kind.nodes, kind.name);
                 return Err(of.error(Some((item, "node")), text));
             }
-            body.elements.push(RawElement { id, kind, first, keyword: k.index() as u32 });
+            self.out.bodies[own].elements.push(RawElement { id, kind, first, keyword: k.index() as u32 });
             set.push(At { instance: OWN, index });
         }
         if let Some(name) = k.label("ELSET") {
             self.add(k, "ELSET", name, set, false)?;
         }
         Ok(())
+    }
+
+    /// A node of an element: a number; in the assembly `instance.number`, too.
+    fn node_of(&self, body: usize, kind: &Kind, line: &DataLine<'_>, item: usize) -> Result<At, DeckError> {
+        let text = line.text(item);
+        let missing = |node: u32| line.error(Some((item, "node")), format_args!("there is no node {node}"));
+        if text.is_empty() && kind.family == Family::Connector {
+            let text = "connectors to the ground are not read; give a node that BOUNDARY holds";
+            return Err(line.error(Some((item, "node")), text));
+        }
+        if body == 0
+            && let Some((instance, rest)) = self.out.split(&crate::deck::label(text))
+            && let Ok(node) = rest.trim().parse::<u32>()
+        {
+            let index = self.out.body(instance).node_at.get(&node).ok_or_else(|| missing(node))?;
+            return Ok(At { instance, index: *index });
+        }
+        let node = line.id(item, "node")?;
+        let index = self.out.bodies[body].node_at.get(&node).ok_or_else(|| missing(node))?;
+        Ok(At { instance: OWN, index: *index })
     }
 
     fn add(
@@ -394,7 +413,7 @@ impl Gather {
             for at in &set.members {
                 let body = self.body_of(*at);
                 let e = &body.elements[at.index as usize];
-                members.extend(body.nodes_of(e).iter().map(|n| At { instance: at.instance, index: *n }));
+                members.extend(body.nodes_of(e).iter().map(|n| super::scopes::own(*n, at.instance)));
             }
             members.sort_unstable();
             members.dedup();

@@ -2,7 +2,7 @@
 
 use super::elastic::Material;
 use super::kinds::Kind;
-use super::scopes::{At, Gathered};
+use super::scopes::{At, Gathered, own};
 use super::tied::Tied;
 use crate::deck::{DeckError, Keyword, KeywordDeck};
 use crate::exchange::imported::{ImportOptions, KeyedBound, KeyedOrigins};
@@ -162,7 +162,7 @@ impl<'a> Importer<'a> {
     pub(super) fn nodes_of(&self, at: At) -> Vec<At> {
         let body = self.all.body(at.instance);
         let nodes = body.nodes_of(&body.elements[at.index as usize]);
-        nodes.iter().map(|n| At { instance: at.instance, index: *n }).collect()
+        nodes.iter().map(|n| own(*n, at.instance)).collect()
     }
 
     pub(super) fn node_name(&self, at: At) -> String {

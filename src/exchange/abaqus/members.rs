@@ -23,6 +23,8 @@ struct BeamSection {
     /// Shear stiffness along axes 1 and 2, where it is given.
     shear: Option<[f64; 2]>,
     shear_centre: Option<[f64; 2]>,
+    /// Data lines of sizes.
+    n_lines: usize,
 }
 
 fn read(importer: &Importer<'_>, k: &Keyword<'_>, instance: u32) -> Result<BeamSection, DeckError> {
@@ -34,7 +36,8 @@ fn read(importer: &Importer<'_>, k: &Keyword<'_>, instance: u32) -> Result<BeamS
     let shape: String = k.label("SECTION").unwrap_or_else(|| "GENERAL".to_string()).split_whitespace().collect();
     let line = k.needs_line(0, "the sizes of the section")?;
     let profile = profile::read(k, &shape, &line)?;
-    let n1 = match k.line(1).filter(|l| !l.is_empty()) {
+    let n_lines = profile::n_lines(&shape, &line)?;
+    let n1 = match k.line(n_lines).filter(|l| !l.is_empty()) {
         Some(line) => line.vector(0, "n1")?,
         None => [0.0, 0.0, -1.0],
     };
@@ -52,10 +55,11 @@ fn read(importer: &Importer<'_>, k: &Keyword<'_>, instance: u32) -> Result<BeamS
             material: Some(material),
             n1,
             shear: None,
-            shear_centre: None,
+            shear_centre: profile.shear_centre,
+            n_lines,
         }
     } else {
-        let line = k.needs_line(2, "E and G")?;
+        let line = k.needs_line(n_lines + 1, "E and G")?;
         let (e, g) = (line.real(0, "E")?, line.real_or(1, "G", 0.0)?);
         if e <= 0.0 || g < 0.0 {
             return Err(line.error(Some((usize::from(e > 0.0), "modulus")), "it must be above zero"));
@@ -65,7 +69,19 @@ fn read(importer: &Importer<'_>, k: &Keyword<'_>, instance: u32) -> Result<BeamS
             Some(Ok(rho)) if rho >= 0.0 && rho.is_finite() => Some(rho).filter(|r| *r > 0.0),
             Some(_) => return Err(k.error("DENSITY must be a number, zero or above")),
         };
-        BeamSection { profile, e, nu: None, g: Some(g), density, material: None, n1, shear: None, shear_centre: None }
+        let shear_centre = profile.shear_centre;
+        BeamSection {
+            profile,
+            e,
+            nu: None,
+            g: Some(g),
+            density,
+            material: None,
+            n1,
+            shear: None,
+            shear_centre,
+            n_lines,
+        }
     };
     // What belongs to a section stands right below it.
     let count = importer.deck.keywords().len();
@@ -106,8 +122,8 @@ fn bind(importer: &Importer<'_>, k: &Keyword<'_>, s: &BeamSection) {
             importer.bind_density(material);
         }
         None => {
-            importer.bind("E", (k.index(), 2, 0), Q::Stress);
-            importer.bind("G", (k.index(), 2, 1), Q::Stress);
+            importer.bind("E", (k.index(), s.n_lines + 1, 0), Q::Stress);
+            importer.bind("G", (k.index(), s.n_lines + 1, 1), Q::Stress);
         }
     }
     let is_general = k.label("SECTION").is_none_or(|s| s == "GENERAL");
@@ -194,8 +210,8 @@ pub(super) fn beams(
     elements: &[super::scopes::At],
 ) -> Result<(), DeckError> {
     let beam = read(importer, k, instance)?;
-    if beam.profile.centroid[1] != 0.0 && k.label("SECTION").as_deref() == Some("I") {
-        importer.report.approximate("I sections whose flanges differ have their shear centre in the centroid");
+    if k.label("SECTION").as_deref() == Some("L") {
+        importer.report.note("nodes of beams of the section L lie where the middle lines of its legs meet");
     }
     if beam.profile.is_nearly_open {
         importer.report.approximate(

@@ -28,6 +28,8 @@ mod surfaces;
 mod tests;
 mod tied;
 mod ties;
+mod trapezoid;
+mod walls;
 
 pub use keywords::{KEYWORDS, KeywordRule, KeywordUse};
 pub use pass::import_keywords;

@@ -1,8 +1,10 @@
 //! Cross-sections of beams: the library of shapes, and constants given directly.
 //!
 //! Source of the shapes' sizes and of the shear factors: Abaqus Analysis User's Guide, beam cross-section library, and choosing a beam element
-//! (transverse shear stiffness): k = 0.85 RECT, 0.89 CIRC, 0.53 PIPE, 0.44 BOX and I, 1 where constants are given.
+//! (transverse shear stiffness): k = 0.85 RECT, 0.89 CIRC, 0.53 PIPE and HEX, 0.44 BOX and I, 0.822 TRAPEZOID, 1 of L, ARBITRARY and where
+//! constants are given.
 
+use super::{trapezoid, walls};
 use crate::deck::{DataLine, DeckError, Keyword};
 use crate::exchange::shapes::{composed, rectangle_j};
 use std::f64::consts::PI;
@@ -20,6 +22,8 @@ pub(super) struct Profile {
     pub shear: f64,
     /// Centroid from the nodes.
     pub centroid: [f64; 2],
+    /// Shear centre from the nodes, where it is not the centroid.
+    pub shear_centre: Option<[f64; 2]>,
     /// Whether it is the same all round.
     pub is_round: bool,
     /// Whether it is a box of which one wall is next to nothing: it twists as an open section, and not about its centroid.
@@ -38,6 +42,39 @@ fn sizes<const N: usize>(line: &DataLine<'_>) -> Result<[f64; N], DeckError> {
     Ok(out)
 }
 
+/// Number of data lines that the sizes of a shape take.
+pub(super) fn n_lines(shape: &str, line: &DataLine<'_>) -> Result<usize, DeckError> {
+    if shape == "ARBITRARY" { Ok(line.id(0, "number of segments")? as usize) } else { Ok(1) }
+}
+
+/// Segments of a section, at most.
+const MOST_SEGMENTS: usize = 1000;
+
+/// A wall of segments: their number, two points, a thickness; then a point and a thickness a line.
+fn arbitrary(k: &Keyword<'_>, line: &DataLine<'_>) -> Result<walls::Walls, DeckError> {
+    let n = n_lines("ARBITRARY", line)?;
+    if n < 2 {
+        let text = "one segment has no bending stiffness about itself; two at least are expected";
+        return Err(line.error(Some((0, "number of segments")), text));
+    }
+    if n > MOST_SEGMENTS {
+        return Err(line.error(Some((0, "number of segments")), format_args!("at most {MOST_SEGMENTS} are read")));
+    }
+    let mut points = vec![[line.real(1, "x1 of A")?, line.real(2, "x2 of A")?]];
+    let mut thickness = Vec::new();
+    for i in 0..n {
+        let (line, first) =
+            if i == 0 { (line.clone(), 3) } else { (k.needs_line(i, "x1, x2 and the thickness of a segment")?, 0) };
+        points.push([line.real(first, "x1")?, line.real(first + 1, "x2")?]);
+        let t = line.real(first + 2, "thickness")?;
+        if t < 0.0 {
+            return Err(line.error(Some((first + 2, "thickness")), "it must not be negative"));
+        }
+        thickness.push(t);
+    }
+    walls::walls(&points, &thickness).map_err(|why| line.error(None, why))
+}
+
 /// Reads the sizes of a shape of the library, or constants.
 pub(super) fn read(k: &Keyword<'_>, shape: &str, line: &DataLine<'_>) -> Result<Profile, DeckError> {
     let plain = |area: f64, i11: f64, i22: f64, j: f64, shear: f64| Profile {
@@ -48,6 +85,7 @@ pub(super) fn read(k: &Keyword<'_>, shape: &str, line: &DataLine<'_>) -> Result<
         j,
         shear,
         centroid: [0.0; 2],
+        shear_centre: None,
         is_round: false,
         is_nearly_open: false,
     };
@@ -111,7 +149,59 @@ pub(super) fn read(k: &Keyword<'_>, shape: &str, line: &DataLine<'_>) -> Result<
             let [area, i11, i22] = composed(&parts);
             let centre = parts.iter().map(|p| p[0] * p[1] * p[2]).sum::<f64>() / area;
             let j = (b1 * t1.powi(3) + b2 * t2.powi(3) + (h - 0.5 * (t1 + t2)) * t3.powi(3)) / 3.0;
-            Profile { centroid: [0.0, centre - l], ..plain(area, i11, i22, j, 0.44) }
+            // Each flange takes its share of a force along it by its stiffness.
+            let share = [t1 * b1.powi(3), t2 * b2.powi(3)];
+            let shear = (share[0] * 0.5 * t1 + share[1] * (h - 0.5 * t2)) / (share[0] + share[1]);
+            let shear_centre = (share[0] + share[1] > 0.0).then_some([0.0, shear - l]);
+            Profile { centroid: [0.0, centre - l], shear_centre, ..plain(area, i11, i22, j, 0.44) }
+        }
+        "L" => {
+            // Legs along 1 and along 2, whose middle lines meet at the nodes.
+            let [a, b, t1, t2] = sizes(line)?;
+            if t1 >= b || t2 >= a {
+                return wrong(2, "each leg must be longer than the other is thick");
+            }
+            let (rise, middle) = (b - t1, 0.5 * (a - t2));
+            // Parts of `composed` are (width along z, height along y, y, z) with bending about z first: here along 1, along 2, at 2, at 1.
+            let parts = [[a, t1, 0.0, middle], [t2, rise, 0.5 * b, 0.0]];
+            let [area, i11, i22] = composed(&parts);
+            let centre = |i: usize| parts.iter().map(|p| p[0] * p[1] * p[i]).sum::<f64>() / area;
+            let centroid = [centre(3), centre(2)];
+            let product = |p: &[f64; 4]| p[0] * p[1] * (p[3] - centroid[0]) * (p[2] - centroid[1]);
+            let i12 = parts.iter().map(product).sum();
+            let j = ((a - 0.5 * t2) * t1.powi(3) + (b - 0.5 * t1) * t2.powi(3)) / 3.0;
+            Profile { i12, centroid, shear_centre: Some([0.0; 2]), ..plain(area, i11, i22, j, 1.0) }
+        }
+        "HEX" | "HEXAGONAL" => {
+            // A tube of six equal sides, by the radius of its corners.
+            let [r, t] = sizes(line)?;
+            let root = 3.0_f64.sqrt();
+            let inner = r - 2.0 * t / root;
+            if inner <= 0.0 {
+                return wrong(1, "the walls leave no hole");
+            }
+            let i = 5.0 * root / 16.0 * (r.powi(4) - inner.powi(4));
+            let middle = r - t / root;
+            // Bredt: 4 A²/Σ(l/t) of the middle line, A = 3√3/2 r².
+            let j = 4.5 * middle.powi(3) * t;
+            plain(1.5 * root * (r * r - inner * inner), i, i, j, 0.53)
+        }
+        "TRAPEZOID" | "TRAPEZOIDAL" => {
+            // Width below, height, width above, from the lower edge up to the nodes.
+            let [a, b, c] = sizes(line)?;
+            let d = line.real_or(3, "d", 0.0)?;
+            let [area, centre, i11, i22] = trapezoid::moments([a, b, c]);
+            let j = trapezoid::torsion([a, b, c]);
+            Profile { centroid: [0.0, centre - d], ..plain(area, i11, i22, j, 0.822) }
+        }
+        "ARBITRARY" => {
+            let w = arbitrary(k, line)?;
+            Profile {
+                i12: w.i12,
+                centroid: w.centroid,
+                shear_centre: Some(w.shear_centre),
+                ..plain(w.area, w.i11, w.i22, w.j, 1.0)
+            }
         }
         "GENERAL" => {
             let [area, i11, i12, i22, j] = [0, 1, 2, 3, 4].map(|i| line.real_or(i, "constant", 0.0));
@@ -134,7 +224,7 @@ pub(super) fn read(k: &Keyword<'_>, shape: &str, line: &DataLine<'_>) -> Result<
         }
         other => {
             return Err(k.error(format_args!(
-                "the shape `{other}` is not read; known are RECT, CIRC, PIPE, BOX, I, GENERAL; give a BEAM GENERAL SECTION with A, I11, I12, I22, J"
+                "the shape `{other}` is not read; known are RECT, CIRC, PIPE, BOX, I, L, HEX, TRAPEZOID, ARBITRARY, GENERAL; give a BEAM GENERAL SECTION with A, I11, I12, I22, J"
             )));
         }
     })

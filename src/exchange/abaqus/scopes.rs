@@ -41,8 +41,8 @@ pub(super) struct Body {
     pub node_at: HashMap<u32, u32>,
     pub elements: Vec<RawElement>,
     pub element_at: HashMap<u32, u32>,
-    /// Places of nodes in `nodes`.
-    pub connectivity: Vec<u32>,
+    /// Nodes of elements, one element after the other; in the assembly they may be of instances.
+    pub connectivity: Vec<At>,
     pub nsets: BTreeMap<String, Set>,
     pub elsets: BTreeMap<String, Set>,
     /// Keywords of surfaces and of orientations.
@@ -70,7 +70,7 @@ impl Body {
         found
     }
 
-    pub(super) fn nodes_of(&self, e: &RawElement) -> &[u32] {
+    pub(super) fn nodes_of(&self, e: &RawElement) -> &[At] {
         &self.connectivity[e.first as usize..e.first as usize + e.kind.nodes]
     }
 }

@@ -67,19 +67,12 @@ impl Work<'_> {
         let mut moved: HashMap<String, Moves> = HashMap::new();
         for (card, mut classes) in groups {
             // Those that want what the card has keep it; else the largest class.
-            let keeps = |c: &(Fields, Vec<String>)| {
-                let read = self.deck.card(card);
-                c.0.iter().all(|(f, n, v)| near(read.real_or(*f, n, 0.0).unwrap_or(f64::NAN), *v))
-            };
+            let keeps = |c: &(Fields, Vec<String>)| c.0.iter().all(|(f, n, v)| near(self.has(card, *f, n), *v));
             classes.sort_by_key(|c| (!keeps(c), std::cmp::Reverse(c.1.len())));
             // Elements that are written anew keep their card as it is.
             let is_shared = rewritten.iter().any(|(e, _)| self.uses(e, card));
             for (i, (fields, elements)) in classes.into_iter().enumerate() {
-                let read = self.deck.card(card);
-                let changed: Fields = fields
-                    .into_iter()
-                    .filter(|(f, n, v)| !near(read.real_or(*f, n, 0.0).unwrap_or(f64::NAN), *v))
-                    .collect();
+                let changed: Fields = fields.into_iter().filter(|(f, n, v)| !near(self.has(card, *f, n), *v)).collect();
                 if changed.is_empty() {
                     continue;
                 }
@@ -89,6 +82,15 @@ impl Work<'_> {
                     for (field, name, value) in changed {
                         self.put((card, field, name), value);
                     }
+                    continue;
+                }
+                if elements.iter().any(|e| self.origins.elements.get(e).and_then(|o| o.card) == Some(card)) {
+                    let names: Vec<&str> = changed.iter().map(|c| c.1).collect();
+                    self.refuse(format!(
+                        "{}: it shares its card with parts that want another {}",
+                        elements.join(", "),
+                        names.join(", ")
+                    ));
                     continue;
                 }
                 let Some(number) = self.copy(card, &changed) else { continue };
@@ -116,6 +118,13 @@ impl Work<'_> {
         for (values, elements) in sections {
             self.rewrite(&elements, &values);
         }
+    }
+
+    /// The number in a field; none where the field holds the number of a coordinate system instead of an angle.
+    fn has(&self, card: CardId, field: usize, name: &'static str) -> f64 {
+        let read = self.deck.card(card);
+        let is_other = name == "THETA" && !read.is_blank(field) && !read.text(field).contains('.');
+        if is_other { f64::NAN } else { read.real_or(field, name, 0.0).unwrap_or(f64::NAN) }
     }
 
     fn uses(&self, element: &str, card: CardId) -> bool {

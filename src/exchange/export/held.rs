@@ -1,10 +1,13 @@
 //! An updated model held against the one that its deck gives: what is no value and cannot be written, and what each value should be.
 
 use crate::element::Property;
-use crate::model::{Model, ModelSpec, ParametricModel, PlacedElement, Value, plied, spec::Named};
+use crate::model::{Model, ModelSpec, ParametricModel, PlacedElement, Value, dot, plied, spec::Named};
 
 /// Values that differ by less are the same: the same text gives the same bits, and sums of products differ by rounding.
 pub(super) const SAME: f64 = 1e-12;
+
+/// Components of axes that differ by less are the same.
+const SAME_AXES: f64 = 1e-9;
 
 /// Whether two values are the same; none is zero.
 pub(super) fn is_same(a: Option<f64>, b: Option<f64>) -> bool {
@@ -42,7 +45,15 @@ pub(super) fn structure(base: &ModelSpec, updated: &ModelSpec) -> Vec<String> {
 }
 
 /// Why an element is another one, and not the same with other values.
-pub(super) fn is_other(base: &Model, updated: &Model, old: &PlacedElement, new: &PlacedElement) -> Option<String> {
+///
+/// * `is_turned` - whether it was [turned] about itself
+pub(super) fn is_other(
+    base: &Model,
+    updated: &Model,
+    old: &PlacedElement,
+    new: &PlacedElement,
+    is_turned: bool,
+) -> Option<String> {
     let size = base.geometry().size();
     let nodes = |m: &Model, e: &PlacedElement| -> Vec<String> {
         e.nodes.iter().map(|n| m.geometry().names[*n].clone()).collect()
@@ -52,10 +63,17 @@ pub(super) fn is_other(base: &Model, updated: &Model, old: &PlacedElement, new: 
     };
     let differs = old.kind.name() != new.kind.name()
         || nodes(base, old) != nodes(updated, new)
-        || apart(&old.axes, &new.axes, 1e-9)
+        || (!is_turned && apart(&old.axes, &new.axes, SAME_AXES))
         || old.arms.len() != new.arms.len()
         || apart(&old.arms, &new.arms, 1e-10 * size);
     differs.then(|| format!("{}: its nodes, axes or offsets changed, and export writes values only", new.path))
+}
+
+/// By how much a beam was turned about its own axis, rad, if that alone is new of its axes.
+pub(super) fn turned(old: &PlacedElement, new: &PlacedElement) -> Option<f64> {
+    let ([x, y, z], [along, now, _]) = (&old.axes, &new.axes);
+    let is_same = |a: &[f64; 3], b: &[f64; 3]| (0..3).all(|i| (a[i] - b[i]).abs() <= SAME_AXES);
+    (old.kind.name() == "beam" && is_same(x, along) && !is_same(y, now)).then(|| dot(*now, *z).atan2(dot(*now, *y)))
 }
 
 /// Whether an element has damping of its own.

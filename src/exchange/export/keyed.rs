@@ -201,7 +201,7 @@ impl<'a> Work<'a> {
                 ));
                 continue;
             };
-            if let Some(why) = held::is_other(base, updated, old, new) {
+            if let Some(why) = held::is_other(base, updated, old, new, false) {
                 self.refuse(why);
                 continue;
             }

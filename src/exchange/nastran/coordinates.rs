@@ -1,7 +1,7 @@
 //! Grid points and coordinate systems.
 
 use super::importer::{Grid, Importer, Space, node};
-use super::{CardRule, read, refused, used};
+use super::{CardRule, left_out, read, refused, used};
 use crate::deck::{Card, DeckError};
 use crate::element::Dof;
 use crate::exchange::coord::{Coord, GLOBAL_COORD, Kind};
@@ -20,7 +20,7 @@ pub(super) const CARDS: &[CardRule] = &[
     used("CORD1C", "frames"),
     used("CORD1S", "frames"),
     refused("CORD3G", "general coordinate systems are not read; give a CORD2R"),
-    refused("EPOINT", "extra points belong to control systems, which a structural model has not"),
+    left_out("EPOINT", "points of control systems, which have no stiffness and no mass"),
 ];
 
 /// Coordinate systems that hang on each other, at most.

@@ -4,6 +4,7 @@ use super::{CardRule, left_out, refused, used};
 use crate::deck::{Card, CardId, Deck, DeckError};
 use crate::exchange::names::slug;
 use crate::exchange::writer::{computed, with_unit};
+use crate::units::Unit;
 use std::collections::{BTreeMap, HashMap, HashSet};
 
 pub(super) const CARDS: &[CardRule] = &[
@@ -30,6 +31,8 @@ pub(super) const CARDS: &[CardRule] = &[
     refused("DVSHAP", "shapes as design variables are not read"),
     refused("DVBSHAP", "shapes as design variables are not read"),
     refused("TOPVAR", "topology is not read"),
+    refused("DVTREL1", "topology is not read"),
+    refused("DMNCON", "topology is not read"),
 ];
 
 /// A design variable.
@@ -306,7 +309,12 @@ impl Design {
                 (false, false) => " + ",
             };
             let name = &self.variables[*variable].name;
-            let product = if size == "1" { name.clone() } else { format!("{size} * {name}") };
+            // A name that reads as a unit, such as t1, stands where no unit can.
+            let product = match size.as_str() {
+                "1" => name.clone(),
+                _ if Unit::parse(name).is_ok() => format!("{name} * {size}"),
+                _ => format!("{size} * {name}"),
+            };
             text.push_str(&format!("{sign}{product}"));
         }
         Some(text)

@@ -47,8 +47,14 @@ impl<'a> Importer<'a> {
         // A field that is empty means the number of the element.
         let id = card.optional_id(field, "PID")?.map_or_else(|| card.id_at(2, "EID"), Ok)?;
         let at = Some((field, "PID"));
-        let property =
-            self.find(Space::Property, id).ok_or_else(|| card.error(at, format_args!("there is no property {id}")))?;
+        // Solids and others may have properties of one number; what is of the wrong kind is told as such.
+        let spaces = if allowed.contains(&"PSOLID") {
+            [Space::SolidProperty, Space::Property]
+        } else {
+            [Space::Property, Space::SolidProperty]
+        };
+        let property = spaces.into_iter().find_map(|space| self.find(space, id));
+        let property = property.ok_or_else(|| card.error(at, format_args!("there is no property {id}")))?;
         if !allowed.contains(&property.name()) {
             let (file, line) = property.place();
             let text = format!(
@@ -136,7 +142,7 @@ impl<'a> Importer<'a> {
     ) {
         values.items.push((key.to_string(), self.scalar(card, field, value, (quantity, scale))));
         let factor = self.options.system.factor(quantity) * scale;
-        values.bounds.push(Bound { property: property.to_string(), card: card.id(), field, name, factor });
+        values.bounds.push(Bound { property: property.to_string(), card: card.id(), field, name, factor, shift: 0.0 });
     }
 
     /// Writes an entry below the comments that stand above its card.
@@ -192,6 +198,7 @@ impl<'a> Importer<'a> {
             property: property.map(Card::id),
             section: section.map(str::to_string),
             bounds: values.bounds,
+            plane: values.plane,
         };
         self.origins.elements.insert(name.clone(), origin);
         Ok(name)

@@ -1,16 +1,17 @@
 //! The pass over the cards of a deck.
 
 use super::design::Design;
+pub(super) use super::names::node;
 use super::names::{property_name, worth_keeping};
 use super::{Treatment, rule};
 use crate::catalogue::did_you_mean;
 use crate::deck::{CardId, Deck, DeckError};
 use crate::exchange::coord::{Coord, GLOBAL_COORD};
-use crate::exchange::imported::{Bound, ImportOptions, Imported, Origins, head, quoted};
+use crate::exchange::imported::{Bound, ImportOptions, Imported, Origins, Plane, head, quoted};
 use crate::exchange::names::{Taken, heading, slug};
 use crate::exchange::report::ImportReport;
 use crate::exchange::writer::{Block, Writer, clean, exact, list, map};
-use crate::model::{Registry, lint, load};
+use crate::model::{Registry, load};
 use std::collections::{BTreeMap, HashMap, HashSet};
 
 /// Numbers that must be found: one space of numbers per kind.
@@ -19,6 +20,8 @@ pub(super) enum Space {
     Grid,
     Coordinates,
     Property,
+    /// PSOLID, whose numbers solids alone refer to.
+    SolidProperty,
     Material,
     PointMass,
 }
@@ -30,6 +33,7 @@ impl Space {
             "CORD2R" | "CORD2C" | "CORD2S" => Space::Coordinates,
             "MAT1" | "MAT2" | "MAT3" | "MAT8" | "MAT9" | "MAT10" | "MAT11" | "MATHP" => Space::Material,
             "PMASS" => Space::PointMass,
+            "PSOLID" => Space::SolidProperty,
             _ if name.starts_with('P')
                 && matches!(rule(name).map(|r| r.treatment), Some(Treatment::Used(_) | Treatment::Refused(_))) =>
             {
@@ -54,7 +58,11 @@ pub(super) struct Grid {
 pub(super) struct Values {
     pub items: Vec<(String, String)>,
     pub bounds: Vec<Bound>,
+    /// Of a bar.
+    pub plane: Option<Box<Plane>>,
 }
+
+const OVERFULL: &str = "a line of it has more than eight fields of data between commas; go on in a continuation, a line that begins with a comma";
 
 /// Errors of one deck that are told at once.
 const MOST_ERRORS: usize = 20;
@@ -107,12 +115,10 @@ pub fn import(deck: &Deck, options: ImportOptions) -> Result<Imported, Vec<DeckE
     }
     let asked = importer.responses().map_err(|e| vec![e])?;
     let mut imported = importer.finish();
-    if !asked.is_empty() {
+    if !(asked.frequencies.is_empty() && asked.components.is_empty()) {
         // The solver counts motions without frequency as modes.
-        let model = load(&imported.text, &Registry::builtin());
-        let sound = model.ok().and_then(|(model, ..)| lint(&model).ok());
-        let n_free = sound.map_or(0, |s| s.n_rigid_body_modes + s.n_mechanisms);
-        imported.test = super::asked::test(deck, &asked, n_free as u32);
+        let model = load(&imported.text, &Registry::builtin()).ok().map(|(model, ..)| model);
+        imported.test = super::asked::test(deck, &asked, model.as_ref(), &mut imported.report);
     }
     Ok(imported)
 }
@@ -197,7 +203,11 @@ impl<'a> Importer<'a> {
                 }
                 _ => {
                     if let Some(space) = Space::of(name) {
-                        let number = deck.card(id).id_at(2, "ID")?;
+                        let card = deck.card(id);
+                        if card.is_overfull() {
+                            return Err(card.error(None, OVERFULL));
+                        }
+                        let number = card.id_at(2, "ID")?;
                         self.claim(space, number, id, 2)?;
                         if space == Space::Grid {
                             grids.push(number);
@@ -234,7 +244,7 @@ impl<'a> Importer<'a> {
                 .cards()
                 .skip(comment.before as usize)
                 .take(400)
-                .find(|c| Space::of(deck.name(*c)) == Some(Space::Property));
+                .find(|c| matches!(Space::of(deck.name(*c)), Some(Space::Property | Space::SolidProperty)));
             if let Some(pid) = following.and_then(|c| deck.card(c).id_at(2, "PID").ok()) {
                 names.extend(property_name(text, pid).map(|n| (pid, n)));
             }
@@ -290,6 +300,10 @@ impl<'a> Importer<'a> {
             let counts = |list: &mut BTreeMap<String, (usize, &'static str)>, what| {
                 list.entry(name.to_string()).or_insert((0, what)).0 += 1;
             };
+            if card.is_overfull() && matches!(rule.treatment, Treatment::Read(..) | Treatment::Used(_)) {
+                errors.push(card.error(None, OVERFULL));
+                continue;
+            }
             match rule.treatment {
                 Treatment::Read(becomes, reader) => {
                     counts(&mut self.report.read, becomes);
@@ -405,9 +419,4 @@ impl<'a> Importer<'a> {
             self.out.factor_on_stiffness(name);
         }
     }
-}
-
-/// Name of the node of a grid.
-pub(super) fn node(id: u32) -> String {
-    format!("n{id}")
 }

@@ -4,6 +4,7 @@ use super::importer::{Grid, Importer, Values};
 use super::{CardRule, read, refused, used};
 use crate::deck::{Card, DeckError};
 use crate::element::Dof;
+use crate::exchange::imported::Plane;
 use crate::exchange::writer::{Block, direction};
 use crate::model::{cross, dot, minus, plus, unit};
 
@@ -47,7 +48,7 @@ impl Member {
 
     fn values(&self) -> Values {
         let nodes = format!("[{}]", self.nodes.join(", "));
-        Values { items: vec![("nodes".to_string(), nodes)], bounds: Vec::new() }
+        Values { items: vec![("nodes".to_string(), nodes)], ..Values::default() }
     }
 }
 
@@ -94,6 +95,9 @@ fn bar<'a>(importer: &mut Importer<'a>, card: &Card<'a>) -> Result<(), DeckError
     member.along = plus(plus(member.along, 1.0, member.arms[1]), -1.0, member.arms[0]);
     let x = member.check_length(card)?;
     let mut axes = element_axes(card, x, toward)?;
+    let of_vector = if letter(0) == 'B' { crate::model::GLOBAL } else { importer.displacement_axes(&member.grids[0]) };
+    let turns_offsets = (1..3).any(|i| matches!(letter(i), 'E' | 'O')) && member.arms != [[0.0; 3]; 2];
+    let plane = Plane { axes, of_vector, turns_offsets };
     let section = super::sections::section(importer, &property, is_beam)?;
     if section.turn != 0.0 {
         let (sin, cos) = section.turn.sin_cos();
@@ -101,6 +105,7 @@ fn bar<'a>(importer: &mut Importer<'a>, card: &Card<'a>) -> Result<(), DeckError
         axes = [x, y, cross(x, y)];
     }
     let mut values = member.values();
+    values.plane = Some(Box::new(plane));
     values.items.push(("section".into(), section.name.clone()));
     values.items.push(("orientation".into(), direction(axes[2])));
     if member.arms != [[0.0; 3]; 2] {

@@ -7,6 +7,7 @@ mod asked;
 mod constraints;
 mod coordinates;
 mod design;
+mod eigenvectors;
 mod entries;
 mod equations;
 mod flat;

@@ -1,4 +1,9 @@
-//! What comments of a deck say.
+//! Names of nodes, and what comments of a deck say.
+
+/// Name of the node of a grid.
+pub(super) fn node(id: u32) -> String {
+    format!("n{id}")
+}
 
 /// A comment that a reader of the model wants: no ruler, no rule of signs, no card that was commented out, no mark of a preprocessor.
 pub(super) fn worth_keeping(text: &str) -> bool {

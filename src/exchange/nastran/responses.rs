@@ -1,10 +1,11 @@
 //! Responses of SOL 200: what DRESP1, DRESP2 with DEQATN, DCONSTR and DESOBJ ask for, as targets of the model and as a test file.
 //!
 //! An interval of a constraint becomes a target with its half as tolerance (masses, centre of gravity) or as standard deviation
-//! (frequencies). An objective Σ w ((r - c)/c)² becomes one residual a term: r of c, with the standard deviation c/√w. What is of another
+//! (frequencies, components of eigenvectors). An objective Σ w ((r - c)/c)² becomes one residual a term: r of c, with the standard deviation c/√w. What is of another
 //! form is left out by name. A frequency with both has the value of its goal and the smaller deviation.
 
-use super::asked::Frequencies;
+use super::asked::{Asked, At};
+use super::eigenvectors::{self, Norm};
 use super::importer::Importer;
 use crate::deck::{Card, CardId, Deck, DeckError};
 use crate::exchange::system::Quantity as Q;
@@ -25,14 +26,16 @@ enum Response {
     Centre(usize),
     /// Moment of inertia about the reference point.
     Inertia(usize),
+    /// Component of the eigenvector of a mode of the solver, as it is normalised, or relative to another component.
+    Shape(u32, At, Option<At>),
 }
 
 /// One target: response, value, half-width.
 type Target = (Response, f64, f64);
 
 impl Importer<'_> {
-    /// Writes targets into the model, and gives the frequencies that are asked for: by the number of the solver's mode, with half-widths.
-    pub(super) fn responses(&mut self) -> Result<Frequencies, DeckError> {
+    /// Writes targets into the model, and gives the frequencies and components of eigenvectors that are asked for.
+    pub(super) fn responses(&mut self) -> Result<Asked, DeckError> {
         let deck = self.deck;
         let mut first: HashMap<u32, CardId> = HashMap::new();
         let mut second: HashMap<u32, CardId> = HashMap::new();
@@ -51,7 +54,7 @@ impl Importer<'_> {
             }
         }
         if first.is_empty() && second.is_empty() {
-            return Ok(Frequencies::new());
+            return Ok(Asked::default());
         }
         let case = deck.case_control();
         let command =
@@ -59,13 +62,19 @@ impl Importer<'_> {
         let (set, objective) = (command(["DESSUB", "DESGLB"]), command(["DESOBJ", "DESOBJ"]));
         let mut chosen: Vec<u32> = set.into_iter().collect();
         chosen.extend(set.and_then(|s| sums.get(&s)).into_iter().flatten());
-        let meaning = |id: u32| -> Result<Option<Response>, DeckError> {
+        let meanings = |id: u32| -> Result<Vec<Response>, DeckError> {
             if let Some(card) = first.get(&id) {
                 return simple(&deck.card(*card));
             }
-            let Some(card) = second.get(&id) else { return Ok(None) };
+            let Some(card) = second.get(&id) else { return Ok(Vec::new()) };
             let (arguments, text) = equation(&deck.card(*card), &equations, deck)?;
-            centre(&arguments, &text, &first, deck)
+            Ok(ratio(&arguments, &text, &first, deck)?.into_iter().collect())
+        };
+        let meaning = |id: u32| -> Result<Option<Response>, DeckError> {
+            Ok(match meanings(id)?.as_slice() {
+                [only] => Some(*only),
+                _ => None,
+            })
         };
         let mut targets: Vec<Target> = Vec::new();
         let mut left: BTreeMap<CardId, String> = BTreeMap::new();
@@ -82,8 +91,12 @@ impl Importer<'_> {
                     targets.push((Response::Frequency(mode), 0.5 * (low + high), 0.5 * (high - low)));
                 }
                 (Some(Response::Eigenvalue(_)), ..) => drop(left.insert(id, format!("DCONSTR on response {response}"))),
-                (Some(r), Some(low), Some(high)) if low <= high => {
-                    targets.push((r, 0.5 * (low + high), 0.5 * (high - low)));
+                (_, Some(low), Some(high)) if low <= high => {
+                    let all = meanings(response)?;
+                    if all.is_empty() {
+                        left.insert(id, format!("DCONSTR on response {response}"));
+                    }
+                    targets.extend(all.into_iter().map(|r| (r, 0.5 * (low + high), 0.5 * (high - low))));
                 }
                 _ => drop(left.insert(id, format!("DCONSTR on response {response}"))),
             }
@@ -121,15 +134,59 @@ impl Importer<'_> {
             self.report.note(format!("{what} is left out: no target of an update has its form"));
         }
         self.write_targets(&targets, &goals);
-        let mut modes = Frequencies::new();
+        let mut asked = Asked::default();
+        let norm = eigenvectors::norm(deck, self.options.subcase)?;
         // A goal is the value; an interval beside it says how sharply.
         for &(response, value, half) in targets.iter().chain(&goals) {
-            if let Response::Frequency(mode) = response {
-                let sharpest = modes.get(&mode).map_or(half, |known| known.1.min(half));
-                modes.insert(mode, (value, sharpest));
+            match response {
+                Response::Frequency(mode) => {
+                    let sharpest = asked.frequencies.get(&mode).map_or(half, |known| known.1.min(half));
+                    asked.frequencies.insert(mode, (value, sharpest));
+                }
+                Response::Shape(mode, at, relative_to) => {
+                    self.ask_for_component(&mut asked, norm, (mode, at, relative_to), (value, half));
+                }
+                _ => {}
             }
         }
-        Ok(modes)
+        Ok(asked)
+    }
+
+    fn ask_for_component(
+        &mut self,
+        asked: &mut Asked,
+        norm: Norm,
+        what: (u32, At, Option<At>),
+        (value, half): (f64, f64),
+    ) {
+        let own = self.eigenvector(norm, what, (value, half));
+        let own = own.and_then(|c| if half > 0.0 { Ok(c) } else { Err("its interval has no width".to_string()) });
+        let component = match own {
+            Ok(component) => component,
+            Err(why) => {
+                let (mode, at, _) = what;
+                let text = format!(
+                    "component {} of grid {} in the eigenvector of mode {mode} is no target: {why}",
+                    at.component + 1,
+                    at.grid
+                );
+                self.report.note(text);
+                return;
+            }
+        };
+        for at in std::iter::once(component.at).chain(component.relative_to) {
+            if let Some(grid) = self.known_grid(at.grid).copied() {
+                asked.axes.insert(at.grid, self.displacement_axes(&grid));
+            }
+        }
+        let is_same = |c: &super::asked::Component| {
+            (c.mode, c.at, c.relative_to) == (component.mode, component.at, component.relative_to)
+        };
+        match asked.components.iter_mut().find(|c| is_same(c)) {
+            // A goal is the value; an interval beside it says how sharply.
+            Some(known) => (known.value, known.half) = (component.value, known.half.min(component.half)),
+            None => asked.components.push(component),
+        }
     }
 
     fn write_targets(&mut self, targets: &[Target], goals: &[Target]) {
@@ -164,17 +221,22 @@ impl Importer<'_> {
     }
 }
 
-/// What a DRESP1 measures, if a target can be that.
-fn simple(card: &Card<'_>) -> Result<Option<Response>, DeckError> {
+/// What a DRESP1 measures, as far as targets can be that.
+fn simple(card: &Card<'_>) -> Result<Vec<Response>, DeckError> {
+    let one = |r: Option<Response>| r.into_iter().collect();
     Ok(match card.text(4).to_uppercase().as_str() {
-        "EIGN" => card.optional_id(7, "ATTA")?.map(Response::Eigenvalue),
-        "FREQ" => card.optional_id(7, "ATTA")?.map(Response::Frequency),
-        "WEIGHT" => match (card.integer_or(7, "ROW", 3)?, card.integer_or(8, "COL", 3)?) {
+        "EIGN" => one(card.optional_id(7, "ATTA")?.map(Response::Eigenvalue)),
+        "FREQ" => one(card.optional_id(7, "ATTA")?.map(Response::Frequency)),
+        "WEIGHT" => one(match (card.integer_or(7, "ROW", 3)?, card.integer_or(8, "COL", 3)?) {
             (1, 1) | (2, 2) | (3, 3) => Some(Response::Mass),
             (i @ 4..=6, j) if i == j => Some(Response::Inertia(i as usize - 4)),
             _ => None,
+        }),
+        "DISP" => match eigenvectors::components(card)? {
+            Some((mode, all)) => all.into_iter().map(|at| Response::Shape(mode, at, None)).collect(),
+            None => Vec::new(),
         },
-        _ => None,
+        _ => Vec::new(),
     })
 }
 
@@ -205,24 +267,31 @@ fn equation(card: &Card<'_>, equations: &HashMap<u32, CardId>, deck: &Deck) -> R
     Ok((out, equation.text))
 }
 
-/// R2/R1 of the first moment and the mass: a coordinate of the centre of gravity.
-fn centre(
+/// R2/R1 of the first moment and the mass, a coordinate of the centre of gravity; or of two components of one eigenvector.
+fn ratio(
     arguments: &Arguments,
     text: &str,
     first: &HashMap<u32, CardId>,
     deck: &Deck,
 ) -> Result<Option<Response>, DeckError> {
     let Some((above, below)) = text.split_once('/') else { return Ok(None) };
-    let entry = |name: &str| -> Result<Option<(i64, i64)>, DeckError> {
-        let Some(at) = arguments.names.iter().position(|n| n == name) else { return Ok(None) };
-        let Some(card) = arguments.ids.get(at).and_then(|i| first.get(&i.1)) else { return Ok(None) };
-        let card = deck.card(*card);
+    let card = |name: &str| {
+        let at = arguments.names.iter().position(|n| n == name)?;
+        arguments.ids.get(at).and_then(|i| first.get(&i.1)).map(|id| deck.card(*id))
+    };
+    let (Some(above), Some(below)) = (card(above), card(below)) else { return Ok(None) };
+    if let ([Response::Shape(mode, at, _)], [Response::Shape(other, to, _)]) =
+        (simple(&above)?.as_slice(), simple(&below)?.as_slice())
+    {
+        return Ok((mode == other && at != to).then_some(Response::Shape(*mode, *at, Some(*to))));
+    }
+    let entry = |card: &Card<'_>| -> Result<Option<(i64, i64)>, DeckError> {
         if !card.text(4).eq_ignore_ascii_case("WEIGHT") {
             return Ok(None);
         }
         Ok(Some((card.integer_or(7, "ROW", 3)?, card.integer_or(8, "COL", 3)?)))
     };
-    Ok(match (entry(above)?, entry(below)?) {
+    Ok(match (entry(&above)?, entry(&below)?) {
         (Some((2, 6) | (6, 2)), Some((i, j))) if i == j && i <= 3 => Some(Response::Centre(0)),
         (Some((3, 4) | (4, 3)), Some((i, j))) if i == j && i <= 3 => Some(Response::Centre(1)),
         (Some((1, 5) | (5, 1)), Some((i, j))) if i == j && i <= 3 => Some(Response::Centre(2)),

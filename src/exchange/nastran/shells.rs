@@ -6,6 +6,7 @@ use super::materials::{density, isotropic};
 use super::{CardRule, laminates, read, refused, sandwiches, used};
 use crate::deck::{Card, DeckError};
 use crate::exchange::coord::Coord;
+use crate::exchange::imported::Bound;
 use crate::exchange::motions::angle_from_global;
 use crate::exchange::patches::{self, Patch};
 use crate::exchange::system::Quantity as Q;
@@ -100,13 +101,30 @@ fn write<'a>(
         unit(normal).ok_or_else(|| card.error(None, "its grids span no area"))
     };
     let zoffs = card.real_or(offset, "ZOFFS", 0.0)?;
+    // A plate that is thicker at one corner has the mean thickness, and so its mass.
+    let (mut mean, mut has_corners) = (0.0, false);
     for n in first..first + corners {
-        let Some(t) = card.optional_real(n, "T")? else { continue };
+        let stated = card.optional_real(n, "T")?;
+        has_corners |= stated.is_some();
         let is_factor = corners == n_grids && card.integer_or(first - 1, "TFLAG", 0)? != 0;
-        if is_factor || section.thickness.is_none_or(|own| own != t) {
-            importer.report.approximate("thicknesses at the corners of shells are left out: the property's holds");
+        let own = section.thickness.unwrap_or(0.0);
+        let t = stated.map_or(own, |t| if is_factor { t * own } else { t });
+        if t < 0.0 {
+            return Err(card.error(Some((n, "T")), "a thickness must not be negative"));
         }
+        mean += t / corners as f64;
     }
+    let is_own = has_corners && mean > 0.0 && section.thickness.is_some_and(|own| (own - mean).abs() > 1e-12 * mean);
+    if is_own && importer.is_designed(&property, 4) {
+        importer
+            .report
+            .approximate("thicknesses at the corners of shells are left out where the property's is designed");
+    } else if is_own {
+        importer.report.approximate("shells with thicknesses of their own at their corners have the mean of them");
+    } else if has_corners && section.thickness.is_none() {
+        importer.report.approximate("thicknesses at the corners of laminates are left out: the plies' hold");
+    }
+    let is_own = is_own && !importer.is_designed(&property, 4);
     for (part, (kind, at)) in patch.iter().enumerate() {
         let normal = normal_of(at)?;
         let mut values = Values::default();
@@ -117,14 +135,24 @@ fn write<'a>(
         let mut own = Vec::new();
         if section.is_directed {
             let base = card.text(theta);
+            let side = angle_from_global(normal, minus(points[1], points[0]));
+            let degree = 1_f64.to_radians();
+            // A THETA may stand in the place of an MCID.
+            let (property, shift) = ("angle".to_string(), side + section.ply_angle);
+            values.bounds.push(Bound { property, card: card.id(), field: theta, name: "THETA", factor: degree, shift });
             let angle = if base.is_empty() || base.contains('.') {
-                let x = minus(points[1], points[0]);
-                angle_from_global(normal, x) + card.real_or(theta, "THETA", 0.0)?.to_radians()
+                side + card.real_or(theta, "THETA", 0.0)?.to_radians()
             } else {
                 let (_, coord): (u32, Coord) = importer.coord(card, theta, "MCID")?;
                 angle_from_global(normal, coord.axes_at(points[0])[0])
             };
             own.push(("angle".to_string(), format!("{} rad", computed(angle + section.ply_angle))));
+        }
+        if is_own {
+            own.push(("thickness".to_string(), importer.length(mean)));
+            // No one field holds it.
+            let property = "thickness".to_string();
+            values.bounds.push(Bound { property, card: card.id(), field: 0, name: "T", factor: 1.0, shift: 0.0 });
         }
         if zoffs != 0.0 {
             let beside = match (section.offset.as_str(), zoffs < 0.0) {

@@ -16,14 +16,14 @@ pub(super) const CARDS: &[CardRule] = &[
     read("CBUSH", "bushings", bush),
     used("PELAS", "springs"),
     used("PBUSH", "bushings"),
-    refused("CBUSH1D", "one-dimensional bushings are not read; give a CBUSH"),
+    read("CBUSH1D", "springs", bush_1d),
     refused("CBUSH2D", "bushings of rotors are not read; give a CBUSH"),
     refused("CFAST", "fasteners are not read; give a CBUSH between the sheets"),
     refused("CWELD", "welds are not read; give a CBUSH between the sheets"),
     refused("CGAP", "contact is not linear; give a CELAS2 for a gap that is closed"),
     left_out("PBUSHT", "frequency or load dependence"),
     left_out("PELAST", "frequency or load dependence"),
-    left_out("PBUSH1D", "no element has it"),
+    used("PBUSH1D", "springs"),
     left_out("PGAP", "no element has it"),
     left_out("CDAMP1", "viscous damping"),
     left_out("CDAMP2", "viscous damping"),
@@ -107,6 +107,31 @@ fn celas<'a>(importer: &mut Importer<'a>, card: &Card<'a>) -> Result<(), DeckErr
     ];
     values.items.extend(head);
     importer.element(Block::Elements, card, values, property.as_ref(), None).map(|_| ())
+}
+
+/// CBUSH1D: a spring along the line between two grids.
+fn bush_1d<'a>(importer: &mut Importer<'a>, card: &Card<'a>) -> Result<(), DeckError> {
+    let property = importer.property(card, 3, &["PBUSH1D"])?;
+    let refused = |field: usize, name: &'static str, text: &str| Err(card.error(Some((field, name)), text));
+    if card.is_blank(5) || !card.is_blank(6) {
+        return refused(6, "CID", "one-dimensional bushings are read between two grids that are apart; give a CBUSH");
+    }
+    if property.real_or(5, "M", 0.0)? != 0.0 {
+        return Err(property.error(Some((5, "M")), "a mass of bushings is not read; give a CONM2 at each end"));
+    }
+    let k = property.real_or(3, "K", 0.0)?;
+    if k <= 0.0 {
+        return Err(property.error(Some((3, "K")), "a stiffness above zero is expected"));
+    }
+    let ((a, ga), (b, gb)) = (importer.grid(card, 4, "GA")?, importer.grid(card, 5, "GB")?);
+    if unit(minus(gb.position, ga.position)).is_none() {
+        return refused(5, "GB", "its grids are at one place, so it has no line; give a CBUSH with CID");
+    }
+    let mut values = Values::default();
+    values.items.push(("nodes".into(), format!("[{a}, {b}]")));
+    let k = put_nested(importer, &mut values, ("axial", "k"), (&property, 3, "K"), k, (Q::Stiffness, 1.0));
+    values.items.push(("k".into(), format!("{{{k}}}")));
+    importer.element(Block::Springs, card, values, Some(&property), None).map(|_| ())
 }
 
 /// Puts a field under a property whose entry stands inside a map; the entry's text.

@@ -438,6 +438,7 @@ fn a_channel_that_reads_nothing_in_some_modes_is_found() {
         })),
         shape_sd: Some(DVector::from_element(12, 0.02)),
         shape_origin: Some(origin),
+        components: Vec::new(),
         standing: Standing::Open,
     };
     let all = |origin: &Origin| (1..5).map(|k| mode(k, origin.clone())).collect::<Vec<_>>();

@@ -8,6 +8,7 @@ mod mac;
 mod mass_properties;
 mod prior;
 mod shape;
+mod shape_component;
 mod static_angle;
 mod static_deflection;
 mod targets;
@@ -32,6 +33,7 @@ catalogue! {
     mass_properties::MassPropertyResidual,
     prior::Prior,
     shape::Shape,
+    shape_component::ShapeComponents,
     static_angle::StaticAngle,
     static_deflection::StaticDeflection,
     targets::TargetResidual,

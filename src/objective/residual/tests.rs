@@ -2,7 +2,9 @@
 
 use super::*;
 use crate::correlation::{PairBy, PairingOptions};
-use crate::data::{FrfFit, FrfQuantity, MassProperty, MassQuantity, Measured, Origin, TestData, read_test};
+use crate::data::{
+    FrfFit, FrfQuantity, MassProperty, MassQuantity, Measured, Origin, ShapeComponent, TestData, read_test,
+};
 use crate::model::{Model, ParametricModel, Registry, load, load_configuration};
 use crate::objective::{LeastSquares, Loss, Objective, Scaling, difference};
 
@@ -62,6 +64,14 @@ fn test(model: &Model) -> TestData {
         ..TwinOptions::default()
     };
     test.modes = twin_modes(model, &theta, &test.sensors, &options, "by hand").unwrap().modes;
+    // Of the first shape with its sign turned, and of the second relative to another sensor.
+    let component = |sensor: usize, relative_to: Option<usize>, value: f64| ShapeComponent {
+        sensor,
+        relative_to,
+        measured: Measured { value, sd: 0.05, sd_is_default: false },
+    };
+    test.modes[0].components = vec![component(1, None, -0.9), component(3, None, 0.4)];
+    test.modes[1].components = vec![component(1, Some(0), -1.5), component(2, None, 0.7)];
     let functions = TwinFrfOptions {
         lines_hz: (1..=20).map(|k| 3.1 * f64::from(k)).collect(),
         exciters: vec!["side".to_string()],

@@ -62,7 +62,9 @@ impl Density {
     /// yᵀ V⁻¹ y of some entries of y alone.
     pub(super) fn form_of(&self, y: &DVector<f64>, of: &[usize]) -> f64 {
         let mut taken = DVector::zeros(self.taken.nrows());
-        of.iter().for_each(|&i| taken.axpy(y[i], &self.taken.column(i), 1.0));
+        for &i in of {
+            taken.axpy(y[i], &self.taken.column(i), 1.0);
+        }
         of.iter().map(|&i| self.weight[i] * y[i] * y[i]).sum::<f64>() - taken.norm_squared()
     }
 

@@ -190,6 +190,7 @@ fn draft(sensors: &[Sensor], n_modes: usize) -> TestData {
         origin: Origin::Synthetic(String::new()),
         shape_sd: None,
         shape_origin: None,
+        components: Vec::new(),
         standing: Standing::Open,
     };
     let set = FrfSet {
