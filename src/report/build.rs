@@ -10,6 +10,7 @@ mod posterior;
 mod responses;
 mod structure;
 
+pub(super) use diagnosis::sentence;
 pub use diagnosis::{LearningStep, LearntParameter, diagnosis, learning_steps};
 pub use identification::of_identification;
 pub use learning::{add_learning, misfit_before_any_fit, of_learning};

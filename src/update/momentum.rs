@@ -376,15 +376,12 @@ impl Check<'_> {
             at += 4 * n;
             for k in 0..n {
                 for l in 0..k {
-                    let slope = |m: usize, d: f64| 2.0 * d * (state.x[m][k] - state.x[m][l]);
-                    let most = |m: usize| {
+                    let form = |m: usize, between: f64| {
                         let d = y(m, l) - y(m, k);
-                        (-0.5 * (slope(m, d) + d * d * state.density[m].least_between(k, l))).max(0.0)
+                        2.0 * d * (state.x[m][k] - state.x[m][l]) + d * d * between
                     };
-                    let change = |m: usize| {
-                        let d = y(m, l) - y(m, k);
-                        (slope(m, d) + d * d * (v(m, k, k) + v(m, l, l) - 2.0 * v(m, k, l)), 0.0)
-                    };
+                    let most = |m: usize| (-0.5 * form(m, state.density[m].least_between(k, l))).max(0.0);
+                    let change = |m: usize| (form(m, v(m, k, k) + v(m, l, l) - 2.0 * v(m, k, l)), 0.0);
                     let may_be_best = TEMPER * (total + (0..m).map(most).sum::<f64>() - now) > least;
                     if may_be_best && !dropped.contains(&k) && !dropped.contains(&l) {
                         note(at, SensorChange::Swap { sensors: [l, k] }, self.total(state, change));

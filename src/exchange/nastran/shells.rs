@@ -114,8 +114,9 @@ fn write<'a>(
         }
         mean += t / corners as f64;
     }
-    let is_own = has_corners && mean > 0.0 && section.thickness.is_some_and(|own| (own - mean).abs() > 1e-12 * mean);
-    if is_own && importer.is_designed(&property, 4) {
+    let differs = has_corners && mean > 0.0 && section.thickness.is_some_and(|own| (own - mean).abs() > 1e-12 * mean);
+    let is_own = differs && !importer.is_designed(&property, 4);
+    if differs && !is_own {
         importer
             .report
             .approximate("thicknesses at the corners of shells are left out where the property's is designed");
@@ -124,7 +125,6 @@ fn write<'a>(
     } else if has_corners && section.thickness.is_none() {
         importer.report.approximate("thicknesses at the corners of laminates are left out: the plies' hold");
     }
-    let is_own = is_own && !importer.is_designed(&property, 4);
     for (part, (kind, at)) in patch.iter().enumerate() {
         let normal = normal_of(at)?;
         let mut values = Values::default();

@@ -190,8 +190,8 @@ fn hypothesis(
     }
 }
 
-/// A remedy as a sentence.
-fn sentence(text: &str) -> String {
+/// Words that begin small, such as a remedy or an error, as a sentence.
+pub(in crate::report) fn sentence(text: &str) -> String {
     let mut letters = text.chars();
     // Names that somebody types keep their case.
     let is_name = text.split_whitespace().next().is_some_and(|w| w.contains('@'));

@@ -1,6 +1,6 @@
 //! Several tests, each with the model in the configuration in which it was measured.
 
-use super::super::build::{Case, assess_for_report, assess_paired, structure_of};
+use super::super::build::{Case, assess_for_report, assess_paired, sentence, structure_of};
 use super::super::data::{Live, ReportData, Structure};
 use super::{NotLive, live, live_with};
 use crate::data::TestData;
@@ -86,18 +86,12 @@ pub fn add_live(
                 data.meta.not_live = Some(why.into());
                 break;
             }
-            Err(why) => data.meta.not_live = Some(format!("{}.", sentence(&why.to_string()))),
+            Err(why) => data.meta.not_live = Some(sentence(&why.to_string())),
         }
     }
     if !data.live.is_empty() {
         data.meta.not_live = None;
     }
-}
-
-/// With a capital letter.
-fn sentence(text: &str) -> String {
-    let mut rest = text.chars();
-    rest.next().map_or_else(String::new, |first| first.to_uppercase().chain(rest).collect())
 }
 
 /// [`add_live`] of what learning has found: the last model against the corrected tests of its configuration, the sliders marked

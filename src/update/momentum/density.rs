@@ -39,9 +39,8 @@ impl Density {
 
     /// V⁻¹ a, one column after the other.
     pub(super) fn times(&self, a: &DMatrix<f64>) -> DMatrix<f64> {
-        let mut weighted = a.clone();
-        weighted.column_iter_mut().for_each(|mut c| c.component_mul_assign(&self.weight));
-        weighted - self.taken.tr_mul(&(&self.taken * a))
+        let columns: Vec<DVector<f64>> = a.column_iter().map(|c| self.times_vector(&c.into_owned())).collect();
+        if columns.is_empty() { a.clone() } else { DMatrix::from_columns(&columns) }
     }
 
     /// V⁻¹ y.
