@@ -5,7 +5,7 @@ use super::modes::{ModalError, Modes};
 use super::solve::{SolveOptions, Symmetric, rigid_body_modes};
 use super::stability::{check_stable, unstable_or};
 use crate::linalg::sparse::{
-    PencilFactor, SparseOptions, SparsePlan, SparseSym, lowest_sparse_modes, solve_across_modes, solve_beside_mode,
+    PencilFactor, SparseOptions, SparsePlan, SparseSym, lowest_sparse_modes, solve_across_modes, solve_beside_modes,
 };
 use crate::linalg::{DMatrix, DMatrixView, DVector, LinalgError};
 use std::sync::Arc;
@@ -138,45 +138,46 @@ fn rounding_or(error: LinalgError, plan: &SparsePlan, stiffness: &SparseSym, mas
     }
 }
 
-/// [`super::mode_derivative`] for sparse matrices.
+/// [`super::mode_derivative`] for sparse matrices; of one mode of a cluster [`super::cluster_derivative`].
 ///
 /// ```text
-/// (K - λM) z = -(∂K - λ∂M - ∂λ M) φ,   ∂φ = z + c φ,   c = -φᵀ M z - ½ φᵀ ∂M φ
+/// (K - λM) z = -(∂K - λ∂M - ∂λ M) φ,   ∂φ = z - ½ φᵀ ∂M φ φ,   z M-orthogonal to the cluster
 /// ```
 ///
+/// * `cluster` - mass-normalised shapes of equal or nearly equal λ as columns, (n x size); of a simple λ the mode alone
+/// * `own` - the column of the mode
 /// * `derivatives` - ∂K and ∂M of every parameter
 ///
-/// `None` where λ is double.
+/// `None` where a mode beside the cluster has this λ.
 ///
 /// # Source
 /// R. B. Nelson, Simplified calculation of eigenvector derivatives, AIAA Journal 14(9), 1976.
 pub fn mode_derivative_sparse(
     plan: &SparsePlan,
-    stiffness: &SparseSym,
-    mass: &SparseSym,
+    (stiffness, mass): (&SparseSym, &SparseSym),
     lambda: f64,
-    shape: &DVector<f64>,
+    cluster: &DMatrix<f64>,
+    own: usize,
     derivatives: &[(&SparseSym, &SparseSym)],
 ) -> Result<Option<ModeDerivative>, ModalError> {
-    let n = shape.len();
-    let phi = DMatrix::from_columns(std::slice::from_ref(shape));
-    let m_phi = mass.mul(&phi);
+    let phi = cluster.columns(own, 1).into_owned();
     let mut slopes = DVector::zeros(derivatives.len());
-    let mut forces = DMatrix::zeros(n, derivatives.len());
-    let mut growth = vec![0.0; derivatives.len()];
+    let mut forces = DMatrix::zeros(phi.nrows(), derivatives.len());
+    let mut growth = Vec::with_capacity(derivatives.len());
     for (j, (dk, dm)) in derivatives.iter().enumerate() {
         let dm_phi = dm.mul(&phi);
-        let force = dk.mul(&phi) - &dm_phi * lambda;
-        slopes[j] = phi.dot(&force);
-        growth[j] = phi.dot(&dm_phi);
-        forces.set_column(j, &(&m_phi * slopes[j] - force).column(0));
+        let force = &dm_phi * lambda - dk.mul(&phi);
+        slopes[j] = -phi.dot(&force);
+        growth.push(phi.dot(&dm_phi));
+        forces.set_column(j, &force.column(0));
     }
-    let Some(mut shapes) = solve_beside_mode(plan, stiffness, mass, lambda, shape, &forces)? else { return Ok(None) };
-    for (mut z, growth) in shapes.column_iter_mut().zip(growth) {
-        let along = -z.dot(&m_phi.column(0)) - 0.5 * growth;
-        z.axpy(along, shape, 1.0);
-    }
-    Ok(Some(ModeDerivative { lambda: slopes, shape: shapes }))
+    let found = solve_beside_modes(plan, stiffness, mass, lambda, cluster, &forces)?;
+    Ok(found.map(|mut shape| {
+        for (mut z, growth) in shape.column_iter_mut().zip(growth) {
+            z.axpy(-0.5 * growth, &phi.column(0), 1.0);
+        }
+        ModeDerivative { lambda: slopes, shape }
+    }))
 }
 
 /// Vectors that are solved for at once.
@@ -278,8 +279,8 @@ pub fn mode_derivatives_sparse(
         let own = across.mode;
         let is_same = |i: usize| i != own && (lambda[i] - lambda[own]).abs() <= SAME * lambda[own].abs();
         if !across.is_solved || (0..modes.len()).any(is_same) {
-            let shape = phi.column(own).into_owned();
-            out.push(mode_derivative_sparse(plan, k, m, lambda[own], &shape, derivatives)?);
+            let shape = phi.columns(own, 1).into_owned();
+            out.push(mode_derivative_sparse(plan, (k, m), lambda[own], &shape, 0, derivatives)?);
             return Ok(());
         }
         // Parts along the modes that are known.
@@ -349,8 +350,9 @@ mod tests {
             let agreement = shape.dot(&(&m * sparse.shapes.column(mode)));
             assert!((agreement.abs() - 1.0).abs() < 1e-12, "{mode}: {agreement}");
             let exact = mode_derivative(&k, &m, dense.lambda[mode], &shape, &of_dense).unwrap();
-            let ours =
-                mode_derivative_sparse(&plan, &sk, &sm, dense.lambda[mode], &shape, &of_sparse).unwrap().unwrap();
+            let alone = DMatrix::from_columns(&[shape]);
+            let ours = mode_derivative_sparse(&plan, (&sk, &sm), dense.lambda[mode], &alone, 0, &of_sparse);
+            let ours = ours.unwrap().unwrap();
             let all = at_once[mode - 1].as_ref().unwrap();
             for ours in [&ours, all] {
                 assert!((&ours.lambda - &exact.lambda).amax() < 1e-11 * exact.lambda.amax(), "{mode}");
@@ -370,7 +372,8 @@ mod tests {
         let none = SparseSym::from_triplets(3, std::iter::empty());
         let shape = nalgebra::dvector![1.0, 0.0, 0.0];
         let of = |lambda: f64, shape: &DVector<f64>| {
-            mode_derivative_sparse(&plan, &k, &m, lambda, shape, &[(&change, &none)]).unwrap()
+            let shape = DMatrix::from_columns(std::slice::from_ref(shape));
+            mode_derivative_sparse(&plan, (&k, &m), lambda, &shape, 0, &[(&change, &none)]).unwrap()
         };
         assert!(of(4.0, &shape).is_none());
         assert!(of(9.0, &nalgebra::dvector![0.0, 0.0, 1.0]).is_some());

@@ -101,7 +101,7 @@ pub use placed_matrices::{PlacedDof, PlacedMatrices};
 pub(crate) use plied::plied;
 pub use reduced::{ReducedModel, ReducedOptions};
 pub use registry::Registry;
-pub use solver::{Matrices, ModalSolver, differentiate_in_clusters, solve_modes};
+pub use solver::{Matrices, ModalSolver, solve_modes};
 pub use spec::{ModelSpec, schema};
 pub use stand_in::StandIn;
 pub use superelement::{SOLVER_FOLDER, SolverRun};

@@ -141,7 +141,7 @@ impl ModalSolver {
         let n_dof = model.dof_map().n_dof();
         if n_dof >= SPARSE_FROM {
             match Self::sparse(model, theta, n_elastic, rigid_motions.clone()) {
-                Err(_) if n_dof < DENSE_BELOW => {}
+                Err(e) if n_dof < DENSE_BELOW && !is_unstable(&e) => {}
                 solver => return solver,
             }
         }
@@ -183,7 +183,7 @@ impl ModalSolver {
         let options = SolveOptions { n_elastic, shift: Some(self.shift) };
         if let Some(solved) = &self.sparse {
             match self.solve_sparse(model, theta, options, solved) {
-                Err(_) if model.dof_map().n_dof() < DENSE_BELOW => {}
+                Err(e) if model.dof_map().n_dof() < DENSE_BELOW && !is_unstable(&e) => {}
                 solved => return solved,
             }
         }
@@ -242,9 +242,9 @@ impl ModalSolver {
         modes: &Modes,
         of: &[usize],
     ) -> Result<Vec<Option<ModeDerivative>>, ModelError> {
-        let mode = |&i: &usize| (modes.lambda[i], modes.shapes.column(i).into_owned());
         match matrices {
             Matrices::Dense(system) => {
+                let mode = |&i: &usize| (modes.lambda[i], modes.shapes.column(i).into_owned());
                 let slopes = slopes.iter().map(Matrices::dense).collect::<Result<Vec<_>, _>>()?;
                 let slopes: Vec<MatrixDerivative<'_>> =
                     slopes.iter().map(|s| MatrixDerivative { stiffness: &s.stiffness, mass: &s.mass }).collect();
@@ -256,48 +256,75 @@ impl ModalSolver {
             Matrices::Sparse(system) => {
                 let slopes: Vec<Cow<'_, SparseSystem>> = slopes.iter().map(Matrices::sparse).collect();
                 let slopes: Vec<_> = slopes.iter().map(|s| (&s.stiffness, &s.mass)).collect();
-                let own = match &self.sparse {
-                    Some(solved) if covers(&solved.plan, system) => None,
-                    _ => Some(Arc::new(plan(model, system)?)),
-                };
-                let Some(plan) = own.as_ref().or(self.sparse.as_ref().map(|s| &s.plan)) else { return Ok(Vec::new()) };
+                let plan = &self.plan_for(model, system)?;
                 if modes.shapes.nrows() >= ONE_FACTOR_FROM {
                     let pencil = (&system.stiffness, &system.mass);
                     return Ok(modal::mode_derivatives_sparse(plan, pencil, self.shift, modes, of, &slopes)?);
                 }
-                let derivative = |(lambda, shape): (f64, DVector<f64>)| {
-                    modal::mode_derivative_sparse(plan, &system.stiffness, &system.mass, lambda, &shape, &slopes)
+                let pencil = (&system.stiffness, &system.mass);
+                let derivative = |&i: &usize| {
+                    let shape = modes.shapes.columns(i, 1).into_owned();
+                    modal::mode_derivative_sparse(plan, pencil, modes.lambda[i], &shape, 0, &slopes)
                 };
-                Ok(of.iter().map(mode).map(derivative).collect::<Result<Vec<_>, _>>()?)
+                Ok(of.iter().map(derivative).collect::<Result<Vec<_>, _>>()?)
             }
+        }
+    }
+
+    /// Derivatives of modes of clusters of (nearly) equal λ, as [`modal::cluster_derivative`].
+    ///
+    /// * `matrices`, `modes` - of [`Self::solve`] at one θ, shapes in any basis of the cluster
+    /// * `slopes` - of [`Matrices::derivative`] at the same θ
+    /// * `of` - the cluster of each mode and its number there: indices into `modes`, and one into the cluster
+    pub fn differentiate_in_clusters(
+        &self,
+        model: &dyn ParametricModel,
+        matrices: &Matrices,
+        slopes: &[Matrices],
+        modes: &Modes,
+        of: &[(Vec<usize>, usize)],
+    ) -> Result<Vec<Option<ModeDerivative>>, ModelError> {
+        if of.is_empty() {
+            return Ok(Vec::new());
+        }
+        let shapes = |cluster: &[usize]| modes.shapes.select_columns(cluster);
+        let lambda = |(cluster, own): &(Vec<usize>, usize)| modes.lambda[cluster[*own]];
+        match matrices {
+            Matrices::Dense(system) => {
+                let slopes = slopes.iter().map(Matrices::dense).collect::<Result<Vec<_>, _>>()?;
+                let slopes: Vec<MatrixDerivative<'_>> =
+                    slopes.iter().map(|s| MatrixDerivative { stiffness: &s.stiffness, mass: &s.mass }).collect();
+                let (k, m) = (&system.stiffness, &system.mass);
+                let derivative = |of: &(Vec<usize>, usize)| {
+                    modal::cluster_derivative(k, m, lambda(of), &shapes(&of.0), of.1, &slopes)
+                };
+                Ok(of.iter().map(derivative).collect())
+            }
+            Matrices::Sparse(system) => {
+                let slopes: Vec<Cow<'_, SparseSystem>> = slopes.iter().map(Matrices::sparse).collect();
+                let slopes: Vec<_> = slopes.iter().map(|s| (&s.stiffness, &s.mass)).collect();
+                let plan = self.plan_for(model, system)?;
+                let pencil = (&system.stiffness, &system.mass);
+                let derivative = |of: &(Vec<usize>, usize)| {
+                    modal::mode_derivative_sparse(&plan, pencil, lambda(of), &shapes(&of.0), of.1, &slopes)
+                };
+                Ok(of.iter().map(derivative).collect::<Result<Vec<_>, _>>()?)
+            }
+        }
+    }
+
+    /// The elimination order of the first solution, or one of its own where these matrices have entries elsewhere.
+    fn plan_for(&self, model: &dyn ParametricModel, system: &SparseSystem) -> Result<Arc<SparsePlan>, ModelError> {
+        match &self.sparse {
+            Some(solved) if covers(&solved.plan, system) => Ok(solved.plan.clone()),
+            _ => Ok(Arc::new(plan(model, system)?)),
         }
     }
 }
 
-/// Derivatives of modes of clusters of (nearly) equal λ, as [`modal::cluster_derivative`]; through dense matrices.
-///
-/// * `matrices`, `modes` - of [`ModalSolver::solve`] at one θ, shapes in any basis of the cluster
-/// * `slopes` - of [`Matrices::derivative`] at the same θ
-/// * `of` - the cluster of each mode and its number there: indices into `modes`, and one into the cluster
-pub fn differentiate_in_clusters(
-    matrices: &Matrices,
-    slopes: &[Matrices],
-    modes: &Modes,
-    of: &[(Vec<usize>, usize)],
-) -> Result<Vec<Option<ModeDerivative>>, ModelError> {
-    if of.is_empty() {
-        return Ok(Vec::new());
-    }
-    let system = matrices.dense()?;
-    let slopes = slopes.iter().map(Matrices::dense).collect::<Result<Vec<_>, _>>()?;
-    let slopes: Vec<MatrixDerivative<'_>> =
-        slopes.iter().map(|s| MatrixDerivative { stiffness: &s.stiffness, mass: &s.mass }).collect();
-    let derivative = |(cluster, own): &(Vec<usize>, usize)| {
-        let shapes = modes.shapes.select_columns(cluster);
-        let lambda = modes.lambda[cluster[*own]];
-        modal::cluster_derivative(&system.stiffness, &system.mass, lambda, &shapes, *own, &slopes)
-    };
-    Ok(of.iter().map(derivative).collect())
+/// A structure that is not stable has no modes, whatever the matrices are stored as.
+fn is_unstable(error: &ModelError) -> bool {
+    matches!(error, ModelError::Modal(modal::ModalError::Unstable { .. }))
 }
 
 fn covers(plan: &SparsePlan, system: &SparseSystem) -> bool {

@@ -16,10 +16,7 @@ use crate::correlation::{
 use crate::data::{Sensor, Standing, TestData, TestMode, family_of_label};
 use crate::linalg::{DMatrix, ShiftedPencil};
 use crate::modal::{ModeDerivative, Modes};
-use crate::model::{
-    MOST_DENSE_DOFS, Matrices, ModalSolver, ModelError, ParametricModel, differentiate_in_clusters, family,
-    symmetry_index,
-};
+use crate::model::{MOST_DENSE_DOFS, Matrices, ModalSolver, ModelError, ParametricModel, family, symmetry_index};
 use std::borrow::Cow;
 use std::sync::{Arc, OnceLock};
 
@@ -487,13 +484,15 @@ impl<'a> Comparison<'a> {
         let alone: Vec<usize> = modes.iter().zip(&places).filter(|(_, p)| p.is_none()).map(|(&mode, _)| mode).collect();
         let together: Vec<(Vec<usize>, usize)> = places.iter().flatten().cloned().collect();
         let mut alone = self.solver.differentiate(self.model, &p.matrices, slopes, &p.modes, &of(&alone))?.into_iter();
-        let mut together = differentiate_in_clusters(&p.matrices, slopes, &p.modes, &together)?.into_iter();
+        let in_clusters = |of: &[(Vec<usize>, usize)]| {
+            self.solver.differentiate_in_clusters(self.model, &p.matrices, slopes, &p.modes, of)
+        };
+        let mut together = in_clusters(&together)?.into_iter();
         let next = |place: &Option<_>| if place.is_some() { together.next() } else { alone.next() };
         let mut all: Vec<Option<ModeDerivative>> = places.iter().map(next).map(Option::flatten).collect();
         for (&mode, derivative) in modes.iter().zip(&mut all).filter(|(_, d)| d.is_none()) {
             let Some(twin) = twin(mode) else { continue };
-            let pair = [beside(mode, twin)];
-            *derivative = differentiate_in_clusters(&p.matrices, slopes, &p.modes, &pair)?.pop().flatten();
+            *derivative = in_clusters(&[beside(mode, twin)])?.pop().flatten();
         }
         Ok(all)
     }

@@ -16,7 +16,7 @@ mod shifted;
 mod tests;
 
 pub use across::solve_across_modes;
-pub use derivative::solve_beside_mode;
+pub use derivative::solve_beside_modes;
 pub use matrix::{SparseSym, on_motions};
 pub use modes::{SparseModes, SparseOptions, backward_error, lowest_sparse_modes};
 pub use plan::SparsePlan;

@@ -203,7 +203,8 @@ fn systems_across_modes_need_no_factor_of_their_own() {
         let m_phi = m.mul(&DMatrix::from_columns(std::slice::from_ref(&phi)));
         let force = forces.column(j) - m_phi.column(0) * phi.dot(&forces.column(j));
         let force = DMatrix::from_columns(&[force]);
-        let z = solve_beside_mode(&plan, &k, &m, *lambda, &phi, &force).unwrap().expect("a simple mode");
+        let phi = DMatrix::from_columns(&[phi]);
+        let z = solve_beside_modes(&plan, &k, &m, *lambda, &phi, &force).unwrap().expect("a simple mode");
         expected.set_column(j, &across(&z).column(0));
     }
     let lambda: Vec<f64> = modes.values.iter().copied().collect();
@@ -220,4 +221,55 @@ fn systems_across_modes_need_no_factor_of_their_own() {
         let (few, _) = solve_across_modes(&factor, &k, &m, &modes.vectors, &lambda, &forces, 1e-3);
         assert!((&few - &expected).norm() < 1e-2 * expected.norm());
     }
+}
+
+/// What lies beside a mode, or beside two, is the sum over all others; beside a double mode each of its halves moves as it does alone.
+#[test]
+fn systems_beside_modes_are_sums_over_the_others() {
+    let (k, m, _) = membrane(13, 9);
+    let n = k.n();
+    let plan = SparsePlan::new(&k, &m, &(0..n).collect::<Vec<_>>()).unwrap();
+    let (kd, md) = (k.to_dense(), m.to_dense());
+    let scale = DMatrix::from_diagonal(&md.diagonal().map(|v| 1.0 / v.sqrt()));
+    let all = (&scale * kd * &scale).symmetric_eigen();
+    let mut order: Vec<usize> = (0..n).collect();
+    order.sort_by(|&a, &b| all.eigenvalues[a].total_cmp(&all.eigenvalues[b]));
+    let shapes = (&scale * &all.eigenvectors).select_columns(&order);
+    let lambda: Vec<f64> = order.iter().map(|&i| all.eigenvalues[i]).collect();
+    let force = DMatrix::from_fn(n, 2, |i, j| if i % (5 + j) == 0 { 1.0 + (i % 4) as f64 } else { 0.0 });
+    let beside = |first: usize, count: usize| {
+        let mut along = shapes.tr_mul(&force);
+        for (i, mut row) in along.row_iter_mut().enumerate() {
+            row *= if (first..first + count).contains(&i) { 0.0 } else { 1.0 / (lambda[i] - lambda[first]) };
+        }
+        &shapes * along
+    };
+    for first in 0..5 {
+        for count in 1..=2 {
+            let these = shapes.columns(first, count).into_owned();
+            let found = solve_beside_modes(&plan, &k, &m, lambda[first], &these, &force).unwrap().unwrap();
+            let expected = beside(first, count);
+            let off = (&found - &expected).norm() / expected.norm();
+            assert!(off < 1e-9, "{count} from mode {first}: {off:.1e}");
+        }
+    }
+    // Two equal structures side by side: their modes in any combination.
+    let twice = |a: &SparseSym| {
+        let both = a.entries().flat_map(|(i, j, v)| [(i, j, v), (n + i, n + j, v)]);
+        SparseSym::from_triplets(2 * n, both)
+    };
+    let (kk, mm) = (twice(&k), twice(&m));
+    let plan = SparsePlan::new(&kk, &mm, &(0..2 * n).collect::<Vec<_>>()).unwrap();
+    let (s, c) = 0.6_f64.sin_cos();
+    let side = |v: &DMatrix<f64>, a: f64, b: f64| {
+        DMatrix::from_fn(2 * n, v.ncols(), |i, j| if i < n { a * v[(i, j)] } else { b * v[(i - n, j)] })
+    };
+    let phi = shapes.columns(0, 1).into_owned();
+    let cluster = DMatrix::from_columns(&[side(&phi, c, s).column(0), side(&phi, -s, c).column(0)]);
+    let found = solve_beside_modes(&plan, &kk, &mm, lambda[0], &cluster, &side(&force, c, s)).unwrap().unwrap();
+    let expected = side(&beside(0, 1), c, s);
+    assert!((found - &expected).norm() < 1e-9 * expected.norm());
+    // One of the two is no cluster.
+    let half = cluster.columns(0, 1).into_owned();
+    assert!(solve_beside_modes(&plan, &kk, &mm, lambda[0], &half, &side(&force, 1.0, 0.3)).unwrap().is_none());
 }
