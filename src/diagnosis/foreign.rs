@@ -13,7 +13,7 @@ use super::problem::scene::Scene;
 use super::result::{BasePair, BasePairs, ForeignMode, Verdict};
 use super::screen::stage::stage_begun;
 use super::search::basin::in_the_lowest_basin;
-use super::search::one_cause::may_be_one_cause;
+use super::search::one_cause::{OneCause, one_cause_of};
 use super::search::singles::refit;
 use super::settings::Settings;
 use super::verdict::decide::conclude;
@@ -49,12 +49,18 @@ fn with_modes_of_the_structure(
         (0..decided.test.modes.len()).filter(|&m| is_foreign(&decided.test.modes[m].standing)).collect();
     // Shapes tell whether a hypothesis explains a mode; a frequency alone can be had from any.
     let has_shape = foreign.iter().any(|&m| scene.test.modes[m].shape.is_some());
-    let is_possible = || match &x {
-        Some(x) => may_be_one_cause(&decided, x, &foreign, settings),
-        None => Ok(true),
-    };
     let may_be_had = || has_shape && !settings.until.is_over();
-    let is_tried = may_be_had() && is_possible()?;
+    let cause = match &x {
+        _ if !may_be_had() => OneCause::None,
+        Some(x) => one_cause_of(&decided, x, &foreign, settings)?,
+        None => OneCause::Any,
+    };
+    let is_tried = match cause {
+        OneCause::None => false,
+        OneCause::Any => true,
+        // The search among those that are possible tells whether the whole one is worth its time.
+        OneCause::These(ids) => by_one_cause(scene.as_given().with_only(ids), starts, weight, settings)?.is_some(),
+    };
     if is_tried && let Some(found) = by_one_cause(scene.as_given(), starts, weight, settings)? {
         return named(found);
     }

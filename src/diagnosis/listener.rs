@@ -40,8 +40,12 @@ impl fmt::Display for StepTaken {
         }
         write!(
             f,
-            "{}: {} fitted ({} evaluations), {} known",
-            self.step, self.fitted, self.work.evaluations, self.known
+            "{}: {} fitted ({} costs, {} derivatives), {} known",
+            self.step,
+            self.fitted,
+            self.work.evaluations + self.work.costs,
+            self.work.linearizations,
+            self.known
         )?;
         match &self.best {
             Some((id, ln_bayes, misfit)) => write!(f, "; {id} leads with ln B {ln_bayes:.1}, misfit {misfit:.1}"),

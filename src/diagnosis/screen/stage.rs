@@ -253,7 +253,9 @@ pub fn sensor_loads(model: &Model, sensors: &[Sensor]) -> Result<Vec<SensorLoad>
 
 /// Every effect at every place of the structure, in the configurations that were tested.
 pub(crate) fn placed(scene: &Scene, settings: &Settings) -> Vec<Candidate> {
-    in_configurations(scene, &settings.places, |tested| candidates_in(tested, &settings.effects))
+    let mut all = in_configurations(scene, &settings.places, |tested| candidates_in(tested, &settings.effects));
+    all.retain(|c| scene.has_effect(&c.id()));
+    all
 }
 
 /// What `list` finds on the configurations that were tested, as far as it has one of the places; of none, everything.

@@ -29,6 +29,7 @@ use crate::linalg::{DMatrix, DVector, thin_qr};
 use crate::model::ParametricModel;
 use crate::objective::Scaling;
 use rayon::prelude::*;
+use std::collections::BTreeSet;
 use std::f64::consts::TAU;
 
 /// Dofs up to which the receptance is computed.
@@ -43,21 +44,32 @@ struct Unknown<'a> {
     shape: DVector<f64>,
 }
 
-/// Whether a single cause could make every one of these modes; so too where that cannot be told.
+/// What could be the single cause of modes that look foreign.
+#[derive(Debug)]
+pub(crate) enum OneCause {
+    /// None.
+    None,
+    /// Of the effects these, by their ids.
+    These(BTreeSet<String>),
+    /// That cannot be told.
+    Any,
+}
+
+/// What could make every one of these modes alone.
 ///
 /// * `scene` - without these modes
 /// * `x` - parameters that fit the others
 /// * `modes` - those that look foreign, of which those with a shape tell
-pub(crate) fn may_be_one_cause(
+pub(crate) fn one_cause_of(
     scene: &Scene,
     x: &DVector<f64>,
     modes: &[usize],
     settings: &Settings,
-) -> Result<bool, DiagnosisError> {
+) -> Result<OneCause, DiagnosisError> {
     let theta = Scaling::new(scene.solved()).theta(x);
     let unknown: Vec<Unknown<'_>> = modes.iter().filter_map(|&m| unknown(scene, m)).collect();
     if unknown.is_empty() || unknown.iter().any(|u| u.case.model.dof_map().n_dof() > MOST_DOFS) {
-        return Ok(true);
+        return Ok(OneCause::Any);
     }
     let mut strange = Vec::new();
     for u in unknown {
@@ -66,17 +78,31 @@ pub(crate) fn may_be_one_cause(
         }
     }
     if strange.is_empty() {
-        return Ok(true);
+        return Ok(OneCause::Any);
     }
-    let candidates = placed(scene, settings);
-    let reach = strange.iter().map(|u| receptance(u, &theta)).collect::<Result<Vec<_>, _>>()?;
-    let could = |c: &Candidate| {
-        strange.iter().zip(&reach).all(|(u, h)| match h.as_ref().and_then(|h| at_few_dofs(u, h, c)) {
-            Some(explains) => explains,
-            None => at_some_size(scene, &theta, u, c).unwrap_or(true),
+    let (candidates, context) = (placed(scene, settings), Context::default());
+    let reach = strange.iter().map(|u| Reach::of(u, &theta, &context)).collect::<Result<Vec<_>, _>>()?;
+    // None where a candidate acts at too many dofs to tell.
+    let explains: Vec<Option<bool>> = candidates
+        .par_iter()
+        .map(|c| {
+            let each = strange.iter().zip(&reach).map(|(u, reach)| reach.at_few_dofs(u, c));
+            each.fold(Some(true), |all, this| match (all, this) {
+                (Some(false), _) | (_, Some(false)) => Some(false),
+                (Some(true), Some(true)) => Some(true),
+                _ => None,
+            })
         })
+        .collect();
+    let of_many_parts = |(c, explains): (&Candidate, &Option<bool>)| {
+        explains.is_none() && strange.iter().all(|u| at_some_size(scene, &theta, u, c).unwrap_or(true))
     };
-    Ok(candidates.par_iter().any(could))
+    let is_possible = explains.contains(&Some(true)) || candidates.par_iter().zip(&explains).any(of_many_parts);
+    if !is_possible {
+        return Ok(OneCause::None);
+    }
+    let left = candidates.iter().zip(&explains).filter(|(_, explains)| **explains != Some(false));
+    Ok(OneCause::These(left.map(|(c, _)| c.id()).collect()))
 }
 
 fn unknown(scene: &Scene, mode: usize) -> Option<Unknown<'_>> {
@@ -110,44 +136,53 @@ fn without_the_worst(model: &[f64], test: &[f64]) -> f64 {
     mac(left.iter().map(|&i| (model[i], test[i])))
 }
 
-/// S H(ω), (n_sensor x n_dof), at the sensors that measured; none where ω is a frequency of the model.
-fn receptance(u: &Unknown<'_>, theta: &[f64]) -> Result<Option<DMatrix<f64>>, DiagnosisError> {
-    let model = &*u.case.model;
-    let system = model.assemble(theta).map_err(crate::diagnosis::error::unsolvable)?;
-    let rows = observation_matrix_at(model, &u.case.test.sensors, theta)?.select_rows(&u.sensors);
-    let dynamic = system.stiffness - system.mass * (u.omega * u.omega);
-    // H is symmetric: its rows at the sensors are solutions for loads there.
-    Ok(dynamic.lu().solve(&rows.transpose()).map(|h| h.transpose()).filter(|h| h.iter().all(|v| v.is_finite())))
+/// What forces at the dofs of a structure move at the sensors that measured a shape, at its frequency.
+struct Reach<'a> {
+    structure: Structure<'a>,
+    /// S H(ω), (n_sensor x n_dof); none where ω is a frequency of the model.
+    receptance: Option<DMatrix<f64>>,
 }
 
-/// Whether forces at the dofs of a candidate's place give the shape; none where it has too many.
-fn at_few_dofs(u: &Unknown<'_>, h: &DMatrix<f64>, candidate: &Candidate) -> Option<bool> {
-    let context = Context::default();
-    let structure = Structure::new(&u.case.model, &context);
-    let nodes = structure.nodes_of(&candidate.location);
-    let dofs = u.case.model.dof_map();
-    let mut columns: Vec<DVector<f64>> = Vec::new();
-    for node in nodes {
-        for dof in Dof::ALL {
-            let rows = dofs.express(node, dof);
-            if !rows.is_empty() {
-                let zero = DVector::zeros(h.nrows());
-                columns.push(rows.iter().fold(zero, |sum, &(row, factor)| sum + factor * h.column(row)));
+impl<'a> Reach<'a> {
+    fn of(u: &Unknown<'a>, theta: &[f64], context: &'a Context) -> Result<Self, DiagnosisError> {
+        let model = &*u.case.model;
+        let system = model.assemble(theta).map_err(crate::diagnosis::error::unsolvable)?;
+        let rows = observation_matrix_at(model, &u.case.test.sensors, theta)?.select_rows(&u.sensors);
+        let dynamic = system.stiffness - system.mass * (u.omega * u.omega);
+        // H is symmetric: its rows at the sensors are solutions for loads there.
+        let h = dynamic.lu().solve(&rows.transpose()).map(|h| h.transpose());
+        let receptance = h.filter(|h| h.iter().all(|v| v.is_finite()));
+        Ok(Self { structure: Structure::new(&u.case.model, context), receptance })
+    }
+
+    /// Whether forces at the dofs of a candidate's place give the shape; none where it has too many.
+    fn at_few_dofs(&self, u: &Unknown<'_>, candidate: &Candidate) -> Option<bool> {
+        let h = self.receptance.as_ref()?;
+        let nodes = self.structure.nodes_of(&candidate.location);
+        let dofs = u.case.model.dof_map();
+        let mut columns: Vec<DVector<f64>> = Vec::new();
+        for node in nodes {
+            for dof in Dof::ALL {
+                let rows = dofs.express(node, dof);
+                if !rows.is_empty() {
+                    let zero = DVector::zeros(h.nrows());
+                    columns.push(rows.iter().fold(zero, |sum, &(row, factor)| sum + factor * h.column(row)));
+                }
+            }
+            if columns.len() + LEFT_ROWS > u.shape.len() {
+                return None;
             }
         }
-        if columns.len() + LEFT_ROWS > u.shape.len() {
+        if columns.is_empty() {
             return None;
         }
+        // Columns of rotations and displacements have other units.
+        let scaled: Vec<DVector<f64>> = columns.into_iter().filter_map(|c| c.try_normalize(0.0)).collect();
+        let q = thin_qr(&DMatrix::from_columns(&scaled)).ok()?.q;
+        let share = q.tr_mul(&u.shape).norm_squared() / u.shape.norm_squared();
+        let (n, r) = (u.shape.len() as f64, q.ncols() as f64);
+        Some(1.0 - (1.0 - share) * n / (n - r) > EXPLAINS)
     }
-    if columns.is_empty() {
-        return None;
-    }
-    // Columns of rotations and displacements have other units.
-    let scaled: Vec<DVector<f64>> = columns.into_iter().filter_map(|c| c.try_normalize(0.0)).collect();
-    let q = thin_qr(&DMatrix::from_columns(&scaled)).ok()?.q;
-    let share = q.tr_mul(&u.shape).norm_squared() / u.shape.norm_squared();
-    let (n, r) = (u.shape.len() as f64, q.ncols() as f64);
-    Some(1.0 - (1.0 - share) * n / (n - r) > EXPLAINS)
 }
 
 /// Whether a candidate of some size gives the model a mode like this one.
