@@ -1,25 +1,26 @@
 //! Meshes that tests write.
 
+use std::collections::HashMap;
 use std::fmt::Write;
 
 /// A mesh of version 2.2: nodes, and groups of cells of one type by their nodes, from one.
-pub(super) struct Written {
-    pub(super) nodes: Vec<[f64; 3]>,
-    pub(super) groups: Vec<(&'static str, u8, Vec<Vec<usize>>)>,
+pub(crate) struct Written {
+    pub(crate) nodes: Vec<[f64; 3]>,
+    pub(crate) groups: Vec<(&'static str, u8, Vec<Vec<usize>>)>,
 }
 
 impl Written {
-    pub(super) fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self { nodes: Vec::new(), groups: Vec::new() }
     }
 
-    pub(super) fn node(&mut self, at: [f64; 3]) -> usize {
+    pub(crate) fn node(&mut self, at: [f64; 3]) -> usize {
         self.nodes.push(at);
         self.nodes.len()
     }
 
     /// A rectangle with nodes of its own, in cells of two directions.
-    pub(super) fn sheet(
+    pub(crate) fn sheet(
         &mut self,
         name: &'static str,
         origin: [f64; 3],
@@ -39,8 +40,40 @@ impl Written {
         self
     }
 
+    /// Nodes get new places.
+    pub(crate) fn moved(&mut self, to: impl Fn([f64; 3]) -> [f64; 3]) -> &mut Self {
+        self.nodes.iter_mut().for_each(|p| *p = to(*p));
+        self
+    }
+
+    /// A slit: some nodes stand twice, and the cells whose middle is on one side have the second ones.
+    pub(crate) fn cut(
+        &mut self,
+        is_on_it: impl Fn([f64; 3]) -> bool,
+        is_beyond: impl Fn([f64; 3]) -> bool,
+    ) -> &mut Self {
+        let mut second = HashMap::new();
+        for n in 1..=self.nodes.len() {
+            let at = self.nodes[n - 1];
+            if is_on_it(at) {
+                second.insert(n, self.node(at));
+            }
+        }
+        let nodes = &self.nodes;
+        for cell in self.groups.iter_mut().flat_map(|g| &mut g.2) {
+            let share = 1.0 / cell.len() as f64;
+            let middle = std::array::from_fn(|i| cell.iter().map(|n| share * nodes[n - 1][i]).sum());
+            if is_beyond(middle) {
+                for n in cell {
+                    *n = second.get(n).copied().unwrap_or(*n);
+                }
+            }
+        }
+        self
+    }
+
     /// Nodes at one place become one.
-    pub(super) fn merged(&mut self) -> &mut Self {
+    pub(crate) fn merged(&mut self) -> &mut Self {
         let key = |p: &[f64; 3]| p.map(|v| (v * 1e6).round() as i64);
         let first: Vec<usize> =
             self.nodes.iter().map(|p| self.nodes.iter().position(|q| key(p) == key(q)).unwrap() + 1).collect();
@@ -48,7 +81,7 @@ impl Written {
         self
     }
 
-    pub(super) fn text(&self) -> String {
+    pub(crate) fn text(&self) -> String {
         let mut text = format!("$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n{}\n", self.groups.len());
         for (k, (name, kind, _)) in self.groups.iter().enumerate() {
             writeln!(text, "{} {} \"{name}\"", if *kind == 3 { 2 } else { 3 }, k + 1).unwrap();
